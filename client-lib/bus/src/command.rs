@@ -1,0 +1,352 @@
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::{ActorId, Name, Pose, RigId, SensorSpec, Stamp, VehicleControl};
+
+/// Header of a batch of [`Command`]s or [`VehicleControl`]s from one client.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("BatchHeader")]
+#[repr(C)]
+pub struct BatchHeader {
+    /// The newest frame that the client had seen.
+    pub stamp: Stamp,
+    /// The client's declared name; commands of one frame apply in the order of names.
+    pub client: Name,
+    /// Number of the first command; they count up within one client, without gaps.
+    pub sequence: u64,
+    /// 1: carry out now, between two frames, if the world stands still. 0: with the next tick.
+    pub now: u32,
+    /// The participant slot that the client holds.
+    pub slot: u32,
+}
+
+const _: () = assert!(size_of::<BatchHeader>() == 72);
+
+/// A one-time wish, never lost. [`Wish`] is its readable form.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("Command")]
+#[repr(C)]
+pub struct Command {
+    /// Which wish.
+    kind: u32,
+    /// Zero.
+    reserved: u32,
+    /// The wish's own struct, padded with zeros.
+    body: [u64; 25],
+}
+
+const _: () = assert!(size_of::<Command>() == 208);
+
+/// How a command ended.
+pub mod status {
+    /// It took effect.
+    pub const DONE: u32 = 0;
+    /// It did not; [`super::Outcome::text`] says why.
+    pub const REFUSED: u32 = 1;
+}
+
+/// What became of a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("Outcome")]
+#[repr(C)]
+pub struct Outcome {
+    /// One of [`status`].
+    pub status: u32,
+    /// The actor or rig that it made or changed.
+    pub id: u32,
+    /// Why it was refused; UTF-8, padded with zeros.
+    pub text: [u8; 184],
+}
+
+const _: () = assert!(size_of::<Outcome>() == 192);
+
+impl Outcome {
+    /// It took effect on, or made, `id`.
+    pub fn done(id: u32) -> Outcome {
+        Outcome { status: status::DONE, id, text: [0; 184] }
+    }
+
+    /// It did not take effect. `why` is cut after 184 bytes.
+    pub fn refused(why: &str) -> Outcome {
+        let mut text = [0; 184];
+        let mut end = why.len().min(184);
+        while !why.is_char_boundary(end) {
+            end -= 1;
+        }
+        text[..end].copy_from_slice(&why.as_bytes()[..end]);
+        Outcome { status: status::REFUSED, id: 0, text }
+    }
+
+    /// The id, or why there is none.
+    pub fn result(&self) -> Result<u32, &str> {
+        if self.status == status::DONE {
+            return Ok(self.id);
+        }
+        let end = self.text.iter().position(|&b| b == 0).unwrap_or(184);
+        Err(std::str::from_utf8(&self.text[..end]).unwrap_or("refused"))
+    }
+}
+
+/// One line of a frame's journal: who wished what, and what became of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("JournalEntry")]
+#[repr(C)]
+pub struct JournalEntry {
+    /// Who.
+    pub client: Name,
+    /// Which of the client's commands.
+    pub sequence: u64,
+    /// What.
+    pub command: Command,
+    /// What became of it.
+    pub outcome: Outcome,
+}
+
+const _: () = assert!(size_of::<JournalEntry>() == 440);
+
+/// Header of one part of a frame's journal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("JournalHeader")]
+#[repr(C)]
+pub struct JournalHeader {
+    /// The frame whose snapshot is the first to show these commands' effect.
+    pub stamp: Stamp,
+    /// Counts the parts of this host's life without gaps, so that a reader sees what it missed.
+    pub serial: u64,
+    /// Index of this part's first entry in the frame's journal.
+    pub first: u32,
+    /// 1: not news but the standing state, for who joins; begin anew from it.
+    pub keyframe: u32,
+}
+
+const _: () = assert!(size_of::<JournalHeader>() == 40);
+
+macro_rules! wishes {
+    ($($(#[$doc:meta])* $name:ident($body:ty) = $kind:literal,)*) => {
+        /// What a client may wish of the world.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Wish { $($(#[$doc])* $name($body),)* }
+
+        impl From<Wish> for Command {
+            fn from(wish: Wish) -> Command {
+                let mut command = Command::default();
+                match wish {
+                    $(Wish::$name(body) => {
+                        const { assert!(size_of::<$body>() <= 200) };
+                        command.kind = $kind;
+                        bytemuck::bytes_of_mut(&mut command.body)[..size_of::<$body>()]
+                            .copy_from_slice(bytemuck::bytes_of(&body));
+                    })*
+                }
+                command
+            }
+        }
+
+        impl Command {
+            /// The wish, or `None` if this is of no kind we know.
+            pub fn wish(&self) -> Option<Wish> {
+                let bytes = bytemuck::bytes_of(&self.body);
+                match self.kind {
+                    $($kind => Some(Wish::$name(
+                        bytemuck::pod_read_unaligned(&bytes[..size_of::<$body>()]),
+                    )),)*
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+wishes! {
+    /// Put an actor into the world; the outcome names it.
+    Spawn(Spawn) = 1,
+    /// Take an actor out of the world, and every rig on it.
+    Destroy(ActorId) = 2,
+    /// Put an actor elsewhere, at rest.
+    Teleport(Teleport) = 3,
+    /// Pedals and wheel; the latest holds.
+    Control(VehicleControl) = 4,
+    /// Hand an actor to the traffic room, or take it back.
+    Autopilot(Autopilot) = 5,
+    /// Sun, clouds, rain, fog.
+    SetWeather(Weather) = 6,
+    /// A new rig; its `sensor_count` [`Wish::Sensor`]s follow at once in the same batch.
+    CreateRig(CreateRig) = 7,
+    /// One sensor of the rig before it.
+    Sensor(SensorSpec) = 8,
+    /// Take a rig away.
+    DestroyRig(RigId) = 9,
+    /// How time passes.
+    SetSettings(Settings) = 10,
+    /// How traffic drives.
+    TrafficDial(TrafficDial) = 11,
+    /// Change a vehicle's velocity.
+    SetVelocity(SetVelocity) = 12,
+}
+
+/// See [`Wish::Spawn`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("Spawn")]
+#[repr(C)]
+pub struct Spawn {
+    /// Index into the blueprint catalogue (`town::catalogue`).
+    pub blueprint: u32,
+    /// Bits of [`crate::flag`]: `AUTOPILOT`, `KINEMATIC`.
+    pub flags: u32,
+    /// `world_from_actor`. A vehicle is set onto the road below if it is at most 1 m above it.
+    pub pose: Pose,
+    /// Red, green, blue, 255; 0: the blueprint's own.
+    pub color: u32,
+    /// What the user calls it: `hero`, `autopilot`.
+    pub role: Name,
+}
+
+/// See [`Wish::Teleport`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("Teleport")]
+#[repr(C)]
+pub struct Teleport {
+    /// Who.
+    pub actor_id: ActorId,
+    /// `world_from_actor`.
+    pub pose: Pose,
+}
+
+/// See [`Wish::SetVelocity`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("SetVelocity")]
+#[repr(C)]
+pub struct SetVelocity {
+    /// Who.
+    pub actor_id: ActorId,
+    /// In world space.
+    pub velocity_mps: [f32; 3],
+    /// In world space.
+    pub angular_velocity_radps: [f32; 3],
+}
+
+/// See [`Wish::Autopilot`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("Autopilot")]
+#[repr(C)]
+pub struct Autopilot {
+    /// Who.
+    pub actor_id: ActorId,
+    /// 1: traffic drives; 0: the client does.
+    pub on: u32,
+}
+
+/// See [`Wish::CreateRig`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("CreateRig")]
+#[repr(C)]
+pub struct CreateRig {
+    /// The actor that carries it; nobody: it stands in the world.
+    pub parent: ActorId,
+    /// How many sensors follow.
+    pub sensor_count: u32,
+    /// How many bundles a reader may hold at a time, 1 to 8.
+    pub hold_max: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// What the user calls it.
+    pub name: Name,
+}
+
+/// See [`Wish::SetWeather`]. Percentages as in CARLA.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("Weather")]
+#[repr(C)]
+pub struct Weather {
+    /// 0 to 100.
+    pub cloudiness: f32,
+    /// 0 to 100.
+    pub precipitation: f32,
+    /// Puddles, 0 to 100.
+    pub precipitation_deposits: f32,
+    /// 0 to 100.
+    pub wind_intensity: f32,
+    /// Counter-clockwise from x.
+    pub sun_azimuth_rad: f32,
+    /// Above the horizon.
+    pub sun_altitude_rad: f32,
+    /// 0 to 100.
+    pub fog_density: f32,
+    /// Where the fog begins.
+    pub fog_distance_m: f32,
+    /// 0 to 100.
+    pub wetness: f32,
+}
+
+impl Default for Weather {
+    /// A clear afternoon.
+    fn default() -> Self {
+        Weather {
+            cloudiness: 10.0,
+            precipitation: 0.0,
+            precipitation_deposits: 0.0,
+            wind_intensity: 10.0,
+            sun_azimuth_rad: 0.6,
+            sun_altitude_rad: 0.85,
+            fog_density: 2.0,
+            fog_distance_m: 0.75,
+            wetness: 0.0,
+        }
+    }
+}
+
+/// See [`Wish::SetSettings`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("Settings")]
+#[repr(C)]
+pub struct Settings {
+    /// Simulated time of one tick.
+    pub delta_nanos: u64,
+    /// The longest physics substep.
+    pub substep_max_nanos: u64,
+    /// 1: the world advances when the ticking client asks; 0: on its own clock.
+    pub synchronous: u32,
+    /// How many frames rendering may trail: 0 strict, up to [`crate::PIPELINE_MAX`].
+    pub pipeline: u32,
+    /// Asynchronous: simulated seconds per real second, in thousandths; 0: as fast as it can.
+    pub real_time_permille: u32,
+    /// 1: no sensor is rendered.
+    pub no_rendering: u32,
+}
+
+impl Default for Settings {
+    /// Asynchronous, 50 ms at real-time pace, substeps of 10 ms.
+    fn default() -> Self {
+        Settings {
+            delta_nanos: 50_000_000,
+            substep_max_nanos: 10_000_000,
+            synchronous: 0,
+            pipeline: 0,
+            real_time_permille: 1000,
+            no_rendering: 0,
+        }
+    }
+}
+
+/// See [`Wish::TrafficDial`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("TrafficDial")]
+#[repr(C)]
+pub struct TrafficDial {
+    /// Whom it concerns; nobody: everybody.
+    pub actor_id: ActorId,
+    /// One of [`dial`].
+    pub dial: u32,
+    /// In the dial's own unit.
+    pub value: f32,
+}
+
+/// Values of [`TrafficDial::dial`].
+pub mod dial {
+    /// How much slower than the limit to drive, as a share: 0.3 is 30 % slower, −0.2 faster.
+    pub const SLOWER_THAN_LIMIT: u32 = 1;
+    /// Metres to keep to the one in front, standing.
+    pub const GAP_M: u32 = 2;
+    /// Share of red lights to ignore.
+    pub const IGNORE_LIGHTS: u32 = 3;
+}

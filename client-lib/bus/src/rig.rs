@@ -1,0 +1,194 @@
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::{ActorId, Name, Pose, Stamp};
+
+/// Names a rig: sensors that are measured together and handed over in one bundle.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, ZeroCopySend,
+)]
+#[type_name("RigId")]
+#[repr(C)]
+pub struct RigId(pub u32);
+
+/// The most sensors in one rig.
+pub const SENSORS_MAX: usize = 4096;
+
+/// Values of [`SensorSpec::kind`].
+pub mod sensor {
+    /// A pinhole camera. Sensor space is x forward, y left, z up; pixel (0, 0) is top left and
+    /// its centre lies at (0.5, 0.5).
+    pub const CAMERA: u32 = 1;
+    /// A spinning lidar: `width` azimuth steps in one frame, `height` channels.
+    pub const LIDAR: u32 = 2;
+}
+
+/// What a sensor can give: bits of [`SensorSpec::outputs`], values of [`Plane::output`].
+pub mod output {
+    /// 4 bytes a pixel: red, green, blue, 255; sRGB.
+    pub const COLOR: u32 = 1 << 0;
+    /// f32 a pixel: metres along the optical axis; [`super::DEPTH_FAR_M`] where nothing is hit.
+    pub const DEPTH: u32 = 1 << 1;
+    /// u8 a pixel: CARLA's semantic tag (`road::Tag`).
+    pub const TAG: u32 = 1 << 2;
+    /// u32 a pixel: an actor's id, or a static object's id with the top bit set; 0 is the sky.
+    pub const INSTANCE: u32 = 1 << 3;
+    /// 4 f32 a ray: x, y, z in sensor space, intensity 0 to 1; all four 0 where nothing is hit.
+    /// Ray `column * channels + channel`; channel 0 is the highest.
+    pub const POINTS: u32 = 1 << 4;
+    /// 2 u32 a ray: instance, tag; both 0 where nothing is hit.
+    pub const LABELS: u32 = 1 << 5;
+}
+
+/// The depth of a pixel that sees nothing but sky.
+pub const DEPTH_FAR_M: f32 = 1000.0;
+
+/// One sensor of a rig.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("SensorSpec")]
+#[repr(C)]
+pub struct SensorSpec {
+    /// What the user calls it; unique within the rig.
+    pub name: Name,
+    /// One of [`sensor`].
+    pub kind: u32,
+    /// Bits of [`output`].
+    pub outputs: u32,
+    /// `parent_from_sensor`: the parent is the rig's actor, or the world.
+    pub parent_from_sensor: Pose,
+    /// Camera: pixels across. Lidar: azimuth steps in one frame.
+    pub width: u32,
+    /// Camera: pixels down. Lidar: channels.
+    pub height: u32,
+    /// Horizontal field of view; a full turn for most lidars.
+    pub fov_rad: f32,
+    /// Lidar: elevation of the highest channel.
+    pub upper_rad: f32,
+    /// Lidar: elevation of the lowest channel.
+    pub lower_rad: f32,
+    /// Lidar: nothing farther is seen.
+    pub range_m: f32,
+    /// Lidar: intensity falls as `exp(-attenuation * distance)`.
+    pub attenuation_per_m: f32,
+    /// Lidar: standard deviation of the range, along the ray.
+    pub noise_m: f32,
+    /// Lidar: share of the returns that are lost, 0 to 1.
+    pub dropoff: f32,
+    /// Lidar: turns per second. 0: the whole field of view at one instant, at every frame.
+    pub rotation_rate_hz: f32,
+    /// Zero.
+    pub reserved_word: u32,
+    /// Seed of the sensor's own noise.
+    pub seed: u64,
+    /// Simulated time between two measurements; 0: every frame.
+    pub period_nanos: u64,
+    /// Zero.
+    pub reserved: [u64; 4],
+}
+
+const _: () = assert!(size_of::<SensorSpec>() == 160);
+
+/// Values of [`BundleHeader::tracer`].
+pub mod tracer {
+    /// Writes nothing but headers: for measuring the hand-over alone.
+    pub const NULL: u32 = 1;
+    /// The SIMD tracer.
+    pub const CPU: u32 = 2;
+    /// The compute tracer.
+    pub const GPU: u32 = 3;
+}
+
+/// Header of one bundle: all that one rig measured at one frame.
+///
+/// The payload starts with `plane_count` [`Plane`]s; each says where its bytes lie.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("BundleHeader")]
+#[repr(C)]
+pub struct BundleHeader {
+    /// The frame that was measured.
+    pub stamp: Stamp,
+    /// Whose bundle this is.
+    pub rig: RigId,
+    /// How many planes the table holds.
+    pub plane_count: u32,
+    /// Bytes in use, the table included.
+    pub byte_len: u64,
+    /// The measured snapshot's hash.
+    pub state_hash: u64,
+    /// `world_from_parent` at that frame.
+    pub world_from_parent: Pose,
+    /// The actor that carries the rig, or nobody.
+    pub parent: ActorId,
+    /// One of [`tracer`].
+    pub tracer: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Monotonic clock when measuring began.
+    pub begin_nanos: u64,
+    /// Monotonic clock when measuring ended.
+    pub end_nanos: u64,
+}
+
+const _: () = assert!(size_of::<BundleHeader>() == 104);
+
+/// One output of one sensor, inside a bundle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("Plane")]
+#[repr(C)]
+pub struct Plane {
+    /// Index of the sensor in its rig.
+    pub sensor: u32,
+    /// One of [`output`].
+    pub output: u32,
+    /// Elements across (see [`SensorSpec::width`]).
+    pub width: u32,
+    /// Elements down.
+    pub height: u32,
+    /// Where the bytes begin, from the start of the payload; a multiple of 64.
+    pub offset: u64,
+    /// How many bytes.
+    pub byte_len: u64,
+    /// `world_from_sensor` at the measured frame.
+    pub world_from_sensor: Pose,
+    /// Lidar: azimuth of column 0, positive to the left.
+    pub first_azimuth_rad: f32,
+}
+
+const _: () = assert!(size_of::<Plane>() == 64);
+
+/// Bytes of one element of `output`, or 0 if there is no such output.
+pub fn element_bytes(output: u32) -> usize {
+    match output {
+        output::COLOR | output::DEPTH | output::INSTANCE => 4,
+        output::TAG => 1,
+        output::POINTS => 16,
+        output::LABELS => 8,
+        _ => 0,
+    }
+}
+
+/// Lays a rig's planes out: the table first, then each plane at a 64-byte edge, sensors in order,
+/// outputs from the lowest bit. Returns the planes (poses still identity) and the bytes in all.
+pub fn layout(sensors: &[SensorSpec]) -> (Vec<Plane>, u64) {
+    let count: usize = sensors.iter().map(|s| s.outputs.count_ones() as usize).sum();
+    let mut offset = (count * size_of::<Plane>()).next_multiple_of(64) as u64;
+    let mut planes = Vec::with_capacity(count);
+    for (index, spec) in sensors.iter().enumerate() {
+        for bit in (0..32).map(|b| 1u32 << b).filter(|b| spec.outputs & b != 0) {
+            let elements = u64::from(spec.width) * u64::from(spec.height);
+            let byte_len = elements * element_bytes(bit) as u64;
+            planes.push(Plane {
+                sensor: index as u32,
+                output: bit,
+                width: spec.width,
+                height: spec.height,
+                offset,
+                byte_len,
+                world_from_sensor: Pose::IDENTITY,
+                first_azimuth_rad: 0.0,
+            });
+            offset = (offset + byte_len).next_multiple_of(64);
+        }
+    }
+    (planes, offset)
+}
