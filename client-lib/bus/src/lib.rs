@@ -26,3 +26,34 @@ pub use rig::{
 pub use snapshot::{PIPELINE_MAX, SnapshotHeader};
 pub use stamp::{Frame, Stamp};
 pub use traffic::{LightState, TrafficHeader};
+
+mod atoms;
+mod channel;
+pub mod clock;
+mod control;
+mod error;
+pub mod fault;
+mod instance;
+mod journal;
+mod map;
+mod participant;
+mod port;
+mod ports;
+pub mod process;
+mod wait;
+
+pub use channel::{CHANNELS, Channel, Loss, channel};
+pub use control::{ControlPage, Ending, PROTOCOL, PageError, Role, SLOTS, Slot, SlotState};
+pub use error::BusError;
+pub use instance::{Episode, Founding, Instance, free_bytes};
+pub use journal::{Event, Journal};
+pub use map::{CONTROL_LEN, Control};
+pub use participant::{Interrupted, Participant};
+pub use port::{Block, Element, Founded, Header, Hub, Loan, Page, Reader, Sample, Writer};
+pub use ports::{
+    Bundle, ClientPorts, HostPorts, RenderPorts, Snapshot, TrafficPorts, TrafficSample,
+};
+pub use wait::{Bell, Gate, Strategy};
+
+#[cfg(test)]
+mod loom_tests;

@@ -1,0 +1,335 @@
+//! Instances: each running host has a name, a folder of its own, and nothing in common with
+//! another.
+
+use std::{
+    fs::{self, File, OpenOptions},
+    io::Write,
+    os::unix::fs::MetadataExt,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use iceoryx2::prelude::{Config, FileName, FilePath, Path as BusPath, SemanticString};
+use rustix::fs::{FlockOperation, flock};
+
+use crate::{BusError, CONTROL_LEN, Control, Hub};
+
+/// Where shared memory lives.
+const SHM: &str = "/dev/shm";
+const FOLDER: &str = "omnibus-";
+
+/// A running host's place in the file system: `/dev/shm/omnibus-<id>/`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Instance {
+    id: String,
+}
+
+/// The host's hold on its instance; dropped, everything of the instance is removed.
+pub struct Founding {
+    instance: Instance,
+    _lock: File,
+}
+
+fn error(what: impl Into<String>) -> BusError {
+    BusError::Instance(what.into())
+}
+
+impl Instance {
+    /// The instance of this name, whether it runs or not.
+    pub fn named(id: &str) -> Result<Instance, BusError> {
+        let fits = (1..=16).contains(&id.len())
+            && id.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-');
+        if !fits {
+            return Err(error(format!(
+                "instance name {id:?} has {} bytes; use 1 to 16 of a-z, 0-9 and -",
+                id.len()
+            )));
+        }
+        Ok(Instance { id: id.to_owned() })
+    }
+
+    /// The running instances, by name.
+    pub fn running() -> Vec<Instance> {
+        Instance::all().into_iter().filter(Instance::is_running).collect()
+    }
+
+    /// The one that is meant: the named one, or the only one that runs.
+    pub fn find(id: Option<&str>) -> Result<Instance, BusError> {
+        if let Some(id) = id {
+            let instance = Instance::named(id)?;
+            if !instance.is_running() {
+                return Err(error(format!(
+                    "no simulator named {id:?} runs; start one: omnibus run --name {id}"
+                )));
+            }
+            return Ok(instance);
+        }
+        let running = Instance::running();
+        match &running[..] {
+            [one] => Ok(one.clone()),
+            [] => Err(error("no simulator runs; start one: omnibus run")),
+            many => {
+                let names: Vec<_> = many.iter().map(|i| i.id.as_str()).collect();
+                Err(error(format!(
+                    "{} simulators run ({}); say which by name",
+                    many.len(),
+                    names.join(", ")
+                )))
+            }
+        }
+    }
+
+    /// Its name.
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// Its folder.
+    pub fn root(&self) -> PathBuf {
+        Path::new(SHM).join(format!("{FOLDER}{}", self.id))
+    }
+
+    /// What all its shared-memory files begin with.
+    fn prefix(&self) -> String {
+        format!("omnibus.{}.", self.id)
+    }
+
+    fn all() -> Vec<Instance> {
+        let Ok(entries) = fs::read_dir(SHM) else { return Vec::new() };
+        let mut found: Vec<_> = entries
+            .flatten()
+            .filter_map(|entry| {
+                let name = entry.file_name().into_string().ok()?;
+                Some(Instance { id: name.strip_prefix(FOLDER)?.to_owned() })
+            })
+            .collect();
+        found.sort_by(|a, b| a.id.cmp(&b.id));
+        found
+    }
+
+    /// Whether its host lives: a living host holds the lock file.
+    fn is_running(&self) -> bool {
+        let Ok(file) = File::open(self.root().join("lock")) else { return false };
+        flock(&file, FlockOperation::NonBlockingLockExclusive).is_err()
+    }
+
+    /// Removes what killed hosts left behind; says whose it was.
+    pub fn sweep() -> Vec<String> {
+        let mut swept = Vec::new();
+        for instance in Instance::all() {
+            let age = fs::metadata(instance.root()).and_then(|m| m.modified()).ok();
+            // A folder without a lock may belong to a host that is just being born.
+            let is_newborn = !instance.root().join("lock").exists()
+                && age.is_some_and(|t| t.elapsed().is_ok_and(|e| e < Duration::from_secs(5)));
+            if !is_newborn && !instance.is_running() {
+                instance.remove();
+                swept.push(instance.id);
+            }
+        }
+        swept
+    }
+
+    fn remove(&self) {
+        for file in self.segments() {
+            let _ = fs::remove_file(file);
+        }
+        let _ = fs::remove_dir_all(self.root());
+    }
+
+    /// Its shared-memory files.
+    pub fn segments(&self) -> Vec<PathBuf> {
+        let prefix = self.prefix();
+        let Ok(entries) = fs::read_dir(SHM) else { return Vec::new() };
+        let mut files: Vec<_> = entries
+            .flatten()
+            .filter(|e| e.file_name().to_string_lossy().starts_with(&prefix))
+            .map(|e| e.path())
+            .collect();
+        files.sort();
+        files
+    }
+
+    /// For the host, before it cleans up after the dead: a segment whose maker was killed before
+    /// it had a size keeps every opener waiting for ever. Removes those that had none at two looks.
+    pub fn sweep_unborn_segments(&self) -> usize {
+        let empty = |path: &PathBuf| fs::metadata(path).is_ok_and(|m| m.size() == 0);
+        let inode = |path: &PathBuf| fs::metadata(path).map(|m| m.ino()).unwrap_or(0);
+        let first: Vec<_> =
+            self.segments().into_iter().filter(empty).map(|p| (inode(&p), p)).collect();
+        if first.is_empty() {
+            return 0;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+        let still = first.into_iter().filter(|(i, p)| empty(p) && inode(p) == *i);
+        still.filter(|(_, p)| fs::remove_file(p).is_ok()).count()
+    }
+
+    /// For the host, when the transport could not remove a dead process's node: its half-made tag
+    /// files block its folder.
+    pub fn sweep_stuck_nodes(&self, is_alive: impl Fn(u32) -> bool) -> usize {
+        let Ok(nodes) = fs::read_dir(self.root().join("nodes")) else { return 0 };
+        let mut removed = 0;
+        for node in nodes.flatten() {
+            let path = node.path();
+            let name = node.file_name().to_string_lossy().into_owned();
+            // The id's low 32 bits are the process's.
+            let digits: String = name.chars().take_while(char::is_ascii_digit).collect();
+            let Ok(id) = digits.parse::<u128>() else { continue };
+            if !is_alive(id as u32) && path.is_dir() && fs::remove_dir_all(&path).is_ok() {
+                removed += 1;
+            }
+        }
+        removed
+    }
+
+    /// The transport's settings for this instance. Nobody cleans up as a side effect: the host
+    /// alone does, when it means to.
+    fn config(&self) -> Config {
+        let mut config = Config::default();
+        let root = format!("{}/", self.root().display());
+        let prefix =
+            FileName::new(self.prefix().as_bytes()).expect("a checked name is a file name");
+        config.global.prefix = prefix;
+        config
+            .global
+            .set_root_path(&BusPath::new(root.as_bytes()).expect("a checked name is a path"));
+        config.global.service.cleanup_dead_nodes_on_open = false;
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        config.global.creation_timeout = Duration::from_secs(2);
+        config
+    }
+
+    /// A place on this instance's bus; `within` one process or between several.
+    pub fn hub(&self, name: &str, within: bool) -> Result<Hub, BusError> {
+        Hub::new(name, &self.config(), within)
+    }
+
+    /// Its control page, checked.
+    pub fn control(&self) -> Result<Control, BusError> {
+        let path = self.root().join("control");
+        let map = || Control::map(&OpenOptions::new().read(true).write(true).open(&path)?);
+        let control = map().map_err(|e| error(format!("{}: {e}", path.display())))?;
+        control.check()?;
+        Ok(control)
+    }
+
+    /// Founds a new instance: removes the dead, makes folder, lock and a blank control page.
+    /// Without a name it gets one from the process id.
+    pub fn found(id: Option<&str>) -> Result<Founding, BusError> {
+        Instance::sweep();
+        let own = format!("p{}", std::process::id());
+        let instance = Instance::named(id.unwrap_or(&own))?;
+        let root = instance.root();
+        fs::create_dir(&root).map_err(|e| match e.kind() {
+            std::io::ErrorKind::AlreadyExists => error(format!(
+                "a simulator named {:?} already runs; stop it or choose another name",
+                instance.id
+            )),
+            _ => error(format!("{}: {e}", root.display())),
+        })?;
+        let lock = File::create(root.join("lock"))
+            .map_err(|e| error(format!("{}/lock: {e}", root.display())))?;
+        let founding = Founding { instance, _lock: lock };
+        founding.furnish().map_err(|e| error(format!("{}: {e}", root.display())))?;
+        Ok(founding)
+    }
+}
+
+impl Founding {
+    fn furnish(&self) -> std::io::Result<()> {
+        flock(&self._lock, FlockOperation::NonBlockingLockExclusive)?;
+        let root = self.instance.root();
+        OpenOptions::new()
+            .create_new(true)
+            .read(true)
+            .write(true)
+            .open(root.join("control"))?
+            .set_len(CONTROL_LEN as u64)?;
+        let mut config = File::create(root.join("bus.toml"))?;
+        writeln!(config, "[global]\nroot-path = \"{}/\"", root.display())?;
+        writeln!(config, "prefix = \"{}\"", self.instance.prefix())?;
+        writeln!(config, "[global.service]\ncleanup-dead-nodes-on-open = false")?;
+        writeln!(config, "[global.node]\ncleanup-dead-nodes-on-creation = false")?;
+        writeln!(config, "cleanup-dead-nodes-on-destruction = false")
+    }
+
+    /// The instance.
+    pub fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
+    /// The blank control page, for the host to found.
+    pub fn control(&self) -> Result<Control, BusError> {
+        let path = self.instance.root().join("control");
+        let map = || Control::map(&OpenOptions::new().read(true).write(true).open(&path)?);
+        map().map_err(|e| error(format!("{}: {e}", path.display())))
+    }
+
+    /// The host's own place on the bus. A host that cleans up needs the instance's settings as the
+    /// process-wide ones, which can be set once: a second instance in one process is refused.
+    pub fn hub(&self, within: bool) -> Result<Hub, BusError> {
+        if !within {
+            let file = format!("{}/bus.toml", self.instance.root().display());
+            let path =
+                FilePath::new(file.as_bytes()).map_err(|e| error(format!("{file}: {e:?}")))?;
+            let global = Config::setup_global_config_from_file(&path)
+                .map_err(|e| error(format!("{file}: {e:?}")))?;
+            if global.global.prefix != self.instance.config().global.prefix {
+                return Err(error(
+                    "this process already hosted another instance; start each in a process of its own",
+                ));
+            }
+        }
+        self.instance.hub("sim-host", within)
+    }
+}
+
+impl Drop for Founding {
+    fn drop(&mut self) {
+        self.instance.remove();
+    }
+}
+
+/// Bytes that shared memory still has room for.
+pub fn free_bytes() -> std::io::Result<u64> {
+    let stat = rustix::fs::statvfs(SHM)?;
+    Ok(stat.f_bavail * stat.f_frsize)
+}
+
+/// What world an instance runs: every stage builds the same from it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Episode {
+    /// The map's name.
+    pub map: String,
+    /// Decides scenery and traffic.
+    pub seed: u64,
+    /// The map itself.
+    pub open_drive: String,
+}
+
+impl Instance {
+    /// For the host: tells the stages what world to build.
+    pub fn write_episode(&self, episode: &Episode) -> Result<(), BusError> {
+        let root = self.root();
+        let write = || {
+            fs::write(root.join("map.xodr"), &episode.open_drive)?;
+            fs::write(root.join("episode"), format!("{}\n{}\n", episode.seed, episode.map))
+        };
+        write().map_err(|e| error(format!("{}: {e}", root.display())))
+    }
+
+    /// What world it runs.
+    pub fn episode(&self) -> Result<Episode, BusError> {
+        let root = self.root();
+        let read = |name: &str| {
+            fs::read_to_string(root.join(name))
+                .map_err(|e| error(format!("{}/{name}: {e}", root.display())))
+        };
+        let text = read("episode")?;
+        let (seed, map) = text.trim_end().split_once('\n').unwrap_or(("", ""));
+        let seed =
+            seed.parse().map_err(|_| error(format!("{}/episode holds no seed", root.display())))?;
+        Ok(Episode { map: map.to_owned(), seed, open_drive: read("map.xodr")? })
+    }
+}

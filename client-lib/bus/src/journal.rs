@@ -1,0 +1,161 @@
+//! Reading the journal without gaps: parts in, whole frames out.
+
+use std::collections::VecDeque;
+
+use crate::{BusError, Frame, JournalEntry, JournalHeader, Reader};
+
+/// The reading end of the journal.
+pub struct Journal {
+    reader: Reader<JournalHeader, JournalEntry>,
+    inbox: Inbox,
+}
+
+impl Journal {
+    pub(crate) fn new(reader: Reader<JournalHeader, JournalEntry>) -> Journal {
+        Journal { reader, inbox: Inbox::default() }
+    }
+
+    /// Takes in what has come. True if something was missed and a keyframe is needed.
+    pub fn poll(&mut self) -> Result<bool, BusError> {
+        while let Some(part) = self.reader.receive()? {
+            self.inbox.take_in(part.header(), part.payload());
+        }
+        Ok(self.inbox.is_lost())
+    }
+
+    /// The entries up to and including `frame` that were not given out yet. A reader that begins
+    /// anew finds the standing state first.
+    pub fn until(&mut self, frame: Frame) -> Vec<Event> {
+        self.inbox.until(frame)
+    }
+
+    /// For a newcomer to the standing state: nothing before the next keyframe counts.
+    pub fn await_keyframe(&mut self) {
+        self.inbox.lost = true;
+    }
+}
+
+/// What a reader of the journal is told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "the large one is the usual one")]
+pub enum Event {
+    /// Forget what you know; the standing state follows.
+    Anew,
+    /// A command took effect or was refused, first seen in this frame.
+    Entry(Frame, JournalEntry),
+}
+
+#[derive(Default)]
+struct Inbox {
+    /// The serial that comes next; `None` before the first part.
+    next: Option<u64>,
+    /// Parts are worthless until a keyframe comes.
+    lost: bool,
+    /// Everything up to here is in `events` or was given out.
+    known: (Frame, u32),
+    events: VecDeque<(Frame, Event)>,
+}
+
+impl Inbox {
+    fn is_lost(&self) -> bool {
+        self.lost
+    }
+
+    fn take_in(&mut self, header: &JournalHeader, entries: &[JournalEntry]) {
+        if self.next.is_some_and(|next| header.serial > next) {
+            self.lost = true;
+        }
+        self.next = Some(header.serial + 1);
+        let frame = header.stamp.frame;
+        if header.keyframe != 0 {
+            if self.lost {
+                self.lost = false;
+                self.events.clear();
+                self.events.push_back((frame, Event::Anew));
+                self.known = (frame, u32::MAX);
+                self.push(frame, entries);
+            }
+            return;
+        }
+        // What a newcomer is served again, the others know.
+        let last = header.first + entries.len() as u32;
+        if self.lost || (frame, last) <= self.known {
+            return;
+        }
+        self.known = (frame, last);
+        self.push(frame, entries);
+    }
+
+    fn push(&mut self, frame: Frame, entries: &[JournalEntry]) {
+        self.events.extend(entries.iter().map(|e| (frame, Event::Entry(frame, *e))));
+    }
+
+    fn until(&mut self, frame: Frame) -> Vec<Event> {
+        let count = self.events.partition_point(|(f, _)| *f <= frame);
+        self.events.drain(..count).map(|(_, event)| event).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ActorId, Name, Outcome, Stamp, Wish};
+
+    /// Plays `serial:frame.first+count` and `serial:Kframe+count` parts; answers what is given out
+    /// up to frame 9 as `anew`, `frame`, `lost`.
+    fn check(script: &str, outcome: &str) {
+        let entry = JournalEntry {
+            client: Name::new("tester"),
+            sequence: 0,
+            command: Wish::Destroy(ActorId(1)).into(),
+            outcome: Outcome::done(1),
+        };
+        let mut inbox = Inbox::default();
+        for word in script.split_whitespace() {
+            let (serial, rest) = word.split_once(':').unwrap();
+            let (at, count) = rest.split_once('+').unwrap();
+            let keyframe = at.starts_with('K');
+            let (frame, first) = at
+                .trim_start_matches('K')
+                .split_once('.')
+                .unwrap_or((at.trim_start_matches('K'), "0"));
+            let header = JournalHeader {
+                stamp: Stamp { frame: Frame(frame.parse().unwrap()), ..Stamp::default() },
+                serial: serial.parse().unwrap(),
+                first: first.parse().unwrap(),
+                keyframe: keyframe.into(),
+            };
+            inbox.take_in(&header, &vec![entry; count.parse().unwrap()]);
+        }
+        let mut said: Vec<String> = inbox
+            .until(Frame(9))
+            .into_iter()
+            .map(|e| match e {
+                Event::Anew => "anew".to_owned(),
+                Event::Entry(frame, _) => frame.0.to_string(),
+            })
+            .collect();
+        if inbox.is_lost() {
+            said.push("lost".to_owned());
+        }
+        assert_eq!(said.join(" "), outcome, "{script}");
+    }
+
+    #[test]
+    fn parts_come_out_in_order_and_once() {
+        check("0:1+2 1:2+1", "1 1 2");
+        check("0:1.0+1 1:1.1+1", "1 1");
+        check("5:3+1 6:3+1", "3");
+    }
+
+    #[test]
+    fn a_gap_makes_all_worthless_until_a_keyframe() {
+        check("0:1+1 2:3+1", "1 lost");
+        check("0:1+1 2:3+1 3:K3+2 4:4+1", "anew 3 3 4");
+    }
+
+    #[test]
+    fn who_knows_all_ignores_a_newcomers_keyframe_and_what_it_is_served_again() {
+        check("0:1+1 1:2+1 2:K1+1 3:2+1 4:3+1", "1 2 3");
+    }
+}

@@ -1,0 +1,139 @@
+//! `wait.rs`, compiled once more against loom's atomics, through every interleaving.
+
+use loom::thread;
+use std::sync::Arc;
+
+mod atoms {
+    use std::{cell::RefCell, time::Duration};
+
+    pub(super) use loom::sync::atomic::{AtomicU32, AtomicU64, Ordering, fence};
+
+    // The kernel's queue of sleepers: under its lock it looks at the word once more.
+    loom::thread_local! {
+        static QUEUE: RefCell<Option<std::sync::Arc<Kernel>>> = RefCell::new(None);
+    }
+
+    pub(super) struct Kernel {
+        lock: loom::sync::Mutex<()>,
+        changed: loom::sync::Condvar,
+    }
+
+    impl Kernel {
+        pub(super) fn new() -> std::sync::Arc<Kernel> {
+            std::sync::Arc::new(Kernel {
+                lock: loom::sync::Mutex::new(()),
+                changed: loom::sync::Condvar::new(),
+            })
+        }
+    }
+
+    pub(super) fn enter(kernel: std::sync::Arc<Kernel>) {
+        QUEUE.with(|queue| *queue.borrow_mut() = Some(kernel));
+    }
+
+    fn kernel() -> std::sync::Arc<Kernel> {
+        QUEUE.with(|queue| queue.borrow().clone().expect("the thread entered the kernel"))
+    }
+
+    pub(super) fn sleep_on(word: &AtomicU32, seen: u32, _at_most: Option<Duration>) {
+        let kernel = kernel();
+        let guard = kernel.lock.lock().unwrap();
+        if word.load(Ordering::Relaxed) == seen {
+            drop(kernel.changed.wait(guard).unwrap());
+        }
+    }
+
+    pub(super) fn wake_all(_word: &AtomicU32) {
+        let kernel = kernel();
+        let _guard = kernel.lock.lock().unwrap();
+        kernel.changed.notify_all();
+    }
+
+    pub(super) fn yield_core() {
+        loom::thread::yield_now();
+    }
+
+    pub(super) fn now_nanos() -> u64 {
+        0
+    }
+}
+
+#[path = "wait.rs"]
+#[expect(dead_code, unreachable_pub, reason = "the model uses a part of the file")]
+mod wait;
+
+use wait::{Bell, Gate, Strategy};
+
+/// Every interleaving with at most three preemptions: published lost-wake-up bugs need one or two.
+fn check(scenario: impl Fn() + Sync + Send + 'static) {
+    let mut model = loom::model::Builder::new();
+    model.preemption_bound = Some(3);
+    model.check(scenario);
+}
+
+#[test]
+fn a_waiter_at_a_gate_is_never_left_asleep() {
+    check(|| {
+        let kernel = atoms::Kernel::new();
+        let gate = Arc::new(Gate::default());
+        let waiter = {
+            let (kernel, gate) = (kernel.clone(), gate.clone());
+            thread::spawn(move || {
+                atoms::enter(kernel);
+                assert!(gate.wait(1, Strategy::BATCH, None, || false));
+            })
+        };
+        atoms::enter(kernel);
+        gate.raise(1);
+        waiter.join().unwrap();
+    });
+}
+
+#[test]
+fn the_last_of_two_arrivals_wakes_the_host() {
+    use loom::sync::atomic::{AtomicU64, Ordering};
+    check(|| {
+        let kernel = atoms::Kernel::new();
+        let bell = Arc::new(Bell::default());
+        let acks = Arc::new([AtomicU64::new(0), AtomicU64::new(0)]);
+        let all = |acks: &[AtomicU64; 2]| acks.iter().all(|a| a.load(Ordering::Acquire) >= 1);
+        let arrivals: Vec<_> = (0..2)
+            .map(|i| {
+                let (kernel, bell, acks) = (kernel.clone(), bell.clone(), acks.clone());
+                thread::spawn(move || {
+                    atoms::enter(kernel);
+                    acks[i].store(1, Ordering::Release);
+                    bell.ring_if(|| all(&acks));
+                })
+            })
+            .collect();
+        atoms::enter(kernel);
+        let done = bell.listen(Strategy::BATCH, None, || all(&acks).then_some(()));
+        assert!(done.is_some());
+        for arrival in arrivals {
+            arrival.join().unwrap();
+        }
+    });
+}
+
+#[test]
+fn what_was_written_before_a_raise_is_seen_after_the_wait() {
+    use loom::sync::atomic::{AtomicU64, Ordering};
+    check(|| {
+        let kernel = atoms::Kernel::new();
+        let gate = Arc::new(Gate::default());
+        let data = Arc::new(AtomicU64::new(0));
+        let writer = {
+            let (kernel, gate, data) = (kernel.clone(), gate.clone(), data.clone());
+            thread::spawn(move || {
+                atoms::enter(kernel);
+                data.store(7, Ordering::Relaxed);
+                gate.raise(1);
+            })
+        };
+        atoms::enter(kernel);
+        assert!(gate.wait(1, Strategy::BATCH, None, || false));
+        assert_eq!(data.load(Ordering::Relaxed), 7);
+        writer.join().unwrap();
+    });
+}

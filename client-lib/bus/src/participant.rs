@@ -1,0 +1,202 @@
+//! Joining an instance: a slot, a watch on the host, and the words that go with it.
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering},
+};
+
+use crate::{
+    BusError, Control, Frame, Hub, Instance, Name, Role, SLOTS, Slot, SlotState, Strategy, clock,
+    process,
+};
+
+/// How long a joiner waits for the host to look at it.
+const ADMISSION_NANOS: u64 = 10_000_000_000;
+
+/// A process's (or thread's) part in an instance. Dropped, it leaves.
+pub struct Participant {
+    instance: Instance,
+    control: Control,
+    slot: usize,
+    strategy: Strategy,
+    host_gone: Arc<AtomicBool>,
+    within: bool,
+}
+
+/// Why a wait ended without its frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interrupted {
+    /// The host is on its way out, or gone.
+    HostEnds,
+    /// The deadline passed.
+    Deadline,
+}
+
+impl Participant {
+    /// Joins as `role`. A stage is told its slot by the host; others take a free one. `within`: the
+    /// host is in this process.
+    pub fn join(
+        instance: &Instance,
+        role: Role,
+        name: Name,
+        slot: Option<usize>,
+        within: bool,
+    ) -> Result<Participant, BusError> {
+        let control = instance.control()?;
+        let pid = process::own_pid();
+        let started = process::start_time(pid).unwrap_or(0);
+        let slot = match slot {
+            Some(slot) => slot,
+            None => (0..SLOTS).find(|&i| control.slot(i).claim(pid)).ok_or_else(|| {
+                BusError::Instance(format!(
+                    "all {SLOTS} places of simulator {:?} are taken; end a client",
+                    instance.id()
+                ))
+            })?,
+        };
+        let host_gone = Arc::new(AtomicBool::new(false));
+        if !within {
+            watch_host(&control, Arc::clone(&host_gone))?;
+        }
+        let strategy = control.strategy();
+        let participant =
+            Participant { instance: instance.clone(), control, slot, strategy, host_gone, within };
+        participant.words().introduce(role, name, started);
+        participant.words().set_state(SlotState::Waiting);
+        participant.control.host.ring();
+        participant.await_state(SlotState::Admitted)?;
+        Ok(participant)
+    }
+
+    fn await_state(&self, state: SlotState) -> Result<(), BusError> {
+        let deadline = clock::now_nanos() + ADMISSION_NANOS;
+        let reached = || self.words().state() >= state;
+        self.control
+            .complete
+            .wait(u64::MAX, self.strategy, Some(deadline), || reached() || self.is_over());
+        if reached() && !self.is_over() {
+            return Ok(());
+        }
+        Err(BusError::Instance(format!(
+            "simulator {:?} did not let this process in within {} s; is its host alive?",
+            self.instance.id(),
+            ADMISSION_NANOS / 1_000_000_000
+        )))
+    }
+
+    /// Its own place on the bus.
+    pub fn hub(&self) -> Result<Hub, BusError> {
+        let role = self.words().role().map_or("participant", Role::name);
+        self.instance.hub(role, self.within)
+    }
+
+    /// Its ports are made; from here on it takes part.
+    pub fn ready(&self) -> Result<(), BusError> {
+        self.words().set_state(SlotState::Ready);
+        self.control.host.ring();
+        self.await_state(SlotState::Live)
+    }
+
+    /// Waits until a frame after `done` is published; says the newest.
+    pub fn next_frame(&self, done: Frame, deadline: Option<u64>) -> Result<Frame, Interrupted> {
+        let gate = &self.control.tick;
+        if gate.wait(done.0 + 1, self.strategy, deadline, || self.is_over()) {
+            return Ok(Frame(gate.get()));
+        }
+        Err(if self.is_over() { Interrupted::HostEnds } else { Interrupted::Deadline })
+    }
+
+    /// Waits until `frame` is over for everybody.
+    pub fn await_complete(&self, frame: Frame, deadline: Option<u64>) -> Result<(), Interrupted> {
+        if self.control.complete.wait(frame.0, self.strategy, deadline, || self.is_over()) {
+            return Ok(());
+        }
+        Err(if self.is_over() { Interrupted::HostEnds } else { Interrupted::Deadline })
+    }
+
+    /// Waits until `look` has an answer; it is asked whenever a frame completes.
+    pub fn await_answer<T>(
+        &self,
+        deadline: u64,
+        mut look: impl FnMut() -> Option<T>,
+    ) -> Result<T, Interrupted> {
+        loop {
+            let seen = self.control.complete.get();
+            if let Some(answer) = look() {
+                return Ok(answer);
+            }
+            if self.is_over() {
+                return Err(Interrupted::HostEnds);
+            }
+            let now = clock::now_nanos();
+            if now >= deadline {
+                return Err(Interrupted::Deadline);
+            }
+            // Outcomes also come between frames: look again soon.
+            let soon = deadline.min(now + 200_000);
+            self.control.complete.wait(seen + 1, Strategy::BATCH, Some(soon), || self.is_over());
+        }
+    }
+
+    /// Its work for `frame` begins.
+    pub fn begin(&self) {
+        self.words().begin();
+    }
+
+    /// Its work for `frame` is done.
+    pub fn arrive(&self, frame: Frame) {
+        self.control.arrive(self.slot, frame);
+    }
+
+    /// Whether the host is on its way out, or gone.
+    pub fn is_over(&self) -> bool {
+        self.host_gone.load(Ordering::Acquire) || self.control.is_ending()
+    }
+
+    /// Its words.
+    pub fn words(&self) -> &Slot {
+        self.control.slot(self.slot)
+    }
+
+    /// The number of its slot.
+    pub fn slot(&self) -> usize {
+        self.slot
+    }
+
+    /// Everybody's words.
+    pub fn control(&self) -> &Control {
+        &self.control
+    }
+
+    /// The instance it is part of.
+    pub fn instance(&self) -> &Instance {
+        &self.instance
+    }
+}
+
+impl Drop for Participant {
+    fn drop(&mut self) {
+        self.words().set_state(SlotState::Leaving);
+        self.control.host.ring();
+    }
+}
+
+/// A thread that sleeps until the host's process ends, then rouses whoever waits here.
+fn watch_host(control: &Control, gone: Arc<AtomicBool>) -> Result<(), BusError> {
+    let (pid, started) = control.host_process();
+    let Some(fd) = process::watch(pid, started) else {
+        return Err(BusError::Instance(format!("the host, process {pid}, has ended")));
+    };
+    let control = control.clone();
+    std::thread::Builder::new()
+        .name("host-watch".into())
+        .stack_size(64 * 1024)
+        .spawn(move || {
+            process::wait_for_end(&fd);
+            gone.store(true, Ordering::Release);
+            control.tick.rouse();
+            control.complete.rouse();
+        })
+        .map(drop)
+        .map_err(|e| BusError::Instance(format!("no thread to watch the host with: {e}")))
+}

@@ -1,0 +1,41 @@
+//! Processes: which one is meant, and whether it still lives.
+
+use std::os::fd::OwnedFd;
+
+use rustix::{
+    event::{PollFd, PollFlags, poll},
+    process::{Pid, PidfdFlags, pidfd_open},
+};
+
+/// This process's id.
+pub fn own_pid() -> u32 {
+    std::process::id()
+}
+
+/// When process `pid` was started, in clock ticks since boot; `None` if there is no such process.
+pub fn start_time(pid: u32) -> Option<u64> {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    // The second field is the command in brackets and may hold anything; field 22 is ours.
+    let (_, after) = stat.rsplit_once(')')?;
+    after.split_whitespace().nth(19)?.parse().ok()
+}
+
+/// A descriptor that becomes readable when process `pid`, started at `start_time`, has ended.
+/// `None` if it has.
+pub fn watch(pid: u32, started: u64) -> Option<OwnedFd> {
+    let fd = pidfd_open(Pid::from_raw(pid as i32)?, PidfdFlags::empty()).ok()?;
+    (start_time(pid)? == started).then_some(fd)
+}
+
+/// Whether the watched process still runs.
+pub fn is_running(watched: &OwnedFd) -> bool {
+    let mut fds = [PollFd::new(watched, PollFlags::IN)];
+    let now = rustix::fs::Timespec { tv_sec: 0, tv_nsec: 0 };
+    matches!(poll(&mut fds, Some(&now)), Ok(0))
+}
+
+/// Sleeps until the watched process has ended.
+pub fn wait_for_end(watched: &OwnedFd) {
+    let mut fds = [PollFd::new(watched, PollFlags::IN)];
+    while !matches!(poll(&mut fds, None), Ok(n) if n > 0) {}
+}
