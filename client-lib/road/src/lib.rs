@@ -2,7 +2,42 @@
 //!
 //! Right-handed, z up, metres and radians, f64 around the map's own local origin; meshes are f32.
 //! No disk, no bus, no clock.
+//!
+//! ```text
+//! text ──xml──▶ parse ──records──▶ build ──▶ Network ──▶ place, walk, index, mesh
+//! ```
 
+mod arclength;
+mod build;
+mod cubic;
+mod curve;
+mod error;
+mod index;
+mod junction;
+mod lane;
+mod mark;
+mod mesh;
+mod network;
+mod object;
+mod parse;
+mod place;
+mod road;
+mod signal;
 mod surface;
+#[cfg(test)]
+mod tests;
+mod walk;
+mod xml;
 
+pub use error::MapError;
+pub use junction::{Connection, Junction, JunctionKind};
+pub use lane::{Lane, LaneIndex, LanePoint, LaneType, LaneTypes};
+pub use mark::{MarkChange, MarkColor, MarkKind, MarkLine, RoadMark};
+pub use mesh::surface_mesh;
+pub use network::Network;
+pub use object::{ObjectPlace, RoadObject};
+pub use parse::Header;
+pub use place::Placement;
+pub use road::{Road, RoadLink, RoadType, Section};
+pub use signal::{Controller, Orientation, Signal};
 pub use surface::{Face, Material, Mesh, Tag};

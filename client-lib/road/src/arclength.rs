@@ -1,0 +1,82 @@
+//! Lengths along parametric cubics, turned back into parameters.
+
+use crate::curve::{GAUSS_7, slope};
+
+/// The parameter of a parametric cubic as a function of the length travelled on it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ArcLength {
+    /// dp/ds at and between `KNOTS` equidistant parameters is recovered from these lengths.
+    lengths: [f64; KNOTS + 1],
+    u: [f64; 4],
+    v: [f64; 4],
+    p_end: f64,
+    /// The curve's own length over the length that the file declares.
+    stretch: f64,
+}
+
+const KNOTS: usize = 8;
+
+impl ArcLength {
+    pub(crate) fn new(u: [f64; 4], v: [f64; 4], p_end: f64, declared_m: f64) -> ArcLength {
+        let step = p_end / KNOTS as f64;
+        let mut lengths = [0.0; KNOTS + 1];
+        for knot in 0..KNOTS {
+            let from = step * knot as f64;
+            lengths[knot + 1] = lengths[knot] + length(&u, &v, from, from + step);
+        }
+        let own = lengths[KNOTS];
+        let stretch = if declared_m > 0.0 && own > 0.0 { own / declared_m } else { 1.0 };
+        ArcLength { lengths, u, v, p_end, stretch }
+    }
+
+    /// The parameter at `ds` metres of the declared length.
+    pub(crate) fn parameter(&self, ds: f64) -> f64 {
+        let target = ds * self.stretch;
+        let step = self.p_end / KNOTS as f64;
+        let knot = self.lengths.partition_point(|&length| length <= target).clamp(1, KNOTS) - 1;
+        let (from, to) = (self.lengths[knot], self.lengths[knot + 1]);
+        let start = step * knot as f64;
+        let share = if to > from { (target - from) / (to - from) } else { 0.0 };
+        let mut p = start + step * share;
+        for _ in 0..4 {
+            let wrong = from + length(&self.u, &self.v, start, p) - target;
+            let speed = speed(&self.u, &self.v, p);
+            if speed < 1e-9 {
+                break;
+            }
+            p -= wrong / speed;
+            if wrong.abs() < 1e-9 {
+                break;
+            }
+        }
+        // Beyond its ends a curve goes on a little, for queries with rounding in them.
+        p.clamp(-0.1 * self.p_end.abs(), 1.1 * self.p_end.abs())
+    }
+
+    /// The parameter at which the curve has the length `length_m`.
+    pub(crate) fn reach(u: [f64; 4], v: [f64; 4], length_m: f64) -> f64 {
+        let mut p = length_m;
+        for _ in 0..50 {
+            let pieces = 16;
+            let step = p / pieces as f64;
+            let own: f64 =
+                (0..pieces).map(|n| length(&u, &v, step * n as f64, step * (n + 1) as f64)).sum();
+            let wrong = own - length_m;
+            if wrong.abs() < 1e-10 * length_m.max(1.0) {
+                break;
+            }
+            p = (p - wrong / speed(&u, &v, p).max(1e-9)).clamp(0.0, length_m.max(0.0));
+        }
+        p
+    }
+}
+
+fn speed(u: &[f64; 4], v: &[f64; 4], p: f64) -> f64 {
+    slope(u, p).hypot(slope(v, p))
+}
+
+fn length(u: &[f64; 4], v: &[f64; 4], from: f64, to: f64) -> f64 {
+    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+    GAUSS_7.iter().map(|(node, weight)| weight * speed(u, v, middle + half * node)).sum::<f64>()
+        * half
+}

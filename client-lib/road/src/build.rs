@@ -1,0 +1,209 @@
+//! From records to a network: ids become indices, lanes find their neighbours.
+
+mod links;
+mod rights;
+mod scenery;
+
+use crate::MapError;
+use crate::index::LaneIndexGrid;
+use crate::junction::{Connection, Junction};
+use crate::lane::LanePoint;
+use crate::network::Network;
+use crate::parse::{self, Records};
+use crate::signal::Controller;
+use crate::xml::line_of;
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// Roads that lie farther from the file's origin than this get an origin of their own: f32 still
+/// resolves 2 mm there.
+const FAR_M: f64 = 20_000.0;
+
+pub(crate) fn network(text: &str) -> Result<Network, MapError> {
+    let mut records = parse::records(text)?;
+    let mut findings = Findings { text, found: Vec::new() };
+    let road_ids = unique_roads(&records, text)?;
+    let origin = local_origin(&mut records);
+    let junctions = junctions(&mut records, &road_ids, &mut findings);
+    links::join(&mut records, &road_ids, &junctions, &mut findings);
+    rights::grant(&mut records);
+    let mut network = Network {
+        header: records.header,
+        origin,
+        lanes: records.lanes,
+        roads: records.roads,
+        junctions,
+        signals: records.signals,
+        controllers: Vec::new(),
+        objects: records.objects,
+        findings: Vec::new(),
+        grid: LaneIndexGrid::default(),
+        bounds: (DVec3::ZERO, DVec3::ZERO),
+    };
+    scenery::refer(&mut network, records.references, &mut findings);
+    control(&mut network, &records.controllers, &records.junctions);
+    scenery::stand(&mut network);
+    network.grid = LaneIndexGrid::new(&network);
+    network.bounds = bounds(&network);
+    network.findings = findings.found;
+    Ok(network)
+}
+
+/// Contradictions that a map can live with.
+pub(crate) struct Findings<'a> {
+    text: &'a str,
+    found: Vec<MapError>,
+}
+
+impl Findings<'_> {
+    pub(crate) fn add(&mut self, offset: usize, reason: String) {
+        // A broken file may have any number of them; a reader needs the first ones.
+        if self.found.len() < 1000 {
+            self.found.push(MapError { line: line_of(self.text, offset), reason });
+        }
+    }
+}
+
+fn unique_roads(records: &Records, text: &str) -> Result<BTreeMap<String, u32>, MapError> {
+    let mut ids = BTreeMap::new();
+    for (index, road) in records.roads.iter().enumerate() {
+        if let Some(other) = ids.insert(road.id.clone(), index as u32) {
+            let line = line_of(text, records.road_extras[index].offset);
+            let first = line_of(text, records.road_extras[other as usize].offset);
+            let id = &road.id;
+            return Err(MapError {
+                line,
+                reason: format!("a second road {id}; the first begins on line {first}"),
+            });
+        }
+    }
+    Ok(ids)
+}
+
+/// Shifts far roads to an origin of their own and says where it is.
+fn local_origin(records: &mut Records) -> DVec3 {
+    let starts = records.roads.iter().flat_map(|road| &road.curves).map(|curve| curve.start());
+    let (mut low, mut high) = (glam::DVec2::INFINITY, glam::DVec2::NEG_INFINITY);
+    for start in starts {
+        low = low.min(start);
+        high = high.max(start);
+    }
+    if low.abs().max(high.abs()).max_element() <= FAR_M {
+        return DVec3::ZERO;
+    }
+    let middle = ((low + high) * 0.5 / 100.0).round() * 100.0;
+    for curve in records.roads.iter_mut().flat_map(|road| &mut road.curves) {
+        curve.shift(-middle);
+    }
+    middle.extend(0.0)
+}
+
+fn junctions(
+    records: &mut Records,
+    road_ids: &BTreeMap<String, u32>,
+    findings: &mut Findings,
+) -> Vec<Junction> {
+    let ids: BTreeMap<&str, u32> =
+        records.junctions.iter().zip(0..).map(|(junction, index)| (&*junction.id, index)).collect();
+    let mut junctions = Vec::new();
+    for raw in &records.junctions {
+        let mut connections = Vec::new();
+        for connection in &raw.connections {
+            let (incoming, connecting) =
+                (road_ids.get(&connection.incoming), road_ids.get(&connection.connecting));
+            if let (Some(&incoming), Some(&connecting)) = (incoming, connecting) {
+                connections.push(Connection {
+                    incoming,
+                    connecting,
+                    at_start: connection.at_start,
+                    lane_links: connection.lane_links.clone(),
+                });
+            } else {
+                findings.add(
+                    connection.offset,
+                    format!(
+                        "junction {} connects road \"{}\" to road \"{}\"; not both exist",
+                        raw.id, connection.incoming, connection.connecting
+                    ),
+                );
+            }
+        }
+        let priorities = raw.priorities.iter().filter_map(|(high, low)| {
+            Some((*road_ids.get(high.as_str())?, *road_ids.get(low.as_str())?))
+        });
+        junctions.push(Junction {
+            id: raw.id.clone(),
+            name: raw.name.clone(),
+            kind: raw.kind,
+            connections,
+            roads: Vec::new(),
+            controllers: Vec::new(),
+            priorities: priorities.collect(),
+        });
+    }
+    for (index, extra) in records.road_extras.iter().enumerate() {
+        let Some(id) = &extra.junction else { continue };
+        match ids.get(id.as_str()) {
+            Some(&junction) => {
+                records.roads[index].junction = Some(junction);
+                junctions[junction as usize].roads.push(index as u32);
+            }
+            None => findings.add(
+                extra.offset,
+                format!(
+                    "road {} lies in junction {id}, which does not exist",
+                    records.roads[index].id
+                ),
+            ),
+        }
+    }
+    for lane in &mut records.lanes {
+        lane.junction = records.roads[lane.road as usize].junction;
+    }
+    junctions
+}
+
+fn control(network: &mut Network, raw: &[parse::RawController], junctions: &[parse::RawJunction]) {
+    let signals: BTreeMap<String, u32> =
+        network.signals.iter().zip(0..).map(|(signal, index)| (signal.id.clone(), index)).collect();
+    for (controller, index) in raw.iter().zip(0..) {
+        let mut ruled: Vec<u32> = Vec::new();
+        for id in &controller.signals {
+            if let Some(&signal) = signals.get(id)
+                && !ruled.contains(&signal)
+            {
+                ruled.push(signal);
+                network.signals[signal as usize].controller.get_or_insert(index);
+            }
+        }
+        network.controllers.push(Controller {
+            id: controller.id.clone(),
+            name: controller.name.clone(),
+            sequence: controller.sequence,
+            signals: ruled,
+        });
+    }
+    let ids: BTreeMap<&str, u32> =
+        raw.iter().zip(0..).map(|(controller, index)| (&*controller.id, index)).collect();
+    for (junction, raw) in network.junctions.iter_mut().zip(junctions) {
+        junction.controllers =
+            raw.controllers.iter().filter_map(|id| ids.get(id.as_str()).copied()).collect();
+    }
+}
+
+fn bounds(network: &Network) -> (DVec3, DVec3) {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for lane in network.lanes() {
+        let pieces = (lane.length_m / 10.0).ceil().clamp(1.0, 1000.0) as usize;
+        for piece in 0..=pieces {
+            let along_m = lane.length_m * piece as f64 / pieces as f64;
+            let half = 0.5 * network.width(LanePoint { lane: lane.index, along_m });
+            for side in [-half, half] {
+                let position = network.place_at(lane.index, along_m, side).position;
+                low = low.min(position);
+                high = high.max(position);
+            }
+        }
+    }
+    if low.is_finite() { (low, high) } else { (DVec3::ZERO, DVec3::ZERO) }
+}

@@ -1,0 +1,77 @@
+//! Neighbours, the right to change to them, and speed limits.
+
+use crate::lane::{Lane, LaneIndex, LaneTypes};
+use crate::mark::{MarkChange, RoadMark};
+use crate::parse::Records;
+
+pub(super) fn grant(records: &mut Records) {
+    for road in &records.roads {
+        for section in &road.sections {
+            for (position, index) in section.lanes.iter().enumerate() {
+                let lane = &records.lanes[index.0 as usize];
+                let left_of_s = position.checked_sub(1).map(|at| section.lanes[at]);
+                let right_of_s = section.lanes.get(position + 1).copied();
+                let (left, right) =
+                    if lane.forward { (left_of_s, right_of_s) } else { (right_of_s, left_of_s) };
+                let may = |other: Option<LaneIndex>| {
+                    let Some(other) = other.map(|other| &records.lanes[other.0 as usize]) else {
+                        return false;
+                    };
+                    let driven = |lane: &Lane| LaneTypes::DRIVABLE.contains(lane.kind);
+                    if !driven(lane) || !driven(other) || lane.forward != other.forward {
+                        return false;
+                    }
+                    let marks = between(lane, other, &section.marks, &records.lanes);
+                    marks.is_empty() || marks.iter().any(|mark| mark.allows(lane.id, other.id))
+                };
+                let (left_change, right_change) = (may(left), may(right));
+                let speed_limit_mps = limit_at(lane, 0.0).or_else(|| {
+                    let s = if lane.forward {
+                        section.start_m
+                    } else {
+                        section.start_m + section.length_m
+                    };
+                    road.type_at(s).and_then(|kind| kind.limit_mps)
+                });
+                let lane = &mut records.lanes[index.0 as usize];
+                (lane.left, lane.right) = (left, right);
+                (lane.left_change, lane.right_change) = (left_change, right_change);
+                lane.speed_limit_mps = speed_limit_mps;
+            }
+        }
+    }
+}
+
+/// The marks on the border that two neighbours share.
+pub(crate) fn between<'a>(
+    lane: &'a Lane,
+    other: &'a Lane,
+    centre: &'a [RoadMark],
+    _lanes: &'a [Lane],
+) -> &'a [RoadMark] {
+    if (lane.id > 0) != (other.id > 0) {
+        centre
+    } else if lane.id.abs() < other.id.abs() {
+        &lane.marks
+    } else {
+        &other.marks
+    }
+}
+
+/// The lane's own limit `ds` metres into its section.
+pub(crate) fn limit_at(lane: &Lane, ds: f64) -> Option<f64> {
+    let after = lane.speeds.partition_point(|speed| speed.from_m <= ds + 1e-6);
+    lane.speeds.get(after.max(1) - 1).and_then(|speed| speed.limit_mps)
+}
+
+impl RoadMark {
+    /// Whether one may cross from lane `from` to lane `to`, by their ids.
+    pub fn allows(&self, from: i32, to: i32) -> bool {
+        match self.change {
+            MarkChange::Both => true,
+            MarkChange::None => false,
+            MarkChange::Increase => to > from,
+            MarkChange::Decrease => to < from,
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Where signals and objects stand, and which lanes signals rule.
+
+use super::Findings;
+use crate::cubic::Jet;
+use crate::lane::{LaneIndex, LaneTypes};
+use crate::network::Network;
+use crate::object::{Corner, ObjectPlace};
+use crate::parse::RawReference;
+use crate::place::{Lateral, Placement, wrapped};
+use crate::signal::{Orientation, SignalUse};
+use glam::DVec3;
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+/// Adds what signal references say to the signals that they name.
+pub(super) fn refer(network: &mut Network, references: Vec<RawReference>, findings: &mut Findings) {
+    let ids: BTreeMap<String, usize> = network
+        .signals
+        .iter()
+        .enumerate()
+        .map(|(index, signal)| (signal.id.clone(), index))
+        .collect();
+    for reference in references {
+        match ids.get(&reference.signal) {
+            Some(&signal) => network.signals[signal].uses.push(reference.rules),
+            None => findings.add(
+                0,
+                format!(
+                    "road {} refers to signal {}, which does not exist",
+                    network.roads[reference.rules.road as usize].id, reference.signal
+                ),
+            ),
+        }
+    }
+}
+
+/// Places signals and objects in world space.
+pub(super) fn stand(network: &mut Network) {
+    for index in 0..network.signals.len() {
+        let signal = &network.signals[index];
+        let mut pose = on_road(network, signal.road, signal.s, signal.t, signal.z_offset_m);
+        // A face looks at the traffic that it is for.
+        let turn = if signal.orientation == Orientation::Forward { PI } else { 0.0 };
+        pose.heading_rad = wrapped(pose.heading_rad + turn + signal.h_offset_rad);
+        pose.pitch_rad = signal.pitch_rad;
+        pose.roll_rad = signal.roll_rad;
+        let mut lanes: Vec<(LaneIndex, f64)> = Vec::new();
+        for rules in &signal.uses {
+            for ruled in ruled(network, rules) {
+                if !lanes.iter().any(|(lane, _)| *lane == ruled.0) {
+                    lanes.push(ruled);
+                }
+            }
+        }
+        let signal = &mut network.signals[index];
+        signal.pose = pose;
+        signal.lanes = lanes;
+    }
+    for index in 0..network.objects.len() {
+        let (places, outlines) = object_places(network, index);
+        let object = &mut network.objects[index];
+        object.places = places;
+        object.outlines = outlines;
+    }
+}
+
+/// The lanes that a signal rules at one place, and how far along each it stands.
+fn ruled(network: &Network, rules: &SignalUse) -> Vec<(LaneIndex, f64)> {
+    let road = &network.roads[rules.road as usize];
+    let s = rules.s.clamp(0.0, road.length_m);
+    let section = &road.sections[road.section_at(s)];
+    let mut lanes = Vec::new();
+    for index in &section.lanes {
+        let lane = network.lane(*index);
+        if !LaneTypes::DRIVABLE.contains(lane.kind) {
+            continue;
+        }
+        // CARLA's towns write "0 to 0" where they mean no lane at all.
+        let valid = rules.validity.is_empty()
+            || rules.validity.iter().any(|(from, to)| (*from..=*to).contains(&lane.id));
+        let faces = match rules.orientation {
+            Orientation::Forward => lane.forward,
+            Orientation::Backward => !lane.forward,
+            Orientation::Both => true,
+        };
+        if valid && faces {
+            lanes.push((*index, network.point_at_s(lane, s).along_m));
+        }
+    }
+    lanes
+}
+
+/// A pose at (s, t) of a road, along rising s.
+fn on_road(network: &Network, road: u32, s: f64, t: f64, up: f64) -> Placement {
+    let road = &network.roads[road as usize];
+    let s = s.clamp(0.0, road.length_m);
+    let lateral = Lateral { t: Jet::constant(t), level: Jet::default(), flat: false, rise_m: up };
+    road.pose(&road.station(s), s, &lateral)
+}
+
+/// At most so many repetitions of one object.
+const REPEATS_MAX: usize = 10_000;
+
+fn object_places(network: &Network, index: usize) -> (Vec<ObjectPlace>, Vec<Vec<DVec3>>) {
+    let object = &network.objects[index];
+    let place = |s: f64, t: f64, up: f64| {
+        let pose = on_road(network, object.road, s, t, up);
+        ObjectPlace {
+            position: pose.position,
+            heading_rad: wrapped(pose.heading_rad + object.heading_rad),
+        }
+    };
+    let mut places = Vec::new();
+    for repeat in &object.repeats {
+        let steps = if repeat.distance_m > 0.0 {
+            (repeat.length_m / repeat.distance_m).floor() as usize
+        } else {
+            1
+        };
+        let steps = steps.min(REPEATS_MAX);
+        for step in 0..=steps {
+            let share = if steps > 0 { step as f64 / steps as f64 } else { 0.0 };
+            let along = if repeat.distance_m > 0.0 {
+                repeat.distance_m * step as f64
+            } else {
+                repeat.length_m * share
+            };
+            let mix = |ends: [f64; 2]| ends[0] + (ends[1] - ends[0]) * share;
+            places.push(place(repeat.s + along, mix(repeat.t), mix(repeat.z_offset_m)));
+        }
+    }
+    if places.is_empty() {
+        places.push(place(object.s, object.t, object.z_offset_m));
+    }
+    let own = place(object.s, object.t, object.z_offset_m);
+    let (sin, cos) = own.heading_rad.sin_cos();
+    let outlines = object.corners.iter().map(|corners| {
+        let corner = |corner: &Corner| match *corner {
+            Corner::Road { s, t, dz } => on_road(network, object.road, s, t, dz).position,
+            Corner::Local { u, v, z } => {
+                own.position + DVec3::new(cos * u - sin * v, sin * u + cos * v, z)
+            }
+        };
+        corners.iter().map(corner).collect()
+    });
+    (places, outlines.collect())
+}

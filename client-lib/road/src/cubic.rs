@@ -1,0 +1,101 @@
+//! Piecewise cubic functions of a length: elevation, widths, offsets.
+
+/// a + b·ds + c·ds² + d·ds³ with ds counted from `from_m`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Cubic {
+    /// Where the piece begins.
+    pub(crate) from_m: f64,
+    /// a, b, c, d.
+    pub(crate) factors: [f64; 4],
+}
+
+/// A value with its first and second derivative.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Jet {
+    pub(crate) value: f64,
+    pub(crate) slope: f64,
+    pub(crate) bend: f64,
+}
+
+impl Jet {
+    pub(crate) fn constant(value: f64) -> Jet {
+        Jet { value, slope: 0.0, bend: 0.0 }
+    }
+
+    pub(crate) fn scaled(self, by: f64) -> Jet {
+        Jet { value: self.value * by, slope: self.slope * by, bend: self.bend * by }
+    }
+}
+
+impl std::ops::Add for Jet {
+    type Output = Jet;
+    fn add(self, other: Jet) -> Jet {
+        Jet {
+            value: self.value + other.value,
+            slope: self.slope + other.slope,
+            bend: self.bend + other.bend,
+        }
+    }
+}
+
+impl Cubic {
+    pub(crate) fn at(&self, along: f64) -> f64 {
+        let ds = along - self.from_m;
+        let [a, b, c, d] = self.factors;
+        a + ds * (b + ds * (c + ds * d))
+    }
+
+    pub(crate) fn jet(&self, along: f64) -> Jet {
+        let ds = along - self.from_m;
+        let [_, b, c, d] = self.factors;
+        Jet {
+            value: self.at(along),
+            slope: b + ds * (2.0 * c + ds * 3.0 * d),
+            bend: 2.0 * c + 6.0 * d * ds,
+        }
+    }
+}
+
+/// Pieces in rising order; each holds until the next begins. Zero before the first and if empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Profile {
+    pieces: Vec<Cubic>,
+}
+
+impl Profile {
+    /// Sorts the pieces; of two that begin at one place, the later in the file holds.
+    pub(crate) fn new(mut pieces: Vec<Cubic>) -> Profile {
+        pieces.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
+        Profile { pieces }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.pieces.is_empty()
+    }
+
+    /// The piece that holds at `along`. Before the first piece there is none.
+    pub(crate) fn piece(&self, along: f64) -> Option<&Cubic> {
+        match self.pieces.as_slice() {
+            [] => None,
+            [only] => (only.from_m <= along + EARLY_M).then_some(only),
+            several => {
+                let after = several.partition_point(|piece| piece.from_m <= along);
+                match after {
+                    0 => several.first().filter(|piece| piece.from_m <= along + EARLY_M),
+                    n => several.get(n - 1),
+                }
+            }
+        }
+    }
+
+    pub(crate) fn at(&self, along: f64) -> f64 {
+        self.piece(along).map_or(0.0, |piece| piece.at(along))
+    }
+
+    pub(crate) fn jet(&self, along: f64) -> Jet {
+        self.piece(along).map_or(Jet::default(), |piece| piece.jet(along))
+    }
+}
+
+/// A first piece that begins this little after the start holds from the start.
+const EARLY_M: f64 = 1e-3;

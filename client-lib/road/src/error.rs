@@ -1,0 +1,11 @@
+use thiserror::Error;
+
+/// Why a text is not a road network.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("line {line}: {reason}")]
+pub struct MapError {
+    /// The line of the text, counted from 1.
+    pub line: usize,
+    /// What is wrong there, and what to try.
+    pub reason: String,
+}

@@ -1,0 +1,246 @@
+//! The spatial index: lane centres as short segments in a grid, refined on the exact curve.
+
+use crate::lane::{LanePoint, LaneTypes};
+use crate::network::Network;
+use glam::{DVec2, DVec3};
+
+/// A piece of a lane's centre, straight within [`CHORD_M`].
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    from: DVec3,
+    to: DVec3,
+    lane: u32,
+    types: u32,
+    from_s: f32,
+    to_s: f32,
+}
+
+/// Segments by the square cells that they cross.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LaneIndexGrid {
+    segments: Vec<Segment>,
+    low: DVec2,
+    cell_m: f64,
+    columns: usize,
+    rows: usize,
+    /// Where each cell's part of `entries` begins.
+    starts: Vec<u32>,
+    entries: Vec<u32>,
+}
+
+const CELL_M: f64 = 6.0;
+const CELLS_MAX: f64 = 4e6;
+const SEGMENTS_MAX: f64 = 4e6;
+const LONGEST_M: f64 = 6.0;
+
+impl LaneIndexGrid {
+    pub(crate) fn new(network: &Network) -> LaneIndexGrid {
+        let total: f64 = network.lanes().iter().map(|lane| lane.length_m).sum();
+        let longest = LONGEST_M.max(total / SEGMENTS_MAX);
+        let mut segments = Vec::new();
+        for lane in network.lanes() {
+            let road = &network.roads()[lane.road as usize];
+            let start = road.sections[lane.section as usize].start_m;
+            let pieces = (lane.length_m / longest).ceil().clamp(1.0, 1e6) as usize;
+            let step = lane.length_m / pieces as f64;
+            let point = |s: f64| {
+                road.pose(&road.station(s), s, &network.lateral(road, lane, s, 0.0)).position
+            };
+            let mut from = point(start);
+            for piece in 0..pieces {
+                let (from_s, to_s) =
+                    (start + step * piece as f64, start + step * (piece + 1) as f64);
+                let to = point(to_s);
+                segments.push(Segment {
+                    from,
+                    to,
+                    lane: lane.index.0,
+                    types: lane.kind as u32,
+                    from_s: from_s as f32,
+                    to_s: to_s as f32,
+                });
+                from = to;
+            }
+        }
+        LaneIndexGrid::filled(segments)
+    }
+
+    fn filled(segments: Vec<Segment>) -> LaneIndexGrid {
+        let mut low = DVec2::splat(f64::INFINITY);
+        let mut high = DVec2::splat(f64::NEG_INFINITY);
+        for segment in &segments {
+            for end in [segment.from.truncate(), segment.to.truncate()] {
+                low = low.min(end);
+                high = high.max(end);
+            }
+        }
+        if segments.is_empty() {
+            return LaneIndexGrid::default();
+        }
+        let size = high - low;
+        let cell_m = CELL_M
+            .max((size.x * size.y / CELLS_MAX).sqrt())
+            .max(size.max_element() / CELLS_MAX.sqrt());
+        let columns = (size.x / cell_m) as usize + 1;
+        let rows = (size.y / cell_m) as usize + 1;
+        let mut grid = LaneIndexGrid {
+            segments,
+            low,
+            cell_m,
+            columns,
+            rows,
+            starts: vec![0; columns * rows + 1],
+            entries: Vec::new(),
+        };
+        let mut places = Vec::new();
+        for (index, segment) in grid.segments.iter().enumerate() {
+            let a = grid.cell(segment.from.truncate());
+            let b = grid.cell(segment.to.truncate());
+            for row in a.1.min(b.1)..=a.1.max(b.1) {
+                for column in a.0.min(b.0)..=a.0.max(b.0) {
+                    places.push((row * columns + column, index as u32));
+                }
+            }
+        }
+        for (cell, _) in &places {
+            grid.starts[cell + 1] += 1;
+        }
+        for cell in 0..columns * rows {
+            grid.starts[cell + 1] += grid.starts[cell];
+        }
+        let mut next = grid.starts.clone();
+        grid.entries = vec![0; places.len()];
+        for (cell, index) in places {
+            grid.entries[next[cell] as usize] = index;
+            next[cell] += 1;
+        }
+        grid
+    }
+
+    /// The cell of a point, or the nearest one of the grid.
+    fn cell(&self, point: DVec2) -> (usize, usize) {
+        let at = (point - self.low) / self.cell_m;
+        (
+            at.x.clamp(0.0, (self.columns - 1) as f64) as usize,
+            at.y.clamp(0.0, (self.rows - 1) as f64) as usize,
+        )
+    }
+
+    pub(crate) fn nearest(
+        &self,
+        network: &Network,
+        point: DVec3,
+        types: LaneTypes,
+    ) -> Option<LanePoint> {
+        if self.segments.is_empty() || !point.is_finite() {
+            return None;
+        }
+        let flat = point.truncate();
+        let (column, row) = self.cell(flat);
+        let (mut best, mut best_squared) = (None, f64::INFINITY);
+        for ring in 0..self.columns.max(self.rows) {
+            // Nothing in this ring can be nearer than its inner edge.
+            let reach = self.clearance(flat, column, row, ring);
+            if best.is_some() && reach * reach > best_squared {
+                break;
+            }
+            self.each_of_ring(column, row, ring, |cell| {
+                let entries = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+                for &entry in &self.entries[entries] {
+                    let segment = &self.segments[entry as usize];
+                    if segment.types & types.0 == 0 {
+                        continue;
+                    }
+                    let (squared, share) = segment.distance_squared(point);
+                    let better = squared < best_squared;
+                    if better {
+                        best_squared = squared;
+                        best = Some((segment, share));
+                    }
+                }
+            });
+        }
+        let (segment, share) = best?;
+        let s = f64::from(segment.from_s)
+            + share * (f64::from(segment.to_s) - f64::from(segment.from_s));
+        Some(network.refined(&network.lanes()[segment.lane as usize], s, point))
+    }
+
+    /// A lower bound of the distance from `point` to the cells of `ring` round a cell.
+    fn clearance(&self, point: DVec2, column: usize, row: usize, ring: usize) -> f64 {
+        if ring == 0 {
+            return 0.0;
+        }
+        let inner = ring as f64 - 1.0;
+        let low = self.low + DVec2::new(column as f64 - inner, row as f64 - inner) * self.cell_m;
+        let high = self.low
+            + DVec2::new(column as f64 + 1.0 + inner, row as f64 + 1.0 + inner) * self.cell_m;
+        let inside = (point - low).min(high - point).min_element();
+        inside.max(0.0)
+    }
+
+    fn each_of_ring(&self, column: usize, row: usize, ring: usize, mut visit: impl FnMut(usize)) {
+        let (c, r, n) = (column as isize, row as isize, ring as isize);
+        let mut cell = |column: isize, row: isize| {
+            if (0..self.columns as isize).contains(&column)
+                && (0..self.rows as isize).contains(&row)
+            {
+                visit(row as usize * self.columns + column as usize);
+            }
+        };
+        if n == 0 {
+            return cell(c, r);
+        }
+        for column in c - n..=c + n {
+            cell(column, r - n);
+            cell(column, r + n);
+        }
+        for row in r - n + 1..r + n {
+            cell(c - n, row);
+            cell(c + n, row);
+        }
+    }
+}
+
+impl Segment {
+    /// The squared distance to `point`, and where along the segment it is reached.
+    fn distance_squared(&self, point: DVec3) -> (f64, f64) {
+        let along = self.to - self.from;
+        let length = along.length_squared();
+        let share = if length > 0.0 {
+            ((point - self.from).dot(along) / length).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        (point.distance_squared(self.from + along * share), share)
+    }
+}
+
+impl Network {
+    /// The foot of `point` on the lane's exact centre, beginning from `s` near it.
+    fn refined(&self, lane: &crate::lane::Lane, s: f64, point: DVec3) -> LanePoint {
+        let road = &self.roads()[lane.road as usize];
+        let start = road.sections[lane.section as usize].start_m;
+        let mut s = s.clamp(start, start + lane.length_m);
+        for _ in 0..2 {
+            let station = road.station(s);
+            let lateral = self.lateral(road, lane, s, 0.0);
+            let pose = road.pose(&station, s, &lateral);
+            let offset = point - pose.position;
+            let (sin, cos) = pose.heading_rad.sin_cos();
+            let (pitch_sin, pitch_cos) = pose.pitch_rad.sin_cos();
+            let ahead = (offset.x * cos + offset.y * sin) * pitch_cos - offset.z * pitch_sin;
+            // A step along the path is longer or shorter than the same step of s, and the foot
+            // moves faster on the inside of a bend.
+            let left = offset.y * cos - offset.x * sin;
+            let stretch = (1.0 - station.curvature * lateral.t.value).max(0.1);
+            let bend = (1.0 - pose.curvature_per_m * left).max(0.2);
+            let step = ahead / (stretch * bend);
+            s = (s + step).clamp(start, start + lane.length_m);
+            if step.abs() < 1e-4 {
+                break;
+            }
+        }
+        self.point_at_s(lane, s)
+    }
+}

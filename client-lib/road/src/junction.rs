@@ -1,0 +1,42 @@
+/// Where roads meet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Junction {
+    /// OpenDRIVE's id.
+    pub id: String,
+    /// What people call it.
+    pub name: String,
+    /// Common, direct or virtual.
+    pub kind: JunctionKind,
+    /// Ways through.
+    pub connections: Vec<Connection>,
+    /// Roads that lie inside, each once, in the order of the file.
+    pub roads: Vec<u32>,
+    /// Controllers that rule its signals.
+    pub controllers: Vec<u32>,
+    /// Which connecting road goes before which, by road index.
+    pub priorities: Vec<(u32, u32)>,
+}
+
+/// How a junction joins its roads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JunctionKind {
+    /// By connecting roads.
+    Common,
+    /// Roads touch each other.
+    Direct,
+    /// A road goes on, others join at its side.
+    Virtual,
+}
+
+/// One way through a junction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Connection {
+    /// The road that leads in.
+    pub incoming: u32,
+    /// The road inside (common), or on the other side (direct).
+    pub connecting: u32,
+    /// The connecting road is entered at its start, not at its end.
+    pub at_start: bool,
+    /// Lane ids, from the incoming to the connecting road.
+    pub lane_links: Vec<(i32, i32)>,
+}

@@ -1,0 +1,145 @@
+use crate::MapError;
+use crate::index::LaneIndexGrid;
+use crate::junction::Junction;
+use crate::lane::{Lane, LaneIndex, LanePoint, LaneTypes};
+use crate::object::RoadObject;
+use crate::parse::Header;
+use crate::road::Road;
+use crate::signal::{Controller, Signal};
+use glam::DVec3;
+
+/// A road network; it does not change once parsed.
+#[derive(Clone, Debug)]
+pub struct Network {
+    pub(crate) header: Header,
+    pub(crate) origin: DVec3,
+    pub(crate) lanes: Vec<Lane>,
+    pub(crate) roads: Vec<Road>,
+    pub(crate) junctions: Vec<Junction>,
+    pub(crate) signals: Vec<Signal>,
+    pub(crate) controllers: Vec<Controller>,
+    pub(crate) objects: Vec<RoadObject>,
+    pub(crate) findings: Vec<MapError>,
+    pub(crate) grid: LaneIndexGrid,
+    pub(crate) bounds: (DVec3, DVec3),
+}
+
+impl Network {
+    /// Reads an OpenDRIVE text.
+    pub fn parse(xml: &str) -> Result<Network, MapError> {
+        crate::build::network(xml)
+    }
+
+    /// Every lane but the centre ones, of every section of every road.
+    pub fn lanes(&self) -> &[Lane] {
+        &self.lanes
+    }
+
+    /// One lane.
+    pub fn lane(&self, index: LaneIndex) -> &Lane {
+        &self.lanes[index.0 as usize]
+    }
+
+    /// Every road, in the order of the file.
+    pub fn roads(&self) -> &[Road] {
+        &self.roads
+    }
+
+    /// Every junction, in the order of the file.
+    pub fn junctions(&self) -> &[Junction] {
+        &self.junctions
+    }
+
+    /// Every sign and light, in the order of the file.
+    pub fn signals(&self) -> &[Signal] {
+        &self.signals
+    }
+
+    /// Every controller, in the order of the file.
+    pub fn controllers(&self) -> &[Controller] {
+        &self.controllers
+    }
+
+    /// Every recorded object, in the order of the file.
+    pub fn objects(&self) -> &[RoadObject] {
+        &self.objects
+    }
+
+    /// What the file says of itself.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// What does not fit together in the file but was passed over.
+    pub fn findings(&self) -> &[MapError] {
+        &self.findings
+    }
+
+    /// Where world space has its origin in the file's own coordinates. Zero unless the file keeps
+    /// its roads so far from its origin that f32 would not do.
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// From world space to the projected coordinates that the header's geoReference speaks of.
+    pub fn to_projected(&self, point: DVec3) -> DVec3 {
+        let point = point + self.origin;
+        let (sin, cos) = self.header.offset_heading_rad.sin_cos();
+        DVec3::new(cos * point.x - sin * point.y, sin * point.x + cos * point.y, point.z)
+            + self.header.offset_m
+    }
+
+    /// From projected coordinates to world space.
+    pub fn from_projected(&self, point: DVec3) -> DVec3 {
+        let point = point - self.header.offset_m;
+        let (sin, cos) = self.header.offset_heading_rad.sin_cos();
+        DVec3::new(cos * point.x + sin * point.y, cos * point.y - sin * point.x, point.z)
+            - self.origin
+    }
+
+    /// A lane by OpenDRIVE's names for it; sections count from 0.
+    pub fn find_lane(&self, road_id: &str, section: usize, lane_id: i32) -> Option<LaneIndex> {
+        let road = self.roads.iter().find(|road| road.id == road_id)?;
+        self.lane_of(road, section, lane_id)
+    }
+
+    pub(crate) fn lane_of(&self, road: &Road, section: usize, lane_id: i32) -> Option<LaneIndex> {
+        let section = road.sections.get(section)?;
+        section.lanes.iter().copied().find(|lane| self.lane(*lane).id == lane_id)
+    }
+
+    /// The point of the nearest lane centre, in three dimensions, among lanes of `types`.
+    /// None only if there is no such lane.
+    pub fn nearest(&self, point: DVec3, types: LaneTypes) -> Option<LanePoint> {
+        self.grid.nearest(self, point, types)
+    }
+
+    /// Corners of the box round all lanes, lowest and highest.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        self.bounds
+    }
+
+    /// The road, section, lane id and s of a point.
+    pub fn road_space(&self, at: LanePoint) -> (&Road, usize, i32, f64) {
+        let lane = self.lane(at.lane);
+        let s = self.s_of(lane, at.along_m);
+        (&self.roads[lane.road as usize], lane.section as usize, lane.id, s)
+    }
+
+    /// The point on the centre of a lane at the road's `s`; the inverse of [`Network::road_space`].
+    pub fn lane_point(&self, road_id: &str, lane_id: i32, s: f64) -> Option<LanePoint> {
+        let road = self.roads.iter().find(|road| road.id == road_id)?;
+        if !(-1e-6..=road.length_m + 1e-6).contains(&s) {
+            return None;
+        }
+        let lane = self.lane_of(road, road.section_at(s), lane_id)?;
+        Some(self.point_at_s(self.lane(lane), s))
+    }
+
+    pub(crate) fn point_at_s(&self, lane: &Lane, s: f64) -> LanePoint {
+        let start = self.roads[lane.road as usize].sections[lane.section as usize].start_m;
+        let from_start = (s - start).clamp(0.0, lane.length_m);
+        let along_m = if lane.forward { from_start } else { lane.length_m - from_start };
+        LanePoint { lane: lane.index, along_m }
+    }
+}

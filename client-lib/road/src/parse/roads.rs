@@ -1,0 +1,245 @@
+use super::{Records, RoadExtra, lanes, limit, objects, signals};
+use crate::MapError;
+use crate::cubic::{Cubic, Profile};
+use crate::curve::{Curve, Shape as CurveShape};
+use crate::road::{Road, RoadType, Shape};
+use crate::xml::Cursor;
+use glam::DVec2;
+
+/// A road's `<predecessor>` or `<successor>`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct RawLink {
+    pub(crate) junction: bool,
+    pub(crate) id: String,
+    pub(crate) at_start: bool,
+}
+
+/// Roads beyond this are a fault of the file.
+const LONGEST_M: f64 = 1e6;
+
+pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapError> {
+    let mut extra = RoadExtra {
+        junction: xml.raw("junction").filter(|id| *id != "-1").map(|_| xml.string("junction")),
+        offset: xml.offset(),
+        ..RoadExtra::default()
+    };
+    let index = records.roads.len() as u32;
+    let mut road = Road {
+        id: xml.required("id")?,
+        name: xml.string("name"),
+        length_m: xml.number("length")?,
+        junction: None,
+        left_hand: xml.raw("rule") == Some("LHT"),
+        sections: Vec::new(),
+        predecessor: None,
+        successor: None,
+        types: Vec::new(),
+        curves: Vec::new(),
+        elevation: Profile::default(),
+        superelevation: Profile::default(),
+        crossfall: Default::default(),
+        shapes: Vec::new(),
+        lane_offset: Profile::default(),
+    };
+    if !(0.0..=LONGEST_M).contains(&road.length_m) {
+        return Err(xml.error(format!(
+            "road {} is {} m long; from 0 to {LONGEST_M} is possible",
+            road.id, road.length_m
+        )));
+    }
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        match name {
+            "link" => links(xml, &mut extra)?,
+            "type" => {
+                let kind = road_type(xml)?;
+                road.types.push(kind);
+            }
+            "planView" => plan_view(xml, &mut road)?,
+            "elevationProfile" => road.elevation = cubics(xml, "elevation", "s")?,
+            "lateralProfile" => lateral_profile(xml, &mut road)?,
+            "lanes" => lanes::lanes(xml, &mut road, index, records)?,
+            "objects" => objects::objects(xml, index, records)?,
+            "signals" => signals::signals(xml, index, records)?,
+            _ => {}
+        }
+    }
+    if road.curves.is_empty() {
+        return Err(xml.error(format!("road {} has no <geometry> in its <planView>", road.id)));
+    }
+    if road.sections.is_empty() {
+        return Err(xml.error(format!("road {} has no <laneSection>", road.id)));
+    }
+    road.types.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
+    records.roads.push(road);
+    records.road_extras.push(extra);
+    Ok(())
+}
+
+fn links(xml: &mut Cursor, extra: &mut RoadExtra) -> Result<(), MapError> {
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        let link = match name {
+            "predecessor" => &mut extra.predecessor,
+            "successor" => &mut extra.successor,
+            _ => continue,
+        };
+        *link = Some(RawLink {
+            junction: xml.raw("elementType") == Some("junction"),
+            id: xml.required("elementId")?,
+            at_start: xml.raw("contactPoint") != Some("end"),
+        });
+    }
+    Ok(())
+}
+
+fn road_type(xml: &mut Cursor) -> Result<RoadType, MapError> {
+    let mut kind =
+        RoadType { from_m: xml.number_or("s", 0.0)?, kind: xml.string("type"), limit_mps: None };
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        if name == "speed" {
+            kind.limit_mps = limit(xml)?;
+        }
+    }
+    Ok(kind)
+}
+
+fn plan_view(xml: &mut Cursor, road: &mut Road) -> Result<(), MapError> {
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        if name == "geometry" {
+            let curve = geometry(xml)?;
+            if let Some(last) = road.curves.last()
+                && curve.from_m < last.from_m
+            {
+                return Err(xml.error(format!(
+                    "a geometry of road {} begins at s {}, the one before it at {}",
+                    road.id, curve.from_m, last.from_m
+                )));
+            }
+            road.curves.push(curve);
+        }
+    }
+    Ok(())
+}
+
+fn geometry(xml: &mut Cursor) -> Result<Curve, MapError> {
+    let from_m = xml.number("s")?;
+    let start = DVec2::new(xml.number("x")?, xml.number("y")?);
+    let heading = xml.number("hdg")?;
+    let length_m = xml.number("length")?;
+    if !(0.0..=LONGEST_M).contains(&length_m) {
+        return Err(xml.error(format!(
+            "a <geometry> is {length_m} m long; from 0 to {LONGEST_M} is possible"
+        )));
+    }
+    let mut shape = None;
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        shape = Some(match name {
+            "line" => CurveShape::Line,
+            "arc" => match xml.number("curvature")? {
+                curvature if curvature.abs() < 1e-14 => CurveShape::Line,
+                curvature => CurveShape::Arc { curvature: bounded(xml, curvature)? },
+            },
+            "spiral" => {
+                let from = bounded(xml, xml.number("curvStart")?)?;
+                let to = bounded(xml, xml.number("curvEnd")?)?;
+                CurveShape::spiral(from, to, length_m)
+            }
+            "poly3" => {
+                let factors =
+                    [xml.number("a")?, xml.number("b")?, xml.number("c")?, xml.number("d")?];
+                CurveShape::poly3(factors, length_m)
+            }
+            "paramPoly3" => {
+                let u =
+                    [xml.number("aU")?, xml.number("bU")?, xml.number("cU")?, xml.number("dU")?];
+                let v =
+                    [xml.number("aV")?, xml.number("bV")?, xml.number("cV")?, xml.number("dV")?];
+                let p_end = if xml.raw("pRange") == Some("arcLength") { length_m } else { 1.0 };
+                CurveShape::cubic(u, v, p_end, length_m)
+            }
+            _ => continue,
+        });
+    }
+    match shape {
+        Some(shape) => Ok(Curve::new(from_m, length_m, start, heading, shape)),
+        None => Err(xml.error(
+            "a <geometry> has no shape; line, arc, spiral, poly3 and paramPoly3 are known".into(),
+        )),
+    }
+}
+
+/// Tighter than a centimetre's radius is no road.
+fn bounded(xml: &Cursor, curvature: f64) -> Result<f64, MapError> {
+    if curvature.abs() <= 100.0 {
+        return Ok(curvature);
+    }
+    Err(xml.error(format!("the curvature is {curvature}, tighter than a circle of 1 cm")))
+}
+
+fn lateral_profile(xml: &mut Cursor, road: &mut Road) -> Result<(), MapError> {
+    let mut banks = Vec::new();
+    let mut falls: [Vec<Cubic>; 2] = Default::default();
+    let mut shapes: Vec<(f64, Vec<Cubic>)> = Vec::new();
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        match name {
+            "superelevation" => banks.push(cubic(xml, "s")?),
+            "crossfall" => {
+                let fall = cubic(xml, "s")?;
+                let side = xml.raw("side").unwrap_or("both");
+                if side != "right" {
+                    falls[0].push(fall);
+                }
+                if side != "left" {
+                    falls[1].push(fall);
+                }
+            }
+            "shape" => {
+                let s = xml.number("s")?;
+                let over_t = cubic(xml, "t")?;
+                match shapes.iter_mut().find(|(at, _)| *at == s) {
+                    Some((_, pieces)) => pieces.push(over_t),
+                    None => shapes.push((s, vec![over_t])),
+                }
+            }
+            _ => {}
+        }
+    }
+    road.superelevation = Profile::new(banks);
+    road.crossfall = falls.map(Profile::new);
+    shapes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    road.shapes = shapes
+        .into_iter()
+        .map(|(from_m, pieces)| Shape { from_m, over_t: Profile::new(pieces) })
+        .collect();
+    Ok(())
+}
+
+/// All children called `name` of the current element.
+fn cubics(xml: &mut Cursor, name: &str, from: &str) -> Result<Profile, MapError> {
+    let mut pieces = Vec::new();
+    let here = xml.depth();
+    while let Some(child) = xml.child(here)? {
+        if child == name {
+            pieces.push(cubic(xml, from)?);
+        }
+    }
+    Ok(Profile::new(pieces))
+}
+
+/// The current element's a, b, c, d, and where they begin.
+pub(super) fn cubic(xml: &Cursor, from: &str) -> Result<Cubic, MapError> {
+    Ok(Cubic {
+        from_m: xml.number_or(from, 0.0)?,
+        factors: [
+            xml.number_or("a", 0.0)?,
+            xml.number_or("b", 0.0)?,
+            xml.number_or("c", 0.0)?,
+            xml.number_or("d", 0.0)?,
+        ],
+    })
+}

@@ -1,0 +1,168 @@
+//! From lane coordinates to poses.
+
+use crate::cubic::Jet;
+use crate::lane::{Lane, LaneIndex, LanePoint};
+use crate::network::Network;
+use crate::road::{Borders, Road, Station};
+use glam::{DQuat, DVec3, EulerRot};
+
+/// A pose on the road. World space: right-handed, z up, metres and radians.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Placement {
+    /// Where.
+    pub position: DVec3,
+    /// About z, from x towards y.
+    pub heading_rad: f64,
+    /// About the left-pointing y: positive looks down.
+    pub pitch_rad: f64,
+    /// About the forward-pointing x: positive lifts the left side.
+    pub roll_rad: f64,
+    /// Of the path in driving direction, seen from above; positive turns left.
+    pub curvature_per_m: f64,
+}
+
+impl Placement {
+    /// `world_from_lane`: x along the lane, y to its left, z up from its surface.
+    pub fn rotation(&self) -> DQuat {
+        DQuat::from_euler(EulerRot::ZYX, self.heading_rad, self.pitch_rad, self.roll_rad)
+    }
+
+    /// The point `forward`, `left` and `up` of here.
+    pub fn point(&self, forward: f64, left: f64, up: f64) -> DVec3 {
+        self.position + self.rotation() * DVec3::new(forward, left, up)
+    }
+}
+
+/// A path beside a reference line: signed lateral distance, and how much of it stays level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lateral {
+    pub(crate) t: Jet,
+    pub(crate) level: Jet,
+    /// The surface at the path does not bank.
+    pub(crate) flat: bool,
+    /// How far the surface stands above the road's.
+    pub(crate) rise_m: f64,
+}
+
+impl Network {
+    /// The pose of the lane's centre, x along the driving direction.
+    pub fn place(&self, at: LanePoint) -> Placement {
+        self.place_at(at.lane, at.along_m, 0.0)
+    }
+
+    /// The pose `offset_left_m` to the left of the lane's centre, seen in driving direction.
+    pub fn place_at(&self, lane: LaneIndex, along_m: f64, offset_left_m: f64) -> Placement {
+        let lane = self.lane(lane);
+        let road = &self.roads()[lane.road as usize];
+        let s = self.s_of(lane, along_m);
+        let offset_t = if lane.forward { offset_left_m } else { -offset_left_m };
+        let lateral = self.lateral(road, lane, s, offset_t);
+        let station = road.station(s);
+        let pose = road.pose(&station, s, &lateral);
+        if lane.forward { pose } else { pose.reversed() }
+    }
+
+    /// The lane's width in metres.
+    pub fn width(&self, at: LanePoint) -> f64 {
+        let lane = self.lane(at.lane);
+        let borders = self.borders(lane, self.s_of(lane, at.along_m));
+        borders.outer.value - borders.inner.value
+    }
+
+    /// The road's s at `along_m`, kept inside the lane.
+    pub(crate) fn s_of(&self, lane: &Lane, along_m: f64) -> f64 {
+        let start = self.roads()[lane.road as usize].sections[lane.section as usize].start_m;
+        let along = along_m.clamp(0.0, lane.length_m);
+        if lane.forward { start + along } else { start + lane.length_m - along }
+    }
+
+    pub(crate) fn borders(&self, lane: &Lane, s: f64) -> Borders {
+        let section = &self.roads()[lane.road as usize].sections[lane.section as usize];
+        let position = (lane.index.0 - section.lanes[0].0) as usize;
+        section.borders(self.lanes(), position, s - section.start_m)
+    }
+
+    /// The path at the lane's centre plus `offset_t`.
+    pub(crate) fn lateral(&self, road: &Road, lane: &Lane, s: f64, offset_t: f64) -> Lateral {
+        let borders = self.borders(lane, s);
+        let sign = lane.sign();
+        let middle = (borders.inner + borders.outer).scaled(0.5 * sign);
+        let t = road.lane_offset.jet(s) + middle + Jet::constant(offset_t);
+        let mut level = borders.level.scaled(sign);
+        if lane.level {
+            level = level + t + (road.lane_offset.jet(s) + borders.inner.scaled(sign)).scaled(-1.0);
+        }
+        let ds = s - road.sections[lane.section as usize].start_m;
+        let (inner, outer) = lane.rise(ds);
+        let width = borders.outer.value - borders.inner.value;
+        let share = if width > 1e-6 { 0.5 + sign * offset_t / width } else { 0.5 };
+        let rise_m = inner + (outer - inner) * share.clamp(0.0, 1.0);
+        Lateral { t, level, flat: lane.level, rise_m }
+    }
+}
+
+impl Road {
+    /// The pose along rising s of a path at `lateral`.
+    pub(crate) fn pose(&self, station: &Station, s: f64, lateral: &Lateral) -> Placement {
+        let roll = station.roll;
+        let (sin, cos) = roll.value.sin_cos();
+        let banked = lateral.t + lateral.level.scaled(-1.0);
+        // How far the path lies from the reference line seen from above, and how that changes.
+        let beside = Jet {
+            value: banked.value * cos + lateral.level.value,
+            slope: banked.slope * cos - banked.value * sin * roll.slope + lateral.level.slope,
+            bend: banked.bend * cos + lateral.level.bend,
+        };
+        let along = 1.0 - station.curvature * beside.value;
+        let climb = station.elevation.slope + banked.slope * sin + banked.value * cos * roll.slope;
+        let (heading_sin, heading_cos) = station.heading_rad.sin_cos();
+        let uneven = self.unevenness(s, lateral.t.value);
+        let position = DVec3::new(
+            station.x - heading_sin * beside.value,
+            station.y + heading_cos * beside.value,
+            station.elevation.value + banked.value * sin + uneven + lateral.rise_m,
+        );
+        // Inside the centre of a bend's circle the path runs backwards; the lane does not.
+        let along = along.max(1e-3);
+        let planar = along.hypot(beside.slope);
+        let pitch_rad = -(climb / planar).atan();
+        let side_slope = if lateral.flat { 0.0 } else { sin + self.side_slope(s, lateral) };
+        let bend = along * (station.curvature * along + beside.bend)
+            + beside.slope
+                * (station.curvature_slope * beside.value + 2.0 * station.curvature * beside.slope);
+        Placement {
+            position,
+            heading_rad: station.heading_rad + beside.slope.atan2(along),
+            pitch_rad,
+            roll_rad: side_slope.clamp(-1.0, 1.0).asin(),
+            curvature_per_m: bend / planar.powi(3),
+        }
+    }
+
+    /// What crossfall and shapes add to the banking.
+    fn side_slope(&self, s: f64, lateral: &Lateral) -> f64 {
+        if self.shapes.is_empty() && self.crossfall.iter().all(|side| side.is_empty()) {
+            return 0.0;
+        }
+        let t = lateral.t.value;
+        (self.unevenness(s, t + 0.01) - self.unevenness(s, t - 0.01)) / 0.02
+    }
+}
+
+impl Placement {
+    /// The same place looking the other way.
+    pub(crate) fn reversed(self) -> Placement {
+        Placement {
+            position: self.position,
+            heading_rad: wrapped(self.heading_rad + std::f64::consts::PI),
+            pitch_rad: -self.pitch_rad,
+            roll_rad: -self.roll_rad,
+            curvature_per_m: -self.curvature_per_m,
+        }
+    }
+}
+
+/// The same angle from -π to π.
+pub(crate) fn wrapped(angle: f64) -> f64 {
+    angle - std::f64::consts::TAU * (angle / std::f64::consts::TAU).round()
+}

@@ -1,0 +1,211 @@
+use crate::cubic::{Jet, Profile};
+use crate::curve::Curve;
+use crate::lane::{Lane, LaneIndex};
+use crate::mark::RoadMark;
+
+/// One road: a reference line and lanes along it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Road {
+    /// OpenDRIVE's id.
+    pub id: String,
+    /// What people call it.
+    pub name: String,
+    /// Metres of s.
+    pub length_m: f64,
+    /// Which of [`crate::Network::junctions`] it belongs to.
+    pub junction: Option<u32>,
+    /// Traffic keeps left.
+    pub left_hand: bool,
+    /// In rising s.
+    pub sections: Vec<Section>,
+    /// What the road continues at its start.
+    pub predecessor: Option<RoadLink>,
+    /// What continues the road at its end.
+    pub successor: Option<RoadLink>,
+    /// What kind of road, in rising s.
+    pub types: Vec<RoadType>,
+    pub(crate) curves: Vec<Curve>,
+    pub(crate) elevation: Profile,
+    pub(crate) superelevation: Profile,
+    pub(crate) crossfall: [Profile; 2],
+    pub(crate) shapes: Vec<Shape>,
+    pub(crate) lane_offset: Profile,
+}
+
+/// From one lane section to the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section {
+    /// Where it begins, metres of s.
+    pub start_m: f64,
+    /// Metres of s.
+    pub length_m: f64,
+    /// From left to right, that is by falling id.
+    pub lanes: Vec<LaneIndex>,
+    /// What is painted on the reference line's lane, in rising order.
+    pub marks: Vec<RoadMark>,
+    /// How many of `lanes` lie left of the centre.
+    pub(crate) left: usize,
+}
+
+/// A `<type>` record of a road.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoadType {
+    /// Metres of s.
+    pub from_m: f64,
+    /// OpenDRIVE's word: town, motorway, rural ...
+    pub kind: String,
+    /// The limit on all lanes that have none of their own.
+    pub limit_mps: Option<f64>,
+}
+
+/// What stands at a road's end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RoadLink {
+    /// Another road, by index, and whether its start is touched.
+    Road {
+        /// Which of [`crate::Network::roads`].
+        road: u32,
+        /// Touched at its start, not at its end.
+        at_start: bool,
+    },
+    /// A junction, by index.
+    Junction(u32),
+}
+
+/// A `<shape>` record: height over t, from `from_m` on, blended linearly to the next station.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Shape {
+    pub(crate) from_m: f64,
+    pub(crate) over_t: Profile,
+}
+
+/// The reference line at one s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Station {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) heading_rad: f64,
+    pub(crate) curvature: f64,
+    pub(crate) curvature_slope: f64,
+    pub(crate) elevation: Jet,
+    pub(crate) roll: Jet,
+}
+
+/// A lane's borders at one s, as unsigned distances from the centre lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Borders {
+    pub(crate) inner: Jet,
+    pub(crate) outer: Jet,
+    /// How much of `inner` lies on lanes that stay level.
+    pub(crate) level: Jet,
+}
+
+impl Road {
+    /// The section that holds at `s`.
+    pub fn section_at(&self, s: f64) -> usize {
+        self.sections.partition_point(|section| section.start_m <= s).max(1) - 1
+    }
+
+    /// The reference line at `s`.
+    pub(crate) fn station(&self, s: f64) -> Station {
+        let after = self.curves.partition_point(|curve| curve.from_m <= s);
+        let curve = &self.curves[after.max(1) - 1];
+        let point = curve.at(s - curve.from_m);
+        Station {
+            x: point.position.x,
+            y: point.position.y,
+            heading_rad: point.heading_rad,
+            curvature: point.curvature_per_m,
+            curvature_slope: point.curvature_slope,
+            elevation: self.elevation.jet(s),
+            roll: self.superelevation.jet(s),
+        }
+    }
+
+    /// How far the surface stands above the banked plane at `t`: crossfall and shapes.
+    pub(crate) fn unevenness(&self, s: f64, t: f64) -> f64 {
+        let mut height = 0.0;
+        let side = &self.crossfall[usize::from(t < 0.0)];
+        if !side.is_empty() {
+            height -= t.abs() * side.at(s).tan();
+        }
+        if !self.shapes.is_empty() {
+            let after = self.shapes.partition_point(|shape| shape.from_m <= s);
+            if after > 0 {
+                let here = &self.shapes[after - 1];
+                let low = here.over_t.at(t);
+                height += match self.shapes.get(after) {
+                    Some(next) => {
+                        let share = (s - here.from_m) / (next.from_m - here.from_m).max(1e-9);
+                        low + (next.over_t.at(t) - low) * share.clamp(0.0, 1.0)
+                    }
+                    None => low,
+                };
+            }
+        }
+        height
+    }
+
+    /// The limit of the road's type at `s`.
+    pub fn type_at(&self, s: f64) -> Option<&RoadType> {
+        let after = self.types.partition_point(|kind| kind.from_m <= s + 1e-6);
+        self.types.get(after.max(1) - 1)
+    }
+}
+
+impl Section {
+    /// The borders of the lane at `position` of `lanes`, `ds` metres into the section.
+    pub(crate) fn borders(&self, lanes: &[Lane], position: usize, ds: f64) -> Borders {
+        let mut borders =
+            Borders { inner: Jet::default(), outer: Jet::default(), level: Jet::default() };
+        let mut step = |at: usize| {
+            let lane = &lanes[self.lanes[at].0 as usize];
+            borders.inner = borders.outer;
+            if at != position {
+                borders.outer = lane.outer(borders.inner, ds);
+                if lane.level {
+                    borders.level = borders.level + borders.outer + borders.inner.scaled(-1.0);
+                }
+            } else {
+                borders.outer = lane.outer(borders.inner, ds);
+            }
+        };
+        if position < self.left {
+            (position..self.left).rev().for_each(&mut step);
+        } else {
+            (self.left..=position).for_each(&mut step);
+        }
+        borders
+    }
+}
+
+impl Lane {
+    /// The outer border's distance from the centre, given the inner one's.
+    fn outer(&self, inner: Jet, ds: f64) -> Jet {
+        if !self.widths.is_empty() {
+            let width = self.widths.jet(ds);
+            // Rounding may leave a vanishing lane a little less than nothing wide.
+            return if width.value > 0.0 { inner + width } else { inner };
+        }
+        if !self.borders.is_empty() {
+            let border = self.borders.jet(ds);
+            let border = if border.value < 0.0 { border.scaled(-1.0) } else { border };
+            return if border.value > inner.value { border } else { inner };
+        }
+        inner
+    }
+
+    /// How far the lane's surface stands above the road's, at its inner and outer border.
+    pub(crate) fn rise(&self, ds: f64) -> (f64, f64) {
+        let after = self.heights.partition_point(|height| height.from_m <= ds + 1e-6);
+        match after {
+            0 => (0.0, 0.0),
+            n => (self.heights[n - 1].inner_m, self.heights[n - 1].outer_m),
+        }
+    }
+
+    /// +1 left of the reference line, -1 right of it.
+    pub(crate) fn sign(&self) -> f64 {
+        if self.id > 0 { 1.0 } else { -1.0 }
+    }
+}
