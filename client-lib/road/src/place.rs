@@ -107,24 +107,31 @@ impl Road {
         let roll = station.roll;
         let (sin, cos) = roll.value.sin_cos();
         let banked = lateral.t + lateral.level.scaled(-1.0);
+        // The road banks about its own, climbing axis: of a banked metre, `cos` shows to the side,
+        // `sin · pitch_cos` up and `sin · pitch_sin` along.
+        let (pitch_sin, pitch_cos) = (-station.elevation.slope.atan()).sin_cos();
+        let tilt = banked.value * sin;
+        let tilt_slope = banked.slope * sin + banked.value * cos * roll.slope;
+        let shove = tilt * pitch_sin;
         // How far the path lies from the reference line seen from above, and how that changes.
         let beside = Jet {
             value: banked.value * cos + lateral.level.value,
             slope: banked.slope * cos - banked.value * sin * roll.slope + lateral.level.slope,
             bend: banked.bend * cos + lateral.level.bend,
         };
-        let along = 1.0 - station.curvature * beside.value;
-        let climb = station.elevation.slope + banked.slope * sin + banked.value * cos * roll.slope;
+        let along = 1.0 - station.curvature * beside.value + tilt_slope * pitch_sin;
+        let climb = station.elevation.slope + tilt_slope * pitch_cos;
+        let aside = beside.slope + station.curvature * shove;
         let (heading_sin, heading_cos) = station.heading_rad.sin_cos();
         let uneven = self.unevenness(s, lateral.t.value);
         let position = DVec3::new(
-            station.x - heading_sin * beside.value,
-            station.y + heading_cos * beside.value,
-            station.elevation.value + banked.value * sin + uneven + lateral.rise_m,
+            station.x - heading_sin * beside.value + heading_cos * shove,
+            station.y + heading_cos * beside.value + heading_sin * shove,
+            station.elevation.value + tilt * pitch_cos + uneven + lateral.rise_m,
         );
         // Inside the centre of a bend's circle the path runs backwards; the lane does not.
         let along = along.max(1e-3);
-        let planar = along.hypot(beside.slope);
+        let planar = along.hypot(aside);
         let pitch_rad = -(climb / planar).atan();
         let side_slope = if lateral.flat { 0.0 } else { sin + self.side_slope(s, lateral) };
         let bend = along * (station.curvature * along + beside.bend)
@@ -132,7 +139,7 @@ impl Road {
                 * (station.curvature_slope * beside.value + 2.0 * station.curvature * beside.slope);
         Placement {
             position,
-            heading_rad: station.heading_rad + beside.slope.atan2(along),
+            heading_rad: station.heading_rad + aside.atan2(along),
             pitch_rad,
             roll_rad: side_slope.clamp(-1.0, 1.0).asin(),
             curvature_per_m: bend / planar.powi(3),

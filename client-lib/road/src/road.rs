@@ -195,12 +195,18 @@ impl Lane {
         inner
     }
 
-    /// How far the lane's surface stands above the road's, at its inner and outer border.
+    /// How far the lane's surface stands above the road's, at its inner and outer border; linear
+    /// between records.
     pub(crate) fn rise(&self, ds: f64) -> (f64, f64) {
         let after = self.heights.partition_point(|height| height.from_m <= ds + 1e-6);
-        match after {
-            0 => (0.0, 0.0),
-            n => (self.heights[n - 1].inner_m, self.heights[n - 1].outer_m),
+        let Some(here) = self.heights.get(after.max(1) - 1) else { return (0.0, 0.0) };
+        match self.heights.get(after) {
+            Some(next) if after > 0 => {
+                let share = ((ds - here.from_m) / (next.from_m - here.from_m)).clamp(0.0, 1.0);
+                let mix = |from: f64, to: f64| from + (to - from) * share;
+                (mix(here.inner_m, next.inner_m), mix(here.outer_m, next.outer_m))
+            }
+            _ => (here.inner_m, here.outer_m),
         }
     }
 
