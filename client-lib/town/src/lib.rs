@@ -1,1 +1,13 @@
-//! To come.
+//! The static world round the roads, what can be spawned into it, and maps out of a seed.
+//!
+//! [`furnish`] turns a road network into a whole town, [`catalogue`] lists every blueprint with
+//! its mesh, [`generate`] writes the OpenDRIVE text of a town that nobody has drawn.
+//!
+//! Right-handed, z up, x forward, y left; metres and radians. No disk, no bus, no clock: the same
+//! (map, seed) gives the same bytes.
+
+mod catalogue;
+mod clay;
+mod random;
+
+pub use catalogue::{Blueprint, Kind, Wheel, blueprint, catalogue};

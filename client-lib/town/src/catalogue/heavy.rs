@@ -1,0 +1,302 @@
+//! Trucks, buses and what sits on roofs.
+
+use glam::{Vec3, vec3};
+use road::{Material, Tag};
+
+use super::car::{self, Measure, Silhouette};
+use crate::clay::Clay;
+
+/// How a large vehicle is put together.
+pub(super) struct Heavy {
+    pub(super) tag: Tag,
+    pub(super) base_type: &'static str,
+    load: Load,
+}
+
+/// What stands behind the cab.
+#[derive(PartialEq)]
+enum Load {
+    /// Nothing: one body with windows all along.
+    Seats,
+    /// A closed box of this material; the second number is the cab's share of the height.
+    Box(f32, f32, Material),
+    /// Pumps, lockers and a ladder.
+    Fire(f32, f32),
+    /// A sick bay with beacons.
+    Bay(f32, f32),
+}
+
+pub(super) const BUS: Heavy = Heavy { tag: Tag::Bus, base_type: "bus", load: Load::Seats };
+pub(super) const BOX_TRUCK: Heavy =
+    Heavy { tag: Tag::Truck, base_type: "truck", load: Load::Box(0.36, 0.88, Material::CarPaint) };
+pub(super) const LORRY: Heavy =
+    Heavy { tag: Tag::Truck, base_type: "truck", load: Load::Box(0.27, 0.86, Material::Metal) };
+pub(super) const FIRE_TRUCK: Heavy =
+    Heavy { tag: Tag::Truck, base_type: "truck", load: Load::Fire(0.33, 0.80) };
+pub(super) const AMBULANCE: Heavy =
+    Heavy { tag: Tag::Truck, base_type: "truck", load: Load::Bay(0.40, 0.82) };
+
+/// A forward-control cab.
+const CAB: Silhouette = Silhouette {
+    top: &[
+        (0.0, 0.36, car::Skin::Paint),
+        (0.02, 0.42, car::Skin::Paint),
+        (0.05, 0.46, car::Skin::Pane),
+        (0.22, 0.86, car::Skin::Paint),
+        (0.30, 0.96, car::Skin::Paint),
+        (0.55, 1.0, car::Skin::Paint),
+        (1.0, 1.0, car::Skin::Paint),
+    ],
+    belt: &[(0.0, 0.34), (0.03, 0.42), (0.2, 0.47), (1.0, 0.47)],
+    plan: &[(0.0, 0.88), (0.04, 0.95), (0.15, 1.0), (1.0, 1.0)],
+    roof: 0.90,
+    windows: (0.16, 0.78),
+    pillars: &[],
+    mirror: 0.10,
+    clearance_m: 0.34,
+};
+
+/// A bonneted cab, as vans have.
+const SNOUT: Silhouette = Silhouette {
+    top: &[
+        (0.0, 0.36, car::Skin::Paint),
+        (0.03, 0.48, car::Skin::Paint),
+        (0.12, 0.55, car::Skin::Paint),
+        (0.36, 0.60, car::Skin::Pane),
+        (0.62, 0.94, car::Skin::Paint),
+        (0.72, 1.0, car::Skin::Paint),
+        (1.0, 1.0, car::Skin::Paint),
+    ],
+    belt: &[(0.0, 0.34), (0.05, 0.46), (0.36, 0.56), (1.0, 0.58)],
+    plan: &[(0.0, 0.74), (0.03, 0.85), (0.15, 0.95), (0.4, 1.0), (1.0, 1.0)],
+    roof: 0.84,
+    windows: (0.45, 0.95),
+    pillars: &[],
+    mirror: 0.42,
+    clearance_m: 0.24,
+};
+
+/// The body, without wheels.
+pub(super) fn body(clay: &mut Clay, heavy: &Heavy, measure: &Measure) {
+    match heavy.load {
+        Load::Seats => car::body(clay, &car::COACH, measure),
+        Load::Box(share, height, material) => {
+            let rear = cab(clay, &CAB, measure, share, height);
+            chassis(clay, measure, rear);
+            clay.material(material);
+            let (low, high) = load_space(measure, rear, 1.0);
+            clay.block(low, high);
+            stripes(clay, low, high, if material == Material::Metal { 5 } else { 2 });
+            tail_lamps(clay, low, measure);
+        }
+        Load::Bay(share, height) => {
+            let rear = cab(clay, &SNOUT, measure, share, height);
+            chassis(clay, measure, rear);
+            let (low, high) = load_space(measure, rear, 0.95);
+            clay.material(Material::CarPaint);
+            clay.block(low, high);
+            stripes(clay, low, high, 1);
+            side_windows(clay, low, high, 2);
+            tail_lamps(clay, low, measure);
+            let roof = vec3((low.x + high.x) * 0.5, 0.0, measure.size_m.z);
+            let reach = vec3((high.x - low.x) * 0.5 - 0.2, 0.0, 0.0);
+            for end in [-1.0, 1.0] {
+                beacons(clay, roof + reach * end, measure.body_m * 0.42, 0.14);
+            }
+        }
+        Load::Fire(share, height) => {
+            let rear = cab(clay, &CAB, measure, share, height);
+            chassis(clay, measure, rear);
+            let (low, high) = load_space(measure, rear, 0.84);
+            clay.material(Material::CarPaint);
+            clay.block(low, high);
+            lockers(clay, low, high);
+            ladder(clay, vec3(low.x + 0.15, 0.0, high.z), measure.nose_m - 0.7, measure.size_m.z);
+            tail_lamps(clay, low, measure);
+            let front = measure.nose_m - measure.size_m.x * share * 0.62;
+            let top = measure.size_m.z * height + 0.16;
+            beacons(clay, vec3(front, 0.0, top), measure.body_m * 0.40, 0.18);
+        }
+    }
+}
+
+/// Lofts the cab into the first `share` of the length; says where its back wall stands.
+fn cab(clay: &mut Clay, shape: &Silhouette, measure: &Measure, share: f32, height: f32) -> f32 {
+    let length = measure.size_m.x * share;
+    let size_m = vec3(length, measure.size_m.y, measure.size_m.z * height);
+    let front = &measure.wheels[..2];
+    car::body(clay, shape, &Measure { size_m, wheels: front, ..*measure });
+    measure.nose_m - length
+}
+
+fn load_space(measure: &Measure, cab_rear: f32, share: f32) -> (Vec3, Vec3) {
+    let half = measure.body_m * 0.5;
+    let floor = measure.wheels[2].radius_m * 2.0 + 0.10;
+    let tail = measure.nose_m - measure.size_m.x;
+    (vec3(tail + 0.02, -half, floor), vec3(cab_rear - 0.12, half, measure.size_m.z * share))
+}
+
+/// Frame rails, side guards and mud flaps.
+fn chassis(clay: &mut Clay, measure: &Measure, cab_rear: f32) {
+    let tail = measure.nose_m - measure.size_m.x;
+    let hub = measure.wheels[2].position_m.x;
+    let (radius, half) = (measure.wheels[2].radius_m, measure.body_m * 0.5);
+    clay.material(Material::Plastic);
+    clay.block(
+        vec3(tail + 0.05, -0.5, radius * 1.1),
+        vec3(cab_rear + 0.3, 0.5, radius * 2.0 + 0.11),
+    );
+    for side in [1.0f32, -1.0] {
+        let (a, b) = (side * half * 0.9, side * half * 0.97);
+        for (from, to) in [(hub + radius * 1.3, cab_rear - 0.05), (tail + 0.1, hub - radius * 1.3)]
+        {
+            if to - from > 0.2 {
+                clay.block(
+                    vec3(from, a.min(b), radius * 0.9),
+                    vec3(to, a.max(b), radius * 2.0 + 0.08),
+                );
+            }
+        }
+    }
+    clay.block(vec3(tail, -half * 0.9, 0.45), vec3(tail + 0.12, half * 0.9, 0.60));
+}
+
+fn tail_lamps(clay: &mut Clay, low: Vec3, measure: &Measure) {
+    let tail = measure.nose_m - measure.size_m.x;
+    let half = measure.body_m * 0.5;
+    for side in [1.0f32, -1.0] {
+        for (from, to, material) in
+            [(0.62, 0.86, Material::LampRed), (0.50, 0.60, Material::LampAmber)]
+        {
+            let (a, b) = (side * half * from, side * half * to);
+            clay.material(material);
+            clay.block(
+                vec3(tail, a.min(b), low.z - 0.20),
+                vec3(tail + 0.08, a.max(b), low.z - 0.02),
+            );
+        }
+    }
+    clay.material(Material::Sign);
+    clay.block(vec3(tail, -0.26, low.z - 0.16), vec3(tail + 0.08, 0.26, low.z - 0.05));
+    // Rear doors: a frame and two locking bars.
+    clay.material(Material::Metal);
+    for y in [-0.04, 0.04] {
+        clay.rod(
+            vec3(low.x - 0.005, y, low.z + 0.05),
+            vec3(low.x - 0.005, y, low.z + 1.2),
+            0.015,
+            5,
+        );
+    }
+}
+
+/// Reflective bands along both sides.
+fn stripes(clay: &mut Clay, low: Vec3, high: Vec3, ribs: u32) {
+    for side in [low.y, high.y] {
+        let out = 0.008 * side.signum();
+        let (a, b) = (side - out, side + out);
+        clay.material(Material::Sign);
+        clay.block(
+            vec3(low.x + 0.1, a.min(b), low.z + 0.18),
+            vec3(high.x - 0.1, a.max(b), low.z + 0.30),
+        );
+        clay.material(Material::Metal);
+        for rib in 0..=ribs {
+            let x = low.x + 0.03 + (high.x - low.x - 0.06) * rib as f32 / ribs.max(1) as f32;
+            clay.block(
+                vec3(x - 0.03, a.min(b), low.z + 0.02),
+                vec3(x + 0.03, a.max(b), high.z - 0.02),
+            );
+        }
+    }
+}
+
+fn side_windows(clay: &mut Clay, low: Vec3, high: Vec3, count: u32) {
+    clay.material(Material::Glass);
+    let step = (high.x - low.x) / count as f32;
+    for side in [low.y, high.y] {
+        let out = 0.01 * side.signum();
+        for window in 0..count {
+            let x = low.x + step * (window as f32 + 0.25);
+            clay.block(
+                vec3(x, (side - out).min(side + out), low.z + (high.z - low.z) * 0.50),
+                vec3(x + step * 0.5, (side - out).max(side + out), low.z + (high.z - low.z) * 0.80),
+            );
+        }
+    }
+}
+
+/// Roller shutters of a fire engine.
+fn lockers(clay: &mut Clay, low: Vec3, high: Vec3) {
+    let count = 4;
+    let step = (high.x - low.x) / count as f32;
+    for side in [low.y, high.y] {
+        let out = 0.012 * side.signum();
+        for locker in 0..count {
+            let x = low.x + step * locker as f32;
+            clay.material(Material::Metal);
+            for slat in 0..6 {
+                let span = (high.z - low.z - 0.3) / 6.0;
+                let z = low.z + 0.12 + span * slat as f32;
+                clay.block(
+                    vec3(x + 0.08, (side - out).min(side + out), z),
+                    vec3(x + step - 0.08, (side - out).max(side + out), z + span * 0.9),
+                );
+            }
+        }
+        clay.material(Material::Sign);
+        clay.block(
+            vec3(low.x + 0.05, (side - out).min(side + out), low.z + 0.02),
+            vec3(high.x - 0.05, (side - out).max(side + out), low.z + 0.09),
+        );
+    }
+}
+
+fn ladder(clay: &mut Clay, foot: Vec3, head_x: f32, top: f32) {
+    clay.material(Material::Metal);
+    let half = 0.32;
+    for y in [-half, half] {
+        clay.block(vec3(foot.x, y - 0.04, top - 0.16), vec3(head_x, y + 0.04, top - 0.08));
+        clay.block(vec3(foot.x, y - 0.02, top - 0.08), vec3(head_x, y + 0.02, top));
+    }
+    let rungs = ((head_x - foot.x) / 0.35) as u32;
+    for rung in 0..rungs {
+        let x = foot.x + 0.2 + rung as f32 * 0.35;
+        clay.rod(vec3(x, -half, top - 0.12), vec3(x, half, top - 0.12), 0.02, 5);
+    }
+    for x in [foot.x + 0.4, foot.x + 2.6] {
+        clay.block(vec3(x - 0.2, -0.25, foot.z - 0.02), vec3(x + 0.2, 0.25, top - 0.14));
+    }
+}
+
+/// A light bar whose upper edge is `top`.
+pub(super) fn beacons(clay: &mut Clay, top: Vec3, half_width: f32, height: f32) {
+    let lens = height * 0.62;
+    for (from, to, material) in [
+        (-1.0, -0.25, Material::LampRed),
+        (-0.25, 0.25, Material::LampWhite),
+        (0.25, 1.0, Material::LampAmber),
+    ] {
+        clay.material(material);
+        clay.block(
+            vec3(top.x - 0.13, from * half_width, top.z - lens),
+            vec3(top.x + 0.13, to * half_width, top.z),
+        );
+    }
+    clay.material(Material::Plastic);
+    clay.block(
+        vec3(top.x - 0.09, -half_width * 0.7, top.z - height - 0.03),
+        vec3(top.x + 0.09, half_width * 0.7, top.z - lens),
+    );
+}
+
+/// A taxi sign whose upper edge is `top`.
+pub(super) fn taxi_sign(clay: &mut Clay, top: Vec3, height: f32) {
+    clay.material(Material::LampWhite);
+    clay.block(vec3(top.x - 0.09, -0.25, top.z - height * 0.75), vec3(top.x + 0.09, 0.25, top.z));
+    clay.material(Material::Plastic);
+    clay.block(
+        vec3(top.x - 0.11, -0.2, top.z - height - 0.02),
+        vec3(top.x + 0.11, 0.2, top.z - height * 0.75),
+    );
+}

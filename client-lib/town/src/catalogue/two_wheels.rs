@@ -1,0 +1,287 @@
+//! Motorcycles and bicycles, each with its rider.
+
+use glam::{Vec3, vec3};
+use road::{Material, Tag};
+
+use super::car::Measure;
+use super::walker::{limb, torso};
+use super::{Wheel, wheel};
+use crate::clay::Clay;
+
+/// A two-wheeler's posture: points in the vehicle's middle plane, (x, z) in metres.
+pub(super) struct Bike {
+    seat: (f32, f32),
+    grip: (f32, f32),
+    foot: (f32, f32),
+    tyre_m: f32,
+    frame: Frame,
+    helmet: bool,
+}
+
+enum Frame {
+    /// Tubes; the flag asks for a straight upper tube.
+    Tubes(bool),
+    /// Fairing, tank, exhaust.
+    Fairing,
+    /// Leg shield, footboard, bulging flanks.
+    Scooter,
+}
+
+#[rustfmt::skip]
+pub(super) const CROSS: Bike = Bike { seat: (-0.20, 0.92), grip: (0.36, 1.02), foot: (0.0, 0.28), tyre_m: 0.055, frame: Frame::Tubes(true), helmet: true };
+#[rustfmt::skip]
+pub(super) const RACER: Bike = Bike { seat: (-0.22, 0.96), grip: (0.42, 0.93), foot: (0.0, 0.27), tyre_m: 0.028, frame: Frame::Tubes(true), helmet: true };
+#[rustfmt::skip]
+pub(super) const ROADSTER: Bike = Bike { seat: (-0.30, 0.94), grip: (0.24, 1.12), foot: (0.02, 0.29), tyre_m: 0.042, frame: Frame::Tubes(false), helmet: false };
+#[rustfmt::skip]
+pub(super) const SPORT: Bike = Bike { seat: (-0.28, 0.83), grip: (0.40, 0.90), foot: (-0.30, 0.38), tyre_m: 0.150, frame: Frame::Fairing, helmet: true };
+#[rustfmt::skip]
+pub(super) const SCOOTER: Bike = Bike { seat: (-0.30, 0.78), grip: (0.36, 1.02), foot: (0.24, 0.30), tyre_m: 0.110, frame: Frame::Scooter, helmet: true };
+
+/// Front and rear.
+pub(super) fn wheels(bike: &Bike, wheelbase: f32, radius: f32, engine: bool) -> Vec<Wheel> {
+    let one = |x: f32, front: bool| Wheel {
+        position_m: vec3(x, 0.0, radius),
+        radius_m: radius,
+        width_m: bike.tyre_m,
+        steered: front,
+        driven: engine && !front || !engine && !front,
+    };
+    vec![one(wheelbase * 0.5, true), one(-wheelbase * 0.5, false)]
+}
+
+/// Wheels, frame and rider.
+pub(super) fn body(clay: &mut Clay, bike: &Bike, measure: &Measure) {
+    let (front, rear) = (measure.wheels[0], measure.wheels[1]);
+    let tag = if matches!(bike.frame, Frame::Tubes(_)) { Tag::Bicycle } else { Tag::Motorcycle };
+    clay.paint(tag, Material::Rubber);
+    for one in [&front, &rear] {
+        wheel::hoop(clay, one, 22, if tag == Tag::Bicycle { 12 } else { 5 });
+    }
+    match bike.frame {
+        Frame::Tubes(straight) => tubes(clay, bike, &front, &rear, straight),
+        Frame::Fairing => fairing(clay, bike, &front, &rear, measure),
+        Frame::Scooter => scooter(clay, bike, &front, &rear, measure),
+    }
+    handlebar(clay, bike, measure.size_m.y * 0.5);
+    rider(clay, bike, measure);
+}
+
+fn handlebar(clay: &mut Clay, bike: &Bike, half_width: f32) {
+    let grip = vec3(bike.grip.0, 0.0, bike.grip.1);
+    clay.material(Material::Metal);
+    for side in [1.0f32, -1.0] {
+        let end = grip + vec3(-0.06, side * half_width, 0.0);
+        clay.rod(grip + vec3(0.02, 0.0, -0.02), end - Vec3::Y * side * 0.12, 0.013, 6);
+        clay.material(Material::Rubber);
+        // The rod's own corners reach past its axis only across it, so the end is exact.
+        clay.rod(end - Vec3::Y * side * 0.13, end, 0.018, 6);
+        clay.material(Material::Metal);
+    }
+}
+
+fn tubes(clay: &mut Clay, bike: &Bike, front: &Wheel, rear: &Wheel, straight: bool) {
+    let seat = vec3(bike.seat.0, 0.0, bike.seat.1 - 0.06);
+    let crank = vec3(bike.foot.0 - 0.02, 0.0, front.radius_m - 0.05);
+    let grip = vec3(bike.grip.0, 0.0, bike.grip.1);
+    let axis = (front.position_m - grip).normalize_or_zero();
+    let (head, fork) = (grip + axis * 0.12, grip + axis * 0.26);
+    let joint = crank + (seat - crank) * if straight { 0.82 } else { 0.45 };
+    clay.material(Material::CarPaint);
+    clay.rod(head, joint, 0.020, 7);
+    clay.rod(fork, crank, 0.022, 7);
+    clay.rod(crank, seat, 0.018, 7);
+    for side in [1.0f32, -1.0] {
+        let out = Vec3::Y * side * 0.055;
+        clay.rod(crank + out * 0.6, rear.position_m + out, 0.010, 5);
+        clay.rod(joint + out * 0.4, rear.position_m + out, 0.009, 5);
+        clay.rod(fork + out * 0.8, front.position_m + out, 0.013, 6);
+    }
+    clay.material(Material::Metal);
+    clay.rod(grip, fork, 0.017, 6);
+    clay.rod(crank - Vec3::Y * 0.05, crank + Vec3::Y * 0.06, 0.085, 12);
+    for side in [1.0f32, -1.0] {
+        let pedal = crank + vec3(0.15 * side, 0.09 * side, -0.06 * side);
+        clay.rod(crank + Vec3::Y * 0.07 * side, pedal, 0.011, 5);
+        clay.block(pedal - vec3(0.045, 0.05, 0.01), pedal + vec3(0.045, 0.05, 0.01));
+    }
+    clay.material(Material::Plastic);
+    let saddle = vec3(bike.seat.0, 0.0, bike.seat.1 - 0.03);
+    clay.ball(saddle, vec3(0.14, 0.075, 0.035), 4, 8);
+    clay.material(Material::LampRed);
+    clay.block(seat + vec3(-0.10, -0.02, -0.09), seat + vec3(-0.06, 0.02, -0.05));
+    clay.material(Material::LampWhite);
+    clay.block(head + vec3(0.03, -0.03, 0.0), head + vec3(0.08, 0.03, 0.06));
+    if !straight {
+        // A rack and mudguard, as a city bicycle has.
+        clay.material(Material::Metal);
+        let top = rear.position_m + vec3(0.0, 0.0, rear.radius_m + 0.06);
+        clay.block(top - vec3(0.20, 0.07, 0.01), top + vec3(0.16, 0.07, 0.01));
+    }
+}
+
+fn fairing(clay: &mut Clay, bike: &Bike, front: &Wheel, rear: &Wheel, measure: &Measure) {
+    let grip = vec3(bike.grip.0, 0.0, bike.grip.1);
+    // Outlines of the trunk from tail to nose: x, lower edge, upper edge, half width.
+    let trunk = [
+        (-0.48 * measure.size_m.x, 0.86, 0.90, 0.03),
+        (-0.36 * measure.size_m.x, 0.76, 0.88, 0.11),
+        (bike.seat.0, 0.60, bike.seat.1 - 0.03, 0.14),
+        (-0.02, 0.36, bike.seat.1 + 0.08, 0.17),
+        (0.16, 0.30, bike.seat.1 + 0.13, 0.20),
+        (0.34, 0.38, 0.90, 0.22),
+        (0.50, 0.58, 0.93, 0.20),
+        (0.60, 0.70, 0.86, 0.08),
+    ];
+    hull(clay, &trunk, Material::CarPaint);
+    clay.material(Material::Plastic);
+    clay.ball(vec3(bike.seat.0 - 0.05, 0.0, bike.seat.1 - 0.03), vec3(0.26, 0.13, 0.05), 4, 8);
+    clay.material(Material::Glass);
+    clay.quad([
+        vec3(0.56, 0.14, 0.90),
+        vec3(0.40, 0.16, 1.10),
+        vec3(0.40, -0.16, 1.10),
+        vec3(0.56, -0.14, 0.90),
+    ]);
+    clay.quad([
+        vec3(0.56, -0.14, 0.895),
+        vec3(0.40, -0.16, 1.095),
+        vec3(0.40, 0.16, 1.095),
+        vec3(0.56, 0.14, 0.895),
+    ]);
+    lamps(clay, vec3(0.57, 0.0, 0.80), vec3(-0.47 * measure.size_m.x, 0.0, 0.87), 0.07);
+    clay.material(Material::Metal);
+    for side in [1.0f32, -1.0] {
+        let out = Vec3::Y * side * 0.09;
+        clay.rod(grip + out, front.position_m + out, 0.028, 7);
+        clay.block(
+            rear.position_m + vec3(-0.05, side * 0.10 - 0.02, -0.04),
+            rear.position_m + vec3(0.60, side * 0.10 + 0.02, 0.06),
+        );
+    }
+    clay.rod(vec3(0.1, -0.17, 0.32), vec3(-0.62, -0.20, 0.52), 0.055, 9);
+    clay.material(Material::CarPaint);
+    mudguard(clay, front, 0.09);
+}
+
+fn scooter(clay: &mut Clay, bike: &Bike, front: &Wheel, rear: &Wheel, measure: &Measure) {
+    let tail = -measure.size_m.x * 0.5;
+    let trunk = [
+        (tail, 0.52, 0.66, 0.08),
+        (tail + 0.10, 0.34, 0.72, 0.19),
+        (rear.position_m.x + 0.12, 0.28, 0.74, 0.23),
+        (bike.seat.0 + 0.22, 0.26, 0.72, 0.17),
+        (bike.seat.0 + 0.30, 0.24, 0.40, 0.15),
+        (0.22, 0.22, 0.30, 0.17),
+        (0.30, 0.22, 0.46, 0.22),
+        (0.40, 0.34, 0.88, 0.21),
+        (0.46, 0.52, 0.94, 0.07),
+    ];
+    hull(clay, &trunk, Material::CarPaint);
+    clay.material(Material::Plastic);
+    clay.ball(vec3(bike.seat.0 - 0.02, 0.0, bike.seat.1 - 0.03), vec3(0.36, 0.14, 0.07), 4, 8);
+    clay.material(Material::CarPaint);
+    clay.ball(vec3(bike.grip.0 + 0.05, 0.0, bike.grip.1 - 0.02), vec3(0.11, 0.14, 0.08), 5, 8);
+    mudguard(clay, front, 0.10);
+    // The mudguard's tip carries the length to the full.
+    let nose = measure.size_m.x * 0.5;
+    clay.block(vec3(nose - 0.16, -0.03, 0.40), vec3(nose, 0.03, 0.46));
+    lamps(clay, vec3(bike.grip.0 + 0.15, 0.0, bike.grip.1), vec3(tail + 0.01, 0.0, 0.60), 0.06);
+    clay.material(Material::Metal);
+    clay.rod(
+        vec3(bike.grip.0, 0.0, bike.grip.1 - 0.05),
+        front.position_m + Vec3::Y * 0.08,
+        0.028,
+        7,
+    );
+}
+
+/// A closed trunk over outlines (x, lower, upper, half width), tail first.
+fn hull(clay: &mut Clay, outlines: &[(f32, f32, f32, f32)], material: Material) {
+    let rings: Vec<Vec<Vec3>> = outlines
+        .iter()
+        .map(|(x, low, high, half)| {
+            let span = high - low;
+            vec![
+                vec3(*x, half * 0.45, *low),
+                vec3(*x, *half, low + span * 0.35),
+                vec3(*x, half * 0.95, low + span * 0.70),
+                vec3(*x, half * 0.55, *high),
+                vec3(*x, -half * 0.55, *high),
+                vec3(*x, -half * 0.95, low + span * 0.70),
+                vec3(*x, -half, low + span * 0.35),
+                vec3(*x, -half * 0.45, *low),
+            ]
+        })
+        .collect();
+    clay.material(material);
+    clay.loft(&rings, |_, _| None);
+}
+
+fn mudguard(clay: &mut Clay, wheel: &Wheel, half: f32) {
+    let reach = wheel.radius_m + 0.03;
+    let at = |step: u32, side: f32| {
+        let angle = 0.5 + 0.42 * step as f32;
+        wheel.position_m + vec3(angle.cos() * reach, side * half, angle.sin() * reach)
+    };
+    for step in 0..5 {
+        clay.quad([at(step, -1.0), at(step, 1.0), at(step + 1, 1.0), at(step + 1, -1.0)]);
+    }
+}
+
+fn lamps(clay: &mut Clay, head: Vec3, tail: Vec3, size: f32) {
+    clay.material(Material::LampWhite);
+    clay.ball(head, vec3(0.04, size * 1.4, size), 4, 8);
+    clay.material(Material::LampRed);
+    clay.block(tail - vec3(0.0, size, size * 0.5), tail + vec3(0.05, size, size * 0.5));
+    clay.material(Material::LampAmber);
+    for side in [1.0f32, -1.0] {
+        for (lamp, back) in [(head, -0.12), (tail, 0.08)] {
+            clay.ball(lamp + vec3(back, side * (size + 0.12), -0.02), Vec3::splat(0.025), 3, 6);
+        }
+    }
+}
+
+fn rider(clay: &mut Clay, bike: &Bike, measure: &Measure) {
+    clay.paint(Tag::Rider, Material::Cloth);
+    let hip = vec3(bike.seat.0 + 0.02, 0.0, bike.seat.1 + 0.06);
+    let grip = vec3(bike.grip.0 - 0.06, 0.0, bike.grip.1 + 0.02);
+    let top = measure.size_m.z;
+    let head = 0.125;
+    // The nearer and lower the grips, the further the trunk leans.
+    let lean = ((top - grip.z) * 0.18 + (grip.x - hip.x) * 0.42).clamp(0.10, 0.38);
+    let shoulder = vec3(hip.x + lean, 0.0, top - 2.0 * head - 0.07);
+    torso(clay, hip, shoulder, 0.17, 0.21);
+    let reach = measure.size_m.y * 0.5 - 0.07;
+    for side in [1.0f32, -1.0] {
+        let y = Vec3::Y * side;
+        let hand = grip + y * reach;
+        let knee_lift = vec3(0.16, side * 0.05, 0.10);
+        let foot = vec3(bike.foot.0 + 0.04 * side, side * 0.13, bike.foot.1 - 0.04 * side);
+        let knee = (hip + foot) * 0.5 + knee_lift + y * 0.06;
+        clay.material(Material::Cloth);
+        limb(clay, &[hip + y * 0.09, knee, foot], &[0.085, 0.062, 0.048]);
+        limb(
+            clay,
+            &[shoulder + y * 0.18, (shoulder + hand) * 0.5 + y * 0.06 - Vec3::Z * 0.10, hand],
+            &[0.058, 0.046, 0.036],
+        );
+        clay.material(Material::Rubber);
+        clay.ball(foot + vec3(0.06, 0.0, -0.01), vec3(0.13, 0.045, 0.045), 4, 6);
+        clay.material(Material::Skin);
+        clay.ball(hand, Vec3::splat(0.045), 4, 6);
+    }
+    let center = vec3(shoulder.x + 0.06, 0.0, top - head);
+    clay.material(Material::Skin);
+    clay.rod(shoulder, center, 0.055, 7);
+    if bike.helmet {
+        clay.ball(center, vec3(0.135, 0.115, head), 7, 10);
+        clay.material(Material::Plastic);
+        clay.ball(center + vec3(-0.012, 0.0, 0.022), vec3(0.145, 0.125, head - 0.022), 7, 10);
+    } else {
+        clay.ball(center, vec3(0.105, 0.085, head), 7, 10);
+        clay.material(Material::Cloth);
+        clay.ball(center + vec3(-0.02, 0.0, 0.03), vec3(0.10, 0.09, head - 0.03), 6, 10);
+    }
+    clay.paint(Tag::Motorcycle, Material::CarPaint);
+}
