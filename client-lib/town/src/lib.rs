@@ -8,6 +8,8 @@
 
 mod catalogue;
 mod clay;
+mod generate;
 mod random;
 
 pub use catalogue::{Blueprint, Kind, Wheel, blueprint, catalogue};
+pub use generate::{Character, Plan, default_map, generate, named, names};

@@ -1,0 +1,161 @@
+//! Reference lines out of straight pieces and arcs.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec2;
+
+/// A place and a direction on the plane. Metres and radians.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pose {
+    pub(super) position: DVec2,
+    pub(super) heading: f64,
+}
+
+impl Pose {
+    pub(super) fn direction(&self) -> DVec2 {
+        DVec2::from_angle(self.heading)
+    }
+
+    /// The same direction, `offset` metres to the right.
+    pub(super) fn right(&self, offset: f64) -> Pose {
+        Pose { position: self.position - self.direction().perp() * offset, heading: self.heading }
+    }
+}
+
+/// A straight piece (curvature 0) or an arc. Metres; positive curvature turns left.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece {
+    pub(super) start: Pose,
+    pub(super) length: f64,
+    pub(super) curvature: f64,
+}
+
+impl Piece {
+    /// Where it ends.
+    #[cfg(test)]
+    pub(super) fn end(&self) -> Pose {
+        let Piece { start, length, curvature } = *self;
+        let turn = curvature * length;
+        let chord = if turn.abs() < 1e-12 { length } else { (turn * 0.5).sin() * 2.0 / curvature };
+        Pose {
+            position: start.position + DVec2::from_angle(start.heading + turn * 0.5) * chord,
+            heading: start.heading + turn,
+        }
+    }
+}
+
+/// A corner line with its inner corners rounded, as tangent pieces.
+///
+/// Each radius is cut down to what the neighbouring pieces have room for.
+pub(super) fn rounded(corners: &[DVec2], radii: &[f64]) -> Vec<Piece> {
+    let mut pieces = Pieces::default();
+    let mut cut_before = 0.0;
+    for index in 0..corners.len() - 1 {
+        let (from, to) = (corners[index], corners[index + 1]);
+        let along = to - from;
+        let heading = along.to_angle();
+        let (mut cut_after, mut arc) = (0.0, None);
+        if let Some(beyond) = corners.get(index + 2) {
+            let turn = wrapped((*beyond - to).to_angle() - heading);
+            let room = along.length().min((*beyond - to).length()) * 0.48;
+            let tangent = (radii[index] * (turn.abs() * 0.5).tan()).min(room);
+            if turn.abs() > 1e-4 {
+                let radius = tangent / (turn.abs() * 0.5).tan();
+                cut_after = tangent;
+                arc = Some((radius * turn.abs(), turn.signum() / radius));
+            }
+        }
+        let start = Pose { position: from + along.normalize_or_zero() * cut_before, heading };
+        pieces.push(start, along.length() - cut_before - cut_after, 0.0);
+        if let Some((length, curvature)) = arc {
+            let entry = to - along.normalize_or_zero() * cut_after;
+            pieces.push(Pose { position: entry, heading }, length, curvature);
+        }
+        cut_before = cut_after;
+    }
+    pieces.0
+}
+
+/// A smooth way from one pose to another: straight, arc, straight where that fits, else two arcs.
+pub(super) fn between(from: Pose, to: Pose) -> Vec<Piece> {
+    let gap = to.position - from.position;
+    let (ahead, beside) = (gap.dot(from.direction()), gap.perp_dot(from.direction()));
+    let turn = wrapped(to.heading - from.heading);
+    let mut pieces = Pieces::default();
+    if turn.abs() < 1e-6 && beside.abs() < 1e-6 {
+        pieces.push(from, ahead, 0.0);
+        return pieces.0;
+    }
+    if turn.abs() > 0.02 && turn.abs() < PI - 0.1 {
+        // Distances from both poses to the point where their tangents cross.
+        let cross = from.direction().perp_dot(to.direction());
+        let before = gap.perp_dot(to.direction()) / cross;
+        let after = from.direction().perp_dot(gap) / cross;
+        let tangent = before.min(after);
+        if tangent > 1.0 {
+            let radius = tangent / (turn.abs() * 0.5).tan();
+            pieces.push(from, before - tangent, 0.0);
+            let entry = from.position + from.direction() * (before - tangent);
+            pieces.push(
+                Pose { position: entry, heading: from.heading },
+                radius * turn.abs(),
+                turn.signum() / radius,
+            );
+            let exit = to.position - to.direction() * (after - tangent);
+            pieces.push(Pose { position: exit, heading: to.heading }, after - tangent, 0.0);
+            return pieces.0;
+        }
+    }
+    two_arcs(from, to)
+}
+
+/// Two arcs that meet where both have the same tangent length.
+fn two_arcs(from: Pose, to: Pose) -> Vec<Piece> {
+    let gap = to.position - from.position;
+    let (t1, t2) = (from.direction(), to.direction());
+    let sum = t1 + t2;
+    let (a, b, c) = (2.0 * (1.0 - t1.dot(t2)), 2.0 * gap.dot(sum), -gap.length_squared());
+    let d = if a.abs() < 1e-9 {
+        -c / b
+    } else {
+        (-b + (b * b - 4.0 * a * c).max(0.0).sqrt()) / (2.0 * a)
+    };
+    let joint = (from.position + to.position + (t1 - t2) * d) * 0.5;
+    let mut pieces = Pieces::default();
+    let mut arc = |start: Pose, end: DVec2| -> Pose {
+        let chord = end - start.position;
+        let turn = wrapped(chord.to_angle() - start.heading) * 2.0;
+        let length = if turn.abs() < 1e-9 {
+            chord.length()
+        } else {
+            chord.length() * turn * 0.5 / (turn * 0.5).sin()
+        };
+        pieces.push(start, length, turn / length);
+        Pose { position: end, heading: start.heading + turn }
+    };
+    let middle = arc(from, joint);
+    arc(middle, to.position);
+    pieces.0
+}
+
+#[derive(Default)]
+struct Pieces(Vec<Piece>);
+
+impl Pieces {
+    /// Adds a piece unless it is shorter than a millimetre.
+    fn push(&mut self, start: Pose, length: f64, curvature: f64) {
+        if length > 1e-3 {
+            self.0.push(Piece { start, length, curvature });
+        }
+    }
+}
+
+/// The same angle within -π and π.
+pub(super) fn wrapped(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU).round()
+}
+
+/// The whole way along.
+pub(super) fn length(pieces: &[Piece]) -> f64 {
+    pieces.iter().map(|piece| piece.length).sum()
+}
