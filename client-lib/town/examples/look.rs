@@ -1,7 +1,7 @@
 //! Draws meshes of this room into a PNG, to be looked at while they are being shaped.
 //!
 //! `look fleet OUT.png` draws the catalogue as a contact sheet, `look blueprint ID OUT.png` one of
-//! it from four sides.
+//! it from four sides, `look roads MAP OUT.png` the roads of a named town or of a file.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -16,7 +16,8 @@ fn main() {
     match words[..] {
         ["fleet", out] => fleet(out),
         ["blueprint", id, out] => one(id, out),
-        _ => eprintln!("look fleet OUT.png | look blueprint ID OUT.png"),
+        ["roads", map, out] => roads(map, out),
+        _ => eprintln!("look fleet OUT.png | look blueprint ID OUT.png | look roads MAP OUT.png"),
     }
 }
 
@@ -55,6 +56,29 @@ fn one(id: &str, out: &str) {
             one.default_color,
         );
     }
+    picture.save(out);
+}
+
+fn network(map: &str) -> road::Network {
+    let text = match map {
+        "default" => town::default_map().1,
+        _ => town::named(map).unwrap_or_else(|| std::fs::read_to_string(map).expect("a map")),
+    };
+    road::Network::parse(&text).expect("a valid map")
+}
+
+fn roads(map: &str, out: &str) {
+    let mesh = road::surface_mesh(&network(map), 2.0);
+    let (low, high) = mesh
+        .positions
+        .iter()
+        .map(|p| Vec3::from_array(*p))
+        .fold((Vec3::MAX, Vec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
+    let side = 1800;
+    let mut picture = Picture::new(side, side);
+    let reach = (high - low).truncate().max_element() * 0.51;
+    let camera = around((low + high) * 0.5, reach, 0.0, 90.0);
+    picture.draw(&mesh, [0, 0], [side; 2], camera, [0; 3]);
     picture.save(out);
 }
 
