@@ -1,1 +1,35 @@
-//! To come.
+//! The door for people and scripts: the world as a client sees it.
+//!
+//! ```no_run
+//! use client_lib::{Client, Spawn};
+//!
+//! let mut client = Client::connect(None, "hello")?;
+//! client.synchronise(50_000_000)?;
+//! let place = client.spawn_points()[0];
+//! let ego = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot())?;
+//! for _ in 0..100 {
+//!     client.tick()?;
+//!     let car = client.world().actor(ego).expect("it was spawned");
+//!     println!("{:?} at {:?}", car.actor_id, car.pose.position());
+//! }
+//! # Ok::<(), client_lib::ClientError>(())
+//! ```
+//!
+//! Metres, radians, seconds; right-handed, x forward, y left, z up. `carla_axes` alone knows
+//! CARLA's left hand and degrees.
+
+pub mod carla_axes;
+mod client;
+mod error;
+mod rig;
+mod view;
+
+pub use bus::{
+    ActorId, ActorState, BlueprintInfo, DEPTH_FAR_M, Frame, Instance, Name, Pose, RigId,
+    SensorSpec, Settings, SnapshotHeader, Stamp, Strategy, VehicleControl, Weather, Wish, clock,
+    flag, kind, light, output, sensor, tracer,
+};
+pub use client::{Client, Spawn};
+pub use error::ClientError;
+pub use rig::{Measurement, Rig, camera, lidar};
+pub use view::World;

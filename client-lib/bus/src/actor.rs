@@ -170,8 +170,10 @@ pub struct ActorState {
     pub phase: u32,
     /// A traffic light's signal: index into `road::Network::signals`. Else 0.
     pub signal: u32,
+    /// Red, green, blue, 255, from the lowest byte: the paint.
+    pub color: u32,
     /// Zero.
-    pub reserved: [u32; 3],
+    pub reserved: [u32; 2],
 }
 
 const _: () = assert!(size_of::<ActorState>() == 128);

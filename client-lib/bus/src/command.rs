@@ -189,8 +189,8 @@ wishes! {
 #[type_name("Spawn")]
 #[repr(C)]
 pub struct Spawn {
-    /// Index into the blueprint catalogue (`town::catalogue`).
-    pub blueprint: u32,
+    /// The blueprint's id, as `vehicle.tesla.model3`.
+    pub blueprint: Name,
     /// Bits of [`crate::flag`]: `AUTOPILOT`, `KINEMATIC`.
     pub flags: u32,
     /// `world_from_actor`. A vehicle is set onto the road below if it is at most 1 m above it.

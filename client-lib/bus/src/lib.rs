@@ -25,12 +25,13 @@ pub use rig::{
 };
 pub use snapshot::{PIPELINE_MAX, SnapshotHeader};
 pub use stamp::{Frame, Stamp};
-pub use traffic::{LightState, TrafficHeader};
+pub use traffic::{LightState, TrafficHeader, TrafficLayout};
 
 mod atoms;
 mod channel;
 pub mod clock;
 mod control;
+mod episode;
 mod error;
 pub mod fault;
 mod instance;
@@ -44,8 +45,9 @@ mod wait;
 
 pub use channel::{CHANNELS, Channel, Loss, channel};
 pub use control::{ControlPage, Ending, PROTOCOL, PageError, Role, SLOTS, Slot, SlotState};
+pub use episode::{BlueprintInfo, Episode};
 pub use error::BusError;
-pub use instance::{Episode, Founding, Instance, free_bytes};
+pub use instance::{Founding, Instance, free_bytes};
 pub use journal::{Event, Journal};
 pub use map::{CONTROL_LEN, Control};
 pub use participant::{Interrupted, Participant};

@@ -132,6 +132,11 @@ impl Bell {
         }
     }
 
+    /// How often it was rung: a listener that remembers the count sees any ring since.
+    pub fn count(&self) -> u32 {
+        self.word.load(Ordering::Acquire)
+    }
+
     /// Returns the first answer that `look` gives, or `None` when the deadline has passed.
     pub fn listen<T>(
         &self,

@@ -1,0 +1,431 @@
+//! A client's part in an instance.
+
+use bus::{
+    ActorId, Autopilot, BatchHeader, BlueprintInfo, ClientPorts, Command, CreateRig, Ending, Event,
+    Frame, Instance, Interrupted, JournalEntry, Name, Participant, Pose, RigId, Role, SensorSpec,
+    Settings, Stamp, Teleport, VehicleControl, Weather, Wish, clock, fault, flag,
+};
+use glam::Vec3;
+use road::Network;
+
+use crate::{ClientError, Measurement, Rig, World};
+
+/// How long a client waits for what the host should do at once.
+const PATIENCE_SECS: u64 = 30;
+
+/// A connection to a running host.
+pub struct Client {
+    ports: ClientPorts,
+    participant: Participant,
+    name: Name,
+    sequence: u64,
+    world: Option<World>,
+    settings: Settings,
+    blueprints: Vec<BlueprintInfo>,
+    network: Option<Network>,
+    frame: Frame,
+    first: Frame,
+}
+
+/// What to spawn, where.
+#[derive(Clone, Copy, Debug)]
+pub struct Spawn(bus::Spawn);
+
+impl Spawn {
+    /// A blueprint at a pose; a vehicle is set onto the road below it.
+    pub fn new(blueprint: &str, pose: Pose) -> Spawn {
+        Spawn(bus::Spawn { blueprint: Name::new(blueprint), pose, ..bus::Spawn::default() })
+    }
+
+    /// Driven by traffic.
+    pub fn autopilot(mut self) -> Spawn {
+        self.0.flags |= flag::AUTOPILOT;
+        self
+    }
+
+    /// Moved by teleports only.
+    pub fn kinematic(mut self) -> Spawn {
+        self.0.flags |= flag::KINEMATIC;
+        self
+    }
+
+    /// Painted: red, green, blue.
+    pub fn color(mut self, [r, g, b]: [u8; 3]) -> Spawn {
+        self.0.color = u32::from_le_bytes([r, g, b, 255]);
+        self
+    }
+
+    /// What the user calls it.
+    pub fn role(mut self, role: &str) -> Spawn {
+        self.0.role = Name::new(role);
+        self
+    }
+}
+
+impl Client {
+    /// Connects to the instance of this name, or to the only one that runs. `name` is the client's
+    /// own: commands of one frame apply in the order of names.
+    pub fn connect(instance: Option<&str>, name: &str) -> Result<Client, ClientError> {
+        Client::join(&Instance::find(instance)?, name, false)
+    }
+
+    /// Connects to a host in this very process.
+    pub fn connect_within(instance: &Instance, name: &str) -> Result<Client, ClientError> {
+        Client::join(instance, name, true)
+    }
+
+    fn join(instance: &Instance, name: &str, within: bool) -> Result<Client, ClientError> {
+        let name = unique(instance, name)?;
+        let participant = Participant::join(instance, Role::Client, name, None, within)?;
+        fault::joining(Role::Client);
+        let ports = ClientPorts::open(participant.hub()?)?;
+        participant.ready()?;
+        let first = participant.words().ack();
+        let mut client = Client {
+            ports,
+            name,
+            sequence: 0,
+            world: None,
+            settings: Settings::default(),
+            blueprints: instance.blueprints()?,
+            network: None,
+            frame: first,
+            first,
+            participant,
+        };
+        client.refresh()?;
+        if client.participant.control().is_synchronous() {
+            client.settings.synchronous = 1;
+        }
+        Ok(client)
+    }
+
+    /// The instance it is connected to.
+    pub fn instance(&self) -> &Instance {
+        self.participant.instance()
+    }
+
+    /// What can be spawned; a place in this list is [`bus::ActorState::blueprint`].
+    pub fn blueprints(&self) -> &[BlueprintInfo] {
+        &self.blueprints
+    }
+
+    /// The road network.
+    pub fn map(&mut self) -> Result<&Network, ClientError> {
+        if self.network.is_none() {
+            let episode = self.instance().episode()?;
+            let network = Network::parse(&episode.open_drive)
+                .map_err(|e| ClientError::Map(format!("{}: {e}", episode.map)))?;
+            self.network = Some(network);
+        }
+        Ok(self.network.as_ref().expect("it was just put there"))
+    }
+
+    /// Places for vehicles, half a metre above the road.
+    pub fn spawn_points(&mut self) -> Result<Vec<Pose>, ClientError> {
+        let network = self.map()?;
+        let poses = network.spawn_points().into_iter().map(|at| {
+            let place = network.place(at);
+            let position = place.position.as_vec3() + Vec3::Z * 0.5;
+            Pose::new(position, place.rotation().as_quat())
+        });
+        Ok(poses.collect())
+    }
+
+    /// How time passes; the answer stands when this returns.
+    pub fn apply_settings(&mut self, settings: Settings) -> Result<(), ClientError> {
+        self.request("settings", &[Wish::SetSettings(settings)])?;
+        self.settings = settings;
+        Ok(())
+    }
+
+    /// The settings that this client applied last.
+    pub fn settings(&self) -> Settings {
+        self.settings
+    }
+
+    /// Takes the tick and makes the world wait for it: each tick is `delta_nanos` long.
+    pub fn synchronise(&mut self, delta_nanos: u64) -> Result<(), ClientError> {
+        self.take_tick()?;
+        self.apply_settings(Settings { synchronous: 1, delta_nanos, ..self.settings })
+    }
+
+    /// Becomes the one who ticks. Refused by name while another is.
+    pub fn take_tick(&mut self) -> Result<(), ClientError> {
+        let control = self.participant.control();
+        let me = self.participant.slot();
+        if control.ticker() == Some(me) || control.pass_tick(None, Some(me)) {
+            return Ok(());
+        }
+        let holder = control.ticker().map(|slot| control.slot(slot).name().to_string());
+        Err(ClientError::TickTaken { holder: holder.unwrap_or_default() })
+    }
+
+    /// Lets the client of this name tick from now on.
+    pub fn hand_tick_to(&mut self, name: &str) -> Result<(), ClientError> {
+        let control = self.participant.control();
+        let me = self.participant.slot();
+        let is_live = |slot: &bus::Slot| {
+            slot.state() == bus::SlotState::Live && slot.role() == Some(Role::Client)
+        };
+        let to = (0..bus::SLOTS)
+            .find(|&i| is_live(control.slot(i)) && control.slot(i).name() == Name::new(name))
+            .ok_or_else(|| ClientError::Refused {
+                what: "hand the tick over",
+                why: format!("no client is named {name:?}"),
+            })?;
+        if control.pass_tick(Some(me), Some(to)) {
+            return Ok(());
+        }
+        let holder = control.ticker().map(|slot| control.slot(slot).name().to_string());
+        Err(ClientError::TickTaken { holder: holder.unwrap_or_else(|| "nobody".to_owned()) })
+    }
+
+    /// Advances the world by one tick. When it returns, every participant has done its work: in
+    /// strict mode all measurements of the frame lie in their rigs.
+    pub fn tick(&mut self) -> Result<Frame, ClientError> {
+        self.take_tick()?;
+        if !self.participant.control().is_synchronous() {
+            return Err(ClientError::Asynchronous);
+        }
+        let control = self.participant.control();
+        let frame = Frame(control.complete.get()).next();
+        fault::point(Role::Client, "requesting", frame, self.first);
+        control.request(self.participant.slot(), frame);
+        fault::point(Role::Client, "requested", frame, self.first);
+        self.participant.await_complete(frame, None).map_err(|_| self.host_ended())?;
+        self.refresh()?;
+        fault::point(Role::Client, "loan_held", frame, self.first);
+        let (how, mask) = match self.participant.control().ending() {
+            Ending::Complete => return Ok(frame),
+            Ending::Late(mask) => ("late", mask),
+            Ending::Degraded(mask) => ("degraded", mask),
+        };
+        let who = self.participant.control().names(mask);
+        Err(ClientError::Incomplete { frame, how, who })
+    }
+
+    /// Ticks, and hands over what each rig measured at that very frame: one receive a rig. A rig
+    /// whose sensors all rest at this frame gives none.
+    pub fn tick_and_collect(
+        &mut self,
+        rigs: &mut [&mut Rig],
+    ) -> Result<(Frame, Vec<Option<Measurement>>), ClientError> {
+        let frame = self.tick()?;
+        let mut measurements = Vec::with_capacity(rigs.len());
+        for rig in rigs {
+            let mut found = None;
+            while rig.last() < frame {
+                let Some(next) = rig.receive()? else { break };
+                found = (next.frame() == frame).then_some(next);
+            }
+            measurements.push(found);
+        }
+        Ok((frame, measurements))
+    }
+
+    /// Waits for `rig`'s next measurement: for pipelined and asynchronous worlds.
+    pub fn await_measurement(&mut self, rig: &mut Rig) -> Result<Measurement, ClientError> {
+        let deadline = clock::now_nanos() + PATIENCE_SECS * 1_000_000_000;
+        let id = rig.id().0;
+        let found = self.participant.await_answer(deadline, || match rig.receive() {
+            Ok(None) => None,
+            Ok(Some(measurement)) => Some(Ok(measurement)),
+            Err(e) => Some(Err(e)),
+        });
+        found.map_err(|why| self.waited_in_vain(why, &format!("a measurement of rig {id}")))?
+    }
+
+    /// Waits until the world has advanced past what `world()` shows, and takes the newest
+    /// snapshot. For clients that do not tick.
+    pub fn await_frame(&mut self) -> Result<Frame, ClientError> {
+        self.participant.next_frame(self.frame, None).map_err(|_| self.host_ended())?;
+        self.refresh()?;
+        Ok(self.frame)
+    }
+
+    /// Takes the newest snapshot, if a newer one is there. Never blocks.
+    pub fn refresh(&mut self) -> Result<bool, ClientError> {
+        let mut is_newer = false;
+        while let Some(snapshot) = self.ports.snapshot.receive()? {
+            if snapshot.header().stamp.frame >= self.frame {
+                self.frame = snapshot.header().stamp.frame;
+                self.world = Some(World::new(snapshot));
+                is_newer = true;
+            }
+        }
+        Ok(is_newer)
+    }
+
+    /// The world at the newest frame this client took in.
+    pub fn world(&self) -> &World {
+        self.world.as_ref().expect("a snapshot comes with the connection")
+    }
+
+    /// The newest frame this client took in.
+    pub fn frame(&self) -> Frame {
+        self.frame
+    }
+
+    /// Puts an actor into the world. It is there when this returns; the next frame shows it.
+    pub fn spawn(&mut self, spawn: Spawn) -> Result<ActorId, ClientError> {
+        Ok(ActorId(self.request("spawn", &[Wish::Spawn(spawn.0)])?[0]))
+    }
+
+    /// Takes an actor out of the world.
+    pub fn destroy(&mut self, actor: ActorId) -> Result<(), ClientError> {
+        self.request("destroy", &[Wish::Destroy(actor)]).map(drop)
+    }
+
+    /// Puts an actor elsewhere, at rest.
+    pub fn teleport(&mut self, actor_id: ActorId, pose: Pose) -> Result<(), ClientError> {
+        self.request("teleport", &[Wish::Teleport(Teleport { actor_id, pose })]).map(drop)
+    }
+
+    /// Hands an actor to traffic, or takes it back.
+    pub fn set_autopilot(&mut self, actor_id: ActorId, on: bool) -> Result<(), ClientError> {
+        let wish = Wish::Autopilot(Autopilot { actor_id, on: on.into() });
+        self.request("autopilot", &[wish]).map(drop)
+    }
+
+    /// Sun, clouds, rain, fog.
+    pub fn set_weather(&mut self, weather: Weather) -> Result<(), ClientError> {
+        self.request("weather", &[Wish::SetWeather(weather)]).map(drop)
+    }
+
+    /// Mounts sensors on an actor, or into the world (`ActorId::NONE`), as one rig: measured
+    /// together, handed over together. `hold_max` measurements may be held at a time.
+    pub fn create_rig(
+        &mut self,
+        name: &str,
+        parent: ActorId,
+        sensors: &[SensorSpec],
+        hold_max: u32,
+    ) -> Result<Rig, ClientError> {
+        let rig = CreateRig {
+            parent,
+            sensor_count: sensors.len() as u32,
+            hold_max,
+            reserved: 0,
+            name: Name::new(name),
+        };
+        let mut wishes = vec![Wish::CreateRig(rig)];
+        wishes.extend(sensors.iter().map(|s| Wish::Sensor(*s)));
+        let id = RigId(self.request("rig", &wishes)?[0]);
+        Ok(Rig::new(id, sensors.to_vec(), self.ports.rig(id)?))
+    }
+
+    /// Takes a rig away.
+    pub fn destroy_rig(&mut self, rig: Rig) -> Result<(), ClientError> {
+        self.request("rig", &[Wish::DestroyRig(rig.id())]).map(drop)
+    }
+
+    /// Pedals and wheels, from the next frame on; the latest hold. Does not wait.
+    pub fn control(&mut self, controls: &[VehicleControl]) -> Result<(), ClientError> {
+        let header = self.batch(controls.len(), false);
+        Ok(self.ports.control.send(header, controls)?)
+    }
+
+    /// Commands that act with the next tick; what became of them is not waited for.
+    pub fn send(&mut self, wishes: &[Wish]) -> Result<(), ClientError> {
+        let header = self.batch(wishes.len(), false);
+        let commands: Vec<Command> = wishes.iter().map(|w| (*w).into()).collect();
+        Ok(self.ports.command.send(header, &commands)?)
+    }
+
+    /// Commands that are carried out at once if the world stands still, else with its next frame.
+    /// Answers the ids; the first refusal is an error, though the others were carried out.
+    pub fn request(
+        &mut self,
+        what: &'static str,
+        wishes: &[Wish],
+    ) -> Result<Vec<u32>, ClientError> {
+        let outcomes = self.try_request(what, wishes)?;
+        let ids = outcomes.iter().map(|entry| {
+            let why = |text: &str| ClientError::Refused { what, why: text.to_owned() };
+            entry.outcome.result().map_err(why)
+        });
+        ids.collect()
+    }
+
+    /// Like [`Client::request`], with each command's own outcome.
+    pub fn try_request(
+        &mut self,
+        what: &'static str,
+        wishes: &[Wish],
+    ) -> Result<Vec<JournalEntry>, ClientError> {
+        let header = self.batch(wishes.len(), true);
+        let commands: Vec<Command> = wishes.iter().map(|w| (*w).into()).collect();
+        self.ports.command.send(header, &commands)?;
+        self.participant.control().host.ring();
+        let (first, last) = (header.sequence, header.sequence + wishes.len() as u64);
+        let mut outcomes = Vec::with_capacity(wishes.len());
+        let (name, journal) = (self.name, &mut self.ports.journal);
+        let deadline = clock::now_nanos() + PATIENCE_SECS * 1_000_000_000;
+        let answered = self.participant.await_answer(deadline, || {
+            match journal.poll() {
+                Ok(false) => {}
+                Ok(true) => return Some(Err(ClientError::JournalOverrun)),
+                Err(e) => return Some(Err(e.into())),
+            }
+            for event in journal.until(Frame(u64::MAX)) {
+                if let Event::Entry(_, entry) = event
+                    && entry.client == name
+                    && (first..last).contains(&entry.sequence)
+                {
+                    outcomes.push(entry);
+                }
+            }
+            (outcomes.len() == wishes.len()).then_some(Ok(()))
+        });
+        answered.map_err(|why| self.waited_in_vain(why, what))??;
+        Ok(outcomes)
+    }
+
+    fn batch(&mut self, len: usize, now: bool) -> BatchHeader {
+        let sequence = self.sequence;
+        self.sequence += len as u64;
+        BatchHeader {
+            stamp: Stamp { frame: self.frame, ..Stamp::default() },
+            client: self.name,
+            sequence,
+            now: now.into(),
+            slot: self.participant.slot() as u32,
+        }
+    }
+
+    fn host_ended(&self) -> ClientError {
+        ClientError::HostEnded { last: self.frame }
+    }
+
+    fn waited_in_vain(&self, why: Interrupted, what: &str) -> ClientError {
+        match why {
+            Interrupted::HostEnds => self.host_ended(),
+            Interrupted::Deadline => {
+                ClientError::Timeout { what: what.to_owned(), secs: PATIENCE_SECS }
+            }
+        }
+    }
+}
+
+impl Drop for Client {
+    fn drop(&mut self) {
+        fault::point(Role::Client, "leaving", self.frame, self.first);
+    }
+}
+
+/// Outcomes are found by the client's name: a second client of the same name gets a number.
+fn unique(instance: &Instance, wanted: &str) -> Result<Name, ClientError> {
+    let control = instance.control()?;
+    let is_taken = |name: Name| {
+        let mut slots = control.slots().iter();
+        slots.any(|s| s.state() != bus::SlotState::Free && s.name() == name)
+    };
+    let mut name = Name::new(wanted);
+    let mut number = 2;
+    while is_taken(name) {
+        name = Name::new(&format!("{:.24}-{number}", wanted));
+        number += 1;
+    }
+    Ok(name)
+}

@@ -1,0 +1,68 @@
+use bus::{BusError, Frame};
+
+/// Why a wish of a client's was not granted.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ClientError {
+    /// The bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The host refused a command.
+    #[error("{what}: {why}")]
+    Refused {
+        /// Which command.
+        what: &'static str,
+        /// The host's words.
+        why: String,
+    },
+    /// Another client holds the tick.
+    #[error("client {holder:?} holds the tick; it must hand it over (Client::hand_tick_to) or end")]
+    TickTaken {
+        /// Who.
+        holder: String,
+    },
+    /// The world is not in synchronous mode.
+    #[error("the world runs on its own clock; set Settings::synchronous to tick it")]
+    Asynchronous,
+    /// A frame ended without somebody.
+    #[error("{frame} ended {how}: {who}")]
+    Incomplete {
+        /// Which frame.
+        frame: Frame,
+        /// `late` or `degraded`.
+        how: &'static str,
+        /// Who was missing.
+        who: String,
+    },
+    /// The host has ended.
+    #[error("the host has ended; the last frame seen is {last}")]
+    HostEnded {
+        /// The last frame that this client saw.
+        last: Frame,
+    },
+    /// Something did not come in time.
+    #[error("{what} did not come within {secs} s; is the host stopped?")]
+    Timeout {
+        /// What.
+        what: String,
+        /// After how many seconds.
+        secs: u64,
+    },
+    /// A rig gave nothing for a frame.
+    #[error("rig {rig} gave no bundle for {frame}; its last was {last}")]
+    Missed {
+        /// Which rig.
+        rig: u32,
+        /// Which frame.
+        frame: Frame,
+        /// The last bundle that came.
+        last: Frame,
+    },
+    /// This client was too slow to read the journal.
+    #[error(
+        "this client did not read the journal for too long; what became of its commands is lost"
+    )]
+    JournalOverrun,
+    /// The map cannot be read.
+    #[error("{0}")]
+    Map(String),
+}

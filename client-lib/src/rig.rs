@@ -1,0 +1,188 @@
+//! Rigs: sensors in, measurements out, in the renderer's own memory.
+
+use bus::{
+    Bundle, BundleHeader, Frame, Name, Page, Plane, Pose, Reader, RigId, SensorSpec, output, sensor,
+};
+
+use crate::ClientError;
+
+/// A camera at `parent_from_sensor`; `outputs` are bits of [`output`].
+pub fn camera(
+    name: &str,
+    parent_from_sensor: Pose,
+    width: u32,
+    height: u32,
+    fov_rad: f32,
+    outputs: u32,
+) -> SensorSpec {
+    SensorSpec {
+        name: Name::new(name),
+        kind: sensor::CAMERA,
+        outputs,
+        parent_from_sensor,
+        width,
+        height,
+        fov_rad,
+        ..SensorSpec::default()
+    }
+}
+
+/// A lidar that sees the whole turn at every frame: `channels` between elevations `lower_rad` and
+/// `upper_rad`, `columns` azimuth steps.
+pub fn lidar(
+    name: &str,
+    parent_from_sensor: Pose,
+    channels: u32,
+    columns: u32,
+    [lower_rad, upper_rad]: [f32; 2],
+    range_m: f32,
+) -> SensorSpec {
+    SensorSpec {
+        name: Name::new(name),
+        kind: sensor::LIDAR,
+        outputs: output::POINTS | output::LABELS,
+        parent_from_sensor,
+        width: columns,
+        height: channels,
+        fov_rad: std::f32::consts::TAU,
+        upper_rad,
+        lower_rad,
+        range_m,
+        attenuation_per_m: 0.004,
+        ..SensorSpec::default()
+    }
+}
+
+/// A stream of one rig's measurements.
+pub struct Rig {
+    id: RigId,
+    sensors: Vec<SensorSpec>,
+    reader: Reader<BundleHeader, Page>,
+    last: Frame,
+    missed: u64,
+}
+
+impl Rig {
+    pub(crate) fn new(
+        id: RigId,
+        sensors: Vec<SensorSpec>,
+        reader: Reader<BundleHeader, Page>,
+    ) -> Rig {
+        Rig { id, sensors, reader, last: Frame(0), missed: 0 }
+    }
+
+    /// Its id.
+    pub fn id(&self) -> RigId {
+        self.id
+    }
+
+    /// Its sensors.
+    pub fn sensors(&self) -> &[SensorSpec] {
+        &self.sensors
+    }
+
+    /// The oldest measurement that was not read yet, if there is one. Never blocks. A restarted
+    /// renderer may send a frame once more; each comes out once.
+    pub fn receive(&mut self) -> Result<Option<Measurement>, ClientError> {
+        while let Some(bundle) = self.reader.receive()? {
+            let frame = bundle.header().stamp.frame;
+            if frame > self.last {
+                if self.last.0 > 0 {
+                    self.missed += frame.0 - self.last.0 - 1;
+                }
+                self.last = frame;
+                return Ok(Some(Measurement { bundle }));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The newest measurement, older ones dropped.
+    pub fn latest(&mut self) -> Result<Option<Measurement>, ClientError> {
+        let mut newest = None;
+        while let Some(next) = self.receive()? {
+            newest = Some(next);
+        }
+        Ok(newest)
+    }
+
+    /// The last frame that came out.
+    pub fn last(&self) -> Frame {
+        self.last
+    }
+
+    /// Frames between the first and the last that never came out.
+    pub fn missed(&self) -> u64 {
+        self.missed
+    }
+}
+
+/// All that a rig measured at one frame. Its bytes are the renderer's own; they stay until this is
+/// dropped, so hold no more than the rig's `hold_max`.
+pub struct Measurement {
+    bundle: Bundle,
+}
+
+impl Measurement {
+    /// Which frame, which tracer, when.
+    pub fn header(&self) -> &BundleHeader {
+        self.bundle.header()
+    }
+
+    /// The frame that was measured.
+    pub fn frame(&self) -> Frame {
+        self.header().stamp.frame
+    }
+
+    /// The whole payload.
+    pub fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(self.bundle.payload())
+    }
+
+    /// Where each output lies.
+    pub fn planes(&self) -> &[Plane] {
+        let len = self.header().plane_count as usize * size_of::<Plane>();
+        bytemuck::cast_slice(&self.bytes()[..len])
+    }
+
+    /// One output of one sensor (by its place in the rig).
+    pub fn plane(&self, sensor: usize, output: u32) -> Option<&Plane> {
+        self.planes().iter().find(|p| p.sensor as usize == sensor && p.output == output)
+    }
+
+    /// The bytes of one output, row by row from the top left, or column by column of a lidar.
+    pub fn data(&self, sensor: usize, output: u32) -> Option<&[u8]> {
+        let plane = self.plane(sensor, output)?;
+        self.bytes().get(plane.offset as usize..)?.get(..plane.byte_len as usize)
+    }
+
+    /// Red, green, blue, 255 of each pixel.
+    pub fn color(&self, sensor: usize) -> Option<&[[u8; 4]]> {
+        self.data(sensor, output::COLOR).map(bytemuck::cast_slice)
+    }
+
+    /// Metres along the optical axis of each pixel.
+    pub fn depth(&self, sensor: usize) -> Option<&[f32]> {
+        self.data(sensor, output::DEPTH).map(bytemuck::cast_slice)
+    }
+
+    /// The semantic tag of each pixel.
+    pub fn tags(&self, sensor: usize) -> Option<&[u8]> {
+        self.data(sensor, output::TAG)
+    }
+
+    /// The actor or object of each pixel.
+    pub fn instances(&self, sensor: usize) -> Option<&[u32]> {
+        self.data(sensor, output::INSTANCE).map(bytemuck::cast_slice)
+    }
+
+    /// x, y, z in sensor space, and intensity, of each ray; zeros where it met nothing.
+    pub fn points(&self, sensor: usize) -> Option<&[[f32; 4]]> {
+        self.data(sensor, output::POINTS).map(bytemuck::cast_slice)
+    }
+
+    /// Instance and tag of each ray.
+    pub fn labels(&self, sensor: usize) -> Option<&[[u32; 2]]> {
+        self.data(sensor, output::LABELS).map(bytemuck::cast_slice)
+    }
+}

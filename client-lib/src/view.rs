@@ -1,0 +1,28 @@
+use bus::{ActorId, ActorState, Snapshot, SnapshotHeader};
+
+/// The world at one frame: the host's own memory, read in place.
+pub struct World {
+    snapshot: Snapshot,
+}
+
+impl World {
+    pub(crate) fn new(snapshot: Snapshot) -> World {
+        World { snapshot }
+    }
+
+    /// Which frame, its hash, its stage clock.
+    pub fn header(&self) -> &SnapshotHeader {
+        self.snapshot.header()
+    }
+
+    /// Every actor, sorted by id.
+    pub fn actors(&self) -> &[ActorState] {
+        self.snapshot.payload()
+    }
+
+    /// One actor.
+    pub fn actor(&self, id: ActorId) -> Option<&ActorState> {
+        let actors = self.actors();
+        actors.binary_search_by_key(&id, |a| a.actor_id).ok().map(|index| &actors[index])
+    }
+}
