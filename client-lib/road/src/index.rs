@@ -4,15 +4,15 @@ use crate::lane::{LanePoint, LaneTypes};
 use crate::network::Network;
 use glam::{DVec2, DVec3};
 
-/// A piece of a lane's centre, straight within [`CHORD_M`].
+/// A piece of a lane's centre.
 #[derive(Clone, Copy, Debug)]
-struct Segment {
-    from: DVec3,
-    to: DVec3,
-    lane: u32,
-    types: u32,
-    from_s: f32,
-    to_s: f32,
+pub(crate) struct Segment {
+    pub(crate) from: DVec3,
+    pub(crate) to: DVec3,
+    pub(crate) lane: u32,
+    pub(crate) types: u32,
+    pub(crate) from_s: f32,
+    pub(crate) to_s: f32,
 }
 
 /// Segments by the square cells that they cross.
@@ -164,6 +164,22 @@ impl LaneIndexGrid {
         let s = f64::from(segment.from_s)
             + share * (f64::from(segment.to_s) - f64::from(segment.from_s));
         Some(network.refined(&network.lanes()[segment.lane as usize], s, point))
+    }
+
+    /// Visits every segment that may lie within a cell's width of `point`, some more than once.
+    pub(crate) fn near(&self, point: DVec2, mut visit: impl FnMut(&Segment)) {
+        if self.segments.is_empty() {
+            return;
+        }
+        let (column, row) = self.cell(point);
+        for ring in 0..=1 {
+            self.each_of_ring(column, row, ring, |cell| {
+                let entries = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+                for &entry in &self.entries[entries] {
+                    visit(&self.segments[entry as usize]);
+                }
+            });
+        }
     }
 
     /// A lower bound of the distance from `point` to the cells of `ring` round a cell.

@@ -104,31 +104,23 @@ impl Network {
 impl Road {
     /// The pose along rising s of a path at `lateral`.
     pub(crate) fn pose(&self, station: &Station, s: f64, lateral: &Lateral) -> Placement {
+        let frame = Frame::new(*station);
+        let (sin, cos) = (frame.roll_sin, frame.roll_cos);
         let roll = station.roll;
-        let (sin, cos) = roll.value.sin_cos();
         let banked = lateral.t + lateral.level.scaled(-1.0);
-        // The road banks about its own, climbing axis: of a banked metre, `cos` shows to the side,
-        // `sin · pitch_cos` up and `sin · pitch_sin` along.
-        let (pitch_sin, pitch_cos) = (-station.elevation.slope.atan()).sin_cos();
-        let tilt = banked.value * sin;
         let tilt_slope = banked.slope * sin + banked.value * cos * roll.slope;
-        let shove = tilt * pitch_sin;
+        let shove = banked.value * sin * frame.pitch_sin;
         // How far the path lies from the reference line seen from above, and how that changes.
         let beside = Jet {
             value: banked.value * cos + lateral.level.value,
             slope: banked.slope * cos - banked.value * sin * roll.slope + lateral.level.slope,
             bend: banked.bend * cos + lateral.level.bend,
         };
-        let along = 1.0 - station.curvature * beside.value + tilt_slope * pitch_sin;
-        let climb = station.elevation.slope + tilt_slope * pitch_cos;
+        let along = 1.0 - station.curvature * beside.value + tilt_slope * frame.pitch_sin;
+        let climb = station.elevation.slope + tilt_slope * frame.pitch_cos;
         let aside = beside.slope + station.curvature * shove;
-        let (heading_sin, heading_cos) = station.heading_rad.sin_cos();
         let uneven = self.unevenness(s, lateral.t.value);
-        let position = DVec3::new(
-            station.x - heading_sin * beside.value + heading_cos * shove,
-            station.y + heading_cos * beside.value + heading_sin * shove,
-            station.elevation.value + tilt * pitch_cos + uneven + lateral.rise_m,
-        );
+        let position = frame.point(lateral.t.value, lateral.level.value, uneven + lateral.rise_m);
         // Inside the centre of a bend's circle the path runs backwards; the lane does not.
         let along = along.max(1e-3);
         let planar = along.hypot(aside);
@@ -153,6 +145,47 @@ impl Road {
         }
         let t = lateral.t.value;
         (self.unevenness(s, t + 0.01) - self.unevenness(s, t - 0.01)) / 0.02
+    }
+}
+
+/// A station with the sines and cosines of its angles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    station: Station,
+    heading_sin: f64,
+    heading_cos: f64,
+    roll_sin: f64,
+    roll_cos: f64,
+    pitch_sin: f64,
+    pitch_cos: f64,
+}
+
+impl Frame {
+    pub(crate) fn new(station: Station) -> Frame {
+        let (heading_sin, heading_cos) = station.heading_rad.sin_cos();
+        let (roll_sin, roll_cos) = station.roll.value.sin_cos();
+        let (pitch_sin, pitch_cos) = (-station.elevation.slope.atan()).sin_cos();
+        Frame { station, heading_sin, heading_cos, roll_sin, roll_cos, pitch_sin, pitch_cos }
+    }
+
+    /// The point at `t`, of which `level` metres lie on lanes that do not bank, `up` above the
+    /// road. The road banks about its own, climbing axis: of a banked metre, `roll_cos` shows to
+    /// the side, `roll_sin · pitch_cos` up and `roll_sin · pitch_sin` along.
+    pub(crate) fn point(&self, t: f64, level: f64, up: f64) -> DVec3 {
+        let banked = t - level;
+        let beside = banked * self.roll_cos + level;
+        let tilt = banked * self.roll_sin;
+        let shove = tilt * self.pitch_sin;
+        DVec3::new(
+            self.station.x - self.heading_sin * beside + self.heading_cos * shove,
+            self.station.y + self.heading_cos * beside + self.heading_sin * shove,
+            self.station.elevation.value + tilt * self.pitch_cos + up,
+        )
+    }
+
+    /// The direction of the road, level.
+    pub(crate) fn ahead(&self) -> DVec3 {
+        DVec3::new(self.heading_cos, self.heading_sin, 0.0)
     }
 }
 

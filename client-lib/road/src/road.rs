@@ -195,6 +195,17 @@ impl Lane {
         inner
     }
 
+    /// The lane's width where its inner border is `inner` metres from the centre.
+    pub(crate) fn reach(&self, inner: f64, ds: f64) -> f64 {
+        if !self.widths.is_empty() {
+            self.widths.at(ds).max(0.0)
+        } else if !self.borders.is_empty() {
+            (self.borders.at(ds).abs() - inner).max(0.0)
+        } else {
+            0.0
+        }
+    }
+
     /// How far the lane's surface stands above the road's, at its inner and outer border; linear
     /// between records.
     pub(crate) fn rise(&self, ds: f64) -> (f64, f64) {

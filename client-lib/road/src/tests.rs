@@ -1,6 +1,7 @@
 //! Whole maps. Those of `OMNIBUS_MAPS`, a folder, are judged where that variable is set.
 
 mod reference;
+mod surface;
 
 use crate::Network;
 use std::path::PathBuf;

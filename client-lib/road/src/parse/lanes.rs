@@ -188,8 +188,8 @@ fn road_mark(xml: &mut Cursor, lane_id: i32) -> Result<RoadMark, MapError> {
         kind,
         color: MarkColor::from_text(xml.raw("color").unwrap_or("standard")),
         width_m: match xml.optional_number("width")? {
-            Some(width) if width > 0.0 => width.min(5.0),
-            _ => usual_width,
+            Some(width) => width.clamp(0.0, 5.0),
+            None => usual_width,
         },
         bold,
         change: match xml.raw("laneChange") {

@@ -1,0 +1,498 @@
+//! The cross-section of a lane section: strips, the lines between them, and the columns of cells
+//! that the lines bound. From left to right, that is by falling t.
+
+use super::paint::{self, Line};
+use crate::lane::{Lane, LaneType, LaneTypes};
+use crate::mark::{MarkKind, RoadMark};
+use crate::network::Network;
+use crate::place::Frame;
+use crate::road::{Road, Section};
+use crate::surface::{Face, Material, Tag};
+use glam::DVec3;
+
+/// How high a kerb is where the file does not say.
+const KERB_M: f64 = 0.12;
+/// How wide a kerb stone is.
+const STONE_M: f64 = 0.15;
+/// How deep the surface's outer edge reaches into the ground.
+const SKIRT_M: f64 = 0.4;
+
+/// What vehicles may at least roll over: its surface goes before all others.
+pub(super) const PAVED: LaneTypes = LaneTypes(
+    LaneTypes::ANY.0
+        & !(LaneTypes::NONE.0 | LaneTypes::SIDEWALK.0 | LaneTypes::MEDIAN.0 | LaneTypes::RAIL.0),
+);
+
+/// A lane, or the kerb stone at the road's outer edge.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Strip {
+    /// Position in the section's lanes.
+    lane: Option<usize>,
+    face: Face,
+    /// Vehicles' own surface: does not yield.
+    pub(super) paved: bool,
+    /// How far it is raised beyond what the file says.
+    raise_m: f64,
+    /// Has heights of its own.
+    uneven: bool,
+}
+
+/// A line along the road.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GridLine {
+    border: usize,
+    offset_m: f64,
+    /// Whose surface it lies on.
+    pub(super) strip: usize,
+    drop_m: f64,
+    /// Which of [`Profile::paints`] brings further stations.
+    pub(super) paint: Option<usize>,
+}
+
+/// What the cells between two lines show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Look {
+    /// The strip's own face.
+    Plain,
+    /// A kerb stone's top.
+    Stone,
+    /// Upright, between strips of different heights.
+    Step,
+    /// Upright, at the road's outer edge.
+    Skirt,
+    /// Paint of one of [`Profile::paints`], at this offset from its border.
+    Paint(usize, f64),
+}
+
+/// Cells between line `n` and line `n + 1`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Column {
+    pub(super) strip: usize,
+    pub(super) look: Look,
+}
+
+/// The marks on one border.
+#[derive(Debug)]
+pub(super) struct Paint {
+    pub(super) lines: Vec<Line>,
+    /// Where paint begins and ends, in rising s.
+    pub(super) ends: Vec<f64>,
+}
+
+/// The whole cross-section.
+pub(super) struct Profile<'a> {
+    network: &'a Network,
+    road: &'a Road,
+    section: &'a Section,
+    pub(super) strips: Vec<Strip>,
+    pub(super) lines: Vec<GridLine>,
+    pub(super) columns: Vec<Column>,
+    pub(super) paints: Vec<Paint>,
+    /// Strips before the first lane.
+    ahead: usize,
+}
+
+impl<'a> Profile<'a> {
+    pub(super) fn new(network: &'a Network, road: &'a Road, section: &'a Section) -> Profile<'a> {
+        let mut profile = Profile {
+            network,
+            road,
+            section,
+            strips: Vec::new(),
+            lines: Vec::new(),
+            columns: Vec::new(),
+            paints: Vec::new(),
+            ahead: 0,
+        };
+        profile.lay_strips();
+        if !profile.strips.is_empty() {
+            profile.draw_lines();
+        }
+        profile
+    }
+
+    fn lane(&self, position: usize) -> &'a Lane {
+        self.network.lane(self.section.lanes[position])
+    }
+
+    fn lay_strips(&mut self) {
+        let count = self.section.lanes.len();
+        if count == 0 {
+            return;
+        }
+        let own_heights = self.road.sections.iter().flat_map(|section| &section.lanes);
+        let own_heights = own_heights
+            .map(|lane| self.network.lane(*lane))
+            .any(|lane| lane.heights.iter().any(|h| h.inner_m.max(h.outer_m) > 0.01));
+        let in_junction = self.road.junction.is_some();
+        let stone = Strip {
+            lane: None,
+            face: Face::new(Tag::SideWalks, Material::Kerb, 0),
+            paved: false,
+            raise_m: KERB_M,
+            uneven: false,
+        };
+        let kerbed = |marks: &[RoadMark]| marks.iter().any(|mark| mark.kind == MarkKind::Curb);
+        // A kerb beyond the last lane stands on its own.
+        let edge = |position: usize| {
+            let lane = self.lane(position);
+            PAVED.contains(lane.kind) && kerbed(&lane.marks) && !in_junction && !own_heights
+        };
+        let left_stone = self.section.left > 0 && edge(0);
+        let right_stone = self.section.left < count && edge(count - 1);
+        if left_stone {
+            self.strips.push(stone);
+            self.ahead = 1;
+        }
+        for position in 0..count {
+            let lane = self.lane(position);
+            let inner =
+                if position < self.section.left { position + 1 } else { position.wrapping_sub(1) };
+            let inner = (inner < count
+                && (inner < self.section.left) == (position < self.section.left))
+                .then(|| self.lane(inner));
+            let behind_kerb = match inner {
+                Some(inner) => kerbed(&inner.marks),
+                None => kerbed(&self.section.marks),
+            };
+            let raised = match lane.kind {
+                LaneType::Sidewalk | LaneType::Median => true,
+                LaneType::None => behind_kerb,
+                _ => false,
+            };
+            self.strips.push(Strip {
+                lane: Some(position),
+                face: face(lane.kind, in_junction),
+                paved: PAVED.contains(lane.kind) || (lane.kind == LaneType::None && in_junction),
+                raise_m: if raised && !own_heights { KERB_M } else { 0.0 },
+                uneven: !lane.heights.is_empty(),
+            });
+        }
+        if right_stone {
+            self.strips.push(stone);
+        }
+    }
+
+    fn draw_lines(&mut self) {
+        let last = self.strips.len();
+        for border in 0..=last {
+            let left = border.checked_sub(1);
+            let right = (border < last).then_some(border);
+            let lower = self.lower(left, right);
+            let paint = self.paint(border, left, right, lower);
+            match (left, right) {
+                (Some(left), Some(right)) if lower.is_none() => {
+                    self.shared_border(border, paint, left, right);
+                }
+                _ => {
+                    let on =
+                        |strip| if lower.is_none_or(|lower| lower == strip) { paint } else { None };
+                    if let Some(left) = left {
+                        self.border_from_left(border, on(left), left, right.is_some());
+                    } else if let Some(right) = right {
+                        self.line(border, 0.0, right, SKIRT_M, None);
+                        self.column(right, Look::Skirt);
+                    }
+                    if let Some(right) = right {
+                        self.border_to_right(border, on(right), right, left.is_some());
+                    } else if let Some(left) = left {
+                        self.line(border, 0.0, left, SKIRT_M, None);
+                    }
+                }
+            }
+            if let Some(right) = right {
+                self.column(right, Look::Plain);
+            }
+        }
+    }
+
+    /// A border in the middle of one surface.
+    fn shared_border(&mut self, border: usize, paint: Option<usize>, left: usize, right: usize) {
+        let Some(index) = paint else { return self.line(border, 0.0, left, 0.0, None) };
+        let offsets = self.offsets(index);
+        for (at, offset) in offsets.iter().enumerate() {
+            let strip = if *offset >= 0.0 { left } else { right };
+            self.line(border, *offset, strip, 0.0, paint);
+            if let Some(next) = offsets.get(at + 1) {
+                self.column(strip, Look::Paint(index, 0.5 * (offset + next)));
+            }
+        }
+    }
+
+    /// What lies left of a border at which the left strip's surface ends, and the upright column
+    /// that begins there.
+    fn border_from_left(&mut self, border: usize, paint: Option<usize>, strip: usize, step: bool) {
+        if step && self.has_stone(strip) {
+            self.line(border, STONE_M, strip, 0.0, None);
+            self.column(strip, Look::Stone);
+        }
+        if let Some(index) = paint {
+            let mut offsets = self.offsets(index);
+            offsets.retain(|offset| *offset > 1e-3);
+            for (at, offset) in offsets.iter().enumerate() {
+                let next = offsets.get(at + 1).unwrap_or(&0.0);
+                self.line(border, *offset, strip, 0.0, paint);
+                self.column(strip, Look::Paint(index, 0.5 * (offset + next)));
+            }
+        }
+        self.line(border, 0.0, strip, 0.0, paint);
+        self.column(strip, if step { Look::Step } else { Look::Skirt });
+    }
+
+    /// What lies right of a border at which the right strip's surface begins.
+    fn border_to_right(&mut self, border: usize, paint: Option<usize>, strip: usize, step: bool) {
+        self.line(border, 0.0, strip, 0.0, paint);
+        if let Some(index) = paint {
+            let mut before = 0.0;
+            for offset in self.offsets(index) {
+                if offset < -1e-3 {
+                    self.column(strip, Look::Paint(index, 0.5 * (before + offset)));
+                    self.line(border, offset, strip, 0.0, paint);
+                    before = offset;
+                }
+            }
+        }
+        if step && self.has_stone(strip) {
+            self.column(strip, Look::Stone);
+            self.line(border, -STONE_M, strip, 0.0, None);
+        }
+    }
+
+    /// Whether a kerb stone is drawn on the strip's edge.
+    fn has_stone(&self, strip: usize) -> bool {
+        let strip = &self.strips[strip];
+        strip.lane.is_some() && !strip.paved && (strip.raise_m > 0.0 || strip.uneven)
+    }
+
+    /// The edges of a border's lines, from left to right.
+    fn offsets(&self, paint: usize) -> Vec<f64> {
+        let lines = &self.paints[paint].lines;
+        let mut offsets: Vec<f64> =
+            lines.iter().flat_map(|line| [line.left_m, line.right_m]).collect();
+        offsets.sort_by(|a, b| b.total_cmp(a));
+        offsets.dedup_by(|a, b| (*a - *b).abs() < 1e-3);
+        offsets
+    }
+
+    fn line(
+        &mut self,
+        border: usize,
+        offset_m: f64,
+        strip: usize,
+        drop_m: f64,
+        paint: Option<usize>,
+    ) {
+        self.lines.push(GridLine { border, offset_m, strip, drop_m, paint });
+    }
+
+    /// The column from the line before to whatever line comes next.
+    fn column(&mut self, strip: usize, look: Look) {
+        self.columns.push(Column { strip, look });
+    }
+
+    /// The strip whose surface lies lower at the border of two, if they need a line each.
+    fn lower(&self, left: Option<usize>, right: Option<usize>) -> Option<usize> {
+        let (left, right) = (left?, right?);
+        let (a, b) = (&self.strips[left], &self.strips[right]);
+        if a.raise_m == b.raise_m
+            && !a.uneven
+            && !b.uneven
+            && a.face == b.face
+            && a.paved == b.paved
+        {
+            return None;
+        }
+        Some(match (a.paved, b.paved) {
+            (true, false) => left,
+            (false, true) => right,
+            _ if a.raise_m <= b.raise_m => left,
+            _ => right,
+        })
+    }
+
+    /// The marks of a border, moved beside it where it is a kerb or the road's edge.
+    fn paint(
+        &mut self,
+        border: usize,
+        left: Option<usize>,
+        right: Option<usize>,
+        lower: Option<usize>,
+    ) -> Option<usize> {
+        let (start, end) = (self.section.start_m, self.section.start_m + self.section.length_m);
+        let centre = self.ahead + self.section.left;
+        let (marks, inwards): (&[RoadMark], f64) = if border == centre {
+            (&self.section.marks, 1.0)
+        } else if border < centre {
+            let position = self.strips.get(border)?.lane?;
+            (&self.lane(position).marks, -1.0)
+        } else {
+            let position = self.strips.get(border - 1)?.lane?;
+            (&self.lane(position).marks, 1.0)
+        };
+        let fast = self.road.type_at(start).is_some_and(|kind| kind.kind == "motorway");
+        let mut lines = paint::lines(marks, start, end, inwards, fast);
+        if lines.is_empty() {
+            return None;
+        }
+        let only = match (left, right) {
+            (None, only) | (only, None) => only,
+            _ => lower,
+        };
+        if let Some(only) = only {
+            if !self.strips[only].paved {
+                return None;
+            }
+            let low = lines.iter().map(|line| line.right_m).fold(f64::INFINITY, f64::min);
+            let high = lines.iter().map(|line| line.left_m).fold(f64::NEG_INFINITY, f64::max);
+            let shift = if Some(only) == left { -low } else { -high };
+            for line in &mut lines {
+                line.left_m += shift;
+                line.right_m += shift;
+            }
+        } else if !left.is_some_and(|strip| self.strips[strip].paved) {
+            return None;
+        }
+        let mut ends = Vec::new();
+        lines.iter().for_each(|line| line.ends(&mut ends));
+        ends.sort_by(f64::total_cmp);
+        self.paints.push(Paint { lines, ends });
+        Some(self.paints.len() - 1)
+    }
+}
+
+/// The cross-section at one station.
+pub(super) struct Row {
+    pub(super) s: f64,
+    pub(super) frame: Frame,
+    /// Of each border: t, and how much of it lies on level lanes.
+    t: Vec<f64>,
+    level: Vec<f64>,
+    /// Of each strip: how far its surface stands above the road's, at its left and right border.
+    rise: Vec<[f64; 2]>,
+    /// Of each line, t.
+    lines: Vec<f64>,
+}
+
+impl Profile<'_> {
+    pub(super) fn row(&self, s: f64) -> Row {
+        let ds = s - self.section.start_m;
+        let lanes = self.network.lanes();
+        let centre = self.road.lane_offset.at(s);
+        let count = self.section.lanes.len();
+        let (mut t, mut level) = (vec![centre; count + 1], vec![0.0; count + 1]);
+        let mut lay = |position: usize, inner: usize, outer: usize, sign: f64| {
+            let lane = &lanes[self.section.lanes[position].0 as usize];
+            let width = lane.reach((t[inner] - centre).abs(), ds);
+            t[outer] = t[inner] + sign * width;
+            level[outer] = level[inner] + if lane.level { sign * width } else { 0.0 };
+        };
+        for position in (0..self.section.left).rev() {
+            lay(position, position + 1, position, 1.0);
+        }
+        for position in self.section.left..count {
+            lay(position, position, position + 1, -1.0);
+        }
+        if self.ahead > 0 {
+            t.insert(0, t[0] + STONE_M);
+            level.insert(0, level[0]);
+        }
+        if t.len() < self.strips.len() + 1 {
+            t.push(t[t.len() - 1] - STONE_M);
+            level.push(level[level.len() - 1]);
+        }
+        let rise = self.strips.iter().map(|strip| {
+            let Some(position) = strip.lane else { return [strip.raise_m; 2] };
+            let (inner, outer) = lanes[self.section.lanes[position].0 as usize].rise(ds);
+            let sides = if position < self.section.left { [outer, inner] } else { [inner, outer] };
+            sides.map(|side| side + strip.raise_m)
+        });
+        let mut row = Row {
+            s,
+            frame: Frame::new(self.road.station(s)),
+            rise: rise.collect(),
+            t,
+            level,
+            lines: Vec::with_capacity(self.lines.len()),
+        };
+        let mut before = f64::INFINITY;
+        for line in &self.lines {
+            let wanted = row.t[line.border] + line.offset_m;
+            let t = wanted.clamp(row.t[line.strip + 1], row.t[line.strip]).min(before);
+            row.lines.push(t);
+            before = t;
+        }
+        row
+    }
+
+    /// A point of a line; `flat` where its strip has yielded to another road.
+    pub(super) fn point(&self, row: &Row, line: usize, flat: bool) -> DVec3 {
+        let GridLine { strip, drop_m, .. } = self.lines[line];
+        self.strip_point(row, strip, row.lines[line], flat, -drop_m)
+    }
+
+    /// A point of a strip's surface at a share of its width from the left.
+    pub(super) fn across(&self, row: &Row, strip: usize, share: f64, flat: bool) -> DVec3 {
+        let t = row.t[strip] + (row.t[strip + 1] - row.t[strip]) * share;
+        self.strip_point(row, strip, t, flat, 0.0)
+    }
+
+    fn strip_point(&self, row: &Row, strip: usize, t: f64, flat: bool, up: f64) -> DVec3 {
+        let (left, right) = (row.t[strip], row.t[strip + 1]);
+        let share = if left > right { (left - t) / (left - right) } else { 0.0 };
+        let mix = |from: f64, to: f64| from + (to - from) * share;
+        let level = mix(row.level[strip], row.level[strip + 1]);
+        let rise = if flat { 0.0 } else { mix(row.rise[strip][0], row.rise[strip][1]) };
+        let uneven = self.road.unevenness(row.s, t);
+        row.frame.point(t, level, uneven + rise + up)
+    }
+
+    /// The width of a strip.
+    pub(super) fn strip_width(&self, row: &Row, strip: usize) -> f64 {
+        row.t[strip] - row.t[strip + 1]
+    }
+
+    /// Whether a strip's surface stands above the road's.
+    pub(super) fn raised(&self, row: &Row, strip: usize) -> bool {
+        row.rise[strip].iter().any(|rise| *rise > 0.01)
+    }
+
+    /// The face of a cell of `column` whose middle is at `s`.
+    pub(super) fn face(&self, column: &Column, s: f64, flat: bool, painted: bool) -> Face {
+        let strip = &self.strips[column.strip];
+        match column.look {
+            Look::Step => Face::new(Tag::SideWalks, Material::Kerb, 0),
+            Look::Skirt if strip.raise_m > 0.0 => Face::new(Tag::SideWalks, Material::Kerb, 0),
+            Look::Skirt => Face::new(Tag::Terrain, Material::Soil, 0),
+            _ if flat => ASPHALT,
+            Look::Stone => Face::new(Tag::SideWalks, Material::Kerb, 0),
+            Look::Paint(paint, offset) if painted => {
+                let line = self.paints[paint]
+                    .lines
+                    .iter()
+                    .find(|line| (line.right_m..line.left_m).contains(&offset) && line.paints(s));
+                line.map_or(strip.face, |line| Face::new(Tag::RoadLine, line.material, 0))
+            }
+            _ => strip.face,
+        }
+    }
+
+    /// The face of a strip's plain cells.
+    pub(super) fn strip_face(&self, strip: usize) -> Face {
+        self.strips[strip].face
+    }
+}
+
+/// What vehicles drive on.
+pub(super) const ASPHALT: Face =
+    Face { tag: Tag::Roads as u8, material: Material::Asphalt as u8, reserved: 0, object: 0 };
+
+fn face(kind: LaneType, in_junction: bool) -> Face {
+    let (tag, material) = match kind {
+        LaneType::Sidewalk => (Tag::SideWalks, Material::Paving),
+        LaneType::None if !in_junction => (Tag::Terrain, Material::Grass),
+        LaneType::Median => (Tag::Terrain, Material::Grass),
+        LaneType::Rail => (Tag::RailTrack, Material::Soil),
+        _ => return ASPHALT,
+    };
+    Face::new(tag, material, 0)
+}

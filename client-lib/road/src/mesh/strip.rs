@@ -1,0 +1,261 @@
+//! One lane section's triangles.
+
+use super::columns::{ASPHALT, Look, Profile, Row};
+use super::cover::Cover;
+use super::stations::{NEAR_M, stations};
+use crate::network::Network;
+use crate::surface::{Face, Mesh};
+use glam::DVec3;
+
+/// How far a surface reaches below the one that it meets, and how deep it ends.
+const TONGUE_M: f64 = 0.15;
+const TONGUE_DEPTH_M: f64 = 0.02;
+
+/// Where strips may have to yield, cells are at most this long.
+const YIELD_SPACING_M: f64 = 1.5;
+
+pub(super) fn section(
+    network: &Network,
+    road_index: usize,
+    section_index: usize,
+    spacing: f64,
+    mesh: &mut Mesh,
+) {
+    let road = &network.roads()[road_index];
+    let section = &road.sections[section_index];
+    let profile = Profile::new(network, road, section);
+    if profile.strips.is_empty() || section.length_m <= 0.0 {
+        return;
+    }
+    let wanted: Vec<f64> =
+        profile.paints.iter().flat_map(|paint| &paint.lines).map(|line| line.from_m).collect();
+    let yields = road.junction.is_some() && profile.strips.iter().any(|strip| !strip.paved);
+    let spacing = if yields { spacing.min(YIELD_SPACING_M) } else { spacing };
+    let at = stations(network, road, section, spacing, wanted);
+    let rows: Vec<Row> = at.iter().map(|s| profile.row(*s)).collect();
+    let cover = Cover::new(network, road_index as u32);
+    let flat = yielding(&profile, &rows, &cover);
+    let mut weaver = Weaver {
+        profile: &profile,
+        rows: &rows,
+        flat: &flat,
+        corners: vec![[None; 2]; profile.lines.len() * rows.len()],
+        mesh,
+    };
+    let further: Vec<Vec<Vec<Row>>> =
+        profile.paints.iter().map(|paint| further_rows(&profile, &rows, &paint.ends)).collect();
+    for interval in 0..rows.len() - 1 {
+        weaver.interval(interval, &further, &cover);
+    }
+    weaver.steps_along();
+    let first = section_index == 0;
+    weaver.end(&rows[0], 0, -1.0, first);
+    weaver.end(&rows[rows.len() - 1], rows.len() - 2, 1.0, true);
+}
+
+/// Of each interval between stations, which strips lie where vehicles of another road drive.
+fn yielding(profile: &Profile, rows: &[Row], cover: &Cover) -> Vec<Vec<bool>> {
+    let covered = |from: &Row, to: &Row, strip: usize| {
+        if profile.strips[strip].paved {
+            return false;
+        }
+        [0.05, 0.5, 0.95].iter().any(|along| {
+            [0.05, 0.5, 0.95].iter().any(|share| {
+                let (a, b) = (
+                    profile.across(from, strip, *share, true),
+                    profile.across(to, strip, *share, true),
+                );
+                cover.paved(a.lerp(b, *along))
+            })
+        })
+    };
+    let of_interval = |pair: &[Row]| {
+        (0..profile.strips.len()).map(|strip| covered(&pair[0], &pair[1], strip)).collect()
+    };
+    rows.windows(2).map(of_interval).collect()
+}
+
+/// Of each interval between stations, the rows at the ends of paint inside it.
+fn further_rows(profile: &Profile, rows: &[Row], ends: &[f64]) -> Vec<Vec<Row>> {
+    let mut next = 0;
+    rows.windows(2)
+        .map(|pair| {
+            let mut found: Vec<Row> = Vec::new();
+            while next < ends.len() && ends[next] < pair[1].s - NEAR_M {
+                let before = found.last().map_or(pair[0].s, |row| row.s);
+                if ends[next] > before + NEAR_M {
+                    found.push(profile.row(ends[next]));
+                }
+                next += 1;
+            }
+            found
+        })
+        .collect()
+}
+
+struct Weaver<'a> {
+    profile: &'a Profile<'a>,
+    rows: &'a [Row],
+    flat: &'a [Vec<bool>],
+    /// Vertices at stations by line and station, as they are and flat.
+    corners: Vec<[Option<u32>; 2]>,
+    mesh: &'a mut Mesh,
+}
+
+impl Weaver<'_> {
+    fn corner(&mut self, line: usize, station: usize, flat: bool) -> u32 {
+        let at = line * self.rows.len() + station;
+        if let Some(vertex) = self.corners[at][usize::from(flat)] {
+            return vertex;
+        }
+        let vertex = self.vertex(self.profile.point(&self.rows[station], line, flat));
+        self.corners[at][usize::from(flat)] = Some(vertex);
+        vertex
+    }
+
+    fn vertex(&mut self, point: DVec3) -> u32 {
+        self.mesh.vertex(point.as_vec3().to_array())
+    }
+
+    /// A triangle, unless two of its corners are one.
+    fn triangle(&mut self, corners: [u32; 3], face: Face) {
+        let [a, b, c] = corners.map(|corner| self.mesh.positions[corner as usize]);
+        if a != b && b != c && c != a {
+            self.mesh.triangle(corners, face);
+        }
+    }
+
+    /// All cells between two stations.
+    fn interval(&mut self, interval: usize, further: &[Vec<Vec<Row>>], cover: &Cover) {
+        let profile = self.profile;
+        let mut right = self.chain(0, interval, further);
+        for (index, column) in profile.columns.iter().enumerate() {
+            let left = right;
+            right = self.chain(index + 1, interval, further);
+            let flat = self.flat[interval][column.strip];
+            if let Look::Paint(paint, _) = column.look
+                && left.len() == right.len()
+            {
+                let ends = &further[paint][interval];
+                for cell in 0..left.len() - 1 {
+                    let from = if cell == 0 { &self.rows[interval] } else { &ends[cell - 1] };
+                    let to = ends.get(cell).unwrap_or(&self.rows[interval + 1]);
+                    let s = 0.5 * (from.s + to.s);
+                    let middle = profile
+                        .point(from, index, flat)
+                        .lerp(profile.point(to, index + 1, flat), 0.5);
+                    let face = profile.face(column, s, flat, !flat && !cover.paved(middle));
+                    self.triangle([left[cell], right[cell], right[cell + 1]], face);
+                    self.triangle([left[cell], right[cell + 1], left[cell + 1]], face);
+                }
+            } else {
+                let s = 0.5 * (self.rows[interval].s + self.rows[interval + 1].s);
+                let face = profile.face(column, s, flat, false);
+                self.zip(&left, &right, face);
+            }
+        }
+    }
+
+    /// The vertices of a line from one station to the next.
+    fn chain(&mut self, line: usize, interval: usize, further: &[Vec<Vec<Row>>]) -> Vec<u32> {
+        let spec = &self.profile.lines[line];
+        let flat = self.flat[interval][spec.strip];
+        let mut chain = vec![self.corner(line, interval, flat)];
+        if let Some(paint) = spec.paint {
+            for row in &further[paint][interval] {
+                chain.push(self.vertex(self.profile.point(row, line, flat)));
+            }
+        }
+        chain.push(self.corner(line, interval + 1, flat));
+        chain
+    }
+
+    /// Fills the strip between two chains of vertices, left and right of it.
+    fn zip(&mut self, left: &[u32], right: &[u32], face: Face) {
+        let (mut l, mut r) = (0, 0);
+        while l + 1 < left.len() || r + 1 < right.len() {
+            // Step on the side that is less far on its way.
+            let left_share = (l + 1) as f64 / left.len() as f64;
+            let right_share = (r + 1) as f64 / right.len() as f64;
+            let step_left =
+                r + 1 >= right.len() || (l + 1 < left.len() && left_share < right_share);
+            if step_left {
+                self.triangle([left[l], right[r], left[l + 1]], face);
+                l += 1;
+            } else {
+                self.triangle([left[l], right[r], right[r + 1]], face);
+                r += 1;
+            }
+        }
+    }
+
+    /// Upright faces across the road where a strip begins or ends to yield.
+    fn steps_along(&mut self) {
+        for station in 1..self.rows.len() - 1 {
+            for index in 0..self.profile.columns.len() {
+                let column = self.profile.columns[index];
+                let (before, after) =
+                    (self.flat[station - 1][column.strip], self.flat[station][column.strip]);
+                if before == after || matches!(column.look, Look::Step | Look::Skirt) {
+                    continue;
+                }
+                let face = self.profile.face(&column, 0.0, false, false);
+                let quad = [
+                    self.corner(index, station, before),
+                    self.corner(index + 1, station, before),
+                    self.corner(index + 1, station, after),
+                    self.corner(index, station, after),
+                ];
+                self.triangle([quad[0], quad[1], quad[2]], face);
+                self.triangle([quad[0], quad[2], quad[3]], face);
+            }
+        }
+    }
+
+    /// Closes an end of the section: `way` is +1 at its end and -1 at its start. Raised strips get
+    /// an upright face, and, where `tongue`, every strip reaches on below what comes next.
+    fn end(&mut self, row: &Row, interval: usize, way: f64, tongue: bool) {
+        let onward = row.frame.ahead() * (way * TONGUE_M) - DVec3::Z * TONGUE_DEPTH_M;
+        for strip in 0..self.profile.strips.len() {
+            if self.profile.strip_width(row, strip) < 1e-3 {
+                continue;
+            }
+            let flat = self.flat[interval][strip];
+            let (left, right) = (
+                self.profile.across(row, strip, 0.0, true),
+                self.profile.across(row, strip, 1.0, true),
+            );
+            if self.profile.raised(row, strip) && !flat {
+                let tops = [
+                    self.profile.across(row, strip, 0.0, false),
+                    self.profile.across(row, strip, 1.0, false),
+                ];
+                let face = self.profile.strip_face(strip);
+                self.upright([left, right], tops, way, face);
+            }
+            if tongue {
+                let face = if self.profile.strips[strip].paved {
+                    ASPHALT
+                } else {
+                    self.profile.strip_face(strip)
+                };
+                let [a, b, c, d] =
+                    [left, right, right + onward, left + onward].map(|point| self.vertex(point));
+                let corners = if way > 0.0 { [a, b, c, d] } else { [d, c, b, a] };
+                self.triangle([corners[0], corners[1], corners[2]], face);
+                self.triangle([corners[0], corners[2], corners[3]], face);
+            }
+        }
+    }
+
+    fn upright(&mut self, feet: [DVec3; 2], tops: [DVec3; 2], way: f64, face: Face) {
+        let corners = if way > 0.0 {
+            [feet[1], feet[0], tops[0], tops[1]]
+        } else {
+            [feet[0], feet[1], tops[1], tops[0]]
+        };
+        let [a, b, c, d] = corners.map(|point| self.vertex(point));
+        self.triangle([a, b, c], face);
+        self.triangle([a, c, d], face);
+    }
+}
