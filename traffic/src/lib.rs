@@ -1,1 +1,39 @@
-//! To come.
+//! The minds of the other road users: vehicles on autopilot, and the plan of the traffic lights.
+//!
+//! Snapshot N in, controls that act in N + 1 out. No bus, no clock: the same map, seed and
+//! sequence of snapshots give the same bits.
+//!
+//! ```text
+//! snapshot ─▶ read ─▶ locate on routes ─▶ lay onto tracks ─▶ junctions ─▶ look ahead
+//!                                                                            │
+//!             controls ◀─ pedals, wheel ◀─ follow, steer, recover ◀─ change lanes
+//! ```
+//!
+//! SI and radians; world space is right-handed with z up. Distances along lanes are arc lengths in
+//! driving direction, lateral offsets are positive to the left.
+
+mod approach;
+mod body;
+mod change;
+mod conflict;
+mod dials;
+mod follow;
+mod grid;
+mod junction;
+mod map;
+mod memory;
+mod mind;
+mod pedals;
+mod perceive;
+mod random;
+mod recover;
+mod route;
+mod rows;
+mod signals;
+mod steer;
+#[cfg(test)]
+mod tests;
+mod tracks;
+
+pub use memory::MindError;
+pub use mind::Mind;

@@ -1,0 +1,161 @@
+//! What governs the way into each junction: lights, signs, priority.
+
+use road::{LaneIndex, Network, Signal};
+
+use crate::conflict::Conflicts;
+use crate::tracks::{NONE, Tracks};
+
+/// How far before a junction a signal still means the junction.
+const SIGNAL_REACH_M: f32 = 60.0;
+
+/// What a sign asks of who enters a junction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sign {
+    /// There is none.
+    None,
+    /// Let the others pass.
+    Yield,
+    /// Stop, then let the others pass.
+    Stop,
+}
+
+/// The ways into junctions, by lane; lanes outside junctions have no signal and no sign.
+pub(crate) struct Approaches {
+    /// The light that governs the lane, or [`NONE`].
+    pub(crate) signal: Vec<u32>,
+    /// The sign that governs the lane.
+    pub(crate) sign: Vec<Sign>,
+    /// How far before the lane's start the stop line lies.
+    pub(crate) line_m: Vec<f32>,
+    /// Whether a faster road crosses or joins here, to which this one yields.
+    pub(crate) minor: Vec<bool>,
+    /// Whether some other way into the same junction has a light.
+    pub(crate) beside_lights: Vec<bool>,
+    /// Lights away from junctions: lane, arc length of the stop line, signal. Ascending.
+    pub(crate) midway: Vec<(u32, f32, u32)>,
+}
+
+impl Approaches {
+    /// Reads signals, signs and speed limits of `network`.
+    pub(crate) fn new(network: &Network, tracks: &Tracks, conflicts: &Conflicts) -> Approaches {
+        let count = tracks.count();
+        let mut approaches = Approaches {
+            signal: vec![NONE; count],
+            sign: vec![Sign::None; count],
+            line_m: conflicts.setback_m.clone(),
+            minor: vec![false; count],
+            beside_lights: vec![false; count],
+            midway: Vec::new(),
+        };
+        for (index, signal) in network.signals().iter().enumerate() {
+            for &(lane, stop_m) in &signal.lanes {
+                approaches.place(network, tracks, index as u32, signal, lane, stop_m);
+            }
+        }
+        approaches.midway.sort_unstable_by(|a, b| a.partial_cmp(b).expect("finite"));
+        approaches.rank(tracks);
+        approaches
+    }
+
+    fn place(
+        &mut self,
+        network: &Network,
+        tracks: &Tracks,
+        index: u32,
+        signal: &Signal,
+        lane: LaneIndex,
+        stop_m: f64,
+    ) {
+        let sign = sign(signal);
+        let light = is_vehicle_light(signal);
+        if !tracks.has(lane.0) || (sign == Sign::None && !light) {
+            return;
+        }
+        let share = stop_m / network.lane(lane).length_m.max(1e-6);
+        let stop_m = share.clamp(0.0, 1.0) as f32 * tracks.length(lane.0);
+        let ways = junction_ahead(tracks, lane.0, stop_m);
+        if ways.is_empty() && light {
+            self.midway.push((lane.0, stop_m, index));
+        }
+        for (way, before_m) in ways {
+            let way = way as usize;
+            if light && self.signal[way] == NONE {
+                self.signal[way] = index;
+            } else if !light && self.sign[way] != Sign::Stop {
+                self.sign[way] = sign;
+            }
+            // A line far before the junction would leave the others too little room.
+            if before_m < 12.0 {
+                self.line_m[way] = self.line_m[way].max(before_m);
+            }
+        }
+    }
+
+    /// Compares the ways into each junction with each other.
+    fn rank(&mut self, tracks: &Tracks) {
+        let junctions = tracks.junction.iter().filter(|&&j| j != NONE).max().map_or(0, |&j| j + 1);
+        let mut fastest = vec![0.0f32; junctions as usize];
+        let mut lit = vec![false; junctions as usize];
+        let ways: Vec<u32> = (0..tracks.count() as u32)
+            .filter(|&lane| tracks.has(lane) && tracks.in_junction(lane))
+            .collect();
+        for &lane in &ways {
+            let junction = tracks.junction[lane as usize] as usize;
+            fastest[junction] = fastest[junction].max(tracks.limit_mps[lane as usize]);
+            lit[junction] |= self.signal[lane as usize] != NONE;
+        }
+        for &lane in &ways {
+            let junction = tracks.junction[lane as usize] as usize;
+            self.minor[lane as usize] = tracks.limit_mps[lane as usize] < fastest[junction] - 1.0;
+            self.beside_lights[lane as usize] = lit[junction];
+        }
+    }
+}
+
+/// The lanes of the next junction that are reached from a stop line, and how far before them it
+/// lies. A line inside a junction counts as at its beginning: there nobody's path is crossed yet.
+fn junction_ahead(tracks: &Tracks, lane: u32, stop_m: f32) -> Vec<(u32, f32)> {
+    if tracks.in_junction(lane) {
+        return vec![(first_of_junction(tracks, lane), 0.0)];
+    }
+    let mut found = Vec::new();
+    let mut open = vec![(lane, tracks.length(lane) - stop_m)];
+    while let Some((at, before_m)) = open.pop() {
+        if before_m > SIGNAL_REACH_M {
+            continue;
+        }
+        for &to in tracks.next(at) {
+            if tracks.in_junction(to) {
+                found.push((to, before_m));
+            } else {
+                open.push((to, before_m + tracks.length(to)));
+            }
+        }
+    }
+    found
+}
+
+/// Walks back to where the junction is entered, as long as there is one way only.
+fn first_of_junction(tracks: &Tracks, lane: u32) -> u32 {
+    let mut at = lane;
+    for _ in 0..16 {
+        match tracks.previous(at) {
+            [before] if tracks.in_junction(*before) => at = *before,
+            _ => break,
+        }
+    }
+    at
+}
+
+/// Whether vehicles obey this light. Types are those of ASAM OpenDRIVE's country-less catalogue.
+pub(crate) fn is_vehicle_light(signal: &Signal) -> bool {
+    signal.dynamic && !matches!(signal.kind.as_str(), "1000002" | "1000003" | "1000007" | "1000013")
+}
+
+fn sign(signal: &Signal) -> Sign {
+    match (signal.dynamic, signal.kind.as_str()) {
+        (false, "206") => Sign::Stop,
+        (false, "205") => Sign::Yield,
+        _ => Sign::None,
+    }
+}

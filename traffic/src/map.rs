@@ -1,0 +1,31 @@
+//! Everything that is known before the first frame: the map as minds see it.
+
+use road::Network;
+
+use crate::approach::Approaches;
+use crate::body::Bodies;
+use crate::conflict::Conflicts;
+use crate::grid::Grid;
+use crate::signals::SignalPlan;
+use crate::tracks::Tracks;
+
+/// The map as minds see it. Never changes.
+pub(crate) struct Map {
+    pub(crate) tracks: Tracks,
+    pub(crate) grid: Grid,
+    pub(crate) conflicts: Conflicts,
+    pub(crate) approaches: Approaches,
+    pub(crate) signals: SignalPlan,
+    pub(crate) bodies: Bodies,
+}
+
+impl Map {
+    pub(crate) fn new(network: &Network) -> Map {
+        let tracks = Tracks::new(network);
+        let grid = Grid::new(&tracks);
+        let conflicts = Conflicts::new(&tracks);
+        let approaches = Approaches::new(network, &tracks, &conflicts);
+        let signals = SignalPlan::new(network, &tracks, &conflicts, &approaches);
+        Map { tracks, grid, conflicts, approaches, signals, bodies: Bodies::from_catalogue() }
+    }
+}

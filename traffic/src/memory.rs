@@ -1,0 +1,132 @@
+//! What a mind must know beyond the snapshot, and its bytes.
+//!
+//! The bytes are canonical: equal memories have equal bytes, so their hash stands for the mind.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::dials::Dials;
+use crate::rows::Rows;
+
+/// `omnimind`, and the version of what follows.
+const MAGIC: u64 = u64::from_le_bytes(*b"omnimind");
+const VERSION: u32 = 1;
+
+/// Why bytes are no mind for this map.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MindError {
+    /// They are too short, too long, or of another build.
+    #[error("a traffic mind of {found} bytes does not fit: {why}; was it saved by another build?")]
+    Shape {
+        /// How many bytes there are.
+        found: usize,
+        /// What is wrong with them.
+        why: &'static str,
+    },
+    /// They name lanes or lights that the map does not have.
+    #[error("a traffic mind saved on another map: it knows {found} {what}, this map has {wanted}")]
+    OtherMap {
+        /// Lanes or signal cycles.
+        what: &'static str,
+        /// How many the mind knows.
+        found: u32,
+        /// How many there are.
+        wanted: u32,
+    },
+}
+
+/// Everything that outlives a frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Memory {
+    /// The last frame that was planned on, plus one; 0 before the first.
+    pub(crate) frames: u64,
+    /// How many leaves to pass junctions were given.
+    pub(crate) orders: u64,
+    /// Counts the worlds that the host has loaded.
+    pub(crate) episode: u32,
+    /// By signal cycle: nanoseconds since it began.
+    pub(crate) clocks: Vec<u64>,
+    pub(crate) dials: Dials,
+    pub(crate) rows: Rows,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Head {
+    magic: u64,
+    version: u32,
+    episode: u32,
+    seed: u64,
+    frames: u64,
+    orders: u64,
+    lanes: u32,
+    clocks: u32,
+    dials: u32,
+    rows: u32,
+}
+
+impl Memory {
+    /// Appends the memory's bytes.
+    pub(crate) fn write(&self, seed: u64, lanes: usize, bytes: &mut Vec<u8>) {
+        let head = Head {
+            magic: MAGIC,
+            version: VERSION,
+            episode: self.episode,
+            seed,
+            frames: self.frames,
+            orders: self.orders,
+            lanes: lanes as u32,
+            clocks: self.clocks.len() as u32,
+            dials: self.dials.all().len() as u32,
+            rows: self.rows.id.len() as u32,
+        };
+        bytes.extend_from_slice(bytemuck::bytes_of(&head));
+        bytes.extend_from_slice(bytemuck::cast_slice(&self.clocks));
+        bytes.extend_from_slice(bytemuck::cast_slice(self.dials.all()));
+        self.rows.write(bytes);
+    }
+
+    /// Reads them back, with the seed that they were written with.
+    pub(crate) fn read(
+        bytes: &[u8],
+        lanes: usize,
+        clocks: usize,
+    ) -> Result<(u64, Memory), MindError> {
+        let shape = |why| MindError::Shape { found: bytes.len(), why };
+        if bytes.len() < size_of::<Head>() {
+            return Err(shape("shorter than its head"));
+        }
+        let (head, body) = bytes.split_at(size_of::<Head>());
+        let head: Head = bytemuck::pod_read_unaligned(head);
+        if head.magic != MAGIC || head.version != VERSION {
+            return Err(shape("it begins differently"));
+        }
+        let other =
+            |what, found, wanted: usize| MindError::OtherMap { what, found, wanted: wanted as u32 };
+        if head.lanes as usize != lanes {
+            return Err(other("lanes", head.lanes, lanes));
+        }
+        if head.clocks as usize != clocks {
+            return Err(other("signal cycles", head.clocks, clocks));
+        }
+        let (clock_bytes, dial_bytes) =
+            (8 * clocks, head.dials as usize * size_of::<bus::TrafficDial>());
+        let wanted = clock_bytes + dial_bytes + head.rows as usize * Rows::ROW_BYTES;
+        if body.len() != wanted {
+            return Err(shape("its length contradicts its head"));
+        }
+        let (clock_part, rest) = body.split_at(clock_bytes);
+        let (dial_part, row_part) = rest.split_at(dial_bytes);
+        let memory = Memory {
+            frames: head.frames,
+            orders: head.orders,
+            episode: head.episode,
+            clocks: clock_part.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect(),
+            dials: Dials::from_saved(dial_part),
+            rows: Rows::read(head.rows as usize, row_part),
+        };
+        if !memory.rows.is_sound(lanes) {
+            return Err(shape("a route leaves the map"));
+        }
+        Ok((head.seed, memory))
+    }
+}

@@ -1,0 +1,407 @@
+//! The mind of all vehicles on autopilot, and of the lights.
+
+use std::sync::Arc;
+
+use bus::{ActorState, JournalEntry, LightState, Stamp, VehicleControl, flag, kind};
+
+use crate::change;
+use crate::follow::{self, Leader};
+use crate::junction::{self, Halt, Junctions};
+use crate::map::Map;
+use crate::memory::{Memory, MindError};
+use crate::pedals;
+use crate::perceive::{Crowd, Occupancy};
+use crate::recover;
+use crate::route;
+use crate::steer;
+
+/// Frames of delay between a decision and the middle of its effect: it acts in the next frame,
+/// for one frame.
+const DELAY_FRAMES: f32 = 1.0;
+/// And what the steering gear adds.
+const DELAY_STEERING_S: f32 = 0.05;
+
+/// Plans for every vehicle on autopilot and every light, one frame at a time.
+///
+/// Pure: the same map, seed and sequence of snapshots and journals give the same bits. What it
+/// decides on frame N is meant to act in frame N + 1.
+pub struct Mind {
+    pub(crate) map: Arc<Map>,
+    seed: u64,
+    pub(crate) memory: Memory,
+    controls: Vec<VehicleControl>,
+    lights: Vec<LightState>,
+    scratch: Scratch,
+}
+
+/// What lives for one frame only; kept for its allocations.
+#[derive(Default)]
+struct Scratch {
+    crowd: Crowd,
+    occupancy: Occupancy,
+    claims: Vec<(u32, u32, f32)>,
+    junctions: Junctions,
+    wanted: Vec<u32>,
+    /// By signal.
+    shown: Vec<u32>,
+    leaders: Vec<Leader>,
+    wishes: Vec<f32>,
+    slower: Vec<f32>,
+    gaps: Vec<f32>,
+    ignore_lights: Vec<f32>,
+}
+
+impl Mind {
+    /// A mind that knows the map and nothing else yet. `seed` decides every random turn.
+    pub fn new(network: Arc<road::Network>, seed: u64) -> Mind {
+        let map = Map::new(&network);
+        let clocks = vec![0; map.signals.cycles()];
+        Mind {
+            map: Arc::new(map),
+            seed,
+            memory: Memory { clocks, ..Memory::default() },
+            controls: Vec::new(),
+            lights: Vec::new(),
+            scratch: Scratch::default(),
+        }
+    }
+
+    /// Plans on one snapshot: `actors` are sorted by id and hold at `stamp`; `delta_nanos` is how
+    /// long a frame takes; `journal` is what was wished for in this frame.
+    pub fn plan(
+        &mut self,
+        stamp: &Stamp,
+        delta_nanos: u64,
+        actors: &[ActorState],
+        journal: &[JournalEntry],
+    ) {
+        self.begin(stamp, journal);
+        self.read(actors);
+        self.locate();
+        self.perceive();
+        self.show_lights(actors);
+        self.arbitrate(delta_nanos);
+        self.look_ahead();
+        self.change_lanes(delta_nanos);
+        self.drive(delta_nanos);
+        self.plan_lights(actors, delta_nanos);
+    }
+
+    /// Pedals and wheel of every vehicle on autopilot, ascending by actor id.
+    pub fn controls(&self) -> &[VehicleControl] {
+        &self.controls
+    }
+
+    /// The colour of every light that is an actor, ascending by actor id.
+    pub fn lights(&self) -> &[LightState] {
+        &self.lights
+    }
+
+    /// All that must be known beyond the next snapshot in order to go on; equal minds have equal
+    /// bytes.
+    pub fn save(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        self.save_into(&mut bytes);
+        bytes
+    }
+
+    /// Like [`Mind::save`], into a buffer whose old content is dropped.
+    pub fn save_into(&self, bytes: &mut Vec<u8>) {
+        bytes.clear();
+        self.memory.write(self.seed, self.map.tracks.count(), bytes);
+    }
+
+    /// Goes on from a mind that was saved on the same map. The seed comes with it.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), MindError> {
+        let (seed, memory) =
+            Memory::read(bytes, self.map.tracks.count(), self.map.signals.cycles())?;
+        (self.seed, self.memory) = (seed, memory);
+        self.controls.clear();
+        self.lights.clear();
+        Ok(())
+    }
+
+    /// Whether nothing but limits and curves slowed a row in the last frame.
+    #[cfg(test)]
+    pub(crate) fn is_free(&self, row: usize) -> bool {
+        let (leader, halt) = (&self.scratch.leaders[row], &self.scratch.junctions.halts[row]);
+        leader.gap_m > 60.0 && halt.stop_m.min(halt.behind_m) > 200.0
+    }
+
+    #[cfg(test)]
+    pub(crate) fn describe(&self, row: usize) -> String {
+        let (leader, halt) = (&self.scratch.leaders[row], &self.scratch.junctions.halts[row]);
+        let id = self.scratch.crowd.id.get(leader.body as usize).copied().unwrap_or(0);
+        format!(
+            "leader {id} in {:.1} aligned {:.2} v {:.1}, {halt:?} wish {:.1}",
+            leader.gap_m, leader.aligned, leader.speed_mps, self.scratch.wishes[row]
+        )
+    }
+
+    fn begin(&mut self, stamp: &Stamp, journal: &[JournalEntry]) {
+        if self.memory.episode != stamp.episode {
+            let clocks = vec![0; self.map.signals.cycles()];
+            self.memory = Memory { clocks, episode: stamp.episode, ..Memory::default() };
+        }
+        self.memory.frames = stamp.frame.0.wrapping_add(1);
+        for entry in journal {
+            self.memory.dials.turn(&entry.command, entry.outcome.status);
+        }
+    }
+
+    fn read(&mut self, actors: &[ActorState]) {
+        let scratch = &mut self.scratch;
+        scratch.crowd.read(actors, &self.map.bodies);
+        scratch.wanted.clear();
+        let crowd = &scratch.crowd;
+        scratch.wanted.extend(crowd.driven.iter().map(|&body| crowd.id[body as usize]));
+        self.memory.rows.keep(&scratch.wanted);
+        let dials = &self.memory.dials;
+        let dial = |column: &mut Vec<f32>, of: &dyn Fn(u32) -> f32| {
+            column.clear();
+            column.extend(scratch.wanted.iter().map(|&id| of(id)));
+        };
+        dial(&mut scratch.slower, &|id| dials.slower(id));
+        dial(&mut scratch.gaps, &|id| dials.gap_m(id));
+        dial(&mut scratch.ignore_lights, &|id| dials.ignore_lights(id));
+    }
+
+    fn locate(&mut self) {
+        let rows = &mut self.memory.rows;
+        route::follow(rows, &self.map.tracks, &self.map.grid, &self.scratch.crowd, self.seed);
+    }
+
+    fn perceive(&mut self) {
+        let scratch = &mut self.scratch;
+        let rows = &self.memory.rows;
+        scratch.claims.clear();
+        for row in (0..rows.id.len()).filter(|&row| rows.shift_m[row] != 0.0) {
+            scratch.claims.push((
+                scratch.crowd.driven[row],
+                rows.route[row].lane(),
+                rows.arc_m[row],
+            ));
+        }
+        let map = &self.map;
+        scratch.occupancy.lay(&map.tracks, &map.grid, &scratch.crowd, &scratch.claims);
+    }
+
+    /// Lights count as what they show in the snapshot; those that are no actors, as planned.
+    fn show_lights(&mut self, actors: &[ActorState]) {
+        let (shown, plan) = (&mut self.scratch.shown, &self.map.signals);
+        shown.clear();
+        shown.extend((0..plan.count() as u32).map(|s| plan.shows(s, &self.memory.clocks)));
+        for actor in actors.iter().filter(|actor| actor.kind == kind::TRAFFIC_LIGHT) {
+            if let Some(light) = shown.get_mut(actor.signal as usize) {
+                *light = actor.phase;
+            }
+        }
+    }
+
+    fn arbitrate(&mut self, delta_nanos: u64) {
+        let scratch = &mut self.scratch;
+        let view = junction::View {
+            map: &self.map,
+            crowd: &scratch.crowd,
+            occupancy: &scratch.occupancy,
+            lights: &scratch.shown,
+            seed: self.seed,
+            delta_s: seconds(delta_nanos),
+            ignore_lights: &scratch.ignore_lights,
+        };
+        scratch.junctions.arbitrate(&mut self.memory.rows, &mut self.memory.orders, &view);
+    }
+
+    fn look_ahead(&mut self) {
+        let scratch = &mut self.scratch;
+        let (rows, tracks) = (&self.memory.rows, &self.map.tracks);
+        scratch.leaders.clear();
+        scratch.wishes.clear();
+        for row in 0..rows.id.len() {
+            if rows.placed[row] == 0 {
+                scratch.leaders.push(Leader::NONE);
+                scratch.wishes.push(0.0);
+                continue;
+            }
+            let speed = scratch.crowd.speed(scratch.crowd.driven[row] as usize);
+            let wish = follow::wish(rows, row, tracks, speed, scratch.slower[row]);
+            scratch.wishes.push(wish);
+            scratch.leaders.push(follow::leader(
+                rows,
+                row,
+                tracks,
+                &scratch.crowd,
+                &scratch.occupancy,
+                30.0 + 4.0 * speed.max(0.0) + 0.25 * speed * speed,
+            ));
+        }
+    }
+
+    fn change_lanes(&mut self, delta_nanos: u64) {
+        let scratch = &self.scratch;
+        let view = change::View {
+            map: &self.map,
+            crowd: &scratch.crowd,
+            occupancy: &scratch.occupancy,
+            leaders: &scratch.leaders,
+            wishes: &scratch.wishes,
+            seed: self.seed,
+            delta_s: seconds(delta_nanos),
+        };
+        change::consider(&mut self.memory.rows, &view);
+    }
+
+    fn drive(&mut self, delta_nanos: u64) {
+        self.controls.clear();
+        for row in 0..self.memory.rows.id.len() {
+            let control = if self.memory.rows.placed[row] == 1 {
+                self.drive_one(row, seconds(delta_nanos))
+            } else {
+                // A map without roads: stand.
+                VehicleControl { brake: 1.0, ..VehicleControl::default() }
+            };
+            let actor_id = bus::ActorId(self.memory.rows.id[row]);
+            self.controls.push(VehicleControl { actor_id, ..control });
+        }
+    }
+
+    fn drive_one(&mut self, row: usize, delta_s: f32) -> VehicleControl {
+        let (scratch, map) = (&self.scratch, &self.map);
+        let (rows, crowd, tracks) = (&mut self.memory.rows, &scratch.crowd, &map.tracks);
+        let body = crowd.driven[row] as usize;
+        let speed = crowd.speed(body);
+        let front_m = crowd.body[body].front_m;
+
+        let delay_s = DELAY_FRAMES * delta_s + DELAY_STEERING_S;
+        let (wheels, deviation) = steer::steer(rows, row, tracks, crowd, delay_s);
+        let trouble = recover::is_in_trouble(&deviation);
+
+        let mut leader = scratch.leaders[row];
+        if rows.shift_m[row] != 0.0 {
+            leader = self.leader_beside(row, leader);
+        }
+        let rows = &mut self.memory.rows;
+        let mut halt = scratch.junctions.halts[row];
+        let end_m = follow::route_end(rows, row, tracks, front_m);
+        if end_m < 100.0 {
+            halt.stop_m = halt.stop_m.min((end_m - 1.0).max(0.0));
+        }
+        midway_lights(map, rows, row, &scratch.shown, front_m, speed, &mut halt);
+        let mut wish = scratch.wishes[row];
+        if trouble {
+            wish = wish.min(recover::CAREFUL_MPS);
+        }
+        let mut gain = follow::accelerate(speed.max(0.0), wish, &leader, &halt, scratch.gaps[row]);
+        if trouble && !recover::is_free(crowd, body, 1.0, 1.0 + speed.max(0.0)) {
+            gain = gain.min(-3.0);
+        }
+
+        if recover::backs_out(rows, row, crowd, &deviation, &leader, gain, delta_s) {
+            let backward = -speed;
+            let mut effort = rows.effort[row];
+            let press = pedals::press(
+                recover::back_gain(backward),
+                -crowd.acceleration[body],
+                backward,
+                -crowd.climb[body],
+                delta_s,
+                &mut effort,
+            );
+            rows.effort[row] = effort;
+            let angle = -wheels.clamp(-0.6, 0.6);
+            return control(press, pedals::wheel(angle, speed), flag::REVERSE);
+        }
+        let mut effort = rows.effort[row];
+        let press = pedals::press(
+            gain,
+            crowd.acceleration[body],
+            speed,
+            crowd.climb[body],
+            delta_s,
+            &mut effort,
+        );
+        rows.effort[row] = effort;
+        control(press, pedals::wheel(wheels, speed), 0)
+    }
+
+    /// While changing lanes, who is in front on the lane that is being left counts too.
+    fn leader_beside(&self, row: usize, leader: Leader) -> Leader {
+        let (rows, tracks) = (&self.memory.rows, &self.map.tracks);
+        let (scratch, lane) = (&self.scratch, rows.route[row].lane() as usize);
+        let (shift, _) = route::shift_at(rows, row, 0.0);
+        if shift.abs() < 0.8 {
+            return leader;
+        }
+        let beside = if shift > 0.0 { tracks.left[lane] } else { tracks.right[lane] };
+        if beside == crate::tracks::NONE {
+            return leader;
+        }
+        let own = scratch.crowd.driven[row];
+        let body = own as usize;
+        let seat = tracks.project(
+            beside,
+            scratch.crowd.position[body].truncate(),
+            rows.arc_m[row] * tracks.length(beside) / tracks.length(lane as u32).max(0.1),
+        );
+        let begins = -(seat.arc_m + scratch.crowd.body[body].front_m);
+        let old = follow::first_ahead(&scratch.occupancy, beside, own, begins, seat.arc_m);
+        // He matters only until the change has passed him.
+        let left_m = rows.shift_over_m[row] - rows.shift_done_m[row];
+        if old.gap_m < leader.gap_m && old.gap_m < 0.6 * left_m + 5.0 { old } else { leader }
+    }
+
+    fn plan_lights(&mut self, actors: &[ActorState], delta_nanos: u64) {
+        self.map.signals.advance(&mut self.memory.clocks, delta_nanos);
+        self.lights.clear();
+        for actor in actors.iter().filter(|actor| actor.kind == kind::TRAFFIC_LIGHT) {
+            let phase = self.map.signals.shows(actor.signal, &self.memory.clocks);
+            self.lights.push(LightState { actor_id: actor.actor_id, phase });
+        }
+    }
+}
+
+/// Stops before lights that stand away from junctions.
+fn midway_lights(
+    map: &Map,
+    rows: &crate::rows::Rows,
+    row: usize,
+    shown: &[u32],
+    front_m: f32,
+    speed: f32,
+    halt: &mut Halt,
+) {
+    let midway = &map.approaches.midway;
+    if midway.is_empty() {
+        return;
+    }
+    let mut begins = -rows.arc_m[row] - front_m;
+    for &lane in rows.route[row].lanes() {
+        if begins > 200.0 {
+            return;
+        }
+        let from = midway.partition_point(|stop| stop.0 < lane);
+        for &(_, arc_m, signal) in midway[from..].iter().take_while(|stop| stop.0 == lane) {
+            let line_m = begins + arc_m - 0.5;
+            let light = shown[signal as usize];
+            let stops = light == bus::light::RED || light == bus::light::YELLOW;
+            if stops && line_m > -0.5 && speed * speed < 6.0 * line_m.max(0.1) {
+                halt.stop_m = halt.stop_m.min(line_m.max(0.0));
+            }
+        }
+        begins += map.tracks.length(lane);
+    }
+}
+
+fn control(press: pedals::Pedals, steer: f32, flags: u32) -> VehicleControl {
+    VehicleControl {
+        flags,
+        throttle: press.throttle,
+        brake: press.brake,
+        steer,
+        ..VehicleControl::default()
+    }
+}
+
+fn seconds(nanos: u64) -> f32 {
+    (nanos as f64 * 1e-9) as f32
+}

@@ -1,0 +1,68 @@
+//! Throttle, brake and wheel from the acceleration and the steering angle that are wanted.
+//!
+//! The vehicle has an engine, a gearbox and drag that this room does not know exactly: a rough
+//! feed-forward does most, and an integral over the error of acceleration does the rest.
+
+const GRAVITY_MPS2: f32 = 9.81;
+/// Acceleration at full throttle from standstill, and how it falls with speed.
+const THROTTLE_MPS2: f32 = 5.0;
+const THROTTLE_FALL_S: f32 = 20.0;
+/// Deceleration at full brake.
+const BRAKE_MPS2: f32 = 8.5;
+/// Rolling resistance, and air drag at 1 m/s.
+const ROLLING_MPS2: f32 = 0.15;
+const DRAG_PER_M: f32 = 0.00045;
+/// Integral gain, per second.
+const INTEGRAL: f32 = 0.8;
+/// Bound of the integral, m/s².
+const EFFORT_MAX: f32 = 2.5;
+/// Angle of the front wheels at full lock, standing.
+const LOCK_RAD: f32 = 1.22;
+
+/// Pedals, each 0 to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Pedals {
+    pub(crate) throttle: f32,
+    pub(crate) brake: f32,
+}
+
+/// Pedals for a wanted acceleration; `effort` is the vehicle's integral.
+///
+/// `speed` and `measured` (acceleration) are along the direction in which it wants to go; `climb`
+/// is the sine of the slope in that direction.
+pub(crate) fn press(
+    wanted: f32,
+    measured: f32,
+    speed: f32,
+    climb: f32,
+    delta_s: f32,
+    effort: &mut f32,
+) -> Pedals {
+    if speed < 0.3 && wanted <= 0.05 {
+        *effort = 0.0;
+        return Pedals { throttle: 0.0, brake: 0.4 };
+    }
+    let error = (wanted - measured).clamp(-2.0, 2.0);
+    *effort = (*effort + INTEGRAL * error * delta_s).clamp(-EFFORT_MAX, EFFORT_MAX);
+    let resistance = ROLLING_MPS2 + DRAG_PER_M * speed * speed + GRAVITY_MPS2 * climb;
+    let push = wanted + *effort + resistance;
+    if push >= 0.0 {
+        let full = THROTTLE_MPS2 / (1.0 + speed.max(0.0) / THROTTLE_FALL_S);
+        Pedals { throttle: (push / full).min(1.0), brake: 0.0 }
+    } else if wanted > -0.3 && push > -0.4 {
+        // Rolling is brake enough.
+        Pedals::default()
+    } else {
+        Pedals { throttle: 0.0, brake: (-push / BRAKE_MPS2).min(1.0) }
+    }
+}
+
+/// The wheel, −1 to 1, that turns the front wheels by `angle_rad`.
+pub(crate) fn wheel(angle_rad: f32, speed: f32) -> f32 {
+    (angle_rad / (LOCK_RAD * lock_share(speed))).clamp(-1.0, 1.0)
+}
+
+/// How much of the lock is left at speed.
+fn lock_share(_speed: f32) -> f32 {
+    1.0
+}

@@ -1,0 +1,278 @@
+//! Who is where: all vehicles and walkers of a snapshot, and the stretches of tracks they occupy.
+
+use bus::{ActorState, flag, kind};
+use glam::{Vec2, Vec3};
+
+use crate::body::{Bodies, Body};
+use crate::grid::{Grid, REACH_M};
+use crate::tracks::{NONE, Tracks};
+
+/// Half the width of the corridor along a track that must be free of others: half of a wide car,
+/// and a hand's breadth.
+const CORRIDOR_M: f32 = 1.35;
+/// Who is farther from a track in height is on another storey.
+const STOREY_M: f32 = 3.0;
+
+/// All bodies of a snapshot, structure of arrays, in the snapshot's order (ascending by actor id).
+#[derive(Default)]
+pub(crate) struct Crowd {
+    pub(crate) id: Vec<u32>,
+    pub(crate) position: Vec<Vec3>,
+    /// Unit vector forward, in the plane.
+    pub(crate) forward: Vec<Vec2>,
+    pub(crate) velocity: Vec<Vec2>,
+    /// About z.
+    pub(crate) yaw_rate: Vec<f32>,
+    /// Coordinate acceleration along `forward`.
+    pub(crate) acceleration: Vec<f32>,
+    /// Sine of the angle by which the nose points up.
+    pub(crate) climb: Vec<f32>,
+    pub(crate) body: Vec<Body>,
+    pub(crate) flags: Vec<u32>,
+    /// The row of those that this room drives, else [`NONE`].
+    pub(crate) row: Vec<u32>,
+    /// By row: its index in the crowd.
+    pub(crate) driven: Vec<u32>,
+}
+
+impl Crowd {
+    /// How many.
+    pub(crate) fn count(&self) -> usize {
+        self.id.len()
+    }
+
+    /// Reads a snapshot. Rows are numbered in the order in which they come.
+    pub(crate) fn read(&mut self, actors: &[ActorState], bodies: &Bodies) {
+        self.clear();
+        for actor in actors {
+            let vehicle = actor.kind == kind::VEHICLE;
+            let thing = actor.kind == kind::WALKER || actor.kind == kind::PROP;
+            if !(vehicle || thing) || !actor.pose.position().is_finite() {
+                continue;
+            }
+            let ours = vehicle && actor.has(flag::AUTOPILOT) && !actor.has(flag::KINEMATIC);
+            let forward = actor.pose.rotation() * Vec3::X;
+            let flat = forward.truncate().try_normalize().unwrap_or(Vec2::X);
+            let acceleration = Vec3::from_array(actor.acceleration_mps2);
+            self.id.push(actor.actor_id.0);
+            self.position.push(actor.pose.position());
+            self.forward.push(flat);
+            self.velocity.push(actor.velocity().truncate());
+            self.yaw_rate.push(actor.angular_velocity_radps[2]);
+            self.acceleration.push(acceleration.dot(forward));
+            self.climb.push(forward.z);
+            self.body.push(bodies.of(actor.blueprint));
+            self.flags.push(actor.flags);
+            self.row.push(if ours { self.driven.len() as u32 } else { NONE });
+            if ours {
+                self.driven.push(self.row.len() as u32 - 1);
+            }
+        }
+    }
+
+    fn clear(&mut self) {
+        self.id.clear();
+        self.position.clear();
+        self.forward.clear();
+        self.velocity.clear();
+        self.yaw_rate.clear();
+        self.acceleration.clear();
+        self.climb.clear();
+        self.body.clear();
+        self.flags.clear();
+        self.row.clear();
+        self.driven.clear();
+    }
+
+    /// Signed speed along the nose.
+    pub(crate) fn speed(&self, body: usize) -> f32 {
+        self.velocity[body].dot(self.forward[body])
+    }
+}
+
+/// A stretch of a track that a body occupies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Occupant {
+    pub(crate) lane: u32,
+    /// Index into the crowd.
+    pub(crate) body: u32,
+    /// Arc length of its hindmost point on the track.
+    pub(crate) rear_m: f32,
+    /// Arc length of its foremost point on the track.
+    pub(crate) front_m: f32,
+    /// Along the track.
+    pub(crate) speed_mps: f32,
+    /// Cosine of the angle between its nose and the track.
+    pub(crate) aligned: f32,
+}
+
+/// All occupants, sorted by lane and from behind to the front.
+#[derive(Default)]
+pub(crate) struct Occupancy {
+    list: Vec<Occupant>,
+    /// By lane: where its occupants begin and end in the list.
+    spans: Vec<(u32, u32)>,
+}
+
+impl Occupancy {
+    /// Lays every body onto the tracks that it touches.
+    ///
+    /// `claims` are (body, lane, arc length of the origin): stretches that a vehicle is about to
+    /// use though it is not there yet.
+    pub(crate) fn lay(
+        &mut self,
+        tracks: &Tracks,
+        grid: &Grid,
+        crowd: &Crowd,
+        claims: &[(u32, u32, f32)],
+    ) {
+        self.spans.resize(tracks.count(), (0, 0));
+        for occupant in &self.list {
+            self.spans[occupant.lane as usize] = (0, 0);
+        }
+        self.list.clear();
+        for body in 0..crowd.count() {
+            self.lay_body(tracks, grid, crowd, body);
+        }
+        for &(body, lane, arc_m) in claims {
+            let crowd_index = body as usize;
+            let size = crowd.body[crowd_index];
+            let tangent = tracks.at(lane, arc_m).1;
+            self.list.push(Occupant {
+                lane,
+                body,
+                rear_m: arc_m - size.rear_m,
+                front_m: arc_m + size.front_m,
+                speed_mps: crowd.velocity[crowd_index].dot(tangent),
+                aligned: 1.0,
+            });
+        }
+        self.list.sort_unstable_by_key(|o| (o.lane, ordered(o.rear_m), o.body));
+        let mut begin = 0;
+        for end in 1..=self.list.len() {
+            if end == self.list.len() || self.list[end].lane != self.list[begin].lane {
+                self.spans[self.list[begin].lane as usize] = (begin as u32, end as u32);
+                begin = end;
+            }
+        }
+    }
+
+    /// Occupants of `lane`, from behind to the front.
+    pub(crate) fn on(&self, lane: u32) -> &[Occupant] {
+        let (begin, end) = self.spans[lane as usize];
+        &self.list[begin as usize..end as usize]
+    }
+
+    fn lay_body(&mut self, tracks: &Tracks, grid: &Grid, crowd: &Crowd, body: usize) {
+        let position = crowd.position[body];
+        let (flat, forward) = (position.truncate(), crowd.forward[body]);
+        let size = crowd.body[body];
+        let begin = self.list.len();
+        let reach = REACH_M - CORRIDOR_M - 0.5;
+        // A long vehicle is looked up from several points along it.
+        let points = (size.length_m() / (2.0 * reach)).ceil().max(1.0) as usize;
+        for point in 0..points {
+            let part = (point as f32 + 0.5) / points as f32;
+            let along = size.length_m() * part - size.rear_m;
+            let at = flat + forward * along;
+            for &(lane, hint_m) in grid.near(at) {
+                let seen = points > 1 && self.list[begin..].iter().any(|o| o.lane == lane);
+                if seen {
+                    continue;
+                }
+                if let Some(occupant) = lay_on(tracks, crowd, body, lane, at, hint_m) {
+                    if (tracks.at(lane, occupant.rear_m).0.z - position.z).abs() < STOREY_M {
+                        self.list.push(occupant);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The stretch of `lane`'s corridor that a body covers; the track is taken as straight under it.
+fn lay_on(
+    tracks: &Tracks,
+    crowd: &Crowd,
+    body: usize,
+    lane: u32,
+    near: Vec2,
+    hint_m: f32,
+) -> Option<Occupant> {
+    let size = crowd.body[body];
+    let seat = tracks.project(lane, near, hint_m);
+    let forward = crowd.forward[body];
+    let (cos, sin) = (seat.tangent.dot(forward), seat.tangent.perp_dot(forward));
+    // Quickly out: farther from the track than the body reaches.
+    let reach = size.length_m() * sin.abs() + size.half_width_m * cos.abs() + CORRIDOR_M;
+    if seat.left_m.abs() > reach {
+        return None;
+    }
+    let offset = crowd.position[body].truncate() - near;
+    let origin_arc = seat.arc_m + seat.tangent.dot(offset);
+    let origin_left = seat.left_m + seat.tangent.perp_dot(offset);
+    let corner = |along: f32, left: f32| {
+        (origin_arc + along * cos - left * sin, origin_left + along * sin + left * cos)
+    };
+    let (front, rear, half) = (size.front_m, -size.rear_m, size.half_width_m);
+    let corners =
+        [corner(front, half), corner(rear, half), corner(rear, -half), corner(front, -half)];
+    let (low, high) = clip(&corners, CORRIDOR_M)?;
+    if high < 0.0 || low > tracks.length(lane) {
+        return None;
+    }
+    Some(Occupant {
+        lane,
+        body: body as u32,
+        rear_m: low,
+        front_m: high,
+        speed_mps: crowd.velocity[body].dot(seat.tangent),
+        aligned: cos,
+    })
+}
+
+/// The extent along the first axis of the part of a box whose second axis is within ±`half`.
+fn clip(corners: &[(f32, f32); 4], half: f32) -> Option<(f32, f32)> {
+    let mut extent = (f32::INFINITY, f32::NEG_INFINITY);
+    let mut take = |along: f32| extent = (extent.0.min(along), extent.1.max(along));
+    for k in 0..4 {
+        let (a, b) = (corners[k], corners[(k + 1) % 4]);
+        if a.1.abs() <= half {
+            take(a.0);
+        }
+        for edge in [-half, half] {
+            if (a.1 - edge) * (b.1 - edge) < 0.0 {
+                take(a.0 + (b.0 - a.0) * (edge - a.1) / (b.1 - a.1));
+            }
+        }
+    }
+    (extent.0 <= extent.1).then_some(extent)
+}
+
+/// A number's place in the order of all numbers, as an integer.
+pub(crate) fn ordered(value: f32) -> u32 {
+    let bits = value.to_bits();
+    if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_part_of_a_box_inside_the_corridor_counts() {
+        // A car across the track whose nose just reaches into the corridor.
+        let across = [(1.0, 3.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, 3.0)];
+        assert_eq!(clip(&across, 1.35), Some((-1.0, 1.0)));
+        assert_eq!(clip(&across, 0.5), None);
+        // A car on the track.
+        let along = [(2.0, 1.0), (-2.0, 1.0), (-2.0, -1.0), (2.0, -1.0)];
+        assert_eq!(clip(&along, 1.35), Some((-2.0, 2.0)));
+    }
+
+    #[test]
+    fn numbers_keep_their_order_as_integers() {
+        let numbers = [-10.0, -0.5, 0.0, 0.25, 3.0, 100.0];
+        assert!(numbers.windows(2).all(|w| ordered(w[0]) < ordered(w[1])));
+    }
+}

@@ -1,0 +1,178 @@
+//! Where each vehicle is on its route, and where it goes next.
+
+use glam::Vec2;
+
+use crate::grid::Grid;
+use crate::perceive::Crowd;
+use crate::random::{Purpose, draw};
+use crate::rows::{Route, Rows};
+use crate::tracks::{NONE, Tracks};
+
+/// Routes reach at least so far ahead, as far as lanes go.
+const AHEAD_M: f32 = 320.0;
+/// A vehicle farther from its track than this has lost it and looks for the best one anew.
+const LOST_M: f32 = 4.5;
+
+/// Finds every row's place on its route and lengthens the route.
+pub(crate) fn follow(rows: &mut Rows, tracks: &Tracks, grid: &Grid, crowd: &Crowd, seed: u64) {
+    for body in 0..crowd.count() {
+        let row = crowd.row[body];
+        if row == NONE {
+            continue;
+        }
+        let row = row as usize;
+        if rows.placed[row] == 1 && crowd.flags[body] & bus::flag::TELEPORTED != 0 {
+            rows.reset(row);
+        }
+        if rows.placed[row] == 1 && !advance(rows, row, tracks, crowd, body) {
+            lose(rows, row);
+        }
+        if rows.placed[row] == 0 {
+            find(rows, row, tracks, grid, crowd, body);
+        }
+        if rows.placed[row] == 1 {
+            lengthen(rows, row, tracks, seed);
+        }
+    }
+}
+
+/// Moves a row along its route; `false` if the vehicle is no longer on it.
+fn advance(rows: &mut Rows, row: usize, tracks: &Tracks, crowd: &Crowd, body: usize) -> bool {
+    let position = crowd.position[body].truncate();
+    let before = (rows.route[row].passed, rows.arc_m[row]);
+    let mut seat = tracks.project(rows.route[row].lane(), position, rows.arc_m[row] + 0.5);
+    let mut driven = seat.arc_m - before.1;
+    while seat.arc_m > tracks.length(rows.route[row].lane()) && rows.route[row].lanes().len() > 1 {
+        let length = tracks.length(rows.route[row].lane());
+        rows.route[row].pop();
+        let next = rows.route[row].lane();
+        let on = tracks.project(next, position, (seat.arc_m - length).max(0.0));
+        driven += (length + on.arc_m) - seat.arc_m;
+        seat = on;
+    }
+    rows.arc_m[row] = seat.arc_m;
+    if rows.shift_m[row] != 0.0 {
+        rows.shift_done_m[row] += driven.max(0.0);
+        if rows.shift_done_m[row] >= rows.shift_over_m[row] {
+            rows.shift_m[row] = 0.0;
+            rows.shift_done_m[row] = 0.0;
+            rows.shift_over_m[row] = 0.0;
+        }
+    }
+    let astray = seat.left_m - shift_at(rows, row, 0.0).0;
+    let backwards = seat.tangent.dot(crowd.forward[body]) < -0.2;
+    let jumped = driven.abs() > 8.0;
+    astray.abs() < LOST_M && !backwards && !jumped && seat.arc_m > -6.0
+}
+
+/// Forgets the place on the route, and what hangs on it.
+fn lose(rows: &mut Rows, row: usize) {
+    rows.placed[row] = 0;
+    (rows.shift_m[row], rows.shift_done_m[row], rows.shift_over_m[row]) = (0.0, 0.0, 0.0);
+    (rows.order[row], rows.pass_end[row], rows.idle_s[row]) = (0, 0, 0.0);
+    rows.wait_s[row] = 0.0;
+}
+
+/// Puts a row onto the track that fits the vehicle's place and heading best.
+fn find(rows: &mut Rows, row: usize, tracks: &Tracks, grid: &Grid, crowd: &Crowd, body: usize) {
+    let position = crowd.position[body];
+    let flat = position.truncate();
+    let mut best: Option<(f32, u32, f32)> = None;
+    let mut consider = |lane: u32, hint_m: f32| {
+        let seat = tracks.project(lane, flat, hint_m);
+        let (centre, ..) = tracks.at(lane, seat.arc_m);
+        let beyond = (seat.arc_m - seat.arc_m.clamp(0.0, tracks.length(lane))).abs();
+        let cost = seat.left_m.abs()
+            + beyond
+            + 4.0 * (1.0 - seat.tangent.dot(crowd.forward[body]))
+            + 3.0 * ((centre.z - position.z).abs() - 1.0).max(0.0)
+            + if tracks.endless[lane as usize] { 0.0 } else { 1.5 };
+        if best.is_none_or(|(least, ..)| cost < least) {
+            best = Some((cost, lane, seat.arc_m));
+        }
+    };
+    for &(lane, hint_m) in grid.near(flat) {
+        consider(lane, hint_m);
+    }
+    if best.is_none() {
+        // Far from every road, which is rare: look at all of them.
+        if let Some((lane, hint_m)) = nearest(tracks, flat) {
+            let seat = tracks.project(lane, flat, hint_m);
+            best = Some((0.0, lane, seat.arc_m));
+        }
+    }
+    if let Some((_, lane, arc_m)) = best {
+        rows.route[row] = Route::from_lane(lane, rows.route[row].passed.wrapping_add(1));
+        rows.arc_m[row] = arc_m.clamp(0.0, tracks.length(lane));
+        rows.placed[row] = 1;
+    }
+}
+
+/// The track nearest to a point, however far, and the arc length there.
+fn nearest(tracks: &Tracks, point: Vec2) -> Option<(u32, f32)> {
+    let mut best: Option<(f32, u32, f32)> = None;
+    for lane in (0..tracks.count() as u32).filter(|&lane| tracks.has(lane)) {
+        let (arc_m, distance) = tracks.nearest_sample(lane, point);
+        if best.is_none_or(|(least, ..)| distance < least) {
+            best = Some((distance, lane, arc_m));
+        }
+    }
+    best.map(|(_, lane, arc_m)| (lane, arc_m))
+}
+
+/// Draws turns until the route reaches far enough.
+pub(crate) fn lengthen(rows: &mut Rows, row: usize, tracks: &Tracks, seed: u64) {
+    let mut reach = -rows.arc_m[row];
+    for &lane in rows.route[row].lanes() {
+        reach += tracks.length(lane);
+    }
+    while reach < AHEAD_M && !rows.route[row].is_full() {
+        let last = *rows.route[row].lanes().last().expect("a route has a lane");
+        let Some(next) = turn(tracks, last, seed, rows.id[row], rows.turns[row]) else { return };
+        if tracks.next(last).len() > 1 {
+            rows.turns[row] = rows.turns[row].wrapping_add(1);
+        }
+        rows.route[row].push(next);
+        reach += tracks.length(next);
+    }
+}
+
+/// Draws where to go after `lane`, away from dead ends if there is a choice.
+fn turn(tracks: &Tracks, lane: u32, seed: u64, id: u32, count: u32) -> Option<u32> {
+    let ways = tracks.next(lane);
+    let open = ways.iter().filter(|&&way| tracks.endless[way as usize]).count();
+    let fits = |way: &&u32| open == 0 || tracks.endless[**way as usize];
+    let choices = if open == 0 { ways.len() } else { open };
+    if choices == 0 {
+        return None;
+    }
+    let pick = draw(seed, id, Purpose::Turn, u64::from(count)) % choices as u64;
+    ways.iter().filter(fits).nth(pick as usize).copied()
+}
+
+/// How far left of the route's tracks the vehicle should be after `ahead_m` more metres, and the
+/// slope of that offset: a fifth-order blend from where a lane change began.
+pub(crate) fn shift_at(rows: &Rows, row: usize, ahead_m: f32) -> (f32, f32) {
+    let (shift, over) = (rows.shift_m[row], rows.shift_over_m[row]);
+    if shift == 0.0 {
+        return (0.0, 0.0);
+    }
+    let u = ((rows.shift_done_m[row] + ahead_m) / over).clamp(0.0, 1.0);
+    let blend = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
+    let slope = 30.0 * u * u * (1.0 - u) * (1.0 - u) / over;
+    (shift * (1.0 - blend), -shift * slope)
+}
+
+/// The point on the route `ahead_m` after the vehicle's place: its lane and arc length.
+pub(crate) fn ahead(rows: &Rows, row: usize, tracks: &Tracks, ahead_m: f32) -> (u32, f32) {
+    let lanes = rows.route[row].lanes();
+    let mut arc_m = rows.arc_m[row] + ahead_m;
+    for &lane in &lanes[..lanes.len() - 1] {
+        let length = tracks.length(lane);
+        if arc_m <= length {
+            return (lane, arc_m);
+        }
+        arc_m -= length;
+    }
+    (lanes[lanes.len() - 1], arc_m)
+}

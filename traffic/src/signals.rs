@@ -1,0 +1,222 @@
+//! The plan of the traffic lights.
+//!
+//! Each junction with lights has a cycle of *phases*; in each phase some lights are green together.
+//! A controller's lights belong together; so do opposite approaches whose only quarrel is that of
+//! left turns with oncoming traffic, and lights that have no controller but the same approach.
+
+use bus::light;
+use glam::Vec2;
+use road::Network;
+
+use crate::approach::{Approaches, is_vehicle_light};
+use crate::conflict::Conflicts;
+use crate::tracks::{NONE, Tracks};
+
+const GREEN_NANOS: u64 = 10_000_000_000;
+const YELLOW_NANOS: u64 = 3_000_000_000;
+const RED_NANOS: u64 = 2_000_000_000;
+const PHASE_NANOS: u64 = GREEN_NANOS + YELLOW_NANOS + RED_NANOS;
+
+/// Which lights are green together, and in which order.
+pub(crate) struct SignalPlan {
+    /// By signal: its cycle and its phase there, or [`NONE`] if it stays as it is.
+    seat: Vec<(u32, u32)>,
+    /// What signals without a cycle show.
+    idle: Vec<u32>,
+    /// By cycle: how many phases.
+    phases: Vec<u32>,
+}
+
+/// Lights that always show the same colour.
+struct Unit {
+    signals: Vec<u32>,
+    /// Lanes that they govern, inside the junction.
+    lanes: Vec<u32>,
+    /// Mean driving direction at the way in, unit length or zero.
+    direction: Vec2,
+}
+
+impl SignalPlan {
+    /// Plans all lights of `network`.
+    pub(crate) fn new(
+        network: &Network,
+        tracks: &Tracks,
+        conflicts: &Conflicts,
+        approaches: &Approaches,
+    ) -> SignalPlan {
+        let signals = network.signals();
+        let mut plan = SignalPlan {
+            seat: vec![(NONE, NONE); signals.len()],
+            idle: signals
+                .iter()
+                .map(|s| if is_vehicle_light(s) { light::OFF } else { light::RED })
+                .collect(),
+            phases: Vec::new(),
+        };
+        for units in junction_units(network, tracks, approaches) {
+            let cycle = plan.phases.len() as u32;
+            let mut phases: Vec<Vec<&Unit>> = Vec::new();
+            for unit in &units {
+                let fits = |phase: &Vec<&Unit>| {
+                    phase.iter().all(|other| agree(tracks, conflicts, unit, other))
+                };
+                match phases.iter_mut().find(|phase| fits(phase)) {
+                    Some(phase) => phase.push(unit),
+                    None => phases.push(vec![unit]),
+                }
+            }
+            for (phase, units) in phases.iter().enumerate() {
+                for &signal in units.iter().flat_map(|unit| &unit.signals) {
+                    plan.seat[signal as usize] = (cycle, phase as u32);
+                }
+            }
+            plan.phases.push(phases.len() as u32);
+        }
+        for &(_, _, signal) in &approaches.midway {
+            if plan.seat[signal as usize].0 == NONE {
+                plan.seat[signal as usize] = (plan.phases.len() as u32, 0);
+                plan.phases.push(1);
+            }
+        }
+        plan
+    }
+
+    /// How many signals there are, with or without a cycle.
+    pub(crate) fn count(&self) -> usize {
+        self.seat.len()
+    }
+
+    /// How many cycles there are.
+    pub(crate) fn cycles(&self) -> usize {
+        self.phases.len()
+    }
+
+    /// Advances the clocks of all cycles.
+    pub(crate) fn advance(&self, clocks: &mut [u64], delta_nanos: u64) {
+        for (clock, &phases) in clocks.iter_mut().zip(&self.phases) {
+            *clock = (*clock + delta_nanos) % (PHASE_NANOS * u64::from(phases.max(1)));
+        }
+    }
+
+    /// What `signal` shows when the cycles' clocks stand so; one of [`bus::light`].
+    pub(crate) fn shows(&self, signal: u32, clocks: &[u64]) -> u32 {
+        let Some(&(cycle, phase)) = self.seat.get(signal as usize) else { return light::OFF };
+        if cycle == NONE {
+            return self.idle[signal as usize];
+        }
+        let clock = clocks[cycle as usize];
+        if clock / PHASE_NANOS != u64::from(phase) {
+            return light::RED;
+        }
+        match clock % PHASE_NANOS {
+            t if t < GREEN_NANOS => light::GREEN,
+            t if t < GREEN_NANOS + YELLOW_NANOS => light::YELLOW,
+            _ => light::RED,
+        }
+    }
+}
+
+/// The units of each junction that has lights, in the order of the junctions.
+fn junction_units(network: &Network, tracks: &Tracks, approaches: &Approaches) -> Vec<Vec<Unit>> {
+    // (junction, unit's key, signal, lane), where the key is the controller's or the approach's.
+    let mut rows: Vec<(u32, (u32, u32), u32, u32)> = Vec::new();
+    for lane in 0..tracks.count() as u32 {
+        let signal = approaches.signal[lane as usize];
+        if signal == NONE {
+            continue;
+        }
+        let junction = tracks.junction[lane as usize];
+        let controller = network.signals()[signal as usize].controller;
+        let key = match controller {
+            Some(controller) => (0, controller),
+            None => (1, approach_road(network, tracks, lane)),
+        };
+        rows.push((junction, key, signal, lane));
+    }
+    // Lights of a controller that govern no lane, or the same lane as another, follow the others;
+    // so do those that stand at the same road's end.
+    for (index, signal) in network.signals().iter().enumerate() {
+        let index = index as u32;
+        if !is_vehicle_light(signal) || rows.iter().any(|row| row.2 == index) {
+            continue;
+        }
+        let lanes: Vec<u32> = signal.lanes.iter().map(|(lane, _)| lane.0).collect();
+        let partner = rows.iter().find(|row| {
+            let same_controller =
+                signal.controller.is_some_and(|controller| row.1 == (0, controller));
+            let same_place = network.signals()[row.2 as usize]
+                .lanes
+                .iter()
+                .any(|(lane, _)| lanes.contains(&lane.0));
+            same_controller || same_place
+        });
+        if let Some(&(junction, key, ..)) = partner {
+            rows.push((junction, key, index, NONE));
+        }
+    }
+    rows.sort_unstable();
+    let mut junctions: Vec<(u32, Vec<((u32, u32), Unit)>)> = Vec::new();
+    for (junction, key, signal, lane) in rows {
+        if junctions.last().is_none_or(|last| last.0 != junction) {
+            junctions.push((junction, Vec::new()));
+        }
+        let units = &mut junctions.last_mut().expect("just pushed").1;
+        if units.last().is_none_or(|last| last.0 != key) {
+            let unit = Unit { signals: Vec::new(), lanes: Vec::new(), direction: Vec2::ZERO };
+            units.push((key, unit));
+        }
+        let unit = &mut units.last_mut().expect("just pushed").1;
+        unit.signals.push(signal);
+        if lane != NONE {
+            unit.lanes.push(lane);
+            unit.direction += tracks.at(lane, 0.0).1;
+        }
+    }
+    let finish = |mut unit: Unit| {
+        unit.signals.dedup();
+        unit.direction = unit.direction.normalize_or_zero();
+        unit
+    };
+    junctions
+        .into_iter()
+        .map(|(_, units)| units.into_iter().map(|(_, unit)| finish(unit)).collect())
+        .collect()
+}
+
+/// The road from which a lane of a junction is reached, or its own if from nowhere.
+fn approach_road(network: &Network, tracks: &Tracks, lane: u32) -> u32 {
+    let from = tracks.previous(lane).first().copied().unwrap_or(lane);
+    network.lane(road::LaneIndex(from)).road
+}
+
+/// Whether two units may be green together.
+fn agree(tracks: &Tracks, conflicts: &Conflicts, a: &Unit, b: &Unit) -> bool {
+    let facing = a.direction.dot(b.direction);
+    if facing.abs() < 0.85 {
+        return false;
+    }
+    a.lanes.iter().all(|&lane| {
+        let turns = turn_rad(tracks, lane) > LEFT_TURN_RAD;
+        conflicts.of(lane).iter().all(|conflict| {
+            let permitted =
+                facing < 0.0 && (turns || turn_rad(tracks, conflict.other) > LEFT_TURN_RAD);
+            permitted || !b.lanes.contains(&conflict.other)
+        })
+    })
+}
+
+/// Who turns by more than this to the left crosses oncoming traffic.
+pub(crate) const LEFT_TURN_RAD: f32 = 0.6;
+
+/// By how much the way through the junction that begins with `lane` turns to the left.
+fn turn_rad(tracks: &Tracks, lane: u32) -> f32 {
+    let from = tracks.at(lane, 0.0).1;
+    let mut last = lane;
+    for _ in 0..16 {
+        match tracks.next(last) {
+            [next] if tracks.in_junction(*next) => last = *next,
+            _ => break,
+        }
+    }
+    from.angle_to(tracks.at(last, tracks.length(last)).1)
+}

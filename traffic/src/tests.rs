@@ -1,0 +1,4 @@
+//! The whole mind at the wheel of simple vehicles.
+
+mod course;
+mod towns;
