@@ -567,6 +567,7 @@ impl Junctions {
         if rows.order[row] == 0 {
             *orders += 1;
             rows.order[row] = *orders;
+            self.recall_behind(rows, request);
         }
         rows.pass_end[row] = rows.route[row].passed.wrapping_add(request.to as u32);
         rows.wait_s[row] = 0.0;
@@ -583,6 +584,26 @@ impl Junctions {
                 let key = (presence.lane, presence.body);
                 let at = self.holders.partition_point(|p| (p.lane, p.body) < key);
                 self.holders.insert(at, presence);
+            }
+        }
+    }
+
+    /// Takes back earlier leaves of those who come behind on the same lane: the order of leaves
+    /// must be the order of the queue, or it would have cycles.
+    fn recall_behind(&self, rows: &mut Rows, request: &Request) {
+        let lane = rows.route[request.row].lanes()[request.from];
+        for other in 0..rows.id.len() {
+            if other == request.row || rows.order[other] == 0 || rows.placed[other] == 0 {
+                continue;
+            }
+            let lanes = rows.route[other].lanes();
+            let end = pass_end(rows, other).min(lanes.len());
+            let behind = (0..end)
+                .find(|&k| lanes[k] == lane)
+                .is_some_and(|k| self.start(other, k) > request.entry_m.max(0.0));
+            if behind {
+                rows.order[other] = 0;
+                rows.pass_end[other] = 0;
             }
         }
     }
@@ -617,7 +638,7 @@ impl Junctions {
             let start = self.start(row, k);
             for conflict in view.map.conflicts.of(lane) {
                 let enter_m = start + conflict.mine.0;
-                if enter_m < -1.0 {
+                if enter_m <= 0.0 {
                     continue;
                 }
                 let mine = self.window(view, own, start, conflict.mine, lane);
@@ -625,6 +646,7 @@ impl Junctions {
                     let other = view.crowd.row[holder.body as usize];
                     if holder.body == own
                         || (other != NONE && rows.order[other as usize] > rows.order[row])
+                        || (rows.idle_s[row] > 4.0 && is_idle(rows, view, holder.body))
                     {
                         continue;
                     }

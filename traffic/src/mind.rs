@@ -129,6 +129,11 @@ impl Mind {
     }
 
     #[cfg(test)]
+    pub(crate) fn leader_of(&self, row: usize) -> Option<u32> {
+        self.scratch.crowd.id.get(self.scratch.leaders[row].body as usize).copied()
+    }
+
+    #[cfg(test)]
     pub(crate) fn describe(&self, row: usize) -> String {
         let (leader, halt) = (&self.scratch.leaders[row], &self.scratch.junctions.halts[row]);
         let id = self.scratch.crowd.id.get(leader.body as usize).copied().unwrap_or(0);

@@ -41,7 +41,7 @@ fn drive(name: &str, count: usize) {
         );
     }
     for (row, record) in course.records.iter().enumerate() {
-        if record.stood_s > 60.0 {
+        if record.stood_s > 60.0 && (course.mind.memory.rows.order[row] > 0 || course.mind.leader_of(row).is_none()) {
             println!("  STUCK {}", course.describe(row));
         }
     }
