@@ -256,11 +256,14 @@ impl Tracks {
     fn sample(&mut self, network: &Network, index: LaneIndex) {
         let lane = network.lane(index);
         let fine = ((lane.length_m / 0.25).ceil() as usize).clamp(2, 100_000);
-        let along = |k: usize| lane.length_m * k as f64 / fine as f64;
+        // Not quite from end to end: at a section's very end, a record that begins there may
+        // already hold for it though it means the next section.
+        let inset = lane.length_m.min(1.0) * 1e-3;
+        let along = |k: usize| inset + (lane.length_m - 2.0 * inset) * k as f64 / fine as f64;
         let place = |along_m: f64| network.place(LanePoint { lane: index, along_m });
         let mut arc = Vec::with_capacity(fine + 1);
         let mut total = 0.0;
-        let mut last = place(0.0).position;
+        let mut last = place(along(0)).position;
         for k in 0..=fine {
             let here = place(along(k)).position;
             total += here.distance(last);

@@ -118,44 +118,45 @@ impl Course {
 
     /// What a vehicle does and why, for people.
     pub(super) fn describe(&self, row: usize) -> String {
-        let rows = &self.mind.memory.rows;
-        let tracks = &self.mind.map.tracks;
-        let lanes: Vec<String> = rows.route[row]
-            .lanes()
-            .iter()
-            .take(6)
-            .map(|&lane| {
-                let of = self.network.lane(road::LaneIndex(lane));
-                let road = &self.network.roads()[of.road as usize].id;
-                let junction = if tracks.in_junction(lane) { "J" } else { "" };
-                format!(
-                    "{road}/{}/{}{junction}({lane}:{:.0})",
-                    of.section,
-                    of.id,
-                    tracks.length(lane)
-                )
-            })
-            .collect();
-        format!(
-            "{} at {:.1} v {:.1} arc {:.1} order {} end {} passed {} wait {:.0} idle {:.0} shift {:.1} stuck {:.1} rev {:.1} | {} | {} {}",
-            row + 1,
-            self.cars[row].position,
-            self.cars[row].speed,
-            rows.arc_m[row],
-            rows.order[row],
-            rows.pass_end[row],
-            rows.route[row].passed,
-            rows.wait_s[row],
-            rows.idle_s[row],
-            rows.shift_m[row],
-            rows.stuck_s[row],
-            rows.reverse_s[row],
-            self.mind.describe(row),
-            lanes.join(" "),
-            rows.route[row].lanes().len(),
-        )
+        describe(&self.network, &self.mind, &self.cars[row], row)
     }
+}
 
+fn describe(network: &Network, mind: &Mind, car: &Car, row: usize) -> String {
+    let rows = &mind.memory.rows;
+    let tracks = &mind.map.tracks;
+    let lanes: Vec<String> = rows.route[row]
+        .lanes()
+        .iter()
+        .take(6)
+        .map(|&lane| {
+            let of = network.lane(road::LaneIndex(lane));
+            let road = &network.roads()[of.road as usize].id;
+            let junction = if tracks.in_junction(lane) { "J" } else { "" };
+            format!("{road}/{}/{}{junction}({lane}:{:.0})", of.section, of.id, tracks.length(lane))
+        })
+        .collect();
+    format!(
+        "{} at {:.1} v {:.1} arc {:.1} order {} end {} passed {} wait {:.0} idle {:.0} shift {:.1} stuck {:.1} rev {:.1} | {} | {} {}",
+        row + 1,
+        car.position,
+        car.speed,
+        rows.arc_m[row],
+        rows.order[row],
+        rows.pass_end[row],
+        rows.route[row].passed,
+        rows.wait_s[row],
+        rows.idle_s[row],
+        rows.shift_m[row],
+        rows.stuck_s[row],
+        rows.reverse_s[row],
+        mind.describe(row),
+        lanes.join(" "),
+        rows.route[row].lanes().len(),
+    )
+}
+
+impl Course {
     fn snapshot(&mut self) {
         self.actors.clear();
         for (index, car) in self.cars.iter().enumerate() {
@@ -212,6 +213,17 @@ impl Course {
             }
             let lane = rows.route[row].lane();
             let seat = tracks.project(lane, car.position.truncate(), rows.arc_m[row]);
+            if std::env::var_os("OMNIBUS_DESCRIBE").is_some()
+                && (seat.left_m - shift_at(rows, row, 0.0).0).abs() > 1.0
+            {
+                println!(
+                    "off {:.2} seat {seat:?} {:?} t {:.2}",
+                    seat.left_m,
+                    lane,
+                    self.stamp.sim_time_nanos as f32 * 1e-9
+                );
+                println!("{}", describe(&self.network, &self.mind, car, row));
+            }
             let offset = (seat.left_m - shift_at(rows, row, 0.0).0).abs();
             if offset > record.worst_offset_m {
                 record.worst_offset_m = offset;

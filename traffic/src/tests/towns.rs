@@ -22,8 +22,15 @@ fn seconds() -> usize {
 fn drive(name: &str, count: usize) {
     let Some(network) = map(name) else { return };
     let mut course = Course::new(network, 1, count);
-    for _ in 0..seconds() * 20 {
+    let whom: Vec<usize> = std::env::var("OMNIBUS_WHOM")
+        .map_or(Vec::new(), |s| s.split(',').map(|w| w.parse::<usize>().unwrap() - 1).collect());
+    for tick in 0..seconds() * 20 {
         course.tick();
+        if tick % 10 == 0 && tick + 200 > seconds() * 20 {
+            for &row in &whom {
+                println!("{:.2} {}", tick as f32 * 0.05, course.describe(row));
+            }
+        }
     }
     println!("{name}: {}", course.summary());
     for (time, a, b, at) in course.collisions.iter().take(10) {
@@ -41,7 +48,9 @@ fn drive(name: &str, count: usize) {
         );
     }
     for (row, record) in course.records.iter().enumerate() {
-        if record.stood_s > 60.0 && (course.mind.memory.rows.order[row] > 0 || course.mind.leader_of(row).is_none()) {
+        if record.stood_s > 60.0
+            && (course.mind.memory.rows.order[row] > 0 || course.mind.leader_of(row).is_none())
+        {
             println!("  STUCK {}", course.describe(row));
         }
     }
