@@ -11,6 +11,8 @@ pub(crate) struct Body {
     pub(crate) half_width_m: f32,
     /// Between the axles.
     pub(crate) wheelbase_m: f32,
+    /// How far the front wheels turn at full lock, standing.
+    pub(crate) lock_rad: f32,
 }
 
 impl Body {
@@ -22,7 +24,7 @@ impl Body {
 
 /// A mid-size car: what is assumed of a blueprint that the catalogue does not have.
 pub(crate) const CAR: Body =
-    Body { front_m: 2.35, rear_m: 2.35, half_width_m: 0.95, wheelbase_m: 2.8 };
+    Body { front_m: 2.35, rear_m: 2.35, half_width_m: 0.95, wheelbase_m: 2.8, lock_rad: 0.61 };
 
 /// The catalogue's dimensions, by blueprint index.
 pub(crate) struct Bodies(Vec<Body>);

@@ -3,7 +3,7 @@
 //! Decisions are made one vehicle after the other in the order of ids, and a vehicle that changes
 //! claims its place on the new lane at once, so that two never take the same gap.
 
-use crate::follow::{GAP_M, Leader, first_ahead, free, idm};
+use crate::follow::{GAP_M, Leader, first_ahead, free, idm, route_end};
 use crate::map::Map;
 use crate::perceive::{Crowd, Occupancy};
 use crate::route;
@@ -73,25 +73,30 @@ fn best(rows: &Rows, row: usize, view: &View, claims: &[Claim]) -> Option<(u32, 
     let body = crowd.driven[row] as usize;
     let lane = rows.route[row].lane();
     let speed = crowd.speed(body);
-    let sides = [tracks.left[lane as usize], tracks.right[lane as usize]];
+    let index = lane as usize;
+    let sides = [tracks.left[index], tracks.right[index]];
     if tracks.in_junction(lane) || sides == [NONE, NONE] || speed < -0.1 {
         return None;
     }
-    let ends_m = ends(rows, row, view);
-    let urgent = ends_m < 250.0;
+    // Who must leave a lane that ends does not ask for markings.
+    let urgent = ends(rows, row, view) < 250.0;
+    let allowed = [tracks.left_change[index] || urgent, tracks.right_change[index] || urgent];
     if !urgent && speed < SLOWEST_MPS {
         return None;
     }
     let own = crowd.body[body];
     let stay = gain(speed, view.wishes[row], &view.leaders[row]);
     let mut best: Option<(f32, (u32, f32, f32))> = None;
-    for side in sides.into_iter().filter(|&side| side != NONE && side != lane) {
+    for (side, allowed) in sides.into_iter().zip(allowed) {
+        if side == NONE || side == lane || !allowed {
+            continue;
+        }
         let hint = rows.arc_m[row] * tracks.length(side) / tracks.length(lane).max(0.1);
         let seat = tracks.project(side, crowd.position[body].truncate(), hint);
         // Enough of the lane must remain, and it must really lie beside.
         let room = clear_run(tracks, side, seat.arc_m);
         let needs = if urgent { 15.0 } else { 25.0 + 5.0 * speed };
-        let beside = (1.5..6.5).contains(&seat.left_m.abs())
+        let beside = (1.2..6.5).contains(&seat.left_m.abs())
             && (-1.0..=tracks.length(side) + 1.0).contains(&seat.arc_m)
             && 2.0 * tracks.half_width_at(side, seat.arc_m) > 2.0 * own.half_width_m + 0.4;
         if !beside || room < needs || (!tracks.endless[side as usize] && !urgent) {
@@ -184,12 +189,11 @@ fn gain(speed: f32, wish: f32, leader: &Leader) -> f32 {
 /// How far until the route runs out on a lane that leads nowhere.
 fn ends(rows: &Rows, row: usize, view: &View) -> f32 {
     let tracks = &view.map.tracks;
-    let mut left = -rows.arc_m[row];
-    for &lane in rows.route[row].lanes() {
-        left += tracks.length(lane);
-    }
     let last = *rows.route[row].lanes().last().expect("a route has a lane");
-    if tracks.endless[last as usize] { f32::INFINITY } else { left }
+    if tracks.endless[last as usize] {
+        return f32::INFINITY;
+    }
+    route_end(rows, row, tracks, 0.0)
 }
 
 /// How far one can drive from `arc_m` without choice before a junction or an end.

@@ -7,13 +7,13 @@ use crate::rows::Rows;
 use crate::tracks::Tracks;
 
 /// Full acceleration from standstill.
-pub(crate) const GAIN_MPS2: f32 = 2.2;
+pub(crate) const GAIN_MPS2: f32 = 2.6;
 /// Braking that feels normal.
 const COMFORT_MPS2: f32 = 2.0;
 /// Seconds kept to the one in front.
 const HEADWAY_S: f32 = 1.2;
 /// Braking for a lower limit or a curve.
-const EASE_MPS2: f32 = 1.6;
+const EASE_MPS2: f32 = 2.0;
 /// The hardest braking.
 pub(crate) const BRAKE_MAX_MPS2: f32 = 7.0;
 /// Free distance kept at standstill, unless dialled otherwise.
@@ -97,8 +97,9 @@ pub(crate) fn wish(rows: &Rows, row: usize, tracks: &Tracks, speed: f32, slower:
 
 /// How far the known route goes on, from the front bumper.
 pub(crate) fn route_end(rows: &Rows, row: usize, tracks: &Tracks, front_m: f32) -> f32 {
-    let length: f32 = rows.route[row].lanes().iter().map(|&lane| tracks.length(lane)).sum();
-    length - rows.arc_m[row] - front_m
+    let (&last, before) = rows.route[row].lanes().split_last().expect("a route has a lane");
+    let length: f32 = before.iter().map(|&lane| tracks.length(lane)).sum();
+    length + tracks.usable_m[last as usize] - rows.arc_m[row] - front_m
 }
 
 /// Who is in front on the route, within `horizon_m` of the bumper.

@@ -275,7 +275,7 @@ impl Mind {
         let (rows, crowd, tracks) = (&mut self.memory.rows, &scratch.crowd, &map.tracks);
         let body = crowd.driven[row] as usize;
         let speed = crowd.speed(body);
-        let front_m = crowd.body[body].front_m;
+        let (front_m, lock_rad) = (crowd.body[body].front_m, crowd.body[body].lock_rad);
 
         let delay_s = DELAY_FRAMES * delta_s + DELAY_STEERING_S;
         let (wheels, deviation) = steer::steer(rows, row, tracks, crowd, delay_s);
@@ -314,7 +314,7 @@ impl Mind {
             );
             rows.effort[row] = effort;
             let angle = -wheels.clamp(-0.6, 0.6);
-            return control(press, pedals::wheel(angle, speed), flag::REVERSE);
+            return control(press, pedals::wheel(angle, lock_rad, speed), flag::REVERSE);
         }
         let mut effort = rows.effort[row];
         let press = pedals::press(
@@ -326,7 +326,7 @@ impl Mind {
             &mut effort,
         );
         rows.effort[row] = effort;
-        control(press, pedals::wheel(wheels, speed), 0)
+        control(press, pedals::wheel(wheels, lock_rad, speed), 0)
     }
 
     /// While changing lanes, who is in front on the lane that is being left counts too.

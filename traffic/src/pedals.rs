@@ -16,8 +16,6 @@ const DRAG_PER_M: f32 = 0.00045;
 const INTEGRAL: f32 = 0.8;
 /// Bound of the integral, m/s².
 const EFFORT_MAX: f32 = 2.5;
-/// Angle of the front wheels at full lock, standing.
-const LOCK_RAD: f32 = 1.22;
 
 /// Pedals, each 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,12 +55,19 @@ pub(crate) fn press(
     }
 }
 
-/// The wheel, −1 to 1, that turns the front wheels by `angle_rad`.
-pub(crate) fn wheel(angle_rad: f32, speed: f32) -> f32 {
-    (angle_rad / (LOCK_RAD * lock_share(speed))).clamp(-1.0, 1.0)
+/// The wheel, −1 to 1, that turns the front wheels by `angle_rad`, at a speed.
+pub(crate) fn wheel(angle_rad: f32, lock_rad: f32, speed: f32) -> f32 {
+    (angle_rad / (lock_rad * lock_share(speed.abs()))).clamp(-1.0, 1.0)
 }
 
-/// How much of the lock is left at speed.
-fn lock_share(_speed: f32) -> f32 {
-    1.0
+/// How much of the lock is left at speed: the steering curve of CARLA's vehicles.
+fn lock_share(speed: f32) -> f32 {
+    let curve = [(0.0, 1.0), (5.6, 0.9), (16.7, 0.8), (33.3, 0.7)];
+    for pair in curve.windows(2) {
+        let ((from, high), (to, low)) = (pair[0], pair[1]);
+        if speed <= to {
+            return high + (low - high) * (speed - from) / (to - from);
+        }
+    }
+    0.7
 }

@@ -5,7 +5,7 @@
 //! Tracks are indexed by `road::LaneIndex`, so that lanes no vehicle uses have an empty track.
 
 use glam::{Vec2, Vec3};
-use road::{LaneIndex, LanePoint, LaneTypes, Network};
+use road::{Lane, LaneIndex, LanePoint, LaneTypes, Network};
 
 /// No lane.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -13,11 +13,13 @@ pub(crate) const NONE: u32 = u32::MAX;
 /// Distance between samples, at most, metres.
 const STEP_M: f32 = 1.0;
 /// Side acceleration at which curves are taken.
-const CURVE_MPS2: f32 = 2.4;
+const CURVE_MPS2: f32 = 2.8;
 /// Slowing down before curves.
-const CURVE_BRAKE_MPS2: f32 = 1.6;
-/// Speed limit where the map has none: in junctions of unlimited roads and elsewhere.
+const CURVE_BRAKE_MPS2: f32 = 2.0;
+/// Speed limit where the map has none.
 const DEFAULT_LIMIT_MPS: f32 = 50.0 / 3.6;
+/// A lane that ends counts as ended where half its width is less than this.
+const NARROW_M: f32 = 1.3;
 /// No curve is so straight that vehicles exceed this.
 const FASTEST_MPS: f32 = 70.0;
 
@@ -44,10 +46,16 @@ pub(crate) struct Tracks {
     pub(crate) limit_mps: Vec<f32>,
     /// Junction index, or [`NONE`], by lane.
     pub(crate) junction: Vec<u32>,
-    /// The neighbour to which a change is allowed, or [`NONE`], by lane.
+    /// The neighbour on the left driven the same way, or [`NONE`], by lane.
     pub(crate) left: Vec<u32>,
     /// As `left`.
     pub(crate) right: Vec<u32>,
+    /// Whether the markings allow a change to the left, by lane.
+    pub(crate) left_change: Vec<bool>,
+    /// As `left_change`.
+    pub(crate) right_change: Vec<bool>,
+    /// Up to where the lane is wide enough to drive on; its length unless it peters out, by lane.
+    pub(crate) usable_m: Vec<f32>,
     /// Whether one can drive on for ever from here without changing lanes.
     pub(crate) endless: Vec<bool>,
     next: Links,
@@ -96,8 +104,8 @@ impl Tracks {
             kept.dedup();
             kept
         };
-        let neighbour = |allowed: bool, side: Option<LaneIndex>| match side {
-            Some(lane) if allowed && drivable(lane) => lane.0,
+        let neighbour = |own: &Lane, side: Option<LaneIndex>| match side {
+            Some(lane) if drivable(lane) && network.lane(lane).forward == own.forward => lane.0,
             _ => NONE,
         };
         let usable = |lane: usize| LaneTypes::DRIVABLE.contains(lanes[lane].kind);
@@ -107,8 +115,11 @@ impl Tracks {
             step_m: Vec::with_capacity(lanes.len()),
             limit_mps: limits(network),
             junction: lanes.iter().map(|lane| lane.junction.unwrap_or(NONE)).collect(),
-            left: lanes.iter().map(|l| neighbour(l.left_change, l.left)).collect(),
-            right: lanes.iter().map(|l| neighbour(l.right_change, l.right)).collect(),
+            left: lanes.iter().map(|l| neighbour(l, l.left)).collect(),
+            right: lanes.iter().map(|l| neighbour(l, l.right)).collect(),
+            left_change: lanes.iter().map(|l| l.left_change).collect(),
+            right_change: lanes.iter().map(|l| l.right_change).collect(),
+            usable_m: Vec::with_capacity(lanes.len()),
             endless: Vec::new(),
             next: Links::new(lanes.len(), |lane| {
                 if usable(lane) { keep(&lanes[lane].successors) } else { Vec::new() }
@@ -129,6 +140,7 @@ impl Tracks {
             } else {
                 tracks.length_m.push(0.0);
                 tracks.step_m.push(1.0);
+                tracks.usable_m.push(0.0);
             }
         }
         tracks.first.push(tracks.point.len() as u32);
@@ -290,6 +302,11 @@ impl Tracks {
         self.length_m.push(total as f32);
         self.step_m.push(total as f32 / count as f32);
         self.set_curvature(index.0, count + 1);
+        let first = self.first[index.0 as usize] as usize;
+        let ends = self.next(index.0).is_empty();
+        let wide = self.half_width[first..].iter().rposition(|&half| half >= NARROW_M);
+        let usable = wide.map_or(0, |last| if ends { last } else { count });
+        self.usable_m.push(usable as f32 * self.step_m[index.0 as usize]);
     }
 
     /// Curvature from the turn of the tangent over two metres either way: maps often draw a smooth

@@ -289,8 +289,10 @@ impl Car {
         };
         lag(&mut self.throttle, control.throttle, 0.25);
         lag(&mut self.brake, control.brake, 0.12);
-        let wheels = control.steer.clamp(-1.0, 1.0) * 1.22;
-        let turn = (wheels - self.wheels).clamp(-2.0 * DELTA_S, 2.0 * DELTA_S);
+        let share =
+            1.0 - 0.018 * self.speed.abs().min(5.6) - 0.007 * (self.speed.abs() - 5.6).max(0.0);
+        let wheels = control.steer.clamp(-1.0, 1.0) * 0.61 * share;
+        let turn = (wheels - self.wheels).clamp(-2.5 * DELTA_S, 2.5 * DELTA_S);
         self.wheels += turn;
         let direction = if control.flags & flag::REVERSE != 0 { -1.0 } else { 1.0 };
         let push = self.throttle * f32::min(4.2, 75.0 / self.speed.abs().max(1.0));
