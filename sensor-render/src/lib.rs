@@ -1,1 +1,28 @@
-//! To come.
+//! The sensors: snapshots in, measurements out.
+//!
+//! Every sensor is a ray generator. A [`Scene`] holds what stands still and what blueprints look
+//! like, a [`World`] holds one frame's actors and weather, and a [`Tracer`] casts the rays of all
+//! sensors of all rigs and writes what they see straight into the caller's bytes.
+//!
+//! World space is right-handed, z up, metres; sensor space is x forward, y left, z up. Angles are
+//! radians, positive to the left. The same scene and world give the same bytes, whatever the
+//! number of threads.
+
+mod bvh;
+mod cpu;
+mod hit;
+mod outputs;
+mod rays;
+mod reference;
+mod scene;
+mod tracer;
+mod world;
+
+#[cfg(test)]
+mod tests;
+
+pub use cpu::CpuTracer;
+pub use rays::pose_planes;
+pub use scene::{BlueprintMesh, Scene};
+pub use tracer::{RigJob, TraceError, Tracer};
+pub use world::World;

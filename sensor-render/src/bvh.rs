@@ -1,0 +1,271 @@
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::{build_bvh2, build_bvh2_from_tris};
+use obvhs::triangle::Triangle;
+use obvhs::{BvhBuildParams, bvh2::node::Bvh2Node};
+
+/// The deepest hierarchy that a tracer's stack can walk.
+pub(crate) const DEPTH_MAX: usize = 60;
+
+/// The most primitives in one leaf.
+pub(crate) const LEAF_MAX: u32 = 4;
+
+/// What lies below a node: another node, or a run of primitives.
+///
+/// Bit 31 marks a leaf; then bits 26 to 30 count its primitives and bits 0 to 25 name the first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub(crate) struct Link(pub(crate) u32);
+
+impl Link {
+    /// A leaf without primitives.
+    pub(crate) const EMPTY: Link = Link(1 << 31);
+
+    /// How many primitives one hierarchy can name.
+    pub(crate) const PRIMITIVES_MAX: usize = 1 << 26;
+
+    pub(crate) fn leaf(first: u32, count: u32) -> Link {
+        debug_assert!(count < 32 && (first as usize) < Link::PRIMITIVES_MAX);
+        Link(1 << 31 | count << 26 | first)
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_leaf(self) -> bool {
+        self.0 >> 31 != 0
+    }
+
+    /// First primitive of a leaf, and how many.
+    #[inline(always)]
+    pub(crate) fn primitives(self) -> (u32, u32) {
+        (self.0 & 0x3ff_ffff, self.0 >> 26 & 31)
+    }
+
+    /// The same link, with nodes and primitives counted from elsewhere.
+    fn moved(self, nodes: u32, primitives: u32) -> Link {
+        if self.is_leaf() {
+            let (first, count) = self.primitives();
+            Link::leaf(first + primitives, count)
+        } else {
+            Link(self.0 + nodes)
+        }
+    }
+}
+
+/// An inner node with the boxes of both children. The shaders read the same 64 bytes.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(16))]
+pub(crate) struct Node {
+    pub(crate) low0: [f32; 3],
+    pub(crate) child0: Link,
+    pub(crate) high0: [f32; 3],
+    pub(crate) child1: Link,
+    pub(crate) low1: [f32; 3],
+    pub(crate) reserved0: u32,
+    pub(crate) high1: [f32; 3],
+    pub(crate) reserved1: u32,
+}
+
+const _: () = assert!(size_of::<Node>() == 64);
+
+/// A hierarchy over primitives that the caller keeps in `order`.
+pub(crate) struct Hierarchy {
+    /// Parents before children.
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) root: Link,
+    /// Leaf position → the primitive's index in the builder's input.
+    pub(crate) order: Vec<u32>,
+}
+
+impl Hierarchy {
+    /// Over triangles, built with care: it will be walked for a whole episode.
+    pub(crate) fn over_triangles(corners: &[[Vec3; 3]]) -> Hierarchy {
+        if corners.is_empty() {
+            return Hierarchy { nodes: Vec::new(), root: Link::EMPTY, order: Vec::new() };
+        }
+        let triangles: Vec<Triangle> = corners
+            .iter()
+            .map(|[a, b, c]| Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() })
+            .collect();
+        let mut config = BvhBuildParams::medium_build();
+        config.max_prims_per_leaf = LEAF_MAX;
+        let tree = build_bvh2_from_tris(&triangles, config, &mut Default::default());
+        Hierarchy::shallow(&tree, corners.iter().map(bounds))
+    }
+
+    /// Over boxes, one to a leaf, built in haste: it lives for one frame.
+    pub(crate) fn over_boxes(boxes: &[(Vec3, Vec3)]) -> Hierarchy {
+        if boxes.is_empty() {
+            return Hierarchy { nodes: Vec::new(), root: Link::EMPTY, order: Vec::new() };
+        }
+        let aabbs: Vec<Aabb> =
+            boxes.iter().map(|(low, high)| Aabb::new((*low).into(), (*high).into())).collect();
+        let mut config = BvhBuildParams::fast_build();
+        config.max_prims_per_leaf = 1;
+        let tree = build_bvh2(&aabbs, config, &mut Default::default());
+        Hierarchy::shallow(&tree, boxes.iter().copied())
+    }
+
+    /// Takes `tree` unless it is too deep, as it may be for primitives in one heap.
+    fn shallow(tree: &Bvh2, boxes: impl Iterator<Item = (Vec3, Vec3)>) -> Hierarchy {
+        let (hierarchy, depth) = flatten(tree);
+        if depth <= DEPTH_MAX { hierarchy } else { halve(&boxes.collect::<Vec<_>>()) }
+    }
+
+    /// Appends `self` behind what is there; its primitives begin at `first_primitive`.
+    pub(crate) fn append_to(&self, nodes: &mut Vec<Node>, first_primitive: u32) -> Link {
+        let base = nodes.len() as u32;
+        nodes.extend(self.nodes.iter().map(|node| Node {
+            child0: node.child0.moved(base, first_primitive),
+            child1: node.child1.moved(base, first_primitive),
+            ..*node
+        }));
+        self.root.moved(base, first_primitive)
+    }
+}
+
+/// The smallest box around a triangle.
+pub(crate) fn bounds([a, b, c]: &[Vec3; 3]) -> (Vec3, Vec3) {
+    (a.min(*b).min(*c), a.max(*b).max(*c))
+}
+
+/// Copies the tree in depth-first order, and says how deep it is.
+fn flatten(tree: &Bvh2) -> (Hierarchy, usize) {
+    let link = |node: &Bvh2Node, index: u32| {
+        if node.is_leaf() { Link::leaf(node.first_index, node.prim_count) } else { Link(index) }
+    };
+    let mut nodes: Vec<Node> = Vec::with_capacity(tree.nodes.len() / 2);
+    let mut depth_max = 0;
+    // Each entry: a node of the tree, the parent that waits for its index, which child, depth.
+    let mut stack = vec![(0usize, usize::MAX, 0, 1)];
+    while let Some((at, parent, side, depth)) = stack.pop() {
+        let node = &tree.nodes[at];
+        let own = link(node, nodes.len() as u32);
+        if parent != usize::MAX {
+            *(if side == 0 { &mut nodes[parent].child0 } else { &mut nodes[parent].child1 }) = own;
+        }
+        if node.is_leaf() {
+            continue;
+        }
+        depth_max = depth_max.max(depth);
+        let first = node.first_index as usize;
+        let [a, b] = [tree.nodes[first].aabb, tree.nodes[first + 1].aabb];
+        stack.push((first + 1, nodes.len(), 1, depth + 1));
+        stack.push((first, nodes.len(), 0, depth + 1));
+        nodes.push(node_of(a.min.to_vec3(), a.max.to_vec3(), b.min.to_vec3(), b.max.to_vec3()));
+    }
+    let root = link(&tree.nodes[0], 0);
+    (Hierarchy { nodes, root, order: tree.primitive_indices.clone() }, depth_max)
+}
+
+fn node_of(low0: Vec3, high0: Vec3, low1: Vec3, high1: Vec3) -> Node {
+    Node {
+        low0: low0.to_array(),
+        child0: Link::EMPTY,
+        high0: high0.to_array(),
+        child1: Link::EMPTY,
+        low1: low1.to_array(),
+        reserved0: 0,
+        high1: high1.to_array(),
+        reserved1: 0,
+    }
+}
+
+/// Halves the primitives by count along the longest axis until they fit into leaves: never deep,
+/// whatever the primitives.
+fn halve(boxes: &[(Vec3, Vec3)]) -> Hierarchy {
+    fn run(
+        boxes: &[(Vec3, Vec3)],
+        nodes: &mut Vec<Node>,
+        order: &mut [u32],
+        first: u32,
+    ) -> (Link, Vec3, Vec3) {
+        let around = order
+            .iter()
+            .map(|i| boxes[*i as usize])
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), (l, h)| {
+                (low.min(l), high.max(h))
+            });
+        if order.len() as u32 <= LEAF_MAX {
+            return (Link::leaf(first, order.len() as u32), around.0, around.1);
+        }
+        let axis = (around.1 - around.0).max_position();
+        let middle = |i: &u32| boxes[*i as usize].0[axis] + boxes[*i as usize].1[axis];
+        order.sort_by(|a, b| middle(a).total_cmp(&middle(b)).then(a.cmp(b)));
+        let own = nodes.len();
+        nodes.push(node_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO));
+        let half = order.len() / 2;
+        let (left, right) = order.split_at_mut(half);
+        let (child0, low0, high0) = run(boxes, nodes, left, first);
+        let (child1, low1, high1) = run(boxes, nodes, right, first + half as u32);
+        nodes[own] = Node { child0, child1, ..node_of(low0, high0, low1, high1) };
+        (Link(own as u32), around.0, around.1)
+    }
+    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+    let mut nodes = Vec::new();
+    let (root, ..) = run(boxes, &mut nodes, &mut order, 0);
+    Hierarchy { nodes, root, order }
+}
+
+/// The box around `low` to `high` after `affine`.
+pub(crate) fn moved_box(affine: &glam::Affine3A, low: Vec3, high: Vec3) -> (Vec3, Vec3) {
+    let (center, half) = (Vec3A::from(low + high) * 0.5, Vec3A::from(high - low) * 0.5);
+    let center = affine.transform_point3a(center);
+    let m = &affine.matrix3;
+    let half = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z;
+    ((center - half).to_vec3(), (center + half).to_vec3())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn count(nodes: &[Node], link: Link, depth: usize, seen: &mut Vec<u32>) -> usize {
+        if link.is_leaf() {
+            let (first, count) = link.primitives();
+            seen.extend(first..first + count);
+            return depth;
+        }
+        let node = &nodes[link.0 as usize];
+        count(nodes, node.child0, depth + 1, seen).max(count(nodes, node.child1, depth + 1, seen))
+    }
+
+    #[test]
+    fn a_heap_of_equal_triangles_is_not_too_deep_and_loses_none() {
+        let corners = vec![[Vec3::ZERO, Vec3::X, Vec3::Y]; 5000];
+        let hierarchy = Hierarchy::over_triangles(&corners);
+        let mut seen = Vec::new();
+        let depth = count(&hierarchy.nodes, hierarchy.root, 0, &mut seen);
+        seen.sort_unstable();
+        assert!(depth <= DEPTH_MAX, "depth {depth}");
+        assert_eq!(seen, (0..5000).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn halving_keeps_every_triangle_inside_its_leaf() {
+        let corners: Vec<[Vec3; 3]> = (0..300)
+            .map(|i| {
+                let at = Vec3::new((i % 17) as f32, (i % 5) as f32, i as f32);
+                [at, at + Vec3::X, at + Vec3::Y]
+            })
+            .collect();
+        let hierarchy = halve(&corners.iter().map(bounds).collect::<Vec<_>>());
+        let mut seen = Vec::new();
+        count(&hierarchy.nodes, hierarchy.root, 0, &mut seen);
+        for node in &hierarchy.nodes {
+            for (link, low, high) in
+                [(node.child0, node.low0, node.high0), (node.child1, node.low1, node.high1)]
+            {
+                if link.is_leaf() {
+                    let (first, count) = link.primitives();
+                    for at in first..first + count {
+                        let (l, h) = bounds(&corners[hierarchy.order[at as usize] as usize]);
+                        assert!(l.cmpge(Vec3::from(low)).all() && h.cmple(Vec3::from(high)).all());
+                    }
+                }
+            }
+        }
+        assert_eq!(seen.len(), 300);
+    }
+}

@@ -1,0 +1,189 @@
+use std::f64::consts::{PI, TAU};
+
+use bus::{Plane, Pose, SensorSpec, Stamp, sensor};
+use glam::{Mat3, Vec3};
+
+use crate::TraceError;
+
+/// Fills each plane's `world_from_sensor` from where the rig's parent is.
+pub fn pose_planes(planes: &mut [Plane], sensors: &[SensorSpec], world_from_parent: &Pose) {
+    for plane in planes {
+        if let Some(spec) = sensors.get(plane.sensor as usize) {
+            plane.world_from_sensor = world_from_parent.then(&spec.parent_from_sensor);
+        }
+    }
+}
+
+/// A sensor as rays.
+#[derive(Clone, Debug)]
+pub(crate) enum Sensor {
+    Camera(Camera),
+    Lidar(Lidar),
+}
+
+/// A pinhole: one ray through the centre of each pixel. Its direction's component along the
+/// optical axis is 1, so that the ray's parameter is the depth.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Camera {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    /// In world space, as are the directions.
+    pub(crate) origin: Vec3,
+    pub(crate) forward: Vec3,
+    /// From one pixel's centre to the next one's, at depth 1.
+    pub(crate) right: Vec3,
+    pub(crate) down: Vec3,
+    /// The principal point, in pixels from the centre of pixel (0, 0).
+    pub(crate) center: [f32; 2],
+    /// The side of a pixel at depth 1.
+    pub(crate) pixel: f32,
+}
+
+impl Camera {
+    fn new(spec: &SensorSpec, pose: &Pose) -> Result<Camera, TraceError> {
+        let fov = f64::from(spec.fov_rad);
+        if !(fov > 0.001 && fov < PI - 0.001) {
+            return Err(TraceError::FieldOfView { sensor: spec.name, fov_rad: spec.fov_rad });
+        }
+        let pixel = (2.0 * (fov / 2.0).tan() / f64::from(spec.width)) as f32;
+        let axes = Mat3::from_quat(pose.rotation());
+        Ok(Camera {
+            width: spec.width,
+            height: spec.height,
+            origin: pose.position(),
+            forward: axes.x_axis,
+            right: -axes.y_axis * pixel,
+            down: -axes.z_axis * pixel,
+            center: [spec.width, spec.height].map(|n| n as f32 * 0.5 - 0.5),
+            pixel,
+        })
+    }
+
+    /// Of the ray through the centre of pixel (x, y), in world space.
+    pub(crate) fn direction(&self, x: u32, y: u32) -> Vec3 {
+        self.forward
+            + self.right * (x as f32 - self.center[0])
+            + self.down * (y as f32 - self.center[1])
+    }
+}
+
+/// A spinning lidar: `columns` azimuth steps of `channels` beams each, as unit directions.
+///
+/// Sines and cosines are tabulated here, in double precision, so that every tracer casts the very
+/// same rays.
+#[derive(Clone, Debug)]
+pub(crate) struct Lidar {
+    pub(crate) columns: u32,
+    pub(crate) channels: u32,
+    /// In world space.
+    pub(crate) origin: Vec3,
+    /// `world_from_sensor`'s turn.
+    pub(crate) axes: Mat3,
+    /// Cosine and sine of each column's azimuth; two zeros: the laser is off.
+    pub(crate) azimuths: Vec<[f32; 2]>,
+    /// Cosine and sine of each channel's elevation; channel 0 is the highest.
+    pub(crate) elevations: Vec<[f32; 2]>,
+    pub(crate) range_m: f32,
+    pub(crate) attenuation_per_m: f32,
+    pub(crate) noise_m: f32,
+    pub(crate) dropoff: f32,
+    /// Of the noise of this frame.
+    pub(crate) seed: u32,
+}
+
+impl Lidar {
+    fn new(spec: &SensorSpec, pose: &Pose, stamp: Stamp, delta_nanos: u64) -> Lidar {
+        let sweep = Sweep::of(spec, stamp, delta_nanos);
+        let half_fov = f64::from(spec.fov_rad) / 2.0;
+        let azimuths = (0..spec.width).map(|column| {
+            let azimuth = sweep.first_rad + sweep.step_rad * f64::from(column);
+            let from_ahead = (azimuth + PI).rem_euclid(TAU) - PI;
+            if spec.rotation_rate_hz > 0.0 && from_ahead.abs() > half_fov {
+                return [0.0; 2];
+            }
+            [azimuth.cos() as f32, azimuth.sin() as f32]
+        });
+        let last = f64::from(spec.height.max(2) - 1);
+        let (upper, lower) = (f64::from(spec.upper_rad), f64::from(spec.lower_rad));
+        let elevations = (0..spec.height).map(|channel| {
+            let elevation = upper + (lower - upper) * f64::from(channel) / last;
+            [elevation.cos() as f32, elevation.sin() as f32]
+        });
+        Lidar {
+            columns: spec.width,
+            channels: spec.height,
+            origin: pose.position(),
+            axes: Mat3::from_quat(pose.rotation()),
+            azimuths: azimuths.collect(),
+            elevations: elevations.collect(),
+            range_m: spec.range_m,
+            attenuation_per_m: spec.attenuation_per_m,
+            noise_m: spec.noise_m,
+            dropoff: spec.dropoff,
+            seed: frame_seed(spec.seed, stamp.frame.0),
+        }
+    }
+}
+
+/// Which azimuths a lidar's columns look at in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Sweep {
+    /// Of column 0, positive to the left.
+    first_rad: f64,
+    /// From one column to the next, to the left.
+    step_rad: f64,
+}
+
+impl Sweep {
+    /// Without rotation the columns share the field of view, symmetrically about straight ahead.
+    /// With it they share the turn since the last frame: the laser points straight ahead at
+    /// simulated time 0 and turns to the left.
+    fn of(spec: &SensorSpec, stamp: Stamp, delta_nanos: u64) -> Sweep {
+        let columns = f64::from(spec.width.max(1));
+        if spec.rotation_rate_hz > 0.0 {
+            let rate_hz = f64::from(spec.rotation_rate_hz);
+            let nanos = delta_nanos.max(spec.period_nanos);
+            let step_rad = TAU * rate_hz * nanos as f64 * 1e-9 / columns;
+            let begin_nanos = stamp.sim_time_nanos as i128 - i128::from(nanos);
+            let begin_turns = (begin_nanos as f64 * 1e-9 * rate_hz).rem_euclid(1.0);
+            Sweep { first_rad: TAU * begin_turns + step_rad / 2.0, step_rad }
+        } else {
+            let fov = f64::from(spec.fov_rad);
+            let step_rad = fov / columns;
+            Sweep { first_rad: (step_rad - fov) / 2.0, step_rad }
+        }
+    }
+}
+
+/// The azimuth of a lidar's column 0 at this frame; 0 for other sensors.
+pub(crate) fn first_azimuth_rad(spec: &SensorSpec, stamp: Stamp, delta_nanos: u64) -> f32 {
+    match spec.kind {
+        sensor::LIDAR => Sweep::of(spec, stamp, delta_nanos).first_rad as f32,
+        _ => 0.0,
+    }
+}
+
+/// The rays of one sensor of a rig.
+pub(crate) fn rays(
+    spec: &SensorSpec,
+    pose: &Pose,
+    stamp: Stamp,
+    delta_nanos: u64,
+) -> Result<Sensor, TraceError> {
+    if !pose.is_valid() {
+        return Err(TraceError::InvalidPose { sensor: spec.name });
+    }
+    match spec.kind {
+        sensor::CAMERA => Camera::new(spec, pose).map(Sensor::Camera),
+        sensor::LIDAR => Ok(Sensor::Lidar(Lidar::new(spec, pose, stamp, delta_nanos))),
+        kind => Err(TraceError::UnknownKind { sensor: spec.name, kind }),
+    }
+}
+
+/// Mixes a sensor's seed with the frame (splitmix64).
+fn frame_seed(seed: u64, frame: u64) -> u32 {
+    let mut z = seed ^ frame.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (z ^ z >> 31) as u32
+}

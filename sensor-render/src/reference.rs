@@ -1,0 +1,116 @@
+//! One ray at a time, in plain words: what both tracers must agree with.
+
+use glam::Vec3;
+
+use crate::bvh::{Link, Node};
+use crate::hit::{Hit, NONE};
+use crate::scene::Triangle;
+use crate::world::Instance;
+use crate::{Scene, World};
+
+/// How far outside a triangle's edge a ray may pass and still hit, as a share of the edge: closes
+/// the cracks that rounding leaves between neighbours.
+pub(crate) const EDGE_SLACK: f32 = 1e-6;
+
+/// Hits nearer than this are the sensor's own skin.
+pub(crate) const T_MIN: f32 = 1e-3;
+
+/// The first thing that a ray meets before `t_max`.
+pub(crate) fn closest(scene: &Scene, world: &World, ray: Ray, t_max: f32) -> Hit {
+    let mut hit = Hit::none(t_max);
+    walk(&scene.nodes, scene.ground.root, &ray, &mut hit, &mut |first, count, hit| {
+        meet(&scene.triangles, first, count, &ray, NONE, hit);
+    });
+    if let Some(root) = world.root {
+        walk(&world.nodes, root, &ray, &mut hit, &mut |first, count, hit| {
+            for index in first..first + count {
+                let instance = &world.instances[index as usize];
+                let ray = ray.seen_from(instance);
+                walk(&scene.nodes, instance.root, &ray, hit, &mut |first, count, hit| {
+                    meet(&scene.triangles, first, count, &ray, index, hit);
+                });
+            }
+        });
+    }
+    hit
+}
+
+/// A half-line; its parameter counts lengths of `direction`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ray {
+    pub(crate) origin: Vec3,
+    pub(crate) direction: Vec3,
+}
+
+impl Ray {
+    /// The same ray in the actor's space; its parameter stays.
+    fn seen_from(&self, instance: &Instance) -> Ray {
+        let rows = instance.actor_from_world;
+        let turn = |row: [f32; 4], v: Vec3| row[0] * v.x + row[1] * v.y + row[2] * v.z;
+        Ray {
+            origin: Vec3::from(rows.map(|row| turn(row, self.origin) + row[3])),
+            direction: Vec3::from(rows.map(|row| turn(row, self.direction))),
+        }
+    }
+}
+
+/// Calls `leaf` for the leaves that the ray enters before `hit.t`, near ones first.
+fn walk(
+    nodes: &[Node],
+    root: Link,
+    ray: &Ray,
+    hit: &mut Hit,
+    leaf: &mut dyn FnMut(u32, u32, &mut Hit),
+) {
+    let inverse = Vec3::from(
+        ray.direction
+            .to_array()
+            .map(|d| 1.0 / if d.abs() < 1e-12 { 1e-12f32.copysign(d) } else { d }),
+    );
+    let mut stack = vec![(root, 0.0)];
+    while let Some((link, entry)) = stack.pop() {
+        if entry > hit.t {
+            continue;
+        }
+        if link.is_leaf() {
+            let (first, count) = link.primitives();
+            leaf(first, count, hit);
+            continue;
+        }
+        let node = &nodes[link.0 as usize];
+        let near = enter(&node.low0, &node.high0, ray.origin, inverse, hit.t);
+        let far = enter(&node.low1, &node.high1, ray.origin, inverse, hit.t);
+        let mut children = [(node.child0, near), (node.child1, far)];
+        if far < near {
+            children.swap(0, 1);
+        }
+        stack.extend(children.into_iter().rev().filter(|(_, entry)| *entry < f32::INFINITY));
+    }
+}
+
+/// Where the ray enters the box before `t_max`, or infinity.
+fn enter(low: &[f32; 3], high: &[f32; 3], origin: Vec3, inverse: Vec3, t_max: f32) -> f32 {
+    let (a, b) = ((Vec3::from(*low) - origin) * inverse, (Vec3::from(*high) - origin) * inverse);
+    let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element().min(t_max));
+    if near <= far { near } else { f32::INFINITY }
+}
+
+/// Möller and Trumbore 1997, both sides.
+fn meet(triangles: &[Triangle], first: u32, count: u32, ray: &Ray, instance: u32, hit: &mut Hit) {
+    for index in first..first + count {
+        let triangle = &triangles[index as usize];
+        let [corner, edge1, edge2] =
+            [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
+        let across = ray.direction.cross(edge2);
+        let inverse = 1.0 / edge1.dot(across);
+        let from_corner = ray.origin - corner;
+        let u = from_corner.dot(across) * inverse;
+        let along = from_corner.cross(edge1);
+        let v = ray.direction.dot(along) * inverse;
+        let t = edge2.dot(along) * inverse;
+        let inside = u >= -EDGE_SLACK && v >= -EDGE_SLACK && u + v <= 1.0 + EDGE_SLACK;
+        if inside && t > T_MIN && t < hit.t {
+            *hit = Hit { t, triangle: index, instance, u, v };
+        }
+    }
+}

@@ -1,0 +1,130 @@
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use road::Mesh;
+
+use crate::bvh::{Hierarchy, Link, Node};
+
+/// One blueprint's looks.
+#[derive(Clone, Copy, Debug)]
+pub struct BlueprintMesh<'a> {
+    /// In actor space; an empty mesh is never seen.
+    pub mesh: &'a Mesh,
+}
+
+/// One triangle with all that a hit needs to know. The shaders read the same 48 bytes.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C, align(16))]
+pub(crate) struct Triangle {
+    pub(crate) corner: [f32; 3],
+    /// Tag in bits 0 to 7, material in bits 8 to 15.
+    pub(crate) face: u32,
+    pub(crate) edge1: [f32; 3],
+    pub(crate) object: u32,
+    pub(crate) edge2: [f32; 3],
+    pub(crate) wall: u32,
+}
+
+const _: () = assert!(size_of::<Triangle>() == 48);
+
+impl Triangle {
+    #[inline(always)]
+    pub(crate) fn tag(&self) -> u8 {
+        self.face as u8
+    }
+
+    #[inline(always)]
+    pub(crate) fn material(&self) -> u8 {
+        (self.face >> 8) as u8
+    }
+}
+
+/// The bottom level of one mesh.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Level {
+    pub(crate) root: Link,
+    pub(crate) low: Vec3,
+    pub(crate) high: Vec3,
+}
+
+impl Level {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.root == Link::EMPTY
+    }
+}
+
+/// All that stays the same for an episode: the town and the looks of every blueprint.
+///
+/// Triangles lie in the order of the leaves of one bottom level for the town and one for each
+/// blueprint.
+#[derive(Debug)]
+pub struct Scene {
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) triangles: Vec<Triangle>,
+    pub(crate) ground: Level,
+    pub(crate) blueprints: Vec<Level>,
+}
+
+impl Scene {
+    /// Builds the bottom levels. Triangles with a corner that is not finite cannot be hit and are
+    /// left out.
+    ///
+    /// # Panics
+    /// If all meshes together hold 2²⁶ triangles or more.
+    pub fn new(static_mesh: &Mesh, blueprints: &[BlueprintMesh]) -> Scene {
+        let mut scene = Scene {
+            nodes: Vec::new(),
+            triangles: Vec::new(),
+            ground: Level { root: Link::EMPTY, low: Vec3::ZERO, high: Vec3::ZERO },
+            blueprints: Vec::with_capacity(blueprints.len()),
+        };
+        scene.ground = scene.add(static_mesh);
+        for blueprint in blueprints {
+            let level = scene.add(blueprint.mesh);
+            scene.blueprints.push(level);
+        }
+        scene
+    }
+
+    /// How many triangles lie in memory: the town's and each blueprint's once.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    fn add(&mut self, mesh: &Mesh) -> Level {
+        let mut kept = Vec::with_capacity(mesh.triangles.len());
+        let mut corners = Vec::with_capacity(mesh.triangles.len());
+        for (index, triangle) in mesh.triangles.iter().enumerate() {
+            let points = triangle.map(|i| Vec3::from_array(mesh.positions[i as usize]));
+            if points.iter().all(|point| point.is_finite()) {
+                kept.push(index);
+                corners.push(points);
+            }
+        }
+        let first = self.triangles.len();
+        assert!(
+            first + corners.len() < Link::PRIMITIVES_MAX,
+            "the scene holds {} triangles, {} is the most",
+            first + corners.len(),
+            Link::PRIMITIVES_MAX - 1
+        );
+        let hierarchy = Hierarchy::over_triangles(&corners);
+        self.triangles.extend(hierarchy.order.iter().map(|&at| {
+            let [a, b, c] = corners[at as usize];
+            let face = mesh.faces[kept[at as usize]];
+            Triangle {
+                corner: a.to_array(),
+                face: u32::from(face.tag) | u32::from(face.material) << 8,
+                edge1: (b - a).to_array(),
+                object: face.object,
+                edge2: (c - a).to_array(),
+                wall: 0,
+            }
+        }));
+        let root = hierarchy.append_to(&mut self.nodes, first as u32);
+        let (low, high) = corners
+            .iter()
+            .flatten()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+        Level { root, low, high }
+    }
+}

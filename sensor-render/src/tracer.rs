@@ -1,0 +1,115 @@
+use bus::{Name, Plane, SensorSpec, tracer};
+use thiserror::Error;
+
+use crate::{CpuTracer, Scene, World, outputs};
+
+/// One rig to measure: what it carries, and where the bytes go.
+#[derive(Debug)]
+pub struct RigJob<'a> {
+    /// The rig's sensors.
+    pub sensors: &'a [SensorSpec],
+    /// As `bus::layout` laid them out, with `world_from_sensor` filled (see
+    /// [`crate::pose_planes`]).
+    pub planes: &'a [Plane],
+    /// The bundle's payload: table and planes are written here.
+    pub out: &'a mut [u8],
+}
+
+/// What turns rays into measurements.
+#[derive(Debug)]
+pub enum Tracer {
+    /// Writes the table of planes and nothing else: for measuring the hand-over alone.
+    Null,
+    /// Packets of rays on the processor.
+    Cpu(CpuTracer),
+}
+
+impl Tracer {
+    /// One of [`bus::tracer`], to be stamped on every measurement.
+    pub fn code(&self) -> u32 {
+        match self {
+            Tracer::Null => tracer::NULL,
+            Tracer::Cpu(_) => tracer::CPU,
+        }
+    }
+
+    /// Measures all sensors of all rigs at the frame that `world` stands in, as one batch.
+    ///
+    /// Writes the table of planes, each with its lidar's first azimuth, then every plane. When it
+    /// returns an error, the bytes of `jobs` may be half written.
+    pub fn measure(
+        &mut self,
+        scene: &Scene,
+        world: &World,
+        jobs: &mut [RigJob],
+    ) -> Result<(), TraceError> {
+        match self {
+            Tracer::Null => outputs::split(world, jobs).map(drop),
+            Tracer::Cpu(tracer) => tracer.measure(scene, world, jobs),
+        }
+    }
+}
+
+/// Why there is no measurement.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum TraceError {
+    /// No ray generator for such a sensor.
+    #[error("sensor {sensor}: there is no kind {kind}; cameras are 1, lidars 2")]
+    UnknownKind {
+        /// Its name.
+        sensor: Name,
+        /// The kind it claims.
+        kind: u32,
+    },
+    /// No such pinhole.
+    #[error(
+        "sensor {sensor}: a camera's field of view lies between 0 and pi rad, this one's is {fov_rad}"
+    )]
+    FieldOfView {
+        /// Its name.
+        sensor: Name,
+        /// Its horizontal field of view.
+        fov_rad: f32,
+    },
+    /// A number is not finite, or the quaternion is not of unit length.
+    #[error("sensor {sensor}: its pose is not a rigid transform")]
+    InvalidPose {
+        /// Its name.
+        sensor: Name,
+    },
+    /// The sensor cannot give this.
+    #[error("sensor {sensor}: a sensor of kind {kind} has no output {output:#x}")]
+    WrongOutput {
+        /// Its name.
+        sensor: Name,
+        /// Its kind.
+        kind: u32,
+        /// One of [`bus::output`].
+        output: u32,
+    },
+    /// The plane does not fit its sensor or the bytes.
+    #[error(
+        "plane {plane} wants {byte_len} bytes at {offset}, but {why}; lay planes out by bus::layout"
+    )]
+    Plane {
+        /// Which.
+        plane: usize,
+        /// Where it begins.
+        offset: u64,
+        /// How long it is.
+        byte_len: u64,
+        /// The fact that disagrees.
+        why: String,
+    },
+    /// The caller's bytes begin at an odd address.
+    #[error("the payload begins at an address that is no multiple of 16")]
+    Unaligned,
+    /// The worker threads could not be started.
+    #[error("{threads} render threads cannot be started: {why}")]
+    Threads {
+        /// How many were asked for.
+        threads: usize,
+        /// What the system says.
+        why: String,
+    },
+}
