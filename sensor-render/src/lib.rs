@@ -10,18 +10,25 @@
 
 mod bvh;
 mod cpu;
+mod device;
+mod echo;
+mod gpu;
 mod hit;
+mod light;
 mod outputs;
 mod rays;
 mod reference;
 mod scene;
 mod tracer;
+mod workers;
 mod world;
 
 #[cfg(test)]
 mod tests;
 
 pub use cpu::CpuTracer;
+pub use device::Device;
+pub use gpu::GpuTracer;
 pub use rays::pose_planes;
 pub use scene::{BlueprintMesh, Scene};
 pub use tracer::{RigJob, TraceError, Tracer};

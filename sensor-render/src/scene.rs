@@ -1,3 +1,5 @@
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use road::Mesh;
@@ -58,6 +60,8 @@ impl Level {
 /// blueprint.
 #[derive(Debug)]
 pub struct Scene {
+    /// No two scenes of a process have the same.
+    pub(crate) serial: u64,
     pub(crate) nodes: Vec<Node>,
     pub(crate) triangles: Vec<Triangle>,
     pub(crate) ground: Level,
@@ -71,7 +75,9 @@ impl Scene {
     /// # Panics
     /// If all meshes together hold 2²⁶ triangles or more.
     pub fn new(static_mesh: &Mesh, blueprints: &[BlueprintMesh]) -> Scene {
+        static SERIAL: AtomicU64 = AtomicU64::new(1);
         let mut scene = Scene {
+            serial: SERIAL.fetch_add(1, Ordering::Relaxed),
             nodes: Vec::new(),
             triangles: Vec::new(),
             ground: Level { root: Link::EMPTY, low: Vec3::ZERO, high: Vec3::ZERO },

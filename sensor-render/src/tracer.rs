@@ -1,7 +1,7 @@
 use bus::{Name, Plane, SensorSpec, tracer};
 use thiserror::Error;
 
-use crate::{CpuTracer, Scene, World, outputs};
+use crate::{CpuTracer, Device, GpuTracer, Scene, World, outputs};
 
 /// One rig to measure: what it carries, and where the bytes go.
 #[derive(Debug)]
@@ -22,14 +22,41 @@ pub enum Tracer {
     Null,
     /// Packets of rays on the processor.
     Cpu(CpuTracer),
+    /// One thread of a graphics processor for each ray.
+    Gpu(Box<GpuTracer>),
 }
 
 impl Tracer {
+    /// The tracer that `device` asks for, with `threads` threads of this process; 0: one for each
+    /// core that it may use.
+    pub fn open(device: Device, threads: usize) -> Result<Tracer, TraceError> {
+        let cpu = || CpuTracer::new(threads).map(Tracer::Cpu);
+        let number = match device {
+            Device::Cpu => return cpu(),
+            Device::Auto => None,
+            Device::Gpu(number) => Some(number),
+        };
+        match GpuTracer::open(number, threads)? {
+            Some(gpu) => Ok(Tracer::Gpu(Box::new(gpu))),
+            None => cpu(),
+        }
+    }
+
+    /// What traces, in words: the adapter's name, or the instruction set and the threads.
+    pub fn describe(&self) -> String {
+        match self {
+            Tracer::Null => "null".into(),
+            Tracer::Cpu(tracer) => tracer.describe(),
+            Tracer::Gpu(tracer) => tracer.adapter().into(),
+        }
+    }
+
     /// One of [`bus::tracer`], to be stamped on every measurement.
     pub fn code(&self) -> u32 {
         match self {
             Tracer::Null => tracer::NULL,
             Tracer::Cpu(_) => tracer::CPU,
+            Tracer::Gpu(_) => tracer::GPU,
         }
     }
 
@@ -46,6 +73,7 @@ impl Tracer {
         match self {
             Tracer::Null => outputs::split(world, jobs).map(drop),
             Tracer::Cpu(tracer) => tracer.measure(scene, world, jobs),
+            Tracer::Gpu(tracer) => tracer.measure(scene, world, jobs),
         }
     }
 }
@@ -104,6 +132,35 @@ pub enum TraceError {
     /// The caller's bytes begin at an odd address.
     #[error("the payload begins at an address that is no multiple of 16")]
     Unaligned,
+    /// No such adapter.
+    #[error("--device gpu:{number}: {}", one_of(adapters))]
+    NoAdapter {
+        /// The number that was asked for.
+        number: usize,
+        /// The names of those that there are.
+        adapters: Vec<String>,
+    },
+    /// The graphics processor or its driver gave up.
+    #[error("{adapter}: {why}; --device cpu needs no driver")]
+    Gpu {
+        /// Its name.
+        adapter: String,
+        /// What it says.
+        why: String,
+    },
+    /// One sensor gives more than the device can write at once.
+    #[error(
+        "sensor {sensor} gives {byte_len} bytes a frame, the device writes at most {bytes_max}; \
+         ask for a smaller image or for --device cpu"
+    )]
+    TooLarge {
+        /// Its name.
+        sensor: Name,
+        /// What it gives.
+        byte_len: u64,
+        /// The most that the device takes.
+        bytes_max: u64,
+    },
     /// The worker threads could not be started.
     #[error("{threads} render threads cannot be started: {why}")]
     Threads {
@@ -112,4 +169,14 @@ pub enum TraceError {
         /// What the system says.
         why: String,
     },
+}
+
+fn one_of(adapters: &[String]) -> String {
+    if adapters.is_empty() {
+        return "there is no Vulkan adapter; try --device cpu".into();
+    }
+    let named: Vec<String> =
+        adapters.iter().enumerate().map(|(number, name)| format!("{number} is {name}")).collect();
+    let count = adapters.len();
+    format!("there {} {count}: {}", if count == 1 { "is" } else { "are" }, named.join(", "))
 }

@@ -1,0 +1,81 @@
+use road::Material;
+
+use crate::rays::Lidar;
+
+/// How strong a laser pulse comes back from a surface.
+///
+/// `intensity = ρ · (1 − s + s · cos θ) · exp(−a · d)`, where ρ is the material's reflectivity at
+/// 905 nm, s the share of it that is diffuse (a sign's sheeting sends light back whence it came,
+/// whatever the angle), θ the angle of incidence, a the sensor's attenuation per metre and d the
+/// distance in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Echo {
+    /// Metres, with the sensor's noise.
+    pub(crate) distance_m: f32,
+    /// Above 0, up to 1.
+    pub(crate) intensity: f32,
+}
+
+impl Echo {
+    /// What beam number `beam` hears of a surface `t` metres away, whose normal makes an angle of
+    /// the given cosine with the beam; `None` if the return is lost.
+    pub(crate) fn of(lidar: &Lidar, beam: u32, t: f32, cosine: f32, material: u8) -> Option<Echo> {
+        let start = mixed(lidar.seed ^ beam);
+        let [a, b, c] = [1, 2, 3].map(|step| mixed(start.wrapping_add(step)));
+        if (a >> 8) as f32 * (1.0 / 16_777_216.0) < lidar.dropoff {
+            return None;
+        }
+        // A sum of four uniform numbers: bell-shaped, and never beyond 3.5 standard deviations.
+        let sum = ((b & 0xffff) + (b >> 16) + (c & 0xffff) + (c >> 16)) as f32;
+        let noise = (sum * (1.0 / 65_536.0) - 2.0) * 1.732_050_8;
+        let [reflectivity, diffuse] = REFLECTIVITIES[usize::from(material).min(32)];
+        let facing = 1.0 - diffuse + diffuse * cosine;
+        let intensity = reflectivity * facing * (-lidar.attenuation_per_m * t).exp();
+        Some(Echo { distance_m: t + noise * lidar.noise_m, intensity: intensity.max(1e-6) })
+    }
+}
+
+/// A good hash of one word, by Wellons' search for low bias.
+pub(crate) fn mixed(word: u32) -> u32 {
+    let mut x = word;
+    x ^= x >> 16;
+    x = x.wrapping_mul(0x7feb_352d);
+    x ^= x >> 15;
+    x = x.wrapping_mul(0x846c_a68b);
+    x ^ x >> 16
+}
+
+/// ρ and s by [`Material`]'s code.
+pub(crate) const REFLECTIVITIES: [[f32; 2]; 33] = {
+    let mut table = [[0.3, 0.9]; 33];
+    let mut index = 0;
+    while index < Material::ALL.len() {
+        let material = Material::ALL[index];
+        table[material as usize] = match material {
+            Material::Asphalt => [0.17, 0.9],
+            Material::PaintWhite => [0.75, 0.6],
+            Material::PaintYellow => [0.6, 0.6],
+            Material::Paving | Material::Kerb | Material::Concrete => [0.35, 0.9],
+            Material::Grass | Material::Leaves | Material::Needles => [0.5, 0.7],
+            Material::Soil => [0.25, 0.9],
+            Material::FacadeBrick => [0.35, 0.9],
+            Material::FacadePlaster | Material::FacadeConcrete => [0.5, 0.9],
+            Material::FacadeGlass | Material::Glass => [0.1, 1.0],
+            Material::RoofFlat => [0.2, 0.9],
+            Material::RoofTiles => [0.3, 0.9],
+            Material::Bark | Material::Wood => [0.35, 0.9],
+            Material::Metal => [0.55, 0.95],
+            Material::CarPaint => [0.5, 0.95],
+            Material::Rubber => [0.05, 0.9],
+            Material::Plastic => [0.15, 0.9],
+            Material::LampWhite | Material::LampRed | Material::LampAmber => [0.8, 0.3],
+            Material::SignalRed | Material::SignalYellow | Material::SignalGreen => [0.6, 0.4],
+            Material::Sign => [1.0, 0.1],
+            Material::Skin => [0.5, 0.8],
+            Material::Cloth => [0.4, 0.9],
+            Material::Water => [0.05, 1.0],
+        };
+        index += 1;
+    }
+    table
+};

@@ -1,0 +1,93 @@
+use std::sync::{Arc, Mutex, PoisonError};
+
+use wgpu::{
+    Adapter, Backends, DeviceDescriptor, DeviceType, ExperimentalFeatures, Features, Instance,
+    InstanceDescriptor, InstanceFlags, MemoryHints, Trace,
+};
+
+use super::import;
+use crate::TraceError;
+use crate::workers::Workers;
+
+/// A device with its queue, and the first thing that went wrong on it.
+#[derive(Debug)]
+pub(crate) struct Gpu {
+    pub(crate) name: String,
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    /// Whether memory of this process can be written by the device (VK_EXT_external_memory_host).
+    pub(crate) imports: bool,
+    /// Who copies what was staged.
+    pub(crate) workers: Workers,
+    fault: Arc<Mutex<Option<String>>>,
+}
+
+/// Opens adapter `number`, or, with `None`, the first that is hardware. `Ok(None)`: there is none.
+pub(crate) fn open(number: Option<usize>, threads: usize) -> Result<Option<Gpu>, TraceError> {
+    let adapters = adapters();
+    let chosen = match number {
+        Some(number) => Some(adapters.get(number).ok_or_else(|| TraceError::NoAdapter {
+            number,
+            adapters: adapters.iter().map(|adapter| adapter.get_info().name).collect(),
+        })?),
+        None => adapters.iter().find(|adapter| {
+            matches!(
+                adapter.get_info().device_type,
+                DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu
+            )
+        }),
+    };
+    chosen.map(|adapter| open_adapter(adapter, Workers::new(threads)?)).transpose()
+}
+
+fn adapters() -> Vec<Adapter> {
+    let mut descriptor = InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = Backends::VULKAN;
+    descriptor.flags = InstanceFlags::empty();
+    let instance = Instance::new(descriptor);
+    pollster::block_on(instance.enumerate_adapters(Backends::VULKAN))
+}
+
+fn open_adapter(adapter: &Adapter, workers: Workers) -> Result<Gpu, TraceError> {
+    let name = adapter.get_info().name;
+    let descriptor = DeviceDescriptor {
+        label: Some("sensor-render"),
+        required_features: adapter.features() & Features::TIMESTAMP_QUERY,
+        required_limits: adapter.limits(),
+        experimental_features: ExperimentalFeatures::disabled(),
+        memory_hints: MemoryHints::Performance,
+        trace: Trace::Off,
+    };
+    let (device, queue, imports) = match import::open(adapter, &descriptor) {
+        Some((device, queue)) => (device, queue, true),
+        None => {
+            let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+                .map_err(|why| TraceError::Gpu { adapter: name.clone(), why: why.to_string() })?;
+            (device, queue, false)
+        }
+    };
+    let fault = Arc::new(Mutex::new(None));
+    let note = |fault: &Arc<Mutex<Option<String>>>, why: String| {
+        fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
+    };
+    let (on_error, on_loss) = (fault.clone(), fault.clone());
+    device.on_uncaptured_error(Arc::new(move |error| note(&on_error, error.to_string())));
+    device.set_device_lost_callback(move |reason, why| {
+        note(&on_loss, format!("the device is lost ({reason:?}): {why}"));
+    });
+    Ok(Gpu { name, device, queue, imports, workers, fault })
+}
+
+impl Gpu {
+    /// The first thing that went wrong, if anything did.
+    pub(crate) fn check(&self) -> Result<(), TraceError> {
+        match self.fault.lock().unwrap_or_else(PoisonError::into_inner).clone() {
+            Some(why) => Err(self.error(why)),
+            None => Ok(()),
+        }
+    }
+
+    pub(crate) fn error(&self, why: String) -> TraceError {
+        TraceError::Gpu { adapter: self.name.clone(), why }
+    }
+}

@@ -1,0 +1,68 @@
+use wgpu::{Buffer, BufferDescriptor, BufferUsages, MapMode};
+
+use super::batch::Window;
+use super::open::Gpu;
+use crate::{RigJob, TraceError};
+
+/// How many batches may be on their way at once.
+const SLOTS: usize = 3;
+
+/// Bytes that one thread copies at a time.
+const CHUNK: usize = 1 << 20;
+
+/// Mapped staging memory for measurements whose readers' memory cannot be imported: a ring of
+/// slots, each filled by the device, then read here.
+#[derive(Debug, Default)]
+pub(crate) struct Readback {
+    slots: Vec<Option<Buffer>>,
+    next: usize,
+}
+
+impl Readback {
+    /// A buffer of at least `byte_len` bytes that no batch uses, if at most two are on their way.
+    pub(crate) fn slot(&mut self, gpu: &Gpu, byte_len: u64) -> Buffer {
+        self.slots.resize_with(SLOTS, || None);
+        self.next = (self.next + 1) % SLOTS;
+        let slot = &mut self.slots[self.next];
+        match slot {
+            Some(buffer) if buffer.size() >= byte_len => buffer.clone(),
+            _ => slot
+                .insert(gpu.device.create_buffer(&BufferDescriptor {
+                    label: Some("readback"),
+                    size: byte_len.next_multiple_of(1 << 16),
+                    usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                }))
+                .clone(),
+        }
+    }
+
+    /// Lets the next poll map the first `byte_len` bytes.
+    pub(crate) fn map(buffer: &Buffer, byte_len: u64) {
+        // What goes wrong shows when the range is asked for.
+        buffer.map_async(MapMode::Read, 0..byte_len, |_| ());
+    }
+
+    /// Copies each window's bytes from the mapped buffer to where they belong.
+    pub(crate) fn deliver(
+        gpu: &Gpu,
+        buffer: &Buffer,
+        windows: &[Window],
+        jobs: &mut [RigJob],
+    ) -> Result<(), TraceError> {
+        for window in windows {
+            let len = window.end - window.begin;
+            let range = window.base..window.base + len.next_multiple_of(8);
+            let view = buffer.get_mapped_range(range).map_err(|why| gpu.error(why.to_string()))?;
+            let out = &mut jobs[window.job].out[window.begin as usize..window.end as usize];
+            gpu.workers.run(|| {
+                use rayon::prelude::*;
+                out.par_chunks_mut(CHUNK)
+                    .zip(view[..len as usize].par_chunks(CHUNK))
+                    .for_each(|(out, seen)| out.copy_from_slice(seen));
+            });
+        }
+        buffer.unmap();
+        Ok(())
+    }
+}

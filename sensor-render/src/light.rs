@@ -1,0 +1,99 @@
+use bus::Weather;
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, Vec4};
+
+/// Sun, sky and air of one frame, ready for shading. The shaders read the same 128 bytes.
+///
+/// Radiances are linear, in units in which white paper in full sun is about 1.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Light {
+    /// Towards the sun or, by night, the moon; w: 1 if it casts shadows.
+    pub(crate) sun: Vec4,
+    /// What it sheds on a surface that faces it; w: brightness of its disc.
+    pub(crate) sun_color: Vec4,
+    /// Of the sky overhead; w: share of the sky that clouds cover.
+    pub(crate) zenith: Vec4,
+    /// Of the sky at the horizon; w: how dark it is, from 0 by day to 1 by night.
+    pub(crate) horizon: Vec4,
+    /// What the ground throws back upwards; w: how wet surfaces are, 0 to 1.
+    pub(crate) ground: Vec4,
+    /// Of the air, where it is thick; w: metres to where fog begins.
+    pub(crate) haze: Vec4,
+    /// x: extinction by haze per metre; y: share of ground under puddles; z: exposure;
+    /// w: simulated seconds, for drifting clouds.
+    pub(crate) air: Vec4,
+    /// Zero.
+    pub(crate) reserved: Vec4,
+}
+
+const _: () = assert!(size_of::<Light>() == 128);
+
+impl Light {
+    /// What this weather looks like at this simulated time.
+    pub(crate) fn new(weather: &Weather, sim_time_nanos: u64) -> Light {
+        let share = |percent: f32| (percent / 100.0).clamp(0.0, 1.0);
+        let (sin_altitude, cos_altitude) = weather.sun_altitude_rad.sin_cos();
+        let (sin_azimuth, cos_azimuth) = weather.sun_azimuth_rad.sin_cos();
+        let sun = Vec3::new(cos_altitude * cos_azimuth, cos_altitude * sin_azimuth, sin_altitude);
+        let sun = sun.try_normalize().filter(|s| s.is_finite()).unwrap_or(Vec3::Z);
+
+        // How far the day has come: 0 by night, 1 when the sun stands clear of the horizon.
+        let day = smooth(-0.12, 0.18, sun.z);
+        let low = 1.0 - smooth(0.0, 0.45, sun.z);
+        let clouds = share(weather.cloudiness);
+        let overcast = smooth(0.4, 1.0, clouds);
+
+        let noon = Vec3::new(2.9, 2.75, 2.45);
+        let dusk = Vec3::new(2.6, 1.35, 0.55);
+        let moonlight = Vec3::new(0.05, 0.06, 0.09);
+        let by_day = noon.lerp(dusk, low) * smooth(-0.04, 0.2, sun.z) * (1.0 - 0.93 * overcast);
+        let by_night = moonlight * (1.0 - day) * (1.0 - 0.8 * overcast);
+        // By night the moon stands where the sun is not.
+        let (sun, sun_color) = if sun.z > -0.04 {
+            (sun, by_day)
+        } else {
+            (Vec3::new(-sun.x, -sun.y, -sun.z.min(-0.35)).normalize_or(Vec3::Z), by_night)
+        };
+
+        let grey = |blue: Vec3, grey: f32| blue.lerp(Vec3::splat(grey), overcast);
+        let zenith = grey(Vec3::new(0.16, 0.33, 0.75), 0.52);
+        let horizon = grey(Vec3::new(0.70, 0.81, 0.95), 0.72);
+        let glow = Vec3::new(1.0, 0.62, 0.35);
+        let horizon = horizon.lerp(glow, 0.55 * low * day * (1.0 - overcast));
+        let night_zenith = Vec3::new(0.006, 0.009, 0.02);
+        let night_horizon = Vec3::new(0.022, 0.024, 0.035);
+        let zenith = night_zenith.lerp(zenith, day);
+        let horizon = night_horizon.lerp(horizon, day);
+
+        let ground = (zenith * 0.35 + horizon * 0.25 + sun_color * sun.z.max(0.0) * 0.3)
+            * Vec3::new(0.30, 0.29, 0.27);
+        let fog = share(weather.fog_density);
+        let haze = horizon.lerp(Vec3::splat((horizon.x + horizon.y + horizon.z) / 3.0), fog);
+        let rain = share(weather.precipitation);
+        let extinction = 0.00016 + 0.0008 * rain + 0.03 * fog * fog + 0.0006 * fog;
+        let exposure = 1.0 + 1.4 * (1.0 - day) + 0.35 * overcast * day;
+        let seconds = (sim_time_nanos % 3_600_000_000_000) as f32 * 1e-9;
+        Light {
+            sun: sun.extend(f32::from(sun_color.max_element() > 0.004)),
+            sun_color: sun_color.extend((1.0 - overcast) * day),
+            zenith: zenith.extend(clouds),
+            horizon: horizon.extend(1.0 - day),
+            ground: ground.extend(share(weather.wetness).max(0.6 * rain)),
+            haze: haze.extend(weather.fog_distance_m.clamp(0.0, 1000.0)),
+            air: Vec4::new(
+                extinction,
+                share(weather.precipitation_deposits),
+                exposure,
+                seconds * (0.3 + share(weather.wind_intensity)),
+            ),
+            reserved: Vec4::ZERO,
+        }
+    }
+}
+
+/// 0 below `low`, 1 above `high`, smooth between.
+fn smooth(low: f32, high: f32, x: f32) -> f32 {
+    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}

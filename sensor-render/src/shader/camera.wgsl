@@ -1,0 +1,100 @@
+// One thread a pixel, 8 x 8 pixels a workgroup, all cameras in one dispatch.
+
+const DEPTH_FAR_M = 1000.0;
+const SKY = 11u;
+
+// The last camera whose first group is not behind `group`.
+fn camera_of(group: u32) -> u32 {
+    var low = 0u;
+    var high = frame.roots.z - 1u;
+    while (low < high) {
+        let middle = (low + high + 1u) / 2u;
+        if (cameras[middle].first_group <= group) {
+            low = middle;
+        } else {
+            high = middle - 1u;
+        }
+    }
+    return low;
+}
+
+@compute @workgroup_size(8, 8)
+fn see(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
+    let group = group_number(group_at);
+    if (group >= frame.groups.x) {
+        return;
+    }
+    let index = camera_of(group);
+    let width = cameras[index].width;
+    let across = cameras[index].groups_across;
+    let tile = group - cameras[index].first_group;
+    let x = tile % across * 8u + thread.x;
+    let y = tile / across * 8u + thread.y;
+    if (x >= width || y >= cameras[index].height) {
+        return;
+    }
+    let from_center = vec2f(f32(x), f32(y)) - cameras[index].center;
+    let direction = cameras[index].forward.xyz + cameras[index].right.xyz * from_center.x
+        + cameras[index].down.xyz * from_center.y;
+    let ray = Ray(cameras[index].origin.xyz, direction);
+    let hit = closest(ray, FAR_AWAY, false);
+    let pixel = y * width + x;
+    var depth = DEPTH_FAR_M;
+    var tag = SKY;
+    var id = 0u;
+    if (hit.triangle != NONE) {
+        depth = min(hit.t, DEPTH_FAR_M);
+        tag = tag_of(hit);
+        id = id_of(hit);
+    }
+    if (cameras[index].depth != NONE) {
+        bytes_out[cameras[index].depth + pixel] = bitcast<u32>(depth);
+    }
+    if (cameras[index].tag != NONE) {
+        tags[cameras[index].first_tag + pixel] = tag;
+    }
+    if (cameras[index].instance != NONE) {
+        bytes_out[cameras[index].instance + pixel] = id;
+    }
+    if (cameras[index].color != NONE) {
+        bytes_out[cameras[index].color + pixel] = color_of(ray, hit, cameras[index].origin.w);
+    }
+}
+
+// The last camera whose first packing group is not behind `group`.
+fn packed_camera_of(group: u32) -> u32 {
+    var low = 0u;
+    var high = frame.roots.z - 1u;
+    while (low < high) {
+        let middle = (low + high + 1u) / 2u;
+        if (cameras[middle].first_packing_group <= group) {
+            low = middle;
+        } else {
+            high = middle - 1u;
+        }
+    }
+    return low;
+}
+
+// Four tags a word; fills each plane up to its 64-byte edge with zeros.
+@compute @workgroup_size(64)
+fn pack(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
+    let group = group_number(group_at);
+    if (group >= frame.groups.z) {
+        return;
+    }
+    let index = packed_camera_of(group);
+    let word = (group - cameras[index].first_packing_group) * 64u + thread.x;
+    let pixels = cameras[index].width * cameras[index].height;
+    if (word >= (pixels + 63u) / 64u * 16u) {
+        return;
+    }
+    var packed = 0u;
+    for (var byte = 0u; byte < 4u; byte++) {
+        let pixel = word * 4u + byte;
+        if (pixel < pixels) {
+            packed |= tags[cameras[index].first_tag + pixel] << (8u * byte);
+        }
+    }
+    bytes_out[cameras[index].tag + word] = packed;
+}

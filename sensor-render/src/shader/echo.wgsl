@@ -1,0 +1,33 @@
+// How strong a laser pulse comes back: the twin of echo.rs.
+
+// Reflectivity and the share of it that depends on the angle, by material.
+@group(0) @binding(11) var<uniform> reflectivities: array<vec4f, 33>;
+
+fn mixed(word: u32) -> u32 {
+    var x = word;
+    x ^= x >> 16u;
+    x *= 0x7feb352du;
+    x ^= x >> 15u;
+    x *= 0x846ca68bu;
+    x ^= x >> 16u;
+    return x;
+}
+
+// Distance in metres and intensity; an intensity of 0 says that the return is lost.
+fn echo_of(index: u32, beam: u32, hit: Hit, direction: vec3f) -> vec2f {
+    let start = mixed(lidars[index].seed ^ beam);
+    let a = mixed(start + 1u);
+    let b = mixed(start + 2u);
+    let c = mixed(start + 3u);
+    if (f32(a >> 8u) * (1.0 / 16777216.0) < lidars[index].z_axis.w) {
+        return vec2f(0.0);
+    }
+    let sum = f32((b & 0xffffu) + (b >> 16u) + (c & 0xffffu) + (c >> 16u));
+    let noise = (sum * (1.0 / 65536.0) - 2.0) * 1.7320508;
+    let distance = hit.t + noise * lidars[index].y_axis.w;
+    let cosine = abs(dot(normal_of(hit, direction), direction));
+    let surface = reflectivities[material_of(hit)];
+    let facing = 1.0 - surface.y + surface.y * cosine;
+    let intensity = surface.x * facing * exp(-lidars[index].x_axis.w * hit.t);
+    return vec2f(distance, max(intensity, 1e-6));
+}

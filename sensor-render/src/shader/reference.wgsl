@@ -1,0 +1,199 @@
+// One ray at a time: the twin of reference.rs.
+
+const EDGE_SLACK = 1e-6;
+const T_MIN = 1e-3;
+const FAR_AWAY = 3e38;
+
+struct Ray {
+    origin: vec3f,
+    direction: vec3f,
+}
+
+struct Hit {
+    t: f32,
+    triangle: u32,
+    instance: u32,
+    u: f32,
+    v: f32,
+}
+
+fn no_hit(t: f32) -> Hit {
+    return Hit(t, NONE, NONE, 0.0, 0.0);
+}
+
+fn inverse_of(direction: vec3f) -> vec3f {
+    let tiny = select(vec3f(1e-12), vec3f(-1e-12), direction < vec3f(0.0));
+    return 1.0 / select(direction, tiny, abs(direction) < vec3f(1e-12));
+}
+
+// Where the ray enters the box before t_max, or FAR_AWAY.
+fn enter(low: vec3f, high: vec3f, origin: vec3f, inverse: vec3f, t_max: f32) -> f32 {
+    let a = (low - origin) * inverse;
+    let b = (high - origin) * inverse;
+    let first = min(a, b);
+    let last = max(a, b);
+    let near = max(max(first.x, first.y), max(first.z, 0.0));
+    let far = min(min(last.x, last.y), min(last.z, t_max));
+    return select(FAR_AWAY, near, near <= far);
+}
+
+fn meet(index: u32, ray: Ray, instance: u32, hit: ptr<function, Hit>) {
+    let corner = triangles[index * 3u].xyz;
+    let edge1 = triangles[index * 3u + 1u].xyz;
+    let edge2 = triangles[index * 3u + 2u].xyz;
+    let across = cross(ray.direction, edge2);
+    let inverse = 1.0 / dot(edge1, across);
+    let from_corner = ray.origin - corner;
+    let u = dot(from_corner, across) * inverse;
+    let along = cross(from_corner, edge1);
+    let v = dot(ray.direction, along) * inverse;
+    let t = dot(edge2, along) * inverse;
+    let inside = u >= -EDGE_SLACK && v >= -EDGE_SLACK && u + v <= 1.0 + EDGE_SLACK;
+    if (inside && t > T_MIN && t < (*hit).t) {
+        *hit = Hit(t, index, instance, u, v);
+    }
+}
+
+// Walks a bottom level; with `any`, stops at the first triangle that is met.
+fn walk_level(root: u32, ray: Ray, instance: u32, any: bool, hit: ptr<function, Hit>) {
+    let inverse = inverse_of(ray.direction);
+    var stack: array<u32, 64>;
+    var height = 0u;
+    var link = root;
+    loop {
+        if ((link & LEAF) != 0u) {
+            let first = link & 0x3ffffffu;
+            let end = first + ((link >> 26u) & 31u);
+            for (var index = first; index < end; index++) {
+                meet(index, ray, instance, hit);
+            }
+            if (any && (*hit).triangle != NONE) {
+                return;
+            }
+        } else {
+            let a = nodes[link * 4u];
+            let b = nodes[link * 4u + 1u];
+            let c = nodes[link * 4u + 2u];
+            let d = nodes[link * 4u + 3u];
+            let near0 = enter(a.xyz, b.xyz, ray.origin, inverse, (*hit).t);
+            let near1 = enter(c.xyz, d.xyz, ray.origin, inverse, (*hit).t);
+            let child0 = bitcast<u32>(a.w);
+            let child1 = bitcast<u32>(b.w);
+            if (near0 < FAR_AWAY && near1 < FAR_AWAY) {
+                let straight = near0 <= near1;
+                stack[height] = select(child0, child1, straight);
+                height++;
+                link = select(child1, child0, straight);
+                continue;
+            }
+            if (near0 < FAR_AWAY) {
+                link = child0;
+                continue;
+            }
+            if (near1 < FAR_AWAY) {
+                link = child1;
+                continue;
+            }
+        }
+        if (height == 0u) {
+            return;
+        }
+        height--;
+        link = stack[height];
+    }
+}
+
+fn seen_from(ray: Ray, index: u32) -> Ray {
+    let rows = instances[index].actor_from_world;
+    let origin = vec4f(ray.origin, 1.0);
+    let direction = vec4f(ray.direction, 0.0);
+    return Ray(
+        vec3f(dot(rows[0], origin), dot(rows[1], origin), dot(rows[2], origin)),
+        vec3f(dot(rows[0], direction), dot(rows[1], direction), dot(rows[2], direction)),
+    );
+}
+
+// The first thing that a ray meets before t_max; with `any`, whatever it meets.
+fn closest(ray: Ray, t_max: f32, any: bool) -> Hit {
+    var hit = no_hit(t_max);
+    walk_level(frame.roots.x, ray, NONE, any, &hit);
+    if (any && hit.triangle != NONE) {
+        return hit;
+    }
+    let inverse = inverse_of(ray.direction);
+    var stack: array<u32, 64>;
+    var height = 0u;
+    var link = frame.roots.y;
+    loop {
+        if ((link & LEAF) != 0u) {
+            let first = link & 0x3ffffffu;
+            let end = first + ((link >> 26u) & 31u);
+            for (var index = first; index < end; index++) {
+                walk_level(instances[index].root, seen_from(ray, index), index, any, &hit);
+                if (any && hit.triangle != NONE) {
+                    return hit;
+                }
+            }
+        } else {
+            let a = top_nodes[link * 4u];
+            let b = top_nodes[link * 4u + 1u];
+            let c = top_nodes[link * 4u + 2u];
+            let d = top_nodes[link * 4u + 3u];
+            let near0 = enter(a.xyz, b.xyz, ray.origin, inverse, hit.t);
+            let near1 = enter(c.xyz, d.xyz, ray.origin, inverse, hit.t);
+            let child0 = bitcast<u32>(a.w);
+            let child1 = bitcast<u32>(b.w);
+            if (near0 < FAR_AWAY && near1 < FAR_AWAY) {
+                let straight = near0 <= near1;
+                stack[height] = select(child0, child1, straight);
+                height++;
+                link = select(child1, child0, straight);
+                continue;
+            }
+            if (near0 < FAR_AWAY) {
+                link = child0;
+                continue;
+            }
+            if (near1 < FAR_AWAY) {
+                link = child1;
+                continue;
+            }
+        }
+        if (height == 0u) {
+            return hit;
+        }
+        height--;
+        link = stack[height];
+    }
+    return hit;
+}
+
+// The tag of what was hit.
+fn tag_of(hit: Hit) -> u32 {
+    return bitcast<u32>(triangles[hit.triangle * 3u].w) & 255u;
+}
+
+fn material_of(hit: Hit) -> u32 {
+    return (bitcast<u32>(triangles[hit.triangle * 3u].w) >> 8u) & 255u;
+}
+
+// The instance id of what was hit.
+fn id_of(hit: Hit) -> u32 {
+    if (hit.instance != NONE) {
+        return instances[hit.instance].id;
+    }
+    return 0x80000000u | bitcast<u32>(triangles[hit.triangle * 3u + 1u].w);
+}
+
+// In world space, against the ray.
+fn normal_of(hit: Hit, direction: vec3f) -> vec3f {
+    let edge1 = triangles[hit.triangle * 3u + 1u].xyz;
+    let edge2 = triangles[hit.triangle * 3u + 2u].xyz;
+    var normal = cross(edge1, edge2);
+    if (hit.instance != NONE) {
+        let rows = instances[hit.instance].actor_from_world;
+        normal = normal.x * rows[0].xyz + normal.y * rows[1].xyz + normal.z * rows[2].xyz;
+    }
+    normal *= inverseSqrt(max(dot(normal, normal), 1e-30));
+    return select(normal, -normal, dot(normal, direction) > 0.0);
+}

@@ -1,0 +1,91 @@
+// Everything that a ray can meet, and the light that falls on it.
+
+const NONE = 0xffffffffu;
+const LEAF = 0x80000000u;
+
+struct Frame {
+    sun: vec4f,
+    sun_color: vec4f,
+    zenith: vec4f,
+    horizon: vec4f,
+    ground: vec4f,
+    haze: vec4f,
+    air: vec4f,
+    reserved: vec4f,
+    // Root of the town's bottom level, root of the top level, cameras, lidars.
+    roots: vec4u,
+    // Groups of the camera pass, of the lidar pass, of the packing pass, groups in one row.
+    groups: vec4u,
+}
+
+struct Instance {
+    actor_from_world: array<vec4f, 3>,
+    root: u32,
+    id: u32,
+    color: u32,
+    lights: u32,
+    blueprint: u32,
+    reserved0: u32,
+    reserved1: u32,
+    reserved2: u32,
+}
+
+struct Camera {
+    // w: the side of a pixel at depth 1.
+    origin: vec4f,
+    forward: vec4f,
+    right: vec4f,
+    down: vec4f,
+    center: vec2f,
+    width: u32,
+    height: u32,
+    first_group: u32,
+    groups_across: u32,
+    // Where the planes begin, in words of `bytes_out`; NONE: nobody wants it.
+    color: u32,
+    depth: u32,
+    instance: u32,
+    tag: u32,
+    // Where its tags begin in `tags`, and its first group of the packing pass.
+    first_tag: u32,
+    first_packing_group: u32,
+}
+
+struct Lidar {
+    // w: range.
+    origin: vec4f,
+    // w: attenuation per metre.
+    x_axis: vec4f,
+    // w: standard deviation of the range.
+    y_axis: vec4f,
+    // w: share of lost returns.
+    z_axis: vec4f,
+    columns: u32,
+    channels: u32,
+    // Where its cosines and sines begin in `circles`.
+    azimuths: u32,
+    elevations: u32,
+    first_group: u32,
+    points: u32,
+    labels: u32,
+    seed: u32,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+// Four words of 16 bytes each: see Node in bvh.rs.
+@group(0) @binding(1) var<storage, read> nodes: array<vec4f>;
+// Three words of 16 bytes each: see Triangle in scene.rs.
+@group(0) @binding(2) var<storage, read> triangles: array<vec4f>;
+@group(0) @binding(3) var<storage, read> walls: array<vec4f>;
+@group(0) @binding(4) var<storage, read> top_nodes: array<vec4f>;
+@group(0) @binding(5) var<storage, read> instances: array<Instance>;
+@group(0) @binding(6) var<storage, read> cameras: array<Camera>;
+@group(0) @binding(7) var<storage, read> lidars: array<Lidar>;
+@group(0) @binding(8) var<storage, read> circles: array<vec2f>;
+@group(0) @binding(9) var<storage, read_write> tags: array<u32>;
+@group(0) @binding(10) var<storage, read_write> bytes_out: array<u32>;
+
+// The workgroup's number, counted through all rows of the dispatch.
+fn group_number(group: vec3u) -> u32 {
+    return group.y * frame.groups.w + group.x;
+}
