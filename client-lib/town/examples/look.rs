@@ -1,13 +1,15 @@
 //! Draws meshes of this room into a PNG, to be looked at while they are being shaped.
 //!
 //! `look fleet OUT.png` draws the catalogue as a contact sheet, `look blueprint ID OUT.png` one of
-//! it from four sides, `look roads MAP OUT.png` the roads of a named town or of a file.
+//! it from four sides, `look roads MAP OUT.png` the roads of a named town or of a file,
+//! `look plan MAP OUT.png` the furnished town from above, `look part MAP X Y REACH OUT.png` a part
+//! of it at a slant, `look street MAP FIRST OUT.png` six streets as drivers see them.
 
 use std::fs::File;
 use std::io::BufWriter;
 
 use glam::camera::rh::{proj::directx, view};
-use glam::{Mat4, Vec3, Vec4Swizzles, vec3};
+use glam::{Mat4, Vec3, Vec4, Vec4Swizzles, vec3};
 use road::{Material, Mesh};
 
 fn main() {
@@ -16,8 +18,11 @@ fn main() {
     match words[..] {
         ["fleet", out] => fleet(out),
         ["blueprint", id, out] => one(id, out),
-        ["roads", map, out] => roads(map, out),
-        _ => eprintln!("look fleet OUT.png | look blueprint ID OUT.png | look roads MAP OUT.png"),
+        ["roads", map, out] => from_above(&road::surface_mesh(&network(map), 2.0), out),
+        ["plan", map, out] => from_above(&furnished(map).mesh, out),
+        ["part", map, x, y, reach, out] => part(&furnished(map).mesh, [x, y, reach], out),
+        ["street", map, lane, out] => street(map, lane, out),
+        _ => eprintln!("see the head of examples/look.rs"),
     }
 }
 
@@ -67,18 +72,73 @@ fn network(map: &str) -> road::Network {
     road::Network::parse(&text).expect("a valid map")
 }
 
-fn roads(map: &str, out: &str) {
-    let mesh = road::surface_mesh(&network(map), 2.0);
-    let (low, high) = mesh
-        .positions
-        .iter()
-        .map(|p| Vec3::from_array(*p))
+fn furnished(map: &str) -> town::Town {
+    let network = network(map);
+    let detail = match std::env::var("DETAIL") {
+        Ok(high) if high == "high" => town::Detail::High,
+        _ => town::Detail::Standard,
+    };
+    let start = std::time::Instant::now();
+    let town = town::furnish_with(&network, 1, detail);
+    println!(
+        "{} triangles, {} objects, {} colliders in {:.3} s",
+        town.mesh.triangles.len(),
+        town.objects.len(),
+        town.colliders.len(),
+        start.elapsed().as_secs_f32()
+    );
+    for tag in road::Tag::ALL {
+        let triangles = town.mesh.faces.iter().filter(|face| face.tag == *tag as u8).count();
+        let objects = town.objects.iter().filter(|object| object.tag == *tag).count();
+        if triangles > 0 {
+            println!("  {tag:?}: {triangles} triangles, {objects} objects");
+        }
+    }
+    town
+}
+
+fn from_above(mesh: &Mesh, out: &str) {
+    let near = |p: &[f32; 3]| p[2] < 500.0;
+    let road = mesh.triangles.iter().zip(&mesh.faces).filter(|(_, face)| face.tag == 1);
+    let points = road.flat_map(|(triangle, _)| triangle.map(|i| mesh.positions[i as usize]));
+    let (low, high) = points
+        .filter(near)
+        .map(Vec3::from_array)
         .fold((Vec3::MAX, Vec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
     let side = 1800;
     let mut picture = Picture::new(side, side);
-    let reach = (high - low).truncate().max_element() * 0.51;
+    let reach = (high - low).truncate().max_element() * 0.5 + 60.0;
     let camera = around((low + high) * 0.5, reach, 0.0, 90.0);
-    picture.draw(&mesh, [0, 0], [side; 2], camera, [0; 3]);
+    picture.draw(mesh, [0, 0], [side; 2], camera, [160, 40, 40]);
+    picture.save(out);
+}
+
+fn part(mesh: &Mesh, numbers: [&str; 3], out: &str) {
+    let [x, y, reach] = numbers.map(|text| text.parse::<f32>().expect("a number of metres"));
+    let side = 1600;
+    let mut picture = Picture::new(side, side);
+    let camera = around(vec3(x, y, 5.0), reach, -60.0, 40.0);
+    picture.draw(mesh, [0, 0], [side; 2], camera, [160, 40, 40]);
+    picture.save(out);
+}
+
+/// From a driver's eye on the spawn points, from number `first` on.
+fn street(map: &str, first: &str, out: &str) {
+    let network = network(map);
+    let town = furnished(map);
+    let spawns = network.spawn_points();
+    let first: usize = first.parse().expect("a number");
+    let (width, height) = (900, 520);
+    let mut picture = Picture::new(2 * width, 3 * height);
+    for view in 0..6 {
+        let at = network.place(spawns[(first + view * 17) % spawns.len()]);
+        let eye = at.position.as_vec3() + Vec3::Z * 1.8;
+        let ahead = vec3(at.heading_rad.cos() as f32, at.heading_rad.sin() as f32, 0.02);
+        let camera = directx::perspective(1.0, width as f32 / height as f32, 0.3, 2500.0)
+            * view::look_at_mat4(eye, eye + ahead, Vec3::Z);
+        let corner = [view % 2 * width, view / 2 * height];
+        picture.draw(&town.mesh, corner, [width, height], camera, [160, 40, 40]);
+    }
     picture.save(out);
 }
 
@@ -119,26 +179,26 @@ impl Picture {
         let sun = vec3(0.45, 0.30, 0.84);
         for (triangle, face) in mesh.triangles.iter().zip(&mesh.faces) {
             let world = triangle.map(|i| Vec3::from_array(mesh.positions[i as usize]));
-            let clip = world.map(|p| clip_from_world * p.extend(1.0));
-            if clip.iter().any(|p| p.w <= 0.05) {
-                continue;
-            }
-            let pixel = clip.map(|p| {
-                let p = p.xyz() / p.w;
-                vec3((p.x + 1.0) * 0.5 * size[0] as f32, (1.0 - p.y) * 0.5 * size[1] as f32, p.z)
-            });
+            let clip = before_the_eye(world.map(|p| clip_from_world * p.extend(1.0)));
             let normal = (world[1] - world[0]).cross(world[2] - world[0]).normalize_or_zero();
-            let [a, b, c] = pixel;
-            let area = (b - a).truncate().perp_dot((c - a).truncate());
-            // A face seen from behind is drawn in magenta: it should not exist.
-            let shade = 0.42 + 0.58 * normal.dot(sun).max(0.0);
-            let base = if area > 0.0 {
-                [255, 0, 255]
-            } else {
-                look(Material::from_code(face.material).unwrap(), paint)
-            };
-            let rgb = base.map(|channel| (f32::from(channel) * shade) as u8);
-            self.fill(pixel, area, corner, size, rgb);
+            for index in 2..clip.len() {
+                let pixel = [clip[0], clip[index - 1], clip[index]].map(|p| {
+                    let p = p.xyz() / p.w;
+                    let (x, y) = ((p.x + 1.0) * 0.5, (1.0 - p.y) * 0.5);
+                    vec3(x * size[0] as f32, y * size[1] as f32, p.z)
+                });
+                let [a, b, c] = pixel;
+                let area = (b - a).truncate().perp_dot((c - a).truncate());
+                // A face seen from behind is drawn in magenta: it should not exist.
+                let shade = 0.42 + 0.58 * normal.dot(sun).max(0.0);
+                let base = if area > 0.0 {
+                    [255, 0, 255]
+                } else {
+                    look(Material::from_code(face.material).unwrap(), paint)
+                };
+                let rgb = base.map(|channel| (f32::from(channel) * shade) as u8);
+                self.fill(pixel, area, corner, size, rgb);
+            }
         }
     }
 
@@ -180,6 +240,21 @@ impl Picture {
         let mut writer = encoder.write_header().unwrap();
         writer.write_image_data(&self.color).unwrap();
     }
+}
+
+/// The part of a triangle that lies before the near plane.
+fn before_the_eye(corners: [Vec4; 3]) -> Vec<Vec4> {
+    let mut kept = Vec::with_capacity(4);
+    for index in 0..3 {
+        let (here, next) = (corners[index], corners[(index + 1) % 3]);
+        if here.z > 0.0 {
+            kept.push(here);
+        }
+        if (here.z > 0.0) != (next.z > 0.0) {
+            kept.push(here + (next - here) * (here.z / (here.z - next.z)));
+        }
+    }
+    kept
 }
 
 fn look(material: Material, paint: [u8; 3]) -> [u8; 3] {

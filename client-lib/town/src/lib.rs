@@ -8,8 +8,10 @@
 
 mod catalogue;
 mod clay;
+mod furnish;
 mod generate;
 mod random;
 
 pub use catalogue::{Blueprint, Kind, Wheel, blueprint, catalogue};
+pub use furnish::{Collider, Detail, Head, Lamp, Layer, Object, Town, furnish, furnish_with};
 pub use generate::{Character, Plan, default_map, generate, named, names};

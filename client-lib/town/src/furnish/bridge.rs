@@ -1,0 +1,105 @@
+//! Which parts of the road surface are carried in the air, and what carries them.
+
+use glam::{Vec2, Vec3};
+use road::{Face, Material, Mesh, Tag};
+
+use super::index::TriangleIndex;
+
+/// A surface this much above another one is a bridge. Metres.
+const HEADROOM_M: f32 = 2.6;
+/// How thick bridges are. Metres.
+const DECK_M: f32 = 0.7;
+
+/// For each triangle of the roads: whether it is part of a bridge.
+///
+/// That is what lies over another road, and the approaches to it as far as earth cannot be heaped
+/// up beside the lower road.
+pub(super) fn bridges(roads: &Mesh) -> Vec<bool> {
+    let count = roads.triangles.len();
+    let middles: Vec<Vec3> = roads
+        .triangles
+        .iter()
+        .map(|t| {
+            t.iter().map(|i| Vec3::from_array(roads.positions[*i as usize])).sum::<Vec3>() / 3.0
+        })
+        .collect();
+    let (low, high) = middles
+        .iter()
+        .fold((f32::MAX, f32::MIN), |(low, high), middle| (low.min(middle.z), high.max(middle.z)));
+    if high - low < HEADROOM_M {
+        return vec![false; count];
+    }
+    let index = TriangleIndex::new(roads, |_| true);
+    let over: Vec<Option<f32>> = middles
+        .iter()
+        .map(|middle| {
+            let lowest = index.lowest(middle.truncate())?;
+            (middle.z - lowest > HEADROOM_M).then_some(middle.z - lowest)
+        })
+        .collect();
+    let spans: Vec<(Vec3, f32)> = middles
+        .iter()
+        .zip(&over)
+        .filter_map(|(middle, gap)| gap.map(|gap| (*middle, 3.0 + gap * 1.3)))
+        .collect();
+    let reach = Buckets::new(&spans);
+    (0..count)
+        .map(|number| {
+            over[number].is_some()
+                || reach.near(middles[number].truncate()).any(|span| {
+                    let (at, radius) = spans[span];
+                    let near = at.truncate().distance_squared(middles[number].truncate());
+                    near < radius * radius && (at.z - middles[number].z).abs() < 1.2
+                })
+        })
+        .collect()
+}
+
+/// Spans by squares of the plan, each in every square that it may reach.
+struct Buckets {
+    members: std::collections::BTreeMap<(i32, i32), Vec<usize>>,
+}
+
+const BUCKET_M: f32 = 24.0;
+
+impl Buckets {
+    fn new(spans: &[(Vec3, f32)]) -> Buckets {
+        let mut members = std::collections::BTreeMap::<(i32, i32), Vec<usize>>::new();
+        for (number, (at, radius)) in spans.iter().enumerate() {
+            let low = ((at.truncate() - *radius) / BUCKET_M).floor().as_ivec2();
+            let high = ((at.truncate() + *radius) / BUCKET_M).floor().as_ivec2();
+            for x in low.x..=high.x {
+                for y in low.y..=high.y {
+                    members.entry((x, y)).or_default().push(number);
+                }
+            }
+        }
+        Buckets { members }
+    }
+
+    fn near(&self, point: Vec2) -> impl Iterator<Item = usize> + '_ {
+        let key = (point / BUCKET_M).floor().as_ivec2();
+        self.members.get(&(key.x, key.y)).into_iter().flatten().copied()
+    }
+}
+
+/// The underside and the flanks of every bridge, as faces of object 0.
+pub(super) fn undersides(roads: &Mesh, is_bridge: &[bool], borders: &[[u32; 2]]) -> Mesh {
+    let mut mesh = Mesh::default();
+    let face = Face::new(Tag::Bridge, Material::Concrete, 0);
+    let point = |corner: u32| roads.positions[corner as usize];
+    let below = |corner: u32| {
+        let [x, y, z] = point(corner);
+        [x, y, z - DECK_M]
+    };
+    for (triangle, bridge) in roads.triangles.iter().zip(is_bridge) {
+        if *bridge {
+            let [a, b, c] = triangle.map(|corner| mesh.vertex(below(corner)));
+            mesh.triangle([a, c, b], face);
+        }
+    }
+    for [from, to] in borders {
+        mesh.quad([point(*to), point(*from), below(*from), below(*to)], face);
+    }
+    mesh
+}

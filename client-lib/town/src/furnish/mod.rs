@@ -1,0 +1,123 @@
+//! A whole town from a road network and a seed.
+//!
+//! Roads are stamped into a raster of the plan; everything else asks the raster for room before it
+//! stands anywhere, and takes it. So nothing stands on a road or in another thing.
+
+mod bridge;
+mod index;
+mod plan;
+mod raster;
+mod relief;
+mod scene;
+mod terrain;
+
+#[cfg(test)]
+mod tests;
+
+use glam::Vec3;
+use road::{Mesh, Network, Tag};
+
+use plan::Plan;
+use scene::Scene;
+
+/// How finely trees and houses are modelled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Detail {
+    /// For everyday work.
+    Standard,
+    /// About three times as many triangles.
+    High,
+}
+
+/// What an object belongs to; CARLA's map layers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Layer {
+    /// Houses.
+    Buildings,
+    /// Trees, bushes, hedges.
+    Foliage,
+    /// Cars that never move.
+    ParkedVehicles,
+    /// Benches, bins, signs and signals.
+    Props,
+    /// Street lamps.
+    StreetLights,
+    /// Walls and fences.
+    Walls,
+}
+
+/// The static world.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Town {
+    /// Every static triangle: roads, terrain, buildings, trees. `Face.object` is 0 on roads and
+    /// ground, else one more than the index into `objects`.
+    pub mesh: Mesh,
+    /// All that stands on the ground.
+    pub objects: Vec<Object>,
+    /// Solid boxes: walls, trunks, poles.
+    pub colliders: Vec<Collider>,
+    /// What shines at night.
+    pub lamps: Vec<Lamp>,
+    /// Where lamp boxes of traffic lights hang, for actors of `traffic.traffic_light`.
+    pub heads: Vec<Head>,
+}
+
+/// A static thing. World space, metres and radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Object {
+    /// What a semantic camera calls it; its poles may carry a tag of their own.
+    pub tag: Tag,
+    /// What it can be switched off with.
+    pub layer: Layer,
+    /// The middle of its box.
+    pub center: Vec3,
+    /// Half the box's size along its own x, y and z.
+    pub half_extents_m: Vec3,
+    /// The box's turn about z.
+    pub yaw_rad: f32,
+    /// What `Material::CarPaint` means on it, sRGB.
+    pub color: [u8; 3],
+}
+
+/// A solid box. World space, metres and radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Collider {
+    /// Its middle.
+    pub center: Vec3,
+    /// Half its size along its own x, y and z.
+    pub half_extents_m: Vec3,
+    /// Its turn about z.
+    pub yaw_rad: f32,
+}
+
+/// A street lamp's light. World space, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lamp {
+    /// Where the light comes from; it falls downwards.
+    pub position: Vec3,
+    /// Which of [`Town::objects`].
+    pub object: u32,
+}
+
+/// Where a lamp box of a traffic light hangs. World space, metres and radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Head {
+    /// Which of [`Network::signals`] it shows.
+    pub signal: u32,
+    /// Of the actor's origin: the middle of the box's lower edge, at its back.
+    pub position: Vec3,
+    /// The lamps look along this bearing.
+    pub yaw_rad: f32,
+}
+
+/// The town round these roads: the same network and seed give the same bytes.
+pub fn furnish(network: &Network, seed: u64) -> Town {
+    furnish_with(network, seed, Detail::Standard)
+}
+
+/// As [`furnish`], as fine as asked for. What stands where does not depend on the detail.
+pub fn furnish_with(network: &Network, seed: u64, detail: Detail) -> Town {
+    let mut plan = Plan::new(network, seed, detail);
+    let mut scene = Scene::new(plan.take_ground());
+    scene.finish()
+}

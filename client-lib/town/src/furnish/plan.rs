@@ -1,0 +1,107 @@
+use glam::{Vec2, Vec3, vec2};
+use road::{Mesh, Network, Tag};
+
+use super::Detail;
+use super::bridge;
+use super::index::TriangleIndex;
+use super::raster::{Raster, ground};
+use super::relief::Relief;
+use super::terrain;
+
+/// How far the town reaches beyond its roads. Metres.
+const FRINGE_M: f32 = 70.0;
+/// Between stations of the road surface. Metres.
+const STATION_M: f64 = 2.0;
+/// Patches between lanes up to this size are traffic islands, not lawns. Square metres.
+const ISLAND_M2: f32 = 60.0;
+
+/// What all who furnish the town share: the roads, what is taken, and how the land lies.
+pub(super) struct Plan<'a> {
+    pub(super) network: &'a Network,
+    pub(super) seed: u64,
+    pub(super) detail: Detail,
+    pub(super) raster: Raster,
+    /// The corners of the town.
+    pub(super) town: (Vec2, Vec2),
+    /// Everything one can stand on.
+    surface: TriangleIndex,
+    relief: Relief,
+    ground: Mesh,
+}
+
+impl Plan<'_> {
+    pub(super) fn new(network: &Network, seed: u64, detail: Detail) -> Plan<'_> {
+        let mut roads = road::surface_mesh(network, STATION_M);
+        let (low, high) = crate::clay::bounds(&roads);
+        let (low, high) = (low.truncate() - FRINGE_M, high.truncate() + FRINGE_M);
+        let raster = stamped(&roads, low, high);
+
+        let is_bridge = bridge::bridges(&roads);
+        let grounded: Vec<bool> = is_bridge.iter().map(|bridge| !bridge).collect();
+        let edges = terrain::borders(&roads, &grounded);
+        let on_ground = roads.triangles.iter().zip(&grounded).filter(|(_, grounded)| **grounded);
+        let points = on_ground.flat_map(|(triangle, _)| triangle).map(|corner| {
+            let [x, y, z] = roads.positions[*corner as usize];
+            (vec2(x, y), z)
+        });
+        let relief = Relief::new(low, high, points);
+        let covered = TriangleIndex::new(&roads, |number| grounded[number]);
+        let mut terrain = terrain::terrain(&terrain::Site {
+            roads: &roads,
+            edges: &edges,
+            covered: &covered,
+            relief: &relief,
+            raster: &raster,
+            town: (low, high),
+            spacing_m: if detail == Detail::High { 5.0 } else { 8.0 },
+        });
+        if is_bridge.contains(&true) {
+            let borders = terrain::borders(&roads, &is_bridge);
+            let undersides = bridge::undersides(&roads, &is_bridge, &borders);
+            roads.append(&undersides);
+        }
+        std::mem::swap(&mut roads, &mut terrain);
+        let mut ground = terrain;
+        ground.append(&roads);
+        let surface = TriangleIndex::new(&ground, |number| {
+            ground.faces[number].tag != Tag::Bridge as u8
+                && is_bridge.get(number).is_none_or(|bridge| !bridge)
+        });
+        Plan { network, seed, detail, raster, town: (low, high), surface, relief, ground }
+    }
+
+    /// The roads and the terrain, once.
+    pub(super) fn take_ground(&mut self) -> Mesh {
+        std::mem::take(&mut self.ground)
+    }
+
+    /// The height of the ground, bridges not counted.
+    pub(super) fn height(&self, point: Vec2) -> f32 {
+        let near = self.relief.at(point);
+        self.surface.nearest(point, near).unwrap_or(near)
+    }
+
+    /// The point on the ground.
+    pub(super) fn foot(&self, point: Vec2) -> Vec3 {
+        point.extend(self.height(point))
+    }
+}
+
+/// The raster with all roads in it, on whatever level they lie.
+fn stamped(roads: &Mesh, low: Vec2, high: Vec2) -> Raster {
+    let mut raster = Raster::new(low, high);
+    for (triangle, face) in roads.triangles.iter().zip(&roads.faces) {
+        let outline = triangle.map(|corner| {
+            let [x, y, _] = roads.positions[corner as usize];
+            vec2(x, y)
+        });
+        let bits = match Tag::from_code(face.tag) {
+            Some(Tag::SideWalks) => ground::WALK,
+            Some(Tag::Terrain | Tag::Ground) => ground::VERGE,
+            _ => ground::CARRIAGEWAY,
+        };
+        raster.stamp(&outline, bits);
+    }
+    raster.stamp_islands(ISLAND_M2, ground::CLEAR);
+    raster
+}

@@ -1,0 +1,166 @@
+use glam::{Vec2, vec2};
+
+/// What stands in a cell, as bits.
+pub(super) mod ground {
+    /// Vehicles move here.
+    pub(in crate::furnish) const CARRIAGEWAY: u8 = 1;
+    /// People walk here.
+    pub(in crate::furnish) const WALK: u8 = 2;
+    /// Green strips and islands that belong to a road.
+    pub(in crate::furnish) const VERGE: u8 = 4;
+    /// A house, or its yard.
+    pub(in crate::furnish) const BUILT: u8 = 8;
+    /// A tree, a pole, a bench.
+    pub(in crate::furnish) const FURNITURE: u8 = 16;
+    /// To be kept free for sight or for walking.
+    pub(in crate::furnish) const CLEAR: u8 = 32;
+
+    /// All that belongs to a road.
+    pub(in crate::furnish) const ROAD: u8 = CARRIAGEWAY | WALK | VERGE;
+    /// All.
+    pub(in crate::furnish) const ANY: u8 = 0xff;
+}
+
+/// The plan of the town as small square cells. A cell counts as covered by whatever touches it, so
+/// that what the raster calls free is free.
+#[derive(Debug)]
+pub(super) struct Raster {
+    low: Vec2,
+    cell_m: f32,
+    columns: usize,
+    rows: usize,
+    cells: Vec<u8>,
+}
+
+/// The finest cell. Metres.
+const FINEST_M: f32 = 0.5;
+/// The most cells; larger towns get larger cells.
+const CELLS_MAX: f32 = 3.2e7;
+
+impl Raster {
+    pub(super) fn new(low: Vec2, high: Vec2) -> Raster {
+        let size = high - low;
+        let cell_m = FINEST_M.max((size.x * size.y / CELLS_MAX).sqrt());
+        let columns = (size.x / cell_m).ceil() as usize + 1;
+        let rows = (size.y / cell_m).ceil() as usize + 1;
+        Raster { low, cell_m, columns, rows, cells: vec![0; columns * rows] }
+    }
+
+    /// Calls `visit` with each run of cells that a convex outline touches; false if it leaves the
+    /// raster.
+    fn runs(&self, outline: &[Vec2], mut visit: impl FnMut(std::ops::Range<usize>)) -> bool {
+        let point = |index: usize| (outline[index % outline.len()] - self.low) / self.cell_m;
+        let (mut low, mut high) = (Vec2::MAX, Vec2::MIN);
+        for index in 0..outline.len() {
+            (low, high) = (low.min(point(index)), high.max(point(index)));
+        }
+        let limit = vec2(self.columns as f32, self.rows as f32);
+        if !(low.cmpge(Vec2::ZERO).all() && high.cmplt(limit).all()) {
+            return false;
+        }
+        for row in low.y as usize..=high.y as usize {
+            let (band_low, band_high) = (row as f32, row as f32 + 1.0);
+            let (mut left, mut right) = (f32::MAX, f32::MIN);
+            for index in 0..outline.len() {
+                let (a, b) = (point(index), point(index + 1));
+                let (a, b) = if a.y <= b.y { (a, b) } else { (b, a) };
+                if b.y < band_low || a.y > band_high {
+                    continue;
+                }
+                // A clipped edge is extreme in x where it enters or leaves the band.
+                for y in [a.y.max(band_low), b.y.min(band_high)] {
+                    let share = if b.y > a.y { (y - a.y) / (b.y - a.y) } else { 0.0 };
+                    let x = a.x + (b.x - a.x) * share;
+                    (left, right) = (left.min(x), right.max(x));
+                }
+                if a.y == b.y {
+                    (left, right) = (left.min(b.x), right.max(b.x));
+                }
+            }
+            if left <= right {
+                let start = row * self.columns;
+                let last = (right as usize).min(self.columns - 1);
+                visit(start + left.max(0.0) as usize..start + last + 1);
+            }
+        }
+        true
+    }
+
+    /// Marks every cell that a convex outline touches.
+    pub(super) fn stamp(&mut self, outline: &[Vec2], bits: u8) {
+        let mut cells = std::mem::take(&mut self.cells);
+        self.runs(outline, |run| cells[run].iter_mut().for_each(|cell| *cell |= bits));
+        self.cells = cells;
+    }
+
+    /// Whether a convex outline lies on the raster and touches no cell with any of `bits`.
+    pub(super) fn is_free(&self, outline: &[Vec2], bits: u8) -> bool {
+        let mut free = true;
+        let inside = self.runs(outline, |run| {
+            free = free && self.cells[run].iter().all(|cell| cell & bits == 0);
+        });
+        free && inside
+    }
+
+    /// The bits of the cell at a point; 0 outside.
+    pub(super) fn at(&self, point: Vec2) -> u8 {
+        let p = ((point - self.low) / self.cell_m).floor();
+        if p.x < 0.0 || p.y < 0.0 || p.x >= self.columns as f32 || p.y >= self.rows as f32 {
+            return 0;
+        }
+        self.cells[p.y as usize * self.columns + p.x as usize]
+    }
+
+    /// Marks the free cells that the roads enclose in patches smaller than `area_m2`.
+    pub(super) fn stamp_islands(&mut self, area_m2: f32, bits: u8) {
+        let limit = (area_m2 / (self.cell_m * self.cell_m)) as usize;
+        let mut seen = vec![false; self.cells.len()];
+        let (mut open, mut patch) = (Vec::new(), Vec::new());
+        for first in 0..self.cells.len() {
+            if seen[first] || self.cells[first] & ground::ROAD != 0 {
+                continue;
+            }
+            patch.clear();
+            open.push(first);
+            seen[first] = true;
+            while let Some(cell) = open.pop() {
+                patch.push(cell);
+                let (row, column) = (cell / self.columns, cell % self.columns);
+                let mut reach = |next: usize| {
+                    if !seen[next] && self.cells[next] & ground::ROAD == 0 {
+                        seen[next] = true;
+                        open.push(next);
+                    }
+                };
+                if column > 0 {
+                    reach(cell - 1);
+                }
+                if column + 1 < self.columns {
+                    reach(cell + 1);
+                }
+                if row > 0 {
+                    reach(cell - self.columns);
+                }
+                if row + 1 < self.rows {
+                    reach(cell + self.columns);
+                }
+            }
+            if patch.len() <= limit {
+                for cell in &patch {
+                    self.cells[*cell] |= bits;
+                }
+            }
+        }
+    }
+}
+
+/// The corners of a rectangle about `center`, counter-clockwise.
+pub(super) fn rectangle(center: Vec2, half: Vec2, yaw_rad: f32) -> [Vec2; 4] {
+    let (x, y) = (Vec2::from_angle(yaw_rad) * half.x, Vec2::from_angle(yaw_rad).perp() * half.y);
+    [center - x - y, center + x - y, center + x + y, center - x + y]
+}
+
+/// A square about `center`, for things that are round.
+pub(super) fn square(center: Vec2, half: f32) -> [Vec2; 4] {
+    rectangle(center, Vec2::splat(half), 0.0)
+}

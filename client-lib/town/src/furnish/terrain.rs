@@ -1,0 +1,226 @@
+//! The ground between the roads, joined to their edges.
+//!
+//! The edges of the roads on the ground are constraints of a Delaunay triangulation, whose faces
+//! under roads are left out. So terrain and road share corners, and no grass shows through asphalt.
+
+use std::collections::BTreeMap;
+
+use glam::{Vec2, vec2};
+use road::{Face, Material, Mesh, Tag};
+use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
+
+use super::index::TriangleIndex;
+use super::raster::{Raster, ground};
+use super::relief::Relief;
+
+/// Edges that only one of the kept triangles has, in that triangle's direction, as corner numbers
+/// of `mesh`. Corners that lie within half a millimetre of each other count as one.
+pub(super) fn borders(mesh: &Mesh, keep: &[bool]) -> Vec<[u32; 2]> {
+    let key = |corner: u32| mesh.positions[corner as usize].map(|x| (x * 1024.0).round() as i32);
+    let mut corners: Vec<([i32; 3], u32)> =
+        (0..mesh.positions.len() as u32).map(|corner| (key(corner), corner)).collect();
+    corners.sort_unstable();
+    let mut same = vec![0u32; mesh.positions.len()];
+    let mut first = 0;
+    for (index, (place, corner)) in corners.iter().enumerate() {
+        if *place != corners[first].0 {
+            first = index;
+        }
+        same[*corner as usize] = corners[first].1;
+    }
+    // Each edge under its smaller corner, marked with its direction.
+    let mut edges: Vec<(u32, u32, bool)> = Vec::with_capacity(mesh.triangles.len() * 3);
+    for (triangle, _) in mesh.triangles.iter().zip(keep).filter(|(_, keep)| **keep) {
+        let [a, b, c] = triangle.map(|corner| same[corner as usize]);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            if from != to {
+                edges.push((from.min(to), from.max(to), from < to));
+            }
+        }
+    }
+    edges.sort_unstable();
+    edges
+        .chunk_by(|one, other| (one.0, one.1) == (other.0, other.1))
+        .filter(|uses| uses.len() == 1)
+        .map(|uses| if uses[0].2 { [uses[0].0, uses[0].1] } else { [uses[0].1, uses[0].0] })
+        .collect()
+}
+
+struct Corner {
+    position: Point2<f64>,
+    /// Unknown where edges were found to cross.
+    z: Option<f32>,
+}
+
+impl HasPosition for Corner {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        self.position
+    }
+}
+
+/// What the terrain is made from.
+pub(super) struct Site<'a> {
+    pub(super) roads: &'a Mesh,
+    /// Edges of the roads that lie on the ground.
+    pub(super) edges: &'a [[u32; 2]],
+    /// Those roads.
+    pub(super) covered: &'a TriangleIndex,
+    pub(super) relief: &'a Relief,
+    pub(super) raster: &'a Raster,
+    /// The corners of the town.
+    pub(super) town: (Vec2, Vec2),
+    /// Between points of the open ground. Metres.
+    pub(super) spacing_m: f32,
+}
+
+/// The ground as faces of object 0: grass, and paving on islands between lanes.
+pub(super) fn terrain(site: &Site) -> Mesh {
+    let mut builder = Builder::default();
+    for [from, to] in site.edges {
+        let [a, b] = [from, to].map(|corner| site.roads.positions[*corner as usize]);
+        if borders_open_ground(site, [a, b].map(|p| vec2(p[0], p[1]))) {
+            let [a, b] = [builder.corner(a), builder.corner(b)];
+            if a != b {
+                builder.edges.push([a.min(b), a.max(b)]);
+            }
+        }
+    }
+    open_ground(site, &mut builder);
+    far_ground(site, &mut builder);
+    builder.mesh(site)
+}
+
+/// Whether just outside the edge from a to b (road on its left) there is no other road.
+fn borders_open_ground(site: &Site, [a, b]: [Vec2; 2]) -> bool {
+    let out = -(b - a).perp().normalize_or_zero() * 0.03;
+    [0.08, 0.5, 0.92].iter().any(|share| !site.covered.covers(a + (b - a) * *share + out))
+}
+
+/// Points on a grid wherever no road is near.
+fn open_ground(site: &Site, builder: &mut Builder) {
+    let (low, high) = site.town;
+    let step = site.spacing_m;
+    let rows = ((high.y - low.y) / step) as i32;
+    let columns = ((high.x - low.x) / step) as i32;
+    for row in 0..=rows {
+        for column in 0..=columns {
+            // Every other row is shifted, so that triangles are nearly equal-sided.
+            let shift = if row % 2 == 0 { 0.0 } else { 0.5 };
+            let point = low + vec2(column as f32 + shift, row as f32) * step;
+            let near = [(0.0, 0.0), (0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5)];
+            let road = near
+                .iter()
+                .any(|(x, y)| site.raster.at(point + vec2(*x, *y) * step) & ground::ROAD != 0);
+            if !road {
+                builder.corner([point.x, point.y, site.relief.at(point)]);
+            }
+        }
+    }
+}
+
+/// Rings round the town, out to hills on the horizon.
+fn far_ground(site: &Site, builder: &mut Builder) {
+    let (low, high) = site.town;
+    let (middle, half) = ((low + high) * 0.5, (high - low) * 0.5);
+    let edge = (0..32).map(|k| {
+        let around = Vec2::from_angle(k as f32 / 32.0 * std::f32::consts::TAU);
+        site.relief.at(middle + around * half)
+    });
+    let level = edge.sum::<f32>() / 32.0;
+    for (out, hill) in [(40.0, 0.0), (110.0, 0.5), (260.0, 5.0), (600.0, 22.0), (1300.0, 55.0)] {
+        let count = 48;
+        for k in 0..count {
+            let angle = (k as f32 + 0.5 * (out % 3.0)) / count as f32 * std::f32::consts::TAU;
+            let round = Vec2::from_angle(angle);
+            // Square close to the town, round far from it.
+            let square = half / round.abs().max_element().max(1e-6);
+            let reach = square.min_element().max(half.max_element()) + out;
+            let point = middle + round * reach;
+            let roll = 0.5 + 0.5 * (angle * 3.0 + out * 0.01).sin() * (angle * 7.0 + 1.3).cos();
+            let near = site.relief.at(middle + round * half.max_element());
+            let height = near + (level - near) * (out / 260.0).min(1.0) + hill * roll;
+            builder.corner([point.x, point.y, height]);
+        }
+    }
+}
+
+#[derive(Default)]
+struct Builder {
+    corners: Vec<[f32; 3]>,
+    /// By the bits of x and y, so that no two corners share a place.
+    places: BTreeMap<(u32, u32), usize>,
+    edges: Vec<[usize; 2]>,
+}
+
+impl Builder {
+    fn corner(&mut self, position: [f32; 3]) -> usize {
+        // Adding zero makes -0 the same place as 0.
+        let place = ((position[0] + 0.0).to_bits(), (position[1] + 0.0).to_bits());
+        *self.places.entry(place).or_insert_with(|| {
+            self.corners.push(position);
+            self.corners.len() - 1
+        })
+    }
+
+    fn mesh(mut self, site: &Site) -> Mesh {
+        let corners = self
+            .corners
+            .iter()
+            .map(|[x, y, z]| Corner {
+                position: Point2::new(f64::from(*x), f64::from(*y)),
+                z: Some(*z),
+            })
+            .collect();
+        self.edges.sort_unstable();
+        self.edges.dedup();
+        let mut crossing = Vec::new();
+        let loaded = ConstrainedDelaunayTriangulation::<Corner>::try_bulk_load_cdt(
+            corners,
+            self.edges,
+            |edge| {
+                crossing.push(edge);
+            },
+        );
+        // Corners are finite and of moderate size, so loading cannot be refused.
+        let Ok(mut plan) = loaded else { return Mesh::default() };
+        for [from, to] in crossing {
+            let handle = spade::handles::FixedVertexHandle::from_index;
+            plan.add_constraint_and_split(handle(from), handle(to), |position| Corner {
+                position,
+                z: None,
+            });
+        }
+        let mut mesh = Mesh::default();
+        for corner in plan.vertices() {
+            let at = vec2(corner.position().x as f32, corner.position().y as f32);
+            let z = corner.data().z.unwrap_or_else(|| {
+                let near = site.relief.at(at);
+                site.covered.nearest(at, near).unwrap_or(near)
+            });
+            mesh.vertex([at.x, at.y, z]);
+        }
+        for face in plan.inner_faces() {
+            let corners = face.vertices().map(|corner| corner.index() as u32);
+            let [a, b, c] = corners.map(|corner| {
+                let [x, y, _] = mesh.positions[corner as usize];
+                vec2(x, y)
+            });
+            let middle = (a + b + c) / 3.0;
+            if (b - a).perp_dot(c - a) <= 0.0 || site.covered.covers(middle) {
+                continue;
+            }
+            mesh.triangle(corners, cover(site.raster.at(middle)));
+        }
+        mesh
+    }
+}
+
+fn cover(bits: u8) -> Face {
+    if bits & ground::CLEAR != 0 {
+        Face::new(Tag::SideWalks, Material::Concrete, 0)
+    } else {
+        Face::new(Tag::Terrain, Material::Grass, 0)
+    }
+}
