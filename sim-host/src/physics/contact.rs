@@ -1,0 +1,92 @@
+//! A box on the ground: what a flipped car slides on, and what a crate stands on.
+//!
+//! Each corner below the surface is pushed out by a spring and held by friction. The ground is not
+//! a collider of the rigid-body world, so this is the only contact between bodies and the ground.
+
+use glam::Vec3;
+
+use super::ground::Ground;
+use super::motion::{Motion, Push};
+
+/// How stiffly a body stands on its corners. Radians per second, with the whole mass.
+const STIFFNESS_RADPS: f32 = 60.0;
+const DAMPING_RATIO: f32 = 0.5;
+const FRICTION: f32 = 0.6;
+
+/// A corner and the plane under it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Corner {
+    in_body_m: Vec3,
+    on_ground_m: Vec3,
+    normal: Vec3,
+    friction: f32,
+}
+
+/// Corners that may touch the ground during one substep.
+#[derive(Debug, Default)]
+pub(super) struct Corners {
+    corners: [Corner; 8],
+    count: usize,
+}
+
+impl Corners {
+    /// Finds the corners of a box that are, or may come, below ground. `center_m` is the box's
+    /// middle from the centre of mass, in the body's axes.
+    pub(super) fn look(
+        ground: &Ground,
+        motion: &Motion,
+        center_m: Vec3,
+        half_m: Vec3,
+        dt: f32,
+    ) -> Corners {
+        let mut found = Corners::default();
+        let middle = motion.com_m + motion.axes * center_m;
+        for index in 0..8 {
+            let sign = |bit: usize| if index & bit == 0 { -1.0 } else { 1.0 };
+            let in_body_m = center_m + half_m * Vec3::new(sign(1), sign(2), sign(4));
+            let arm = motion.axes * in_body_m;
+            let corner = motion.com_m + arm;
+            // The ground is sought from the middle's height, so that a corner that a fall has
+            // pressed below the surface still finds it.
+            let hit = ground.below(corner.x, corner.y, corner.z.max(middle.z) + 0.3);
+            let height = (corner.z - hit.height_m) * hit.normal.z;
+            let approach = -motion.velocity_at(arm).dot(hit.normal) * dt;
+            if height < approach.max(0.0) + 0.05 {
+                found.corners[found.count] = Corner {
+                    in_body_m,
+                    on_ground_m: Vec3::new(corner.x, corner.y, hit.height_m),
+                    normal: hit.normal,
+                    friction: FRICTION * hit.friction,
+                };
+                found.count += 1;
+            }
+        }
+        found
+    }
+
+    /// Adds what the ground does to them now. Returns how hard it presses.
+    pub(super) fn push(&self, motion: &Motion, mass_kg: f32, dt: f32, push: &mut Push) -> f32 {
+        let share_kg = mass_kg / 4.0;
+        let mut pressed_n = 0.0;
+        for corner in &self.corners[..self.count] {
+            let arm = motion.axes * corner.in_body_m;
+            let depth = (corner.on_ground_m - motion.com_m - arm).dot(corner.normal);
+            if depth <= 0.0 {
+                continue;
+            }
+            let velocity = motion.velocity_at(arm);
+            let leaving = velocity.dot(corner.normal);
+            let spring = STIFFNESS_RADPS * STIFFNESS_RADPS * depth;
+            let damper = 2.0 * DAMPING_RATIO * STIFFNESS_RADPS * -leaving;
+            let normal_n = share_kg * (spring + damper).max(0.0);
+            let along = velocity - corner.normal * leaving;
+            let speed = along.length();
+            // Coulomb's friction, but never more than stops the corner's share of the mass.
+            let drag = (corner.friction * normal_n).min(0.3 * share_kg * speed / dt);
+            let friction = if speed > 1e-6 { along * (-drag / speed) } else { Vec3::ZERO };
+            push.add(corner.normal * normal_n + friction, arm);
+            pressed_n += normal_n;
+        }
+        pressed_n
+    }
+}

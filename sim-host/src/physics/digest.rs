@@ -1,0 +1,82 @@
+//! A fast sum over state. No protection against malice, only against difference.
+
+use glam::Vec3;
+use postcard::ser_flavors::Flavor;
+use serde::Serialize;
+
+/// Mixes words, one multiplication each.
+#[derive(Default)]
+pub(super) struct Digest {
+    sum: u64,
+    /// Bytes that do not make a word yet.
+    partial: u64,
+    bytes: u32,
+}
+
+impl Digest {
+    pub(super) fn sum(&self) -> u64 {
+        self.sum
+    }
+
+    #[inline]
+    pub(super) fn word(&mut self, word: u64) {
+        self.sum = (self.sum ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
+        self.sum = (self.sum ^ (self.sum >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        self.sum ^= self.sum >> 32;
+    }
+
+    #[inline]
+    pub(super) fn pair(&mut self, low: u32, high: u32) {
+        self.word(u64::from(low) | u64::from(high) << 32);
+    }
+
+    #[inline]
+    pub(super) fn vector(&mut self, v: Vec3) {
+        self.pair(v.x.to_bits(), v.y.to_bits());
+        self.word(u64::from(v.z.to_bits()));
+    }
+
+    /// Every field of a value: what is saved is hashed.
+    pub(super) fn all_of(&mut self, value: &impl Serialize) {
+        postcard::serialize_with_flavor(value, Bytes(self)).expect("a digest takes everything");
+        let (partial, bytes) = (self.partial, self.bytes);
+        (self.partial, self.bytes) = (0, 0);
+        self.word(partial ^ u64::from(bytes) << 56);
+    }
+}
+
+/// The digest of bytes.
+pub(super) fn digest(bytes: &[u8]) -> u64 {
+    let mut digest = Digest::default();
+    let (words, rest) = bytes.as_chunks::<8>();
+    for word in words {
+        digest.word(u64::from_le_bytes(*word));
+    }
+    for byte in rest {
+        digest.word(u64::from(*byte));
+    }
+    digest.sum
+}
+
+struct Bytes<'a>(&'a mut Digest);
+
+impl Flavor for Bytes<'_> {
+    type Output = ();
+
+    #[inline]
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        let digest = &mut *self.0;
+        digest.partial = digest.partial << 8 | u64::from(byte);
+        digest.bytes += 1;
+        if digest.bytes == 8 {
+            let word = digest.partial;
+            (digest.partial, digest.bytes) = (0, 0);
+            digest.word(word);
+        }
+        Ok(())
+    }
+
+    fn finalize(self) -> postcard::Result<()> {
+        Ok(())
+    }
+}

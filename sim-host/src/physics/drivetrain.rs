@@ -1,0 +1,240 @@
+//! From the throttle to the wheels: engine, clutch, gearbox.
+//!
+//! The clutch is either *locked*, and the engine's inertia turns with the wheels, or it *slips*
+//! and hands over what it can carry; it locks when both sides turn alike. An electric motor has no
+//! clutch and is always locked.
+
+use serde::{Deserialize, Serialize};
+
+use super::model::VehicleModel;
+
+const RPM_PER_RADPS: f32 = 60.0 / std::f32::consts::TAU;
+/// Both sides of the clutch turn alike within this. Radians per second.
+const LOCK_WITHIN_RADPS: f32 = 6.0;
+/// The least time between two shifts.
+const SHIFT_PAUSE_S: f32 = 0.6;
+/// Faster than this, the gearbox refuses to change between forward and reverse.
+const REVERSE_BELOW_MPS: f32 = 1.5;
+
+/// The driver's part that concerns the drivetrain.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Demand {
+    /// 0 to 1.
+    pub throttle: f32,
+    pub reverse: bool,
+    /// The driver shifts.
+    pub manual: Option<i32>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Drivetrain {
+    pub engine_radps: f32,
+    /// −1 reverse, 0 neutral, 1 and up forward.
+    pub gear: i32,
+    /// The gear that a shift leads to.
+    pub next_gear: i32,
+    shift_left_s: f32,
+    since_shift_s: f32,
+    locked: bool,
+    throttle: f32,
+}
+
+/// What the drivetrain does to the driven wheels in one sub-iteration, before their shares:
+/// torque `push_nm − hold_nmsprad * wheel speed`, and inertia that turns with them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Drive {
+    pub push_nm: f32,
+    pub hold_nmsprad: f32,
+    pub inertia_kgm2: f32,
+}
+
+impl Drivetrain {
+    pub(super) fn new(model: &VehicleModel) -> Drivetrain {
+        Drivetrain {
+            engine_radps: model.engine.idle_rpm / RPM_PER_RADPS,
+            gear: 1,
+            next_gear: 1,
+            shift_left_s: 0.0,
+            since_shift_s: SHIFT_PAUSE_S,
+            locked: model.engine.idle_rpm == 0.0,
+            throttle: 0.0,
+        }
+    }
+
+    /// The gear that is in, or on its way in.
+    pub(super) fn shown_gear(&self) -> i32 {
+        self.next_gear
+    }
+
+    pub(super) fn rpm(&self) -> f32 {
+        self.engine_radps.abs() * RPM_PER_RADPS
+    }
+
+    /// Engine turns per wheel turn; negative in reverse, 0 in neutral.
+    fn ratio(&self, model: &VehicleModel) -> f32 {
+        let gearbox = &model.gearbox;
+        let gear = match self.gear {
+            0 => 0.0,
+            -1 => -gearbox.reverse,
+            n => gearbox.forward.get(n as usize - 1).copied().unwrap_or(0.0),
+        };
+        gear * gearbox.final_drive
+    }
+
+    /// Once per substep: which gear. `wheel_radps` is the driven wheels' mean speed.
+    pub(super) fn shift(
+        &mut self,
+        model: &VehicleModel,
+        demand: Demand,
+        wheel_radps: f32,
+        speed_mps: f32,
+        dt: f32,
+    ) {
+        let top = model.gearbox.forward.len() as i32;
+        self.since_shift_s += dt;
+        let wanted = match demand.manual {
+            Some(gear) => gear.clamp(-1, top),
+            None => self.automatic(model, demand, wheel_radps, speed_mps, top),
+        };
+        if wanted != self.next_gear {
+            // Going on from neutral or at a standstill costs no time.
+            let swift = self.next_gear * wanted <= 0;
+            self.next_gear = wanted;
+            self.shift_left_s = if swift { 0.0 } else { model.gearbox.shift_s };
+            self.since_shift_s = 0.0;
+            if self.shift_left_s > 0.0 {
+                self.gear = 0;
+            }
+        }
+        if self.gear != self.next_gear {
+            self.shift_left_s -= dt;
+            if self.shift_left_s <= 0.0 {
+                self.gear = self.next_gear;
+                self.locked = model.engine.idle_rpm == 0.0;
+            }
+        }
+        // Who asks for reverse while rolling forward gets no torque until the vehicle stands.
+        let against = demand.manual.is_none() && demand.reverse != (self.next_gear < 0);
+        self.throttle = if against { 0.0 } else { demand.throttle };
+    }
+
+    fn automatic(
+        &self,
+        model: &VehicleModel,
+        demand: Demand,
+        wheel_radps: f32,
+        speed_mps: f32,
+        top: i32,
+    ) -> i32 {
+        let gear = self.next_gear;
+        if demand.reverse {
+            return if gear < 0 || speed_mps < REVERSE_BELOW_MPS { -1 } else { gear };
+        }
+        if gear < 1 {
+            return if gear == 0 || speed_mps > -REVERSE_BELOW_MPS { 1 } else { gear };
+        }
+        if self.since_shift_s < SHIFT_PAUSE_S {
+            return gear;
+        }
+        let (engine, gearbox) = (&model.engine, &model.gearbox);
+        let rpm_in = |gear: i32| {
+            wheel_radps.max(0.0)
+                * gearbox.forward[gear as usize - 1]
+                * gearbox.final_drive
+                * RPM_PER_RADPS
+        };
+        let throttle = demand.throttle;
+        let up_rpm = engine.max_rpm * (0.42 + 0.48 * throttle);
+        let down_rpm = (engine.max_rpm * (0.18 + 0.30 * throttle)).max(1.2 * engine.idle_rpm);
+        if gear < top && rpm_in(gear) > up_rpm {
+            gear + 1
+        } else if gear > 1 && rpm_in(gear) < down_rpm {
+            gear - 1
+        } else {
+            gear
+        }
+    }
+
+    fn engine_nm(&self, model: &VehicleModel) -> f32 {
+        let engine = &model.engine;
+        let rpm = self.engine_radps * RPM_PER_RADPS;
+        let mut throttle = self.throttle;
+        if rpm > engine.max_rpm {
+            throttle = 0.0;
+        } else if rpm < engine.idle_rpm {
+            // The idle governor opens the throttle by itself.
+            throttle = throttle.max(((engine.idle_rpm - rpm) / engine.idle_rpm * 4.0).min(1.0));
+        }
+        let closed = 1.0 - throttle;
+        let drag = engine.drag_nm * (self.engine_radps * 0.1).clamp(-1.0, 1.0)
+            + engine.drag_nmsprad * self.engine_radps;
+        let torque = if throttle > 0.0 { throttle * engine.torque_nm(rpm.abs()) } else { 0.0 };
+        torque - closed * drag
+    }
+
+    /// Once per sub-iteration, before the wheels move.
+    pub(super) fn drive(&mut self, model: &VehicleModel, wheel_radps: f32, dt: f32) -> Drive {
+        let ratio = self.ratio(model);
+        let engine = &model.engine;
+        let torque = self.engine_nm(model);
+        if ratio == 0.0 {
+            self.engine_radps += dt * torque / engine.inertia_kgm2;
+            return Drive::default();
+        }
+        let input_radps = ratio * wheel_radps;
+        let idle_radps = engine.idle_rpm / RPM_PER_RADPS;
+        if self.locked && idle_radps > 0.0 && input_radps < 0.75 * idle_radps {
+            self.locked = false;
+        }
+        let efficiency = model.gearbox.efficiency;
+        if self.locked {
+            let lost = if torque > 0.0 { efficiency } else { 1.0 };
+            return Drive {
+                push_nm: torque * ratio * lost,
+                hold_nmsprad: 0.0,
+                inertia_kgm2: engine.inertia_kgm2 * ratio * ratio,
+            };
+        }
+        // The clutch takes hold as the engine leaves its idle speed.
+        let hold = ((self.engine_radps - 1.05 * idle_radps) / (0.9 * idle_radps)).clamp(0.0, 1.0);
+        let carried = model.gearbox.clutch_nm * hold * hold;
+        let slip = self.engine_radps - input_radps;
+        let lost = if slip > 0.0 { efficiency } else { 1.0 };
+        let drive = if slip.abs() < LOCK_WITHIN_RADPS {
+            let stiffness = carried / LOCK_WITHIN_RADPS;
+            Drive {
+                push_nm: stiffness * self.engine_radps * ratio * lost,
+                hold_nmsprad: stiffness * ratio * ratio * lost,
+                inertia_kgm2: 0.0,
+            }
+        } else {
+            let push_nm = carried.copysign(slip) * ratio * lost;
+            Drive { push_nm, hold_nmsprad: 0.0, inertia_kgm2: 0.0 }
+        };
+        let stiffness =
+            if slip.abs() < LOCK_WITHIN_RADPS { carried / LOCK_WITHIN_RADPS } else { 0.0 };
+        let clutch = if stiffness > 0.0 { stiffness * slip } else { carried.copysign(slip) };
+        // Implicit in the engine's own speed, so that a strong clutch does not overshoot.
+        self.engine_radps += dt * (torque - clutch) / (engine.inertia_kgm2 + dt * stiffness);
+        drive
+    }
+
+    /// Once per sub-iteration, after the wheels moved.
+    pub(super) fn follow(&mut self, model: &VehicleModel, wheel_radps: f32) {
+        let ratio = self.ratio(model);
+        if ratio == 0.0 {
+            return;
+        }
+        let input_radps = ratio * wheel_radps;
+        let idle_radps = model.engine.idle_rpm / RPM_PER_RADPS;
+        if !self.locked
+            && (self.engine_radps - input_radps).abs() < LOCK_WITHIN_RADPS
+            && input_radps > 0.9 * idle_radps
+        {
+            self.locked = true;
+        }
+        if self.locked {
+            self.engine_radps = input_radps;
+        }
+    }
+}

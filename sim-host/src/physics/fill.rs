@@ -1,0 +1,102 @@
+//! What others see of an actor, and the hash over everything that decides the future.
+
+use bus::{ActorId, ActorState, Pose, flag, kind};
+
+use super::digest::Digest;
+use super::world::{Actor, Kind, Physics, origin_mps};
+
+impl Physics {
+    /// Writes into `state` all that physics knows of `state.actor_id`, and returns whether it
+    /// exists. Of the flags, those that physics decides are set or cleared and the others stay;
+    /// blueprint, kind, phase and signal stay as well.
+    pub fn fill(&self, state: &mut ActorState) -> bool {
+        let Ok(index) = self.find(state.actor_id) else { return false };
+        self.fill_from(&self.actors[index], state);
+        true
+    }
+
+    /// Writes everybody's state, by id. `blueprint` and the like are left 0.
+    pub fn fill_all(&self) -> impl Iterator<Item = ActorState> + '_ {
+        self.actors.iter().map(|actor| {
+            let mut state = ActorState { actor_id: ActorId(actor.id), ..ActorState::default() };
+            state.kind = match actor.kind {
+                Kind::Vehicle(_) => kind::VEHICLE,
+                Kind::Walker(_) => kind::WALKER,
+                Kind::Prop(_) => kind::PROP,
+            };
+            self.fill_from(actor, &mut state);
+            state
+        })
+    }
+
+    fn fill_from(&self, actor: &Actor, state: &mut ActorState) {
+        let body = self.body(actor);
+        state.pose = Pose::new(body.translation(), *body.rotation());
+        state.velocity_mps = origin_mps(body).to_array();
+        state.angular_velocity_radps = body.angvel().to_array();
+        state.acceleration_mps2 = actor.acceleration_mps2.to_array();
+        let mut flags = 0;
+        let mut set = |bit: u32, on: bool| flags |= if on { bit } else { 0 };
+        set(flag::KINEMATIC, actor.kinematic);
+        set(flag::TELEPORTED, actor.teleported.1);
+        set(
+            flag::COLLIDING,
+            self.collisions.iter().any(|c| c.actor.0 == actor.id || c.other.0 == actor.id),
+        );
+        if let Kind::Vehicle(vehicle) = &actor.kind {
+            let pedals = vehicle.state.control;
+            set(flag::HANDBRAKE, pedals.handbrake);
+            set(flag::REVERSE, pedals.reverse);
+            state.throttle = pedals.throttle;
+            state.brake = pedals.brake;
+            state.steer = pedals.steer;
+            state.gear = vehicle.state.drivetrain.shown_gear();
+            state.engine_rpm = vehicle.state.drivetrain.rpm();
+            state.wheel_steer_rad = vehicle.state.steer_rad;
+            state.wheel_spin_rad = vehicle.state.wheels.first().map_or(0.0, |w| w.angle_rad);
+        }
+        const OURS: u32 =
+            flag::KINEMATIC | flag::TELEPORTED | flag::COLLIDING | flag::HANDBRAKE | flag::REVERSE;
+        state.flags = state.flags & !OURS | flags;
+    }
+
+    /// Over everything of physics that decides the future: each body's pose, velocities and place
+    /// in rapier's arena (which orders its solver); each vehicle's wheels, patches, drivetrain,
+    /// steering and pedals; walkers and glides; who touches whom; and the impulses with which
+    /// rapier warm-starts its contacts. Its trees and graphs follow from these and the same past.
+    pub fn hash(&self) -> u64 {
+        let mut digest = Digest::default();
+        digest.word(self.actors.len() as u64);
+        for actor in &self.actors {
+            let body = self.body(actor);
+            let (arena, generation) = actor.body.into_raw_parts();
+            digest.pair(actor.id, arena);
+            digest.pair(generation, u32::from(actor.kinematic));
+            digest.vector(body.translation());
+            let turn = body.rotation();
+            digest.pair(turn.x.to_bits(), turn.y.to_bits());
+            digest.pair(turn.z.to_bits(), turn.w.to_bits());
+            digest.vector(body.linvel());
+            digest.vector(body.angvel());
+            if actor.kinematic {
+                digest.vector(actor.glide.0);
+                digest.vector(actor.glide.1);
+            }
+            match &actor.kind {
+                Kind::Vehicle(vehicle) => digest.all_of(&vehicle.state),
+                Kind::Walker(walker) => digest.all_of(walker),
+                Kind::Prop(prop) => digest.all_of(prop),
+            }
+        }
+        digest.all_of(&self.touching);
+        for pair in self.world.narrow_phase.contact_pairs() {
+            digest.pair(pair.collider1.into_raw_parts().0, pair.collider2.into_raw_parts().0);
+            for point in pair.solver_manifolds().iter().flat_map(|m| &m.points) {
+                let tangent = point.data.warmstart_tangent_impulse;
+                digest.pair(point.data.warmstart_impulse.to_bits(), tangent.x.to_bits());
+                digest.pair(tangent.y.to_bits(), point.dist.to_bits());
+            }
+        }
+        digest.sum()
+    }
+}

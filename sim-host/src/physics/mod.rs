@@ -1,0 +1,51 @@
+//! Physics: where everything is, and how it moves.
+//!
+//! [`Physics`] owns a rapier world for rigid bodies and their contacts with each other, a
+//! [`Ground`] that wheels, feet and corners stand on, and our own vehicle model in between. One
+//! [`Physics::step`] advances a frame in equal substeps:
+//!
+//! ```text
+//! for each substep
+//!   for each actor, by id
+//!     look at the ground under its wheels, feet or corners
+//!     move a copy through sub-iterations of 2.5 ms: suspension, tyres, drivetrain, air
+//!     hand the mean force and torque to its body
+//!   rapier: contacts between bodies, velocities, poses
+//!   note who touched whom, how hard
+//! ```
+//!
+//! Vehicle and world space are as on the bus: right-handed, z up, x forward, y left, SI, radians.
+//! Nothing here reads a clock or draws a random number: the same calls give the same bits.
+
+mod actors;
+mod contact;
+mod digest;
+mod drivetrain;
+mod error;
+mod fill;
+mod ground;
+mod model;
+mod motion;
+mod overlap;
+mod save;
+mod stage;
+mod suspension;
+mod tyre;
+mod vehicle;
+mod walker;
+mod world;
+
+#[cfg(test)]
+mod tests;
+
+pub use actors::PropModel;
+pub use error::PhysicsError;
+pub use ground::{Ground, Hit};
+pub use model::{
+    Class, EngineModel, GRAVITY_MPS2, GearboxModel, LeanModel, VehicleModel, WHEELS_MAX,
+    WheelModel, WheelPlace,
+};
+pub use stage::Stage;
+pub use tyre::TyreModel;
+pub use walker::WalkerModel;
+pub use world::{Collision, Physics, StaticBox};

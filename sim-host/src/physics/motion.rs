@@ -1,0 +1,60 @@
+//! A rigid body's motion, carried on by ourselves inside one substep of the rigid-body world.
+//!
+//! Tyres and suspensions are stiffer than a substep of 10 ms allows. So each substep is cut into
+//! sub-iterations in which a copy of the body moves under the forces that it meets; the world then
+//! gets their mean, and both arrive at the same velocity.
+
+use glam::{Mat3, Vec3};
+
+use super::model::GRAVITY_MPS2;
+
+/// In world space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motion {
+    /// Centre of mass.
+    pub com_m: Vec3,
+    /// `world_from_body`, without the place.
+    pub axes: Mat3,
+    pub velocity_mps: Vec3,
+    pub spin_radps: Vec3,
+}
+
+/// A force at the centre of mass and a torque.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Push {
+    pub force_n: Vec3,
+    pub torque_nm: Vec3,
+}
+
+impl Push {
+    /// Adds a force that acts at `arm_m` from the centre of mass.
+    #[inline]
+    pub(super) fn add(&mut self, force_n: Vec3, arm_m: Vec3) {
+        self.force_n += force_n;
+        self.torque_nm += arm_m.cross(force_n);
+    }
+}
+
+impl Motion {
+    /// Velocity of the body's point at `arm_m` from the centre of mass.
+    #[inline]
+    pub(super) fn velocity_at(&self, arm_m: Vec3) -> Vec3 {
+        self.velocity_mps + self.spin_radps.cross(arm_m)
+    }
+
+    /// Moves on by `dt` seconds; gravity is added here. Velocity first, then place with the new
+    /// velocity, as the world does.
+    #[inline]
+    pub(super) fn advance(&mut self, push: &Push, mass_kg: f32, inertia_kgm2: Vec3, dt: f32) {
+        self.velocity_mps += (push.force_n / mass_kg - Vec3::Z * GRAVITY_MPS2) * dt;
+        let to_body = self.axes.transpose();
+        let spin = to_body * self.spin_radps;
+        let torque = to_body * push.torque_nm - spin.cross(spin * inertia_kgm2);
+        self.spin_radps += self.axes * (torque / inertia_kgm2) * dt;
+        self.com_m += self.velocity_mps * dt;
+        let turn = self.spin_radps * dt;
+        self.axes.x_axis += turn.cross(self.axes.x_axis);
+        self.axes.y_axis += turn.cross(self.axes.y_axis);
+        self.axes.z_axis += turn.cross(self.axes.z_axis);
+    }
+}

@@ -1,0 +1,139 @@
+//! The whole state as bytes, and back: what a fork, a recording's keyframe and a restarted host
+//! need to go on bit for bit.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use glam::Vec3;
+use rapier3d::prelude::{ColliderHandle, PhysicsWorld, RigidBodyHandle};
+use serde::{Deserialize, Serialize};
+
+use super::actors::Prop;
+use super::digest::digest;
+use super::error::PhysicsError;
+use super::model::VehicleModel;
+use super::vehicle::{Prepared, Vehicle, VehicleState};
+use super::walker::Walker;
+use super::world::{Actor, Kind, Pair, Physics};
+
+/// Changes whenever the bytes' meaning does.
+const VERSION: u32 = 1;
+
+#[derive(Serialize, Deserialize)]
+struct SavedActor {
+    id: u32,
+    body: RigidBodyHandle,
+    collider: ColliderHandle,
+    kinematic: bool,
+    glide: (Vec3, Vec3),
+    acceleration_mps2: Vec3,
+    teleported: (bool, bool),
+    kind: SavedKind,
+}
+
+#[derive(Serialize, Deserialize)]
+enum SavedKind {
+    /// Index of the model, state.
+    Vehicle(u32, VehicleState),
+    Walker(Walker),
+    Prop(Prop),
+}
+
+#[derive(Serialize, Deserialize)]
+struct Rest {
+    models: Vec<VehicleModel>,
+    actors: Vec<SavedActor>,
+    touching: BTreeSet<Pair>,
+}
+
+impl Physics {
+    /// Everything that decides the future, but neither the ground nor the static boxes' index: a
+    /// state is restored into a world of the same map. The collisions of the last frame are not
+    /// kept.
+    pub fn save(&self) -> Vec<u8> {
+        let mut models: Vec<Arc<VehicleModel>> = Vec::new();
+        let mut actors = Vec::with_capacity(self.actors.len());
+        for actor in &self.actors {
+            let kind = match &actor.kind {
+                Kind::Vehicle(vehicle) => {
+                    let model = &vehicle.prepared.model;
+                    let known = models.iter().position(|m| Arc::ptr_eq(m, model));
+                    let index = known.unwrap_or_else(|| {
+                        models.push(Arc::clone(model));
+                        models.len() - 1
+                    });
+                    SavedKind::Vehicle(index as u32, vehicle.state.clone())
+                }
+                Kind::Walker(walker) => SavedKind::Walker(*walker),
+                Kind::Prop(prop) => SavedKind::Prop(*prop),
+            };
+            actors.push(SavedActor {
+                id: actor.id,
+                body: actor.body,
+                collider: actor.collider,
+                kinematic: actor.kinematic,
+                glide: actor.glide,
+                acceleration_mps2: actor.acceleration_mps2,
+                teleported: actor.teleported,
+                kind,
+            });
+        }
+        let models = models.iter().map(|m| VehicleModel::clone(m)).collect();
+        let rest = Rest { models, actors, touching: self.touching.clone() };
+        let mut bytes = VERSION.to_le_bytes().to_vec();
+        bytes = postcard::to_extend(&self.world, bytes).expect("the world is plain data");
+        bytes = postcard::to_extend(&rest, bytes).expect("actors are plain data");
+        let sum = digest(&bytes);
+        bytes.extend_from_slice(&sum.to_le_bytes());
+        bytes
+    }
+
+    /// Goes on from saved bytes; on an error the world is as it was.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), PhysicsError> {
+        let damaged = |e: postcard::Error| PhysicsError::Damaged(e.to_string());
+        let whole = bytes.split_last_chunk::<8>().filter(|(bytes, _)| bytes.len() >= 4);
+        let Some((bytes, sum)) = whole else {
+            return Err(PhysicsError::Damaged(format!("it has only {} bytes", bytes.len())));
+        };
+        let (version, body) = bytes.split_at(4);
+        if version != VERSION.to_le_bytes() {
+            return Err(PhysicsError::Damaged(format!("it is not of version {VERSION}")));
+        }
+        if digest(bytes).to_le_bytes() != *sum {
+            return Err(PhysicsError::Damaged("its checksum is wrong".to_string()));
+        }
+        let bytes = body;
+        let (world, bytes) = postcard::take_from_bytes::<PhysicsWorld>(bytes).map_err(damaged)?;
+        let rest: Rest = postcard::from_bytes(bytes).map_err(damaged)?;
+        let models: Vec<_> =
+            rest.models.into_iter().map(|m| Arc::new(Prepared::new(Arc::new(m)))).collect();
+        let mut actors = Vec::with_capacity(rest.actors.len());
+        for saved in rest.actors {
+            let kind = match saved.kind {
+                SavedKind::Vehicle(index, state) => {
+                    let prepared = models.get(index as usize).ok_or_else(|| {
+                        PhysicsError::Damaged(format!("actor {} has no model", saved.id))
+                    })?;
+                    Kind::Vehicle(Vehicle { prepared: Arc::clone(prepared), state })
+                }
+                SavedKind::Walker(walker) => Kind::Walker(walker),
+                SavedKind::Prop(prop) => Kind::Prop(prop),
+            };
+            actors.push(Actor {
+                id: saved.id,
+                body: saved.body,
+                collider: saved.collider,
+                kinematic: saved.kinematic,
+                kind,
+                glide: saved.glide,
+                acceleration_mps2: saved.acceleration_mps2,
+                teleported: saved.teleported,
+            });
+        }
+        self.world = world;
+        self.actors = actors;
+        self.touching = rest.touching;
+        self.collisions.clear();
+        Ok(())
+    }
+}

@@ -1,0 +1,88 @@
+//! Physics alone at full speed, on a synthetic load: for measuring it.
+
+use std::sync::Arc;
+
+use bus::{ActorId, Pose, VehicleControl};
+use glam::Vec3;
+
+use super::ground::Ground;
+use super::model::VehicleModel;
+use super::world::Physics;
+
+/// Cars that drive about on a bumpy plain, changing pedals and steering all the time.
+pub struct Stage {
+    physics: Physics,
+    frame: u64,
+}
+
+impl Stage {
+    /// `cars` sedans, 16 m apart, on a plain of triangles with 2 m edges.
+    pub fn new(cars: u32) -> Stage {
+        let columns = f64::from(cars).sqrt().ceil() as u32;
+        let side_m = columns as f32 * 16.0 + 400.0;
+        let ground = Arc::new(Ground::new(&plain(side_m, 2.0)));
+        let mut physics = Physics::new(ground, &[]);
+        let model = Arc::new(VehicleModel::sedan());
+        for car in 0..cars {
+            let (column, row) = (car % columns, car / columns);
+            let middle = (columns as f32 - 1.0) / 2.0;
+            let x = (column as f32 - middle) * 16.0;
+            let y = (row as f32 - middle) * 16.0;
+            let pose = Pose::level(Vec3::new(x, y, bump(x, y) + 0.3), car as f32 * 0.9);
+            physics
+                .spawn_vehicle(ActorId(car + 1), &model, &pose, false)
+                .expect("16 m are room enough");
+        }
+        Stage { physics, frame: 0 }
+    }
+
+    /// One frame: new pedals for everybody, then a step.
+    pub fn frame(&mut self, delta_nanos: u64, substep_max_nanos: u64) {
+        let ids: Vec<ActorId> = self.physics.ids().collect();
+        for id in ids {
+            let phase = self.frame as f32 * 0.02 + id.0 as f32;
+            let braking = (self.frame / 60 + u64::from(id.0)) % 5 == 4;
+            let control = VehicleControl {
+                actor_id: id,
+                throttle: if braking { 0.0 } else { 0.5 },
+                brake: if braking { 0.4 } else { 0.0 },
+                steer: 0.3 + 0.2 * phase.sin(),
+                ..VehicleControl::default()
+            };
+            self.physics.control(&control).expect("it was spawned");
+        }
+        self.physics.step(delta_nanos, substep_max_nanos);
+        self.frame += 1;
+    }
+
+    /// The world, for looking at.
+    pub fn physics(&self) -> &Physics {
+        &self.physics
+    }
+}
+
+fn bump(x: f32, y: f32) -> f32 {
+    0.6 * (x * 0.021).sin() * (y * 0.017).cos() + 0.03 * (x * 0.31).sin() * (y * 0.27).sin()
+}
+
+/// A square of `side_m` around the origin, in triangles with edges of `edge_m`.
+fn plain(side_m: f32, edge_m: f32) -> road::Mesh {
+    let mut mesh = road::Mesh::default();
+    let count = (side_m / edge_m).ceil() as u32 + 1;
+    for row in 0..count {
+        for column in 0..count {
+            let x = (column as f32 - count as f32 / 2.0) * edge_m;
+            let y = (row as f32 - count as f32 / 2.0) * edge_m;
+            mesh.vertex([x, y, bump(x, y)]);
+        }
+    }
+    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    for row in 0..count - 1 {
+        for column in 0..count - 1 {
+            let a = row * count + column;
+            mesh.triangle([a, a + 1, a + count + 1], face);
+            mesh.triangle([a, a + count + 1, a + count], face);
+        }
+    }
+    mesh
+}

@@ -1,0 +1,78 @@
+use glam::Vec3;
+
+use crate::physics::Ground;
+
+fn mesh(quads: &[[[f32; 3]; 4]]) -> road::Mesh {
+    let mut mesh = road::Mesh::default();
+    for quad in quads {
+        mesh.quad(*quad, road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0));
+    }
+    mesh
+}
+
+fn level(low: [f32; 2], high: [f32; 2], z: f32) -> [[f32; 3]; 4] {
+    [[low[0], low[1], z], [high[0], low[1], z], [high[0], high[1], z], [low[0], high[1], z]]
+}
+
+#[test]
+fn under_a_bridge_the_road_below_is_found_and_on_it_the_bridge() {
+    let ground = Ground::new(&mesh(&[
+        level([-50.0, -50.0], [50.0, 50.0], 0.0),
+        level([-50.0, -5.0], [50.0, 5.0], 6.0),
+    ]));
+    assert_eq!(ground.below(1.0, 1.0, 1.0).height_m, 0.0);
+    assert_eq!(ground.below(1.0, 1.0, 6.5).height_m, 6.0);
+    assert_eq!(ground.below(1.0, 20.0, 6.5).height_m, 0.0);
+}
+
+#[test]
+fn who_is_just_below_the_surface_is_lifted_and_beyond_the_map_there_is_a_floor() {
+    let ground = Ground::new(&mesh(&[level([0.0, 0.0], [10.0, 10.0], 3.0)]));
+    assert_eq!(ground.below(5.0, 5.0, 2.0).height_m, 3.0);
+    let beyond = ground.below(500.0, -1e9, 2.0);
+    assert!(!beyond.on_map);
+    assert_eq!(beyond.height_m, -2.0);
+    assert!(!ground.below(f32::NAN, 0.0, 0.0).on_map);
+}
+
+#[test]
+fn no_point_falls_through_the_seams_of_a_fan() {
+    // Slivers that meet in one point, far from the origin: the hardest seams.
+    let mut mesh = road::Mesh::default();
+    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let center = Vec3::new(3011.3, -2017.7, 40.0);
+    let middle = mesh.vertex(center.to_array());
+    let rim: Vec<u32> = (0..720)
+        .map(|i| {
+            let angle = i as f32 * std::f32::consts::TAU / 720.0;
+            mesh.vertex((center + Vec3::new(angle.cos(), angle.sin(), 0.02) * 30.0).to_array())
+        })
+        .collect();
+    for i in 0..720 {
+        mesh.triangle([middle, rim[i], rim[(i + 1) % 720]], face);
+    }
+    let ground = Ground::new(&mesh);
+    for i in 0..200_000u32 {
+        let angle = i as f32 * 0.377;
+        let radius = 29.9 * ((i % 1009) as f32 / 1009.0).sqrt();
+        let (x, y) = (center.x + angle.cos() * radius, center.y + angle.sin() * radius);
+        let hit = ground.below(x, y, 45.0);
+        assert!(hit.on_map, "fell through at {x}, {y}");
+        assert!((hit.height_m - 40.0 - 0.02 * radius).abs() < 0.01, "{} at {radius}", hit.height_m);
+    }
+}
+
+#[test]
+fn walls_roofs_of_objects_and_undersides_are_not_ground() {
+    let mut mesh = mesh(&[level([0.0, 0.0], [10.0, 10.0], 0.0)]);
+    let face = road::Face::new(road::Tag::Building, road::Material::RoofFlat, 7);
+    mesh.quad(level([2.0, 2.0], [4.0, 4.0], 5.0), face);
+    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let mut underside = level([6.0, 6.0], [8.0, 8.0], 4.0);
+    underside.reverse();
+    mesh.quad(underside, face);
+    let ground = Ground::new(&mesh);
+    assert_eq!(ground.triangle_count(), 2);
+    assert_eq!(ground.below(3.0, 3.0, 9.0).height_m, 0.0);
+    assert_eq!(ground.below(7.0, 7.0, 9.0).height_m, 0.0);
+}

@@ -1,0 +1,307 @@
+//! The world of bodies, and its step.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use bus::ActorId;
+use glam::{Mat3, Quat, Vec3};
+use rapier3d::prelude::{
+    ColliderBuilder, ColliderHandle, PhysicsWorld, Pose, RigidBody, RigidBodyHandle,
+};
+use serde::{Deserialize, Serialize};
+
+use super::actors::Prop;
+use super::contact::Corners;
+use super::ground::Ground;
+use super::model::GRAVITY_MPS2;
+use super::motion::{Motion, Push};
+use super::overlap::Statics;
+use super::vehicle::Vehicle;
+use super::walker::Walker;
+
+/// A solid box that never moves: a building, a pole, a trunk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StaticBox {
+    /// In world space.
+    pub center: Vec3,
+    /// Half the edges, in the box's axes.
+    pub half_extents_m: Vec3,
+    /// About z.
+    pub yaw_rad: f32,
+}
+
+impl StaticBox {
+    pub(super) fn pose(&self) -> Pose {
+        Pose::from_parts(self.center, Quat::from_rotation_z(self.yaw_rad))
+    }
+}
+
+/// Two that touched during a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Collision {
+    /// The one with the lower id.
+    pub actor: ActorId,
+    /// The other; [`ActorId::NONE`] if it is a static box.
+    pub other: ActorId,
+    /// Which static box.
+    pub static_box: Option<u32>,
+    /// What `actor` was given over the frame, in world space. Newton seconds.
+    pub impulse_ns: Vec3,
+    /// They did not touch at the end of the frame before.
+    pub began: bool,
+}
+
+/// Who touches whom: an actor, and an actor or a static box.
+pub(super) type Pair = (u32, Touched);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub(super) enum Touched {
+    Actor(u32),
+    Static(u32),
+}
+
+/// What moves an actor.
+#[derive(Debug)]
+pub(super) enum Kind {
+    Vehicle(Vehicle),
+    Walker(Walker),
+    Prop(Prop),
+}
+
+#[derive(Debug)]
+pub(super) struct Actor {
+    pub id: u32,
+    pub body: RigidBodyHandle,
+    pub collider: ColliderHandle,
+    /// Only teleports and set velocities move it.
+    pub kinematic: bool,
+    pub kind: Kind,
+    /// For who is kinematic: velocity and spin that were set.
+    pub glide: (Vec3, Vec3),
+    /// Mean over the last frame.
+    pub acceleration_mps2: Vec3,
+    /// Teleported since the last step; and in the last step's frame.
+    pub teleported: (bool, bool),
+}
+
+/// The world of bodies.
+pub struct Physics {
+    pub(super) world: PhysicsWorld,
+    pub(super) ground: Arc<Ground>,
+    pub(super) statics: Statics,
+    /// Sorted by id.
+    pub(super) actors: Vec<Actor>,
+    pub(super) collisions: Vec<Collision>,
+    /// Pairs that touched at the end of the last step.
+    pub(super) touching: BTreeSet<Pair>,
+}
+
+/// Marks the colliders of static boxes in `user_data`.
+const STATIC: u128 = 1 << 64;
+
+impl Physics {
+    /// An empty world on that ground, among those boxes.
+    pub fn new(ground: Arc<Ground>, boxes: &[StaticBox]) -> Physics {
+        let mut world = PhysicsWorld::new();
+        world.gravity = Vec3::Z * -GRAVITY_MPS2;
+        for (index, b) in boxes.iter().enumerate() {
+            let half = b.half_extents_m.max(Vec3::splat(0.01));
+            let collider = ColliderBuilder::cuboid(half.x, half.y, half.z)
+                .position(b.pose())
+                .friction(0.5)
+                .user_data(STATIC | index as u128);
+            world.insert_collider(collider, None);
+        }
+        Physics {
+            world,
+            ground,
+            statics: Statics::new(boxes),
+            actors: Vec::new(),
+            collisions: Vec::new(),
+            touching: BTreeSet::new(),
+        }
+    }
+
+    /// The ground that everything stands on.
+    pub fn ground(&self) -> &Arc<Ground> {
+        &self.ground
+    }
+
+    /// How many actors there are.
+    pub fn len(&self) -> usize {
+        self.actors.len()
+    }
+
+    /// Whether there is nobody.
+    pub fn is_empty(&self) -> bool {
+        self.actors.is_empty()
+    }
+
+    /// Everybody's id, rising.
+    pub fn ids(&self) -> impl Iterator<Item = ActorId> + '_ {
+        self.actors.iter().map(|a| ActorId(a.id))
+    }
+
+    /// Who touched whom during the last frame, sorted by actor, then other, static boxes last.
+    pub fn collisions(&self) -> &[Collision] {
+        &self.collisions
+    }
+
+    /// Advances by one frame of `delta_nanos`, in the fewest equal substeps that are no longer than
+    /// `substep_max_nanos`.
+    pub fn step(&mut self, delta_nanos: u64, substep_max_nanos: u64) {
+        if delta_nanos == 0 {
+            return;
+        }
+        let count = delta_nanos.div_ceil(substep_max_nanos.max(1));
+        let dt = (delta_nanos as f64 * 1e-9 / count as f64) as f32;
+        self.world.integration_parameters.dt = dt;
+
+        let before: Vec<Vec3> = self.actors.iter().map(|a| origin_mps(self.body(a))).collect();
+        let mut impulses = BTreeMap::new();
+        let mut touching = BTreeSet::new();
+        for _ in 0..count {
+            self.push_bodies(dt);
+            self.world.step();
+            self.note_contacts(&mut impulses, &mut touching);
+        }
+        self.report(impulses, touching);
+
+        let per_second = (1e9 / delta_nanos as f64) as f32;
+        for (index, before) in before.into_iter().enumerate() {
+            let after = origin_mps(self.body(&self.actors[index]));
+            let actor = &mut self.actors[index];
+            actor.acceleration_mps2 = (after - before) * per_second;
+            actor.teleported = (false, actor.teleported.0);
+        }
+    }
+
+    pub(super) fn body(&self, actor: &Actor) -> &RigidBody {
+        &self.world.bodies[actor.body]
+    }
+
+    /// Gives every body its force and torque for one substep, or its next place.
+    fn push_bodies(&mut self, dt: f32) {
+        let Physics { world, ground, statics, actors, .. } = self;
+        for actor in actors {
+            let body = &mut world.bodies[actor.body];
+            if actor.kinematic {
+                glide(body, actor.glide, dt);
+                continue;
+            }
+            match &mut actor.kind {
+                Kind::Vehicle(vehicle) => {
+                    let push = vehicle.substep(ground, &motion_of(body), dt);
+                    apply(body, &push);
+                }
+                Kind::Prop(prop) => {
+                    let push = prop.substep(ground, &motion_of(body), dt);
+                    apply(body, &push);
+                }
+                Kind::Walker(walker) => {
+                    let shape = world.colliders[actor.collider].shape();
+                    let lift = Vec3::Z * (walker.model.height_m / 2.0 + 0.05);
+                    let free = |feet: Vec3| {
+                        statics.touching(&Pose::from_translation(feet + lift), shape).is_none()
+                    };
+                    let (feet, turn) = walker.substep(ground, body.translation(), dt, free);
+                    body.set_next_kinematic_position(Pose::from_parts(feet, turn));
+                }
+            }
+        }
+    }
+
+    /// Adds one substep's contact impulses.
+    fn note_contacts(&self, impulses: &mut BTreeMap<Pair, Vec3>, touching: &mut BTreeSet<Pair>) {
+        touching.clear();
+        for pair in self.world.narrow_phase.contact_pairs() {
+            if !pair.has_any_active_contact() {
+                continue;
+            }
+            let impulse = pair.total_impulse();
+            if impulse == Vec3::ZERO {
+                continue;
+            }
+            let who = |handle| self.world.colliders.get(handle).map(|c| c.user_data);
+            let (Some(first), Some(second)) = (who(pair.collider1), who(pair.collider2)) else {
+                continue;
+            };
+            // The contact's normal points from the first to the second.
+            let (low, high, given) =
+                if first < second { (first, second, -impulse) } else { (second, first, impulse) };
+            let touched = if high & STATIC != 0 {
+                Touched::Static(high as u32)
+            } else {
+                Touched::Actor(high as u32)
+            };
+            let pair = (low as u32, touched);
+            *impulses.entry(pair).or_insert(Vec3::ZERO) += given;
+            touching.insert(pair);
+        }
+    }
+
+    fn report(&mut self, impulses: BTreeMap<Pair, Vec3>, touching: BTreeSet<Pair>) {
+        let before = std::mem::replace(&mut self.touching, touching);
+        self.collisions.clear();
+        self.collisions.extend(impulses.into_iter().map(|(pair, impulse_ns)| {
+            let (other, static_box) = match pair.1 {
+                Touched::Actor(id) => (ActorId(id), None),
+                Touched::Static(index) => (ActorId::NONE, Some(index)),
+            };
+            let began = !before.contains(&pair);
+            Collision { actor: ActorId(pair.0), other, static_box, impulse_ns, began }
+        }));
+    }
+}
+
+/// Velocity of the body's origin: rapier speaks of the centre of mass.
+pub(super) fn origin_mps(body: &RigidBody) -> Vec3 {
+    body.velocity_at_point(body.translation())
+}
+
+fn motion_of(body: &RigidBody) -> Motion {
+    Motion {
+        com_m: body.center_of_mass(),
+        axes: Mat3::from_quat(*body.rotation()),
+        velocity_mps: body.linvel(),
+        spin_radps: body.angvel(),
+    }
+}
+
+/// Rapier keeps forces until told otherwise, so the last substep's are cleared.
+fn apply(body: &mut RigidBody, push: &Push) {
+    body.reset_forces(false);
+    body.reset_torques(false);
+    body.add_force(push.force_n, true);
+    body.add_torque(push.torque_nm, true);
+}
+
+/// Moves a kinematic body on by its set velocity.
+fn glide(body: &mut RigidBody, (velocity, spin): (Vec3, Vec3), dt: f32) {
+    if velocity == Vec3::ZERO && spin == Vec3::ZERO {
+        return;
+    }
+    let turn = Quat::from_scaled_axis(spin * dt) * *body.rotation();
+    let place = body.translation() + velocity * dt;
+    body.set_next_kinematic_position(Pose::from_parts(place, turn.normalize()));
+}
+
+/// Corner contacts for a box without wheels.
+impl Prop {
+    pub(super) fn substep(&self, ground: &Ground, start: &Motion, dt: f32) -> Push {
+        const ITERATIONS: usize = 4;
+        let corners = Corners::look(ground, start, Vec3::ZERO, self.model.half_extents_m, dt);
+        let mut motion = *start;
+        let mut sum = Push::default();
+        let step = dt / ITERATIONS as f32;
+        for _ in 0..ITERATIONS {
+            let mut push = Push::default();
+            corners.push(&motion, self.model.mass_kg, step, &mut push);
+            motion.advance(&push, self.model.mass_kg, self.model.inertia_kgm2(), step);
+            sum.force_n += push.force_n;
+            sum.torque_nm += push.torque_nm;
+        }
+        let count = ITERATIONS as f32;
+        Push { force_n: sum.force_n / count, torque_nm: sum.torque_nm / count }
+    }
+}
