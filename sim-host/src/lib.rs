@@ -1,3 +1,29 @@
-//! To come.
+//! The host: the world as it is, the tick, and the processes that take part in it.
+//!
+//! ```text
+//! processes ──slots──▶ Host ──▶ Supervisor (start, watch, clean up)
+//! wishes ──▶ Inbox ──▶ Host::tick ──▶ World ──▶ Physics
+//!                        │
+//!                        └──▶ journal, snapshot ──▶ everybody
+//! ```
+//!
+//! World space is right-handed, z up; metres, radians, seconds; f32 around the map's local origin.
+//! Start reading at `tick.rs`.
 
+mod tick;
+
+mod barrier;
+mod error;
+mod hash;
+mod host;
+mod journal;
+mod models;
 pub mod physics;
+mod rigs;
+mod standing;
+mod supervisor;
+mod world;
+
+pub use error::HostError;
+pub use host::{Host, HostConfig};
+pub use supervisor::{Launcher, Stage};

@@ -29,6 +29,7 @@ mod random;
 mod recover;
 mod route;
 mod rows;
+mod run;
 mod signals;
 mod steer;
 #[cfg(test)]
@@ -37,3 +38,4 @@ mod tracks;
 
 pub use memory::MindError;
 pub use mind::Mind;
+pub use run::{TrafficError, run};

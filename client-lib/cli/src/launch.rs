@@ -1,0 +1,224 @@
+//! The composition root: which function each role is, as a process of this very program or as a
+//! thread of it.
+
+use std::{
+    io,
+    os::unix::process::CommandExt,
+    process::Command,
+    str::FromStr,
+    sync::{Arc, atomic::AtomicBool},
+};
+
+use anyhow::{Context, anyhow};
+use bus::{Episode, Instance, Role, Settings, Strategy};
+use sensor_render::RenderConfig;
+use sim_host::{Host, HostConfig, Launcher, Stage};
+
+/// What every command that starts a simulator takes.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct WorldArgs {
+    /// An OpenDRIVE file, or the name of a map (see `omnibus maps`)
+    #[arg(long)]
+    pub(crate) map: Option<String>,
+    /// Decides scenery and traffic
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// The instance's name, for running several
+    #[arg(long)]
+    pub(crate) name: Option<String>,
+    /// What traces the rays: auto, cpu, gpu:N, or null (measures nothing, for benchmarks)
+    #[arg(long, default_value = "auto")]
+    pub(crate) device: String,
+    /// Threads of the CPU tracer; 0: one for each core
+    #[arg(long, default_value_t = 0)]
+    pub(crate) threads: usize,
+    /// How processes wait: latency, balanced or batch
+    #[arg(long, default_value = "balanced")]
+    pub(crate) wait: String,
+    /// How long a tick waits for a participant; 0: for ever
+    #[arg(long, default_value_t = 10.0)]
+    pub(crate) deadline_secs: f64,
+    /// End the run when a stage dies
+    #[arg(long)]
+    pub(crate) no_restart: bool,
+    /// Run the stages as threads of one process
+    #[arg(long)]
+    pub(crate) single_process: bool,
+}
+
+impl WorldArgs {
+    /// The map's text, by file or by name.
+    pub(crate) fn episode(&self) -> anyhow::Result<Episode> {
+        let (map, open_drive) = match &self.map {
+            None => {
+                let (name, text) = town::default_map();
+                (name.to_owned(), text)
+            }
+            Some(name) => match town::named(name) {
+                Some(text) => (name.clone(), text),
+                None => (name.clone(), read_map(name)?),
+            },
+        };
+        Ok(Episode { map, seed: self.seed, open_drive })
+    }
+
+    pub(crate) fn render(&self) -> anyhow::Result<RenderConfig> {
+        let null = self.device == "null";
+        let device = if null { "cpu" } else { &self.device };
+        let device = FromStr::from_str(device).map_err(|e: String| anyhow!("--device: {e}"))?;
+        Ok(RenderConfig { device, null, threads: self.threads })
+    }
+
+    /// Starts a host; `stop` ends it.
+    pub(crate) fn host(&self, settings: Settings, stop: Arc<AtomicBool>) -> anyhow::Result<Host> {
+        let strategy = Strategy::by_name(&self.wait)
+            .ok_or_else(|| anyhow!("--wait {:?}: use latency, balanced or batch", self.wait))?;
+        if !(0.0..=1e6).contains(&self.deadline_secs) {
+            return Err(anyhow!("--deadline-secs is {}, not 0 to 1000000", self.deadline_secs));
+        }
+        let deadline = (self.deadline_secs * 1e9) as u64;
+        let config = HostConfig {
+            name: self.name.clone(),
+            episode: self.episode()?,
+            settings,
+            strategy,
+            deadline_nanos: (deadline > 0).then_some(deadline),
+            restart: !self.no_restart,
+            stages: vec![Role::Traffic, Role::Render],
+            stop,
+        };
+        let render = self.render()?;
+        let launcher: Box<dyn Launcher> = if self.single_process {
+            Box::new(Threads { render })
+        } else {
+            Box::new(Processes { device: self.device.clone(), threads: self.threads })
+        };
+        Ok(Host::start(config, launcher)?)
+    }
+}
+
+fn read_map(name: &str) -> anyhow::Result<String> {
+    let bytes = match std::fs::read(name) {
+        Ok(bytes) => bytes,
+        Err(e) if e.kind() == io::ErrorKind::NotFound && !name.contains(['/', '.']) => {
+            let known = town::names().collect::<Vec<_>>().join(", ");
+            return Err(anyhow!("no map is named {name:?} and no file is; there are {known}"));
+        }
+        Err(e) => return Err(e).with_context(|| format!("map {name}")),
+    };
+    String::from_utf8(bytes).map_err(|e| {
+        let at = e.utf8_error().valid_up_to();
+        anyhow!("map {name}: byte {at} is not UTF-8; is this an OpenDRIVE file?")
+    })
+}
+
+/// Stages as processes: this program, told its role.
+struct Processes {
+    device: String,
+    threads: usize,
+}
+
+impl Launcher for Processes {
+    fn launch(
+        &mut self,
+        role: Role,
+        slot: usize,
+        life: u64,
+        instance: &Instance,
+        _on_end: Box<dyn FnOnce() + Send>,
+    ) -> io::Result<Stage> {
+        let mut command = Command::new(std::env::current_exe()?);
+        command
+            .args(["role", role.name(), "--instance", instance.id()])
+            .args(["--slot", &slot.to_string()])
+            .args(["--device", &self.device, "--threads", &self.threads.to_string()])
+            .env("OMNIBUS_LIFE", life.to_string())
+            // A Ctrl-C on the terminal is for the host alone; it tells the others.
+            .process_group(0);
+        Ok(Stage::Process(command.spawn()?))
+    }
+
+    fn is_single_process(&self) -> bool {
+        false
+    }
+}
+
+/// Stages as threads of this process.
+struct Threads {
+    render: RenderConfig,
+}
+
+impl Launcher for Threads {
+    fn launch(
+        &mut self,
+        role: Role,
+        slot: usize,
+        _life: u64,
+        instance: &Instance,
+        on_end: Box<dyn FnOnce() + Send>,
+    ) -> io::Result<Stage> {
+        let (instance, render) = (instance.clone(), self.render);
+        let work = move || {
+            let ended = std::panic::catch_unwind(|| play(role, &instance, slot, true, render));
+            if let Ok(Err(e)) = ended {
+                eprintln!("ERROR {} {e:#}", role.name());
+            }
+            on_end();
+        };
+        std::thread::Builder::new().name(role.name().into()).spawn(work).map(Stage::Thread)
+    }
+
+    fn is_single_process(&self) -> bool {
+        true
+    }
+}
+
+/// One stage, until its host ends.
+fn play(
+    role: Role,
+    instance: &Instance,
+    slot: usize,
+    within: bool,
+    render: RenderConfig,
+) -> anyhow::Result<()> {
+    match role {
+        Role::Traffic => Ok(traffic::run(instance, slot, within)?),
+        Role::Render => Ok(sensor_render::run(instance, slot, within, render)?),
+        Role::Host | Role::Client => Err(anyhow!("{} is no stage", role.name())),
+    }
+}
+
+/// What a stage's process is told.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct RoleArgs {
+    role: String,
+    #[arg(long)]
+    instance: String,
+    #[arg(long)]
+    slot: usize,
+    #[arg(long, default_value = "auto")]
+    device: String,
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+}
+
+/// A stage's process.
+pub(crate) fn play_role(args: &RoleArgs) -> anyhow::Result<()> {
+    let role = [Role::Traffic, Role::Render]
+        .into_iter()
+        .find(|r| r.name() == args.role)
+        .ok_or_else(|| anyhow!("there is no role {:?}", args.role))?;
+    let world = WorldArgs {
+        map: None,
+        seed: 0,
+        name: None,
+        device: args.device.clone(),
+        threads: args.threads,
+        wait: String::new(),
+        deadline_secs: 0.0,
+        no_restart: false,
+        single_process: false,
+    };
+    let instance = Instance::named(&args.instance)?;
+    play(role, &instance, args.slot, false, world.render()?)
+}

@@ -1,0 +1,131 @@
+//! `omnibus run`: a simulator until Ctrl-C.
+
+use std::{
+    sync::{Arc, atomic::AtomicBool},
+    thread::JoinHandle,
+};
+
+use anyhow::Context;
+use bus::{Frame, Instance, Settings};
+use sim_host::HostError;
+
+use crate::launch::WorldArgs;
+
+/// What `omnibus run` takes.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct RunArgs {
+    #[command(flatten)]
+    world: WorldArgs,
+    /// Wait for a ticking client
+    #[arg(long)]
+    synchronous: bool,
+    /// Simulated seconds of one tick
+    #[arg(long, default_value_t = 0.05)]
+    fixed_delta: f64,
+    /// Asynchronous: simulated seconds per real second; 0: as fast as it can
+    #[arg(long, default_value_t = 1.0)]
+    real_time_factor: f64,
+    /// Synchronous: frames that rendering may trail, 0 to 3
+    #[arg(long, default_value_t = 0)]
+    pipeline: u32,
+    /// Render nothing
+    #[arg(long)]
+    no_rendering: bool,
+}
+
+/// Runs a simulator until Ctrl-C or SIGTERM.
+pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
+    let settings = Settings {
+        delta_nanos: nanos(args.fixed_delta)?,
+        synchronous: args.synchronous.into(),
+        pipeline: args.pipeline.min(bus::PIPELINE_MAX),
+        real_time_permille: (args.real_time_factor.clamp(0.0, 1000.0) * 1000.0) as u32,
+        no_rendering: args.no_rendering.into(),
+        ..Settings::default()
+    };
+    let stop = stop_on_signals()?;
+    let host = args.world.host(settings, stop)?;
+    println!("simulator {:?} runs", host.instance().id());
+    let last = host.run()?;
+    println!("ended after {last}");
+    Ok(())
+}
+
+/// Seconds into nanoseconds, within what the host takes.
+pub(crate) fn nanos(seconds: f64) -> anyhow::Result<u64> {
+    anyhow::ensure!(
+        (1e-4..=1.0).contains(&seconds),
+        "--fixed-delta is {seconds}, not 0.0001 to 1 (seconds)"
+    );
+    Ok((seconds * 1e9).round() as u64)
+}
+
+/// A flag that Ctrl-C and SIGTERM set.
+pub(crate) fn stop_on_signals() -> anyhow::Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop)).context("signal handler")?;
+    }
+    Ok(stop)
+}
+
+/// A simulator beside us, in a thread of this process: for commands that are its only client.
+pub(crate) struct Beside {
+    instance: Instance,
+    stop: Arc<AtomicBool>,
+    host: Option<JoinHandle<Result<Frame, HostError>>>,
+}
+
+impl Beside {
+    /// Starts it.
+    pub(crate) fn start(
+        args: &WorldArgs,
+        settings: Settings,
+        stop: Arc<AtomicBool>,
+    ) -> anyhow::Result<Beside> {
+        let (tell, told) = crossbeam::channel::bounded(1);
+        let (world, flag) = (args.clone(), Arc::clone(&stop));
+        let host = std::thread::Builder::new().name("sim-host".into()).spawn(move || {
+            match world.host(settings, flag) {
+                Ok(host) => {
+                    let _ = tell.send(Ok(host.instance().clone()));
+                    host.run()
+                }
+                Err(e) => {
+                    let _ = tell.send(Err(e));
+                    Ok(Frame(0))
+                }
+            }
+        })?;
+        let instance = told.recv().context("the host ended while it started")??;
+        Ok(Beside { instance, stop, host: Some(host) })
+    }
+
+    /// A client of it.
+    pub(crate) fn connect(
+        &self,
+        args: &WorldArgs,
+        name: &str,
+    ) -> anyhow::Result<client_lib::Client> {
+        if args.single_process {
+            return Ok(client_lib::Client::connect_within(&self.instance, name)?);
+        }
+        Ok(client_lib::Client::connect(Some(self.instance.id()), name)?)
+    }
+
+    /// Ends it and says how it ended.
+    pub(crate) fn end(mut self) -> anyhow::Result<Frame> {
+        self.stop.store(true, std::sync::atomic::Ordering::Release);
+        let host = self.host.take().expect("it ends once");
+        host.join().map_err(|_| anyhow::anyhow!("the host panicked"))?.map_err(Into::into)
+    }
+}
+
+impl Drop for Beside {
+    fn drop(&mut self) {
+        self.stop.store(true, std::sync::atomic::Ordering::Release);
+        if let Some(host) = self.host.take() {
+            let _ = host.join();
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! The renderer's process: a snapshot in, a bundle for every rig that is due, out.
+
+use std::sync::Arc;
+
+use bus::{
+    BundleHeader, Event, Frame, Instance, Interrupted, JournalEntry, Name, Page, Participant,
+    RenderPorts, RigId, Role, SensorSpec, Snapshot, SnapshotHeader, Weather, Wish, Writer, clock,
+    fault, layout, status,
+};
+
+use crate::{
+    Device, RigJob, Scene, Tracer, World, pose_planes,
+    rigs::{Due, Rigs},
+};
+
+/// How the renderer is started.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RenderConfig {
+    /// What traces the rays.
+    pub device: Device,
+    /// Trace nothing: bundles hold their table and whatever was in memory.
+    pub null: bool,
+    /// Threads of the CPU tracer; 0: one for each core.
+    pub threads: usize,
+}
+
+/// Why the renderer ended before its host did.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The bus.
+    #[error(transparent)]
+    Bus(#[from] bus::BusError),
+    /// The tracer.
+    #[error(transparent)]
+    Trace(#[from] crate::TraceError),
+    /// The map, which the host could read.
+    #[error("{0}")]
+    Map(String),
+}
+
+/// The scene of a map: its town, and every blueprint's looks.
+pub fn scene_of(network: &road::Network, seed: u64) -> Scene {
+    let town = town::furnish(network, seed);
+    let meshes: Vec<_> =
+        town::catalogue().iter().map(|b| crate::BlueprintMesh { mesh: &b.mesh }).collect();
+    Scene::new(&town.mesh, &meshes)
+}
+
+/// Renders for the host of `instance` until it ends.
+pub fn run(
+    instance: &Instance,
+    slot: usize,
+    within: bool,
+    config: RenderConfig,
+) -> Result<(), RenderError> {
+    let name = Name::new(Role::Render.name());
+    let participant = Participant::join(instance, Role::Render, name, Some(slot), within)?;
+    fault::joining(Role::Render);
+    let episode = instance.episode()?;
+    let network = road::Network::parse(&episode.open_drive)
+        .map_err(|e| RenderError::Map(format!("{}: {e}", episode.map)))?;
+    let scene = Arc::new(scene_of(&network, episode.seed));
+    drop(network);
+    let tracer =
+        if config.null { Tracer::Null } else { Tracer::open(config.device, config.threads)? };
+    let mut ports = RenderPorts::open(participant.hub()?)?;
+    ports.journal.await_keyframe();
+    participant.ready()?;
+    let done = participant.words().ack();
+    let first = done.next();
+    let mut renderer = Renderer {
+        participant,
+        ports,
+        scene,
+        tracer,
+        world: World::new(),
+        weather: Weather::default(),
+        rigs: Rigs::default(),
+        is_rendering: true,
+        done,
+        first,
+    };
+    loop {
+        match renderer.participant.next_frame(renderer.done, None) {
+            Ok(newest) => renderer.work_up_to(newest)?,
+            Err(Interrupted::HostEnds | Interrupted::Deadline) => return Ok(()),
+        }
+    }
+}
+
+struct Renderer {
+    participant: Participant,
+    ports: RenderPorts,
+    scene: Arc<Scene>,
+    tracer: Tracer,
+    world: World,
+    weather: Weather,
+    rigs: Rigs,
+    is_rendering: bool,
+    /// Everything up to here is measured.
+    done: Frame,
+    /// The first frame of this life.
+    first: Frame,
+}
+
+impl Renderer {
+    /// Measures every frame that has come; in asynchronous mode only the newest.
+    fn work_up_to(&mut self, newest: Frame) -> Result<(), RenderError> {
+        let every = self.participant.control().is_synchronous();
+        let mut latest = None;
+        while self.done < newest {
+            let Some(snapshot) = self.ports.snapshot.receive()? else { break };
+            let frame = snapshot.header().stamp.frame;
+            if frame <= self.done {
+                continue;
+            }
+            if every {
+                self.measure(&snapshot)?;
+            } else {
+                self.participant.words().add_missed(latest.is_some().into());
+                latest = Some(snapshot);
+            }
+        }
+        if let Some(snapshot) = latest {
+            self.measure(&snapshot)?;
+        }
+        // What was overrun before we could read it is not to come.
+        if self.done < newest {
+            self.participant.words().add_missed(newest.0 - self.done.0);
+            self.arrive(newest);
+        }
+        Ok(())
+    }
+
+    fn arrive(&mut self, frame: Frame) {
+        self.done = frame;
+        self.participant.arrive(frame);
+    }
+
+    fn measure(&mut self, snapshot: &Snapshot) -> Result<(), RenderError> {
+        let header = snapshot.header();
+        let frame = header.stamp.frame;
+        self.participant.begin();
+        let begin_nanos = clock::now_nanos();
+        fault::delay(Role::Render, frame);
+        self.follow_journal(frame)?;
+        if self.is_rendering {
+            self.measure_rigs(snapshot, begin_nanos)?;
+        }
+        fault::point(Role::Render, "sent", frame, self.first);
+        self.arrive(frame);
+        fault::point(Role::Render, "acked", frame, self.first);
+        Ok(())
+    }
+
+    fn measure_rigs(&mut self, snapshot: &Snapshot, begin_nanos: u64) -> Result<(), RenderError> {
+        let header = snapshot.header();
+        let mut due = self.rigs.due(header, snapshot.payload());
+        if due.is_empty() {
+            return Ok(());
+        }
+        self.world.place(
+            &self.scene,
+            header.stamp,
+            header.delta_nanos,
+            &self.weather,
+            snapshot.payload(),
+            |actor| {
+                let [r, g, b, _] = actor.color.to_le_bytes();
+                [r, g, b]
+            },
+        );
+        let mut loans = Vec::with_capacity(due.len());
+        for rig in &due {
+            let writer = self.rigs.writer(rig.id);
+            loans.push(writer.loan(rig.byte_len.div_ceil(4096) as usize)?);
+        }
+        let mut jobs: Vec<RigJob> = due
+            .iter_mut()
+            .zip(&mut loans)
+            .map(|(rig, loan)| {
+                let sensors: &[SensorSpec] = self.rigs.sensors(rig.id);
+                pose_planes(&mut rig.planes, sensors, &rig.world_from_parent);
+                let out = bytemuck::cast_slice_mut(loan.payload_mut());
+                RigJob { sensors, planes: &rig.planes, out }
+            })
+            .collect();
+        self.tracer.measure(&self.scene, &self.world, &mut jobs)?;
+        drop(jobs);
+        fault::point(Role::Render, "loan_held", header.stamp.frame, self.first);
+        for (rig, loan) in due.iter().zip(loans) {
+            loan.send(self.bundle_header(header, rig, begin_nanos))?;
+        }
+        Ok(())
+    }
+
+    fn bundle_header(&self, header: &SnapshotHeader, rig: &Due, begin_nanos: u64) -> BundleHeader {
+        BundleHeader {
+            stamp: header.stamp,
+            rig: rig.id,
+            plane_count: rig.planes.len() as u32,
+            byte_len: rig.byte_len,
+            state_hash: header.state_hash,
+            world_from_parent: rig.world_from_parent,
+            parent: rig.parent,
+            tracer: self.tracer.code(),
+            reserved: 0,
+            begin_nanos,
+            end_nanos: clock::now_nanos(),
+        }
+    }
+
+    /// Takes in what was wished up to `frame`. If parts were missed, asks for the standing state.
+    fn follow_journal(&mut self, frame: Frame) -> Result<(), RenderError> {
+        if self.ports.journal.poll()? {
+            self.participant.words().call_for_keyframe();
+            self.participant.control().host.ring();
+            while self.ports.journal.poll()? && !self.participant.is_over() {
+                std::thread::sleep(std::time::Duration::from_micros(200));
+            }
+        }
+        for event in self.ports.journal.until(frame) {
+            match event {
+                Event::Anew => {
+                    self.rigs.begin_anew();
+                    self.weather = Weather::default();
+                }
+                Event::Entry(_, entry) if entry.outcome.status == status::DONE => {
+                    self.obey(&entry)?;
+                }
+                Event::Entry(..) => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn obey(&mut self, entry: &JournalEntry) -> Result<(), RenderError> {
+        let id = RigId(entry.outcome.id);
+        match entry.command.wish() {
+            Some(Wish::CreateRig(rig)) => self.rigs.announce(id, rig.parent, rig.sensor_count),
+            Some(Wish::Sensor(spec)) => {
+                if let Some(sensors) = self.rigs.add(id, spec) {
+                    let (planes, byte_len) = layout(sensors);
+                    let writer = match self.rigs.take_writer(id) {
+                        Some(writer) => writer,
+                        None => self.ports.rig(id, byte_len)?,
+                    };
+                    self.rigs.mount(id, planes, byte_len, writer);
+                }
+            }
+            Some(Wish::DestroyRig(rig)) => self.rigs.remove(rig),
+            Some(Wish::SetWeather(weather)) => self.weather = weather,
+            Some(Wish::SetSettings(settings)) => self.is_rendering = settings.no_rendering == 0,
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// A rig's writing end.
+pub(crate) type RigWriter = Writer<BundleHeader, Page>;

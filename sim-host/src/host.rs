@@ -1,0 +1,621 @@
+//! The host: founds the instance, lets processes in and out, and ticks.
+
+use std::{
+    collections::BTreeMap,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use bus::{
+    ActorState, Control, Episode, Founding, Frame, HostPorts, Instance, Outcome, Role, SLOTS,
+    Settings, SlotState, SnapshotHeader, Stamp, Strategy, TrafficSample, Wish, clock, process,
+};
+
+use crate::{
+    HostError,
+    barrier::{Barrier, OnDeath, Verdict},
+    hash::StateHash,
+    journal::{Inbox, Pen, Request},
+    rigs::Rigs,
+    standing::Standing,
+    supervisor::{Launcher, Supervisor},
+    world::World,
+};
+
+/// What a host is started with.
+pub struct HostConfig {
+    /// The instance's name; none: one from the process id.
+    pub name: Option<String>,
+    /// What world.
+    pub episode: Episode,
+    /// How time passes at first.
+    pub settings: Settings,
+    /// How everybody waits.
+    pub strategy: Strategy,
+    /// How long a tick waits for a participant; none: for ever.
+    pub deadline_nanos: Option<u64>,
+    /// Whether a stage that dies is started anew.
+    pub restart: bool,
+    /// Which stages there are.
+    pub stages: Vec<Role>,
+    /// Set by whoever wants the host to end.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// How long a stage may take until it is ready: it builds its own copy of the town.
+const START_NANOS: u64 = 60_000_000_000;
+/// How long an idle host sleeps at most before it looks around.
+const IDLE_NANOS: u64 = 100_000_000;
+
+/// The running host.
+pub struct Host {
+    pub(crate) control: Control,
+    pub(crate) barrier: Barrier,
+    pub(crate) world: World,
+    pub(crate) settings: Settings,
+    ports: HostPorts,
+    supervisor: Supervisor,
+    inbox: Inbox,
+    pen: Pen,
+    rigs: Rigs,
+    standing: Standing,
+    /// What traffic decided last: its mind goes to its successor.
+    decided: Option<TrafficSample>,
+    decided_hash: u64,
+    sim_time_nanos: u64,
+    /// How often each slot asked for a journal keyframe, as far as we answered.
+    resyncs: BTreeMap<usize, u64>,
+    roles: BTreeMap<usize, Role>,
+    config: HostConfig,
+    // Last, so that the files go after the ports.
+    founding: Founding,
+}
+
+impl Host {
+    /// Founds the instance, builds the world, starts the stages, and is at frame 0.
+    pub fn start(config: HostConfig, launcher: Box<dyn Launcher>) -> Result<Host, HostError> {
+        let network = Arc::new(
+            road::Network::parse(&config.episode.open_drive)
+                .map_err(|e| HostError::Map(format!("{}: {e}", config.episode.map)))?,
+        );
+        let founding = Instance::found(config.name.as_deref())?;
+        let instance = founding.instance().clone();
+        instance.write_episode(&config.episode, &blueprints())?;
+        let control = founding.control()?;
+        let pid = process::own_pid();
+        control.found(pid, process::start_time(pid).unwrap_or(0), config.strategy);
+        control.set_synchronous(config.settings.synchronous != 0);
+        let ports = HostPorts::found(founding.hub(launcher.is_single_process())?)?;
+        let mut supervisor = Supervisor::new(&instance, &control, launcher)?;
+        // The stages build their towns while we build ours.
+        let mut roles = BTreeMap::new();
+        for (slot, role) in config.stages.iter().enumerate() {
+            roles.insert(slot, *role);
+            supervisor
+                .start(*role, slot)
+                .map_err(|e| HostError::Start { role: role.name(), why: e.to_string() })?;
+        }
+        let town = town::furnish(&network, config.episode.seed);
+        let world = World::new(&town, config.episode.seed);
+        let mut host = Host {
+            control,
+            barrier: Barrier::default(),
+            world,
+            settings: config.settings,
+            ports,
+            supervisor,
+            inbox: Inbox::default(),
+            pen: Pen::default(),
+            rigs: Rigs::default(),
+            standing: Standing::default(),
+            decided: None,
+            decided_hash: 0,
+            sim_time_nanos: 0,
+            resyncs: BTreeMap::new(),
+            roles,
+            config,
+            founding,
+        };
+        let settings = Request::of_host(Wish::SetSettings(host.settings));
+        host.standing.close(Frame(0), vec![settings.ended(Outcome::done(0))]);
+        host.send_snapshot(SnapshotHeader { stamp: host.stamp(Frame(0)), ..Default::default() })?;
+        host.await_stages()?;
+        Ok(host)
+    }
+
+    /// Its instance.
+    pub fn instance(&self) -> &Instance {
+        self.founding.instance()
+    }
+
+    /// Where the world is.
+    pub fn frame(&self) -> Frame {
+        self.barrier.frame()
+    }
+
+    fn await_stages(&mut self) -> Result<(), HostError> {
+        let deadline = clock::now_nanos() + START_NANOS;
+        loop {
+            self.look_after_slots()?;
+            let all = (1u64 << self.roles.len()) - 1;
+            if self.control.alive() & all == all || self.is_stopped() {
+                return Ok(());
+            }
+            if clock::now_nanos() > deadline {
+                let missing = self.roles.iter().find(|(slot, _)| self.control.alive() & 1 << **slot == 0);
+                return Err(HostError::Start {
+                    role: missing.map_or("a stage", |(_, role)| role.name()),
+                    why: format!("it was not ready after {} s", START_NANOS / 1_000_000_000),
+                });
+            }
+            self.control.host.listen(Strategy::BATCH, Some(clock::now_nanos() + 5_000_000), || {
+                None::<()>
+            });
+        }
+    }
+
+    /// Runs until told to stop. However it ends, nothing is left behind.
+    pub fn run(mut self) -> Result<Frame, HostError> {
+        let ended = self.serve();
+        let frame = self.frame();
+        self.supervisor.shut_down();
+        ended.map(|()| frame)
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.config.stop.load(Ordering::Acquire) || self.control.is_ending()
+    }
+
+    fn serve(&mut self) -> Result<(), HostError> {
+        let mut due_nanos = clock::now_nanos();
+        while !self.is_stopped() {
+            if self.settings.synchronous != 0 {
+                self.await_request()?;
+                if !self.is_requested() {
+                    continue;
+                }
+                self.tick()?;
+            } else {
+                due_nanos = self.pace(due_nanos)?;
+                if self.settings.synchronous == 0 && !self.is_stopped() {
+                    self.tick()?;
+                }
+            }
+            self.look_after_slots()?;
+        }
+        Ok(())
+    }
+
+    fn is_requested(&self) -> bool {
+        let ticker = self.control.ticker();
+        ticker.is_some_and(|slot| self.control.slot(slot).request() > self.barrier.frame())
+    }
+
+    /// Synchronous: sleeps until the ticking client asks; serves who comes in the meantime.
+    fn await_request(&mut self) -> Result<(), HostError> {
+        let mut heard = self.control.host.count();
+        loop {
+            self.look_after_slots()?;
+            self.serve_urgent()?;
+            if self.is_requested() || self.settings.synchronous == 0 || self.is_stopped() {
+                return Ok(());
+            }
+            let (bell, last) = (&self.control.host, heard);
+            let deadline = Some(clock::now_nanos() + IDLE_NANOS);
+            let rung = bell.listen(self.config.strategy, deadline, || {
+                let count = bell.count();
+                (count != last).then_some(count)
+            });
+            heard = rung.unwrap_or(heard);
+        }
+    }
+
+    /// Asynchronous: sleeps until the next frame is due.
+    fn pace(&mut self, due_nanos: u64) -> Result<u64, HostError> {
+        let now = clock::now_nanos();
+        let Some(step) = (self.settings.delta_nanos * 1000).checked_div(self.settings.real_time_permille.into()) else {
+            return Ok(now);
+        };
+        if due_nanos <= now {
+            // Too slow for the asked pace: no debt is piled up.
+            return Ok(if now - due_nanos > step { now + step } else { due_nanos + step });
+        }
+        let mut heard = self.control.host.count();
+        while clock::now_nanos() < due_nanos && !self.is_stopped() {
+            let (bell, last) = (&self.control.host, heard);
+            let rung = bell.listen(Strategy::BATCH, Some(due_nanos.min(now + IDLE_NANOS)), || {
+                let count = bell.count();
+                (count != last).then_some(count)
+            });
+            heard = rung.unwrap_or(heard);
+            self.look_after_slots()?;
+            self.serve_urgent()?;
+            if self.settings.synchronous != 0 {
+                break;
+            }
+        }
+        Ok(due_nanos + step)
+    }
+
+    pub(crate) fn stamp(&self, frame: Frame) -> Stamp {
+        Stamp { frame, sim_time_nanos: self.sim_time_nanos, episode: 1, reserved: 0 }
+    }
+
+    pub(crate) fn take_in_what_traffic_decided(&mut self) -> Result<(), HostError> {
+        self.receive_decided()?;
+        self.sim_time_nanos += self.settings.delta_nanos;
+        let Some(decided) = &self.decided else { return Ok(()) };
+        let Some((controls, lights, _)) = decided.header().parts(decided.payload()) else {
+            return Ok(());
+        };
+        let mut hash = StateHash::new();
+        hash.bytes(bytemuck::cast_slice(decided.payload()));
+        self.decided_hash = hash.value();
+        self.world.follow_traffic(controls, lights);
+        Ok(())
+    }
+
+    fn receive_decided(&mut self) -> Result<(), HostError> {
+        while let Some(sample) = self.ports.traffic.receive()? {
+            let frame = |s: &TrafficSample| s.header().stamp.frame;
+            if self.decided.as_ref().is_none_or(|last| frame(&sample) > frame(last)) {
+                self.decided = Some(sample);
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn carry_out_wishes(&mut self) -> Result<(), HostError> {
+        self.inbox.drain(&self.ports)?;
+        let requests = self.inbox.take();
+        self.carry_out(&requests);
+        Ok(())
+    }
+
+    /// Between two frames: what somebody waits for.
+    fn serve_urgent(&mut self) -> Result<(), HostError> {
+        if self.inbox.drain(&self.ports)? {
+            let requests = self.inbox.take_urgent();
+            self.carry_out(&requests);
+            let stamp = self.stamp(self.barrier.frame().next());
+            self.pen.publish(&self.ports, stamp)?;
+            self.control.complete.rouse();
+        }
+        Ok(())
+    }
+
+    fn carry_out(&mut self, requests: &[Request]) {
+        let mut index = 0;
+        while index < requests.len() {
+            let request = requests[index];
+            index += 1;
+            let Some(wish) = request.command.wish() else {
+                self.pen.write(request.ended(Outcome::refused("a command of no kind we know")));
+                continue;
+            };
+            if let Wish::CreateRig(rig) = wish {
+                let follow = requests[index..].iter().take(rig.sensor_count as usize);
+                let specs: Vec<_> = follow
+                    .take_while(|r| r.client == request.client)
+                    .map_while(|r| match r.command.wish() {
+                        Some(Wish::Sensor(spec)) => Some(spec),
+                        _ => None,
+                    })
+                    .collect();
+                let outcome = self.create_rig(&rig, &specs);
+                self.pen.write(request.ended(outcome));
+                for request in &requests[index..index + specs.len()] {
+                    self.pen.write(request.ended(outcome));
+                }
+                index += specs.len();
+                continue;
+            }
+            let outcome = match self.grant(&wish) {
+                Ok(id) => Outcome::done(id),
+                Err(why) => Outcome::refused(&why),
+            };
+            self.pen.write(request.ended(outcome));
+        }
+    }
+
+    fn create_rig(&mut self, rig: &bus::CreateRig, specs: &[bus::SensorSpec]) -> Outcome {
+        if rig.parent != bus::ActorId::NONE && self.world.state(rig.parent).is_none() {
+            return Outcome::refused(&format!("{} is not there to carry a rig", rig.parent));
+        }
+        match self.rigs.create(rig, specs, &mut self.ports) {
+            Ok(id) => Outcome::done(id.0),
+            Err(why) => Outcome::refused(&why),
+        }
+    }
+
+    fn grant(&mut self, wish: &Wish) -> Result<u32, String> {
+        match wish {
+            Wish::DestroyRig(rig) => self.rigs.destroy(*rig, &mut self.ports).map(|()| rig.0),
+            Wish::SetSettings(settings) => self.change_settings(settings).map(|()| 0),
+            Wish::SetWeather(weather) => check_weather(weather).map(|()| 0),
+            Wish::TrafficDial(dial) => {
+                if dial.value.is_finite() {
+                    Ok(dial.actor_id.0)
+                } else {
+                    Err(format!("traffic dial {} is {}, not a finite number", dial.dial, dial.value))
+                }
+            }
+            Wish::Sensor(spec) => {
+                Err(format!("sensor {:?} follows no rig that announced it", spec.name))
+            }
+            Wish::Destroy(actor) => {
+                let id = self.world.apply(wish)?;
+                for rig in self.rigs.on(*actor) {
+                    let _ = self.rigs.destroy(rig, &mut self.ports);
+                    let line = Request::of_host(Wish::DestroyRig(rig));
+                    self.pen.write(line.ended(Outcome::done(rig.0)));
+                }
+                Ok(id)
+            }
+            _ => self.world.apply(wish),
+        }
+    }
+
+    fn change_settings(&mut self, settings: &Settings) -> Result<(), String> {
+        let (delta, substep) = (settings.delta_nanos, settings.substep_max_nanos);
+        if !(100_000..=1_000_000_000).contains(&delta) {
+            return Err(format!("delta_nanos is {delta}, not 100000 to 1000000000 (0.1 ms to 1 s)"));
+        }
+        if !(100_000..=100_000_000).contains(&substep) {
+            return Err(format!("substep_max_nanos is {substep}, not 100000 to 100000000"));
+        }
+        if settings.pipeline > bus::PIPELINE_MAX {
+            return Err(format!("pipeline is {}, PIPELINE_MAX is {}", settings.pipeline, bus::PIPELINE_MAX));
+        }
+        self.settings = *settings;
+        for (slot, role) in self.roles.clone() {
+            self.control.slot(slot).set_lag(self.lag(role));
+            self.barrier.set_lag(slot, self.lag(role));
+        }
+        self.control.set_synchronous(settings.synchronous != 0);
+        Ok(())
+    }
+
+    fn lag(&self, role: Role) -> u64 {
+        match (role, self.settings.synchronous != 0) {
+            (Role::Render, true) => self.settings.pipeline.into(),
+            (_, true) => 0,
+            // Nobody is waited for.
+            (_, false) => u64::MAX / 2,
+        }
+    }
+
+    /// Journal first, snapshot second, the tick word last: who sees the word finds both.
+    pub(crate) fn publish(&mut self, header: SnapshotHeader) -> Result<(), HostError> {
+        let stamp = header.stamp;
+        self.pen.publish(&self.ports, stamp)?;
+        let journal_entries = self.pen.len() as u32;
+        self.send_snapshot(SnapshotHeader { journal_entries, ..header })?;
+        let entries = self.pen.turn_page();
+        self.standing.close(stamp.frame, entries);
+        self.control.set_awaited(stamp.frame);
+        self.control.tick.raise(stamp.frame.0);
+        Ok(())
+    }
+
+    fn send_snapshot(&mut self, mut header: SnapshotHeader) -> Result<(), HostError> {
+        let mut hash = StateHash::new();
+        hash.bytes(bytemuck::bytes_of(&header.stamp));
+        hash.bytes(bytemuck::bytes_of(&self.settings));
+        hash.word(self.decided_hash);
+        self.world.hash(&mut hash);
+        let states = self.world.states();
+        let mut loan = self.ports.snapshot.loan(states.len())?;
+        for (room, state) in loan.payload_mut().iter_mut().zip(states) {
+            let state: &ActorState = state;
+            *room = *state;
+        }
+        header.state_hash = hash.value();
+        header.collisions = self.world.collisions() as u32;
+        header.published_nanos = clock::now_nanos();
+        loan.send(header)?;
+        Ok(())
+    }
+
+    pub(crate) fn await_arrivals(&mut self, frame: Frame) -> Result<Verdict, HostError> {
+        let is_synchronous = self.settings.synchronous != 0;
+        let deadline = self.config.deadline_nanos.map(|d| clock::now_nanos() + d);
+        let mut heard = self.control.host.count();
+        loop {
+            for slot in self.roles.keys() {
+                self.barrier.arrive(*slot, self.control.slot(*slot).ack());
+            }
+            let now = clock::now_nanos();
+            let is_late = !is_synchronous || deadline.is_some_and(|d| now >= d);
+            let verdict = self.barrier.verdict(is_late);
+            if verdict != Verdict::Open || self.is_stopped() {
+                if let Verdict::Late(mask) = verdict
+                    && is_synchronous
+                {
+                    eprintln!(
+                        "WARN sim-host {} {} has not arrived after {:.1} s; is it alive? --deadline-secs 0 waits for ever",
+                        frame.0,
+                        self.barrier.names(mask),
+                        self.config.deadline_nanos.unwrap_or(0) as f64 / 1e9
+                    );
+                }
+                return Ok(if is_synchronous { verdict } else { Verdict::Complete });
+            }
+            let (control, last) = (&self.control, heard);
+            let look_again = Some(deadline.unwrap_or(u64::MAX).min(now + IDLE_NANOS));
+            let rung = control.host.listen(self.config.strategy, look_again, || {
+                let count = control.host.count();
+                (count != last || control.missing(frame) == 0).then_some(count)
+            });
+            heard = rung.unwrap_or(heard);
+            if control.missing(frame) != 0 || self.control.alive().count_ones() < self.roles.len() as u32 {
+                self.look_after_slots()?;
+            }
+        }
+    }
+
+    /// Deaths, joins, leavings: what every process's slot asks for.
+    pub(crate) fn look_after_slots(&mut self) -> Result<(), HostError> {
+        while let Some(slot) = self.supervisor.next_death() {
+            self.bury(slot)?;
+        }
+        for slot in 0..SLOTS {
+            let words = self.control.slot(slot);
+            match words.state() {
+                SlotState::Free | SlotState::Admitted | SlotState::Quarantined | SlotState::Dead => {}
+                SlotState::Claimed => self.free_if_gone(slot),
+                SlotState::Waiting => self.admit(slot),
+                SlotState::Ready => self.enlist(slot)?,
+                SlotState::Live => {
+                    let asked = words.resync();
+                    if asked > *self.resyncs.get(&slot).unwrap_or(&0) {
+                        self.resyncs.insert(slot, asked);
+                        self.serve_state(words.ack())?;
+                    }
+                }
+                SlotState::Leaving => self.dismiss(slot)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn free_if_gone(&self, slot: usize) {
+        let words = self.control.slot(slot);
+        let pid = words.pid();
+        if pid != 0 && process::start_time(pid).is_none() {
+            words.reserve(SlotState::Free, 0);
+        }
+    }
+
+    fn admit(&mut self, slot: usize) {
+        let words = self.control.slot(slot);
+        if !self.roles.contains_key(&slot) && !self.supervisor.watch(slot) {
+            words.reserve(SlotState::Free, 0);
+            return;
+        }
+        words.set_state(SlotState::Admitted);
+        self.control.complete.rouse();
+    }
+
+    /// Its ports are made: serves it the standing state and lets it take part.
+    fn enlist(&mut self, slot: usize) -> Result<(), HostError> {
+        self.ports.journal.welcome()?;
+        if let Some(role) = self.roles.get(&slot).copied() {
+            let frame = self.barrier.frame();
+            let lag = self.lag(role);
+            let done = match self.barrier.done(slot) {
+                // Its predecessor may have trailed; it goes on from there.
+                Some(done) => done.max(Frame(frame.0.saturating_sub(bus::PIPELINE_MAX.into()))),
+                None => {
+                    let on_death = if self.config.restart { OnDeath::Respawn } else { OnDeath::End };
+                    self.barrier.join(slot, role.name(), on_death, lag, frame);
+                    frame
+                }
+            };
+            self.barrier.returns(slot);
+            self.control.slot(slot).enrol(true, lag, done);
+            self.serve_state(done)?;
+            if role == Role::Traffic
+                && let Some(decided) = &self.decided
+            {
+                self.ports.resume.send(*decided.header(), decided.payload())?;
+            }
+            self.control.revive(slot);
+        } else {
+            self.control.slot(slot).enrol(false, 0, self.barrier.frame());
+        }
+        self.ports.snapshot.welcome()?;
+        self.resyncs.remove(&slot);
+        self.control.slot(slot).set_state(SlotState::Live);
+        self.control.complete.rouse();
+        Ok(())
+    }
+
+    /// The journal as one finds it whose work is done up to `done`.
+    fn serve_state(&mut self, done: Frame) -> Result<(), HostError> {
+        let (frame, entries, after) = self.standing.since(done);
+        self.pen.publish_keyframe(&self.ports, frame, &entries)?;
+        for (frame, entries) in after {
+            self.pen.publish_again(&self.ports, frame, &entries)?;
+        }
+        Ok(())
+    }
+
+    /// It goes of its own will.
+    fn dismiss(&mut self, slot: usize) -> Result<(), HostError> {
+        if self.roles.contains_key(&slot) {
+            // A stage that leaves ends its process: the watcher tells.
+            return Ok(());
+        }
+        self.supervisor.unwatch(slot);
+        self.give_tick_back(slot);
+        self.control.slot(slot).reserve(SlotState::Free, 0);
+        Ok(())
+    }
+
+    fn give_tick_back(&self, slot: usize) {
+        if self.control.pass_tick(Some(slot), None) && self.settings.synchronous != 0 {
+            let name = self.control.slot(slot).name();
+            eprintln!(
+                "INFO sim-host {} client {name:?} held the tick and is gone; the world waits for the next",
+                self.barrier.frame().0
+            );
+        }
+    }
+
+    fn bury(&mut self, slot: usize) -> Result<(), HostError> {
+        let words = self.control.slot(slot);
+        let (role, name) = (self.roles.get(&slot).copied(), words.name());
+        words.set_state(SlotState::Dead);
+        let frame = self.barrier.frame();
+        let stuck = self.supervisor.clean_up();
+        let Some(role) = role else {
+            self.give_tick_back(slot);
+            eprintln!("INFO sim-host {} client {name:?} died", frame.0);
+            let state = if stuck == 0 { SlotState::Free } else { SlotState::Quarantined };
+            self.control.slot(slot).reserve(state, 0);
+            return Ok(());
+        };
+        self.receive_decided()?;
+        self.barrier.arrive(slot, self.control.slot(slot).ack());
+        if role == Role::Traffic
+            && let Some(decided) = &self.decided
+        {
+            // It may have died between sending and saying so.
+            self.barrier.arrive(slot, decided.header().stamp.frame);
+        }
+        if !self.config.restart {
+            self.barrier.dies(slot);
+            return Err(HostError::Died {
+                who: role.name().to_owned(),
+                frame,
+                done: frame.0.saturating_sub(1),
+            });
+        }
+        self.barrier.dies(slot);
+        eprintln!("WARN sim-host {} {} died and is started anew", frame.0, role.name());
+        self.supervisor
+            .start(role, slot)
+            .map_err(|e| HostError::Start { role: role.name(), why: e.to_string() })
+    }
+}
+
+fn check_weather(weather: &bus::Weather) -> Result<(), String> {
+    let values: &[f32] = bytemuck::cast_slice(std::slice::from_ref(weather));
+    match values.iter().find(|v| !v.is_finite()) {
+        Some(value) => Err(format!("the weather holds {value}, which is not a finite number")),
+        None => Ok(()),
+    }
+}
+
+fn blueprints() -> Vec<bus::BlueprintInfo> {
+    let info = |b: &town::Blueprint| bus::BlueprintInfo {
+        id: b.id.to_owned(),
+        tag: b.tag as u8,
+        half_extents_m: b.half_extents_m.to_array(),
+        center_m: b.center_m.to_array(),
+    };
+    town::catalogue().iter().map(info).collect()
+}

@@ -1,0 +1,180 @@
+//! Writing the journal: wishes in, in their fixed order; outcomes and parts out.
+
+use bus::{
+    BatchHeader, BusError, Command, Frame, HostPorts, JournalEntry, JournalHeader, Name, Outcome,
+    Stamp, VehicleControl, Wish,
+};
+
+/// One client's batch, kept until its time.
+pub struct Batch {
+    header: BatchHeader,
+    commands: Vec<Command>,
+}
+
+/// What clients sent and the host has not carried out yet.
+#[derive(Default)]
+pub struct Inbox {
+    batches: Vec<Batch>,
+    controls: Vec<(BatchHeader, Vec<VehicleControl>)>,
+}
+
+impl Inbox {
+    /// Takes in all that lies in the channels. True if some of it wants to be carried out now.
+    pub fn drain(&mut self, ports: &HostPorts) -> Result<bool, BusError> {
+        while let Some(batch) = ports.command.receive()? {
+            let header = *batch.header();
+            self.batches.push(Batch { header, commands: batch.payload().to_vec() });
+        }
+        while let Some(batch) = ports.control.receive()? {
+            self.controls.push((*batch.header(), batch.payload().to_vec()));
+        }
+        Ok(self.batches.iter().any(|b| b.header.now != 0))
+    }
+
+    /// What a frame carries out: commands, then controls, each by (client, sequence).
+    pub fn take(&mut self) -> Vec<Request> {
+        self.batches.sort_by_key(|b| (b.header.client, b.header.sequence));
+        self.controls.sort_by_key(|(header, _)| (header.client, header.sequence));
+        let mut requests = Vec::new();
+        for batch in self.batches.drain(..) {
+            push(&mut requests, &batch.header, &batch.commands);
+        }
+        for (header, controls) in self.controls.drain(..) {
+            for (index, control) in controls.into_iter().enumerate() {
+                requests.push(Request {
+                    client: header.client,
+                    sequence: header.sequence + index as u64,
+                    command: Wish::Control(control).into(),
+                });
+            }
+        }
+        requests
+    }
+
+    /// What clients want carried out between two frames: everything of each client up to its last
+    /// batch that says so, in the order of names.
+    pub fn take_urgent(&mut self) -> Vec<Request> {
+        let mut urgent = Vec::new();
+        let mut rest = Vec::new();
+        for batch in self.batches.drain(..) {
+            if batch.header.now != 0 { urgent.push(batch) } else { rest.push(batch) }
+        }
+        let wanted = |b: &Batch| {
+            let same = urgent.iter().filter(|u| u.header.client == b.header.client);
+            same.map(|u| u.header.sequence).max().is_some_and(|last| b.header.sequence < last)
+        };
+        let (earlier, later): (Vec<_>, Vec<_>) = rest.into_iter().partition(wanted);
+        urgent.extend(earlier);
+        self.batches = later;
+        urgent.sort_by_key(|b| (b.header.client, b.header.sequence));
+        let mut requests = Vec::new();
+        for batch in urgent {
+            push(&mut requests, &batch.header, &batch.commands);
+        }
+        requests
+    }
+}
+
+fn push(requests: &mut Vec<Request>, header: &BatchHeader, commands: &[Command]) {
+    for (index, command) in commands.iter().enumerate() {
+        requests.push(Request {
+            client: header.client,
+            sequence: header.sequence + index as u64,
+            command: *command,
+        });
+    }
+}
+
+/// One wish of one client.
+#[derive(Clone, Copy, Debug)]
+pub struct Request {
+    /// Who.
+    pub client: Name,
+    /// Which of the client's.
+    pub sequence: u64,
+    /// What.
+    pub command: Command,
+}
+
+impl Request {
+    /// What the host itself does, for the record.
+    pub fn of_host(wish: Wish) -> Request {
+        Request { client: Name::new("sim-host"), sequence: 0, command: wish.into() }
+    }
+
+    /// Its line in the journal.
+    pub fn ended(self, outcome: Outcome) -> JournalEntry {
+        let Request { client, sequence, command } = self;
+        JournalEntry { client, sequence, command, outcome }
+    }
+}
+
+/// The journal of the frame in the making.
+#[derive(Default)]
+pub struct Pen {
+    entries: Vec<JournalEntry>,
+    /// How many of them are published.
+    published: usize,
+    serial: u64,
+}
+
+impl Pen {
+    /// Adds a line.
+    pub fn write(&mut self, entry: JournalEntry) {
+        self.entries.push(entry);
+    }
+
+    /// Publishes what is new as a part of `stamp`'s frame.
+    pub fn publish(&mut self, ports: &HostPorts, stamp: Stamp) -> Result<(), BusError> {
+        if self.published < self.entries.len() {
+            let first = self.published as u32;
+            self.send(ports, stamp, first, 0, &self.entries[self.published..].to_vec())?;
+            self.published = self.entries.len();
+        }
+        Ok(())
+    }
+
+    /// Publishes the standing state, for newcomers.
+    pub fn publish_keyframe(
+        &mut self,
+        ports: &HostPorts,
+        frame: Frame,
+        entries: &[JournalEntry],
+    ) -> Result<(), BusError> {
+        self.send(ports, Stamp { frame, ..Stamp::default() }, 0, 1, entries)
+    }
+
+    /// Publishes a past frame's journal once more, for newcomers.
+    pub fn publish_again(
+        &mut self,
+        ports: &HostPorts,
+        frame: Frame,
+        entries: &[JournalEntry],
+    ) -> Result<(), BusError> {
+        self.send(ports, Stamp { frame, ..Stamp::default() }, 0, 0, entries)
+    }
+
+    fn send(
+        &mut self,
+        ports: &HostPorts,
+        stamp: Stamp,
+        first: u32,
+        keyframe: u32,
+        entries: &[JournalEntry],
+    ) -> Result<(), BusError> {
+        let header = JournalHeader { stamp, serial: self.serial, first, keyframe };
+        self.serial += 1;
+        ports.journal.send(header, entries)
+    }
+
+    /// How many lines the frame has so far.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// The frame's journal is done: takes it away.
+    pub fn turn_page(&mut self) -> Vec<JournalEntry> {
+        self.published = 0;
+        std::mem::take(&mut self.entries)
+    }
+}

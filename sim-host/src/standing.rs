@@ -1,0 +1,137 @@
+//! The standing state: what of the journal still holds, for participants that come later.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use bus::{ActorId, Frame, JournalEntry, PIPELINE_MAX, RigId, Wish, status};
+
+/// Entries that still hold, by what they are about.
+#[derive(Clone, Default)]
+struct Sediment {
+    rigs: BTreeMap<RigId, Vec<JournalEntry>>,
+    /// The rig whose sensors are coming.
+    open_rig: RigId,
+    weather: Option<JournalEntry>,
+    settings: Option<JournalEntry>,
+    dials: BTreeMap<(ActorId, u32), JournalEntry>,
+}
+
+impl Sediment {
+    fn settle(&mut self, entry: &JournalEntry) {
+        if entry.outcome.status != status::DONE {
+            return;
+        }
+        match entry.command.wish() {
+            Some(Wish::CreateRig(_)) => {
+                self.open_rig = RigId(entry.outcome.id);
+                self.rigs.insert(self.open_rig, vec![*entry]);
+            }
+            Some(Wish::Sensor(_)) => {
+                self.rigs.entry(self.open_rig).or_default().push(*entry);
+            }
+            Some(Wish::DestroyRig(rig)) => {
+                self.rigs.remove(&rig);
+            }
+            Some(Wish::SetWeather(_)) => self.weather = Some(*entry),
+            Some(Wish::SetSettings(_)) => self.settings = Some(*entry),
+            Some(Wish::TrafficDial(dial)) => {
+                self.dials.insert((dial.actor_id, dial.dial), *entry);
+            }
+            Some(Wish::Destroy(actor)) => {
+                self.dials.retain(|(of, _), _| *of != actor);
+            }
+            _ => {}
+        }
+    }
+
+    fn entries(&self) -> Vec<JournalEntry> {
+        let settings = self.settings.iter().chain(&self.weather).copied();
+        let dials = self.dials.values().copied();
+        settings.chain(dials).chain(self.rigs.values().flatten().copied()).collect()
+    }
+}
+
+/// The standing state some frames ago, and the journals since: enough to serve anyone whose work
+/// ended in between.
+#[derive(Default)]
+pub struct Standing {
+    base: Sediment,
+    base_frame: Frame,
+    recent: VecDeque<(Frame, Vec<JournalEntry>)>,
+}
+
+impl Standing {
+    /// A frame's journal is complete.
+    pub fn close(&mut self, frame: Frame, entries: Vec<JournalEntry>) {
+        self.recent.push_back((frame, entries));
+        while self.recent.len() > PIPELINE_MAX as usize + 1 {
+            if let Some((frame, entries)) = self.recent.pop_front() {
+                entries.iter().for_each(|entry| self.base.settle(entry));
+                self.base_frame = frame;
+            }
+        }
+    }
+
+    /// For one whose work is done up to `done`: the frame and entries of a keyframe, and the
+    /// journals that follow it.
+    pub fn since(&self, done: Frame) -> (Frame, Vec<JournalEntry>, Vec<(Frame, Vec<JournalEntry>)>) {
+        let mut sediment = self.base.clone();
+        let mut at = self.base_frame;
+        let mut after = Vec::new();
+        for (frame, entries) in &self.recent {
+            if *frame <= done {
+                entries.iter().for_each(|entry| sediment.settle(entry));
+                at = *frame;
+            } else if !entries.is_empty() {
+                after.push((*frame, entries.clone()));
+            }
+        }
+        (at, sediment.entries(), after)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bus::{CreateRig, Name, Outcome, SensorSpec, Weather};
+
+    fn entry(wish: Wish, id: u32) -> JournalEntry {
+        JournalEntry {
+            client: Name::new("tester"),
+            sequence: 0,
+            command: wish.into(),
+            outcome: Outcome::done(id),
+        }
+    }
+
+    fn rig(id: u32) -> Vec<JournalEntry> {
+        vec![
+            entry(Wish::CreateRig(CreateRig::default()), id),
+            entry(Wish::Sensor(SensorSpec::default()), 0),
+        ]
+    }
+
+    #[test]
+    fn what_was_taken_away_does_not_stand() {
+        let mut standing = Standing::default();
+        standing.close(Frame(1), rig(1));
+        standing.close(Frame(2), rig(2));
+        standing.close(Frame(3), vec![entry(Wish::DestroyRig(RigId(1)), 1)]);
+        for frame in 4..10 {
+            standing.close(Frame(frame), vec![]);
+        }
+        let (at, entries, after) = standing.since(Frame(9));
+        assert_eq!((at, entries, after), (Frame(9), rig(2), vec![]));
+    }
+
+    #[test]
+    fn one_who_trails_is_served_the_state_at_its_own_frame() {
+        let mut standing = Standing::default();
+        let mild = entry(Wish::SetWeather(Weather::default()), 0);
+        standing.close(Frame(1), vec![mild]);
+        let wet = entry(Wish::SetWeather(Weather { wetness: 90.0, ..Weather::default() }), 0);
+        standing.close(Frame(2), vec![]);
+        standing.close(Frame(3), vec![wet]);
+        let (at, entries, after) = standing.since(Frame(2));
+        assert_eq!((at, entries, after), (Frame(2), vec![mild], vec![(Frame(3), vec![wet])]));
+    }
+}

@@ -1,0 +1,281 @@
+//! The stages' processes: starting them, seeing them die, cleaning up after them.
+
+use std::{
+    collections::BTreeMap,
+    io,
+    os::fd::OwnedFd,
+    process::Child,
+    sync::Arc,
+    thread::{self, JoinHandle},
+    time::Duration,
+};
+
+use bus::{Control, Instance, Role, SLOTS, SlotState, clock, process};
+use crossbeam::channel::{Receiver, Sender, bounded};
+use rustix::event::epoll;
+
+/// Where a stage runs.
+pub enum Stage {
+    /// A process of its own.
+    Process(Child),
+    /// A thread of this process, which calls the given function when it ends.
+    Thread(JoinHandle<()>),
+}
+
+/// Knows how to start a stage: only the composition root names the rooms. The second argument of
+/// `launch` counts a slot's lives from 0; `on_end` is for threads, which no kernel watches.
+pub trait Launcher: Send {
+    /// Starts `role` in `slot`.
+    fn launch(
+        &mut self,
+        role: Role,
+        slot: usize,
+        life: u64,
+        instance: &Instance,
+        on_end: Box<dyn FnOnce() + Send>,
+    ) -> io::Result<Stage>;
+
+    /// Whether the stages are threads of this process.
+    fn is_single_process(&self) -> bool;
+}
+
+/// How long the cleaner may take before the host goes on without it.
+const CLEANING_MAX: Duration = Duration::from_secs(5);
+
+/// Watches over every process on the bus.
+pub struct Supervisor {
+    instance: Instance,
+    control: Control,
+    launcher: Box<dyn Launcher>,
+    stages: BTreeMap<usize, Stage>,
+    lives: BTreeMap<usize, u64>,
+    watch: Arc<epoll_watch::Watch>,
+    deaths: Receiver<usize>,
+    obituary: Sender<usize>,
+    cleaner: Sender<()>,
+    cleaned: Receiver<(u64, u64)>,
+}
+
+impl Supervisor {
+    /// Starts the watcher's and the cleaner's threads.
+    pub fn new(
+        instance: &Instance,
+        control: &Control,
+        launcher: Box<dyn Launcher>,
+    ) -> io::Result<Supervisor> {
+        let (obituary, deaths) = bounded(4 * SLOTS);
+        let watch = Arc::new(epoll_watch::Watch::new()?);
+        let watcher = (Arc::clone(&watch), control.clone(), obituary.clone());
+        thread::Builder::new().name("watcher".into()).spawn(move || {
+            let (watch, control, obituary) = watcher;
+            watch.run(|slot| report(&control, &obituary, slot));
+        })?;
+        let (cleaner, jobs) = bounded(1);
+        let (reports, cleaned) = bounded(1);
+        let within = launcher.is_single_process();
+        let place = instance.clone();
+        thread::Builder::new().name("cleaner".into()).spawn(move || {
+            clean_on_demand(&place, within, &jobs, &reports);
+        })?;
+        Ok(Supervisor {
+            instance: instance.clone(),
+            control: control.clone(),
+            launcher,
+            stages: BTreeMap::new(),
+            lives: BTreeMap::new(),
+            watch,
+            deaths,
+            obituary,
+            cleaner,
+            cleaned,
+        })
+    }
+
+    /// Starts a stage in `slot`.
+    pub fn start(&mut self, role: Role, slot: usize) -> io::Result<()> {
+        let life = *self.lives.entry(slot).and_modify(|n| *n += 1).or_insert(0);
+        self.control.slot(slot).reserve(SlotState::Claimed, 0);
+        let (control, obituary) = (self.control.clone(), self.obituary.clone());
+        let on_end = Box::new(move || report(&control, &obituary, slot));
+        let stage = self.launcher.launch(role, slot, life, &self.instance, on_end)?;
+        if let Stage::Process(child) = &stage {
+            let pid = child.id();
+            let started = process::start_time(pid).unwrap_or(0);
+            match process::watch(pid, started) {
+                Some(fd) => self.watch.add(fd, slot)?,
+                None => report(&self.control, &self.obituary, slot),
+            }
+        }
+        self.stages.insert(slot, stage);
+        Ok(())
+    }
+
+    /// Watches a process that came by itself. False: it is gone already.
+    pub fn watch(&self, slot: usize) -> bool {
+        let words = self.control.slot(slot);
+        // A thread of our own needs no watching: it ends with us.
+        if words.pid() == process::own_pid() {
+            return true;
+        }
+        match process::watch(words.pid(), words.start_time()) {
+            Some(fd) => self.watch.add(fd, slot).is_ok(),
+            None => false,
+        }
+    }
+
+    /// Stops watching: the process has said good-bye.
+    pub fn unwatch(&self, slot: usize) {
+        self.watch.remove(slot);
+    }
+
+    /// Whether `slot` is one of the stages that this host started.
+    pub fn is_stage(&self, slot: usize) -> bool {
+        self.stages.contains_key(&slot)
+    }
+
+    /// A slot whose process has ended since the last question.
+    pub fn next_death(&mut self) -> Option<usize> {
+        let slot = self.deaths.try_recv().ok()?;
+        if let Some(Stage::Process(child)) = self.stages.get_mut(&slot) {
+            // Reaps it; it has ended, so this does not block.
+            let _ = child.wait();
+        }
+        Some(slot)
+    }
+
+    /// Removes what the dead left on the bus. Says what could not be removed.
+    pub fn clean_up(&self) -> u64 {
+        if self.cleaner.try_send(()).is_err() {
+            return 1;
+        }
+        self.cleaned.recv_timeout(CLEANING_MAX).map_or(1, |(_, stuck)| stuck)
+    }
+
+    /// Tells everybody to go home and waits for the stages; kills who does not go.
+    pub fn shut_down(&mut self) {
+        self.control.end();
+        let deadline = clock::now_nanos() + 3_000_000_000;
+        for (_, stage) in std::mem::take(&mut self.stages) {
+            match stage {
+                Stage::Process(mut child) => {
+                    while matches!(child.try_wait(), Ok(None)) {
+                        if clock::now_nanos() > deadline {
+                            let _ = child.kill();
+                            let _ = child.wait();
+                            break;
+                        }
+                        thread::sleep(Duration::from_millis(2));
+                    }
+                }
+                Stage::Thread(handle) => {
+                    let _ = handle.join();
+                }
+            }
+        }
+        self.watch.stop();
+    }
+}
+
+/// A process has ended: the barrier must know before anything else happens.
+fn report(control: &Control, obituary: &Sender<usize>, slot: usize) {
+    control.bury(slot);
+    let _ = obituary.try_send(slot);
+    control.host.ring();
+}
+
+/// The cleaner works apart from the tick, because the transport may need milliseconds, or, at a
+/// defect of its own, for ever.
+fn clean_on_demand(
+    instance: &Instance,
+    within: bool,
+    jobs: &Receiver<()>,
+    reports: &Sender<(u64, u64)>,
+) {
+    let Ok(hub) = instance.hub("cleaner", within) else { return };
+    while jobs.recv().is_ok() {
+        instance.sweep_unborn_segments();
+        let mut report = hub.clean();
+        if report.1 > 0 {
+            instance.sweep_stuck_nodes(|pid| process::start_time(pid).is_some());
+            report = hub.clean();
+        }
+        let _ = reports.try_send(report);
+    }
+}
+
+mod epoll_watch {
+    //! Many process descriptors, one sleeping thread.
+
+    use std::{
+        collections::BTreeMap,
+        sync::{
+            Mutex, PoisonError,
+            atomic::{AtomicBool, Ordering},
+        },
+    };
+
+    use rustix::event::{EventfdFlags, eventfd};
+
+    use super::*;
+
+    const WAKE: u64 = u64::MAX;
+
+    pub(super) struct Watch {
+        epoll: OwnedFd,
+        wake: OwnedFd,
+        fds: Mutex<BTreeMap<usize, OwnedFd>>,
+        is_over: AtomicBool,
+    }
+
+    impl Watch {
+        pub(super) fn new() -> io::Result<Watch> {
+            let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
+            let wake = eventfd(0, EventfdFlags::CLOEXEC)?;
+            epoll::add(&epoll, &wake, epoll::EventData::new_u64(WAKE), epoll::EventFlags::IN)?;
+            let fds = Mutex::new(BTreeMap::new());
+            Ok(Watch { epoll, wake, fds, is_over: AtomicBool::new(false) })
+        }
+
+        fn fds(&self) -> std::sync::MutexGuard<'_, BTreeMap<usize, OwnedFd>> {
+            self.fds.lock().unwrap_or_else(PoisonError::into_inner)
+        }
+
+        pub(super) fn add(&self, fd: OwnedFd, slot: usize) -> io::Result<()> {
+            self.remove(slot);
+            let data = epoll::EventData::new_u64(slot as u64);
+            let mut fds = self.fds();
+            epoll::add(&self.epoll, &fd, data, epoll::EventFlags::IN)?;
+            fds.insert(slot, fd);
+            Ok(())
+        }
+
+        pub(super) fn remove(&self, slot: usize) {
+            if let Some(fd) = self.fds().remove(&slot) {
+                let _ = epoll::delete(&self.epoll, &fd);
+            }
+        }
+
+        pub(super) fn stop(&self) {
+            self.is_over.store(true, Ordering::Release);
+            let _ = rustix::io::write(&self.wake, &1u64.to_ne_bytes());
+        }
+
+        pub(super) fn run(&self, mut died: impl FnMut(usize)) {
+            let mut events = Vec::with_capacity(SLOTS + 1);
+            while !self.is_over.load(Ordering::Acquire) {
+                events.clear();
+                let spare = rustix::buffer::spare_capacity(&mut events);
+                if epoll::wait(&self.epoll, spare, None).is_err() {
+                    continue;
+                }
+                for event in &events {
+                    let slot = event.data.u64();
+                    if slot != WAKE {
+                        self.remove(slot as usize);
+                        died(slot as usize);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! The world as it is: actors, their bodies, the colours of its lights.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use bus::{
+    ACTORS_MAX, ActorId, ActorState, LightState, Name, Pose, Settings, Spawn, VehicleControl, Wish,
+    flag, kind, light,
+};
+use glam::Vec3;
+use town::{Blueprint, Kind, Town};
+
+use crate::{
+    hash::StateHash,
+    models::Models,
+    physics::{Ground, Physics, StaticBox},
+};
+
+/// All that an episode's actors are.
+pub struct World {
+    physics: Physics,
+    models: Models,
+    actors: BTreeMap<ActorId, Actor>,
+    last_actor: u32,
+    seed: u64,
+}
+
+struct Actor {
+    state: ActorState,
+    role: Name,
+}
+
+impl World {
+    /// The world of frame 0: the map's traffic lights and nobody else.
+    pub fn new(town: &Town, seed: u64) -> World {
+        let ground = Arc::new(Ground::new(&town.mesh));
+        let statics: Vec<_> = town
+            .colliders
+            .iter()
+            .map(|c| StaticBox { center: c.center, half_extents_m: c.half_extents_m, yaw_rad: c.yaw_rad })
+            .collect();
+        let physics = Physics::new(ground, &statics);
+        let mut world = World { physics, models: Models::default(), actors: BTreeMap::new(), last_actor: 0, seed };
+        world.place_lights(town);
+        world
+    }
+
+    /// Every lamp box of the map's dynamic signals is an actor, in the map's order.
+    fn place_lights(&mut self, town: &Town) {
+        let Some((blueprint, _)) = town::blueprint("traffic.traffic_light") else { return };
+        for head in &town.heads {
+            let actor_id = self.next_id();
+            let state = ActorState {
+                actor_id,
+                blueprint,
+                kind: kind::TRAFFIC_LIGHT,
+                flags: flag::KINEMATIC,
+                pose: Pose::level(head.position, head.yaw_rad),
+                phase: light::RED,
+                signal: head.signal,
+                ..ActorState::default()
+            };
+            self.actors.insert(actor_id, Actor { state, role: Name::default() });
+        }
+    }
+
+    fn next_id(&mut self) -> ActorId {
+        self.last_actor += 1;
+        ActorId(self.last_actor)
+    }
+
+    /// Carries out a wish about actors. Says the id concerned, or why not.
+    pub fn apply(&mut self, wish: &Wish) -> Result<u32, String> {
+        match wish {
+            Wish::Spawn(spawn) => self.spawn(spawn).map(|id| id.0),
+            Wish::Destroy(id) => self.destroy(*id).map(|()| id.0),
+            Wish::Teleport(to) => {
+                check_pose(&to.pose)?;
+                let actor = self.movable(to.actor_id)?;
+                actor.state.pose = to.pose;
+                self.physics.teleport(to.actor_id, &to.pose).map_err(|e| e.to_string())?;
+                Ok(to.actor_id.0)
+            }
+            Wish::SetVelocity(to) => {
+                let [linear, turn] =
+                    [to.velocity_mps, to.angular_velocity_radps].map(Vec3::from_array);
+                self.movable(to.actor_id)?;
+                self.physics
+                    .set_velocity(to.actor_id, linear, turn)
+                    .map_err(|e| e.to_string())?;
+                Ok(to.actor_id.0)
+            }
+            Wish::Control(control) => {
+                check_control(control)?;
+                let actor = self.movable(control.actor_id)?;
+                if actor.state.kind != kind::VEHICLE {
+                    return Err(format!("{} is no vehicle; it has no pedals", control.actor_id));
+                }
+                self.steer(control)?;
+                Ok(control.actor_id.0)
+            }
+            Wish::Autopilot(to) => {
+                let actor = self.movable(to.actor_id)?;
+                set(&mut actor.state.flags, flag::AUTOPILOT, to.on != 0);
+                Ok(to.actor_id.0)
+            }
+            _ => Err("this is no wish about an actor".to_owned()),
+        }
+    }
+
+    fn movable(&mut self, id: ActorId) -> Result<&mut Actor, String> {
+        let last = self.last_actor;
+        let actor = self.actors.get_mut(&id).ok_or_else(|| {
+            let was = id.0 > 0 && id.0 <= last;
+            format!("{id} {}", if was { "was destroyed" } else { "was never spawned" })
+        })?;
+        if actor.state.kind == kind::TRAFFIC_LIGHT {
+            return Err(format!("{id} is a traffic light of the map; it stays where it is"));
+        }
+        Ok(actor)
+    }
+
+    fn spawn(&mut self, spawn: &Spawn) -> Result<ActorId, String> {
+        if self.actors.len() >= ACTORS_MAX {
+            return Err(format!(
+                "the world is full: {} actors, ACTORS_MAX is {ACTORS_MAX}; destroy some",
+                self.actors.len()
+            ));
+        }
+        check_pose(&spawn.pose)?;
+        let name = spawn.blueprint;
+        let (index, blueprint) = town::blueprint(name.as_str()).ok_or_else(|| {
+            let count = town::catalogue().len();
+            format!("blueprint {name:?} is not among the {count} there are (omnibus blueprints)")
+        })?;
+        let id = ActorId(self.last_actor + 1);
+        let is_kinematic = spawn.flags & flag::KINEMATIC != 0;
+        let kind = kind_of(blueprint)?;
+        let pose = self
+            .models
+            .spawn(&mut self.physics, id, (index, blueprint), &spawn.pose, is_kinematic)
+            .map_err(|e| format!("{} at {}: {e}", blueprint.id, spawn.pose.position()))?;
+        self.last_actor += 1;
+        let state = ActorState {
+            actor_id: id,
+            blueprint: index,
+            kind,
+            flags: spawn.flags & (flag::AUTOPILOT | flag::KINEMATIC),
+            pose,
+            color: if spawn.color == 0 { default_color(blueprint) } else { spawn.color },
+            ..ActorState::default()
+        };
+        self.actors.insert(id, Actor { state, role: spawn.role });
+        Ok(id)
+    }
+
+    fn destroy(&mut self, id: ActorId) -> Result<(), String> {
+        self.movable(id)?;
+        self.actors.remove(&id);
+        self.physics.destroy(id).map_err(|e| e.to_string())
+    }
+
+    fn steer(&mut self, control: &VehicleControl) -> Result<(), String> {
+        self.physics.control(control).map_err(|e| e.to_string())
+    }
+
+    /// What traffic decided. Controls of vehicles that it does not drive are ignored: they may
+    /// have been taken back in the meantime.
+    pub fn follow_traffic(&mut self, controls: &[VehicleControl], lights: &[LightState]) {
+        for control in controls {
+            let drives = self.actors.get(&control.actor_id).is_some_and(|a| {
+                a.state.kind == kind::VEHICLE && a.state.has(flag::AUTOPILOT)
+            });
+            if drives && check_control(control).is_ok() {
+                // It is a vehicle and there: this cannot be refused.
+                let _ = self.steer(control);
+            }
+        }
+        for state in lights {
+            if let Some(actor) = self.actors.get_mut(&state.actor_id)
+                && actor.state.kind == kind::TRAFFIC_LIGHT
+            {
+                actor.state.phase = state.phase;
+            }
+        }
+    }
+
+    /// Physics.
+    pub fn step(&mut self, settings: &Settings) {
+        self.physics.step(settings.delta_nanos, settings.substep_max_nanos);
+        for actor in self.actors.values_mut() {
+            self.physics.fill(&mut actor.state);
+        }
+    }
+
+    /// How many collisions this frame had.
+    pub fn collisions(&self) -> usize {
+        self.physics.collisions().len()
+    }
+
+    /// Every actor, by id.
+    pub fn states(&self) -> impl ExactSizeIterator<Item = &ActorState> {
+        self.actors.values().map(|a| &a.state)
+    }
+
+    /// One actor.
+    pub fn state(&self, id: ActorId) -> Option<&ActorState> {
+        self.actors.get(&id).map(|a| &a.state)
+    }
+
+    /// Takes in all that decides the future: bodies, drivetrains, flags, roles, ids to come.
+    pub fn hash(&self, hash: &mut StateHash) {
+        hash.word(self.seed);
+        hash.word(self.last_actor.into());
+        for actor in self.actors.values() {
+            hash.bytes(bytemuck::bytes_of(&actor.state));
+            hash.bytes(&actor.role.0);
+        }
+        hash.word(self.physics.hash());
+    }
+}
+
+fn set(flags: &mut u32, bit: u32, on: bool) {
+    if on { *flags |= bit } else { *flags &= !bit }
+}
+
+fn check_pose(pose: &Pose) -> Result<(), String> {
+    if !pose.is_valid() {
+        return Err(format!(
+            "pose {:?}, {:?} is not finite, or its rotation not of unit length",
+            pose.position_m, pose.rotation
+        ));
+    }
+    let far = pose.position().abs().max_element();
+    if far > 1e5 {
+        return Err(format!("position {} lies {far} m out; 100000 m is the limit", pose.position()));
+    }
+    Ok(())
+}
+
+fn check_control(control: &VehicleControl) -> Result<(), String> {
+    let VehicleControl { throttle, brake, steer, .. } = *control;
+    for (what, value, low) in [("throttle", throttle, 0.0), ("brake", brake, 0.0), ("steer", steer, -1.0)] {
+        if !(low..=1.0).contains(&value) {
+            return Err(format!("{what} of {} is {value}, not {low} to 1", control.actor_id));
+        }
+    }
+    Ok(())
+}
+
+fn kind_of(blueprint: &Blueprint) -> Result<u32, String> {
+    match blueprint.kind {
+        Kind::Vehicle => Ok(kind::VEHICLE),
+        Kind::Walker => Ok(kind::WALKER),
+        Kind::Prop => Ok(kind::PROP),
+        _ => Err(format!("{} is part of the map and cannot be spawned", blueprint.id)),
+    }
+}
+
+fn default_color(blueprint: &Blueprint) -> u32 {
+    let [r, g, b] = blueprint.default_color;
+    u32::from_le_bytes([r, g, b, 255])
+}

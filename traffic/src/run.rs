@@ -1,0 +1,143 @@
+//! The traffic process: a snapshot in, what the minds decide out.
+
+use std::sync::Arc;
+
+use bus::{
+    Event, Frame, Instance, Interrupted, JournalEntry, Name, Participant, Role, Snapshot,
+    TrafficHeader, TrafficPorts, clock, fault,
+};
+
+use crate::{Mind, MindError};
+
+/// Why traffic ended before its host did.
+#[derive(Debug, thiserror::Error)]
+pub enum TrafficError {
+    /// The bus.
+    #[error(transparent)]
+    Bus(#[from] bus::BusError),
+    /// The mind that the host gave back.
+    #[error(transparent)]
+    Mind(#[from] MindError),
+    /// The map, which the host could read.
+    #[error("{0}")]
+    Map(String),
+}
+
+/// Drives for the host of `instance` until it ends.
+pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), TrafficError> {
+    let name = Name::new(Role::Traffic.name());
+    let participant = Participant::join(instance, Role::Traffic, name, Some(slot), within)?;
+    fault::joining(Role::Traffic);
+    let episode = instance.episode()?;
+    let network = road::Network::parse(&episode.open_drive)
+        .map_err(|e| TrafficError::Map(format!("{}: {e}", episode.map)))?;
+    let mut mind = Mind::new(Arc::new(network), episode.seed);
+    let mut ports = TrafficPorts::open(participant.hub()?)?;
+    ports.journal.await_keyframe();
+    participant.ready()?;
+    let done = participant.words().ack();
+    while let Some(own) = ports.resume.receive()? {
+        if let Some((_, _, saved)) = own.header().parts(own.payload()) {
+            mind.restore(saved)?;
+        }
+    }
+    let mut driver = Driver { participant, ports, mind, saved: Vec::new(), done, first: done.next() };
+    loop {
+        match driver.participant.next_frame(driver.done, None) {
+            Ok(newest) => driver.work_up_to(newest)?,
+            Err(Interrupted::HostEnds | Interrupted::Deadline) => return Ok(()),
+        }
+    }
+}
+
+struct Driver {
+    participant: Participant,
+    ports: TrafficPorts,
+    mind: Mind,
+    /// The mind's bytes, reused.
+    saved: Vec<u8>,
+    /// Everything up to here is planned.
+    done: Frame,
+    /// The first frame of this life.
+    first: Frame,
+}
+
+impl Driver {
+    /// Plans on every frame that has come; in asynchronous mode only on the newest.
+    fn work_up_to(&mut self, newest: Frame) -> Result<(), TrafficError> {
+        let every = self.participant.control().is_synchronous();
+        let mut latest = None;
+        while self.done < newest {
+            let Some(snapshot) = self.ports.snapshot.receive()? else { break };
+            if snapshot.header().stamp.frame <= self.done {
+                continue;
+            }
+            if every {
+                self.plan(&snapshot)?;
+            } else {
+                self.participant.words().add_missed(latest.is_some().into());
+                latest = Some(snapshot);
+            }
+        }
+        if let Some(snapshot) = latest {
+            self.plan(&snapshot)?;
+        }
+        if self.done < newest {
+            self.participant.words().add_missed(newest.0 - self.done.0);
+            self.done = newest;
+            self.participant.arrive(newest);
+        }
+        Ok(())
+    }
+
+    fn plan(&mut self, snapshot: &Snapshot) -> Result<(), TrafficError> {
+        let header = snapshot.header();
+        let frame = header.stamp.frame;
+        self.participant.begin();
+        let begin_nanos = clock::now_nanos();
+        fault::delay(Role::Traffic, frame);
+        let journal = self.journal_of(frame)?;
+        self.mind.plan(&header.stamp, header.delta_nanos, snapshot.payload(), &journal);
+        self.saved.clear();
+        self.mind.save_into(&mut self.saved);
+        let decided = TrafficHeader {
+            stamp: header.stamp,
+            control_count: self.mind.controls().len() as u32,
+            light_count: self.mind.lights().len() as u32,
+            mind_len: self.saved.len() as u64,
+            begin_nanos,
+            end_nanos: clock::now_nanos(),
+        };
+        let mut loan = self.ports.decided.loan(decided.layout().blocks)?;
+        decided.fill(
+            loan.payload_mut(),
+            self.mind.controls(),
+            self.mind.lights(),
+            &self.saved,
+        );
+        fault::point(Role::Traffic, "loan_held", frame, self.first);
+        loan.send(decided)?;
+        fault::point(Role::Traffic, "sent", frame, self.first);
+        self.done = frame;
+        self.participant.arrive(frame);
+        fault::point(Role::Traffic, "acked", frame, self.first);
+        Ok(())
+    }
+
+    /// What was wished up to `frame`. If parts were missed, asks for the standing state.
+    fn journal_of(&mut self, frame: Frame) -> Result<Vec<JournalEntry>, TrafficError> {
+        if self.ports.journal.poll()? {
+            self.participant.words().call_for_keyframe();
+            self.participant.control().host.ring();
+            while self.ports.journal.poll()? && !self.participant.is_over() {
+                std::thread::sleep(std::time::Duration::from_micros(200));
+            }
+        }
+        // Traffic's dials are its own: what a keyframe repeats changes nothing.
+        let entries = self.ports.journal.until(frame).into_iter().filter_map(|event| match event {
+            Event::Entry(_, entry) => Some(entry),
+            Event::Anew => None,
+        });
+        Ok(entries.collect())
+    }
+}
