@@ -73,6 +73,11 @@ impl Profile {
         self.pieces.is_empty()
     }
 
+    /// Whether it is zero everywhere.
+    pub(crate) fn is_zero(&self) -> bool {
+        self.pieces.iter().all(|piece| piece.factors == [0.0; 4])
+    }
+
     /// The piece that holds at `along`. Before the first piece there is none.
     pub(crate) fn piece(&self, along: f64) -> Option<&Cubic> {
         match self.pieces.as_slice() {

@@ -166,19 +166,20 @@ impl LaneIndexGrid {
         Some(network.refined(&network.lanes()[segment.lane as usize], s, point))
     }
 
-    /// Visits every segment that may lie within a cell's width of `point`, some more than once.
-    pub(crate) fn near(&self, point: DVec2, mut visit: impl FnMut(&Segment)) {
+    /// Visits every segment in the cells within `reach` of `point`, some more than once.
+    pub(crate) fn near(&self, point: DVec2, reach: f64, mut visit: impl FnMut(&Segment)) {
         if self.segments.is_empty() {
             return;
         }
-        let (column, row) = self.cell(point);
-        for ring in 0..=1 {
-            self.each_of_ring(column, row, ring, |cell| {
+        let (low, high) = (self.cell(point - reach), self.cell(point + reach));
+        for row in low.1..=high.1 {
+            for column in low.0..=high.0 {
+                let cell = row * self.columns + column;
                 let entries = self.starts[cell] as usize..self.starts[cell + 1] as usize;
                 for &entry in &self.entries[entries] {
                     visit(&self.segments[entry as usize]);
                 }
-            });
+            }
         }
     }
 

@@ -26,10 +26,12 @@ pub fn surface_mesh(network: &Network, spacing_m: f64) -> Mesh {
     let spacing = if spacing_m.is_finite() { spacing_m.clamp(0.25, 20.0) } else { 5.0 };
     let mut mesh = Mesh::default();
     let mut of_roads: Vec<Range<usize>> = Vec::new();
-    for road in 0..network.roads().len() {
+    let blends = cover::Blend::of_junctions(network);
+    for (index, road) in network.roads().iter().enumerate() {
         let first = mesh.triangles.len();
-        for section in 0..network.roads()[road].sections.len() {
-            strip::section(network, road, section, spacing, &mut mesh);
+        let blend = road.junction.and_then(|junction| blends[junction as usize].as_ref());
+        for section in 0..road.sections.len() {
+            strip::section(network, index, section, spacing, blend, &mut mesh);
         }
         of_roads.push(first..mesh.triangles.len());
     }

@@ -183,6 +183,16 @@ impl Frame {
         )
     }
 
+    /// The direction to the road's left, level.
+    pub(crate) fn left(&self) -> DVec3 {
+        DVec3::new(-self.heading_sin, self.heading_cos, 0.0)
+    }
+
+    /// How much longer a step along the path at `t` is than the same step of s.
+    pub(crate) fn stretch(&self, t: f64) -> f64 {
+        (1.0 - self.station.curvature * t).max(0.1)
+    }
+
     /// The direction of the road, level.
     pub(crate) fn ahead(&self) -> DVec3 {
         DVec3::new(self.heading_cos, self.heading_sin, 0.0)

@@ -1,6 +1,7 @@
 //! The cross-section of a lane section: strips, the lines between them, and the columns of cells
 //! that the lines bound. From left to right, that is by falling t.
 
+use super::cover::Blend;
 use super::paint::{self, Line};
 use crate::lane::{Lane, LaneType, LaneTypes};
 use crate::mark::{MarkKind, RoadMark};
@@ -14,6 +15,8 @@ use glam::DVec3;
 const KERB_M: f64 = 0.12;
 /// How wide a kerb stone is.
 const STONE_M: f64 = 0.15;
+/// How wide cells are at most where heights are blended.
+const FINE_M: f64 = 0.9;
 /// How deep the surface's outer edge reaches into the ground.
 const SKIRT_M: f64 = 0.4;
 
@@ -42,6 +45,8 @@ pub(super) struct Strip {
 pub(super) struct GridLine {
     border: usize,
     offset_m: f64,
+    /// And so much of the strip's width to the right of it.
+    share: f64,
     /// Whose surface it lies on.
     pub(super) strip: usize,
     drop_m: f64,
@@ -90,10 +95,17 @@ pub(super) struct Profile<'a> {
     pub(super) paints: Vec<Paint>,
     /// Strips before the first lane.
     ahead: usize,
+    /// Where the junction's roads disagree about heights.
+    blend: Option<&'a Blend<'a>>,
 }
 
 impl<'a> Profile<'a> {
-    pub(super) fn new(network: &'a Network, road: &'a Road, section: &'a Section) -> Profile<'a> {
+    pub(super) fn new(
+        network: &'a Network,
+        road: &'a Road,
+        section: &'a Section,
+        blend: Option<&'a Blend<'a>>,
+    ) -> Profile<'a> {
         let mut profile = Profile {
             network,
             road,
@@ -103,6 +115,7 @@ impl<'a> Profile<'a> {
             columns: Vec::new(),
             paints: Vec::new(),
             ahead: 0,
+            blend,
         };
         profile.lay_strips();
         if !profile.strips.is_empty() {
@@ -157,7 +170,7 @@ impl<'a> Profile<'a> {
             };
             let raised = match lane.kind {
                 LaneType::Sidewalk | LaneType::Median => true,
-                LaneType::None => behind_kerb,
+                LaneType::None => behind_kerb && !in_junction,
                 _ => false,
             };
             self.strips.push(Strip {
@@ -202,7 +215,25 @@ impl<'a> Profile<'a> {
             }
             if let Some(right) = right {
                 self.column(right, Look::Plain);
+                self.fine_lines(border, right);
             }
+        }
+    }
+
+    /// Lines inside a strip, where its height follows other roads.
+    fn fine_lines(&mut self, border: usize, strip: usize) {
+        let Some(position) = self.strips[strip].lane.filter(|_| self.blend.is_some()) else {
+            return;
+        };
+        let lane = self.lane(position);
+        let widths = [0.0, 0.5, 1.0].map(|share| lane.reach(0.0, share * self.section.length_m));
+        let width = widths.into_iter().fold(0.0, f64::max);
+        let pieces = (width / FINE_M).ceil().clamp(1.0, 32.0) as usize;
+        for piece in 1..pieces {
+            let share = piece as f64 / pieces as f64;
+            let line = GridLine { border, offset_m: 0.0, share, strip, drop_m: 0.0, paint: None };
+            self.lines.push(line);
+            self.column(strip, Look::Plain);
         }
     }
 
@@ -282,7 +313,7 @@ impl<'a> Profile<'a> {
         drop_m: f64,
         paint: Option<usize>,
     ) {
-        self.lines.push(GridLine { border, offset_m, strip, drop_m, paint });
+        self.lines.push(GridLine { border, offset_m, share: 0.0, strip, drop_m, paint });
     }
 
     /// The column from the line before to whatever line comes next.
@@ -416,8 +447,9 @@ impl Profile<'_> {
         };
         let mut before = f64::INFINITY;
         for line in &self.lines {
-            let wanted = row.t[line.border] + line.offset_m;
-            let t = wanted.clamp(row.t[line.strip + 1], row.t[line.strip]).min(before);
+            let (left, right) = (row.t[line.strip], row.t[line.strip + 1]);
+            let wanted = row.t[line.border] + line.offset_m - line.share * (left - right);
+            let t = wanted.clamp(right, left).min(before);
             row.lines.push(t);
             before = t;
         }
@@ -443,7 +475,9 @@ impl Profile<'_> {
         let level = mix(row.level[strip], row.level[strip + 1]);
         let rise = if flat { 0.0 } else { mix(row.rise[strip][0], row.rise[strip][1]) };
         let uneven = self.road.unevenness(row.s, t);
-        row.frame.point(t, level, uneven + rise + up)
+        let base = row.frame.point(t, level, uneven);
+        let height = self.blend.map_or(base.z, |blend| blend.height(base));
+        DVec3::new(base.x, base.y, height + rise + up)
     }
 
     /// The width of a strip.

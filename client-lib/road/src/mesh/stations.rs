@@ -77,8 +77,13 @@ impl Outline<'_> {
                     curve[line].distance(first[line].lerp(last[line], shares)) > CHORD_M
                 })
             };
+            // Two triangles do not follow a cell that twists.
+            let turn = |s: f64| self.road.superelevation.at(s);
+            let twist = (turn(from) - turn(to)).abs().max((turn(from) - turn(middle)).abs());
+            let wide = first[0].distance(first[1]).max(first[1].distance(first[2]));
+            let twisted = 0.25 * twist * wide > CHORD_M;
             // An S-bend crosses its chord in the middle; the quarter tells it.
-            if off(0.5, &curve) || off(0.25, &self.at(0.75 * from + 0.25 * to)) {
+            if twisted || off(0.5, &curve) || off(0.25, &self.at(0.75 * from + 0.25 * to)) {
                 self.split(from, middle, first, curve, found);
                 self.split(middle, to, curve, last, found);
                 return;

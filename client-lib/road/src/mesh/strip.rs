@@ -1,7 +1,7 @@
 //! One lane section's triangles.
 
 use super::columns::{ASPHALT, Look, Profile, Row};
-use super::cover::Cover;
+use super::cover::{Blend, Cover};
 use super::stations::{NEAR_M, stations};
 use crate::network::Network;
 use crate::surface::{Face, Mesh};
@@ -11,26 +11,32 @@ use glam::DVec3;
 const TONGUE_M: f64 = 0.15;
 const TONGUE_DEPTH_M: f64 = 0.02;
 
-/// Where strips may have to yield, cells are at most this long.
+/// Where strips may have to yield or heights are blended, cells are at most this long.
 const YIELD_SPACING_M: f64 = 1.5;
+const BLEND_SPACING_M: f64 = 0.9;
 
 pub(super) fn section(
     network: &Network,
     road_index: usize,
     section_index: usize,
     spacing: f64,
+    blend: Option<&Blend>,
     mesh: &mut Mesh,
 ) {
     let road = &network.roads()[road_index];
     let section = &road.sections[section_index];
-    let profile = Profile::new(network, road, section);
+    let profile = Profile::new(network, road, section, blend);
     if profile.strips.is_empty() || section.length_m <= 0.0 {
         return;
     }
     let wanted: Vec<f64> =
         profile.paints.iter().flat_map(|paint| &paint.lines).map(|line| line.from_m).collect();
     let yields = road.junction.is_some() && profile.strips.iter().any(|strip| !strip.paved);
-    let spacing = if yields { spacing.min(YIELD_SPACING_M) } else { spacing };
+    let spacing = match (yields, blend) {
+        (_, Some(_)) => spacing.min(BLEND_SPACING_M),
+        (true, None) => spacing.min(YIELD_SPACING_M),
+        (false, None) => spacing,
+    };
     let at = stations(network, road, section, spacing, wanted);
     let rows: Vec<Row> = at.iter().map(|s| profile.row(*s)).collect();
     let cover = Cover::new(network, road_index as u32);
@@ -59,14 +65,20 @@ fn yielding(profile: &Profile, rows: &[Row], cover: &Cover) -> Vec<Vec<bool>> {
         if profile.strips[strip].paved {
             return false;
         }
-        [0.05, 0.5, 0.95].iter().any(|along| {
-            [0.05, 0.5, 0.95].iter().any(|share| {
-                let (a, b) = (
-                    profile.across(from, strip, *share, true),
-                    profile.across(to, strip, *share, true),
-                );
-                cover.paved(a.lerp(b, *along))
-            })
+        let across = |row: &Row, share: f64| profile.across(row, strip, share, true);
+        let middle = across(from, 0.5).lerp(across(to, 0.5), 0.5);
+        let reach = middle.distance(across(from, 0.0)).max(middle.distance(across(to, 1.0)));
+        if !cover.possible(middle, reach) {
+            return false;
+        }
+        // Near the edges at the depth of a touch, and every half metre between them.
+        let width = profile.strip_width(from, strip).max(profile.strip_width(to, strip));
+        let inset = (0.03 / width.max(0.06)).min(0.5);
+        let steps = (width / 0.5).ceil().clamp(1.0, 64.0) as usize;
+        (0..=steps).any(|step| {
+            let share = inset + (1.0 - 2.0 * inset) * step as f64 / steps as f64;
+            let (a, b) = (across(from, share), across(to, share));
+            [0.02, 0.35, 0.65, 0.98].iter().any(|along| cover.paved(a.lerp(b, *along)))
         })
     };
     let of_interval = |pair: &[Row]| {
