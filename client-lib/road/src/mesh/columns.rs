@@ -173,10 +173,15 @@ impl<'a> Profile<'a> {
                 LaneType::None => behind_kerb && !in_junction,
                 _ => false,
             };
+            // A border or cycle track that the file itself raises is like a sidewalk.
+            let island = !LaneTypes::DRIVABLE.contains(lane.kind)
+                && !lane.heights.is_empty()
+                && lane.heights.iter().all(|height| height.inner_m.min(height.outer_m) > 0.05);
+            let paved = PAVED.contains(lane.kind) || (lane.kind == LaneType::None && in_junction);
             self.strips.push(Strip {
                 lane: Some(position),
-                face: face(lane.kind, in_junction),
-                paved: PAVED.contains(lane.kind) || (lane.kind == LaneType::None && in_junction),
+                face: if island { PAVEMENT } else { face(lane.kind, in_junction) },
+                paved: paved && !island,
                 raise_m: if raised && !own_heights { KERB_M } else { 0.0 },
                 uneven: !lane.heights.is_empty(),
             });
@@ -520,9 +525,13 @@ impl Profile<'_> {
 pub(super) const ASPHALT: Face =
     Face { tag: Tag::Roads as u8, material: Material::Asphalt as u8, reserved: 0, object: 0 };
 
+/// What people walk on.
+const PAVEMENT: Face =
+    Face { tag: Tag::SideWalks as u8, material: Material::Paving as u8, reserved: 0, object: 0 };
+
 fn face(kind: LaneType, in_junction: bool) -> Face {
     let (tag, material) = match kind {
-        LaneType::Sidewalk => (Tag::SideWalks, Material::Paving),
+        LaneType::Sidewalk => return PAVEMENT,
         LaneType::None if !in_junction => (Tag::Terrain, Material::Grass),
         LaneType::Median => (Tag::Terrain, Material::Grass),
         LaneType::Rail => (Tag::RailTrack, Material::Soil),

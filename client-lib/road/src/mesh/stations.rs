@@ -69,7 +69,7 @@ impl Outline<'_> {
 
     /// Adds `to`, and before it what the curve between needs.
     fn split(&self, from: f64, to: f64, first: [DVec3; 3], last: [DVec3; 3], found: &mut Vec<f64>) {
-        if to - from > 0.2 {
+        if to - from > 2.0 * NEAR_M {
             let middle = 0.5 * (from + to);
             let curve = self.at(middle);
             let off = |shares: f64, curve: &[DVec3; 3]| {

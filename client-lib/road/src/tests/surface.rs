@@ -124,7 +124,13 @@ fn rays_find_every_driving_lane_at_its_height_as_road() {
                     continue;
                 }
                 for share in [-0.46, -0.21, 0.013, 0.24, 0.47] {
-                    let point = network.place_at(lane.index, along_m, share * width).position;
+                    let offset = share * width;
+                    let bend = network.place_at(lane.index, along_m, 0.0).curvature_per_m;
+                    // The inner side of a bend tighter than the lane is wide is nowhere.
+                    if bend * offset > 0.8 {
+                        continue;
+                    }
+                    let point = network.place_at(lane.index, along_m, offset).position;
                     rays += 1;
                     let what = match caster.below(point + DVec3::Z, 3.0) {
                         None => {
@@ -145,7 +151,7 @@ fn rays_find_every_driving_lane_at_its_height_as_road() {
                         }
                     };
                     if std::env::var("DEBUG_RAYS").is_ok_and(|n| name.contains(&n))
-                        && (missed + height + tag) % 37 == 1
+                        && true
                     {
                         let (road, section, id, s) =
                             network.road_space(LanePoint { lane: lane.index, along_m });
@@ -181,25 +187,21 @@ fn rays_find_every_driving_lane_at_its_height_as_road() {
 
 #[test]
 fn debug_point() {
-    let Some((_, text)) = shared_maps().into_iter().find(|(name, _)| name.contains("Town03"))
+    let Some((_, text)) = shared_maps().into_iter().find(|(name, _)| name.contains(&std::env::var("M").unwrap_or("zz".into())))
     else {
         return;
     };
     let network = Network::parse(&text).unwrap();
     let mesh = surface_mesh(&network, 5.0);
     let caster = Caster::new(&mesh);
-    for p in [
-        DVec3::new(84.433, 136.015, 8.0),
-        DVec3::new(152.892, 72.387, 8.0),
-        DVec3::new(-73.859, -132.186, 0.0),
-    ] {
-        let hit = caster.below(p + DVec3::Z, 3.0).unwrap();
+    for p in [DVec3::new(78.765, 71.781, 8.000),DVec3::new(82.249, 74.225, 8.000),DVec3::new(83.388, 135.192, 8.000)] {
+        let hit = caster.below(p + DVec3::Z, 3.0).unwrap_or((0.0,0));
         println!(
             "POINT {p} hit {} {:?}",
             hit.0,
             mesh.triangles[hit.1].map(|c| mesh.positions[c as usize])
         );
-        for lane in network.lanes().iter().filter(|l| l.junction.is_some()) {
+        for lane in network.lanes().iter() {
             let steps = (lane.length_m / 0.2).ceil() as usize;
             let mut done = false;
             for step in 0..=steps {
