@@ -84,6 +84,11 @@ fn best(rows: &Rows, row: usize, view: &View, claims: &[Claim]) -> Option<(u32, 
     if !urgent && speed < SLOWEST_MPS {
         return None;
     }
+    // Too near to whom one follows, one would have to squeeze past him.
+    let leader = &view.leaders[row];
+    if leader.gap_m < 6.0 + 2.0 * (speed - leader.speed_mps).max(0.0) {
+        return None;
+    }
     let own = crowd.body[body];
     let stay = gain(speed, view.wishes[row], &view.leaders[row]);
     let mut best: Option<(f32, (u32, f32, f32))> = None;

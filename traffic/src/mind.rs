@@ -329,30 +329,37 @@ impl Mind {
         control(press, pedals::wheel(wheels, lock_rad, speed), 0)
     }
 
-    /// While changing lanes, who is in front on the lane that is being left counts too.
+    /// While changing lanes, who is in front on the lane that is being left counts too, unless the
+    /// change will be clear of him.
     fn leader_beside(&self, row: usize, leader: Leader) -> Leader {
         let (rows, tracks) = (&self.memory.rows, &self.map.tracks);
-        let (scratch, lane) = (&self.scratch, rows.route[row].lane() as usize);
-        let (shift, _) = route::shift_at(rows, row, 0.0);
-        if shift.abs() < 0.8 {
-            return leader;
-        }
-        let beside = if shift > 0.0 { tracks.left[lane] } else { tracks.right[lane] };
-        if beside == crate::tracks::NONE {
-            return leader;
-        }
+        let (scratch, full) = (&self.scratch, rows.shift_m[row]);
         let own = scratch.crowd.driven[row];
-        let body = own as usize;
-        let seat = tracks.project(
-            beside,
-            scratch.crowd.position[body].truncate(),
-            rows.arc_m[row] * tracks.length(beside) / tracks.length(lane as u32).max(0.1),
-        );
-        let begins = -(seat.arc_m + scratch.crowd.body[body].front_m);
-        let old = follow::first_ahead(&scratch.occupancy, beside, own, begins, seat.arc_m);
-        // He matters only until the change has passed him.
-        let left_m = rows.shift_over_m[row] - rows.shift_done_m[row];
-        if old.gap_m < leader.gap_m && old.gap_m < 0.6 * left_m + 5.0 { old } else { leader }
+        let body = scratch.crowd.body[own as usize];
+        let mut begins = -rows.arc_m[row] - body.front_m;
+        for &lane in rows.route[row].lanes() {
+            if begins > rows.shift_over_m[row] {
+                break;
+            }
+            let index = lane as usize;
+            let beside = if full > 0.0 { tracks.left[index] } else { tracks.right[index] };
+            if beside == crate::tracks::NONE {
+                break;
+            }
+            // Neighbours run side by side, but not always at the same length.
+            let scale = tracks.length(beside) / tracks.length(lane).max(0.1);
+            let from = if begins < 0.0 { rows.arc_m[row] * scale } else { f32::NEG_INFINITY };
+            let start = if begins < 0.0 { -rows.arc_m[row] * scale - body.front_m } else { begins };
+            let old = follow::first_ahead(&scratch.occupancy, beside, own, start, from);
+            if old.gap_m.is_finite() {
+                let (there, _) = route::shift_at(rows, row, old.gap_m.max(0.0));
+                let apart = full.abs() - there.abs();
+                let clear = body.half_width_m + scratch.crowd.body[old.body as usize].half_width_m;
+                return if apart < clear + 0.3 && old.gap_m < leader.gap_m { old } else { leader };
+            }
+            begins += tracks.length(lane);
+        }
+        leader
     }
 
     fn plan_lights(&mut self, actors: &[ActorState], delta_nanos: u64) {

@@ -91,6 +91,21 @@ impl SignalPlan {
         self.phases.len()
     }
 
+    #[cfg(test)]
+    pub(crate) fn describe(&self) {
+        for (c, n) in self.phases.iter().enumerate() {
+            println!(
+                "cycle {c}: {n} phases {:?}",
+                self.seat
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, s)| s.0 == c as u32)
+                    .map(|(i, s)| (i, s.1))
+                    .collect::<Vec<_>>()
+            );
+        }
+    }
+
     /// Advances the clocks of all cycles.
     pub(crate) fn advance(&self, clocks: &mut [u64], delta_nanos: u64) {
         for (clock, &phases) in clocks.iter_mut().zip(&self.phases) {

@@ -22,6 +22,9 @@ fn seconds() -> usize {
 fn drive(name: &str, count: usize) {
     let Some(network) = map(name) else { return };
     let mut course = Course::new(network, 1, count);
+    if std::env::var_os("OMNIBUS_PLAN").is_some() {
+        course.mind.map.signals.describe();
+    }
     let whom: Vec<usize> = std::env::var("OMNIBUS_WHOM")
         .map_or(Vec::new(), |s| s.split(',').map(|w| w.parse::<usize>().unwrap() - 1).collect());
     for tick in 0..seconds() * 20 {
