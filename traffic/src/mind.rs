@@ -244,6 +244,18 @@ impl Mind {
 
     fn change_lanes(&mut self, delta_nanos: u64) {
         let scratch = &self.scratch;
+        for row in 0..self.memory.rows.id.len() {
+            if self.memory.rows.placed[row] == 1 {
+                route::turn_round(
+                    &mut self.memory.rows,
+                    row,
+                    &self.map.tracks,
+                    &scratch.crowd,
+                    &scratch.occupancy,
+                    self.seed,
+                );
+            }
+        }
         let view = change::View {
             map: &self.map,
             crowd: &scratch.crowd,
@@ -289,7 +301,10 @@ impl Mind {
         let mut halt = scratch.junctions.halts[row];
         let end_m = follow::route_end(rows, row, tracks, front_m);
         if end_m < 100.0 {
-            halt.stop_m = halt.stop_m.min((end_m - 1.0).max(0.0));
+            let last = *rows.route[row].lanes().last().expect("a route has a lane");
+            let back = tracks.back[last as usize] != crate::tracks::NONE;
+            let room_m = if back { route::TURN_ROOM_M } else { 1.0 };
+            halt.stop_m = halt.stop_m.min((end_m - room_m).max(0.0));
         }
         midway_lights(map, rows, row, &scratch.shown, front_m, speed, &mut halt);
         let mut wish = scratch.wishes[row];

@@ -3,7 +3,7 @@
 use glam::Vec2;
 
 use crate::grid::Grid;
-use crate::perceive::Crowd;
+use crate::perceive::{Crowd, Occupancy};
 use crate::random::{Purpose, draw};
 use crate::rows::{Route, Rows};
 use crate::tracks::{NONE, Tracks};
@@ -60,7 +60,12 @@ fn advance(rows: &mut Rows, row: usize, tracks: &Tracks, crowd: &Crowd, body: us
         }
     }
     let astray = seat.left_m - shift_at(rows, row, 0.0).0;
-    let backwards = seat.tangent.dot(crowd.forward[body]) < -0.2;
+    let aligned = seat.tangent.dot(crowd.forward[body]);
+    if rows.turning[row] == 1 {
+        rows.turning[row] = u32::from(aligned < 0.7);
+        return seat.left_m.abs() < 4.0 * LOST_M;
+    }
+    let backwards = aligned < -0.2;
     let jumped = driven.abs() > 8.0;
     astray.abs() < LOST_M && !backwards && !jumped && seat.arc_m > -6.0
 }
@@ -71,6 +76,51 @@ fn lose(rows: &mut Rows, row: usize) {
     (rows.shift_m[row], rows.shift_done_m[row], rows.shift_over_m[row]) = (0.0, 0.0, 0.0);
     (rows.order[row], rows.pass_end[row], rows.idle_s[row]) = (0, 0, 0.0);
     rows.wait_s[row] = 0.0;
+    rows.turning[row] = 0;
+}
+
+/// How long before a dead end one stops in order to turn round there.
+pub(crate) const TURN_ROOM_M: f32 = 9.0;
+
+/// Who turns round wants nobody so near in front, and nobody else who turns.
+const CROWDED_M: f32 = 16.0;
+
+/// Lets whoever stands at a dead end turn round and drive back, when nobody is coming.
+pub(crate) fn turn_round(
+    rows: &mut Rows,
+    row: usize,
+    tracks: &Tracks,
+    crowd: &Crowd,
+    occupancy: &Occupancy,
+    seed: u64,
+) {
+    let [lane] = *rows.route[row].lanes() else { return };
+    let back = tracks.back[lane as usize];
+    let own = crowd.driven[row];
+    let body = own as usize;
+    let left_m = tracks.length(lane) - rows.arc_m[row] - crowd.body[body].front_m;
+    if back == NONE || crowd.speed(body).abs() > 0.5 || left_m > TURN_ROOM_M + 3.0 {
+        return;
+    }
+    let position = crowd.position[body].truncate();
+    let seat = tracks.project(back, position, (tracks.length(back) - rows.arc_m[row]).max(0.0));
+    let coming = occupancy.on(back).iter().any(|o| {
+        let reach = crowd.body[body].length_m() + 6.0 + 4.0 * o.speed_mps.max(0.0);
+        o.body != own && (o.front_m - seat.arc_m).abs() < reach
+    });
+    let crowded = (0..rows.id.len()).any(|other| {
+        let place = crowd.position[crowd.driven[other] as usize].truncate();
+        let ahead = (place - position).dot(crowd.forward[body]) > 0.0;
+        let near = place.distance_squared(position) < CROWDED_M * CROWDED_M;
+        other != row && near && (ahead || rows.turning[other] == 1)
+    });
+    if coming || crowded {
+        return;
+    }
+    rows.route[row] = Route::from_lane(back, rows.route[row].passed.wrapping_add(1));
+    rows.arc_m[row] = seat.arc_m.clamp(0.0, tracks.length(back));
+    rows.turning[row] = 1;
+    lengthen(rows, row, tracks, seed);
 }
 
 /// Puts a row onto the track that fits the vehicle's place and heading best.

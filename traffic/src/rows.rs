@@ -136,6 +136,8 @@ columns! {
     effort: f32 = 0.0,
     /// How long it stands though it should move.
     stuck_s: f32 = 0.0,
+    /// 1: it turns round to drive the other way.
+    turning: u32 = 0,
     /// For how long it still backs out.
     reverse_s: f32 = 0.0,
     /// How often it backed out since it last drove on.

@@ -58,8 +58,13 @@ pub(crate) fn steer(
 
     let slip = (0.5 * curvature * wheelbase).clamp(-0.6, 0.6).asin();
     let line = Vec2::from_angle(slope.atan() - slip).rotate(seat.tangent);
-    let deviation =
+    let mut deviation =
         Deviation { left_m: seat.left_m - wanted_left, heading_rad: line.angle_to(forward) };
+    // Turn round by way of the lane, not away from it.
+    let side = deviation.left_m.signum();
+    if rows.turning[row] == 1 && deviation.heading_rad * side > 2.0 {
+        deviation.heading_rad -= side * std::f32::consts::TAU;
+    }
 
     let gain = (BANDWIDTH * wheelbase / speed.abs().max(0.5)).min(HEADING_GAIN);
     let aim = deviation.left_m * gain / (4.0 * DAMPING * DAMPING * wheelbase);

@@ -56,6 +56,8 @@ pub(crate) struct Tracks {
     pub(crate) right_change: Vec<bool>,
     /// Up to where the lane is wide enough to drive on; its length unless it peters out, by lane.
     pub(crate) usable_m: Vec<f32>,
+    /// For lanes at a dead end: the lane beside on which one can drive back, else [`NONE`].
+    pub(crate) back: Vec<u32>,
     /// Whether one can drive on for ever from here without changing lanes.
     pub(crate) endless: Vec<bool>,
     next: Links,
@@ -120,6 +122,7 @@ impl Tracks {
             left_change: lanes.iter().map(|l| l.left_change).collect(),
             right_change: lanes.iter().map(|l| l.right_change).collect(),
             usable_m: Vec::with_capacity(lanes.len()),
+            back: lanes.iter().map(|lane| way_back(network, lane)).collect(),
             endless: Vec::new(),
             next: Links::new(lanes.len(), |lane| {
                 if usable(lane) { keep(&lanes[lane].successors) } else { Vec::new() }
@@ -334,6 +337,29 @@ impl Tracks {
             self.pace[index] = ahead;
         }
     }
+}
+
+/// The nearest lane driven the other way, for a lane after which there is no road.
+fn way_back(network: &Network, lane: &Lane) -> u32 {
+    let mut at = lane;
+    if !lane.successors.is_empty() {
+        return NONE;
+    }
+    for _ in 0..8 {
+        // Seen in driving direction, the other side of the road is to the left where traffic keeps
+        // right; beyond the middle, directions swap.
+        let side = if network.roads()[lane.road as usize].left_hand { at.right } else { at.left };
+        let Some(next) = side else { return NONE };
+        at = network.lane(next);
+        if at.forward != lane.forward {
+            let open = LaneTypes::DRIVABLE.contains(at.kind) && !at.successors.is_empty();
+            if open {
+                return at.index.0;
+            }
+            return NONE;
+        }
+    }
+    NONE
 }
 
 /// Speed limits by lane. A lane without one takes the lowest of the lanes that lead to it, then of

@@ -225,7 +225,7 @@ impl Course {
                 println!("{}", describe(&self.network, &self.mind, car, row));
             }
             let offset = (seat.left_m - shift_at(rows, row, 0.0).0).abs();
-            if offset > record.worst_offset_m {
+            if offset > record.worst_offset_m && rows.turning[row] == 0 {
                 record.worst_offset_m = offset;
                 record.offset_at = car.position;
             }

@@ -1,1 +1,0 @@
-cd /work/wt-traffic && OMNIBUS_MAPS=/work/shared/maps /work/bin/slot cargo test --release -p traffic ${1:-town} -- --nocapture --test-threads=1 2>&1 | grep -E "STUCK|^error|vehicles,|touches|stood|off by|panicked" -A${2:-0}
