@@ -1,5 +1,7 @@
 //! What a mind knows of a vehicle's build: how long, how wide, how it turns.
 
+use town::Blueprint;
+
 /// Dimensions of one blueprint, in its actor space (origin in the middle of the wheelbase).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Body {
@@ -15,16 +17,33 @@ pub(crate) struct Body {
     pub(crate) lock_rad: f32,
 }
 
+/// A mid-size car: what is assumed of a blueprint that the catalogue does not have.
+pub(crate) const CAR: Body =
+    Body { front_m: 2.35, rear_m: 2.35, half_width_m: 0.95, wheelbase_m: 2.8, lock_rad: 0.61 };
+
 impl Body {
     /// From bumper to bumper.
     pub(crate) fn length_m(&self) -> f32 {
         self.front_m + self.rear_m
     }
-}
 
-/// A mid-size car: what is assumed of a blueprint that the catalogue does not have.
-pub(crate) const CAR: Body =
-    Body { front_m: 2.35, rear_m: 2.35, half_width_m: 0.95, wheelbase_m: 2.8, lock_rad: 0.61 };
+    fn of(blueprint: &Blueprint) -> Body {
+        let (half, center) = (blueprint.half_extents_m, blueprint.center_m);
+        Body {
+            front_m: half.x + center.x,
+            rear_m: half.x - center.x,
+            half_width_m: half.y,
+            wheelbase_m: if blueprint.wheelbase_m > 0.5 { blueprint.wheelbase_m } else { 2.8 },
+            lock_rad: match blueprint.base_type {
+                "truck" => 0.75,
+                "bus" => 0.85,
+                "motorcycle" => 0.6,
+                "bicycle" => 0.8,
+                _ => CAR.lock_rad,
+            },
+        }
+    }
+}
 
 /// The catalogue's dimensions, by blueprint index.
 pub(crate) struct Bodies(Vec<Body>);
@@ -32,7 +51,7 @@ pub(crate) struct Bodies(Vec<Body>);
 impl Bodies {
     /// Reads the catalogue once.
     pub(crate) fn from_catalogue() -> Bodies {
-        Bodies(Vec::new())
+        Bodies(town::catalogue().iter().map(Body::of).collect())
     }
 
     /// Dimensions of blueprint `index`.
