@@ -1,0 +1,155 @@
+//! Who asks for leave, for which way, and in which order they are heard.
+
+use bus::light;
+
+use super::{
+    BRAKE_MPS2, Junctions, LINE_GAP_M, Request, STANDING_GAP_M, View, YELLOW_BRAKE_MPS2, pass_end,
+};
+use crate::approach::Sign;
+use crate::perceive::ordered;
+use crate::random::{Purpose, unit};
+use crate::rows::Rows;
+use crate::signals::LEFT_TURN_RAD;
+use crate::tracks::NONE;
+
+/// After so long at the line, rank does not matter any more.
+const PATIENCE_S: f32 = 15.0;
+
+impl Junctions {
+    /// What the light of route lane `k` shows to this vehicle; dark without one.
+    pub(super) fn light(&self, rows: &Rows, row: usize, k: usize, view: &View) -> u32 {
+        let lane = rows.route[row].lanes()[k] as usize;
+        let signal = view.map.approaches.signal[lane];
+        if signal == NONE {
+            return light::OFF;
+        }
+        let share = view.ignore_lights[row];
+        let nth = u64::from(rows.route[row].passed.wrapping_add(k as u32));
+        if share > 0.0 && unit(view.seed, rows.id[row], Purpose::Light, nth) < share {
+            return light::GREEN;
+        }
+        view.lights[signal as usize]
+    }
+
+    /// The next way through a junction that needs a leave, if it is near enough to matter.
+    pub(super) fn request(&self, rows: &Rows, row: usize, view: &View) -> Option<Request> {
+        let map = view.map;
+        let lanes = rows.route[row].lanes();
+        let body = view.crowd.driven[row] as usize;
+        let speed = view.crowd.speed(body).max(0.0);
+        let horizon = speed * speed / (2.0 * BRAKE_MPS2) + 2.0 * speed + 15.0;
+        let mut k = pass_end(rows, row);
+        while k < lanes.len() {
+            if self.start(row, k) > horizon.max(8.0 * speed) {
+                return None;
+            }
+            if !map.tracks.in_junction(lanes[k]) {
+                k += 1;
+                continue;
+            }
+            let to = self.way_end(rows, row, k, view);
+            let way = &lanes[k..to];
+            let contested = way.iter().any(|&lane| !map.conflicts.of(lane).is_empty())
+                || map.approaches.signal[lanes[k] as usize] != NONE
+                || map.approaches.sign[lanes[k] as usize] == Sign::Stop;
+            if !contested {
+                k = to;
+                continue;
+            }
+            let entry_m = self.start(row, k);
+            let line_m = entry_m - map.approaches.line_m[lanes[k] as usize];
+            let light = self.light(rows, row, k, view);
+            let free_m = (line_m - LINE_GAP_M).max(0.0);
+            let late = speed * speed > 2.0 * YELLOW_BRAKE_MPS2 * free_m;
+            let red = light == light::RED || (light == light::YELLOW && !late);
+            let rank = self.rank(rows, row, k, to, light, view);
+            return Some(Request { row, from: k, to, line_m, entry_m, rank, rights: 0, red });
+        }
+        None
+    }
+
+    /// One past the last lane of the way through the junction that begins at `from`; goes on
+    /// through the next junction if there is no room to stand between the two.
+    pub(super) fn way_end(&self, rows: &Rows, row: usize, from: usize, view: &View) -> usize {
+        let tracks = &view.map.tracks;
+        let lanes = rows.route[row].lanes();
+        let body = view.crowd.body[view.crowd.driven[row] as usize];
+        let mut to = from;
+        loop {
+            while to < lanes.len() && tracks.in_junction(lanes[to]) {
+                to += 1;
+            }
+            let mut room = 0.0;
+            let mut next = to;
+            while next < lanes.len() && !tracks.in_junction(lanes[next]) {
+                room += tracks.length(lanes[next]);
+                next += 1;
+            }
+            if next < lanes.len() && room < body.length_m() + STANDING_GAP_M {
+                to = next;
+            } else {
+                return to;
+            }
+        }
+    }
+
+    /// Who goes first; lower does.
+    pub(super) fn rank(
+        &self,
+        rows: &Rows,
+        row: usize,
+        from: usize,
+        to: usize,
+        light: u32,
+        view: &View,
+    ) -> i32 {
+        let map = view.map;
+        if rows.wait_s[row] > PATIENCE_S {
+            return -1;
+        }
+        let lanes = rows.route[row].lanes();
+        let first = lanes[from] as usize;
+        let mut last = from;
+        while last + 1 < to
+            && map.tracks.junction[lanes[last + 1] as usize] == map.tracks.junction[first]
+        {
+            last += 1;
+        }
+        let way_in = map.tracks.at(lanes[from], 0.0).1;
+        let way_out = map.tracks.at(lanes[last], map.tracks.length(lanes[last])).1;
+        let left = i32::from(way_in.angle_to(way_out) > LEFT_TURN_RAD);
+        match light {
+            light::OFF => {
+                let sign = map.approaches.sign[first] != Sign::None;
+                let low = sign || map.approaches.beside_lights[first];
+                left + 2 * i32::from(map.approaches.minor[first]) + 4 * i32::from(low)
+            }
+            _ => left,
+        }
+    }
+
+    pub(super) fn sort_requests(&mut self, rows: &Rows, view: &View) {
+        let tracks = &view.map.tracks;
+        let bucket = |rows: &Rows, request: &Request| {
+            // Who waits longer goes first; who comes sooner goes first.
+            let speed = view.crowd.speed(view.crowd.driven[request.row] as usize).max(0.5);
+            let soon = (request.line_m.max(0.0) / speed).min(100.0) as u32;
+            (u32::MAX - rows.wait_s[request.row] as u32, soon)
+        };
+        for a in 0..self.requests.len() {
+            let mine = self.requests[a];
+            let lane = rows.route[mine.row].lanes()[mine.from];
+            let heading = tracks.at(lane, 0.0).1;
+            let rights = self.requests.iter().filter(|other| {
+                let from = rows.route[other.row].lanes()[other.from];
+                other.rank == mine.rank
+                    && tracks.junction[from as usize] == tracks.junction[lane as usize]
+                    && bucket(rows, other) == bucket(rows, &mine)
+                    && heading.perp_dot(tracks.at(from, 0.0).1) > 0.5
+            });
+            self.requests[a].rights = rights.count() as u32;
+        }
+        self.requests
+            .sort_by_key(|r| (r.rank, bucket(rows, r), r.rights, ordered(r.line_m), r.row));
+    }
+}

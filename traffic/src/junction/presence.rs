@@ -1,0 +1,134 @@
+//! Who is in a junction or will be soon, and when he will be where.
+
+use super::{Junctions, View, pass_end, way};
+use crate::rows::Rows;
+use crate::tracks::NONE;
+
+/// Someone's presence on a lane of a junction, now or soon.
+#[derive(Clone, Copy)]
+pub(super) struct Presence {
+    pub(super) lane: u32,
+    /// Index into the crowd.
+    pub(super) body: u32,
+    /// From its front bumper to the lane's start.
+    pub(super) start_m: f32,
+    pub(super) rank: i32,
+}
+
+impl Junctions {
+    pub(super) fn list_presences(&mut self, rows: &Rows, view: &View) {
+        let tracks = &view.map.tracks;
+        self.holders.clear();
+        self.coming.clear();
+        for row in 0..rows.id.len() {
+            if rows.placed[row] == 0 || rows.order[row] == 0 {
+                continue;
+            }
+            let lanes = rows.route[row].lanes();
+            for (k, &lane) in lanes.iter().enumerate().take(pass_end(rows, row)) {
+                if tracks.in_junction(lane) {
+                    self.holders.push(Presence {
+                        lane,
+                        body: view.crowd.driven[row],
+                        start_m: self.start(row, k),
+                        rank: 0,
+                    });
+                }
+            }
+        }
+        for request in self.requests.iter().filter(|request| !request.red) {
+            let lanes = rows.route[request.row].lanes();
+            for (k, &lane) in way(lanes, request) {
+                if tracks.in_junction(lane) {
+                    self.coming.push(Presence {
+                        lane,
+                        body: view.crowd.driven[request.row],
+                        start_m: self.start(request.row, k),
+                        rank: request.rank,
+                    });
+                }
+            }
+        }
+        self.list_strangers(view);
+        self.holders.sort_unstable_by_key(|p| (p.lane, p.body));
+        self.coming.sort_unstable_by_key(|p| (p.lane, p.body));
+    }
+
+    /// Vehicles that others drive count as if they had leave for every way that they may take.
+    pub(super) fn list_strangers(&mut self, view: &View) {
+        let (tracks, crowd) = (&view.map.tracks, view.crowd);
+        for body in (0..crowd.count()).filter(|&body| crowd.row[body] == NONE) {
+            if crowd.velocity[body].length_squared() < 0.25 {
+                continue;
+            }
+            for &(lane, _) in view.map.grid.near(crowd.position[body].truncate()) {
+                let Some(occupant) = view.occupancy.on(lane).iter().find(|o| o.body == body as u32)
+                else {
+                    continue;
+                };
+                if occupant.aligned < 0.8 || occupant.speed_mps < 0.5 {
+                    continue;
+                }
+                if tracks.in_junction(lane) {
+                    let start_m = -occupant.front_m;
+                    self.holders.push(Presence { lane, body: body as u32, start_m, rank: 0 });
+                }
+                let left_m = tracks.length(lane) - occupant.front_m;
+                if left_m < 3.0 * occupant.speed_mps {
+                    for &next in tracks.next(lane).iter().filter(|&&l| tracks.in_junction(l)) {
+                        self.holders.push(Presence {
+                            lane: next,
+                            body: body as u32,
+                            start_m: left_m,
+                            rank: 0,
+                        });
+                    }
+                }
+            }
+        }
+    }
+
+    /// From when to when a vehicle may be on a stretch of a lane, in seconds from now: as early and
+    /// as late as it may come.
+    pub(super) fn window(
+        &self,
+        view: &View,
+        body: u32,
+        start_m: f32,
+        on: (f32, f32),
+        lane: u32,
+    ) -> (f32, f32) {
+        let body = body as usize;
+        let tracks = &view.map.tracks;
+        let speed = view.crowd.velocity[body].length();
+        let limit = tracks.limit_mps[lane as usize];
+        let pace = tracks.pace_at(lane, on.0).min(limit).max(2.0);
+        let enter = start_m + on.0;
+        let leave = start_m + on.1 + view.crowd.body[body].length_m();
+        (travel_s(enter, speed, limit * 1.1, 2.2), travel_s(leave, speed, 0.85 * pace, 1.2))
+    }
+}
+
+/// The entries of one lane in a list sorted by lane.
+pub(super) fn present(list: &[Presence], lane: u32) -> &[Presence] {
+    let begin = list.partition_point(|p| p.lane < lane);
+    let end = begin + list[begin..].partition_point(|p| p.lane == lane);
+    &list[begin..end]
+}
+
+/// Seconds to drive `distance_m` from `speed`, gaining `gain` m/s² up to `top`. Not positive if the
+/// place lies behind.
+pub(super) fn travel_s(distance_m: f32, speed: f32, top: f32, gain: f32) -> f32 {
+    if distance_m <= 0.0 {
+        return 0.0;
+    }
+    if speed >= top {
+        return distance_m / speed.max(0.1);
+    }
+    let ramp_m = (top * top - speed * speed) / (2.0 * gain);
+    if distance_m <= ramp_m {
+        ((speed * speed + 2.0 * gain * distance_m).sqrt() - speed) / gain
+    } else {
+        (top - speed) / gain + (distance_m - ramp_m) / top
+    }
+}
