@@ -83,11 +83,13 @@ fn ruled(network: &Network, rules: &SignalUse) -> Vec<(LaneIndex, f64)> {
             Orientation::Backward => !lane.forward,
             Orientation::Both => true,
         };
-        if valid && faces {
-            lanes.push((*index, network.point_at_s(lane, s).along_m));
+        if valid {
+            lanes.push((faces, (*index, network.point_at_s(lane, s).along_m)));
         }
     }
-    lanes
+    // CARLA's towns name lanes that are driven against the orientation; then the lanes are meant.
+    let contradicted = !rules.validity.is_empty() && lanes.iter().all(|(faces, _)| !faces);
+    lanes.into_iter().filter(|(faces, _)| *faces || contradicted).map(|(_, lane)| lane).collect()
 }
 
 /// A pose at (s, t) of a road, along rising s.
