@@ -53,7 +53,7 @@ impl Physics {
             state.gear = vehicle.state.drivetrain.shown_gear();
             state.engine_rpm = vehicle.state.drivetrain.rpm();
             state.wheel_steer_rad = vehicle.state.steer_rad;
-            state.wheel_spin_rad = vehicle.state.wheels.first().map_or(0.0, |w| w.angle_rad);
+            state.wheel_spin_rad = vehicle.wheel_angle_rad();
         }
         const OURS: u32 =
             flag::KINEMATIC | flag::TELEPORTED | flag::COLLIDING | flag::HANDBRAKE | flag::REVERSE;

@@ -24,6 +24,7 @@ mod drivetrain;
 mod error;
 mod fill;
 mod ground;
+mod lanes;
 mod model;
 mod motion;
 mod overlap;
@@ -33,6 +34,7 @@ mod suspension;
 mod tyre;
 mod vehicle;
 mod walker;
+mod wheels;
 mod world;
 
 #[cfg(test)]

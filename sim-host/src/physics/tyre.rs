@@ -10,6 +10,9 @@
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
+use super::lanes::Lanes;
+
+/// The curves' table: entries, and how many for each unit of scaled slip.
 const STEPS: usize = 80;
 const STEPS_PER_UNIT: f32 = 4.0;
 
@@ -44,56 +47,79 @@ pub struct TyreModel {
     pub rolling_resistance: f32,
 }
 
-/// Force over scaled slip, divided by scaled slip, in a table: 1 at 0 and falling.
-#[derive(Clone, Debug, PartialEq)]
-struct Curve([f32; STEPS + 1]);
+/// Both curves in one table: force over scaled slip, divided by scaled slip; 1 at 0 and falling.
+///
+/// Each entry holds its own values, along and across, and its successor's.
+#[derive(Debug, PartialEq)]
+struct Curves([[f32; 4]; STEPS]);
 
-impl Curve {
-    fn new(shape: f32, curvature: f32) -> Curve {
-        let force = |slip: f32| {
+impl Curves {
+    fn new(model: &TyreModel) -> Curves {
+        let ratio = |step: usize, shape: f32, curvature: f32| {
+            let slip = step as f32 / STEPS_PER_UNIT;
             let b = slip / shape;
-            (shape * (b - curvature * (b - b.atan())).atan()).sin()
+            let force = (shape * (b - curvature * (b - b.atan())).atan()).sin();
+            if step == 0 { 1.0 } else { force / slip }
         };
-        Curve(std::array::from_fn(|i| match i {
-            0 => 1.0,
-            _ => force(i as f32 / STEPS_PER_UNIT) * STEPS_PER_UNIT / i as f32,
-        }))
+        let along = |step| ratio(step, model.shape_x, model.curvature_x);
+        let across = |step| ratio(step, model.shape_y, model.curvature_y);
+        Curves(std::array::from_fn(|i| [along(i), across(i), along(i + 1), across(i + 1)]))
     }
 
     #[inline]
-    fn at(&self, slip: f32) -> f32 {
-        let place = (slip * STEPS_PER_UNIT).min(STEPS as f32 - 1e-3);
+    fn at(&self, place: f32) -> Vec2 {
         let index = place as usize;
-        let low = self.0[index];
-        low + (self.0[index + 1] - low) * (place - index as f32)
+        let [along, across, next_along, next_across] = self.0[index.min(STEPS - 1)];
+        let part = place - index as f32;
+        Vec2::new(along + (next_along - along) * part, across + (next_across - across) * part)
     }
 }
 
-/// A [`TyreModel`] with what can be computed beforehand.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Tyre {
-    pub model: TyreModel,
-    along: Curve,
-    across: Curve,
+/// Up to four tyres, with what can be computed beforehand.
+#[derive(Debug)]
+pub(super) struct Tyres {
+    curves: [Curves; 4],
+    /// Inverse relaxation lengths.
+    relax_x: Lanes,
+    relax_y: Lanes,
+    /// From a patch's deflection to its slip, scaled so that the curve's slope is 1.
+    scale_x: Lanes,
+    scale_y: Lanes,
+    /// Force per deflection and load, for small slips.
+    spring_x: Lanes,
+    spring_y: Lanes,
+    grip_max: Lanes,
+    /// Effective load per load: `base − fall * load`.
+    load_base: Lanes,
+    load_fall: Lanes,
 }
 
-/// The contact patch's deflection: what a tyre remembers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Patch {
-    pub along_m: f32,
-    pub across_m: f32,
-}
-
-/// What a tyre answers to one sub-iteration's motion.
+/// What the tyres answer to one sub-iteration's motion.
 ///
 /// Along, the force is `held_n + slope_nspm * (rim speed − ground speed)`, so that the wheel's spin
 /// can be found together with it.
 pub(super) struct Answer {
-    pub held_n: f32,
-    pub slope_nspm: f32,
-    pub across_n: f32,
-    pub limit_n: f32,
-    fade: f32,
+    pub held_n: Lanes,
+    pub slope_nspm: Lanes,
+    pub across_n: Lanes,
+    pub limit_n: Lanes,
+    /// The patch's deflection along fades by this factor.
+    pub fade: Lanes,
+}
+
+/// The contact patches' deflection: what tyres remember.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Patches {
+    pub along_m: Lanes,
+    pub across_m: Lanes,
+}
+
+/// How the wheels move over ground: forwards, to the left, and their rims backwards at the ground.
+#[derive(Clone, Copy)]
+pub(super) struct Sliding {
+    pub along_mps: Lanes,
+    pub across_mps: Lanes,
+    pub rim_mps: Lanes,
 }
 
 /// Below this speed the patch's spring is damped as rubber is.
@@ -101,62 +127,64 @@ const DAMPED_BELOW_MPS: f32 = 3.0;
 /// How much, per newton of load: about a third of critical for the vehicle on its patches.
 const DAMPING_SPM: f32 = 2.0;
 
-impl Tyre {
-    pub(super) fn new(model: TyreModel) -> Tyre {
-        let along = Curve::new(model.shape_x, model.curvature_x);
-        let across = Curve::new(model.shape_y, model.curvature_y);
-        Tyre { model, along, across }
+impl Tyres {
+    pub(super) fn new(models: [&TyreModel; 4]) -> Tyres {
+        let lanes = |value: fn(&TyreModel) -> f32| Lanes::new(models.map(value));
+        Tyres {
+            curves: models.map(Curves::new),
+            relax_x: lanes(|m| 1.0 / m.relaxation_x_m),
+            relax_y: lanes(|m| 1.0 / m.relaxation_y_m),
+            scale_x: lanes(|m| m.stiffness_x / m.grip_x / m.relaxation_x_m),
+            scale_y: lanes(|m| m.stiffness_y / m.grip_y / m.relaxation_y_m),
+            spring_x: lanes(|m| m.stiffness_x / m.relaxation_x_m),
+            spring_y: lanes(|m| m.stiffness_y / m.relaxation_y_m),
+            grip_max: lanes(|m| m.grip_x.max(m.grip_y)),
+            load_base: lanes(|m| 1.0 + m.load_sensitivity),
+            load_fall: lanes(|m| m.load_sensitivity / m.nominal_load_n),
+        }
     }
 
-    /// One sub-iteration of `dt` seconds. `ground_mps` is the contact point's velocity over ground,
-    /// along and across; `rim_mps` is spin times radius. Moves the patch across; [`Tyre::spun`]
-    /// moves it along when the new spin is known.
+    /// One sub-iteration of `dt` seconds. Moves the patches across; along they move when the new
+    /// spin is known.
     #[inline]
     pub(super) fn answer(
         &self,
-        patch: &mut Patch,
-        load_n: f32,
-        friction: f32,
-        ground_mps: Vec2,
-        rim_mps: f32,
+        patches: &mut Patches,
+        load_n: Lanes,
+        friction: Lanes,
+        sliding: &Sliding,
         dt: f32,
     ) -> Answer {
-        let m = &self.model;
-        let sensitivity =
-            (1.0 - m.load_sensitivity * (load_n / m.nominal_load_n - 1.0)).clamp(0.5, 1.3);
-        let transport = ground_mps.abs().max_element().max(rim_mps.abs());
-        let (relax_x, relax_y) = (1.0 / m.relaxation_x_m, 1.0 / m.relaxation_y_m);
-        let fade_x = 1.0 / (1.0 + dt * transport * relax_x);
-        let fade_y = 1.0 / (1.0 + dt * transport * relax_y);
+        let Sliding { along_mps, across_mps, rim_mps } = *sliding;
+        let transport = along_mps.abs().fast_max(across_mps.abs()).fast_max(rim_mps.abs());
+        let fade_x = Lanes::ONE / (transport * self.relax_x * dt + Lanes::ONE);
+        let fade_y = Lanes::ONE / (transport * self.relax_y * dt + Lanes::ONE);
+        let along_m = (patches.along_m + (rim_mps - along_mps) * dt) * fade_x;
+        let across_m = (patches.across_m - across_mps * dt) * fade_y;
+        patches.across_m = across_m;
 
-        let along_m = (patch.along_m + dt * (rim_mps - ground_mps.x)) * fade_x;
-        patch.across_m = (patch.across_m - dt * ground_mps.y) * fade_y;
+        // Grip and stiffness fall alike with load, so their ratio stays.
+        let (slip_x, slip_y) = (along_m * self.scale_x, across_m * self.scale_y);
+        let slip = (slip_x * slip_x + slip_y * slip_y).sqrt() / friction;
+        let place = (slip * STEPS_PER_UNIT).fast_min(Lanes::splat(STEPS as f32 - 1e-3)).to_array();
+        let ratios: [Vec2; 4] = std::array::from_fn(|lane| self.curves[lane].at(place[lane]));
+        let ratio_x = Lanes::new(ratios.map(|r| r.x));
+        let ratio_y = Lanes::new(ratios.map(|r| r.y));
+        let share =
+            (self.load_base - self.load_fall * load_n).clamp(Lanes::splat(0.5), Lanes::splat(1.3));
+        let load_n = load_n * share;
+        let spring_x = self.spring_x * load_n * ratio_x;
+        let spring_y = self.spring_y * load_n * ratio_y;
 
-        // Slips scaled to slope 1. Grip and stiffness fall alike with load, so their ratio stays.
-        let scale_x = m.stiffness_x / (m.grip_x * friction) * relax_x;
-        let scale_y = m.stiffness_y / (m.grip_y * friction) * relax_y;
-        let slip = Vec2::new(along_m * scale_x, patch.across_m * scale_y).length();
-        let load_n = load_n * sensitivity;
-        let spring_x = m.stiffness_x * relax_x * load_n * self.along.at(slip);
-        let spring_y = m.stiffness_y * relax_y * load_n * self.across.at(slip);
-
-        let slowness = (1.0 - transport * (1.0 / DAMPED_BELOW_MPS)).max(0.0);
+        let slowness = (Lanes::ONE - transport * (1.0 / DAMPED_BELOW_MPS)).fast_max(Lanes::ZERO);
         let damper = slowness * load_n * DAMPING_SPM;
         // Along, the patch will be (old + dt · slide) · fade, with the slide yet to be found.
         Answer {
-            held_n: spring_x * patch.along_m * fade_x,
-            slope_nspm: spring_x * dt * fade_x + damper,
-            across_n: spring_y * patch.across_m - damper * ground_mps.y,
-            limit_n: m.grip_x.max(m.grip_y) * friction * load_n,
+            held_n: spring_x * patches.along_m * fade_x,
+            slope_nspm: spring_x * fade_x * dt + damper,
+            across_n: spring_y * across_m - damper * across_mps,
+            limit_n: self.grip_max * friction * load_n,
             fade: fade_x,
         }
-    }
-}
-
-impl Patch {
-    /// Moves the patch along, now that the rim's speed over ground is known.
-    #[inline]
-    pub(super) fn spun(&mut self, answer: &Answer, slide_mps: f32, dt: f32) {
-        self.along_m = (self.along_m + dt * slide_mps) * answer.fade;
     }
 }

@@ -1,0 +1,303 @@
+//! Four wheels at once: where they stand, what they carry, how they spin, what they push.
+//!
+//! A *bank* holds up to four wheels, the two ends of an axle side by side, so that an anti-roll bar
+//! is a swap of neighbouring lanes. Lanes without a wheel never touch the ground.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::drivetrain::Drive;
+use super::ground::Ground;
+use super::lanes::{Lanes, Lanes3, neighbours, select};
+use super::model::{VehicleModel, WheelModel};
+use super::motion::{Motion, Push};
+use super::suspension::Suspensions;
+use super::tyre::{Patches, Sliding, Tyres};
+
+/// The ray that seeks the ground starts this far above the hub at rest.
+const RAY_ABOVE_M: f32 = 0.6;
+/// A step in the ground lifts a wheel no faster than it could roll up: speed plus this.
+const CLIMB_MIN_MPS: f32 = 0.5;
+/// A wheel is never pressed further into the body than this.
+const RAISED_MAX_M: f32 = 0.4;
+
+/// What does not change of up to four wheels.
+#[derive(Debug)]
+pub(super) struct Bank {
+    count: usize,
+    present: Lanes,
+    hub_in_body_m: Lanes3,
+    radius_m: Lanes,
+    inertia_kgm2: Lanes,
+    drive_share: Lanes,
+    brake_nm: Lanes,
+    handbrake_nm: Lanes,
+    /// Rolling resistance times radius.
+    rolling_m: Lanes,
+    anti_roll_npm: Lanes,
+    /// Load that a newton across of both ends takes from this one: roll centre over track, signed.
+    link_share: Lanes,
+    /// How far ahead of the turning line and to the left a steered wheel sits; 0 for the others.
+    steered_ahead_m: Lanes,
+    steered_left_m: Lanes,
+    suspensions: Suspensions,
+    tyres: Tyres,
+}
+
+/// What up to four wheels remember.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct BankState {
+    pub spin_radps: Lanes,
+    pub angle_rad: Lanes,
+    pub load_n: Lanes,
+    patches: Patches,
+    across_n: Lanes,
+    /// Height of the ground that each rolls on; minus infinity in the air.
+    ground_m: Lanes,
+}
+
+/// Up to four wheels on their ground during one substep.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Footing {
+    touching: Lanes,
+    on_ground_m: Lanes3,
+    normal: Lanes3,
+    friction: Lanes,
+    /// From hub to the contact point, in world space.
+    foot_m: Lanes3,
+    /// The wheels' direction in the body's axes.
+    heading_x: Lanes,
+    heading_y: Lanes,
+}
+
+/// The driver's part that concerns the wheels.
+#[derive(Clone, Copy)]
+pub(super) struct Braking {
+    /// 0 to 1.
+    pub pedal: f32,
+    /// 0 or 1.
+    pub handbrake: f32,
+}
+
+/// A vehicle's wheels in banks: each wheel beside its partner. `rear_x_m` is where the turning
+/// line lies.
+pub(super) fn banks(model: &VehicleModel, rear_x_m: f32) -> Vec<Bank> {
+    let mut order: Vec<usize> = Vec::new();
+    for (index, wheel) in model.wheels.iter().enumerate() {
+        if !order.contains(&index) {
+            order.push(index);
+            order.extend(wheel.partner.map(usize::from).filter(|p| !order.contains(p)));
+        }
+    }
+    // Lone wheels may stand beside each other: their shares of an axle are 0.
+    order.chunks(4).map(|wheels| Bank::new(model, wheels, rear_x_m)).collect()
+}
+
+impl Bank {
+    fn new(model: &VehicleModel, order: &[usize], rear_x_m: f32) -> Bank {
+        let wheels: [&WheelModel; 4] =
+            std::array::from_fn(|lane| &model.wheels[*order.get(lane).unwrap_or(&order[0])]);
+        let present: [bool; 4] = std::array::from_fn(|lane| lane < order.len());
+        let lanes =
+            |value: &dyn Fn(&WheelModel) -> f32| {
+                Lanes::new(std::array::from_fn(|lane| {
+                    if present[lane] { value(wheels[lane]) } else { 0.0 }
+                }))
+            };
+        let track = |wheel: &WheelModel| {
+            wheel.partner.map(|p| wheel.hub_m.y - model.wheels[usize::from(p)].hub_m.y)
+        };
+        let steered = |wheel: &WheelModel| f32::from(u8::from(wheel.steered));
+        let mut hub_in_body_m = Lanes3::default();
+        for (lane, wheel) in wheels.iter().enumerate() {
+            hub_in_body_m.set(lane, wheel.hub_m - model.com_m);
+        }
+        Bank {
+            count: order.len(),
+            present: Lanes::new(present.map(|p| f32::from_bits(if p { u32::MAX } else { 0 }))),
+            hub_in_body_m,
+            // Empty lanes divide by these.
+            radius_m: Lanes::new(wheels.map(|w| w.radius_m)),
+            inertia_kgm2: Lanes::new(wheels.map(|w| w.inertia_kgm2)),
+            drive_share: lanes(&|w| w.drive_share),
+            brake_nm: lanes(&|w| w.brake_torque_nm),
+            handbrake_nm: lanes(&|w| w.handbrake_torque_nm),
+            rolling_m: lanes(&|w| w.tyre.rolling_resistance * w.radius_m),
+            anti_roll_npm: lanes(&|w| track(w).map_or(0.0, |_| w.anti_roll_npm)),
+            link_share: lanes(&|w| track(w).map_or(0.0, |track| w.roll_center_m / track)),
+            steered_ahead_m: lanes(&|w| steered(w) * (w.hub_m.x - rear_x_m)),
+            steered_left_m: lanes(&|w| steered(w) * w.hub_m.y),
+            suspensions: Suspensions::new(wheels),
+            tyres: Tyres::new(wheels.map(|w| &w.tyre)),
+        }
+    }
+
+    pub(super) fn at_rest() -> BankState {
+        BankState {
+            spin_radps: Lanes::ZERO,
+            angle_rad: Lanes::ZERO,
+            load_n: Lanes::ZERO,
+            patches: Patches::default(),
+            across_n: Lanes::ZERO,
+            ground_m: Lanes::splat(f32::NEG_INFINITY),
+        }
+    }
+
+    /// The driven wheels' mean speed, this bank's share of it.
+    #[inline]
+    pub(super) fn driven_radps(&self, state: &BankState) -> f32 {
+        (self.drive_share * state.spin_radps).reduce_add()
+    }
+
+    /// Sets the wheels rolling without slip.
+    pub(super) fn roll_at(&self, state: &mut BankState, forward_mps: f32) {
+        state.spin_radps =
+            select(self.present, Lanes::splat(forward_mps) / self.radius_m, Lanes::ZERO);
+        state.patches = Patches::default();
+    }
+
+    /// Whether any wheel is pressed so hard that the body may touch the ground.
+    pub(super) fn is_pressed(&self, state: &BankState) -> bool {
+        state.load_n.simd_gt(self.suspensions.rest_n * 3.0).any()
+    }
+
+    pub(super) fn all_touch(&self, footing: &Footing) -> bool {
+        (footing.touching | !self.present).all()
+    }
+
+    /// Where the wheels meet the ground in the middle of the coming substep. `curvature_per_m` is
+    /// that of the path which the steering asks for.
+    pub(super) fn footing(
+        &self,
+        state: &mut BankState,
+        ground: &Ground,
+        start: &Motion,
+        curvature_per_m: f32,
+        dt: f32,
+    ) -> Footing {
+        let axes = &start.axes;
+        let up = Lanes3::splat(axes.z_axis);
+        // Ackermann: all wheels turn about one point on the line of the rear axle.
+        let ahead = self.steered_ahead_m * curvature_per_m;
+        let inner = Lanes::ONE - self.steered_left_m * curvature_per_m;
+        let length = (ahead * ahead + inner * inner).sqrt();
+        let (heading_x, heading_y) = (inner / length, ahead / length);
+        let axle = Lanes3::splat(axes.y_axis) * heading_x - Lanes3::splat(axes.x_axis) * heading_y;
+
+        let middle = start.com_m + start.velocity_mps * (0.5 * dt);
+        let hub = Lanes3::splat(middle) + self.hub_in_body_m.turned(axes);
+        let guess = hub - up * self.radius_m;
+        let mut on_ground_m = guess;
+        let mut normal = Lanes3::splat(Vec3::Z);
+        let mut friction = Lanes::ONE;
+        let (guess_x, guess_y, hub_z) = (guess.x.to_array(), guess.y.to_array(), hub.z.to_array());
+        for lane in 0..self.count {
+            let z_from = hub_z[lane] + RAY_ABOVE_M * axes.z_axis.z;
+            let hit = ground.below(guess_x[lane], guess_y[lane], z_from);
+            on_ground_m.z.as_mut_array()[lane] = hit.height_m;
+            normal.set(lane, hit.normal);
+            friction.as_mut_array()[lane] = hit.friction;
+        }
+        let speed = start.velocity_mps.length();
+        let climb_m = (speed + CLIMB_MIN_MPS) * dt;
+        let rolled = state.ground_m.simd_gt(Lanes::splat(f32::NEG_INFINITY));
+        let highest = select(rolled, state.ground_m + climb_m, Lanes::splat(f32::INFINITY));
+        on_ground_m.z = on_ground_m.z.fast_min(highest);
+
+        // A disc touches the plane with its lowest point, towards the plane's normal within itself.
+        let in_disc = normal - axle * normal.dot(axle);
+        let foot_m =
+            in_disc * (self.radius_m / -in_disc.dot(in_disc).fast_max(Lanes::splat(1e-6)).sqrt());
+        let gap = (hub + foot_m - on_ground_m).dot(normal);
+        let reach = Lanes::splat(0.3 * speed.min(1.0)) - self.suspensions.droop_m;
+        let touching = gap.simd_lt(reach) & self.present;
+        state.ground_m = select(touching, on_ground_m.z, Lanes::splat(f32::NEG_INFINITY));
+        Footing { touching, on_ground_m, normal, friction, foot_m, heading_x, heading_y }
+    }
+
+    /// One sub-iteration: loads, tyre forces, spins.
+    #[inline]
+    pub(super) fn advance(
+        &self,
+        state: &mut BankState,
+        footing: &Footing,
+        motion: &Motion,
+        drive: &Drive,
+        braking: Braking,
+        dt: f32,
+        push: &mut Push,
+    ) {
+        let axes = &motion.axes;
+        let up = Lanes3::splat(axes.z_axis);
+        let normal = footing.normal;
+        let hub = self.hub_in_body_m.turned(axes);
+        let velocity = Lanes3::splat(motion.velocity_mps);
+        let spin = Lanes3::splat(motion.spin_radps);
+
+        // How far each wheel is up in the body, and how fast it gets there.
+        let upright = Lanes::ONE / normal.dot(up).fast_max(Lanes::splat(0.2));
+        let foot = hub + footing.foot_m;
+        let depth = (footing.on_ground_m - Lanes3::splat(motion.com_m) - foot).dot(normal);
+        let droop = self.suspensions.droop_m;
+        let raised = (depth * upright).fast_max(droop).fast_min(Lanes::splat(RAISED_MAX_M));
+        let raised = select(footing.touching, raised, droop);
+        let hub_mps = velocity + spin.cross(hub);
+        let rate = -(hub_mps.dot(normal) * upright);
+        let shifted = self.anti_roll_npm * (raised - neighbours(raised))
+            - self.link_share * (state.across_n + neighbours(state.across_n));
+        let load = self.suspensions.load_n(raised, rate, shifted);
+        let load = select(footing.touching, load, Lanes::ZERO);
+        state.load_n = load;
+
+        // The plane's axes: along the wheel's heading, and to its left.
+        let heading = Lanes3::splat(axes.x_axis) * footing.heading_x
+            + Lanes3::splat(axes.y_axis) * footing.heading_y;
+        let left = normal.cross(heading);
+        let left = left * (Lanes::ONE / left.dot(left).fast_max(Lanes::splat(1e-6)).sqrt());
+        let along = left.cross(normal);
+        let foot = foot + up * raised;
+        let foot_mps = velocity + spin.cross(foot);
+        let along_mps = foot_mps.dot(along);
+        let sliding = Sliding {
+            along_mps,
+            across_mps: foot_mps.dot(left),
+            rim_mps: state.spin_radps * self.radius_m,
+        };
+        let answer = self.tyres.answer(&mut state.patches, load, footing.friction, &sliding, dt);
+
+        // The new spin and the force along depend on each other: solved together.
+        let slope = answer.slope_nspm;
+        let hold = self.drive_share * drive.hold_nmsprad;
+        let inertia = self.inertia_kgm2 + self.drive_share * drive.inertia_kgm2;
+        let stiff = Lanes::ONE / (inertia + (hold + self.radius_m * self.radius_m * slope) * dt);
+        let pull =
+            self.drive_share * drive.push_nm - self.radius_m * (answer.held_n - slope * along_mps);
+        let free = (inertia * state.spin_radps + pull * dt) * stiff;
+        let brake = self.brake_nm * braking.pedal
+            + self.handbrake_nm * braking.handbrake
+            + self.rolling_m * load;
+        let most = brake * dt * stiff;
+        state.spin_radps = free - free.fast_max(-most).fast_min(most);
+        let slide = state.spin_radps * self.radius_m - along_mps;
+        state.patches.along_m = (state.patches.along_m + slide * dt) * answer.fade;
+
+        let (force_x, force_y) = (answer.held_n + slope * slide, answer.across_n);
+        let length = (force_x * force_x + force_y * force_y).sqrt();
+        let cut = (answer.limit_n / length.fast_max(Lanes::splat(1e-3))).fast_min(Lanes::ONE);
+        let (force_x, force_y) = (force_x * cut, force_y * cut);
+        state.across_n = force_y;
+        let loaded = load.simd_gt(Lanes::ZERO);
+        state.patches.along_m = select(loaded, state.patches.along_m, Lanes::ZERO);
+        state.patches.across_m = select(loaded, state.patches.across_m, Lanes::ZERO);
+
+        let force = normal * load + along * force_x + left * force_y;
+        push.force_n += force.sum();
+        push.torque_nm += foot.cross(force).sum();
+    }
+
+    /// Once per substep: how far the wheels have turned.
+    pub(super) fn turn(&self, state: &mut BankState, dt: f32) {
+        let turns = (state.angle_rad + state.spin_radps * dt) * (1.0 / std::f32::consts::TAU);
+        state.angle_rad = (turns - turns.floor()) * std::f32::consts::TAU;
+    }
+}
