@@ -80,6 +80,15 @@ impl Clay {
         }
     }
 
+    /// A finished mesh, `scale` times as large, as part of the current object.
+    pub(crate) fn append(&mut self, mesh: &Mesh, scale: f32) {
+        let base = self.mesh.positions.len() as u32;
+        self.mesh.positions.extend(mesh.positions.iter().map(|p| p.map(|x| x * scale)));
+        self.mesh.triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| i + base)));
+        let object = self.face.object;
+        self.mesh.faces.extend(mesh.faces.iter().map(|face| Face { object, ..*face }));
+    }
+
     /// A cylinder or, with unequal radii, a truncated cone; a radius of 0 makes a tip.
     pub(crate) fn cone(&mut self, from: Vec3, to: Vec3, radii: [f32; 2], sides: u32) {
         let turn = Quat::from_rotation_arc(Vec3::Z, (to - from).normalize_or(Vec3::Z));

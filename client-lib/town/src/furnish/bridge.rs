@@ -1,5 +1,7 @@
 //! Which parts of the road surface are carried in the air, and what carries them.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use glam::{Vec2, Vec3};
 use road::{Face, Material, Mesh, Tag};
 
@@ -57,14 +59,14 @@ pub(super) fn bridges(roads: &Mesh) -> Vec<bool> {
 
 /// Spans by squares of the plan, each in every square that it may reach.
 struct Buckets {
-    members: std::collections::BTreeMap<(i32, i32), Vec<usize>>,
+    members: BTreeMap<(i32, i32), Vec<usize>>,
 }
 
 const BUCKET_M: f32 = 24.0;
 
 impl Buckets {
     fn new(spans: &[(Vec3, f32)]) -> Buckets {
-        let mut members = std::collections::BTreeMap::<(i32, i32), Vec<usize>>::new();
+        let mut members = BTreeMap::<(i32, i32), Vec<usize>>::new();
         for (number, (at, radius)) in spans.iter().enumerate() {
             let low = ((at.truncate() - *radius) / BUCKET_M).floor().as_ivec2();
             let high = ((at.truncate() + *radius) / BUCKET_M).floor().as_ivec2();
@@ -83,8 +85,23 @@ impl Buckets {
     }
 }
 
+/// How far below a bridge the ground lies at its ends. Metres.
+pub(super) const ABUTMENT_M: f32 = DECK_M - 0.1;
+
+/// Where bridges have their corners, as bits of x and y.
+pub(super) fn abutments(roads: &Mesh, decks: &[bool]) -> BTreeSet<(u32, u32)> {
+    let triangles = roads.triangles.iter().zip(decks).filter(|(_, deck)| **deck);
+    triangles
+        .flat_map(|(triangle, _)| triangle)
+        .map(|corner| {
+            let [x, y, _] = roads.positions[*corner as usize];
+            ((x + 0.0).to_bits(), (y + 0.0).to_bits())
+        })
+        .collect()
+}
+
 /// The underside and the flanks of every bridge, as faces of object 0.
-pub(super) fn undersides(roads: &Mesh, is_bridge: &[bool], borders: &[[u32; 2]]) -> Mesh {
+pub(super) fn undersides(roads: &Mesh, decks: &[bool], borders: &[[u32; 2]]) -> Mesh {
     let mut mesh = Mesh::default();
     let face = Face::new(Tag::Bridge, Material::Concrete, 0);
     let point = |corner: u32| roads.positions[corner as usize];
@@ -92,8 +109,8 @@ pub(super) fn undersides(roads: &Mesh, is_bridge: &[bool], borders: &[[u32; 2]])
         let [x, y, z] = point(corner);
         [x, y, z - DECK_M]
     };
-    for (triangle, bridge) in roads.triangles.iter().zip(is_bridge) {
-        if *bridge {
+    for (triangle, deck) in roads.triangles.iter().zip(decks) {
+        if *deck {
             let [a, b, c] = triangle.map(|corner| mesh.vertex(below(corner)));
             mesh.triangle([a, c, b], face);
         }

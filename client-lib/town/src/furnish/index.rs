@@ -1,4 +1,4 @@
-use glam::{Vec2, Vec3, vec2};
+use glam::{Vec2, Vec3};
 use road::Mesh;
 
 /// Finds the triangles over or under a point of the plan.
@@ -102,6 +102,17 @@ impl TriangleIndex {
         lowest
     }
 
+    /// The highest triangle's height at `point` that is not above `limit`.
+    pub(super) fn topmost(&self, point: Vec2, limit: f32) -> Option<f32> {
+        let mut topmost: Option<f32> = None;
+        self.heights(point, |z| {
+            if z <= limit && topmost.is_none_or(|other| z > other) {
+                topmost = Some(z);
+            }
+        });
+        topmost
+    }
+
     /// The height at `point` of the triangle nearest to `z`.
     pub(super) fn nearest(&self, point: Vec2, z: f32) -> Option<f32> {
         let mut nearest: Option<f32> = None;
@@ -111,10 +122,5 @@ impl TriangleIndex {
             }
         });
         nearest
-    }
-
-    /// The corners of the plan that the triangles cover.
-    pub(super) fn bounds(&self) -> (Vec2, Vec2) {
-        (self.low, self.low + vec2(self.columns as f32, self.rows as f32) * self.cell_m)
     }
 }

@@ -4,12 +4,21 @@
 //! stands anywhere, and takes it. So nothing stands on a road or in another thing.
 
 mod bridge;
+mod building;
+mod density;
+mod frontage;
+mod green;
 mod index;
+mod lots;
 mod plan;
 mod raster;
 mod relief;
+mod roof;
 mod scene;
+mod signals;
+mod street;
 mod terrain;
+mod tree;
 
 #[cfg(test)]
 mod tests;
@@ -17,6 +26,8 @@ mod tests;
 use glam::Vec3;
 use road::{Mesh, Network, Tag};
 
+use density::Density;
+use green::Nursery;
 use plan::Plan;
 use scene::Scene;
 
@@ -119,5 +130,16 @@ pub fn furnish(network: &Network, seed: u64) -> Town {
 pub fn furnish_with(network: &Network, seed: u64, detail: Detail) -> Town {
     let mut plan = Plan::new(network, seed, detail);
     let mut scene = Scene::new(plan.take_ground());
+    let frontages = frontage::frontages(network);
+    let (low, high) = plan.town;
+    let density = Density::new(low, high, &frontages, (seed % 64) as f32);
+    let nursery = Nursery::new(seed, detail);
+
+    // Who comes first has the choice: signals stand where the map says.
+    signals::furnish(&mut plan, &mut scene);
+    let gardens = lots::build(&mut plan, &mut scene, &frontages, &density);
+    street::furnish(&mut plan, &mut scene, &frontages, &density, &nursery);
+    green::gardens(&mut plan, &mut scene, &gardens, &nursery);
+    green::open_ground(&mut plan, &mut scene, &density, &nursery);
     scene.finish()
 }

@@ -11,7 +11,7 @@ use super::terrain;
 /// How far the town reaches beyond its roads. Metres.
 const FRINGE_M: f32 = 70.0;
 /// Between stations of the road surface. Metres.
-const STATION_M: f64 = 2.0;
+const STATION_M: f64 = 4.0;
 /// Patches between lanes up to this size are traffic islands, not lawns. Square metres.
 const ISLAND_M2: f32 = 60.0;
 
@@ -36,8 +36,13 @@ impl Plan<'_> {
         let (low, high) = (low.truncate() - FRINGE_M, high.truncate() + FRINGE_M);
         let raster = stamped(&roads, low, high);
 
+        // Kerbs and flanks stand upright; the ground joins what lies.
         let is_bridge = bridge::bridges(&roads);
-        let grounded: Vec<bool> = is_bridge.iter().map(|bridge| !bridge).collect();
+        let lying = |want: bool| -> Vec<bool> {
+            let lies = |number: usize| is_bridge[number] == want && lies(&roads, number);
+            (0..is_bridge.len()).map(lies).collect()
+        };
+        let (grounded, decks) = (lying(false), lying(true));
         let edges = terrain::borders(&roads, &grounded);
         let on_ground = roads.triangles.iter().zip(&grounded).filter(|(_, grounded)| **grounded);
         let points = on_ground.flat_map(|(triangle, _)| triangle).map(|corner| {
@@ -49,15 +54,16 @@ impl Plan<'_> {
         let mut terrain = terrain::terrain(&terrain::Site {
             roads: &roads,
             edges: &edges,
+            sunk: &bridge::abutments(&roads, &decks),
             covered: &covered,
             relief: &relief,
             raster: &raster,
             town: (low, high),
             spacing_m: if detail == Detail::High { 5.0 } else { 8.0 },
         });
-        if is_bridge.contains(&true) {
-            let borders = terrain::borders(&roads, &is_bridge);
-            let undersides = bridge::undersides(&roads, &is_bridge, &borders);
+        if decks.contains(&true) {
+            let borders = terrain::borders(&roads, &decks);
+            let undersides = bridge::undersides(&roads, &decks, &borders);
             roads.append(&undersides);
         }
         std::mem::swap(&mut roads, &mut terrain);
@@ -85,6 +91,12 @@ impl Plan<'_> {
     pub(super) fn foot(&self, point: Vec2) -> Vec3 {
         point.extend(self.height(point))
     }
+}
+
+/// Whether a triangle faces up, more or less.
+fn lies(mesh: &Mesh, number: usize) -> bool {
+    let [a, b, c] = mesh.triangles[number].map(|i| Vec3::from_array(mesh.positions[i as usize]));
+    (b - a).cross(c - a).normalize_or_zero().z > 0.3
 }
 
 /// The raster with all roads in it, on whatever level they lie.

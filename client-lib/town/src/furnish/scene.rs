@@ -1,4 +1,4 @@
-use glam::{Mat2, Vec3, vec3};
+use glam::{Quat, Vec3, vec3};
 use road::{Material, Mesh, Tag};
 
 use super::{Collider, Head, Lamp, Layer, Object, Town};
@@ -15,9 +15,21 @@ pub(super) struct Scene {
 pub(super) struct Brief {
     pub(super) tag: Tag,
     pub(super) layer: Layer,
-    /// The turn of its box. Radians.
-    pub(super) yaw_rad: f32,
     pub(super) color: [u8; 3],
+}
+
+/// Where an object stands: the origin of its own space, and the bearing of its x.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub(super) foot: Vec3,
+    pub(super) yaw_rad: f32,
+}
+
+impl Place {
+    /// From the object's space to the world's.
+    pub(super) fn point(&self, local: Vec3) -> Vec3 {
+        self.foot + Quat::from_rotation_z(self.yaw_rad) * local
+    }
 }
 
 impl Scene {
@@ -28,47 +40,50 @@ impl Scene {
         Scene { clay, town: Town::default() }
     }
 
-    /// Adds what `model` makes, in world space; says its index and its box.
-    pub(super) fn add(&mut self, brief: Brief, model: impl FnOnce(&mut Clay)) -> (u32, Object) {
+    /// Adds what `model` makes in its own space; says its index and its box.
+    pub(super) fn add(
+        &mut self,
+        brief: Brief,
+        place: Place,
+        model: impl FnOnce(&mut Clay),
+    ) -> (u32, Object) {
+        let number = self.town.objects.len() as u32;
         let first = self.clay.mesh.positions.len();
-        self.clay.object(self.town.objects.len() as u32 + 1).paint(brief.tag, Material::Concrete);
+        self.clay.object(number + 1).paint(brief.tag, Material::Concrete);
         model(&mut self.clay);
-        let turn = Mat2::from_angle(-brief.yaw_rad);
+        let (sin, cos) = place.yaw_rad.sin_cos();
         let (mut low, mut high) = (Vec3::MAX, Vec3::MIN);
-        for position in &self.clay.mesh.positions[first..] {
-            let point = Vec3::from_array(*position);
-            let point = (turn * point.truncate()).extend(point.z);
-            (low, high) = (low.min(point), high.max(point));
+        for position in &mut self.clay.mesh.positions[first..] {
+            let local = Vec3::from_array(*position);
+            (low, high) = (low.min(local), high.max(local));
+            let turned =
+                vec3(local.x * cos - local.y * sin, local.x * sin + local.y * cos, local.z);
+            *position = (place.foot + turned).to_array();
         }
-        let middle = (low + high) * 0.5;
         let object = Object {
             tag: brief.tag,
             layer: brief.layer,
-            center: (turn.transpose() * middle.truncate()).extend(middle.z),
+            center: place.point((low + high) * 0.5),
             half_extents_m: (high - low) * 0.5,
-            yaw_rad: brief.yaw_rad,
+            yaw_rad: place.yaw_rad,
             color: brief.color,
         };
         self.town.objects.push(object);
-        (self.town.objects.len() as u32 - 1, object)
+        (number, object)
     }
 
-    /// Makes an object's whole box solid.
-    pub(super) fn solid(&mut self, object: &Object) {
+    /// Makes a box solid, given in the space of an object.
+    pub(super) fn solid(&mut self, place: &Place, low: Vec3, high: Vec3) {
         self.town.colliders.push(Collider {
-            center: object.center,
-            half_extents_m: object.half_extents_m,
-            yaw_rad: object.yaw_rad,
+            center: place.point((low + high) * 0.5),
+            half_extents_m: (high - low) * 0.5,
+            yaw_rad: place.yaw_rad,
         });
     }
 
-    /// Makes a post of this radius solid, from its foot up.
-    pub(super) fn solid_post(&mut self, foot: Vec3, radius: f32, height: f32) {
-        self.town.colliders.push(Collider {
-            center: foot + Vec3::Z * height * 0.5,
-            half_extents_m: vec3(radius, radius, height * 0.5),
-            yaw_rad: 0.0,
-        });
+    /// Makes a post solid, from half a metre below its foot up.
+    pub(super) fn solid_post(&mut self, place: &Place, radius: f32, height: f32) {
+        self.solid(place, vec3(-radius, -radius, -0.5), vec3(radius, radius, height));
     }
 
     pub(super) fn lamp(&mut self, lamp: Lamp) {

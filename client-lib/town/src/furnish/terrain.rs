@@ -3,12 +3,13 @@
 //! The edges of the roads on the ground are constraints of a Delaunay triangulation, whose faces
 //! under roads are left out. So terrain and road share corners, and no grass shows through asphalt.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Vec2, vec2};
 use road::{Face, Material, Mesh, Tag};
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
+use super::bridge::ABUTMENT_M;
 use super::index::TriangleIndex;
 use super::raster::{Raster, ground};
 use super::relief::Relief;
@@ -60,12 +61,17 @@ impl HasPosition for Corner {
     }
 }
 
+/// How far roads reach below each other where they meet. Metres.
+const TONGUE_M: f32 = 0.6;
+
 /// What the terrain is made from.
 pub(super) struct Site<'a> {
     pub(super) roads: &'a Mesh,
     /// Edges of the roads that lie on the ground.
     pub(super) edges: &'a [[u32; 2]],
-    /// Those roads.
+    /// Corners of bridges, as bits of x and y: there the ground stays below.
+    pub(super) sunk: &'a BTreeSet<(u32, u32)>,
+    /// Roads on the ground.
     pub(super) covered: &'a TriangleIndex,
     pub(super) relief: &'a Relief,
     pub(super) raster: &'a Raster,
@@ -79,7 +85,11 @@ pub(super) struct Site<'a> {
 pub(super) fn terrain(site: &Site) -> Mesh {
     let mut builder = Builder::default();
     for [from, to] in site.edges {
-        let [a, b] = [from, to].map(|corner| site.roads.positions[*corner as usize]);
+        let [a, b] = [from, to].map(|corner| {
+            let [x, y, z] = site.roads.positions[*corner as usize];
+            // What reaches below another road is not to be seen: the ground joins the upper one.
+            [x, y, site.covered.topmost(vec2(x, y), z + TONGUE_M).unwrap_or(z)]
+        });
         if borders_open_ground(site, [a, b].map(|p| vec2(p[0], p[1]))) {
             let [a, b] = [builder.corner(a), builder.corner(b)];
             if a != b {
@@ -158,13 +168,20 @@ impl Builder {
     fn corner(&mut self, position: [f32; 3]) -> usize {
         // Adding zero makes -0 the same place as 0.
         let place = ((position[0] + 0.0).to_bits(), (position[1] + 0.0).to_bits());
-        *self.places.entry(place).or_insert_with(|| {
+        let corner = *self.places.entry(place).or_insert_with(|| {
             self.corners.push(position);
             self.corners.len() - 1
-        })
+        });
+        self.corners[corner][2] = self.corners[corner][2].max(position[2]);
+        corner
     }
 
     fn mesh(mut self, site: &Site) -> Mesh {
+        for (place, corner) in &self.places {
+            if site.sunk.contains(place) {
+                self.corners[*corner][2] -= ABUTMENT_M;
+            }
+        }
         let corners = self
             .corners
             .iter()

@@ -1,0 +1,349 @@
+//! Houses. Their own space: x along the street, y towards it, the origin in the middle of the
+//! footprint on the ground.
+
+use glam::{Quat, Vec3, vec3};
+use road::{Material, Tag};
+
+use super::Detail;
+use super::roof;
+use crate::clay::Clay;
+use crate::random::Random;
+
+/// What kind of house.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Style {
+    /// Offices or flats above shops, with a flat roof.
+    Block,
+    /// Many floors in several steps.
+    Tower,
+    /// One of a row, with a pitched roof.
+    Terrace,
+    /// Stands alone in a garden.
+    Villa,
+    /// A workshop or a warehouse.
+    Hall,
+}
+
+/// What is decided before the house is modelled.
+#[derive(Clone, Debug)]
+pub(super) struct House {
+    pub(super) style: Style,
+    /// Half of its width along the street and of its depth. Metres.
+    pub(super) half: [f32; 2],
+    pub(super) floors: u32,
+    pub(super) facade: Material,
+    pub(super) detail: Detail,
+}
+
+/// Of a floor, and of a ground floor with shops. Metres.
+const FLOOR_M: f32 = 3.1;
+const SHOP_M: f32 = 3.9;
+/// How far walls go down into the ground, for slopes. Metres.
+const FOOTING_M: f32 = 3.0;
+
+impl House {
+    /// From the ground to the eaves. Metres.
+    pub(super) fn eaves_m(&self) -> f32 {
+        match self.style {
+            Style::Block | Style::Tower => SHOP_M + FLOOR_M * (self.floors - 1) as f32,
+            Style::Terrace | Style::Villa => 0.5 + FLOOR_M * self.floors as f32,
+            Style::Hall => 3.6 + 1.6 * self.floors as f32,
+        }
+    }
+
+    /// Models it.
+    pub(super) fn model(&self, clay: &mut Clay, random: &mut Random) {
+        clay.paint(Tag::Building, self.facade);
+        match self.style {
+            Style::Block => self.block(clay, random),
+            Style::Tower => self.tower(clay, random),
+            Style::Terrace => self.terrace(clay, random),
+            Style::Villa => self.villa(clay, random),
+            Style::Hall => self.hall(clay, random),
+        }
+    }
+
+    fn block(&self, clay: &mut Clay, random: &mut Random) {
+        let ([x, y], eaves) = (self.half, self.eaves_m());
+        self.walls(clay, SHOP_M, eaves);
+        self.courses(clay, SHOP_M, eaves, random);
+        if random.chance(0.6) {
+            self.shops(clay, random);
+        } else {
+            self.entrance(clay, 0.0, 0.0, true);
+        }
+        roof::flat(clay, [x, y], eaves, random, self.detail);
+        if matches!(self.facade, Material::FacadeBrick | Material::FacadePlaster) {
+            self.balconies(clay, eaves, random);
+        }
+    }
+
+    fn tower(&self, clay: &mut Clay, random: &mut Random) {
+        let ([x, y], top) = (self.half, self.eaves_m());
+        self.walls(clay, SHOP_M, top * 0.3);
+        self.entrance(clay, 0.0, 0.0, true);
+        let podium = House { floors: 1, ..self.clone() };
+        podium.shops(clay, random);
+        let mut step = [x, y];
+        let mut low = top * 0.3;
+        let cuts = [0.72, 0.9, 1.0];
+        for (index, cut) in cuts.into_iter().enumerate() {
+            roof::flat(clay, step, low, random, self.detail);
+            let shrink = random.between(0.80, 0.93);
+            step = [step[0] * shrink, step[1] * shrink];
+            let high = top * cut;
+            clay.material(self.facade);
+            clay.block(vec3(-step[0], -step[1], low), vec3(step[0], step[1], high));
+            fins(clay, step, low, high, if self.detail == Detail::High { 1.8 } else { 3.6 });
+            low = high;
+            if index == 2 {
+                roof::flat(clay, step, high, random, self.detail);
+                roof::mast(clay, high, random.between(6.0, 14.0));
+            }
+        }
+    }
+
+    fn terrace(&self, clay: &mut Clay, random: &mut Random) {
+        let ([x, y], eaves) = (self.half, self.eaves_m());
+        self.walls(clay, 0.5, eaves);
+        let door = random.between(-0.6, 0.6) * (x - 1.2).max(0.0);
+        self.entrance(clay, door, 0.5, false);
+        self.sills(clay, 0.5, eaves, 2.6);
+        roof::pitched(clay, [x, y], eaves, random.between(0.65, 1.0), self.facade, false);
+        roof::chimneys(clay, [x, y], eaves, random, 1);
+        if random.chance(0.55) {
+            roof::dormers(clay, [x, y], eaves, random);
+        }
+        downpipe(clay, vec3(x - 0.25, y + 0.06, eaves));
+    }
+
+    fn villa(&self, clay: &mut Clay, random: &mut Random) {
+        let ([x, y], eaves) = (self.half, self.eaves_m());
+        let hipped = random.chance(0.4);
+        // A wing that stands forward makes the plan an L.
+        let wing = random.chance(0.5);
+        self.walls(clay, 0.5, eaves);
+        self.sills(clay, 0.5, eaves, 3.0);
+        roof::pitched(clay, [x, y], eaves, random.between(0.55, 0.85), self.facade, hipped);
+        roof::chimneys(clay, [x, y], eaves, random, 1);
+        let door = random.between(-0.5, 0.1) * x;
+        self.entrance(clay, door, 0.5, true);
+        if wing {
+            let (from, to) = (x * 0.35, x * 0.92);
+            clay.material(self.facade);
+            clay.block(vec3(from, y - 0.5, -FOOTING_M), vec3(to, y + 1.6, eaves - 0.35));
+            clay.material(Material::RoofTiles);
+            let (left, right) = (from - 0.3, to + 0.3);
+            let (front, ridge) = (y + 1.95, eaves - 0.35 + (to - from) * 0.38);
+            roof::prism(clay, [left, right], [y - 1.5, front], eaves - 0.35, ridge);
+        }
+        downpipe(clay, vec3(-x + 0.2, y + 0.06, eaves));
+        downpipe(clay, vec3(x - 0.2, -y - 0.06, eaves));
+    }
+
+    fn hall(&self, clay: &mut Clay, random: &mut Random) {
+        let ([x, y], eaves) = (self.half, self.eaves_m());
+        self.walls(clay, 1.0, eaves);
+        roof::flat(clay, [x, y], eaves, random, self.detail);
+        // Pilasters, and gates towards the street.
+        clay.material(Material::Concrete);
+        let bays = ((x * 2.0 / 5.5) as u32).max(2);
+        for bay in 0..=bays {
+            let at = -x + 2.0 * x * bay as f32 / bays as f32;
+            for front in [-1.0f32, 1.0] {
+                let (a, b) = (front * (y - 0.05), front * (y + 0.16));
+                clay.block(vec3(at - 0.22, a.min(b), -1.0), vec3(at + 0.22, a.max(b), eaves + 0.1));
+            }
+        }
+        for bay in (0..bays).step_by(2) {
+            let at = -x + 2.0 * x * (bay as f32 + 0.5) / bays as f32;
+            clay.material(Material::Metal);
+            let half = (x / bays as f32 - 0.5).min(2.0);
+            for slat in 0..5 {
+                let z = 0.1 + 0.62 * slat as f32;
+                clay.block(vec3(at - half, y - 0.05, z), vec3(at + half, y + 0.06, z + 0.58));
+            }
+        }
+    }
+
+    /// The box of the house, with a plinth of another stuff below `plinth`.
+    fn walls(&self, clay: &mut Clay, plinth: f32, eaves: f32) {
+        let [x, y] = self.half;
+        clay.material(Material::Concrete);
+        let out = 0.06;
+        clay.block(vec3(-x - out, -y - out, -FOOTING_M), vec3(x + out, y + out, plinth));
+        clay.material(self.facade);
+        clay.block(vec3(-x, -y, plinth - 0.02), vec3(x, y, eaves));
+    }
+
+    /// Bands between floors, and pilasters at the corners.
+    fn courses(&self, clay: &mut Clay, low: f32, eaves: f32, random: &mut Random) {
+        let [x, y] = self.half;
+        let every =
+            if self.facade == Material::FacadeGlass { 4 } else { 1 + random.below(3) as u32 };
+        clay.material(Material::Concrete);
+        let mut floor = 0;
+        while low + FLOOR_M * (floor as f32) < eaves - 1.0 {
+            let (z, out) = (low + FLOOR_M * floor as f32, if floor == 0 { 0.16 } else { 0.08 });
+            clay.block(vec3(-x - out, -y - out, z - 0.12), vec3(x + out, y + out, z + 0.12));
+            floor += every;
+        }
+        for (sx, sy) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+            let corner = vec3(sx * (x - 0.3), sy * (y - 0.3), 0.0);
+            clay.block(corner + vec3(-0.38, -0.38, low), corner + vec3(0.38, 0.38, eaves));
+        }
+        if self.detail == Detail::High {
+            self.sills(clay, low, eaves, 2.4);
+            fins(clay, self.half, low, eaves, 4.8);
+        }
+    }
+
+    /// Window sills on all four sides.
+    fn sills(&self, clay: &mut Clay, low: f32, eaves: f32, pitch: f32) {
+        let pitch = if self.detail == Detail::High { pitch * 0.8 } else { pitch * 1.4 };
+        clay.material(Material::Concrete);
+        let mut z = low + 0.95;
+        while z < eaves - 1.2 {
+            for side in 0..4 {
+                let turn = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2 * side as f32);
+                let (across, out) = if side % 2 == 0 {
+                    (self.half[0], self.half[1])
+                } else {
+                    (self.half[1], self.half[0])
+                };
+                let count = (across * 2.0 / pitch) as u32;
+                for window in 0..count {
+                    let x = -across + across * 2.0 * (window as f32 + 0.5) / count as f32;
+                    clay.block_at(turn * vec3(x, out + 0.05, z), vec3(0.65, 0.09, 0.05), turn);
+                    if self.detail == Detail::High {
+                        let lintel = turn * vec3(x, out + 0.04, z + 1.55);
+                        clay.block_at(lintel, vec3(0.7, 0.06, 0.07), turn);
+                    }
+                }
+            }
+            z += FLOOR_M;
+        }
+    }
+
+    /// Shop windows, doors and awnings along the street.
+    fn shops(&self, clay: &mut Clay, random: &mut Random) {
+        let [x, y] = self.half;
+        let count = ((x * 2.0 / 5.0) as u32).max(1);
+        let width = x * 2.0 / count as f32;
+        for shop in 0..count {
+            let middle = -x + width * (shop as f32 + 0.5);
+            let half = width * 0.5 - 0.35;
+            let front = y + 0.06;
+            clay.material(Material::Glass);
+            clay.block(
+                vec3(middle - half, front - 0.05, 0.55),
+                vec3(middle + half * 0.4, front + 0.04, 2.9),
+            );
+            clay.material(Material::Wood);
+            clay.block(
+                vec3(middle + half * 0.48, front - 0.05, 0.02),
+                vec3(middle + half, front + 0.05, 2.5),
+            );
+            clay.material(Material::CarPaint);
+            clay.block(
+                vec3(middle - half, front - 0.02, 3.05),
+                vec3(middle + half, front + 0.12, 3.55),
+            );
+            if random.chance(0.5) {
+                clay.material(Material::Cloth);
+                let (low, high) = (2.55, 3.0);
+                let at = |x: f32, out: f32, z: f32| vec3(middle + x, front + out, z);
+                clay.quad([
+                    at(half, 0.0, high),
+                    at(-half, 0.0, high),
+                    at(-half, 1.3, low),
+                    at(half, 1.3, low),
+                ]);
+                clay.quad([
+                    at(-half, 0.0, high - 0.03),
+                    at(half, 0.0, high - 0.03),
+                    at(half, 1.3, low - 0.03),
+                    at(-half, 1.3, low - 0.03),
+                ]);
+                clay.quad([
+                    at(half, 1.3, low),
+                    at(-half, 1.3, low),
+                    at(-half, 1.3, low - 0.22),
+                    at(half, 1.3, low - 0.22),
+                ]);
+            }
+        }
+    }
+
+    /// A door with steps; with a canopy if wanted.
+    fn entrance(&self, clay: &mut Clay, x: f32, sill: f32, canopy: bool) {
+        let y = self.half[1] + 0.06;
+        clay.material(Material::Wood);
+        clay.block(vec3(x - 0.6, y - 0.1, sill), vec3(x + 0.6, y + 0.05, sill + 2.25));
+        clay.material(Material::Concrete);
+        let steps = (sill / 0.17).ceil() as u32;
+        for step in 0..steps {
+            let out = y + 0.35 * (steps - step) as f32;
+            let top = sill - 0.17 * (steps - 1 - step) as f32;
+            clay.block(vec3(x - 0.9, y - 0.1, -FOOTING_M), vec3(x + 0.9, out, top.max(0.1)));
+        }
+        if canopy {
+            clay.block(vec3(x - 1.2, y - 0.1, sill + 2.6), vec3(x + 1.2, y + 1.1, sill + 2.75));
+            clay.material(Material::Metal);
+            for side in [-1.05f32, 1.05] {
+                let post = vec3(x + side, y + 0.95, 0.0);
+                clay.rod(post - Vec3::Z * 0.5, post + Vec3::Z * (sill + 2.6), 0.06, 5);
+            }
+        }
+    }
+
+    /// Balconies on the street side.
+    fn balconies(&self, clay: &mut Clay, eaves: f32, random: &mut Random) {
+        if !random.chance(0.5) {
+            return;
+        }
+        let [x, y] = self.half;
+        let count = ((x * 2.0 / 6.5) as u32).max(1);
+        let rails = if self.detail == Detail::High { 9 } else { 0 };
+        let mut z = SHOP_M;
+        while z < eaves - 2.0 {
+            for bay in 0..count {
+                let at = -x + x * 2.0 * (bay as f32 + 0.5) / count as f32;
+                clay.material(Material::Concrete);
+                clay.block(vec3(at - 1.3, y - 0.05, z - 0.08), vec3(at + 1.3, y + 1.15, z + 0.08));
+                clay.material(Material::Metal);
+                let (low, high) =
+                    if rails > 0 { (z + 0.95, z + 1.05) } else { (z + 0.08, z + 1.05) };
+                clay.block(vec3(at - 1.3, y + 1.09, low), vec3(at + 1.3, y + 1.14, high));
+                for side in [-1.3f32, 1.25] {
+                    clay.block(vec3(at + side, y, low), vec3(at + side + 0.05, y + 1.14, high));
+                }
+                for rail in 0..rails {
+                    let x = at - 1.25 + 2.5 * rail as f32 / (rails - 1) as f32;
+                    clay.block(vec3(x - 0.015, y + 1.10, z), vec3(x + 0.015, y + 1.13, z + 0.95));
+                }
+            }
+            z += FLOOR_M;
+        }
+    }
+}
+
+/// Upright ribs round a box.
+fn fins(clay: &mut Clay, [x, y]: [f32; 2], low: f32, high: f32, pitch: f32) {
+    clay.material(Material::Metal);
+    for side in 0..4 {
+        let turn = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2 * side as f32);
+        let (across, out) = if side % 2 == 0 { (x, y) } else { (y, x) };
+        let count = ((across * 2.0 / pitch) as u32).max(1);
+        for fin in 0..=count {
+            let at = -across + across * 2.0 * fin as f32 / count as f32;
+            let center = turn * vec3(at, out + 0.05, 0.0) + Vec3::Z * (low + high) * 0.5;
+            clay.block_at(center, vec3(0.08, 0.12, (high - low) * 0.5), turn);
+        }
+    }
+}
+
+fn downpipe(clay: &mut Clay, top: Vec3) {
+    clay.material(Material::Metal);
+    clay.rod(vec3(top.x, top.y, -0.5), top, 0.05, 5);
+}

@@ -1,0 +1,73 @@
+use glam::Vec2;
+
+use super::frontage::{Frontage, STEP_M};
+
+/// How much of a city each place is: 0 in the open country, 1 in the middle of a dense grid.
+#[derive(Debug)]
+pub(super) struct Density {
+    low: Vec2,
+    columns: usize,
+    rows: usize,
+    cells: Vec<f32>,
+    middle: Vec2,
+    radius_m: f32,
+    phase: f32,
+}
+
+const CELL_M: f32 = 30.0;
+/// Slow roads beside which people live, in metres of frontage per hectare, where a city is dense.
+const DENSE: f32 = 290.0;
+/// Nobody lives beside faster roads. Metres per second.
+pub(super) const FAST_MPS: f32 = 21.0;
+
+impl Density {
+    pub(super) fn new(low: Vec2, high: Vec2, frontages: &[Frontage], phase: f32) -> Density {
+        let size = high - low;
+        let (columns, rows) = ((size.x / CELL_M) as usize + 1, (size.y / CELL_M) as usize + 1);
+        let mut cells = vec![0.0f32; columns * rows];
+        let (mut middle, mut weight) = (Vec2::ZERO, 0.0f32);
+        let slow = || frontages.iter().flatten().filter(|station| station.limit_mps < FAST_MPS);
+        for station in slow() {
+            let p = ((station.edge - low) / CELL_M).max(Vec2::ZERO);
+            let cell = (p.y as usize).min(rows - 1) * columns + (p.x as usize).min(columns - 1);
+            cells[cell] += STEP_M / (CELL_M * CELL_M * 1e-4);
+            middle += station.edge;
+            weight += 1.0;
+        }
+        let middle = if weight > 0.0 { middle / weight } else { (low + high) * 0.5 };
+        let spread = slow().map(|station| station.edge.distance_squared(middle)).sum::<f32>();
+        let radius_m = (spread / weight.max(1.0)).sqrt().max(150.0) * 1.5;
+        for _ in 0..4 {
+            blur(&mut cells, columns, rows);
+        }
+        Density { low, columns, rows, cells, middle, radius_m, phase }
+    }
+
+    /// At a point.
+    pub(super) fn at(&self, point: Vec2) -> f32 {
+        let p = ((point - self.low) / CELL_M).max(Vec2::ZERO);
+        let cell =
+            (p.y as usize).min(self.rows - 1) * self.columns + (p.x as usize).min(self.columns - 1);
+        let grid = (self.cells[cell] / DENSE).min(1.0);
+        let away = (point.distance(self.middle) / self.radius_m).min(1.0);
+        let patch =
+            (point.x * 0.017 + self.phase).sin() * (point.y * 0.015 + self.phase * 1.7).cos();
+        (grid * (1.0 - 0.72 * away * away) + 0.12 * patch * grid).clamp(0.0, 1.0)
+    }
+}
+
+/// Averages over three by three cells.
+fn blur(cells: &mut [f32], columns: usize, rows: usize) {
+    let old = cells.to_vec();
+    for row in 0..rows {
+        for column in 0..columns {
+            let mut sum = 0.0;
+            for y in row.saturating_sub(1)..=(row + 1).min(rows - 1) {
+                for x in column.saturating_sub(1)..=(column + 1).min(columns - 1) {
+                    sum += old[y * columns + x];
+                }
+            }
+            cells[row * columns + column] = sum / 9.0;
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Trees, hedges and fences where nobody builds.
+
+use glam::{Vec2, vec2, vec3};
+use road::{Material, Tag};
+
+use super::building::Style;
+use super::density::Density;
+use super::lots::Garden;
+use super::plan::Plan;
+use super::raster::{ground, rectangle, square};
+use super::scene::{Brief, Place, Scene};
+use super::tree::{Sapling, Species, nursery};
+use super::{Detail, Layer};
+use crate::random::Random;
+
+/// All saplings of the town.
+pub(super) struct Nursery(Vec<Sapling>);
+
+impl Nursery {
+    pub(super) fn new(seed: u64, detail: Detail) -> Nursery {
+        Nursery(nursery(seed, detail))
+    }
+
+    /// Plants one if its trunk has room: on a sidewalk or in the open, never among others.
+    pub(super) fn plant(
+        &self,
+        plan: &mut Plan,
+        scene: &mut Scene,
+        species: Species,
+        at: Vec2,
+        scale: f32,
+        random: &mut Random,
+    ) -> bool {
+        let choice = random.below(4);
+        let turn = random.between(0.0, 6.28);
+        let Some(sapling) = self.0.iter().filter(|one| one.species == species).nth(choice) else {
+            return false;
+        };
+        let trunk = (sapling.trunk_radius * scale).max(0.3);
+        let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
+        // Crowns hang over sidewalks and roads above people's heads, but never into houses.
+        let crown = sapling.crown_radius * scale;
+        let low_crown = matches!(species, Species::Spruce | Species::Bush);
+        let room = if low_crown { crown } else { trunk };
+        if !plan.raster.is_free(&square(at, room), taken)
+            || !plan.raster.is_free(&square(at, crown * 0.75), ground::BUILT)
+        {
+            return false;
+        }
+        plan.raster.stamp(&square(at, (crown * 0.7).max(0.5)), ground::FURNITURE);
+        let place = Place { foot: plan.foot(at), yaw_rad: turn };
+        let brief = Brief { tag: Tag::Vegetation, layer: Layer::Foliage, color: [70, 110, 50] };
+        scene.add(brief, place, |clay| clay.append(&sapling.mesh, scale));
+        if sapling.trunk_radius > 0.0 {
+            scene.solid_post(&place, sapling.trunk_radius * scale, sapling.height * scale * 0.6);
+        }
+        true
+    }
+}
+
+/// Hedges and fences in front of houses, and trees before and behind them.
+pub(super) fn gardens(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden], nursery: &Nursery) {
+    for (number, garden) in gardens.iter().enumerate() {
+        let mut random = Random::new(plan.seed, 0x6a4d + number as u64 * 16);
+        let along = garden.out.perp();
+        let homely = matches!(garden.style, Style::Villa | Style::Terrace);
+        if homely && garden.front_m > 1.4 {
+            enclose(plan, scene, garden, &mut random);
+        }
+        let trees = match garden.style {
+            Style::Villa => 5,
+            Style::Terrace | Style::Hall => 2,
+            Style::Block | Style::Tower => 1,
+        };
+        for _ in 0..trees {
+            let behind = random.chance(0.7);
+            let (from, to) = if behind {
+                (garden.back_m + 1.5, garden.back_m + 14.0)
+            } else {
+                (1.0, garden.front_m - 1.0)
+            };
+            if to <= from {
+                continue;
+            }
+            let at = garden.gate
+                + garden.out * random.between(from, to)
+                + along * random.between(-0.5, 0.5) * garden.width_m;
+            if plan.raster.at(at) & ground::ROAD != 0 {
+                continue;
+            }
+            let species = *random.pick(&[
+                Species::Lime,
+                Species::Oak,
+                Species::Spruce,
+                Species::Bush,
+                Species::Bush,
+            ]);
+            nursery.plant(plan, scene, species, at, random.between(0.55, 0.9), &mut random);
+        }
+    }
+}
+
+/// A hedge or a fence along the street, with a gap before the door.
+fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Random) {
+    let along = garden.out.perp();
+    let hedge = random.chance(0.5);
+    let half_gap = 1.1;
+    let reach = garden.width_m * 0.5;
+    for side in [-1.0f32, 1.0] {
+        let length = (reach - half_gap) * 0.5;
+        if length < 0.8 {
+            continue;
+        }
+        let middle = garden.gate + garden.out * 0.55 + along * side * (half_gap + length);
+        let yaw_rad = along.to_angle();
+        let outline = rectangle(middle, vec2(length, 0.3), yaw_rad);
+        if !plan.raster.is_free(&outline, ground::ANY) {
+            continue;
+        }
+        plan.raster.stamp(&outline, ground::FURNITURE);
+        // Both ends stand on the ground, however it slopes.
+        let heights = [-1.0, 1.0].map(|end| plan.height(middle + along * length * end));
+        let foot = middle.extend(heights[0].min(heights[1]));
+        let slope = (heights[1] - heights[0]).abs();
+        let place = Place { foot, yaw_rad };
+        let detail = plan.detail;
+        if hedge {
+            let brief = Brief { tag: Tag::Vegetation, layer: Layer::Foliage, color: [60, 100, 48] };
+            let top = slope + random.between(0.9, 1.5);
+            scene.add(brief, place, |clay| {
+                clay.material(Material::Leaves);
+                clay.block(vec3(-length, -0.28, -0.3), vec3(length, 0.28, top));
+            });
+            scene.solid(&place, vec3(-length, -0.28, -0.3), vec3(length, 0.28, top));
+        } else {
+            let brief = Brief { tag: Tag::Fence, layer: Layer::Walls, color: [150, 120, 90] };
+            let top = slope + 1.05;
+            scene.add(brief, place, |clay| {
+                clay.material(Material::Wood);
+                for z in [slope + 0.25, slope + 0.8] {
+                    clay.block(vec3(-length, -0.03, z), vec3(length, 0.03, z + 0.08));
+                }
+                let pitch = if detail == Detail::High { 0.22 } else { 0.9 };
+                let count = (length * 2.0 / pitch) as u32;
+                for picket in 0..=count {
+                    let x = -length + length * 2.0 * picket as f32 / count.max(1) as f32;
+                    clay.block(vec3(x - 0.05, 0.03, -0.3), vec3(x + 0.05, 0.06, top));
+                }
+            });
+            scene.solid(&place, vec3(-length, -0.05, -0.3), vec3(length, 0.07, top));
+        }
+    }
+}
+
+/// Trees in the open: courtyards, parks, and woods round the town.
+pub(super) fn open_ground(
+    plan: &mut Plan,
+    scene: &mut Scene,
+    density: &Density,
+    nursery: &Nursery,
+) {
+    let (low, high) = plan.town;
+    let mut random = Random::new(plan.seed, 0x9e0);
+    let size = high - low;
+    // On large maps woods are sparser, so that they do not outgrow the town.
+    let area = size.x * size.y;
+    let pitch = (area / 14_000.0).sqrt().max(9.0);
+    let (rows, columns) = ((size.y / pitch) as i32, (size.x / pitch) as i32);
+    let phase = random.between(0.0, 6.28);
+    for row in 0..rows {
+        for column in 0..columns {
+            let jitter = vec2(random.unit(), random.unit());
+            let dice = random.unit();
+            let at = low + (vec2(column as f32, row as f32) + jitter) * pitch;
+            let wood = (at.x * 0.021 + phase).sin() * (at.y * 0.024 - phase).sin()
+                + 0.4 * (at.x * 0.055 - at.y * 0.047).sin();
+            let town = density.at(at);
+            let wanted = if town > 0.25 { 0.22 } else { 0.10 + 0.55 * wood.max(0.0) };
+            if dice > wanted || plan.raster.at(at) != 0 {
+                continue;
+            }
+            let species = match random.unit() {
+                _ if wood > 0.5 && town < 0.25 => Species::Spruce,
+                dice if dice < 0.35 => Species::Oak,
+                dice if dice < 0.65 => Species::Lime,
+                dice if dice < 0.75 => Species::Poplar,
+                dice if dice < 0.85 => Species::Spruce,
+                _ => Species::Bush,
+            };
+            // A step away from roads, so that branches do not scrape along cars.
+            if plan.raster.is_free(&square(at, 2.5), ground::CARRIAGEWAY | ground::BUILT) {
+                nursery.plant(plan, scene, species, at, random.between(0.7, 1.15), &mut random);
+            }
+        }
+    }
+}

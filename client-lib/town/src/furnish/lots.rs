@@ -1,0 +1,221 @@
+//! Houses along the streets: each frontage is cut into lots, each lot gets the house it has room
+//! for.
+
+use glam::{Vec2, Vec3, vec2, vec3};
+use road::{Material, Tag};
+
+use super::Layer;
+use super::building::{House, Style};
+use super::density::{Density, FAST_MPS};
+use super::frontage::{Frontage, STEP_M, Station};
+use super::plan::Plan;
+use super::raster::{ground, rectangle};
+use super::scene::{Brief, Place, Scene};
+use crate::random::Random;
+
+/// What is kept free round a house. Metres.
+const MARGIN_M: f32 = 0.5;
+/// Below this density nobody builds a row.
+const OPEN_COUNTRY: f32 = 0.06;
+
+/// Builds along every frontage; says where gardens are, as rectangles of ground before and behind
+/// houses.
+pub(super) fn build(
+    plan: &mut Plan,
+    scene: &mut Scene,
+    frontages: &[Frontage],
+    density: &Density,
+) -> Vec<Garden> {
+    let mut gardens = Vec::new();
+    for (number, frontage) in frontages.iter().enumerate() {
+        let mut random = Random::new(plan.seed, 0x107 + number as u64 * 16);
+        line(plan, scene, frontage, density, &mut random, &mut gardens);
+    }
+    gardens
+}
+
+/// The ground that belongs to a house.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Garden {
+    /// On the street's edge, before the middle of the house.
+    pub(super) gate: Vec2,
+    /// Away from the street.
+    pub(super) out: Vec2,
+    /// Metres along the street.
+    pub(super) width_m: f32,
+    /// From the street to the house. Metres.
+    pub(super) front_m: f32,
+    /// From the street to the far wall of the house. Metres.
+    pub(super) back_m: f32,
+    pub(super) style: Style,
+}
+
+fn line(
+    plan: &mut Plan,
+    scene: &mut Scene,
+    frontage: &[Station],
+    density: &Density,
+    random: &mut Random,
+    gardens: &mut Vec<Garden>,
+) {
+    let mut start = 0;
+    while start + 2 < frontage.len() {
+        let here = frontage[start];
+        let dense = density.at(here.edge + here.out * 12.0);
+        if here.limit_mps >= FAST_MPS || dense < OPEN_COUNTRY || random.chance(0.03) {
+            start += 4;
+            continue;
+        }
+        let house = draw(dense, random);
+        let wanted = (house.half[0] * 2.0 + gap(house.style)) / STEP_M;
+        let end = (start + wanted.round() as usize).min(frontage.len() - 1);
+        match place(plan, scene, &frontage[start..=end], house, dense, random) {
+            Some(garden) => {
+                gardens.push(garden);
+                start = end;
+            }
+            None => start += 1,
+        }
+    }
+}
+
+/// Between neighbours. Metres.
+fn gap(style: Style) -> f32 {
+    match style {
+        Style::Block => 0.4,
+        Style::Terrace => 0.3,
+        Style::Tower => 5.0,
+        Style::Villa => 7.0,
+        Style::Hall => 6.0,
+    }
+}
+
+/// What somebody would build in a place as dense as this.
+fn draw(dense: f32, random: &mut Random) -> House {
+    let detail = super::Detail::Standard;
+    let dice = random.unit();
+    let style = if dense > 0.72 {
+        if dice < 0.22 { Style::Tower } else { Style::Block }
+    } else if dense > 0.42 {
+        match dice {
+            _ if dice < 0.55 => Style::Block,
+            _ if dice < 0.95 => Style::Terrace,
+            _ => Style::Hall,
+        }
+    } else if dense > 0.25 {
+        match dice {
+            _ if dice < 0.12 => Style::Block,
+            _ if dice < 0.55 => Style::Terrace,
+            _ if dice < 0.93 => Style::Villa,
+            _ => Style::Hall,
+        }
+    } else {
+        if dice < 0.93 { Style::Villa } else { Style::Hall }
+    };
+    let plaster = [Material::FacadePlaster, Material::FacadeBrick, Material::FacadeConcrete];
+    let (width, depth, floors, facade) = match style {
+        Style::Tower => (
+            random.between(20.0, 30.0),
+            random.between(18.0, 26.0),
+            10 + random.below(14) as u32,
+            *random.pick(&[Material::FacadeGlass, Material::FacadeGlass, Material::FacadeConcrete]),
+        ),
+        Style::Block => (
+            random.between(14.0, 30.0),
+            random.between(11.0, 17.0),
+            3 + random.below(3) as u32 + (dense * 3.0) as u32,
+            if random.chance(0.15) { Material::FacadeGlass } else { *random.pick(&plaster) },
+        ),
+        Style::Terrace => (
+            random.between(7.0, 12.0),
+            random.between(9.0, 12.0),
+            2 + random.below(2) as u32,
+            *random.pick(&plaster[..2]),
+        ),
+        Style::Villa => (
+            random.between(9.0, 14.0),
+            random.between(8.0, 11.0),
+            1 + random.below(2) as u32,
+            *random.pick(&plaster[..2]),
+        ),
+        Style::Hall => (
+            random.between(20.0, 36.0),
+            random.between(16.0, 26.0),
+            1 + random.below(2) as u32,
+            *random.pick(&[Material::FacadeConcrete, Material::Metal, Material::FacadeBrick]),
+        ),
+    };
+    House { style, half: [width * 0.5, depth * 0.5], floors, facade, detail }
+}
+
+/// Puts the house behind the stations if there is room, else a shallower one, else none.
+fn place(
+    plan: &mut Plan,
+    scene: &mut Scene,
+    stations: &[Station],
+    mut house: House,
+    dense: f32,
+    random: &mut Random,
+) -> Option<Garden> {
+    let (first, last) = (stations[0], stations[stations.len() - 1]);
+    let along = (last.edge - first.edge).try_normalize()?;
+    let mut out = along.perp();
+    if out.dot(first.out) < 0.0 {
+        out = -out;
+    }
+    house.half[0] = house.half[0].min((last.edge.distance(first.edge) - gap(house.style)) * 0.5);
+    if house.half[0] < 3.2 {
+        return None;
+    }
+    house.detail = plan.detail;
+    let gate = (first.edge + last.edge) * 0.5;
+    let front = match house.style {
+        Style::Block if dense > 0.6 && first.walk_m > 1.5 => random.between(0.8, 1.6),
+        Style::Block | Style::Tower => random.between(1.5, 5.0),
+        Style::Terrace => random.between(1.2, 3.5),
+        Style::Villa => random.between(4.0, 9.0),
+        Style::Hall => random.between(6.0, 12.0),
+    } + if first.walk_m > 0.5 { 0.0 } else { 2.0 };
+    let depth = house.half[1];
+    for (shrink, back) in [(1.0, 0.0), (0.8, 0.0), (0.65, 0.0), (1.0, 2.0), (0.7, 3.0)] {
+        house.half[1] = depth * shrink;
+        if house.half[1] < 3.0 {
+            continue;
+        }
+        // Steps, awnings and wings reach towards the street.
+        let front = front + back;
+        let center = gate + out * (front + house.half[1]);
+        // The house's x runs so that its y points to the street.
+        let yaw_rad = (-out).to_angle() - std::f32::consts::FRAC_PI_2;
+        let taken = rectangle(center, vec2(house.half[0], house.half[1]) + MARGIN_M, yaw_rad);
+        if !plan.raster.is_free(&taken, ground::ANY) {
+            continue;
+        }
+        plan.raster.stamp(&taken, ground::BUILT);
+        erect(plan, scene, &house, Place { foot: plan.foot(center), yaw_rad }, random);
+        return Some(Garden {
+            gate,
+            out,
+            width_m: house.half[0] * 2.0 + gap(house.style),
+            front_m: front,
+            back_m: front + house.half[1] * 2.0,
+            style: house.style,
+        });
+    }
+    None
+}
+
+fn erect(plan: &Plan, scene: &mut Scene, house: &House, mut place: Place, random: &mut Random) {
+    // It stands as high as the highest ground at its corners allows a door to be.
+    let [x, y] = house.half;
+    let highest = [(x, y), (-x, y), (x, -y), (-x, -y)]
+        .map(|(x, y)| plan.height(place.point(vec3(x, y, 0.0)).truncate()))
+        .into_iter()
+        .fold(place.foot.z, f32::max);
+    place.foot.z = (place.foot.z + highest) * 0.5;
+    let colors = [[150, 36, 32], [30, 70, 120], [40, 96, 64], [196, 150, 40], [70, 70, 76]];
+    let brief = Brief { tag: Tag::Building, layer: Layer::Buildings, color: *random.pick(&colors) };
+    scene.add(brief, place, |clay| house.model(clay, random));
+    let low = Vec3::new(-x, -y, -3.0);
+    scene.solid(&place, low, Vec3::new(x, y, house.eaves_m()));
+}

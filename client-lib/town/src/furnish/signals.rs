@@ -1,0 +1,175 @@
+//! Poles for the lights and signs that the map records, and where lamp boxes hang.
+
+use std::f32::consts::{FRAC_PI_2, TAU};
+
+use glam::{Vec2, Vec3, vec3};
+use road::{Material, Signal, Tag};
+
+use super::plan::Plan;
+use super::raster::{ground, square};
+use super::scene::{Brief, Place, Scene};
+use super::{Head, Layer};
+use crate::clay::Clay;
+
+/// Of a lamp box's lower edge beside the road, and over it. Metres.
+const HEAD_BESIDE_M: f32 = 2.6;
+const HEAD_OVER_M: f32 = 5.0;
+/// Of a sign's lower edge where the map does not say. Metres.
+const PLATE_M: f32 = 2.0;
+
+/// Furnishes every signal of the map.
+pub(super) fn furnish(plan: &mut Plan, scene: &mut Scene) {
+    let network = plan.network;
+    for (number, signal) in network.signals().iter().enumerate() {
+        let kind = signal.kind.as_str();
+        // Stop lines and the like are painted, not put up.
+        let painted = signal.height_m < 0.05 && matches!(kind, "294" | "-1" | "1000003");
+        if signal.dynamic {
+            light(plan, scene, signal, number as u32);
+        } else if !painted {
+            sign(plan, scene, signal);
+        }
+    }
+}
+
+/// Where the signal stands on the plan, and the bearing in which its face looks.
+fn stand(signal: &Signal) -> (Vec2, f32) {
+    (signal.pose.position.truncate().as_vec2(), signal.pose.heading_rad as f32)
+}
+
+/// The nearest place for a pole: where the signal is, or beside the road that it hangs over.
+fn pole_place(plan: &Plan, at: Vec2) -> Option<Vec2> {
+    let free =
+        |point: Vec2| plan.raster.is_free(&square(point, 0.2), ground::CARRIAGEWAY | ground::BUILT);
+    if free(at) {
+        return Some(at);
+    }
+    for ring in 1..40 {
+        let radius = ring as f32 * 0.5;
+        let count = 8 + ring * 2;
+        for step in 0..count {
+            let point = at + Vec2::from_angle(TAU * step as f32 / count as f32) * radius;
+            if free(point) {
+                return Some(point);
+            }
+        }
+    }
+    None
+}
+
+fn light(plan: &mut Plan, scene: &mut Scene, signal: &Signal, number: u32) {
+    let (at, yaw_rad) = stand(signal);
+    let Some(pole) = pole_place(plan, at) else { return };
+    let foot = plan.foot(pole);
+    let gap = pole.distance(at);
+    let low = match signal.z_offset_m as f32 {
+        said if said > 1.8 => said,
+        _ if gap > 0.6 => HEAD_OVER_M,
+        _ => HEAD_BESIDE_M,
+    };
+    let base = signal.pose.position.z as f32 - signal.z_offset_m as f32;
+    // The box hangs before the pole, or before the arm that reaches over the road.
+    let clear = Vec2::from_angle(yaw_rad) * 0.12;
+    let head = (at + clear).extend(base.max(foot.z) + low);
+    scene.head(Head { signal: number, position: head, yaw_rad });
+
+    let beam = head.z - foot.z + 0.5;
+    let arm = at - pole;
+    let place = Place { foot, yaw_rad: if gap > 0.6 { arm.to_angle() } else { yaw_rad } };
+    let brief = Brief { tag: Tag::Pole, layer: Layer::Props, color: [70, 74, 76] };
+    scene.add(brief, place, |clay| {
+        clay.material(Material::Metal);
+        clay.cone(Vec3::Z * -0.5, Vec3::Z * 0.35, [0.16, 0.12], 8);
+        clay.cone(Vec3::Z * 0.35, Vec3::Z * (beam + 0.5), [0.08, 0.06], 8);
+        if gap > 0.6 {
+            let start = Vec3::Z * beam;
+            clay.cone(start, start + Vec3::X * (gap + 0.25), [0.07, 0.045], 8);
+            clay.rod(start - Vec3::Z * 0.8, start + Vec3::X * (gap * 0.35), 0.03, 5);
+        } else {
+            // Brackets to the box.
+            for z in [beam - 0.35, beam + 0.25] {
+                clay.rod(Vec3::Z * z, vec3(0.14, 0.0, z), 0.025, 5);
+            }
+            clay.material(Material::Plastic);
+            clay.block(vec3(0.05, -0.08, 1.0), vec3(0.17, 0.08, 1.3));
+        }
+    });
+    scene.solid_post(&place, 0.14, beam + 0.5);
+    plan.raster.stamp(&square(pole, 0.5), ground::FURNITURE);
+}
+
+fn sign(plan: &mut Plan, scene: &mut Scene, signal: &Signal) {
+    let (at, yaw_rad) = stand(signal);
+    let Some(pole) = pole_place(plan, at) else { return };
+    if pole.distance(at) > 6.0 {
+        return;
+    }
+    let foot = plan.foot(pole);
+    let low = if signal.z_offset_m > 0.6 { signal.z_offset_m as f32 } else { PLATE_M };
+    let size = [signal.width_m, signal.height_m].map(|size| (size as f32).clamp(0.4, 3.0));
+    let half = [size[0] * 0.5, size[1] * 0.5];
+    let center = Vec3::Z * (low + half[1]);
+    let place = Place { foot, yaw_rad };
+    let brief = Brief { tag: Tag::TrafficSign, layer: Layer::Props, color: [200, 30, 30] };
+    scene.add(brief, place, |clay| {
+        clay.paint(Tag::Pole, Material::Metal);
+        clay.rod(Vec3::Z * -0.5, Vec3::Z * (low + size[1] * 0.9), 0.035, 6);
+        clay.paint(Tag::TrafficSign, Material::Sign);
+        plate(clay, &signal.kind, center, half);
+    });
+    scene.solid_post(&place, 0.05, low + size[1]);
+    plan.raster.stamp(&square(pole, 0.5), ground::FURNITURE);
+}
+
+/// A plate that looks along x, in the shape that its number stands for.
+fn plate(clay: &mut Clay, kind: &str, center: Vec3, [half_y, half_z]: [f32; 2]) {
+    let disc = half_y.min(half_z).clamp(0.3, 0.5);
+    // (corners, angle of the first one, radius, border)
+    let (corners, first, radius, border) = match kind {
+        "206" => (8, FRAC_PI_2 * 0.25, disc, Some(Material::LampRed)),
+        "205" => (3, -FRAC_PI_2, disc * 1.15, Some(Material::LampRed)),
+        "101" | "102" | "103" | "105" | "123" | "133" | "138" => {
+            (3, FRAC_PI_2, disc * 1.15, Some(Material::LampRed))
+        }
+        "306" => (4, FRAC_PI_2, disc, Some(Material::LampAmber)),
+        "274" | "267" | "250" | "260" | "276" | "283" => (20, 0.0, disc, Some(Material::LampRed)),
+        "278" | "282" | "209" | "222" => (20, 0.0, disc, None),
+        _ => {
+            clay.block(center + vec3(0.04, -half_y, -half_z), center + vec3(0.07, half_y, half_z));
+            return;
+        }
+    };
+    let ring = |radius: f32, x: f32| -> Vec<Vec3> {
+        (0..corners)
+            .map(|corner| {
+                let angle = first + TAU * corner as f32 / corners as f32;
+                center + vec3(x, angle.cos() * radius, angle.sin() * radius)
+            })
+            .collect()
+    };
+    let inner = if kind == "206" || border.is_none() { radius } else { radius * 0.78 };
+    clay.material(Material::Metal);
+    clay.loft(&[ring(radius, 0.035), ring(radius, 0.05)], |_, _| None);
+    clay.material(border.unwrap_or(Material::Sign));
+    clay.loft(&[ring(radius, 0.05), ring(radius, 0.055)], |_, _| None);
+    if kind == "206" {
+        clay.material(Material::Sign);
+        clay.block(
+            center + vec3(0.055, -radius * 0.62, -radius * 0.18),
+            center + vec3(0.06, radius * 0.62, radius * 0.18),
+        );
+    } else if inner < radius {
+        clay.material(if kind == "306" { Material::LampAmber } else { Material::Sign });
+        clay.loft(&[ring(inner, 0.055), ring(inner, 0.06)], |_, _| None);
+        if kind == "274" {
+            // Two dark strokes in place of figures.
+            clay.material(Material::Plastic);
+            for y in [-0.32f32, 0.06] {
+                clay.block(
+                    center + vec3(0.06, y * radius, -inner * 0.5),
+                    center + vec3(0.063, (y + 0.24) * radius, inner * 0.5),
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! What stands on sidewalks: lamps, trees in a row, benches, bins, hydrants, bus stops.
+
+use glam::{Vec3, vec3};
+use road::{Material, Tag};
+
+use super::density::{Density, FAST_MPS};
+use super::frontage::{Frontage, STEP_M, Station};
+use super::green::Nursery;
+use super::plan::Plan;
+use super::raster::{ground, square};
+use super::scene::{Brief, Place, Scene};
+use super::tree::Species;
+use super::{Lamp, Layer};
+use crate::clay::Clay;
+use crate::random::Random;
+
+/// From the kerb to the middle of what stands behind it. Metres.
+const BEHIND_KERB_M: f32 = 0.7;
+/// A sidewalk must be this wide before trees are planted on it. Metres.
+const TREE_WALK_M: f32 = 2.8;
+
+/// Furnishes every sidewalk.
+pub(super) fn furnish(
+    plan: &mut Plan,
+    scene: &mut Scene,
+    frontages: &[Frontage],
+    density: &Density,
+    nursery: &Nursery,
+) {
+    for (number, frontage) in frontages.iter().enumerate() {
+        let mut random = Random::new(plan.seed, 0x57e + number as u64 * 16);
+        let species = *random.pick(&[Species::Lime, Species::Lime, Species::Oak, Species::Poplar]);
+        let planted = random.chance(0.7);
+        // Lamps alternate between the sides of a street.
+        let mut next_lamp = if number % 2 == 0 { 10.0 } else { 24.0 };
+        let mut next_tree = 6.0;
+        for (step, station) in frontage.iter().enumerate() {
+            let along = step as f32 * STEP_M;
+            if along >= next_lamp {
+                if lamp(plan, scene, station) {
+                    next_lamp = along + if station.limit_mps < FAST_MPS { 28.0 } else { 45.0 };
+                }
+            } else if along >= next_tree && planted && station.walk_m > TREE_WALK_M {
+                next_tree = along + random.between(8.0, 11.0);
+                let at = station.edge - station.out * (station.walk_m - BEHIND_KERB_M - 0.3);
+                nursery.plant(plan, scene, species, at, random.between(0.65, 0.85), &mut random);
+            } else if station.walk_m > 1.8 && random.chance(0.05 * density.at(station.edge)) {
+                prop(plan, scene, station, &mut random);
+            }
+        }
+    }
+}
+
+/// A lamp behind the kerb, its arm over the road; false if something else stands there.
+fn lamp(plan: &mut Plan, scene: &mut Scene, station: &Station) -> bool {
+    let behind = if station.walk_m > 1.2 { BEHIND_KERB_M - station.walk_m } else { 1.0 };
+    let at = station.edge + station.out * behind;
+    let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
+    if !plan.raster.is_free(&square(at, 0.15), taken) {
+        return false;
+    }
+    plan.raster.stamp(&square(at, 0.6), ground::FURNITURE);
+    let tall = if station.limit_mps < FAST_MPS { 7.0 } else { 10.5 };
+    let place = Place { foot: plan.foot(at), yaw_rad: (-station.out).to_angle() };
+    let brief = Brief { tag: Tag::Pole, layer: Layer::StreetLights, color: [90, 92, 94] };
+    let reach = 1.9;
+    let (object, _) = scene.add(brief, place, |clay| {
+        clay.material(Material::Metal);
+        clay.cone(Vec3::Z * -0.5, Vec3::Z * 1.2, [0.13, 0.11], 8);
+        clay.cone(Vec3::Z * 1.2, Vec3::Z * (tall - 0.3), [0.075, 0.05], 8);
+        clay.rod(Vec3::Z * (tall - 0.35), vec3(reach * 0.7, 0.0, tall), 0.04, 6);
+        clay.block(vec3(reach * 0.6, -0.13, tall - 0.02), vec3(reach + 0.35, 0.13, tall + 0.10));
+        clay.material(Material::LampWhite);
+        clay.block(vec3(reach * 0.68, -0.10, tall - 0.06), vec3(reach + 0.28, 0.10, tall - 0.01));
+    });
+    scene.solid_post(&place, 0.13, tall);
+    scene.lamp(Lamp { position: place.point(vec3(reach, 0.0, tall - 0.1)), object });
+    true
+}
+
+/// A bench, a bin, a hydrant, a mailbox or a bus stop, as the catalogue has them.
+fn prop(plan: &mut Plan, scene: &mut Scene, station: &Station, random: &mut Random) {
+    const IDS: [&str; 7] = [
+        "static.prop.bin",
+        "static.prop.bench01",
+        "static.prop.hydrant",
+        "static.prop.bin",
+        "static.prop.mailbox",
+        "static.prop.bench01",
+        "static.prop.busstop",
+    ];
+    let id: &str = random.pick::<&str>(&IDS);
+    let Some((_, thing)) = crate::catalogue::blueprint(id) else { return };
+    let half = thing.half_extents_m;
+    // Along the house side of the sidewalk, looking at the road.
+    let at = station.edge - station.out * (half.x + 0.15);
+    let yaw_rad = (-station.out).to_angle();
+    let outline = super::raster::rectangle(at, half.truncate() + 0.1, yaw_rad);
+    let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
+    if half.x * 2.0 + 1.2 > station.walk_m || !plan.raster.is_free(&outline, taken) {
+        return;
+    }
+    plan.raster.stamp(&outline, ground::FURNITURE);
+    let place = Place { foot: plan.foot(at), yaw_rad };
+    let brief = Brief { tag: Tag::Static, layer: Layer::Props, color: thing.default_color };
+    scene.add(brief, place, |clay: &mut Clay| clay.append(&thing.mesh, 1.0));
+    let (low, high) = (thing.center_m - half, thing.center_m + half);
+    scene.solid(&place, low, high);
+}

@@ -1,0 +1,159 @@
+//! Trees and bushes, modelled a few times per town and planted turned and scaled.
+
+use glam::{Vec3, vec3};
+use road::{Material, Mesh, Tag};
+
+use super::Detail;
+use crate::clay::Clay;
+use crate::random::Random;
+
+/// What grows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Species {
+    /// A round crown on a clear trunk.
+    Lime,
+    /// Slender and tall.
+    Poplar,
+    /// A cone of needles down to the ground.
+    Spruce,
+    /// Broad, with several crowns.
+    Oak,
+    /// Waist-high.
+    Bush,
+}
+
+/// A tree that waits to be planted: its foot at the origin.
+#[derive(Debug)]
+pub(super) struct Sapling {
+    pub(super) species: Species,
+    pub(super) mesh: Mesh,
+    /// Metres.
+    pub(super) height: f32,
+    pub(super) crown_radius: f32,
+    pub(super) trunk_radius: f32,
+}
+
+/// A few of each species.
+pub(super) fn nursery(seed: u64, detail: Detail) -> Vec<Sapling> {
+    use Species::{Bush, Lime, Oak, Poplar, Spruce};
+    let mut random = Random::new(seed, 0x72ee);
+    let mut all = Vec::new();
+    for species in [Lime, Poplar, Spruce, Oak, Bush] {
+        for _ in 0..4 {
+            all.push(sapling(species, detail, &mut random));
+        }
+    }
+    all
+}
+
+fn sapling(species: Species, detail: Detail, random: &mut Random) -> Sapling {
+    let mut clay = Clay::new(Tag::Vegetation, Material::Bark, 0);
+    let grow = random.between(0.85, 1.2);
+    let mut crown = Crown { detail, random };
+    let (height, crown_radius, trunk_radius) = match species {
+        Species::Lime => {
+            let height = 8.0 * grow;
+            trunk(&mut clay, height * 0.6, 0.17, detail);
+            clay.material(Material::Leaves);
+            crown.cloud(&mut clay, Vec3::Z * height * 0.63, vec3(2.3, 2.3, height * 0.36), 3);
+            (height, 2.7, 0.17)
+        }
+        Species::Poplar => {
+            let height = 13.0 * grow;
+            trunk(&mut clay, height * 0.5, 0.20, detail);
+            clay.material(Material::Leaves);
+            crown.cloud(&mut clay, Vec3::Z * height * 0.56, vec3(1.3, 1.3, height * 0.43), 2);
+            (height, 1.7, 0.20)
+        }
+        Species::Spruce => {
+            let height = 11.0 * grow;
+            trunk(&mut clay, height * 0.8, 0.19, detail);
+            clay.material(Material::Needles);
+            crown.tiers(&mut clay, height, 2.4);
+            (height, 2.5, 0.19)
+        }
+        Species::Oak => {
+            let height = 10.0 * grow;
+            trunk(&mut clay, height * 0.55, 0.32, detail);
+            branches(&mut clay, height, crown.random);
+            clay.material(Material::Leaves);
+            crown.cloud(&mut clay, Vec3::Z * height * 0.66, vec3(3.6, 3.6, height * 0.32), 5);
+            (height, 4.2, 0.32)
+        }
+        Species::Bush => {
+            let height = 1.3 * grow;
+            clay.material(Material::Leaves);
+            crown.cloud(&mut clay, Vec3::Z * height * 0.42, vec3(0.8, 0.8, height * 0.5), 1);
+            (height, 1.0, 0.0)
+        }
+    };
+    Sapling { species, mesh: clay.mesh, height, crown_radius, trunk_radius }
+}
+
+fn trunk(clay: &mut Clay, height: f32, radius: f32, detail: Detail) {
+    let sides = if detail == Detail::High { 10 } else { 6 };
+    clay.material(Material::Bark);
+    clay.cone(Vec3::Z * -0.4, Vec3::Z * 0.5, [radius * 1.5, radius], sides);
+    clay.cone(Vec3::Z * 0.5, Vec3::Z * height, [radius, radius * 0.45], sides);
+}
+
+fn branches(clay: &mut Clay, height: f32, random: &mut Random) {
+    for branch in 0..4 {
+        let around = glam::Vec2::from_angle(1.6 * branch as f32 + random.unit());
+        let from = Vec3::Z * height * random.between(0.28, 0.42);
+        let to = from + around.extend(0.9) * height * 0.2;
+        clay.cone(from, to, [0.13, 0.06], 5);
+    }
+}
+
+struct Crown<'a> {
+    detail: Detail,
+    random: &'a mut Random,
+}
+
+impl Crown<'_> {
+    /// Foliage as a heap of dented balls that fills an ellipsoid.
+    fn cloud(&mut self, clay: &mut Clay, center: Vec3, radii: Vec3, balls: u32) {
+        let (balls, rings, sides) = match self.detail {
+            Detail::Standard => (balls, 5, 8),
+            Detail::High => (balls * 3, 7, 10),
+        };
+        for ball in 0..balls {
+            let (offset, size) = if balls == 1 {
+                (Vec3::ZERO, 1.0)
+            } else {
+                let turn = ball as f32 * 2.4 + self.random.between(0.0, 0.8);
+                let level = (ball as f32 + 0.5) / balls as f32 * 2.0 - 1.0;
+                let out = (1.0 - level * level).max(0.0).sqrt() * 0.45;
+                (
+                    vec3(turn.cos() * out, turn.sin() * out, level * 0.45),
+                    self.random.between(0.52, 0.66),
+                )
+            };
+            let first = clay.mesh.positions.len();
+            clay.ball(center + offset * radii, radii * size, rings, sides);
+            self.dent(&mut clay.mesh.positions[first..], center + offset * radii, 0.16);
+        }
+    }
+
+    /// Whorls of branches, one above the other.
+    fn tiers(&mut self, clay: &mut Clay, height: f32, radius: f32) {
+        let (tiers, sides) = if self.detail == Detail::High { (14, 16) } else { (6, 9) };
+        for tier in 0..tiers {
+            let share = tier as f32 / tiers as f32;
+            let low = 0.9 + (height - 1.2) * share;
+            let high = (low + (height - 1.2) / tiers as f32 * 1.9).min(height);
+            let first = clay.mesh.positions.len();
+            clay.cone(Vec3::Z * low, Vec3::Z * high, [radius * (1.0 - share * 0.86), 0.0], sides);
+            self.dent(&mut clay.mesh.positions[first..], Vec3::Z * high, 0.10);
+        }
+    }
+
+    /// Moves points towards and away from `center`, so that no two crowns are alike.
+    fn dent(&mut self, points: &mut [[f32; 3]], center: Vec3, by: f32) {
+        for point in points {
+            let p = Vec3::from_array(*point);
+            *point = (center + (p - center) * self.random.between(1.0 - by, 1.0 + by)).to_array();
+        }
+    }
+}
