@@ -346,8 +346,8 @@ fn house(mesh: &mut Mesh, dice: &mut Dice, object: u32, pivot: Vec3, turn: Quat,
             while x < size.x - 3.0 {
                 let low = vec3(x, -1.2, floor as f32 * 3.1 - 0.15);
                 solid(mesh, low, low + vec3(2.4, 1.2, 0.15), turn, pivot, [trim; 3]);
-                for bar in 0..17 {
-                    let at = low + vec3(0.02 + bar as f32 * 0.147, 0.02, 0.15);
+                for bar in 0..7 {
+                    let at = low + vec3(0.02 + bar as f32 * 0.39, 0.02, 0.15);
                     solid(mesh, at, at + vec3(0.03, 0.03, 0.95), turn, pivot, [metal; 3]);
                 }
                 let rail = low + vec3(0.0, 0.0, 1.08);
@@ -369,7 +369,7 @@ fn tree(mesh: &mut Mesh, dice: &mut Dice, object: u32, foot: Vec3) {
         object,
     );
     let size = dice.between(1.6, 2.4);
-    for _ in 0..1500 {
+    for _ in 0..900 {
         // A leaf cluster: a small slanted triangle somewhere in the crown's shell.
         let z = dice.between(-1.0, 1.0);
         let angle = dice.between(0.0, TAU);

@@ -92,10 +92,10 @@ impl GpuTracer {
         self.imported = self.gpu.imports.then(BTreeMap::new);
     }
 
-    /// Lets go of all imported memory. To be called before any of it is unmapped.
+    /// Lets go of all imported memory, and imports no more until [`GpuTracer::import_payloads`] is
+    /// called again. To be called before any of it is unmapped.
     pub fn forget_imports(&mut self) {
-        if let Some(imported) = &mut self.imported {
-            imported.clear();
+        if self.imported.take().is_some() {
             // Buffers live until the device has seen that they are gone.
             let _ = self.gpu.device.poll(PollType::Poll);
         }
