@@ -8,20 +8,25 @@
 //! radians, positive to the left. The same scene and world give the same bytes, whatever the
 //! number of threads.
 
+mod beam;
 mod bvh;
 mod cpu;
 mod device;
 mod echo;
 mod gpu;
 mod hit;
+mod lanes;
 mod light;
 mod outputs;
 mod rays;
+#[cfg(test)]
 mod reference;
 mod rigs;
 mod run;
 mod scene;
+mod surface;
 mod tracer;
+mod wide;
 mod workers;
 mod world;
 

@@ -60,6 +60,7 @@ impl Camera {
     }
 
     /// Of the ray through the centre of pixel (x, y), in world space.
+    #[cfg(test)]
     pub(crate) fn direction(&self, x: u32, y: u32) -> Vec3 {
         self.forward
             + self.right * (x as f32 - self.center[0])
@@ -83,6 +84,9 @@ pub(crate) struct Lidar {
     pub(crate) azimuths: Vec<[f32; 2]>,
     /// Cosine and sine of each channel's elevation; channel 0 is the highest.
     pub(crate) elevations: Vec<[f32; 2]>,
+    /// Columns that a packet of 16 beams spans, so that it is about as wide as high: 1, 2, 4, 8
+    /// or 16.
+    pub(crate) packet_columns: u32,
     pub(crate) range_m: f32,
     pub(crate) attenuation_per_m: f32,
     pub(crate) noise_m: f32,
@@ -109,7 +113,11 @@ impl Lidar {
             let elevation = upper + (lower - upper) * f64::from(channel) / last;
             [elevation.cos() as f32, elevation.sin() as f32]
         });
+        let step_up_rad = ((upper - lower) / last).abs().max(1e-9);
+        let ratio = (16.0 * step_up_rad / sweep.step_rad.abs().max(1e-9)).sqrt();
+        let fit = ratio.log2().round().clamp(0.0, 4.0) as u32;
         Lidar {
+            packet_columns: (1 << fit).max(16u32.div_ceil(spec.height.next_power_of_two()).min(16)),
             columns: spec.width,
             channels: spec.height,
             origin: pose.position(),

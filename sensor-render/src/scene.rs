@@ -5,6 +5,7 @@ use glam::Vec3;
 use road::Mesh;
 
 use crate::bvh::{Hierarchy, Link, Node};
+use crate::wide::{WideNode, widen};
 
 /// One blueprint's looks.
 #[derive(Clone, Copy, Debug)]
@@ -44,11 +45,16 @@ impl Triangle {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Level {
     pub(crate) root: Link,
+    /// In the wide hierarchy.
+    pub(crate) wide_root: Link,
     pub(crate) low: Vec3,
     pub(crate) high: Vec3,
 }
 
 impl Level {
+    const EMPTY: Level =
+        Level { root: Link::EMPTY, wide_root: Link::EMPTY, low: Vec3::ZERO, high: Vec3::ZERO };
+
     pub(crate) fn is_empty(&self) -> bool {
         self.root == Link::EMPTY
     }
@@ -63,6 +69,10 @@ pub struct Scene {
     /// No two scenes of a process have the same.
     pub(crate) serial: u64,
     pub(crate) nodes: Vec<Node>,
+    /// The same hierarchies, eight children to a node.
+    pub(crate) wide: Vec<WideNode>,
+    /// No coordinate of the town or a blueprint is larger than this.
+    pub(crate) reach: f32,
     pub(crate) triangles: Vec<Triangle>,
     pub(crate) ground: Level,
     pub(crate) blueprints: Vec<Level>,
@@ -79,8 +89,10 @@ impl Scene {
         let mut scene = Scene {
             serial: SERIAL.fetch_add(1, Ordering::Relaxed),
             nodes: Vec::new(),
+            wide: Vec::new(),
+            reach: 1000.0,
             triangles: Vec::new(),
-            ground: Level { root: Link::EMPTY, low: Vec3::ZERO, high: Vec3::ZERO },
+            ground: Level::EMPTY,
             blueprints: Vec::with_capacity(blueprints.len()),
         };
         scene.ground = scene.add(static_mesh);
@@ -131,6 +143,10 @@ impl Scene {
             .iter()
             .flatten()
             .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-        Level { root, low, high }
+        let wide_root = widen(&self.nodes, root, &mut self.wide);
+        if !corners.is_empty() {
+            self.reach = self.reach.max(low.abs().max(high.abs()).max_element());
+        }
+        Level { root, wide_root, low, high }
     }
 }

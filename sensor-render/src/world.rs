@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::Scene;
 use crate::bvh::{Hierarchy, Link, Node, moved_box};
+use crate::wide::{WideNode, widen};
 
 /// Bits of [`Instance::lights`].
 pub(crate) mod lights {
@@ -44,6 +45,9 @@ pub struct World {
     pub(crate) instances: Vec<Instance>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) root: Option<Link>,
+    /// The same top level, eight children to a node.
+    pub(crate) wide: Vec<WideNode>,
+    pub(crate) wide_root: Option<Link>,
 }
 
 impl World {
@@ -100,6 +104,9 @@ impl World {
         self.instances.clear();
         self.instances.extend(top.order.iter().map(|&at| instances[at as usize]));
         self.root = (!instances.is_empty()).then_some(top.root);
+        self.wide.clear();
+        let wide_root = widen(&top.nodes, top.root, &mut self.wide);
+        self.wide_root = (!instances.is_empty()).then_some(wide_root);
         self.nodes = top.nodes;
     }
 }

@@ -1,0 +1,155 @@
+use glam::Vec3;
+
+use crate::lanes::{Eight, Float, V3};
+use crate::wide::WideNode;
+
+/// The space that a packet of rays can reach, between six planes.
+///
+/// Each plane is parallel to one axis of space, so it has two components: in each of the three
+/// coordinate planes the packet's shadow lies between two lines. For a thin beam that is the very
+/// test of a ray against a box, for eight boxes at once and for all rays of the packet.
+#[derive(Clone, Debug)]
+pub(crate) struct Beam {
+    planes: [Plane; 6],
+    /// Along this the near side of a box is measured, from the packet's origin.
+    axis: [f32; 3],
+    axis_rows: [usize; 3],
+    axis_offset: f32,
+}
+
+/// `a * x + b * y + offset >= 0` for some corner of a box; the rows name the best corner.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    a: f32,
+    b: f32,
+    offset: f32,
+    row_a: usize,
+    row_b: usize,
+}
+
+impl Plane {
+    /// Says yes to everything.
+    const OPEN: Plane = Plane { a: 0.0, b: 0.0, offset: 1.0, row_a: 0, row_b: 0 };
+
+    #[inline(always)]
+    fn new(axes: [usize; 2], a: f32, b: f32, offset: f32) -> Plane {
+        let row = |axis: usize, sign: f32| 2 * axis + usize::from(sign > 0.0);
+        Plane { a, b, offset, row_a: row(axes[0], a), row_b: row(axes[1], b) }
+    }
+}
+
+/// The coordinate planes.
+const PAIRS: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
+
+/// What rounding may move a point by, as a share of the largest coordinate.
+const ROUNDING: f32 = 6e-7;
+
+impl Beam {
+    /// Rays from one origin. `corners` are four directions whose convex hull holds all rays';
+    /// `axis · direction <= 1` for each ray, so that a box's distance along the axis bounds the
+    /// ray's parameter. No coordinate in this space is larger than `reach`.
+    #[inline(always)]
+    pub(crate) fn pencil(origin: Vec3, corners: &[Vec3; 4], axis: Vec3, reach: f32) -> Beam {
+        let mut planes = [Plane::OPEN; 6];
+        let sum = corners[0] + corners[1] + corners[2] + corners[3];
+        let slack = ROUNDING * reach;
+        for (pair, [i, j]) in PAIRS.into_iter().enumerate() {
+            let middle = [sum[i], sum[j]];
+            let (mut left, mut right) = ([0.0; 2], [0.0; 2]);
+            let (mut most, mut least) = (f32::NEG_INFINITY, f32::INFINITY);
+            let mut narrow = true;
+            for corner in corners {
+                let v = [corner[i], corner[j]];
+                let along = middle[0] * v[0] + middle[1] * v[1];
+                let across = middle[0] * v[1] - middle[1] * v[0];
+                narrow &= along > across.abs() * 0.1 && along > 1e-12;
+                let turn = across / along;
+                if turn > most {
+                    (most, left) = (turn, v);
+                }
+                if turn < least {
+                    (least, right) = (turn, v);
+                }
+            }
+            if narrow {
+                let o = [origin[i], origin[j]];
+                for (side, [a, b]) in
+                    [[left[1], -left[0]], [-right[1], right[0]]].into_iter().enumerate()
+                {
+                    let offset = slack * (a.abs() + b.abs()) - (a * o[0] + b * o[1]);
+                    planes[2 * pair + side] = Plane::new([i, j], a, b, offset);
+                }
+            }
+        }
+        Beam::with_axis(planes, axis, -axis.dot(origin) - slack)
+    }
+
+    /// Rays of one direction. The near side of a box is what must not lie behind the origins: it
+    /// is at most 0 where the box reaches before them.
+    #[inline(always)]
+    pub(crate) fn parallel<F: Float>(
+        origins: &[V3<F>],
+        active: &[F::Mask],
+        direction: Vec3,
+        reach: f32,
+    ) -> Beam {
+        let mut planes = [Plane::OPEN; 6];
+        let slack = ROUNDING * reach;
+        for (pair, [i, j]) in PAIRS.into_iter().enumerate() {
+            let (a, b) = (-direction[j], direction[i]);
+            let (least, most) = spread(origins, active, [i, j], [a, b]);
+            let slack = slack * (a.abs() + b.abs());
+            planes[2 * pair] = Plane::new([i, j], a, b, slack - least);
+            planes[2 * pair + 1] = Plane::new([i, j], -a, -b, slack + most);
+        }
+        let [x, y, z] = direction.to_array();
+        let (last_xy, _) = spread(origins, active, [0, 1], [x, y]);
+        let (last_z, _) = spread(origins, active, [2, 2], [z, 0.0]);
+        Beam::with_axis(planes, -direction, last_xy + last_z - 2.0 * slack)
+    }
+
+    #[inline(always)]
+    fn with_axis(planes: [Plane; 6], axis: Vec3, axis_offset: f32) -> Beam {
+        let axis = axis.to_array();
+        let axis_rows = [0, 1, 2].map(|i| 2 * i + usize::from(axis[i] < 0.0));
+        Beam { planes, axis, axis_rows, axis_offset }
+    }
+
+    /// Which of a node's children the beam may touch before `limit`, one bit each, and how far
+    /// along the axis each begins.
+    #[inline(always)]
+    pub(crate) fn touch<E: Eight>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
+        let row = |row: usize| E::load(&node.bounds[row & 7]);
+        let mut inside = E::splat(0.0);
+        for (number, plane) in self.planes.iter().enumerate() {
+            let side = row(plane.row_b).mul_add(E::splat(plane.b), E::splat(plane.offset));
+            let side = row(plane.row_a).mul_add(E::splat(plane.a), side);
+            inside = if number == 0 { side } else { inside.min(side) };
+        }
+        let [x, y, z] = self.axis;
+        let near = row(self.axis_rows[0]).mul_add(E::splat(x), E::splat(self.axis_offset));
+        let near = row(self.axis_rows[1]).mul_add(E::splat(y), near);
+        let near = row(self.axis_rows[2]).mul_add(E::splat(z), near);
+        let touched = inside.ge(E::splat(0.0)) & E::splat(limit).ge(near);
+        (touched, near.to_array())
+    }
+}
+
+/// The least and the most of `scales · (axis 0, axis 1)` over the active lanes.
+#[inline(always)]
+fn spread<F: Float>(
+    points: &[V3<F>],
+    active: &[F::Mask],
+    axes: [usize; 2],
+    scales: [f32; 2],
+) -> (f32, f32) {
+    let mut least = F::splat(f32::INFINITY);
+    let mut most = F::splat(f32::NEG_INFINITY);
+    for (point, active) in points.iter().zip(active) {
+        let value = point.axis(axes[0]) * F::splat(scales[0]);
+        let value = point.axis(axes[1]).mul_add(F::splat(scales[1]), value);
+        least = value.or(*active, least).min(least);
+        most = value.or(*active, most).max(most);
+    }
+    (least.smallest(), most.largest())
+}

@@ -1,0 +1,144 @@
+use bus::DEPTH_FAR_M;
+
+use super::pencil::{Hits, Pencil};
+use super::shade::shade;
+use super::walk::Stack;
+use crate::lanes::on_each_isa;
+use crate::lanes::{Float, LANES, V3, Word};
+use crate::light::Light;
+use crate::outputs::{PIECE_ROWS, Piece};
+use crate::rays::Camera;
+use crate::surface::Seen;
+use crate::{Scene, World};
+
+/// Groups of 4 × 4 pixels in a packet of 8 × 8.
+const GROUPS: usize = 4;
+
+const _: () = assert!(PIECE_ROWS == 8);
+
+on_each_isa! {
+    /// Sees some rows of an image.
+    fn see(
+        scene: &Scene,
+        world: &World,
+        light: &Light,
+        camera: &Camera,
+        piece: &mut Piece,
+    ) = rows;
+}
+
+#[inline(always)]
+fn rows<F: Float>(scene: &Scene, world: &World, light: &Light, camera: &Camera, piece: &mut Piece) {
+    let mut stack = Stack::new();
+    let mut x = 0;
+    while x < camera.width {
+        let pencil = packet::<F>(camera, x, piece.first);
+        let hits = pencil.closest(scene, world, &mut stack, f32::INFINITY);
+        for group in 0..GROUPS {
+            let at = Place::new(camera, piece, x, group);
+            if at.columns > 0 && at.rows > 0 {
+                write(scene, world, light, camera, &pencil, &hits, group, at, &mut stack, piece);
+            }
+        }
+        x += 8;
+    }
+}
+
+/// The rays through 8 × 8 pixels from (x, y) on; some may lie outside of the image.
+#[inline(always)]
+fn packet<F: Float>(camera: &Camera, x: u32, y: u32) -> Pencil<F, GROUPS> {
+    let [x, y] = [x as f32 - camera.center[0], y as f32 - camera.center[1]];
+    let lane_x: [f32; LANES] = std::array::from_fn(|lane| (lane % 4) as f32);
+    let lane_y: [f32; LANES] = std::array::from_fn(|lane| (lane / 4) as f32);
+    let (lane_x, lane_y) = (F::from_array(lane_x), F::from_array(lane_y));
+    let (forward, right, down) =
+        (V3::splat(camera.forward), V3::splat(camera.right), V3::splat(camera.down));
+    let mut directions = [forward; GROUPS];
+    for (group, direction) in directions.iter_mut().enumerate() {
+        let x = lane_x + F::splat(x + (group % 2 * 4) as f32);
+        let y = lane_y + F::splat(y + (group / 2 * 4) as f32);
+        *direction = down.mul_add(y, right.mul_add(x, forward));
+    }
+    // A little wider than the outermost rays, so that rounding loses none.
+    let corner = |x: f32, y: f32| camera.forward + camera.right * x + camera.down * y;
+    let (left, top, right, bottom) = (x - 0.02, y - 0.02, x + 7.02, y + 7.02);
+    Pencil {
+        origin: camera.origin,
+        corners: [
+            corner(left, top),
+            corner(right, top),
+            corner(right, bottom),
+            corner(left, bottom),
+        ],
+        axis: camera.forward,
+        directions,
+    }
+}
+
+/// Where a group's pixels lie in its piece.
+#[derive(Clone, Copy)]
+struct Place {
+    first: usize,
+    width: usize,
+    columns: usize,
+    rows: usize,
+}
+
+impl Place {
+    #[inline(always)]
+    fn new(camera: &Camera, piece: &Piece, x: u32, group: usize) -> Place {
+        let x = x as usize + group % 2 * 4;
+        let y = group / 2 * 4;
+        let width = camera.width as usize;
+        Place {
+            first: y * width + x,
+            width,
+            columns: width.saturating_sub(x).min(4),
+            rows: (piece.count as usize).saturating_sub(y).min(4),
+        }
+    }
+
+    /// Copies the lanes that are pixels.
+    #[inline(always)]
+    fn put<T: Copy>(self, plane: &mut [T], lanes: &[T; LANES]) {
+        for row in 0..self.rows {
+            let begin = self.first + row * self.width;
+            plane[begin..begin + self.columns].copy_from_slice(&lanes[row * 4..][..self.columns]);
+        }
+    }
+}
+
+#[expect(clippy::too_many_arguments, reason = "inlined once; a struct would name them again")]
+#[inline(always)]
+fn write<F: Float>(
+    scene: &Scene,
+    world: &World,
+    light: &Light,
+    camera: &Camera,
+    pencil: &Pencil<F, GROUPS>,
+    hits: &Hits<F, GROUPS>,
+    group: usize,
+    at: Place,
+    stack: &mut Stack,
+    piece: &mut Piece,
+) {
+    let seen =
+        Seen::<F>::new(scene, world, hits.t[group], hits.triangle[group], hits.instance[group]);
+    let sheets = &mut piece.sheets;
+    if !sheets.depth.is_empty() {
+        let depth = hits.t[group].min(F::splat(DEPTH_FAR_M));
+        at.put(sheets.depth, &depth.to_array());
+    }
+    if !sheets.tag.is_empty() {
+        at.put(sheets.tag, &seen.face.to_array().map(|face| face as u8));
+    }
+    if !sheets.instance.is_empty() {
+        at.put(sheets.instance, &seen.id.to_array());
+    }
+    if !sheets.color.is_empty() {
+        let direction = pencil.directions[group];
+        let color =
+            shade(scene, world, light, camera.origin, camera.pixel, direction, &seen, stack);
+        at.put(sheets.color, &color.to_array().map(u32::to_le_bytes));
+    }
+}

@@ -1,0 +1,183 @@
+use glam::Vec3;
+
+use super::walk::{Stack, Visitor, walk};
+use crate::beam::Beam;
+use crate::hit::NONE;
+use crate::lanes::{Float, Mask, V3, Word};
+use crate::reference::{EDGE_SLACK, T_MIN};
+use crate::scene::Triangle;
+use crate::world::Instance;
+use crate::{Scene, World};
+
+/// Rays from one origin, `G` times sixteen.
+#[derive(Clone, Debug)]
+pub(crate) struct Pencil<F: Float, const G: usize> {
+    pub(crate) origin: Vec3,
+    /// Directions whose convex hull holds all rays'.
+    pub(crate) corners: [Vec3; 4],
+    /// `axis · direction <= 1` for each ray.
+    pub(crate) axis: Vec3,
+    pub(crate) directions: [V3<F>; G],
+}
+
+/// What each ray met first; see [`crate::hit::Hit`].
+#[derive(Clone, Debug)]
+pub(crate) struct Hits<F: Float, const G: usize> {
+    pub(crate) t: [F; G],
+    pub(crate) triangle: [F::Word; G],
+    pub(crate) instance: [F::Word; G],
+}
+
+impl<F: Float, const G: usize> Hits<F, G> {
+    /// Nothing before `t_max`.
+    #[inline(always)]
+    pub(crate) fn none(t_max: f32) -> Self {
+        Hits {
+            t: [F::splat(t_max); G],
+            triangle: [F::Word::splat(NONE); G],
+            instance: [F::Word::splat(NONE); G],
+        }
+    }
+
+    #[inline(always)]
+    fn farthest(&self) -> f32 {
+        let mut farthest = self.t[0];
+        for t in &self.t[1..] {
+            farthest = farthest.max(*t);
+        }
+        farthest.largest()
+    }
+}
+
+impl<F: Float, const G: usize> Pencil<F, G> {
+    /// Finds the first thing that each ray meets before `t_max`.
+    #[inline(always)]
+    pub(crate) fn closest(
+        &self,
+        scene: &Scene,
+        world: &World,
+        stack: &mut Stack,
+        t_max: f32,
+    ) -> Hits<F, G> {
+        let mut hits = Hits::none(t_max);
+        let beam = Beam::pencil(self.origin, &self.corners, self.axis, scene.reach);
+        let mut town = Level { scene, pencil: self, instance: NONE, hits: &mut hits };
+        walk::<F::Eight, _>(&scene.wide, scene.ground.wide_root, &beam, t_max, stack, &mut town);
+        if let Some(root) = world.wide_root {
+            let limit = hits.farthest();
+            let mut actors = Actors { scene, world, pencil: self, hits: &mut hits };
+            walk::<F::Eight, _>(&world.wide, root, &beam, limit, stack, &mut actors);
+        }
+        hits
+    }
+
+    /// The same rays in the actor's space; their parameters stay.
+    #[inline(always)]
+    fn seen_from(&self, instance: &Instance) -> Self {
+        let [x, y, z] = instance.actor_from_world;
+        let turn = |v: Vec3| {
+            let along = |row: [f32; 4]| row[0] * v.x + row[1] * v.y + row[2] * v.z;
+            Vec3::new(along(x), along(y), along(z))
+        };
+        let mut directions = self.directions;
+        for direction in &mut directions {
+            *direction = V3 {
+                x: row(x).dot(*direction),
+                y: row(y).dot(*direction),
+                z: row(z).dot(*direction),
+            };
+        }
+        Pencil {
+            origin: turn(self.origin) + Vec3::new(x[3], y[3], z[3]),
+            corners: [0, 1, 2, 3].map(|corner| turn(self.corners[corner])),
+            axis: turn(self.axis),
+            directions,
+        }
+    }
+}
+
+/// A row of a rotation, for all lanes.
+#[inline(always)]
+fn row<F: Float>(row: [f32; 4]) -> V3<F> {
+    V3 { x: F::splat(row[0]), y: F::splat(row[1]), z: F::splat(row[2]) }
+}
+
+/// Visits the triangles of one bottom level.
+struct Level<'a, F: Float, const G: usize> {
+    scene: &'a Scene,
+    pencil: &'a Pencil<F, G>,
+    instance: u32,
+    hits: &'a mut Hits<F, G>,
+}
+
+impl<F: Float, const G: usize> Visitor for Level<'_, F, G> {
+    #[inline(always)]
+    fn visit(&mut self, _: &mut Stack, first: u32, count: u32) -> f32 {
+        for index in first..first + count {
+            let triangle = &self.scene.triangles[index as usize];
+            self.meet(triangle, index);
+        }
+        self.hits.farthest()
+    }
+}
+
+impl<F: Float, const G: usize> Level<'_, F, G> {
+    /// Möller and Trumbore 1997, rearranged for rays from one origin: all but three dot products
+    /// depends on the triangle alone, and the division waits until something is hit.
+    #[inline(always)]
+    fn meet(&mut self, triangle: &Triangle, index: u32) {
+        let [corner, edge1, edge2] =
+            [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
+        let from_corner = self.pencil.origin - corner;
+        let along = from_corner.cross(edge1);
+        let height = edge2.dot(along);
+        // The origin's side decides the signs: seen from there the determinant is positive.
+        let side = if height < 0.0 { -1.0 } else { 1.0 };
+        let for_det = V3::<F>::splat(edge2.cross(edge1) * side);
+        let for_u = V3::<F>::splat(edge2.cross(from_corner) * side);
+        let for_v = V3::<F>::splat(along * side);
+        let height = F::splat(height * side);
+        for group in 0..G {
+            let direction = self.pencil.directions[group];
+            let det = direction.dot(for_det);
+            let u = direction.dot(for_u);
+            let v = direction.dot(for_v);
+            let least = u.min(v).min(det - u - v);
+            let inside = det.mul_add(F::splat(EDGE_SLACK), least).ge(F::splat(0.0));
+            let nearer = height.lt(self.hits.t[group] * det);
+            let met = inside & nearer & (det * F::splat(T_MIN)).lt(height);
+            if met.any() {
+                self.hits.t[group] = (height / det).or(met, self.hits.t[group]);
+                let index = F::Word::splat(index);
+                self.hits.triangle[group] = index.or(met, self.hits.triangle[group]);
+                let instance = F::Word::splat(self.instance);
+                self.hits.instance[group] = instance.or(met, self.hits.instance[group]);
+            }
+        }
+    }
+}
+
+/// Visits the actors of the top level.
+struct Actors<'a, F: Float, const G: usize> {
+    scene: &'a Scene,
+    world: &'a World,
+    pencil: &'a Pencil<F, G>,
+    hits: &'a mut Hits<F, G>,
+}
+
+impl<F: Float, const G: usize> Visitor for Actors<'_, F, G> {
+    #[inline(always)]
+    fn visit(&mut self, stack: &mut Stack, first: u32, count: u32) -> f32 {
+        for index in first..first + count {
+            let instance = &self.world.instances[index as usize];
+            let root = self.scene.blueprints[instance.blueprint as usize].wide_root;
+            let pencil = self.pencil.seen_from(instance);
+            let beam = Beam::pencil(pencil.origin, &pencil.corners, pencil.axis, self.scene.reach);
+            let limit = self.hits.farthest();
+            let mut level =
+                Level { scene: self.scene, pencil: &pencil, instance: index, hits: self.hits };
+            walk::<F::Eight, _>(&self.scene.wide, root, &beam, limit, stack, &mut level);
+        }
+        self.hits.farthest()
+    }
+}

@@ -1,0 +1,131 @@
+use glam::Vec3;
+
+use super::walk::{Stack, Visitor, walk};
+use crate::beam::Beam;
+use crate::lanes::{Float, Mask, V3};
+use crate::scene::Triangle;
+use crate::world::Instance;
+use crate::{Scene, World};
+
+/// Rays of one direction, sixteen: is anything in the way?
+#[derive(Clone, Debug)]
+pub(crate) struct Shadow<F: Float> {
+    /// Of unit length.
+    pub(crate) direction: Vec3,
+    pub(crate) origins: V3<F>,
+    /// Which rays are asked for.
+    pub(crate) active: F::Mask,
+}
+
+impl<F: Float> Shadow<F> {
+    /// The rays that meet anything.
+    #[inline(always)]
+    pub(crate) fn blocked(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F::Mask {
+        let mut open = self.active;
+        let beam = self.beam(scene.reach);
+        let mut town = Level { scene, shadow: self, open: &mut open };
+        walk::<F::Eight, _>(&scene.wide, scene.ground.wide_root, &beam, 0.0, stack, &mut town);
+        if let Some(root) = world.wide_root
+            && open.any()
+        {
+            let mut actors = Actors { scene, world, shadow: self, open: &mut open };
+            walk::<F::Eight, _>(&world.wide, root, &beam, 0.0, stack, &mut actors);
+        }
+        self.active & !open
+    }
+
+    #[inline(always)]
+    fn beam(&self, reach: f32) -> Beam {
+        Beam::parallel(&[self.origins], &[self.active], self.direction, reach)
+    }
+
+    /// The same rays in the actor's space.
+    #[inline(always)]
+    fn seen_from(&self, instance: &Instance) -> Self {
+        let [x, y, z] = instance.actor_from_world;
+        let turn = |row: [f32; 4]| Vec3::new(row[0], row[1], row[2]).dot(self.direction);
+        let row = |row: [f32; 4]| {
+            let sum = self.origins.x.mul_add(F::splat(row[0]), F::splat(row[3]));
+            let sum = self.origins.y.mul_add(F::splat(row[1]), sum);
+            self.origins.z.mul_add(F::splat(row[2]), sum)
+        };
+        Shadow {
+            direction: Vec3::new(turn(x), turn(y), turn(z)),
+            origins: V3 { x: row(x), y: row(y), z: row(z) },
+            active: self.active,
+        }
+    }
+}
+
+/// The walk goes on while rays are open.
+#[inline(always)]
+fn limit<F: Float>(open: F::Mask) -> f32 {
+    if open.any() { 0.0 } else { f32::NEG_INFINITY }
+}
+
+/// Visits the triangles of one bottom level.
+struct Level<'a, F: Float> {
+    scene: &'a Scene,
+    shadow: &'a Shadow<F>,
+    /// Rays that have met nothing.
+    open: &'a mut F::Mask,
+}
+
+impl<F: Float> Visitor for Level<'_, F> {
+    #[inline(always)]
+    fn visit(&mut self, _: &mut Stack, first: u32, count: u32) -> f32 {
+        for triangle in &self.scene.triangles[first as usize..(first + count) as usize] {
+            self.meet(triangle);
+        }
+        limit::<F>(*self.open)
+    }
+}
+
+impl<F: Float> Level<'_, F> {
+    /// Möller and Trumbore 1997, rearranged for rays of one direction: all but three dot products
+    /// depends on the triangle alone.
+    #[inline(always)]
+    fn meet(&mut self, triangle: &Triangle) {
+        let [corner, edge1, edge2] =
+            [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
+        let direction = self.shadow.direction;
+        let across = direction.cross(edge2);
+        let inverse = 1.0 / edge1.dot(across);
+        let for_u = V3::<F>::splat(across * inverse);
+        let for_v = V3::<F>::splat(edge1.cross(direction) * inverse);
+        let for_t = V3::<F>::splat(edge1.cross(edge2) * inverse);
+        let from_corner = self.shadow.origins - V3::splat(corner);
+        let u = from_corner.dot(for_u);
+        let v = from_corner.dot(for_v);
+        let t = from_corner.dot(for_t);
+        let least = u.min(v).min(F::splat(1.0) - u - v);
+        let met = least.min(t).ge(F::splat(0.0));
+        *self.open = *self.open & !met;
+    }
+}
+
+/// Visits the actors of the top level.
+struct Actors<'a, F: Float> {
+    scene: &'a Scene,
+    world: &'a World,
+    shadow: &'a Shadow<F>,
+    open: &'a mut F::Mask,
+}
+
+impl<F: Float> Visitor for Actors<'_, F> {
+    #[inline(always)]
+    fn visit(&mut self, stack: &mut Stack, first: u32, count: u32) -> f32 {
+        for index in first..first + count {
+            if !self.open.any() {
+                break;
+            }
+            let instance = &self.world.instances[index as usize];
+            let root = self.scene.blueprints[instance.blueprint as usize].wide_root;
+            let shadow = Shadow { active: *self.open, ..self.shadow.seen_from(instance) };
+            let beam = shadow.beam(self.scene.reach);
+            let mut level = Level { scene: self.scene, shadow: &shadow, open: self.open };
+            walk::<F::Eight, _>(&self.scene.wide, root, &beam, 0.0, stack, &mut level);
+        }
+        limit::<F>(*self.open)
+    }
+}

@@ -1,0 +1,89 @@
+use crate::beam::Beam;
+use crate::bvh::{DEPTH_MAX, Link};
+use crate::lanes::Eight;
+use crate::wide::WideNode;
+
+/// What is left to visit; one for all walks of a thread, since a walk of an actor's level begins
+/// within a walk of the top level.
+#[derive(Debug)]
+pub(crate) struct Stack {
+    entries: Box<[Entry; STACK]>,
+    height: usize,
+}
+
+/// Each step down leaves at most seven behind; there are two levels.
+const STACK: usize = 2 * 8 * (DEPTH_MAX + 1);
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    near: f32,
+    link: Link,
+}
+
+impl Stack {
+    pub(crate) fn new() -> Stack {
+        Stack { entries: Box::new([Entry { near: 0.0, link: Link::EMPTY }; STACK]), height: 0 }
+    }
+}
+
+/// What happens at the leaves.
+pub(crate) trait Visitor {
+    /// Meets the primitives of a leaf; returns how far along the beam's axis anything is still of
+    /// interest, or minus infinity to end the walk.
+    fn visit(&mut self, stack: &mut Stack, first: u32, count: u32) -> f32;
+}
+
+/// Takes `visitor` to the leaves below `root` that the beam touches before `limit`, near ones
+/// first.
+#[inline(always)]
+pub(crate) fn walk<E: Eight, V: Visitor>(
+    nodes: &[WideNode],
+    root: Link,
+    beam: &Beam,
+    mut limit: f32,
+    stack: &mut Stack,
+    visitor: &mut V,
+) {
+    let floor = stack.height;
+    let mut link = root;
+    loop {
+        if link.is_leaf() {
+            let (first, count) = link.primitives();
+            limit = visitor.visit(stack, first, count);
+        } else {
+            let node = &nodes[link.0 as usize];
+            let (mut touched, near) = beam.touch::<E>(node, limit);
+            if touched & touched.wrapping_sub(1) == 0 {
+                if touched != 0 {
+                    link = node.children[touched.trailing_zeros() as usize & 7];
+                    continue;
+                }
+            } else {
+                let first = stack.height;
+                while touched != 0 {
+                    let slot = touched.trailing_zeros() as usize & 7;
+                    touched &= touched - 1;
+                    let entry = Entry { near: near[slot], link: node.children[slot] };
+                    let mut at = stack.height;
+                    while at > first && stack.entries[at - 1].near < entry.near {
+                        stack.entries[at] = stack.entries[at - 1];
+                        at -= 1;
+                    }
+                    stack.entries[at] = entry;
+                    stack.height += 1;
+                }
+            }
+        }
+        loop {
+            if stack.height == floor {
+                return;
+            }
+            stack.height -= 1;
+            let entry = stack.entries[stack.height];
+            if entry.near <= limit {
+                link = entry.link;
+                break;
+            }
+        }
+    }
+}

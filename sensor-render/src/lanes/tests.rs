@@ -1,0 +1,67 @@
+//! Every instruction set computes what plain arithmetic does.
+
+use super::{Float, Isa, LANES, Mask, Word, on_each_isa};
+
+const A: [f32; LANES] =
+    [0.0, 1.0, -1.0, 2.5, -2.5, 0.1, 1e6, -1e6, 3.99, -3.99, 7.0, 8.0, 9.0, -0.5, 0.5, 100.25];
+const B: [f32; LANES] =
+    [1.0, -1.0, 4.0, 2.5, 0.5, 10.0, 1e-3, 3.0, -2.0, 2.0, 7.0, -8.0, 0.25, 0.5, -0.5, 3.0];
+
+fn check<F: Float>(done: &mut bool) {
+    let (a, b) = (F::from_array(A), F::from_array(B));
+    let lanes =
+        |f: &dyn Fn(f32, f32) -> f32| -> [f32; LANES] { std::array::from_fn(|i| f(A[i], B[i])) };
+    assert_eq!((a + b).to_array(), lanes(&|a, b| a + b));
+    assert_eq!((a - b).to_array(), lanes(&|a, b| a - b));
+    assert_eq!((a * b).to_array(), lanes(&|a, b| a * b));
+    assert_eq!((a / b).to_array(), lanes(&|a, b| a / b));
+    assert_eq!((-a).to_array(), lanes(&|a, _| -a));
+    assert_eq!(a.min(b).to_array(), lanes(&f32::min));
+    assert_eq!(a.max(b).to_array(), lanes(&f32::max));
+    assert_eq!(a.abs().to_array(), lanes(&|a, _| a.abs()));
+    assert_eq!(a.abs().sqrt().to_array(), lanes(&|a, _| a.abs().sqrt()));
+    assert_eq!(a.floor().to_array(), lanes(&|a, _| a.floor()));
+    assert_eq!(a.largest(), 1e6);
+    assert_eq!(a.smallest(), -1e6);
+    for (got, wanted) in a.mul_add(b, a).to_array().iter().zip(lanes(&|a, b| a * b + a)) {
+        assert!((got - wanted).abs() <= 1e-5 * wanted.abs().max(1.0));
+    }
+    let bits = |f: &dyn Fn(f32, f32) -> bool| {
+        (0..LANES).fold(0u16, |bits, i| bits | u16::from(f(A[i], B[i])) << i)
+    };
+    assert_eq!(a.lt(b).bits(), bits(&|a, b| a < b));
+    assert_eq!(a.ge(b).bits(), bits(&|a, b| a >= b));
+    assert_eq!((!a.ge(b)).bits(), bits(&|a, b| a < b));
+    assert_eq!((a.ge(b) & b.ge(a)).bits(), bits(&|a, b| a == b));
+    let mask = F::Mask::from_bits(0b1010_0101_1100_0011);
+    assert_eq!(mask.bits(), 0b1010_0101_1100_0011);
+    assert_eq!(a.or(mask, b).to_array()[..4], [A[0], A[1], B[2], B[3]]);
+
+    let words: [u32; LANES] = std::array::from_fn(|i| 0x9e37_79b9u32.wrapping_mul(i as u32 + 1));
+    let w = F::Word::from_array(words);
+    let seven = F::Word::splat(7);
+    assert_eq!((w * seven + w).to_array(), words.map(|w| w.wrapping_mul(8)));
+    assert_eq!((w ^ seven).to_array(), words.map(|w| w ^ 7));
+    assert_eq!((w & seven | seven).to_array(), [7; LANES]);
+    assert_eq!(w.shr::<13>().to_array(), words.map(|w| w >> 13));
+    assert_eq!(w.shl::<5>().to_array(), words.map(|w| w << 5));
+    assert_eq!(w.eq(F::Word::splat(words[3])).bits(), 1 << 3);
+    assert_eq!(w.or(mask, seven).to_array()[..4], [words[0], words[1], 7, 7]);
+    assert_eq!(w.shr::<9>().to_float().to_array(), words.map(|w| (w >> 9) as f32));
+    assert_eq!(a.to_int().to_array(), A.map(|a| a as i32 as u32));
+    assert_eq!(a.bits().as_float().to_array(), A);
+    *done = true;
+}
+
+on_each_isa! {
+    fn check_on(done: &mut bool) = check;
+}
+
+#[test]
+fn every_instruction_set_computes_the_same() {
+    for isa in Isa::all() {
+        let mut done = false;
+        check_on(isa, &mut done);
+        assert!(done, "{}", isa.name());
+    }
+}
