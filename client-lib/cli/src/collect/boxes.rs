@@ -1,0 +1,240 @@
+//! Who is in the measurements, and where: counted in instance images and lidar labels.
+
+use std::collections::BTreeMap;
+
+use bus::{ActorId, ActorState, BlueprintInfo, Pose};
+use glam::{Affine3A, Vec3};
+use road::Tag;
+
+use super::{
+    outline::outline,
+    record::{ActorBox, View},
+    rig::{Pinhole, sensor_from_optical},
+    silhouette::Silhouette,
+};
+
+/// What an image shows of one actor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Seen {
+    pub(crate) pixels: u32,
+    /// Left, top, right, bottom edge.
+    pub(crate) edges_px: [u32; 4],
+}
+
+/// What an instance image shows of each of `actors` (sorted by id).
+pub(crate) fn seen(ids: &[u32], width: usize, actors: &[ActorState]) -> Vec<Option<Seen>> {
+    let mut found: Vec<Option<Seen>> = vec![None; actors.len()];
+    for (row, line) in (0..).zip(ids.chunks_exact(width)) {
+        let mut from = 0;
+        for run in line.chunk_by(|a, b| a == b) {
+            let (left, right) = (from, from + run.len() as u32);
+            from = right;
+            let Some(index) = index_of(run[0], actors) else { continue };
+            let seen = found[index].get_or_insert(Seen { pixels: 0, edges_px: [left, row, right, row] });
+            let [l, t, r, _] = seen.edges_px;
+            seen.edges_px = [l.min(left), t, r.max(right), row + 1];
+            seen.pixels += right - left;
+        }
+    }
+    found
+}
+
+/// How many returns of a lidar each of `actors` (sorted by id) gave.
+pub(crate) fn returns(labels: &[[u32; 2]], actors: &[ActorState]) -> Vec<u32> {
+    let mut counts = vec![0; actors.len()];
+    for run in labels.chunk_by(|a, b| a[0] == b[0]) {
+        if let Some(index) = index_of(run[0][0], actors) {
+            counts[index] += run.len() as u32;
+        }
+    }
+    counts
+}
+
+/// The place of an actor's id in the list; static objects and the sky have none.
+fn index_of(id: u32, actors: &[ActorState]) -> Option<usize> {
+    if id == 0 || id >> 31 == 1 {
+        return None;
+    }
+    actors.binary_search_by_key(&ActorId(id), |a| a.actor_id).ok()
+}
+
+/// One camera's part.
+pub(crate) struct CameraView<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) camera: Pinhole,
+    pub(crate) world_from_sensor: Pose,
+    pub(crate) seen: Vec<Option<Seen>>,
+}
+
+/// One lidar's part.
+pub(crate) struct LidarView<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) returns: Vec<u32>,
+}
+
+/// The boxes of all whom a sensor saw, `ego` left out.
+pub(crate) fn boxes(
+    actors: &[ActorState],
+    ego: ActorId,
+    blueprints: &[BlueprintInfo],
+    cameras: &[CameraView],
+    lidars: &[LidarView],
+    board: &mut Silhouette,
+) -> Vec<ActorBox> {
+    let mut all = Vec::new();
+    for (index, actor) in actors.iter().enumerate() {
+        let Some(blueprint) = blueprints.get(actor.blueprint as usize) else { continue };
+        let points: BTreeMap<_, _> = lidars
+            .iter()
+            .filter(|l| l.returns[index] > 0)
+            .map(|l| (l.name.to_owned(), l.returns[index]))
+            .collect();
+        let is_seen = !points.is_empty() || cameras.iter().any(|c| c.seen[index].is_some());
+        if actor.actor_id == ego || !is_seen {
+            continue;
+        }
+        let world_from_box =
+            actor.pose.then(&Pose::new(Vec3::from_array(blueprint.center_m), glam::Quat::IDENTITY));
+        let views = cameras.iter().filter_map(|camera| {
+            let view = view(camera, camera.seen[index]?, actor, blueprint, &world_from_box, board);
+            Some((camera.name.to_owned(), view))
+        });
+        all.push(ActorBox {
+            actor_id: actor.actor_id.0,
+            blueprint: blueprint.id.clone(),
+            tag: blueprint.tag,
+            tag_name: tag_name(blueprint.tag),
+            size_m: blueprint.half_extents_m.map(|half| half * 2.0),
+            world_from_box: (&world_from_box).into(),
+            velocity_mps: actor.velocity_mps,
+            lidar_points: points,
+            cameras: views.collect(),
+        });
+    }
+    all
+}
+
+fn view(
+    camera: &CameraView,
+    seen: Seen,
+    actor: &ActorState,
+    blueprint: &BlueprintInfo,
+    world_from_box: &Pose,
+    board: &mut Silhouette,
+) -> View {
+    let optical_from_world: Affine3A =
+        (camera.world_from_sensor.affine() * sensor_from_optical()).inverse();
+    let optical_from_box = optical_from_world * world_from_box.affine();
+    let half_extents = Vec3::from_array(blueprint.half_extents_m);
+    let outline = outline(half_extents, &optical_from_box, &camera.camera);
+    let silhouette = match town::catalogue().get(actor.blueprint as usize) {
+        Some(made) => {
+            board.pixels(&made.mesh, &(optical_from_world * actor.pose.affine()), &camera.camera)
+        }
+        None => 0,
+    };
+    // Turned wheels reach a pixel beyond the mesh as it is drawn here.
+    let silhouette = silhouette.max(seen.pixels);
+    let (_, rotation, position) = optical_from_box.to_scale_rotation_translation();
+    View {
+        optical_from_box: (&Pose::new(position, rotation)).into(),
+        visible_box_px: seen.edges_px,
+        projected_box_px: outline.map_or(seen.edges_px.map(|e| e as f32), |o| o.edges_px),
+        visible_px: seen.pixels,
+        silhouette_px: silhouette,
+        occluded_share: 1.0 - seen.pixels as f32 / silhouette as f32,
+        truncated_share: outline.map_or(0.0, |o| o.truncated),
+    }
+}
+
+/// `Car` of 14.
+pub(crate) fn tag_name(code: u8) -> String {
+    Tag::from_code(code).map_or_else(|| code.to_string(), |tag| format!("{tag:?}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn actor(id: u32) -> ActorState {
+        ActorState { actor_id: ActorId(id), ..ActorState::default() }
+    }
+
+    #[test]
+    fn pixels_are_counted_and_bounded_for_each_actor() {
+        let s = 0x8000_0000u32 | 7;
+        #[rustfmt::skip]
+        let ids = [
+            0, s, 0, 0, 9,
+            s, 7, 7, s, 9,
+            0, 7, s, 7, 9,
+        ];
+        let found = seen(&ids, 5, &[actor(7), actor(8), actor(9)]);
+        assert_eq!(
+            found,
+            [
+                Some(Seen { pixels: 4, edges_px: [1, 1, 4, 3] }),
+                None,
+                Some(Seen { pixels: 3, edges_px: [4, 0, 5, 3] }),
+            ]
+        );
+    }
+
+    #[test]
+    fn a_static_object_is_no_actor_though_its_low_bits_are_ones_id() {
+        assert_eq!(seen(&[0x8000_0007], 1, &[actor(7)]), [None]);
+        assert_eq!(returns(&[[0x8000_0007, 3], [7, 14], [7, 14], [0, 0]], &[actor(7)]), [2]);
+    }
+
+    /// A camera at the origin that looks along x at a car 10 m ahead, and one beside the image.
+    #[test]
+    fn a_car_ahead_is_boxed_where_it_is_drawn() {
+        let (index, made) = town::blueprint("vehicle.tesla.model3").unwrap();
+        let blueprints: Vec<_> = town::catalogue()
+            .iter()
+            .map(|b| BlueprintInfo {
+                id: b.id.to_owned(),
+                tag: b.tag as u8,
+                half_extents_m: b.half_extents_m.to_array(),
+                center_m: b.center_m.to_array(),
+            })
+            .collect();
+        let place = |id, x, y| ActorState {
+            blueprint: index,
+            pose: Pose::level(Vec3::new(x, y, -1.0), 0.0),
+            ..actor(id)
+        };
+        let actors = [place(1, 0.0, 0.0), place(2, 10.0, 0.0), place(3, -10.0, 0.0)];
+        let camera = Pinhole { width: 200, height: 100, focal_px: 100.0 };
+        let seen_2 = Seen { pixels: 30, edges_px: [90, 50, 100, 60] };
+        let front = CameraView {
+            name: "front",
+            camera,
+            world_from_sensor: Pose::IDENTITY,
+            seen: vec![Some(seen_2), Some(seen_2), None],
+        };
+        let lidar = LidarView { name: "roof", returns: vec![0, 0, 5] };
+        let mut board = Silhouette::default();
+        let all = boxes(&actors, ActorId(1), &blueprints, &[front], &[lidar], &mut board);
+
+        let ids: Vec<_> = all.iter().map(|b| b.actor_id).collect();
+        assert_eq!(ids, [2, 3], "the ego is left out");
+        assert_eq!(all[0].size_m, (made.half_extents_m * 2.0).to_array());
+        assert_eq!(all[0].tag_name, "Car");
+        let view = &all[0].cameras["front"];
+        let [x, y, z] = view.optical_from_box.position_m;
+        let middle = made.center_m;
+        assert!((x + middle.y).abs() < 1e-4, "right is minus left");
+        assert!((y - (1.0 - middle.z)).abs() < 1e-4, "down is minus up");
+        assert!((z - (10.0 + middle.x)).abs() < 1e-4, "ahead");
+        let [left, top, right, bottom] = view.projected_box_px;
+        assert!(left < 100.0 && 100.0 < right && 50.0 < bottom && top < bottom);
+        let drawn = view.silhouette_px as f32;
+        let boxed = (right - left) * (bottom - top);
+        assert!((0.5..1.0).contains(&(drawn / boxed)), "a car fills most of its box: {view:?}");
+        assert_eq!(view.occluded_share, 1.0 - 30.0 / drawn);
+        assert_eq!(view.truncated_share, 0.0);
+        assert!(all[1].cameras.is_empty());
+        assert_eq!(all[1].lidar_points["roof"], 5, "behind the camera, but the lidar met it");
+    }
+}

@@ -1,0 +1,162 @@
+//! Who takes part: the ego and the traffic around it, chosen by the seed.
+
+use bus::{ActorId, Name, Pose, Spawn, Wish, flag, status};
+use client_lib::Client;
+
+use super::{CollectError, record::Cast};
+
+/// What the ego is.
+pub(crate) const EGO: &str = "vehicle.tesla.model3";
+
+/// Paints of cars as one meets them, sRGB.
+const PAINTS: [[u8; 3]; 14] = [
+    [236, 236, 234],
+    [236, 236, 234],
+    [26, 27, 30],
+    [26, 27, 30],
+    [120, 124, 128],
+    [176, 180, 183],
+    [66, 70, 76],
+    [24, 52, 104],
+    [52, 96, 150],
+    [142, 24, 26],
+    [196, 40, 32],
+    [38, 78, 56],
+    [150, 122, 84],
+    [214, 170, 40],
+];
+
+/// splitmix64 (Steele, Lea, Flood 2014).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, end: usize) -> usize {
+        ((u128::from(self.next()) * end as u128) >> 64) as usize
+    }
+
+    fn pick<'a, T>(&mut self, from: &'a [T]) -> &'a T {
+        &from[self.below(from.len())]
+    }
+}
+
+/// Puts the ego and up to `vehicles` others into the world, all driven by traffic. Places where the
+/// host refuses a vehicle are passed over.
+pub(crate) fn assemble(
+    client: &mut Client,
+    map: &str,
+    seed: u64,
+    vehicles: u32,
+) -> Result<Cast, CollectError> {
+    let points = client.spawn_points()?;
+    let mut places = shuffled(points, seed);
+    let count = places.len();
+    let mut cast = Cast::default();
+    let mut why = "not one".to_owned();
+    while cast.ego_actor_id == 0 {
+        let Some(place) = places.pop() else {
+            return Err(CollectError::NoPlace { map: map.to_owned(), points: count, why });
+        };
+        let ego = Spawn {
+            blueprint: Name::new(EGO),
+            flags: flag::AUTOPILOT,
+            pose: place,
+            role: Name::new("hero"),
+            ..Spawn::default()
+        };
+        let outcomes = client.try_request("spawn", &[Wish::Spawn(ego)])?;
+        match outcomes[0].outcome.result() {
+            Ok(id) => cast.ego_actor_id = ActorId(id).0,
+            Err(refusal) => {
+                cast.spawns_refused += 1;
+                why = format!("the last refused with: {refusal}");
+            }
+        }
+    }
+    let mut random = Random(seed ^ 0x7ca4_fe11_0b5e_55ed);
+    while cast.vehicles_spawned < vehicles && !places.is_empty() {
+        let wanted = (vehicles - cast.vehicles_spawned) as usize;
+        let batch: Vec<_> = places.drain(places.len().saturating_sub(wanted)..).rev().collect();
+        let wishes: Vec<_> = batch.iter().map(|at| Wish::Spawn(vehicle(*at, &mut random))).collect();
+        for entry in client.try_request("spawn", &wishes)? {
+            let is_done = entry.outcome.status == status::DONE;
+            cast.vehicles_spawned += u32::from(is_done);
+            cast.spawns_refused += u32::from(!is_done);
+        }
+    }
+    Ok(cast)
+}
+
+fn shuffled(mut points: Vec<Pose>, seed: u64) -> Vec<Pose> {
+    let mut random = Random(seed);
+    for last in (1..points.len()).rev() {
+        points.swap(last, random.below(last + 1));
+    }
+    points
+}
+
+/// One of the other road users: mostly cars, in the paints that cars have.
+fn vehicle(pose: Pose, random: &mut Random) -> Spawn {
+    let kind = match random.below(100) {
+        0..86 => &["car", "van"][..],
+        86..94 => &["truck", "bus"],
+        _ => &["motorcycle", "bicycle"],
+    };
+    let choice: Vec<_> =
+        town::catalogue().iter().filter(|b| kind.contains(&b.base_type)).collect();
+    let blueprint = random.pick(&choice);
+    let [r, g, b] = *random.pick(&PAINTS);
+    // A police car, a taxi or a fire engine keeps its own.
+    let has_livery = matches!(blueprint.special_type, "emergency" | "taxi");
+    let color = if has_livery { 0 } else { u32::from_le_bytes([r, g, b, 255]) };
+    Spawn {
+        blueprint: Name::new(blueprint.id),
+        flags: flag::AUTOPILOT,
+        pose,
+        color,
+        role: Name::new("autopilot"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn points() -> Vec<Pose> {
+        (0..40).map(|x| Pose::level(Vec3::new(x as f32, 0.0, 0.0), 0.0)).collect()
+    }
+
+    #[test]
+    fn a_seed_decides_the_order_and_another_seed_another() {
+        let once = shuffled(points(), 7);
+        assert_eq!(once, shuffled(points(), 7));
+        assert_ne!(once, shuffled(points(), 8));
+        let mut xs: Vec<_> = once.iter().map(|p| p.position_m[0] as u32).collect();
+        assert_ne!(xs, (0..40).collect::<Vec<_>>());
+        xs.sort();
+        assert_eq!(xs, (0..40).collect::<Vec<_>>(), "each place once");
+    }
+
+    #[test]
+    fn most_are_cars_of_many_kinds_and_paints() {
+        let mut random = Random(1);
+        let all: Vec<_> = (0..1000).map(|_| vehicle(Pose::IDENTITY, &mut random)).collect();
+        let base = |s: &Spawn| town::blueprint(s.blueprint.as_str()).unwrap().1.base_type;
+        let cars = all.iter().filter(|s| matches!(base(s), "car" | "van")).count();
+        assert!((820..900).contains(&cars), "{cars}");
+        let mut kinds: Vec<_> = all.iter().map(|s| s.blueprint).collect();
+        kinds.sort();
+        kinds.dedup();
+        assert!(kinds.len() > 30, "{}", kinds.len());
+        let police = all.iter().find(|s| s.blueprint.as_str().contains("police")).unwrap();
+        assert_eq!(police.color, 0, "it keeps its livery");
+    }
+}

@@ -1,0 +1,69 @@
+//! The bytes of files back into numbers, for the contact sheet, `inspect` and tests.
+
+use png::{BitDepth, ColorType, Decoder};
+
+/// A decoded image.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Image {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    /// As PNG has them: 16-bit samples begin with their high byte.
+    pub(crate) bytes: Vec<u8>,
+}
+
+impl Image {
+    /// 16-bit samples.
+    pub(crate) fn sixteen(&self) -> Vec<u16> {
+        self.bytes.chunks_exact(2).map(|b| u16::from_be_bytes([b[0], b[1]])).collect()
+    }
+
+    /// Ids of three bytes.
+    #[cfg(test)]
+    pub(crate) fn ids(&self) -> Vec<u32> {
+        self.bytes.chunks_exact(3).map(|b| u32::from_le_bytes([b[0], b[1], b[2], 0])).collect()
+    }
+}
+
+/// Decodes a PNG file.
+pub(crate) fn png(file: &[u8]) -> Result<Image, String> {
+    let decode = || {
+        let mut reader = Decoder::new(std::io::Cursor::new(file)).read_info()?;
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap_or(0)];
+        let frame = reader.next_frame(&mut bytes)?;
+        bytes.truncate(frame.buffer_size());
+        Ok(Image { width: frame.width as usize, height: frame.height as usize, bytes })
+    };
+    decode().map_err(|e: png::DecodingError| e.to_string())
+}
+
+/// What a PNG file says of itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PngHead {
+    pub(crate) size: [u32; 2],
+    pub(crate) color: ColorType,
+    pub(crate) depth: BitDepth,
+}
+
+/// Reads a PNG file's head, and that its end is there.
+pub(crate) fn png_head(file: &[u8]) -> Result<PngHead, String> {
+    let reader = Decoder::new(std::io::Cursor::new(file)).read_info();
+    let reader = reader.map_err(|e| e.to_string())?;
+    if !file.ends_with(b"IEND\xae\x42\x60\x82") {
+        return Err("its end is missing".to_owned());
+    }
+    let info = reader.info();
+    Ok(PngHead { size: [info.width, info.height], color: info.color_type, depth: info.bit_depth })
+}
+
+/// Little-endian f32.
+pub(crate) fn floats(bytes: &[u8]) -> Vec<f32> {
+    let four = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+    bytes.chunks_exact(4).map(four).collect()
+}
+
+/// Little-endian u32.
+#[cfg(test)]
+pub(crate) fn words(bytes: &[u8]) -> Vec<u32> {
+    let four = |b: &[u8]| u32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+    bytes.chunks_exact(4).map(four).collect()
+}

@@ -1,0 +1,185 @@
+//! Where the files of a data set lie, and how they get there whole.
+
+use std::{
+    fs::{self, File, OpenOptions, TryLockError},
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use super::{CollectError, record::Metadata};
+
+/// What marks a file that is being written. Such files mean nothing.
+const PARTIAL: &str = ".partial";
+
+/// The folder of a data set.
+#[derive(Clone, Debug)]
+pub(crate) struct Folder {
+    root: PathBuf,
+}
+
+impl Folder {
+    /// The data set at `root`, which need not exist.
+    pub(crate) fn new(root: &Path) -> Folder {
+        Folder { root: root.to_owned() }
+    }
+
+    /// Its path.
+    pub(crate) fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// One line for each complete frame.
+    pub(crate) fn frames(&self) -> PathBuf {
+        self.root.join("frames.jsonl")
+    }
+
+    /// What the data set is.
+    pub(crate) fn metadata(&self) -> PathBuf {
+        self.root.join("metadata.json")
+    }
+
+    /// A file of one frame: `front/color` and `png` make `front/color/000123.png`.
+    pub(crate) fn of_frame(&self, output: &str, frame: u64, extension: &str) -> PathBuf {
+        self.root.join(output).join(format!("{frame:06}.{extension}"))
+    }
+
+    /// Takes the folder: makes it if it is not there, proves that it can be written, and locks it
+    /// for as long as the answer lives.
+    pub(crate) fn take(&self) -> Result<Hold, CollectError> {
+        fs::create_dir_all(&self.root).map_err(|e| CollectError::io(&self.root, e))?;
+        let path = self.root.join(".lock");
+        let open = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
+        let file = open.map_err(|e| CollectError::io(&path, e))?;
+        match file.try_lock() {
+            Ok(()) => Ok(Hold { path, _file: file }),
+            Err(TryLockError::WouldBlock) => Err(CollectError::Busy { dir: self.root.clone() }),
+            Err(TryLockError::Error(e)) => Err(CollectError::io(&path, e)),
+        }
+    }
+
+    /// How many things lie in the folder, our own lock not counted.
+    pub(crate) fn count(&self) -> Result<usize, CollectError> {
+        match fs::read_dir(&self.root) {
+            Ok(entries) => Ok(entries.flatten().filter(|e| e.file_name() != ".lock").count()),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(0),
+            Err(e) => Err(CollectError::io(&self.root, e)),
+        }
+    }
+
+    /// What the data set says of itself; nothing if there is none.
+    pub(crate) fn read_metadata(&self) -> Result<Option<Metadata>, CollectError> {
+        let path = self.metadata();
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(CollectError::io(&path, e)),
+        };
+        let parsed = serde_json::from_str(&text);
+        parsed.map(Some).map_err(|e| CollectError::damaged(&path, e))
+    }
+
+    /// Writes what the data set says of itself.
+    pub(crate) fn write_metadata(&self, metadata: &Metadata) -> Result<(), CollectError> {
+        let mut text = serde_json::to_vec_pretty(metadata).expect("plain data has a JSON form");
+        text.push(b'\n');
+        write_whole(&self.metadata(), &text)
+    }
+
+    /// Removes what a killed run left half written in these output folders and at the top.
+    pub(crate) fn sweep<'a>(
+        &self,
+        outputs: impl IntoIterator<Item = &'a str>,
+    ) -> Result<(), CollectError> {
+        for output in outputs.into_iter().chain([""]) {
+            let dir = self.root.join(output);
+            let Ok(entries) = fs::read_dir(&dir) else { continue };
+            for entry in entries.flatten() {
+                if entry.file_name().to_string_lossy().ends_with(PARTIAL) {
+                    let path = entry.path();
+                    fs::remove_file(&path).map_err(|e| CollectError::io(&path, e))?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The lock on a data set's folder.
+pub(crate) struct Hold {
+    path: PathBuf,
+    _file: File,
+}
+
+impl Drop for Hold {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+/// Writes a file so that it is there whole or not at all, whenever the process is killed.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), CollectError> {
+    let mut name = path.file_name().expect("a file has a name").to_owned();
+    name.push(PARTIAL);
+    let partial = path.with_file_name(name);
+    let write = || {
+        let mut file = File::create(&partial)?;
+        file.write_all(bytes)?;
+        fs::rename(&partial, path)
+    };
+    write().map_err(|e| {
+        let _ = fs::remove_file(&partial);
+        CollectError::io(path, e)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collect::testing::Scratch;
+
+    #[test]
+    fn a_file_that_cannot_be_finished_leaves_nothing() {
+        let scratch = Scratch::new("whole");
+        let path = scratch.path().join("a.bin");
+        fs::create_dir(&path).unwrap();
+        assert!(write_whole(&path, b"x").is_err(), "a folder stands in the way");
+        let names: Vec<_> = fs::read_dir(scratch.path()).unwrap().flatten().collect();
+        assert_eq!(names.len(), 1, "{names:?}");
+    }
+
+    #[test]
+    fn a_full_disk_is_named_as_such() {
+        let error = write_whole_to_full();
+        assert!(matches!(error, CollectError::DiskFull { .. }), "{error}");
+    }
+
+    /// `/dev/full` answers every write with "no space left on device".
+    fn write_whole_to_full() -> CollectError {
+        let path = Path::new("/dev/full");
+        let written = OpenOptions::new().write(true).open(path).and_then(|mut f| f.write_all(b"x"));
+        CollectError::io(path, written.unwrap_err())
+    }
+
+    #[test]
+    fn a_folder_is_taken_once() {
+        let scratch = Scratch::new("taken");
+        let folder = Folder::new(scratch.path());
+        let hold = folder.take().unwrap();
+        assert!(matches!(folder.take(), Err(CollectError::Busy { .. })));
+        assert_eq!(folder.count().unwrap(), 0, "the lock is no content");
+        drop(hold);
+        assert!(folder.take().is_ok());
+    }
+
+    #[test]
+    fn what_was_half_written_is_swept() {
+        let scratch = Scratch::new("swept");
+        let folder = Folder::new(scratch.path());
+        fs::create_dir_all(scratch.path().join("front/color")).unwrap();
+        fs::write(folder.of_frame("front/color", 7, "png.partial"), b"torn").unwrap();
+        fs::write(folder.of_frame("front/color", 6, "png"), b"whole").unwrap();
+        folder.sweep(["front/color"]).unwrap();
+        assert!(!folder.of_frame("front/color", 7, "png.partial").exists());
+        assert!(folder.of_frame("front/color", 6, "png").exists());
+    }
+}

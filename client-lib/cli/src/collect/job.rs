@@ -1,0 +1,133 @@
+//! What is asked for, and whether it can be done, before a simulator is started for it.
+
+use std::path::PathBuf;
+
+use bus::PIPELINE_MAX;
+
+use super::{
+    CollectError,
+    folder::{Folder, Hold},
+    ledger::Ledger,
+    record::{FORMAT, FrameLine, Metadata},
+};
+
+/// What to collect, and where to.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The folder for the data set; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// How many frames to keep
+    #[arg(long, default_value_t = 300)]
+    pub(crate) frames: u64,
+    /// Vehicles in traffic, beside the ego
+    #[arg(long, default_value_t = 50)]
+    pub(crate) vehicles: u32,
+    /// Simulated seconds of one frame
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.05)]
+    pub(crate) fixed_delta: f64,
+    /// Keep one frame of so many
+    #[arg(long, value_name = "FRAMES", default_value_t = 1)]
+    pub(crate) every: u64,
+    /// Frames to simulate before the first that is kept
+    #[arg(long, value_name = "FRAMES", default_value_t = 40)]
+    pub(crate) warmup: u64,
+    /// The camera's pixels across
+    #[arg(long, value_name = "PIXELS", default_value_t = 800)]
+    pub(crate) width: u32,
+    /// The camera's pixels down
+    #[arg(long, value_name = "PIXELS", default_value_t = 600)]
+    pub(crate) height: u32,
+    /// How many frames rendering may trail behind the simulation, 0 to 3; the data are the same
+    #[arg(long, value_name = "FRAMES", default_value_t = 1)]
+    pub(crate) pipeline: u32,
+    /// Threads that encode and write; 0: one for each core
+    #[arg(long, value_name = "THREADS", default_value_t = 0)]
+    pub(crate) writers: usize,
+    /// Continue a data set that was cut short; the other settings must be the same
+    #[arg(long)]
+    pub(crate) resume: bool,
+}
+
+impl Args {
+    fn check(&self) -> Result<(), CollectError> {
+        let delta = self.fixed_delta;
+        let wrong = if self.frames == 0 {
+            "--frames is 0; ask for at least one".to_owned()
+        } else if self.every == 0 {
+            "--every is 0; 1 keeps every frame".to_owned()
+        } else if !(0.001..=1.0).contains(&delta) {
+            format!("--fixed-delta is {delta} s; use 0.001 to 1")
+        } else if self.pipeline > PIPELINE_MAX {
+            format!("--pipeline is {}; use 0 to {PIPELINE_MAX}", self.pipeline)
+        } else if !(16..=8192).contains(&self.width) || !(16..=8192).contains(&self.height) {
+            format!("the camera has {}x{} pixels; use 16 to 8192", self.width, self.height)
+        } else {
+            return Ok(());
+        };
+        Err(CollectError::Argument(wrong))
+    }
+
+    /// One frame.
+    pub(crate) fn delta_nanos(&self) -> u64 {
+        (self.fixed_delta * 1e9).round() as u64
+    }
+
+    /// How many threads encode.
+    pub(crate) fn threads(&self) -> usize {
+        match self.writers {
+            0 => std::thread::available_parallelism().map_or(2, usize::from).min(16),
+            some => some.min(64),
+        }
+    }
+}
+
+/// A data set that is to be written, its folder taken.
+pub(crate) struct Job {
+    pub(crate) args: Args,
+    pub(crate) folder: Folder,
+    pub(crate) ledger: Ledger,
+    /// Frames that are complete already.
+    pub(crate) lines: Vec<FrameLine>,
+    /// What the data set says of itself already.
+    pub(crate) before: Option<Metadata>,
+    pub(crate) hold: Hold,
+}
+
+impl Job {
+    /// Checks the arguments, and takes the folder: empty, or what is to be resumed.
+    pub(crate) fn prepare(args: &Args) -> Result<Job, CollectError> {
+        args.check()?;
+        let folder = Folder::new(&args.out);
+        let content = folder.count()?;
+        let before = folder.read_metadata()?;
+        let dir = folder.root().to_owned();
+        let is_ours = before.as_ref().is_some_and(|m| m.format == FORMAT);
+        if content > 0 && !(args.resume && is_ours) {
+            let (what, advice) = match &before {
+                Some(m) if !is_ours => {
+                    (format!("a data set of format {:?}, this is {FORMAT}", m.format), ELSEWHERE)
+                }
+                Some(m) if m.complete => {
+                    (format!("a complete data set of {} frames", m.frames_complete), ELSEWHERE)
+                }
+                Some(m) => {
+                    let (lines, _) = super::ledger::read(&folder.frames())?;
+                    let (have, wanted) = (lines.len(), m.frames_wanted);
+                    (format!("an unfinished data set, {have} of {wanted} frames"), ON_OR_ELSEWHERE)
+                }
+                None => (format!("{content} things that are no data set"), ELSEWHERE),
+            };
+            return Err(CollectError::Occupied { dir, what, advice });
+        }
+        let hold = folder.take()?;
+        let (ledger, lines) = Ledger::open(&folder.frames())?;
+        Ok(Job { args: args.clone(), folder, ledger, lines, before, hold })
+    }
+}
+
+const ELSEWHERE: &str = "choose another --out";
+const ON_OR_ELSEWHERE: &str = "continue it with --resume, or choose another --out";
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,131 @@
+//! `frames.jsonl`: a frame stands there when, and only when, all its files are complete.
+
+use std::{
+    collections::BTreeMap,
+    fs::{self, File, OpenOptions},
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use super::{CollectError, record::FrameLine};
+
+/// The list of complete frames, as it grows.
+pub(crate) struct Ledger {
+    path: PathBuf,
+    file: File,
+    /// Bytes of whole lines.
+    len: u64,
+    /// The place in line of the next frame to append.
+    next: u64,
+    /// Frames that were complete before their turn.
+    early: BTreeMap<u64, String>,
+}
+
+impl Ledger {
+    /// Goes on after the whole lines that `path` holds; a torn last one is cut off. Says what they
+    /// are.
+    pub(crate) fn open(path: &Path) -> Result<(Ledger, Vec<FrameLine>), CollectError> {
+        let (lines, len) = read(path)?;
+        let open = OpenOptions::new().create(true).append(true).open(path);
+        let file = open.map_err(|e| CollectError::io(path, e))?;
+        file.set_len(len).map_err(|e| CollectError::io(path, e))?;
+        let next = lines.len() as u64;
+        let ledger = Ledger { path: path.to_owned(), file, len, next, early: BTreeMap::new() };
+        Ok((ledger, lines))
+    }
+
+    /// How many frames are complete.
+    pub(crate) fn complete(&self) -> u64 {
+        self.next
+    }
+
+    /// The frame whose place in line is `place` is complete. It is appended once all before it are.
+    pub(crate) fn enter(&mut self, place: u64, line: &FrameLine) -> Result<(), CollectError> {
+        let mut text = serde_json::to_string(line).expect("plain data has a JSON form");
+        text.push('\n');
+        self.early.insert(place, text);
+        while let Some(text) = self.early.remove(&self.next) {
+            if let Err(e) = self.file.write_all(text.as_bytes()) {
+                // Half a line would be cut off by the next run; a reader should not meet it.
+                let _ = self.file.set_len(self.len);
+                return Err(CollectError::io(&self.path, e));
+            }
+            self.len += text.len() as u64;
+            self.next += 1;
+        }
+        Ok(())
+    }
+}
+
+/// The whole lines of a ledger, and their bytes. No file is no line.
+pub(crate) fn read(path: &Path) -> Result<(Vec<FrameLine>, u64), CollectError> {
+    let text = match fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok((Vec::new(), 0)),
+        Err(e) => return Err(CollectError::io(path, e)),
+    };
+    let whole = text.rfind('\n').map_or(0, |end| end + 1);
+    let parse = |(index, line): (usize, &str)| {
+        let parsed = serde_json::from_str(line);
+        parsed.map_err(|e| CollectError::damaged(path, format!("line {}: {e}", index + 1)))
+    };
+    let lines = text[..whole].lines().enumerate().map(parse).collect::<Result<_, _>>()?;
+    Ok((lines, whole as u64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collect::testing::{Scratch, line};
+
+    #[test]
+    fn frames_are_listed_in_order_whatever_the_order_of_completion() {
+        let scratch = Scratch::new("order");
+        let path = scratch.path().join("frames.jsonl");
+        let (mut ledger, lines) = Ledger::open(&path).unwrap();
+        assert!(lines.is_empty());
+        for place in [2, 0, 3, 1] {
+            ledger.enter(place, &line(100 + place)).unwrap();
+        }
+        assert_eq!(ledger.complete(), 4);
+        let frames: Vec<_> = read(&path).unwrap().0.iter().map(|l| l.frame).collect();
+        assert_eq!(frames, [100, 101, 102, 103]);
+    }
+
+    #[test]
+    fn a_frame_does_not_stand_there_before_the_one_before_it() {
+        let scratch = Scratch::new("gap");
+        let path = scratch.path().join("frames.jsonl");
+        let (mut ledger, _) = Ledger::open(&path).unwrap();
+        ledger.enter(0, &line(5)).unwrap();
+        ledger.enter(2, &line(7)).unwrap();
+        assert_eq!(ledger.complete(), 1);
+        assert_eq!(read(&path).unwrap().0.len(), 1);
+    }
+
+    #[test]
+    fn a_torn_line_is_cut_off_and_the_next_follows_the_whole_ones() {
+        let scratch = Scratch::new("torn");
+        let path = scratch.path().join("frames.jsonl");
+        let (mut ledger, _) = Ledger::open(&path).unwrap();
+        ledger.enter(0, &line(5)).unwrap();
+        ledger.enter(1, &line(6)).unwrap();
+        drop(ledger);
+        let whole = fs::read_to_string(&path).unwrap();
+        fs::write(&path, &whole[..whole.len() - 9]).unwrap();
+        let (mut ledger, lines) = Ledger::open(&path).unwrap();
+        assert_eq!(lines.len(), 1);
+        ledger.enter(1, &line(6)).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), whole);
+    }
+
+    #[test]
+    fn a_line_that_is_no_frame_is_named_by_its_number() {
+        let scratch = Scratch::new("damaged");
+        let path = scratch.path().join("frames.jsonl");
+        let good = serde_json::to_string(&line(5)).unwrap();
+        fs::write(&path, format!("{good}\n{{\"frame\":6}}\n")).unwrap();
+        let error = Ledger::open(&path).err().unwrap().to_string();
+        assert!(error.contains("line 2") && error.contains("missing field"), "{error}");
+    }
+}

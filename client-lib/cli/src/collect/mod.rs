@@ -1,0 +1,40 @@
+//! `omnibus collect`: drives an ego through traffic and writes down what its sensors measure.
+//!
+//! ```text
+//! tick ──▶ snapshot ─┐
+//!      ──▶ bundle ───┴▶ shot ──▶ crew of encoders ──▶ front/color/000123.png ...
+//!                        │            │ all files of a frame complete
+//!      a ticket is free ◀┘            ▼
+//!                                  frames.jsonl
+//! ```
+//!
+//! Each frame's measurements stay in the renderer's own memory until its last file is written. A
+//! frame stands in `frames.jsonl` when all its files are complete, so that a run that was killed
+//! can be resumed: the simulation is the same, so it is simulated up to there again, unseen.
+
+mod boxes;
+mod cast;
+mod crew;
+mod decode;
+mod encode;
+mod error;
+mod folder;
+mod inspect;
+mod job;
+mod ledger;
+mod metadata;
+mod outline;
+mod progress;
+mod record;
+mod rig;
+mod run;
+mod sheet;
+mod silhouette;
+mod stages;
+#[cfg(test)]
+mod testing;
+
+pub(crate) use error::CollectError;
+pub(crate) use inspect::{InspectArgs, inspect};
+pub(crate) use job::{Args, Job};
+pub(crate) use run::{Summary, collect};

@@ -1,0 +1,303 @@
+//! What a data set says of itself: the forms of `metadata.json`, `frames.jsonl` and `boxes/`.
+//!
+//! Names carry units. Quaternions are x, y, z, w; matrices are lists of rows.
+
+use std::collections::BTreeMap;
+
+use bus::{ActorState, Pose, flag, tracer};
+use glam::{Affine3A, Mat4};
+use serde::{Deserialize, Serialize};
+
+/// The version of everything in this file.
+pub(crate) const FORMAT: &str = "omnibus-dataset-1";
+
+/// `metadata.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Metadata {
+    /// [`FORMAT`].
+    pub(crate) format: String,
+    /// The version of omnibus that made it.
+    pub(crate) omnibus: String,
+    /// Every wanted frame is there.
+    pub(crate) complete: bool,
+    /// How many frames were asked for.
+    pub(crate) frames_wanted: u64,
+    /// How many there were when this was written.
+    pub(crate) frames_complete: u64,
+    /// What traced the rays; more than one if it had to change in mid-run.
+    pub(crate) tracers: Vec<String>,
+    /// All that decides what the frames show.
+    pub(crate) recipe: Recipe,
+    /// Who was there at the start.
+    pub(crate) cast: Cast,
+    /// What each file holds.
+    pub(crate) outputs: Vec<Output>,
+    /// How to read numbers.
+    pub(crate) conventions: BTreeMap<String, String>,
+    /// Codes of the semantic tags.
+    pub(crate) tags: BTreeMap<u8, String>,
+}
+
+/// All that decides what the frames show: the same recipe and build make the same data set.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Recipe {
+    /// The map's name.
+    pub(crate) map: String,
+    /// FNV-1a of the OpenDRIVE text, which lies in `map.xodr`.
+    pub(crate) map_fnv1a64: String,
+    /// Decides scenery, traffic, places and paint.
+    pub(crate) seed: u64,
+    /// Simulated time of one frame.
+    pub(crate) fixed_delta_nanos: u64,
+    /// Frames simulated before the first that is kept.
+    pub(crate) warmup_frames: u64,
+    /// Of so many frames one is kept.
+    pub(crate) every_frames: u64,
+    /// Vehicles wished for beside the ego.
+    pub(crate) vehicles: u32,
+    /// What the ego is.
+    pub(crate) ego_blueprint: String,
+    /// The rig on the ego.
+    pub(crate) sensors: Vec<Sensor>,
+}
+
+/// One sensor of the rig.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Sensor {
+    pub(crate) name: String,
+    /// From sensor space (x forward, y left, z up) to vehicle space.
+    pub(crate) vehicle_from_sensor: Matrix4,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) camera: Option<Camera>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) lidar: Option<Lidar>,
+}
+
+/// Rows.
+pub(crate) type Matrix4 = [[f64; 4]; 4];
+
+/// A pinhole without distortion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Camera {
+    pub(crate) width_px: u32,
+    pub(crate) height_px: u32,
+    pub(crate) horizontal_fov_rad: f64,
+    /// `pixel = intrinsics * point_in_optical / depth`.
+    pub(crate) intrinsics_px: [[f64; 3]; 3],
+    /// From optical space (x right, y down, z forward) to vehicle space.
+    pub(crate) vehicle_from_optical: Matrix4,
+}
+
+/// A lidar that sees its whole turn at one instant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Lidar {
+    pub(crate) channels: u32,
+    pub(crate) columns: u32,
+    pub(crate) upper_rad: f64,
+    pub(crate) lower_rad: f64,
+    pub(crate) range_m: f64,
+    pub(crate) attenuation_per_m: f64,
+}
+
+/// Who was there at the start.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Cast {
+    pub(crate) ego_actor_id: u32,
+    /// Vehicles that stand on the map, the ego not counted.
+    pub(crate) vehicles_spawned: u32,
+    /// Places where the host would not put one.
+    pub(crate) spawns_refused: u32,
+}
+
+/// What the files of one folder hold.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Output {
+    /// As `front/color`.
+    pub(crate) folder: String,
+    pub(crate) extension: String,
+    pub(crate) holds: String,
+}
+
+/// A line of `frames.jsonl`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct FrameLine {
+    pub(crate) frame: u64,
+    /// Since the world began.
+    pub(crate) sim_time_nanos: u64,
+    /// Over everything that decides the future, as hexadecimal.
+    pub(crate) state_hash: String,
+    pub(crate) tracer: String,
+    pub(crate) ego: Ego,
+    pub(crate) sensors: Vec<SensorPose>,
+    /// Actors in `boxes/`.
+    pub(crate) boxes: u64,
+    /// Returns in each lidar's files.
+    pub(crate) points: BTreeMap<String, u64>,
+}
+
+/// A rigid transform.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Placed {
+    pub(crate) position_m: [f32; 3],
+    pub(crate) rotation_xyzw: [f32; 4],
+}
+
+impl From<&Pose> for Placed {
+    fn from(pose: &Pose) -> Placed {
+        Placed { position_m: pose.position_m, rotation_xyzw: pose.rotation }
+    }
+}
+
+/// The ego's own state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Ego {
+    pub(crate) actor_id: u32,
+    pub(crate) world_from_vehicle: Placed,
+    pub(crate) velocity_mps: [f32; 3],
+    pub(crate) angular_velocity_radps: [f32; 3],
+    pub(crate) acceleration_mps2: [f32; 3],
+    pub(crate) control: Control,
+}
+
+/// Pedals and wheel as they were.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Control {
+    /// 0 to 1.
+    pub(crate) throttle: f32,
+    /// 0 to 1.
+    pub(crate) brake: f32,
+    /// −1 (full right) to 1 (full left).
+    pub(crate) steer: f32,
+    pub(crate) gear: i32,
+    pub(crate) handbrake: bool,
+    pub(crate) reverse: bool,
+}
+
+impl From<&ActorState> for Ego {
+    fn from(actor: &ActorState) -> Ego {
+        Ego {
+            actor_id: actor.actor_id.0,
+            world_from_vehicle: (&actor.pose).into(),
+            velocity_mps: actor.velocity_mps,
+            angular_velocity_radps: actor.angular_velocity_radps,
+            acceleration_mps2: actor.acceleration_mps2,
+            control: Control {
+                throttle: actor.throttle,
+                brake: actor.brake,
+                steer: actor.steer,
+                gear: actor.gear,
+                handbrake: actor.has(flag::HANDBRAKE),
+                reverse: actor.has(flag::REVERSE),
+            },
+        }
+    }
+}
+
+/// Where a sensor was.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct SensorPose {
+    pub(crate) name: String,
+    pub(crate) world_from_sensor: Placed,
+}
+
+/// A file of `boxes/`: every actor that a sensor of the rig saw, the ego left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Boxes {
+    pub(crate) frame: u64,
+    pub(crate) actors: Vec<ActorBox>,
+}
+
+/// One actor and its boxes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ActorBox {
+    pub(crate) actor_id: u32,
+    pub(crate) blueprint: String,
+    pub(crate) tag: u8,
+    pub(crate) tag_name: String,
+    /// Length, width, height.
+    pub(crate) size_m: [f32; 3],
+    /// The box's middle; its x axis is the actor's forward.
+    pub(crate) world_from_box: Placed,
+    pub(crate) velocity_mps: [f32; 3],
+    /// Returns on it, for each lidar that met it.
+    pub(crate) lidar_points: BTreeMap<String, u32>,
+    /// What each camera that saw it saw.
+    pub(crate) cameras: BTreeMap<String, View>,
+}
+
+/// An actor in one camera's image.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct View {
+    /// The box in optical space.
+    pub(crate) optical_from_box: Placed,
+    /// Left, top, right, bottom edge of its visible pixels.
+    pub(crate) visible_box_px: [u32; 4],
+    /// Left, top, right, bottom edge of the projected box, cut at the image's edge.
+    pub(crate) projected_box_px: [f32; 4],
+    /// Pixels that show it.
+    pub(crate) visible_px: u32,
+    /// Pixels that would show it if nothing stood before it.
+    pub(crate) silhouette_px: u32,
+    /// `1 − visible_px / silhouette_px`, not below 0.
+    pub(crate) occluded_share: f32,
+    /// Share of the projected box that lies outside the image.
+    pub(crate) truncated_share: f32,
+}
+
+/// As rows.
+pub(crate) fn matrix4(transform: &Affine3A) -> Matrix4 {
+    let rows = Mat4::from(*transform).transpose().to_cols_array_2d();
+    rows.map(|row| row.map(tidy))
+}
+
+/// The shortest decimal that is the same f32: no digits that mean nothing.
+pub(crate) fn tidy(value: f32) -> f64 {
+    let text = (value + 0.0).to_string();
+    text.parse().expect("a number's own text")
+}
+
+/// A state hash as it stands in files.
+pub(crate) fn hash_text(hash: u64) -> String {
+    format!("{hash:016x}")
+}
+
+/// What a bundle's tracer is called.
+pub(crate) fn tracer_name(code: u32) -> &'static str {
+    match code {
+        tracer::NULL => "null",
+        tracer::CPU => "cpu",
+        tracer::GPU => "gpu",
+        _ => "unknown",
+    }
+}
+
+/// FNV-1a, 64 bits: tells two maps apart.
+pub(crate) fn fnv1a64(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Quat, Vec3};
+
+    #[test]
+    fn fnv1a64_agrees_with_its_published_vectors() {
+        assert_eq!(fnv1a64(b""), 0xcbf29ce484222325);
+        assert_eq!(fnv1a64(b"a"), 0xaf63dc4c8601ec8c);
+        assert_eq!(fnv1a64(b"foobar"), 0x85944171f73967e8);
+    }
+
+    #[test]
+    fn a_matrix_is_written_by_rows() {
+        let quarter = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2);
+        let matrix =
+            matrix4(&Affine3A::from_rotation_translation(quarter, Vec3::new(1.5, 0.0, 2.4)));
+        let [x, y, ..] = matrix;
+        assert!((x[1] + 1.0).abs() < 1e-6 && (y[0] - 1.0).abs() < 1e-6, "{matrix:?}");
+        assert_eq!([x[3], y[3], matrix[2][3]], [1.5, 0.0, 2.4]);
+        assert_eq!(matrix[3], [0.0, 0.0, 0.0, 1.0]);
+    }
+}

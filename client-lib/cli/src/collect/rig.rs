@@ -1,0 +1,230 @@
+//! The default rig: one camera with everything it can see, one lidar on the roof.
+
+use std::f32::consts::FRAC_PI_2;
+
+use bus::{Pose, SensorSpec, output, sensor};
+use glam::{Affine3A, Mat3A, Vec3, Vec3A};
+
+use super::record::{Camera, Lidar, Output, Sensor, matrix4, tidy};
+
+/// Outputs of the camera.
+const SEES: u32 = output::COLOR | output::DEPTH | output::TAG | output::INSTANCE;
+
+/// The sensors of the default rig, on a car.
+pub(crate) fn default_rig(width_px: u32, height_px: u32) -> Vec<SensorSpec> {
+    // Above the windscreen: with 74 degrees of height the bonnet stays just out of the image.
+    let windscreen = Pose::new(Vec3::new(1.5, 0.0, 2.0), glam::Quat::IDENTITY);
+    // High enough that the lowest channel clears the roof's edge.
+    let roof = Pose::new(Vec3::new(0.0, 0.0, 2.4), glam::Quat::IDENTITY);
+    let degrees = |deg: f32| deg.to_radians();
+    vec![
+        client_lib::camera("front", windscreen, width_px, height_px, FRAC_PI_2, SEES),
+        client_lib::lidar("lidar", roof, 32, 1800, [degrees(-30.0), degrees(10.0)], 100.0),
+    ]
+}
+
+/// A pinhole: optical space is x right, y down, z forward.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pinhole {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) focal_px: f32,
+}
+
+impl Pinhole {
+    /// Of a camera.
+    pub(crate) fn of(spec: &SensorSpec) -> Pinhole {
+        let focal_px = spec.width as f32 * 0.5 / (spec.fov_rad * 0.5).tan();
+        Pinhole { width: spec.width, height: spec.height, focal_px }
+    }
+
+    /// The pixel of a point before the camera.
+    pub(crate) fn project(&self, optical: Vec3A) -> [f32; 2] {
+        let scale = self.focal_px / optical.z;
+        let [cx, cy] = self.center();
+        [cx + optical.x * scale, cy + optical.y * scale]
+    }
+
+    fn center(&self) -> [f32; 2] {
+        [self.width as f32 * 0.5, self.height as f32 * 0.5]
+    }
+}
+
+/// Turns optical axes into the sensor's own.
+pub(crate) fn sensor_from_optical() -> Affine3A {
+    Affine3A::from_mat3(Mat3A::from_cols(Vec3A::NEG_Y, Vec3A::NEG_Z, Vec3A::X).into())
+}
+
+/// A sensor as the data set describes it.
+pub(crate) fn describe(spec: &SensorSpec) -> Sensor {
+    let vehicle_from_sensor = spec.parent_from_sensor.affine();
+    let is_camera = spec.kind == sensor::CAMERA;
+    let camera = is_camera.then(|| {
+        let half_turn = f64::from(spec.fov_rad) * 0.5;
+        let focal = f64::from(spec.width) * 0.5 / half_turn.tan();
+        // A field of view of 90 degrees makes a round number, not 400.0000349.
+        let focal = (focal * 1e4).round() / 1e4;
+        let [cx, cy] = [f64::from(spec.width) * 0.5, f64::from(spec.height) * 0.5];
+        Camera {
+            width_px: spec.width,
+            height_px: spec.height,
+            horizontal_fov_rad: tidy(spec.fov_rad),
+            intrinsics_px: [[focal, 0.0, cx], [0.0, focal, cy], [0.0, 0.0, 1.0]],
+            vehicle_from_optical: matrix4(&(vehicle_from_sensor * sensor_from_optical())),
+        }
+    });
+    let lidar = (!is_camera).then(|| Lidar {
+        channels: spec.height,
+        columns: spec.width,
+        upper_rad: tidy(spec.upper_rad),
+        lower_rad: tidy(spec.lower_rad),
+        range_m: tidy(spec.range_m),
+        attenuation_per_m: tidy(spec.attenuation_per_m),
+    });
+    let name = spec.name.to_string();
+    Sensor { name, vehicle_from_sensor: matrix4(&vehicle_from_sensor), camera, lidar }
+}
+
+/// One thing to write for every frame.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Task {
+    /// An image of one output of one camera.
+    Image { sensor: usize, output: u32, folder: String },
+    /// The returns of one lidar, and what they met.
+    Points { sensor: usize, points: String, labels: String },
+    /// The boxes of what the rig saw.
+    Boxes,
+}
+
+/// Where the boxes lie.
+pub(crate) const BOXES: &str = "boxes";
+
+/// All that is to be written for every frame, the heaviest first.
+pub(crate) fn tasks(sensors: &[SensorSpec]) -> Vec<Task> {
+    let mut tasks = Vec::new();
+    for (index, spec) in sensors.iter().enumerate() {
+        if spec.kind == sensor::LIDAR {
+            let points = format!("{}/points", spec.name);
+            tasks.push(Task::Points { sensor: index, points, labels: format!("{}/labels", spec.name) });
+            continue;
+        }
+        for (output, name) in IMAGES {
+            if spec.outputs & output != 0 {
+                let folder = format!("{}/{name}", spec.name);
+                tasks.push(Task::Image { sensor: index, output, folder });
+            }
+        }
+    }
+    tasks.push(Task::Boxes);
+    tasks
+}
+
+const IMAGES: [(u32, &str); 4] = [
+    (output::COLOR, "color"),
+    (output::DEPTH, "depth"),
+    (output::INSTANCE, "instance"),
+    (output::TAG, "tag"),
+];
+
+/// What each folder of the data set holds.
+pub(crate) fn outputs(sensors: &[SensorSpec]) -> Vec<Output> {
+    let mut all = Vec::new();
+    let mut add = |folder: &str, extension: &str, holds: &str| {
+        let (folder, extension) = (folder.to_owned(), extension.to_owned());
+        all.push(Output { folder, extension, holds: holds.to_owned() });
+    };
+    for task in tasks(sensors) {
+        match task {
+            Task::Image { output, folder, .. } => add(&folder, "png", image_holds(output)),
+            Task::Points { points, labels, .. } => {
+                add(
+                    &points,
+                    "bin",
+                    "little-endian f32 x, y, z in metres in sensor space and intensity 0 to 1, for \
+                     each ray that met something, column by column from straight ahead to the \
+                     left, the highest channel first",
+                );
+                add(
+                    &labels,
+                    "bin",
+                    "little-endian u32 id and u32 tag, for each point of the points file, in its \
+                     order",
+                );
+            }
+            Task::Boxes => add(
+                BOXES,
+                "json",
+                "every actor but the ego that a sensor saw: its box in the world and in each \
+                 camera's optical space, its visible and its projected box in the image, and how \
+                 much of it is occluded",
+            ),
+        }
+    }
+    all
+}
+
+fn image_holds(output: u32) -> &'static str {
+    match output {
+        output::COLOR => "8-bit RGB, sRGB",
+        output::DEPTH => {
+            "16-bit grey: centimetres along the optical axis, rounded; 65535 is 655.35 m or \
+             farther, and the sky"
+        }
+        output::TAG => "8-bit grey: the semantic tag's code",
+        _ => {
+            "8-bit RGB: id = R + 256 G + 65536 B; 0 is the sky, below 8388608 an actor's id, from \
+             8388608 on a static object of the town"
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_ahead_of_the_car_is_in_the_middle_of_the_image() {
+        let spec = &default_rig(800, 600)[0];
+        let optical_from_vehicle =
+            (spec.parent_from_sensor.affine() * sensor_from_optical()).inverse();
+        let pinhole = Pinhole::of(spec);
+        let at = |x: f32, y: f32, z: f32| {
+            pinhole.project(optical_from_vehicle.transform_point3a(Vec3A::new(x, y, z)))
+        };
+        let close = |a: [f32; 2], b: [f32; 2]| {
+            assert!((a[0] - b[0]).abs() < 1e-3 && (a[1] - b[1]).abs() < 1e-3, "{a:?} {b:?}");
+        };
+        close(at(11.5, 0.0, 2.0), [400.0, 300.0]);
+        close(at(11.5, 10.0, 2.0), [0.0, 300.0]); // 10 m to the left at 10 m: the left edge.
+        close(at(11.5, 0.0, 9.5), [400.0, 0.0]); // 7.5 m up: the top edge.
+    }
+
+    #[test]
+    fn the_written_matrices_say_the_same_as_the_pinhole() {
+        let spec = &default_rig(640, 480)[0];
+        let camera = describe(spec).camera.unwrap();
+        let pinhole = Pinhole::of(spec);
+        assert!((camera.intrinsics_px[0][0] - f64::from(pinhole.focal_px)).abs() < 1e-3);
+        assert_eq!(camera.intrinsics_px, [[320.0, 0.0, 320.0], [0.0, 320.0, 240.0], [0.0, 0.0, 1.0]]);
+        let forward: Vec<f64> = camera.vehicle_from_optical.iter().map(|row| row[2]).collect();
+        assert_eq!(forward, [1.0, 0.0, 0.0, 0.0], "optical z is vehicle x");
+    }
+
+    #[test]
+    fn every_output_of_the_rig_has_its_folder() {
+        let outputs = outputs(&default_rig(800, 600));
+        let folders: Vec<_> = outputs.iter().map(|o| o.folder.as_str()).collect();
+        assert_eq!(
+            folders,
+            [
+                "front/color",
+                "front/depth",
+                "front/instance",
+                "front/tag",
+                "lidar/points",
+                "lidar/labels",
+                "boxes"
+            ]
+        );
+    }
+}

@@ -1,0 +1,389 @@
+//! The run itself: tick, match each bundle with its snapshot, hand both to the crew.
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    fmt,
+    path::PathBuf,
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+use bus::{ActorId, ActorState, Control, Episode, Frame, Role, SensorSpec, SnapshotHeader, clock};
+use client_lib::{Client, Measurement, Rig, Settings};
+
+use super::{
+    CollectError, Job,
+    cast::{self, EGO},
+    crew::{Bytes, Crew, Desk, Shot, Tally, Ticket, make_folders},
+    folder::write_whole,
+    ledger,
+    metadata::{self, difference},
+    progress::Progress,
+    record::{Cast, Metadata, Recipe, fnv1a64, hash_text, tracer_name},
+    rig, sheet,
+    stages::Stages,
+};
+
+/// Shots that wait for the writers, or are with them. What a reader may hold is 8.
+const SHOTS_MAX: usize = 6;
+
+/// What a run did.
+#[derive(Clone, Debug)]
+pub(crate) struct Summary {
+    /// Where.
+    pub(crate) dir: PathBuf,
+    /// Frames of the whole data set.
+    pub(crate) frames: u64,
+    /// Images that this run wrote.
+    pub(crate) images: u64,
+    /// Bytes that this run wrote.
+    pub(crate) bytes: u64,
+    /// Where the time of this run went.
+    pub(crate) stages: Stages,
+    /// Who took part.
+    pub(crate) cast: Cast,
+    /// How many others were wished for.
+    pub(crate) vehicles: u32,
+    /// What traced the rays.
+    pub(crate) tracers: Vec<String>,
+    /// A picture of twelve frames.
+    pub(crate) contact_sheet: PathBuf,
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Summary { stages, cast, .. } = self;
+        let secs = stages.wall_nanos as f64 / 1e9;
+        let megabytes = self.bytes as f64 / 1e6;
+        let per_sec = |amount: f64| if secs > 0.0 { amount / secs } else { 0.0 };
+        writeln!(
+            f,
+            "{} frames in {secs:.1} s: {:.1} frames/s, {:.1} images/s, {megabytes:.1} MB written \
+             ({:.1} MB/s)",
+            stages.frames,
+            stages.rate_hz(),
+            per_sec(self.images as f64),
+            per_sec(megabytes),
+        )?;
+        let (bound, share) = stages.bound();
+        writeln!(f, "bound by {bound} ({share:.0} % of the time): {stages}")?;
+        if self.frames != stages.frames {
+            writeln!(f, "{} frames in all, the earlier ones included", self.frames)?;
+        }
+        if cast.vehicles_spawned < self.vehicles {
+            let (stand, wished) = (cast.vehicles_spawned, self.vehicles);
+            writeln!(f, "the map has places for {stand} of {wished} vehicles")?;
+        }
+        if let [first, .., last] = &self.tracers[..] {
+            writeln!(f, "the tracer changed in mid-run, from {first} to {last}: see frames.jsonl")?;
+        }
+        writeln!(f, "data set: {}", self.dir.display())?;
+        write!(f, "picture:  {}", self.contact_sheet.display())
+    }
+}
+
+/// Collects a data set from a world that stands still and that this client ticks. `stop` ends the
+/// run early, with whole files.
+pub(crate) fn collect(
+    job: Job,
+    client: &mut Client,
+    stop: &AtomicBool,
+) -> Result<Summary, CollectError> {
+    let Job { args, folder, ledger, lines, before, hold: _hold } = job;
+    let delta_nanos = args.delta_nanos();
+    client.synchronise(delta_nanos)?;
+    let still = Settings { pipeline: args.pipeline, no_rendering: 1, ..client.settings() };
+    client.apply_settings(still)?;
+
+    let episode = client.instance().episode()?;
+    let mut sensors = rig::default_rig(args.width, args.height);
+    if args.every > 1 {
+        for sensor in &mut sensors {
+            sensor.period_nanos = args.every * delta_nanos;
+        }
+    }
+    let recipe = Recipe {
+        map: episode.map.clone(),
+        map_fnv1a64: hash_text(fnv1a64(episode.open_drive.as_bytes())),
+        seed: episode.seed,
+        fixed_delta_nanos: delta_nanos,
+        warmup_frames: args.warmup,
+        every_frames: args.every,
+        vehicles: args.vehicles,
+        ego_blueprint: EGO.to_owned(),
+        sensors: sensors.iter().map(rig::describe).collect(),
+    };
+    if let Some(before) = &before
+        && let Some((key, recorded, asked)) = difference(&before.recipe, &recipe)
+    {
+        let dir = folder.root().to_owned();
+        return Err(CollectError::OtherSettings { dir, key, recorded, asked });
+    }
+
+    let origin = client.frame();
+    let cast = cast::assemble(client, &episode.map, episode.seed, args.vehicles)?;
+    let ego = ActorId(cast.ego_actor_id);
+    let rig = client.create_rig("collect", ego, &sensors, SHOTS_MAX as u32)?;
+
+    make_folders(&folder, &sensors)?;
+    folder.sweep(rig::outputs(&sensors).iter().map(|o| o.folder.as_str()))?;
+    write_map(&folder, &episode)?;
+    let mut metadata = metadata::of(recipe, cast, &sensors, args.frames);
+    folder.write_metadata(&metadata)?;
+
+    let desk = Desk {
+        folder: folder.clone(),
+        tasks: rig::tasks(&sensors),
+        sensors,
+        ego,
+        blueprints: client.blueprints().to_vec(),
+    };
+    let threads = args.threads();
+    let crew = Crew::start(desk, ledger, threads, SHOTS_MAX)?;
+    let control = client.instance().control()?;
+    let mut run = Run {
+        traffic: (0..bus::SLOTS).find(|i| control.slot(*i).role() == Some(Role::Traffic)),
+        control,
+        rig,
+        crew,
+        awaited: VecDeque::new(),
+        place: lines.len() as u64,
+        wanted: args.frames,
+        pipeline: args.pipeline as usize,
+        every_nanos: args.every * delta_nanos,
+        stages: Stages { writers: threads as u32, ..Stages::default() },
+        tracers: lines.iter().map(|line| line.tracer.clone()).collect(),
+        progress: Progress::new(),
+        stop,
+    };
+    run.tracers.dedup();
+    let recorded: BTreeMap<_, _> =
+        lines.iter().map(|line| (line.frame, line.state_hash.as_str())).collect();
+    let from = lines.last().map_or(origin.0 + args.warmup, |line| line.frame);
+    let ended = run
+        .return_to(client, Frame(from), &recorded)
+        .map_err(|diverged| match diverged {
+            Departure::At { frame, recorded, now } => {
+                CollectError::Diverged { dir: folder.root().to_owned(), frame, recorded, now }
+            }
+            Departure::Error(error) => error,
+        })
+        .and_then(|()| run.measure(client, Settings { no_rendering: 0, ..still }));
+
+    let Run { crew, mut stages, tracers, progress, .. } = run;
+    let (work, complete, written) = crew.finish();
+    drop(progress);
+    stages.writing_nanos = work.busy_nanos;
+    metadata.frames_complete = complete;
+    metadata.tracers = tracers;
+    // What could not be written is the cause of whatever else ended the run.
+    if let Err(why) = written.and(ended) {
+        let _ = folder.write_metadata(&metadata);
+        let (why, dir) = (Box::new(why), folder.root().to_owned());
+        return Err(match *why {
+            CollectError::Diverged { .. } => *why,
+            _ => CollectError::CutShort { why, dir, complete, wanted: args.frames },
+        });
+    }
+    metadata.complete = true;
+    folder.write_metadata(&metadata)?;
+    let contact_sheet = sheet::make(&folder, &metadata)?;
+    Ok(Summary {
+        dir: folder.root().to_owned(),
+        frames: complete,
+        images: work.images,
+        bytes: work.bytes,
+        stages,
+        cast: metadata.cast,
+        vehicles: args.vehicles,
+        tracers: metadata.tracers,
+        contact_sheet,
+    })
+}
+
+fn write_map(folder: &super::folder::Folder, episode: &Episode) -> Result<(), CollectError> {
+    write_whole(&folder.root().join("map.xodr"), episode.open_drive.as_bytes())
+}
+
+/// A snapshot whose bundle has not come yet.
+struct Awaited {
+    header: SnapshotHeader,
+    actors: Vec<ActorState>,
+}
+
+/// A measurement, and the leave to hold it. They go in this order.
+struct Held {
+    measurement: Measurement,
+    _ticket: Ticket,
+}
+
+impl AsRef<[u8]> for Held {
+    fn as_ref(&self) -> &[u8] {
+        self.measurement.bytes()
+    }
+}
+
+enum Departure {
+    At { frame: u64, recorded: String, now: String },
+    Error(CollectError),
+}
+
+impl<E: Into<CollectError>> From<E> for Departure {
+    fn from(error: E) -> Departure {
+        Departure::Error(error.into())
+    }
+}
+
+struct Run<'a> {
+    control: Control,
+    traffic: Option<usize>,
+    rig: Rig,
+    crew: Crew,
+    awaited: VecDeque<Awaited>,
+    place: u64,
+    wanted: u64,
+    pipeline: usize,
+    every_nanos: u64,
+    stages: Stages,
+    tracers: Vec<String>,
+    progress: Progress,
+    stop: &'a AtomicBool,
+}
+
+impl Run<'_> {
+    /// Simulates up to `frame` unseen, and compares what comes by with what was recorded.
+    fn return_to(
+        &mut self,
+        client: &mut Client,
+        frame: Frame,
+        recorded: &BTreeMap<u64, &str>,
+    ) -> Result<(), Departure> {
+        while client.frame() < frame {
+            self.go_on()?;
+            let here = client.tick()?;
+            let now = hash_text(client.world().header().state_hash);
+            if let Some(then) = recorded.get(&here.0)
+                && *then != now
+            {
+                return Err(Departure::At { frame: here.0, recorded: (*then).to_owned(), now });
+            }
+            if !recorded.is_empty() {
+                self.progress.show_return(here.0, frame.0);
+            }
+        }
+        Ok(())
+    }
+
+    /// Keeps frames until there are as many as wanted.
+    fn measure(&mut self, client: &mut Client, settings: Settings) -> Result<(), CollectError> {
+        if self.place >= self.wanted {
+            return Ok(());
+        }
+        client.apply_settings(settings)?;
+        let began = clock::now_nanos();
+        while self.place + (self.awaited.len() as u64) < self.wanted {
+            self.go_on()?;
+            client.tick()?;
+            self.note(client);
+            self.take_in()?;
+            if self.awaited.len() > self.pipeline {
+                return Err(self.wrong("nothing"));
+            }
+            self.report(began);
+        }
+        while !self.awaited.is_empty() {
+            self.go_on()?;
+            let ticket = self.ticket();
+            let measurement = client.await_measurement(&mut self.rig)?;
+            self.keep(measurement, ticket)?;
+        }
+        while self.crew.complete() < self.wanted && !self.crew.has_failed() {
+            // The last shots are with the writers: a ticket comes back with each.
+            let tickets: Vec<_> = (0..SHOTS_MAX).map(|_| self.ticket()).collect();
+            self.report(began);
+            drop(tickets);
+        }
+        self.stages.wall_nanos = clock::now_nanos() - began;
+        Ok(())
+    }
+
+    fn go_on(&self) -> Result<(), CollectError> {
+        // What failed there is told by the crew when it finishes.
+        let must_stop = self.stop.load(Ordering::Relaxed) || self.crew.has_failed();
+        if must_stop { Err(CollectError::Stopped) } else { Ok(()) }
+    }
+
+    /// Remembers the snapshot of a frame that is measured.
+    fn note(&mut self, client: &Client) {
+        let header = *client.world().header();
+        self.stages.add_snapshot(&header);
+        if let Some(slot) = self.traffic {
+            let (begin, end) = self.control.slot(slot).work_nanos();
+            self.stages.planning_nanos += end.saturating_sub(begin);
+        }
+        if is_due(&header, self.every_nanos) {
+            self.awaited.push_back(Awaited { header, actors: client.world().actors().to_vec() });
+        }
+    }
+
+    /// Takes in every bundle that has come.
+    fn take_in(&mut self) -> Result<(), CollectError> {
+        while !self.awaited.is_empty() {
+            let ticket = self.ticket();
+            let Some(measurement) = self.rig.receive()? else { break };
+            self.keep(measurement, ticket)?;
+        }
+        Ok(())
+    }
+
+    fn ticket(&mut self) -> Ticket {
+        let began = clock::now_nanos();
+        let ticket = self.crew.ticket();
+        self.stages.waiting_nanos += clock::now_nanos() - began;
+        ticket
+    }
+
+    /// Hands a bundle and its snapshot to the crew. They must be of the same frame and state.
+    fn keep(&mut self, measurement: Measurement, ticket: Ticket) -> Result<(), CollectError> {
+        let header = *measurement.header();
+        let due = self.awaited.front().expect("only what is awaited is taken in").header;
+        if (header.stamp.frame, header.state_hash) != (due.stamp.frame, due.state_hash) {
+            let hash = hash_text(header.state_hash);
+            return Err(self.wrong(&format!("{} (state hash {hash})", header.stamp.frame)));
+        }
+        let actors = self.awaited.pop_front().expect("it is there").actors;
+        self.stages.add_bundle(&header);
+        self.stages.frames += 1;
+        let tracer = tracer_name(header.tracer);
+        if self.tracers.last().is_none_or(|last| last != tracer) {
+            self.tracers.push(tracer.to_owned());
+        }
+        let planes = measurement.planes().to_vec();
+        let bytes: Bytes = Box::new(Held { measurement, _ticket: ticket });
+        let tally = Tally::default();
+        self.crew.keep(Shot { place: self.place, header, planes, bytes, actors, tally });
+        self.place += 1;
+        Ok(())
+    }
+
+    fn wrong(&self, measured: &str) -> CollectError {
+        let due = self.awaited.front().map_or_else(SnapshotHeader::default, |a| a.header);
+        CollectError::WrongFrame {
+            frame: due.stamp.frame.0,
+            hash: hash_text(due.state_hash),
+            measured: measured.to_owned(),
+        }
+    }
+
+    fn report(&mut self, began: u64) {
+        self.stages.wall_nanos = clock::now_nanos() - began;
+        self.stages.writing_nanos = self.crew.work().busy_nanos;
+        self.progress.show(self.crew.complete(), self.wanted, &self.stages);
+    }
+}
+
+/// Whether the rig measures at this frame: the renderer's own rule for a sensor's period.
+fn is_due(header: &SnapshotHeader, period_nanos: u64) -> bool {
+    let now = header.stamp.sim_time_nanos;
+    let before = now.saturating_sub(header.delta_nanos);
+    now / period_nanos != before / period_nanos
+}
