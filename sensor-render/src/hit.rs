@@ -1,6 +1,13 @@
 /// Nothing, where an index of a triangle or an instance stands.
 pub(crate) const NONE: u32 = u32::MAX;
 
+/// How far outside a triangle's edge a ray may pass and still hit, as a share of the edge: closes
+/// the cracks that rounding leaves between neighbours.
+pub(crate) const EDGE_SLACK: f32 = 1e-6;
+
+/// Hits nearer than this are the sensor's own skin.
+pub(crate) const T_MIN: f32 = 1e-3;
+
 /// What a ray met first. From it every output of every sensor is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Hit {

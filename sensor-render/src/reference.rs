@@ -3,17 +3,10 @@
 use glam::Vec3;
 
 use crate::bvh::{Link, Node};
-use crate::hit::{Hit, NONE};
+use crate::hit::{EDGE_SLACK, Hit, NONE, T_MIN};
 use crate::scene::Triangle;
 use crate::world::Instance;
 use crate::{Scene, World};
-
-/// How far outside a triangle's edge a ray may pass and still hit, as a share of the edge: closes
-/// the cracks that rounding leaves between neighbours.
-pub(crate) const EDGE_SLACK: f32 = 1e-6;
-
-/// Hits nearer than this are the sensor's own skin.
-pub(crate) const T_MIN: f32 = 1e-3;
 
 /// The first thing that a ray meets before `t_max`.
 pub(crate) fn closest(scene: &Scene, world: &World, ray: Ray, t_max: f32) -> Hit {

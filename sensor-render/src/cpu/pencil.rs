@@ -2,9 +2,8 @@ use glam::Vec3;
 
 use super::walk::{Stack, Visitor, walk};
 use crate::beam::Beam;
-use crate::hit::NONE;
+use crate::hit::{EDGE_SLACK, NONE, T_MIN};
 use crate::lanes::{Float, Mask, V3, Word};
-use crate::reference::{EDGE_SLACK, T_MIN};
 use crate::scene::Triangle;
 use crate::world::Instance;
 use crate::{Scene, World};
