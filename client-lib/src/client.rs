@@ -123,13 +123,7 @@ impl Client {
 
     /// Places for vehicles, half a metre above the road.
     pub fn spawn_points(&mut self) -> Result<Vec<Pose>, ClientError> {
-        let network = self.map()?;
-        let poses = network.spawn_points().into_iter().map(|at| {
-            let place = network.place(at);
-            let position = place.position.as_vec3() + Vec3::Z * 0.5;
-            Pose::new(position, place.rotation().as_quat())
-        });
-        Ok(poses.collect())
+        Ok(spawn_poses(self.map()?))
     }
 
     /// How time passes; the answer stands when this returns.
@@ -412,6 +406,16 @@ impl Drop for Client {
     fn drop(&mut self) {
         fault::point(Role::Client, "leaving", self.frame, self.first);
     }
+}
+
+/// Places for vehicles on a map, half a metre above the road.
+pub fn spawn_poses(network: &Network) -> Vec<Pose> {
+    let pose = |at| {
+        let place = network.place(at);
+        let position = place.position.as_vec3() + Vec3::Z * 0.5;
+        Pose::new(position, place.rotation().as_quat())
+    };
+    network.spawn_points().into_iter().map(pose).collect()
 }
 
 /// Outcomes are found by the client's name: a second client of the same name gets a number.

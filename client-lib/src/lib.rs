@@ -29,7 +29,7 @@ pub use bus::{
     SensorSpec, Settings, SnapshotHeader, Stamp, Strategy, VehicleControl, Weather, Wish, clock,
     flag, kind, light, output, sensor, tracer,
 };
-pub use client::{Client, Spawn};
+pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;
 pub use rig::{Measurement, Rig, camera, lidar};
 pub use view::World;

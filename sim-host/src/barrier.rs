@@ -9,7 +9,7 @@ use bus::Frame;
 
 /// What the host does when a participant dies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OnDeath {
+pub(crate) enum OnDeath {
     /// Starts it anew, serves it what it missed, and completes the tick.
     Respawn,
     /// Goes on without it; a tick that it owed ends degraded.
@@ -33,7 +33,7 @@ struct Member {
 
 /// How a frame stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub(crate) enum Verdict {
     /// Not everybody has arrived; the deadline has not passed.
     Open,
     /// Everybody has arrived.
@@ -46,7 +46,7 @@ pub enum Verdict {
 
 /// Who must arrive at the current frame, and who has.
 #[derive(Debug, Default)]
-pub struct Barrier {
+pub(crate) struct Barrier {
     frame: Frame,
     members: BTreeMap<usize, Member>,
     /// Slots that died in this frame and will not come back.
@@ -55,18 +55,18 @@ pub struct Barrier {
 
 impl Barrier {
     /// From the current frame on, `slot` is waited for; it has done `done`.
-    pub fn join(&mut self, slot: usize, name: &str, on_death: OnDeath, lag: u64, done: Frame) {
+    pub(crate) fn join(&mut self, slot: usize, name: &str, on_death: OnDeath, lag: u64, done: Frame) {
         let member = Member { name: name.to_owned(), on_death, lag, done, is_absent: false };
         self.members.insert(slot, member);
     }
 
     /// From now on, `slot` is not waited for, by its own will.
-    pub fn leave(&mut self, slot: usize) {
+    pub(crate) fn leave(&mut self, slot: usize) {
         self.members.remove(&slot);
     }
 
     /// The process in `slot` is gone. Says what to do, or nothing if it was no participant.
-    pub fn dies(&mut self, slot: usize) -> Option<OnDeath> {
+    pub(crate) fn dies(&mut self, slot: usize) -> Option<OnDeath> {
         let on_death = self.members.get(&slot)?.on_death;
         match on_death {
             OnDeath::Respawn => {
@@ -85,40 +85,40 @@ impl Barrier {
     }
 
     /// The successor of the one who died in `slot` takes over where it stopped.
-    pub fn returns(&mut self, slot: usize) {
+    pub(crate) fn returns(&mut self, slot: usize) {
         if let Some(member) = self.members.get_mut(&slot) {
             member.is_absent = false;
         }
     }
 
     /// Work up to this frame was done in `slot`. Never goes back.
-    pub fn arrive(&mut self, slot: usize, done: Frame) {
+    pub(crate) fn arrive(&mut self, slot: usize, done: Frame) {
         if let Some(member) = self.members.get_mut(&slot) {
             member.done = member.done.max(done);
         }
     }
 
     /// How far `slot` has come.
-    pub fn done(&self, slot: usize) -> Option<Frame> {
+    pub(crate) fn done(&self, slot: usize) -> Option<Frame> {
         self.members.get(&slot).map(|m| m.done)
     }
 
     /// How many frames `slot` may trail from now on.
-    pub fn set_lag(&mut self, slot: usize, lag: u64) {
+    pub(crate) fn set_lag(&mut self, slot: usize, lag: u64) {
         if let Some(member) = self.members.get_mut(&slot) {
             member.lag = lag;
         }
     }
 
     /// Opens the next frame.
-    pub fn advance(&mut self) -> Frame {
+    pub(crate) fn advance(&mut self) -> Frame {
         self.frame = self.frame.next();
         self.lost = 0;
         self.frame
     }
 
     /// The current frame.
-    pub fn frame(&self) -> Frame {
+    pub(crate) fn frame(&self) -> Frame {
         self.frame
     }
 
@@ -127,19 +127,19 @@ impl Barrier {
     }
 
     /// Those the current frame still waits for, a bit per slot.
-    pub fn missing(&self) -> u64 {
+    pub(crate) fn missing(&self) -> u64 {
         let owing = self.members.keys().filter(|&&slot| self.owes(slot));
         owing.fold(0, |mask, slot| mask | 1 << slot)
     }
 
     /// The slots whose process is gone and whose successor is awaited.
-    pub fn absent(&self) -> u64 {
+    pub(crate) fn absent(&self) -> u64 {
         let absent = self.members.iter().filter(|(_, m)| m.is_absent);
         absent.fold(0, |mask, (slot, _)| mask | 1 << slot)
     }
 
     /// How the current frame stands; `is_late`: its deadline has passed.
-    pub fn verdict(&self, is_late: bool) -> Verdict {
+    pub(crate) fn verdict(&self, is_late: bool) -> Verdict {
         match (self.missing(), self.lost) {
             (0, 0) => Verdict::Complete,
             (0, lost) => Verdict::Degraded(lost),
@@ -149,7 +149,7 @@ impl Barrier {
     }
 
     /// `traffic (last arrival: frame 411)`, for each slot of the mask.
-    pub fn names(&self, mask: u64) -> String {
+    pub(crate) fn names(&self, mask: u64) -> String {
         let named = self.members.iter().filter(|(slot, _)| mask & (1 << **slot) != 0);
         let texts: Vec<_> =
             named.map(|(_, m)| format!("{} (last arrival: {})", m.name, m.done)).collect();

@@ -6,21 +6,21 @@ use bus::{
 };
 
 /// One client's batch, kept until its time.
-pub struct Batch {
+pub(crate) struct Batch {
     header: BatchHeader,
     commands: Vec<Command>,
 }
 
 /// What clients sent and the host has not carried out yet.
 #[derive(Default)]
-pub struct Inbox {
+pub(crate) struct Inbox {
     batches: Vec<Batch>,
     controls: Vec<(BatchHeader, Vec<VehicleControl>)>,
 }
 
 impl Inbox {
     /// Takes in all that lies in the channels. True if some of it wants to be carried out now.
-    pub fn drain(&mut self, ports: &HostPorts) -> Result<bool, BusError> {
+    pub(crate) fn drain(&mut self, ports: &HostPorts) -> Result<bool, BusError> {
         while let Some(batch) = ports.command.receive()? {
             let header = *batch.header();
             self.batches.push(Batch { header, commands: batch.payload().to_vec() });
@@ -32,7 +32,7 @@ impl Inbox {
     }
 
     /// What a frame carries out: commands, then controls, each by (client, sequence).
-    pub fn take(&mut self) -> Vec<Request> {
+    pub(crate) fn take(&mut self) -> Vec<Request> {
         self.batches.sort_by_key(|b| (b.header.client, b.header.sequence));
         self.controls.sort_by_key(|(header, _)| (header.client, header.sequence));
         let mut requests = Vec::new();
@@ -53,7 +53,7 @@ impl Inbox {
 
     /// What clients want carried out between two frames: everything of each client up to its last
     /// batch that says so, in the order of names.
-    pub fn take_urgent(&mut self) -> Vec<Request> {
+    pub(crate) fn take_urgent(&mut self) -> Vec<Request> {
         let mut urgent = Vec::new();
         let mut rest = Vec::new();
         for batch in self.batches.drain(..) {
@@ -87,7 +87,7 @@ fn push(requests: &mut Vec<Request>, header: &BatchHeader, commands: &[Command])
 
 /// One wish of one client.
 #[derive(Clone, Copy, Debug)]
-pub struct Request {
+pub(crate) struct Request {
     /// Who.
     pub client: Name,
     /// Which of the client's.
@@ -98,12 +98,12 @@ pub struct Request {
 
 impl Request {
     /// What the host itself does, for the record.
-    pub fn of_host(wish: Wish) -> Request {
+    pub(crate) fn of_host(wish: Wish) -> Request {
         Request { client: Name::new("sim-host"), sequence: 0, command: wish.into() }
     }
 
     /// Its line in the journal.
-    pub fn ended(self, outcome: Outcome) -> JournalEntry {
+    pub(crate) fn ended(self, outcome: Outcome) -> JournalEntry {
         let Request { client, sequence, command } = self;
         JournalEntry { client, sequence, command, outcome }
     }
@@ -111,7 +111,7 @@ impl Request {
 
 /// The journal of the frame in the making.
 #[derive(Default)]
-pub struct Pen {
+pub(crate) struct Pen {
     entries: Vec<JournalEntry>,
     /// How many of them are published.
     published: usize,
@@ -120,12 +120,12 @@ pub struct Pen {
 
 impl Pen {
     /// Adds a line.
-    pub fn write(&mut self, entry: JournalEntry) {
+    pub(crate) fn write(&mut self, entry: JournalEntry) {
         self.entries.push(entry);
     }
 
     /// Publishes what is new as a part of `stamp`'s frame.
-    pub fn publish(&mut self, ports: &HostPorts, stamp: Stamp) -> Result<(), BusError> {
+    pub(crate) fn publish(&mut self, ports: &HostPorts, stamp: Stamp) -> Result<(), BusError> {
         if self.published < self.entries.len() {
             let first = self.published as u32;
             self.send(ports, stamp, first, 0, &self.entries[self.published..].to_vec())?;
@@ -135,7 +135,7 @@ impl Pen {
     }
 
     /// Publishes the standing state, for newcomers.
-    pub fn publish_keyframe(
+    pub(crate) fn publish_keyframe(
         &mut self,
         ports: &HostPorts,
         frame: Frame,
@@ -145,7 +145,7 @@ impl Pen {
     }
 
     /// Publishes a past frame's journal once more, for newcomers.
-    pub fn publish_again(
+    pub(crate) fn publish_again(
         &mut self,
         ports: &HostPorts,
         frame: Frame,
@@ -168,12 +168,12 @@ impl Pen {
     }
 
     /// How many lines the frame has so far.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.entries.len()
     }
 
     /// The frame's journal is done: takes it away.
-    pub fn turn_page(&mut self) -> Vec<JournalEntry> {
+    pub(crate) fn turn_page(&mut self) -> Vec<JournalEntry> {
         self.published = 0;
         std::mem::take(&mut self.entries)
     }

@@ -27,3 +27,4 @@ mod world;
 pub use error::HostError;
 pub use host::{Host, HostConfig};
 pub use supervisor::{Launcher, Stage};
+pub use world::World;

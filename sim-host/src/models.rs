@@ -11,13 +11,13 @@ use crate::physics::{
 
 /// The vehicle models of the blueprints that were spawned so far.
 #[derive(Default)]
-pub struct Models {
+pub(crate) struct Models {
     vehicles: BTreeMap<u32, Arc<VehicleModel>>,
 }
 
 impl Models {
     /// Puts a blueprint's body into the world; says where it stands.
-    pub fn spawn(
+    pub(crate) fn spawn(
         &mut self,
         physics: &mut Physics,
         id: ActorId,

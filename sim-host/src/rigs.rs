@@ -12,14 +12,14 @@ const SIDE_MAX: u32 = 8192;
 
 /// The rigs of the world.
 #[derive(Default)]
-pub struct Rigs {
+pub(crate) struct Rigs {
     parents: BTreeMap<RigId, ActorId>,
     last: u32,
 }
 
 impl Rigs {
     /// Makes a rig and its channel, or says why not.
-    pub fn create(
+    pub(crate) fn create(
         &mut self,
         wish: &CreateRig,
         sensors: &[SensorSpec],
@@ -48,14 +48,14 @@ impl Rigs {
     }
 
     /// Takes a rig away.
-    pub fn destroy(&mut self, rig: RigId, ports: &mut HostPorts) -> Result<(), String> {
+    pub(crate) fn destroy(&mut self, rig: RigId, ports: &mut HostPorts) -> Result<(), String> {
         self.parents.remove(&rig).ok_or_else(|| format!("there is no rig {}", rig.0))?;
         ports.forget_rig(rig);
         Ok(())
     }
 
     /// The rigs that `actor` carries.
-    pub fn on(&self, actor: ActorId) -> Vec<RigId> {
+    pub(crate) fn on(&self, actor: ActorId) -> Vec<RigId> {
         let mine = self.parents.iter().filter(|(_, parent)| **parent == actor);
         mine.map(|(rig, _)| *rig).collect()
     }

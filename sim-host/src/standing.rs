@@ -53,7 +53,7 @@ impl Sediment {
 /// The standing state some frames ago, and the journals since: enough to serve anyone whose work
 /// ended in between.
 #[derive(Default)]
-pub struct Standing {
+pub(crate) struct Standing {
     base: Sediment,
     base_frame: Frame,
     recent: VecDeque<(Frame, Vec<JournalEntry>)>,
@@ -61,7 +61,7 @@ pub struct Standing {
 
 impl Standing {
     /// A frame's journal is complete.
-    pub fn close(&mut self, frame: Frame, entries: Vec<JournalEntry>) {
+    pub(crate) fn close(&mut self, frame: Frame, entries: Vec<JournalEntry>) {
         self.recent.push_back((frame, entries));
         while self.recent.len() > PIPELINE_MAX as usize + 1 {
             if let Some((frame, entries)) = self.recent.pop_front() {
@@ -73,7 +73,7 @@ impl Standing {
 
     /// For one whose work is done up to `done`: the frame and entries of a keyframe, and the
     /// journals that follow it.
-    pub fn since(&self, done: Frame) -> (Frame, Vec<JournalEntry>, Vec<(Frame, Vec<JournalEntry>)>) {
+    pub(crate) fn since(&self, done: Frame) -> (Frame, Vec<JournalEntry>, Vec<(Frame, Vec<JournalEntry>)>) {
         let mut sediment = self.base.clone();
         let mut at = self.base_frame;
         let mut after = Vec::new();

@@ -43,7 +43,7 @@ pub trait Launcher: Send {
 const CLEANING_MAX: Duration = Duration::from_secs(5);
 
 /// Watches over every process on the bus.
-pub struct Supervisor {
+pub(crate) struct Supervisor {
     instance: Instance,
     control: Control,
     launcher: Box<dyn Launcher>,
@@ -58,7 +58,7 @@ pub struct Supervisor {
 
 impl Supervisor {
     /// Starts the watcher's and the cleaner's threads.
-    pub fn new(
+    pub(crate) fn new(
         instance: &Instance,
         control: &Control,
         launcher: Box<dyn Launcher>,
@@ -92,7 +92,7 @@ impl Supervisor {
     }
 
     /// Starts a stage in `slot`.
-    pub fn start(&mut self, role: Role, slot: usize) -> io::Result<()> {
+    pub(crate) fn start(&mut self, role: Role, slot: usize) -> io::Result<()> {
         let life = *self.lives.entry(slot).and_modify(|n| *n += 1).or_insert(0);
         self.control.slot(slot).reserve(SlotState::Claimed, 0);
         let (control, obituary) = (self.control.clone(), self.obituary.clone());
@@ -111,7 +111,7 @@ impl Supervisor {
     }
 
     /// Watches a process that came by itself. False: it is gone already.
-    pub fn watch(&self, slot: usize) -> bool {
+    pub(crate) fn watch(&self, slot: usize) -> bool {
         let words = self.control.slot(slot);
         // A thread of our own needs no watching: it ends with us.
         if words.pid() == process::own_pid() {
@@ -124,17 +124,17 @@ impl Supervisor {
     }
 
     /// Stops watching: the process has said good-bye.
-    pub fn unwatch(&self, slot: usize) {
+    pub(crate) fn unwatch(&self, slot: usize) {
         self.watch.remove(slot);
     }
 
     /// Whether `slot` is one of the stages that this host started.
-    pub fn is_stage(&self, slot: usize) -> bool {
+    pub(crate) fn is_stage(&self, slot: usize) -> bool {
         self.stages.contains_key(&slot)
     }
 
     /// A slot whose process has ended since the last question.
-    pub fn next_death(&mut self) -> Option<usize> {
+    pub(crate) fn next_death(&mut self) -> Option<usize> {
         let slot = self.deaths.try_recv().ok()?;
         if let Some(Stage::Process(child)) = self.stages.get_mut(&slot) {
             // Reaps it; it has ended, so this does not block.
@@ -144,7 +144,7 @@ impl Supervisor {
     }
 
     /// Removes what the dead left on the bus. Says what could not be removed.
-    pub fn clean_up(&self) -> u64 {
+    pub(crate) fn clean_up(&self) -> u64 {
         if self.cleaner.try_send(()).is_err() {
             return 1;
         }
@@ -152,7 +152,7 @@ impl Supervisor {
     }
 
     /// Tells everybody to go home and waits for the stages; kills who does not go.
-    pub fn shut_down(&mut self) {
+    pub(crate) fn shut_down(&mut self) {
         self.control.end();
         let deadline = clock::now_nanos() + 3_000_000_000;
         for (_, stage) in std::mem::take(&mut self.stages) {

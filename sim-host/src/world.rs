@@ -208,7 +208,7 @@ impl World {
     }
 
     /// Takes in all that decides the future: bodies, drivetrains, flags, roles, ids to come.
-    pub fn hash(&self, hash: &mut StateHash) {
+    pub(crate) fn hash(&self, hash: &mut StateHash) {
         hash.word(self.seed);
         hash.word(self.last_actor.into());
         for actor in self.actors.values() {

@@ -329,3 +329,7 @@ impl<H: Header, T: Element> Sample<H, T> {
         }
     }
 }
+
+// SAFETY: a received message is never written again, by nobody; what a shared reference gives is
+// plain bytes of it. Reference counting happens on drop alone, which needs the sample itself.
+unsafe impl<H: Header, T: Element> Sync for Sample<H, T> {}

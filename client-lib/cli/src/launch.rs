@@ -47,6 +47,27 @@ pub(crate) struct WorldArgs {
 }
 
 impl WorldArgs {
+    /// One map, all else as it comes.
+    pub(crate) fn of_map(map: &str) -> WorldArgs {
+        WorldArgs {
+            map: Some(map.to_owned()),
+            seed: 1,
+            name: None,
+            device: "auto".to_owned(),
+            threads: 0,
+            wait: "balanced".to_owned(),
+            deadline_secs: 10.0,
+            no_restart: false,
+            single_process: false,
+        }
+    }
+
+    /// The map's roads.
+    pub(crate) fn network(&self) -> anyhow::Result<road::Network> {
+        let Episode { map, open_drive, .. } = self.episode()?;
+        road::Network::parse(&open_drive).map_err(|e| anyhow!("{map}: {e}"))
+    }
+
     /// The map's text, by file or by name.
     pub(crate) fn episode(&self) -> anyhow::Result<Episode> {
         let (map, open_drive) = match &self.map {
@@ -62,11 +83,9 @@ impl WorldArgs {
         Ok(Episode { map, seed: self.seed, open_drive })
     }
 
+    /// What `--device` and `--threads` say.
     pub(crate) fn render(&self) -> anyhow::Result<RenderConfig> {
-        let null = self.device == "null";
-        let device = if null { "cpu" } else { &self.device };
-        let device = FromStr::from_str(device).map_err(|e: String| anyhow!("--device: {e}"))?;
-        Ok(RenderConfig { device, null, threads: self.threads })
+        render_config(&self.device, self.threads)
     }
 
     /// Starts a host; `stop` ends it.
@@ -95,6 +114,13 @@ impl WorldArgs {
         };
         Ok(Host::start(config, launcher)?)
     }
+}
+
+fn render_config(device: &str, threads: usize) -> anyhow::Result<RenderConfig> {
+    let null = device == "null";
+    let device = if null { "cpu" } else { device };
+    let device = FromStr::from_str(device).map_err(|e: String| anyhow!("--device: {e}"))?;
+    Ok(RenderConfig { device, null, threads })
 }
 
 fn read_map(name: &str) -> anyhow::Result<String> {
@@ -208,17 +234,7 @@ pub(crate) fn play_role(args: &RoleArgs) -> anyhow::Result<()> {
         .into_iter()
         .find(|r| r.name() == args.role)
         .ok_or_else(|| anyhow!("there is no role {:?}", args.role))?;
-    let world = WorldArgs {
-        map: None,
-        seed: 0,
-        name: None,
-        device: args.device.clone(),
-        threads: args.threads,
-        wait: String::new(),
-        deadline_secs: 0.0,
-        no_restart: false,
-        single_process: false,
-    };
     let instance = Instance::named(&args.instance)?;
-    play(role, &instance, args.slot, false, world.render()?)
+    let render = render_config(&args.device, args.threads)?;
+    play(role, &instance, args.slot, false, render)
 }

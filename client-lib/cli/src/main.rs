@@ -1,7 +1,10 @@
 //! `omnibus`: a driving simulator that is a shared-memory bus.
 
+mod collect;
+mod inspect;
 mod launch;
 mod run;
+mod stage;
 
 use clap::{Parser, Subcommand};
 
@@ -17,6 +20,12 @@ struct Cli {
 enum Verb {
     /// Runs a simulator until Ctrl-C
     Run(run::RunArgs),
+    /// Drives a car through traffic and writes down what its sensors measure
+    Collect(run::CollectArgs),
+    /// Says what a data set, a map or the running simulators are, and checks it
+    Inspect(inspect::InspectArgs),
+    /// Runs one stage alone at full speed and prints how long its frames take
+    Stage(stage::StageArgs),
     /// Lists the maps that ship
     Maps,
     /// Lists what can be spawned
@@ -30,6 +39,9 @@ fn main() -> std::process::ExitCode {
     let cli = Cli::parse();
     let ended = match &cli.verb {
         Verb::Run(args) => run::run(args),
+        Verb::Collect(args) => run::collect(args),
+        Verb::Inspect(args) => inspect::inspect(args),
+        Verb::Stage(args) => stage::stage(args),
         Verb::Maps => {
             town::names().for_each(|name| println!("{name}"));
             Ok(())

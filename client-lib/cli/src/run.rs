@@ -1,4 +1,4 @@
-//! `omnibus run`: a simulator until Ctrl-C.
+//! `omnibus run`: a simulator until Ctrl-C; `omnibus collect`: one with a collector beside it.
 
 use std::{
     sync::{Arc, atomic::AtomicBool},
@@ -9,7 +9,7 @@ use anyhow::Context;
 use bus::{Frame, Instance, Settings};
 use sim_host::HostError;
 
-use crate::launch::WorldArgs;
+use crate::{collect as dataset, launch::WorldArgs};
 
 /// What `omnibus run` takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -51,6 +51,41 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// What `omnibus collect` takes.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct CollectArgs {
+    #[command(flatten)]
+    world: WorldArgs,
+    #[command(flatten)]
+    job: dataset::Args,
+}
+
+/// Collects a data set in a simulator of its own.
+pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
+    // What can be wrong with the map is said before a folder is made.
+    args.world.network()?;
+    let job = dataset::Job::prepare(&args.job)?;
+    let stop = stop_on_signals()?;
+    let settings = Settings { no_rendering: 1, synchronous: 1, ..Settings::default() };
+    let beside = Beside::start(&args.world, settings)?;
+    let mut client = beside.connect("collect")?;
+    let collected = dataset::collect(job, &mut client, &stop);
+    drop(client);
+    let ended = beside.end();
+    match collected {
+        Ok(summary) => {
+            ended?;
+            println!("{summary}");
+            Ok(())
+        }
+        // Why the host ended is the cause of what its client says.
+        Err(told) => match ended {
+            Err(cause) => Err(cause.context(told.to_string())),
+            Ok(_) => Err(told.into()),
+        },
+    }
+}
+
 /// Seconds into nanoseconds, within what the host takes.
 pub(crate) fn nanos(seconds: f64) -> anyhow::Result<u64> {
     anyhow::ensure!(
@@ -72,6 +107,7 @@ pub(crate) fn stop_on_signals() -> anyhow::Result<Arc<AtomicBool>> {
 /// A simulator beside us, in a thread of this process: for commands that are its only client.
 pub(crate) struct Beside {
     instance: Instance,
+    within: bool,
     stop: Arc<AtomicBool>,
     host: Option<JoinHandle<Result<Frame, HostError>>>,
 }
@@ -81,8 +117,8 @@ impl Beside {
     pub(crate) fn start(
         args: &WorldArgs,
         settings: Settings,
-        stop: Arc<AtomicBool>,
     ) -> anyhow::Result<Beside> {
+        let stop = Arc::new(AtomicBool::new(false));
         let (tell, told) = crossbeam::channel::bounded(1);
         let (world, flag) = (args.clone(), Arc::clone(&stop));
         let host = std::thread::Builder::new().name("sim-host".into()).spawn(move || {
@@ -98,16 +134,12 @@ impl Beside {
             }
         })?;
         let instance = told.recv().context("the host ended while it started")??;
-        Ok(Beside { instance, stop, host: Some(host) })
+        Ok(Beside { instance, within: args.single_process, stop, host: Some(host) })
     }
 
     /// A client of it.
-    pub(crate) fn connect(
-        &self,
-        args: &WorldArgs,
-        name: &str,
-    ) -> anyhow::Result<client_lib::Client> {
-        if args.single_process {
+    pub(crate) fn connect(&self, name: &str) -> anyhow::Result<client_lib::Client> {
+        if self.within {
             return Ok(client_lib::Client::connect_within(&self.instance, name)?);
         }
         Ok(client_lib::Client::connect(Some(self.instance.id()), name)?)

@@ -94,6 +94,13 @@ pub(crate) fn assemble(
     Ok(cast)
 }
 
+/// Where vehicles are put, the first place first, for a run without a host.
+pub(crate) fn places(network: &road::Network, seed: u64) -> Vec<Pose> {
+    let mut places = shuffled(client_lib::spawn_poses(network), seed);
+    places.reverse();
+    places
+}
+
 fn shuffled(mut points: Vec<Pose>, seed: u64) -> Vec<Pose> {
     let mut random = Random(seed);
     for last in (1..points.len()).rev() {

@@ -361,6 +361,3 @@ pub(crate) fn make_folders(folder: &Folder, sensors: &[SensorSpec]) -> Result<()
     }
     Ok(())
 }
-
-#[cfg(test)]
-mod tests;

@@ -30,6 +30,13 @@ impl Encoder {
         self.png(size, ColorType::Rgb, BitDepth::Eight, Filter::Sub)
     }
 
+    /// RGB as it is.
+    pub(crate) fn picture(&mut self, size: [u32; 2], rgb: &[u8]) -> Result<(), CollectError> {
+        self.pixels.clear();
+        self.pixels.extend_from_slice(rgb);
+        self.png(size, ColorType::Rgb, BitDepth::Eight, Filter::Sub)
+    }
+
     /// 16-bit steps of metres, native order, as [`bus::output::DEPTH`].
     pub(crate) fn depth(&mut self, size: [u32; 2], metres: &[f32]) -> Result<(), CollectError> {
         self.pixels.clear();
@@ -69,7 +76,7 @@ impl Encoder {
         encoder.set_compression(Compression::Fast);
         // One filter for the whole image: choosing for each row costs a fifth and gains a twentieth.
         encoder.set_filter(filter);
-        let mut write = || {
+        let write = || {
             let mut writer = encoder.write_header()?;
             writer.write_image_data(&self.pixels)?;
             writer.finish()

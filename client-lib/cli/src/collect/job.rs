@@ -128,6 +128,3 @@ impl Job {
 
 const ELSEWHERE: &str = "choose another --out";
 const ON_OR_ELSEWHERE: &str = "continue it with --resume, or choose another --out";
-
-#[cfg(test)]
-mod tests;

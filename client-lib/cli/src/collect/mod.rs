@@ -34,7 +34,9 @@ mod stages;
 #[cfg(test)]
 mod testing;
 
+pub(crate) use cast::{EGO, places};
 pub(crate) use error::CollectError;
-pub(crate) use inspect::{InspectArgs, inspect};
+pub(crate) use inspect::inspect;
 pub(crate) use job::{Args, Job};
-pub(crate) use run::{Summary, collect};
+pub(crate) use rig::default_rig;
+pub(crate) use run::collect;

@@ -7,18 +7,17 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-use bus::{ActorId, ActorState, Control, Episode, Frame, Role, SensorSpec, SnapshotHeader, clock};
-use client_lib::{Client, Measurement, Rig, Settings};
+use bus::{ActorId, ActorState, Control, Episode, Frame, Role, SnapshotHeader, clock};
+use client_lib::{Client, ClientError, Measurement, Rig, Settings};
 
 use super::{
     CollectError, Job,
     cast::{self, EGO},
     crew::{Bytes, Crew, Desk, Shot, Tally, Ticket, make_folders},
     folder::write_whole,
-    ledger,
     metadata::{self, difference},
     progress::Progress,
-    record::{Cast, Metadata, Recipe, fnv1a64, hash_text, tracer_name},
+    record::{Cast, Recipe, fnv1a64, hash_text, tracer_name},
     rig, sheet,
     stages::Stages,
 };
@@ -94,7 +93,7 @@ pub(crate) fn collect(
     let still = Settings { pipeline: args.pipeline, no_rendering: 1, ..client.settings() };
     client.apply_settings(still)?;
 
-    let episode = client.instance().episode()?;
+    let episode = client.instance().episode().map_err(ClientError::from)?;
     let mut sensors = rig::default_rig(args.width, args.height);
     if args.every > 1 {
         for sensor in &mut sensors {
@@ -139,7 +138,7 @@ pub(crate) fn collect(
     };
     let threads = args.threads();
     let crew = Crew::start(desk, ledger, threads, SHOTS_MAX)?;
-    let control = client.instance().control()?;
+    let control = client.instance().control().map_err(ClientError::from)?;
     let mut run = Run {
         traffic: (0..bus::SLOTS).find(|i| control.slot(*i).role() == Some(Role::Traffic)),
         control,

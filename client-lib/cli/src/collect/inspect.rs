@@ -1,0 +1,124 @@
+//! Whether a data set is what it says of itself: every file of every listed frame.
+
+use std::{collections::BTreeMap, fmt, fs, path::Path};
+
+use super::{
+    CollectError, decode,
+    folder::Folder,
+    ledger,
+    record::{Boxes, FORMAT, FrameLine, Metadata},
+    rig::BOXES,
+};
+
+/// What a data set holds.
+pub(crate) struct Report {
+    metadata: Metadata,
+    frames: [u64; 2],
+    bytes: BTreeMap<String, u64>,
+    boxes: u64,
+    points: u64,
+}
+
+/// Reads every file of the data set in `dir`. The first fault and how many there are, if there is
+/// one.
+pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
+    let folder = Folder::new(dir);
+    let Some(metadata) = folder.read_metadata()? else {
+        let why = "it is not there; is this a data set of omnibus collect?";
+        return Err(CollectError::damaged(&folder.metadata(), why));
+    };
+    if metadata.format != FORMAT {
+        let why = format!("format {:?}, this omnibus reads {FORMAT}", metadata.format);
+        return Err(CollectError::damaged(&folder.metadata(), why));
+    }
+    let (lines, _) = ledger::read(&folder.frames())?;
+    let mut faults = Vec::new();
+    if lines.len() as u64 != metadata.frames_complete {
+        let (listed, said) = (lines.len(), metadata.frames_complete);
+        faults.push(format!("frames.jsonl lists {listed} frames, metadata.json says {said}"));
+    }
+    for pair in lines.windows(2) {
+        let (before, after) = (pair[0].frame, pair[1].frame);
+        if after != before + metadata.recipe.every_frames {
+            faults.push(format!("frame {after} follows frame {before} in frames.jsonl"));
+        }
+    }
+    let mut report = Report {
+        frames: [lines.first(), lines.last()].map(|line| line.map_or(0, |l| l.frame)),
+        bytes: BTreeMap::new(),
+        boxes: lines.iter().map(|l| l.boxes).sum(),
+        points: lines.iter().flat_map(|l| l.points.values()).sum(),
+        metadata,
+    };
+    for line in &lines {
+        for output in &report.metadata.outputs {
+            let path = folder.of_frame(&output.folder, line.frame, &output.extension);
+            let checked = fs::read(&path)
+                .map_err(|e| e.to_string())
+                .and_then(|file| check(&report.metadata, &output.folder, line, &file));
+            match checked {
+                Ok(len) => *report.bytes.entry(output.folder.clone()).or_default() += len,
+                Err(why) => faults.push(format!("{}: {why}", path.display())),
+            }
+        }
+    }
+    match faults.first() {
+        None => Ok(report),
+        Some(first) => Err(CollectError::Faulty {
+            dir: dir.to_owned(),
+            count: faults.len(),
+            first: first.clone(),
+        }),
+    }
+}
+
+/// Checks one file against what its frame's line says; answers its length.
+fn check(
+    metadata: &Metadata,
+    folder: &str,
+    line: &FrameLine,
+    file: &[u8],
+) -> Result<u64, String> {
+    let (name, output) = folder.split_once('/').unwrap_or((folder, ""));
+    let sensor = metadata.recipe.sensors.iter().find(|s| s.name == name);
+    if folder == BOXES {
+        let boxes: Boxes = serde_json::from_slice(file).map_err(|e| e.to_string())?;
+        expect("frame", boxes.frame, line.frame)?;
+        expect("boxes", boxes.actors.len() as u64, line.boxes)?;
+    } else if let Some(camera) = sensor.and_then(|s| s.camera.as_ref()) {
+        let image = decode::png(file)?;
+        expect("width", image.width as u64, camera.width_px.into())?;
+        expect("height", image.height as u64, camera.height_px.into())?;
+    } else if let Some(points) = line.points.get(name) {
+        let size = if output == "points" { 16 } else { 8 };
+        expect("bytes", file.len() as u64, points * size)?;
+    } else {
+        return Err("no sensor of metadata.json makes it".to_owned());
+    }
+    Ok(file.len() as u64)
+}
+
+fn expect(what: &str, found: u64, wanted: u64) -> Result<(), String> {
+    if found == wanted { Ok(()) } else { Err(format!("{what} {found}, not {wanted}")) }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Metadata { recipe, cast, tracers, frames_complete, frames_wanted, .. } = &self.metadata;
+        let [first, last] = self.frames;
+        writeln!(f, "{frames_complete} of {frames_wanted} frames, {first} to {last}, no fault")?;
+        writeln!(
+            f,
+            "map {}, seed {}, {} s a frame, {} vehicles beside the ego, tracer {}",
+            recipe.map,
+            recipe.seed,
+            recipe.fixed_delta_nanos as f64 / 1e9,
+            cast.vehicles_spawned,
+            tracers.join(", "),
+        )?;
+        for (folder, bytes) in &self.bytes {
+            writeln!(f, "{:>10.1} MB  {folder}", *bytes as f64 / 1e6)?;
+        }
+        write!(f, "{} boxes, {} lidar points", self.boxes, self.points)
+    }
+}

@@ -1,0 +1,210 @@
+//! The contact sheet: some frames of a data set in one picture, for a person.
+//!
+//! A row is a frame: colour with the boxes of what is visible, depth, tags, and the lidar from
+//! above.
+
+use std::{fs, path::PathBuf};
+
+use road::Tag;
+
+use super::{
+    CollectError,
+    decode::{self, Image},
+    encode::{DEPTH_FAR, DEPTH_STEPS_PER_M, Encoder},
+    folder::{Folder, write_whole},
+    ledger,
+    record::{Boxes, FrameLine, Metadata, Sensor},
+    rig::BOXES,
+};
+
+const ROWS: usize = 5;
+const TILE_WIDTH: usize = 400;
+const GAP: usize = 4;
+const PAPER: [u8; 3] = [24, 24, 26];
+/// Half the side of the square that a lidar tile shows.
+const LIDAR_SHOWN_M: f32 = 45.0;
+
+/// Writes the sheet of a data set; says where.
+pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, CollectError> {
+    let (lines, _) = ledger::read(&folder.frames())?;
+    let rows = lines.len().min(ROWS);
+    let camera = metadata.recipe.sensors.iter().find(|s| s.camera.is_some());
+    let lidar = metadata.recipe.sensors.iter().find(|s| s.lidar.is_some());
+    let height = camera.and_then(|s| s.camera.as_ref()).map_or(TILE_WIDTH * 3 / 4, |c| {
+        TILE_WIDTH * c.height_px as usize / c.width_px as usize
+    });
+    let mut sheet = Sheet::new(4, rows, [TILE_WIDTH, height.max(1)]);
+    for row in 0..rows {
+        // Evenly over the whole set, the first and the last included.
+        let line = &lines[row * (lines.len() - 1) / (rows - 1).max(1)];
+        if let Some(camera) = camera {
+            draw_camera(&mut sheet, row, folder, camera, line)?;
+        }
+        if let Some(lidar) = lidar {
+            draw_lidar(&mut sheet, row, folder, lidar, line)?;
+        }
+    }
+    let path = folder.root().join("contact-sheet.png");
+    let mut encoder = Encoder::default();
+    encoder.picture([sheet.width as u32, sheet.height as u32], &sheet.pixels)?;
+    write_whole(&path, &encoder.file)?;
+    Ok(path)
+}
+
+fn draw_camera(
+    sheet: &mut Sheet,
+    row: usize,
+    folder: &Folder,
+    camera: &Sensor,
+    line: &FrameLine,
+) -> Result<(), CollectError> {
+    let image = |output: &str| read_image(folder, &format!("{}/{output}", camera.name), line.frame);
+    let [color, depth, tag] = [image("color")?, image("depth")?, image("tag")?];
+    let scale = color.width as f32 / sheet.tile[0] as f32;
+    sheet.draw(0, row, |x, y| mean(&color, [x, y], scale));
+    let depths = depth.sixteen();
+    let at = |image: &Image, x: usize, y: usize| {
+        let [u, v] = [x, y].map(|p| ((p as f32 + 0.5) * scale) as usize);
+        v.min(image.height - 1) * image.width + u.min(image.width - 1)
+    };
+    sheet.draw(1, row, |x, y| depth_shade(depths[at(&depth, x, y)]));
+    sheet.draw(2, row, |x, y| tag_color(tag.bytes[at(&tag, x, y)]));
+    let boxes = folder.of_frame(BOXES, line.frame, "json");
+    let text = fs::read(&boxes).map_err(|e| CollectError::io(&boxes, e))?;
+    let found: Boxes = serde_json::from_slice(&text).map_err(|e| CollectError::damaged(&boxes, e))?;
+    for actor in &found.actors {
+        if let Some(view) = actor.cameras.get(&camera.name) {
+            let edges = view.visible_box_px.map(|p| (p as f32 / scale) as usize);
+            sheet.outline(0, row, edges, tag_color(actor.tag));
+        }
+    }
+    Ok(())
+}
+
+fn draw_lidar(
+    sheet: &mut Sheet,
+    row: usize,
+    folder: &Folder,
+    lidar: &Sensor,
+    line: &FrameLine,
+) -> Result<(), CollectError> {
+    let read = |output: &str| {
+        let path = folder.of_frame(&format!("{}/{output}", lidar.name), line.frame, "bin");
+        fs::read(&path).map_err(|e| CollectError::io(&path, e))
+    };
+    let points = decode::floats(&read("points")?);
+    let labels = read("labels")?;
+    let [width, height] = sheet.tile;
+    let scale = height as f32 * 0.5 / LIDAR_SHOWN_M;
+    for (point, label) in points.chunks_exact(4).zip(labels.chunks_exact(8)) {
+        // Forward is up, left is left.
+        let x = width as f32 * 0.5 - point[1] * scale;
+        let y = height as f32 * 0.5 - point[0] * scale;
+        if (0.0..width as f32).contains(&x) && (0.0..height as f32).contains(&y) {
+            sheet.dot(3, row, [x as usize, y as usize], tag_color(label[4]));
+        }
+    }
+    Ok(())
+}
+
+fn read_image(folder: &Folder, output: &str, frame: u64) -> Result<Image, CollectError> {
+    let path = folder.of_frame(output, frame, "png");
+    let file = fs::read(&path).map_err(|e| CollectError::io(&path, e))?;
+    decode::png(&file).map_err(|e| CollectError::damaged(&path, e))
+}
+
+/// The mean colour of the pixels below a tile's pixel.
+fn mean(image: &Image, [x, y]: [usize; 2], scale: f32) -> [u8; 3] {
+    let span = |p: usize, end: usize| {
+        let from = ((p as f32 * scale) as usize).min(end - 1);
+        from..(((p + 1) as f32 * scale) as usize).clamp(from + 1, end)
+    };
+    let (mut sum, mut count) = ([0usize; 3], 0);
+    for v in span(y, image.height) {
+        for u in span(x, image.width) {
+            let at = (v * image.width + u) * 3;
+            for (total, value) in sum.iter_mut().zip(&image.bytes[at..at + 3]) {
+                *total += usize::from(*value);
+            }
+            count += 1;
+        }
+    }
+    sum.map(|total| (total / count) as u8)
+}
+
+/// White is near, black is far; each tenfold distance is as much darker.
+fn depth_shade(steps: u16) -> [u8; 3] {
+    if steps == DEPTH_FAR {
+        return [10, 12, 30];
+    }
+    let metres = (f32::from(steps) / DEPTH_STEPS_PER_M).max(1.0);
+    [(255.0 * (1.0 - metres.log10() / 2.9).clamp(0.0, 1.0)) as u8; 3]
+}
+
+/// The tag's colour in the CityScapes palette, as CARLA's users know it.
+fn tag_color(code: u8) -> [u8; 3] {
+    Tag::from_code(code).map_or([0; 3], Tag::color)
+}
+
+/// Tiles on paper.
+struct Sheet {
+    width: usize,
+    height: usize,
+    tile: [usize; 2],
+    pixels: Vec<u8>,
+}
+
+impl Sheet {
+    fn new(columns: usize, rows: usize, tile: [usize; 2]) -> Sheet {
+        let [width, height] = [columns * (tile[0] + GAP) + GAP, rows * (tile[1] + GAP) + GAP];
+        Sheet { width, height, tile, pixels: PAPER.repeat(width * height) }
+    }
+
+    fn draw(&mut self, column: usize, row: usize, color: impl Fn(usize, usize) -> [u8; 3]) {
+        for y in 0..self.tile[1] {
+            for x in 0..self.tile[0] {
+                self.dot(column, row, [x, y], color(x, y));
+            }
+        }
+    }
+
+    fn dot(&mut self, column: usize, row: usize, [x, y]: [usize; 2], color: [u8; 3]) {
+        let x = GAP + column * (self.tile[0] + GAP) + x;
+        let y = GAP + row * (self.tile[1] + GAP) + y;
+        self.pixels[(y * self.width + x) * 3..][..3].copy_from_slice(&color);
+    }
+
+    fn outline(&mut self, column: usize, row: usize, edges: [usize; 4], color: [u8; 3]) {
+        let [left, top, right, bottom] = edges;
+        let (right, bottom) = (right.min(self.tile[0] - 1), bottom.min(self.tile[1] - 1));
+        for x in left..=right {
+            self.dot(column, row, [x, top.min(bottom)], color);
+            self.dot(column, row, [x, bottom], color);
+        }
+        for y in top..=bottom {
+            self.dot(column, row, [left.min(right), y], color);
+            self.dot(column, row, [right, y], color);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn near_is_brighter_than_far_and_the_sky_has_its_own_colour() {
+        let shade = |metres: f32| depth_shade((metres * DEPTH_STEPS_PER_M) as u16)[0];
+        assert!(shade(2.0) > shade(20.0) && shade(20.0) > shade(200.0));
+        assert_ne!(depth_shade(DEPTH_FAR), depth_shade(DEPTH_FAR - 1));
+    }
+
+    #[test]
+    fn a_tile_lies_where_its_row_and_column_say() {
+        let mut sheet = Sheet::new(2, 2, [3, 2]);
+        sheet.dot(1, 1, [2, 1], [255, 0, 0]);
+        let (x, y) = (GAP + 3 + GAP + 2, GAP + 2 + GAP + 1);
+        assert_eq!(sheet.pixels[(y * sheet.width + x) * 3..][..3], [255, 0, 0]);
+        assert_eq!(sheet.pixels.iter().filter(|p| **p == 255).count(), 1);
+    }
+}

@@ -1,0 +1,262 @@
+//! `omnibus stage`: one stage alone at full speed, on input captured from a short run.
+
+use std::sync::Arc;
+
+use anyhow::{Context, anyhow};
+use bus::{
+    ActorState, Frame, Name, Settings, Spawn, Stamp, VehicleControl, Weather,
+    Wish, clock, flag, layout,
+};
+use sensor_render::{RigJob, Tracer, pose_planes, scene_of};
+use sim_host::World;
+use traffic::Mind;
+
+use crate::{
+    collect::{default_rig, places},
+    launch::WorldArgs,
+};
+
+/// What `omnibus stage` takes.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct StageArgs {
+    /// Which stage
+    stage: Which,
+    #[command(flatten)]
+    world: WorldArgs,
+    /// Frames to measure
+    #[arg(long, default_value_t = 300)]
+    frames: u64,
+    /// Frames to simulate before the first that is measured
+    #[arg(long, default_value_t = 100)]
+    warmup: u64,
+    /// Vehicles in traffic
+    #[arg(long, default_value_t = 50)]
+    vehicles: usize,
+    /// The camera's pixels across
+    #[arg(long, default_value_t = 800)]
+    width: u32,
+    /// The camera's pixels down
+    #[arg(long, default_value_t = 600)]
+    height: u32,
+    /// One JSON object instead of a sentence
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Which {
+    Physics,
+    Traffic,
+    Render,
+}
+
+/// Measures it.
+pub(crate) fn stage(args: &StageArgs) -> anyhow::Result<()> {
+    anyhow::ensure!(args.frames > 0, "--frames is 0; ask for at least one");
+    let captured = Captured::from_run(args)?;
+    let (name, nanos) = match args.stage {
+        Which::Physics => ("physics", captured.physics()?),
+        Which::Traffic => ("traffic", captured.traffic()),
+        Which::Render => ("render", captured.render(args)?),
+    };
+    let times = Percentiles::of(nanos);
+    if args.json {
+        println!("{}", times.json(name, args, captured.vehicles.len()));
+    } else {
+        println!("{}", times.sentence(name, captured.vehicles.len()));
+    }
+    Ok(())
+}
+
+/// A run of physics and traffic in one thread, without the bus: every stage's input.
+struct Captured {
+    network: Arc<road::Network>,
+    seed: u64,
+    settings: Settings,
+    vehicles: Vec<Spawn>,
+    /// What traffic decided on each frame, the warm-up's included.
+    controls: Vec<Vec<VehicleControl>>,
+    /// Who was where at each frame, the warm-up's included.
+    snapshots: Vec<Vec<ActorState>>,
+    warmup: usize,
+}
+
+impl Captured {
+    fn from_run(args: &StageArgs) -> anyhow::Result<Captured> {
+        let seed = args.world.seed;
+        let network = Arc::new(args.world.network()?);
+        let mut captured = Captured {
+            seed,
+            settings: Settings::default(),
+            vehicles: Vec::new(),
+            controls: Vec::new(),
+            snapshots: Vec::new(),
+            warmup: args.warmup as usize,
+            network,
+        };
+        let mut world = captured.empty_world();
+        for pose in places(&captured.network, seed) {
+            if captured.vehicles.len() == args.vehicles {
+                break;
+            }
+            let spawn = Spawn {
+                blueprint: Name::new(crate::collect::EGO),
+                flags: flag::AUTOPILOT,
+                pose,
+                ..Spawn::default()
+            };
+            if world.apply(&Wish::Spawn(spawn)).is_ok() {
+                captured.vehicles.push(spawn);
+            }
+        }
+        anyhow::ensure!(!captured.vehicles.is_empty(), "no vehicle finds a place on this map");
+        let mut mind = Mind::new(Arc::clone(&captured.network), seed);
+        for frame in 1..=args.warmup + args.frames {
+            world.step(&captured.settings);
+            let actors: Vec<_> = world.states().copied().collect();
+            mind.plan(&captured.stamp(frame), captured.settings.delta_nanos, &actors, &[]);
+            world.follow_traffic(mind.controls(), mind.lights());
+            captured.controls.push(mind.controls().to_vec());
+            captured.snapshots.push(actors);
+        }
+        Ok(captured)
+    }
+
+    fn empty_world(&self) -> World {
+        World::new(&town::furnish(&self.network, self.seed), self.seed)
+    }
+
+    fn stamp(&self, frame: u64) -> Stamp {
+        let sim_time_nanos = frame * self.settings.delta_nanos;
+        Stamp { frame: Frame(frame), sim_time_nanos, episode: 1, reserved: 0 }
+    }
+
+    /// The same drive again, with the pedals of the first.
+    fn physics(&self) -> anyhow::Result<Vec<u64>> {
+        let mut world = self.empty_world();
+        for spawn in &self.vehicles {
+            world.apply(&Wish::Spawn(*spawn)).map_err(|why| anyhow!("spawn: {why}"))?;
+        }
+        let mut nanos = Vec::new();
+        for (index, controls) in self.controls.iter().enumerate() {
+            let begin = clock::now_nanos();
+            world.step(&self.settings);
+            if index >= self.warmup {
+                nanos.push(clock::now_nanos() - begin);
+            }
+            world.follow_traffic(controls, &[]);
+        }
+        let same = world.states().zip(self.snapshots.last().context("no frame")?);
+        let differing = same.filter(|(a, b)| a.pose != b.pose).count();
+        anyhow::ensure!(differing == 0, "{differing} actors went elsewhere the second time");
+        Ok(nanos)
+    }
+
+    /// The same snapshots again, for a mind that begins anew.
+    fn traffic(&self) -> Vec<u64> {
+        let mut mind = Mind::new(Arc::clone(&self.network), self.seed);
+        let mut nanos = Vec::new();
+        for (index, actors) in self.snapshots.iter().enumerate() {
+            let stamp = self.stamp(index as u64 + 1);
+            let begin = clock::now_nanos();
+            mind.plan(&stamp, self.settings.delta_nanos, actors, &[]);
+            if index >= self.warmup {
+                nanos.push(clock::now_nanos() - begin);
+            }
+        }
+        nanos
+    }
+
+    /// The default rig on the first vehicle, at every snapshot.
+    fn render(&self, args: &StageArgs) -> anyhow::Result<Vec<u64>> {
+        let config = args.world.render()?;
+        let scene = scene_of(&self.network, self.seed);
+        let mut tracer = if config.null {
+            Tracer::Null
+        } else {
+            Tracer::open(config.device, config.threads)?
+        };
+        let sensors = default_rig(args.width, args.height);
+        let (mut planes, byte_len) = layout(&sensors);
+        let mut bytes = vec![0u64; byte_len.div_ceil(8) as usize];
+        let mut world = sensor_render::World::new();
+        let mut nanos = Vec::new();
+        for (index, actors) in self.snapshots.iter().enumerate().skip(self.warmup) {
+            let ego = actors.iter().find(|a| a.has(flag::AUTOPILOT)).context("the ego is gone")?;
+            let begin = clock::now_nanos();
+            let stamp = self.stamp(index as u64 + 1);
+            let delta = self.settings.delta_nanos;
+            world.place(&scene, stamp, delta, &Weather::default(), actors, |actor| {
+                let [r, g, b, _] = actor.color.to_le_bytes();
+                [r, g, b]
+            });
+            pose_planes(&mut planes, &sensors, &ego.pose);
+            let out = bytemuck::cast_slice_mut(&mut bytes);
+            tracer.measure(&scene, &world, &mut [RigJob { sensors: &sensors, planes: &planes, out }])?;
+            nanos.push(clock::now_nanos() - begin);
+        }
+        Ok(nanos)
+    }
+}
+
+/// How long frames took.
+struct Percentiles {
+    sorted: Vec<u64>,
+}
+
+impl Percentiles {
+    fn of(mut nanos: Vec<u64>) -> Percentiles {
+        nanos.sort_unstable();
+        Percentiles { sorted: nanos }
+    }
+
+    /// The time that `share` of all frames kept, in milliseconds.
+    fn at(&self, share: f64) -> f64 {
+        let index = (self.sorted.len() as f64 * share).ceil() as usize;
+        self.sorted[index.clamp(1, self.sorted.len()) - 1] as f64 / 1e6
+    }
+
+    fn rate_hz(&self) -> f64 {
+        self.sorted.len() as f64 * 1e9 / self.sorted.iter().sum::<u64>().max(1) as f64
+    }
+
+    fn sentence(&self, stage: &str, vehicles: usize) -> String {
+        format!(
+            "{stage}, {vehicles} vehicles, {} frames: {:.1} frames/s; p50 {:.3} ms, p90 {:.3} ms, \
+             p99 {:.3} ms, longest {:.3} ms",
+            self.sorted.len(),
+            self.rate_hz(),
+            self.at(0.5),
+            self.at(0.9),
+            self.at(0.99),
+            self.at(1.0),
+        )
+    }
+
+    fn json(&self, stage: &str, args: &StageArgs, vehicles: usize) -> serde_json::Value {
+        serde_json::json!({
+            "stage": stage,
+            "map": args.world.map,
+            "device": args.world.device,
+            "vehicles": vehicles,
+            "n": self.sorted.len(),
+            "frames_per_s": self.rate_hz(),
+            "p50_ms": self.at(0.5),
+            "p90_ms": self.at(0.9),
+            "p99_ms": self.at(0.99),
+            "max_ms": self.at(1.0),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_percentile_is_a_time_that_was_measured() {
+        let times = Percentiles::of((1..=100).rev().map(|ms| ms * 1_000_000).collect());
+        assert_eq!([0.5, 0.9, 0.99, 1.0].map(|s| times.at(s)), [50.0, 90.0, 99.0, 100.0]);
+        assert_eq!(Percentiles::of(vec![7_000_000]).at(0.01), 7.0);
+    }
+}
