@@ -175,6 +175,39 @@ impl Client {
         Err(ClientError::TickTaken { holder: holder.unwrap_or_else(|| "nobody".to_owned()) })
     }
 
+    /// From now on every tick that another client makes waits until this one has arrived: agents
+    /// in lockstep. Take the frame ([`Client::await_frame`]), send controls, and
+    /// [`Client::arrive`]. Who holds the tick itself is not waited for.
+    pub fn take_part(&mut self) -> Result<(), ClientError> {
+        self.ask_for_part(true, "a part in the barrier")
+    }
+
+    /// From now on no tick waits for this client.
+    pub fn leave_part(&mut self) -> Result<(), ClientError> {
+        self.ask_for_part(false, "leave from the barrier")
+    }
+
+    fn ask_for_part(&mut self, wanted: bool, what: &str) -> Result<(), ClientError> {
+        if wanted && self.participant.control().ticker() == Some(self.participant.slot()) {
+            return Err(ClientError::Refused {
+                what: "take part",
+                why: "this client makes the ticks; they do not wait for it".to_owned(),
+            });
+        }
+        let words = self.participant.words();
+        words.ask_for_part(wanted);
+        self.participant.control().host.ring();
+        let deadline = clock::now_nanos() + PATIENCE_SECS * 1_000_000_000;
+        let granted =
+            self.participant.await_answer(deadline, || (words.takes_part() == wanted).then_some(()));
+        granted.map_err(|why| self.waited_in_vain(why, what))
+    }
+
+    /// This client is done with the frame that `world()` shows.
+    pub fn arrive(&mut self) {
+        self.participant.arrive(self.frame);
+    }
+
     /// Advances the world by one tick. When it returns, every participant has done its work: in
     /// strict mode all measurements of the frame lie in their rigs.
     pub fn tick(&mut self) -> Result<Frame, ClientError> {

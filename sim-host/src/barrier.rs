@@ -14,8 +14,6 @@ pub(crate) enum OnDeath {
     Respawn,
     /// Goes on without it; a tick that it owed ends degraded.
     Drop,
-    /// Ends the run with an account.
-    End,
 }
 
 /// One participant.
@@ -27,8 +25,6 @@ struct Member {
     lag: u64,
     /// Its work up to this frame is done.
     done: Frame,
-    /// Its process is gone and its successor is not there yet.
-    is_absent: bool,
 }
 
 /// How a frame stands.
@@ -56,7 +52,7 @@ pub(crate) struct Barrier {
 impl Barrier {
     /// From the current frame on, `slot` is waited for; it has done `done`.
     pub(crate) fn join(&mut self, slot: usize, name: &str, on_death: OnDeath, lag: u64, done: Frame) {
-        let member = Member { name: name.to_owned(), on_death, lag, done, is_absent: false };
+        let member = Member { name: name.to_owned(), on_death, lag, done };
         self.members.insert(slot, member);
     }
 
@@ -65,29 +61,13 @@ impl Barrier {
         self.members.remove(&slot);
     }
 
-    /// The process in `slot` is gone. Says what to do, or nothing if it was no participant.
-    pub(crate) fn dies(&mut self, slot: usize) -> Option<OnDeath> {
-        let on_death = self.members.get(&slot)?.on_death;
-        match on_death {
-            OnDeath::Respawn => {
-                if let Some(member) = self.members.get_mut(&slot) {
-                    member.is_absent = true;
-                }
+    /// The process in `slot` is gone.
+    pub(crate) fn dies(&mut self, slot: usize) {
+        if self.members.get(&slot).is_some_and(|m| m.on_death == OnDeath::Drop) {
+            if self.owes(slot) {
+                self.lost |= 1 << slot;
             }
-            OnDeath::Drop | OnDeath::End => {
-                if self.owes(slot) {
-                    self.lost |= 1 << slot;
-                }
-                self.members.remove(&slot);
-            }
-        }
-        Some(on_death)
-    }
-
-    /// The successor of the one who died in `slot` takes over where it stopped.
-    pub(crate) fn returns(&mut self, slot: usize) {
-        if let Some(member) = self.members.get_mut(&slot) {
-            member.is_absent = false;
+            self.members.remove(&slot);
         }
     }
 
@@ -96,6 +76,11 @@ impl Barrier {
         if let Some(member) = self.members.get_mut(&slot) {
             member.done = member.done.max(done);
         }
+    }
+
+    /// Every slot that takes part.
+    pub(crate) fn slots(&self) -> impl ExactSizeIterator<Item = usize> {
+        self.members.keys().copied()
     }
 
     /// How far `slot` has come.
@@ -130,12 +115,6 @@ impl Barrier {
     pub(crate) fn missing(&self) -> u64 {
         let owing = self.members.keys().filter(|&&slot| self.owes(slot));
         owing.fold(0, |mask, slot| mask | 1 << slot)
-    }
-
-    /// The slots whose process is gone and whose successor is awaited.
-    pub(crate) fn absent(&self) -> u64 {
-        let absent = self.members.iter().filter(|(_, m)| m.is_absent);
-        absent.fold(0, |mask, (slot, _)| mask | 1 << slot)
     }
 
     /// How the current frame stands; `is_late`: its deadline has passed.

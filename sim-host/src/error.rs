@@ -17,15 +17,20 @@ pub enum HostError {
         /// Why.
         why: String,
     },
-    /// A stage died and the host was told not to bring it back.
-    #[error("{who} died at {frame} and is not restarted; {done} frames are complete")]
+    /// A stage died and is not brought back: the host was told not to, or it dies again and again.
+    #[error(
+        "{who} died in {frame} ({deaths} times there) and is not restarted: {why}; all frames \
+         before are complete"
+    )]
     Died {
         /// Who.
         who: String,
+        /// Its last words, or how the process ended.
+        why: String,
+        /// How often, in this frame.
+        deaths: u32,
         /// During which frame.
         frame: bus::Frame,
-        /// How many frames were finished.
-        done: u64,
     },
     /// The machine.
     #[error("{0}")]

@@ -49,6 +49,9 @@ const START_NANOS: u64 = 60_000_000_000;
 /// How long an idle host sleeps at most before it looks around.
 const IDLE_NANOS: u64 = 100_000_000;
 
+/// How often a stage may die in one frame before it is given up.
+const DEATHS_MAX: u32 = 5;
+
 /// The running host.
 pub struct Host {
     pub(crate) control: Control,
@@ -68,6 +71,8 @@ pub struct Host {
     /// How often each slot asked for a journal keyframe, as far as we answered.
     resyncs: BTreeMap<usize, u64>,
     roles: BTreeMap<usize, Role>,
+    /// How often each stage died in the frame of its last death.
+    deaths: BTreeMap<usize, (Frame, u32)>,
     config: HostConfig,
     // Last, so that the files go after the ports.
     founding: Founding,
@@ -115,6 +120,7 @@ impl Host {
             sim_time_nanos: 0,
             resyncs: BTreeMap::new(),
             roles,
+            deaths: BTreeMap::new(),
             config,
             founding,
         };
@@ -424,8 +430,9 @@ impl Host {
         let deadline = self.config.deadline_nanos.map(|d| clock::now_nanos() + d);
         let mut heard = self.control.host.count();
         loop {
-            for slot in self.roles.keys() {
-                self.barrier.arrive(*slot, self.control.slot(*slot).ack());
+            let members: Vec<_> = self.barrier.slots().collect();
+            for slot in members {
+                self.barrier.arrive(slot, self.control.slot(slot).ack());
             }
             let now = clock::now_nanos();
             let is_late = !is_synchronous || deadline.is_some_and(|d| now >= d);
@@ -450,7 +457,7 @@ impl Host {
                 (count != last || control.missing(frame) == 0).then_some(count)
             });
             heard = rung.unwrap_or(heard);
-            if control.missing(frame) != 0 || self.control.alive().count_ones() < self.roles.len() as u32 {
+            if control.missing(frame) != 0 || (self.control.alive().count_ones() as usize) < self.barrier.slots().len() {
                 self.look_after_slots()?;
             }
         }
@@ -458,8 +465,8 @@ impl Host {
 
     /// Deaths, joins, leavings: what every process's slot asks for.
     pub(crate) fn look_after_slots(&mut self) -> Result<(), HostError> {
-        while let Some(slot) = self.supervisor.next_death() {
-            self.bury(slot)?;
+        while let Some((slot, why)) = self.supervisor.next_death() {
+            self.bury(slot, why)?;
         }
         for slot in 0..SLOTS {
             let words = self.control.slot(slot);
@@ -470,9 +477,11 @@ impl Host {
                 SlotState::Ready => self.enlist(slot)?,
                 SlotState::Live => {
                     let asked = words.resync();
+                    let done = words.ack();
+                    self.seat(slot);
                     if asked > *self.resyncs.get(&slot).unwrap_or(&0) {
                         self.resyncs.insert(slot, asked);
-                        self.serve_state(words.ack())?;
+                        self.serve_state(done)?;
                     }
                 }
                 SlotState::Leaving => self.dismiss(slot)?,
@@ -509,12 +518,10 @@ impl Host {
                 // Its predecessor may have trailed; it goes on from there.
                 Some(done) => done.max(Frame(frame.0.saturating_sub(bus::PIPELINE_MAX.into()))),
                 None => {
-                    let on_death = if self.config.restart { OnDeath::Respawn } else { OnDeath::End };
-                    self.barrier.join(slot, role.name(), on_death, lag, frame);
+                    self.barrier.join(slot, role.name(), OnDeath::Respawn, lag, frame);
                     frame
                 }
             };
-            self.barrier.returns(slot);
             self.control.slot(slot).enrol(true, lag, done);
             self.serve_state(done)?;
             if role == Role::Traffic
@@ -531,6 +538,36 @@ impl Host {
         self.control.slot(slot).set_state(SlotState::Live);
         self.control.complete.rouse();
         Ok(())
+    }
+
+    /// A client may want the tick to wait for it. Who ticks is never waited for.
+    fn seat(&mut self, slot: usize) {
+        if self.roles.contains_key(&slot) {
+            return;
+        }
+        let words = self.control.slot(slot);
+        let wanted = words.wants_part() && self.control.ticker() != Some(slot);
+        let frame = self.barrier.frame();
+        match (wanted, self.barrier.done(slot).is_some()) {
+            (true, false) => {
+                let name = format!("client {:?}", words.name());
+                self.barrier.join(slot, &name, OnDeath::Drop, 0, frame);
+                words.enrol(true, 0, frame);
+                self.control.revive(slot);
+                self.control.complete.rouse();
+            }
+            (false, true) => {
+                self.unseat(slot);
+                self.control.slot(slot).enrol(false, 0, frame);
+                self.control.complete.rouse();
+            }
+            _ => {}
+        }
+    }
+
+    fn unseat(&mut self, slot: usize) {
+        self.barrier.leave(slot);
+        self.control.bury(slot);
     }
 
     /// The journal as one finds it whose work is done up to `done`.
@@ -550,6 +587,7 @@ impl Host {
             return Ok(());
         }
         self.supervisor.unwatch(slot);
+        self.unseat(slot);
         self.give_tick_back(slot);
         self.control.slot(slot).reserve(SlotState::Free, 0);
         Ok(())
@@ -565,13 +603,14 @@ impl Host {
         }
     }
 
-    fn bury(&mut self, slot: usize) -> Result<(), HostError> {
+    fn bury(&mut self, slot: usize, why: String) -> Result<(), HostError> {
         let words = self.control.slot(slot);
         let (role, name) = (self.roles.get(&slot).copied(), words.name());
         words.set_state(SlotState::Dead);
         let frame = self.barrier.frame();
         let stuck = self.supervisor.clean_up();
         let Some(role) = role else {
+            self.barrier.dies(slot);
             self.give_tick_back(slot);
             eprintln!("INFO sim-host {} client {name:?} died", frame.0);
             let state = if stuck == 0 { SlotState::Free } else { SlotState::Quarantined };
@@ -586,16 +625,15 @@ impl Host {
             // It may have died between sending and saying so.
             self.barrier.arrive(slot, decided.header().stamp.frame);
         }
-        if !self.config.restart {
-            self.barrier.dies(slot);
-            return Err(HostError::Died {
-                who: role.name().to_owned(),
-                frame,
-                done: frame.0.saturating_sub(1),
-            });
-        }
         self.barrier.dies(slot);
-        eprintln!("WARN sim-host {} {} died and is started anew", frame.0, role.name());
+        let deaths = self.deaths.entry(slot).or_default();
+        *deaths = if deaths.0 == frame { (frame, deaths.1 + 1) } else { (frame, 1) };
+        let deaths = deaths.1;
+        if !self.config.restart || deaths > DEATHS_MAX {
+            let who = role.name().to_owned();
+            return Err(HostError::Died { who, why, deaths, frame });
+        }
+        eprintln!("WARN sim-host {} {} died and is started anew: {why}", frame.0, role.name());
         self.supervisor
             .start(role, slot)
             .map_err(|e| HostError::Start { role: role.name(), why: e.to_string() })

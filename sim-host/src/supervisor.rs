@@ -128,19 +128,17 @@ impl Supervisor {
         self.watch.remove(slot);
     }
 
-    /// Whether `slot` is one of the stages that this host started.
-    pub(crate) fn is_stage(&self, slot: usize) -> bool {
-        self.stages.contains_key(&slot)
-    }
-
-    /// A slot whose process has ended since the last question.
-    pub(crate) fn next_death(&mut self) -> Option<usize> {
+    /// A slot whose process has ended since the last question, and why it did.
+    pub(crate) fn next_death(&mut self) -> Option<(usize, String)> {
         let slot = self.deaths.try_recv().ok()?;
-        if let Some(Stage::Process(child)) = self.stages.get_mut(&slot) {
+        let mut why = "it ended".to_owned();
+        if let Some(Stage::Process(child)) = self.stages.get_mut(&slot)
             // Reaps it; it has ended, so this does not block.
-            let _ = child.wait();
+            && let Ok(status) = child.wait()
+        {
+            why = status.to_string();
         }
-        Some(slot)
+        Some((slot, self.instance.take_last_words(slot).unwrap_or(why)))
     }
 
     /// Removes what the dead left on the bus. Says what could not be removed.

@@ -121,7 +121,9 @@ pub struct Slot {
     resync: AtomicU64,
     /// Frames that it never saw.
     missed: AtomicU64,
-    reserved: [u64; 2],
+    /// 1: its holder wants the barrier to wait for it.
+    wants_part: AtomicU64,
+    reserved: u64,
 }
 
 const _: () = assert!(size_of::<Slot>() == 128);
@@ -183,6 +185,16 @@ impl Slot {
         self.missed.load(Ordering::Relaxed)
     }
 
+    /// Whether its holder wants the barrier to wait for it.
+    pub fn wants_part(&self) -> bool {
+        self.wants_part.load(Ordering::Acquire) != 0
+    }
+
+    /// Whether the barrier waits for it.
+    pub fn takes_part(&self) -> bool {
+        self.waited_for.load(Ordering::Acquire) != 0
+    }
+
     /// For who holds the slot: hands it on.
     pub fn set_state(&self, state: SlotState) {
         let pid = self.owner.load(Ordering::Relaxed) >> 32;
@@ -211,13 +223,20 @@ impl Slot {
         self.request.store(0, Ordering::Relaxed);
         self.resync.store(0, Ordering::Relaxed);
         self.missed.store(0, Ordering::Relaxed);
+        self.wants_part.store(0, Ordering::Relaxed);
+        self.waited_for.store(0, Ordering::Relaxed);
+    }
+
+    /// For its holder, a client: whether the barrier should wait for it.
+    pub fn ask_for_part(&self, wanted: bool) {
+        self.wants_part.store(wanted.into(), Ordering::Release);
     }
 
     /// For the host: how the barrier treats it, and from which frame on it owes work.
     pub fn enrol(&self, waited_for: bool, lag: u64, done: Frame) {
-        self.waited_for.store(waited_for.into(), Ordering::Relaxed);
         self.lag.store(lag, Ordering::Relaxed);
         self.ack.store(done.0, Ordering::Release);
+        self.waited_for.store(waited_for.into(), Ordering::Release);
     }
 
     /// For the host: how many frames it may trail from now on.

@@ -136,6 +136,23 @@ impl Instance {
         let _ = fs::remove_dir_all(self.root());
     }
 
+    /// Says why the process in `slot` is about to end; its host reads it.
+    pub fn leave_last_words(&self, slot: usize, words: &str) {
+        let _ = fs::write(self.last_words_path(slot), words);
+    }
+
+    /// What the process in `slot` said last, once.
+    pub fn take_last_words(&self, slot: usize) -> Option<String> {
+        let path = self.last_words_path(slot);
+        let words = fs::read_to_string(&path).ok()?;
+        let _ = fs::remove_file(&path);
+        Some(words)
+    }
+
+    fn last_words_path(&self, slot: usize) -> PathBuf {
+        self.root().join(format!("last-words.{slot}"))
+    }
+
     /// Its shared-memory files.
     pub fn segments(&self) -> Vec<PathBuf> {
         let prefix = self.prefix();

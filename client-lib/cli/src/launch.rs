@@ -2,8 +2,10 @@
 //! thread of it.
 
 use std::{
+    any::Any,
     io,
     os::unix::process::CommandExt,
+    panic::catch_unwind,
     process::Command,
     str::FromStr,
     sync::{Arc, atomic::AtomicBool},
@@ -16,39 +18,39 @@ use sim_host::{Host, HostConfig, Launcher, Stage};
 
 /// What every command that starts a simulator takes.
 #[derive(Clone, Debug, clap::Args)]
-pub(crate) struct WorldArgs {
+pub struct WorldArgs {
     /// An OpenDRIVE file, or the name of a map (see `omnibus maps`)
     #[arg(long)]
-    pub(crate) map: Option<String>,
+    pub map: Option<String>,
     /// Decides scenery and traffic
     #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
+    pub seed: u64,
     /// The instance's name, for running several
     #[arg(long)]
-    pub(crate) name: Option<String>,
+    pub name: Option<String>,
     /// What traces the rays: auto, cpu, gpu:N, or null (measures nothing, for benchmarks)
     #[arg(long, default_value = "auto")]
-    pub(crate) device: String,
+    pub device: String,
     /// Threads of the CPU tracer; 0: one for each core
     #[arg(long, default_value_t = 0)]
-    pub(crate) threads: usize,
+    pub threads: usize,
     /// How processes wait: latency, balanced or batch
     #[arg(long, default_value = "balanced")]
-    pub(crate) wait: String,
+    pub wait: String,
     /// How long a tick waits for a participant; 0: for ever
     #[arg(long, default_value_t = 10.0)]
-    pub(crate) deadline_secs: f64,
+    pub deadline_secs: f64,
     /// End the run when a stage dies
     #[arg(long)]
-    pub(crate) no_restart: bool,
+    pub no_restart: bool,
     /// Run the stages as threads of one process
     #[arg(long)]
-    pub(crate) single_process: bool,
+    pub single_process: bool,
 }
 
 impl WorldArgs {
     /// One map, all else as it comes.
-    pub(crate) fn of_map(map: &str) -> WorldArgs {
+    pub fn of_map(map: &str) -> WorldArgs {
         WorldArgs {
             map: Some(map.to_owned()),
             seed: 1,
@@ -185,10 +187,7 @@ impl Launcher for Threads {
     ) -> io::Result<Stage> {
         let (instance, render) = (instance.clone(), self.render);
         let work = move || {
-            let ended = std::panic::catch_unwind(|| play(role, &instance, slot, true, render));
-            if let Ok(Err(e)) = ended {
-                eprintln!("ERROR {} {e:#}", role.name());
-            }
+            let _ = play_safely(role, &instance, slot, true, render);
             on_end();
         };
         std::thread::Builder::new().name(role.name().into()).spawn(work).map(Stage::Thread)
@@ -197,6 +196,27 @@ impl Launcher for Threads {
     fn is_single_process(&self) -> bool {
         true
     }
+}
+
+/// Like [`play`]; why it ended early, a panic too, is told to the host before the slot is left.
+fn play_safely(
+    role: Role,
+    instance: &Instance,
+    slot: usize,
+    within: bool,
+    render: RenderConfig,
+) -> anyhow::Result<()> {
+    let told = catch_unwind(|| play(role, instance, slot, within, render));
+    let ended = told.unwrap_or_else(|panic| Err(anyhow!("panicked: {}", words_of(&*panic))));
+    if let Err(e) = &ended {
+        instance.leave_last_words(slot, &format!("{e:#}"));
+    }
+    ended
+}
+
+fn words_of(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no words")
 }
 
 /// One stage, until its host ends.
@@ -236,5 +256,5 @@ pub(crate) fn play_role(args: &RoleArgs) -> anyhow::Result<()> {
         .ok_or_else(|| anyhow!("there is no role {:?}", args.role))?;
     let instance = Instance::named(&args.instance)?;
     let render = render_config(&args.device, args.threads)?;
-    play(role, &instance, args.slot, false, render)
+    play_safely(role, &instance, args.slot, false, render)
 }

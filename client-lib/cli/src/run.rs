@@ -105,7 +105,7 @@ pub(crate) fn stop_on_signals() -> anyhow::Result<Arc<AtomicBool>> {
 }
 
 /// A simulator beside us, in a thread of this process: for commands that are its only client.
-pub(crate) struct Beside {
+pub struct Beside {
     instance: Instance,
     within: bool,
     stop: Arc<AtomicBool>,
@@ -114,7 +114,7 @@ pub(crate) struct Beside {
 
 impl Beside {
     /// Starts it.
-    pub(crate) fn start(
+    pub fn start(
         args: &WorldArgs,
         settings: Settings,
     ) -> anyhow::Result<Beside> {
@@ -138,7 +138,7 @@ impl Beside {
     }
 
     /// A client of it.
-    pub(crate) fn connect(&self, name: &str) -> anyhow::Result<client_lib::Client> {
+    pub fn connect(&self, name: &str) -> anyhow::Result<client_lib::Client> {
         if self.within {
             return Ok(client_lib::Client::connect_within(&self.instance, name)?);
         }
@@ -146,7 +146,7 @@ impl Beside {
     }
 
     /// Ends it and says how it ended.
-    pub(crate) fn end(mut self) -> anyhow::Result<Frame> {
+    pub fn end(mut self) -> anyhow::Result<Frame> {
         self.stop.store(true, std::sync::atomic::Ordering::Release);
         let host = self.host.take().expect("it ends once");
         host.join().map_err(|_| anyhow::anyhow!("the host panicked"))?.map_err(Into::into)

@@ -1,7 +1,7 @@
 //! Scripts in, verdicts out.
 //!
 //! `traffic joins` (slot 0), `render joins [lag n]` (slot 1), `agent joins` (slot 2, dropped when
-//! it dies), `tick`, `x arrives n`, `x dies`, `x returns`, `x leaves`, `late`.
+//! it dies), `tick`, `x arrives n`, `x dies`, `x leaves`, `late`.
 
 use super::*;
 
@@ -30,10 +30,7 @@ fn check(script: &str, outcome: &str) {
             [name, "arrives", frame] => {
                 barrier.arrive(slot(name), Frame(frame.parse().unwrap()));
             }
-            [name, "dies"] => {
-                barrier.dies(slot(name));
-            }
-            [name, "returns"] => barrier.returns(slot(name)),
+            [name, "dies"] => barrier.dies(slot(name)),
             [name, "leaves"] => barrier.leave(slot(name)),
             _ => panic!("not understood: {line}"),
         }
@@ -91,7 +88,7 @@ fn who_may_trail_is_waited_for_only_beyond_its_lag() {
 #[test]
 fn one_that_is_brought_back_is_waited_for_while_it_is_gone() {
     check("render joins; tick; render dies", "waits for render (last arrival: frame 0)");
-    check("render joins; tick; render dies; render returns; render arrives 1", "complete");
+    check("render joins; tick; render dies; render arrives 1", "complete");
     check("render joins; tick; render arrives 1; render dies", "complete");
 }
 

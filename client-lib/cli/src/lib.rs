@@ -1,0 +1,66 @@
+//! `omnibus`: a driving simulator that is a shared-memory bus.
+
+mod collect;
+mod inspect;
+mod launch;
+mod run;
+mod stage;
+
+pub use launch::WorldArgs;
+pub use run::Beside;
+
+use clap::{Parser, Subcommand};
+
+/// A driving simulator that is a shared-memory bus.
+#[derive(Parser, Debug)]
+#[command(name = "omnibus", version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand, Debug)]
+enum Verb {
+    /// Runs a simulator until Ctrl-C
+    Run(run::RunArgs),
+    /// Drives a car through traffic and writes down what its sensors measure
+    Collect(run::CollectArgs),
+    /// Says what a data set, a map or the running simulators are, and checks it
+    Inspect(inspect::InspectArgs),
+    /// Runs one stage alone at full speed and prints how long its frames take
+    Stage(stage::StageArgs),
+    /// Lists the maps that ship
+    Maps,
+    /// Lists what can be spawned
+    Blueprints,
+    /// One stage's process; the host starts these
+    #[command(hide = true)]
+    Role(launch::RoleArgs),
+}
+
+/// Runs the command that this process was started with.
+pub fn main() -> std::process::ExitCode {
+    let cli = Cli::parse();
+    let ended = match &cli.verb {
+        Verb::Run(args) => run::run(args),
+        Verb::Collect(args) => run::collect(args),
+        Verb::Inspect(args) => inspect::inspect(args),
+        Verb::Stage(args) => stage::stage(args),
+        Verb::Maps => {
+            town::names().for_each(|name| println!("{name}"));
+            Ok(())
+        }
+        Verb::Blueprints => {
+            town::catalogue().iter().for_each(|blueprint| println!("{}", blueprint.id));
+            Ok(())
+        }
+        Verb::Role(args) => launch::play_role(args),
+    };
+    match ended {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("omnibus: {e:#}");
+            std::process::ExitCode::FAILURE
+        }
+    }
+}
