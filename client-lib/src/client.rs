@@ -216,7 +216,8 @@ impl Client {
             return Err(ClientError::Asynchronous);
         }
         let control = self.participant.control();
-        let frame = Frame(control.complete.get()).next();
+        // A frame of the asynchronous world may still be under way.
+        let frame = Frame(control.complete.get().max(control.tick.get())).next();
         fault::point(Role::Client, "requesting", frame, self.first);
         control.request(self.participant.slot(), frame);
         fault::point(Role::Client, "requested", frame, self.first);

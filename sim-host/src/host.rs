@@ -20,7 +20,7 @@ use crate::{
     journal::{Inbox, Pen, Request},
     rigs::Rigs,
     standing::Standing,
-    supervisor::{Launcher, Supervisor},
+    supervisor::{Death, Launcher, Supervisor},
     world::World,
 };
 
@@ -465,8 +465,8 @@ impl Host {
 
     /// Deaths, joins, leavings: what every process's slot asks for.
     pub(crate) fn look_after_slots(&mut self) -> Result<(), HostError> {
-        while let Some((slot, why)) = self.supervisor.next_death() {
-            self.bury(slot, why)?;
+        while let Some((slot, death)) = self.supervisor.next_death() {
+            self.bury(slot, death)?;
         }
         for slot in 0..SLOTS {
             let words = self.control.slot(slot);
@@ -493,7 +493,8 @@ impl Host {
     fn free_if_gone(&self, slot: usize) {
         let words = self.control.slot(slot);
         let pid = words.pid();
-        if pid != 0 && process::start_time(pid).is_none() {
+        let is_stage = self.roles.contains_key(&slot);
+        if !is_stage && pid != 0 && process::start_time(pid).is_none() {
             words.reserve(SlotState::Free, 0);
         }
     }
@@ -603,7 +604,8 @@ impl Host {
         }
     }
 
-    fn bury(&mut self, slot: usize, why: String) -> Result<(), HostError> {
+    fn bury(&mut self, slot: usize, death: Death) -> Result<(), HostError> {
+        let Death { why, told } = death;
         let words = self.control.slot(slot);
         let (role, name) = (self.roles.get(&slot).copied(), words.name());
         words.set_state(SlotState::Dead);
@@ -629,6 +631,9 @@ impl Host {
         let deaths = self.deaths.entry(slot).or_default();
         *deaths = if deaths.0 == frame { (frame, deaths.1 + 1) } else { (frame, 1) };
         let deaths = deaths.1;
+        if frame == Frame(0) && told {
+            return Err(HostError::Start { role: role.name(), why });
+        }
         if !self.config.restart || deaths > DEATHS_MAX {
             let who = role.name().to_owned();
             return Err(HostError::Died { who, why, deaths, frame });

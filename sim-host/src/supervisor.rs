@@ -42,6 +42,13 @@ pub trait Launcher: Send {
 /// How long the cleaner may take before the host goes on without it.
 const CLEANING_MAX: Duration = Duration::from_secs(5);
 
+/// Why a process is gone.
+pub(crate) struct Death {
+    pub(crate) why: String,
+    /// It said so itself, before it ended.
+    pub(crate) told: bool,
+}
+
 /// Watches over every process on the bus.
 pub(crate) struct Supervisor {
     instance: Instance,
@@ -129,16 +136,18 @@ impl Supervisor {
     }
 
     /// A slot whose process has ended since the last question, and why it did.
-    pub(crate) fn next_death(&mut self) -> Option<(usize, String)> {
+    pub(crate) fn next_death(&mut self) -> Option<(usize, Death)> {
         let slot = self.deaths.try_recv().ok()?;
-        let mut why = "it ended".to_owned();
+        let mut why = "its thread ended".to_owned();
         if let Some(Stage::Process(child)) = self.stages.get_mut(&slot)
             // Reaps it; it has ended, so this does not block.
             && let Ok(status) = child.wait()
         {
             why = status.to_string();
         }
-        Some((slot, self.instance.take_last_words(slot).unwrap_or(why)))
+        let words = self.instance.take_last_words(slot);
+        let told = words.is_some();
+        Some((slot, Death { why: words.unwrap_or(why), told }))
     }
 
     /// Removes what the dead left on the bus. Says what could not be removed.

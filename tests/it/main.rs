@@ -1,1 +1,12 @@
 //! The one integration test binary: real processes, whole scenarios.
+
+mod kit;
+
+mod crash;
+mod exact;
+mod leave;
+mod modes;
+mod refuse;
+mod same;
+mod tidy;
+mod two;

@@ -35,6 +35,9 @@ pub enum BusError {
     /// The control page is not usable.
     #[error(transparent)]
     Page(#[from] crate::control::PageError),
+    /// The host ended while this process joined.
+    #[error("the host ended while this process joined")]
+    HostEnds,
     /// An instance could not be made, found or joined.
     #[error("{0}")]
     Instance(String),

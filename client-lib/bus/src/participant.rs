@@ -46,7 +46,10 @@ impl Participant {
         let pid = process::own_pid();
         let started = process::start_time(pid).unwrap_or(0);
         let slot = match slot {
-            Some(slot) => slot,
+            Some(slot) => {
+                control.slot(slot).reserve(SlotState::Claimed, pid);
+                slot
+            }
             None => (0..SLOTS).find(|&i| control.slot(i).claim(pid)).ok_or_else(|| {
                 BusError::Instance(format!(
                     "all {SLOTS} places of simulator {:?} are taken; end a client",
@@ -74,7 +77,10 @@ impl Participant {
         self.control
             .complete
             .wait(u64::MAX, self.strategy, Some(deadline), || reached() || self.is_over());
-        if reached() && !self.is_over() {
+        if self.is_over() {
+            return Err(BusError::HostEnds);
+        }
+        if reached() {
             return Ok(());
         }
         Err(BusError::Instance(format!(

@@ -163,6 +163,10 @@ impl Launcher for Processes {
             .env("OMNIBUS_LIFE", life.to_string())
             // A Ctrl-C on the terminal is for the host alone; it tells the others.
             .process_group(0);
+        if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+            // Else Mesa complains of it on standard error, though it opens no window.
+            command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
+        }
         Ok(Stage::Process(command.spawn()?))
     }
 
@@ -208,10 +212,13 @@ fn play_safely(
 ) -> anyhow::Result<()> {
     let told = catch_unwind(|| play(role, instance, slot, within, render));
     let ended = told.unwrap_or_else(|panic| Err(anyhow!("panicked: {}", words_of(&*panic))));
-    if let Err(e) = &ended {
-        instance.leave_last_words(slot, &format!("{e:#}"));
+    let Err(e) = ended else { return Ok(()) };
+    if instance.control().map_or(true, |control| control.is_ending()) {
+        // Whatever it was, it was the end of the host.
+        return Ok(());
     }
-    ended
+    instance.leave_last_words(slot, &format!("{e:#}"));
+    Err(e)
 }
 
 fn words_of(panic: &(dyn Any + Send)) -> &str {
@@ -256,5 +263,9 @@ pub(crate) fn play_role(args: &RoleArgs) -> anyhow::Result<()> {
         .ok_or_else(|| anyhow!("there is no role {:?}", args.role))?;
     let instance = Instance::named(&args.instance)?;
     let render = render_config(&args.device, args.threads)?;
-    play_safely(role, &instance, args.slot, false, render)
+    if play_safely(role, &instance, args.slot, false, render).is_err() {
+        // The host says why.
+        std::process::exit(1);
+    }
+    Ok(())
 }

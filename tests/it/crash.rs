@@ -1,0 +1,249 @@
+//! kill -9 at every point where it could hurt, and at random: the run goes on.
+
+use bus::{ActorId, Role, output};
+use client_lib::{Client, Pose, Rig, Spawn, camera};
+use glam::{Quat, Vec3};
+use rustix::process::Signal;
+
+use crate::kit::{Digest, Sim, eventually, is_soak, kill, omnibus, resident_bytes};
+
+/// Deaths at each point.
+fn deaths_wanted() -> usize {
+    if is_soak() { 60 } else { 20 }
+}
+
+/// A run that is judged frame by frame.
+struct Judge {
+    client: Client,
+    rig: Rig,
+}
+
+/// What a frame was: state and pictures.
+type Seen = (u64, u64);
+
+impl Judge {
+    fn new(sim: &Sim) -> Judge {
+        let mut client = sim.ticker();
+        let places = client.spawn_points().unwrap();
+        let car = client.spawn(Spawn::new("vehicle.tesla.model3", places[0]).autopilot()).unwrap();
+        for place in places.iter().skip(5).step_by(9).take(12) {
+            client.spawn(Spawn::new("vehicle.audi.tt", *place).autopilot()).unwrap();
+        }
+        let roof = Pose::new(Vec3::Z * 2.5, Quat::IDENTITY);
+        let outputs = output::DEPTH | output::INSTANCE;
+        let rig = client.create_rig("judge", car, &[camera("c", roof, 64, 48, 1.5, outputs)], 2).unwrap();
+        Judge { client, rig }
+    }
+
+    /// A tick; its one measurement must be there.
+    fn tick(&mut self) -> Seen {
+        let (frame, measured) = self.client.tick_and_collect(&mut [&mut self.rig]).unwrap();
+        let measured = measured[0].as_ref().unwrap_or_else(|| panic!("{frame} was not measured"));
+        let header = self.client.world().header();
+        assert_eq!(measured.header().state_hash, header.state_hash, "{frame}");
+        let mut digest = Digest::new();
+        digest.add(measured.data(0, output::DEPTH).unwrap());
+        digest.add(measured.data(0, output::INSTANCE).unwrap());
+        (header.state_hash, digest.0)
+    }
+}
+
+/// The same run with nobody dying.
+fn undisturbed(frames: usize) -> Vec<Seen> {
+    let sim = Sim::start(&[]);
+    let mut judge = Judge::new(&sim);
+    let seen = (0..frames).map(|_| judge.tick()).collect();
+    drop(judge);
+    sim.end();
+    seen
+}
+
+fn deaths(log: &str) -> usize {
+    log.lines().filter(|line| line.contains("died and is started anew")).count()
+}
+
+/// Files in shared memory and the host's resident bytes, now.
+fn footprint(sim: &Sim) -> (usize, u64, u64) {
+    let files = sim.shared_memory();
+    (files.len(), files.iter().map(|(_, len)| len).sum(), resident_bytes(sim.host_pid()))
+}
+
+fn flat(name: &str, early: (usize, u64, u64), late: (usize, u64, u64)) {
+    println!("{name}: files, bytes in shared memory, host resident: {early:?} -> {late:?}");
+    assert!(late.0 <= early.0 + 2, "{name}: files in shared memory grow: {early:?} -> {late:?}");
+    assert!(late.1 <= early.1 + (1 << 20), "{name}: shared memory grows: {early:?} -> {late:?}");
+    assert!(late.2 <= early.2 + (16 << 20), "{name}: the host grows: {early:?} -> {late:?}");
+}
+
+/// Runs with a fault plan until enough have died; every frame must be what it is undisturbed.
+fn dies_at(role: Role, point: &str) {
+    const EVERY: usize = 4;
+    let wanted = deaths_wanted();
+    let plan = format!("{}:{point}:{EVERY}", role.name());
+    let sim = Sim::start_with(&[], &[("OMNIBUS_FAULT", plan.as_str())]);
+    let mut judge = Judge::new(&sim);
+    let mut seen = Vec::new();
+    let mut early = None;
+    while deaths(&sim.log()) < wanted {
+        seen.push(judge.tick());
+        if early.is_none() && deaths(&sim.log()) >= wanted / 4 {
+            early = Some(footprint(&sim));
+        }
+        assert!(seen.len() < wanted * EVERY * 3, "{plan}: {} deaths in {} frames", deaths(&sim.log()), seen.len());
+    }
+    let late = footprint(&sim);
+    let count = deaths(&sim.log());
+    drop(judge);
+    sim.end();
+    assert!(seen == undisturbed(seen.len()), "{plan}: the run is another one");
+    println!("{plan}: {count} deaths in {} frames, none lost", seen.len());
+    flat(&plan, early.unwrap(), late);
+}
+
+/// Kills the stage again and again from outside; each second new one dies while it joins.
+fn dies_joining(role: Role) {
+    let wanted = deaths_wanted();
+    let plan = format!("{}:joining:1", role.name());
+    let sim = Sim::start_with(&[], &[("OMNIBUS_FAULT", plan.as_str())]);
+    let mut judge = Judge::new(&sim);
+    let mut seen = Vec::new();
+    let mut early = None;
+    while deaths(&sim.log()) < 2 * wanted {
+        let pid = sim.pid(role).expect("it lives between ticks");
+        kill(pid, Signal::KILL);
+        seen.push(judge.tick());
+        eventually("its successor", || sim.pid(role).is_some_and(|new| new != pid));
+        if early.is_none() && deaths(&sim.log()) >= wanted / 2 {
+            early = Some(footprint(&sim));
+        }
+    }
+    let late = footprint(&sim);
+    let count = deaths(&sim.log());
+    drop(judge);
+    sim.end();
+    assert!(seen == undisturbed(seen.len()), "{plan}: the run is another one");
+    println!("{plan}: {count} deaths, half of them while joining, in {} frames", seen.len());
+    flat(&plan, early.unwrap(), late);
+}
+
+#[test]
+fn the_renderer_may_die_anywhere() {
+    for point in ["loan_held", "sent", "acked"] {
+        dies_at(Role::Render, point);
+    }
+    dies_joining(Role::Render);
+}
+
+#[test]
+fn traffic_may_die_anywhere_and_forgets_nothing() {
+    for point in ["loan_held", "sent", "acked"] {
+        dies_at(Role::Traffic, point);
+    }
+    dies_joining(Role::Traffic);
+}
+
+#[test]
+fn clients_may_die_anywhere_even_while_they_hold_the_tick() {
+    let sim = Sim::start(&[]);
+    let mut judge = Judge::new(&sim);
+    judge.tick();
+    let mut early = None;
+    for point in ["joining", "requesting", "requested", "loan_held", "leaving"] {
+        for round in 0..deaths_wanted() {
+            // It takes the tick; whoever held it before must have let go.
+            release(&mut judge, &sim);
+            let fault = format!("client:{point}:3");
+            let ticks = (round % 5 + 3).to_string();
+            let ended = omnibus()
+                .args(["client", sim.instance().id(), &ticks])
+                .env("OMNIBUS_FAULT", &fault)
+                .env("OMNIBUS_LIFE", "1")
+                .output()
+                .unwrap();
+            let why = String::from_utf8_lossy(&ended.stderr);
+            assert!(why.is_empty(), "{fault}: {why}");
+            eventually("the tick comes back", || judge.client.take_tick().is_ok());
+            judge.tick();
+        }
+        if early.is_none() {
+            early = Some(footprint(&sim));
+        }
+        let dead = sim.log().lines().filter(|l| l.contains("client \"mortal\" died")).count();
+        println!("client:{point}: {dead} deaths so far");
+        assert!(dead >= deaths_wanted(), "{point}: nobody died");
+    }
+    flat("clients", early.unwrap(), footprint(&sim));
+    drop(judge);
+    sim.end();
+}
+
+/// Lets the tick go, so that the next client can take it.
+fn release(judge: &mut Judge, sim: &Sim) {
+    let control = sim.instance().control().unwrap();
+    control.pass_tick(control.ticker(), None);
+    let _ = judge;
+}
+
+#[test]
+fn at_random_times_anybody_may_die() {
+    let wanted = if is_soak() { 600 } else { 40 };
+    let sim = Sim::start(&[]);
+    let mut judge = Judge::new(&sim);
+    let mut seen = Vec::new();
+    let mut early = None;
+    let mut random = 0x2545_f491_4f6c_dd1d_u64;
+    for count in 0..wanted {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        let role = if random & 1 == 0 { Role::Render } else { Role::Traffic };
+        eventually("both stages", || sim.pid(Role::Render).is_some() && sim.pid(Role::Traffic).is_some());
+        let pid = sim.pid(role).unwrap();
+        let pause = std::time::Duration::from_micros(random >> 8 & 0x1fff);
+        let killer = std::thread::spawn(move || {
+            std::thread::sleep(pause);
+            kill(pid, Signal::KILL);
+        });
+        for _ in 0..4 {
+            seen.push(judge.tick());
+        }
+        killer.join().unwrap();
+        if count == wanted / 4 {
+            early = Some(footprint(&sim));
+        }
+    }
+    eventually("both stages", || sim.pid(Role::Render).is_some() && sim.pid(Role::Traffic).is_some());
+    let (late, count) = (footprint(&sim), deaths(&sim.log()));
+    drop(judge);
+    sim.end();
+    assert!(count >= wanted * 9 / 10, "{count} deaths of {wanted}");
+    assert!(seen == undisturbed(seen.len()), "the run is another one");
+    println!("at random: {count} deaths in {} frames, none lost", seen.len());
+    flat("at random", early.unwrap(), late);
+}
+
+#[test]
+fn without_restart_a_death_ends_the_run_with_an_account() {
+    let mut sim = Sim::start_with(&["--no-restart"], &[("OMNIBUS_FAULT", "traffic:sent:5")]);
+    let mut judge = Judge::new(&sim);
+    let ended = (0..20).find_map(|_| judge.client.tick().err()).expect("traffic dies at frame 5");
+    assert!(ended.to_string().contains("host has ended"), "{ended}");
+    let (status, log) = sim.wait();
+    assert!(!status.success());
+    println!("{log}");
+    assert!(log.contains("traffic died in frame") && log.contains("signal: 9"), "{log}");
+    assert_eq!(sim.shared_memory(), []);
+}
+
+#[test]
+fn a_stage_that_dies_again_and_again_is_given_up_with_its_last_words() {
+    // A GPU that is not there: the renderer ends as soon as it starts.
+    let output = omnibus()
+        .args(["run", "--device", "gpu:63", "--map", crate::kit::small_map()])
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    assert!(said.contains("sensor-render") && said.contains("gpu:63"), "{said}");
+    let _ = ActorId::NONE;
+}

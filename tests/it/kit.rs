@@ -1,0 +1,270 @@
+//! What every scenario needs: a simulator in processes of its own, on a small map.
+
+use std::{
+    fs,
+    io::{BufRead, BufReader, Read},
+    path::{Path, PathBuf},
+    process::{Child, Command, ExitStatus, Stdio},
+    sync::{
+        Arc, Mutex, OnceLock,
+        atomic::{AtomicU32, Ordering},
+    },
+    thread::JoinHandle,
+};
+
+use bus::Role;
+use client_lib::{Client, Instance};
+use rustix::process::{Pid, Signal, kill_process};
+
+/// One tick.
+pub(crate) const DELTA_NANOS: u64 = 50_000_000;
+
+/// The program under test.
+pub(crate) fn omnibus() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_role"))
+}
+
+/// Whether the full counts are wanted.
+pub(crate) fn is_soak() -> bool {
+    std::env::var_os("OMNIBUS_SOAK").is_some()
+}
+
+/// A folder that goes with the test.
+pub(crate) struct Scratch(PathBuf);
+
+impl Scratch {
+    pub(crate) fn new() -> Scratch {
+        let path = std::env::temp_dir().join(unique("omnibus-it"));
+        fs::create_dir_all(&path).unwrap();
+        Scratch(path)
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn unique(stem: &str) -> String {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    format!("{stem}-{}-{}", std::process::id() % 100_000, COUNT.fetch_add(1, Ordering::Relaxed))
+}
+
+/// A small town: the stages build it quickly.
+pub(crate) fn small_map() -> &'static str {
+    static MAP: OnceLock<String> = OnceLock::new();
+    MAP.get_or_init(|| {
+        let plan = town::Plan {
+            name: "Hamlet".to_owned(),
+            seed: 5,
+            size_m: 250.0,
+            character: town::Character::Grid,
+            relief_m: 2.0,
+        };
+        // Beside this very binary: one file for all tests, and for those who look at a failure.
+        let path = std::env::temp_dir().join(format!("omnibus-hamlet-{}.xodr", std::process::id()));
+        fs::write(&path, town::generate(&plan)).unwrap();
+        path.to_str().unwrap().to_owned()
+    })
+}
+
+/// A running `omnibus run`.
+pub(crate) struct Sim {
+    child: Child,
+    instance: Instance,
+    log: Arc<Mutex<String>>,
+    reader: Option<JoinHandle<()>>,
+}
+
+impl Sim {
+    /// On the small map, traced by the processor, waiting for a ticking client.
+    pub(crate) fn start(args: &[&str]) -> Sim {
+        Sim::start_with(args, &[])
+    }
+
+    /// With variables.
+    pub(crate) fn start_with(args: &[&str], variables: &[(&str, &str)]) -> Sim {
+        let name = unique("t");
+        let mut command = omnibus();
+        command.args(["run", "--synchronous", "--device", "cpu", "--name", &name]);
+        if !args.contains(&"--map") {
+            command.args(["--map", small_map()]);
+        }
+        command.args(args).envs(variables.iter().copied());
+        Sim::of(command, &name).unwrap_or_else(|log| panic!("it did not start: {log}"))
+    }
+
+    fn of(mut command: Command, name: &str) -> Result<Sim, String> {
+        let spawned = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = spawned.spawn().unwrap();
+        let log = Arc::new(Mutex::new(String::new()));
+        let (lines, into) = (child.stderr.take().unwrap(), Arc::clone(&log));
+        let reader = std::thread::spawn(move || {
+            for line in BufReader::new(lines).lines().map_while(Result::ok) {
+                let mut log = into.lock().unwrap();
+                log.push_str(&line);
+                log.push('\n');
+            }
+        });
+        let mut said = String::new();
+        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut said).unwrap();
+        if !said.contains(name) {
+            let _ = child.wait();
+            let _ = reader.join();
+            return Err(log.lock().unwrap().clone());
+        }
+        let instance = Instance::named(name).unwrap();
+        Ok(Sim { child, instance, log, reader: Some(reader) })
+    }
+
+    /// Its place.
+    pub(crate) fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
+    /// A client of it.
+    pub(crate) fn client(&self, name: &str) -> Client {
+        Client::connect(Some(self.instance.id()), name).unwrap()
+    }
+
+    /// A client that ticks it.
+    pub(crate) fn ticker(&self) -> Client {
+        let mut client = self.client("ticker");
+        client.synchronise(DELTA_NANOS).unwrap();
+        client
+    }
+
+    /// What it said on standard error so far.
+    pub(crate) fn log(&self) -> String {
+        self.log.lock().unwrap().clone()
+    }
+
+    /// The process that plays this role now; nothing while there is none.
+    pub(crate) fn pid(&self, role: Role) -> Option<u32> {
+        let control = self.instance.control().unwrap();
+        let slot = (0..bus::SLOTS).map(|i| control.slot(i)).find(|s| {
+            s.role() == Some(role) && s.state() == bus::SlotState::Live
+        })?;
+        Some(slot.pid()).filter(|pid| *pid != 0)
+    }
+
+    /// The host's process.
+    pub(crate) fn host_pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Everything of it in shared memory, with sizes.
+    pub(crate) fn shared_memory(&self) -> Vec<(String, u64)> {
+        let mut files = Vec::new();
+        list(&self.instance.root(), &mut files);
+        for path in self.instance.segments() {
+            let len = fs::metadata(&path).map_or(0, |m| m.len());
+            files.push((path.display().to_string(), len));
+        }
+        files
+    }
+
+    /// Sends a signal to the host and waits for its end.
+    pub(crate) fn signal(mut self, signal: Signal) -> (ExitStatus, String) {
+        kill(self.host_pid(), signal);
+        self.wait()
+    }
+
+    /// Waits for its end; says what it said.
+    pub(crate) fn wait(&mut self) -> (ExitStatus, String) {
+        let mut rest = String::new();
+        let _ = self.child.stdout.take().map(|mut out| out.read_to_string(&mut rest));
+        let status = self.child.wait().unwrap();
+        if let Some(reader) = self.reader.take() {
+            reader.join().unwrap();
+        }
+        (status, self.log() + &rest)
+    }
+
+    /// Ends it as Ctrl-C does, and proves that nothing is left.
+    pub(crate) fn end(mut self) -> String {
+        kill(self.host_pid(), Signal::INT);
+        let (status, log) = self.wait();
+        assert!(status.success(), "{status}: {log}");
+        assert_eq!(self.shared_memory(), []);
+        log
+    }
+}
+
+impl Drop for Sim {
+    fn drop(&mut self) {
+        // A test that failed in mid-run.
+        if matches!(self.child.try_wait(), Ok(None)) {
+            kill(self.host_pid(), Signal::TERM);
+            let (_, log) = self.wait();
+            eprintln!("{log}");
+        }
+    }
+}
+
+fn list(dir: &Path, files: &mut Vec<(String, u64)>) {
+    for entry in fs::read_dir(dir).into_iter().flatten().flatten() {
+        match entry.metadata() {
+            Ok(meta) if meta.is_dir() => list(&entry.path(), files),
+            Ok(meta) => files.push((entry.path().display().to_string(), meta.len())),
+            Err(_) => {}
+        }
+    }
+}
+
+/// Sends a signal.
+pub(crate) fn kill(pid: u32, signal: Signal) {
+    let pid = Pid::from_raw(pid as i32).unwrap();
+    let _ = kill_process(pid, signal);
+}
+
+/// Whether a process is there and no zombie.
+pub(crate) fn lives(pid: u32) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    stat.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with('Z'))
+}
+
+/// Resident memory of a process.
+pub(crate) fn resident_bytes(pid: u32) -> u64 {
+    let statm = fs::read_to_string(format!("/proc/{pid}/statm")).unwrap_or_default();
+    statm.split(' ').nth(1).and_then(|pages| pages.parse::<u64>().ok()).unwrap_or(0) * 4096
+}
+
+/// Waits until something is so; panics with `what` if it is not within a minute.
+pub(crate) fn eventually(what: &str, mut is_so: impl FnMut() -> bool) {
+    for _ in 0..6000 {
+        if is_so() {
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    panic!("{what} did not come about within a minute");
+}
+
+/// FNV-1a over anything.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Digest(pub(crate) u64);
+
+impl Digest {
+    pub(crate) fn new() -> Digest {
+        Digest(0xcbf2_9ce4_8422_2325)
+    }
+
+    pub(crate) fn add(&mut self, bytes: &[u8]) {
+        // Eight bytes at a time: pictures are long.
+        let (words, rest) = bytes.as_chunks::<8>();
+        for word in words {
+            self.step(u64::from_le_bytes(*word));
+        }
+        rest.iter().for_each(|byte| self.step(u64::from(*byte)));
+    }
+
+    fn step(&mut self, word: u64) {
+        self.0 = (self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(23);
+    }
+}

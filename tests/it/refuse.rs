@@ -1,0 +1,180 @@
+//! Bad input gets one clear error; nothing hangs, nothing is lost.
+
+use std::{fs, process::Output};
+
+use bus::{ActorId, Settings, Teleport, Wish, output};
+use client_lib::{Pose, Spawn, camera, lidar};
+use glam::Vec3;
+
+use crate::kit::{Scratch, Sim, omnibus, small_map};
+
+fn run(args: &[&str]) -> Output {
+    omnibus().args(args).output().unwrap()
+}
+
+/// The one line that a refused command says.
+fn refusal(args: &[&str]) -> String {
+    let output = run(args);
+    assert!(!output.status.success(), "{args:?} was not refused");
+    let said = String::from_utf8(output.stderr).unwrap();
+    println!("{} -> {}", args.join(" "), said.trim_end());
+    assert_eq!(said.lines().count(), 1, "{said}");
+    said
+}
+
+fn names(said: &str, words: &[&str]) {
+    for word in words {
+        assert!(said.contains(word), "{said:?} does not say {word:?}");
+    }
+}
+
+#[test]
+fn a_bad_map_is_named_with_its_line() {
+    let scratch = Scratch::new();
+    let bad = scratch.path().join("bad.xodr");
+    let text = fs::read_to_string(small_map()).unwrap();
+    let map = bad.to_str().unwrap();
+    names(&refusal(&["run", "--map", "/no/such.xodr"]), &["/no/such.xodr", "No such file"]);
+    names(&refusal(&["run", "--map", "Nowhere"]), &["Nowhere", "Millbrook"]);
+    for (content, words) in [
+        ("".to_owned(), &["bad.xodr"][..]),
+        ("hello".to_owned(), &["bad.xodr"]),
+        (text[..text.len() / 2].to_owned(), &["bad.xodr", "line"]),
+        (text.replacen("length=\"", "length=\"x", 1), &["bad.xodr", "line", "length"]),
+    ] {
+        fs::write(&bad, content).unwrap();
+        names(&refusal(&["run", "--map", map]), words);
+    }
+    fs::write(&bad, [0xff, 0xfe, 0x00]).unwrap();
+    names(&refusal(&["run", "--map", map]), &["UTF-8"]);
+}
+
+#[test]
+fn bad_arguments_are_named_with_what_would_do() {
+    names(&refusal(&["run", "--device", "tpu"]), &["--device", "tpu"]);
+    names(&refusal(&["run", "--wait", "never"]), &["never", "balanced"]);
+    names(&refusal(&["run", "--name", "UPPER"]), &["UPPER", "a-z"]);
+    names(&refusal(&["run", "--fixed-delta", "7"]), &["--fixed-delta", "7"]);
+    names(&refusal(&["run", "--device", "gpu:77", "--map", small_map()]), &["gpu:77"]);
+}
+
+#[test]
+fn a_name_that_is_taken_is_refused_and_the_other_goes_on() {
+    let sim = Sim::start(&[]);
+    let said = refusal(&["run", "--name", sim.instance().id(), "--map", small_map()]);
+    names(&said, &[sim.instance().id(), "already runs"]);
+    sim.ticker().tick().unwrap();
+    sim.end();
+}
+
+#[test]
+fn a_refused_wish_is_named_and_the_world_goes_on() {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let place = client.spawn_points().unwrap()[0];
+    let car = client.spawn(Spawn::new("vehicle.tesla.model3", place)).unwrap();
+    let mut refused = |what: &str, wish: Wish, words: &[&str]| {
+        let said = client.request("wish", &[wish]).unwrap_err().to_string();
+        println!("{what} -> {said}");
+        names(&said, words);
+    };
+    let spawn = |name: &str, pose| {
+        Wish::Spawn(bus::Spawn { blueprint: bus::Name::new(name), pose, ..Default::default() })
+    };
+    refused("blueprint", spawn("vehicle.no.such", place), &["vehicle.no.such", "omnibus blueprints"]);
+    refused("occupied", spawn("vehicle.audi.tt", place), &["vehicle.audi.tt"]);
+    let nowhere = Pose { position_m: [f32::NAN, 0.0, 0.0], ..place };
+    refused("NaN", spawn("vehicle.audi.tt", nowhere), &["finite"]);
+    refused("absent", Wish::Destroy(ActorId(9999)), &["9999", "never spawned"]);
+    let far = Pose::level(Vec3::X * 1e7, 0.0);
+    refused("far", Wish::Teleport(Teleport { actor_id: car, pose: far }), &["100000 m"]);
+    let settings = Settings { delta_nanos: 0, ..Settings::default() };
+    refused("delta", Wish::SetSettings(settings), &["delta_nanos is 0"]);
+    let good = camera("c", Pose::IDENTITY, 64, 48, 1.5, output::COLOR);
+    for (spec, words) in [
+        (bus::SensorSpec { width: 0, ..good }, &["\"c\"", "width is 0"]),
+        (bus::SensorSpec { fov_rad: 9.0, ..good }, &["\"c\"", "fov_rad is 9"]),
+        (lidar("l", Pose::IDENTITY, 8, 90, [0.5, -0.5], 50.0), &["\"l\"", "lower_rad is 0.5"]),
+        (bus::SensorSpec { kind: 77, ..good }, &["\"c\"", "77"]),
+        (bus::SensorSpec { width: 8192, height: 8192, outputs: 0xf, ..good }, &["/dev/shm", "MB free; enlarge it"]),
+    ] {
+        let (hold, count) = if spec.width == 8192 { (8, 16) } else { (2, 1) };
+        let name = |index: usize| bus::Name::new(&format!("{}{}", spec.name, ["", "b"][index.min(1)].repeat(index)));
+        let specs: Vec<_> = (0..count).map(|i| bus::SensorSpec { name: name(i), ..spec }).collect();
+        let Err(said) = client.create_rig("r", car, &specs, hold) else { panic!("{spec:?} was granted") };
+        println!("sensor -> {said}");
+        names(&said.to_string(), words);
+    }
+    client.destroy(car).unwrap();
+    assert!(client.destroy(car).unwrap_err().to_string().contains("was destroyed"));
+    client.tick().unwrap();
+    drop(client);
+    sim.end();
+}
+
+#[test]
+fn a_stage_of_another_build_is_not_let_in() {
+    let sim = Sim::start(&[]);
+    let control = sim.instance().control().unwrap();
+    let ours = sim.client("before");
+    control.pretend_protocol(99);
+    let said = client_lib::Client::connect(Some(sim.instance().id()), "late").err().unwrap().to_string();
+    println!("other build -> {said}");
+    names(&said, &["protocol", "99", "one checkout"]);
+    drop(ours);
+    sim.end();
+}
+
+#[test]
+fn a_client_that_stops_reading_loses_its_own_frames_and_nobody_elses() {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let at = Pose::new(Vec3::Z * 60.0, glam::Quat::IDENTITY);
+    let spec = camera("c", at, 64, 48, 1.5, output::DEPTH);
+    let mut sleeper = sim.client("sleeper");
+    let mut asleep = sleeper.create_rig("asleep", ActorId::NONE, &[spec], 2).unwrap();
+    let mut awake = client.create_rig("awake", ActorId::NONE, &[spec], 2).unwrap();
+    // It holds as many as it may, and never gives them back.
+    let mut held = Vec::new();
+    for _ in 0..300 {
+        let (frame, measured) = client.tick_and_collect(&mut [&mut awake]).unwrap();
+        assert_eq!(measured[0].as_ref().unwrap().frame(), frame);
+        if held.len() < 2 {
+            held.extend(asleep.receive().unwrap());
+        }
+    }
+    let over = asleep.receive().map(|m| m.is_some()).unwrap_err().to_string();
+    println!("a reader that holds all -> {over}");
+    names(&over, &["holds as many"]);
+    held.clear();
+    let next = asleep.receive().unwrap().unwrap();
+    assert!(asleep.missed() > 200 && next.frame().0 > 250, "{}", asleep.missed());
+    // Its snapshots too are the newest when it wakes.
+    sleeper.refresh().unwrap();
+    assert_eq!(sleeper.frame(), client.frame());
+    drop((client, sleeper, awake, asleep, next));
+    sim.end();
+}
+
+#[test]
+fn a_data_set_is_never_overwritten_and_a_folder_that_cannot_be_written_is_named() {
+    let scratch = Scratch::new();
+    let out = scratch.path().join("set");
+    let out = out.to_str().unwrap();
+    let small = ["--map", small_map(), "--device", "cpu", "--width", "64", "--height", "48", "--vehicles", "3", "--warmup", "2"];
+    fn with<'a>(small: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
+        [&["collect"], small, more].concat()
+    }
+    let made = run(&with(&small, &["--frames", "4", "--out", out]));
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    names(&refusal(&with(&small, &["--frames", "4", "--out", out])), &[out, "complete data set of 4 frames"]);
+    names(&refusal(&with(&small, &["--frames", "4", "--out", "/proc/nowhere"])), &["/proc/nowhere"]);
+    let file = scratch.path().join("file");
+    fs::write(&file, "").unwrap();
+    names(&refusal(&with(&small, &["--frames", "4", "--out", file.to_str().unwrap()])), &["file"]);
+    names(&refusal(&with(&small, &["--frames", "0", "--out", out])), &["--frames"]);
+    // A bad map leaves no folder behind.
+    let fresh = scratch.path().join("fresh");
+    refusal(&["collect", "--map", "/no/such.xodr", "--out", fresh.to_str().unwrap()]);
+    assert!(!fresh.exists());
+}

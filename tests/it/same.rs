@@ -1,0 +1,170 @@
+//! Same seed, same run: whatever runs where, with whom, and how fast.
+
+use bus::{ActorId, SetVelocity, Settings, Teleport, Wish, output};
+use cli::{Beside, WorldArgs};
+use client_lib::{Client, Pose, Spawn, camera, lidar};
+use glam::{Quat, Vec3};
+
+use crate::kit::{DELTA_NANOS, Digest, Sim, small_map};
+
+const FRAMES: u64 = 2000;
+const VEHICLES: usize = 100;
+
+/// What a run was.
+#[derive(Debug, PartialEq)]
+struct Run {
+    hashes: Vec<u64>,
+    collisions: u32,
+    vehicles: usize,
+    /// Over depth, tags and ids of every measured frame.
+    measured: Vec<u64>,
+}
+
+/// How a run is looked at; none of it may change what happens.
+#[derive(Clone, Copy, Default)]
+struct Look {
+    measuring: bool,
+    pipeline: u32,
+}
+
+/// A fixed play: a hundred cars in traffic; every 40 frames one is hurled against another; one is
+/// destroyed and a new one comes every 60.
+fn play(client: &mut Client, look: Look) -> Run {
+    client.synchronise(DELTA_NANOS).unwrap();
+    let settings = Settings { pipeline: look.pipeline, ..client.settings() };
+    client.apply_settings(settings).unwrap();
+    let places = client.spawn_points().unwrap();
+    let mut places = places.iter().cycle();
+    let mut cars = Vec::new();
+    let blueprints = ["vehicle.tesla.model3", "vehicle.audi.tt", "vehicle.carlamotors.firetruck"];
+    let mut next = |client: &mut Client, cars: &mut Vec<ActorId>| loop {
+        let blueprint = blueprints[cars.len() % blueprints.len()];
+        let place = places.next().unwrap();
+        if let Ok(car) = client.spawn(Spawn::new(blueprint, *place).autopilot()) {
+            cars.push(car);
+            break;
+        }
+    };
+    while cars.len() < VEHICLES {
+        next(client, &mut cars);
+    }
+    let mut rig = look.measuring.then(|| {
+        let roof = Pose::new(Vec3::Z * 2.5, Quat::IDENTITY);
+        let sensors = [
+            camera("front", roof, 96, 72, 1.5, output::DEPTH | output::TAG | output::INSTANCE),
+            lidar("lidar", roof, 8, 90, [-0.4, 0.1], 60.0),
+        ];
+        client.create_rig("look", cars[0], &sensors, 4).unwrap()
+    });
+    let mut run = Run { hashes: vec![], collisions: 0, vehicles: 0, measured: vec![] };
+    for frame in 1..=FRAMES {
+        if frame % 40 == 0 {
+            let [target, bullet] = [frame / 40, frame / 40 + 37].map(|n| cars[n as usize % VEHICLES]);
+            if let Some(pose) = client.world().actor(target).map(|a| a.pose) {
+                let ahead = pose.rotation() * Vec3::X;
+                let facing = pose.rotation() * Quat::from_rotation_z(std::f32::consts::PI);
+                let at = pose.position() + ahead * 8.0 + Vec3::Z * 0.2;
+                let teleport = Teleport { actor_id: bullet, pose: Pose::new(at, facing) };
+                let velocity_mps = (ahead * -15.0).to_array();
+                let push = SetVelocity { actor_id: bullet, velocity_mps, ..Default::default() };
+                client.send(&[Wish::Teleport(teleport), Wish::SetVelocity(push)]).unwrap();
+            }
+        }
+        if frame % 60 == 0 {
+            let gone = cars.remove((frame / 60) as usize % 50 + 1);
+            client.send(&[Wish::Destroy(gone)]).unwrap();
+            next(client, &mut cars);
+        }
+        client.tick().unwrap();
+        let header = client.world().header();
+        run.hashes.push(header.state_hash);
+        run.collisions += header.collisions;
+        if let Some(rig) = &mut rig {
+            while let Some(measured) = rig.receive().unwrap() {
+                run.measured.push(digest(&measured));
+            }
+        }
+    }
+    if let Some(rig) = &mut rig {
+        while run.measured.len() < FRAMES as usize {
+            let measured = client.await_measurement(rig);
+            let measured = measured.unwrap_or_else(|e| {
+                panic!("{e}: {} of {FRAMES} came, {} were missed", run.measured.len(), rig.missed())
+            });
+            run.measured.push(digest(&measured));
+        }
+    }
+    run.vehicles = client.world().actors().iter().filter(|a| a.kind == bus::kind::VEHICLE).count();
+    run
+}
+
+fn digest(measured: &client_lib::Measurement) -> u64 {
+    let mut digest = Digest::new();
+    for plane in measured.planes() {
+        digest.add(measured.data(plane.sensor as usize, plane.output).unwrap());
+    }
+    digest.0
+}
+
+fn as_processes(args: &[&str], variables: &[(&str, &str)], look: Look) -> Run {
+    let sim = Sim::start_with(args, variables);
+    let run = play(&mut sim.client("player"), look);
+    sim.end();
+    run
+}
+
+fn as_one_process(look: Look) -> Run {
+    let mut args = WorldArgs::of_map(small_map());
+    args.single_process = true;
+    args.seed = 3;
+    args.device = "cpu".to_owned();
+    args.name = Some(format!("one-{}", std::process::id() % 100_000));
+    let beside = Beside::start(&args, Settings { synchronous: 1, ..Settings::default() }).unwrap();
+    let run = play(&mut beside.connect("player").unwrap(), look);
+    beside.end().unwrap();
+    run
+}
+
+fn first_difference(a: &Run, b: &Run) -> Option<usize> {
+    a.hashes.iter().zip(&b.hashes).position(|(a, b)| a != b)
+}
+
+#[test]
+fn two_runs_of_one_seed_are_the_same_frame_by_frame() {
+    let first = as_processes(&["--seed", "3"], &[], Look::default());
+    assert_eq!(first.hashes.len(), FRAMES as usize);
+    assert!(first.collisions >= 20, "{} collisions", first.collisions);
+    assert!(first.vehicles >= VEHICLES - 1, "{} vehicles", first.vehicles);
+    let seeing = Look { measuring: true, pipeline: 0 };
+    let trailing = Look { measuring: true, pipeline: 3 };
+    let slow = [("OMNIBUS_DELAY", "traffic:1500")];
+    let seen = as_processes(&["--seed", "3", "--threads", "2"], &[], seeing);
+    let variants = [
+        ("again", as_processes(&["--seed", "3"], &[], Look::default())),
+        ("traffic slowed", as_processes(&["--seed", "3"], &slow, Look::default())),
+        ("one process", as_one_process(Look::default())),
+        ("one tracer thread", as_processes(&["--seed", "3", "--threads", "1"], &[], seeing)),
+        ("pipelined", as_processes(&["--seed", "3"], &[], trailing)),
+    ];
+    println!("hash of frame {FRAMES}: {:016x}, {} collisions", first.hashes.last().unwrap(), first.collisions);
+    for (name, run) in variants.iter().chain([&("with sensors", seen.clone_hashes())]) {
+        println!("{name}: {:016x}", run.hashes.last().unwrap());
+        if let Some(at) = first_difference(&first, run) {
+            panic!("{name}: another state from frame {} of the play on", at + 1);
+        }
+        assert_eq!(run.collisions, first.collisions, "{name}");
+        if !run.measured.is_empty() {
+            let at = run.measured.iter().zip(&seen.measured).position(|(a, b)| a != b);
+            assert_eq!(at, None, "{name}: other bytes were measured");
+            assert_eq!(run.measured.len(), seen.measured.len(), "{name}");
+        }
+    }
+    let other = as_processes(&["--seed", "4"], &[], Look::default());
+    assert!(first_difference(&first, &other).is_some_and(|at| at < 100), "another seed, another run");
+}
+
+impl Run {
+    fn clone_hashes(&self) -> Run {
+        Run { hashes: self.hashes.clone(), measured: vec![], ..*self }
+    }
+}

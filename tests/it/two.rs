@@ -1,0 +1,70 @@
+//! Two of something.
+
+use client_lib::Spawn;
+
+use crate::kit::Sim;
+
+#[test]
+fn two_simulations_side_by_side_do_not_see_each_other() {
+    let (left, right) = (Sim::start(&["--seed", "1"]), Sim::start(&["--seed", "1"]));
+    let (mut a, mut b) = (left.ticker(), right.ticker());
+    let place = a.spawn_points().unwrap()[0];
+    let empty = b.world().actors().len();
+    a.spawn(Spawn::new("vehicle.audi.tt", place)).unwrap();
+    for _ in 0..50 {
+        a.tick().unwrap();
+    }
+    assert_eq!(b.tick().unwrap().0, 1, "the other's ticks are its own");
+    assert_eq!(b.world().actors().len(), empty);
+    assert_eq!(a.world().actors().len(), empty + 1);
+    let ambiguous = client_lib::Client::connect(None, "lost").err().map(|e| e.to_string());
+    assert!(ambiguous.is_some_and(|e| e.contains("say which by name")));
+    drop((a, b));
+    left.end();
+    right.end();
+}
+
+#[test]
+fn a_second_ticker_is_refused_by_name_unless_the_first_hands_over() {
+    let sim = Sim::start(&[]);
+    let mut first = sim.client("first");
+    first.synchronise(50_000_000).unwrap();
+    let mut second = sim.client("second");
+    let refused = second.tick().unwrap_err().to_string();
+    assert!(refused.contains("\"first\"") && refused.contains("hand"), "{refused}");
+    let nobody = first.hand_tick_to("third").unwrap_err().to_string();
+    assert!(nobody.contains("third"), "{nobody}");
+    first.hand_tick_to("second").unwrap();
+    assert_eq!(second.tick().unwrap().0, 1);
+    let refused = first.tick().unwrap_err().to_string();
+    assert!(refused.contains("\"second\""), "{refused}");
+    drop(second);
+    crate::kit::eventually("the tick comes back", || first.tick().is_ok());
+    drop(first);
+    sim.end();
+}
+
+#[test]
+fn two_clients_of_one_name_get_their_own_answers() {
+    let sim = Sim::start(&[]);
+    let (mut a, b) = (sim.client("twin"), sim.client("twin"));
+    let places = a.spawn_points().unwrap();
+    let spawn_ten = |mut client: client_lib::Client, first: usize| {
+        let places: Vec<_> = places.iter().skip(first).step_by(20).take(10).copied().collect();
+        let spawn = move || {
+            let mut ids = Vec::new();
+            for place in places {
+                ids.push(client.spawn(Spawn::new("vehicle.audi.tt", place)).unwrap().0);
+            }
+            ids
+        };
+        std::thread::spawn(spawn)
+    };
+    let (one, two) = (spawn_ten(a, 0), spawn_ten(b, 10));
+    let spawns = [one.join().unwrap(), two.join().unwrap()].concat();
+    let mut ids = spawns.clone();
+    ids.sort_unstable();
+    ids.dedup();
+    assert_eq!(ids.len(), 20, "{spawns:?}");
+    sim.end();
+}

@@ -1,0 +1,34 @@
+//! What the tests start as processes: `omnibus` itself, or a client that is to die.
+
+use bus::flag;
+use client_lib::{Client, ClientError, Pose, Spawn, camera, output};
+
+fn main() -> std::process::ExitCode {
+    let args: Vec<String> = std::env::args().collect();
+    if args.get(1).is_some_and(|verb| verb == "client") {
+        return match client(&args[2], args[3].parse().unwrap_or(10)) {
+            Ok(()) => std::process::ExitCode::SUCCESS,
+            Err(e) => {
+                eprintln!("client: {e}");
+                std::process::ExitCode::FAILURE
+            }
+        };
+    }
+    cli::main()
+}
+
+/// Ticks, with a car and a camera of its own.
+fn client(instance: &str, ticks: u64) -> Result<(), ClientError> {
+    let mut client = Client::connect(Some(instance), "mortal")?;
+    client.synchronise(50_000_000)?;
+    let place = client.spawn_points()?[(std::process::id() % 500) as usize];
+    let car = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot())?;
+    let roof = Pose::new(glam::Vec3::Z * 2.0, glam::Quat::IDENTITY);
+    let spec = camera("front", roof, 64, 48, 1.5, output::DEPTH);
+    let mut rig = client.create_rig("mortal", car, &[spec], 2)?;
+    for _ in 0..ticks {
+        let (_, measured) = client.tick_and_collect(&mut [&mut rig])?;
+        assert!(measured[0].is_some() && client.world().actor(car).is_some_and(|a| a.has(flag::AUTOPILOT)));
+    }
+    client.destroy(car)
+}
