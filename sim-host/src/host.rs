@@ -409,7 +409,9 @@ impl Host {
     fn send_snapshot(&mut self, mut header: SnapshotHeader) -> Result<(), HostError> {
         let mut hash = StateHash::new();
         hash.bytes(bytemuck::bytes_of(&header.stamp));
-        hash.bytes(bytemuck::bytes_of(&self.settings));
+        // Who waits for whom, and whether anybody looks, changes nothing.
+        hash.word(self.settings.delta_nanos);
+        hash.word(self.settings.substep_max_nanos);
         hash.word(self.decided_hash);
         self.world.hash(&mut hash);
         let states = self.world.states();
@@ -516,8 +518,12 @@ impl Host {
             let frame = self.barrier.frame();
             let lag = self.lag(role);
             let done = match self.barrier.done(slot) {
-                // Its predecessor may have trailed; it goes on from there.
-                Some(done) => done.max(Frame(frame.0.saturating_sub(bus::PIPELINE_MAX.into()))),
+                // Its predecessor may have trailed; it goes on from there, or from the oldest
+                // snapshot that a newcomer finds.
+                Some(done) => {
+                    let history = bus::channel("snapshot").history as u64;
+                    done.max(Frame(frame.0.saturating_sub(history)))
+                }
                 None => {
                     self.barrier.join(slot, role.name(), OnDeath::Respawn, lag, frame);
                     frame
@@ -573,8 +579,13 @@ impl Host {
 
     /// The journal as one finds it whose work is done up to `done`.
     fn serve_state(&mut self, done: Frame) -> Result<(), HostError> {
-        let (frame, entries, after) = self.standing.since(done);
-        self.pen.publish_keyframe(&self.ports, frame, &entries)?;
+        let (frame, entries, mut after) = self.standing.since(done);
+        // What was carried out between two frames belongs to the next one.
+        let coming = self.pen.published();
+        if !coming.is_empty() {
+            after.push((self.barrier.frame().next(), coming.to_vec()));
+        }
+        self.pen.publish_keyframe(&self.ports, frame, &entries, after.len())?;
         for (frame, entries) in after {
             self.pen.publish_again(&self.ports, frame, &entries)?;
         }
@@ -610,6 +621,9 @@ impl Host {
         let (role, name) = (self.roles.get(&slot).copied(), words.name());
         words.set_state(SlotState::Dead);
         let frame = self.barrier.frame();
+        // Before anything of the dead is removed.
+        self.receive_decided()?;
+        self.inbox.drain(&self.ports)?;
         let stuck = self.supervisor.clean_up();
         let Some(role) = role else {
             self.barrier.dies(slot);
@@ -619,7 +633,6 @@ impl Host {
             self.control.slot(slot).reserve(state, 0);
             return Ok(());
         };
-        self.receive_decided()?;
         self.barrier.arrive(slot, self.control.slot(slot).ack());
         if role == Role::Traffic
             && let Some(decided) = &self.decided

@@ -134,14 +134,16 @@ impl Pen {
         Ok(())
     }
 
-    /// Publishes the standing state, for newcomers.
+    /// Publishes the standing state, for newcomers; `follow` past journals belong to it.
     pub(crate) fn publish_keyframe(
         &mut self,
         ports: &HostPorts,
         frame: Frame,
         entries: &[JournalEntry],
+        follow: usize,
     ) -> Result<(), BusError> {
-        self.send(ports, Stamp { frame, ..Stamp::default() }, 0, 1, entries)
+        let parts = 1 + follow as u32;
+        self.send(ports, Stamp { frame, ..Stamp::default() }, 0, parts, entries)
     }
 
     /// Publishes a past frame's journal once more, for newcomers.
@@ -165,6 +167,11 @@ impl Pen {
         let header = JournalHeader { stamp, serial: self.serial, first, keyframe };
         self.serial += 1;
         ports.journal.send(header, entries)
+    }
+
+    /// The lines of the coming frame that are out already.
+    pub(crate) fn published(&self) -> &[JournalEntry] {
+        &self.entries[..self.published]
     }
 
     /// How many lines the frame has so far.

@@ -62,8 +62,11 @@ fn deaths(log: &str) -> usize {
     log.lines().filter(|line| line.contains("died and is started anew")).count()
 }
 
-/// Files in shared memory and the host's resident bytes, now.
+/// Files and bytes in shared memory and the host's resident bytes, when nobody is dead.
 fn footprint(sim: &Sim) -> (usize, u64, u64) {
+    eventually("both stages", || {
+        sim.pid(Role::Render).is_some() && sim.pid(Role::Traffic).is_some()
+    });
     let files = sim.shared_memory();
     (files.len(), files.iter().map(|(_, len)| len).sum(), resident_bytes(sim.host_pid()))
 }
@@ -121,7 +124,8 @@ fn dies_joining(role: Role) {
     let count = deaths(&sim.log());
     drop(judge);
     sim.end();
-    assert!(seen == undisturbed(seen.len()), "{plan}: the run is another one");
+    let other = undisturbed(seen.len()).iter().zip(&seen).position(|(a, b)| a != b);
+    assert_eq!(other, None, "{plan}: the run is another one from that frame on");
     println!("{plan}: {count} deaths, half of them while joining, in {} frames", seen.len());
     flat(&plan, early.unwrap(), late);
 }
@@ -135,11 +139,39 @@ fn the_renderer_may_die_anywhere() {
 }
 
 #[test]
+fn a_pipelined_renderer_may_die_and_its_unread_frames_still_come() {
+    let wanted = deaths_wanted();
+    let sim = Sim::start_with(&[], &[("OMNIBUS_FAULT", "sensor-render:acked:7")]);
+    let mut judge = Judge::new(&sim);
+    let settings = client_lib::Settings { pipeline: 3, ..judge.client.settings() };
+    judge.client.apply_settings(settings).unwrap();
+    let (mut ticks, mut measured) = (0, 0);
+    while deaths(&sim.log()) < wanted {
+        judge.client.tick().unwrap();
+        ticks += 1;
+        // It reads late: the dead have sent what it has not read.
+        if ticks % 3 == 0 {
+            while judge.rig.receive().unwrap().is_some() {
+                measured += 1;
+            }
+        }
+    }
+    while measured < ticks {
+        judge.client.await_measurement(&mut judge.rig).unwrap();
+        measured += 1;
+    }
+    assert_eq!(judge.rig.missed(), 0);
+    println!("pipelined: {} deaths in {ticks} frames", deaths(&sim.log()));
+    drop(judge);
+    sim.end();
+}
+
+#[test]
 fn traffic_may_die_anywhere_and_forgets_nothing() {
+    dies_joining(Role::Traffic);
     for point in ["loan_held", "sent", "acked"] {
         dies_at(Role::Traffic, point);
     }
-    dies_joining(Role::Traffic);
 }
 
 #[test]
@@ -148,7 +180,8 @@ fn clients_may_die_anywhere_even_while_they_hold_the_tick() {
     let mut judge = Judge::new(&sim);
     judge.tick();
     let mut early = None;
-    for point in ["joining", "requesting", "requested", "loan_held", "leaving"] {
+    let points = ["joining", "requesting", "requested", "loan_held", "leaving"];
+    for (place, point) in points.into_iter().enumerate() {
         for round in 0..deaths_wanted() {
             // It takes the tick; whoever held it before must have let go.
             release(&mut judge, &sim);
@@ -170,7 +203,7 @@ fn clients_may_die_anywhere_even_while_they_hold_the_tick() {
         }
         let dead = sim.log().lines().filter(|l| l.contains("client \"mortal\" died")).count();
         println!("client:{point}: {dead} deaths so far");
-        assert!(dead >= deaths_wanted(), "{point}: nobody died");
+        assert_eq!(dead, deaths_wanted() * (place + 1), "{point}: not everybody died");
     }
     flat("clients", early.unwrap(), footprint(&sim));
     drop(judge);
@@ -223,6 +256,24 @@ fn at_random_times_anybody_may_die() {
 }
 
 #[test]
+fn what_was_wished_between_two_frames_is_known_to_a_successor() {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    client.tick().unwrap();
+    let at = Pose::new(Vec3::Z * 40.0, Quat::IDENTITY);
+    let spec = camera("c", at, 64, 48, 1.5, output::DEPTH);
+    let mut rig = client.create_rig("early", ActorId::NONE, &[spec], 2).unwrap();
+    let pid = sim.pid(Role::Render).unwrap();
+    kill(pid, Signal::KILL);
+    eventually("its successor", || sim.pid(Role::Render).is_some_and(|new| new != pid));
+    for _ in 0..5 {
+        assert!(client.tick_and_collect(&mut [&mut rig]).unwrap().1[0].is_some());
+    }
+    drop((client, rig));
+    sim.end();
+}
+
+#[test]
 fn without_restart_a_death_ends_the_run_with_an_account() {
     let mut sim = Sim::start_with(&["--no-restart"], &[("OMNIBUS_FAULT", "traffic:sent:5")]);
     let mut judge = Judge::new(&sim);
@@ -245,5 +296,4 @@ fn a_stage_that_dies_again_and_again_is_given_up_with_its_last_words() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success());
     assert!(said.contains("sensor-render") && said.contains("gpu:63"), "{said}");
-    let _ = ActorId::NONE;
 }

@@ -18,6 +18,8 @@ struct Run {
     vehicles: usize,
     /// Over depth, tags and ids of every measured frame.
     measured: Vec<u64>,
+    /// The first frame that was measured.
+    first: u64,
 }
 
 /// How a run is looked at; none of it may change what happens.
@@ -56,7 +58,7 @@ fn play(client: &mut Client, look: Look) -> Run {
         ];
         client.create_rig("look", cars[0], &sensors, 4).unwrap()
     });
-    let mut run = Run { hashes: vec![], collisions: 0, vehicles: 0, measured: vec![] };
+    let mut run = Run { hashes: vec![], collisions: 0, vehicles: 0, measured: vec![], first: 0 };
     for frame in 1..=FRAMES {
         if frame % 40 == 0 {
             let [target, bullet] = [frame / 40, frame / 40 + 37].map(|n| cars[n as usize % VEHICLES]);
@@ -81,6 +83,9 @@ fn play(client: &mut Client, look: Look) -> Run {
         run.collisions += header.collisions;
         if let Some(rig) = &mut rig {
             while let Some(measured) = rig.receive().unwrap() {
+                if run.measured.is_empty() {
+                    run.first = measured.frame().0;
+                }
                 run.measured.push(digest(&measured));
             }
         }
@@ -89,7 +94,7 @@ fn play(client: &mut Client, look: Look) -> Run {
         while run.measured.len() < FRAMES as usize {
             let measured = client.await_measurement(rig);
             let measured = measured.unwrap_or_else(|e| {
-                panic!("{e}: {} of {FRAMES} came, {} were missed", run.measured.len(), rig.missed())
+                panic!("{e}: {} of {FRAMES} came, from frame {} to {}, {} were missed", run.measured.len(), run.first, rig.last(), rig.missed())
             });
             run.measured.push(digest(&measured));
         }

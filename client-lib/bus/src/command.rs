@@ -115,7 +115,8 @@ pub struct JournalHeader {
     pub serial: u64,
     /// Index of this part's first entry in the frame's journal.
     pub first: u32,
-    /// 1: not news but the standing state, for who joins; begin anew from it.
+    /// Not 0: not news but the standing state, for who joins; begin anew from it. How many parts
+    /// it takes, this one and the past journals that follow it.
     pub keyframe: u32,
 }
 

@@ -51,6 +51,8 @@ struct Inbox {
     next: Option<u64>,
     /// Parts are worthless until a keyframe comes.
     lost: bool,
+    /// The serial after the last part that belongs to the keyframe.
+    whole_at: u64,
     /// Everything up to here is in `events` or was given out.
     known: (Frame, u32),
     events: VecDeque<(Frame, Event)>,
@@ -58,7 +60,7 @@ struct Inbox {
 
 impl Inbox {
     fn is_lost(&self) -> bool {
-        self.lost
+        self.lost || self.next.is_some_and(|next| next < self.whole_at)
     }
 
     fn take_in(&mut self, header: &JournalHeader, entries: &[JournalEntry]) {
@@ -70,6 +72,7 @@ impl Inbox {
         if header.keyframe != 0 {
             if self.lost {
                 self.lost = false;
+                self.whole_at = header.serial + u64::from(header.keyframe);
                 self.events.clear();
                 self.events.push_back((frame, Event::Anew));
                 self.known = (frame, u32::MAX);
@@ -101,7 +104,7 @@ mod tests {
     use super::*;
     use crate::{ActorId, Name, Outcome, Stamp, Wish};
 
-    /// Plays `serial:frame.first+count` and `serial:Kframe+count` parts; answers what is given out
+    /// Plays `serial:frame.first+count` and `serial:Kframe+count&follow` parts; answers what is given out
     /// up to frame 9 as `anew`, `frame`, `lost`.
     fn check(script: &str, outcome: &str) {
         let entry = JournalEntry {
@@ -115,6 +118,9 @@ mod tests {
             let (serial, rest) = word.split_once(':').unwrap();
             let (at, count) = rest.split_once('+').unwrap();
             let keyframe = at.starts_with('K');
+            // `+2&1`: two entries, and one part more belongs to it.
+            let (count, follow) = count.split_once('&').unwrap_or((count, "0"));
+            let follow: u32 = follow.parse().unwrap();
             let (frame, first) = at
                 .trim_start_matches('K')
                 .split_once('.')
@@ -123,7 +129,7 @@ mod tests {
                 stamp: Stamp { frame: Frame(frame.parse().unwrap()), ..Stamp::default() },
                 serial: serial.parse().unwrap(),
                 first: first.parse().unwrap(),
-                keyframe: keyframe.into(),
+                keyframe: if keyframe { follow + 1 } else { 0 },
             };
             inbox.take_in(&header, &vec![entry; count.parse().unwrap()]);
         }
@@ -152,6 +158,8 @@ mod tests {
     fn a_gap_makes_all_worthless_until_a_keyframe() {
         check("0:1+1 2:3+1", "1 lost");
         check("0:1+1 2:3+1 3:K3+2 4:4+1", "anew 3 3 4");
+        check("0:1+1 2:3+1 3:K2+1&1", "anew 2 lost");
+        check("0:1+1 2:3+1 3:K2+1&1 4:3+1", "anew 2 3");
     }
 
     #[test]

@@ -19,12 +19,8 @@ pub struct SnapshotHeader {
     pub state_hash: u64,
     /// How many entries this frame's journal has, in all its parts.
     pub journal_entries: u32,
-    /// 1: a journal keyframe for newcomers comes with this frame.
-    pub journal_keyframe: u32,
     /// How many collisions began in this frame.
     pub collisions: u32,
-    /// Zero.
-    pub reserved: u32,
     /// Stage clock, monotonic: the host began this frame.
     pub begin_nanos: u64,
     /// Stage clock: commands were applied.
@@ -35,4 +31,4 @@ pub struct SnapshotHeader {
     pub published_nanos: u64,
 }
 
-const _: () = assert!(size_of::<SnapshotHeader>() == 88);
+const _: () = assert!(size_of::<SnapshotHeader>() == 80);
