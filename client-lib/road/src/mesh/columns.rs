@@ -225,15 +225,20 @@ impl<'a> Profile<'a> {
         }
     }
 
-    /// Lines inside a strip, where its height follows other roads.
-    fn fine_lines(&mut self, border: usize, strip: usize) {
+    /// How many cells a plain strip is wide.
+    pub(super) fn pieces(&self, strip: usize) -> usize {
         let Some(position) = self.strips[strip].lane.filter(|_| self.blend.is_some()) else {
-            return;
+            return 1;
         };
         let lane = self.lane(position);
         let widths = [0.0, 0.5, 1.0].map(|share| lane.reach(0.0, share * self.section.length_m));
         let width = widths.into_iter().fold(0.0, f64::max);
-        let pieces = (width / FINE_M).ceil().clamp(1.0, 32.0) as usize;
+        (width / FINE_M).ceil().clamp(1.0, 32.0) as usize
+    }
+
+    /// Lines inside a strip, where its height follows other roads.
+    fn fine_lines(&mut self, border: usize, strip: usize) {
+        let pieces = self.pieces(strip);
         for piece in 1..pieces {
             let share = piece as f64 / pieces as f64;
             let line = GridLine { border, offset_m: 0.0, share, strip, drop_m: 0.0, paint: None };

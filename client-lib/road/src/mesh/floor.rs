@@ -33,6 +33,7 @@ pub(super) fn junctions(network: &Network, of_roads: &[Range<usize>], mesh: &mut
         }
         floor.enclose();
         floor.smooth();
+        floor.sink();
         floor.lay(mesh);
     }
 }
@@ -70,7 +71,7 @@ impl Floor {
                 }
             }
         }
-        if !(low[0] <= high[0]) {
+        if low[0] > high[0] {
             return None;
         }
         let size = [high[0] - low[0] + 4.0, high[1] - low[1] + 4.0];
@@ -194,6 +195,24 @@ impl Floor {
                     });
                     if count > 0.0 {
                         self.heights[at] = sum / count;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Where roads are steep, takes the lowest height around, so that no cell pokes through a road
+    /// that dips between its corners.
+    fn sink(&mut self) {
+        let heights = self.heights.clone();
+        for row in 1..self.rows - 1 {
+            for column in 1..self.columns - 1 {
+                let at = row * self.columns + column;
+                for near in [at - self.columns, at, at + self.columns] {
+                    for near in near - 1..=near + 1 {
+                        if self.fixed[near] && heights[near] < heights[at] - SINK_M {
+                            self.heights[at] = self.heights[at].min(heights[near]);
+                        }
                     }
                 }
             }

@@ -233,29 +233,29 @@ impl Weaver<'_> {
                 continue;
             }
             let flat = self.flat[interval][strip];
-            let (left, right) = (
-                self.profile.across(row, strip, 0.0, true),
-                self.profile.across(row, strip, 1.0, true),
-            );
-            if self.profile.raised(row, strip) && !flat {
-                let tops = [
-                    self.profile.across(row, strip, 0.0, false),
-                    self.profile.across(row, strip, 1.0, false),
-                ];
-                let face = self.profile.strip_face(strip);
-                self.upright([left, right], tops, way, face);
-            }
-            if tongue {
-                let face = if self.profile.strips[strip].paved {
-                    ASPHALT
-                } else {
-                    self.profile.strip_face(strip)
-                };
-                let [a, b, c, d] =
-                    [left, right, right + onward, left + onward].map(|point| self.vertex(point));
-                let corners = if way > 0.0 { [a, b, c, d] } else { [d, c, b, a] };
-                self.triangle([corners[0], corners[1], corners[2]], face);
-                self.triangle([corners[0], corners[2], corners[3]], face);
+            // As finely as the surface that it continues, lest it stand above that.
+            let pieces = self.profile.pieces(strip);
+            let share = |piece: usize| piece as f64 / pieces as f64;
+            for piece in 0..pieces {
+                let at = [share(piece), share(piece + 1)];
+                let feet = at.map(|share| self.profile.across(row, strip, share, true));
+                if self.profile.raised(row, strip) && !flat {
+                    let tops = at.map(|share| self.profile.across(row, strip, share, false));
+                    self.upright(feet, tops, way, self.profile.strip_face(strip));
+                }
+                if tongue {
+                    let face = if self.profile.strips[strip].paved {
+                        ASPHALT
+                    } else {
+                        self.profile.strip_face(strip)
+                    };
+                    let [left, right] = feet;
+                    let [a, b, c, d] = [left, right, right + onward, left + onward]
+                        .map(|point| self.vertex(point));
+                    let corners = if way > 0.0 { [a, b, c, d] } else { [d, c, b, a] };
+                    self.triangle([corners[0], corners[1], corners[2]], face);
+                    self.triangle([corners[0], corners[2], corners[3]], face);
+                }
             }
         }
     }

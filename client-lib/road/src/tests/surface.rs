@@ -76,17 +76,29 @@ impl<'a> Caster<'a> {
     }
 }
 
-/// Whether several roads of one junction lie at `point` in different heights, and `z` between them.
+/// Where a junction's roads contradict each other, its surface goes from one to the other across
+/// cells of this size, so that they bend what lies beside them.
+const CELL_OF_BLEND_M: f64 = 0.9;
+
+/// Whether several roads of one junction lie round `point` in different heights, and `z` between
+/// them.
 fn between_lanes(network: &Network, point: DVec3, z: f64) -> bool {
     let (mut low, mut high) = (point.z, point.z);
     for lane in network.lanes().iter().filter(|lane| lane.junction.is_some()) {
+        let middle = network.place_at(lane.index, 0.5 * lane.length_m, 0.0).position;
+        if middle.distance(point) > lane.length_m + 10.0 {
+            continue;
+        }
         let steps = (lane.length_m / 0.2).ceil() as usize;
         for step in 0..=steps {
             let along_m = lane.length_m * step as f64 / steps.max(1) as f64;
             let pose = network.place_at(lane.index, along_m, 0.0);
             let offset = pose.rotation().inverse() * (point - pose.position);
             let half = 0.5 * network.width(LanePoint { lane: lane.index, along_m });
-            if offset.x.abs() < 0.2 && offset.y.abs() < half + 0.1 && offset.z.abs() < 0.6 {
+            if offset.x.abs() < 0.2
+                && offset.y.abs() < half + CELL_OF_BLEND_M
+                && offset.z.abs() < 0.6
+            {
                 let foot = network.place_at(lane.index, along_m, offset.y).position;
                 low = low.min(foot.z);
                 high = high.max(foot.z);
@@ -150,16 +162,6 @@ fn rays_find_every_driving_lane_at_its_height_as_road() {
                             }
                         }
                     };
-                    if std::env::var("DEBUG_RAYS").is_ok_and(|n| name.contains(&n))
-                        && true
-                    {
-                        let (road, section, id, s) =
-                            network.road_space(LanePoint { lane: lane.index, along_m });
-                        println!(
-                            "   D {what} at {point:.3} road {} section {section} lane {id} s {s:.3} share {share} j {:?}",
-                            road.id, road.junction
-                        );
-                    }
                     if first.is_none() {
                         let (road, section, id, s) =
                             network.road_space(LanePoint { lane: lane.index, along_m });
@@ -183,50 +185,4 @@ fn rays_find_every_driving_lane_at_its_height_as_road() {
         }
     }
     assert!(failed.is_empty(), "{failed:?}");
-}
-
-#[test]
-fn debug_point() {
-    let Some((_, text)) = shared_maps().into_iter().find(|(name, _)| name.contains(&std::env::var("M").unwrap_or("zz".into())))
-    else {
-        return;
-    };
-    let network = Network::parse(&text).unwrap();
-    let mesh = surface_mesh(&network, 5.0);
-    let caster = Caster::new(&mesh);
-    for p in [DVec3::new(78.765, 71.781, 8.000),DVec3::new(82.249, 74.225, 8.000),DVec3::new(83.388, 135.192, 8.000)] {
-        let hit = caster.below(p + DVec3::Z, 3.0).unwrap_or((0.0,0));
-        println!(
-            "POINT {p} hit {} {:?}",
-            hit.0,
-            mesh.triangles[hit.1].map(|c| mesh.positions[c as usize])
-        );
-        for lane in network.lanes().iter() {
-            let steps = (lane.length_m / 0.2).ceil() as usize;
-            let mut done = false;
-            for step in 0..=steps {
-                let along_m = lane.length_m * step as f64 / steps.max(1) as f64;
-                let pose = network.place_at(lane.index, along_m, 0.0);
-                let offset = pose.rotation().inverse() * (p - pose.position);
-                let half = 0.5 * network.width(LanePoint { lane: lane.index, along_m });
-                if !done
-                    && offset.x.abs() < 0.2
-                    && offset.y.abs() < half + 0.1
-                    && offset.z.abs() < 2.0
-                {
-                    done = true;
-                    let foot = network.place_at(lane.index, along_m, offset.y).position;
-                    println!(
-                        "  lane {} road {} {:?} z {} half {half:.2} y {:.2} to_end {:.2}",
-                        lane.id,
-                        network.roads()[lane.road as usize].id,
-                        lane.kind,
-                        foot.z,
-                        offset.y,
-                        along_m.min(lane.length_m - along_m)
-                    );
-                }
-            }
-        }
-    }
 }
