@@ -4,9 +4,11 @@
 //! it from four sides, `look roads MAP OUT.png` the roads of a named town or of a file,
 //! `look plan MAP OUT.png` the furnished town from above, `look part MAP X Y REACH OUT.png` a part
 //! of it at a slant, `look street MAP FIRST OUT.png` six streets as drivers see them.
+//! `look time MAP` says how long loading takes, best of five.
 
 use std::fs::File;
 use std::io::BufWriter;
+use std::time::Instant;
 
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3, Vec4, Vec4Swizzles, vec3};
@@ -22,6 +24,7 @@ fn main() {
         ["plan", map, out] => from_above(&furnished(map).mesh, out),
         ["part", map, x, y, reach, out] => part(&furnished(map).mesh, [x, y, reach], out),
         ["street", map, lane, out] => street(map, lane, out),
+        ["time", map] => time(map),
         _ => eprintln!("see the head of examples/look.rs"),
     }
 }
@@ -65,11 +68,37 @@ fn one(id: &str, out: &str) {
 }
 
 fn network(map: &str) -> road::Network {
-    let text = match map {
+    road::Network::parse(&text(map)).expect("a valid map")
+}
+
+fn text(map: &str) -> String {
+    match map {
         "default" => town::default_map().1,
         _ => town::named(map).unwrap_or_else(|| std::fs::read_to_string(map).expect("a map")),
-    };
-    road::Network::parse(&text).expect("a valid map")
+    }
+}
+
+fn time(map: &str) {
+    let mut best = [f32::INFINITY; 4];
+    for _ in 0..5 {
+        let mut clock = Instant::now();
+        let mut stage = |index: usize| {
+            best[index] = best[index].min(clock.elapsed().as_secs_f32() * 1e3);
+            clock = Instant::now();
+        };
+        let text = text(map);
+        stage(0);
+        let network = road::Network::parse(&text).expect("a valid map");
+        stage(1);
+        let _roads = road::surface_mesh(&network, 4.0);
+        stage(2);
+        let _town = town::furnish(&network, 1);
+        stage(3);
+    }
+    println!(
+        "text {:.1} ms, parse {:.1} ms, surface mesh {:.1} ms, furnish (with its mesh) {:.1} ms",
+        best[0], best[1], best[2], best[3]
+    );
 }
 
 fn furnished(map: &str) -> town::Town {
@@ -78,7 +107,7 @@ fn furnished(map: &str) -> town::Town {
         Ok(high) if high == "high" => town::Detail::High,
         _ => town::Detail::Standard,
     };
-    let start = std::time::Instant::now();
+    let start = Instant::now();
     let town = town::furnish_with(&network, 1, detail);
     println!(
         "{} triangles, {} objects, {} colliders in {:.3} s",

@@ -254,22 +254,22 @@ impl House {
                 let (low, high) = (2.55, 3.0);
                 let at = |x: f32, out: f32, z: f32| vec3(middle + x, front + out, z);
                 clay.quad([
-                    at(half, 0.0, high),
                     at(-half, 0.0, high),
-                    at(-half, 1.3, low),
+                    at(half, 0.0, high),
                     at(half, 1.3, low),
+                    at(-half, 1.3, low),
                 ]);
                 clay.quad([
-                    at(-half, 0.0, high - 0.03),
                     at(half, 0.0, high - 0.03),
-                    at(half, 1.3, low - 0.03),
+                    at(-half, 0.0, high - 0.03),
                     at(-half, 1.3, low - 0.03),
+                    at(half, 1.3, low - 0.03),
                 ]);
                 clay.quad([
-                    at(half, 1.3, low),
                     at(-half, 1.3, low),
-                    at(-half, 1.3, low - 0.22),
+                    at(half, 1.3, low),
                     at(half, 1.3, low - 0.22),
+                    at(-half, 1.3, low - 0.22),
                 ]);
             }
         }

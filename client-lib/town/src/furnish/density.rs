@@ -1,9 +1,9 @@
 use glam::Vec2;
 
-use super::frontage::{Frontage, STEP_M};
+use super::frontage::{Frontage, STEP_M, Station};
 
 /// How much of a city each place is: 0 in the open country, 1 in the middle of a dense grid.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Density {
     low: Vec2,
     columns: usize,
@@ -21,12 +21,15 @@ const DENSE: f32 = 290.0;
 pub(super) const FAST_MPS: f32 = 21.0;
 
 impl Density {
-    pub(super) fn new(low: Vec2, high: Vec2, frontages: &[Frontage], phase: f32) -> Density {
+    pub(super) fn new(low: Vec2, high: Vec2, outlines: &[Frontage], phase: f32) -> Density {
         let size = high - low;
         let (columns, rows) = ((size.x / CELL_M) as usize + 1, (size.y / CELL_M) as usize + 1);
         let mut cells = vec![0.0f32; columns * rows];
         let (mut middle, mut weight) = (Vec2::ZERO, 0.0f32);
-        let slow = || frontages.iter().flatten().filter(|station| station.limit_mps < FAST_MPS);
+        let slow = || {
+            let lived = |station: &&Station| station.limit_mps < FAST_MPS || station.walk_m > 0.5;
+            outlines.iter().flatten().filter(lived)
+        };
         for station in slow() {
             let p = ((station.edge - low) / CELL_M).max(Vec2::ZERO);
             let cell = (p.y as usize).min(rows - 1) * columns + (p.x as usize).min(columns - 1);

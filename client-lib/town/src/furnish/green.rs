@@ -176,7 +176,7 @@ pub(super) fn open_ground(
                 + 0.4 * (at.x * 0.055 - at.y * 0.047).sin();
             let town = density.at(at);
             let wanted = if town > 0.25 { 0.22 } else { 0.10 + 0.55 * wood.max(0.0) };
-            if dice > wanted || plan.raster.at(at) != 0 {
+            if dice > wanted || plan.raster.at(at) & ground::ANY != 0 {
                 continue;
             }
             let species = match random.unit() {

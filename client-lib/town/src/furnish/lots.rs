@@ -23,13 +23,13 @@ const OPEN_COUNTRY: f32 = 0.06;
 pub(super) fn build(
     plan: &mut Plan,
     scene: &mut Scene,
-    frontages: &[Frontage],
+    outlines: &[Frontage],
     density: &Density,
 ) -> Vec<Garden> {
     let mut gardens = Vec::new();
-    for (number, frontage) in frontages.iter().enumerate() {
+    for (number, outline) in outlines.iter().enumerate() {
         let mut random = Random::new(plan.seed, 0x107 + number as u64 * 16);
-        line(plan, scene, frontage, density, &mut random, &mut gardens);
+        line(plan, scene, outline, density, &mut random, &mut gardens);
     }
     gardens
 }
@@ -62,7 +62,9 @@ fn line(
     while start + 2 < frontage.len() {
         let here = frontage[start];
         let dense = density.at(here.edge + here.out * 12.0);
-        if here.limit_mps >= FAST_MPS || dense < OPEN_COUNTRY || random.chance(0.03) {
+        // Nobody lives beside a motorway; but where people walk, they live.
+        let fast = here.limit_mps >= FAST_MPS && here.walk_m < 0.5;
+        if fast || dense < OPEN_COUNTRY || random.chance(0.03) {
             start += 4;
             continue;
         }

@@ -10,6 +10,7 @@ mod frontage;
 mod green;
 mod index;
 mod lots;
+mod outline;
 mod plan;
 mod raster;
 mod relief;
@@ -26,7 +27,6 @@ mod tests;
 use glam::Vec3;
 use road::{Mesh, Network, Tag};
 
-use density::Density;
 use green::Nursery;
 use plan::Plan;
 use scene::Scene;
@@ -131,13 +131,13 @@ pub fn furnish_with(network: &Network, seed: u64, detail: Detail) -> Town {
     let mut plan = Plan::new(network, seed, detail);
     let mut scene = Scene::new(plan.take_ground());
     let frontages = frontage::frontages(network);
-    let (low, high) = plan.town;
-    let density = Density::new(low, high, &frontages, (seed % 64) as f32);
+    let outlines = std::mem::take(&mut plan.outlines);
+    let density = std::mem::take(&mut plan.density);
     let nursery = Nursery::new(seed, detail);
 
     // Who comes first has the choice: signals stand where the map says.
     signals::furnish(&mut plan, &mut scene);
-    let gardens = lots::build(&mut plan, &mut scene, &frontages, &density);
+    let gardens = lots::build(&mut plan, &mut scene, &outlines, &density);
     street::furnish(&mut plan, &mut scene, &frontages, &density, &nursery);
     green::gardens(&mut plan, &mut scene, &gardens, &nursery);
     green::open_ground(&mut plan, &mut scene, &density, &nursery);

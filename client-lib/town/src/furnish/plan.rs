@@ -3,7 +3,10 @@ use road::{Mesh, Network, Tag};
 
 use super::Detail;
 use super::bridge;
+use super::density::Density;
+use super::frontage::Frontage;
 use super::index::TriangleIndex;
+use super::outline;
 use super::raster::{Raster, ground};
 use super::relief::Relief;
 use super::terrain;
@@ -14,6 +17,9 @@ const FRINGE_M: f32 = 70.0;
 const STATION_M: f64 = 4.0;
 /// Patches between lanes up to this size are traffic islands, not lawns. Square metres.
 const ISLAND_M2: f32 = 60.0;
+/// Blocks up to this size are paved where the town is dense, and so dense. Square metres.
+const BLOCK_M2: f32 = 14_000.0;
+const PAVED_FROM: f32 = 0.62;
 
 /// What all who furnish the town share: the roads, what is taken, and how the land lies.
 pub(super) struct Plan<'a> {
@@ -23,6 +29,9 @@ pub(super) struct Plan<'a> {
     pub(super) raster: Raster,
     /// The corners of the town.
     pub(super) town: (Vec2, Vec2),
+    /// Outer edges of roads.
+    pub(super) outlines: Vec<Frontage>,
+    pub(super) density: Density,
     /// Everything one can stand on.
     surface: TriangleIndex,
     relief: Relief,
@@ -34,7 +43,7 @@ impl Plan<'_> {
         let mut roads = road::surface_mesh(network, STATION_M);
         let (low, high) = crate::clay::bounds(&roads);
         let (low, high) = (low.truncate() - FRINGE_M, high.truncate() + FRINGE_M);
-        let raster = stamped(&roads, low, high);
+        let mut raster = stamped(&roads, low, high);
 
         // Kerbs and flanks stand upright; the ground joins what lies.
         let is_bridge = bridge::bridges(&roads);
@@ -50,6 +59,13 @@ impl Plan<'_> {
             (vec2(x, y), z)
         });
         let relief = Relief::new(low, high, points);
+        let outlines = outline::outlines(network, &raster, &relief);
+        let density = Density::new(low, high, &outlines, (seed % 64) as f32);
+        raster.stamp_patches(|area, middle| match area {
+            ..ISLAND_M2 => ground::CLEAR,
+            ..BLOCK_M2 if density.at(middle) > PAVED_FROM => ground::PAVED,
+            _ => 0,
+        });
         let covered = TriangleIndex::new(&roads, |number| grounded[number]);
         let mut terrain = terrain::terrain(&terrain::Site {
             roads: &roads,
@@ -73,7 +89,18 @@ impl Plan<'_> {
             ground.faces[number].tag != Tag::Bridge as u8
                 && is_bridge.get(number).is_none_or(|bridge| !bridge)
         });
-        Plan { network, seed, detail, raster, town: (low, high), surface, relief, ground }
+        Plan {
+            network,
+            seed,
+            detail,
+            raster,
+            town: (low, high),
+            outlines,
+            density,
+            surface,
+            relief,
+            ground,
+        }
     }
 
     /// The roads and the terrain, once.
@@ -114,6 +141,5 @@ fn stamped(roads: &Mesh, low: Vec2, high: Vec2) -> Raster {
         };
         raster.stamp(&outline, bits);
     }
-    raster.stamp_islands(ISLAND_M2, ground::CLEAR);
     raster
 }

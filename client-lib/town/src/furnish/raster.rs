@@ -15,10 +15,13 @@ pub(super) mod ground {
     /// To be kept free for sight or for walking.
     pub(in crate::furnish) const CLEAR: u8 = 32;
 
+    /// Covered with slabs; everything may stand here.
+    pub(in crate::furnish) const PAVED: u8 = 64;
+
     /// All that belongs to a road.
     pub(in crate::furnish) const ROAD: u8 = CARRIAGEWAY | WALK | VERGE;
-    /// All.
-    pub(in crate::furnish) const ANY: u8 = 0xff;
+    /// All that stands in the way.
+    pub(in crate::furnish) const ANY: u8 = ROAD | BUILT | FURNITURE | CLEAR;
 }
 
 /// The plan of the town as small square cells. A cell counts as covered by whatever touches it, so
@@ -111,9 +114,26 @@ impl Raster {
         self.cells[p.y as usize * self.columns + p.x as usize]
     }
 
-    /// Marks the free cells that the roads enclose in patches smaller than `area_m2`.
-    pub(super) fn stamp_islands(&mut self, area_m2: f32, bits: u8) {
-        let limit = (area_m2 / (self.cell_m * self.cell_m)) as usize;
+    /// How many columns and rows of cells there are.
+    pub(super) fn size(&self) -> (i32, i32) {
+        (self.columns as i32, self.rows as i32)
+    }
+
+    /// The bits of a cell; 0 outside.
+    pub(super) fn cell(&self, column: i32, row: i32) -> u8 {
+        let inside =
+            (0..self.columns as i32).contains(&column) && (0..self.rows as i32).contains(&row);
+        if inside { self.cells[row as usize * self.columns + column as usize] } else { 0 }
+    }
+
+    /// Where the corner of cells with this column and row lies.
+    pub(super) fn corner(&self, at: Vec2) -> Vec2 {
+        self.low + at * self.cell_m
+    }
+
+    /// Marks the free cells of each patch that the roads enclose with what `bits` says for the
+    /// patch's area in square metres and its middle.
+    pub(super) fn stamp_patches(&mut self, bits: impl Fn(f32, Vec2) -> u8) {
         let mut seen = vec![false; self.cells.len()];
         let (mut open, mut patch) = (Vec::new(), Vec::new());
         for first in 0..self.cells.len() {
@@ -145,7 +165,13 @@ impl Raster {
                     reach(cell + self.columns);
                 }
             }
-            if patch.len() <= limit {
+            let sum = patch.iter().fold((0, 0), |sum, cell| {
+                (sum.0 + cell % self.columns, sum.1 + cell / self.columns)
+            });
+            let middle = vec2(sum.0 as f32, sum.1 as f32) / patch.len() as f32 + 0.5;
+            let area = patch.len() as f32 * self.cell_m * self.cell_m;
+            let bits = bits(area, self.corner(middle));
+            if bits != 0 {
                 for cell in &patch {
                     self.cells[*cell] |= bits;
                 }

@@ -237,6 +237,8 @@ impl Builder {
 fn cover(bits: u8) -> Face {
     if bits & ground::CLEAR != 0 {
         Face::new(Tag::SideWalks, Material::Concrete, 0)
+    } else if bits & ground::PAVED != 0 {
+        Face::new(Tag::Ground, Material::Paving, 0)
     } else {
         Face::new(Tag::Terrain, Material::Grass, 0)
     }
