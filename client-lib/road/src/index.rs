@@ -13,6 +13,10 @@ pub(crate) struct Segment {
     pub(crate) types: u32,
     pub(crate) from_s: f32,
     pub(crate) to_s: f32,
+    /// Nothing of the lane lies farther beside the piece than this.
+    pub(crate) outside_m: f32,
+    /// Everything nearer beside it than this lies on the lane.
+    pub(crate) inside_m: f32,
 }
 
 /// Segments by the square cells that they cross.
@@ -32,6 +36,8 @@ const CELL_M: f64 = 6.0;
 const CELLS_MAX: f64 = 4e6;
 const SEGMENTS_MAX: f64 = 4e6;
 const LONGEST_M: f64 = 6.0;
+/// Widths may swell this much between the places where they are looked at.
+const SLACK_M: f64 = 0.1;
 
 impl LaneIndexGrid {
     pub(crate) fn new(network: &Network) -> LaneIndexGrid {
@@ -43,21 +49,28 @@ impl LaneIndexGrid {
             let start = road.sections[lane.section as usize].start_m;
             let pieces = (lane.length_m / longest).ceil().clamp(1.0, 1e6) as usize;
             let step = lane.length_m / pieces as f64;
-            let point = |s: f64| {
-                road.pose(&road.station(s), s, &network.lateral(road, lane, s, 0.0)).position
+            let place = |s: f64| {
+                let borders = network.borders(lane, s);
+                let lateral = network.lateral(road, lane, s, 0.0);
+                let centre = road.pose(&road.station(s), s, &lateral).position;
+                (centre, 0.5 * (borders.outer.value - borders.inner.value))
             };
-            let mut from = point(start);
+            let mut from = place(start);
             for piece in 0..pieces {
                 let (from_s, to_s) =
                     (start + step * piece as f64, start + step * (piece + 1) as f64);
-                let to = point(to_s);
+                let (middle, to) = (place(0.5 * (from_s + to_s)), place(to_s));
+                let sag = 1.5 * middle.0.distance(0.5 * (from.0 + to.0)) + SLACK_M;
+                let halves = [from.1, middle.1, to.1];
                 segments.push(Segment {
-                    from,
-                    to,
+                    from: from.0,
+                    to: to.0,
                     lane: lane.index.0,
                     types: lane.kind as u32,
                     from_s: from_s as f32,
                     to_s: to_s as f32,
+                    outside_m: (halves.into_iter().fold(0.0, f64::max) + sag) as f32,
+                    inside_m: (halves.into_iter().fold(f64::INFINITY, f64::min) - sag) as f32,
                 });
                 from = to;
             }

@@ -10,6 +10,8 @@ use glam::DVec3;
 
 /// Roads farther apart in height than this cross on a bridge.
 const STOREY_M: f64 = 0.6;
+/// And those that are nearer than this do not, whatever bends there are between.
+const SURE_M: f64 = 0.4;
 /// A surface that reaches less far than this into another only touches it.
 const TOUCH_M: f64 = 0.02;
 /// A lane wider than twice this is not looked for.
@@ -25,35 +27,70 @@ impl<'a> Cover<'a> {
         Cover { network, road }
     }
 
-    /// Whether [`Cover::paved`] can hold at all within `reach` of `point`.
-    pub(super) fn possible(&self, point: DVec3, reach: f64) -> bool {
-        let mut found = false;
+    /// What may lie within `reach` of `point`.
+    pub(super) fn near(&self, point: DVec3, reach: f64) -> Near<'a> {
+        let mut pieces = Vec::new();
         self.network.grid.near(point.truncate(), reach + WIDEST_M, |piece| {
-            found |= piece.types & PAVED.0 != 0
-                && self.network.lanes()[piece.lane as usize].road != self.road;
+            let offset = point.truncate() - piece.from.truncate().midpoint(piece.to.truncate());
+            let length = piece.from.distance(piece.to);
+            let farthest = reach + f64::from(piece.outside_m) + 0.6 * length;
+            if piece.types & PAVED.0 != 0
+                && offset.length_squared() < farthest * farthest
+                && self.network.lanes()[piece.lane as usize].road != self.road
+                && !pieces
+                    .iter()
+                    .any(|other: &Segment| other.lane == piece.lane && other.from_s == piece.from_s)
+            {
+                pieces.push(*piece);
+            }
         });
-        found
+        Near { network: self.network, pieces }
     }
 
     /// Whether `point` lies on a paved lane of another road.
     pub(super) fn paved(&self, point: DVec3) -> bool {
-        let mut found = false;
-        self.network.grid.near(point.truncate(), WIDEST_M, |piece| {
-            if !found
-                && piece.types & PAVED.0 != 0
-                && self.network.lanes()[piece.lane as usize].road != self.road
-                && let Some(s) = abreast(piece, point)
-            {
-                let lane = &self.network.lanes()[piece.lane as usize];
-                found = on_lane(self.network, lane, s, point);
-            }
-        });
-        found
+        self.near(point, 0.0).paved(point)
     }
 }
 
-/// The s at which a piece of the index passes `point`, if it does so.
-fn abreast(piece: &Segment, point: DVec3) -> Option<f64> {
+/// Paved lanes of other roads round a place.
+pub(super) struct Near<'a> {
+    network: &'a Network,
+    pieces: Vec<Segment>,
+}
+
+impl Near<'_> {
+    /// Whether there are none.
+    pub(super) fn is_empty(&self) -> bool {
+        self.pieces.is_empty()
+    }
+
+    /// Whether `point` lies on one of them.
+    pub(super) fn paved(&self, point: DVec3) -> bool {
+        self.pieces.iter().any(|piece| {
+            let Some(pass) = abreast(piece, point) else { return false };
+            if pass.beside_m > f64::from(piece.outside_m) {
+                return false;
+            }
+            let surely = (0.0..=1.0).contains(&pass.share)
+                && pass.beside_m < f64::from(piece.inside_m)
+                && (point.z - piece.from.lerp(piece.to, pass.share).z).abs() < SURE_M;
+            let lane = &self.network.lanes()[piece.lane as usize];
+            surely || on_lane(self.network, lane, pass.s, point)
+        })
+    }
+}
+
+/// How a piece of the index passes a point.
+struct Pass {
+    s: f64,
+    /// Of the piece's length.
+    share: f64,
+    beside_m: f64,
+}
+
+/// Where a piece of the index passes `point`, if it does so.
+fn abreast(piece: &Segment, point: DVec3) -> Option<Pass> {
     let along = (piece.to - piece.from).truncate();
     let length = along.length_squared();
     if length <= 0.0 {
@@ -61,13 +98,16 @@ fn abreast(piece: &Segment, point: DVec3) -> Option<f64> {
     }
     let offset = (point - piece.from).truncate();
     let share = offset.dot(along) / length;
-    let beside = along.perp_dot(offset) / length.sqrt();
     // Beside a bend the pieces' sectors gape; a little overlap closes them.
-    if !(-0.1..=1.1).contains(&share) || beside.abs() > WIDEST_M {
+    if !(-0.1..=1.1).contains(&share) {
+        return None;
+    }
+    let beside_m = along.perp_dot(offset).abs() / length.sqrt();
+    if beside_m > WIDEST_M {
         return None;
     }
     let from_s = f64::from(piece.from_s);
-    Some(from_s + share * (f64::from(piece.to_s) - from_s))
+    Some(Pass { s: from_s + share * (f64::from(piece.to_s) - from_s), share, beside_m })
 }
 
 fn on_lane(network: &Network, lane: &Lane, s: f64, point: DVec3) -> bool {
@@ -138,10 +178,13 @@ impl<'a> Blend<'a> {
         let mut passes: Vec<(u32, f64, f64)> = Vec::new();
         self.network.grid.near(point.truncate(), WIDEST_M, |piece| {
             let lane = &self.network.lanes()[piece.lane as usize];
-            if lane.junction != Some(self.junction) || piece.types & PAVED.0 == 0 {
+            if lane.junction != Some(self.junction) {
                 return;
             }
-            let Some(s) = abreast(piece, point) else { return };
+            let Some(Pass { s, beside_m, .. }) = abreast(piece, point) else { return };
+            if beside_m > f64::from(piece.outside_m) {
+                return;
+            }
             let away = point.distance_squared(piece.from.midpoint(piece.to));
             match passes.iter_mut().find(|pass| pass.0 == lane.road) {
                 Some(pass) if pass.2 <= away => {}

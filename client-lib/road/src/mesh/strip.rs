@@ -68,7 +68,8 @@ fn yielding(profile: &Profile, rows: &[Row], cover: &Cover) -> Vec<Vec<bool>> {
         let across = |row: &Row, share: f64| profile.across(row, strip, share, true);
         let middle = across(from, 0.5).lerp(across(to, 0.5), 0.5);
         let reach = middle.distance(across(from, 0.0)).max(middle.distance(across(to, 1.0)));
-        if !cover.possible(middle, reach) {
+        let near = cover.near(middle, reach);
+        if near.is_empty() {
             return false;
         }
         // Near the edges at the depth of a touch, and every half metre between them.
@@ -78,7 +79,7 @@ fn yielding(profile: &Profile, rows: &[Row], cover: &Cover) -> Vec<Vec<bool>> {
         (0..=steps).any(|step| {
             let share = inset + (1.0 - 2.0 * inset) * step as f64 / steps as f64;
             let (a, b) = (across(from, share), across(to, share));
-            [0.02, 0.35, 0.65, 0.98].iter().any(|along| cover.paved(a.lerp(b, *along)))
+            [0.02, 0.35, 0.65, 0.98].iter().any(|along| near.paved(a.lerp(b, *along)))
         })
     };
     let of_interval = |pair: &[Row]| {

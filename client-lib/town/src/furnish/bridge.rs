@@ -31,11 +31,16 @@ pub(super) fn bridges(roads: &Mesh) -> Vec<bool> {
     if high - low < HEADROOM_M {
         return vec![false; count];
     }
+    let floor = Floor::new(roads);
+    let above = |middle: &Vec3| middle.z - floor.at(middle.truncate()) > HEADROOM_M;
+    if !middles.iter().any(above) {
+        return vec![false; count];
+    }
     let index = TriangleIndex::new(roads, |_| true);
     let over: Vec<Option<f32>> = middles
         .iter()
         .map(|middle| {
-            let lowest = index.lowest(middle.truncate())?;
+            let lowest = above(middle).then(|| index.lowest(middle.truncate()))??;
             (middle.z - lowest > HEADROOM_M).then_some(middle.z - lowest)
         })
         .collect();
@@ -55,6 +60,47 @@ pub(super) fn bridges(roads: &Mesh) -> Vec<bool> {
                 })
         })
         .collect()
+}
+
+/// The lowest corner of any triangle that reaches into a square of the plan.
+struct Floor {
+    low: Vec2,
+    columns: usize,
+    rows: usize,
+    heights: Vec<f32>,
+}
+
+const SQUARE_M: f32 = 4.0;
+
+impl Floor {
+    fn new(mesh: &Mesh) -> Floor {
+        let (low, high) = crate::clay::bounds(mesh);
+        let size = (high - low) / SQUARE_M;
+        let (columns, rows) = (size.x as usize + 1, size.y as usize + 1);
+        let heights = vec![f32::MAX; columns * rows];
+        let mut floor = Floor { low: low.truncate(), columns, rows, heights };
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(|i| Vec3::from_array(mesh.positions[i as usize]));
+            let (lowest, highest) = (a.min(b).min(c), a.max(b).max(c));
+            let (from, to) = (floor.cell(lowest.truncate()), floor.cell(highest.truncate()));
+            for row in from.1..=to.1 {
+                for height in &mut floor.heights[row * columns..][from.0..=to.0] {
+                    *height = height.min(lowest.z);
+                }
+            }
+        }
+        floor
+    }
+
+    fn cell(&self, point: Vec2) -> (usize, usize) {
+        let at = ((point - self.low) / SQUARE_M).max(Vec2::ZERO);
+        ((at.x as usize).min(self.columns - 1), (at.y as usize).min(self.rows - 1))
+    }
+
+    fn at(&self, point: Vec2) -> f32 {
+        let (column, row) = self.cell(point);
+        self.heights[row * self.columns + column]
+    }
 }
 
 /// Spans by squares of the plan, each in every square that it may reach.

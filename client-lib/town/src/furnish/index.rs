@@ -29,7 +29,8 @@ impl TriangleIndex {
             (low, high) = (low.min(corner.truncate()), high.max(corner.truncate()));
         }
         let size = (high - low).max(Vec2::ONE);
-        let cell_m = (size.x * size.y / (corners.len() as f32 + 1.0) * 2.0).sqrt().clamp(1.0, 25.0);
+        // Roads fill a small part of the plan, in several layers where they meet.
+        let cell_m = (size.x * size.y / (corners.len() as f32 + 1.0) * 0.4).sqrt().clamp(0.8, 25.0);
         let (columns, rows) = ((size.x / cell_m) as usize + 1, (size.y / cell_m) as usize + 1);
         let mut index = TriangleIndex {
             low,

@@ -1,4 +1,4 @@
-use glam::{Vec2, vec2};
+use glam::{DVec2, Vec2, dvec2, vec2};
 
 /// What stands in a cell, as bits.
 pub(super) mod ground {
@@ -134,50 +134,78 @@ impl Raster {
     /// Marks the free cells of each patch that the roads enclose with what `bits` says for the
     /// patch's area in square metres and its middle.
     pub(super) fn stamp_patches(&mut self, bits: impl Fn(f32, Vec2) -> u8) {
-        let mut seen = vec![false; self.cells.len()];
-        let (mut open, mut patch) = (Vec::new(), Vec::new());
-        for first in 0..self.cells.len() {
-            if seen[first] || self.cells[first] & ground::ROAD != 0 {
-                continue;
+        let runs = self.free_runs();
+        // Each run knows another of its patch, at last the first one.
+        let mut first: Vec<usize> = (0..runs.len()).collect();
+        let mut above = 0;
+        for (number, run) in runs.iter().enumerate() {
+            while above < number
+                && (runs[above].row + 1 < run.row
+                    || (runs[above].row + 1 == run.row && runs[above].end <= run.start))
+            {
+                above += 1;
             }
-            patch.clear();
-            open.push(first);
-            seen[first] = true;
-            while let Some(cell) = open.pop() {
-                patch.push(cell);
-                let (row, column) = (cell / self.columns, cell % self.columns);
-                let mut reach = |next: usize| {
-                    if !seen[next] && self.cells[next] & ground::ROAD == 0 {
-                        seen[next] = true;
-                        open.push(next);
-                    }
-                };
-                if column > 0 {
-                    reach(cell - 1);
-                }
-                if column + 1 < self.columns {
-                    reach(cell + 1);
-                }
-                if row > 0 {
-                    reach(cell - self.columns);
-                }
-                if row + 1 < self.rows {
-                    reach(cell + self.columns);
-                }
+            let neighbours = runs[above..number].iter().zip(above..);
+            for (_, other) in
+                neighbours.take_while(|(other, _)| other.row < run.row && other.start < run.end)
+            {
+                let (a, b) = (root(&mut first, other), root(&mut first, number));
+                first[a.max(b)] = a.min(b);
             }
-            let sum = patch.iter().fold((0, 0), |sum, cell| {
-                (sum.0 + cell % self.columns, sum.1 + cell / self.columns)
-            });
-            let middle = vec2(sum.0 as f32, sum.1 as f32) / patch.len() as f32 + 0.5;
-            let area = patch.len() as f32 * self.cell_m * self.cell_m;
-            let bits = bits(area, self.corner(middle));
+        }
+        let mut sums = vec![(0.0f64, DVec2::ZERO); runs.len()];
+        for (number, run) in runs.iter().enumerate() {
+            let (count, middle) =
+                ((run.end - run.start) as f64, (run.start + run.end) as f64 * 0.5);
+            let sum = &mut sums[root(&mut first, number)];
+            sum.0 += count;
+            sum.1 += count * dvec2(middle, run.row as f64 + 0.5);
+        }
+        for (number, run) in runs.iter().enumerate() {
+            let (count, sum) = sums[root(&mut first, number)];
+            let area = count as f32 * self.cell_m * self.cell_m;
+            let bits = bits(area, self.corner((sum / count).as_vec2()));
             if bits != 0 {
-                for cell in &patch {
-                    self.cells[*cell] |= bits;
-                }
+                let row = run.row * self.columns;
+                self.cells[row + run.start..row + run.end]
+                    .iter_mut()
+                    .for_each(|cell| *cell |= bits);
             }
         }
     }
+
+    /// The longest rows of cells that no road touches.
+    fn free_runs(&self) -> Vec<Run> {
+        let mut runs = Vec::new();
+        for (row, cells) in self.cells.chunks_exact(self.columns).enumerate() {
+            let mut start = 0;
+            for stretch in cells.chunk_by(|a, b| (a & ground::ROAD == 0) == (b & ground::ROAD == 0))
+            {
+                let end = start + stretch.len();
+                if stretch[0] & ground::ROAD == 0 {
+                    runs.push(Run { row, start, end });
+                }
+                start = end;
+            }
+        }
+        runs
+    }
+}
+
+/// Neighbouring cells of one row.
+struct Run {
+    row: usize,
+    start: usize,
+    end: usize,
+}
+
+/// The first run of the patch of `run`.
+fn root(first: &mut [usize], mut run: usize) -> usize {
+    while first[run] != run {
+        first[run] = first[first[run]];
+        run = first[run];
+    }
+    run
 }
 
 /// The corners of a rectangle about `center`, counter-clockwise.

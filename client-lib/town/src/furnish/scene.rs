@@ -37,6 +37,11 @@ impl Scene {
     pub(super) fn new(ground: Mesh) -> Scene {
         let mut clay = Clay::new(Tag::Static, Material::Concrete, 0);
         clay.mesh = ground;
+        // Growing step by step would copy a large mesh again and again.
+        let more = clay.mesh.triangles.len() * 3;
+        clay.mesh.positions.reserve(more);
+        clay.mesh.triangles.reserve(more);
+        clay.mesh.faces.reserve(more);
         Scene { clay, town: Town::default() }
     }
 

@@ -29,21 +29,25 @@ pub(super) fn borders(mesh: &Mesh, keep: &[bool]) -> Vec<[u32; 2]> {
         }
         same[*corner as usize] = corners[first].1;
     }
-    // Each edge under its smaller corner, marked with its direction.
-    let mut edges: Vec<(u32, u32, bool)> = Vec::with_capacity(mesh.triangles.len() * 3);
+    // Each edge under its smaller corner, marked with its direction, in one number.
+    let mut edges: Vec<u64> = Vec::with_capacity(mesh.triangles.len() * 3);
     for (triangle, _) in mesh.triangles.iter().zip(keep).filter(|(_, keep)| **keep) {
         let [a, b, c] = triangle.map(|corner| same[corner as usize]);
         for (from, to) in [(a, b), (b, c), (c, a)] {
             if from != to {
-                edges.push((from.min(to), from.max(to), from < to));
+                let (low, high) = (u64::from(from.min(to)), u64::from(from.max(to)));
+                edges.push(low << 33 | high << 1 | u64::from(from < to));
             }
         }
     }
     edges.sort_unstable();
     edges
-        .chunk_by(|one, other| (one.0, one.1) == (other.0, other.1))
+        .chunk_by(|one, other| one >> 1 == other >> 1)
         .filter(|uses| uses.len() == 1)
-        .map(|uses| if uses[0].2 { [uses[0].0, uses[0].1] } else { [uses[0].1, uses[0].0] })
+        .map(|uses| {
+            let (low, high) = ((uses[0] >> 33) as u32, (uses[0] >> 1) as u32);
+            if uses[0] & 1 == 1 { [low, high] } else { [high, low] }
+        })
         .collect()
 }
 
@@ -84,17 +88,17 @@ pub(super) struct Site<'a> {
 /// The ground as faces of object 0: grass, and paving on islands between lanes.
 pub(super) fn terrain(site: &Site) -> Mesh {
     let mut builder = Builder::default();
-    for [from, to] in site.edges {
-        let [a, b] = [from, to].map(|corner| {
-            let [x, y, z] = site.roads.positions[*corner as usize];
+    for edge in site.edges {
+        let ends = edge.map(|corner| site.roads.positions[corner as usize]);
+        if !borders_open_ground(site, ends.map(|[x, y, _]| vec2(x, y))) {
+            continue;
+        }
+        let [a, b] = ends.map(|[x, y, z]| {
             // What reaches below another road is not to be seen: the ground joins the upper one.
-            [x, y, site.covered.topmost(vec2(x, y), z + TONGUE_M).unwrap_or(z)]
+            builder.corner([x, y, site.covered.topmost(vec2(x, y), z + TONGUE_M).unwrap_or(z)])
         });
-        if borders_open_ground(site, [a, b].map(|p| vec2(p[0], p[1]))) {
-            let [a, b] = [builder.corner(a), builder.corner(b)];
-            if a != b {
-                builder.edges.push([a.min(b), a.max(b)]);
-            }
+        if a != b {
+            builder.edges.push([a.min(b), a.max(b)]);
         }
     }
     open_ground(site, &mut builder);
