@@ -141,13 +141,13 @@ coded! {
         Soil = 6,
         /// Cast concrete.
         Concrete = 7,
-        /// Bricks, with windows drawn by the renderer.
+        /// Bricks; windows are triangles of their own.
         FacadeBrick = 8,
-        /// Plaster, with windows drawn by the renderer.
+        /// Plaster; windows are triangles of their own.
         FacadePlaster = 9,
-        /// A curtain wall of glass, with its grid drawn by the renderer.
+        /// A curtain wall of glass; its slabs are triangles of their own.
         FacadeGlass = 10,
-        /// Concrete slabs, with windows drawn by the renderer.
+        /// Concrete slabs; windows are triangles of their own.
         FacadeConcrete = 11,
         /// Flat roofs.
         RoofFlat = 12,

@@ -13,5 +13,8 @@ mod generate;
 mod random;
 
 pub use catalogue::{Blueprint, Kind, Wheel, blueprint, catalogue};
-pub use furnish::{Collider, Detail, Head, Lamp, Layer, Object, Town, furnish, furnish_with};
+pub use furnish::{
+    BAKE_VERSION, BakeError, Collider, Detail, Head, Lamp, Layer, Object, Town, furnish,
+    furnish_with,
+};
 pub use generate::{Character, Plan, default_map, generate, named, names};

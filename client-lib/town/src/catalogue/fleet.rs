@@ -116,7 +116,7 @@ fn build(row: Row) -> Blueprint {
     let size = Vec3::from_array(size);
     let nose = wheelbase * 0.5 + (size.x - wheelbase) * front;
     let wheels = match &build {
-        Build::Bike(bike) => two_wheels::wheels(bike, wheelbase, radius, drive != Legs),
+        Build::Bike(bike) => two_wheels::wheels(bike, wheelbase, radius),
         _ => four_wheels(size, body, wheelbase, radius, drive),
     };
     let (tag, base_type) = match &build {

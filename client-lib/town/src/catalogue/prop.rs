@@ -6,9 +6,12 @@ use road::{Material, Tag};
 use super::{Blueprint, Kind};
 use crate::clay::{self, Clay};
 
+/// Id, tag, mass in kilograms, and what shapes it.
+type Row = (&'static str, Tag, f32, fn(&mut Clay));
+
 /// A few of CARLA's props.
 pub(super) fn props() -> Vec<Blueprint> {
-    let rows: [(&'static str, Tag, f32, fn(&mut Clay)); 14] = [
+    let rows: [Row; 14] = [
         ("static.prop.barrel", Tag::Dynamic, 12.0, barrel),
         ("static.prop.bench01", Tag::Static, 60.0, bench),
         ("static.prop.bin", Tag::Static, 15.0, bin),

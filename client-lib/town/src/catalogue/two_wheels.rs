@@ -39,13 +39,13 @@ pub(super) const SPORT: Bike = Bike { seat: (-0.28, 0.83), grip: (0.40, 0.90), f
 pub(super) const SCOOTER: Bike = Bike { seat: (-0.30, 0.78), grip: (0.36, 1.02), foot: (0.24, 0.30), tyre_m: 0.110, frame: Frame::Scooter, helmet: true };
 
 /// Front and rear.
-pub(super) fn wheels(bike: &Bike, wheelbase: f32, radius: f32, engine: bool) -> Vec<Wheel> {
+pub(super) fn wheels(bike: &Bike, wheelbase: f32, radius: f32) -> Vec<Wheel> {
     let one = |x: f32, front: bool| Wheel {
         position_m: vec3(x, 0.0, radius),
         radius_m: radius,
         width_m: bike.tyre_m,
         steered: front,
-        driven: engine && !front || !engine && !front,
+        driven: !front,
     };
     vec![one(wheelbase * 0.5, true), one(-wheelbase * 0.5, false)]
 }

@@ -6,6 +6,7 @@ use road::{Material, Tag};
 
 use super::Detail;
 use super::roof;
+use super::window::{Wall, Windows};
 use crate::clay::Clay;
 use crate::random::Random;
 
@@ -71,6 +72,15 @@ impl House {
             self.shops(clay, random);
         } else {
             self.entrance(clay, 0.0, 0.0, true);
+            self.windows(clay, 0.0, SHOP_M, Some(0.0), &[0]);
+        }
+        self.windows(clay, 0.0, SHOP_M, None, &[1, 2, 3]);
+        let ribbons = self.facade == Material::FacadeGlass
+            || self.facade == Material::FacadeConcrete && random.chance(0.5);
+        if ribbons {
+            self.bands(clay, self.half, SHOP_M, eaves);
+        } else {
+            self.windows(clay, SHOP_M, eaves, None, &[0, 1, 2, 3]);
         }
         roof::flat(clay, [x, y], eaves, random, self.detail);
         if matches!(self.facade, Material::FacadeBrick | Material::FacadePlaster) {
@@ -81,6 +91,7 @@ impl House {
     fn tower(&self, clay: &mut Clay, random: &mut Random) {
         let ([x, y], top) = (self.half, self.eaves_m());
         self.walls(clay, SHOP_M, top * 0.3);
+        self.bands(clay, self.half, SHOP_M, top * 0.3);
         self.entrance(clay, 0.0, 0.0, true);
         let podium = House { floors: 1, ..self.clone() };
         podium.shops(clay, random);
@@ -94,6 +105,7 @@ impl House {
             let high = top * cut;
             clay.material(self.facade);
             clay.block(vec3(-step[0], -step[1], low), vec3(step[0], step[1], high));
+            self.bands(clay, step, low, high);
             fins(clay, step, low, high, if self.detail == Detail::High { 1.8 } else { 3.6 });
             low = high;
             if index == 2 {
@@ -108,7 +120,10 @@ impl House {
         self.walls(clay, 0.5, eaves);
         let door = random.between(-0.6, 0.6) * (x - 1.2).max(0.0);
         self.entrance(clay, door, 0.5, false);
-        self.sills(clay, 0.5, eaves, 2.6);
+        // Its sides stand against those of the neighbours.
+        self.windows(clay, 0.5, 0.5 + FLOOR_M, Some(door), &[0]);
+        self.windows(clay, 0.5 + FLOOR_M, eaves, None, &[0]);
+        self.windows(clay, 0.5, eaves, None, &[2]);
         roof::pitched(clay, [x, y], eaves, random.between(0.65, 1.0), self.facade, false);
         roof::chimneys(clay, [x, y], eaves, random, 1);
         if random.chance(0.55) {
@@ -123,15 +138,28 @@ impl House {
         // A wing that stands forward makes the plan an L.
         let wing = random.chance(0.5);
         self.walls(clay, 0.5, eaves);
-        self.sills(clay, 0.5, eaves, 3.0);
         roof::pitched(clay, [x, y], eaves, random.between(0.55, 0.85), self.facade, hipped);
         roof::chimneys(clay, [x, y], eaves, random, 1);
         let door = random.between(-0.5, 0.1) * x;
         self.entrance(clay, door, 0.5, true);
+        self.windows(clay, 0.5, eaves, None, &[1, 2, 3]);
+        if !wing {
+            self.windows(clay, 0.5, 0.5 + FLOOR_M, Some(door), &[0]);
+            self.windows(clay, 0.5 + FLOOR_M, eaves, None, &[0]);
+        }
         if wing {
             let (from, to) = (x * 0.35, x * 0.92);
             clay.material(self.facade);
             clay.block(vec3(from, y - 0.5, -FOOTING_M), vec3(to, y + 1.6, eaves - 0.35));
+            let front = Wall::new([0.0, y + 1.6], 0);
+            for floor in 0..self.floors {
+                let sill = 1.4 + FLOOR_M * floor as f32;
+                let middle = (from + to) * 0.5;
+                clay.material(Material::PaintWhite);
+                front.patch(clay, [middle - 0.85, middle + 0.85], [sill - 0.1, sill + 1.4], 0.015);
+                clay.material(Material::Glass);
+                front.patch(clay, [middle - 0.75, middle + 0.75], [sill, sill + 1.3], 0.03);
+            }
             clay.material(Material::RoofTiles);
             let (left, right) = (from - 0.3, to + 0.3);
             let (front, ridge) = (y + 1.95, eaves - 0.35 + (to - from) * 0.38);
@@ -145,6 +173,10 @@ impl House {
         let ([x, y], eaves) = (self.half, self.eaves_m());
         self.walls(clay, 1.0, eaves);
         roof::flat(clay, [x, y], eaves, random, self.detail);
+        clay.material(Material::Glass);
+        for side in 0..4 {
+            Wall::new(self.half, side).band(clay, [eaves - 1.5, eaves - 0.7], 0.4);
+        }
         // Pilasters, and gates towards the street.
         clay.material(Material::Concrete);
         let bays = ((x * 2.0 / 5.5) as u32).max(2);
@@ -193,35 +225,47 @@ impl House {
             clay.block(corner + vec3(-0.38, -0.38, low), corner + vec3(0.38, 0.38, eaves));
         }
         if self.detail == Detail::High {
-            self.sills(clay, low, eaves, 2.4);
             fins(clay, self.half, low, eaves, 4.8);
         }
     }
 
-    /// Window sills on all four sides.
-    fn sills(&self, clay: &mut Clay, low: f32, eaves: f32, pitch: f32) {
-        let pitch = if self.detail == Detail::High { pitch * 0.8 } else { pitch * 1.4 };
-        clay.material(Material::Concrete);
-        let mut z = low + 0.95;
-        while z < eaves - 1.2 {
-            for side in 0..4 {
-                let turn = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2 * side as f32);
-                let (across, out) = if side % 2 == 0 {
-                    (self.half[0], self.half[1])
-                } else {
-                    (self.half[1], self.half[0])
-                };
-                let count = (across * 2.0 / pitch) as u32;
-                for window in 0..count {
-                    let x = -across + across * 2.0 * (window as f32 + 0.5) / count as f32;
-                    clay.block_at(turn * vec3(x, out + 0.05, z), vec3(0.65, 0.09, 0.05), turn);
-                    if self.detail == Detail::High {
-                        let lintel = turn * vec3(x, out + 0.04, z + 1.55);
-                        clay.block_at(lintel, vec3(0.7, 0.06, 0.07), turn);
-                    }
+    /// Windows on some of the walls, on every floor between two heights.
+    fn windows(&self, clay: &mut Clay, low: f32, high: f32, door: Option<f32>, walls: &[usize]) {
+        let homely = matches!(self.style, Style::Villa | Style::Terrace);
+        let spec = Windows {
+            pitch_m: if homely { 2.5 } else { 2.8 },
+            size_m: if homely { [1.1, 1.35] } else { [1.35, 1.65] },
+            frame: if self.facade == Material::FacadeBrick || homely {
+                Material::PaintWhite
+            } else {
+                Material::Metal
+            },
+            detail: self.detail,
+        };
+        // The plinth of a block stands out.
+        let half = if low < 0.4 { self.half.map(|half| half + 0.06) } else { self.half };
+        let mut sill = low + 0.95;
+        while sill + 1.7 < high {
+            for wall in walls {
+                Wall::new(half, *wall).row(clay, sill, &spec, door);
+            }
+            sill += FLOOR_M;
+        }
+    }
+
+    /// Floors and windows as strips round the whole house.
+    fn bands(&self, clay: &mut Clay, half: [f32; 2], low: f32, high: f32) {
+        let glass = self.facade == Material::FacadeGlass;
+        clay.material(if glass { Material::Metal } else { Material::Glass });
+        let (from, to) = if glass { (-0.3, 0.3) } else { (0.9, 2.5) };
+        let mut floor = low;
+        while floor + to + 0.3 < high {
+            if floor + from > low {
+                for side in 0..4 {
+                    Wall::new(half, side).band(clay, [floor + from, floor + to], 0.3);
                 }
             }
-            z += FLOOR_M;
+            floor += FLOOR_M;
         }
     }
 

@@ -9,16 +9,25 @@ use super::lots::Garden;
 use super::plan::Plan;
 use super::raster::{ground, rectangle, square};
 use super::scene::{Brief, Place, Scene};
-use super::tree::{Sapling, Species, nursery};
+use super::tree::{Finish, Sapling, Species, nursery};
 use super::{Detail, Layer};
 use crate::random::Random;
 
 /// All saplings of the town.
-pub(super) struct Nursery(Vec<Sapling>);
+pub(super) struct Nursery {
+    near: Vec<Sapling>,
+    far: Vec<Sapling>,
+}
+
+/// Nobody drives within this distance of trees of the far kind. Metres.
+const FAR_M: f32 = 18.0;
 
 impl Nursery {
     pub(super) fn new(seed: u64, detail: Detail) -> Nursery {
-        Nursery(nursery(seed, detail))
+        Nursery {
+            near: nursery(seed, Finish::near(detail)),
+            far: nursery(seed, Finish::far(detail)),
+        }
     }
 
     /// Plants one if its trunk has room: on a sidewalk or in the open, never among others.
@@ -32,17 +41,21 @@ impl Nursery {
         random: &mut Random,
     ) -> bool {
         let choice = random.below(4);
-        let turn = random.between(0.0, 6.28);
-        let Some(sapling) = self.0.iter().filter(|one| one.species == species).nth(choice) else {
+        let turn = random.between(0.0, std::f32::consts::TAU);
+        let saplings = if is_far(plan, at) { &self.far } else { &self.near };
+        let Some(sapling) = saplings.iter().filter(|one| one.species == species).nth(choice) else {
             return false;
         };
         let trunk = (sapling.trunk_radius * scale).max(0.3);
         let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
-        // Crowns hang over sidewalks and roads above people's heads, but never into houses.
+        // Crowns hang over sidewalks above people's heads, and those that are trimmed for it over
+        // roads, but never into houses.
         let crown = sapling.crown_radius * scale;
         let low_crown = matches!(species, Species::Spruce | Species::Bush);
         let room = if low_crown { crown } else { trunk };
+        let over = if species == Species::Plane { trunk } else { crown * 0.95 };
         if !plan.raster.is_free(&square(at, room), taken)
+            || !plan.raster.is_free(&square(at, over), ground::CARRIAGEWAY)
             || !plan.raster.is_free(&square(at, crown * 0.75), ground::BUILT)
         {
             return false;
@@ -56,6 +69,17 @@ impl Nursery {
         }
         true
     }
+}
+
+/// Whether no road comes near a point.
+fn is_far(plan: &Plan, at: Vec2) -> bool {
+    let ring = |radius: f32, count: u32| {
+        (0..count).all(|step| {
+            let around = Vec2::from_angle(std::f32::consts::TAU * step as f32 / count as f32);
+            plan.raster.at(at + around * radius) & ground::CARRIAGEWAY == 0
+        })
+    };
+    ring(FAR_M / 3.0, 6) && ring(FAR_M * 2.0 / 3.0, 12) && ring(FAR_M, 18)
 }
 
 /// Hedges and fences in front of houses, and trees before and behind them.
@@ -166,7 +190,7 @@ pub(super) fn open_ground(
     let area = size.x * size.y;
     let pitch = (area / 14_000.0).sqrt().max(9.0);
     let (rows, columns) = ((size.y / pitch) as i32, (size.x / pitch) as i32);
-    let phase = random.between(0.0, 6.28);
+    let phase = random.between(0.0, std::f32::consts::TAU);
     for row in 0..rows {
         for column in 0..columns {
             let jitter = vec2(random.unit(), random.unit());

@@ -18,7 +18,10 @@ const MARGIN_M: f32 = 0.5;
 /// Below this density nobody builds a row.
 const OPEN_COUNTRY: f32 = 0.06;
 
-/// Builds along every frontage; says where gardens are, as rectangles of ground before and behind
+/// From this density on gaps are filled.
+const BUILT_UP: f32 = 0.35;
+
+/// Builds along every outline; says where gardens are, as rectangles of ground before and behind
 /// houses.
 pub(super) fn build(
     plan: &mut Plan,
@@ -28,8 +31,11 @@ pub(super) fn build(
 ) -> Vec<Garden> {
     let mut gardens = Vec::new();
     for (number, outline) in outlines.iter().enumerate() {
-        let mut random = Random::new(plan.seed, 0x107 + number as u64 * 16);
-        line(plan, scene, outline, density, &mut random, &mut gardens);
+        // First whoever wants to build, then small houses in the gaps.
+        for (pass, narrow) in [(0, false), (1, true)] {
+            let mut random = Random::new(plan.seed, 0x107 + number as u64 * 16 + pass);
+            line(plan, scene, outline, density, narrow, &mut random, &mut gardens);
+        }
     }
     gardens
 }
@@ -55,6 +61,7 @@ fn line(
     scene: &mut Scene,
     frontage: &[Station],
     density: &Density,
+    narrow: bool,
     random: &mut Random,
     gardens: &mut Vec<Garden>,
 ) {
@@ -68,7 +75,18 @@ fn line(
             start += 4;
             continue;
         }
-        let house = draw(dense, random);
+        let mut house = draw(dense, random);
+        if narrow {
+            if dense < BUILT_UP {
+                start += 4;
+                continue;
+            }
+            if matches!(house.style, Style::Tower | Style::Hall) {
+                house.style = Style::Block;
+                house.floors = 4 + random.below(4) as u32;
+            }
+            house.half = [random.between(4.0, 6.5), random.between(4.5, 6.5)];
+        }
         let wanted = (house.half[0] * 2.0 + gap(house.style)) / STEP_M;
         let end = (start + wanted.round() as usize).min(frontage.len() - 1);
         match place(plan, scene, &frontage[start..=end], house, dense, random) {
@@ -217,7 +235,9 @@ fn erect(plan: &Plan, scene: &mut Scene, house: &House, mut place: Place, random
     place.foot.z = (place.foot.z + highest) * 0.5;
     let colors = [[150, 36, 32], [30, 70, 120], [40, 96, 64], [196, 150, 40], [70, 70, 76]];
     let brief = Brief { tag: Tag::Building, layer: Layer::Buildings, color: *random.pick(&colors) };
-    scene.add(brief, place, |clay| house.model(clay, random));
+    // A stream of its own: what a finer model draws changes nothing of what comes after.
+    let mut inside = Random::new(random.bits(), 0x40);
+    scene.add(brief, place, |clay| house.model(clay, &mut inside));
     let low = Vec3::new(-x, -y, -3.0);
     scene.solid(&place, low, Vec3::new(x, y, house.eaves_m()));
 }

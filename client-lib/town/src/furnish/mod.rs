@@ -3,6 +3,7 @@
 //! Roads are stamped into a raster of the plan; everything else asks the raster for room before it
 //! stands anywhere, and takes it. So nothing stands on a road or in another thing.
 
+mod bake;
 mod bridge;
 mod building;
 mod density;
@@ -20,10 +21,13 @@ mod signals;
 mod street;
 mod terrain;
 mod tree;
+mod window;
 
 #[cfg(test)]
 mod tests;
 
+pub use bake::{BAKE_VERSION, BakeError};
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use road::{Mesh, Network, Tag};
 
@@ -55,6 +59,18 @@ pub enum Layer {
     StreetLights,
     /// Walls and fences.
     Walls,
+}
+
+impl Layer {
+    /// Every layer, in this order.
+    pub const ALL: [Layer; 6] = [
+        Layer::Buildings,
+        Layer::Foliage,
+        Layer::ParkedVehicles,
+        Layer::Props,
+        Layer::StreetLights,
+        Layer::Walls,
+    ];
 }
 
 /// The static world.
@@ -91,7 +107,8 @@ pub struct Object {
 }
 
 /// A solid box. World space, metres and radians.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Collider {
     /// Its middle.
     pub center: Vec3,
@@ -102,7 +119,8 @@ pub struct Collider {
 }
 
 /// A street lamp's light. World space, metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Lamp {
     /// Where the light comes from; it falls downwards.
     pub position: Vec3,
@@ -111,7 +129,8 @@ pub struct Lamp {
 }
 
 /// Where a lamp box of a traffic light hangs. World space, metres and radians.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Head {
     /// Which of [`Network::signals`] it shows.
     pub signal: u32,

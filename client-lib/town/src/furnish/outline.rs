@@ -63,7 +63,8 @@ fn walk_width(raster: &Raster, edge: Vec2, out: Vec2) -> f32 {
         bits & ground::CARRIAGEWAY != 0
     });
     let width = first.unwrap_or(steps) as f32 * 0.5;
-    let walked = raster.at(edge - out * 0.6) & ground::WALK != 0;
+    let walked =
+        [0.6, 1.0, 1.4].iter().any(|inside| raster.at(edge - out * *inside) & ground::WALK != 0);
     if walked && width > 1.0 { width - 0.5 } else { 0.0 }
 }
 

@@ -59,20 +59,23 @@ fn pole_place(plan: &Plan, at: Vec2) -> Option<Vec2> {
 
 fn light(plan: &mut Plan, scene: &mut Scene, signal: &Signal, number: u32) {
     let (at, yaw_rad) = stand(signal);
-    let Some(pole) = pole_place(plan, at) else { return };
-    let foot = plan.foot(pole);
-    let gap = pole.distance(at);
+    let pole = pole_place(plan, at);
+    let gap = pole.map_or(f32::INFINITY, |pole| pole.distance(at));
     let low = match signal.z_offset_m as f32 {
         said if said > 1.8 => said,
         _ if gap > 0.6 => HEAD_OVER_M,
         _ => HEAD_BESIDE_M,
     };
     let base = signal.pose.position.z as f32 - signal.z_offset_m as f32;
+    let ground = pole.map_or(base, |pole| plan.height(pole));
     // The box hangs before the pole, or before the arm that reaches over the road.
     let clear = Vec2::from_angle(yaw_rad) * 0.12;
-    let head = (at + clear).extend(base.max(foot.z) + low);
+    let head = (at + clear).extend(base.max(ground) + low);
     scene.head(Head { signal: number, position: head, yaw_rad });
 
+    // Far from every edge it hangs on a wire that nobody sees.
+    let Some(pole) = pole else { return };
+    let foot = pole.extend(ground);
     let beam = head.z - foot.z + 0.5;
     let arm = at - pole;
     let place = Place { foot, yaw_rad: if gap > 0.6 { arm.to_angle() } else { yaw_rad } };

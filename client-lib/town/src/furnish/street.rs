@@ -29,7 +29,8 @@ pub(super) fn furnish(
 ) {
     for (number, frontage) in frontages.iter().enumerate() {
         let mut random = Random::new(plan.seed, 0x57e + number as u64 * 16);
-        let species = *random.pick(&[Species::Lime, Species::Lime, Species::Oak, Species::Poplar]);
+        let species =
+            *random.pick(&[Species::Plane, Species::Plane, Species::Plane, Species::Poplar]);
         let planted = random.chance(0.7);
         // Lamps alternate between the sides of a street.
         let mut next_lamp = if number % 2 == 0 { 10.0 } else { 24.0 };
@@ -42,8 +43,10 @@ pub(super) fn furnish(
                 }
             } else if along >= next_tree && planted && station.walk_m > TREE_WALK_M {
                 next_tree = along + random.between(8.0, 11.0);
-                let at = station.edge - station.out * (station.walk_m - BEHIND_KERB_M - 0.3);
-                nursery.plant(plan, scene, species, at, random.between(0.65, 0.85), &mut random);
+                let at = station.edge - station.out * (station.walk_m - BEHIND_KERB_M - 0.5);
+                let scale = if species == Species::Plane { 1.0 } else { 0.75 };
+                let scale = scale * random.between(0.92, 1.1);
+                nursery.plant(plan, scene, species, at, scale, &mut random);
             } else if station.walk_m > 1.8 && random.chance(0.05 * density.at(station.edge)) {
                 prop(plan, scene, station, &mut random);
             }

@@ -232,17 +232,20 @@ impl Builder {
             if (b - a).perp_dot(c - a) <= 0.0 || site.covered.covers(middle) {
                 continue;
             }
-            mesh.triangle(corners, cover(site.raster.at(middle)));
+            mesh.triangle(corners, cover(site.raster, middle));
         }
         mesh
     }
 }
 
-fn cover(bits: u8) -> Face {
+fn cover(raster: &Raster, at: Vec2) -> Face {
+    // Beside a road the cell itself belongs to the road; its neighbours tell what the ground is.
+    let round = [(0.0, 0.0), (1.2, 0.0), (0.0, 1.2), (-1.2, 0.0), (0.0, -1.2)];
+    let bits = round.iter().fold(0, |bits, (x, y)| bits | raster.at(at + vec2(*x, *y)));
     if bits & ground::CLEAR != 0 {
         Face::new(Tag::SideWalks, Material::Concrete, 0)
     } else if bits & ground::PAVED != 0 {
-        Face::new(Tag::Ground, Material::Paving, 0)
+        Face::new(Tag::Ground, Material::Concrete, 0)
     } else {
         Face::new(Tag::Terrain, Material::Grass, 0)
     }

@@ -1,1 +1,286 @@
+use std::path::PathBuf;
 
+use glam::{Vec2, Vec3, Vec3Swizzles, vec2};
+use road::{LanePoint, LaneTypes, Mesh, Network, Tag};
+
+use super::index::TriangleIndex;
+use super::{BakeError, Collider, Detail, Object, Town, furnish, furnish_with};
+use crate::{Kind, catalogue, default_map, named};
+
+fn default_town() -> (Network, Town) {
+    let network = Network::parse(&default_map().1).expect("our own map");
+    let town = furnish(&network, 1);
+    (network, town)
+}
+
+/// Name and text of every map in the folder that `OMNIBUS_MAPS` names, by name; none without it.
+fn shared_maps() -> Vec<(String, String)> {
+    let Some(folder) = std::env::var_os("OMNIBUS_MAPS").map(PathBuf::from) else {
+        return Vec::new();
+    };
+    let entries = std::fs::read_dir(folder).expect("OMNIBUS_MAPS names a folder");
+    let paths = entries.map(|entry| entry.expect("a readable folder").path());
+    let mut maps: Vec<(String, String)> = paths
+        .filter(|path| path.extension().is_some_and(|extension| extension == "xodr"))
+        .map(|path| {
+            let name = path.file_stem().expect("a name").to_string_lossy().to_string();
+            (name, std::fs::read_to_string(&path).expect("a readable map"))
+        })
+        .collect();
+    maps.sort();
+    maps
+}
+
+#[test]
+fn the_default_town_is_as_large_as_promised() {
+    let (_, town) = default_town();
+    let houses = town.objects.iter().filter(|object| object.tag == Tag::Building).count();
+    assert!(town.mesh.triangles.len() >= 200_000, "{} triangles", town.mesh.triangles.len());
+    assert!(houses >= 100, "{houses} houses");
+    assert_eq!(town.mesh.triangles.len(), town.mesh.faces.len());
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
+    let network = Network::parse(&named("Flatford").expect("one of ours")).expect("our own map");
+    let first = furnish(&network, 1).to_bytes();
+    assert!(first == furnish(&network, 1).to_bytes());
+    assert!(first != furnish(&network, 2).to_bytes());
+}
+
+#[test]
+fn detail_changes_how_things_look_but_not_where_houses_stand() {
+    let network = Network::parse(&named("Flatford").expect("one of ours")).expect("our own map");
+    let (plain, fine) = (furnish(&network, 1), furnish_with(&network, 1, Detail::High));
+    let walls = |town: &Town| -> Vec<Collider> { walls(town).copied().collect() };
+    let flat = |walls: Vec<Collider>| -> Vec<(Vec2, Vec2, f32)> {
+        walls.iter().map(|w| (w.center.xy(), w.half_extents_m.xy(), w.yaw_rad)).collect()
+    };
+    assert_eq!(flat(walls(&plain)), flat(walls(&fine)));
+    assert!(fine.mesh.triangles.len() > 2 * plain.mesh.triangles.len());
+}
+
+#[test]
+fn a_baked_town_reads_back_as_it_was() {
+    let network = Network::parse(&named("Flatford").expect("one of ours")).expect("our own map");
+    let town = furnish(&network, 3);
+    let bytes = town.to_bytes();
+    assert!(Town::from_bytes(&bytes).as_ref() == Ok(&town));
+    assert_eq!(Town::from_bytes(b"something else").err(), Some(BakeError::Foreign));
+    let short = &bytes[..bytes.len() - 1];
+    assert_eq!(Town::from_bytes(short).err(), Some(BakeError::Damaged { part: "heads" }));
+    let mut other = bytes.clone();
+    other[8] += 1;
+    assert!(matches!(Town::from_bytes(&other), Err(BakeError::Version { .. })));
+}
+
+/// The colliders of houses.
+fn walls(town: &Town) -> impl Iterator<Item = &Collider> {
+    town.colliders.iter().filter(|one| one.half_extents_m.xy().min_element() > 2.5)
+}
+
+#[test]
+fn every_house_is_solid_and_within_its_box() {
+    let (_, town) = default_town();
+    let houses: Vec<&Object> =
+        town.objects.iter().filter(|object| object.tag == Tag::Building).collect();
+    let walls: Vec<&Collider> = walls(&town).collect();
+    assert_eq!(houses.len(), walls.len());
+    for (house, wall) in houses.iter().zip(&walls) {
+        let turned = Vec2::from_angle(-house.yaw_rad)
+            .rotate((wall.center - house.center).truncate())
+            .extend(wall.center.z - house.center.z);
+        let room = house.half_extents_m - wall.half_extents_m - turned.abs();
+        assert!(room.min_element() > -0.01, "{house:?} {wall:?}");
+        assert!(wall.half_extents_m.z > 0.25 * house.half_extents_m.z, "{house:?} {wall:?}");
+    }
+}
+
+/// The corners of a box on the plan.
+fn corners(one: &Collider) -> [Vec2; 4] {
+    super::raster::rectangle(one.center.truncate(), one.half_extents_m.truncate(), one.yaw_rad)
+}
+
+#[test]
+fn no_house_stands_in_another() {
+    let (_, town) = default_town();
+    let outlines: Vec<[Vec2; 4]> = walls(&town).map(corners).collect();
+    let apart = |one: &[Vec2; 4], other: &[Vec2; 4]| {
+        (0..4).any(|side| {
+            let out = -(one[(side + 1) % 4] - one[side]).perp();
+            other.iter().all(|corner| out.dot(*corner - one[side]) > 0.0)
+        })
+    };
+    for (number, one) in outlines.iter().enumerate() {
+        for other in &outlines[..number] {
+            assert!(apart(one, other) || apart(other, one), "{one:?} {other:?}");
+        }
+    }
+}
+
+#[test]
+fn no_house_stands_on_a_road_or_a_sidewalk() {
+    let (_, town) = default_town();
+    let paved = [Tag::Roads, Tag::RoadLine, Tag::SideWalks].map(|tag| tag as u8);
+    let ground = TriangleIndex::new(&town.mesh, |number| {
+        let face = town.mesh.faces[number];
+        face.object == 0 && paved.contains(&face.tag)
+    });
+    for wall in walls(&town) {
+        let [a, b, _, d] = corners(wall);
+        for i in 0..=20 {
+            for j in 0..=20 {
+                let at = a + (b - a) * (i as f32 / 20.0) + (d - a) * (j as f32 / 20.0);
+                assert!(!ground.covers(at), "a house at {at} stands on the road");
+            }
+        }
+    }
+}
+
+/// What hangs lower than this over a lane is in the way.
+const CLEARANCE_M: f32 = 3.4;
+
+/// Places on driving lanes where something stands, hangs too low or is missing.
+fn obstacles(network: &Network, town: &Town) -> Vec<String> {
+    let things = TriangleIndex::new(&town.mesh, |number| town.mesh.faces[number].object != 0);
+    let ground = TriangleIndex::new(&town.mesh, |number| town.mesh.faces[number].object == 0);
+    let mut found = Vec::new();
+    for lane in network.lanes() {
+        if !LaneTypes::DRIVABLE.contains(lane.kind) {
+            continue;
+        }
+        let steps = (lane.length_m / 1.5).ceil() as usize;
+        for step in 0..steps {
+            let along_m = lane.length_m * (step as f64 + 0.5) / steps as f64;
+            let width = network.width(LanePoint { lane: lane.index, along_m });
+            for share in [-0.4, 0.0, 0.4] {
+                let point = network.place_at(lane.index, along_m, share * width).position.as_vec3();
+                let at = point.truncate();
+                things.heights(at, |z| {
+                    if (0.2..CLEARANCE_M).contains(&(z - point.z)) {
+                        found.push(format!("something {:.2} m above {point}", z - point.z));
+                    }
+                });
+                let surface = ground.topmost(at, point.z + 1.0);
+                if width > 0.5 && surface.is_none_or(|z| z < point.z - 0.6) {
+                    found.push(format!("a hole at {point}: {surface:?}"));
+                }
+            }
+        }
+    }
+    for collider in &town.colliders {
+        let lowest = collider.center.z - collider.half_extents_m.z;
+        let [a, b, c, d] = corners(collider);
+        for at in [a, b, c, d, (a + c) * 0.5] {
+            let probe = at.extend(lowest + 0.5).as_dvec3();
+            let Some(near) = network.nearest(probe, LaneTypes::DRIVABLE) else { continue };
+            let lane = network.place(near);
+            let offset = lane.rotation().inverse() * (probe - lane.position);
+            let inside = offset.y.abs() < 0.5 * network.width(near) - 0.3 && offset.x.abs() < 0.3;
+            if inside && offset.z.abs() < 2.0 {
+                found.push(format!("a collider on a lane at {probe}"));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn nothing_stands_on_a_driving_lane() {
+    let (network, town) = default_town();
+    let found = obstacles(&network, &town);
+    assert!(found.is_empty(), "{} places: {:?}", found.len(), &found[..found.len().min(5)]);
+}
+
+#[test]
+fn every_light_of_the_map_has_one_head() {
+    let (network, town) = default_town();
+    assert!(!town.heads.is_empty());
+    check_heads(&network, &town);
+}
+
+fn check_heads(network: &Network, town: &Town) {
+    let lights: Vec<u32> = network
+        .signals()
+        .iter()
+        .zip(0..)
+        .filter(|(signal, _)| signal.dynamic)
+        .map(|(_, number)| number)
+        .collect();
+    let heads: Vec<u32> = town.heads.iter().map(|head| head.signal).collect();
+    assert_eq!(heads, lights);
+    for head in &town.heads {
+        let signal = &network.signals()[head.signal as usize];
+        let away = head.position.truncate().distance(signal.pose.position.truncate().as_vec2());
+        assert!(away < 0.5, "the head of signal {} hangs {away} m off", signal.id);
+    }
+}
+
+/// The ground is closed: every vertical ray within the town finds some.
+#[test]
+fn the_ground_has_no_gaps() {
+    let (_, town) = default_town();
+    let ground = TriangleIndex::new(&town.mesh, |number| town.mesh.faces[number].object == 0);
+    let (low, high) = road_bounds(&town.mesh);
+    let (mut missed, mut rays) = (Vec::new(), 0);
+    let step = 1.37;
+    for row in 0..((high.y - low.y) / step) as u32 {
+        for column in 0..((high.x - low.x) / step) as u32 {
+            let at = low + vec2(column as f32, row as f32) * step;
+            rays += 1;
+            if !ground.covers(at) {
+                missed.push(at);
+            }
+        }
+    }
+    assert!(missed.is_empty(), "{} of {rays}: {:?}", missed.len(), missed.first());
+}
+
+fn road_bounds(mesh: &Mesh) -> (Vec2, Vec2) {
+    let roads = mesh.triangles.iter().zip(&mesh.faces).filter(|(_, f)| f.tag == Tag::Roads as u8);
+    let points = roads.flat_map(|(t, _)| t.map(|i| Vec3::from_array(mesh.positions[i as usize])));
+    points
+        .map(|point| point.truncate())
+        .fold((Vec2::MAX, Vec2::MIN), |(low, high), point| (low.min(point), high.max(point)))
+}
+
+#[test]
+fn every_shared_map_becomes_a_town() {
+    let mut failed = Vec::new();
+    for (name, text) in shared_maps() {
+        let network = Network::parse(&text).expect("a map that loads");
+        let town = furnish(&network, 1);
+        let found = obstacles(&network, &town);
+        let houses = town.objects.iter().filter(|object| object.tag == Tag::Building).count();
+        println!(
+            "{name:<55} {:>8} triangles {houses:>5} houses {:>5} objects {:>4} heads, {} obstacles {:?}",
+            town.mesh.triangles.len(),
+            town.objects.len(),
+            town.heads.len(),
+            found.len(),
+            found.first(),
+        );
+        check_heads(&network, &town);
+        if !found.is_empty() {
+            failed.push(name);
+        }
+    }
+    assert!(failed.is_empty(), "{failed:?}");
+}
+
+#[test]
+fn town10hd_in_high_detail_is_a_scene_to_measure_with() {
+    let maps = shared_maps();
+    let Some((_, text)) = maps.iter().find(|(name, _)| name.ends_with("Town10HD")) else { return };
+    let network = Network::parse(text).expect("a map that loads");
+    let town = furnish_with(&network, 1, Detail::High);
+    let cars: Vec<usize> = catalogue()
+        .iter()
+        .filter(|one| one.kind == Kind::Vehicle)
+        .map(|one| one.mesh.triangles.len())
+        .collect();
+    let hundred: usize = cars.iter().cycle().take(100).sum();
+    let (fixed, all) = (town.mesh.triangles.len(), town.mesh.triangles.len() + hundred);
+    println!("Town10HD: {fixed} triangles, with 100 cars {all}");
+    assert!(all >= 1_200_000, "{fixed} triangles, with 100 cars {all}");
+}

@@ -10,7 +10,9 @@ use crate::random::Random;
 /// What grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Species {
-    /// A round crown on a clear trunk.
+    /// Trimmed for streets: the crown begins above trucks.
+    Plane,
+    /// A round crown on a short trunk.
     Lime,
     /// Slender and tall.
     Poplar,
@@ -33,48 +35,93 @@ pub(super) struct Sapling {
     pub(super) trunk_radius: f32,
 }
 
+/// How finely trees are modelled.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Finish {
+    /// Balls of a crown are multiplied with this, and never more than `balls_max`.
+    balls: u32,
+    balls_max: u32,
+    rings: u32,
+    sides: u32,
+    /// Whorls of a conifer, and their sides.
+    tiers: [u32; 2],
+    trunk_sides: u32,
+}
+
+impl Finish {
+    /// For trees along streets.
+    pub(super) fn near(detail: Detail) -> Finish {
+        match detail {
+            Detail::Standard => {
+                Finish { balls: 1, balls_max: 5, rings: 5, sides: 8, tiers: [6, 9], trunk_sides: 6 }
+            }
+            Detail::High => {
+                let (balls_max, tiers) = (20, [16, 20]);
+                Finish { balls: 4, balls_max, rings: 9, sides: 13, tiers, trunk_sides: 12 }
+            }
+        }
+    }
+
+    /// For trees that nobody comes near.
+    pub(super) fn far(detail: Detail) -> Finish {
+        match detail {
+            Detail::Standard => {
+                Finish { balls: 1, balls_max: 2, rings: 4, sides: 6, tiers: [4, 7], trunk_sides: 4 }
+            }
+            Detail::High => Finish::near(detail),
+        }
+    }
+}
+
 /// A few of each species.
-pub(super) fn nursery(seed: u64, detail: Detail) -> Vec<Sapling> {
-    use Species::{Bush, Lime, Oak, Poplar, Spruce};
+pub(super) fn nursery(seed: u64, finish: Finish) -> Vec<Sapling> {
+    use Species::{Bush, Lime, Oak, Plane, Poplar, Spruce};
     let mut random = Random::new(seed, 0x72ee);
     let mut all = Vec::new();
-    for species in [Lime, Poplar, Spruce, Oak, Bush] {
+    for species in [Plane, Lime, Poplar, Spruce, Oak, Bush] {
         for _ in 0..4 {
-            all.push(sapling(species, detail, &mut random));
+            all.push(sapling(species, finish, &mut random));
         }
     }
     all
 }
 
-fn sapling(species: Species, detail: Detail, random: &mut Random) -> Sapling {
+fn sapling(species: Species, finish: Finish, random: &mut Random) -> Sapling {
     let mut clay = Clay::new(Tag::Vegetation, Material::Bark, 0);
     let grow = random.between(0.85, 1.2);
-    let mut crown = Crown { detail, random };
+    let mut crown = Crown { finish, random };
     let (height, crown_radius, trunk_radius) = match species {
+        Species::Plane => {
+            let height = 9.5 * grow.max(0.95);
+            trunk(&mut clay, height * 0.62, 0.16, finish);
+            clay.material(Material::Leaves);
+            crown.cloud(&mut clay, Vec3::Z * height * 0.75, vec3(2.1, 2.1, height * 0.23), 3);
+            (height, 2.4, 0.16)
+        }
         Species::Lime => {
             let height = 8.0 * grow;
-            trunk(&mut clay, height * 0.6, 0.17, detail);
+            trunk(&mut clay, height * 0.6, 0.17, finish);
             clay.material(Material::Leaves);
             crown.cloud(&mut clay, Vec3::Z * height * 0.63, vec3(2.3, 2.3, height * 0.36), 3);
             (height, 2.7, 0.17)
         }
         Species::Poplar => {
             let height = 13.0 * grow;
-            trunk(&mut clay, height * 0.5, 0.20, detail);
+            trunk(&mut clay, height * 0.5, 0.20, finish);
             clay.material(Material::Leaves);
             crown.cloud(&mut clay, Vec3::Z * height * 0.56, vec3(1.3, 1.3, height * 0.43), 2);
             (height, 1.7, 0.20)
         }
         Species::Spruce => {
             let height = 11.0 * grow;
-            trunk(&mut clay, height * 0.8, 0.19, detail);
+            trunk(&mut clay, height * 0.8, 0.19, finish);
             clay.material(Material::Needles);
             crown.tiers(&mut clay, height, 2.4);
             (height, 2.5, 0.19)
         }
         Species::Oak => {
             let height = 10.0 * grow;
-            trunk(&mut clay, height * 0.55, 0.32, detail);
+            trunk(&mut clay, height * 0.55, 0.32, finish);
             branches(&mut clay, height, crown.random);
             clay.material(Material::Leaves);
             crown.cloud(&mut clay, Vec3::Z * height * 0.66, vec3(3.6, 3.6, height * 0.32), 5);
@@ -90,8 +137,8 @@ fn sapling(species: Species, detail: Detail, random: &mut Random) -> Sapling {
     Sapling { species, mesh: clay.mesh, height, crown_radius, trunk_radius }
 }
 
-fn trunk(clay: &mut Clay, height: f32, radius: f32, detail: Detail) {
-    let sides = if detail == Detail::High { 10 } else { 6 };
+fn trunk(clay: &mut Clay, height: f32, radius: f32, finish: Finish) {
+    let sides = finish.trunk_sides;
     clay.material(Material::Bark);
     clay.cone(Vec3::Z * -0.4, Vec3::Z * 0.5, [radius * 1.5, radius], sides);
     clay.cone(Vec3::Z * 0.5, Vec3::Z * height, [radius, radius * 0.45], sides);
@@ -107,17 +154,15 @@ fn branches(clay: &mut Clay, height: f32, random: &mut Random) {
 }
 
 struct Crown<'a> {
-    detail: Detail,
+    finish: Finish,
     random: &'a mut Random,
 }
 
 impl Crown<'_> {
     /// Foliage as a heap of dented balls that fills an ellipsoid.
     fn cloud(&mut self, clay: &mut Clay, center: Vec3, radii: Vec3, balls: u32) {
-        let (balls, rings, sides) = match self.detail {
-            Detail::Standard => (balls, 5, 8),
-            Detail::High => (balls * 3, 7, 10),
-        };
+        let Finish { rings, sides, .. } = self.finish;
+        let balls = (balls * self.finish.balls).min(self.finish.balls_max);
         for ball in 0..balls {
             let (offset, size) = if balls == 1 {
                 (Vec3::ZERO, 1.0)
@@ -138,7 +183,7 @@ impl Crown<'_> {
 
     /// Whorls of branches, one above the other.
     fn tiers(&mut self, clay: &mut Clay, height: f32, radius: f32) {
-        let (tiers, sides) = if self.detail == Detail::High { (14, 16) } else { (6, 9) };
+        let [tiers, sides] = self.finish.tiers;
         for tier in 0..tiers {
             let share = tier as f32 / tiers as f32;
             let low = 0.9 + (height - 1.2) * share;

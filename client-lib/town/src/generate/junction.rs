@@ -194,7 +194,7 @@ fn path(
 
 fn rule(node: usize, arms: &[Arm]) -> Rule {
     let avenue = arms.iter().any(|arm| arm.profile.lanes > 1);
-    if arms.len() == 3 && !avenue && node % 2 == 0 {
+    if arms.len() == 3 && !avenue && node.is_multiple_of(2) {
         return Rule::Stop(vec![stem(arms)]);
     }
     if arms.len() == 3 {

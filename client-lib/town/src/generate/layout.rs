@@ -214,7 +214,7 @@ fn two_ways_round(links: &[Link], nodes: usize) -> bool {
 /// Rolling ground, flattened until no street climbs too much.
 fn heights(plan: &Plan, nodes: &mut [Node], links: &[Link], size: f64) {
     let mut random = Random::new(plan.seed, 0x4e1);
-    let phase = [0; 3].map(|_: i32| f64::from(random.between(0.0, 6.28)));
+    let phase = [0; 3].map(|_: i32| f64::from(random.between(0.0, std::f32::consts::TAU)));
     for node in nodes.iter_mut() {
         let p = node.position / size;
         let wave = (p.x * 3.1 + phase[0]).sin()
