@@ -87,12 +87,14 @@ impl Network {
         let borders = self.borders(lane, s);
         let sign = lane.sign();
         let middle = (borders.inner + borders.outer).scaled(0.5 * sign);
-        let t = road.lane_offset.jet(s) + middle + Jet::constant(offset_t);
+        let section = &road.sections[lane.section as usize];
+        let centre = section.lane_offset(road, s);
+        let t = centre + middle + Jet::constant(offset_t);
         let mut level = borders.level.scaled(sign);
         if lane.level {
-            level = level + t + (road.lane_offset.jet(s) + borders.inner.scaled(sign)).scaled(-1.0);
+            level = level + t + (centre + borders.inner.scaled(sign)).scaled(-1.0);
         }
-        let ds = s - road.sections[lane.section as usize].start_m;
+        let ds = s - section.start_m;
         let (inner, outer) = lane.rise(ds);
         let width = borders.outer.value - borders.inner.value;
         let share = if width > 1e-6 { 0.5 + sign * offset_t / width } else { 0.5 };

@@ -153,7 +153,16 @@ impl Road {
     }
 }
 
+/// At a section's very end its own lane offset still holds, not the next one's.
+const BEFORE_END_M: f64 = 1e-5;
+
 impl Section {
+    /// The lane offset that belongs to this section's lanes at `s`.
+    pub(crate) fn lane_offset(&self, road: &Road, s: f64) -> Jet {
+        let end = self.start_m + self.length_m - BEFORE_END_M;
+        road.lane_offset.jet(s.min(end.max(self.start_m)))
+    }
+
     /// The borders of the lane at `position` of `lanes`, `ds` metres into the section.
     pub(crate) fn borders(&self, lanes: &[Lane], position: usize, ds: f64) -> Borders {
         let mut borders =

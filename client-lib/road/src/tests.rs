@@ -43,3 +43,23 @@ fn every_shared_map_loads() {
         );
     }
 }
+
+#[test]
+fn lanes_go_on_where_sections_end() {
+    for (name, text) in shared_maps() {
+        let network = Network::parse(&text).expect("a map that loads");
+        let mut jumps = Vec::new();
+        for lane in network.lanes() {
+            if lane.length_m < 0.1 || !crate::LaneTypes::DRIVABLE.contains(lane.kind) {
+                continue;
+            }
+            let end = network.place_at(lane.index, lane.length_m, 0.0).position;
+            let before = network.place_at(lane.index, lane.length_m - 0.05, 0.0).position;
+            // Some files have bends almost as sharp.
+            if end.distance(before) > 1.0 {
+                jumps.push(format!("{} {end} {before}", network.roads()[lane.road as usize].id));
+            }
+        }
+        assert!(jumps.is_empty(), "{name}: {} jumps, {:?}", jumps.len(), jumps.first());
+    }
+}

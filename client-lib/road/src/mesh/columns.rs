@@ -418,7 +418,7 @@ impl Profile<'_> {
     pub(super) fn row(&self, s: f64) -> Row {
         let ds = s - self.section.start_m;
         let lanes = self.network.lanes();
-        let centre = self.road.lane_offset.at(s);
+        let centre = self.section.lane_offset(self.road, s).value;
         let count = self.section.lanes.len();
         let (mut t, mut level) = (vec![centre; count + 1], vec![0.0; count + 1]);
         let mut lay = |position: usize, inner: usize, outer: usize, sign: f64| {

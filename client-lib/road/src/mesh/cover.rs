@@ -119,7 +119,7 @@ fn on_lane(network: &Network, lane: &Lane, s: f64, point: DVec3) -> bool {
     let frame = Frame::new(road.station(s));
     let borders = network.borders(lane, s);
     let half = 0.5 * (borders.outer.value - borders.inner.value);
-    let t = road.lane_offset.at(s) + lane.sign() * (borders.inner.value + half);
+    let t = section.lane_offset(road, s).value + lane.sign() * (borders.inner.value + half);
     let middle = frame.point(t, 0.0, 0.0);
     let away = frame.ahead().truncate().perp_dot((point - middle).truncate());
     away.abs() < half - TOUCH_M && (point.z - middle.z).abs() < STOREY_M
@@ -229,7 +229,7 @@ impl<'a> Blend<'a> {
         }
         let t = frame.left().dot(offset);
         let section = &road.sections[road.section_at(s)];
-        let centre = road.lane_offset.at(s);
+        let centre = section.lane_offset(road, s).value;
         let (mut left, mut right) = (f64::NEG_INFINITY, f64::INFINITY);
         for (position, lane) in section.lanes.iter().enumerate() {
             let lane = self.network.lane(*lane);

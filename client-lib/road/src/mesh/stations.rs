@@ -56,7 +56,7 @@ impl Outline<'_> {
     fn at(&self, s: f64) -> [DVec3; 3] {
         let frame = Frame::new(self.road.station(s));
         let ds = s - self.section.start_m;
-        let centre = self.road.lane_offset.at(s);
+        let centre = self.section.lane_offset(self.road, s).value;
         let lanes = self.network.lanes();
         let border = |position: usize, sign: f64| {
             centre + sign * self.section.borders(lanes, position, ds).outer.value
