@@ -1,6 +1,7 @@
 //! Whole maps. Those of `OMNIBUS_MAPS`, a folder, are judged where that variable is set.
 
 mod reference;
+mod small;
 mod surface;
 
 use crate::Network;

@@ -79,7 +79,7 @@ fn text(map: &str) -> String {
 }
 
 fn time(map: &str) {
-    let mut best = [f32::INFINITY; 4];
+    let mut best = [f32::INFINITY; 6];
     for _ in 0..5 {
         let mut clock = Instant::now();
         let mut stage = |index: usize| {
@@ -92,12 +92,18 @@ fn time(map: &str) {
         stage(1);
         let _roads = road::surface_mesh(&network, 4.0);
         stage(2);
-        let _town = town::furnish(&network, 1);
+        let town = town::furnish(&network, 1);
         stage(3);
+        let bytes = town.to_bytes();
+        stage(4);
+        let read = town::Town::from_bytes(&bytes).expect("what was just written");
+        stage(5);
+        assert!(read == town);
     }
     println!(
-        "text {:.1} ms, parse {:.1} ms, surface mesh {:.1} ms, furnish (with its mesh) {:.1} ms",
-        best[0], best[1], best[2], best[3]
+        "text {:.1} ms, parse {:.1} ms, surface mesh {:.1} ms, furnish (with its mesh) {:.1} ms, \
+         bake {:.1} ms, read {:.1} ms",
+        best[0], best[1], best[2], best[3], best[4], best[5]
     );
 }
 

@@ -1,0 +1,106 @@
+//! A map small enough to be written down here, for machines without others.
+
+use super::surface::Caster;
+use crate::{LaneTypes, Network, Tag, surface_mesh};
+use glam::DVec3;
+
+/// A straight and a bend after it, with one lane each way and a sidewalk on the right.
+fn text(successor: &str) -> String {
+    let lanes = |successor: &str, predecessor: &str| {
+        let link = format!("<link>{predecessor}{successor}</link>");
+        let lane = |id: i32, kind: &str, width: f64| {
+            let link = link.replace("ID", &id.to_string());
+            format!(
+                r#"<lane id="{id}" type="{kind}" level="false">{link}<width sOffset="0" a="{width}" b="0" c="0" d="0"/></lane>"#
+            )
+        };
+        format!(
+            r#"<lanes><laneSection s="0"><left>{}</left><center><lane id="0" type="none" level="false"/></center><right>{}{}</right></laneSection></lanes>"#,
+            lane(1, "driving", 3.5),
+            lane(-1, "driving", 3.5),
+            lane(-2, "sidewalk", 2.0),
+        )
+    };
+    format!(
+        r#"<?xml version="1.0"?>
+<OpenDRIVE><header revMajor="1" revMinor="4" name="small"/>
+<road name="straight" length="50" id="1" junction="-1">
+<link><successor elementType="road" elementId="2" contactPoint="start"/></link>
+<planView><geometry s="0" x="0" y="0" hdg="0" length="50"><line/></geometry></planView>
+{}</road>
+<road name="bend" length="40" id="2" junction="-1">
+<link><predecessor elementType="road" elementId="1" contactPoint="end"/></link>
+<planView><geometry s="0" x="50" y="0" hdg="0" length="40"><arc curvature="0.02"/></geometry></planView>
+{}</road></OpenDRIVE>"#,
+        lanes(successor, ""),
+        lanes("", r#"<predecessor id="ID"/>"#),
+    )
+}
+
+const JOINED: &str = r#"<successor id="ID"/>"#;
+
+#[test]
+fn lanes_lie_where_the_file_says_and_lead_into_each_other() {
+    let network = Network::parse(&text(JOINED)).expect("a valid map");
+    assert!(network.findings().is_empty(), "{:?}", network.findings());
+    let right = network.find_lane("1", 0, -1).expect("lane -1");
+    let left = network.find_lane("1", 0, 1).expect("lane 1");
+    let pose = network.place_at(right, 10.0, 0.0);
+    let here = network.to_projected(pose.position);
+    assert!(here.distance(DVec3::new(10.0, -1.75, 0.0)) < 1e-9, "{here}");
+    let pose = network.place_at(left, 10.0, 0.0);
+    let here = network.to_projected(pose.position);
+    assert!(here.distance(DVec3::new(40.0, 1.75, 0.0)) < 1e-9, "{here}");
+    assert!((pose.heading_rad.abs() - std::f64::consts::PI).abs() < 1e-9);
+    let bend = network.find_lane("2", 0, -1).expect("lane -1 of the bend");
+    assert_eq!(network.lane(right).successors, [bend]);
+    let bent = network.find_lane("2", 0, 1).expect("lane 1 of the bend");
+    assert_eq!(network.lane(left).predecessors, [bent]);
+    // The right lane of a left bend of radius 50 m runs at 51.75 m.
+    let curvature = network.place_at(bend, 20.0, 0.0).curvature_per_m;
+    assert!((curvature - 1.0 / 51.75).abs() < 1e-9, "{curvature}");
+}
+
+#[test]
+fn nearest_finds_the_lane_below() {
+    let network = Network::parse(&text(JOINED)).expect("a valid map");
+    for lane in network.lanes().iter().filter(|lane| LaneTypes::DRIVING.contains(lane.kind)) {
+        for along_m in [0.5, 13.0, lane.length_m - 0.5] {
+            let point = network.place_at(lane.index, along_m, 0.4).position;
+            let found = network.nearest(point, LaneTypes::DRIVING).expect("a lane");
+            assert_eq!(found.lane, lane.index);
+            assert!((found.along_m - along_m).abs() < 1e-3, "{} {along_m}", found.along_m);
+        }
+    }
+}
+
+#[test]
+fn the_surface_is_closed_and_sidewalks_are_raised() {
+    let network = Network::parse(&text(JOINED)).expect("a valid map");
+    let mesh = surface_mesh(&network, 5.0);
+    let caster = Caster::new(&mesh);
+    for lane in network.lanes() {
+        let (tag, up) = match LaneTypes::DRIVING.contains(lane.kind) {
+            true => (Tag::Roads, 0.0),
+            false => (Tag::SideWalks, 0.12),
+        };
+        for step in 0..1000 {
+            let along_m = lane.length_m * (f64::from(step) + 0.5) / 1000.0;
+            let point = network.place_at(lane.index, along_m, 0.3).position;
+            let (z, triangle) = caster.below(point + DVec3::Z, 3.0).expect("a surface");
+            assert!((z - point.z - up).abs() < 0.005, "{z} at {point}");
+            assert_eq!(Tag::from_code(mesh.faces[triangle].tag), Some(tag), "at {point}");
+        }
+    }
+}
+
+#[test]
+fn a_broken_file_is_refused_with_its_line() {
+    let whole = text(JOINED);
+    let cut = Network::parse(&whole[..whole.len() / 2]).expect_err("half a map");
+    assert!(cut.line > 1 && !cut.reason.is_empty(), "{cut}");
+    let other = Network::parse("<scene/>").expect_err("no map");
+    assert_eq!(other.to_string(), "line 1: the root element is <scene>, not <OpenDRIVE>");
+    let length = Network::parse(&whole.replace(r#"length="40" id"#, r#"length="wide" id"#));
+    assert_eq!(length.expect_err("no number").line, 7);
+}
