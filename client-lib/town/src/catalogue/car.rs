@@ -365,7 +365,20 @@ pub(super) fn body(clay: &mut Clay, shape: &Silhouette, measure: &Measure) {
             _ => None,
         }
     });
+    linings(clay, shape, measure);
     fittings(clay, shape, measure);
+}
+
+/// What one sees behind the wheels instead of the other side of the street.
+fn linings(clay: &mut Clay, shape: &Silhouette, measure: &Measure) {
+    clay.material(Material::Plastic);
+    for wheel in measure.wheels.iter().filter(|wheel| wheel.position_m.y > 0.0) {
+        let (reach, x) = (arch_radius(wheel), wheel.position_m.x);
+        let side = wheel.position_m.y - wheel.width_m * 0.5 - 0.02;
+        let top = wheel.position_m.z + reach + 0.02;
+        let low = vec3(x - reach, -side, shape.clearance_m + 0.02);
+        clay.block(low, vec3(x + reach, side, top));
+    }
 }
 
 /// By how much lamps and plates stand out of the body. Metres.
