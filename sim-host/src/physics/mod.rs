@@ -18,6 +18,7 @@
 //! Nothing here reads a clock or draws a random number: the same calls give the same bits.
 
 mod actors;
+mod blueprint;
 mod contact;
 mod digest;
 mod drivetrain;

@@ -1,0 +1,36 @@
+//! From a blueprint of the catalogue to a body that drives.
+
+use town::Blueprint;
+
+use super::model::{Class, VehicleModel, WheelPlace};
+
+impl VehicleModel {
+    /// The vehicle that a blueprint of kind [`town::Kind::Vehicle`] describes.
+    pub fn of(blueprint: &Blueprint) -> VehicleModel {
+        let class = match blueprint.base_type {
+            "van" => Class::Van,
+            "truck" => Class::Truck,
+            "bus" => Class::Bus,
+            "motorcycle" => Class::Motorcycle,
+            "bicycle" => Class::Bicycle,
+            _ => Class::Car,
+        };
+        let places: Vec<WheelPlace> = blueprint
+            .wheels
+            .iter()
+            .map(|wheel| WheelPlace {
+                hub_m: wheel.position_m,
+                radius_m: wheel.radius_m,
+                steered: wheel.steered,
+                driven: wheel.driven,
+            })
+            .collect();
+        VehicleModel::new(
+            class,
+            blueprint.half_extents_m,
+            blueprint.center_m,
+            blueprint.mass_kg,
+            &places,
+        )
+    }
+}
