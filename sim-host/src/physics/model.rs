@@ -445,7 +445,8 @@ fn powertrain(class: Class, mass_kg: f32, radius_m: f32) -> (EngineModel, Gearbo
             (combustion(peak, 2500.0, 600.0), gears(&forward, 6.7, 9.0 * radius_m, 0.4, peak))
         }
         Class::Motorcycle => {
-            let peak = 0.28 * mass_kg;
+            // Stronger, and the front wheel would leave the ground at full throttle.
+            let peak = 0.13 * mass_kg;
             let forward = [2.6, 1.9, 1.5, 1.25, 1.1, 1.0];
             (combustion(peak, 9500.0, 1200.0), gears(&forward, 2.6, 18.0 * radius_m, 0.15, peak))
         }

@@ -216,12 +216,10 @@ fn air(model: &VehicleModel, motion: &Motion, push: &mut Push) {
 }
 
 /// The rider's balance: a torque about the length axis towards the lean that the curve asks for.
+/// Who has fallen over is picked up by the same torque.
 fn lean(prepared: &Prepared, curvature_per_m: f32, motion: &Motion, push: &mut Push) {
     let model = &prepared.model;
     let Some(lean) = &model.lean else { return };
-    if motion.axes.z_axis.z < CARRY_UP_MIN {
-        return;
-    }
     let ahead = motion.axes.x_axis;
     let speed = motion.velocity_mps.dot(ahead);
     // Positive about x is to the right; a left curve asks for left.
