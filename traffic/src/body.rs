@@ -15,16 +15,40 @@ pub(crate) struct Body {
     pub(crate) wheelbase_m: f32,
     /// How far the front wheels turn at full lock, standing.
     pub(crate) lock_rad: f32,
+    /// The speed that it reaches soon; no more than a guess.
+    pub(crate) brisk_mps: f32,
 }
 
 /// A mid-size car: what is assumed of a blueprint that the catalogue does not have.
-pub(crate) const CAR: Body =
-    Body { front_m: 2.35, rear_m: 2.35, half_width_m: 0.95, wheelbase_m: 2.8, lock_rad: 0.61 };
+pub(crate) const CAR: Body = Body {
+    front_m: 2.35,
+    rear_m: 2.35,
+    half_width_m: 0.95,
+    wheelbase_m: 2.8,
+    lock_rad: 0.61,
+    brisk_mps: 40.0,
+};
 
 impl Body {
     /// From bumper to bumper.
     pub(crate) fn length_m(&self) -> f32 {
         self.front_m + self.rear_m
+    }
+
+    /// How far before the origin lies the point that follows the lane's centre: chosen so that in
+    /// curves the nose swings out about as far as the rear axle cuts in.
+    pub(crate) fn lead_m(&self) -> f32 {
+        self.wheelbase_m * if self.wheelbase_m > 3.5 { 0.34 } else { 0.15 }
+    }
+
+    /// From the rear axle to the point that follows the lane's centre.
+    pub(crate) fn axle_to_lead_m(&self) -> f32 {
+        0.5 * self.wheelbase_m + self.lead_m()
+    }
+
+    /// Whether it needs more room than a car.
+    pub(crate) fn is_wide(&self) -> bool {
+        self.length_m() > 6.3 || self.half_width_m > 1.15
     }
 
     fn of(blueprint: &Blueprint) -> Body {
@@ -41,6 +65,7 @@ impl Body {
                 "bicycle" => 0.8,
                 _ => CAR.lock_rad,
             },
+            brisk_mps: if blueprint.base_type == "bicycle" { 5.0 } else { CAR.brisk_mps },
         }
     }
 }

@@ -25,12 +25,15 @@ const ENDING_MPS2: f32 = 4.0;
 /// Seconds that a change takes, and its least length.
 const CHANGE_S: f32 = 3.5;
 const CHANGE_M: f32 = 18.0;
+/// Room that must be free behind.
+const BEHIND_M: f32 = 3.0;
 /// Nobody begins a change slower than this, except to leave a lane that ends.
 const SLOWEST_MPS: f32 = 3.0;
 
 /// What this stage reads.
 pub(crate) struct View<'a> {
     pub(crate) map: &'a Map,
+    pub(crate) load: &'a route::Load,
     pub(crate) crowd: &'a Crowd,
     pub(crate) occupancy: &'a Occupancy,
     /// By row: who is in front, and the speed that is wished for.
@@ -141,11 +144,15 @@ fn look(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Option<Gap
     let (tracks, crowd) = (&view.map.tracks, view.crowd);
     let own = crowd.driven[row];
     let speed = crowd.speed(own as usize);
-    let alongside = view
-        .occupancy
-        .on(side)
-        .iter()
-        .any(|o| o.body != own && o.rear_m < front + 1.0 && o.front_m > rear - 1.0);
+    let beside = |lane: u32, offset: f32| {
+        view.occupancy.on(lane).iter().any(|o| {
+            o.body != own && o.rear_m + offset < front + 1.0 && o.front_m + offset > rear - BEHIND_M
+        })
+    };
+    let length = tracks.length(side);
+    let alongside = beside(side, 0.0)
+        || tracks.previous(side).iter().any(|&lane| beside(lane, -tracks.length(lane)))
+        || tracks.next(side).iter().any(|&lane| beside(lane, length));
     if alongside {
         return None;
     }
@@ -225,5 +232,5 @@ fn begin(rows: &mut Rows, row: usize, view: &View, lane: u32, arc_m: f32, left_m
     rows.shift_done_m[row] = 0.0;
     rows.shift_over_m[row] = (CHANGE_S * speed).max(CHANGE_M);
     rows.change_wait_s[row] = REST_S;
-    route::lengthen(rows, row, &view.map.tracks, view.seed);
+    route::lengthen(rows, row, &view.map.tracks, view.load, view.seed);
 }

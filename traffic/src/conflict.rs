@@ -1,34 +1,64 @@
 //! Where the tracks of a junction get in each other's way.
 //!
-//! Two tracks *conflict* where a vehicle on one leaves no room for a vehicle on the other. Tracks
+//! Two tracks *conflict* where a vehicle on one leaves no room for a vehicle on the other, which
+//! depends on how large they are. Tracks
 //! that share their way in do not conflict: who drives behind sees who drives in front. Tracks
 //! that share their way out *merge*: the second follows the first. All others *cross*: the second
 //! waits until the first has left.
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
+use crate::swath::{self, BUS_M, CAR_M, Station};
 use crate::tracks::{NONE, Tracks};
 
-/// Nearer than this, two centres leave no room for two vehicles.
-const CLEARANCE_M: f32 = 2.5;
+/// Left free between two cars that pass each other, and if one is as large as a bus.
+const CLEARANCE_M: [f32; 2] = [0.3, 0.15];
+/// Who sweeps less than this to a side drives as straight as lanes are made for.
+const SWING_M: f32 = 0.2;
+/// No two bodies reach each other whose tracks are farther apart than this.
+const REACH_M: f32 = 8.0;
 /// Tracks farther apart in height pass over each other.
 const STOREY_M: f32 = 3.0;
 /// How far before a junction crossing paths can sweep over waiting vehicles.
 const SWEEP_M: f32 = 14.0;
-/// Nearer than this, a passing vehicle touches a waiting one.
-const SWEEP_CLEARANCE_M: f32 = 2.3;
+/// Half the width of who waits, and what is left free beside him.
+const WAITING_M: f32 = 1.3;
+/// Beside a straight track nobody waits farther away than this.
+const BESIDE_M: f32 = 2.3;
 
-/// A stretch of one track that a stretch of another makes unsafe, seen from the first.
+/// Stretches of two tracks, by arc length, on each of which a vehicle is in the way of one on the
+/// other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Conflict {
-    /// The other track.
-    pub(crate) other: u32,
+pub(crate) struct Stretches {
     /// From where to where on this track.
     pub(crate) mine: (f32, f32),
     /// From where to where on the other.
     pub(crate) theirs: (f32, f32),
+}
+
+/// A track that leaves too little room beside a stretch of it, seen from the other track.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Conflict {
+    /// The other track.
+    pub(crate) other: u32,
     /// Both leave by the same lane.
     pub(crate) merge: bool,
+    /// Where two cars meet, if they do.
+    cars: Option<Stretches>,
+    /// Where two meet of whom one is as large as a bus.
+    wide: Stretches,
+}
+
+impl Conflict {
+    /// Where two meet, one of them `wide` or neither; `None` if they can pass each other.
+    pub(crate) fn between(&self, wide: bool) -> Option<Stretches> {
+        if wide { Some(self.wide) } else { self.cars }
+    }
+
+    fn reversed(&self, other: u32) -> Conflict {
+        let turn = |s: Stretches| Stretches { mine: s.theirs, theirs: s.mine };
+        Conflict { other, merge: self.merge, cars: self.cars.map(turn), wide: turn(self.wide) }
+    }
 }
 
 /// All conflicts of all junctions, by lane.
@@ -48,28 +78,25 @@ impl Conflicts {
         let mut setback_m = vec![0.0; lanes];
         for lanes in &members {
             let ends: Vec<Ends> = lanes.iter().map(|&lane| Ends::of(tracks, lane)).collect();
-            let boxes: Vec<(Vec2, Vec2)> = lanes.iter().map(|&lane| bounds(tracks, lane)).collect();
+            let paths: Vec<Path> = lanes.iter().map(|&lane| Path::of(tracks, lane)).collect();
             for a in 0..lanes.len() {
                 for b in a + 1..lanes.len() {
-                    if shares(&ends[a].entries, &ends[b].entries) || !near(boxes[a], boxes[b]) {
+                    if shares(&ends[a].entries, &ends[b].entries) || !paths[a].is_near(&paths[b]) {
                         continue;
                     }
-                    let Some((mine, theirs)) = overlap(tracks, lanes[a], lanes[b]) else {
-                        continue;
-                    };
                     let merge = shares(&ends[a].exits, &ends[b].exits);
-                    found.push((lanes[a], Conflict { other: lanes[b], mine, theirs, merge }));
-                    found.push((
-                        lanes[b],
-                        Conflict { other: lanes[a], mine: theirs, theirs: mine, merge },
-                    ));
+                    let (cars, wide) = overlap(&paths[a], &paths[b], merge);
+                    let Some(wide) = wide else { continue };
+                    let conflict = Conflict { other: lanes[b], merge, cars, wide };
+                    found.push((lanes[a], conflict));
+                    found.push((lanes[b], conflict.reversed(lanes[a])));
                 }
             }
             for (a, &lane) in lanes.iter().enumerate() {
                 for &entry in tracks.previous(lane).iter().filter(|&&l| !tracks.in_junction(l)) {
-                    for (b, &other) in lanes.iter().enumerate() {
+                    for (b, other) in paths.iter().enumerate() {
                         if a != b && !ends[b].entries.contains(&entry) {
-                            let swept = swept(tracks, entry, other);
+                            let swept = swept(tracks, entry, &other.stations);
                             setback_m[lane as usize] = f32::max(setback_m[lane as usize], swept);
                         }
                     }
@@ -148,57 +175,89 @@ fn shares(a: &[u32], b: &[u32]) -> bool {
     a.iter().any(|lane| b.contains(lane))
 }
 
-fn bounds(tracks: &Tracks, lane: u32) -> (Vec2, Vec2) {
-    let mut bounds = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-    for index in 0..tracks.samples(lane).0 {
-        let point = tracks.sample_point(lane, index).truncate();
-        bounds = (bounds.0.min(point), bounds.1.max(point));
+/// A track of a junction with the room that it takes.
+struct Path {
+    length_m: f32,
+    stations: Vec<Station>,
+    bounds: (Vec2, Vec2),
+}
+
+impl Path {
+    fn of(tracks: &Tracks, lane: u32) -> Path {
+        let stations = swath::stations(tracks, lane);
+        let mut bounds = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        for station in &stations {
+            let point = station.point.truncate();
+            bounds = (bounds.0.min(point), bounds.1.max(point));
+        }
+        Path { length_m: tracks.length(lane), stations, bounds }
     }
-    bounds
+
+    /// Whether a station lies in the junction.
+    fn holds(&self, station: &Station) -> bool {
+        (0.0..=self.length_m).contains(&station.arc_m)
+    }
+
+    fn is_near(&self, other: &Path) -> bool {
+        let (a, b) = (self.bounds, other.bounds);
+        (a.0 - REACH_M).cmple(b.1).all() && (b.0 - REACH_M).cmple(a.1).all()
+    }
 }
 
-fn near(a: (Vec2, Vec2), b: (Vec2, Vec2)) -> bool {
-    (a.0 - CLEARANCE_M).cmple(b.1).all() && (b.0 - CLEARANCE_M).cmple(a.1).all()
-}
-
-/// The stretches of two tracks that lie within the clearance of the other.
-fn overlap(tracks: &Tracks, a: u32, b: u32) -> Option<((f32, f32), (f32, f32))> {
-    let ((count_a, step_a), (count_b, step_b)) = (tracks.samples(a), tracks.samples(b));
+/// The stretches of two tracks on which bodies reach each other: two cars, and two buses. Those
+/// of buses begin before a track or end after it where one on the other swings out of the junction.
+fn overlap(a: &Path, b: &Path, merge: bool) -> (Option<Stretches>, Option<Stretches>) {
     let none = (f32::INFINITY, f32::NEG_INFINITY);
-    let (mut on_a, mut on_b) = (none, none);
-    for i in 0..count_a {
-        let point = tracks.sample_point(a, i);
-        for j in 0..count_b {
-            let to = tracks.sample_point(b, j) - point;
-            if to.truncate().length_squared() < CLEARANCE_M * CLEARANCE_M && to.z.abs() < STOREY_M {
-                let (at_a, at_b) = (i as f32 * step_a, j as f32 * step_b);
-                on_a = (on_a.0.min(at_a), on_a.1.max(at_a));
-                on_b = (on_b.0.min(at_b), on_b.1.max(at_b));
+    let mut found = [(none, none); 2];
+    for mine in &a.stations {
+        let mine_inside = a.holds(mine);
+        for theirs in &b.stations {
+            let to = theirs.point - mine.point;
+            let flat = to.truncate();
+            let square = flat.length_squared();
+            if square > REACH_M * REACH_M || to.z.abs() > STOREY_M {
+                continue;
+            }
+            let inside = [mine_inside, b.holds(theirs)];
+            // Behind a merge one follows; before the junction everybody waits for himself.
+            let outside = inside == [false; 2];
+            if outside && (merge || (mine.arc_m < 0.0 && theirs.arc_m < 0.0)) {
+                continue;
+            }
+            let pairs = [(mine.car, theirs.car, CAR_M), (mine.bus, theirs.bus, BUS_M)];
+            for (kind, (reach_a, reach_b, half_m)) in pairs.into_iter().enumerate() {
+                let reach_a = reach_a.towards(mine.tangent, flat);
+                let reach_b = reach_b.towards(theirs.tangent, -flat);
+                let reach = reach_a + reach_b + CLEARANCE_M[kind];
+                let swings = kind == 1 && reach_a.max(reach_b) > half_m + SWING_M;
+                if square < reach * reach && (inside == [true; 2] || swings) {
+                    let (on_a, on_b) = &mut found[kind];
+                    *on_a = (on_a.0.min(mine.arc_m), on_a.1.max(mine.arc_m));
+                    *on_b = (on_b.0.min(theirs.arc_m), on_b.1.max(theirs.arc_m));
+                }
             }
         }
     }
-    (on_a.0 <= on_a.1).then_some((on_a, on_b))
+    let [cars, wide] =
+        found.map(|(mine, theirs)| (mine.0 <= mine.1).then_some(Stretches { mine, theirs }));
+    (cars, wide)
 }
 
-/// How far before the end of `entry` the path `other` still passes too near.
-fn swept(tracks: &Tracks, entry: u32, other: u32) -> f32 {
+/// How far before the end of `entry` a bus on the other path still passes too near.
+fn swept(tracks: &Tracks, entry: u32, path: &[Station]) -> f32 {
     let (count, step) = tracks.samples(entry);
     let length = tracks.length(entry);
-    let mut swept = 0.0f32;
-    for index in 0..count {
-        let before = length - index as f32 * step;
-        if before > SWEEP_M {
-            continue;
-        }
-        let point = tracks.sample_point(entry, index);
-        let touched = (0..tracks.samples(other).0).any(|j| {
-            let to = tracks.sample_point(other, j) - point;
-            to.truncate().length_squared() < SWEEP_CLEARANCE_M * SWEEP_CLEARANCE_M
-                && to.z.abs() < STOREY_M
-        });
-        if touched {
-            swept = swept.max(before + 0.5);
-        }
-    }
-    swept
+    let first = ((length - SWEEP_M) / step).ceil().max(0.0) as usize;
+    let touches = |point: Vec3, station: &Station| {
+        let to = point - station.point;
+        let reach = station.bus.towards(station.tangent, to.truncate());
+        let apart = if reach > BUS_M + SWING_M { reach + WAITING_M } else { BESIDE_M };
+        to.truncate().length_squared() < apart * apart && to.z.abs() < STOREY_M
+    };
+    (first..count)
+        .find(|&index| {
+            let point = tracks.sample_point(entry, index);
+            path.iter().any(|station| station.arc_m >= 0.0 && touches(point, station))
+        })
+        .map_or(0.0, |index| length - index as f32 * step + 0.5)
 }

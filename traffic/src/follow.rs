@@ -39,7 +39,8 @@ impl Leader {
     pub(crate) const NONE: Leader =
         Leader { gap_m: f32::INFINITY, speed_mps: 0.0, body: u32::MAX, aligned: 1.0 };
 
-    fn nearer(self, other: Leader) -> Leader {
+    /// The nearer one of two.
+    pub(crate) fn nearer(self, other: Leader) -> Leader {
         if other.gap_m < self.gap_m { other } else { self }
     }
 }

@@ -10,6 +10,7 @@
 mod ask;
 mod pass;
 mod presence;
+mod rotate;
 
 use bus::light;
 
@@ -17,9 +18,10 @@ use self::presence::Presence;
 use crate::map::Map;
 use crate::perceive::{Crowd, Occupancy};
 use crate::rows::Rows;
+use crate::sweep::Obstacle;
 
 /// After so long before a full way out, another way is drawn.
-const DETOUR_S: f32 = 25.0;
+const DETOUR_S: f32 = 8.0;
 /// Braking that a light turning yellow may ask for.
 const YELLOW_BRAKE_MPS2: f32 = 3.0;
 /// Braking on which plans are made.
@@ -76,6 +78,8 @@ pub(crate) struct View<'a> {
     pub(crate) map: &'a Map,
     pub(crate) crowd: &'a Crowd,
     pub(crate) occupancy: &'a Occupancy,
+    /// Whom wide vehicles would touch beside their lanes.
+    pub(crate) obstacles: &'a [Obstacle],
     /// By signal: what it shows.
     pub(crate) lights: &'a [u32],
     pub(crate) seed: u64,
@@ -111,6 +115,7 @@ impl Junctions {
                 self.refuse(rows, &request, view);
             }
         }
+        self.rotate(rows, orders, view);
         for row in 0..count {
             if rows.order[row] != 0 {
                 self.give_way(rows, row, view);
@@ -231,7 +236,8 @@ impl Junctions {
             let before = rows.wait_s[row];
             rows.wait_s[row] += view.delta_s;
             let again = (before / DETOUR_S) as u32 != (rows.wait_s[row] / DETOUR_S) as u32;
-            if again && !request.red && request.from > 0 && !self.has_room(rows, request, view) {
+            if again && !request.red && request.from > 0 && self.room(rows, request, view).is_err()
+            {
                 rows.route[row].truncate(request.from);
                 rows.turns[row] = rows.turns[row].wrapping_add(1);
             }

@@ -23,6 +23,7 @@ mod junction;
 mod map;
 mod memory;
 mod mind;
+mod outlook;
 mod pedals;
 mod perceive;
 mod random;
@@ -32,10 +33,13 @@ mod rows;
 mod run;
 mod signals;
 mod steer;
+mod swath;
+mod sweep;
 #[cfg(test)]
 mod tests;
 mod tracks;
 
 pub use memory::MindError;
 pub use mind::Mind;
+pub use outlook::Outlook;
 pub use run::{TrafficError, run};

@@ -9,11 +9,13 @@ use crate::follow::{self, Leader};
 use crate::junction::{self, Halt, Junctions};
 use crate::map::Map;
 use crate::memory::{Memory, MindError};
+use crate::outlook::Outlook;
 use crate::pedals;
 use crate::perceive::{Crowd, Occupancy};
 use crate::recover;
 use crate::route;
 use crate::steer;
+use crate::sweep::{self, Obstacle};
 
 /// Frames of delay between a decision and the middle of its effect: it acts in the next frame,
 /// for one frame.
@@ -40,6 +42,7 @@ struct Scratch {
     crowd: Crowd,
     occupancy: Occupancy,
     claims: Vec<(u32, u32, f32)>,
+    obstacles: Vec<Obstacle>,
     junctions: Junctions,
     wanted: Vec<u32>,
     /// By signal.
@@ -66,8 +69,8 @@ impl Mind {
         }
     }
 
-    /// Plans on one snapshot: `actors` are sorted by id and hold at `stamp`; `delta_nanos` is how
-    /// long a frame takes; `journal` is what was wished for in this frame.
+    /// Plans on one snapshot: `actors` hold at `stamp`; `delta_nanos` is how long a frame takes;
+    /// `journal` is what was wished for in this frame.
     pub fn plan(
         &mut self,
         stamp: &Stamp,
@@ -75,6 +78,11 @@ impl Mind {
         actors: &[ActorState],
         journal: &[JournalEntry],
     ) {
+        if !actors.is_sorted_by_key(|actor| actor.actor_id.0) {
+            let mut sorted = actors.to_vec();
+            sorted.sort_unstable_by_key(|actor| actor.actor_id.0);
+            return self.plan(stamp, delta_nanos, &sorted, journal);
+        }
         self.begin(stamp, journal);
         self.read(actors);
         self.locate();
@@ -121,26 +129,32 @@ impl Mind {
         Ok(())
     }
 
-    /// Whether nothing but limits and curves slowed a row in the last frame.
-    #[cfg(test)]
-    pub(crate) fn is_free(&self, row: usize) -> bool {
-        let (leader, halt) = (&self.scratch.leaders[row], &self.scratch.junctions.halts[row]);
-        leader.gap_m > 60.0 && halt.stop_m.min(halt.behind_m) > 200.0
-    }
-
-    #[cfg(test)]
-    pub(crate) fn leader_of(&self, row: usize) -> Option<u32> {
-        self.scratch.crowd.id.get(self.scratch.leaders[row].body as usize).copied()
-    }
-
-    #[cfg(test)]
-    pub(crate) fn describe(&self, row: usize) -> String {
-        let (leader, halt) = (&self.scratch.leaders[row], &self.scratch.junctions.halts[row]);
-        let id = self.scratch.crowd.id.get(leader.body as usize).copied().unwrap_or(0);
-        format!(
-            "leader {id} in {:.1} aligned {:.2} v {:.1}, {halt:?} wish {:.1}",
-            leader.gap_m, leader.aligned, leader.speed_mps, self.scratch.wishes[row]
-        )
+    pub(crate) fn outlook(&self, row: usize) -> Outlook {
+        let (rows, tracks, scratch) = (&self.memory.rows, &self.map.tracks, &self.scratch);
+        let (leader, halt) = (&scratch.leaders[row], &scratch.junctions.halts[row]);
+        let lane = rows.route[row].lane();
+        let body = scratch.crowd.driven[row] as usize;
+        let lead_m = scratch.crowd.body[body].lead_m();
+        let place = scratch.crowd.position[body].truncate() + scratch.crowd.forward[body] * lead_m;
+        let (on, hint_m) = route::ahead(rows, row, tracks, lead_m);
+        let left_m = tracks.project(on, place, hint_m).left_m;
+        let id = |body: u32| scratch.crowd.id.get(body as usize).copied();
+        Outlook {
+            actor_id: bus::ActorId(rows.id[row]),
+            lane: road::LaneIndex(lane),
+            along_m: rows.arc_m[row],
+            astray_m: left_m - route::shift_at(rows, row, lead_m).0,
+            limit_mps: tracks.limit_mps[lane as usize],
+            wish_mps: scratch.wishes[row],
+            leader: bus::ActorId(id(leader.body).unwrap_or(bus::ActorId::NONE.0)),
+            leader_m: leader.gap_m,
+            stop_m: halt.stop_m,
+            merge_m: halt.behind_m,
+            leave: rows.order[row],
+            waited_s: rows.wait_s[row],
+            reverses: rows.reverse_s[row] > 0.0,
+            turns_round: rows.turning[row] == 1,
+        }
     }
 
     fn begin(&mut self, stamp: &Stamp, journal: &[JournalEntry]) {
@@ -189,6 +203,7 @@ impl Mind {
         }
         let map = &self.map;
         scratch.occupancy.lay(&map.tracks, &map.grid, &scratch.crowd, &scratch.claims);
+        sweep::look(rows, &map.tracks, &scratch.crowd, &mut scratch.obstacles);
     }
 
     /// Lights count as what they show in the snapshot; those that are no actors, as planned.
@@ -209,6 +224,7 @@ impl Mind {
             map: &self.map,
             crowd: &scratch.crowd,
             occupancy: &scratch.occupancy,
+            obstacles: &scratch.obstacles,
             lights: &scratch.shown,
             seed: self.seed,
             delta_s: seconds(delta_nanos),
@@ -240,6 +256,10 @@ impl Mind {
                 30.0 + 4.0 * speed.max(0.0) + 0.25 * speed * speed,
             ));
         }
+        for obstacle in &scratch.obstacles {
+            let leader = &mut scratch.leaders[obstacle.row];
+            *leader = leader.nearer(obstacle.leader);
+        }
     }
 
     fn change_lanes(&mut self, delta_nanos: u64) {
@@ -252,12 +272,13 @@ impl Mind {
                     &self.map.tracks,
                     &scratch.crowd,
                     &scratch.occupancy,
-                    self.seed,
                 );
             }
         }
+        let load = route::Load::count(&self.memory.rows, &self.map.tracks);
         let view = change::View {
             map: &self.map,
+            load: &load,
             crowd: &scratch.crowd,
             occupancy: &scratch.occupancy,
             leaders: &scratch.leaders,
@@ -316,7 +337,11 @@ impl Mind {
             gain = gain.min(-3.0);
         }
 
-        if recover::backs_out(rows, row, crowd, &deviation, &leader, gain, delta_s) {
+        let way = recover::way_out(rows, row, crowd, &deviation, &leader, gain, delta_s);
+        if way == recover::Way::Hold {
+            gain = gain.min(-1.0);
+        }
+        if way == recover::Way::Back {
             let backward = -speed;
             let mut effort = rows.effort[row];
             let press = pedals::press(

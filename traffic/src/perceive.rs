@@ -180,10 +180,10 @@ impl Occupancy {
                 if seen {
                     continue;
                 }
-                if let Some(occupant) = lay_on(tracks, crowd, body, lane, at, hint_m) {
-                    if (tracks.at(lane, occupant.rear_m).0.z - position.z).abs() < STOREY_M {
-                        self.list.push(occupant);
-                    }
+                if let Some(occupant) = lay_on(tracks, crowd, body, lane, at, hint_m)
+                    && (tracks.at(lane, occupant.rear_m).0.z - position.z).abs() < STOREY_M
+                {
+                    self.list.push(occupant);
                 }
             }
         }

@@ -10,6 +10,8 @@ pub(crate) enum Purpose {
     Turn = 1,
     /// Whether this red light is ignored.
     Light = 2,
+    /// The other way that is compared with the first.
+    Detour = 3,
 }
 
 /// The `count`-th draw of a stream, uniform over all of u64.

@@ -19,6 +19,8 @@ const BACK_MPS: f32 = 1.5;
 const PATIENCE_S: f32 = 3.0;
 /// One attempt at backing out.
 const REVERSE_S: f32 = 3.0;
+/// After it one waits at least so long.
+const HOLD_S: f32 = 4.0;
 /// Room that backing out needs behind.
 const BEHIND_M: f32 = 1.5;
 
@@ -27,11 +29,22 @@ pub(crate) fn is_in_trouble(deviation: &Deviation) -> bool {
     deviation.left_m.abs() > ASTRAY_M || deviation.heading_rad.abs() > TURNED_RAD
 }
 
-/// Decides whether a row backs out in this frame.
+/// How a vehicle gets out of trouble.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Way {
+    /// It need not.
+    Forward,
+    /// It backs out of what blocks it.
+    Back,
+    /// It has backed out, and lets the other one go first.
+    Hold,
+}
+
+/// Decides how a row gets on in this frame.
 ///
 /// `gain` is the acceleration that it would ask for. Who is stuck differs by id in patience, so
 /// that of two who block each other one goes first.
-pub(crate) fn backs_out(
+pub(crate) fn way_out(
     rows: &mut Rows,
     row: usize,
     crowd: &Crowd,
@@ -39,15 +52,20 @@ pub(crate) fn backs_out(
     leader: &Leader,
     gain: f32,
     delta_s: f32,
-) -> bool {
+) -> Way {
     let body = crowd.driven[row] as usize;
     let speed = crowd.speed(body);
+    if rows.reverse_s[row] < 0.0 {
+        rows.reverse_s[row] = (rows.reverse_s[row] + delta_s).min(0.0);
+        return Way::Hold;
+    }
     if rows.reverse_s[row] > 0.0 {
         rows.reverse_s[row] -= delta_s;
-        if is_free(crowd, body, -1.0, BEHIND_M) {
-            return true;
+        if rows.reverse_s[row] > 0.0 && is_free(crowd, body, -1.0, BEHIND_M) {
+            return Way::Back;
         }
-        rows.reverse_s[row] = 0.0;
+        rows.reverse_s[row] = -(HOLD_S + 2.0 * (rows.id[row] % 4) as f32);
+        return Way::Hold;
     }
     if speed > 2.0 {
         rows.reverses[row] = 0;
@@ -64,10 +82,10 @@ pub(crate) fn backs_out(
         if is_free(crowd, body, -1.0, BEHIND_M) {
             rows.reverse_s[row] = REVERSE_S;
             rows.reverses[row] = rows.reverses[row].saturating_add(1);
-            return true;
+            return Way::Back;
         }
     }
-    false
+    Way::Forward
 }
 
 /// The acceleration of backing out, along the tail.

@@ -13,8 +13,43 @@ const AHEAD_M: f32 = 320.0;
 /// A vehicle farther from its track than this has lost it and looks for the best one anew.
 const LOST_M: f32 = 4.5;
 
+/// How far beyond a fork one looks for who is there already.
+const CROWD_REACH_M: f32 = 80.0;
+
+/// How many vehicles each lane holds.
+pub(crate) struct Load(Vec<u32>);
+
+impl Load {
+    /// Counts the vehicles of this room.
+    pub(crate) fn count(rows: &Rows, tracks: &Tracks) -> Load {
+        let mut load = Load(vec![0; tracks.count()]);
+        for row in (0..rows.id.len()).filter(|&row| rows.placed[row] == 1) {
+            load.0[rows.route[row].lane() as usize] += 1;
+        }
+        load
+    }
+
+    /// Vehicles per metre on `way` and the lanes that follow it.
+    fn density(&self, tracks: &Tracks, way: u32) -> f32 {
+        let (mut at, mut length_m, mut vehicles) = (way, 0.0, 0);
+        loop {
+            length_m += tracks.length(at);
+            vehicles += self.0[at as usize];
+            let fork = !tracks.in_junction(at) && length_m > CROWD_REACH_M;
+            match tracks.next(at) {
+                [next, ..] if !fork && length_m < 4.0 * CROWD_REACH_M => at = *next,
+                _ => return vehicles as f32 / length_m.max(1.0),
+            }
+            if at == way {
+                return vehicles as f32 / length_m.max(1.0);
+            }
+        }
+    }
+}
+
 /// Finds every row's place on its route and lengthens the route.
 pub(crate) fn follow(rows: &mut Rows, tracks: &Tracks, grid: &Grid, crowd: &Crowd, seed: u64) {
+    let load = Load::count(rows, tracks);
     for body in 0..crowd.count() {
         let row = crowd.row[body];
         if row == NONE {
@@ -31,7 +66,7 @@ pub(crate) fn follow(rows: &mut Rows, tracks: &Tracks, grid: &Grid, crowd: &Crow
             find(rows, row, tracks, grid, crowd, body);
         }
         if rows.placed[row] == 1 {
-            lengthen(rows, row, tracks, seed);
+            lengthen(rows, row, tracks, &load, seed);
         }
     }
 }
@@ -92,7 +127,6 @@ pub(crate) fn turn_round(
     tracks: &Tracks,
     crowd: &Crowd,
     occupancy: &Occupancy,
-    seed: u64,
 ) {
     let [lane] = *rows.route[row].lanes() else { return };
     let back = tracks.back[lane as usize];
@@ -120,7 +154,6 @@ pub(crate) fn turn_round(
     rows.route[row] = Route::from_lane(back, rows.route[row].passed.wrapping_add(1));
     rows.arc_m[row] = seat.arc_m.clamp(0.0, tracks.length(back));
     rows.turning[row] = 1;
-    lengthen(rows, row, tracks, seed);
 }
 
 /// Puts a row onto the track that fits the vehicle's place and heading best.
@@ -171,14 +204,16 @@ fn nearest(tracks: &Tracks, point: Vec2) -> Option<(u32, f32)> {
 }
 
 /// Draws turns until the route reaches far enough.
-pub(crate) fn lengthen(rows: &mut Rows, row: usize, tracks: &Tracks, seed: u64) {
+pub(crate) fn lengthen(rows: &mut Rows, row: usize, tracks: &Tracks, load: &Load, seed: u64) {
     let mut reach = -rows.arc_m[row];
     for &lane in rows.route[row].lanes() {
         reach += tracks.length(lane);
     }
     while reach < AHEAD_M && !rows.route[row].is_full() {
         let last = *rows.route[row].lanes().last().expect("a route has a lane");
-        let Some(next) = turn(tracks, last, seed, rows.id[row], rows.turns[row]) else { return };
+        let Some(next) = turn(tracks, last, load, (seed, rows.id[row], rows.turns[row])) else {
+            return;
+        };
         if tracks.next(last).len() > 1 {
             rows.turns[row] = rows.turns[row].wrapping_add(1);
         }
@@ -187,8 +222,10 @@ pub(crate) fn lengthen(rows: &mut Rows, row: usize, tracks: &Tracks, seed: u64) 
     }
 }
 
-/// Draws where to go after `lane`, away from dead ends if there is a choice.
-fn turn(tracks: &Tracks, lane: u32, seed: u64, id: u32, count: u32) -> Option<u32> {
+/// Draws where to go after `lane`, away from dead ends if there is a choice. Of two draws, the
+/// less crowded way is taken: that alone keeps random routes from piling up.
+fn turn(tracks: &Tracks, lane: u32, load: &Load, draws: (u64, u32, u32)) -> Option<u32> {
+    let (seed, id, count) = draws;
     let ways = tracks.next(lane);
     let open = ways.iter().filter(|&&way| tracks.endless[way as usize]).count();
     let fits = |way: &&u32| open == 0 || tracks.endless[**way as usize];
@@ -196,8 +233,13 @@ fn turn(tracks: &Tracks, lane: u32, seed: u64, id: u32, count: u32) -> Option<u3
     if choices == 0 {
         return None;
     }
-    let pick = draw(seed, id, Purpose::Turn, u64::from(count)) % choices as u64;
-    ways.iter().filter(fits).nth(pick as usize).copied()
+    let pick = |purpose| {
+        let nth = draw(seed, id, purpose, u64::from(count)) % choices as u64;
+        ways.iter().filter(fits).nth(nth as usize).copied()
+    };
+    let (first, second) = (pick(Purpose::Turn)?, pick(Purpose::Detour)?);
+    let is_better = load.density(tracks, second) < load.density(tracks, first);
+    Some(if is_better { second } else { first })
 }
 
 /// How far left of the route's tracks the vehicle should be after `ahead_m` more metres, and the

@@ -138,7 +138,7 @@ columns! {
     stuck_s: f32 = 0.0,
     /// 1: it turns round to drive the other way.
     turning: u32 = 0,
-    /// For how long it still backs out.
+    /// For how long it still backs out; below 0: for how long it then lets others go first.
     reverse_s: f32 = 0.0,
     /// How often it backed out since it last drove on.
     reverses: u32 = 0,

@@ -91,21 +91,6 @@ impl SignalPlan {
         self.phases.len()
     }
 
-    #[cfg(test)]
-    pub(crate) fn describe(&self) {
-        for (c, n) in self.phases.iter().enumerate() {
-            println!(
-                "cycle {c}: {n} phases {:?}",
-                self.seat
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, s)| s.0 == c as u32)
-                    .map(|(i, s)| (i, s.1))
-                    .collect::<Vec<_>>()
-            );
-        }
-    }
-
     /// Advances the clocks of all cycles.
     pub(crate) fn advance(&self, clocks: &mut [u64], delta_nanos: u64) {
         for (clock, &phases) in clocks.iter_mut().zip(&self.phases) {
@@ -131,10 +116,13 @@ impl SignalPlan {
     }
 }
 
+/// What makes lights a unit: 0 and the controller, or 1 and the road on which they are approached.
+type Key = (u32, u32);
+
 /// The units of each junction that has lights, in the order of the junctions.
 fn junction_units(network: &Network, tracks: &Tracks, approaches: &Approaches) -> Vec<Vec<Unit>> {
-    // (junction, unit's key, signal, lane), where the key is the controller's or the approach's.
-    let mut rows: Vec<(u32, (u32, u32), u32, u32)> = Vec::new();
+    // (junction, unit's key, signal, lane).
+    let mut rows: Vec<(u32, Key, u32, u32)> = Vec::new();
     for lane in 0..tracks.count() as u32 {
         let signal = approaches.signal[lane as usize];
         if signal == NONE {
@@ -170,7 +158,7 @@ fn junction_units(network: &Network, tracks: &Tracks, approaches: &Approaches) -
         }
     }
     rows.sort_unstable();
-    let mut junctions: Vec<(u32, Vec<((u32, u32), Unit)>)> = Vec::new();
+    let mut junctions: Vec<(u32, Vec<(Key, Unit)>)> = Vec::new();
     for (junction, key, signal, lane) in rows {
         if junctions.last().is_none_or(|last| last.0 != junction) {
             junctions.push((junction, Vec::new()));
@@ -215,7 +203,7 @@ fn agree(tracks: &Tracks, conflicts: &Conflicts, a: &Unit, b: &Unit) -> bool {
         conflicts.of(lane).iter().all(|conflict| {
             let permitted =
                 facing < 0.0 && (turns || turn_rad(tracks, conflict.other) > LEFT_TURN_RAD);
-            permitted || !b.lanes.contains(&conflict.other)
+            permitted || conflict.between(false).is_none() || !b.lanes.contains(&conflict.other)
         })
     })
 }

@@ -1,8 +1,9 @@
 //! Where to: curvature feed-forward along the route, and feedback on offset and heading.
 //!
-//! The middle of the wheelbase follows the track. On a circle of curvature κ a vehicle of
-//! wheelbase L then slips sideways by β = asin(κL/2) at its middle, and its wheels are turned by
-//! atan(2 tan β) (Rajamani, Vehicle Dynamics and Control, section 2.2). Feedback is critically
+//! A point between the axles follows the track, a metres before the rear one. On a circle of
+//! curvature κ a vehicle of wheelbase L then slips sideways by β = asin(κa) at that point, and its
+//! wheels are turned by atan(L/a tan β) (Rajamani, Vehicle Dynamics and Control, section 2.2).
+//! Feedback is critically
 //! damped with a bandwidth that the delay of one frame and of the steering allows.
 
 use glam::Vec2;
@@ -20,6 +21,14 @@ const HEADING_GAIN: f32 = 1.1;
 const BANDWIDTH: f32 = 3.5;
 /// Damping of the feedback.
 const DAMPING: f32 = 0.9;
+/// Below this speed in wheelbases per second, and over how much of a change, the exact law for slow
+/// driving takes over.
+const EXACT_BELOW: f32 = 2.7;
+const EXACT_BLEND: f32 = 0.9;
+/// How fast it returns to the track, as a share of the offset per second.
+const RETURN_PER_S: f32 = 1.5;
+/// The most that it turns from where the body points.
+const TURN_MAX_RAD: f32 = 1.0;
 
 /// Where a vehicle is relative to where it should be.
 #[derive(Clone, Copy, Debug, Default)]
@@ -40,6 +49,7 @@ pub(crate) fn steer(
 ) -> (f32, Deviation) {
     let body = crowd.driven[row] as usize;
     let wheelbase = crowd.body[body].wheelbase_m;
+    let (lead_m, axle_m) = (crowd.body[body].lead_m(), crowd.body[body].axle_to_lead_m());
     let speed = crowd.speed(body);
     let velocity = crowd.velocity[body];
     // Where the vehicle will be when this steering acts.
@@ -49,14 +59,15 @@ pub(crate) fn steer(
     let forward = Vec2::from_angle(turn).rotate(crowd.forward[body]);
     let moved = speed.max(0.0) * delay_s;
 
-    let (lane, hint_m) = ahead(rows, row, tracks, moved);
+    let position = position + forward * lead_m;
+    let (lane, hint_m) = ahead(rows, row, tracks, moved + lead_m);
     let seat = tracks.project(lane, position, hint_m);
-    let (wanted_left, slope) = shift_at(rows, row, moved);
+    let (wanted_left, slope) = shift_at(rows, row, moved + lead_m);
     // A little farther on for the curvature, which steering follows with its own delay.
-    let (lane, arc_m) = ahead(rows, row, tracks, moved + 0.1 * speed.max(0.0));
+    let (lane, arc_m) = ahead(rows, row, tracks, moved + lead_m + 0.1 * speed.max(0.0));
     let curvature = tracks.at(lane, arc_m).2;
 
-    let slip = (0.5 * curvature * wheelbase).clamp(-0.6, 0.6).asin();
+    let slip = (curvature * axle_m).clamp(-0.7, 0.7).asin();
     let line = Vec2::from_angle(slope.atan() - slip).rotate(seat.tangent);
     let mut deviation =
         Deviation { left_m: seat.left_m - wanted_left, heading_rad: line.angle_to(forward) };
@@ -68,7 +79,18 @@ pub(crate) fn steer(
 
     let gain = (BANDWIDTH * wheelbase / speed.abs().max(0.5)).min(HEADING_GAIN);
     let aim = deviation.left_m * gain / (4.0 * DAMPING * DAMPING * wheelbase);
-    let wheels =
-        (2.0 * slip.tan()).atan() - gain * (deviation.heading_rad + aim.clamp(-AIM_RAD, AIM_RAD));
-    (wheels, deviation)
+    let damped = (wheelbase / axle_m * slip.tan()).atan()
+        - gain * (deviation.heading_rad + aim.clamp(-AIM_RAD, AIM_RAD));
+
+    // Slowly through a tight corner, where the body lags behind the curve: what follows the track
+    // moves along it, or back to it, and the rear axle is drawn after it.
+    let exact = ((EXACT_BELOW - speed.abs() / wheelbase) / EXACT_BLEND).clamp(0.0, 1.0);
+    if exact == 0.0 || rows.turning[row] == 1 {
+        return (damped, deviation);
+    }
+    let back = (RETURN_PER_S * deviation.left_m / (speed.abs() + 1.0)).clamp(-AIM_RAD, AIM_RAD);
+    let way = Vec2::from_angle(slope.atan() - back).rotate(seat.tangent);
+    let turn = forward.angle_to(way).clamp(-TURN_MAX_RAD, TURN_MAX_RAD);
+    let drawn = (wheelbase / axle_m * turn.tan()).atan();
+    (damped + (drawn - damped) * exact, deviation)
 }

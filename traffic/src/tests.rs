@@ -1,4 +1,7 @@
 //! The whole mind at the wheel of simple vehicles.
 
 mod course;
-mod towns;
+mod driving;
+mod junctions;
+mod maps;
+mod restart;

@@ -85,6 +85,9 @@ impl Junctions {
                 room += tracks.length(lanes[next]);
                 next += 1;
             }
+            if next < lanes.len() {
+                room -= view.map.approaches.line_m[lanes[next] as usize];
+            }
             if next < lanes.len() && room < body.length_m() + STANDING_GAP_M {
                 to = next;
             } else {

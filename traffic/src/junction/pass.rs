@@ -4,6 +4,7 @@ use super::presence::present;
 use super::{BRAKE_MPS2, Junctions, Request, STANDING_GAP_M, View, pass_end, way};
 use crate::approach::Sign;
 use crate::rows::Rows;
+use crate::swath::RUN_OUT_M;
 use crate::tracks::NONE;
 
 /// Seconds between two who use the same place one after the other.
@@ -15,24 +16,38 @@ const CUT_OFF_S: f32 = 1.2;
 
 impl Junctions {
     pub(super) fn may_pass(&self, rows: &Rows, request: &Request, view: &View) -> bool {
+        // Who is in already is in.
+        request.entry_m <= 0.0
+            || (self.is_ready(rows, request, view)
+                && self.room(rows, request, view).is_ok()
+                && self.is_clear(rows, request, view)
+                && self.can_turn(rows, request, view))
+    }
+
+    /// Whether nobody stands where a wide vehicle would sweep on its way through.
+    fn can_turn(&self, rows: &Rows, request: &Request, view: &View) -> bool {
+        let lanes = &rows.route[request.row].lanes()[request.from..];
+        let out_m = self.start(request.row, request.to) + RUN_OUT_M;
+        view.obstacles.iter().filter(|obstacle| obstacle.row == request.row).all(|obstacle| {
+            let leader = &obstacle.leader;
+            let on_way = lanes.iter().any(|&lane| {
+                view.occupancy.on(lane).iter().any(|o| o.body == leader.body && o.aligned > 0.7)
+            });
+            on_way || leader.gap_m > out_m || leader.gap_m < request.line_m - 1.0
+        })
+    }
+
+    /// Whether it is this vehicle's turn as far as lights, signs and its own queue go.
+    pub(super) fn is_ready(&self, rows: &Rows, request: &Request, view: &View) -> bool {
         let row = request.row;
         let body = view.crowd.driven[row] as usize;
-        // Who is in already is in.
-        if request.entry_m <= 0.0 {
-            return true;
-        }
         let speed = view.crowd.speed(body).max(0.0);
         let horizon = speed * speed / (2.0 * BRAKE_MPS2) + 1.2 * speed + 6.0;
         let lane = rows.route[row].lanes()[request.from];
         let full_stop = view.map.approaches.sign[lane as usize] != Sign::Stop
             || view.map.approaches.signal[lane as usize] != NONE
             || rows.wait_s[row] > 0.8;
-        !request.red
-            && full_stop
-            && request.line_m < horizon
-            && self.is_first(rows, request, view)
-            && self.has_room(rows, request, view)
-            && self.is_clear(rows, request, view)
+        !request.red && full_stop && request.line_m < horizon && self.is_first(rows, request, view)
     }
 
     /// Whether everybody between here and the line has leave himself.
@@ -57,12 +72,13 @@ impl Junctions {
         true
     }
 
-    /// Whether there is room to stand beyond the junction.
-    pub(super) fn has_room(&self, rows: &Rows, request: &Request, view: &View) -> bool {
+    /// Whether there is room to stand beyond the junction; if not, who takes it (an index into the
+    /// crowd).
+    pub(super) fn room(&self, rows: &Rows, request: &Request, view: &View) -> Result<(), u32> {
         let (tracks, row) = (&view.map.tracks, request.row);
         let lanes = rows.route[row].lanes();
         if request.to >= lanes.len() {
-            return true;
+            return Ok(());
         }
         let own = view.crowd.driven[row];
         let exit = lanes[request.to];
@@ -79,7 +95,7 @@ impl Junctions {
             }
         }
         let begin = self.start(row, request.to);
-        let mut room = f32::INFINITY;
+        let (mut room, mut blocker) = (f32::INFINITY, own);
         for (k, &lane) in lanes.iter().enumerate().skip(request.to) {
             let start = self.start(row, k);
             if start - begin > need + 1.0 || (k > request.to && tracks.in_junction(lane)) {
@@ -93,12 +109,30 @@ impl Junctions {
                 if occupant.body == own || counted || start + occupant.front_m < begin {
                     continue;
                 }
-                // Who moves on makes room until we are there.
-                let gains = 2.0 * (occupant.speed_mps - 1.0).max(0.0);
-                room = room.min(start + occupant.rear_m - begin + gains);
+                // Who moves on makes room until we are there, but not beyond his next line.
+                let until_m = if inside == NONE {
+                    f32::INFINITY
+                } else {
+                    self.to_next_line(rows, inside as usize, view)
+                };
+                let gains = (2.0 * (occupant.speed_mps - 1.0)).max(0.0).min(until_m.max(0.0));
+                let free = start + occupant.rear_m - begin + gains;
+                if free < room {
+                    (room, blocker) = (free, occupant.body);
+                }
             }
         }
-        room >= need
+        if room >= need { Ok(()) } else { Err(blocker) }
+    }
+
+    /// How far it is to the first line before which a row must stop as things stand.
+    fn to_next_line(&self, rows: &Rows, row: usize, view: &View) -> f32 {
+        let lanes = rows.route[row].lanes();
+        let next =
+            (pass_end(rows, row)..lanes.len()).find(|&k| view.map.tracks.in_junction(lanes[k]));
+        next.map_or(f32::INFINITY, |k| {
+            self.start(row, k) - view.map.approaches.line_m[lanes[k] as usize]
+        })
     }
 
     /// Whether nobody with leave, nobody of higher rank and nothing in the way is met.
@@ -109,46 +143,53 @@ impl Junctions {
         for (k, &lane) in way(lanes, request) {
             let start = self.start(row, k);
             for conflict in view.map.conflicts.of(lane) {
-                let mine = self.window(view, own, start, conflict.mine, lane);
                 for holder in present(&self.holders, conflict.other) {
+                    let Some(meet) = conflict.between(is_wide(view, own, holder.body)) else {
+                        continue;
+                    };
                     if holder.body == own {
                         continue;
                     }
+                    let mine = self.window(view, own, start, meet.mine, lane);
                     let stuck = is_idle(rows, view, holder.body);
-                    let theirs = self.window(
-                        view,
-                        holder.body,
-                        holder.start_m,
-                        conflict.theirs,
-                        holder.lane,
-                    );
+                    let theirs =
+                        self.window(view, holder.body, holder.start_m, meet.theirs, holder.lane);
                     if theirs.1 <= 0.0 {
                         continue;
                     }
                     let behind = conflict.merge && !stuck && theirs.0 + MERGE_S < mine.0;
-                    let after = !stuck && theirs.1 + MARGIN_S < mine.0;
-                    let before = mine.1 + MARGIN_S < theirs.0;
+                    let margin_s = margin_s(view, own, holder.body);
+                    let after = !stuck && theirs.1 + margin_s < mine.0;
+                    let before = mine.1 + margin_s < theirs.0;
                     if !(after || before || behind) {
                         return false;
                     }
                 }
                 for other in present(&self.coming, conflict.other) {
+                    let Some(meet) = conflict.between(is_wide(view, own, other.body)) else {
+                        continue;
+                    };
                     if other.body == own || other.rank >= request.rank {
                         continue;
                     }
+                    let mine = self.window(view, own, start, meet.mine, lane);
                     let theirs =
-                        self.window(view, other.body, other.start_m, conflict.theirs, other.lane);
-                    if mine.1 + CUT_OFF_S > theirs.0 && theirs.0 < 8.0 {
+                        self.window(view, other.body, other.start_m, meet.theirs, other.lane);
+                    if mine.1 + CUT_OFF_S - MARGIN_S + margin_s(view, own, other.body) > theirs.0
+                        && theirs.0 < 8.0
+                    {
                         return false;
                     }
                 }
                 let blocked = view.occupancy.on(lane).iter().any(|o| {
-                    o.body != own
-                        && o.aligned < 0.6
-                        && o.speed_mps.abs() < 2.0
-                        && o.front_m > conflict.mine.0
-                        && o.rear_m < conflict.mine.1
-                        && is_idle(rows, view, o.body)
+                    conflict.between(is_wide(view, own, o.body)).is_some_and(|meet| {
+                        o.body != own
+                            && o.aligned < 0.6
+                            && o.speed_mps.abs() < 2.0
+                            && o.front_m > meet.mine.0
+                            && o.rear_m < meet.mine.1
+                            && is_idle(rows, view, o.body)
+                    })
                 });
                 if blocked {
                     return false;
@@ -166,12 +207,10 @@ impl Junctions {
         for (k, &lane) in lanes.iter().enumerate().take(pass_end(rows, row)) {
             let start = self.start(row, k);
             for conflict in view.map.conflicts.of(lane) {
-                let enter_m = start + conflict.mine.0;
-                if enter_m <= 0.0 {
-                    continue;
-                }
-                let mine = self.window(view, own, start, conflict.mine, lane);
                 for holder in present(&self.holders, conflict.other) {
+                    let Some(meet) = conflict.between(is_wide(view, own, holder.body)) else {
+                        continue;
+                    };
                     let other = view.crowd.row[holder.body as usize];
                     if holder.body == own
                         || (other != NONE && rows.order[other as usize] > rows.order[row])
@@ -179,32 +218,33 @@ impl Junctions {
                     {
                         continue;
                     }
-                    let theirs = self.window(
-                        view,
-                        holder.body,
-                        holder.start_m,
-                        conflict.theirs,
-                        holder.lane,
-                    );
-                    if theirs.1 <= 0.0 || mine.1 + 0.5 * MARGIN_S < theirs.0 {
+                    let enter_m = start + meet.mine.0;
+                    let mine = self.window(view, own, start, meet.mine, lane);
+                    let theirs =
+                        self.window(view, holder.body, holder.start_m, meet.theirs, holder.lane);
+                    if theirs.1 <= 0.0 {
                         continue;
                     }
                     if conflict.merge {
                         // Where he is on his way to the merge, seen as a distance on ours.
                         let length = view.crowd.body[holder.body as usize].length_m();
-                        let front = enter_m - (holder.start_m + conflict.theirs.0);
+                        let front = start + meet.mine.1 - (holder.start_m + meet.theirs.1);
                         let gap = front - length;
                         let speed = view.crowd.velocity[holder.body as usize].length();
                         if gap >= 0.0 {
                             if gap < halt.behind_m {
                                 (halt.behind_m, halt.behind_mps) = (gap, speed);
                             }
-                        } else {
-                            halt.stop_m = halt.stop_m.min((enter_m - 0.5).max(0.0));
+                            continue;
                         }
-                    } else if theirs.1 + 0.5 * MARGIN_S > mine.0 {
-                        halt.stop_m = halt.stop_m.min((enter_m - 0.5).max(0.0));
                     }
+                    let far = mine.1 + 0.5 * MARGIN_S < theirs.0;
+                    if enter_m <= 0.0 || far || theirs.1 + 0.5 * MARGIN_S <= mine.0 {
+                        continue;
+                    }
+                    let wide = is_wide(view, own, holder.body);
+                    let before_m = if wide { 1.2 } else { 0.5 };
+                    halt.stop_m = halt.stop_m.min((enter_m - before_m).max(0.0));
                 }
             }
         }
@@ -217,4 +257,13 @@ fn is_idle(rows: &Rows, view: &View, body: u32) -> bool {
     let row = view.crowd.row[body as usize];
     let stands = view.crowd.velocity[body as usize].length_squared() < 0.25;
     stands && (row == NONE || rows.order[row as usize] == 0 || rows.idle_s[row as usize] > 1.5)
+}
+
+/// Seconds between two; what is long and heavy is hard to predict.
+fn margin_s(view: &View, a: u32, b: u32) -> f32 {
+    if is_wide(view, a, b) { 2.0 * MARGIN_S } else { MARGIN_S }
+}
+
+fn is_wide(view: &View, a: u32, b: u32) -> bool {
+    view.crowd.body[a as usize].is_wide() || view.crowd.body[b as usize].is_wide()
 }

@@ -1,6 +1,6 @@
 //! Who is in a junction or will be soon, and when he will be where.
 
-use super::{Junctions, View, pass_end, way};
+use super::{BRAKE_MPS2, Junctions, View, pass_end, way};
 use crate::rows::Rows;
 use crate::tracks::NONE;
 
@@ -105,7 +105,9 @@ impl Junctions {
         let pace = tracks.pace_at(lane, on.0).min(limit).max(2.0);
         let enter = start_m + on.0;
         let leave = start_m + on.1 + view.crowd.body[body].length_m();
-        (travel_s(enter, speed, limit * 1.1, 2.2), travel_s(leave, speed, 0.85 * pace, 1.2))
+        let brisk = view.crowd.body[body].brisk_mps;
+        let (late, gain) = (brisk.min(0.85 * pace), if brisk < 10.0 { 0.7 } else { 1.2 });
+        (travel_s(enter, speed, limit * 1.1, 2.2), late_s(leave, speed, late, gain))
     }
 }
 
@@ -130,5 +132,18 @@ pub(super) fn travel_s(distance_m: f32, speed: f32, top: f32, gain: f32) -> f32 
         ((speed * speed + 2.0 * gain * distance_m).sqrt() - speed) / gain
     } else {
         (top - speed) / gain + (distance_m - ramp_m) / top
+    }
+}
+
+/// As [`travel_s`], as late as it may be: who is faster than `top` slows down to it at once.
+fn late_s(distance_m: f32, speed: f32, top: f32, gain: f32) -> f32 {
+    if distance_m <= 0.0 || speed <= top {
+        return travel_s(distance_m, speed, top, gain);
+    }
+    let slowing_m = (speed * speed - top * top) / (2.0 * BRAKE_MPS2);
+    if distance_m <= slowing_m {
+        (speed - (speed * speed - 2.0 * BRAKE_MPS2 * distance_m).sqrt()) / BRAKE_MPS2
+    } else {
+        (speed - top) / BRAKE_MPS2 + (distance_m - slowing_m) / top
     }
 }

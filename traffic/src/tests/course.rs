@@ -1,17 +1,20 @@
 //! A world of bicycle models that obeys a mind, and watches how it drives.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use bus::{ActorId, ActorState, Frame, Pose, Stamp, VehicleControl, flag, kind};
-use glam::{DVec3, Quat, Vec2, Vec3};
-use road::{LaneTypes, Network};
+use bus::{
+    ActorId, ActorState, Frame, JournalEntry, Pose, Stamp, VehicleControl, flag, kind, light,
+};
+use glam::{Quat, Vec2, Vec3};
+use road::{LaneIndex, LaneTypes, Network};
 
 use crate::Mind;
 use crate::body::{Body, CAR};
-use crate::route::shift_at;
+use crate::tracks::NONE;
 
 pub(super) const DELTA_NANOS: u64 = 50_000_000;
-const DELTA_S: f32 = 0.05;
+pub(super) const DELTA_S: f32 = 0.05;
 
 /// A vehicle of the test world: a kinematic bicycle with a lazy drive train.
 #[derive(Clone, Debug, Default)]
@@ -19,74 +22,70 @@ pub(super) struct Car {
     pub(super) position: Vec3,
     pub(super) yaw: f32,
     pub(super) speed: f32,
-    acceleration: f32,
-    yaw_rate: f32,
-    pitch: f32,
-    throttle: f32,
-    brake: f32,
-    wheels: f32,
-}
-
-/// What was seen of one vehicle.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Record {
+    /// It stays where it is, and no mind drives it.
+    pub(super) parked: bool,
+    pub(super) acceleration: f32,
+    pub(super) yaw_rate: f32,
+    pub(super) pitch: f32,
+    pub(super) throttle: f32,
+    pub(super) brake: f32,
+    pub(super) wheels: f32,
     pub(super) driven_m: f32,
     pub(super) stood_s: f32,
     pub(super) longest_stand_s: f32,
-    pub(super) stand_at: Vec3,
-    pub(super) worst_offset_m: f32,
-    pub(super) offset_at: Vec3,
-    free_s: f32,
-    free_share: f32,
 }
 
+/// A map, a mind and vehicles; vehicle `n` is actor `n + 1`.
 pub(super) struct Course {
     pub(super) network: Arc<Network>,
     pub(super) mind: Mind,
     pub(super) stamp: Stamp,
     pub(super) cars: Vec<Car>,
-    pub(super) lights: Vec<(u32, u32)>,
+    /// Signal and phase of every light.
+    lights: Vec<(u32, u32)>,
     pub(super) actors: Vec<ActorState>,
-    pub(super) records: Vec<Record>,
-    pub(super) touching: Vec<(usize, usize)>,
-    pub(super) collisions: Vec<(f32, usize, usize, Vec3)>,
+    /// Pairs that touched.
+    pub(super) collisions: Vec<(usize, usize)>,
+    /// Vehicles whose noses passed the line before a light, and what it showed.
+    pub(super) crossings: Vec<(usize, u32)>,
+    /// By vehicle: the way into a junction that comes next, and how far it is to its line.
+    lines: BTreeMap<usize, (u32, f32)>,
 }
 
 impl Course {
     /// Puts `count` vehicles onto spawn points spread over the map.
     pub(super) fn new(network: Arc<Network>, seed: u64, count: usize) -> Course {
         let points = network.spawn_points();
-        let mut cars = Vec::new();
         // Strides through the points, so that any count is spread over the whole map.
         let stride = (points.len() / count.max(1)).max(1);
-        for point in points.iter().step_by(stride).take(count) {
-            let at = network.place(*point);
-            cars.push(Car {
-                position: at.position.as_vec3(),
-                yaw: at.heading_rad as f32,
-                ..Car::default()
-            });
-        }
+        let cars = points
+            .iter()
+            .step_by(stride)
+            .take(count)
+            .map(|&point| {
+                let at = network.place(point);
+                let (position, yaw) = (at.position.as_vec3(), at.heading_rad as f32);
+                Car { position, yaw, ..Car::default() }
+            })
+            .collect();
         Course::with_cars(network, seed, cars)
     }
 
     pub(super) fn with_cars(network: Arc<Network>, seed: u64, cars: Vec<Car>) -> Course {
         let lights = (0..network.signals().len() as u32)
             .filter(|&signal| network.signals()[signal as usize].dynamic)
-            .map(|signal| (signal, bus::light::RED))
+            .map(|signal| (signal, light::RED))
             .collect();
-        let mind = Mind::new(network.clone(), seed);
-        let records = vec![Record::default(); cars.len()];
         let mut course = Course {
+            mind: Mind::new(network.clone(), seed),
             network,
-            mind,
             stamp: Stamp { episode: 1, ..Stamp::default() },
             cars,
             lights,
             actors: Vec::new(),
-            records,
-            touching: Vec::new(),
             collisions: Vec::new(),
+            crossings: Vec::new(),
+            lines: BTreeMap::new(),
         };
         course.snapshot();
         course
@@ -94,16 +93,20 @@ impl Course {
 
     /// One frame: plan on the snapshot, move, and take the next snapshot.
     pub(super) fn tick(&mut self) {
-        self.mind.plan(&self.stamp, DELTA_NANOS, &self.actors, &[]);
+        self.tick_with(&[]);
+    }
+
+    /// The same, with wishes.
+    pub(super) fn tick_with(&mut self, journal: &[JournalEntry]) {
+        self.mind.plan(&self.stamp, DELTA_NANOS, &self.actors, journal);
         self.advance();
     }
 
     /// Everything but planning.
     pub(super) fn advance(&mut self) {
-        self.watch();
-        let controls = self.mind.controls().to_vec();
-        for (car, control) in self.cars.iter_mut().zip(&controls) {
-            car.step(control);
+        self.watch_lines();
+        for control in self.mind.controls() {
+            self.cars[control.actor_id.0 as usize - 1].step(control);
         }
         for light in self.mind.lights() {
             let index = light.actor_id.0 as usize - 1 - self.cars.len();
@@ -116,47 +119,10 @@ impl Course {
         self.collide();
     }
 
-    /// What a vehicle does and why, for people.
-    pub(super) fn describe(&self, row: usize) -> String {
-        describe(&self.network, &self.mind, &self.cars[row], row)
+    pub(super) fn time_s(&self) -> f32 {
+        self.stamp.sim_time_nanos as f32 * 1e-9
     }
-}
 
-fn describe(network: &Network, mind: &Mind, car: &Car, row: usize) -> String {
-    let rows = &mind.memory.rows;
-    let tracks = &mind.map.tracks;
-    let lanes: Vec<String> = rows.route[row]
-        .lanes()
-        .iter()
-        .take(6)
-        .map(|&lane| {
-            let of = network.lane(road::LaneIndex(lane));
-            let road = &network.roads()[of.road as usize].id;
-            let junction = if tracks.in_junction(lane) { "J" } else { "" };
-            format!("{road}/{}/{}{junction}({lane}:{:.0})", of.section, of.id, tracks.length(lane))
-        })
-        .collect();
-    format!(
-        "{} at {:.1} v {:.1} arc {:.1} order {} end {} passed {} wait {:.0} idle {:.0} shift {:.1} stuck {:.1} rev {:.1} | {} | {} {}",
-        row + 1,
-        car.position,
-        car.speed,
-        rows.arc_m[row],
-        rows.order[row],
-        rows.pass_end[row],
-        rows.route[row].passed,
-        rows.wait_s[row],
-        rows.idle_s[row],
-        rows.shift_m[row],
-        rows.stuck_s[row],
-        rows.reverse_s[row],
-        mind.describe(row),
-        lanes.join(" "),
-        rows.route[row].lanes().len(),
-    )
-}
-
-impl Course {
     fn snapshot(&mut self) {
         self.actors.clear();
         for (index, car) in self.cars.iter().enumerate() {
@@ -165,7 +131,7 @@ impl Course {
                 actor_id: ActorId(index as u32 + 1),
                 blueprint: u32::MAX,
                 kind: kind::VEHICLE,
-                flags: flag::AUTOPILOT,
+                flags: if car.parked { 0 } else { flag::AUTOPILOT },
                 pose: Pose::new(
                     car.position,
                     Quat::from_rotation_z(car.yaw) * Quat::from_rotation_y(-car.pitch),
@@ -187,103 +153,79 @@ impl Course {
         }
     }
 
-    /// Sets every vehicle onto the road below it.
+    /// Sets every vehicle onto the road below it, and takes down how it gets on.
     fn settle(&mut self) {
         for car in &mut self.cars {
-            let at = DVec3::from(car.position.as_dvec3());
+            let at = car.position.as_dvec3();
             if let Some(point) = self.network.nearest(at, LaneTypes::DRIVABLE) {
                 let place = self.network.place(point);
                 car.position.z = place.position.z as f32;
                 let along = (car.yaw - place.heading_rad as f32).cos();
                 car.pitch = -place.pitch_rad as f32 * along;
             }
+            car.driven_m += car.speed.abs() * DELTA_S;
+            car.stood_s = if car.speed.abs() < 0.1 { car.stood_s + DELTA_S } else { 0.0 };
+            car.longest_stand_s = car.longest_stand_s.max(car.stood_s);
         }
     }
 
-    fn watch(&mut self) {
-        let rows = &self.mind.memory.rows;
-        let tracks = &self.mind.map.tracks;
-        for (row, record) in self.records.iter_mut().enumerate() {
-            let car = &self.cars[row];
-            record.driven_m += car.speed.abs() * DELTA_S;
-            record.stood_s = if car.speed.abs() < 0.1 { record.stood_s + DELTA_S } else { 0.0 };
-            if record.stood_s > record.longest_stand_s {
-                record.longest_stand_s = record.stood_s;
-                record.stand_at = car.position;
+    /// Notes who passes the line before a light, and what the light shows.
+    fn watch_lines(&mut self) {
+        let (tracks, approaches) = (&self.mind.map.tracks, &self.mind.map.approaches);
+        for outlook in self.mind.outlooks() {
+            let car = outlook.actor_id.0 as usize - 1;
+            let row = self.mind.memory.rows.id.binary_search(&outlook.actor_id.0).unwrap();
+            let lanes = self.mind.memory.rows.route[row].lanes();
+            let mut begins = -outlook.along_m - CAR.front_m;
+            let mut next = None;
+            for &lane in lanes {
+                let line_m = begins - approaches.line_m[lane as usize];
+                if approaches.signal[lane as usize] != NONE && line_m > -8.0 {
+                    next = Some((lane, line_m));
+                    break;
+                }
+                begins += tracks.length(lane);
             }
-            let lane = rows.route[row].lane();
-            let seat = tracks.project(lane, car.position.truncate(), rows.arc_m[row]);
-            if std::env::var_os("OMNIBUS_DESCRIBE").is_some()
-                && (seat.left_m - shift_at(rows, row, 0.0).0).abs() > 1.0
+            let before = self.lines.get(&car).copied();
+            if let (Some((lane, line_m)), Some((old_lane, old_m))) = (next, before)
+                && lane == old_lane
+                && old_m > 0.0
+                && line_m <= 0.0
             {
-                println!(
-                    "off {:.2} seat {seat:?} {:?} t {:.2}",
-                    seat.left_m,
-                    lane,
-                    self.stamp.sim_time_nanos as f32 * 1e-9
-                );
-                println!("{}", describe(&self.network, &self.mind, car, row));
+                let signal = approaches.signal[lane as usize];
+                let shown = self.lights.iter().find(|light| light.0 == signal).unwrap().1;
+                self.crossings.push((car, shown));
             }
-            let offset = (seat.left_m - shift_at(rows, row, 0.0).0).abs();
-            if offset > record.worst_offset_m && rows.turning[row] == 0 {
-                record.worst_offset_m = offset;
-                record.offset_at = car.position;
-            }
-            if self.mind.is_free(row) {
-                record.free_s += DELTA_S;
-                record.free_share += DELTA_S * car.speed / tracks.limit_mps[lane as usize];
-            }
+            match next {
+                Some(next) => self.lines.insert(car, next),
+                None => self.lines.remove(&car),
+            };
         }
     }
 
     fn collide(&mut self) {
-        let mut touching = Vec::new();
         for a in 0..self.cars.len() {
             for b in a + 1..self.cars.len() {
-                if touch(&self.cars[a], &self.cars[b]) {
-                    touching.push((a, b));
-                    if !self.touching.contains(&(a, b)) {
-                        let time = self.stamp.sim_time_nanos as f32 * 1e-9;
-                        self.collisions.push((time, a, b, self.cars[a].position));
-                    }
+                if touch(&self.cars[a], &self.cars[b]) && !self.collisions.contains(&(a, b)) {
+                    self.collisions.push((a, b));
                 }
             }
         }
-        self.touching = touching;
     }
 
-    /// Mean share of the limit while free, over all vehicles.
-    pub(super) fn free_share(&self) -> f32 {
-        let time: f32 = self.records.iter().map(|r| r.free_s).sum();
-        self.records.iter().map(|r| r.free_share).sum::<f32>() / time.max(1e-3)
-    }
-
-    /// One line of all figures.
-    pub(super) fn summary(&self) -> String {
-        let seconds = self.stamp.sim_time_nanos as f32 * 1e-9;
-        let of = |what: fn(&Record) -> f32| -> Vec<f32> { self.records.iter().map(what).collect() };
-        let driven = of(|r| r.driven_m);
-        let least = driven.iter().copied().fold(f32::INFINITY, f32::min);
-        let mean = driven.iter().sum::<f32>() / driven.len() as f32;
-        let (jam, jam_at) = self.worst(|r| (r.longest_stand_s, r.stand_at));
-        let (offset, offset_at) = self.worst(|r| (r.worst_offset_m, r.offset_at));
-        format!(
-            "{} vehicles, {seconds:.0} s: driven mean {mean:.0} m, least {least:.0} m; free {:.2} of the limit; \
-             longest stand {jam:.0} s at {jam_at:.0}; worst offset {offset:.2} m at {offset_at:.0}; collisions {}",
-            self.cars.len(),
-            self.free_share(),
-            self.collisions.len(),
-        )
-    }
-
-    /// The vehicle for which a figure is largest, the figure, and where.
-    pub(super) fn worst(&self, of: impl Fn(&Record) -> (f32, Vec3)) -> (f32, Vec3) {
-        self.records.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0)).expect("a vehicle")
+    /// The OpenDRIVE id of the road that a vehicle's mind follows.
+    pub(super) fn road_of(&self, car: usize) -> String {
+        let outlook = self.mind.outlooks().nth(car).expect("it is on a road");
+        let road = self.network.lane(LaneIndex(outlook.lane.0)).road;
+        self.network.roads()[road as usize].id.clone()
     }
 }
 
 impl Car {
     fn step(&mut self, control: &VehicleControl) {
+        if self.parked {
+            return;
+        }
         let lag = |value: &mut f32, wanted: f32, time: f32| {
             *value += (wanted - *value) * (DELTA_S / time).min(1.0);
         };

@@ -1,0 +1,91 @@
+//! Rings of queues that wait for each other's room.
+//!
+//! Whoever enters a junction must have room beyond it. If the queue that takes the room waits at a
+//! junction itself, for room that a third takes, and so on round to the first, nobody could ever
+//! go. But if the heads of all these queues go at once, each leaves the room that another needs.
+
+use super::{Junctions, Request, View};
+use crate::rows::Rows;
+use crate::tracks::NONE;
+
+/// Waiting for so long for room makes one think of a ring.
+const PATIENCE_S: f32 = 12.0;
+
+impl Junctions {
+    /// Gives leave to all who wait for each other's room in a ring.
+    pub(super) fn rotate(&mut self, rows: &mut Rows, orders: &mut u64, view: &View) {
+        // Heads of queues that only lack room, and whom they wait for.
+        let heads: Vec<(Request, u32)> = self
+            .requests
+            .iter()
+            .filter(|request| rows.wait_s[request.row] > PATIENCE_S && request.from > 0)
+            // Who has just given up his way has none to ask for.
+            .filter(|request| rows.route[request.row].lanes().len() >= request.to)
+            .filter(|request| rows.order[request.row] == 0 && self.is_ready(rows, request, view))
+            .filter_map(|request| {
+                let body = self.room(rows, request, view).err()?;
+                let row = view.crowd.row[body as usize];
+                (row != NONE && rows.placed[row as usize] == 1).then_some((*request, row))
+            })
+            .collect();
+        let after: Vec<Option<usize>> = heads
+            .iter()
+            .map(|&(_, blocker)| {
+                let way_in = way_in(rows, blocker as usize, view)?;
+                heads
+                    .iter()
+                    .position(|(head, _)| rows.route[head.row].lanes()[head.from - 1] == way_in)
+            })
+            .collect();
+        let mut done = vec![false; heads.len()];
+        for start in 0..heads.len() {
+            if done[start] {
+                continue;
+            }
+            let Some(ring) = ring(&after, start) else { continue };
+            for &head in &ring {
+                done[head] = true;
+            }
+            if ring.iter().all(|&head| self.is_clear(rows, &heads[head].0, view)) {
+                for &head in &ring {
+                    self.grant(rows, orders, &heads[head].0, view);
+                    self.halts[heads[head].0.row] = super::FREE;
+                }
+            }
+        }
+    }
+}
+
+/// The lane by which a row will reach the next junction.
+fn way_in(rows: &Rows, row: usize, view: &View) -> Option<u32> {
+    let lanes = rows.route[row].lanes();
+    let entry = lanes.iter().skip(1).position(|&lane| view.map.tracks.in_junction(lane))?;
+    Some(lanes[entry])
+}
+
+/// The ring that `start` is part of, if there is one.
+fn ring(after: &[Option<usize>], start: usize) -> Option<Vec<usize>> {
+    let mut ring = vec![start];
+    let mut at = after[start]?;
+    while at != start {
+        if ring.contains(&at) {
+            return None;
+        }
+        ring.push(at);
+        at = after[at]?;
+    }
+    Some(ring)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ring_is_found_only_from_within() {
+        let after = [Some(1), Some(2), Some(0), Some(0), None];
+        assert_eq!(ring(&after, 0), Some(vec![0, 1, 2]));
+        assert_eq!(ring(&after, 3), None);
+        assert_eq!(ring(&after, 4), None);
+    }
+}

@@ -1,0 +1,64 @@
+//! What a mind reckons with, for whoever judges it or asks why a vehicle stands.
+
+use bus::ActorId;
+use road::LaneIndex;
+
+use crate::Mind;
+
+/// A leader farther away than this does not slow anybody down.
+const LEADER_FREE_M: f32 = 60.0;
+/// Nor does a stop line farther away than this.
+const STOP_FREE_M: f32 = 200.0;
+
+/// What the mind of one vehicle reckoned with in the frame that was planned last. Distances are
+/// from its front bumper along its route, in metres; infinity where there is nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outlook {
+    /// Whose.
+    pub actor_id: ActorId,
+    /// The lane that it follows.
+    pub lane: LaneIndex,
+    /// How far along that lane its origin is, as arc length.
+    pub along_m: f32,
+    /// How far left of its line it is: of the lane's centre, or of its way there in a lane change.
+    pub astray_m: f32,
+    /// The limit that holds here.
+    pub limit_mps: f32,
+    /// The speed that limits and curves ahead allow.
+    pub wish_mps: f32,
+    /// Who is in front, or [`ActorId::NONE`].
+    pub leader: ActorId,
+    /// To his rear.
+    pub leader_m: f32,
+    /// To where a junction or a light asks it to stand.
+    pub stop_m: f32,
+    /// To whom it must follow though he is on another lane yet.
+    pub merge_m: f32,
+    /// Its place in the order of those who may pass the next junction; 0: it may not.
+    pub leave: u64,
+    /// How long it has waited at the line of the next junction.
+    pub waited_s: f32,
+    /// It backs out of what blocks it.
+    pub reverses: bool,
+    /// It turns round at a dead end.
+    pub turns_round: bool,
+}
+
+impl Outlook {
+    /// Whether nothing but limits and curves slows the vehicle down.
+    pub fn is_free(&self) -> bool {
+        self.leader_m > LEADER_FREE_M
+            && self.stop_m.min(self.merge_m) > STOP_FREE_M
+            && !self.reverses
+            && !self.turns_round
+    }
+}
+
+impl Mind {
+    /// What every vehicle on autopilot reckoned with in the last frame, ascending by actor id.
+    /// Vehicles that no road is near are left out.
+    pub fn outlooks(&self) -> impl Iterator<Item = Outlook> + '_ {
+        let rows = &self.memory.rows;
+        (0..self.controls().len()).filter(|&row| rows.placed[row] == 1).map(|row| self.outlook(row))
+    }
+}

@@ -1,0 +1,131 @@
+//! The width that a body sweeps when it drives along a track: more than its own in curves, where
+//! the nose swings out and the rear axle cuts in.
+
+use glam::{Vec2, Vec3};
+
+use crate::body::Body;
+use crate::tracks::Tracks;
+
+/// Half the width of a car, and of a bus.
+pub(crate) const CAR_M: f32 = 1.05;
+pub(crate) const BUS_M: f32 = 1.45;
+
+/// A car as large as most.
+const CAR: Body = Body {
+    front_m: 2.5,
+    rear_m: 2.5,
+    half_width_m: CAR_M,
+    wheelbase_m: 2.9,
+    lock_rad: 0.61,
+    brisk_mps: 40.0,
+};
+/// A bus: nothing on the road needs more room.
+const BUS: Body = Body {
+    front_m: 5.3,
+    rear_m: 5.1,
+    half_width_m: BUS_M,
+    wheelbase_m: 5.3,
+    lock_rad: 0.85,
+    brisk_mps: 40.0,
+};
+/// So far before and after a track its bodies are looked at.
+const RUN_UP_M: f32 = 16.0;
+pub(crate) const RUN_OUT_M: f32 = 12.0;
+
+/// Reach to the left and to the right of a track's centre.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach {
+    pub(crate) left_m: f32,
+    pub(crate) right_m: f32,
+}
+
+impl Reach {
+    /// On the side where `offset` from the centre points.
+    pub(crate) fn towards(&self, tangent: Vec2, offset: Vec2) -> f32 {
+        if tangent.perp_dot(offset) > 0.0 { self.left_m } else { self.right_m }
+    }
+}
+
+/// A place on a track and what bodies that drive along the track reach there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Station {
+    pub(crate) arc_m: f32,
+    pub(crate) point: Vec3,
+    pub(crate) tangent: Vec2,
+    pub(crate) car: Reach,
+    pub(crate) bus: Reach,
+}
+
+/// The stations of `lane`, and before and after it as far as bodies on it reach.
+pub(crate) fn stations(tracks: &Tracks, lane: u32) -> Vec<Station> {
+    let (length, step_m) = (tracks.length(lane), tracks.samples(lane).1.max(0.5));
+    let before = (RUN_UP_M / step_m).ceil() as i32;
+    let after = ((length + RUN_OUT_M) / step_m).ceil() as i32;
+    let straight = |body: &Body| Reach { left_m: body.half_width_m, right_m: body.half_width_m };
+    let mut path: Vec<Station> = (-before..=after)
+        .map(|k| {
+            let arc_m = k as f32 * step_m;
+            let (point, tangent) = place(tracks, lane, arc_m);
+            Station { arc_m, point, tangent, car: straight(&CAR), bus: straight(&BUS) }
+        })
+        .collect();
+    sweep(&mut path, step_m, &CAR, |station| &mut station.car);
+    sweep(&mut path, step_m, &BUS, |station| &mut station.bus);
+    path
+}
+
+/// A place on `lane`, or on the lanes before and after it.
+fn place(tracks: &Tracks, lane: u32, arc_m: f32) -> (Vec3, Vec2) {
+    let length = tracks.length(lane);
+    let (on, at_m) = if arc_m < 0.0 {
+        let before = tracks.previous(lane).first().filter(|&&l| tracks.has(l));
+        before.map_or((lane, arc_m), |&before| (before, tracks.length(before) + arc_m))
+    } else if arc_m > length {
+        let next = tracks.next(lane).first().filter(|&&l| tracks.has(l));
+        next.map_or((lane, arc_m), |&next| (next, arc_m - length))
+    } else {
+        (lane, arc_m)
+    };
+    let (point, tangent, _) = tracks.at(on, at_m);
+    (point, tangent)
+}
+
+/// Drives a body along the path: what is steered follows it, the rear axle follows what is steered.
+fn sweep(path: &mut [Station], step_m: f32, body: &Body, reach: fn(&mut Station) -> &mut Reach) {
+    let axle_m = body.axle_to_lead_m();
+    let mut forward = path[0].tangent;
+    let mut rear = path[0].point.truncate() - forward * axle_m;
+    // Along the body, from the point that follows the track.
+    let (tail_m, nose_m) = (-body.rear_m - body.lead_m(), body.front_m - body.lead_m());
+    let marks = ((nose_m - tail_m) / step_m).ceil() as usize;
+    for at in 0..path.len() {
+        let lead = path[at].point.truncate();
+        forward = (lead - rear).normalize_or(forward);
+        rear = lead - forward * axle_m;
+        for mark in 0..=marks {
+            let along_m = tail_m + (nose_m - tail_m) * mark as f32 / marks as f32;
+            for side in [body.half_width_m, -body.half_width_m] {
+                let corner = lead + forward * along_m + forward.perp() * side;
+                let Some(near) =
+                    nearest(path, at as i32 + (along_m / step_m).round() as i32, corner)
+                else {
+                    continue;
+                };
+                let station = &mut path[near];
+                let left_m = station.tangent.perp_dot(corner - station.point.truncate());
+                let reach = reach(station);
+                reach.left_m = reach.left_m.max(left_m);
+                reach.right_m = reach.right_m.max(-left_m);
+            }
+        }
+    }
+}
+
+/// The station nearest to `corner` among those around `guess`.
+fn nearest(path: &[Station], guess: i32, corner: Vec2) -> Option<usize> {
+    (guess - 4..=guess + 4)
+        .filter(|&k| k >= 0 && (k as usize) < path.len())
+        .map(|k| (path[k as usize].point.truncate().distance_squared(corner), k as usize))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, k)| k)
+}

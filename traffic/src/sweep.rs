@@ -1,0 +1,176 @@
+//! What a bus or a lorry would touch beside its lane: in curves its nose swings out of the lane,
+//! and its tail cuts the corner.
+
+use glam::Vec2;
+
+use crate::body::Body;
+use crate::follow::Leader;
+use crate::perceive::Crowd;
+use crate::route::{ahead, shift_at};
+use crate::rows::Rows;
+use crate::tracks::{NONE, Tracks};
+
+/// Left free beside whoever stands there.
+const MARGIN_M: f32 = 0.25;
+/// Between two looks along the way.
+const STEP_M: f32 = 1.0;
+/// So far one looks at least, so that whoever waits knows what is beyond a junction.
+const HORIZON_M: f32 = 45.0;
+/// Over this way a vehicle returns to its line.
+const RETURN_M: f32 = 8.0;
+/// Who crosses faster than this will be gone.
+const STANDING_MPS: f32 = 1.5;
+
+/// Somebody in the way of a row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Obstacle {
+    pub(crate) row: usize,
+    /// As if he were in front on the same lane.
+    pub(crate) leader: Leader,
+}
+
+/// A box on the ground.
+#[derive(Clone, Copy)]
+struct Place {
+    middle: Vec2,
+    forward: Vec2,
+    half: Vec2,
+}
+
+impl Place {
+    fn of(body: &Body, origin: Vec2, forward: Vec2) -> Place {
+        Place {
+            middle: origin + forward * 0.5 * (body.front_m - body.rear_m),
+            forward,
+            half: Vec2::new(0.5 * body.length_m(), body.half_width_m),
+        }
+    }
+
+    fn grown(self, by_m: f32) -> Place {
+        Place { half: self.half + by_m, ..self }
+    }
+
+    /// By separating axes.
+    fn touches(&self, other: &Place) -> bool {
+        let to = other.middle - self.middle;
+        let reach = |of: &Place, axis: Vec2| {
+            of.half.x * of.forward.dot(axis).abs() + of.half.y * of.forward.perp_dot(axis).abs()
+        };
+        [self.forward, self.forward.perp(), other.forward, other.forward.perp()]
+            .into_iter()
+            .all(|axis| to.dot(axis).abs() <= reach(self, axis) + reach(other, axis))
+    }
+}
+
+/// Lists whom wide vehicles would touch if everybody else stayed where he is, and which wide
+/// vehicles the others would touch.
+pub(crate) fn look(rows: &Rows, tracks: &Tracks, crowd: &Crowd, found: &mut Vec<Obstacle>) {
+    found.clear();
+    for row in 0..rows.id.len() {
+        if rows.placed[row] == 1 && rows.turning[row] == 0 {
+            look_from(rows, row, tracks, crowd, found);
+        }
+    }
+}
+
+fn look_from(rows: &Rows, row: usize, tracks: &Tracks, crowd: &Crowd, found: &mut Vec<Obstacle>) {
+    let own = crowd.driven[row] as usize;
+    let (body, position) = (&crowd.body[own], crowd.position[own]);
+    let speed = crowd.speed(own).max(0.0);
+    let wide = body.is_wide();
+    let horizon_m = (0.25 * speed * speed + 2.0 * speed + 12.0)
+        .max(if wide { HORIZON_M } else { 0.0 })
+        .min(if wide { f32::INFINITY } else { HORIZON_M });
+    let mut forward = crowd.forward[own];
+    let now = Place::of(body, position.truncate(), forward);
+    let mut near: Vec<(usize, Place)> = (0..crowd.count())
+        .filter(|&other| {
+            let to = crowd.position[other] - position;
+            let reach_m = horizon_m + 15.0;
+            other != own
+                && (wide || crowd.body[other].is_wide())
+                && to.z.abs() < 3.0
+                && to.truncate().length_squared() < reach_m * reach_m
+        })
+        .map(|other| {
+            let place = crowd.position[other].truncate();
+            (other, Place::of(&crowd.body[other], place, crowd.forward[other]))
+        })
+        .filter(|(_, place)| {
+            let to = place.middle - now.middle;
+            to.dot(forward) > -2.0 && !now.grown(MARGIN_M).touches(place)
+        })
+        .collect();
+    if near.is_empty() {
+        return;
+    }
+
+    let (lead_m, axle_m) = (body.lead_m(), body.axle_to_lead_m());
+    let mut rear = position.truncate() - forward * 0.5 * body.wheelbase_m;
+    let line = |ahead_m: f32| {
+        let (lane, arc_m) = ahead(rows, row, tracks, lead_m + ahead_m);
+        let (point, tangent, _) = tracks.at(lane, arc_m);
+        point.truncate() + tangent.perp() * shift_at(rows, row, lead_m + ahead_m).0
+    };
+    let astray = position.truncate() + forward * lead_m - line(0.0);
+    for step in 1..=(horizon_m / STEP_M) as usize {
+        let ahead_m = step as f32 * STEP_M;
+        let lead = line(ahead_m) + astray * (1.0 - ahead_m / RETURN_M).max(0.0);
+        forward = (lead - rear).normalize_or(forward);
+        rear = lead - forward * axle_m;
+        let place = Place::of(body, lead - forward * lead_m, forward).grown(MARGIN_M);
+        near.retain(|(other, theirs)| {
+            if !place.touches(theirs) {
+                return true;
+            }
+            if (wide || in_curve(crowd.forward[own], forward))
+                && matters(rows, row, crowd, *other, forward)
+            {
+                let leader = Leader {
+                    gap_m: ahead_m - STEP_M,
+                    speed_mps: crowd.velocity[*other].dot(forward).max(0.0),
+                    body: *other as u32,
+                    aligned: crowd.forward[*other].dot(forward),
+                };
+                found.push(Obstacle { row, leader });
+            }
+            false
+        });
+    }
+}
+
+/// Whether the way has turned from where the nose points now.
+fn in_curve(from: Vec2, to: Vec2) -> bool {
+    from.dot(to) < 0.995
+}
+
+/// Whether to wait for somebody whom one would touch, driving in direction `forward` there.
+fn matters(rows: &Rows, row: usize, crowd: &Crowd, other: usize, forward: Vec2) -> bool {
+    let aligned = crowd.forward[other].dot(forward);
+    let oncoming = aligned < -0.7;
+    if oncoming && crowd.row[other] != NONE && crowd.body[other].is_wide() {
+        // Two who are in each other's way: one of them waits.
+        return rows.id[row] > crowd.id[other];
+    }
+    aligned > 0.7 || crowd.velocity[other].length() < STANDING_MPS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_touch_where_they_overlap() {
+        let place = |x: f32, y: f32, yaw: f32| Place {
+            middle: Vec2::new(x, y),
+            forward: Vec2::from_angle(yaw),
+            half: Vec2::new(2.0, 1.0),
+        };
+        let here = place(0.0, 0.0, 0.0);
+        assert!(here.touches(&place(3.9, 0.0, 0.0)));
+        assert!(!here.touches(&place(4.1, 0.0, 0.0)));
+        assert!(!here.touches(&place(0.0, 2.1, 0.0)));
+        assert!(here.touches(&place(0.0, 2.9, std::f32::consts::FRAC_PI_2)));
+        assert!(!here.touches(&place(3.1, 1.9, 2.4)));
+    }
+}

@@ -1,0 +1,97 @@
+//! Lights, and who goes first where there are none.
+
+use bus::{ActorId, Command, JournalEntry, Name, Outcome, TrafficDial, Wish, dial, light};
+use glam::Vec3;
+
+use super::course::{Car, Course};
+use super::maps;
+
+/// A line of the journal that turns a dial for everybody.
+fn turned(dial: u32, value: f32) -> JournalEntry {
+    let dial = TrafficDial { actor_id: ActorId::NONE, dial, value };
+    JournalEntry {
+        client: Name::new("test"),
+        sequence: 1,
+        command: Command::from(Wish::TrafficDial(dial)),
+        outcome: Outcome::done(0),
+    }
+}
+
+#[test]
+fn nobody_passes_a_red_light() {
+    let mut course = Course::new(maps::town(), 2, 30);
+    for _ in 0..20 * 180 {
+        course.tick();
+    }
+    let on = |phase: u32| course.crossings.iter().filter(|c| c.1 == phase).count();
+    assert!(on(light::GREEN) > 50, "only {} passed on green", on(light::GREEN));
+    let on_red: Vec<_> = course.crossings.iter().filter(|c| c.1 == light::RED).collect();
+    assert!(on_red.is_empty(), "{on_red:?}");
+}
+
+#[test]
+fn who_is_told_to_ignore_lights_passes_red_ones() {
+    let mut course = Course::new(maps::town(), 2, 30);
+    course.tick_with(&[turned(dial::IGNORE_LIGHTS, 1.0)]);
+    for _ in 0..20 * 60 {
+        course.tick();
+    }
+    assert!(course.crossings.iter().any(|c| c.1 == light::RED));
+}
+
+/// An eastbound and a northbound vehicle, equally far from the crossing, in this order of ids.
+fn meeting(eastbound_first: bool) -> Course {
+    let east = Car { position: Vec3::new(-90.0, -1.75, 0.0), speed: 8.0, ..Car::default() };
+    let north = Car {
+        position: Vec3::new(1.75, -90.0, 0.0),
+        yaw: std::f32::consts::FRAC_PI_2,
+        speed: 8.0,
+        ..Car::default()
+    };
+    let cars = if eastbound_first { vec![east, north] } else { vec![north, east] };
+    Course::with_cars(maps::crossing(), 3, cars)
+}
+
+#[test]
+fn who_comes_from_the_right_goes_first_whatever_the_ids() {
+    for eastbound_first in [true, false] {
+        let mut course = meeting(eastbound_first);
+        let (east, north) = if eastbound_first { (0, 1) } else { (1, 0) };
+        let mut passed_s = [f32::NAN; 2];
+        for _ in 0..20 * 40 {
+            course.tick();
+            for (car, beyond) in [(east, "2"), (north, "4")] {
+                if passed_s[car].is_nan() && course.road_of(car) == beyond {
+                    passed_s[car] = course.time_s();
+                }
+            }
+        }
+        assert_eq!(course.collisions, []);
+        assert!(passed_s[north] < passed_s[east], "{passed_s:?}");
+    }
+}
+
+#[test]
+fn a_crossing_under_pressure_from_all_sides_neither_locks_nor_crashes() {
+    let mut cars = Vec::new();
+    for (k, (x, y)) in [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0f32)].iter().enumerate() {
+        let yaw = (-y).atan2(-x);
+        for place in 0..6 {
+            let along = 30.0 + 18.0 * place as f32 + 3.0 * k as f32;
+            let right = Vec3::new(yaw.sin(), -yaw.cos(), 0.0) * 1.75;
+            let position = Vec3::new(*x, *y, 0.0) * along + right;
+            cars.push(Car { position, yaw, ..Car::default() });
+        }
+    }
+    let starts: Vec<Vec3> = cars.iter().map(|car| car.position).collect();
+    let mut course = Course::with_cars(maps::crossing(), 3, cars);
+    let mut passed = vec![false; starts.len()];
+    for _ in 0..20 * 120 {
+        course.tick();
+        for (car, start) in starts.iter().enumerate() {
+            passed[car] |= course.cars[car].position.dot(*start) < -12.0 * start.length();
+        }
+    }
+    assert_eq!(course.collisions, []);
+    assert_eq!(passed, vec![true; starts.len()]);
+}

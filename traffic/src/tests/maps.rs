@@ -1,0 +1,88 @@
+//! Small maps as OpenDRIVE text.
+
+use std::sync::Arc;
+
+use road::Network;
+
+/// A small town of our own: lights, stop signs, one and two lanes each way.
+pub(super) fn town() -> Arc<Network> {
+    let text = town::named("Flatford").expect("it is one of ours");
+    Arc::new(Network::parse(&text).expect("our own towns parse"))
+}
+
+/// A straight road of `length_m` along x with a lane each way, 50 km/h.
+pub(super) fn straight(length_m: f64) -> Arc<Network> {
+    let road = road("1", "-1", (0.0, 0.0, 0.0, length_m), "", true);
+    parse(&road)
+}
+
+/// Four arms of 150 m around the origin, with a lane each way and nothing that says who goes first.
+///
+/// West arm 1, east arm 2, south arm 3, north arm 4; straight on only.
+pub(super) fn crossing() -> Arc<Network> {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let ends_at = r#"<successor elementType="junction" elementId="9"/>"#;
+    let begins_at = r#"<predecessor elementType="junction" elementId="9"/>"#;
+    let mut text = String::new();
+    text += &road("1", "-1", (-160.0, 0.0, 0.0, 150.0), ends_at, true);
+    text += &road("2", "-1", (10.0, 0.0, 0.0, 150.0), begins_at, true);
+    text += &road("3", "-1", (0.0, -160.0, quarter, 150.0), ends_at, true);
+    text += &road("4", "-1", (0.0, 10.0, quarter, 150.0), begins_at, true);
+    let through = [
+        ("10", (-10.0, 0.0, 0.0), ("1", "end", -1), ("2", "start", -1)),
+        ("11", (10.0, 0.0, 2.0 * quarter), ("2", "start", 1), ("1", "end", 1)),
+        ("12", (0.0, -10.0, quarter), ("3", "end", -1), ("4", "start", -1)),
+        ("13", (0.0, 10.0, 3.0 * quarter), ("4", "start", 1), ("3", "end", 1)),
+    ];
+    let mut junction = String::new();
+    for (id, (x, y, heading), (from, from_end, from_lane), (to, to_end, to_lane)) in through {
+        let link = format!(
+            r#"<predecessor elementType="road" elementId="{from}" contactPoint="{from_end}"/>
+               <successor elementType="road" elementId="{to}" contactPoint="{to_end}"/>"#
+        );
+        let lane_link =
+            format!(r#"<link><predecessor id="{from_lane}"/><successor id="{to_lane}"/></link>"#);
+        let connecting = road(id, "9", (x, y, heading, 20.0), &link, false);
+        text += &connecting.replace("<link-of-lane/>", &lane_link);
+        junction += &format!(
+            r#"<connection id="{id}" incomingRoad="{from}" connectingRoad="{id}"
+               contactPoint="start"><laneLink from="{from_lane}" to="-1"/></connection>"#
+        );
+    }
+    text += &format!(r#"<junction id="9" name="">{junction}</junction>"#);
+    parse(&text)
+}
+
+fn road(
+    id: &str,
+    junction: &str,
+    (x, y, heading, length_m): (f64, f64, f64, f64),
+    link: &str,
+    both_ways: bool,
+) -> String {
+    let lane = |id: i32| {
+        format!(
+            r#"<lane id="{id}" type="driving" level="false"><link-of-lane/>
+               <width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane>"#
+        )
+    };
+    let left = if both_ways { format!("<left>{}</left>", lane(1)) } else { String::new() };
+    format!(
+        r#"<road name="" length="{length_m}" id="{id}" junction="{junction}">
+            <link>{link}</link>
+            <type s="0" type="town"><speed max="50" unit="km/h"/></type>
+            <planView><geometry s="0" x="{x}" y="{y}" hdg="{heading}" length="{length_m}"><line/>
+            </geometry></planView>
+            <lanes><laneSection s="0">{left}<center><lane id="0" type="none" level="false"/></center>
+            <right>{}</right></laneSection></lanes></road>"#,
+        lane(-1)
+    )
+}
+
+fn parse(roads: &str) -> Arc<Network> {
+    let text = format!(
+        r#"<OpenDRIVE><header revMajor="1" revMinor="4" name="" version="1"/>{}</OpenDRIVE>"#,
+        roads.replace("<link-of-lane/>", "")
+    );
+    Arc::new(Network::parse(&text).expect("the map of the test parses"))
+}

@@ -1,0 +1,84 @@
+//! A mind is a function of what it was shown: the same bits, in every life.
+
+use super::course::{Course, DELTA_NANOS};
+use super::maps;
+use crate::{Mind, MindError};
+
+/// Everything that a mind decided, and all that it remembers.
+fn bytes(mind: &Mind) -> Vec<u8> {
+    let mut bytes = bytemuck::cast_slice(mind.controls()).to_vec();
+    bytes.extend_from_slice(bytemuck::cast_slice(mind.lights()));
+    bytes.extend(mind.save());
+    bytes
+}
+
+/// What a run of 20 vehicles decides, frame by frame.
+fn run(seed: u64, ticks: usize) -> Vec<Vec<u8>> {
+    let mut course = Course::new(maps::town(), seed, 20);
+    (0..ticks)
+        .map(|_| {
+            course.tick();
+            bytemuck::cast_slice(course.mind.controls()).to_vec()
+        })
+        .collect()
+}
+
+#[test]
+fn a_seed_decides_every_bit_and_another_seed_others() {
+    let once = run(7, 600);
+    assert!(once == run(7, 600), "the same seed");
+    assert!(once != run(8, 600), "another seed");
+}
+
+#[test]
+fn a_restored_mind_goes_on_as_if_nothing_had_happened() {
+    // In the middle of everything: some wait, some turn, some change lanes.
+    for lost_at in [1, 37, 400, 1203] {
+        let mut course = Course::new(maps::town(), 4, 30);
+        for _ in 0..lost_at {
+            course.tick();
+        }
+        let mut second = Mind::new(course.network.clone(), 999);
+        second.restore(&course.mind.save()).unwrap();
+        for tick in 0..400 {
+            course.mind.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
+            second.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
+            assert!(bytes(&course.mind) == bytes(&second), "{tick} ticks after {lost_at}");
+            course.advance();
+        }
+    }
+}
+
+#[test]
+fn the_order_of_actors_does_not_matter() {
+    let mut course = Course::new(maps::town(), 4, 30);
+    let mut second = Mind::new(course.network.clone(), 4);
+    for tick in 0..400 {
+        let mut shuffled = course.actors.clone();
+        shuffled.reverse();
+        let middle = tick % shuffled.len();
+        shuffled.rotate_left(middle);
+        course.mind.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
+        second.plan(&course.stamp, DELTA_NANOS, &shuffled, &[]);
+        assert!(bytes(&course.mind) == bytes(&second), "tick {tick}");
+        course.advance();
+    }
+}
+
+#[test]
+fn what_is_no_mind_of_this_map_is_refused_and_changes_nothing() {
+    let mut course = Course::new(maps::town(), 4, 5);
+    for _ in 0..50 {
+        course.tick();
+    }
+    let saved = course.mind.save();
+    let mut other = Mind::new(maps::straight(500.0), 1);
+    assert!(matches!(other.restore(&saved), Err(MindError::OtherMap { what: "lanes", .. })));
+    let cut = &saved[..saved.len() - 1];
+    assert!(matches!(course.mind.restore(cut), Err(MindError::Shape { .. })));
+    assert!(matches!(course.mind.restore(&[]), Err(MindError::Shape { found: 0, .. })));
+    let mut bent = saved.clone();
+    bent[0] ^= 1;
+    assert!(matches!(course.mind.restore(&bent), Err(MindError::Shape { .. })));
+    assert_eq!(course.mind.save(), saved);
+}
