@@ -1,0 +1,459 @@
+//! Traffic in closed loop with physics, without processes: how far, how fast, who stood, who hit.
+//!
+//! ```text
+//! cargo run --release -p tests --example traffic_hour -- maps/Town04.xodr --vehicles 100
+//! ```
+//!
+//! Without a map it drives on the default one. It ends with 1 if a goal is missed: while free,
+//! 60 % of the limit on average; 5 km an hour for each vehicle; nobody in one place for 120 s;
+//! nobody removed, teleported or thrown off the road; no collision.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use bus::{ActorId, ActorState, Frame, Pose, Stamp, flag, kind, light};
+use clap::Parser;
+use glam::Vec3;
+use road::{LanePoint, Network};
+use sim_host::physics::{Ground, Physics, StaticBox, VehicleModel};
+use traffic::{Mind, Outlook};
+
+const DELTA_NANOS: u64 = 50_000_000;
+const DELTA_S: f32 = 0.05;
+const SUBSTEP_NANOS: u64 = 10_000_000;
+/// Who does not get so far on stands in a jam.
+const JAM_M: f32 = 5.0;
+/// Who touch again so soon are still in the same collision.
+const SAME_CRASH_S: f32 = 10.0;
+const JAM_MAX_S: f32 = 120.0;
+const FREE_SHARE_MIN: f32 = 0.6;
+const DRIVEN_MIN_KMPH: f32 = 5.0;
+
+#[derive(Parser)]
+struct Arguments {
+    /// An OpenDRIVE file, or the name of a town of our own; the default map without.
+    map: Option<String>,
+    #[arg(long, default_value_t = 100)]
+    vehicles: usize,
+    /// Simulated time.
+    #[arg(long, default_value_t = 3600)]
+    seconds: u32,
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Sedans only, instead of a mixture of cars, vans, trucks, buses and two-wheelers.
+    #[arg(long)]
+    sedans: bool,
+    /// Prints what these vehicles reckon with, twice a second.
+    #[arg(long, value_delimiter = ',')]
+    watch: Vec<u32>,
+    /// From when on, in simulated seconds.
+    #[arg(long, default_value_t = 0)]
+    watch_from: u32,
+}
+
+fn main() {
+    let arguments = Arguments::parse();
+    let (name, network) = network(arguments.map.as_deref());
+    let mut world = World::new(Arc::new(network), &arguments);
+    let begin_nanos = bus::clock::now_nanos();
+    for tick in 0..u64::from(arguments.seconds) * 20 {
+        world.tick();
+        if tick % 10 == 0 && tick >= 20 * u64::from(arguments.watch_from) {
+            world.print(&arguments.watch);
+        }
+    }
+    let wall_s = (bus::clock::now_nanos() - begin_nanos) as f64 * 1e-9;
+    if !world.report(&name, wall_s) {
+        std::process::exit(1);
+    }
+}
+
+fn network(map: Option<&str>) -> (String, Network) {
+    let (name, text) = match map {
+        None => {
+            let (name, text) = town::default_map();
+            (name.to_owned(), text)
+        }
+        Some(given) => {
+            let text = town::named(given).unwrap_or_else(|| {
+                std::fs::read_to_string(given).unwrap_or_else(|e| panic!("{given}: {e}"))
+            });
+            let name = std::path::Path::new(given).file_stem().unwrap_or_default();
+            (name.to_string_lossy().into_owned(), text)
+        }
+    };
+    let network = Network::parse(&text).unwrap_or_else(|e| panic!("{name}: {e}"));
+    (name, network)
+}
+
+/// What was seen of one vehicle.
+#[derive(Default)]
+struct Record {
+    blueprint: &'static str,
+    driven_m: f32,
+    free_s: f32,
+    free_share_s: f32,
+    /// Where and since when it has not got on.
+    anchor: Vec3,
+    anchored_s: f32,
+    longest_s: f32,
+    longest_at: Vec3,
+    longest_from_s: f32,
+    astray_m: f32,
+    astray_at: Vec3,
+    astray_from_s: f32,
+    lost_s: f32,
+    top_mps: f32,
+    toppled_s: f32,
+}
+
+/// Two who touched, and what they reckoned with just before.
+struct Crash {
+    time_s: f32,
+    who: (ActorId, ActorId),
+    impulse_ns: f32,
+    story: Vec<String>,
+}
+
+struct World {
+    network: Arc<Network>,
+    physics: Physics,
+    mind: Mind,
+    stamp: Stamp,
+    /// By id: lights, then vehicles.
+    actors: Vec<ActorState>,
+    vehicles_from: usize,
+    records: Vec<Record>,
+    crashes: Vec<Crash>,
+    /// When two touched last.
+    touched_s: BTreeMap<(ActorId, ActorId), f32>,
+    refused: usize,
+    teleports: usize,
+    physics_nanos: u64,
+    mind_nanos: u64,
+}
+
+impl World {
+    fn new(network: Arc<Network>, arguments: &Arguments) -> World {
+        let town = town::furnish(&network, arguments.seed);
+        let boxes: Vec<StaticBox> = town
+            .colliders
+            .iter()
+            .map(|c| StaticBox {
+                center: c.center,
+                half_extents_m: c.half_extents_m,
+                yaw_rad: c.yaw_rad,
+            })
+            .collect();
+        let mut world = World {
+            physics: Physics::new(Arc::new(Ground::new(&town.mesh)), &boxes),
+            mind: Mind::new(network.clone(), arguments.seed),
+            network,
+            stamp: Stamp { episode: 1, ..Stamp::default() },
+            actors: Vec::new(),
+            vehicles_from: town.heads.len(),
+            records: Vec::new(),
+            crashes: Vec::new(),
+            touched_s: BTreeMap::new(),
+            refused: 0,
+            teleports: 0,
+            physics_nanos: 0,
+            mind_nanos: 0,
+        };
+        for (index, head) in town.heads.iter().enumerate() {
+            world.actors.push(ActorState {
+                actor_id: ActorId(index as u32 + 1),
+                kind: kind::TRAFFIC_LIGHT,
+                flags: flag::KINEMATIC,
+                pose: Pose::level(head.position, head.yaw_rad),
+                phase: light::RED,
+                signal: head.signal,
+                ..ActorState::default()
+            });
+        }
+        world.populate(arguments);
+        world
+    }
+
+    /// As a data set's cast is chosen: mostly cars, at shuffled places.
+    fn populate(&mut self, arguments: &Arguments) {
+        let mut random = Random(arguments.seed);
+        let mut places = self.network.spawn_points();
+        for last in (1..places.len()).rev() {
+            places.swap(last, random.below(last + 1));
+        }
+        let mut models: BTreeMap<&str, Arc<VehicleModel>> = BTreeMap::new();
+        while self.records.len() < arguments.vehicles {
+            let Some(place) = places.pop() else { break };
+            let (index, blueprint) = if arguments.sedans {
+                town::blueprint("vehicle.tesla.model3").expect("it is in the catalogue")
+            } else {
+                random.vehicle()
+            };
+            let model = models
+                .entry(blueprint.id)
+                .or_insert_with(|| Arc::new(VehicleModel::of(blueprint)));
+            let id = ActorId(self.actors.len() as u32 + 1);
+            match self.physics.spawn_vehicle(id, model, &pose(&self.network, place), false) {
+                Ok(pose) => {
+                    self.actors.push(ActorState {
+                        actor_id: id,
+                        blueprint: index,
+                        kind: kind::VEHICLE,
+                        flags: flag::AUTOPILOT,
+                        pose,
+                        ..ActorState::default()
+                    });
+                    self.records.push(Record {
+                        blueprint: blueprint.id,
+                        anchor: pose.position(),
+                        ..Record::default()
+                    });
+                }
+                Err(_) => self.refused += 1,
+            }
+        }
+    }
+
+    /// One frame, in the host's order: what was decided on the last frame acts, then physics.
+    fn tick(&mut self) {
+        let begin = bus::clock::now_nanos();
+        self.mind.plan(&self.stamp, DELTA_NANOS, &self.actors, &[]);
+        let planned = bus::clock::now_nanos();
+        self.mind_nanos += planned - begin;
+        self.look();
+        for control in self.mind.controls() {
+            self.physics.control(control).expect("it was spawned");
+        }
+        for light in self.mind.lights() {
+            self.actors[light.actor_id.0 as usize - 1].phase = light.phase;
+        }
+        let begin = bus::clock::now_nanos();
+        self.physics.step(DELTA_NANOS, SUBSTEP_NANOS);
+        self.physics_nanos += bus::clock::now_nanos() - begin;
+        for actor in &mut self.actors[self.vehicles_from..] {
+            self.physics.fill(actor);
+        }
+        self.stamp.frame = Frame(self.stamp.frame.0 + 1);
+        self.stamp.sim_time_nanos += DELTA_NANOS;
+        self.judge();
+    }
+
+    fn time_s(&self) -> f32 {
+        self.stamp.sim_time_nanos as f32 * 1e-9
+    }
+
+    /// Takes down how the vehicles drove, in terms of what their minds reckon with.
+    fn look(&mut self) {
+        let time_s = self.time_s();
+        let from = self.vehicles_from;
+        for record in &mut self.records {
+            record.lost_s += DELTA_S;
+        }
+        for outlook in self.mind.outlooks() {
+            let row = outlook.actor_id.0 as usize - 1 - from;
+            let (record, actor) = (&mut self.records[row], &self.actors[from + row]);
+            record.lost_s -= DELTA_S;
+            if outlook.is_free() {
+                let speed = actor.velocity().truncate().length();
+                record.free_s += DELTA_S;
+                record.free_share_s += DELTA_S * speed / outlook.limit_mps;
+            }
+            if outlook.astray_m.abs() > record.astray_m && !outlook.turns_round {
+                record.astray_m = outlook.astray_m.abs();
+                record.astray_at = actor.pose.position();
+                record.astray_from_s = time_s;
+            }
+        }
+    }
+
+    /// Takes down what happened to the vehicles.
+    fn judge(&mut self) {
+        let time_s = self.time_s();
+        for (record, actor) in self.records.iter_mut().zip(&self.actors[self.vehicles_from..]) {
+            let (place, speed) = (actor.pose.position(), actor.velocity().length());
+            record.driven_m += speed * DELTA_S;
+            record.top_mps = record.top_mps.max(speed);
+            record.anchored_s += DELTA_S;
+            if place.distance(record.anchor) > JAM_M {
+                (record.anchor, record.anchored_s) = (place, 0.0);
+            }
+            if record.anchored_s > record.longest_s {
+                record.longest_s = record.anchored_s;
+                record.longest_at = place;
+                record.longest_from_s = time_s - record.anchored_s;
+            }
+            if (actor.pose.rotation() * Vec3::Z).z < 0.5 {
+                record.toppled_s += DELTA_S;
+            }
+            self.teleports += usize::from(actor.has(flag::TELEPORTED));
+        }
+        for collision in self.physics.collisions().to_vec() {
+            let who = (collision.actor, collision.other);
+            let last_s = self.touched_s.insert(who, time_s);
+            if last_s.is_none_or(|last_s| time_s - last_s > SAME_CRASH_S) {
+                let both = [who.0, who.1];
+                let story = self
+                    .mind
+                    .outlooks()
+                    .filter(|outlook| both.contains(&outlook.actor_id))
+                    .map(|outlook| self.describe(&outlook))
+                    .collect();
+                let impulse_ns = collision.impulse_ns.length();
+                self.crashes.push(Crash { time_s, who, impulse_ns, story });
+            }
+        }
+    }
+
+    fn print(&self, watch: &[u32]) {
+        for outlook in self.mind.outlooks().filter(|o| watch.contains(&o.actor_id.0)) {
+            println!("{:.2} {}", self.time_s(), self.describe(&outlook));
+        }
+    }
+
+    fn describe(&self, outlook: &Outlook) -> String {
+        let actor = &self.actors[outlook.actor_id.0 as usize - 1];
+        let at = LanePoint { lane: outlook.lane, along_m: 0.0 };
+        let (road, section, lane, _) = self.network.road_space(at);
+        format!(
+            "{} {} at {:.1} v {:.1}, road {} section {section} lane {lane} ({}) at {:.1} m, {:.2} m astray, wish {:.1} \
+             of {:.1}; leader {} in {:.1} m, stop in {:.1}, merge in {:.1}; leave {}, waited {:.0} s{}{}; \
+             pedals {:.2} {:.2} wheel {:.2}",
+            outlook.actor_id.0,
+            town::catalogue()[actor.blueprint as usize].id.trim_start_matches("vehicle."),
+            actor.pose.position(),
+            actor.velocity().length(),
+            road.id,
+            outlook.lane.0,
+            outlook.along_m,
+            outlook.astray_m,
+            outlook.wish_mps,
+            outlook.limit_mps,
+            outlook.leader.0,
+            outlook.leader_m,
+            outlook.stop_m,
+            outlook.merge_m,
+            outlook.leave,
+            outlook.waited_s,
+            if outlook.reverses { ", backs out" } else { "" },
+            if outlook.turns_round { ", turns round" } else { "" },
+            actor.throttle,
+            actor.brake,
+            actor.steer,
+        )
+    }
+
+    /// Prints all figures, and says whether every goal is met.
+    fn report(&self, name: &str, wall_s: f64) -> bool {
+        let records = &self.records;
+        let frames = self.stamp.frame.0.max(1);
+        let hours = self.time_s() / 3600.0;
+        let free_s: f32 = records.iter().map(|r| r.free_s).sum();
+        let share = records.iter().map(|r| r.free_share_s).sum::<f32>() / free_s.max(1.0);
+        let mut driven: Vec<f32> = records.iter().map(|r| r.driven_m).collect();
+        driven.sort_by(f32::total_cmp);
+        let mean = driven.iter().sum::<f32>() / driven.len().max(1) as f32;
+        let short = driven.iter().filter(|&&m| m < 1000.0 * DRIVEN_MIN_KMPH * hours).count();
+        let jams = records.iter().filter(|r| r.longest_s > JAM_MAX_S).count();
+        let lost_s: f32 = records.iter().map(|r| r.lost_s).sum();
+        let toppled = records.iter().filter(|r| r.toppled_s > 0.0).count();
+        let longest = records.iter().map(|r| r.longest_s).fold(0.0, f32::max);
+        let with_statics = self.crashes.iter().filter(|c| c.who.1 == ActorId::NONE).count();
+        println!(
+            "{name}: {} vehicles ({} places refused), {:.0} s in {wall_s:.0} s wall; physics {:.0} us, mind {:.0} us \
+             a frame; hash {:016x}",
+            records.len(),
+            self.refused,
+            self.time_s(),
+            self.physics_nanos as f64 / 1e3 / frames as f64,
+            self.mind_nanos as f64 / 1e3 / frames as f64,
+            self.physics.hash(),
+        );
+        println!(
+            "{name}: free {:.1} % of the limit over {:.0} % of the time; driven mean {mean:.0}, least {:.0} m, {short} short; \
+             longest in one place {longest:.0} s, {jams} jams; {} collisions with vehicles, {with_statics} with \
+             fixed things; {toppled} toppled, {} teleports, lost for {lost_s:.1} s",
+            100.0 * share,
+            100.0 * free_s / (self.time_s() * records.len().max(1) as f32),
+            driven.first().copied().unwrap_or(0.0),
+            self.crashes.len() - with_statics,
+            self.teleports,
+        );
+        self.name_the_worst();
+        share >= FREE_SHARE_MIN
+            && short + jams + toppled + self.teleports + self.crashes.len() == 0
+            && self.physics.len() == records.len()
+    }
+
+    fn name_the_worst(&self) {
+        for crash in self.crashes.iter().take(20) {
+            let (first, second) = (crash.who.0.0, crash.who.1.0);
+            println!(
+                "  {:.1} s: {first} and {second} collide, {:.0} Ns",
+                crash.time_s, crash.impulse_ns
+            );
+            for line in &crash.story {
+                println!("    {line}");
+            }
+        }
+        let worst = |title: &str, of: &dyn Fn(&Record) -> f32, say: &dyn Fn(&Record) -> String| {
+            let mut order: Vec<usize> = (0..self.records.len()).collect();
+            order.sort_by(|&a, &b| of(&self.records[b]).total_cmp(&of(&self.records[a])));
+            println!("  {title}:");
+            for row in order.into_iter().take(6) {
+                let record = &self.records[row];
+                let id = self.vehicles_from + row + 1;
+                println!("    {id} {}: {}", record.blueprint, say(record));
+            }
+        };
+        worst("least driven", &|r| -r.driven_m, &|r| {
+            format!("{:.0} m, top speed {:.1} m/s", r.driven_m, r.top_mps)
+        });
+        worst("longest in one place", &|r| r.longest_s, &|r| {
+            format!("{:.0} s at {:.0} from {:.0} s on", r.longest_s, r.longest_at, r.longest_from_s)
+        });
+        worst("farthest astray", &|r| r.astray_m, &|r| {
+            format!("{:.2} m at {:.0}, {:.1} s", r.astray_m, r.astray_at, r.astray_from_s)
+        });
+        let stands = |outlook: &Outlook| {
+            let row = outlook.actor_id.0 as usize - 1 - self.vehicles_from;
+            outlook.leader_m > 4.0 && self.records[row].anchored_s > 0.5 * JAM_MAX_S
+        };
+        for outlook in self.mind.outlooks().filter(stands).take(20) {
+            println!("  stands: {}", self.describe(&outlook));
+        }
+    }
+}
+
+fn pose(network: &Network, at: LanePoint) -> Pose {
+    let place = network.place(at);
+    Pose::new(place.position.as_vec3() + Vec3::Z * 0.5, place.rotation().as_quat())
+}
+
+/// splitmix64 (Steele, Lea, Flood 2014).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((u128::from(z ^ (z >> 31)) * end as u128) >> 64) as usize
+    }
+
+    fn vehicle(&mut self) -> (u32, &'static town::Blueprint) {
+        let kinds = match self.below(100) {
+            0..86 => &["car", "van"][..],
+            86..94 => &["truck", "bus"],
+            _ => &["motorcycle", "bicycle"],
+        };
+        let choice: Vec<_> = town::catalogue()
+            .iter()
+            .enumerate()
+            .filter(|(_, b)| kinds.contains(&b.base_type))
+            .collect();
+        let (index, blueprint) = choice[self.below(choice.len())];
+        (index as u32, blueprint)
+    }
+}
