@@ -9,6 +9,9 @@ use obvhs::{BvhBuildParams, bvh2::node::Bvh2Node};
 /// The deepest hierarchy that a tracer's stack can walk.
 pub(crate) const DEPTH_MAX: usize = 60;
 
+/// Halving takes at most 24 levels more.
+const GRAFT_DEPTH: usize = DEPTH_MAX - 26;
+
 /// The most primitives in one leaf.
 pub(crate) const LEAF_MAX: u32 = 4;
 
@@ -91,7 +94,7 @@ impl Hierarchy {
         let mut config = BvhBuildParams::medium_build();
         config.max_prims_per_leaf = LEAF_MAX;
         let tree = build_bvh2_from_tris(&triangles, config, &mut Default::default());
-        Hierarchy::shallow(&tree, corners.iter().map(bounds))
+        Hierarchy::shallow(&tree, &corners.iter().map(bounds).collect::<Vec<_>>())
     }
 
     /// Over boxes, one to a leaf, built in haste: it lives for one frame.
@@ -104,13 +107,14 @@ impl Hierarchy {
         let mut config = BvhBuildParams::fast_build();
         config.max_prims_per_leaf = 1;
         let tree = build_bvh2(&aabbs, config, &mut Default::default());
-        Hierarchy::shallow(&tree, boxes.iter().copied())
+        Hierarchy::shallow(&tree, boxes)
     }
 
-    /// Takes `tree` unless it is too deep, as it may be for primitives in one heap.
-    fn shallow(tree: &Bvh2, boxes: impl Iterator<Item = (Vec3, Vec3)>) -> Hierarchy {
-        let (hierarchy, depth) = flatten(tree);
-        if depth <= DEPTH_MAX { hierarchy } else { halve(&boxes.collect::<Vec<_>>()) }
+    /// Takes `tree`; if it is too deep, as it may be where primitives lie in one heap, what is
+    /// below [`GRAFT_DEPTH`] is built anew by halving.
+    fn shallow(tree: &Bvh2, boxes: &[(Vec3, Vec3)]) -> Hierarchy {
+        let (hierarchy, depth) = flatten(tree, boxes, usize::MAX);
+        if depth <= DEPTH_MAX { hierarchy } else { flatten(tree, boxes, GRAFT_DEPTH).0 }
     }
 
     /// Appends `self` behind what is there; its primitives begin at `first_primitive`.
@@ -130,22 +134,35 @@ pub(crate) fn bounds([a, b, c]: &[Vec3; 3]) -> (Vec3, Vec3) {
     (a.min(*b).min(*c), a.max(*b).max(*c))
 }
 
-/// Copies the tree in depth-first order, and says how deep it is.
-fn flatten(tree: &Bvh2) -> (Hierarchy, usize) {
-    let link = |node: &Bvh2Node, index: u32| {
-        if node.is_leaf() { Link::leaf(node.first_index, node.prim_count) } else { Link(index) }
-    };
+/// Copies the tree in depth-first order, and says how deep it is; inner nodes at `graft_depth` are
+/// replaced by a hierarchy that halves what lies below them.
+fn flatten(tree: &Bvh2, boxes: &[(Vec3, Vec3)], graft_depth: usize) -> (Hierarchy, usize) {
     let mut nodes: Vec<Node> = Vec::with_capacity(tree.nodes.len() / 2);
+    let mut order = Vec::with_capacity(boxes.len());
+    let mut root = Link::EMPTY;
     let mut depth_max = 0;
     // Each entry: a node of the tree, the parent that waits for its index, which child, depth.
     let mut stack = vec![(0usize, usize::MAX, 0, 1)];
     while let Some((at, parent, side, depth)) = stack.pop() {
         let node = &tree.nodes[at];
-        let own = link(node, nodes.len() as u32);
-        if parent != usize::MAX {
-            *(if side == 0 { &mut nodes[parent].child0 } else { &mut nodes[parent].child1 }) = own;
+        let is_grafted = !node.is_leaf() && depth >= graft_depth;
+        let own = if is_grafted {
+            let first = order.len();
+            collect(tree, node, &mut order);
+            halve(boxes, &mut nodes, &mut order, first).0
+        } else if node.is_leaf() {
+            let first = order.len() as u32;
+            collect(tree, node, &mut order);
+            Link::leaf(first, node.prim_count)
+        } else {
+            Link(nodes.len() as u32)
+        };
+        match nodes.get_mut(parent) {
+            None => root = own,
+            Some(parent) if side == 0 => parent.child0 = own,
+            Some(parent) => parent.child1 = own,
         }
-        if node.is_leaf() {
+        if is_grafted || node.is_leaf() {
             continue;
         }
         depth_max = depth_max.max(depth);
@@ -155,8 +172,20 @@ fn flatten(tree: &Bvh2) -> (Hierarchy, usize) {
         stack.push((first, nodes.len(), 0, depth + 1));
         nodes.push(node_of(a.min.to_vec3(), a.max.to_vec3(), b.min.to_vec3(), b.max.to_vec3()));
     }
-    let root = link(&tree.nodes[0], 0);
-    (Hierarchy { nodes, root, order: tree.primitive_indices.clone() }, depth_max)
+    (Hierarchy { nodes, root, order }, depth_max)
+}
+
+/// Appends the primitives below a node of the tree.
+fn collect(tree: &Bvh2, node: &Bvh2Node, order: &mut Vec<u32>) {
+    let mut stack = vec![*node];
+    while let Some(node) = stack.pop() {
+        let first = node.first_index as usize;
+        if node.is_leaf() {
+            order.extend(&tree.primitive_indices[first..first + node.prim_count as usize]);
+        } else {
+            stack.extend([tree.nodes[first + 1], tree.nodes[first]]);
+        }
+    }
 }
 
 fn node_of(low0: Vec3, high0: Vec3, low1: Vec3, high1: Vec3) -> Node {
@@ -172,40 +201,35 @@ fn node_of(low0: Vec3, high0: Vec3, low1: Vec3, high1: Vec3) -> Node {
     }
 }
 
-/// Halves the primitives by count along the longest axis until they fit into leaves: never deep,
-/// whatever the primitives.
-fn halve(boxes: &[(Vec3, Vec3)]) -> Hierarchy {
-    fn run(
-        boxes: &[(Vec3, Vec3)],
-        nodes: &mut Vec<Node>,
-        order: &mut [u32],
-        first: u32,
-    ) -> (Link, Vec3, Vec3) {
-        let around = order
-            .iter()
-            .map(|i| boxes[*i as usize])
-            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), (l, h)| {
-                (low.min(l), high.max(h))
-            });
-        if order.len() as u32 <= LEAF_MAX {
-            return (Link::leaf(first, order.len() as u32), around.0, around.1);
-        }
-        let axis = (around.1 - around.0).max_position();
-        let middle = |i: &u32| boxes[*i as usize].0[axis] + boxes[*i as usize].1[axis];
-        order.sort_by(|a, b| middle(a).total_cmp(&middle(b)).then(a.cmp(b)));
-        let own = nodes.len();
-        nodes.push(node_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO));
-        let half = order.len() / 2;
-        let (left, right) = order.split_at_mut(half);
-        let (child0, low0, high0) = run(boxes, nodes, left, first);
-        let (child1, low1, high1) = run(boxes, nodes, right, first + half as u32);
-        nodes[own] = Node { child0, child1, ..node_of(low0, high0, low1, high1) };
-        (Link(own as u32), around.0, around.1)
+/// Halves the primitives from position `first` of `order` on, by count along the longest axis,
+/// until they fit into leaves: never deep, whatever they are. Returns the root and its box.
+fn halve(
+    boxes: &[(Vec3, Vec3)],
+    nodes: &mut Vec<Node>,
+    order: &mut [u32],
+    first: usize,
+) -> (Link, Vec3, Vec3) {
+    let run = &mut order[first..];
+    let around = run
+        .iter()
+        .map(|i| boxes[*i as usize])
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), (l, h)| {
+            (low.min(l), high.max(h))
+        });
+    let count = run.len();
+    if count as u32 <= LEAF_MAX {
+        return (Link::leaf(first as u32, count as u32), around.0, around.1);
     }
-    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-    let mut nodes = Vec::new();
-    let (root, ..) = run(boxes, &mut nodes, &mut order, 0);
-    Hierarchy { nodes, root, order }
+    let axis = (around.1 - around.0).max_position();
+    let middle = |i: &u32| boxes[*i as usize].0[axis] + boxes[*i as usize].1[axis];
+    run.sort_by(|a, b| middle(a).total_cmp(&middle(b)).then(a.cmp(b)));
+    let own = nodes.len();
+    nodes.push(node_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO));
+    let half = first + count / 2;
+    let (child0, low0, high0) = halve(boxes, nodes, &mut order[..half], first);
+    let (child1, low1, high1) = halve(boxes, nodes, order, half);
+    nodes[own] = Node { child0, child1, ..node_of(low0, high0, low1, high1) };
+    (Link(own as u32), around.0, around.1)
 }
 
 /// The box around `low` to `high` after `affine`.
@@ -250,7 +274,10 @@ mod tests {
                 [at, at + Vec3::X, at + Vec3::Y]
             })
             .collect();
-        let hierarchy = halve(&corners.iter().map(bounds).collect::<Vec<_>>());
+        let boxes: Vec<(Vec3, Vec3)> = corners.iter().map(bounds).collect();
+        let (mut nodes, mut order) = (Vec::new(), (0..300).collect::<Vec<u32>>());
+        let (root, ..) = halve(&boxes, &mut nodes, &mut order, 0);
+        let hierarchy = Hierarchy { nodes, root, order };
         let mut seen = Vec::new();
         count(&hierarchy.nodes, hierarchy.root, 0, &mut seen);
         for node in &hierarchy.nodes {

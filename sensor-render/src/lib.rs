@@ -8,8 +8,8 @@
 //! radians, positive to the left. The same scene and world give the same bytes, whatever the
 //! number of threads.
 
-mod beam;
 mod bvh;
+mod coat;
 mod cpu;
 mod device;
 mod echo;
@@ -26,6 +26,7 @@ mod run;
 mod scene;
 mod surface;
 mod tracer;
+mod wall;
 mod wide;
 mod workers;
 mod world;

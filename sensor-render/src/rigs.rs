@@ -137,7 +137,10 @@ mod tests {
         let times: Vec<_> = (1..=28)
             .filter(|frame| {
                 let stamp = Stamp { sim_time_nanos: frame * 50_000_000, ..Stamp::default() };
-                measures(&spec, &SnapshotHeader { stamp, delta_nanos: 50_000_000, ..Default::default() })
+                measures(
+                    &spec,
+                    &SnapshotHeader { stamp, delta_nanos: 50_000_000, ..Default::default() },
+                )
             })
             .collect();
         assert_eq!(times.len(), 20);

@@ -5,6 +5,7 @@ use glam::Vec3;
 use road::Mesh;
 
 use crate::bvh::{Hierarchy, Link, Node};
+use crate::wall::{Wall, find_walls};
 use crate::wide::{WideNode, widen};
 
 /// One blueprint's looks.
@@ -24,6 +25,7 @@ pub(crate) struct Triangle {
     pub(crate) edge1: [f32; 3],
     pub(crate) object: u32,
     pub(crate) edge2: [f32; 3],
+    /// Index into the scene's walls; 0: none.
     pub(crate) wall: u32,
 }
 
@@ -74,6 +76,8 @@ pub struct Scene {
     /// No coordinate of the town or a blueprint is larger than this.
     pub(crate) reach: f32,
     pub(crate) triangles: Vec<Triangle>,
+    /// The first is none.
+    pub(crate) walls: Vec<Wall>,
     pub(crate) ground: Level,
     pub(crate) blueprints: Vec<Level>,
 }
@@ -92,10 +96,12 @@ impl Scene {
             wide: Vec::new(),
             reach: 1000.0,
             triangles: Vec::new(),
+            walls: vec![Wall::NONE],
             ground: Level::EMPTY,
             blueprints: Vec::with_capacity(blueprints.len()),
         };
         scene.ground = scene.add(static_mesh);
+        find_walls(&mut scene.triangles, &mut scene.walls);
         for blueprint in blueprints {
             let level = scene.add(blueprint.mesh);
             scene.blueprints.push(level);

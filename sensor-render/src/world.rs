@@ -12,6 +12,8 @@ pub(crate) mod lights {
     pub(crate) const BRAKE: u32 = 1 << 0;
     /// A traffic light's phase is in bits 8 and up.
     pub(crate) const SIGNAL: u32 = 1 << 1;
+    /// Where the phase begins.
+    pub(crate) const PHASE_SHIFT: u32 = 8;
 }
 
 /// One actor, ready for rays. The shaders read the same 80 bytes.
@@ -114,7 +116,7 @@ impl World {
 fn lights_of(actor: &ActorState) -> u32 {
     match actor.kind {
         kind::VEHICLE if actor.brake > 0.02 => lights::BRAKE,
-        kind::TRAFFIC_LIGHT => lights::SIGNAL | actor.phase.min(3) << 8,
+        kind::TRAFFIC_LIGHT => lights::SIGNAL | actor.phase.min(3) << lights::PHASE_SHIFT,
         _ => 0,
     }
 }

@@ -1,10 +1,16 @@
 //! The tracer that needs no driver: packets of rays that travel as one beam.
 
+mod beam;
 mod camera;
+mod coats;
+mod grain;
 mod lidar;
+mod pattern;
 mod pencil;
 mod shade;
 mod shadow;
+mod sky;
+mod solo;
 mod walk;
 
 use rayon::prelude::*;

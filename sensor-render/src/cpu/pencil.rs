@@ -1,9 +1,10 @@
 use glam::Vec3;
 
+use super::beam::Beam;
+use super::solo::Solo;
 use super::walk::{Stack, Visitor, walk};
-use crate::beam::Beam;
-use crate::hit::{EDGE_SLACK, NONE, T_MIN};
-use crate::lanes::{Float, Mask, V3, Word};
+use crate::hit::{EDGE_SLACK, Hit, NONE, T_MIN};
+use crate::lanes::{Float, LANES, Mask, V3, Word};
 use crate::scene::Triangle;
 use crate::world::Instance;
 use crate::{Scene, World};
@@ -49,7 +50,7 @@ impl<F: Float, const G: usize> Hits<F, G> {
 }
 
 impl<F: Float, const G: usize> Pencil<F, G> {
-    /// Finds the first thing that each ray meets before `t_max`.
+    /// Finds the first thing that each ray meets before `t_max`, all together as one beam.
     #[inline(always)]
     pub(crate) fn closest(
         &self,
@@ -61,11 +62,39 @@ impl<F: Float, const G: usize> Pencil<F, G> {
         let mut hits = Hits::none(t_max);
         let beam = Beam::pencil(self.origin, &self.corners, self.axis, scene.reach);
         let mut town = Level { scene, pencil: self, instance: NONE, hits: &mut hits };
-        walk::<F::Eight, _>(&scene.wide, scene.ground.wide_root, &beam, t_max, stack, &mut town);
+        walk::<F::Eight, _, _>(&scene.wide, scene.ground.wide_root, &beam, t_max, stack, &mut town);
         if let Some(root) = world.wide_root {
             let limit = hits.farthest();
             let mut actors = Actors { scene, world, pencil: self, hits: &mut hits };
-            walk::<F::Eight, _>(&world.wide, root, &beam, limit, stack, &mut actors);
+            walk::<F::Eight, _, _>(&world.wide, root, &beam, limit, stack, &mut actors);
+        }
+        hits
+    }
+
+    /// The same, each ray for itself.
+    #[inline(always)]
+    pub(crate) fn closest_apart(
+        &self,
+        scene: &Scene,
+        world: &World,
+        stack: &mut Stack,
+        t_max: f32,
+    ) -> Hits<F, G> {
+        let mut hits = Hits::none(t_max);
+        for (group, direction) in self.directions.iter().enumerate() {
+            let [x, y, z] = [direction.x, direction.y, direction.z].map(F::to_array);
+            let (mut t, mut triangle, mut instance) =
+                ([t_max; LANES], [NONE; LANES], [NONE; LANES]);
+            for lane in 0..LANES {
+                let direction = Vec3::new(x[lane], y[lane], z[lane]);
+                let ray = Solo::new(self.origin, direction, scene.reach);
+                let mut hit = Hit::none(t_max);
+                ray.closest::<F::Eight>(scene, world, stack, &mut hit);
+                (t[lane], triangle[lane], instance[lane]) = (hit.t, hit.triangle, hit.instance);
+            }
+            hits.t[group] = F::from_array(t);
+            hits.triangle[group] = F::Word::from_array(triangle);
+            hits.instance[group] = F::Word::from_array(instance);
         }
         hits
     }
@@ -175,7 +204,7 @@ impl<F: Float, const G: usize> Visitor for Actors<'_, F, G> {
             let limit = self.hits.farthest();
             let mut level =
                 Level { scene: self.scene, pencil: &pencil, instance: index, hits: self.hits };
-            walk::<F::Eight, _>(&self.scene.wide, root, &beam, limit, stack, &mut level);
+            walk::<F::Eight, _, _>(&self.scene.wide, root, &beam, limit, stack, &mut level);
         }
         self.hits.farthest()
     }

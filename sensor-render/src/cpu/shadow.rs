@@ -1,11 +1,15 @@
 use glam::Vec3;
 
+use super::beam::Beam;
+use super::solo::Solo;
 use super::walk::{Stack, Visitor, walk};
-use crate::beam::Beam;
-use crate::lanes::{Float, Mask, V3};
+use crate::lanes::{Float, LANES, Mask, V3};
 use crate::scene::Triangle;
 use crate::world::Instance;
 use crate::{Scene, World};
+
+/// Rays whose origins lie farther apart have little in common on their way. Metres.
+const SPREAD_MAX: f32 = 2.0;
 
 /// Rays of one direction, sixteen: is anything in the way?
 #[derive(Clone, Debug)]
@@ -21,17 +25,49 @@ impl<F: Float> Shadow<F> {
     /// The rays that meet anything.
     #[inline(always)]
     pub(crate) fn blocked(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F::Mask {
+        if self.spread() > SPREAD_MAX {
+            return self.blocked_apart(scene, world, stack);
+        }
         let mut open = self.active;
         let beam = self.beam(scene.reach);
         let mut town = Level { scene, shadow: self, open: &mut open };
-        walk::<F::Eight, _>(&scene.wide, scene.ground.wide_root, &beam, 0.0, stack, &mut town);
+        walk::<F::Eight, _, _>(&scene.wide, scene.ground.wide_root, &beam, 0.0, stack, &mut town);
         if let Some(root) = world.wide_root
             && open.any()
         {
             let mut actors = Actors { scene, world, shadow: self, open: &mut open };
-            walk::<F::Eight, _>(&world.wide, root, &beam, 0.0, stack, &mut actors);
+            walk::<F::Eight, _, _>(&world.wide, root, &beam, 0.0, stack, &mut actors);
         }
         self.active & !open
+    }
+
+    /// Each ray for itself.
+    #[inline(always)]
+    fn blocked_apart(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F::Mask {
+        let [x, y, z] = [self.origins.x, self.origins.y, self.origins.z].map(F::to_array);
+        let mut left = self.active.bits();
+        let mut blocked = 0u16;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize % LANES;
+            left &= left - 1;
+            let origin = Vec3::new(x[lane], y[lane], z[lane]);
+            let ray = Solo::new(origin, self.direction, scene.reach);
+            let is_blocked = ray.is_blocked::<F::Eight>(scene, world, stack, f32::INFINITY);
+            blocked |= u16::from(is_blocked) << lane;
+        }
+        F::Mask::from_bits(blocked)
+    }
+
+    /// Side of the box that the origins fill. Metres.
+    #[inline(always)]
+    fn spread(&self) -> f32 {
+        let mut most = 0.0f32;
+        for value in [self.origins.x, self.origins.y, self.origins.z] {
+            let low = value.or(self.active, F::splat(f32::INFINITY)).smallest();
+            let high = value.or(self.active, F::splat(f32::NEG_INFINITY)).largest();
+            most = most.max(high - low);
+        }
+        most
     }
 
     #[inline(always)]
@@ -124,7 +160,7 @@ impl<F: Float> Visitor for Actors<'_, F> {
             let shadow = Shadow { active: *self.open, ..self.shadow.seen_from(instance) };
             let beam = shadow.beam(self.scene.reach);
             let mut level = Level { scene: self.scene, shadow: &shadow, open: self.open };
-            walk::<F::Eight, _>(&self.scene.wide, root, &beam, 0.0, stack, &mut level);
+            walk::<F::Eight, _, _>(&self.scene.wide, root, &beam, 0.0, stack, &mut level);
         }
         limit::<F>(*self.open)
     }

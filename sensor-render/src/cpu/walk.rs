@@ -1,4 +1,3 @@
-use crate::beam::Beam;
 use crate::bvh::{DEPTH_MAX, Link};
 use crate::lanes::Eight;
 use crate::wide::WideNode;
@@ -26,6 +25,13 @@ impl Stack {
     }
 }
 
+/// What may touch boxes: a beam or a single ray.
+pub(crate) trait Probe {
+    /// Which of a node's children it may touch before `limit`, one bit each, and how far along
+    /// each begins.
+    fn touch<E: Eight>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]);
+}
+
 /// What happens at the leaves.
 pub(crate) trait Visitor {
     /// Meets the primitives of a leaf; returns how far along the beam's axis anything is still of
@@ -33,13 +39,13 @@ pub(crate) trait Visitor {
     fn visit(&mut self, stack: &mut Stack, first: u32, count: u32) -> f32;
 }
 
-/// Takes `visitor` to the leaves below `root` that the beam touches before `limit`, near ones
+/// Takes `visitor` to the leaves below `root` that `probe` touches before `limit`, near ones
 /// first.
 #[inline(always)]
-pub(crate) fn walk<E: Eight, V: Visitor>(
+pub(crate) fn walk<E: Eight, P: Probe, V: Visitor>(
     nodes: &[WideNode],
     root: Link,
-    beam: &Beam,
+    probe: &P,
     mut limit: f32,
     stack: &mut Stack,
     visitor: &mut V,
@@ -52,7 +58,7 @@ pub(crate) fn walk<E: Eight, V: Visitor>(
             limit = visitor.visit(stack, first, count);
         } else {
             let node = &nodes[link.0 as usize];
-            let (mut touched, near) = beam.touch::<E>(node, limit);
+            let (mut touched, near) = probe.touch::<E>(node, limit);
             if touched & touched.wrapping_sub(1) == 0 {
                 if touched != 0 {
                     link = node.children[touched.trailing_zeros() as usize & 7];

@@ -11,8 +11,12 @@ pub(crate) const BINDINGS: usize = 13;
 const SHADER: &str = concat!(
     include_str!("../shader/scene.wgsl"),
     include_str!("../shader/reference.wgsl"),
-    include_str!("../shader/surface.wgsl"),
     include_str!("../shader/echo.wgsl"),
+    include_str!("../shader/grain.wgsl"),
+    include_str!("../shader/sky.wgsl"),
+    include_str!("../shader/coat.wgsl"),
+    include_str!("../shader/pattern.wgsl"),
+    include_str!("../shader/surface.wgsl"),
     include_str!("../shader/camera.wgsl"),
     include_str!("../shader/lidar.wgsl"),
 );

@@ -5,6 +5,7 @@ use super::batch::Batch;
 use super::kernels::Kernels;
 use super::open::Gpu;
 use crate::bvh::Link;
+use crate::coat::MATERIALS;
 use crate::echo::REFLECTIVITIES;
 use crate::light::Light;
 use crate::{Scene, TraceError, World};
@@ -37,6 +38,7 @@ mod at {
     pub(super) const FRAME: usize = 0;
     pub(super) const NODES: usize = 1;
     pub(super) const TRIANGLES: usize = 2;
+    pub(super) const WALLS: usize = 3;
     pub(super) const TOP_NODES: usize = 4;
     pub(super) const INSTANCES: usize = 5;
     pub(super) const CAMERAS: usize = 6;
@@ -62,6 +64,7 @@ impl Resident {
         let reflectivities: Vec<[f32; 4]> =
             REFLECTIVITIES.iter().map(|[rho, diffuse]| [*rho, *diffuse, 0.0, 0.0]).collect();
         resident.put(gpu, at::REFLECTIVITIES, bytemuck::cast_slice(&reflectivities));
+        resident.put(gpu, at::MATERIALS, bytemuck::cast_slice(MATERIALS.as_flattened()));
         resident
     }
 
@@ -71,9 +74,10 @@ impl Resident {
             return Ok(());
         }
         let bytes_max = gpu.device.limits().max_storage_buffer_binding_size;
-        let parts: [(&str, usize, &[u8]); 2] = [
+        let parts: [(&str, usize, &[u8]); 3] = [
             ("nodes", at::NODES, bytemuck::cast_slice(&scene.nodes)),
             ("triangles", at::TRIANGLES, bytemuck::cast_slice(&scene.triangles)),
+            ("walls", at::WALLS, bytemuck::cast_slice(&scene.walls)),
         ];
         for (what, binding, bytes) in parts {
             if bytes.len() as u64 > bytes_max {

@@ -56,6 +56,10 @@ impl Eight for E {
         E(with_avx2!(_mm256_min_ps(self.0, other.0)))
     }
     #[inline(always)]
+    fn max(self, other: E) -> E {
+        E(with_avx2!(_mm256_max_ps(self.0, other.0)))
+    }
+    #[inline(always)]
     fn ge(self, other: E) -> u32 {
         let mask = with_avx2!(_mm256_cmp_ps::<_CMP_GE_OQ>(self.0, other.0));
         with_avx2!(_mm256_movemask_ps(mask)) as u32

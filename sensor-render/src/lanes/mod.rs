@@ -103,6 +103,7 @@ pub(crate) trait Eight: Copy {
     /// `self * a + b`.
     fn mul_add(self, a: Self, b: Self) -> Self;
     fn min(self, other: Self) -> Self;
+    fn max(self, other: Self) -> Self;
     /// One bit for each lane with `self >= other`.
     fn ge(self, other: Self) -> u32;
 }

@@ -44,6 +44,10 @@ impl Eight for E {
         E(std::array::from_fn(|i| if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] }))
     }
     #[inline(always)]
+    fn max(self, other: E) -> E {
+        E(std::array::from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
     fn ge(self, other: E) -> u32 {
         (0..8).fold(0, |bits, i| bits | u32::from(self.0[i] >= other.0[i]) << i)
     }

@@ -1,5 +1,6 @@
 use glam::Vec3;
 
+use super::walk::Probe;
 use crate::lanes::{Eight, Float, V3};
 use crate::wide::WideNode;
 
@@ -114,11 +115,11 @@ impl Beam {
         let axis_rows = [0, 1, 2].map(|i| 2 * i + usize::from(axis[i] < 0.0));
         Beam { planes, axis, axis_rows, axis_offset }
     }
+}
 
-    /// Which of a node's children the beam may touch before `limit`, one bit each, and how far
-    /// along the axis each begins.
+impl Probe for Beam {
     #[inline(always)]
-    pub(crate) fn touch<E: Eight>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
+    fn touch<E: Eight>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
         let row = |row: usize| E::load(&node.bounds[row & 7]);
         let mut inside = E::splat(0.0);
         for (number, plane) in self.planes.iter().enumerate() {

@@ -1,0 +1,137 @@
+//! How long the CPU tracer takes: `cpu_time [THREADS] [FRAMES] [FILTER]`.
+//!
+//! Prints wall and processor time for each workload on the heavy town with 100 cars, over the
+//! same 16 street poses.
+
+#![expect(unsafe_code, reason = "asks the kernel for processor time")]
+
+mod sample;
+
+use std::error::Error;
+use std::time::Instant;
+
+use bus::{Frame, Pose, SensorSpec, Stamp, Weather, layout, output};
+use sensor_render::{BlueprintMesh, CpuTracer, RigJob, Scene, Tracer, World, pose_planes};
+
+const POSES: usize = 16;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let threads = arguments.first().map_or(Ok(0), |text| text.parse())?;
+    let frames: usize = arguments.get(1).map_or(Ok(4), |text| text.parse())?;
+    let filter = arguments.get(2).map_or("", String::as_str);
+    let town = sample::Sample::heavy()?;
+    let meshes: Vec<BlueprintMesh> =
+        town::catalogue().iter().map(|b| BlueprintMesh { mesh: &b.mesh }).collect();
+    let begin = Instant::now();
+    let scene = Scene::new(&town.town.mesh, &meshes);
+    let built_ms = begin.elapsed().as_secs_f64() * 1e3;
+    let actors = town.traffic(100, 3);
+    let instanced: usize =
+        actors.iter().map(|a| town::catalogue()[a.blueprint as usize].mesh.triangles.len()).sum();
+    println!(
+        "{}: {} triangles in the town, {instanced} in {} actors; built in {built_ms:.0} ms",
+        town.name,
+        town.town.mesh.triangles.len(),
+        actors.len()
+    );
+    let mut world = World::new();
+    let stamp = Stamp { frame: Frame(1), sim_time_nanos: 50_000_000, ..Default::default() };
+    world.place(&scene, stamp, 50_000_000, &Weather::default(), &actors, sample::paint);
+    let mut tracer = Tracer::Cpu(CpuTracer::new(threads)?);
+    println!("{}", tracer.describe());
+    println!("{:<28}{:>12}{:>12}{:>12}", "", "wall ms", "cpu ms", "not sky");
+    let with = |outputs: u32, width: u32, height: u32| SensorSpec {
+        outputs,
+        ..sample::camera("front", width, height)
+    };
+    let every = output::COLOR | output::DEPTH | output::TAG | output::INSTANCE;
+    for (name, sensors, copies) in [
+        ("800x600 colour", vec![with(output::COLOR, 800, 600)], 1),
+        ("400x300 depth", vec![with(output::DEPTH, 400, 300)], 1),
+        ("200x150 depth", vec![with(output::DEPTH, 200, 150)], 1),
+        ("800x600 depth", vec![with(output::DEPTH, 800, 600)], 1),
+        ("800x600 depth tag instance", vec![with(every & !output::COLOR, 800, 600)], 1),
+        ("800x600 all", vec![with(every, 800, 600)], 1),
+        ("64x84x84 colour", vec![with(output::COLOR, 84, 84)], 64),
+        ("64x84x84 all", vec![with(every, 84, 84)], 64),
+        ("lidar 32x1800", vec![sample::lidar("roof", 1800, 32)], 1),
+    ] {
+        if name.contains(filter) {
+            time(name, &sensors, copies, frames, &town, &scene, &world, &mut tracer)?;
+        }
+    }
+    Ok(())
+}
+
+#[expect(clippy::too_many_arguments, reason = "called once")]
+fn time(
+    name: &str,
+    sensors: &[SensorSpec],
+    copies: usize,
+    frames: usize,
+    town: &sample::Sample,
+    scene: &Scene,
+    world: &World,
+    tracer: &mut Tracer,
+) -> Result<(), Box<dyn Error>> {
+    let (mut wall, mut cpu, mut rounds) = (0.0, 0.0, 0);
+    let (mut seen, mut pixels) = (0usize, 0usize);
+    for pose in 0..POSES {
+        let before = cpu;
+        let poses: Vec<Pose> =
+            (0..copies).map(|copy| town.street_pose(pose + copy * POSES)).collect();
+        let (planes, byte_len) = layout(sensors);
+        let mut all: Vec<_> = poses
+            .iter()
+            .map(|pose| {
+                let mut planes = planes.clone();
+                pose_planes(&mut planes, sensors, pose);
+                (planes, vec![[0u64; 8]; byte_len as usize / 64])
+            })
+            .collect();
+        let mut jobs: Vec<RigJob> = all
+            .iter_mut()
+            .map(|(planes, words)| RigJob { sensors, planes, out: bytemuck::cast_slice_mut(words) })
+            .collect();
+        for frame in 0..=frames {
+            let (begin, begin_cpu) = (Instant::now(), cpu_seconds());
+            tracer.measure(scene, world, &mut jobs)?;
+            if frame > 0 {
+                wall += begin.elapsed().as_secs_f64();
+                cpu += cpu_seconds() - begin_cpu;
+                rounds += 1;
+            }
+        }
+        if std::env::var_os("EACH").is_some() {
+            println!("  pose {pose}: {:.2}", (cpu - before) * 1e3 / frames as f64);
+        }
+        for job in &jobs {
+            if let Some(plane) = job.planes.iter().find(|plane| plane.output == output::DEPTH) {
+                let bytes = &job.out[plane.offset as usize..][..plane.byte_len as usize];
+                let depths: &[f32] = bytemuck::cast_slice(bytes);
+                seen += depths.iter().filter(|depth| **depth < bus::DEPTH_FAR_M).count();
+                pixels += depths.len();
+            }
+        }
+    }
+    let mean = |seconds: f64| seconds * 1e3 / f64::from(rounds);
+    let share = if pixels > 0 {
+        format!("{:.0} %", 100.0 * seen as f64 / pixels as f64)
+    } else {
+        "".into()
+    };
+    println!("{name:<28}{:>12.2}{:>12.2}{share:>12}", mean(wall), mean(cpu));
+    Ok(())
+}
+
+/// User time of this process so far.
+fn cpu_seconds() -> f64 {
+    // SAFETY: the kernel fills the whole struct, which is plain numbers.
+    let usage = unsafe {
+        let mut usage: libc::rusage = std::mem::zeroed();
+        libc::getrusage(libc::RUSAGE_SELF, &mut usage);
+        usage
+    };
+    usage.ru_utime.tv_sec as f64 + usage.ru_utime.tv_usec as f64 * 1e-6
+}

@@ -1,0 +1,222 @@
+use glam::{Vec3, Vec4, Vec4Swizzles};
+use road::Material;
+
+use crate::echo::mixed;
+use crate::hit::NONE;
+use crate::light::Light;
+use crate::world::lights;
+use crate::{Scene, World};
+
+/// Bits of [`Coat::pattern`].
+pub(crate) mod pattern {
+    /// Windows in rows.
+    pub(crate) const WINDOWS: u32 = 1 << 0;
+    /// Nothing but window panes.
+    pub(crate) const CURTAIN: u32 = 1 << 1;
+    /// Courses of bricks.
+    pub(crate) const BRICKS: u32 = 1 << 2;
+    /// Square slabs.
+    pub(crate) const SLABS: u32 = 1 << 3;
+    /// Rows of tiles.
+    pub(crate) const TILES: u32 = 1 << 4;
+}
+
+/// What a triangle is painted with: all that is the same at each of its points.
+///
+/// Twin of `coat_of` in coat.wgsl.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coat {
+    /// Share of the light that it scatters, linear.
+    pub(crate) albedo: Vec3,
+    /// Share that it mirrors when looked at straight.
+    pub(crate) shine: f32,
+    /// What it gives off by itself, linear.
+    pub(crate) glow: Vec3,
+    /// Of the mirror: 0 is perfect.
+    pub(crate) rough: f32,
+    /// How far light goes round the edge, as through leaves.
+    pub(crate) wrap: f32,
+    /// Bits of [`pattern`].
+    pub(crate) pattern: u32,
+    /// Strength and spots per metre of the fine grain, then of the coarse.
+    pub(crate) grain: Vec4,
+    /// Axes on the surface: along it and up it, or x and y where it lies flat.
+    pub(crate) along: Vec3,
+    pub(crate) up: Vec3,
+    /// The wall that the triangle is part of; see [`crate::wall::Wall`].
+    pub(crate) wall: [f32; 4],
+    /// A number of the object's own.
+    pub(crate) seed: u32,
+}
+
+impl Coat {
+    /// The coat of a triangle of the town, or of an instance.
+    #[inline]
+    pub(crate) fn new(
+        scene: &Scene,
+        world: &World,
+        light: &Light,
+        triangle: u32,
+        instance: u32,
+    ) -> Coat {
+        let triangle = &scene.triangles[triangle as usize];
+        let actor = (instance != NONE).then(|| &world.instances[instance as usize]);
+        let code = usize::from(triangle.material()).min(MATERIALS.len() - 1);
+        let [color, stuff, grain] = MATERIALS[code].map(Vec4::from);
+        let seed = mixed(actor.map_or(triangle.object, |actor| actor.id));
+        let share = |bits: u32| (bits & 0xff) as f32 * (1.0 / 255.0) - 0.5;
+        let (pale, warm) = (share(seed) * stuff.w, share(seed >> 8) * stuff.w);
+        let tint = Vec3::new(1.0 + pale + warm * 0.4, 1.0 + pale, 1.0 + pale - warm * 0.6);
+        let mut albedo = color.xyz() * tint;
+        if code == Material::CarPaint as usize {
+            let paint = match actor {
+                Some(actor) => actor.color,
+                None => PAINTS[(seed >> 16 & 7) as usize],
+            };
+            // Near enough to the sRGB curve.
+            let [red, green, blue, _] = paint.to_le_bytes().map(|c| f32::from(c) * (1.0 / 255.0));
+            let paint = Vec3::new(red, green, blue);
+            albedo = paint * (paint * (paint * 0.305_306_01 + 0.682_171_1) + 0.012_522_878);
+        }
+        let normal = Vec3::from(triangle.edge1).cross(Vec3::from(triangle.edge2));
+        let (mut along, mut up) = (Vec3::X, Vec3::Y);
+        let flat = normal.x * normal.x + normal.y * normal.y;
+        // Flatter than about 26 degrees.
+        let foliage = code == Material::Leaves as usize || code == Material::Needles as usize;
+        if foliage {
+            // Neighbouring facets of a crown share their axes.
+            let [x, y, z] = normal.abs().to_array();
+            if x >= y.max(z) {
+                (along, up) = (Vec3::Y, Vec3::Z);
+            } else if y >= z {
+                (along, up) = (Vec3::X, Vec3::Z);
+            }
+        } else if flat > 0.24 * normal.z * normal.z {
+            along = Vec3::new(-normal.y, normal.x, 0.0) * (1.0 / flat.sqrt());
+            up = normal.cross(along) * (1.0 / (flat + normal.z * normal.z).sqrt());
+        }
+        let (mut glow, mut pattern, mut grain) = (Vec3::ZERO, stuff.z as u32, grain);
+        let dark = light.horizon.w;
+        if let Some(actor) = actor {
+            (pattern, grain) = (0, Vec4::ZERO);
+            glow = glow_of_actor(code, actor.lights, dark);
+        } else if code == Material::LampWhite as usize {
+            glow = Vec3::new(9.0, 7.5, 5.0) * dark;
+        }
+        Coat {
+            albedo,
+            shine: color.w,
+            glow,
+            rough: stuff.x,
+            wrap: stuff.y,
+            pattern,
+            grain,
+            along,
+            up,
+            wall: scene.walls[triangle.wall as usize].0,
+            seed,
+        }
+    }
+}
+
+/// What an actor's lamps give off.
+fn glow_of_actor(code: usize, on: u32, dark: f32) -> Vec3 {
+    const LAMP_WHITE: usize = Material::LampWhite as usize;
+    const LAMP_RED: usize = Material::LampRed as usize;
+    const SIGNAL_RED: usize = Material::SignalRed as usize;
+    const SIGNAL_YELLOW: usize = Material::SignalYellow as usize;
+    const SIGNAL_GREEN: usize = Material::SignalGreen as usize;
+    let brakes = on & lights::BRAKE != 0;
+    let shows = |phase: u32| {
+        f32::from(u8::from(on & lights::SIGNAL != 0 && on >> lights::PHASE_SHIFT == phase))
+    };
+    match code {
+        LAMP_WHITE => Vec3::new(8.0, 7.6, 6.8) * dark,
+        LAMP_RED => Vec3::new(3.2, 0.12, 0.06) * if brakes { 1.0 } else { 0.3 * dark },
+        SIGNAL_RED => Vec3::new(4.0, 0.12, 0.06) * shows(bus::light::RED),
+        SIGNAL_YELLOW => Vec3::new(3.6, 1.9, 0.08) * shows(bus::light::YELLOW),
+        SIGNAL_GREEN => Vec3::new(0.1, 3.0, 1.5) * shows(bus::light::GREEN),
+        _ => Vec3::ZERO,
+    }
+}
+
+/// What `CarPaint` means on things that stand still, sRGB.
+pub(crate) const PAINTS: [u32; 8] = [
+    0x2a_2a_8c, 0x6e_46_28, 0x3c_5a_2d, 0x28_28_2a, 0x96_96_96, 0x1e_82_b4, 0x50_28_6e, 0xb4_be_be,
+];
+
+/// By [`Material`]'s code: albedo and shine; rough, wrap, pattern, tint; the grain.
+pub(crate) const MATERIALS: [[[f32; 4]; 3]; 33] = {
+    let mut table = [[[0.3, 0.3, 0.3, 0.02], [0.6, 0.0, 0.0, 0.0], [0.0; 4]]; 33];
+    let mut index = 0;
+    while index < Material::ALL.len() {
+        let material = Material::ALL[index];
+        table[material as usize] = looks(material);
+        index += 1;
+    }
+    table
+};
+
+const fn looks(material: Material) -> [[f32; 4]; 3] {
+    const WINDOWS: f32 = pattern::WINDOWS as f32;
+    const CURTAIN: f32 = pattern::CURTAIN as f32;
+    const BRICKS: f32 = pattern::BRICKS as f32;
+    const SLABS: f32 = pattern::SLABS as f32;
+    const TILES: f32 = pattern::TILES as f32;
+    const SMOOTH: [f32; 4] = [0.0; 4];
+    const STONE: [f32; 4] = [0.09, 19.0, 0.1, 0.4];
+    const DULL: [f32; 4] = [0.6, 0.0, 0.0, 0.0];
+    match material {
+        Material::Asphalt => {
+            [[0.082, 0.082, 0.086, 0.03], [0.55, 0.0, 0.0, 0.0], [0.2, 55.0, 0.28, 0.31]]
+        }
+        Material::PaintWhite => [[0.68, 0.68, 0.66, 0.03], DULL, [0.3, 17.0, 0.3, 0.9]],
+        Material::PaintYellow => [[0.62, 0.38, 0.05, 0.03], DULL, [0.3, 17.0, 0.3, 0.9]],
+        Material::Paving => [[0.33, 0.315, 0.29, 0.02], [0.6, 0.0, SLABS, 0.0], STONE],
+        Material::Kerb => [[0.42, 0.41, 0.39, 0.02], DULL, STONE],
+        Material::Grass => {
+            [[0.075, 0.128, 0.034, 0.0], [0.8, 0.35, 0.0, 0.0], [0.75, 9.0, 0.6, 0.22]]
+        }
+        Material::Soil => [[0.15, 0.105, 0.07, 0.0], [0.8, 0.0, 0.0, 0.0], [0.5, 7.0, 0.4, 0.5]],
+        Material::Concrete => [[0.40, 0.39, 0.37, 0.02], [0.6, 0.0, 0.0, 0.12], STONE],
+        Material::FacadeBrick => {
+            [[0.27, 0.105, 0.07, 0.01], [0.7, 0.0, WINDOWS + BRICKS, 0.8], [0.12, 9.0, 0.14, 0.4]]
+        }
+        Material::FacadePlaster => {
+            [[0.60, 0.53, 0.43, 0.01], [0.7, 0.0, WINDOWS, 0.55], [0.06, 14.0, 0.1, 0.35]]
+        }
+        Material::FacadeGlass => {
+            [[0.22, 0.23, 0.24, 0.05], [0.3, 0.0, CURTAIN, 0.5], [0.05, 5.0, 0.0, 0.5]]
+        }
+        Material::FacadeConcrete => {
+            [[0.44, 0.43, 0.41, 0.01], [0.7, 0.0, WINDOWS, 0.4], [0.1, 9.0, 0.14, 0.4]]
+        }
+        Material::RoofFlat => [[0.15, 0.15, 0.155, 0.02], DULL, STONE],
+        Material::RoofTiles => {
+            [[0.27, 0.10, 0.06, 0.02], [0.6, 0.0, TILES, 0.7], [0.35, 5.0, 0.3, 0.5]]
+        }
+        Material::Bark => [[0.12, 0.085, 0.06, 0.0], [0.8, 0.0, 0.0, 0.3], [0.6, 13.0, 0.3, 1.0]],
+        Material::Leaves => {
+            [[0.078, 0.128, 0.038, 0.0], [0.6, 0.5, 0.0, 0.5], [0.8, 8.5, 0.6, 1.7]]
+        }
+        Material::Needles => {
+            [[0.035, 0.085, 0.038, 0.01], [0.7, 0.4, 0.0, 0.4], [0.95, 9.0, 0.5, 1.6]]
+        }
+        Material::Metal => [[0.32, 0.33, 0.34, 0.18], [0.35, 0.0, 0.0, 0.1], SMOOTH],
+        Material::Glass => [[0.012, 0.015, 0.017, 0.08], [0.05, 0.0, 0.0, 0.0], SMOOTH],
+        Material::CarPaint => [[0.3, 0.3, 0.3, 0.05], [0.12, 0.0, 0.0, 0.0], SMOOTH],
+        Material::Rubber => [[0.022, 0.022, 0.024, 0.02], DULL, SMOOTH],
+        Material::Plastic => [[0.035, 0.036, 0.038, 0.04], [0.4, 0.0, 0.0, 0.0], SMOOTH],
+        Material::LampWhite => [[0.72, 0.74, 0.76, 0.08], [0.1, 0.0, 0.0, 0.0], SMOOTH],
+        Material::LampRed => [[0.34, 0.015, 0.012, 0.06], [0.1, 0.0, 0.0, 0.0], SMOOTH],
+        Material::LampAmber => [[0.5, 0.2, 0.02, 0.06], [0.1, 0.0, 0.0, 0.0], SMOOTH],
+        Material::SignalRed => [[0.10, 0.012, 0.01, 0.04], [0.2, 0.0, 0.0, 0.0], SMOOTH],
+        Material::SignalYellow => [[0.11, 0.07, 0.01, 0.04], [0.2, 0.0, 0.0, 0.0], SMOOTH],
+        Material::SignalGreen => [[0.01, 0.085, 0.045, 0.04], [0.2, 0.0, 0.0, 0.0], SMOOTH],
+        Material::Sign => [[0.72, 0.72, 0.72, 0.03], [0.3, 0.0, 0.0, 0.0], SMOOTH],
+        Material::Wood => [[0.20, 0.115, 0.06, 0.02], [0.5, 0.0, 0.0, 0.5], [0.3, 8.0, 0.2, 1.0]],
+        Material::Skin => [[0.48, 0.30, 0.22, 0.02], [0.5, 0.25, 0.0, 0.5], SMOOTH],
+        Material::Cloth => [[0.19, 0.19, 0.24, 0.0], [0.9, 0.2, 0.0, 1.4], SMOOTH],
+        Material::Water => [[0.02, 0.04, 0.05, 0.1], [0.06, 0.0, 0.0, 0.0], SMOOTH],
+    }
+}

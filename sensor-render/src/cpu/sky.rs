@@ -1,0 +1,107 @@
+//! Sky, air and the curve of the film: the twin of sky.wgsl.
+
+use glam::Vec3;
+
+use super::grain::{noise, smooth};
+use crate::lanes::{Float, V3, Word};
+use crate::light::Light;
+
+#[inline(always)]
+pub(crate) fn splat<F: Float>(v: glam::Vec4) -> V3<F> {
+    V3::splat(v.truncate())
+}
+
+/// The clear sky towards a direction whose height is `z`.
+#[inline(always)]
+pub(crate) fn gradient<F: Float>(light: &Light, z: F) -> V3<F> {
+    let low = F::splat(1.0) - z.clamp01();
+    let low = low * low;
+    splat::<F>(light.zenith).lerp(splat(light.horizon), low * low)
+}
+
+/// The sky as a camera sees it, with sun and clouds.
+#[inline(always)]
+pub(crate) fn sky<F: Float>(light: &Light, view: V3<F>) -> V3<F> {
+    let one = F::splat(1.0);
+    let mut color = gradient(light, view.z);
+    let apart = one - view.dot(splat(light.sun));
+    let halo = F::splat(0.05) / apart.mul_add(F::splat(40.0), one);
+    let disc = smooth(F::splat(0.000_11), F::splat(0.000_06), apart) * F::splat(24.0) + halo;
+    color = splat::<F>(light.sun_color).mul_add(disc * F::splat(light.sun_color.w), color);
+    let cover = light.zenith.w;
+    if cover > 0.0 {
+        let scale = F::splat(1.1) / (view.z.max(F::splat(0.0)) + F::splat(0.08));
+        let drift = F::splat(light.air.w * 0.01);
+        let (x, y) = (view.x.mul_add(scale, drift), view.y * scale);
+        let seed = F::Word::splat(7);
+        let mut sum = noise(x, y, seed) * F::splat(0.55);
+        let (x, y) = (x * F::splat(2.3), y * F::splat(2.3));
+        sum = noise(x, y, seed).mul_add(F::splat(0.3), sum);
+        let (x, y) = (x * F::splat(2.1), y * F::splat(2.1));
+        sum = noise(x, y, seed).mul_add(F::splat(0.15), sum);
+        let begin = 0.85 - 0.85 * cover;
+        let thick = smooth(F::splat(begin), F::splat(begin + 0.35), sum);
+        let fade = smooth(F::splat(0.0), F::splat(0.18), view.z);
+        let white = light.horizon.truncate() * 0.75 + light.sun_color.truncate() * 0.16;
+        let white = V3::splat(white) * (sum.mul_add(F::splat(-0.3), F::splat(1.1)));
+        color = color.lerp(white, thick * fade * F::splat(0.9));
+    }
+    // Haze lies over the horizon.
+    let veil = veil(light, F::splat(500.0) / view.z.max(F::splat(0.0)).mul_add(F::splat(9.0), one));
+    color.lerp(splat(light.haze), veil)
+}
+
+/// How much of what lies at this distance in metres is hidden by the air.
+#[inline(always)]
+pub(crate) fn veil<F: Float>(light: &Light, distance: F) -> F {
+    let one = F::splat(1.0);
+    let through = (distance - F::splat(light.haze.w)).max(F::splat(0.0));
+    let x = through * F::splat(light.air.x);
+    // A sum that is near to the exponential function where it matters.
+    let growth = x.mul_add(x.mul_add(x.mul_add(F::splat(0.2), F::splat(0.5)), one), one);
+    one - one / growth
+}
+
+/// From linear radiance to bytes: red in bits 0 to 7, green, blue, 255.
+#[inline(always)]
+pub(crate) fn develop<F: Float>(light: &Light, color: V3<F>) -> F::Word {
+    let exposure = F::splat(light.air.z);
+    let opaque = F::Word::splat(0xff00_0000);
+    let red = byte(color.x * exposure);
+    let green = byte(color.y * exposure).shl::<8>();
+    red | green | byte(color.z * exposure).shl::<16>() | opaque
+}
+
+#[inline(always)]
+fn byte<F: Float>(x: F) -> F::Word {
+    let x = x.max(F::splat(0.0));
+    // Narkowicz 2015, a fit of the ACES curve.
+    let x = x * x.mul_add(F::splat(2.51), F::splat(0.03))
+        / x.mul_add(x.mul_add(F::splat(2.43), F::splat(0.59)), F::splat(0.14));
+    let x = x.min(F::splat(1.0));
+    // The sRGB curve as a sum of roots (Taylor 2012).
+    let a = x.sqrt();
+    let b = a.sqrt();
+    let y = a * F::splat(0.662_002_7) + b * F::splat(0.684_122_06)
+        - b.sqrt() * F::splat(0.323_583_6)
+        - x * F::splat(0.022_541_147);
+    y.clamp01().mul_add(F::splat(255.0), F::splat(0.5)).to_int()
+}
+
+/// What a mirror that looks along `r` sees: the sky above the roofs, dim houses below.
+#[inline(always)]
+pub(crate) fn mirrored<F: Float>(light: &Light, r: V3<F>) -> V3<F> {
+    let houses = light.horizon.truncate() * 0.28 + light.ground.truncate() * 0.5;
+    let above = smooth(F::splat(0.02), F::splat(0.42), r.z);
+    let below = smooth(F::splat(-0.25), F::splat(0.0), r.z);
+    let city = splat::<F>(light.ground).lerp(V3::splat(houses), below);
+    city.lerp(gradient(light, r.z), above)
+}
+
+/// The light of the whole sky, and from below, on a surface whose normal's height is `z`.
+#[inline(always)]
+pub(crate) fn ambient<F: Float>(light: &Light, z: F) -> V3<F> {
+    let sky: Vec3 = light.zenith.truncate() * 0.42 + light.horizon.truncate() * 0.45;
+    let up = z.mul_add(F::splat(0.5), F::splat(0.5));
+    splat::<F>(light.ground).lerp(V3::splat(sky), up)
+}

@@ -1,0 +1,61 @@
+// Sky, air and the curve of the film: the twin of sky.rs.
+
+fn gradient(z: f32) -> vec3f {
+    let low = 1.0 - clamp(z, 0.0, 1.0);
+    return mix(frame.zenith.xyz, frame.horizon.xyz, low * low * (low * low));
+}
+
+// The sky as a camera sees it, with sun and clouds.
+fn sky_of(view: vec3f) -> vec3f {
+    var color = gradient(view.z);
+    let apart = 1.0 - dot(view, frame.sun.xyz);
+    let halo = 0.05 / (1.0 + 40.0 * apart);
+    let disc = smoothly(0.00011, 0.00006, apart) * 24.0 + halo;
+    color += frame.sun_color.xyz * disc * frame.sun_color.w;
+    let height = max(view.z, 0.0);
+    let cover = frame.zenith.w;
+    if (cover > 0.0) {
+        let scale = 1.1 / (height + 0.08);
+        var at = view.xy * scale + vec2f(frame.air.w * 0.01, 0.0);
+        var sum = noise_at(at.x, at.y, 7u) * 0.55;
+        at *= 2.3;
+        sum += noise_at(at.x, at.y, 7u) * 0.3;
+        at *= 2.1;
+        sum += noise_at(at.x, at.y, 7u) * 0.15;
+        let begin = 0.85 - 0.85 * cover;
+        let thick = smoothly(begin, begin + 0.35, sum);
+        let fade = smoothly(0.0, 0.18, view.z);
+        let white = (frame.horizon.xyz * 0.75 + frame.sun_color.xyz * 0.16) * (1.1 - 0.3 * sum);
+        color = mix(color, white, thick * fade * 0.9);
+    }
+    return mix(color, frame.haze.xyz, veil(500.0 / (1.0 + 9.0 * height)));
+}
+
+// How much of what lies at this distance in metres is hidden by the air.
+fn veil(distance: f32) -> f32 {
+    let x = max(distance - frame.haze.w, 0.0) * frame.air.x;
+    return 1.0 - 1.0 / (1.0 + x * (1.0 + x * (0.5 + 0.2 * x)));
+}
+
+fn develop(radiance: vec3f) -> u32 {
+    let c = max(radiance * frame.air.z, vec3f(0.0));
+    let film = min(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), vec3f(1.0));
+    let a = sqrt(film);
+    let b = sqrt(a);
+    let curve = 0.6620027 * a + 0.68412206 * b - 0.3235836 * sqrt(b) - 0.022541147 * film;
+    let bytes = vec3u(clamp(curve, vec3f(0.0), vec3f(1.0)) * 255.0 + 0.5);
+    return bytes.x | bytes.y << 8u | bytes.z << 16u | 0xff000000u;
+}
+
+// What a mirror that looks along `r` sees: the sky above the roofs, dim houses below.
+fn mirrored(r: vec3f) -> vec3f {
+    let houses = frame.horizon.xyz * 0.28 + frame.ground.xyz * 0.5;
+    let city = mix(frame.ground.xyz, houses, smoothly(-0.25, 0.0, r.z));
+    return mix(city, gradient(r.z), smoothly(0.02, 0.42, r.z));
+}
+
+// The light of the whole sky, and from below, on a surface whose normal's height is `z`.
+fn ambient(z: f32) -> vec3f {
+    let sky = frame.zenith.xyz * 0.42 + frame.horizon.xyz * 0.45;
+    return mix(frame.ground.xyz, sky, 0.5 * z + 0.5);
+}
