@@ -141,9 +141,8 @@ fn glow_of_actor(code: usize, on: u32, dark: f32) -> Vec3 {
 }
 
 /// What `CarPaint` means on things that stand still, sRGB.
-pub(crate) const PAINTS: [u32; 8] = [
-    0x2a_2a_8c, 0x6e_46_28, 0x3c_5a_2d, 0x28_28_2a, 0x96_96_96, 0x1e_82_b4, 0x50_28_6e, 0xb4_be_be,
-];
+pub(crate) const PAINTS: [u32; 8] =
+    [0x2a2a8c, 0x6e4628, 0x3c5a2d, 0x28282a, 0x969696, 0x1e82b4, 0x50286e, 0xb4bebe];
 
 /// By [`Material`]'s code: albedo and shine; rough, wrap, pattern, tint; the grain.
 pub(crate) const MATERIALS: [[[f32; 4]; 3]; 33] = {

@@ -32,6 +32,9 @@ mod workers;
 mod world;
 
 #[cfg(test)]
+#[path = "../examples/sample/mod.rs"]
+mod sample;
+#[cfg(test)]
 mod tests;
 
 pub use cpu::CpuTracer;

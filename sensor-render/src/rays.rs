@@ -58,14 +58,6 @@ impl Camera {
             pixel,
         })
     }
-
-    /// Of the ray through the centre of pixel (x, y), in world space.
-    #[cfg(test)]
-    pub(crate) fn direction(&self, x: u32, y: u32) -> Vec3 {
-        self.forward
-            + self.right * (x as f32 - self.center[0])
-            + self.down * (y as f32 - self.center[1])
-    }
 }
 
 /// A spinning lidar: `columns` azimuth steps of `channels` beams each, as unit directions.

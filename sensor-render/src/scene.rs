@@ -32,7 +32,7 @@ pub(crate) struct Triangle {
 const _: () = assert!(size_of::<Triangle>() == 48);
 
 impl Triangle {
-    #[inline(always)]
+    #[cfg(test)]
     pub(crate) fn tag(&self) -> u8 {
         self.face as u8
     }

@@ -311,3 +311,233 @@ fn the_same_actor_looks_the_same_wherever_the_world_is_turned() {
     let differ = plain.iter().zip(&turned).filter(|(a, b)| (*a - *b).abs() > 1e-3 * *a).count();
     assert!(differ <= 4, "{differ} of {} pixels differ", plain.len());
 }
+
+#[test]
+fn ten_cameras_in_one_job_see_what_ten_jobs_see() {
+    let scene = scene();
+    let actors = [actor(4, Pose::level(Vec3::new(9., 2., 0.), 0.4))];
+    let world = world_with(&scene, &actors);
+    let cameras: Vec<SensorSpec> = (0..10)
+        .map(|i| SensorSpec {
+            parent_from_sensor: Pose::level(Vec3::new(-(i as f32), 0.3, 1.5), 0.2 * i as f32),
+            ..camera(61 + 7 * i, 45 + i)
+        })
+        .collect();
+    let together = Bundle::measure(&mut cpu(2), &scene, &world, &cameras);
+    for (index, camera) in (0..).zip(&cameras) {
+        let alone = Bundle::measure(&mut cpu(2), &scene, &world, &[*camera]);
+        for which in [output::COLOR, output::DEPTH, output::TAG, output::INSTANCE] {
+            assert!(together.plane::<u8>(index, which) == alone.plane::<u8>(0, which));
+        }
+    }
+}
+
+/// Columns and rows of the pixels that show this instance.
+fn extent(seen: &Bundle, id: u32, width: usize) -> [usize; 4] {
+    let ids = seen.plane::<u32>(0, output::INSTANCE);
+    let at = |i: &usize| (i % width, i / width);
+    let shown: Vec<(usize, usize)> =
+        (0..ids.len()).filter(|i| ids[*i] == id).map(|i| at(&i)).collect();
+    let columns = || shown.iter().map(|(x, _)| *x);
+    let rows = || shown.iter().map(|(_, y)| *y);
+    [columns().min(), columns().max(), rows().min(), rows().max()].map(|edge| edge.unwrap())
+}
+
+#[test]
+fn the_field_of_view_ends_at_the_outer_edges_of_the_outer_pixels() {
+    let (width, height) = (64usize, 48usize);
+    let mut mesh = Mesh::default();
+    // At depth 10 and 90 degrees, column 0 covers y from 10 down to 10 (1 - 2 / 64).
+    let edge = 10. * (1. - 2. / width as f32);
+    let face = Face::new(Tag::Pole, Material::Metal, 3);
+    block(&mut mesh, [10., edge + 0.01, -20.], [10.0001, 10. - 0.01, 20.], face);
+    let scene = Scene::new(&mesh, &[]);
+    let world = world_with(&scene, &[]);
+    for (width, height, outer) in [(width as u32, height as u32, true), (32, 24, false)] {
+        let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[camera(width, height)]);
+        let ids = seen.plane::<u32>(0, output::INSTANCE);
+        let columns: Vec<usize> =
+            (0..ids.len()).filter(|i| ids[*i] != 0).map(|i| i % width as usize).collect();
+        // Half as many columns are twice as wide: the middle of the outer one is where the post
+        // begins, 0.01 beside it.
+        assert_eq!(columns.len(), if outer { height as usize } else { 0 });
+        assert!(columns.iter().all(|column| *column == 0));
+    }
+}
+
+#[test]
+fn a_marker_lies_within_half_a_pixel_of_where_the_pinhole_puts_it() {
+    let mut plate = Mesh::default();
+    block(
+        &mut plate,
+        [-0.001, -0.5, -0.5],
+        [0.001, 0.5, 0.5],
+        Face::new(Tag::Dynamic, Material::Sign, 0),
+    );
+    let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &plate }]);
+    let (width, height) = (640u32, 480u32);
+    for step in 0..40 {
+        let step = step as f32;
+        let at = Vec3::new(5. + step * 0.37, (step * 0.9).sin() * 3.1, (step * 1.7).cos() * 2.2);
+        // The camera stands somewhere and looks somewhere; the plate is square to it.
+        let turn = Quat::from_euler(glam::EulerRot::ZYX, 0.4 * step, 0.3 * step.sin(), 0.);
+        let stand = Vec3::new(100. * step.cos(), 50. * step.sin(), 3.);
+        let world = world_with(&scene, &[actor(77, Pose::new(stand + turn * at, turn))]);
+        let spec = SensorSpec {
+            fov_rad: 1.4,
+            parent_from_sensor: Pose::new(stand, turn),
+            ..camera(width, height)
+        };
+        let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+        let focal = width as f32 / 2. / (1.4f32 / 2.).tan();
+        // Pixel centres lie at whole numbers plus a half.
+        let column = |y: f32| width as f32 / 2. - y / (at.x - 0.001) * focal;
+        let row = |z: f32| height as f32 / 2. - z / (at.x - 0.001) * focal;
+        let wanted =
+            [column(at.y + 0.5), column(at.y - 0.5) - 1., row(at.z + 0.5), row(at.z - 0.5) - 1.];
+        let got = extent(&seen, 77, width as usize);
+        for (got, wanted) in got.into_iter().zip(wanted) {
+            assert!((got as f32 - wanted).abs() <= 0.51, "{got} against {wanted} at {at}");
+        }
+        let middle = (row(at.z) as usize) * width as usize + column(at.y) as usize;
+        assert!((seen.plane::<f32>(0, output::DEPTH)[middle] - at.x).abs() < 2e-3);
+        assert_eq!(seen.plane::<u8>(0, output::TAG)[middle], Tag::Dynamic as u8);
+    }
+}
+
+#[test]
+fn rings_and_columns_point_where_the_lidar_says() {
+    // A box all round, seen from inside.
+    let mut mesh = Mesh::default();
+    let face = Face::new(Tag::Building, Material::Concrete, 2);
+    block(&mut mesh, [-30., -30., -30.], [30., 30., 30.], face);
+    let scene = Scene::new(&mesh, &[]);
+    let world = world_with(&scene, &[]);
+    let spec = SensorSpec {
+        upper_rad: 0.3,
+        lower_rad: -0.5,
+        parent_from_sensor: Pose::level(Vec3::new(1., 2., 3.), 0.7),
+        ..lidar(90, 9)
+    };
+    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+    for (beam, point) in seen.plane::<[f32; 4]>(0, output::POINTS).iter().enumerate() {
+        let (column, channel) = (beam / 9, beam % 9);
+        let at = Vec3::from_slice(point);
+        let elevation = 0.3 - 0.8 * channel as f32 / 8.;
+        let azimuth = -TAU / 2. + TAU * (column as f32 + 0.5) / 90.;
+        assert!((at.z.atan2(at.truncate().length()) - elevation).abs() < 1e-5);
+        assert!((at.y.atan2(at.x) - azimuth).abs() < 1e-5, "{column}");
+        // And the point lies on the box.
+        let in_world = spec.parent_from_sensor.affine().transform_point3(at);
+        assert!((in_world.abs().max_element() - 30.).abs() < 1e-3, "{in_world}");
+    }
+}
+
+#[test]
+fn intensity_falls_off_by_the_law_that_is_written_down() {
+    let scene = scene();
+    let world = world_with(&scene, &[]);
+    let spec = SensorSpec { attenuation_per_m: 0.03, ..lidar(361, 5) };
+    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+    let points = seen.plane::<[f32; 4]>(0, output::POINTS);
+    let [rho, diffuse] = crate::echo::REFLECTIVITIES[Material::FacadeBrick as usize];
+    for column in 170..190 {
+        let point = points[column * 5 + 2];
+        let d = Vec3::from_slice(&point).length();
+        let cosine = 20. / d;
+        let wanted = rho * (1. - diffuse + diffuse * cosine) * (-0.03 * d).exp();
+        assert!((point[3] - wanted).abs() < 1e-5, "{point:?} against {wanted}");
+    }
+}
+
+#[test]
+fn a_return_beyond_the_range_is_none() {
+    let scene = scene();
+    let world = world_with(&scene, &[]);
+    for (range_m, heard) in [(19.9, false), (20.1, true)] {
+        let spec = SensorSpec { range_m, ..lidar(361, 5) };
+        let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+        let ahead = seen.plane::<[f32; 4]>(0, output::POINTS)[180 * 5 + 2];
+        assert_eq!(ahead != [0.; 4], heard);
+    }
+}
+
+/// Brightness of the pixel in which the point of the world lies, seen from high above.
+fn brightness_from_above(scene: &Scene, world: &World, at: Vec3) -> u32 {
+    let down = Quat::from_rotation_y(FRAC_PI_2);
+    let spec = SensorSpec {
+        parent_from_sensor: Pose::new(Vec3::new(0., 0., 40.), down),
+        ..camera(400, 400)
+    };
+    let seen = Bundle::measure(&mut cpu(1), scene, world, &[spec]);
+    let in_sensor = down.inverse() * (at - Vec3::new(0., 0., 40.));
+    let pixel = |across: f32| (200. - across / in_sensor.x * 200.) as usize;
+    let index = pixel(in_sensor.z) * 400 + pixel(in_sensor.y);
+    seen.plane::<[u8; 4]>(0, output::COLOR)[index][..3].iter().map(|c| u32::from(*c)).sum()
+}
+
+#[test]
+fn shadows_fall_away_from_the_sun() {
+    let scene = scene();
+    for (azimuth_rad, sunward) in
+        [(0., Vec3::X), (FRAC_PI_2, Vec3::Y), (3.6, Quat::from_rotation_z(3.6) * Vec3::X)]
+    {
+        let mut world = World::new();
+        let weather = Weather {
+            sun_azimuth_rad: azimuth_rad,
+            sun_altitude_rad: 0.5,
+            cloudiness: 0.,
+            ..Default::default()
+        };
+        let car = [actor(1, Pose::level(Vec3::new(-5., 0., 0.), azimuth_rad))];
+        world.place(&scene, Stamp::default(), 0, &weather, &car, |_| [9; 3]);
+        let beside = |along: f32| Vec3::new(-5., 0., 0.) + sunward * along;
+        // The car is 4 m long and 1.5 m high: its shadow ends 1.5 / tan(0.5) = 2.7 m behind it.
+        let lit = brightness_from_above(&scene, &world, beside(3.5));
+        let dark = brightness_from_above(&scene, &world, beside(-3.5));
+        let behind = brightness_from_above(&scene, &world, beside(-5.5));
+        assert!(dark * 5 < lit * 4, "{dark} against {lit}");
+        assert!(behind * 10 > lit * 9, "{behind} against {lit}");
+    }
+}
+
+#[test]
+fn lamps_show_what_the_actor_does() {
+    let mut lamp = Mesh::default();
+    block(&mut lamp, [0., -1., 0.], [1., 1., 2.], Face::new(Tag::Car, Material::LampRed, 0));
+    let mut signal = Mesh::default();
+    for (row, material) in
+        [Material::SignalRed, Material::SignalYellow, Material::SignalGreen].into_iter().enumerate()
+    {
+        let z = row as f32;
+        let face = Face::new(Tag::TrafficLight, material, 0);
+        block(&mut signal, [0., -1., z], [1., 1., z + 1.], face);
+    }
+    let meshes = [BlueprintMesh { mesh: &lamp }, BlueprintMesh { mesh: &signal }];
+    let scene = Scene::new(&Mesh::default(), &meshes);
+    let reds = |brake: f32| {
+        let car = ActorState { brake, ..actor(1, Pose::level(Vec3::new(6., 0., 0.), 0.)) };
+        let seen =
+            Bundle::measure(&mut cpu(1), &scene, &world_with(&scene, &[car]), &[camera(9, 9)]);
+        seen.plane::<[u8; 4]>(0, output::COLOR)[40][0]
+    };
+    assert!(reds(1.0) > reds(0.0) + 30, "{} against {}", reds(1.0), reds(0.0));
+    for phase in [bus::light::RED, bus::light::YELLOW, bus::light::GREEN, bus::light::OFF] {
+        let light = ActorState {
+            blueprint: 1,
+            kind: kind::TRAFFIC_LIGHT,
+            phase,
+            ..actor(1, Pose::level(Vec3::new(4., 0., -0.5), 0.))
+        };
+        let world = world_with(&scene, &[light]);
+        let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[camera(90, 90)]);
+        let colors = seen.plane::<[u8; 4]>(0, output::COLOR);
+        // The middles of the three lamps, 0, 1 and 2 m over the camera's feet, 4 m ahead.
+        let bright = [0., 1., 2.].map(|z: f32| {
+            let row = (45. - (z - 1.0) / 4. * 45.) as usize;
+            colors[row * 90 + 45][..3].iter().copied().max() > Some(180)
+        });
+        let wanted = [bus::light::RED, bus::light::YELLOW, bus::light::GREEN].map(|p| p == phase);
+        assert_eq!(bright, wanted, "phase {phase}");
+    }
+}

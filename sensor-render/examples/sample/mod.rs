@@ -140,9 +140,8 @@ pub fn paint(actor: &ActorState) -> [u8; 3] {
 }
 
 /// From the lowest byte: red, green, blue.
-const PAINTS: [u32; 8] = [
-    0x18_16_b0, 0xe4_e6_e6, 0x1c_18_16, 0x82_7c_78, 0x82_3c_18, 0x28_a0_c4, 0x46_5a_3c, 0x14_28_96,
-];
+const PAINTS: [u32; 8] =
+    [0x1816b0, 0xe4e6e6, 0x1c1816, 0x827c78, 0x823c18, 0x28a0c4, 0x465a3c, 0x142896];
 
 /// A good hash (splitmix64).
 fn mixed(word: u64) -> u64 {

@@ -11,6 +11,8 @@ mod shade;
 mod shadow;
 mod sky;
 mod solo;
+#[cfg(test)]
+mod tests;
 mod walk;
 
 use rayon::prelude::*;

@@ -82,7 +82,7 @@ fn byte<F: Float>(x: F) -> F::Word {
     // The sRGB curve as a sum of roots (Taylor 2012).
     let a = x.sqrt();
     let b = a.sqrt();
-    let y = a * F::splat(0.662_002_7) + b * F::splat(0.684_122_06)
+    let y = a * F::splat(0.662_002_7) + b * F::splat(0.684_122_1)
         - b.sqrt() * F::splat(0.323_583_6)
         - x * F::splat(0.022_541_147);
     y.clamp01().mul_add(F::splat(255.0), F::splat(0.5)).to_int()

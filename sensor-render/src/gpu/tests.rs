@@ -5,11 +5,10 @@
 use bus::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
 use glam::{Vec3, vec3};
 
-#[path = "../../examples/sample/mod.rs"]
-mod sample;
-
 use super::GpuTracer;
-use crate::{BlueprintMesh, CpuTracer, RigJob, Scene, TraceError, Tracer, World, pose_planes};
+use crate::{
+    BlueprintMesh, CpuTracer, RigJob, Scene, TraceError, Tracer, World, pose_planes, sample,
+};
 
 /// The tracer on the first adapter, software or not.
 fn gpu() -> Option<Tracer> {

@@ -14,11 +14,6 @@ pub(crate) struct V3<F> {
 
 impl<F: Float> V3<F> {
     #[inline(always)]
-    pub(crate) fn new(x: F, y: F, z: F) -> Self {
-        V3 { x, y, z }
-    }
-
-    #[inline(always)]
     pub(crate) fn splat(v: Vec3) -> Self {
         V3 { x: F::splat(v.x), y: F::splat(v.y), z: F::splat(v.z) }
     }

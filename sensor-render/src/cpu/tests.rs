@@ -1,0 +1,222 @@
+//! Packets, lone rays and every instruction set see what one plain ray at a time sees.
+
+use std::f32::consts::{FRAC_PI_2, TAU};
+
+use bus::{Frame, Name, Plane, Pose, SensorSpec, Stamp, Weather, layout, output, sensor};
+use glam::{Vec3, vec3};
+
+use super::CpuTracer;
+use super::shadow::Shadow;
+use super::walk::Stack;
+use crate::lanes::{Float, Isa, LANES, Mask, V3, on_each_isa};
+use crate::rays::{Camera, Lidar, Sensor, rays};
+use crate::reference::{Ray, closest};
+use crate::{BlueprintMesh, RigJob, Scene, World, pose_planes, sample};
+
+fn town() -> (sample::Sample, Scene) {
+    let town = sample::Sample::named("Flatford").unwrap();
+    let meshes: Vec<BlueprintMesh> =
+        town::catalogue().iter().map(|b| BlueprintMesh { mesh: &b.mesh }).collect();
+    let scene = Scene::new(&town.town.mesh, &meshes);
+    (town, scene)
+}
+
+fn world(town: &sample::Sample, scene: &Scene) -> World {
+    let mut world = World::new();
+    let stamp = Stamp { frame: Frame(3), sim_time_nanos: 150_000_000, ..Default::default() };
+    let weather = Weather::default();
+    world.place(scene, stamp, 50_000_000, &weather, &town.traffic(60, 3), sample::paint);
+    world
+}
+
+fn measure(
+    isa: Isa,
+    scene: &Scene,
+    world: &World,
+    spec: &SensorSpec,
+    pose: &Pose,
+) -> (Vec<Plane>, Vec<[u64; 8]>) {
+    let sensors = [*spec];
+    let (mut planes, byte_len) = layout(&sensors);
+    pose_planes(&mut planes, &sensors, pose);
+    let mut words = vec![[0u64; 8]; byte_len as usize / 64];
+    let out = bytemuck::cast_slice_mut(&mut words);
+    let mut jobs = [RigJob { sensors: &sensors, planes: &planes, out }];
+    CpuTracer::with_isa(1, isa).measure(scene, world, &mut jobs).unwrap();
+    (planes, words)
+}
+
+fn plane<T: bytemuck::Pod>((planes, words): &(Vec<Plane>, Vec<[u64; 8]>), output: u32) -> &[T] {
+    let plane = planes.iter().find(|plane| plane.output == output).unwrap();
+    let bytes: &[u8] = bytemuck::cast_slice(words);
+    bytemuck::cast_slice(&bytes[plane.offset as usize..][..plane.byte_len as usize])
+}
+
+fn camera(width: u32, height: u32, fov_rad: f32) -> SensorSpec {
+    SensorSpec {
+        name: Name::new("front"),
+        kind: sensor::CAMERA,
+        outputs: output::DEPTH | output::TAG | output::INSTANCE,
+        width,
+        height,
+        fov_rad,
+        ..Default::default()
+    }
+}
+
+/// What the plain ray sees: depth, tag and id.
+fn looked(scene: &Scene, world: &World, ray: Ray, far: f32) -> (f32, u8, u32) {
+    let hit = closest(scene, world, ray, f32::INFINITY);
+    if !hit.is_some() {
+        return (far, road::Tag::Sky as u8, 0);
+    }
+    let triangle = &scene.triangles[hit.triangle as usize];
+    let id = match world.instances.get(hit.instance as usize) {
+        Some(actor) => actor.id,
+        None => 0x8000_0000 | triangle.object,
+    };
+    (hit.t.min(far), triangle.tag(), id)
+}
+
+#[test]
+fn packets_see_what_single_rays_see() {
+    let (town, scene) = town();
+    let world = world(&town, &scene);
+    // A fine image by beams, a wide one, and a coarse one by lone rays; none is a multiple of 8.
+    for (index, spec) in
+        [camera(341, 253, FRAC_PI_2), camera(250, 61, 2.4), camera(84, 84, FRAC_PI_2)]
+            .iter()
+            .enumerate()
+    {
+        let pose = town.street_pose(index);
+        let Sensor::Camera(pinhole) = rays(spec, &pose, world.stamp, 0).unwrap() else {
+            unreachable!()
+        };
+        for isa in Isa::all() {
+            let seen = measure(isa, &scene, &world, spec, &pose);
+            let (depths, tags, ids) = (
+                plane::<f32>(&seen, output::DEPTH),
+                plane::<u8>(&seen, output::TAG),
+                plane::<u32>(&seen, output::INSTANCE),
+            );
+            let (mut wrong_depths, mut wrong_things) = (0, 0);
+            for y in 0..spec.height {
+                for x in 0..spec.width {
+                    let at = (y * spec.width + x) as usize;
+                    let ray = Ray { origin: pinhole.origin, direction: direction(&pinhole, x, y) };
+                    let (depth, tag, id) = looked(&scene, &world, ray, bus::DEPTH_FAR_M);
+                    wrong_depths += usize::from((depth - depths[at]).abs() > 1e-4 * depth);
+                    wrong_things += usize::from((tag, id) != (tags[at], ids[at]));
+                }
+            }
+            let allowed = (spec.width * spec.height / 10_000).max(1) as usize;
+            assert!(
+                wrong_depths <= allowed && wrong_things <= allowed,
+                "{} on {}: {wrong_depths} depths, {wrong_things} tags or ids",
+                spec.width,
+                isa.name()
+            );
+        }
+    }
+}
+
+fn direction(camera: &Camera, x: u32, y: u32) -> Vec3 {
+    camera.forward
+        + camera.right * (x as f32 - camera.center[0])
+        + camera.down * (y as f32 - camera.center[1])
+}
+
+#[test]
+fn laser_packets_see_what_single_rays_see() {
+    let (town, scene) = town();
+    let world = world(&town, &scene);
+    let spec = SensorSpec {
+        kind: sensor::LIDAR,
+        outputs: output::POINTS | output::LABELS,
+        width: 333,
+        height: 21,
+        fov_rad: TAU,
+        upper_rad: 0.2,
+        lower_rad: -0.5,
+        range_m: 80.0,
+        ..Default::default()
+    };
+    let pose = town.street_pose(5).then(&Pose::level(vec3(0.0, 0.0, 0.7), 1.0));
+    let Sensor::Lidar(lidar) = rays(&spec, &pose, world.stamp, 0).unwrap() else { unreachable!() };
+    for isa in Isa::all() {
+        let seen = measure(isa, &scene, &world, &spec, &pose);
+        let points = plane::<[f32; 4]>(&seen, output::POINTS);
+        let labels = plane::<[u32; 2]>(&seen, output::LABELS);
+        let mut wrong = 0;
+        for beam in 0..(spec.width * spec.height) as usize {
+            let ray = beam_of(&lidar, beam);
+            let (t, tag, id) = looked(&scene, &world, ray, f32::INFINITY);
+            let wanted = if t <= 80.0 { [id, u32::from(tag)] } else { [0; 2] };
+            let distance = Vec3::from_slice(&points[beam]).length();
+            let far = if t <= 80.0 { t } else { 0.0 };
+            wrong += usize::from(labels[beam] != wanted || (distance - far).abs() > 1e-4 * far);
+        }
+        assert!(wrong <= 1, "{}: {wrong} beams", isa.name());
+    }
+}
+
+fn beam_of(lidar: &Lidar, beam: usize) -> Ray {
+    let azimuth = lidar.azimuths[beam / lidar.channels as usize];
+    let [cos, sin] = lidar.elevations[beam % lidar.channels as usize];
+    let in_sensor = vec3(cos * azimuth[0], cos * azimuth[1], sin);
+    Ray { origin: lidar.origin, direction: lidar.axes * in_sensor }
+}
+
+/// Asks for the shadows of sixteen points at once.
+fn ask<F: Float>(
+    scene: &Scene,
+    world: &World,
+    points: &[Vec3; LANES],
+    sun: Vec3,
+    blocked: &mut u16,
+) {
+    let lanes = |axis: usize| F::from_array(std::array::from_fn(|lane| points[lane][axis]));
+    let shadow = Shadow::<F> {
+        direction: sun,
+        origins: V3 { x: lanes(0), y: lanes(1), z: lanes(2) },
+        active: F::Mask::from_bits(u16::MAX),
+    };
+    *blocked = shadow.blocked(scene, world, &mut Stack::new()).bits();
+}
+
+on_each_isa! {
+    fn ask_on(
+        scene: &Scene,
+        world: &World,
+        points: &[Vec3; LANES],
+        sun: Vec3,
+        blocked: &mut u16,
+    ) = ask;
+}
+
+#[test]
+fn shadow_packets_find_what_single_rays_find() {
+    let (town, scene) = town();
+    let world = world(&town, &scene);
+    let sun = vec3(0.5, 0.3, 0.6).normalize_or(Vec3::Z);
+    let (mut asked, mut dark, mut wrong) = (0, 0, 0);
+    for (index, step_m) in (0..200).zip([0.02, 0.1, 0.6, 3.0].into_iter().cycle()) {
+        let foot = town.street_pose(index).position() - vec3(0.0, 0.0, 1.6);
+        let points: [Vec3; LANES] = std::array::from_fn(|lane| {
+            foot + vec3((lane % 4) as f32, (lane / 4) as f32, 0.0) * step_m
+        });
+        for isa in Isa::all() {
+            let mut blocked = 0;
+            ask_on(isa, &scene, &world, &points, sun, &mut blocked);
+            for (lane, origin) in points.into_iter().enumerate() {
+                let ray = Ray { origin, direction: sun };
+                let is_dark = closest(&scene, &world, ray, f32::INFINITY).is_some();
+                asked += 1;
+                dark += usize::from(is_dark);
+                wrong += usize::from(is_dark != (blocked >> lane & 1 != 0));
+            }
+        }
+    }
+    assert!(dark * 20 > asked && dark * 20 < asked * 19, "{dark} of {asked} are dark");
+    assert!(wrong * 2000 <= asked, "{wrong} of {asked} differ");
+}
