@@ -3,7 +3,7 @@
 //! Compares it with the CPU tracer pixel by pixel; lets it write into shared memory that another
 //! process reads; times whole frames from the world to bytes in shared memory, by staging and by
 //! import. Ends with 1 if the tracers or the bytes disagree. The scene is Town10HD if OMNIBUS_MAPS
-//! leads to it, else a town of our own.
+//! leads to it, else a town of our own. With 0 frames nothing is timed.
 
 #![expect(unsafe_code, reason = "maps shared memory and lends it to the device")]
 

@@ -76,16 +76,18 @@ impl Sample {
             far(a).total_cmp(&far(b))
         });
         stands.truncate(count * 2);
+        let mut taken = vec![false; stands.len()];
         let mut actors = Vec::new();
         for id in 0..count.min(stands.len()) {
-            let stand = stands[(id * 7 + frame as usize * 3) % stands.len()];
-            if actors.iter().any(|(taken, _)| *taken == stand) {
-                continue;
+            let mut at = (id * 7 + frame as usize * 3) % stands.len();
+            while std::mem::replace(&mut taken[at], true) {
+                at = (at + 1) % stands.len();
             }
+            let stand = stands[at];
             let dice = mixed(id as u64);
             let blueprint = vehicles[dice as usize % vehicles.len()];
             let placement = self.network.place(self.stands[stand]);
-            let actor = ActorState {
+            actors.push(ActorState {
                 actor_id: ActorId(id as u32 + 1),
                 blueprint,
                 kind: kind::VEHICLE,
@@ -95,10 +97,8 @@ impl Sample {
                 wheel_spin_rad: id as f32,
                 color: PAINTS[(dice >> 32) as usize % PAINTS.len()],
                 ..Default::default()
-            };
-            actors.push((stand, actor));
+            });
         }
-        let mut actors: Vec<ActorState> = actors.into_iter().map(|(_, actor)| actor).collect();
         if let Some((blueprint, _)) = town::blueprint("traffic.traffic_light") {
             actors.extend(self.town.heads.iter().zip(10_000..).map(|(head, id)| ActorState {
                 actor_id: ActorId(id),

@@ -7,6 +7,7 @@
 
 mod batch;
 mod import;
+mod instance;
 mod kernels;
 mod open;
 mod readback;

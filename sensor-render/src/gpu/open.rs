@@ -1,11 +1,11 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use wgpu::{
-    Adapter, Backends, DeviceDescriptor, DeviceType, ExperimentalFeatures, Features, Instance,
-    InstanceDescriptor, InstanceFlags, MemoryHints, Trace,
+    Adapter, DeviceDescriptor, DeviceType, ExperimentalFeatures, Features, MemoryHints, Trace,
 };
 
 use super::import;
+use super::instance::adapters;
 use crate::TraceError;
 use crate::workers::Workers;
 
@@ -38,14 +38,6 @@ pub(crate) fn open(number: Option<usize>, threads: usize) -> Result<Option<Gpu>,
         }),
     };
     chosen.map(|adapter| open_adapter(adapter, Workers::new(threads)?)).transpose()
-}
-
-fn adapters() -> Vec<Adapter> {
-    let mut descriptor = InstanceDescriptor::new_without_display_handle();
-    descriptor.backends = Backends::VULKAN;
-    descriptor.flags = InstanceFlags::empty();
-    let instance = Instance::new(descriptor);
-    pollster::block_on(instance.enumerate_adapters(Backends::VULKAN))
 }
 
 fn open_adapter(adapter: &Adapter, workers: Workers) -> Result<Gpu, TraceError> {
