@@ -21,7 +21,8 @@ fn main() -> std::process::ExitCode {
 fn client(instance: &str, ticks: u64) -> Result<(), ClientError> {
     let mut client = Client::connect(Some(instance), "mortal")?;
     client.synchronise(50_000_000)?;
-    let place = client.spawn_points()?[(std::process::id() % 500) as usize];
+    let places = client.spawn_points()?;
+    let place = places[std::process::id() as usize % places.len()];
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot())?;
     let roof = Pose::new(glam::Vec3::Z * 2.0, glam::Quat::IDENTITY);
     let spec = camera("front", roof, 64, 48, 1.5, output::DEPTH);

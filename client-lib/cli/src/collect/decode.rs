@@ -1,6 +1,6 @@
 //! The bytes of files back into numbers, for the contact sheet, `inspect` and tests.
 
-use png::{BitDepth, ColorType, Decoder};
+use png::Decoder;
 
 /// A decoded image.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,25 +34,6 @@ pub(crate) fn png(file: &[u8]) -> Result<Image, String> {
         Ok(Image { width: frame.width as usize, height: frame.height as usize, bytes })
     };
     decode().map_err(|e: png::DecodingError| e.to_string())
-}
-
-/// What a PNG file says of itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PngHead {
-    pub(crate) size: [u32; 2],
-    pub(crate) color: ColorType,
-    pub(crate) depth: BitDepth,
-}
-
-/// Reads a PNG file's head, and that its end is there.
-pub(crate) fn png_head(file: &[u8]) -> Result<PngHead, String> {
-    let reader = Decoder::new(std::io::Cursor::new(file)).read_info();
-    let reader = reader.map_err(|e| e.to_string())?;
-    if !file.ends_with(b"IEND\xae\x42\x60\x82") {
-        return Err("its end is missing".to_owned());
-    }
-    let info = reader.info();
-    Ok(PngHead { size: [info.width, info.height], color: info.color_type, depth: info.bit_depth })
 }
 
 /// Little-endian f32.

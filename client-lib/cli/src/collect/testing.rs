@@ -1,10 +1,47 @@
 //! What the tests of this module share.
 
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
     sync::atomic::{AtomicU32, Ordering},
 };
+
+use bus::{ActorState, Pose};
+
+use super::{
+    record::{Ego, FrameLine, Recipe},
+    rig,
+};
+
+/// A line of the ledger.
+pub(crate) fn line(frame: u64) -> FrameLine {
+    FrameLine {
+        frame,
+        sim_time_nanos: frame * 50_000_000,
+        state_hash: "00".to_owned(),
+        tracer: "cpu".to_owned(),
+        ego: Ego::from(&ActorState { pose: Pose::IDENTITY, ..ActorState::default() }),
+        sensors: Vec::new(),
+        boxes: 0,
+        points: BTreeMap::new(),
+    }
+}
+
+/// What a run was asked for.
+pub(crate) fn recipe() -> Recipe {
+    Recipe {
+        map: "Millbrook".to_owned(),
+        map_fnv1a64: "00".to_owned(),
+        seed: 7,
+        fixed_delta_nanos: 50_000_000,
+        warmup_frames: 40,
+        every_frames: 1,
+        vehicles: 50,
+        ego_blueprint: "vehicle.tesla.model3".to_owned(),
+        sensors: rig::default_rig(800, 600).iter().map(rig::describe).collect(),
+    }
+}
 
 /// A folder for one test, removed when it ends.
 pub(crate) struct Scratch(PathBuf);
