@@ -21,9 +21,14 @@ fn main() -> std::process::ExitCode {
 fn client(instance: &str, ticks: u64) -> Result<(), ClientError> {
     let mut client = Client::connect(Some(instance), "mortal")?;
     client.synchronise(50_000_000)?;
-    let places = client.spawn_points()?;
-    let place = places[std::process::id() as usize % places.len()];
-    let car = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot())?;
+    // Those who died before left their cars.
+    let mut places = client.spawn_points()?.into_iter();
+    let car = loop {
+        let place = places.next().expect("a free place");
+        if let Ok(car) = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot()) {
+            break car;
+        }
+    };
     let roof = Pose::new(glam::Vec3::Z * 2.0, glam::Quat::IDENTITY);
     let spec = camera("front", roof, 64, 48, 1.5, output::DEPTH);
     let mut rig = client.create_rig("mortal", car, &[spec], 2)?;
