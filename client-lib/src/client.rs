@@ -439,6 +439,8 @@ impl Client {
 impl Drop for Client {
     fn drop(&mut self) {
         fault::point(Role::Client, "leaving", self.frame, self.first);
+        let me = self.participant.slot();
+        self.participant.control().pass_tick(Some(me), None);
     }
 }
 

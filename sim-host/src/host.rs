@@ -9,7 +9,7 @@ use std::{
 };
 
 use bus::{
-    ActorState, Control, Episode, Founding, Frame, HostPorts, Instance, Outcome, Role, SLOTS,
+    ActorState, Control, Episode, Founding, Frame, HostPorts, Instance, Name, Outcome, RigId, Role, SLOTS,
     Settings, SlotState, SnapshotHeader, Stamp, Strategy, TrafficSample, Wish, clock, process,
 };
 
@@ -310,7 +310,7 @@ impl Host {
                         _ => None,
                     })
                     .collect();
-                let outcome = self.create_rig(&rig, &specs);
+                let outcome = self.create_rig(request.client, &rig, &specs);
                 self.pen.write(request.ended(outcome));
                 for request in &requests[index..index + specs.len()] {
                     self.pen.write(request.ended(outcome));
@@ -326,11 +326,16 @@ impl Host {
         }
     }
 
-    fn create_rig(&mut self, rig: &bus::CreateRig, specs: &[bus::SensorSpec]) -> Outcome {
+    fn create_rig(
+        &mut self,
+        client: Name,
+        rig: &bus::CreateRig,
+        specs: &[bus::SensorSpec],
+    ) -> Outcome {
         if rig.parent != bus::ActorId::NONE && self.world.state(rig.parent).is_none() {
             return Outcome::refused(&format!("{} is not there to carry a rig", rig.parent));
         }
-        match self.rigs.create(rig, specs, &mut self.ports) {
+        match self.rigs.create(client, rig, specs, &mut self.ports) {
             Ok(id) => Outcome::done(id.0),
             Err(why) => Outcome::refused(&why),
         }
@@ -353,14 +358,19 @@ impl Host {
             }
             Wish::Destroy(actor) => {
                 let id = self.world.apply(wish)?;
-                for rig in self.rigs.on(*actor) {
-                    let _ = self.rigs.destroy(rig, &mut self.ports);
-                    let line = Request::of_host(Wish::DestroyRig(rig));
-                    self.pen.write(line.ended(Outcome::done(rig.0)));
-                }
+                self.take_down(self.rigs.on(*actor));
                 Ok(id)
             }
             _ => self.world.apply(wish),
+        }
+    }
+
+    /// Rigs that nobody carries or nobody reads any more.
+    fn take_down(&mut self, rigs: Vec<RigId>) {
+        for rig in rigs {
+            let _ = self.rigs.destroy(rig, &mut self.ports);
+            let line = Request::of_host(Wish::DestroyRig(rig));
+            self.pen.write(line.ended(Outcome::done(rig.0)));
         }
     }
 
@@ -599,6 +609,7 @@ impl Host {
             return Ok(());
         }
         self.supervisor.unwatch(slot);
+        self.take_down(self.rigs.of(self.control.slot(slot).name()));
         self.unseat(slot);
         self.give_tick_back(slot);
         self.control.slot(slot).reserve(SlotState::Free, 0);
@@ -627,6 +638,7 @@ impl Host {
         let stuck = self.supervisor.clean_up();
         let Some(role) = role else {
             self.barrier.dies(slot);
+            self.take_down(self.rigs.of(name));
             self.give_tick_back(slot);
             eprintln!("INFO sim-host {} client {name:?} died", frame.0);
             let state = if stuck == 0 { SlotState::Free } else { SlotState::Quarantined };

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use bus::{
-    ActorId, CreateRig, HostPorts, RigId, SENSORS_MAX, SensorSpec, free_bytes, layout, output,
+    ActorId, CreateRig, HostPorts, Name, RigId, SENSORS_MAX, SensorSpec, free_bytes, layout, output,
     sensor,
 };
 
@@ -13,14 +13,21 @@ const SIDE_MAX: u32 = 8192;
 /// The rigs of the world.
 #[derive(Default)]
 pub(crate) struct Rigs {
-    parents: BTreeMap<RigId, ActorId>,
+    mounted: BTreeMap<RigId, Mounted>,
     last: u32,
+}
+
+/// Where a rig is, and whose.
+struct Mounted {
+    parent: ActorId,
+    client: Name,
 }
 
 impl Rigs {
     /// Makes a rig and its channel, or says why not.
     pub(crate) fn create(
         &mut self,
+        client: Name,
         wish: &CreateRig,
         sensors: &[SensorSpec],
         ports: &mut HostPorts,
@@ -43,21 +50,30 @@ impl Rigs {
         let rig = RigId(self.last + 1);
         ports.found_rig(rig, held).map_err(|e| e.to_string())?;
         self.last += 1;
-        self.parents.insert(rig, wish.parent);
+        self.mounted.insert(rig, Mounted { parent: wish.parent, client });
         Ok(rig)
     }
 
     /// Takes a rig away.
     pub(crate) fn destroy(&mut self, rig: RigId, ports: &mut HostPorts) -> Result<(), String> {
-        self.parents.remove(&rig).ok_or_else(|| format!("there is no rig {}", rig.0))?;
+        self.mounted.remove(&rig).ok_or_else(|| format!("there is no rig {}", rig.0))?;
         ports.forget_rig(rig);
         Ok(())
     }
 
     /// The rigs that `actor` carries.
     pub(crate) fn on(&self, actor: ActorId) -> Vec<RigId> {
-        let mine = self.parents.iter().filter(|(_, parent)| **parent == actor);
-        mine.map(|(rig, _)| *rig).collect()
+        self.those(|rig| rig.parent == actor)
+    }
+
+    /// The rigs that `client` made: nobody else reads them.
+    pub(crate) fn of(&self, client: Name) -> Vec<RigId> {
+        self.those(|rig| rig.client == client)
+    }
+
+    fn those(&self, are_meant: impl Fn(&Mounted) -> bool) -> Vec<RigId> {
+        let meant = self.mounted.iter().filter(|(_, rig)| are_meant(rig));
+        meant.map(|(id, _)| *id).collect()
     }
 }
 
@@ -132,7 +148,7 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::{Name, Pose};
+    use bus::Pose;
 
     fn camera() -> SensorSpec {
         SensorSpec {
