@@ -45,7 +45,7 @@ pub(crate) fn draw<F: Float>(coats: &mut Coats<F>, pixel: F, dark: f32) {
         panes(coats, windows, [BAY, FLOOR], [0.62, 0.78], 1.75, pixel, dark);
     }
     if curtain.any() {
-        panes(coats, curtain, [1.7, 1.55], [0.82, 0.735], 0.775, pixel, dark);
+        panes(coats, curtain, [1.7, 1.55], [0.5, 0.735], 0.775, pixel, dark);
     }
 }
 

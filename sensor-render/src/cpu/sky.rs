@@ -101,7 +101,7 @@ pub(crate) fn mirrored<F: Float>(light: &Light, r: V3<F>) -> V3<F> {
 /// The light of the whole sky, and from below, on a surface whose normal's height is `z`.
 #[inline(always)]
 pub(crate) fn ambient<F: Float>(light: &Light, z: F) -> V3<F> {
-    let sky: Vec3 = light.zenith.truncate() * 0.42 + light.horizon.truncate() * 0.45;
+    let sky: Vec3 = light.zenith.truncate() * 0.3 + light.horizon.truncate() * 0.52;
     let up = z.mul_add(F::splat(0.5), F::splat(0.5));
     splat::<F>(light.ground).lerp(V3::splat(sky), up)
 }

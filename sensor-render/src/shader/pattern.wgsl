@@ -26,7 +26,7 @@ fn draw(coat: ptr<function, Coat>, pixel: f32) {
         panes(coat, vec2f(BAY_M, FLOOR_M), vec2f(0.62, 0.78), 1.75, pixel);
     }
     if ((pattern & 2u) != 0u) {
-        panes(coat, vec2f(1.7, 1.55), vec2f(0.82, 0.735), 0.775, pixel);
+        panes(coat, vec2f(1.7, 1.55), vec2f(0.5, 0.735), 0.775, pixel);
     }
 }
 

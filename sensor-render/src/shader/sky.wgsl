@@ -56,6 +56,6 @@ fn mirrored(r: vec3f) -> vec3f {
 
 // The light of the whole sky, and from below, on a surface whose normal's height is `z`.
 fn ambient(z: f32) -> vec3f {
-    let sky = frame.zenith.xyz * 0.42 + frame.horizon.xyz * 0.45;
+    let sky = frame.zenith.xyz * 0.3 + frame.horizon.xyz * 0.52;
     return mix(frame.ground.xyz, sky, 0.5 * z + 0.5);
 }
