@@ -18,6 +18,19 @@ use town::{Detail, Kind};
 /// The map that figures are measured on, in the folder that OMNIBUS_MAPS names.
 const HEAVY: &str = "carla2021-scenic__Town10HD.xodr";
 
+/// Five of CARLA's towns, as paths, if OMNIBUS_MAPS leads to them; else our own.
+pub fn towns() -> Vec<String> {
+    let in_folder = |folder: std::ffi::OsString| -> Option<Vec<String>> {
+        let names = ["2021-scenic__Town01", "2021-scenic__Town02", "2019__Town03"];
+        let names = names.into_iter().chain(["2021-scenic__Town06", "2021-scenic__Town10HD"]);
+        let paths = names.map(|name| Path::new(&folder).join(format!("carla{name}.xodr")));
+        paths.map(|path| path.exists().then(|| path.to_string_lossy().into_owned())).collect()
+    };
+    std::env::var_os("OMNIBUS_MAPS")
+        .and_then(in_folder)
+        .unwrap_or_else(|| town::names().map(String::from).collect())
+}
+
 /// A furnished town.
 pub struct Sample {
     pub name: String,
@@ -46,7 +59,12 @@ impl Sample {
     pub fn named(name: &str) -> Result<Sample, Box<dyn Error>> {
         match town::named(name) {
             Some(text) => Sample::of(name, &text, Detail::Standard),
-            None => Sample::of(name, &std::fs::read_to_string(name)?, Detail::Standard),
+            None => {
+                let text = std::fs::read_to_string(name)?;
+                let short = Path::new(name).file_stem().map(|stem| stem.to_string_lossy());
+                let short = short.as_deref().and_then(|stem| stem.rsplit("__").next());
+                Sample::of(short.unwrap_or(name), &text, Detail::Standard)
+            }
         }
     }
 
