@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// How long a joiner waits for the host to look at it.
-const ADMISSION_NANOS: u64 = 10_000_000_000;
+const ADMISSION_NANOS: u64 = 60_000_000_000;
 
 /// A process's (or thread's) part in an instance. Dropped, it leaves.
 pub struct Participant {

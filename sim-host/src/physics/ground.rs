@@ -262,10 +262,13 @@ fn cells_under<'a>(
     let low = points[0].min(points[1]).min(points[2]) - 2.0 * SEAM_M - origin;
     let high = points[0].max(points[1]).max(points[2]) + 2.0 * SEAM_M - origin;
     let cell = |m: f32| (m / CELL_M) as usize;
-    let columns = cell(low.x)..=cell(high.x);
     let half = CELL_M / 2.0;
+    let points = points.map(|p| p - origin);
     (cell(low.y)..=cell(high.y)).flat_map(move |y| {
-        columns.clone().filter_map(move |x| {
+        let (from, to) = reach_in_row(&points, y as f32 * CELL_M);
+        // A long slanting triangle touches few of the cells in its bounding box.
+        let columns = cell(from.max(low.x))..=cell(to.min(high.x).max(0.0));
+        columns.filter_map(move |x| {
             let center = origin + (Vec2::new(x as f32, y as f32) + 0.5) * CELL_M;
             let from_a = center - triangle.a.truncate();
             // The cell lies wholly outside an edge if even its nearest corner does.
@@ -276,6 +279,27 @@ fn cells_under<'a>(
             touches.then_some([x, y])
         })
     })
+}
+
+/// From where to where along x the triangle lies in the row of cells that begins at `y`, with a
+/// cell's margin.
+fn reach_in_row(points: &[Vec2; 3], y: f32) -> (f32, f32) {
+    let (low, high) = (y - CELL_M, y + 2.0 * CELL_M);
+    let mut reach = (f32::INFINITY, f32::NEG_INFINITY);
+    for index in 0..3 {
+        let (a, b) = (points[index], points[(index + 1) % 3]);
+        if a.y.max(b.y) < low || a.y.min(b.y) > high {
+            continue;
+        }
+        // The part of the edge between the two lines.
+        let along = |line: f32| ((line - a.y) / (b.y - a.y)).clamp(0.0, 1.0);
+        let ends = if a.y == b.y { [0.0, 1.0] } else { [along(low), along(high)] };
+        for share in ends {
+            let x = a.x + (b.x - a.x) * share;
+            reach = (reach.0.min(x - CELL_M), reach.1.max(x + CELL_M));
+        }
+    }
+    reach
 }
 
 /// Factor on a tyre's grip: dry asphalt is 1. After the tables of Wong, Theory of Ground Vehicles.

@@ -59,7 +59,7 @@ pub(crate) fn assemble(
     let mut places = shuffled(points, seed);
     let count = places.len();
     let mut cast = Cast::default();
-    let mut why = "not one".to_owned();
+    let mut why = "no driving lane has room for a vehicle".to_owned();
     while cast.ego_actor_id == 0 {
         let Some(place) = places.pop() else {
             return Err(CollectError::NoPlace { map: map.to_owned(), points: count, why });
