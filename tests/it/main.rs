@@ -5,6 +5,7 @@ mod kit;
 mod crash;
 mod exact;
 mod leave;
+mod maps;
 mod modes;
 mod refuse;
 mod same;
