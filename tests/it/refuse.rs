@@ -52,6 +52,7 @@ fn a_bad_map_is_named_with_its_line() {
 #[test]
 fn bad_arguments_are_named_with_what_would_do() {
     names(&refusal(&["run", "--device", "tpu"]), &["--device", "tpu"]);
+    names(&refusal(&["run", "--threads", "100000"]), &["--threads is 100000", "1024"]);
     names(&refusal(&["run", "--wait", "never"]), &["never", "balanced"]);
     names(&refusal(&["run", "--name", "UPPER"]), &["UPPER", "a-z"]);
     names(&refusal(&["run", "--fixed-delta", "7"]), &["--fixed-delta", "7"]);

@@ -122,8 +122,15 @@ fn render_config(device: &str, threads: usize) -> anyhow::Result<RenderConfig> {
     let null = device == "null";
     let device = if null { "cpu" } else { device };
     let device = FromStr::from_str(device).map_err(|e: String| anyhow!("--device: {e}"))?;
+    anyhow::ensure!(
+        threads <= THREADS_MAX,
+        "--threads is {threads}, not 0 (one for each core) to {THREADS_MAX}"
+    );
     Ok(RenderConfig { device, null, threads })
 }
+
+/// More than any machine has cores for.
+const THREADS_MAX: usize = 1024;
 
 fn read_map(name: &str) -> anyhow::Result<String> {
     let bytes = match std::fs::read(name) {
