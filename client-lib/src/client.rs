@@ -198,8 +198,9 @@ impl Client {
         words.ask_for_part(wanted);
         self.participant.control().host.ring();
         let deadline = clock::now_nanos() + PATIENCE_SECS * 1_000_000_000;
-        let granted =
-            self.participant.await_answer(deadline, || (words.takes_part() == wanted).then_some(()));
+        let granted = self
+            .participant
+            .await_answer(deadline, || (words.takes_part() == wanted).then_some(()));
         granted.map_err(|why| self.waited_in_vain(why, what))
     }
 

@@ -47,16 +47,6 @@ pub enum ClientError {
         /// After how many seconds.
         secs: u64,
     },
-    /// A rig gave nothing for a frame.
-    #[error("rig {rig} gave no bundle for {frame}; its last was {last}")]
-    Missed {
-        /// Which rig.
-        rig: u32,
-        /// Which frame.
-        frame: Frame,
-        /// The last bundle that came.
-        last: Frame,
-    },
     /// This client was too slow to read the journal.
     #[error(
         "this client did not read the journal for too long; what became of its commands is lost"

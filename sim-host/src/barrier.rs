@@ -51,7 +51,14 @@ pub(crate) struct Barrier {
 
 impl Barrier {
     /// From the current frame on, `slot` is waited for; it has done `done`.
-    pub(crate) fn join(&mut self, slot: usize, name: &str, on_death: OnDeath, lag: u64, done: Frame) {
+    pub(crate) fn join(
+        &mut self,
+        slot: usize,
+        name: &str,
+        on_death: OnDeath,
+        lag: u64,
+        done: Frame,
+    ) {
         let member = Member { name: name.to_owned(), on_death, lag, done };
         self.members.insert(slot, member);
     }

@@ -9,8 +9,9 @@ use std::{
 };
 
 use bus::{
-    ActorState, Control, Episode, Founding, Frame, HostPorts, Instance, Name, Outcome, RigId, Role, SLOTS,
-    Settings, SlotState, SnapshotHeader, Stamp, Strategy, TrafficSample, Wish, clock, process,
+    ActorState, Control, Episode, Founding, Frame, HostPorts, Instance, Name, Outcome, RigId, Role,
+    SLOTS, Settings, SlotState, SnapshotHeader, Stamp, Strategy, TrafficSample, Wish, clock,
+    process,
 };
 
 use crate::{
@@ -150,15 +151,16 @@ impl Host {
                 return Ok(());
             }
             if clock::now_nanos() > deadline {
-                let missing = self.roles.iter().find(|(slot, _)| self.control.alive() & 1 << **slot == 0);
+                let missing =
+                    self.roles.iter().find(|(slot, _)| self.control.alive() & 1 << **slot == 0);
                 return Err(HostError::Start {
                     role: missing.map_or("a stage", |(_, role)| role.name()),
                     why: format!("it was not ready after {} s", START_NANOS / 1_000_000_000),
                 });
             }
-            self.control.host.listen(Strategy::BATCH, Some(clock::now_nanos() + 5_000_000), || {
-                None::<()>
-            });
+            self.control
+                .host
+                .listen(Strategy::BATCH, Some(clock::now_nanos() + 5_000_000), || None::<()>);
         }
     }
 
@@ -221,7 +223,9 @@ impl Host {
     /// Asynchronous: sleeps until the next frame is due.
     fn pace(&mut self, due_nanos: u64) -> Result<u64, HostError> {
         let now = clock::now_nanos();
-        let Some(step) = (self.settings.delta_nanos * 1000).checked_div(self.settings.real_time_permille.into()) else {
+        let Some(step) =
+            (self.settings.delta_nanos * 1000).checked_div(self.settings.real_time_permille.into())
+        else {
             return Ok(now);
         };
         if due_nanos <= now {
@@ -350,7 +354,10 @@ impl Host {
                 if dial.value.is_finite() {
                     Ok(dial.actor_id.0)
                 } else {
-                    Err(format!("traffic dial {} is {}, not a finite number", dial.dial, dial.value))
+                    Err(format!(
+                        "traffic dial {} is {}, not a finite number",
+                        dial.dial, dial.value
+                    ))
                 }
             }
             Wish::Sensor(spec) => {
@@ -377,13 +384,19 @@ impl Host {
     fn change_settings(&mut self, settings: &Settings) -> Result<(), String> {
         let (delta, substep) = (settings.delta_nanos, settings.substep_max_nanos);
         if !(100_000..=1_000_000_000).contains(&delta) {
-            return Err(format!("delta_nanos is {delta}, not 100000 to 1000000000 (0.1 ms to 1 s)"));
+            return Err(format!(
+                "delta_nanos is {delta}, not 100000 to 1000000000 (0.1 ms to 1 s)"
+            ));
         }
         if !(100_000..=100_000_000).contains(&substep) {
             return Err(format!("substep_max_nanos is {substep}, not 100000 to 100000000"));
         }
         if settings.pipeline > bus::PIPELINE_MAX {
-            return Err(format!("pipeline is {}, PIPELINE_MAX is {}", settings.pipeline, bus::PIPELINE_MAX));
+            return Err(format!(
+                "pipeline is {}, PIPELINE_MAX is {}",
+                settings.pipeline,
+                bus::PIPELINE_MAX
+            ));
         }
         self.settings = *settings;
         for (slot, role) in self.roles.clone() {
@@ -469,7 +482,9 @@ impl Host {
                 (count != last || control.missing(frame) == 0).then_some(count)
             });
             heard = rung.unwrap_or(heard);
-            if control.missing(frame) != 0 || (self.control.alive().count_ones() as usize) < self.barrier.slots().len() {
+            if control.missing(frame) != 0
+                || (self.control.alive().count_ones() as usize) < self.barrier.slots().len()
+            {
                 self.look_after_slots()?;
             }
         }
@@ -483,7 +498,10 @@ impl Host {
         for slot in 0..SLOTS {
             let words = self.control.slot(slot);
             match words.state() {
-                SlotState::Free | SlotState::Admitted | SlotState::Quarantined | SlotState::Dead => {}
+                SlotState::Free
+                | SlotState::Admitted
+                | SlotState::Quarantined
+                | SlotState::Dead => {}
                 SlotState::Claimed => self.free_if_gone(slot),
                 SlotState::Waiting => self.admit(slot),
                 SlotState::Ready => self.enlist(slot)?,
@@ -589,7 +607,7 @@ impl Host {
 
     /// The journal as one finds it whose work is done up to `done`.
     fn serve_state(&mut self, done: Frame) -> Result<(), HostError> {
-        let (frame, entries, mut after) = self.standing.since(done);
+        let ((frame, entries), mut after) = self.standing.since(done);
         // What was carried out between two frames belongs to the next one.
         let coming = self.pen.published();
         if !coming.is_empty() {

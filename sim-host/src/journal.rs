@@ -128,7 +128,8 @@ impl Pen {
     pub(crate) fn publish(&mut self, ports: &HostPorts, stamp: Stamp) -> Result<(), BusError> {
         if self.published < self.entries.len() {
             let first = self.published as u32;
-            self.send(ports, stamp, first, 0, &self.entries[self.published..].to_vec())?;
+            let header = self.header(stamp, first, 0);
+            ports.journal.send(header, &self.entries[self.published..])?;
             self.published = self.entries.len();
         }
         Ok(())
@@ -143,7 +144,7 @@ impl Pen {
         follow: usize,
     ) -> Result<(), BusError> {
         let parts = 1 + follow as u32;
-        self.send(ports, Stamp { frame, ..Stamp::default() }, 0, parts, entries)
+        ports.journal.send(self.header(Stamp { frame, ..Stamp::default() }, 0, parts), entries)
     }
 
     /// Publishes a past frame's journal once more, for newcomers.
@@ -153,20 +154,13 @@ impl Pen {
         frame: Frame,
         entries: &[JournalEntry],
     ) -> Result<(), BusError> {
-        self.send(ports, Stamp { frame, ..Stamp::default() }, 0, 0, entries)
+        ports.journal.send(self.header(Stamp { frame, ..Stamp::default() }, 0, 0), entries)
     }
 
-    fn send(
-        &mut self,
-        ports: &HostPorts,
-        stamp: Stamp,
-        first: u32,
-        keyframe: u32,
-        entries: &[JournalEntry],
-    ) -> Result<(), BusError> {
-        let header = JournalHeader { stamp, serial: self.serial, first, keyframe };
+    fn header(&mut self, stamp: Stamp, first: u32, keyframe: u32) -> JournalHeader {
+        let serial = self.serial;
         self.serial += 1;
-        ports.journal.send(header, entries)
+        JournalHeader { stamp, serial, first, keyframe }
     }
 
     /// The lines of the coming frame that are out already.

@@ -42,7 +42,12 @@ impl Models {
             }
             Kind::Prop | Kind::TrafficLight => {
                 let mass_kg = blueprint.mass_kg.max(1.0);
-                physics.spawn_prop(id, PropModel { half_extents_m: half, mass_kg }, pose, is_kinematic)
+                physics.spawn_prop(
+                    id,
+                    PropModel { half_extents_m: half, mass_kg },
+                    pose,
+                    is_kinematic,
+                )
             }
         }
     }
@@ -67,5 +72,11 @@ fn vehicle(blueprint: &Blueprint) -> VehicleModel {
             driven: w.driven,
         })
         .collect();
-    VehicleModel::new(class, blueprint.half_extents_m, blueprint.center_m, blueprint.mass_kg, &places)
+    VehicleModel::new(
+        class,
+        blueprint.half_extents_m,
+        blueprint.center_m,
+        blueprint.mass_kg,
+        &places,
+    )
 }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use bus::{
-    ActorId, CreateRig, HostPorts, Name, RigId, SENSORS_MAX, SensorSpec, free_bytes, layout, output,
-    sensor,
+    ActorId, CreateRig, HostPorts, Name, RigId, SENSORS_MAX, SensorSpec, free_bytes, layout,
+    output, sensor,
 };
 
 /// The most pixels or rays across or down.
@@ -163,7 +163,12 @@ mod tests {
     }
 
     fn check(spec: SensorSpec, refusal: &str) {
-        let wish = CreateRig { sensor_count: 1, hold_max: 2, name: Name::new("r"), ..CreateRig::default() };
+        let wish = CreateRig {
+            sensor_count: 1,
+            hold_max: 2,
+            name: Name::new("r"),
+            ..CreateRig::default()
+        };
         let said = check_rig(&wish, &[spec]).err().unwrap_or_default();
         assert_eq!(said, refusal);
     }

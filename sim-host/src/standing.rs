@@ -50,13 +50,16 @@ impl Sediment {
     }
 }
 
+/// A frame and its entries.
+type Page = (Frame, Vec<JournalEntry>);
+
 /// The standing state some frames ago, and the journals since: enough to serve anyone whose work
 /// ended in between.
 #[derive(Default)]
 pub(crate) struct Standing {
     base: Sediment,
     base_frame: Frame,
-    recent: VecDeque<(Frame, Vec<JournalEntry>)>,
+    recent: VecDeque<Page>,
 }
 
 impl Standing {
@@ -73,7 +76,7 @@ impl Standing {
 
     /// For one whose work is done up to `done`: the frame and entries of a keyframe, and the
     /// journals that follow it.
-    pub(crate) fn since(&self, done: Frame) -> (Frame, Vec<JournalEntry>, Vec<(Frame, Vec<JournalEntry>)>) {
+    pub(crate) fn since(&self, done: Frame) -> (Page, Vec<Page>) {
         let mut sediment = self.base.clone();
         let mut at = self.base_frame;
         let mut after = Vec::new();
@@ -85,7 +88,7 @@ impl Standing {
                 after.push((*frame, entries.clone()));
             }
         }
-        (at, sediment.entries(), after)
+        ((at, sediment.entries()), after)
     }
 }
 
@@ -119,7 +122,7 @@ mod tests {
         for frame in 4..10 {
             standing.close(Frame(frame), vec![]);
         }
-        let (at, entries, after) = standing.since(Frame(9));
+        let ((at, entries), after) = standing.since(Frame(9));
         assert_eq!((at, entries, after), (Frame(9), rig(2), vec![]));
     }
 
@@ -131,7 +134,7 @@ mod tests {
         let wet = entry(Wish::SetWeather(Weather { wetness: 90.0, ..Weather::default() }), 0);
         standing.close(Frame(2), vec![]);
         standing.close(Frame(3), vec![wet]);
-        let (at, entries, after) = standing.since(Frame(2));
+        let ((at, entries), after) = standing.since(Frame(2));
         assert_eq!((at, entries, after), (Frame(2), vec![mild], vec![(Frame(3), vec![wet])]));
     }
 }

@@ -36,10 +36,20 @@ impl World {
         let statics: Vec<_> = town
             .colliders
             .iter()
-            .map(|c| StaticBox { center: c.center, half_extents_m: c.half_extents_m, yaw_rad: c.yaw_rad })
+            .map(|c| StaticBox {
+                center: c.center,
+                half_extents_m: c.half_extents_m,
+                yaw_rad: c.yaw_rad,
+            })
             .collect();
         let physics = Physics::new(ground, &statics);
-        let mut world = World { physics, models: Models::default(), actors: BTreeMap::new(), last_actor: 0, seed };
+        let mut world = World {
+            physics,
+            models: Models::default(),
+            actors: BTreeMap::new(),
+            last_actor: 0,
+            seed,
+        };
         world.place_lights(town);
         world
     }
@@ -84,9 +94,7 @@ impl World {
                 let [linear, turn] =
                     [to.velocity_mps, to.angular_velocity_radps].map(Vec3::from_array);
                 self.movable(to.actor_id)?;
-                self.physics
-                    .set_velocity(to.actor_id, linear, turn)
-                    .map_err(|e| e.to_string())?;
+                self.physics.set_velocity(to.actor_id, linear, turn).map_err(|e| e.to_string())?;
                 Ok(to.actor_id.0)
             }
             Wish::Control(control) => {
@@ -167,9 +175,10 @@ impl World {
     /// have been taken back in the meantime.
     pub fn follow_traffic(&mut self, controls: &[VehicleControl], lights: &[LightState]) {
         for control in controls {
-            let drives = self.actors.get(&control.actor_id).is_some_and(|a| {
-                a.state.kind == kind::VEHICLE && a.state.has(flag::AUTOPILOT)
-            });
+            let drives = self
+                .actors
+                .get(&control.actor_id)
+                .is_some_and(|a| a.state.kind == kind::VEHICLE && a.state.has(flag::AUTOPILOT));
             if drives && check_control(control).is_ok() {
                 // It is a vehicle and there: this cannot be refused.
                 let _ = self.steer(control);
@@ -232,14 +241,19 @@ fn check_pose(pose: &Pose) -> Result<(), String> {
     }
     let far = pose.position().abs().max_element();
     if far > 1e5 {
-        return Err(format!("position {} lies {far} m out; 100000 m is the limit", pose.position()));
+        return Err(format!(
+            "position {} lies {far} m out; 100000 m is the limit",
+            pose.position()
+        ));
     }
     Ok(())
 }
 
 fn check_control(control: &VehicleControl) -> Result<(), String> {
     let VehicleControl { throttle, brake, steer, .. } = *control;
-    for (what, value, low) in [("throttle", throttle, 0.0), ("brake", brake, 0.0), ("steer", steer, -1.0)] {
+    for (what, value, low) in
+        [("throttle", throttle, 0.0), ("brake", brake, 0.0), ("steer", steer, -1.0)]
+    {
         if !(low..=1.0).contains(&value) {
             return Err(format!("{what} of {} is {value}, not {low} to 1", control.actor_id));
         }

@@ -190,9 +190,8 @@ impl World {
             } else {
                 random.vehicle()
             };
-            let model = models
-                .entry(blueprint.id)
-                .or_insert_with(|| Arc::new(VehicleModel::of(blueprint)));
+            let model =
+                models.entry(blueprint.id).or_insert_with(|| Arc::new(VehicleModel::of(blueprint)));
             let id = ActorId(self.actors.len() as u32 + 1);
             match self.physics.spawn_vehicle(id, model, &pose(&self.network, place), false) {
                 Ok(pose) => {

@@ -33,7 +33,8 @@ impl Judge {
         }
         let roof = Pose::new(Vec3::Z * 2.5, Quat::IDENTITY);
         let outputs = output::DEPTH | output::INSTANCE;
-        let rig = client.create_rig("judge", car, &[camera("c", roof, 64, 48, 1.5, outputs)], 2).unwrap();
+        let rig =
+            client.create_rig("judge", car, &[camera("c", roof, 64, 48, 1.5, outputs)], 2).unwrap();
         Judge { client, rig }
     }
 
@@ -98,7 +99,12 @@ fn dies_at(role: Role, point: &str) {
         if early.is_none() && deaths(&sim.log()) >= wanted / 4 {
             early = Some(footprint(&sim));
         }
-        assert!(seen.len() < wanted * EVERY * 3, "{plan}: {} deaths in {} frames", deaths(&sim.log()), seen.len());
+        assert!(
+            seen.len() < wanted * EVERY * 3,
+            "{plan}: {} deaths in {} frames",
+            deaths(&sim.log()),
+            seen.len()
+        );
     }
     let late = footprint(&sim);
     let count = deaths(&sim.log());
@@ -207,7 +213,11 @@ fn clients_may_die_anywhere_even_while_they_hold_the_tick() {
         if early.is_none() {
             early = Some(footprint(&sim));
         }
-        let dead = sim.log().lines().filter(|l| l.contains("client \"mortal") && l.contains("died")).count();
+        let dead = sim
+            .log()
+            .lines()
+            .filter(|l| l.contains("client \"mortal") && l.contains("died"))
+            .count();
         println!("client:{point}: {dead} deaths so far");
         assert_eq!(dead, deaths_wanted() * (place + 1), "{point}: not everybody died");
     }
@@ -236,10 +246,12 @@ fn at_random_times_anybody_may_die() {
         random ^= random >> 7;
         random ^= random << 17;
         let role = if random & 1 == 0 { Role::Render } else { Role::Traffic };
-        eventually("both stages", || sim.pid(Role::Render).is_some() && sim.pid(Role::Traffic).is_some());
+        eventually("both stages", || {
+            sim.pid(Role::Render).is_some() && sim.pid(Role::Traffic).is_some()
+        });
         let pid = sim.pid(role).unwrap();
         let pause = std::time::Duration::from_micros(random >> 8 & 0x1fff);
-        let killer = std::thread::spawn(move || {
+        let killer = crate::kit::thread(move || {
             std::thread::sleep(pause);
             kill(pid, Signal::KILL);
         });
@@ -251,7 +263,9 @@ fn at_random_times_anybody_may_die() {
             early = Some(footprint(&sim));
         }
     }
-    eventually("both stages", || sim.pid(Role::Render).is_some() && sim.pid(Role::Traffic).is_some());
+    eventually("both stages", || {
+        sim.pid(Role::Render).is_some() && sim.pid(Role::Traffic).is_some()
+    });
     let (late, count) = (footprint(&sim), deaths(&sim.log()));
     drop(judge);
     sim.end();

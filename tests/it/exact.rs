@@ -99,7 +99,9 @@ fn disagreement(measured: &Measurement, marker: ActorId, pose: &Pose) -> Option<
             }
         }
         if wrong > 0 {
-            return Some(format!("camera {index}: {wrong} pixels on the wrong side of its outline"));
+            return Some(format!(
+                "camera {index}: {wrong} pixels on the wrong side of its outline"
+            ));
         }
         // The nearest pixel lies on the marker, within what a pixel spans there.
         if !(-1e-3..=0.25).contains(&(near - due_near)) {

@@ -104,7 +104,7 @@ impl Sim {
         let mut child = spawned.spawn().unwrap();
         let log = Arc::new(Mutex::new(String::new()));
         let (lines, into) = (child.stderr.take().unwrap(), Arc::clone(&log));
-        let reader = std::thread::spawn(move || {
+        let reader = thread(move || {
             for line in BufReader::new(lines).lines().map_while(Result::ok) {
                 let mut log = into.lock().unwrap();
                 log.push_str(&line);
@@ -147,9 +147,9 @@ impl Sim {
     /// The process that plays this role now; nothing while there is none.
     pub(crate) fn pid(&self, role: Role) -> Option<u32> {
         let control = self.instance.control().unwrap();
-        let slot = (0..bus::SLOTS).map(|i| control.slot(i)).find(|s| {
-            s.role() == Some(role) && s.state() == bus::SlotState::Live
-        })?;
+        let slot = (0..bus::SLOTS)
+            .map(|i| control.slot(i))
+            .find(|s| s.role() == Some(role) && s.state() == bus::SlotState::Live)?;
         Some(slot.pid()).filter(|pid| *pid != 0)
     }
 
@@ -267,4 +267,11 @@ impl Digest {
     fn step(&mut self, word: u64) {
         self.0 = (self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(23);
     }
+}
+
+/// A thread of a test.
+pub(crate) fn thread<T: Send + 'static>(
+    work: impl FnOnce() -> T + Send + 'static,
+) -> JoinHandle<T> {
+    std::thread::Builder::new().name("scenario".into()).spawn(work).unwrap()
 }

@@ -61,8 +61,12 @@ fn a_slow_renderer_holds_up_no_asynchronous_world_and_shows_whole_frames() {
     let sim = Sim::start_with(&[], &slow);
     let mut client = sim.client("watcher");
     let mut rig = lookout(&mut client);
-    let settings =
-        Settings { synchronous: 0, delta_nanos: 10_000_000, real_time_permille: 1000, ..client.settings() };
+    let settings = Settings {
+        synchronous: 0,
+        delta_nanos: 10_000_000,
+        real_time_permille: 1000,
+        ..client.settings()
+    };
     client.apply_settings(settings).unwrap();
     let from = client.await_frame().unwrap();
     let mut frames = Vec::new();
@@ -93,7 +97,11 @@ fn a_pipelined_renderer_trails_by_no_more_than_it_may() {
                 first.get_or_insert(measured.frame());
                 trailed |= measured.frame() < frame;
             }
-            assert!(rig.last().0 + u64::from(depth) >= frame.0, "depth {depth}: {} at {frame}", rig.last());
+            assert!(
+                rig.last().0 + u64::from(depth) >= frame.0,
+                "depth {depth}: {} at {frame}",
+                rig.last()
+            );
         }
     }
     assert!(trailed, "it never trailed: nothing was pipelined");
@@ -114,7 +122,7 @@ fn agents_that_take_part_are_waited_for_and_steer_each_frame() {
     let car = ticker.spawn(Spawn::new("vehicle.tesla.model3", places[3])).unwrap();
     let mut agent = sim.client("agent");
     agent.take_part().unwrap();
-    let at_work = std::thread::spawn(move || {
+    let at_work = crate::kit::thread(move || {
         let mut seen = Vec::new();
         for _ in 0..TICKS {
             let frame = agent.await_frame().unwrap();

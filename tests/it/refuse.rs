@@ -82,7 +82,11 @@ fn a_refused_wish_is_named_and_the_world_goes_on() {
     let spawn = |name: &str, pose| {
         Wish::Spawn(bus::Spawn { blueprint: bus::Name::new(name), pose, ..Default::default() })
     };
-    refused("blueprint", spawn("vehicle.no.such", place), &["vehicle.no.such", "omnibus blueprints"]);
+    refused(
+        "blueprint",
+        spawn("vehicle.no.such", place),
+        &["vehicle.no.such", "omnibus blueprints"],
+    );
     refused("occupied", spawn("vehicle.audi.tt", place), &["vehicle.audi.tt"]);
     let nowhere = Pose { position_m: [f32::NAN, 0.0, 0.0], ..place };
     refused("NaN", spawn("vehicle.audi.tt", nowhere), &["finite"]);
@@ -97,12 +101,19 @@ fn a_refused_wish_is_named_and_the_world_goes_on() {
         (bus::SensorSpec { fov_rad: 9.0, ..good }, &["\"c\"", "fov_rad is 9"]),
         (lidar("l", Pose::IDENTITY, 8, 90, [0.5, -0.5], 50.0), &["\"l\"", "lower_rad is 0.5"]),
         (bus::SensorSpec { kind: 77, ..good }, &["\"c\"", "77"]),
-        (bus::SensorSpec { width: 8192, height: 8192, outputs: 0xf, ..good }, &["/dev/shm", "MB free; enlarge it"]),
+        (
+            bus::SensorSpec { width: 8192, height: 8192, outputs: 0xf, ..good },
+            &["/dev/shm", "MB free; enlarge it"],
+        ),
     ] {
         let (hold, count) = if spec.width == 8192 { (8, 16) } else { (2, 1) };
-        let name = |index: usize| bus::Name::new(&format!("{}{}", spec.name, ["", "b"][index.min(1)].repeat(index)));
+        let name = |index: usize| {
+            bus::Name::new(&format!("{}{}", spec.name, ["", "b"][index.min(1)].repeat(index)))
+        };
         let specs: Vec<_> = (0..count).map(|i| bus::SensorSpec { name: name(i), ..spec }).collect();
-        let Err(said) = client.create_rig("r", car, &specs, hold) else { panic!("{spec:?} was granted") };
+        let Err(said) = client.create_rig("r", car, &specs, hold) else {
+            panic!("{spec:?} was granted")
+        };
         println!("sensor -> {said}");
         names(&said.to_string(), words);
     }
@@ -119,7 +130,8 @@ fn a_stage_of_another_build_is_not_let_in() {
     let control = sim.instance().control().unwrap();
     let ours = sim.client("before");
     control.pretend_protocol(99);
-    let said = client_lib::Client::connect(Some(sim.instance().id()), "late").err().unwrap().to_string();
+    let said =
+        client_lib::Client::connect(Some(sim.instance().id()), "late").err().unwrap().to_string();
     println!("other build -> {said}");
     names(&said, &["protocol", "99", "one checkout"]);
     drop(ours);
@@ -162,14 +174,33 @@ fn a_data_set_is_never_overwritten_and_a_folder_that_cannot_be_written_is_named(
     let scratch = Scratch::new();
     let out = scratch.path().join("set");
     let out = out.to_str().unwrap();
-    let small = ["--map", small_map(), "--device", "cpu", "--width", "64", "--height", "48", "--vehicles", "3", "--warmup", "2"];
+    let small = [
+        "--map",
+        small_map(),
+        "--device",
+        "cpu",
+        "--width",
+        "64",
+        "--height",
+        "48",
+        "--vehicles",
+        "3",
+        "--warmup",
+        "2",
+    ];
     fn with<'a>(small: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
         [&["collect"], small, more].concat()
     }
     let made = run(&with(&small, &["--frames", "4", "--out", out]));
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    names(&refusal(&with(&small, &["--frames", "4", "--out", out])), &[out, "complete data set of 4 frames"]);
-    names(&refusal(&with(&small, &["--frames", "4", "--out", "/proc/nowhere"])), &["/proc/nowhere"]);
+    names(
+        &refusal(&with(&small, &["--frames", "4", "--out", out])),
+        &[out, "complete data set of 4 frames"],
+    );
+    names(
+        &refusal(&with(&small, &["--frames", "4", "--out", "/proc/nowhere"])),
+        &["/proc/nowhere"],
+    );
     let file = scratch.path().join("file");
     fs::write(&file, "").unwrap();
     names(&refusal(&with(&small, &["--frames", "4", "--out", file.to_str().unwrap()])), &["file"]);

@@ -61,7 +61,8 @@ fn play(client: &mut Client, look: Look) -> Run {
     let mut run = Run { hashes: vec![], collisions: 0, vehicles: 0, measured: vec![], first: 0 };
     for frame in 1..=FRAMES {
         if frame % 40 == 0 {
-            let [target, bullet] = [frame / 40, frame / 40 + 37].map(|n| cars[n as usize % VEHICLES]);
+            let [target, bullet] =
+                [frame / 40, frame / 40 + 37].map(|n| cars[n as usize % VEHICLES]);
             if let Some(pose) = client.world().actor(target).map(|a| a.pose) {
                 let ahead = pose.rotation() * Vec3::X;
                 let facing = pose.rotation() * Quat::from_rotation_z(std::f32::consts::PI);
@@ -94,7 +95,13 @@ fn play(client: &mut Client, look: Look) -> Run {
         while run.measured.len() < FRAMES as usize {
             let measured = client.await_measurement(rig);
             let measured = measured.unwrap_or_else(|e| {
-                panic!("{e}: {} of {FRAMES} came, from frame {} to {}, {} were missed", run.measured.len(), run.first, rig.last(), rig.missed())
+                panic!(
+                    "{e}: {} of {FRAMES} came, from frame {} to {}, {} were missed",
+                    run.measured.len(),
+                    run.first,
+                    rig.last(),
+                    rig.missed()
+                )
             });
             run.measured.push(digest(&measured));
         }
@@ -151,7 +158,11 @@ fn two_runs_of_one_seed_are_the_same_frame_by_frame() {
         ("one tracer thread", as_processes(&["--seed", "3", "--threads", "1"], &[], seeing)),
         ("pipelined", as_processes(&["--seed", "3"], &[], trailing)),
     ];
-    println!("hash of frame {FRAMES}: {:016x}, {} collisions", first.hashes.last().unwrap(), first.collisions);
+    println!(
+        "hash of frame {FRAMES}: {:016x}, {} collisions",
+        first.hashes.last().unwrap(),
+        first.collisions
+    );
     for (name, run) in variants.iter().chain([&("with sensors", seen.clone_hashes())]) {
         println!("{name}: {:016x}", run.hashes.last().unwrap());
         if let Some(at) = first_difference(&first, run) {
@@ -165,7 +176,10 @@ fn two_runs_of_one_seed_are_the_same_frame_by_frame() {
         }
     }
     let other = as_processes(&["--seed", "4"], &[], Look::default());
-    assert!(first_difference(&first, &other).is_some_and(|at| at < 100), "another seed, another run");
+    assert!(
+        first_difference(&first, &other).is_some_and(|at| at < 100),
+        "another seed, another run"
+    );
 }
 
 impl Run {

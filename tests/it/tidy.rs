@@ -15,7 +15,10 @@ const ARROWS: [(&str, &[&str]); 10] = [
     ("client-lib", &["bus", "road"]),
     ("bench", &["client-lib", "road", "town"]),
     ("cli", &["bus", "road", "town", "sim-host", "traffic", "sensor-render", "client-lib"]),
-    ("tests", &["bus", "road", "town", "sim-host", "traffic", "sensor-render", "client-lib", "cli"]),
+    (
+        "tests",
+        &["bus", "road", "town", "sim-host", "traffic", "sensor-render", "client-lib", "cli"],
+    ),
 ];
 
 /// Packages that belong to one room alone.
@@ -84,21 +87,28 @@ fn a_forbidden_arrow_of_any_kind_is_found() {
 
 #[test]
 fn the_drawing_in_the_architecture_names_every_room() {
-    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../ARCHITECTURE.md")).unwrap();
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../ARCHITECTURE.md"))
+        .unwrap();
     for (room, _) in ARROWS {
         assert!(text.contains(&format!("`{room}`")), "ARCHITECTURE.md does not name `{room}`");
     }
     for channel in bus::CHANNELS {
-        assert!(text.contains(&format!("`{}`", channel.name)), "ARCHITECTURE.md lacks `{}`", channel.name);
+        assert!(
+            text.contains(&format!("`{}`", channel.name)),
+            "ARCHITECTURE.md lacks `{}`",
+            channel.name
+        );
     }
 }
 
 #[test]
 fn the_top_level_holds_the_doors_and_nothing_else() {
-    let doors = ["bench", "client-lib", "docs", "sensor-render", "sim-host", "target", "tests", "traffic"];
+    let doors =
+        ["bench", "client-lib", "docs", "sensor-render", "sim-host", "target", "tests", "traffic"];
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
     let entries = std::fs::read_dir(root).unwrap().flatten().filter(|e| e.path().is_dir());
     let names = entries.map(|e| e.file_name().into_string().unwrap());
-    let strange: Vec<_> = names.filter(|n| !n.starts_with('.') && !doors.contains(&n.as_str())).collect();
+    let strange: Vec<_> =
+        names.filter(|n| !n.starts_with('.') && !doors.contains(&n.as_str())).collect();
     assert_eq!(strange, Vec::<String>::new());
 }

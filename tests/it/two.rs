@@ -58,7 +58,7 @@ fn two_clients_of_one_name_get_their_own_answers() {
             }
             ids
         };
-        std::thread::spawn(spawn)
+        crate::kit::thread(spawn)
     };
     let (one, two) = (spawn_ten(a, 0), spawn_ten(b, 10));
     let spawns = [one.join().unwrap(), two.join().unwrap()].concat();

@@ -41,7 +41,8 @@ pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), Traffic
             mind.restore(saved)?;
         }
     }
-    let mut driver = Driver { participant, ports, mind, saved: Vec::new(), done, first: done.next() };
+    let mut driver =
+        Driver { participant, ports, mind, saved: Vec::new(), done, first: done.next() };
     loop {
         match driver.participant.next_frame(driver.done, None) {
             Ok(newest) => driver.work_up_to(newest)?,
@@ -109,12 +110,7 @@ impl Driver {
             end_nanos: clock::now_nanos(),
         };
         let mut loan = self.ports.decided.loan(decided.layout().blocks)?;
-        decided.fill(
-            loan.payload_mut(),
-            self.mind.controls(),
-            self.mind.lights(),
-            &self.saved,
-        );
+        decided.fill(loan.payload_mut(), self.mind.controls(), self.mind.lights(), &self.saved);
         fault::point(Role::Traffic, "loan_held", frame, self.first);
         loan.send(decided)?;
         fault::point(Role::Traffic, "sent", frame, self.first);

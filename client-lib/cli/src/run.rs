@@ -114,25 +114,23 @@ pub struct Beside {
 
 impl Beside {
     /// Starts it.
-    pub fn start(
-        args: &WorldArgs,
-        settings: Settings,
-    ) -> anyhow::Result<Beside> {
+    pub fn start(args: &WorldArgs, settings: Settings) -> anyhow::Result<Beside> {
         let stop = Arc::new(AtomicBool::new(false));
         let (tell, told) = crossbeam::channel::bounded(1);
         let (world, flag) = (args.clone(), Arc::clone(&stop));
-        let host = std::thread::Builder::new().name("sim-host".into()).spawn(move || {
-            match world.host(settings, flag) {
-                Ok(host) => {
-                    let _ = tell.send(Ok(host.instance().clone()));
-                    host.run()
+        let host =
+            std::thread::Builder::new().name("sim-host".into()).spawn(move || {
+                match world.host(settings, flag) {
+                    Ok(host) => {
+                        let _ = tell.send(Ok(host.instance().clone()));
+                        host.run()
+                    }
+                    Err(e) => {
+                        let _ = tell.send(Err(e));
+                        Ok(Frame(0))
+                    }
                 }
-                Err(e) => {
-                    let _ = tell.send(Err(e));
-                    Ok(Frame(0))
-                }
-            }
-        })?;
+            })?;
         let instance = told.recv().context("the host ended while it started")??;
         Ok(Beside { instance, within: args.single_process, stop, host: Some(host) })
     }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use anyhow::{Context, anyhow};
 use bus::{
-    ActorState, Frame, Name, Settings, Spawn, Stamp, VehicleControl, Weather,
-    Wish, clock, flag, layout,
+    ActorState, Frame, Name, Settings, Spawn, Stamp, VehicleControl, Weather, Wish, clock, flag,
+    layout,
 };
 use sensor_render::{RigJob, Tracer, pose_planes, scene_of};
 use sim_host::World;
@@ -171,11 +171,8 @@ impl Captured {
     fn render(&self, args: &StageArgs) -> anyhow::Result<Vec<u64>> {
         let config = args.world.render()?;
         let scene = scene_of(&self.network, self.seed);
-        let mut tracer = if config.null {
-            Tracer::Null
-        } else {
-            Tracer::open(config.device, config.threads)?
-        };
+        let mut tracer =
+            if config.null { Tracer::Null } else { Tracer::open(config.device, config.threads)? };
         let sensors = default_rig(args.width, args.height);
         let (mut planes, byte_len) = layout(&sensors);
         let mut bytes = vec![0u64; byte_len.div_ceil(8) as usize];
@@ -192,7 +189,11 @@ impl Captured {
             });
             pose_planes(&mut planes, &sensors, &ego.pose);
             let out = bytemuck::cast_slice_mut(&mut bytes);
-            tracer.measure(&scene, &world, &mut [RigJob { sensors: &sensors, planes: &planes, out }])?;
+            tracer.measure(
+                &scene,
+                &world,
+                &mut [RigJob { sensors: &sensors, planes: &planes, out }],
+            )?;
             nanos.push(clock::now_nanos() - begin);
         }
         Ok(nanos)

@@ -63,8 +63,14 @@ fn a_frame_is_over_when_everybody_has_arrived() {
 
 #[test]
 fn an_early_or_repeated_arrival_does_no_harm() {
-    check("traffic joins; traffic arrives 0; tick; traffic arrives 1; traffic arrives 1", "complete");
-    check("traffic joins; tick; traffic arrives 1; tick; traffic arrives 1", "waits for traffic (last arrival: frame 1)");
+    check(
+        "traffic joins; traffic arrives 0; tick; traffic arrives 1; traffic arrives 1",
+        "complete",
+    );
+    check(
+        "traffic joins; tick; traffic arrives 1; tick; traffic arrives 1",
+        "waits for traffic (last arrival: frame 1)",
+    );
 }
 
 #[test]
@@ -106,6 +112,9 @@ fn one_that_leaves_is_missed_by_nobody() {
 
 #[test]
 fn a_late_frame_names_who_it_waited_for() {
-    check("traffic joins; render joins; tick; traffic arrives 1; late", "late: render (last arrival: frame 0)");
+    check(
+        "traffic joins; render joins; tick; traffic arrives 1; late",
+        "late: render (last arrival: frame 0)",
+    );
     check("traffic joins; tick; late; traffic arrives 1", "complete");
 }

@@ -217,6 +217,7 @@ impl Bank {
 
     /// One sub-iteration: loads, tyre forces, spins.
     #[inline]
+    #[expect(clippy::too_many_arguments, reason = "all that acts on a wheel, nothing twice")]
     pub(super) fn advance(
         &self,
         state: &mut BankState,

@@ -34,7 +34,10 @@ fn client(instance: &str, ticks: u64) -> Result<(), ClientError> {
     let mut rig = client.create_rig("mortal", car, &[spec], 2)?;
     for _ in 0..ticks {
         let (_, measured) = client.tick_and_collect(&mut [&mut rig])?;
-        assert!(measured[0].is_some() && client.world().actor(car).is_some_and(|a| a.has(flag::AUTOPILOT)));
+        assert!(
+            measured[0].is_some()
+                && client.world().actor(car).is_some_and(|a| a.has(flag::AUTOPILOT))
+        );
     }
     client.destroy(car)
 }

@@ -30,7 +30,8 @@ pub(crate) fn seen(ids: &[u32], width: usize, actors: &[ActorState]) -> Vec<Opti
             let (left, right) = (from, from + run.len() as u32);
             from = right;
             let Some(index) = index_of(run[0], actors) else { continue };
-            let seen = found[index].get_or_insert(Seen { pixels: 0, edges_px: [left, row, right, row] });
+            let seen =
+                found[index].get_or_insert(Seen { pixels: 0, edges_px: [left, row, right, row] });
             let [l, t, r, _] = seen.edges_px;
             seen.edges_px = [l.min(left), t, r.max(right), row + 1];
             seen.pixels += right - left;

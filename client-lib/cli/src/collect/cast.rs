@@ -84,7 +84,8 @@ pub(crate) fn assemble(
     while cast.vehicles_spawned < vehicles && !places.is_empty() {
         let wanted = (vehicles - cast.vehicles_spawned) as usize;
         let batch: Vec<_> = places.drain(places.len().saturating_sub(wanted)..).rev().collect();
-        let wishes: Vec<_> = batch.iter().map(|at| Wish::Spawn(vehicle(*at, &mut random))).collect();
+        let wishes: Vec<_> =
+            batch.iter().map(|at| Wish::Spawn(vehicle(*at, &mut random))).collect();
         for entry in client.try_request("spawn", &wishes)? {
             let is_done = entry.outcome.status == status::DONE;
             cast.vehicles_spawned += u32::from(is_done);
@@ -116,8 +117,7 @@ fn vehicle(pose: Pose, random: &mut Random) -> Spawn {
         86..94 => &["truck", "bus"],
         _ => &["motorcycle", "bicycle"],
     };
-    let choice: Vec<_> =
-        town::catalogue().iter().filter(|b| kind.contains(&b.base_type)).collect();
+    let choice: Vec<_> = town::catalogue().iter().filter(|b| kind.contains(&b.base_type)).collect();
     let blueprint = random.pick(&choice);
     let [r, g, b] = *random.pick(&PAINTS);
     // A police car, a taxi or a fire engine keeps its own.

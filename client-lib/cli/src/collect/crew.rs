@@ -61,9 +61,8 @@ impl Shot {
     fn plane(&self, sensor: usize, output: u32) -> Result<(&Plane, &[u8]), CollectError> {
         let found = self.planes.iter().find(|p| p.sensor as usize == sensor && p.output == output);
         let bytes: &[u8] = (*self.bytes).as_ref();
-        let within = |plane: &Plane| {
-            bytes.get(plane.offset as usize..)?.get(..plane.byte_len as usize)
-        };
+        let within =
+            |plane: &Plane| bytes.get(plane.offset as usize..)?.get(..plane.byte_len as usize);
         match found.and_then(|plane| Some((plane, within(plane)?))) {
             Some(found) => Ok(found),
             None => Err(CollectError::Bug {
@@ -255,7 +254,13 @@ impl Shared {
         Ok(())
     }
 
-    fn write(&self, shot: &Shot, folder: &str, kind: &str, bytes: &[u8]) -> Result<(), CollectError> {
+    fn write(
+        &self,
+        shot: &Shot,
+        folder: &str,
+        kind: &str,
+        bytes: &[u8],
+    ) -> Result<(), CollectError> {
         write_whole(&self.desk.folder.of_frame(folder, shot.frame(), kind), bytes)?;
         self.bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
         Ok(())

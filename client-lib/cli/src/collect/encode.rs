@@ -136,7 +136,10 @@ mod tests {
         encoder.depth([4, 2], &metres).unwrap();
         let steps = decode::png(&encoder.file).unwrap().sixteen();
         for (metre, step) in metres.iter().zip(&steps).take(5) {
-            assert!((f32::from(*step) / DEPTH_STEPS_PER_M - metre).abs() <= 0.00501, "{metre} {step}");
+            assert!(
+                (f32::from(*step) / DEPTH_STEPS_PER_M - metre).abs() <= 0.00501,
+                "{metre} {step}"
+            );
         }
         assert_eq!(steps[5..], [DEPTH_FAR; 3]);
     }

@@ -73,12 +73,7 @@ pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
 }
 
 /// Checks one file against what its frame's line says; answers its length.
-fn check(
-    metadata: &Metadata,
-    folder: &str,
-    line: &FrameLine,
-    file: &[u8],
-) -> Result<u64, String> {
+fn check(metadata: &Metadata, folder: &str, line: &FrameLine, file: &[u8]) -> Result<u64, String> {
     let (name, output) = folder.split_once('/').unwrap_or((folder, ""));
     let sensor = metadata.recipe.sensors.iter().find(|s| s.name == name);
     if folder == BOXES {

@@ -41,7 +41,10 @@ fn conventions() -> BTreeMap<String, String> {
         ("optical", "right-handed, x right, y down, z forward: the axes of intrinsics_px"),
         ("transforms", "a_from_b turns a point in b into the same point in a; matrices by rows"),
         ("rotation_xyzw", "unit quaternion, the real part last"),
-        ("pixels", "(0, 0) is the top left corner of the image; the first pixel's middle is (0.5, 0.5)"),
+        (
+            "pixels",
+            "(0, 0) is the top left corner of the image; the first pixel's middle is (0.5, 0.5)",
+        ),
         ("boxes_px", "left, top, right, bottom edge; right and bottom lie just outside"),
         ("files", "named by the frame, the ordinal of the simulation's step"),
         (
@@ -99,7 +102,10 @@ mod tests {
         let mut wider = first.clone();
         wider.sensors[0].camera.as_mut().unwrap().width_px = 1920;
         let (key, recorded, asked) = difference(&first, &wider).unwrap();
-        assert_eq!((&key[..], &recorded[..], &asked[..]), ("sensors.0.camera.width_px", "800", "1920"));
+        assert_eq!(
+            (&key[..], &recorded[..], &asked[..]),
+            ("sensors.0.camera.width_px", "800", "1920")
+        );
     }
 
     #[test]

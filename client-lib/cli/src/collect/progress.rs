@@ -73,7 +73,9 @@ fn line(done: u64, wanted: u64, stages: &Stages) -> String {
     let rate = stages.rate_hz();
     let left = wanted.saturating_sub(done) as f64 / rate.max(1e-3);
     let width = BAR as usize;
-    format!("[{bar:width$}] {done}/{wanted} frames, {rate:.1} frames/s, {left:.0} s left | {stages}")
+    format!(
+        "[{bar:width$}] {done}/{wanted} frames, {rate:.1} frames/s, {left:.0} s left | {stages}"
+    )
 }
 
 #[cfg(test)]
@@ -85,7 +87,9 @@ mod tests {
         let stages = Stages { frames: 30, wall_nanos: 2_000_000_000, ..Stages::default() };
         let text = line(75, 300, &stages);
         assert!(
-            text.starts_with("[======>                 ] 75/300 frames, 15.0 frames/s, 15 s left |"),
+            text.starts_with(
+                "[======>                 ] 75/300 frames, 15.0 frames/s, 15 s left |"
+            ),
             "{text}"
         );
         assert!(line(300, 300, &stages).starts_with("[========================] 300/300"));

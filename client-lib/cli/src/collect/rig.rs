@@ -105,7 +105,11 @@ pub(crate) fn tasks(sensors: &[SensorSpec]) -> Vec<Task> {
     for (index, spec) in sensors.iter().enumerate() {
         if spec.kind == sensor::LIDAR {
             let points = format!("{}/points", spec.name);
-            tasks.push(Task::Points { sensor: index, points, labels: format!("{}/labels", spec.name) });
+            tasks.push(Task::Points {
+                sensor: index,
+                points,
+                labels: format!("{}/labels", spec.name),
+            });
             continue;
         }
         for (output, name) in IMAGES {
@@ -205,7 +209,10 @@ mod tests {
         let camera = describe(spec).camera.unwrap();
         let pinhole = Pinhole::of(spec);
         assert!((camera.intrinsics_px[0][0] - f64::from(pinhole.focal_px)).abs() < 1e-3);
-        assert_eq!(camera.intrinsics_px, [[320.0, 0.0, 320.0], [0.0, 320.0, 240.0], [0.0, 0.0, 1.0]]);
+        assert_eq!(
+            camera.intrinsics_px,
+            [[320.0, 0.0, 320.0], [0.0, 320.0, 240.0], [0.0, 0.0, 1.0]]
+        );
         let forward: Vec<f64> = camera.vehicle_from_optical.iter().map(|row| row[2]).collect();
         assert_eq!(forward, [1.0, 0.0, 0.0, 0.0], "optical z is vehicle x");
     }

@@ -30,9 +30,9 @@ pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, Coll
     let rows = lines.len().min(ROWS);
     let camera = metadata.recipe.sensors.iter().find(|s| s.camera.is_some());
     let lidar = metadata.recipe.sensors.iter().find(|s| s.lidar.is_some());
-    let height = camera.and_then(|s| s.camera.as_ref()).map_or(TILE_WIDTH * 3 / 4, |c| {
-        TILE_WIDTH * c.height_px as usize / c.width_px as usize
-    });
+    let height = camera
+        .and_then(|s| s.camera.as_ref())
+        .map_or(TILE_WIDTH * 3 / 4, |c| TILE_WIDTH * c.height_px as usize / c.width_px as usize);
     let mut sheet = Sheet::new(4, rows, [TILE_WIDTH, height.max(1)]);
     for row in 0..rows {
         // Evenly over the whole set, the first and the last included.
@@ -71,7 +71,8 @@ fn draw_camera(
     sheet.draw(2, row, |x, y| tag_color(tag.bytes[at(&tag, x, y)]));
     let boxes = folder.of_frame(BOXES, line.frame, "json");
     let text = fs::read(&boxes).map_err(|e| CollectError::io(&boxes, e))?;
-    let found: Boxes = serde_json::from_slice(&text).map_err(|e| CollectError::damaged(&boxes, e))?;
+    let found: Boxes =
+        serde_json::from_slice(&text).map_err(|e| CollectError::damaged(&boxes, e))?;
     for actor in &found.actors {
         if let Some(view) = actor.cameras.get(&camera.name) {
             let edges = view.visible_box_px.map(|p| (p as f32 / scale) as usize);

@@ -133,7 +133,11 @@ mod tests {
     #[test]
     fn a_wall_fills_its_size_over_its_distance() {
         assert_eq!(pixels(0.0, 0.0, 4.0), 50 * 25, "2 m and 1 m at 4 m, 100 px a radian");
-        assert_eq!(pixels(0.0, 0.0, 8.0), 25 * 12, "a row whose middle is not covered is not counted");
+        assert_eq!(
+            pixels(0.0, 0.0, 8.0),
+            25 * 12,
+            "a row whose middle is not covered is not counted"
+        );
     }
 
     #[test]

@@ -57,7 +57,10 @@ impl Stages {
             ("planning traffic", self.share(self.planning_nanos)),
             ("rendering", self.share(self.rendering_nanos)),
             // Who waits for the writers is bound by all of their work.
-            ("writing", if self.share(self.waiting_nanos) > 10.0 { self.writers_share() } else { 0.0 }),
+            (
+                "writing",
+                if self.share(self.waiting_nanos) > 10.0 { self.writers_share() } else { 0.0 },
+            ),
         ];
         let mut most = stages[0];
         for stage in stages {
