@@ -242,7 +242,7 @@ fn defaults(class: Class) -> Defaults {
             com_height: 0.40,
             ride_hz: 2.0,
             anti_roll: 0.0,
-            braking_g: 0.8,
+            braking_g: 0.65,
             steer_max_rad: 0.6,
             drag_coefficient: 0.7,
             wheel_kg: 12.0,
@@ -451,10 +451,10 @@ fn powertrain(class: Class, mass_kg: f32, radius_m: f32) -> (EngineModel, Gearbo
             (combustion(peak, 9500.0, 1200.0), gears(&forward, 2.6, 18.0 * radius_m, 0.15, peak))
         }
         Class::Bicycle => {
-            // A rider: strong when slow, about 350 W when fast.
+            // A rider with low gears: up a slope of 30 % at a walk, about 350 W when fast.
             let top_rpm = 12.0 / radius_m * 9.55;
             let pedals = |share: f32| {
-                let torque = (350.0 / (12.0 * share)).min(140.0) * radius_m;
+                let torque = (350.0 / (12.0 * share)).min(340.0) * radius_m;
                 [share * top_rpm, torque]
             };
             let engine = EngineModel {

@@ -3,6 +3,7 @@
 mod determinism;
 mod driving;
 mod ground;
+mod motion;
 mod world;
 
 use std::sync::Arc;
