@@ -48,7 +48,7 @@ impl Body {
 
     /// Whether it needs more room than a car.
     pub(crate) fn is_wide(&self) -> bool {
-        self.length_m() > 6.3 || self.half_width_m > 1.15
+        self.length_m() > 5.6 || self.half_width_m > 1.15
     }
 
     fn of(blueprint: &Blueprint) -> Body {

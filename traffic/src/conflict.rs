@@ -47,6 +47,8 @@ pub(crate) struct Conflict {
     cars: Option<Stretches>,
     /// Where two meet of whom one is as large as a bus.
     wide: Stretches,
+    /// The part of that which lies in the junction on both tracks.
+    core: Option<Stretches>,
 }
 
 impl Conflict {
@@ -55,9 +57,22 @@ impl Conflict {
         if wide { Some(self.wide) } else { self.cars }
     }
 
+    /// How far along this track one may still stop before the other: to where the stretch begins,
+    /// or, for who is beyond that already, to where the junction's own part of it begins.
+    pub(crate) fn last_stop(&self, wide: bool, front_m: f32) -> Option<f32> {
+        let stretches = [self.between(wide), if wide { self.core } else { None }];
+        stretches.into_iter().flatten().map(|s| s.mine.0).find(|&enter_m| enter_m > front_m)
+    }
+
     fn reversed(&self, other: u32) -> Conflict {
         let turn = |s: Stretches| Stretches { mine: s.theirs, theirs: s.mine };
-        Conflict { other, merge: self.merge, cars: self.cars.map(turn), wide: turn(self.wide) }
+        Conflict {
+            other,
+            merge: self.merge,
+            cars: self.cars.map(turn),
+            wide: turn(self.wide),
+            core: self.core.map(turn),
+        }
     }
 }
 
@@ -85,9 +100,9 @@ impl Conflicts {
                         continue;
                     }
                     let merge = shares(&ends[a].exits, &ends[b].exits);
-                    let (cars, wide) = overlap(&paths[a], &paths[b], merge);
+                    let [cars, wide, core] = overlap(&paths[a], &paths[b], merge);
                     let Some(wide) = wide else { continue };
-                    let conflict = Conflict { other: lanes[b], merge, cars, wide };
+                    let conflict = Conflict { other: lanes[b], merge, cars, wide, core };
                     found.push((lanes[a], conflict));
                     found.push((lanes[b], conflict.reversed(lanes[a])));
                 }
@@ -204,11 +219,12 @@ impl Path {
     }
 }
 
-/// The stretches of two tracks on which bodies reach each other: two cars, and two buses. Those
+/// The stretches of two tracks on which bodies reach each other: two cars, two buses, and two buses
+/// inside the junction. Those
 /// of buses begin before a track or end after it where one on the other swings out of the junction.
-fn overlap(a: &Path, b: &Path, merge: bool) -> (Option<Stretches>, Option<Stretches>) {
+fn overlap(a: &Path, b: &Path, merge: bool) -> [Option<Stretches>; 3] {
     let none = (f32::INFINITY, f32::NEG_INFINITY);
-    let mut found = [(none, none); 2];
+    let mut found = [(none, none); 3];
     for mine in &a.stations {
         let mine_inside = a.holds(mine);
         for theirs in &b.stations {
@@ -230,17 +246,20 @@ fn overlap(a: &Path, b: &Path, merge: bool) -> (Option<Stretches>, Option<Stretc
                 let reach_b = reach_b.towards(theirs.tangent, -flat);
                 let reach = reach_a + reach_b + CLEARANCE_M[kind];
                 let swings = kind == 1 && reach_a.max(reach_b) > half_m + SWING_M;
-                if square < reach * reach && (inside == [true; 2] || swings) {
-                    let (on_a, on_b) = &mut found[kind];
+                let within = inside == [true; 2];
+                if square >= reach * reach || !(within || swings) {
+                    continue;
+                }
+                // Cars; buses; buses where both tracks are in the junction.
+                let kinds = if kind == 1 && within { 1..3 } else { kind..kind + 1 };
+                for (on_a, on_b) in &mut found[kinds] {
                     *on_a = (on_a.0.min(mine.arc_m), on_a.1.max(mine.arc_m));
                     *on_b = (on_b.0.min(theirs.arc_m), on_b.1.max(theirs.arc_m));
                 }
             }
         }
     }
-    let [cars, wide] =
-        found.map(|(mine, theirs)| (mine.0 <= mine.1).then_some(Stretches { mine, theirs }));
-    (cars, wide)
+    found.map(|(mine, theirs)| (mine.0 <= mine.1).then_some(Stretches { mine, theirs }))
 }
 
 /// How far before the end of `entry` a bus on the other path still passes too near.

@@ -16,6 +16,7 @@ use bus::light;
 
 use self::presence::Presence;
 use crate::map::Map;
+use crate::outlook::Wait;
 use crate::perceive::{Crowd, Occupancy};
 use crate::rows::Rows;
 use crate::sweep::Obstacle;
@@ -65,6 +66,7 @@ struct Request {
 #[derive(Default)]
 pub(crate) struct Junctions {
     pub(crate) halts: Vec<Halt>,
+    pub(crate) waits: Vec<Wait>,
     requests: Vec<Request>,
     holders: Vec<Presence>,
     coming: Vec<Presence>,
@@ -94,6 +96,8 @@ impl Junctions {
         let count = rows.id.len();
         self.halts.clear();
         self.halts.resize(count, FREE);
+        self.waits.clear();
+        self.waits.resize(count, Wait::No);
         self.measure(rows, view);
         self.requests.clear();
         for row in 0..count {
@@ -109,7 +113,9 @@ impl Junctions {
         self.sort_requests(rows, view);
         for index in 0..self.requests.len() {
             let request = self.requests[index];
-            if self.may_pass(rows, &request, view) {
+            let wait = self.judge(rows, &request, view);
+            self.waits[request.row] = wait;
+            if wait == Wait::No {
                 self.grant(rows, orders, &request, view);
             } else {
                 self.refuse(rows, &request, view);

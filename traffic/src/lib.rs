@@ -41,5 +41,5 @@ mod tracks;
 
 pub use memory::MindError;
 pub use mind::Mind;
-pub use outlook::Outlook;
+pub use outlook::{Outlook, Wait};
 pub use run::{TrafficError, run};

@@ -152,6 +152,7 @@ impl Mind {
             merge_m: halt.behind_m,
             leave: rows.order[row],
             waited_s: rows.wait_s[row],
+            waits_for: scratch.junctions.waits[row],
             reverses: rows.reverse_s[row] > 0.0,
             turns_round: rows.turning[row] == 1,
         }

@@ -10,6 +10,24 @@ const LEADER_FREE_M: f32 = 60.0;
 /// Nor does a stop line farther away than this.
 const STOP_FREE_M: f32 = 200.0;
 
+/// Why a vehicle must not pass the next junction yet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wait {
+    /// It may, or none is near.
+    #[default]
+    No,
+    /// A light, or a sign that asks for a full stop.
+    Light,
+    /// Somebody before it on its own lane.
+    Queue,
+    /// No room to stand beyond the junction.
+    Room,
+    /// Others whose paths cross.
+    Others,
+    /// Somebody stands where its nose or tail would sweep.
+    Sweep,
+}
+
 /// What the mind of one vehicle reckoned with in the frame that was planned last. Distances are
 /// from its front bumper along its route, in metres; infinity where there is nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +56,8 @@ pub struct Outlook {
     pub leave: u64,
     /// How long it has waited at the line of the next junction.
     pub waited_s: f32,
+    /// And what for.
+    pub waits_for: Wait,
     /// It backs out of what blocks it.
     pub reverses: bool,
     /// It turns round at a dead end.
@@ -45,12 +65,18 @@ pub struct Outlook {
 }
 
 impl Outlook {
-    /// Whether nothing but limits and curves slows the vehicle down.
+    /// Whether nobody before it, no line and no trouble slows the vehicle down: nothing but the
+    /// limit and curves.
     pub fn is_free(&self) -> bool {
         self.leader_m > LEADER_FREE_M
             && self.stop_m.min(self.merge_m) > STOP_FREE_M
             && !self.reverses
             && !self.turns_round
+    }
+
+    /// Whether a curve or a lower limit ahead keeps it below the limit that holds here.
+    pub fn is_in_curve(&self) -> bool {
+        self.wish_mps < 0.95 * self.limit_mps
     }
 }
 

@@ -3,6 +3,7 @@
 use super::presence::present;
 use super::{BRAKE_MPS2, Junctions, Request, STANDING_GAP_M, View, pass_end, way};
 use crate::approach::Sign;
+use crate::outlook::Wait;
 use crate::rows::Rows;
 use crate::swath::RUN_OUT_M;
 use crate::tracks::NONE;
@@ -11,17 +12,44 @@ use crate::tracks::NONE;
 const MARGIN_S: f32 = 0.8;
 /// Seconds between two who merge into one lane.
 const MERGE_S: f32 = 1.3;
+/// Who stands though he may pass, and is farther than so many seconds away, sees in time who is
+/// before him.
+const DOZE_S: f32 = 3.5;
 /// Seconds that must remain before someone of higher rank comes.
 const CUT_OFF_S: f32 = 1.2;
 
 impl Junctions {
-    pub(super) fn may_pass(&self, rows: &Rows, request: &Request, view: &View) -> bool {
+    /// Whether a vehicle may pass now, or what for it must wait.
+    pub(super) fn judge(&self, rows: &Rows, request: &Request, view: &View) -> Wait {
         // Who is in already is in.
-        request.entry_m <= 0.0
-            || (self.is_ready(rows, request, view)
-                && self.room(rows, request, view).is_ok()
-                && self.is_clear(rows, request, view)
-                && self.can_turn(rows, request, view))
+        if request.entry_m <= 0.0 {
+            return Wait::No;
+        }
+        match self.turn(rows, request, view) {
+            Wait::No if self.room(rows, request, view).is_err() => Wait::Room,
+            Wait::No if !self.is_clear(rows, request, view) => Wait::Others,
+            Wait::No if !self.can_turn(rows, request, view) => Wait::Sweep,
+            wait => wait,
+        }
+    }
+
+    /// Whether it is this vehicle's turn as far as lights, signs and its own queue go.
+    pub(super) fn turn(&self, rows: &Rows, request: &Request, view: &View) -> Wait {
+        let row = request.row;
+        let body = view.crowd.driven[row] as usize;
+        let speed = view.crowd.speed(body).max(0.0);
+        let horizon = speed * speed / (2.0 * BRAKE_MPS2) + 1.2 * speed + 6.0;
+        let lane = rows.route[row].lanes()[request.from];
+        let full_stop = view.map.approaches.sign[lane as usize] != Sign::Stop
+            || view.map.approaches.signal[lane as usize] != NONE
+            || rows.wait_s[row] > 0.8;
+        if request.red || !full_stop {
+            Wait::Light
+        } else if request.line_m >= horizon || !self.is_first(rows, request, view) {
+            Wait::Queue
+        } else {
+            Wait::No
+        }
     }
 
     /// Whether nobody stands where a wide vehicle would sweep on its way through.
@@ -35,19 +63,6 @@ impl Junctions {
             });
             on_way || leader.gap_m > out_m || leader.gap_m < request.line_m - 1.0
         })
-    }
-
-    /// Whether it is this vehicle's turn as far as lights, signs and its own queue go.
-    pub(super) fn is_ready(&self, rows: &Rows, request: &Request, view: &View) -> bool {
-        let row = request.row;
-        let body = view.crowd.driven[row] as usize;
-        let speed = view.crowd.speed(body).max(0.0);
-        let horizon = speed * speed / (2.0 * BRAKE_MPS2) + 1.2 * speed + 6.0;
-        let lane = rows.route[row].lanes()[request.from];
-        let full_stop = view.map.approaches.sign[lane as usize] != Sign::Stop
-            || view.map.approaches.signal[lane as usize] != NONE
-            || rows.wait_s[row] > 0.8;
-        !request.red && full_stop && request.line_m < horizon && self.is_first(rows, request, view)
     }
 
     /// Whether everybody between here and the line has leave himself.
@@ -161,7 +176,8 @@ impl Junctions {
                     let margin_s = margin_s(view, own, holder.body);
                     let after = !stuck && theirs.1 + margin_s < mine.0;
                     let before = mine.1 + margin_s < theirs.0;
-                    if !(after || before || behind) {
+                    let dozes = stuck && theirs.0 > DOZE_S;
+                    if !(after || before || behind || dozes) {
                         return false;
                     }
                 }
@@ -218,7 +234,6 @@ impl Junctions {
                     {
                         continue;
                     }
-                    let enter_m = start + meet.mine.0;
                     let mine = self.window(view, own, start, meet.mine, lane);
                     let theirs =
                         self.window(view, holder.body, holder.start_m, meet.theirs, holder.lane);
@@ -239,12 +254,13 @@ impl Junctions {
                         }
                     }
                     let far = mine.1 + 0.5 * MARGIN_S < theirs.0;
-                    if enter_m <= 0.0 || far || theirs.1 + 0.5 * MARGIN_S <= mine.0 {
+                    if far || theirs.1 + 0.5 * MARGIN_S <= mine.0 {
                         continue;
                     }
                     let wide = is_wide(view, own, holder.body);
+                    let Some(enter_m) = conflict.last_stop(wide, -start) else { continue };
                     let before_m = if wide { 1.2 } else { 0.5 };
-                    halt.stop_m = halt.stop_m.min((enter_m - before_m).max(0.0));
+                    halt.stop_m = halt.stop_m.min((start + enter_m - before_m).max(0.0));
                 }
             }
         }

@@ -5,6 +5,7 @@
 //! go. But if the heads of all these queues go at once, each leaves the room that another needs.
 
 use super::{Junctions, Request, View};
+use crate::outlook::Wait;
 use crate::rows::Rows;
 use crate::tracks::NONE;
 
@@ -21,7 +22,7 @@ impl Junctions {
             .filter(|request| rows.wait_s[request.row] > PATIENCE_S && request.from > 0)
             // Who has just given up his way has none to ask for.
             .filter(|request| rows.route[request.row].lanes().len() >= request.to)
-            .filter(|request| rows.order[request.row] == 0 && self.is_ready(rows, request, view))
+            .filter(|request| self.waits[request.row] == Wait::Room)
             .filter_map(|request| {
                 let body = self.room(rows, request, view).err()?;
                 let row = view.crowd.row[body as usize];
