@@ -1,2 +1,146 @@
-//! To come.
-fn main() {}
+//! `bench`: the stopwatch. Every figure is taken from outside, as an honest client, of the
+//! `omnibus` program that lies beside this one; what is timed from where to where stands in
+//! README.md.
+//!
+//! ```text
+//!   bench ──spawns──▶ omnibus run ──▶ traffic, sensor-render
+//!     │  └─ client-lib: tick, rigs, controls ─┘
+//!     └──spawns──▶ bench peer …   the same exchange over loopback TCP, in the same run
+//! ```
+
+mod camera;
+mod collect;
+mod cores;
+mod figure;
+mod handover;
+mod latency;
+mod machine;
+mod peer;
+mod scene;
+mod sim;
+mod stage;
+mod start;
+mod tick;
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+use figure::Sink;
+
+/// Measures Omnibus from outside: one line for each figure.
+#[derive(Parser, Debug)]
+#[command(name = "bench", version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+    #[command(flatten)]
+    effort: Effort,
+    /// Also write one JSON object a line
+    #[arg(long, global = true, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// How long is measured.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(crate) struct Effort {
+    /// How long a figure is measured, about; some need more
+    #[arg(long, global = true, default_value_t = 20.0)]
+    pub(crate) seconds: f64,
+    /// One short round of everything: to see that it runs, not for figures
+    #[arg(long, global = true)]
+    pub(crate) quick: bool,
+}
+
+impl Effort {
+    /// Rounds of a figure; its value is their median.
+    pub(crate) fn rounds(self, usual: usize) -> usize {
+        if self.quick { 1 } else { usual }
+    }
+
+    /// A count of something, or a twentieth of it.
+    pub(crate) fn count(self, usual: usize) -> usize {
+        if self.quick { usual.div_ceil(20) } else { usual }
+    }
+
+    /// Seconds for one figure in all.
+    pub(crate) fn seconds(self) -> f64 {
+        if self.quick { self.seconds.min(2.0) } else { self.seconds }
+    }
+}
+
+#[derive(Subcommand, Clone, Debug)]
+enum Verb {
+    /// An empty tick of four processes
+    Tick,
+    /// From the renderer's last write to the client's view
+    Handover,
+    /// Images a second
+    Camera,
+    /// Lidar rays a second
+    Lidar,
+    /// One step of physics
+    Physics,
+    /// One plan of traffic
+    Traffic,
+    /// Frames to disk, by the main job
+    Collect,
+    /// Process start to first image
+    Start,
+    /// Snapshot to agent to control
+    Latency,
+    /// All of them
+    All,
+    /// One end of an exchange over loopback TCP; bench starts these
+    #[command(hide = true)]
+    Peer(peer::Args),
+}
+
+type Measure = fn(Effort, &mut Sink) -> anyhow::Result<()>;
+
+const VERBS: [(&str, Measure); 9] = [
+    ("tick", tick::measure),
+    ("handover", handover::measure),
+    ("camera", camera::measure),
+    ("lidar", camera::measure_lidar),
+    ("physics", stage::physics),
+    ("traffic", stage::traffic),
+    ("collect", collect::measure),
+    ("start", start::measure),
+    ("latency", latency::measure),
+];
+
+fn main() -> std::process::ExitCode {
+    let cli = Cli::parse();
+    let ended = match &cli.verb {
+        Verb::Peer(args) => peer::play(args),
+        verb => measure(&format!("{verb:?}").to_lowercase(), &cli),
+    };
+    match ended {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("bench: {e:#}");
+            std::process::ExitCode::FAILURE
+        }
+    }
+}
+
+/// One verb, or all of them; a figure that cannot be taken does not keep the others from it.
+fn measure(verb: &str, cli: &Cli) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        (0.1..=3600.0).contains(&cli.effort.seconds),
+        "--seconds is {}, not 0.1 to 3600",
+        cli.effort.seconds
+    );
+    sim::omnibus()?;
+    let mut sink = Sink::open(cli.json.as_deref())?;
+    let mut failed = Vec::new();
+    for (name, work) in VERBS.iter().filter(|(name, _)| verb == "all" || verb == *name) {
+        if let Err(e) = work(cli.effort, &mut sink) {
+            eprintln!("bench: {name}: {e:#}");
+            failed.push(*name);
+        }
+    }
+    anyhow::ensure!(failed.is_empty(), "no figure of {}", failed.join(", "));
+    Ok(())
+}

@@ -1,0 +1,72 @@
+//! `start`: from the start of the process to the first image in a client's hand.
+
+use std::{f32::consts::FRAC_PI_2, time::Duration};
+
+use anyhow::anyhow;
+use client_lib::{ActorId, Client, Pose, camera, clock, output};
+use glam::Vec3;
+
+use crate::{
+    Effort,
+    figure::{Figure, Sink, Spread, Unit, brief},
+    machine::Machine,
+    scene,
+    sim::Sim,
+};
+
+const STARTS: usize = 5;
+const PATIENCE_NANOS: u64 = 120_000_000_000;
+
+/// Takes the figure.
+pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
+    let machine = Machine::look();
+    let starts = (0..effort.rounds(STARTS)).map(|_| start());
+    let starts = starts.collect::<anyhow::Result<Vec<_>>>()?;
+    let first_image: Vec<u64> = starts.iter().map(|s| s.image_nanos).collect();
+    let connected: Vec<u64> = starts.iter().map(|s| s.connected_nanos).collect();
+    let spread = Spread::of_rounds(&[first_image], 1e6);
+    let workload = format!(
+        "omnibus run of the map that ships, CPU tracer, one 800x600 colour camera; process start to \
+         first image in the client's hand; the client is let in after {} ms; percentiles are of starts",
+        brief(Spread::of_rounds(&[connected], 1e6).p50),
+    );
+    let (name, value) = ("start.first_image", spread.p50);
+    let figure = Figure { name, workload, unit: Unit::Millis, value, spread, peer: None };
+    sink.put(&figure, &machine)
+}
+
+struct Start {
+    connected_nanos: u64,
+    image_nanos: u64,
+}
+
+fn start() -> anyhow::Result<Start> {
+    let begin = clock::now_nanos();
+    let mut sim = Sim::spawn(&["--synchronous", "--device", "cpu"])?;
+    let mut client = connect(&mut sim, begin)?;
+    let connected_nanos = clock::now_nanos() - begin;
+    client.synchronise(scene::DELTA_NANOS)?;
+    let at = Pose::level(Vec3::Z * 20.0, 0.0);
+    let sensors = [camera("front", at, 800, 600, FRAC_PI_2, output::COLOR)];
+    let mut rig = client.create_rig("start", ActorId::NONE, &sensors, 2)?;
+    let (frame, measured) = client.tick_and_collect(&mut [&mut rig])?;
+    anyhow::ensure!(measured.iter().flatten().count() == 1, "{frame} has no image");
+    Ok(Start { connected_nanos, image_nanos: clock::now_nanos() - begin })
+}
+
+/// Tries every millisecond.
+fn connect(sim: &mut Sim, begin: u64) -> anyhow::Result<Client> {
+    loop {
+        let refused = match Client::connect(Some(sim.name()), "bench") {
+            Ok(client) => return Ok(client),
+            Err(e) => e,
+        };
+        if let Some(why) = sim.has_ended() {
+            return Err(anyhow!("omnibus run: {}", why.trim()));
+        }
+        if clock::now_nanos() - begin > PATIENCE_NANOS {
+            return Err(refused.into());
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}

@@ -1,0 +1,71 @@
+//! `tick`: one empty tick, from a client's call to its return.
+
+use client_lib::clock;
+
+use crate::{
+    Effort,
+    figure::{Figure, Peer, Sink, Spread, Unit},
+    machine::Machine,
+    peer, scene,
+    sim::Sim,
+};
+
+const ROUNDS: usize = 5;
+const TICKS: usize = 20_000;
+const WARM_UP: usize = 2_000;
+const PEER_TICKS: usize = 2_000;
+
+/// Takes the figures.
+pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
+    let machine = Machine::look();
+    let map = scene::one_road()?;
+    let sim =
+        Sim::start(&["--synchronous", "--map", &map.arg, "--device", "null", "--wait", "latency"])?;
+    let mut client = sim.client()?;
+    client.synchronise(scene::DELTA_NANOS)?;
+    let mut peer = peer::Peer::ticking()?;
+    for _ in 0..effort.count(WARM_UP) {
+        client.tick()?;
+    }
+    for _ in 0..effort.count(PEER_TICKS / 10) {
+        peer.tick()?;
+    }
+    let actors = client.world().actors().len();
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    for _ in 0..effort.rounds(ROUNDS) {
+        let mut round = Vec::with_capacity(TICKS);
+        // Those behind the peer's round have gone to sleep.
+        for _ in 0..100 {
+            client.tick()?;
+        }
+        for _ in 0..effort.count(TICKS) {
+            let begin = clock::now_nanos();
+            client.tick()?;
+            round.push(clock::now_nanos() - begin);
+        }
+        ours.push(round);
+        let ticks = (0..effort.count(PEER_TICKS)).map(|_| peer.tick());
+        theirs.push(ticks.collect::<anyhow::Result<Vec<_>>>()?);
+    }
+    let (spread, tcp) = (Spread::of_rounds(&ours, 1e3), Spread::of_rounds(&theirs, 1e3));
+    let workload = format!(
+        "one tick, {}, {actors} actors, no sensor; host, traffic, renderer and client are 4 \
+         processes; strict, --wait latency; the peer exchanges as many messages between 4 processes",
+        map.title,
+    );
+    let figure = Figure {
+        name: "tick.processes",
+        workload,
+        unit: Unit::Micros,
+        value: spread.p50,
+        spread,
+        peer: Some(Peer { name: "loopback TCP", value: tcp.p50 }),
+    };
+    sink.put(&figure, &machine)?;
+    sink.skip(
+        "tick.single_process",
+        "not offered: a client within the host's process needs the host's crate, and bench is \
+         another process",
+    );
+    Ok(())
+}
