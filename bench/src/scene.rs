@@ -88,11 +88,11 @@ pub(crate) fn populate(client: &mut Client, cars: usize, frames: usize) -> anyho
     // Every stride-th place, then the places between them.
     let order = (0..stride).flat_map(|first| (first..points.len()).step_by(stride));
     let mut spawned = 0;
-    for index in order {
+    // One that is refused everywhere must not keep the others away.
+    for (index, blueprint) in order.zip(blueprints.iter().cycle()) {
         if spawned == cars {
             break;
         }
-        let blueprint = &blueprints[spawned % blueprints.len()];
         match client.spawn(Spawn::new(blueprint, points[index]).autopilot()) {
             Ok(_) => spawned += 1,
             // Somebody stands there.
