@@ -1,10 +1,10 @@
 //! Draws meshes of this room into a PNG, to be looked at while they are being shaped.
 //!
-//! `look fleet OUT.png` draws the catalogue as a contact sheet, `look blueprint ID OUT.png` one of
-//! it from four sides, `look roads MAP OUT.png` the roads of a named town or of a file,
-//! `look plan MAP OUT.png` the furnished town from above, `look part MAP X Y REACH OUT.png` a part
-//! of it at a slant, `look street MAP FIRST OUT.png` six streets as drivers see them.
-//! `look time MAP` says how long loading takes, best of five.
+//! `clay fleet OUT.png` draws the catalogue as a contact sheet, `clay blueprint ID OUT.png` one of
+//! it from four sides, `clay roads MAP OUT.png` the roads of a named town or of a file,
+//! `clay plan MAP OUT.png` the furnished town from above, `clay part MAP X Y REACH OUT.png` a part
+//! of it at a slant, `clay street MAP FIRST OUT.png` six streets as drivers see them.
+//! `clay time MAP` says how long loading takes, best of five.
 
 use std::fs::File;
 use std::io::BufWriter;
