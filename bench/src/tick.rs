@@ -4,7 +4,7 @@ use client_lib::clock;
 
 use crate::{
     Effort,
-    figure::{Figure, Peer, Sink, Spread, Unit},
+    figure::{self, Figure, Peer, Sink, Spread, Unit},
     machine::Machine,
     peer, scene,
     sim::Sim,
@@ -32,6 +32,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     }
     let actors = client.world().actors().len();
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    let mut parts = [const { Vec::new() }; 5];
     for _ in 0..effort.rounds(ROUNDS) {
         let mut round = Vec::with_capacity(TICKS);
         // Those behind the peer's round have gone to sleep.
@@ -41,16 +42,33 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
         for _ in 0..effort.count(TICKS) {
             let begin = clock::now_nanos();
             client.tick()?;
-            round.push(clock::now_nanos() - begin);
+            let end = clock::now_nanos();
+            round.push(end - begin);
+            let header = client.world().header();
+            let moments = [
+                begin,
+                header.begin_nanos,
+                header.applied_nanos,
+                header.stepped_nanos,
+                header.published_nanos,
+                end,
+            ];
+            for (part, span) in parts.iter_mut().zip(moments.windows(2)) {
+                part.push(span[1].saturating_sub(span[0]));
+            }
         }
         ours.push(round);
         let ticks = (0..effort.count(PEER_TICKS)).map(|_| peer.tick());
         theirs.push(ticks.collect::<anyhow::Result<Vec<_>>>()?);
     }
     let (spread, tcp) = (Spread::of_rounds(&ours, 1e3), Spread::of_rounds(&theirs, 1e3));
+    let parts = parts.map(|part| figure::brief(Spread::of_rounds(&[part], 1e3).p50));
+    let [request, wishes, physics, snapshot, arrivals] = parts;
     let workload = format!(
         "one tick, {}, {actors} actors, no sensor; host, traffic, renderer and client are 4 \
-         processes; strict, --wait latency; the peer exchanges as many messages between 4 processes",
+         processes; strict, --wait latency; the peer exchanges as many messages between 4 processes; by \
+         the snapshot's stage clock: request {request}, wishes {wishes}, physics {physics}, snapshot \
+         {snapshot}, arrivals and return {arrivals} us",
         map.title,
     );
     let figure = Figure {
