@@ -20,7 +20,6 @@ pub struct Client {
     name: Name,
     sequence: u64,
     world: Option<World>,
-    settings: Settings,
     blueprints: Vec<BlueprintInfo>,
     network: Option<Network>,
     frame: Frame,
@@ -86,7 +85,6 @@ impl Client {
             name,
             sequence: 0,
             world: None,
-            settings: Settings::default(),
             blueprints: instance.blueprints()?,
             network: None,
             frame: first,
@@ -94,9 +92,6 @@ impl Client {
             participant,
         };
         client.refresh()?;
-        if client.participant.control().is_synchronous() {
-            client.settings.synchronous = 1;
-        }
         Ok(client)
     }
 
@@ -128,20 +123,18 @@ impl Client {
 
     /// How time passes; the answer stands when this returns.
     pub fn apply_settings(&mut self, settings: Settings) -> Result<(), ClientError> {
-        self.request("settings", &[Wish::SetSettings(settings)])?;
-        self.settings = settings;
-        Ok(())
+        self.request("settings", &[Wish::SetSettings(settings)]).map(drop)
     }
 
-    /// The settings that this client applied last.
+    /// How time passes now, whoever said so.
     pub fn settings(&self) -> Settings {
-        self.settings
+        self.participant.control().settings()
     }
 
     /// Takes the tick and makes the world wait for it: each tick is `delta_nanos` long.
     pub fn synchronise(&mut self, delta_nanos: u64) -> Result<(), ClientError> {
         self.take_tick()?;
-        self.apply_settings(Settings { synchronous: 1, delta_nanos, ..self.settings })
+        self.apply_settings(Settings { synchronous: 1, delta_nanos, ..self.settings() })
     }
 
     /// Becomes the one who ticks. Refused by name while another is.

@@ -92,7 +92,7 @@ impl Host {
         let control = founding.control()?;
         let pid = process::own_pid();
         control.found(pid, process::start_time(pid).unwrap_or(0), config.strategy);
-        control.set_synchronous(config.settings.synchronous != 0);
+        control.set_settings(&config.settings);
         let ports = HostPorts::found(founding.hub(launcher.is_single_process())?)?;
         let mut supervisor = Supervisor::new(&instance, &control, launcher)?;
         // The stages build their towns while we build ours.
@@ -403,7 +403,7 @@ impl Host {
             self.control.slot(slot).set_lag(self.lag(role));
             self.barrier.set_lag(slot, self.lag(role));
         }
-        self.control.set_synchronous(settings.synchronous != 0);
+        self.control.set_settings(settings);
         Ok(())
     }
 

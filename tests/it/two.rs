@@ -68,3 +68,34 @@ fn two_clients_of_one_name_get_their_own_answers() {
     assert_eq!(ids.len(), 20, "{spawns:?}");
     sim.end();
 }
+
+#[test]
+fn a_client_that_connects_leaves_the_settings_as_they_are() {
+    let sim = Sim::start(&["--pipeline", "2", "--fixed-delta", "0.02", "--no-rendering"]);
+    let mut client = sim.client("late");
+    client.synchronise(client.settings().delta_nanos).unwrap();
+    let settings = client.settings();
+    assert_eq!((settings.pipeline, settings.no_rendering), (2, 1));
+    client.tick().unwrap();
+    assert_eq!(client.world().header().delta_nanos, 20_000_000);
+    drop(client);
+    sim.end();
+}
+
+#[test]
+fn every_blueprint_that_is_listed_can_be_spawned() {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    for (index, blueprint) in town::catalogue().iter().enumerate() {
+        if blueprint.kind == town::Kind::TrafficLight {
+            continue;
+        }
+        let at = glam::Vec3::new((index % 16) as f32 * 20.0, (index / 16) as f32 * 20.0, 30.0);
+        let pose = client_lib::Pose::new(at, glam::Quat::IDENTITY);
+        let spawned = client.spawn(Spawn::new(blueprint.id, pose).kinematic());
+        assert!(spawned.is_ok(), "{}: {:?}", blueprint.id, spawned.err());
+    }
+    client.tick().unwrap();
+    drop(client);
+    sim.end();
+}

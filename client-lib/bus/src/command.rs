@@ -20,7 +20,7 @@ pub struct BatchHeader {
     pub slot: u32,
 }
 
-const _: () = assert!(size_of::<BatchHeader>() == 72);
+const _: () = assert!(size_of::<BatchHeader>() == 80);
 
 /// A one-time wish, never lost. [`Wish`] is its readable form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
@@ -102,7 +102,7 @@ pub struct JournalEntry {
     pub outcome: Outcome,
 }
 
-const _: () = assert!(size_of::<JournalEntry>() == 440);
+const _: () = assert!(size_of::<JournalEntry>() == 448);
 
 /// Header of one part of a frame's journal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]

@@ -18,7 +18,7 @@
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-use crate::{Bell, Frame, Gate, Name, Strategy, clock};
+use crate::{Bell, Frame, Gate, Name, Settings, Strategy, clock};
 
 /// Raised with every change of a message, a channel or this page.
 pub const PROTOCOL: u32 = 1;
@@ -116,14 +116,13 @@ pub struct Slot {
     end_nanos: AtomicU64,
     /// The frame that it, a ticking client, wants made.
     request: AtomicU64,
-    name: [AtomicU64; 4],
+    name: [AtomicU64; 5],
     /// Counts its calls for a journal keyframe.
     resync: AtomicU64,
     /// Frames that it never saw.
     missed: AtomicU64,
     /// 1: its holder wants the barrier to wait for it.
     wants_part: AtomicU64,
-    reserved: u64,
 }
 
 const _: () = assert!(size_of::<Slot>() == 128);
@@ -151,7 +150,7 @@ impl Slot {
 
     /// What it calls itself.
     pub fn name(&self) -> Name {
-        let words: [u64; 4] = std::array::from_fn(|i| self.name[i].load(Ordering::Relaxed));
+        let words: [u64; 5] = std::array::from_fn(|i| self.name[i].load(Ordering::Relaxed));
         Name(bytemuck::cast(words))
     }
 
@@ -214,7 +213,7 @@ impl Slot {
 
     /// For its holder, before `Waiting`: who it is.
     pub fn introduce(&self, role: Role, name: Name, start_time: u64) {
-        let words: [u64; 4] = bytemuck::cast(name.0);
+        let words: [u64; 5] = bytemuck::cast(name.0);
         for (slot, word) in self.name.iter().zip(words) {
             slot.store(word, Ordering::Relaxed);
         }
@@ -296,7 +295,9 @@ pub struct ControlPage {
     alive: AtomicU64,
     /// The frame that the host waits for.
     awaited: AtomicU64,
-    reserved: [u64; 6],
+    /// How time passes: [`Settings`], word by word.
+    settings: [AtomicU64; 4],
+    reserved: [u64; 2],
     slots: [Slot; SLOTS],
 }
 
@@ -374,10 +375,21 @@ impl ControlPage {
         self.synchronous.load(Ordering::Acquire) != 0
     }
 
-    /// For the host.
-    pub fn set_synchronous(&self, on: bool) {
-        self.synchronous.store(on.into(), Ordering::Release);
+    /// For the host: how time passes from now on.
+    pub fn set_settings(&self, settings: &Settings) {
+        let words: [u64; 4] = bytemuck::cast(*settings);
+        for (slot, word) in self.settings.iter().zip(words) {
+            slot.store(word, Ordering::Relaxed);
+        }
+        self.synchronous.store(settings.synchronous, Ordering::Release);
         self.complete.rouse();
+    }
+
+    /// How time passes.
+    pub fn settings(&self) -> Settings {
+        self.synchronous.load(Ordering::Acquire);
+        let words: [u64; 4] = std::array::from_fn(|i| self.settings[i].load(Ordering::Relaxed));
+        bytemuck::cast(words)
     }
 
     /// The slot that holds the tick.

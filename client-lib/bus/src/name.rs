@@ -3,19 +3,17 @@ use std::fmt;
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-/// A short UTF-8 text of at most 32 bytes, padded with zeros.
-#[derive(
-    Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, ZeroCopySend,
-)]
+/// A short UTF-8 text of at most 40 bytes, padded with zeros.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, ZeroCopySend)]
 #[type_name("Name")]
 #[repr(C)]
-pub struct Name(pub [u8; 32]);
+pub struct Name(pub [u8; 40]);
 
 impl Name {
-    /// Keeps the first 32 bytes of `text`, cut at a character's edge.
+    /// Keeps the first 40 bytes of `text`, cut at a character's edge.
     pub fn new(text: &str) -> Name {
-        let mut bytes = [0; 32];
-        let mut end = text.len().min(32);
+        let mut bytes = [0; 40];
+        let mut end = text.len().min(40);
         while !text.is_char_boundary(end) {
             end -= 1;
         }
@@ -25,8 +23,14 @@ impl Name {
 
     /// The text, or an empty one if a stranger wrote something that is not UTF-8.
     pub fn as_str(&self) -> &str {
-        let end = self.0.iter().position(|&b| b == 0).unwrap_or(32);
+        let end = self.0.iter().position(|&b| b == 0).unwrap_or(40);
         std::str::from_utf8(&self.0[..end]).unwrap_or("")
+    }
+}
+
+impl Default for Name {
+    fn default() -> Name {
+        Name([0; 40])
     }
 }
 

@@ -86,7 +86,7 @@ pub struct SensorSpec {
     pub reserved: [u64; 4],
 }
 
-const _: () = assert!(size_of::<SensorSpec>() == 160);
+const _: () = assert!(size_of::<SensorSpec>() == 168);
 
 /// Values of [`BundleHeader::tracer`].
 pub mod tracer {

@@ -25,7 +25,7 @@ fn main() {
         ["part", map, x, y, reach, out] => part(&furnished(map).mesh, [x, y, reach], out),
         ["street", map, lane, out] => street(map, lane, out),
         ["time", map] => time(map),
-        _ => eprintln!("see the head of examples/look.rs"),
+        _ => eprintln!("see the head of examples/clay.rs"),
     }
 }
 

@@ -51,9 +51,7 @@ fn a_car_at_rest_gains_no_energy_in_a_minute() {
 fn in_the_air_a_car_falls_freely_and_lands_on_its_wheels() {
     let mut lone = Lone::sedan();
     lone.run(1.0);
-    lone.physics
-        .teleport(ActorId(1), &Pose::level(Vec3::new(0.0, 0.0, 3.0), 0.0))
-        .unwrap();
+    lone.physics.teleport(ActorId(1), &Pose::level(Vec3::new(0.0, 0.0, 3.0), 0.0)).unwrap();
     lone.physics.set_velocity(ActorId(1), Vec3::X * 15.0, Vec3::ZERO).unwrap();
     lone.run(0.5);
     let fallen = 3.0 - lone.position().z;
@@ -190,9 +188,7 @@ fn a_fallen_two_wheeler_is_picked_up() {
     for id in ["vehicle.vespa.zx125", "vehicle.gazelle.omafiets"] {
         let mut lone = of(id);
         let lying = glam::Quat::from_rotation_x(1.5);
-        lone.physics
-            .teleport(ActorId(1), &Pose::new(Vec3::new(0.0, 0.0, 0.6), lying))
-            .unwrap();
+        lone.physics.teleport(ActorId(1), &Pose::new(Vec3::new(0.0, 0.0, 0.6), lying)).unwrap();
         lone.run(6.0);
         assert!((lone.rotation() * Vec3::Z).z > 0.95, "{id}: {}", lone.rotation() * Vec3::Z);
         lone.control.throttle = 0.5;
