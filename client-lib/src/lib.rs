@@ -5,7 +5,7 @@
 //!
 //! let mut client = Client::connect(None, "hello")?;
 //! client.synchronise(50_000_000)?;
-//! let place = client.spawn_points()[0];
+//! let place = client.spawn_points()?[0];
 //! let ego = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot())?;
 //! for _ in 0..100 {
 //!     client.tick()?;
