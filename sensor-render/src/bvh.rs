@@ -6,11 +6,13 @@ use obvhs::bvh2::builder::{build_bvh2, build_bvh2_from_tris};
 use obvhs::triangle::Triangle;
 use obvhs::{BvhBuildParams, bvh2::node::Bvh2Node};
 
+use crate::divide::divided;
+
 /// The deepest hierarchy that a tracer's stack can walk.
 pub(crate) const DEPTH_MAX: usize = 60;
 
-/// Halving takes at most 24 levels more.
-const GRAFT_DEPTH: usize = DEPTH_MAX - 26;
+/// Halving takes at most 24 levels.
+const HALVING_DEPTH: usize = 26;
 
 /// The most primitives in one leaf.
 pub(crate) const LEAF_MAX: u32 = 4;
@@ -84,6 +86,11 @@ pub(crate) struct Hierarchy {
 impl Hierarchy {
     /// Over triangles, built with care: it will be walked for a whole episode.
     pub(crate) fn over_triangles(corners: &[[Vec3; 3]]) -> Hierarchy {
+        divided(corners)
+    }
+
+    /// Over as many triangles as one thread builds at once; no deeper than `depth_max`.
+    pub(crate) fn over_share(corners: &[[Vec3; 3]], depth_max: usize) -> Hierarchy {
         if corners.is_empty() {
             return Hierarchy { nodes: Vec::new(), root: Link::EMPTY, order: Vec::new() };
         }
@@ -94,7 +101,8 @@ impl Hierarchy {
         let mut config = BvhBuildParams::medium_build();
         config.max_prims_per_leaf = LEAF_MAX;
         let tree = build_bvh2_from_tris(&triangles, config, &mut Default::default());
-        Hierarchy::shallow(&tree, &corners.iter().map(bounds).collect::<Vec<_>>())
+        let boxes: Vec<_> = corners.iter().map(bounds).collect();
+        Hierarchy::shallow(&tree, &boxes, depth_max)
     }
 
     /// Over boxes, one to a leaf, built in haste: it lives for one frame.
@@ -107,14 +115,17 @@ impl Hierarchy {
         let mut config = BvhBuildParams::fast_build();
         config.max_prims_per_leaf = 1;
         let tree = build_bvh2(&aabbs, config, &mut Default::default());
-        Hierarchy::shallow(&tree, boxes)
+        Hierarchy::shallow(&tree, boxes, DEPTH_MAX)
     }
 
     /// Takes `tree`; if it is too deep, as it may be where primitives lie in one heap, what is
-    /// below [`GRAFT_DEPTH`] is built anew by halving.
-    fn shallow(tree: &Bvh2, boxes: &[(Vec3, Vec3)]) -> Hierarchy {
+    /// far below its root is built anew by halving.
+    fn shallow(tree: &Bvh2, boxes: &[(Vec3, Vec3)], depth_max: usize) -> Hierarchy {
         let (hierarchy, depth) = flatten(tree, boxes, usize::MAX);
-        if depth <= DEPTH_MAX { hierarchy } else { flatten(tree, boxes, GRAFT_DEPTH).0 }
+        if depth <= depth_max {
+            return hierarchy;
+        }
+        flatten(tree, boxes, depth_max - HALVING_DEPTH).0
     }
 
     /// Appends `self` behind what is there; its primitives begin at `first_primitive`.
@@ -188,7 +199,7 @@ fn collect(tree: &Bvh2, node: &Bvh2Node, order: &mut Vec<u32>) {
     }
 }
 
-fn node_of(low0: Vec3, high0: Vec3, low1: Vec3, high1: Vec3) -> Node {
+pub(crate) fn node_of(low0: Vec3, high0: Vec3, low1: Vec3, high1: Vec3) -> Node {
     Node {
         low0: low0.to_array(),
         child0: Link::EMPTY,
@@ -242,10 +253,15 @@ pub(crate) fn moved_box(affine: &glam::Affine3A, low: Vec3, high: Vec3) -> (Vec3
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn count(nodes: &[Node], link: Link, depth: usize, seen: &mut Vec<u32>) -> usize {
+    pub(crate) fn count(
+        nodes: &[Node],
+        link: Link,
+        depth: usize,
+        seen: &mut Vec<u32>,
+    ) -> usize {
         if link.is_leaf() {
             let (first, count) = link.primitives();
             seen.extend(first..first + count);

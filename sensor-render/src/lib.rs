@@ -8,10 +8,12 @@
 //! radians, positive to the left. The same scene and world give the same bytes, whatever the
 //! number of threads.
 
+mod baked;
 mod bvh;
 mod coat;
 mod cpu;
 mod device;
+mod divide;
 mod echo;
 mod gpu;
 mod hit;
@@ -37,11 +39,12 @@ mod sample;
 #[cfg(test)]
 mod tests;
 
+pub use baked::scene_of;
 pub use cpu::CpuTracer;
 pub use device::Device;
 pub use gpu::GpuTracer;
 pub use rays::pose_planes;
-pub use run::{RenderConfig, RenderError, run, scene_of};
+pub use run::{RenderConfig, RenderError, run};
 pub use scene::{BlueprintMesh, Scene};
 pub use tracer::{RigJob, TraceError, Tracer};
 pub use world::World;

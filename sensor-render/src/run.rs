@@ -3,13 +3,16 @@
 use std::sync::Arc;
 
 use bus::{
-    BundleHeader, Event, Frame, Instance, Interrupted, JournalEntry, Name, Page, Participant,
+    BundleHeader, Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name, Page, Participant,
     RenderPorts, RigId, Role, SensorSpec, Snapshot, SnapshotHeader, Weather, Wish, Writer, clock,
     fault, layout, status,
 };
+use town::cache::Cache;
 
 use crate::{
-    Device, RigJob, Scene, Tracer, World, pose_planes,
+    Device, RigJob, Scene, Tracer, World,
+    baked::{cached_scene, keep_scene},
+    pose_planes,
     rigs::{Due, Rigs},
 };
 
@@ -38,14 +41,6 @@ pub enum RenderError {
     Map(String),
 }
 
-/// The scene of a map: its town, and every blueprint's looks.
-pub fn scene_of(network: &road::Network, seed: u64) -> Scene {
-    let town = town::furnish(network, seed);
-    let meshes: Vec<_> =
-        town::catalogue().iter().map(|b| crate::BlueprintMesh { mesh: &b.mesh }).collect();
-    Scene::new(&town.mesh, &meshes)
-}
-
 /// Renders for the host of `instance` until it ends.
 pub fn run(
     instance: &Instance,
@@ -57,10 +52,17 @@ pub fn run(
     let participant = Participant::join(instance, Role::Render, name, Some(slot), within)?;
     fault::joining(Role::Render);
     let episode = instance.episode()?;
-    let network = road::Network::parse(&episode.open_drive)
-        .map_err(|e| RenderError::Map(format!("{}: {e}", episode.map)))?;
-    let scene = Arc::new(scene_of(&network, episode.seed));
-    drop(network);
+    let Episode { map, open_drive, seed } = episode;
+    let cache = Cache::of_environment();
+    let (scene, is_new) = cached_scene(&cache, &open_drive, seed)
+        .map_err(|e| RenderError::Map(format!("{map}: {e}")))?;
+    let scene = Arc::new(scene);
+    if is_new {
+        // Nobody waits for a disk. Without the thread it is built anew next time.
+        let kept = Arc::clone(&scene);
+        let keep = move || keep_scene(&cache, &open_drive, seed, &kept);
+        let _ = std::thread::Builder::new().name("render-keeper".into()).spawn(keep);
+    }
     let tracer =
         if config.null { Tracer::Null } else { Tracer::open(config.device, config.threads)? };
     let mut ports = RenderPorts::open(participant.hub()?)?;

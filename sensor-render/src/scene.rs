@@ -2,6 +2,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
+use rayon::prelude::*;
 use road::Mesh;
 
 use crate::bvh::{Hierarchy, Link, Node};
@@ -44,7 +45,8 @@ impl Triangle {
 }
 
 /// The bottom level of one mesh.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct Level {
     pub(crate) root: Link,
     /// In the wide hierarchy.
@@ -89,9 +91,8 @@ impl Scene {
     /// # Panics
     /// If all meshes together hold 2²⁶ triangles or more.
     pub fn new(static_mesh: &Mesh, blueprints: &[BlueprintMesh]) -> Scene {
-        static SERIAL: AtomicU64 = AtomicU64::new(1);
         let mut scene = Scene {
-            serial: SERIAL.fetch_add(1, Ordering::Relaxed),
+            serial: new_serial(),
             nodes: Vec::new(),
             wide: Vec::new(),
             reach: 1000.0,
@@ -100,12 +101,22 @@ impl Scene {
             ground: Level::EMPTY,
             blueprints: Vec::with_capacity(blueprints.len()),
         };
-        scene.ground = scene.add(static_mesh);
-        find_walls(&mut scene.triangles, &mut scene.walls);
-        for blueprint in blueprints {
-            let level = scene.add(blueprint.mesh);
-            scene.blueprints.push(level);
-        }
+        let (ground, looks) = rayon::join(
+            || Part::new(static_mesh),
+            || blueprints.par_iter().map(|b| Part::new(b.mesh)).collect::<Vec<_>>(),
+        );
+        scene.ground = scene.add(ground);
+        let own = scene.triangles.len();
+        scene.blueprints = looks.into_iter().map(|part| scene.add(part)).collect();
+        let Scene { nodes, wide, triangles, walls, ground, blueprints, .. } = &mut scene;
+        rayon::join(
+            || {
+                for level in [ground].into_iter().chain(blueprints) {
+                    level.wide_root = widen(nodes, level.root, wide);
+                }
+            },
+            || find_walls(&mut triangles[..own], walls),
+        );
         scene
     }
 
@@ -114,7 +125,42 @@ impl Scene {
         self.triangles.len()
     }
 
-    fn add(&mut self, mesh: &Mesh) -> Level {
+    /// Appends the bottom level of a mesh; it is not widened yet.
+    fn add(&mut self, part: Part) -> Level {
+        let first = self.triangles.len();
+        assert!(
+            first + part.triangles.len() < Link::PRIMITIVES_MAX,
+            "the scene holds {} triangles, {} is the most",
+            first + part.triangles.len(),
+            Link::PRIMITIVES_MAX - 1
+        );
+        let root = part.hierarchy.append_to(&mut self.nodes, first as u32);
+        let Part { low, high, .. } = part;
+        if !part.triangles.is_empty() {
+            self.reach = self.reach.max(low.abs().max(high.abs()).max_element());
+        }
+        self.triangles.extend(part.triangles);
+        Level { root, wide_root: Link::EMPTY, low, high }
+    }
+}
+
+/// No two scenes of a process have the same.
+pub(crate) fn new_serial() -> u64 {
+    static SERIAL: AtomicU64 = AtomicU64::new(1);
+    SERIAL.fetch_add(1, Ordering::Relaxed)
+}
+
+/// What one mesh brings into the scene.
+struct Part {
+    hierarchy: Hierarchy,
+    /// In the order of the leaves.
+    triangles: Vec<Triangle>,
+    low: Vec3,
+    high: Vec3,
+}
+
+impl Part {
+    fn new(mesh: &Mesh) -> Part {
         let mut kept = Vec::with_capacity(mesh.triangles.len());
         let mut corners = Vec::with_capacity(mesh.triangles.len());
         for (index, triangle) in mesh.triangles.iter().enumerate() {
@@ -124,17 +170,10 @@ impl Scene {
                 corners.push(points);
             }
         }
-        let first = self.triangles.len();
-        assert!(
-            first + corners.len() < Link::PRIMITIVES_MAX,
-            "the scene holds {} triangles, {} is the most",
-            first + corners.len(),
-            Link::PRIMITIVES_MAX - 1
-        );
         let hierarchy = Hierarchy::over_triangles(&corners);
-        self.triangles.extend(hierarchy.order.iter().map(|&at| {
-            let [a, b, c] = corners[at as usize];
-            let face = mesh.faces[kept[at as usize]];
+        let triangle = |at: &u32| {
+            let [a, b, c] = corners[*at as usize];
+            let face = mesh.faces[kept[*at as usize]];
             Triangle {
                 corner: a.to_array(),
                 face: u32::from(face.tag) | u32::from(face.material) << 8,
@@ -143,16 +182,12 @@ impl Scene {
                 edge2: (c - a).to_array(),
                 wall: 0,
             }
-        }));
-        let root = hierarchy.append_to(&mut self.nodes, first as u32);
+        };
+        let triangles = hierarchy.order.par_iter().map(triangle).collect();
         let (low, high) = corners
             .iter()
             .flatten()
             .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-        let wide_root = widen(&self.nodes, root, &mut self.wide);
-        if !corners.is_empty() {
-            self.reach = self.reach.max(low.abs().max(high.abs()).max_element());
-        }
-        Level { root, wide_root, low, high }
+        Part { hierarchy, triangles, low, high }
     }
 }

@@ -9,6 +9,8 @@ use bus::{
 use glam::{Quat, Vec3};
 use road::{Face, Material, Mesh, Tag};
 
+mod baked;
+
 use crate::{BlueprintMesh, CpuTracer, RigJob, Scene, TraceError, Tracer, World, pose_planes};
 
 /// A box with corners at `low` and `high`.

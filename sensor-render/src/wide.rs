@@ -1,3 +1,4 @@
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use crate::bvh::{Link, Node};
@@ -7,11 +8,12 @@ use crate::bvh::{Link, Node};
 ///
 /// The rest is [`Link::EMPTY`] with a box that nothing touches. The last row is never read: with
 /// it any row number masked to three bits exists.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct WideNode {
     pub(crate) bounds: [[f32; 8]; 8],
     pub(crate) children: [Link; 8],
+    pub(crate) reserved: [u32; 8],
 }
 
 /// Far outside of any scene.
@@ -23,7 +25,7 @@ impl WideNode {
         for axis in 0..3 {
             bounds[2 * axis + 1] = [-NOWHERE; 8];
         }
-        WideNode { bounds, children: [Link::EMPTY; 8] }
+        WideNode { bounds, children: [Link::EMPTY; 8], reserved: [0; 8] }
     }
 
     fn put(&mut self, slot: usize, child: &Child, link: Link) {

@@ -13,6 +13,7 @@ use bus::{
     SLOTS, Settings, SlotState, SnapshotHeader, Stamp, Strategy, TrafficSample, Wish, clock,
     process,
 };
+use town::cache::Cache;
 
 use crate::{
     HostError,
@@ -82,10 +83,11 @@ pub struct Host {
 impl Host {
     /// Founds the instance, builds the world, starts the stages, and is at frame 0.
     pub fn start(config: HostConfig, launcher: Box<dyn Launcher>) -> Result<Host, HostError> {
-        let network = Arc::new(
-            road::Network::parse(&config.episode.open_drive)
-                .map_err(|e| HostError::Map(format!("{}: {e}", config.episode.map)))?,
-        );
+        let Episode { map, open_drive, seed } = config.episode.clone();
+        let parse = || road::Network::parse(&open_drive).map_err(|e| HostError::Map(format!("{map}: {e}")));
+        let cache = Cache::of_environment();
+        // What is wrong with a map is said before anything starts; one with a baked town was read.
+        let network = if cache.has_town(&open_drive, seed) { None } else { Some(parse()?) };
         let founding = Instance::found(config.name.as_deref())?;
         let instance = founding.instance().clone();
         instance.write_episode(&config.episode, &blueprints())?;
@@ -103,8 +105,18 @@ impl Host {
                 .start(*role, slot)
                 .map_err(|e| HostError::Start { role: role.name(), why: e.to_string() })?;
         }
-        let town = town::furnish(&network, config.episode.seed);
-        let world = World::new(&town, config.episode.seed);
+        let baked = if network.is_none() { cache.find_town(&open_drive, seed) } else { None };
+        let (town, is_new) = match (baked, network) {
+            (Some(town), _) => (town, false),
+            (None, Some(network)) => (town::furnish(&network, seed), true),
+            (None, None) => (town::furnish(&parse()?, seed), true),
+        };
+        let world = World::new(&town, seed);
+        if is_new {
+            // Nobody waits for a disk. Without the thread it is built anew next time.
+            let keep = move || cache.keep_town(&open_drive, seed, &town);
+            let _ = std::thread::Builder::new().name("host-keeper".into()).spawn(keep);
+        }
         let mut host = Host {
             control,
             barrier: Barrier::default(),

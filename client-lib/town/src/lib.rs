@@ -3,9 +3,10 @@
 //! [`furnish`] turns a road network into a whole town, [`catalogue`] lists every blueprint with
 //! its mesh, [`generate`] writes the OpenDRIVE text of a town that nobody has drawn.
 //!
-//! Right-handed, z up, x forward, y left; metres and radians. No disk, no bus, no clock: the same
-//! (map, seed) gives the same bytes.
+//! Right-handed, z up, x forward, y left; metres and radians. No bus, no clock: the same
+//! (map, seed) gives the same bytes. Only [`cache`] knows of a disk.
 
+pub mod cache;
 mod catalogue;
 mod clay;
 mod furnish;

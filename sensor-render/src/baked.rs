@@ -1,0 +1,78 @@
+//! A scene's place in the cache of baked things.
+
+use town::cache::{Cache, Key, Parts};
+
+use crate::scene::{Level, new_serial};
+use crate::{BlueprintMesh, Scene};
+
+/// What decides how a scene is built: one by other code is not ours.
+const CODE: &str = concat!(
+    include_str!("baked.rs"),
+    include_str!("bvh.rs"),
+    include_str!("divide.rs"),
+    include_str!("scene.rs"),
+    include_str!("wall.rs"),
+    include_str!("wide.rs"),
+);
+
+/// The scene of a map: its town, and every blueprint's looks.
+pub fn scene_of(network: &road::Network, seed: u64) -> Scene {
+    scene_around(&town::furnish(network, seed))
+}
+
+fn scene_around(town: &town::Town) -> Scene {
+    let meshes: Vec<_> =
+        town::catalogue().iter().map(|b| BlueprintMesh { mesh: &b.mesh }).collect();
+    Scene::new(&town.mesh, &meshes)
+}
+
+/// As [`scene_of`], out of the cache where it is there; and whether it had to be built.
+pub(crate) fn cached_scene(
+    cache: &Cache,
+    open_drive: &str,
+    seed: u64,
+) -> Result<(Scene, bool), road::MapError> {
+    let baked = cache.find(key(open_drive, seed));
+    if let Some(scene) = baked.and_then(|mut parts| take(&mut parts)) {
+        return Ok((scene, false));
+    }
+    let town = match cache.find_town(open_drive, seed) {
+        Some(town) => town,
+        None => town::furnish(&road::Network::parse(open_drive)?, seed),
+    };
+    Ok((scene_around(&town), true))
+}
+
+/// Keeps a scene for the next start.
+pub(crate) fn keep_scene(cache: &Cache, open_drive: &str, seed: u64, scene: &Scene) {
+    let levels: Vec<Level> = [&[scene.ground], &*scene.blueprints].concat();
+    cache.keep(
+        key(open_drive, seed),
+        &[
+            bytemuck::cast_slice(&levels),
+            bytemuck::cast_slice(&[scene.reach]),
+            bytemuck::cast_slice(&scene.walls),
+            bytemuck::cast_slice(&scene.triangles),
+            bytemuck::cast_slice(&scene.nodes),
+            bytemuck::cast_slice(&scene.wide),
+        ],
+    );
+}
+
+fn key(open_drive: &str, seed: u64) -> Key {
+    Key::new("scene", CODE, open_drive, seed, town::Detail::Standard)
+}
+
+fn take(parts: &mut Parts) -> Option<Scene> {
+    let mut levels = parts.take::<Level>()?.into_iter();
+    Some(Scene {
+        serial: new_serial(),
+        ground: levels.next()?,
+        blueprints: levels.collect(),
+        reach: *parts.take::<f32>()?.first()?,
+        walls: parts.take()?,
+        triangles: parts.take()?,
+        nodes: parts.take()?,
+        wide: parts.take()?,
+    })
+}

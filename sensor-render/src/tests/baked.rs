@@ -1,0 +1,74 @@
+use std::fs;
+use std::path::PathBuf;
+
+use town::cache::Cache;
+use town::{Character, Plan, generate};
+
+use super::*;
+use crate::baked::{cached_scene, keep_scene};
+use crate::scene_of;
+
+fn map() -> String {
+    generate(&Plan {
+        name: "Small".into(),
+        seed: 5,
+        size_m: 250.0,
+        character: Character::Grid,
+        relief_m: 3.0,
+    })
+}
+
+/// What a camera above the middle of the town sees, and the cars in front of it.
+fn picture(scene: &Scene) -> Bundle {
+    let car = Pose::level(Vec3::new(12., 2., 15.), 1.);
+    let world = world_with(scene, &[actor(3, car)]);
+    let sensor = SensorSpec {
+        parent_from_sensor: Pose::level(Vec3::new(0., 0., 16.), 0.4),
+        ..camera(320, 240)
+    };
+    Bundle::measure(&mut cpu(2), scene, &world, &[sensor])
+}
+
+struct Folder(PathBuf);
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn a_scene_from_the_cache_gives_the_same_bytes_and_a_damaged_one_is_built_anew() {
+    let folder = Folder(std::env::temp_dir().join(format!("omnibus-scene-{}", std::process::id())));
+    let (map, cache) = (map(), Cache::at(&folder.0));
+    let built = scene_of(&road::Network::parse(&map).unwrap(), 1);
+    let right = picture(&built);
+    let tags = right.plane::<u8>(0, output::TAG);
+    assert!(tags.contains(&(Tag::Building as u8)) && tags.contains(&(Tag::Car as u8)));
+    assert!(cached_scene(&cache, &map, 1).unwrap().1, "nothing is kept yet");
+    keep_scene(&cache, &map, 1, &built);
+    assert!(!cached_scene(&Cache::at(&folder.0), &map, 1).unwrap().1);
+    assert!(cached_scene(&cache, &map, 2).unwrap().1, "another seed is another scene");
+    assert!(cached_scene(&Cache::off(), &map, 1).unwrap().1);
+
+    let (found, is_new) = cached_scene(&cache, &map, 1).unwrap();
+    assert!(!is_new && picture(&found).bytes() == right.bytes());
+
+    let file = fs::read_dir(&folder.0).unwrap().next().unwrap().unwrap().path();
+    let whole = fs::read(&file).unwrap();
+    for at in (0..whole.len()).step_by(whole.len() / 7).chain([whole.len() - 1]) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0x10;
+        fs::write(&file, &bytes).unwrap();
+        let (scene, is_new) = cached_scene(&cache, &map, 1).unwrap();
+        assert!(is_new, "byte {at} of {}", whole.len());
+        if at == 0 {
+            assert!(picture(&scene).bytes() == right.bytes());
+        }
+    }
+    fs::write(&file, &whole[..whole.len() / 2]).unwrap();
+    let (scene, is_new) = cached_scene(&cache, &map, 1).unwrap();
+    assert!(is_new && picture(&scene).bytes() == right.bytes());
+    keep_scene(&cache, &map, 1, &scene);
+    assert!(fs::read(&file).unwrap() == whole);
+}
