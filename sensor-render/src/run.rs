@@ -56,13 +56,11 @@ pub fn run(
     let cache = Cache::of_environment();
     let (scene, is_new) = cached_scene(&cache, &open_drive, seed)
         .map_err(|e| RenderError::Map(format!("{map}: {e}")))?;
-    let scene = Arc::new(scene);
     if is_new {
-        // Nobody waits for a disk. Without the thread it is built anew next time.
-        let kept = Arc::clone(&scene);
-        let keep = move || keep_scene(&cache, &open_drive, seed, &kept);
-        let _ = std::thread::Builder::new().name("render-keeper".into()).spawn(keep);
+        // At once: who is stopped a second later has not built it in vain.
+        keep_scene(&cache, &open_drive, seed, &scene);
     }
+    let scene = Arc::new(scene);
     let tracer =
         if config.null { Tracer::Null } else { Tracer::open(config.device, config.threads)? };
     let mut ports = RenderPorts::open(participant.hub()?)?;
