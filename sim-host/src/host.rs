@@ -113,9 +113,7 @@ impl Host {
         };
         let world = World::new(&town, seed);
         if is_new {
-            // Nobody waits for a disk. Without the thread it is built anew next time.
-            let keep = move || cache.keep_town(&open_drive, seed, &town);
-            let _ = std::thread::Builder::new().name("host-keeper".into()).spawn(keep);
+            cache.keep_town(&open_drive, seed, &town);
         }
         let mut host = Host {
             control,
