@@ -62,7 +62,7 @@ pub(crate) fn assemble(
     let mut why = "no driving lane has room for a vehicle".to_owned();
     while cast.ego_actor_id == 0 {
         let Some(place) = places.pop() else {
-            return Err(CollectError::NoPlace { map: map.to_owned(), points: count, why });
+            return Err(CollectError::NoPlace { map: map.to_owned(), why });
         };
         let ego = Spawn {
             blueprint: Name::new(EGO),
@@ -76,7 +76,7 @@ pub(crate) fn assemble(
             Ok(id) => cast.ego_actor_id = ActorId(id).0,
             Err(refusal) => {
                 cast.spawns_refused += 1;
-                why = format!("the last refused with: {refusal}");
+                why = format!("{count} places were tried, the last was refused: {refusal}");
             }
         }
     }

@@ -18,8 +18,8 @@ pub(crate) enum CollectError {
     #[error("{dir} is being written by another omnibus collect; choose another --out", dir = .dir.display())]
     Busy { dir: PathBuf },
     /// The file system refused something.
-    #[error("{path}: {source}", path = .path.display())]
-    Io { path: PathBuf, source: io::Error },
+    #[error("{path}: {why}", path = .path.display())]
+    Io { path: PathBuf, why: io::Error },
     /// No space left.
     #[error("the disk is full: there was no room for {path}; free some space", path = .path.display())]
     DiskFull { path: PathBuf },
@@ -41,8 +41,8 @@ pub(crate) enum CollectError {
     )]
     Diverged { dir: PathBuf, frame: u64, recorded: String, now: String },
     /// There is no place to start from.
-    #[error("no place for the ego on map {map}: {points} spawn points, {why}")]
-    NoPlace { map: String, points: usize, why: String },
+    #[error("no place for the ego on map {map}: {why}")]
+    NoPlace { map: String, why: String },
     /// The simulator.
     #[error(transparent)]
     Client(#[from] ClientError),
@@ -69,13 +69,13 @@ pub(crate) enum CollectError {
 
 impl CollectError {
     /// What the file system said about a path.
-    pub(crate) fn io(path: &Path, source: io::Error) -> CollectError {
+    pub(crate) fn io(path: &Path, why: io::Error) -> CollectError {
         let path = path.to_owned();
-        match source.kind() {
+        match why.kind() {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                 CollectError::DiskFull { path }
             }
-            _ => CollectError::Io { path, source },
+            _ => CollectError::Io { path, why },
         }
     }
 

@@ -11,6 +11,9 @@ use super::{CollectError, record::Metadata};
 /// What marks a file that is being written. Such files mean nothing.
 const PARTIAL: &str = ".partial";
 
+/// Locked for as long as somebody writes in the folder.
+const LOCK: &str = ".lock";
+
 /// The folder of a data set.
 #[derive(Clone, Debug)]
 pub(crate) struct Folder {
@@ -46,21 +49,32 @@ impl Folder {
     /// Takes the folder: makes it if it is not there, proves that it can be written, and locks it
     /// for as long as the answer lives.
     pub(crate) fn take(&self) -> Result<Hold, CollectError> {
+        let is_new = !self.root.exists();
+        if !is_new && !self.root.is_dir() {
+            return Err(CollectError::io(&self.root, io::ErrorKind::NotADirectory.into()));
+        }
         fs::create_dir_all(&self.root).map_err(|e| CollectError::io(&self.root, e))?;
-        let path = self.root.join(".lock");
+        let path = self.root.join(LOCK);
         let open = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
         let file = open.map_err(|e| CollectError::io(&path, e))?;
         match file.try_lock() {
-            Ok(()) => Ok(Hold { path, _file: file }),
+            Ok(()) => Ok(Hold { folder: self.clone(), is_new, _file: file }),
             Err(TryLockError::WouldBlock) => Err(CollectError::Busy { dir: self.root.clone() }),
             Err(TryLockError::Error(e)) => Err(CollectError::io(&path, e)),
         }
     }
 
-    /// How many things lie in the folder, our own lock not counted.
+    /// How many things lie in the folder. What a run has made that was killed before it knew what
+    /// to collect does not count: the lock, an empty ledger, half a file.
     pub(crate) fn count(&self) -> Result<usize, CollectError> {
+        let counts = |entry: &fs::DirEntry| {
+            let name = entry.file_name();
+            let is_half = name.to_string_lossy().ends_with(PARTIAL);
+            let is_blank = entry.path() == self.frames() && is_empty(&self.frames());
+            !(name == LOCK || is_half || is_blank)
+        };
         match fs::read_dir(&self.root) {
-            Ok(entries) => Ok(entries.flatten().filter(|e| e.file_name() != ".lock").count()),
+            Ok(entries) => Ok(entries.flatten().filter(counts).count()),
             Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(0),
             Err(e) => Err(CollectError::io(&self.root, e)),
         }
@@ -104,15 +118,28 @@ impl Folder {
     }
 }
 
-/// The lock on a data set's folder.
+fn is_empty(file: &Path) -> bool {
+    fs::metadata(file).is_ok_and(|m| m.is_file() && m.len() == 0)
+}
+
+/// The lock on a data set's folder. When nothing was collected, nothing is left.
 pub(crate) struct Hold {
-    path: PathBuf,
+    folder: Folder,
+    is_new: bool,
     _file: File,
 }
 
 impl Drop for Hold {
     fn drop(&mut self) {
-        let _ = fs::remove_file(&self.path);
+        let Folder { root } = &self.folder;
+        if is_empty(&self.folder.frames()) && !self.folder.metadata().exists() {
+            let _ = fs::remove_file(self.folder.frames());
+        }
+        let _ = fs::remove_file(root.join(LOCK));
+        if self.is_new {
+            // Only an empty folder goes.
+            let _ = fs::remove_dir(root);
+        }
     }
 }
 
@@ -169,6 +196,31 @@ mod tests {
         assert_eq!(folder.count().unwrap(), 0, "the lock is no content");
         drop(hold);
         assert!(folder.take().is_ok());
+    }
+
+    #[test]
+    fn a_run_that_ends_before_it_collects_leaves_nothing() {
+        let scratch = Scratch::new("nothing");
+        let folder = Folder::new(&scratch.path().join("set"));
+        let hold = folder.take().unwrap();
+        fs::write(folder.frames(), "").unwrap();
+        drop(hold);
+        assert!(!folder.root().exists());
+        // A folder that was there before stays.
+        drop(Folder::new(scratch.path()).take().unwrap());
+        assert!(scratch.path().exists());
+    }
+
+    #[test]
+    fn a_run_that_was_killed_before_it_collected_does_not_fill_its_folder() {
+        let scratch = Scratch::new("killed");
+        let folder = Folder::new(scratch.path());
+        for trace in [".lock", "frames.jsonl", "metadata.json.partial"] {
+            fs::write(scratch.path().join(trace), "").unwrap();
+        }
+        assert_eq!(folder.count().unwrap(), 0);
+        fs::write(folder.frames(), "a line").unwrap();
+        assert_eq!(folder.count().unwrap(), 1);
     }
 
     #[test]

@@ -13,6 +13,7 @@ use super::{
 /// What a data set holds.
 pub(crate) struct Report {
     metadata: Metadata,
+    count: usize,
     frames: [u64; 2],
     bytes: BTreeMap<String, u64>,
     boxes: u64,
@@ -33,7 +34,8 @@ pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
     }
     let (lines, _) = ledger::read(&folder.frames())?;
     let mut faults = Vec::new();
-    if lines.len() as u64 != metadata.frames_complete {
+    // A run that was killed did not come to say how far it was.
+    if metadata.complete && lines.len() as u64 != metadata.frames_complete {
         let (listed, said) = (lines.len(), metadata.frames_complete);
         faults.push(format!("frames.jsonl lists {listed} frames, metadata.json says {said}"));
     }
@@ -44,6 +46,7 @@ pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
         }
     }
     let mut report = Report {
+        count: lines.len(),
         frames: [lines.first(), lines.last()].map(|line| line.map_or(0, |l| l.frame)),
         bytes: BTreeMap::new(),
         boxes: lines.iter().map(|l| l.boxes).sum(),
@@ -99,9 +102,10 @@ fn expect(what: &str, found: u64, wanted: u64) -> Result<(), String> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Metadata { recipe, cast, tracers, frames_complete, frames_wanted, .. } = &self.metadata;
+        let Metadata { recipe, cast, tracers, frames_wanted, complete, .. } = &self.metadata;
         let [first, last] = self.frames;
-        writeln!(f, "{frames_complete} of {frames_wanted} frames, {first} to {last}, no fault")?;
+        let end = if *complete { "" } else { "; unfinished, --resume continues it" };
+        writeln!(f, "{} of {frames_wanted} frames, {first} to {last}, no fault{end}", self.count)?;
         writeln!(
             f,
             "map {}, seed {}, {} s a frame, {} vehicles beside the ego, tracer {}",

@@ -99,6 +99,8 @@ impl Job {
     pub(crate) fn prepare(args: &Args) -> Result<Job, CollectError> {
         args.check()?;
         let folder = Folder::new(&args.out);
+        // First of all: what another run is about to write is not looked at.
+        let hold = folder.take()?;
         let content = folder.count()?;
         let before = folder.read_metadata()?;
         let dir = folder.root().to_owned();
@@ -116,12 +118,16 @@ impl Job {
                     let (have, wanted) = (lines.len(), m.frames_wanted);
                     (format!("an unfinished data set, {have} of {wanted} frames"), ON_OR_ELSEWHERE)
                 }
-                None => (format!("{content} things that are no data set"), ELSEWHERE),
+                None => (format!("{content} files or folders that are no data set"), ELSEWHERE),
             };
             return Err(CollectError::Occupied { dir, what, advice });
         }
-        let hold = folder.take()?;
         let (ledger, lines) = Ledger::open(&folder.frames())?;
+        if lines.len() as u64 > args.frames {
+            let (dir, have, wanted) = (dir.display(), lines.len(), args.frames);
+            let wrong = format!("{dir} holds {have} frames already, --frames asks for {wanted}");
+            return Err(CollectError::Argument(wrong));
+        }
         Ok(Job { args: args.clone(), folder, ledger, lines, before, hold })
     }
 }

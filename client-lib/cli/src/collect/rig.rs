@@ -145,8 +145,8 @@ pub(crate) fn outputs(sensors: &[SensorSpec]) -> Vec<Output> {
                     &points,
                     "bin",
                     "little-endian f32 x, y, z in metres in sensor space and intensity 0 to 1, for \
-                     each ray that met something, column by column from straight ahead to the \
-                     left, the highest channel first",
+                     each ray that met something, column by column from straight behind over \
+                     the right, ahead and the left, the highest channel first",
                 );
                 add(
                     &labels,

@@ -54,6 +54,11 @@ impl fmt::Display for Summary {
         let secs = stages.wall_nanos as f64 / 1e9;
         let megabytes = self.bytes as f64 / 1e6;
         let per_sec = |amount: f64| if secs > 0.0 { amount / secs } else { 0.0 };
+        if stages.frames == 0 {
+            writeln!(f, "all {} frames were there already", self.frames)?;
+            writeln!(f, "data set: {}", self.dir.display())?;
+            return write!(f, "picture:  {}", self.contact_sheet.display());
+        }
         writeln!(
             f,
             "{} frames in {secs:.1} s: {:.1} frames/s, {:.1} images/s, {megabytes:.1} MB written \
@@ -123,11 +128,13 @@ pub(crate) fn collect(
     let ego = ActorId(cast.ego_actor_id);
     let rig = client.create_rig("collect", ego, &sensors, SHOTS_MAX as u32)?;
 
+    // First what makes it a data set: a run that is killed from here on can be resumed.
+    let mut metadata = metadata::of(recipe, cast, &sensors, args.frames);
+    metadata.frames_complete = lines.len() as u64;
+    folder.write_metadata(&metadata)?;
     make_folders(&folder, &sensors)?;
     folder.sweep(rig::outputs(&sensors).iter().map(|o| o.folder.as_str()))?;
     write_map(&folder, &episode)?;
-    let mut metadata = metadata::of(recipe, cast, &sensors, args.frames);
-    folder.write_metadata(&metadata)?;
 
     let desk = Desk {
         folder: folder.clone(),
