@@ -376,6 +376,7 @@ impl Client {
         what: &'static str,
         wishes: &[Wish],
     ) -> Result<Vec<JournalEntry>, ClientError> {
+        self.ports.journal.begin_here()?;
         let header = self.batch(wishes.len(), true);
         let commands: Vec<Command> = wishes.iter().map(|w| (*w).into()).collect();
         self.ports.command.send(header, &commands)?;

@@ -256,12 +256,7 @@ pub(crate) fn moved_box(affine: &glam::Affine3A, low: Vec3, high: Vec3) -> (Vec3
 pub(crate) mod tests {
     use super::*;
 
-    pub(crate) fn count(
-        nodes: &[Node],
-        link: Link,
-        depth: usize,
-        seen: &mut Vec<u32>,
-    ) -> usize {
+    pub(crate) fn count(nodes: &[Node], link: Link, depth: usize, seen: &mut Vec<u32>) -> usize {
         if link.is_leaf() {
             let (first, count) = link.primitives();
             seen.extend(first..first + count);

@@ -42,12 +42,7 @@ pub(crate) fn divided(corners: &[[Vec3; 3]]) -> Hierarchy {
     whole
 }
 
-fn build(
-    corners: &[[Vec3; 3]],
-    boxes: &[Box3],
-    members: &mut [u32],
-    depth: usize,
-) -> (Tree, Box3) {
+fn build(corners: &[[Vec3; 3]], boxes: &[Box3], members: &mut [u32], depth: usize) -> (Tree, Box3) {
     if members.len() <= SHARE_MAX {
         let own: Vec<_> = members.iter().map(|at| corners[*at as usize]).collect();
         let mut share = Hierarchy::over_share(&own, DEPTH_MAX - depth);

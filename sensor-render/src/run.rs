@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use bus::{
-    BundleHeader, Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name, Page, Participant,
-    RenderPorts, RigId, Role, SensorSpec, Snapshot, SnapshotHeader, Weather, Wish, Writer, clock,
-    fault, layout, status,
+    BundleHeader, Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name, Page,
+    Participant, RenderPorts, RigId, Role, SensorSpec, Snapshot, SnapshotHeader, Weather, Wish,
+    Writer, clock, fault, layout, status,
 };
 use town::cache::Cache;
 

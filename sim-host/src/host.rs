@@ -84,7 +84,8 @@ impl Host {
     /// Founds the instance, builds the world, starts the stages, and is at frame 0.
     pub fn start(config: HostConfig, launcher: Box<dyn Launcher>) -> Result<Host, HostError> {
         let Episode { map, open_drive, seed } = config.episode.clone();
-        let parse = || road::Network::parse(&open_drive).map_err(|e| HostError::Map(format!("{map}: {e}")));
+        let parse =
+            || road::Network::parse(&open_drive).map_err(|e| HostError::Map(format!("{map}: {e}")));
         let cache = Cache::of_environment();
         // What is wrong with a map is said before anything starts; one with a baked town was read.
         let network = if cache.has_town(&open_drive, seed) { None } else { Some(parse()?) };

@@ -189,3 +189,19 @@ fn no_rendering_renders_nothing_and_can_be_switched() {
     drop((client, rig));
     sim.end();
 }
+
+#[test]
+fn a_client_that_steers_for_long_can_still_wish() {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let place = client.spawn_points().unwrap()[0];
+    let car = client.spawn(Spawn::new("vehicle.tesla.model3", place)).unwrap();
+    for _ in 0..200 {
+        let control = VehicleControl { actor_id: car, throttle: 0.3, ..VehicleControl::default() };
+        client.control(&[control]).unwrap();
+        client.tick().unwrap();
+    }
+    client.destroy(car).unwrap();
+    drop(client);
+    sim.end();
+}

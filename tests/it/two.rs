@@ -90,7 +90,7 @@ fn every_blueprint_that_is_listed_can_be_spawned() {
         if blueprint.kind == town::Kind::TrafficLight {
             continue;
         }
-        let at = glam::Vec3::new((index % 16) as f32 * 20.0, (index / 16) as f32 * 20.0, 30.0);
+        let at = glam::Vec3::new((index % 16) as f32 * 20.0, (index / 16) as f32 * 20.0, 150.0);
         let pose = client_lib::Pose::new(at, glam::Quat::IDENTITY);
         let spawned = client.spawn(Spawn::new(blueprint.id, pose).kinematic());
         assert!(spawned.is_ok(), "{}: {:?}", blueprint.id, spawned.err());

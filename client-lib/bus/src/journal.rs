@@ -29,6 +29,13 @@ impl Journal {
         self.inbox.until(frame)
     }
 
+    /// For one who waits only for what comes: what came so far, or was missed, does not matter.
+    pub fn begin_here(&mut self) -> Result<(), BusError> {
+        while self.reader.receive()?.is_some() {}
+        self.inbox = Inbox::default();
+        Ok(())
+    }
+
     /// For a newcomer to the standing state: nothing before the next keyframe counts.
     pub fn await_keyframe(&mut self) {
         self.inbox.lost = true;

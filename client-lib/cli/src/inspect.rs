@@ -18,7 +18,7 @@ pub(crate) fn inspect(args: &InspectArgs) -> anyhow::Result<()> {
     match &args.what {
         None => running(),
         Some(dir) if dir.is_dir() => {
-            println!("{}", collect::inspect(dir)?);
+            say!("{}", collect::inspect(dir)?);
             Ok(())
         }
         Some(map) => look_at_map(map),
@@ -28,19 +28,19 @@ pub(crate) fn inspect(args: &InspectArgs) -> anyhow::Result<()> {
 fn running() -> anyhow::Result<()> {
     let instances = Instance::running();
     if instances.is_empty() {
-        println!("no simulator runs");
+        say!("no simulator runs");
     }
     for instance in instances {
         let control = instance.control()?;
         let map = instance.episode()?.map;
         let mode = if control.is_synchronous() { "synchronous" } else { "asynchronous" };
-        println!("{} on {map}, {mode}, at frame {}", instance.id(), control.complete.get());
+        say!("{} on {map}, {mode}, at frame {}", instance.id(), control.complete.get());
         for index in 0..SLOTS {
             let slot = control.slot(index);
             if slot.state() != SlotState::Free {
                 let role = slot.role().map_or("?", |role| role.name());
                 let ticks = if control.ticker() == Some(index) { ", holds the tick" } else { "" };
-                println!(
+                say!(
                     "  {role:<8} {:<24} process {:>7}, {:?}, frame {}{ticks}",
                     slot.name().as_str(),
                     slot.pid(),
@@ -60,8 +60,8 @@ fn look_at_map(map: &Path) -> anyhow::Result<()> {
     let town = town::furnish(&network, episode.seed);
     let (low, high) = network.bounds();
     let size = high - low;
-    println!("{}: {:.0} m by {:.0} m", episode.map, size.x, size.y);
-    println!(
+    say!("{}: {:.0} m by {:.0} m", episode.map, size.x, size.y);
+    say!(
         "{} roads, {} lanes, {} junctions, {} signals, {} spawn points",
         network.roads().len(),
         network.lanes().len(),
@@ -69,6 +69,6 @@ fn look_at_map(map: &Path) -> anyhow::Result<()> {
         network.signals().len(),
         network.spawn_points().len(),
     );
-    println!("furnished: {} triangles, {} objects", town.mesh.triangles.len(), town.objects.len());
+    say!("furnished: {} triangles, {} objects", town.mesh.triangles.len(), town.objects.len());
     Ok(())
 }

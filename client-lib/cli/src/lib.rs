@@ -1,5 +1,15 @@
 //! `omnibus`: a driving simulator that is a shared-memory bus.
 
+/// Prints a line; who closed the pipe has heard enough.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        let _ = std::io::Write::write_fmt(
+            &mut std::io::stdout(),
+            format_args!("{}\n", format_args!($($text)*)),
+        );
+    }};
+}
+
 mod collect;
 mod inspect;
 mod launch;
@@ -47,11 +57,11 @@ pub fn main() -> std::process::ExitCode {
         Verb::Inspect(args) => inspect::inspect(args),
         Verb::Stage(args) => stage::stage(args),
         Verb::Maps => {
-            town::names().for_each(|name| println!("{name}"));
+            town::names().for_each(|name| say!("{name}"));
             Ok(())
         }
         Verb::Blueprints => {
-            town::catalogue().iter().for_each(|blueprint| println!("{}", blueprint.id));
+            town::catalogue().iter().for_each(|blueprint| say!("{}", blueprint.id));
             Ok(())
         }
         Verb::Role(args) => launch::play_role(args),

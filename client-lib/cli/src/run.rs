@@ -35,19 +35,30 @@ pub(crate) struct RunArgs {
 
 /// Runs a simulator until Ctrl-C or SIGTERM.
 pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        args.pipeline <= bus::PIPELINE_MAX,
+        "--pipeline is {}; use 0 to {}",
+        args.pipeline,
+        bus::PIPELINE_MAX
+    );
+    anyhow::ensure!(
+        (0.0..=1000.0).contains(&args.real_time_factor),
+        "--real-time-factor is {}; use 0 (as fast as it can) to 1000",
+        args.real_time_factor
+    );
     let settings = Settings {
         delta_nanos: nanos(args.fixed_delta)?,
         synchronous: args.synchronous.into(),
-        pipeline: args.pipeline.min(bus::PIPELINE_MAX),
-        real_time_permille: (args.real_time_factor.clamp(0.0, 1000.0) * 1000.0) as u32,
+        pipeline: args.pipeline,
+        real_time_permille: (args.real_time_factor * 1000.0) as u32,
         no_rendering: args.no_rendering.into(),
         ..Settings::default()
     };
     let stop = stop_on_signals()?;
     let host = args.world.host(settings, stop)?;
-    println!("simulator {:?} runs", host.instance().id());
+    say!("simulator {:?} runs", host.instance().id());
     let last = host.run()?;
-    println!("ended after {last}");
+    say!("ended after {last}");
     Ok(())
 }
 
@@ -75,7 +86,7 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
     match collected {
         Ok(summary) => {
             ended?;
-            println!("{summary}");
+            say!("{summary}");
             Ok(())
         }
         // Why the host ended is the cause of what its client says.

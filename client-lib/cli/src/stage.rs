@@ -53,6 +53,10 @@ enum Which {
 /// Measures it.
 pub(crate) fn stage(args: &StageArgs) -> anyhow::Result<()> {
     anyhow::ensure!(args.frames > 0, "--frames is 0; ask for at least one");
+    anyhow::ensure!(args.vehicles > 0, "--vehicles is 0; the stages work for at least one");
+    for (what, pixels) in [("--width", args.width), ("--height", args.height)] {
+        anyhow::ensure!((16..=8192).contains(&pixels), "{what} is {pixels}; use 16 to 8192");
+    }
     let captured = Captured::from_run(args)?;
     let (name, nanos) = match args.stage {
         Which::Physics => ("physics", captured.physics()?),
@@ -61,9 +65,9 @@ pub(crate) fn stage(args: &StageArgs) -> anyhow::Result<()> {
     };
     let times = Percentiles::of(nanos);
     if args.json {
-        println!("{}", times.json(name, args, captured.vehicles.len()));
+        say!("{}", times.json(name, args, captured.vehicles.len()));
     } else {
-        println!("{}", times.sentence(name, captured.vehicles.len()));
+        say!("{}", times.sentence(name, captured.vehicles.len()));
     }
     Ok(())
 }

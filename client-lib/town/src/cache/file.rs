@@ -47,13 +47,16 @@ impl Parts {
         }
         let mut rows = vec![Row::zeroed(); header.parts as usize];
         file.read_exact(bytemuck::cast_slice_mut(&mut rows)).ok()?;
-        let length = rows.iter().try_fold(
-            (size_of::<Header>() + size_of_val(&*rows)) as u64,
-            |sum, row| sum.checked_add(row.length),
-        );
+        let length =
+            rows.iter().try_fold((size_of::<Header>() + size_of_val(&*rows)) as u64, |sum, row| {
+                sum.checked_add(row.length)
+            });
         let is_whole = length == file.metadata().ok().map(|about| about.len());
-        (is_whole && sum_of(bytemuck::cast_slice(&rows)) == header.sum)
-            .then_some(Parts { file, rows, next: 0 })
+        (is_whole && sum_of(bytemuck::cast_slice(&rows)) == header.sum).then_some(Parts {
+            file,
+            rows,
+            next: 0,
+        })
     }
 
     /// The next part, if it is what was kept: many things of this kind.

@@ -47,13 +47,7 @@ pub struct Key {
 impl Key {
     /// Of the thing that `kind` names, made of these by code that `code` identifies together with
     /// that of this crate.
-    pub fn new(
-        kind: &'static str,
-        code: &str,
-        open_drive: &str,
-        seed: u64,
-        detail: Detail,
-    ) -> Key {
+    pub fn new(kind: &'static str, code: &str, open_drive: &str, seed: u64, detail: Detail) -> Key {
         let mut sum = Sum::new();
         sum.add(concat!(env!("CARGO_PKG_VERSION"), " ", env!("OMNIBUS_SOURCES")).as_bytes());
         sum.add(kind.as_bytes());

@@ -14,7 +14,8 @@ impl Folder {
     }
 
     fn only_file(&self) -> PathBuf {
-        let mut files = fs::read_dir(&self.0).expect("the folder").map(|e| e.expect("entry").path());
+        let mut files =
+            fs::read_dir(&self.0).expect("the folder").map(|e| e.expect("entry").path());
         let file = files.next().expect("a file");
         assert!(files.next().is_none(), "one file");
         file
