@@ -5,9 +5,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use bus::{ActorId, Pose};
 use town::{Blueprint, Kind};
 
-use crate::physics::{
-    Class, Physics, PhysicsError, PropModel, VehicleModel, WalkerModel, WheelPlace,
-};
+use crate::physics::{Physics, PhysicsError, PropModel, VehicleModel, WalkerModel};
 
 /// The vehicle models of the blueprints that were spawned so far.
 #[derive(Default)]
@@ -28,8 +26,10 @@ impl Models {
         let half = blueprint.half_extents_m;
         match blueprint.kind {
             Kind::Vehicle => {
-                let model =
-                    self.vehicles.entry(index).or_insert_with(|| Arc::new(vehicle(blueprint)));
+                let model = self
+                    .vehicles
+                    .entry(index)
+                    .or_insert_with(|| Arc::new(VehicleModel::of(blueprint)));
                 physics.spawn_vehicle(id, model, pose, is_kinematic)
             }
             Kind::Walker => {
@@ -51,32 +51,4 @@ impl Models {
             }
         }
     }
-}
-
-fn vehicle(blueprint: &Blueprint) -> VehicleModel {
-    let class = match blueprint.base_type {
-        "van" => Class::Van,
-        "truck" => Class::Truck,
-        "bus" => Class::Bus,
-        "motorcycle" => Class::Motorcycle,
-        "bicycle" => Class::Bicycle,
-        _ => Class::Car,
-    };
-    let places: Vec<_> = blueprint
-        .wheels
-        .iter()
-        .map(|w| WheelPlace {
-            hub_m: w.position_m,
-            radius_m: w.radius_m,
-            steered: w.steered,
-            driven: w.driven,
-        })
-        .collect();
-    VehicleModel::new(
-        class,
-        blueprint.half_extents_m,
-        blueprint.center_m,
-        blueprint.mass_kg,
-        &places,
-    )
 }

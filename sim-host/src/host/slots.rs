@@ -1,0 +1,208 @@
+//! The slots: processes that come, take part, ask, go or die.
+
+use bus::{Frame, Role, SLOTS, SlotState, process};
+
+use super::Host;
+use crate::{HostError, barrier::OnDeath, supervisor::Death};
+
+/// How often a stage may die in one frame before it is given up.
+const DEATHS_MAX: u32 = 5;
+
+impl Host {
+    /// Deaths, joins, leavings: what every process's slot asks for.
+    pub(crate) fn look_after_slots(&mut self) -> Result<(), HostError> {
+        while let Some((slot, death)) = self.supervisor.next_death() {
+            self.bury(slot, death)?;
+        }
+        for slot in 0..SLOTS {
+            let words = self.control.slot(slot);
+            match words.state() {
+                SlotState::Free
+                | SlotState::Admitted
+                | SlotState::Quarantined
+                | SlotState::Dead => {}
+                SlotState::Claimed => self.free_if_gone(slot),
+                SlotState::Waiting => self.admit(slot),
+                SlotState::Ready => self.enlist(slot)?,
+                SlotState::Live => {
+                    let asked = words.resync();
+                    let done = words.ack();
+                    self.seat(slot);
+                    if asked > *self.resyncs.get(&slot).unwrap_or(&0) {
+                        self.resyncs.insert(slot, asked);
+                        self.serve_state(done)?;
+                    }
+                }
+                SlotState::Leaving => self.dismiss(slot)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn free_if_gone(&self, slot: usize) {
+        let words = self.control.slot(slot);
+        let pid = words.pid();
+        let is_stage = self.roles.contains_key(&slot);
+        if !is_stage && pid != 0 && process::start_time(pid).is_none() {
+            words.reserve(SlotState::Free, 0);
+        }
+    }
+
+    fn admit(&mut self, slot: usize) {
+        let words = self.control.slot(slot);
+        if !self.roles.contains_key(&slot) && !self.supervisor.watch(slot) {
+            words.reserve(SlotState::Free, 0);
+            return;
+        }
+        words.set_state(SlotState::Admitted);
+        self.control.complete.rouse();
+    }
+
+    /// Its ports are made: serves it the standing state and lets it take part.
+    fn enlist(&mut self, slot: usize) -> Result<(), HostError> {
+        self.ports.journal.welcome()?;
+        if let Some(role) = self.roles.get(&slot).copied() {
+            let frame = self.barrier.frame();
+            let lag = self.lag(role);
+            let done = match self.barrier.done(slot) {
+                // Its predecessor may have trailed; it goes on from there, or from the oldest
+                // snapshot that a newcomer finds.
+                Some(done) => {
+                    let history = bus::channel("snapshot").history as u64;
+                    done.max(Frame(frame.0.saturating_sub(history)))
+                }
+                None => {
+                    self.barrier.join(slot, role.name(), OnDeath::Respawn, lag, frame);
+                    frame
+                }
+            };
+            self.control.slot(slot).enrol(true, lag, done);
+            self.serve_state(done)?;
+            if role == Role::Traffic
+                && let Some(decided) = &self.decided
+            {
+                self.ports.resume.send(*decided.header(), decided.payload())?;
+            }
+            self.control.revive(slot);
+        } else {
+            self.control.slot(slot).enrol(false, 0, self.barrier.frame());
+        }
+        self.ports.snapshot.welcome()?;
+        self.resyncs.remove(&slot);
+        self.control.slot(slot).set_state(SlotState::Live);
+        self.control.complete.rouse();
+        Ok(())
+    }
+
+    /// A client may want the tick to wait for it. Who ticks is never waited for.
+    fn seat(&mut self, slot: usize) {
+        if self.roles.contains_key(&slot) {
+            return;
+        }
+        let words = self.control.slot(slot);
+        let wanted = words.wants_part() && self.control.ticker() != Some(slot);
+        let frame = self.barrier.frame();
+        match (wanted, self.barrier.done(slot).is_some()) {
+            (true, false) => {
+                let name = format!("client {:?}", words.name());
+                self.barrier.join(slot, &name, OnDeath::Drop, 0, frame);
+                words.enrol(true, 0, frame);
+                self.control.revive(slot);
+                self.control.complete.rouse();
+            }
+            (false, true) => {
+                self.unseat(slot);
+                self.control.slot(slot).enrol(false, 0, frame);
+                self.control.complete.rouse();
+            }
+            _ => {}
+        }
+    }
+
+    fn unseat(&mut self, slot: usize) {
+        self.barrier.leave(slot);
+        self.control.bury(slot);
+    }
+
+    /// The journal as one finds it whose work is done up to `done`.
+    fn serve_state(&mut self, done: Frame) -> Result<(), HostError> {
+        let ((frame, entries), mut after) = self.standing.since(done);
+        // What was carried out between two frames belongs to the next one.
+        let coming = self.pen.published();
+        if !coming.is_empty() {
+            after.push((self.barrier.frame().next(), coming.to_vec()));
+        }
+        self.pen.publish_keyframe(&self.ports, frame, &entries, after.len())?;
+        for (frame, entries) in after {
+            self.pen.publish_again(&self.ports, frame, &entries)?;
+        }
+        Ok(())
+    }
+
+    /// It goes of its own will.
+    fn dismiss(&mut self, slot: usize) -> Result<(), HostError> {
+        if self.roles.contains_key(&slot) {
+            // A stage that leaves ends its process: the watcher tells.
+            return Ok(());
+        }
+        self.supervisor.unwatch(slot);
+        self.take_down(self.rigs.of(self.control.slot(slot).name()));
+        self.unseat(slot);
+        self.give_tick_back(slot);
+        self.control.slot(slot).reserve(SlotState::Free, 0);
+        Ok(())
+    }
+
+    fn give_tick_back(&self, slot: usize) {
+        if self.control.pass_tick(Some(slot), None) && self.settings.synchronous != 0 {
+            let name = self.control.slot(slot).name();
+            eprintln!(
+                "INFO sim-host {} client {name:?} held the tick and is gone; the world waits for the next",
+                self.barrier.frame().0
+            );
+        }
+    }
+
+    fn bury(&mut self, slot: usize, death: Death) -> Result<(), HostError> {
+        let Death { why, told } = death;
+        let words = self.control.slot(slot);
+        let (role, name) = (self.roles.get(&slot).copied(), words.name());
+        words.set_state(SlotState::Dead);
+        let frame = self.barrier.frame();
+        // Before anything of the dead is removed.
+        self.receive_decided()?;
+        self.inbox.drain(&self.ports)?;
+        let stuck = self.supervisor.clean_up();
+        let Some(role) = role else {
+            self.barrier.dies(slot);
+            self.take_down(self.rigs.of(name));
+            self.give_tick_back(slot);
+            eprintln!("INFO sim-host {} client {name:?} died", frame.0);
+            let state = if stuck == 0 { SlotState::Free } else { SlotState::Quarantined };
+            self.control.slot(slot).reserve(state, 0);
+            return Ok(());
+        };
+        self.barrier.arrive(slot, self.control.slot(slot).ack());
+        if role == Role::Traffic
+            && let Some(decided) = &self.decided
+        {
+            // It may have died between sending and saying so.
+            self.barrier.arrive(slot, decided.header().stamp.frame);
+        }
+        self.barrier.dies(slot);
+        let deaths = self.deaths.entry(slot).or_default();
+        *deaths = if deaths.0 == frame { (frame, deaths.1 + 1) } else { (frame, 1) };
+        let deaths = deaths.1;
+        if frame == Frame(0) && told {
+            return Err(HostError::Start { role: role.name(), why });
+        }
+        if !self.config.restart || deaths > DEATHS_MAX {
+            let who = role.name().to_owned();
+            return Err(HostError::Died { who, why, deaths, frame });
+        }
+        eprintln!("WARN sim-host {} {} died and is started anew: {why}", frame.0, role.name());
+        self.supervisor
+            .start(role, slot)
+            .map_err(|e| HostError::Start { role: role.name(), why: e.to_string() })
+    }
+}
