@@ -32,6 +32,19 @@ pub enum HostError {
         /// During which frame.
         frame: bus::Frame,
     },
+    /// Too little shared memory, before anything was made in it.
+    #[error(
+        "/dev/shm has {} MB free, a simulator needs {} MB and more for its sensors; enlarge it \
+         (mount -o remount,size=2G /dev/shm, or docker run --shm-size 2g)",
+        free >> 20,
+        needed >> 20
+    )]
+    SharedMemory {
+        /// Bytes that are free.
+        free: u64,
+        /// Bytes that are needed.
+        needed: u64,
+    },
     /// The machine.
     #[error("{0}")]
     System(#[from] std::io::Error),

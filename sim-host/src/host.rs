@@ -52,6 +52,9 @@ const START_NANOS: u64 = 60_000_000_000;
 /// How long an idle host sleeps at most before it looks around.
 const IDLE_NANOS: u64 = 100_000_000;
 
+/// What the channels of a world without rigs may take.
+const SHARED_MEMORY_MIN: u64 = 64 << 20;
+
 /// The running host.
 pub struct Host {
     pub(crate) control: Control,
@@ -87,6 +90,10 @@ impl Host {
         let cache = Cache::of_environment();
         // What is wrong with a map is said before anything starts; one with a baked town was read.
         let network = if cache.has_town(&open_drive, seed) { None } else { Some(parse()?) };
+        let free = bus::free_bytes()?;
+        if free < SHARED_MEMORY_MIN {
+            return Err(HostError::SharedMemory { free, needed: SHARED_MEMORY_MIN });
+        }
         let founding = Instance::found(config.name.as_deref())?;
         let instance = founding.instance().clone();
         instance.write_episode(&config.episode, &blueprints())?;

@@ -210,3 +210,48 @@ fn a_data_set_is_never_overwritten_and_a_folder_that_cannot_be_written_is_named(
     refusal(&["collect", "--map", "/no/such.xodr", "--out", fresh.to_str().unwrap()]);
     assert!(!fresh.exists());
 }
+
+/// Runs `omnibus` with a small file system mounted at `at`, for it alone; nothing where that is
+/// not allowed.
+fn with_little_room(at: &str, size: &str, args: &[&str]) -> Option<(bool, String)> {
+    let mount = format!("mount -t tmpfs -o size={size} tmpfs {at} && exec \"$0\" \"$@\"");
+    let may = std::process::Command::new("unshare")
+        .args(["-m", "sh", "-c", &format!("mount -t tmpfs -o size={size} tmpfs {at}")])
+        .output();
+    if !may.is_ok_and(|output| output.status.success()) {
+        println!("skipped: this user may not mount");
+        return None;
+    }
+    let program = omnibus();
+    let output = std::process::Command::new("unshare")
+        .args(["-m", "sh", "-c", &mount])
+        .arg(program.get_program())
+        .args(args)
+        .env("OMNIBUS_CACHE", "")
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    println!("{said}");
+    Some((output.status.success(), said))
+}
+
+#[test]
+fn too_little_shared_memory_is_refused_before_anything_is_made() {
+    let args = ["run", "--map", small_map(), "--device", "cpu"];
+    let Some((went_well, said)) = with_little_room("/dev/shm", "16m", &args) else { return };
+    assert!(!went_well);
+    names(&said, &["/dev/shm has 16 MB free", "needs 64 MB"]);
+    assert_eq!(said.lines().count(), 1, "{said}");
+}
+
+#[test]
+fn a_full_disk_ends_a_collection_with_one_error_and_whole_frames() {
+    let scratch = Scratch::new();
+    let out = scratch.path().join("set");
+    let (room, out) = (scratch.path().to_str().unwrap(), out.to_str().unwrap());
+    let args = ["collect", "--map", small_map(), "--device", "cpu", "--vehicles", "3", "--frames"];
+    let args = [&args[..], &["500", "--width", "320", "--height", "240", "--out", out]].concat();
+    let Some((went_well, said)) = with_little_room(room, "8m", &args) else { return };
+    assert!(!went_well);
+    names(&said, &["the disk is full", "of 500 frames are complete", "--resume"]);
+}
