@@ -215,10 +215,10 @@ impl Client {
         fault::point(Role::Client, "requesting", frame, self.first);
         control.request(self.participant.slot(), frame);
         fault::point(Role::Client, "requested", frame, self.first);
-        self.participant.await_complete(frame, None).map_err(|_| self.host_ended())?;
+        let ending = self.participant.await_complete(frame, None).map_err(|_| self.host_ended())?;
         self.refresh()?;
         fault::point(Role::Client, "loan_held", frame, self.first);
-        let (how, mask) = match self.participant.control().ending() {
+        let (how, mask) = match ending {
             Ending::Complete => return Ok(frame),
             Ending::Late(mask) => ("late", mask),
             Ending::Degraded(mask) => ("degraded", mask),

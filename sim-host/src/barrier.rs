@@ -90,6 +90,11 @@ impl Barrier {
         self.members.keys().copied()
     }
 
+    /// The same, a bit per slot.
+    pub(crate) fn mask(&self) -> u64 {
+        self.slots().fold(0, |mask, slot| mask | 1 << slot)
+    }
+
     /// How far `slot` has come.
     pub(crate) fn done(&self, slot: usize) -> Option<Frame> {
         self.members.get(&slot).map(|m| m.done)

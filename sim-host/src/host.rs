@@ -206,8 +206,8 @@ impl Host {
                 if self.settings.synchronous == 0 && !self.is_stopped() {
                     self.tick()?;
                 }
+                self.look_after_slots()?;
             }
-            self.look_after_slots()?;
         }
         Ok(())
     }
@@ -222,8 +222,12 @@ impl Host {
         let mut heard = self.control.host.count();
         loop {
             self.look_after_slots()?;
+            // Wishes that come with a request are the tick's own.
+            if self.is_requested() {
+                return Ok(());
+            }
             self.serve_urgent()?;
-            if self.is_requested() || self.settings.synchronous == 0 || self.is_stopped() {
+            if self.settings.synchronous == 0 || self.is_stopped() {
                 return Ok(());
             }
             let (bell, last) = (&self.control.host, heard);
@@ -233,6 +237,9 @@ impl Host {
                 (count != last).then_some(count)
             });
             heard = rung.unwrap_or(heard);
+            if self.is_requested() {
+                return Ok(());
+            }
         }
     }
 
@@ -440,7 +447,7 @@ impl Host {
         self.send_snapshot(SnapshotHeader { journal_entries, ..header })?;
         let entries = self.pen.turn_page();
         self.standing.close(stamp.frame, entries);
-        self.control.set_awaited(stamp.frame);
+        self.control.set_awaited(stamp.frame, self.barrier.mask());
         self.control.tick.raise(stamp.frame.0);
         Ok(())
     }

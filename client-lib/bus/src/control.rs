@@ -270,6 +270,9 @@ pub enum Ending {
     Degraded(u64),
 }
 
+/// No mask of members: the host decides how the frame ends.
+const UNKNOWN: u64 = u64::MAX;
+
 /// The words of one instance.
 #[derive(Debug)]
 #[repr(C, align(64))]
@@ -295,9 +298,11 @@ pub struct ControlPage {
     alive: AtomicU64,
     /// The frame that the host waits for.
     awaited: AtomicU64,
+    /// Who was to work on it, a bit per slot.
+    members: AtomicU64,
     /// How time passes: [`Settings`], word by word.
     settings: [AtomicU64; 4],
-    reserved: [u64; 2],
+    reserved: [u64; 1],
     slots: [Slot; SLOTS],
 }
 
@@ -433,20 +438,42 @@ impl ControlPage {
 
     /// The living who have not arrived at `frame`, their lag allowed for.
     pub fn missing(&self, frame: Frame) -> u64 {
-        let alive = self.alive();
-        let mut mask = 0;
-        for (index, slot) in self.slots.iter().enumerate() {
-            let waited = alive & (1 << index) != 0 && slot.waited_for.load(Ordering::Relaxed) != 0;
-            if waited && slot.ack().0 + slot.lag() < frame.0 {
-                mask |= 1 << index;
-            }
-        }
-        mask
+        self.behind(self.alive(), frame, |slot| slot.takes_part())
     }
 
-    /// For the host: the frame that arrivals are counted for.
-    pub fn set_awaited(&self, frame: Frame) {
+    /// For the host, before it raises `tick`: the frame that arrivals are counted for, and whose.
+    pub fn set_awaited(&self, frame: Frame, members: u64) {
+        self.members.store(members, Ordering::Relaxed);
         self.awaited.store(frame.0, Ordering::Release);
+    }
+
+    /// For the host, when a member is lost: how this frame ends is not to be seen from the words.
+    pub fn leave_verdict_to_host(&self) {
+        self.members.store(UNKNOWN, Ordering::Relaxed);
+    }
+
+    /// Whether all who were to work on `frame` have: seen from their words, a moment before the
+    /// host sees it.
+    pub fn has_everybody_arrived(&self, frame: Frame) -> bool {
+        if self.tick.get() < frame.0 {
+            return false;
+        }
+        let members = self.members.load(Ordering::Relaxed);
+        members != UNKNOWN && self.behind(members, frame, |_| true) == 0
+    }
+
+    /// Who of `mask` has not arrived at `frame`.
+    fn behind(&self, mask: u64, frame: Frame, is_waited_for: impl Fn(&Slot) -> bool) -> u64 {
+        let (mut left, mut behind) = (mask, 0);
+        while left != 0 {
+            let bit = left & left.wrapping_neg();
+            left ^= bit;
+            let slot = &self.slots[bit.trailing_zeros() as usize];
+            if is_waited_for(slot) && slot.ack().0.saturating_add(slot.lag()) < frame.0 {
+                behind |= bit;
+            }
+        }
+        behind
     }
 
     /// For the holder of `slot`: its work up to `frame` is done. Whoever arrives last wakes the

@@ -6,8 +6,8 @@ use std::sync::{
 };
 
 use crate::{
-    BusError, Control, Frame, Hub, Instance, Name, Role, SLOTS, Slot, SlotState, Strategy, clock,
-    process,
+    BusError, Control, Ending, Frame, Hub, Instance, Name, Role, SLOTS, Slot, SlotState, Strategy,
+    clock, process,
 };
 
 /// How long a joiner waits for the host to look at it.
@@ -112,10 +112,21 @@ impl Participant {
         Err(if self.is_over() { Interrupted::HostEnds } else { Interrupted::Deadline })
     }
 
-    /// Waits until `frame` is over for everybody.
-    pub fn await_complete(&self, frame: Frame, deadline: Option<u64>) -> Result<(), Interrupted> {
-        if self.control.complete.wait(frame.0, self.strategy, deadline, || self.is_over()) {
-            return Ok(());
+    /// Waits until `frame` is over for everybody, and says how it ended. Who looks rather than
+    /// sleeps sees the last arrival itself and need not wait for the host to see it.
+    pub fn await_complete(
+        &self,
+        frame: Frame,
+        deadline: Option<u64>,
+    ) -> Result<Ending, Interrupted> {
+        let control = &self.control;
+        let is_seen = || control.has_everybody_arrived(frame);
+        let give_up = || is_seen() || self.is_over();
+        if control.complete.wait(frame.0, self.strategy, deadline, give_up) {
+            return Ok(control.ending());
+        }
+        if is_seen() {
+            return Ok(Ending::Complete);
         }
         Err(if self.is_over() { Interrupted::HostEnds } else { Interrupted::Deadline })
     }

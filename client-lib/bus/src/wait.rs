@@ -24,6 +24,9 @@ use super::atoms::{
     AtomicU32, AtomicU64, Ordering, fence, now_nanos, sleep_on, wake_all, yield_core,
 };
 
+/// Looks between two yields: more of them keep the core from who is waited for.
+const LOOKS: u32 = 2;
+
 /// How long a waiter looks before it sleeps. It yields the core between looks: with fewer cores
 /// than processes, spinning without yielding is worse than sleeping at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,7 +164,7 @@ fn wait_on<T>(
     if strategy.spin_nanos > 0 {
         let begun = now_nanos();
         loop {
-            for _ in 0..16 {
+            for _ in 0..LOOKS {
                 if let Some(answer) = look() {
                     return Some(answer);
                 }

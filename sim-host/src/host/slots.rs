@@ -175,6 +175,7 @@ impl Host {
         let stuck = self.supervisor.clean_up();
         let Some(role) = role else {
             self.barrier.dies(slot);
+            self.control.leave_verdict_to_host();
             self.take_down(self.rigs.of(name));
             self.give_tick_back(slot);
             eprintln!("INFO sim-host {} client {name:?} died", frame.0);

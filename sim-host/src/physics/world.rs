@@ -160,7 +160,9 @@ impl Physics {
         let before: Vec<Vec3> = self.actors.iter().map(|a| origin_mps(self.body(a))).collect();
         let mut impulses = BTreeMap::new();
         let mut touching = BTreeSet::new();
-        for _ in 0..count {
+        // Where nobody is, nothing moves.
+        let steps = if self.actors.is_empty() { 0 } else { count };
+        for _ in 0..steps {
             self.push_bodies(dt);
             self.world.step();
             self.note_contacts(&mut impulses, &mut touching);
