@@ -1,5 +1,8 @@
 //! `tick`: one empty tick, from a client's call to its return.
 
+use std::process::Command;
+
+use anyhow::{Context, ensure};
 use client_lib::clock;
 
 use crate::{
@@ -7,7 +10,7 @@ use crate::{
     figure::{self, Figure, Peer, Sink, Spread, Unit},
     machine::Machine,
     peer, scene,
-    sim::Sim,
+    sim::{self, Sim},
 };
 
 const ROUNDS: usize = 5;
@@ -80,10 +83,42 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
         peer: Some(Peer { name: "loopback TCP", value: tcp.p50 }),
     };
     sink.put(&figure, &machine)?;
-    sink.skip(
-        "tick.single_process",
-        "not offered: a client within the host's process needs the host's crate, and bench is \
-         another process",
+    drop((client, sim));
+    in_one_process(effort, sink, &machine, &map, tcp.p50)
+}
+
+/// The same world with its stages and its client as threads of the host's process: measured there,
+/// by `omnibus stage tick`.
+fn in_one_process(
+    effort: Effort,
+    sink: &mut Sink,
+    machine: &Machine,
+    map: &scene::Map,
+    tcp: f64,
+) -> anyhow::Result<()> {
+    let (frames, warmup) = (effort.count(TICKS), effort.count(WARM_UP));
+    let output = Command::new(sim::omnibus()?)
+        .args(["stage", "tick", "--single-process", "--json", "--vehicles", "0", "--map", &map.arg])
+        .args(["--device", "null", "--wait", "latency"])
+        .args(["--frames", &frames.to_string(), "--warmup", &warmup.to_string()])
+        .output()
+        .context("omnibus stage tick")?;
+    ensure!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr).trim());
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout)?;
+    let micros = |key: &str| told[key].as_f64().map(|ms| ms * 1e3).context("a percentile");
+    let p50 = micros("p50_ms")?;
+    let spread = Spread { p50, p90: micros("p90_ms")?, p99: micros("p99_ms")?, n: frames };
+    let workload = format!(
+        "the same tick, {}, by omnibus stage tick: host, traffic, renderer and client are threads of one process",
+        map.title
     );
-    Ok(())
+    let figure = Figure {
+        name: "tick.single_process",
+        workload,
+        unit: Unit::Micros,
+        value: p50,
+        spread,
+        peer: Some(Peer { name: "loopback TCP", value: tcp }),
+    };
+    sink.put(&figure, machine)
 }

@@ -2,6 +2,7 @@
 
 mod kit;
 
+mod alone;
 mod crash;
 mod exact;
 mod leave;

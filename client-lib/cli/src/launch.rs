@@ -64,6 +64,22 @@ impl WorldArgs {
         }
     }
 
+    /// Refuses what only a running simulator heeds.
+    pub(crate) fn expect_no_simulator(&self, what: &str) -> anyhow::Result<()> {
+        let usual = WorldArgs::of_map("");
+        let odd = [
+            ("--name", self.name != usual.name),
+            ("--wait", self.wait != usual.wait),
+            ("--deadline-secs", self.deadline_secs != usual.deadline_secs),
+            ("--no-restart", self.no_restart != usual.no_restart),
+            ("--single-process", self.single_process != usual.single_process),
+        ];
+        match odd.into_iter().find(|(_, is_odd)| *is_odd) {
+            Some((flag, _)) => Err(anyhow!("{flag} means nothing to {what}")),
+            None => Ok(()),
+        }
+    }
+
     /// The map's roads.
     pub(crate) fn network(&self) -> anyhow::Result<road::Network> {
         let Episode { map, open_drive, .. } = self.episode()?;

@@ -1,4 +1,7 @@
-//! `omnibus stage`: one stage alone at full speed, on input captured from a short run.
+//! `omnibus stage`: one stage alone at full speed, on input captured from a short run, or the tick
+//! that holds them together.
+
+mod tick;
 
 use std::sync::Arc;
 
@@ -45,31 +48,46 @@ pub(crate) struct StageArgs {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Which {
+    /// One step of the world
     Physics,
+    /// One plan of traffic
     Traffic,
+    /// One measurement of the default rig
     Render,
+    /// A whole tick without sensors: bus, barrier, host and stages
+    Tick,
 }
 
 /// Measures it.
 pub(crate) fn stage(args: &StageArgs) -> anyhow::Result<()> {
     anyhow::ensure!(args.frames > 0, "--frames is 0; ask for at least one");
-    anyhow::ensure!(args.vehicles > 0, "--vehicles is 0; the stages work for at least one");
     for (what, pixels) in [("--width", args.width), ("--height", args.height)] {
         anyhow::ensure!((16..=8192).contains(&pixels), "{what} is {pixels}; use 16 to 8192");
     }
-    let captured = Captured::from_run(args)?;
-    let (name, nanos) = match args.stage {
-        Which::Physics => ("physics", captured.physics()?),
-        Which::Traffic => ("traffic", captured.traffic()),
-        Which::Render => ("render", captured.render(args)?),
+    let (name, (nanos, vehicles)) = match args.stage {
+        Which::Tick => ("tick", tick::measure(args)?),
+        Which::Physics => ("physics", alone(args, |captured| captured.physics())?),
+        Which::Traffic => ("traffic", alone(args, |captured| Ok(captured.traffic()))?),
+        Which::Render => ("render", alone(args, |captured| captured.render(args))?),
     };
     let times = Percentiles::of(nanos);
     if args.json {
-        say!("{}", times.json(name, args, captured.vehicles.len()));
+        say!("{}", times.json(name, args, vehicles));
     } else {
-        say!("{}", times.sentence(name, captured.vehicles.len()));
+        say!("{}", times.sentence(name, vehicles));
     }
     Ok(())
+}
+
+/// A stage without bus and barrier.
+fn alone(
+    args: &StageArgs,
+    measure: impl FnOnce(&Captured) -> anyhow::Result<Vec<u64>>,
+) -> anyhow::Result<(Vec<u64>, usize)> {
+    anyhow::ensure!(args.vehicles > 0, "--vehicles is 0; the stages work for at least one");
+    args.world.expect_no_simulator("a stage alone; `stage tick` runs a whole simulator")?;
+    let captured = Captured::from_run(args)?;
+    Ok((measure(&captured)?, captured.vehicles.len()))
 }
 
 /// A run of physics and traffic in one thread, without the bus: every stage's input.
