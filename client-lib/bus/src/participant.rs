@@ -131,28 +131,17 @@ impl Participant {
         Err(if self.is_over() { Interrupted::HostEnds } else { Interrupted::Deadline })
     }
 
-    /// Waits until `look` has an answer; it is asked whenever a frame completes.
+    /// Waits until `look` has an answer; it is asked whenever a frame completes, and whenever
+    /// something comes that no frame waits for.
     pub fn await_answer<T>(
         &self,
         deadline: u64,
         mut look: impl FnMut() -> Option<T>,
     ) -> Result<T, Interrupted> {
-        loop {
-            let seen = self.control.complete.get();
-            if let Some(answer) = look() {
-                return Ok(answer);
-            }
-            if self.is_over() {
-                return Err(Interrupted::HostEnds);
-            }
-            let now = clock::now_nanos();
-            if now >= deadline {
-                return Err(Interrupted::Deadline);
-            }
-            // Outcomes also come between frames: look again soon.
-            let soon = deadline.min(now + 200_000);
-            self.control.complete.wait(seen + 1, Strategy::BATCH, Some(soon), || self.is_over());
-        }
+        let found = self.control.complete.listen(self.strategy, Some(deadline), || {
+            look().map(Ok).or_else(|| self.is_over().then_some(Err(Interrupted::HostEnds)))
+        });
+        found.unwrap_or(Err(Interrupted::Deadline))
     }
 
     /// Its work for `frame` begins.
@@ -163,6 +152,10 @@ impl Participant {
     /// Its work for `frame` is done.
     pub fn arrive(&self, frame: Frame) {
         self.control.arrive(self.slot, frame);
+        if self.words().lag() > 0 {
+            // No frame waits for this one, but a reader may.
+            self.control.complete.rouse();
+        }
     }
 
     /// Whether the host is on its way out, or gone.

@@ -105,6 +105,17 @@ impl Gate {
         })
         .unwrap_or(false)
     }
+
+    /// Returns the first answer that `look` gives, asked whenever the number is raised or somebody
+    /// rouses; `None` when the deadline has passed.
+    pub fn listen<T>(
+        &self,
+        strategy: Strategy,
+        deadline_nanos: Option<u64>,
+        look: impl FnMut() -> Option<T>,
+    ) -> Option<T> {
+        wait_on(&self.word, &self.sleepers, strategy, deadline_nanos, look)
+    }
 }
 
 /// What many ring and one waits for.
