@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use bus::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
-use glam::vec3;
+use glam::{Quat, vec3};
 use sensor_render::{BlueprintMesh, CpuTracer, Device, GpuTracer, RigJob};
 use sensor_render::{Scene, Tracer, World, pose_planes};
 
@@ -87,22 +87,28 @@ type Rig = (Vec<SensorSpec>, Pose);
 
 fn workloads(town: &sample::Sample) -> Vec<(&'static str, Vec<Rig>)> {
     // Agents that share a bundle: 16 rigs of 64 cameras, each somewhere else.
-    let agents = (0..16)
-        .map(|rig| {
-            let cameras = (0..64).map(|camera| SensorSpec {
+    let agents = |turn: Quat| {
+        let agent = |index: usize| {
+            let pose = town.street_pose(index);
+            SensorSpec {
                 outputs: output::COLOR,
-                parent_from_sensor: town.street_pose(rig * 64 + camera),
+                parent_from_sensor: Pose::new(pose.position(), pose.rotation() * turn),
                 ..sample::camera("agent", 84, 84)
-            });
-            (cameras.collect(), Pose::IDENTITY)
-        })
-        .collect();
+            }
+        };
+        (0..16)
+            .map(|rig| ((0..64).map(|camera| agent(rig * 64 + camera)).collect(), Pose::IDENTITY))
+            .collect()
+    };
+    let up = Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2);
     let color = |specs: Vec<SensorSpec>| -> Vec<SensorSpec> {
         specs.into_iter().map(|spec| SensorSpec { outputs: output::COLOR, ..spec }).collect()
     };
     let here = town.street_pose(0);
     vec![
-        ("1024x84x84 colour", agents),
+        ("1024x84x84 colour", agents(Quat::IDENTITY)),
+        // Hardly a ray meets anything: what is left is everything else.
+        ("1024x84x84 of the sky", agents(up)),
         ("6x1600x900 colour", vec![(color(sample::ring(1600, 900)), here)]),
         ("6x1600x900 all", vec![(sample::ring(1600, 900), here)]),
         ("1x800x600 colour", vec![(color(vec![sample::camera("front", 800, 600)]), here)]),

@@ -54,11 +54,18 @@ fn meet(index: u32, ray: Ray, instance: u32, hit: ptr<function, Hit>) {
     }
 }
 
-// Walks a bottom level; with `any`, stops at the first triangle that is met.
-fn walk_level(root: u32, ray: Ray, instance: u32, any: bool, hit: ptr<function, Hit>) {
+// Links still to be followed: the top level's, and above them those of the bottom level that is
+// walked. One for both, and outside of all functions: a variable of a function would be filled
+// with zeros at every call.
+var<private> stack: array<u32, 128>;
+
+// Walks a bottom level with what lies on the stack from `floor` on; with `any`, stops at the first
+// triangle that is met.
+fn walk_level(
+    root: u32, ray: Ray, instance: u32, any: bool, floor: u32, hit: ptr<function, Hit>
+) {
     let inverse = inverse_of(ray.direction);
-    var stack: array<u32, 64>;
-    var height = 0u;
+    var height = floor;
     var link = root;
     loop {
         if ((link & LEAF) != 0u) {
@@ -95,7 +102,7 @@ fn walk_level(root: u32, ray: Ray, instance: u32, any: bool, hit: ptr<function, 
                 continue;
             }
         }
-        if (height == 0u) {
+        if (height == floor) {
             return;
         }
         height--;
@@ -116,12 +123,11 @@ fn seen_from(ray: Ray, index: u32) -> Ray {
 // The first thing that a ray meets before t_max; with `any`, whatever it meets.
 fn closest(ray: Ray, t_max: f32, any: bool) -> Hit {
     var hit = no_hit(t_max);
-    walk_level(frame.roots.x, ray, NONE, any, &hit);
+    walk_level(frame.roots.x, ray, NONE, any, 0u, &hit);
     if (any && hit.triangle != NONE) {
         return hit;
     }
     let inverse = inverse_of(ray.direction);
-    var stack: array<u32, 64>;
     var height = 0u;
     var link = frame.roots.y;
     loop {
@@ -129,7 +135,8 @@ fn closest(ray: Ray, t_max: f32, any: bool) -> Hit {
             let first = link & 0x3ffffffu;
             let end = first + ((link >> 26u) & 31u);
             for (var index = first; index < end; index++) {
-                walk_level(instances[index].root, seen_from(ray, index), index, any, &hit);
+                let seen = seen_from(ray, index);
+                walk_level(instances[index].root, seen, index, any, height, &hit);
                 if (any && hit.triangle != NONE) {
                     return hit;
                 }
