@@ -8,11 +8,10 @@ use obvhs::{BvhBuildParams, bvh2::node::Bvh2Node};
 
 use crate::divide::divided;
 
-/// The deepest hierarchy that a tracer's stack can walk.
-pub(crate) const DEPTH_MAX: usize = 60;
-
-/// Halving takes at most 24 levels.
-const HALVING_DEPTH: usize = 26;
+/// The deepest hierarchies of triangles and of actors that a tracer's stack can walk. Together they
+/// are the shaders' stack (reference.wgsl), which the device clears for every ray: it is short.
+pub(crate) const DEPTH_MAX: usize = 46;
+pub(crate) const TOP_DEPTH_MAX: usize = 18;
 
 /// The most primitives in one leaf.
 pub(crate) const LEAF_MAX: u32 = 4;
@@ -115,7 +114,7 @@ impl Hierarchy {
         let mut config = BvhBuildParams::fast_build();
         config.max_prims_per_leaf = 1;
         let tree = build_bvh2(&aabbs, config, &mut Default::default());
-        Hierarchy::shallow(&tree, boxes, DEPTH_MAX)
+        Hierarchy::shallow(&tree, boxes, TOP_DEPTH_MAX)
     }
 
     /// Takes `tree`; if it is too deep, as it may be where primitives lie in one heap, what is
@@ -125,7 +124,8 @@ impl Hierarchy {
         if depth <= depth_max {
             return hierarchy;
         }
-        flatten(tree, boxes, depth_max - HALVING_DEPTH).0
+        let halving_depth = boxes.len().ilog2() as usize + 1;
+        flatten(tree, boxes, depth_max.saturating_sub(halving_depth)).0
     }
 
     /// Appends `self` behind what is there; its primitives begin at `first_primitive`.
@@ -275,6 +275,14 @@ pub(crate) mod tests {
         seen.sort_unstable();
         assert!(depth <= DEPTH_MAX, "depth {depth}");
         assert_eq!(seen, (0..5000).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn as_many_actors_as_there_may_be_on_one_spot_are_not_too_deep() {
+        let boxes = vec![(Vec3::ZERO, Vec3::ONE); bus::ACTORS_MAX];
+        let hierarchy = Hierarchy::over_boxes(&boxes);
+        let depth = count(&hierarchy.nodes, hierarchy.root, 0, &mut Vec::new());
+        assert!(depth <= TOP_DEPTH_MAX, "depth {depth}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-use crate::bvh::{DEPTH_MAX, Link};
+use crate::bvh::{DEPTH_MAX, Link, TOP_DEPTH_MAX};
 use crate::lanes::Eight;
 use crate::wide::WideNode;
 
@@ -11,7 +11,7 @@ pub(crate) struct Stack {
 }
 
 /// Each step down leaves at most seven behind; there are two levels.
-const STACK: usize = 2 * 8 * (DEPTH_MAX + 1);
+const STACK: usize = 8 * (DEPTH_MAX + TOP_DEPTH_MAX + 2);
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {

@@ -65,8 +65,8 @@ impl Kernels {
             source: ShaderSource::Wgsl(SHADER.into()),
         };
         #[expect(unsafe_code, reason = "a check at every step of every ray costs a tenth")]
-        // SAFETY: every index is of our own making: hierarchies are no deeper than `DEPTH_MAX`,
-        // half the shaders' stack, their links stay within what is uploaded with them, planes lie
+        // SAFETY: every index is of our own making: hierarchies are no deeper than the
+        // shaders' stack is long, their links stay within what is uploaded with them, planes lie
         // within the output that `Resident` has grown for them, and every loop ends with its tree.
         let module = unsafe {
             device.create_shader_module_trusted(descriptor, ShaderRuntimeChecks::unchecked())

@@ -56,8 +56,8 @@ fn meet(index: u32, ray: Ray, instance: u32, hit: ptr<function, Hit>) {
 
 // Links still to be followed: the top level's, and above them those of the bottom level that is
 // walked. One for both, and outside of all functions: a variable of a function would be filled
-// with zeros at every call.
-var<private> stack: array<u32, 128>;
+// with zeros at every call. As long as DEPTH_MAX and TOP_DEPTH_MAX of bvh.rs together.
+var<private> stack: array<u32, 64>;
 
 // Walks a bottom level with what lies on the stack from `floor` on; with `any`, stops at the first
 // triangle that is met.
