@@ -69,10 +69,10 @@ pub fn run(
     let done = participant.words().ack();
     let first = done.next();
     let mut renderer = Renderer {
+        tracer,
         participant,
         ports,
         scene,
-        tracer,
         world: World::new(),
         weather: Weather::default(),
         rigs: Rigs::default(),
@@ -80,6 +80,7 @@ pub fn run(
         done,
         first,
     };
+    renderer.import_payloads();
     loop {
         match renderer.participant.next_frame(renderer.done, None) {
             Ok(newest) => renderer.work_up_to(newest)?,
@@ -89,10 +90,11 @@ pub fn run(
 }
 
 struct Renderer {
+    /// Dropped before the memory that it may have imported.
+    tracer: Tracer,
     participant: Participant,
     ports: RenderPorts,
     scene: Arc<Scene>,
-    tracer: Tracer,
     world: World,
     weather: Weather,
     rigs: Rigs,
@@ -104,6 +106,23 @@ struct Renderer {
 }
 
 impl Renderer {
+    /// Payloads are written where their readers find them, where the device can.
+    fn import_payloads(&mut self) {
+        #[expect(unsafe_code, reason = "a promise about the memory of rigs")]
+        // SAFETY: a rig's bundles lie in one pool of static allocation, which stays mapped as long
+        // as its writer lives; before a writer goes (`remove`), and before `self` does, all
+        // imports are forgotten.
+        unsafe {
+            self.tracer.import_payloads();
+        }
+    }
+
+    fn remove(&mut self, rig: RigId) {
+        self.tracer.forget_imports();
+        self.rigs.remove(rig);
+        self.import_payloads();
+    }
+
     /// Measures every frame that has come; in asynchronous mode only the newest.
     fn work_up_to(&mut self, newest: Frame) -> Result<(), RenderError> {
         let every = self.participant.control().is_synchronous();
@@ -248,7 +267,7 @@ impl Renderer {
                     self.rigs.mount(id, planes, byte_len, writer);
                 }
             }
-            Some(Wish::DestroyRig(rig)) => self.rigs.remove(rig),
+            Some(Wish::DestroyRig(rig)) => self.remove(rig),
             Some(Wish::SetWeather(weather)) => self.weather = weather,
             Some(Wish::SetSettings(settings)) => self.is_rendering = settings.no_rendering == 0,
             _ => {}

@@ -60,6 +60,25 @@ impl Tracer {
         }
     }
 
+    /// From now on a graphics processor writes straight into payloads that it can import.
+    ///
+    /// # Safety
+    /// As [`GpuTracer::import_payloads`].
+    #[expect(unsafe_code, reason = "hands on a promise about memory")]
+    pub unsafe fn import_payloads(&mut self) {
+        if let Tracer::Gpu(tracer) = self {
+            // SAFETY: the caller promises what `import_payloads` asks for.
+            unsafe { tracer.import_payloads() };
+        }
+    }
+
+    /// Lets go of all imported payloads; see [`GpuTracer::forget_imports`].
+    pub fn forget_imports(&mut self) {
+        if let Tracer::Gpu(tracer) = self {
+            tracer.forget_imports();
+        }
+    }
+
     /// Measures all sensors of all rigs at the frame that `world` stands in, as one batch.
     ///
     /// Writes the table of planes, each with its lidar's first azimuth, then every plane. When it

@@ -6,7 +6,7 @@ use client_lib::{
 };
 use glam::{Quat, Vec2, Vec3};
 
-use crate::kit::{DELTA_NANOS, Digest, Sim, is_soak};
+use crate::kit::{DELTA_NANOS, Digest, Sim, is_soak, omnibus, small_map};
 
 /// High above every roof: nothing else is in sight.
 const MIDDLE: Vec3 = Vec3::new(0.0, 0.0, 150.0);
@@ -235,6 +235,35 @@ fn a_view_of_a_measurement_lies_in_the_renderers_own_memory() {
     let theirs = std::fs::read_to_string(format!("/proc/{renderer}/maps")).unwrap();
     assert!(theirs.contains(&file), "the renderer has not mapped {file}");
     drop((measured, stage));
+    sim.end();
+}
+
+#[test]
+fn a_graphics_processor_writes_exact_frames_into_shared_memory() {
+    let alone = ["stage", "render", "--device", "gpu:0", "--frames", "1", "--warmup", "0"];
+    let tried = omnibus().args(alone).args(["--map", small_map()]).output().unwrap();
+    let said = String::from_utf8_lossy(&tried.stderr);
+    if said.contains("there is no Vulkan adapter") {
+        println!("SKIPPED: no Vulkan adapter, not even a software one");
+        return;
+    }
+    assert!(tried.status.success(), "{said}");
+    let sim = Sim::start(&["--device", "gpu:0"]);
+    let mut stage = Stage::set(&sim, 0);
+    // Rigs come and go: memory that the device writes into is let go of in time.
+    for life in 0..3 {
+        for _ in 0..8 {
+            let frame = stage.tick();
+            let measured = stage.rig.receive().unwrap().expect("it is there");
+            assert_eq!((measured.frame(), measured.header().tracer), (frame, bus::tracer::GPU));
+            if let Some(wrong) = disagreement(&measured, stage.marker, &place(frame.0)) {
+                panic!("life {life}, {frame}: {wrong}");
+            }
+        }
+        let next = stage.client.create_rig("next", ActorId::NONE, &sensors(), 4).unwrap();
+        stage.client.destroy_rig(std::mem::replace(&mut stage.rig, next)).unwrap();
+    }
+    drop(stage);
     sim.end();
 }
 

@@ -94,7 +94,10 @@ impl Sim {
     pub(crate) fn start_with(args: &[&str], variables: &[(&str, &str)]) -> Sim {
         let name = unique("t");
         let mut command = omnibus();
-        command.args(["run", "--synchronous", "--device", "cpu", "--name", &name]);
+        command.args(["run", "--synchronous", "--name", &name]);
+        if !args.contains(&"--device") {
+            command.args(["--device", "cpu"]);
+        }
         if !args.contains(&"--map") {
             command.args(["--map", small_map()]);
         }
