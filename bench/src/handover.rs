@@ -27,12 +27,19 @@ const SIZES: [(u32, u32); 2] = [(800, 600), (1920, 1080)];
 /// Takes the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let Some(cores) = cores::two() else {
-        for name in ["handover.polling.800x600", "handover.woken_cross_core.800x600"] {
+        for name in [
+            "handover.polling.800x600",
+            "handover.polling_10khz.800x600",
+            "handover.woken_cross_core.800x600",
+        ] {
             sink.skip(name, "this machine has one core");
         }
         return woken(effort, sink, "handover.woken_same_core.800x600", [0, 0]);
     };
-    polling(effort, sink, cores)?;
+    let seldom = ["handover.polling.800x600", "handover.polling.1920x1080"];
+    polling(effort, sink, cores, seldom, 1_000)?;
+    let often = ["handover.polling_10khz.800x600", "handover.polling_10khz.1920x1080"];
+    polling(effort, sink, cores, often, 10_000)?;
     woken(effort, sink, "handover.woken_same_core.800x600", [cores[0]; 2])?;
     woken(effort, sink, "handover.woken_cross_core.800x600", cores)
 }
@@ -41,8 +48,15 @@ fn sensors((width, height): (u32, u32)) -> Vec<SensorSpec> {
     vec![camera("front", Pose::IDENTITY, width, height, 1.5, output::COLOR)]
 }
 
-/// The client looks without sleeping, on a core of its own; the world runs on its own clock.
-fn polling(effort: Effort, sink: &mut Sink, [theirs, ours]: [usize; 2]) -> anyhow::Result<()> {
+/// The client looks without sleeping, on a core of its own; the world runs on its own clock. A
+/// seldom image finds the renderer's caches cold, a frequent one finds them warm.
+fn polling(
+    effort: Effort,
+    sink: &mut Sink,
+    [theirs, ours]: [usize; 2],
+    names: [&'static str; 2],
+    rate_hz: u32,
+) -> anyhow::Result<()> {
     let machine = Machine::look();
     let map = scene::one_road()?;
     let sim = Sim::start(&[
@@ -53,7 +67,7 @@ fn polling(effort: Effort, sink: &mut Sink, [theirs, ours]: [usize; 2]) -> anyho
         "--wait",
         "batch",
         "--fixed-delta",
-        "0.001",
+        &(1.0 / f64::from(rate_hz)).to_string(),
     ])?;
     let mut client = sim.client()?;
     pin_all(&sim, &client, theirs)?;
@@ -75,7 +89,6 @@ fn polling(effort: Effort, sink: &mut Sink, [theirs, ours]: [usize; 2]) -> anyho
             tcp[index].push(over_tcp(effort, size, true, theirs)?);
         }
     }
-    let names = ["handover.polling.800x600", "handover.polling.1920x1080"];
     let mut first = 0.0;
     for (index, name) in names.into_iter().enumerate() {
         let (spread, peer) =
@@ -83,8 +96,8 @@ fn polling(effort: Effort, sink: &mut Sink, [theirs, ours]: [usize; 2]) -> anyho
         let (width, height) = SIZES[index];
         let mut workload = format!(
             "{width}x{height} RGBA, null tracer, from the renderer's end_nanos to the client's view; \
-             the client polls and yields on a core of its own, 1000 images a second; the peer polls \
-             as many bytes"
+             the client polls and yields on a core of its own, {rate_hz} images a second; the peer \
+             polls as many bytes"
         );
         if index == 0 {
             first = spread.p50;
