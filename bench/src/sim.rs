@@ -42,7 +42,7 @@ impl Sim {
     pub(crate) fn spawn(args: &[&str]) -> anyhow::Result<Sim> {
         let name = unique_name();
         let mut child = Command::new(omnibus()?)
-            .args(["run", "--name", &name])
+            .args(["run", "--no-carla", "--name", &name])
             .args(args)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())

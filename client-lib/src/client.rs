@@ -3,7 +3,7 @@
 use bus::{
     ActorId, Autopilot, BatchHeader, BlueprintInfo, ClientPorts, Command, CreateRig, Ending, Event,
     Frame, Instance, Interrupted, JournalEntry, Name, Participant, Pose, RigId, Role, SensorSpec,
-    Settings, Stamp, Teleport, VehicleControl, Weather, Wish, clock, fault, flag,
+    Settings, Stamp, Teleport, VehicleControl, Watch, Weather, Wish, clock, fault, flag,
 };
 use glam::Vec3;
 use road::Network;
@@ -52,6 +52,11 @@ impl Spawn {
     pub fn color(mut self, [r, g, b]: [u8; 3]) -> Spawn {
         self.0.color = u32::from_le_bytes([r, g, b, 255]);
         self
+    }
+
+    /// For a batch: see [`Client::try_request`].
+    pub fn wish(self) -> Wish {
+        Wish::Spawn(self.0)
     }
 
     /// What the user calls it.
@@ -146,6 +151,11 @@ impl Client {
         }
         let holder = control.ticker().map(|slot| control.slot(slot).name().to_string());
         Err(ClientError::TickTaken { holder: holder.unwrap_or_default() })
+    }
+
+    /// Whether this client is the one who ticks.
+    pub fn holds_tick(&self) -> bool {
+        self.participant.control().ticker() == Some(self.participant.slot())
     }
 
     /// Lets the client of this name tick from now on.
@@ -264,6 +274,11 @@ impl Client {
         self.participant.next_frame(self.frame, None).map_err(|_| self.host_ended())?;
         self.refresh()?;
         Ok(self.frame)
+    }
+
+    /// For another thread of this process: sees frames come while this client does other things.
+    pub fn watch(&self) -> Watch {
+        self.participant.watch()
     }
 
     /// Takes the newest snapshot, if a newer one is there. Never blocks.

@@ -25,9 +25,10 @@ mod rig;
 mod view;
 
 pub use bus::{
-    ActorId, ActorState, BlueprintInfo, DEPTH_FAR_M, Frame, Instance, Name, Pose, RigId,
-    SensorSpec, Settings, SnapshotHeader, Stamp, Strategy, VehicleControl, Weather, Wish, clock,
-    flag, kind, light, output, sensor, tracer,
+    ActorId, ActorState, Autopilot, BlueprintInfo, DEPTH_FAR_M, Episode, Frame, Instance,
+    Interrupted, JournalEntry, Name, Pose, RigId, SensorSpec, SetVelocity, Settings,
+    SnapshotHeader, Stamp, Strategy, Teleport, TrafficDial, VehicleControl, Watch, Weather, Wish,
+    clock, dial, flag, kind, light, output, sensor, tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;

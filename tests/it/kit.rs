@@ -98,6 +98,9 @@ impl Sim {
         if !args.contains(&"--device") {
             command.args(["--device", "cpu"]);
         }
+        if !args.contains(&"--carla-port") {
+            command.arg("--no-carla");
+        }
         if !args.contains(&"--map") {
             command.args(["--map", small_map()]);
         }

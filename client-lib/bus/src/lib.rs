@@ -50,7 +50,7 @@ pub use error::BusError;
 pub use instance::{Founding, Instance, free_bytes};
 pub use journal::{Event, Journal};
 pub use map::{CONTROL_LEN, Control};
-pub use participant::{Interrupted, Participant};
+pub use participant::{Interrupted, Participant, Watch};
 pub use port::{Block, Element, Founded, Header, Hub, Loan, Page, Reader, Sample, Writer};
 pub use ports::{
     Bundle, ClientPorts, HostPorts, RenderPorts, Snapshot, TrafficPorts, TrafficSample,

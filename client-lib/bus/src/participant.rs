@@ -163,6 +163,11 @@ impl Participant {
         self.host_gone.load(Ordering::Acquire) || self.control.is_ending()
     }
 
+    /// For another thread of this process: waits for frames without taking them in.
+    pub fn watch(&self) -> Watch {
+        Watch { control: self.control.clone(), host_gone: Arc::clone(&self.host_gone) }
+    }
+
     /// Its words.
     pub fn words(&self) -> &Slot {
         self.control.slot(self.slot)
@@ -181,6 +186,29 @@ impl Participant {
     /// The instance it is part of.
     pub fn instance(&self) -> &Instance {
         &self.instance
+    }
+}
+
+/// Sees frames come, beside the participant that it was made from. It sleeps rather than spins.
+#[derive(Clone)]
+pub struct Watch {
+    control: Control,
+    host_gone: Arc<AtomicBool>,
+}
+
+impl Watch {
+    /// Waits until a frame after `done` is published; says the newest.
+    pub fn next_frame(&self, done: Frame, deadline: Option<u64>) -> Result<Frame, Interrupted> {
+        let gate = &self.control.tick;
+        if gate.wait(done.0 + 1, Strategy::BATCH, deadline, || self.is_over()) {
+            return Ok(Frame(gate.get()));
+        }
+        Err(if self.is_over() { Interrupted::HostEnds } else { Interrupted::Deadline })
+    }
+
+    /// Whether the host is on its way out, or gone.
+    pub fn is_over(&self) -> bool {
+        self.host_gone.load(Ordering::Acquire) || self.control.is_ending()
     }
 }
 

@@ -16,6 +16,8 @@ use bus::{Episode, Instance, Role, Settings, Strategy};
 use sensor_render::RenderConfig;
 use sim_host::{Host, HostConfig, Launcher, Stage};
 
+use crate::door::{self, DoorArgs};
+
 /// What every command that starts a simulator takes.
 #[derive(Clone, Debug, clap::Args)]
 pub struct WorldArgs {
@@ -270,8 +272,10 @@ pub(crate) struct RoleArgs {
     role: String,
     #[arg(long)]
     instance: String,
-    #[arg(long)]
+    #[arg(long, default_value_t = 0)]
     slot: usize,
+    #[command(flatten)]
+    door: DoorArgs,
     #[arg(long, default_value = "auto")]
     device: String,
     #[arg(long, default_value_t = 0)]
@@ -280,6 +284,9 @@ pub(crate) struct RoleArgs {
 
 /// A stage's process.
 pub(crate) fn play_role(args: &RoleArgs) -> anyhow::Result<()> {
+    if args.role == door::ROLE {
+        return door::play(&args.door, &args.instance);
+    }
     let role = [Role::Traffic, Role::Render]
         .into_iter()
         .find(|r| r.name() == args.role)

@@ -11,6 +11,7 @@ macro_rules! say {
 }
 
 mod collect;
+mod door;
 mod inspect;
 mod launch;
 mod run;

@@ -9,7 +9,11 @@ use anyhow::Context;
 use bus::{Frame, Instance, Settings};
 use sim_host::HostError;
 
-use crate::{collect as dataset, launch::WorldArgs};
+use crate::{
+    collect as dataset,
+    door::{DoorArgs, Keeper},
+    launch::WorldArgs,
+};
 
 /// What `omnibus run` takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -31,6 +35,8 @@ pub(crate) struct RunArgs {
     /// Render nothing
     #[arg(long)]
     no_rendering: bool,
+    #[command(flatten)]
+    door: DoorArgs,
 }
 
 /// Runs a simulator until Ctrl-C or SIGTERM.
@@ -55,9 +61,12 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
         ..Settings::default()
     };
     let stop = stop_on_signals()?;
-    let host = args.world.host(settings, stop)?;
+    let host = args.world.host(settings, Arc::clone(&stop))?;
     say!("simulator {:?} runs", host.instance().id());
-    let last = host.run()?;
+    let keeper = Keeper::start(&args.door, host.instance(), args.world.single_process)?;
+    let ended = host.run();
+    keeper.end();
+    let last = ended?;
     say!("ended after {last}");
     Ok(())
 }

@@ -1,0 +1,419 @@
+//! The one client of the bus through which all of CARLA's clients act.
+//!
+//! ```text
+//!  calls ──▶ Bridge ──wishes, controls, ticks──▶ bus
+//!  streams ◀── Bridge ◀──snapshots, measurements── bus
+//! ```
+
+use std::{
+    collections::BTreeMap,
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use client_lib::{ActorId, Client, ClientError, JournalEntry, VehicleControl, Weather, Wish, kind};
+
+use crate::{
+    args::Refusal,
+    cast::{Cast, SPECTATOR},
+    lights::Lights,
+    measure,
+    motion::Motions,
+    physics_born,
+    roadside::Roadsides,
+    rpc::Peer,
+    settings::EpisodeSettings,
+    state::{Moment, StateMessage},
+    statics::Statics,
+    stream::{Streams, WORLD},
+    weather::CarlaWeather,
+};
+
+/// How long a tick waits for those who were told the way to a stream.
+const SUBSCRIBERS: Duration = Duration::from_millis(300);
+/// Frames after which a sensor that nobody listens to costs nothing more.
+const IDLE_FRAMES: u32 = 20;
+/// Batches that may be sent in one frame of an asynchronous world.
+const SENDS_MAX: u32 = 6;
+
+/// The world, with all that CARLA's clients believe of it.
+pub(crate) struct Bridge {
+    pub(crate) client: Client,
+    pub(crate) streams: Arc<Streams>,
+    pub(crate) cast: Cast,
+    pub(crate) settings: EpisodeSettings,
+    pub(crate) weather: CarlaWeather,
+    pub(crate) statics: Arc<Statics>,
+    pub(crate) motions: Motions,
+    pub(crate) lights: Lights,
+    /// CARLA's bits of the lamps that clients switched on.
+    pub(crate) lamps: BTreeMap<u32, u32>,
+    roadsides: Roadsides,
+    /// Counts the worlds that clients saw.
+    pub(crate) episode: u64,
+    is_new_map: bool,
+    pub(crate) has_new_lights: bool,
+    /// Wishes that nobody waits for; they go before the next that somebody does wait for.
+    wishes: Vec<Wish>,
+    /// The newest pedals of each vehicle, and how many frames ago they were given.
+    pedals: BTreeMap<u32, (VehicleControl, u32)>,
+    /// Batches sent since the last frame.
+    sends: u32,
+    has_news: bool,
+    /// Actors that no snapshot shows yet, and until which frame that is no wonder.
+    spawned: BTreeMap<u32, u64>,
+    /// The last frame that clients were shown.
+    shown: u64,
+    tickers: Vec<Peer>,
+    begun: Instant,
+}
+
+impl Bridge {
+    pub(crate) fn new(
+        mut client: Client,
+        streams: Arc<Streams>,
+        statics: Arc<Statics>,
+        stream_port: u16,
+    ) -> Result<Bridge, ClientError> {
+        let settings = EpisodeSettings::of(&client.settings());
+        let network = client.map()?;
+        let (cast, lights) = (Cast::new(network, stream_port), Lights::new(network));
+        let roadsides = Roadsides::new(network);
+        let mut bridge = Bridge {
+            client,
+            streams,
+            cast,
+            settings,
+            weather: CarlaWeather::of(&Weather::default()),
+            statics,
+            motions: Motions::default(),
+            lights,
+            lamps: BTreeMap::new(),
+            roadsides,
+            episode: 1,
+            is_new_map: false,
+            has_new_lights: false,
+            wishes: Vec::new(),
+            pedals: BTreeMap::new(),
+            sends: 0,
+            has_news: false,
+            spawned: BTreeMap::new(),
+            shown: 0,
+            tickers: Vec::new(),
+            begun: Instant::now(),
+        };
+        bridge.show_state();
+        Ok(bridge)
+    }
+
+    /// Whether the world waits for CARLA's clients to tick it.
+    pub(crate) fn is_synchronous(&self) -> bool {
+        self.client.settings().synchronous != 0
+    }
+
+    /// Whether CARLA's clients tick the world themselves.
+    pub(crate) fn is_ticking(&self) -> bool {
+        self.is_synchronous() && self.client.holds_tick()
+    }
+
+    /// Advances the world, or, if it runs on its own clock, says which frame comes next.
+    pub(crate) fn tick(&mut self, peer: &Peer) -> Result<u64, Refusal> {
+        if !self.is_synchronous() {
+            self.flush();
+            return Ok(self.client.frame().0 + 1);
+        }
+        self.note_ticker(peer);
+        self.streams.await_expected(SUBSCRIBERS);
+        self.measure_what_is_wanted();
+        self.wishes.extend(self.motions.wishes(self.client.world()));
+        self.flush();
+        let frame = match self.client.tick() {
+            Ok(frame) => frame,
+            Err(e @ ClientError::Incomplete { frame, .. }) => {
+                eprintln!("WARN gateway {} {e}", frame.0);
+                frame
+            }
+            Err(e) => return Err(e.into()),
+        };
+        self.show();
+        Ok(frame.0)
+    }
+
+    /// Two who tick each advance the world, as CARLA does; they are told of each other.
+    fn note_ticker(&mut self, peer: &Peer) {
+        if self.tickers.contains(peer) {
+            return;
+        }
+        if let Some(other) = self.tickers.last() {
+            eprintln!(
+                "WARN gateway {} clients {} and {} both tick; each tick advances the world",
+                self.shown, other.address, peer.address
+            );
+        }
+        self.tickers.push(*peer);
+    }
+
+    pub(crate) fn forget(&mut self, peer: &Peer) {
+        self.tickers.retain(|ticker| ticker != peer);
+    }
+
+    /// A wish whose outcome nobody waits for.
+    pub(crate) fn wish(&mut self, wish: Wish) {
+        self.wishes.push(wish);
+        self.has_news = true;
+    }
+
+    /// Pedals; the newest hold.
+    pub(crate) fn steer(&mut self, control: VehicleControl) {
+        self.pedals.insert(control.actor_id.0, (control, 0));
+        self.has_news = true;
+    }
+
+    /// After each call: what it wished goes at once if the world runs on its own clock.
+    pub(crate) fn send_news(&mut self) {
+        if self.has_news && !self.is_synchronous() && self.sends < SENDS_MAX {
+            self.flush();
+        }
+    }
+
+    /// Sends what waits. Pedals are sent again for two frames: the bus keeps the newest batches
+    /// only, and so each batch says all that is new.
+    pub(crate) fn flush(&mut self) {
+        self.has_news = false;
+        if !self.pedals.is_empty() {
+            let controls: Vec<_> = self.pedals.values().map(|(control, _)| *control).collect();
+            self.sends += 1;
+            if let Err(e) = self.client.control(&controls) {
+                eprintln!("WARN gateway {} controls are lost: {e}", self.shown);
+            }
+        }
+        if !self.wishes.is_empty() {
+            let wishes = std::mem::take(&mut self.wishes);
+            self.sends += 1;
+            if let Err(e) = self.client.send(&wishes) {
+                eprintln!("WARN gateway {} {} wishes are lost: {e}", self.shown, wishes.len());
+            }
+        }
+    }
+
+    /// Wishes whose outcomes are waited for, after all that were wished before.
+    pub(crate) fn request(
+        &mut self,
+        what: &'static str,
+        wishes: &[Wish],
+    ) -> Result<Vec<JournalEntry>, Refusal> {
+        let mut all = std::mem::take(&mut self.wishes);
+        let before = all.len();
+        all.extend_from_slice(wishes);
+        let mut outcomes = self.client.try_request(what, &all)?;
+        Ok(outcomes.split_off(before.min(outcomes.len())))
+    }
+
+    /// One wish whose outcome is waited for: the id concerned.
+    pub(crate) fn request_one(&mut self, what: &'static str, wish: Wish) -> Result<u32, Refusal> {
+        let outcomes = self.request(what, &[wish])?;
+        let outcome = outcomes.first().ok_or("the simulator gave no answer")?.outcome;
+        outcome.result().map_err(Refusal::from)
+    }
+
+    /// An actor was spawned that the next snapshot shows first.
+    pub(crate) fn note_spawned(&mut self, id: u32) {
+        self.spawned.insert(id, self.client.frame().0 + 3);
+    }
+
+    /// Whether an actor is on the bus, be it in a snapshot yet or not.
+    pub(crate) fn is_there(&self, id: u32) -> bool {
+        self.spawned.contains_key(&id) || self.client.world().actor(ActorId(id)).is_some()
+    }
+
+    /// Shows clients what is new, if anything is.
+    pub(crate) fn look(&mut self) {
+        match self.client.refresh() {
+            Ok(_) if self.client.frame().0 > self.shown => {
+                if !self.is_synchronous() {
+                    self.wishes.extend(self.motions.wishes(self.client.world()));
+                }
+                self.show();
+                self.sends = 0;
+                self.flush();
+                self.measure_what_is_wanted();
+            }
+            Ok(_) => self.show_measurements(),
+            Err(e) => eprintln!("WARN gateway {} {e}", self.shown),
+        }
+    }
+
+    fn show(&mut self) {
+        self.age_pedals();
+        self.show_state();
+        self.show_physics_born();
+        self.show_measurements();
+    }
+
+    fn age_pedals(&mut self) {
+        let keep = if self.is_synchronous() { 0 } else { 2 };
+        self.pedals.retain(|_, (_, age)| {
+            *age += 1;
+            *age <= keep
+        });
+    }
+
+    /// The last frame that clients were shown.
+    pub(crate) fn shown(&self) -> u64 {
+        self.shown
+    }
+
+    /// Sends the newest snapshot to all who listen to the world.
+    pub(crate) fn show_state(&mut self) {
+        let world = self.client.world();
+        let header = world.header();
+        self.spawned.retain(|_, until| *until > header.stamp.frame.0);
+        drop(self.cast.forget_gone(world, &self.spawned));
+        self.shown = header.stamp.frame.0;
+        self.lights.follow(world);
+        let moment = Moment {
+            frame: self.shown,
+            sim_time_nanos: header.stamp.sim_time_nanos,
+            delta_nanos: header.delta_nanos.max(1),
+            episode: self.episode,
+            platform_secs: self.begun.elapsed().as_secs_f64(),
+            is_new_map: std::mem::take(&mut self.is_new_map),
+            has_new_lights: std::mem::take(&mut self.has_new_lights),
+        };
+        let spectator = self.cast.own.get(&SPECTATOR).map_or_else(Default::default, |s| s.pose);
+        let count = world.actors().len() + self.cast.own.len();
+        let mut state = StateMessage::new(&moment, &spectator, count);
+        for actor in world.actors() {
+            match actor.kind {
+                kind::TRAFFIC_LIGHT => {
+                    let (sign, pole, timing) = self.lights.of(actor, &moment);
+                    state.light(actor, sign, pole, &timing);
+                }
+                kind::VEHICLE => state.actor(actor, self.roadsides.of(actor, world, self.shown)),
+                _ => state.actor(actor, Default::default()),
+            }
+        }
+        for (id, own) in &self.cast.own {
+            let (pose, velocity) = self.cast.place(own, world);
+            state.fixture(*id, &pose, velocity, &own.sign);
+        }
+        self.streams.publish(WORLD, state.into_message());
+    }
+
+    /// Sends what sensors measure without rays.
+    fn show_physics_born(&mut self) {
+        let world = self.client.world();
+        let ids: Vec<u32> =
+            self.cast.own.iter().filter(|(_, o)| o.sensor.is_some()).map(|(id, _)| *id).collect();
+        for id in ids {
+            let Some(own) = self.cast.own.get(&id) else { continue };
+            let Some(stream) = own.sensor.as_ref().map(|s| s.stream) else { continue };
+            if !self.streams.is_wanted(stream) {
+                continue;
+            }
+            let (pose, _) = self.cast.place(own, world);
+            let messages = physics_born::measure(
+                &mut self.cast,
+                id,
+                &pose,
+                world,
+                &self.client,
+                &self.statics,
+            );
+            messages.into_iter().for_each(|message| self.streams.publish(stream, message));
+        }
+    }
+
+    /// Sends what rigs have measured.
+    pub(crate) fn show_measurements(&mut self) {
+        let world = self.client.world();
+        for own in self.cast.own.values_mut() {
+            let Some(sensor) = &mut own.sensor else { continue };
+            while let Some(rig) = &mut sensor.rig {
+                match rig.receive() {
+                    Ok(Some(measured)) => {
+                        if let Some(message) = measure::message_of(sensor, &measured, world) {
+                            self.streams.publish(sensor.stream, message);
+                        }
+                    }
+                    Ok(None) => break,
+                    Err(e) => {
+                        eprintln!("WARN gateway {} {}: {e}", self.shown, sensor.description.id);
+                        break;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether any rig is to be looked after.
+    pub(crate) fn has_rigs(&self) -> bool {
+        self.cast.own.values().any(|o| o.sensor.as_ref().is_some_and(|s| s.rig.is_some()))
+    }
+
+    /// Makes rigs for sensors that somebody listens to, takes those away that nobody does.
+    pub(crate) fn measure_what_is_wanted(&mut self) {
+        let mut make = Vec::new();
+        let mut drop_rigs = Vec::new();
+        let delta_nanos = self.client.settings().delta_nanos;
+        for (id, own) in &mut self.cast.own {
+            let Some(sensor) = &mut own.sensor else { continue };
+            let is_wanted = self.streams.is_wanted(sensor.stream);
+            sensor.idle_frames = if is_wanted { 0 } else { sensor.idle_frames + 1 };
+            // A lidar's columns are those of one tick.
+            let is_stale = sensor.rig.is_some() && sensor.rig_delta_nanos != delta_nanos;
+            if (sensor.idle_frames > IDLE_FRAMES || is_stale)
+                && let Some(rig) = sensor.rig.take()
+            {
+                drop_rigs.push(rig);
+            }
+            if is_wanted && sensor.rig.is_none() {
+                make.push(*id);
+            }
+        }
+        for rig in drop_rigs {
+            self.drop_rig(rig);
+        }
+        for id in make {
+            if let Err(Refusal(why)) = self.make_rig(id) {
+                eprintln!("WARN gateway {} sensor {id}: {why}", self.shown);
+            }
+        }
+    }
+
+    /// Lets the renderer measure for a sensor, if rays are needed.
+    pub(crate) fn make_rig(&mut self, id: u32) -> Result<(), Refusal> {
+        let delta_nanos = self.client.settings().delta_nanos;
+        let Some(own) = self.cast.own.get(&id) else { return Ok(()) };
+        // What is mounted on one of our own stands in the world.
+        let (carrier, pose) = if own.parent == 0 || Cast::is_own(own.parent) {
+            (ActorId::NONE, self.cast.place(own, self.client.world()).0)
+        } else {
+            (ActorId(own.parent), own.pose)
+        };
+        let Some(sensor) = own.sensor.as_ref().filter(|s| s.rig.is_none()) else { return Ok(()) };
+        let Some(spec) = sensor.spec(pose, delta_nanos)? else { return Ok(()) };
+        if !self.wishes.is_empty() {
+            let wishes = std::mem::take(&mut self.wishes);
+            self.client.try_request("wishes", &wishes)?;
+        }
+        let rig = self.client.create_rig(&format!("carla-{id}"), carrier, &[spec], 2)?;
+        if let Some(sensor) = self.cast.own.get_mut(&id).and_then(|own| own.sensor.as_mut()) {
+            sensor.rig = Some(rig);
+            sensor.rig_delta_nanos = delta_nanos;
+            sensor.idle_frames = 0;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn drop_rig(&mut self, rig: client_lib::Rig) {
+        // One that went with its carrier is gone already.
+        let _ = self.client.destroy_rig(rig);
+    }
+
+    /// A new world for CARLA's clients: what they spawned is gone.
+    pub(crate) fn begin_episode(&mut self) {
+        self.episode += 1;
+        self.is_new_map = true;
+    }
+}

@@ -1,0 +1,202 @@
+//! Actors are put somewhere, pushed, or told to walk.
+
+use client_lib::{ActorId, ActorState, Pose, SetVelocity, Teleport, Wish};
+use glam::Vec3;
+
+use super::{Call, actors::unknown};
+use crate::{
+    args::Refusal,
+    bridge::Bridge,
+    cast::Cast,
+    wire::{flip_turn, location, transform as read_transform},
+};
+
+pub(super) fn transform(call: &mut Call) -> Result<(), Refusal> {
+    let (id, pose) = (call.args.u32()?, read_transform(&mut call.args)?);
+    call.bridge.put(id, pose)
+}
+
+pub(super) fn locate(call: &mut Call) -> Result<(), Refusal> {
+    let (id, to) = (call.args.u32()?, location(&mut call.args)?);
+    call.bridge.put_at(id, to)
+}
+
+pub(super) fn target_velocity(call: &mut Call) -> Result<(), Refusal> {
+    let (id, velocity) = (call.args.u32()?, location(&mut call.args)?);
+    call.bridge.set_velocity(id, velocity)
+}
+
+pub(super) fn target_angular_velocity(call: &mut Call) -> Result<(), Refusal> {
+    let (id, turn) = (call.args.u32()?, call.args.vector()?);
+    call.bridge.set_turn(id, turn)
+}
+
+pub(super) fn impulse(call: &mut Call) -> Result<(), Refusal> {
+    let (id, impulse) = (call.args.u32()?, location(&mut call.args)?);
+    call.bridge.push(id, impulse)
+}
+
+pub(super) fn force(call: &mut Call) -> Result<(), Refusal> {
+    let (id, force) = (call.args.u32()?, location(&mut call.args)?);
+    call.bridge.push_for_a_tick(id, force)
+}
+
+pub(super) fn angular_impulse(call: &mut Call) -> Result<(), Refusal> {
+    let (id, impulse) = (call.args.u32()?, call.args.vector()?);
+    call.bridge.twist(id, impulse)
+}
+
+pub(super) fn torque(call: &mut Call) -> Result<(), Refusal> {
+    let (id, torque) = (call.args.u32()?, call.args.vector()?);
+    call.bridge.twist_for_a_tick(id, torque)
+}
+
+pub(super) fn hold(call: &mut Call) -> Result<(), Refusal> {
+    let (id, velocity) = (call.args.u32()?, location(&mut call.args)?);
+    call.bridge.motions.hold(id, velocity);
+    Ok(())
+}
+
+/// From a constant velocity on, the actor goes its own way.
+pub(super) fn release(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    call.bridge.motions.release(id);
+    Ok(())
+}
+
+pub(super) fn walk(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    let mut control = call.args.list()?;
+    let (direction, speed) = (location(&mut control)?, control.f32()?);
+    call.bridge.walk(id, direction.normalize_or_zero() * speed)
+}
+
+pub(super) fn walker_state(call: &mut Call) -> Result<(), Refusal> {
+    let (id, pose) = (call.args.u32()?, read_transform(&mut call.args)?);
+    call.bridge.put(id, pose)
+}
+
+pub(super) fn simulate_physics(call: &mut Call) -> Result<(), Refusal> {
+    let (id, on) = (call.args.u32()?, call.args.bool()?);
+    call.bridge.simulate_physics(id, on)
+}
+
+impl Bridge {
+    /// What is spawned here has physics, walkers and vehicles anyway; props have none.
+    pub(crate) fn simulate_physics(&mut self, id: u32, on: bool) -> Result<(), Refusal> {
+        let is_walker = self.known_id(id).is_some_and(|b| b.starts_with("walker."));
+        if on || is_walker {
+            return Ok(());
+        }
+        Err("this simulator cannot take the physics from an actor that was spawned with it".into())
+    }
+
+    /// The blueprint of an actor.
+    pub(crate) fn known_id(&mut self, id: u32) -> Option<String> {
+        let Bridge { cast, client, .. } = self;
+        let actor = cast.actor(id, client.world(), client.blueprints())?;
+        Some(actor.description.id.clone())
+    }
+
+    fn state(&self, id: u32) -> Result<ActorState, Refusal> {
+        self.client.world().actor(ActorId(id)).copied().ok_or_else(|| unknown("actor", id))
+    }
+
+    /// Puts an actor elsewhere, at rest; one of our own relative to its carrier.
+    pub(crate) fn put(&mut self, id: u32, pose: Pose) -> Result<(), Refusal> {
+        if !Cast::is_own(id) {
+            if !self.is_there(id) {
+                return Err(unknown("set_actor_transform", id));
+            }
+            self.wish(Wish::Teleport(Teleport { actor_id: ActorId(id), pose }));
+            return Ok(());
+        }
+        let own = self.cast.own_mut(id)?;
+        own.pose = pose;
+        // Where it measures from is said when a rig is made.
+        if let Some(rig) = own.sensor.as_mut().and_then(|sensor| sensor.rig.take()) {
+            self.drop_rig(rig);
+            self.make_rig(id)?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn put_at(&mut self, id: u32, to: Vec3) -> Result<(), Refusal> {
+        let now = match self.cast.own.get(&id) {
+            Some(own) => own.pose,
+            None => self.state(id)?.pose,
+        };
+        self.put(id, Pose::new(to, now.rotation()))
+    }
+
+    pub(crate) fn set_velocity(&mut self, id: u32, velocity: Vec3) -> Result<(), Refusal> {
+        let turn = self.state(id).map_or([0.0; 3], |actor| actor.angular_velocity_radps);
+        self.move_with(id, velocity, Vec3::from_array(turn))
+    }
+
+    /// Degrees per second in CARLA's axes.
+    pub(crate) fn set_turn(&mut self, id: u32, turn: [f32; 3]) -> Result<(), Refusal> {
+        let velocity = self.state(id).map_or(Vec3::ZERO, |actor| actor.velocity());
+        self.move_with(id, velocity, Vec3::from_array(flip_turn(turn.map(f32::to_radians))))
+    }
+
+    fn move_with(&mut self, id: u32, velocity: Vec3, turn: Vec3) -> Result<(), Refusal> {
+        if !self.is_there(id) {
+            return Err(unknown("set_actor_target_velocity", id));
+        }
+        self.wish(Wish::SetVelocity(SetVelocity {
+            actor_id: ActorId(id),
+            velocity_mps: velocity.to_array(),
+            angular_velocity_radps: turn.to_array(),
+        }));
+        Ok(())
+    }
+
+    /// Kilograms and the half size of an actor's box.
+    fn body(&mut self, id: u32) -> Result<(f32, Vec3), Refusal> {
+        let blueprint = self.known_id(id).ok_or_else(|| unknown("actor", id))?;
+        let (_, found) = town::blueprint(&blueprint).ok_or("it has no body")?;
+        Ok((found.mass_kg.max(1.0), found.half_extents_m))
+    }
+
+    /// Newton seconds.
+    pub(crate) fn push(&mut self, id: u32, impulse: Vec3) -> Result<(), Refusal> {
+        let ((mass, _), state) = (self.body(id)?, self.state(id)?);
+        self.set_velocity(id, state.velocity() + impulse / mass)
+    }
+
+    /// Newtons, for as long as one tick.
+    pub(crate) fn push_for_a_tick(&mut self, id: u32, force: Vec3) -> Result<(), Refusal> {
+        let secs = self.client.settings().delta_nanos as f32 * 1e-9;
+        self.push(id, force * secs)
+    }
+
+    /// As CARLA's clients give it: degrees, in CARLA's axes; about a box of even density.
+    pub(crate) fn twist(&mut self, id: u32, impulse: [f32; 3]) -> Result<(), Refusal> {
+        let ((mass, half), state) = (self.body(id)?, self.state(id)?);
+        let square = half * half;
+        let sums = Vec3::new(square.y + square.z, square.x + square.z, square.x + square.y);
+        let inertia = (sums * (mass / 3.0)).max(Vec3::splat(0.1));
+        let added = Vec3::from_array(flip_turn(impulse)) / inertia;
+        let turn = Vec3::from_array(state.angular_velocity_radps) + added;
+        self.move_with(id, state.velocity(), turn)
+    }
+
+    pub(crate) fn twist_for_a_tick(&mut self, id: u32, torque: [f32; 3]) -> Result<(), Refusal> {
+        let secs = self.client.settings().delta_nanos as f32 * 1e-9;
+        self.twist(id, torque.map(|t| t * secs))
+    }
+
+    /// A walker goes this way until it is told another.
+    pub(crate) fn walk(&mut self, id: u32, velocity: Vec3) -> Result<(), Refusal> {
+        if !self.is_there(id) {
+            return Err(unknown("apply_control_to_walker", id));
+        }
+        self.wish(Wish::SetVelocity(SetVelocity {
+            actor_id: ActorId(id),
+            velocity_mps: velocity.to_array(),
+            angular_velocity_radps: [0.0; 3],
+        }));
+        Ok(())
+    }
+}

@@ -1,0 +1,107 @@
+//! What stands round the roads, and what rays meet.
+
+use glam::Vec3;
+
+use super::Call;
+use crate::{
+    args::Refusal,
+    rays::Rays,
+    wire::{Bounds, flip, location, write_transform},
+};
+
+/// CARLA's tag for everything.
+const ANY: u32 = 255;
+/// CARLA's group of street lamps.
+const STREET: u64 = 2;
+
+fn bounds(object: &town::Object) -> Bounds {
+    Bounds {
+        center_m: object.center.to_array(),
+        half_extents_m: object.half_extents_m.to_array(),
+        yaw_rad: object.yaw_rad,
+        actor: 0,
+    }
+}
+
+/// Boxes in world space of all that bears a tag.
+pub(super) fn level_boxes(call: &mut Call) -> Result<(), Refusal> {
+    let tag = call.args.u32()?;
+    let objects = &call.bridge.statics.town().objects;
+    let those: Vec<_> =
+        objects.iter().filter(|o| tag == ANY || o.tag as u32 == tag).map(bounds).collect();
+    call.out.list(those.len());
+    those.iter().for_each(|b| b.write(call.out));
+    Ok(())
+}
+
+pub(super) fn environment_objects(call: &mut Call) -> Result<(), Refusal> {
+    let tag = call.args.u32()?;
+    let objects = &call.bridge.statics.town().objects;
+    let those = objects.iter().enumerate().filter(|(_, o)| tag == ANY || o.tag as u32 == tag);
+    let those: Vec<_> = those.collect();
+    call.out.list(those.len());
+    for (index, object) in those {
+        let pose = client_lib::Pose::level(object.center, object.yaw_rad);
+        call.out.list(5);
+        write_transform(&pose, call.out);
+        bounds(object).write(call.out);
+        call.out.uint(index as u64 + 1).text(&name(index, object)).uint(object.tag as u64);
+    }
+    Ok(())
+}
+
+pub(super) fn names(call: &mut Call) -> Result<(), Refusal> {
+    let objects = &call.bridge.statics.town().objects;
+    call.out.list(objects.len());
+    for (index, object) in objects.iter().enumerate() {
+        call.out.text(&name(index, object));
+    }
+    Ok(())
+}
+
+fn name(index: usize, object: &town::Object) -> String {
+    format!("{:?}_{:?}_{index}", object.layer, object.tag)
+}
+
+/// Street lamps.
+pub(super) fn lamps(call: &mut Call) -> Result<(), Refusal> {
+    let lamps = &call.bridge.statics.town().lamps;
+    call.out.list(lamps.len());
+    for (index, lamp) in lamps.iter().enumerate() {
+        call.out.list(6).uint(index as u64 + 1).vector(flip(lamp.position.to_array()));
+        call.out.f32(1000.0).uint(STREET).list(3).uint(255).uint(214).uint(170).bool(false);
+    }
+    Ok(())
+}
+
+/// Everything between two places.
+pub(super) fn cast_ray(call: &mut Call) -> Result<(), Refusal> {
+    let (from, to) = (location(&mut call.args)?, location(&mut call.args)?);
+    let rays = Rays::of(&call.bridge.statics);
+    let hits = rays.all(from, to, call.bridge.client.world(), call.bridge.client.blueprints());
+    call.out.list(hits.len());
+    for (share, tag) in hits {
+        point(call, from.lerp(to, share), tag);
+    }
+    Ok(())
+}
+
+/// The first thing on the way.
+pub(super) fn project_point(call: &mut Call) -> Result<(), Refusal> {
+    let (from, direction) = (location(&mut call.args)?, location(&mut call.args)?);
+    let reach = call.args.f32()?;
+    if !reach.is_finite() {
+        return Err("the search distance is not finite".into());
+    }
+    let to = from + direction.normalize_or_zero() * reach;
+    let rays = Rays::of(&call.bridge.statics);
+    let hits = rays.all(from, to, call.bridge.client.world(), call.bridge.client.blueprints());
+    call.out.list(2).bool(!hits.is_empty());
+    let (share, tag) = hits.first().copied().unwrap_or((0.0, 0));
+    point(call, from.lerp(to, share), tag);
+    Ok(())
+}
+
+fn point(call: &mut Call, at: Vec3, tag: u8) {
+    call.out.list(2).vector(flip(at.to_array())).uint(tag.into());
+}

@@ -1,0 +1,150 @@
+//! Vehicles: pedals, lamps, and what they are built like.
+
+use client_lib::{ActorId, VehicleControl, flag, kind};
+
+use super::{Call, actors::unknown};
+use crate::{
+    args::{Args, Refusal},
+    bridge::Bridge,
+};
+
+pub(super) fn control(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    let control = pedals(id, &mut call.args)?;
+    call.bridge.drive(control)
+}
+
+/// Throttle, steer, brake, handbrake, reverse, manual gear, gear: steered to the right is positive.
+pub(crate) fn pedals(id: u32, args: &mut Args) -> Result<VehicleControl, Refusal> {
+    let mut f = args.list()?;
+    let share = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 };
+    let throttle = share(f.f32()?);
+    let steer = f.f32()?;
+    let brake = share(f.f32()?);
+    let mut flags = 0;
+    for bit in [flag::HANDBRAKE, flag::REVERSE] {
+        flags |= if f.bool()? { bit } else { 0 };
+    }
+    let (manual_gear, gear) = (f.bool()?.into(), f.int()?.clamp(-1, 20) as i32);
+    let steer = if steer.is_finite() { -steer.clamp(-1.0, 1.0) } else { 0.0 };
+    let actor_id = ActorId(id);
+    Ok(VehicleControl { actor_id, flags, throttle, brake, steer, gear, manual_gear, reserved: 0 })
+}
+
+pub(super) fn autopilot(call: &mut Call) -> Result<(), Refusal> {
+    let (id, on) = (call.args.u32()?, call.args.bool()?);
+    call.bridge.set_autopilot(id, on)
+}
+
+pub(super) fn light_state(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    let lamps = call.bridge.lamps.get(&id).copied().unwrap_or(0);
+    call.out.list(1).uint(lamps.into());
+    Ok(())
+}
+
+pub(super) fn light_states(call: &mut Call) -> Result<(), Refusal> {
+    let actors = call.bridge.client.world().actors().iter();
+    let ids: Vec<u32> = actors.filter(|a| a.kind == kind::VEHICLE).map(|a| a.actor_id.0).collect();
+    call.out.list(ids.len());
+    for id in ids {
+        let lamps = call.bridge.lamps.get(&id).copied().unwrap_or(0);
+        call.out.list(2).uint(id.into()).uint(lamps.into());
+    }
+    Ok(())
+}
+
+pub(super) fn set_light_state(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    let lamps = call.args.list()?.u32()?;
+    call.bridge.lamps.insert(id, lamps);
+    Ok(())
+}
+
+/// As the catalogue has it; what it does not know is a middle-class car's.
+pub(super) fn physics(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    let blueprint = call.bridge.vehicle("get_physics_control", id)?;
+    let state = call.bridge.client.world().actor(ActorId(id)).copied();
+    let pose = state.map(|s| s.pose).unwrap_or_default();
+    let out = &mut *call.out;
+    out.list(17);
+    out.list(3);
+    for [rpm, torque] in [[0.0, 400.0], [1300.0, 500.0], [6000.0, 400.0]] {
+        out.list(2).f32(rpm).f32(torque);
+    }
+    out.f32(6000.0).f32(1.0).f32(0.15).f32(2.0).f32(0.35);
+    out.bool(true).f32(0.5).f32(10.0).f32(4.0);
+    let ratios = [3.5, 2.0, 1.4, 1.0, 0.8];
+    out.list(ratios.len());
+    for ratio in ratios {
+        out.list(3).f32(ratio).f32(0.5).f32(0.65);
+    }
+    out.f32(blueprint.mass_kg).f32(0.3).vector([0.0, 0.0, 0.0]);
+    out.list(3);
+    for [speed, share] in [[0.0, 1.0], [20.0, 0.9], [120.0, 0.6]] {
+        out.list(2).f32(speed).f32(share);
+    }
+    out.list(blueprint.wheels.len());
+    for wheel in &blueprint.wheels {
+        let at = pose.affine().transform_point3(wheel.position_m);
+        let angle = if wheel.steered { 70.0 } else { 0.0 };
+        let handbrake = if wheel.steered { 0.0 } else { 3000.0 };
+        out.list(10).f32(3.5).f32(0.25).f32(angle).f32(wheel.radius_m * 100.0).f32(1500.0);
+        out.f32(handbrake).f32(2.0).f32(17.0).f32(1000.0);
+        // Centimetres, unlike all other positions.
+        out.vector([at.x * 100.0, -at.y * 100.0, at.z * 100.0]);
+    }
+    out.bool(true);
+    Ok(())
+}
+
+pub(super) fn telemetry(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    let blueprint = call.bridge.vehicle("get_telemetry_data", id)?;
+    let state = call.bridge.client.world().actor(ActorId(id)).copied().unwrap_or_default();
+    let speed = state.velocity().length();
+    let out = &mut *call.out;
+    out.list(8).f32(speed).f32(-state.steer).f32(state.throttle).f32(state.brake);
+    out.f32(state.engine_rpm).int(state.gear.into()).f32(0.3).list(blueprint.wheels.len());
+    let load = blueprint.mass_kg * 9.81 / blueprint.wheels.len().max(1) as f32;
+    for wheel in &blueprint.wheels {
+        let omega = speed / wheel.radius_m.max(0.05);
+        out.list(11).f32(3.5).f32(0.0).f32(0.0).f32(omega).f32(load).f32(1.0).f32(0.0);
+        out.f32(0.0).f32(0.0).f32(0.0).f32(0.0);
+    }
+    Ok(())
+}
+
+/// Degrees, positive to the right.
+pub(super) fn wheel_angle(call: &mut Call) -> Result<(), Refusal> {
+    let (id, wheel) = (call.args.u32()?, call.args.u32()?);
+    let blueprint = call.bridge.vehicle("get_wheel_steer_angle", id)?;
+    let is_steered = blueprint.wheels.get(wheel as usize).is_some_and(|w| w.steered);
+    let state = call.bridge.client.world().actor(ActorId(id)).copied().unwrap_or_default();
+    call.out.f32(if is_steered { -state.wheel_steer_rad.to_degrees() } else { 0.0 });
+    Ok(())
+}
+
+impl Bridge {
+    /// Pedals of a vehicle that is there.
+    pub(crate) fn drive(&mut self, control: VehicleControl) -> Result<(), Refusal> {
+        if !self.is_there(control.actor_id.0) {
+            return Err(unknown("apply_control_to_vehicle", control.actor_id.0));
+        }
+        self.steer(control);
+        Ok(())
+    }
+
+    /// What a vehicle was made from.
+    fn vehicle(&mut self, function: &str, id: u32) -> Result<&'static town::Blueprint, Refusal> {
+        let name = self.known_id(id).ok_or_else(|| unknown(function, id))?;
+        let found = town::blueprint(&name).filter(|(_, b)| b.kind == town::Kind::Vehicle);
+        let not_one = || {
+            format!(
+                "Responding error from function {function}: Actor is not a Vehicle.  Actor Id: {id}"
+            )
+        };
+        found.map(|(_, blueprint)| blueprint).ok_or_else(|| not_one().into())
+    }
+}

@@ -1,0 +1,114 @@
+//! The traffic manager's port: CARLA's dials, turned at our traffic.
+//!
+//! Its calls have no metadata and no wrapper: a refusal is an error of the call itself.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use client_lib::{ActorId, TrafficDial, Wish, dial};
+
+use crate::{
+    args::{Args, Refusal},
+    bridge::Bridge,
+    msgpack::{Pack, Value},
+    rpc::{Callee, Peer},
+};
+
+/// The traffic manager, as every client is told that one runs.
+pub(crate) struct Manager {
+    pub(crate) bridge: Arc<Mutex<Bridge>>,
+}
+
+impl Callee for Manager {
+    fn call(&self, _: &Peer, method: &str, params: &[Value], out: &mut Pack) {
+        let mut bridge = self.bridge.lock().unwrap_or_else(PoisonError::into_inner);
+        let ended = carry_out(&mut bridge, method, Args::new(params));
+        bridge.send_news();
+        match ended {
+            Ok(()) => out.nil().nil(),
+            Err(Refusal(why)) => {
+                eprintln!("WARN gateway 0 traffic manager: {method}: {why}");
+                out.text(&why).nil()
+            }
+        };
+    }
+}
+
+fn carry_out(bridge: &mut Bridge, method: &str, mut args: Args) -> Result<(), Refusal> {
+    match method {
+        "register_vehicle" => autopilot(bridge, args, true),
+        "unregister_vehicle" => autopilot(bridge, args, false),
+        "set_percentage_speed_difference" => {
+            let id = actor(&mut args)?;
+            turn(bridge, id, dial::SLOWER_THAN_LIMIT, args.f32()? / 100.0)
+        }
+        "set_global_percentage_speed_difference" => {
+            turn(bridge, 0, dial::SLOWER_THAN_LIMIT, args.f32()? / 100.0)
+        }
+        "set_distance_to_leading_vehicle" => {
+            let id = actor(&mut args)?;
+            turn(bridge, id, dial::GAP_M, args.f32()?)
+        }
+        "set_global_distance_to_leading_vehicle" => turn(bridge, 0, dial::GAP_M, args.f32()?),
+        "set_percentage_running_light" => {
+            let id = actor(&mut args)?;
+            turn(bridge, id, dial::IGNORE_LIGHTS, args.f32()? / 100.0)
+        }
+        // Traffic here is always in step with the world, seeded with it, and drives all alike.
+        "health_check_remote_TM"
+        | "set_synchronous_mode"
+        | "set_synchronous_mode_timeout_in_milisecond"
+        | "synchronous_tick"
+        | "set_random_device_seed"
+        | "set_hybrid_physics_mode"
+        | "set_hybrid_physics_radius"
+        | "set_osm_mode"
+        | "set_respawn_dormant_vehicles"
+        | "set_boundaries_respawn_dormant_vehicles"
+        | "set_max_boundaries"
+        | "get_next_action"
+        | "get_all_actions"
+        | "update_vehicle_lights"
+        | "shut_down" => Ok(()),
+        "set_auto_lane_change"
+        | "set_force_lane_change"
+        | "set_desired_speed"
+        | "set_lane_offset"
+        | "set_global_lane_offset"
+        | "set_collision_detection"
+        | "set_percentage_ignore_walkers"
+        | "set_percentage_ignore_vehicles"
+        | "set_percentage_running_sign"
+        | "keep_slow_lane_rule_percentage"
+        | "set_percentage_keep_slow_lane_rule"
+        | "random_left_lanechange_percentage"
+        | "set_percentage_random_left_lanechange"
+        | "random_right_lanechange_percentage"
+        | "set_percentage_random_right_lanechange"
+        | "set_path"
+        | "remove_custom_path"
+        | "update_custom_path"
+        | "set_imported_route"
+        | "remove_imported_route"
+        | "update_imported_route" => Err("traffic of this simulator has no such dial".into()),
+        _ => Err(format!("rpclib: server could not find function '{method}'").into()),
+    }
+}
+
+/// The id of a whole actor.
+fn actor(args: &mut Args) -> Result<u32, Refusal> {
+    args.list()?.u32()
+}
+
+fn autopilot(bridge: &mut Bridge, mut args: Args, on: bool) -> Result<(), Refusal> {
+    let mut list = args.list()?;
+    while list.len() > 0 {
+        let id = actor(&mut list)?;
+        bridge.set_autopilot(id, on)?;
+    }
+    Ok(())
+}
+
+fn turn(bridge: &mut Bridge, id: u32, dial: u32, value: f32) -> Result<(), Refusal> {
+    bridge.wish(Wish::TrafficDial(TrafficDial { actor_id: ActorId(id), dial, value }));
+    Ok(())
+}

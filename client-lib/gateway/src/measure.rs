@@ -1,0 +1,146 @@
+//! What a rig measured, as messages in CARLA's layouts: BGRA images, points with y to the right.
+
+use client_lib::{ActorId, Measurement, World};
+use glam::Vec3;
+
+use crate::{
+    sensor::{Kind, Sensor},
+    stream::Message,
+    wire::{Bytes, message},
+};
+
+/// Depth 1.0 in a depth image.
+const DEPTH_FULL_M: f32 = 1000.0;
+
+/// The message of one measurement; nothing if the bundle lacks what the sensor gives.
+pub(crate) fn message_of(
+    sensor: &Sensor,
+    measured: &Measurement,
+    world: &World,
+) -> Option<Message> {
+    let plane = measured.planes().first()?;
+    let (width, height) = (plane.width as usize, plane.height as usize);
+    let begin = |body: usize| {
+        let stamp = measured.header().stamp;
+        message(
+            sensor.kind.type_id(),
+            stamp.frame.0,
+            stamp.sim_time_nanos,
+            &plane.world_from_sensor,
+            body,
+        )
+    };
+    let image = || {
+        let mut bytes = begin(12 + 4 * width * height);
+        let fov = sensor.description.number("fov", 90.0).unwrap_or(90.0);
+        bytes.u32(plane.width).u32(plane.height).f32(fov);
+        bytes
+    };
+    let bytes = match sensor.kind {
+        Kind::Rgb => pixels(image(), measured.color(0)?, |[r, g, b, _]| [b, g, r, 255]),
+        Kind::Depth => pixels(image(), measured.depth(0)?, depth_pixel),
+        Kind::Semantic => pixels(image(), measured.tags(0)?, |tag| [0, 0, tag, 255]),
+        Kind::Instance => {
+            let (tags, ids) = (measured.tags(0)?, measured.instances(0)?);
+            let mut bytes = image();
+            let pixels = tags.iter().zip(ids);
+            bytes.0.extend(pixels.flat_map(|(tag, id)| {
+                let [low, high, ..] = id.to_le_bytes();
+                [high, low, *tag, 255]
+            }));
+            bytes
+        }
+        Kind::Lidar | Kind::SemanticLidar => {
+            let each = if sensor.kind == Kind::Lidar { 16 } else { 24 };
+            let mut bytes = begin(8 + 4 * height + each * width * height);
+            let azimuth = -plane.first_azimuth_rad;
+            bytes.f32(azimuth.rem_euclid(std::f32::consts::TAU)).u32(plane.height);
+            sweep(bytes, measured, [width, height], sensor.kind)?
+        }
+        Kind::Radar => radar(begin(16 * width * height), measured, world)?,
+        _ => return None,
+    };
+    Some(bytes.into_message())
+}
+
+fn pixels<T: Copy>(mut bytes: Bytes, from: &[T], pixel: impl Fn(T) -> [u8; 4]) -> Bytes {
+    bytes.0.extend(from.iter().flat_map(|value| pixel(*value)));
+    bytes
+}
+
+/// Metres as a share of a thousand, in 24 bits: red lowest, blue highest.
+fn depth_pixel(depth_m: f32) -> [u8; 4] {
+    let share = (depth_m / DEPTH_FULL_M).clamp(0.0, 1.0);
+    let [r, g, b, _] = ((f64::from(share) * 16_777_215.0).round() as u32).to_le_bytes();
+    [b, g, r, 255]
+}
+
+/// The returns of a lidar, channel by channel, and how many each channel has.
+fn sweep(
+    mut bytes: Bytes,
+    measured: &Measurement,
+    [columns, channels]: [usize; 2],
+    kind: Kind,
+) -> Option<Bytes> {
+    let points = measured.points(0)?;
+    let labels = measured.labels(0);
+    let counts_at = bytes.0.len();
+    bytes.0.resize(counts_at + 4 * channels, 0);
+    for channel in 0..channels {
+        let mut count = 0u32;
+        for column in 0..columns {
+            let ray = column * channels + channel;
+            let [x, y, z, intensity] = *points.get(ray)?;
+            if [x, y, z] == [0.0; 3] {
+                continue;
+            }
+            count += 1;
+            bytes.vector([x, -y, z]);
+            if kind == Kind::Lidar {
+                bytes.f32(intensity);
+            } else {
+                let [id, tag] = *labels?.get(ray)?;
+                // How steeply the ray met the surface is not measured.
+                bytes.f32(1.0).u32(id).u32(tag);
+            }
+        }
+        let at = counts_at + 4 * channel;
+        bytes.0[at..at + 4].copy_from_slice(&count.to_le_bytes());
+    }
+    Some(bytes)
+}
+
+/// Detections: how fast what was hit goes away, and where it is.
+fn radar(mut bytes: Bytes, measured: &Measurement, world: &World) -> Option<Bytes> {
+    let plane = measured.planes().first()?;
+    let (points, labels) = (measured.points(0)?, measured.labels(0)?);
+    let velocity_of =
+        |id: u32| world.actor(ActorId(id)).map_or(Vec3::ZERO, |actor| actor.velocity());
+    let own = velocity_of(measured.header().parent.0);
+    for ([x, y, z, _], [id, _]) in points.iter().zip(labels) {
+        let to = Vec3::new(*x, *y, *z);
+        let depth = to.length();
+        if depth == 0.0 {
+            continue;
+        }
+        let direction = plane.world_from_sensor.rotation() * (to / depth);
+        let away = (velocity_of(*id) - own).dot(direction);
+        let azimuth = (-y).atan2(*x);
+        bytes.f32(away).f32(azimuth).f32((z / depth).clamp(-1.0, 1.0).asin()).f32(depth);
+    }
+    Some(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_depth_pixel_decodes_to_its_metres() {
+        for depth_m in [0.0, 0.5, 12.34, 999.0, 1000.0, 5000.0] {
+            let [b, g, r, _] = depth_pixel(depth_m).map(f64::from);
+            let decoded = (r + 256.0 * g + 65536.0 * b) / 16_777_215.0 * 1000.0;
+            assert!((decoded - f64::from(depth_m.min(1000.0))).abs() < 1e-4, "{depth_m}");
+        }
+    }
+}

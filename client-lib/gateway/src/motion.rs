@@ -1,0 +1,40 @@
+//! Motions that hold until they are taken back: constant velocities.
+
+use std::collections::BTreeMap;
+
+use client_lib::{ActorId, SetVelocity, Wish, World};
+use glam::Vec3;
+
+/// Who is to move how.
+#[derive(Debug, Default)]
+pub(crate) struct Motions {
+    /// Metres per second in the actor's own space.
+    constant: BTreeMap<u32, Vec3>,
+}
+
+impl Motions {
+    pub(crate) fn hold(&mut self, id: u32, velocity_mps: Vec3) {
+        self.constant.insert(id, velocity_mps);
+    }
+
+    pub(crate) fn release(&mut self, id: u32) {
+        self.constant.remove(&id);
+    }
+
+    /// What is to be wished for the next frame.
+    pub(crate) fn wishes(&mut self, world: &World) -> Vec<Wish> {
+        self.constant.retain(|id, _| world.actor(ActorId(*id)).is_some());
+        let wish = |(id, velocity): (&u32, &Vec3)| {
+            let actor = world.actor(ActorId(*id))?;
+            let mut velocity = actor.pose.rotation() * *velocity;
+            // It still falls.
+            velocity.z = actor.velocity_mps[2];
+            Some(Wish::SetVelocity(SetVelocity {
+                actor_id: ActorId(*id),
+                velocity_mps: velocity.to_array(),
+                angular_velocity_radps: actor.angular_velocity_radps,
+            }))
+        };
+        self.constant.iter().filter_map(wish).collect()
+    }
+}

@@ -1,0 +1,196 @@
+use std::io::{self, Read};
+
+use super::Value;
+
+/// The deepest nesting of lists: a batch command with commands in it nests 12 deep.
+const DEPTH_MAX: usize = 64;
+/// The most bytes of one request, kept or read past.
+const READ_MAX: u64 = 1 << 30;
+/// Room that is made at once for what somebody claims to send.
+const CHUNK: usize = 1 << 16;
+
+/// How much of one request is kept.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// Values that may yet be kept.
+    pub values: usize,
+    /// Bytes of texts that may yet be kept.
+    pub bytes: usize,
+    /// Something was read past.
+    pub is_exceeded: bool,
+    read: u64,
+}
+
+impl Budget {
+    /// So many values, so many bytes of text.
+    pub fn new(values: usize, bytes: usize) -> Budget {
+        Budget { values, bytes, is_exceeded: false, read: 0 }
+    }
+}
+
+/// Why no value could be read. The stream is of no more use.
+#[derive(Debug, thiserror::Error)]
+pub enum DecodeError {
+    /// The stream ended between two values.
+    #[error("the stream has ended")]
+    Ended,
+    /// The stream ended in the middle of a value.
+    #[error("the stream ended in the middle of a value")]
+    Truncated,
+    /// It cannot be read.
+    #[error(transparent)]
+    Io(io::Error),
+    /// Lists in lists in lists.
+    #[error("lists are nested deeper than {DEPTH_MAX}")]
+    TooDeep,
+    /// More than anybody needs to say.
+    #[error("one value is longer than {READ_MAX} bytes")]
+    TooLong,
+    /// Extension types and the byte that messagepack never uses.
+    #[error("byte {0:#04x} begins nothing that is spoken here")]
+    Unknown(u8),
+}
+
+/// Reads one value.
+pub fn read(input: &mut impl Read, budget: &mut Budget) -> Result<Value, DecodeError> {
+    let mut first = [0];
+    loop {
+        match input.read(&mut first) {
+            Ok(0) => return Err(DecodeError::Ended),
+            Ok(_) => break,
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+            Err(e) => return Err(DecodeError::Io(e)),
+        }
+    }
+    Decoder { input, budget }.value(first[0], 0)
+}
+
+struct Decoder<'a, R> {
+    input: &'a mut R,
+    budget: &'a mut Budget,
+}
+
+impl<R: Read> Decoder<'_, R> {
+    fn value(&mut self, first: u8, depth: usize) -> Result<Value, DecodeError> {
+        self.spend(1)?;
+        Ok(match first {
+            0x00..=0x7f => Value::Int(first.into()),
+            0xe0..=0xff => Value::Int((first as i8).into()),
+            0x80..=0x8f => self.list(u64::from(first & 0x0f) * 2, depth)?,
+            0x90..=0x9f => self.list((first & 0x0f).into(), depth)?,
+            0xa0..=0xbf => self.text((first & 0x1f).into())?,
+            0xc0 => Value::Nil,
+            0xc2 => Value::Bool(false),
+            0xc3 => Value::Bool(true),
+            0xc4 => self.bytes_of::<1>()?,
+            0xc5 => self.bytes_of::<2>()?,
+            0xc6 => self.bytes_of::<4>()?,
+            0xca => Value::Float(f32::from_be_bytes(self.array()?).into()),
+            0xcb => Value::Float(f64::from_be_bytes(self.array()?)),
+            0xcc => Value::Int(self.uint::<1>()? as i64),
+            0xcd => Value::Int(self.uint::<2>()? as i64),
+            0xce => Value::Int(self.uint::<4>()? as i64),
+            0xcf => Value::Int(self.uint::<8>()?.min(i64::MAX as u64) as i64),
+            0xd0 => Value::Int(i8::from_be_bytes(self.array()?).into()),
+            0xd1 => Value::Int(i16::from_be_bytes(self.array()?).into()),
+            0xd2 => Value::Int(i32::from_be_bytes(self.array()?).into()),
+            0xd3 => Value::Int(i64::from_be_bytes(self.array()?)),
+            0xd9 => self.text_of::<1>()?,
+            0xda => self.text_of::<2>()?,
+            0xdb => self.text_of::<4>()?,
+            0xdc => self.list_of::<2>(1, depth)?,
+            0xdd => self.list_of::<4>(1, depth)?,
+            0xde => self.list_of::<2>(2, depth)?,
+            0xdf => self.list_of::<4>(2, depth)?,
+            0xc1 | 0xc7..=0xc9 | 0xd4..=0xd8 => return Err(DecodeError::Unknown(first)),
+        })
+    }
+
+    fn list_of<const N: usize>(&mut self, each: u64, depth: usize) -> Result<Value, DecodeError> {
+        let len = self.uint::<N>()?;
+        self.list(len * each, depth)
+    }
+
+    fn text_of<const N: usize>(&mut self) -> Result<Value, DecodeError> {
+        let len = self.uint::<N>()?;
+        self.text(len)
+    }
+
+    fn bytes_of<const N: usize>(&mut self) -> Result<Value, DecodeError> {
+        let len = self.uint::<N>()?;
+        self.run(len).map(Value::Bytes)
+    }
+
+    fn list(&mut self, len: u64, depth: usize) -> Result<Value, DecodeError> {
+        if depth >= DEPTH_MAX {
+            return Err(DecodeError::TooDeep);
+        }
+        let mut values = Vec::with_capacity((len as usize).min(CHUNK / size_of::<Value>() / 8));
+        for _ in 0..len {
+            let [first] = self.array()?;
+            let value = self.value(first, depth + 1)?;
+            if self.budget.values == 0 {
+                self.budget.is_exceeded = true;
+            } else {
+                self.budget.values -= 1;
+                values.push(value);
+            }
+        }
+        Ok(Value::List(values))
+    }
+
+    fn text(&mut self, len: u64) -> Result<Value, DecodeError> {
+        let bytes = self.run(len)?;
+        Ok(match String::from_utf8(bytes) {
+            Ok(text) => Value::Text(text),
+            Err(e) => Value::Text(String::from_utf8_lossy(e.as_bytes()).into_owned()),
+        })
+    }
+
+    /// `len` bytes, or none of them if they exceed the budget.
+    fn run(&mut self, len: u64) -> Result<Vec<u8>, DecodeError> {
+        self.spend(len)?;
+        let is_kept = len as usize <= self.budget.bytes;
+        if is_kept {
+            self.budget.bytes -= len as usize;
+        } else {
+            self.budget.is_exceeded = true;
+        }
+        let mut bytes = Vec::new();
+        let mut left = len as usize;
+        while left > 0 {
+            let part = left.min(CHUNK);
+            let begin = bytes.len();
+            bytes.resize(begin + part, 0);
+            self.fill(&mut bytes[begin..])?;
+            if !is_kept {
+                bytes.clear();
+            }
+            left -= part;
+        }
+        Ok(bytes)
+    }
+
+    fn uint<const N: usize>(&mut self) -> Result<u64, DecodeError> {
+        let bytes: [u8; N] = self.array()?;
+        Ok(bytes.iter().fold(0, |all, byte| all << 8 | u64::from(*byte)))
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], DecodeError> {
+        let mut bytes = [0; N];
+        self.fill(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn fill(&mut self, bytes: &mut [u8]) -> Result<(), DecodeError> {
+        self.input.read_exact(bytes).map_err(|e| match e.kind() {
+            io::ErrorKind::UnexpectedEof => DecodeError::Truncated,
+            _ => DecodeError::Io(e),
+        })
+    }
+
+    fn spend(&mut self, bytes: u64) -> Result<(), DecodeError> {
+        self.budget.read += bytes;
+        if self.budget.read > READ_MAX { Err(DecodeError::TooLong) } else { Ok(()) }
+    }
+}

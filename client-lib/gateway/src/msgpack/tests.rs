@@ -1,0 +1,95 @@
+use super::*;
+
+fn decode(bytes: &[u8]) -> Result<Value, DecodeError> {
+    read(&mut &bytes[..], &mut Budget::new(1000, 1000))
+}
+
+/// A request as the official client sends it: `tick_cue` with its metadata.
+const TICK: &[u8] = b"\x94\x00\x09\xa8tick_cue\x91\x91\xc2";
+
+#[test]
+fn a_request_of_the_official_client_is_read() {
+    let metadata = Value::List(vec![Value::List(vec![Value::Bool(false)])]);
+    let request = vec![Value::Int(0), Value::Int(9), Value::Text("tick_cue".into()), metadata];
+    assert_eq!(decode(TICK).unwrap(), Value::List(request));
+}
+
+#[test]
+fn what_is_packed_comes_out_the_same() {
+    let mut pack = Pack::new();
+    pack.list(9).nil().bool(true).uint(70_000).int(-7).int(-70_000).f32(0.5).f64(1e300);
+    pack.text(&"x".repeat(300)).bin(&[7; 400]);
+    let Value::List(values) = decode(pack.bytes()).unwrap() else { panic!("no list") };
+    assert_eq!(values[..4], [Value::Nil, Value::Bool(true), Value::Int(70_000), Value::Int(-7)]);
+    assert_eq!(values[4..7], [Value::Int(-70_000), Value::Float(0.5), Value::Float(1e300)]);
+    assert_eq!(values[7], Value::Text("x".repeat(300)));
+    assert_eq!(values[8], Value::Bytes(vec![7; 400]));
+}
+
+#[test]
+fn every_truncation_of_a_request_is_an_error() {
+    assert!(matches!(decode(&[]), Err(DecodeError::Ended)));
+    for len in 1..TICK.len() {
+        assert!(matches!(decode(&TICK[..len]), Err(DecodeError::Truncated)), "{len} bytes");
+    }
+}
+
+#[test]
+fn lengths_that_nobody_sends_reserve_nothing() {
+    for head in [0xdd, 0xdf, 0xdb, 0xc6] {
+        let ended = decode(&[head, 0xff, 0xff, 0xff, 0xff, 1, 2, 3]);
+        assert!(
+            matches!(ended, Err(DecodeError::Truncated | DecodeError::TooLong)),
+            "{head:#x}: {ended:?}"
+        );
+    }
+}
+
+#[test]
+fn lists_that_are_nested_too_deep_are_refused() {
+    assert!(matches!(decode(&[0x91; 1000]), Err(DecodeError::TooDeep)));
+}
+
+#[test]
+fn what_exceeds_the_budget_is_read_past_and_the_next_request_is_found() {
+    let mut pack = Pack::new();
+    pack.list(2).text(&"x".repeat(5000)).list(3000);
+    for i in 0..3000 {
+        pack.uint(i);
+    }
+    let bytes = [pack.bytes(), TICK].concat();
+    let mut input = &bytes[..];
+    let mut budget = Budget::new(1000, 1000);
+    read(&mut input, &mut budget).unwrap();
+    assert!(budget.is_exceeded);
+    assert_eq!(input, TICK);
+}
+
+#[test]
+fn no_mutation_of_a_request_panics() {
+    let mut pack = Pack::new();
+    pack.list(4).uint(0).uint(3).text("apply_batch").list(2);
+    pack.list(1).bool(false).list(2).list(1).list(2).uint(0).f32(1.0).bin(&[1; 24]);
+    let mut state = 7u64;
+    let mut next = || {
+        state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+        (state >> 33) as usize
+    };
+    let (mut good, mut bad) = (0, 0);
+    for _ in 0..200_000 {
+        let mut bytes = pack.bytes().to_vec();
+        for _ in 0..=next() % 4 {
+            let at = next() % bytes.len();
+            match next() % 3 {
+                0 => bytes[at] = next() as u8,
+                1 => bytes.truncate(at.max(1)),
+                _ => bytes.insert(at, next() as u8),
+            }
+        }
+        match decode(&bytes) {
+            Ok(_) => good += 1,
+            Err(_) => bad += 1,
+        }
+    }
+    assert!(good > 1000 && bad > 1000, "{good} decoded, {bad} did not");
+}

@@ -1,0 +1,213 @@
+//! Sensors that CARLA's clients spawn, and what of the simulator measures for them.
+
+use std::f32::consts::TAU;
+
+use client_lib::{Pose, Rig, SensorSpec, camera, lidar, output};
+
+use crate::{args::Refusal, wire::Description};
+
+/// What a sensor's measurements are made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Rgb,
+    Depth,
+    Semantic,
+    Instance,
+    Lidar,
+    SemanticLidar,
+    Radar,
+    Imu,
+    Gnss,
+    Collision,
+    Obstacle,
+    LaneInvasion,
+}
+
+impl Kind {
+    fn of(id: &str) -> Option<Kind> {
+        Some(match id {
+            "sensor.camera.rgb" => Kind::Rgb,
+            "sensor.camera.depth" => Kind::Depth,
+            "sensor.camera.semantic_segmentation" => Kind::Semantic,
+            "sensor.camera.instance_segmentation" => Kind::Instance,
+            "sensor.lidar.ray_cast" => Kind::Lidar,
+            "sensor.lidar.ray_cast_semantic" => Kind::SemanticLidar,
+            "sensor.other.radar" => Kind::Radar,
+            "sensor.other.imu" => Kind::Imu,
+            "sensor.other.gnss" => Kind::Gnss,
+            "sensor.other.collision" => Kind::Collision,
+            "sensor.other.obstacle" => Kind::Obstacle,
+            "sensor.other.lane_invasion" => Kind::LaneInvasion,
+            _ => return None,
+        })
+    }
+
+    /// The number by which a client knows how to read a message. A wrong one ends the client.
+    pub(crate) fn type_id(self) -> u64 {
+        match self {
+            Kind::Collision => 0,
+            Kind::Depth => 1,
+            Kind::Gnss => 4,
+            Kind::Imu => 5,
+            Kind::LaneInvasion => 6,
+            Kind::Obstacle => 7,
+            Kind::Radar => 9,
+            Kind::SemanticLidar => 10,
+            Kind::Lidar => 11,
+            Kind::Rgb => 13,
+            Kind::Semantic => 14,
+            Kind::Instance => 15,
+        }
+    }
+
+    fn outputs(self) -> u32 {
+        match self {
+            Kind::Rgb => output::COLOR,
+            Kind::Depth => output::DEPTH,
+            Kind::Semantic => output::TAG,
+            Kind::Instance => output::TAG | output::INSTANCE,
+            Kind::Lidar => output::POINTS,
+            Kind::SemanticLidar | Kind::Radar => output::POINTS | output::LABELS,
+            _ => 0,
+        }
+    }
+}
+
+/// A sensor.
+pub(crate) struct Sensor {
+    pub(crate) kind: Kind,
+    pub(crate) stream: u32,
+    pub(crate) description: Description,
+    pub(crate) period_nanos: u64,
+    /// What measures, while somebody listens and it is measured by rays.
+    pub(crate) rig: Option<Rig>,
+    /// The length of a tick for which the rig was made.
+    pub(crate) rig_delta_nanos: u64,
+    /// Frames for which nobody listened.
+    pub(crate) idle_frames: u32,
+    /// When it last measured, if it measures by itself.
+    pub(crate) last_nanos: Option<u64>,
+    /// State of its own noise.
+    pub(crate) noise: u64,
+}
+
+impl Sensor {
+    /// Not measuring yet; refused are those that nothing here can measure.
+    pub(crate) fn new(description: Description, stream: u32) -> Result<Sensor, Refusal> {
+        let Some(kind) = Kind::of(&description.id) else {
+            let id = &description.id;
+            return Err(format!("{id} is not measured by this simulator").into());
+        };
+        let period_nanos = (description.number("sensor_tick", 0.0)?.max(0.0) * 1e9) as u64;
+        let seed = description.number("noise_seed", 0.0)?;
+        let sensor = Sensor {
+            kind,
+            stream,
+            period_nanos,
+            rig: None,
+            rig_delta_nanos: 0,
+            idle_frames: 0,
+            last_nanos: None,
+            noise: seed as u64,
+            description,
+        };
+        // What is wrong with an attribute is said now, not when somebody listens.
+        sensor.spec(Pose::IDENTITY, 50_000_000)?;
+        Ok(sensor)
+    }
+
+    /// Whether its measurements go through a stream; lane invasions are found by the clients.
+    pub(crate) fn is_streamed(&self) -> bool {
+        self.kind != Kind::LaneInvasion
+    }
+
+    /// What the renderer is to measure for it; nothing if no ray is needed.
+    pub(crate) fn spec(
+        &self,
+        parent_from_sensor: Pose,
+        delta_nanos: u64,
+    ) -> Result<Option<SensorSpec>, Refusal> {
+        let d = &self.description;
+        let number = |id: &str, otherwise: f32| d.number(id, otherwise);
+        let spec = match self.kind {
+            Kind::Rgb | Kind::Depth | Kind::Semantic | Kind::Instance => camera(
+                "camera",
+                parent_from_sensor,
+                number("image_size_x", 800.0)? as u32,
+                number("image_size_y", 600.0)? as u32,
+                number("fov", 90.0)?.clamp(1.0, 170.0).to_radians(),
+                self.kind.outputs(),
+            ),
+            Kind::Lidar | Kind::SemanticLidar => {
+                let secs = delta_nanos.max(self.period_nanos) as f32 * 1e-9;
+                let channels = number("channels", 32.0)?.clamp(1.0, 1024.0);
+                let columns = number("points_per_second", 56_000.0)? * secs / channels;
+                let fov = number("horizontal_fov", 360.0)?.clamp(1.0, 360.0) / 360.0;
+                let elevations = [number("lower_fov", -30.0)?, number("upper_fov", 10.0)?];
+                let mut spec = lidar(
+                    "lidar",
+                    parent_from_sensor,
+                    channels as u32,
+                    (columns.round() as u32).clamp(1, 8192),
+                    elevations.map(f32::to_radians),
+                    number("range", 10.0)?,
+                );
+                spec.fov_rad = fov * TAU;
+                let rate_hz = number("rotation_frequency", 10.0)?.max(0.0);
+                // From one turn in a tick on, the whole field of view is seen in each.
+                spec.rotation_rate_hz = if rate_hz * secs < 0.9999 { rate_hz } else { 0.0 };
+                spec.attenuation_per_m = number("atmosphere_attenuation_rate", 0.004)?;
+                if self.kind == Kind::Lidar {
+                    spec.noise_m = number("noise_stddev", 0.0)?;
+                    spec.dropoff = number("dropoff_general_rate", 0.45)?.clamp(0.0, 1.0);
+                }
+                spec.seed = number("noise_seed", 0.0)? as u64;
+                spec.outputs = self.kind.outputs();
+                spec
+            }
+            Kind::Radar => {
+                let secs = delta_nanos.max(self.period_nanos) as f32 * 1e-9;
+                let (h, v) = (number("horizontal_fov", 30.0)?, number("vertical_fov", 30.0)?);
+                let (h, v) = (h.clamp(1.0, 180.0), v.clamp(1.0, 90.0));
+                let points = (number("points_per_second", 1500.0)? * secs).max(1.0);
+                let rows = (points * v / h).sqrt().round().max(1.0);
+                let half_rad = (v / 2.0).to_radians();
+                let mut spec = lidar(
+                    "radar",
+                    parent_from_sensor,
+                    rows as u32,
+                    ((points / rows).round() as u32).clamp(1, 8192),
+                    [-half_rad, half_rad],
+                    number("range", 100.0)?,
+                );
+                spec.fov_rad = h.to_radians();
+                spec.outputs = self.kind.outputs();
+                spec
+            }
+            _ => return Ok(None),
+        };
+        Ok(Some(SensorSpec { period_nanos: self.period_nanos, ..spec }))
+    }
+
+    /// Whether it, measuring by itself, has something to say at this time.
+    pub(crate) fn is_due(&mut self, now_nanos: u64) -> bool {
+        let is_due = self.last_nanos.is_none_or(|last| now_nanos >= last + self.period_nanos);
+        if is_due {
+            self.last_nanos = Some(now_nanos);
+        }
+        is_due
+    }
+
+    /// A number of normal distribution from the sensor's own noise.
+    pub(crate) fn normal(&mut self) -> f32 {
+        let mut uniform = || {
+            self.noise = self.noise.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mut z = self.noise;
+            z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((z ^ z >> 31) >> 40) as f32 / (1 << 24) as f32
+        };
+        let (a, b) = (uniform(), uniform());
+        (-2.0 * (1.0 - a).ln()).sqrt() * (TAU * b).cos()
+    }
+}

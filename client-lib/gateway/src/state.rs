@@ -1,0 +1,171 @@
+//! Stream 1: the state of every actor at one frame.
+
+use client_lib::{ActorState, Pose, flag, kind, light};
+
+use crate::wire::{Bytes, flip, flip_turn, message};
+
+/// The type of the message; a client that is told another reads it as an image.
+const TYPE: u64 = 17;
+const HEADER: usize = 36;
+const ACTOR: usize = 119;
+/// Where the part begins whose meaning depends on the kind of actor.
+const UNION: usize = 65;
+
+/// What the header says beside the frame.
+pub(crate) struct Moment {
+    pub(crate) frame: u64,
+    pub(crate) sim_time_nanos: u64,
+    pub(crate) delta_nanos: u64,
+    pub(crate) episode: u64,
+    /// Since this process began, by the clock on the wall.
+    pub(crate) platform_secs: f64,
+    /// The map has changed.
+    pub(crate) is_new_map: bool,
+    /// Street lights were switched.
+    pub(crate) has_new_lights: bool,
+}
+
+/// What a vehicle's surroundings tell its driver.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Roadside {
+    pub(crate) speed_limit_kmh: f32,
+    /// The light it stands at, and its phase.
+    pub(crate) light: Option<(u32, u32)>,
+}
+
+/// How a light is timed, as far as clients can ask.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Timing {
+    pub(crate) green_secs: f32,
+    pub(crate) yellow_secs: f32,
+    pub(crate) red_secs: f32,
+    pub(crate) elapsed_secs: f32,
+    pub(crate) is_frozen: bool,
+}
+
+/// A message in the making.
+pub(crate) struct StateMessage {
+    bytes: Bytes,
+}
+
+impl StateMessage {
+    pub(crate) fn new(moment: &Moment, spectator: &Pose, actors: usize) -> StateMessage {
+        let body = HEADER + ACTOR * actors;
+        let mut bytes = message(TYPE, moment.frame, moment.sim_time_nanos, spectator, body);
+        bytes.put(moment.episode.to_le_bytes()).put(moment.platform_secs.to_le_bytes());
+        bytes.f32((moment.delta_nanos as f64 * 1e-9) as f32).put([0; 12]);
+        bytes.u32(u32::from(moment.is_new_map) | u32::from(moment.has_new_lights) << 1);
+        StateMessage { bytes }
+    }
+
+    /// An actor that stands still and does nothing: a sensor, a sign, the spectator.
+    pub(crate) fn fixture(&mut self, id: u32, pose: &Pose, velocity: [f32; 3], sign: &str) {
+        self.bytes.u32(id).put([1]).transform(pose).vector(flip(velocity)).put([0; 24]);
+        self.sign(sign);
+        self.bytes.put([0; ACTOR - UNION - 32]);
+    }
+
+    /// An actor of the world.
+    pub(crate) fn actor(&mut self, actor: &ActorState, roadside: Roadside) {
+        self.moving(actor);
+        match actor.kind {
+            kind::VEHICLE => self.vehicle(actor, roadside),
+            kind::WALKER => self.walker(actor),
+            _ => {
+                self.bytes.put([0; ACTOR - UNION]);
+            }
+        }
+    }
+
+    /// A traffic light of the map.
+    pub(crate) fn light(&mut self, actor: &ActorState, sign: &str, pole: u32, timing: &Timing) {
+        self.moving(actor);
+        self.sign(sign);
+        let Timing { green_secs, yellow_secs, red_secs, elapsed_secs, is_frozen } = *timing;
+        self.bytes.f32(green_secs).f32(yellow_secs).f32(red_secs).f32(elapsed_secs);
+        self.bytes.u32(pole).put([is_frozen.into(), light_state(actor.phase)]);
+    }
+
+    fn moving(&mut self, actor: &ActorState) {
+        let turn = flip_turn(actor.angular_velocity_radps).map(f32::to_degrees);
+        self.bytes.u32(actor.actor_id.0).put([1]).transform(&actor.pose);
+        self.bytes.vector(flip(actor.velocity_mps)).vector(turn);
+        self.bytes.vector(flip(actor.acceleration_mps2));
+    }
+
+    fn vehicle(&mut self, actor: &ActorState, roadside: Roadside) {
+        let is = |bit: u32| u8::from(actor.has(bit));
+        self.bytes.f32(actor.throttle).f32(-actor.steer).f32(actor.brake);
+        self.bytes.put([is(flag::HANDBRAKE), is(flag::REVERSE), 0]);
+        self.bytes.put(actor.gear.to_le_bytes()).f32(roadside.speed_limit_kmh);
+        let (id, phase) = roadside.light.unwrap_or((0, light::GREEN));
+        self.bytes.put([light_state(phase), roadside.light.is_some().into()]).u32(id);
+        self.bytes.put([0; 1 + ACTOR - UNION - 30]);
+    }
+
+    fn walker(&mut self, actor: &ActorState) {
+        let velocity = actor.velocity();
+        let direction = velocity.normalize_or_zero().to_array();
+        self.bytes.vector(flip(direction)).f32(velocity.length());
+        self.bytes.put([0; 1 + ACTOR - UNION - 17]);
+    }
+
+    fn sign(&mut self, id: &str) {
+        let mut name = [0; 32];
+        // The last byte stays zero.
+        let len = id.len().min(31);
+        name[..len].copy_from_slice(&id.as_bytes()[..len]);
+        self.bytes.put(name);
+    }
+
+    pub(crate) fn into_message(self) -> crate::stream::Message {
+        self.bytes.into_message()
+    }
+}
+
+/// CARLA's number of a colour.
+pub(crate) fn light_state(phase: u32) -> u8 {
+    match phase {
+        light::RED => 0,
+        light::YELLOW => 1,
+        light::GREEN => 2,
+        light::OFF => 3,
+        _ => 4,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_of_actor_takes_119_bytes() {
+        let moment = Moment {
+            frame: 7,
+            sim_time_nanos: 0,
+            delta_nanos: 50_000_000,
+            episode: 1,
+            platform_secs: 0.0,
+            is_new_map: false,
+            has_new_lights: false,
+        };
+        let timing = Timing {
+            green_secs: 1.0,
+            yellow_secs: 1.0,
+            red_secs: 1.0,
+            elapsed_secs: 0.0,
+            is_frozen: false,
+        };
+        let mut state = StateMessage::new(&moment, &Pose::IDENTITY, 5);
+        let long = "a name that is much longer than thirty-two bytes";
+        state.fixture(1, &Pose::IDENTITY, [0.0; 3], long);
+        state.light(&ActorState::default(), long, 0, &timing);
+        for kind in [kind::VEHICLE, kind::WALKER, kind::PROP] {
+            state.actor(&ActorState { kind, ..ActorState::default() }, Roadside::default());
+        }
+        let message = state.into_message();
+        assert_eq!(message.len(), 4 + 48 + HEADER + 5 * ACTOR);
+        assert_eq!(message[..4], ((message.len() - 4) as u32).to_le_bytes());
+        assert_eq!(message[4], 17);
+    }
+}

@@ -1,0 +1,65 @@
+//! The weather in CARLA's words: 14 numbers, angles in degrees, the sun turning clockwise.
+
+use client_lib::Weather;
+
+use crate::{
+    args::{Args, Refusal},
+    msgpack::Pack,
+};
+
+/// In CARLA's order: cloudiness, precipitation, deposits, wind, sun's azimuth and altitude, fog's
+/// density, distance and falloff, wetness, three of scattering, dust.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct CarlaWeather([f32; 14]);
+
+impl CarlaWeather {
+    pub(crate) fn of(bus: &Weather) -> CarlaWeather {
+        CarlaWeather([
+            bus.cloudiness,
+            bus.precipitation,
+            bus.precipitation_deposits,
+            bus.wind_intensity,
+            (-bus.sun_azimuth_rad.to_degrees()).rem_euclid(360.0),
+            bus.sun_altitude_rad.to_degrees(),
+            bus.fog_density,
+            bus.fog_distance_m,
+            0.1,
+            bus.wetness,
+            1.0,
+            0.03,
+            0.0331,
+            0.0,
+        ])
+    }
+
+    pub(crate) fn to_bus(self) -> Weather {
+        let w = self.0;
+        Weather {
+            cloudiness: w[0],
+            precipitation: w[1],
+            precipitation_deposits: w[2],
+            wind_intensity: w[3],
+            sun_azimuth_rad: -w[4].to_radians(),
+            sun_altitude_rad: w[5].to_radians(),
+            fog_density: w[6],
+            fog_distance_m: w[7],
+            wetness: w[9],
+        }
+    }
+
+    pub(crate) fn read(args: &mut Args) -> Result<CarlaWeather, Refusal> {
+        let mut fields = args.list()?;
+        let mut weather = [0.0; 14];
+        for value in &mut weather {
+            *value = fields.f32()?;
+        }
+        Ok(CarlaWeather(weather))
+    }
+
+    pub(crate) fn write(&self, out: &mut Pack) {
+        out.list(14);
+        for value in self.0 {
+            out.f32(value);
+        }
+    }
+}

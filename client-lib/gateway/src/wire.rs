@@ -1,0 +1,185 @@
+//! CARLA's structs as lists of their fields: metres, degrees, left-handed.
+
+use client_lib::{Pose, carla_axes::CarlaTransform};
+use glam::Vec3;
+
+use crate::{
+    args::{Args, Refusal},
+    msgpack::Pack,
+};
+
+/// An attribute of an actor: its name, its type, its value as text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Attribute {
+    pub(crate) id: String,
+    /// 1 bool, 2 int, 3 float, 4 string, 5 colour.
+    pub(crate) kind: u8,
+    pub(crate) value: String,
+}
+
+/// What an actor was made from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Description {
+    pub(crate) uid: u32,
+    pub(crate) id: String,
+    pub(crate) attributes: Vec<Attribute>,
+}
+
+impl Description {
+    pub(crate) fn read(args: &mut Args) -> Result<Description, Refusal> {
+        let mut fields = args.list()?;
+        let (uid, id) = (fields.u32()?, fields.text()?.to_owned());
+        let mut list = fields.list()?;
+        let mut attributes = Vec::new();
+        while list.len() > 0 {
+            let mut one = list.list()?;
+            attributes.push(Attribute {
+                id: one.text()?.to_owned(),
+                kind: one.int()? as u8,
+                value: one.text()?.to_owned(),
+            });
+        }
+        Ok(Description { uid, id, attributes })
+    }
+
+    pub(crate) fn write(&self, out: &mut Pack) {
+        out.list(3).uint(self.uid.into()).text(&self.id).list(self.attributes.len());
+        for attribute in &self.attributes {
+            out.list(3).text(&attribute.id).uint(attribute.kind.into()).text(&attribute.value);
+        }
+    }
+
+    /// The value of an attribute.
+    pub(crate) fn get(&self, id: &str) -> Option<&str> {
+        self.attributes.iter().find(|a| a.id == id).map(|a| a.value.as_str())
+    }
+
+    /// A number among the attributes; `otherwise` where it is absent.
+    pub(crate) fn number(&self, id: &str, otherwise: f32) -> Result<f32, Refusal> {
+        let Some(text) = self.get(id) else { return Ok(otherwise) };
+        match text.trim().parse::<f32>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(format!("attribute {id} of {} is {text:?}, not a number", self.id).into()),
+        }
+    }
+}
+
+/// An actor as clients hold it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Actor {
+    pub(crate) id: u32,
+    /// 0: nobody.
+    pub(crate) parent: u32,
+    pub(crate) description: Description,
+    pub(crate) bounds: Bounds,
+    pub(crate) tag: u8,
+    /// 24 bytes if it is a sensor whose measurements are streamed.
+    pub(crate) token: Option<[u8; 24]>,
+}
+
+impl Actor {
+    pub(crate) fn write(&self, out: &mut Pack) {
+        out.list(6).uint(self.id.into()).uint(self.parent.into());
+        self.description.write(out);
+        self.bounds.write(out);
+        out.bin(&[self.tag]).bin(self.token.as_ref().map_or(&[], |t| &t[..]));
+    }
+}
+
+/// A box, in our axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Bounds {
+    pub(crate) center_m: [f32; 3],
+    pub(crate) half_extents_m: [f32; 3],
+    pub(crate) yaw_rad: f32,
+    pub(crate) actor: u32,
+}
+
+impl Bounds {
+    pub(crate) fn write(&self, out: &mut Pack) {
+        out.list(4).vector(flip(self.center_m)).vector(self.half_extents_m);
+        out.vector([0.0, -self.yaw_rad.to_degrees(), 0.0]).uint(self.actor.into());
+    }
+}
+
+/// Between our axes and CARLA's: a vector, either way.
+pub(crate) fn flip([x, y, z]: [f32; 3]) -> [f32; 3] {
+    [x, -y, z]
+}
+
+/// Between our axes and CARLA's: an angular velocity, either way. Mirrored, it turns the other
+/// way about every axis but the mirrored one.
+pub(crate) fn flip_turn([x, y, z]: [f32; 3]) -> [f32; 3] {
+    [-x, y, -z]
+}
+
+/// A transform as CARLA writes it.
+pub(crate) fn transform(args: &mut Args) -> Result<Pose, Refusal> {
+    let mut fields = args.list()?;
+    let location_m = fields.vector()?;
+    let [pitch_deg, yaw_deg, roll_deg] = fields.vector()?;
+    Ok(CarlaTransform { location_m, pitch_deg, yaw_deg, roll_deg }.to_pose())
+}
+
+pub(crate) fn write_transform(pose: &Pose, out: &mut Pack) {
+    let carla = CarlaTransform::from_pose(pose);
+    out.list(2).vector(carla.location_m).vector([carla.pitch_deg, carla.yaw_deg, carla.roll_deg]);
+}
+
+/// A location as CARLA writes it.
+pub(crate) fn location(args: &mut Args) -> Result<Vec3, Refusal> {
+    args.vector().map(|v| Vec3::from_array(flip(v)))
+}
+
+/// Little-endian numbers of a stream's message.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Bytes(pub(crate) Vec<u8>);
+
+impl Bytes {
+    pub(crate) fn with_capacity(len: usize) -> Bytes {
+        Bytes(Vec::with_capacity(len))
+    }
+
+    pub(crate) fn put<const N: usize>(&mut self, bytes: [u8; N]) -> &mut Bytes {
+        self.0.extend_from_slice(&bytes);
+        self
+    }
+
+    pub(crate) fn u32(&mut self, value: u32) -> &mut Bytes {
+        self.put(value.to_le_bytes())
+    }
+
+    pub(crate) fn f32(&mut self, value: f32) -> &mut Bytes {
+        self.put(value.to_le_bytes())
+    }
+
+    pub(crate) fn vector(&mut self, [x, y, z]: [f32; 3]) -> &mut Bytes {
+        self.f32(x).f32(y).f32(z)
+    }
+
+    pub(crate) fn transform(&mut self, pose: &Pose) -> &mut Bytes {
+        let carla = CarlaTransform::from_pose(pose);
+        self.vector(carla.location_m).vector([carla.pitch_deg, carla.yaw_deg, carla.roll_deg])
+    }
+
+    /// Writes the length of what follows into the first four bytes.
+    pub(crate) fn into_message(mut self) -> crate::stream::Message {
+        let len = (self.0.len() - 4) as u32;
+        self.0[..4].copy_from_slice(&len.to_le_bytes());
+        std::sync::Arc::new(self.0)
+    }
+}
+
+/// Begins a message of a stream: room for its length, and the header that each has.
+pub(crate) fn message(
+    type_id: u64,
+    frame: u64,
+    sim_time_nanos: u64,
+    pose: &Pose,
+    body: usize,
+) -> Bytes {
+    let mut bytes = Bytes::with_capacity(4 + 48 + body);
+    bytes.u32(0).put(type_id.to_le_bytes()).put(frame.to_le_bytes());
+    bytes.put((sim_time_nanos as f64 * 1e-9).to_le_bytes()).transform(pose);
+    bytes
+}
