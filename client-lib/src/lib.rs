@@ -25,8 +25,8 @@ mod rig;
 mod view;
 
 pub use bus::{
-    ActorId, ActorState, Autopilot, BlueprintInfo, DEPTH_FAR_M, Episode, Frame, Instance,
-    Interrupted, JournalEntry, Name, Pose, RigId, SensorSpec, SetVelocity, Settings,
+    ActorId, ActorState, Autopilot, BlueprintInfo, DEPTH_FAR_M, Episode, Frame, HoldLight,
+    Instance, Interrupted, JournalEntry, Name, Pose, RigId, SensorSpec, SetVelocity, Settings,
     SnapshotHeader, Stamp, Strategy, Teleport, TrafficDial, VehicleControl, Watch, Weather, Wish,
     clock, dial, flag, kind, light, output, sensor, tracer,
 };

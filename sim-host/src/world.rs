@@ -111,6 +111,20 @@ impl World {
                 set(&mut actor.state.flags, flag::AUTOPILOT, to.on != 0);
                 Ok(to.actor_id.0)
             }
+            Wish::HoldLight(to) => {
+                let actor = self.actors.get_mut(&to.actor_id);
+                let light = actor
+                    .filter(|a| a.state.kind == kind::TRAFFIC_LIGHT)
+                    .ok_or_else(|| format!("{} is no traffic light", to.actor_id))?;
+                if to.phase > light::OFF {
+                    return Err(format!("a light has no phase {}; 0 to {}", to.phase, light::OFF));
+                }
+                set(&mut light.state.flags, flag::HELD, to.hold != 0);
+                if to.hold != 0 {
+                    light.state.phase = to.phase;
+                }
+                Ok(to.actor_id.0)
+            }
             _ => Err("this is no wish about an actor".to_owned()),
         }
     }
@@ -187,6 +201,7 @@ impl World {
         for state in lights {
             if let Some(actor) = self.actors.get_mut(&state.actor_id)
                 && actor.state.kind == kind::TRAFFIC_LIGHT
+                && !actor.state.has(flag::HELD)
             {
                 actor.state.phase = state.phase;
             }

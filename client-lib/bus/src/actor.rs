@@ -114,6 +114,8 @@ pub mod flag {
     pub const REVERSE: u32 = 1 << 4;
     /// It was put where it is by a teleport in this frame.
     pub const TELEPORTED: u32 = 1 << 5;
+    /// A traffic light: it keeps its colour, whatever traffic plans.
+    pub const HELD: u32 = 1 << 6;
 }
 
 /// Values of [`ActorState::phase`] of a traffic light.

@@ -183,6 +183,8 @@ wishes! {
     TrafficDial(TrafficDial) = 11,
     /// Change a vehicle's velocity.
     SetVelocity(SetVelocity) = 12,
+    /// Keep a traffic light at one colour, or give it back to traffic's plan.
+    HoldLight(HoldLight) = 13,
 }
 
 /// See [`Wish::Spawn`].
@@ -224,6 +226,19 @@ pub struct SetVelocity {
     pub velocity_mps: [f32; 3],
     /// In world space.
     pub angular_velocity_radps: [f32; 3],
+}
+
+/// See [`Wish::HoldLight`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("HoldLight")]
+#[repr(C)]
+pub struct HoldLight {
+    /// Which light.
+    pub actor_id: ActorId,
+    /// 1: it keeps `phase`; 0: it shows what traffic plans.
+    pub hold: u32,
+    /// One of [`crate::light`].
+    pub phase: u32,
 }
 
 /// See [`Wish::Autopilot`].
