@@ -125,7 +125,7 @@ impl Bridge {
         self.note_ticker(peer);
         self.streams.await_expected(SUBSCRIBERS);
         self.measure_what_is_wanted();
-        self.wishes.extend(self.motions.wishes(self.client.world()));
+        self.wish_what_goes_on();
         self.flush();
         let frame = match self.client.tick() {
             Ok(frame) => frame,
@@ -137,6 +137,13 @@ impl Bridge {
         };
         self.show();
         Ok(frame.0)
+    }
+
+    /// What clients wished once and holds for more than a frame.
+    fn wish_what_goes_on(&mut self) {
+        let world = self.client.world();
+        self.wishes.extend(self.motions.wishes(world));
+        self.wishes.extend(self.lights.wishes(world));
     }
 
     /// Two who tick each advance the world, as CARLA does; they are told of each other.
@@ -231,7 +238,7 @@ impl Bridge {
         match self.client.refresh() {
             Ok(_) if self.client.frame().0 > self.shown => {
                 if !self.is_synchronous() {
-                    self.wishes.extend(self.motions.wishes(self.client.world()));
+                    self.wish_what_goes_on();
                 }
                 self.show();
                 self.sends = 0;

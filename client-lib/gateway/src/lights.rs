@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use client_lib::{ActorState, World, kind};
+use client_lib::{ActorId, ActorState, HoldLight, Wish, World, kind, light};
 use road::Network;
 
 use crate::state::{Moment, Timing};
@@ -28,6 +28,8 @@ struct Light {
     since_nanos: u64,
     /// Green, yellow, red, as clients were told or set.
     secs: [f32; 3],
+    /// A client switched it, and until when that holds.
+    held_until_nanos: Option<u64>,
 }
 
 impl Lights {
@@ -45,6 +47,7 @@ impl Lights {
                 phase: actor.phase,
                 since_nanos: now,
                 secs: [GREEN_SECS, YELLOW_SECS, RED_SECS],
+                held_until_nanos: None,
             });
             if light.phase != actor.phase {
                 (light.phase, light.since_nanos) = (actor.phase, now);
@@ -85,15 +88,81 @@ impl Lights {
         self.by_actor.contains_key(&id)
     }
 
-    /// All lights.
-    pub(crate) fn ids(&self) -> impl Iterator<Item = u32> + '_ {
-        self.by_actor.keys().copied()
-    }
-
     /// What clients are told of the length of a colour: 0 green, 1 yellow, 2 red.
     pub(crate) fn set_secs(&mut self, id: u32, colour: usize, secs: f32) {
         if let Some(light) = self.by_actor.get_mut(&id) {
             light.secs[colour] = secs;
         }
     }
+
+    /// Shows a colour for as long as that colour's time is, or for ever while all are frozen; on
+    /// every box that hangs for the same signal.
+    pub(crate) fn switch(&mut self, id: u32, phase: u32, world: &World) -> Vec<Wish> {
+        let signal = self.by_actor.get(&id).map(|light| light.signal);
+        let boxes = self.by_actor.iter().filter(|(_, light)| Some(light.signal) == signal);
+        let ids: Vec<u32> = boxes.map(|(id, _)| *id).collect();
+        let now = world.header().stamp.sim_time_nanos;
+        ids.into_iter().filter_map(|id| self.switch_box(id, phase, now)).collect()
+    }
+
+    fn switch_box(&mut self, id: u32, phase: u32, now: u64) -> Option<Wish> {
+        let is_frozen = self.is_frozen;
+        let light = self.by_actor.get_mut(&id)?;
+        let secs = match phase {
+            light::GREEN => light.secs[0],
+            light::YELLOW => light.secs[1],
+            light::RED => light.secs[2],
+            _ => f32::INFINITY,
+        };
+        let nanos = (secs.max(0.0) * 1e9) as u64;
+        let until = if is_frozen { u64::MAX } else { now.saturating_add(nanos) };
+        light.held_until_nanos = Some(until);
+        Some(hold(id, phase))
+    }
+
+    /// Every light keeps its colour, or goes on.
+    pub(crate) fn freeze(&mut self, on: bool) -> Vec<Wish> {
+        self.is_frozen = on;
+        let each = self.by_actor.iter_mut().map(|(id, light)| {
+            light.held_until_nanos = on.then_some(u64::MAX);
+            if on { hold(*id, light.phase) } else { release(*id) }
+        });
+        each.collect()
+    }
+
+    /// These lights go on as traffic plans.
+    pub(crate) fn reset(&mut self, ids: &[u32]) -> Vec<Wish> {
+        for id in ids {
+            if let Some(light) = self.by_actor.get_mut(id) {
+                light.held_until_nanos = None;
+            }
+        }
+        ids.iter().map(|id| release(*id)).collect()
+    }
+
+    /// All lights.
+    pub(crate) fn ids(&self) -> Vec<u32> {
+        self.by_actor.keys().copied().collect()
+    }
+
+    /// What is to be wished for lights whose time is over.
+    pub(crate) fn wishes(&mut self, world: &World) -> Vec<Wish> {
+        let now = world.header().stamp.sim_time_nanos;
+        let mut wishes = Vec::new();
+        for (id, light) in &mut self.by_actor {
+            if light.held_until_nanos.is_some_and(|until| now >= until) {
+                light.held_until_nanos = None;
+                wishes.push(release(*id));
+            }
+        }
+        wishes
+    }
+}
+
+fn hold(id: u32, phase: u32) -> Wish {
+    Wish::HoldLight(HoldLight { actor_id: ActorId(id), hold: 1, phase })
+}
+
+fn release(id: u32) -> Wish {
+    Wish::HoldLight(HoldLight { actor_id: ActorId(id), hold: 0, phase: 0 })
 }

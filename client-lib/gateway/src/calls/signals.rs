@@ -3,7 +3,7 @@
 use client_lib::ActorId;
 
 use super::Call;
-use crate::{args::Refusal, wire::Bounds};
+use crate::{args::Refusal, bridge::Bridge, wire::Bounds};
 
 /// Half the size of one lamp box. Metres.
 const BOX_M: [f32; 3] = [0.2, 0.2, 0.5];
@@ -41,11 +41,12 @@ pub(super) fn boxes(call: &mut Call) -> Result<(), Refusal> {
     Ok(())
 }
 
+/// For how long a colour that a client switches on is shown, and what clients are told.
 pub(super) fn set_secs(call: &mut Call, colour: usize) -> Result<(), Refusal> {
     let id = light(call, "set_traffic_light_time")?;
     let secs = call.args.f32()?;
     call.bridge.lights.set_secs(id, colour, secs);
-    Err("the plan of the lights is traffic's own; the time is only told back".into())
+    Ok(())
 }
 
 pub(super) fn set_state(call: &mut Call) -> Result<(), Refusal> {
@@ -54,25 +55,48 @@ pub(super) fn set_state(call: &mut Call) -> Result<(), Refusal> {
     call.bridge.set_light(id, state)
 }
 
-impl crate::bridge::Bridge {
-    /// Switches a light.
-    pub(crate) fn set_light(&mut self, _id: u32, _state: u32) -> Result<(), Refusal> {
-        super::refuse("lights that clients switch")
+pub(super) fn freeze_all(call: &mut Call) -> Result<(), Refusal> {
+    let on = call.args.bool()?;
+    let wishes = call.bridge.lights.freeze(on);
+    wishes.into_iter().for_each(|wish| call.bridge.wish(wish));
+    Ok(())
+}
+
+/// CARLA's client never sends it: freezing one light freezes all.
+pub(super) fn freeze(call: &mut Call) -> Result<(), Refusal> {
+    light(call, "freeze_traffic_light")?;
+    freeze_all(call)
+}
+
+pub(super) fn reset_all(call: &mut Call) -> Result<(), Refusal> {
+    let ids = call.bridge.lights.ids();
+    reset(call, &ids);
+    Ok(())
+}
+
+pub(super) fn reset_group(call: &mut Call) -> Result<(), Refusal> {
+    let id = light(call, "reset_traffic_light_group")?;
+    let ids = call.bridge.lights.group(id);
+    reset(call, &ids);
+    Ok(())
+}
+
+fn reset(call: &mut Call, ids: &[u32]) {
+    let wishes = call.bridge.lights.reset(ids);
+    wishes.into_iter().for_each(|wish| call.bridge.wish(wish));
+}
+
+impl Bridge {
+    /// Switches a light: 0 red, 1 yellow, 2 green, 3 off.
+    pub(crate) fn set_light(&mut self, id: u32, state: u32) -> Result<(), Refusal> {
+        if state > 3 {
+            return Err(format!("a traffic light has no state {state}").into());
+        }
+        let wishes = self.lights.switch(id, state, self.client.world());
+        if wishes.is_empty() {
+            return Err("Actor is not a traffic light".into());
+        }
+        wishes.into_iter().for_each(|wish| self.wish(wish));
+        Ok(())
     }
-}
-
-pub(super) fn freeze_all(_: &mut Call) -> Result<(), Refusal> {
-    super::refuse("lights that clients switch")
-}
-
-pub(super) fn freeze(_: &mut Call) -> Result<(), Refusal> {
-    super::refuse("lights that clients switch")
-}
-
-pub(super) fn reset_all(_: &mut Call) -> Result<(), Refusal> {
-    super::refuse("lights that clients switch")
-}
-
-pub(super) fn reset_group(_: &mut Call) -> Result<(), Refusal> {
-    super::refuse("lights that clients switch")
 }
