@@ -422,5 +422,6 @@ impl Bridge {
     pub(crate) fn begin_episode(&mut self) {
         self.episode += 1;
         self.is_new_map = true;
+        self.streams.begin_episode();
     }
 }

@@ -25,6 +25,9 @@ const BACKLOG_MAX: usize = 64 << 20;
 const SHORT: usize = 32 << 10;
 /// A listener that takes nothing for so long is gone.
 const PATIENCE: Duration = Duration::from_secs(30);
+/// After a new episode has begun, who listened to the old one hears nothing for so long: the client
+/// that asked for it takes its old listener down, and crashes if that hears of the new episode.
+const CHANGE: Duration = Duration::from_secs(2);
 /// How often an idle listener is looked after.
 const IDLE: Duration = Duration::from_millis(500);
 
@@ -121,6 +124,15 @@ impl Streams {
         }
     }
 
+    /// A new episode begins: the states that come are not for those who listen now, for a while.
+    pub(crate) fn begin_episode(&self) {
+        let mut listening = self.lock();
+        listening.state = None;
+        for session in listening.by_stream.get(&WORLD).into_iter().flatten() {
+            session.lock().quiet = Some((Instant::now() + CHANGE, None));
+        }
+    }
+
     /// Whether somebody listens to a stream, or is on the way.
     pub(crate) fn is_wanted(&self, stream: u32) -> bool {
         let listening = self.lock();
@@ -170,6 +182,8 @@ struct Waiting {
     /// The thread is at the first message.
     is_writing: bool,
     dropped: u64,
+    /// Until when nothing is sent, and what is sent then.
+    quiet: Option<(Instant, Option<Message>)>,
 }
 
 impl Session {
@@ -192,6 +206,13 @@ impl Session {
             return;
         }
         let mut waiting = self.lock();
+        if let Some((until, newest)) = &mut waiting.quiet {
+            if Instant::now() < *until {
+                *newest = Some(Arc::clone(message));
+                return;
+            }
+            waiting.quiet = None;
+        }
         let mut sent = 0;
         if waiting.messages.is_empty() && !waiting.is_writing && message.len() <= SHORT {
             sent = (&self.socket).write(message).unwrap_or(0);
@@ -225,8 +246,13 @@ impl Session {
                 waiting = slept.unwrap_or_else(PoisonError::into_inner).0;
             }
             let Some(message) = waiting.messages.pop_front() else {
+                let is_over = waiting.quiet.as_ref().is_some_and(|(u, _)| Instant::now() >= *u);
+                let held = if is_over { waiting.quiet.take() } else { None };
                 drop(waiting);
                 self.is_there()?;
+                if let Some((_, Some(message))) = held {
+                    self.send(&message);
+                }
                 continue;
             };
             let sent = std::mem::take(&mut waiting.sent);

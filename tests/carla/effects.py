@@ -1,0 +1,644 @@
+"""Calls the official `carla` package against a running simulator and observes what happens.
+
+Usage: effects.py PORT. Prints one JSON line for each member of the API.
+"""
+
+import math
+import os
+import queue
+import random
+import sys
+import tempfile
+import threading
+
+# The package keeps files of maps for ever; a test must not find those of another.
+os.environ["CARLA_CACHE_DIR"] = tempfile.mkdtemp(prefix="carla-cache-")
+
+import carla
+import numpy as np
+
+import ledger
+from ledger import check, differs, refuses, works
+
+DELTA = 0.05
+TIMEOUT = 20.0
+command = carla.command
+
+
+class Context:
+    """One client, one world, and what checks leave for each other."""
+
+    def __init__(self, port):
+        self.port = port
+        self.client = carla.Client("127.0.0.1", port)
+        self.client.set_timeout(TIMEOUT)
+        self.world = self.client.get_world()
+        self.map = self.world.get_map()
+        self.library = self.world.get_blueprint_library()
+        self.points = self.map.get_spawn_points()
+        self.next_point = 0
+
+    def synchronise(self):
+        settings = self.world.get_settings()
+        settings.synchronous_mode = True
+        settings.fixed_delta_seconds = DELTA
+        self.world.apply_settings(settings)
+
+    def ticks(self, count):
+        for _ in range(count):
+            frame = self.world.tick()
+        return frame
+
+    def car(self, blueprint="vehicle.tesla.model3", **attributes):
+        """A car at a place where none was before."""
+        found = self.library.find(blueprint)
+        for name, value in attributes.items():
+            found.set_attribute(name, value)
+        while True:
+            point = self.points[self.next_point % len(self.points)]
+            self.next_point += 7
+            car = self.world.try_spawn_actor(found, point)
+            if car is not None:
+                self.world.tick()
+                return car
+
+    def sensor(self, blueprint, carrier, transform=None, **attributes):
+        found = self.library.find(blueprint)
+        for name, value in attributes.items():
+            found.set_attribute(name, str(value))
+        transform = transform or carla.Transform(carla.Location(x=1.0, z=2.2))
+        sensor = self.world.spawn_actor(found, transform, attach_to=carrier)
+        measured = queue.Queue()
+        sensor.listen(measured.put)
+        return sensor, measured
+
+
+def pixels(image):
+    return np.frombuffer(image.raw_data, dtype=np.uint8).reshape(image.height, image.width, 4)
+
+
+def near(a, b, tolerance):
+    assert abs(a - b) <= tolerance, f"{a} is not {b} within {tolerance}"
+
+
+@check
+def connects(c):
+    assert c.client.get_server_version() == c.client.get_client_version() == "0.9.16"
+    works("Client Client.set_timeout Client.get_server_version Client.get_client_version",
+          "versions agree")
+    assert c.world.id == c.client.get_world().id
+    works("Client.get_world World.id", "the same episode")
+    assert c.map.name.split("/")[-1] in c.client.get_available_maps()[0]
+    works("Client.get_available_maps Map.name", "names the map that runs")
+
+
+@check
+def runs_by_itself_until_it_is_synchronous(c):
+    settings = c.world.get_settings()
+    settings.synchronous_mode = False
+    settings.fixed_delta_seconds = None
+    c.world.apply_settings(settings)
+    first = c.world.wait_for_tick()
+    second = c.world.wait_for_tick()
+    assert second.frame > first.frame
+    seen, come = [], threading.Event()
+    number = c.world.on_tick(lambda snapshot: (seen.append(snapshot.frame), come.set()))
+    assert come.wait(TIMEOUT)
+    c.world.remove_on_tick(number)
+    works("World.wait_for_tick World.on_tick World.remove_on_tick", "frames came without ticks")
+    c.synchronise()
+    settings = c.world.get_settings()
+    assert settings.synchronous_mode and settings.fixed_delta_seconds == DELTA
+    before = c.world.get_snapshot()
+    frames = [c.world.tick() for _ in range(5)]
+    after = c.world.get_snapshot()
+    assert frames == list(range(before.frame + 1, before.frame + 6)), frames
+    assert after.frame == frames[-1]
+    near(after.timestamp.elapsed_seconds - before.timestamp.elapsed_seconds, 5 * DELTA, 1e-6)
+    near(after.timestamp.delta_seconds, DELTA, 1e-6)
+    works("World.tick World.get_snapshot World.get_settings World.apply_settings "
+          "WorldSnapshot.frame WorldSnapshot.timestamp Timestamp.elapsed_seconds "
+          "Timestamp.delta_seconds WorldSettings.synchronous_mode "
+          "WorldSettings.fixed_delta_seconds", "each tick was one frame of 0.05 s")
+    differs("WorldSettings.fixed_delta_seconds=None",
+            "frames of 0.05 s, at real-time pace while asynchronous")
+
+
+@check
+def reads_the_map(c):
+    assert len(c.points) > 10 and len(c.map.get_topology()) > 10
+    waypoint = c.map.get_waypoint(c.points[0].location)
+    assert waypoint.transform.location.distance(c.points[0].location) < 2.0
+    step = waypoint.next(3.0)[0].transform.location.distance(waypoint.transform.location)
+    near(step, 3.0, 0.5)
+    assert c.map.to_opendrive().lstrip().startswith("<")
+    works("World.get_map Map.get_spawn_points Map.get_topology Map.get_waypoint "
+          "Map.to_opendrive Waypoint.next Waypoint.transform",
+          "a spawn point lies on a lane, the next waypoint 3 m on")
+
+
+@check
+def lists_blueprints(c):
+    cars = c.library.filter("vehicle.*")
+    assert len(cars) > 20
+    model = c.library.find("vehicle.tesla.model3")
+    assert int(model.get_attribute("number_of_wheels")) == 4
+    assert "hero" in model.get_attribute("role_name").recommended_values
+    assert c.library.find("sensor.camera.rgb").get_attribute("image_size_x").as_int() == 800
+    works("World.get_blueprint_library BlueprintLibrary.filter BlueprintLibrary.find "
+          "ActorBlueprint.get_attribute ActorBlueprint.set_attribute ActorAttribute.as_int "
+          "ActorAttribute.recommended_values", "attributes with defaults and recommended values")
+
+
+@check
+def spawns_and_destroys(c):
+    car = c.car(role_name="hero", color="10,20,30")
+    assert car.attributes["role_name"] == "hero" and car.type_id == "vehicle.tesla.model3"
+    assert car.id in [actor.id for actor in c.world.get_actors().filter("vehicle.*")]
+    assert c.world.get_actor(car.id).id == car.id
+    assert 1.8 < car.bounding_box.extent.x < 3.0
+    assert c.world.try_spawn_actor(c.library.find("vehicle.audi.tt"), car.get_transform()) is None
+    works("World.spawn_actor World.try_spawn_actor World.get_actors World.get_actor Actor.id "
+          "Actor.type_id Actor.attributes Actor.bounding_box ActorList.filter",
+          "listed with its attributes; a second one in the same place is refused")
+    refuses("World.spawn_actor:occupied", "Spawn failed because of collision at spawn position",
+            lambda: c.world.spawn_actor(c.library.find("vehicle.audi.tt"), car.get_transform()))
+    assert car.destroy()
+    c.world.tick()
+    assert car.id not in [actor.id for actor in c.world.get_actors()]
+    works("Actor.destroy Actor.is_alive", "no longer listed")
+
+
+@check
+def drives(c):
+    car = c.car()
+    start = car.get_transform()
+    ahead = start.get_forward_vector()
+    car.apply_control(carla.VehicleControl(throttle=0.6))
+    c.ticks(40)
+    moved = car.get_location() - start.location
+    forward = moved.x * ahead.x + moved.y * ahead.y
+    assert forward > 2.0, forward
+    speed = car.get_velocity().length()
+    assert speed > 1.0
+    near(car.get_control().throttle, 0.6, 1e-6)
+    yaw = car.get_transform().rotation.yaw
+    car.apply_control(carla.VehicleControl(throttle=0.3, steer=0.5))
+    c.ticks(20)
+    turned = (car.get_transform().rotation.yaw - yaw + 180.0) % 360.0 - 180.0
+    assert turned > 3.0, f"steered to the right, it turned by {turned} degrees"
+    assert car.get_angular_velocity().z > 0.0
+    car.apply_control(carla.VehicleControl(brake=1.0))
+    c.ticks(60)
+    assert car.get_velocity().length() < 0.5
+    works("Vehicle.apply_control Vehicle.get_control Actor.get_transform Actor.get_location "
+          "Actor.get_velocity Actor.get_angular_velocity VehicleControl.throttle "
+          "VehicleControl.steer VehicleControl.brake",
+          "throttle drove it ahead, steer turned it right, brake stopped it")
+    start = car.get_location()
+    car.apply_control(carla.VehicleControl(throttle=0.5, reverse=True))
+    c.ticks(40)
+    back = car.get_location() - start
+    ahead = car.get_transform().get_forward_vector()
+    assert back.x * ahead.x + back.y * ahead.y < -0.5
+    works("VehicleControl.reverse", "it drove backwards")
+    assert car.get_acceleration().length() >= 0.0 and car.get_speed_limit() > 0.0
+    works("Actor.get_acceleration Vehicle.get_speed_limit", "the limit of its road")
+    car.destroy()
+
+
+@check
+def is_moved_by_hand(c):
+    car = c.car()
+    target = c.points[(c.next_point + 3) % len(c.points)]
+    car.set_transform(target)
+    c.world.tick()
+    assert car.get_location().distance(target.location) < 1.5
+    works("Actor.set_transform", "it is there at the next frame")
+    lifted = car.get_location() + carla.Location(z=3.0)
+    car.set_location(lifted)
+    c.world.tick()
+    near(car.get_location().z, lifted.z, 0.3)
+    c.ticks(40)
+    works("Actor.set_location", "it hung in the air and fell")
+    ahead = car.get_transform().get_forward_vector()
+    car.set_target_velocity(8.0 * ahead)
+    c.world.tick()
+    near(car.get_velocity().length(), 8.0, 1.0)
+    works("Actor.set_target_velocity", "8 m/s at the next frame")
+    car.set_target_velocity(carla.Vector3D())
+    car.apply_control(carla.VehicleControl(brake=1.0, hand_brake=True))
+    c.ticks(20)
+    car.set_target_angular_velocity(carla.Vector3D(z=40.0))
+    c.world.tick()
+    assert car.get_angular_velocity().z > 5.0
+    works("Actor.set_target_angular_velocity", "it turns clockwise")
+    c.ticks(20)
+    mass = car.get_physics_control().mass
+    assert 800.0 < mass < 3000.0
+    ahead = car.get_transform().get_forward_vector()
+    car.apply_control(carla.VehicleControl())
+    car.add_impulse(mass * 5.0 * ahead)
+    c.world.tick()
+    near(car.get_velocity().length(), 5.0, 1.5)
+    differs("Actor.add_impulse Actor.add_force Actor.add_angular_impulse Actor.add_torque",
+            "turned into a change of velocity at the next tick, at the centre of the body")
+    car.enable_constant_velocity(carla.Vector3D(x=6.0))
+    c.ticks(20)
+    near(car.get_velocity().length(), 6.0, 1.0)
+    car.disable_constant_velocity()
+    car.apply_control(carla.VehicleControl(brake=1.0))
+    c.ticks(40)
+    assert car.get_velocity().length() < 1.0
+    works("Actor.enable_constant_velocity Actor.disable_constant_velocity",
+          "6 m/s until it was released")
+    car.destroy()
+
+
+@check
+def traffic_drives(c):
+    manager = c.client.get_trafficmanager(8000)
+    manager.set_synchronous_mode(True)
+    manager.global_percentage_speed_difference(10.0)
+    manager.set_global_distance_to_leading_vehicle(2.5)
+    cars = [c.car() for _ in range(4)]
+    for car in cars:
+        car.set_autopilot(True, manager.get_port())
+        manager.ignore_lights_percentage(car, 100.0)
+    starts = [car.get_location() for car in cars]
+    c.ticks(120)
+    moved = [car.get_location().distance(start) for car, start in zip(cars, starts)]
+    assert sum(distance > 5.0 for distance in moved) >= 3, moved
+    works("Client.get_trafficmanager TrafficManager.get_port Vehicle.set_autopilot",
+          "cars drove on by themselves")
+    differs("TrafficManager.global_percentage_speed_difference "
+            "TrafficManager.vehicle_percentage_speed_difference "
+            "TrafficManager.set_global_distance_to_leading_vehicle "
+            "TrafficManager.distance_to_leading_vehicle TrafficManager.ignore_lights_percentage",
+            "dials of this simulator's own traffic")
+    differs("TrafficManager.set_synchronous_mode TrafficManager.set_random_device_seed "
+            "TrafficManager.set_hybrid_physics_mode TrafficManager.set_hybrid_physics_radius "
+            "TrafficManager.set_osm_mode TrafficManager.set_respawn_dormant_vehicles "
+            "TrafficManager.update_vehicle_lights TrafficManager.shut_down",
+            "accepted; traffic is always in step with the world and seeded with it")
+    refuses("TrafficManager.set_desired_speed TrafficManager.set_path TrafficManager.set_route "
+            "TrafficManager.force_lane_change TrafficManager.auto_lane_change "
+            "TrafficManager.vehicle_lane_offset TrafficManager.collision_detection "
+            "TrafficManager.ignore_signs_percentage TrafficManager.ignore_vehicles_percentage "
+            "TrafficManager.ignore_walkers_percentage "
+            "TrafficManager.random_left_lanechange_percentage "
+            "TrafficManager.random_right_lanechange_percentage "
+            "TrafficManager.keep_slow_lane_rule_percentage",
+            "set_desired_speed", lambda: manager.set_desired_speed(cars[0], 30.0))
+    for car in cars:
+        car.set_autopilot(False, manager.get_port())
+        car.apply_control(carla.VehicleControl(brake=1.0))
+    c.ticks(100)
+    assert all(car.get_velocity().length() < 0.5 for car in cars)
+    for car in cars:
+        car.destroy()
+
+
+@check
+def batches(c):
+    blueprint = c.library.find("vehicle.audi.tt")
+    places = c.points[1::11][:10]
+    spawned = c.client.apply_batch_sync(
+        [command.SpawnActor(blueprint, place) for place in places], True)
+    ids = [answer.actor_id for answer in spawned if not answer.error]
+    assert len(ids) >= 5
+    cars = c.world.get_actors(ids)
+    controls = [command.ApplyVehicleControl(car, carla.VehicleControl(throttle=0.6))
+                for car in cars]
+    assert not any(answer.error for answer in c.client.apply_batch_sync(controls, True))
+    starts = [car.get_location() for car in cars]
+    c.ticks(30)
+    moved = [car.get_location().distance(start) for car, start in zip(cars, starts)]
+    assert sum(distance > 0.5 for distance in moved) >= len(ids) - 2, moved
+    again = c.client.apply_batch_sync([command.SpawnActor(blueprint, cars[0].get_transform())])
+    assert "collision" in again[0].error, again[0].error
+    ahead = cars[0].get_transform().get_forward_vector()
+    c.client.apply_batch_sync([
+        command.ApplyTransform(cars[0].id, c.points[-1]),
+        command.ApplyTargetVelocity(cars[1].id, carla.Vector3D(z=4.0)),
+        command.SetVehicleLightState(cars[2].id, carla.VehicleLightState.HighBeam),
+    ], True)
+    assert cars[0].get_location().distance(c.points[-1].location) < 1.5
+    assert cars[1].get_velocity().z > 2.0
+    assert cars[2].get_light_state() == carla.VehicleLightState.HighBeam
+    c.client.apply_batch([command.DestroyActor(id) for id in ids])
+    c.ticks(2)
+    assert not c.world.get_actors().filter("vehicle.audi.tt")
+    works("Client.apply_batch Client.apply_batch_sync command.SpawnActor command.DestroyActor "
+          "command.ApplyVehicleControl command.ApplyTransform command.ApplyTargetVelocity "
+          "command.SetAutopilot command.FutureActor",
+          "each command did its work; refusals came back one by one")
+    differs("Vehicle.set_light_state Vehicle.get_light_state World.get_vehicles_light_states "
+            "command.SetVehicleLightState", "told back, not seen by cameras")
+    del ahead
+
+
+@check
+def sees(c):
+    car = c.car()
+    size = {"image_size_x": 160, "image_size_y": 120}
+    cameras = {kind: c.sensor(f"sensor.camera.{kind}", car, **size) for kind in
+               ("rgb", "depth", "semantic_segmentation", "instance_segmentation")}
+    for _ in range(5):
+        frame = c.world.tick()
+        images = {kind: measured.get(timeout=TIMEOUT) for kind, (_, measured) in cameras.items()}
+        assert all(image.frame == frame for image in images.values())
+    rgb, depth = pixels(images["rgb"]), pixels(images["depth"]).astype(np.float64)
+    assert rgb[:, :, :3].std() > 10.0 and (rgb[:, :, 3] == 255).all()
+    metres = 1000.0 * (depth[:, :, 2] + 256 * depth[:, :, 1] + 65536 * depth[:, :, 0]) / (2**24 - 1)
+    assert 0.5 < metres[110, 80] < 20.0 and metres[:30].max() > 900.0
+    tags = pixels(images["semantic_segmentation"])[:, :, 2]
+    assert (tags == 1).mean() > 0.05 and (tags == 11).any(), "road below, sky above"
+    assert (pixels(images["instance_segmentation"])[:, :, 2] == tags).mean() > 0.99
+    assert images["rgb"].fov == 90.0
+    placed = images["rgb"].transform.location
+    assert placed.distance(car.get_transform().transform(carla.Location(x=1.0, z=2.2))) < 0.1
+    works("sensor.camera.rgb sensor.camera.depth sensor.camera.semantic_segmentation "
+          "sensor.camera.instance_segmentation Sensor.listen Image.raw_data Image.fov "
+          "Image.width Image.height SensorData.frame SensorData.transform SensorData.timestamp",
+          "every frame exact; road below, sky above, metres within reason")
+    cameras["rgb"][0].stop()
+    c.ticks(3)
+    while not cameras["rgb"][1].empty():
+        cameras["rgb"][1].get()
+    c.ticks(3)
+    assert cameras["rgb"][1].empty()
+    works("Sensor.stop", "no more images")
+    for sensor, _ in cameras.values():
+        sensor.destroy()
+    slow, measured = c.sensor("sensor.camera.rgb", car, sensor_tick=0.2, **size)
+    c.ticks(12)
+    frames = []
+    while not measured.empty():
+        frames.append(measured.get().frame)
+    assert 2 <= len(frames) <= 4 and all(b - a == 4 for a, b in zip(frames, frames[1:])), frames
+    works("sensor_tick", "an image every fourth frame")
+    slow.destroy()
+    car.destroy()
+
+
+@check
+def scans(c):
+    car = c.car()
+    lidar = c.sensor("sensor.lidar.ray_cast", car, channels=32, range=50, dropoff_general_rate=0,
+                     points_per_second=200000, rotation_frequency=20)
+    labelled = c.sensor("sensor.lidar.ray_cast_semantic", car, channels=16, range=50,
+                        points_per_second=100000, rotation_frequency=20)
+    radar = c.sensor("sensor.other.radar", car, points_per_second=20000, range=80)
+    for _ in range(3):
+        frame = c.world.tick()
+        scan, labels, echoes = [s[1].get(timeout=TIMEOUT) for s in (lidar, labelled, radar)]
+        assert scan.frame == labels.frame == echoes.frame == frame
+    points = np.frombuffer(scan.raw_data, dtype=np.float32).reshape(-1, 4)
+    assert scan.channels == 32 and len(points) > 1000
+    assert sum(scan.get_point_count(channel) for channel in range(32)) == len(points)
+    assert np.linalg.norm(points[:, :3], axis=1).max() <= 50.5
+    below = points[:, 2] < -1.5
+    assert below.mean() > 0.2, "most of what a lidar sees is the ground"
+    works("sensor.lidar.ray_cast LidarMeasurement.raw_data LidarMeasurement.channels "
+          "LidarMeasurement.get_point_count LidarMeasurement.horizontal_angle",
+          "points within range, the ground below")
+    assert {detection.object_tag for detection in labels} & {1, 2, 10, 24}
+    differs("sensor.lidar.ray_cast_semantic SemanticLidarDetection.cos_inc_angle",
+            "the angle of incidence is always 1")
+    assert len(echoes) > 10 and all(0.0 < echo.depth <= 80.5 for echo in echoes)
+    differs("sensor.other.radar RadarMeasurement", "detections lie on a grid, not at random")
+    for sensor, _ in (lidar, labelled, radar):
+        sensor.destroy()
+    car.destroy()
+
+
+@check
+def feels(c):
+    car = c.car()
+    imu = c.sensor("sensor.other.imu", car)
+    gnss = c.sensor("sensor.other.gnss", car)
+    c.ticks(20)
+    frame = c.world.tick()
+    while True:
+        felt = imu[1].get(timeout=TIMEOUT)
+        if felt.frame == frame:
+            break
+    near(felt.accelerometer.z, 9.81, 0.5)
+    heading = math.radians(car.get_transform().rotation.yaw + 90.0) % (2 * math.pi)
+    near((felt.compass - heading + math.pi) % (2 * math.pi), math.pi, 0.02)
+    works("sensor.other.imu IMUMeasurement.accelerometer IMUMeasurement.gyroscope "
+          "IMUMeasurement.compass", "gravity upwards, the compass as the car is turned")
+    while True:
+        fix = gnss[1].get(timeout=TIMEOUT)
+        if fix.frame == frame:
+            break
+    there = c.map.transform_to_geolocation(fix.transform.location)
+    near(fix.latitude, there.latitude, 1e-8)
+    near(fix.longitude, there.longitude, 1e-8)
+    works("sensor.other.gnss GnssMeasurement.latitude GnssMeasurement.longitude "
+          "Map.transform_to_geolocation", "as the map says of its place")
+    hits = c.sensor("sensor.other.collision", car)
+    obstacle = c.sensor("sensor.other.obstacle", car, distance=40)
+    ahead = car.get_transform()
+    ahead.location += 12.0 * ahead.get_forward_vector() + carla.Location(z=0.2)
+    wall = c.world.try_spawn_actor(c.library.find("vehicle.carlamotors.firetruck"), ahead)
+    assert wall is not None
+    c.ticks(2)
+    seen = obstacle[1].get(timeout=TIMEOUT)
+    assert seen.other_actor.id == wall.id and 2.0 < seen.distance < 15.0
+    differs("sensor.other.obstacle ObstacleDetectionEvent", "sees boxes of actors, not the map")
+    car.enable_constant_velocity(carla.Vector3D(x=12.0))
+    c.ticks(30)
+    event = hits[1].get(timeout=TIMEOUT)
+    assert event.actor.id == car.id and event.other_actor.id == wall.id
+    differs("sensor.other.collision CollisionEvent",
+            "the other is the nearest that touches something; the impulse is that of the frame")
+    car.disable_constant_velocity()
+    for sensor, _ in (imu, gnss, hits, obstacle):
+        sensor.destroy()
+    car.destroy()
+    wall.destroy()
+
+
+@check
+def crosses_lines(c):
+    car = c.car()
+    crossed = c.sensor("sensor.other.lane_invasion", car)
+    c.world.tick()
+    side = car.get_transform().get_right_vector()
+    for _ in range(20):
+        car.set_location(car.get_location() - 0.4 * carla.Location(side.x, side.y, side.z))
+        c.world.tick()
+    event = crossed[1].get(timeout=TIMEOUT)
+    assert event.crossed_lane_markings
+    works("sensor.other.lane_invasion LaneInvasionEvent", "found by the client as it moved aside")
+    crossed[0].destroy()
+    car.destroy()
+
+
+@check
+def walks(c):
+    blueprint = c.library.filter("walker.pedestrian.*")[0]
+    walker = c.world.spawn_actor(blueprint, c.points[5])
+    c.ticks(10)
+    start = walker.get_location()
+    walker.apply_control(carla.WalkerControl(carla.Vector3D(x=0.0, y=1.0), 1.5))
+    c.ticks(20)
+    moved = walker.get_location() - start
+    near(moved.y, 1.5, 0.3)
+    near(walker.get_control().speed, 1.5, 0.2)
+    works("Walker.apply_control Walker.get_control", "1.5 m to the right in a second")
+    refuses("Walker.get_bones Walker.set_bones Walker.blend_pose Walker.show_pose "
+            "Walker.hide_pose Walker.get_pose_from_animation", "no bones", walker.get_bones)
+    walker.destroy()
+
+
+@check
+def lights_change(c):
+    lights = c.world.get_actors().filter("traffic.traffic_light*")
+    assert lights
+    light = lights[0]
+    for state in (carla.TrafficLightState.Green, carla.TrafficLightState.Red):
+        light.set_state(state)
+        c.ticks(2)
+        assert light.get_state() == state
+    c.world.freeze_all_traffic_lights(True)
+    c.world.tick()
+    before = [one.get_state() for one in lights]
+    assert light.is_frozen()
+    c.ticks(400)
+    assert [one.get_state() for one in lights] == before
+    c.world.freeze_all_traffic_lights(False)
+    changed = False
+    for _ in range(1200):
+        c.world.tick()
+        changed = changed or [one.get_state() for one in lights] != before
+    assert changed
+    works("TrafficLight.get_state TrafficLight.set_state TrafficLight.state "
+          "World.freeze_all_traffic_lights TrafficLight.freeze TrafficLight.is_frozen",
+          "colours came as set, stayed while frozen, and went on")
+    light.set_green_time(7.0)
+    c.world.tick()
+    assert light.get_green_time() == 7.0
+    differs("TrafficLight.set_green_time TrafficLight.set_yellow_time TrafficLight.set_red_time "
+            "TrafficLight.get_green_time TrafficLight.get_yellow_time TrafficLight.get_red_time",
+            "how long a colour holds that a client sets; the plan is traffic's own")
+    assert light.id in [one.id for one in light.get_group_traffic_lights()]
+    assert light.get_light_boxes() and light.get_elapsed_time() >= 0.0
+    light.reset_group()
+    c.world.reset_all_traffic_lights()
+    c.world.tick()
+    works("TrafficLight.get_group_traffic_lights TrafficLight.get_light_boxes "
+          "TrafficLight.get_elapsed_time TrafficLight.reset_group World.reset_all_traffic_lights",
+          "its own group, its lamp box, and back to the plan")
+
+
+@check
+def weather_changes_what_is_seen(c):
+    size = {"image_size_x": 64, "image_size_y": 48}
+    view = carla.Transform(carla.Location(z=40.0), carla.Rotation(pitch=-30.0))
+    camera, measured = c.sensor("sensor.camera.rgb", None, view, **size)
+
+    def brightness(altitude):
+        c.world.set_weather(carla.WeatherParameters(sun_altitude_angle=altitude))
+        c.ticks(2)
+        while not measured.empty():
+            image = measured.get()
+        return pixels(image)[:, :, :3].mean()
+
+    day, night = brightness(70.0), brightness(-30.0)
+    assert day > night + 20.0, (day, night)
+    assert c.world.get_weather().sun_altitude_angle == -30.0
+    c.world.set_weather(carla.WeatherParameters.ClearNoon)
+    differs("World.set_weather World.get_weather WeatherParameters",
+            "sun, clouds, rain, fog and wetness are seen; scattering, dust and falloff told back")
+    camera.destroy()
+
+
+@check
+def looks_around(c):
+    spectator = c.world.get_spectator()
+    place = carla.Transform(carla.Location(10.0, -20.0, 30.0), carla.Rotation(-40.0, 60.0, 0.0))
+    spectator.set_transform(place)
+    c.world.tick()
+    found = spectator.get_transform()
+    assert found.location.distance(place.location) < 1e-3
+    near(found.rotation.yaw, 60.0, 1e-2)
+    works("World.get_spectator", "it is where it was put")
+    above = c.points[0].location + carla.Location(z=20.0)
+    hit = c.world.ground_projection(above, 100.0)
+    near(hit.location.z, c.points[0].location.z - 0.5, 0.4)
+    assert hit.label in (carla.CityObjectLabel.Roads, carla.CityObjectLabel.RoadLines)
+    points = c.world.cast_ray(above, above - carla.Location(z=100.0))
+    assert points and abs(points[0].location.z - hit.location.z) < 0.1
+    works("World.ground_projection World.project_point World.cast_ray LabelledPoint.label "
+          "LabelledPoint.location", "the road below")
+    houses = c.world.get_environment_objects(carla.CityObjectLabel.Buildings)
+    assert houses and len(houses) == len(c.world.get_level_bbs(carla.CityObjectLabel.Buildings))
+    assert houses[0].bounding_box.extent.z > 1.0
+    assert len(c.world.get_names_of_all_objects()) >= len(houses)
+    works("World.get_environment_objects World.get_level_bbs World.get_names_of_all_objects",
+          "the houses of the town")
+    lamps = c.world.get_lightmanager().get_all_lights()
+    assert lamps
+    differs("World.get_lightmanager LightManager.get_all_lights",
+            "lamps are listed; they cannot be switched")
+
+
+@check
+def refuses_what_it_has_not(c):
+    car = c.car()
+    camera = c.library.find("sensor.camera.dvs")
+    refuses("sensor.camera.dvs sensor.camera.optical_flow sensor.camera.normals sensor.other.v2x "
+            "sensor.other.v2x_custom", "is not measured by this simulator",
+            lambda: c.world.spawn_actor(camera, carla.Transform()))
+    refuses("Client.start_recorder Client.stop_recorder Client.replay_file Client.stop_replayer "
+            "Client.show_recorder_file_info Client.show_recorder_collisions "
+            "Client.show_recorder_actors_blocked Client.set_replayer_time_factor "
+            "Client.set_replayer_ignore_hero Client.set_replayer_ignore_spectator",
+            "does not record yet", lambda: c.client.start_recorder("a.log"))
+    refuses("Client.load_world:other", "is not the one that runs",
+            lambda: c.client.load_world("Town01"))
+    refuses("Client.generate_opendrive_world", "no maps sent by clients",
+            lambda: c.client.generate_opendrive_world(c.map.to_opendrive()))
+    refuses("World.load_map_layer World.unload_map_layer World.enable_environment_objects",
+            "no map layers", lambda: c.world.unload_map_layer(carla.MapLayer.Buildings))
+    refuses("Actor.get_component_names Actor.get_component_world_transform "
+            "Actor.get_component_relative_transform", "no components", car.get_component_names)
+    refuses("Actor.get_bone_names Actor.get_bone_world_transforms "
+            "Actor.get_bone_relative_transforms Vehicle.get_vehicle_bone_world_transforms",
+            "no bones", car.get_bone_names)
+    refuses("Actor.get_socket_names Actor.get_socket_world_transforms "
+            "Actor.get_socket_relative_transforms", "no sockets", car.get_socket_names)
+    refuses("Vehicle.get_ackermann_controller_settings Vehicle.apply_ackermann_control "
+            "Vehicle.apply_ackermann_controller_settings", "no an Ackermann controller",
+            car.get_ackermann_controller_settings)
+    refuses("Actor.set_collisions", "no actors without collisions",
+            lambda: car.set_collisions(False))
+    car.destroy()
+
+
+@check
+def begins_anew(c):
+    c.car()
+    before = c.world.id
+    c.world = c.client.reload_world(False)
+    assert c.world.id != before
+    c.ticks(2)
+    assert not c.world.get_actors().filter("vehicle.*")
+    differs("Client.reload_world Client.load_world:same",
+            "a new episode of the same map; time and frames go on")
+
+
+def main():
+    random.seed(1)
+    context = Context(int(sys.argv[1]))
+    good = ledger.run(context)
+    sys.stdout.flush()
+    # The package aborts now and then while its threads end.
+    os._exit(0 if good else 1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,55 @@
+"""Which members of CARLA's Python API were called through the official package, with what effect."""
+
+import json
+import traceback
+
+CHECKS = []
+ROWS = {}
+
+
+def check(function):
+    """A check: it calls members, observes effects, and enters members into the ledger."""
+    CHECKS.append(function)
+    return function
+
+
+def enter(verdict, members, note):
+    for member in members.split():
+        ROWS[member] = (verdict, note)
+
+
+def works(members, effect):
+    """These members did what CARLA does; `effect` says what was observed."""
+    enter("works", members, effect)
+
+
+def differs(members, how):
+    """These members do something, but not quite what CARLA does."""
+    enter("differs", members, how)
+
+
+def refuses(members, words, call):
+    """Calling them raises CARLA's error with these words."""
+    try:
+        call()
+    except Exception as error:  # The package raises RuntimeError and its own kinds.
+        assert words in str(error), f"{members}: {error!r} does not say {words!r}"
+        enter("error", members, words)
+        return
+    raise AssertionError(f"{members}: no error")
+
+
+def run(context):
+    """All checks in order; one JSON line for each member, and the failures."""
+    failures = []
+    for function in CHECKS:
+        try:
+            function(context)
+        except Exception:
+            failures.append(f"{function.__name__}\n{traceback.format_exc()}")
+    for member in sorted(ROWS):
+        verdict, note = ROWS[member]
+        print(json.dumps({"member": member, "verdict": verdict, "note": note}))
+    for failure in failures:
+        print(json.dumps({"failure": failure}))
+    return not failures
