@@ -3,6 +3,7 @@
 mod kit;
 
 mod alone;
+mod carla;
 mod crash;
 mod exact;
 mod leave;

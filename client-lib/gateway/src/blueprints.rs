@@ -132,7 +132,7 @@ fn walker(d: &mut Definition, blueprint: &town::Blueprint) {
     d.vary("is_invincible", BOOL, "true", false);
     d.vary("speed", FLOAT, "0.0|1.4|2.6", false);
     d.vary("use_wheelchair", BOOL, "false", true);
-    d.fix("gender", STRING, if number % 2 == 0 { "female" } else { "male" });
+    d.fix("gender", STRING, if number.is_multiple_of(2) { "female" } else { "male" });
     d.fix("generation", INT, "2");
     d.fix("age", STRING, if is_child { "child" } else { "adult" });
     d.fix("can_use_wheelchair", BOOL, "false");

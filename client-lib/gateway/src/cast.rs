@@ -1,7 +1,7 @@
 //! Who is in the world, as CARLA's clients know it: the bus's actors, and those that live here
 //! alone: the spectator, sensors, signs, controllers.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, btree_map::Entry};
 
 use client_lib::{ActorId, ActorState, BlueprintInfo, Pose, World};
 use road::Network;
@@ -107,10 +107,10 @@ impl Cast {
         world: &World,
         blueprints: &[BlueprintInfo],
     ) -> Option<&Actor> {
-        if !self.known.contains_key(&id) {
+        if let Entry::Vacant(room) = self.known.entry(id) {
             let state = world.actor(ActorId(id))?;
             let info = blueprints.get(state.blueprint as usize)?;
-            self.known.insert(id, on_bus(id, describe(state, info), info));
+            room.insert(on_bus(id, describe(state, info), info));
         }
         self.known.get(&id)
     }

@@ -1,0 +1,239 @@
+//! The CARLA door, judged by the official `carla` package: what its members do, and what comes of
+//! strangers who speak something else.
+//!
+//! The package comes from the Python registry once, into a folder of its own. Where there is no
+//! Python or no registry the test says that it was skipped; `OMNIBUS_CARLA=require` makes that a
+//! failure, `OMNIBUS_CARLA_PYTHON` names an interpreter that has the package.
+
+use std::{
+    fmt::Write as _,
+    fs,
+    io::{Read, Write},
+    net::TcpStream,
+    path::PathBuf,
+    process::{Command, Output},
+    sync::OnceLock,
+};
+
+use serde_json::Value;
+
+use crate::kit::{Sim, eventually, kill};
+
+const SCRIPTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/carla");
+const TABLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/carla-compatibility.md");
+/// What the table begins with, up to its rows.
+const ABOVE: &str = include_str!("../carla/compatibility-head.md");
+
+/// An interpreter that has the package, or why there is none.
+fn python() -> Result<PathBuf, String> {
+    static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    FOUND.get_or_init(find_python).clone()
+}
+
+fn find_python() -> Result<PathBuf, String> {
+    if let Some(given) = std::env::var_os("OMNIBUS_CARLA_PYTHON") {
+        return Ok(given.into());
+    }
+    let folder = std::env::temp_dir().join("omnibus-it-carla-0.9.16");
+    let inner = folder.join("bin/python");
+    let has_package = || {
+        let import = Command::new(&inner).args(["-c", "import carla, numpy"]).output();
+        import.is_ok_and(|output| output.status.success())
+    };
+    if has_package() {
+        return Ok(inner);
+    }
+    let steps: [(&str, Vec<&str>); 2] = [
+        ("python3", vec!["-m", "venv", folder.to_str().unwrap_or_default()]),
+        (
+            inner.to_str().unwrap_or_default(),
+            vec!["-m", "pip", "install", "-q", "carla==0.9.16", "numpy"],
+        ),
+    ];
+    for (program, args) in steps {
+        let output = Command::new(program).args(&args).output();
+        let output = output.map_err(|e| format!("{program}: {e}"))?;
+        if !output.status.success() {
+            let said = String::from_utf8_lossy(&output.stderr);
+            let last = said.lines().last().unwrap_or("").to_owned();
+            return Err(format!("{program} {}: {last}", args.join(" ")));
+        }
+    }
+    if has_package() { Ok(inner) } else { Err("the package does not import".to_owned()) }
+}
+
+/// The interpreter; none, and the test is skipped.
+fn python_or_skip(test: &str) -> Option<PathBuf> {
+    match python() {
+        Ok(python) => Some(python),
+        Err(why) => {
+            let is_required = std::env::var("OMNIBUS_CARLA").is_ok_and(|v| v == "require");
+            assert!(!is_required, "the official carla package is not there: {why}");
+            eprintln!("SKIPPED {test}: the official carla package is not there: {why}");
+            None
+        }
+    }
+}
+
+/// A simulator that CARLA's clients find, and the port.
+fn with_door(args: &[&str]) -> (Sim, u16) {
+    let sim = Sim::start(&[&["--carla-port", "0"], args].concat());
+    let port = door_of(&sim, 1);
+    (sim, port)
+}
+
+/// The port of the door that was opened for the `nth` time.
+fn door_of(sim: &Sim, nth: usize) -> u16 {
+    let told = || {
+        let log = sim.log();
+        let line = log.lines().filter(|l| l.contains("CARLA's clients connect to")).nth(nth - 1)?;
+        line.rsplit(':').next()?.trim().parse().ok()
+    };
+    eventually("the door is open", || told().is_some());
+    told().unwrap()
+}
+
+fn play(python: &PathBuf, script: &str, port: u16, more: &[&str]) -> Output {
+    Command::new(python)
+        .arg(format!("{SCRIPTS}/{script}"))
+        .arg(port.to_string())
+        .args(more)
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn the_official_package_finds_what_the_table_says() {
+    let Some(python) = python_or_skip("the_official_package_finds_what_the_table_says") else {
+        return;
+    };
+    let (sim, port) = with_door(&[]);
+    let output = play(&python, "effects.py", port, &[]);
+    let said = String::from_utf8_lossy(&output.stdout);
+    let lines: Vec<Value> = said.lines().filter_map(|l| serde_json::from_str(l).ok()).collect();
+    let failures: Vec<_> = lines.iter().filter_map(|l| l["failure"].as_str()).collect();
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert!(failures.is_empty(), "{}\n{words}\n{}", failures.join("\n"), sim.log());
+    assert!(output.status.success(), "{}: {words}\n{}", output.status, sim.log());
+    let table = table(&lines);
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        fs::write(TABLE, &table).unwrap();
+    }
+    let kept = fs::read_to_string(TABLE).unwrap_or_default();
+    assert!(
+        kept == table,
+        "docs/carla-compatibility.md is of another day; UPDATE_DOCS=1 renews it"
+    );
+    sim.end();
+}
+
+/// One line for each member.
+fn table(lines: &[Value]) -> String {
+    let count = |verdict: &str| lines.iter().filter(|l| l["verdict"] == verdict).count();
+    let mut text = ABOVE.to_owned();
+    let [works, differs, nothing, errors] = ["works", "differs", "nothing", "error"].map(count);
+    let _ = writeln!(
+        text,
+        "{works} members work, {differs} work with a difference, {nothing} are taken without \
+         effect, {errors} answer an error.\n"
+    );
+    text += "| member | verdict | what was observed |\n|---|---|---|\n";
+    for line in lines.iter().filter(|line| line["member"].is_string()) {
+        let field = |name: &str| line[name].as_str().unwrap_or("").to_owned();
+        let verdict = match field("verdict").as_str() {
+            "works" => "works".to_owned(),
+            "differs" => "works with a difference".to_owned(),
+            "nothing" => "without effect".to_owned(),
+            _ => "answers an error".to_owned(),
+        };
+        let _ = writeln!(text, "| `{}` | {verdict} | {} |", field("member"), field("note"));
+    }
+    text
+}
+
+#[test]
+fn a_queue_for_each_sensor_holds_every_frame_exactly_once() {
+    let Some(python) = python_or_skip("a_queue_for_each_sensor_holds_every_frame_exactly_once")
+    else {
+        return;
+    };
+    let (sim, port) = with_door(&[]);
+    let ticks = if crate::kit::is_soak() { "10000" } else { "200" };
+    let output = play(&python, "synchronous.py", port, &[ticks]);
+    let words = String::from_utf8_lossy(&output.stderr);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{}: {said}{words}\n{}", output.status, sim.log());
+    sim.end();
+}
+
+/// A call as the official client makes it.
+fn call(stream: &mut TcpStream, request: &[u8]) -> Option<Vec<u8>> {
+    stream.write_all(request).ok()?;
+    let mut answer = vec![0; 4096];
+    let len = stream.read(&mut answer).ok()?;
+    answer.truncate(len);
+    (len > 0).then_some(answer)
+}
+
+const VERSION: &[u8] = b"\x94\x00\x01\xa7version\x91\x91\xc2";
+
+#[test]
+fn strangers_who_speak_nonsense_disturb_nobody() {
+    let (sim, port) = with_door(&[]);
+    let mut client = sim.ticker();
+    let open = |port: u16| {
+        let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        stream.set_read_timeout(Some(std::time::Duration::from_secs(20))).unwrap();
+        stream
+    };
+    let idle: Vec<_> = (0..200).map(|_| open(port)).collect();
+    let mut state = 1u64;
+    let mut random = || {
+        state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+        (state >> 33) as u8
+    };
+    for round in 0..100 {
+        let mut stranger = open(port);
+        let mut bytes: Vec<u8> = (0..200).map(|_| random()).collect();
+        if round % 2 == 0 {
+            // Well begun: a known call, whose arguments are nonsense.
+            let names: [&[u8]; 3] = [b"\xabspawn_actor", b"\xabapply_batch", b"\xa8tick_cue"];
+            let name = names[round / 2 % 3];
+            bytes = [b"\x94\x00\x01", name, b"\x93\x91\xc2", &bytes[..]].concat();
+        }
+        let _ = stranger.write_all(&bytes);
+    }
+    // Giant lengths, and lists in lists.
+    for bytes in [&b"\xdd\xff\xff\xff\xff"[..], b"\xdb\xff\xff\xff\xff", &[0x91; 5000]] {
+        let mut stranger = open(port);
+        let _ = stranger.write_all(bytes);
+    }
+    let answer = call(&mut open(port), VERSION).unwrap();
+    assert!(answer.ends_with(b"0.9.16"), "{answer:?}");
+    let frame = client.tick().unwrap();
+    assert_eq!(client.tick().unwrap(), frame.next());
+    drop(idle);
+    drop(client);
+    let log = sim.end();
+    assert!(!log.contains("panicked"), "{log}");
+}
+
+#[test]
+fn a_door_that_is_killed_is_opened_again() {
+    let (sim, port) = with_door(&[]);
+    let mut client = sim.ticker();
+    client.tick().unwrap();
+    let control = sim.instance().control().unwrap();
+    let door = || {
+        let slots = control.slots().iter();
+        slots.filter(|s| s.name() == bus::Name::new("gateway")).map(|s| s.pid()).find(|p| *p != 0)
+    };
+    kill(door().unwrap(), rustix::process::Signal::KILL);
+    let again = door_of(&sim, 2);
+    let mut stream = TcpStream::connect(("127.0.0.1", again)).unwrap();
+    assert!(call(&mut stream, VERSION).unwrap().ends_with(b"0.9.16"));
+    client.tick().unwrap();
+    drop(client);
+    let _ = port;
+    sim.end();
+}
