@@ -70,7 +70,9 @@ pub(crate) fn small_map() -> &'static str {
             relief_m: 2.0,
         };
         // Beside this very binary: one file for all tests, and for those who look at a failure.
-        let path = std::env::temp_dir().join(format!("omnibus-hamlet-{}.xodr", std::process::id()));
+        let folder = std::env::temp_dir().join(format!("omnibus-it-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("hamlet.xodr");
         fs::write(&path, town::generate(&plan)).unwrap();
         path.to_str().unwrap().to_owned()
     })
