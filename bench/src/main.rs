@@ -9,6 +9,7 @@
 //! ```
 
 mod camera;
+mod carla;
 mod collect;
 mod cores;
 mod figure;
@@ -89,7 +90,9 @@ enum Verb {
     Start,
     /// Snapshot to agent to control
     Latency,
-    /// All of them
+    /// The official carla package through the CARLA door
+    CarlaClient,
+    /// All of them, but for the carla package's
     All,
     /// One end of an exchange over loopback TCP; bench starts these
     #[command(hide = true)]
@@ -114,6 +117,8 @@ fn main() -> std::process::ExitCode {
     let cli = Cli::parse();
     let ended = match &cli.verb {
         Verb::Peer(args) => peer::play(args),
+        Verb::CarlaClient => Sink::open(cli.json.as_deref())
+            .and_then(|mut sink| carla::measure(cli.effort, &mut sink)),
         verb => measure(&format!("{verb:?}").to_lowercase(), &cli),
     };
     match ended {

@@ -158,6 +158,12 @@ impl Client {
         self.participant.control().ticker() == Some(self.participant.slot())
     }
 
+    /// Gives the tick back, if this client holds it: whoever wants it next may take it.
+    pub fn leave_tick(&mut self) {
+        let me = self.participant.slot();
+        self.participant.control().pass_tick(Some(me), None);
+    }
+
     /// Lets the client of this name tick from now on.
     pub fn hand_tick_to(&mut self, name: &str) -> Result<(), ClientError> {
         let control = self.participant.control();

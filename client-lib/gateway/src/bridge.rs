@@ -160,8 +160,12 @@ impl Bridge {
         self.tickers.push(*peer);
     }
 
+    /// A caller has hung up; when the last one who ticked has, others may tick.
     pub(crate) fn forget(&mut self, peer: &Peer) {
         self.tickers.retain(|ticker| ticker != peer);
+        if self.tickers.is_empty() {
+            self.client.leave_tick();
+        }
     }
 
     /// A wish whose outcome nobody waits for.

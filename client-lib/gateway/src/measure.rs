@@ -37,18 +37,16 @@ pub(crate) fn message_of(
         bytes
     };
     let bytes = match sensor.kind {
-        Kind::Rgb => pixels(image(), measured.color(0)?, |[r, g, b, _]| [b, g, r, 255]),
-        Kind::Depth => pixels(image(), measured.depth(0)?, depth_pixel),
-        Kind::Semantic => pixels(image(), measured.tags(0)?, |tag| [0, 0, tag, 255]),
+        Kind::Rgb => pixels(image(), measured.color(0)?.iter(), |rgba| bgra(*rgba)),
+        Kind::Depth => pixels(image(), measured.depth(0)?.iter(), |depth| depth_pixel(*depth)),
+        Kind::Semantic => {
+            pixels(image(), measured.tags(0)?.iter(), |tag| OPAQUE | u32::from(*tag) << 16)
+        }
         Kind::Instance => {
-            let (tags, ids) = (measured.tags(0)?, measured.instances(0)?);
-            let mut bytes = image();
-            let pixels = tags.iter().zip(ids);
-            bytes.0.extend(pixels.flat_map(|(tag, id)| {
-                let [low, high, ..] = id.to_le_bytes();
-                [high, low, *tag, 255]
-            }));
-            bytes
+            let both = measured.tags(0)?.iter().zip(measured.instances(0)?);
+            pixels(image(), both, |(tag, id)| {
+                OPAQUE | u32::from(*tag) << 16 | (id & 0xff) << 8 | (id >> 8 & 0xff)
+            })
         }
         Kind::Lidar | Kind::SemanticLidar => {
             let each = if sensor.kind == Kind::Lidar { 16 } else { 24 };
@@ -63,16 +61,33 @@ pub(crate) fn message_of(
     Some(bytes.into_message())
 }
 
-fn pixels<T: Copy>(mut bytes: Bytes, from: &[T], pixel: impl Fn(T) -> [u8; 4]) -> Bytes {
-    bytes.0.extend(from.iter().flat_map(|value| pixel(*value)));
+/// Blue in the lowest byte, alpha in the highest: whole words, which the compiler turns into lanes.
+fn pixels<T>(
+    mut bytes: Bytes,
+    from: impl ExactSizeIterator<Item = T>,
+    pixel: impl Fn(T) -> u32,
+) -> Bytes {
+    let begin = bytes.0.len();
+    bytes.0.resize(begin + 4 * from.len(), 0);
+    let (into, _) = bytes.0[begin..].as_chunks_mut::<4>();
+    for (into, from) in into.iter_mut().zip(from) {
+        *into = pixel(from).to_le_bytes();
+    }
     bytes
 }
 
+const OPAQUE: u32 = 0xff00_0000;
+
+fn bgra(rgba: [u8; 4]) -> u32 {
+    let word = u32::from_le_bytes(rgba);
+    OPAQUE | (word & 0xff) << 16 | word & 0xff00 | word >> 16 & 0xff
+}
+
 /// Metres as a share of a thousand, in 24 bits: red lowest, blue highest.
-fn depth_pixel(depth_m: f32) -> [u8; 4] {
-    let share = (depth_m / DEPTH_FULL_M).clamp(0.0, 1.0);
-    let [r, g, b, _] = ((f64::from(share) * 16_777_215.0).round() as u32).to_le_bytes();
-    [b, g, r, 255]
+fn depth_pixel(depth_m: f32) -> u32 {
+    let share = f64::from(depth_m.clamp(0.0, DEPTH_FULL_M)) / f64::from(DEPTH_FULL_M);
+    let code = (share * 16_777_215.0 + 0.5) as u32;
+    OPAQUE | (code & 0xff) << 16 | code & 0xff00 | code >> 16 & 0xff
 }
 
 /// The returns of a lidar, channel by channel, and how many each channel has.
@@ -136,9 +151,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn red_and_blue_change_places() {
+        assert_eq!(bgra([1, 2, 3, 4]).to_le_bytes(), [3, 2, 1, 255]);
+    }
+
+    #[test]
     fn a_depth_pixel_decodes_to_its_metres() {
         for depth_m in [0.0, 0.5, 12.34, 999.0, 1000.0, 5000.0] {
-            let [b, g, r, _] = depth_pixel(depth_m).map(f64::from);
+            let [b, g, r, _] = depth_pixel(depth_m).to_le_bytes().map(f64::from);
             let decoded = (r + 256.0 * g + 65536.0 * b) / 16_777_215.0 * 1000.0;
             assert!((decoded - f64::from(depth_m.min(1000.0))).abs() < 1e-4, "{depth_m}");
         }

@@ -1,0 +1,172 @@
+//! `carla-client`: the official `carla` package through the CARLA door, and client-lib doing the
+//! same beside it, in one simulator, in turn.
+
+use std::{ffi::OsString, net::TcpListener, process::Command};
+
+use anyhow::{Context, ensure};
+use client_lib::{ActorId, Client, Pose, Spawn, VehicleControl, camera, clock, output};
+use glam::{Quat, Vec3};
+
+use crate::{
+    Effort,
+    figure::{Figure, Peer, Sink, Spread, Unit},
+    machine::Machine,
+    scene,
+    sim::Sim,
+};
+
+const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/carla_client.py");
+const ROUNDS: usize = 3;
+const TICKS: usize = 2_000;
+const IMAGES: usize = 300;
+const CARS: usize = 100;
+
+/// Takes the figures.
+pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
+    let machine = Machine::look();
+    let map = scene::one_road()?;
+    let port = free_port()?;
+    let args = ["--synchronous", "--map", &map.arg, "--device", "null"];
+    let sim = Sim::start(&[&args[..], &["--carla-port", &port.to_string()]].concat())?;
+    let mut put = |name, workload: String, (official, ours): (Vec<Vec<u64>>, Vec<Vec<u64>>)| {
+        let (theirs, ours) = (Spread::of_rounds(&official, 1e3), Spread::of_rounds(&ours, 1e3));
+        let peer = Some(Peer { name: "client-lib", value: ours.p50 });
+        let unit = Unit::Micros;
+        sink.put(
+            &Figure { name, workload, unit, value: theirs.p50, spread: theirs, peer },
+            &machine,
+        )
+    };
+    let (ticks, rounds) = (effort.count(TICKS), effort.rounds(ROUNDS));
+    for (name, props) in [("carla.tick_3", 3), ("carla.tick_100", 100), ("carla.tick_500", 500)] {
+        let both = in_turn(rounds, &sim, port, "tick", ticks, |client| {
+            fill(client, props)?;
+            timed(ticks, || Ok(client.tick().map(drop)?))
+        })?;
+        put(name, format!("one tick, {props} static props and nothing else"), both)?;
+    }
+    let both = in_turn(rounds, &sim, port, "image", effort.count(IMAGES), |client| {
+        let at = Pose::level(Vec3::Z * 20.0, 0.0);
+        let spec = camera("front", at, 800, 600, std::f32::consts::FRAC_PI_2, output::COLOR);
+        let mut rig = client.create_rig("bench", ActorId::NONE, &[spec], 2)?;
+        let times = timed(ticks, || {
+            let (_, measured) = client.tick_and_collect(&mut [&mut rig])?;
+            ensure!(measured[0].is_some(), "a frame has no image");
+            Ok(())
+        });
+        client.destroy_rig(rig)?;
+        times
+    })?;
+    put("carla.image", "tick to 800x600 image in hand, nothing traced".to_owned(), both)?;
+    let both = in_turn(rounds, &sim, port, "batch", ticks, |client| {
+        let cars = cars(client)?;
+        let control = |id: &ActorId| VehicleControl {
+            actor_id: *id,
+            throttle: 0.3,
+            ..VehicleControl::default()
+        };
+        let controls: Vec<_> = cars.iter().map(control).collect();
+        timed(ticks, || Ok(client.control(&controls)?))
+    })?;
+    put("carla.batch", format!("pedals of {CARS} cars in one batch"), both)?;
+    let both = in_turn(rounds, &sim, port, "call", ticks, |client| {
+        timed(ticks, || {
+            std::hint::black_box(client.settings());
+            Ok(())
+        })
+    })?;
+    put("carla.call", "the smallest question: the version, or the settings".to_owned(), both)
+}
+
+/// The same by both, round by round; the one who does not measure is not connected.
+fn in_turn(
+    rounds: usize,
+    sim: &Sim,
+    port: u16,
+    job: &str,
+    count: usize,
+    mut ours: impl FnMut(&mut Client) -> anyhow::Result<Vec<u64>>,
+) -> anyhow::Result<(Vec<Vec<u64>>, Vec<Vec<u64>>)> {
+    let (mut official, mut own) = (Vec::new(), Vec::new());
+    for _ in 0..rounds {
+        let mut client = sim.client()?;
+        take_tick(&mut client)?;
+        client.synchronise(scene::DELTA_NANOS)?;
+        own.push(ours(&mut client)?);
+        drop(client);
+        official.push(official_package(port, job, count)?);
+    }
+    Ok((official, own))
+}
+
+/// The door gives the tick back when its last caller has hung up.
+fn take_tick(client: &mut Client) -> anyhow::Result<()> {
+    for _ in 0..1000 {
+        if client.take_tick().is_ok() {
+            return Ok(());
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    Ok(client.take_tick()?)
+}
+
+fn timed(count: usize, mut work: impl FnMut() -> anyhow::Result<()>) -> anyhow::Result<Vec<u64>> {
+    let mut times = Vec::with_capacity(count);
+    for _ in 0..count {
+        let begin = clock::now_nanos();
+        work()?;
+        times.push(clock::now_nanos() - begin);
+    }
+    Ok(times)
+}
+
+/// Nanoseconds of each of the official package's measurements.
+fn official_package(port: u16, job: &str, count: usize) -> anyhow::Result<Vec<u64>> {
+    let python =
+        std::env::var_os("OMNIBUS_CARLA_PYTHON").unwrap_or_else(|| OsString::from("python3"));
+    let output = Command::new(python)
+        .args([SCRIPT, &port.to_string(), job, &count.to_string()])
+        .output()
+        .context("Python with the carla package; OMNIBUS_CARLA_PYTHON names one that has it")?;
+    ensure!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr).trim());
+    let seconds: Vec<f64> = serde_json::from_slice(&output.stdout)?;
+    Ok(seconds.into_iter().map(|secs| (secs * 1e9) as u64).collect())
+}
+
+/// Props far from the road, until there are so many.
+fn fill(client: &mut Client, props: usize) -> anyhow::Result<()> {
+    let is_prop = |id: &str| id.starts_with("static.");
+    let blueprint = client.blueprints().iter().find(|b| is_prop(&b.id)).context("no prop")?;
+    let blueprint = blueprint.id.clone();
+    client.tick()?;
+    for index in client.world().actors().len()..props {
+        let at = Vec3::new(index as f32 * 10.0, 3000.0, 300.0);
+        client.spawn(Spawn::new(&blueprint, Pose::new(at, Quat::IDENTITY)).kinematic())?;
+    }
+    client.tick()?;
+    Ok(())
+}
+
+/// Cars in the air, for their pedals.
+fn cars(client: &mut Client) -> anyhow::Result<Vec<ActorId>> {
+    let is_car = |a: &&client_lib::ActorState| a.kind == client_lib::kind::VEHICLE;
+    let there = client.world().actors().iter().filter(is_car).count();
+    for index in there..CARS {
+        let at = Vec3::new(index as f32 * 10.0, -3000.0, 300.0);
+        let spawn = Spawn::new("vehicle.audi.tt", Pose::new(at, Quat::IDENTITY));
+        client.spawn(spawn.kinematic())?;
+    }
+    client.tick()?;
+    Ok(client.world().actors().iter().filter(is_car).map(|a| a.actor_id).collect())
+}
+
+/// A port that is free, with the next one, as far as one can know.
+fn free_port() -> anyhow::Result<u16> {
+    for _ in 0..100 {
+        let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
+        if port < u16::MAX && TcpListener::bind(("127.0.0.1", port + 1)).is_ok() {
+            return Ok(port);
+        }
+    }
+    anyhow::bail!("no two free ports side by side")
+}
