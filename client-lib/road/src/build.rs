@@ -4,6 +4,8 @@ mod links;
 mod rights;
 mod scenery;
 
+pub(crate) use rights::limit_at;
+
 use crate::MapError;
 use crate::index::LaneIndexGrid;
 use crate::junction::{Connection, Junction};
@@ -19,9 +21,22 @@ use std::collections::BTreeMap;
 /// resolves 2 mm there.
 const FAR_M: f64 = 20_000.0;
 
+/// Everything in an OpenDRIVE text that does not fit together, by line; an error if it is no map
+/// at all. [`Network::findings`] stops at the thousandth.
+pub fn findings(xml: &str) -> Result<Vec<MapError>, MapError> {
+    let mut found = built(xml, usize::MAX)?.findings;
+    found.sort_by(|a, b| (a.line, &a.reason).cmp(&(b.line, &b.reason)));
+    Ok(found)
+}
+
 pub(crate) fn network(text: &str) -> Result<Network, MapError> {
+    // A broken file may have any number of them; who drives needs the first ones at most.
+    built(text, 1000)
+}
+
+fn built(text: &str, findings_max: usize) -> Result<Network, MapError> {
     let mut records = parse::records(text)?;
-    let mut findings = Findings { text, found: Vec::new() };
+    let mut findings = Findings { text, most: findings_max, found: Vec::new() };
     let road_ids = unique_roads(&records, text)?;
     let origin = local_origin(&mut records);
     let junctions = junctions(&mut records, &road_ids, &mut findings);
@@ -36,6 +51,7 @@ pub(crate) fn network(text: &str) -> Result<Network, MapError> {
         signals: records.signals,
         controllers: Vec::new(),
         objects: records.objects,
+        uses: Vec::new(),
         findings: Vec::new(),
         grid: LaneIndexGrid::default(),
         bounds: (DVec3::ZERO, DVec3::ZERO),
@@ -43,6 +59,7 @@ pub(crate) fn network(text: &str) -> Result<Network, MapError> {
     scenery::refer(&mut network, records.references, &mut findings);
     control(&mut network, &records.controllers, &records.junctions);
     scenery::stand(&mut network);
+    network.uses = network.sorted_uses();
     network.grid = LaneIndexGrid::new(&network);
     network.bounds = bounds(&network);
     network.findings = findings.found;
@@ -52,13 +69,13 @@ pub(crate) fn network(text: &str) -> Result<Network, MapError> {
 /// Contradictions that a map can live with.
 pub(crate) struct Findings<'a> {
     text: &'a str,
+    most: usize,
     found: Vec<MapError>,
 }
 
 impl Findings<'_> {
     pub(crate) fn add(&mut self, offset: usize, reason: String) {
-        // A broken file may have any number of them; a reader needs the first ones.
-        if self.found.len() < 1000 {
+        if self.found.len() < self.most {
             self.found.push(MapError { line: line_of(self.text, offset), reason });
         }
     }

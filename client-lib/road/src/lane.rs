@@ -97,6 +97,11 @@ macro_rules! lane_types {
             pub fn from_text(text: &str) -> Option<LaneType> {
                 match text { $($($text)|* => Some(LaneType::$variant),)* _ => None }
             }
+
+            /// OpenDRIVE's usual word for it.
+            pub fn text(self) -> &'static str {
+                match self { $(LaneType::$variant => [$($text),*][0],)* }
+            }
         }
 
         impl LaneTypes {

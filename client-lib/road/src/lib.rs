@@ -9,11 +9,14 @@
 
 mod arclength;
 mod build;
+mod crosswalk;
 mod cubic;
 mod curve;
 mod error;
+mod geo;
 mod index;
 mod junction;
+mod landmark;
 mod lane;
 mod mark;
 mod mesh;
@@ -22,15 +25,21 @@ mod object;
 mod parse;
 mod place;
 mod road;
+mod route;
 mod signal;
 mod surface;
 #[cfg(test)]
 mod tests;
 mod walk;
+mod waypoint;
 mod xml;
 
+pub use build::findings;
+pub use crosswalk::Crosswalk;
 pub use error::MapError;
+pub use geo::{CarlaMercator, GeoPoint, TransverseMercator};
 pub use junction::{Connection, Junction, JunctionKind};
+pub use landmark::{Landmark, LandmarkAhead};
 pub use lane::{Lane, LaneIndex, LanePoint, LaneType, LaneTypes};
 pub use mark::{MarkChange, MarkColor, MarkKind, MarkLine, RoadMark};
 pub use mesh::surface_mesh;
@@ -39,5 +48,7 @@ pub use object::{ObjectPlace, RoadObject};
 pub use parse::Header;
 pub use place::Placement;
 pub use road::{Road, RoadLink, RoadType, Section};
-pub use signal::{Controller, Orientation, Signal};
+pub use route::{Leg, Route};
+pub use signal::{Controller, Orientation, Signal, SignalUse};
 pub use surface::{Face, Material, Mesh, Tag};
+pub use waypoint::SideMarks;

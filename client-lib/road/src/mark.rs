@@ -99,23 +99,40 @@ pub enum MarkChange {
     Both,
 }
 
+/// The mark that holds `ds` metres into the section.
+pub(crate) fn mark_at(marks: &[RoadMark], ds: f64) -> Option<&RoadMark> {
+    let after = marks.partition_point(|mark| mark.from_m <= ds + EARLY_M);
+    after.checked_sub(1).map(|at| &marks[at])
+}
+
+/// A mark that begins this little ahead holds already: offsets in files are rounded.
+const EARLY_M: f64 = 1e-6;
+
 impl MarkKind {
+    const TEXTS: [(MarkKind, &str); 12] = [
+        (MarkKind::None, "none"),
+        (MarkKind::Solid, "solid"),
+        (MarkKind::Broken, "broken"),
+        (MarkKind::SolidSolid, "solid solid"),
+        (MarkKind::SolidBroken, "solid broken"),
+        (MarkKind::BrokenSolid, "broken solid"),
+        (MarkKind::BrokenBroken, "broken broken"),
+        (MarkKind::BottsDots, "botts dots"),
+        (MarkKind::Grass, "grass"),
+        (MarkKind::Curb, "curb"),
+        (MarkKind::Edge, "edge"),
+        (MarkKind::Other, "custom"),
+    ];
+
     /// The kind that OpenDRIVE calls `text`.
     pub fn from_text(text: &str) -> MarkKind {
-        match text {
-            "none" => MarkKind::None,
-            "solid" => MarkKind::Solid,
-            "broken" => MarkKind::Broken,
-            "solid solid" => MarkKind::SolidSolid,
-            "solid broken" => MarkKind::SolidBroken,
-            "broken solid" => MarkKind::BrokenSolid,
-            "broken broken" => MarkKind::BrokenBroken,
-            "botts dots" => MarkKind::BottsDots,
-            "grass" => MarkKind::Grass,
-            "curb" => MarkKind::Curb,
-            "edge" => MarkKind::Edge,
-            _ => MarkKind::Other,
-        }
+        let row = MarkKind::TEXTS.iter().find(|row| row.1 == text);
+        row.map_or(MarkKind::Other, |row| row.0)
+    }
+
+    /// OpenDRIVE's word for it.
+    pub fn text(self) -> &'static str {
+        MarkKind::TEXTS[self as usize].1
     }
 
     /// Who may cross such a mark where the file does not say.
@@ -138,17 +155,37 @@ impl MarkKind {
 }
 
 impl MarkColor {
-    /// The colour that OpenDRIVE calls `text`.
+    const TEXTS: [(MarkColor, &str); 8] = [
+        (MarkColor::White, "white"),
+        (MarkColor::Yellow, "yellow"),
+        (MarkColor::Blue, "blue"),
+        (MarkColor::Green, "green"),
+        (MarkColor::Red, "red"),
+        (MarkColor::Orange, "orange"),
+        (MarkColor::Violet, "violet"),
+        (MarkColor::Black, "black"),
+    ];
+
+    /// The colour that OpenDRIVE calls `text`; "standard" is white.
     pub fn from_text(text: &str) -> MarkColor {
-        match text {
-            "yellow" => MarkColor::Yellow,
-            "blue" => MarkColor::Blue,
-            "green" => MarkColor::Green,
-            "red" => MarkColor::Red,
-            "orange" => MarkColor::Orange,
-            "violet" => MarkColor::Violet,
-            "black" => MarkColor::Black,
-            _ => MarkColor::White,
+        let row = MarkColor::TEXTS.iter().find(|row| row.1 == text);
+        row.map_or(MarkColor::White, |row| row.0)
+    }
+
+    /// OpenDRIVE's word for it.
+    pub fn text(self) -> &'static str {
+        MarkColor::TEXTS[self as usize].1
+    }
+}
+
+impl MarkChange {
+    /// OpenDRIVE's word for it.
+    pub fn text(self) -> &'static str {
+        match self {
+            MarkChange::None => "none",
+            MarkChange::Increase => "increase",
+            MarkChange::Decrease => "decrease",
+            MarkChange::Both => "both",
         }
     }
 }

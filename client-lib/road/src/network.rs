@@ -1,4 +1,5 @@
 use crate::MapError;
+use crate::geo::{GeoPoint, TransverseMercator};
 use crate::index::LaneIndexGrid;
 use crate::junction::Junction;
 use crate::lane::{Lane, LaneIndex, LanePoint, LaneTypes};
@@ -19,6 +20,8 @@ pub struct Network {
     pub(crate) signals: Vec<Signal>,
     pub(crate) controllers: Vec<Controller>,
     pub(crate) objects: Vec<RoadObject>,
+    /// See `Network::sorted_uses`.
+    pub(crate) uses: Vec<(u32, u32, u32)>,
     pub(crate) findings: Vec<MapError>,
     pub(crate) grid: LaneIndexGrid,
     pub(crate) bounds: (DVec3, DVec3),
@@ -95,6 +98,21 @@ impl Network {
         let (sin, cos) = self.header.offset_heading_rad.sin_cos();
         DVec3::new(cos * point.x + sin * point.y, cos * point.y - sin * point.x, point.z)
             - self.origin
+    }
+
+    /// Latitude and longitude of a point of world space, by the header's projection; none if the
+    /// header has none, or one that is no transverse Mercator.
+    pub fn geo(&self, point: DVec3) -> Option<GeoPoint> {
+        let projection = TransverseMercator::from_proj(&self.header.geo_reference)?;
+        let projected = self.to_projected(point);
+        Some(projection.unproject(projected.x, projected.y, projected.z))
+    }
+
+    /// The point of world space at a latitude and longitude; the inverse of [`Network::geo`].
+    pub fn from_geo(&self, point: GeoPoint) -> Option<DVec3> {
+        let projection = TransverseMercator::from_proj(&self.header.geo_reference)?;
+        let (east, north) = projection.project(point);
+        Some(self.from_projected(DVec3::new(east, north, point.altitude_m)))
     }
 
     /// A lane by OpenDRIVE's names for it; sections count from 0.

@@ -48,7 +48,8 @@ pub struct Signal {
     pub lanes: Vec<(LaneIndex, f64)>,
     /// Which of [`crate::Network::controllers`] switches it.
     pub controller: Option<u32>,
-    pub(crate) uses: Vec<SignalUse>,
+    /// Where it rules: first at its own place, then wherever a signal reference repeats it.
+    pub uses: Vec<SignalUse>,
 }
 
 /// For which direction of travel a signal or object is.
@@ -64,12 +65,20 @@ pub enum Orientation {
 
 /// Where a signal rules: at its own place or through a reference.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct SignalUse {
-    pub(crate) road: u32,
-    pub(crate) s: f64,
-    pub(crate) orientation: Orientation,
-    /// Lane ids from the first to the last; all if empty.
-    pub(crate) validity: Vec<(i32, i32)>,
+pub struct SignalUse {
+    /// Which of [`crate::Network::roads`].
+    pub road: u32,
+    /// Metres along the reference line.
+    pub s: f64,
+    /// Metres to the left of it.
+    pub t: f64,
+    /// For whom it is here.
+    pub orientation: Orientation,
+    /// Lane ids from the first to the last; all that `orientation` means if empty. CARLA's towns
+    /// write "0 to 0" where they mean no lane at all.
+    pub validity: Vec<(i32, i32)>,
+    /// Through a `<signalReference>`.
+    pub is_reference: bool,
 }
 
 /// A group of signals that one box switches.
@@ -91,6 +100,15 @@ impl Orientation {
             "+" => Orientation::Forward,
             "-" => Orientation::Backward,
             _ => Orientation::Both,
+        }
+    }
+
+    /// OpenDRIVE's sign for it.
+    pub fn text(self) -> &'static str {
+        match self {
+            Orientation::Forward => "+",
+            Orientation::Backward => "-",
+            Orientation::Both => "none",
         }
     }
 }

@@ -143,7 +143,15 @@ fn object_places(network: &Network, index: usize) -> (Vec<ObjectPlace>, Vec<Vec<
                 own.position + DVec3::new(cos * u - sin * v, sin * u + cos * v, z)
             }
         };
-        corners.iter().map(corner).collect()
+        let mut outline: Vec<DVec3> = corners.iter().map(corner).collect();
+        // Some files say the first corner again at the end.
+        if let [first, .., last] = outline.as_slice()
+            && outline.len() > 3
+            && first.distance(*last) < 1e-3
+        {
+            outline.pop();
+        }
+        outline
     });
     (places, outlines.collect())
 }

@@ -20,7 +20,7 @@ pub(super) fn signals(xml: &mut Cursor, road: u32, records: &mut Records) -> Res
             }
             "signalReference" => {
                 let signal = xml.required("id")?;
-                let rules = rules(xml, road)?;
+                let rules = rules(xml, road, true)?;
                 records.references.push(RawReference { signal, rules });
             }
             _ => {}
@@ -55,17 +55,19 @@ fn signal(xml: &mut Cursor, road: u32) -> Result<Signal, MapError> {
         controller: None,
         uses: Vec::new(),
     };
-    signal.uses.push(rules(xml, road)?);
+    signal.uses.push(rules(xml, road, false)?);
     Ok(signal)
 }
 
 /// The current element's place, orientation and `<validity>` records.
-fn rules(xml: &mut Cursor, road: u32) -> Result<SignalUse, MapError> {
+fn rules(xml: &mut Cursor, road: u32, is_reference: bool) -> Result<SignalUse, MapError> {
     let mut rules = SignalUse {
         road,
         s: xml.number("s")?,
         orientation: Orientation::from_text(xml.raw("orientation").unwrap_or("none")),
         validity: Vec::new(),
+        t: xml.number_or("t", 0.0)?,
+        is_reference,
     };
     let here = xml.depth();
     while let Some(name) = xml.child(here)? {

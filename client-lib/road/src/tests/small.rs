@@ -5,7 +5,7 @@ use crate::{LaneTypes, Network, Tag, surface_mesh};
 use glam::DVec3;
 
 /// A straight and a bend after it, with one lane each way and a sidewalk on the right.
-fn text(successor: &str) -> String {
+pub(super) fn text(successor: &str) -> String {
     let lanes = |successor: &str, predecessor: &str| {
         let link = format!("<link>{predecessor}{successor}</link>");
         let lane = |id: i32, kind: &str, width: f64| {
@@ -37,7 +37,7 @@ fn text(successor: &str) -> String {
     )
 }
 
-const JOINED: &str = r#"<successor id="ID"/>"#;
+pub(super) const JOINED: &str = r#"<successor id="ID"/>"#;
 
 #[test]
 fn lanes_lie_where_the_file_says_and_lead_into_each_other() {

@@ -1,0 +1,31 @@
+//! Crosswalks: objects with an outline that people cross within.
+
+use crate::network::Network;
+use crate::object::RoadObject;
+use glam::DVec3;
+
+/// Where people may cross.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crosswalk<'a> {
+    /// The object that the file records.
+    pub object: &'a RoadObject,
+    /// Its polygon in world space; the first corner is not repeated.
+    pub corners: &'a [DVec3],
+}
+
+impl Network {
+    /// Every outline of every crosswalk, in the order of the file.
+    pub fn crosswalks(&self) -> impl Iterator<Item = Crosswalk<'_>> {
+        let objects = self.objects().iter().filter(|object| object.is_crosswalk());
+        objects.flat_map(|object| {
+            object.outlines.iter().map(move |corners| Crosswalk { object, corners })
+        })
+    }
+}
+
+impl RoadObject {
+    /// Whether people cross here.
+    pub fn is_crosswalk(&self) -> bool {
+        self.kind.eq_ignore_ascii_case("crosswalk")
+    }
+}
