@@ -7,6 +7,7 @@ mod carla;
 mod crash;
 mod exact;
 mod leave;
+mod map;
 mod maps;
 mod modes;
 mod refuse;

@@ -14,6 +14,7 @@ mod collect;
 mod door;
 mod inspect;
 mod launch;
+mod map;
 mod run;
 mod stage;
 
@@ -40,6 +41,8 @@ enum Verb {
     Inspect(inspect::InspectArgs),
     /// Runs one stage alone at full speed and prints how long its frames take
     Stage(stage::StageArgs),
+    /// Says what a map holds, checks, draws, converts or generates one
+    Map(map::MapArgs),
     /// Lists the maps that ship
     Maps,
     /// Lists what can be spawned
@@ -57,6 +60,7 @@ pub fn main() -> std::process::ExitCode {
         Verb::Collect(args) => run::collect(args),
         Verb::Inspect(args) => inspect::inspect(args),
         Verb::Stage(args) => stage::stage(args),
+        Verb::Map(args) => map::map(args),
         Verb::Maps => {
             town::names().for_each(|name| say!("{name}"));
             Ok(())
