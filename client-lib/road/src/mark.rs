@@ -84,6 +84,8 @@ pub enum MarkColor {
     Violet,
     /// Black.
     Black,
+    /// The file does not say, or a colour that is none of these.
+    Other,
 }
 
 /// Who may cross a mark, by the lane's ids.
@@ -105,8 +107,8 @@ pub(crate) fn mark_at(marks: &[RoadMark], ds: f64) -> Option<&RoadMark> {
     after.checked_sub(1).map(|at| &marks[at])
 }
 
-/// A mark that begins this little ahead holds already: offsets in files are rounded.
-const EARLY_M: f64 = 1e-6;
+/// A mark that begins this little ahead holds already: sums of lengths are rounded.
+const EARLY_M: f64 = 1e-9;
 
 impl MarkKind {
     const TEXTS: [(MarkKind, &str); 12] = [
@@ -155,7 +157,7 @@ impl MarkKind {
 }
 
 impl MarkColor {
-    const TEXTS: [(MarkColor, &str); 8] = [
+    const TEXTS: [(MarkColor, &str); 10] = [
         (MarkColor::White, "white"),
         (MarkColor::Yellow, "yellow"),
         (MarkColor::Blue, "blue"),
@@ -164,12 +166,14 @@ impl MarkColor {
         (MarkColor::Orange, "orange"),
         (MarkColor::Violet, "violet"),
         (MarkColor::Black, "black"),
+        (MarkColor::Other, "other"),
+        (MarkColor::White, "standard"),
     ];
 
     /// The colour that OpenDRIVE calls `text`; "standard" is white.
     pub fn from_text(text: &str) -> MarkColor {
         let row = MarkColor::TEXTS.iter().find(|row| row.1 == text);
-        row.map_or(MarkColor::White, |row| row.0)
+        row.map_or(MarkColor::Other, |row| row.0)
     }
 
     /// OpenDRIVE's word for it.

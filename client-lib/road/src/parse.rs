@@ -4,6 +4,7 @@
 mod junctions;
 mod lanes;
 mod objects;
+mod roadrunner;
 mod roads;
 mod signals;
 

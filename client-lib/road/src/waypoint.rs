@@ -29,11 +29,9 @@ impl Network {
         }
         let every_m = every_m.max(self.total_m() / WAYPOINTS_MAX);
         for road in self.roads() {
-            for step in 0u64.. {
-                let s = step as f64 * every_m;
-                if s >= road.length_m - ROUNDING_M {
-                    break;
-                }
+            // CARLA's own sum, so that rounding decides alike where a step hits a road's end.
+            let mut s = FIRST_M;
+            while s < road.length_m - FIRST_M {
                 // Sections without length begin where the next one does.
                 let upto = &road.sections[..=road.section_at(s)];
                 let start_m = upto.last().map_or(0.0, |section| section.start_m);
@@ -45,6 +43,7 @@ impl Network {
                         }
                     }
                 }
+                s += every_m;
             }
         }
         points
@@ -174,8 +173,8 @@ impl Network {
 
 /// More waypoints than this on one map are too many to be meant.
 const WAYPOINTS_MAX: f64 = 2e7;
-/// A step this near to a road's end is its end.
-const ROUNDING_M: f64 = 1e-9;
+/// How far from a road's start CARLA places its first waypoint.
+const FIRST_M: f64 = 10.0 * f64::EPSILON;
 
 /// `boost::hash_detail::hash_mix` of Boost 1.81 and later.
 fn scattered(mut x: u64) -> u64 {

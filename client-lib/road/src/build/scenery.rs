@@ -8,7 +8,7 @@ use crate::object::{Corner, ObjectPlace};
 use crate::parse::RawReference;
 use crate::place::{Lateral, Placement, wrapped};
 use crate::signal::{Orientation, SignalUse};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -20,7 +20,14 @@ pub(super) fn refer(network: &mut Network, references: Vec<RawReference>, findin
         .enumerate()
         .map(|(index, signal)| (signal.id.clone(), index))
         .collect();
-    for reference in references {
+    for signal in &mut network.signals {
+        for rules in &mut signal.uses {
+            rules.s = rules.s.clamp(0.0, network.roads[rules.road as usize].length_m);
+        }
+    }
+    for mut reference in references {
+        let road = &network.roads[reference.rules.road as usize];
+        reference.rules.s = reference.rules.s.clamp(0.0, road.length_m);
         match ids.get(&reference.signal) {
             Some(&signal) => network.signals[signal].uses.push(reference.rules),
             None => findings.add(
@@ -52,6 +59,9 @@ pub(super) fn stand(network: &mut Network) {
                 }
             }
         }
+        if looks_away(network, &pose, &lanes) {
+            pose.heading_rad = wrapped(pose.heading_rad + PI);
+        }
         let signal = &mut network.signals[index];
         signal.pose = pose;
         signal.lanes = lanes;
@@ -63,6 +73,21 @@ pub(super) fn stand(network: &mut Network) {
         object.outlines = outlines;
     }
 }
+
+/// Whether those who drive on the ruled lanes would see a face's back. Writers do not agree what
+/// a heading offset is relative to: RoadRunner's is to the road whatever the orientation.
+fn looks_away(network: &Network, pose: &Placement, lanes: &[(LaneIndex, f64)]) -> bool {
+    let ways = lanes.iter().map(|(lane, along_m)| {
+        // A lane through a junction may end anywhere; it begins where drivers look at the signal.
+        let along_m = if network.lane(*lane).junction.is_some() { 0.0 } else { *along_m };
+        DVec2::from_angle(network.place_at(*lane, along_m, 0.0).heading_rad)
+    });
+    let way = ways.sum::<DVec2>();
+    way.dot(DVec2::from_angle(pose.heading_rad)) > SIDEWAYS * way.length()
+}
+
+/// The cosine of the angle within which a face that looks to the side is left as it is.
+const SIDEWAYS: f64 = 0.3;
 
 /// The lanes that a signal rules at one place, and how far along each it stands.
 fn ruled(network: &Network, rules: &SignalUse) -> Vec<(LaneIndex, f64)> {

@@ -186,7 +186,7 @@ fn road_mark(xml: &mut Cursor, lane_id: i32) -> Result<RoadMark, MapError> {
     let mut mark = RoadMark {
         from_m: xml.number_or("sOffset", 0.0)?,
         kind,
-        color: MarkColor::from_text(xml.raw("color").unwrap_or("standard")),
+        color: MarkColor::from_text(xml.raw("color").unwrap_or_default()),
         width_m: match xml.optional_number("width")? {
             Some(width) => width.clamp(0.0, 5.0),
             None => usual_width,

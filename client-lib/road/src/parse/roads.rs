@@ -1,4 +1,4 @@
-use super::{Records, RoadExtra, lanes, limit, objects, signals};
+use super::{Records, RoadExtra, lanes, limit, objects, roadrunner, signals};
 use crate::MapError;
 use crate::cubic::{Cubic, Profile};
 use crate::curve::{Curve, Shape as CurveShape};
@@ -24,6 +24,7 @@ pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapErr
         ..RoadExtra::default()
     };
     let index = records.roads.len() as u32;
+    let first_object = records.objects.len();
     let mut road = Road {
         id: xml.required("id")?,
         name: xml.string("name"),
@@ -71,6 +72,7 @@ pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapErr
         return Err(xml.error(format!("road {} has no <laneSection>", road.id)));
     }
     road.types.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
+    roadrunner::signs(&road, first_object, records);
     records.roads.push(road);
     records.road_extras.push(extra);
     Ok(())
