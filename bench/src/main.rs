@@ -1,6 +1,6 @@
 //! `bench`: the stopwatch. Every figure is taken from outside, as an honest client, of the
-//! `omnibus` program that lies beside this one; what is timed from where to where stands in
-//! README.md.
+//! `omnibus` program that lies beside this one, but for `map`, which asks the crate `road`; what
+//! is timed from where to where stands in README.md.
 //!
 //! ```text
 //!   bench ──spawns──▶ omnibus run ──▶ traffic, sensor-render
@@ -16,6 +16,7 @@ mod figure;
 mod handover;
 mod latency;
 mod machine;
+mod map;
 mod peer;
 mod scene;
 mod sim;
@@ -93,6 +94,8 @@ enum Verb {
     /// The official carla package through the CARLA door
     CarlaClient,
     /// All of them, but for the carla package's
+    /// From OpenDRIVE text to a network that answers
+    Map,
     All,
     /// One end of an exchange over loopback TCP; bench starts these
     #[command(hide = true)]
@@ -101,7 +104,7 @@ enum Verb {
 
 type Measure = fn(Effort, &mut Sink) -> anyhow::Result<()>;
 
-const VERBS: [(&str, Measure); 9] = [
+const VERBS: [(&str, Measure); 10] = [
     ("tick", tick::measure),
     ("handover", handover::measure),
     ("camera", camera::measure),
@@ -111,6 +114,7 @@ const VERBS: [(&str, Measure); 9] = [
     ("collect", collect::measure),
     ("start", start::measure),
     ("latency", latency::measure),
+    ("map", map::measure),
 ];
 
 fn main() -> std::process::ExitCode {
