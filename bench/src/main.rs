@@ -93,9 +93,9 @@ enum Verb {
     Latency,
     /// The official carla package through the CARLA door
     CarlaClient,
-    /// All of them, but for the carla package's
     /// From OpenDRIVE text to a network that answers
     Map,
+    /// All of them, but for the carla package's
     All,
     /// One end of an exchange over loopback TCP; bench starts these
     #[command(hide = true)]
