@@ -7,7 +7,7 @@ use client_lib::{Client, Pose, Rig, Spawn, camera};
 use glam::{Quat, Vec3};
 use rustix::process::Signal;
 
-use crate::kit::{Digest, Sim, eventually, is_soak, kill, omnibus, resident_bytes};
+use crate::kit::{Digest, Sim, eventually, is_soak, kill, lives, omnibus, resident_bytes};
 
 /// Deaths at each point.
 fn deaths_wanted() -> usize {
@@ -71,11 +71,19 @@ fn deaths(log: &str) -> usize {
 
 /// Files and bytes in shared memory and the host's resident bytes, when nobody is dead.
 fn footprint(sim: &Sim) -> (usize, u64, u64) {
-    eventually("both stages", || {
-        sim.pid(Role::Render).is_some() && sim.pid(Role::Traffic).is_some()
+    // Who has just died may not have been missed yet: what is seen must be seen twice.
+    let count = || {
+        let stages = [Role::Render, Role::Traffic].map(|role| sim.pid(role).filter(|p| lives(*p)));
+        let files = sim.shared_memory();
+        (stages, files.len(), files.iter().map(|(_, len)| len).sum())
+    };
+    let mut last = count();
+    eventually("both stages, and nobody coming or going", || {
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        let before = std::mem::replace(&mut last, count());
+        last == before && last.0.iter().all(Option::is_some)
     });
-    let files = sim.shared_memory();
-    (files.len(), files.iter().map(|(_, len)| len).sum(), resident_bytes(sim.host_pid()))
+    (last.1, last.2, resident_bytes(sim.host_pid()))
 }
 
 fn flat(name: &str, early: (usize, u64, u64), late: (usize, u64, u64)) {
