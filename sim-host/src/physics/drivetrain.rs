@@ -200,21 +200,19 @@ impl Drivetrain {
         let carried = model.gearbox.clutch_nm * hold * hold;
         let slip = self.engine_radps - input_radps;
         let lost = if slip > 0.0 { efficiency } else { 1.0 };
-        let drive = if slip.abs() < LOCK_WITHIN_RADPS {
-            let stiffness = carried / LOCK_WITHIN_RADPS;
-            Drive {
-                push_nm: stiffness * self.engine_radps * ratio * lost,
-                hold_nmsprad: stiffness * ratio * ratio * lost,
-                inertia_kgm2: 0.0,
-            }
-        } else {
-            let push_nm = carried.copysign(slip) * ratio * lost;
-            Drive { push_nm, hold_nmsprad: 0.0, inertia_kgm2: 0.0 }
+        let soft = carried / slip.abs().max(LOCK_WITHIN_RADPS);
+        let clutch = soft * slip;
+        // What the clutch hands over falls as the wheels come near the engine's speed, half of it
+        // within this step: else a strong clutch in a low gear would fling the wheels to and fro
+        // around the speed that they seek.
+        let yields = if slip.abs() < LOCK_WITHIN_RADPS { soft } else { 0.5 * soft };
+        let drive = Drive {
+            push_nm: (clutch + yields * input_radps) * ratio * lost,
+            hold_nmsprad: yields * ratio * ratio * lost,
+            inertia_kgm2: 0.0,
         };
-        let stiffness =
-            if slip.abs() < LOCK_WITHIN_RADPS { carried / LOCK_WITHIN_RADPS } else { 0.0 };
-        let clutch = if stiffness > 0.0 { stiffness * slip } else { carried.copysign(slip) };
-        // Implicit in the engine's own speed, so that a strong clutch does not overshoot.
+        // Implicit in the engine's own speed, for the same reason.
+        let stiffness = if slip.abs() < LOCK_WITHIN_RADPS { soft } else { 0.0 };
         self.engine_radps += dt * (torque - clutch) / (engine.inertia_kgm2 + dt * stiffness);
         drive
     }

@@ -451,10 +451,10 @@ fn powertrain(class: Class, mass_kg: f32, radius_m: f32) -> (EngineModel, Gearbo
             (combustion(peak, 9500.0, 1200.0), gears(&forward, 2.6, 18.0 * radius_m, 0.15, peak))
         }
         Class::Bicycle => {
-            // A rider with low gears: up a slope of 30 % at a walk, about 350 W when fast.
+            // A rider with low gears: up a slope of 40 % at a walk, about 350 W when fast.
             let top_rpm = 12.0 / radius_m * 9.55;
             let pedals = |share: f32| {
-                let torque = (350.0 / (12.0 * share)).min(340.0) * radius_m;
+                let torque = (350.0 / (12.0 * share)).min(470.0) * radius_m;
                 [share * top_rpm, torque]
             };
             let engine = EngineModel {

@@ -184,6 +184,22 @@ fn every_vehicle_of_the_catalogue_stands_starts_and_stops_upright() {
 }
 
 #[test]
+fn a_bus_that_has_slowed_down_speeds_up_again() {
+    for slow_mps in [1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0] {
+        let mut lone = of("vehicle.mitsubishi.fusorosa");
+        lone.control.throttle = 1.0;
+        lone.run(8.0);
+        lone.control = VehicleControl { brake: 0.3, throttle: 0.0, ..lone.control };
+        while lone.speed() > slow_mps {
+            lone.frame();
+        }
+        lone.control = VehicleControl { brake: 0.0, throttle: 1.0, ..lone.control };
+        lone.run(6.0);
+        assert!(lone.speed() > 8.0, "from {slow_mps} m/s it comes to {} m/s", lone.speed());
+    }
+}
+
+#[test]
 fn a_fallen_two_wheeler_is_picked_up() {
     for id in ["vehicle.vespa.zx125", "vehicle.gazelle.omafiets"] {
         let mut lone = of(id);
@@ -198,9 +214,9 @@ fn a_fallen_two_wheeler_is_picked_up() {
 }
 
 #[test]
-fn a_bicycle_climbs_thirty_percent() {
+fn a_bicycle_climbs_forty_percent() {
     let (_, blueprint) = town::blueprint("vehicle.gazelle.omafiets").unwrap();
-    let mut lone = Lone::new(super::incline(0.3), VehicleModel::of(blueprint));
+    let mut lone = Lone::new(super::incline(0.41), VehicleModel::of(blueprint));
     lone.control.throttle = 1.0;
     lone.run(20.0);
     assert!(lone.position().z > 2.0, "at {}", lone.position());
