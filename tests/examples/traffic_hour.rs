@@ -9,6 +9,9 @@
 //! nobody removed, teleported or thrown off the road; no collision.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
 use std::sync::Arc;
 
 use bus::{ActorId, ActorState, Frame, Pose, Stamp, flag, kind, light};
@@ -49,23 +52,39 @@ struct Arguments {
     /// From when on, in simulated seconds.
     #[arg(long, default_value_t = 0)]
     watch_from: u32,
+    /// Writes here, as CSV, where everybody is and what for he waits, once a second.
+    #[arg(long)]
+    trace: Option<std::path::PathBuf>,
 }
 
 fn main() {
     let arguments = Arguments::parse();
     let (name, network) = network(arguments.map.as_deref());
     let mut world = World::new(Arc::new(network), &arguments);
+    let mut trace = arguments.trace.as_deref().map(begin_trace);
     let begin_nanos = bus::clock::now_nanos();
     for tick in 0..u64::from(arguments.seconds) * 20 {
         world.tick();
         if tick % 10 == 0 && tick >= 20 * u64::from(arguments.watch_from) {
             world.print(&arguments.watch);
         }
+        if let Some(trace) = trace.as_mut().filter(|_| tick % 20 == 0) {
+            world.write(trace).expect("the trace can be written");
+        }
     }
+    drop(trace);
     let wall_s = (bus::clock::now_nanos() - begin_nanos) as f64 * 1e-9;
     if !world.report(&name, wall_s) {
         std::process::exit(1);
     }
+}
+
+fn begin_trace(path: &Path) -> BufWriter<File> {
+    let mut trace = BufWriter::new(File::create(path).expect("the trace can be made"));
+    let head = "time_s,actor,x_m,y_m,yaw_rad,speed_mps,limit_mps,wish_mps,road,lane,leader,leader_m,stop_m,merge_m,\
+                leave,waited_s,waits_for,waits_on,phase";
+    writeln!(trace, "{head}").expect("the trace can be written");
+    trace
 }
 
 fn network(map: Option<&str>) -> (String, Network) {
@@ -317,13 +336,50 @@ impl World {
         }
     }
 
+    /// A line for each light and vehicle.
+    fn write(&self, trace: &mut BufWriter<File>) -> std::io::Result<()> {
+        for light in &self.actors[..self.vehicles_from] {
+            let (at, phase) = (light.pose.position(), light.phase);
+            let (time_s, id) = (self.time_s(), light.actor_id.0);
+            writeln!(trace, "{time_s:.0},{id},{:.1},{:.1},,,,,,,,,,,,,,,{phase}", at.x, at.y)?;
+        }
+        for o in self.mind.outlooks() {
+            let actor = &self.actors[o.actor_id.0 as usize - 1];
+            let (at, nose) = (actor.pose.position(), actor.pose.rotation() * Vec3::X);
+            let on = LanePoint { lane: o.lane, along_m: 0.0 };
+            writeln!(
+                trace,
+                "{:.0},{},{:.1},{:.1},{:.2},{:.1},{:.1},{:.1},{},{},{},{:.1},{:.1},{:.1},{},{:.0},{:?},{},",
+                self.time_s(),
+                o.actor_id.0,
+                at.x,
+                at.y,
+                nose.y.atan2(nose.x),
+                actor.velocity().length(),
+                o.limit_mps,
+                o.wish_mps,
+                self.network.road_space(on).0.id,
+                o.lane.0,
+                o.leader.0,
+                o.leader_m,
+                o.stop_m,
+                o.merge_m,
+                o.leave,
+                o.waited_s,
+                o.waits_for,
+                o.waits_on.0,
+            )?;
+        }
+        Ok(())
+    }
+
     fn describe(&self, outlook: &Outlook) -> String {
         let actor = &self.actors[outlook.actor_id.0 as usize - 1];
         let at = LanePoint { lane: outlook.lane, along_m: 0.0 };
         let (road, section, lane, _) = self.network.road_space(at);
         format!(
             "{} {} at {:.1} v {:.1}, road {} section {section} lane {lane} ({}) at {:.1} m, {:.2} m astray, wish {:.1} \
-             of {:.1}; leader {} in {:.1} m, stop in {:.1}, merge in {:.1}; leave {}, waited {:.0} s for {:?}{}{}; \
+             of {:.1}; leader {} in {:.1} m, stop in {:.1}, merge in {:.1}; leave {}, waited {:.0} s for {:?} on {}{}{}; \
              pedals {:.2} {:.2} wheel {:.2}",
             outlook.actor_id.0,
             town::catalogue()[actor.blueprint as usize].id.trim_start_matches("vehicle."),
@@ -342,6 +398,7 @@ impl World {
             outlook.leave,
             outlook.waited_s,
             outlook.waits_for,
+            outlook.waits_on.0,
             if outlook.reverses { ", backs out" } else { "" },
             if outlook.turns_round { ", turns round" } else { "" },
             actor.throttle,

@@ -3,6 +3,7 @@
 use road::{LaneIndex, Network, Signal};
 
 use crate::conflict::Conflicts;
+use crate::roundabout;
 use crate::tracks::{NONE, Tracks};
 
 /// How far before a junction a signal still means the junction.
@@ -54,7 +55,22 @@ impl Approaches {
         }
         approaches.midway.sort_unstable_by(|a, b| a.partial_cmp(b).expect("finite"));
         approaches.rank(tracks);
+        approaches.yield_to_circles(tracks, conflicts);
         approaches
+    }
+
+    /// Lets whoever enters a roundabout yield to whoever is in it.
+    fn yield_to_circles(&mut self, tracks: &Tracks, conflicts: &Conflicts) {
+        let circles = roundabout::circles(tracks);
+        for lane in (0..tracks.count() as u32).filter(|&lane| tracks.in_junction(lane)) {
+            let way = lane as usize;
+            let enters = tracks.previous(lane).iter().any(|&from| !circles[from as usize]);
+            let crosses = conflicts.of(lane).iter().any(|c| circles[c.other as usize]);
+            let free = self.signal[way] == NONE && self.sign[way] == Sign::None;
+            if enters && crosses && free && !circles[way] {
+                self.sign[way] = Sign::Yield;
+            }
+        }
     }
 
     fn place(

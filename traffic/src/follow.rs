@@ -7,13 +7,13 @@ use crate::rows::Rows;
 use crate::tracks::Tracks;
 
 /// Full acceleration from standstill.
-pub(crate) const GAIN_MPS2: f32 = 2.6;
+pub(crate) const GAIN_MPS2: f32 = 3.4;
 /// Braking that feels normal.
 const COMFORT_MPS2: f32 = 2.0;
 /// Seconds kept to the one in front.
 const HEADWAY_S: f32 = 1.2;
 /// Braking for a lower limit or a curve.
-const EASE_MPS2: f32 = 2.0;
+const EASE_MPS2: f32 = 2.5;
 /// The hardest braking.
 pub(crate) const BRAKE_MAX_MPS2: f32 = 7.0;
 /// Free distance kept at standstill, unless dialled otherwise.
@@ -61,14 +61,21 @@ pub(crate) fn idm(speed: f32, leader_mps: f32, gap_m: f32, stand_m: f32) -> f32 
 pub(crate) fn free(speed: f32, wish: f32) -> f32 {
     if speed <= wish {
         let part = speed / wish.max(0.1);
-        GAIN_MPS2 * (1.0 - part.powi(4))
+        GAIN_MPS2 * (1.0 - part.powi(8))
     } else {
         (-1.5 * (speed - wish)).max(-COMFORT_MPS2 * 1.5)
     }
 }
 
 /// The speed that curves and limits ahead allow.
-pub(crate) fn wish(rows: &Rows, row: usize, tracks: &Tracks, speed: f32, slower: f32) -> f32 {
+pub(crate) fn wish(
+    rows: &Rows,
+    row: usize,
+    tracks: &Tracks,
+    speed: f32,
+    slower: f32,
+    curve_share: f32,
+) -> f32 {
     let lanes = rows.route[row].lanes();
     let share = (1.0 - slower).max(0.0);
     let mut wish = tracks.limit_mps[lanes[0] as usize] * share;
@@ -76,7 +83,7 @@ pub(crate) fn wish(rows: &Rows, row: usize, tracks: &Tracks, speed: f32, slower:
     let glance = rows.arc_m[row].max(0.0) + 0.4 * speed.max(0.0);
     let length = tracks.length(lanes[0]);
     if glance < length {
-        wish = wish.min(tracks.pace_at(lanes[0], glance));
+        wish = wish.min(tracks.pace_at(lanes[0], glance) * curve_share);
     }
     let mut begins = length - rows.arc_m[row];
     let horizon = speed * speed / (2.0 * EASE_MPS2) + speed + 10.0;
@@ -88,7 +95,7 @@ pub(crate) fn wish(rows: &Rows, row: usize, tracks: &Tracks, speed: f32, slower:
         let over = (begins - 0.4 * speed).max(0.0);
         let inside = (0.4 * speed - begins).max(0.0);
         if inside < tracks.length(lane) {
-            let top = limit.min(tracks.pace_at(lane, inside));
+            let top = limit.min(tracks.pace_at(lane, inside) * curve_share);
             wish = wish.min((top * top + 2.0 * EASE_MPS2 * over).sqrt());
         }
         begins += tracks.length(lane);

@@ -11,6 +11,7 @@ mod ask;
 mod pass;
 mod presence;
 mod rotate;
+mod unlock;
 
 use bus::light;
 
@@ -20,6 +21,7 @@ use crate::outlook::Wait;
 use crate::perceive::{Crowd, Occupancy};
 use crate::rows::Rows;
 use crate::sweep::Obstacle;
+use crate::tracks::NONE;
 
 /// After so long before a full way out, another way is drawn.
 const DETOUR_S: f32 = 8.0;
@@ -67,6 +69,10 @@ struct Request {
 pub(crate) struct Junctions {
     pub(crate) halts: Vec<Halt>,
     pub(crate) waits: Vec<Wait>,
+    /// For whom it waits: an index into the crowd, or [`NONE`].
+    pub(crate) blockers: Vec<u32>,
+    /// To whom it gives way though it may pass, likewise.
+    yields: Vec<u32>,
     requests: Vec<Request>,
     holders: Vec<Presence>,
     coming: Vec<Presence>,
@@ -98,6 +104,10 @@ impl Junctions {
         self.halts.resize(count, FREE);
         self.waits.clear();
         self.waits.resize(count, Wait::No);
+        self.blockers.clear();
+        self.blockers.resize(count, NONE);
+        self.yields.clear();
+        self.yields.resize(count, NONE);
         self.measure(rows, view);
         self.requests.clear();
         for row in 0..count {
@@ -113,8 +123,8 @@ impl Junctions {
         self.sort_requests(rows, view);
         for index in 0..self.requests.len() {
             let request = self.requests[index];
-            let wait = self.judge(rows, &request, view);
-            self.waits[request.row] = wait;
+            let (wait, body) = self.judge(rows, &request, view);
+            (self.waits[request.row], self.blockers[request.row]) = (wait, body);
             if wait == Wait::No {
                 self.grant(rows, orders, &request, view);
             } else {
@@ -127,6 +137,7 @@ impl Junctions {
                 self.give_way(rows, row, view);
             }
         }
+        self.unlock(rows, orders, view);
     }
 
     fn measure(&mut self, rows: &Rows, view: &View) {
@@ -149,7 +160,7 @@ impl Junctions {
     }
 
     /// From the front bumper of `row` to the start of lane `k` of its route.
-    fn start(&self, row: usize, k: usize) -> f32 {
+    pub(crate) fn start(&self, row: usize, k: usize) -> f32 {
         self.starts[self.starts_from[row] + k]
     }
 
@@ -200,6 +211,7 @@ impl Junctions {
                     body: view.crowd.driven[row],
                     start_m: self.start(row, k),
                     rank: 0,
+                    top_mps: self.top_mps(rows, row, k, view),
                 };
                 let key = (presence.lane, presence.body);
                 let at = self.holders.partition_point(|p| (p.lane, p.body) < key);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use bus::{ActorState, JournalEntry, LightState, Stamp, VehicleControl, flag, kind};
 
 use crate::change;
+use crate::demand::Demand;
 use crate::follow::{self, Leader};
 use crate::junction::{self, Halt, Junctions};
 use crate::map::Map;
@@ -44,6 +45,7 @@ struct Scratch {
     claims: Vec<(u32, u32, f32)>,
     obstacles: Vec<Obstacle>,
     junctions: Junctions,
+    demand: Demand,
     wanted: Vec<u32>,
     /// By signal.
     shown: Vec<u32>,
@@ -153,6 +155,9 @@ impl Mind {
             leave: rows.order[row],
             waited_s: rows.wait_s[row],
             waits_for: scratch.junctions.waits[row],
+            waits_on: bus::ActorId(
+                id(scratch.junctions.blockers[row]).unwrap_or(bus::ActorId::NONE.0),
+            ),
             reverses: rows.reverse_s[row] > 0.0,
             turns_round: rows.turning[row] == 1,
         }
@@ -245,8 +250,10 @@ impl Mind {
                 scratch.wishes.push(0.0);
                 continue;
             }
-            let speed = scratch.crowd.speed(scratch.crowd.driven[row] as usize);
-            let wish = follow::wish(rows, row, tracks, speed, scratch.slower[row]);
+            let body = scratch.crowd.driven[row] as usize;
+            let speed = scratch.crowd.speed(body);
+            let curve_share = scratch.crowd.body[body].curve_share();
+            let wish = follow::wish(rows, row, tracks, speed, scratch.slower[row], curve_share);
             scratch.wishes.push(wish);
             scratch.leaders.push(follow::leader(
                 rows,
@@ -404,7 +411,16 @@ impl Mind {
     }
 
     fn plan_lights(&mut self, actors: &[ActorState], delta_nanos: u64) {
-        self.map.signals.advance(&mut self.memory.clocks, delta_nanos);
+        let scratch = &mut self.scratch;
+        let starts = |row: usize, k: usize| scratch.junctions.start(row, k);
+        scratch.demand.count(
+            &self.map,
+            &self.memory.rows,
+            &scratch.crowd,
+            &scratch.occupancy,
+            starts,
+        );
+        self.map.signals.advance(&mut self.memory.clocks, &scratch.demand, delta_nanos);
         self.lights.clear();
         for actor in actors.iter().filter(|actor| actor.kind == kind::TRAFFIC_LIGHT) {
             let phase = self.map.signals.shows(actor.signal, &self.memory.clocks);

@@ -58,6 +58,8 @@ pub struct Outlook {
     pub waited_s: f32,
     /// And what for.
     pub waits_for: Wait,
+    /// And for whom, or [`ActorId::NONE`].
+    pub waits_on: ActorId,
     /// It backs out of what blocks it.
     pub reverses: bool,
     /// It turns round at a dead end.

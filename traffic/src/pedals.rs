@@ -17,6 +17,13 @@ const INTEGRAL: f32 = 0.8;
 /// Bound of the integral, m/s².
 const EFFORT_MAX: f32 = 2.5;
 
+/// Below this speed an engine that idles in gear pushes against weak brakes, so that who means to
+/// stop presses them no less than so much.
+const CREEP_MPS: f32 = 1.5;
+const CREEP_BRAKE: f32 = 0.8;
+/// Who wants to slow down like this means to stop.
+const FIRM_MPS2: f32 = -1.8;
+
 /// Pedals, each 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Pedals {
@@ -38,20 +45,22 @@ pub(crate) fn press(
 ) -> Pedals {
     if speed < 0.3 && wanted <= 0.05 {
         *effort = 0.0;
-        return Pedals { throttle: 0.0, brake: 0.4 };
+        return Pedals { throttle: 0.0, brake: 0.7 };
     }
+    let firm = wanted < FIRM_MPS2 && speed < CREEP_MPS;
     let error = (wanted - measured).clamp(-2.0, 2.0);
     *effort = (*effort + INTEGRAL * error * delta_s).clamp(-EFFORT_MAX, EFFORT_MAX);
     let resistance = ROLLING_MPS2 + DRAG_PER_M * speed * speed + GRAVITY_MPS2 * climb;
     let push = wanted + *effort + resistance;
-    if push >= 0.0 {
+    if push >= 0.0 && !firm {
         let full = THROTTLE_MPS2 / (1.0 + speed.max(0.0) / THROTTLE_FALL_S);
         Pedals { throttle: (push / full).min(1.0), brake: 0.0 }
     } else if wanted > -0.3 && push > -0.4 {
         // Rolling is brake enough.
         Pedals::default()
     } else {
-        Pedals { throttle: 0.0, brake: (-push / BRAKE_MPS2).min(1.0) }
+        let least = if firm { CREEP_BRAKE } else { 0.0 };
+        Pedals { throttle: 0.0, brake: (-push / BRAKE_MPS2).clamp(least, 1.0) }
     }
 }
 

@@ -3,6 +3,10 @@
 //! Each junction with lights has a cycle of *phases*; in each phase some lights are green together.
 //! A controller's lights belong together; so do opposite approaches whose only quarrel is that of
 //! left turns with oncoming traffic, and lights that have no controller but the same approach.
+//!
+//! Green goes where somebody comes: a phase lasts while vehicles arrive, but not for ever while
+//! others wait, and a phase that nobody wants is left out while another is wanted. Where nobody
+//! is, the phases follow each other at a fixed pace.
 
 use bus::light;
 use glam::Vec2;
@@ -10,12 +14,20 @@ use road::Network;
 
 use crate::approach::{Approaches, is_vehicle_light};
 use crate::conflict::Conflicts;
+use crate::demand::Demand;
 use crate::tracks::{NONE, Tracks};
 
-const GREEN_NANOS: u64 = 10_000_000_000;
+/// Part of a phase's clock that is green. Green that ends early jumps to the end of it.
+const GREEN_NANOS: u64 = 40_000_000_000;
 const YELLOW_NANOS: u64 = 3_000_000_000;
 const RED_NANOS: u64 = 2_000_000_000;
 const PHASE_NANOS: u64 = GREEN_NANOS + YELLOW_NANOS + RED_NANOS;
+/// Green that a phase gets at least.
+const GREEN_LEAST_NANOS: u64 = 6_000_000_000;
+/// Green while nobody is there.
+const GREEN_ALONE_NANOS: u64 = 10_000_000_000;
+/// All phases together take no longer than this while somebody waits, unless they are very many.
+const ROUND_NANOS: u64 = 88_000_000_000;
 
 /// Which lights are green together, and in which order.
 pub(crate) struct SignalPlan {
@@ -81,6 +93,16 @@ impl SignalPlan {
         plan
     }
 
+    /// One cycle of so many phases, with a signal in each.
+    #[cfg(test)]
+    pub(crate) fn of_phases(count: u32) -> SignalPlan {
+        SignalPlan {
+            seat: (0..count).map(|phase| (0, phase)).collect(),
+            idle: vec![light::OFF; count as usize],
+            phases: vec![count],
+        }
+    }
+
     /// How many signals there are, with or without a cycle.
     pub(crate) fn count(&self) -> usize {
         self.seat.len()
@@ -91,10 +113,44 @@ impl SignalPlan {
         self.phases.len()
     }
 
+    /// The cycle and the phase of `signal`, if it has any.
+    pub(crate) fn seat(&self, signal: u32) -> Option<(u32, u32)> {
+        self.seat.get(signal as usize).copied().filter(|seat| seat.0 != NONE)
+    }
+
     /// Advances the clocks of all cycles.
-    pub(crate) fn advance(&self, clocks: &mut [u64], delta_nanos: u64) {
-        for (clock, &phases) in clocks.iter_mut().zip(&self.phases) {
-            *clock = (*clock + delta_nanos) % (PHASE_NANOS * u64::from(phases.max(1)));
+    pub(crate) fn advance(&self, clocks: &mut [u64], demand: &Demand, delta_nanos: u64) {
+        for (cycle, clock) in clocks.iter_mut().enumerate() {
+            let phases = u64::from(self.phases[cycle].max(1));
+            let (phase, before) = (*clock / PHASE_NANOS, *clock % PHASE_NANOS);
+            let elsewhere = (0..phases).any(|p| p != phase && demand.waits(cycle, p));
+            let comes = demand.comes(cycle, phase);
+            let mut now = before + delta_nanos;
+            if before < GREEN_NANOS {
+                let most = (ROUND_NANOS / phases)
+                    .saturating_sub(PHASE_NANOS - GREEN_NANOS)
+                    .clamp(GREEN_LEAST_NANOS + 2_000_000_000, GREEN_NANOS);
+                let until = match (elsewhere, comes) {
+                    (true, true) => most,
+                    (true, false) => GREEN_LEAST_NANOS,
+                    // Green rests where alone somebody is, on the brink of ending.
+                    (false, true) if phases > 1 => {
+                        now = now.min(GREEN_LEAST_NANOS);
+                        GREEN_NANOS
+                    }
+                    (false, _) => GREEN_ALONE_NANOS,
+                };
+                if now >= until {
+                    now = GREEN_NANOS.max(now.min(GREEN_NANOS + delta_nanos));
+                }
+            }
+            let next = (1..=phases).map(|step| (phase + step) % phases);
+            *clock = if now < PHASE_NANOS {
+                phase * PHASE_NANOS + now
+            } else {
+                let wanted = next.clone().find(|&p| demand.waits(cycle, p));
+                wanted.or(next.clone().next()).unwrap_or(0) * PHASE_NANOS
+            };
         }
     }
 

@@ -12,6 +12,9 @@ use crate::tracks::{NONE, Tracks};
 
 /// Left free beside whoever stands there.
 const MARGIN_M: f32 = 0.25;
+/// The same, for who has stood before him for a while: slowly one passes with a hand's breadth.
+const NARROW_M: f32 = 0.06;
+const PATIENCE_S: f32 = 3.0;
 /// Between two looks along the way.
 const STEP_M: f32 = 1.0;
 /// So far one looks at least, so that whoever waits knows what is beyond a junction.
@@ -78,6 +81,7 @@ fn look_from(rows: &Rows, row: usize, tracks: &Tracks, crowd: &Crowd, found: &mu
     let (body, position) = (&crowd.body[own], crowd.position[own]);
     let speed = crowd.speed(own).max(0.0);
     let wide = body.is_wide();
+    let margin_m = if rows.idle_s[row] > PATIENCE_S { NARROW_M } else { MARGIN_M };
     let horizon_m = (0.25 * speed * speed + 2.0 * speed + 12.0)
         .max(if wide { HORIZON_M } else { 0.0 })
         .min(if wide { f32::INFINITY } else { HORIZON_M });
@@ -98,7 +102,7 @@ fn look_from(rows: &Rows, row: usize, tracks: &Tracks, crowd: &Crowd, found: &mu
         })
         .filter(|(_, place)| {
             let to = place.middle - now.middle;
-            to.dot(forward) > -2.0 && !now.grown(MARGIN_M).touches(place)
+            to.dot(forward) > -2.0 && !now.grown(margin_m).touches(place)
         })
         .collect();
     if near.is_empty() {
@@ -118,7 +122,7 @@ fn look_from(rows: &Rows, row: usize, tracks: &Tracks, crowd: &Crowd, found: &mu
         let lead = line(ahead_m) + astray * (1.0 - ahead_m / RETURN_M).max(0.0);
         forward = (lead - rear).normalize_or(forward);
         rear = lead - forward * axle_m;
-        let place = Place::of(body, lead - forward * lead_m, forward).grown(MARGIN_M);
+        let place = Place::of(body, lead - forward * lead_m, forward).grown(margin_m);
         near.retain(|(other, theirs)| {
             if !place.touches(theirs) {
                 return true;

@@ -3,5 +3,6 @@
 mod course;
 mod driving;
 mod junctions;
-mod maps;
+mod lights;
+pub(crate) mod maps;
 mod restart;

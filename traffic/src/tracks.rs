@@ -13,9 +13,9 @@ pub(crate) const NONE: u32 = u32::MAX;
 /// Distance between samples, at most, metres.
 const STEP_M: f32 = 1.0;
 /// Side acceleration at which curves are taken.
-const CURVE_MPS2: f32 = 2.8;
+const CURVE_MPS2: f32 = 3.0;
 /// Slowing down before curves.
-const CURVE_BRAKE_MPS2: f32 = 2.0;
+const CURVE_BRAKE_MPS2: f32 = 2.5;
 /// Speed limit where the map has none.
 const DEFAULT_LIMIT_MPS: f32 = 50.0 / 3.6;
 /// A lane that ends counts as ended where half its width is less than this.
@@ -69,6 +69,8 @@ pub(crate) struct Tracks {
     half_width: Vec<f32>,
     /// Highest speed that still allows every curve ahead on this lane, by sample.
     pace: Vec<f32>,
+    /// Highest pace on the lane, by lane.
+    top_pace: Vec<f32>,
 }
 
 /// Lists of lanes by lane.
@@ -135,6 +137,7 @@ impl Tracks {
             curvature: Vec::new(),
             half_width: Vec::new(),
             pace: Vec::new(),
+            top_pace: Vec::with_capacity(lanes.len()),
         };
         for lane in 0..lanes.len() {
             tracks.first.push(tracks.point.len() as u32);
@@ -220,6 +223,11 @@ impl Tracks {
     pub(crate) fn pace_at(&self, lane: u32, arc_m: f32) -> f32 {
         let (i, part) = self.seat(lane, arc_m);
         self.pace[i] + (self.pace[i + 1] - self.pace[i]) * part
+    }
+
+    /// The highest speed anywhere on `lane` that its curves allow.
+    pub(crate) fn top_pace(&self, lane: u32) -> f32 {
+        self.top_pace[lane as usize]
     }
 
     /// Half the lane's width at `arc_m`.
@@ -336,6 +344,7 @@ impl Tracks {
             ahead = curve.min(brake).min(FASTEST_MPS);
             self.pace[index] = ahead;
         }
+        self.top_pace.push(self.pace[first..].iter().copied().fold(0.0, f32::max));
     }
 }
 

@@ -19,18 +19,27 @@ const DOZE_S: f32 = 3.5;
 const CUT_OFF_S: f32 = 1.2;
 
 impl Junctions {
-    /// Whether a vehicle may pass now, or what for it must wait.
-    pub(super) fn judge(&self, rows: &Rows, request: &Request, view: &View) -> Wait {
+    /// Whether a vehicle may pass now, or what for it must wait, and for whom (an index into the
+    /// crowd, or [`NONE`]).
+    pub(super) fn judge(&self, rows: &Rows, request: &Request, view: &View) -> (Wait, u32) {
         // Who is in already is in.
         if request.entry_m <= 0.0 {
-            return Wait::No;
+            return (Wait::No, NONE);
         }
-        match self.turn(rows, request, view) {
-            Wait::No if self.room(rows, request, view).is_err() => Wait::Room,
-            Wait::No if !self.is_clear(rows, request, view) => Wait::Others,
-            Wait::No if !self.can_turn(rows, request, view) => Wait::Sweep,
-            wait => wait,
+        let wait = self.turn(rows, request, view);
+        if wait != Wait::No {
+            return (wait, NONE);
         }
+        if let Err(body) = self.room(rows, request, view) {
+            return (Wait::Room, body);
+        }
+        if let Err(body) = self.is_clear(rows, request, view) {
+            return (Wait::Others, body);
+        }
+        if !self.can_turn(rows, request, view) {
+            return (Wait::Sweep, NONE);
+        }
+        (Wait::No, NONE)
     }
 
     /// Whether it is this vehicle's turn as far as lights, signs and its own queue go.
@@ -38,7 +47,7 @@ impl Junctions {
         let row = request.row;
         let body = view.crowd.driven[row] as usize;
         let speed = view.crowd.speed(body).max(0.0);
-        let horizon = speed * speed / (2.0 * BRAKE_MPS2) + 1.2 * speed + 6.0;
+        let horizon = speed * speed / (2.0 * BRAKE_MPS2) + 1.5 * speed + 8.0;
         let lane = rows.route[row].lanes()[request.from];
         let full_stop = view.map.approaches.sign[lane as usize] != Sign::Stop
             || view.map.approaches.signal[lane as usize] != NONE
@@ -150,8 +159,20 @@ impl Junctions {
         })
     }
 
-    /// Whether nobody with leave, nobody of higher rank and nothing in the way is met.
-    pub(super) fn is_clear(&self, rows: &Rows, request: &Request, view: &View) -> bool {
+    /// Whether nobody with leave, nobody of higher rank and nothing in the way is met; if not, who
+    /// is (an index into the crowd).
+    pub(super) fn is_clear(&self, rows: &Rows, request: &Request, view: &View) -> Result<(), u32> {
+        self.is_clear_but_for(&[], rows, request, view)
+    }
+
+    /// The same, but for those of `bound` (rows) who are not in the way yet.
+    pub(super) fn is_clear_but_for(
+        &self,
+        bound: &[usize],
+        rows: &Rows,
+        request: &Request,
+        view: &View,
+    ) -> Result<(), u32> {
         let row = request.row;
         let own = view.crowd.driven[row];
         let lanes = rows.route[row].lanes();
@@ -165,11 +186,15 @@ impl Junctions {
                     if holder.body == own {
                         continue;
                     }
-                    let mine = self.window(view, own, start, meet.mine, lane);
+                    let mine = self.window(view, own, start, meet.mine, lane, f32::INFINITY);
                     let stuck = is_idle(rows, view, holder.body);
-                    let theirs =
-                        self.window(view, holder.body, holder.start_m, meet.theirs, holder.lane);
+                    let theirs = self.arrival(view, holder, meet.theirs);
                     if theirs.1 <= 0.0 {
+                        continue;
+                    }
+                    let there = holder.start_m + meet.theirs.0 <= 0.0;
+                    let other = view.crowd.row[holder.body as usize];
+                    if !there && other != NONE && bound.contains(&(other as usize)) {
                         continue;
                     }
                     let behind = conflict.merge && !stuck && theirs.0 + MERGE_S < mine.0;
@@ -178,7 +203,7 @@ impl Junctions {
                     let before = mine.1 + margin_s < theirs.0;
                     let dozes = stuck && theirs.0 > DOZE_S;
                     if !(after || before || behind || dozes) {
-                        return false;
+                        return Err(holder.body);
                     }
                 }
                 for other in present(&self.coming, conflict.other) {
@@ -188,16 +213,15 @@ impl Junctions {
                     if other.body == own || other.rank >= request.rank {
                         continue;
                     }
-                    let mine = self.window(view, own, start, meet.mine, lane);
-                    let theirs =
-                        self.window(view, other.body, other.start_m, meet.theirs, other.lane);
+                    let mine = self.window(view, own, start, meet.mine, lane, f32::INFINITY);
+                    let theirs = self.arrival(view, other, meet.theirs);
                     if mine.1 + CUT_OFF_S - MARGIN_S + margin_s(view, own, other.body) > theirs.0
                         && theirs.0 < 8.0
                     {
-                        return false;
+                        return Err(other.body);
                     }
                 }
-                let blocked = view.occupancy.on(lane).iter().any(|o| {
+                let blocked = view.occupancy.on(lane).iter().find(|o| {
                     conflict.between(is_wide(view, own, o.body)).is_some_and(|meet| {
                         o.body != own
                             && o.aligned < 0.6
@@ -207,12 +231,12 @@ impl Junctions {
                             && is_idle(rows, view, o.body)
                     })
                 });
-                if blocked {
-                    return false;
+                if let Some(occupant) = blocked {
+                    return Err(occupant.body);
                 }
             }
         }
-        true
+        Ok(())
     }
 
     /// Makes the holder of a later leave yield to those with earlier ones.
@@ -234,9 +258,8 @@ impl Junctions {
                     {
                         continue;
                     }
-                    let mine = self.window(view, own, start, meet.mine, lane);
-                    let theirs =
-                        self.window(view, holder.body, holder.start_m, meet.theirs, holder.lane);
+                    let mine = self.window(view, own, start, meet.mine, lane, f32::INFINITY);
+                    let theirs = self.arrival(view, holder, meet.theirs);
                     if theirs.1 <= 0.0 {
                         continue;
                     }
@@ -260,7 +283,11 @@ impl Junctions {
                     let wide = is_wide(view, own, holder.body);
                     let Some(enter_m) = conflict.last_stop(wide, -start) else { continue };
                     let before_m = if wide { 1.2 } else { 0.5 };
-                    halt.stop_m = halt.stop_m.min((start + enter_m - before_m).max(0.0));
+                    let stop_m = (start + enter_m - before_m).max(0.0);
+                    if stop_m < halt.stop_m {
+                        halt.stop_m = stop_m;
+                        self.yields[row] = holder.body;
+                    }
                 }
             }
         }

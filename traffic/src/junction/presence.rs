@@ -4,6 +4,9 @@ use super::{BRAKE_MPS2, Junctions, View, pass_end, way};
 use crate::rows::Rows;
 use crate::tracks::NONE;
 
+/// By how much a vehicle may exceed what curves allow, at most.
+const PACE_OVERSHOOT: f32 = 1.2;
+
 /// Someone's presence on a lane of a junction, now or soon.
 #[derive(Clone, Copy)]
 pub(super) struct Presence {
@@ -13,6 +16,8 @@ pub(super) struct Presence {
     /// From its front bumper to the lane's start.
     pub(super) start_m: f32,
     pub(super) rank: i32,
+    /// It cannot come faster: no lane on its way there allows it.
+    pub(super) top_mps: f32,
 }
 
 impl Junctions {
@@ -27,11 +32,13 @@ impl Junctions {
             let lanes = rows.route[row].lanes();
             for (k, &lane) in lanes.iter().enumerate().take(pass_end(rows, row)) {
                 if tracks.in_junction(lane) {
+                    let top_mps = self.top_mps(rows, row, k, view);
                     self.holders.push(Presence {
                         lane,
                         body: view.crowd.driven[row],
                         start_m: self.start(row, k),
                         rank: 0,
+                        top_mps,
                     });
                 }
             }
@@ -40,11 +47,13 @@ impl Junctions {
             let lanes = rows.route[request.row].lanes();
             for (k, &lane) in way(lanes, request) {
                 if tracks.in_junction(lane) {
+                    let top_mps = self.top_mps(rows, request.row, k, view);
                     self.coming.push(Presence {
                         lane,
                         body: view.crowd.driven[request.row],
                         start_m: self.start(request.row, k),
                         rank: request.rank,
+                        top_mps,
                     });
                 }
             }
@@ -71,7 +80,9 @@ impl Junctions {
                 }
                 if tracks.in_junction(lane) {
                     let start_m = -occupant.front_m;
-                    self.holders.push(Presence { lane, body: body as u32, start_m, rank: 0 });
+                    let top_mps = f32::INFINITY;
+                    let body = body as u32;
+                    self.holders.push(Presence { lane, body, start_m, rank: 0, top_mps });
                 }
                 let left_m = tracks.length(lane) - occupant.front_m;
                 if left_m < 3.0 * occupant.speed_mps {
@@ -81,11 +92,26 @@ impl Junctions {
                             body: body as u32,
                             start_m: left_m,
                             rank: 0,
+                            top_mps: f32::INFINITY,
                         });
                     }
                 }
             }
         }
+    }
+
+    /// From when to when someone may be on a stretch of the lane of his presence.
+    pub(super) fn arrival(&self, view: &View, of: &Presence, on: (f32, f32)) -> (f32, f32) {
+        self.window(view, of.body, of.start_m, on, of.lane, of.top_mps)
+    }
+
+    /// How fast a row may be on its way to lane `k` of its route, as far as curves go: bounds how
+    /// early it can be there.
+    pub(super) fn top_mps(&self, rows: &Rows, row: usize, k: usize, view: &View) -> f32 {
+        let speed = view.crowd.velocity[view.crowd.driven[row] as usize].length();
+        let lanes = &rows.route[row].lanes()[..=k];
+        let pace = lanes.iter().map(|&lane| view.map.tracks.top_pace(lane));
+        pace.fold(speed, f32::max) * PACE_OVERSHOOT
     }
 
     /// From when to when a vehicle may be on a stretch of a lane, in seconds from now: as early and
@@ -97,17 +123,19 @@ impl Junctions {
         start_m: f32,
         on: (f32, f32),
         lane: u32,
+        top_mps: f32,
     ) -> (f32, f32) {
         let body = body as usize;
         let tracks = &view.map.tracks;
         let speed = view.crowd.velocity[body].length();
         let limit = tracks.limit_mps[lane as usize];
-        let pace = tracks.pace_at(lane, on.0).min(limit).max(2.0);
+        let share = view.crowd.body[body].curve_share();
+        let pace = (tracks.pace_at(lane, on.0) * share).min(limit).max(2.0);
         let enter = start_m + on.0;
         let leave = start_m + on.1 + view.crowd.body[body].length_m();
         let brisk = view.crowd.body[body].brisk_mps;
         let (late, gain) = (brisk.min(0.85 * pace), if brisk < 10.0 { 0.7 } else { 1.2 });
-        (travel_s(enter, speed, limit * 1.1, 2.2), late_s(leave, speed, late, gain))
+        (travel_s(enter, speed, top_mps.min(limit * 1.1), 3.0), late_s(leave, speed, late, gain))
     }
 }
 

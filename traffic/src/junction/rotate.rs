@@ -47,7 +47,7 @@ impl Junctions {
             for &head in &ring {
                 done[head] = true;
             }
-            if ring.iter().all(|&head| self.is_clear(rows, &heads[head].0, view)) {
+            if ring.iter().all(|&head| self.is_clear(rows, &heads[head].0, view).is_ok()) {
                 for &head in &ring {
                     self.grant(rows, orders, &heads[head].0, view);
                     self.halts[heads[head].0.row] = super::FREE;

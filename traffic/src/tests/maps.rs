@@ -53,6 +53,52 @@ pub(super) fn crossing() -> Arc<Network> {
     parse(&text)
 }
 
+/// A one-way lane in a loop to the left: four quarter circles, with straight roads between them
+/// unless `straight_m` is 0.
+pub(crate) fn loop_road(radius_m: f64, straight_m: f64) -> Arc<Network> {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    // Along each road: length and curvature.
+    let mut pieces = Vec::new();
+    for _ in 0..4 {
+        if straight_m > 0.0 {
+            pieces.push((straight_m, 0.0));
+        }
+        pieces.push((radius_m * quarter, 1.0 / radius_m));
+    }
+    let count = pieces.len();
+    let (mut x, mut y, mut heading) = (0.0f64, 0.0f64, 0.0f64);
+    let mut text = String::new();
+    for (index, (length_m, curvature)) in pieces.into_iter().enumerate() {
+        let (before, after) = ((index + count - 1) % count, (index + 1) % count);
+        let shape = if curvature == 0.0 {
+            "<line/>".to_owned()
+        } else {
+            format!(r#"<arc curvature="{curvature}"/>"#)
+        };
+        text += &format!(
+            r#"<road name="" length="{length_m}" id="{index}" junction="-1">
+            <link><predecessor elementType="road" elementId="{before}" contactPoint="end"/>
+            <successor elementType="road" elementId="{after}" contactPoint="start"/></link>
+            <planView><geometry s="0" x="{x}" y="{y}" hdg="{heading}" length="{length_m}">{shape}
+            </geometry></planView>
+            <lanes><laneSection s="0"><center><lane id="0" type="none" level="false"/></center>
+            <right><lane id="-1" type="driving" level="false">
+            <link><predecessor id="-1"/><successor id="-1"/></link>
+            <width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></right></laneSection></lanes>
+            </road>"#
+        );
+        if curvature == 0.0 {
+            (x, y) = (x + length_m * heading.cos(), y + length_m * heading.sin());
+        } else {
+            let turned = heading + length_m * curvature;
+            x += radius_m * (turned.sin() - heading.sin());
+            y -= radius_m * (turned.cos() - heading.cos());
+            heading = turned;
+        }
+    }
+    parse(&text)
+}
+
 fn road(
     id: &str,
     junction: &str,
