@@ -4,9 +4,17 @@
 //! cargo run --release -p tests --example traffic_hour -- maps/Town04.xodr --vehicles 100
 //! ```
 //!
-//! Without a map it drives on the default one. It ends with 1 if a goal is missed: while nobody
-//! ahead, no line and no curve slows a vehicle, 60 % of the limit on average; 5 km an hour for each vehicle; nobody in one place for 120 s;
-//! nobody removed, teleported or thrown off the road; no collision.
+//! Without a map it drives on the default one. It ends with 1 if a goal is missed:
+//!
+//! - *Free*, vehicles drive at 60 % of the limit. Free is every moment in which nobody is within
+//!   60 m ahead, no line within 200 m asks for a stop, and the vehicle neither backs out nor turns
+//!   round. Speeding up after a stop counts, and so do vehicles that cannot go faster: bicycles,
+//!   buses. The figure is the mean, over all free moments of all vehicles, of speed by limit. The
+//!   goal leaves out moments in which a curve or a lower limit ahead asks for less than 95 % of the
+//!   limit; the figure with them is printed first.
+//! - Each vehicle drives 5 km an hour, all waiting included.
+//! - Nobody stays within 5 m of a place for more than 120 s, whatever for: a red light counts too.
+//! - Nobody is removed, teleported or toppled, and nobody touches anybody or anything.
 
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -52,9 +52,15 @@ impl Body {
     }
 
     /// At what share of a car's speed it takes curves: what is long leaves its line sooner, and
-    /// fills its lane.
+    /// fills its lane; a bicycle must lean over first.
     pub(crate) fn curve_share(&self) -> f32 {
-        if self.is_wide() { 0.82 } else { 1.0 }
+        if self.brisk_mps < 10.0 {
+            0.7
+        } else if self.is_wide() {
+            0.82
+        } else {
+            1.0
+        }
     }
 
     fn of(blueprint: &Blueprint) -> Body {

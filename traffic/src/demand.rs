@@ -1,6 +1,7 @@
 //! Who wants which light to be green: what a detector loop before the line would report.
 
 use crate::map::Map;
+use crate::outlook::Wait;
 use crate::perceive::{Crowd, Occupancy};
 use crate::rows::Rows;
 use crate::tracks::NONE;
@@ -11,6 +12,9 @@ const CALL_M: f32 = 70.0;
 const NEAR_M: f32 = 20.0;
 /// or will be at the line so soon.
 const SOON_S: f32 = 3.5;
+
+/// Slower than this, one stands.
+const STANDING_MPS: f32 = 0.5;
 
 /// By cycle, a bit for each phase.
 #[derive(Default)]
@@ -38,13 +42,14 @@ impl Demand {
     }
 
     /// Takes down who comes to which light. `start_m` is the way from the front bumper of a row to
-    /// a lane of its route.
+    /// a lane of its route; `waits` says what for each row waits.
     pub(crate) fn count(
         &mut self,
         map: &Map,
         rows: &Rows,
         crowd: &Crowd,
         occupancy: &Occupancy,
+        waits: &[Wait],
         start_m: impl Fn(usize, usize) -> f32,
     ) {
         for bits in [&mut self.waits, &mut self.comes] {
@@ -62,7 +67,9 @@ impl Demand {
                     break;
                 }
                 if map.approaches.signal[lane as usize] != NONE && start_m(row, k) > 0.0 {
-                    self.call(map, lane, line_m, speed);
+                    // Green is of no use to who has no room beyond, nor to who stands behind him.
+                    let moves = speed > STANDING_MPS || matches!(waits[row], Wait::Others);
+                    self.call(map, lane, line_m, speed, moves);
                     break;
                 }
             }
@@ -76,19 +83,19 @@ impl Demand {
                 for &way in map.tracks.next(lane) {
                     let line_m = left_m - map.approaches.line_m[way as usize];
                     if line_m < CALL_M && map.approaches.signal[way as usize] != NONE {
-                        self.call(map, way, line_m, on.speed_mps);
+                        self.call(map, way, line_m, on.speed_mps, true);
                     }
                 }
             }
         }
     }
 
-    fn call(&mut self, map: &Map, lane: u32, line_m: f32, speed: f32) {
+    fn call(&mut self, map: &Map, lane: u32, line_m: f32, speed: f32, moves: bool) {
         let signal = map.approaches.signal[lane as usize];
         let Some((cycle, phase)) = map.signals.seat(signal) else { return };
         let bit = 1 << phase.min(63);
         self.waits[cycle as usize] |= bit;
-        if line_m < NEAR_M.max(SOON_S * speed) {
+        if moves && line_m < NEAR_M.max(SOON_S * speed) {
             self.comes[cycle as usize] |= bit;
         }
     }

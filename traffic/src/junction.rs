@@ -138,6 +138,7 @@ impl Junctions {
             }
         }
         self.unlock(rows, orders, view);
+        self.overtake(rows, orders, view);
     }
 
     fn measure(&mut self, rows: &Rows, view: &View) {
@@ -164,29 +165,31 @@ impl Junctions {
         self.starts[self.starts_from[row] + k]
     }
 
-    /// Takes back a leave that has not been used yet and cannot be used now.
+    /// Takes back what has not been used yet of a leave and cannot be used now: all of it, or what
+    /// lies beyond the junction that the vehicle is in. Otherwise who stands in a queue would keep
+    /// from going whom he cannot reach.
     fn withdraw(&self, rows: &mut Rows, row: usize, view: &View) {
         if rows.order[row] == 0 {
             return;
         }
-        let lanes = rows.route[row].lanes();
-        let end = pass_end(rows, row);
-        let Some(from) = (0..end.min(lanes.len())).find(|&k| view.map.tracks.in_junction(lanes[k]))
-        else {
-            return;
+        let (tracks, lanes) = (&view.map.tracks, rows.route[row].lanes());
+        let end = pass_end(rows, row).min(lanes.len());
+        let speed = view.crowd.speed(view.crowd.driven[row] as usize);
+        let enters = |k: usize| {
+            tracks.in_junction(lanes[k]) && (k == 0 || !tracks.in_junction(lanes[k - 1]))
         };
-        let entry_m = self.start(row, from);
-        if entry_m <= 0.0 {
-            return;
-        }
-        let body = view.crowd.driven[row] as usize;
-        let speed = view.crowd.speed(body);
-        let line_m = entry_m - view.map.approaches.line_m[lanes[from] as usize];
-        let stoppable =
-            speed * speed < 2.0 * YELLOW_BRAKE_MPS2 * (line_m - LINE_GAP_M).max(0.0) || speed < 0.5;
-        let light = self.light(rows, row, from, view);
-        let stopped = light == light::RED || light == light::YELLOW;
-        if stoppable && (stopped || rows.idle_s[row] > 4.0) {
+        let taken = (0..end).filter(|&k| enters(k) && self.start(row, k) > 0.0).find(|&from| {
+            let line_m = self.start(row, from) - view.map.approaches.line_m[lanes[from] as usize];
+            let brakes = 2.0 * YELLOW_BRAKE_MPS2 * (line_m - LINE_GAP_M).max(0.0);
+            let stoppable = speed * speed < brakes || speed < 0.5;
+            let light = self.light(rows, row, from, view);
+            let stopped = light == light::RED || light == light::YELLOW;
+            stoppable && (stopped || rows.idle_s[row] > 4.0)
+        });
+        let Some(from) = taken else { return };
+        if (0..from).any(|k| tracks.in_junction(lanes[k])) {
+            rows.pass_end[row] = rows.route[row].passed.wrapping_add(from as u32);
+        } else {
             rows.order[row] = 0;
             rows.pass_end[row] = 0;
             rows.idle_s[row] = 0.0;
@@ -232,7 +235,7 @@ impl Junctions {
             let end = pass_end(rows, other).min(lanes.len());
             let behind = (0..end)
                 .find(|&k| lanes[k] == lane)
-                .is_some_and(|k| self.start(other, k) > request.entry_m.max(0.0));
+                .is_some_and(|k| self.start(other, k) > request.entry_m);
             if behind {
                 rows.order[other] = 0;
                 rows.pass_end[other] = 0;

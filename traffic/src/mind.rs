@@ -418,6 +418,7 @@ impl Mind {
             &self.memory.rows,
             &scratch.crowd,
             &scratch.occupancy,
+            &scratch.junctions.waits,
             starts,
         );
         self.map.signals.advance(&mut self.memory.clocks, &scratch.demand, delta_nanos);

@@ -17,8 +17,8 @@ const INTEGRAL: f32 = 0.8;
 /// Bound of the integral, m/s².
 const EFFORT_MAX: f32 = 2.5;
 
-/// Below this speed an engine that idles in gear pushes against weak brakes, so that who means to
-/// stop presses them no less than so much.
+/// Below this speed an engine that idles in gear pushes against weak brakes, and what is left of the
+/// integral from speeding up does too: who means to stop presses them no less than so much.
 const CREEP_MPS: f32 = 1.5;
 const CREEP_BRAKE: f32 = 0.8;
 /// Who wants to slow down like this means to stop.
@@ -79,4 +79,18 @@ fn lock_share(speed: f32) -> f32 {
         }
     }
     0.7
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_stops_at_a_walk_does_not_creep_on() {
+        // It has just sped up against a hill, as the integral remembers.
+        let mut effort = EFFORT_MAX;
+        let pedals = press(-2.0, 0.0, 0.8, 0.0, 0.05, &mut effort);
+        assert_eq!(pedals.throttle, 0.0);
+        assert!(pedals.brake >= CREEP_BRAKE, "{pedals:?}");
+    }
 }

@@ -21,6 +21,8 @@ const PATIENCE_S: f32 = 3.0;
 const REVERSE_S: f32 = 3.0;
 /// After it one waits at least so long.
 const HOLD_S: f32 = 4.0;
+/// Whoever is so near is touched, or nearly.
+const TOUCH_M: f32 = 0.1;
 /// Room that backing out needs behind.
 const BEHIND_M: f32 = 1.5;
 
@@ -72,7 +74,7 @@ pub(crate) fn way_out(
     }
     let pushes = gain > 0.4;
     let blocked_askew = leader.gap_m < 2.5
-        && (is_in_trouble(deviation) || leader.aligned < 0.7)
+        && (is_in_trouble(deviation) || leader.aligned < 0.7 || leader.gap_m < TOUCH_M)
         && crowd.velocity[leader.body as usize].length_squared() < 0.1;
     let stuck = speed.abs() < 0.25 && (pushes || blocked_askew);
     rows.stuck_s[row] = if stuck { rows.stuck_s[row] + delta_s } else { 0.0 };

@@ -27,7 +27,7 @@ const GREEN_LEAST_NANOS: u64 = 6_000_000_000;
 /// Green while nobody is there.
 const GREEN_ALONE_NANOS: u64 = 10_000_000_000;
 /// All phases together take no longer than this while somebody waits, unless they are very many.
-const ROUND_NANOS: u64 = 88_000_000_000;
+const ROUND_NANOS: u64 = 70_000_000_000;
 
 /// Which lights are green together, and in which order.
 pub(crate) struct SignalPlan {

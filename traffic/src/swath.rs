@@ -28,6 +28,8 @@ const BUS: Body = Body {
     lock_rad: 0.85,
     brisk_mps: 40.0,
 };
+/// How much of the lock is left when it turns at some speed.
+const LOCK_SHARE: f32 = 0.85;
 /// So far before and after a track its bodies are looked at.
 const RUN_UP_M: f32 = 16.0;
 pub(crate) const RUN_OUT_M: f32 = 12.0;
@@ -91,6 +93,7 @@ fn place(tracks: &Tracks, lane: u32, arc_m: f32) -> (Vec3, Vec2) {
 }
 
 /// Drives a body along the path: what is steered follows it, the rear axle follows what is steered.
+/// Where the path turns more tightly than its wheels, it swings out and comes back.
 fn sweep(path: &mut [Station], step_m: f32, body: &Body, reach: fn(&mut Station) -> &mut Reach) {
     let axle_m = body.axle_to_lead_m();
     let mut forward = path[0].tangent;
@@ -98,10 +101,19 @@ fn sweep(path: &mut [Station], step_m: f32, body: &Body, reach: fn(&mut Station)
     // Along the body, from the point that follows the track.
     let (tail_m, nose_m) = (-body.rear_m - body.lead_m(), body.front_m - body.lead_m());
     let marks = ((nose_m - tail_m) / step_m).ceil() as usize;
+    let turn_max = step_m * (LOCK_SHARE * body.lock_rad).tan() / body.wheelbase_m;
     for at in 0..path.len() {
-        let lead = path[at].point.truncate();
-        forward = (lead - rear).normalize_or(forward);
-        rear = lead - forward * axle_m;
+        let mut lead = path[at].point.truncate();
+        let wanted = (lead - rear).normalize_or(forward);
+        let turn = forward.angle_to(wanted);
+        if turn.abs() <= turn_max || at == 0 {
+            forward = wanted;
+            rear = lead - forward * axle_m;
+        } else {
+            forward = Vec2::from_angle(turn_max.copysign(turn)).rotate(forward);
+            rear += forward * step_m;
+            lead = rear + forward * axle_m;
+        }
         for mark in 0..=marks {
             let along_m = tail_m + (nose_m - tail_m) * mark as f32 / marks as f32;
             for side in [body.half_width_m, -body.half_width_m] {
@@ -128,4 +140,24 @@ fn nearest(path: &[Station], guess: i32, corner: Vec2) -> Option<usize> {
         .map(|k| (path[k as usize].point.truncate().distance_squared(corner), k as usize))
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, k)| k)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::maps;
+
+    /// How far a car reaches to the outside of a loop to the left.
+    fn outside_m(radius_m: f64) -> f32 {
+        let tracks = Tracks::new(&maps::loop_road(radius_m, 20.0));
+        let curve = (0..tracks.count() as u32).filter(|&lane| tracks.has(lane)).nth(1).unwrap();
+        stations(&tracks, curve).iter().map(|station| station.car.right_m).fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn who_cannot_turn_so_tightly_swings_out() {
+        // The lane lies outside the reference line.
+        assert!(outside_m(12.0) < CAR_M + 0.7, "{}", outside_m(12.0));
+        assert!(outside_m(1.5) > CAR_M + 1.0, "{}", outside_m(1.5));
+    }
 }

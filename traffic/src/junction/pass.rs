@@ -307,6 +307,6 @@ fn margin_s(view: &View, a: u32, b: u32) -> f32 {
     if is_wide(view, a, b) { 2.0 * MARGIN_S } else { MARGIN_S }
 }
 
-fn is_wide(view: &View, a: u32, b: u32) -> bool {
+pub(super) fn is_wide(view: &View, a: u32, b: u32) -> bool {
     view.crowd.body[a as usize].is_wide() || view.crowd.body[b as usize].is_wide()
 }

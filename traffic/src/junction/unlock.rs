@@ -5,7 +5,9 @@
 //! a ring would ever go, nor would those who stand for one of them. The one without leave then
 //! goes before all of these, if none of them is in the way yet.
 
-use super::{Junctions, Request, View};
+use super::pass::is_wide;
+use super::presence::present;
+use super::{Junctions, Request, View, pass_end};
 use crate::follow;
 use crate::outlook::Wait;
 use crate::rows::Rows;
@@ -37,6 +39,49 @@ impl Junctions {
                 self.go_first(rows, orders, &bound, &request, view);
             }
         }
+    }
+
+    /// Lets one go first who has leave but gives way to somebody who stands for him.
+    pub(super) fn overtake(&mut self, rows: &mut Rows, orders: &mut u64, view: &View) {
+        for row in 0..rows.id.len() {
+            if rows.placed[row] == 0 || rows.idle_s[row] < PATIENCE_S || self.yields[row] == NONE {
+                continue;
+            }
+            let Some(ring) = self.ring(rows, row, view) else { continue };
+            let bound = self.bound(rows, &ring, view);
+            let held = ring.iter().map(|&row| rows.order[row]).filter(|&order| order != 0);
+            let earliest = held.min().unwrap_or(0);
+            if earliest == rows.order[row] || self.is_blocked(rows, row, &bound, view) {
+                continue;
+            }
+            for order in rows.order.iter_mut().filter(|order| **order >= earliest) {
+                *order += 1;
+            }
+            *orders += 1;
+            rows.order[row] = earliest;
+        }
+    }
+
+    /// Whether one of `bound` is in the way that a row has leave for.
+    fn is_blocked(&self, rows: &Rows, row: usize, bound: &[usize], view: &View) -> bool {
+        let own = view.crowd.driven[row];
+        let lanes = rows.route[row].lanes();
+        lanes.iter().take(pass_end(rows, row)).enumerate().any(|(k, &lane)| {
+            view.map.conflicts.of(lane).iter().any(|conflict| {
+                present(&self.holders, conflict.other).iter().any(|holder| {
+                    let other = view.crowd.row[holder.body as usize];
+                    let is_bound = other != NONE && bound.contains(&(other as usize));
+                    let wide = is_wide(view, own, holder.body);
+                    conflict.between(wide).is_some_and(|meet| {
+                        let body = view.crowd.body[holder.body as usize];
+                        let passed = -holder.start_m > meet.theirs.1 + body.length_m();
+                        let there = holder.start_m + meet.theirs.0 <= 0.0 && !passed;
+                        let mine = -self.start(row, k) < meet.mine.1;
+                        holder.body != own && is_bound && there && mine
+                    })
+                })
+            })
+        })
     }
 
     /// All who stand for each other, from `row` back to itself.
