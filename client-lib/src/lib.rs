@@ -26,9 +26,9 @@ mod view;
 
 pub use bus::{
     ActorId, ActorState, Autopilot, BlueprintInfo, DEPTH_FAR_M, Episode, Frame, HoldLight,
-    Instance, Interrupted, JournalEntry, Name, Pose, RigId, SensorSpec, SetVelocity, Settings,
-    SnapshotHeader, Stamp, Strategy, Teleport, TrafficDial, VehicleControl, Watch, Weather, Wish,
-    clock, dial, flag, kind, light, output, sensor, tracer,
+    Instance, Interrupted, JournalEntry, Name, Pose, RigId, SensorSpec, SetPhysics, SetVelocity,
+    Settings, SnapshotHeader, Stamp, Strategy, Teleport, TrafficDial, VehicleControl, Watch,
+    Weather, Wish, clock, dial, flag, kind, light, output, sensor, tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;

@@ -111,6 +111,11 @@ impl World {
                 set(&mut actor.state.flags, flag::AUTOPILOT, to.on != 0);
                 Ok(to.actor_id.0)
             }
+            Wish::SetPhysics(to) => {
+                self.movable(to.actor_id)?;
+                self.physics.set_kinematic(to.actor_id, to.on == 0).map_err(|e| e.to_string())?;
+                Ok(to.actor_id.0)
+            }
             Wish::HoldLight(to) => {
                 let actor = self.actors.get_mut(&to.actor_id);
                 let light = actor

@@ -185,6 +185,8 @@ wishes! {
     SetVelocity(SetVelocity) = 12,
     /// Keep a traffic light at one colour, or give it back to traffic's plan.
     HoldLight(HoldLight) = 13,
+    /// Let physics move an actor, or teleports and set velocities alone.
+    SetPhysics(SetPhysics) = 14,
 }
 
 /// See [`Wish::Spawn`].
@@ -239,6 +241,17 @@ pub struct HoldLight {
     pub hold: u32,
     /// One of [`crate::light`].
     pub phase: u32,
+}
+
+/// See [`Wish::SetPhysics`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("SetPhysics")]
+#[repr(C)]
+pub struct SetPhysics {
+    /// Who.
+    pub actor_id: ActorId,
+    /// 1: it falls, rolls and is pushed; 0: it is kinematic.
+    pub on: u32,
 }
 
 /// See [`Wish::Autopilot`].

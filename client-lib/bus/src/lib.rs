@@ -16,7 +16,7 @@ mod traffic;
 pub use actor::{ACTORS_MAX, ActorId, ActorState, Pose, VehicleControl, flag, kind, light};
 pub use command::{
     Autopilot, BatchHeader, Command, CreateRig, HoldLight, JournalEntry, JournalHeader, Outcome,
-    SetVelocity, Settings, Spawn, Teleport, TrafficDial, Weather, Wish, dial, status,
+    SetPhysics, SetVelocity, Settings, Spawn, Teleport, TrafficDial, Weather, Wish, dial, status,
 };
 pub use name::Name;
 pub use rig::{

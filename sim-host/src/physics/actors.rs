@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bus::{ActorId, Pose, VehicleControl};
 use glam::{Mat3, Quat, Vec2, Vec3};
 use rapier3d::prelude::{
-    ColliderBuilder, MassProperties, Pose as BodyPose, RigidBodyBuilder, SharedShape,
+    ColliderBuilder, MassProperties, Pose as BodyPose, RigidBodyBuilder, RigidBodyType, SharedShape,
 };
 use serde::{Deserialize, Serialize};
 
@@ -173,6 +173,33 @@ impl Physics {
         if let Kind::Vehicle(vehicle) = &mut actor.kind {
             vehicle.roll_at(velocity_mps.dot(*body.rotation() * Vec3::X));
         }
+        Ok(())
+    }
+
+    /// Whether physics moves an actor, or teleports and set velocities alone. It comes to rest.
+    pub fn set_kinematic(&mut self, id: ActorId, on: bool) -> Result<(), PhysicsError> {
+        let index = self.find(id)?;
+        let actor = &mut self.actors[index];
+        if actor.kinematic == on {
+            return Ok(());
+        }
+        actor.kinematic = on;
+        actor.glide = (Vec3::ZERO, Vec3::ZERO);
+        let body = &mut self.world.bodies[actor.body];
+        match &mut actor.kind {
+            // A walker's body goes where its feet go, either way.
+            Kind::Walker(walker) => {
+                walker.wish_mps = Vec2::ZERO;
+                return Ok(());
+            }
+            Kind::Vehicle(vehicle) => vehicle.rest(),
+            Kind::Prop(_) => {}
+        }
+        let body_type =
+            if on { RigidBodyType::KinematicPositionBased } else { RigidBodyType::Dynamic };
+        body.set_body_type(body_type, true);
+        body.set_linvel(Vec3::ZERO, true);
+        body.set_angvel(Vec3::ZERO, true);
         Ok(())
     }
 

@@ -280,6 +280,24 @@ fn a_crate_falls_comes_to_rest_and_is_pushed_by_a_car() {
 }
 
 #[test]
+fn a_vehicle_without_physics_hangs_in_the_air_and_falls_when_it_has_it_again() {
+    let mut physics = town();
+    let model = Arc::new(VehicleModel::sedan());
+    let pose = Pose::level(Vec3::new(0.0, 0.0, 6.0), 0.0);
+    physics.spawn_vehicle(ActorId(1), &model, &pose, false).unwrap();
+    physics.set_kinematic(ActorId(1), true).unwrap();
+    for _ in 0..20 {
+        physics.step(FRAME_NANOS, SUBSTEP_NANOS);
+    }
+    assert_eq!(state(&physics, 1).pose, pose);
+    physics.set_kinematic(ActorId(1), false).unwrap();
+    for _ in 0..20 {
+        physics.step(FRAME_NANOS, SUBSTEP_NANOS);
+    }
+    assert!(state(&physics, 1).pose.position().z < 5.0);
+}
+
+#[test]
 fn a_kinematic_vehicle_moves_only_as_it_is_told() {
     let mut physics = town();
     let model = Arc::new(VehicleModel::sedan());
