@@ -289,6 +289,27 @@ def is_moved_by_hand(c):
 
 
 @check
+def hangs_without_physics(c):
+    car = c.car()
+    car.set_simulate_physics(False)
+    high = car.get_location() + carla.Location(z=5.0)
+    car.set_location(high)
+    c.ticks(20)
+    assert car.get_location().distance(high) < 1e-3
+    car.set_simulate_physics(True)
+    c.ticks(60)
+    near(high.z - car.get_location().z, 5.0, 0.5)
+    works("Actor.set_simulate_physics", "it hung in the air without, and fell with physics")
+    car.destroy()
+    car = c.car(sticky_control="false")
+    car.apply_control(carla.VehicleControl(throttle=1.0))
+    c.ticks(4)
+    assert car.get_control().throttle == 0.0
+    works("sticky_control", "pedals that are not pressed again come back")
+    car.destroy()
+
+
+@check
 def traffic_drives(c):
     manager = c.client.get_trafficmanager(8000)
     manager.set_synchronous_mode(True)
@@ -719,9 +740,6 @@ def refuses_what_it_has_not(c):
                 carla.AckermannControllerSettings())})
     refuses("no actors without collisions",
             {"Actor.set_collisions": lambda: car.set_collisions(False)})
-    refuses("cannot take the physics",
-            {"Actor.set_simulate_physics:False": lambda: car.set_simulate_physics(False)})
-    car.set_simulate_physics(True)
     ignored("nothing: gravity is everybody's",
             {"Actor.set_enable_gravity": lambda: car.set_enable_gravity(False)})
     ignored("nothing: a vehicle stays as it was built",

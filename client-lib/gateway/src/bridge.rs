@@ -11,7 +11,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use client_lib::{ActorId, Client, ClientError, JournalEntry, VehicleControl, Weather, Wish, kind};
+use client_lib::{
+    ActorId, ActorState, Client, ClientError, JournalEntry, Pose, VehicleControl, Weather, Wish,
+    kind,
+};
 
 use crate::{
     args::Refusal,
@@ -60,8 +63,8 @@ pub(crate) struct Bridge {
     /// Batches sent since the last frame.
     sends: u32,
     has_news: bool,
-    /// Actors that no snapshot shows yet, and until which frame that is no wonder.
-    spawned: BTreeMap<u32, u64>,
+    /// Actors that no snapshot shows yet, until which frame that is no wonder, and where they are.
+    spawned: BTreeMap<u32, (u64, Pose)>,
     /// The last frame that clients were shown.
     shown: u64,
     tickers: Vec<Peer>,
@@ -228,8 +231,16 @@ impl Bridge {
     }
 
     /// An actor was spawned that the next snapshot shows first.
-    pub(crate) fn note_spawned(&mut self, id: u32) {
-        self.spawned.insert(id, self.client.frame().0 + 3);
+    pub(crate) fn note_spawned(&mut self, id: u32, pose: Pose) {
+        self.spawned.insert(id, (self.client.frame().0 + 3, pose));
+    }
+
+    /// The newest state of an actor; one that no snapshot shows yet rests where it was spawned.
+    pub(crate) fn state(&self, id: u32) -> Option<ActorState> {
+        let actor_id = ActorId(id);
+        let fresh = || self.spawned.get(&id).map(|(_, pose)| *pose);
+        let rest = |pose| ActorState { actor_id, pose, ..ActorState::default() };
+        self.client.world().actor(actor_id).copied().or_else(|| fresh().map(rest))
     }
 
     /// Whether an actor is on the bus, be it in a snapshot yet or not.
@@ -263,8 +274,19 @@ impl Bridge {
 
     fn age_pedals(&mut self) {
         let keep = if self.is_synchronous() { 0 } else { 2 };
-        self.pedals.retain(|_, (_, age)| {
+        let cast = &self.cast;
+        let does_stick = |id: u32| {
+            let actor = cast.known(id);
+            actor.and_then(|a| a.description.get("sticky_control")) != Some("false")
+        };
+        self.pedals.retain(|id, (control, age)| {
             *age += 1;
+            let actor_id = control.actor_id;
+            let released = VehicleControl { actor_id, ..VehicleControl::default() };
+            // Feet that do not stick to the pedals leave them after one frame.
+            if *age > keep && *control != released && !does_stick(*id) {
+                (*control, *age) = (released, 0);
+            }
             *age <= keep
         });
     }
@@ -278,7 +300,7 @@ impl Bridge {
     pub(crate) fn show_state(&mut self) {
         let world = self.client.world();
         let header = world.header();
-        self.spawned.retain(|_, until| *until > header.stamp.frame.0);
+        self.spawned.retain(|_, (until, _)| *until > header.stamp.frame.0);
         drop(self.cast.forget_gone(world, &self.spawned));
         self.shown = header.stamp.frame.0;
         self.lights.follow(world);

@@ -133,7 +133,11 @@ impl Cast {
     }
 
     /// Forgets the bus's actors that are in the world no more; says which of our own went along.
-    pub(crate) fn forget_gone(&mut self, world: &World, spawned: &BTreeMap<u32, u64>) -> Vec<Own> {
+    pub(crate) fn forget_gone(
+        &mut self,
+        world: &World,
+        spawned: &BTreeMap<u32, (u64, Pose)>,
+    ) -> Vec<Own> {
         let is_gone =
             |id: u32| id < OWN && world.actor(ActorId(id)).is_none() && !spawned.contains_key(&id);
         let gone: Vec<u32> = self.known.keys().copied().filter(|id| is_gone(*id)).collect();

@@ -113,7 +113,7 @@ impl Bridge {
         if let Some(info) = infos.iter().find(|info| info.id == description.id) {
             self.cast.add(id, description, info);
         }
-        self.note_spawned(id);
+        self.note_spawned(id, pose);
         Ok(id)
     }
 

@@ -1,6 +1,6 @@
 //! Actors are put somewhere, pushed, or told to walk.
 
-use client_lib::{ActorId, ActorState, Pose, SetVelocity, Teleport, Wish};
+use client_lib::{ActorId, ActorState, Pose, SetPhysics, SetVelocity, Teleport, Wish};
 use glam::Vec3;
 
 use super::{Call, actors::unknown};
@@ -82,13 +82,13 @@ pub(super) fn simulate_physics(call: &mut Call) -> Result<(), Refusal> {
 }
 
 impl Bridge {
-    /// What is spawned here has physics, walkers and vehicles anyway; props have none.
+    /// Lets physics move an actor, or its client alone.
     pub(crate) fn simulate_physics(&mut self, id: u32, on: bool) -> Result<(), Refusal> {
-        let is_walker = self.known_id(id).is_some_and(|b| b.starts_with("walker."));
-        if on || is_walker {
+        if Cast::is_own(id) {
             return Ok(());
         }
-        Err("this simulator cannot take the physics from an actor that was spawned with it".into())
+        let wish = Wish::SetPhysics(SetPhysics { actor_id: ActorId(id), on: on.into() });
+        self.request_one("physics", wish).map(drop)
     }
 
     /// The blueprint of an actor.
@@ -98,8 +98,8 @@ impl Bridge {
         Some(actor.description.id.clone())
     }
 
-    fn state(&self, id: u32) -> Result<ActorState, Refusal> {
-        self.client.world().actor(ActorId(id)).copied().ok_or_else(|| unknown("actor", id))
+    fn there(&self, id: u32) -> Result<ActorState, Refusal> {
+        self.state(id).ok_or_else(|| unknown("actor", id))
     }
 
     /// Puts an actor elsewhere, at rest; one of our own relative to its carrier.
@@ -124,7 +124,7 @@ impl Bridge {
     pub(crate) fn put_at(&mut self, id: u32, to: Vec3) -> Result<(), Refusal> {
         let now = match self.cast.own.get(&id) {
             Some(own) => own.pose,
-            None => self.state(id)?.pose,
+            None => self.there(id)?.pose,
         };
         self.put(id, Pose::new(to, now.rotation()))
     }
@@ -161,7 +161,7 @@ impl Bridge {
 
     /// Newton seconds.
     pub(crate) fn push(&mut self, id: u32, impulse: Vec3) -> Result<(), Refusal> {
-        let ((mass, _), state) = (self.body(id)?, self.state(id)?);
+        let ((mass, _), state) = (self.body(id)?, self.there(id)?);
         self.set_velocity(id, state.velocity() + impulse / mass)
     }
 
@@ -173,7 +173,7 @@ impl Bridge {
 
     /// As CARLA's clients give it: degrees, in CARLA's axes; about a box of even density.
     pub(crate) fn twist(&mut self, id: u32, impulse: [f32; 3]) -> Result<(), Refusal> {
-        let ((mass, half), state) = (self.body(id)?, self.state(id)?);
+        let ((mass, half), state) = (self.body(id)?, self.there(id)?);
         let square = half * half;
         let sums = Vec3::new(square.y + square.z, square.x + square.z, square.x + square.y);
         let inertia = (sums * (mass / 3.0)).max(Vec3::splat(0.1));
