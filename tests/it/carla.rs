@@ -120,9 +120,12 @@ fn the_official_package_finds_what_the_table_says() {
         fs::write(TABLE, &table).unwrap();
     }
     let kept = fs::read_to_string(TABLE).unwrap_or_default();
+    let found = table.lines().find(|line| !kept.contains(line));
+    let gone = kept.lines().find(|line| !table.contains(line));
     assert!(
         kept == table,
-        "docs/carla-compatibility.md is of another day; UPDATE_DOCS=1 renews it"
+        "docs/carla-compatibility.md is of another day; UPDATE_DOCS=1 renews it: {found:?} is \
+         found and not written, {gone:?} is written and not found"
     );
     sim.end();
 }
