@@ -21,6 +21,9 @@ const TICKS: usize = 2_000;
 const IMAGES: usize = 300;
 const CARS: usize = 100;
 
+/// Nanoseconds of each measurement, round by round.
+type Rounds = Vec<Vec<u64>>;
+
 /// Takes the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let machine = Machine::look();
@@ -28,7 +31,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let port = free_port()?;
     let args = ["--synchronous", "--map", &map.arg, "--device", "null"];
     let sim = Sim::start(&[&args[..], &["--carla-port", &port.to_string()]].concat())?;
-    let mut put = |name, workload: String, (official, ours): (Vec<Vec<u64>>, Vec<Vec<u64>>)| {
+    let mut put = |name, workload: String, (official, ours): (Rounds, Rounds)| {
         let (theirs, ours) = (Spread::of_rounds(&official, 1e3), Spread::of_rounds(&ours, 1e3));
         let peer = Some(Peer { name: "client-lib", value: ours.p50 });
         let unit = Unit::Micros;
@@ -86,7 +89,7 @@ fn in_turn(
     job: &str,
     count: usize,
     mut ours: impl FnMut(&mut Client) -> anyhow::Result<Vec<u64>>,
-) -> anyhow::Result<(Vec<Vec<u64>>, Vec<Vec<u64>>)> {
+) -> anyhow::Result<(Rounds, Rounds)> {
     let (mut official, mut own) = (Vec::new(), Vec::new());
     for _ in 0..rounds {
         let mut client = sim.client()?;
