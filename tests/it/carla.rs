@@ -63,7 +63,7 @@ fn find_python() -> Result<PathBuf, String> {
 }
 
 /// The interpreter; none, and the test is skipped.
-fn python_or_skip(test: &str) -> Option<PathBuf> {
+pub(crate) fn python_or_skip(test: &str) -> Option<PathBuf> {
     match python() {
         Ok(python) => Some(python),
         Err(why) => {

@@ -10,6 +10,7 @@ mod leave;
 mod map;
 mod maps;
 mod modes;
+mod parity;
 mod refuse;
 mod same;
 mod tidy;

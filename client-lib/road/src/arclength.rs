@@ -5,8 +5,10 @@ use crate::curve::{GAUSS_7, slope};
 /// The parameter of a parametric cubic as a function of the length travelled on it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ArcLength {
-    /// dp/ds at and between `KNOTS` equidistant parameters is recovered from these lengths.
+    /// Travelled up to `KNOTS` equidistant parameters and the end.
     lengths: [f64; KNOTS + 1],
+    /// dp/ds at the knots.
+    rates: [f64; KNOTS + 1],
     u: [f64; 4],
     v: [f64; 4],
     p_end: f64,
@@ -24,9 +26,13 @@ impl ArcLength {
             let from = step * knot as f64;
             lengths[knot + 1] = lengths[knot] + length(&u, &v, from, from + step);
         }
+        let mut rates = [0.0; KNOTS + 1];
+        for (knot, rate) in rates.iter_mut().enumerate() {
+            *rate = 1.0 / speed(&u, &v, step * knot as f64);
+        }
         let own = lengths[KNOTS];
         let stretch = if declared_m > 0.0 && own > 0.0 { own / declared_m } else { 1.0 };
-        ArcLength { lengths, u, v, p_end, stretch }
+        ArcLength { lengths, rates, u, v, p_end, stretch }
     }
 
     /// The parameter at `ds` metres of the declared length.
@@ -36,8 +42,7 @@ impl ArcLength {
         let knot = self.lengths.partition_point(|&length| length <= target).clamp(1, KNOTS) - 1;
         let (from, to) = (self.lengths[knot], self.lengths[knot + 1]);
         let start = step * knot as f64;
-        let share = if to > from { (target - from) / (to - from) } else { 0.0 };
-        let mut p = start + step * share;
+        let mut p = start + self.first_guess(knot, target - from, to - from);
         for _ in 0..4 {
             let wrong = from + length(&self.u, &self.v, start, p) - target;
             let speed = speed(&self.u, &self.v, p);
@@ -45,12 +50,27 @@ impl ArcLength {
                 break;
             }
             p -= wrong / speed;
-            if wrong.abs() < 1e-9 {
+            // Newton's method squares what is wrong, over the scale on which the speed changes.
+            if wrong.abs() < 1e-5 {
                 break;
             }
         }
         // Beyond its ends a curve goes on a little, for queries with rounding in them.
         p.clamp(-0.1 * self.p_end.abs(), 1.1 * self.p_end.abs())
+    }
+
+    /// The parameter after `length` of the `whole` between two knots: the cubic that has the
+    /// right slopes at both.
+    fn first_guess(&self, knot: usize, length: f64, whole: f64) -> f64 {
+        let step = self.p_end / KNOTS as f64;
+        if whole <= 0.0 {
+            return 0.0;
+        }
+        let x = length / whole;
+        let slope = |rate: f64| if rate.is_finite() { rate * whole } else { step };
+        let (from, to) = (slope(self.rates[knot]), slope(self.rates[knot + 1]));
+        let (x2, x3) = (x * x, x * x * x);
+        (x3 - 2.0 * x2 + x) * from + (3.0 * x2 - 2.0 * x3) * step + (x3 - x2) * to
     }
 
     /// The parameter at which the curve has the length `length_m`.
@@ -72,7 +92,8 @@ impl ArcLength {
 }
 
 fn speed(u: &[f64; 4], v: &[f64; 4], p: f64) -> f64 {
-    slope(u, p).hypot(slope(v, p))
+    let (du, dv) = (slope(u, p), slope(v, p));
+    (du * du + dv * dv).sqrt()
 }
 
 fn length(u: &[f64; 4], v: &[f64; 4], from: f64, to: f64) -> f64 {

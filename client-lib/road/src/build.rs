@@ -9,7 +9,6 @@ pub(crate) use rights::limit_at;
 use crate::MapError;
 use crate::index::LaneIndexGrid;
 use crate::junction::{Connection, Junction};
-use crate::lane::LanePoint;
 use crate::network::Network;
 use crate::parse::{self, Records};
 use crate::signal::Controller;
@@ -51,6 +50,7 @@ fn built(text: &str, findings_max: usize) -> Result<Network, MapError> {
         signals: records.signals,
         controllers: Vec::new(),
         objects: records.objects,
+        spans: records.spans,
         uses: Vec::new(),
         findings: Vec::new(),
         grid: LaneIndexGrid::default(),
@@ -61,7 +61,7 @@ fn built(text: &str, findings_max: usize) -> Result<Network, MapError> {
     scenery::stand(&mut network);
     network.uses = network.sorted_uses();
     network.grid = LaneIndexGrid::new(&network);
-    network.bounds = bounds(&network);
+    network.bounds = network.grid.bounds().unwrap_or_default();
     network.findings = findings.found;
     Ok(network)
 }
@@ -206,21 +206,4 @@ fn control(network: &mut Network, raw: &[parse::RawController], junctions: &[par
         junction.controllers =
             raw.controllers.iter().filter_map(|id| ids.get(id.as_str()).copied()).collect();
     }
-}
-
-fn bounds(network: &Network) -> (DVec3, DVec3) {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for lane in network.lanes() {
-        let pieces = (lane.length_m / 10.0).ceil().clamp(1.0, 1000.0) as usize;
-        for piece in 0..=pieces {
-            let along_m = lane.length_m * piece as f64 / pieces as f64;
-            let half = 0.5 * network.width(LanePoint { lane: lane.index, along_m });
-            for side in [-half, half] {
-                let position = network.place_at(lane.index, along_m, side).position;
-                low = low.min(position);
-                high = high.max(position);
-            }
-        }
-    }
-    if low.is_finite() { (low, high) } else { (DVec3::ZERO, DVec3::ZERO) }
 }

@@ -1,6 +1,6 @@
 //! The spatial index: lane centres as short segments in a grid, refined on the exact curve.
 
-use crate::lane::{LanePoint, LaneTypes};
+use crate::lane::{Lane, LanePoint, LaneTypes};
 use crate::network::Network;
 use glam::{DVec2, DVec3};
 
@@ -13,6 +13,8 @@ pub(crate) struct Segment {
     pub(crate) types: u32,
     pub(crate) from_s: f32,
     pub(crate) to_s: f32,
+    /// The lane's centre lies nowhere farther from the piece than this.
+    sag_m: f32,
     /// Nothing of the lane lies farther beside the piece than this.
     pub(crate) outside_m: f32,
     /// Everything nearer beside it than this lies on the lane.
@@ -36,46 +38,93 @@ const CELL_M: f64 = 6.0;
 const CELLS_MAX: f64 = 4e6;
 const SEGMENTS_MAX: f64 = 4e6;
 const LONGEST_M: f64 = 6.0;
+/// A piece whose middle lies farther from its chord than this is cut in two.
+const SAG_M: f64 = 0.05;
+/// At most so often.
+const CUTS_MAX: u32 = 6;
 /// Widths may swell this much between the places where they are looked at.
 const SLACK_M: f64 = 0.1;
+
+/// Where a lane's centre is, and half its width.
+type Centre = (DVec3, f64);
+
+/// Adds the piece of a lane between `from_s` and `to_s`, cut in two where it bends too much.
+fn segment(
+    lane: &Lane,
+    [from, middle, to]: [Centre; 3],
+    (from_s, to_s): (f64, f64),
+    cuts: u32,
+    segments: &mut Vec<Segment>,
+    centre: &impl Fn(f64) -> Centre,
+) {
+    let sag = middle.0.distance(0.5 * (from.0 + to.0));
+    let middle_s = 0.5 * (from_s + to_s);
+    if sag > SAG_M && cuts > 0 && to_s - from_s > 0.2 {
+        let quarters = [0.5 * (from_s + middle_s), 0.5 * (middle_s + to_s)].map(centre);
+        segment(lane, [from, quarters[0], middle], (from_s, middle_s), cuts - 1, segments, centre);
+        segment(lane, [middle, quarters[1], to], (middle_s, to_s), cuts - 1, segments, centre);
+        return;
+    }
+    let sag = 1.5 * sag;
+    let halves = [from.1, middle.1, to.1];
+    segments.push(Segment {
+        from: from.0,
+        to: to.0,
+        lane: lane.index.0,
+        types: lane.kind as u32,
+        from_s: from_s as f32,
+        to_s: to_s as f32,
+        sag_m: sag as f32,
+        outside_m: (halves.into_iter().fold(0.0, f64::max) + sag + SLACK_M) as f32,
+        inside_m: (halves.into_iter().fold(f64::INFINITY, f64::min) - sag - SLACK_M) as f32,
+    });
+}
 
 impl LaneIndexGrid {
     pub(crate) fn new(network: &Network) -> LaneIndexGrid {
         let total: f64 = network.lanes().iter().map(|lane| lane.length_m).sum();
         let longest = LONGEST_M.max(total / SEGMENTS_MAX);
         let mut segments = Vec::new();
-        for lane in network.lanes() {
-            let road = &network.roads()[lane.road as usize];
-            let start = road.sections[lane.section as usize].start_m;
-            let pieces = (lane.length_m / longest).ceil().clamp(1.0, 1e6) as usize;
-            let step = lane.length_m / pieces as f64;
-            let place = |s: f64| {
-                let borders = network.borders(lane, s);
-                let lateral = network.lateral(road, lane, s, 0.0);
-                let centre = road.pose(&road.station(s), s, &lateral).position;
-                (centre, 0.5 * (borders.outer.value - borders.inner.value))
-            };
-            let mut from = place(start);
-            for piece in 0..pieces {
-                let (from_s, to_s) =
-                    (start + step * piece as f64, start + step * (piece + 1) as f64);
-                let (middle, to) = (place(0.5 * (from_s + to_s)), place(to_s));
-                let sag = 1.5 * middle.0.distance(0.5 * (from.0 + to.0)) + SLACK_M;
-                let halves = [from.1, middle.1, to.1];
-                segments.push(Segment {
-                    from: from.0,
-                    to: to.0,
-                    lane: lane.index.0,
-                    types: lane.kind as u32,
-                    from_s: from_s as f32,
-                    to_s: to_s as f32,
-                    outside_m: (halves.into_iter().fold(0.0, f64::max) + sag) as f32,
-                    inside_m: (halves.into_iter().fold(f64::INFINITY, f64::min) - sag) as f32,
-                });
-                from = to;
+        // Rows of centres: where pieces begin, in their middle, where they end.
+        let mut rows: [Vec<Centre>; 3] = Default::default();
+        for road in network.roads() {
+            for section in &road.sections {
+                let pieces = (section.length_m / longest).ceil().clamp(1.0, 1e6) as usize;
+                let step = section.length_m / pieces as f64;
+                network.centres(road, section, section.start_m, &mut rows[2]);
+                for piece in 0..pieces {
+                    let from_s = section.start_m + step * piece as f64;
+                    let to_s = section.start_m + step * (piece + 1) as f64;
+                    rows.swap(0, 2);
+                    network.centres(road, section, 0.5 * (from_s + to_s), &mut rows[1]);
+                    network.centres(road, section, to_s, &mut rows[2]);
+                    for (place, lane) in section.lanes.iter().enumerate() {
+                        let lane = network.lane(*lane);
+                        let ends = [0, 1, 2].map(|row: usize| rows[row][place]);
+                        segment(lane, ends, (from_s, to_s), CUTS_MAX, &mut segments, &|s| {
+                            network.centre(road, section, lane, s)
+                        });
+                    }
+                }
             }
         }
+        // As they were asked for lane by lane: near things lie near in memory.
         LaneIndexGrid::filled(segments)
+    }
+
+    /// Corners of the box round all lanes.
+    pub(crate) fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for segment in &self.segments {
+            let half = f64::from(segment.outside_m) - SLACK_M;
+            let along = (segment.to - segment.from).truncate().normalize_or_zero();
+            let side = (along.perp().abs() * half).extend(0.0);
+            for end in [segment.from, segment.to] {
+                low = low.min(end - side);
+                high = high.max(end + side);
+            }
+        }
+        low.is_finite().then_some((low, high))
     }
 
     fn filled(segments: Vec<Segment>) -> LaneIndexGrid {
@@ -150,33 +199,27 @@ impl LaneIndexGrid {
         }
         let flat = point.truncate();
         let (column, row) = self.cell(flat);
-        let (mut best, mut best_squared) = (None, f64::INFINITY);
+        let mut nearest = Nearest::default();
         for ring in 0..self.columns.max(self.rows) {
             // Nothing in this ring can be nearer than its inner edge.
             let reach = self.clearance(flat, column, row, ring);
-            if best.is_some() && reach * reach > best_squared {
+            if reach * reach > nearest.limit_squared {
                 break;
             }
             self.each_of_ring(column, row, ring, |cell| {
                 let entries = self.starts[cell] as usize..self.starts[cell + 1] as usize;
                 for &entry in &self.entries[entries] {
                     let segment = &self.segments[entry as usize];
-                    if segment.types & types.0 == 0 {
-                        continue;
-                    }
-                    let (squared, share) = segment.distance_squared(point);
-                    let better = squared < best_squared;
-                    if better {
-                        best_squared = squared;
-                        best = Some((segment, share));
+                    if segment.types & types.0 != 0 {
+                        let (squared, share) = segment.distance_squared(point);
+                        if squared <= nearest.limit_squared {
+                            nearest.offer(Candidate { squared, share, segment });
+                        }
                     }
                 }
             });
         }
-        let (segment, share) = best?;
-        let s = f64::from(segment.from_s)
-            + share * (f64::from(segment.to_s) - f64::from(segment.from_s));
-        Some(network.refined(&network.lanes()[segment.lane as usize], s, point))
+        nearest.choose(network, point)
     }
 
     /// Visits every segment in the cells within `reach` of `point`, some more than once.
@@ -229,6 +272,81 @@ impl LaneIndexGrid {
             cell(c - n, row);
             cell(c + n, row);
         }
+    }
+}
+
+/// A lane that may be the nearest, by its nearest piece.
+#[derive(Clone, Copy)]
+struct Candidate<'a> {
+    squared: f64,
+    share: f64,
+    segment: &'a Segment,
+}
+
+/// The lanes whose pieces are so near that only the exact curves can tell which is the nearest.
+struct Nearest<'a> {
+    few: [Option<Candidate<'a>>; 4],
+    best_squared: f64,
+    /// No piece farther than this can be of the nearest lane.
+    limit_squared: f64,
+}
+
+impl Default for Nearest<'_> {
+    fn default() -> Self {
+        Nearest { few: [None; 4], best_squared: f64::INFINITY, limit_squared: f64::INFINITY }
+    }
+}
+
+impl<'a> Nearest<'a> {
+    fn offer(&mut self, new: Candidate<'a>) {
+        if new.squared < self.best_squared {
+            self.best_squared = new.squared;
+            let blur = f64::from(new.segment.sag_m) + 1.5 * SAG_M;
+            self.limit_squared = (new.squared.sqrt() + blur).powi(2);
+        }
+        let limit = self.limit_squared;
+        // Its own lane's place, else one that is free or no longer near enough, else the last.
+        let own = |c: &Candidate| c.segment.lane == new.segment.lane;
+        let place = self
+            .few
+            .iter()
+            .position(|c| c.as_ref().is_some_and(own))
+            .or_else(|| self.few.iter().position(|c| c.is_none_or(|c| c.squared > limit)));
+        let slot = match place {
+            Some(place) => &mut self.few[place],
+            None => {
+                let far = |a: &Option<Candidate>, b: &Option<Candidate>| {
+                    let squared = |c: &Option<Candidate>| c.map_or(0.0, |c| c.squared);
+                    squared(a).total_cmp(&squared(b))
+                };
+                let Some(last) = self.few.iter_mut().max_by(|a, b| far(a, b)) else { return };
+                last
+            }
+        };
+        if slot.is_none_or(|old| new.squared < old.squared || old.squared > limit) {
+            *slot = Some(new);
+        }
+    }
+
+    fn choose(self, network: &Network, point: DVec3) -> Option<LanePoint> {
+        let limit = self.limit_squared;
+        let near = |c: &&Candidate| c.squared <= limit;
+        let is_clear = self.few.iter().flatten().filter(near).count() == 1;
+        let mut best: Option<(f64, LanePoint)> = None;
+        for candidate in self.few.iter().flatten().filter(near) {
+            let segment = candidate.segment;
+            let (from_s, to_s) = (f64::from(segment.from_s), f64::from(segment.to_s));
+            let s = from_s + candidate.share * (to_s - from_s);
+            let at = network.refined(&network.lanes()[segment.lane as usize], s, point);
+            if is_clear {
+                return Some(at);
+            }
+            let squared = network.place(at).position.distance_squared(point);
+            if best.is_none_or(|(best, _)| squared < best) {
+                best = Some((squared, at));
+            }
+        }
+        best.map(|(_, at)| at)
     }
 }
 

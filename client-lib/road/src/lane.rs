@@ -51,11 +51,39 @@ pub struct Lane {
     pub marks: Vec<RoadMark>,
     /// Stays level where the road banks.
     pub level: bool,
+    /// What it is made of, in rising order.
+    pub materials: Vec<LaneMaterial>,
+    /// Who may use it, in rising order.
+    pub access: Vec<LaneAccess>,
     pub(crate) widths: Profile,
     pub(crate) borders: Profile,
     pub(crate) heights: Vec<LaneHeight>,
     pub(crate) speeds: Vec<LaneSpeed>,
     pub(crate) declared: LaneLinks,
+}
+
+/// A `<material>` record: holds until the next one of the lane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaneMaterial {
+    /// Metres of s from the start of the lane's section.
+    pub from_m: f64,
+    /// The writer's own word.
+    pub surface: String,
+    /// Of a tyre; zero where not said.
+    pub friction: f64,
+    /// The writer's own measure; zero where not said.
+    pub roughness: f64,
+}
+
+/// An `<access>` record: holds until the next ones of the lane, which begin together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaneAccess {
+    /// Metres of s from the start of the lane's section.
+    pub from_m: f64,
+    /// "allow" or "deny"; "deny" before OpenDRIVE 1.5 knew the word.
+    pub rule: String,
+    /// For whom: simulator, autonomousTraffic, pedestrian, passengerCar, bus, trucks ...
+    pub restrictions: Vec<String>,
 }
 
 /// A `<height>` record: how far the surface stands above the road's.

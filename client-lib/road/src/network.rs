@@ -3,7 +3,7 @@ use crate::geo::{GeoPoint, TransverseMercator};
 use crate::index::LaneIndexGrid;
 use crate::junction::Junction;
 use crate::lane::{Lane, LaneIndex, LanePoint, LaneTypes};
-use crate::object::RoadObject;
+use crate::object::{RoadObject, Span};
 use crate::parse::Header;
 use crate::road::Road;
 use crate::signal::{Controller, Signal};
@@ -20,6 +20,7 @@ pub struct Network {
     pub(crate) signals: Vec<Signal>,
     pub(crate) controllers: Vec<Controller>,
     pub(crate) objects: Vec<RoadObject>,
+    pub(crate) spans: Vec<Span>,
     /// See `Network::sorted_uses`.
     pub(crate) uses: Vec<(u32, u32, u32)>,
     pub(crate) findings: Vec<MapError>,
@@ -66,6 +67,11 @@ impl Network {
     /// Every recorded object, in the order of the file.
     pub fn objects(&self) -> &[RoadObject] {
         &self.objects
+    }
+
+    /// Every bridge and tunnel, in the order of the file.
+    pub fn spans(&self) -> &[Span] {
+        &self.spans
     }
 
     /// What the file says of itself.

@@ -34,8 +34,29 @@ pub struct RoadObject {
     pub outlines: Vec<Vec<DVec3>>,
     /// Where it stands, in world space, once for each repetition.
     pub places: Vec<ObjectPlace>,
+    /// Who may park here; none if it is no parking space. OpenDRIVE's words: all, car, women ...
+    pub parking: Option<String>,
     pub(crate) corners: Vec<Vec<Corner>>,
     pub(crate) repeats: Vec<Repeat>,
+}
+
+/// A `<bridge>` or `<tunnel>`: the road runs over or through it for a while.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Span {
+    /// OpenDRIVE's id.
+    pub id: String,
+    /// What people call it.
+    pub name: String,
+    /// A tunnel, not a bridge.
+    pub is_tunnel: bool,
+    /// OpenDRIVE's word: concrete, steel, brick, wood; standard, underpass.
+    pub kind: String,
+    /// Which of [`crate::Network::roads`].
+    pub road: u32,
+    /// Where it begins, metres along the reference line.
+    pub s: f64,
+    /// Metres of s.
+    pub length_m: f64,
 }
 
 /// One place of an object.

@@ -10,7 +10,7 @@ mod signals;
 
 use crate::MapError;
 use crate::lane::Lane;
-use crate::object::RoadObject;
+use crate::object::{RoadObject, Span};
 use crate::road::Road;
 use crate::signal::Signal;
 use crate::xml::Cursor;
@@ -33,6 +33,7 @@ pub(crate) struct Records {
     pub(crate) references: Vec<RawReference>,
     pub(crate) controllers: Vec<RawController>,
     pub(crate) objects: Vec<RoadObject>,
+    pub(crate) spans: Vec<Span>,
 }
 
 /// What a road says of others.

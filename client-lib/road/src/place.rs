@@ -3,7 +3,7 @@
 use crate::cubic::Jet;
 use crate::lane::{Lane, LaneIndex, LanePoint};
 use crate::network::Network;
-use crate::road::{Borders, Road, Station};
+use crate::road::{Borders, Road, Section, Station};
 use glam::{DQuat, DVec3, EulerRot};
 
 /// A pose on the road. World space: right-handed, z up, metres and radians.
@@ -67,6 +67,68 @@ impl Network {
         let lane = self.lane(at.lane);
         let borders = self.borders(lane, self.s_of(lane, at.along_m));
         borders.outer.value - borders.inner.value
+    }
+
+    /// The centres of all lanes of a section at `s`, from left to right, with half their widths.
+    pub(crate) fn centres(
+        &self,
+        road: &Road,
+        section: &Section,
+        s: f64,
+        centres: &mut Vec<(DVec3, f64)>,
+    ) {
+        centres.clear();
+        let frame = Frame::new(road.station(s));
+        let offset = section.lane_offset(road, s).value;
+        let ds = s - section.start_m;
+        centres.resize(section.lanes.len(), (DVec3::ZERO, 0.0));
+        let (left, right) = (0..section.left, section.left..section.lanes.len());
+        let mut side = |places: &mut dyn Iterator<Item = usize>, sign: f64| {
+            let (mut inner, mut level) = (0.0, 0.0);
+            for place in places {
+                let lane = self.lane(section.lanes[place]);
+                let width = lane.reach(inner, ds);
+                let t = offset + sign * (inner + 0.5 * width);
+                let level_t = sign * (level + if lane.level { 0.5 * width } else { 0.0 });
+                let up = road.unevenness(s, t) + lane.rise_at_centre(ds);
+                centres[place] = (frame.point(t, level_t, up), 0.5 * width);
+                inner += width;
+                level += if lane.level { width } else { 0.0 };
+            }
+        };
+        side(&mut left.rev(), 1.0);
+        side(&mut right.into_iter(), -1.0);
+    }
+
+    /// The centre of one lane of a section at `s`, with half its width.
+    pub(crate) fn centre(
+        &self,
+        road: &Road,
+        section: &Section,
+        lane: &Lane,
+        s: f64,
+    ) -> (DVec3, f64) {
+        let first = section.lanes.first().map_or(0, |first| first.0);
+        let place = (lane.index.0 - first) as usize;
+        let ds = s - section.start_m;
+        let (mut inner, mut level) = (0.0, 0.0);
+        let mut step = |at: usize| {
+            let other = self.lane(section.lanes[at]);
+            let width = other.reach(inner, ds);
+            inner += width;
+            level += if other.level { width } else { 0.0 };
+        };
+        if place < section.left {
+            (place + 1..section.left).rev().for_each(&mut step);
+        } else {
+            (section.left..place).for_each(&mut step);
+        }
+        let sign = lane.sign();
+        let width = lane.reach(inner, ds);
+        let t = section.lane_offset(road, s).value + sign * (inner + 0.5 * width);
+        let level_t = sign * (level + if lane.level { 0.5 * width } else { 0.0 });
+        let up = road.unevenness(s, t) + lane.rise_at_centre(ds);
+        (Frame::new(road.station(s)).point(t, level_t, up), 0.5 * width)
     }
 
     /// The road's s at `along_m`, kept inside the lane.
@@ -165,8 +227,12 @@ pub(crate) struct Frame {
 impl Frame {
     pub(crate) fn new(station: Station) -> Frame {
         let (heading_sin, heading_cos) = station.heading_rad.sin_cos();
-        let (roll_sin, roll_cos) = station.roll.value.sin_cos();
-        let (pitch_sin, pitch_cos) = (-station.elevation.slope.atan()).sin_cos();
+        let roll = station.roll.value;
+        let (roll_sin, roll_cos) = if roll == 0.0 { (0.0, 1.0) } else { roll.sin_cos() };
+        // Of the pitch -atan(slope).
+        let slope = station.elevation.slope;
+        let pitch_cos = 1.0 / (1.0 + slope * slope).sqrt();
+        let pitch_sin = -slope * pitch_cos;
         Frame { station, heading_sin, heading_cos, roll_sin, roll_cos, pitch_sin, pitch_cos }
     }
 

@@ -215,6 +215,15 @@ impl Lane {
         }
     }
 
+    /// How far the middle of the lane's surface stands above the road's.
+    pub(crate) fn rise_at_centre(&self, ds: f64) -> f64 {
+        if self.heights.is_empty() {
+            return 0.0;
+        }
+        let (inner, outer) = self.rise(ds);
+        0.5 * (inner + outer)
+    }
+
     /// How far the lane's surface stands above the road's, at its inner and outer border; linear
     /// between records.
     pub(crate) fn rise(&self, ds: f64) -> (f64, f64) {

@@ -1,5 +1,6 @@
 use crate::lane::LaneIndex;
 use crate::place::Placement;
+use glam::DVec3;
 
 /// A sign or a light.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,10 +47,22 @@ pub struct Signal {
     pub pose: Placement,
     /// The lanes it rules, with the metres along each, in driving direction, where it stands.
     pub lanes: Vec<(LaneIndex, f64)>,
+    /// Ids of signals that depend on it, and how, in the writer's own words.
+    pub dependencies: Vec<(String, String)>,
     /// Which of [`crate::Network::controllers`] switches it.
     pub controller: Option<u32>,
+    pub(crate) stands: Option<Stands>,
     /// Where it rules: first at its own place, then wherever a signal reference repeats it.
     pub uses: Vec<SignalUse>,
+}
+
+/// Where a signal stands if not where it rules.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Stands {
+    /// `<positionRoad>`: beside another road, by id.
+    Road { road: String, s: f64, t: f64, z_offset_m: f64, h_offset_rad: f64 },
+    /// `<positionInertial>`: in the file's own coordinates.
+    Inertial { position: DVec3, heading_rad: f64 },
 }
 
 /// For which direction of travel a signal or object is.

@@ -11,13 +11,14 @@ pub(crate) struct Cursor<'a> {
     reader: Reader<&'a [u8]>,
     open: Vec<&'a str>,
     attributes: Vec<(&'a str, &'a str)>,
+    /// The innermost open element was written as one that holds nothing.
+    closes: bool,
 }
 
 impl<'a> Cursor<'a> {
     pub(crate) fn new(text: &'a str) -> Cursor<'a> {
-        let mut reader = Reader::from_str(text);
-        reader.config_mut().expand_empty_elements = true;
-        Cursor { text, reader, open: Vec::new(), attributes: Vec::new() }
+        let reader = Reader::from_str(text);
+        Cursor { text, reader, open: Vec::new(), attributes: Vec::new(), closes: false }
     }
 
     /// How many elements are open. The children of the current element stand one deeper.
@@ -29,6 +30,10 @@ impl<'a> Cursor<'a> {
     /// None when that one closes.
     pub(crate) fn child(&mut self, depth: usize) -> Result<Option<&'a str>, MapError> {
         while self.open.len() >= depth {
+            if std::mem::take(&mut self.closes) {
+                self.open.pop();
+                continue;
+            }
             match self.event()? {
                 Event::Start(start) => {
                     let name = self.name(&start)?;
@@ -37,6 +42,14 @@ impl<'a> Cursor<'a> {
                         self.take_attributes(&start)?;
                         return Ok(Some(name));
                     }
+                }
+                // What lies deeper than was asked for and holds nothing is over already.
+                Event::Empty(start) if self.open.len() == depth => {
+                    let name = self.name(&start)?;
+                    self.open.push(name);
+                    self.closes = true;
+                    self.take_attributes(&start)?;
+                    return Ok(Some(name));
                 }
                 Event::End(_) => {
                     self.open.pop();
@@ -57,6 +70,10 @@ impl<'a> Cursor<'a> {
     pub(crate) fn content(&mut self) -> Result<String, MapError> {
         let mut content = String::new();
         let depth = self.open.len();
+        if std::mem::take(&mut self.closes) {
+            self.open.pop();
+            return Ok(content);
+        }
         while self.open.len() >= depth {
             match self.event()? {
                 Event::Text(text) => content.push_str(&text),
@@ -177,21 +194,29 @@ impl<'a> Cursor<'a> {
 
     fn take_attributes(&mut self, start: &BytesStart<'a>) -> Result<(), MapError> {
         self.attributes.clear();
-        for attribute in start.attributes().with_checks(false) {
-            let attribute = match attribute {
-                Ok(attribute) => attribute,
-                Err(problem) => {
-                    return Err(self.error(format!("<{}>: {problem}", self.here())));
-                }
+        let mut rest = self.in_text(start.attributes_raw())?;
+        loop {
+            rest = rest.trim_start();
+            if rest.is_empty() {
+                return Ok(());
+            }
+            let attribute = || {
+                let (key, after) = rest.split_once('=')?;
+                let after = after.trim_start();
+                let quote = after.chars().next().filter(|quote| matches!(quote, '"' | '\''))?;
+                let (value, after) = after[1..].split_once(quote)?;
+                Some((key.trim_end(), value, after))
             };
-            let key = self.in_text(attribute.key.into_inner())?;
-            let Cow::Borrowed(value) = attribute.value else {
-                return Err(self.error("an attribute could not be read in place".into()));
+            let Some((key, value, after)) = attribute() else {
+                let start = rest.split_whitespace().next().unwrap_or_default();
+                return Err(self.error(format!(
+                    "<{}>: \"{start}\" is no attribute; they are written name=\"value\"",
+                    self.here()
+                )));
             };
-            let value = self.in_text(value)?;
             self.attributes.push((key, value));
+            rest = after;
         }
-        Ok(())
     }
 
     /// The same slice with the life of the text: events borrow the text, but only lend it on for

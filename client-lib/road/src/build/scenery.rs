@@ -7,7 +7,7 @@ use crate::network::Network;
 use crate::object::{Corner, ObjectPlace};
 use crate::parse::RawReference;
 use crate::place::{Lateral, Placement, wrapped};
-use crate::signal::{Orientation, SignalUse};
+use crate::signal::{Orientation, Signal, SignalUse, Stands};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -45,10 +45,10 @@ pub(super) fn refer(network: &mut Network, references: Vec<RawReference>, findin
 pub(super) fn stand(network: &mut Network) {
     for index in 0..network.signals.len() {
         let signal = &network.signals[index];
-        let mut pose = on_road(network, signal.road, signal.s, signal.t, signal.z_offset_m);
+        let mut pose = standing(network, signal);
         // A face looks at the traffic that it is for.
         let turn = if signal.orientation == Orientation::Forward { PI } else { 0.0 };
-        pose.heading_rad = wrapped(pose.heading_rad + turn + signal.h_offset_rad);
+        pose.heading_rad = wrapped(pose.heading_rad + turn);
         pose.pitch_rad = signal.pitch_rad;
         pose.roll_rad = signal.roll_rad;
         let mut lanes: Vec<(LaneIndex, f64)> = Vec::new();
@@ -71,6 +71,28 @@ pub(super) fn stand(network: &mut Network) {
         let object = &mut network.objects[index];
         object.places = places;
         object.outlines = outlines;
+    }
+}
+
+/// Where a signal stands, and its heading before it is turned to its traffic.
+fn standing(network: &Network, signal: &Signal) -> Placement {
+    let beside = |road: u32, s: f64, t: f64, up: f64, turn: f64| {
+        let pose = on_road(network, road, s, t, up);
+        Placement { heading_rad: pose.heading_rad + turn, ..pose }
+    };
+    let own = |_| beside(signal.road, signal.s, signal.t, signal.z_offset_m, signal.h_offset_rad);
+    match &signal.stands {
+        Some(Stands::Road { road, s, t, z_offset_m, h_offset_rad }) => {
+            let other = network.roads.iter().position(|other| other.id == *road);
+            let stand = |road| beside(road as u32, *s, *t, *z_offset_m, *h_offset_rad);
+            other.map_or_else(|| own(()), stand)
+        }
+        Some(Stands::Inertial { position, heading_rad }) => Placement {
+            position: *position - network.origin,
+            heading_rad: *heading_rad,
+            ..Placement::default()
+        },
+        None => own(()),
     }
 }
 

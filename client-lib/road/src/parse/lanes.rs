@@ -2,7 +2,9 @@ use super::roads::cubic;
 use super::{Records, limit};
 use crate::MapError;
 use crate::cubic::Profile;
-use crate::lane::{Lane, LaneHeight, LaneIndex, LaneLinks, LaneSpeed, LaneType};
+use crate::lane::{
+    Lane, LaneAccess, LaneHeight, LaneIndex, LaneLinks, LaneMaterial, LaneSpeed, LaneType,
+};
 use crate::mark::{MarkChange, MarkColor, MarkKind, MarkLine, RoadMark};
 use crate::road::{Road, Section};
 use crate::xml::Cursor;
@@ -131,6 +133,8 @@ fn lane(xml: &mut Cursor, road: &Road, road_index: u32, section: u32) -> Result<
         speed_limit_mps: None,
         marks: Vec::new(),
         level: matches!(xml.raw("level"), Some("true" | "1")),
+        materials: Vec::new(),
+        access: Vec::new(),
         widths: Profile::default(),
         borders: Profile::default(),
         heights: Vec::new(),
@@ -164,6 +168,16 @@ fn lane(xml: &mut Cursor, road: &Road, road_index: u32, section: u32) -> Result<
             "speed" => lane
                 .speeds
                 .push(LaneSpeed { from_m: xml.number_or("sOffset", 0.0)?, limit_mps: limit(xml)? }),
+            "material" => lane.materials.push(LaneMaterial {
+                from_m: xml.number_or("sOffset", 0.0)?,
+                surface: xml.string("surface"),
+                friction: xml.number_or("friction", 0.0)?,
+                roughness: xml.number_or("roughness", 0.0)?,
+            }),
+            "access" => {
+                let access = access(xml)?;
+                lane.access.push(access);
+            }
             "roadMark" => {
                 let mark = road_mark(xml, id)?;
                 lane.marks.push(mark);
@@ -175,8 +189,24 @@ fn lane(xml: &mut Cursor, road: &Road, road_index: u32, section: u32) -> Result<
     lane.borders = Profile::new(borders);
     lane.heights.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
     lane.speeds.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
+    lane.materials.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
+    lane.access.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
     lane.marks.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
     Ok(lane)
+}
+
+fn access(xml: &mut Cursor) -> Result<LaneAccess, MapError> {
+    let rule = xml.raw("rule").unwrap_or("deny").to_string();
+    let own = xml.raw("restriction").map(|_| xml.string("restriction"));
+    let from_m = xml.number_or("sOffset", 0.0)?;
+    let mut access = LaneAccess { from_m, rule, restrictions: own.into_iter().collect() };
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        if name == "restriction" {
+            access.restrictions.push(xml.string("type"));
+        }
+    }
+    Ok(access)
 }
 
 fn road_mark(xml: &mut Cursor, lane_id: i32) -> Result<RoadMark, MapError> {

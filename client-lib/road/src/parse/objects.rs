@@ -1,15 +1,27 @@
 use super::Records;
 use crate::MapError;
-use crate::object::{Corner, Repeat, RoadObject};
+use crate::object::{Corner, Repeat, RoadObject, Span};
 use crate::signal::Orientation;
 use crate::xml::Cursor;
 
 pub(super) fn objects(xml: &mut Cursor, road: u32, records: &mut Records) -> Result<(), MapError> {
     let here = xml.depth();
     while let Some(name) = xml.child(here)? {
-        if name == "object" {
-            let object = object(xml, road)?;
-            records.objects.push(object);
+        match name {
+            "object" => {
+                let object = object(xml, road)?;
+                records.objects.push(object);
+            }
+            "bridge" | "tunnel" => records.spans.push(Span {
+                id: xml.string("id"),
+                name: xml.string("name"),
+                is_tunnel: name == "tunnel",
+                kind: xml.string("type"),
+                road,
+                s: xml.number_or("s", 0.0)?,
+                length_m: xml.number_or("length", 0.0)?.max(0.0),
+            }),
+            _ => {}
         }
     }
     Ok(())
@@ -32,6 +44,7 @@ fn object(xml: &mut Cursor, road: u32) -> Result<RoadObject, MapError> {
         radius_m: xml.number_or("radius", 0.0)?,
         outlines: Vec::new(),
         places: Vec::new(),
+        parking: None,
         corners: Vec::new(),
         repeats: Vec::new(),
     };
@@ -47,6 +60,7 @@ fn object(xml: &mut Cursor, road: u32) -> Result<RoadObject, MapError> {
                     }
                 }
             }
+            "parkingSpace" => object.parking = Some(xml.string("access")),
             "repeat" => object.repeats.push(Repeat {
                 s: xml.number_or("s", object.s)?,
                 length_m: xml.number_or("length", 0.0)?.max(0.0),

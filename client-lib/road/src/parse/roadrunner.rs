@@ -65,5 +65,7 @@ fn signal(road: &Road, object: &RoadObject, text: &str, limit: f64, records: &Re
         lanes: Vec::new(),
         controller: None,
         uses: vec![rules],
+        dependencies: Vec::new(),
+        stands: None,
     }
 }

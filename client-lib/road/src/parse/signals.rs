@@ -1,8 +1,9 @@
 use super::Records;
 use crate::MapError;
 use crate::place::Placement;
-use crate::signal::{Orientation, Signal, SignalUse};
+use crate::signal::{Orientation, Signal, SignalUse, Stands};
 use crate::xml::Cursor;
+use glam::DVec3;
 
 /// A `<signalReference>`: the signal rules here as well.
 pub(crate) struct RawReference {
@@ -20,7 +21,13 @@ pub(super) fn signals(xml: &mut Cursor, road: u32, records: &mut Records) -> Res
             }
             "signalReference" => {
                 let signal = xml.required("id")?;
-                let rules = rules(xml, road, true)?;
+                let mut rules = rules(xml, road, true)?;
+                let inside = xml.depth();
+                while let Some(name) = xml.child(inside)? {
+                    if name == "validity" {
+                        rules.validity.push(validity(xml)?);
+                    }
+                }
                 records.references.push(RawReference { signal, rules });
             }
             _ => {}
@@ -54,27 +61,52 @@ fn signal(xml: &mut Cursor, road: u32) -> Result<Signal, MapError> {
         lanes: Vec::new(),
         controller: None,
         uses: Vec::new(),
+        dependencies: Vec::new(),
+        stands: None,
     };
-    signal.uses.push(rules(xml, road, false)?);
+    let mut rules = rules(xml, road, false)?;
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        match name {
+            "validity" => rules.validity.push(validity(xml)?),
+            "dependency" => signal.dependencies.push((xml.string("id"), xml.string("type"))),
+            "positionRoad" => {
+                signal.stands = Some(Stands::Road {
+                    road: xml.string("roadId"),
+                    s: xml.number("s")?,
+                    t: xml.number("t")?,
+                    z_offset_m: xml.number_or("zOffset", 0.0)?,
+                    h_offset_rad: xml.number_or("hOffset", 0.0)?,
+                });
+            }
+            "positionInertial" => {
+                let (x, y) = (xml.number("x")?, xml.number("y")?);
+                signal.stands = Some(Stands::Inertial {
+                    position: DVec3::new(x, y, xml.number_or("z", 0.0)?),
+                    heading_rad: xml.number_or("hdg", 0.0)?,
+                });
+            }
+            _ => {}
+        }
+    }
+    signal.uses.push(rules);
     Ok(signal)
 }
 
-/// The current element's place, orientation and `<validity>` records.
-fn rules(xml: &mut Cursor, road: u32, is_reference: bool) -> Result<SignalUse, MapError> {
-    let mut rules = SignalUse {
+/// The lanes of a `<validity>`, from the lower to the higher id.
+fn validity(xml: &Cursor) -> Result<(i32, i32), MapError> {
+    let (from, to) = (xml.integer("fromLane")?, xml.integer("toLane")?);
+    Ok((from.min(to), from.max(to)))
+}
+
+/// The current element's place and orientation; its `<validity>` records come after.
+fn rules(xml: &Cursor, road: u32, is_reference: bool) -> Result<SignalUse, MapError> {
+    Ok(SignalUse {
         road,
         s: xml.number("s")?,
+        t: xml.number_or("t", 0.0)?,
         orientation: Orientation::from_text(xml.raw("orientation").unwrap_or("none")),
         validity: Vec::new(),
-        t: xml.number_or("t", 0.0)?,
         is_reference,
-    };
-    let here = xml.depth();
-    while let Some(name) = xml.child(here)? {
-        if name == "validity" {
-            let (from, to) = (xml.integer("fromLane")?, xml.integer("toLane")?);
-            rules.validity.push((from.min(to), from.max(to)));
-        }
-    }
-    Ok(rules)
+    })
 }

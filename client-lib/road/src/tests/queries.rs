@@ -171,3 +171,24 @@ fn world_space_and_earth_agree_both_ways() {
     assert!(network.from_geo(geo).expect("a projection").distance(point) < 1e-6);
     assert!(small().geo(point).is_none());
 }
+
+#[test]
+fn no_lane_is_nearer_than_the_nearest() {
+    for (name, text) in shared_maps() {
+        let network = Network::parse(&text).expect("a map that loads");
+        // Every lane's centre, every half metre.
+        let mut centres: Vec<DVec3> = Vec::new();
+        for at in network.waypoints(0.5, LaneTypes::DRIVING) {
+            centres.push(network.place(at).position);
+        }
+        for (number, centre) in centres.iter().enumerate().step_by(centres.len() / 100 + 1) {
+            let turn = DVec3::new((number as f64).sin(), (number as f64).cos(), 0.0);
+            let point = *centre + turn * 2.5;
+            let Some(found) = network.nearest(point, LaneTypes::DRIVING) else { continue };
+            let ours = network.place(found).position.distance(point);
+            let best = centres.iter().map(|other| other.distance(point));
+            let best = best.fold(f64::INFINITY, f64::min);
+            assert!(ours <= best + 1e-3, "{name}: {ours} but {best} at {point}");
+        }
+    }
+}
