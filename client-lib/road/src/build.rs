@@ -38,6 +38,13 @@ fn built(text: &str, findings_max: usize) -> Result<Network, MapError> {
     let mut findings = Findings { text, most: findings_max, found: Vec::new() };
     let road_ids = unique_roads(&records, text)?;
     let origin = local_origin(&mut records);
+    for (road, extra) in records.roads.iter().zip(&records.road_extras) {
+        if let Some(declared) = extra.too_long {
+            let (id, end) = (&road.id, road.length_m);
+            let reason = format!("road {id} is {declared} m long, but its geometry ends at {end}");
+            findings.add(extra.offset, reason);
+        }
+    }
     let junctions = junctions(&mut records, &road_ids, &mut findings);
     links::join(&mut records, &road_ids, &junctions, &mut findings);
     rights::grant(&mut records);

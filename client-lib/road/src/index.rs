@@ -42,6 +42,8 @@ const LONGEST_M: f64 = 6.0;
 const SAG_M: f64 = 0.05;
 /// At most so often.
 const CUTS_MAX: u32 = 6;
+/// Only a broken file has so many pieces that bend; it gets no more.
+const FINE_MAX: usize = 1_000_000;
 /// Widths may swell this much between the places where they are looked at.
 const SLACK_M: f64 = 0.1;
 
@@ -101,7 +103,8 @@ impl LaneIndexGrid {
                     for (place, lane) in section.lanes.iter().enumerate() {
                         let lane = network.lane(*lane);
                         let ends = [0, 1, 2].map(|row: usize| rows[row][place]);
-                        segment(lane, ends, (from_s, to_s), CUTS_MAX, &mut segments, &|s| {
+                        let cuts = if segments.len() < FINE_MAX { CUTS_MAX } else { 0 };
+                        segment(lane, ends, (from_s, to_s), cuts, &mut segments, &|s| {
                             network.centre(road, section, lane, s)
                         });
                     }

@@ -42,6 +42,8 @@ pub(crate) struct RoadExtra {
     pub(crate) junction: Option<String>,
     pub(crate) predecessor: Option<RawLink>,
     pub(crate) successor: Option<RawLink>,
+    /// The declared length, where the geometry ends well before it.
+    pub(crate) too_long: Option<f64>,
     /// Where the road stands in the text, in bytes.
     pub(crate) offset: usize,
 }

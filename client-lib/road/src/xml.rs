@@ -2,7 +2,7 @@
 
 use crate::MapError;
 use quick_xml::Reader;
-use quick_xml::events::{BytesStart, Event};
+use quick_xml::events::{BytesEnd, BytesStart, Event};
 use std::borrow::Cow;
 
 /// Stands on one element at a time; its attributes may be asked until the next step.
@@ -17,7 +17,9 @@ pub(crate) struct Cursor<'a> {
 
 impl<'a> Cursor<'a> {
     pub(crate) fn new(text: &'a str) -> Cursor<'a> {
-        let reader = Reader::from_str(text);
+        let mut reader = Reader::from_str(text);
+        // `close` compares the names: they stand in `open` anyway.
+        reader.config_mut().check_end_names = false;
         Cursor { text, reader, open: Vec::new(), attributes: Vec::new(), closes: false }
     }
 
@@ -51,9 +53,7 @@ impl<'a> Cursor<'a> {
                     self.take_attributes(&start)?;
                     return Ok(Some(name));
                 }
-                Event::End(_) => {
-                    self.open.pop();
-                }
+                Event::End(end) => self.close(&end)?,
                 Event::Eof => {
                     let Some(inner) = self.open.last() else { return Ok(None) };
                     return Err(
@@ -82,9 +82,7 @@ impl<'a> Cursor<'a> {
                     let name = self.name(&start)?;
                     self.open.push(name);
                 }
-                Event::End(_) => {
-                    self.open.pop();
-                }
+                Event::End(end) => self.close(&end)?,
                 Event::Eof => return Err(self.error("the file ends inside a text".into())),
                 _ => {}
             }
@@ -167,6 +165,15 @@ impl<'a> Cursor<'a> {
         MapError { line: self.line(), reason }
     }
 
+    fn close(&mut self, end: &BytesEnd) -> Result<(), MapError> {
+        let name = end.name().into_inner();
+        match self.open.pop() {
+            Some(open) if open == name => Ok(()),
+            Some(open) => Err(self.error(format!("<{open}> is closed by </{name}>"))),
+            None => Err(self.error(format!("</{name}> closes nothing"))),
+        }
+    }
+
     fn here(&self) -> &'a str {
         self.open.last().copied().unwrap_or("the file")
     }
@@ -196,18 +203,11 @@ impl<'a> Cursor<'a> {
         self.attributes.clear();
         let mut rest = self.in_text(start.attributes_raw())?;
         loop {
-            rest = rest.trim_start();
+            rest = rest.trim_ascii_start();
             if rest.is_empty() {
                 return Ok(());
             }
-            let attribute = || {
-                let (key, after) = rest.split_once('=')?;
-                let after = after.trim_start();
-                let quote = after.chars().next().filter(|quote| matches!(quote, '"' | '\''))?;
-                let (value, after) = after[1..].split_once(quote)?;
-                Some((key.trim_end(), value, after))
-            };
-            let Some((key, value, after)) = attribute() else {
+            let Some((key, value, after)) = first_attribute(rest) else {
                 let start = rest.split_whitespace().next().unwrap_or_default();
                 return Err(self.error(format!(
                     "<{}>: \"{start}\" is no attribute; they are written name=\"value\"",
@@ -227,6 +227,24 @@ impl<'a> Cursor<'a> {
             .get(at..at.wrapping_add(slice.len()))
             .ok_or_else(|| self.error("a name could not be read in place".into()))
     }
+}
+
+/// Key and value of the attribute that `text` begins with, and what comes after it.
+fn first_attribute(text: &str) -> Option<(&str, &str, &str)> {
+    let bytes = text.as_bytes();
+    // Names are short: looking at each byte is faster than a search.
+    let equals = bytes.iter().position(|byte| *byte == b'=')?;
+    let mut open = equals + 1;
+    while bytes.get(open)?.is_ascii_whitespace() {
+        open += 1;
+    }
+    let quote = bytes[open];
+    if !matches!(quote, b'"' | b'\'') {
+        return None;
+    }
+    let close = open + 1 + bytes[open + 1..].iter().position(|byte| *byte == quote)?;
+    // The places of ASCII signs are borders of characters.
+    Some((text[..equals].trim_ascii_end(), text.get(open + 1..close)?, text.get(close + 1..)?))
 }
 
 /// Coordinates and lengths beyond this are a fault of the file, not a place on Earth.

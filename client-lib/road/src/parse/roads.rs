@@ -56,7 +56,10 @@ pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapErr
                 let kind = road_type(xml)?;
                 road.types.push(kind);
             }
-            "planView" => plan_view(xml, &mut road)?,
+            "planView" => {
+                plan_view(xml, &mut road)?;
+                extra.too_long = shorten(&mut road);
+            }
             "elevationProfile" => road.elevation = cubics(xml, "elevation", "s")?,
             "lateralProfile" => lateral_profile(xml, &mut road)?,
             "lanes" => lanes::lanes(xml, &mut road, index, records)?,
@@ -77,6 +80,20 @@ pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapErr
     records.road_extras.push(extra);
     Ok(())
 }
+
+/// A road ends where its geometry does; says where it was declared to end instead, if that lies
+/// well beyond.
+fn shorten(road: &mut Road) -> Option<f64> {
+    let end = road.curves.last().map(|curve| curve.from_m + curve.length_m)?;
+    let declared = road.length_m;
+    (declared > end + BEYOND_M).then(|| {
+        road.length_m = end;
+        declared
+    })
+}
+
+/// Lengths in files are rounded, and reference lines may be drawn on by a little.
+const BEYOND_M: f64 = 1.0;
 
 fn links(xml: &mut Cursor, extra: &mut RoadExtra) -> Result<(), MapError> {
     let here = xml.depth();
