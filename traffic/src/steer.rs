@@ -8,6 +8,7 @@
 
 use glam::Vec2;
 
+use crate::body::Body;
 use crate::perceive::Crowd;
 use crate::route::{ahead, shift_at};
 use crate::rows::Rows;
@@ -30,6 +31,10 @@ const RETURN_PER_S: f32 = 1.5;
 /// The most that it turns from where the body points.
 const TURN_MAX_RAD: f32 = 1.0;
 
+/// What is wide keeps so far off the middle of its lane, at most, and stays so far from its edge.
+const KEEP_OFF_M: f32 = 0.25;
+const EDGE_M: f32 = 0.05;
+
 /// Where a vehicle is relative to where it should be.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Deviation {
@@ -37,6 +42,16 @@ pub(crate) struct Deviation {
     pub(crate) left_m: f32,
     /// Turned left of its line.
     pub(crate) heading_rad: f32,
+}
+
+/// How far left of the middle of `lane` a body drives: what is wide keeps away from the lane that is
+/// driven the other way, because two of them leave each other no more than a hand's breadth.
+pub(crate) fn keeps_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Body) -> f32 {
+    if !body.is_wide() {
+        return 0.0;
+    }
+    let spare_m = tracks.half_width_at(lane, arc_m) - body.half_width_m;
+    -tracks.oncoming[lane as usize] * (spare_m - EDGE_M).clamp(0.0, KEEP_OFF_M)
 }
 
 /// The angle of the front wheels, positive to the left, and the deviation that it cures.
@@ -62,7 +77,8 @@ pub(crate) fn steer(
     let position = position + forward * lead_m;
     let (lane, hint_m) = ahead(rows, row, tracks, moved + lead_m);
     let seat = tracks.project(lane, position, hint_m);
-    let (wanted_left, slope) = shift_at(rows, row, moved + lead_m);
+    let (shift_m, slope) = shift_at(rows, row, moved + lead_m);
+    let wanted_left = shift_m + keeps_left(tracks, lane, hint_m, &crowd.body[body]);
     // A little farther on for the curvature, which steering follows with its own delay.
     let (lane, arc_m) = ahead(rows, row, tracks, moved + lead_m + 0.1 * speed.max(0.0));
     let curvature = tracks.at(lane, arc_m).2;

@@ -8,6 +8,7 @@ use crate::follow::Leader;
 use crate::perceive::Crowd;
 use crate::route::{ahead, shift_at};
 use crate::rows::Rows;
+use crate::steer::keeps_left;
 use crate::tracks::{NONE, Tracks};
 
 /// Left free beside whoever stands there.
@@ -114,7 +115,9 @@ fn look_from(rows: &Rows, row: usize, tracks: &Tracks, crowd: &Crowd, found: &mu
     let line = |ahead_m: f32| {
         let (lane, arc_m) = ahead(rows, row, tracks, lead_m + ahead_m);
         let (point, tangent, _) = tracks.at(lane, arc_m);
-        point.truncate() + tangent.perp() * shift_at(rows, row, lead_m + ahead_m).0
+        let left_m =
+            shift_at(rows, row, lead_m + ahead_m).0 + keeps_left(tracks, lane, arc_m, body);
+        point.truncate() + tangent.perp() * left_m
     };
     let astray = position.truncate() + forward * lead_m - line(0.0);
     for step in 1..=(horizon_m / STEP_M) as usize {

@@ -50,6 +50,8 @@ pub(crate) struct Tracks {
     pub(crate) left: Vec<u32>,
     /// As `left`.
     pub(crate) right: Vec<u32>,
+    /// On which side the next lane is driven the other way: 1 left, −1 right, 0 neither, by lane.
+    pub(crate) oncoming: Vec<f32>,
     /// Whether the markings allow a change to the left, by lane.
     pub(crate) left_change: Vec<bool>,
     /// As `left_change`.
@@ -121,6 +123,7 @@ impl Tracks {
             junction: lanes.iter().map(|lane| lane.junction.unwrap_or(NONE)).collect(),
             left: lanes.iter().map(|l| neighbour(l, l.left)).collect(),
             right: lanes.iter().map(|l| neighbour(l, l.right)).collect(),
+            oncoming: lanes.iter().map(|l| f32::from(oncoming(network, l))).collect(),
             left_change: lanes.iter().map(|l| l.left_change).collect(),
             right_change: lanes.iter().map(|l| l.right_change).collect(),
             usable_m: Vec::with_capacity(lanes.len()),
@@ -346,6 +349,16 @@ impl Tracks {
         }
         self.top_pace.push(self.pace[first..].iter().copied().fold(0.0, f32::max));
     }
+}
+
+/// On which side of a lane the next lane is driven the other way: 1 left, −1 right.
+fn oncoming(network: &Network, lane: &Lane) -> i8 {
+    let opposes = |side: Option<LaneIndex>| {
+        side.map(|side| network.lane(side)).is_some_and(|side| {
+            LaneTypes::DRIVABLE.contains(side.kind) && side.forward != lane.forward
+        })
+    };
+    i8::from(opposes(lane.left)) - i8::from(opposes(lane.right))
 }
 
 /// The nearest lane driven the other way, for a lane after which there is no road.

@@ -15,6 +15,9 @@ use crate::tracks::NONE;
 /// After so long at the line, rank does not matter any more.
 const PATIENCE_S: f32 = 15.0;
 
+/// No way is lengthened by another junction if it is so long already.
+const CHAIN_M: f32 = 45.0;
+
 impl Junctions {
     /// What the light of route lane `k` shows to this vehicle; dark without one.
     pub(super) fn light(&self, rows: &Rows, row: usize, k: usize, view: &View) -> u32 {
@@ -69,7 +72,8 @@ impl Junctions {
     }
 
     /// One past the last lane of the way through the junction that begins at `from`; goes on
-    /// through the next junction if there is no room to stand between the two.
+    /// through the next junction if there is no room to stand between the two, but not for ever:
+    /// who asked for half a roundabout would wait for vehicles that wait behind him.
     pub(super) fn way_end(&self, rows: &Rows, row: usize, from: usize, view: &View) -> usize {
         let tracks = &view.map.tracks;
         let lanes = rows.route[row].lanes();
@@ -88,7 +92,8 @@ impl Junctions {
             if next < lanes.len() {
                 room -= view.map.approaches.line_m[lanes[next] as usize];
             }
-            if next < lanes.len() && room < body.length_m() + STANDING_GAP_M {
+            let far = self.start(row, to) - self.start(row, from) > CHAIN_M;
+            if next < lanes.len() && !far && room < body.length_m() + STANDING_GAP_M {
                 to = next;
             } else {
                 return to;
