@@ -36,7 +36,6 @@ CLASSES = {
     "change": ("theirs", "laneChange increase and decrease taken for right and left"),
     "bank": ("theirs", "superelevation and crossfall left out"),
     "moved": ("theirs", "signal moved off the road, by fifths of a lane's width"),
-    "wide": ("theirs", "crosswalk drawn out by 1 m at both ends"),
     "tilted": ("theirs", "crosswalk tilted with the slope, though the file gives heights"),
     "offset": ("theirs", "crosswalk measured from the lane offset, not the reference line"),
     "coarse": ("theirs", "the foot of a point on a lane taken on a chord"),
@@ -407,8 +406,7 @@ def compare_crosswalks(world, ours):
         if math.hypot(*shift[:2]) > POSITION_M:
             found.append(("offset", f"shifted by {shift[:2]} m"))
         if max(gaps) > POSITION_M:
-            is_wide = all(abs(gap - 1.0) <= POSITION_M for gap in gaps)
-            found.append(("wide" if is_wide else "unexplained", f"corners {gaps} m apart"))
+            found.append(("unexplained", f"corners {gaps} m apart"))
         rise = max(abs(a[2] - b[2]) for a, b in zip(theirs, best))
         if rise > POSITION_M:
             # Slopes are below a tenth, crosswalks shorter than 40 m.

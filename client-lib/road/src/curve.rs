@@ -40,7 +40,7 @@ pub(crate) enum Shape {
     Cubic {
         u: [f64; 4],
         v: [f64; 4],
-        arc: ArcLength,
+        arc: Box<ArcLength>,
     },
 }
 
@@ -56,7 +56,7 @@ impl Shape {
 
     /// Polynomials over p from 0 to `p_end`, travelled by length.
     pub(crate) fn cubic(u: [f64; 4], v: [f64; 4], p_end: f64, length_m: f64) -> Shape {
-        Shape::Cubic { u, v, arc: ArcLength::new(u, v, p_end, length_m) }
+        Shape::Cubic { u, v, arc: Box::new(ArcLength::new(u, v, p_end, length_m)) }
     }
 
     /// v as a polynomial of u, long enough that its arc measures `length_m`.
