@@ -20,6 +20,11 @@ const BEHIND_M: f32 = 5.0;
 /// Longer rings are not looked for.
 const RING_MAX: usize = 16;
 
+/// Whether one who has waited for so long looks round: when patience ends, then every second.
+fn is_time(waited_s: f32, view: &View) -> bool {
+    waited_s >= PATIENCE_S && waited_s.floor() > (waited_s - view.delta_s).floor()
+}
+
 impl Junctions {
     /// Gives leave to the first vehicle of each ring that lacks it.
     pub(super) fn unlock(&mut self, rows: &mut Rows, orders: &mut u64, view: &View) {
@@ -28,7 +33,7 @@ impl Junctions {
             let row = request.row;
             // Who has just given up his way has none to ask for.
             let asks = rows.order[row] == 0 && rows.route[row].lanes().len() >= request.to;
-            if !asks || self.waits[row] != Wait::Others || rows.wait_s[row] < PATIENCE_S {
+            if !asks || self.waits[row] != Wait::Others || !is_time(rows.wait_s[row], view) {
                 continue;
             }
             let Some(ring) = self.ring(rows, row, view) else { continue };
@@ -44,7 +49,8 @@ impl Junctions {
     /// Lets one go first who has leave but gives way to somebody who stands for him.
     pub(super) fn overtake(&mut self, rows: &mut Rows, orders: &mut u64, view: &View) {
         for row in 0..rows.id.len() {
-            if rows.placed[row] == 0 || rows.idle_s[row] < PATIENCE_S || self.yields[row] == NONE {
+            if rows.placed[row] == 0 || !is_time(rows.idle_s[row], view) || self.yields[row] == NONE
+            {
                 continue;
             }
             let Some(ring) = self.ring(rows, row, view) else { continue };
