@@ -1,0 +1,149 @@
+"""The others: cars with the server's own drivers, and people who walk along sidewalks."""
+
+import logging
+import random
+
+import carla
+
+from . import measurements as told
+
+COLOURS = {
+    carla.TrafficLightState.Green: told.TrafficLight.GREEN,
+    carla.TrafficLightState.Yellow: told.TrafficLight.YELLOW,
+    carla.TrafficLightState.Red: told.TrafficLight.RED,
+}
+
+# Frames between two looks at where a sidewalk leads.
+STEPS_OF_A_WALKER = 10
+
+
+class Crowd:
+    """Vehicles and pedestrians of an episode; the same seeds give the same ones."""
+
+    def __init__(self, client, world, road_map, settings, spots, taken):
+        self._client, self._world, self._map = client, world, road_map
+        self._frames = 0
+        self._vehicles = self._spawn_vehicles(settings, spots, taken)
+        self._walkers = self._spawn_walkers(settings, spots)
+        self._known = {}
+        self._boxes = {}
+
+    def _spawn_vehicles(self, settings, spots, taken):
+        if settings.NumberOfVehicles < 1:
+            return []
+        chance = random.Random(settings.SeedVehicles)
+        blueprints = [
+            b for b in self._world.get_blueprint_library().filter("vehicle.*")
+            if not settings.DisableTwoWheeledVehicles
+            or b.get_attribute("number_of_wheels").as_int() == 4]
+        # Near the player first, so that a large map does not look deserted.
+        free = [s for s in spots if s.location.distance(taken.location) > 8.0]
+        chance.shuffle(free)
+        free.sort(key=lambda s: s.location.distance(taken.location) > 400.0)
+        manager = self._client.get_trafficmanager()
+        commands = []
+        for spot in free[: settings.NumberOfVehicles]:
+            blueprint = chance.choice(blueprints)
+            blueprint.set_attribute("role_name", "carla08")
+            place = carla.Transform(spot.location + carla.Location(z=0.3), spot.rotation)
+            commands.append(carla.command.SpawnActor(blueprint, place).then(
+                carla.command.SetAutopilot(
+                    carla.command.FutureActor, True, manager.get_port())))
+        return self._spawned(commands, "vehicles")
+
+    def _spawn_walkers(self, settings, spots):
+        if settings.NumberOfPedestrians < 1:
+            return []
+        chance = random.Random(settings.SeedPedestrians)
+        blueprints = list(self._world.get_blueprint_library().filter("walker.pedestrian.*"))
+        commands = []
+        for _ in range(20 * settings.NumberOfPedestrians):
+            if len(commands) == settings.NumberOfPedestrians:
+                break
+            lane = self._map.get_waypoint(
+                chance.choice(spots).location, lane_type=carla.LaneType.Sidewalk)
+            on = lane.next(chance.uniform(0.5, 15.0)) if lane is not None else []
+            if on:
+                place = carla.Transform(
+                    on[0].transform.location + carla.Location(z=1.0), on[0].transform.rotation)
+                blueprint = chance.choice(blueprints)
+                blueprint.set_attribute("role_name", "carla08")
+                commands.append(carla.command.SpawnActor(blueprint, place))
+        return self._spawned(commands, "pedestrians")
+
+    def _spawned(self, commands, what):
+        answers = self._client.apply_batch_sync(commands, False)
+        found = [answer.actor_id for answer in answers if not answer.has_error()]
+        if len(found) < len(commands):
+            logging.info("%d of %d %s found a place", len(found), len(commands), what)
+        return found
+
+    def walk(self):
+        """Lets everybody on foot go on along the sidewalk."""
+        self._frames += 1
+        if not self._walkers or self._frames % STEPS_OF_A_WALKER != 1:
+            return
+        snapshot = self._world.get_snapshot()
+        commands = []
+        for ident in self._walkers:
+            state = snapshot.find(ident)
+            if state is None:
+                continue
+            at = state.get_transform().location
+            lane = self._map.get_waypoint(at, lane_type=carla.LaneType.Sidewalk)
+            on = lane.next(3.0) if lane is not None else []
+            if on:
+                way = on[0].transform.location - at
+                way.z = 0.0
+                if way.length() > 0.1:
+                    speed = 1.0 + 0.1 * (ident % 6)
+                    commands.append(carla.command.ApplyWalkerControl(
+                        ident, carla.WalkerControl(way.make_unit_vector(), speed, False)))
+        self._client.apply_batch(commands)
+
+    def others(self, snapshot):
+        """Poses and speeds of all that moves and is ours, for the autopilot."""
+        states = (snapshot.find(ident) for ident in self._vehicles + self._walkers)
+        return [state for state in states if state is not None]
+
+    def agents(self, snapshot, player):
+        """Everybody but the player, and the lights and signs, as 0.8's agents."""
+        fresh = [s for s in snapshot if s.id != player and s.id not in self._known]
+        if fresh:
+            self._known.update((a.id, a) for a in self._world.get_actors([s.id for s in fresh]))
+        found = []
+        for state in snapshot:
+            actor = self._known.get(state.id)
+            if actor is not None and state.id != player:
+                agent = self._agent(actor, state)
+                if agent is not None:
+                    found.append(agent)
+        return found
+
+    def _agent(self, actor, state):
+        kind = actor.type_id
+        pose = state.get_transform()
+        where = told.transform_of(pose)
+        if kind.startswith(("vehicle.", "walker.")):
+            if actor.id not in self._boxes:
+                self._boxes[actor.id] = told.box_of(actor.bounding_box)
+            speed = state.get_velocity().dot(pose.get_forward_vector())
+            name, make = (("vehicle", told.Vehicle) if kind.startswith("vehicle.")
+                          else ("pedestrian", told.Pedestrian))
+            return told.Agent(actor.id, name, make(
+                transform=where, bounding_box=self._boxes[actor.id], forward_speed=speed))
+        if kind == "traffic.traffic_light":
+            colour = COLOURS.get(actor.get_state(), told.TrafficLight.RED)
+            return told.Agent(actor.id, "traffic_light",
+                              told.TrafficLight(transform=where, state=colour))
+        if kind.startswith("traffic.speed_limit."):
+            return told.Agent(actor.id, "speed_limit_sign", told.SpeedLimitSign(
+                transform=where, speed_limit=float(kind.rsplit(".", 1)[1]) / 3.6))
+        return None
+
+    def destroy(self):
+        """Takes everybody away."""
+        gone = [carla.command.DestroyActor(i) for i in self._vehicles + self._walkers]
+        if gone:
+            self._client.apply_batch_sync(gone, False)
+        self._vehicles, self._walkers = [], []
