@@ -17,6 +17,8 @@ AHEAD_M = 60.0
 CRUISE_MPS = 30.0 / 3.6
 # What a passenger finds comfortable, to the side and ahead.
 LATERAL_MPS2, BRAKING_MPS2 = 2.0, 3.0
+# How far wheels turn until the car has shown how far its own do.
+STEER_MAX_RAD = math.radians(35.0)
 
 
 class Autopilot:
@@ -29,9 +31,7 @@ class Autopilot:
         self._route = None
         extent = actor.bounding_box.extent
         self._half_length, self._half_width = extent.x, extent.y
-        wheels = actor.get_physics_control().wheels
-        degrees = max((wheel.max_steer_angle for wheel in wheels), default=0.0)
-        self._steer_max = math.radians(degrees if degrees > 1.0 else 70.0)
+        self._steer_max = STEER_MAX_RAD
 
     def follow(self, route):
         """Drives along these waypoints, 2 m apart, and stops at the last."""
@@ -94,7 +94,17 @@ class Autopilot:
         square = max(x * x + y * y, 1.0)
         bend = 2.0 * y / square
         angle = math.atan(bend * 1.25 * self._half_length)
+        self._learn_steering()
         return min(max(angle / self._steer_max, -1.0), 1.0)
+
+    def _learn_steering(self):
+        """Compares what was sent with how far the wheels turned for it."""
+        sent = self._actor.get_control().steer
+        if abs(sent) > 0.1:
+            turned = math.radians(
+                self._actor.get_wheel_steer_angle(carla.VehicleWheelLocation.FL_Wheel))
+            shown = min(max(turned / sent, math.radians(20.0)), math.radians(80.0))
+            self._steer_max += 0.05 * (shown - self._steer_max)
 
     def _speed(self, player, others):
         """The speed to have: cruising, in a bend, behind somebody, before a light."""
