@@ -7,9 +7,10 @@ use serde_json::Value;
 /// Who may name whom: the arrows of ARCHITECTURE.md, and nothing else.
 const ARROWS: [(&str, &[&str]); 11] = [
     ("bus", &[]),
+    ("record", &["bus"]),
     ("road", &[]),
     ("town", &["road"]),
-    ("sim-host", &["bus", "road", "town"]),
+    ("sim-host", &["bus", "record", "road", "town"]),
     ("traffic", &["bus", "road", "town"]),
     ("sensor-render", &["bus", "road", "town"]),
     ("client-lib", &["bus", "road"]),
@@ -17,21 +18,43 @@ const ARROWS: [(&str, &[&str]); 11] = [
     ("bench", &["client-lib", "road", "town"]),
     (
         "cli",
-        &["bus", "road", "town", "sim-host", "traffic", "sensor-render", "client-lib", "gateway"],
+        &[
+            "bus",
+            "record",
+            "road",
+            "town",
+            "sim-host",
+            "traffic",
+            "sensor-render",
+            "client-lib",
+            "gateway",
+        ],
     ),
     (
         "tests",
-        &["bus", "road", "town", "sim-host", "traffic", "sensor-render", "client-lib", "cli"],
+        &[
+            "bus",
+            "record",
+            "road",
+            "town",
+            "sim-host",
+            "traffic",
+            "sensor-render",
+            "client-lib",
+            "cli",
+        ],
     ),
 ];
 
 /// Packages that belong to one room alone.
-const OWNED: [(&str, &str); 5] = [
+const OWNED: [(&str, &str); 7] = [
     ("rapier3d", "sim-host"),
     ("wgpu", "sensor-render"),
     ("ash", "sensor-render"),
     ("iceoryx2", "bus"),
+    ("mcap", "record"),
     ("quick-xml", "road"),
+    ("zstd", "record"),
 ];
 
 fn metadata() -> Value {

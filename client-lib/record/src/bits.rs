@@ -1,0 +1,157 @@
+//! Numbers of few bits, packed.
+
+use crate::error::Damage;
+
+/// More zeros than this before a number's one are not counted.
+const ZEROS_MAX: u32 = 16;
+
+/// Packs numbers from the lowest bit on.
+#[derive(Default)]
+pub(crate) struct BitWriter {
+    bytes: Vec<u8>,
+    open: u64,
+    count: u32,
+}
+
+impl BitWriter {
+    /// The lowest `bits` (at most 32) of `value`; the others must be 0.
+    #[inline]
+    fn push(&mut self, value: u32, bits: u32) {
+        self.open |= u64::from(value) << self.count;
+        self.count += bits;
+        if self.count >= 32 {
+            self.bytes.extend_from_slice(&(self.open as u32).to_le_bytes());
+            self.open >>= 32;
+            self.count -= 32;
+        }
+    }
+
+    /// A number whose lowest `width` (at most 31) bits are stored as they are, the rest as so many
+    /// zeros before a one; if that were too many, all of it.
+    #[inline]
+    pub(crate) fn push_rice(&mut self, number: u32, width: u32) {
+        let rest = number >> width;
+        if rest >= ZEROS_MAX {
+            self.push(0, ZEROS_MAX);
+            self.push(number, 32);
+            return;
+        }
+        self.push(1 << rest, rest + 1);
+        self.push(number & ((1 << width) - 1), width);
+    }
+
+    /// All of them, with room behind for reading eight bytes at a time.
+    pub(crate) fn finish(mut self) -> Vec<u8> {
+        self.bytes.extend_from_slice(&self.open.to_le_bytes());
+        self.bytes.extend_from_slice(&[0; 8]);
+        self.bytes
+    }
+}
+
+/// Unpacks them.
+pub(crate) struct BitReader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> BitReader<'a> {
+    pub(crate) fn new(bytes: &'a [u8]) -> BitReader<'a> {
+        BitReader { bytes, at: 0 }
+    }
+
+    /// The next number of that width.
+    #[inline(always)]
+    pub(crate) fn pull_rice(&mut self, width: u32) -> Result<u32, Damage> {
+        let byte = self.at >> 3;
+        let Some(window) = self.bytes.get(byte..byte + 8) else {
+            return Err(Damage("its bits end early"));
+        };
+        // 57 bits at least, and no number but one that is stored whole has more than 47.
+        let window = u64::from_le_bytes(window.try_into().expect("eight bytes")) >> (self.at & 7);
+        let zeros = window.trailing_zeros();
+        if zeros >= ZEROS_MAX {
+            self.at += (ZEROS_MAX + 32) as usize;
+            return Ok((window >> ZEROS_MAX) as u32);
+        }
+        self.at += (zeros + 1 + width) as usize;
+        let low = (window >> (zeros + 1)) & ((1 << width) - 1);
+        Ok((low | u64::from(zeros) << width) as u32)
+    }
+}
+
+/// The width at which numbers take the least room.
+pub(crate) fn best_width<I: Iterator<Item = u32>>(numbers: impl Fn() -> I) -> u32 {
+    let cost = |width: u32| -> u32 {
+        let of = |n: u32| {
+            let rest = n >> width;
+            if rest >= ZEROS_MAX { ZEROS_MAX + 32 } else { rest + 1 + width }
+        };
+        numbers().map(of).sum()
+    };
+    let (count, bits) = numbers().fold((0, 0), |(count, bits), n| (count + 1, bits + class(n)));
+    let middle = bits / u32::max(count, 1);
+    let near = middle.saturating_sub(3)..=(middle + 2).min(31);
+    near.min_by_key(|width| cost(*width)).unwrap_or(0)
+}
+
+/// Small differences, of either sign, become small numbers.
+#[inline]
+pub(crate) fn fold(difference: i32) -> u32 {
+    ((difference << 1) ^ (difference >> 31)) as u32
+}
+
+/// And back.
+#[inline]
+pub(crate) fn unfold(number: u32) -> i32 {
+    ((number >> 1) as i32) ^ -((number & 1) as i32)
+}
+
+/// How many bits a number has.
+#[inline]
+pub(crate) fn class(number: u32) -> u32 {
+    32 - number.leading_zeros()
+}
+
+/// Floats in the order of their values: neighbours differ by 1.
+#[inline]
+pub(crate) fn ordered(bits: u32) -> u32 {
+    bits ^ ((((bits as i32) >> 31) as u32) >> 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_packed_is_unpacked() {
+        let numbers = [(5u32, 3u32), (0, 0), (u32::MAX, 31), (1, 1), (0x1234, 9), (7, 0), (16, 0)];
+        let mut writer = BitWriter::default();
+        numbers.iter().for_each(|(value, width)| writer.push_rice(*value, *width));
+        let bytes = writer.finish();
+        let mut reader = BitReader::new(&bytes);
+        for (value, width) in numbers {
+            assert_eq!(reader.pull_rice(width), Ok(value));
+        }
+        assert_eq!(BitReader::new(&[]).pull_rice(1), Err(Damage("its bits end early")));
+    }
+
+    #[test]
+    fn the_best_width_is_near_the_numbers_own() {
+        for (numbers, width) in [(&[0, 0, 0][..], 0), (&[900, 1000, 1100], 9), (&[u32::MAX], 30)] {
+            let found = best_width(|| numbers.iter().copied());
+            assert!(found.abs_diff(width) <= 1, "{numbers:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn folding_and_ordering_can_be_undone() {
+        for difference in [0, 1, -1, i32::MAX, i32::MIN, 12345] {
+            assert_eq!(unfold(fold(difference)), difference);
+        }
+        for value in [0.0f32, -0.0, 1.5, -1.5, f32::MAX, f32::NAN, f32::NEG_INFINITY] {
+            assert_eq!(ordered(ordered(value.to_bits())), value.to_bits());
+        }
+        let next = |v: f32| ordered(v.to_bits()) as i32;
+        assert!(next(-1.0) < next(-0.5) && next(-0.5) < next(0.5) && next(0.5) < next(1.0));
+    }
+}

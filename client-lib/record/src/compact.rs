@@ -1,0 +1,87 @@
+//! Places only: centimetres and fifths of a degree.
+
+use bus::{ActorState, Pose};
+use glam::{EulerRot, Quat, Vec3};
+
+use crate::{
+    columns::{Guess, Scheme},
+    predict::{
+        View, mode,
+        word::{PHASE, POSITION, ROTATION},
+    },
+};
+
+/// A step of a coordinate: half of it off at most on each axis, 9 mm in space.
+const STEP_M: f32 = 0.01;
+/// A step of an angle: half of it off at most.
+const STEP_RAD: f32 = std::f32::consts::PI / 900.0;
+
+/// Whole steps, which go on as before.
+pub(crate) enum Compact {}
+
+impl Scheme for Compact {
+    #[rustfmt::skip]
+    const GROUPS: &[&[usize]] = &[
+        &[1], &[2], &[3], &[PHASE], &[28], &[29], &[POSITION], &[POSITION + 1], &[POSITION + 2],
+        &[ROTATION], &[ROTATION + 1], &[ROTATION + 2],
+    ];
+    const LEVEL: i32 = 9;
+
+    fn modes(word: usize) -> &'static [u8] {
+        match word {
+            POSITION..=9 => &[mode::LAST, mode::LINEAR],
+            _ => &[mode::LAST],
+        }
+    }
+
+    #[inline]
+    fn is_float(_: usize) -> bool {
+        false
+    }
+
+    #[inline]
+    fn predict(view: &View, word: usize, mode: u8) -> Guess {
+        let guess = match (mode, view.known) {
+            (_, 0) => 0,
+            (mode::LINEAR, 2) => {
+                let last = view.raw(word, 1);
+                last.wrapping_add(last.wrapping_sub(view.raw(word, 2)))
+            }
+            _ => view.raw(word, 1),
+        };
+        [guess, 0, 0, 0]
+    }
+}
+
+/// What is kept of a state, as whole steps in the words of the fields themselves.
+pub(crate) fn quantised(state: &ActorState) -> ActorState {
+    let (yaw, pitch, roll) = state.pose.rotation().to_euler(EulerRot::ZYX);
+    let mut words = [0u32; crate::grid::WORDS];
+    let of: &crate::grid::Words = crate::grid::words_of(state);
+    for word in [0, 1, 2, 3, PHASE, 28, 29] {
+        words[word] = of[word];
+    }
+    for (axis, metres) in state.pose.position_m.into_iter().enumerate() {
+        words[POSITION + axis] = (metres / STEP_M).round() as i32 as u32;
+    }
+    for (axis, angle) in [yaw, pitch, roll].into_iter().enumerate() {
+        words[ROTATION + axis] = (angle / STEP_RAD).round() as i32 as u32;
+    }
+    bytemuck::cast(words)
+}
+
+/// And back, as near as it was kept.
+pub(crate) fn restored(kept: &ActorState) -> ActorState {
+    let words: &crate::grid::Words = crate::grid::words_of(kept);
+    let step = |word: usize| words[word] as i32 as f32;
+    let position = Vec3::from_array([0, 1, 2].map(|axis| step(POSITION + axis) * STEP_M));
+    let [yaw, pitch, roll] = [0, 1, 2].map(|axis| step(ROTATION + axis) * STEP_RAD);
+    let rotation = Quat::from_euler(EulerRot::ZYX, yaw, pitch, roll);
+    ActorState { pose: Pose::new(position, rotation), ..unplaced(words) }
+}
+
+fn unplaced(words: &crate::grid::Words) -> ActorState {
+    let mut words = *words;
+    words[POSITION..=ROTATION + 2].fill(0);
+    bytemuck::cast(words)
+}

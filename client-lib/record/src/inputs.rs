@@ -1,0 +1,134 @@
+//! All of a segment but the actors: what each frame is, its journal, what traffic decided, who
+//! touched whom.
+
+use bus::{Frame, JournalEntry, Stamp, TrafficHeader};
+use bytemuck::{Pod, Zeroable};
+
+use crate::{
+    columns::Front,
+    error::Damage,
+    moment::{Collision, Decision, Moment},
+};
+
+/// A frame in numbers. Written column by column, each as second differences: what counts up
+/// becomes zeros.
+const COLUMNS: usize = 12;
+
+fn numbers(moment: &Moment) -> [u64; COLUMNS] {
+    [
+        moment.stamp.frame.0,
+        moment.stamp.sim_time_nanos,
+        moment.stamp.episode.into(),
+        moment.delta_nanos,
+        moment.substep_max_nanos,
+        moment.decision.frame.0,
+        moment.decision.whole.as_ref().map_or(0, |(_, payload)| 1 + payload.len() as u64),
+        u64::from(moment.early) << 32 | moment.journal.len() as u64,
+        moment.collisions.len() as u64,
+        // Hashes: nothing is saved on these.
+        moment.state_hash,
+        moment.shown,
+        moment.decision.hash,
+    ]
+}
+
+/// The first column of hashes.
+const HASHES: usize = 9;
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Lengths {
+    frames: u32,
+    reserved: u32,
+}
+
+/// Of all but `actors` and `world`. `whole`: with journal, decision and collisions.
+pub(crate) fn encode(moments: &[Moment], whole: bool) -> Vec<u8> {
+    let lengths = Lengths { frames: moments.len() as u32, reserved: 0 };
+    let mut bytes = bytemuck::bytes_of(&lengths).to_vec();
+    let mut rows: Vec<_> = moments.iter().map(numbers).collect();
+    if !whole {
+        for row in &mut rows {
+            (row[5], row[6], row[7], row[8], row[10], row[11]) = (0, 0, 0, 0, 0, 0);
+        }
+    }
+    for column in 0..COLUMNS {
+        let (mut last, mut step) = (0u64, 0u64);
+        for row in &rows {
+            let difference = row[column].wrapping_sub(last);
+            let told = if column < HASHES { difference.wrapping_sub(step) } else { row[column] };
+            bytes.extend_from_slice(&told.to_le_bytes());
+            (last, step) = (row[column], difference);
+        }
+    }
+    if whole {
+        for moment in moments {
+            bytes.extend_from_slice(bytemuck::cast_slice(&moment.journal));
+            bytes.extend_from_slice(bytemuck::cast_slice(&moment.collisions));
+            if let Some((header, payload)) = &moment.decision.whole {
+                bytes.extend_from_slice(bytemuck::bytes_of(header));
+                bytes.extend_from_slice(payload);
+            }
+        }
+    }
+    bytes
+}
+
+/// Back to moments without actors.
+pub(crate) fn decode(bytes: &[u8]) -> Result<Vec<Moment>, Damage> {
+    let mut front = Front(bytes);
+    let lengths: Lengths = pod(front.bytes(size_of::<Lengths>())?);
+    let frames = lengths.frames as usize;
+    if frames > bytes.len() {
+        return Err(Damage("it has more frames than bytes"));
+    }
+    let mut rows = vec![[0u64; COLUMNS]; frames];
+    for column in 0..COLUMNS {
+        let (mut last, mut step) = (0u64, 0u64);
+        for row in &mut rows {
+            let told: u64 = pod(front.bytes(8)?);
+            let value =
+                if column < HASHES { last.wrapping_add(step).wrapping_add(told) } else { told };
+            (step, last) = (value.wrapping_sub(last), value);
+            row[column] = value;
+        }
+    }
+    rows.iter().map(|row| moment(row, &mut front)).collect()
+}
+
+fn moment(row: &[u64; COLUMNS], front: &mut Front) -> Result<Moment, Damage> {
+    let stamp =
+        Stamp { frame: Frame(row[0]), sim_time_nanos: row[1], episode: row[2] as u32, reserved: 0 };
+    let journal = list::<JournalEntry>(front, row[7] & 0xffff_ffff)?;
+    let collisions = list::<Collision>(front, row[8])?;
+    let whole = match row[6] {
+        0 => None,
+        len => {
+            let header: TrafficHeader = pod(front.bytes(size_of::<TrafficHeader>())?);
+            Some((header, front.bytes((len - 1) as usize)?.to_vec()))
+        }
+    };
+    Ok(Moment {
+        stamp,
+        delta_nanos: row[3],
+        substep_max_nanos: row[4],
+        state_hash: row[9],
+        decision: Decision { frame: Frame(row[5]), hash: row[11], whole },
+        early: (row[7] >> 32) as u32,
+        journal,
+        collisions,
+        actors: Vec::new(),
+        shown: row[10],
+        world: None,
+    })
+}
+
+fn list<T: Pod>(front: &mut Front, count: u64) -> Result<Vec<T>, Damage> {
+    let len = (count as usize).checked_mul(size_of::<T>()).ok_or(Damage("a count is absurd"))?;
+    let bytes = front.bytes(len)?;
+    Ok(bytes.chunks_exact(size_of::<T>()).map(pod).collect())
+}
+
+fn pod<T: Pod>(bytes: &[u8]) -> T {
+    bytemuck::pod_read_unaligned(bytes)
+}

@@ -1,0 +1,33 @@
+//! Recordings: what happened in a world, frame by frame, in one file.
+//!
+//! ```text
+//! Host ──Moment──▶ Recorder (a thread) ──▶ Writer ──segments──▶ MCAP file
+//!                                                                  │
+//! replay, queries, re-simulation ◀──Moments── Recording ◀──────────┘
+//! ```
+//!
+//! A segment is at most a second of frames and one chunk of the file, so that a killed process
+//! costs no more than that. Spaces and units are the bus's: right-handed, z up, SI, radians.
+//! Start reading at `moment.rs`.
+
+mod bits;
+mod columns;
+mod compact;
+mod error;
+mod grid;
+mod inputs;
+mod moment;
+mod predict;
+mod read;
+mod recorder;
+mod scan;
+mod write;
+
+pub use error::RecordError;
+pub use moment::{Collision, Decision, Moment, Profile};
+pub use read::{Recording, Told};
+pub use recorder::{Plan, Recorder};
+pub use write::Writer;
+
+#[cfg(test)]
+mod tests;

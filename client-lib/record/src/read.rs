@@ -1,0 +1,248 @@
+//! Reading: a segment at a time, from anywhere.
+
+use std::{
+    fs::File,
+    path::{Path, PathBuf},
+};
+
+use bus::{ActorId, Episode};
+
+use crate::{
+    Moment, Profile, RecordError,
+    columns::Decoder,
+    compact::{Compact, restored},
+    error::Damage,
+    inputs,
+    moment::sum_of,
+    predict::Exact,
+    scan::{Scan, Segment, read, scan},
+    write::{FORM, topic},
+};
+
+/// No map is larger.
+const MAP_MAX: usize = 1 << 30;
+
+/// What a recording tells of itself.
+#[derive(Clone, Debug)]
+pub struct Told {
+    /// How much of the run it keeps.
+    pub profile: Profile,
+    /// The world: map, seed, and the map itself.
+    pub episode: Episode,
+    /// When it was begun, seconds since 1970.
+    pub date_secs: u64,
+    /// The build that wrote it.
+    pub version: String,
+    /// The catalogue: ids of blueprints, by their index.
+    pub blueprints: Vec<String>,
+    /// What those who were there at the start were called, if anything.
+    pub roles: Vec<(ActorId, String)>,
+    /// It was closed in order; else its writer was killed, and up to a second is missing.
+    pub is_whole: bool,
+}
+
+enum States {
+    None,
+    Exact(Decoder<Exact>),
+    Compact(Decoder<Compact>),
+}
+
+/// A recording that is read.
+pub struct Recording {
+    path: PathBuf,
+    file: File,
+    told: Told,
+    segments: Vec<Segment>,
+    states: States,
+    /// The segment whose end the decoder knows.
+    decoded: Option<usize>,
+    moments: Vec<Moment>,
+    /// The segment that `moments` hold.
+    held: Option<usize>,
+}
+
+impl Recording {
+    /// Opens it and finds its segments; whether they are sound is seen when they are read.
+    pub fn open(path: &Path) -> Result<Recording, RecordError> {
+        let file = File::open(path).map_err(|e| RecordError::file(path, e))?;
+        if file.metadata().is_ok_and(|m| m.is_dir()) {
+            let why = "it is a folder".to_owned();
+            return Err(RecordError::Strange { path: path.to_owned(), why });
+        }
+        let Scan { about, map, segments, is_whole } = scan(path, &file)?;
+        let field = |name: &str| about.get(name).map_or("", String::as_str);
+        let form = field("form");
+        if form != FORM.to_string() {
+            let (path, found) = (path.to_owned(), form.to_owned());
+            return Err(RecordError::Version { path, found, wanted: FORM });
+        }
+        let damaged =
+            |why: &str| RecordError::Damaged { path: path.to_owned(), why: why.to_owned() };
+        let profile = Profile::by_name(field("profile"))
+            .ok_or_else(|| damaged("it names no profile that we know"))?;
+        let open_drive = unpacked(&map).ok_or_else(|| damaged("its map cannot be unpacked"))?;
+        let roles = field("roles").lines().filter_map(|line| {
+            let (id, role) = line.split_once(' ')?;
+            Some((ActorId(id.parse().ok()?), role.to_owned()))
+        });
+        let told = Told {
+            profile,
+            episode: Episode {
+                map: field("map").to_owned(),
+                seed: field("seed").parse().map_err(|_| damaged("it names no seed"))?,
+                open_drive,
+            },
+            date_secs: field("date").parse().unwrap_or(0),
+            version: field("version").to_owned(),
+            blueprints: field("blueprints").lines().map(str::to_owned).collect(),
+            roles: roles.collect(),
+            is_whole,
+        };
+        if segments.is_empty() {
+            return Err(damaged("it holds no frame"));
+        }
+        Ok(Recording {
+            path: path.to_owned(),
+            file,
+            told,
+            segments,
+            states: match profile {
+                Profile::State => States::Exact(Decoder::new()),
+                Profile::Inputs => States::None,
+                Profile::Compact => States::Compact(Decoder::new()),
+            },
+            decoded: None,
+            moments: Vec::new(),
+            held: None,
+        })
+    }
+
+    /// What it tells of itself.
+    pub fn told(&self) -> &Told {
+        &self.told
+    }
+
+    /// Where it lies.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// How many segments there are; never 0.
+    pub fn segments(&self) -> usize {
+        self.segments.len()
+    }
+
+    /// Recorded time at a segment's first frame: 0 for the first.
+    pub fn start_nanos(&self, segment: usize) -> u64 {
+        self.segments[segment].start_nanos
+    }
+
+    /// The segment that holds this recorded time, or the last one.
+    pub fn segment_at(&self, nanos: u64) -> usize {
+        self.segments.partition_point(|s| s.start_nanos <= nanos).saturating_sub(1)
+    }
+
+    /// Recorded time in all.
+    pub fn duration_nanos(&mut self) -> Result<u64, RecordError> {
+        let last = self.segments.len() - 1;
+        let start = self.start_nanos(last);
+        let inside: u64 = self.frames(last)?.iter().map(|m| m.delta_nanos).sum();
+        Ok(start + inside)
+    }
+
+    /// A segment's frames, without actors.
+    pub fn frames(&mut self, segment: usize) -> Result<Vec<Moment>, RecordError> {
+        let messages = read(&self.path, &self.file, &self.segments[segment])?;
+        let frames = messages.iter().find(|m| m.topic == topic::FRAMES);
+        let frames = frames.ok_or(Damage("its frames are missing"));
+        frames.and_then(|m| inputs::decode(&m.data)).map_err(|e| self.damaged(segment, e))
+    }
+
+    /// The last segment up to `segment` that begins with the whole world.
+    pub fn world_before(&self, segment: usize) -> Option<usize> {
+        (0..=segment).rev().find(|i| self.segments[*i].has_world)
+    }
+
+    /// A segment's frames with all that its profile keeps; those before it are read if need be.
+    pub fn moments(&mut self, segment: usize) -> Result<&[Moment], RecordError> {
+        if self.held != Some(segment) {
+            self.held = None;
+            let key = (0..=segment).rev().find(|i| self.segments[*i].is_key).unwrap_or(0);
+            let goes_on = self.decoded.filter(|d| (key..segment).contains(d)).map(|d| d + 1);
+            let first =
+                if matches!(self.states, States::None) { segment } else { goes_on.unwrap_or(key) };
+            for index in first..=segment {
+                self.decoded = None;
+                self.moments = self.load(index)?;
+                self.decoded = Some(index);
+            }
+            self.held = Some(segment);
+        }
+        Ok(&self.moments)
+    }
+
+    /// Forgets what was read: the next second is read from the file.
+    pub fn forget(&mut self) {
+        (self.decoded, self.held) = (None, None);
+    }
+
+    fn load(&mut self, segment: usize) -> Result<Vec<Moment>, RecordError> {
+        let messages = read(&self.path, &self.file, &self.segments[segment])?;
+        self.decode(segment, messages).map_err(|e| self.damaged(segment, e))
+    }
+
+    fn decode(
+        &mut self,
+        segment: usize,
+        messages: Vec<crate::scan::Message>,
+    ) -> Result<Vec<Moment>, Damage> {
+        let of = |topic: u16| messages.iter().find(|m| m.topic == topic);
+        let frames = of(topic::FRAMES).ok_or(Damage("its frames are missing"))?;
+        let mut moments = inputs::decode(&frames.data)?;
+        let is_key = self.segments[segment].is_key;
+        let deltas: Vec<u64> = moments.iter().map(|m| m.delta_nanos).collect();
+        let mut states = Vec::new();
+        let actors = || of(topic::KEY).or(of(topic::DELTA)).ok_or(Damage("its actors are missing"));
+        match &mut self.states {
+            States::None => {}
+            States::Exact(decoder) => {
+                decoder.decode(&actors()?.data, &deltas, is_key, &mut states)?;
+            }
+            States::Compact(decoder) => {
+                decoder.decode(&actors()?.data, &deltas, is_key, &mut states)?;
+                for state in states.iter_mut().flatten() {
+                    *state = restored(state);
+                }
+            }
+        }
+        for (moment, states) in moments.iter_mut().zip(states) {
+            moment.actors = states;
+        }
+        if let (Some(first), Some(world)) = (moments.first_mut(), of(topic::WORLD)) {
+            first.world = Some(world.data.clone());
+        }
+        Ok(moments)
+    }
+
+    fn damaged(&self, segment: usize, Damage(why): Damage) -> RecordError {
+        let at = self.segments[segment].start_nanos as f64 / 1e9;
+        RecordError::Damaged {
+            path: self.path.clone(),
+            why: format!("the second that begins at {at:.2} s: {why}"),
+        }
+    }
+}
+
+impl Moment {
+    /// Whether the actors are those that were shown. Only the profile `state` keeps that exactly.
+    pub fn is_as_shown(&self) -> bool {
+        sum_of(&self.actors) == self.shown
+    }
+}
+
+fn unpacked(map: &[u8]) -> Option<String> {
+    let bytes = zstd::bulk::Decompressor::upper_bound(map)
+        .filter(|len| *len <= MAP_MAX)
+        .and_then(|len| zstd::bulk::decompress(map, len).ok())?;
+    String::from_utf8(bytes).ok()
+}

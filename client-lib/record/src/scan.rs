@@ -1,0 +1,193 @@
+//! Finding the segments of a file: also of one whose writer was killed.
+
+use std::{collections::BTreeMap, fs::File, os::unix::fs::FileExt, path::Path};
+
+use mcap::{
+    MAGIC,
+    read::parse_record,
+    records::{ChunkHeader, Record, op},
+};
+
+use crate::{RecordError, write::topic};
+
+/// One chunk of the file: at most a second.
+#[derive(Clone, Debug)]
+pub(crate) struct Segment {
+    /// Where the chunk's body begins.
+    at: u64,
+    len: u64,
+    /// Recorded time at its first frame.
+    pub(crate) start_nanos: u64,
+    /// Its actors can be read without those before it.
+    pub(crate) is_key: bool,
+    /// It begins with the whole world.
+    pub(crate) has_world: bool,
+}
+
+/// What a file holds.
+pub(crate) struct Scan {
+    pub(crate) about: BTreeMap<String, String>,
+    /// The map, packed by zstd.
+    pub(crate) map: Vec<u8>,
+    pub(crate) segments: Vec<Segment>,
+    /// It was closed in order.
+    pub(crate) is_whole: bool,
+}
+
+/// One message of a segment.
+pub(crate) struct Message {
+    pub(crate) topic: u16,
+    pub(crate) data: Vec<u8>,
+}
+
+/// A second of a world has no more bytes.
+const CHUNK_MAX: usize = 1 << 28;
+/// Nor has any other record.
+const RECORD_MAX: u64 = 1 << 30;
+
+/// Walks over the file's records without reading the chunks' bodies.
+pub(crate) fn scan(path: &Path, file: &File) -> Result<Scan, RecordError> {
+    let told = |e| RecordError::file(path, e);
+    let strange = |why: &str| RecordError::Strange { path: path.to_owned(), why: why.to_owned() };
+    let len = file.metadata().map_err(told)?.len();
+    let mut magic = [0; 8];
+    if len < 8 || file.read_exact_at(&mut magic, 0).is_err() || magic != *MAGIC {
+        return Err(strange("it does not begin as an MCAP file does"));
+    }
+    let mut found =
+        Scan { about: BTreeMap::new(), map: Vec::new(), segments: Vec::new(), is_whole: false };
+    let mut at = 8;
+    // Channels of the last segment, as its indexes tell them.
+    let mut indexed = true;
+    while at + 9 <= len {
+        let mut head = [0; 9];
+        file.read_exact_at(&mut head, at).map_err(told)?;
+        let (opcode, body) = (head[0], at + 9);
+        let size = u64::from_le_bytes(head[1..].try_into().expect("eight bytes"));
+        if size > len - body {
+            break;
+        }
+        at = body + size;
+        match opcode {
+            op::CHUNK => {
+                settle(path, file, &mut found, indexed)?;
+                let mut times = [0; 8];
+                if size < 40 || file.read_exact_at(&mut times, body).is_err() {
+                    break;
+                }
+                found.segments.push(Segment {
+                    at: body,
+                    len: size,
+                    start_nanos: u64::from_le_bytes(times),
+                    is_key: false,
+                    has_world: false,
+                });
+                indexed = false;
+            }
+            op::MESSAGE_INDEX if size >= 2 => {
+                let mut id = [0; 2];
+                file.read_exact_at(&mut id, body).map_err(told)?;
+                if let Some(segment) = found.segments.last_mut() {
+                    segment.note(u16::from_le_bytes(id));
+                    // The actors' index is the last one of a chunk.
+                    indexed = true;
+                }
+            }
+            op::METADATA | op::ATTACHMENT if size <= RECORD_MAX => {
+                let mut bytes = vec![0; size as usize];
+                file.read_exact_at(&mut bytes, body).map_err(told)?;
+                match parse_record(opcode, &bytes) {
+                    Ok(Record::Metadata(told)) if told.name == "omnibus" => {
+                        found.about = told.metadata;
+                    }
+                    Ok(Record::Attachment { header, data, .. }) if header.name == "map.xodr" => {
+                        found.map = data.into_owned();
+                    }
+                    Ok(_) => {}
+                    Err(_) => return Err(strange("a record of it cannot be read")),
+                }
+            }
+            op::DATA_END => {
+                found.is_whole = true;
+                break;
+            }
+            _ => {}
+        }
+    }
+    let known = indexed && found.is_whole;
+    settle(path, file, &mut found, known)?;
+    if found.about.is_empty() {
+        return Err(strange(
+            "it is an MCAP file of another kind, or was cut off at its very start",
+        ));
+    }
+    Ok(found)
+}
+
+/// A chunk whose indexes were cut off is looked into; if it is cut off itself, it does not count.
+fn settle(path: &Path, file: &File, found: &mut Scan, known: bool) -> Result<(), RecordError> {
+    if known {
+        return Ok(());
+    }
+    let Some(segment) = found.segments.last_mut() else { return Ok(()) };
+    match read(path, file, segment) {
+        Ok(messages) if !messages.is_empty() => {
+            messages.iter().for_each(|m| segment.note(m.topic));
+        }
+        // Or it only names the channels.
+        _ => drop(found.segments.pop()),
+    }
+    Ok(())
+}
+
+impl Segment {
+    fn note(&mut self, channel: u16) {
+        self.is_key |= channel == topic::KEY;
+        self.has_world |= channel == topic::WORLD;
+    }
+}
+
+/// A segment's messages, checked against their sum.
+pub(crate) fn read(
+    path: &Path,
+    file: &File,
+    segment: &Segment,
+) -> Result<Vec<Message>, RecordError> {
+    let damaged = |why: String| RecordError::Damaged { path: path.to_owned(), why };
+    let at = segment.start_nanos as f64 / 1e9;
+    let mut bytes = vec![0; segment.len as usize];
+    file.read_exact_at(&mut bytes, segment.at).map_err(|e| RecordError::file(path, e))?;
+    let unreadable = |e| damaged(format!("the second that begins at {at:.2} s: {e}"));
+    let (header, data): (ChunkHeader, _) = match parse_record(op::CHUNK, &bytes) {
+        Ok(Record::Chunk { header, data }) => (header, data),
+        Ok(_) => return Err(damaged("a chunk of it is none".to_owned())),
+        Err(e) => return Err(unreadable(e)),
+    };
+    let damage = |why: &str| damaged(format!("the second that begins at {at:.2} s: {why}"));
+    let size = usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX);
+    if size > CHUNK_MAX {
+        return Err(damage("its size is absurd"));
+    }
+    let bytes = match header.compression.as_str() {
+        "zstd" => zstd::bulk::decompress(&data, size).map_err(|_| damage("zstd refuses it"))?,
+        "" => data.into_owned(),
+        _ => return Err(damage("it is packed in a way that we do not know")),
+    };
+    if header.uncompressed_crc != 0 && crc32fast::hash(&bytes) != header.uncompressed_crc {
+        return Err(damage("its checksum is wrong"));
+    }
+    let mut messages = Vec::new();
+    let mut rest = &bytes[..];
+    while let Some((head, after)) = rest.split_first_chunk::<9>() {
+        let size = u64::from_le_bytes(head[1..].try_into().expect("eight bytes"));
+        let body = usize::try_from(size).ok().and_then(|size| after.split_at_checked(size));
+        let (body, after) = body.ok_or_else(|| damage("a record of it ends early"))?;
+        rest = after;
+        // Channel, sequence and two times come before the data.
+        if head[0] == op::MESSAGE && body.len() >= 22 {
+            let topic = u16::from_le_bytes([body[0], body[1]]);
+            messages.push(Message { topic, data: body[22..].to_vec() });
+        }
+    }
+    Ok(messages)
+}

@@ -1,0 +1,228 @@
+use std::{fs, path::PathBuf};
+
+use bus::{ActorId, ActorState, Episode, Frame, JournalEntry, Name, Outcome, Pose, Stamp, Wish};
+use glam::{Quat, Vec3};
+
+use crate::{Collision, Decision, Moment, Plan, Profile, RecordError, Recording, Writer};
+
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Scratch {
+        let path =
+            std::env::temp_dir().join(format!("omnibus-record-{}-{name}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Scratch(path)
+    }
+
+    fn plan(&self, profile: Profile) -> Plan {
+        Plan {
+            path: self.0.join(format!("{}.mcap", profile.name())),
+            profile,
+            episode: Episode { map: "Test".into(), seed: 3, open_drive: "<OpenDRIVE/>".into() },
+            blueprints: vec!["vehicle.a".into(), "vehicle.b".into()],
+            roles: vec![(ActorId(1), "hero".into())],
+        }
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Twelve cars on circles; one goes and one comes every seven frames; one is all but a number.
+fn moment(frame: u64) -> Moment {
+    let time = frame as f32 * 0.05;
+    let gone = (frame / 7) as u32;
+    let ids = (1 + gone..=12 + gone).filter(|id| *id != 5 || frame > 3);
+    let actors = ids.map(|id| {
+        let (speed, radius) = (5.0 + id as f32, 20.0 + 3.0 * id as f32);
+        let angle = time * speed / radius;
+        let way = Vec3::new(angle.cos(), angle.sin(), 0.0);
+        let velocity = Vec3::new(-angle.sin(), angle.cos(), 1e-4 * (time * 9.0).sin()) * speed;
+        ActorState {
+            actor_id: ActorId(id),
+            blueprint: id % 2,
+            kind: 1,
+            flags: if frame.is_multiple_of(9) { 4 } else { 0 },
+            pose: Pose::new(way * radius, Quat::from_rotation_z(angle + 1.5)),
+            velocity_mps: velocity.to_array(),
+            angular_velocity_radps: [0.0, 0.0, speed / radius],
+            acceleration_mps2: if id == 7 { [f32::NAN, f32::INFINITY, -0.0] } else { [0.1; 3] },
+            steer: (time * 0.3).sin(),
+            gear: -1,
+            color: 0xff00_ff00 + id,
+            ..ActorState::default()
+        }
+    });
+    let entry = JournalEntry {
+        client: Name::new("tester"),
+        sequence: frame,
+        command: Wish::Destroy(ActorId(9)).into(),
+        outcome: Outcome::refused("not there"),
+    };
+    Moment {
+        stamp: Stamp {
+            frame: Frame(100 + frame),
+            sim_time_nanos: frame * 50_000_000,
+            episode: 1,
+            reserved: 0,
+        },
+        delta_nanos: 50_000_000,
+        substep_max_nanos: 10_000_000,
+        state_hash: frame.wrapping_mul(0x9e37_79b9_7f4a_7c15),
+        decision: Decision {
+            frame: Frame(99 + frame),
+            hash: frame,
+            whole: frame.is_multiple_of(50).then(|| (Default::default(), vec![7; 130])),
+        },
+        early: (frame % 3 == 2).into(),
+        journal: vec![entry; (frame % 3) as usize],
+        collisions: vec![
+            Collision { actor: ActorId(1), ..Default::default() };
+            (frame % 2) as usize
+        ],
+        actors: actors.collect(),
+        shown: 0,
+        world: frame.is_multiple_of(150).then(|| vec![1, 2, 3]),
+    }
+}
+
+fn write(plan: &Plan, frames: std::ops::Range<u64>) {
+    let mut writer = Writer::create(plan).unwrap();
+    for frame in frames.clone() {
+        writer.put(moment(frame)).unwrap();
+    }
+    assert_eq!(writer.finish().unwrap(), frames.end - frames.start);
+}
+
+/// Floats by their bits, and the sum, which the reader alone knows.
+fn check_same(read: &Moment, wanted: &Moment) {
+    let bits = |m: &Moment| bytemuck::cast_slice::<ActorState, [u32; 32]>(&m.actors).to_vec();
+    assert_eq!(bits(read), bits(wanted), "{:?}", wanted.stamp);
+    let plain = |m: &Moment| Moment { actors: vec![], shown: 0, ..m.clone() };
+    assert_eq!(plain(read), plain(wanted));
+}
+
+#[test]
+fn what_was_recorded_is_read_to_the_bit() {
+    let scratch = Scratch::new("exact");
+    let plan = scratch.plan(Profile::State);
+    write(&plan, 0..400);
+    let mut recording = Recording::open(&plan.path).unwrap();
+    assert!(recording.told().is_whole);
+    assert_eq!(recording.told().episode, plan.episode);
+    assert_eq!(recording.told().roles, plan.roles);
+    let mut frame = 0;
+    for segment in 0..recording.segments() {
+        for read in recording.moments(segment).unwrap() {
+            assert!(read.is_as_shown());
+            check_same(read, &moment(frame));
+            frame += 1;
+        }
+    }
+    assert_eq!(frame, 400);
+    assert_eq!(recording.duration_nanos().unwrap(), 400 * 50_000_000);
+}
+
+#[test]
+fn any_second_can_be_read_first() {
+    let scratch = Scratch::new("seek");
+    let plan = scratch.plan(Profile::State);
+    write(&plan, 0..400);
+    for segment in [19, 3, 4, 12, 0, 12, 13] {
+        let mut recording = Recording::open(&plan.path).unwrap();
+        for segment in [segment, segment / 2, segment] {
+            let start = recording.start_nanos(segment);
+            assert_eq!(recording.segment_at(start + 10), segment);
+            check_same(&recording.moments(segment).unwrap()[0], &moment(start / 50_000_000));
+        }
+    }
+}
+
+#[test]
+fn a_file_that_was_cut_off_is_read_up_to_its_last_whole_second() {
+    let scratch = Scratch::new("cut");
+    let plan = scratch.plan(Profile::State);
+    write(&plan, 0..200);
+    let bytes = fs::read(&plan.path).unwrap();
+    let mut counts = Vec::new();
+    for len in (0..bytes.len()).step_by(97) {
+        fs::write(&plan.path, &bytes[..len]).unwrap();
+        let Ok(mut recording) = Recording::open(&plan.path) else { continue };
+        let mut count = 0;
+        for segment in 0..recording.segments() {
+            for read in recording.moments(segment).unwrap() {
+                check_same(read, &moment(count));
+                count += 1;
+            }
+        }
+        counts.push(count);
+    }
+    assert!(counts.is_sorted() && counts.contains(&20) && counts.contains(&170), "{counts:?}");
+}
+
+#[test]
+fn changed_bytes_are_an_error_or_change_nothing() {
+    let scratch = Scratch::new("flip");
+    let plan = scratch.plan(Profile::State);
+    write(&plan, 0..60);
+    let bytes = fs::read(&plan.path).unwrap();
+    let mut refused = 0;
+    for at in (0..bytes.len()).step_by(31) {
+        let mut bad = bytes.clone();
+        bad[at] ^= 1 << (at % 8);
+        fs::write(&plan.path, &bad).unwrap();
+        let read = Recording::open(&plan.path).and_then(|mut recording| {
+            for segment in 0..recording.segments() {
+                for (read, frame) in recording.moments(segment)?.iter().zip(segment as u64 * 20..) {
+                    check_same(read, &moment(frame));
+                }
+            }
+            Ok(())
+        });
+        refused += u32::from(read.is_err());
+    }
+    assert!(refused > 20, "{refused}");
+}
+
+#[test]
+fn other_files_are_refused_by_name() {
+    let scratch = Scratch::new("strange");
+    let path = scratch.0.join("strange.mcap");
+    assert!(matches!(Recording::open(&path), Err(RecordError::File { .. })));
+    assert!(matches!(Recording::open(&scratch.0), Err(RecordError::Strange { .. })));
+    let mut noise = vec![0u8; 5000];
+    noise.iter_mut().enumerate().for_each(|(i, b)| *b = (i * i >> 3) as u8);
+    for bytes in [&b""[..], b"hello", &noise, mcap::MAGIC] {
+        fs::write(&path, bytes).unwrap();
+        let Err(e) = Recording::open(&path) else { panic!("it was taken") };
+        assert!(matches!(e, RecordError::Strange { .. }), "{e}");
+    }
+}
+
+#[test]
+fn compact_places_are_within_a_centimetre_and_a_tenth_of_a_degree() {
+    let scratch = Scratch::new("compact");
+    let plan = scratch.plan(Profile::Compact);
+    write(&plan, 0..200);
+    let mut recording = Recording::open(&plan.path).unwrap();
+    let mut frame = 0;
+    for segment in 0..recording.segments() {
+        for read in recording.moments(segment).unwrap() {
+            let wanted = moment(frame);
+            assert_eq!(read.state_hash, wanted.state_hash);
+            assert_eq!(read.actors.len(), wanted.actors.len());
+            for (read, wanted) in read.actors.iter().zip(&wanted.actors) {
+                assert_eq!((read.actor_id, read.flags), (wanted.actor_id, wanted.flags));
+                let off_m = read.pose.position().distance(wanted.pose.position());
+                let off_rad = read.pose.rotation().angle_between(wanted.pose.rotation());
+                assert!(off_m < 0.01 && off_rad.to_degrees() < 0.11, "{off_m} m, {off_rad} rad");
+            }
+            frame += 1;
+        }
+    }
+    assert_eq!(frame, 200);
+}

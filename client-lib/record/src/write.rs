@@ -1,0 +1,236 @@
+//! Writing: moments in, segments out, each one chunk of an MCAP file.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::BufWriter,
+    mem::take,
+    path::{Path, PathBuf},
+    time::{SystemTime, UNIX_EPOCH},
+};
+
+use bus::ActorState;
+use mcap::{Attachment, Compression, WriteOptions, records::MessageHeader, records::Metadata};
+
+use crate::{
+    RecordError,
+    columns::Encoder,
+    compact::{Compact, quantised},
+    inputs,
+    moment::{Moment, Profile, sum_of},
+    predict::Exact,
+    recorder::Plan,
+};
+
+/// Changes whenever the meaning of the bytes does.
+pub(crate) const FORM: u32 = 1;
+/// The channels of the file, by id.
+pub(crate) mod topic {
+    pub(crate) const FRAMES: u16 = 1;
+    pub(crate) const KEY: u16 = 2;
+    pub(crate) const DELTA: u16 = 3;
+    pub(crate) const WORLD: u16 = 4;
+    pub(crate) const NAMES: [(u16, &str); 4] =
+        [(FRAMES, "frames"), (KEY, "actors/key"), (DELTA, "actors/delta"), (WORLD, "world")];
+}
+/// Simulated time of a segment.
+const SEGMENT_NANOS: u64 = 1_000_000_000;
+/// Frames of a segment at most.
+const FRAMES_MAX: usize = 64;
+/// Recorded time between segments that need none before them.
+const KEY_NANOS: u64 = 5_000_000_000;
+/// The file is written in pieces of this.
+const BUFFER: usize = 1 << 20;
+
+enum States {
+    None,
+    Exact(Encoder<Exact>),
+    Compact(Encoder<Compact>),
+}
+
+/// Writes one recording.
+pub struct Writer {
+    file: mcap::Writer<BufWriter<File>>,
+    path: PathBuf,
+    profile: Profile,
+    states: States,
+    pending: Vec<Moment>,
+    spent: Vec<Moment>,
+    /// Recorded time up to the first frame that is pending.
+    elapsed_nanos: u64,
+    pending_nanos: u64,
+    next_key_nanos: u64,
+    frames: u64,
+}
+
+impl Writer {
+    /// Makes the file; one of that name is replaced.
+    pub fn create(plan: &Plan) -> Result<Writer, RecordError> {
+        let told = |e| RecordError::file(&plan.path, e);
+        if let Some(folder) = plan.path.parent().filter(|f| !f.as_os_str().is_empty()) {
+            std::fs::create_dir_all(folder).map_err(told)?;
+        }
+        let file = File::create(&plan.path).map_err(told)?;
+        let options = WriteOptions::new()
+            .profile("omnibus")
+            .library(concat!("omnibus ", env!("CARGO_PKG_VERSION")))
+            .compression(Some(Compression::Zstd))
+            .chunk_size(None);
+        let mut file = options.create(BufWriter::with_capacity(BUFFER, file))?;
+        for (id, name) in topic::NAMES {
+            file.add_channel_with_id(id, 0, name, "omnibus", &BTreeMap::new())?;
+        }
+        file.write_metadata(&metadata(plan))?;
+        let map = zstd::bulk::compress(plan.episode.open_drive.as_bytes(), 3)
+            .map_err(|e| RecordError::file(&plan.path, e))?;
+        file.attach(&Attachment {
+            log_time: 0,
+            create_time: 0,
+            name: "map.xodr".to_owned(),
+            media_type: "application/zstd".to_owned(),
+            data: map.into(),
+        })?;
+        file.flush()?;
+        let states = match plan.profile {
+            Profile::State => States::Exact(Encoder::new()),
+            Profile::Inputs => States::None,
+            Profile::Compact => States::Compact(Encoder::new()),
+        };
+        Ok(Writer {
+            file,
+            path: plan.path.clone(),
+            profile: plan.profile,
+            states,
+            pending: Vec::new(),
+            spent: Vec::new(),
+            elapsed_nanos: 0,
+            pending_nanos: 0,
+            next_key_nanos: 0,
+            frames: 0,
+        })
+    }
+
+    /// Adds a frame. A segment that is full with it is written.
+    pub fn put(&mut self, mut moment: Moment) -> Result<(), RecordError> {
+        let last = self.pending.last().map(|m| m.stamp);
+        let goes_on = last.is_none_or(|last| {
+            last.frame.next() == moment.stamp.frame
+                && last.sim_time_nanos < moment.stamp.sim_time_nanos
+                && last.episode == moment.stamp.episode
+        });
+        if !goes_on || moment.world.is_some() {
+            self.cut()?;
+            if !goes_on || self.profile == Profile::Inputs {
+                self.next_key_nanos = self.elapsed_nanos;
+            }
+        }
+        if self.profile == Profile::State {
+            moment.shown = sum_of(&moment.actors);
+        }
+        self.pending_nanos += moment.delta_nanos;
+        self.pending.push(moment);
+        if self.pending_nanos >= SEGMENT_NANOS || self.pending.len() >= FRAMES_MAX {
+            self.cut()?;
+        }
+        Ok(())
+    }
+
+    /// Writes the frames that wait as a segment of their own.
+    pub fn cut(&mut self) -> Result<(), RecordError> {
+        let mut moments = take(&mut self.pending);
+        let (Some(first), false) = (moments.first(), moments.is_empty()) else { return Ok(()) };
+        let start_nanos = self.elapsed_nanos;
+        let header = |id: u16| MessageHeader {
+            channel_id: id,
+            sequence: first.stamp.frame.0 as u32,
+            log_time: start_nanos,
+            publish_time: first.stamp.sim_time_nanos,
+        };
+        let inputs = inputs::encode(&moments, self.profile.has_inputs());
+        self.file.write_to_known_channel(&header(topic::FRAMES), &inputs)?;
+        let is_key = start_nanos >= self.next_key_nanos;
+        if let Some(world) = &first.world {
+            self.file.write_to_known_channel(&header(topic::WORLD), world)?;
+        }
+        let deltas: Vec<u64> = moments.iter().map(|m| m.delta_nanos).collect();
+        let bytes = match &mut self.states {
+            States::None => None,
+            States::Exact(encoder) => {
+                let frames: Vec<&[ActorState]> = moments.iter().map(|m| &m.actors[..]).collect();
+                Some(encoder.encode(&frames, &deltas, is_key))
+            }
+            States::Compact(encoder) => {
+                for state in moments.iter_mut().flat_map(|m| &mut m.actors) {
+                    *state = quantised(state);
+                }
+                let frames: Vec<&[ActorState]> = moments.iter().map(|m| &m.actors[..]).collect();
+                Some(encoder.encode(&frames, &deltas, is_key))
+            }
+        };
+        if let Some(bytes) = bytes {
+            let id = if is_key { topic::KEY } else { topic::DELTA };
+            let first = &moments[0];
+            let header = MessageHeader {
+                channel_id: id,
+                sequence: first.stamp.frame.0 as u32,
+                log_time: start_nanos,
+                publish_time: first.stamp.sim_time_nanos,
+            };
+            self.file.write_to_known_channel(&header, &bytes)?;
+        }
+        if is_key {
+            self.next_key_nanos = start_nanos + KEY_NANOS;
+        }
+        self.file.flush()?;
+        self.elapsed_nanos += take(&mut self.pending_nanos);
+        self.frames += moments.len() as u64;
+        self.spent.append(&mut moments);
+        Ok(())
+    }
+
+    /// Moments that are written, to be used again.
+    pub fn spent(&mut self) -> impl Iterator<Item = Moment> + '_ {
+        self.spent.drain(..)
+    }
+
+    /// Whether frames wait for their segment to be full.
+    pub fn is_pending(&self) -> bool {
+        !self.pending.is_empty()
+    }
+
+    /// Frames that are written.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Where it goes.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes the rest, and the index.
+    pub fn finish(mut self) -> Result<u64, RecordError> {
+        self.cut()?;
+        self.file.finish()?;
+        Ok(self.frames)
+    }
+}
+
+fn metadata(plan: &Plan) -> Metadata {
+    let date = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
+    let roles = plan.roles.iter().map(|(id, role)| format!("{} {role}", id.0));
+    let about = [
+        ("form", FORM.to_string()),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("profile", plan.profile.name().to_owned()),
+        ("map", plan.episode.map.clone()),
+        ("seed", plan.episode.seed.to_string()),
+        ("date", date.to_string()),
+        ("blueprints", plan.blueprints.join("\n")),
+        ("roles", roles.collect::<Vec<_>>().join("\n")),
+    ];
+    Metadata {
+        name: "omnibus".to_owned(),
+        metadata: about.into_iter().map(|(key, value)| (key.to_owned(), value)).collect(),
+    }
+}
