@@ -37,8 +37,6 @@ pub enum MindError {
 /// Everything that outlives a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Memory {
-    /// The last frame that was planned on, plus one; 0 before the first.
-    pub(crate) frames: u64,
     /// How many leaves to pass junctions were given.
     pub(crate) orders: u64,
     /// Counts the worlds that the host has loaded.
@@ -56,7 +54,6 @@ struct Head {
     version: u32,
     episode: u32,
     seed: u64,
-    frames: u64,
     orders: u64,
     lanes: u32,
     clocks: u32,
@@ -72,7 +69,6 @@ impl Memory {
             version: VERSION,
             episode: self.episode,
             seed,
-            frames: self.frames,
             orders: self.orders,
             lanes: lanes as u32,
             clocks: self.clocks.len() as u32,
@@ -117,7 +113,6 @@ impl Memory {
         let (clock_part, rest) = body.split_at(clock_bytes);
         let (dial_part, row_part) = rest.split_at(dial_bytes);
         let memory = Memory {
-            frames: head.frames,
             orders: head.orders,
             episode: head.episode,
             clocks: clock_part.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect(),

@@ -168,7 +168,6 @@ impl Mind {
             let clocks = vec![0; self.map.signals.cycles()];
             self.memory = Memory { clocks, episode: stamp.episode, ..Memory::default() };
         }
-        self.memory.frames = stamp.frame.0.wrapping_add(1);
         for entry in journal {
             self.memory.dials.turn(&entry.command, entry.outcome.status);
         }

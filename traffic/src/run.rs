@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bus::{
     Event, Frame, Instance, Interrupted, JournalEntry, Name, Participant, Role, Snapshot,
-    TrafficHeader, TrafficPorts, clock, fault,
+    TrafficHeader, TrafficPorts, Wish, clock, fault, status,
 };
 
 use crate::{Mind, MindError};
@@ -41,8 +41,9 @@ pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), Traffic
             mind.restore(saved)?;
         }
     }
+    let blank = mind.save();
     let mut driver =
-        Driver { participant, ports, mind, saved: Vec::new(), done, first: done.next() };
+        Driver { participant, ports, mind, blank, saved: Vec::new(), done, first: done.next() };
     loop {
         match driver.participant.next_frame(driver.done, None) {
             Ok(newest) => driver.work_up_to(newest)?,
@@ -55,6 +56,8 @@ struct Driver {
     participant: Participant,
     ports: TrafficPorts,
     mind: Mind,
+    /// A mind that knows nothing yet.
+    blank: Vec<u8>,
     /// The mind's bytes, reused.
     saved: Vec<u8>,
     /// Everything up to here is planned.
@@ -97,7 +100,8 @@ impl Driver {
         self.participant.begin();
         let begin_nanos = clock::now_nanos();
         fault::delay(Role::Traffic, frame);
-        let journal = self.journal_of(frame)?;
+        let mut journal = self.journal_of(frame)?;
+        self.go_on_from_saved(&mut journal)?;
         self.mind.plan(&header.stamp, header.delta_nanos, snapshot.payload(), &journal);
         self.saved.clear();
         self.mind.save_into(&mut self.saved);
@@ -117,6 +121,23 @@ impl Driver {
         self.done = frame;
         self.participant.arrive(frame);
         fault::point(Role::Traffic, "acked", frame, self.first);
+        Ok(())
+    }
+
+    /// If the world went on from a saved state, so does the mind; what was wished before is void.
+    fn go_on_from_saved(&mut self, journal: &mut Vec<JournalEntry>) -> Result<(), TrafficError> {
+        let is_load = |entry: &JournalEntry| {
+            entry.outcome.status == status::DONE
+                && matches!(entry.command.wish(), Some(Wish::LoadState(_)))
+        };
+        let Some(last) = journal.iter().rposition(is_load) else { return Ok(()) };
+        journal.drain(..=last);
+        while let Some(own) = self.ports.resume.receive()? {
+            match own.header().parts(own.payload()) {
+                Some((_, _, saved)) if !saved.is_empty() => self.mind.restore(saved)?,
+                _ => self.mind.restore(&self.blank)?,
+            }
+        }
         Ok(())
     }
 

@@ -1,7 +1,10 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::{ActorId, Name, Pose, RigId, SensorSpec, Stamp, VehicleControl};
+use crate::{
+    ActorId, FilePath, Name, Pose, RigId, SensorSpec, Stamp, StartRecorder, StartReplay,
+    VehicleControl,
+};
 
 /// Header of a batch of [`Command`]s or [`VehicleControl`]s from one client.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
@@ -187,6 +190,27 @@ wishes! {
     HoldLight(HoldLight) = 13,
     /// Let physics move an actor, or teleports and set velocities alone.
     SetPhysics(SetPhysics) = 14,
+    /// Write down what happens from the next frame on.
+    StartRecorder(StartRecorder) = 100,
+    /// Close the recording.
+    StopRecorder(Nothing) = 101,
+    /// Write everything that decides the future into a file, between two frames.
+    SaveState(FilePath) = 102,
+    /// Go on from such a file; what happened since is forgotten.
+    LoadState(FilePath) = 103,
+    /// Show what was recorded, beside those who are there.
+    StartReplay(StartReplay) = 104,
+    /// End the replay.
+    StopReplay(Nothing) = 105,
+}
+
+/// A wish that needs no more words.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("Nothing")]
+#[repr(C)]
+pub struct Nothing {
+    /// Zero.
+    pub reserved: u64,
 }
 
 /// See [`Wish::Spawn`].

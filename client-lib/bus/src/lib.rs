@@ -8,6 +8,7 @@
 mod actor;
 mod command;
 mod name;
+mod recording;
 mod rig;
 mod snapshot;
 mod stamp;
@@ -15,10 +16,12 @@ mod traffic;
 
 pub use actor::{ACTORS_MAX, ActorId, ActorState, Pose, VehicleControl, flag, kind, light};
 pub use command::{
-    Autopilot, BatchHeader, Command, CreateRig, HoldLight, JournalEntry, JournalHeader, Outcome,
-    SetPhysics, SetVelocity, Settings, Spawn, Teleport, TrafficDial, Weather, Wish, dial, status,
+    Autopilot, BatchHeader, Command, CreateRig, HoldLight, JournalEntry, JournalHeader, Nothing,
+    Outcome, SetPhysics, SetVelocity, Settings, Spawn, Teleport, TrafficDial, Weather, Wish, dial,
+    status,
 };
 pub use name::Name;
+pub use recording::{FilePath, StartRecorder, StartReplay, replaying};
 pub use rig::{
     BundleHeader, DEPTH_FAR_M, Plane, RigId, SENSORS_MAX, SensorSpec, element_bytes, layout,
     output, sensor, tracer,
