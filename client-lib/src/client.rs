@@ -1,14 +1,23 @@
 //! A client's part in an instance.
 
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
 use bus::{
     ActorId, Autopilot, BatchHeader, BlueprintInfo, ClientPorts, Command, CreateRig, Ending, Event,
-    Frame, Instance, Interrupted, JournalEntry, Name, Participant, Pose, RigId, Role, SensorSpec,
-    Settings, Stamp, Teleport, VehicleControl, Watch, Weather, Wish, clock, fault, flag,
+    Frame, Instance, Interrupted, JournalEntry, Name, Nothing, Participant, Pose, RigId, Role,
+    SensorSpec, Settings, Stamp, StartRecorder, Teleport, VehicleControl, Watch, Weather, Wish,
+    clock, fault, flag,
 };
 use glam::Vec3;
 use road::Network;
 
-use crate::{ClientError, Measurement, Rig, World};
+use crate::{
+    ClientError, Measurement, Profile, Rig, World,
+    file::{absolute, file_error, read, saved_path, told},
+};
 
 /// How long a client waits for what the host should do at once.
 const PATIENCE_SECS: u64 = 30;
@@ -334,6 +343,58 @@ impl Client {
     /// Sun, clouds, rain, fog.
     pub fn set_weather(&mut self, weather: Weather) -> Result<(), ClientError> {
         self.request("weather", &[Wish::SetWeather(weather)]).map(drop)
+    }
+
+    /// Writes down what happens from the next frame on; says where. `name` follows CARLA's rule:
+    /// with a `/`, `\\` or `:` it is a path, else a file in the folder for recordings
+    /// ([`saved_folder`]).
+    pub fn start_recorder(&mut self, name: &str, profile: Profile) -> Result<PathBuf, ClientError> {
+        let path = saved_path(name)?;
+        let wish = StartRecorder { path: told(&path)?, profile: profile as u32, reserved: 0 };
+        self.request("start_recorder", &[Wish::StartRecorder(wish)])?;
+        Ok(path)
+    }
+
+    /// Closes the recording, if one goes on; says how many frames it has.
+    pub fn stop_recorder(&mut self) -> Result<u64, ClientError> {
+        let wish = Wish::StopRecorder(Nothing::default());
+        Ok(self.request("stop_recorder", &[wish])?[0].into())
+    }
+
+    /// Everything that decides the future, between two frames: actors, traffic, what was wished
+    /// and not carried out yet. Good for the map, the seed and the build it was made with.
+    pub fn save_state(&mut self) -> Result<Vec<u8>, ClientError> {
+        let path = self.scratch("state");
+        let saved = self.save_state_to(&path).and_then(|()| read(&path));
+        let _ = fs::remove_file(&path);
+        saved
+    }
+
+    /// The same, into a file.
+    pub fn save_state_to(&mut self, path: &Path) -> Result<(), ClientError> {
+        let file = told(&absolute(path)?)?;
+        self.request("save_state", &[Wish::SaveState(file)]).map(drop)
+    }
+
+    /// Goes on from a saved state: from the next frame on everything happens as it did, or would
+    /// have, after it was saved. Frames count on; simulated time and ids are those of the state.
+    pub fn load_state(&mut self, state: &[u8]) -> Result<(), ClientError> {
+        let path = self.scratch("state");
+        fs::write(&path, state).map_err(|e| file_error(&path, &e))?;
+        let loaded = self.load_state_from(&path);
+        let _ = fs::remove_file(&path);
+        loaded
+    }
+
+    /// The same, from a file.
+    pub fn load_state_from(&mut self, path: &Path) -> Result<(), ClientError> {
+        let file = told(&absolute(path)?)?;
+        self.request("load_state", &[Wish::LoadState(file)]).map(drop)
+    }
+
+    /// A file in the instance's own folder, which goes with it.
+    fn scratch(&self, what: &str) -> PathBuf {
+        self.instance().root().join(format!("{what}-{}", self.participant.slot()))
     }
 
     /// Mounts sensors on an actor, or into the world (`ActorId::NONE`), as one rig: measured

@@ -21,6 +21,7 @@
 pub mod carla_axes;
 mod client;
 mod error;
+mod file;
 mod rig;
 mod view;
 
@@ -32,5 +33,6 @@ pub use bus::{
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;
+pub use file::{Profile, saved_folder, saved_path};
 pub use rig::{Measurement, Rig, camera, lidar};
 pub use view::World;

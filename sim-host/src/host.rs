@@ -9,15 +9,14 @@ use std::{
 };
 
 use bus::{
-    ActorState, Control, Episode, Founding, Frame, HostPorts, Instance, Name, Outcome, RigId, Role,
-    Settings, SnapshotHeader, Stamp, Strategy, TrafficSample, Wish, clock, process,
+    ActorState, Control, Episode, Founding, Frame, HostPorts, Instance, JournalEntry, Name,
+    Outcome, RigId, Role, Settings, SnapshotHeader, Stamp, Strategy, Wish, clock, process,
 };
 use town::cache::Cache;
 
 use crate::{
     HostError,
     barrier::{Barrier, Verdict},
-    hash::StateHash,
     journal::{Inbox, Pen, Request},
     rigs::Rigs,
     standing::Standing,
@@ -25,7 +24,12 @@ use crate::{
     world::World,
 };
 
+mod fork;
+mod recording;
 mod slots;
+
+use fork::Decided;
+use recording::Recording;
 
 /// What a host is started with.
 pub struct HostConfig {
@@ -68,8 +72,18 @@ pub struct Host {
     rigs: Rigs,
     standing: Standing,
     /// What traffic decided last: its mind goes to its successor.
-    decided: Option<TrafficSample>,
+    decided: Option<Decided>,
     decided_hash: u64,
+    recording: Option<Recording>,
+    /// The frame on which was planned what acted in the frame recorded last.
+    recorded_decision: Frame,
+    /// How many lines of the coming frame's journal were carried out before its tick began.
+    early: usize,
+    /// A tick is under way: what must stand between two frames waits.
+    is_ticking: bool,
+    deferred: Vec<Request>,
+    /// Lines that follow the one being carried out.
+    retold: Vec<JournalEntry>,
     sim_time_nanos: u64,
     /// How often each slot asked for a journal keyframe, as far as we answered.
     resyncs: BTreeMap<usize, u64>,
@@ -134,6 +148,12 @@ impl Host {
             standing: Standing::default(),
             decided: None,
             decided_hash: 0,
+            recording: None,
+            recorded_decision: Frame(0),
+            early: 0,
+            is_ticking: false,
+            deferred: Vec::new(),
+            retold: Vec::new(),
             sim_time_nanos: 0,
             resyncs: BTreeMap::new(),
             roles,
@@ -201,10 +221,12 @@ impl Host {
                     continue;
                 }
                 self.tick()?;
+                self.serve_deferred()?;
             } else {
                 due_nanos = self.pace(due_nanos)?;
                 if self.settings.synchronous == 0 && !self.is_stopped() {
                     self.tick()?;
+                    self.serve_deferred()?;
                 }
                 self.look_after_slots()?;
             }
@@ -278,23 +300,22 @@ impl Host {
 
     pub(crate) fn take_in_what_traffic_decided(&mut self) -> Result<(), HostError> {
         self.receive_decided()?;
+        self.early = self.pen.len();
         self.sim_time_nanos += self.settings.delta_nanos;
         let Some(decided) = &self.decided else { return Ok(()) };
         let Some((controls, lights, _)) = decided.header().parts(decided.payload()) else {
             return Ok(());
         };
-        let mut hash = StateHash::new();
-        hash.bytes(bytemuck::cast_slice(decided.payload()));
-        self.decided_hash = hash.value();
+        self.decided_hash = decided.hash();
         self.world.follow_traffic(controls, lights);
         Ok(())
     }
 
     fn receive_decided(&mut self) -> Result<(), HostError> {
         while let Some(sample) = self.ports.traffic.receive()? {
-            let frame = |s: &TrafficSample| s.header().stamp.frame;
-            if self.decided.as_ref().is_none_or(|last| frame(&sample) > frame(last)) {
-                self.decided = Some(sample);
+            let last = self.decided.as_ref().map(|last| last.header().stamp.frame);
+            if last.is_none_or(|last| sample.header().stamp.frame > last) {
+                self.decided = Some(Decided::Received(sample));
             }
         }
         Ok(())
@@ -303,7 +324,22 @@ impl Host {
     pub(crate) fn carry_out_wishes(&mut self) -> Result<(), HostError> {
         self.inbox.drain(&self.ports)?;
         let requests = self.inbox.take();
+        self.is_ticking = true;
         self.carry_out(&requests);
+        self.is_ticking = false;
+        Ok(())
+    }
+
+    /// What came with a tick but must stand between two.
+    fn serve_deferred(&mut self) -> Result<(), HostError> {
+        let requests = std::mem::take(&mut self.deferred);
+        if requests.is_empty() {
+            return Ok(());
+        }
+        self.carry_out(&requests);
+        let stamp = self.stamp(self.barrier.frame().next());
+        self.pen.publish(&self.ports, stamp)?;
+        self.control.complete.rouse();
         Ok(())
     }
 
@@ -328,6 +364,10 @@ impl Host {
                 self.pen.write(request.ended(Outcome::refused("a command of no kind we know")));
                 continue;
             };
+            if self.is_ticking && matches!(wish, Wish::SaveState(_) | Wish::LoadState(_)) {
+                self.deferred.push(request);
+                continue;
+            }
             if let Wish::CreateRig(rig) = wish {
                 let follow = requests[index..].iter().take(rig.sensor_count as usize);
                 let specs: Vec<_> = follow
@@ -350,6 +390,9 @@ impl Host {
                 Err(why) => Outcome::refused(&why),
             };
             self.pen.write(request.ended(outcome));
+            for entry in std::mem::take(&mut self.retold) {
+                self.pen.write(entry);
+            }
         }
     }
 
@@ -386,6 +429,11 @@ impl Host {
             Wish::Sensor(spec) => {
                 Err(format!("sensor {:?} follows no rig that announced it", spec.name))
             }
+            Wish::StartRecorder(wish) => self.start_recorder(wish),
+            Wish::StopRecorder(_) => self.stop_recorder(),
+            Wish::SaveState(file) => self.save_state(file),
+            Wish::LoadState(file) => self.load_state(file),
+            Wish::StartReplay(_) | Wish::StopReplay(_) => Err("not yet".to_owned()),
             Wish::Destroy(actor) => {
                 let id = self.world.apply(wish)?;
                 self.take_down(self.rigs.on(*actor));
@@ -444,33 +492,28 @@ impl Host {
         let stamp = header.stamp;
         self.pen.publish(&self.ports, stamp)?;
         let journal_entries = self.pen.len() as u32;
-        self.send_snapshot(SnapshotHeader { journal_entries, ..header })?;
+        let header = self.send_snapshot(SnapshotHeader { journal_entries, ..header })?;
         let entries = self.pen.turn_page();
+        let kept = if self.recording.is_some() { entries.clone() } else { Vec::new() };
         self.standing.close(stamp.frame, entries);
+        self.record(&header, &kept);
         self.control.set_awaited(stamp.frame, self.barrier.mask());
         self.control.tick.raise(stamp.frame.0);
         Ok(())
     }
 
-    fn send_snapshot(&mut self, mut header: SnapshotHeader) -> Result<(), HostError> {
-        let mut hash = StateHash::new();
-        hash.bytes(bytemuck::bytes_of(&header.stamp));
-        // Who waits for whom, and whether anybody looks, changes nothing.
-        hash.word(self.settings.delta_nanos);
-        hash.word(self.settings.substep_max_nanos);
-        hash.word(self.decided_hash);
-        self.world.hash(&mut hash);
+    fn send_snapshot(&mut self, mut header: SnapshotHeader) -> Result<SnapshotHeader, HostError> {
         let states = self.world.states();
         let mut loan = self.ports.snapshot.loan(states.len())?;
         for (room, state) in loan.payload_mut().iter_mut().zip(states) {
             let state: &ActorState = state;
             *room = *state;
         }
-        header.state_hash = hash.value();
+        header.state_hash = self.world.state_hash(&header.stamp, &self.settings, self.decided_hash);
         header.collisions = self.world.collisions() as u32;
         header.published_nanos = clock::now_nanos();
         loan.send(header)?;
-        Ok(())
+        Ok(header)
     }
 
     pub(crate) fn await_arrivals(&mut self, frame: Frame) -> Result<Verdict, HostError> {

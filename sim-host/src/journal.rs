@@ -5,6 +5,8 @@ use bus::{
     Stamp, VehicleControl, Wish,
 };
 
+use crate::saved::Pending;
+
 /// One client's batch, kept until its time.
 pub(crate) struct Batch {
     header: BatchHeader,
@@ -73,6 +75,39 @@ impl Inbox {
         }
         requests
     }
+
+    /// What waits for the next frame, in no order yet.
+    pub(crate) fn waiting(&self) -> Vec<Pending> {
+        let mut requests = Vec::new();
+        for batch in &self.batches {
+            push(&mut requests, &batch.header, &batch.commands);
+        }
+        let mut waiting: Vec<_> = requests.iter().map(|r| r.pending(false)).collect();
+        for (header, controls) in &self.controls {
+            let mut requests = Vec::new();
+            let commands: Vec<_> = controls.iter().map(|c| Wish::Control(*c).into()).collect();
+            push(&mut requests, header, &commands);
+            waiting.extend(requests.iter().map(|r| r.pending(true)));
+        }
+        waiting
+    }
+
+    /// Waits with these instead of what waited, which is given back.
+    pub(crate) fn begin_anew(&mut self, pending: &[Pending]) -> Vec<Request> {
+        let dropped = self.take();
+        for wish in pending {
+            let header = BatchHeader {
+                client: wish.client,
+                sequence: wish.sequence,
+                ..BatchHeader::default()
+            };
+            match (wish.is_control, wish.command.wish()) {
+                (1, Some(Wish::Control(control))) => self.controls.push((header, vec![control])),
+                _ => self.batches.push(Batch { header, commands: vec![wish.command] }),
+            }
+        }
+        dropped
+    }
 }
 
 fn push(requests: &mut Vec<Request>, header: &BatchHeader, commands: &[Command]) {
@@ -100,6 +135,11 @@ impl Request {
     /// What the host itself does, for the record.
     pub(crate) fn of_host(wish: Wish) -> Request {
         Request { client: Name::new("sim-host"), sequence: 0, command: wish.into() }
+    }
+
+    fn pending(&self, is_control: bool) -> Pending {
+        let Request { client, sequence, command } = *self;
+        Pending { client, sequence, command, is_control: is_control.into() }
     }
 
     /// Its line in the journal.
@@ -166,6 +206,11 @@ impl Pen {
     /// The lines of the coming frame that are out already.
     pub(crate) fn published(&self) -> &[JournalEntry] {
         &self.entries[..self.published]
+    }
+
+    /// All lines of the coming frame so far.
+    pub(crate) fn entries(&self) -> &[JournalEntry] {
+        &self.entries
     }
 
     /// How many lines the frame has so far.

@@ -20,11 +20,13 @@ mod journal;
 mod models;
 pub mod physics;
 mod rigs;
+mod saved;
 mod standing;
 mod supervisor;
 mod world;
 
 pub use error::HostError;
 pub use host::{Host, HostConfig};
+pub use saved::{Pending, SavedState, StateError, decision_hash, map_sum};
 pub use supervisor::{Launcher, Stage};
 pub use world::World;

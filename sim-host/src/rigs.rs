@@ -71,6 +71,11 @@ impl Rigs {
         self.those(|rig| rig.client == client)
     }
 
+    /// The rigs on actors that are not there.
+    pub(crate) fn orphans(&self, is_there: impl Fn(ActorId) -> bool) -> Vec<RigId> {
+        self.those(|rig| rig.parent != ActorId::NONE && !is_there(rig.parent))
+    }
+
     fn those(&self, are_meant: impl Fn(&Mounted) -> bool) -> Vec<RigId> {
         let meant = self.mounted.iter().filter(|(_, rig)| are_meant(rig));
         meant.map(|(id, _)| *id).collect()

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use bus::{ActorId, Frame, JournalEntry, PIPELINE_MAX, RigId, Wish, status};
+use bus::{ActorId, Frame, JournalEntry, PIPELINE_MAX, RigId, TrafficDial, Weather, Wish, status};
 
 /// Entries that still hold, by what they are about.
 #[derive(Clone, Default)]
@@ -36,6 +36,8 @@ impl Sediment {
             Some(Wish::TrafficDial(dial)) => {
                 self.dials.insert((dial.actor_id, dial.dial), *entry);
             }
+            // What was saved with the state follows.
+            Some(Wish::LoadState(_)) => self.dials.clear(),
             Some(Wish::Destroy(actor)) => {
                 self.dials.retain(|(of, _), _| *of != actor);
             }
@@ -74,6 +76,25 @@ impl Standing {
         }
     }
 
+    /// The sky and traffic's dials as they stand, with `coming` lines of the next frame.
+    pub(crate) fn sky_and_dials(
+        &self,
+        coming: &[JournalEntry],
+    ) -> (Option<Weather>, Vec<TrafficDial>) {
+        let mut sediment = self.base.clone();
+        let recent = self.recent.iter().flat_map(|(_, entries)| entries);
+        recent.chain(coming).for_each(|entry| sediment.settle(entry));
+        let weather = sediment.weather.and_then(|entry| match entry.command.wish() {
+            Some(Wish::SetWeather(weather)) => Some(weather),
+            _ => None,
+        });
+        let dials = sediment.dials.values().filter_map(|entry| match entry.command.wish() {
+            Some(Wish::TrafficDial(dial)) => Some(dial),
+            _ => None,
+        });
+        (weather, dials.collect())
+    }
+
     /// For one whose work is done up to `done`: the frame and entries of a keyframe, and the
     /// journals that follow it.
     pub(crate) fn since(&self, done: Frame) -> (Page, Vec<Page>) {
@@ -95,7 +116,7 @@ impl Standing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::{CreateRig, Name, Outcome, SensorSpec, Weather};
+    use bus::{CreateRig, Name, Outcome, SensorSpec};
 
     fn entry(wish: Wish, id: u32) -> JournalEntry {
         JournalEntry {

@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use bus::{
-    ACTORS_MAX, ActorId, ActorState, LightState, Name, Pose, Settings, Spawn, VehicleControl, Wish,
-    flag, kind, light,
+    ACTORS_MAX, ActorId, ActorState, LightState, Name, Pose, Settings, Spawn, Stamp,
+    VehicleControl, Wish, flag, kind, light,
 };
 use glam::Vec3;
 use town::{Blueprint, Kind, Town};
@@ -12,7 +12,8 @@ use town::{Blueprint, Kind, Town};
 use crate::{
     hash::StateHash,
     models::Models,
-    physics::{Ground, Physics, StaticBox},
+    physics::{Collision, Ground, Physics, PhysicsError, StaticBox},
+    saved::{SavedState, StateError},
 };
 
 /// All that an episode's actors are.
@@ -134,6 +135,25 @@ impl World {
         }
     }
 
+    /// Whether [`World::apply`] is for this wish; the others concern who looks, and time.
+    pub fn is_about_actors(wish: &Wish) -> bool {
+        !matches!(
+            wish,
+            Wish::CreateRig(_)
+                | Wish::Sensor(_)
+                | Wish::DestroyRig(_)
+                | Wish::SetSettings(_)
+                | Wish::SetWeather(_)
+                | Wish::TrafficDial(_)
+                | Wish::StartRecorder(_)
+                | Wish::StopRecorder(_)
+                | Wish::SaveState(_)
+                | Wish::LoadState(_)
+                | Wish::StartReplay(_)
+                | Wish::StopReplay(_)
+        )
+    }
+
     fn movable(&mut self, id: ActorId) -> Result<&mut Actor, String> {
         let last = self.last_actor;
         let actor = self.actors.get_mut(&id).ok_or_else(|| {
@@ -236,8 +256,52 @@ impl World {
         self.actors.get(&id).map(|a| &a.state)
     }
 
+    /// Over everything that decides the future: time, the world, and what traffic decided. The
+    /// number of the frame is not part of it: it only counts.
+    pub fn state_hash(&self, stamp: &Stamp, settings: &Settings, decided_hash: u64) -> u64 {
+        let mut hash = StateHash::new();
+        hash.word(stamp.sim_time_nanos);
+        hash.word(stamp.episode.into());
+        // Who waits for whom, and whether anybody looks, changes nothing.
+        hash.word(settings.delta_nanos);
+        hash.word(settings.substep_max_nanos);
+        hash.word(decided_hash);
+        self.hash(&mut hash);
+        hash.value()
+    }
+
+    /// Writes what decides the future into a state.
+    pub fn save_into(&self, state: &mut SavedState) {
+        state.last_actor = self.last_actor;
+        state.actors = self.states().copied().collect();
+        state.roles = self.actors.values().map(|a| a.role).collect();
+        state.physics = self.physics.save();
+    }
+
+    /// Goes on from a state; on an error the world is as it was.
+    pub fn restore(&mut self, state: &SavedState) -> Result<(), StateError> {
+        let damaged = |e: PhysicsError| StateError::Damaged(e.to_string());
+        self.physics.restore(&state.physics).map_err(damaged)?;
+        let with_roles = state.actors.iter().zip(&state.roles);
+        let actors = with_roles.map(|(s, role)| (s.actor_id, Actor { state: *s, role: *role }));
+        self.actors = actors.collect();
+        self.last_actor = state.last_actor;
+        Ok(())
+    }
+
+    /// What actors are called, if anything.
+    pub(crate) fn roles(&self) -> Vec<(ActorId, String)> {
+        let named = self.actors.iter().filter(|(_, a)| a.role != Name::default());
+        named.map(|(id, a)| (*id, a.role.to_string())).collect()
+    }
+
+    /// Who touched whom during this frame.
+    pub(crate) fn touches(&self) -> impl Iterator<Item = &Collision> {
+        self.physics.collisions().iter()
+    }
+
     /// Takes in all that decides the future: bodies, drivetrains, flags, roles, ids to come.
-    pub(crate) fn hash(&self, hash: &mut StateHash) {
+    fn hash(&self, hash: &mut StateHash) {
         hash.word(self.seed);
         hash.word(self.last_actor.into());
         for actor in self.actors.values() {

@@ -15,10 +15,14 @@ mod door;
 mod inspect;
 mod launch;
 mod map;
+mod record;
+mod replay;
+mod resimulate;
 mod run;
 mod stage;
 
 pub use launch::WorldArgs;
+pub use resimulate::{Difference, Resimulated, resimulate};
 pub use run::Beside;
 
 use clap::{Parser, Subcommand};
@@ -37,6 +41,10 @@ enum Verb {
     Run(run::RunArgs),
     /// Drives a car through traffic and writes down what its sensors measure
     Collect(run::CollectArgs),
+    /// Writes down what happens in traffic, frame by frame
+    Record(record::RecordArgs),
+    /// Shows a recording again, or simulates it again
+    Replay(replay::ReplayArgs),
     /// Says what a data set, a map or the running simulators are, and checks it
     Inspect(inspect::InspectArgs),
     /// Runs one stage alone at full speed and prints how long its frames take
@@ -58,6 +66,8 @@ pub fn main() -> std::process::ExitCode {
     let ended = match &cli.verb {
         Verb::Run(args) => run::run(args),
         Verb::Collect(args) => run::collect(args),
+        Verb::Record(args) => record::record(args),
+        Verb::Replay(args) => replay::replay(args),
         Verb::Inspect(args) => inspect::inspect(args),
         Verb::Stage(args) => stage::stage(args),
         Verb::Map(args) => map::map(args),

@@ -1,0 +1,148 @@
+//! `omnibus record`: traffic in a simulator of its own, written down.
+
+use std::{path::PathBuf, sync::atomic::Ordering};
+
+use anyhow::ensure;
+use bus::{ActorId, Name, Settings, Spawn, Wish, clock, flag};
+use client_lib::{Client, Profile};
+
+use crate::{
+    collect::places,
+    launch::WorldArgs,
+    run::{Beside, nanos, stop_on_signals},
+};
+
+/// What `omnibus record` takes.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct RecordArgs {
+    #[command(flatten)]
+    world: WorldArgs,
+    /// Vehicles in traffic
+    #[arg(long, default_value_t = 50)]
+    vehicles: usize,
+    /// Frames to record
+    #[arg(long, default_value_t = 1200)]
+    frames: u64,
+    /// Frames to simulate before the first that is recorded
+    #[arg(long, default_value_t = 0)]
+    warmup: u64,
+    /// Simulated seconds of one tick
+    #[arg(long, default_value_t = 0.05)]
+    fixed_delta: f64,
+    /// The file; a name without a folder goes to the folder for recordings
+    #[arg(long)]
+    out: PathBuf,
+    /// How much is kept
+    #[arg(long, value_enum, default_value_t = Kept::State)]
+    profile: Kept,
+    /// One JSON object instead of a sentence
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Kept {
+    /// Every published field, exactly
+    State,
+    /// What was wished and decided: exact by re-simulation
+    Inputs,
+    /// Places within 1 cm and 0.1 degrees
+    Compact,
+    /// Nothing: for measuring what recording costs
+    None,
+}
+
+impl Kept {
+    fn profile(self) -> Option<Profile> {
+        match self {
+            Kept::State => Some(Profile::State),
+            Kept::Inputs => Some(Profile::Inputs),
+            Kept::Compact => Some(Profile::Compact),
+            Kept::None => None,
+        }
+    }
+}
+
+/// Records a drive.
+pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
+    ensure!(args.frames > 0, "--frames is 0; ask for at least one");
+    let delta_nanos = nanos(args.fixed_delta)?;
+    let out = args.out.to_string_lossy();
+    let places = places(&args.world.network()?, args.world.seed);
+    let stop = stop_on_signals()?;
+    let settings = Settings { no_rendering: 1, synchronous: 1, delta_nanos, ..Settings::default() };
+    let beside = Beside::start(&args.world, settings)?;
+    let mut client = beside.connect("record")?;
+    let vehicles = spawn(&mut client, places.into_iter().take(args.vehicles).collect())?;
+    for _ in 0..args.warmup {
+        client.tick()?;
+    }
+    let path = match args.profile.profile() {
+        Some(profile) => Some(client.start_recorder(&out, profile)?),
+        None => None,
+    };
+    let mut nanos = Vec::new();
+    for _ in 0..args.frames {
+        let begin = clock::now_nanos();
+        client.tick()?;
+        nanos.push(clock::now_nanos() - begin);
+        if stop.load(Ordering::Acquire) {
+            break;
+        }
+    }
+    let last_hash = client.world().header().state_hash;
+    client.stop_recorder()?;
+    drop(client);
+    beside.end()?;
+    let frames = nanos.len();
+    let bytes = path.as_ref().map_or(Ok(0), |p| p.metadata().map(|m| m.len()))?;
+    let seconds = frames as f64 * args.fixed_delta;
+    let megabytes_an_hour = bytes as f64 / 1e6 * 3600.0 / seconds;
+    nanos.sort_unstable();
+    let mean_ms = nanos.iter().sum::<u64>() as f64 / frames as f64 / 1e6;
+    let p50_ms = nanos[frames / 2] as f64 / 1e6;
+    let p99_ms = nanos[frames * 99 / 100] as f64 / 1e6;
+    if args.json {
+        say!(
+            "{}",
+            serde_json::json!({
+                "file": path, "profile": format!("{:?}", args.profile).to_lowercase(),
+                "vehicles": vehicles, "frames": frames, "bytes": bytes,
+                "megabytes_an_hour": megabytes_an_hour, "mean_ms": mean_ms, "p50_ms": p50_ms,
+                "p99_ms": p99_ms, "last_hash": format!("{last_hash:016x}"),
+            })
+        );
+    } else {
+        let file = path.map_or_else(|| "nothing".to_owned(), |p| p.display().to_string());
+        say!(
+            "{file}: {frames} frames, {seconds:.1} s of {vehicles} vehicles, {:.2} MB ({:.1} MB an hour); \
+             a tick took {mean_ms:.3} ms, p99 {p99_ms:.3} ms",
+            bytes as f64 / 1e6,
+            megabytes_an_hour,
+        );
+    }
+    Ok(())
+}
+
+/// Vehicles on autopilot, as many as find room.
+fn spawn(client: &mut Client, places: Vec<bus::Pose>) -> anyhow::Result<usize> {
+    let wishes: Vec<_> = places
+        .into_iter()
+        .map(|pose| {
+            Wish::Spawn(Spawn {
+                blueprint: Name::new(crate::collect::EGO),
+                flags: flag::AUTOPILOT,
+                pose,
+                ..Spawn::default()
+            })
+        })
+        .collect();
+    if wishes.is_empty() {
+        return Ok(0);
+    }
+    let outcomes = client.try_request("spawn", &wishes)?;
+    let ids = outcomes.iter().filter_map(|entry| entry.outcome.result().ok());
+    let count = ids.filter(|id| ActorId(*id) != ActorId::NONE).count();
+    ensure!(count > 0, "no vehicle finds a place on this map");
+    Ok(count)
+}

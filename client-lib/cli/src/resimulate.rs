@@ -1,0 +1,286 @@
+//! The recorded inputs once more, in one thread and without the bus: the same hashes, or the first
+//! frame and actor that differ.
+
+use std::{collections::VecDeque, fmt, sync::Arc};
+
+use ::record::{Moment, Recording};
+use anyhow::{Context, anyhow};
+use bus::{
+    ActorState, Block, Frame, JournalEntry, LightState, Settings, Stamp, TrafficHeader,
+    VehicleControl, Wish, status,
+};
+use sim_host::{SavedState, World, decision_hash, map_sum};
+use traffic::Mind;
+
+/// How far a re-simulation came.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Resimulated {
+    /// Frames that were simulated and compared.
+    pub frames: u64,
+    /// Simulated time that they took.
+    pub sim_nanos: u64,
+    /// Where it differs first.
+    pub difference: Option<Difference>,
+}
+
+/// Where a re-simulation differs first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// The frame, as recorded.
+    pub frame: Frame,
+    /// Who or what.
+    pub what: String,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} differs: {}", self.frame, self.what)
+    }
+}
+
+/// Simulates what was recorded between two recorded times, from the whole world before them on.
+pub fn resimulate(
+    recording: &mut Recording,
+    from_nanos: u64,
+    until_nanos: u64,
+) -> anyhow::Result<Resimulated> {
+    let file = recording.path().display().to_string();
+    let profile = recording.told().profile;
+    anyhow::ensure!(
+        profile.has_inputs(),
+        "{file} is a recording of profile {}, which keeps no inputs to simulate again",
+        profile.name()
+    );
+    let first = recording
+        .world_before(recording.segment_at(from_nanos))
+        .with_context(|| format!("{file} holds no whole world to begin with"))?;
+    let mut again: Option<Again> = None;
+    let mut told = Resimulated::default();
+    for segment in first..recording.segments() {
+        if segment > first && recording.start_nanos(segment) >= until_nanos {
+            break;
+        }
+        let episode = recording.told().episode.clone();
+        for moment in recording.moments(segment)? {
+            let found = match &mut again {
+                None => {
+                    let mut new = Again::new(&episode)?;
+                    let found = new.begin(moment).map_err(|e| anyhow!("{file}: {e}"))?;
+                    again = Some(new);
+                    found
+                }
+                Some(again) if is_load(moment) => {
+                    again.begin(moment).map_err(|e| anyhow!("{file}: {e}"))?
+                }
+                Some(again) => again.step(moment)?,
+            };
+            told.frames += 1;
+            told.sim_nanos += moment.delta_nanos;
+            if let Some(what) = found {
+                told.difference = Some(Difference { frame: moment.stamp.frame, what });
+                return Ok(told);
+            }
+        }
+    }
+    Ok(told)
+}
+
+/// The world went on from a saved state before this frame.
+fn is_load(moment: &Moment) -> bool {
+    moment.world.is_some()
+        && moment.journal.iter().any(|entry| {
+            entry.outcome.status == status::DONE
+                && matches!(entry.command.wish(), Some(Wish::LoadState(_)))
+        })
+}
+
+/// What traffic has decided last.
+#[derive(Default)]
+struct Decided {
+    frame: Frame,
+    controls: Vec<VehicleControl>,
+    lights: Vec<LightState>,
+    hash: u64,
+}
+
+/// A frame that traffic has not planned on yet.
+struct Seen {
+    stamp: Stamp,
+    delta_nanos: u64,
+    actors: Vec<ActorState>,
+    journal: Vec<JournalEntry>,
+}
+
+struct Again {
+    world: World,
+    mind: Mind,
+    blank: Vec<u8>,
+    map: u64,
+    decided: Decided,
+    waiting: VecDeque<Seen>,
+}
+
+impl Again {
+    fn new(episode: &bus::Episode) -> anyhow::Result<Again> {
+        let network = road::Network::parse(&episode.open_drive)
+            .map_err(|e| anyhow!("{}: {e}", episode.map))?;
+        let world = World::new(&town::furnish(&network, episode.seed), episode.seed);
+        let mind = Mind::new(Arc::new(network), episode.seed);
+        let blank = mind.save();
+        let map = map_sum(episode);
+        Ok(Again { world, mind, blank, map, decided: Decided::default(), waiting: VecDeque::new() })
+    }
+
+    /// At the end of a frame whose whole world was kept.
+    fn begin(&mut self, moment: &Moment) -> anyhow::Result<Option<String>> {
+        let bytes = moment.world.as_ref().context("its first frame lacks the whole world")?;
+        let state = SavedState::from_bytes(bytes, self.map)?;
+        self.world.restore(&state)?;
+        self.waiting.clear();
+        match &state.decision {
+            Some((header, payload)) => self.take(header, payload, true)?,
+            None => {
+                self.decided = Decided::default();
+                self.mind.restore(&self.blank)?;
+            }
+        }
+        Ok(self.close(moment, &settings(moment)))
+    }
+
+    fn step(&mut self, moment: &Moment) -> anyhow::Result<Option<String>> {
+        let settings = settings(moment);
+        let (early, late) =
+            moment.journal.split_at_checked(moment.early as usize).context("bad journal")?;
+        if let Some(what) = self.apply(early) {
+            return Ok(Some(what));
+        }
+        if let Some((header, payload)) = &moment.decision.whole {
+            self.take(header, payload, true)?;
+        } else if moment.decision.frame > self.decided.frame {
+            self.plan_on(moment.decision.frame)?;
+        }
+        if self.decided.hash != moment.decision.hash {
+            return Ok(Some(format!("what traffic decided on {}", self.decided.frame)));
+        }
+        self.world.follow_traffic(&self.decided.controls, &self.decided.lights);
+        if let Some(what) = self.apply(late) {
+            return Ok(Some(what));
+        }
+        self.world.step(&settings);
+        Ok(self.close(moment, &settings))
+    }
+
+    /// Compares, and lets traffic see the frame.
+    fn close(&mut self, moment: &Moment, settings: &Settings) -> Option<String> {
+        let actors: Vec<_> = self.world.states().copied().collect();
+        let found = differing(&moment.actors, &actors).or_else(|| {
+            let hash = self.world.state_hash(&moment.stamp, settings, self.decided.hash);
+            (hash != moment.state_hash)
+                .then(|| format!("state hash {hash:016x}, recorded {:016x}", moment.state_hash))
+        });
+        self.waiting.push_back(Seen {
+            stamp: moment.stamp,
+            delta_nanos: moment.delta_nanos,
+            actors,
+            journal: moment.journal.clone(),
+        });
+        found
+    }
+
+    fn take(
+        &mut self,
+        header: &TrafficHeader,
+        payload: &[u8],
+        with_mind: bool,
+    ) -> anyhow::Result<()> {
+        let blocks = bytemuck::pod_collect_to_vec::<u8, Block>(payload);
+        let (controls, lights, mind) = header.parts(&blocks).context("a decision is cut off")?;
+        self.decided = Decided {
+            frame: header.stamp.frame,
+            controls: controls.to_vec(),
+            lights: lights.to_vec(),
+            hash: decision_hash(payload),
+        };
+        if with_mind {
+            self.mind.restore(mind)?;
+        }
+        while self.waiting.front().is_some_and(|seen| seen.stamp.frame <= header.stamp.frame) {
+            self.waiting.pop_front();
+        }
+        Ok(())
+    }
+
+    /// Traffic plans on `frame`, and passes over those before it as it did then.
+    fn plan_on(&mut self, frame: Frame) -> anyhow::Result<()> {
+        let mut journal = Vec::new();
+        let seen = loop {
+            let seen = self.waiting.pop_front();
+            let mut seen =
+                seen.with_context(|| format!("what traffic saw at {frame} is not kept"))?;
+            journal.append(&mut seen.journal);
+            if seen.stamp.frame == frame {
+                break seen;
+            }
+        };
+        self.mind.plan(&seen.stamp, seen.delta_nanos, &seen.actors, &journal);
+        let (controls, lights, mind) = (self.mind.controls(), self.mind.lights(), self.mind.save());
+        let header = TrafficHeader {
+            stamp: seen.stamp,
+            control_count: controls.len() as u32,
+            light_count: lights.len() as u32,
+            mind_len: mind.len() as u64,
+            ..TrafficHeader::default()
+        };
+        let mut blocks = vec![Block([0; 64]); header.layout().blocks];
+        header.fill(&mut blocks, controls, lights, &mind);
+        self.take(&header, bytemuck::cast_slice(&blocks), false)
+    }
+
+    /// Carries wishes out again; says which one ended otherwise than it did.
+    fn apply(&mut self, entries: &[JournalEntry]) -> Option<String> {
+        for entry in entries {
+            let Some(wish) = entry.command.wish() else { continue };
+            if !World::is_about_actors(&wish) {
+                continue;
+            }
+            let (now, then) = (self.world.apply(&wish), entry.outcome.result());
+            let is_same = match (&now, then) {
+                (Ok(now), Ok(then)) => *now == then,
+                (Err(_), Err(_)) => true,
+                _ => false,
+            };
+            if !is_same {
+                return Some(format!("{wish:?} ended as {now:?}, recorded {then:?}"));
+            }
+        }
+        None
+    }
+}
+
+fn settings(moment: &Moment) -> Settings {
+    Settings {
+        delta_nanos: moment.delta_nanos,
+        substep_max_nanos: moment.substep_max_nanos,
+        ..Settings::default()
+    }
+}
+
+/// The first actor that is not as it was recorded; a recording of inputs keeps none.
+fn differing(recorded: &[ActorState], now: &[ActorState]) -> Option<String> {
+    if recorded.is_empty() {
+        return None;
+    }
+    let bits = |state: &ActorState| -> [u32; 32] { bytemuck::cast(*state) };
+    for (was, is) in recorded.iter().zip(now) {
+        if was.actor_id != is.actor_id {
+            let first = was.actor_id.min(is.actor_id);
+            return Some(format!("{first} is in only one of them"));
+        }
+        if bits(was) != bits(is) {
+            let off_m = was.pose.position().distance(is.pose.position());
+            return Some(format!("{} is {off_m} m from its recorded place", was.actor_id));
+        }
+    }
+    (recorded.len() != now.len())
+        .then(|| format!("there are {} actors, recorded {}", now.len(), recorded.len()))
+}

@@ -1,0 +1,79 @@
+//! Where recordings and saved states lie.
+
+use std::{
+    env, fs, io,
+    path::{Path, PathBuf},
+};
+
+use bus::FilePath;
+
+use crate::ClientError;
+
+/// How much of a run a recording keeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Profile {
+    /// Every published field of every actor, exactly, and the inputs.
+    #[default]
+    State = 0,
+    /// What was wished and decided: exact by re-simulation, and small.
+    Inputs = 1,
+    /// Places within 1 cm and 0.1 degrees; smaller still.
+    Compact = 2,
+}
+
+/// Where recordings without a folder in their name go: `$OMNIBUS_SAVED`, else
+/// `omnibus/saved` in the user's data folder.
+pub fn saved_folder() -> PathBuf {
+    if let Some(folder) = env::var_os("OMNIBUS_SAVED") {
+        return folder.into();
+    }
+    let data = env::var_os("XDG_DATA_HOME").map(PathBuf::from);
+    let home = || env::var_os("HOME").map(|home| Path::new(&home).join(".local/share"));
+    data.or_else(home).unwrap_or_else(env::temp_dir).join("omnibus/saved")
+}
+
+/// CARLA's rule: a name with `/`, `\\` or `:` is a path, else it lies in the saved folder.
+pub fn saved_path(name: &str) -> Result<PathBuf, ClientError> {
+    if name.is_empty() {
+        return Err(refused("an empty name names no file"));
+    }
+    if name.contains(['/', '\\', ':']) {
+        return absolute(Path::new(name));
+    }
+    absolute(&saved_folder().join(name))
+}
+
+/// The host may stand in another folder.
+pub(crate) fn absolute(path: &Path) -> Result<PathBuf, ClientError> {
+    std::path::absolute(path).map_err(|e| file_error(path, &e))
+}
+
+pub(crate) fn told(path: &Path) -> Result<FilePath, ClientError> {
+    FilePath::new(path).map_err(|why| refused(&why))
+}
+
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, ClientError> {
+    fs::read(path).map_err(|e| file_error(path, &e))
+}
+
+pub(crate) fn file_error(path: &Path, why: &io::Error) -> ClientError {
+    refused(&format!("{}: {why}", path.display()))
+}
+
+fn refused(why: &str) -> ClientError {
+    ClientError::Refused { what: "file", why: why.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_with_a_separator_is_a_path() {
+        assert_eq!(saved_path("/tmp/a.mcap").unwrap(), Path::new("/tmp/a.mcap"));
+        assert!(saved_path("./a.mcap").unwrap().is_absolute());
+        assert_eq!(saved_path("a.mcap").unwrap(), saved_folder().join("a.mcap"));
+        assert!(saved_path("").is_err());
+    }
+}

@@ -1,0 +1,120 @@
+//! Handing each frame to the recorder.
+
+use bus::{JournalEntry, SnapshotHeader, StartRecorder};
+use record::{Collision, Decision, Moment, Plan, Profile, Recorder};
+
+use super::Host;
+
+/// Simulated time between two whole worlds in a recording of inputs.
+const WORLD_NANOS: u64 = 60_000_000_000;
+
+/// The recording that goes on.
+pub(super) struct Recording {
+    recorder: Recorder,
+    profile: Profile,
+    /// Simulated time at which the whole world is kept again; none: never.
+    next_world_nanos: Option<u64>,
+}
+
+impl Host {
+    /// See [`bus::Wish::StartRecorder`].
+    pub(super) fn start_recorder(&mut self, wish: &StartRecorder) -> Result<u32, String> {
+        let profile = Profile::by_code(wish.profile)
+            .ok_or_else(|| format!("there is no recording profile {}", wish.profile))?;
+        // Who starts anew ends what went on.
+        self.stop_recorder()?;
+        let plan = Plan {
+            path: wish.path.path().to_owned(),
+            profile,
+            episode: self.config.episode.clone(),
+            blueprints: town::catalogue().iter().map(|b| b.id.to_owned()).collect(),
+            roles: self.world.roles(),
+        };
+        let recorder = Recorder::start(&plan).map_err(|e| e.to_string())?;
+        let next_world_nanos = profile.has_inputs().then_some(0);
+        self.recording = Some(Recording { recorder, profile, next_world_nanos });
+        Ok(0)
+    }
+
+    /// See [`bus::Wish::StopRecorder`]. Says how many frames there are.
+    pub(super) fn stop_recorder(&mut self) -> Result<u32, String> {
+        let Some(recording) = self.recording.take() else { return Ok(0) };
+        recording.recorder.stop().map(|frames| frames as u32).map_err(|e| e.to_string())
+    }
+
+    /// What follows does not follow from what was recorded: the whole world is kept again.
+    pub(super) fn restart_recording(&mut self) {
+        if let Some(recording) = &mut self.recording
+            && recording.profile.has_inputs()
+        {
+            recording.next_world_nanos = Some(0);
+        }
+    }
+
+    /// Hands over the frame that was just published. A recording that cannot go on ends; the world
+    /// does not.
+    pub(super) fn record(&mut self, header: &SnapshotHeader, journal: &[JournalEntry]) {
+        let Some(mut recording) = self.recording.take() else { return };
+        let now_nanos = header.stamp.sim_time_nanos;
+        let is_due = recording.next_world_nanos.is_some_and(|due| now_nanos >= due);
+        let mut moment = recording.recorder.blank();
+        self.fill(&mut moment, &recording, header, journal);
+        moment.world = is_due.then(|| self.state().to_bytes());
+        if is_due {
+            // A recording of states is simulated again from its start; its states need no worlds.
+            let again = recording.profile == Profile::Inputs;
+            recording.next_world_nanos = again.then_some(now_nanos + WORLD_NANOS);
+        }
+        self.recorded_decision = moment.decision.frame;
+        let frame = header.stamp.frame.0;
+        match recording.recorder.put(moment) {
+            Ok(waited) => {
+                if waited && recording.recorder.waits() == 1 {
+                    eprintln!(
+                        "WARN sim-host {frame} the recorder's disk is slower than the world; ticks wait for it"
+                    );
+                }
+                self.recording = Some(recording);
+            }
+            Err(e) => eprintln!("ERROR sim-host {frame} the recording ends: {e}"),
+        }
+    }
+
+    fn fill(
+        &self,
+        moment: &mut Moment,
+        recording: &Recording,
+        header: &SnapshotHeader,
+        journal: &[JournalEntry],
+    ) {
+        moment.stamp = header.stamp;
+        moment.delta_nanos = self.settings.delta_nanos;
+        moment.substep_max_nanos = self.settings.substep_max_nanos;
+        moment.state_hash = header.state_hash;
+        moment.early = self.early as u32;
+        moment.actors.clear();
+        moment.journal.clear();
+        moment.collisions.clear();
+        if recording.profile.has_states() {
+            moment.actors.extend(self.world.states());
+        }
+        if !recording.profile.has_inputs() {
+            moment.decision = Decision::default();
+            return;
+        }
+        moment.journal.extend_from_slice(journal);
+        moment.collisions.extend(self.world.touches().map(|c| Collision {
+            actor: c.actor,
+            other: c.other,
+            impulse_ns: c.impulse_ns.to_array(),
+            began: c.began.into(),
+        }));
+        let frame = self.decided.as_ref().map_or(bus::Frame(0), |d| d.header().stamp.frame);
+        let follows = frame == self.recorded_decision || frame == self.recorded_decision.next();
+        moment.decision = Decision {
+            frame,
+            hash: self.decided_hash,
+            whole: if follows { None } else { self.decided.as_ref().map(|d| d.to_owned()) },
+        };
+    }
+}

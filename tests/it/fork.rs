@@ -1,0 +1,181 @@
+//! Saved states: what happens after loading one is what would have happened.
+
+use bus::{TrafficDial, Wish, dial};
+use client_lib::{Client, Spawn, Weather};
+
+use crate::{
+    kit::{Scratch, Sim, is_soak, resident_bytes},
+    record::{Bustle, Seen, seen},
+};
+
+/// Ticks, doing nothing else.
+fn run(client: &mut Client, frames: usize) -> Vec<Seen> {
+    (0..frames)
+        .map(|_| {
+            client.tick().unwrap();
+            seen(client)
+        })
+        .collect()
+}
+
+fn check_same(a: &[Seen], b: &[Seen], what: &str) {
+    let at = a.iter().zip(b).position(|(a, b)| a != b);
+    let Some(at) = at else { return assert_eq!(a.len(), b.len(), "{what}") };
+    let differing = a[at].actors.iter().zip(&b[at].actors).position(|(a, b)| a != b);
+    panic!(
+        "{what}: frame {at} differs, the {differing:?}th of {} and {} actors first",
+        a[at].actors.len(),
+        b[at].actors.len()
+    );
+}
+
+/// Thirty cars that bustled for a while, under a sky and dials of their own.
+fn lively(client: &mut Client) -> Bustle {
+    let mut bustle = Bustle::new(client);
+    client.set_weather(Weather { wetness: 40.0, ..Weather::default() }).unwrap();
+    let slower =
+        TrafficDial { dial: dial::SLOWER_THAN_LIMIT, value: -0.4, ..TrafficDial::default() };
+    client.request("dial", &[Wish::TrafficDial(slower)]).unwrap();
+    for _ in 0..60 {
+        bustle.act(client);
+        client.tick().unwrap();
+    }
+    bustle
+}
+
+#[test]
+fn the_future_of_a_loaded_state_is_the_one_it_had() {
+    let sim = Sim::start(&["--seed", "3"]);
+    let mut client = sim.ticker();
+    lively(&mut client);
+    // What waits for the next frame is part of the state.
+    let first = client.world().actors().iter().find(|a| a.kind == 1).unwrap().actor_id;
+    let mut other = sim.client("other");
+    other.send(&[Wish::Destroy(first)]).unwrap();
+    let state = client.save_state().unwrap();
+    let future = run(&mut client, 200);
+    assert!(future[0].actors.iter().all(|a| a[0] != first.0), "the wish was carried out");
+    // The same from where it is now, and after other things have happened.
+    for detour in [0, 40] {
+        client.load_state(&state).unwrap();
+        run(&mut client, detour);
+        let mut bustle = Bustle::new(&mut client);
+        for _ in 0..detour {
+            bustle.act(&mut client);
+            client.tick().unwrap();
+        }
+        client.load_state(&state).unwrap();
+        check_same(&run(&mut client, 200), &future, &format!("after {detour} frames elsewhere"));
+    }
+    drop((client, other));
+    sim.end();
+}
+
+#[test]
+fn saving_in_the_middle_changes_nothing() {
+    let drive = |with_save: bool| {
+        let sim = Sim::start(&["--seed", "3"]);
+        let mut client = sim.ticker();
+        let mut bustle = lively(&mut client);
+        let mut seen_so_far = Vec::new();
+        for frame in 0..150 {
+            if with_save && frame % 30 == 7 {
+                let state = client.save_state().unwrap();
+                client.load_state(&state).unwrap();
+            }
+            bustle.act(&mut client);
+            client.tick().unwrap();
+            seen_so_far.push(seen(&client));
+        }
+        drop(client);
+        sim.end();
+        seen_so_far
+    };
+    check_same(&drive(true), &drive(false), "saved and loaded on the way");
+}
+
+#[test]
+fn a_state_goes_on_in_another_process() {
+    let scratch = Scratch::new();
+    let path = scratch.path().join("state");
+    let sim = Sim::start(&["--seed", "3"]);
+    let mut client = sim.ticker();
+    lively(&mut client);
+    client.save_state_to(&path).unwrap();
+    let future = run(&mut client, 100);
+    drop(client);
+    sim.end();
+    let sim = Sim::start(&["--seed", "3", "--threads", "2"]);
+    let mut client = sim.ticker();
+    client.load_state_from(&path).unwrap();
+    assert_eq!(client.settings().delta_nanos, crate::kit::DELTA_NANOS);
+    check_same(&run(&mut client, 100), &future, "in another process");
+    drop(client);
+    sim.end();
+}
+
+#[test]
+fn many_branches_of_one_state_need_no_more_memory() {
+    let sim = Sim::start(&["--seed", "3"]);
+    let mut client = sim.ticker();
+    lively(&mut client);
+    let state = client.save_state().unwrap();
+    let branches = if is_soak() { 1000 } else { 50 };
+    let mut first = None;
+    let mut early = (0, 0);
+    for branch in 0..branches {
+        client.load_state(&state).unwrap();
+        // Each branch goes its own way after the first common frames.
+        let common = run(&mut client, 3);
+        check_same(first.get_or_insert_with(|| common.clone()), &common, "a branch");
+        let place = client.spawn_points().unwrap()[branch % 20];
+        let _ = client.spawn(Spawn::new("vehicle.audi.tt", place).autopilot());
+        run(&mut client, 5);
+        let shared: u64 = sim.shared_memory().iter().map(|(_, len)| len).sum();
+        let now = (resident_bytes(sim.host_pid()), shared);
+        if branch == branches / 5 {
+            early = now;
+        } else if branch + 1 == branches {
+            println!("{branches} branches: {early:?} bytes resident and shared, then {now:?}");
+            assert!(now.0 < early.0 + (24 << 20), "{early:?} then {now:?}");
+            assert!(now.1 <= early.1 + (1 << 20), "{early:?} then {now:?}");
+        }
+    }
+    drop(client);
+    sim.end();
+}
+
+#[test]
+fn a_bad_state_is_refused_and_the_world_goes_on() {
+    let scratch = Scratch::new();
+    let sim = Sim::start(&["--seed", "3"]);
+    let mut client = sim.ticker();
+    lively(&mut client);
+    let state = client.save_state().unwrap();
+    let before = run(&mut client, 5);
+    client.load_state(&state).unwrap();
+    let mut flipped = state.clone();
+    flipped[state.len() / 2] ^= 1;
+    for (bytes, words) in [
+        (&b""[..], "shorter"),
+        (&state[..100], "no saved state"),
+        (&state[..state.len() - 1], "damaged"),
+        (&flipped, "damaged"),
+        (&[9; 4096], "begins differently"),
+    ] {
+        let said = client.load_state(bytes).unwrap_err().to_string();
+        assert!(said.contains(words), "{said}");
+    }
+    let missing = scratch.path().join("missing");
+    assert!(client.load_state_from(&missing).unwrap_err().to_string().contains("missing"));
+    check_same(&run(&mut client, 5), &before, "after refusals");
+    drop(client);
+    sim.end();
+    let sim = Sim::start(&["--seed", "4"]);
+    let mut client = sim.ticker();
+    let said = client.load_state(&state).unwrap_err().to_string();
+    assert!(said.contains("another map or seed"), "{said}");
+    run(&mut client, 3);
+    drop(client);
+    sim.end();
+}

@@ -1,0 +1,259 @@
+//! What was recorded: read, simulated again, cut off, refused.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use ::record::Recording;
+use bus::{ActorId, ActorState, SetVelocity, Wish};
+use cli::resimulate;
+use client_lib::{Client, Profile, Spawn};
+use rustix::process::Signal;
+
+use crate::kit::{Scratch, Sim, eventually, is_soak, omnibus};
+
+const FRAMES: u64 = 300;
+
+/// What a frame was.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Seen {
+    pub(crate) hash: u64,
+    pub(crate) actors: Vec<[u32; 32]>,
+}
+
+pub(crate) fn seen(client: &Client) -> Seen {
+    let bits = |state: &ActorState| -> [u32; 32] { bytemuck::cast(*state) };
+    let world = client.world();
+    Seen { hash: world.header().state_hash, actors: world.actors().iter().map(bits).collect() }
+}
+
+/// Thirty cars in traffic, and ten of them new in every frame.
+pub(crate) struct Bustle {
+    places: Vec<client_lib::Pose>,
+    next: usize,
+    pub(crate) brief: Vec<ActorId>,
+}
+
+impl Bustle {
+    pub(crate) fn new(client: &mut Client) -> Bustle {
+        let places = client.spawn_points().unwrap();
+        for place in places.iter().step_by(3).take(30) {
+            let _ = client.spawn(Spawn::new("vehicle.tesla.model3", *place).autopilot());
+        }
+        Bustle { places, next: 0, brief: Vec::new() }
+    }
+
+    /// What the client does before the next tick.
+    pub(crate) fn act(&mut self, client: &mut Client) {
+        let mut wishes: Vec<_> = self.brief.drain(..).map(Wish::Destroy).collect();
+        let cars: Vec<_> = client.world().actors().iter().filter(|a| a.kind == 1).collect();
+        if let Some(car) = cars.get(self.next % cars.len().max(1)) {
+            wishes.push(Wish::SetVelocity(SetVelocity {
+                actor_id: car.actor_id,
+                velocity_mps: [7.0, -3.0, 1.0],
+                angular_velocity_radps: [0.0, 0.3, 1.0],
+            }));
+        }
+        client.send(&wishes).unwrap();
+        let spawns: Vec<_> = (0..10)
+            .map(|n| {
+                self.next += 1;
+                let place = self.places[(self.next * 7 + n) % self.places.len()];
+                let blueprint = ["vehicle.audi.tt", "vehicle.tesla.model3"][n % 2];
+                Spawn::new(blueprint, place).autopilot().wish()
+            })
+            .collect();
+        let outcomes = client.try_request("spawn", &spawns).unwrap();
+        let ids = outcomes.iter().filter_map(|entry| entry.outcome.result().ok());
+        self.brief = ids.map(ActorId).collect();
+    }
+}
+
+/// Records a bustling run; answers what every recorded frame was.
+fn record(sim: &Sim, profile: Profile, path: &Path, frames: u64) -> Vec<Seen> {
+    let mut client = sim.ticker();
+    let mut bustle = Bustle::new(&mut client);
+    for _ in 0..20 {
+        bustle.act(&mut client);
+        client.tick().unwrap();
+    }
+    client.start_recorder(path.to_str().unwrap(), profile).unwrap();
+    let mut run = Vec::new();
+    for _ in 0..frames {
+        bustle.act(&mut client);
+        client.tick().unwrap();
+        run.push(seen(&client));
+    }
+    assert_eq!(client.stop_recorder().unwrap(), frames);
+    run
+}
+
+fn check_same(recording: &mut Recording, run: &[Seen], with_actors: bool) -> usize {
+    let mut at = 0;
+    for segment in 0..recording.segments() {
+        for moment in recording.moments(segment).unwrap() {
+            assert_eq!(moment.state_hash, run[at].hash, "{}", moment.stamp.frame);
+            if with_actors {
+                assert!(moment.is_as_shown());
+                let bits: Vec<[u32; 32]> =
+                    moment.actors.iter().map(|state| bytemuck::cast(*state)).collect();
+                assert_eq!(bits, run[at].actors, "{}", moment.stamp.frame);
+            }
+            at += 1;
+        }
+    }
+    at
+}
+
+#[test]
+fn a_recording_is_what_was_shown_and_can_be_simulated_again() {
+    let scratch = Scratch::new();
+    for (profile, threads) in [(Profile::State, "1"), (Profile::Inputs, "2")] {
+        let sim = Sim::start(&["--seed", "3", "--threads", threads]);
+        let path = scratch.path().join(format!("{profile:?}.mcap"));
+        let run = record(&sim, profile, &path, FRAMES);
+        sim.end();
+        let mut recording = Recording::open(&path).unwrap();
+        assert!(recording.told().is_whole);
+        let frames = check_same(&mut recording, &run, profile == Profile::State);
+        assert_eq!(frames, run.len());
+        let told = resimulate(&mut recording, 0, u64::MAX).unwrap();
+        assert_eq!((told.frames, told.difference), (FRAMES, None), "{profile:?}");
+        let output = omnibus().arg("replay").arg(&path).args(["--resimulate", "--verify"]).output();
+        let output = output.unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn a_killed_simulator_leaves_a_recording_to_its_last_second() {
+    let scratch = Scratch::new();
+    let path = scratch.path().join("killed.mcap");
+    let sim = Sim::start(&["--seed", "3"]);
+    let mut client = sim.ticker();
+    let mut bustle = Bustle::new(&mut client);
+    client.start_recorder(path.to_str().unwrap(), Profile::State).unwrap();
+    let mut run = Vec::new();
+    for _ in 0..if is_soak() { 2000 } else { 130 } {
+        bustle.act(&mut client);
+        client.tick().unwrap();
+        run.push(seen(&client));
+    }
+    // What waits for its second to be full is written after a second of real time at most.
+    let whole = run.len() as u64 / 20 * 20;
+    eventually("the last full second", || {
+        Recording::open(&path).is_ok_and(|mut r| frames(&mut r) >= whole)
+    });
+    drop(client);
+    sim.signal(Signal::KILL);
+    let mut recording = Recording::open(&path).unwrap();
+    assert!(!recording.told().is_whole);
+    let count = check_same(&mut recording, &run, true);
+    assert!(count as u64 >= whole, "{count} of {} frames", run.len());
+}
+
+fn frames(recording: &mut Recording) -> u64 {
+    (0..recording.segments()).map(|s| recording.frames(s).map_or(0, |f| f.len() as u64)).sum()
+}
+
+#[test]
+fn a_changed_run_is_told_from_the_recorded_one_by_frame_and_actor() {
+    let scratch = Scratch::new();
+    let path = scratch.path().join("run.mcap");
+    let sim = Sim::start(&["--seed", "3"]);
+    record(&sim, Profile::State, &path, 60);
+    sim.end();
+    let mut recording = Recording::open(&path).unwrap();
+    let plan = ::record::Plan {
+        path: scratch.path().join("changed.mcap"),
+        profile: ::record::Profile::State,
+        episode: recording.told().episode.clone(),
+        blueprints: vec![],
+        roles: vec![],
+    };
+    let mut writer = ::record::Writer::create(&plan).unwrap();
+    let mut changed = None;
+    for segment in 0..recording.segments() {
+        for moment in recording.moments(segment).unwrap() {
+            let mut moment = moment.clone();
+            // A car of the first thirty: the others are gone after a frame.
+            if changed.is_none()
+                && moment.stamp.frame.0 > 50
+                && let Some(car) = moment.actors.iter_mut().find(|a| a.kind == 1)
+            {
+                car.pose.position_m[0] += 0.001;
+                changed = Some((moment.stamp.frame, car.actor_id));
+            }
+            writer.put(moment).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    let output = omnibus()
+        .arg("replay")
+        .arg(&plan.path)
+        .args(["--resimulate", "--verify"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    let (frame, actor) = changed.unwrap();
+    assert!(!output.status.success());
+    assert!(said.contains(&frame.to_string()) && said.contains(&actor.to_string()), "{said}");
+}
+
+#[test]
+fn what_is_no_recording_of_ours_is_refused_in_one_line() {
+    let scratch = Scratch::new();
+    let good = scratch.path().join("good.mcap");
+    let sim = Sim::start(&["--seed", "3"]);
+    record(&sim, Profile::State, &good, 45);
+    sim.end();
+    let bytes = fs::read(&good).unwrap();
+    let refused = |name: &str, content: &[u8], words: &[&str]| {
+        let path: PathBuf = scratch.path().join(name);
+        fs::write(&path, content).unwrap();
+        let output = omnibus().arg("replay").arg(&path).arg("--verify").output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success(), "{name}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+        for word in words.iter().chain([&name]) {
+            assert!(said.contains(word), "{said:?} does not say {word:?}");
+        }
+    };
+    refused("empty", b"", &["no recording"]);
+    refused("text", b"hello, world: this is text", &["no recording"]);
+    refused("magic", &bytes[..8], &["no recording"]);
+    refused("head", &bytes[..600], &[]);
+    let noise: Vec<u8> = (0..50_000u64).map(|n| (n.wrapping_mul(n) >> 7) as u8).collect();
+    refused("noise", &noise, &["no recording"]);
+    let mut torn = bytes.clone();
+    let middle = torn.len() / 2;
+    torn[middle..middle + 40].fill(0xa5);
+    refused("torn", &torn, &["damaged"]);
+    let form = find(&bytes, b"form\x01\x00\x00\x001").unwrap();
+    let mut other = bytes.clone();
+    other[form + 8] = b'9';
+    refused("other", &other, &["form 9", "form 1"]);
+    let output = omnibus().args(["replay", "/no/such/file.mcap"]).output().unwrap();
+    assert!(String::from_utf8_lossy(&output.stderr).contains("No such file"));
+}
+
+fn find(bytes: &[u8], part: &[u8]) -> Option<usize> {
+    bytes.windows(part.len()).position(|window| window == part)
+}
+
+#[test]
+fn a_recorder_that_cannot_write_says_so_and_harms_nothing() {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    for bad in ["/proc/no/such", "/dev/null/x"] {
+        let said = client.start_recorder(bad, Profile::State).unwrap_err().to_string();
+        assert!(said.contains(bad), "{said}");
+    }
+    let long = format!("/tmp/{}", "x".repeat(200));
+    assert!(client.start_recorder(&long, Profile::State).unwrap_err().to_string().contains("160"));
+    assert_eq!(client.stop_recorder().unwrap(), 0);
+    client.tick().unwrap();
+    drop(client);
+    sim.end();
+}
