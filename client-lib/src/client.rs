@@ -8,14 +8,14 @@ use std::{
 use bus::{
     ActorId, Autopilot, BatchHeader, BlueprintInfo, ClientPorts, Command, CreateRig, Ending, Event,
     Frame, Instance, Interrupted, JournalEntry, Name, Nothing, Participant, Pose, RigId, Role,
-    SensorSpec, Settings, Stamp, StartRecorder, Teleport, VehicleControl, Watch, Weather, Wish,
-    clock, fault, flag,
+    SensorSpec, Settings, Stamp, StartRecorder, StartReplay, StopReplay, Teleport, VehicleControl,
+    Watch, Weather, Wish, clock, fault, flag,
 };
 use glam::Vec3;
 use road::Network;
 
 use crate::{
-    ClientError, Measurement, Profile, Rig, World,
+    ClientError, Measurement, Profile, Replay, Rig, World,
     file::{absolute, file_error, read, saved_path, told},
 };
 
@@ -359,6 +359,26 @@ impl Client {
     pub fn stop_recorder(&mut self) -> Result<u64, ClientError> {
         let wish = Wish::StopRecorder(Nothing::default());
         Ok(self.request("stop_recorder", &[wish])?[0].into())
+    }
+
+    /// Shows a recording beside those who are there; names as for [`Client::start_recorder`]. The
+    /// first of its frames shows with the next tick.
+    pub fn start_replay(&mut self, name: &str, replay: Replay) -> Result<(), ClientError> {
+        let nanos = |seconds: f64| (seconds * 1e9) as i64;
+        let wish = StartReplay {
+            path: told(&saved_path(name)?)?,
+            from_nanos: nanos(replay.from_s),
+            duration_nanos: nanos(replay.duration_s).max(0) as u64,
+            time_factor: replay.time_factor,
+            ignore_hero: replay.ignore_hero.into(),
+        };
+        self.request("start_replay", &[Wish::StartReplay(wish)]).map(drop)
+    }
+
+    /// Ends the replay. Who was shown stays, vehicles on autopilot, or goes.
+    pub fn stop_replay(&mut self, keep_actors: bool) -> Result<(), ClientError> {
+        let wish = StopReplay { keep_actors: keep_actors.into(), reserved: 0 };
+        self.request("stop_replay", &[Wish::StopReplay(wish)]).map(drop)
     }
 
     /// Everything that decides the future, between two frames: actors, traffic, what was wished

@@ -22,6 +22,26 @@ pub enum Profile {
     Compact = 2,
 }
 
+/// How a recording is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Replay {
+    /// Recorded seconds to skip; below 0: counted from the end.
+    pub from_s: f64,
+    /// Recorded seconds to play; 0: to the end.
+    pub duration_s: f64,
+    /// Recorded seconds per simulated second. Above 2, nothing is shown between two frames.
+    pub time_factor: f32,
+    /// Leaves out actors of the role `hero`.
+    pub ignore_hero: bool,
+}
+
+impl Default for Replay {
+    /// All of it, at its own pace.
+    fn default() -> Self {
+        Replay { from_s: 0.0, duration_s: 0.0, time_factor: 1.0, ignore_hero: false }
+    }
+}
+
 /// Where recordings without a folder in their name go: `$OMNIBUS_SAVED`, else
 /// `omnibus/saved` in the user's data folder.
 pub fn saved_folder() -> PathBuf {

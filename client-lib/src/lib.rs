@@ -33,6 +33,6 @@ pub use bus::{
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;
-pub use file::{Profile, saved_folder, saved_path};
+pub use file::{Profile, Replay, saved_folder, saved_path};
 pub use rig::{Measurement, Rig, camera, lidar};
 pub use view::World;

@@ -26,10 +26,12 @@ use crate::{
 
 mod fork;
 mod recording;
+mod replay;
 mod slots;
 
 use fork::Decided;
 use recording::Recording;
+use replay::Replay;
 
 /// What a host is started with.
 pub struct HostConfig {
@@ -75,6 +77,7 @@ pub struct Host {
     decided: Option<Decided>,
     decided_hash: u64,
     recording: Option<Recording>,
+    replay: Option<Replay>,
     /// The frame on which was planned what acted in the frame recorded last.
     recorded_decision: Frame,
     /// How many lines of the coming frame's journal were carried out before its tick began.
@@ -149,6 +152,7 @@ impl Host {
             decided: None,
             decided_hash: 0,
             recording: None,
+            replay: None,
             recorded_decision: Frame(0),
             early: 0,
             is_ticking: false,
@@ -433,7 +437,8 @@ impl Host {
             Wish::StopRecorder(_) => self.stop_recorder(),
             Wish::SaveState(file) => self.save_state(file),
             Wish::LoadState(file) => self.load_state(file),
-            Wish::StartReplay(_) | Wish::StopReplay(_) => Err("not yet".to_owned()),
+            Wish::StartReplay(wish) => self.start_replay(wish),
+            Wish::StopReplay(wish) => self.stop_replay(wish.keep_actors != 0),
             Wish::Destroy(actor) => {
                 let id = self.world.apply(wish)?;
                 self.take_down(self.rigs.on(*actor));

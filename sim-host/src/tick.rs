@@ -22,6 +22,7 @@ impl Host {
         self.carry_out_wishes()?;
         let applied_nanos = clock::now_nanos();
         self.world.step(&self.settings);
+        self.show_recorded();
         let stepped_nanos = clock::now_nanos();
         self.publish(SnapshotHeader {
             stamp: self.stamp(frame),

@@ -270,6 +270,56 @@ impl World {
         hash.value()
     }
 
+    /// Puts a recorded actor into the world, moved by [`World::show`] alone. It keeps its id if
+    /// nobody has it, else it gets one after `beyond`.
+    pub(crate) fn spawn_shown(
+        &mut self,
+        recorded: &ActorState,
+        beyond: ActorId,
+    ) -> Result<ActorId, String> {
+        let wanted = recorded.actor_id;
+        let is_free = wanted != ActorId::NONE && !self.actors.contains_key(&wanted);
+        let id = if is_free { wanted } else { ActorId(self.last_actor.max(beyond.0) + 1) };
+        let blueprint = town::catalogue().get(recorded.blueprint as usize).ok_or_else(|| {
+            format!("{wanted} has blueprint {}, unknown here", recorded.blueprint)
+        })?;
+        check_pose(&recorded.pose)?;
+        // High above everybody: who stands in its place does not keep it from coming.
+        let above = Vec3::Z * (5000.0 + 20.0 * (id.0 % 2000) as f32);
+        let pose = Pose::new(recorded.pose.position() + above, recorded.pose.rotation());
+        self.models
+            .spawn(&mut self.physics, id, (recorded.blueprint, blueprint), &pose, true)
+            .map_err(|e| e.to_string())?;
+        self.last_actor = self.last_actor.max(id.0);
+        let state = ActorState { actor_id: id, ..*recorded };
+        self.actors.insert(id, Actor { state, role: Name::default() });
+        Ok(id)
+    }
+
+    /// Shows an actor as it was recorded: its body stands there too.
+    pub(crate) fn show(&mut self, id: ActorId, recorded: &ActorState) {
+        let Some(actor) = self.actors.get_mut(&id) else { return };
+        actor.state = ActorState { actor_id: id, ..*recorded };
+        if recorded.kind != kind::TRAFFIC_LIGHT {
+            // It has a body: it was spawned for this.
+            let _ = self.physics.teleport(id, &recorded.pose);
+        }
+    }
+
+    /// A shown actor is on its own: vehicles go on under traffic, walkers stop.
+    pub(crate) fn let_go(&mut self, id: ActorId) {
+        let Some(actor) = self.actors.get_mut(&id) else { return };
+        let (linear, turn) = (actor.state.velocity_mps, actor.state.angular_velocity_radps);
+        actor.state.flags &= !flag::KINEMATIC;
+        let is_vehicle = actor.state.kind == kind::VEHICLE;
+        set(&mut actor.state.flags, flag::AUTOPILOT, is_vehicle);
+        let [linear, turn] =
+            [linear, turn].map(|v| if is_vehicle { Vec3::from_array(v) } else { Vec3::ZERO });
+        // A client may have taken it out: then there is nobody to let go.
+        let _ = self.physics.set_kinematic(id, false);
+        let _ = self.physics.set_velocity(id, linear, turn);
+    }
+
     /// Writes what decides the future into a state.
     pub fn save_into(&self, state: &mut SavedState) {
         state.last_actor = self.last_actor;

@@ -8,7 +8,7 @@ use std::{
 use ::record::Recording;
 use bus::{ActorId, ActorState, SetVelocity, Wish};
 use cli::resimulate;
-use client_lib::{Client, Profile, Spawn};
+use client_lib::{Client, Profile, Replay, Spawn};
 use rustix::process::Signal;
 
 use crate::kit::{Scratch, Sim, eventually, is_soak, omnibus};
@@ -123,7 +123,70 @@ fn a_recording_is_what_was_shown_and_can_be_simulated_again() {
         let output = omnibus().arg("replay").arg(&path).args(["--resimulate", "--verify"]).output();
         let output = output.unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        if profile == Profile::State {
+            let mut command = omnibus();
+            command.arg("replay").arg(&path).args(["--verify", "--device", "cpu"]);
+            let output = command.output().unwrap();
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.success(), "{said}");
+            let said = String::from_utf8_lossy(&output.stdout).into_owned();
+            assert!(said.contains("300 frames shown as recorded, to the bit"), "{said}");
+        }
     }
+}
+
+#[test]
+fn a_replay_shows_the_recorded_beside_those_who_are_there() {
+    let scratch = Scratch::new();
+    let path = scratch.path().join("shown.mcap");
+    let name = path.to_str().unwrap();
+    let sim = Sim::start(&["--seed", "3"]);
+    let run = record(&sim, Profile::State, &path, 60);
+    sim.end();
+    let sim = Sim::start(&["--seed", "3"]);
+    let mut client = sim.ticker();
+    let place = *client.spawn_points().unwrap().last().unwrap();
+    let above = client_lib::Pose::new(place.position() + glam::Vec3::Z * 300.0, place.rotation());
+    let own = client.spawn(Spawn::new("vehicle.audi.tt", above)).unwrap();
+    client.tick().unwrap();
+    client.start_replay(name, Replay::default()).unwrap();
+    for recorded in &run {
+        client.tick().unwrap();
+        // Ids that are taken are not taken away: all others are as recorded.
+        let shown = seen(&client).actors;
+        let missing = recorded.actors.iter().filter(|a| !shown.contains(a)).count();
+        let has_own = recorded.actors.iter().any(|a| a[0] == own.0);
+        assert_eq!(missing, usize::from(has_own));
+    }
+    assert!(client.world().actor(own).unwrap().pose.position().z < 299.0, "it went on");
+    // At its end the vehicles drive on.
+    let last = run.last().unwrap().actors.len();
+    for _ in 0..40 {
+        client.tick().unwrap();
+    }
+    let driven = client.world().actors().iter().filter(|a| a.kind == 1 && a.has(1) && !a.has(2));
+    assert!(driven.count() > 20 && client.world().actors().len() >= last);
+    // Again from the middle, twice as fast, and stopped.
+    let replay = Replay { from_s: -1.5, time_factor: 2.0, ..Replay::default() };
+    client.start_replay(name, replay).unwrap();
+    let before = client.world().actors().len();
+    client.tick().unwrap();
+    assert!(client.world().actors().len() > before);
+    client.stop_replay(false).unwrap();
+    client.tick().unwrap();
+    assert_eq!(client.world().actors().len(), before);
+    for (replay, word) in [
+        (Replay { from_s: 99.0, ..Replay::default() }, "3.00 s"),
+        (Replay { time_factor: f32::NAN, ..Replay::default() }, "time_factor"),
+    ] {
+        let said = client.start_replay(name, replay).unwrap_err().to_string();
+        assert!(said.contains(word), "{said}");
+    }
+    drop(client);
+    sim.end();
+    let sim = Sim::start(&["--seed", "4"]);
+    let said = sim.ticker().start_replay(name, Replay::default()).unwrap_err().to_string();
+    assert!(said.contains("another world"), "{said}");
 }
 
 #[test]
@@ -256,4 +319,76 @@ fn a_recorder_that_cannot_write_says_so_and_harms_nothing() {
     client.tick().unwrap();
     drop(client);
     sim.end();
+}
+
+#[test]
+fn the_tables_have_carlas_layout() {
+    let scratch = Scratch::new();
+    let path = scratch.path().join("tables.mcap");
+    let sim = Sim::start(&["--seed", "3"]);
+    let mut client = sim.ticker();
+    let places = client.spawn_points().unwrap();
+    let hero = Spawn::new("vehicle.tesla.model3", places[0]).role("hero").color([1, 2, 3]);
+    let hero = client.spawn(hero).unwrap();
+    let parked = Spawn::new("vehicle.audi.tt", *places.last().unwrap()).kinematic();
+    client.spawn(parked).unwrap();
+    client.start_recorder(path.to_str().unwrap(), Profile::State).unwrap();
+    client.tick().unwrap();
+    let other = client.spawn(Spawn::new("vehicle.audi.tt", places[1])).unwrap();
+    client.tick().unwrap();
+    // Head on.
+    let ahead = places[0].rotation() * glam::Vec3::X;
+    let facing = places[0].rotation() * glam::Quat::from_rotation_z(std::f32::consts::PI);
+    let at = places[0].position() + ahead * 6.0;
+    client.teleport(other, client_lib::Pose::new(at, facing)).unwrap();
+    let push = SetVelocity {
+        actor_id: other,
+        velocity_mps: (ahead * -12.0).to_array(),
+        ..SetVelocity::default()
+    };
+    client.request("push", &[Wish::SetVelocity(push)]).unwrap();
+    for _ in 0..60 {
+        client.tick().unwrap();
+    }
+    client.destroy(other).unwrap();
+    client.tick().unwrap();
+    client.stop_recorder().unwrap();
+    drop(client);
+    sim.end();
+    let ask = |args: &[&str]| {
+        let output = omnibus().arg("inspect").arg(&path).args(args).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let info = ask(&["--info"]);
+    let lines: Vec<_> = info.lines().collect();
+    assert_eq!(lines[0], "Version: 1");
+    assert!(lines[1].starts_with("Map: ") && lines[2].starts_with("Date: "), "{info}");
+    assert_eq!(lines[3..5], ["", "Frame 1 at 0 seconds"]);
+    let hero_line = format!(" Create {}: vehicle.tesla.model3 (1) at (", hero.0);
+    let at = lines.iter().position(|l| l.starts_with(&hero_line)).unwrap();
+    assert_eq!(lines[at + 1..at + 3], ["  color = 1,2,3", "  role_name = hero"]);
+    assert!(info.contains(" Create 1: traffic.traffic_light (3) at ("), "{info}");
+    assert!(lines.contains(&"Frame 2 at 0.05 seconds"), "{info}");
+    assert!(lines.contains(&format!(" Destroy {}", other.0).as_str()), "{info}");
+    let hit = format!("between {} (hero)  with {}", hero.0, other.0);
+    assert!(info.contains(&hit), "{info}");
+    assert!(info.ends_with("\nFrames: 63\nDuration: 3.1 seconds\n"), "{info}");
+    let all = ask(&["--info", "--all"]);
+    assert!(all.contains(" Positions: 3\n  Id: ") && all.contains(" elapsedTime: "), "{all}");
+    let table = ask(&["--collisions", "h,v"]);
+    let head = "    Time  Types     Id Actor 1                                 Id Actor 2";
+    let lines: Vec<_> = table.lines().collect();
+    assert_eq!(lines[4].trim_end(), head);
+    let row = format!("       0   v v  {:>6} vehicle.tesla.model3                ", hero.0);
+    assert!(lines[5].starts_with(&row), "{table}");
+    assert_eq!(lines[6..], ["", "Frames: 63", "Duration: 3 seconds"]);
+    assert!(!ask(&["--collisions", "w,a"]).contains("tesla"));
+    let table = ask(&["--blocked", "1.5,50"]);
+    assert!(table.contains("    Time     Id Actor                                 Duration"));
+    assert!(table.contains("vehicle.audi.tt"), "{table}");
+    let json: serde_json::Value =
+        serde_json::from_str(&ask(&["--collisions", "h,v", "--json"])).unwrap();
+    assert_eq!(json["collisions"][0]["actor_ids"], serde_json::json!([hero.0, other.0]));
+    assert!(ask(&[]).contains("profile state"), "{}", ask(&[]));
 }

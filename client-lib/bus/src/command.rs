@@ -3,7 +3,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
     ActorId, FilePath, Name, Pose, RigId, SensorSpec, Stamp, StartRecorder, StartReplay,
-    VehicleControl,
+    StopReplay, VehicleControl,
 };
 
 /// Header of a batch of [`Command`]s or [`VehicleControl`]s from one client.
@@ -201,7 +201,7 @@ wishes! {
     /// Show what was recorded, beside those who are there.
     StartReplay(StartReplay) = 104,
     /// End the replay.
-    StopReplay(Nothing) = 105,
+    StopReplay(StopReplay) = 105,
 }
 
 /// A wish that needs no more words.

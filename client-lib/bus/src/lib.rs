@@ -21,7 +21,7 @@ pub use command::{
     status,
 };
 pub use name::Name;
-pub use recording::{FilePath, StartRecorder, StartReplay, replaying};
+pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};
 pub use rig::{
     BundleHeader, DEPTH_FAR_M, Plane, RigId, SENSORS_MAX, SensorSpec, element_bytes, layout,
     output, sensor, tracer,

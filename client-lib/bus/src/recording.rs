@@ -5,8 +5,6 @@ use std::path::Path;
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::ActorId;
-
 /// Where a file lies, for the host: an absolute path of at most 160 bytes, padded with zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("FilePath")]
@@ -57,14 +55,6 @@ pub struct StartRecorder {
     pub reserved: u32,
 }
 
-/// Bits of [`StartReplay::flags`].
-pub mod replaying {
-    /// Actors of the role `hero` are left out.
-    pub const IGNORE_HERO: u32 = 1 << 0;
-    /// When it ends, the actors stay, vehicles on autopilot; else they go.
-    pub const KEEP_ACTORS: u32 = 1 << 1;
-}
-
 /// See [`crate::Wish::StartReplay`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("StartReplay")]
@@ -78,10 +68,17 @@ pub struct StartReplay {
     pub duration_nanos: u64,
     /// Recorded seconds per simulated second.
     pub time_factor: f32,
-    /// Bits of [`replaying`].
-    pub flags: u32,
-    /// The recorded actor that the spectator follows; nobody: it stays where it is.
-    pub follow: ActorId,
+    /// 1: actors of the role `hero` are left out.
+    pub ignore_hero: u32,
+}
+
+/// See [`crate::Wish::StopReplay`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("StopReplay")]
+#[repr(C)]
+pub struct StopReplay {
+    /// 1: who was shown stays, vehicles on autopilot; 0: they go.
+    pub keep_actors: u32,
     /// Zero.
     pub reserved: u32,
 }

@@ -1,16 +1,42 @@
 //! `omnibus inspect`: what a data set, a map or a running simulator is.
 
-use std::path::{Path, PathBuf};
+use std::{
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+};
 
-use bus::{Instance, SLOTS, SlotState};
+use ::record::Recording;
+use anyhow::anyhow;
+use bus::{Instance, SLOTS, SlotState, clock};
+use serde_json::{Value, json};
 
-use crate::{collect, launch::WorldArgs};
+use crate::{collect, launch::WorldArgs, tables};
 
 /// What `omnibus inspect` takes.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct InspectArgs {
-    /// A data set's folder, an OpenDRIVE file, or a map's name; none: the simulators that run
+    /// A data set's folder, a recording, an OpenDRIVE file, or a map's name; none: the simulators
+    /// that run
     what: Option<PathBuf>,
+    /// Of a recording: CARLA's table of what is in it
+    #[arg(long, group = "table")]
+    info: bool,
+    /// With --info: every position too
+    #[arg(long, requires = "info")]
+    all: bool,
+    /// Of a recording: CARLA's table of collisions between two kinds of h, v, w, t, o, a, as `v,a`
+    #[arg(long, group = "table", value_name = "KINDS")]
+    collisions: Option<String>,
+    /// Of a recording: CARLA's table of who stood still: seconds, centimetres, as `30,10`
+    #[arg(long, group = "table", value_name = "LIMITS")]
+    blocked: Option<String>,
+    /// Of a recording: how fast it is read, from its start and at random places
+    #[arg(long, group = "table")]
+    speed: bool,
+    /// Of a recording: one JSON object
+    #[arg(long)]
+    json: bool,
 }
 
 /// Says what it is, and checks it.
@@ -21,7 +47,145 @@ pub(crate) fn inspect(args: &InspectArgs) -> anyhow::Result<()> {
             say!("{}", collect::inspect(dir)?);
             Ok(())
         }
+        Some(file) if is_recording(file) || args.asks_for_table() => look_at_recording(args, file),
         Some(map) => look_at_map(map),
+    }
+}
+
+impl InspectArgs {
+    fn asks_for_table(&self) -> bool {
+        self.info || self.speed || self.collisions.is_some() || self.blocked.is_some()
+    }
+}
+
+/// Whether it begins as MCAP files do.
+fn is_recording(path: &Path) -> bool {
+    let mut magic = [0; 5];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    read.is_ok() && magic == *b"\x89MCAP"
+}
+
+fn look_at_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
+    let mut recording = Recording::open(path)?;
+    if let Some(kinds) = &args.collisions {
+        let kinds: Vec<char> = kinds.split(',').flat_map(str::chars).collect();
+        let kinds = <[char; 2]>::try_from(kinds)
+            .map_err(|_| anyhow!("--collisions: name two kinds of h, v, w, t, o, a, as v,a"))?;
+        let found = tables::collisions(&mut recording, kinds)?;
+        put(args.json, || found.json(), || found.text());
+        return Ok(());
+    }
+    if let Some(limits) = &args.blocked {
+        let limits = limits.split_once(',').map(|(time, way)| (time.parse(), way.parse()));
+        let Some((Ok(time_s), Ok(distance_cm))) = limits else {
+            return Err(anyhow!("--blocked: say seconds and centimetres, as 30,10"));
+        };
+        let found = tables::blocked(&mut recording, time_s, distance_cm)?;
+        put(args.json, || found.json(), || found.text());
+        return Ok(());
+    }
+    if args.speed {
+        let found = Speed::of(&mut recording)?;
+        put(args.json, || found.json(), || found.text());
+        return Ok(());
+    }
+    if args.info && !args.json {
+        let text = tables::file_info(&mut recording, args.all)?;
+        say!("{}", text.trim_end());
+        return Ok(());
+    }
+    let seconds = recording.duration_nanos()? as f64 / 1e9;
+    let (mut frames, mut first, mut last) = (0u64, None, None);
+    for segment in 0..recording.segments() {
+        for moment in recording.frames(segment)? {
+            first.get_or_insert(moment.stamp.frame);
+            last = Some(moment.stamp.frame);
+            frames += 1;
+        }
+    }
+    let told = recording.told();
+    let bytes = path.metadata()?.len();
+    let (first, last) = (first.unwrap_or_default().0, last.unwrap_or_default().0);
+    put(
+        args.json,
+        || {
+            json!({ "file": path, "profile": told.profile.name(), "map": told.episode.map,
+                "seed": told.episode.seed, "date_secs": told.date_secs, "version": told.version,
+                "frames": frames, "first_frame": first, "last_frame": last, "seconds": seconds,
+                "bytes": bytes, "is_whole": told.is_whole })
+        },
+        || {
+            let end = if told.is_whole { "" } else { "; its writer was killed" };
+            format!(
+                "recording of {}, seed {}, profile {}, by version {}: frames {first} to {last}, \
+                 {seconds:.2} s, {:.2} MB{end}",
+                told.episode.map,
+                told.episode.seed,
+                told.profile.name(),
+                told.version,
+                bytes as f64 / 1e6
+            )
+        },
+    );
+    Ok(())
+}
+
+/// How fast a recording is read.
+struct Speed {
+    times_real_time: f64,
+    /// Milliseconds to a random second, sorted.
+    seeks_ms: Vec<f64>,
+}
+
+/// Random places that are sought.
+const SEEKS: u64 = 500;
+
+impl Speed {
+    fn of(recording: &mut Recording) -> anyhow::Result<Speed> {
+        let seconds = recording.duration_nanos()? as f64 / 1e9;
+        let begin = clock::now_nanos();
+        for segment in 0..recording.segments() {
+            recording.moments(segment)?;
+        }
+        let times_real_time = seconds / ((clock::now_nanos() - begin) as f64 / 1e9);
+        let mut seeks_ms = Vec::new();
+        for seek in 0..SEEKS {
+            // Scattered, and the same in every run.
+            let place = seek.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+            let segment = (place * recording.segments() as u64 >> 32) as usize;
+            recording.forget();
+            let begin = clock::now_nanos();
+            recording.moments(segment)?;
+            seeks_ms.push((clock::now_nanos() - begin) as f64 / 1e6);
+        }
+        seeks_ms.sort_by(f64::total_cmp);
+        Ok(Speed { times_real_time, seeks_ms })
+    }
+
+    fn at(&self, share: f64) -> f64 {
+        self.seeks_ms[((self.seeks_ms.len() - 1) as f64 * share) as usize]
+    }
+
+    fn text(&self) -> String {
+        format!(
+            "read {:.0} times as fast as real time; a random second in {:.2} ms, p99 {:.2} ms",
+            self.times_real_time,
+            self.at(0.5),
+            self.at(0.99)
+        )
+    }
+
+    fn json(&self) -> Value {
+        json!({ "times_real_time": self.times_real_time, "seek_p50_ms": self.at(0.5),
+            "seek_p90_ms": self.at(0.9), "seek_p99_ms": self.at(0.99), "n": self.seeks_ms.len() })
+    }
+}
+
+fn put(as_json: bool, json: impl FnOnce() -> Value, text: impl FnOnce() -> String) {
+    if as_json {
+        say!("{}", json());
+    } else {
+        say!("{}", text().trim_end());
     }
 }
 

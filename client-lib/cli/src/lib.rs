@@ -20,6 +20,7 @@ mod replay;
 mod resimulate;
 mod run;
 mod stage;
+mod tables;
 
 pub use launch::WorldArgs;
 pub use resimulate::{Difference, Resimulated, resimulate};

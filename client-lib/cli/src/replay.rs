@@ -1,13 +1,20 @@
 //! `omnibus replay`: a recording shown again, or simulated again.
 
-use std::path::PathBuf;
+use std::{
+    path::{Path, PathBuf},
+    sync::atomic::Ordering,
+};
 
-use ::record::Recording;
-use anyhow::{anyhow, ensure};
-use bus::clock;
-use client_lib::saved_path;
+use ::record::{Moment, Profile, Recording};
+use anyhow::{Context, anyhow, ensure};
+use bus::{ActorState, Settings, clock};
+use client_lib::{Client, Replay, saved_path};
 
-use crate::resimulate::resimulate;
+use crate::{
+    launch::WorldArgs,
+    resimulate::resimulate,
+    run::{Beside, stop_on_signals},
+};
 
 /// What `omnibus replay` takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -20,12 +27,24 @@ pub(crate) struct ReplayArgs {
     /// Seconds to play; 0: to its end
     #[arg(long, default_value_t = 0.0)]
     duration: f64,
+    /// Recorded seconds per simulated second
+    #[arg(long, default_value_t = 1.0)]
+    time_factor: f32,
+    /// Leave out actors of the role hero
+    #[arg(long)]
+    ignore_hero: bool,
     /// Simulate the recorded inputs again instead of showing the recorded states
     #[arg(long)]
     resimulate: bool,
-    /// Check every frame against the recorded hashes
-    #[arg(long)]
+    /// Check every frame: what a simulator shows, or with --resimulate the state hashes
+    #[arg(long, conflicts_with_all = ["time_factor", "ignore_hero"])]
     verify: bool,
+    /// The simulator's name, for clients that watch
+    #[arg(long)]
+    name: Option<String>,
+    /// What traces the rays of clients that watch: auto, cpu, gpu:N, or null
+    #[arg(long, default_value = "auto")]
+    device: String,
 }
 
 impl ReplayArgs {
@@ -39,10 +58,8 @@ impl ReplayArgs {
         );
         let whole = recording.duration_nanos()?;
         let nanos = |seconds: f64| (seconds.abs() * 1e9) as u64;
-        let from = match self.from < 0.0 {
-            true => whole.saturating_sub(nanos(self.from)),
-            false => nanos(self.from),
-        };
+        let from =
+            if self.from < 0.0 { whole.saturating_sub(nanos(self.from)) } else { nanos(self.from) };
         ensure!(
             from < whole,
             "--from is {} s, the recording is {:.2} s long",
@@ -53,19 +70,165 @@ impl ReplayArgs {
             if self.duration > 0.0 { from.saturating_add(nanos(self.duration)) } else { whole };
         Ok((from, until.min(whole)))
     }
+
+    fn wish(&self) -> Replay {
+        Replay {
+            from_s: self.from,
+            duration_s: self.duration,
+            time_factor: self.time_factor,
+            ignore_hero: self.ignore_hero,
+        }
+    }
 }
 
 /// Plays it.
 pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
-    let mut recording = Recording::open(&saved_path(&args.file.to_string_lossy())?)?;
+    let path = saved_path(&args.file.to_string_lossy())?;
+    let mut recording = Recording::open(&path)?;
     let (from, until) = args.span(&mut recording)?;
     if args.resimulate {
         return again(&mut recording, from, until);
     }
+    ensure!(
+        recording.told().profile.has_states(),
+        "{} is a recording of profile {}, which keeps no states to show; use --resimulate",
+        path.display(),
+        recording.told().profile.name()
+    );
+    let map = MapFile::of(&recording)?;
+    let beside = simulator(args, &recording, &map)?;
+    let mut client = beside.connect("replay")?;
     if args.verify {
-        return verify(&mut recording, from, until);
+        check_shown(&mut client, args, &mut recording, (from, until))?;
+    } else {
+        watch(&mut client, args, &path, until - from)?;
     }
-    Err(anyhow!("say --verify or --resimulate"))
+    drop(client);
+    beside.end()?;
+    Ok(())
+}
+
+/// The file that a recording's map is put into, for a simulator's stages.
+struct MapFile(PathBuf);
+
+impl MapFile {
+    fn of(recording: &Recording) -> anyhow::Result<MapFile> {
+        let path = std::env::temp_dir().join(format!("omnibus-replay-{}.xodr", std::process::id()));
+        let map = MapFile(path);
+        std::fs::write(&map.0, &recording.told().episode.open_drive)
+            .with_context(|| map.0.display().to_string())?;
+        Ok(map)
+    }
+}
+
+impl Drop for MapFile {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// A simulator of the recorded world.
+fn simulator(args: &ReplayArgs, recording: &Recording, map: &MapFile) -> anyhow::Result<Beside> {
+    let mut world = WorldArgs::of_map(&map.0.to_string_lossy());
+    world.seed = recording.told().episode.seed;
+    world.name.clone_from(&args.name);
+    world.device.clone_from(&args.device);
+    let settings = Settings {
+        synchronous: args.verify.into(),
+        no_rendering: args.verify.into(),
+        ..Settings::default()
+    };
+    Beside::start(&world, settings)
+}
+
+/// In real time, for clients that look on.
+fn watch(
+    client: &mut Client,
+    args: &ReplayArgs,
+    path: &Path,
+    recorded_nanos: u64,
+) -> anyhow::Result<()> {
+    let stop = stop_on_signals()?;
+    let name = path.to_string_lossy();
+    client.start_replay(&name, args.wish())?;
+    let begin = client.await_frame()?;
+    let begin_nanos = client.world().header().stamp.sim_time_nanos;
+    say!("simulator {:?} replays {name} from {begin} on", client.instance().id());
+    let length = (recorded_nanos as f64 / f64::from(args.time_factor)) as u64;
+    while client.world().header().stamp.sim_time_nanos < begin_nanos + length
+        && !stop.load(Ordering::Acquire)
+    {
+        client.await_frame()?;
+    }
+    say!("ended at {}", client.frame());
+    Ok(())
+}
+
+/// As fast as it goes: what the simulator shows is what was recorded, to the bit.
+fn check_shown(
+    client: &mut Client,
+    args: &ReplayArgs,
+    recording: &mut Recording,
+    (from, until): (u64, u64),
+) -> anyhow::Result<()> {
+    let path = recording.path().to_owned();
+    let name = path.to_string_lossy().into_owned();
+    let exact = recording.told().profile == Profile::State;
+    let settings = client.settings();
+    client.start_replay(&name, args.wish())?;
+    let begin = clock::now_nanos();
+    let (mut frames, mut at) = (0u64, 0);
+    let mut started = false;
+    for segment in recording.segment_at(from)..recording.segments() {
+        at = recording.start_nanos(segment);
+        if at >= until {
+            break;
+        }
+        for (index, moment) in recording.moments(segment)?.iter().enumerate() {
+            at += if index == 0 { 0 } else { moment.delta_nanos };
+            if at < from || at >= until {
+                continue;
+            }
+            ensure!(
+                started || at == from,
+                "{name}: --verify begins at a frame; {} s is between two",
+                args.from
+            );
+            started = true;
+            if client.settings().delta_nanos != moment.delta_nanos {
+                client.apply_settings(Settings { delta_nanos: moment.delta_nanos, ..settings })?;
+            }
+            client.tick()?;
+            if exact {
+                ensure!(moment.is_as_shown(), "{name}: {} is not as recorded", moment.stamp.frame);
+            }
+            if let Some(what) = differing(moment, client.world().actors()) {
+                return Err(anyhow!("{name}: {} differs: {what}", moment.stamp.frame));
+            }
+            frames += 1;
+        }
+    }
+    let seconds = (clock::now_nanos() - begin) as f64 / 1e9;
+    let how = if exact { "to the bit" } else { "as the recording keeps it" };
+    say!(
+        "{frames} frames shown as recorded, {how}; {at:.1} s of recording in {seconds:.1} s",
+        at = at.saturating_sub(from) as f64 / 1e9
+    );
+    Ok(())
+}
+
+fn differing(moment: &Moment, shown: &[ActorState]) -> Option<String> {
+    let bits = |state: &ActorState| -> [u32; 32] { bytemuck::cast(*state) };
+    for recorded in &moment.actors {
+        let at = shown.binary_search_by_key(&recorded.actor_id, |s| s.actor_id);
+        match at.map(|at| &shown[at]) {
+            Ok(state) if bits(state) == bits(recorded) => {}
+            Ok(_) => return Some(format!("{} is shown otherwise", recorded.actor_id)),
+            Err(_) => return Some(format!("{} is not shown", recorded.actor_id)),
+        }
+    }
+    (shown.len() > moment.actors.len())
+        .then(|| format!("{} are shown, {} were", shown.len(), moment.actors.len()))
 }
 
 fn again(recording: &mut Recording, from: u64, until: u64) -> anyhow::Result<()> {
@@ -79,38 +242,6 @@ fn again(recording: &mut Recording, from: u64, until: u64) -> anyhow::Result<()>
         "{} frames simulated again, every state hash as recorded; {:.1} s in {seconds:.1} s",
         told.frames,
         told.sim_nanos as f64 / 1e9,
-    );
-    Ok(())
-}
-
-/// Reads every frame and checks its sum.
-fn verify(recording: &mut Recording, from: u64, until: u64) -> anyhow::Result<()> {
-    let path = recording.path().display().to_string();
-    let profile = recording.told().profile;
-    ensure!(
-        profile == ::record::Profile::State,
-        "{path} is a recording of profile {}; only `state` keeps sums of what was shown{}",
-        profile.name(),
-        if profile.has_inputs() { "; use --resimulate" } else { "" }
-    );
-    let begin = clock::now_nanos();
-    let (mut frames, mut sim_nanos) = (0u64, 0);
-    for segment in recording.segment_at(from)..recording.segments() {
-        if recording.start_nanos(segment) >= until {
-            break;
-        }
-        for moment in recording.moments(segment)? {
-            let frame = moment.stamp.frame;
-            ensure!(moment.is_as_shown(), "{path}: {frame} is not as it was shown");
-            frames += 1;
-            sim_nanos += moment.delta_nanos;
-        }
-    }
-    let seconds = (clock::now_nanos() - begin) as f64 / 1e9;
-    say!(
-        "{frames} frames read, every one as it was shown; {:.1} s in {seconds:.3} s, {:.0} times real time",
-        sim_nanos as f64 / 1e9,
-        sim_nanos as f64 / 1e9 / seconds,
     );
     Ok(())
 }

@@ -80,6 +80,8 @@ impl Host {
         let state = read(path, map_sum(&self.config.episode))?;
         self.receive_decided().map_err(|e| e.to_string())?;
         self.world.restore(&state).map_err(|e| format!("{}: {e}", path.display()))?;
+        // Who was shown is gone with the world that showed them, or is an actor of the state.
+        self.replay = None;
         self.sim_time_nanos = state.stamp.sim_time_nanos;
         // Frames go on: what was decided then counts as decided on the newest.
         let stamp = self.stamp(self.barrier.frame());

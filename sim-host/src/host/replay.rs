@@ -1,0 +1,237 @@
+//! Showing what was recorded, beside those who are there.
+//!
+//! Recorded actors are put where they were after physics has moved the others: what a snapshot
+//! shows of them is what was recorded. Actors that are not in the recording go on.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use bus::{ActorId, ActorState, StartReplay, Wish, kind, status};
+use glam::{Quat, Vec3};
+use record::{Moment, RecordError};
+
+use super::Host;
+use crate::{saved::map_sum, world::World};
+
+/// Beyond this factor states are shown as they were recorded, not between two.
+const SMOOTH_FACTOR_MAX: f32 = 2.0;
+
+/// A replay that goes on.
+pub(super) struct Replay {
+    recording: record::Recording,
+    /// Recorded time that the next frame shows.
+    at_nanos: u64,
+    until_nanos: u64,
+    time_factor: f32,
+    /// Recorded ids of those who are left out.
+    ignored: BTreeSet<ActorId>,
+    /// The highest id that the recording ends with: the next ones are for those whose id is taken.
+    beyond: ActorId,
+    /// Who in the world shows whom.
+    shown: BTreeMap<ActorId, ActorId>,
+}
+
+impl Host {
+    /// See [`bus::Wish::StartReplay`].
+    pub(super) fn start_replay(&mut self, wish: &StartReplay) -> Result<u32, String> {
+        let mut recording = record::Recording::open(wish.path.path()).map_err(|e| e.to_string())?;
+        let told = recording.told();
+        let name = recording.path().display().to_string();
+        if !told.profile.has_states() {
+            return Err(format!("{name} holds inputs, no states; simulate it again instead"));
+        }
+        if map_sum(&told.episode) != map_sum(&self.config.episode) {
+            let (map, seed) = (&told.episode.map, told.episode.seed);
+            return Err(format!("{name} was recorded on {map}, seed {seed}, another world"));
+        }
+        let factor = wish.time_factor;
+        if !(0.01..=1000.0).contains(&factor) {
+            return Err(format!("time_factor is {factor}, not 0.01 to 1000"));
+        }
+        let whole = recording.duration_nanos().map_err(|e| e.to_string())?;
+        let from = wish.from_nanos;
+        let at_nanos =
+            if from < 0 { whole.saturating_sub(from.unsigned_abs()) } else { from.unsigned_abs() };
+        if at_nanos >= whole {
+            return Err(format!("{name} has {:.2} s; it cannot begin later", whole as f64 / 1e9));
+        }
+        let until_nanos = match wish.duration_nanos {
+            0 => whole,
+            duration => at_nanos.saturating_add(duration).min(whole),
+        };
+        let last = recording.segments() - 1;
+        let last = recording.moments(last).map_err(|e| e.to_string())?;
+        let ids = last.iter().flat_map(|m| &m.actors).map(|a| a.actor_id);
+        let beyond = ids.max().unwrap_or_default();
+        let ignored = if wish.ignore_hero != 0 {
+            heroes(&mut recording).map_err(|e| e.to_string())?
+        } else {
+            BTreeSet::new()
+        };
+        self.stop_replay(false)?;
+        let shown = BTreeMap::new();
+        self.replay = Some(Replay {
+            recording,
+            at_nanos,
+            until_nanos,
+            time_factor: factor,
+            ignored,
+            beyond,
+            shown,
+        });
+        Ok(0)
+    }
+
+    /// See [`bus::Wish::StopReplay`].
+    pub(super) fn stop_replay(&mut self, keep_actors: bool) -> Result<u32, String> {
+        let Some(replay) = self.replay.take() else { return Ok(0) };
+        for id in replay.shown.into_values() {
+            if keep_actors {
+                self.world.let_go(id);
+            } else {
+                self.take_out(id);
+            }
+        }
+        Ok(0)
+    }
+
+    fn take_out(&mut self, id: ActorId) {
+        // A client may have destroyed it.
+        if self.world.apply(&Wish::Destroy(id)).is_ok() {
+            self.take_down(self.rigs.on(id));
+        }
+    }
+
+    /// After physics: recorded actors stand where they stood.
+    pub(crate) fn show_recorded(&mut self) {
+        let Some(mut replay) = self.replay.take() else { return };
+        if replay.at_nanos >= replay.until_nanos {
+            // CARLA's rule: at the end they are on their own.
+            self.replay = Some(replay);
+            let _ = self.stop_replay(true);
+            return;
+        }
+        let frame = self.barrier.frame().0;
+        match replay.show(&mut self.world) {
+            Ok(gone) => {
+                gone.into_iter().for_each(|id| self.take_out(id));
+                let step = self.settings.delta_nanos as f64 * f64::from(replay.time_factor);
+                replay.at_nanos += step as u64;
+                self.replay = Some(replay);
+            }
+            Err(why) => {
+                eprintln!("ERROR sim-host {frame} the replay ends: {why}");
+                self.replay = Some(replay);
+                let _ = self.stop_replay(true);
+            }
+        }
+    }
+}
+
+impl Replay {
+    /// Shows the moment that is due; answers whom the recording no longer has.
+    fn show(&mut self, world: &mut World) -> Result<Vec<ActorId>, String> {
+        let actors = self.actors().map_err(|e| e.to_string())?;
+        let mut there = BTreeSet::new();
+        for recorded in &actors {
+            let id = recorded.actor_id;
+            if self.ignored.contains(&id) {
+                continue;
+            }
+            if recorded.kind == kind::TRAFFIC_LIGHT {
+                // The map's own: it has the same id in every world of this map.
+                world.show(id, recorded);
+                continue;
+            }
+            there.insert(id);
+            let own = match self.shown.get(&id) {
+                Some(own) => *own,
+                None => {
+                    let own = world.spawn_shown(recorded, self.beyond)?;
+                    self.shown.insert(id, own);
+                    own
+                }
+            };
+            world.show(own, recorded);
+        }
+        let gone: Vec<_> = self.shown.keys().filter(|id| !there.contains(id)).copied().collect();
+        Ok(gone.iter().filter_map(|id| self.shown.remove(id)).collect())
+    }
+
+    /// Everybody at the recorded time that is due.
+    fn actors(&mut self) -> Result<Vec<ActorState>, RecordError> {
+        let segment = self.recording.segment_at(self.at_nanos);
+        let start = self.recording.start_nanos(segment);
+        let segments = self.recording.segments();
+        let moments = self.recording.moments(segment)?;
+        let (index, past_nanos) = place(moments, self.at_nanos - start);
+        let now = moments[index].actors.clone();
+        if past_nanos == 0 || self.time_factor > SMOOTH_FACTOR_MAX {
+            return Ok(now);
+        }
+        let next = match moments.get(index + 1) {
+            Some(next) => next,
+            None if segment + 1 < segments => &self.recording.moments(segment + 1)?[0],
+            None => return Ok(now),
+        };
+        let share = past_nanos as f32 / next.delta_nanos.max(1) as f32;
+        Ok(between(now, &next.actors, share.min(1.0)))
+    }
+}
+
+/// The frame that shows at this time of a segment, and how long it has been showing.
+fn place(moments: &[Moment], at_nanos: u64) -> (usize, u64) {
+    let mut begins = 0;
+    for (index, next) in moments.iter().enumerate().skip(1) {
+        // A frame shows until the next one is done.
+        if at_nanos < begins + next.delta_nanos {
+            return (index - 1, at_nanos - begins);
+        }
+        begins += next.delta_nanos;
+    }
+    (moments.len() - 1, at_nanos - begins)
+}
+
+/// Places between two frames; all else is the earlier one's.
+fn between(mut now: Vec<ActorState>, next: &[ActorState], share: f32) -> Vec<ActorState> {
+    for state in &mut now {
+        let Ok(at) = next.binary_search_by_key(&state.actor_id, |s| s.actor_id) else { continue };
+        let to = &next[at].pose;
+        let place: Vec3 = state.pose.position().lerp(to.position(), share);
+        let turn: Quat = state.pose.rotation().slerp(to.rotation(), share);
+        state.pose = bus::Pose::new(place, turn.normalize());
+    }
+    now
+}
+
+/// Recorded actors of the role `hero`.
+fn heroes(recording: &mut record::Recording) -> Result<BTreeSet<ActorId>, RecordError> {
+    let roles = recording.told().roles.iter();
+    let mut heroes: BTreeSet<_> =
+        roles.filter(|(_, role)| role == "hero").map(|(id, _)| *id).collect();
+    for segment in 0..recording.segments() {
+        for entry in recording.frames(segment)?.iter().flat_map(|m| &m.journal) {
+            if let Some(Wish::Spawn(spawn)) = entry.command.wish()
+                && entry.outcome.status == status::DONE
+                && spawn.role.as_str() == "hero"
+            {
+                heroes.insert(ActorId(entry.outcome.id));
+            }
+        }
+    }
+    Ok(heroes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_shows_until_the_next_is_done() {
+        let moment = |delta_nanos| Moment { delta_nanos, ..Moment::default() };
+        let moments = [moment(50), moment(50), moment(20)];
+        for (at, wanted) in [(0, (0, 0)), (49, (0, 49)), (50, (1, 0)), (69, (1, 19)), (70, (2, 0))]
+        {
+            assert_eq!(place(&moments, at), wanted);
+        }
+    }
+}
