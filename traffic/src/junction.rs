@@ -182,8 +182,10 @@ impl Junctions {
             let line_m = self.start(row, from) - view.map.approaches.line_m[lanes[from] as usize];
             let brakes = 2.0 * YELLOW_BRAKE_MPS2 * (line_m - LINE_GAP_M).max(0.0);
             let stoppable = speed * speed < brakes || speed < 0.5;
+            // Between two junctions with no room in between one would stand in others' way.
+            let outside = !(0..from).any(|k| tracks.in_junction(lanes[k]));
             let light = self.light(rows, row, from, view);
-            let stopped = light == light::RED || light == light::YELLOW;
+            let stopped = outside && (light == light::RED || light == light::YELLOW);
             stoppable && (stopped || rows.idle_s[row] > 4.0)
         });
         let Some(from) = taken else { return };

@@ -32,7 +32,7 @@ impl Junctions {
             let request = self.requests[index];
             let row = request.row;
             // Who has just given up his way has none to ask for.
-            let asks = rows.order[row] == 0 && rows.route[row].lanes().len() >= request.to;
+            let asks = rows.route[row].lanes().len() >= request.to;
             if !asks || self.waits[row] != Wait::Others || !is_time(rows.wait_s[row], view) {
                 continue;
             }
@@ -137,7 +137,8 @@ impl Junctions {
 
     /// Because of whom a row stands: an index into the crowd, or [`NONE`].
     fn stands_for(&self, rows: &Rows, row: usize, view: &View) -> u32 {
-        let asked = if rows.order[row] == 0 { self.blockers[row] } else { self.yields[row] };
+        let yields = rows.order[row] != 0 && self.yields[row] != NONE;
+        let asked = if yields { self.yields[row] } else { self.blockers[row] };
         let (tracks, crowd) = (&view.map.tracks, view.crowd);
         let mut leader = follow::leader(rows, row, tracks, crowd, view.occupancy, BEHIND_M);
         for obstacle in view.obstacles.iter().filter(|obstacle| obstacle.row == row) {
@@ -166,6 +167,7 @@ impl Junctions {
         }
         *orders += 1;
         rows.order[request.row] = earliest;
+        rows.idle_s[request.row] = 0.0;
         self.recall_behind(rows, request);
         self.grant(rows, orders, request, view);
         self.halts[request.row] = super::FREE;
