@@ -290,13 +290,16 @@ struct Candidate<'a> {
 struct Nearest<'a> {
     few: [Option<Candidate<'a>>; 4],
     best_squared: f64,
+    /// The nearest lane is at most so far.
+    upper: f64,
     /// No piece farther than this can be of the nearest lane.
     limit_squared: f64,
 }
 
 impl Default for Nearest<'_> {
     fn default() -> Self {
-        Nearest { few: [None; 4], best_squared: f64::INFINITY, limit_squared: f64::INFINITY }
+        let far = f64::INFINITY;
+        Nearest { few: [None; 4], best_squared: far, upper: far, limit_squared: far }
     }
 }
 
@@ -304,8 +307,8 @@ impl<'a> Nearest<'a> {
     fn offer(&mut self, new: Candidate<'a>) {
         if new.squared < self.best_squared {
             self.best_squared = new.squared;
-            let blur = f64::from(new.segment.sag_m) + 1.5 * SAG_M;
-            self.limit_squared = (new.squared.sqrt() + blur).powi(2);
+            self.upper = self.upper.min(new.squared.sqrt() + f64::from(new.segment.sag_m));
+            self.limit_squared = (self.upper + 1.5 * SAG_M).powi(2);
         }
         let limit = self.limit_squared;
         // Its own lane's place, else one that is free or no longer near enough, else the last.
@@ -332,8 +335,9 @@ impl<'a> Nearest<'a> {
     }
 
     fn choose(self, network: &Network, point: DVec3) -> Option<LanePoint> {
-        let limit = self.limit_squared;
-        let near = |c: &&Candidate| c.squared <= limit;
+        // Feet on chords are rounded, and straight lanes may lie on each other.
+        let near =
+            |c: &&Candidate| c.squared.sqrt() - f64::from(c.segment.sag_m) <= self.upper + 1e-6;
         let is_clear = self.few.iter().flatten().filter(near).count() == 1;
         let mut best: Option<(f64, LanePoint)> = None;
         for candidate in self.few.iter().flatten().filter(near) {
