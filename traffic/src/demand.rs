@@ -1,5 +1,6 @@
 //! Who wants which light to be green: what a detector loop before the line would report.
 
+use crate::junction::Junctions;
 use crate::map::Map;
 use crate::outlook::Wait;
 use crate::perceive::{Crowd, Occupancy};
@@ -41,16 +42,14 @@ impl Demand {
         Demand { waits: bits(waits), comes: bits(comes) }
     }
 
-    /// Takes down who comes to which light. `start_m` is the way from the front bumper of a row to
-    /// a lane of its route; `waits` says what for each row waits.
+    /// Takes down who comes to which light.
     pub(crate) fn count(
         &mut self,
         map: &Map,
         rows: &Rows,
         crowd: &Crowd,
         occupancy: &Occupancy,
-        waits: &[Wait],
-        start_m: impl Fn(usize, usize) -> f32,
+        junctions: &Junctions,
     ) {
         for bits in [&mut self.waits, &mut self.comes] {
             bits.clear();
@@ -61,14 +60,15 @@ impl Demand {
         }
         for row in (0..rows.id.len()).filter(|&row| rows.placed[row] == 1) {
             let speed = crowd.speed(crowd.driven[row] as usize);
-            for (k, &lane) in rows.route[row].lanes().iter().enumerate() {
-                let line_m = start_m(row, k) - map.approaches.line_m[lane as usize];
+            for (&lane, &start_m) in rows.route[row].lanes().iter().zip(junctions.starts(row)) {
+                let line_m = start_m - map.approaches.line_m[lane as usize];
                 if line_m > CALL_M {
                     break;
                 }
-                if map.approaches.signal[lane as usize] != NONE && start_m(row, k) > 0.0 {
+                if map.approaches.signal[lane as usize] != NONE && start_m > 0.0 {
                     // Green is of no use to who has no room beyond, nor to who stands behind him.
-                    let moves = speed > STANDING_MPS || matches!(waits[row], Wait::Others);
+                    let moves =
+                        speed > STANDING_MPS || matches!(junctions.waits[row], Wait::Others);
                     self.call(map, lane, line_m, speed, moves);
                     break;
                 }

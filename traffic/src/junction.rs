@@ -165,6 +165,13 @@ impl Junctions {
         self.starts[self.starts_from[row] + k]
     }
 
+    /// The same for every lane that its route had when junctions were looked at; none for who came
+    /// onto the road since.
+    pub(crate) fn starts(&self, row: usize) -> &[f32] {
+        let (from, to) = (self.starts_from[row], self.starts_from[row + 1]);
+        self.starts[from..to].split_last().map_or(&[], |(_, starts)| starts)
+    }
+
     /// Takes back what has not been used yet of a leave and cannot be used now: all of it, or what
     /// lies beyond the junction that the vehicle is in. Otherwise who stands in a queue would keep
     /// from going whom he cannot reach.

@@ -411,14 +411,12 @@ impl Mind {
 
     fn plan_lights(&mut self, actors: &[ActorState], delta_nanos: u64) {
         let scratch = &mut self.scratch;
-        let starts = |row: usize, k: usize| scratch.junctions.start(row, k);
         scratch.demand.count(
             &self.map,
             &self.memory.rows,
             &scratch.crowd,
             &scratch.occupancy,
-            &scratch.junctions.waits,
-            starts,
+            &scratch.junctions,
         );
         self.map.signals.advance(&mut self.memory.clocks, &scratch.demand, delta_nanos);
         self.lights.clear();
