@@ -152,7 +152,7 @@ impl Speed {
         for seek in 0..SEEKS {
             // Scattered, and the same in every run.
             let place = seek.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
-            let segment = (place * recording.segments() as u64 >> 32) as usize;
+            let segment = ((place * recording.segments() as u64) >> 32) as usize;
             recording.forget();
             let begin = clock::now_nanos();
             recording.moments(segment)?;

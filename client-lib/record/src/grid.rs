@@ -104,8 +104,8 @@ impl Grid {
         for (index, states) in frames.iter().enumerate() {
             for state in *states {
                 let of = &at[&state.actor_id.0];
-                let row = of.iter().map(|i| &grid.rows[*i]);
-                let row = row.filter(|r| (r.from..r.from + r.len).contains(&index)).next_back();
+                let mut rows = of.iter().map(|i| &grid.rows[*i]);
+                let row = rows.rfind(|r| (r.from..r.from + r.len).contains(&index));
                 let slot = row.map(|r| r.at + index - r.from).expect("it has a row");
                 for (column, word) in grid.columns.iter_mut().zip(words_of(state)) {
                     column[slot] = *word;

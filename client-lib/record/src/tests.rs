@@ -195,7 +195,7 @@ fn other_files_are_refused_by_name() {
     assert!(matches!(Recording::open(&path), Err(RecordError::File { .. })));
     assert!(matches!(Recording::open(&scratch.0), Err(RecordError::Strange { .. })));
     let mut noise = vec![0u8; 5000];
-    noise.iter_mut().enumerate().for_each(|(i, b)| *b = (i * i >> 3) as u8);
+    noise.iter_mut().enumerate().for_each(|(i, b)| *b = ((i * i) >> 3) as u8);
     for bytes in [&b""[..], b"hello", &noise, mcap::MAGIC] {
         fs::write(&path, bytes).unwrap();
         let Err(e) = Recording::open(&path) else { panic!("it was taken") };
