@@ -38,6 +38,10 @@ pub(crate) enum Unit {
     Micros,
     /// Less is better.
     Millis,
+    /// Less is better.
+    MegabytesAnHour,
+    /// More is better.
+    TimesRealTime,
     /// More is better.
     PerSecond(&'static str),
 }
@@ -47,6 +51,8 @@ impl fmt::Display for Unit {
         match self {
             Unit::Micros => f.write_str("us"),
             Unit::Millis => f.write_str("ms"),
+            Unit::MegabytesAnHour => f.write_str("MB/h"),
+            Unit::TimesRealTime => f.write_str("x real time"),
             Unit::PerSecond(what) => write!(f, "{what}/s"),
         }
     }
@@ -105,8 +111,8 @@ impl Figure {
     fn ratio(&self) -> Option<f64> {
         let peer = self.peer.as_ref()?.value;
         let (more, less) = match self.unit {
-            Unit::Micros | Unit::Millis => (peer, self.value),
-            Unit::PerSecond(_) => (self.value, peer),
+            Unit::Micros | Unit::Millis | Unit::MegabytesAnHour => (peer, self.value),
+            Unit::TimesRealTime | Unit::PerSecond(_) => (self.value, peer),
         };
         (less > 0.0).then(|| more / less)
     }

@@ -18,6 +18,7 @@ mod latency;
 mod machine;
 mod map;
 mod peer;
+mod record;
 mod scene;
 mod sim;
 mod stage;
@@ -87,6 +88,8 @@ enum Verb {
     Traffic,
     /// Frames to disk, by the main job
     Collect,
+    /// What recording costs a tick, takes on disk, and how fast it is read
+    Record,
     /// Process start to first image
     Start,
     /// Snapshot to agent to control
@@ -104,7 +107,7 @@ enum Verb {
 
 type Measure = fn(Effort, &mut Sink) -> anyhow::Result<()>;
 
-const VERBS: [(&str, Measure); 10] = [
+const VERBS: [(&str, Measure); 11] = [
     ("tick", tick::measure),
     ("handover", handover::measure),
     ("camera", camera::measure),
@@ -112,6 +115,7 @@ const VERBS: [(&str, Measure); 10] = [
     ("physics", stage::physics),
     ("traffic", stage::traffic),
     ("collect", collect::measure),
+    ("record", record::measure),
     ("start", start::measure),
     ("latency", latency::measure),
     ("map", map::measure),
