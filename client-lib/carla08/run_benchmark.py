@@ -57,3 +57,5 @@ if __name__ == "__main__":
         main()
     except KeyboardInterrupt:
         print("\nCancelled by user; --continue-experiment goes on.")
+    except FileExistsError as error:
+        raise SystemExit(str(error)) from None

@@ -17,7 +17,7 @@ use std::{
 
 use serde_json::Value;
 
-use crate::kit::{Sim, eventually, kill};
+use crate::kit::{Scratch, Sim, eventually, kill};
 
 const SCRIPTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/carla");
 const TABLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/carla-compatibility.md");
@@ -166,6 +166,21 @@ fn a_queue_for_each_sensor_holds_every_frame_exactly_once() {
     let words = String::from_utf8_lossy(&output.stderr);
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{}: {said}{words}\n{}", output.status, sim.log());
+    sim.end();
+}
+
+#[test]
+fn programs_of_carla_0_8_run_with_one_import_changed() {
+    let Some(python) = python_or_skip("programs_of_carla_0_8_run_with_one_import_changed") else {
+        return;
+    };
+    let (sim, port) = with_door(&[]);
+    let scratch = Scratch::new();
+    let output = play(&python, "old_client.py", port, &[scratch.path().to_str().unwrap()]);
+    let words = String::from_utf8_lossy(&output.stderr);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{}: {said}{words}\n{}", output.status, sim.log());
+    assert!(said.ends_with("all of it\n"), "{said}{words}");
     sim.end();
 }
 

@@ -10,6 +10,7 @@ import carla
 from . import measurements as told
 from .autopilot import Autopilot
 from .crowd import Crowd
+from .listening import Listener, end_all
 from .player import Player
 from .settings import CarlaSettings
 from .tcp import TCPConnectionError, told_as_connection_error, wait_for_server
@@ -214,8 +215,7 @@ class CarlaClient:
             carla.Rotation(added.RotationPitch, added.RotationYaw, added.RotationRoll))
         actor = self.world.spawn_actor(blueprint, pose, attach_to=self._player.actor)
         measured = queue.Queue()
-        actor.listen(measured.put)
-        return added, actor, measured
+        return added, Listener(actor, measured.put), measured
 
     def _sensor_data(self, frame):
         """Of this frame exactly in synchronous mode; otherwise what is there by now."""
@@ -240,9 +240,10 @@ class CarlaClient:
         return found
 
     def _end_episode(self):
-        for _, actor, _ in self._sensors:
-            actor.stop()
-            actor.destroy()
+        listeners = [listener for _, listener, _ in self._sensors]
+        if self._player is not None:
+            listeners.append(self._player.collisions)
+        end_all(listeners)
         self._sensors = []
         for part in (self._crowd, self._player):
             if part is not None:

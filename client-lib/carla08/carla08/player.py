@@ -6,6 +6,7 @@ import threading
 import carla
 
 from . import measurements as told
+from .listening import Listener
 
 # Samples of the car's outline, along and across, for what of it is off its lane.
 ALONG, ACROSS = 7, 5
@@ -24,9 +25,9 @@ class Player:
         self._lock = threading.Lock()
         self._collided = {"vehicles": 0.0, "pedestrians": 0.0, "other": 0.0}
         self._box = self.actor.bounding_box
-        self._sensor = world.spawn_actor(
+        sensor = world.spawn_actor(
             library.find("sensor.other.collision"), carla.Transform(), attach_to=self.actor)
-        self._sensor.listen(self._collide)
+        self.collisions = Listener(sensor, self._collide)
 
     def _collide(self, event):
         """Adds an impulse to the sum of its kind."""
@@ -82,9 +83,7 @@ class Player:
         return other_lane / (ALONG * ACROSS), off_road / (ALONG * ACROSS)
 
     def destroy(self):
-        """Takes the car away."""
-        self._sensor.stop()
-        self._sensor.destroy()
+        """Takes the car away; its sensors have ended."""
         self.actor.destroy()
 
 
