@@ -50,6 +50,8 @@ class Scene:
 class CarlaClient:
     """load_settings, start_episode, then read_data and send_control in turns."""
 
+    _manager_port = 8000
+
     def __init__(self, host, world_port=2000, timeout=15):
         self._host, self._port = host, world_port
         self._timeout = timeout or 15
@@ -87,6 +89,9 @@ class CarlaClient:
                 self.world.apply_settings(self._before)
         except RuntimeError as error:
             logging.debug("while disconnecting: %s", error)
+            # The package keeps its line to a traffic manager, by port, for as long as the process
+            # lives, and it is dead now; any port finds the manager of a new server.
+            CarlaClient._manager_port += 1
         self._client = self.world = self.map = None
         self._settings = self._before = None
 
@@ -126,8 +131,9 @@ class CarlaClient:
         self.world.set_weather(getattr(carla.WeatherParameters, weather))
         self._player = Player(self.world, self.map, settings.PlayerVehicle,
                               spots[player_start_index])
-        self._crowd = Crowd(self._client, self.world, self.map, settings,
-                            spots, spots[player_start_index])
+        self._crowd = Crowd(
+            self._client, self.world, self.map, settings, spots, spots[player_start_index],
+            self._manager_port)
         self.autopilot = Autopilot(self.map, self._player.actor, settings.SeedVehicles)
         self._sensors = [self._mount(added) for added in settings.sensors]
         self._started = self._step().timestamp.elapsed_seconds

@@ -20,15 +20,15 @@ STEPS_OF_A_WALKER = 10
 class Crowd:
     """Vehicles and pedestrians of an episode; the same seeds give the same ones."""
 
-    def __init__(self, client, world, road_map, settings, spots, taken):
+    def __init__(self, client, world, road_map, settings, spots, taken, manager_port):
         self._client, self._world, self._map = client, world, road_map
         self._frames = 0
-        self._vehicles = self._spawn_vehicles(settings, spots, taken)
+        self._vehicles = self._spawn_vehicles(settings, spots, taken, manager_port)
         self._walkers = self._spawn_walkers(settings, spots)
         self._known = {}
         self._boxes = {}
 
-    def _spawn_vehicles(self, settings, spots, taken):
+    def _spawn_vehicles(self, settings, spots, taken, manager_port):
         if settings.NumberOfVehicles < 1:
             return []
         chance = random.Random(settings.SeedVehicles)
@@ -40,7 +40,7 @@ class Crowd:
         free = [s for s in spots if s.location.distance(taken.location) > 8.0]
         chance.shuffle(free)
         free.sort(key=lambda s: s.location.distance(taken.location) > 400.0)
-        manager = self._client.get_trafficmanager()
+        manager = self._client.get_trafficmanager(manager_port)
         commands = []
         for spot in free[: settings.NumberOfVehicles]:
             blueprint = chance.choice(blueprints)
