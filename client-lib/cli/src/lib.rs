@@ -21,6 +21,7 @@ mod resimulate;
 mod run;
 mod stage;
 mod tables;
+mod unreal;
 
 pub use launch::WorldArgs;
 pub use resimulate::{Difference, Resimulated, resimulate};
@@ -63,7 +64,14 @@ enum Verb {
 
 /// Runs the command that this process was started with.
 pub fn main() -> std::process::ExitCode {
-    let cli = Cli::parse();
+    let args = match unreal::translate(std::env::args_os()) {
+        Ok(args) => args,
+        Err(e) => {
+            eprintln!("omnibus: {e:#}");
+            return std::process::ExitCode::FAILURE;
+        }
+    };
+    let cli = Cli::parse_from(args);
     let ended = match &cli.verb {
         Verb::Run(args) => run::run(args),
         Verb::Collect(args) => run::collect(args),

@@ -1,0 +1,120 @@
+//! CARLA's own command line for `omnibus run`: its words, translated into ours before they are
+//! parsed. Unreal's switches begin with one dash and carry values after `=`, in any case.
+
+use std::ffi::OsString;
+
+use anyhow::{Context, bail, ensure};
+
+/// Switches that say how a window looks or sounds; there is none, so they say nothing.
+const NOTHING: [&str; 9] = [
+    "carla-server",
+    "renderoffscreen",
+    "windowed",
+    "fullscreen",
+    "opengl",
+    "vulkan",
+    "nosound",
+    "carla-no-hud",
+    "nohmd",
+];
+
+/// The arguments with CARLA's replaced; those of other commands, and ours, stay as they are.
+pub(crate) fn translate(args: impl Iterator<Item = OsString>) -> anyhow::Result<Vec<OsString>> {
+    let args: Vec<OsString> = args.collect();
+    if args.get(1).is_none_or(|verb| verb != "run") {
+        return Ok(args);
+    }
+    let mut told: Vec<OsString> = Vec::new();
+    let (mut is_benchmark, mut fps) = (false, None);
+    for arg in args {
+        let Some(switch) = switch(&arg) else {
+            told.push(arg);
+            continue;
+        };
+        let (name, value) = switch.split_once('=').unwrap_or((&switch, ""));
+        match name {
+            "carla-rpc-port" | "carla-port" | "carla-world-port" => {
+                told.extend(["--carla-port".into(), value.into()]);
+            }
+            "quality-level" => ensure!(
+                ["low", "epic"].contains(&value),
+                "-quality-level is {value:?}; use Low or Epic"
+            ),
+            "no-rendering" | "nullrhi" => told.push("--no-rendering".into()),
+            "benchmark" => is_benchmark = true,
+            "fps" => fps = Some(value.to_owned()),
+            "resx" | "resy" => {}
+            _ if NOTHING.contains(&name) => {}
+            // Not CARLA's: clap says what is wrong with it.
+            _ => told.push(arg),
+        }
+    }
+    match (is_benchmark, fps) {
+        (true, Some(fps)) => {
+            let rate: f64 = fps.parse().with_context(|| format!("-fps is {fps:?}, no number"))?;
+            ensure!((1.0..=1e4).contains(&rate), "-fps is {fps}; use 1 to 10000");
+            let delta = (1.0 / rate).to_string();
+            told.extend(["--fixed-delta", &delta, "--real-time-factor", "0"].map(Into::into));
+        }
+        (true, None) => bail!("-benchmark needs the frames of a simulated second: -fps=N"),
+        (false, Some(fps)) => bail!("-fps={fps} has a meaning only together with -benchmark"),
+        (false, None) => {}
+    }
+    Ok(told)
+}
+
+/// An argument with one dash, without it and in lower case.
+fn switch(arg: &OsString) -> Option<String> {
+    let switch = arg.to_str()?.strip_prefix('-')?;
+    (!switch.starts_with('-')).then(|| switch.to_ascii_lowercase())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(line: &str) -> Result<String, String> {
+        let args = line.split(' ').map(OsString::from);
+        let told = translate(args).map_err(|e| e.to_string())?;
+        Ok(told.iter().map(|a| a.to_str().unwrap()).collect::<Vec<_>>().join(" "))
+    }
+
+    #[test]
+    fn carla_s_words_become_ours() {
+        for (given, ours) in [
+            ("omnibus run -carla-server", "omnibus run"),
+            ("omnibus run -carla-rpc-port=2010", "omnibus run --carla-port 2010"),
+            ("omnibus run -carla-port=3000 --seed 2", "omnibus run --carla-port 3000 --seed 2"),
+            ("omnibus run -quality-level=Low -RenderOffScreen", "omnibus run"),
+            ("omnibus run -quality-level=Epic -ResX=800 -windowed", "omnibus run"),
+            ("omnibus run -no-rendering", "omnibus run --no-rendering"),
+            (
+                "omnibus run -benchmark -fps=20",
+                "omnibus run --fixed-delta 0.05 --real-time-factor 0",
+            ),
+        ] {
+            assert_eq!(told(given).as_deref(), Ok(ours), "{given}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_carla_s_stays() {
+        for line in ["omnibus run -h", "omnibus run -x=1", "omnibus maps -benchmark", "omnibus"] {
+            assert_eq!(told(line).as_deref(), Ok(line));
+        }
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused() {
+        for (line, word) in [
+            ("omnibus run -quality-level=High", "Low or Epic"),
+            ("omnibus run -benchmark", "-fps=N"),
+            ("omnibus run -fps=20", "-benchmark"),
+            ("omnibus run -benchmark -fps=0", "1 to 10000"),
+            ("omnibus run -benchmark -fps=fast", "no number"),
+        ] {
+            let refusal = told(line).unwrap_err();
+            assert!(refusal.contains(word), "{line}: {refusal}");
+        }
+    }
+}
