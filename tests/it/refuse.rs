@@ -62,6 +62,16 @@ fn bad_arguments_are_named_with_what_would_do() {
 }
 
 #[test]
+fn a_recording_is_never_written_over() {
+    let scratch = Scratch::new();
+    let kept = scratch.path().join("kept.mcap");
+    fs::write(&kept, "precious").unwrap();
+    let out = kept.to_str().unwrap();
+    names(&refusal(&["record", "--map", small_map(), "--out", out]), &[out, "there already"]);
+    assert_eq!(fs::read_to_string(&kept).unwrap(), "precious");
+}
+
+#[test]
 fn a_name_that_is_taken_is_refused_and_the_other_goes_on() {
     let sim = Sim::start(&[]);
     let said = refusal(&["run", "--name", sim.instance().id(), "--map", small_map()]);

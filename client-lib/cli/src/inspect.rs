@@ -9,6 +9,7 @@ use std::{
 use ::record::Recording;
 use anyhow::anyhow;
 use bus::{Instance, SLOTS, SlotState, clock};
+use client_lib::saved_path;
 use serde_json::{Value, json};
 
 use crate::{collect, launch::WorldArgs, tables};
@@ -48,7 +49,11 @@ pub(crate) fn inspect(args: &InspectArgs) -> anyhow::Result<()> {
             Ok(())
         }
         Some(file) if is_recording(file) || args.asks_for_table() => look_at_recording(args, file),
-        Some(map) => look_at_map(map),
+        Some(name) => match saved_path(&name.to_string_lossy()) {
+            // A recording that was given a name and no folder.
+            Ok(file) if is_recording(&file) => look_at_recording(args, &file),
+            _ => look_at_map(name),
+        },
     }
 }
 

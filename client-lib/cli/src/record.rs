@@ -4,7 +4,7 @@ use std::{path::PathBuf, sync::atomic::Ordering};
 
 use anyhow::ensure;
 use bus::{ActorId, Name, Settings, Spawn, Wish, clock, flag};
-use client_lib::{Client, Profile};
+use client_lib::{Client, Profile, saved_path};
 
 use crate::{
     collect::places,
@@ -68,6 +68,12 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
     ensure!(args.frames > 0, "--frames is 0; ask for at least one");
     let delta_nanos = nanos(args.fixed_delta)?;
     let out = args.out.to_string_lossy();
+    let path = saved_path(&out)?;
+    ensure!(
+        args.profile.profile().is_none() || !path.exists(),
+        "{} is there already; name another --out, or remove it",
+        path.display()
+    );
     let places = places(&args.world.network()?, args.world.seed);
     let stop = stop_on_signals()?;
     let settings = Settings { no_rendering: 1, synchronous: 1, delta_nanos, ..Settings::default() };
