@@ -131,7 +131,12 @@ fn official_package(port: u16, job: &str, count: usize) -> anyhow::Result<Vec<u6
         .args([SCRIPT, &port.to_string(), job, &count.to_string()])
         .output()
         .context("Python with the carla package; OMNIBUS_CARLA_PYTHON names one that has it")?;
-    ensure!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr).trim());
+    let said = String::from_utf8_lossy(&output.stderr);
+    ensure!(
+        output.status.success(),
+        "{}; OMNIBUS_CARLA_PYTHON names a Python that has the carla package",
+        said.lines().last().unwrap_or("no words")
+    );
     let seconds: Vec<f64> = serde_json::from_slice(&output.stdout)?;
     Ok(seconds.into_iter().map(|secs| (secs * 1e9) as u64).collect())
 }

@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use crate::{
     cast::Cast,
     msgpack::Pack,
+    rays,
     sensor::{Kind, Sensor},
     statics::Statics,
     stream::Message,
@@ -80,8 +81,9 @@ pub(crate) fn measure(
                 let half = Vec3::from_array(info.half_extents_m) + radius;
                 let center = actor.pose.affine().transform_point3(Vec3::from_array(info.center_m));
                 let turn = actor.pose.rotation();
-                let distance = ray_to_box(pose, center, turn, half)?;
-                (distance <= reach).then_some((distance, actor.actor_id.0))
+                let ahead = pose.rotation() * Vec3::X;
+                let distance = rays::enter(pose.position(), ahead, reach, center, turn, half)?;
+                Some((distance, actor.actor_id.0))
             });
             let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0));
             let Some((distance, other)) = nearest else { return Vec::new() };
@@ -99,27 +101,6 @@ pub(crate) fn measure(
         message(kind.type_id(), stamp.frame.0, stamp.sim_time_nanos, pose, body.bytes().len());
     bytes.0.extend_from_slice(body.bytes());
     vec![bytes.into_message()]
-}
-
-/// How far ahead of a pose, along its x axis, a turned box begins.
-fn ray_to_box(pose: &Pose, center: Vec3, turn: glam::Quat, half: Vec3) -> Option<f32> {
-    let back = turn.inverse();
-    let origin = back * (pose.position() - center);
-    let direction = back * (pose.rotation() * Vec3::X);
-    let (mut near, mut far) = (0.0f32, f32::INFINITY);
-    for axis in 0..3 {
-        let (o, d, h) = (origin[axis], direction[axis], half[axis]);
-        if d.abs() < 1e-9 {
-            if o.abs() > h {
-                return None;
-            }
-            continue;
-        }
-        let (a, b) = ((-h - o) / d, (h - o) / d);
-        near = near.max(a.min(b));
-        far = far.min(a.max(b));
-    }
-    (near <= far).then_some(near)
 }
 
 /// The nearest other actor that touches something at this frame, if it is near enough.

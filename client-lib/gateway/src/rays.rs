@@ -66,7 +66,7 @@ impl Rays<'_> {
             let Some(info) = blueprints.get(actor.blueprint as usize) else { continue };
             let half = Vec3::from_array(info.half_extents_m);
             let center = actor.pose.affine().transform_point3(Vec3::from_array(info.center_m));
-            if let Some(share) = enter(from, along, center, actor.pose.rotation(), half) {
+            if let Some(share) = enter(from, along, 1.0, center, actor.pose.rotation(), half) {
                 hits.push((share, info.tag));
             }
         }
@@ -167,11 +167,18 @@ fn meet(from: Vec3, along: Vec3, [a, b, c]: [Vec3; 3]) -> Option<f32> {
     (is_inside && (0.0..=1.0).contains(&share)).then_some(share)
 }
 
-/// Where on the way a turned box is entered.
-fn enter(from: Vec3, along: Vec3, center: Vec3, turn: glam::Quat, half: Vec3) -> Option<f32> {
+/// After how many times `along`, at most `reach`, a turned box is entered.
+pub(crate) fn enter(
+    from: Vec3,
+    along: Vec3,
+    reach: f32,
+    center: Vec3,
+    turn: glam::Quat,
+    half: Vec3,
+) -> Option<f32> {
     let back = turn.inverse();
     let (origin, along) = (back * (from - center), back * along);
-    let (mut near, mut far) = (0.0f32, 1.0f32);
+    let (mut near, mut far) = (0.0f32, reach);
     for axis in 0..3 {
         let (o, d, h) = (origin[axis], along[axis], half[axis]);
         if d.abs() < 1e-12 {
