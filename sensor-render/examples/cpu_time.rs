@@ -11,7 +11,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use bus::{Frame, Pose, SensorSpec, Stamp, Weather, layout, output};
-use sensor_render::{BlueprintMesh, CpuTracer, RigJob, Scene, Tracer, World, pose_planes};
+use sensor_render::{CpuTracer, RigJob, Scene, Tracer, World, pose_planes};
 
 const POSES: usize = 16;
 
@@ -21,10 +21,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let frames: usize = arguments.get(1).map_or(Ok(4), |text| text.parse())?;
     let filter = arguments.get(2).map_or("", String::as_str);
     let town = sample::Sample::heavy()?;
-    let meshes: Vec<BlueprintMesh> =
-        town::catalogue().iter().map(|b| BlueprintMesh { mesh: &b.mesh }).collect();
     let begin = Instant::now();
-    let scene = Scene::new(&town.town.mesh, &meshes);
+    let scene = Scene::of_town(&town.town);
     let built_ms = begin.elapsed().as_secs_f64() * 1e3;
     let actors = town.traffic(100, 3);
     let instanced: usize =

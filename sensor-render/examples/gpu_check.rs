@@ -17,7 +17,7 @@ use std::time::Instant;
 
 use bus::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
 use glam::{Quat, vec3};
-use sensor_render::{BlueprintMesh, CpuTracer, Device, GpuTracer, RigJob};
+use sensor_render::{CpuTracer, Device, GpuTracer, RigJob};
 use sensor_render::{Scene, Tracer, World, pose_planes};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -41,10 +41,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("import   of host memory {}", if imports { "offered" } else { "not offered" });
 
     let town = sample::Sample::heavy()?;
-    let meshes: Vec<BlueprintMesh> =
-        town::catalogue().iter().map(|b| BlueprintMesh { mesh: &b.mesh }).collect();
     let begin = Instant::now();
-    let scene = Scene::new(&town.town.mesh, &meshes);
+    let scene = Scene::of_town(&town.town);
     let built_ms = begin.elapsed().as_secs_f64() * 1e3;
     let actors = town.traffic(100, 3);
     let instanced: usize =
@@ -294,9 +292,7 @@ fn compare_all(gpu: &mut Tracer) -> Result<bool, Box<dyn Error>> {
     let mut right = true;
     for name in sample::towns() {
         let town = sample::Sample::named(&name)?;
-        let meshes: Vec<BlueprintMesh> =
-            town::catalogue().iter().map(|b| BlueprintMesh { mesh: &b.mesh }).collect();
-        let scene = Scene::new(&town.town.mesh, &meshes);
+        let scene = Scene::of_town(&town.town);
         let mut world = World::new();
         let stamp = Stamp { frame: Frame(1), sim_time_nanos: 50_000_000, ..Default::default() };
         let actors = town.traffic(100, 3);

@@ -7,7 +7,7 @@ use std::error::Error;
 use std::path::Path;
 
 use bus::{Frame, SensorSpec, Stamp, Weather, layout, output};
-use sensor_render::{BlueprintMesh, RigJob, Scene, Tracer, World, pose_planes};
+use sensor_render::{RigJob, Scene, Tracer, World, pose_planes};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -17,9 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let size = argument(2, "800x600");
     let (width, height) = size.split_once('x').ok_or("the size is WIDTHxHEIGHT")?;
     let (width, height) = (width.parse()?, height.parse()?);
-    let meshes: Vec<BlueprintMesh> =
-        town::catalogue().iter().map(|b| BlueprintMesh { mesh: &b.mesh }).collect();
-    let scene = Scene::new(&town.town.mesh, &meshes);
+    let scene = Scene::of_town(&town.town);
     let mut tracer = Tracer::open(argument(4, "cpu").parse()?, 0)?;
     std::fs::create_dir_all(&folder)?;
     let actors = town.traffic(100, 3);

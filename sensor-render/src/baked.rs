@@ -2,8 +2,8 @@
 
 use town::cache::{Cache, Key, Parts};
 
+use crate::Scene;
 use crate::scene::{Level, new_serial};
-use crate::{BlueprintMesh, Scene};
 
 /// What decides how a scene is built: one by other code is not ours.
 const CODE: &str = concat!(
@@ -17,13 +17,7 @@ const CODE: &str = concat!(
 
 /// The scene of a map: its town, and every blueprint's looks.
 pub fn scene_of(network: &road::Network, seed: u64) -> Scene {
-    scene_around(&town::furnish(network, seed))
-}
-
-fn scene_around(town: &town::Town) -> Scene {
-    let meshes: Vec<_> =
-        town::catalogue().iter().map(|b| BlueprintMesh { mesh: &b.mesh }).collect();
-    Scene::new(&town.mesh, &meshes)
+    Scene::of_town(&town::furnish(network, seed))
 }
 
 /// As [`scene_of`], out of the cache where it is there; and whether it had to be built.
@@ -40,7 +34,7 @@ pub(crate) fn cached_scene(
         Some(town) => town,
         None => town::furnish(&road::Network::parse(open_drive)?, seed),
     };
-    Ok((scene_around(&town), true))
+    Ok((Scene::of_town(&town), true))
 }
 
 /// Keeps a scene for the next start.
@@ -51,6 +45,7 @@ pub(crate) fn keep_scene(cache: &Cache, open_drive: &str, seed: u64, scene: &Sce
         &[
             bytemuck::cast_slice(&levels),
             bytemuck::cast_slice(&[scene.reach]),
+            bytemuck::cast_slice(&scene.parked),
             bytemuck::cast_slice(&scene.walls),
             bytemuck::cast_slice(&scene.triangles),
             bytemuck::cast_slice(&scene.nodes),
@@ -70,6 +65,7 @@ fn take(parts: &mut Parts) -> Option<Scene> {
         ground: levels.next()?,
         blueprints: levels.collect(),
         reach: *parts.take::<f32>()?.first()?,
+        parked: parts.take()?,
         walls: parts.take()?,
         triangles: parts.take()?,
         nodes: parts.take()?,

@@ -1,13 +1,17 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use bus::{ActorId, ActorState, Pose, kind};
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use rayon::prelude::*;
 use road::Mesh;
 
 use crate::bvh::{Hierarchy, Link, Node};
 use crate::wall::{Wall, find_walls};
 use crate::wide::{WideNode, widen};
+
+/// Marks the ids of static objects in images.
+pub(crate) const STATIC: u32 = 0x8000_0000;
 
 /// One blueprint's looks.
 #[derive(Clone, Copy, Debug)]
@@ -82,6 +86,8 @@ pub struct Scene {
     pub(crate) walls: Vec<Wall>,
     pub(crate) ground: Level,
     pub(crate) blueprints: Vec<Level>,
+    /// Vehicles that never move.
+    pub(crate) parked: Vec<ActorState>,
 }
 
 impl Scene {
@@ -100,6 +106,7 @@ impl Scene {
             walls: vec![Wall::NONE],
             ground: Level::EMPTY,
             blueprints: Vec::with_capacity(blueprints.len()),
+            parked: Vec::new(),
         };
         let (ground, looks) = rayon::join(
             || Part::new(static_mesh),
@@ -117,6 +124,15 @@ impl Scene {
             },
             || find_walls(&mut triangles[..own], walls),
         );
+        scene
+    }
+
+    /// The scene of a town and of every blueprint that can be spawned in it.
+    pub fn of_town(town: &town::Town) -> Scene {
+        let meshes: Vec<_> =
+            town::catalogue().iter().map(|b| BlueprintMesh { mesh: &b.mesh }).collect();
+        let mut scene = Scene::new(&town.mesh, &meshes);
+        scene.parked = town.parked.iter().map(|one| stand(town, one)).collect();
         scene
     }
 
@@ -141,6 +157,19 @@ impl Scene {
         }
         self.triangles.extend(part.triangles);
         Level { root, wide_root: Link::EMPTY, low, high }
+    }
+}
+
+/// A parked vehicle as an actor; its id is that of the static object.
+fn stand(town: &town::Town, parked: &town::Parked) -> ActorState {
+    let [r, g, b] = town.objects[parked.object as usize].color;
+    ActorState {
+        actor_id: ActorId(STATIC | (parked.object + 1)),
+        blueprint: parked.blueprint,
+        kind: kind::VEHICLE,
+        pose: Pose::new(parked.position, Quat::from_array(parked.rotation)),
+        color: u32::from_le_bytes([r, g, b, 255]),
+        ..Default::default()
     }
 }
 

@@ -3,6 +3,7 @@ use road::Tag;
 
 use crate::hit::NONE;
 use crate::lanes::{Float, LANES, Mask, V3, Word};
+use crate::scene::STATIC;
 use crate::{Scene, World};
 
 /// The material code of no surface.
@@ -58,7 +59,7 @@ impl<F: Float> Seen<F> {
             left &= !same.bits();
             let triangle = &scene.triangles[index as usize];
             let mut normal = Vec3::from(triangle.edge1).cross(Vec3::from(triangle.edge2));
-            let mut id = 0x8000_0000 | triangle.object;
+            let mut id = STATIC | triangle.object;
             if of != NONE {
                 let actor = &world.instances[of as usize];
                 let [x, y, z] = actor.actor_from_world.map(|r| Vec3::new(r[0], r[1], r[2]));

@@ -162,6 +162,39 @@ fn a_wall_ahead_is_where_it_is() {
 }
 
 #[test]
+fn a_parked_car_is_seen_as_its_blueprint_under_its_objects_number() {
+    let number = town::blueprint("vehicle.tesla.model3").expect("an id of the catalogue").0;
+    let car = &town::catalogue()[number as usize];
+    let position = Vec3::new(12., 0., 0.);
+    let town = town::Town {
+        mesh: town(),
+        objects: vec![town::Object {
+            tag: Tag::Car,
+            layer: town::Layer::ParkedVehicles,
+            center: position + car.center_m,
+            half_extents_m: car.half_extents_m,
+            yaw_rad: 0.,
+            color: [200, 10, 10],
+        }],
+        parked: vec![town::Parked {
+            blueprint: number,
+            object: 0,
+            position,
+            rotation: Quat::IDENTITY.to_array(),
+        }],
+        ..Default::default()
+    };
+    let scene = Scene::of_town(&town);
+    let world = world_with(&scene, &[]);
+    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
+    let at = 31 * 81 + 40;
+    assert_eq!(seen.plane::<u8>(0, output::TAG)[at], Tag::Car as u8);
+    assert_eq!(seen.plane::<u32>(0, output::INSTANCE)[at], 0x8000_0001);
+    let near = seen.plane::<f32>(0, output::DEPTH)[at];
+    assert!((near - (12. + car.center_m.x - car.half_extents_m.x)).abs() < 0.6, "{near}");
+}
+
+#[test]
 fn left_in_the_world_is_left_in_the_image() {
     let scene = scene();
     let world = world_with(&scene, &[actor(41, Pose::level(Vec3::new(10., 5., 0.), 0.))]);

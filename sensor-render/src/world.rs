@@ -80,9 +80,9 @@ impl World {
         self.stamp = stamp;
         self.delta_nanos = delta_nanos;
         self.weather = *weather;
-        let mut instances = Vec::with_capacity(actors.len());
-        let mut boxes: Vec<(Vec3, Vec3)> = Vec::with_capacity(actors.len());
-        for actor in actors {
+        let mut instances = Vec::with_capacity(actors.len() + scene.parked.len());
+        let mut boxes: Vec<(Vec3, Vec3)> = Vec::with_capacity(actors.len() + scene.parked.len());
+        for actor in actors.iter().chain(&scene.parked) {
             let Some(level) = scene.blueprints.get(actor.blueprint as usize) else { continue };
             if level.is_empty() || !actor.pose.is_valid() {
                 continue;

@@ -11,13 +11,11 @@ use super::walk::Stack;
 use crate::lanes::{Float, Isa, LANES, Mask, V3, on_each_isa};
 use crate::rays::{Camera, Lidar, Sensor, rays};
 use crate::reference::{Ray, closest};
-use crate::{BlueprintMesh, RigJob, Scene, World, pose_planes, sample};
+use crate::{RigJob, Scene, World, pose_planes, sample};
 
 fn town() -> (sample::Sample, Scene) {
     let town = sample::Sample::named("Flatford").unwrap();
-    let meshes: Vec<BlueprintMesh> =
-        town::catalogue().iter().map(|b| BlueprintMesh { mesh: &b.mesh }).collect();
-    let scene = Scene::new(&town.town.mesh, &meshes);
+    let scene = Scene::of_town(&town.town);
     (town, scene)
 }
 

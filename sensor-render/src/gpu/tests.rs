@@ -6,9 +6,7 @@ use bus::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
 use glam::{Vec3, vec3};
 
 use super::GpuTracer;
-use crate::{
-    BlueprintMesh, CpuTracer, RigJob, Scene, TraceError, Tracer, World, pose_planes, sample,
-};
+use crate::{CpuTracer, RigJob, Scene, TraceError, Tracer, World, pose_planes, sample};
 
 /// The tracer on the first adapter, software or not.
 fn gpu() -> Option<Tracer> {
@@ -25,9 +23,7 @@ fn gpu() -> Option<Tracer> {
 
 fn town() -> (sample::Sample, Scene) {
     let town = sample::Sample::named("Flatford").unwrap();
-    let meshes: Vec<BlueprintMesh> =
-        town::catalogue().iter().map(|b| BlueprintMesh { mesh: &b.mesh }).collect();
-    let scene = Scene::new(&town.town.mesh, &meshes);
+    let scene = Scene::of_town(&town.town);
     (town, scene)
 }
 

@@ -4,10 +4,10 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use road::{Face, Mesh, Tag};
 
-use super::{Collider, Head, Lamp, Layer, Object, Town};
+use super::{Collider, Head, Lamp, Layer, Object, Parked, Town};
 
 /// Changes whenever the layout below or what is built from a map changes.
-pub const BAKE_VERSION: u64 = 1;
+pub const BAKE_VERSION: u64 = 2;
 
 const MAGIC: [u8; 8] = *b"omnitown";
 
@@ -46,6 +46,7 @@ struct Header {
     objects: u64,
     colliders: u64,
     lamps: u64,
+    parked: u64,
     heads: u64,
 }
 
@@ -84,9 +85,10 @@ impl Town {
             objects: rows.len() as u64,
             colliders: self.colliders.len() as u64,
             lamps: self.lamps.len() as u64,
+            parked: self.parked.len() as u64,
             heads: self.heads.len() as u64,
         };
-        let parts: [&[u8]; 8] = [
+        let parts: [&[u8]; 9] = [
             bytemuck::bytes_of(&header),
             bytemuck::cast_slice(&self.mesh.positions),
             bytemuck::cast_slice(&self.mesh.triangles),
@@ -94,6 +96,7 @@ impl Town {
             bytemuck::cast_slice(&rows),
             bytemuck::cast_slice(&self.colliders),
             bytemuck::cast_slice(&self.lamps),
+            bytemuck::cast_slice(&self.parked),
             bytemuck::cast_slice(&self.heads),
         ];
         parts.concat()
@@ -120,6 +123,7 @@ impl Town {
             objects: rows.iter().map(object).collect::<Option<_>>().ok_or(damaged("objects"))?,
             colliders: take::<Collider>(&mut rest, header.colliders, "colliders")?,
             lamps: take::<Lamp>(&mut rest, header.lamps, "lamps")?,
+            parked: take::<Parked>(&mut rest, header.parked, "parked cars")?,
             heads: take::<Head>(&mut rest, header.heads, "heads")?,
         };
         let corners = town.mesh.positions.len() as u32;
@@ -131,6 +135,11 @@ impl Town {
         if town.mesh.faces.len() != town.mesh.triangles.len() || !town.mesh.faces.iter().all(known)
         {
             return Err(damaged("faces"));
+        }
+        let blueprints = crate::catalogue().len() as u32;
+        let known = |one: &Parked| one.object < objects && one.blueprint < blueprints;
+        if !town.parked.iter().all(known) {
+            return Err(damaged("parked cars"));
         }
         if rest.is_empty() { Ok(town) } else { Err(damaged("end")) }
     }

@@ -23,6 +23,8 @@ pub(super) enum Style {
     Villa,
     /// A workshop or a warehouse.
     Hall,
+    /// Not finished yet: columns, floors, a scaffold.
+    Shell,
 }
 
 /// What is decided before the house is modelled.
@@ -46,7 +48,9 @@ impl House {
     /// From the ground to the eaves. Metres.
     pub(super) fn eaves_m(&self) -> f32 {
         match self.style {
-            Style::Block | Style::Tower => SHOP_M + FLOOR_M * (self.floors - 1) as f32,
+            Style::Block | Style::Tower | Style::Shell => {
+                SHOP_M + FLOOR_M * (self.floors - 1) as f32
+            }
             Style::Terrace | Style::Villa => 0.5 + FLOOR_M * self.floors as f32,
             Style::Hall => 3.6 + 1.6 * self.floors as f32,
         }
@@ -61,6 +65,7 @@ impl House {
             Style::Terrace => self.terrace(clay, random),
             Style::Villa => self.villa(clay, random),
             Style::Hall => self.hall(clay, random),
+            Style::Shell => self.shell(clay, random),
         }
     }
 
@@ -196,6 +201,32 @@ impl House {
                 clay.block(vec3(at - half, y - 0.05, z), vec3(at + half, y + 0.06, z + 0.58));
             }
         }
+    }
+
+    fn shell(&self, clay: &mut Clay, random: &mut Random) {
+        let ([x, y], top) = (self.half, self.eaves_m());
+        clay.material(Material::Concrete);
+        clay.block(vec3(-x, -y, -FOOTING_M), vec3(x, y, 0.15));
+        let mut slabs = vec![SHOP_M];
+        slabs.extend((1..self.floors).map(|floor| SHOP_M + FLOOR_M * floor as f32));
+        for slab in &slabs {
+            clay.block(vec3(-x, -y, slab - 0.25), vec3(x, y, *slab));
+        }
+        let bays = [x, y].map(|half| (half * 2.0 / 5.0).ceil().max(1.0) as u32);
+        let column = |step: u32, count: u32, half: f32| {
+            -half + 0.3 + (half * 2.0 - 0.6) * step as f32 / count as f32
+        };
+        for i in 0..=bays[0] {
+            for j in 0..=bays[1] {
+                let at = vec3(column(i, bays[0], x), column(j, bays[1], y), 0.0);
+                // The columns of the next floor stand already.
+                let high = if random.chance(0.8) { top + 1.1 } else { top };
+                clay.block(at - vec3(0.2, 0.2, 0.0), at + vec3(0.2, 0.2, high));
+            }
+        }
+        // The staircase comes first.
+        clay.block(vec3(-1.6, -y + 0.4, 0.0), vec3(1.6, -y + 4.0, top + 2.2));
+        scaffold(clay, x, y, top);
     }
 
     /// The box of the house, with a plinth of another stuff below `plinth`.
@@ -369,6 +400,29 @@ impl House {
             }
             z += FLOOR_M;
         }
+    }
+}
+
+/// Poles, planks and rails before the street side.
+fn scaffold(clay: &mut Clay, x: f32, y: f32, top: f32) {
+    let (near, far) = (y + 0.12, y + 0.9);
+    let bays = (x * 2.0 / 2.5).ceil().max(1.0) as u32;
+    let at = |step: u32| -x + x * 2.0 * step as f32 / bays as f32;
+    clay.material(Material::Metal);
+    for step in 0..=bays {
+        for out in [near, far] {
+            clay.rod(vec3(at(step), out, -1.0), vec3(at(step), out, top + 1.0), 0.03, 5);
+        }
+    }
+    let mut deck = 2.0;
+    while deck < top + 0.5 {
+        clay.material(Material::Wood);
+        clay.block(vec3(-x, near, deck - 0.05), vec3(x, far, deck));
+        clay.material(Material::Metal);
+        for rail in [0.5, 1.0] {
+            clay.rod(vec3(-x, far, deck + rail), vec3(x, far, deck + rail), 0.02, 4);
+        }
+        deck += 2.0;
     }
 }
 

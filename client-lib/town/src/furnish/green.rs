@@ -95,6 +95,7 @@ pub(super) fn gardens(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden], nu
             Style::Villa => 5,
             Style::Terrace | Style::Hall => 2,
             Style::Block | Style::Tower => 1,
+            Style::Shell => 0,
         };
         for _ in 0..trees {
             let behind = random.chance(0.7);
@@ -124,10 +125,10 @@ pub(super) fn gardens(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden], nu
     }
 }
 
-/// A hedge or a fence along the street, with a gap before the door.
+/// A hedge, a wall or a fence along the street, with a gap before the door.
 fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Random) {
     let along = garden.out.perp();
-    let hedge = random.chance(0.5);
+    let dice = random.unit();
     let half_gap = 1.1;
     let reach = garden.width_m * 0.5;
     for side in [-1.0f32, 1.0] {
@@ -148,7 +149,7 @@ fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Ran
         let slope = (heights[1] - heights[0]).abs();
         let place = Place { foot, yaw_rad };
         let detail = plan.detail;
-        if hedge {
+        if dice < 0.45 {
             let brief = Brief { tag: Tag::Vegetation, layer: Layer::Foliage, color: [60, 100, 48] };
             let top = slope + random.between(0.9, 1.5);
             scene.add(brief, place, |clay| {
@@ -156,6 +157,18 @@ fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Ran
                 clay.block(vec3(-length, -0.28, -0.3), vec3(length, 0.28, top));
             });
             scene.solid(&place, vec3(-length, -0.28, -0.3), vec3(length, 0.28, top));
+        } else if dice < 0.65 {
+            let brief = Brief { tag: Tag::Wall, layer: Layer::Walls, color: [150, 140, 130] };
+            let (top, brick) = (slope + 0.85, random.chance(0.6));
+            scene.add(brief, place, |clay| {
+                clay.material(if brick { Material::FacadeBrick } else { Material::FacadePlaster });
+                clay.block(vec3(-length, -0.12, -0.4), vec3(length, 0.12, top));
+                clay.material(Material::Concrete);
+                clay.block(vec3(-length, -0.17, top), vec3(length, 0.17, top + 0.07));
+                let gate = -side * (length - 0.2);
+                clay.block(vec3(gate - 0.2, -0.2, -0.4), vec3(gate + 0.2, 0.2, top + 0.35));
+            });
+            scene.solid(&place, vec3(-length, -0.2, -0.4), vec3(length, 0.2, top + 0.07));
         } else {
             let brief = Brief { tag: Tag::Fence, layer: Layer::Walls, color: [150, 120, 90] };
             let top = slope + 1.05;

@@ -15,9 +15,12 @@ use crate::random::Random;
 
 /// What is kept free round a house. Metres.
 const MARGIN_M: f32 = 0.5;
+/// No roof or awning reaches farther out than this. Metres.
+const ROOF_M: f32 = 1.5;
 /// Below this density nobody builds a row.
 const OPEN_COUNTRY: f32 = 0.06;
-
+/// How many houses are not finished.
+const UNFINISHED: f32 = 0.035;
 /// From this density on gaps are filled.
 const BUILT_UP: f32 = 0.35;
 
@@ -81,7 +84,7 @@ fn line(
                 start += 4;
                 continue;
             }
-            if matches!(house.style, Style::Tower | Style::Hall) {
+            if matches!(house.style, Style::Tower | Style::Hall | Style::Shell) {
                 house.style = Style::Block;
                 house.floors = 4 + random.below(4) as u32;
             }
@@ -107,6 +110,7 @@ fn gap(style: Style) -> f32 {
         Style::Tower => 5.0,
         Style::Villa => 7.0,
         Style::Hall => 6.0,
+        Style::Shell => 3.0,
     }
 }
 
@@ -114,7 +118,9 @@ fn gap(style: Style) -> f32 {
 fn draw(dense: f32, random: &mut Random) -> House {
     let detail = super::Detail::Standard;
     let dice = random.unit();
-    let style = if dense > 0.72 {
+    let style = if dense > 0.3 && random.chance(UNFINISHED) {
+        Style::Shell
+    } else if dense > 0.72 {
         if dice < 0.22 { Style::Tower } else { Style::Block }
     } else if dense > 0.42 {
         match dice {
@@ -134,6 +140,12 @@ fn draw(dense: f32, random: &mut Random) -> House {
     };
     let plaster = [Material::FacadePlaster, Material::FacadeBrick, Material::FacadeConcrete];
     let (width, depth, floors, facade) = match style {
+        Style::Shell => (
+            random.between(16.0, 26.0),
+            random.between(11.0, 16.0),
+            2 + random.below(4) as u32,
+            Material::Concrete,
+        ),
         Style::Tower => (
             random.between(20.0, 30.0),
             random.between(18.0, 26.0),
@@ -192,6 +204,7 @@ fn place(
     let front = match house.style {
         Style::Block if dense > 0.6 && first.walk_m > 1.5 => random.between(0.8, 1.6),
         Style::Block | Style::Tower => random.between(1.5, 5.0),
+        Style::Shell => random.between(4.5, 7.0),
         Style::Terrace => random.between(1.2, 3.5),
         Style::Villa => random.between(4.0, 9.0),
         Style::Hall => random.between(6.0, 12.0),
@@ -208,7 +221,10 @@ fn place(
         // The house's x runs so that its y points to the street.
         let yaw_rad = (-out).to_angle() - std::f32::consts::FRAC_PI_2;
         let taken = rectangle(center, vec2(house.half[0], house.half[1]) + MARGIN_M, yaw_rad);
-        if !plan.raster.is_free(&taken, ground::ANY) {
+        let roof = rectangle(center, vec2(house.half[0], house.half[1]) + ROOF_M, yaw_rad);
+        if !plan.raster.is_free(&taken, ground::ANY)
+            || !plan.raster.is_free(&roof, ground::CARRIAGEWAY)
+        {
             continue;
         }
         plan.raster.stamp(&taken, ground::BUILT);

@@ -10,18 +10,22 @@ mod density;
 mod frontage;
 mod green;
 mod index;
+mod leisure;
 mod lots;
 mod outline;
+mod parked;
 mod plan;
 mod raster;
 mod relief;
 mod roof;
 mod scene;
 mod signals;
+mod stand;
 mod street;
 mod terrain;
 mod tree;
 mod window;
+mod works;
 
 #[cfg(test)]
 mod tests;
@@ -85,6 +89,8 @@ pub struct Town {
     pub colliders: Vec<Collider>,
     /// What shines at night.
     pub lamps: Vec<Lamp>,
+    /// Cars that never move. They are not in `mesh`.
+    pub parked: Vec<Parked>,
     /// Where lamp boxes of traffic lights hang, for actors of `traffic.traffic_light`.
     pub heads: Vec<Head>,
 }
@@ -140,6 +146,20 @@ pub struct Head {
     pub yaw_rad: f32,
 }
 
+/// A vehicle that never moves, seen as its blueprint looks. World space, metres.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Parked {
+    /// Index into [`crate::catalogue()`].
+    pub blueprint: u32,
+    /// Which of [`Town::objects`]; the paint is there.
+    pub object: u32,
+    /// Of the blueprint's origin.
+    pub position: Vec3,
+    /// `world_from_actor` as a quaternion: x, y, z, w.
+    pub rotation: [f32; 4],
+}
+
 /// The town round these roads: the same network and seed give the same bytes.
 pub fn furnish(network: &Network, seed: u64) -> Town {
     furnish_with(network, seed, Detail::Standard)
@@ -157,7 +177,12 @@ pub fn furnish_with(network: &Network, seed: u64, detail: Detail) -> Town {
     // Who comes first has the choice: signals stand where the map says.
     signals::furnish(&mut plan, &mut scene);
     let gardens = lots::build(&mut plan, &mut scene, &outlines, &density);
+    works::diggings(&mut plan, &mut scene, &frontages, &density);
     street::furnish(&mut plan, &mut scene, &frontages, &density, &nursery);
+    parked::park(&mut plan, &mut scene, &gardens);
+    works::sites(&mut plan, &mut scene, &gardens);
+    leisure::backyards(&mut plan, &mut scene, &gardens);
+    leisure::parks(&mut plan, &mut scene, &density);
     green::gardens(&mut plan, &mut scene, &gardens, &nursery);
     green::open_ground(&mut plan, &mut scene, &density, &nursery);
     scene.finish()

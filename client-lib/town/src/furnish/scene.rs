@@ -1,7 +1,8 @@
 use glam::{Quat, Vec3, vec3};
 use road::{Material, Mesh, Tag};
 
-use super::{Collider, Head, Lamp, Layer, Object, Town};
+use super::{Collider, Head, Lamp, Layer, Object, Parked, Town};
+use crate::catalogue::Blueprint;
 use crate::clay::Clay;
 
 /// The town so far.
@@ -75,6 +76,38 @@ impl Scene {
         };
         self.town.objects.push(object);
         (number, object)
+    }
+
+    /// Lays a quadrilateral of ground, counter-clockwise seen from above. World space.
+    pub(super) fn ground(&mut self, material: Material, corners: [Vec3; 4]) {
+        self.clay.object(0).paint(Tag::Ground, material).quad(corners);
+    }
+
+    /// Parks a vehicle for good; its origin stands at the place's foot.
+    pub(super) fn park(
+        &mut self,
+        number: u32,
+        vehicle: &Blueprint,
+        place: Place,
+        rotation: Quat,
+        color: [u8; 3],
+    ) {
+        let (center, half) = (vehicle.center_m, vehicle.half_extents_m);
+        self.town.parked.push(Parked {
+            blueprint: number,
+            object: self.town.objects.len() as u32,
+            position: place.foot,
+            rotation: rotation.to_array(),
+        });
+        self.town.objects.push(Object {
+            tag: vehicle.tag,
+            layer: Layer::ParkedVehicles,
+            center: place.foot + rotation * center,
+            half_extents_m: half,
+            yaw_rad: place.yaw_rad,
+            color,
+        });
+        self.solid(&place, center - half, center + half);
     }
 
     /// Makes a box solid, given in the space of an object.

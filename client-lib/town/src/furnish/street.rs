@@ -9,9 +9,9 @@ use super::green::Nursery;
 use super::plan::Plan;
 use super::raster::{ground, square};
 use super::scene::{Brief, Place, Scene};
+use super::stand::stand;
 use super::tree::Species;
 use super::{Lamp, Layer};
-use crate::clay::Clay;
 use crate::random::Random;
 
 /// From the kerb to the middle of what stands behind it. Metres.
@@ -81,32 +81,35 @@ fn lamp(plan: &mut Plan, scene: &mut Scene, station: &Station) -> bool {
     true
 }
 
-/// A bench, a bin, a hydrant, a mailbox or a bus stop, as the catalogue has them.
+/// A bench, a bin, a hydrant, a bus stop or the like, as the catalogue has them.
 fn prop(plan: &mut Plan, scene: &mut Scene, station: &Station, random: &mut Random) {
-    const IDS: [&str; 7] = [
+    const IDS: [&str; 17] = [
         "static.prop.bin",
         "static.prop.bench01",
         "static.prop.hydrant",
         "static.prop.bin",
         "static.prop.mailbox",
-        "static.prop.bench01",
+        "static.prop.bench02",
         "static.prop.busstop",
+        "static.prop.plantpot01",
+        "static.prop.plantpot05",
+        "static.prop.bikeparking",
+        "static.prop.advertisement",
+        "static.prop.atm",
+        "static.prop.kiosk_01",
+        "static.prop.vendingmachine",
+        "static.prop.glasscontainer",
+        "static.prop.trashcan03",
+        "static.prop.streetfountain",
     ];
     let id: &str = random.pick::<&str>(&IDS);
     let Some((_, thing)) = crate::catalogue::blueprint(id) else { return };
-    let half = thing.half_extents_m;
-    // Along the house side of the sidewalk, looking at the road.
-    let at = station.edge - station.out * (half.x + 0.15);
-    let yaw_rad = (-station.out).to_angle();
-    let outline = super::raster::rectangle(at, half.truncate() + 0.1, yaw_rad);
-    let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
-    if half.x * 2.0 + 1.2 > station.walk_m || !plan.raster.is_free(&outline, taken) {
+    let deep = thing.half_extents_m.x;
+    if deep * 2.0 + 1.2 > station.walk_m {
         return;
     }
-    plan.raster.stamp(&outline, ground::FURNITURE);
-    let place = Place { foot: plan.foot(at), yaw_rad };
-    let brief = Brief { tag: Tag::Static, layer: Layer::Props, color: thing.default_color };
-    scene.add(brief, place, |clay: &mut Clay| clay.append(&thing.mesh, 1.0));
-    let (low, high) = (thing.center_m - half, thing.center_m + half);
-    scene.solid(&place, low, high);
+    // Along the house side of the sidewalk, looking at the road.
+    let at = station.edge - station.out * (deep + 0.15);
+    let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
+    stand(plan, scene, id, (at, (-station.out).to_angle()), taken);
 }

@@ -1,10 +1,10 @@
 use std::path::PathBuf;
 
-use glam::{Vec2, Vec3, Vec3Swizzles, vec2};
+use glam::{Quat, Vec2, Vec3, Vec3Swizzles, vec2};
 use road::{LanePoint, LaneTypes, Mesh, Network, Tag};
 
 use super::index::TriangleIndex;
-use super::{BakeError, Collider, Detail, Object, Town, furnish, furnish_with};
+use super::{BakeError, Collider, Detail, Layer, Object, Town, furnish, furnish_with};
 use crate::{Kind, catalogue, default_map, named};
 
 fn default_town() -> (Network, Town) {
@@ -101,16 +101,18 @@ fn corners(one: &Collider) -> [Vec2; 4] {
     super::raster::rectangle(one.center.truncate(), one.half_extents_m.truncate(), one.yaw_rad)
 }
 
+/// Whether a side of the first outline has all of the other before it.
+fn apart(one: &[Vec2; 4], other: &[Vec2; 4]) -> bool {
+    (0..4).any(|side| {
+        let out = -(one[(side + 1) % 4] - one[side]).perp();
+        other.iter().all(|corner| out.dot(*corner - one[side]) > 0.0)
+    })
+}
+
 #[test]
 fn no_house_stands_in_another() {
     let (_, town) = default_town();
     let outlines: Vec<[Vec2; 4]> = walls(&town).map(corners).collect();
-    let apart = |one: &[Vec2; 4], other: &[Vec2; 4]| {
-        (0..4).any(|side| {
-            let out = -(one[(side + 1) % 4] - one[side]).perp();
-            other.iter().all(|corner| out.dot(*corner - one[side]) > 0.0)
-        })
-    };
     for (number, one) in outlines.iter().enumerate() {
         for other in &outlines[..number] {
             assert!(apart(one, other) || apart(other, one), "{one:?} {other:?}");
@@ -158,7 +160,11 @@ fn obstacles(network: &Network, town: &Town) -> Vec<String> {
                 let at = point.truncate();
                 things.heights(at, |z| {
                     if (0.2..CLEARANCE_M).contains(&(z - point.z)) {
-                        found.push(format!("something {:.2} m above {point}", z - point.z));
+                        let near = town.objects.iter().min_by(|a, b| {
+                            let far = |one: &Object| (one.center.truncate() - at).length();
+                            far(a).total_cmp(&far(b))
+                        });
+                        found.push(format!("{near:?} {:.2} m above {point}", z - point.z));
                     }
                 });
                 let surface = ground.topmost(at, point.z + 1.0);
@@ -190,6 +196,53 @@ fn nothing_stands_on_a_driving_lane() {
     let (network, town) = default_town();
     let found = obstacles(&network, &town);
     assert!(found.is_empty(), "{} places: {:?}", found.len(), &found[..found.len().min(5)]);
+}
+
+#[test]
+fn parked_cars_stand_on_the_ground_and_not_in_each_other() {
+    let (_, town) = default_town();
+    assert!(town.parked.len() >= 30, "{} parked cars", town.parked.len());
+    let ground = TriangleIndex::new(&town.mesh, |number| town.mesh.faces[number].object == 0);
+    let mut outlines = Vec::new();
+    for parked in &town.parked {
+        let (car, object) =
+            (&catalogue()[parked.blueprint as usize], &town.objects[parked.object as usize]);
+        assert_eq!(
+            (object.layer, object.half_extents_m),
+            (Layer::ParkedVehicles, car.half_extents_m)
+        );
+        let rotation = Quat::from_array(parked.rotation);
+        for wheel in &car.wheels {
+            let hub = parked.position + rotation * wheel.position_m;
+            let below = ground.topmost(hub.truncate(), hub.z + 1.0).expect("ground under a wheel");
+            let gap = hub.z - wheel.radius_m - below;
+            assert!(gap.abs() < 0.2, "a wheel of {} hangs {gap} m over {hub}", car.id);
+        }
+        outlines.push(super::raster::rectangle(
+            object.center.truncate(),
+            object.half_extents_m.truncate(),
+            object.yaw_rad,
+        ));
+    }
+    let houses: Vec<[Vec2; 4]> = walls(&town).map(corners).collect();
+    for (number, one) in outlines.iter().enumerate() {
+        for other in outlines[..number].iter().chain(&houses) {
+            assert!(apart(one, other) || apart(other, one), "{one:?} {other:?}");
+        }
+    }
+}
+
+#[test]
+fn a_town_holds_what_towns_hold() {
+    let (_, town) = default_town();
+    for layer in Layer::ALL {
+        let count = town.objects.iter().filter(|object| object.layer == layer).count();
+        assert!(count >= 20, "{count} objects of {layer:?}");
+    }
+    for tag in [Tag::Building, Tag::Fence, Tag::Wall, Tag::Pole, Tag::TrafficSign, Tag::Vegetation]
+    {
+        assert!(town.objects.iter().any(|object| object.tag == tag), "no {tag:?}");
+    }
 }
 
 #[test]
@@ -253,9 +306,10 @@ fn every_shared_map_becomes_a_town() {
         let found = obstacles(&network, &town);
         let houses = town.objects.iter().filter(|object| object.tag == Tag::Building).count();
         println!(
-            "{name:<55} {:>8} triangles {houses:>5} houses {:>5} objects {:>4} heads, {} obstacles {:?}",
+            "{name:<55} {:>8} triangles {houses:>5} houses {:>5} objects {:>4} parked {:>4} heads, {} obstacles {:?}",
             town.mesh.triangles.len(),
             town.objects.len(),
+            town.parked.len(),
             town.heads.len(),
             found.len(),
             found.first(),
