@@ -24,6 +24,7 @@ mod sim;
 mod stage;
 mod start;
 mod tick;
+mod world;
 
 use std::path::PathBuf;
 
@@ -98,6 +99,8 @@ enum Verb {
     CarlaClient,
     /// From OpenDRIVE text to a network that answers
     Map,
+    /// From OpenDRIVE text to a furnished town that rays hit
+    World,
     /// All of them, but for the carla package's
     All,
     /// One end of an exchange over loopback TCP; bench starts these
@@ -107,7 +110,7 @@ enum Verb {
 
 type Measure = fn(Effort, &mut Sink) -> anyhow::Result<()>;
 
-const VERBS: [(&str, Measure); 11] = [
+const VERBS: [(&str, Measure); 12] = [
     ("tick", tick::measure),
     ("handover", handover::measure),
     ("camera", camera::measure),
@@ -119,6 +122,7 @@ const VERBS: [(&str, Measure); 11] = [
     ("start", start::measure),
     ("latency", latency::measure),
     ("map", map::measure),
+    ("world", world::measure),
 ];
 
 fn main() -> std::process::ExitCode {

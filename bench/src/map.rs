@@ -215,6 +215,14 @@ nearest = (time.perf_counter() - begun) / len(points)
 print(json.dumps({"load_ms": statistics.median(loads) * 1e3, "nearest_us": nearest * 1e6}))
 "#;
 
+/// A netconvert city of 11 MB; none where OMNIBUS_MAPS names no folder.
+pub(crate) fn city() -> anyhow::Result<Option<String>> {
+    let Some(folder) = std::env::var_os(MAPS).map(PathBuf::from) else { return Ok(None) };
+    let path = folder.join("sumo__acosta.xodr");
+    let acosta = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    Ok(Some(side_by_side(&acosta, COPIES)))
+}
+
 /// The same map so many times, each east of the one before, under ids of its own.
 fn side_by_side(text: &str, copies: usize) -> String {
     const APART_M: f64 = 3000.0;

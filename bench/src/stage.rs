@@ -66,7 +66,8 @@ fn measure(
     sink.put(&figure, &machine)
 }
 
-fn ask(args: &[&str]) -> anyhow::Result<Value> {
+/// What `omnibus` prints as JSON.
+pub(crate) fn ask(args: &[&str]) -> anyhow::Result<Value> {
     let output = Command::new(sim::omnibus()?).args(args).output()?;
     if !output.status.success() {
         let why = String::from_utf8_lossy(&output.stderr);

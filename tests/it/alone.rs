@@ -27,3 +27,14 @@ fn each_stage_and_the_tick_say_their_percentiles() {
         assert!(times[0] > 0.0 && times.is_sorted(), "{told}");
     }
 }
+
+#[test]
+fn a_world_is_made_of_three_parts_that_take_their_time() {
+    let told = measured("world", &[]);
+    assert_eq!((&told["stage"], &told["n"]), (&"world".into(), &12.into()), "{told}");
+    let [network, town, scene, all] =
+        ["network_ms", "town_ms", "scene_ms", "p50_ms"].map(|key| told[key].as_f64().unwrap());
+    assert!(network > 0.0 && town > network && scene > 0.0 && all > town, "{told}");
+    assert!(told["triangles"].as_u64().unwrap() > 10_000, "{told}");
+    assert!(told["peak_mb"].as_f64().unwrap() > 10.0, "{told}");
+}

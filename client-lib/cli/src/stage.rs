@@ -1,7 +1,8 @@
 //! `omnibus stage`: one stage alone at full speed, on input captured from a short run, or the tick
-//! that holds them together.
+//! that holds them together, or what a start makes of a map.
 
 mod tick;
+mod world;
 
 use std::sync::Arc;
 
@@ -26,9 +27,9 @@ pub(crate) struct StageArgs {
     stage: Which,
     #[command(flatten)]
     world: WorldArgs,
-    /// Frames to measure
-    #[arg(long, default_value_t = 300)]
-    frames: u64,
+    /// Frames to measure, or worlds to make [default: 300, of worlds 5]
+    #[arg(long)]
+    frames: Option<u64>,
     /// Frames to simulate before the first that is measured
     #[arg(long, default_value_t = 100)]
     warmup: u64,
@@ -56,15 +57,36 @@ enum Which {
     Render,
     /// A whole tick without sensors: bus, barrier, host and stages
     Tick,
+    /// What a start makes of a map: its network, its town, the scene that rays hit
+    World,
+}
+
+/// So many frames are measured, and so many worlds made, if nobody says.
+const FRAMES: u64 = 300;
+const WORLDS: u64 = 5;
+
+impl StageArgs {
+    fn frames(&self) -> u64 {
+        self.frames.unwrap_or(FRAMES)
+    }
 }
 
 /// Measures it.
 pub(crate) fn stage(args: &StageArgs) -> anyhow::Result<()> {
-    anyhow::ensure!(args.frames > 0, "--frames is 0; ask for at least one");
+    anyhow::ensure!(args.frames != Some(0), "--frames is 0; ask for at least one");
     for (what, pixels) in [("--width", args.width), ("--height", args.height)] {
         anyhow::ensure!((16..=8192).contains(&pixels), "{what} is {pixels}; use 16 to 8192");
     }
     let (name, (nanos, vehicles)) = match args.stage {
+        Which::World => {
+            let made = world::measure(args, args.frames.unwrap_or(WORLDS))?;
+            if args.json {
+                say!("{}", made.json(args));
+            } else {
+                say!("{}", made.sentence());
+            }
+            return Ok(());
+        }
         Which::Tick => ("tick", tick::measure(args)?),
         Which::Physics => ("physics", alone(args, |captured| captured.physics())?),
         Which::Traffic => ("traffic", alone(args, |captured| Ok(captured.traffic()))?),
@@ -133,7 +155,7 @@ impl Captured {
         }
         anyhow::ensure!(!captured.vehicles.is_empty(), "no vehicle finds a place on this map");
         let mut mind = Mind::new(Arc::clone(&captured.network), seed);
-        for frame in 1..=args.warmup + args.frames {
+        for frame in 1..=args.warmup + args.frames() {
             world.step(&captured.settings);
             let actors: Vec<_> = world.states().copied().collect();
             mind.plan(&captured.stamp(frame), captured.settings.delta_nanos, &actors, &[]);

@@ -26,8 +26,8 @@ pub(super) fn measure(args: &StageArgs) -> anyhow::Result<(Vec<u64>, usize)> {
     for _ in 0..args.warmup {
         client.tick()?;
     }
-    let mut nanos = Vec::with_capacity(args.frames as usize);
-    for _ in 0..args.frames {
+    let mut nanos = Vec::with_capacity(args.frames() as usize);
+    for _ in 0..args.frames() {
         let begin = clock::now_nanos();
         client.tick()?;
         nanos.push(clock::now_nanos() - begin);

@@ -1,0 +1,102 @@
+//! `omnibus stage world`: what a start makes of a map's text before its first frame.
+
+use anyhow::anyhow;
+use bus::{Episode, clock};
+use sensor_render::Scene;
+
+use super::{Percentiles, StageArgs};
+
+/// The parts of a world, and how long each took, again and again.
+pub(super) struct Made {
+    /// Network, town, scene.
+    nanos: [Vec<u64>; 3],
+    megabytes: f64,
+    triangles: usize,
+    objects: usize,
+    peak_mb: f64,
+}
+
+const PARTS: [&str; 3] = ["network", "town", "scene"];
+
+/// Makes the world `rounds` times, without the cache.
+pub(super) fn measure(args: &StageArgs, rounds: u64) -> anyhow::Result<Made> {
+    args.world.expect_no_simulator("a stage alone; `stage tick` runs a whole simulator")?;
+    let Episode { map, open_drive, seed } = args.world.episode()?;
+    let mut made = Made {
+        nanos: Default::default(),
+        megabytes: open_drive.len() as f64 / 1e6,
+        triangles: 0,
+        objects: 0,
+        peak_mb: 0.0,
+    };
+    // The catalogue is made once a process, whatever the map.
+    town::catalogue();
+    for _ in 0..rounds {
+        let mut begin = clock::now_nanos();
+        let mut lap = |part: usize| {
+            let now = clock::now_nanos();
+            made.nanos[part].push(now - begin);
+            begin = now;
+        };
+        let network = road::Network::parse(&open_drive).map_err(|e| anyhow!("{map}: {e}"))?;
+        lap(0);
+        let town = town::furnish(&network, seed);
+        lap(1);
+        let scene = Scene::of_town(&town);
+        lap(2);
+        (made.triangles, made.objects) = (scene.triangle_count(), town.objects.len());
+    }
+    made.peak_mb = peak_mb();
+    Ok(made)
+}
+
+impl Made {
+    /// Medians of each part, in milliseconds.
+    fn medians(&self) -> [f64; 3] {
+        self.nanos.each_ref().map(|nanos| Percentiles::of(nanos.clone()).at(0.5))
+    }
+
+    pub(super) fn sentence(&self) -> String {
+        let [network, town, scene] = self.medians();
+        format!(
+            "world, {:.2} MB of OpenDRIVE, {} rounds: network {network:.1} ms, town {town:.1} ms, \
+             scene {scene:.1} ms; {} triangles, {} objects; at most {:.0} MB of memory",
+            self.megabytes,
+            self.nanos[0].len(),
+            self.triangles,
+            self.objects,
+            self.peak_mb,
+        )
+    }
+
+    pub(super) fn json(&self, args: &StageArgs) -> serde_json::Value {
+        let mut told = serde_json::json!({
+            "stage": "world",
+            "map": args.world.map,
+            "megabytes": self.megabytes,
+            "n": self.nanos[0].len(),
+            "triangles": self.triangles,
+            "objects": self.objects,
+            "peak_mb": self.peak_mb,
+        });
+        let sum: Vec<u64> = (0..self.nanos[0].len())
+            .map(|round| self.nanos.iter().map(|part| part[round]).sum())
+            .collect();
+        let sum = Percentiles::of(sum);
+        for (key, share) in [("p50_ms", 0.5), ("p90_ms", 0.9), ("p99_ms", 0.99)] {
+            told[key] = sum.at(share).into();
+        }
+        for (part, median) in PARTS.iter().zip(self.medians()) {
+            told[format!("{part}_ms")] = median.into();
+        }
+        told
+    }
+}
+
+/// The most memory that this process has held; 0 where the system does not say.
+fn peak_mb() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kib = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+    kib.unwrap_or(0.0) * 1.024e-3
+}
