@@ -88,8 +88,9 @@ impl Hierarchy {
         divided(corners)
     }
 
-    /// Over as many triangles as one thread builds at once; no deeper than `depth_max`.
-    pub(crate) fn over_share(corners: &[[Vec3; 3]], depth_max: usize) -> Hierarchy {
+    /// Over as many triangles as one thread builds at once; no deeper than `depth_max`. In haste,
+    /// if they are a share of very many.
+    pub(crate) fn over_share(corners: &[[Vec3; 3]], depth_max: usize, in_haste: bool) -> Hierarchy {
         if corners.is_empty() {
             return Hierarchy { nodes: Vec::new(), root: Link::EMPTY, order: Vec::new() };
         }
@@ -97,7 +98,8 @@ impl Hierarchy {
             .iter()
             .map(|[a, b, c]| Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() })
             .collect();
-        let mut config = BvhBuildParams::medium_build();
+        let mut config =
+            if in_haste { BvhBuildParams::fast_build() } else { BvhBuildParams::medium_build() };
         config.max_prims_per_leaf = LEAF_MAX;
         let tree = build_bvh2_from_tris(&triangles, config, &mut Default::default());
         let boxes: Vec<_> = corners.iter().map(bounds).collect();

@@ -109,12 +109,11 @@ fn time(map: &str) {
 
 fn furnished(map: &str) -> town::Town {
     let network = network(map);
-    let detail = match std::env::var("DETAIL") {
-        Ok(high) if high == "high" => town::Detail::High,
-        _ => town::Detail::Standard,
-    };
     let start = Instant::now();
-    let town = town::furnish_with(&network, 1, detail);
+    let town = match std::env::var("DETAIL") {
+        Ok(high) if high == "high" => town::furnish_with(&network, 1, town::Detail::High),
+        _ => town::furnish(&network, 1),
+    };
     println!(
         "{} triangles, {} objects, {} colliders in {:.3} s",
         town.mesh.triangles.len(),

@@ -59,6 +59,9 @@ impl House {
     /// Models it.
     pub(super) fn model(&self, clay: &mut Clay, random: &mut Random) {
         clay.paint(Tag::Building, self.facade);
+        if self.detail == Detail::Low {
+            return self.plain(clay, random);
+        }
         match self.style {
             Style::Block => self.block(clay, random),
             Style::Tower => self.tower(clay, random),
@@ -66,6 +69,28 @@ impl House {
             Style::Villa => self.villa(clay, random),
             Style::Hall => self.hall(clay, random),
             Style::Shell => self.shell(clay, random),
+        }
+    }
+
+    /// Walls, a strip of glass for each floor, a door and a roof.
+    fn plain(&self, clay: &mut Clay, random: &mut Random) {
+        let ([x, y], eaves) = (self.half, self.eaves_m());
+        clay.block(vec3(-x, -y, -FOOTING_M), vec3(x, y, eaves));
+        clay.material(Material::Wood);
+        clay.block(vec3(-0.7, y - 0.1, 0.0), vec3(0.7, y + 0.06, 2.3));
+        clay.material(Material::Glass);
+        let mut sill = if eaves > SHOP_M + FLOOR_M { SHOP_M } else { 0.5 } + 0.95;
+        while sill + 1.6 < eaves {
+            for side in 0..4 {
+                Wall::new(self.half, side).band(clay, [sill, sill + 1.5], 0.8);
+            }
+            sill += FLOOR_M;
+        }
+        if matches!(self.style, Style::Terrace | Style::Villa) {
+            roof::pitched(clay, [x, y], eaves, random.between(0.6, 0.9), self.facade, false);
+        } else {
+            clay.material(Material::RoofFlat);
+            clay.block(vec3(-x - 0.2, -y - 0.2, eaves), vec3(x + 0.2, y + 0.2, eaves + 0.8));
         }
     }
 

@@ -177,7 +177,11 @@ fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Ran
                 for z in [slope + 0.25, slope + 0.8] {
                     clay.block(vec3(-length, -0.03, z), vec3(length, 0.03, z + 0.08));
                 }
-                let pitch = if detail == Detail::High { 0.22 } else { 0.9 };
+                let pitch = match detail {
+                    Detail::Low => 2.7,
+                    Detail::Standard => 0.9,
+                    Detail::High => 0.22,
+                };
                 let count = (length * 2.0 / pitch) as u32;
                 for picket in 0..=count {
                     let x = -length + length * 2.0 * picket as f32 / count.max(1) as f32;

@@ -1,18 +1,31 @@
-use glam::{Vec2, Vec3};
+use glam::{IVec2, Vec2, Vec3};
 use road::Mesh;
 
 /// Finds the triangles over or under a point of the plan.
+///
+/// Grids of cells, each coarser than the one before; a triangle lies in the finest one of which it
+/// covers few cells.
 #[derive(Debug)]
 pub(super) struct TriangleIndex {
     low: Vec2,
+    grids: Vec<Grid>,
+    corners: Vec<[Vec3; 3]>,
+}
+
+#[derive(Debug)]
+struct Grid {
     cell_m: f32,
     columns: usize,
     rows: usize,
     /// Where each cell's list begins in `members`.
     starts: Vec<u32>,
     members: Vec<u32>,
-    corners: Vec<[Vec3; 3]>,
 }
+
+/// A triangle lies in at most so many rows and columns of cells.
+const SPAN_MAX: usize = 6;
+/// From one grid to the next coarser one.
+const COARSER: f32 = 5.0;
 
 impl TriangleIndex {
     /// Over the triangles of `mesh` that face up and that `keep` wants, by their number.
@@ -30,55 +43,28 @@ impl TriangleIndex {
         }
         let size = (high - low).max(Vec2::ONE);
         // Roads fill a small part of the plan, in several layers where they meet.
-        let cell_m = (size.x * size.y / (corners.len() as f32 + 1.0) * 0.4).sqrt().clamp(0.8, 25.0);
-        let (columns, rows) = ((size.x / cell_m) as usize + 1, (size.y / cell_m) as usize + 1);
-        let mut index = TriangleIndex {
-            low,
-            cell_m,
-            columns,
-            rows,
-            starts: Vec::new(),
-            members: Vec::new(),
-            corners,
-        };
-        let mut counts = vec![0u32; columns * rows + 1];
-        for number in 0..index.corners.len() {
-            index.cells(number, |cell| counts[cell + 1] += 1);
+        let mut cell_m =
+            (size.x * size.y / (corners.len() as f32 + 1.0) * 0.4).sqrt().clamp(0.8, 25.0);
+        let mut grids = Vec::new();
+        let mut rest: Vec<u32> = (0..corners.len() as u32).collect();
+        while !rest.is_empty() {
+            let is_last = cell_m > size.max_element();
+            let fits = |number: &u32| {
+                let [a, b, c] = corners[*number as usize].map(|p| p.truncate());
+                let extent = a.max(b).max(c) - a.min(b).min(c);
+                is_last || extent.max_element() < (SPAN_MAX - 1) as f32 * cell_m
+            };
+            let (here, larger): (Vec<u32>, Vec<u32>) = rest.iter().partition(|n| fits(n));
+            grids.push(Grid::new(low, size, cell_m, &corners, &here));
+            rest = larger;
+            cell_m *= COARSER;
         }
-        for cell in 0..columns * rows {
-            counts[cell + 1] += counts[cell];
-        }
-        let mut members = vec![0u32; counts[columns * rows] as usize];
-        let mut next = counts.clone();
-        for number in 0..index.corners.len() {
-            index.cells(number, |cell| {
-                members[next[cell] as usize] = number as u32;
-                next[cell] += 1;
-            });
-        }
-        index.starts = counts;
-        index.members = members;
-        index
-    }
-
-    fn cells(&self, number: usize, mut visit: impl FnMut(usize)) {
-        let [a, b, c] = self.corners[number].map(|p| (p.truncate() - self.low) / self.cell_m);
-        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        for row in low.y as usize..=(high.y as usize).min(self.rows - 1) {
-            for column in low.x as usize..=(high.x as usize).min(self.columns - 1) {
-                visit(row * self.columns + column);
-            }
-        }
+        TriangleIndex { low, grids, corners }
     }
 
     /// Calls `visit` with the height of every triangle that covers `point`, its border included.
     pub(super) fn heights(&self, point: Vec2, mut visit: impl FnMut(f32)) {
-        let p = (point - self.low) / self.cell_m;
-        if p.x < 0.0 || p.y < 0.0 || p.x as usize >= self.columns || p.y as usize >= self.rows {
-            return;
-        }
-        let cell = p.y as usize * self.columns + p.x as usize;
-        for number in &self.members[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
+        for number in self.grids.iter().flat_map(|grid| grid.at(point - self.low)) {
             let [a, b, c] = self.corners[*number as usize];
             let (ab, ac, ap) = ((b - a).truncate(), (c - a).truncate(), point - a.truncate());
             let area = ab.perp_dot(ac);
@@ -123,5 +109,47 @@ impl TriangleIndex {
             }
         });
         nearest
+    }
+}
+
+impl Grid {
+    fn new(low: Vec2, size: Vec2, cell_m: f32, corners: &[[Vec3; 3]], numbers: &[u32]) -> Grid {
+        let (columns, rows) = ((size.x / cell_m) as usize + 1, (size.y / cell_m) as usize + 1);
+        let cells = |number: u32, visit: &mut dyn FnMut(usize)| {
+            let [a, b, c] = corners[number as usize].map(|p| (p.truncate() - low) / cell_m);
+            let (from, to) = (a.min(b).min(c).as_ivec2(), a.max(b).max(c).as_ivec2());
+            let to = to.min(IVec2::new(columns as i32 - 1, rows as i32 - 1));
+            for row in from.y..=to.y {
+                for column in from.x..=to.x {
+                    visit(row as usize * columns + column as usize);
+                }
+            }
+        };
+        let mut starts = vec![0u32; columns * rows + 1];
+        for number in numbers {
+            cells(*number, &mut |cell| starts[cell + 1] += 1);
+        }
+        for cell in 0..columns * rows {
+            starts[cell + 1] += starts[cell];
+        }
+        let mut members = vec![0u32; starts[columns * rows] as usize];
+        let mut next = starts.clone();
+        for number in numbers {
+            cells(*number, &mut |cell| {
+                members[next[cell] as usize] = *number;
+                next[cell] += 1;
+            });
+        }
+        Grid { cell_m, columns, rows, starts, members }
+    }
+
+    /// Whose boxes may hold a point, seen from the lowest corner.
+    fn at(&self, point: Vec2) -> &[u32] {
+        let p = point / self.cell_m;
+        if p.x < 0.0 || p.y < 0.0 || p.x as usize >= self.columns || p.y as usize >= self.rows {
+            return &[];
+        }
+        let cell = p.y as usize * self.columns + p.x as usize;
+        &self.members[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 }

@@ -20,6 +20,8 @@ const ISLAND_M2: f32 = 60.0;
 /// Blocks up to this size are paved where the town is dense, and so dense. Square metres.
 const BLOCK_M2: f32 = 14_000.0;
 const PAVED_FROM: f32 = 0.62;
+/// About so many points make the open ground of a large map.
+const OPEN_POINTS: f32 = 150_000.0;
 
 /// What all who furnish the town share: the roads, what is taken, and how the land lies.
 pub(super) struct Plan<'a> {
@@ -67,6 +69,8 @@ impl Plan<'_> {
             _ => 0,
         });
         let covered = TriangleIndex::new(&roads, |number| grounded[number]);
+        let size = high - low;
+        let coarse = (size.x * size.y / OPEN_POINTS).sqrt();
         let mut terrain = terrain::terrain(&terrain::Site {
             roads: &roads,
             edges: &edges,
@@ -75,7 +79,7 @@ impl Plan<'_> {
             relief: &relief,
             raster: &raster,
             town: (low, high),
-            spacing_m: if detail == Detail::High { 5.0 } else { 8.0 },
+            spacing_m: if detail == Detail::High { 5.0 } else { coarse.max(8.0) },
         });
         if decks.contains(&true) {
             let borders = terrain::borders(&roads, &decks);
@@ -85,8 +89,16 @@ impl Plan<'_> {
         std::mem::swap(&mut roads, &mut terrain);
         let mut ground = terrain;
         ground.append(&roads);
+        // Nobody stands on the hills round the town, whose triangles are long and thin.
+        let in_town = |number: usize| {
+            ground.triangles[number].iter().all(|corner| {
+                let [x, y, _] = ground.positions[*corner as usize];
+                vec2(x, y).cmpge(low).all() && vec2(x, y).cmple(high).all()
+            })
+        };
         let surface = TriangleIndex::new(&ground, |number| {
-            ground.faces[number].tag != Tag::Bridge as u8
+            in_town(number)
+                && ground.faces[number].tag != Tag::Bridge as u8
                 && is_bridge.get(number).is_none_or(|bridge| !bridge)
         });
         Plan {

@@ -11,7 +11,7 @@ use super::raster::{ground, square};
 use super::scene::{Brief, Place, Scene};
 use super::stand::stand;
 use super::tree::Species;
-use super::{Lamp, Layer};
+use super::{Detail, Lamp, Layer};
 use crate::random::Random;
 
 /// From the kerb to the middle of what stands behind it. Metres.
@@ -69,9 +69,10 @@ fn lamp(plan: &mut Plan, scene: &mut Scene, station: &Station) -> bool {
     let reach = 1.9;
     let (object, _) = scene.add(brief, place, |clay| {
         clay.material(Material::Metal);
-        clay.cone(Vec3::Z * -0.5, Vec3::Z * 1.2, [0.13, 0.11], 8);
-        clay.cone(Vec3::Z * 1.2, Vec3::Z * (tall - 0.3), [0.075, 0.05], 8);
-        clay.rod(Vec3::Z * (tall - 0.35), vec3(reach * 0.7, 0.0, tall), 0.04, 6);
+        let (sides, arm_sides) = if plan.detail == Detail::Low { (4, 3) } else { (8, 6) };
+        clay.cone(Vec3::Z * -0.5, Vec3::Z * 1.2, [0.13, 0.11], sides);
+        clay.cone(Vec3::Z * 1.2, Vec3::Z * (tall - 0.3), [0.075, 0.05], sides);
+        clay.rod(Vec3::Z * (tall - 0.35), vec3(reach * 0.7, 0.0, tall), 0.04, arm_sides);
         clay.block(vec3(reach * 0.6, -0.13, tall - 0.02), vec3(reach + 0.35, 0.13, tall + 0.10));
         clay.material(Material::LampWhite);
         clay.block(vec3(reach * 0.68, -0.10, tall - 0.06), vec3(reach + 0.28, 0.10, tall - 0.01));

@@ -52,11 +52,14 @@ fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
 fn detail_changes_how_things_look_but_not_where_houses_stand() {
     let network = Network::parse(&named("Flatford").expect("one of ours")).expect("our own map");
     let (plain, fine) = (furnish(&network, 1), furnish_with(&network, 1, Detail::High));
+    let coarse = furnish_with(&network, 1, Detail::Low);
     let walls = |town: &Town| -> Vec<Collider> { walls(town).copied().collect() };
     let flat = |walls: Vec<Collider>| -> Vec<(Vec2, Vec2, f32)> {
         walls.iter().map(|w| (w.center.xy(), w.half_extents_m.xy(), w.yaw_rad)).collect()
     };
     assert_eq!(flat(walls(&plain)), flat(walls(&fine)));
+    assert_eq!(flat(walls(&plain)), flat(walls(&coarse)));
+    assert!(plain.mesh.triangles.len() > 2 * coarse.mesh.triangles.len());
     assert!(fine.mesh.triangles.len() > 2 * plain.mesh.triangles.len());
 }
 

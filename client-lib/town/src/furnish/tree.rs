@@ -52,6 +52,7 @@ impl Finish {
     /// For trees along streets.
     pub(super) fn near(detail: Detail) -> Finish {
         match detail {
+            Detail::Low => Finish::far(detail),
             Detail::Standard => {
                 Finish { balls: 1, balls_max: 5, rings: 5, sides: 8, tiers: [6, 9], trunk_sides: 6 }
             }
@@ -65,6 +66,9 @@ impl Finish {
     /// For trees that nobody comes near.
     pub(super) fn far(detail: Detail) -> Finish {
         match detail {
+            Detail::Low => {
+                Finish { balls: 1, balls_max: 1, rings: 3, sides: 5, tiers: [3, 5], trunk_sides: 3 }
+            }
             Detail::Standard => {
                 Finish { balls: 1, balls_max: 2, rings: 4, sides: 6, tiers: [4, 7], trunk_sides: 4 }
             }

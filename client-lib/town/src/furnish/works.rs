@@ -5,7 +5,6 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use glam::{Vec3, vec2, vec3};
 use road::{Material, Tag};
 
-use super::Layer;
 use super::building::Style;
 use super::density::Density;
 use super::frontage::Frontage;
@@ -14,6 +13,7 @@ use super::plan::Plan;
 use super::raster::{ground, rectangle};
 use super::scene::{Brief, Place, Scene};
 use super::stand::stand;
+use super::{Detail, Layer};
 use crate::random::Random;
 
 /// Of a panel of a fence. Metres.
@@ -77,12 +77,14 @@ fn fence(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Rando
             for side in [-half, half] {
                 clay.rod(vec3(side, 0.0, 0.1), vec3(side, 0.0, 2.0), 0.025, 5);
             }
-            for bar in 0..6 {
-                let z = 0.25 + 0.34 * bar as f32;
+            let bars = if plan.detail == Detail::Low { 2 } else { 6 };
+            for bar in 0..bars {
+                let z = 0.25 + 1.7 * bar as f32 / (bars - 1) as f32;
                 clay.rod(vec3(-half, 0.0, z), vec3(half, 0.0, z), 0.008, 3);
             }
-            for wire in 1..12 {
-                let x = -half + 2.0 * half * wire as f32 / 12.0;
+            let wires = if plan.detail == Detail::Low { 2 } else { 12 };
+            for wire in 1..wires {
+                let x = -half + 2.0 * half * wire as f32 / wires as f32;
                 clay.rod(vec3(x, 0.0, 0.25), vec3(x, 0.0, 1.95), 0.006, 3);
             }
         });
