@@ -22,17 +22,20 @@ pub mod carla_axes;
 mod client;
 mod error;
 mod file;
+mod hide;
 mod rig;
 mod view;
 
 pub use bus::{
-    ActorId, ActorState, Autopilot, BlueprintInfo, DEPTH_FAR_M, Episode, Frame, HoldLight,
-    Instance, Interrupted, JournalEntry, Name, Pose, RigId, SensorSpec, SetPhysics, SetVelocity,
-    Settings, SnapshotHeader, Stamp, Strategy, Teleport, TrafficDial, VehicleControl, Watch,
-    Weather, Wish, clock, dial, flag, kind, light, output, sensor, tracer,
+    ActorId, ActorState, Autopilot, BlueprintInfo, DEPTH_FAR_M, Episode, Frame, HideLayers,
+    HideObjects, HoldLight, Instance, Interrupted, JournalEntry, Name, Pose, RigId, SensorSpec,
+    SetPhysics, SetVelocity, Settings, SnapshotHeader, Stamp, Strategy, Teleport, TrafficDial,
+    VehicleControl, Watch, Weather, Wish, clock, dial, flag, kind, layer, light, output, sensor,
+    tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;
 pub use file::{Profile, Replay, saved_folder, saved_path};
+pub use hide::hide_objects;
 pub use rig::{Measurement, Rig, camera, lidar};
 pub use view::World;

@@ -30,11 +30,19 @@ pub(crate) fn cached_scene(
     if let Some(scene) = baked.and_then(|mut parts| take(&mut parts)) {
         return Ok((scene, false));
     }
-    let town = match cache.find_town(open_drive, seed) {
-        Some(town) => town,
-        None => town::furnish(&road::Network::parse(open_drive)?, seed),
-    };
-    Ok((Scene::of_town(&town), true))
+    Ok((Scene::of_town(&town_of(cache, open_drive, seed)?), true))
+}
+
+/// The town of a map, out of the cache where it is there.
+pub(crate) fn town_of(
+    cache: &Cache,
+    open_drive: &str,
+    seed: u64,
+) -> Result<town::Town, road::MapError> {
+    match cache.find_town(open_drive, seed) {
+        Some(town) => Ok(town),
+        None => Ok(town::furnish(&road::Network::parse(open_drive)?, seed)),
+    }
 }
 
 /// Keeps a scene for the next start.

@@ -7,11 +7,11 @@ use bus::{
     Participant, RenderPorts, RigId, Role, SensorSpec, Snapshot, SnapshotHeader, Weather, Wish,
     Writer, clock, fault, layout, status,
 };
-use town::cache::Cache;
+use town::{Visibility, cache::Cache};
 
 use crate::{
     Device, RigJob, Scene, Tracer, World,
-    baked::{cached_scene, keep_scene},
+    baked::{cached_scene, keep_scene, town_of},
     pose_planes,
     rigs::{Due, Rigs},
 };
@@ -52,13 +52,13 @@ pub fn run(
     let participant = Participant::join(instance, Role::Render, name, Some(slot), within)?;
     fault::joining(Role::Render);
     let episode = instance.episode()?;
-    let Episode { map, open_drive, seed } = episode;
     let cache = Cache::of_environment();
-    let (scene, is_new) = cached_scene(&cache, &open_drive, seed)
-        .map_err(|e| RenderError::Map(format!("{map}: {e}")))?;
+    let Episode { open_drive, seed, .. } = &episode;
+    let (scene, is_new) =
+        cached_scene(&cache, open_drive, *seed).map_err(|e| map_error(&episode, &e))?;
     if is_new {
         // At once: who is stopped a second later has not built it in vain.
-        keep_scene(&cache, &open_drive, seed, &scene);
+        keep_scene(&cache, open_drive, *seed, &scene);
     }
     let scene = Arc::new(scene);
     let tracer =
@@ -75,6 +75,10 @@ pub fn run(
         scene,
         world: World::new(),
         weather: Weather::default(),
+        cache,
+        episode,
+        hidden: Visibility::default(),
+        hidden_in_scene: Visibility::default(),
         rigs: Rigs::default(),
         is_rendering: true,
         done,
@@ -97,6 +101,11 @@ struct Renderer {
     scene: Arc<Scene>,
     world: World,
     weather: Weather,
+    cache: Cache,
+    episode: Episode,
+    /// What of the town is switched off, and what was when the scene was built.
+    hidden: Visibility,
+    hidden_in_scene: Visibility,
     rigs: Rigs,
     is_rendering: bool,
     /// Everything up to here is measured.
@@ -178,6 +187,9 @@ impl Renderer {
         if due.is_empty() {
             return Ok(());
         }
+        if self.hidden != self.hidden_in_scene {
+            self.build_scene()?;
+        }
         self.world.place(
             &self.scene,
             header.stamp,
@@ -213,6 +225,16 @@ impl Renderer {
         Ok(())
     }
 
+    /// The scene without what is switched off.
+    fn build_scene(&mut self) -> Result<(), RenderError> {
+        let Episode { open_drive, seed, .. } = &self.episode;
+        let town =
+            town_of(&self.cache, open_drive, *seed).map_err(|e| map_error(&self.episode, &e))?;
+        self.scene = Arc::new(Scene::of_town(&town.visible(&self.hidden)));
+        self.hidden_in_scene = self.hidden.clone();
+        Ok(())
+    }
+
     fn bundle_header(&self, header: &SnapshotHeader, rig: &Due, begin_nanos: u64) -> BundleHeader {
         BundleHeader {
             stamp: header.stamp,
@@ -243,6 +265,7 @@ impl Renderer {
                 Event::Anew => {
                     self.rigs.begin_anew();
                     self.weather = Weather::default();
+                    self.hidden = Visibility::default();
                 }
                 Event::Entry(_, entry) if entry.outcome.status == status::DONE => {
                     self.obey(&entry)?;
@@ -269,11 +292,21 @@ impl Renderer {
             }
             Some(Wish::DestroyRig(rig)) => self.remove(rig),
             Some(Wish::SetWeather(weather)) => self.weather = weather,
+            Some(Wish::HideLayers(to)) => self.hidden.set_layers(to.layers, to.hidden != 0),
+            Some(Wish::HideObjects(to)) => {
+                self.hidden.set_objects(to.block, &to.bits, to.hidden != 0);
+            }
+            // What was saved with the state follows.
+            Some(Wish::LoadState(_)) => self.hidden = Visibility::default(),
             Some(Wish::SetSettings(settings)) => self.is_rendering = settings.no_rendering == 0,
             _ => {}
         }
         Ok(())
     }
+}
+
+fn map_error(episode: &Episode, why: &road::MapError) -> RenderError {
+    RenderError::Map(format!("{}: {why}", episode.map))
 }
 
 /// A rig's writing end.

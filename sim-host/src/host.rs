@@ -9,8 +9,8 @@ use std::{
 };
 
 use bus::{
-    ActorState, Control, Episode, Founding, Frame, HostPorts, Instance, JournalEntry, Name,
-    Outcome, RigId, Role, Settings, SnapshotHeader, Stamp, Strategy, Wish, clock, process,
+    ActorState, Control, Episode, Founding, Frame, HideLayers, HostPorts, Instance, JournalEntry,
+    Name, Outcome, RigId, Role, Settings, SnapshotHeader, Stamp, Strategy, Wish, clock, process,
 };
 use town::cache::Cache;
 
@@ -41,6 +41,8 @@ pub struct HostConfig {
     pub episode: Episode,
     /// How time passes at first.
     pub settings: Settings,
+    /// Layers of the town that are switched off at first, as bits of [`bus::layer`].
+    pub hidden_layers: u32,
     /// How everybody waits.
     pub strategy: Strategy,
     /// How long a tick waits for a participant; none: for ever.
@@ -134,7 +136,9 @@ impl Host {
             (None, Some(network)) => (town::furnish(&network, seed), true),
             (None, None) => (town::furnish(&parse()?, seed), true),
         };
-        let world = World::new(&town, seed);
+        let mut world = World::new(&town, seed);
+        let hide = Wish::HideLayers(HideLayers { layers: config.hidden_layers, hidden: 1 });
+        world.apply(&hide).map_err(HostError::Map)?;
         if is_new {
             cache.keep_town(&open_drive, seed, &town);
         }
@@ -166,7 +170,9 @@ impl Host {
             founding,
         };
         let settings = Request::of_host(Wish::SetSettings(host.settings));
-        host.standing.close(Frame(0), vec![settings.ended(Outcome::done(0))]);
+        let first = [settings, Request::of_host(hide)];
+        let first = first.map(|request| request.ended(Outcome::done(0)));
+        host.standing.close(Frame(0), first.to_vec());
         host.send_snapshot(SnapshotHeader { stamp: host.stamp(Frame(0)), ..Default::default() })?;
         host.await_stages()?;
         Ok(host)

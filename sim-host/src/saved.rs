@@ -4,8 +4,8 @@
 //! and the map that made it.
 
 use bus::{
-    ActorState, Command, Episode, LightState, Name, Settings, Stamp, TrafficDial, TrafficHeader,
-    VehicleControl, Weather,
+    ActorState, Command, Episode, HideObjects, LightState, Name, Settings, Stamp, TrafficDial,
+    TrafficHeader, VehicleControl, Weather,
 };
 use bytemuck::{Pod, Zeroable};
 
@@ -13,7 +13,7 @@ use crate::hash::StateHash;
 
 /// `omnistat`, and the form of what follows.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnistat");
-const FORM: u32 = 1;
+const FORM: u32 = 2;
 
 /// Everything that decides the future.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,6 +28,10 @@ pub struct SavedState {
     pub weather: Option<Weather>,
     /// How traffic was told to drive.
     pub dials: Vec<TrafficDial>,
+    /// Layers of the town that are switched off, as bits.
+    pub hidden_layers: u32,
+    /// Things of the town that are switched off.
+    pub hidden_objects: Vec<HideObjects>,
     /// The id given out last.
     pub last_actor: u32,
     /// Every actor, by id.
@@ -81,6 +85,9 @@ struct Head {
     settings: Settings,
     weather: Weather,
     has_weather: u32,
+    hidden_layers: u32,
+    reserved: u32,
+    hidden_objects: u64,
     dials: u64,
     actors: u64,
     physics: u64,
@@ -122,6 +129,9 @@ impl SavedState {
             settings: self.settings,
             weather: self.weather.unwrap_or(Weather::zeroed()),
             has_weather: self.weather.is_some().into(),
+            hidden_layers: self.hidden_layers,
+            reserved: 0,
+            hidden_objects: self.hidden_objects.len() as u64,
             dials: self.dials.len() as u64,
             actors: self.actors.len() as u64,
             physics: self.physics.len() as u64,
@@ -130,7 +140,8 @@ impl SavedState {
             header,
             sum: 0,
         };
-        let parts: [&[u8]; 6] = [
+        let parts: [&[u8]; 7] = [
+            bytemuck::cast_slice(&self.hidden_objects),
             bytemuck::cast_slice(&self.dials),
             bytemuck::cast_slice(&self.actors),
             bytemuck::cast_slice(&self.roles),
@@ -162,6 +173,7 @@ impl SavedState {
             return Err(StateError::OtherMap);
         }
         let mut rest = body;
+        let hidden_objects = list(&mut rest, head.hidden_objects)?;
         let dials = list(&mut rest, head.dials)?;
         let actors: Vec<ActorState> = list(&mut rest, head.actors)?;
         let roles = list(&mut rest, head.actors)?;
@@ -176,6 +188,8 @@ impl SavedState {
             map,
             settings: head.settings,
             weather: (head.has_weather != 0).then_some(head.weather),
+            hidden_layers: head.hidden_layers,
+            hidden_objects,
             dials,
             last_actor: head.last_actor,
             actors,
@@ -218,6 +232,8 @@ mod tests {
     fn state() -> SavedState {
         SavedState {
             map: 7,
+            hidden_layers: 3,
+            hidden_objects: vec![HideObjects::default(); 2],
             dials: vec![TrafficDial::default()],
             weather: Some(Weather::default()),
             actors: vec![ActorState::default(); 2],

@@ -2,7 +2,13 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use bus::{ActorId, Frame, JournalEntry, PIPELINE_MAX, RigId, TrafficDial, Weather, Wish, status};
+use bus::{
+    ActorId, Frame, HideLayers, HideObjects, JournalEntry, Outcome, PIPELINE_MAX, RigId,
+    TrafficDial, Weather, Wish, status,
+};
+use town::Visibility;
+
+use crate::journal::Request;
 
 /// Entries that still hold, by what they are about.
 #[derive(Clone, Default)]
@@ -13,6 +19,8 @@ struct Sediment {
     weather: Option<JournalEntry>,
     settings: Option<JournalEntry>,
     dials: BTreeMap<(ActorId, u32), JournalEntry>,
+    /// What of the town is switched off.
+    hidden: Visibility,
 }
 
 impl Sediment {
@@ -36,8 +44,15 @@ impl Sediment {
             Some(Wish::TrafficDial(dial)) => {
                 self.dials.insert((dial.actor_id, dial.dial), *entry);
             }
+            Some(Wish::HideLayers(hide)) => self.hidden.set_layers(hide.layers, hide.hidden != 0),
+            Some(Wish::HideObjects(hide)) => {
+                self.hidden.set_objects(hide.block, &hide.bits, hide.hidden != 0);
+            }
             // What was saved with the state follows.
-            Some(Wish::LoadState(_)) => self.dials.clear(),
+            Some(Wish::LoadState(_)) => {
+                self.dials.clear();
+                self.hidden = Visibility::default();
+            }
             Some(Wish::Destroy(actor)) => {
                 self.dials.retain(|(of, _), _| *of != actor);
             }
@@ -48,8 +63,19 @@ impl Sediment {
     fn entries(&self) -> Vec<JournalEntry> {
         let settings = self.settings.iter().chain(&self.weather).copied();
         let dials = self.dials.values().copied();
-        settings.chain(dials).chain(self.rigs.values().flatten().copied()).collect()
+        let hidden = hiding(&self.hidden).into_iter();
+        let hidden = hidden.map(|wish| Request::of_host(wish).ended(Outcome::done(0)));
+        settings.chain(dials).chain(hidden).chain(self.rigs.values().flatten().copied()).collect()
     }
+}
+
+/// The wishes that switch off what is switched off.
+pub(crate) fn hiding(hidden: &Visibility) -> Vec<Wish> {
+    let layers = hidden.hidden_layers();
+    let objects =
+        hidden.hidden_objects().map(|(block, bits)| HideObjects { block, hidden: 1, bits: *bits });
+    let layers = (layers != 0).then_some(HideLayers { layers, hidden: 1 });
+    layers.into_iter().map(Wish::HideLayers).chain(objects.map(Wish::HideObjects)).collect()
 }
 
 /// A frame and its entries.

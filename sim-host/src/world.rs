@@ -3,11 +3,11 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use bus::{
-    ACTORS_MAX, ActorId, ActorState, LightState, Name, Pose, Settings, Spawn, Stamp,
+    ACTORS_MAX, ActorId, ActorState, HideObjects, LightState, Name, Pose, Settings, Spawn, Stamp,
     VehicleControl, Wish, flag, kind, light,
 };
 use glam::Vec3;
-use town::{Blueprint, Kind, Town};
+use town::{BLOCK_OBJECTS, Blueprint, Kind, Layer, Town, Visibility};
 
 use crate::{
     hash::StateHash,
@@ -23,6 +23,10 @@ pub struct World {
     actors: BTreeMap<ActorId, Actor>,
     last_actor: u32,
     seed: u64,
+    /// The object and the layer of each static box.
+    solids: Vec<(u32, Layer)>,
+    objects: u32,
+    visibility: Visibility,
 }
 
 struct Actor {
@@ -50,6 +54,9 @@ impl World {
             actors: BTreeMap::new(),
             last_actor: 0,
             seed,
+            solids: town.colliders.iter().map(|c| (c.object, layer(town, c.object))).collect(),
+            objects: town.objects.len() as u32,
+            visibility: Visibility::default(),
         };
         world.place_lights(town);
         world
@@ -131,7 +138,49 @@ impl World {
                 }
                 Ok(to.actor_id.0)
             }
+            Wish::HideLayers(to) => {
+                let all = Layer::ALL.len() as u32;
+                if to.layers >> all != 0 {
+                    return Err(format!(
+                        "layers are {:#x}; there are {all}, one bit each",
+                        to.layers
+                    ));
+                }
+                self.visibility.set_layers(to.layers, to.hidden != 0);
+                self.see_to_solids();
+                Ok(0)
+            }
+            Wish::HideObjects(to) => {
+                let last = to.bits.iter().rposition(|bits| *bits != 0).map(|word| {
+                    let bit = 63 - to.bits[word].leading_zeros();
+                    u64::from(to.block) * u64::from(BLOCK_OBJECTS)
+                        + word as u64 * 64
+                        + u64::from(bit)
+                });
+                if last.is_some_and(|last| last > u64::from(self.objects)) {
+                    return Err(format!(
+                        "thing {} is not among the {} of the town",
+                        last.unwrap_or_default(),
+                        self.objects
+                    ));
+                }
+                self.visibility.set_objects(to.block, &to.bits, to.hidden != 0);
+                self.see_to_solids();
+                Ok(0)
+            }
             _ => Err("this is no wish about an actor".to_owned()),
+        }
+    }
+
+    /// What of the town is switched off.
+    pub(crate) fn visibility(&self) -> &Visibility {
+        &self.visibility
+    }
+
+    /// Nobody runs into what is switched off.
+    fn see_to_solids(&mut self) {
+        for (index, (object, layer)) in self.solids.iter().enumerate() {
+            self.physics.set_static(index, !self.visibility.hides(*object, *layer));
         }
     }
 
@@ -323,6 +372,10 @@ impl World {
     /// Writes what decides the future into a state.
     pub fn save_into(&self, state: &mut SavedState) {
         state.last_actor = self.last_actor;
+        state.hidden_layers = self.visibility.hidden_layers();
+        let hidden = self.visibility.hidden_objects();
+        state.hidden_objects =
+            hidden.map(|(block, bits)| HideObjects { block, hidden: 1, bits: *bits }).collect();
         state.actors = self.states().copied().collect();
         state.roles = self.actors.values().map(|a| a.role).collect();
         state.physics = self.physics.save();
@@ -336,6 +389,11 @@ impl World {
         let actors = with_roles.map(|(s, role)| (s.actor_id, Actor { state: *s, role: *role }));
         self.actors = actors.collect();
         self.last_actor = state.last_actor;
+        self.visibility = Visibility::default();
+        self.visibility.set_layers(state.hidden_layers, true);
+        for hide in &state.hidden_objects {
+            self.visibility.set_objects(hide.block, &hide.bits, true);
+        }
         Ok(())
     }
 
@@ -354,12 +412,21 @@ impl World {
     fn hash(&self, hash: &mut StateHash) {
         hash.word(self.seed);
         hash.word(self.last_actor.into());
+        hash.word(self.visibility.hidden_layers().into());
+        for (block, bits) in self.visibility.hidden_objects() {
+            hash.word(block.into());
+            bits.iter().for_each(|word| hash.word(*word));
+        }
         for actor in self.actors.values() {
             hash.bytes(bytemuck::bytes_of(&actor.state));
             hash.bytes(&actor.role.0);
         }
         hash.word(self.physics.hash());
     }
+}
+
+fn layer(town: &Town, object: u32) -> Layer {
+    town.objects[object as usize].layer
 }
 
 fn set(flags: &mut u32, bit: u32, on: bool) {

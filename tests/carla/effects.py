@@ -173,6 +173,8 @@ def spawns_and_destroys(c):
 
 @check
 def drives(c):
+    # It leaves the road, and is not to meet who stands beside it.
+    c.world.unload_map_layer(carla.MapLayer.ParkedVehicles)
     car = c.car()
     start = car.get_transform()
     ahead = start.get_forward_vector()
@@ -222,6 +224,7 @@ def drives(c):
     assert car.get_wheel_steer_angle(carla.VehicleWheelLocation.FL_Wheel) > 5.0
     works("Vehicle.get_wheel_steer_angle", "degrees, to the right")
     car.destroy()
+    c.world.load_map_layer(carla.MapLayer.ParkedVehicles)
 
 
 @check
@@ -683,6 +686,35 @@ def looks_around(c):
 
 
 @check
+def layers_and_things_go_and_come_back(c):
+    view = carla.Transform(carla.Location(z=180.0), carla.Rotation(pitch=-90.0))
+    size = {"image_size_x": 160, "image_size_y": 120}
+    camera, measured = c.sensor("sensor.camera.semantic_segmentation", None, view, **size)
+
+    def tags():
+        c.ticks(2)
+        while not measured.empty():
+            image = measured.get()
+        return (pixels(image)[:, :, 2] == int(carla.CityObjectLabel.Buildings)).sum()
+
+    all_there = tags()
+    assert all_there > 500, all_there
+    c.world.unload_map_layer(carla.MapLayer.Buildings)
+    assert tags() == 0
+    c.world.load_map_layer(carla.MapLayer.Buildings)
+    assert tags() == all_there
+    works("World.load_map_layer World.unload_map_layer", "the houses went and came back")
+    houses = [one.id for one in
+              c.world.get_environment_objects(carla.CityObjectLabel.Buildings)]
+    c.world.enable_environment_objects(set(houses[: len(houses) // 2]), False)
+    assert 0 < tags() < all_there
+    c.world.enable_environment_objects(set(houses), True)
+    assert tags() == all_there
+    works("World.enable_environment_objects", "half of the houses went and came back")
+    camera.destroy()
+
+
+@check
 def refuses_what_it_has_not(c):
     car = c.car()
 
@@ -714,9 +746,6 @@ def refuses_what_it_has_not(c):
     refuses("no maps sent by clients",
             {"Client.generate_opendrive_world":
                 lambda: c.client.generate_opendrive_world(c.map.to_opendrive())})
-    refuses("no map layers", {
-        "World.load_map_layer": lambda: c.world.load_map_layer(carla.MapLayer.Buildings),
-        "World.unload_map_layer": lambda: c.world.unload_map_layer(carla.MapLayer.Buildings)})
     refuses("no components", {
         "Actor.get_component_names": car.get_component_names,
         "Actor.get_component_world_transform": lambda: car.get_component_world_transform("a"),

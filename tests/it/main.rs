@@ -7,6 +7,7 @@ mod carla;
 mod crash;
 mod exact;
 mod fork;
+mod hide;
 mod leave;
 mod map;
 mod maps;

@@ -190,6 +190,10 @@ wishes! {
     HoldLight(HoldLight) = 13,
     /// Let physics move an actor, or teleports and set velocities alone.
     SetPhysics(SetPhysics) = 14,
+    /// Switch layers of the town off or on.
+    HideLayers(HideLayers) = 15,
+    /// Switch things of the town off or on.
+    HideObjects(HideObjects) = 16,
     /// Write down what happens from the next frame on.
     StartRecorder(StartRecorder) = 100,
     /// Close the recording.
@@ -276,6 +280,48 @@ pub struct SetPhysics {
     pub actor_id: ActorId,
     /// 1: it falls, rolls and is pushed; 0: it is kinematic.
     pub on: u32,
+}
+
+/// See [`Wish::HideLayers`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("HideLayers")]
+#[repr(C)]
+pub struct HideLayers {
+    /// Which: bits of [`layer`].
+    pub layers: u32,
+    /// 1: nobody sees them or runs into them; 0: they are there again.
+    pub hidden: u32,
+}
+
+/// Bits of [`HideLayers::layers`].
+pub mod layer {
+    /// Houses.
+    pub const BUILDINGS: u32 = 1 << 0;
+    /// Trees, bushes, hedges.
+    pub const FOLIAGE: u32 = 1 << 1;
+    /// Cars that never move.
+    pub const PARKED_VEHICLES: u32 = 1 << 2;
+    /// Benches, bins, signs and poles.
+    pub const PROPS: u32 = 1 << 3;
+    /// Street lamps.
+    pub const STREET_LIGHTS: u32 = 1 << 4;
+    /// Walls and fences.
+    pub const WALLS: u32 = 1 << 5;
+    /// All of them.
+    pub const ALL: u32 = (1 << 6) - 1;
+}
+
+/// See [`Wish::HideObjects`]. A thing's number is that of instance images without the highest bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("HideObjects")]
+#[repr(C)]
+pub struct HideObjects {
+    /// The number of the first bit's thing, over 1024.
+    pub block: u32,
+    /// 1: nobody sees them or runs into them; 0: they are there again, where their layer is.
+    pub hidden: u32,
+    /// Which of the block's 1024.
+    pub bits: [u64; 16],
 }
 
 /// See [`Wish::Autopilot`].

@@ -16,9 +16,9 @@ mod traffic;
 
 pub use actor::{ACTORS_MAX, ActorId, ActorState, Pose, VehicleControl, flag, kind, light};
 pub use command::{
-    Autopilot, BatchHeader, Command, CreateRig, HoldLight, JournalEntry, JournalHeader, Nothing,
-    Outcome, SetPhysics, SetVelocity, Settings, Spawn, Teleport, TrafficDial, Weather, Wish, dial,
-    status,
+    Autopilot, BatchHeader, Command, CreateRig, HideLayers, HideObjects, HoldLight, JournalEntry,
+    JournalHeader, Nothing, Outcome, SetPhysics, SetVelocity, Settings, Spawn, Teleport,
+    TrafficDial, Weather, Wish, dial, layer, status,
 };
 pub use name::Name;
 pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};

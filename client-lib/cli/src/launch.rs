@@ -48,6 +48,9 @@ pub struct WorldArgs {
     /// Run the stages as threads of one process
     #[arg(long)]
     pub single_process: bool,
+    /// Leave these out of the town: buildings, foliage, parked-vehicles, props, street-lights, walls
+    #[arg(long, value_name = "LAYER,…", value_delimiter = ',')]
+    pub hide: Vec<String>,
 }
 
 impl WorldArgs {
@@ -63,6 +66,7 @@ impl WorldArgs {
             deadline_secs: 10.0,
             no_restart: false,
             single_process: false,
+            hide: Vec::new(),
         }
     }
 
@@ -74,6 +78,7 @@ impl WorldArgs {
             ("--wait", self.wait != usual.wait),
             ("--deadline-secs", self.deadline_secs != usual.deadline_secs),
             ("--no-restart", self.no_restart != usual.no_restart),
+            ("--hide", !self.hide.is_empty()),
             ("--single-process", self.single_process != usual.single_process),
         ];
         match odd.into_iter().find(|(_, is_odd)| *is_odd) {
@@ -103,6 +108,18 @@ impl WorldArgs {
         Ok(Episode { map, seed: self.seed, open_drive })
     }
 
+    /// What `--hide` says, as bits.
+    fn hidden_layers(&self) -> anyhow::Result<u32> {
+        let bit = |name: &String| {
+            let layer = town::Layer::ALL.into_iter().find(|layer| layer.name() == name);
+            layer.map(town::Layer::bit).ok_or_else(|| {
+                let all = town::Layer::ALL.map(town::Layer::name).join(", ");
+                anyhow!("--hide {name:?}: there are {all}")
+            })
+        };
+        self.hide.iter().map(bit).try_fold(0, |sum, bit| Ok(sum | bit?))
+    }
+
     /// What `--device` and `--threads` say.
     pub(crate) fn render(&self) -> anyhow::Result<RenderConfig> {
         render_config(&self.device, self.threads)
@@ -120,6 +137,7 @@ impl WorldArgs {
             name: self.name.clone(),
             episode: self.episode()?,
             settings,
+            hidden_layers: self.hidden_layers()?,
             strategy,
             deadline_nanos: (deadline > 0).then_some(deadline),
             restart: !self.no_restart,

@@ -15,7 +15,7 @@ mod random;
 
 pub use catalogue::{Blueprint, Kind, Wheel, blueprint, catalogue};
 pub use furnish::{
-    BAKE_VERSION, BakeError, Collider, Detail, Head, Lamp, Layer, Object, Parked, Town, furnish,
-    furnish_with,
+    BAKE_VERSION, BLOCK_OBJECTS, BakeError, Collider, Detail, Head, Lamp, Layer, Object, Parked,
+    Town, Visibility, furnish, furnish_with,
 };
 pub use generate::{Character, Plan, default_map, generate, named, names};

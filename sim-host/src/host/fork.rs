@@ -8,6 +8,7 @@ use super::Host;
 use crate::{
     journal::Request,
     saved::{SavedState, decision_hash, map_sum},
+    standing::hiding,
 };
 
 /// What traffic decided, as it came or as it was saved.
@@ -117,6 +118,7 @@ impl Host {
             wishes.push(Wish::SetSettings(settings));
         }
         wishes.push(Wish::SetWeather(state.weather.unwrap_or_default()));
+        wishes.extend(hiding(self.world.visibility()));
         wishes.extend(state.dials.iter().copied().map(Wish::TrafficDial));
         self.retold.extend(wishes.into_iter().map(|w| Request::of_host(w).ended(Outcome::done(0))));
         let lost = self.rigs.orphans(|parent: ActorId| self.world.state(parent).is_some());

@@ -11,6 +11,7 @@ use super::StaticBox;
 pub(super) struct Statics {
     boxes: Vec<(Pose, Cuboid)>,
     tree: Bvh,
+    is_there: Vec<bool>,
 }
 
 impl Statics {
@@ -18,14 +19,21 @@ impl Statics {
         let boxes: Vec<_> =
             boxes.iter().map(|b| (b.pose(), Cuboid::new(b.half_extents_m))).collect();
         let bounds: Vec<Aabb> = boxes.iter().map(|(pose, shape)| shape.aabb(pose)).collect();
-        Statics { boxes, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds) }
+        let is_there = vec![true; boxes.len()];
+        Statics { boxes, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds), is_there }
+    }
+
+    /// Says whether that is news.
+    pub(super) fn set(&mut self, index: usize, is_there: bool) -> bool {
+        std::mem::replace(&mut self.is_there[index], is_there) != is_there
     }
 
     /// A box that the shape touches: the one with the lowest index.
     pub(super) fn touching(&self, pose: &Pose, shape: &dyn Shape) -> Option<usize> {
         let bounds = shape.compute_aabb(pose);
         let near = self.tree.intersect_aabb(&bounds).map(|leaf| leaf as usize);
-        near.filter(|&i| touch(pose, shape, &self.boxes[i].0, &self.boxes[i].1)).min()
+        near.filter(|&i| self.is_there[i] && touch(pose, shape, &self.boxes[i].0, &self.boxes[i].1))
+            .min()
     }
 
     /// What to call it.

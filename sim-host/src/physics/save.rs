@@ -131,6 +131,7 @@ impl Physics {
             });
         }
         self.world = world;
+        self.look_at_statics();
         self.actors = actors;
         self.touching = rest.touching;
         self.collisions.clear();

@@ -89,6 +89,8 @@ pub struct Physics {
     pub(super) world: PhysicsWorld,
     pub(super) ground: Arc<Ground>,
     pub(super) statics: Statics,
+    /// Of the static boxes, in their order.
+    static_colliders: Vec<ColliderHandle>,
     /// Sorted by id.
     pub(super) actors: Vec<Actor>,
     pub(super) collisions: Vec<Collision>,
@@ -104,18 +106,20 @@ impl Physics {
     pub fn new(ground: Arc<Ground>, boxes: &[StaticBox]) -> Physics {
         let mut world = PhysicsWorld::new();
         world.gravity = Vec3::Z * -GRAVITY_MPS2;
+        let mut static_colliders = Vec::with_capacity(boxes.len());
         for (index, b) in boxes.iter().enumerate() {
             let half = b.half_extents_m.max(Vec3::splat(0.01));
             let collider = ColliderBuilder::cuboid(half.x, half.y, half.z)
                 .position(b.pose())
                 .friction(0.5)
                 .user_data(STATIC | index as u128);
-            world.insert_collider(collider, None);
+            static_colliders.push(world.insert_collider(collider, None));
         }
         Physics {
             world,
             ground,
             statics: Statics::new(boxes),
+            static_colliders,
             actors: Vec::new(),
             collisions: Vec::new(),
             touching: BTreeSet::new(),
@@ -125,6 +129,23 @@ impl Physics {
     /// The ground that everything stands on.
     pub fn ground(&self) -> &Arc<Ground> {
         &self.ground
+    }
+
+    /// Takes a static box out of the world, or puts it back.
+    pub fn set_static(&mut self, index: usize, is_there: bool) {
+        // To touch a collider is to wake those round it.
+        if !self.statics.set(index, is_there) {
+            return;
+        }
+        self.world.colliders[self.static_colliders[index]].set_enabled(is_there);
+    }
+
+    /// After the colliders came from elsewhere: who is there.
+    pub(super) fn look_at_statics(&mut self) {
+        for (index, handle) in self.static_colliders.iter().enumerate() {
+            let is_there = self.world.colliders.get(*handle).is_some_and(|one| one.is_enabled());
+            self.statics.set(index, is_there);
+        }
     }
 
     /// How many actors there are.

@@ -1,5 +1,6 @@
 //! What stands round the roads, and what rays meet.
 
+use client_lib::{HideLayers, Wish, hide_objects, layer};
 use glam::Vec3;
 
 use super::Call;
@@ -47,6 +48,48 @@ pub(super) fn environment_objects(call: &mut Call) -> Result<(), Refusal> {
         bounds(object).write(call.out);
         call.out.uint(index as u64 + 1).text(&name(index, object)).uint(object.tag as u64);
     }
+    Ok(())
+}
+
+/// Switches things off or on; unknown numbers are passed over, as CARLA does.
+pub(super) fn enable(call: &mut Call) -> Result<(), Refusal> {
+    let mut ids = call.args.list()?;
+    let mut numbers = Vec::with_capacity(ids.len());
+    while ids.len() > 0 {
+        numbers.push(ids.int()?);
+    }
+    let is_there = call.args.bool()?;
+    let count = call.bridge.statics.town().objects.len() as i64;
+    let known = numbers.into_iter().filter(|number| (1..=count).contains(number));
+    let known: Vec<u32> = known.map(|number| number as u32).collect();
+    for wish in hide_objects(&known, !is_there) {
+        call.bridge.wish(wish);
+    }
+    Ok(())
+}
+
+pub(super) fn load_layer(call: &mut Call) -> Result<(), Refusal> {
+    switch_layers(call, false)
+}
+
+pub(super) fn unload_layer(call: &mut Call) -> Result<(), Refusal> {
+    switch_layers(call, true)
+}
+
+/// CARLA's layers that ours have; decals, ground and particles are none of ours.
+fn switch_layers(call: &mut Call, hidden: bool) -> Result<(), Refusal> {
+    const LAYERS: [(u32, u32); 6] = [
+        (0x1, layer::BUILDINGS),
+        (0x4, layer::FOLIAGE),
+        (0x10, layer::PARKED_VEHICLES),
+        (0x40, layer::PROPS),
+        (0x80, layer::STREET_LIGHTS),
+        (0x100, layer::WALLS),
+    ];
+    let asked = call.args.u32()?;
+    let ours = LAYERS.iter().filter(|(theirs, _)| asked & theirs != 0);
+    let layers = ours.fold(0, |sum, (_, ours)| sum | ours);
+    call.bridge.wish(Wish::HideLayers(HideLayers { layers, hidden: hidden.into() }));
     Ok(())
 }
 

@@ -132,7 +132,16 @@ fn a_town_comes_back_as_it_was_and_a_damaged_one_does_not() {
     let folder = Folder::new("town");
     let cache = Cache::at(&folder.0);
     let mut town = Town::default();
+    town.objects.push(crate::Object {
+        tag: road::Tag::Building,
+        layer: crate::Layer::Buildings,
+        center: glam::Vec3::X,
+        half_extents_m: glam::Vec3::ONE,
+        yaw_rad: 0.5,
+        color: [1, 2, 3],
+    });
     town.colliders.push(crate::Collider {
+        object: 0,
         center: glam::Vec3::X,
         half_extents_m: glam::Vec3::ONE,
         yaw_rad: 0.5,

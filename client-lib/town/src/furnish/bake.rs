@@ -7,7 +7,7 @@ use road::{Face, Mesh, Tag};
 use super::{Collider, Head, Lamp, Layer, Object, Parked, Town};
 
 /// Changes whenever the layout below or what is built from a map changes.
-pub const BAKE_VERSION: u64 = 2;
+pub const BAKE_VERSION: u64 = 3;
 
 const MAGIC: [u8; 8] = *b"omnitown";
 
@@ -140,6 +140,12 @@ impl Town {
         let known = |one: &Parked| one.object < objects && one.blueprint < blueprints;
         if !town.parked.iter().all(known) {
             return Err(damaged("parked cars"));
+        }
+        if !town.colliders.iter().all(|one| one.object < objects) {
+            return Err(damaged("colliders"));
+        }
+        if !town.lamps.iter().all(|one| one.object < objects) {
+            return Err(damaged("lamps"));
         }
         if rest.is_empty() { Ok(town) } else { Err(damaged("end")) }
     }

@@ -24,6 +24,7 @@ mod stand;
 mod street;
 mod terrain;
 mod tree;
+mod visibility;
 mod window;
 mod works;
 
@@ -34,6 +35,7 @@ pub use bake::{BAKE_VERSION, BakeError};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use road::{Mesh, Network, Tag};
+pub use visibility::{BLOCK_OBJECTS, Visibility};
 
 use green::Nursery;
 use plan::Plan;
@@ -68,6 +70,23 @@ pub enum Layer {
 }
 
 impl Layer {
+    /// As a mask for [`Visibility::set_layers`].
+    pub fn bit(self) -> u32 {
+        1 << self as u32
+    }
+
+    /// The word for it in commands.
+    pub fn name(self) -> &'static str {
+        match self {
+            Layer::Buildings => "buildings",
+            Layer::Foliage => "foliage",
+            Layer::ParkedVehicles => "parked-vehicles",
+            Layer::Props => "props",
+            Layer::StreetLights => "street-lights",
+            Layer::Walls => "walls",
+        }
+    }
+
     /// Every layer, in this order.
     pub const ALL: [Layer; 6] = [
         Layer::Buildings,
@@ -124,6 +143,8 @@ pub struct Collider {
     pub half_extents_m: Vec3,
     /// Its turn about z.
     pub yaw_rad: f32,
+    /// Which of [`Town::objects`] it belongs to.
+    pub object: u32,
 }
 
 /// A street lamp's light. World space, metres.

@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::{Quat, Vec2, Vec3, vec2, vec3};
-use road::{LanePoint, LaneType, LaneTypes, Material};
+use road::{LaneIndex, LanePoint, LaneType, LaneTypes, Material};
 
 use super::building::Style;
 use super::lots::Garden;
@@ -79,9 +79,20 @@ fn lanes(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
                 vec2(PLACE_M as f32 * 0.5 - 0.4, width as f32 * 0.5 - 0.05)
             };
             let at = network.place_at(lane.index, along_m, 0.0);
-            let yaw = at.heading_rad as f32 + if across { FRAC_PI_2 } else { 0.0 };
+            let heading = at.heading_rad as f32;
+            let yaw = heading + if across { FRAC_PI_2 } else { 0.0 };
             if random.chance(TAKEN) {
-                let spot = Spot { at: at.position.truncate().as_vec2(), yaw, half };
+                let drives = |side: Option<LaneIndex>| {
+                    side.is_some_and(|i| LaneTypes::DRIVABLE.contains(network.lane(i).kind))
+                };
+                let left = Vec2::from_angle(heading).perp();
+                let out = match (drives(lane.left), drives(lane.right)) {
+                    (true, false) => -left,
+                    (false, true) => left,
+                    _ => Vec2::ZERO,
+                };
+                let out = if across { Vec2::ZERO } else { out };
+                let spot = Spot { at: at.position.truncate().as_vec2(), yaw, half, out };
                 let taken = ground::FURNITURE | ground::BUILT | ground::CLEAR;
                 spot.fill(plan, scene, fleet, taken, &mut random);
             }
@@ -112,7 +123,7 @@ fn spaces(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
             let turned = size.y > size.x;
             let half = if turned { vec2(size.y, size.x) } else { size } * 0.5;
             let yaw = heading_rad + if turned { FRAC_PI_2 } else { 0.0 };
-            let spot = Spot { at, yaw, half };
+            let spot = Spot { at, yaw, half, out: Vec2::ZERO };
             if random.chance(TAKEN) {
                 spot.fill(plan, scene, fleet, ground::FURNITURE | ground::BUILT, &mut random);
             }
@@ -132,7 +143,7 @@ fn drive(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet, garden: &Garden, ran
     }
     if random.chance(0.6) {
         let yaw = if random.chance(0.5) { yaw } else { yaw + PI };
-        let spot = Spot { at: center, yaw, half: vec2(long * 0.5, 1.25) };
+        let spot = Spot { at: center, yaw, half: vec2(long * 0.5, 1.25), out: Vec2::ZERO };
         spot.fill(plan, scene, fleet, ground::ROAD | ground::BUILT, random);
     }
 }
@@ -159,7 +170,7 @@ fn forecourt(
         let across = (bay as f32 + 0.5 - count as f32 * 0.5) * BAY_M;
         let at = center + garden.out * (half.x - 3.6) + along * across;
         let yaw = if random.chance(0.7) { yaw } else { yaw + PI };
-        let spot = Spot { at, yaw, half: vec2(2.8, BAY_M * 0.5 - 0.15) };
+        let spot = Spot { at, yaw, half: vec2(2.8, BAY_M * 0.5 - 0.15), out: Vec2::ZERO };
         spot.fill(plan, scene, fleet, ground::ROAD | ground::BUILT, random);
     }
 }
@@ -193,6 +204,7 @@ pub(super) fn lot(plan: &mut Plan, scene: &mut Scene, at: Vec2, yaw: f32, random
                 at: middle,
                 yaw: yaw + turn * FRAC_PI_2,
                 half: vec2(2.7, BAY_M * 0.5 - 0.15),
+                out: Vec2::ZERO,
             };
             spot.fill(plan, scene, &fleet, ground::ROAD | ground::BUILT, random);
         }
@@ -239,6 +251,8 @@ struct Spot {
     yaw: f32,
     /// Along the car and across. Metres.
     half: Vec2,
+    /// Towards the kerb, where cars stand close to it; else zero.
+    out: Vec2,
 }
 
 impl Spot {
@@ -266,9 +280,10 @@ impl Spot {
         let Some((number, car)) = fleet.pick(self.half, random) else { return };
         let half = car.half_extents_m;
         let forward = Vec2::from_angle(self.yaw);
+        let at = self.at + self.out * (self.half.y - half.y);
         // The middle of the box stands on the spot, not the origin.
-        let origin = self.at - forward * car.center_m.x;
-        let outline = rectangle(self.at, half.truncate(), self.yaw);
+        let origin = at - forward * car.center_m.x;
+        let outline = rectangle(at, half.truncate(), self.yaw);
         if !plan.raster.is_free(&outline, taken) || !is_beside_the_lanes(plan, &outline) {
             return;
         }

@@ -110,16 +110,17 @@ impl Scene {
         self.solid(&place, center - half, center + half);
     }
 
-    /// Makes a box solid, given in the space of an object.
+    /// Makes a box of the newest object solid, given in the object's space.
     pub(super) fn solid(&mut self, place: &Place, low: Vec3, high: Vec3) {
         self.town.colliders.push(Collider {
             center: place.point((low + high) * 0.5),
             half_extents_m: (high - low) * 0.5,
             yaw_rad: place.yaw_rad,
+            object: (self.town.objects.len() - 1) as u32,
         });
     }
 
-    /// Makes a post solid, from half a metre below its foot up.
+    /// Makes a post of the newest object solid, from half a metre below its foot up.
     pub(super) fn solid_post(&mut self, place: &Place, radius: f32, height: f32) {
         self.solid(place, vec3(-radius, -radius, -0.5), vec3(radius, radius, height));
     }

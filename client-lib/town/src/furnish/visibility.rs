@@ -1,0 +1,79 @@
+//! Which things of a town are there.
+
+use std::collections::BTreeMap;
+
+use super::{Layer, Object, Town};
+
+/// Layers and single objects that are switched off: nobody sees them or runs into them.
+///
+/// Objects go by their number in instance images without the highest bit: one more than the index
+/// into [`Town::objects`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Visibility {
+    /// Bit n: the n-th of [`Layer::ALL`] is off.
+    layers: u32,
+    /// A bit for each object that is off, by number / [`BLOCK_OBJECTS`].
+    objects: BTreeMap<u32, [u64; 16]>,
+}
+
+/// Objects that one block of bits is about.
+pub const BLOCK_OBJECTS: u32 = 1024;
+
+impl Visibility {
+    /// Switches the layers of a mask off or on; single objects stay as they are.
+    pub fn set_layers(&mut self, mask: u32, hidden: bool) {
+        self.layers = if hidden { self.layers | mask } else { self.layers & !mask };
+    }
+
+    /// Switches the objects of one block whose bits are set off or on.
+    pub fn set_objects(&mut self, block: u32, bits: &[u64; 16], hidden: bool) {
+        let own = self.objects.entry(block).or_default();
+        for (own, bits) in own.iter_mut().zip(bits) {
+            *own = if hidden { *own | bits } else { *own & !bits };
+        }
+        if *own == [0; 16] {
+            self.objects.remove(&block);
+        }
+    }
+
+    /// The mask of layers that are off.
+    pub fn hidden_layers(&self) -> u32 {
+        self.layers
+    }
+
+    /// Blocks with objects that are off, rising.
+    pub fn hidden_objects(&self) -> impl Iterator<Item = (u32, &[u64; 16])> {
+        self.objects.iter().map(|(block, bits)| (*block, bits))
+    }
+
+    /// Whether the object at this index of [`Town::objects`] is off.
+    pub fn hides(&self, index: u32, layer: Layer) -> bool {
+        let number = index + 1;
+        let within = number % BLOCK_OBJECTS;
+        let bits = self.objects.get(&(number / BLOCK_OBJECTS));
+        self.layers >> layer as u32 & 1 != 0
+            || bits.is_some_and(|bits| bits[within as usize / 64] >> (within % 64) & 1 != 0)
+    }
+}
+
+impl Town {
+    /// The town without what is switched off. Objects keep their numbers.
+    pub fn visible(&self, visibility: &Visibility) -> Town {
+        let hides = |index: usize, object: &Object| visibility.hides(index as u32, object.layer);
+        let off: Vec<bool> =
+            self.objects.iter().enumerate().map(|(index, object)| hides(index, object)).collect();
+        let is_on = |index: u32| !off[index as usize];
+        let mut town = self.clone();
+        town.mesh.triangles.clear();
+        town.mesh.faces.clear();
+        for (triangle, face) in self.mesh.triangles.iter().zip(&self.mesh.faces) {
+            if face.object == 0 || is_on(face.object - 1) {
+                town.mesh.triangle(*triangle, *face);
+            }
+        }
+        town.colliders.retain(|one| is_on(one.object));
+        town.lamps.retain(|one| is_on(one.object));
+        town.parked.retain(|one| is_on(one.object));
+        town
+    }
+}

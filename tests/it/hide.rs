@@ -1,0 +1,152 @@
+//! What of the town is switched off: nobody sees it, nobody runs into it, from one frame on.
+
+use bus::{Role, layer, output};
+use client_lib::{ActorId, Client, Frame, Measurement, Pose, Rig, Spawn, camera};
+use glam::{Quat, Vec3, vec3};
+use rustix::process::Signal;
+
+use crate::{
+    kit::{Digest, Scratch, Sim, eventually, kill, lives, small_map},
+    record::seen,
+};
+
+fn the_town() -> town::Town {
+    let text = std::fs::read_to_string(small_map()).unwrap();
+    town::furnish(&road::Network::parse(&text).unwrap(), 1)
+}
+
+/// From high above, over the whole town.
+fn rig(client: &mut Client) -> Rig {
+    let down = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
+    let outputs = output::COLOR | output::TAG | output::INSTANCE;
+    let sensors = [camera("above", Pose::new(Vec3::Z * 180.0, down), 320, 240, 1.4, outputs)];
+    client.create_rig("above", ActorId::NONE, &sensors, 2).unwrap()
+}
+
+fn look(client: &mut Client, rig: &mut Rig) -> (Frame, Measurement) {
+    let (frame, mut measured) = client.tick_and_collect(&mut [rig]).unwrap();
+    (frame, measured.pop().flatten().expect("a measurement of this frame"))
+}
+
+fn pixels(measured: &Measurement, number: u32) -> usize {
+    let number = number | 1 << 31;
+    measured.instances(0).unwrap().iter().filter(|id| **id == number).count()
+}
+
+fn tagged(measured: &Measurement, tag: road::Tag) -> usize {
+    measured.tags(0).unwrap().iter().filter(|code| **code == tag as u8).count()
+}
+
+fn digest(measured: &Measurement) -> Digest {
+    let mut digest = Digest::new();
+    digest.add(bytemuck::cast_slice(measured.color(0).unwrap()));
+    digest.add(bytemuck::cast_slice(measured.instances(0).unwrap()));
+    digest
+}
+
+/// A house that the camera sees well, its number, and where its solid box stands.
+fn house(measured: &Measurement, town: &town::Town) -> (u32, Vec3) {
+    let houses =
+        town.objects.iter().zip(1..).filter(|(one, _)| one.layer == town::Layer::Buildings);
+    let (_, number) = houses.max_by_key(|(_, number)| pixels(measured, *number)).unwrap();
+    assert!(pixels(measured, number) > 50, "no house is well in sight");
+    let solid = town.colliders.iter().find(|one| one.object == number - 1).unwrap();
+    (number, vec3(solid.center.x, solid.center.y, solid.center.z))
+}
+
+#[test]
+fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let mut rig = rig(&mut client);
+    let (_, before) = look(&mut client, &mut rig);
+    let (number, within) = house(&before, &the_town());
+    let whole = digest(&before);
+    drop(before);
+
+    let box_within = Spawn::new("static.prop.box01", Pose::level(within, 0.0));
+    let refused = client.spawn(box_within).unwrap_err().to_string();
+    assert!(refused.contains("building"), "{refused}");
+
+    client.hide_objects(&[number], true).unwrap();
+    let (_, hidden) = look(&mut client, &mut rig);
+    assert_eq!(pixels(&hidden, number), 0);
+    assert!(tagged(&hidden, road::Tag::Building) > 500, "the others are there");
+    drop(hidden);
+    let stranger = client.spawn(box_within).expect("nothing is in the way");
+    client.destroy(stranger).unwrap();
+
+    client.hide_objects(&[number | 1 << 31], false).unwrap();
+    let (_, after) = look(&mut client, &mut rig);
+    assert_eq!(digest(&after), whole, "shown again, it looks as it did");
+    drop(after);
+    assert!(client.spawn(box_within).is_err());
+
+    let unknown = client.hide_objects(&[1_000_000], true).unwrap_err().to_string();
+    assert!(unknown.contains("1000000"), "{unknown}");
+    drop((rig, client));
+    sim.end();
+}
+
+#[test]
+fn layers_go_and_come_back_and_whoever_joins_late_knows() {
+    let sim = Sim::start(&["--hide", "foliage,walls"]);
+    let mut client = sim.ticker();
+    let mut rig = rig(&mut client);
+    let (_, bare) = look(&mut client, &mut rig);
+    assert_eq!(tagged(&bare, road::Tag::Vegetation), 0);
+    assert!(tagged(&bare, road::Tag::Building) > 500);
+    drop(bare);
+    client.hide_layers(layer::FOLIAGE, false).unwrap();
+    client.hide_layers(layer::BUILDINGS, true).unwrap();
+    let (_, green) = look(&mut client, &mut rig);
+    assert!(tagged(&green, road::Tag::Vegetation) > 50);
+    assert_eq!(tagged(&green, road::Tag::Building), 0);
+    let green = digest(&green);
+
+    // The successor of a renderer learns it from the standing state.
+    let renderer = sim.pid(Role::Render).unwrap();
+    kill(renderer, Signal::KILL);
+    eventually("its end", || !lives(renderer));
+    let (_, again) = look(&mut client, &mut rig);
+    assert_eq!(digest(&again), green);
+    drop((again, rig, client));
+    sim.end();
+}
+
+#[test]
+fn what_is_off_is_part_of_the_state() {
+    let scratch = Scratch::new();
+    let path = scratch.path().join("state");
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let mut rig = rig(&mut client);
+    client.hide_layers(layer::BUILDINGS | layer::PROPS, true).unwrap();
+    client.hide_objects(&[1, 2, 3, 700], true).unwrap();
+    let off = digest(&look(&mut client, &mut rig).1);
+    client.save_state_to(&path).unwrap();
+    client.tick().unwrap();
+    let future = seen(&client);
+    client.hide_layers(layer::ALL, false).unwrap();
+    assert_ne!(digest(&look(&mut client, &mut rig).1), off);
+    client.load_state_from(&path).unwrap();
+    client.tick().unwrap();
+    assert!(seen(&client) == future, "the state hash holds what is off");
+    assert_eq!(digest(&look(&mut client, &mut rig).1), off);
+    drop((rig, client));
+    sim.end();
+}
+
+#[test]
+fn the_layers_of_the_bus_are_those_of_towns() {
+    let bits = [
+        layer::BUILDINGS,
+        layer::FOLIAGE,
+        layer::PARKED_VEHICLES,
+        layer::PROPS,
+        layer::STREET_LIGHTS,
+        layer::WALLS,
+    ];
+    assert_eq!(town::Layer::ALL.map(town::Layer::bit), bits);
+    assert_eq!(bits.iter().sum::<u32>(), layer::ALL);
+}
