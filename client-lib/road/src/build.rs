@@ -14,7 +14,7 @@ use crate::parse::{self, Records};
 use crate::signal::Controller;
 use crate::xml::line_of;
 use glam::DVec3;
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 
 /// Roads that lie farther from the file's origin than this get an origin of their own: f32 still
 /// resolves 2 mm there.
@@ -23,18 +23,26 @@ const FAR_M: f64 = 20_000.0;
 /// Everything in an OpenDRIVE text that does not fit together, by line; an error if it is no map
 /// at all. [`Network::findings`] stops at the thousandth.
 pub fn findings(xml: &str) -> Result<Vec<MapError>, MapError> {
-    let mut found = built(xml, usize::MAX)?.findings;
+    let mut found = built(xml, usize::MAX, threads())?.findings;
     found.sort_by(|a, b| (a.line, &a.reason).cmp(&(b.line, &b.reason)));
     Ok(found)
 }
 
 pub(crate) fn network(text: &str) -> Result<Network, MapError> {
     // A broken file may have any number of them; who drives needs the first ones at most.
-    built(text, 1000)
+    built(text, 1000, threads())
 }
 
-fn built(text: &str, findings_max: usize) -> Result<Network, MapError> {
-    let mut records = parse::records(text)?;
+/// More would wait for each other.
+const THREADS_MAX: usize = 8;
+
+fn threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from).min(THREADS_MAX)
+}
+
+/// The same network for any number of threads.
+pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<Network, MapError> {
+    let mut records = parse::records(text, threads)?;
     let mut findings = Findings { text, most: findings_max, found: Vec::new() };
     let road_ids = unique_roads(&records, text)?;
     let origin = local_origin(&mut records);
@@ -67,7 +75,7 @@ fn built(text: &str, findings_max: usize) -> Result<Network, MapError> {
     control(&mut network, &records.controllers, &records.junctions);
     scenery::stand(&mut network);
     network.uses = network.sorted_uses();
-    network.grid = LaneIndexGrid::new(&network);
+    network.grid = LaneIndexGrid::new(&network, threads);
     network.bounds = network.grid.bounds().unwrap_or_default();
     network.findings = findings.found;
     Ok(network)
@@ -88,8 +96,8 @@ impl Findings<'_> {
     }
 }
 
-fn unique_roads(records: &Records, text: &str) -> Result<BTreeMap<String, u32>, MapError> {
-    let mut ids = BTreeMap::new();
+fn unique_roads(records: &Records, text: &str) -> Result<HashMap<String, u32>, MapError> {
+    let mut ids = HashMap::with_capacity(records.roads.len());
     for (index, road) in records.roads.iter().enumerate() {
         if let Some(other) = ids.insert(road.id.clone(), index as u32) {
             let line = line_of(text, records.road_extras[index].offset);
@@ -124,10 +132,10 @@ fn local_origin(records: &mut Records) -> DVec3 {
 
 fn junctions(
     records: &mut Records,
-    road_ids: &BTreeMap<String, u32>,
+    road_ids: &HashMap<String, u32>,
     findings: &mut Findings,
 ) -> Vec<Junction> {
-    let ids: BTreeMap<&str, u32> =
+    let ids: HashMap<&str, u32> =
         records.junctions.iter().zip(0..).map(|(junction, index)| (&*junction.id, index)).collect();
     let mut junctions = Vec::new();
     for raw in &records.junctions {
@@ -188,7 +196,7 @@ fn junctions(
 }
 
 fn control(network: &mut Network, raw: &[parse::RawController], junctions: &[parse::RawJunction]) {
-    let signals: BTreeMap<String, u32> =
+    let signals: HashMap<String, u32> =
         network.signals.iter().zip(0..).map(|(signal, index)| (signal.id.clone(), index)).collect();
     for (controller, index) in raw.iter().zip(0..) {
         let mut ruled: Vec<u32> = Vec::new();
@@ -207,7 +215,7 @@ fn control(network: &mut Network, raw: &[parse::RawController], junctions: &[par
             signals: ruled,
         });
     }
-    let ids: BTreeMap<&str, u32> =
+    let ids: HashMap<&str, u32> =
         raw.iter().zip(0..).map(|(controller, index)| (&*controller.id, index)).collect();
     for (junction, raw) in network.junctions.iter_mut().zip(junctions) {
         junction.controllers =

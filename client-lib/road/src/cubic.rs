@@ -78,6 +78,16 @@ impl Profile {
         self.pieces.iter().all(|piece| piece.factors == [0.0; 4])
     }
 
+    /// Where the pieces begin.
+    pub(crate) fn knots(&self) -> impl Iterator<Item = f64> {
+        self.pieces.iter().map(|piece| piece.from_m)
+    }
+
+    /// Whether it has no bend at `along`.
+    pub(crate) fn is_straight(&self, along: f64) -> bool {
+        self.piece(along).is_none_or(|piece| piece.factors[2] == 0.0 && piece.factors[3] == 0.0)
+    }
+
     /// The piece that holds at `along`. Before the first piece there is none.
     pub(crate) fn piece(&self, along: f64) -> Option<&Cubic> {
         match self.pieces.as_slice() {

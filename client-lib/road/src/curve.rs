@@ -22,6 +22,8 @@ pub(crate) struct Curve {
     pub(crate) length_m: f64,
     start: DVec2,
     heading_rad: f64,
+    /// The direction at the start.
+    ahead: DVec2,
     shape: Shape,
 }
 
@@ -75,7 +77,8 @@ impl Curve {
         heading_rad: f64,
         shape: Shape,
     ) -> Curve {
-        Curve { from_m, length_m, start, heading_rad, shape }
+        let ahead = DVec2::from_angle(heading_rad);
+        Curve { from_m, length_m, start, heading_rad, ahead, shape }
     }
 
     /// Moves the curve by `by`.
@@ -90,14 +93,40 @@ impl Curve {
     /// The point at `ds` metres from the curve's start.
     pub(crate) fn at(&self, ds: f64) -> CurvePoint {
         let (local, turn, curvature, slope) = self.shape.at(ds);
-        let (sin, cos) = self.heading_rad.sin_cos();
         CurvePoint {
-            position: self.start
-                + DVec2::new(cos * local.x - sin * local.y, sin * local.x + cos * local.y),
+            position: self.start + self.ahead.rotate(local),
             heading_rad: self.heading_rad + turn,
             curvature_per_m: curvature,
             curvature_slope: slope,
         }
+    }
+
+    /// Position, direction and curvature at `ds` metres from the curve's start.
+    pub(crate) fn ray(&self, ds: f64) -> (DVec2, DVec2, f64) {
+        let (local, along, curvature) = match &self.shape {
+            Shape::Line => (DVec2::new(ds, 0.0), DVec2::X, 0.0),
+            Shape::Cubic { u, v, arc } => {
+                let p = arc.parameter(ds);
+                let along = DVec2::new(slope(u, p), slope(v, p));
+                let bend = DVec2::new(bend(u, p), bend(v, p));
+                let speed = along.length().max(1e-9);
+                (
+                    DVec2::new(value(u, p), value(v, p)),
+                    along / speed,
+                    along.perp_dot(bend) / (speed * speed * speed),
+                )
+            }
+            shape => {
+                let (local, turn, curvature, _) = shape.at(ds);
+                (local, DVec2::from_angle(turn), curvature)
+            }
+        };
+        (self.start + self.ahead.rotate(local), self.ahead.rotate(along), curvature)
+    }
+
+    /// Whether it has no bend.
+    pub(crate) fn is_line(&self) -> bool {
+        matches!(self.shape, Shape::Line)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::signal::{Controller, Signal};
 use glam::DVec3;
 
 /// A road network; it does not change once parsed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Network {
     pub(crate) header: Header,
     pub(crate) origin: DVec3,

@@ -13,7 +13,7 @@ use crate::lane::Lane;
 use crate::object::{RoadObject, Span};
 use crate::road::Road;
 use crate::signal::Signal;
-use crate::xml::Cursor;
+use crate::xml::{Cursor, line_of};
 use glam::DVec3;
 
 pub(crate) use junctions::{RawController, RawJunction};
@@ -34,6 +34,8 @@ pub(crate) struct Records {
     pub(crate) controllers: Vec<RawController>,
     pub(crate) objects: Vec<RoadObject>,
     pub(crate) spans: Vec<Span>,
+    /// Where the first element stands that was left to others, in bytes.
+    ended: usize,
 }
 
 /// What a road says of others.
@@ -65,18 +67,74 @@ pub struct Header {
     pub offset_heading_rad: f64,
 }
 
-/// Reads a whole file.
-pub(crate) fn records(text: &str) -> Result<Records, MapError> {
-    let mut xml = Cursor::new(text);
-    let mut records = Records::default();
-    let mut found = false;
-    while let Some(name) = xml.child(0)? {
-        if name != "OpenDRIVE" {
-            return Err(xml.error(format!("the root element is <{name}>, not <OpenDRIVE>")));
+/// Reads a whole file, in so many parts at once; what comes out does not depend on how many.
+pub(crate) fn records(text: &str, threads: usize) -> Result<Records, MapError> {
+    let borders = borders(text, threads);
+    let Some((first, later)) = borders.split_first() else { return alone(text) };
+    let ends = || later.iter().copied().chain([usize::MAX]);
+    std::thread::scope(|scope| {
+        let helpers: Vec<_> = borders
+            .iter()
+            .zip(ends())
+            .map(|(&from, end)| {
+                std::thread::Builder::new()
+                    .name("road-parse".to_string())
+                    .spawn_scoped(scope, move || part(Cursor::within(text, from, ROOT), end))
+            })
+            .collect();
+        let mut whole = part(Cursor::new(text), *first)?;
+        for (helper, from) in helpers.into_iter().zip(&borders) {
+            // Who did not stop at the border found that no road begins there, but that something
+            // else only looks so; what lies behind it was read in vain.
+            if whole.ended != *from {
+                return alone(text);
+            }
+            let next = helper.ok().and_then(|helper| helper.join().ok());
+            let Some(next) = next else { return alone(text) };
+            whole.append(next?);
         }
-        found = true;
+        whole.complete(text)
+    })
+}
+
+/// Places where a road seems to begin, so that the parts between them are about equally long.
+fn borders(text: &str, threads: usize) -> Vec<usize> {
+    let parts = threads.min(text.len() / PART_BYTES_MIN).max(1);
+    let mut borders: Vec<usize> = Vec::new();
+    for part in 1..parts {
+        let from = text.len() / parts * part;
+        let from = (from..).find(|at| text.is_char_boundary(*at)).unwrap_or(text.len());
+        let Some(at) = text[from..].find("<road ") else { break };
+        if borders.last().is_none_or(|last| from + at > *last) {
+            borders.push(from + at);
+        }
+    }
+    borders
+}
+
+/// Less is not worth a thread.
+const PART_BYTES_MIN: usize = 200_000;
+
+const ROOT: &str = "OpenDRIVE";
+
+fn alone(text: &str) -> Result<Records, MapError> {
+    part(Cursor::new(text), usize::MAX)?.complete(text)
+}
+
+/// Reads elements of the root from where the cursor stands to the one that begins at `end` or
+/// behind it.
+fn part(mut xml: Cursor, end: usize) -> Result<Records, MapError> {
+    let mut records = Records::default();
+    if xml.depth() == 0 && !enter(&mut xml)? {
+        return Ok(records);
+    }
+    loop {
         let root = xml.depth();
         while let Some(name) = xml.child(root)? {
+            if xml.offset() >= end {
+                records.ended = xml.offset();
+                return Ok(records);
+            }
             match name {
                 "header" => records.header = header(&mut xml)?,
                 "road" => roads::road(&mut xml, &mut records)?,
@@ -91,14 +149,69 @@ pub(crate) fn records(text: &str) -> Result<Records, MapError> {
                 _ => {}
             }
         }
+        if !enter(&mut xml)? {
+            return Ok(records);
+        }
     }
-    if !found {
-        return Err(xml.error("there is no <OpenDRIVE> element; is this an OpenDRIVE file?".into()));
+}
+
+/// Steps into the root; not if there is none.
+fn enter(xml: &mut Cursor) -> Result<bool, MapError> {
+    match xml.child(0)? {
+        None => Ok(false),
+        Some(ROOT) => Ok(true),
+        Some(name) => Err(xml.error(format!("the root element is <{name}>, not <{ROOT}>"))),
     }
-    if records.roads.is_empty() {
-        return Err(xml.error("the file has no roads".into()));
+}
+
+impl Records {
+    /// Adds what stands behind it in the file.
+    fn append(&mut self, mut next: Records) {
+        let (roads, lanes) = (self.roads.len() as u32, self.lanes.len() as u32);
+        for road in &mut next.roads {
+            for lane in road.sections.iter_mut().flat_map(|section| &mut section.lanes) {
+                lane.0 += lanes;
+            }
+        }
+        for lane in &mut next.lanes {
+            lane.index.0 += lanes;
+            lane.road += roads;
+        }
+        for signal in &mut next.signals {
+            signal.road += roads;
+            for rules in &mut signal.uses {
+                rules.road += roads;
+            }
+        }
+        next.references.iter_mut().for_each(|reference| reference.rules.road += roads);
+        next.objects.iter_mut().for_each(|object| object.road += roads);
+        next.spans.iter_mut().for_each(|span| span.road += roads);
+        if next.header != Header::default() {
+            self.header = next.header;
+        }
+        self.roads.append(&mut next.roads);
+        self.road_extras.append(&mut next.road_extras);
+        self.lanes.append(&mut next.lanes);
+        self.junctions.append(&mut next.junctions);
+        self.signals.append(&mut next.signals);
+        self.references.append(&mut next.references);
+        self.controllers.append(&mut next.controllers);
+        self.objects.append(&mut next.objects);
+        self.spans.append(&mut next.spans);
+        self.ended = next.ended;
     }
-    Ok(records)
+
+    fn complete(self, text: &str) -> Result<Records, MapError> {
+        let Some(last) = text.len().checked_sub(1).filter(|_| self.roads.is_empty()) else {
+            return Ok(self);
+        };
+        let reason = if text.contains("<OpenDRIVE") {
+            "the file has no roads"
+        } else {
+            "there is no <OpenDRIVE> element; is this an OpenDRIVE file?"
+        };
+        Err(MapError { line: line_of(text, last), reason: reason.to_string() })
+    }
 }
 
 fn header(xml: &mut Cursor) -> Result<Header, MapError> {

@@ -4,7 +4,7 @@ use crate::cubic::Jet;
 use crate::lane::{Lane, LaneIndex, LanePoint};
 use crate::network::Network;
 use crate::road::{Borders, Road, Section, Station};
-use glam::{DQuat, DVec3, EulerRot};
+use glam::{DQuat, DVec2, DVec3, EulerRot};
 
 /// A pose on the road. World space: right-handed, z up, metres and radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -74,11 +74,11 @@ impl Network {
         &self,
         road: &Road,
         section: &Section,
+        frame: &Frame,
         s: f64,
         centres: &mut Vec<(DVec3, f64)>,
     ) {
         centres.clear();
-        let frame = Frame::new(road.station(s));
         let offset = section.lane_offset(road, s).value;
         let ds = s - section.start_m;
         centres.resize(section.lanes.len(), (DVec3::ZERO, 0.0));
@@ -98,37 +98,6 @@ impl Network {
         };
         side(&mut left.rev(), 1.0);
         side(&mut right.into_iter(), -1.0);
-    }
-
-    /// The centre of one lane of a section at `s`, with half its width.
-    pub(crate) fn centre(
-        &self,
-        road: &Road,
-        section: &Section,
-        lane: &Lane,
-        s: f64,
-    ) -> (DVec3, f64) {
-        let first = section.lanes.first().map_or(0, |first| first.0);
-        let place = (lane.index.0 - first) as usize;
-        let ds = s - section.start_m;
-        let (mut inner, mut level) = (0.0, 0.0);
-        let mut step = |at: usize| {
-            let other = self.lane(section.lanes[at]);
-            let width = other.reach(inner, ds);
-            inner += width;
-            level += if other.level { width } else { 0.0 };
-        };
-        if place < section.left {
-            (place + 1..section.left).rev().for_each(&mut step);
-        } else {
-            (section.left..place).for_each(&mut step);
-        }
-        let sign = lane.sign();
-        let width = lane.reach(inner, ds);
-        let t = section.lane_offset(road, s).value + sign * (inner + 0.5 * width);
-        let level_t = sign * (level + if lane.level { 0.5 * width } else { 0.0 });
-        let up = road.unevenness(s, t) + lane.rise_at_centre(ds);
-        (Frame::new(road.station(s)).point(t, level_t, up), 0.5 * width)
     }
 
     /// The road's s at `along_m`, kept inside the lane.
@@ -215,7 +184,8 @@ impl Road {
 /// A station with the sines and cosines of its angles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
-    station: Station,
+    origin: DVec3,
+    curvature: f64,
     heading_sin: f64,
     heading_cos: f64,
     roll_sin: f64,
@@ -226,14 +196,34 @@ pub(crate) struct Frame {
 
 impl Frame {
     pub(crate) fn new(station: Station) -> Frame {
-        let (heading_sin, heading_cos) = station.heading_rad.sin_cos();
-        let roll = station.roll.value;
+        let position = DVec2::new(station.x, station.y);
+        let (sin, cos) = station.heading_rad.sin_cos();
+        let (elevation, roll) = (station.elevation, station.roll.value);
+        Frame::along(position, DVec2::new(cos, sin), station.curvature, elevation, roll)
+    }
+
+    /// A station whose heading is known by its direction.
+    pub(crate) fn along(
+        position: DVec2,
+        ahead: DVec2,
+        curvature: f64,
+        elevation: Jet,
+        roll: f64,
+    ) -> Frame {
         let (roll_sin, roll_cos) = if roll == 0.0 { (0.0, 1.0) } else { roll.sin_cos() };
         // Of the pitch -atan(slope).
-        let slope = station.elevation.slope;
+        let slope = elevation.slope;
         let pitch_cos = 1.0 / (1.0 + slope * slope).sqrt();
-        let pitch_sin = -slope * pitch_cos;
-        Frame { station, heading_sin, heading_cos, roll_sin, roll_cos, pitch_sin, pitch_cos }
+        Frame {
+            origin: position.extend(elevation.value),
+            curvature,
+            heading_sin: ahead.y,
+            heading_cos: ahead.x,
+            roll_sin,
+            roll_cos,
+            pitch_sin: -slope * pitch_cos,
+            pitch_cos,
+        }
     }
 
     /// The point at `t`, of which `level` metres lie on lanes that do not bank, `up` above the
@@ -245,9 +235,9 @@ impl Frame {
         let tilt = banked * self.roll_sin;
         let shove = tilt * self.pitch_sin;
         DVec3::new(
-            self.station.x - self.heading_sin * beside + self.heading_cos * shove,
-            self.station.y + self.heading_cos * beside + self.heading_sin * shove,
-            self.station.elevation.value + tilt * self.pitch_cos + up,
+            self.origin.x - self.heading_sin * beside + self.heading_cos * shove,
+            self.origin.y + self.heading_cos * beside + self.heading_sin * shove,
+            self.origin.z + tilt * self.pitch_cos + up,
         )
     }
 
@@ -258,7 +248,7 @@ impl Frame {
 
     /// How much longer a step along the path at `t` is than the same step of s.
     pub(crate) fn stretch(&self, t: f64) -> f64 {
-        (1.0 - self.station.curvature * t).max(0.1)
+        (1.0 - self.curvature * t).max(0.1)
     }
 
     /// The direction of the road, level.

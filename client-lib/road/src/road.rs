@@ -2,6 +2,7 @@ use crate::cubic::{Jet, Profile};
 use crate::curve::Curve;
 use crate::lane::{Lane, LaneIndex};
 use crate::mark::RoadMark;
+use crate::place::Frame;
 
 /// One road: a reference line and lanes along it.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,6 +121,23 @@ impl Road {
             elevation: self.elevation.jet(s),
             roll: self.superelevation.jet(s),
         }
+    }
+
+    /// Whether the reference line is straight at `s`, seen from above.
+    pub(crate) fn is_line_at(&self, s: f64) -> bool {
+        let after = self.curves.partition_point(|curve| curve.from_m <= s);
+        self.curves[after.max(1) - 1].is_line()
+    }
+
+    /// Where the reference line is at `s`, and how it bends there, seen from above and the side.
+    pub(crate) fn frame(&self, s: f64) -> (Frame, f64) {
+        let after = self.curves.partition_point(|curve| curve.from_m <= s);
+        let curve = &self.curves[after.max(1) - 1];
+        let (position, ahead, curvature) = curve.ray(s - curve.from_m);
+        let elevation = self.elevation.jet(s);
+        let roll = self.superelevation.at(s);
+        let frame = Frame::along(position, ahead, curvature, elevation, roll);
+        (frame, curvature.abs() + elevation.bend.abs())
     }
 
     /// How far the surface stands above the banked plane at `t`: crossfall and shapes.

@@ -6,6 +6,8 @@ mod queries;
 mod reference;
 mod small;
 mod surface;
+mod threads;
+mod xml;
 
 use crate::Network;
 use std::path::PathBuf;

@@ -1,26 +1,53 @@
 //! A cursor over XML text that walks children of the open element and forgets the rest.
+//!
+//! It looks at each byte once, borrows names and values from the text, and builds no tree.
+
+mod number;
+mod scan;
 
 use crate::MapError;
-use quick_xml::Reader;
-use quick_xml::events::{BytesEnd, BytesStart, Event};
-use std::borrow::Cow;
+use scan::{end_of_tag, find, find_text, resolved};
+use std::cell::Cell;
+
+pub(crate) use scan::line_of;
 
 /// Stands on one element at a time; its attributes may be asked until the next step.
 pub(crate) struct Cursor<'a> {
     text: &'a str,
-    reader: Reader<&'a [u8]>,
+    /// What was not yet looked at begins here, in bytes.
+    at: usize,
+    /// The last tag begins here.
+    tag: usize,
     open: Vec<&'a str>,
     attributes: Vec<(&'a str, &'a str)>,
+    /// Where the next attribute is looked for first: they are asked in the order of the file.
+    next: Cell<usize>,
     /// The innermost open element was written as one that holds nothing.
     closes: bool,
 }
 
 impl<'a> Cursor<'a> {
     pub(crate) fn new(text: &'a str) -> Cursor<'a> {
-        let mut reader = Reader::from_str(text);
-        // `close` compares the names: they stand in `open` anyway.
-        reader.config_mut().check_end_names = false;
-        Cursor { text, reader, open: Vec::new(), attributes: Vec::new(), closes: false }
+        Cursor {
+            text,
+            at: 0,
+            tag: 0,
+            open: Vec::new(),
+            attributes: Vec::new(),
+            next: Cell::new(0),
+            closes: false,
+        }
+    }
+
+    /// A cursor that stands at `offset` of the text, inside an element called `root`.
+    pub(crate) fn within(text: &'a str, offset: usize, root: &'a str) -> Cursor<'a> {
+        Cursor { at: offset, tag: offset, open: vec![root], ..Cursor::new(text) }
+    }
+
+    /// The current element's attributes, in the order of the file.
+    #[cfg(test)]
+    pub(crate) fn attributes(&self) -> &[(&'a str, &'a str)] {
+        &self.attributes
     }
 
     /// How many elements are open. The children of the current element stand one deeper.
@@ -31,101 +58,139 @@ impl<'a> Cursor<'a> {
     /// Steps to the next element directly inside the one at `depth`, over whatever lies deeper.
     /// None when that one closes.
     pub(crate) fn child(&mut self, depth: usize) -> Result<Option<&'a str>, MapError> {
+        let bytes = self.text.as_bytes();
         while self.open.len() >= depth {
             if std::mem::take(&mut self.closes) {
                 self.open.pop();
                 continue;
             }
-            match self.event()? {
-                Event::Start(start) => {
-                    let name = self.name(&start)?;
+            let Some(tag) = find(bytes, self.at, b'<') else {
+                self.at = bytes.len();
+                let Some(inner) = self.open.last() else { return Ok(None) };
+                return Err(
+                    self.error_here(format!("the file ends inside <{inner}>; is it cut off?"))
+                );
+            };
+            self.tag = tag;
+            match bytes.get(tag + 1) {
+                Some(b'/') => self.close()?,
+                Some(b'!' | b'?') => self.pass_over()?,
+                _ => {
+                    let is_wanted = self.open.len() == depth;
+                    let name = self.name()?;
                     self.open.push(name);
-                    if self.open.len() == depth + 1 {
-                        self.take_attributes(&start)?;
+                    if is_wanted {
+                        self.take_attributes()?;
                         return Ok(Some(name));
                     }
+                    self.at = match end_of_tag(bytes, self.at) {
+                        Some(end) => end,
+                        None => return Err(self.cut_off()),
+                    };
+                    if bytes[self.at - 2] == b'/' {
+                        self.open.pop();
+                    }
                 }
-                // What lies deeper than was asked for and holds nothing is over already.
-                Event::Empty(start) if self.open.len() == depth => {
-                    let name = self.name(&start)?;
-                    self.open.push(name);
-                    self.closes = true;
-                    self.take_attributes(&start)?;
-                    return Ok(Some(name));
-                }
-                Event::End(end) => self.close(&end)?,
-                Event::Eof => {
-                    let Some(inner) = self.open.last() else { return Ok(None) };
-                    return Err(
-                        self.error(format!("the file ends inside <{inner}>; is it cut off?"))
-                    );
-                }
-                _ => {}
             }
         }
         Ok(None)
     }
 
-    /// The text inside the current element up to its first child or its end.
+    /// The text inside the current element, up to its end.
     pub(crate) fn content(&mut self) -> Result<String, MapError> {
+        const CDATA: &str = "<![CDATA[";
         let mut content = String::new();
         let depth = self.open.len();
-        if std::mem::take(&mut self.closes) {
-            self.open.pop();
-            return Ok(content);
-        }
         while self.open.len() >= depth {
-            match self.event()? {
-                Event::Text(text) => content.push_str(&text),
-                Event::CData(text) => content.push_str(&text),
-                Event::Start(start) => {
-                    let name = self.name(&start)?;
-                    self.open.push(name);
+            if std::mem::take(&mut self.closes) {
+                self.open.pop();
+                continue;
+            }
+            let Some(tag) = find(self.text.as_bytes(), self.at, b'<') else {
+                self.at = self.text.len();
+                return Err(self.error_here("the file ends inside a text".into()));
+            };
+            content.push_str(&resolved(self.text.get(self.at..tag).unwrap_or_default()));
+            self.tag = tag;
+            let rest = &self.text[tag..];
+            match rest.as_bytes().get(1) {
+                Some(b'/') => self.close()?,
+                Some(b'!' | b'?') => {
+                    self.pass_over()?;
+                    let passed = &self.text[tag..self.at];
+                    if let Some(inside) = passed.strip_prefix(CDATA) {
+                        content.push_str(inside.strip_suffix("]]>").unwrap_or(inside));
+                    }
                 }
-                Event::End(end) => self.close(&end)?,
-                Event::Eof => return Err(self.error("the file ends inside a text".into())),
-                _ => {}
+                _ => {
+                    let name = self.name()?;
+                    self.open.push(name);
+                    self.take_attributes()?;
+                }
             }
         }
         Ok(content.trim().to_string())
     }
 
     /// An attribute as it stands in the file.
+    #[inline]
     pub(crate) fn raw(&self, key: &str) -> Option<&'a str> {
-        self.attributes.iter().find(|(name, _)| *name == key).map(|(_, value)| *value)
+        let next = self.next.get();
+        match self.attributes.get(next) {
+            Some((name, value)) if *name == key => {
+                self.next.set(next + 1);
+                Some(value)
+            }
+            _ => self.search(key),
+        }
+    }
+
+    fn search(&self, key: &str) -> Option<&'a str> {
+        let place = self.attributes.iter().position(|(name, _)| *name == key)?;
+        self.next.set(place + 1);
+        Some(self.attributes[place].1)
     }
 
     /// An attribute with its entities resolved; empty if missing.
     pub(crate) fn string(&self, key: &str) -> String {
-        let raw = self.raw(key).unwrap_or_default();
-        match quick_xml::escape::unescape(raw) {
-            Ok(Cow::Borrowed(text)) => text.to_string(),
-            Ok(Cow::Owned(text)) => text,
-            Err(_) => raw.to_string(),
-        }
+        resolved(self.raw(key).unwrap_or_default()).into_owned()
     }
 
     /// An attribute that must be there.
     pub(crate) fn required(&self, key: &str) -> Result<String, MapError> {
         match self.raw(key) {
-            Some(_) => Ok(self.string(key)),
+            Some(raw) => Ok(resolved(raw).into_owned()),
             None => Err(self.missing(key)),
         }
     }
 
     /// A finite number that must be there.
+    #[inline]
     pub(crate) fn number(&self, key: &str) -> Result<f64, MapError> {
         self.optional_number(key)?.ok_or_else(|| self.missing(key))
     }
 
     /// A finite number, or `default` if the attribute is missing.
+    #[inline]
     pub(crate) fn number_or(&self, key: &str, default: f64) -> Result<f64, MapError> {
         Ok(self.optional_number(key)?.unwrap_or(default))
     }
 
     /// A finite number, if the attribute is there and not empty.
+    #[inline]
     pub(crate) fn optional_number(&self, key: &str) -> Result<Option<f64>, MapError> {
-        let Some(raw) = self.raw(key) else { return Ok(None) };
+        match self.raw(key) {
+            None => Ok(None),
+            Some(raw) => self.number_in(key, raw),
+        }
+    }
+
+    fn number_in(&self, key: &str, raw: &str) -> Result<Option<f64>, MapError> {
+        if let Some(number) = number::decimal(raw.as_bytes())
+            && number.abs() < LARGEST
+        {
+            return Ok(Some(number));
+        }
         let raw = raw.trim();
         if raw.is_empty() {
             return Ok(None);
@@ -150,28 +215,19 @@ impl<'a> Cursor<'a> {
         })
     }
 
-    /// The line where the cursor stands, counted from 1.
-    pub(crate) fn line(&self) -> usize {
-        line_of(self.text, self.offset())
-    }
-
-    /// Where the cursor stands, in bytes; [`line_of`] turns it into a line when one is asked for.
+    /// Where the current element begins, in bytes; [`line_of`] turns it into a line when one is
+    /// asked for.
     pub(crate) fn offset(&self) -> usize {
-        self.reader.buffer_position() as usize
+        self.tag
     }
 
-    /// An error on the current line.
+    /// An error on the line of the current element.
     pub(crate) fn error(&self, reason: String) -> MapError {
-        MapError { line: self.line(), reason }
+        MapError { line: line_of(self.text, self.tag), reason }
     }
 
-    fn close(&mut self, end: &BytesEnd) -> Result<(), MapError> {
-        let name = end.name().into_inner();
-        match self.open.pop() {
-            Some(open) if open == name => Ok(()),
-            Some(open) => Err(self.error(format!("<{open}> is closed by </{name}>"))),
-            None => Err(self.error(format!("</{name}> closes nothing"))),
-        }
+    fn error_here(&self, reason: String) -> MapError {
+        MapError { line: line_of(self.text, self.at), reason }
     }
 
     fn here(&self) -> &'a str {
@@ -182,76 +238,99 @@ impl<'a> Cursor<'a> {
         self.error(format!("<{}> has no {key}", self.here()))
     }
 
-    fn event(&mut self) -> Result<Event<'a>, MapError> {
-        match self.reader.read_event() {
-            Ok(event) => Ok(event),
-            Err(problem) => {
-                let at = self.reader.error_position() as usize;
-                Err(MapError {
-                    line: line_of(self.text, at),
-                    reason: format!("this is not well-formed XML: {problem}"),
-                })
-            }
+    fn cut_off(&self) -> MapError {
+        self.error(format!("this is not well-formed XML: <{}> has no end", self.here()))
+    }
+
+    /// The name after the `<` of the current tag.
+    fn name(&mut self) -> Result<&'a str, MapError> {
+        let bytes = self.text.as_bytes();
+        let from = self.tag + 1;
+        let length = bytes[from..]
+            .iter()
+            .position(|byte| matches!(byte, b' ' | b'\n' | b'\t' | b'\r' | b'/' | b'>' | b'<'));
+        self.at = from + length.unwrap_or(bytes.len() - from);
+        if self.at == from {
+            return Err(self.error("this is not well-formed XML: a \"<\" has no name".into()));
+        }
+        Ok(&self.text[from..self.at])
+    }
+
+    fn close(&mut self) -> Result<(), MapError> {
+        let bytes = self.text.as_bytes();
+        let from = self.tag + 2;
+        let Some(end) = find(bytes, from, b'>') else { return Err(self.cut_off()) };
+        self.at = end + 1;
+        let name = &self.text[from..end];
+        match self.open.pop() {
+            Some(open) if open == name || open == name.trim_ascii_end() => Ok(()),
+            Some(open) => Err(self.error(format!("<{open}> is closed by </{name}>"))),
+            None => Err(self.error(format!("</{name}> closes nothing"))),
         }
     }
 
-    fn name(&self, start: &BytesStart<'a>) -> Result<&'a str, MapError> {
-        self.in_text(start.name().into_inner())
+    /// Steps over a comment, a CDATA section, a processing instruction or a declaration.
+    fn pass_over(&mut self) -> Result<(), MapError> {
+        let rest = &self.text.as_bytes()[self.tag..];
+        let (what, end) = match rest {
+            [b'<', b'!', b'-', b'-', inside @ ..] => {
+                ("a comment", find_text(inside, b"-->").map(|at| 4 + at + 3))
+            }
+            [b'<', b'!', b'[', inside @ ..] => {
+                ("a CDATA section", find_text(inside, b"]]>").map(|at| 3 + at + 3))
+            }
+            [b'<', b'?', inside @ ..] => {
+                ("an instruction", find_text(inside, b"?>").map(|at| 2 + at + 2))
+            }
+            _ => ("a declaration", scan::end_of_declaration(rest)),
+        };
+        match end {
+            Some(end) => {
+                self.at = self.tag + end;
+                Ok(())
+            }
+            None => Err(self.error(format!("this is not well-formed XML: {what} has no end"))),
+        }
     }
 
-    fn take_attributes(&mut self, start: &BytesStart<'a>) -> Result<(), MapError> {
+    /// Reads the current tag from after its name to its end.
+    fn take_attributes(&mut self) -> Result<(), MapError> {
         self.attributes.clear();
-        let mut rest = self.in_text(start.attributes_raw())?;
+        self.next.set(0);
+        let bytes = self.text.as_bytes();
         loop {
-            rest = rest.trim_ascii_start();
-            if rest.is_empty() {
-                return Ok(());
+            let mut at = self.at;
+            while bytes.get(at).is_some_and(u8::is_ascii_whitespace) {
+                at += 1;
             }
-            let Some((key, value, after)) = first_attribute(rest) else {
-                let start = rest.split_whitespace().next().unwrap_or_default();
+            self.at = at;
+            match bytes.get(at) {
+                Some(b'>') => {
+                    self.at += 1;
+                    return Ok(());
+                }
+                Some(b'/') if bytes.get(at + 1) == Some(&b'>') => {
+                    self.at += 2;
+                    self.closes = true;
+                    return Ok(());
+                }
+                Some(_) => {}
+                None => return Err(self.cut_off()),
+            }
+            let Some((key, value, after)) = scan::attribute(self.text, at) else {
+                let rest = self.text.get(at..).unwrap_or_default();
+                let start = rest.split([' ', '\n', '\r', '\t', '>']).next().unwrap_or_default();
+                let start: String = start.chars().take(40).collect();
                 return Err(self.error(format!(
                     "<{}>: \"{start}\" is no attribute; they are written name=\"value\"",
                     self.here()
                 )));
             };
             self.attributes.push((key, value));
-            rest = after;
+            self.at = after;
         }
     }
-
-    /// The same slice with the life of the text: events borrow the text, but only lend it on for
-    /// as long as they live themselves, so it is found there again by its address.
-    fn in_text(&self, slice: &str) -> Result<&'a str, MapError> {
-        let at = (slice.as_ptr() as usize).wrapping_sub(self.text.as_ptr() as usize);
-        self.text
-            .get(at..at.wrapping_add(slice.len()))
-            .ok_or_else(|| self.error("a name could not be read in place".into()))
-    }
-}
-
-/// Key and value of the attribute that `text` begins with, and what comes after it.
-fn first_attribute(text: &str) -> Option<(&str, &str, &str)> {
-    let bytes = text.as_bytes();
-    // Names are short: looking at each byte is faster than a search.
-    let equals = bytes.iter().position(|byte| *byte == b'=')?;
-    let mut open = equals + 1;
-    while bytes.get(open)?.is_ascii_whitespace() {
-        open += 1;
-    }
-    let quote = bytes[open];
-    if !matches!(quote, b'"' | b'\'') {
-        return None;
-    }
-    let close = open + 1 + bytes[open + 1..].iter().position(|byte| *byte == quote)?;
-    // The places of ASCII signs are borders of characters.
-    Some((text[..equals].trim_ascii_end(), text.get(open + 1..close)?, text.get(close + 1..)?))
 }
 
 /// Coordinates and lengths beyond this are a fault of the file, not a place on Earth.
 const LARGEST: f64 = 1e9;
-
-/// The line of a byte offset, counted from 1.
-pub(crate) fn line_of(text: &str, offset: usize) -> usize {
-    let at = offset.min(text.len());
-    1 + text.as_bytes()[..at].iter().filter(|&&byte| byte == b'\n').count()
-}

@@ -5,7 +5,7 @@ use crate::junction::{Junction, JunctionKind};
 use crate::lane::LaneIndex;
 use crate::parse::{RawLink, Records};
 use crate::road::RoadLink;
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 
 /// One end of a lane along s.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -16,11 +16,11 @@ struct LaneEnd {
 
 pub(super) fn join(
     records: &mut Records,
-    road_ids: &BTreeMap<String, u32>,
+    road_ids: &HashMap<String, u32>,
     junctions: &[Junction],
     findings: &mut Findings,
 ) {
-    let junction_ids: BTreeMap<&str, u32> =
+    let junction_ids: HashMap<&str, u32> =
         junctions.iter().zip(0..).map(|(junction, index)| (&*junction.id, index)).collect();
     for index in 0..records.roads.len() {
         let extra = &records.road_extras[index];
@@ -57,13 +57,15 @@ fn declared(
     findings: &mut Findings,
 ) -> Vec<(LaneEnd, LaneEnd)> {
     let mut pairs = Vec::new();
-    // Ways out of each road's end into a junction.
-    let mut ways: BTreeMap<(u32, u32), Vec<usize>> = BTreeMap::new();
+    // Ways out of each road's end into a junction: incoming road, junction, which of its ways.
+    let mut ways: Vec<(u32, u32, usize)> = Vec::new();
     for (junction, index) in junctions.iter().zip(0..) {
-        for (way, connection) in junction.connections.iter().enumerate() {
-            ways.entry((connection.incoming, index)).or_default().push(way);
-        }
+        let incoming = |(way, connection): (usize, &crate::junction::Connection)| {
+            (connection.incoming, index, way)
+        };
+        ways.extend(junction.connections.iter().enumerate().map(incoming));
     }
+    ways.sort_unstable();
     let find = |road: u32, section: usize, id: i32| {
         let section = records.roads[road as usize].sections.get(section)?;
         section.lanes.iter().copied().find(|lane| records.lanes[lane.0 as usize].id == id)
@@ -85,9 +87,10 @@ fn declared(
                     (road, if at_start { 0 } else { sections - 1 }, at_start)
                 }
                 (None, Some(RoadLink::Junction(junction))) => {
-                    let through = ways.get(&(lane.road, junction)).into_iter().flatten();
-                    for way in through {
-                        let connection = &junctions[junction as usize].connections[*way];
+                    let first = ways.partition_point(|way| (way.0, way.1) < (lane.road, junction));
+                    let through = ways[first..].iter();
+                    for way in through.take_while(|way| (way.0, way.1) == (lane.road, junction)) {
+                        let connection = &junctions[junction as usize].connections[way.2];
                         let sections = records.roads[connection.connecting as usize].sections.len();
                         let section = if connection.at_start { 0 } else { sections - 1 };
                         for (from, to) in &connection.lane_links {

@@ -39,7 +39,7 @@ impl<'a> Cover<'a> {
                 && self.network.lanes()[piece.lane as usize].road != self.road
                 && !pieces
                     .iter()
-                    .any(|other: &Segment| other.lane == piece.lane && other.from_s == piece.from_s)
+                    .any(|other: &Segment| other.lane == piece.lane && other.along == piece.along)
             {
                 pieces.push(*piece);
             }
@@ -68,7 +68,7 @@ impl Near<'_> {
     /// Whether `point` lies on one of them.
     pub(super) fn paved(&self, point: DVec3) -> bool {
         self.pieces.iter().any(|piece| {
-            let Some(pass) = abreast(piece, point) else { return false };
+            let Some(pass) = abreast(self.network, piece, point) else { return false };
             if pass.beside_m > f64::from(piece.outside_m) {
                 return false;
             }
@@ -90,7 +90,7 @@ struct Pass {
 }
 
 /// Where a piece of the index passes `point`, if it does so.
-fn abreast(piece: &Segment, point: DVec3) -> Option<Pass> {
+fn abreast(network: &Network, piece: &Segment, point: DVec3) -> Option<Pass> {
     let along = (piece.to - piece.from).truncate();
     let length = along.length_squared();
     if length <= 0.0 {
@@ -99,15 +99,17 @@ fn abreast(piece: &Segment, point: DVec3) -> Option<Pass> {
     let offset = (point - piece.from).truncate();
     let share = offset.dot(along) / length;
     // Beside a bend the pieces' sectors gape; a little overlap closes them.
-    if !(-0.1..=1.1).contains(&share) {
+    let overlap = (0.6 / length.sqrt()).min(0.1);
+    if !(-overlap..=1.0 + overlap).contains(&share) {
         return None;
     }
     let beside_m = along.perp_dot(offset).abs() / length.sqrt();
     if beside_m > WIDEST_M {
         return None;
     }
-    let from_s = f64::from(piece.from_s);
-    Some(Pass { s: from_s + share * (f64::from(piece.to_s) - from_s), share, beside_m })
+    let lane = &network.lanes()[piece.lane as usize];
+    let [from_s, to_s] = piece.along.map(|along_m| network.s_of(lane, along_m));
+    Some(Pass { s: from_s + share * (to_s - from_s), share, beside_m })
 }
 
 fn on_lane(network: &Network, lane: &Lane, s: f64, point: DVec3) -> bool {
@@ -181,7 +183,9 @@ impl<'a> Blend<'a> {
             if lane.junction != Some(self.junction) {
                 return;
             }
-            let Some(Pass { s, beside_m, .. }) = abreast(piece, point) else { return };
+            let Some(Pass { s, beside_m, .. }) = abreast(self.network, piece, point) else {
+                return;
+            };
             if beside_m > f64::from(piece.outside_m) {
                 return;
             }

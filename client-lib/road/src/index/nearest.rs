@@ -1,0 +1,249 @@
+//! The nearest lane: rough distances choose a few pieces, exact ones the lane.
+
+use super::{Entry, LaneIndexGrid, Segment};
+use crate::lane::{Lane, LaneIndex, LanePoint, LaneTypes};
+use crate::network::Network;
+use glam::{DVec2, DVec3, Vec3};
+
+/// Rough distances are wrong by at most this: pieces sag, and f32 rounds.
+const ROUGH_M: f32 = 0.1;
+
+impl LaneIndexGrid {
+    pub(crate) fn nearest(
+        &self,
+        network: &Network,
+        point: DVec3,
+        types: LaneTypes,
+    ) -> Option<LanePoint> {
+        if self.types & types.0 == 0 || !point.is_finite() {
+            return None;
+        }
+        let flat = point.truncate();
+        // The four cells round the corner that is nearest, then ring by ring those round them.
+        let corner = ((flat - self.low) / self.cell_m).round();
+        let most = DVec2::new(self.columns as f64, self.rows as f64);
+        let corner = corner.clamp(DVec2::ZERO, most).as_i64vec2();
+        let mut few = Few::default();
+        let mut seen: Option<[i64; 4]> = None;
+        for ring in 1.. {
+            let clamped = |at: i64, end: usize| at.clamp(0, end as i64);
+            let block = [
+                clamped(corner.x - ring, self.columns),
+                clamped(corner.x + ring, self.columns),
+                clamped(corner.y - ring, self.rows),
+                clamped(corner.y + ring, self.rows),
+            ];
+            for row in block[2]..block[3] {
+                match seen {
+                    Some([left, right, low, high]) if (low..high).contains(&row) => {
+                        self.row(row, block[0]..left, point, types, &mut few);
+                        self.row(row, right..block[1], point, types, &mut few);
+                    }
+                    _ => self.row(row, block[0]..block[1], point, types, &mut few),
+                }
+            }
+            // Nothing outside the block can be nearer than its edge.
+            let clear = self.clearance(flat, block);
+            if clear * clear > f64::from(few.limit_squared) || clear == f64::INFINITY {
+                break;
+            }
+            seen = Some(block);
+        }
+        self.choose(network, &few, point)
+    }
+
+    /// How far the nearest cell outside of a block of cells is at least; infinite if there is none.
+    fn clearance(&self, point: DVec2, [left, right, low, high]: [i64; 4]) -> f64 {
+        let mut clear = f64::INFINITY;
+        let (columns, rows) = (self.columns as i64, self.rows as i64);
+        let at = (point - self.low) / self.cell_m;
+        for (inside, beyond) in [
+            (at.x - left as f64, left > 0),
+            (right as f64 - at.x, right < columns),
+            (at.y - low as f64, low > 0),
+            (high as f64 - at.y, high < rows),
+        ] {
+            if beyond {
+                clear = clear.min(inside.max(0.0) * self.cell_m);
+            }
+        }
+        clear
+    }
+
+    fn row(
+        &self,
+        row: i64,
+        columns: std::ops::Range<i64>,
+        point: DVec3,
+        types: LaneTypes,
+        few: &mut Few,
+    ) {
+        for column in columns {
+            let cell = row as usize * self.columns + column as usize;
+            let (from, to) = (self.starts[cell] as usize, self.starts[cell + 1] as usize);
+            if from == to {
+                continue;
+            }
+            let here = (point - self.corner(column as usize, row as usize)).as_vec3();
+            for entry in &self.entries[from..to] {
+                if entry.types & types.0 != 0 {
+                    let squared = entry.distance_squared(here);
+                    if squared <= few.limit_squared {
+                        few.offer(squared, entry.segment);
+                    }
+                }
+            }
+        }
+    }
+
+    fn choose(&self, network: &Network, few: &Few, point: DVec3) -> Option<LanePoint> {
+        // Of each lane its nearest piece.
+        let mut near: [Option<(f32, &Segment)>; Few::MOST] = [None; Few::MOST];
+        let mut lanes = 0;
+        for (squared, segment) in few.found().filter(|found| found.0 <= few.limit_squared) {
+            let segment = &self.segments[segment as usize];
+            let own = near[..lanes].iter_mut().flatten().find(|old| old.1.lane == segment.lane);
+            match own {
+                Some(old) if squared < old.0 => *old = (squared, segment),
+                Some(_) => {}
+                None => {
+                    near[lanes] = Some((squared, segment));
+                    lanes += 1;
+                }
+            }
+        }
+        let is_clear = lanes == 1;
+        let mut best: Option<(f64, LanePoint)> = None;
+        for (squared, segment) in near.into_iter().flatten() {
+            let along = segment.to - segment.from;
+            let length = along.length_squared();
+            let share = (point - segment.from).dot(along) / length.max(1e-12);
+            let share = share.clamp(0.0, 1.0);
+            let [from, to] = segment.along;
+            let at =
+                LanePoint { lane: LaneIndex(segment.lane), along_m: from + share * (to - from) };
+            if segment.is_straight {
+                if is_clear {
+                    return Some(at);
+                }
+                let squared = point.distance_squared(segment.from + along * share);
+                if best.is_none_or(|(best, _)| squared < best) {
+                    best = Some((squared, at));
+                }
+                continue;
+            }
+            // Who sags too little to come before the best is not asked.
+            let least = f64::from(squared).sqrt() - f64::from(segment.sag_m) - ROUNDED_M;
+            if best.is_some_and(|(best, _)| least > 0.0 && least * least > best) {
+                continue;
+            }
+            let at = network.refined(network.lane(at.lane), at, point);
+            if is_clear {
+                return Some(at);
+            }
+            let squared = network.place(at).position.distance_squared(point);
+            if best.is_none_or(|(best, _)| squared < best) {
+                best = Some((squared, at));
+            }
+        }
+        best.map(|(_, at)| at)
+    }
+}
+
+/// What f32 may have rounded away.
+const ROUNDED_M: f64 = 1e-3;
+
+impl Entry {
+    /// The squared distance to a point that counts from the same corner.
+    fn distance_squared(&self, point: Vec3) -> f32 {
+        let offset = point - Vec3::from_array(self.from);
+        let along = Vec3::from_array(self.along);
+        let share = offset.dot(along) / along.length_squared().max(1e-9);
+        (offset - along * share.clamp(0.0, 1.0)).length_squared()
+    }
+}
+
+/// The nearest pieces of those seen so far.
+#[derive(Clone, Copy)]
+struct Few {
+    /// Squared distance and segment.
+    list: [(f32, u32); Few::MOST],
+    count: usize,
+    best_squared: f32,
+    /// No piece farther than this can be the nearest.
+    limit_squared: f32,
+}
+
+impl Default for Few {
+    fn default() -> Self {
+        let far = f32::INFINITY;
+        Few { list: [(far, 0); Few::MOST], count: 0, best_squared: far, limit_squared: far }
+    }
+}
+
+impl Few {
+    const MOST: usize = 8;
+
+    fn offer(&mut self, squared: f32, segment: u32) {
+        if squared < self.best_squared {
+            self.best_squared = squared;
+            self.limit_squared = (squared.sqrt() + ROUGH_M).powi(2);
+            // Those that the new one has left too far behind make room.
+            let mut kept = 0;
+            for at in 0..self.count {
+                if self.list[at].0 <= self.limit_squared {
+                    self.list[kept] = self.list[at];
+                    kept += 1;
+                }
+            }
+            self.count = kept;
+        }
+        if self.list[..self.count].iter().any(|found| found.1 == segment) {
+            return;
+        }
+        if self.count < Few::MOST {
+            self.list[self.count] = (squared, segment);
+            self.count += 1;
+            return;
+        }
+        let far = |a: &&mut (f32, u32), b: &&mut (f32, u32)| a.0.total_cmp(&b.0);
+        if let Some(last) = self.list.iter_mut().max_by(far)
+            && squared < last.0
+        {
+            *last = (squared, segment);
+        }
+    }
+
+    fn found(&self) -> impl Iterator<Item = (f32, u32)> + Clone + '_ {
+        self.list[..self.count].iter().copied()
+    }
+}
+
+impl Network {
+    /// The foot of `point` on the lane's exact centre, beginning from a place near it.
+    fn refined(&self, lane: &Lane, near: LanePoint, point: DVec3) -> LanePoint {
+        let road = &self.roads()[lane.road as usize];
+        let start = road.sections[lane.section as usize].start_m;
+        let mut s = self.s_of(lane, near.along_m);
+        for _ in 0..2 {
+            let station = road.station(s);
+            let lateral = self.lateral(road, lane, s, 0.0);
+            let pose = road.pose(&station, s, &lateral);
+            let offset = point - pose.position;
+            let (sin, cos) = pose.heading_rad.sin_cos();
+            let (pitch_sin, pitch_cos) = pose.pitch_rad.sin_cos();
+            let ahead = (offset.x * cos + offset.y * sin) * pitch_cos - offset.z * pitch_sin;
+            // A step along the path is longer or shorter than the same step of s, and the foot
+            // moves faster on the inside of a bend.
+            let left = offset.y * cos - offset.x * sin;
+            let stretch = (1.0 - station.curvature * lateral.t.value).max(0.1);
+            let bend = (1.0 - pose.curvature_per_m * left).max(0.2);
+            let step = ahead / (stretch * bend);
+            s = (s + step).clamp(start, start + lane.length_m);
+            if step.abs() < 1e-4 {
+                break;
+            }
+        }
+        self.point_at_s(lane, s)
+    }
+}

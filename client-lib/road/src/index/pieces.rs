@@ -1,0 +1,234 @@
+//! Lane centres cut into pieces that are straight, or nearly so.
+
+use super::{SLACK_M, Segment};
+use crate::lane::Lane;
+use crate::network::Network;
+use crate::road::{Road, Section};
+use glam::DVec3;
+
+/// Pieces may be so long where nothing bends.
+const STRAIGHT_M: f64 = 24.0;
+/// Where something bends.
+const BENT_M: f64 = 6.0;
+/// Where widths or banking do, of which only the ends of a piece tell.
+const SHAPED_M: f64 = 3.0;
+/// And nowhere shorter than this.
+const SHORTEST_M: f64 = 0.2;
+/// No lane's centre should lie farther from its pieces than this.
+const SAG_M: f64 = 0.05;
+/// More pieces than this are made of a broken file only.
+const PIECES_MAX: f64 = 1e6;
+/// What a width or a bank that bends may add to a sag.
+const SHAPED_SAG_M: f64 = 0.02;
+
+/// Where a lane's centre is, and half its width.
+type Centre = (DVec3, f64);
+
+/// One end of the pieces between two places of a section.
+#[derive(Default)]
+struct Row {
+    s: f64,
+    /// How much the reference line bends, per metre.
+    bend: f64,
+    centres: Vec<Centre>,
+}
+
+/// Cuts the lanes of roads into pieces, in their order.
+pub(super) fn of_roads(network: &Network, roads: &[Road], total_m: f64) -> Vec<Segment> {
+    let mut cutter = Cutter {
+        network,
+        segments: Vec::new(),
+        finest: (total_m / PIECES_MAX).max(SHORTEST_M),
+        rows: Default::default(),
+        knots: Vec::new(),
+    };
+    for road in roads {
+        for section in &road.sections {
+            cutter.section(road, section);
+        }
+    }
+    cutter.segments
+}
+
+struct Cutter<'a> {
+    network: &'a Network,
+    segments: Vec<Segment>,
+    /// No piece that bends is shorter.
+    finest: f64,
+    rows: [Row; 2],
+    knots: Vec<f64>,
+}
+
+/// What holds between two knots of a section.
+#[derive(Clone, Copy, PartialEq)]
+enum Run {
+    /// Every lane's centre is straight, and run through evenly.
+    Straight,
+    /// Only the reference line bends.
+    Bent,
+    /// Widths or banks bend as well.
+    Shaped,
+}
+
+impl Cutter<'_> {
+    fn section(&mut self, road: &Road, section: &Section) {
+        if section.lanes.is_empty() {
+            return;
+        }
+        let end = section.start_m + section.length_m;
+        self.find_knots(road, section);
+        for knot in 0..self.knots.len().max(1) {
+            let from = self.knots.get(knot).copied().unwrap_or(section.start_m);
+            let to = self.knots.get(knot + 1).copied().unwrap_or(end);
+            let to = if knot + 1 == self.knots.len() { end } else { to };
+            match self.run(road, section, 0.5 * (from + to)) {
+                Run::Straight => self.straight(road, section, from, to),
+                run => self.bent(road, section, from, to, run),
+            }
+        }
+    }
+
+    /// Where one polynomial ends and another begins; the section's start is the first.
+    fn find_knots(&mut self, road: &Road, section: &Section) {
+        let (start, end) = (section.start_m, section.start_m + section.length_m);
+        self.knots.clear();
+        let Cutter { knots, .. } = self;
+        let mut add = |s: f64| {
+            if s > start + KNOT_M && s < end - KNOT_M {
+                knots.push(s);
+            }
+        };
+        road.curves.iter().for_each(|curve| add(curve.from_m));
+        road.elevation.knots().for_each(&mut add);
+        road.lane_offset.knots().for_each(&mut add);
+        for lane in &section.lanes {
+            let lane = self.network.lane(*lane);
+            let records = lane.widths.knots().chain(lane.borders.knots());
+            let records = records.chain(lane.heights.iter().map(|height| height.from_m));
+            records.for_each(|ds| add(start + ds));
+        }
+        knots.push(start);
+        knots.sort_by(f64::total_cmp);
+        knots.dedup_by(|later, earlier| *later - *earlier < KNOT_M);
+    }
+
+    fn run(&self, road: &Road, section: &Section, s: f64) -> Run {
+        let ds = s - section.start_m;
+        let lanes = || section.lanes.iter().map(|lane| self.network.lane(*lane));
+        let is_even = |lane: &Lane| lane.widths.is_straight(ds) && lane.borders.is_empty();
+        let is_flat = road.superelevation.is_zero()
+            && road.crossfall.iter().all(|side| side.is_empty())
+            && road.shapes.is_empty();
+        if !is_flat || !road.lane_offset.is_straight(s) || !lanes().all(is_even) {
+            Run::Shaped
+        } else if road.is_line_at(s) && road.elevation.is_straight(s) {
+            Run::Straight
+        } else {
+            Run::Bent
+        }
+    }
+
+    fn straight(&mut self, road: &Road, section: &Section, from: f64, to: f64) {
+        let count = ((to - from) / STRAIGHT_M.max(self.finest)).ceil().clamp(1.0, 1e6) as usize;
+        self.look(road, section, from, 0);
+        // What holds behind a knot does not yet hold here.
+        self.look(road, section, to.next_down().max(from), 1);
+        for (place, lane) in section.lanes.iter().enumerate() {
+            let lane = self.network.lane(*lane);
+            let [a, b] = [0, 1].map(|row: usize| self.rows[row].centres[place]);
+            let at = |share: f64| Centre::from((a.0.lerp(b.0, share), a.1 + (b.1 - a.1) * share));
+            for piece in 0..count {
+                let shares = [piece, piece + 1].map(|end| end as f64 / count as f64);
+                let s = shares.map(|share| from + (to - from) * share);
+                self.segments.push(segment(section, lane, shares.map(at), s, 0.0, true));
+            }
+        }
+    }
+
+    fn bent(&mut self, road: &Road, section: &Section, from: f64, to: f64, run: Run) {
+        let most = if run == Run::Bent { BENT_M } else { SHAPED_M }.max(self.finest);
+        self.look(road, section, from, 0);
+        loop {
+            let here = self.rows[0].s;
+            if here >= to {
+                break;
+            }
+            let mut step = most.min(fitting(self.rows[0].bend)).max(self.finest);
+            loop {
+                // The last two are about equally long.
+                let left = to - here;
+                let next = if left <= step {
+                    to
+                } else {
+                    here + if left < 2.0 * step { 0.5 * left } else { step }
+                };
+                self.look(road, section, if next == to { to.next_down() } else { next }, 1);
+                let fits = fitting(self.rows[1].bend);
+                if next - here <= 1.5 * fits || step <= self.finest {
+                    self.rows[1].s = next;
+                    break;
+                }
+                step = fits.max(0.25 * step).max(self.finest);
+            }
+            self.between(section, run);
+            self.rows.swap(0, 1);
+        }
+    }
+
+    /// The pieces from the first row to the second.
+    fn between(&mut self, section: &Section, run: Run) {
+        let [from, to] = &self.rows;
+        let bend = from.bend.max(to.bend);
+        for (place, lane) in section.lanes.iter().enumerate() {
+            let lane = self.network.lane(*lane);
+            let ends = [from.centres[place], to.centres[place]];
+            // An arc's height over its chord is an eighth of length times turn.
+            let turn = bend * (to.s - from.s);
+            let mut sag = 1.5 * 0.125 * ends[0].0.distance(ends[1].0) * turn;
+            if run == Run::Shaped {
+                sag += SHAPED_SAG_M;
+            }
+            self.segments.push(segment(section, lane, ends, [from.s, to.s], sag, false));
+        }
+    }
+
+    fn look(&mut self, road: &Road, section: &Section, s: f64, row: usize) {
+        let (frame, bend) = road.frame(s);
+        let row = &mut self.rows[row];
+        (row.s, row.bend) = (s, bend);
+        self.network.centres(road, section, &frame, s, &mut row.centres);
+    }
+}
+
+/// Knots nearer than this are one.
+const KNOT_M: f64 = 1e-6;
+
+/// How long a piece may be that bends so much.
+fn fitting(bend: f64) -> f64 {
+    (8.0 * SAG_M / bend.max(1e-9)).sqrt()
+}
+
+fn segment(
+    section: &Section,
+    lane: &Lane,
+    [from, to]: [Centre; 2],
+    s: [f64; 2],
+    sag_m: f64,
+    is_straight: bool,
+) -> Segment {
+    let along = |s: f64| {
+        let ds = s - section.start_m;
+        if lane.forward { ds } else { lane.length_m - ds }
+    };
+    Segment {
+        from: from.0,
+        to: to.0,
+        lane: lane.index.0,
+        types: lane.kind as u32,
+        along: s.map(along),
+        sag_m: sag_m as f32,
+        outside_m: (from.1.max(to.1) + sag_m + SLACK_M) as f32,
+        inside_m: (from.1.min(to.1) - sag_m - SLACK_M) as f32,
+        is_straight,
+    }
+}
