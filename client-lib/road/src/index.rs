@@ -6,7 +6,7 @@ mod pieces;
 
 use crate::network::Network;
 use crate::road::Road;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// A piece of a lane's centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,16 +23,29 @@ pub(crate) struct Segment {
     pub(crate) outside_m: f32,
     /// Everything nearer beside it than this lies on the lane.
     pub(crate) inside_m: f32,
-    /// The lane's centre is the piece, and `along` runs evenly.
-    is_straight: bool,
+    shape: Shape,
+    /// How the centre runs at both ends, for the whole piece; of [`Shape::Arc`] only.
+    tangents: [Vec3; 2],
+}
+
+/// How the lane's centre follows a piece.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shape {
+    /// It is the piece, run through evenly.
+    Straight,
+    /// It is the cubic that has the ends and the tangents of the piece, but for a tenth of a
+    /// millimetre.
+    Arc,
+    /// Only the road itself knows.
+    Free,
 }
 
 /// A segment as a cell of the grid knows it: where it is relative to the cell's lower corner, so
 /// that f32 holds a tenth of a millimetre. All that a cell has lies together in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Entry {
-    from: [f32; 3],
-    along: [f32; 3],
+    from: Vec3,
+    along: Vec3,
     types: u32,
     segment: u32,
 }
@@ -156,12 +169,7 @@ impl LaneIndexGrid {
     fn entry(&self, segment: &Segment, index: u32, cell: usize) -> Entry {
         let from = segment.from - self.corner(cell % self.columns, cell / self.columns);
         let along = segment.to - segment.from;
-        Entry {
-            from: from.as_vec3().to_array(),
-            along: along.as_vec3().to_array(),
-            types: segment.types,
-            segment: index,
-        }
+        Entry { from: from.as_vec3(), along: along.as_vec3(), types: segment.types, segment: index }
     }
 
     /// Where a cell counts its places from.

@@ -4,7 +4,7 @@ use crate::cubic::Jet;
 use crate::lane::{Lane, LaneIndex, LanePoint};
 use crate::network::Network;
 use crate::road::{Borders, Road, Section, Station};
-use glam::{DQuat, DVec2, DVec3, EulerRot};
+use glam::{DQuat, DVec2, DVec3, EulerRot, Vec3};
 
 /// A pose on the road. World space: right-handed, z up, metres and radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -182,7 +182,7 @@ impl Road {
 }
 
 /// A station with the sines and cosines of its angles.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Frame {
     origin: DVec3,
     curvature: f64,
@@ -239,6 +239,20 @@ impl Frame {
             self.origin.y + self.heading_cos * beside + self.heading_sin * shove,
             self.origin.z + tilt * self.pitch_cos + up,
         )
+    }
+
+    /// How far to the left of and above the reference line a point lies, where nothing banks.
+    pub(crate) fn beside(&self, point: DVec3) -> (f64, f64) {
+        let offset = point - self.origin;
+        (self.left().dot(offset), offset.z)
+    }
+
+    /// How a path at `t` runs in `length` metres of s, in which it goes so far to the left and up
+    /// from the reference line, where nothing banks.
+    pub(crate) fn tangent(&self, t: f64, (left, up): (f64, f64), length: f64) -> Vec3 {
+        let slope = -self.pitch_sin / self.pitch_cos;
+        let ahead = self.ahead() * (1.0 - self.curvature * t) + DVec3::Z * slope;
+        (ahead * length + self.left() * left + DVec3::Z * up).as_vec3()
     }
 
     /// The direction to the road's left, level.

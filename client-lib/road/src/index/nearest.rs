@@ -1,6 +1,6 @@
 //! The nearest lane: rough distances choose a few pieces, exact ones the lane.
 
-use super::{Entry, LaneIndexGrid, Segment};
+use super::{Entry, LaneIndexGrid, Segment, Shape};
 use crate::lane::{Lane, LaneIndex, LanePoint, LaneTypes};
 use crate::network::Network;
 use glam::{DVec2, DVec3, Vec3};
@@ -115,35 +115,24 @@ impl LaneIndexGrid {
         let is_clear = lanes == 1;
         let mut best: Option<(f64, LanePoint)> = None;
         for (squared, segment) in near.into_iter().flatten() {
-            let along = segment.to - segment.from;
-            let length = along.length_squared();
-            let share = (point - segment.from).dot(along) / length.max(1e-12);
-            let share = share.clamp(0.0, 1.0);
+            let (share, found) = segment.foot(point);
             let [from, to] = segment.along;
-            let at =
-                LanePoint { lane: LaneIndex(segment.lane), along_m: from + share * (to - from) };
-            if segment.is_straight {
-                if is_clear {
-                    return Some(at);
+            let along_m = from + share * (to - from);
+            let mut at = LanePoint { lane: LaneIndex(segment.lane), along_m };
+            let mut exact = found;
+            if segment.shape == Shape::Free {
+                // Who sags too little to come before the best is not asked.
+                let least = f64::from(squared).sqrt() - f64::from(segment.sag_m) - ROUNDED_M;
+                if best.is_some_and(|(best, _)| least > 0.0 && least * least > best) {
+                    continue;
                 }
-                let squared = point.distance_squared(segment.from + along * share);
-                if best.is_none_or(|(best, _)| squared < best) {
-                    best = Some((squared, at));
+                at = network.refined(network.lane(at.lane), at, point);
+                if !is_clear {
+                    exact = network.place(at).position.distance_squared(point);
                 }
-                continue;
             }
-            // Who sags too little to come before the best is not asked.
-            let least = f64::from(squared).sqrt() - f64::from(segment.sag_m) - ROUNDED_M;
-            if best.is_some_and(|(best, _)| least > 0.0 && least * least > best) {
-                continue;
-            }
-            let at = network.refined(network.lane(at.lane), at, point);
-            if is_clear {
-                return Some(at);
-            }
-            let squared = network.place(at).position.distance_squared(point);
-            if best.is_none_or(|(best, _)| squared < best) {
-                best = Some((squared, at));
+            if best.is_none_or(|(best, _)| exact < best) {
+                best = Some((exact, at));
             }
         }
         best.map(|(_, at)| at)
@@ -156,12 +145,44 @@ const ROUNDED_M: f64 = 1e-3;
 impl Entry {
     /// The squared distance to a point that counts from the same corner.
     fn distance_squared(&self, point: Vec3) -> f32 {
-        let offset = point - Vec3::from_array(self.from);
-        let along = Vec3::from_array(self.along);
-        let share = offset.dot(along) / along.length_squared().max(1e-9);
-        (offset - along * share.clamp(0.0, 1.0)).length_squared()
+        let offset = point - self.from;
+        let share = offset.dot(self.along) / self.along.length_squared().max(1e-9);
+        (offset - self.along * share.clamp(0.0, 1.0)).length_squared()
     }
 }
+
+impl Segment {
+    /// The share of the piece at which it is nearest to `point`, and the squared distance there.
+    fn foot(&self, point: DVec3) -> (f64, f64) {
+        let (chord, offset) = (self.to - self.from, point - self.from);
+        let mut share = (offset.dot(chord) / chord.length_squared().max(1e-12)).clamp(0.0, 1.0);
+        if self.shape != Shape::Arc {
+            return (share, offset.distance_squared(chord * share));
+        }
+        // The cubic b·u + c·u² + d·u³ that ends at `chord` and has these slopes.
+        let [b, end] = self.tangents.map(|tangent| tangent.as_dvec3());
+        let (c, d) = (3.0 * chord - 2.0 * b - end, b + end - 2.0 * chord);
+        let mut away = DVec3::ZERO;
+        for _ in 0..FEET_MAX {
+            away = offset - ((d * share + c) * share + b) * share;
+            let slope = (3.0 * d * share + 2.0 * c) * share + b;
+            let bend = 6.0 * d * share + 2.0 * c;
+            let steep = slope.length_squared();
+            // On the far side of a bend's centre there is no foot; whoever asks is not near.
+            let step = away.dot(slope) / (steep - away.dot(bend)).max(0.2 * steep).max(1e-12);
+            let next = (share + step).clamp(0.0, 1.0);
+            if (next - share) * (next - share) * steep < FOOT_M * FOOT_M {
+                break;
+            }
+            share = next;
+        }
+        (share, away.length_squared())
+    }
+}
+
+/// Feet are found to this length, in so many steps at most.
+const FOOT_M: f64 = 1e-5;
+const FEET_MAX: usize = 6;
 
 /// The nearest pieces of those seen so far.
 #[derive(Clone, Copy)]

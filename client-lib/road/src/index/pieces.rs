@@ -1,10 +1,11 @@
 //! Lane centres cut into pieces that are straight, or nearly so.
 
-use super::{SLACK_M, Segment};
+use super::{SLACK_M, Segment, Shape};
 use crate::lane::Lane;
 use crate::network::Network;
+use crate::place::Frame;
 use crate::road::{Road, Section};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Pieces may be so long where nothing bends.
 const STRAIGHT_M: f64 = 24.0;
@@ -25,9 +26,9 @@ const SHAPED_SAG_M: f64 = 0.02;
 type Centre = (DVec3, f64);
 
 /// One end of the pieces between two places of a section.
-#[derive(Default)]
 struct Row {
     s: f64,
+    frame: Frame,
     /// How much the reference line bends, per metre.
     bend: f64,
     centres: Vec<Centre>,
@@ -39,7 +40,12 @@ pub(super) fn of_roads(network: &Network, roads: &[Road], total_m: f64) -> Vec<S
         network,
         segments: Vec::new(),
         finest: (total_m / PIECES_MAX).max(SHORTEST_M),
-        rows: Default::default(),
+        rows: [0, 1].map(|_| Row {
+            s: 0.0,
+            frame: Frame::default(),
+            bend: 0.0,
+            centres: Vec::new(),
+        }),
         knots: Vec::new(),
     };
     for road in roads {
@@ -140,7 +146,8 @@ impl Cutter<'_> {
             for piece in 0..count {
                 let shares = [piece, piece + 1].map(|end| end as f64 / count as f64);
                 let s = shares.map(|share| from + (to - from) * share);
-                self.segments.push(segment(section, lane, shares.map(at), s, 0.0, true));
+                let form = Form { sag_m: 0.0, shape: Shape::Straight, tangents: [Vec3::ZERO; 2] };
+                self.segments.push(segment(section, lane, shares.map(at), s, form));
             }
         }
     }
@@ -184,18 +191,21 @@ impl Cutter<'_> {
             let ends = [from.centres[place], to.centres[place]];
             // An arc's height over its chord is an eighth of length times turn.
             let turn = bend * (to.s - from.s);
-            let mut sag = 1.5 * 0.125 * ends[0].0.distance(ends[1].0) * turn;
-            if run == Run::Shaped {
-                sag += SHAPED_SAG_M;
-            }
-            self.segments.push(segment(section, lane, ends, [from.s, to.s], sag, false));
+            let sag_m = 1.5 * 0.125 * ends[0].0.distance(ends[1].0) * turn;
+            let form = if run == Run::Bent && turn < TURN_MAX_RAD {
+                Form { sag_m, shape: Shape::Arc, tangents: tangents([from, to], ends) }
+            } else {
+                let tangents = [Vec3::ZERO; 2];
+                Form { sag_m: sag_m + SHAPED_SAG_M, shape: Shape::Free, tangents }
+            };
+            self.segments.push(segment(section, lane, ends, [from.s, to.s], form));
         }
     }
 
     fn look(&mut self, road: &Road, section: &Section, s: f64, row: usize) {
         let (frame, bend) = road.frame(s);
         let row = &mut self.rows[row];
-        (row.s, row.bend) = (s, bend);
+        (row.s, row.frame, row.bend) = (s, frame, bend);
         self.network.centres(road, section, &frame, s, &mut row.centres);
     }
 }
@@ -208,13 +218,31 @@ fn fitting(bend: f64) -> f64 {
     (8.0 * SAG_M / bend.max(1e-9)).sqrt()
 }
 
+/// How a lane's centre runs at both ends, for the whole length of s, where its distances from the
+/// reference line change evenly.
+fn tangents([from, to]: [&Row; 2], ends: [Centre; 2]) -> [Vec3; 2] {
+    let length = to.s - from.s;
+    let beside = |row: &Row, end: Centre| row.frame.beside(end.0);
+    let (a, b) = (beside(from, ends[0]), beside(to, ends[1]));
+    [(from, a), (to, b)].map(|(row, (t, _))| row.frame.tangent(t, (b.0 - a.0, b.1 - a.1), length))
+}
+
+/// A cubic follows no arc that turns farther.
+const TURN_MAX_RAD: f64 = 0.8;
+
+/// What a piece says of the centre that it stands for.
+struct Form {
+    sag_m: f64,
+    shape: Shape,
+    tangents: [Vec3; 2],
+}
+
 fn segment(
     section: &Section,
     lane: &Lane,
     [from, to]: [Centre; 2],
     s: [f64; 2],
-    sag_m: f64,
-    is_straight: bool,
+    Form { sag_m, shape, tangents }: Form,
 ) -> Segment {
     let along = |s: f64| {
         let ds = s - section.start_m;
@@ -229,6 +257,7 @@ fn segment(
         sag_m: sag_m as f32,
         outside_m: (from.1.max(to.1) + sag_m + SLACK_M) as f32,
         inside_m: (from.1.min(to.1) - sag_m - SLACK_M) as f32,
-        is_straight,
+        shape,
+        tangents,
     }
 }
