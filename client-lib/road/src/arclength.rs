@@ -35,6 +35,11 @@ impl ArcLength {
         ArcLength { lengths, rates, u, v, p_end, stretch }
     }
 
+    /// The curve's own length, where the file declares this one.
+    pub(crate) fn own_length(&self, declared_m: f64) -> f64 {
+        self.stretch * declared_m
+    }
+
     /// The parameter at `ds` metres of the declared length.
     pub(crate) fn parameter(&self, ds: f64) -> f64 {
         let target = ds * self.stretch;

@@ -20,14 +20,6 @@ use std::collections::HashMap;
 /// resolves 2 mm there.
 const FAR_M: f64 = 20_000.0;
 
-/// Everything in an OpenDRIVE text that does not fit together, by line; an error if it is no map
-/// at all. [`Network::findings`] stops at the thousandth.
-pub fn findings(xml: &str) -> Result<Vec<MapError>, MapError> {
-    let mut found = built(xml, usize::MAX, threads())?.findings;
-    found.sort_by(|a, b| (a.line, &a.reason).cmp(&(b.line, &b.reason)));
-    Ok(found)
-}
-
 pub(crate) fn network(text: &str) -> Result<Network, MapError> {
     // A broken file may have any number of them; who drives needs the first ones at most.
     built(text, 1000, threads())
@@ -43,7 +35,7 @@ fn threads() -> usize {
 /// The same network for any number of threads.
 pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<Network, MapError> {
     let mut records = parse::records(text, threads)?;
-    let mut findings = Findings { text, most: findings_max, found: Vec::new() };
+    let mut findings = Findings { most: findings_max, found: Vec::new() };
     let road_ids = unique_roads(&records, text)?;
     let origin = local_origin(&mut records);
     for (road, extra) in records.roads.iter().zip(&records.road_extras) {
@@ -72,27 +64,38 @@ pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<N
         bounds: (DVec3::ZERO, DVec3::ZERO),
     };
     scenery::refer(&mut network, records.references, &mut findings);
-    control(&mut network, &records.controllers, &records.junctions);
+    control(&mut network, &records.controllers, &records.junctions, &mut findings);
     scenery::stand(&mut network);
     network.uses = network.sorted_uses();
     network.grid = LaneIndexGrid::new(&network, threads);
     network.bounds = network.grid.bounds().unwrap_or_default();
-    network.findings = findings.found;
+    network.findings = findings.with_lines(text);
     Ok(network)
 }
 
-/// Contradictions that a map can live with.
-pub(crate) struct Findings<'a> {
-    text: &'a str,
+/// Contradictions that a map can live with, by their places in the text.
+pub(crate) struct Findings {
     most: usize,
-    found: Vec<MapError>,
+    found: Vec<(usize, String)>,
 }
 
-impl Findings<'_> {
+impl Findings {
     pub(crate) fn add(&mut self, offset: usize, reason: String) {
         if self.found.len() < self.most {
-            self.found.push(MapError { line: line_of(self.text, offset), reason });
+            self.found.push((offset, reason));
         }
+    }
+
+    /// The findings with lines for bytes, in the order of the file.
+    fn with_lines(mut self, text: &str) -> Vec<MapError> {
+        self.found.sort();
+        let (mut line, mut counted) = (1, 0);
+        let of = |(offset, reason): (usize, String)| {
+            line += line_of(&text[counted..], offset - counted) - 1;
+            counted = offset;
+            MapError { line, reason }
+        };
+        self.found.into_iter().map(of).collect()
     }
 }
 
@@ -149,6 +152,7 @@ fn junctions(
                     connecting,
                     at_start: connection.at_start,
                     lane_links: connection.lane_links.clone(),
+                    offset: connection.offset,
                 });
             } else {
                 findings.add(
@@ -195,15 +199,24 @@ fn junctions(
     junctions
 }
 
-fn control(network: &mut Network, raw: &[parse::RawController], junctions: &[parse::RawJunction]) {
+fn control(
+    network: &mut Network,
+    raw: &[parse::RawController],
+    junctions: &[parse::RawJunction],
+    findings: &mut Findings,
+) {
     let signals: HashMap<String, u32> =
         network.signals.iter().zip(0..).map(|(signal, index)| (signal.id.clone(), index)).collect();
     for (controller, index) in raw.iter().zip(0..) {
         let mut ruled: Vec<u32> = Vec::new();
         for id in &controller.signals {
-            if let Some(&signal) = signals.get(id)
-                && !ruled.contains(&signal)
-            {
+            let Some(&signal) = signals.get(id) else {
+                let reason =
+                    format!("controller {} rules signal {id}, which does not exist", controller.id);
+                findings.add(controller.offset, reason);
+                continue;
+            };
+            if !ruled.contains(&signal) {
                 ruled.push(signal);
                 network.signals[signal as usize].controller.get_or_insert(index);
             }
@@ -218,7 +231,14 @@ fn control(network: &mut Network, raw: &[parse::RawController], junctions: &[par
     let ids: HashMap<&str, u32> =
         raw.iter().zip(0..).map(|(controller, index)| (&*controller.id, index)).collect();
     for (junction, raw) in network.junctions.iter_mut().zip(junctions) {
-        junction.controllers =
-            raw.controllers.iter().filter_map(|id| ids.get(id.as_str()).copied()).collect();
+        for id in &raw.controllers {
+            match ids.get(id.as_str()) {
+                Some(controller) => junction.controllers.push(*controller),
+                None => findings.add(
+                    raw.offset,
+                    format!("junction {} has controller {id}, which does not exist", raw.id),
+                ),
+            }
+        }
     }
 }

@@ -78,6 +78,26 @@ impl Profile {
         self.pieces.iter().all(|piece| piece.factors == [0.0; 4])
     }
 
+    pub(crate) fn pieces(&self) -> &[Cubic] {
+        &self.pieces
+    }
+
+    /// The lowest value from `from` to just before `to`, between which one piece holds.
+    pub(crate) fn lowest(&self, from: f64, to: f64) -> f64 {
+        let Some(piece) = self.piece(from) else { return 0.0 };
+        let [_, b, c, d] = piece.factors;
+        // Where the slope b + 2c·x + 3d·x² vanishes.
+        let root = (c * c - 3.0 * b * d).max(0.0).sqrt();
+        let turns = if d != 0.0 {
+            [(-c + root) / (3.0 * d), (-c - root) / (3.0 * d)]
+        } else {
+            [-b / (2.0 * c); 2]
+        };
+        let turns = turns.map(|turn| piece.from_m + turn);
+        let inside = turns.into_iter().filter(|turn| *turn > from && *turn < to);
+        inside.chain([from, to]).map(|along| piece.at(along)).fold(f64::INFINITY, f64::min)
+    }
+
     /// Where the pieces begin.
     pub(crate) fn knots(&self) -> impl Iterator<Item = f64> {
         self.pieces.iter().map(|piece| piece.from_m)

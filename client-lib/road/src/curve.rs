@@ -124,6 +124,14 @@ impl Curve {
         (self.start + self.ahead.rotate(local), self.ahead.rotate(along), curvature)
     }
 
+    /// How long the curve is by itself, where the file's word for it can be wrong.
+    pub(crate) fn own_length(&self) -> Option<f64> {
+        match &self.shape {
+            Shape::Cubic { arc, .. } => Some(arc.own_length(self.length_m)),
+            _ => None,
+        }
+    }
+
     /// Whether it has no bend.
     pub(crate) fn is_line(&self) -> bool {
         matches!(self.shape, Shape::Line)

@@ -39,4 +39,6 @@ pub struct Connection {
     pub at_start: bool,
     /// Lane ids, from the incoming to the connecting road.
     pub lane_links: Vec<(i32, i32)>,
+    /// Where it stands in the text, in bytes.
+    pub(crate) offset: usize,
 }

@@ -30,11 +30,11 @@ mod signal;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod validate;
 mod walk;
 mod waypoint;
 mod xml;
 
-pub use build::findings;
 pub use crosswalk::Crosswalk;
 pub use error::MapError;
 pub use geo::{CarlaMercator, GeoPoint, TransverseMercator};
@@ -51,4 +51,5 @@ pub use road::{Road, RoadLink, RoadType, Section};
 pub use route::{Leg, Route};
 pub use signal::{Controller, Orientation, Signal, SignalUse};
 pub use surface::{Face, Material, Mesh, Tag};
+pub use validate::{Finding, Severity, validate};
 pub use waypoint::SideMarks;

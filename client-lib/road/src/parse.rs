@@ -17,7 +17,7 @@ use crate::xml::{Cursor, line_of};
 use glam::DVec3;
 
 pub(crate) use junctions::{RawController, RawJunction};
-pub(crate) use roads::RawLink;
+pub(crate) use roads::{BEYOND_M, RawLink};
 pub(crate) use signals::RawReference;
 
 /// Everything a file says.

@@ -7,6 +7,7 @@ mod reference;
 mod small;
 mod surface;
 mod threads;
+mod validate;
 mod xml;
 
 use crate::Network;

@@ -226,6 +226,11 @@ impl<'a> Cursor<'a> {
         MapError { line: line_of(self.text, self.tag), reason }
     }
 
+    /// An error on the line of an element that began at `offset`.
+    pub(crate) fn error_at(&self, offset: usize, reason: String) -> MapError {
+        MapError { line: line_of(self.text, offset), reason }
+    }
+
     fn error_here(&self, reason: String) -> MapError {
         MapError { line: line_of(self.text, self.at), reason }
     }

@@ -1,8 +1,8 @@
-//! `omnibus map info` and `validate`.
+//! `omnibus map info`.
 
 use std::{collections::BTreeMap, time::Instant};
 
-use super::{Loaded, Source, speak};
+use super::{Loaded, Source};
 use road::{JunctionKind, Network};
 
 /// Says what a map holds.
@@ -73,20 +73,5 @@ pub(super) fn info(source: &Source) -> anyhow::Result<()> {
     if !network.findings().is_empty() {
         say!("{} findings: `omnibus map validate {name}` lists them", network.findings().len());
     }
-    Ok(())
-}
-
-/// Lists everything that does not fit together.
-pub(super) fn validate(source: &Source) -> anyhow::Result<()> {
-    let Loaded { name, text, .. } = source.load()?;
-    let findings = road::findings(&text)?;
-    speak(|out| {
-        for finding in &findings {
-            writeln!(out, "{name}:{}: {}", finding.line, finding.reason)?;
-        }
-        Ok(())
-    })?;
-    anyhow::ensure!(findings.is_empty(), "{name}: {} findings", findings.len());
-    say!("{name}: nothing found");
     Ok(())
 }

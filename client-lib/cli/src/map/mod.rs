@@ -10,6 +10,7 @@ mod lines;
 mod query;
 mod render;
 mod route;
+mod validate;
 
 use std::{
     io::Write,
@@ -33,7 +34,7 @@ pub(crate) struct MapArgs {
 enum Verb {
     /// Says what a map holds
     Info(Source),
-    /// Lists everything that does not fit together, each with its line; fails if there is anything
+    /// Lists everything that does not fit together, each with its line; fails if there are errors
     Validate(Source),
     /// Waypoints as JSON lines
     Waypoints(lines::WaypointArgs),
@@ -82,7 +83,7 @@ impl Source {
 pub(crate) fn map(args: &MapArgs) -> anyhow::Result<()> {
     match &args.verb {
         Verb::Info(source) => info::info(source),
-        Verb::Validate(source) => info::validate(source),
+        Verb::Validate(source) => validate::validate(source),
         Verb::Waypoints(args) => lines::waypoints(args),
         Verb::Topology(source) => lines::topology(source),
         Verb::Landmarks(source) => lines::landmarks(source),

@@ -31,7 +31,7 @@ pub(super) fn refer(network: &mut Network, references: Vec<RawReference>, findin
         match ids.get(&reference.signal) {
             Some(&signal) => network.signals[signal].uses.push(reference.rules),
             None => findings.add(
-                0,
+                reference.offset,
                 format!(
                     "road {} refers to signal {}, which does not exist",
                     network.roads[reference.rules.road as usize].id, reference.signal

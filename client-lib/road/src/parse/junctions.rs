@@ -10,6 +10,7 @@ pub(crate) struct RawJunction {
     pub(crate) connections: Vec<RawConnection>,
     pub(crate) controllers: Vec<String>,
     pub(crate) priorities: Vec<(String, String)>,
+    pub(crate) offset: usize,
 }
 
 /// A `<connection>` with ids not yet resolved.
@@ -27,6 +28,7 @@ pub(crate) struct RawController {
     pub(crate) name: String,
     pub(crate) sequence: Option<i64>,
     pub(crate) signals: Vec<String>,
+    pub(crate) offset: usize,
 }
 
 pub(super) fn junction(xml: &mut Cursor) -> Result<RawJunction, MapError> {
@@ -41,6 +43,7 @@ pub(super) fn junction(xml: &mut Cursor) -> Result<RawJunction, MapError> {
         connections: Vec::new(),
         controllers: Vec::new(),
         priorities: Vec::new(),
+        offset: xml.offset(),
     };
     let here = xml.depth();
     while let Some(name) = xml.child(here)? {
@@ -83,6 +86,7 @@ pub(super) fn controller(xml: &mut Cursor) -> Result<RawController, MapError> {
         name: xml.string("name"),
         sequence: xml.raw("sequence").and_then(|text| text.trim().parse().ok()),
         signals: Vec::new(),
+        offset: xml.offset(),
     };
     let here = xml.depth();
     while let Some(name) = xml.child(here)? {

@@ -79,19 +79,22 @@ fn section(
                 _ => lane.id == 0,
             };
             if !fits {
-                return Err(xml.error(format!(
-                    "lane {} of road {} stands on the side <{side}>; \
+                return Err(xml.error_at(
+                    lane.declared.offset,
+                    format!(
+                        "lane {} of road {} stands on the side <{side}>; \
                      left lanes count up from 1, right lanes down from -1",
-                    lane.id, road.id
-                )));
+                        lane.id, road.id
+                    ),
+                ));
             }
             if lane.id == 0 {
                 marks = lane.marks;
             } else if found.iter().any(|other| other.id == lane.id) {
-                return Err(xml.error(format!(
-                    "lane {} of road {} stands twice in one section",
-                    lane.id, road.id
-                )));
+                return Err(xml.error_at(
+                    lane.declared.offset,
+                    format!("lane {} of road {} stands twice in one section", lane.id, road.id),
+                ));
             } else {
                 found.push(lane);
             }

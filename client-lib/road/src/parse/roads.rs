@@ -69,10 +69,13 @@ pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapErr
         }
     }
     if road.curves.is_empty() {
-        return Err(xml.error(format!("road {} has no <geometry> in its <planView>", road.id)));
+        return Err(xml.error_at(
+            extra.offset,
+            format!("road {} has no <geometry> in its <planView>", road.id),
+        ));
     }
     if road.sections.is_empty() {
-        return Err(xml.error(format!("road {} has no <laneSection>", road.id)));
+        return Err(xml.error_at(extra.offset, format!("road {} has no <laneSection>", road.id)));
     }
     road.types.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
     roadrunner::signs(&road, first_object, records);
@@ -93,7 +96,7 @@ fn shorten(road: &mut Road) -> Option<f64> {
 }
 
 /// Lengths in files are rounded, and reference lines may be drawn on by a little.
-const BEYOND_M: f64 = 1.0;
+pub(crate) const BEYOND_M: f64 = 1.0;
 
 fn links(xml: &mut Cursor, extra: &mut RoadExtra) -> Result<(), MapError> {
     let here = xml.depth();
@@ -128,14 +131,18 @@ fn plan_view(xml: &mut Cursor, road: &mut Road) -> Result<(), MapError> {
     let here = xml.depth();
     while let Some(name) = xml.child(here)? {
         if name == "geometry" {
+            let offset = xml.offset();
             let curve = geometry(xml)?;
             if let Some(last) = road.curves.last()
                 && curve.from_m < last.from_m
             {
-                return Err(xml.error(format!(
-                    "a geometry of road {} begins at s {}, the one before it at {}",
-                    road.id, curve.from_m, last.from_m
-                )));
+                return Err(xml.error_at(
+                    offset,
+                    format!(
+                        "a geometry of road {} begins at s {}, the one before it at {}",
+                        road.id, curve.from_m, last.from_m
+                    ),
+                ));
             }
             road.curves.push(curve);
         }

@@ -8,6 +8,7 @@ use glam::DVec3;
 /// A `<signalReference>`: the signal rules here as well.
 pub(crate) struct RawReference {
     pub(crate) signal: String,
+    pub(crate) offset: usize,
     pub(crate) rules: SignalUse,
 }
 
@@ -20,7 +21,7 @@ pub(super) fn signals(xml: &mut Cursor, road: u32, records: &mut Records) -> Res
                 records.signals.push(signal);
             }
             "signalReference" => {
-                let signal = xml.required("id")?;
+                let (signal, offset) = (xml.required("id")?, xml.offset());
                 let mut rules = rules(xml, road, true)?;
                 let inside = xml.depth();
                 while let Some(name) = xml.child(inside)? {
@@ -28,7 +29,7 @@ pub(super) fn signals(xml: &mut Cursor, road: u32, records: &mut Records) -> Res
                         rules.validity.push(validity(xml)?);
                     }
                 }
-                records.references.push(RawReference { signal, rules });
+                records.references.push(RawReference { signal, offset, rules });
             }
             _ => {}
         }

@@ -1,0 +1,188 @@
+//! Where the parts of a map stand in its text, and what is wrong with each by itself.
+
+use super::Report;
+use super::words;
+use crate::MapError;
+use crate::xml::Cursor;
+use std::collections::HashMap;
+
+/// Of the whole file. Roads are in the order of the file, and so are the parts of each.
+#[derive(Default)]
+pub(super) struct Places {
+    pub(super) roads: Vec<RoadPlaces>,
+    pub(super) junctions: Vec<JunctionPlaces>,
+}
+
+#[derive(Default)]
+pub(super) struct RoadPlaces {
+    pub(super) offset: usize,
+    /// As the file says it.
+    pub(super) length_m: f64,
+    pub(super) geometries: Vec<usize>,
+    pub(super) elevations: Vec<usize>,
+    pub(super) sections: Vec<SectionPlaces>,
+}
+
+#[derive(Default)]
+pub(super) struct SectionPlaces {
+    pub(super) offset: usize,
+    /// Lane ids and where they stand.
+    pub(super) lanes: Vec<(i32, usize)>,
+}
+
+#[derive(Default)]
+pub(super) struct JunctionPlaces {
+    pub(super) offset: usize,
+    pub(super) connections: Vec<usize>,
+}
+
+impl SectionPlaces {
+    pub(super) fn lane(&self, id: i32) -> usize {
+        self.lanes.iter().find(|lane| lane.0 == id).map_or(self.offset, |lane| lane.1)
+    }
+}
+
+/// Elements lie no deeper than this.
+const DEPTH_MAX: usize = 16;
+
+/// A list of records in which each must begin where the one before does, or behind it.
+const LISTS: [(&str, &str); 10] = [
+    ("elevation", "s"),
+    ("superelevation", "s"),
+    ("laneOffset", "s"),
+    ("width", "sOffset"),
+    ("border", "sOffset"),
+    ("height", "sOffset"),
+    ("roadMark", "sOffset"),
+    ("speed", "sOffset"),
+    ("material", "sOffset"),
+    ("type", "s"),
+];
+
+/// Things whose ids may not stand twice, each kind for itself.
+const WITH_ID: [&str; 5] = ["junction", "signal", "controller", "object", "junctionGroup"];
+
+impl Places {
+    pub(super) fn read(text: &str, report: &mut Report) -> Result<Places, MapError> {
+        let mut xml = Cursor::new(text);
+        let mut reader = Reader { places: Places::default(), report, ids: HashMap::new() };
+        reader.children(&mut xml, "")?;
+        Ok(reader.places)
+    }
+}
+
+struct Reader<'a, 'r> {
+    places: Places,
+    report: &'r mut Report,
+    /// Kind and id, and where it stood first.
+    ids: HashMap<(&'static str, &'a str), usize>,
+}
+
+impl<'a> Reader<'a, '_> {
+    fn children(&mut self, xml: &mut Cursor<'a>, parent: &str) -> Result<(), MapError> {
+        let here = xml.depth();
+        if here > DEPTH_MAX {
+            return Ok(());
+        }
+        let mut last: [(f64, usize); LISTS.len()] = [(f64::NEG_INFINITY, 0); LISTS.len()];
+        while let Some(name) = xml.child(here)? {
+            words::check(xml, parent, name, self.report);
+            if let Some(list) = LISTS.iter().position(|list| list.0 == name)
+                && let Ok(Some(at)) = xml.optional_number(LISTS[list].1)
+            {
+                if at < last[list].0 {
+                    let reason = format!(
+                        "a <{name}> begins at {} {at}, after one that begins at {}",
+                        LISTS[list].1, last[list].0
+                    );
+                    self.report.error(xml.offset(), reason);
+                }
+                last[list].0 = at;
+            }
+            self.place(xml, parent, name)?;
+            self.children(xml, name)?;
+        }
+        Ok(())
+    }
+
+    fn place(&mut self, xml: &Cursor<'a>, parent: &str, name: &str) -> Result<(), MapError> {
+        let offset = xml.offset();
+        // Within a junction, a controller is a reference to one.
+        let is_reference = parent == "junction";
+        if let Some(kind) = WITH_ID.into_iter().find(|kind| *kind == name && !is_reference)
+            && let Some(id) = xml.raw("id").filter(|id| !id.is_empty())
+        {
+            let seen = self.ids.insert((kind, id), offset).is_some();
+            match (seen, kind) {
+                (true, "object") => {
+                    self.report.warn(offset, format!("a second object has the id {id}"));
+                }
+                (true, _) => self.report.error(offset, format!("a second {kind} has the id {id}")),
+                _ => {}
+            }
+        }
+        let number = |key: &str| xml.optional_number(key).ok().flatten();
+        let at_junction = self.places.junctions.last_mut();
+        match (name, parent) {
+            ("road", "OpenDRIVE") => {
+                let length_m = number("length").unwrap_or(0.0);
+                self.places.roads.push(RoadPlaces { offset, length_m, ..RoadPlaces::default() });
+                return Ok(());
+            }
+            ("junction", "OpenDRIVE") => {
+                self.places.junctions.push(JunctionPlaces { offset, connections: Vec::new() });
+                return Ok(());
+            }
+            ("connection", "junction") => {
+                at_junction.into_iter().for_each(|place| place.connections.push(offset));
+                return Ok(());
+            }
+            _ => {}
+        }
+        let Some(road) = self.places.roads.last_mut() else { return Ok(()) };
+        match (name, parent) {
+            ("geometry", _) => road.geometries.push(offset),
+            ("elevation", _) => road.elevations.push(offset),
+            ("laneSection", _) => {
+                road.sections.push(SectionPlaces { offset, lanes: Vec::new() });
+                let start = number("s").unwrap_or(0.0);
+                if start > road.length_m + 0.01 {
+                    let reason = format!(
+                        "a lane section begins at s {start}, and its road is {} m long",
+                        road.length_m
+                    );
+                    self.report.error(offset, reason);
+                }
+            }
+            ("lane", "left" | "center" | "right") => {
+                if let Some(section) = road.sections.last_mut() {
+                    section.lanes.push((xml.integer("id")?, offset));
+                }
+            }
+            ("signal" | "signalReference", "signals") | ("object", "objects") => {
+                let at = number("s").unwrap_or(0.0);
+                if !(-0.01..=road.length_m + 0.01).contains(&at) {
+                    let id = xml.raw("id").unwrap_or_default();
+                    let what = if name == "signalReference" { "reference to signal" } else { name };
+                    let reason = format!(
+                        "{what} {id} stands at s {at}, and its road is {} m long",
+                        road.length_m
+                    );
+                    self.report.warn(offset, reason);
+                }
+            }
+            ("bridge" | "tunnel", "objects") => {
+                let end = number("s").unwrap_or(0.0) + number("length").unwrap_or(0.0);
+                if end > road.length_m + 0.1 {
+                    let reason = format!(
+                        "a {name} ends at s {end}, and its road is {} m long",
+                        road.length_m
+                    );
+                    self.report.warn(offset, reason);
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
