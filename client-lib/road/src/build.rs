@@ -8,7 +8,7 @@ pub(crate) use rights::limit_at;
 
 use crate::MapError;
 use crate::index::LaneIndexGrid;
-use crate::junction::{Connection, Junction};
+use crate::junction::{Connection, Joint, Junction, JunctionGroup};
 use crate::network::Network;
 use crate::parse::{self, Records};
 use crate::signal::Controller;
@@ -58,12 +58,22 @@ pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<N
         controllers: Vec::new(),
         objects: records.objects,
         spans: records.spans,
+        object_references: Vec::new(),
+        junction_groups: Vec::new(),
+        user_data: records.user_data,
         uses: Vec::new(),
         findings: Vec::new(),
         grid: LaneIndexGrid::default(),
         bounds: (DVec3::ZERO, DVec3::ZERO),
     };
     scenery::refer(&mut network, records.references, &mut findings);
+    scenery::share(&mut network, records.object_references, &mut findings);
+    group(&mut network, records.groups, &mut findings);
+    for (file, offset) in records.includes {
+        let reason =
+            format!("\"{file}\" is to be included; put its text here, only one file is read");
+        findings.add(offset, reason);
+    }
     control(&mut network, &records.controllers, &records.junctions, &mut findings);
     scenery::stand(&mut network);
     network.uses = network.sorted_uses();
@@ -141,6 +151,10 @@ fn junctions(
     let ids: HashMap<&str, u32> =
         records.junctions.iter().zip(0..).map(|(junction, index)| (&*junction.id, index)).collect();
     let mut junctions = Vec::new();
+    let joint = |raw: &Option<(String, f64, bool)>| {
+        let (id, s, forward) = raw.as_ref()?;
+        Some(Joint { road: *road_ids.get(id)?, s: *s, forward: *forward })
+    };
     for raw in &records.junctions {
         let mut connections = Vec::new();
         for connection in &raw.connections {
@@ -152,6 +166,8 @@ fn junctions(
                     connecting,
                     at_start: connection.at_start,
                     lane_links: connection.lane_links.clone(),
+                    predecessor: joint(&connection.predecessor),
+                    successor: joint(&connection.successor),
                     offset: connection.offset,
                 });
             } else {
@@ -197,6 +213,23 @@ fn junctions(
         lane.junction = records.roads[lane.road as usize].junction;
     }
     junctions
+}
+
+fn group(network: &mut Network, groups: Vec<parse::RawGroup>, findings: &mut Findings) {
+    for raw in groups {
+        let mut junctions = Vec::new();
+        for id in &raw.junctions {
+            match network.junctions.iter().position(|junction| junction.id == *id) {
+                Some(junction) => junctions.push(junction as u32),
+                None => findings.add(
+                    raw.offset,
+                    format!("junction group {} has junction {id}, which does not exist", raw.id),
+                ),
+            }
+        }
+        let parse::RawGroup { id, name, kind, .. } = raw;
+        network.junction_groups.push(JunctionGroup { id, name, kind, junctions });
+    }
 }
 
 fn control(

@@ -28,6 +28,30 @@ pub enum JunctionKind {
     Virtual,
 }
 
+/// A place at the side of a road where a virtual connection begins or ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// Which of [`crate::Network::roads`].
+    pub road: u32,
+    /// Metres of its s.
+    pub s: f64,
+    /// Leads along rising s.
+    pub forward: bool,
+}
+
+/// Junctions that belong together, such as the entries of a roundabout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JunctionGroup {
+    /// OpenDRIVE's id.
+    pub id: String,
+    /// What people call it.
+    pub name: String,
+    /// OpenDRIVE's word: roundabout, complexJunction, highwayInterchange, unknown.
+    pub kind: String,
+    /// Which of [`crate::Network::junctions`].
+    pub junctions: Vec<u32>,
+}
+
 /// One way through a junction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Connection {
@@ -39,6 +63,10 @@ pub struct Connection {
     pub at_start: bool,
     /// Lane ids, from the incoming to the connecting road.
     pub lane_links: Vec<(i32, i32)>,
+    /// Of a virtual connection: where it leaves the road that goes on.
+    pub predecessor: Option<Joint>,
+    /// Of a virtual connection: where it joins the road that goes on.
+    pub successor: Option<Joint>,
     /// Where it stands in the text, in bytes.
     pub(crate) offset: usize,
 }

@@ -55,6 +55,8 @@ pub struct Lane {
     pub materials: Vec<LaneMaterial>,
     /// Who may use it, in rising order.
     pub access: Vec<LaneAccess>,
+    /// Rules in the writer's own words, in rising order.
+    pub rules: Vec<LaneRule>,
     pub(crate) widths: Profile,
     pub(crate) borders: Profile,
     pub(crate) heights: Vec<LaneHeight>,
@@ -84,6 +86,15 @@ pub struct LaneAccess {
     pub rule: String,
     /// For whom: simulator, autonomousTraffic, pedestrian, passengerCar, bus, trucks ...
     pub restrictions: Vec<String>,
+}
+
+/// A `<rule>` record: holds until the next one of the lane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaneRule {
+    /// Metres of s from the start of the lane's section.
+    pub from_m: f64,
+    /// Free text, such as "no stopping at any time".
+    pub text: String,
 }
 
 /// A `<height>` record: how far the surface stands above the road's.

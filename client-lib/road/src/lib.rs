@@ -28,6 +28,7 @@ mod road;
 mod route;
 mod signal;
 mod surface;
+mod surface_strips;
 #[cfg(test)]
 mod tests;
 mod validate;
@@ -38,18 +39,20 @@ mod xml;
 pub use crosswalk::Crosswalk;
 pub use error::MapError;
 pub use geo::{CarlaMercator, GeoPoint, TransverseMercator};
-pub use junction::{Connection, Junction, JunctionKind};
+pub use junction::{Connection, Joint, Junction, JunctionGroup, JunctionKind};
 pub use landmark::{Landmark, LandmarkAhead};
-pub use lane::{Lane, LaneAccess, LaneIndex, LaneMaterial, LanePoint, LaneType, LaneTypes};
-pub use mark::{MarkChange, MarkColor, MarkKind, MarkLine, RoadMark};
+pub use lane::{
+    Lane, LaneAccess, LaneIndex, LaneMaterial, LanePoint, LaneRule, LaneType, LaneTypes,
+};
+pub use mark::{MarkChange, MarkColor, MarkKind, MarkLine, MarkSway, RoadMark};
 pub use mesh::surface_mesh;
 pub use network::Network;
-pub use object::{ObjectPlace, RoadObject, Span};
-pub use parse::Header;
+pub use object::{ObjectBorder, ObjectMarking, ObjectPlace, ObjectReference, RoadObject, Span};
+pub use parse::{Header, Owner, UserData};
 pub use place::Placement;
-pub use road::{Road, RoadLink, RoadType, Section};
+pub use road::{Road, RoadLink, RoadType, Section, Switch};
 pub use route::{Leg, Route};
-pub use signal::{Controller, Orientation, Signal, SignalUse};
+pub use signal::{Controller, Orientation, Signal, SignalReference, SignalUse};
 pub use surface::{Face, Material, Mesh, Tag};
 pub use validate::{Finding, Severity, validate};
 pub use waypoint::SideMarks;

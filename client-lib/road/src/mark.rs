@@ -17,6 +17,18 @@ pub struct RoadMark {
     pub change: MarkChange,
     /// Single lines, where the file says them.
     pub lines: Vec<MarkLine>,
+    /// How it sways from the border, in rising order.
+    pub sways: Vec<MarkSway>,
+}
+
+/// A `<sway>` record: how far a mark lies to the left of its border, as a cubic of the metres
+/// since it began to hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MarkSway {
+    /// Metres of s from the start of the mark.
+    pub from_m: f64,
+    /// a, b, c, d.
+    pub factors: [f64; 4],
 }
 
 /// One painted line of a mark, as the file says it.

@@ -1,10 +1,10 @@
 use crate::MapError;
 use crate::geo::{GeoPoint, TransverseMercator};
 use crate::index::LaneIndexGrid;
-use crate::junction::Junction;
+use crate::junction::{Junction, JunctionGroup};
 use crate::lane::{Lane, LaneIndex, LanePoint, LaneTypes};
-use crate::object::{RoadObject, Span};
-use crate::parse::Header;
+use crate::object::{ObjectReference, RoadObject, Span};
+use crate::parse::{Header, UserData};
 use crate::road::Road;
 use crate::signal::{Controller, Signal};
 use glam::DVec3;
@@ -21,6 +21,9 @@ pub struct Network {
     pub(crate) controllers: Vec<Controller>,
     pub(crate) objects: Vec<RoadObject>,
     pub(crate) spans: Vec<Span>,
+    pub(crate) object_references: Vec<ObjectReference>,
+    pub(crate) junction_groups: Vec<JunctionGroup>,
+    pub(crate) user_data: Vec<UserData>,
     /// See `Network::sorted_uses`.
     pub(crate) uses: Vec<(u32, u32, u32)>,
     pub(crate) findings: Vec<MapError>,
@@ -72,6 +75,21 @@ impl Network {
     /// Every bridge and tunnel, in the order of the file.
     pub fn spans(&self) -> &[Span] {
         &self.spans
+    }
+
+    /// Objects that are of meaning to other roads than their own.
+    pub fn object_references(&self) -> &[ObjectReference] {
+        &self.object_references
+    }
+
+    /// Junctions that belong together.
+    pub fn junction_groups(&self) -> &[JunctionGroup] {
+        &self.junction_groups
+    }
+
+    /// What the file says to programs that know it.
+    pub fn user_data(&self) -> &[UserData] {
+        &self.user_data
     }
 
     /// What the file says of itself.

@@ -1,3 +1,4 @@
+use crate::mark::MarkColor;
 use crate::signal::Orientation;
 use glam::DVec3;
 
@@ -36,8 +37,89 @@ pub struct RoadObject {
     pub places: Vec<ObjectPlace>,
     /// Who may park here; none if it is no parking space. OpenDRIVE's words: all, car, women ...
     pub parking: Option<String>,
+    /// OpenDRIVE's second word.
+    pub subtype: String,
+    /// Can change its place or form.
+    pub dynamic: bool,
+    /// Lane ids from the first to the last, for which it is; all if empty.
+    pub validity: Vec<(i32, i32)>,
+    /// What is painted along its outline.
+    pub markings: Vec<ObjectMarking>,
+    /// What frames it, such as kerb stones.
+    pub borders: Vec<ObjectBorder>,
+    /// Where it goes on without gaps: stations of each such repetition, at most
+    /// [`RoadObject::STATION_M`] apart.
+    pub runs: Vec<Vec<ObjectPlace>>,
+    /// The ids that the file gives to the corners of each outline, where it does.
+    pub corner_ids: Vec<Vec<u32>>,
     pub(crate) corners: Vec<Vec<Corner>>,
     pub(crate) repeats: Vec<Repeat>,
+}
+
+impl RoadObject {
+    /// Metres of s between the stations of [`RoadObject::runs`].
+    pub const STATION_M: f64 = 2.0;
+}
+
+/// A `<marking>` of an object: paint along a side of it or from corner to corner.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectMarking {
+    /// left, right, front, rear; empty where corners are named.
+    pub side: String,
+    /// The paint.
+    pub color: MarkColor,
+    /// Drawn bold.
+    pub bold: bool,
+    /// Metres.
+    pub width_m: f64,
+    /// Metres above the ground.
+    pub z_offset_m: f64,
+    /// Metres painted; the whole way if `space_m` is zero.
+    pub length_m: f64,
+    /// Metres left out after it.
+    pub space_m: f64,
+    /// Metres left out before the first.
+    pub start_offset_m: f64,
+    /// Metres left out behind the last.
+    pub stop_offset_m: f64,
+    /// The corners that it leads along, by [`RoadObject::corner_ids`].
+    pub corners: Vec<u32>,
+}
+
+/// A `<border>` of an object: a frame along its outline.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectBorder {
+    /// OpenDRIVE's word: concrete, curb, paint.
+    pub kind: String,
+    /// Metres.
+    pub width_m: f64,
+    /// Which of the object's outlines.
+    pub outline: u32,
+    /// All round it.
+    pub is_complete: bool,
+    /// The corners that it leads along, by [`RoadObject::corner_ids`].
+    pub corners: Vec<u32>,
+}
+
+/// An `<objectReference>`: an object that is of meaning to another road as well.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectReference {
+    /// Which of [`crate::Network::objects`].
+    pub object: u32,
+    /// Which of [`crate::Network::roads`].
+    pub road: u32,
+    /// Metres along that road's reference line.
+    pub s: f64,
+    /// Metres to the left of it.
+    pub t: f64,
+    /// Metres above the road.
+    pub z_offset_m: f64,
+    /// How far along the road it counts, metres.
+    pub valid_length_m: f64,
+    /// For whom it is.
+    pub orientation: Orientation,
+    /// Lane ids from the first to the last; all if empty.
+    pub validity: Vec<(i32, i32)>,
 }
 
 /// A `<bridge>` or `<tunnel>`: the road runs over or through it for a while.
@@ -57,6 +139,12 @@ pub struct Span {
     pub s: f64,
     /// Metres of s.
     pub length_m: f64,
+    /// Lane ids from the first to the last, that it holds; all if empty.
+    pub validity: Vec<(i32, i32)>,
+    /// Of a tunnel: how much artificial light there is, 0 to 1.
+    pub lighting: Option<f64>,
+    /// Of a tunnel: how much daylight there is, 0 to 1.
+    pub daylight: Option<f64>,
 }
 
 /// One place of an object.
@@ -66,6 +154,14 @@ pub struct ObjectPlace {
     pub position: DVec3,
     /// World space.
     pub heading_rad: f64,
+    /// Metres along its own x; zero where not said.
+    pub length_m: f64,
+    /// Metres along its own y; zero where not said.
+    pub width_m: f64,
+    /// Metres; zero where not said.
+    pub height_m: f64,
+    /// Metres; zero where not said.
+    pub radius_m: f64,
 }
 
 /// A corner of an outline, in the road's or the object's coordinates.
@@ -83,4 +179,6 @@ pub(crate) struct Repeat {
     pub(crate) distance_m: f64,
     pub(crate) t: [f64; 2],
     pub(crate) z_offset_m: [f64; 2],
+    /// Length, width, height and radius, at the start and the end.
+    pub(crate) sizes_m: [[f64; 2]; 4],
 }

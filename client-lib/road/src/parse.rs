@@ -16,7 +16,8 @@ use crate::signal::Signal;
 use crate::xml::{Cursor, line_of};
 use glam::DVec3;
 
-pub(crate) use junctions::{RawController, RawJunction};
+pub(crate) use junctions::{RawController, RawGroup, RawJunction};
+pub(crate) use objects::RawObjectReference;
 pub(crate) use roads::{BEYOND_M, RawLink};
 pub(crate) use signals::RawReference;
 
@@ -34,6 +35,11 @@ pub(crate) struct Records {
     pub(crate) controllers: Vec<RawController>,
     pub(crate) objects: Vec<RoadObject>,
     pub(crate) spans: Vec<Span>,
+    pub(crate) object_references: Vec<RawObjectReference>,
+    pub(crate) groups: Vec<RawGroup>,
+    pub(crate) user_data: Vec<UserData>,
+    /// Files that are to be read as well, and where that is said.
+    pub(crate) includes: Vec<(String, usize)>,
     /// Where the first element stands that was left to others, in bytes.
     ended: usize,
 }
@@ -61,10 +67,48 @@ pub struct Header {
     pub vendor: String,
     /// The projection, a PROJ string; empty if none.
     pub geo_reference: String,
+    /// Under which license the map may be used, by name.
+    pub license: String,
     /// To be added to the file's coordinates to get projected ones, metres.
     pub offset_m: DVec3,
     /// To be added to the file's headings, about its origin.
     pub offset_heading_rad: f64,
+}
+
+/// A `<userData>` record with a code: something for a program that knows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UserData {
+    /// Whose it is.
+    pub owner: Owner,
+    /// What it is.
+    pub code: String,
+    /// What it says.
+    pub value: String,
+}
+
+/// What user data belong to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Owner {
+    /// The whole map.
+    Map,
+    /// Which of [`crate::Network::roads`].
+    Road(u32),
+    /// Which of [`crate::Network::junctions`].
+    Junction(u32),
+}
+
+/// Takes what may stand anywhere: user data and includes.
+fn anywhere(xml: &Cursor, name: &str, owner: Owner, records: &mut Records) {
+    match name {
+        "userData" => {
+            if let Some(code) = xml.raw("code").filter(|code| !code.is_empty()) {
+                let (code, value) = (code.to_string(), xml.string("value"));
+                records.user_data.push(UserData { owner, code, value });
+            }
+        }
+        "include" => records.includes.push((xml.string("file"), xml.offset())),
+        _ => {}
+    }
 }
 
 /// Reads a whole file, in so many parts at once; what comes out does not depend on how many.
@@ -143,10 +187,14 @@ fn part(mut xml: Cursor, end: usize) -> Result<Records, MapError> {
                     records.controllers.push(controller);
                 }
                 "junction" => {
-                    let junction = junctions::junction(&mut xml)?;
+                    let junction = junctions::junction(&mut xml, &mut records)?;
                     records.junctions.push(junction);
                 }
-                _ => {}
+                "junctionGroup" => {
+                    let group = junctions::group(&mut xml)?;
+                    records.groups.push(group);
+                }
+                _ => anywhere(&xml, name, Owner::Map, &mut records),
             }
         }
         if !enter(&mut xml)? {
@@ -168,6 +216,7 @@ impl Records {
     /// Adds what stands behind it in the file.
     fn append(&mut self, mut next: Records) {
         let (roads, lanes) = (self.roads.len() as u32, self.lanes.len() as u32);
+        let junctions = self.junctions.len() as u32;
         for road in &mut next.roads {
             for lane in road.sections.iter_mut().flat_map(|section| &mut section.lanes) {
                 lane.0 += lanes;
@@ -185,6 +234,16 @@ impl Records {
         }
         next.references.iter_mut().for_each(|reference| reference.rules.road += roads);
         next.objects.iter_mut().for_each(|object| object.road += roads);
+        for reference in &mut next.object_references {
+            reference.reference.road += roads;
+        }
+        for data in &mut next.user_data {
+            match &mut data.owner {
+                Owner::Map => {}
+                Owner::Road(road) => *road += roads,
+                Owner::Junction(junction) => *junction += junctions,
+            }
+        }
         next.spans.iter_mut().for_each(|span| span.road += roads);
         if next.header != Header::default() {
             self.header = next.header;
@@ -198,6 +257,10 @@ impl Records {
         self.controllers.append(&mut next.controllers);
         self.objects.append(&mut next.objects);
         self.spans.append(&mut next.spans);
+        self.object_references.append(&mut next.object_references);
+        self.groups.append(&mut next.groups);
+        self.user_data.append(&mut next.user_data);
+        self.includes.append(&mut next.includes);
         self.ended = next.ended;
     }
 
@@ -226,6 +289,7 @@ fn header(xml: &mut Cursor) -> Result<Header, MapError> {
     while let Some(name) = xml.child(here)? {
         match name {
             "geoReference" => header.geo_reference = xml.content()?,
+            "license" => header.license = xml.string("name"),
             "offset" => {
                 header.offset_m = DVec3::new(
                     xml.number_or("x", 0.0)?,

@@ -173,7 +173,7 @@ impl Road {
 
     /// What crossfall and shapes add to the banking.
     fn side_slope(&self, s: f64, lateral: &Lateral) -> f64 {
-        if self.shapes.is_empty() && self.crossfall.iter().all(|side| side.is_empty()) {
+        if self.is_even() {
             return 0.0;
         }
         let t = lateral.t.value;

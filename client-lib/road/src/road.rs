@@ -3,6 +3,7 @@ use crate::curve::Curve;
 use crate::lane::{Lane, LaneIndex};
 use crate::mark::RoadMark;
 use crate::place::Frame;
+use crate::surface_strips::CrossSection;
 
 /// One road: a reference line and lanes along it.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,11 +26,14 @@ pub struct Road {
     pub successor: Option<RoadLink>,
     /// What kind of road, in rising s.
     pub types: Vec<RoadType>,
+    /// Of a railway, where trains change tracks.
+    pub switches: Vec<Switch>,
     pub(crate) curves: Vec<Curve>,
     pub(crate) elevation: Profile,
     pub(crate) superelevation: Profile,
     pub(crate) crossfall: [Profile; 2],
     pub(crate) shapes: Vec<Shape>,
+    pub(crate) cross_section: CrossSection,
     pub(crate) lane_offset: Profile,
 }
 
@@ -57,6 +61,21 @@ pub struct RoadType {
     pub kind: String,
     /// The limit on all lanes that have none of their own.
     pub limit_mps: Option<f64>,
+}
+
+/// A `<switch>` of a railway.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Switch {
+    /// OpenDRIVE's id.
+    pub id: String,
+    /// What people call it.
+    pub name: String,
+    /// OpenDRIVE's word: dynamic, straight, turn.
+    pub position: String,
+    /// Where it lies on its road, metres of s.
+    pub s: f64,
+    /// The id of the road that it leads to, and its s there.
+    pub side_track: (String, f64),
 }
 
 /// What stands at a road's end.
@@ -140,12 +159,27 @@ impl Road {
         (frame, curvature.abs() + elevation.bend.abs())
     }
 
+    /// Whether the surface may bend across a lane.
+    pub(crate) fn bends_across(&self) -> bool {
+        !self.shapes.is_empty() || !self.cross_section.is_empty()
+    }
+
+    /// Whether the surface is the banked plane everywhere.
+    pub(crate) fn is_even(&self) -> bool {
+        self.shapes.is_empty()
+            && self.cross_section.is_empty()
+            && self.crossfall.iter().all(|side| side.is_empty())
+    }
+
     /// How far the surface stands above the banked plane at `t`: crossfall and shapes.
     pub(crate) fn unevenness(&self, s: f64, t: f64) -> f64 {
         let mut height = 0.0;
         let side = &self.crossfall[usize::from(t < 0.0)];
         if !side.is_empty() {
             height -= t.abs() * side.at(s).tan();
+        }
+        if !self.cross_section.is_empty() {
+            height += self.cross_section.height(s, t);
         }
         if !self.shapes.is_empty() {
             let after = self.shapes.partition_point(|shape| shape.from_m <= s);

@@ -49,11 +49,24 @@ pub struct Signal {
     pub lanes: Vec<(LaneIndex, f64)>,
     /// Ids of signals that depend on it, and how, in the writer's own words.
     pub dependencies: Vec<(String, String)>,
+    /// Objects and signals that it has to do with.
+    pub references: Vec<SignalReference>,
     /// Which of [`crate::Network::controllers`] switches it.
     pub controller: Option<u32>,
     pub(crate) stands: Option<Stands>,
     /// Where it rules: first at its own place, then wherever a signal reference repeats it.
     pub uses: Vec<SignalUse>,
+}
+
+/// A `<reference>` of a signal to something that belongs to it, such as a stop line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SignalReference {
+    /// What it points at: object or signal.
+    pub element: String,
+    /// OpenDRIVE's id of that.
+    pub id: String,
+    /// The writer's own word for what they have to do with each other.
+    pub kind: String,
 }
 
 /// Where a signal stands if not where it rules.

@@ -1,6 +1,7 @@
 //! Whole maps. Those of `OMNIBUS_MAPS`, a folder, are judged where that variable is set.
 
 mod coverage;
+mod extras;
 mod mutation;
 mod queries;
 mod reference;

@@ -4,17 +4,17 @@ use super::Findings;
 use crate::cubic::Jet;
 use crate::lane::{LaneIndex, LaneTypes};
 use crate::network::Network;
-use crate::object::{Corner, ObjectPlace};
-use crate::parse::RawReference;
+use crate::object::{Corner, ObjectPlace, ObjectReference, Repeat, RoadObject};
+use crate::parse::{RawObjectReference, RawReference};
 use crate::place::{Lateral, Placement, wrapped};
 use crate::signal::{Orientation, Signal, SignalUse, Stands};
 use glam::{DVec2, DVec3};
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 /// Adds what signal references say to the signals that they name.
 pub(super) fn refer(network: &mut Network, references: Vec<RawReference>, findings: &mut Findings) {
-    let ids: BTreeMap<String, usize> = network
+    let ids: HashMap<String, usize> = network
         .signals
         .iter()
         .enumerate()
@@ -37,6 +37,32 @@ pub(super) fn refer(network: &mut Network, references: Vec<RawReference>, findin
                     network.roads[reference.rules.road as usize].id, reference.signal
                 ),
             ),
+        }
+    }
+}
+
+/// Finds the objects that object references name.
+pub(super) fn share(
+    network: &mut Network,
+    references: Vec<RawObjectReference>,
+    findings: &mut Findings,
+) {
+    if references.is_empty() {
+        return;
+    }
+    let objects = network.objects.iter().zip(0..);
+    let ids: HashMap<String, u32> =
+        objects.map(|(object, index)| (object.id.clone(), index)).collect();
+    for RawObjectReference { id, offset, reference } in references {
+        match ids.get(&id) {
+            Some(&object) => {
+                network.object_references.push(ObjectReference { object, ..reference });
+            }
+            None => {
+                let road = &network.roads[reference.road as usize].id;
+                let reason = format!("road {road} refers to object {id}, which does not exist");
+                findings.add(offset, reason);
+            }
         }
     }
 }
@@ -67,10 +93,10 @@ pub(super) fn stand(network: &mut Network) {
         signal.lanes = lanes;
     }
     for index in 0..network.objects.len() {
-        let (places, outlines) = object_places(network, index);
+        let (places, runs) = object_places(network, index);
+        let outlines = outlines(network, index);
         let object = &mut network.objects[index];
-        object.places = places;
-        object.outlines = outlines;
+        (object.places, object.runs, object.outlines) = (places, runs, outlines);
     }
 }
 
@@ -150,38 +176,67 @@ fn on_road(network: &Network, road: u32, s: f64, t: f64, up: f64) -> Placement {
 /// At most so many repetitions of one object.
 const REPEATS_MAX: usize = 10_000;
 
-fn object_places(network: &Network, index: usize) -> (Vec<ObjectPlace>, Vec<Vec<DVec3>>) {
+/// Where an object stands, and the stations of what goes on without gaps.
+fn object_places(network: &Network, index: usize) -> (Vec<ObjectPlace>, Vec<Vec<ObjectPlace>>) {
     let object = &network.objects[index];
-    let place = |s: f64, t: f64, up: f64| {
-        let pose = on_road(network, object.road, s, t, up);
-        ObjectPlace {
-            position: pose.position,
-            heading_rad: wrapped(pose.heading_rad + object.heading_rad),
-        }
-    };
-    let mut places = Vec::new();
+    let (mut places, mut runs) = (Vec::new(), Vec::new());
     for repeat in &object.repeats {
-        let steps = if repeat.distance_m > 0.0 {
-            (repeat.length_m / repeat.distance_m).floor() as usize
-        } else {
-            1
-        };
-        let steps = steps.min(REPEATS_MAX);
-        for step in 0..=steps {
-            let share = if steps > 0 { step as f64 / steps as f64 } else { 0.0 };
-            let along = if repeat.distance_m > 0.0 {
-                repeat.distance_m * step as f64
-            } else {
-                repeat.length_m * share
-            };
-            let mix = |ends: [f64; 2]| ends[0] + (ends[1] - ends[0]) * share;
-            places.push(place(repeat.s + along, mix(repeat.t), mix(repeat.z_offset_m)));
+        let share = |along: f64| (along / repeat.length_m.max(1e-9)).clamp(0.0, 1.0);
+        if repeat.distance_m > 0.0 {
+            let steps = (repeat.length_m / repeat.distance_m).floor() as usize;
+            for step in 0..=steps.min(REPEATS_MAX) {
+                let along = repeat.distance_m * step as f64;
+                places.push(repeated(network, object, repeat, along, share(along)));
+            }
+            continue;
         }
+        let stations = (repeat.length_m / RoadObject::STATION_M).ceil().max(1.0) as usize;
+        let stations = stations.min(REPEATS_MAX);
+        let run = (0..=stations).map(|station| {
+            let share = station as f64 / stations as f64;
+            repeated(network, object, repeat, repeat.length_m * share, share)
+        });
+        let run: Vec<ObjectPlace> = run.collect();
+        places.extend([run[0], run[stations]]);
+        runs.push(run);
     }
     if places.is_empty() {
-        places.push(place(object.s, object.t, object.z_offset_m));
+        places.push(own_place(network, object));
     }
-    let own = place(object.s, object.t, object.z_offset_m);
+    (places, runs)
+}
+
+fn own_place(network: &Network, object: &RoadObject) -> ObjectPlace {
+    let pose = on_road(network, object.road, object.s, object.t, object.z_offset_m);
+    ObjectPlace {
+        position: pose.position,
+        heading_rad: wrapped(pose.heading_rad + object.heading_rad),
+        length_m: object.length_m,
+        width_m: object.width_m,
+        height_m: object.height_m,
+        radius_m: object.radius_m,
+    }
+}
+
+/// The object at `along` metres of a repetition, which is that share of it.
+fn repeated(
+    network: &Network,
+    object: &RoadObject,
+    repeat: &Repeat,
+    along: f64,
+    share: f64,
+) -> ObjectPlace {
+    let mix = |ends: [f64; 2]| ends[0] + (ends[1] - ends[0]) * share;
+    let (t, up) = (mix(repeat.t), mix(repeat.z_offset_m));
+    let pose = on_road(network, object.road, repeat.s + along, t, up);
+    let [length_m, width_m, height_m, radius_m] = repeat.sizes_m.map(mix);
+    let heading_rad = wrapped(pose.heading_rad + object.heading_rad);
+    ObjectPlace { position: pose.position, heading_rad, length_m, width_m, height_m, radius_m }
+}
+
+fn outlines(network: &Network, index: usize) -> Vec<Vec<DVec3>> {
+    let object = &network.objects[index];
+    let own = own_place(network, object);
     let (sin, cos) = own.heading_rad.sin_cos();
     let outlines = object.corners.iter().map(|corners| {
         let corner = |corner: &Corner| match *corner {
@@ -200,5 +255,5 @@ fn object_places(network: &Network, index: usize) -> (Vec<ObjectPlace>, Vec<Vec<
         }
         outline
     });
-    (places, outlines.collect())
+    outlines.collect()
 }

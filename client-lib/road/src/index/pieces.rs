@@ -122,9 +122,7 @@ impl Cutter<'_> {
         let ds = s - section.start_m;
         let lanes = || section.lanes.iter().map(|lane| self.network.lane(*lane));
         let is_even = |lane: &Lane| lane.widths.is_straight(ds) && lane.borders.is_empty();
-        let is_flat = road.superelevation.is_zero()
-            && road.crossfall.iter().all(|side| side.is_empty())
-            && road.shapes.is_empty();
+        let is_flat = road.superelevation.is_zero() && road.is_even();
         if !is_flat || !road.lane_offset.is_straight(s) || !lanes().all(is_even) {
             Run::Shaped
         } else if road.is_line_at(s) && road.elevation.is_straight(s) {

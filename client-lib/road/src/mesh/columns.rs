@@ -15,7 +15,7 @@ use glam::DVec3;
 const KERB_M: f64 = 0.12;
 /// How wide a kerb stone is.
 const STONE_M: f64 = 0.15;
-/// How wide cells are at most where heights are blended.
+/// How wide cells are at most where heights are blended or bend across.
 const FINE_M: f64 = 0.9;
 /// How deep the surface's outer edge reaches into the ground.
 const SKIRT_M: f64 = 0.4;
@@ -227,16 +227,15 @@ impl<'a> Profile<'a> {
 
     /// How many cells a plain strip is wide.
     pub(super) fn pieces(&self, strip: usize) -> usize {
-        let Some(position) = self.strips[strip].lane.filter(|_| self.blend.is_some()) else {
-            return 1;
-        };
+        let follows = self.blend.is_some() || self.road.bends_across();
+        let Some(position) = self.strips[strip].lane.filter(|_| follows) else { return 1 };
         let lane = self.lane(position);
         let widths = [0.0, 0.5, 1.0].map(|share| lane.reach(0.0, share * self.section.length_m));
         let width = widths.into_iter().fold(0.0, f64::max);
         (width / FINE_M).ceil().clamp(1.0, 32.0) as usize
     }
 
-    /// Lines inside a strip, where its height follows other roads.
+    /// Lines inside a strip, where its height follows other roads or bends by itself.
     fn fine_lines(&mut self, border: usize, strip: usize) {
         let pieces = self.pieces(strip);
         for piece in 1..pieces {

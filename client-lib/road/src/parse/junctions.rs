@@ -1,3 +1,4 @@
+use super::{Owner, Records, anywhere};
 use crate::MapError;
 use crate::junction::JunctionKind;
 use crate::xml::Cursor;
@@ -19,6 +20,9 @@ pub(crate) struct RawConnection {
     pub(crate) connecting: String,
     pub(crate) at_start: bool,
     pub(crate) lane_links: Vec<(i32, i32)>,
+    /// Road id, s, along rising s.
+    pub(crate) predecessor: Option<(String, f64, bool)>,
+    pub(crate) successor: Option<(String, f64, bool)>,
     pub(crate) offset: usize,
 }
 
@@ -31,7 +35,8 @@ pub(crate) struct RawController {
     pub(crate) offset: usize,
 }
 
-pub(super) fn junction(xml: &mut Cursor) -> Result<RawJunction, MapError> {
+pub(super) fn junction(xml: &mut Cursor, records: &mut Records) -> Result<RawJunction, MapError> {
+    let owner = Owner::Junction(records.junctions.len() as u32);
     let mut junction = RawJunction {
         id: xml.required("id")?,
         name: xml.string("name"),
@@ -56,7 +61,7 @@ pub(super) fn junction(xml: &mut Cursor) -> Result<RawJunction, MapError> {
             "priority" => {
                 junction.priorities.push((xml.string("high"), xml.string("low")));
             }
-            _ => {}
+            _ => anywhere(xml, name, owner, records),
         }
     }
     Ok(junction)
@@ -69,15 +74,53 @@ fn connection(xml: &mut Cursor) -> Result<RawConnection, MapError> {
         connecting: xml.string(other),
         at_start: xml.raw("contactPoint") != Some("end"),
         lane_links: Vec::new(),
+        predecessor: None,
+        successor: None,
         offset: xml.offset(),
     };
     let here = xml.depth();
     while let Some(name) = xml.child(here)? {
-        if name == "laneLink" {
-            connection.lane_links.push((xml.integer("from")?, xml.integer("to")?));
-        }
+        let joint = match name {
+            "laneLink" => {
+                connection.lane_links.push((xml.integer("from")?, xml.integer("to")?));
+                continue;
+            }
+            "predecessor" => &mut connection.predecessor,
+            "successor" => &mut connection.successor,
+            _ => continue,
+        };
+        let is_road = xml.raw("elementType").is_none_or(|element| element == "road");
+        let forward = xml.raw("elementDir") != Some("-");
+        let s = xml.number_or("elementS", 0.0)?;
+        *joint = is_road.then(|| (xml.string("elementId"), s, forward));
     }
     Ok(connection)
+}
+
+/// A `<junctionGroup>` with ids not yet resolved.
+pub(crate) struct RawGroup {
+    pub(crate) id: String,
+    pub(crate) name: String,
+    pub(crate) kind: String,
+    pub(crate) junctions: Vec<String>,
+    pub(crate) offset: usize,
+}
+
+pub(super) fn group(xml: &mut Cursor) -> Result<RawGroup, MapError> {
+    let mut group = RawGroup {
+        id: xml.string("id"),
+        name: xml.string("name"),
+        kind: xml.string("type"),
+        junctions: Vec::new(),
+        offset: xml.offset(),
+    };
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        if name == "junctionReference" {
+            group.junctions.push(xml.string("junction"));
+        }
+    }
+    Ok(group)
 }
 
 pub(super) fn controller(xml: &mut Cursor) -> Result<RawController, MapError> {

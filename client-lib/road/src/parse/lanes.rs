@@ -3,9 +3,9 @@ use super::{Records, limit};
 use crate::MapError;
 use crate::cubic::Profile;
 use crate::lane::{
-    Lane, LaneAccess, LaneHeight, LaneIndex, LaneLinks, LaneMaterial, LaneSpeed, LaneType,
+    Lane, LaneAccess, LaneHeight, LaneIndex, LaneLinks, LaneMaterial, LaneRule, LaneSpeed, LaneType,
 };
-use crate::mark::{MarkChange, MarkColor, MarkKind, MarkLine, RoadMark};
+use crate::mark::{MarkChange, MarkColor, MarkKind, MarkLine, MarkSway, RoadMark};
 use crate::road::{Road, Section};
 use crate::xml::Cursor;
 
@@ -138,6 +138,7 @@ fn lane(xml: &mut Cursor, road: &Road, road_index: u32, section: u32) -> Result<
         level: matches!(xml.raw("level"), Some("true" | "1")),
         materials: Vec::new(),
         access: Vec::new(),
+        rules: Vec::new(),
         widths: Profile::default(),
         borders: Profile::default(),
         heights: Vec::new(),
@@ -177,6 +178,10 @@ fn lane(xml: &mut Cursor, road: &Road, road_index: u32, section: u32) -> Result<
                 friction: xml.number_or("friction", 0.0)?,
                 roughness: xml.number_or("roughness", 0.0)?,
             }),
+            "rule" => lane.rules.push(LaneRule {
+                from_m: xml.number_or("sOffset", 0.0)?,
+                text: xml.string("value"),
+            }),
             "access" => {
                 let access = access(xml)?;
                 lane.access.push(access);
@@ -194,6 +199,7 @@ fn lane(xml: &mut Cursor, road: &Road, road_index: u32, section: u32) -> Result<
     lane.speeds.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
     lane.materials.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
     lane.access.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
+    lane.rules.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
     lane.marks.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
     Ok(lane)
 }
@@ -233,9 +239,14 @@ fn road_mark(xml: &mut Cursor, lane_id: i32) -> Result<RoadMark, MapError> {
             _ => kind.usual_change(lane_id <= 0),
         },
         lines: Vec::new(),
+        sways: Vec::new(),
     };
     let here = xml.depth();
     while let Some(name) = xml.child(here)? {
+        if name == "sway" {
+            let sway = cubic(xml, "ds")?;
+            mark.sways.push(MarkSway { from_m: sway.from_m, factors: sway.factors });
+        }
         if !matches!(name, "type" | "explicit") {
             continue;
         }

@@ -1,6 +1,10 @@
 use super::Records;
+use super::signals::validity;
 use crate::MapError;
-use crate::object::{Corner, Repeat, RoadObject, Span};
+use crate::mark::MarkColor;
+use crate::object::{
+    Corner, ObjectBorder, ObjectMarking, ObjectReference, Repeat, RoadObject, Span,
+};
 use crate::signal::Orientation;
 use crate::xml::Cursor;
 
@@ -12,19 +16,70 @@ pub(super) fn objects(xml: &mut Cursor, road: u32, records: &mut Records) -> Res
                 let object = object(xml, road)?;
                 records.objects.push(object);
             }
-            "bridge" | "tunnel" => records.spans.push(Span {
-                id: xml.string("id"),
-                name: xml.string("name"),
-                is_tunnel: name == "tunnel",
-                kind: xml.string("type"),
-                road,
-                s: xml.number_or("s", 0.0)?,
-                length_m: xml.number_or("length", 0.0)?.max(0.0),
-            }),
+            "objectReference" => {
+                let reference = reference(xml, road)?;
+                records.object_references.push(reference);
+            }
+            "bridge" | "tunnel" => {
+                let span = span(xml, road, name == "tunnel")?;
+                records.spans.push(span);
+            }
             _ => {}
         }
     }
     Ok(())
+}
+
+/// An `<objectReference>` with its id not yet resolved.
+pub(crate) struct RawObjectReference {
+    pub(crate) id: String,
+    pub(crate) offset: usize,
+    pub(crate) reference: ObjectReference,
+}
+
+fn reference(xml: &mut Cursor, road: u32) -> Result<RawObjectReference, MapError> {
+    let (id, offset) = (xml.required("id")?, xml.offset());
+    let mut reference = ObjectReference {
+        object: 0,
+        road,
+        s: xml.number_or("s", 0.0)?,
+        t: xml.number_or("t", 0.0)?,
+        z_offset_m: xml.number_or("zOffset", 0.0)?,
+        valid_length_m: xml.number_or("validLength", 0.0)?,
+        orientation: Orientation::from_text(xml.raw("orientation").unwrap_or("none")),
+        validity: Vec::new(),
+    };
+    reference.validity = validities(xml)?;
+    Ok(RawObjectReference { id, offset, reference })
+}
+
+fn span(xml: &mut Cursor, road: u32, is_tunnel: bool) -> Result<Span, MapError> {
+    let mut span = Span {
+        id: xml.string("id"),
+        name: xml.string("name"),
+        is_tunnel,
+        kind: xml.string("type"),
+        road,
+        s: xml.number_or("s", 0.0)?,
+        length_m: xml.number_or("length", 0.0)?.max(0.0),
+        validity: Vec::new(),
+        lighting: xml.optional_number("lighting")?,
+        daylight: xml.optional_number("daylight")?,
+    };
+    span.validity = validities(xml)?;
+    Ok(span)
+}
+
+/// The `<validity>` records directly inside the current element.
+fn validities(xml: &mut Cursor) -> Result<Vec<(i32, i32)>, MapError> {
+    let mut found = Vec::new();
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        if name == "validity" {
+            found.push(validity(xml)?);
+        }
+    }
+    Ok(found)
 }
 
 fn object(xml: &mut Cursor, road: u32) -> Result<RoadObject, MapError> {
@@ -45,6 +100,13 @@ fn object(xml: &mut Cursor, road: u32) -> Result<RoadObject, MapError> {
         outlines: Vec::new(),
         places: Vec::new(),
         parking: None,
+        subtype: xml.string("subtype"),
+        dynamic: xml.raw("dynamic") == Some("yes"),
+        validity: Vec::new(),
+        markings: Vec::new(),
+        borders: Vec::new(),
+        runs: Vec::new(),
+        corner_ids: Vec::new(),
         corners: Vec::new(),
         repeats: Vec::new(),
     };
@@ -61,6 +123,9 @@ fn object(xml: &mut Cursor, road: u32) -> Result<RoadObject, MapError> {
                 }
             }
             "parkingSpace" => object.parking = Some(xml.string("access")),
+            "validity" => object.validity.push(validity(xml)?),
+            "markings" => markings(xml, &mut object)?,
+            "borders" => borders(xml, &mut object)?,
             "repeat" => object.repeats.push(Repeat {
                 s: xml.number_or("s", object.s)?,
                 length_m: xml.number_or("length", 0.0)?.max(0.0),
@@ -70,6 +135,12 @@ fn object(xml: &mut Cursor, road: u32) -> Result<RoadObject, MapError> {
                     xml.number_or("zOffsetStart", object.z_offset_m)?,
                     xml.number_or("zOffsetEnd", object.z_offset_m)?,
                 ],
+                sizes_m: [
+                    ends(xml, ["lengthStart", "lengthEnd"], object.length_m)?,
+                    ends(xml, ["widthStart", "widthEnd"], object.width_m)?,
+                    ends(xml, ["heightStart", "heightEnd"], object.height_m)?,
+                    ends(xml, ["radiusStart", "radiusEnd"], object.radius_m)?,
+                ],
             }),
             _ => {}
         }
@@ -77,10 +148,75 @@ fn object(xml: &mut Cursor, road: u32) -> Result<RoadObject, MapError> {
     Ok(object)
 }
 
-fn outline(xml: &mut Cursor, object: &mut RoadObject) -> Result<(), MapError> {
-    let mut corners = Vec::new();
+/// A size at both ends of a repetition; what only one end says holds at the other as well.
+fn ends(xml: &Cursor, keys: [&str; 2], own: f64) -> Result<[f64; 2], MapError> {
+    let [start, end] = keys.map(|key| xml.optional_number(key));
+    let (start, end) = (start?, end?);
+    let either = start.or(end).unwrap_or(own);
+    Ok([start.unwrap_or(either), end.unwrap_or(either)])
+}
+
+fn markings(xml: &mut Cursor, object: &mut RoadObject) -> Result<(), MapError> {
     let here = xml.depth();
     while let Some(name) = xml.child(here)? {
+        if name != "marking" {
+            continue;
+        }
+        let bold = xml.raw("weight") == Some("bold");
+        let usual_width = if bold { 0.25 } else { 0.12 };
+        let mut marking = ObjectMarking {
+            side: xml.string("side"),
+            color: MarkColor::from_text(xml.raw("color").unwrap_or_default()),
+            bold,
+            width_m: xml.number_or("width", usual_width)?.clamp(0.0, 5.0),
+            z_offset_m: xml.number_or("zOffset", 0.0)?,
+            length_m: xml.number_or("lineLength", 0.0)?.max(0.0),
+            space_m: xml.number_or("spaceLength", 0.0)?.max(0.0),
+            start_offset_m: xml.number_or("startOffset", 0.0)?,
+            stop_offset_m: xml.number_or("stopOffset", 0.0)?,
+            corners: Vec::new(),
+        };
+        marking.corners = corner_references(xml)?;
+        object.markings.push(marking);
+    }
+    Ok(())
+}
+
+fn borders(xml: &mut Cursor, object: &mut RoadObject) -> Result<(), MapError> {
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        if name != "border" {
+            continue;
+        }
+        let mut border = ObjectBorder {
+            kind: xml.string("type"),
+            width_m: xml.number_or("width", 0.0)?.clamp(0.0, 5.0),
+            outline: xml.raw("outlineId").and_then(|id| id.trim().parse().ok()).unwrap_or(0),
+            is_complete: xml.raw("useCompleteOutline") == Some("true"),
+            corners: Vec::new(),
+        };
+        border.corners = corner_references(xml)?;
+        object.borders.push(border);
+    }
+    Ok(())
+}
+
+fn corner_references(xml: &mut Cursor) -> Result<Vec<u32>, MapError> {
+    let mut found = Vec::new();
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        if name == "cornerReference" {
+            found.extend(xml.raw("id").and_then(|id| id.trim().parse::<u32>().ok()));
+        }
+    }
+    Ok(found)
+}
+
+fn outline(xml: &mut Cursor, object: &mut RoadObject) -> Result<(), MapError> {
+    let (mut corners, mut ids) = (Vec::new(), Vec::new());
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        let before = corners.len();
         match name {
             "cornerRoad" => corners.push(Corner::Road {
                 s: xml.number("s")?,
@@ -94,9 +230,14 @@ fn outline(xml: &mut Cursor, object: &mut RoadObject) -> Result<(), MapError> {
             }),
             _ => {}
         }
+        if corners.len() > before {
+            let id = xml.raw("id").and_then(|id| id.trim().parse().ok());
+            ids.push(id.unwrap_or(before as u32));
+        }
     }
     if !corners.is_empty() {
         object.corners.push(corners);
+        object.corner_ids.push(ids);
     }
     Ok(())
 }

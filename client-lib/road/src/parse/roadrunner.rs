@@ -66,6 +66,7 @@ fn signal(road: &Road, object: &RoadObject, text: &str, limit: f64, records: &Re
         controller: None,
         uses: vec![rules],
         dependencies: Vec::new(),
+        references: Vec::new(),
         stands: None,
     }
 }

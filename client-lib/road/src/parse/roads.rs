@@ -1,8 +1,9 @@
-use super::{Records, RoadExtra, lanes, limit, objects, roadrunner, signals};
+use super::{Owner, Records, RoadExtra, anywhere, lanes, limit, objects, roadrunner, signals};
 use crate::MapError;
 use crate::cubic::{Cubic, Profile};
 use crate::curve::{Curve, Shape as CurveShape};
-use crate::road::{Road, RoadType, Shape};
+use crate::road::{Road, RoadType, Shape, Switch};
+use crate::surface_strips::{CrossSection, Strip};
 use crate::xml::Cursor;
 use glam::DVec2;
 
@@ -35,11 +36,13 @@ pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapErr
         predecessor: None,
         successor: None,
         types: Vec::new(),
+        switches: Vec::new(),
         curves: Vec::new(),
         elevation: Profile::default(),
         superelevation: Profile::default(),
         crossfall: Default::default(),
         shapes: Vec::new(),
+        cross_section: CrossSection::default(),
         lane_offset: Profile::default(),
     };
     if !(0.0..=LONGEST_M).contains(&road.length_m) {
@@ -65,7 +68,8 @@ pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapErr
             "lanes" => lanes::lanes(xml, &mut road, index, records)?,
             "objects" => objects::objects(xml, index, records)?,
             "signals" => signals::signals(xml, index, records)?,
-            _ => {}
+            "railroad" => railroad(xml, &mut road)?,
+            _ => anywhere(xml, name, Owner::Road(index), records),
         }
     }
     if road.curves.is_empty() {
@@ -213,6 +217,7 @@ fn lateral_profile(xml: &mut Cursor, road: &mut Road) -> Result<(), MapError> {
     let here = xml.depth();
     while let Some(name) = xml.child(here)? {
         match name {
+            "crossSectionSurface" => road.cross_section = cross_section(xml)?,
             "superelevation" => banks.push(cubic(xml, "s")?),
             "crossfall" => {
                 let fall = cubic(xml, "s")?;
@@ -242,6 +247,76 @@ fn lateral_profile(xml: &mut Cursor, road: &mut Road) -> Result<(), MapError> {
         .into_iter()
         .map(|(from_m, pieces)| Shape { from_m, over_t: Profile::new(pieces) })
         .collect();
+    Ok(())
+}
+
+fn cross_section(xml: &mut Cursor) -> Result<CrossSection, MapError> {
+    let mut section = CrossSection::default();
+    let mut strips = Vec::new();
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        match name {
+            "tOffset" => section.t_offset = cubics(xml, "coefficients", "s")?,
+            "surfaceStrips" => {
+                let inside = xml.depth();
+                while let Some(name) = xml.child(inside)? {
+                    if name == "strip" {
+                        strips.push(strip(xml)?);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    strips.sort_by_key(|strip: &Strip| strip.id.abs());
+    (section.left, section.right) = strips.into_iter().partition(|strip| strip.id > 0);
+    Ok(section)
+}
+
+fn strip(xml: &mut Cursor) -> Result<Strip, MapError> {
+    let mut strip = Strip {
+        id: xml.integer("id")?,
+        is_relative: xml.raw("mode") == Some("relative"),
+        ..Strip::default()
+    };
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        let profile = match name {
+            "width" => &mut strip.width,
+            "constant" => &mut strip.factors[0],
+            "linear" => &mut strip.factors[1],
+            "quadratic" => &mut strip.factors[2],
+            "cubic" => &mut strip.factors[3],
+            _ => continue,
+        };
+        *profile = cubics(xml, "coefficients", "s")?;
+    }
+    Ok(strip)
+}
+
+fn railroad(xml: &mut Cursor, road: &mut Road) -> Result<(), MapError> {
+    let here = xml.depth();
+    while let Some(name) = xml.child(here)? {
+        if name != "switch" {
+            continue;
+        }
+        let mut switch = Switch {
+            id: xml.string("id"),
+            name: xml.string("name"),
+            position: xml.string("position"),
+            s: 0.0,
+            side_track: (String::new(), 0.0),
+        };
+        let inside = xml.depth();
+        while let Some(name) = xml.child(inside)? {
+            match name {
+                "mainTrack" => switch.s = xml.number_or("s", 0.0)?,
+                "sideTrack" => switch.side_track = (xml.string("id"), xml.number_or("s", 0.0)?),
+                _ => {}
+            }
+        }
+        road.switches.push(switch);
+    }
     Ok(())
 }
 

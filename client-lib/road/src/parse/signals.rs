@@ -1,7 +1,7 @@
 use super::Records;
 use crate::MapError;
 use crate::place::Placement;
-use crate::signal::{Orientation, Signal, SignalUse, Stands};
+use crate::signal::{Orientation, Signal, SignalReference, SignalUse, Stands};
 use crate::xml::Cursor;
 use glam::DVec3;
 
@@ -63,6 +63,7 @@ fn signal(xml: &mut Cursor, road: u32) -> Result<Signal, MapError> {
         controller: None,
         uses: Vec::new(),
         dependencies: Vec::new(),
+        references: Vec::new(),
         stands: None,
     };
     let mut rules = rules(xml, road, false)?;
@@ -71,6 +72,11 @@ fn signal(xml: &mut Cursor, road: u32) -> Result<Signal, MapError> {
         match name {
             "validity" => rules.validity.push(validity(xml)?),
             "dependency" => signal.dependencies.push((xml.string("id"), xml.string("type"))),
+            "reference" => signal.references.push(SignalReference {
+                element: xml.string("elementType"),
+                id: xml.string("elementId"),
+                kind: xml.string("type"),
+            }),
             "positionRoad" => {
                 signal.stands = Some(Stands::Road {
                     road: xml.string("roadId"),
@@ -95,7 +101,7 @@ fn signal(xml: &mut Cursor, road: u32) -> Result<Signal, MapError> {
 }
 
 /// The lanes of a `<validity>`, from the lower to the higher id.
-fn validity(xml: &Cursor) -> Result<(i32, i32), MapError> {
+pub(super) fn validity(xml: &Cursor) -> Result<(i32, i32), MapError> {
     let (from, to) = (xml.integer("fromLane")?, xml.integer("toLane")?);
     Ok((from.min(to), from.max(to)))
 }
