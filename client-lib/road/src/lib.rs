@@ -45,7 +45,7 @@ pub use lane::{
     Lane, LaneAccess, LaneIndex, LaneMaterial, LanePoint, LaneRule, LaneType, LaneTypes,
 };
 pub use mark::{MarkChange, MarkColor, MarkKind, MarkLine, MarkSway, RoadMark};
-pub use mesh::surface_mesh;
+pub use mesh::{structure_mesh, surface_mesh};
 pub use network::Network;
 pub use object::{ObjectBorder, ObjectMarking, ObjectPlace, ObjectReference, RoadObject, Span};
 pub use parse::{Header, Owner, UserData};

@@ -11,8 +11,11 @@ mod columns;
 mod cover;
 mod floor;
 mod paint;
+mod rails;
+mod spans;
 mod stations;
 mod strip;
+mod sweep;
 
 use crate::network::Network;
 use crate::surface::Mesh;
@@ -37,4 +40,18 @@ pub fn surface_mesh(network: &Network, spacing_m: f64) -> Mesh {
     }
     floor::junctions(network, &of_roads, &mut mesh);
     mesh
+}
+
+/// What stands on and over roads by the file's word: guard rails, walls and fences that go on
+/// along them, tunnels with sides and roof, bridges with parapets and what carries them. All
+/// faces are of object 0.
+pub fn structure_mesh(network: &Network) -> Mesh {
+    let mut sweep = sweep::Sweep::new(network);
+    for span in network.spans() {
+        spans::span(network, span, &mut sweep);
+    }
+    for object in network.objects() {
+        rails::object(object, &mut sweep);
+    }
+    sweep.into_mesh()
 }

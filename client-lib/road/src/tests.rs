@@ -6,6 +6,7 @@ mod mutation;
 mod queries;
 mod reference;
 mod small;
+mod structures;
 mod surface;
 mod threads;
 mod validate;

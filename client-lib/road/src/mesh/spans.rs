@@ -1,0 +1,127 @@
+//! Tunnels and bridges.
+
+use super::sweep::{BOX, GATE, Sweep};
+use crate::lane::Lane;
+use crate::network::Network;
+use crate::object::Span;
+use crate::place::Frame;
+use crate::road::Road;
+use crate::surface::{Face, Material, Tag};
+use glam::DVec3;
+
+const STATION_M: f64 = 2.0;
+/// How far a tunnel's walls stand from the lanes.
+const BERM_M: f64 = 0.5;
+/// How thick walls and roofs are.
+const WALL_M: f64 = 0.5;
+/// How high a tunnel is inside.
+const CLEAR_M: f64 = 5.0;
+/// How deep walls reach into the ground.
+const FOOT_M: f64 = 0.4;
+const PARAPET_M: f64 = 1.0;
+const PARAPET_THICK_M: f64 = 0.25;
+/// How thick a bridge's deck is.
+const DECK_M: f64 = 0.7;
+/// The deck's top lies this much below the lanes that lie on it.
+const BELOW_M: f64 = 0.05;
+
+pub(super) fn span(network: &Network, span: &Span, sweep: &mut Sweep) {
+    let road = &network.roads()[span.road as usize];
+    let from = span.s.clamp(0.0, road.length_m);
+    let to = (span.s + span.length_m).clamp(from, road.length_m);
+    let steps = ((to - from) / STATION_M).ceil() as usize;
+    if to - from < 0.1 || !sweep.admits(steps) {
+        return;
+    }
+    let stations: Vec<Station> = (0..=steps)
+        .map(|step| Station::new(network, road, from + (to - from) * step as f64 / steps as f64))
+        .collect();
+    if span.is_tunnel {
+        tunnel(span.road, &stations, sweep);
+    } else {
+        bridge(span.road, &stations, sweep);
+    }
+}
+
+/// A road's cross-section: where its outermost lanes end.
+struct Station {
+    frame: Frame,
+    left: f64,
+    right: f64,
+}
+
+impl Station {
+    fn new(network: &Network, road: &Road, s: f64) -> Station {
+        let section = &road.sections[road.section_at(s)];
+        let offset = section.lane_offset(road, s).value;
+        let ds = s - section.start_m;
+        let reach = |lanes: &mut dyn Iterator<Item = &Lane>| {
+            lanes.fold(0.0, |inner, lane| inner + lane.reach(inner, ds))
+        };
+        let lanes = || section.lanes.iter().map(|lane| network.lane(*lane));
+        let left =
+            offset + reach(&mut lanes().take(section.left).collect::<Vec<_>>().into_iter().rev());
+        let right = offset - reach(&mut lanes().skip(section.left));
+        Station { frame: Frame::new(road.station(s)), left, right }
+    }
+
+    /// A point `beside` the left edge, or the right one, outwards.
+    fn left(&self, beside: f64, up: f64) -> DVec3 {
+        self.frame.point(self.left + beside, 0.0, up)
+    }
+
+    fn right(&self, beside: f64, up: f64) -> DVec3 {
+        self.frame.point(self.right - beside, 0.0, up)
+    }
+}
+
+fn tunnel(road: u32, stations: &[Station], sweep: &mut Sweep) {
+    let (inner, outer) = (BERM_M, BERM_M + WALL_M);
+    let row = |at: &Station| {
+        [
+            at.left(outer, CLEAR_M + WALL_M),
+            at.right(outer, CLEAR_M + WALL_M),
+            at.right(outer, -FOOT_M),
+            at.right(inner, -FOOT_M),
+            at.right(inner, CLEAR_M),
+            at.left(inner, CLEAR_M),
+            at.left(inner, -FOOT_M),
+            at.left(outer, -FOOT_M),
+        ]
+    };
+    let rows: Vec<[DVec3; 8]> = stations.iter().map(row).collect();
+    let face = Face::new(Tag::Wall, Material::Concrete, 0);
+    // Who drives into it from the side finds it open there.
+    sweep.body(&GATE, &rows, road, face, |row| row[3].midpoint(row[2]) + DVec3::Z * FOOT_M);
+}
+
+fn bridge(road: u32, stations: &[Station], sweep: &mut Sweep) {
+    let face = Face::new(Tag::Bridge, Material::Concrete, 0);
+    let sides: [fn(&Station, f64, f64) -> DVec3; 2] = [Station::left, Station::right];
+    for (side, is_left) in sides.into_iter().zip([true, false]) {
+        let row = |at: &Station| {
+            let (inner, outer) = (0.0, PARAPET_THICK_M);
+            let (left, right) = if is_left { (outer, inner) } else { (inner, outer) };
+            [
+                side(at, left, PARAPET_M),
+                side(at, right, PARAPET_M),
+                side(at, right, -DECK_M),
+                side(at, left, -DECK_M),
+            ]
+        };
+        let rows: Vec<[DVec3; 4]> = stations.iter().map(row).collect();
+        let foot = |row: &[DVec3; 4]| row[2].midpoint(row[3]) + DVec3::Z * DECK_M;
+        sweep.body(&BOX, &rows, road, face, foot);
+    }
+    let row = |at: &Station| {
+        [
+            at.left(0.0, -BELOW_M),
+            at.right(0.0, -BELOW_M),
+            at.right(0.0, -DECK_M),
+            at.left(0.0, -DECK_M),
+        ]
+    };
+    let rows: Vec<[DVec3; 4]> = stations.iter().map(row).collect();
+    // The deck lies below whatever road it carries.
+    sweep.body(&BOX, &rows, road, face, |row| row[0] - DVec3::Z * 100.0);
+}
