@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::curve::{self, Piece, Pose, wrapped};
-use super::layout::{Layout, Profile};
+use super::layout::{Layout, Profile, links_at};
 
 /// A street's end at a junction.
 #[derive(Clone, Debug)]
@@ -63,9 +63,10 @@ pub(super) struct Junction {
 
 /// All junctions, in the order of their nodes.
 pub(super) fn junctions(layout: &Layout) -> Vec<Junction> {
+    let at = links_at(layout.nodes.len(), layout.streets.iter().map(|street| street.ends));
     (0..layout.nodes.len())
         .filter_map(|node| {
-            let arms = arms(layout, node);
+            let arms = arms(layout, node, &at[node]);
             (arms.len() > 2).then(|| {
                 let turns = turns(layout, node, &arms);
                 let rule = rule(node, &arms);
@@ -78,9 +79,10 @@ pub(super) fn junctions(layout: &Layout) -> Vec<Junction> {
 /// From the kerb's corner to where its rounding begins, for a right angle. Metres.
 const CORNER_ROOM: f64 = 2.5;
 
-fn arms(layout: &Layout, node: usize) -> Vec<Arm> {
+fn arms(layout: &Layout, node: usize, streets: &[usize]) -> Vec<Arm> {
     let mut arms: Vec<Arm> = Vec::new();
-    for (street, one) in layout.streets.iter().enumerate() {
+    for &street in streets {
+        let one = &layout.streets[street];
         for end in [0, 1] {
             if one.ends[end] == node {
                 let bearing = one.bearing(&layout.nodes, end);

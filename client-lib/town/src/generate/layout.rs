@@ -168,20 +168,21 @@ fn along(column: usize) -> String {
 /// Leaves out about every seventh street, never so that one could not turn back without it.
 fn thin_out(random: &mut Random, links: &mut [Link], nodes: &[Node]) {
     let wanted = links.len() / 7;
+    let at = links_at(nodes.len(), links.iter().map(|link| link.ends));
     let mut removed = 0;
     for _ in 0..links.len() * 4 {
         if removed == wanted {
             break;
         }
         let chosen = random.below(links.len());
-        let busy = |node: usize| links.iter().filter(|l| l.alive && l.ends.contains(&node)).count();
+        let busy = |node: usize| at[node].iter().filter(|l| links[**l].alive).count();
         let link = &links[chosen];
         // Both ends stay junctions: a bend in mid-town would be a kink in two streets.
         if !link.alive || link.profile == AVENUE || link.ends.iter().any(|end| busy(*end) < 4) {
             continue;
         }
         links[chosen].alive = false;
-        if two_ways_round(links, nodes.len()) {
+        if two_ways_round(links, &at) {
             removed += 1;
         } else {
             links[chosen].alive = true;
@@ -189,26 +190,51 @@ fn thin_out(random: &mut Random, links: &mut [Link], nodes: &[Node]) {
     }
 }
 
-/// No single street is the only way between two parts.
-fn two_ways_round(links: &[Link], nodes: usize) -> bool {
-    let connected_without = |skipped: Option<usize>| {
-        let mut seen = vec![false; nodes];
-        let mut open = vec![0];
-        seen[0] = true;
-        while let Some(node) = open.pop() {
-            for (index, link) in links.iter().enumerate() {
-                if link.alive && Some(index) != skipped && link.ends.contains(&node) {
-                    let other = link.ends[0] + link.ends[1] - node;
-                    if !seen[other] {
-                        seen[other] = true;
-                        open.push(other);
-                    }
+/// Links by node: one list for each.
+pub(super) fn links_at(nodes: usize, ends: impl Iterator<Item = [usize; 2]>) -> Vec<Vec<usize>> {
+    let mut at = vec![Vec::new(); nodes];
+    for (link, [a, b]) in ends.enumerate() {
+        at[a].push(link);
+        at[b].push(link);
+    }
+    at
+}
+
+/// No single street is the only way between two parts: depth-first, each node remembers the
+/// earliest one to which something behind it leads back (Tarjan 1974).
+fn two_ways_round(links: &[Link], at: &[Vec<usize>]) -> bool {
+    let nodes = at.len();
+    let (mut found, mut earliest) = (vec![usize::MAX; nodes], vec![usize::MAX; nodes]);
+    let mut count = 1;
+    (found[0], earliest[0]) = (0, 0);
+    // Node, the link by which it was reached, how many of its links were looked at.
+    let mut path = vec![(0, usize::MAX, 0)];
+    while let Some((node, from, looked)) = path.last_mut() {
+        let (node, from) = (*node, *from);
+        if let Some(&link) = at[node].get(*looked) {
+            *looked += 1;
+            if link == from || !links[link].alive {
+                continue;
+            }
+            let other = links[link].ends[0] + links[link].ends[1] - node;
+            if found[other] == usize::MAX {
+                (found[other], earliest[other]) = (count, count);
+                count += 1;
+                path.push((other, link, 0));
+            } else {
+                earliest[node] = earliest[node].min(found[other]);
+            }
+        } else {
+            path.pop();
+            if let Some((parent, ..)) = path.last() {
+                if earliest[node] > found[*parent] {
+                    return false;
                 }
+                earliest[*parent] = earliest[*parent].min(earliest[node]);
             }
         }
-        seen.iter().all(|seen| *seen)
-    };
-    (0..links.len()).filter(|index| links[*index].alive).all(|index| connected_without(Some(index)))
+    }
+    count == nodes
 }
 
 /// Rolling ground, flattened until no street climbs too much.
@@ -238,10 +264,9 @@ fn heights(plan: &Plan, nodes: &mut [Node], links: &[Link], size: f64) {
 
 /// Streets from junction to junction: links that meet at a node with no third are one street.
 fn join_bends(nodes: &[Node], links: &[Link]) -> Vec<Street> {
-    let at = |node: usize| -> Vec<usize> {
-        (0..links.len()).filter(|l| links[*l].alive && links[*l].ends.contains(&node)).collect()
-    };
-    let is_bend = |node: usize| at(node).len() == 2;
+    let mut at = links_at(nodes.len(), links.iter().map(|link| link.ends));
+    at.iter_mut().for_each(|here| here.retain(|link| links[*link].alive));
+    let is_bend = |node: usize| at[node].len() == 2;
     let mut used = vec![false; links.len()];
     let mut streets = Vec::new();
     for first in 0..links.len() {
@@ -265,7 +290,7 @@ fn join_bends(nodes: &[Node], links: &[Link]) -> Vec<Street> {
             }
             via.push(nodes[node].position);
             radii.push(32.0);
-            link = at(node).into_iter().find(|other| *other != link).unwrap_or(link);
+            link = at[node].iter().copied().find(|other| *other != link).unwrap_or(link);
         }
         let (name, profile) = (links[first].name.clone(), links[first].profile);
         streets.push(Street { name, ends: [start, node], via, radii, profile });

@@ -22,6 +22,8 @@ struct Sheet<'a> {
     junctions: &'a [Junction],
     /// Each street's reference line, between the mouths of its junctions.
     lines: Vec<Vec<Piece>>,
+    /// By street: the junction at its start and at its end, and its arm there.
+    seats: Vec<[(usize, usize); 2]>,
     text: String,
 }
 
@@ -34,18 +36,25 @@ macro_rules! put {
 
 /// The whole document.
 pub(super) fn document(plan: &Plan, layout: &Layout, junctions: &[Junction]) -> String {
+    let mut seats = vec![[(0, 0); 2]; layout.streets.len()];
+    for (number, junction) in junctions.iter().enumerate() {
+        for (index, arm) in junction.arms.iter().enumerate() {
+            seats[arm.street][arm.end] = (number, index);
+        }
+    }
     let lines = layout.streets.iter().enumerate().map(|(index, street)| {
         let mut corners = vec![layout.nodes[street.ends[0]].position];
         corners.extend(&street.via);
         corners.push(layout.nodes[street.ends[1]].position);
         for (end, corner) in [(0, 0), (1, corners.len() - 1)] {
-            let arm = arm_of(junctions, street.ends[end], index, end);
+            let (number, arm) = seats[index][end];
+            let arm = &junctions[number].arms[arm];
             corners[corner] += glam::DVec2::from_angle(arm.bearing) * arm.mouth;
         }
         curve::rounded(&corners, &street.radii)
     });
     let lines = lines.collect();
-    let mut sheet = Sheet { layout, junctions, lines, text: String::new() };
+    let mut sheet = Sheet { layout, junctions, lines, seats, text: String::new() };
     sheet.header(plan);
     for street in 0..layout.streets.len() {
         sheet.street(street);
@@ -63,15 +72,6 @@ pub(super) fn document(plan: &Plan, layout: &Layout, junctions: &[Junction]) -> 
     }
     put!(sheet, "</OpenDRIVE>");
     sheet.text
-}
-
-fn arm_of(junctions: &[Junction], node: usize, street: usize, end: usize) -> &Arm {
-    junctions
-        .iter()
-        .filter(|junction| junction.node == node)
-        .flat_map(|junction| &junction.arms)
-        .find(|arm| (arm.street, arm.end) == (street, end))
-        .expect("streets run from junction to junction")
 }
 
 impl Sheet<'_> {
@@ -104,7 +104,7 @@ impl Sheet<'_> {
     fn street(&mut self, index: usize) {
         let street = &self.layout.streets[index];
         let length = curve::length(&self.lines[index]);
-        let junction = |end: usize| junction_id(self.number_at(street.ends[end]));
+        let junction = |end: usize| junction_id(self.seats[index][end].0);
         let (from, to) = (junction(0), junction(1));
         put!(
             self,
@@ -448,14 +448,10 @@ impl Sheet<'_> {
         put!(self, "</junction>");
     }
 
-    fn number_at(&self, node: usize) -> usize {
-        self.junctions.iter().position(|junction| junction.node == node).unwrap_or(0)
-    }
-
     /// The junction at a street's end, and the street's arm of it.
     fn arm(&self, street: usize, end: usize) -> (usize, Arm) {
-        let node = self.layout.streets[street].ends[end];
-        (self.number_at(node), arm_of(self.junctions, node, street, end).clone())
+        let (number, arm) = self.seats[street][end];
+        (number, self.junctions[number].arms[arm].clone())
     }
 }
 
