@@ -18,4 +18,4 @@ pub use furnish::{
     BAKE_VERSION, BLOCK_OBJECTS, BakeError, Collider, Detail, Head, Lamp, Layer, Object, Parked,
     Town, Visibility, furnish, furnish_with,
 };
-pub use generate::{Character, Plan, default_map, generate, named, names};
+pub use generate::{Character, Plan, about, alike, default_map, generate, named, names};

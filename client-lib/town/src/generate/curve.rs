@@ -16,6 +16,16 @@ impl Pose {
         DVec2::from_angle(self.heading)
     }
 
+    /// The same place, looking back.
+    pub(super) fn turned(&self) -> Pose {
+        Pose { position: self.position, heading: wrapped(self.heading + PI) }
+    }
+
+    /// The same direction, `distance` metres ahead.
+    pub(super) fn ahead(&self, distance: f64) -> Pose {
+        Pose { position: self.position + self.direction() * distance, heading: self.heading }
+    }
+
     /// The same direction, `offset` metres to the right.
     pub(super) fn right(&self, offset: f64) -> Pose {
         Pose { position: self.position - self.direction().perp() * offset, heading: self.heading }
@@ -32,16 +42,121 @@ pub(super) struct Piece {
 
 impl Piece {
     /// Where it ends.
-    #[cfg(test)]
     pub(super) fn end(&self) -> Pose {
-        let Piece { start, length, curvature } = *self;
-        let turn = curvature * length;
-        let chord = if turn.abs() < 1e-12 { length } else { (turn * 0.5).sin() * 2.0 / curvature };
+        self.at(self.length)
+    }
+
+    /// Where it is after `along` metres.
+    pub(super) fn at(&self, along: f64) -> Pose {
+        let turn = self.curvature * along;
+        let chord =
+            if turn.abs() < 1e-12 { along } else { (turn * 0.5).sin() * 2.0 / self.curvature };
         Pose {
-            position: start.position + DVec2::from_angle(start.heading + turn * 0.5) * chord,
-            heading: start.heading + turn,
+            position: self.start.position + DVec2::from_angle(self.start.heading + turn * 0.5) * chord,
+            heading: self.start.heading + turn,
         }
     }
+
+    /// The part between two places on it.
+    fn part(&self, from: f64, to: f64) -> Piece {
+        Piece { start: self.at(from), length: to - from, curvature: self.curvature }
+    }
+
+    /// How far along it is nearest to a point.
+    fn nearest(&self, point: DVec2) -> f64 {
+        let gap = point - self.start.position;
+        let along = if self.curvature == 0.0 {
+            gap.dot(self.start.direction())
+        } else {
+            let radius = 1.0 / self.curvature;
+            let center = self.start.position + self.start.direction().perp() * radius;
+            let out = (self.start.position - center).to_angle();
+            wrapped((point - center).to_angle() - out) * radius
+        };
+        along.clamp(0.0, self.length)
+    }
+}
+
+/// The line beside another, `left` metres to its left.
+pub(super) fn beside(pieces: &[Piece], left: f64) -> Vec<Piece> {
+    let moved = pieces.iter().map(|piece| {
+        let stretch = 1.0 - piece.curvature * left;
+        Piece {
+            start: piece.start.right(-left),
+            length: piece.length * stretch,
+            curvature: piece.curvature / stretch,
+        }
+    });
+    moved.collect()
+}
+
+/// The same line, driven the other way.
+pub(super) fn reversed(pieces: &[Piece]) -> Vec<Piece> {
+    let turned = pieces.iter().rev().map(|piece| Piece {
+        start: piece.end().turned(),
+        length: piece.length,
+        curvature: -piece.curvature,
+    });
+    turned.collect()
+}
+
+/// Where a line is after `along` metres.
+pub(super) fn at(pieces: &[Piece], mut along: f64) -> Pose {
+    for piece in &pieces[..pieces.len() - 1] {
+        if along <= piece.length {
+            return piece.at(along);
+        }
+        along -= piece.length;
+    }
+    pieces[pieces.len() - 1].at(along)
+}
+
+/// How far along a line is nearest to a point.
+pub(super) fn nearest(pieces: &[Piece], point: DVec2) -> f64 {
+    nearest_of(pieces, point, |_| true)
+}
+
+/// The same where the line is driven about in this direction.
+pub(super) fn passing(pieces: &[Piece], point: DVec2, heading: f64) -> f64 {
+    nearest_of(pieces, point, |at| wrapped(at - heading).abs() < 0.3)
+}
+
+fn nearest_of(pieces: &[Piece], point: DVec2, fits: impl Fn(f64) -> bool) -> f64 {
+    let (mut best, mut before) = ((f64::MAX, 0.0), 0.0);
+    for piece in pieces {
+        let along = piece.nearest(point);
+        let at = piece.at(along);
+        let away = at.position.distance(point);
+        if away < best.0 && fits(at.heading) {
+            best = (away, before + along);
+        }
+        before += piece.length;
+    }
+    best.1
+}
+
+/// The part of a closed line from one place to another, over its beginning if need be.
+pub(super) fn cut(closed: &[Piece], from: f64, to: f64) -> Vec<Piece> {
+    let total = length(closed);
+    let to = if to <= from { to + total } else { to };
+    let (mut pieces, mut before) = (Pieces::default(), 0.0);
+    for piece in closed.iter().chain(closed) {
+        let (start, end) = ((from - before).max(0.0), (to - before).min(piece.length));
+        if end - start > 1e-3 {
+            pieces.0.push(piece.part(start, end));
+        }
+        before += piece.length;
+    }
+    pieces.0
+}
+
+/// A closed corner line with all corners rounded; it begins in the middle of its first side.
+pub(super) fn closed(corners: &[DVec2], radius: f64) -> Vec<Piece> {
+    let middle = (corners[0] + corners[1]) * 0.5;
+    let mut line = vec![middle];
+    line.extend(&corners[1..]);
+    line.extend([corners[0], middle]);
+    rounded(&line, &vec![radius; corners.len()])
 }
 
 /// A corner line with its inner corners rounded, as tangent pieces.

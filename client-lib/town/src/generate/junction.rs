@@ -1,9 +1,11 @@
-//! Crossings: where the arms end, which lane leads to which, who has green together.
+//! Crossings: where the arms end, which lane leads to which, who goes first.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use glam::DVec2;
+
 use super::curve::{self, Piece, Pose, wrapped};
-use super::layout::{Layout, Profile, links_at};
+use super::graph::{Class, Control, Layout, Profile, Shape, Street, links_at};
 
 /// A street's end at a junction.
 #[derive(Clone, Debug)]
@@ -11,14 +13,34 @@ pub(super) struct Arm {
     pub(super) street: usize,
     /// Which end of the street: 0 its start, 1 its end.
     pub(super) end: usize,
-    /// In which direction it leaves.
-    pub(super) bearing: f64,
-    /// From the node to where the street begins. Metres.
-    pub(super) mouth: f64,
+    /// Where the street's reference line begins, looking away from the junction.
+    pub(super) mouth: Pose,
     pub(super) profile: Profile,
+    /// Lanes that it has here beyond its profile, on the right of its start.
+    extra: usize,
 }
 
 impl Arm {
+    /// Lanes that lead into the junction.
+    pub(super) fn ins(&self) -> usize {
+        self.profile.lanes[self.in_side()]
+    }
+
+    /// Lanes that lead out of it.
+    pub(super) fn outs(&self) -> usize {
+        self.profile.lanes[self.out_side()] + self.extra
+    }
+
+    /// The street's side on which one arrives.
+    pub(super) fn in_side(&self) -> usize {
+        1 - self.end
+    }
+
+    /// The street's side on which one leaves.
+    pub(super) fn out_side(&self) -> usize {
+        self.end
+    }
+
     /// The lane number of the `index`-th lane from the middle that leads into the junction.
     pub(super) fn incoming(&self, index: usize) -> i32 {
         (index as i32 + 1) * if self.end == 1 { -1 } else { 1 }
@@ -28,19 +50,52 @@ impl Arm {
     pub(super) fn outgoing(&self, index: usize) -> i32 {
         -self.incoming(index)
     }
+
+    /// The lane number of a side's sidewalk or shoulder.
+    pub(super) fn edge_lane(&self, side: usize) -> i32 {
+        let extra = if side == 0 { self.extra as i32 } else { 0 };
+        (self.profile.edge_id(side) + extra) * if side == 0 { -1 } else { 1 }
+    }
+
+    /// How far left the two directions meet, for who leaves.
+    fn parting(&self) -> f64 {
+        self.profile.parting() * if self.end == 0 { 1.0 } else { -1.0 }
+    }
+
+    /// The left border of a lane on which one arrives, in driving direction.
+    fn entry(&self, lane: usize) -> Pose {
+        self.mouth.turned().right(lane as f64 * self.profile.lane + self.parting())
+    }
+
+    /// The left border of a lane on which one leaves.
+    fn exit(&self, lane: usize) -> Pose {
+        self.mouth.right(lane as f64 * self.profile.lane - self.parting())
+    }
+
+    /// How wide the sidewalk or shoulder of a side is where it meets the junction.
+    pub(super) fn edge(&self, streets: &[Street], side: usize) -> f64 {
+        let pinched = side == 0 && streets[self.street].pinched[self.end];
+        if pinched { 0.0 } else { self.profile.edge(side) }
+    }
 }
 
-/// A way through a junction, for one lane.
+/// A way through a junction, for one lane or for those on foot.
 #[derive(Clone, Debug)]
 pub(super) struct Turn {
     pub(super) from: usize,
     pub(super) to: usize,
-    /// Lanes from the middle.
-    pub(super) from_lane: usize,
-    pub(super) to_lane: usize,
-    /// It carries the sidewalk round the corner.
-    pub(super) sidewalk: bool,
+    /// Lanes from the middle; none where only a sidewalk goes round the corner.
+    pub(super) lanes: Option<(usize, usize)>,
+    /// It carries the sidewalk or shoulder on its right, on its left.
+    pub(super) edges: [bool; 2],
     pub(super) pieces: Vec<Piece>,
+}
+
+/// What a sign asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sign {
+    Yield,
+    Stop,
 }
 
 /// Who may go.
@@ -48,8 +103,8 @@ pub(super) struct Turn {
 pub(super) enum Rule {
     /// Groups of arms that have green together.
     Signals(Vec<Vec<usize>>),
-    /// These arms stop.
-    Stop(Vec<usize>),
+    /// These arms obey a sign.
+    Signs(Sign, Vec<usize>),
 }
 
 #[derive(Clone, Debug)]
@@ -65,57 +120,88 @@ pub(super) struct Junction {
 pub(super) fn junctions(layout: &Layout) -> Vec<Junction> {
     let at = links_at(layout.nodes.len(), layout.streets.iter().map(|street| street.ends));
     (0..layout.nodes.len())
-        .filter_map(|node| {
+        .filter(|node| !at[*node].is_empty())
+        .map(|node| {
             let arms = arms(layout, node, &at[node]);
-            (arms.len() > 2).then(|| {
-                let turns = turns(layout, node, &arms);
-                let rule = rule(node, &arms);
-                Junction { node, arms, turns, rule }
-            })
+            let control = layout.nodes[node].control;
+            let turns = match control {
+                Control::Weave => weave(layout, &arms),
+                Control::Turning => turning(&arms),
+                _ => turns(layout, &arms),
+            };
+            Junction { node, rule: rule(control, &arms), arms, turns }
         })
         .collect()
 }
 
 /// From the kerb's corner to where its rounding begins, for a right angle. Metres.
 const CORNER_ROOM: f64 = 2.5;
+/// The same outside towns, where nobody drives at walking pace.
+const WIDE_ROOM: f64 = 5.5;
+/// No mouth is nearer to the middle than this. Metres.
+const MOUTH_MIN: f64 = 9.0;
+/// From the middle of a turning loop to its mouth, the radius of its inner border, and that of the
+/// bends at its mouth. Metres.
+const LOOP_M: (f64, f64, f64) = (18.9, 9.5, 14.0);
 
 fn arms(layout: &Layout, node: usize, streets: &[usize]) -> Vec<Arm> {
+    let center = layout.nodes[node].position;
     let mut arms: Vec<Arm> = Vec::new();
     for &street in streets {
         let one = &layout.streets[street];
-        for end in [0, 1] {
-            if one.ends[end] == node {
-                let bearing = one.bearing(&layout.nodes, end);
-                arms.push(Arm { street, end, bearing, mouth: 9.0, profile: one.profile });
-            }
-        }
+        let end = usize::from(one.ends[0] != node);
+        let mouth = match &one.shape {
+            Shape::Exact(pieces) if end == 0 => pieces[0].start,
+            Shape::Exact(pieces) => pieces[pieces.len() - 1].end().turned(),
+            _ => Pose { position: center, heading: one.bearing(&layout.nodes, end) },
+        };
+        arms.push(Arm { street, end, mouth, profile: one.profile, extra: one.extra(end) });
     }
-    arms.sort_by(|a, b| a.bearing.total_cmp(&b.bearing));
-    for index in 0..arms.len() {
-        for other in [(index + 1) % arms.len(), (index + arms.len() - 1) % arms.len()] {
-            let angle = wrapped(arms[other].bearing - arms[index].bearing).abs();
-            if angle > PI - 0.3 {
-                continue;
-            }
-            let (own, beside) = (arms[index].profile, arms[other].profile);
-            let corner = (beside.half() + own.half() * angle.cos()) / angle.sin();
-            let radius = own.sidewalk.max(beside.sidewalk) + CORNER_ROOM;
-            arms[index].mouth = arms[index].mouth.max(corner + radius / (angle * 0.5).tan());
+    arms.sort_by(|a, b| wrapped(a.mouth.heading).total_cmp(&wrapped(b.mouth.heading)));
+    let distances: Vec<f64> = (0..arms.len()).map(|index| mouth_m(&arms, index)).collect();
+    for (arm, distance) in arms.iter_mut().zip(distances) {
+        if matches!(layout.streets[arm.street].shape, Shape::Corners { .. }) {
+            let turning = layout.nodes[node].control == Control::Turning;
+            arm.mouth = arm.mouth.ahead(if turning { LOOP_M.0 } else { distance });
         }
     }
     arms
 }
 
-fn turns(layout: &Layout, node: usize, arms: &[Arm]) -> Vec<Turn> {
+/// How far from the middle an arm has to end so that its kerbs can be rounded.
+fn mouth_m(arms: &[Arm], index: usize) -> f64 {
+    let own = &arms[index];
+    let mut distance: f64 = MOUTH_MIN;
+    for (step, side) in [(1, own.in_side()), (arms.len() - 1, own.out_side())] {
+        let other = &arms[(index + step) % arms.len()];
+        let angle = wrapped(other.mouth.heading - own.mouth.heading).abs();
+        if !(0.05..=PI - 0.3).contains(&angle) {
+            continue;
+        }
+        let beside = if step == 1 { other.out_side() } else { other.in_side() };
+        let (half, other_half) = (own.profile.half(), other.profile.half());
+        let corner = (other_half + half * angle.cos()) / angle.sin();
+        let town = own.profile.class == Class::Town && other.profile.class == Class::Town;
+        let room = if town { CORNER_ROOM } else { WIDE_ROOM };
+        let radius = own.profile.edge(side).max(other.profile.edge(beside)) + room;
+        distance = distance.max(corner + radius / (angle * 0.5).tan());
+    }
+    distance
+}
+
+fn turns(layout: &Layout, arms: &[Arm]) -> Vec<Turn> {
     let count = arms.len();
     let mut ways: Vec<(usize, usize, usize, usize)> = Vec::new();
-    for from in 0..count {
-        let lanes = arms[from].profile.lanes;
+    for from in (0..count).filter(|from| arms[*from].ins() > 0) {
+        let lanes = arms[from].ins();
         for step in 1..count {
             let to = (from + step) % count;
-            let exits = arms[to].profile.lanes;
+            let exits = arms[to].outs();
+            if exits == 0 {
+                continue;
+            }
             // Seen by someone arriving: 0 ahead, positive to the left.
-            let bend = wrapped(arms[to].bearing - arms[from].bearing - PI);
+            let bend = bend(arms, from, to);
             if bend.abs() < FRAC_PI_2 * 0.5 {
                 ways.extend((0..lanes).map(|lane| (from, to, lane, lane.min(exits - 1))));
             } else if bend > 0.0 {
@@ -127,93 +213,211 @@ fn turns(layout: &Layout, node: usize, arms: &[Arm]) -> Vec<Turn> {
     }
     feed_every_exit(arms, &mut ways);
     ways.dedup();
-    ways.iter()
-        .map(|&(from, to, from_lane, to_lane)| {
-            // Streets keep right: the corner on the right of an arriving arm is the one before the
-            // next arm counter-clockwise from it.
-            let outer = to == (from + 1) % count;
-            Turn {
-                from,
-                to,
-                from_lane,
-                to_lane,
-                sidewalk: outer
-                    && from_lane == arms[from].profile.lanes - 1
-                    && to_lane == arms[to].profile.lanes - 1,
-                pieces: path(layout, node, &arms[from], &arms[to], from_lane, to_lane),
-            }
-        })
-        .collect()
+    let mut turns: Vec<Turn> = Vec::new();
+    for (from, to, from_lane, to_lane) in ways {
+        // Streets keep right: the corner on the right of an arriving arm is the one before the
+        // next arm counter-clockwise from it.
+        let outer = to == (from + 1) % count;
+        let edge = outer
+            && from_lane == arms[from].ins() - 1
+            && to_lane == arms[to].outs() - 1
+            && edges_agree(layout, arms, from, to);
+        turns.push(Turn {
+            from,
+            to,
+            lanes: Some((from_lane, to_lane)),
+            edges: [edge, false],
+            pieces: curve::between(arms[from].entry(from_lane), arms[to].exit(to_lane)),
+        });
+    }
+    for from in 0..count {
+        let to = (from + 1) % count;
+        let bare = !turns.iter().any(|turn| (turn.from, turn.to, turn.edges[0]) == (from, to, true));
+        if count > 1 && bare && edges_agree(layout, arms, from, to) {
+            let kerb = |arm: &Arm, pose: Pose| pose.right(arm.profile.half());
+            let entry = kerb(&arms[from], arms[from].mouth.turned());
+            let exit = kerb(&arms[to], arms[to].mouth);
+            let pieces = curve::between(entry, exit);
+            turns.push(Turn { from, to, lanes: None, edges: [true, false], pieces });
+        }
+    }
+    turns
+}
+
+/// By how much one turns to the left on the way from one arm to another.
+fn bend(arms: &[Arm], from: usize, to: usize) -> f64 {
+    wrapped(arms[to].mouth.heading - arms[from].mouth.heading - PI)
+}
+
+/// Whether there is a sidewalk, or a shoulder, on both sides of the corner between two arms.
+fn edges_agree(layout: &Layout, arms: &[Arm], from: usize, to: usize) -> bool {
+    let (a, b) = (&arms[from], &arms[to]);
+    let (here, there) = (a.in_side(), b.out_side());
+    let both = a.edge(&layout.streets, here) > 0.0 && b.edge(&layout.streets, there) > 0.0;
+    both && (a.profile.sidewalk[here] > 0.0) == (b.profile.sidewalk[there] > 0.0)
 }
 
 /// Adds ways until every lane that leaves the junction is reached, and every lane that arrives
 /// leads on.
 fn feed_every_exit(arms: &[Arm], ways: &mut Vec<(usize, usize, usize, usize)>) {
     for to in 0..arms.len() {
-        for lane in 0..arms[to].profile.lanes {
+        for lane in 0..arms[to].outs() {
             if ways.iter().any(|way| (way.1, way.3) == (to, lane)) {
                 continue;
             }
             // From the arm most nearly opposite.
-            let straightest = (0..arms.len()).filter(|from| *from != to).min_by(|a, b| {
-                let bend = |arm: usize| wrapped(arms[to].bearing - arms[arm].bearing - PI).abs();
-                bend(*a).total_cmp(&bend(*b))
-            });
+            let others = (0..arms.len()).filter(|from| *from != to && arms[*from].ins() > 0);
+            let straightest =
+                others.min_by(|a, b| bend(arms, *a, to).abs().total_cmp(&bend(arms, *b, to).abs()));
             if let Some(from) = straightest {
-                ways.push((from, to, lane.min(arms[from].profile.lanes - 1), lane));
+                ways.push((from, to, lane.min(arms[from].ins() - 1), lane));
             }
         }
     }
     for from in 0..arms.len() {
-        for lane in 0..arms[from].profile.lanes {
-            if !ways.iter().any(|way| (way.0, way.2) == (from, lane)) {
-                let next = if lane == 0 { arms.len() - 1 } else { 1 };
-                let to = (from + next) % arms.len();
-                ways.push((from, to, lane, lane.min(arms[to].profile.lanes - 1)));
+        for lane in 0..arms[from].ins() {
+            if ways.iter().any(|way| (way.0, way.2) == (from, lane)) {
+                continue;
+            }
+            // The inner lane to the left, the outer one to the right.
+            let others = (0..arms.len()).filter(|to| *to != from && arms[*to].outs() > 0);
+            let side = if lane == 0 { 1.0 } else { -1.0 };
+            let best = others.max_by(|a, b| {
+                (bend(arms, from, *a) * side).total_cmp(&(bend(arms, from, *b) * side))
+            });
+            if let Some(to) = best {
+                ways.push((from, to, lane, lane.min(arms[to].outs() - 1)));
             }
         }
     }
 }
 
-/// The reference line of a turn: the left border of its lane.
-fn path(
-    layout: &Layout,
-    node: usize,
-    from: &Arm,
-    to: &Arm,
-    from_lane: usize,
-    to_lane: usize,
-) -> Vec<Piece> {
-    let center = layout.nodes[node].position;
-    let mouth = |arm: &Arm, heading: f64| Pose {
-        position: center + glam::DVec2::from_angle(arm.bearing) * arm.mouth,
-        heading,
+/// Lanes of the carriageway go on; a ramp leaves the outermost of them, or adds one.
+fn weave(layout: &Layout, arms: &[Arm]) -> Vec<Turn> {
+    let mut turns: Vec<Turn> = Vec::new();
+    let mut go = |from: usize, to: usize, from_lane: usize, to_lane: usize| {
+        turns.push(Turn {
+            from,
+            to,
+            lanes: Some((from_lane, to_lane)),
+            edges: [false; 2],
+            pieces: curve::between(arms[from].entry(from_lane), arms[to].exit(to_lane)),
+        });
     };
-    let entry = mouth(from, from.bearing + PI).right(from_lane as f64 * from.profile.lane);
-    let exit = mouth(to, to.bearing).right(to_lane as f64 * to.profile.lane);
-    curve::between(entry, exit)
+    let find = |ramp: bool, fits: fn(&Arm) -> bool| {
+        arms.iter().position(|arm| (arm.profile.class == Class::Ramp) == ramp && fits(arm))
+    };
+    if let (Some(from), Some(to)) = (find(false, |a| a.ins() > 0), find(false, |a| a.outs() > 0)) {
+        let lanes = arms[from].ins();
+        (0..lanes).for_each(|lane| go(from, to, lane, lane));
+        if let Some(exit) = find(true, |arm| arm.outs() > 0) {
+            go(from, exit, lanes - 1, 0);
+        }
+        if let Some(entry) = find(true, |arm| arm.ins() > 0) {
+            go(entry, to, 0, lanes);
+        }
+    }
+    // Shoulders go on along the outermost lanes.
+    for turn in &mut turns {
+        let (from, to) = (&arms[turn.from], &arms[turn.to]);
+        let Some((from_lane, to_lane)) = turn.lanes else { continue };
+        let has = |arm: &Arm, side| arm.edge(&layout.streets, side) > 0.0;
+        let (right, left) = (from.in_side(), from.out_side());
+        let last = from_lane + 1 == from.ins() && to_lane + 1 == to.outs();
+        turn.edges[0] = last && has(from, right) && has(to, to.out_side());
+        turn.edges[1] =
+            from_lane == 0 && to_lane == 0 && has(from, left) && has(to, to.in_side());
+    }
+    turns
 }
 
-fn rule(node: usize, arms: &[Arm]) -> Rule {
-    let avenue = arms.iter().any(|arm| arm.profile.lanes > 1);
-    if arms.len() == 3 && !avenue && node.is_multiple_of(2) {
-        return Rule::Stop(vec![stem(arms)]);
+/// Round a loop and back.
+fn turning(arms: &[Arm]) -> Vec<Turn> {
+    let (_, radius, bend) = LOOP_M;
+    let angle = (bend / (bend + radius)).acos();
+    let mut at = arms[0].entry(0);
+    let parts = [(bend, -angle), (radius, PI + 2.0 * angle), (bend, -angle)];
+    let pieces = parts.map(|(radius, turn): (f64, f64)| {
+        let piece =
+            Piece { start: at, length: radius * turn.abs(), curvature: turn.signum() / radius };
+        at = piece.end();
+        piece
+    });
+    let edge = arms[0].profile.sidewalk[0] > 0.0 && arms[0].profile.sidewalk[1] > 0.0;
+    let pieces = pieces.to_vec();
+    vec![Turn { from: 0, to: 0, lanes: Some((0, 0)), edges: [edge, false], pieces }]
+}
+
+fn rule(control: Control, arms: &[Arm]) -> Rule {
+    let minor = || -> Vec<usize> {
+        let arriving: Vec<usize> = (0..arms.len()).filter(|arm| arms[*arm].ins() > 0).collect();
+        let weight = |arm: usize| {
+            let profile = &arms[arm].profile;
+            (profile.class, profile.all_lanes(), profile.limit_kmh as u32)
+        };
+        let most = arriving.iter().map(|arm| weight(*arm)).max();
+        let less: Vec<usize> =
+            arriving.iter().copied().filter(|arm| Some(weight(*arm)) != most).collect();
+        match (arms.len(), less.is_empty() || less.len() + 1 >= arriving.len()) {
+            (_, false) => less,
+            (3, true) => vec![stem(arms)],
+            (_, true) => arriving.into_iter().filter(|arm| arm % 2 == 1).collect(),
+        }
+    };
+    match control {
+        Control::Signals => Rule::Signals(groups(arms)),
+        Control::Yield => Rule::Signs(Sign::Yield, minor()),
+        Control::Stop => Rule::Signs(Sign::Stop, minor()),
+        Control::Ring => {
+            let enters = |arm: &usize| {
+                arms[*arm].profile.class != Class::Ring && arms[*arm].ins() > 0
+            };
+            Rule::Signs(Sign::Yield, (0..arms.len()).filter(enters).collect())
+        }
+        Control::Weave | Control::Turning => Rule::Signs(Sign::Yield, Vec::new()),
     }
-    if arms.len() == 3 {
-        let stem = stem(arms);
-        let through = (0..3).filter(|arm| *arm != stem).collect();
-        return Rule::Signals(vec![through, vec![stem]]);
+}
+
+/// Arms that lie most nearly opposite each other have green together.
+fn groups(arms: &[Arm]) -> Vec<Vec<usize>> {
+    let mut left: Vec<usize> = (0..arms.len()).filter(|arm| arms[*arm].ins() > 0).collect();
+    let mut groups = Vec::new();
+    while !left.is_empty() {
+        let mut best: Option<(f64, usize, usize)> = None;
+        for (k, &a) in left.iter().enumerate() {
+            for &b in &left[k + 1..] {
+                let off = bend(arms, a, b).abs();
+                if off < 0.7 && best.is_none_or(|(least, ..)| off < least - 1e-9) {
+                    best = Some((off, a, b));
+                }
+            }
+        }
+        let group = best.map_or_else(|| vec![left[0]], |(_, a, b)| vec![a, b]);
+        left.retain(|arm| !group.contains(arm));
+        groups.push(group);
     }
-    // Opposite arms go together.
-    Rule::Signals(vec![vec![0, 2], vec![1, 3]])
+    groups
 }
 
 /// Of three arms, the one that ends on the other two.
 fn stem(arms: &[Arm]) -> usize {
     let opposite = |arm: usize| {
-        let bearing = |index: usize| arms[index % 3].bearing;
+        let bearing = |index: usize| arms[index % 3].mouth.heading;
         let gap = (bearing(arm + 2) - bearing(arm + 1)).rem_euclid(TAU);
         (gap - PI).abs()
     };
     (0..3).min_by(|a, b| opposite(*a).total_cmp(&opposite(*b))).unwrap_or(0)
+}
+
+/// A street's reference line, from mouth to mouth.
+pub(super) fn line(street: &Street, mouths: [Pose; 2]) -> Vec<Piece> {
+    match &street.shape {
+        Shape::Exact(pieces) => pieces.clone(),
+        Shape::Corners { via, radii } => {
+            let mut corners: Vec<DVec2> = vec![mouths[0].position];
+            corners.extend(via);
+            corners.push(mouths[1].position);
+            curve::rounded(&corners, radii)
+        }
+    }
 }

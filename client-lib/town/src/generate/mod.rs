@@ -1,18 +1,90 @@
 //! Towns that nobody has drawn: a seed in, OpenDRIVE text out.
 
 mod curve;
+mod draw;
+mod graph;
 mod junction;
-mod layout;
+mod lattice;
+mod names;
+mod relief;
 mod write;
 
 #[cfg(test)]
 mod tests;
 
+pub use names::{about, alike, default_map, named, names};
+
+use draw::Style;
+use draw::grid::Blocks;
+use draw::highway::Course;
+
 /// What kind of town to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Character {
-    /// Blocks of varied size between avenues and streets, signals at the crossings, a few bends.
+    /// Blocks of varied size between avenues and streets, lights at the crossings, a few bends.
     Grid,
+    /// Crooked narrow lanes round a market square, many of them one-way.
+    OldTown,
+    /// Collector roads, curved residential loops between them, cul-de-sacs with turning loops.
+    Suburb,
+    /// A motorway of two carriageways with ramps and overpasses round a small town; it crosses
+    /// itself where the seed is a multiple of three.
+    Highway,
+    /// Streets that meet at roundabouts.
+    Roundabouts,
+    /// Long curved two-lane roads over hills, and villages where some of them meet.
+    Countryside,
+}
+
+impl Character {
+    /// Every one, in the order of their names' list.
+    pub const ALL: [Character; 6] = [
+        Character::Grid,
+        Character::OldTown,
+        Character::Suburb,
+        Character::Highway,
+        Character::Roundabouts,
+        Character::Countryside,
+    ];
+
+    /// What it is called: `old-town`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Character::Grid => "grid",
+            Character::OldTown => "old-town",
+            Character::Suburb => "suburb",
+            Character::Highway => "highway",
+            Character::Roundabouts => "roundabouts",
+            Character::Countryside => "countryside",
+        }
+    }
+
+    /// The one of this name.
+    pub fn by_name(name: &str) -> Option<Character> {
+        Character::ALL.into_iter().find(|one| one.name() == name)
+    }
+
+    /// From edge to edge, least and most. Metres.
+    pub fn sizes_m(self) -> (f64, f64) {
+        let least = match self {
+            Character::Grid | Character::OldTown => 250.0,
+            Character::Roundabouts | Character::Suburb => 400.0,
+            Character::Countryside => 600.0,
+            Character::Highway => draw::highway::SIZE_MIN_M,
+        };
+        (least, 3000.0)
+    }
+
+    /// The size and the relief of a usual one. Metres.
+    pub fn usual_m(self) -> (f64, f64) {
+        match self {
+            Character::Grid | Character::Roundabouts => (640.0, 5.0),
+            Character::OldTown => (500.0, 6.0),
+            Character::Suburb => (860.0, 10.0),
+            Character::Highway => (1280.0, 4.0),
+            Character::Countryside => (1300.0, 35.0),
+        }
+    }
 }
 
 /// What to generate.
@@ -22,52 +94,38 @@ pub struct Plan {
     pub name: String,
     /// Same seed, same town.
     pub seed: u64,
-    /// From edge to edge. Metres; held within 250 and 3000.
+    /// From edge to edge. Metres; held within [`Character::sizes_m`].
     pub size_m: f64,
     /// The style.
     pub character: Character,
-    /// From the lowest to the highest junction. Metres; held within 0 and what streets can climb.
+    /// From the lowest to the highest ground. Metres; held within 0 and what streets can climb.
     pub relief_m: f64,
 }
 
 /// The OpenDRIVE 1.4 text of a town after this plan.
 ///
-/// Every driving lane reaches every other; junctions carry signals with controllers, or stop signs
-/// at their minor arm; every street has sidewalks, speed limits and crosswalks.
+/// Every driving lane reaches every other; junctions carry signals with controllers, or yield or
+/// stop signs at their minor arms; where people live there are sidewalks and crosswalks; every
+/// street has a speed limit.
 pub fn generate(plan: &Plan) -> String {
-    let layout = match plan.character {
-        Character::Grid => layout::grid(plan),
+    let style = match plan.character {
+        Character::Grid => Style::Grid(Blocks::Mixed),
+        Character::OldTown => Style::OldTown,
+        Character::Suburb => Style::Suburb,
+        Character::Highway if plan.seed.is_multiple_of(3) => {
+            Style::Highway(Course::Eight, Blocks::Mixed)
+        }
+        Character::Highway => Style::Highway(Course::Ring, Blocks::Mixed),
+        Character::Roundabouts => Style::Roundabouts,
+        Character::Countryside => Style::Countryside,
     };
-    let junctions = junction::junctions(&layout);
-    write::document(plan, &layout, &junctions)
+    written(plan, style)
 }
 
-/// The map that is used where none is named: its name and its OpenDRIVE text.
-pub fn default_map() -> (&'static str, String) {
-    (NAMED[0].0, generate(&plan(&NAMED[0])))
-}
-
-/// The OpenDRIVE text of one of our own towns; see [`names`].
-pub fn named(name: &str) -> Option<String> {
-    let row = NAMED.iter().find(|row| row.0.eq_ignore_ascii_case(name))?;
-    Some(generate(&plan(row)))
-}
-
-/// The names that [`named`] knows; the first is the default.
-pub fn names() -> impl Iterator<Item = &'static str> {
-    NAMED.iter().map(|row| row.0)
-}
-
-/// Name, seed, size in metres, relief in metres.
-const NAMED: [(&str, u64, f64, f64); 3] =
-    [("Millbrook", 7, 640.0, 5.0), ("Flatford", 3, 480.0, 0.0), ("Greatmoor", 11, 1100.0, 12.0)];
-
-fn plan((name, seed, size_m, relief_m): &(&str, u64, f64, f64)) -> Plan {
-    Plan {
-        name: (*name).to_string(),
-        seed: *seed,
-        size_m: *size_m,
-        character: Character::Grid,
-        relief_m: *relief_m,
-    }
+/// The text of a plan in this style.
+fn written(plan: &Plan, style: Style) -> String {
+    let (least, most) = plan.character.sizes_m();
+    let plan = Plan { size_m: plan.size_m.clamp(least, most), ..plan.clone() };
+    let layout = draw::draw(&plan, style);
+    write::document(&plan, &layout, &junction::junctions(&layout))
 }

@@ -1,52 +1,72 @@
-use road::{LaneIndex, LaneTypes, Network};
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec3;
+use road::{LaneIndex, LanePoint, LaneTypes, Network};
 
 use super::*;
 
-#[test]
-fn the_same_plan_gives_the_same_text_and_another_seed_another() {
-    let one = plan(&NAMED[0]);
-    assert_eq!(generate(&one), generate(&one));
-    assert_ne!(generate(&one), generate(&Plan { seed: one.seed + 1, ..one.clone() }));
+/// Three sizes of each character, two seeds each, flat and hilly.
+fn plans() -> impl Iterator<Item = Plan> {
+    Character::ALL.into_iter().flat_map(|character| {
+        (0..6).map(move |seed| {
+            let (least, _) = character.sizes_m();
+            let (usual, relief) = character.usual_m();
+            let size_m = [least, usual, usual * 1.3][seed as usize % 3];
+            let relief_m = if seed % 2 == 0 { relief * 2.0 } else { 0.0 };
+            let name = format!("{}-{seed}", character.name());
+            Plan { name, seed, size_m, character, relief_m }
+        })
+    })
+}
+
+/// All of them, and those with names.
+fn texts() -> impl Iterator<Item = (String, String)> {
+    let named = names().chain(alike()).map(|name| (name.to_string(), named(name).unwrap()));
+    plans().map(|plan| (plan.name.clone(), generate(&plan))).chain(named)
 }
 
 #[test]
-fn reference_lines_are_continuous() {
-    for seed in 0..20 {
-        let plan = Plan { seed, ..plan(&NAMED[0]) };
-        let layout = layout::grid(&plan);
-        for junction in junction::junctions(&layout) {
-            for turn in &junction.turns {
-                assert!(!turn.pieces.is_empty());
-                for pair in turn.pieces.windows(2) {
-                    let (end, start) = (pair[0].end(), pair[1].start);
-                    assert!(end.position.distance(start.position) < 2e-3);
-                    assert!(curve::wrapped(end.heading - start.heading).abs() < 1e-3);
-                }
-                let arm = &junction.arms[turn.to];
-                let end = turn.pieces.last().unwrap().end();
-                assert!(curve::wrapped(end.heading - arm.bearing).abs() < 1e-6);
-                let kerb = turn.pieces.iter().map(|piece| piece.curvature.min(0.0)).sum::<f64>();
-                assert!(kerb > -1.0 / 7.0, "seed {seed}: a right turn of {kerb} per metre");
-            }
-        }
+fn the_same_plan_gives_the_same_text_and_another_seed_another() {
+    for one in plans() {
+        assert_eq!(generate(&one), generate(&one));
+        assert_ne!(generate(&one), generate(&Plan { seed: one.seed + 6, ..one.clone() }));
     }
 }
 
-fn plans() -> impl Iterator<Item = Plan> {
-    let sizes = [250.0, 400.0, 640.0];
-    (0..12).map(move |seed| Plan { seed, size_m: sizes[seed as usize % 3], ..plan(&NAMED[0]) })
+#[test]
+fn every_name_is_known_in_any_spelling_and_nothing_else_is() {
+    assert_eq!(named("TOWN04_Opt"), named("Town04"));
+    assert_eq!(named("millbrook"), Some(default_map().1));
+    for name in ["", "Town99", "Millbrook_Opt", "_Opt", "Tow\u{e9}_Opt"] {
+        assert_eq!(named(name), None, "{name}");
+    }
+    assert!(names().chain(alike()).all(|name| about(name).is_some()));
+}
+
+#[test]
+fn the_largest_towns_have_no_two_roads_of_one_number() {
+    for character in Character::ALL {
+        let (_, size_m) = character.sizes_m();
+        let name = character.name().to_string();
+        let text = generate(&Plan { name, seed: 1, size_m, character, relief_m: 10.0 });
+        let network = Network::parse(&text).unwrap();
+        let mut numbers: Vec<&str> = network.roads().iter().map(|road| &*road.id).collect();
+        let count = numbers.len();
+        numbers.sort_unstable();
+        numbers.dedup();
+        assert_eq!(numbers.len(), count, "{character:?}");
+    }
 }
 
 #[test]
 fn generated_towns_parse_without_a_finding() {
-    let named = NAMED.iter().map(plan);
-    for plan in plans().chain(named) {
-        let network = Network::parse(&generate(&plan)).unwrap();
-        assert_eq!(network.findings(), [], "{plan:?}");
-        assert!(network.signals().iter().any(|signal| signal.dynamic));
-        for signal in network.signals().iter().filter(|signal| signal.dynamic) {
-            assert!(!signal.lanes.is_empty(), "{plan:?}: signal {} rules no lane", signal.id);
-            assert!(signal.controller.is_some(), "{plan:?}: signal {}", signal.id);
+    for (name, text) in texts() {
+        let network = Network::parse(&text).unwrap();
+        assert_eq!(network.findings(), [], "{name}");
+        for signal in network.signals() {
+            assert!(!signal.lanes.is_empty(), "{name}: signal {} rules no lane", signal.id);
+            let ruled = !signal.dynamic || signal.controller.is_some();
+            assert!(ruled, "{name}: signal {} has no controller", signal.id);
         }
     }
 }
@@ -72,16 +92,18 @@ fn reached(network: &Network, start: LaneIndex, back: bool) -> Vec<bool> {
 
 #[test]
 fn every_driving_lane_reaches_every_other() {
-    for plan in plans() {
-        let network = Network::parse(&generate(&plan)).unwrap();
+    for (name, text) in texts() {
+        let network = Network::parse(&text).unwrap();
         let driving: Vec<_> =
             network.lanes().iter().filter(|lane| LaneTypes::DRIVING.contains(lane.kind)).collect();
         let (ahead, back) =
             (reached(&network, driving[0].index, false), reached(&network, driving[0].index, true));
         for lane in driving {
-            assert!(!lane.successors.is_empty() && !lane.predecessors.is_empty(), "{lane:?}");
+            // An acceleration lane ends; who is on it changes to the left.
+            let goes_on = !lane.successors.is_empty() || lane.left_change;
+            assert!(goes_on && !lane.predecessors.is_empty(), "{name}: {lane:?}");
             let index = lane.index.0 as usize;
-            assert!(ahead[index] && back[index], "{plan:?}: {lane:?}");
+            assert!(ahead[index] && back[index], "{name}: {lane:?}");
         }
     }
 }
@@ -89,16 +111,78 @@ fn every_driving_lane_reaches_every_other() {
 /// A lane begins where the lanes before it end: within a centimetre and half a degree.
 #[test]
 fn lanes_meet_without_a_step() {
-    for plan in plans() {
-        let network = Network::parse(&generate(&plan)).unwrap();
+    for (name, text) in texts() {
+        let network = Network::parse(&text).unwrap();
         for lane in network.lanes() {
             let end = network.place_at(lane.index, lane.length_m, 0.0);
             for next in &lane.successors {
                 let start = network.place_at(*next, 0.0, 0.0);
                 let gap = end.position.distance(start.position);
-                assert!(gap < 0.01, "{plan:?}: {gap} m after {lane:?}");
+                assert!(gap < 0.01, "{name}: {gap} m after {lane:?}");
                 let turn = curve::wrapped(end.heading_rad - start.heading_rad).abs();
                 assert!(turn < 0.01 || !LaneTypes::DRIVING.contains(lane.kind), "{turn} {lane:?}");
+            }
+        }
+    }
+}
+
+/// Nobody can drive round a corner that is tighter than this, or up a slope that is steeper.
+#[test]
+fn lanes_are_no_tighter_and_no_steeper_than_vehicles_can_drive() {
+    for (name, text) in texts() {
+        let network = Network::parse(&text).unwrap();
+        for lane in network.lanes().iter().filter(|l| LaneTypes::DRIVING.contains(l.kind)) {
+            let steps = (lane.length_m / 2.0).ceil() as usize;
+            for step in 0..=steps {
+                let along = lane.length_m * step as f64 / steps.max(1) as f64;
+                let place = network.place_at(lane.index, along, 0.0);
+                let road = &network.roads()[lane.road as usize].id;
+                let (bend, slope) = (place.curvature_per_m.abs(), place.pitch_rad.tan().abs());
+                assert!(bend < 1.0 / 5.5, "{name}: road {road} bends by {bend} per metre");
+                assert!(slope < 0.11, "{name}: road {road} climbs by {slope}");
+            }
+        }
+    }
+}
+
+/// What is driven on lies beside or far above everything else that is, except where roads meet.
+#[test]
+fn roads_keep_clear_of_each_other() {
+    for (name, text) in texts() {
+        let network = Network::parse(&text).unwrap();
+        // By square of the plan: place, half the width, road, junction.
+        let mut squares: BTreeMap<(i32, i32), Vec<(DVec3, f64, u32, Option<u32>)>> =
+            BTreeMap::new();
+        // Which roads lead to which junctions.
+        let mut leads = BTreeSet::new();
+        for lane in network.lanes().iter().filter(|l| LaneTypes::DRIVING.contains(l.kind)) {
+            for next in lane.successors.iter().chain(&lane.predecessors) {
+                leads.extend(network.lane(*next).junction.map(|junction| (lane.road, junction)));
+            }
+            let steps = (lane.length_m / 3.0).ceil() as usize;
+            for step in 1..steps {
+                let along_m = lane.length_m * step as f64 / steps as f64;
+                let at = LanePoint { lane: lane.index, along_m };
+                let (place, half) = (network.place(at).position, network.width(at) * 0.5);
+                let square = ((place.x / 5.0).floor() as i32, (place.y / 5.0).floor() as i32);
+                squares.entry(square).or_default().push((place, half, lane.road, lane.junction));
+            }
+        }
+        for ((x, y), here) in &squares {
+            let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| (x + i, y + j)));
+            for (place, half, road, junction) in here {
+                let others = around.clone().filter_map(|square| squares.get(&square)).flatten();
+                for (other, other_half, other_road, other_junction) in others {
+                    let meet = road == other_road
+                        || (junction.is_some() && junction == other_junction)
+                        || junction.is_some_and(|j| leads.contains(&(*other_road, j)))
+                        || other_junction.is_some_and(|j| leads.contains(&(*road, j)));
+                    let gap = place.truncate().distance(other.truncate());
+                    let touches = gap < half + other_half - 0.3;
+                    let level = (place.z - other.z).abs() < 4.8;
+                    let roads = [road, other_road].map(|r| &network.roads()[*r as usize].id);
+                    assert!(meet || !touches || !level, "{name}: roads {roads:?} at {place}");
+                }
             }
         }
     }
