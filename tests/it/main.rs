@@ -8,6 +8,7 @@ mod crash;
 mod exact;
 mod fork;
 mod hide;
+mod generated;
 mod leave;
 mod map;
 mod maps;

@@ -6,17 +6,21 @@ use std::{
     io,
     os::unix::process::CommandExt,
     panic::catch_unwind,
+    path::PathBuf,
     process::Command,
     str::FromStr,
     sync::{Arc, atomic::AtomicBool},
 };
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use bus::{Episode, Instance, Role, Settings, Strategy};
 use sensor_render::RenderConfig;
 use sim_host::{Host, HostConfig, Launcher, Stage};
 
-use crate::door::{self, DoorArgs};
+use crate::{
+    door::{self, DoorArgs},
+    maps,
+};
 
 /// What every command that starts a simulator takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -24,6 +28,9 @@ pub struct WorldArgs {
     /// An OpenDRIVE file, or the name of a map (see `omnibus maps`)
     #[arg(long)]
     pub map: Option<String>,
+    /// A folder of OpenDRIVE files, for maps by name; else the one that OMNIBUS_MAPS names
+    #[arg(long, value_name = "DIR")]
+    pub maps: Option<PathBuf>,
     /// Decides scenery and traffic
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -58,6 +65,7 @@ impl WorldArgs {
     pub fn of_map(map: &str) -> WorldArgs {
         WorldArgs {
             map: Some(map.to_owned()),
+            maps: None,
             seed: 1,
             name: None,
             device: "auto".to_owned(),
@@ -100,10 +108,7 @@ impl WorldArgs {
                 let (name, text) = town::default_map();
                 (name.to_owned(), text)
             }
-            Some(name) => match town::named(name) {
-                Some(text) => (name.clone(), text),
-                None => (name.clone(), read_map(name)?),
-            },
+            Some(name) => (name.clone(), maps::text(name, self.maps.as_deref())?),
         };
         Ok(Episode { map, seed: self.seed, open_drive })
     }
@@ -167,21 +172,6 @@ fn render_config(device: &str, threads: usize) -> anyhow::Result<RenderConfig> {
 
 /// More than any machine has cores for.
 const THREADS_MAX: usize = 1024;
-
-fn read_map(name: &str) -> anyhow::Result<String> {
-    let bytes = match std::fs::read(name) {
-        Ok(bytes) => bytes,
-        Err(e) if e.kind() == io::ErrorKind::NotFound && !name.contains(['/', '.']) => {
-            let known = town::names().collect::<Vec<_>>().join(", ");
-            return Err(anyhow!("no map is named {name:?} and no file is; there are {known}"));
-        }
-        Err(e) => return Err(e).with_context(|| format!("map {name}")),
-    };
-    String::from_utf8(bytes).map_err(|e| {
-        let at = e.utf8_error().valid_up_to();
-        anyhow!("map {name}: byte {at} is not UTF-8; is this an OpenDRIVE file?")
-    })
-}
 
 /// Stages as processes: this program, told its role.
 struct Processes {

@@ -15,6 +15,7 @@ mod door;
 mod inspect;
 mod launch;
 mod map;
+mod maps;
 mod record;
 mod replay;
 mod resimulate;
@@ -53,8 +54,8 @@ enum Verb {
     Stage(stage::StageArgs),
     /// Says what a map holds, checks, draws, converts or generates one
     Map(map::MapArgs),
-    /// Lists the maps that ship
-    Maps,
+    /// Lists every map that has a name, and where it comes from
+    Maps(maps::MapsArgs),
     /// Lists what can be spawned
     Blueprints,
     /// One stage's process; the host starts these
@@ -80,10 +81,7 @@ pub fn main() -> std::process::ExitCode {
         Verb::Inspect(args) => inspect::inspect(args),
         Verb::Stage(args) => stage::stage(args),
         Verb::Map(args) => map::map(args),
-        Verb::Maps => {
-            town::names().for_each(|name| say!("{name}"));
-            Ok(())
-        }
+        Verb::Maps(args) => maps::list(args),
         Verb::Blueprints => {
             town::catalogue().iter().for_each(|blueprint| say!("{}", blueprint.id));
             Ok(())

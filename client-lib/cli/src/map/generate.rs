@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use town::Character;
+
 use super::{speak, write_file};
 
 /// What `omnibus map generate` takes.
@@ -10,13 +12,16 @@ pub(super) struct GenerateArgs {
     /// Same seed, same town
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// From edge to edge, 250 to 3000
-    #[arg(long, value_name = "METRES", default_value_t = 640.0)]
-    size: f64,
-    /// From the lowest to the highest junction
-    #[arg(long, value_name = "METRES", default_value_t = 5.0)]
-    relief: f64,
-    /// What it is called; else town-SEED
+    /// What kind of town: grid, old-town, suburb, highway, roundabouts or countryside
+    #[arg(long, default_value = "grid", value_parser = character)]
+    character: Character,
+    /// From edge to edge, up to 3000; else what is usual for the character
+    #[arg(long, value_name = "METRES")]
+    size: Option<f64>,
+    /// From the lowest to the highest ground; else what is usual for the character
+    #[arg(long, value_name = "METRES")]
+    relief: Option<f64>,
+    /// What it is called; else CHARACTER-SEED
     #[arg(long)]
     name: Option<String>,
     /// The file to write; else standard output
@@ -24,24 +29,32 @@ pub(super) struct GenerateArgs {
     out: Option<PathBuf>,
 }
 
+fn character(name: &str) -> Result<Character, String> {
+    let known = || Character::ALL.map(Character::name).join(", ");
+    Character::by_name(name).ok_or_else(|| format!("use one of {}", known()))
+}
+
 /// Writes the town.
 pub(super) fn generate(args: &GenerateArgs) -> anyhow::Result<()> {
+    let character = args.character;
+    let ((least, most), usual) = (character.sizes_m(), character.usual_m());
+    let (size_m, relief_m) = (args.size.unwrap_or(usual.0), args.relief.unwrap_or(usual.1));
     anyhow::ensure!(
-        (250.0..=3000.0).contains(&args.size),
-        "--size is {}; use 250 to 3000 (metres)",
-        args.size
+        (least..=most).contains(&size_m),
+        "--size is {size_m}; a town of character {} has {least} to {most} (metres)",
+        character.name()
     );
     anyhow::ensure!(
-        (0.0..=200.0).contains(&args.relief),
-        "--relief is {}; use 0 to 200 (metres)",
-        args.relief
+        (0.0..=200.0).contains(&relief_m),
+        "--relief is {relief_m}; use 0 to 200 (metres)"
     );
+    let name = args.name.clone();
     let text = town::generate(&town::Plan {
-        name: args.name.clone().unwrap_or_else(|| format!("town-{}", args.seed)),
+        name: name.unwrap_or_else(|| format!("{}-{}", character.name(), args.seed)),
         seed: args.seed,
-        size_m: args.size,
-        character: town::Character::Grid,
-        relief_m: args.relief,
+        size_m,
+        character,
+        relief_m,
     });
     match &args.out {
         None => speak(|out| out.write_all(text.as_bytes())),

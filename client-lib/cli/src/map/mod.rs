@@ -61,6 +61,9 @@ enum Verb {
 struct Source {
     /// An OpenDRIVE file, or the name of a map (see `omnibus maps`)
     map: String,
+    /// A folder of OpenDRIVE files, for maps by name; else the one that OMNIBUS_MAPS names
+    #[arg(long, value_name = "DIR")]
+    maps: Option<PathBuf>,
 }
 
 /// A map that was read.
@@ -72,7 +75,8 @@ struct Loaded {
 
 impl Source {
     fn load(&self) -> anyhow::Result<Loaded> {
-        let episode = WorldArgs::of_map(&self.map).episode()?;
+        let world = WorldArgs { maps: self.maps.clone(), ..WorldArgs::of_map(&self.map) };
+        let episode = world.episode()?;
         let network = Network::parse(&episode.open_drive)
             .map_err(|e| anyhow!("{}:{}: {}", episode.map, e.line, e.reason))?;
         Ok(Loaded { name: episode.map, text: episode.open_drive, network })

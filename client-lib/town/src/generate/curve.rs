@@ -52,7 +52,8 @@ impl Piece {
         let chord =
             if turn.abs() < 1e-12 { along } else { (turn * 0.5).sin() * 2.0 / self.curvature };
         Pose {
-            position: self.start.position + DVec2::from_angle(self.start.heading + turn * 0.5) * chord,
+            position: self.start.position
+                + DVec2::from_angle(self.start.heading + turn * 0.5) * chord,
             heading: self.start.heading + turn,
         }
     }

@@ -136,6 +136,8 @@ pub(super) fn junctions(layout: &Layout) -> Vec<Junction> {
 
 /// From the kerb's corner to where its rounding begins, for a right angle. Metres.
 const CORNER_ROOM: f64 = 2.5;
+/// A kerb's radius is no smaller than this where lanes are 3.5 m wide. Metres.
+const CORNER_MIN_M: f64 = 5.5;
 /// The same outside towns, where nobody drives at walking pace.
 const WIDE_ROOM: f64 = 5.5;
 /// No mouth is nearer to the middle than this. Metres.
@@ -183,7 +185,11 @@ fn mouth_m(arms: &[Arm], index: usize) -> f64 {
         let corner = (other_half + half * angle.cos()) / angle.sin();
         let town = own.profile.class == Class::Town && other.profile.class == Class::Town;
         let room = if town { CORNER_ROOM } else { WIDE_ROOM };
-        let radius = own.profile.edge(side).max(other.profile.edge(beside)) + room;
+        // The narrower the lane, the rounder the kerb that a truck needs.
+        let narrow = own.profile.lane.min(other.profile.lane);
+        let least = CORNER_MIN_M + (3.5 - narrow).max(0.0) * 5.0;
+        let edge = own.profile.edge(side).max(other.profile.edge(beside));
+        let radius = (edge + room).max(least);
         distance = distance.max(corner + radius / (angle * 0.5).tan());
     }
     distance
@@ -232,7 +238,8 @@ fn turns(layout: &Layout, arms: &[Arm]) -> Vec<Turn> {
     }
     for from in 0..count {
         let to = (from + 1) % count;
-        let bare = !turns.iter().any(|turn| (turn.from, turn.to, turn.edges[0]) == (from, to, true));
+        let bare =
+            !turns.iter().any(|turn| (turn.from, turn.to, turn.edges[0]) == (from, to, true));
         if count > 1 && bare && edges_agree(layout, arms, from, to) {
             let kerb = |arm: &Arm, pose: Pose| pose.right(arm.profile.half());
             let entry = kerb(&arms[from], arms[from].mouth.turned());
@@ -325,8 +332,7 @@ fn weave(layout: &Layout, arms: &[Arm]) -> Vec<Turn> {
         let (right, left) = (from.in_side(), from.out_side());
         let last = from_lane + 1 == from.ins() && to_lane + 1 == to.outs();
         turn.edges[0] = last && has(from, right) && has(to, to.out_side());
-        turn.edges[1] =
-            from_lane == 0 && to_lane == 0 && has(from, left) && has(to, to.in_side());
+        turn.edges[1] = from_lane == 0 && to_lane == 0 && has(from, left) && has(to, to.in_side());
     }
     turns
 }
@@ -369,9 +375,8 @@ fn rule(control: Control, arms: &[Arm]) -> Rule {
         Control::Yield => Rule::Signs(Sign::Yield, minor()),
         Control::Stop => Rule::Signs(Sign::Stop, minor()),
         Control::Ring => {
-            let enters = |arm: &usize| {
-                arms[*arm].profile.class != Class::Ring && arms[*arm].ins() > 0
-            };
+            let enters =
+                |arm: &usize| arms[*arm].profile.class != Class::Ring && arms[*arm].ins() > 0;
             Rule::Signs(Sign::Yield, (0..arms.len()).filter(enters).collect())
         }
         Control::Weave | Control::Turning => Rule::Signs(Sign::Yield, Vec::new()),

@@ -46,7 +46,8 @@ impl Row {
     /// Its name in any spelling, with or without CARLA's mark for layers that can be switched off.
     fn is_called(&self, name: &str) -> bool {
         let plain = name.len().checked_sub(4).and_then(|end| name.split_at_checked(end));
-        let plain = plain.filter(|(_, mark)| mark.eq_ignore_ascii_case("_opt")).map(|(stem, _)| stem);
+        let plain =
+            plain.filter(|(_, mark)| mark.eq_ignore_ascii_case("_opt")).map(|(stem, _)| stem);
         let is = |name: &str| self.name.eq_ignore_ascii_case(name);
         is(name) || plain.is_some_and(|stem| stem.starts_with(['T', 't']) && is(stem))
     }
@@ -80,8 +81,7 @@ const OLD: (Character, Style) = (Character::OldTown, Style::OldTown);
 const SUBURB: (Character, Style) = (Character::Suburb, Style::Suburb);
 const ROUND: (Character, Style) = (Character::Roundabouts, Style::Roundabouts);
 const COUNTRY: (Character, Style) = (Character::Countryside, Style::Countryside);
-const RING: (Character, Style) =
-    (Character::Highway, Style::Highway(Course::Ring, Blocks::Mixed));
+const RING: (Character, Style) = (Character::Highway, Style::Highway(Course::Ring, Blocks::Mixed));
 const BROAD_RING: (Character, Style) =
     (Character::Highway, Style::Highway(Course::Ring, Blocks::Broad));
 const EIGHT: (Character, Style) =

@@ -2,8 +2,8 @@
 
 use glam::{DVec2, dvec2};
 
-use super::graph::{Node, Street};
 use super::Plan;
+use super::graph::{Node, Street};
 use crate::random::Random;
 
 /// The steepest a street may be on average: its middle is half as steep again.

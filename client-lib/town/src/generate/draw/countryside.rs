@@ -13,14 +13,14 @@ use crate::random::Random;
 const ROAD: Profile = Profile {
     class: Class::Rural,
     lanes: [1, 1],
-    lane: 3.4,
+    lane: 3.5,
     parking: [0.0; 2],
     sidewalk: [0.0; 2],
     shoulder: [1.2; 2],
     limit_kmh: 80.0,
 };
 const VILLAGE: Profile = Profile::town(1, 3.3, 2.0, 50.0);
-const LANE: Profile = Profile::town(1, 3.2, 1.6, 30.0);
+const LANE: Profile = Profile::town(1, 3.4, 1.8, 30.0);
 
 /// From the middle of a village to where it ends. Metres.
 const VILLAGE_M: f64 = 115.0;
@@ -121,7 +121,7 @@ fn village(random: &mut Random, nodes: &mut Vec<Node>, streets: &mut Vec<Street>
         let middle = DVec2::from_angle(a.0 + angle * 0.5);
         let reach = VILLAGE_M / (angle * 0.5).cos() * f64::from(random.between(0.86, 0.98));
         let via = vec![center + middle * reach];
-        let mut lane = Street::new("Back Lane".to_string(), [a.1, b.1], LANE).over(via, 45.0);
+        let mut lane = Street::new("Back Lane".to_string(), [a.1, b.1], LANE).over(via, 60.0);
         lane.follows = true;
         streets.push(lane);
         lanes += 1;

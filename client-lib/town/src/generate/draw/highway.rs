@@ -72,8 +72,7 @@ pub(in crate::generate) fn layout(plan: &Plan, course: Course, blocks: Blocks) -
         Course::Ring => ring(size),
         Course::Eight => eight(size),
     };
-    let (nodes, streets, lattice) =
-        grid::streets(&mut random, route.town.1, route.town.0, blocks);
+    let (nodes, streets, lattice) = grid::streets(&mut random, route.town.1, route.town.0, blocks);
     (sketch.nodes, sketch.streets) = (nodes, streets);
     let edge = edge_nodes(lattice.rows, lattice.columns);
     let mut terminals = Vec::new();
@@ -112,10 +111,8 @@ fn ring(size: f64) -> Route {
     let corners = [dvec2(-w, -h), dvec2(w, -h), dvec2(w, h), dvec2(-w, h)];
     let radius = (w - 275.0).min(h * 0.9).min(320.0);
     let deep = h - TERMINAL_M - DESCENT_M;
-    let exits = vec![
-        Exit { at: dvec2(0.0, -h), heading: 0.0 },
-        Exit { at: dvec2(0.0, h), heading: PI },
-    ];
+    let exits =
+        vec![Exit { at: dvec2(0.0, -h), heading: 0.0 }, Exit { at: dvec2(0.0, h), heading: PI }];
     Route {
         axis: curve::closed(&corners, radius),
         exits,
@@ -152,8 +149,7 @@ fn edge_nodes(rows: usize, columns: usize) -> Vec<usize> {
     (0..rows * columns)
         .filter(|node| {
             let (row, column) = (node / columns, node % columns);
-            let (end, side) =
-                (row == 0 || row + 1 == rows, column == 0 || column + 1 == columns);
+            let (end, side) = (row == 0 || row + 1 == rows, column == 0 || column + 1 == columns);
             end != side
         })
         .collect()

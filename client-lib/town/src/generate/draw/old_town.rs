@@ -8,9 +8,9 @@ use crate::generate::lattice::{Bend, Place, lattice};
 use crate::generate::relief::Ground;
 use crate::random::Random;
 
-const MAIN: Profile = Profile::town(1, 3.4, 2.6, 40.0);
-const LANE: Profile = Profile::town(1, 3.05, 1.8, 30.0);
-const ONE_WAY: Profile = Profile { lanes: [1, 0], lane: 3.6, ..LANE };
+const MAIN: Profile = Profile::town(1, 3.5, 2.6, 40.0);
+const LANE: Profile = Profile::town(1, 3.3, 1.8, 30.0);
+const ONE_WAY: Profile = Profile { lanes: [1, 0], lane: 3.7, ..LANE };
 
 pub(super) fn layout(plan: &Plan) -> Layout {
     let size = plan.size_m;
@@ -22,12 +22,11 @@ pub(super) fn layout(plan: &Plan) -> Layout {
         jitter: 9.0,
         sway: size.min(700.0) * 0.07,
         swirl: if plan.seed.is_multiple_of(2) { 0.55 } else { -0.55 },
-        bows: (0.75, 0.05, 0.13),
+        bows: (0.75, 0.04, 0.09),
         thinned: 5,
     };
-    let grid = lattice(&mut random, &bend, |_, place: Place| {
-        if place.is_middle() { MAIN } else { LANE }
-    });
+    let grid =
+        lattice(&mut random, &bend, |_, place: Place| if place.is_middle() { MAIN } else { LANE });
     let mut nodes = grid.nodes(Control::Yield);
     let mut streets = grid.streets(|_| false);
     make_one_way(&mut random, &mut streets, nodes.len());
@@ -42,7 +41,8 @@ pub(super) fn layout(plan: &Plan) -> Layout {
     let (row, column) = (grid.rows / 2, grid.columns / 2);
     for (south, side) in [(row - 1, 1), (row, 0)] {
         let ends = [grid.node(south, column - 1), grid.node(south, column)];
-        let depth = grid.nodes[grid.node(row, column)].distance(grid.nodes[grid.node(row - 1, column)]);
+        let depth =
+            grid.nodes[grid.node(row, column)].distance(grid.nodes[grid.node(row - 1, column)]);
         if let Some(street) = streets.iter_mut().find(|street| street.ends == ends) {
             street.square[side] = (depth * 0.5 - 14.0).clamp(0.0, 26.0);
             street.name = "Market Square".to_string();

@@ -98,10 +98,8 @@ pub(super) fn ring(nodes: &mut Vec<Node>, streets: &mut Vec<Street>, node: usize
     }
     for k in 0..arms.len() {
         let from = arms[k].0 + JOIN_M / radius;
-        let start = Pose {
-            position: center + DVec2::from_angle(from) * radius,
-            heading: from + FRAC_PI_2,
-        };
+        let start =
+            Pose { position: center + DVec2::from_angle(from) * radius, heading: from + FRAC_PI_2 };
         let length = gap(k) * radius - 2.0 * JOIN_M;
         let piece = Piece { start, length, curvature: 1.0 / radius };
         let ends = [first + k, first + (k + 1) % arms.len()];

@@ -29,9 +29,8 @@ pub(super) fn layout(plan: &Plan) -> Layout {
     // What joins each collector on its way: share of its length, and the node.
     let mut joins: Vec<Vec<(f64, usize)>> = vec![Vec::new(); grid.links.len()];
     let across = |row: usize, column: usize| row * (grid.columns - 1) + column;
-    let along = |row: usize, column: usize| {
-        grid.rows * (grid.columns - 1) + column * (grid.rows - 1) + row
-    };
+    let along =
+        |row: usize, column: usize| grid.rows * (grid.columns - 1) + column * (grid.rows - 1) + row;
     for row in 0..grid.rows - 1 {
         for column in 0..grid.columns - 1 {
             let corner = |up: usize, right: usize| grid.nodes[grid.node(row + up, column + right)];

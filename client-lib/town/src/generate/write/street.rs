@@ -300,7 +300,7 @@ fn middle(profile: &Profile) -> (&'static str, &'static str, f64) {
         Class::Rural => ("broken", "white", 0.12),
         Class::Town if profile.all_lanes() > 2 => ("solid solid", "yellow", 0.12),
         // Too narrow for a line.
-        Class::Town if profile.lane < 3.0 => ("none", "white", 0.12),
+        Class::Town if profile.lane < 3.4 => ("none", "white", 0.12),
         Class::Town => ("broken", "white", 0.12),
     }
 }

@@ -1,0 +1,81 @@
+//! Towns that nobody has drawn, driven through: traffic neither leaves their roads nor locks up.
+//!
+//! A town of each character but the grid, which other tests drive in, a hundred vehicles, ten
+//! simulated minutes, in closed loop with physics; `OMNIBUS_SOAK=1` drives through a hundred towns.
+
+use std::sync::{
+    Arc, Mutex,
+    atomic::{AtomicUsize, Ordering},
+};
+
+use tests::closed_loop::{Cast, World};
+use town::{Character, Plan};
+
+use crate::kit::{is_soak, thread};
+
+const VEHICLES: usize = 100;
+const SECONDS: u64 = 600;
+
+/// The town of a seed: characters in turn, sizes from the usual to half as large again.
+fn plan(seed: u64) -> Plan {
+    let character = Character::ALL[(seed % 6) as usize];
+    let (size_m, relief_m) = character.usual_m();
+    Plan {
+        name: format!("{}-{seed}", character.name()),
+        seed,
+        size_m: size_m * (1.0 + 0.1 * (seed / 6 % 6) as f64),
+        character,
+        relief_m,
+    }
+}
+
+/// Drives through a town; answers what went wrong, and says how it went.
+fn drive(plan: &Plan) -> Vec<String> {
+    let network = Arc::new(road::Network::parse(&town::generate(plan)).unwrap());
+    let places = network.spawn_points().len();
+    let cast = Cast { vehicles: VEHICLES, seed: plan.seed, sedans: false };
+    let mut world = World::new(network, &cast);
+    (0..SECONDS * 20).for_each(|_| world.tick());
+    let (vehicles, driven_m, longest_s) = world.figures();
+    println!(
+        "{}: {vehicles} vehicles drove {:.1} km, longest in one place {longest_s:.0} s",
+        plan.name,
+        driven_m / 1000.0
+    );
+    let mut faults = world.faults();
+    if vehicles < VEHICLES.min(places) {
+        faults.push(format!("only {vehicles} vehicles found room in {places} places"));
+    }
+    if driven_m < vehicles as f32 * 1000.0 {
+        faults.push(format!("{vehicles} vehicles drove {driven_m:.0} m together"));
+    }
+    faults.into_iter().map(|fault| format!("{}: {fault}", plan.name)).collect()
+}
+
+#[test]
+fn traffic_stays_on_the_roads_of_generated_towns_and_never_locks_up() {
+    // Old town, suburb, highway, roundabouts, countryside; the soak has grids too.
+    let seeds = if is_soak() { 0..100 } else { 1..6 };
+    let next = Arc::new(AtomicUsize::new(seeds.start as usize));
+    let faults = Arc::new(Mutex::new(Vec::new()));
+    let end = seeds.end as usize;
+    let cores = std::thread::available_parallelism().map_or(2, |cores| cores.get());
+    let drivers: Vec<_> = (0..cores.clamp(2, 16))
+        .map(|_| {
+            let (next, faults) = (next.clone(), faults.clone());
+            thread(move || {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed >= end {
+                        break;
+                    }
+                    let found = drive(&plan(seed as u64));
+                    faults.lock().unwrap().extend(found);
+                }
+            })
+        })
+        .collect();
+    drivers.into_iter().for_each(|driver| driver.join().unwrap());
+    let faults = faults.lock().unwrap();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}

@@ -1,0 +1,573 @@
+//! Traffic in closed loop with physics, without processes and without the bus: everything that
+//! happens to the vehicles is taken down, for examples and tests to judge.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::sync::Arc;
+
+use bus::{ActorId, ActorState, Frame, Pose, Stamp, flag, kind, light};
+use glam::Vec3;
+use road::{LanePoint, Mesh, Network, Tag};
+use sim_host::physics::{Ground, Physics, StaticBox, VehicleModel};
+use traffic::{Mind, Outlook};
+
+const DELTA_NANOS: u64 = 50_000_000;
+const DELTA_S: f32 = 0.05;
+const SUBSTEP_NANOS: u64 = 10_000_000;
+/// Who does not get so far on stands in a jam.
+const JAM_M: f32 = 5.0;
+/// Who touch again so soon are still in the same collision.
+const SAME_CRASH_S: f32 = 10.0;
+const JAM_MAX_S: f32 = 120.0;
+/// Who stands for longer than this though his way is free has given up.
+const IDLE_MAX_S: f32 = 180.0;
+/// Who is in one place for longer than this when all ends is in a jam for good.
+const BLOCKED_MAX_S: f32 = 300.0;
+const FREE_SHARE_MIN: f32 = 0.6;
+const DRIVEN_MIN_KMPH: f32 = 5.0;
+
+/// How far a wheel's middle may be beside the road: over a kerb that is cut. Metres.
+const BESIDE_M: f32 = 0.75;
+/// How finely that is measured. Metres.
+const BESIDE_STEP_M: f32 = 0.25;
+
+/// Who drives.
+#[derive(Clone, Copy, Debug)]
+pub struct Cast {
+    /// As many as find room.
+    pub vehicles: usize,
+    /// Decides scenery, traffic, and who begins where.
+    pub seed: u64,
+    /// Sedans only, instead of a mixture of cars, vans, trucks, buses and two-wheelers.
+    pub sedans: bool,
+}
+
+/// What was seen of one vehicle.
+#[derive(Default)]
+struct Record {
+    blueprint: &'static str,
+    driven_m: f32,
+    free_s: f32,
+    free_share_s: f32,
+    /// The same, curves left out.
+    straight_s: f32,
+    straight_share_s: f32,
+    /// Where and since when it has not got on.
+    anchor: Vec3,
+    anchored_s: f32,
+    longest_s: f32,
+    longest_at: Vec3,
+    longest_from_s: f32,
+    /// How long it has stood though nothing is in its way, now and at most.
+    idle_s: f32,
+    idle_longest_s: f32,
+    /// How far a wheel was beside the road, at most.
+    beside_m: f32,
+    beside_at: Vec3,
+    beside_from_s: f32,
+    astray_m: f32,
+    astray_at: Vec3,
+    astray_from_s: f32,
+    lost_s: f32,
+    top_mps: f32,
+    toppled_s: f32,
+}
+
+/// Two who touched, and what they reckoned with just before.
+struct Crash {
+    time_s: f32,
+    who: (ActorId, ActorId),
+    impulse_ns: f32,
+    story: Vec<String>,
+}
+
+/// Vehicles on autopilot on a map, with everything that happened to them.
+pub struct World {
+    network: Arc<Network>,
+    physics: Physics,
+    asphalt: Ground,
+    mind: Mind,
+    stamp: Stamp,
+    /// By id: lights, then vehicles.
+    actors: Vec<ActorState>,
+    vehicles_from: usize,
+    records: Vec<Record>,
+    crashes: Vec<Crash>,
+    /// When two touched last.
+    touched_s: BTreeMap<(ActorId, ActorId), f32>,
+    refused: usize,
+    teleports: usize,
+    physics_nanos: u64,
+    mind_nanos: u64,
+}
+
+impl World {
+    /// Furnishes a map and puts the vehicles onto it.
+    pub fn new(network: Arc<Network>, cast: &Cast) -> World {
+        let town = town::furnish(&network, cast.seed);
+        let boxes: Vec<StaticBox> = town
+            .colliders
+            .iter()
+            .map(|c| StaticBox {
+                center: c.center,
+                half_extents_m: c.half_extents_m,
+                yaw_rad: c.yaw_rad,
+            })
+            .collect();
+        let mut world = World {
+            physics: Physics::new(Arc::new(Ground::new(&town.mesh)), &boxes),
+            asphalt: asphalt(&town.mesh),
+            mind: Mind::new(network.clone(), cast.seed),
+            network,
+            stamp: Stamp { episode: 1, ..Stamp::default() },
+            actors: Vec::new(),
+            vehicles_from: town.heads.len(),
+            records: Vec::new(),
+            crashes: Vec::new(),
+            touched_s: BTreeMap::new(),
+            refused: 0,
+            teleports: 0,
+            physics_nanos: 0,
+            mind_nanos: 0,
+        };
+        for (index, head) in town.heads.iter().enumerate() {
+            world.actors.push(ActorState {
+                actor_id: ActorId(index as u32 + 1),
+                kind: kind::TRAFFIC_LIGHT,
+                flags: flag::KINEMATIC,
+                pose: Pose::level(head.position, head.yaw_rad),
+                phase: light::RED,
+                signal: head.signal,
+                ..ActorState::default()
+            });
+        }
+        world.populate(cast);
+        world
+    }
+
+    /// As a data set's cast is chosen: mostly cars, at shuffled places.
+    fn populate(&mut self, cast: &Cast) {
+        let mut random = Random(cast.seed);
+        let mut places = self.network.spawn_points();
+        for last in (1..places.len()).rev() {
+            places.swap(last, random.below(last + 1));
+        }
+        let mut models: BTreeMap<&str, Arc<VehicleModel>> = BTreeMap::new();
+        while self.records.len() < cast.vehicles {
+            let Some(place) = places.pop() else { break };
+            let (index, blueprint) = if cast.sedans {
+                town::blueprint("vehicle.tesla.model3").expect("it is in the catalogue")
+            } else {
+                random.vehicle()
+            };
+            let model =
+                models.entry(blueprint.id).or_insert_with(|| Arc::new(VehicleModel::of(blueprint)));
+            let id = ActorId(self.actors.len() as u32 + 1);
+            match self.physics.spawn_vehicle(id, model, &pose(&self.network, place), false) {
+                Ok(pose) => {
+                    self.actors.push(ActorState {
+                        actor_id: id,
+                        blueprint: index,
+                        kind: kind::VEHICLE,
+                        flags: flag::AUTOPILOT,
+                        pose,
+                        ..ActorState::default()
+                    });
+                    self.records.push(Record {
+                        blueprint: blueprint.id,
+                        anchor: pose.position(),
+                        ..Record::default()
+                    });
+                }
+                Err(_) => self.refused += 1,
+            }
+        }
+    }
+
+    /// One frame, in the host's order: what was decided on the last frame acts, then physics.
+    pub fn tick(&mut self) {
+        let begin = bus::clock::now_nanos();
+        self.mind.plan(&self.stamp, DELTA_NANOS, &self.actors, &[]);
+        let planned = bus::clock::now_nanos();
+        self.mind_nanos += planned - begin;
+        self.look();
+        for control in self.mind.controls() {
+            self.physics.control(control).expect("it was spawned");
+        }
+        for light in self.mind.lights() {
+            self.actors[light.actor_id.0 as usize - 1].phase = light.phase;
+        }
+        let begin = bus::clock::now_nanos();
+        self.physics.step(DELTA_NANOS, SUBSTEP_NANOS);
+        self.physics_nanos += bus::clock::now_nanos() - begin;
+        for actor in &mut self.actors[self.vehicles_from..] {
+            self.physics.fill(actor);
+        }
+        self.stamp.frame = Frame(self.stamp.frame.0 + 1);
+        self.stamp.sim_time_nanos += DELTA_NANOS;
+        self.judge();
+    }
+
+    fn time_s(&self) -> f32 {
+        self.stamp.sim_time_nanos as f32 * 1e-9
+    }
+
+    /// Takes down how the vehicles drove, in terms of what their minds reckon with.
+    fn look(&mut self) {
+        let time_s = self.time_s();
+        let from = self.vehicles_from;
+        for record in &mut self.records {
+            record.lost_s += DELTA_S;
+        }
+        for outlook in self.mind.outlooks() {
+            let row = outlook.actor_id.0 as usize - 1 - from;
+            let (record, actor) = (&mut self.records[row], &self.actors[from + row]);
+            record.lost_s -= DELTA_S;
+            let stands = outlook.is_free() && actor.velocity().length() < 0.2;
+            record.idle_s = if stands { record.idle_s + DELTA_S } else { 0.0 };
+            record.idle_longest_s = record.idle_longest_s.max(record.idle_s);
+            if outlook.is_free() {
+                let speed = actor.velocity().truncate().length();
+                record.free_s += DELTA_S;
+                record.free_share_s += DELTA_S * speed / outlook.limit_mps;
+                if !outlook.is_in_curve() {
+                    record.straight_s += DELTA_S;
+                    record.straight_share_s += DELTA_S * speed / outlook.limit_mps;
+                }
+            }
+            if outlook.astray_m.abs() > record.astray_m && !outlook.turns_round {
+                record.astray_m = outlook.astray_m.abs();
+                record.astray_at = actor.pose.position();
+                record.astray_from_s = time_s;
+            }
+        }
+    }
+
+    /// Takes down what happened to the vehicles.
+    fn judge(&mut self) {
+        let time_s = self.time_s();
+        for (record, actor) in self.records.iter_mut().zip(&self.actors[self.vehicles_from..]) {
+            let (place, speed) = (actor.pose.position(), actor.velocity().length());
+            record.driven_m += speed * DELTA_S;
+            record.top_mps = record.top_mps.max(speed);
+            record.anchored_s += DELTA_S;
+            if place.distance(record.anchor) > JAM_M {
+                (record.anchor, record.anchored_s) = (place, 0.0);
+            }
+            if record.anchored_s > record.longest_s {
+                record.longest_s = record.anchored_s;
+                record.longest_at = place;
+                record.longest_from_s = time_s - record.anchored_s;
+            }
+            if (actor.pose.rotation() * Vec3::Z).z < 0.5 {
+                record.toppled_s += DELTA_S;
+            }
+            self.teleports += usize::from(actor.has(flag::TELEPORTED));
+            // Not in every frame: it takes longer than all else that is looked at.
+            if self.stamp.frame.0.is_multiple_of(10) {
+                let beside_m = beside(&self.asphalt, actor);
+                if beside_m > record.beside_m {
+                    record.beside_m = beside_m;
+                    (record.beside_at, record.beside_from_s) = (place, time_s);
+                }
+            }
+        }
+        for collision in self.physics.collisions().to_vec() {
+            let who = (collision.actor, collision.other);
+            let last_s = self.touched_s.insert(who, time_s);
+            if last_s.is_none_or(|last_s| time_s - last_s > SAME_CRASH_S) {
+                let both = [who.0, who.1];
+                let story = self
+                    .mind
+                    .outlooks()
+                    .filter(|outlook| both.contains(&outlook.actor_id))
+                    .map(|outlook| self.describe(&outlook))
+                    .collect();
+                let impulse_ns = collision.impulse_ns.length();
+                self.crashes.push(Crash { time_s, who, impulse_ns, story });
+            }
+        }
+    }
+
+    /// Prints what these vehicles reckon with.
+    pub fn print(&self, watch: &[u32]) {
+        for outlook in self.mind.outlooks().filter(|o| watch.contains(&o.actor_id.0)) {
+            println!("{:.2} {}", self.time_s(), self.describe(&outlook));
+        }
+    }
+
+    /// A line for each light and vehicle.
+    pub fn write(&self, trace: &mut BufWriter<File>) -> std::io::Result<()> {
+        for light in &self.actors[..self.vehicles_from] {
+            let (at, phase) = (light.pose.position(), light.phase);
+            let (time_s, id) = (self.time_s(), light.actor_id.0);
+            writeln!(trace, "{time_s:.0},{id},{:.1},{:.1},,,,,,,,,,,,,,,{phase}", at.x, at.y)?;
+        }
+        for o in self.mind.outlooks() {
+            let actor = &self.actors[o.actor_id.0 as usize - 1];
+            let (at, nose) = (actor.pose.position(), actor.pose.rotation() * Vec3::X);
+            let on = LanePoint { lane: o.lane, along_m: 0.0 };
+            writeln!(
+                trace,
+                "{:.0},{},{:.1},{:.1},{:.2},{:.1},{:.1},{:.1},{},{},{},{:.1},{:.1},{:.1},{},{:.0},{:?},{},",
+                self.time_s(),
+                o.actor_id.0,
+                at.x,
+                at.y,
+                nose.y.atan2(nose.x),
+                actor.velocity().length(),
+                o.limit_mps,
+                o.wish_mps,
+                self.network.road_space(on).0.id,
+                o.lane.0,
+                o.leader.0,
+                o.leader_m,
+                o.stop_m,
+                o.merge_m,
+                o.leave,
+                o.waited_s,
+                o.waits_for,
+                o.waits_on.0,
+            )?;
+        }
+        Ok(())
+    }
+
+    fn describe(&self, outlook: &Outlook) -> String {
+        let actor = &self.actors[outlook.actor_id.0 as usize - 1];
+        let at = LanePoint { lane: outlook.lane, along_m: 0.0 };
+        let (road, section, lane, _) = self.network.road_space(at);
+        format!(
+            "{} {} at {:.1} v {:.1}, road {} section {section} lane {lane} ({}) at {:.1} m, {:.2} m astray, wish {:.1} \
+             of {:.1}; leader {} in {:.1} m, stop in {:.1}, merge in {:.1}; leave {}, waited {:.0} s for {:?} on {}{}{}; \
+             pedals {:.2} {:.2} wheel {:.2}",
+            outlook.actor_id.0,
+            town::catalogue()[actor.blueprint as usize].id.trim_start_matches("vehicle."),
+            actor.pose.position(),
+            actor.velocity().length(),
+            road.id,
+            outlook.lane.0,
+            outlook.along_m,
+            outlook.astray_m,
+            outlook.wish_mps,
+            outlook.limit_mps,
+            outlook.leader.0,
+            outlook.leader_m,
+            outlook.stop_m,
+            outlook.merge_m,
+            outlook.leave,
+            outlook.waited_s,
+            outlook.waits_for,
+            outlook.waits_on.0,
+            if outlook.reverses { ", backs out" } else { "" },
+            if outlook.turns_round { ", turns round" } else { "" },
+            actor.throttle,
+            actor.brake,
+            actor.steer,
+        )
+    }
+
+    /// Prints all figures, and says whether every goal is met.
+    pub fn report(&self, name: &str, wall_s: f64) -> bool {
+        let records = &self.records;
+        let frames = self.stamp.frame.0.max(1);
+        let hours = self.time_s() / 3600.0;
+        let free_s: f32 = records.iter().map(|r| r.free_s).sum();
+        let share = records.iter().map(|r| r.free_share_s).sum::<f32>() / free_s.max(1.0);
+        let straight_s: f32 = records.iter().map(|r| r.straight_s).sum();
+        let straight =
+            records.iter().map(|r| r.straight_share_s).sum::<f32>() / straight_s.max(1.0);
+        let mut driven: Vec<f32> = records.iter().map(|r| r.driven_m).collect();
+        driven.sort_by(f32::total_cmp);
+        let mean = driven.iter().sum::<f32>() / driven.len().max(1) as f32;
+        let short = driven.iter().filter(|&&m| m < 1000.0 * DRIVEN_MIN_KMPH * hours).count();
+        let jams = records.iter().filter(|r| r.longest_s > JAM_MAX_S).count();
+        let lost_s: f32 = records.iter().map(|r| r.lost_s).sum();
+        let toppled = records.iter().filter(|r| r.toppled_s > 0.0).count();
+        let longest = records.iter().map(|r| r.longest_s).fold(0.0, f32::max);
+        let with_statics = self.crashes.iter().filter(|c| c.who.1 == ActorId::NONE).count();
+        println!(
+            "{name}: {} vehicles ({} places refused), {:.0} s in {wall_s:.0} s wall; physics {:.0} us, mind {:.0} us \
+             a frame; hash {:016x}",
+            records.len(),
+            self.refused,
+            self.time_s(),
+            self.physics_nanos as f64 / 1e3 / frames as f64,
+            self.mind_nanos as f64 / 1e3 / frames as f64,
+            self.physics.hash(),
+        );
+        println!(
+            "{name}: free {:.1} % of the limit over {:.0} % of the time, {:.1} % where there is no curve; driven mean {mean:.0}, least {:.0} m, {short} short; \
+             longest in one place {longest:.0} s, {jams} jams; {} collisions with vehicles, {with_statics} with \
+             fixed things; {toppled} toppled, {} teleports, lost for {lost_s:.1} s",
+            100.0 * share,
+            100.0 * free_s / (self.time_s() * records.len().max(1) as f32),
+            100.0 * straight,
+            driven.first().copied().unwrap_or(0.0),
+            self.crashes.len() - with_statics,
+            self.teleports,
+        );
+        self.name_the_worst();
+        straight >= FREE_SHARE_MIN
+            && short + jams + toppled + self.teleports + self.crashes.len() == 0
+            && self.physics.len() == records.len()
+    }
+
+    /// What must not happen to anybody on a town of our own: nobody leaves the road, topples,
+    /// touches anybody or anything; nobody stands for long though his way is free, and nobody is in
+    /// a jam at the end. A sentence for each that did.
+    pub fn faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        for (row, record) in self.records.iter().enumerate() {
+            let who = format!("{} {}", self.vehicles_from + row + 1, record.blueprint);
+            if record.beside_m > BESIDE_M {
+                faults.push(format!(
+                    "{who} was {:.2} m off the road at {:.0}, {:.0} s",
+                    record.beside_m, record.beside_at, record.beside_from_s
+                ));
+            }
+            if record.idle_longest_s > IDLE_MAX_S {
+                faults.push(format!(
+                    "{who} stood {:.0} s with its way free, at {:.0}",
+                    record.idle_longest_s, record.longest_at
+                ));
+            }
+            if record.anchored_s > BLOCKED_MAX_S {
+                faults.push(format!(
+                    "{who} is in one place for {:.0} s at the end, at {:.0}",
+                    record.anchored_s, record.anchor
+                ));
+            }
+            if record.toppled_s > 0.0 {
+                faults.push(format!("{who} toppled"));
+            }
+        }
+        for crash in &self.crashes {
+            faults.push(format!(
+                "{} and {} touched at {:.1} s, {:.0} Ns: {}",
+                crash.who.0.0,
+                crash.who.1.0,
+                crash.time_s,
+                crash.impulse_ns,
+                crash.story.join("; ")
+            ));
+        }
+        if self.teleports > 0 || self.physics.len() != self.records.len() {
+            faults.push(format!("{} were teleported or removed", self.teleports));
+        }
+        faults
+    }
+
+    /// How many drive, how far all of them got together in metres, and the longest stay in one
+    /// place in seconds.
+    pub fn figures(&self) -> (usize, f32, f32) {
+        let driven = self.records.iter().map(|record| record.driven_m).sum();
+        let longest = self.records.iter().map(|record| record.longest_s).fold(0.0, f32::max);
+        (self.records.len(), driven, longest)
+    }
+
+    fn name_the_worst(&self) {
+        for crash in self.crashes.iter().take(20) {
+            let (first, second) = (crash.who.0.0, crash.who.1.0);
+            println!(
+                "  {:.1} s: {first} and {second} collide, {:.0} Ns",
+                crash.time_s, crash.impulse_ns
+            );
+            for line in &crash.story {
+                println!("    {line}");
+            }
+        }
+        let worst = |title: &str, of: &dyn Fn(&Record) -> f32, say: &dyn Fn(&Record) -> String| {
+            let mut order: Vec<usize> = (0..self.records.len()).collect();
+            order.sort_by(|&a, &b| of(&self.records[b]).total_cmp(&of(&self.records[a])));
+            println!("  {title}:");
+            for row in order.into_iter().take(6) {
+                let record = &self.records[row];
+                let id = self.vehicles_from + row + 1;
+                println!("    {id} {}: {}", record.blueprint, say(record));
+            }
+        };
+        worst("least driven", &|r| -r.driven_m, &|r| {
+            format!("{:.0} m, top speed {:.1} m/s", r.driven_m, r.top_mps)
+        });
+        worst("longest in one place", &|r| r.longest_s, &|r| {
+            format!("{:.0} s at {:.0} from {:.0} s on", r.longest_s, r.longest_at, r.longest_from_s)
+        });
+        worst("farthest off the road", &|r| r.beside_m, &|r| {
+            format!("{:.2} m at {:.0}, {:.1} s", r.beside_m, r.beside_at, r.beside_from_s)
+        });
+        worst("farthest astray", &|r| r.astray_m, &|r| {
+            format!("{:.2} m at {:.0}, {:.1} s", r.astray_m, r.astray_at, r.astray_from_s)
+        });
+        let stands = |outlook: &Outlook| {
+            let row = outlook.actor_id.0 as usize - 1 - self.vehicles_from;
+            outlook.leader_m > 4.0 && self.records[row].anchored_s > 0.5 * JAM_MAX_S
+        };
+        for outlook in self.mind.outlooks().filter(stands).take(20) {
+            println!("  stands: {}", self.describe(&outlook));
+        }
+    }
+}
+
+/// What vehicles drive on, without all else that they could.
+fn asphalt(mesh: &Mesh) -> Ground {
+    let road = [Tag::Roads, Tag::RoadLine].map(|tag| tag as u8);
+    let keep: Vec<usize> =
+        (0..mesh.faces.len()).filter(|face| road.contains(&mesh.faces[*face].tag)).collect();
+    Ground::new(&Mesh {
+        positions: mesh.positions.clone(),
+        triangles: keep.iter().map(|face| mesh.triangles[*face]).collect(),
+        faces: keep.iter().map(|face| mesh.faces[*face]).collect(),
+    })
+}
+
+/// How far the wheel that is farthest out is beside the asphalt.
+fn beside(asphalt: &Ground, actor: &ActorState) -> f32 {
+    let (origin, rotation) = (actor.pose.position(), actor.pose.rotation());
+    let wheels = &town::catalogue()[actor.blueprint as usize].wheels;
+    let beside = wheels.iter().map(|wheel| {
+        let place = origin + rotation * wheel.position_m;
+        let inward = rotation * Vec3::Y * -wheel.position_m.y.signum() * BESIDE_STEP_M;
+        let is_on = |step: &u32| {
+            let at = place + inward * *step as f32;
+            let below = asphalt.below(at.x, at.y, at.z + 0.5);
+            below.on_map && (at.z - below.height_m).abs() < 2.0
+        };
+        (0..10).find(is_on).unwrap_or(10) as f32 * BESIDE_STEP_M
+    });
+    beside.fold(0.0, f32::max)
+}
+
+fn pose(network: &Network, at: LanePoint) -> Pose {
+    let place = network.place(at);
+    Pose::new(place.position.as_vec3() + Vec3::Z * 0.5, place.rotation().as_quat())
+}
+
+/// splitmix64 (Steele, Lea, Flood 2014).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((u128::from(z ^ (z >> 31)) * end as u128) >> 64) as usize
+    }
+
+    fn vehicle(&mut self) -> (u32, &'static town::Blueprint) {
+        let kinds = match self.below(100) {
+            0..86 => &["car", "van"][..],
+            86..94 => &["truck", "bus"],
+            _ => &["motorcycle", "bicycle"],
+        };
+        let choice: Vec<_> = town::catalogue()
+            .iter()
+            .enumerate()
+            .filter(|(_, b)| kinds.contains(&b.base_type))
+            .collect();
+        let (index, blueprint) = choice[self.below(choice.len())];
+        (index as u32, blueprint)
+    }
+}

@@ -1,0 +1,3 @@
+//! What scenarios and examples share.
+
+pub mod closed_loop;
