@@ -7,6 +7,7 @@ import math
 import os
 import queue
 import random
+import shutil
 import sys
 import tempfile
 import threading
@@ -715,6 +716,68 @@ def layers_and_things_go_and_come_back(c):
 
 
 @check
+def records_and_replays(c):
+    folder = tempfile.mkdtemp()
+    name = os.path.join(folder, "run.log")
+    assert "not found" in c.client.show_recorder_file_info(name, False)
+    car = c.car(role_name="hero")
+    assert c.client.start_recorder(name, True) == name
+    car.set_autopilot(True)
+    way = []
+    for _ in range(60):
+        c.world.tick()
+        way.append(car.get_location())
+    c.client.stop_recorder()
+    c.world.tick()
+    works("Client.start_recorder Client.stop_recorder", "the file is where the call said")
+    told = c.client.show_recorder_file_info(name, True)
+    assert f"Create {car.id}: vehicle.tesla.model3 (1) at (" in told, told[:400]
+    assert "role_name = hero" in told and "Frames: 61" in told or "Frames: 60" in told, told[-200:]
+    assert told.count(" Positions: ") in (60, 61)
+    works("Client.show_recorder_file_info", "the car, its role and every frame, in CARLA's words")
+    assert "Actor 1" in c.client.show_recorder_collisions(name, "h", "a")
+    works("Client.show_recorder_collisions", "the table, in CARLA's words")
+    assert "Duration" in c.client.show_recorder_actors_blocked(name, 0.05, 10000.0)
+    works("Client.show_recorder_actors_blocked", "the table, in CARLA's words")
+    gone = car.id
+    car.destroy()
+    c.world.tick()
+
+    before = {one.id for one in c.world.get_actors().filter("vehicle.*")}
+    c.client.set_replayer_time_factor(2.0)
+    text = c.client.replay_file(name, 0.0, 0.0, gone)
+    assert "Total time recorded" in text, text
+    c.ticks(2)
+    came = {one.id for one in c.world.get_actors().filter("vehicle.*")} - before
+    assert came == {gone}, (came, gone)
+    again = c.world.get_actor(gone)
+    c.ticks(18)
+    where = again.get_location()
+    nearest = min(range(60), key=lambda i: way[i].distance(where))
+    assert way[nearest].distance(where) < 0.05 and 35 <= nearest <= 42, nearest
+    spectator = c.world.get_spectator().get_transform()
+    near(spectator.location.distance(where), (10.0 ** 2 + 5.0 ** 2) ** 0.5, 0.5)
+    near(spectator.rotation.pitch, again.get_transform().rotation.pitch - 25.0, 1.0)
+    works("Client.replay_file", "the car drove its way again, the spectator behind it")
+    differs("Client.set_replayer_time_factor", "it holds from the next replay on")
+    c.client.stop_replayer(False)
+    c.ticks(2)
+    assert gone not in [one.id for one in c.world.get_actors()]
+    works("Client.stop_replayer", "the car went")
+    c.client.set_replayer_time_factor(1.0)
+    c.client.set_replayer_ignore_hero(True)
+    c.client.replay_file(name, 0.0, 0.0, 0)
+    c.ticks(3)
+    assert {one.id for one in c.world.get_actors().filter("vehicle.*")} == before
+    works("Client.set_replayer_ignore_hero", "the hero did not come")
+    c.client.stop_replayer(False)
+    c.client.set_replayer_ignore_hero(False)
+    c.client.set_replayer_ignore_spectator(True)
+    differs("Client.set_replayer_ignore_spectator", "the spectator is never recorded")
+    shutil.rmtree(folder)
+
+
+@check
 def refuses_what_it_has_not(c):
     car = c.car()
 
@@ -725,22 +788,6 @@ def refuses_what_it_has_not(c):
         blueprint: spawn(blueprint) for blueprint in
         ("sensor.camera.dvs", "sensor.camera.optical_flow", "sensor.camera.normals",
          "sensor.other.v2x", "sensor.other.v2x_custom")})
-    refuses("does not record yet", {
-        "Client.start_recorder": lambda: c.client.start_recorder("a.log"),
-        "Client.replay_file": lambda: c.client.replay_file("a.log", 0.0, 0.0, 0),
-        "Client.show_recorder_file_info":
-            lambda: c.client.show_recorder_file_info("a.log", False),
-        "Client.show_recorder_collisions":
-            lambda: c.client.show_recorder_collisions("a.log", "a", "a"),
-        "Client.show_recorder_actors_blocked":
-            lambda: c.client.show_recorder_actors_blocked("a.log", 1.0, 1.0)})
-    ignored("nothing: there is no recorder yet", {
-        "Client.stop_recorder": c.client.stop_recorder,
-        "Client.stop_replayer": lambda: c.client.stop_replayer(True),
-        "Client.set_replayer_time_factor": lambda: c.client.set_replayer_time_factor(2.0),
-        "Client.set_replayer_ignore_hero": lambda: c.client.set_replayer_ignore_hero(True),
-        "Client.set_replayer_ignore_spectator":
-            lambda: c.client.set_replayer_ignore_spectator(True)})
     refuses("is not the one that runs",
             {"Client.load_world:other": lambda: c.client.load_world("Town01")})
     refuses("no maps sent by clients",

@@ -14,7 +14,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
     ("traffic", &["bus", "road", "town"]),
     ("sensor-render", &["bus", "road", "town"]),
     ("client-lib", &["bus", "road"]),
-    ("gateway", &["client-lib", "road", "town"]),
+    ("gateway", &["client-lib", "record", "road", "town"]),
     ("bench", &["client-lib", "road", "town"]),
     (
         "cli",

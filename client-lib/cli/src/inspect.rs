@@ -12,7 +12,9 @@ use bus::{Instance, SLOTS, SlotState, clock};
 use client_lib::saved_path;
 use serde_json::{Value, json};
 
-use crate::{collect, launch::WorldArgs, tables};
+use gateway::tables;
+
+use crate::{collect, launch::WorldArgs};
 
 /// What `omnibus inspect` takes.
 #[derive(Clone, Debug, clap::Args)]

@@ -21,7 +21,6 @@ mod replay;
 mod resimulate;
 mod run;
 mod stage;
-mod tables;
 mod unreal;
 
 pub use launch::WorldArgs;

@@ -23,6 +23,7 @@ use crate::{
     measure,
     motion::Motions,
     physics_born,
+    replay::Replayer,
     roadside::Roadsides,
     rpc::Peer,
     settings::EpisodeSettings,
@@ -52,6 +53,7 @@ pub(crate) struct Bridge {
     /// CARLA's bits of the lamps that clients switched on.
     pub(crate) lamps: BTreeMap<u32, u32>,
     roadsides: Roadsides,
+    pub(crate) replayer: Replayer,
     /// Counts the worlds that clients saw.
     pub(crate) episode: u64,
     is_new_map: bool,
@@ -96,6 +98,7 @@ impl Bridge {
             episode: 1,
             is_new_map: false,
             has_new_lights: false,
+            replayer: Replayer::default(),
             wishes: Vec::new(),
             pedals: BTreeMap::new(),
             sends: 0,
@@ -313,6 +316,11 @@ impl Bridge {
             is_new_map: std::mem::take(&mut self.is_new_map),
             has_new_lights: std::mem::take(&mut self.has_new_lights),
         };
+        if let Some(pose) = self.replayer.spectator(world)
+            && let Some(spectator) = self.cast.own.get_mut(&SPECTATOR)
+        {
+            spectator.pose = pose;
+        }
         let spectator = self.cast.own.get(&SPECTATOR).map_or_else(Default::default, |s| s.pose);
         let count = world.actors().len() + self.cast.own.len();
         let mut state = StateMessage::new(&moment, &spectator, count);

@@ -23,6 +23,7 @@ mod motion;
 pub mod msgpack;
 mod physics_born;
 mod rays;
+mod replay;
 mod roadside;
 mod rpc;
 mod sensor;
@@ -30,6 +31,7 @@ mod settings;
 mod state;
 mod statics;
 mod stream;
+pub mod tables;
 mod weather;
 mod wire;
 

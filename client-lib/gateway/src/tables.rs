@@ -11,8 +11,7 @@ use std::{
 
 use ::record::{Moment, RecordError, Recording};
 use anyhow::ensure;
-use bus::{ActorId, ActorState, Wish, flag, kind, status};
-use client_lib::carla_axes::CarlaTransform;
+use client_lib::{ActorId, ActorState, Wish, carla_axes::CarlaTransform, flag, kind};
 use serde_json::{Value, json};
 
 use number::{date, general};
@@ -75,7 +74,7 @@ impl Pass {
             self.elapsed_s += moment.delta_nanos as f64 / 1e9;
         }
         self.frame += 1;
-        for entry in moment.journal.iter().filter(|e| e.outcome.status == status::DONE) {
+        for entry in moment.journal.iter().filter(|e| e.outcome.result().is_ok()) {
             if let Some(Wish::Spawn(spawn)) = entry.command.wish()
                 && !spawn.role.as_str().is_empty()
             {
@@ -132,7 +131,7 @@ fn check(recording: &Recording, what: &str, needs_inputs: bool) -> anyhow::Resul
 }
 
 /// The table of `show_recorder_file_info`; `all`: with every position.
-pub(crate) fn file_info(recording: &mut Recording, all: bool) -> anyhow::Result<String> {
+pub fn file_info(recording: &mut Recording, all: bool) -> anyhow::Result<String> {
     check(recording, "states", false)?;
     let mut text = head(recording);
     let blueprints = recording.told().blueprints.clone();
@@ -252,17 +251,15 @@ struct Began {
 
 /// Collisions between two kinds: `h` hero, `v` vehicle, `w` walker, `t` traffic light, `o` other,
 /// `a` any.
-pub(crate) struct Collisions {
+pub struct Collisions {
     rows: Vec<Began>,
     head: String,
     frames: u64,
     elapsed_s: f64,
 }
 
-pub(crate) fn collisions(
-    recording: &mut Recording,
-    kinds: [char; 2],
-) -> anyhow::Result<Collisions> {
+/// The collisions of a recording between two kinds of actors.
+pub fn collisions(recording: &mut Recording, kinds: [char; 2]) -> anyhow::Result<Collisions> {
     check(recording, "collisions", true)?;
     for kind in kinds {
         ensure!("hvwtoa".contains(kind), "a kind of collision is {kind:?}, not h, v, w, t, o or a");
@@ -299,7 +296,7 @@ pub(crate) fn collisions(
 
 impl Collisions {
     /// The table of `show_recorder_collisions`.
-    pub(crate) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let mut text = self.head.clone();
         let _ = writeln!(
             text,
@@ -327,7 +324,7 @@ impl Collisions {
     }
 
     /// The same.
-    pub(crate) fn json(&self) -> Value {
+    pub fn json(&self) -> Value {
         let rows = self.rows.iter().map(|row| {
             let ids = row.ids.map(|id| (id != NOBODY).then_some(id));
             json!({ "time_s": row.time_s, "kinds": row.letters.map(String::from), "actor_ids": ids,
@@ -348,7 +345,7 @@ struct Stood {
 }
 
 /// Those who stood still for long.
-pub(crate) struct Blocked {
+pub struct Blocked {
     rows: Vec<Stood>,
     head: String,
     frames: u64,
@@ -356,7 +353,7 @@ pub(crate) struct Blocked {
 }
 
 /// Those who moved less than `distance_cm` between frames for at least `time_s`.
-pub(crate) fn blocked(
+pub fn blocked(
     recording: &mut Recording,
     time_s: f64,
     distance_cm: f64,
@@ -401,7 +398,7 @@ pub(crate) fn blocked(
 
 impl Blocked {
     /// The table of `show_recorder_actors_blocked`.
-    pub(crate) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let mut text = self.head.clone();
         let _ = writeln!(text, "{:>8} {:>6} {:<35} {:>10}", "Time", "Id", "Actor", "Duration");
         for Stood { since_s, id, name, seconds } in &self.rows {
@@ -413,7 +410,7 @@ impl Blocked {
     }
 
     /// The same.
-    pub(crate) fn json(&self) -> Value {
+    pub fn json(&self) -> Value {
         let rows = self.rows.iter().map(|row| {
             json!({ "time_s": row.since_s, "actor_id": row.id, "blueprint": row.name,
                 "duration_s": row.seconds })
