@@ -118,6 +118,37 @@ pub mod flag {
     pub const HELD: u32 = 1 << 6;
 }
 
+/// Of a walker, [`ActorState::phase`] counts so many to a stride.
+pub const STRIDE: u32 = 1 << 16;
+
+/// Bits of [`ActorState::lamps`]: CARLA's `VehicleLightState`.
+pub mod lamp {
+    /// Position lamps.
+    pub const POSITION: u32 = 1 << 0;
+    /// Head lamps.
+    pub const LOW_BEAM: u32 = 1 << 1;
+    /// The other head lamps.
+    pub const HIGH_BEAM: u32 = 1 << 2;
+    /// Brake lamps, whatever the pedal says.
+    pub const BRAKE: u32 = 1 << 3;
+    /// Indicators on the right.
+    pub const RIGHT_BLINKER: u32 = 1 << 4;
+    /// Indicators on the left.
+    pub const LEFT_BLINKER: u32 = 1 << 5;
+    /// Reversing lamps, whatever the gear is.
+    pub const REVERSE: u32 = 1 << 6;
+    /// Fog lamps.
+    pub const FOG: u32 = 1 << 7;
+    /// Inside.
+    pub const INTERIOR: u32 = 1 << 8;
+    /// Beacons.
+    pub const SPECIAL1: u32 = 1 << 9;
+    /// The other beacons.
+    pub const SPECIAL2: u32 = 1 << 10;
+    /// Every lamp there is.
+    pub const ALL: u32 = (1 << 11) - 1;
+}
+
 /// Values of [`ActorState::phase`] of a traffic light.
 pub mod light {
     /// Stop.
@@ -168,14 +199,17 @@ pub struct ActorState {
     pub wheel_steer_rad: f32,
     /// How far the wheels have rolled, modulo one turn.
     pub wheel_spin_rad: f32,
-    /// A traffic light's colour (see [`light`]); a walker's step.
+    /// A traffic light's colour (see [`light`]); how much of a walker's stride is done, in
+    /// [`STRIDE`]ths.
     pub phase: u32,
     /// A traffic light's signal: index into `road::Network::signals`. Else 0.
     pub signal: u32,
     /// Red, green, blue, 255, from the lowest byte: the paint.
     pub color: u32,
-    /// Zero.
-    pub reserved: [u32; 2],
+    /// Lamps that a client switched on: bits of [`lamp`].
+    pub lamps: u32,
+    /// Doors that stand open, one bit each: front left, front right, rear left, rear right.
+    pub doors: u32,
 }
 
 const _: () = assert!(size_of::<ActorState>() == 128);

@@ -194,6 +194,10 @@ wishes! {
     HideLayers(HideLayers) = 15,
     /// Switch things of the town off or on.
     HideObjects(HideObjects) = 16,
+    /// Switch a vehicle's lamps.
+    SetLamps(SetLamps) = 17,
+    /// Open and shut a vehicle's doors.
+    SetDoors(SetDoors) = 18,
     /// Write down what happens from the next frame on.
     StartRecorder(StartRecorder) = 100,
     /// Close the recording.
@@ -322,6 +326,28 @@ pub struct HideObjects {
     pub hidden: u32,
     /// Which of the block's 1024.
     pub bits: [u64; 16],
+}
+
+/// See [`Wish::SetLamps`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("SetLamps")]
+#[repr(C)]
+pub struct SetLamps {
+    /// Whose.
+    pub actor_id: ActorId,
+    /// Bits of [`crate::lamp`]: those that are on.
+    pub lamps: u32,
+}
+
+/// See [`Wish::SetDoors`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("SetDoors")]
+#[repr(C)]
+pub struct SetDoors {
+    /// Whose.
+    pub actor_id: ActorId,
+    /// Those that stand open, as [`crate::ActorState::doors`] has them.
+    pub open: u32,
 }
 
 /// See [`Wish::Autopilot`].

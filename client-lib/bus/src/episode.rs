@@ -72,11 +72,14 @@ impl Instance {
     /// What can stand in it.
     pub fn blueprints(&self) -> Result<Vec<BlueprintInfo>, BusError> {
         let parse = |line: &str| -> Option<BlueprintInfo> {
-            let mut words = line.split(' ');
-            let (id, tag) = (words.next()?.to_owned(), words.next()?.parse().ok()?);
-            let numbers: Vec<f32> = words.map(f32::from_str).collect::<Result<_, _>>().ok()?;
-            let numbers: [f32; 6] = numbers.try_into().ok()?;
-            let [hx, hy, hz, cx, cy, cz] = numbers;
+            // One of CARLA's ids has a space in it.
+            let mut words: Vec<&str> = line.rsplitn(8, ' ').collect();
+            words.reverse();
+            let [id, tag, ref numbers @ ..] = words[..] else { return None };
+            let (id, tag) = (id.to_owned(), tag.parse().ok()?);
+            let numbers = numbers.iter().map(|word| f32::from_str(word));
+            let numbers: Vec<f32> = numbers.collect::<Result<_, _>>().ok()?;
+            let [hx, hy, hz, cx, cy, cz] = numbers.try_into().ok()?;
             Some(BlueprintInfo { id, tag, half_extents_m: [hx, hy, hz], center_m: [cx, cy, cz] })
         };
         let text = self.read("blueprints")?;

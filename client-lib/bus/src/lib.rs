@@ -14,11 +14,13 @@ mod snapshot;
 mod stamp;
 mod traffic;
 
-pub use actor::{ACTORS_MAX, ActorId, ActorState, Pose, VehicleControl, flag, kind, light};
+pub use actor::{
+    ACTORS_MAX, ActorId, ActorState, Pose, STRIDE, VehicleControl, flag, kind, lamp, light,
+};
 pub use command::{
     Autopilot, BatchHeader, Command, CreateRig, HideLayers, HideObjects, HoldLight, JournalEntry,
-    JournalHeader, Nothing, Outcome, SetPhysics, SetVelocity, Settings, Spawn, Teleport,
-    TrafficDial, Weather, Wish, dial, layer, status,
+    JournalHeader, Nothing, Outcome, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings, Spawn,
+    Teleport, TrafficDial, Weather, Wish, dial, layer, status,
 };
 pub use name::Name;
 pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};
