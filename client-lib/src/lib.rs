@@ -28,10 +28,10 @@ mod view;
 
 pub use bus::{
     ActorId, ActorState, Autopilot, BlueprintInfo, DEPTH_FAR_M, Episode, Frame, HideLayers,
-    HideObjects, HoldLight, Instance, Interrupted, JournalEntry, Name, Pose, RigId, SensorSpec,
-    SetPhysics, SetVelocity, Settings, SnapshotHeader, Stamp, Strategy, Teleport, TrafficDial,
-    VehicleControl, Watch, Weather, Wish, clock, dial, flag, kind, layer, light, output, sensor,
-    tracer,
+    HideObjects, HoldLight, Instance, Interrupted, JournalEntry, Name, Pose, RigId, STRIDE,
+    SensorSpec, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings, SnapshotHeader, Stamp,
+    Strategy, Teleport, TrafficDial, VehicleControl, Watch, Weather, Wish, clock, dial, flag, kind,
+    lamp, layer, light, output, sensor, tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;

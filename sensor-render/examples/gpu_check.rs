@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let built_ms = begin.elapsed().as_secs_f64() * 1e3;
     let actors = town.traffic(100, 3);
     let instanced: usize =
-        actors.iter().map(|a| town::catalogue()[a.blueprint as usize].mesh.triangles.len()).sum();
+        actors.iter().map(|a| town::catalogue()[a.blueprint as usize].mesh().triangles.len()).sum();
     println!(
         "scene    {}: {} triangles, {instanced} in {} actors, built in {built_ms:.0} ms",
         town.name,

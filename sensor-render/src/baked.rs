@@ -3,7 +3,7 @@
 use town::cache::{Cache, Key, Parts};
 
 use crate::Scene;
-use crate::scene::{Level, new_serial};
+use crate::scene::{Figure, Level, new_serial};
 
 /// What decides how a scene is built: one by other code is not ours.
 const CODE: &str = concat!(
@@ -47,7 +47,7 @@ pub(crate) fn town_of(
 
 /// Keeps a scene for the next start.
 pub(crate) fn keep_scene(cache: &Cache, open_drive: &str, seed: u64, scene: &Scene) {
-    let levels: Vec<Level> = [&[scene.ground], &*scene.blueprints].concat();
+    let levels: Vec<Level> = [&[scene.ground], &*scene.levels].concat();
     cache.keep(
         key(open_drive, seed),
         &[
@@ -68,12 +68,16 @@ fn key(open_drive: &str, seed: u64) -> Key {
 
 fn take(parts: &mut Parts) -> Option<Scene> {
     let mut levels = parts.take::<Level>()?.into_iter();
+    let (ground, levels) = (levels.next()?, levels.collect());
+    let reach = *parts.take::<f32>()?.first()?;
+    let parked = parts.take()?;
     Some(Scene {
         serial: new_serial(),
-        ground: levels.next()?,
-        blueprints: levels.collect(),
-        reach: *parts.take::<f32>()?.first()?,
-        parked: parts.take()?,
+        ground,
+        levels,
+        figures: Figure::all(&parked).0,
+        reach,
+        parked,
         walls: parts.take()?,
         triangles: parts.take()?,
         nodes: parts.take()?,

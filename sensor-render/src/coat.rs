@@ -1,3 +1,4 @@
+use bus::lamp;
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use road::Material;
 
@@ -73,10 +74,16 @@ impl Coat {
                 Some(actor) => actor.color,
                 None => PAINTS[(seed >> 16 & 7) as usize],
             };
-            // Near enough to the sRGB curve.
             let [red, green, blue, _] = paint.to_le_bytes().map(|c| f32::from(c) * (1.0 / 255.0));
-            let paint = Vec3::new(red, green, blue);
-            albedo = paint * (paint * (paint * 0.305_306_01 + 0.682_171_1) + 0.012_522_878);
+            albedo = linear(Vec3::new(red, green, blue));
+        }
+        let tint = u32::from(triangle.tint());
+        if tint != 0 {
+            albedo = linear(Vec3::new(
+                (tint >> 11) as f32 * (1.0 / 31.0),
+                (tint >> 5 & 63) as f32 * (1.0 / 63.0),
+                (tint & 31) as f32 * (1.0 / 31.0),
+            ));
         }
         let normal = Vec3::from(triangle.edge1).cross(Vec3::from(triangle.edge2));
         let (mut along, mut up) = (Vec3::X, Vec3::Y);
@@ -99,7 +106,7 @@ impl Coat {
         let dark = light.horizon.w;
         if let Some(actor) = actor {
             (pattern, grain) = (0, Vec4::ZERO);
-            glow = glow_of_actor(code, actor.lights, dark);
+            glow = glow_of_actor(code, actor.lights, dark, albedo);
         } else if code == Material::LampWhite as usize {
             glow = Vec3::new(9.0, 7.5, 5.0) * dark;
         }
@@ -119,20 +126,55 @@ impl Coat {
     }
 }
 
-/// What an actor's lamps give off.
-fn glow_of_actor(code: usize, on: u32, dark: f32) -> Vec3 {
+/// From sRGB, near enough to its curve.
+fn linear(c: Vec3) -> Vec3 {
+    c * (c * (c * 0.305_306_01 + 0.682_171_1) + 0.012_522_878)
+}
+
+/// What an actor's lamps give off. By night, head and tail lamps shine without being asked.
+fn glow_of_actor(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
     const LAMP_WHITE: usize = Material::LampWhite as usize;
     const LAMP_RED: usize = Material::LampRed as usize;
+    const LAMP_AMBER: usize = Material::LampAmber as usize;
+    const LAMP_HIGH: usize = Material::LampHigh as usize;
+    const LAMP_REVERSE: usize = Material::LampReverse as usize;
+    const LAMP_FOG: usize = Material::LampFog as usize;
+    const LAMP_INTERIOR: usize = Material::LampInterior as usize;
+    const INDICATOR_LEFT: usize = Material::IndicatorLeft as usize;
+    const INDICATOR_RIGHT: usize = Material::IndicatorRight as usize;
+    const BEACON: usize = Material::Beacon as usize;
     const SIGNAL_RED: usize = Material::SignalRed as usize;
     const SIGNAL_YELLOW: usize = Material::SignalYellow as usize;
     const SIGNAL_GREEN: usize = Material::SignalGreen as usize;
-    let brakes = on & lights::BRAKE != 0;
+    let is_signal = on & lights::SIGNAL != 0;
+    let shines = |bits: u32| f32::from(u8::from(!is_signal && on & bits != 0));
     let shows = |phase: u32| {
-        f32::from(u8::from(on & lights::SIGNAL != 0 && on >> lights::PHASE_SHIFT == phase))
+        let shown = on >> lights::PHASE_SHIFT & lights::PHASE_MASK;
+        f32::from(u8::from(is_signal && shown == phase))
     };
+    let amber = Vec3::new(3.6, 1.5, 0.08);
     match code {
-        LAMP_WHITE => Vec3::new(8.0, 7.6, 6.8) * dark,
-        LAMP_RED => Vec3::new(3.2, 0.12, 0.06) * if brakes { 1.0 } else { 0.3 * dark },
+        LAMP_WHITE => {
+            let low = shines(lamp::LOW_BEAM | lamp::HIGH_BEAM);
+            let weak = shines(lamp::POSITION) * 0.4;
+            Vec3::new(8.0, 7.6, 6.8) * dark.max(low).max(weak)
+        }
+        LAMP_HIGH => Vec3::new(11.0, 10.6, 9.8) * shines(lamp::HIGH_BEAM),
+        LAMP_RED => {
+            let tail = 0.3 * dark.max(shines(lamp::POSITION | lamp::LOW_BEAM | lamp::HIGH_BEAM));
+            Vec3::new(3.2, 0.12, 0.06) * shines(lamp::BRAKE).max(tail)
+        }
+        LAMP_REVERSE => Vec3::new(4.5, 4.4, 4.2) * shines(lamp::REVERSE),
+        LAMP_FOG => Vec3::new(5.0, 4.8, 4.0) * shines(lamp::FOG),
+        LAMP_INTERIOR => Vec3::new(4.0, 3.7, 3.0) * shines(lamp::INTERIOR),
+        INDICATOR_LEFT => amber * shines(lamp::LEFT_BLINKER),
+        INDICATOR_RIGHT => amber * shines(lamp::RIGHT_BLINKER),
+        LAMP_AMBER => amber * 0.5,
+        BEACON => {
+            // Blue ones are the second kind.
+            let is_second = albedo.z > albedo.x;
+            albedo * 9.0 * shines(if is_second { lamp::SPECIAL2 } else { lamp::SPECIAL1 })
+        }
         SIGNAL_RED => Vec3::new(4.0, 0.12, 0.06) * shows(bus::light::RED),
         SIGNAL_YELLOW => Vec3::new(3.6, 1.9, 0.08) * shows(bus::light::YELLOW),
         SIGNAL_GREEN => Vec3::new(0.1, 3.0, 1.5) * shows(bus::light::GREEN),
@@ -145,8 +187,8 @@ pub(crate) const PAINTS: [u32; 8] =
     [0x2a2a8c, 0x6e4628, 0x3c5a2d, 0x28282a, 0x969696, 0x1e82b4, 0x50286e, 0xb4bebe];
 
 /// By [`Material`]'s code: albedo and shine; rough, wrap, pattern, tint; the grain.
-pub(crate) const MATERIALS: [[[f32; 4]; 3]; 33] = {
-    let mut table = [[[0.3, 0.3, 0.3, 0.02], [0.6, 0.0, 0.0, 0.0], [0.0; 4]]; 33];
+pub(crate) const MATERIALS: [[[f32; 4]; 3]; Material::ALL.len()] = {
+    let mut table = [[[0.3, 0.3, 0.3, 0.02], [0.6, 0.0, 0.0, 0.0], [0.0; 4]]; Material::ALL.len()];
     let mut index = 0;
     while index < Material::ALL.len() {
         let material = Material::ALL[index];
@@ -208,7 +250,14 @@ const fn looks(material: Material) -> [[f32; 4]; 3] {
         Material::Plastic => [[0.035, 0.036, 0.038, 0.04], [0.4, 0.0, 0.0, 0.0], SMOOTH],
         Material::LampWhite => [[0.72, 0.74, 0.76, 0.08], [0.1, 0.0, 0.0, 0.0], SMOOTH],
         Material::LampRed => [[0.34, 0.015, 0.012, 0.06], [0.1, 0.0, 0.0, 0.0], SMOOTH],
-        Material::LampAmber => [[0.5, 0.2, 0.02, 0.06], [0.1, 0.0, 0.0, 0.0], SMOOTH],
+        Material::LampAmber | Material::IndicatorLeft | Material::IndicatorRight => {
+            [[0.5, 0.2, 0.02, 0.06], [0.1, 0.0, 0.0, 0.0], SMOOTH]
+        }
+        Material::LampHigh | Material::LampReverse | Material::LampFog => {
+            [[0.66, 0.68, 0.70, 0.08], [0.1, 0.0, 0.0, 0.0], SMOOTH]
+        }
+        Material::LampInterior => [[0.6, 0.58, 0.52, 0.03], DULL, SMOOTH],
+        Material::Beacon => [[0.5, 0.1, 0.1, 0.08], [0.1, 0.0, 0.0, 0.0], SMOOTH],
         Material::SignalRed => [[0.10, 0.012, 0.01, 0.04], [0.2, 0.0, 0.0, 0.0], SMOOTH],
         Material::SignalYellow => [[0.11, 0.07, 0.01, 0.04], [0.2, 0.0, 0.0, 0.0], SMOOTH],
         Material::SignalGreen => [[0.01, 0.085, 0.045, 0.04], [0.2, 0.0, 0.0, 0.0], SMOOTH],

@@ -28,7 +28,8 @@ impl Echo {
         // A sum of four uniform numbers: bell-shaped, and never beyond 3.5 standard deviations.
         let sum = ((b & 0xffff) + (b >> 16) + (c & 0xffff) + (c >> 16)) as f32;
         let noise = (sum * (1.0 / 65_536.0) - 2.0) * 1.732_050_8;
-        let [reflectivity, diffuse] = REFLECTIVITIES[usize::from(material).min(32)];
+        let [reflectivity, diffuse] =
+            REFLECTIVITIES[usize::from(material).min(REFLECTIVITIES.len() - 1)];
         let facing = 1.0 - diffuse + diffuse * cosine;
         let intensity = reflectivity * facing * (-lidar.attenuation_per_m * t).exp();
         Some(Echo { distance_m: t + noise * lidar.noise_m, intensity: intensity.max(1e-6) })
@@ -46,8 +47,8 @@ pub(crate) fn mixed(word: u32) -> u32 {
 }
 
 /// ρ and s by [`Material`]'s code.
-pub(crate) const REFLECTIVITIES: [[f32; 2]; 33] = {
-    let mut table = [[0.3, 0.9]; 33];
+pub(crate) const REFLECTIVITIES: [[f32; 2]; Material::ALL.len()] = {
+    let mut table = [[0.3, 0.9]; Material::ALL.len()];
     let mut index = 0;
     while index < Material::ALL.len() {
         let material = Material::ALL[index];
@@ -68,7 +69,16 @@ pub(crate) const REFLECTIVITIES: [[f32; 2]; 33] = {
             Material::CarPaint => [0.5, 0.95],
             Material::Rubber => [0.05, 0.9],
             Material::Plastic => [0.15, 0.9],
-            Material::LampWhite | Material::LampRed | Material::LampAmber => [0.8, 0.3],
+            Material::LampWhite
+            | Material::LampRed
+            | Material::LampAmber
+            | Material::IndicatorLeft
+            | Material::IndicatorRight
+            | Material::LampReverse
+            | Material::LampFog
+            | Material::LampInterior
+            | Material::Beacon
+            | Material::LampHigh => [0.8, 0.3],
             Material::SignalRed | Material::SignalYellow | Material::SignalGreen => [0.6, 0.4],
             Material::Sign => [1.0, 0.1],
             Material::Skin => [0.5, 0.8],

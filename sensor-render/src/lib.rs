@@ -19,6 +19,7 @@ mod gpu;
 mod hit;
 mod lanes;
 mod light;
+mod meshes;
 mod outputs;
 mod rays;
 #[cfg(test)]
@@ -43,6 +44,7 @@ pub use baked::scene_of;
 pub use cpu::CpuTracer;
 pub use device::Device;
 pub use gpu::GpuTracer;
+pub use meshes::{MeshList, MeshListError, scene_with};
 pub use rays::pose_planes;
 pub use run::{RenderConfig, RenderError, run};
 pub use scene::{BlueprintMesh, Scene};

@@ -1,6 +1,6 @@
 //! The renderer's process: a snapshot in, a bundle for every rig that is due, out.
 
-use std::sync::Arc;
+use std::{path::PathBuf, sync::Arc};
 
 use bus::{
     BundleHeader, Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name, Page,
@@ -10,14 +10,15 @@ use bus::{
 use town::{Visibility, cache::Cache};
 
 use crate::{
-    Device, RigJob, Scene, Tracer, World,
+    Device, MeshList, RigJob, Scene, Tracer, World,
     baked::{cached_scene, keep_scene, town_of},
     pose_planes,
     rigs::{Due, Rigs},
+    scene::Replaced,
 };
 
 /// How the renderer is started.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct RenderConfig {
     /// What traces the rays.
     pub device: Device,
@@ -25,6 +26,8 @@ pub struct RenderConfig {
     pub null: bool,
     /// Threads of the CPU tracer; 0: one for each core.
     pub threads: usize,
+    /// A list of files that replace meshes.
+    pub meshes: Option<PathBuf>,
 }
 
 /// Why the renderer ended before its host did.
@@ -36,6 +39,9 @@ pub enum RenderError {
     /// The tracer.
     #[error(transparent)]
     Trace(#[from] crate::TraceError),
+    /// The list of files that replace meshes.
+    #[error(transparent)]
+    Meshes(#[from] crate::MeshListError),
     /// The map, which the host could read.
     #[error("{0}")]
     Map(String),
@@ -54,8 +60,18 @@ pub fn run(
     let episode = instance.episode()?;
     let cache = Cache::of_environment();
     let Episode { open_drive, seed, .. } = &episode;
-    let (scene, is_new) =
-        cached_scene(&cache, open_drive, *seed).map_err(|e| map_error(&episode, &e))?;
+    let on_map = |e: road::MapError| map_error(&episode, &e);
+    let (scene, is_new, replaced) = match &config.meshes {
+        None => {
+            let (scene, is_new) = cached_scene(&cache, open_drive, *seed).map_err(on_map)?;
+            (scene, is_new, Vec::new())
+        }
+        Some(list) => {
+            let replaced = MeshList::read(list)?.load();
+            let town = town_of(&cache, open_drive, *seed).map_err(on_map)?;
+            (Scene::furnished(&town, &replaced), false, replaced)
+        }
+    };
     if is_new {
         // At once: who is stopped a second later has not built it in vain.
         keep_scene(&cache, open_drive, *seed, &scene);
@@ -79,6 +95,7 @@ pub fn run(
         episode,
         hidden: Visibility::default(),
         hidden_in_scene: Visibility::default(),
+        replaced,
         rigs: Rigs::default(),
         is_rendering: true,
         done,
@@ -106,6 +123,8 @@ struct Renderer {
     /// What of the town is switched off, and what was when the scene was built.
     hidden: Visibility,
     hidden_in_scene: Visibility,
+    /// Looks out of files.
+    replaced: Vec<Replaced>,
     rigs: Rigs,
     is_rendering: bool,
     /// Everything up to here is measured.
@@ -230,7 +249,7 @@ impl Renderer {
         let Episode { open_drive, seed, .. } = &self.episode;
         let town =
             town_of(&self.cache, open_drive, *seed).map_err(|e| map_error(&self.episode, &e))?;
-        self.scene = Arc::new(Scene::of_town(&town.visible(&self.hidden)));
+        self.scene = Arc::new(Scene::furnished(&town.visible(&self.hidden), &self.replaced));
         self.hidden_in_scene = self.hidden.clone();
         Ok(())
     }

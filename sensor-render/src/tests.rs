@@ -10,6 +10,7 @@ use glam::{Quat, Vec3};
 use road::{Face, Material, Mesh, Tag};
 
 mod baked;
+mod parts;
 
 use crate::{BlueprintMesh, CpuTracer, RigJob, Scene, TraceError, Tracer, World, pose_planes};
 

@@ -1,28 +1,32 @@
-use bus::{ActorState, Stamp, Weather, kind};
+use std::iter::repeat;
+
+use bus::{ActorState, STRIDE, Stamp, Weather, kind, lamp};
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
+use town::Posture;
 
 use crate::Scene;
 use crate::bvh::{Hierarchy, Link, Node, moved_box};
 use crate::wide::{WideNode, widen};
 
-/// Bits of [`Instance::lights`].
+/// Bits of [`Instance::lights`]: those of [`bus::lamp`], indicators and beacons while they shine;
+/// and a traffic light's.
 pub(crate) mod lights {
-    /// The driver brakes.
-    pub(crate) const BRAKE: u32 = 1 << 0;
-    /// A traffic light's phase is in bits 8 and up.
-    pub(crate) const SIGNAL: u32 = 1 << 1;
+    /// It is a traffic light, whose phase begins at [`PHASE_SHIFT`].
+    pub(crate) const SIGNAL: u32 = 1 << 31;
     /// Where the phase begins.
-    pub(crate) const PHASE_SHIFT: u32 = 8;
+    pub(crate) const PHASE_SHIFT: u32 = 16;
+    /// Of the phase.
+    pub(crate) const PHASE_MASK: u32 = 3;
 }
 
-/// One actor, ready for rays. The shaders read the same 80 bytes.
+/// One piece of an actor, ready for rays. The shaders read the same 80 bytes.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(16))]
 pub(crate) struct Instance {
-    /// Rows of `actor_from_world`.
+    /// Rows of `piece_from_world`, where a piece's space is its actor's at rest.
     pub(crate) actor_from_world: [[f32; 4]; 3],
-    /// Of the blueprint's bottom level.
+    /// Of the piece's bottom level.
     pub(crate) root: Link,
     /// The actor's id.
     pub(crate) id: u32,
@@ -30,8 +34,8 @@ pub(crate) struct Instance {
     pub(crate) color: u32,
     /// Bits of [`lights`].
     pub(crate) lights: u32,
-    /// Index into the scene's blueprints.
-    pub(crate) blueprint: u32,
+    /// Index into the scene's levels.
+    pub(crate) level: u32,
     pub(crate) reserved: [u32; 3],
 }
 
@@ -82,25 +86,51 @@ impl World {
         self.weather = *weather;
         let mut instances = Vec::with_capacity(actors.len() + scene.parked.len());
         let mut boxes: Vec<(Vec3, Vec3)> = Vec::with_capacity(actors.len() + scene.parked.len());
-        for actor in actors.iter().chain(&scene.parked) {
-            let Some(level) = scene.blueprints.get(actor.blueprint as usize) else { continue };
-            if level.is_empty() || !actor.pose.is_valid() {
+        let lamps = Lamps::at(stamp.sim_time_nanos);
+        for (actor, is_parked) in
+            actors.iter().zip(repeat(false)).chain(scene.parked.iter().zip(repeat(true)))
+        {
+            let Some(figure) = scene.figures.get(actor.blueprint as usize) else { continue };
+            if !actor.pose.is_valid() {
                 continue;
             }
             let world_from_actor = actor.pose.affine();
-            boxes.push(moved_box(&world_from_actor, level.low, level.high));
-            instances.push(Instance {
-                actor_from_world: rows(&world_from_actor.inverse()),
-                root: level.root,
+            let [red, green, blue] = paint(actor);
+            let looks = Instance {
+                actor_from_world: [[0.0; 4]; 3],
+                root: Link::EMPTY,
                 id: actor.actor_id.0,
-                color: {
-                    let [red, green, blue] = paint(actor);
-                    u32::from_le_bytes([red, green, blue, 255])
-                },
-                lights: lights_of(actor),
-                blueprint: actor.blueprint,
+                color: u32::from_le_bytes([red, green, blue, 255]),
+                lights: lamps.of(actor),
+                level: 0,
                 reserved: [0; 3],
-            });
+            };
+            let mut show = |level: u32, world_from_piece: &Affine3A| {
+                let bottom = &scene.levels[level as usize];
+                if !bottom.is_empty() {
+                    boxes.push(moved_box(world_from_piece, bottom.low, bottom.high));
+                    let actor_from_world = rows(&world_from_piece.inverse());
+                    instances.push(Instance {
+                        actor_from_world,
+                        root: bottom.root,
+                        level,
+                        ..looks
+                    });
+                }
+            };
+            let first = figure.first_level;
+            match (&figure.rig, figure.whole.filter(|_| is_parked)) {
+                (_, Some(whole)) => show(whole, &world_from_actor),
+                (None, None) => show(first, &world_from_actor),
+                (Some(rig), None) => rig.place(&posture_of(actor), |piece, actor_from_piece| {
+                    let level = first + piece as u32;
+                    if actor_from_piece == Affine3A::IDENTITY {
+                        show(level, &world_from_actor);
+                    } else {
+                        show(level, &(world_from_actor * actor_from_piece));
+                    }
+                }),
+            }
         }
         let top = Hierarchy::over_boxes(&boxes);
         self.instances.clear();
@@ -113,16 +143,61 @@ impl World {
     }
 }
 
-fn lights_of(actor: &ActorState) -> u32 {
-    match actor.kind {
-        kind::VEHICLE if actor.brake > 0.02 => lights::BRAKE,
-        kind::TRAFFIC_LIGHT => lights::SIGNAL | actor.phase.min(3) << lights::PHASE_SHIFT,
-        _ => 0,
+/// How an actor holds itself.
+fn posture_of(actor: &ActorState) -> Posture {
+    let is_walker = actor.kind == kind::WALKER;
+    Posture {
+        steer_rad: actor.wheel_steer_rad,
+        spin_rad: actor.wheel_spin_rad,
+        doors: actor.doors,
+        stride: if is_walker { actor.phase as f32 / STRIDE as f32 } else { 0.0 },
+        speed_mps: if is_walker { actor.velocity().truncate().length() } else { 0.0 },
+    }
+}
+
+/// What blinks, at one time.
+struct Lamps {
+    /// Bits of [`lamp`] that are dark just now.
+    dark: u32,
+}
+
+impl Lamps {
+    /// Indicators blink 90 times a minute, beacons in turns twice as fast.
+    fn at(sim_time_nanos: u64) -> Lamps {
+        let half = |nanos: u64| sim_time_nanos / nanos % 2 == 1;
+        let mut dark = 0;
+        if half(333_333_333) {
+            dark |= lamp::LEFT_BLINKER | lamp::RIGHT_BLINKER;
+        }
+        dark |= if half(166_666_667) { lamp::SPECIAL1 } else { lamp::SPECIAL2 };
+        Lamps { dark }
+    }
+
+    fn of(&self, actor: &ActorState) -> u32 {
+        match actor.kind {
+            kind::VEHICLE => {
+                let mut on = actor.lamps & lamp::ALL;
+                if actor.brake > 0.02 {
+                    on |= lamp::BRAKE;
+                }
+                if actor.gear < 0 {
+                    on |= lamp::REVERSE;
+                }
+                if actor.doors != 0 {
+                    on |= lamp::INTERIOR;
+                }
+                on & !self.dark
+            }
+            kind::TRAFFIC_LIGHT => {
+                lights::SIGNAL | actor.phase.min(lights::PHASE_MASK) << lights::PHASE_SHIFT
+            }
+            _ => 0,
+        }
     }
 }
 
 /// The three rows of an affine transform.
-fn rows(affine: &glam::Affine3A) -> [[f32; 4]; 3] {
+fn rows(affine: &Affine3A) -> [[f32; 4]; 3] {
     let (m, t) = (&affine.matrix3, affine.translation);
     [0, 1, 2].map(|row| [m.x_axis[row], m.y_axis[row], m.z_axis[row], t[row]])
 }

@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use bus::{
-    ACTORS_MAX, ActorId, ActorState, HideObjects, LightState, Name, Pose, Settings, Spawn, Stamp,
-    VehicleControl, Wish, flag, kind, light,
+    ACTORS_MAX, ActorId, ActorState, HideObjects, LightState, Name, Pose, STRIDE, Settings, Spawn,
+    Stamp, VehicleControl, Wish, flag, kind, lamp, light,
 };
 use glam::Vec3;
 use town::{BLOCK_OBJECTS, Blueprint, Kind, Layer, Town, Visibility};
@@ -124,6 +124,23 @@ impl World {
                 self.physics.set_kinematic(to.actor_id, to.on == 0).map_err(|e| e.to_string())?;
                 Ok(to.actor_id.0)
             }
+            Wish::SetLamps(to) => {
+                self.vehicle(to.actor_id, "lamps")?.lamps = to.lamps & lamp::ALL;
+                Ok(to.actor_id.0)
+            }
+            Wish::SetDoors(to) => {
+                let state = self.vehicle(to.actor_id, "doors")?;
+                let blueprint = &town::catalogue()[state.blueprint as usize];
+                let doors = blueprint.rig().door_count() as u32;
+                if to.open >> doors != 0 {
+                    return Err(format!(
+                        "{} is a {} with {doors} doors that open; {:#b} names another",
+                        to.actor_id, blueprint.id, to.open
+                    ));
+                }
+                state.doors = to.open;
+                Ok(to.actor_id.0)
+            }
             Wish::HoldLight(to) => {
                 let actor = self.actors.get_mut(&to.actor_id);
                 let light = actor
@@ -201,6 +218,15 @@ impl World {
                 | Wish::StartReplay(_)
                 | Wish::StopReplay(_)
         )
+    }
+
+    /// The state of somebody who has such parts.
+    fn vehicle(&mut self, id: ActorId, parts: &str) -> Result<&mut ActorState, String> {
+        let state = &mut self.movable(id)?.state;
+        if state.kind != kind::VEHICLE {
+            return Err(format!("{id} is no vehicle; it has no {parts}"));
+        }
+        Ok(state)
     }
 
     fn movable(&mut self, id: ActorId) -> Result<&mut Actor, String> {
@@ -287,6 +313,9 @@ impl World {
         self.physics.step(settings.delta_nanos, settings.substep_max_nanos);
         for actor in self.actors.values_mut() {
             self.physics.fill(&mut actor.state);
+            if actor.state.kind == kind::WALKER {
+                walk_on(&mut actor.state, settings.delta_nanos);
+            }
         }
     }
 
@@ -427,6 +456,16 @@ impl World {
 
 fn layer(town: &Town, object: u32) -> Layer {
     town.objects[object as usize].layer
+}
+
+/// A walker's legs follow the ground that it covers.
+fn walk_on(state: &mut ActorState, delta_nanos: u64) {
+    let speed = state.velocity().truncate().length();
+    let blueprint = &town::catalogue()[state.blueprint as usize];
+    let stride_m = town::stride_m(2.0 * blueprint.half_extents_m.z, speed);
+    let share = speed * (delta_nanos as f32 * 1e-9) / stride_m;
+    let steps = (share.min(1.0) * STRIDE as f32) as u32;
+    state.phase = (state.phase + steps) % STRIDE;
 }
 
 fn set(flags: &mut u32, bit: u32, on: bool) {

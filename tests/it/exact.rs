@@ -56,13 +56,13 @@ fn projected(spec: &SensorSpec, pose: &Pose) -> (Vec<u8>, f32) {
     let sensor_from_marker = spec.parent_from_sensor.affine().inverse() * pose.affine();
     let mut near = f32::MAX;
     let mut pixels = Vec::new();
-    for position in &blueprint.mesh.positions {
+    for position in &blueprint.mesh().positions {
         let p = sensor_from_marker.transform_point3(Vec3::from_array(*position));
         pixels.push(Vec2::new(width * 0.5 - p.y / p.x * focal, height * 0.5 - p.z / p.x * focal));
         near = near.min(p.x);
     }
     let mut covered = vec![0; (spec.width * spec.height) as usize];
-    for triangle in &blueprint.mesh.triangles {
+    for triangle in &blueprint.mesh().triangles {
         let [a, b, c] = triangle.map(|corner| pixels[corner as usize]);
         let low = a.min(b).min(c).max(Vec2::ZERO).floor();
         let high = a.max(b).max(c).min(Vec2::new(width, height)).ceil();

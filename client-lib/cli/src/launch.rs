@@ -14,7 +14,7 @@ use std::{
 
 use anyhow::anyhow;
 use bus::{Episode, Instance, Role, Settings, Strategy};
-use sensor_render::RenderConfig;
+use sensor_render::{MeshList, RenderConfig};
 use sim_host::{Host, HostConfig, Launcher, Stage};
 
 use crate::{
@@ -43,6 +43,9 @@ pub struct WorldArgs {
     /// Threads of the CPU tracer; 0: one for each core
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
+    /// A list of glTF files that replace meshes, a line each: id = "file.glb"
+    #[arg(long, value_name = "FILE")]
+    pub meshes: Option<PathBuf>,
     /// How processes wait: latency, balanced or batch
     #[arg(long, default_value = "balanced")]
     pub wait: String,
@@ -70,6 +73,7 @@ impl WorldArgs {
             name: None,
             device: "auto".to_owned(),
             threads: 0,
+            meshes: None,
             wait: "balanced".to_owned(),
             deadline_secs: 10.0,
             no_restart: false,
@@ -83,6 +87,7 @@ impl WorldArgs {
         let usual = WorldArgs::of_map("");
         let odd = [
             ("--name", self.name != usual.name),
+            ("--meshes", self.meshes != usual.meshes),
             ("--wait", self.wait != usual.wait),
             ("--deadline-secs", self.deadline_secs != usual.deadline_secs),
             ("--no-restart", self.no_restart != usual.no_restart),
@@ -127,7 +132,11 @@ impl WorldArgs {
 
     /// What `--device` and `--threads` say.
     pub(crate) fn render(&self) -> anyhow::Result<RenderConfig> {
-        render_config(&self.device, self.threads)
+        if let Some(list) = &self.meshes {
+            // Before anything starts: a list with a fault is refused, a file with one is not.
+            MeshList::read(list).context("--meshes")?;
+        }
+        render_config(&self.device, self.threads, self.meshes.clone())
     }
 
     /// Starts a host; `stop` ends it.
@@ -153,13 +162,18 @@ impl WorldArgs {
         let launcher: Box<dyn Launcher> = if self.single_process {
             Box::new(Threads { render })
         } else {
-            Box::new(Processes { device: self.device.clone(), threads: self.threads })
+            let (device, threads) = (self.device.clone(), self.threads);
+            Box::new(Processes { device, threads, meshes: self.meshes.clone() })
         };
         Ok(Host::start(config, launcher)?)
     }
 }
 
-fn render_config(device: &str, threads: usize) -> anyhow::Result<RenderConfig> {
+fn render_config(
+    device: &str,
+    threads: usize,
+    meshes: Option<PathBuf>,
+) -> anyhow::Result<RenderConfig> {
     let null = device == "null";
     let device = if null { "cpu" } else { device };
     let device = FromStr::from_str(device).map_err(|e: String| anyhow!("--device: {e}"))?;
@@ -167,7 +181,7 @@ fn render_config(device: &str, threads: usize) -> anyhow::Result<RenderConfig> {
         threads <= THREADS_MAX,
         "--threads is {threads}, not 0 (one for each core) to {THREADS_MAX}"
     );
-    Ok(RenderConfig { device, null, threads })
+    Ok(RenderConfig { device, null, threads, meshes })
 }
 
 /// More than any machine has cores for.
@@ -177,6 +191,7 @@ const THREADS_MAX: usize = 1024;
 struct Processes {
     device: String,
     threads: usize,
+    meshes: Option<PathBuf>,
 }
 
 impl Launcher for Processes {
@@ -196,6 +211,9 @@ impl Launcher for Processes {
             .env("OMNIBUS_LIFE", life.to_string())
             // A Ctrl-C on the terminal is for the host alone; it tells the others.
             .process_group(0);
+        if let Some(meshes) = &self.meshes {
+            command.arg("--meshes").arg(meshes);
+        }
         if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
             // Else Mesa complains of it on standard error, though it opens no window.
             command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
@@ -222,7 +240,7 @@ impl Launcher for Threads {
         instance: &Instance,
         on_end: Box<dyn FnOnce() + Send>,
     ) -> io::Result<Stage> {
-        let (instance, render) = (instance.clone(), self.render);
+        let (instance, render) = (instance.clone(), self.render.clone());
         let work = move || {
             let _ = play_safely(role, &instance, slot, true, render);
             on_end();
@@ -288,6 +306,8 @@ pub(crate) struct RoleArgs {
     device: String,
     #[arg(long, default_value_t = 0)]
     threads: usize,
+    #[arg(long)]
+    meshes: Option<PathBuf>,
 }
 
 /// A stage's process.
@@ -300,7 +320,7 @@ pub(crate) fn play_role(args: &RoleArgs) -> anyhow::Result<()> {
         .find(|r| r.name() == args.role)
         .ok_or_else(|| anyhow!("there is no role {:?}", args.role))?;
     let instance = Instance::named(&args.instance)?;
-    let render = render_config(&args.device, args.threads)?;
+    let render = render_config(&args.device, args.threads, args.meshes.clone())?;
     if play_safely(role, &instance, args.slot, false, render).is_err() {
         // The host says why.
         std::process::exit(1);

@@ -100,7 +100,7 @@ fn carry_out(
         17 => {}
         18 => {
             let lamps = body.u32()?;
-            bridge.lamps.insert(id, lamps);
+            bridge.set_lamps(id, lamps)?;
         }
         19 => {
             let to = location(&mut body)?;

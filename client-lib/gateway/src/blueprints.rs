@@ -13,11 +13,8 @@ use crate::{
 const SENSORS: &str = include_str!("sensors.csv");
 const ROLES: &str = "default|front|back|left|right|front_left|front_right|back_left|back_right";
 
-const BOOL: u8 = 1;
-const INT: u8 = 2;
 const FLOAT: u8 = 3;
 const STRING: u8 = 4;
-const COLOR: u8 = 5;
 
 /// A blueprint as clients see it.
 pub(crate) struct Definition {
@@ -49,12 +46,14 @@ impl Definition {
         });
     }
 
-    fn fix(&mut self, id: &str, kind: u8, value: &str) {
+    /// As the catalogue has it.
+    fn take(&mut self, found: town::Attribute) {
+        let value = found.values.first().cloned().unwrap_or_default();
         self.attributes.push(Variation {
-            attribute: Attribute { id: id.to_owned(), kind, value: value.to_owned() },
-            recommended: Vec::new(),
-            is_modifiable: false,
-            only_recommended: false,
+            attribute: Attribute { id: found.id.to_owned(), kind: found.kind as u8, value },
+            recommended: if found.is_modifiable { found.values } else { Vec::new() },
+            is_modifiable: found.is_modifiable,
+            only_recommended: found.only_recommended,
         });
     }
 
@@ -84,13 +83,11 @@ pub(crate) fn definitions() -> &'static [Definition] {
     ALL.get_or_init(|| {
         let mut all = Vec::new();
         for (index, blueprint) in town::catalogue().iter().enumerate() {
-            let mut definition = Definition::new(index as u32 + 1, blueprint.id);
-            match blueprint.kind {
-                Kind::Vehicle => vehicle(&mut definition, blueprint),
-                Kind::Walker => walker(&mut definition, blueprint),
-                Kind::Prop => prop(&mut definition, blueprint),
-                Kind::TrafficLight => continue,
+            if blueprint.kind == Kind::TrafficLight {
+                continue;
             }
+            let mut definition = Definition::new(index as u32 + 1, blueprint.id);
+            blueprint.attributes().into_iter().for_each(|attribute| definition.take(attribute));
             all.push(definition);
         }
         let mut controller = Definition::new(all.len() as u32 + 100, "controller.ai.walker");
@@ -104,45 +101,6 @@ pub(crate) fn definitions() -> &'static [Definition] {
 /// The blueprint with this id.
 pub(crate) fn definition(id: &str) -> Option<&'static Definition> {
     definitions().iter().find(|d| d.id == id)
-}
-
-fn vehicle(d: &mut Definition, blueprint: &town::Blueprint) {
-    let [r, g, b] = blueprint.default_color;
-    d.vary("role_name", STRING, "autopilot|scenario|ego_vehicle|hero", false);
-    d.vary("ros_name", STRING, blueprint.id, false);
-    let colors = format!("{r},{g},{b}|17,37,103|180,44,43|0,0,0|255,255,255|137,137,137");
-    d.vary("color", COLOR, &colors, false);
-    d.vary("sticky_control", BOOL, "true", false);
-    d.vary("terramechanics", BOOL, "false", false);
-    d.fix("object_type", STRING, "");
-    d.fix("base_type", STRING, blueprint.base_type);
-    d.fix("special_type", STRING, blueprint.special_type);
-    let wheels = if blueprint.wheels.len() == 2 { 2 } else { 4 };
-    d.fix("number_of_wheels", INT, &wheels.to_string());
-    d.fix("generation", INT, "2");
-    d.fix("has_dynamic_doors", BOOL, "false");
-    d.fix("has_lights", BOOL, "true");
-}
-
-fn walker(d: &mut Definition, blueprint: &town::Blueprint) {
-    let is_child = blueprint.half_extents_m.z < 0.7;
-    let number: u32 = blueprint.id.rsplit('.').next().and_then(|n| n.parse().ok()).unwrap_or(0);
-    d.vary("role_name", STRING, "pedestrian", false);
-    d.vary("ros_name", STRING, blueprint.id, false);
-    d.vary("is_invincible", BOOL, "true", false);
-    d.vary("speed", FLOAT, "0.0|1.4|2.6", false);
-    d.vary("use_wheelchair", BOOL, "false", true);
-    d.fix("gender", STRING, if number.is_multiple_of(2) { "female" } else { "male" });
-    d.fix("generation", INT, "2");
-    d.fix("age", STRING, if is_child { "child" } else { "adult" });
-    d.fix("can_use_wheelchair", BOOL, "false");
-}
-
-fn prop(d: &mut Definition, blueprint: &town::Blueprint) {
-    d.vary("role_name", STRING, "prop", false);
-    d.vary("ros_name", STRING, blueprint.id, false);
-    let size = blueprint.half_extents_m.max_element();
-    d.fix("size", STRING, if size > 1.0 { "big" } else { "small" });
 }
 
 fn sensors(all: &mut Vec<Definition>) {

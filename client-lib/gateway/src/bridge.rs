@@ -52,6 +52,8 @@ pub(crate) struct Bridge {
     pub(crate) lights: Lights,
     /// CARLA's bits of the lamps that clients switched on.
     pub(crate) lamps: BTreeMap<u32, u32>,
+    /// The doors that clients opened, one bit each.
+    pub(crate) doors: BTreeMap<u32, u32>,
     roadsides: Roadsides,
     pub(crate) replayer: Replayer,
     /// Counts the worlds that clients saw.
@@ -94,6 +96,7 @@ impl Bridge {
             motions: Motions::default(),
             lights,
             lamps: BTreeMap::new(),
+            doors: BTreeMap::new(),
             roadsides,
             episode: 1,
             is_new_map: false,

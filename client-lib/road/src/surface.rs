@@ -191,6 +191,20 @@ coded! {
         Cloth = 31,
         /// Water.
         Water = 32,
+        /// Indicators on a vehicle's left.
+        IndicatorLeft = 33,
+        /// Indicators on a vehicle's right.
+        IndicatorRight = 34,
+        /// Reversing lamps.
+        LampReverse = 35,
+        /// Fog lamps.
+        LampFog = 36,
+        /// Lamps inside a vehicle.
+        LampInterior = 37,
+        /// Beacons of emergency vehicles.
+        Beacon = 38,
+        /// High beam.
+        LampHigh = 39,
     }
 }
 
@@ -202,16 +216,23 @@ pub struct Face {
     pub tag: u8,
     /// A [`Material`]'s code.
     pub material: u8,
-    /// Zero.
-    pub reserved: u16,
+    /// A colour in the material's place, 5-6-5 bits of sRGB with red highest ([`Face::tint`]);
+    /// 0: the material's own.
+    pub tint: u16,
     /// Which object of the mesh: 0 is the road and the ground, others count up from 1.
     pub object: u32,
 }
 
 impl Face {
+    /// The code of an sRGB colour for [`Face::tint`]; black is a shade off black.
+    pub const fn tint([red, green, blue]: [u8; 3]) -> u16 {
+        let code = (red as u16 >> 3) << 11 | (green as u16 >> 2) << 5 | blue as u16 >> 3;
+        if code == 0 { 0x0821 } else { code }
+    }
+
     /// A face of object `object`.
     pub fn new(tag: Tag, material: Material, object: u32) -> Face {
-        Face { tag: tag as u8, material: material as u8, reserved: 0, object }
+        Face { tag: tag as u8, material: material as u8, tint: 0, object }
     }
 }
 

@@ -30,14 +30,15 @@ fn main() {
 }
 
 fn fleet(out: &str) {
-    let all = town::catalogue();
+    let prefix = std::env::var("PREFIX").unwrap_or_default();
+    let all: Vec<_> = town::catalogue().iter().filter(|one| one.id.starts_with(&prefix)).collect();
     let (columns, cell) = (8, 240);
     let mut picture = Picture::new(columns * cell, all.len().div_ceil(columns) * cell);
     for (index, one) in all.iter().enumerate() {
         let corner = [(index % columns) * cell, (index / columns) * cell];
         let reach = one.half_extents_m.length() * 1.05;
         picture.draw(
-            &one.mesh,
+            one.mesh(),
             corner,
             [cell; 2],
             around(one.center_m, reach, 35.0, 20.0),
@@ -57,7 +58,7 @@ fn one(id: &str, out: &str) {
     {
         let corner = [(index % 2) * cell, (index / 2) * cell];
         picture.draw(
-            &one.mesh,
+            one.mesh(),
             corner,
             [cell; 2],
             around(one.center_m, reach, *yaw, *pitch),
@@ -227,6 +228,10 @@ impl Picture {
                 let shade = 0.42 + 0.58 * normal.dot(sun).max(0.0);
                 let base = if area > 0.0 {
                     [255, 0, 255]
+                } else if face.tint != 0 {
+                    let t = u32::from(face.tint);
+                    [(t >> 11) * 255 / 31, (t >> 5 & 63) * 255 / 63, (t & 31) * 255 / 31]
+                        .map(|c| c as u8)
                 } else {
                     look(Material::from_code(face.material).unwrap(), paint)
                 };
@@ -327,5 +332,8 @@ fn look(material: Material, paint: [u8; 3]) -> [u8; 3] {
         Skin => [206, 158, 130],
         Cloth => [56, 66, 96],
         Water => [60, 110, 140],
+        IndicatorLeft | IndicatorRight => [236, 134, 20],
+        LampReverse | LampFog | LampInterior | LampHigh => [240, 240, 236],
+        Beacon => [40, 70, 220],
     }
 }

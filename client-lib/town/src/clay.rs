@@ -29,9 +29,15 @@ impl Clay {
         self
     }
 
-    /// What follows is of this material.
+    /// What follows is of this material, in its own colour.
     pub(crate) fn material(&mut self, material: Material) -> &mut Clay {
-        self.face.material = material as u8;
+        (self.face.material, self.face.tint) = (material as u8, 0);
+        self
+    }
+
+    /// What follows is of this material, in an sRGB colour.
+    pub(crate) fn tinted(&mut self, material: Material, rgb: [u8; 3]) -> &mut Clay {
+        (self.face.material, self.face.tint) = (material as u8, Face::tint(rgb));
         self
     }
 
@@ -77,6 +83,42 @@ impl Clay {
         for [a, b, c, d] in SIDES {
             self.triangle([base + a, base + b, base + c]);
             self.triangle([base + a, base + c, base + d]);
+        }
+    }
+
+    /// What `build` makes is one closed solid: if it came out inside out, it is turned.
+    pub(crate) fn solid(&mut self, build: impl FnOnce(&mut Clay)) {
+        let first = self.mesh.triangles.len();
+        build(self);
+        let corners = |t: &[u32; 3]| t.map(|i| Vec3::from_array(self.mesh.positions[i as usize]));
+        let Some(start) = self.mesh.triangles.get(first).map(|t| corners(t)[0]) else { return };
+        let volume = |t: &[u32; 3]| {
+            let [a, b, c] = corners(t).map(|corner| corner - start);
+            a.dot(b.cross(c))
+        };
+        let volume: f32 = self.mesh.triangles[first..].iter().map(volume).sum();
+        if volume < 0.0 {
+            self.mesh.triangles[first..].iter_mut().for_each(|t| t.swap(1, 2));
+        }
+    }
+
+    /// A solid of revolution about an upright axis: (radius, height) from below to above.
+    pub(crate) fn lathe(&mut self, foot: Vec3, profile: &[(f32, f32)], sides: u32) {
+        let ring = |(radius, height): &(f32, f32)| -> Vec<Vec3> {
+            (0..sides)
+                .map(|side| {
+                    let angle = TAU * side as f32 / sides as f32;
+                    foot + vec3(angle.cos() * radius, angle.sin() * radius, *height)
+                })
+                .collect()
+        };
+        self.loft(&profile.iter().map(ring).collect::<Vec<_>>(), |_, _| None);
+    }
+
+    /// A pipe along a polyline.
+    pub(crate) fn pipe(&mut self, points: &[Vec3], radius: f32, sides: u32) {
+        for pair in points.windows(2) {
+            self.rod(pair[0], pair[1], radius, sides);
         }
     }
 
@@ -140,8 +182,19 @@ impl Clay {
         rings: &[Vec<Vec3>],
         paint: impl Fn(usize, usize) -> Option<Material>,
     ) {
+        self.loft_with(rings, |usual, band, side| {
+            paint(band, side).map_or(usual, |material| Face { material: material as u8, ..usual })
+        });
+    }
+
+    /// As [`Clay::loft`]; `paint(usual, band, side)` says all of a facet's face.
+    pub(crate) fn loft_with(
+        &mut self,
+        rings: &[Vec<Vec3>],
+        paint: impl Fn(Face, usize, usize) -> Face,
+    ) {
         let sides = rings[0].len();
-        let usual = self.face.material;
+        let usual = self.face;
         let indices: Vec<Vec<u32>> = rings
             .iter()
             .map(|ring| {
@@ -156,26 +209,22 @@ impl Clay {
         for band in 0..rings.len() - 1 {
             for side in 0..sides {
                 let next = (side + 1) % sides;
-                if let Some(material) = paint(band, side) {
-                    self.face.material = material as u8;
-                }
+                self.face = paint(usual, band, side);
                 let (low, high) = (&indices[band], &indices[band + 1]);
                 self.triangle([low[side], low[next], high[next]]);
                 self.triangle([low[side], high[next], high[side]]);
-                self.face.material = usual;
+                self.face = usual;
             }
         }
         for (cap, ring, flip) in
             [(FIRST_CAP, &indices[0], true), (LAST_CAP, &indices[rings.len() - 1], false)]
         {
-            if let Some(material) = paint(cap, 0) {
-                self.face.material = material as u8;
-            }
+            self.face = paint(usual, cap, 0);
             for side in 1..sides - 1 {
                 let [a, b] = if flip { [side + 1, side] } else { [side, side + 1] };
                 self.triangle([ring[0], ring[a], ring[b]]);
             }
-            self.face.material = usual;
+            self.face = usual;
         }
     }
 }

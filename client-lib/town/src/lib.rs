@@ -13,7 +13,10 @@ mod furnish;
 mod generate;
 mod random;
 
-pub use catalogue::{Blueprint, Kind, Wheel, blueprint, catalogue};
+pub use catalogue::{
+    Attribute, AttributeType, Blueprint, Bone, Joint, Kind, Looks, MeshFault, Motion, Posture, Rig,
+    Skeleton, Wheel, blueprint, catalogue, replaced, stride_m,
+};
 pub use furnish::{
     BAKE_VERSION, BLOCK_OBJECTS, BakeError, Collider, Detail, Head, Lamp, Layer, Object, Parked,
     Town, Visibility, furnish, furnish_with,

@@ -111,6 +111,8 @@ impl Sample {
                 kind: kind::VEHICLE,
                 pose: Pose::new(placement.position.as_vec3(), placement.rotation().as_quat()),
                 brake: if id % 3 == 0 { 0.5 } else { 0.0 },
+                lamps: mixed(id as u64 ^ 77) as u32 & bus::lamp::ALL,
+                doors: u32::from(id % 11 == 0),
                 wheel_steer_rad: 0.05 * (id % 7) as f32 - 0.15,
                 wheel_spin_rad: id as f32,
                 color: PAINTS[(dice >> 32) as usize % PAINTS.len()],

@@ -198,7 +198,7 @@ impl<F: Float, const G: usize> Visitor for Actors<'_, F, G> {
     fn visit(&mut self, stack: &mut Stack, first: u32, count: u32) -> f32 {
         for index in first..first + count {
             let instance = &self.world.instances[index as usize];
-            let root = self.scene.blueprints[instance.blueprint as usize].wide_root;
+            let root = self.scene.levels[instance.level as usize].wide_root;
             let pencil = self.pencil.seen_from(instance);
             let beam = Beam::pencil(pencil.origin, &pencil.corners, pencil.axis, self.scene.reach);
             let limit = self.hits.farthest();

@@ -156,7 +156,7 @@ impl<F: Float> Visitor for Actors<'_, F> {
                 break;
             }
             let instance = &self.world.instances[index as usize];
-            let root = self.scene.blueprints[instance.blueprint as usize].wide_root;
+            let root = self.scene.levels[instance.level as usize].wide_root;
             let shadow = Shadow { active: *self.open, ..self.shadow.seen_from(instance) };
             let beam = shadow.beam(self.scene.reach);
             let mut level = Level { scene: self.scene, shadow: &shadow, open: self.open };

@@ -191,7 +191,7 @@ impl<E: Eight> Visitor for Actors<'_, E> {
     fn visit(&mut self, stack: &mut Stack, first: u32, count: u32) -> f32 {
         for index in first..first + count {
             let instance = &self.world.instances[index as usize];
-            let root = self.scene.blueprints[instance.blueprint as usize].wide_root;
+            let root = self.scene.levels[instance.level as usize].wide_root;
             let ray = self.ray.seen_from(instance);
             let (any, limit) = (self.any, self.hit.t);
             let mut level =

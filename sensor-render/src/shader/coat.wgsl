@@ -1,11 +1,19 @@
 // What a triangle is painted with: the twin of coat.rs.
 
 // Three words of 16 bytes for each material: see MATERIALS in coat.rs.
-@group(0) @binding(12) var<uniform> materials: array<vec4f, 99>;
+@group(0) @binding(12) var<uniform> materials: array<vec4f, 120>;
 
 const CAR_PAINT = 19u;
 const LAMP_WHITE = 22u;
 const LAMP_RED = 23u;
+const LAMP_AMBER = 24u;
+const INDICATOR_LEFT = 33u;
+const INDICATOR_RIGHT = 34u;
+const LAMP_REVERSE = 35u;
+const LAMP_FOG = 36u;
+const LAMP_INTERIOR = 37u;
+const BEACON = 38u;
+const LAMP_HIGH = 39u;
 const SIGNAL_RED = 25u;
 const SIGNAL_YELLOW = 26u;
 const SIGNAL_GREEN = 27u;
@@ -31,16 +39,44 @@ struct Coat {
     height: f32,
 }
 
+const IS_SIGNAL = 0x80000000u;
+
 fn shows(lights: u32, phase: u32) -> f32 {
-    return select(0.0, 1.0, (lights & 2u) != 0u && (lights >> 8u) == phase);
+    return select(0.0, 1.0, (lights & IS_SIGNAL) != 0u && ((lights >> 16u) & 3u) == phase);
 }
 
-fn glow_of_actor(code: u32, lights: u32) -> vec3f {
+fn shines(lights: u32, bits: u32) -> f32 {
+    return select(0.0, 1.0, (lights & IS_SIGNAL) == 0u && (lights & bits) != 0u);
+}
+
+// From sRGB, near enough to its curve.
+fn linear_of(c: vec3f) -> vec3f {
+    return c * (c * (c * 0.30530601 + 0.6821711) + 0.012522878);
+}
+
+// Bits of `lamp` in bus/src/actor.rs.
+fn glow_of_actor(code: u32, lights: u32, albedo: vec3f) -> vec3f {
     let dark = frame.horizon.w;
+    let amber = vec3f(3.6, 1.5, 0.08);
     switch (code) {
-        case LAMP_WHITE: { return vec3f(8.0, 7.6, 6.8) * dark; }
+        case LAMP_WHITE: {
+            let low = shines(lights, 6u);
+            let weak = shines(lights, 1u) * 0.4;
+            return vec3f(8.0, 7.6, 6.8) * max(max(dark, low), weak);
+        }
+        case LAMP_HIGH: { return vec3f(11.0, 10.6, 9.8) * shines(lights, 4u); }
         case LAMP_RED: {
-            return vec3f(3.2, 0.12, 0.06) * select(0.3 * dark, 1.0, (lights & 1u) != 0u);
+            let tail = 0.3 * max(dark, shines(lights, 7u));
+            return vec3f(3.2, 0.12, 0.06) * max(shines(lights, 8u), tail);
+        }
+        case LAMP_REVERSE: { return vec3f(4.5, 4.4, 4.2) * shines(lights, 64u); }
+        case LAMP_FOG: { return vec3f(5.0, 4.8, 4.0) * shines(lights, 128u); }
+        case LAMP_INTERIOR: { return vec3f(4.0, 3.7, 3.0) * shines(lights, 256u); }
+        case INDICATOR_LEFT: { return amber * shines(lights, 32u); }
+        case INDICATOR_RIGHT: { return amber * shines(lights, 16u); }
+        case LAMP_AMBER: { return amber * 0.5; }
+        case BEACON: {
+            return albedo * 9.0 * shines(lights, select(512u, 1024u, albedo.z > albedo.x));
         }
         case SIGNAL_RED: { return vec3f(4.0, 0.12, 0.06) * shows(lights, 0u); }
         case SIGNAL_YELLOW: { return vec3f(3.6, 1.9, 0.08) * shows(lights, 1u); }
@@ -52,7 +88,7 @@ fn glow_of_actor(code: u32, lights: u32) -> vec3f {
 fn coat_of(hit: Hit, at: vec3f) -> Coat {
     let row1 = triangles[hit.triangle * 3u + 1u];
     let row2 = triangles[hit.triangle * 3u + 2u];
-    let code = min(material_of(hit), 32u);
+    let code = min(material_of(hit), 39u);
     let color = materials[code * 3u];
     let stuff = materials[code * 3u + 1u];
     let is_actor = hit.instance != NONE;
@@ -70,8 +106,15 @@ fn coat_of(hit: Hit, at: vec3f) -> Coat {
         if (is_actor) {
             paint = instances[hit.instance].color;
         }
-        let c = unpack4x8unorm(paint).xyz;
-        albedo = c * (c * (c * 0.30530601 + 0.6821711) + 0.012522878);
+        albedo = linear_of(unpack4x8unorm(paint).xyz);
+    }
+    let tint = bitcast<u32>(triangles[hit.triangle * 3u].w) >> 16u;
+    if (tint != 0u) {
+        albedo = linear_of(vec3f(
+            f32(tint >> 11u) * (1.0 / 31.0),
+            f32((tint >> 5u) & 63u) * (1.0 / 63.0),
+            f32(tint & 31u) * (1.0 / 31.0),
+        ));
     }
     let normal = cross(row1.xyz, row2.xyz);
     var along = vec3f(1.0, 0.0, 0.0);
@@ -96,7 +139,7 @@ fn coat_of(hit: Hit, at: vec3f) -> Coat {
     if (is_actor) {
         coat.pattern = 0u;
         coat.grain = vec4f(0.0);
-        coat.glow = glow_of_actor(code, instances[hit.instance].lights);
+        coat.glow = glow_of_actor(code, instances[hit.instance].lights, albedo);
     } else if (code == LAMP_WHITE) {
         coat.glow = vec3f(9.0, 7.5, 5.0) * frame.horizon.w;
     }

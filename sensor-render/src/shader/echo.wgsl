@@ -1,7 +1,7 @@
 // How strong a laser pulse comes back: the twin of echo.rs.
 
 // Reflectivity and the share of it that depends on the angle, by material.
-@group(0) @binding(11) var<uniform> reflectivities: array<vec4f, 33>;
+@group(0) @binding(11) var<uniform> reflectivities: array<vec4f, 40>;
 
 fn mixed(word: u32) -> u32 {
     var x = word;

@@ -24,7 +24,7 @@ struct Instance {
     id: u32,
     color: u32,
     lights: u32,
-    blueprint: u32,
+    level: u32,
     reserved0: u32,
     reserved1: u32,
     reserved2: u32,

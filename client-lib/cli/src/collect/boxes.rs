@@ -130,7 +130,7 @@ fn view(
     let outline = outline(half_extents, &optical_from_box, &camera.camera);
     let silhouette = match town::catalogue().get(actor.blueprint as usize) {
         Some(made) => {
-            board.pixels(&made.mesh, &(optical_from_world * actor.pose.affine()), &camera.camera)
+            board.pixels(made.mesh(), &(optical_from_world * actor.pose.affine()), &camera.camera)
         }
         None => 0,
     };

@@ -1,6 +1,6 @@
 //! Vehicles: pedals, lamps, and what they are built like.
 
-use client_lib::{ActorId, VehicleControl, flag, kind};
+use client_lib::{ActorId, SetDoors, SetLamps, VehicleControl, Wish, flag, kind};
 
 use super::{Call, actors::unknown};
 use crate::{
@@ -57,8 +57,31 @@ pub(super) fn light_states(call: &mut Call) -> Result<(), Refusal> {
 pub(super) fn set_light_state(call: &mut Call) -> Result<(), Refusal> {
     let id = call.args.u32()?;
     let lamps = call.args.list()?.u32()?;
-    call.bridge.lamps.insert(id, lamps);
-    Ok(())
+    call.bridge.set_lamps(id, lamps)
+}
+
+pub(super) fn open_door(call: &mut Call) -> Result<(), Refusal> {
+    move_doors(call, true)
+}
+
+pub(super) fn close_door(call: &mut Call) -> Result<(), Refusal> {
+    move_doors(call, false)
+}
+
+/// Front left, front right, rear left, rear right; bonnet and boot stay shut, 6 is every door.
+fn move_doors(call: &mut Call, open: bool) -> Result<(), Refusal> {
+    const ALL: u32 = 6;
+    let (id, door) = (call.args.u32()?, call.args.u32()?);
+    let function = if open { "open_vehicle_door" } else { "close_vehicle_door" };
+    let blueprint = call.bridge.vehicle(function, id)?;
+    let there = (1u32 << blueprint.rig().door_count()) - 1;
+    let meant = if door == ALL { there } else { there & 1u32.checked_shl(door).unwrap_or(0) };
+    let state = call.bridge.client.world().actor(ActorId(id)).copied().unwrap_or_default();
+    let before = call.bridge.doors.get(&id).copied().unwrap_or(state.doors);
+    let doors = if open { before | meant } else { before & !meant };
+    call.bridge.doors.insert(id, doors);
+    let wish = Wish::SetDoors(SetDoors { actor_id: ActorId(id), open: doors });
+    call.bridge.request_one("doors", wish).map(drop)
 }
 
 /// As the catalogue has it; what it does not know is a middle-class car's.
@@ -127,6 +150,13 @@ pub(super) fn wheel_angle(call: &mut Call) -> Result<(), Refusal> {
 }
 
 impl Bridge {
+    /// Switches the lamps of a vehicle.
+    pub(crate) fn set_lamps(&mut self, id: u32, lamps: u32) -> Result<(), Refusal> {
+        self.lamps.insert(id, lamps);
+        let wish = Wish::SetLamps(SetLamps { actor_id: ActorId(id), lamps });
+        self.request_one("lamps", wish).map(drop)
+    }
+
     /// Pedals of a vehicle that is there.
     pub(crate) fn drive(&mut self, control: VehicleControl) -> Result<(), Refusal> {
         if !self.is_there(control.actor_id.0) {

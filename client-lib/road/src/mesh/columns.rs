@@ -527,11 +527,11 @@ impl Profile<'_> {
 
 /// What vehicles drive on.
 pub(super) const ASPHALT: Face =
-    Face { tag: Tag::Roads as u8, material: Material::Asphalt as u8, reserved: 0, object: 0 };
+    Face { tag: Tag::Roads as u8, material: Material::Asphalt as u8, tint: 0, object: 0 };
 
 /// What people walk on.
 const PAVEMENT: Face =
-    Face { tag: Tag::SideWalks as u8, material: Material::Paving as u8, reserved: 0, object: 0 };
+    Face { tag: Tag::SideWalks as u8, material: Material::Paving as u8, tint: 0, object: 0 };
 
 fn face(kind: LaneType, in_junction: bool) -> Face {
     let (tag, material) = match kind {

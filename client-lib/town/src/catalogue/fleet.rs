@@ -3,23 +3,23 @@
 //! Sizes are length, width with mirrors and height in metres; two-wheelers with their riders.
 
 use glam::{Vec3, vec3};
-use road::Tag;
+use road::{Mesh, Tag};
 
-use super::car::{self, Measure, Silhouette};
+use super::car::{self, Livery, Measure, SHELL, Silhouette};
 use super::heavy::{self, Heavy};
+use super::rig::{Joint, Motion, Rig};
+use super::trim::{self, Extra, Grille, Lamps, Tail, Trim};
 use super::two_wheels::{self, Bike};
-use super::{Blueprint, Kind, Wheel, wheel};
+use super::{Blueprint, Kind, Recipe, Wheel, wheel};
 use crate::clay::{self, Clay};
 
 /// How a vehicle is built.
 enum Build {
-    Car(&'static Silhouette),
-    Beacons(&'static Silhouette),
-    TaxiSign(&'static Silhouette),
+    Car(&'static Silhouette, Trim),
     Heavy(Heavy),
     Bike(Bike),
 }
-use Build::{Beacons, Car, TaxiSign};
+use Build::Car;
 
 /// Which axles the engine turns.
 #[derive(Clone, Copy, PartialEq)]
@@ -58,112 +58,198 @@ const ORANGE: [u8; 3] = [205, 92, 20];
 const TEAL: [u8; 3] = [60, 130, 135];
 
 #[rustfmt::skip]
-fn table() -> Vec<Row> {
-    use car::{BUBBLE, COUPE, HATCHBACK, MICROBUS, OFF_ROADER, SEDAN, SUV, VAN, WEDGE};
-    vec![
-        Row("vehicle.audi.a2", Car(&HATCHBACK), [3.705, 1.789, 1.550], 0.93, 2.405, 0.52, 0.310, 1020.0, Front, SILVER, ""),
-        Row("vehicle.audi.etron", Car(&SUV), [4.856, 2.033, 1.649], 0.92, 2.928, 0.47, 0.385, 2490.0, All, BLUE, "electric"),
-        Row("vehicle.audi.tt", Car(&COUPE), [4.181, 1.994, 1.385], 0.92, 2.505, 0.53, 0.335, 1335.0, Front, RED, ""),
-        Row("vehicle.bmw.grandtourer", Car(&HATCHBACK), [4.611, 2.242, 1.667], 0.84, 2.780, 0.47, 0.340, 1640.0, Front, GREY, ""),
-        Row("vehicle.chevrolet.impala", Car(&SEDAN), [5.357, 2.033, 1.411], 0.95, 3.020, 0.44, 0.340, 1750.0, Rear, TEAL, ""),
-        Row("vehicle.citroen.c3", Car(&HATCHBACK), [3.988, 1.851, 1.624], 0.94, 2.540, 0.54, 0.325, 1090.0, Front, ORANGE, ""),
-        Row("vehicle.dodge.charger_2020", Car(&SEDAN), [5.006, 2.097, 1.534], 0.91, 3.052, 0.50, 0.365, 1920.0, Rear, BLACK, ""),
-        Row("vehicle.dodge.charger_police", Beacons(&SEDAN), [4.974, 2.038, 1.542], 0.93, 3.052, 0.50, 0.365, 1990.0, Rear, WHITE, "emergency"),
-        Row("vehicle.dodge.charger_police_2020", Beacons(&SEDAN), [5.237, 2.097, 1.638], 0.91, 3.052, 0.49, 0.365, 2010.0, Rear, WHITE, "emergency"),
-        Row("vehicle.ford.crown", TaxiSign(&SEDAN), [5.366, 1.801, 1.575], 0.98, 2.913, 0.44, 0.345, 1870.0, Rear, YELLOW, "taxi"),
-        Row("vehicle.ford.mustang", Car(&COUPE), [4.718, 1.895, 1.301], 0.95, 2.743, 0.45, 0.330, 1400.0, Rear, BLUE, ""),
-        Row("vehicle.jeep.wrangler_rubicon", Car(&OFF_ROADER), [3.866, 1.905, 1.878], 0.92, 2.424, 0.46, 0.405, 1900.0, All, GREEN, ""),
-        Row("vehicle.lincoln.mkz_2017", Car(&SEDAN), [4.902, 2.128, 1.511], 0.875, 2.850, 0.49, 0.345, 1720.0, Front, BLACK, ""),
-        Row("vehicle.lincoln.mkz_2020", Car(&SEDAN), [4.892, 1.837, 1.490], 0.97, 2.850, 0.49, 0.350, 1750.0, Front, WHITE, ""),
-        Row("vehicle.mercedes.coupe", Car(&COUPE), [5.027, 2.152, 1.651], 0.89, 2.945, 0.45, 0.355, 1800.0, Rear, SILVER, ""),
-        Row("vehicle.mercedes.coupe_2020", Car(&COUPE), [4.674, 1.815, 1.447], 0.97, 2.840, 0.46, 0.345, 1650.0, Rear, GREY, ""),
-        Row("vehicle.micro.microlino", Car(&BUBBLE), [2.207, 1.481, 1.376], 0.96, 1.400, 0.46, 0.260, 513.0, Rear, TEAL, "electric"),
-        Row("vehicle.mini.cooper_s", Car(&HATCHBACK), [3.806, 1.970, 1.475], 0.87, 2.467, 0.49, 0.315, 1165.0, Front, RED, ""),
-        Row("vehicle.mini.cooper_s_2021", Car(&HATCHBACK), [4.553, 2.098, 1.767], 0.88, 2.930, 0.49, 0.370, 1330.0, Front, GREEN, ""),
-        Row("vehicle.nissan.micra", Car(&HATCHBACK), [3.633, 1.845, 1.501], 0.90, 2.430, 0.52, 0.300, 980.0, Front, BLUE, ""),
-        Row("vehicle.nissan.patrol", Car(&OFF_ROADER), [4.604, 1.931, 1.855], 0.95, 2.750, 0.42, 0.395, 2180.0, All, SILVER, ""),
-        Row("vehicle.nissan.patrol_2021", Car(&SUV), [5.566, 2.150, 2.045], 0.92, 3.250, 0.42, 0.440, 2720.0, All, WHITE, ""),
-        Row("vehicle.seat.leon", Car(&HATCHBACK), [4.193, 1.816, 1.474], 0.98, 2.578, 0.53, 0.320, 1330.0, Front, RED, ""),
-        Row("vehicle.tesla.cybertruck", Car(&WEDGE), [6.274, 2.390, 2.098], 0.88, 3.950, 0.43, 0.455, 3100.0, All, SILVER, "electric"),
-        Row("vehicle.tesla.model3", Car(&SEDAN), [4.792, 2.163, 1.488], 0.88, 2.875, 0.44, 0.345, 1845.0, Rear, RED, "electric"),
-        Row("vehicle.toyota.prius", Car(&HATCHBACK), [4.513, 2.007, 1.525], 0.88, 2.700, 0.51, 0.320, 1400.0, Front, WHITE, "electric"),
-        Row("vehicle.volkswagen.t2", Car(&MICROBUS), [4.480, 2.069, 2.038], 0.86, 2.430, 0.52, 0.330, 1280.0, Rear, ORANGE, ""),
-        Row("vehicle.volkswagen.t2_2021", Car(&MICROBUS), [4.442, 1.774, 1.987], 0.97, 2.430, 0.52, 0.325, 1300.0, Rear, TEAL, ""),
-        Row("vehicle.mercedes.sprinter", Car(&VAN), [5.915, 1.989, 2.561], 0.97, 3.665, 0.45, 0.345, 2200.0, Rear, WHITE, ""),
-        Row("vehicle.ford.ambulance", Build::Heavy(heavy::AMBULANCE), [6.366, 2.351, 2.431], 0.92, 3.990, 0.42, 0.380, 4300.0, Rear, WHITE, "emergency"),
-        Row("vehicle.carlamotors.carlacola", Build::Heavy(heavy::BOX_TRUCK), [5.204, 2.614, 2.467], 0.90, 2.950, 0.45, 0.420, 5200.0, Rear, RED, ""),
-        Row("vehicle.carlamotors.firetruck", Build::Heavy(heavy::FIRE_TRUCK), [8.468, 2.891, 3.828], 0.88, 4.550, 0.40, 0.520, 14500.0, Rear, RED, "emergency"),
-        Row("vehicle.carlamotors.european_hgv", Build::Heavy(heavy::LORRY), [7.935, 2.891, 3.464], 0.88, 4.600, 0.34, 0.520, 11000.0, Rear, BLUE, ""),
-        Row("vehicle.mitsubishi.fusorosa", Build::Heavy(heavy::BUS), [10.272, 2.900, 3.250], 0.88, 5.300, 0.46, 0.500, 10500.0, Rear, WHITE, ""),
-        Row("vehicle.bh.crossbike", Build::Bike(two_wheels::CROSS), [1.690, 0.640, 1.760], 1.0, 1.030, 0.5, 0.330, 95.0, Legs, BLACK, ""),
-        Row("vehicle.diamondback.century", Build::Bike(two_wheels::RACER), [1.660, 0.500, 1.640], 1.0, 0.990, 0.5, 0.335, 90.0, Legs, RED, ""),
-        Row("vehicle.gazelle.omafiets", Build::Bike(two_wheels::ROADSTER), [1.800, 0.600, 1.830], 1.0, 1.110, 0.5, 0.345, 100.0, Legs, BLACK, ""),
-        Row("vehicle.kawasaki.ninja", Build::Bike(two_wheels::SPORT), [2.033, 0.797, 1.480], 1.0, 1.395, 0.5, 0.310, 290.0, Rear, GREEN, ""),
-        Row("vehicle.vespa.zx125", Build::Bike(two_wheels::SCOOTER), [1.804, 0.740, 1.690], 1.0, 1.250, 0.5, 0.250, 200.0, Rear, TEAL, ""),
-        Row("vehicle.yamaha.yzf", Build::Bike(two_wheels::SPORT), [2.209, 0.867, 1.530], 1.0, 1.510, 0.5, 0.340, 290.0, Rear, BLUE, ""),
-    ]
-}
+static TABLE: [Row; 40] = [
+    Row("vehicle.audi.a2", Car(&car::MONOVOLUME, Trim(Lamps::Slim, Grille::Wide, Tail::Corner, Extra::Nothing)), [3.705, 1.789, 1.550], 0.93, 2.405, 0.52, 0.310, 1020.0, Front, SILVER, ""),
+    Row("vehicle.audi.etron", Car(&car::SUV, Trim(Lamps::Slim, Grille::Frame, Tail::Bar, Extra::Rails)), [4.856, 2.033, 1.649], 0.92, 2.928, 0.47, 0.385, 2490.0, All, BLUE, "electric"),
+    Row("vehicle.audi.tt", Car(&car::DOME, Trim(Lamps::Wide, Grille::Wide, Tail::Corner, Extra::Nothing)), [4.181, 1.994, 1.385], 0.92, 2.505, 0.53, 0.335, 1335.0, Front, RED, ""),
+    Row("vehicle.bmw.grandtourer", Car(&car::MONOVOLUME, Trim(Lamps::Wide, Grille::Kidneys, Tail::Corner, Extra::Rails)), [4.611, 2.242, 1.667], 0.84, 2.780, 0.47, 0.340, 1640.0, Front, GREY, ""),
+    Row("vehicle.chevrolet.impala", Car(&car::CLASSIC, Trim(Lamps::Twin, Grille::Chrome, Tail::Round, Extra::Nothing)), [5.357, 2.033, 1.411], 0.95, 3.020, 0.44, 0.340, 1750.0, Rear, TEAL, ""),
+    Row("vehicle.citroen.c3", Car(&car::HATCHBACK, Trim(Lamps::Slim, Grille::Wide, Tail::Corner, Extra::Roof([40, 42, 46]))), [3.988, 1.851, 1.624], 0.94, 2.540, 0.54, 0.325, 1090.0, Front, ORANGE, ""),
+    Row("vehicle.dodge.charger_2020", Car(&car::SEDAN, Trim(Lamps::Slim, Grille::Wide, Tail::Bar, Extra::Nothing)), [5.006, 2.097, 1.534], 0.91, 3.052, 0.50, 0.365, 1920.0, Rear, BLACK, ""),
+    Row("vehicle.dodge.charger_police", Car(&car::SEDAN, Trim(Lamps::Slim, Grille::Wide, Tail::Bar, Extra::Police([24, 25, 28]))), [4.974, 2.038, 1.542], 0.93, 3.052, 0.50, 0.365, 1990.0, Rear, WHITE, "emergency"),
+    Row("vehicle.dodge.charger_police_2020", Car(&car::SEDAN, Trim(Lamps::Slim, Grille::Wide, Tail::Bar, Extra::Police([232, 232, 230]))), [5.237, 2.097, 1.638], 0.91, 3.052, 0.49, 0.365, 2010.0, Rear, WHITE, "emergency"),
+    Row("vehicle.ford.crown", Car(&car::CLASSIC, Trim(Lamps::Wide, Grille::Frame, Tail::Corner, Extra::Taxi)), [5.366, 1.801, 1.575], 0.98, 2.913, 0.44, 0.345, 1870.0, Rear, YELLOW, "taxi"),
+    Row("vehicle.ford.mustang", Car(&car::FASTBACK, Trim(Lamps::Round, Grille::Frame, Tail::Upright, Extra::Stripes([236, 236, 232]))), [4.718, 1.895, 1.301], 0.95, 2.743, 0.45, 0.330, 1400.0, Rear, BLUE, ""),
+    Row("vehicle.jeep.wrangler_rubicon", Car(&car::JEEP, Trim(Lamps::Round, Grille::Slots, Tail::Upright, Extra::Spare)), [3.866, 1.905, 1.878], 0.92, 2.424, 0.46, 0.405, 1900.0, All, GREEN, ""),
+    Row("vehicle.lincoln.mkz_2017", Car(&car::LIFTBACK, Trim(Lamps::Slim, Grille::Frame, Tail::Bar, Extra::Nothing)), [4.902, 2.128, 1.511], 0.875, 2.850, 0.49, 0.345, 1720.0, Front, BLACK, ""),
+    Row("vehicle.lincoln.mkz_2020", Car(&car::SEDAN, Trim(Lamps::Slim, Grille::Frame, Tail::Bar, Extra::Nothing)), [4.892, 1.837, 1.490], 0.97, 2.850, 0.49, 0.350, 1750.0, Front, WHITE, ""),
+    Row("vehicle.mercedes.coupe", Car(&car::FASTBACK, Trim(Lamps::Wide, Grille::Frame, Tail::Corner, Extra::Nothing)), [5.027, 2.152, 1.651], 0.89, 2.945, 0.45, 0.355, 1800.0, Rear, SILVER, ""),
+    Row("vehicle.mercedes.coupe_2020", Car(&car::COUPE, Trim(Lamps::Slim, Grille::Frame, Tail::Corner, Extra::Nothing)), [4.674, 1.815, 1.447], 0.97, 2.840, 0.46, 0.345, 1650.0, Rear, GREY, ""),
+    Row("vehicle.micro.microlino", Car(&car::BUBBLE, Trim(Lamps::Round, Grille::Bare, Tail::Round, Extra::Roof([232, 232, 228]))), [2.207, 1.481, 1.376], 0.96, 1.400, 0.46, 0.260, 513.0, Rear, TEAL, "electric"),
+    Row("vehicle.mini.cooper_s", Car(&car::BRICK, Trim(Lamps::Round, Grille::Wide, Tail::Upright, Extra::Roof([232, 232, 228]))), [3.806, 1.970, 1.475], 0.87, 2.467, 0.49, 0.315, 1165.0, Front, RED, ""),
+    Row("vehicle.mini.cooper_s_2021", Car(&car::BRICK, Trim(Lamps::Round, Grille::Frame, Tail::Upright, Extra::Rails)), [4.553, 2.098, 1.767], 0.88, 2.930, 0.49, 0.370, 1330.0, Front, GREEN, ""),
+    Row("vehicle.nissan.micra", Car(&car::HATCHBACK, Trim(Lamps::Round, Grille::Wide, Tail::Corner, Extra::Nothing)), [3.633, 1.845, 1.501], 0.90, 2.430, 0.52, 0.300, 980.0, Front, BLUE, ""),
+    Row("vehicle.nissan.patrol", Car(&car::OFF_ROADER, Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Rack)), [4.604, 1.931, 1.855], 0.95, 2.750, 0.42, 0.395, 2180.0, All, SILVER, ""),
+    Row("vehicle.nissan.patrol_2021", Car(&car::SUV, Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Rails)), [5.566, 2.150, 2.045], 0.92, 3.250, 0.42, 0.440, 2720.0, All, WHITE, ""),
+    Row("vehicle.seat.leon", Car(&car::HATCHBACK, Trim(Lamps::Wide, Grille::Wide, Tail::Corner, Extra::Spoiler)), [4.193, 1.816, 1.474], 0.98, 2.578, 0.53, 0.320, 1330.0, Front, RED, ""),
+    Row("vehicle.tesla.cybertruck", Car(&car::WEDGE, Trim(Lamps::Bar, Grille::Bare, Tail::Bar, Extra::Nothing)), [6.274, 2.390, 2.098], 0.88, 3.950, 0.43, 0.455, 3100.0, All, SILVER, "electric"),
+    Row("vehicle.tesla.model3", Car(&car::LIFTBACK, Trim(Lamps::Wide, Grille::Bare, Tail::Corner, Extra::Nothing)), [4.792, 2.163, 1.488], 0.88, 2.875, 0.44, 0.345, 1845.0, Rear, RED, "electric"),
+    Row("vehicle.toyota.prius", Car(&car::LIFTBACK, Trim(Lamps::Tall, Grille::Wide, Tail::Upright, Extra::Nothing)), [4.513, 2.007, 1.525], 0.88, 2.700, 0.51, 0.320, 1400.0, Front, WHITE, "electric"),
+    Row("vehicle.volkswagen.t2", Car(&car::MICROBUS, Trim(Lamps::Round, Grille::Badge, Tail::Upright, Extra::Roof([236, 232, 220]))), [4.480, 2.069, 2.038], 0.86, 2.430, 0.52, 0.330, 1280.0, Rear, ORANGE, ""),
+    Row("vehicle.volkswagen.t2_2021", Car(&car::MICROBUS, Trim(Lamps::Round, Grille::Badge, Tail::Upright, Extra::Rack)), [4.442, 1.774, 1.987], 0.97, 2.430, 0.52, 0.325, 1300.0, Rear, TEAL, ""),
+    Row("vehicle.mercedes.sprinter", Car(&car::VAN, Trim(Lamps::Tall, Grille::Frame, Tail::Upright, Extra::Nothing)), [5.915, 1.989, 2.561], 0.97, 3.665, 0.45, 0.345, 2200.0, Rear, WHITE, ""),
+    Row("vehicle.ford.ambulance", Build::Heavy(heavy::AMBULANCE), [6.366, 2.351, 2.431], 0.92, 3.990, 0.42, 0.380, 4300.0, Rear, WHITE, "emergency"),
+    Row("vehicle.carlamotors.carlacola", Build::Heavy(heavy::BOX_TRUCK), [5.204, 2.614, 2.467], 0.90, 2.950, 0.45, 0.420, 5200.0, Rear, RED, ""),
+    Row("vehicle.carlamotors.firetruck", Build::Heavy(heavy::FIRE_TRUCK), [8.468, 2.891, 3.828], 0.88, 4.550, 0.40, 0.520, 14500.0, Rear, RED, "emergency"),
+    Row("vehicle.carlamotors.european_hgv", Build::Heavy(heavy::LORRY), [7.935, 2.891, 3.464], 0.88, 4.600, 0.34, 0.520, 11000.0, Rear, BLUE, ""),
+    Row("vehicle.mitsubishi.fusorosa", Build::Heavy(heavy::BUS), [10.272, 2.900, 3.250], 0.88, 5.300, 0.46, 0.500, 10500.0, Rear, WHITE, ""),
+    Row("vehicle.bh.crossbike", Build::Bike(two_wheels::CROSS), [1.690, 0.640, 1.760], 1.0, 1.030, 0.5, 0.330, 95.0, Legs, BLACK, ""),
+    Row("vehicle.diamondback.century", Build::Bike(two_wheels::RACER), [1.660, 0.500, 1.640], 1.0, 0.990, 0.5, 0.335, 90.0, Legs, RED, ""),
+    Row("vehicle.gazelle.omafiets", Build::Bike(two_wheels::ROADSTER), [1.800, 0.600, 1.830], 1.0, 1.110, 0.5, 0.345, 100.0, Legs, BLACK, ""),
+    Row("vehicle.kawasaki.ninja", Build::Bike(two_wheels::SPORT), [2.033, 0.797, 1.480], 1.0, 1.395, 0.5, 0.310, 290.0, Rear, GREEN, ""),
+    Row("vehicle.vespa.zx125", Build::Bike(two_wheels::SCOOTER), [1.804, 0.740, 1.690], 1.0, 1.250, 0.5, 0.250, 200.0, Rear, TEAL, ""),
+    Row("vehicle.yamaha.yzf", Build::Bike(two_wheels::SPORT), [2.209, 0.867, 1.530], 1.0, 1.510, 0.5, 0.340, 290.0, Rear, BLUE, ""),
+];
+
+/// CARLA's second generation.
+const SECOND: [&str; 14] = [
+    "vehicle.carlamotors.european_hgv",
+    "vehicle.carlamotors.firetruck",
+    "vehicle.dodge.charger_2020",
+    "vehicle.dodge.charger_police_2020",
+    "vehicle.ford.ambulance",
+    "vehicle.ford.crown",
+    "vehicle.lincoln.mkz_2020",
+    "vehicle.mercedes.coupe_2020",
+    "vehicle.mercedes.sprinter",
+    "vehicle.mini.cooper_s_2021",
+    "vehicle.mitsubishi.fusorosa",
+    "vehicle.nissan.patrol_2021",
+    "vehicle.tesla.cybertruck",
+    "vehicle.volkswagen.t2_2021",
+];
 
 /// Every vehicle, sorted by id.
 pub(super) fn vehicles() -> Vec<Blueprint> {
-    let mut all: Vec<Blueprint> = table().into_iter().map(build).collect();
+    let mut all: Vec<Blueprint> = (0..TABLE.len()).map(build).collect();
     all.sort_by_key(|blueprint| blueprint.id);
     all
 }
 
-fn build(row: Row) -> Blueprint {
-    let Row(id, build, size, body, wheelbase, front, radius, mass, drive, color, special) = row;
+fn build(number: usize) -> Blueprint {
+    let Row(id, ref build, size, body, wheelbase, front, radius, mass, drive, color, special) =
+        TABLE[number];
     let size = Vec3::from_array(size);
     let nose = wheelbase * 0.5 + (size.x - wheelbase) * front;
-    let wheels = match &build {
+    let wheels = match build {
         Build::Bike(bike) => two_wheels::wheels(bike, wheelbase, radius),
         _ => four_wheels(size, body, wheelbase, radius, drive),
     };
-    let (tag, base_type) = match &build {
+    let (tag, base_type) = match build {
         Build::Heavy(heavy) => (heavy.tag, heavy.base_type),
         Build::Bike(_) if drive == Legs => (Tag::Bicycle, "bicycle"),
         Build::Bike(_) => (Tag::Motorcycle, "motorcycle"),
         _ if id.contains("sprinter") || id.contains("volkswagen") => (Tag::Car, "van"),
         _ => (Tag::Car, "car"),
     };
-    let mut clay = Clay::new(tag, road::Material::CarPaint, 0);
-    let measure = Measure { size_m: size, body_m: size.y * body, nose_m: nose, wheels: &wheels };
-    match &build {
-        Build::Car(shape) => car::body(&mut clay, shape, &measure),
-        Build::Beacons(shape) | Build::TaxiSign(shape) => {
-            // The roof's burden is part of the height.
-            let burden = if matches!(build, Beacons(_)) { 0.12 } else { 0.14 };
-            let lower = Measure { size_m: size - Vec3::Z * burden, ..measure };
-            car::body(&mut clay, shape, &lower);
-            let center = vec3(nose - size.x * 0.52, 0.0, size.z);
-            match build {
-                Beacons(_) => heavy::beacons(&mut clay, center, 0.55, burden + 0.02),
-                _ => heavy::taxi_sign(&mut clay, center, burden + 0.02),
-            }
-        }
-        Build::Heavy(heavy) => heavy::body(&mut clay, heavy, &measure),
-        Build::Bike(bike) => two_wheels::body(&mut clay, bike, &measure),
-    }
-    if !matches!(build, Build::Bike(_)) {
-        for one in &wheels {
-            wheel::tyre(&mut clay, one, 16);
-        }
-    }
-    let (low, high) = clay::bounds(&clay.mesh);
     Blueprint {
-        id,
-        kind: Kind::Vehicle,
-        tag,
         base_type,
         special_type: special,
-        half_extents_m: (high - low) * 0.5,
-        center_m: (high + low) * 0.5,
-        mesh: clay.mesh,
+        generation: if SECOND.contains(&id) { 2 } else { 1 },
+        half_extents_m: size * 0.5,
+        center_m: vec3(nose - size.x * 0.5, 0.0, size.z * 0.5),
         wheels,
         mass_kg: mass,
         wheelbase_m: wheelbase,
         default_color: color,
+        ..Blueprint::new(id, Kind::Vehicle, tag, Recipe::Vehicle(number))
     }
+}
+
+fn measure<'a>(row: &Row, blueprint: &'a Blueprint) -> Measure<'a> {
+    let size = Vec3::from_array(row.2);
+    let nose_m = blueprint.center_m.x + size.x * 0.5;
+    // The roof's burden is part of the height, what hangs behind the tail of the length.
+    let size_m = match &row.1 {
+        Car(_, trim) => size - vec3(trim.3.trailing_m(), 0.0, trim.3.burden_m()),
+        _ => size,
+    };
+    Measure { size_m, body_m: size.y * row.3, nose_m, wheels: &blueprint.wheels }
+}
+
+/// How the pieces of a vehicle move: the body, its wheels, then what else it has.
+pub(super) fn rig(number: usize, blueprint: &Blueprint) -> Rig {
+    let row = &TABLE[number];
+    let measure = measure(row, blueprint);
+    let (shape, measure) = match &row.1 {
+        Build::Bike(bike) => return two_wheels::rig(bike, &measure),
+        Build::Heavy(heavy) => heavy::cab(heavy, &measure),
+        Car(shape, _) => (*shape, measure),
+    };
+    let cuts = shape.door_cuts();
+    let body = if cuts.is_empty() { Motion::Still } else { Motion::Shut };
+    let mut joints = vec![Joint { name: "body", motion: body }];
+    let names = ["wheel_fl", "wheel_fr", "wheel_rl", "wheel_rr"];
+    joints.extend(blueprint.wheels.iter().zip(names).map(|(wheel, name)| {
+        let steers_about = if wheel.steered { Vec3::Z } else { Vec3::ZERO };
+        Joint { name, motion: Motion::Wheel { hub_m: wheel.position_m, steers_about } }
+    }));
+    if !cuts.is_empty() {
+        joints.push(Joint { name: "shell", motion: Motion::Ajar });
+        let names = ["door_fl", "door_fr", "door_rl", "door_rr"];
+        for (number, name) in (0..cuts.len() * 2).zip(names) {
+            let (from, _) = cuts[number / 2];
+            let side = if number % 2 == 0 { 1.0 } else { -1.0 };
+            let half = measure.body_m * 0.5 * shape.plan(from);
+            let hinge_m = vec3(measure.at(from), side * half * 0.97, 0.0);
+            let motion = Motion::Door {
+                number: number as u32,
+                hinge_m,
+                axis: Vec3::Z,
+                opens_rad: -side * 1.15,
+            };
+            joints.push(Joint { name, motion });
+        }
+    }
+    debug_assert!(cuts.is_empty() || joints[SHELL as usize].name == "shell");
+    Rig { joints, skeleton: None }
+}
+
+/// The mesh, whose faces name their joints.
+pub(super) fn sculpt(number: usize, blueprint: &Blueprint) -> Mesh {
+    let row = &TABLE[number];
+    let measure = measure(row, blueprint);
+    let mut clay = Clay::new(blueprint.tag, road::Material::CarPaint, 0);
+    match &row.1 {
+        Car(shape, trim) => {
+            let livery = match trim.3 {
+                Extra::Roof(rgb) => Livery { upper: Some(rgb), doors: None },
+                Extra::Police(rgb) => Livery { upper: None, doors: Some(rgb) },
+                _ => Livery::default(),
+            };
+            car::body(&mut clay, shape, &measure, livery);
+            trim::fit(&mut clay, shape, &measure, trim);
+        }
+        Build::Heavy(heavy) => heavy::body(&mut clay, heavy, &measure),
+        Build::Bike(bike) => {
+            two_wheels::body(&mut clay, bike, &measure);
+            return clay.mesh;
+        }
+    }
+    let mut mesh = fitted(clay.mesh, blueprint);
+    for (one, joint) in blueprint.wheels.iter().zip(1..) {
+        let mut clay = Clay::new(blueprint.tag, road::Material::Rubber, joint);
+        wheel::tyre(&mut clay, one, 18);
+        mesh.append(&clay.mesh);
+    }
+    mesh
+}
+
+/// Stretched by the little that makes it exactly as long, broad and high as the table says.
+fn fitted(mut mesh: Mesh, blueprint: &Blueprint) -> Mesh {
+    let (low, high) = clay::bounds(&mesh);
+    let (half, center) = (blueprint.half_extents_m, blueprint.center_m);
+    let scale = vec3(
+        half.x * 2.0 / (high.x - low.x),
+        half.y * 2.0 / (high.y - low.y),
+        half.z * 2.0 / high.z,
+    );
+    let middle = vec3((low.x + high.x) * 0.5, (low.y + high.y) * 0.5, 0.0);
+    for position in &mut mesh.positions {
+        let moved = (Vec3::from_array(*position) - middle) * scale;
+        *position = (moved + vec3(center.x, center.y, 0.0)).to_array();
+    }
+    mesh
 }
 
 fn four_wheels(size: Vec3, body: f32, wheelbase: f32, radius: f32, drive: Drive) -> Vec<Wheel> {
@@ -183,5 +269,5 @@ fn four_wheels(size: Vec3, body: f32, wheelbase: f32, radius: f32, drive: Drive)
 /// The sizes that the table promises, for the tests.
 #[cfg(test)]
 pub(super) fn promised() -> Vec<(&'static str, Vec3)> {
-    table().into_iter().map(|row| (row.0, Vec3::from_array(row.2))).collect()
+    TABLE.iter().map(|row| (row.0, Vec3::from_array(row.2))).collect()
 }

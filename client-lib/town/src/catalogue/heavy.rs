@@ -3,10 +3,12 @@
 use glam::{Vec3, vec3};
 use road::{Material, Tag};
 
-use super::car::{self, Measure, Silhouette};
+use super::car::{self, Livery, Measure, Silhouette};
+use super::trim::{self, Extra, Grille, Lamps, Tail, Trim};
 use crate::clay::Clay;
 
 /// How a large vehicle is put together.
+#[derive(Debug)]
 pub(super) struct Heavy {
     pub(super) tag: Tag,
     pub(super) base_type: &'static str,
@@ -14,7 +16,7 @@ pub(super) struct Heavy {
 }
 
 /// What stands behind the cab.
-#[derive(PartialEq)]
+#[derive(Debug, PartialEq)]
 enum Load {
     /// Nothing: one body with windows all along.
     Seats,
@@ -54,6 +56,8 @@ const CAB: Silhouette = Silhouette {
     pillars: &[],
     mirror: 0.10,
     clearance_m: 0.34,
+    doors: 2,
+    is_angular: false,
 };
 
 /// A bonneted cab, as vans have.
@@ -74,29 +78,87 @@ const SNOUT: Silhouette = Silhouette {
     pillars: &[],
     mirror: 0.42,
     clearance_m: 0.24,
+    doors: 2,
+    is_angular: false,
 };
+
+/// The cab that is lofted, if not all of it is; and its measure.
+pub(super) fn cab<'a>(heavy: &Heavy, measure: &Measure<'a>) -> (&'static Silhouette, Measure<'a>) {
+    let (shape, share, height) = match heavy.load {
+        Load::Seats => (&car::COACH, 1.0, 1.0),
+        Load::Box(share, height, _) | Load::Fire(share, height) => (&CAB, share, height),
+        Load::Bay(share, height) => (&SNOUT, share, height),
+    };
+    let size_m = vec3(measure.size_m.x * share, measure.size_m.y, measure.size_m.z * height);
+    let wheels = if share < 1.0 { &measure.wheels[..2] } else { measure.wheels };
+    (shape, Measure { size_m, wheels, ..*measure })
+}
 
 /// The body, without wheels.
 pub(super) fn body(clay: &mut Clay, heavy: &Heavy, measure: &Measure) {
+    let (shape, front) = cab(heavy, measure);
+    let livery = match heavy.load {
+        Load::Box(_, _, Material::CarPaint) => Livery { upper: Some([232, 230, 226]), doors: None },
+        Load::Fire(..) => Livery { upper: Some([236, 234, 230]), doors: None },
+        _ => Livery::default(),
+    };
+    car::body(clay, shape, &front, livery);
+    let trim = match heavy.load {
+        Load::Seats => Trim(Lamps::Wide, Grille::Bare, Tail::Upright, Extra::Nothing),
+        Load::Bay(..) => Trim(Lamps::Tall, Grille::Frame, Tail::Upright, Extra::Nothing),
+        _ => Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Nothing),
+    };
+    if heavy.load == Load::Seats {
+        trim::fit(clay, shape, &front, &trim);
+        return seats(clay, measure);
+    }
+    trim::front(clay, shape, &front, &trim);
+    let rear = front.nose_m - front.size_m.x;
+    chassis(clay, measure, rear);
     match heavy.load {
-        Load::Seats => car::body(clay, &car::COACH, measure),
-        Load::Box(share, height, material) => {
-            let rear = cab(clay, &CAB, measure, share, height);
-            chassis(clay, measure, rear);
-            clay.material(material);
+        Load::Seats => {}
+        Load::Box(_, _, material) => {
             let (low, high) = load_space(measure, rear, 1.0);
-            clay.block(low, high);
-            stripes(clay, low, high, if material == Material::Metal { 5 } else { 2 });
+            clay.material(material);
+            crate_of(clay, low, high);
+            stripes(clay, low, high, if material == Material::Metal { 5 } else { 0 });
+            if material == Material::CarPaint {
+                // The wave that a soft drink has on its side.
+                clay.tinted(Material::Sign, [240, 238, 234]);
+                for side in [low.y, high.y] {
+                    let out = 0.006 * side.signum();
+                    let mut before = None;
+                    for step in 0..=16 {
+                        let share = step as f32 / 16.0;
+                        let x = low.x + 0.15 + (high.x - low.x - 0.3) * share;
+                        let z = low.z + (high.z - low.z) * (0.48 + 0.16 * (share * 7.0).sin());
+                        let wide = 0.07 + 0.10 * share;
+                        let here = (vec3(x, side + out, z - wide), vec3(x, side + out, z + wide));
+                        if let Some((a, b)) = before.replace(here) {
+                            let corners: [Vec3; 4] = [a, here.0, here.1, b];
+                            let [p, q, r, s] = corners;
+                            clay.quad(if side < 0.0 { [p, q, r, s] } else { [s, r, q, p] });
+                        }
+                    }
+                }
+            }
             tail_lamps(clay, low, measure);
         }
-        Load::Bay(share, height) => {
-            let rear = cab(clay, &SNOUT, measure, share, height);
-            chassis(clay, measure, rear);
+        Load::Bay(..) => {
             let (low, high) = load_space(measure, rear, 0.95);
             clay.material(Material::CarPaint);
-            clay.block(low, high);
-            stripes(clay, low, high, 1);
+            crate_of(clay, low, high);
+            clay.tinted(Material::Sign, [214, 92, 24]);
+            for side in [low.y, high.y] {
+                let out = 0.008 * side.signum();
+                let (a, b) = ((side - out).min(side + out), (side - out).max(side + out));
+                clay.block(
+                    vec3(low.x + 0.02, a, low.z + 0.30),
+                    vec3(high.x - 0.02, b, low.z + 0.52),
+                );
+            }
             side_windows(clay, low, high, 2);
+            cross(clay, low, high);
             tail_lamps(clay, low, measure);
             let roof = vec3((low.x + high.x) * 0.5, 0.0, measure.size_m.z);
             let reach = vec3((high.x - low.x) * 0.5 - 0.2, 0.0, 0.0);
@@ -105,11 +167,9 @@ pub(super) fn body(clay: &mut Clay, heavy: &Heavy, measure: &Measure) {
             }
         }
         Load::Fire(share, height) => {
-            let rear = cab(clay, &CAB, measure, share, height);
-            chassis(clay, measure, rear);
             let (low, high) = load_space(measure, rear, 0.84);
             clay.material(Material::CarPaint);
-            clay.block(low, high);
+            crate_of(clay, low, high);
             lockers(clay, low, high);
             ladder(clay, vec3(low.x + 0.15, 0.0, high.z), measure.nose_m - 0.7, measure.size_m.z);
             tail_lamps(clay, low, measure);
@@ -120,13 +180,58 @@ pub(super) fn body(clay: &mut Clay, heavy: &Heavy, measure: &Measure) {
     }
 }
 
-/// Lofts the cab into the first `share` of the length; says where its back wall stands.
-fn cab(clay: &mut Clay, shape: &Silhouette, measure: &Measure, share: f32, height: f32) -> f32 {
-    let length = measure.size_m.x * share;
-    let size_m = vec3(length, measure.size_m.y, measure.size_m.z * height);
-    let front = &measure.wheels[..2];
-    car::body(clay, shape, &Measure { size_m, wheels: front, ..*measure });
-    measure.nose_m - length
+/// A box with broken edges.
+fn crate_of(clay: &mut Clay, low: Vec3, high: Vec3) {
+    let ring = |x: f32, cut: f32| {
+        let (y, c) = (high.y - cut, 0.06);
+        vec![
+            vec3(x, y, low.z),
+            vec3(x, y, high.z - c - cut),
+            vec3(x, y - c, high.z - cut),
+            vec3(x, -y + c, high.z - cut),
+            vec3(x, -y, high.z - c - cut),
+            vec3(x, -y, low.z),
+        ]
+    };
+    let rings =
+        [ring(low.x, 0.03), ring(low.x + 0.03, 0.0), ring(high.x - 0.03, 0.0), ring(high.x, 0.03)];
+    clay.solid(|clay| clay.loft(&rings, |_, _| None));
+}
+
+/// A red cross on both sides.
+fn cross(clay: &mut Clay, low: Vec3, high: Vec3) {
+    clay.tinted(Material::Sign, [196, 28, 30]);
+    let (x, z) = (low.x * 0.3 + high.x * 0.7, low.z + (high.z - low.z) * 0.72);
+    for side in [low.y, high.y] {
+        let (a, b) = ((side - 0.012).min(side + 0.012), (side - 0.012).max(side + 0.012));
+        clay.block(vec3(x - 0.22, a, z - 0.07), vec3(x + 0.22, b, z + 0.07));
+        clay.block(vec3(x - 0.07, a, z - 0.22), vec3(x + 0.07, b, z + 0.22));
+    }
+}
+
+/// What only a bus has: a door on the right, a destination, a box on the roof.
+fn seats(clay: &mut Clay, measure: &Measure) {
+    let (half, height) = (measure.body_m * 0.5, measure.size_m.z);
+    clay.material(Material::Glass);
+    for share in [0.075, 0.46] {
+        let x = measure.at(share);
+        for leaf in [-0.34, 0.02] {
+            clay.block(
+                vec3(x + leaf, -half - 0.006, 0.42),
+                vec3(x + leaf + 0.30, -half * 0.95, height * 0.80),
+            );
+        }
+    }
+    clay.tinted(Material::LampAmber, [250, 180, 60]);
+    clay.block(
+        vec3(measure.at(0.055), -half * 0.5, height * 0.865),
+        vec3(measure.at(0.03), half * 0.5, height * 0.93),
+    );
+    clay.tinted(Material::Plastic, [200, 202, 204]);
+    clay.block(
+        vec3(measure.at(0.66), -half * 0.55, height - 0.16),
+        vec3(measure.at(0.46), half * 0.55, height),
+    );
 }
 
 fn load_space(measure: &Measure, cab_rear: f32, share: f32) -> (Vec3, Vec3) {
@@ -164,10 +269,12 @@ fn chassis(clay: &mut Clay, measure: &Measure, cab_rear: f32) {
 fn tail_lamps(clay: &mut Clay, low: Vec3, measure: &Measure) {
     let tail = measure.nose_m - measure.size_m.x;
     let half = measure.body_m * 0.5;
-    for side in [1.0f32, -1.0] {
-        for (from, to, material) in
-            [(0.62, 0.86, Material::LampRed), (0.50, 0.60, Material::LampAmber)]
-        {
+    for (side, indicator) in [(1.0f32, Material::IndicatorLeft), (-1.0, Material::IndicatorRight)] {
+        for (from, to, material) in [
+            (0.70, 0.90, Material::LampRed),
+            (0.58, 0.69, indicator),
+            (0.47, 0.57, Material::LampReverse),
+        ] {
             let (a, b) = (side * half * from, side * half * to);
             clay.material(material);
             clay.block(
@@ -272,12 +379,10 @@ fn ladder(clay: &mut Clay, foot: Vec3, head_x: f32, top: f32) {
 /// A light bar whose upper edge is `top`.
 pub(super) fn beacons(clay: &mut Clay, top: Vec3, half_width: f32, height: f32) {
     let lens = height * 0.62;
-    for (from, to, material) in [
-        (-1.0, -0.25, Material::LampRed),
-        (-0.25, 0.25, Material::LampWhite),
-        (0.25, 1.0, Material::LampAmber),
-    ] {
-        clay.material(material);
+    for (from, to, rgb) in
+        [(-1.0, -0.25, [200, 24, 24]), (-0.25, 0.25, [230, 230, 230]), (0.25, 1.0, [26, 60, 200])]
+    {
+        clay.tinted(Material::Beacon, rgb);
         clay.block(
             vec3(top.x - 0.13, from * half_width, top.z - lens),
             vec3(top.x + 0.13, to * half_width, top.z),

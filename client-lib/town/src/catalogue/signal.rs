@@ -1,8 +1,8 @@
 use glam::{Vec3, vec3};
-use road::{Material, Tag};
+use road::{Material, Mesh, Tag};
 
-use super::{Blueprint, Kind};
-use crate::clay::{self, Clay};
+use super::{Blueprint, Kind, Recipe};
+use crate::clay::Clay;
 
 /// Height of the lamp box. Metres.
 pub(crate) const HEAD_HEIGHT_M: f32 = 0.96;
@@ -10,35 +10,43 @@ pub(crate) const HEAD_HEIGHT_M: f32 = 0.96;
 /// A lamp box with three lamps. The origin is the middle of its lower edge, at its back, where the
 /// pole holds it; the lamps look along x.
 pub(super) fn traffic_light() -> Blueprint {
+    let (low, high) = (
+        vec3(0.0, -HALF_M - 0.10, -0.10),
+        vec3(DEPTH_M + 0.20, HALF_M + 0.10, HEAD_HEIGHT_M + 0.10),
+    );
+    Blueprint {
+        half_extents_m: (high - low) * 0.5,
+        center_m: (high + low) * 0.5,
+        mass_kg: 30.0,
+        default_color: [30, 32, 34],
+        ..Blueprint::new(
+            "traffic.traffic_light",
+            Kind::TrafficLight,
+            Tag::TrafficLight,
+            Recipe::Signal,
+        )
+    }
+}
+
+/// Of the box, without its backing board. Metres.
+const HALF_M: f32 = 0.16;
+const DEPTH_M: f32 = 0.22;
+
+pub(super) fn sculpt() -> Mesh {
     let mut clay = Clay::new(Tag::TrafficLight, Material::Plastic, 0);
-    let (half, depth) = (0.16, 0.22);
-    clay.block(vec3(0.0, -half, 0.0), vec3(depth, half, HEAD_HEIGHT_M));
+    clay.block(vec3(0.0, -HALF_M, 0.0), vec3(DEPTH_M, HALF_M, HEAD_HEIGHT_M));
     // A backing board makes the head stand out against the sky.
-    clay.block(vec3(0.02, -half - 0.10, -0.10), vec3(0.04, half + 0.10, HEAD_HEIGHT_M + 0.10));
+    clay.block(vec3(0.02, -HALF_M - 0.10, -0.10), vec3(0.04, HALF_M + 0.10, HEAD_HEIGHT_M + 0.10));
     for (row, material) in
         [Material::SignalGreen, Material::SignalYellow, Material::SignalRed].into_iter().enumerate()
     {
-        let center = vec3(depth, 0.0, HEAD_HEIGHT_M * (row as f32 + 0.5) / 3.0);
+        let center = vec3(DEPTH_M, 0.0, HEAD_HEIGHT_M * (row as f32 + 0.5) / 3.0);
         clay.material(material);
         clay.cone(center - Vec3::X * 0.01, center + Vec3::X * 0.03, [0.115, 0.09], 16);
         clay.material(Material::Plastic);
         visor(&mut clay, center, 0.13, 0.20);
     }
-    let (low, high) = clay::bounds(&clay.mesh);
-    Blueprint {
-        id: "traffic.traffic_light",
-        kind: Kind::TrafficLight,
-        tag: Tag::TrafficLight,
-        base_type: "",
-        special_type: "",
-        half_extents_m: (high - low) * 0.5,
-        center_m: (high + low) * 0.5,
-        mesh: clay.mesh,
-        wheels: Vec::new(),
-        mass_kg: 30.0,
-        wheelbase_m: 0.0,
-        default_color: [30, 32, 34],
-    }
+    clay.mesh
 }
 
 /// A hood over a lamp, open below; seen from both sides.

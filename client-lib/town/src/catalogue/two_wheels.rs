@@ -1,14 +1,15 @@
 //! Motorcycles and bicycles, each with its rider.
 
-use glam::{Vec3, vec3};
+use glam::{Quat, Vec2, Vec3, vec2, vec3};
 use road::{Material, Tag};
 
 use super::car::Measure;
-use super::walker::{limb, torso};
+use super::rig::{Joint, Motion, PedalLeg, Rig};
 use super::{Wheel, wheel};
 use crate::clay::Clay;
 
 /// A two-wheeler's posture: points in the vehicle's middle plane, (x, z) in metres.
+#[derive(Debug)]
 pub(super) struct Bike {
     seat: (f32, f32),
     grip: (f32, f32),
@@ -18,6 +19,7 @@ pub(super) struct Bike {
     helmet: bool,
 }
 
+#[derive(Debug)]
 enum Frame {
     /// Tubes; the flag asks for a straight upper tube.
     Tubes(bool),
@@ -38,6 +40,64 @@ pub(super) const SPORT: Bike = Bike { seat: (-0.28, 0.83), grip: (0.40, 0.90), f
 #[rustfmt::skip]
 pub(super) const SCOOTER: Bike = Bike { seat: (-0.30, 0.78), grip: (0.36, 1.02), foot: (0.24, 0.30), tyre_m: 0.110, frame: Frame::Scooter, helmet: true };
 
+/// The joint of handlebar and fork, after the body and both wheels.
+const FORK: u32 = 3;
+/// The joint of the pedals; thigh and shin follow, left then right.
+const CRANK: u32 = 4;
+/// Of a rider's thigh and shin. Metres.
+const LEG_M: Vec2 = vec2(0.44, 0.43);
+/// The crank's arm when wheels have not turned: ahead and down on the left.
+const ARM_M: Vec2 = vec2(0.15, -0.06);
+
+impl Bike {
+    fn is_pedalled(&self) -> bool {
+        matches!(self.frame, Frame::Tubes(_))
+    }
+
+    fn crank(&self, front: &Wheel) -> Vec3 {
+        vec3(self.foot.0 - 0.02, 0.0, front.radius_m - 0.05)
+    }
+
+    /// Seen from the side; left is 1, right −1.
+    fn leg(&self, front: &Wheel, side: f32) -> PedalLeg {
+        let axle = self.crank(front);
+        PedalLeg {
+            hip_m: vec2(self.seat.0 + 0.02, self.seat.1 + 0.06),
+            axle_m: vec2(axle.x, axle.z),
+            arm_m: ARM_M * side,
+            ankle_m: vec2(-0.05, 0.075),
+            lengths_m: LEG_M,
+        }
+    }
+
+    /// What steering turns: the line from the front hub to the grips.
+    fn steering(&self, front: &Wheel) -> Vec3 {
+        (vec3(self.grip.0, 0.0, self.grip.1) - front.position_m).normalize_or(Vec3::Z)
+    }
+}
+
+/// Body, wheels, fork, and what pedals.
+pub(super) fn rig(bike: &Bike, measure: &Measure) -> Rig {
+    let (front, rear) = (&measure.wheels[0], &measure.wheels[1]);
+    let axis = bike.steering(front);
+    let joint = |name, motion| Joint { name, motion };
+    let mut joints = vec![
+        joint("body", Motion::Still),
+        joint("wheel_f", Motion::Wheel { hub_m: front.position_m, steers_about: axis }),
+        joint("wheel_r", Motion::Wheel { hub_m: rear.position_m, steers_about: Vec3::ZERO }),
+        joint("fork", Motion::Steer { pivot_m: front.position_m, axis }),
+    ];
+    if bike.is_pedalled() {
+        joints.push(joint("crank", Motion::Crank { axle_m: bike.crank(front) }));
+        for (side, thigh, shin) in [(1.0, "thigh_l", "shin_l"), (-1.0, "thigh_r", "shin_r")] {
+            let leg = bike.leg(front, side);
+            joints.push(joint(thigh, Motion::Leg { leg, is_shin: false }));
+            joints.push(joint(shin, Motion::Leg { leg, is_shin: true }));
+        }
+    }
+    Rig { joints, skeleton: None }
+}
+
 /// Front and rear.
 pub(super) fn wheels(bike: &Bike, wheelbase: f32, radius: f32) -> Vec<Wheel> {
     let one = |x: f32, front: bool| Wheel {
@@ -55,15 +115,19 @@ pub(super) fn body(clay: &mut Clay, bike: &Bike, measure: &Measure) {
     let (front, rear) = (measure.wheels[0], measure.wheels[1]);
     let tag = if matches!(bike.frame, Frame::Tubes(_)) { Tag::Bicycle } else { Tag::Motorcycle };
     clay.paint(tag, Material::Rubber);
-    for one in [&front, &rear] {
-        wheel::hoop(clay, one, 22, if tag == Tag::Bicycle { 12 } else { 5 });
+    for (one, joint) in [(&front, 1), (&rear, 2)] {
+        clay.object(joint);
+        wheel::hoop(clay, one, 24, if tag == Tag::Bicycle { 14 } else { 6 });
     }
+    clay.object(0);
     match bike.frame {
         Frame::Tubes(straight) => tubes(clay, bike, &front, &rear, straight),
         Frame::Fairing => fairing(clay, bike, &front, &rear, measure),
         Frame::Scooter => scooter(clay, bike, &front, &rear, measure),
     }
+    clay.object(FORK);
     handlebar(clay, bike, measure.size_m.y * 0.5);
+    clay.object(0);
     rider(clay, bike, measure);
 }
 
@@ -82,7 +146,7 @@ fn handlebar(clay: &mut Clay, bike: &Bike, half_width: f32) {
 
 fn tubes(clay: &mut Clay, bike: &Bike, front: &Wheel, rear: &Wheel, straight: bool) {
     let seat = vec3(bike.seat.0, 0.0, bike.seat.1 - 0.06);
-    let crank = vec3(bike.foot.0 - 0.02, 0.0, front.radius_m - 0.05);
+    let crank = bike.crank(front);
     let grip = vec3(bike.grip.0, 0.0, bike.grip.1);
     let axis = (front.position_m - grip).normalize_or_zero();
     let (head, fork) = (grip + axis * 0.12, grip + axis * 0.26);
@@ -95,17 +159,20 @@ fn tubes(clay: &mut Clay, bike: &Bike, front: &Wheel, rear: &Wheel, straight: bo
         let out = Vec3::Y * side * 0.055;
         clay.rod(crank + out * 0.6, rear.position_m + out, 0.010, 5);
         clay.rod(joint + out * 0.4, rear.position_m + out, 0.009, 5);
+        clay.object(FORK);
         clay.rod(fork + out * 0.8, front.position_m + out, 0.013, 6);
+        clay.object(0);
     }
-    clay.material(Material::Metal);
+    clay.object(FORK).material(Material::Metal);
     clay.rod(grip, fork, 0.017, 6);
+    clay.object(CRANK);
     clay.rod(crank - Vec3::Y * 0.05, crank + Vec3::Y * 0.06, 0.085, 12);
     for side in [1.0f32, -1.0] {
-        let pedal = crank + vec3(0.15 * side, 0.09 * side, -0.06 * side);
+        let pedal = crank + vec3(ARM_M.x * side, 0.12 * side, ARM_M.y * side);
         clay.rod(crank + Vec3::Y * 0.07 * side, pedal, 0.011, 5);
         clay.block(pedal - vec3(0.045, 0.05, 0.01), pedal + vec3(0.045, 0.05, 0.01));
     }
-    clay.material(Material::Plastic);
+    clay.object(0).material(Material::Plastic);
     let saddle = vec3(bike.seat.0, 0.0, bike.seat.1 - 0.03);
     clay.ball(saddle, vec3(0.14, 0.075, 0.035), 4, 8);
     clay.material(Material::LampRed);
@@ -153,7 +220,9 @@ fn fairing(clay: &mut Clay, bike: &Bike, front: &Wheel, rear: &Wheel, measure: &
     clay.material(Material::Metal);
     for side in [1.0f32, -1.0] {
         let out = Vec3::Y * side * 0.09;
+        clay.object(FORK);
         clay.rod(grip + out, front.position_m + out, 0.028, 7);
+        clay.object(0);
         clay.block(
             rear.position_m + vec3(-0.05, side * 0.10 - 0.02, -0.04),
             rear.position_m + vec3(0.60, side * 0.10 + 0.02, 0.06),
@@ -234,8 +303,8 @@ fn lamps(clay: &mut Clay, head: Vec3, tail: Vec3, size: f32) {
     clay.ball(head, vec3(0.04, size * 1.4, size), 4, 8);
     clay.material(Material::LampRed);
     clay.block(tail - vec3(0.0, size, size * 0.5), tail + vec3(0.05, size, size * 0.5));
-    clay.material(Material::LampAmber);
-    for side in [1.0f32, -1.0] {
+    for (side, indicator) in [(1.0f32, Material::IndicatorLeft), (-1.0, Material::IndicatorRight)] {
+        clay.material(indicator);
         for (lamp, back) in [(head, -0.12), (tail, 0.08)] {
             clay.ball(lamp + vec3(back, side * (size + 0.12), -0.02), Vec3::splat(0.025), 3, 6);
         }
@@ -251,24 +320,38 @@ fn rider(clay: &mut Clay, bike: &Bike, measure: &Measure) {
     // The nearer and lower the grips, the further the trunk leans.
     let lean = ((top - grip.z) * 0.18 + (grip.x - hip.x) * 0.42).clamp(0.10, 0.38);
     let shoulder = vec3(hip.x + lean, 0.0, top - 2.0 * head - 0.07);
+    clay.material(Material::CarPaint);
     torso(clay, hip, shoulder, 0.17, 0.21);
     let reach = measure.size_m.y * 0.5 - 0.07;
     for side in [1.0f32, -1.0] {
         let y = Vec3::Y * side;
         let hand = grip + y * reach;
-        let knee_lift = vec3(0.16, side * 0.05, 0.10);
-        let foot = vec3(bike.foot.0 + 0.04 * side, side * 0.13, bike.foot.1 - 0.04 * side);
-        let knee = (hip + foot) * 0.5 + knee_lift + y * 0.06;
-        clay.material(Material::Cloth);
-        limb(clay, &[hip + y * 0.09, knee, foot], &[0.085, 0.062, 0.048]);
+        clay.tinted(Material::Cloth, [48, 54, 70]);
+        let (knee, foot) = if bike.is_pedalled() {
+            let (knee, ankle) = bike.leg(&measure.wheels[0], side).knee(0.0);
+            (vec3(knee.x, side * 0.13, knee.y), vec3(ankle.x, side * 0.12, ankle.y))
+        } else {
+            let foot = vec3(bike.foot.0, side * 0.15, bike.foot.1);
+            let lift = vec3(0.24, side * 0.08, 0.12);
+            ((hip + foot) * 0.5 + lift, foot)
+        };
+        let thigh = if bike.is_pedalled() { CRANK + if side > 0.0 { 1 } else { 3 } } else { 0 };
+        let shin = if thigh > 0 { thigh + 1 } else { 0 };
+        clay.object(thigh);
+        clay.ball(hip + y * 0.09, Vec3::splat(0.085), 5, 9);
+        clay.cone(hip + y * 0.09, knee, [0.085, 0.062], 10);
+        clay.object(shin);
+        clay.ball(knee, Vec3::splat(0.062), 5, 9);
+        clay.cone(knee, foot, [0.062, 0.045], 10);
+        clay.material(Material::Rubber);
+        clay.ball(foot + vec3(0.06, 0.0, -0.045), vec3(0.13, 0.045, 0.045), 5, 8);
+        clay.object(0).material(Material::CarPaint);
         limb(
             clay,
             &[shoulder + y * 0.18, (shoulder + hand) * 0.5 + y * 0.06 - Vec3::Z * 0.10, hand],
             &[0.058, 0.046, 0.036],
         );
-        clay.material(Material::Rubber);
-        clay.ball(foot + vec3(0.06, 0.0, -0.01), vec3(0.13, 0.045, 0.045), 4, 6);
-        clay.material(Material::Skin);
+        clay.tinted(Material::Skin, [206, 158, 124]);
         clay.ball(hand, Vec3::splat(0.045), 4, 6);
     }
     let center = vec3(shoulder.x + 0.06, 0.0, top - head);
@@ -284,4 +367,31 @@ fn rider(clay: &mut Clay, bike: &Bike, measure: &Measure) {
         clay.ball(center + vec3(-0.02, 0.0, 0.03), vec3(0.10, 0.09, head - 0.03), 6, 10);
     }
     clay.paint(Tag::Motorcycle, Material::CarPaint);
+}
+
+/// A trunk from hips to shoulders.
+fn torso(clay: &mut Clay, hip: Vec3, shoulder: Vec3, waist: f32, broad: f32) {
+    let turn = Quat::from_rotation_arc(Vec3::Z, (shoulder - hip).normalize_or(Vec3::Z));
+    let length = (shoulder - hip).length();
+    let ring = |(along, wide): (f32, f32)| -> Vec<Vec3> {
+        let half = wide * (waist + (broad - waist) * along.clamp(0.0, 1.0));
+        (0..14)
+            .map(|side| {
+                let angle = std::f32::consts::TAU * side as f32 / 14.0;
+                let flat = vec3(angle.cos() * half * 0.66, angle.sin() * half, 0.0);
+                hip + turn * (flat + Vec3::Z * along * length)
+            })
+            .collect()
+    };
+    let profile =
+        [(-0.10, 0.75), (0.0, 1.0), (0.35, 0.92), (0.75, 1.12), (0.95, 1.0), (1.06, 0.35)];
+    clay.loft(&profile.map(ring), |_, _| None);
+}
+
+/// An arm through three joints.
+fn limb(clay: &mut Clay, joints: &[Vec3; 3], radii: &[f32; 3]) {
+    clay.cone(joints[0], joints[1], [radii[0], radii[1]], 9);
+    clay.cone(joints[1], joints[2], [radii[1], radii[2]], 9);
+    clay.ball(joints[1], Vec3::splat(radii[1]), 5, 9);
+    clay.ball(joints[0], Vec3::splat(radii[0]), 5, 9);
 }

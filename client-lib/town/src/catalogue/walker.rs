@@ -1,128 +1,676 @@
-//! People on foot: CARLA's 49 ids, adults and children of several builds.
+//! People on foot: CARLA's 49 ids, adults and children of several builds, each in clothes of
+//! their own.
 
 use glam::{Quat, Vec3, vec3};
-use road::{Material, Tag};
+use road::{Material, Mesh, Tag};
 
-use super::{Blueprint, Kind};
-use crate::clay::{self, Clay};
-use crate::random::Random;
+use super::rig::{Joint, Motion, Rig};
+use super::skeleton::{Skeleton, bone};
+use super::{Blueprint, Kind, Recipe};
+use crate::clay::Clay;
 
-macro_rules! ids {
-    ($($number:literal)*) => { [$(concat!("walker.pedestrian.", $number)),*] };
+/// Who a walker is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Person {
+    id: &'static str,
+    pub(super) is_female: bool,
+    pub(super) is_child: bool,
+    height_m: f32,
+    /// Breadth against the usual one.
+    girth: f32,
+    top: Top,
+    bottom: Bottom,
+    hair: Hair,
+    carries: Carries,
+    /// Index into [`COLORS`]: upper garment, lower garment, hair, skin.
+    colors: [usize; 4],
 }
 
-const IDS: [&str; 49] = ids!(
-    "0001" "0002" "0003" "0004" "0005" "0006" "0007" "0008" "0009" "0010" "0011" "0012" "0013"
-    "0014" "0015" "0016" "0017" "0018" "0019" "0020" "0021" "0022" "0023" "0024" "0025" "0026"
-    "0027" "0028" "0029" "0030" "0031" "0032" "0033" "0034" "0035" "0036" "0037" "0038" "0039"
-    "0040" "0041" "0042" "0043" "0044" "0045" "0046" "0047" "0048" "0049"
-);
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Top {
+    Shirt,
+    Sleeves,
+    Jacket,
+    Coat,
+    Vest,
+    Uniform,
+}
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Bottom {
+    Trousers,
+    Shorts,
+    Skirt,
+    Dress,
+}
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Hair {
+    Short,
+    Long,
+    Bun,
+    Bald,
+    Cap,
+    Hat,
+    Hood,
+}
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Carries {
+    Nothing,
+    Backpack,
+    Handbag,
+}
 
-/// The numbers of CARLA's children.
-const CHILDREN: [usize; 8] = [9, 10, 11, 12, 13, 14, 48, 49];
+/// sRGB.
+#[rustfmt::skip]
+const COLORS: [[u8; 3]; 24] = [
+    [232, 230, 224], [34, 36, 42], [128, 130, 134], [172, 34, 34], [36, 70, 132], [44, 96, 60], [226, 178, 52], [110, 74, 50],
+    [46, 58, 92], [186, 152, 112], [96, 150, 190], [126, 60, 110], [214, 112, 66], [92, 100, 70], [200, 150, 160], [70, 130, 130],
+    [32, 24, 20], [84, 54, 32], [190, 150, 84], [160, 160, 160],
+    [238, 200, 174], [206, 158, 124], [150, 104, 76], [94, 62, 46],
+];
+
+macro_rules! people {
+    ($($number:literal $gender:ident $age:ident $height:literal $girth:literal $top:ident $bottom:ident $hair:ident $carries:ident [$a:literal $b:literal $c:literal $d:literal])*) => {
+        [$(Person {
+            id: concat!("walker.pedestrian.", $number),
+            is_female: people!(@ $gender),
+            is_child: people!(@ $age),
+            height_m: $height,
+            girth: $girth,
+            top: Top::$top,
+            bottom: Bottom::$bottom,
+            hair: Hair::$hair,
+            carries: Carries::$carries,
+            colors: [$a, $b, $c, $d],
+        }),*]
+    };
+    (@ female) => { true };
+    (@ male) => { false };
+    (@ child) => { true };
+    (@ adult) => { false };
+}
+
+#[rustfmt::skip]
+const PEOPLE: [Person; 49] = people!(
+    "0001" female adult 1.68 0.94 Shirt   Trousers Long  Nothing  [3 8 17 20]
+    "0002" male   adult 1.82 1.02 Sleeves Trousers Short Nothing  [2 1 16 21]
+    "0003" male   adult 1.78 0.98 Jacket  Trousers Short Backpack [4 9 17 20]
+    "0004" male   adult 1.85 1.08 Coat    Trousers Bald  Nothing  [1 2 16 22]
+    "0005" female adult 1.64 0.92 Sleeves Skirt    Bun   Handbag  [0 1 18 20]
+    "0006" female adult 1.72 0.96 Jacket  Trousers Long  Handbag  [11 8 16 21]
+    "0007" female adult 1.60 1.06 Coat    Dress    Hat   Handbag  [7 7 19 20]
+    "0008" female adult 1.66 0.90 Vest    Shorts   Long  Backpack [6 4 18 21]
+    "0009" female child 1.16 0.92 Shirt   Skirt    Long  Nothing  [14 11 18 20]
+    "0010" male   child 1.24 0.96 Shirt   Shorts   Cap   Backpack [3 4 17 21]
+    "0011" male   child 1.36 0.94 Jacket  Trousers Short Backpack [5 8 16 22]
+    "0012" female child 1.30 0.92 Sleeves Trousers Bun   Nothing  [6 4 16 23]
+    "0013" male   child 1.12 1.00 Shirt   Shorts   Short Nothing  [10 9 18 20]
+    "0014" female child 1.40 0.92 Vest    Dress    Long  Nothing  [15 15 17 21]
+    "0015" male   adult 1.76 1.14 Shirt   Trousers Short Nothing  [0 4 16 23]
+    "0016" male   adult 1.88 1.00 Jacket  Trousers Cap   Nothing  [13 1 16 22]
+    "0017" male   adult 1.74 0.95 Sleeves Trousers Hood  Backpack [2 8 16 21]
+    "0018" female adult 1.70 0.92 Coat    Trousers Long  Handbag  [9 1 17 20]
+    "0019" male   adult 1.80 1.20 Shirt   Shorts   Bald  Nothing  [5 9 16 20]
+    "0020" female adult 1.62 1.12 Sleeves Dress    Bun   Handbag  [4 4 16 23]
+    "0021" female adult 1.75 0.90 Vest    Trousers Long  Nothing  [12 1 16 22]
+    "0022" male   adult 1.79 1.00 Coat    Trousers Hat   Nothing  [8 2 19 20]
+    "0023" male   adult 1.72 1.06 Jacket  Trousers Short Nothing  [7 8 19 21]
+    "0024" male   adult 1.91 0.96 Shirt   Trousers Short Backpack [10 1 17 20]
+    "0025" male   adult 1.77 1.04 Vest    Shorts   Cap   Nothing  [3 1 16 23]
+    "0026" female adult 1.67 0.94 Jacket  Skirt    Long  Handbag  [1 2 16 20]
+    "0027" female adult 1.71 0.92 Shirt   Shorts   Bun   Backpack [15 9 18 21]
+    "0028" male   adult 1.83 1.10 Sleeves Trousers Bald  Nothing  [12 8 16 23]
+    "0029" female adult 1.63 1.00 Coat    Dress    Hood  Nothing  [15 15 16 21]
+    "0030" male   adult 1.84 1.06 Uniform Trousers Cap   Nothing  [8 8 16 20]
+    "0031" male   adult 1.81 0.98 Jacket  Trousers Hood  Backpack [3 1 16 22]
+    "0032" male   adult 1.78 1.02 Uniform Trousers Cap   Nothing  [8 8 17 22]
+    "0033" male   adult 1.73 1.16 Coat    Trousers Hat   Nothing  [2 1 19 20]
+    "0034" female adult 1.69 0.93 Sleeves Trousers Long  Backpack [14 4 17 20]
+    "0035" female adult 1.65 0.98 Shirt   Skirt    Long  Handbag  [6 5 16 22]
+    "0036" male   adult 1.86 1.00 Sleeves Trousers Short Nothing  [4 9 18 20]
+    "0037" male   adult 1.75 1.08 Jacket  Shorts   Short Nothing  [10 13 17 21]
+    "0038" female adult 1.58 1.04 Jacket  Trousers Bun   Handbag  [3 1 19 20]
+    "0039" male   adult 1.70 1.12 Shirt   Trousers Cap   Nothing  [13 7 16 23]
+    "0040" female adult 1.74 0.91 Coat    Trousers Bun   Nothing  [0 8 16 22]
+    "0041" male   adult 1.89 1.04 Jacket  Trousers Short Nothing  [1 4 16 21]
+    "0042" female adult 1.66 0.95 Vest    Skirt    Long  Nothing  [5 0 17 20]
+    "0043" male   adult 1.76 0.94 Shirt   Trousers Long  Backpack [11 1 17 20]
+    "0044" female adult 1.61 1.08 Jacket  Trousers Short Handbag  [9 7 19 21]
+    "0045" male   adult 1.82 1.00 Vest    Trousers Short Backpack [12 2 16 23]
+    "0046" female adult 1.73 0.92 Sleeves Dress    Long  Handbag  [3 3 16 20]
+    "0047" male   adult 1.79 1.06 Coat    Trousers Hood  Nothing  [13 1 16 22]
+    "0048" male   child 1.20 0.98 Jacket  Trousers Cap   Nothing  [6 8 16 23]
+    "0049" female child 1.26 0.92 Sleeves Dress    Bun   Backpack [11 11 16 21]
+);
 
 /// All walkers, by id.
 pub(super) fn walkers() -> Vec<Blueprint> {
-    IDS.iter().enumerate().map(|(index, id)| walker(id, index + 1)).collect()
+    (0..PEOPLE.len()).map(walker).collect()
 }
 
-fn walker(id: &'static str, number: usize) -> Blueprint {
-    let mut random = Random::new(number as u64, 0x3a17);
-    let child = CHILDREN.contains(&number);
-    let height = if child { random.between(1.08, 1.42) } else { random.between(1.58, 1.92) };
-    let girth = if child { random.between(0.9, 1.0) } else { random.between(0.88, 1.22) };
-    let skirt = !child && number % 5 == 2;
-    let color = [0; 3].map(|_: u8| (30.0 + 170.0 * random.unit()) as u8);
+/// Who this blueprint is.
+pub(super) fn person(blueprint: &Blueprint) -> &'static Person {
+    match blueprint.recipe {
+        Recipe::Walker(number) => &PEOPLE[number],
+        _ => &PEOPLE[0],
+    }
+}
 
-    let mut clay = Clay::new(Tag::Pedestrian, Material::Cloth, 0);
-    figure(&mut clay, height, girth, skirt, number % 3);
-    let (low, high) = clay::bounds(&clay.mesh);
+fn walker(number: usize) -> Blueprint {
+    let Person { id, height_m, girth, colors, .. } = PEOPLE[number];
+    let (half_m, middle_x) = Figure::new(number).half_size();
     Blueprint {
-        id,
-        kind: Kind::Walker,
-        tag: Tag::Pedestrian,
-        base_type: "",
-        special_type: "",
-        half_extents_m: (high - low) * 0.5,
-        center_m: (high + low) * 0.5,
-        mesh: clay.mesh,
-        wheels: Vec::new(),
-        mass_kg: 22.0 * girth * girth * height * height,
-        wheelbase_m: 0.0,
-        default_color: color,
+        generation: 2,
+        half_extents_m: half_m,
+        center_m: vec3(middle_x, 0.0, half_m.z),
+        mass_kg: 22.0 * girth * girth * height_m * height_m,
+        default_color: COLORS[colors[0]],
+        ..Blueprint::new(id, Kind::Walker, Tag::Pedestrian, Recipe::Walker(number))
     }
 }
 
-/// Someone in mid-step, looking along x.
-fn figure(clay: &mut Clay, height: f32, girth: f32, skirt: bool, hair: usize) {
-    let head = (height * 0.072).max(0.105);
-    let hip = height * 0.50;
-    let shoulder = height - 2.0 * head - height * 0.045;
-    let broad = height * 0.115 * girth;
-    let stride = height * 0.13;
-    // The upper garment takes the actor's own colour.
-    clay.material(Material::CarPaint);
-    torso(clay, Vec3::Z * (hip - 0.03), Vec3::Z * shoulder, broad * 0.80, broad);
-    for side in [1.0f32, -1.0] {
-        let y = side * broad * 0.52;
-        let ankle = vec3(stride * side, y, 0.075);
-        let knee = vec3(stride * side * 0.5 + 0.05, y, hip * 0.53);
-        clay.material(if skirt { Material::Skin } else { Material::Cloth });
-        limb(clay, &[vec3(0.0, y, hip), knee, ankle], &[0.085 * girth, 0.062 * girth, 0.045]);
-        clay.material(Material::Rubber);
-        let foot = vec3(ankle.x + 0.05, y, 0.045);
-        clay.ball(foot, vec3(height * 0.078, 0.048, 0.045), 4, 8);
+/// The pieces: number, name, and the bone that each follows.
+const PIECES: [(&str, usize); 11] = [
+    ("crl_hips__C", bone::HIPS),
+    ("crl_spine01__C", bone::CHEST),
+    ("crl_Head__C", bone::HEAD),
+    ("crl_arm__L", bone::ARM[0]),
+    ("crl_foreArm__L", bone::FOREARM[0]),
+    ("crl_arm__R", bone::ARM[1]),
+    ("crl_foreArm__R", bone::FOREARM[1]),
+    ("crl_thigh__L", bone::THIGH[0]),
+    ("crl_leg__L", bone::LEG[0]),
+    ("crl_thigh__R", bone::THIGH[1]),
+    ("crl_leg__R", bone::LEG[1]),
+];
 
-        let upper = vec3(0.0, side * (broad + 0.045), shoulder - 0.05);
-        let elbow = upper + vec3(-stride * side * 0.45, side * 0.05, -height * 0.165);
-        let hand = elbow + vec3(-stride * side * 0.4 + 0.09, 0.0, -height * 0.135);
+pub(super) fn rig(number: usize) -> Rig {
+    let Person { height_m, girth, .. } = PEOPLE[number];
+    let joint = |(name, bone): (&'static str, usize)| Joint { name, motion: Motion::Bone(bone) };
+    Rig { joints: PIECES.map(joint).to_vec(), skeleton: Some(Skeleton::new(height_m, girth)) }
+}
+
+pub(super) fn sculpt(number: usize) -> Mesh {
+    let mut clay = Clay::new(Tag::Pedestrian, Material::Cloth, 0);
+    Figure::new(number).sculpt(&mut clay);
+    clay.mesh
+}
+
+/// Someone at rest, looking along x.
+struct Figure {
+    person: &'static Person,
+    bones: Skeleton,
+    height: f32,
+}
+
+impl Figure {
+    fn new(number: usize) -> Figure {
+        let person = &PEOPLE[number];
+        let height = person.height_m;
+        Figure { person, bones: Skeleton::new(height, person.girth), height }
+    }
+
+    fn at(&self, bone: usize) -> Vec3 {
+        self.bones.bones[bone].at_m
+    }
+
+    /// Of the head, from chin to crown; children's are large for their size.
+    fn head_m(&self) -> f32 {
+        (self.height * 0.125).max(0.185)
+    }
+
+    /// Half the size of the figure at rest, and the middle of its length.
+    fn half_size(&self) -> (Vec3, f32) {
+        let cuff = if self.is_bare() { 0.015 } else { 0.019 } * self.sleeve();
+        let aside = self.at(bone::HAND[0]).y + HAND_M[1].max(cuff) * self.height;
+        let front = self.at(bone::FOOT[0]).x + (FOOT_M[0] + FOOT_M[1]) * self.height;
+        let girth = self.person.girth;
+        let seat = 0.068 * girth + 0.006;
+        let chest = if self.is_bulky() { 0.0713 * girth } else { 0.066 * girth };
+        let pack = if self.person.carries == Carries::Backpack { 0.0875 * girth } else { 0.0 };
+        let hem = self.hem().map_or(0.0, |(_, reach, _)| reach * 0.78 * girth);
+        let back = -seat.max(chest).max(pack).max(hem) * self.height;
+        (vec3((front - back) * 0.5, aside, self.height * 0.5), (front + back) * 0.5)
+    }
+
+    /// Of a skirt or a coat: how high it ends, how far it reaches there, in shares of the height;
+    /// and whether it is of the upper garment.
+    fn hem(&self) -> Option<(f32, f32, bool)> {
+        match (self.person.bottom, self.person.top) {
+            (Bottom::Skirt, _) => Some((0.33, 0.110, false)),
+            (Bottom::Dress, _) => Some((0.27, 0.116, true)),
+            (_, Top::Coat) => Some((0.31, 0.104, true)),
+            _ => None,
+        }
+    }
+
+    fn is_bulky(&self) -> bool {
+        matches!(self.person.top, Top::Jacket | Top::Coat)
+    }
+
+    /// Forearms are seen.
+    fn is_bare(&self) -> bool {
+        matches!(self.person.top, Top::Shirt | Top::Vest)
+    }
+
+    /// How thick arms are against the usual.
+    fn sleeve(&self) -> f32 {
+        (0.5 + 0.5 * self.person.girth) * if self.is_bulky() { 1.18 } else { 1.0 }
+    }
+
+    fn color(&self, which: usize) -> [u8; 3] {
+        COLORS[self.person.colors[which]]
+    }
+
+    fn sculpt(&self, clay: &mut Clay) {
+        self.hips(clay);
+        self.chest(clay);
+        self.head(clay);
+        for side in 0..2 {
+            self.arm(clay, side);
+            self.leg(clay, side);
+        }
+    }
+
+    fn upper(&self, clay: &mut Clay) {
         clay.material(Material::CarPaint);
-        limb(clay, &[upper, elbow, hand], &[0.055 * girth, 0.045 * girth, 0.034]);
-        clay.material(Material::Skin);
-        clay.ball(hand - Vec3::Z * 0.04, vec3(0.035, 0.03, 0.06), 4, 6);
     }
-    if skirt {
-        clay.material(Material::Cloth);
-        clay.cone(Vec3::Z * (hip * 0.52), Vec3::Z * (hip + 0.08), [broad * 1.25, broad * 0.75], 10);
-    }
-    let center = vec3(0.015, 0.0, height - head);
-    clay.material(Material::Skin);
-    clay.rod(Vec3::Z * (shoulder - 0.02), center, head * 0.48, 8);
-    clay.ball(center, vec3(head * 0.88, head * 0.70, head * 0.985), 7, 10);
-    clay.material(if hair == 0 { Material::Plastic } else { Material::Bark });
-    let tail = if hair == 1 { 0.30 } else { 0.05 };
-    clay.ball(
-        center + vec3(-head * 0.16, 0.0, head * (0.22 - tail)),
-        vec3(head * 0.84, head * 0.76, head * (0.78 + tail)),
-        6,
-        10,
-    );
-}
 
-/// A trunk from hips to shoulders.
-pub(super) fn torso(clay: &mut Clay, hip: Vec3, shoulder: Vec3, waist: f32, broad: f32) {
-    let turn = Quat::from_rotation_arc(Vec3::Z, (shoulder - hip).normalize_or(Vec3::Z));
-    let length = (shoulder - hip).length();
-    let rings: Vec<Vec<Vec3>> =
-        [(-0.10, 0.75), (0.0, 1.0), (0.35, 0.92), (0.75, 1.12), (0.95, 1.0), (1.06, 0.35)]
-            .map(|(along, wide): (f32, f32)| {
-                let half = wide * (waist + (broad - waist) * along.clamp(0.0, 1.0));
-                (0..10)
+    fn lower(&self, clay: &mut Clay) {
+        match self.person.bottom {
+            Bottom::Dress => self.upper(clay),
+            _ => {
+                clay.tinted(Material::Cloth, self.color(1));
+            }
+        }
+    }
+
+    fn skin(&self, clay: &mut Clay) {
+        clay.tinted(Material::Skin, self.color(3));
+    }
+
+    /// Rings of an upright trunk: (height, half breadth, half depth, forward), all in shares of
+    /// the body's height.
+    fn trunk(&self, clay: &mut Clay, rings: &[[f32; 4]]) {
+        let sides = 16;
+        let (h, wide) = (self.height, self.person.girth);
+        let rings: Vec<Vec<Vec3>> = rings
+            .iter()
+            .map(|[z, y, x, ahead]| {
+                (0..sides)
                     .map(|side| {
-                        let angle = std::f32::consts::TAU * side as f32 / 10.0;
-                        let flat = vec3(angle.cos() * half * 0.66, angle.sin() * half, 0.0);
-                        hip + turn * (flat + Vec3::Z * along * length)
+                        let angle = std::f32::consts::TAU * side as f32 / sides as f32;
+                        // Between an ellipse and a box.
+                        let square = |v: f32| v.signum() * v.abs().powf(0.8);
+                        vec3(
+                            (x * wide * square(angle.cos()) + ahead) * h,
+                            y * wide * square(angle.sin()) * h,
+                            z * h,
+                        )
                     })
                     .collect()
             })
-            .into();
-    clay.loft(&rings, |_, _| None);
+            .collect();
+        clay.loft(&rings, |_, _| None);
+    }
+
+    fn hips(&self, clay: &mut Clay) {
+        clay.object(0);
+        self.lower(clay);
+        self.trunk(
+            clay,
+            &[
+                [0.470, 0.060, 0.045, 0.0],
+                [0.490, 0.090, 0.060, -0.004],
+                [0.530, 0.098, 0.068, -0.006],
+                [0.575, 0.088, 0.060, -0.002],
+                [0.600, 0.084, 0.056, 0.0],
+            ],
+        );
+        if let Some((hem, reach, is_upper)) = self.hem() {
+            if is_upper {
+                self.upper(clay)
+            } else {
+                self.lower(clay)
+            }
+            self.trunk(
+                clay,
+                &[
+                    [hem, reach, reach * 0.78, 0.0],
+                    [0.46, 0.110, 0.080, -0.004],
+                    [0.53, 0.102, 0.074, -0.006],
+                    [0.595, 0.088, 0.062, 0.0],
+                ],
+            );
+        }
+        clay.tinted(Material::Plastic, COLORS[1]);
+        if matches!(self.person.bottom, Bottom::Trousers | Bottom::Shorts) {
+            self.trunk(clay, &[[0.588, 0.088, 0.061, 0.0], [0.604, 0.087, 0.060, 0.0]]);
+        }
+    }
+
+    fn chest(&self, clay: &mut Clay) {
+        clay.object(1);
+        self.upper(clay);
+        let bust = if self.person.is_female && !self.person.is_child { 0.010 } else { 0.0 };
+        let bulk = if self.is_bulky() { 1.08 } else { 1.0 };
+        self.trunk(
+            clay,
+            &[
+                [0.585, 0.086 * bulk, 0.059 * bulk, 0.0],
+                [0.630, 0.084 * bulk, 0.057 * bulk, 0.002],
+                [0.700, 0.098 * bulk, 0.064 * bulk + bust, 0.002 + bust * 0.6],
+                [0.745, 0.106 * bulk, 0.066 * bulk + bust, 0.002 + bust * 0.8],
+                [0.790, 0.108 * bulk, 0.058 * bulk, -0.002],
+                [0.815, 0.096, 0.046, -0.004],
+                [0.832, 0.060, 0.036, -0.002],
+                [0.840, 0.034, 0.030, 0.0],
+            ],
+        );
+        let h = self.height;
+        match self.person.top {
+            Top::Jacket | Top::Coat => {
+                // An open front, and what is worn below.
+                clay.tinted(Material::Cloth, self.color(1).map(|c| c / 2 + 110));
+                let front = (0.0725 + bust) * self.person.girth;
+                clay.block(vec3(0.040, -0.018, 0.60) * h, vec3(front, 0.018, 0.775) * h);
+            }
+            Top::Uniform => {
+                clay.tinted(Material::Metal, COLORS[6]);
+                clay.block(vec3(0.05, 0.035, 0.745) * h, vec3(0.0675, 0.055, 0.775) * h);
+                clay.tinted(Material::Plastic, COLORS[1]);
+                self.trunk(clay, &[[0.585, 0.094, 0.068, 0.0], [0.605, 0.093, 0.067, 0.0]]);
+            }
+            _ => {}
+        }
+        self.skin(clay);
+        clay.cone(
+            vec3(-0.002, 0.0, 0.825) * h,
+            vec3(0.006, 0.0, 0.885) * h,
+            [0.034 * h, 0.030 * h],
+            10,
+        );
+        match self.person.carries {
+            Carries::Backpack => {
+                clay.tinted(Material::Cloth, COLORS[(self.person.colors[1] + 3) % 16]);
+                let (low, high) = (vec3(-0.0875, -0.075, 0.62), vec3(-0.045, 0.075, 0.80));
+                clay.block(low * h * vec3(self.person.girth, 1.0, 1.0), high * h);
+                for y in [-0.062, 0.062] {
+                    clay.block(vec3(0.040, y - 0.010, 0.66) * h, vec3(0.069, y + 0.010, 0.80) * h);
+                    clay.block(vec3(-0.05, y - 0.010, 0.796) * h, vec3(0.06, y + 0.010, 0.828) * h);
+                }
+            }
+            Carries::Handbag => {
+                clay.tinted(Material::Cloth, COLORS[(self.person.colors[0] + 7) % 16]);
+                let y = 0.115 * self.person.girth;
+                clay.block(vec3(-0.05, y - 0.018, 0.50) * h, vec3(0.05, y + 0.018, 0.57) * h);
+                clay.pipe(
+                    &[
+                        vec3(0.03, y, 0.565) * h,
+                        vec3(0.01, 0.05, 0.832) * h,
+                        vec3(-0.03, y, 0.565) * h,
+                    ],
+                    0.004 * h,
+                    4,
+                );
+            }
+            Carries::Nothing => {}
+        }
+    }
+
+    fn head(&self, clay: &mut Clay) {
+        clay.object(2);
+        let (h, tall) = (self.height, self.head_m());
+        let half = tall * 0.5;
+        let is_tall_hat = self.person.hair == Hair::Hat;
+        let top = if is_tall_hat { h - 0.030 * h } else { h - 0.006 * h };
+        let center = vec3(0.010 * h, 0.0, top - half);
+        self.skin(clay);
+        let ring = |z: f32, x: f32, y: f32, ahead: f32| -> Vec<Vec3> {
+            (0..16)
+                .map(|side| {
+                    let angle = std::f32::consts::TAU * side as f32 / 16.0;
+                    center + vec3(angle.cos() * x + ahead, angle.sin() * y, z) * half
+                })
+                .collect()
+        };
+        // Chin, jaw, cheeks, brow, crown.
+        clay.loft(
+            &[
+                ring(-1.0, 0.20, 0.16, 0.30),
+                ring(-0.90, 0.45, 0.36, 0.20),
+                ring(-0.60, 0.68, 0.56, 0.06),
+                ring(-0.20, 0.78, 0.65, 0.0),
+                ring(0.20, 0.82, 0.68, -0.02),
+                ring(0.55, 0.76, 0.64, -0.05),
+                ring(0.82, 0.52, 0.46, -0.07),
+                ring(0.97, 0.18, 0.16, -0.08),
+            ],
+            |_, _| None,
+        );
+        clay.ball(center + vec3(0.82, 0.0, -0.16) * half, vec3(0.12, 0.09, 0.16) * half, 4, 8);
+        for y in [-0.66, 0.66] {
+            clay.ball(center + vec3(-0.02, y, -0.10) * half, vec3(0.14, 0.07, 0.20) * half, 4, 6);
+        }
+        clay.tinted(Material::Plastic, COLORS[1]);
+        for y in [-0.26, 0.26] {
+            clay.ball(center + vec3(0.74, y, 0.06) * half, vec3(0.07, 0.10, 0.06) * half, 4, 6);
+        }
+        let hair = |clay: &mut Clay| {
+            clay.tinted(Material::Bark, self.color(2));
+        };
+        let cap_of_hair = |clay: &mut Clay, back: f32| {
+            clay.loft(
+                &[
+                    ring(back, 0.52, 0.66, -0.42),
+                    ring(0.10, 0.62, 0.73, -0.30),
+                    ring(0.42, 0.84, 0.74, -0.10),
+                    ring(0.72, 0.76, 0.64, -0.07),
+                    ring(0.95, 0.46, 0.40, -0.08),
+                    ring(1.05, 0.10, 0.10, -0.08),
+                ],
+                |_, _| None,
+            );
+        };
+        match self.person.hair {
+            Hair::Short => {
+                hair(clay);
+                cap_of_hair(clay, -0.35);
+            }
+            Hair::Long => {
+                hair(clay);
+                cap_of_hair(clay, -0.35);
+                clay.loft(
+                    &[
+                        ring(-1.75, 0.22, 0.62, -0.60),
+                        ring(-0.9, 0.34, 0.74, -0.56),
+                        ring(0.1, 0.40, 0.74, -0.50),
+                    ],
+                    |_, _| None,
+                );
+            }
+            Hair::Bun => {
+                hair(clay);
+                cap_of_hair(clay, -0.35);
+                clay.ball(center + vec3(-0.85, 0.0, 0.38) * half, Vec3::splat(0.30 * half), 5, 8);
+            }
+            Hair::Bald => {
+                hair(clay);
+                clay.loft(
+                    &[
+                        ring(-0.35, 0.46, 0.68, -0.44),
+                        ring(0.0, 0.50, 0.72, -0.40),
+                        ring(0.25, 0.44, 0.68, -0.42),
+                    ],
+                    |_, _| None,
+                );
+            }
+            Hair::Cap => {
+                hair(clay);
+                clay.loft(
+                    &[ring(-0.3, 0.48, 0.68, -0.42), ring(0.2, 0.60, 0.72, -0.32)],
+                    |_, _| None,
+                );
+                clay.tinted(Material::Cloth, COLORS[self.person.colors[1]]);
+                clay.loft(
+                    &[
+                        ring(0.30, 0.88, 0.75, -0.04),
+                        ring(0.72, 0.80, 0.68, -0.06),
+                        ring(0.98, 0.50, 0.44, -0.08),
+                        ring(1.06, 0.12, 0.12, -0.08),
+                    ],
+                    |_, _| None,
+                );
+                clay.loft(&[ring(0.30, 0.46, 0.56, 0.76), ring(0.37, 0.44, 0.54, 0.74)], |_, _| {
+                    None
+                });
+            }
+            Hair::Hat => {
+                hair(clay);
+                clay.loft(
+                    &[ring(-0.3, 0.48, 0.68, -0.42), ring(0.2, 0.60, 0.72, -0.32)],
+                    |_, _| None,
+                );
+                clay.tinted(Material::Cloth, COLORS[9]);
+                clay.loft(
+                    &[
+                        ring(0.40, 1.35, 1.25, -0.04),
+                        ring(0.47, 1.35, 1.25, -0.04),
+                        ring(0.48, 0.85, 0.76, -0.04),
+                        ring(1.05, 0.74, 0.64, -0.04),
+                        ring(1.28, 0.60, 0.52, -0.04),
+                    ],
+                    |_, _| None,
+                );
+            }
+            Hair::Hood => {
+                clay.material(Material::CarPaint);
+                clay.loft(
+                    &[
+                        ring(-1.10, 0.66, 0.72, -0.20),
+                        ring(-0.60, 0.74, 0.82, -0.22),
+                        ring(0.10, 0.80, 0.82, -0.20),
+                        ring(0.60, 0.90, 0.78, -0.08),
+                        ring(0.95, 0.58, 0.52, -0.06),
+                        ring(1.06, 0.14, 0.14, -0.06),
+                    ],
+                    |_, _| None,
+                );
+            }
+        }
+        // Nothing but hair, hats and hoods is the highest point: it is the height.
+        clay.rod(
+            vec3(center.x - 0.08 * half, 0.0, h - 0.03 * h),
+            vec3(center.x - 0.08 * half, 0.0, h),
+            0.10 * half,
+            6,
+        );
+    }
+
+    fn arm(&self, clay: &mut Clay, side: usize) {
+        let h = self.height;
+        let (shoulder, elbow, hand) =
+            (self.at(bone::ARM[side]), self.at(bone::FOREARM[side]), self.at(bone::HAND[side]));
+        let radius = |share: f32| share * h * self.sleeve();
+        clay.object(3 + 2 * side as u32);
+        if self.person.top == Top::Vest {
+            self.skin(clay)
+        } else {
+            self.upper(clay)
+        }
+        clay.ball(shoulder - Vec3::Z * 0.004 * h, Vec3::splat(radius(0.031)), 6, 10);
+        let sleeve = shoulder.lerp(elbow, 0.55);
+        clay.cone(shoulder, sleeve, [radius(0.030), radius(0.027)], 10);
+        if self.person.top == Top::Shirt {
+            self.skin(clay);
+        }
+        let rest = if self.person.top == Top::Shirt { 0.86 } else { 1.0 };
+        clay.cone(sleeve, elbow, [radius(0.027) * rest, radius(0.023) * rest], 10);
+        clay.object(4 + 2 * side as u32);
+        let bare = self.is_bare();
+        if bare {
+            self.skin(clay)
+        } else {
+            self.upper(clay)
+        }
+        clay.ball(elbow, Vec3::splat(radius(0.023) * rest), 5, 10);
+        clay.cone(
+            elbow,
+            hand,
+            [radius(0.023) * rest, radius(if bare { 0.015 } else { 0.019 })],
+            10,
+        );
+        self.skin(clay);
+        let [x, y, z] = HAND_M;
+        clay.ball(hand - Vec3::Z * z * 0.55 * h, vec3(x, y, z) * h, 6, 12);
+        let thumb = hand + vec3(x * 0.9, 0.0, -z * 0.45) * h;
+        clay.ball(thumb, vec3(0.007, 0.006, 0.018) * h, 4, 6);
+    }
+
+    fn leg(&self, clay: &mut Clay, side: usize) {
+        let (h, wide) = (self.height, 0.4 + 0.6 * self.person.girth);
+        let (hip, knee, ankle) =
+            (self.at(bone::THIGH[side]), self.at(bone::LEG[side]), self.at(bone::FOOT[side]));
+        let radius = |share: f32| share * h * wide;
+        let covered = self.person.bottom == Bottom::Trousers;
+        clay.object(7 + 2 * side as u32);
+        match self.person.bottom {
+            Bottom::Skirt | Bottom::Dress => self.skin(clay),
+            _ => self.lower(clay),
+        }
+        let hem = hip.lerp(knee, 0.78);
+        clay.ball(hip, Vec3::splat(radius(0.046)), 6, 10);
+        clay.cone(hip, hem, [radius(0.048), radius(0.037)], 12);
+        if !covered {
+            self.skin(clay);
+        }
+        clay.cone(hem, knee, [radius(0.037) * if covered { 1.0 } else { 0.9 }, radius(0.031)], 12);
+        clay.object(8 + 2 * side as u32);
+        if covered {
+            self.lower(clay)
+        } else {
+            self.skin(clay)
+        }
+        clay.ball(knee, Vec3::splat(radius(0.031)), 5, 10);
+        let calf = knee.lerp(ankle, 0.35) - Vec3::X * 0.006 * h;
+        clay.cone(knee, calf, [radius(0.031), radius(0.032)], 12);
+        clay.cone(calf, ankle, [radius(0.032), radius(if covered { 0.026 } else { 0.018 })], 12);
+        // The shoe belongs to the shin: at a walk the ankle hardly bends.
+        clay.tinted(Material::Rubber, COLORS[if self.person.is_child { 0 } else { 1 }]);
+        let turn = Quat::from_rotation_z(if side == 0 { 0.10 } else { -0.10 });
+        let [ahead, long] = FOOT_M;
+        let sole = vec3(ankle.x + ahead * h, ankle.y, 0.0);
+        let outline = |z: f32, grow: f32| -> Vec<Vec3> {
+            [
+                (1.0, 0.0),
+                (0.86, 0.20),
+                (0.45, 0.27),
+                (-0.2, 0.22),
+                (-0.75, 0.20),
+                (-1.0, 0.0),
+                (-0.75, -0.20),
+                (-0.2, -0.22),
+                (0.45, -0.27),
+                (0.86, -0.20),
+            ]
+            .map(|(x, y): (f32, f32)| {
+                let slope = if x > 0.2 { 1.0 - 0.55 * (x - 0.2) } else { 1.0 };
+                sole + turn * vec3(x * grow, y * grow, 0.0) * long * h + Vec3::Z * z * slope * h
+            })
+            .to_vec()
+        };
+        clay.loft(
+            &[
+                outline(0.0, 0.985),
+                outline(0.012, 0.985),
+                outline(0.036, 0.90),
+                outline(0.050, 0.55),
+            ],
+            |_, _| None,
+        );
+    }
 }
 
-/// An arm or a leg through three joints.
-pub(super) fn limb(clay: &mut Clay, joints: &[Vec3; 3], radii: &[f32; 3]) {
-    clay.cone(joints[0], joints[1], [radii[0], radii[1]], 7);
-    clay.cone(joints[1], joints[2], [radii[1], radii[2]], 7);
-    clay.ball(joints[1], Vec3::splat(radii[1]), 4, 7);
-    clay.ball(joints[0], Vec3::splat(radii[0]), 4, 7);
-}
+/// Half the size of a hand, in shares of the height.
+const HAND_M: [f32; 3] = [0.017, 0.011, 0.042];
+/// Middle of a shoe before its ankle, and half its length, in shares of the height.
+const FOOT_M: [f32; 2] = [0.042, 0.078];

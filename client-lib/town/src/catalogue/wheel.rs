@@ -1,6 +1,6 @@
 use std::f32::consts::TAU;
 
-use glam::{Vec3, vec3};
+use glam::{Quat, Vec3, vec3};
 use road::Material;
 
 use super::Wheel;
@@ -34,7 +34,26 @@ pub(super) fn tyre(clay: &mut Clay, wheel: &Wheel, sides: u32) {
                 .collect()
         })
         .collect();
+    clay.material(Material::Metal);
     clay.loft(&rings, |band, _| profile.get(band).map(|point| point.2));
+    // Holes between the spokes, on the outer side: what shows that the wheel turns.
+    let out = if wheel.position_m.y < 0.0 { -1.0 } else { 1.0 };
+    clay.material(Material::Rubber);
+    for hole in 0..5 {
+        let angle = TAU * hole as f32 / 5.0;
+        let turn = Quat::from_rotation_y(angle);
+        let at = |along: f32, up: f32, deep: f32| {
+            wheel.position_m + turn * vec3(along * radius, out * half * deep, up * radius)
+        };
+        let face = [
+            at(-0.06, 0.20, 0.66),
+            at(0.06, 0.20, 0.66),
+            at(0.17, 0.54, 0.80),
+            at(-0.17, 0.54, 0.80),
+        ];
+        let [a, b, c, d] = face;
+        clay.quad(if out < 0.0 { [a, b, c, d] } else { [d, c, b, a] });
+    }
 }
 
 /// A two-wheeler's wheel: a tyre as a ring, and crossed spokes.

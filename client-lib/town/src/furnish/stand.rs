@@ -29,7 +29,7 @@ pub(super) fn stand(
     let origin = at - Vec2::from_angle(yaw_rad).rotate(thing.center_m.truncate());
     let place = Place { foot: plan.foot(origin), yaw_rad };
     let brief = Brief { tag: Tag::Static, layer: Layer::Props, color: thing.default_color };
-    scene.add(brief, place, |clay: &mut Clay| clay.append(&thing.mesh, 1.0));
+    scene.add(brief, place, |clay: &mut Clay| clay.append(thing.mesh(), 1.0));
     let (low, high) = (thing.center_m - half, thing.center_m + half);
     scene.solid(&place, low, high);
     true

@@ -334,7 +334,7 @@ fn town10hd_in_high_detail_is_a_scene_to_measure_with() {
     let cars: Vec<usize> = catalogue()
         .iter()
         .filter(|one| one.kind == Kind::Vehicle)
-        .map(|one| one.mesh.triangles.len())
+        .map(|one| one.mesh().triangles.len())
         .collect();
     let hundred: usize = cars.iter().cycle().take(100).sum();
     let (fixed, all) = (town.mesh.triangles.len(), town.mesh.triangles.len() + hundred);

@@ -1,3 +1,7 @@
+mod moving;
+mod page;
+mod replaced;
+
 use glam::Vec3;
 
 use super::{Kind, blueprint, catalogue, fleet};
@@ -7,19 +11,32 @@ use crate::clay;
 fn outer_dimensions_are_within_two_percent_of_the_table() {
     for (id, promised) in fleet::promised() {
         let (_, found) = blueprint(id).unwrap();
-        let (low, high) = clay::bounds(&found.mesh);
+        let (low, high) = clay::bounds(found.mesh());
         let size = high - low;
         let off = ((size - promised) / promised).abs();
         assert!(off.max_element() <= 0.02, "{id}: {size} is not {promised}");
-        assert_eq!(found.half_extents_m, size * 0.5, "{id}");
-        assert_eq!(found.center_m, (low + high) * 0.5, "{id}");
+        assert_eq!(found.half_extents_m, promised * 0.5, "{id}");
+    }
+}
+
+#[test]
+fn everything_fills_its_box() {
+    for one in catalogue() {
+        let (low, high) = clay::bounds(one.mesh());
+        let slack = (one.half_extents_m * 0.04).max(Vec3::splat(0.004));
+        for (what, off) in [
+            ("lower", low - (one.center_m - one.half_extents_m)),
+            ("upper", high - (one.center_m + one.half_extents_m)),
+        ] {
+            assert!(off.abs().cmple(slack).all(), "{}: the {what} corner is off by {off}", one.id);
+        }
     }
 }
 
 #[test]
 fn everything_stands_on_the_ground() {
     for one in catalogue().iter().filter(|one| one.kind != Kind::TrafficLight) {
-        let lowest = clay::bounds(&one.mesh).0.z;
+        let lowest = clay::bounds(one.mesh()).0.z;
         assert!(lowest.abs() < 0.02, "{}: lowest point at {lowest} m", one.id);
     }
 }
@@ -44,14 +61,15 @@ fn wheels_touch_the_ground_inside_the_box_and_left_comes_first() {
 #[test]
 fn meshes_are_sound_and_of_a_reasonable_size() {
     for one in catalogue() {
-        let mesh = &one.mesh;
+        let mesh = one.mesh();
         assert_eq!(mesh.triangles.len(), mesh.faces.len(), "{}", one.id);
         assert!(mesh.triangles.iter().flatten().all(|i| (*i as usize) < mesh.positions.len()));
         assert!(mesh.positions.iter().flatten().all(|x| x.is_finite()), "{}", one.id);
-        assert!(mesh.faces.iter().all(|face| face.object == 0 && face.reserved == 0));
+        assert!(mesh.faces.iter().all(|face| face.object == 0));
         let range = match one.kind {
-            Kind::Vehicle => 800..=3200,
-            _ => 12..=2000,
+            Kind::Vehicle => 1200..=6000,
+            Kind::Walker => 1200..=3200,
+            _ => 12..=3000,
         };
         assert!(range.contains(&mesh.triangles.len()), "{}: {}", one.id, mesh.triangles.len());
     }
@@ -62,11 +80,11 @@ fn meshes_are_sound_and_of_a_reasonable_size() {
 fn skins_face_outwards() {
     for one in catalogue() {
         let volume: f32 = one
-            .mesh
+            .mesh()
             .triangles
             .iter()
             .map(|t| {
-                let [a, b, c] = t.map(|i| Vec3::from_array(one.mesh.positions[i as usize]));
+                let [a, b, c] = t.map(|i| Vec3::from_array(one.mesh().positions[i as usize]));
                 a.dot(b.cross(c)) / 6.0
             })
             .sum();
@@ -80,6 +98,74 @@ fn ids_are_unique_and_found() {
         assert_eq!(blueprint(one.id).unwrap().0 as usize, index);
     }
     let count = |prefix: &str| catalogue().iter().filter(|b| b.id.starts_with(prefix)).count();
-    assert_eq!((count("vehicle."), count("walker.pedestrian.")), (40, 49));
+    let counts = ["vehicle.", "walker.pedestrian.", "static.prop."].map(count);
+    assert_eq!(counts, [40, 49, 96], "95 props are CARLA's, one is ours");
     assert!(blueprint("vehicle.nobody.knows").is_none());
+}
+
+#[test]
+fn attributes_are_carlas() {
+    let of = |id: &str| {
+        let (_, one) = blueprint(id).unwrap();
+        one.attributes().into_iter().map(|a| (a.id, a.values[0].clone())).collect::<Vec<_>>()
+    };
+    let value = |id: &str, name: &str| {
+        of(id).into_iter().find(|(found, _)| *found == name).map(|(_, value)| value)
+    };
+    let ids = |id: &str| of(id).into_iter().map(|(name, _)| name).collect::<Vec<_>>();
+    assert_eq!(
+        ids("vehicle.yamaha.yzf"),
+        [
+            "role_name",
+            "ros_name",
+            "color",
+            "driver_id",
+            "sticky_control",
+            "terramechanics",
+            "object_type",
+            "base_type",
+            "special_type",
+            "number_of_wheels",
+            "generation",
+            "has_dynamic_doors",
+            "has_lights",
+        ]
+    );
+    assert_eq!(
+        ids("walker.pedestrian.0001"),
+        [
+            "role_name",
+            "ros_name",
+            "is_invincible",
+            "speed",
+            "use_wheelchair",
+            "gender",
+            "generation",
+            "age",
+            "can_use_wheelchair",
+        ]
+    );
+    assert_eq!(ids("static.prop.barrel"), ["role_name", "ros_name", "size"]);
+    for (id, name, wanted) in [
+        ("vehicle.ford.ambulance", "special_type", "emergency"),
+        ("vehicle.ford.crown", "special_type", "taxi"),
+        ("vehicle.ford.crown", "generation", "2"),
+        ("vehicle.audi.a2", "generation", "1"),
+        ("vehicle.audi.a2", "has_dynamic_doors", "true"),
+        ("vehicle.yamaha.yzf", "has_dynamic_doors", "false"),
+        ("vehicle.yamaha.yzf", "number_of_wheels", "2"),
+        ("vehicle.mitsubishi.fusorosa", "base_type", "bus"),
+        ("walker.pedestrian.0011", "age", "child"),
+        ("static.prop.colacan", "size", "tiny"),
+    ] {
+        assert_eq!(value(id, name).as_deref(), Some(wanted), "{id} {name}");
+    }
+}
+
+#[test]
+fn making_the_list_makes_no_mesh() {
+    // Sizes are tables: who only asks for sizes must not wait for meshes.
+    let made = super::fleet::vehicles();
+    assert!(made.iter().all(|one| one.looks.get().is_none()));
+    assert!(made.iter().all(|one| one.half_extents_m.min_element() > 0.1));
 }

@@ -1,0 +1,58 @@
+use road::{Face, Mesh};
+
+use super::rig::{INTERIOR, Motion, Rig};
+
+/// What a blueprint looks like.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Looks {
+    /// All of it at rest, doors shut.
+    pub whole: Mesh,
+    /// The mesh of each joint of the rig, in actor space at rest.
+    pub pieces: Vec<Mesh>,
+}
+
+impl Looks {
+    /// Takes a mesh apart whose faces name their joint as their object. What a joint shows whose
+    /// doors are shut is the shell with its doors.
+    pub(crate) fn of(rig: &Rig, mesh: Mesh) -> Looks {
+        if rig.joints.len() == 1 {
+            let mut whole = mesh;
+            whole.faces.iter_mut().for_each(|face| face.object = 0);
+            return Looks { pieces: vec![whole.clone()], whole };
+        }
+        let motion = |object: u32| rig.joints.get(object as usize).map(|joint| &joint.motion);
+        let is_shell = |object: u32| {
+            matches!(motion(object), Some(Motion::Ajar | Motion::Shut | Motion::Door { .. }))
+        };
+        let pieces = rig
+            .joints
+            .iter()
+            .zip(0..)
+            .map(|(joint, number)| match joint.motion {
+                Motion::Shut => part(&mesh, is_shell),
+                Motion::Ajar => part(&mesh, |object| object == number || object == INTERIOR),
+                _ => part(&mesh, |object| object == number),
+            })
+            .collect();
+        Looks { whole: part(&mesh, |object| object != INTERIOR), pieces }
+    }
+}
+
+/// The faces of some objects, with the corners that they need.
+fn part(mesh: &Mesh, wanted: impl Fn(u32) -> bool) -> Mesh {
+    let mut place = vec![u32::MAX; mesh.positions.len()];
+    let mut part = Mesh::default();
+    for (corners, face) in mesh.triangles.iter().zip(&mesh.faces) {
+        if wanted(face.object) {
+            let corners = corners.map(|corner| {
+                let place = &mut place[corner as usize];
+                if *place == u32::MAX {
+                    *place = part.vertex(mesh.positions[corner as usize]);
+                }
+                *place
+            });
+            part.triangle(corners, Face { object: 0, ..*face });
+        }
+    }
+    part
+}

@@ -1,0 +1,146 @@
+//! Parts move as the state of their actor says, and rest where the whole mesh shows them.
+
+use glam::{Affine3A, Vec3};
+
+use crate::catalogue::{Kind, Posture, blueprint, catalogue, stride_m};
+
+/// The corners of the pieces that are seen, by the name of their joint.
+fn seen(id: &str, posture: &Posture) -> Vec<(&'static str, Vec<Vec3>)> {
+    let (_, one) = blueprint(id).unwrap();
+    let mut all = Vec::new();
+    one.rig().place(posture, |piece, placed| {
+        let corners = &one.looks().pieces[piece].positions;
+        let moved = corners.iter().map(|p| placed.transform_point3(Vec3::from_array(*p)));
+        all.push((one.rig().joints[piece].name, moved.collect()));
+    });
+    all
+}
+
+fn part(id: &str, name: &str, posture: &Posture) -> Vec<Vec3> {
+    seen(id, posture).into_iter().find(|(found, _)| *found == name).expect("a joint").1
+}
+
+const MODEL3: &str = "vehicle.tesla.model3";
+
+#[test]
+fn at_rest_the_pieces_are_the_whole() {
+    for one in catalogue() {
+        let (rig, looks) = (one.rig(), one.looks());
+        assert_eq!(rig.joints.len(), looks.pieces.len(), "{}", one.id);
+        let mut triangles = 0;
+        let rest = Posture { stride: 0.3, ..Posture::default() };
+        rig.place(&rest, |piece, placed| {
+            triangles += looks.pieces[piece].triangles.len();
+            assert!(placed.abs_diff_eq(Affine3A::IDENTITY, 1e-5), "{}: {piece}", one.id);
+        });
+        assert_eq!(triangles, looks.whole.triangles.len(), "{}", one.id);
+        for (piece, joint) in looks.pieces.iter().zip(&rig.joints) {
+            assert!(!piece.triangles.is_empty(), "{}: {} is empty", one.id, joint.name);
+        }
+    }
+}
+
+#[test]
+fn every_wheel_is_a_part_that_turns_about_its_hub() {
+    for one in catalogue().iter().filter(|one| one.kind == Kind::Vehicle) {
+        for (wheel, joint) in one.wheels.iter().zip(&one.rig().joints[1..]) {
+            assert!(joint.name.starts_with("wheel_"), "{}: {}", one.id, joint.name);
+            assert_eq!(joint.pivot_m(), wheel.position_m, "{}", one.id);
+        }
+    }
+}
+
+/// Which corner lies furthest along an axis.
+fn furthest(corners: &[Vec3], axis: usize) -> usize {
+    let by = |a: &usize, b: &usize| corners[*a][axis].total_cmp(&corners[*b][axis]);
+    (0..corners.len()).max_by(by).unwrap()
+}
+
+#[test]
+fn wheels_roll_forwards_and_steer_to_the_left() {
+    let rest = part(MODEL3, "wheel_rl", &Posture::default());
+    let rolled = part(MODEL3, "wheel_rl", &Posture { spin_rad: 0.1, ..Posture::default() });
+    let top = furthest(&rest, 2);
+    assert!(rolled[top].x > rest[top].x + 0.02);
+    let steered = Posture { steer_rad: 0.3, ..Posture::default() };
+    let rest = part(MODEL3, "wheel_fl", &Posture::default());
+    let turned = part(MODEL3, "wheel_fl", &steered);
+    let front = furthest(&rest, 0);
+    assert!(turned[front].y > rest[front].y + 0.05);
+    assert_eq!(part(MODEL3, "wheel_rl", &steered), part(MODEL3, "wheel_rl", &Posture::default()));
+}
+
+#[test]
+fn an_open_door_swings_outwards_and_the_others_stay_shut() {
+    let reach = |name: &str, posture: &Posture| {
+        part(MODEL3, name, posture).iter().map(|p| p.y.abs()).fold(0.0f32, f32::max)
+    };
+    for (bit, name) in ["door_fl", "door_fr", "door_rl", "door_rr"].into_iter().enumerate() {
+        let one = Posture { doors: 1 << bit, ..Posture::default() };
+        let other = Posture { doors: 1 << (3 - bit), ..Posture::default() };
+        assert!(reach(name, &one) > reach(name, &other) + 0.4, "{name}");
+        let side = if bit % 2 == 0 { 1.0 } else { -1.0 };
+        assert!(part(MODEL3, name, &one).iter().all(|p| p.y * side > 0.0), "{name}");
+    }
+    let names: Vec<_> = seen(MODEL3, &Posture::default()).iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, ["body", "wheel_fl", "wheel_fr", "wheel_rl", "wheel_rr"]);
+}
+
+#[test]
+fn a_walker_has_carlas_bones() {
+    let (_, one) = blueprint("walker.pedestrian.0001").unwrap();
+    let bones = &one.skeleton().unwrap().bones;
+    assert_eq!(bones.len(), 66);
+    for name in [
+        "crl_root",
+        "crl_hips__C",
+        "crl_spine01__C",
+        "crl_foreArm__R",
+        "crl_Head__C",
+        "crl_toeEnd__L",
+        "crl_handThumb02__L",
+        "crl_handPinkyEnd__R",
+    ] {
+        assert!(bones.iter().any(|bone| bone.name == name), "{name}");
+    }
+    assert!(bones.iter().enumerate().all(|(index, bone)| bone.parent <= index));
+}
+
+#[test]
+fn steps_are_as_long_as_the_ground_that_they_cover() {
+    for id in ["walker.pedestrian.0004", "walker.pedestrian.0013"] {
+        let (_, one) = blueprint(id).unwrap();
+        let (skeleton, height) = (one.skeleton().unwrap(), 2.0 * one.half_extents_m.z);
+        let foot = skeleton.bones.iter().position(|bone| bone.name == "crl_foot__L").unwrap();
+        let rest = skeleton.bones[foot].at_m.z;
+        let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+        for step in 0..40 {
+            let posture =
+                Posture { stride: step as f32 / 40.0, speed_mps: 1.4, ..Posture::default() };
+            let at = skeleton.actor_from_bones(&posture)[foot].translation;
+            (low, high) = (low.min(at.x), high.max(at.x));
+            assert!(at.z > rest - 1e-3, "{id}: a foot is in the ground at step {step}");
+        }
+        let half_stride = stride_m(height, 1.4) * 0.5;
+        let off = (high - low) / half_stride;
+        assert!((0.75..1.25).contains(&off), "{id}: {} m for {half_stride} m", high - low);
+    }
+}
+
+#[test]
+fn a_cyclists_feet_stay_on_the_pedals() {
+    for id in ["vehicle.bh.crossbike", "vehicle.diamondback.century", "vehicle.gazelle.omafiets"] {
+        let (_, one) = blueprint(id).unwrap();
+        let axle = one.rig().joints[4].pivot_m();
+        for step in 0..12 {
+            let spin_rad = step as f32 * 0.5236;
+            let shoe = part(id, "shin_l", &Posture { spin_rad, ..Posture::default() });
+            let sole =
+                shoe.iter().fold(Vec3::splat(9.0), |low, p| if p.z < low.z { *p } else { low });
+            let turn = Affine3A::from_rotation_y(spin_rad);
+            let pedal = axle + turn.transform_vector3(Vec3::new(0.15, 0.0, -0.06));
+            let off = Vec3::new(sole.x - pedal.x, 0.0, sole.z - pedal.z).length();
+            assert!(off < 0.16, "{id}: {off} m off at {spin_rad}");
+        }
+    }
+}
