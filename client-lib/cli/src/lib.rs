@@ -10,6 +10,7 @@ macro_rules! say {
     }};
 }
 
+mod blueprints;
 mod collect;
 mod door;
 mod inspect;
@@ -55,8 +56,8 @@ enum Verb {
     Map(map::MapArgs),
     /// Lists every map that has a name, and where it comes from
     Maps(maps::MapsArgs),
-    /// Lists what can be spawned
-    Blueprints,
+    /// Says what can be spawned, and what it looks like
+    Blueprints(blueprints::BlueprintsArgs),
     /// One stage's process; the host starts these
     #[command(hide = true)]
     Role(launch::RoleArgs),
@@ -81,10 +82,7 @@ pub fn main() -> std::process::ExitCode {
         Verb::Stage(args) => stage::stage(args),
         Verb::Map(args) => map::map(args),
         Verb::Maps(args) => maps::list(args),
-        Verb::Blueprints => {
-            town::catalogue().iter().for_each(|blueprint| say!("{}", blueprint.id));
-            Ok(())
-        }
+        Verb::Blueprints(args) => blueprints::blueprints(args),
         Verb::Role(args) => launch::play_role(args),
     };
     match ended {

@@ -1,7 +1,7 @@
 //! Letters for numbers and names on a drawn map: 3 by 5 dots.
 
 /// Dots across and down.
-pub(super) const SIZE: [usize; 2] = [3, 5];
+pub(crate) const SIZE: [usize; 2] = [3, 5];
 
 /// Rows from top to bottom, three bits each, of every letter that there is.
 const LETTERS: [(char, [u8; 5]); 40] = [
@@ -48,7 +48,7 @@ const LETTERS: [(char, [u8; 5]); 40] = [
 ];
 
 /// Whether the dot of a letter is set; what is no letter is blank.
-pub(super) fn is_set(letter: char, column: usize, row: usize) -> bool {
+pub(crate) fn is_set(letter: char, column: usize, row: usize) -> bool {
     let letter = letter.to_ascii_lowercase();
     let rows = LETTERS.iter().find(|entry| entry.0 == letter).map(|entry| entry.1);
     rows.is_some_and(|rows| rows[row] >> (SIZE[0] - 1 - column) & 1 == 1)

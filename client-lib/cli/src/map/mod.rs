@@ -3,7 +3,7 @@
 mod canvas;
 mod export;
 mod generate;
-mod glyphs;
+pub(crate) mod glyphs;
 mod ground;
 mod info;
 mod lines;

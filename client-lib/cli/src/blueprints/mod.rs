@@ -1,0 +1,116 @@
+//! `omnibus blueprints`: what can be spawned, with its attributes, and what it looks like.
+
+mod sheet;
+
+use std::path::PathBuf;
+
+use serde_json::json;
+use town::{Blueprint, Kind};
+
+/// What `omnibus blueprints` takes.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct BlueprintsArgs {
+    /// Only those whose id holds this, as `vehicle` or `cone`
+    #[arg(value_name = "TEXT")]
+    text: Option<String>,
+    /// All that is known of each, one JSON object a line
+    #[arg(long)]
+    json: bool,
+    /// Write a picture of each, and a contact sheet of each kind, into this folder
+    #[arg(long, value_name = "DIR")]
+    sheet: Option<PathBuf>,
+    /// Files that replace meshes, one line each: id = "file.glb"
+    #[arg(long, value_name = "FILE")]
+    meshes: Option<PathBuf>,
+}
+
+/// Lists, or draws.
+pub(crate) fn blueprints(args: &BlueprintsArgs) -> anyhow::Result<()> {
+    let wanted = args.text.as_deref().unwrap_or_default();
+    let all: Vec<&Blueprint> = town::catalogue().iter().filter(|b| b.id.contains(wanted)).collect();
+    anyhow::ensure!(
+        !all.is_empty(),
+        "no id holds {wanted:?}; omnibus blueprints without it lists all {}",
+        town::catalogue().len()
+    );
+    if let Some(folder) = &args.sheet {
+        return sheet::draw(&all, folder, args.meshes.as_deref());
+    }
+    for blueprint in all {
+        if args.json {
+            say!("{}", object(blueprint));
+        } else {
+            say!("{}", line(blueprint));
+        }
+    }
+    Ok(())
+}
+
+/// The id, size and mass, and what tells it from others.
+fn line(blueprint: &Blueprint) -> String {
+    let [x, y, z] = (blueprint.half_extents_m * 2.0).to_array();
+    let mut line =
+        format!("{:<38} {x:5.2} x {y:4.2} x {z:4.2} m {:6.0} kg", blueprint.id, blueprint.mass_kg);
+    const USUAL: [&str; 7] = [
+        "role_name",
+        "ros_name",
+        "sticky_control",
+        "terramechanics",
+        "object_type",
+        "is_invincible",
+        "use_wheelchair",
+    ];
+    for attribute in blueprint.attributes() {
+        let value = &attribute.values[0];
+        if !USUAL.contains(&attribute.id) && !value.is_empty() {
+            line += &format!(" {}={value}", attribute.id);
+        }
+    }
+    line
+}
+
+fn object(blueprint: &Blueprint) -> serde_json::Value {
+    let attributes: Vec<_> = blueprint
+        .attributes()
+        .into_iter()
+        .map(|a| {
+            json!({
+                "id": a.id, "type": a.kind.name(), "default": a.values[0],
+                "recommended": if a.is_modifiable { a.values.clone() } else { Vec::new() },
+                "modifiable": a.is_modifiable, "only_recommended": a.only_recommended,
+            })
+        })
+        .collect();
+    let wheels: Vec<_> = blueprint
+        .wheels
+        .iter()
+        .map(|w| {
+            json!({
+                "position_m": w.position_m.to_array(), "radius_m": w.radius_m,
+                "width_m": w.width_m, "steered": w.steered, "driven": w.driven,
+            })
+        })
+        .collect();
+    let parts: Vec<_> = blueprint.rig().joints.iter().map(|joint| joint.name).collect();
+    json!({
+        "id": blueprint.id,
+        "kind": kind_name(blueprint.kind),
+        "tag": format!("{:?}", blueprint.tag),
+        "size_m": (blueprint.half_extents_m * 2.0).to_array(),
+        "center_m": blueprint.center_m.to_array(),
+        "mass_kg": blueprint.mass_kg,
+        "wheelbase_m": blueprint.wheelbase_m,
+        "wheels": wheels,
+        "parts": parts,
+        "attributes": attributes,
+    })
+}
+
+fn kind_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Vehicle => "vehicle",
+        Kind::Walker => "walker",
+        Kind::Prop => "prop",
+        Kind::TrafficLight => "traffic_light",
+    }
+}
