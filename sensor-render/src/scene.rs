@@ -176,7 +176,8 @@ impl Scene {
             figures[*index as usize].rig = Some(Cow::Owned(rig.clone()));
         }
         let wholes = kinds.iter().map(|kind| &looks[*kind as usize].whole);
-        let meshes: Vec<&Mesh> = looks.iter().flat_map(|looks| &looks.pieces).chain(wholes).collect();
+        let meshes: Vec<&Mesh> =
+            looks.iter().flat_map(|looks| &looks.pieces).chain(wholes).collect();
         Scene { parked, ..Scene::of_pieces(static_mesh, &meshes, figures) }
     }
 

@@ -12,7 +12,7 @@ use std::{
     sync::{Arc, atomic::AtomicBool},
 };
 
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
 use bus::{Episode, Instance, Role, Settings, Strategy};
 use sensor_render::{MeshList, RenderConfig};
 use sim_host::{Host, HostConfig, Launcher, Stage};

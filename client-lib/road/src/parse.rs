@@ -265,9 +265,10 @@ impl Records {
     }
 
     fn complete(self, text: &str) -> Result<Records, MapError> {
-        let Some(last) = text.len().checked_sub(1).filter(|_| self.roads.is_empty()) else {
+        if !self.roads.is_empty() {
             return Ok(self);
-        };
+        }
+        let last = text.len().saturating_sub(1);
         let reason = if text.contains("<OpenDRIVE") {
             "the file has no roads"
         } else {
