@@ -341,3 +341,16 @@ fn town10hd_in_high_detail_is_a_scene_to_measure_with() {
     println!("Town10HD: {fixed} triangles, with 100 cars {all}");
     assert!(all >= 1_200_000, "{fixed} triangles, with 100 cars {all}");
 }
+
+#[test]
+fn a_tunnel_of_the_file_stands_in_the_town() {
+    let text = default_map().1;
+    let tunnel = r#"<objects><tunnel id="t" s="1" length="9" type="standard"/></objects></road>"#;
+    let walls = |text: &str| {
+        let town = furnish(&Network::parse(text).expect("a map"), 1);
+        let is_wall = |face: &&road::Face| face.tag == Tag::Wall as u8 && face.object == 0;
+        town.mesh.faces.iter().filter(is_wall).count()
+    };
+    assert_eq!(walls(&text), 0);
+    assert!(walls(&text.replacen("</road>", tunnel, 1)) > 50);
+}
