@@ -2,6 +2,7 @@
 
 mod coverage;
 mod extras;
+mod made;
 mod mutation;
 mod queries;
 mod reference;

@@ -82,7 +82,14 @@ impl Judged<'_> {
                 let road = &self.network.roads[other as usize];
                 for id in ids(lane, at_start) {
                     let Some(next) = self.network.lane_of(road, section, id) else { continue };
-                    let back = ids(self.network.lane(next), other_at_start);
+                    let next = self.network.lane(next);
+                    // What a lane says where its road leads into a junction, or elsewhere, is no
+                    // word about this one.
+                    let here = (lane.road, lane.section as usize, at_start);
+                    if self.beyond(next, other_at_start) != Some(here) {
+                        continue;
+                    }
+                    let back = ids(next, other_at_start);
                     // Several lanes may lead into one that names only one of them.
                     let disagrees = !back.is_empty()
                         && !back.contains(&lane.id)
