@@ -268,13 +268,15 @@ impl Records {
         if !self.roads.is_empty() {
             return Ok(self);
         }
-        let last = text.len().saturating_sub(1);
         let reason = if text.contains("<OpenDRIVE") {
             "the file has no roads"
         } else {
             "there is no <OpenDRIVE> element; is this an OpenDRIVE file?"
         };
-        Err(MapError { line: line_of(text, last), reason: reason.to_string() })
+        Err(MapError {
+            line: line_of(text, text.len().saturating_sub(1)),
+            reason: reason.to_string(),
+        })
     }
 }
 

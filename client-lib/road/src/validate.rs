@@ -49,13 +49,20 @@ pub fn validate(xml: &str) -> Result<Vec<Finding>, MapError> {
     let mut network = built(xml, usize::MAX, 1)?;
     let unresolved = std::mem::take(&mut network.findings);
     let mut report = Report::default();
-    let places = Places::read(xml, &mut report)?;
-    let judged = Judged { network: &network, places: &places };
-    judged.geometry(&mut report);
-    judged.joints(&mut report);
-    judged.links(&mut report);
+    let mut unreadable = None;
+    match Places::read(xml, &mut report) {
+        Ok(places) => {
+            let judged = Judged { network: &network, places: &places };
+            judged.geometry(&mut report);
+            judged.joints(&mut report);
+            judged.links(&mut report);
+        }
+        // In a part that drivers pass over.
+        Err(error) => unreadable = Some(error),
+    }
     let mut findings = report.with_lines(xml);
-    findings.extend(unresolved.into_iter().map(|MapError { line, reason }| Finding {
+    let unresolved = unresolved.into_iter().chain(unreadable);
+    findings.extend(unresolved.map(|MapError { line, reason }| Finding {
         line,
         severity: Severity::Error,
         reason,

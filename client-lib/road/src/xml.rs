@@ -258,6 +258,10 @@ impl<'a> Cursor<'a> {
         if self.at == from {
             return Err(self.error("this is not well-formed XML: a \"<\" has no name".into()));
         }
+        if self.at - from > NAME_MAX {
+            let reason = format!("the name of an element has {} bytes", self.at - from);
+            return Err(self.error(format!("this is not well-formed XML: {reason}")));
+        }
         Ok(&self.text[from..self.at])
     }
 
@@ -336,6 +340,9 @@ impl<'a> Cursor<'a> {
         }
     }
 }
+
+/// Longer names are none.
+const NAME_MAX: usize = 1000;
 
 /// Coordinates and lengths beyond this are a fault of the file, not a place on Earth.
 const LARGEST: f64 = 1e9;

@@ -1,11 +1,13 @@
 //! Broken files: bytes and attributes changed at random must never panic, hang or fill memory.
 //!
-//! `OMNIBUS_SOAK=1` tries a hundred times as many.
+//! `OMNIBUS_SOAK=1` goes on for ten minutes and says how many it tried.
 
-use super::shared_maps;
 use super::small::{JOINED, text};
-use crate::{LaneTypes, Network, surface_mesh};
+use super::{made, shared_maps};
+use crate::{LaneTypes, Network, structure_mesh, surface_mesh, validate};
 use glam::DVec3;
+use std::ops::Range;
+use std::time::{Duration, Instant};
 
 /// The generator "splitmix64" (Steele, Lea, Flood 2014).
 struct Dice(u64);
@@ -25,7 +27,7 @@ impl Dice {
 }
 
 /// What numbers and words are replaced by.
-const VALUES: [&str; 24] = [
+const VALUES: [&str; 29] = [
     "0",
     "-1",
     "1",
@@ -50,13 +52,18 @@ const VALUES: [&str; 24] = [
     "true",
     "+",
     "1e6",
+    "1e-9",
+    "-1e-300",
+    "0.0000001",
+    "123456789012345678901234567890.5",
+    "8.98e307",
 ];
 
 /// The text with one to four things changed.
 fn mutated(text: &str, dice: &mut Dice) -> String {
     let mut bytes = text.as_bytes().to_vec();
     for _ in 0..=dice.below(4) {
-        match dice.below(6) {
+        match dice.below(10) {
             // Another value for an attribute; half the time, as attributes are what maps are of.
             0..=2 => {
                 let from = dice.below(bytes.len());
@@ -77,6 +84,30 @@ fn mutated(text: &str, dice: &mut Dice) -> String {
                 let to = (from + dice.below(200)).min(bytes.len());
                 bytes.drain(from..to);
             }
+            // Another bit.
+            5 => {
+                let at = dice.below(bytes.len());
+                bytes[at] ^= 1 << dice.below(8);
+            }
+            // The file ends too early.
+            6 if dice.below(4) == 0 => bytes.truncate(dice.below(bytes.len())),
+            // An element is missing, comes twice, or lies elsewhere.
+            6..=8 => {
+                let Some(element) = element(&bytes, dice.below(bytes.len())) else { continue };
+                let whole = bytes[element.clone()].to_vec();
+                let to = match dice.below(3) {
+                    0 => {
+                        bytes.drain(element);
+                        continue;
+                    }
+                    1 => element.end,
+                    _ => {
+                        let from = dice.below(bytes.len());
+                        bytes[from..].iter().position(|b| *b == b'<').map_or(0, |at| from + at)
+                    }
+                };
+                bytes.splice(to..to, whole);
+            }
             // A piece comes twice.
             _ => {
                 let from = dice.below(bytes.len());
@@ -90,6 +121,27 @@ fn mutated(text: &str, dice: &mut Dice) -> String {
         }
     }
     String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// The element that begins at or after `from`, to its own end.
+fn element(bytes: &[u8], from: usize) -> Option<Range<usize>> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let from = (from..text.len()).find(|at| text.is_char_boundary(*at))?;
+    let begin = from
+        + text[from..]
+            .match_indices('<')
+            .find(|(at, _)| {
+                text[from + at + 1..].starts_with(|sign: char| sign.is_ascii_alphabetic())
+            })?
+            .0;
+    let name: String =
+        text[begin + 1..].chars().take_while(|sign| sign.is_ascii_alphanumeric()).collect();
+    let tag_end = begin + text[begin..].find('>')? + 1;
+    if text[..tag_end].ends_with("/>") {
+        return Some(begin..tag_end);
+    }
+    let close = format!("</{name}>");
+    Some(begin..tag_end + text[tag_end..].find(&close)? + close.len())
 }
 
 /// Asks a network everything that it can be asked, a little.
@@ -117,18 +169,31 @@ fn ask(network: &Network, dice: &mut Dice) {
         let mesh = surface_mesh(network, 10.0);
         assert!(mesh.triangles.len() < 20_000_000);
     }
+    assert!(structure_mesh(network).triangles.len() < 20_000_000);
+}
+
+/// No map of a few kilobytes may ever need so much memory.
+const MEMORY_MAX_KB: u64 = 6_000_000;
+
+/// The most memory that this process ever had, where the system says so.
+fn peak_memory_kb() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let number = line.and_then(|line| line.split_whitespace().next());
+    number.and_then(|number| number.parse().ok()).unwrap_or(0)
 }
 
 #[test]
 fn a_broken_map_is_an_error_or_a_map() {
     let soak = std::env::var_os("OMNIBUS_SOAK").is_some();
     let mut maps = vec![("small".to_string(), text(JOINED))];
+    maps.extend(made::maps());
     maps.extend(shared_maps().into_iter().filter(|(_, text)| text.len() < 80_000));
-    let each = if soak { 40_000 } else { 400 };
-    let (mut refused, mut loaded) = (0, 0);
-    for (number, (name, text)) in maps.iter().enumerate() {
-        let mut dice = Dice(number as u64 + 1);
-        for _ in 0..each / maps.len().max(1) + 20 {
+    let begun = Instant::now();
+    let (mut refused, mut loaded, mut findings) = (0, 0, 0);
+    for round in 0u64.. {
+        for (number, (name, text)) in maps.iter().enumerate() {
+            let mut dice = Dice(round * 1000 + number as u64 + 1);
             let text = mutated(text, &mut dice);
             match Network::parse(&text) {
                 Err(error) => {
@@ -137,11 +202,80 @@ fn a_broken_map_is_an_error_or_a_map() {
                 }
                 Ok(network) => {
                     ask(&network, &mut dice);
+                    findings += validate(&text).expect("it was parsed").len();
                     loaded += 1;
                 }
             }
         }
+        let is_over = if soak {
+            begun.elapsed() > Duration::from_secs(600)
+        } else {
+            (round + 1) as usize * maps.len() >= 600
+        };
+        if is_over {
+            break;
+        }
     }
-    println!("mutation: {refused} refused, {loaded} loaded and asked, of {} maps", maps.len());
-    assert!(refused > 0 && loaded > 0);
+    println!(
+        "mutation: {} executions: {refused} refused, {loaded} loaded and asked, of {} maps; \
+         {findings} findings",
+        refused + loaded,
+        maps.len()
+    );
+    assert!(refused > 0 && loaded > 0 && findings > 0);
+    assert!(peak_memory_kb() < MEMORY_MAX_KB, "{} kB", peak_memory_kb());
+}
+
+#[test]
+fn monstrous_texts_are_refused_or_borne() {
+    let head = "<OpenDRIVE><header revMajor=\"1\" revMinor=\"6\"/>";
+    let deep = "<a>".repeat(1_000_000);
+    let wide: String = (0..200_000).map(|at| format!(" a{at}=\"{at}\"")).collect();
+    let small = text(JOINED);
+    let lane = "<lane id=\"-2\"";
+    let lanes: String = (3..3000)
+        .map(|id| format!("<lane id=\"-{id}\" type=\"driving\"><width sOffset=\"0\" a=\"0.01\" b=\"0\" c=\"0\" d=\"0\"/></lane>"))
+        .collect();
+    let repeat = |distance: &str| {
+        format!(
+            "<objects><object id=\"1\" type=\"barrier\" s=\"0\" t=\"0\">{}</object></objects></road>",
+            format!("<repeat s=\"0\" length=\"1000000\" distance=\"{distance}\"/>").repeat(30)
+        )
+    };
+    for (what, text) in [
+        ("deep", format!("{head}{deep}")),
+        (
+            "deep and closed",
+            small.replacen(
+                "</road>",
+                &format!("{}{}</road>", "<a>".repeat(300_000), "</a>".repeat(300_000)),
+                1,
+            ),
+        ),
+        ("wide", small.replacen("<road ", &format!("<road {wide} "), 1)),
+        ("one name", format!("{head}<{}", "x".repeat(3_000_000))),
+        (
+            "ampersands",
+            small.replacen("name=\"straight\"", &format!("name=\"{}\"", "&".repeat(2_000_000)), 1),
+        ),
+        ("comments", format!("{head}{}", "<!--".repeat(500_000))),
+        ("brackets", format!("<!DOCTYPE x {}", "[".repeat(3_000_000))),
+        ("lanes", small.replacen(lane, &format!("{lanes}{lane}"), 1)),
+        ("repeats", small.replacen("</road>", &repeat("0.000001"), 1)),
+        ("runs", small.replacen("</road>", &repeat("0"), 1)),
+        ("nothing", String::new()),
+        ("zeros", "\0".repeat(1_000_000)),
+    ] {
+        let answer = Network::parse(&text);
+        if let Ok(network) = &answer {
+            ask(network, &mut Dice(1));
+        }
+        let _ = validate(&text);
+        let is_borne = ["deep and closed", "wide", "ampersands", "lanes", "repeats", "runs"];
+        assert_eq!(answer.is_ok(), is_borne.contains(&what), "{what}");
+        if let Err(error) = &answer {
+            assert!(error.reason.len() < 200, "{what}: {} bytes", error.reason.len());
+        }
+    }
+    assert!(peak_memory_kb() < MEMORY_MAX_KB, "{} kB", peak_memory_kb());
 }
