@@ -320,3 +320,28 @@ fn open_edges(mesh: &Mesh) -> Vec<(u32, u32)> {
         .map(|same| (same[0].2, same[0].3))
         .collect()
 }
+
+#[test]
+fn paint_is_as_wide_and_as_long_as_the_file_says() {
+    let mark = r#"<roadMark sOffset="4" type="broken" color="white" width="0.2"><type name="broken"><line length="3" space="5" tOffset="0.1" sOffset="1" width="0.2"/></type></roadMark></lane>"#;
+    let text = small::text(small::JOINED);
+    let (before, after) = text.split_at(text.find(r#"<lane id="-1""#).expect("lane -1"));
+    let text = before.to_string() + &after.replacen("</lane>", mark, 1);
+    let network = Network::parse(&text).expect("a valid map");
+    let mesh = surface_mesh(&network, 5.0);
+    let caster = Caster::new(&mesh);
+    let is_painted = |x: f64, y: f64| {
+        let (_, triangle) = caster.below(DVec3::new(x, y, 1.0), 2.0).expect("a surface");
+        Tag::from_code(mesh.faces[triangle].tag) == Some(Tag::RoadLine)
+    };
+    // Along the middle of the line: at t -3.4, from s 5 on, three metres in eight.
+    for step in 0..500 {
+        let x = 0.05 + 0.1 * f64::from(step);
+        let wanted = x > 4.0 && (x - 5.0).rem_euclid(8.0) < 3.0 && x > 5.0;
+        assert_eq!(is_painted(x, -3.4), wanted, "at {x}");
+    }
+    for step in 0..100 {
+        let y = -3.9 + 0.01 * f64::from(step) + 0.005;
+        assert_eq!(is_painted(6.0, y), (y + 3.4).abs() < 0.1, "at {y}");
+    }
+}
