@@ -102,7 +102,7 @@ impl Studio {
         let (bearing, rise): (f32, f32) = (-0.66, 0.27);
         let out = vec3(bearing.cos() * rise.cos(), bearing.sin() * rise.cos(), rise.sin());
         let fov_rad: f32 = 0.42;
-        let reach = half.length().max(half.z * 1.25);
+        let reach = (half.length() * 0.78).max(half.z * 1.2);
         let eye = center + out * reach * 1.12 / (fov_rad * 0.5 * 0.75).tan();
         let turn =
             Quat::from_rotation_z(bearing + std::f32::consts::PI) * Quat::from_rotation_y(rise);

@@ -3,11 +3,14 @@
 use glam::Vec2;
 use road::Tag;
 
-use super::Layer;
 use super::plan::Plan;
 use super::raster::rectangle;
 use super::scene::{Brief, Place, Scene};
+use super::{Detail, Layer};
 use crate::clay::Clay;
+
+/// Triangles from which on a prop is too fine for low detail.
+const BOXED_FROM: usize = 150;
 
 /// Puts a prop of the catalogue down, its x along `yaw_rad`, if it is known and none of `taken` is
 /// there; says whether.
@@ -29,8 +32,12 @@ pub(super) fn stand(
     let origin = at - Vec2::from_angle(yaw_rad).rotate(thing.center_m.truncate());
     let place = Place { foot: plan.foot(origin), yaw_rad };
     let brief = Brief { tag: Tag::Static, layer: Layer::Props, color: thing.default_color };
-    scene.add(brief, place, |clay: &mut Clay| clay.append(thing.mesh(), 1.0));
     let (low, high) = (thing.center_m - half, thing.center_m + half);
+    // In a whole city, what is finely made is a box.
+    let is_box = plan.detail == Detail::Low && thing.mesh().triangles.len() > BOXED_FROM;
+    scene.add(brief, place, |clay: &mut Clay| {
+        if is_box { clay.block(low, high) } else { clay.append(thing.mesh(), 1.0) }
+    });
     scene.solid(&place, low, high);
     true
 }

@@ -5,7 +5,7 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use glam::{Quat, Vec3, vec3};
 use road::{Material, Tag};
 
-use super::{Row, heap, hue::*, slab};
+use super::{Row, hue::*, slab};
 use crate::clay::Clay;
 
 const D: Tag = Tag::Dynamic;
@@ -414,12 +414,12 @@ fn square_bale(clay: &mut Clay) {
 fn pot(clay: &mut Clay, number: u32) {
     let foliage = |clay: &mut Clay, at: Vec3, radii: Vec3, seed: u32| {
         clay.material(Material::Leaves);
-        for leaf in 0..7u32 {
+        for leaf in 0..5u32 {
             let angle = (leaf + seed) as f32 * 2.399;
             let out = vec3(angle.cos(), angle.sin(), 0.2 * (leaf % 3) as f32 - 0.2);
-            clay.ball(at + out * radii * 0.5, radii * 0.62, 4, 7);
+            clay.ball(at + out * radii * 0.5, radii * 0.66, 3, 6);
         }
-        clay.ball(at, radii * 0.9, 5, 8);
+        clay.ball(at, radii * 0.9, 4, 7);
     };
     let flowers = |clay: &mut Clay, at: Vec3, reach: f32, hue: [u8; 3]| {
         clay.tinted(Material::Cloth, hue);
@@ -548,9 +548,5 @@ fn pot(clay: &mut Clay, number: u32) {
                 );
             }
         }
-    }
-    if number != 4 {
-        clay.material(Material::Soil);
-        heap(clay, [0.0, 0.0], [0.1, 0.1, 0.35], 1);
     }
 }

@@ -78,10 +78,12 @@ fn barrel(clay: &mut Clay) {
 
 fn bin(clay: &mut Clay) {
     clay.tinted(Material::Metal, DARK);
-    clay.lathe(Vec3::ZERO, &[(0.20, 0.0), (0.24, 0.04), (0.25, 0.70), (0.26, 0.74)], 16);
-    legs(clay, 0.17, 0.17, 0.95, 0.012);
+    clay.lathe(Vec3::ZERO, &[(0.20, 0.0), (0.24, 0.04), (0.25, 0.70), (0.26, 0.74)], 12);
+    for y in [-0.24, 0.24] {
+        slab(clay, [0.0, y, 0.80], [0.03, 0.02, 0.16]);
+    }
     clay.tinted(Material::Metal, BLACK);
-    clay.lathe(Vec3::Z * 0.84, &[(0.25, 0.0), (0.24, 0.05), (0.10, 0.11)], 16);
+    clay.lathe(Vec3::Z * 0.84, &[(0.25, 0.0), (0.24, 0.05), (0.10, 0.11)], 12);
 }
 
 fn cloth_container(clay: &mut Clay) {
