@@ -34,21 +34,24 @@ fn find_python() -> Result<PathBuf, String> {
     if let Some(given) = std::env::var_os("OMNIBUS_CARLA_PYTHON") {
         return Ok(given.into());
     }
-    let folder = std::env::temp_dir().join("omnibus-it-carla-0.9.16");
+    environment("omnibus-it-carla-0.9.16", &["carla==0.9.16", "numpy"], "import carla, numpy")
+}
+
+/// The interpreter of a Python environment in a folder of its own, which is made and filled once;
+/// or why there is none.
+pub(crate) fn environment(name: &str, packages: &[&str], check: &str) -> Result<PathBuf, String> {
+    let folder = std::env::temp_dir().join(name);
     let inner = folder.join("bin/python");
-    let has_package = || {
-        let import = Command::new(&inner).args(["-c", "import carla, numpy"]).output();
+    let has_packages = || {
+        let import = Command::new(&inner).args(["-c", check]).output();
         import.is_ok_and(|output| output.status.success())
     };
-    if has_package() {
+    if has_packages() {
         return Ok(inner);
     }
     let steps: [(&str, Vec<&str>); 2] = [
         ("python3", vec!["-m", "venv", folder.to_str().unwrap_or_default()]),
-        (
-            inner.to_str().unwrap_or_default(),
-            vec!["-m", "pip", "install", "-q", "carla==0.9.16", "numpy"],
-        ),
+        (inner.to_str().unwrap_or_default(), [&["-m", "pip", "install", "-q"], packages].concat()),
     ];
     for (program, args) in steps {
         let output = Command::new(program).args(&args).output();
@@ -59,7 +62,7 @@ fn find_python() -> Result<PathBuf, String> {
             return Err(format!("{program} {}: {last}", args.join(" ")));
         }
     }
-    if has_package() { Ok(inner) } else { Err("the package does not import".to_owned()) }
+    if has_packages() { Ok(inner) } else { Err("the packages do not import".to_owned()) }
 }
 
 /// The interpreter; none, and the test is skipped.

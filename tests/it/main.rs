@@ -13,6 +13,7 @@ mod leave;
 mod map;
 mod maps;
 mod modes;
+mod oracles;
 mod parity;
 mod record;
 mod refuse;

@@ -160,6 +160,9 @@ pub(super) fn closed(corners: &[DVec2], radius: f64) -> Vec<Piece> {
     rounded(&line, &vec![radius; corners.len()])
 }
 
+/// What stays straight at an end, if there is so much. Metres.
+const STRAIGHT_M: f64 = 14.0;
+
 /// A corner line with its inner corners rounded, as tangent pieces.
 ///
 /// Each radius is cut down to what the neighbouring pieces have room for.
@@ -173,7 +176,12 @@ pub(super) fn rounded(corners: &[DVec2], radii: &[f64]) -> Vec<Piece> {
         let (mut cut_after, mut arc) = (0.0, None);
         if let Some(beyond) = corners.get(index + 2) {
             let turn = wrapped((*beyond - to).to_angle() - heading);
-            let room = along.length().min((*beyond - to).length()) * 0.48;
+            // A piece between two corners is shared by them; one at an end is not.
+            let room = |length: f64, is_end: bool| {
+                if is_end { (length - STRAIGHT_M).max(length * 0.48) } else { length * 0.48 }
+            };
+            let last = index + 3 == corners.len();
+            let room = room(along.length(), index == 0).min(room((*beyond - to).length(), last));
             let tangent = (radii[index] * (turn.abs() * 0.5).tan()).min(room);
             if turn.abs() > 1e-4 {
                 let radius = tangent / (turn.abs() * 0.5).tan();

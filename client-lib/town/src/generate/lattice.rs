@@ -5,6 +5,9 @@ use glam::{DVec2, dvec2};
 use super::graph::{Control, Node, Profile, Street, links_at};
 use crate::random::Random;
 
+/// Radius of the bend where two streets meet and no third: buses keep off the lamp posts. Metres.
+const BEND_M: f64 = 48.0;
+
 /// How a grid is bent. Metres and radians.
 #[derive(Clone, Debug)]
 pub(super) struct Bend {
@@ -190,7 +193,9 @@ impl Lattice {
             let (mut via, mut radii) = (Vec::new(), Vec::new());
             loop {
                 used[link] = true;
-                if let Some(bow) = links[link].bow {
+                // Beside a bend there is no room for another.
+                let bent = links[link].ends.iter().any(|end| is_bend(*end));
+                if let Some(bow) = links[link].bow.filter(|_| !bent) {
                     via.push(bow);
                     radii.push(220.0);
                 }
@@ -199,7 +204,7 @@ impl Lattice {
                     break;
                 }
                 via.push(self.nodes[node]);
-                radii.push(32.0);
+                radii.push(BEND_M);
                 link = at[node].iter().copied().find(|other| *other != link).unwrap_or(link);
             }
             let one = &links[first];

@@ -9,7 +9,7 @@ use crate::generate::relief::Ground;
 use crate::random::Random;
 
 const COLLECTOR: Profile = Profile::town(1, 3.5, 2.5, 50.0);
-const HOME: Profile = Profile::town(1, 3.2, 2.0, 30.0);
+const HOME: Profile = Profile::town(1, 3.5, 2.0, 30.0);
 
 pub(super) fn layout(plan: &Plan) -> Layout {
     let size = plan.size_m;
@@ -76,7 +76,7 @@ impl Suburb {
     }
 
     fn home(&mut self, name: &str, ends: [usize; 2], via: Vec<DVec2>) {
-        self.streets.push(Street::new(name.to_string(), ends, HOME).over(via, 28.0));
+        self.streets.push(Street::new(name.to_string(), ends, HOME).over(via, 45.0));
     }
 
     /// Streets of a block, joined to the collectors on its south and its west.
@@ -91,14 +91,14 @@ impl Suburb {
         let jig = |random: &mut Random| f64::from(random.between(-0.03, 0.03));
         if random.chance(0.5) {
             // A crescent off the south, a close off the west.
-            let (a, b) = (0.27 + jig(random), 0.75 + jig(random));
+            let (a, b) = (0.22 + jig(random), 0.78 + jig(random));
             let start = self.node(quad.at(a, 0.0), Control::Yield);
             let end = self.node(quad.at(b, 0.0), Control::Yield);
             joins[south].extend([(a, start), (b, end)]);
             let high = 0.44 + jig(random);
             let middle = self.node(quad.at(0.5, high), Control::Yield);
-            self.home("Crescent", [start, middle], vec![quad.at(a, high * 0.85)]);
-            self.home("Crescent", [middle, end], vec![quad.at(b, high * 0.85)]);
+            self.home("Crescent", [start, middle], vec![quad.at(a, high * 0.9)]);
+            self.home("Crescent", [middle, end], vec![quad.at(b, high * 0.9)]);
             let close = self.node(quad.at(0.52, 0.44 + 0.34), Control::Turning);
             self.home("Close", [middle, close], Vec::new());
             if random.chance(0.6) {
@@ -133,7 +133,7 @@ impl Suburb {
             let ends = [far(&self.streets[a]), far(&self.streets[b])];
             let via = vec![self.nodes[node].position];
             let name = self.streets[a].name.clone();
-            self.streets[a] = Street::new(name, ends, COLLECTOR).over(via, 40.0);
+            self.streets[a] = Street::new(name, ends, COLLECTOR).over(via, 50.0);
             self.streets.swap_remove(b);
         }
     }

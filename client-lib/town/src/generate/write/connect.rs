@@ -55,7 +55,13 @@ impl Sheet<'_> {
             self.links((from.incoming(from_lane), to.outgoing(to_lane)));
             put!(self, "{}", width(0.0, from.profile.lane, c, d));
             let fast = from.profile.class >= Class::Rural && to.profile.class >= Class::Rural;
-            let kind = if edges[0] && fast { "solid" } else { "none" };
+            let beside =
+                from.profile.class == Class::Motorway && to.profile.class == Class::Motorway;
+            let kind = match (edges[0] && fast, beside) {
+                (true, _) => "solid",
+                (false, true) => "broken",
+                (false, false) => "none",
+            };
             self.mark(kind, "white", 0.12, "none");
             put!(self, "</lane>");
             next = -2;

@@ -1,0 +1,79 @@
+//! Maps out of a seed, read by strangers: ASAM's checker, CARLA's own client, SUMO's netconvert.
+//!
+//! They come from the Python registry once, into a folder of their own; without a Python or a
+//! registry the test says that it was skipped.
+
+use std::{collections::BTreeMap, fs, path::PathBuf, process::Command};
+
+use road::{LaneType, LaneTypes, Network};
+use serde_json::Value;
+use town::{Character, Plan};
+
+use crate::{
+    carla::environment,
+    kit::{Scratch, is_soak},
+};
+
+const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/oracle/judge_maps.py");
+const PACKAGES: [&str; 3] = ["carla==0.9.16", "asam-qc-opendrive==1.0.0", "eclipse-sumo==1.28.0"];
+const CHECK: &str = "import carla, qc_opendrive, sumo";
+
+/// Each character in several seeds and sizes, and every town with a name.
+fn texts() -> BTreeMap<String, String> {
+    let seeds = if is_soak() { 10 } else { 2 };
+    let plans = Character::ALL.into_iter().flat_map(|character| {
+        (0..seeds).map(move |seed| {
+            let (size_m, relief_m) = character.usual_m();
+            let name = format!("{}-{seed}", character.name());
+            let size_m = size_m * (1.0 + 0.1 * (seed % 3) as f64);
+            Plan { name, seed, size_m, character, relief_m }
+        })
+    });
+    let named = town::names().chain(town::alike());
+    let named = named.map(|name| (name.to_owned(), town::named(name).unwrap()));
+    plans.map(|plan| (plan.name.clone(), town::generate(&plan))).chain(named).collect()
+}
+
+#[test]
+fn generated_maps_are_read_without_error_by_asam_s_checker_carla_and_sumo() {
+    let test = "generated_maps_are_read_without_error_by_asam_s_checker_carla_and_sumo";
+    let python = match environment("omnibus-it-oracles-1", &PACKAGES, CHECK) {
+        Ok(python) => python,
+        Err(why) => {
+            eprintln!("SKIPPED {test}: the oracles are not there: {why}");
+            return;
+        }
+    };
+    let scratch = Scratch::new();
+    let texts = texts();
+    let files: Vec<PathBuf> = texts
+        .iter()
+        .map(|(name, text)| {
+            let file = scratch.path().join(format!("{name}.xodr"));
+            fs::write(&file, text).unwrap();
+            file
+        })
+        .collect();
+    let ended = Command::new(python).arg(SCRIPT).args(&files).output().unwrap();
+    assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+    let said = String::from_utf8(ended.stdout).unwrap();
+    let verdicts: Vec<Value> = said.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    assert_eq!(verdicts.len(), texts.len());
+    let mut faults = Vec::new();
+    for verdict in verdicts {
+        let name = verdict["map"].as_str().unwrap();
+        for judge in ["asam", "netconvert"] {
+            for error in verdict[judge].as_array().unwrap() {
+                faults.push(format!("{name}: {judge}: {error}"));
+            }
+        }
+        let network = Network::parse(&texts[name]).unwrap();
+        let driving = LaneTypes::only(LaneType::Driving);
+        let own = [network.waypoints(5.0, driving).len(), network.topology().len()];
+        let carla = ["waypoints", "topology"].map(|count| verdict[count].as_u64().unwrap());
+        if own.map(|count| count as u64) != carla {
+            faults.push(format!("{name}: carla.Map counts {carla:?}, we {own:?}"));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
