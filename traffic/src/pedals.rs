@@ -51,9 +51,11 @@ pub(crate) fn press(
     let error = (wanted - measured).clamp(-2.0, 2.0);
     *effort = (*effort + INTEGRAL * error * delta_s).clamp(-EFFORT_MAX, EFFORT_MAX);
     let resistance = ROLLING_MPS2 + DRAG_PER_M * speed * speed + GRAVITY_MPS2 * climb;
+    // What the engine cannot give is not saved up: it would have to be unlearnt before braking.
+    let full = THROTTLE_MPS2 / (1.0 + speed.max(0.0) / THROTTLE_FALL_S);
+    *effort = effort.min((full - wanted - resistance).max(0.0));
     let push = wanted + *effort + resistance;
     if push >= 0.0 && !firm {
-        let full = THROTTLE_MPS2 / (1.0 + speed.max(0.0) / THROTTLE_FALL_S);
         Pedals { throttle: (push / full).min(1.0), brake: 0.0 }
     } else if wanted > -0.3 && push > -0.4 {
         // Rolling is brake enough.
@@ -84,6 +86,17 @@ fn lock_share(speed: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn who_cannot_speed_up_as_he_would_like_to_brakes_at_once() {
+        // A bicycle far below the limit, for half a minute, and then a curve.
+        let mut effort = 0.0;
+        for _ in 0..600 {
+            press(3.4, 0.3, 10.0, 0.0, 0.05, &mut effort);
+        }
+        let pedals = press(-3.0, 0.3, 10.0, 0.0, 0.05, &mut effort);
+        assert!(pedals.brake > 0.3, "{pedals:?}");
+    }
 
     #[test]
     fn who_stops_at_a_walk_does_not_creep_on() {

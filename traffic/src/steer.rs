@@ -35,6 +35,10 @@ const TURN_MAX_RAD: f32 = 1.0;
 const KEEP_OFF_M: f32 = 0.25;
 const EDGE_M: f32 = 0.05;
 
+/// How far who has backed out keeps off what blocked him, each time; and how often on one side.
+const EVADE_M: f32 = 0.5;
+const EVADE_TIMES: u32 = 4;
+
 /// Where a vehicle is relative to where it should be.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Deviation {
@@ -52,6 +56,14 @@ pub(crate) fn keeps_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Body) ->
     }
     let spare_m = tracks.half_width_at(lane, arc_m) - body.half_width_m;
     -tracks.oncoming[lane as usize] * (spare_m - EDGE_M).clamp(0.0, KEEP_OFF_M)
+}
+
+/// How far left of its line a body drives that has backed out so often of what blocks it: what
+/// stands at the kerb would block it again. Of who still cannot pass, the other side is tried.
+fn evades_left(tracks: &Tracks, lane: u32, reverses: u32) -> f32 {
+    let away = if tracks.oncoming[lane as usize] < 0.0 { -1.0 } else { 1.0 };
+    let side = if reverses > EVADE_TIMES { -away } else { away };
+    side * EVADE_M * (reverses.min(2) as f32)
 }
 
 /// The angle of the front wheels, positive to the left, and the deviation that it cures.
@@ -78,7 +90,9 @@ pub(crate) fn steer(
     let (lane, hint_m) = ahead(rows, row, tracks, moved + lead_m);
     let seat = tracks.project(lane, position, hint_m);
     let (shift_m, slope) = shift_at(rows, row, moved + lead_m);
-    let wanted_left = shift_m + keeps_left(tracks, lane, hint_m, &crowd.body[body]);
+    let wanted_left = shift_m
+        + keeps_left(tracks, lane, hint_m, &crowd.body[body])
+        + evades_left(tracks, lane, rows.reverses[row]);
     // A little farther on for the curvature, which steering follows with its own delay.
     let (lane, arc_m) = ahead(rows, row, tracks, moved + lead_m + 0.1 * speed.max(0.0));
     let curvature = tracks.at(lane, arc_m).2;
