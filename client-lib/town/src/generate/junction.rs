@@ -137,7 +137,7 @@ pub(super) fn junctions(layout: &Layout) -> Vec<Junction> {
 /// From the kerb's corner to where its rounding begins, for a right angle. Metres.
 const CORNER_ROOM: f64 = 2.5;
 /// A kerb's radius is no smaller than this where lanes are 3.5 m wide. Metres.
-const CORNER_MIN_M: f64 = 5.5;
+const CORNER_MIN_M: f64 = 7.0;
 /// The same outside towns, where nobody drives at walking pace.
 const WIDE_ROOM: f64 = 5.5;
 /// No mouth is nearer to the middle than this. Metres.

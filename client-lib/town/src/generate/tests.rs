@@ -145,14 +145,15 @@ fn lanes_are_no_tighter_and_no_steeper_than_vehicles_can_drive() {
     }
 }
 
+/// A place in the middle of a lane, half the lane's width, its road and junction.
+type Sample = (DVec3, f64, u32, Option<u32>);
+
 /// What is driven on lies beside or far above everything else that is, except where roads meet.
 #[test]
 fn roads_keep_clear_of_each_other() {
     for (name, text) in texts() {
         let network = Network::parse(&text).unwrap();
-        // By square of the plan: place, half the width, road, junction.
-        let mut squares: BTreeMap<(i32, i32), Vec<(DVec3, f64, u32, Option<u32>)>> =
-            BTreeMap::new();
+        let mut squares: BTreeMap<(i32, i32), Vec<Sample>> = BTreeMap::new();
         // Which roads lead to which junctions.
         let mut leads = BTreeSet::new();
         for lane in network.lanes().iter().filter(|l| LaneTypes::DRIVING.contains(l.kind)) {
