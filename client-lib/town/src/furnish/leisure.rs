@@ -49,7 +49,7 @@ pub(super) fn parks(plan: &mut Plan, scene: &mut Scene, density: &Density) {
 fn playground(plan: &mut Plan, scene: &mut Scene, at: Vec2, yaw: f32, half: Vec2) {
     slab(plan, scene, at, half, yaw, Material::Soil);
     let things = [
-        ("static.prop.swing01", vec2(-3.5, 1.5), 0.0),
+        ("static.prop.swing", vec2(-3.5, 1.5), 0.0),
         ("static.prop.slide", vec2(3.2, 1.0), 0.6),
         ("static.prop.trampoline", vec2(0.2, -2.2), 0.0),
         ("static.prop.bench01", vec2(-4.0, 6.2), -TAU / 4.0),

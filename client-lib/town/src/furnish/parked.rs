@@ -81,7 +81,7 @@ fn lanes(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
             let at = network.place_at(lane.index, along_m, 0.0);
             let heading = at.heading_rad as f32;
             let yaw = heading + if across { FRAC_PI_2 } else { 0.0 };
-            if random.chance(TAKEN) {
+            if random.chance(TAKEN) && at.curvature_per_m.abs() < BEND_MAX {
                 let drives = |side: Option<LaneIndex>| {
                     side.is_some_and(|i| LaneTypes::DRIVABLE.contains(network.lane(i).kind))
                 };
@@ -242,8 +242,10 @@ pub(super) fn slab(
     true
 }
 
-/// From a parked car to the lanes of those who drive. Metres.
-const APART_M: f64 = 0.1;
+/// From a parked car to the lanes of those who drive: buses need it in bends. Metres.
+const APART_M: f64 = 0.35;
+/// Nobody parks where lanes bend more. Per metre.
+const BEND_MAX: f64 = 1.0 / 40.0;
 
 /// Room for one car.
 struct Spot {

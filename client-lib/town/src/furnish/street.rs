@@ -94,7 +94,7 @@ fn prop(plan: &mut Plan, scene: &mut Scene, station: &Station, random: &mut Rand
         "static.prop.busstop",
         "static.prop.plantpot01",
         "static.prop.plantpot05",
-        "static.prop.bikeparking",
+        "static.prop.maptable",
         "static.prop.advertisement",
         "static.prop.atm",
         "static.prop.kiosk_01",

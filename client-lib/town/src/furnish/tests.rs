@@ -235,6 +235,20 @@ fn parked_cars_stand_on_the_ground_and_not_in_each_other() {
     }
 }
 
+/// A prop that the catalogue does not have would silently be left out.
+#[test]
+fn every_prop_that_towns_ask_for_is_in_the_catalogue() {
+    let sources = [include_str!("leisure.rs"), include_str!("street.rs"), include_str!("works.rs")];
+    let mut asked = 0;
+    for quoted in sources.iter().flat_map(|source| source.split('"').skip(1).step_by(2)) {
+        if quoted.starts_with("static.prop.") {
+            assert!(crate::blueprint(quoted).is_some(), "{quoted}");
+            asked += 1;
+        }
+    }
+    assert!(asked > 30, "{asked}");
+}
+
 #[test]
 fn a_town_holds_what_towns_hold() {
     let (_, town) = default_town();
