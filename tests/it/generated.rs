@@ -38,9 +38,11 @@ fn drive(plan: &Plan) -> Vec<String> {
     (0..SECONDS * 20).for_each(|_| world.tick());
     let (vehicles, driven_m, longest_s) = world.figures();
     println!(
-        "{}: {vehicles} vehicles drove {:.1} km, longest in one place {longest_s:.0} s",
+        "{}: {vehicles} vehicles drove {:.1} km, longest in one place {longest_s:.0} s, {} touches \
+         of fixed things",
         plan.name,
-        driven_m / 1000.0
+        driven_m / 1000.0,
+        world.brushes()
     );
     let mut faults = world.faults();
     if vehicles < VEHICLES.min(places) {
