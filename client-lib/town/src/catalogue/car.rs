@@ -864,8 +864,8 @@ fn stations(shape: &Silhouette, measure: &Measure) -> Vec<f32> {
     };
     cuts.iter().for_each(|cut| keep(&mut kept, *cut, 0.010));
     if !shape.is_angular {
-        let steps = ((measure.size_m.x / 0.13) as u32).min(34);
-        (1..steps).for_each(|k| keep(&mut kept, k as f32 / steps as f32, 0.075));
+        let steps = ((measure.size_m.x / 0.17) as u32).min(30);
+        (1..steps).for_each(|k| keep(&mut kept, k as f32 / steps as f32, 0.095));
     }
     kept.sort_by(|a, b| b.total_cmp(a));
     kept

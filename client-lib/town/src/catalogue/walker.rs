@@ -291,7 +291,7 @@ impl Figure {
     /// Rings of an upright trunk: (height, half breadth, half depth, forward), all in shares of
     /// the body's height.
     fn trunk(&self, clay: &mut Clay, rings: &[[f32; 4]]) {
-        let sides = 16;
+        let sides = 12;
         let (h, wide) = (self.height, self.person.girth);
         let rings: Vec<Vec<Vec3>> = rings
             .iter()
@@ -426,9 +426,9 @@ impl Figure {
         let center = vec3(0.010 * h, 0.0, top - half);
         self.skin(clay);
         let ring = |z: f32, x: f32, y: f32, ahead: f32| -> Vec<Vec3> {
-            (0..16)
+            (0..12)
                 .map(|side| {
-                    let angle = std::f32::consts::TAU * side as f32 / 16.0;
+                    let angle = std::f32::consts::TAU * side as f32 / 12.0;
                     center + vec3(angle.cos() * x + ahead, angle.sin() * y, z) * half
                 })
                 .collect()
@@ -577,14 +577,14 @@ impl Figure {
         } else {
             self.upper(clay)
         }
-        clay.ball(shoulder - Vec3::Z * 0.004 * h, Vec3::splat(radius(0.031)), 6, 10);
+        clay.ball(shoulder - Vec3::Z * 0.004 * h, Vec3::splat(radius(0.031)), 5, 8);
         let sleeve = shoulder.lerp(elbow, 0.55);
-        clay.cone(shoulder, sleeve, [radius(0.030), radius(0.027)], 10);
+        clay.cone(shoulder, sleeve, [radius(0.030), radius(0.027)], 8);
         if self.person.top == Top::Shirt {
             self.skin(clay);
         }
         let rest = if self.person.top == Top::Shirt { 0.86 } else { 1.0 };
-        clay.cone(sleeve, elbow, [radius(0.027) * rest, radius(0.023) * rest], 10);
+        clay.cone(sleeve, elbow, [radius(0.027) * rest, radius(0.023) * rest], 8);
         clay.object(4 + 2 * side as u32);
         let bare = self.is_bare();
         if bare {
@@ -592,7 +592,7 @@ impl Figure {
         } else {
             self.upper(clay)
         }
-        clay.ball(elbow, Vec3::splat(radius(0.023) * rest), 5, 10);
+        clay.ball(elbow, Vec3::splat(radius(0.023) * rest), 4, 8);
         clay.cone(
             elbow,
             hand,
@@ -601,7 +601,7 @@ impl Figure {
         );
         self.skin(clay);
         let [x, y, z] = HAND_M;
-        clay.ball(hand - Vec3::Z * z * 0.55 * h, vec3(x, y, z) * h, 6, 12);
+        clay.ball(hand - Vec3::Z * z * 0.55 * h, vec3(x, y, z) * h, 4, 8);
         let thumb = hand + vec3(x * 0.9, 0.0, -z * 0.45) * h;
         clay.ball(thumb, vec3(0.007, 0.006, 0.018) * h, 4, 6);
     }
@@ -618,8 +618,8 @@ impl Figure {
             _ => self.lower(clay),
         }
         let hem = hip.lerp(knee, 0.78);
-        clay.ball(hip, Vec3::splat(radius(0.046)), 6, 10);
-        clay.cone(hip, hem, [radius(0.048), radius(0.037)], 12);
+        clay.ball(hip, Vec3::splat(radius(0.046)), 5, 8);
+        clay.cone(hip, hem, [radius(0.048), radius(0.037)], 9);
         if !covered {
             self.skin(clay);
         }
@@ -630,9 +630,9 @@ impl Figure {
         } else {
             self.skin(clay)
         }
-        clay.ball(knee, Vec3::splat(radius(0.031)), 5, 10);
+        clay.ball(knee, Vec3::splat(radius(0.031)), 4, 8);
         let calf = knee.lerp(ankle, 0.35) - Vec3::X * 0.006 * h;
-        clay.cone(knee, calf, [radius(0.031), radius(0.032)], 12);
+        clay.cone(knee, calf, [radius(0.031), radius(0.032)], 9);
         clay.cone(calf, ankle, [radius(0.032), radius(if covered { 0.026 } else { 0.018 })], 12);
         // The shoe belongs to the shin: at a walk the ankle hardly bends.
         clay.tinted(Material::Rubber, COLORS[if self.person.is_child { 0 } else { 1 }]);
