@@ -82,6 +82,28 @@ fn projected(spec: &SensorSpec, pose: &Pose) -> (Vec<u8>, f32) {
     (covered, near)
 }
 
+/// From a point to the nearest triangle.
+fn distance(mesh: &road::Mesh, point: Vec3) -> f32 {
+    let corners = |triangle: &[u32; 3]| {
+        triangle.map(|corner| Vec3::from_array(mesh.positions[corner as usize]))
+    };
+    let nearest = mesh.triangles.iter().map(corners).map(|[a, b, c]| {
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let is_within = [(a, b), (b, c), (c, a)]
+            .iter()
+            .all(|(from, to)| (to - from).cross(point - from).dot(normal) >= 0.0);
+        if is_within {
+            return normal.dot(point - a).abs();
+        }
+        let to_edge = |from: Vec3, to: Vec3| {
+            let along = (point - from).dot(to - from) / (to - from).length_squared().max(1e-12);
+            (from + (to - from) * along.clamp(0.0, 1.0)).distance(point)
+        };
+        to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
+    });
+    nearest.fold(f32::MAX, f32::min)
+}
+
 /// What is wrong with a measurement, if the marker stood at `pose`.
 fn disagreement(measured: &Measurement, marker: ActorId, pose: &Pose) -> Option<String> {
     let specs = sensors();
@@ -118,10 +140,9 @@ fn disagreement(measured: &Measurement, marker: ActorId, pose: &Pose) -> Option<
             let [x, y, z, _] = *point;
             let local = marker_from_world
                 .transform_point3(world_from_sensor.transform_point3(Vec3::new(x, y, z)));
-            let outside = (local - blueprint.center_m).abs() - blueprint.half_extents_m;
-            // Its sides are ribbed.
-            if !(-0.15..=0.02).contains(&outside.max_element()) {
-                return Some(format!("a return lies {} m off the marker", outside.max_element()));
+            let off_m = distance(blueprint.mesh(), local);
+            if off_m > 0.02 {
+                return Some(format!("a return lies {off_m} m off the marker"));
             }
             returns += 1;
         }

@@ -69,7 +69,13 @@ fn generated_maps_are_read_without_error_by_asam_s_checker_carla_and_sumo() {
         }
         let network = Network::parse(&texts[name]).unwrap();
         let driving = LaneTypes::only(LaneType::Driving);
-        let own = [network.waypoints(5.0, driving).len(), network.topology().len()];
+        // CARLA pairs the beginning of a lane that leads nowhere with its end.
+        let ends = network
+            .lanes()
+            .iter()
+            .filter(|lane| driving.contains(lane.kind) && lane.successors.is_empty());
+        let topology = network.topology().len() + ends.count();
+        let own = [network.waypoints(5.0, driving).len(), topology];
         let carla = ["waypoints", "topology"].map(|count| verdict[count].as_u64().unwrap());
         if own.map(|count| count as u64) != carla {
             faults.push(format!("{name}: carla.Map counts {carla:?}, we {own:?}"));
