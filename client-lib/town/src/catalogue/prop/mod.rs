@@ -89,7 +89,7 @@ fn legs(clay: &mut Clay, x: f32, y: f32, top: f32, radius: f32) {
 /// A heap: a ball cut off at the ground, bent out of shape by fixed numbers.
 fn heap(clay: &mut Clay, center: [f32; 2], radii: [f32; 3], seed: u32) {
     let bump = |ring: u32, side: u32| {
-        let mut x = seed.wrapping_mul(747_796_405) ^ ring.wrapping_mul(2_891_336_453) ^ side * 97;
+        let mut x = seed.wrapping_mul(747_796_405) ^ ring.wrapping_mul(2_891_336_453) ^ (side * 97);
         x = (x ^ x >> 15).wrapping_mul(2_246_822_519);
         0.86 + 0.28 * ((x >> 8 & 0xff) as f32 / 255.0)
     };
