@@ -419,10 +419,32 @@ pub(super) fn line(street: &Street, mouths: [Pose; 2]) -> Vec<Piece> {
     match &street.shape {
         Shape::Exact(pieces) => pieces.clone(),
         Shape::Corners { via, radii } => {
+            let (mut via, mut radii) = (via.clone(), radii.clone());
+            let is_hidden = |corner: Option<&DVec2>, mouth: Pose| {
+                corner.is_some_and(|at| (*at - mouth.position).dot(mouth.direction()) < HIDDEN_M)
+            };
+            let hidden = [is_hidden(via.first(), mouths[0]), is_hidden(via.last(), mouths[1])];
+            if via.len() == 1 && hidden != [false; 2] {
+                // Both ends look at the one corner: each gets one of its own.
+                via.push(via[0]);
+                radii.push(radii[0]);
+            }
+            let last = via.len().saturating_sub(1);
+            for (end, corner) in [(0, 0), (1, last)] {
+                if hidden[end] || (hidden[1 - end] && last == 1) {
+                    via[corner] = mouths[end].position + mouths[end].direction() * CORNER_M;
+                }
+            }
             let mut corners: Vec<DVec2> = vec![mouths[0].position];
             corners.extend(via);
             corners.push(mouths[1].position);
-            curve::rounded(&corners, radii)
+            curve::rounded(&corners, &radii)
         }
     }
 }
+
+/// A junction may reach up to the first corner of a street, or beyond it: where less than this is
+/// left, the corner makes way. Metres.
+const HIDDEN_M: f64 = 3.0;
+/// To where it makes way, from the street's mouth. Metres.
+const CORNER_M: f64 = 8.0;

@@ -71,6 +71,21 @@ fn generated_towns_parse_without_a_finding() {
     }
 }
 
+/// What `omnibus map validate` says of them: of more seeds than the other tests look at.
+#[test]
+fn nothing_is_found_in_many_towns() {
+    let seeds = if std::env::var_os("OMNIBUS_SOAK").is_some() { 100 } else { 12 };
+    for character in Character::ALL {
+        let (size_m, relief_m) = character.usual_m();
+        for seed in 0..seeds {
+            let name = format!("{}-{seed}", character.name());
+            let plan = Plan { name: name.clone(), seed, size_m, character, relief_m };
+            let found = road::validate(&generate(&plan)).unwrap();
+            assert!(found.is_empty(), "{name}: {:?}", found.first());
+        }
+    }
+}
+
 /// Which lanes can be reached from the first one, changing lanes where that is allowed.
 fn reached(network: &Network, start: LaneIndex, back: bool) -> Vec<bool> {
     let mut seen = vec![false; network.lanes().len()];
