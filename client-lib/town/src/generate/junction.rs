@@ -134,6 +134,28 @@ pub(super) fn junctions(layout: &Layout) -> Vec<Junction> {
         .collect()
 }
 
+/// Between the mouths of a street. Metres.
+const ROOM_M: f64 = 16.0;
+
+/// Whether the junctions leave every street that they cut some way to go: each mouth lies well
+/// before the other.
+pub(super) fn have_room(layout: &Layout) -> bool {
+    let at = links_at(layout.nodes.len(), layout.streets.iter().map(|street| street.ends));
+    let mut mouths = vec![[None; 2]; layout.streets.len()];
+    for (node, here) in at.iter().enumerate() {
+        for arm in arms(layout, node, here) {
+            mouths[arm.street][arm.end] = Some(arm.mouth);
+        }
+    }
+    layout.streets.iter().zip(mouths).all(|(street, mouths)| match mouths {
+        [Some(start), Some(end)] if matches!(street.shape, Shape::Corners { .. }) => {
+            let gap = end.position - start.position;
+            gap.dot(start.direction()) > ROOM_M && -gap.dot(end.direction()) > ROOM_M
+        }
+        _ => true,
+    })
+}
+
 /// From the kerb's corner to where its rounding begins, for a right angle. Metres.
 const CORNER_ROOM: f64 = 2.5;
 /// A kerb's radius is no smaller than this where lanes are 3.5 m wide. Metres.

@@ -4,6 +4,7 @@ use glam::{DVec2, dvec2};
 
 use crate::generate::Plan;
 use crate::generate::graph::{Control, Layout, Profile, Street, links_at};
+use crate::generate::junction::have_room;
 use crate::generate::lattice::{Bend, Place, lattice};
 use crate::generate::relief::Ground;
 use crate::random::Random;
@@ -13,15 +14,27 @@ const LANE: Profile = Profile::town(1, 3.3, 1.8, 30.0);
 const ONE_WAY: Profile = Profile { lanes: [1, 0], lane: 3.7, ..LANE };
 
 pub(super) fn layout(plan: &Plan) -> Layout {
+    // Where junctions would leave a street no room, the town is drawn again, less crooked.
+    let mut crooked = 1.0;
+    loop {
+        let layout = drawn(plan, crooked);
+        if crooked < 0.1 || have_room(&layout) {
+            return layout;
+        }
+        crooked *= 0.8;
+    }
+}
+
+fn drawn(plan: &Plan, crooked: f64) -> Layout {
     let size = plan.size_m;
     let mut random = Random::new(plan.seed, 0x01d);
     let bend = Bend {
         extent: dvec2(size, size),
         center: DVec2::ZERO,
         block: 86.0,
-        jitter: 9.0,
-        sway: size.min(700.0) * 0.07,
-        swirl: if plan.seed.is_multiple_of(2) { 0.55 } else { -0.55 },
+        jitter: 9.0 * crooked as f32,
+        sway: size.min(700.0) * 0.07 * crooked,
+        swirl: if plan.seed.is_multiple_of(2) { 0.55 } else { -0.55 } * crooked,
         bows: (0.75, 0.04, 0.09),
         thinned: 5,
     };
