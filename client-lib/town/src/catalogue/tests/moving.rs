@@ -133,7 +133,7 @@ fn a_cyclists_feet_stay_on_the_pedals() {
         let (_, one) = blueprint(id).unwrap();
         let axle = one.rig().joints[4].pivot_m();
         for step in 0..12 {
-            let spin_rad = step as f32 * 0.5236;
+            let spin_rad = step as f32 * std::f32::consts::FRAC_PI_6;
             let shoe = part(id, "shin_l", &Posture { spin_rad, ..Posture::default() });
             let sole =
                 shoe.iter().fold(Vec3::splat(9.0), |low, p| if p.z < low.z { *p } else { low });
