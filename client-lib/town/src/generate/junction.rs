@@ -445,15 +445,16 @@ pub(super) fn line(street: &Street, mouths: [Pose; 2]) -> Vec<Piece> {
             let is_hidden = |corner: Option<&DVec2>, mouth: Pose| {
                 corner.is_some_and(|at| (*at - mouth.position).dot(mouth.direction()) < HIDDEN_M)
             };
-            let hidden = [is_hidden(via.first(), mouths[0]), is_hidden(via.last(), mouths[1])];
+            let mut hidden = [is_hidden(via.first(), mouths[0]), is_hidden(via.last(), mouths[1])];
             if via.len() == 1 && hidden != [false; 2] {
                 // Both ends look at the one corner: each gets one of its own.
                 via.push(via[0]);
                 radii.push(radii[0]);
+                hidden = [true; 2];
             }
             let last = via.len().saturating_sub(1);
             for (end, corner) in [(0, 0), (1, last)] {
-                if hidden[end] || (hidden[1 - end] && last == 1) {
+                if hidden[end] {
                     via[corner] = mouths[end].position + mouths[end].direction() * CORNER_M;
                 }
             }

@@ -34,7 +34,7 @@ fn drawn(plan: &Plan, crooked: f64) -> Layout {
         block: 86.0,
         jitter: 9.0 * crooked as f32,
         sway: size.min(700.0) * 0.07 * crooked,
-        swirl: if plan.seed.is_multiple_of(2) { 0.55 } else { -0.55 } * crooked,
+        swirl: crooked * if plan.seed.is_multiple_of(2) { 0.55 } else { -0.55 },
         bows: (0.75, 0.04, 0.09),
         thinned: 5,
     };
