@@ -12,8 +12,7 @@ const SHARE_MAX: usize = 1 << 15;
 /// 20 levels deep above its shares.
 const CAREFUL_DEPTH: usize = 8;
 
-/// Hierarchies over more triangles are built in haste: in two thirds of the time, at the cost of
-/// the rays.
+/// Hierarchies over more triangles are built in haste, at the cost of the rays.
 const MANY: usize = 4_000_000;
 
 /// Planes that are tried along each axis, and one more.

@@ -174,6 +174,9 @@ impl World {
                         + word as u64 * 64
                         + u64::from(bit)
                 });
+                if to.block == 0 && to.bits[0] & 1 != 0 {
+                    return Err("thing 0 is the ground; it stays".to_owned());
+                }
                 if last.is_some_and(|last| last > u64::from(self.objects)) {
                     return Err(format!(
                         "thing {} is not among the {} of the town",

@@ -84,6 +84,8 @@ fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
 
     let unknown = client.hide_objects(&[1_000_000], true).unwrap_err().to_string();
     assert!(unknown.contains("1000000"), "{unknown}");
+    let ground = client.hide_objects(&[1 << 31], true).unwrap_err().to_string();
+    assert!(ground.contains("ground"), "{ground}");
     drop((rig, client));
     sim.end();
 }
