@@ -147,7 +147,8 @@ struct Raster {
     width: usize,
     height: usize,
     fine: Vec<[u8; 3]>,
-    crossings: Vec<f64>,
+    /// Where outlines cross a row, and whether downwards (1) or upwards (-1).
+    crossings: Vec<(f64, i32)>,
 }
 
 impl Raster {
@@ -156,7 +157,8 @@ impl Raster {
         Raster { width, height, fine: vec![[r, g, b]; width * height], crossings: Vec::new() }
     }
 
-    /// Fills a polygon, by the even-odd rule.
+    /// Fills a polygon, by the non-zero rule: a road that crosses over itself is whole there, as
+    /// in SVG.
     fn area(&mut self, corners: &[DVec2], color: Color) {
         let fine = FINE as f64;
         let top = corners.iter().fold(f64::INFINITY, |top, at| top.min(at.y)) * fine;
@@ -173,14 +175,20 @@ impl Raster {
             let mut from = corners[corners.len() - 1];
             for to in corners {
                 if (from.y <= y) != (to.y <= y) {
-                    crossings.push(from.x + (y - from.y) / (to.y - from.y) * (to.x - from.x));
+                    let x = from.x + (y - from.y) / (to.y - from.y) * (to.x - from.x);
+                    crossings.push((x, if from.y <= y { 1 } else { -1 }));
                 }
                 from = *to;
             }
-            crossings.sort_by(f64::total_cmp);
-            for ends in crossings.chunks_exact(2) {
-                let begin = (ends[0] * fine - 0.5).ceil().clamp(0.0, self.width as f64) as usize;
-                let end = (ends[1] * fine - 0.5).ceil().clamp(0.0, self.width as f64) as usize;
+            crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let mut winding = 0;
+            for ends in crossings.windows(2) {
+                winding += ends[0].1;
+                if winding == 0 {
+                    continue;
+                }
+                let [begin, end] = [ends[0].0, ends[1].0]
+                    .map(|x| (x * fine - 0.5).ceil().clamp(0.0, self.width as f64) as usize);
                 for pixel in &mut self.fine[row * self.width..][begin..end.max(begin)] {
                     blend(pixel, color);
                 }
@@ -235,5 +243,22 @@ fn blend(pixel: &mut [u8; 3], [r, g, b, cover]: Color) {
     let cover = u32::from(cover);
     for (old, new) in pixel.iter_mut().zip([r, g, b]) {
         *old = ((u32::from(*old) * (255 - cover) + u32::from(new) * cover + 127) / 255) as u8;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shape_that_lies_over_itself_has_no_hole_there() {
+        // Round the same square twice, in the same direction.
+        let square = [(2.0, 2.0), (8.0, 2.0), (8.0, 8.0), (2.0, 8.0)];
+        let twice: Vec<DVec2> =
+            square.iter().chain(&square).map(|(x, y)| DVec2::new(*x, *y)).collect();
+        let mut raster = Raster::new([10, 10], [0, 0, 0, 255]);
+        raster.area(&twice, [9, 8, 7, 255]);
+        let at = |x: usize, y: usize| raster.fine[y * FINE * raster.width + x * FINE];
+        assert_eq!([at(5, 5), at(1, 5)], [[9, 8, 7], [0, 0, 0]]);
     }
 }
