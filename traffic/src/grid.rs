@@ -8,6 +8,8 @@ use crate::tracks::Tracks;
 const CELL_M: f32 = 4.0;
 /// A track is listed in every cell whose centre it passes at this distance or nearer.
 pub(crate) const REACH_M: f32 = 7.0;
+/// A lane that leaves a cell's reach for longer than this has come by and comes again. Metres.
+const APART_M: f32 = 10.0;
 /// The most cells.
 const CELLS_MAX: usize = 4_000_000;
 
@@ -18,7 +20,8 @@ pub(crate) struct Grid {
     columns: usize,
     rows: usize,
     first: Vec<u32>,
-    /// Lane, and arc length of its sample nearest to the cell's centre.
+    /// Lane, and arc length of its sample nearest to the cell's centre; a lane that comes by more
+    /// than once, as where a road crosses over itself, is there once for each time.
     entries: Vec<(u32, f32)>,
 }
 
@@ -58,20 +61,26 @@ impl Grid {
                     found.push((cell, lane, distance, index as f32 * step));
                 });
             }
-            // One entry per cell: the nearest sample's.
+            // One entry each time that the lane comes by: the nearest sample's.
             found[begin..].sort_unstable_by(|a, b| {
-                (a.0, a.2, a.3).partial_cmp(&(b.0, b.2, b.3)).expect("finite")
+                (a.0, a.3).partial_cmp(&(b.0, b.3)).expect("finite")
             });
             let mut kept = begin;
+            let mut last_m = 0.0;
             for k in begin..found.len() {
-                if k == begin || found[k].0 != found[kept - 1].0 {
+                let (cell, _, distance, arc_m) = found[k];
+                if kept == begin || cell != found[kept - 1].0 || arc_m - last_m > APART_M {
                     found[kept] = found[k];
                     kept += 1;
+                } else if distance < found[kept - 1].2 {
+                    found[kept - 1] = found[k];
                 }
+                last_m = arc_m;
             }
             found.truncate(kept);
         }
-        found.sort_unstable_by_key(|&(cell, lane, ..)| (cell, lane));
+        // Stable: the times that a lane comes by stay in their order.
+        found.sort_by_key(|&(cell, lane, ..)| (cell, lane));
         grid.first = vec![0; columns * rows + 1];
         for &(cell, ..) in &found {
             grid.first[cell as usize + 1] += 1;
@@ -84,7 +93,7 @@ impl Grid {
     }
 
     /// Tracks within [`REACH_M`] of `point`, and some a little farther: lane, and an arc length
-    /// near the point. Ascending by lane.
+    /// near the point, once for each time that the track comes by. Ascending by lane.
     pub(crate) fn near(&self, point: Vec2) -> &[(u32, f32)] {
         let at = (point - self.low) / self.cell_m;
         if !(at.x >= 0.0 && at.y >= 0.0) {

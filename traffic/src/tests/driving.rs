@@ -27,6 +27,21 @@ fn a_free_vehicle_keeps_its_lane_and_comes_near_the_limit() {
 }
 
 #[test]
+fn a_vehicle_above_another_stretch_of_its_lane_follows_its_own() {
+    for y in [-6.0, -4.0, -2.0, 0.0, 2.0] {
+        let yaw = -std::f32::consts::FRAC_PI_2;
+        let car = Car { position: Vec3::new(158.25, y, 7.0), yaw, ..Car::default() };
+        let mut course = Course::with_cars(maps::overpass(), 1, vec![car]);
+        for _ in 0..200 {
+            course.tick();
+            let car = &course.cars[0];
+            assert!((car.position.x - 158.25).abs() < 0.1, "from y {y}: {car:?}");
+        }
+        assert!(course.cars[0].position.y < y - 40.0, "from y {y}: {:?}", course.cars[0]);
+    }
+}
+
+#[test]
 fn a_vehicle_stops_behind_one_that_stands() {
     let parked = Car { parked: true, ..car(300.0, 0.0) };
     let mut course = Course::with_cars(maps::straight(1000.0), 1, vec![parked, car(10.0, 13.0)]);

@@ -99,6 +99,31 @@ pub(crate) fn loop_road(radius_m: f64, straight_m: f64) -> Arc<Network> {
     parse(&text)
 }
 
+/// A one-way lane that rises in three quarters of a circle and crosses over itself: along x below,
+/// then down x = 160 and 7 m above.
+pub(super) fn overpass() -> Arc<Network> {
+    let arc_m = 60.0 * std::f64::consts::PI;
+    let down = -std::f64::consts::FRAC_PI_2;
+    let (bend, length_m) = (200.0 + arc_m, 400.0 + arc_m);
+    // A cubic from 0 to 7 m, level at both ends.
+    let (c, d) = (21.0 / arc_m.powi(2), -14.0 / arc_m.powi(3));
+    parse(&format!(
+        r#"<road name="" length="{length_m}" id="1" junction="-1"><link/>
+        <planView>
+        <geometry s="0" x="0" y="0" hdg="0" length="200"><line/></geometry>
+        <geometry s="200" x="200" y="0" hdg="0" length="{arc_m}"><arc curvature="0.025"/></geometry>
+        <geometry s="{bend}" x="160" y="40" hdg="{down}" length="200"><line/></geometry>
+        </planView>
+        <elevationProfile><elevation s="0" a="0" b="0" c="0" d="0"/>
+        <elevation s="200" a="0" b="0" c="{c}" d="{d}"/>
+        <elevation s="{bend}" a="7" b="0" c="0" d="0"/></elevationProfile>
+        <lanes><laneSection s="0"><center><lane id="0" type="none" level="false"/></center>
+        <right><lane id="-1" type="driving" level="false">
+        <width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></right></laneSection></lanes>
+        </road>"#
+    ))
+}
+
 fn road(
     id: &str,
     junction: &str,
