@@ -140,6 +140,39 @@ const ROOM_M: f64 = 16.0;
 /// Whether the junctions leave every street that they cut some way to go: each mouth lies well
 /// before the other.
 pub(super) fn have_room(layout: &Layout) -> bool {
+    layout.streets.iter().zip(mouths(layout)).all(|(street, mouths)| match mouths {
+        [Some(start), Some(end)] if matches!(street.shape, Shape::Corners { .. }) => {
+            let gap = end.position - start.position;
+            gap.dot(start.direction()) > ROOM_M && -gap.dot(end.direction()) > ROOM_M
+        }
+        _ => true,
+    })
+}
+
+/// A bus is so wide, with what it leaves free; and so much wider is what it sweeps over in a bend,
+/// for each curvature: half the square from its rear axle to its nose. Metres, square metres.
+const BUS_M: f64 = 2.65;
+const BUS_SWEEP_M2: f64 = 29.0;
+/// No lane is made wider than this.
+const LANE_MAX_M: f64 = 4.2;
+
+/// Makes lanes so wide that two buses pass each other in a street's bends.
+pub(super) fn widen_bends(layout: &mut Layout) {
+    let mouths = mouths(layout);
+    for (street, mouths) in layout.streets.iter_mut().zip(mouths) {
+        let [Some(start), Some(end)] = mouths else { continue };
+        if street.profile.lanes.contains(&0) {
+            continue;
+        }
+        let pieces = line(street, [start, end]);
+        let bend = pieces.iter().map(|piece| piece.curvature.abs()).fold(0.0, f64::max);
+        let wide = (BUS_M + BUS_SWEEP_M2 * bend).min(LANE_MAX_M);
+        street.profile.lane = street.profile.lane.max(wide);
+    }
+}
+
+/// Where each street begins and ends.
+fn mouths(layout: &Layout) -> Vec<[Option<Pose>; 2]> {
     let at = links_at(layout.nodes.len(), layout.streets.iter().map(|street| street.ends));
     let mut mouths = vec![[None; 2]; layout.streets.len()];
     for (node, here) in at.iter().enumerate() {
@@ -147,13 +180,7 @@ pub(super) fn have_room(layout: &Layout) -> bool {
             mouths[arm.street][arm.end] = Some(arm.mouth);
         }
     }
-    layout.streets.iter().zip(mouths).all(|(street, mouths)| match mouths {
-        [Some(start), Some(end)] if matches!(street.shape, Shape::Corners { .. }) => {
-            let gap = end.position - start.position;
-            gap.dot(start.direction()) > ROOM_M && -gap.dot(end.direction()) > ROOM_M
-        }
-        _ => true,
-    })
+    mouths
 }
 
 /// From the kerb's corner to where its rounding begins, for a right angle. Metres.
@@ -165,8 +192,8 @@ const WIDE_ROOM: f64 = 5.5;
 /// No mouth is nearer to the middle than this. Metres.
 const MOUTH_MIN: f64 = 9.0;
 /// From the middle of a turning loop to its mouth, the radius of its inner border, and that of the
-/// bends at its mouth. Metres.
-const LOOP_M: (f64, f64, f64) = (18.9, 9.5, 14.0);
+/// bends at its mouth, so wide that a bus that comes out leaves room for who drives in. Metres.
+const LOOP_M: (f64, f64, f64) = (23.4, 9.5, 24.0);
 
 fn arms(layout: &Layout, node: usize, streets: &[usize]) -> Vec<Arm> {
     let center = layout.nodes[node].position;

@@ -4,7 +4,7 @@ use glam::{DVec2, dvec2};
 
 use crate::generate::Plan;
 use crate::generate::graph::{Control, Layout, Profile, Street, links_at};
-use crate::generate::junction::have_room;
+use crate::generate::junction::{have_room, widen_bends};
 use crate::generate::lattice::{Bend, Place, lattice};
 use crate::generate::relief::Ground;
 use crate::random::Random;
@@ -17,7 +17,8 @@ pub(super) fn layout(plan: &Plan) -> Layout {
     // Where junctions would leave a street no room, the town is drawn again, less crooked.
     let mut crooked = 1.0;
     loop {
-        let layout = drawn(plan, crooked);
+        let mut layout = drawn(plan, crooked);
+        widen_bends(&mut layout);
         if crooked < 0.1 || have_room(&layout) {
             return layout;
         }
