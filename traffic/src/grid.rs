@@ -62,9 +62,8 @@ impl Grid {
                 });
             }
             // One entry each time that the lane comes by: the nearest sample's.
-            found[begin..].sort_unstable_by(|a, b| {
-                (a.0, a.3).partial_cmp(&(b.0, b.3)).expect("finite")
-            });
+            found[begin..]
+                .sort_unstable_by(|a, b| (a.0, a.3).partial_cmp(&(b.0, b.3)).expect("finite"));
             let mut kept = begin;
             let mut last_m = 0.0;
             for k in begin..found.len() {

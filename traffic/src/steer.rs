@@ -49,13 +49,25 @@ pub(crate) struct Deviation {
 }
 
 /// How far left of the middle of `lane` a body drives: what is wide keeps away from the lane that is
-/// driven the other way, because two of them leave each other no more than a hand's breadth.
+/// driven the other way, because two of them leave each other no more than a hand's breadth. In a
+/// bend its nose swings out and its tail cuts in, and it has so much less to spare.
 pub(crate) fn keeps_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Body) -> f32 {
-    if !body.is_wide() {
+    let oncoming = tracks.oncoming[lane as usize];
+    if !body.is_wide() || oncoming == 0.0 {
         return 0.0;
     }
-    let spare_m = tracks.half_width_at(lane, arc_m) - body.half_width_m;
-    -tracks.oncoming[lane as usize] * (spare_m - EDGE_M).clamp(0.0, KEEP_OFF_M)
+    // Over the length of the body, for a bend begins at once.
+    let bend = [-0.5, 0.0, 0.5, 1.0]
+        .map(|part| tracks.at(lane, arc_m + part * body.length_m()).2)
+        .iter()
+        .sum::<f32>()
+        * 0.25;
+    let from_axle = body.axle_to_lead_m().powi(2);
+    let nose = (0.5 * body.wheelbase_m + body.front_m).powi(2);
+    let swing_m =
+        0.5 * bend.abs() * if bend * oncoming > 0.0 { nose - from_axle } else { from_axle };
+    let spare_m = tracks.half_width_at(lane, arc_m) - body.half_width_m - swing_m;
+    -oncoming * (spare_m - EDGE_M).clamp(0.0, KEEP_OFF_M)
 }
 
 /// How far left of its line a body drives that has backed out so often of what blocks it: what

@@ -16,6 +16,8 @@ const MARGIN_M: f32 = 0.25;
 /// The same, for who has stood before him for a while: slowly one passes with a hand's breadth.
 const NARROW_M: f32 = 0.06;
 const PATIENCE_S: f32 = 3.0;
+/// Who waits does not move on while one who passes is nearer than this.
+const PASSING_M: f32 = 1.0;
 /// Between two looks along the way.
 const STEP_M: f32 = 1.0;
 /// So far one looks at least, so that whoever waits knows what is beyond a junction.
@@ -101,9 +103,16 @@ fn look_from(rows: &Rows, row: usize, tracks: &Tracks, crowd: &Crowd, found: &mu
             let place = crowd.position[other].truncate();
             (other, Place::of(&crowd.body[other], place, crowd.forward[other]))
         })
-        .filter(|(_, place)| {
+        .filter(|(other, place)| {
             let to = place.middle - now.middle;
-            to.dot(forward) > -2.0 && !now.grown(margin_m).touches(place)
+            let beside = now.grown(margin_m).touches(place);
+            let passes = wide && passes(rows, row, crowd, *other, forward);
+            if passes && now.grown(PASSING_M).touches(place) {
+                let leader =
+                    Leader { gap_m: 0.0, speed_mps: 0.0, body: *other as u32, aligned: -1.0 };
+                found.push(Obstacle { row, leader });
+            }
+            to.dot(forward) > -2.0 && !beside
         })
         .collect();
     if near.is_empty() {
@@ -144,6 +153,15 @@ fn look_from(rows: &Rows, row: usize, tracks: &Tracks, crowd: &Crowd, found: &mu
             false
         });
     }
+}
+
+/// Whether somebody wide is just coming by the other way, whom one has waited for: one moves on when
+/// he is past.
+fn passes(rows: &Rows, row: usize, crowd: &Crowd, other: usize, forward: Vec2) -> bool {
+    let waits = crowd.speed(crowd.driven[row] as usize) < STANDING_MPS;
+    let oncoming = crowd.forward[other].dot(forward) < -0.7;
+    let moves = crowd.velocity[other].length() > STANDING_MPS;
+    waits && oncoming && moves && crowd.body[other].is_wide() && rows.id[row] > crowd.id[other]
 }
 
 /// Whether the way has turned from where the nose points now.
