@@ -137,24 +137,34 @@ pub(super) fn junctions(layout: &Layout) -> Vec<Junction> {
 /// Between the mouths of a street. Metres.
 const ROOM_M: f64 = 16.0;
 
+/// No street of a town bends more tightly than this. Metres.
+const BEND_MIN_M: f64 = 15.0;
+
 /// Whether the junctions leave every street that they cut some way to go: each mouth lies well
-/// before the other.
+/// before the other, and there is no kink between them.
 pub(super) fn have_room(layout: &Layout) -> bool {
     layout.streets.iter().zip(mouths(layout)).all(|(street, mouths)| match mouths {
         [Some(start), Some(end)] if matches!(street.shape, Shape::Corners { .. }) => {
             let gap = end.position - start.position;
-            gap.dot(start.direction()) > ROOM_M && -gap.dot(end.direction()) > ROOM_M
+            gap.dot(start.direction()) > ROOM_M
+                && -gap.dot(end.direction()) > ROOM_M
+                && tightest(street, [start, end]) < 1.0 / BEND_MIN_M
         }
         _ => true,
     })
 }
 
-/// A bus is so wide, with what it leaves free; and so much wider is what it sweeps over in a bend,
+/// The tightest curvature of a street.
+fn tightest(street: &Street, mouths: [Pose; 2]) -> f64 {
+    line(street, mouths).iter().map(|piece| piece.curvature.abs()).fold(0.0, f64::max)
+}
+
+/// A bus or a fire engine is so wide, with what it leaves free; so much wider is what it sweeps over in a bend,
 /// for each curvature: half the square from its rear axle to its nose. Metres, square metres.
-const BUS_M: f64 = 2.65;
-const BUS_SWEEP_M2: f64 = 29.0;
+const BUS_M: f64 = 2.7;
+const BUS_SWEEP_M2: f64 = 34.0;
 /// No lane is made wider than this.
-const LANE_MAX_M: f64 = 4.2;
+const LANE_MAX_M: f64 = 4.6;
 
 /// Makes lanes so wide that two buses pass each other in a street's bends.
 pub(super) fn widen_bends(layout: &mut Layout) {
@@ -164,9 +174,7 @@ pub(super) fn widen_bends(layout: &mut Layout) {
         if street.profile.lanes.contains(&0) {
             continue;
         }
-        let pieces = line(street, [start, end]);
-        let bend = pieces.iter().map(|piece| piece.curvature.abs()).fold(0.0, f64::max);
-        let wide = (BUS_M + BUS_SWEEP_M2 * bend).min(LANE_MAX_M);
+        let wide = (BUS_M + BUS_SWEEP_M2 * tightest(street, [start, end])).min(LANE_MAX_M);
         street.profile.lane = street.profile.lane.max(wide);
     }
 }

@@ -4,6 +4,7 @@ use glam::{DVec2, dvec2};
 
 use crate::generate::Plan;
 use crate::generate::graph::{Control, Layout, Node, Profile, Street};
+use crate::generate::junction::widen_bends;
 use crate::generate::lattice::{Bend, lattice};
 use crate::generate::relief::Ground;
 use crate::random::Random;
@@ -51,7 +52,9 @@ pub(super) fn layout(plan: &Plan) -> Layout {
     suburb.drop_bends(grid.nodes.len());
     let Suburb { nodes, streets } = suburb;
     let ground = Ground::new(plan, size, &nodes, &streets);
-    Layout { nodes, streets, ground }
+    let mut layout = Layout { nodes, streets, ground };
+    widen_bends(&mut layout);
+    layout
 }
 
 /// A block between four collectors: south-west, south-east, north-west, north-east.
