@@ -11,6 +11,7 @@ use anyhow::Context;
 use glam::DVec3;
 use road::{LaneTypes, Network};
 use serde_json::Value;
+use town::cache::Cache;
 
 use crate::{
     Effort,
@@ -31,6 +32,7 @@ const COPIES: [usize; 2] = [11, 38];
 /// One map to be loaded.
 struct Task {
     load: &'static str,
+    mapped: &'static str,
     nearest: &'static str,
     title: String,
     text: String,
@@ -43,14 +45,16 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
         let machine = Machine::look();
         let peer = peer(effort, task)?;
         load(effort, sink, task, &machine, peer)?;
+        mapped(effort, sink, task, &machine)?;
         nearest(effort, sink, task, &machine, peer)?;
     }
     Ok(())
 }
 
 fn tasks(sink: &mut Sink) -> anyhow::Result<Vec<Task>> {
-    let task = |load, nearest, title: &str, text: String| Task {
+    let task = |[load, mapped, nearest]: [&'static str; 3], title: &str, text: String| Task {
         load,
+        mapped,
         nearest,
         title: format!("{title}, {:.2} MB", text.len() as f64 / 1e6),
         text,
@@ -58,7 +62,7 @@ fn tasks(sink: &mut Sink) -> anyhow::Result<Vec<Task>> {
     let Some(folder) = std::env::var_os(MAPS).map(PathBuf::from) else {
         sink.skip("map.*.town01", "OMNIBUS_MAPS names no folder of maps; our own town instead");
         let (name, text) = town::default_map();
-        return Ok(vec![task("map.load.own", "map.nearest.own", name, text)]);
+        return Ok(vec![task(["map.load.own", "map.mapped.own", "map.nearest.own"], name, text)]);
     };
     let read = |name: &str| {
         let path = folder.join(name);
@@ -67,26 +71,22 @@ fn tasks(sink: &mut Sink) -> anyhow::Result<Vec<Task>> {
     let acosta = read("sumo__acosta.xodr")?;
     Ok(vec![
         task(
-            "map.load.town01",
-            "map.nearest.town01",
+            ["map.load.town01", "map.mapped.town01", "map.nearest.town01"],
             "Town01",
             read("carla2021-scenic__Town01.xodr")?,
         ),
         task(
-            "map.load.town03",
-            "map.nearest.town03",
+            ["map.load.town03", "map.mapped.town03", "map.nearest.town03"],
             "Town03 of 2019",
             read("carla2019__Town03.xodr")?,
         ),
         task(
-            "map.load.city",
-            "map.nearest.city",
+            ["map.load.city", "map.mapped.city", "map.nearest.city"],
             "a netconvert city (acosta, 11 times side by side)",
             side_by_side(&acosta, COPIES[0]),
         ),
         task(
-            "map.load.region",
-            "map.nearest.region",
+            ["map.load.region", "map.mapped.region", "map.nearest.region"],
             "a netconvert region (acosta, 38 times side by side)",
             side_by_side(&acosta, COPIES[1]),
         ),
@@ -121,6 +121,51 @@ fn load(
         peer: peer.map(|[load_ms, _]| Peer { name: "carla.Map 0.9.16", value: load_ms }),
     };
     sink.put(&figure, machine)
+}
+
+/// From the cache of baked things, of which each process has its own view.
+fn mapped(effort: Effort, sink: &mut Sink, task: &Task, machine: &Machine) -> anyhow::Result<()> {
+    let folder = Folder(std::env::temp_dir().join(format!("bench-{}-cache", std::process::id())));
+    let cache = Cache::at(&folder.0);
+    cache.network(&task.text)?;
+    let kept = std::fs::read_dir(&folder.0).with_context(|| folder.0.display().to_string())?;
+    let bytes: u64 = kept.filter_map(|file| Some(file.ok()?.metadata().ok()?.len())).sum();
+    let mut rounds = Vec::new();
+    for _ in 0..effort.rounds(ROUNDS) {
+        let mut nanos = Vec::new();
+        for _ in 0..effort.count(LOADS) {
+            let begun = Instant::now();
+            let network = cache.network(&task.text)?;
+            nanos.push(begun.elapsed().as_nanos() as u64);
+            std::hint::black_box(&network);
+        }
+        rounds.push(nanos);
+    }
+    let spread = Spread::of_rounds(&rounds, 1e6);
+    let figure = Figure {
+        name: task.mapped,
+        workload: format!(
+            "{}, from text in memory to a network whose baked form of {:.1} MB lies in the \
+             system's cache of files, sums of text and file included",
+            task.title,
+            bytes as f64 / 1e6
+        ),
+        unit: Unit::Millis,
+        value: spread.p50,
+        spread,
+        peer: None,
+    };
+    sink.put(&figure, machine)
+}
+
+/// A folder that goes with what lies in it.
+struct Folder(PathBuf);
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // It lies where the system cleans up by itself.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
 }
 
 fn nearest(

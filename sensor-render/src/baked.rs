@@ -41,7 +41,7 @@ pub(crate) fn town_of(
 ) -> Result<town::Town, road::MapError> {
     match cache.find_town(open_drive, seed) {
         Some(town) => Ok(town),
-        None => Ok(town::furnish(&road::Network::parse(open_drive)?, seed)),
+        None => Ok(town::furnish(&cache.network(open_drive)?, seed)),
     }
 }
 

@@ -104,11 +104,10 @@ impl Host {
     /// Founds the instance, builds the world, starts the stages, and is at frame 0.
     pub fn start(config: HostConfig, launcher: Box<dyn Launcher>) -> Result<Host, HostError> {
         let Episode { map, open_drive, seed } = config.episode.clone();
-        let parse =
-            || road::Network::parse(&open_drive).map_err(|e| HostError::Map(format!("{map}: {e}")));
         let cache = Cache::of_environment();
+        let read = || cache.network(&open_drive).map_err(|e| HostError::Map(format!("{map}: {e}")));
         // What is wrong with a map is said before anything starts; one with a baked town was read.
-        let network = if cache.has_town(&open_drive, seed) { None } else { Some(parse()?) };
+        let network = if cache.has_town(&open_drive, seed) { None } else { Some(read()?) };
         let free = bus::free_bytes()?;
         if free < SHARED_MEMORY_MIN {
             return Err(HostError::SharedMemory { free, needed: SHARED_MEMORY_MIN });
@@ -134,7 +133,7 @@ impl Host {
         let (town, is_new) = match (baked, network) {
             (Some(town), _) => (town, false),
             (None, Some(network)) => (town::furnish(&network, seed), true),
-            (None, None) => (town::furnish(&parse()?, seed), true),
+            (None, None) => (town::furnish(&read()?, seed), true),
         };
         let mut world = World::new(&town, seed);
         let hide = Wish::HideLayers(HideLayers { layers: config.hidden_layers, hidden: 1 });

@@ -29,7 +29,8 @@ pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), Traffic
     let participant = Participant::join(instance, Role::Traffic, name, Some(slot), within)?;
     fault::joining(Role::Traffic);
     let episode = instance.episode()?;
-    let network = road::Network::parse(&episode.open_drive)
+    let network = town::cache::Cache::of_environment()
+        .network(&episode.open_drive)
         .map_err(|e| TrafficError::Map(format!("{}: {e}", episode.map)))?;
     let mut mind = Mind::new(Arc::new(network), episode.seed);
     let mut ports = TrafficPorts::open(participant.hub()?)?;

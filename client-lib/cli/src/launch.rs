@@ -103,7 +103,8 @@ impl WorldArgs {
     /// The map's roads.
     pub(crate) fn network(&self) -> anyhow::Result<road::Network> {
         let Episode { map, open_drive, .. } = self.episode()?;
-        road::Network::parse(&open_drive).map_err(|e| anyhow!("{map}: {e}"))
+        let cache = town::cache::Cache::of_environment();
+        cache.network(&open_drive).map_err(|e| anyhow!("{map}: {e}"))
     }
 
     /// The map's text, by file or by name.

@@ -122,7 +122,8 @@ struct Again {
 
 impl Again {
     fn new(episode: &bus::Episode) -> anyhow::Result<Again> {
-        let network = road::Network::parse(&episode.open_drive)
+        let network = town::cache::Cache::of_environment()
+            .network(&episode.open_drive)
             .map_err(|e| anyhow!("{}: {e}", episode.map))?;
         let world = World::new(&town::furnish(&network, episode.seed), episode.seed);
         let mind = Mind::new(Arc::new(network), episode.seed);

@@ -3,7 +3,6 @@
 use std::sync::OnceLock;
 
 use client_lib::Episode;
-use road::Network;
 use town::{Town, cache::Cache};
 
 use crate::{geo::GeoReference, rays::Grid};
@@ -34,8 +33,9 @@ impl Statics {
     pub(crate) fn town(&self) -> &Town {
         self.town.get_or_init(|| {
             let Episode { open_drive, seed, .. } = &self.episode;
-            let baked = Cache::of_environment().find_town(open_drive, *seed);
-            baked.unwrap_or_else(|| match Network::parse(open_drive) {
+            let cache = Cache::of_environment();
+            let baked = cache.find_town(open_drive, *seed);
+            baked.unwrap_or_else(|| match cache.network(open_drive) {
                 Ok(network) => town::furnish(&network, *seed),
                 Err(_) => Town::default(),
             })

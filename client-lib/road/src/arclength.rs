@@ -16,6 +16,8 @@ pub(crate) struct ArcLength {
     stretch: f64,
 }
 
+crate::bake::baked! { ArcLength { lengths, rates, u, v, p_end, stretch } }
+
 const KNOTS: usize = 8;
 
 impl ArcLength {

@@ -28,7 +28,7 @@ pub(crate) fn network(text: &str) -> Result<Network, MapError> {
 /// More would wait for each other.
 const THREADS_MAX: usize = 8;
 
-fn threads() -> usize {
+pub(crate) fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from).min(THREADS_MAX)
 }
 

@@ -132,5 +132,10 @@ impl Profile {
     }
 }
 
+crate::bake::baked! {
+    Cubic { from_m, factors }
+    Profile { pieces }
+}
+
 /// A first piece that begins this little after the start holds from the start.
 const EARLY_M: f64 = 1e-3;

@@ -46,6 +46,11 @@ pub(crate) enum Shape {
     },
 }
 
+crate::bake::baked! { Curve { from_m, length_m, start, heading_rad, ahead, shape } }
+crate::bake::baked_enum! { Shape {
+    0 => Line, 1 => Arc { curvature }, 2 => Spiral { from, slope }, 3 => Cubic { u, v, arc },
+} }
+
 impl Shape {
     /// Curvature from `from` to `to` over the length.
     pub(crate) fn spiral(from: f64, to: f64, length_m: f64) -> Shape {

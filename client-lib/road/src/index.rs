@@ -4,12 +4,17 @@
 mod nearest;
 mod pieces;
 
+use crate::bake::Field;
 use crate::network::Network;
 use crate::road::Road;
+use crate::slab::{Lent, Slab};
+use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec3};
+use std::ops::Range;
 
 /// A piece of a lane's centre.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct Segment {
     pub(crate) from: DVec3,
     pub(crate) to: DVec3,
@@ -24,25 +29,29 @@ pub(crate) struct Segment {
     /// Everything nearer beside it than this lies on the lane.
     pub(crate) inside_m: f32,
     shape: Shape,
-    /// How the centre runs at both ends, for the whole piece; of [`Shape::Arc`] only.
+    /// How the centre runs at both ends, for the whole piece; of [`Shape::ARC`] only.
     tangents: [Vec3; 2],
 }
 
 /// How the lane's centre follows a piece.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Shape {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+struct Shape(u32);
+
+impl Shape {
     /// It is the piece, run through evenly.
-    Straight,
+    const STRAIGHT: Shape = Shape(0);
     /// It is the cubic that has the ends and the tangents of the piece, but for a tenth of a
     /// millimetre.
-    Arc,
+    const ARC: Shape = Shape(1);
     /// Only the road itself knows.
-    Free,
+    const FREE: Shape = Shape(2);
 }
 
 /// A segment as a cell of the grid knows it: where it is relative to the cell's lower corner, so
 /// that f32 holds a tenth of a millimetre. All that a cell has lies together in memory.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 struct Entry {
     from: Vec3,
     along: Vec3,
@@ -53,7 +62,7 @@ struct Entry {
 /// Segments by the square cells that they cross.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct LaneIndexGrid {
-    segments: Vec<Segment>,
+    segments: Slab<Segment>,
     /// Of any segment.
     types: u32,
     low: DVec2,
@@ -63,8 +72,8 @@ pub(crate) struct LaneIndexGrid {
     columns: usize,
     rows: usize,
     /// Where each cell's part of `entries` begins.
-    starts: Vec<u32>,
-    entries: Vec<Entry>,
+    starts: Slab<u32>,
+    entries: Slab<Entry>,
 }
 
 const CELL_M: f64 = 8.0;
@@ -105,7 +114,7 @@ impl LaneIndexGrid {
     /// Corners of the box round all lanes.
     pub(crate) fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for segment in &self.segments {
+        for segment in &*self.segments {
             let half = f64::from(segment.outside_m) - SLACK_M;
             let along = (segment.to - segment.from).truncate().normalize_or_zero();
             let side = (along.perp().abs() * half).extend(0.0);
@@ -135,18 +144,18 @@ impl LaneIndexGrid {
         let rows = (size.y / cell_m) as usize + 1;
         let types = segments.iter().fold(0, |types, segment| types | segment.types);
         let mut grid = LaneIndexGrid {
-            segments,
+            segments: Slab::default(),
             types,
             low: low.truncate(),
             base_m: low.z,
             cell_m,
             columns,
             rows,
-            starts: vec![0; columns * rows + 1],
-            entries: Vec::new(),
+            starts: Slab::default(),
+            entries: Slab::default(),
         };
-        let mut starts = std::mem::take(&mut grid.starts);
-        for segment in &grid.segments {
+        let mut starts = vec![0; columns * rows + 1];
+        for segment in &segments {
             grid.each_cell(segment, |cell| starts[cell + 1] += 1);
         }
         for cell in 0..columns * rows {
@@ -154,7 +163,7 @@ impl LaneIndexGrid {
         }
         let mut entries = vec![Entry::default(); starts[columns * rows] as usize];
         // Each cell's start becomes its end, which is the next one's start.
-        for (segment, index) in grid.segments.iter().zip(0..) {
+        for (segment, index) in segments.iter().zip(0..) {
             grid.each_cell(segment, |cell| {
                 entries[starts[cell] as usize] = grid.entry(segment, index, cell);
                 starts[cell] += 1;
@@ -162,8 +171,51 @@ impl LaneIndexGrid {
         }
         starts.pop();
         starts.insert(0, 0);
-        (grid.starts, grid.entries) = (starts, entries);
+        grid.segments = Slab::Own(segments);
+        (grid.starts, grid.entries) = (Slab::Own(starts), Slab::Own(entries));
         grid
+    }
+
+    /// What it is made of, in the order of [`LaneIndexGrid::lent`].
+    pub(crate) fn slabs(&self) -> [&[u8]; 3] {
+        let (segments, entries) = (&*self.segments, &*self.entries);
+        [
+            bytemuck::cast_slice(segments),
+            bytemuck::cast_slice(&self.starts),
+            bytemuck::cast_slice(entries),
+        ]
+    }
+
+    /// This grid over the slabs that lie there in `lent`; none if they refer to what is not there.
+    pub(crate) fn lent(
+        lent: &Lent,
+        [segments, starts, entries]: [Range<usize>; 3],
+        grid: &LaneIndexGrid,
+        lanes: usize,
+    ) -> Option<LaneIndexGrid> {
+        let grid = LaneIndexGrid {
+            segments: Slab::lent(lent, segments)?,
+            starts: Slab::lent(lent, starts)?,
+            entries: Slab::lent(lent, entries)?,
+            ..grid.clone()
+        };
+        grid.is_sound(lanes).then_some(grid)
+    }
+
+    fn is_sound(&self, lanes: usize) -> bool {
+        let (segments, starts, entries) = (&*self.segments, &*self.starts, &*self.entries);
+        if segments.is_empty() {
+            return *self == LaneIndexGrid::default();
+        }
+        let cells = self.columns.checked_mul(self.rows);
+        let is_whole = self.low.is_finite() && self.base_m.is_finite() && self.cell_m > 0.0;
+        is_whole
+            && cells.and_then(|cells| cells.checked_add(1)) == Some(starts.len())
+            && starts.first() == Some(&0)
+            && starts.last().is_some_and(|end| *end as usize == entries.len())
+            && starts.is_sorted()
+            && segments.iter().all(|segment| (segment.lane as usize) < lanes)
+            && entries.iter().all(|entry| (entry.segment as usize) < segments.len())
     }
 
     fn entry(&self, segment: &Segment, index: u32, cell: usize) -> Entry {
@@ -217,13 +269,38 @@ impl LaneIndexGrid {
             return;
         }
         let (low, high) = (self.cell(point - reach), self.cell(point + reach));
+        let (starts, all, segments) = (&*self.starts, &*self.entries, &*self.segments);
         for row in low.1..=high.1 {
             let cells = row * self.columns + low.0..row * self.columns + high.0;
-            let entries = self.starts[cells.start] as usize..self.starts[cells.end + 1] as usize;
-            for entry in &self.entries[entries] {
-                visit(&self.segments[entry.segment as usize]);
+            let entries = starts[cells.start] as usize..starts[cells.end + 1] as usize;
+            for entry in &all[entries] {
+                visit(&segments[entry.segment as usize]);
             }
         }
+    }
+}
+
+/// But for its slabs.
+impl Field for LaneIndexGrid {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.types.put(bytes);
+        self.low.put(bytes);
+        self.base_m.put(bytes);
+        self.cell_m.put(bytes);
+        self.columns.put(bytes);
+        self.rows.put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Option<LaneIndexGrid> {
+        Some(LaneIndexGrid {
+            types: Field::take(bytes)?,
+            low: Field::take(bytes)?,
+            base_m: Field::take(bytes)?,
+            cell_m: Field::take(bytes)?,
+            columns: Field::take(bytes)?,
+            rows: Field::take(bytes)?,
+            ..Default::default()
+        })
     }
 }
 

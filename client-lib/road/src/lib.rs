@@ -8,6 +8,7 @@
 //! ```
 
 mod arclength;
+mod bake;
 mod build;
 mod crosswalk;
 mod cubic;
@@ -27,6 +28,7 @@ mod place;
 mod road;
 mod route;
 mod signal;
+mod slab;
 mod surface;
 mod surface_strips;
 #[cfg(test)]
@@ -53,6 +55,7 @@ pub use place::Placement;
 pub use road::{Road, RoadLink, RoadType, Section, Switch};
 pub use route::{Leg, Route};
 pub use signal::{Controller, Orientation, Signal, SignalReference, SignalUse};
+pub use slab::Lent;
 pub use surface::{Face, Material, Mesh, Tag};
 pub use validate::{Finding, Severity, validate};
 pub use waypoint::SideMarks;

@@ -1,5 +1,6 @@
 //! Whole maps. Those of `OMNIBUS_MAPS`, a folder, are judged where that variable is set.
 
+mod bake;
 mod coverage;
 mod extras;
 mod made;

@@ -8,6 +8,14 @@ use glam::{DVec2, DVec3, Vec3};
 /// Rough distances are wrong by at most this: pieces sag, and f32 rounds.
 const ROUGH_M: f32 = 0.1;
 
+/// What is looked through, and for what.
+struct Cells<'a> {
+    starts: &'a [u32],
+    entries: &'a [Entry],
+    point: DVec3,
+    types: LaneTypes,
+}
+
 impl LaneIndexGrid {
     pub(crate) fn nearest(
         &self,
@@ -24,6 +32,7 @@ impl LaneIndexGrid {
         let most = DVec2::new(self.columns as f64, self.rows as f64);
         let corner = corner.clamp(DVec2::ZERO, most).as_i64vec2();
         let mut few = Few::default();
+        let cells = Cells { starts: &self.starts, entries: &self.entries, point, types };
         let mut seen: Option<[i64; 4]> = None;
         for ring in 1.. {
             let clamped = |at: i64, end: usize| at.clamp(0, end as i64);
@@ -36,10 +45,10 @@ impl LaneIndexGrid {
             for row in block[2]..block[3] {
                 match seen {
                     Some([left, right, low, high]) if (low..high).contains(&row) => {
-                        self.row(row, block[0]..left, point, types, &mut few);
-                        self.row(row, right..block[1], point, types, &mut few);
+                        self.row(&cells, row, block[0]..left, &mut few);
+                        self.row(&cells, row, right..block[1], &mut few);
                     }
-                    _ => self.row(row, block[0]..block[1], point, types, &mut few),
+                    _ => self.row(&cells, row, block[0]..block[1], &mut few),
                 }
             }
             // Nothing outside the block can be nearer than its edge.
@@ -70,22 +79,16 @@ impl LaneIndexGrid {
         clear
     }
 
-    fn row(
-        &self,
-        row: i64,
-        columns: std::ops::Range<i64>,
-        point: DVec3,
-        types: LaneTypes,
-        few: &mut Few,
-    ) {
+    fn row(&self, cells: &Cells, row: i64, columns: std::ops::Range<i64>, few: &mut Few) {
+        let Cells { starts, entries, point, types } = *cells;
         for column in columns {
             let cell = row as usize * self.columns + column as usize;
-            let (from, to) = (self.starts[cell] as usize, self.starts[cell + 1] as usize);
+            let (from, to) = (starts[cell] as usize, starts[cell + 1] as usize);
             if from == to {
                 continue;
             }
             let here = (point - self.corner(column as usize, row as usize)).as_vec3();
-            for entry in &self.entries[from..to] {
+            for entry in &entries[from..to] {
                 if entry.types & types.0 != 0 {
                     let squared = entry.distance_squared(here);
                     if squared <= few.limit_squared {
@@ -98,10 +101,11 @@ impl LaneIndexGrid {
 
     fn choose(&self, network: &Network, few: &Few, point: DVec3) -> Option<LanePoint> {
         // Of each lane its nearest piece.
+        let segments = &*self.segments;
         let mut near: [Option<(f32, &Segment)>; Few::MOST] = [None; Few::MOST];
         let mut lanes = 0;
         for (squared, segment) in few.found().filter(|found| found.0 <= few.limit_squared) {
-            let segment = &self.segments[segment as usize];
+            let segment = &segments[segment as usize];
             let own = near[..lanes].iter_mut().flatten().find(|old| old.1.lane == segment.lane);
             match own {
                 Some(old) if squared < old.0 => *old = (squared, segment),
@@ -120,7 +124,7 @@ impl LaneIndexGrid {
             let along_m = from + share * (to - from);
             let mut at = LanePoint { lane: LaneIndex(segment.lane), along_m };
             let mut exact = found;
-            if segment.shape == Shape::Free {
+            if segment.shape == Shape::FREE {
                 // Who sags too little to come before the best is not asked.
                 let least = f64::from(squared).sqrt() - f64::from(segment.sag_m) - ROUNDED_M;
                 if best.is_some_and(|(best, _)| least > 0.0 && least * least > best) {
@@ -156,7 +160,7 @@ impl Segment {
     fn foot(&self, point: DVec3) -> (f64, f64) {
         let (chord, offset) = (self.to - self.from, point - self.from);
         let mut share = (offset.dot(chord) / chord.length_squared().max(1e-12)).clamp(0.0, 1.0);
-        if self.shape != Shape::Arc {
+        if self.shape != Shape::ARC {
             return (share, offset.distance_squared(chord * share));
         }
         // The cubic b·u + c·u² + d·u³ that ends at `chord` and has these slopes.

@@ -144,7 +144,7 @@ impl Cutter<'_> {
             for piece in 0..count {
                 let shares = [piece, piece + 1].map(|end| end as f64 / count as f64);
                 let s = shares.map(|share| from + (to - from) * share);
-                let form = Form { sag_m: 0.0, shape: Shape::Straight, tangents: [Vec3::ZERO; 2] };
+                let form = Form { sag_m: 0.0, shape: Shape::STRAIGHT, tangents: [Vec3::ZERO; 2] };
                 self.segments.push(segment(section, lane, shares.map(at), s, form));
             }
         }
@@ -191,10 +191,10 @@ impl Cutter<'_> {
             let turn = bend * (to.s - from.s);
             let sag_m = 1.5 * 0.125 * ends[0].0.distance(ends[1].0) * turn;
             let form = if run == Run::Bent && turn < TURN_MAX_RAD {
-                Form { sag_m, shape: Shape::Arc, tangents: tangents([from, to], ends) }
+                Form { sag_m, shape: Shape::ARC, tangents: tangents([from, to], ends) }
             } else {
                 let tangents = [Vec3::ZERO; 2];
-                Form { sag_m: sag_m + SHAPED_SAG_M, shape: Shape::Free, tangents }
+                Form { sag_m: sag_m + SHAPED_SAG_M, shape: Shape::FREE, tangents }
             };
             self.segments.push(segment(section, lane, ends, [from.s, to.s], form));
         }

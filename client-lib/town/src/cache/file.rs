@@ -4,6 +4,7 @@ use std::path::Path;
 
 use bytemuck::{Pod, Zeroable};
 
+use super::mapped::Mapped;
 use super::sum::Sum;
 
 const MAGIC: [u8; 8] = *b"omnibake";
@@ -73,9 +74,31 @@ impl Parts {
         (sum_of(bytes) == row.sum).then_some(things)
     }
 
+    /// The next part where it lies in memory, and what to hold it against before it is believed.
+    pub(super) fn map(&mut self) -> Option<(Mapped, Check)> {
+        let before = &self.rows[..self.next];
+        let from = size_of::<Header>() as u64
+            + size_of_val(&*self.rows) as u64
+            + before.iter().map(|row| row.length).sum::<u64>();
+        let row = *self.rows.get(self.next)?;
+        self.next += 1;
+        let mapped = Mapped::new(&self.file, from, row.length)?;
+        Some((mapped, Check(row.sum)))
+    }
+
     /// Whether all parts that are left are what was kept.
     pub(super) fn is_intact(&mut self) -> bool {
         (self.next..self.rows.len()).all(|_| self.take::<u8>().is_some())
+    }
+}
+
+/// What a part must add up to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Check([u64; 2]);
+
+impl Check {
+    pub(super) fn holds(self, bytes: &[u8]) -> bool {
+        sum_of(bytes) == self.0
     }
 }
 

@@ -4,6 +4,8 @@
 //! nothing can be written nothing is kept.
 
 mod file;
+mod mapped;
+mod network;
 mod sum;
 
 #[cfg(test)]
@@ -24,7 +26,7 @@ use sum::Sum;
 use crate::{BAKE_VERSION, Detail, Town};
 
 /// At most so many files are kept, the newest.
-const FILES_MAX: usize = 16;
+const FILES_MAX: usize = 32;
 /// At most so many bytes are kept.
 const BYTES_MAX: u64 = 2_000_000_000;
 

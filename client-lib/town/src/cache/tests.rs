@@ -85,6 +85,40 @@ fn no_flipped_bit_and_no_shortened_file_is_taken_for_what_was_kept() {
 }
 
 #[test]
+fn a_network_is_found_as_it_was_read_and_never_a_damaged_one() {
+    let folder = Folder::new("network");
+    let cache = Cache::at(&folder.0);
+    let (_, text) = crate::default_map();
+    let network = road::Network::parse(&text).expect("a map");
+    // Not by assert_eq: it would print whole maps.
+    let check = |what: &str| {
+        let found = cache.network(&text).expect("a map");
+        assert!(found == network, "{what}");
+    };
+    check("read anew");
+    let file = folder.only_file();
+    let whole = fs::read(&file).expect("the file");
+    check("found");
+    let is_kept = || fs::read(folder.only_file()).expect("the file") == whole;
+    assert!(is_kept());
+    for at in (0..whole.len()).step_by(whole.len() / 30 + 1) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 1 << (at % 8);
+        fs::remove_file(&file).expect("remove");
+        fs::write(&file, &bytes).expect("write");
+        check("damaged");
+        assert!(is_kept(), "it is made anew after damage at {at}");
+        fs::remove_file(&file).expect("remove");
+        fs::write(&file, &whole[..at]).expect("write");
+        check("shortened");
+        assert!(is_kept(), "it is made anew after {at} bytes");
+    }
+    assert!(cache.network(&format!("{text}<!-- -->")).expect("a map") == network);
+    assert_eq!(fs::read_dir(&folder.0).expect("the folder").count(), 2, "a key for each text");
+    assert!(cache.network("<OpenDRIVE/>").is_err());
+}
+
+#[test]
 fn a_cache_that_is_off_or_cannot_be_written_keeps_nothing() {
     let folder = Folder::new("off");
     let is_at = |set: &[(&str, &str)]| {

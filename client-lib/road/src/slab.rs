@@ -1,0 +1,55 @@
+//! Rows of plain numbers that are their owner's, or lie in bytes that it was lent.
+
+use bytemuck::Pod;
+use std::ops::{Deref, Range};
+use std::sync::Arc;
+
+/// Bytes that somebody else keeps for us, such as a file in memory. They must not change while they
+/// are lent.
+pub type Lent = Arc<dyn AsRef<[u8]> + Send + Sync>;
+
+/// A row of plain numbers.
+#[derive(Clone)]
+pub(crate) enum Slab<T> {
+    Own(Vec<T>),
+    Lent(Lent, Range<usize>),
+}
+
+impl<T: Pod> Slab<T> {
+    /// Those that these bytes of `lent` are, if they can be any.
+    pub(crate) fn lent(lent: &Lent, range: Range<usize>) -> Option<Slab<T>> {
+        let bytes = (**lent).as_ref().get(range.clone())?;
+        bytemuck::try_cast_slice::<u8, T>(bytes).ok()?;
+        Some(Slab::Lent(lent.clone(), range))
+    }
+}
+
+impl<T: Pod> Deref for Slab<T> {
+    type Target = [T];
+
+    #[inline]
+    fn deref(&self) -> &[T] {
+        match self {
+            Slab::Own(own) => own,
+            Slab::Lent(lent, range) => bytemuck::cast_slice(&(**lent).as_ref()[range.clone()]),
+        }
+    }
+}
+
+impl<T> Default for Slab<T> {
+    fn default() -> Self {
+        Slab::Own(Vec::new())
+    }
+}
+
+impl<T: Pod + PartialEq> PartialEq for Slab<T> {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
+impl<T: Pod + std::fmt::Debug> std::fmt::Debug for Slab<T> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.debug_list().entries(&**self).finish()
+    }
+}
