@@ -23,15 +23,18 @@ mod client;
 mod error;
 mod file;
 mod hide;
+mod physics;
 mod rig;
 mod view;
 
 pub use bus::{
-    ActorId, ActorState, Autopilot, BlueprintInfo, DEPTH_FAR_M, Episode, Frame, HideLayers,
-    HideObjects, HoldLight, Instance, Interrupted, JournalEntry, Name, Pose, RigId, STRIDE,
-    SensorSpec, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings, SnapshotHeader, Stamp,
-    Strategy, Teleport, TrafficDial, VehicleControl, Watch, Weather, Wish, clock, dial, flag, kind,
-    lamp, layer, light, output, sensor, tracer,
+    AckermannControl, AckermannSettings, ActorId, ActorState, Ask, Autopilot, BlueprintInfo, Curve,
+    DEPTH_FAR_M, Episode, Frame, Gear, HideLayers, HideObjects, HoldLight, Instance, Interrupted,
+    JournalEntry, Name, Pose, Push, RigId, STRIDE, SensorSpec, SetDoors, SetLamps, SetPhysics,
+    SetVelocity, Settings, SnapshotHeader, Stamp, Strategy, Switch, Teleport, TrafficDial,
+    VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
+    VehicleTelemetry, VehicleWheel, Watch, Weather, WheelTelemetry, Wish, clock, dial, flag, kind,
+    lamp, layer, light, output, part, sensor, tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;

@@ -394,6 +394,11 @@ impl Host {
                 index += specs.len();
                 continue;
             }
+            if let Wish::Ask(ask) = wish {
+                let outcome = self.world.answer(&ask);
+                self.pen.write(request.ended(outcome));
+                continue;
+            }
             let outcome = match self.grant(&wish) {
                 Ok(id) => Outcome::done(id),
                 Err(why) => Outcome::refused(&why),

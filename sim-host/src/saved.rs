@@ -13,7 +13,7 @@ use crate::hash::StateHash;
 
 /// `omnistat`, and the form of what follows.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnistat");
-const FORM: u32 = 2;
+const FORM: u32 = 3;
 
 /// Everything that decides the future.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -16,6 +16,8 @@ use crate::{
     saved::{SavedState, StateError},
 };
 
+mod outside;
+
 /// All that an episode's actors are.
 pub struct World {
     physics: Physics,
@@ -188,7 +190,9 @@ impl World {
                 self.see_to_solids();
                 Ok(0)
             }
-            _ => Err("this is no wish about an actor".to_owned()),
+            other => self
+                .apply_outside(other)
+                .unwrap_or_else(|| Err("this is no wish about an actor".to_owned())),
         }
     }
 
@@ -208,7 +212,8 @@ impl World {
     pub fn is_about_actors(wish: &Wish) -> bool {
         !matches!(
             wish,
-            Wish::CreateRig(_)
+            Wish::Ask(_)
+                | Wish::CreateRig(_)
                 | Wish::Sensor(_)
                 | Wish::DestroyRig(_)
                 | Wish::SetSettings(_)

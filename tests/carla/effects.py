@@ -217,9 +217,6 @@ def drives(c):
     ahead = car.get_transform().get_forward_vector()
     assert felt.x * ahead.x + felt.y * ahead.y > 0.5
     works("Actor.get_acceleration", "forwards while the throttle was open")
-    rpm = car.get_telemetry_data()
-    assert rpm.engine_rpm > 500.0 and rpm.throttle == 1.0
-    differs("Vehicle.get_telemetry_data", "engine, gear and pedals are true, forces of tyres zero")
     car.apply_control(carla.VehicleControl(steer=1.0))
     c.ticks(10)
     assert car.get_wheel_steer_angle(carla.VehicleWheelLocation.FL_Wheel) > 5.0
@@ -255,21 +252,8 @@ def is_moved_by_hand(c):
     assert car.get_angular_velocity().z > 5.0
     works("Actor.set_target_angular_velocity", "it turns clockwise")
     c.ticks(20)
-    mass = car.get_physics_control().mass
-    assert 800.0 < mass < 3000.0
-    ahead = car.get_transform().get_forward_vector()
+    assert 800.0 < car.get_physics_control().mass < 3000.0
     car.apply_control(carla.VehicleControl())
-    car.add_impulse(mass * 5.0 * ahead)
-    c.world.tick()
-    near(car.get_velocity().length(), 5.0, 1.5)
-    car.apply_control(carla.VehicleControl(brake=1.0))
-    c.ticks(60)
-    car.apply_control(carla.VehicleControl())
-    car.add_force(mass * 5.0 / DELTA * ahead)
-    c.world.tick()
-    near(car.get_velocity().length(), 5.0, 1.5)
-    differs("Actor.add_impulse Actor.add_force",
-            "turned into a change of velocity at the next tick, at the centre of the body")
     car.enable_constant_velocity(carla.Vector3D(x=6.0))
     c.ticks(20)
     near(car.get_velocity().length(), 6.0, 1.0)
@@ -279,16 +263,6 @@ def is_moved_by_hand(c):
     assert car.get_velocity().length() < 1.0
     works("Actor.enable_constant_velocity Actor.disable_constant_velocity",
           "6 m/s until it was released")
-    car.apply_control(carla.VehicleControl(brake=1.0))
-    c.ticks(60)
-    car.set_location(car.get_location() + carla.Location(z=4.0))
-    c.world.tick()
-    car.add_angular_impulse(carla.Vector3D(z=mass * 100.0))
-    c.world.tick()
-    spun = car.get_angular_velocity().z
-    assert spun > 10.0, spun
-    differs("Actor.add_angular_impulse Actor.add_torque",
-            "about a box of even density; the official client sends both as an impulse")
     car.destroy()
 
 
@@ -789,6 +763,10 @@ def records_and_replays(c):
     shutil.rmtree(folder)
 
 
+# Its checks come here.
+import effects_vehicle  # noqa: E402,F401
+
+
 @check
 def refuses_what_it_has_not(c):
     car = c.car()
@@ -815,23 +793,6 @@ def refuses_what_it_has_not(c):
         "Actor.get_socket_names": car.get_socket_names,
         "Actor.get_socket_world_transforms": car.get_socket_world_transforms,
         "Actor.get_socket_relative_transforms": car.get_socket_relative_transforms})
-    refuses("no Ackermann controller", {
-        "Vehicle.get_ackermann_controller_settings": car.get_ackermann_controller_settings})
-    ignored("nothing: there is no Ackermann controller", {
-        "Vehicle.apply_ackermann_control":
-            lambda: car.apply_ackermann_control(carla.VehicleAckermannControl()),
-        "Vehicle.apply_ackermann_controller_settings":
-            lambda: car.apply_ackermann_controller_settings(
-                carla.AckermannControllerSettings())})
-    refuses("no actors without collisions",
-            {"Actor.set_collisions": lambda: car.set_collisions(False)})
-    ignored("nothing: gravity is everybody's",
-            {"Actor.set_enable_gravity": lambda: car.set_enable_gravity(False)})
-    ignored("nothing: a vehicle stays as it was built",
-            {"Vehicle.apply_physics_control":
-                lambda: car.apply_physics_control(car.get_physics_control())})
-    differs("Vehicle.get_physics_control",
-            "mass and wheels are true, the rest is a middle-class car's")
     car.open_door(carla.VehicleDoor.FL)
     c.ticks(2)
     assert "door_fl" in car.get_bone_names(), car.get_bone_names()

@@ -2,8 +2,9 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    ActorId, FilePath, Name, Pose, RigId, SensorSpec, Stamp, StartRecorder, StartReplay,
-    StopReplay, VehicleControl,
+    AckermannControl, AckermannSettings, ActorId, Ask, FilePath, Name, Pose, Push, RigId,
+    SensorSpec, Stamp, StartRecorder, StartReplay, StopReplay, Switch, VehicleBody, VehicleControl,
+    VehicleEngine, VehicleGearbox, VehicleSteering, VehicleTelemetry, VehicleWheel, WheelTelemetry,
 };
 
 /// Header of a batch of [`Command`]s or [`VehicleControl`]s from one client.
@@ -57,7 +58,7 @@ pub struct Outcome {
     pub status: u32,
     /// The actor or rig that it made or changed.
     pub id: u32,
-    /// Why it was refused; UTF-8, padded with zeros.
+    /// Why it was refused, as UTF-8, or what was asked for; padded with zeros.
     pub text: [u8; 184],
 }
 
@@ -67,6 +68,20 @@ impl Outcome {
     /// It took effect on, or made, `id`.
     pub fn done(id: u32) -> Outcome {
         Outcome { status: status::DONE, id, text: [0; 184] }
+    }
+
+    /// What was asked for about `id`.
+    pub fn answer(id: u32, what: &impl Answer) -> Outcome {
+        let mut text = [0; 184];
+        let bytes = bytemuck::bytes_of(what);
+        text[..bytes.len()].copy_from_slice(bytes);
+        Outcome { status: status::DONE, id, text }
+    }
+
+    /// The answer to an [`Ask`] for a `T`, or why there is none.
+    pub fn answered<T: Answer>(&self) -> Result<T, &str> {
+        self.result()?;
+        Ok(bytemuck::pod_read_unaligned(&self.text[..size_of::<T>()]))
     }
 
     /// It did not take effect. `why` is cut after 184 bytes.
@@ -88,6 +103,23 @@ impl Outcome {
         let end = self.text.iter().position(|&b| b == 0).unwrap_or(184);
         Err(std::str::from_utf8(&self.text[..end]).unwrap_or("refused"))
     }
+}
+
+/// What an [`Outcome`] has room for.
+pub trait Answer: Pod {}
+
+macro_rules! answers {
+    ($($body:ty),*) => {
+        $(
+            const _: () = assert!(size_of::<$body>() <= 184);
+            impl Answer for $body {}
+        )*
+    };
+}
+
+answers! {
+    VehicleBody, VehicleEngine, VehicleGearbox, VehicleSteering, VehicleWheel, VehicleTelemetry,
+    WheelTelemetry, AckermannSettings
 }
 
 /// One line of a frame's journal: who wished what, and what became of it.
@@ -198,6 +230,28 @@ wishes! {
     SetLamps(SetLamps) = 17,
     /// Open and shut a vehicle's doors.
     SetDoors(SetDoors) = 18,
+    /// Tell something of an actor that snapshots do not; the outcome does.
+    Ask(Ask) = 30,
+    /// Change a vehicle's mass, air and centre of mass.
+    SetBody(VehicleBody) = 31,
+    /// Change a vehicle's engine.
+    SetEngine(VehicleEngine) = 32,
+    /// Change a vehicle's gearbox.
+    SetGearbox(VehicleGearbox) = 33,
+    /// Change how far a vehicle's steering goes at speed.
+    SetSteering(VehicleSteering) = 34,
+    /// Change one of a vehicle's wheels.
+    SetWheel(VehicleWheel) = 35,
+    /// Push or twist an actor, for a moment or a frame.
+    Push(Push) = 36,
+    /// Let an actor fall, or not.
+    SetGravity(Switch) = 37,
+    /// Let an actor run into others, or not.
+    SetCollisions(Switch) = 38,
+    /// Drive a vehicle to a speed and a steering angle; the latest of this and pedals holds.
+    Ackermann(AckermannControl) = 39,
+    /// How a vehicle's controller does that.
+    SetAckermann(AckermannSettings) = 40,
     /// Write down what happens from the next frame on.
     StartRecorder(StartRecorder) = 100,
     /// Close the recording.

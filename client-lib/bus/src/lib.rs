@@ -7,20 +7,25 @@
 
 mod actor;
 mod command;
+mod motion;
 mod name;
 mod recording;
 mod rig;
 mod snapshot;
 mod stamp;
 mod traffic;
+mod vehicle;
 
 pub use actor::{
     ACTORS_MAX, ActorId, ActorState, Pose, STRIDE, VehicleControl, flag, kind, lamp, light,
 };
 pub use command::{
-    Autopilot, BatchHeader, Command, CreateRig, HideLayers, HideObjects, HoldLight, JournalEntry,
-    JournalHeader, Nothing, Outcome, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings, Spawn,
-    Teleport, TrafficDial, Weather, Wish, dial, layer, status,
+    Answer, Autopilot, BatchHeader, Command, CreateRig, HideLayers, HideObjects, HoldLight,
+    JournalEntry, JournalHeader, Nothing, Outcome, SetDoors, SetLamps, SetPhysics, SetVelocity,
+    Settings, Spawn, Teleport, TrafficDial, Weather, Wish, dial, layer, status,
+};
+pub use motion::{
+    AckermannControl, AckermannSettings, Ask, Push, Switch, VehicleTelemetry, WheelTelemetry, part,
 };
 pub use name::Name;
 pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};
@@ -31,6 +36,10 @@ pub use rig::{
 pub use snapshot::{PIPELINE_MAX, SnapshotHeader};
 pub use stamp::{Frame, Stamp};
 pub use traffic::{LightState, TrafficHeader, TrafficLayout};
+pub use vehicle::{
+    CURVE_POINTS_MAX, Curve, GEARS_MAX, Gear, VehicleBody, VehicleEngine, VehicleGearbox,
+    VehiclePhysics, VehicleSteering, VehicleWheel,
+};
 
 mod atoms;
 mod channel;

@@ -53,11 +53,13 @@ fn carry_out(
             let control = pedals(id, &mut body)?;
             bridge.drive(control)?;
         }
+        3 => bridge.drive_to(id, &mut body)?,
         4 => {
             let mut control = body.list()?;
             let (direction, speed) = (location(&mut control)?, control.f32()?);
             bridge.walk(id, direction.normalize_or_zero() * speed)?;
         }
+        5 => bridge.set_physics(id, &mut body)?,
         6 | 7 => {
             let pose = transform(&mut body)?;
             bridge.put(id, pose)?;
@@ -72,23 +74,27 @@ fn carry_out(
         }
         10 => {
             let impulse = location(&mut body)?;
-            bridge.push(id, impulse)?;
+            bridge.push(id, 0, impulse, None)?;
         }
         11 => {
             let force = location(&mut body)?;
-            bridge.push_for_a_tick(id, force)?;
+            bridge.push(id, 1, force, None)?;
         }
         12 => {
             let impulse = body.vector()?;
-            bridge.twist(id, impulse)?;
+            bridge.twist(id, 0, impulse)?;
         }
         13 => {
             let torque = body.vector()?;
-            bridge.twist_for_a_tick(id, torque)?;
+            bridge.twist(id, 1, torque)?;
         }
         14 => {
             let on = body.bool()?;
             bridge.simulate_physics(id, on)?;
+        }
+        15 => {
+            let on = body.bool()?;
+            bridge.set_gravity(id, on)?;
         }
         // The client itself registers the vehicle with the traffic manager.
         16 => {
@@ -110,9 +116,6 @@ fn carry_out(
             let state = body.u32()?;
             bridge.set_light(id, state)?;
         }
-        3 => return Err("this simulator has no Ackermann controller".into()),
-        5 => return Err("this simulator has no other builds of a vehicle".into()),
-        15 => return Err("this simulator has no actors without gravity".into()),
         other => return Err(format!("command {other} is none that this server knows").into()),
     }
     Ok(id)

@@ -225,6 +225,9 @@ impl Bridge {
         let mut all = std::mem::take(&mut self.wishes);
         let before = all.len();
         all.extend_from_slice(wishes);
+        if all.is_empty() {
+            return Ok(Vec::new());
+        }
         let mut outcomes = self.client.try_request(what, &all)?;
         Ok(outcomes.split_off(before.min(outcomes.len())))
     }

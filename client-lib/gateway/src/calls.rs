@@ -4,6 +4,7 @@ mod actors;
 mod bones;
 mod episode;
 mod motion;
+mod physics;
 mod recorder;
 mod signals;
 mod surroundings;
@@ -56,21 +57,21 @@ use Form::{Bare, Nothing, Value as Val};
 /// Sorted by name.
 #[rustfmt::skip]
 const CALLS: &[(&str, Form, Handler)] = &[
-    ("add_actor_angular_impulse", Nothing, motion::angular_impulse),
-    ("add_actor_force", Nothing, motion::force),
-    ("add_actor_force_at_location", Nothing, motion::force),
-    ("add_actor_impulse", Nothing, motion::impulse),
-    ("add_actor_impulse_at_location", Nothing, motion::impulse),
-    ("add_actor_torque", Nothing, motion::torque),
+    ("add_actor_angular_impulse", Nothing, physics::angular_impulse),
+    ("add_actor_force", Nothing, physics::force),
+    ("add_actor_force_at_location", Nothing, physics::force),
+    ("add_actor_impulse", Nothing, physics::impulse),
+    ("add_actor_impulse_at_location", Nothing, physics::impulse),
+    ("add_actor_torque", Nothing, physics::torque),
     ("add_traffic_manager_running", Val, |c| { c.out.bool(false); Ok(()) }),
-    ("apply_ackermann_control_to_vehicle", Nothing, |_| refuse("Ackermann controller")),
-    ("apply_ackermann_controller_settings", Nothing, |_| refuse("Ackermann controller")),
+    ("apply_ackermann_control_to_vehicle", Nothing, physics::ackermann),
+    ("apply_ackermann_controller_settings", Nothing, physics::set_ackermann_settings),
     ("apply_batch", Bare, batch::apply),
     ("apply_color_texture_to_objects", Nothing, |_| refuse("textures")),
     ("apply_control_to_vehicle", Nothing, vehicles::control),
     ("apply_control_to_walker", Nothing, motion::walk),
     ("apply_float_color_texture_to_objects", Nothing, |_| refuse("textures")),
-    ("apply_physics_control", Nothing, |_| refuse("other build of a vehicle")),
+    ("apply_physics_control", Nothing, physics::apply_control),
     ("are_gbuffers_enabled", Val, |c| { c.out.bool(false); Ok(()) }),
     ("blend_pose", Nothing, |_| refuse("bones that clients set")),
     ("cast_ray", Val, surroundings::cast_ray),
@@ -92,7 +93,7 @@ const CALLS: &[(&str, Form, Handler)] = &[
     ("enable_sensor_for_ros", Nothing, |_| refuse("ROS")),
     ("freeze_all_traffic_lights", Nothing, signals::freeze_all),
     ("freeze_traffic_light", Nothing, signals::freeze),
-    ("get_ackermann_controller_settings", Val, |_| refuse("Ackermann controller")),
+    ("get_ackermann_controller_settings", Val, physics::ackermann_settings),
     ("get_actor_bone_names", Val, bones::names),
     ("get_actor_bone_relative_transforms", Val, bones::relative),
     ("get_actor_bone_world_transforms", Val, bones::in_world),
@@ -119,12 +120,12 @@ const CALLS: &[(&str, Form, Handler)] = &[
     ("get_map_info", Val, episode::map_info),
     ("get_names_of_all_objects", Val, surroundings::names),
     ("get_navigation_mesh", Val, |c| { c.out.bin(&[]); Ok(()) }),
-    ("get_physics_control", Val, vehicles::physics),
+    ("get_physics_control", Val, physics::control),
     ("get_pose_from_animation", Nothing, |_| refuse("bones that clients set")),
     ("get_required_files", Val, |c| { c.out.list(0); Ok(()) }),
     ("get_sensor_token", Val, episode::token),
     ("get_spectator", Val, actors::spectator),
-    ("get_telemetry_data", Val, vehicles::telemetry),
+    ("get_telemetry_data", Val, physics::telemetry),
     ("get_traffic_manager_running", Val, episode::manager),
     ("get_vehicle_bone_world_transforms", Val, bones::in_world),
     ("get_vehicle_light_state", Val, vehicles::light_state),
@@ -146,9 +147,9 @@ const CALLS: &[(&str, Form, Handler)] = &[
     ("restore_physx_physics", Nothing, ignore),
     ("send", Nothing, |_| refuse("V2X")),
     ("set_actor_autopilot", Nothing, vehicles::autopilot),
-    ("set_actor_collisions", Nothing, |_| refuse("actors without collisions")),
+    ("set_actor_collisions", Nothing, physics::collisions),
     ("set_actor_dead", Nothing, ignore),
-    ("set_actor_enable_gravity", Nothing, |_| refuse("actors without gravity")),
+    ("set_actor_enable_gravity", Nothing, physics::gravity),
     ("set_actor_location", Nothing, motion::locate),
     ("set_actor_simulate_physics", Nothing, motion::simulate_physics),
     ("set_actor_target_angular_velocity", Nothing, motion::target_angular_velocity),

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use bus::{ActorId, Pose, VehicleControl};
 use glam::{Mat3, Quat, Vec2, Vec3};
 use rapier3d::prelude::{
-    ColliderBuilder, MassProperties, Pose as BodyPose, RigidBodyBuilder, RigidBodyType, SharedShape,
+    ColliderBuilder, MassProperties, PhysicsWorld, Pose as BodyPose, RigidBodyBuilder,
+    RigidBodyType, SharedShape,
 };
 use serde::{Deserialize, Serialize};
 
@@ -205,11 +206,11 @@ impl Physics {
 
     /// Sets a vehicle's pedals and wheel; the latest holds. Values are cut to their ranges.
     pub fn control(&mut self, control: &VehicleControl) -> Result<(), PhysicsError> {
-        let index = self.find(control.actor_id)?;
-        let Kind::Vehicle(vehicle) = &mut self.actors[index].kind else {
-            return Err(PhysicsError::WrongKind(control.actor_id, "vehicle"));
-        };
+        let vehicle = self.vehicle_mut(control.actor_id)?;
         vehicle.state.control = Pedals::new(control);
+        if let Some(controller) = &mut vehicle.state.ackermann {
+            controller.let_go();
+        }
         Ok(())
     }
 
@@ -258,7 +259,7 @@ impl Physics {
     /// The first that a shape would touch, actors by id, then static boxes.
     fn obstacle(&self, pose: &BodyPose, shape: &SharedShape) -> Option<String> {
         let shape = shrunk(shape);
-        for actor in &self.actors {
+        for actor in self.actors.iter().filter(|actor| !actor.is_ghost) {
             let collider = &self.world.colliders[actor.collider];
             let local = collider.position_wrt_parent().copied().unwrap_or(BodyPose::IDENTITY);
             let other_pose = *self.body(actor).position() * local;
@@ -298,6 +299,9 @@ impl Physics {
             .friction(0.4)
             .user_data(u128::from(id.0));
         let (body, collider) = self.world.insert(body, collider);
+        // Its centre of mass counts from the first substep on.
+        let PhysicsWorld { bodies, colliders, .. } = &mut self.world;
+        bodies[body].recompute_mass_properties_from_colliders(colliders);
         let actor = Actor {
             id: id.0,
             body,
@@ -306,6 +310,9 @@ impl Physics {
             kind,
             glide: (Vec3::ZERO, Vec3::ZERO),
             acceleration_mps2: Vec3::ZERO,
+            is_weightless: false,
+            is_ghost: false,
+            pushed: (Vec3::ZERO, Vec3::ZERO),
             teleported: (false, false),
         };
         let at = self.actors.partition_point(|a| a.id < id.0);
@@ -368,7 +375,7 @@ fn check_pose(id: ActorId, pose: &Pose) -> Result<(), PhysicsError> {
     Ok(())
 }
 
-fn check_length(
+pub(super) fn check_length(
     id: ActorId,
     what: &'static str,
     v: Vec3,

@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::model::VehicleModel;
+use super::model::{GearModel, VehicleModel};
 
 const RPM_PER_RADPS: f32 = 60.0 / std::f32::consts::TAU;
 /// Both sides of the clutch turn alike within this. Radians per second.
@@ -76,7 +76,7 @@ impl Drivetrain {
         let gear = match self.gear {
             0 => 0.0,
             -1 => -gearbox.reverse,
-            n => gearbox.forward.get(n as usize - 1).copied().unwrap_or(0.0),
+            n => gearbox.forward.get(n as usize - 1).map_or(0.0, |gear| gear.ratio),
         };
         gear * gearbox.final_drive
     }
@@ -126,26 +126,27 @@ impl Drivetrain {
         speed_mps: f32,
         top: i32,
     ) -> i32 {
-        let gear = self.next_gear;
+        let gear = self.next_gear.min(top);
         if demand.reverse {
             return if gear < 0 || speed_mps < REVERSE_BELOW_MPS { -1 } else { gear };
         }
         if gear < 1 {
             return if gear == 0 || speed_mps > -REVERSE_BELOW_MPS { 1 } else { gear };
         }
-        if self.since_shift_s < SHIFT_PAUSE_S {
+        if self.since_shift_s < SHIFT_PAUSE_S || !model.gearbox.automatic {
             return gear;
         }
         let (engine, gearbox) = (&model.engine, &model.gearbox);
         let rpm_in = |gear: i32| {
             wheel_radps.max(0.0)
-                * gearbox.forward[gear as usize - 1]
+                * gearbox.forward[gear as usize - 1].ratio
                 * gearbox.final_drive
                 * RPM_PER_RADPS
         };
-        let throttle = demand.throttle;
-        let up_rpm = engine.max_rpm * (0.42 + 0.48 * throttle);
-        let down_rpm = (engine.max_rpm * (0.18 + 0.30 * throttle)).max(1.2 * engine.idle_rpm);
+        let GearModel { down, up, .. } = gearbox.forward[gear as usize - 1];
+        let more = demand.throttle - 0.5;
+        let up_rpm = engine.max_rpm * (up + 0.48 * more);
+        let down_rpm = (engine.max_rpm * (down + 0.30 * more)).max(1.2 * engine.idle_rpm);
         if gear < top && rpm_in(gear) > up_rpm {
             gear + 1
         } else if gear > 1 && rpm_in(gear) < down_rpm {
@@ -166,10 +167,16 @@ impl Drivetrain {
             throttle = throttle.max(((engine.idle_rpm - rpm) / engine.idle_rpm * 4.0).min(1.0));
         }
         let closed = 1.0 - throttle;
-        let drag = engine.drag_nm * (self.engine_radps * 0.1).clamp(-1.0, 1.0)
-            + engine.drag_nmsprad * self.engine_radps;
+        let shut = if self.gear == 0 {
+            engine.damping_neutral_nmsprad
+        } else {
+            engine.damping_geared_nmsprad
+        };
+        let damping = throttle * engine.damping_full_nmsprad + closed * shut;
+        let drag = closed * engine.drag_nm * (self.engine_radps * 0.1).clamp(-1.0, 1.0)
+            + damping * self.engine_radps;
         let torque = if throttle > 0.0 { throttle * engine.torque_nm(rpm.abs()) } else { 0.0 };
-        torque - closed * drag
+        torque - drag
     }
 
     /// Once per sub-iteration, before the wheels move.

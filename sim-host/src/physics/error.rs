@@ -32,6 +32,9 @@ pub enum PhysicsError {
     /// The wish fits another kind of actor.
     #[error("{0} is not a {1}")]
     WrongKind(ActorId, &'static str),
+    /// A number is out of its range; which, and what the range is.
+    #[error("{0}: {1}")]
+    Refused(ActorId, String),
     /// A saved state cannot be read.
     #[error("the saved state is not of this build or is damaged: {0}")]
     Damaged(String),

@@ -3,6 +3,7 @@
 use bus::{ActorId, ActorState, Pose, flag, kind};
 
 use super::digest::Digest;
+use super::tuning;
 use super::world::{Actor, Kind, Physics, origin_mps};
 
 impl Physics {
@@ -82,8 +83,16 @@ impl Physics {
                 digest.vector(actor.glide.0);
                 digest.vector(actor.glide.1);
             }
+            digest.pair(actor.is_weightless.into(), actor.is_ghost.into());
+            digest.vector(actor.pushed.0);
+            digest.vector(actor.pushed.1);
             match &actor.kind {
-                Kind::Vehicle(vehicle) => digest.all_of(&vehicle.state),
+                Kind::Vehicle(vehicle) => {
+                    digest.all_of(&vehicle.state);
+                    if let Some(tuning) = &vehicle.tuning {
+                        digest.all_of(&tuning::to_bytes(tuning));
+                    }
+                }
                 Kind::Walker(walker) => digest.all_of(walker),
                 Kind::Prop(prop) => digest.all_of(prop),
             }

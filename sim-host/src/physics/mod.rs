@@ -17,8 +17,10 @@
 //! Vehicle and world space are as on the bus: right-handed, z up, x forward, y left, SI, radians.
 //! Nothing here reads a clock or draws a random number: the same calls give the same bits.
 
+mod ackermann;
 mod actors;
 mod blueprint;
+mod classes;
 mod contact;
 mod digest;
 mod drivetrain;
@@ -28,10 +30,13 @@ mod ground;
 mod lanes;
 mod model;
 mod motion;
+mod outside;
 mod overlap;
 mod save;
 mod stage;
 mod suspension;
+mod telemetry;
+mod tuning;
 mod tyre;
 mod vehicle;
 mod walker;
@@ -45,7 +50,7 @@ pub use actors::PropModel;
 pub use error::PhysicsError;
 pub use ground::{Ground, Hit};
 pub use model::{
-    Class, EngineModel, GRAVITY_MPS2, GearboxModel, LeanModel, VehicleModel, WHEELS_MAX,
+    Class, EngineModel, GRAVITY_MPS2, GearModel, GearboxModel, LeanModel, VehicleModel, WHEELS_MAX,
     WheelModel, WheelPlace,
 };
 pub use stage::Stage;

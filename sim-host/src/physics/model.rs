@@ -85,6 +85,14 @@ pub struct WheelModel {
     pub anti_roll_npm: f32,
     /// Height of the axle's roll centre above ground.
     pub roll_center_m: f32,
+    /// How much a wheel leans in at its top, for each metre that it moves up into the body.
+    pub camber_radpm: f32,
+    /// Of a steered wheel: how far it turns, as a share of what Ackermann's law asks for.
+    pub steer_share: f32,
+    /// Drag of the bearing. Newton metre seconds per radian.
+    pub damping_nmsprad: f32,
+    /// Grip, as a multiple of the tyre's.
+    pub grip: f32,
     /// The tyre.
     pub tyre: TyreModel,
 }
@@ -102,8 +110,12 @@ pub struct EngineModel {
     pub inertia_kgm2: f32,
     /// Drag with the throttle closed, near standstill. Newton metres.
     pub drag_nm: f32,
-    /// Drag that grows with speed. Newton metre seconds per radian.
-    pub drag_nmsprad: f32,
+    /// Drag that grows with speed, the throttle open. Newton metre seconds per radian.
+    pub damping_full_nmsprad: f32,
+    /// The same with the throttle closed and a gear in.
+    pub damping_geared_nmsprad: f32,
+    /// The same with the throttle closed, in neutral.
+    pub damping_neutral_nmsprad: f32,
 }
 
 impl EngineModel {
@@ -124,11 +136,25 @@ impl EngineModel {
     }
 }
 
+/// One forward gear. The gearbox shifts at these shares of the rev limit at half throttle, later
+/// with more of it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GearModel {
+    /// Engine turns per turn of the propeller shaft.
+    pub ratio: f32,
+    /// Below this it shifts down.
+    pub down: f32,
+    /// Above this it shifts up.
+    pub up: f32,
+}
+
 /// What stands between the engine and the wheels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GearboxModel {
-    /// Engine turns per turn of the propeller shaft, first gear first.
-    pub forward: Vec<f32>,
+    /// It shifts by itself unless the driver does.
+    pub automatic: bool,
+    /// First gear first.
+    pub forward: Vec<GearModel>,
     /// The same for reverse; positive.
     pub reverse: f32,
     /// Turns of the propeller shaft per turn of the wheel.
@@ -171,8 +197,10 @@ pub struct VehicleModel {
     pub engine: EngineModel,
     /// What stands between the engine and the wheels.
     pub gearbox: GearboxModel,
-    /// Drag coefficient times frontal area.
-    pub drag_area_m2: f32,
+    /// Drag coefficient.
+    pub drag_coefficient: f32,
+    /// What the air meets.
+    pub frontal_m2: f32,
     /// Lift coefficient times frontal area, positive downwards.
     pub downforce_area_m2: f32,
     /// How far the steering wheel turns a wheel in the middle of the front axle.
@@ -183,289 +211,4 @@ pub struct VehicleModel {
     pub steer_curve: Vec<[f32; 2]>,
     /// For two-wheelers.
     pub lean: Option<LeanModel>,
-}
-
-/// What distinguishes the classes.
-struct Defaults {
-    /// Height of the centre of mass as a share of the body's height above ground.
-    com_height: f32,
-    ride_hz: f32,
-    damping_ratio: f32,
-    anti_roll: f32,
-    grip: f32,
-    stiffness: f32,
-    braking_g: f32,
-    steer_max_rad: f32,
-    drag_coefficient: f32,
-    wheel_kg: f32,
-}
-
-fn defaults(class: Class) -> Defaults {
-    let car = Defaults {
-        com_height: 0.36,
-        ride_hz: 1.4,
-        damping_ratio: 0.35,
-        anti_roll: 0.5,
-        grip: 1.08,
-        stiffness: 21.0,
-        braking_g: 0.97,
-        steer_max_rad: 0.61,
-        drag_coefficient: 0.30,
-        wheel_kg: 20.0,
-    };
-    match class {
-        Class::Car => car,
-        Class::Van => Defaults { com_height: 0.38, drag_coefficient: 0.36, braking_g: 0.9, ..car },
-        Class::Truck => Defaults {
-            com_height: 0.40,
-            ride_hz: 1.6,
-            anti_roll: 1.0,
-            grip: 0.85,
-            stiffness: 11.0,
-            braking_g: 0.65,
-            steer_max_rad: 0.75,
-            drag_coefficient: 0.7,
-            ..car
-        },
-        Class::Bus => Defaults {
-            com_height: 0.36,
-            ride_hz: 1.3,
-            anti_roll: 1.0,
-            grip: 0.85,
-            stiffness: 11.0,
-            braking_g: 0.65,
-            steer_max_rad: 0.85,
-            drag_coefficient: 0.6,
-            ..car
-        },
-        Class::Motorcycle => Defaults {
-            com_height: 0.40,
-            ride_hz: 2.0,
-            anti_roll: 0.0,
-            braking_g: 0.65,
-            steer_max_rad: 0.6,
-            drag_coefficient: 0.7,
-            wheel_kg: 12.0,
-            ..car
-        },
-        Class::Bicycle => Defaults {
-            com_height: 0.52,
-            ride_hz: 4.0,
-            anti_roll: 0.0,
-            grip: 0.9,
-            braking_g: 0.5,
-            steer_max_rad: 0.8,
-            drag_coefficient: 0.9,
-            wheel_kg: 1.5,
-            ..car
-        },
-    }
-}
-
-impl VehicleModel {
-    /// A plausible vehicle of that class: `half_extents_m` and `center_m` are those of the whole
-    /// body's box in vehicle space.
-    pub fn new(
-        class: Class,
-        half_extents_m: Vec3,
-        center_m: Vec3,
-        mass_kg: f32,
-        places: &[WheelPlace],
-    ) -> VehicleModel {
-        let given = defaults(class);
-        let places = &places[..places.len().min(WHEELS_MAX)];
-        let top = center_m.z + half_extents_m.z;
-        let middle_x = mean(places.iter().map(|p| p.hub_m.x));
-        let com_m = Vec3::new(middle_x, 0.0, top * given.com_height);
-        let size = half_extents_m * 2.0;
-        // A box's inertia; a vehicle's mass sits a little nearer to its middle.
-        let inertia_kgm2 = Vec3::new(
-            size.y * size.y + size.z * size.z,
-            size.x * size.x + size.z * size.z,
-            size.x * size.x + size.y * size.y,
-        ) * (mass_kg / 12.0 * 0.9);
-
-        // The box ends half a wheel radius above ground, so that it clears kerbs.
-        let radius = mean(places.iter().map(|p| p.radius_m)).max(0.1);
-        let bottom = (center_m.z - half_extents_m.z).max(0.5 * radius).min(top - 0.1);
-        let box_center_m = Vec3::new(center_m.x, center_m.y, (top + bottom) / 2.0);
-        let box_half_m = Vec3::new(half_extents_m.x, half_extents_m.y, (top - bottom) / 2.0);
-
-        let driven = places.iter().filter(|p| p.driven).count();
-        let at_rest = loads(places, com_m, mass_kg, 0.0);
-        let braked = loads(places, com_m, mass_kg, given.braking_g);
-        let wheels = places
-            .iter()
-            .enumerate()
-            .map(|(i, place)| {
-                let load = at_rest[i];
-                let omega = std::f32::consts::TAU * given.ride_hz;
-                let spring_npm = load / GRAVITY_MPS2 * omega * omega;
-                let damping = 2.0 * given.damping_ratio * load / GRAVITY_MPS2 * omega;
-                let radius_m = place.radius_m.max(0.05);
-                let wheel_kg = given.wheel_kg * (radius_m / 0.33).powi(2);
-                let rear = place.hub_m.x <= middle_x;
-                WheelModel {
-                    hub_m: place.hub_m,
-                    radius_m,
-                    inertia_kgm2: 0.55 * wheel_kg * radius_m * radius_m,
-                    steered: place.steered,
-                    drive_share: if place.driven { 1.0 / driven as f32 } else { 0.0 },
-                    brake_torque_nm: braked[i] * given.braking_g * radius_m,
-                    handbrake_torque_nm: if rear { 1.3 * load * radius_m } else { 0.0 },
-                    static_load_n: load,
-                    spring_npm,
-                    bump_damping_nspm: 0.8 * damping,
-                    rebound_damping_nspm: 1.2 * damping,
-                    bump_travel_m: 0.09 * (1.4 / given.ride_hz),
-                    partner: partner(places, i),
-                    anti_roll_npm: spring_npm * given.anti_roll * if rear { 0.7 } else { 1.0 },
-                    roll_center_m: if class.leans() { 0.0 } else { 0.1 * com_m.z },
-                    tyre: TyreModel {
-                        grip_x: given.grip * 1.04,
-                        grip_y: given.grip,
-                        stiffness_x: given.stiffness,
-                        stiffness_y: given.stiffness,
-                        shape_x: 1.64,
-                        shape_y: 1.35,
-                        curvature_x: 0.46,
-                        curvature_y: 0.0,
-                        load_sensitivity: 0.08,
-                        nominal_load_n: load,
-                        relaxation_x_m: 0.1 + 0.2 * radius_m,
-                        relaxation_y_m: 0.1 + 0.5 * radius_m,
-                        rolling_resistance: 0.012,
-                    },
-                }
-            })
-            .collect();
-
-        let (engine, gearbox) = powertrain(class, mass_kg, radius);
-        let frontal_m2 = size.y * top * 0.85;
-        VehicleModel {
-            class,
-            mass_kg,
-            inertia_kgm2,
-            com_m,
-            box_center_m,
-            box_half_m,
-            wheels,
-            engine,
-            gearbox,
-            drag_area_m2: frontal_m2 * given.drag_coefficient,
-            downforce_area_m2: 0.0,
-            steer_max_rad: given.steer_max_rad,
-            steer_rate_radps: 2.5,
-            steer_curve: vec![[0.0, 1.0], [5.6, 0.9], [16.7, 0.8], [33.3, 0.7]],
-            lean: class.leans().then_some(LeanModel { max_rad: 0.75, frequency_radps: 8.0 }),
-        }
-    }
-
-    /// A mid-size car, as most cars of the catalogue are.
-    pub fn sedan() -> VehicleModel {
-        let places =
-            [(1.44, 0.79), (1.44, -0.79), (-1.44, 0.79), (-1.44, -0.79)].map(|(x, y)| WheelPlace {
-                hub_m: Vec3::new(x, y, 0.34),
-                radius_m: 0.34,
-                steered: x > 0.0,
-                driven: x < 0.0,
-            });
-        let half = Vec3::new(2.35, 0.93, 0.72);
-        VehicleModel::new(Class::Car, half, Vec3::new(0.0, 0.0, 0.72), 1700.0, &places)
-    }
-}
-
-fn mean(values: impl ExactSizeIterator<Item = f32>) -> f32 {
-    let count = values.len().max(1) as f32;
-    values.sum::<f32>() / count
-}
-
-/// Each wheel's load when the vehicle brakes with `braking_g`. With more than two axles the loads
-/// are the linear ones, as on equal springs.
-fn loads(places: &[WheelPlace], com_m: Vec3, mass_kg: f32, braking_g: f32) -> Vec<f32> {
-    let weight = mass_kg * GRAVITY_MPS2;
-    let middle = mean(places.iter().map(|p| p.hub_m.x));
-    let spread: f32 = places.iter().map(|p| (p.hub_m.x - middle).powi(2)).sum();
-    // The point on the ground through which gravity and inertia together pull.
-    let pull = com_m.x + com_m.z * braking_g - middle;
-    places
-        .iter()
-        .map(|p| {
-            let even = 1.0 / places.len() as f32;
-            let lever = (p.hub_m.x - middle) * pull / spread.max(1e-3);
-            weight * (even + lever).max(0.05 * even)
-        })
-        .collect()
-}
-
-/// The wheel across from wheel `index`.
-fn partner(places: &[WheelPlace], index: usize) -> Option<u8> {
-    let own = places[index].hub_m;
-    let across = |p: &WheelPlace| {
-        (p.hub_m.x - own.x).abs() < 0.1 && p.hub_m.y * own.y < 0.0 && own.y.abs() > 0.1
-    };
-    places.iter().position(across).map(|i| i as u8)
-}
-
-fn powertrain(class: Class, mass_kg: f32, radius_m: f32) -> (EngineModel, GearboxModel) {
-    let combustion = |peak_nm: f32, max_rpm: f32, idle_rpm: f32| EngineModel {
-        torque_curve: [(0.0, 0.5), (0.17, 0.7), (0.35, 0.95), (0.55, 1.0), (0.8, 0.95), (1.0, 0.8)]
-            .map(|(rpm, torque): (f32, f32)| [rpm * max_rpm, torque * peak_nm])
-            .to_vec(),
-        max_rpm,
-        idle_rpm,
-        inertia_kgm2: 0.0006 * peak_nm,
-        drag_nm: 0.06 * peak_nm,
-        drag_nmsprad: 0.1 * peak_nm / (max_rpm * 0.105),
-    };
-    let gears = |forward: &[f32], reverse: f32, final_drive: f32, shift_s: f32, peak_nm: f32| {
-        GearboxModel {
-            forward: forward.to_vec(),
-            reverse,
-            final_drive,
-            shift_s,
-            clutch_nm: 1.8 * peak_nm,
-            efficiency: 0.92,
-        }
-    };
-    match class {
-        Class::Car => {
-            let peak = 0.175 * mass_kg;
-            let forward = [3.2, 1.95, 1.35, 1.0, 0.8, 0.66];
-            (combustion(peak, 6200.0, 800.0), gears(&forward, 3.2, 11.2 * radius_m, 0.25, peak))
-        }
-        Class::Van => {
-            let peak = 0.14 * mass_kg;
-            let forward = [3.8, 2.1, 1.35, 1.0, 0.78, 0.65];
-            (combustion(peak, 4600.0, 800.0), gears(&forward, 3.8, 11.2 * radius_m, 0.3, peak))
-        }
-        Class::Truck | Class::Bus => {
-            let peak = 0.11 * mass_kg;
-            let forward = [6.7, 3.9, 2.4, 1.6, 1.2, 1.0];
-            (combustion(peak, 2500.0, 600.0), gears(&forward, 6.7, 9.0 * radius_m, 0.4, peak))
-        }
-        Class::Motorcycle => {
-            // Stronger, and the front wheel would leave the ground at full throttle.
-            let peak = 0.13 * mass_kg;
-            let forward = [2.6, 1.9, 1.5, 1.25, 1.1, 1.0];
-            (combustion(peak, 9500.0, 1200.0), gears(&forward, 2.6, 18.0 * radius_m, 0.15, peak))
-        }
-        Class::Bicycle => {
-            // A rider with low gears: up a slope of 40 % at a walk, about 350 W when fast.
-            let top_rpm = 12.0 / radius_m * 9.55;
-            let pedals = |share: f32| {
-                let torque = (350.0 / (12.0 * share)).min(470.0) * radius_m;
-                [share * top_rpm, torque]
-            };
-            let engine = EngineModel {
-                torque_curve: [0.05, 0.2, 0.35, 0.5, 0.75, 1.0].map(pedals).to_vec(),
-                max_rpm: top_rpm,
-                idle_rpm: 0.0,
-                inertia_kgm2: 0.01,
-                drag_nm: 0.0,
-                drag_nmsprad: 0.0,
-            };
-            (engine, gears(&[1.0], 1.0, 1.0, 0.0, 1000.0))
-        }
-    }
 }

@@ -6,8 +6,6 @@
 
 use glam::{Mat3, Vec3};
 
-use super::model::GRAVITY_MPS2;
-
 /// In world space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
@@ -17,6 +15,8 @@ pub(super) struct Motion {
     pub axes: Mat3,
     pub velocity_mps: Vec3,
     pub spin_radps: Vec3,
+    /// Downwards; 0 for who does not fall.
+    pub gravity_mps2: f32,
 }
 
 /// A force at the centre of mass and a torque.
@@ -46,7 +46,7 @@ impl Motion {
     /// velocity, as the world does.
     #[inline]
     pub(super) fn advance(&mut self, push: &Push, mass_kg: f32, inertia_kgm2: Vec3, dt: f32) {
-        self.velocity_mps += (push.force_n / mass_kg - Vec3::Z * GRAVITY_MPS2) * dt;
+        self.velocity_mps += (push.force_n / mass_kg - Vec3::Z * self.gravity_mps2) * dt;
         let to_body = self.axes.transpose();
         let spin = to_body * self.spin_radps;
         let torque = to_body * push.torque_nm - spin.cross(spin * inertia_kgm2);

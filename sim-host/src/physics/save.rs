@@ -12,12 +12,13 @@ use super::actors::Prop;
 use super::digest::digest;
 use super::error::PhysicsError;
 use super::model::VehicleModel;
+use super::tuning;
 use super::vehicle::{Prepared, Vehicle, VehicleState};
 use super::walker::Walker;
 use super::world::{Actor, Kind, Pair, Physics};
 
 /// Changes whenever the bytes' meaning does.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 #[derive(Serialize, Deserialize)]
 struct SavedActor {
@@ -27,14 +28,17 @@ struct SavedActor {
     kinematic: bool,
     glide: (Vec3, Vec3),
     acceleration_mps2: Vec3,
+    is_weightless: bool,
+    is_ghost: bool,
+    pushed: (Vec3, Vec3),
     teleported: (bool, bool),
     kind: SavedKind,
 }
 
 #[derive(Serialize, Deserialize)]
 enum SavedKind {
-    /// Index of the model, state.
-    Vehicle(u32, VehicleState),
+    /// Index of the blueprint's model, what clients made of it, state.
+    Vehicle(u32, Option<Vec<u8>>, VehicleState),
     Walker(Walker),
     Prop(Prop),
 }
@@ -56,13 +60,14 @@ impl Physics {
         for actor in &self.actors {
             let kind = match &actor.kind {
                 Kind::Vehicle(vehicle) => {
-                    let model = &vehicle.prepared.model;
+                    let model = &vehicle.own;
                     let known = models.iter().position(|m| Arc::ptr_eq(m, model));
                     let index = known.unwrap_or_else(|| {
                         models.push(Arc::clone(model));
                         models.len() - 1
                     });
-                    SavedKind::Vehicle(index as u32, vehicle.state.clone())
+                    let tuning = vehicle.tuning.as_ref().map(|tuning| tuning::to_bytes(tuning));
+                    SavedKind::Vehicle(index as u32, tuning, vehicle.state.clone())
                 }
                 Kind::Walker(walker) => SavedKind::Walker(*walker),
                 Kind::Prop(prop) => SavedKind::Prop(*prop),
@@ -74,6 +79,9 @@ impl Physics {
                 kinematic: actor.kinematic,
                 glide: actor.glide,
                 acceleration_mps2: actor.acceleration_mps2,
+                is_weightless: actor.is_weightless,
+                is_ghost: actor.is_ghost,
+                pushed: actor.pushed,
                 teleported: actor.teleported,
                 kind,
             });
@@ -110,11 +118,17 @@ impl Physics {
         let mut actors = Vec::with_capacity(rest.actors.len());
         for saved in rest.actors {
             let kind = match saved.kind {
-                SavedKind::Vehicle(index, state) => {
-                    let prepared = models.get(index as usize).ok_or_else(|| {
-                        PhysicsError::Damaged(format!("actor {} has no model", saved.id))
-                    })?;
-                    Kind::Vehicle(Vehicle { prepared: Arc::clone(prepared), state })
+                SavedKind::Vehicle(index, tuning, state) => {
+                    let lacks =
+                        |what| PhysicsError::Damaged(format!("actor {} has no {what}", saved.id));
+                    let prepared = models.get(index as usize).ok_or_else(|| lacks("model"))?;
+                    let mut vehicle = Vehicle::new(Arc::clone(prepared));
+                    if let Some(bytes) = tuning {
+                        let tuning = tuning::from_bytes(&bytes).ok_or_else(|| lacks("numbers"))?;
+                        vehicle.tune(&tuning);
+                    }
+                    vehicle.state = state;
+                    Kind::Vehicle(vehicle)
                 }
                 SavedKind::Walker(walker) => Kind::Walker(walker),
                 SavedKind::Prop(prop) => Kind::Prop(prop),
@@ -127,6 +141,9 @@ impl Physics {
                 kind,
                 glide: saved.glide,
                 acceleration_mps2: saved.acceleration_mps2,
+                is_weightless: saved.is_weightless,
+                is_ghost: saved.is_ghost,
+                pushed: saved.pushed,
                 teleported: saved.teleported,
             });
         }

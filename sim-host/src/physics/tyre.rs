@@ -39,6 +39,11 @@ pub struct TyreModel {
     pub load_sensitivity: f32,
     /// Load at which grip and stiffness hold.
     pub nominal_load_n: f32,
+    /// Above this multiple of that load, stiffness across grows no more.
+    pub stiff_load: f32,
+    /// Force across of a leaning wheel, to the side that it leans to: per radian of camber and
+    /// newton of load.
+    pub camber_stiffness: f32,
     /// Distance rolled until the force along has followed the slip to 63 %.
     pub relaxation_x_m: f32,
     /// The same across.
@@ -92,6 +97,8 @@ pub(super) struct Tyres {
     /// Effective load per load: `base − fall * load`.
     load_base: Lanes,
     load_fall: Lanes,
+    stiff_n: Lanes,
+    camber_stiffness: Lanes,
 }
 
 /// What the tyres answer to one sub-iteration's motion.
@@ -120,6 +127,8 @@ pub(super) struct Sliding {
     pub along_mps: Lanes,
     pub across_mps: Lanes,
     pub rim_mps: Lanes,
+    /// Radians by which the wheels lean to the right.
+    pub camber: Lanes,
 }
 
 /// Below this speed the patch's spring is damped as rubber is.
@@ -141,6 +150,8 @@ impl Tyres {
             grip_max: lanes(|m| m.grip_x.max(m.grip_y)),
             load_base: lanes(|m| 1.0 + m.load_sensitivity),
             load_fall: lanes(|m| m.load_sensitivity / m.nominal_load_n),
+            stiff_n: lanes(|m| m.stiff_load * m.nominal_load_n),
+            camber_stiffness: lanes(|m| m.camber_stiffness),
         }
     }
 
@@ -155,7 +166,7 @@ impl Tyres {
         sliding: &Sliding,
         dt: f32,
     ) -> Answer {
-        let Sliding { along_mps, across_mps, rim_mps } = *sliding;
+        let Sliding { along_mps, across_mps, rim_mps, camber } = *sliding;
         let transport = along_mps.abs().fast_max(across_mps.abs()).fast_max(rim_mps.abs());
         let fade_x = Lanes::ONE / (transport * self.relax_x * dt + Lanes::ONE);
         let fade_y = Lanes::ONE / (transport * self.relax_y * dt + Lanes::ONE);
@@ -174,7 +185,7 @@ impl Tyres {
             (self.load_base - self.load_fall * load_n).clamp(Lanes::splat(0.5), Lanes::splat(1.3));
         let load_n = load_n * share;
         let spring_x = self.spring_x * load_n * ratio_x;
-        let spring_y = self.spring_y * load_n * ratio_y;
+        let spring_y = self.spring_y * load_n.fast_min(self.stiff_n * share) * ratio_y;
 
         let slowness = (Lanes::ONE - transport * (1.0 / DAMPED_BELOW_MPS)).fast_max(Lanes::ZERO);
         let damper = slowness * load_n * DAMPING_SPM;
@@ -182,7 +193,9 @@ impl Tyres {
         Answer {
             held_n: spring_x * patches.along_m * fade_x,
             slope_nspm: spring_x * fade_x * dt + damper,
-            across_n: spring_y * across_m - damper * across_mps,
+            across_n: spring_y * across_m
+                - damper * across_mps
+                - self.camber_stiffness * camber * load_n,
             limit_n: self.grip_max * friction * load_n,
             fade: fade_x,
         }

@@ -2,15 +2,18 @@
 
 use std::sync::Arc;
 
-use bus::{VehicleControl, flag};
+use bus::{VehicleControl, VehiclePhysics, flag};
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::ackermann::Ackermann;
 use super::contact::Corners;
 use super::drivetrain::{Demand, Drivetrain};
 use super::ground::Ground;
-use super::model::{GRAVITY_MPS2, VehicleModel};
+use super::model::{GRAVITY_MPS2, VehicleModel, WheelModel};
 use super::motion::{Motion, Push};
-use super::wheels::{Bank, BankState, Braking, Footing, banks};
+use super::tuning::tuned;
+use super::wheels::{Bank, BankState, Braking, Footing, banks, order};
 
 /// The longest sub-iteration.
 const ITERATION_MAX_S: f32 = 0.0026;
@@ -25,8 +28,12 @@ const BANKS_MAX: usize = 2;
 pub(super) struct Prepared {
     pub model: Arc<VehicleModel>,
     banks: Vec<Bank>,
+    /// Which wheel is in each of their lanes.
+    pub order: Vec<usize>,
     /// From the line about which the vehicle turns to the foremost axle.
     wheelbase_m: f32,
+    /// Where that line lies in vehicle space.
+    rear_x_m: f32,
 }
 
 impl Prepared {
@@ -40,7 +47,20 @@ impl Prepared {
             0 => xs().fold(f32::INFINITY, f32::min),
             n => fixed.iter().sum::<f32>() / n as f32,
         };
-        Prepared { banks: banks(&model, rear_x_m), wheelbase_m: (front - rear_x_m).max(0.3), model }
+        let (banks, order) = (banks(&model, rear_x_m), order(&model));
+        Prepared { banks, order, wheelbase_m: (front - rear_x_m).max(0.3), rear_x_m, model }
+    }
+}
+
+impl Prepared {
+    /// Where a wheel points in the body's axes, by Ackermann's law.
+    pub(super) fn heading(&self, wheel: &WheelModel, steer_rad: f32) -> Vec3 {
+        if !wheel.steered {
+            return Vec3::X;
+        }
+        let curvature = wheel.steer_share * steer_rad.tan() / self.wheelbase_m;
+        let ahead = curvature * (wheel.hub_m.x - self.rear_x_m);
+        Vec3::new(1.0 - curvature * wheel.hub_m.y, ahead, 0.0).normalize_or(Vec3::X)
     }
 }
 
@@ -52,6 +72,8 @@ pub(super) struct VehicleState {
     /// In the middle of the front axle, positive to the left.
     pub steer_rad: f32,
     pub control: Pedals,
+    /// Who works the pedals, if a controller was ever spoken to.
+    pub ackermann: Option<Box<Ackermann>>,
 }
 
 /// The driver's wishes, checked.
@@ -83,20 +105,32 @@ impl Pedals {
 /// A vehicle, without its body.
 #[derive(Clone, Debug)]
 pub(super) struct Vehicle {
+    /// As it is.
     pub prepared: Arc<Prepared>,
+    /// As its blueprint has it.
+    pub own: Arc<VehicleModel>,
+    /// How clients changed it.
+    pub tuning: Option<Box<VehiclePhysics>>,
     pub state: VehicleState,
 }
 
 impl Vehicle {
     pub(super) fn new(prepared: Arc<Prepared>) -> Vehicle {
         let state = VehicleState::at_rest(&prepared);
-        Vehicle { prepared, state }
+        Vehicle { own: Arc::clone(&prepared.model), tuning: None, prepared, state }
+    }
+
+    /// Is built otherwise from now on, and drives on.
+    pub(super) fn tune(&mut self, physics: &VehiclePhysics) {
+        self.prepared = Arc::new(Prepared::new(Arc::new(tuned(&self.own, physics))));
+        self.tuning = Some(Box::new(physics.clone()));
     }
 
     /// Forgets all motion, keeps the pedals.
     pub(super) fn rest(&mut self) {
-        let control = self.state.control;
-        self.state = VehicleState { control, ..VehicleState::at_rest(&self.prepared) };
+        let VehicleState { control, ackermann, .. } = &mut self.state;
+        let (control, ackermann) = (*control, ackermann.take());
+        self.state = VehicleState { control, ackermann, ..VehicleState::at_rest(&self.prepared) };
     }
 
     /// Sets the wheels rolling as the body moves, so that a set velocity does not make them slide.
@@ -112,11 +146,21 @@ impl Vehicle {
     }
 
     /// One substep of `dt` seconds: moves a copy of the body through its sub-iterations, and
-    /// returns the mean force (without gravity) and torque.
-    pub(super) fn substep(&mut self, ground: &Ground, start: &Motion, dt: f32) -> Push {
-        let Vehicle { prepared, state } = self;
+    /// returns the mean force (without gravity) and torque. `outside` pushes as well.
+    pub(super) fn substep(
+        &mut self,
+        ground: &Ground,
+        start: &Motion,
+        outside: &Push,
+        dt: f32,
+    ) -> Push {
+        let Vehicle { prepared, state, .. } = self;
         let model = &*prepared.model;
         let forward_mps = start.velocity_mps.dot(start.axes.x_axis);
+        if let Some(controller) = &mut state.ackermann {
+            let most = model.steer_max_rad * share_at(&model.steer_curve, forward_mps.abs());
+            controller.drive(&mut state.control, forward_mps, most, dt);
+        }
         state.steer(prepared, forward_mps, dt);
         let pedals = state.control;
         let demand =
@@ -152,7 +196,7 @@ impl Vehicle {
         let mut motion = *start;
         let mut sum = Push::default();
         for _ in 0..iterations as usize {
-            let mut push = Push::default();
+            let mut push = *outside;
             let driven_radps = state.driven_radps(prepared);
             let drive = state.drivetrain.drive(model, driven_radps, step);
             for (index, bank) in prepared.banks.iter().enumerate() {
@@ -184,6 +228,7 @@ impl VehicleState {
             drivetrain: Drivetrain::new(&prepared.model),
             steer_rad: 0.0,
             control: Pedals::default(),
+            ackermann: None,
         }
     }
 
@@ -208,10 +253,11 @@ impl VehicleState {
     }
 }
 
-fn air(model: &VehicleModel, motion: &Motion, push: &mut Push) {
+pub(super) fn air(model: &VehicleModel, motion: &Motion, push: &mut Push) {
     let speed = motion.velocity_mps.length();
     let pressure = 0.5 * AIR_DENSITY_KGPM3 * speed;
-    push.force_n -= motion.velocity_mps * (pressure * model.drag_area_m2)
+    let drag_area_m2 = model.drag_coefficient * model.frontal_m2;
+    push.force_n -= motion.velocity_mps * (pressure * drag_area_m2)
         + motion.axes.z_axis * (pressure * speed * model.downforce_area_m2);
 }
 

@@ -20,6 +20,8 @@ const RAY_ABOVE_M: f32 = 0.6;
 const CLIMB_MIN_MPS: f32 = 0.5;
 /// A wheel is never pressed further into the body than this.
 const RAISED_MAX_M: f32 = 0.4;
+/// Slip is divided by grip: there is always some.
+const GRIP_MIN: f32 = 1e-3;
 
 /// What does not change of up to four wheels.
 #[derive(Debug)]
@@ -34,6 +36,10 @@ pub(super) struct Bank {
     handbrake_nm: Lanes,
     /// Rolling resistance times radius.
     rolling_m: Lanes,
+    /// Camber by which a wheel leans in as it moves up into the body, signed by its side.
+    camber_radpm: Lanes,
+    damping_nmsprad: Lanes,
+    grip: Lanes,
     anti_roll_npm: Lanes,
     /// Load that a newton across of both ends takes from this one: roll centre over track, signed.
     link_share: Lanes,
@@ -51,7 +57,10 @@ pub(super) struct BankState {
     pub angle_rad: Lanes,
     pub load_n: Lanes,
     patches: Patches,
-    across_n: Lanes,
+    pub across_n: Lanes,
+    pub along_n: Lanes,
+    /// Of engine and brakes together.
+    pub torque_nm: Lanes,
     /// Height of the ground that each rolls on; minus infinity in the air.
     ground_m: Lanes,
 }
@@ -65,6 +74,8 @@ pub(super) struct Footing {
     friction: Lanes,
     /// From hub to the contact point, in world space.
     foot_m: Lanes3,
+    /// How far they lean to the right with the body, against their ground.
+    camber: Lanes,
     /// The wheels' direction in the body's axes.
     heading_x: Lanes,
     heading_y: Lanes,
@@ -82,6 +93,12 @@ pub(super) struct Braking {
 /// A vehicle's wheels in banks: each wheel beside its partner. `rear_x_m` is where the turning
 /// line lies.
 pub(super) fn banks(model: &VehicleModel, rear_x_m: f32) -> Vec<Bank> {
+    // Lone wheels may stand beside each other: their shares of an axle are 0.
+    order(model).chunks(4).map(|wheels| Bank::new(model, wheels, rear_x_m)).collect()
+}
+
+/// Which wheel is in each lane of the banks.
+pub(super) fn order(model: &VehicleModel) -> Vec<usize> {
     let mut order: Vec<usize> = Vec::new();
     for (index, wheel) in model.wheels.iter().enumerate() {
         if !order.contains(&index) {
@@ -89,8 +106,7 @@ pub(super) fn banks(model: &VehicleModel, rear_x_m: f32) -> Vec<Bank> {
             order.extend(wheel.partner.map(usize::from).filter(|p| !order.contains(p)));
         }
     }
-    // Lone wheels may stand beside each other: their shares of an axle are 0.
-    order.chunks(4).map(|wheels| Bank::new(model, wheels, rear_x_m)).collect()
+    order
 }
 
 impl Bank {
@@ -107,7 +123,7 @@ impl Bank {
         let track = |wheel: &WheelModel| {
             wheel.partner.map(|p| wheel.hub_m.y - model.wheels[usize::from(p)].hub_m.y)
         };
-        let steered = |wheel: &WheelModel| f32::from(u8::from(wheel.steered));
+        let steered = |wheel: &WheelModel| if wheel.steered { wheel.steer_share } else { 0.0 };
         let mut hub_in_body_m = Lanes3::default();
         for (lane, wheel) in wheels.iter().enumerate() {
             hub_in_body_m.set(lane, wheel.hub_m - model.com_m);
@@ -123,6 +139,9 @@ impl Bank {
             brake_nm: lanes(&|w| w.brake_torque_nm),
             handbrake_nm: lanes(&|w| w.handbrake_torque_nm),
             rolling_m: lanes(&|w| w.tyre.rolling_resistance * w.radius_m),
+            camber_radpm: lanes(&|w| w.camber_radpm * w.hub_m.y.signum()),
+            damping_nmsprad: lanes(&|w| w.damping_nmsprad),
+            grip: Lanes::new(wheels.map(|w| w.grip.max(GRIP_MIN))),
             anti_roll_npm: lanes(&|w| track(w).map_or(0.0, |_| w.anti_roll_npm)),
             link_share: lanes(&|w| track(w).map_or(0.0, |track| w.roll_center_m / track)),
             steered_ahead_m: lanes(&|w| steered(w) * (w.hub_m.x - rear_x_m)),
@@ -139,6 +158,8 @@ impl Bank {
             load_n: Lanes::ZERO,
             patches: Patches::default(),
             across_n: Lanes::ZERO,
+            along_n: Lanes::ZERO,
+            torque_nm: Lanes::ZERO,
             ground_m: Lanes::splat(f32::NEG_INFINITY),
         }
     }
@@ -205,14 +226,16 @@ impl Bank {
         on_ground_m.z = on_ground_m.z.fast_min(highest);
 
         // A disc touches the plane with its lowest point, towards the plane's normal within itself.
-        let in_disc = normal - axle * normal.dot(axle);
+        let camber = normal.dot(axle);
+        let in_disc = normal - axle * camber;
         let foot_m =
             in_disc * (self.radius_m / -in_disc.dot(in_disc).fast_max(Lanes::splat(1e-6)).sqrt());
         let gap = (hub + foot_m - on_ground_m).dot(normal);
         let reach = Lanes::splat(0.3 * speed.min(1.0)) - self.suspensions.droop_m;
         let touching = gap.simd_lt(reach) & self.present;
         state.ground_m = select(touching, on_ground_m.z, Lanes::splat(f32::NEG_INFINITY));
-        Footing { touching, on_ground_m, normal, friction, foot_m, heading_x, heading_y }
+        let friction = friction * self.grip;
+        Footing { touching, on_ground_m, normal, friction, foot_m, camber, heading_x, heading_y }
     }
 
     /// One sub-iteration: loads, tyre forces, spins.
@@ -263,6 +286,7 @@ impl Bank {
             along_mps,
             across_mps: foot_mps.dot(left),
             rim_mps: state.spin_radps * self.radius_m,
+            camber: footing.camber + self.camber_radpm * raised,
         };
         let answer = self.tyres.answer(&mut state.patches, load, footing.friction, &sliding, dt);
 
@@ -270,6 +294,7 @@ impl Bank {
         let slope = answer.slope_nspm;
         let hold = self.drive_share * drive.hold_nmsprad;
         let inertia = self.inertia_kgm2 + self.drive_share * drive.inertia_kgm2;
+        let hold = hold + self.damping_nmsprad;
         let stiff = Lanes::ONE / (inertia + (hold + self.radius_m * self.radius_m * slope) * dt);
         let pull =
             self.drive_share * drive.push_nm - self.radius_m * (answer.held_n - slope * along_mps);
@@ -278,7 +303,11 @@ impl Bank {
             + self.handbrake_nm * braking.handbrake
             + self.rolling_m * load;
         let most = brake * dt * stiff;
-        state.spin_radps = free - free.fast_max(-most).fast_min(most);
+        let stopped = free.fast_max(-most).fast_min(most);
+        state.spin_radps = free - stopped;
+        state.torque_nm = self.drive_share
+            * (drive.push_nm - state.spin_radps * drive.hold_nmsprad)
+            - stopped / (dt * stiff);
         let slide = state.spin_radps * self.radius_m - along_mps;
         state.patches.along_m = (state.patches.along_m + slide * dt) * answer.fade;
 
@@ -287,6 +316,7 @@ impl Bank {
         let cut = (answer.limit_n / length.fast_max(Lanes::splat(1e-3))).fast_min(Lanes::ONE);
         let (force_x, force_y) = (force_x * cut, force_y * cut);
         state.across_n = force_y;
+        state.along_n = force_x;
         let loaded = load.simd_gt(Lanes::ZERO);
         state.patches.along_m = select(loaded, state.patches.along_m, Lanes::ZERO);
         state.patches.across_m = select(loaded, state.patches.across_m, Lanes::ZERO);

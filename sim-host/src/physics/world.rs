@@ -80,6 +80,12 @@ pub(super) struct Actor {
     pub glide: (Vec3, Vec3),
     /// Mean over the last frame.
     pub acceleration_mps2: Vec3,
+    /// It does not fall.
+    pub is_weightless: bool,
+    /// It runs into nobody.
+    pub is_ghost: bool,
+    /// Force and torque during the next frame.
+    pub pushed: (Vec3, Vec3),
     /// Teleported since the last step; and in the last step's frame.
     pub teleported: (bool, bool),
 }
@@ -196,6 +202,7 @@ impl Physics {
             let actor = &mut self.actors[index];
             actor.acceleration_mps2 = (after - before) * per_second;
             actor.teleported = (false, actor.teleported.0);
+            actor.pushed = (Vec3::ZERO, Vec3::ZERO);
         }
     }
 
@@ -212,13 +219,15 @@ impl Physics {
                 glide(body, actor.glide, dt);
                 continue;
             }
+            let gravity = if actor.is_weightless { 0.0 } else { GRAVITY_MPS2 };
+            let outside = Push { force_n: actor.pushed.0, torque_nm: actor.pushed.1 };
             match &mut actor.kind {
                 Kind::Vehicle(vehicle) => {
-                    let push = vehicle.substep(ground, &motion_of(body), dt);
+                    let push = vehicle.substep(ground, &motion_of(body, gravity), &outside, dt);
                     apply(body, &push);
                 }
                 Kind::Prop(prop) => {
-                    let push = prop.substep(ground, &motion_of(body), dt);
+                    let push = prop.substep(ground, &motion_of(body, gravity), &outside, dt);
                     apply(body, &push);
                 }
                 Kind::Walker(walker) => {
@@ -282,12 +291,13 @@ pub(super) fn origin_mps(body: &RigidBody) -> Vec3 {
     body.velocity_at_point(body.translation())
 }
 
-fn motion_of(body: &RigidBody) -> Motion {
+pub(super) fn motion_of(body: &RigidBody, gravity_mps2: f32) -> Motion {
     Motion {
         com_m: body.center_of_mass(),
         axes: Mat3::from_quat(*body.rotation()),
         velocity_mps: body.linvel(),
         spin_radps: body.angvel(),
+        gravity_mps2,
     }
 }
 
@@ -311,14 +321,14 @@ fn glide(body: &mut RigidBody, (velocity, spin): (Vec3, Vec3), dt: f32) {
 
 /// Corner contacts for a box without wheels.
 impl Prop {
-    pub(super) fn substep(&self, ground: &Ground, start: &Motion, dt: f32) -> Push {
+    pub(super) fn substep(&self, ground: &Ground, start: &Motion, outside: &Push, dt: f32) -> Push {
         const ITERATIONS: usize = 4;
         let corners = Corners::look(ground, start, Vec3::ZERO, self.model.half_extents_m, dt);
         let mut motion = *start;
         let mut sum = Push::default();
         let step = dt / ITERATIONS as f32;
         for _ in 0..ITERATIONS {
-            let mut push = Push::default();
+            let mut push = *outside;
             corners.push(&motion, self.model.mass_kg, step, &mut push);
             motion.advance(&push, self.model.mass_kg, self.model.inertia_kgm2(), step);
             sum.force_n += push.force_n;

@@ -31,26 +31,6 @@ pub(super) fn target_angular_velocity(call: &mut Call) -> Result<(), Refusal> {
     call.bridge.set_turn(id, turn)
 }
 
-pub(super) fn impulse(call: &mut Call) -> Result<(), Refusal> {
-    let (id, impulse) = (call.args.u32()?, location(&mut call.args)?);
-    call.bridge.push(id, impulse)
-}
-
-pub(super) fn force(call: &mut Call) -> Result<(), Refusal> {
-    let (id, force) = (call.args.u32()?, location(&mut call.args)?);
-    call.bridge.push_for_a_tick(id, force)
-}
-
-pub(super) fn angular_impulse(call: &mut Call) -> Result<(), Refusal> {
-    let (id, impulse) = (call.args.u32()?, call.args.vector()?);
-    call.bridge.twist(id, impulse)
-}
-
-pub(super) fn torque(call: &mut Call) -> Result<(), Refusal> {
-    let (id, torque) = (call.args.u32()?, call.args.vector()?);
-    call.bridge.twist_for_a_tick(id, torque)
-}
-
 pub(super) fn hold(call: &mut Call) -> Result<(), Refusal> {
     let (id, velocity) = (call.args.u32()?, location(&mut call.args)?);
     call.bridge.motions.hold(id, velocity);
@@ -150,41 +130,6 @@ impl Bridge {
             angular_velocity_radps: turn.to_array(),
         }));
         Ok(())
-    }
-
-    /// Kilograms and the half size of an actor's box.
-    fn body(&mut self, id: u32) -> Result<(f32, Vec3), Refusal> {
-        let blueprint = self.known_id(id).ok_or_else(|| unknown("actor", id))?;
-        let (_, found) = town::blueprint(&blueprint).ok_or("it has no body")?;
-        Ok((found.mass_kg.max(1.0), found.half_extents_m))
-    }
-
-    /// Newton seconds.
-    pub(crate) fn push(&mut self, id: u32, impulse: Vec3) -> Result<(), Refusal> {
-        let ((mass, _), state) = (self.body(id)?, self.there(id)?);
-        self.set_velocity(id, state.velocity() + impulse / mass)
-    }
-
-    /// Newtons, for as long as one tick.
-    pub(crate) fn push_for_a_tick(&mut self, id: u32, force: Vec3) -> Result<(), Refusal> {
-        let secs = self.client.settings().delta_nanos as f32 * 1e-9;
-        self.push(id, force * secs)
-    }
-
-    /// As CARLA's clients give it: degrees, in CARLA's axes; about a box of even density.
-    pub(crate) fn twist(&mut self, id: u32, impulse: [f32; 3]) -> Result<(), Refusal> {
-        let ((mass, half), state) = (self.body(id)?, self.there(id)?);
-        let square = half * half;
-        let sums = Vec3::new(square.y + square.z, square.x + square.z, square.x + square.y);
-        let inertia = (sums * (mass / 3.0)).max(Vec3::splat(0.1));
-        let added = Vec3::from_array(flip_turn(impulse)) / inertia;
-        let turn = Vec3::from_array(state.angular_velocity_radps) + added;
-        self.move_with(id, state.velocity(), turn)
-    }
-
-    pub(crate) fn twist_for_a_tick(&mut self, id: u32, torque: [f32; 3]) -> Result<(), Refusal> {
-        let secs = self.client.settings().delta_nanos as f32 * 1e-9;
-        self.twist(id, torque.map(|t| t * secs))
     }
 
     /// A walker goes this way until it is told another.

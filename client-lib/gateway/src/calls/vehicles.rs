@@ -84,61 +84,6 @@ fn move_doors(call: &mut Call, open: bool) -> Result<(), Refusal> {
     call.bridge.request_one("doors", wish).map(drop)
 }
 
-/// As the catalogue has it; what it does not know is a middle-class car's.
-pub(super) fn physics(call: &mut Call) -> Result<(), Refusal> {
-    let id = call.args.u32()?;
-    let blueprint = call.bridge.vehicle("get_physics_control", id)?;
-    let state = call.bridge.client.world().actor(ActorId(id)).copied();
-    let pose = state.map(|s| s.pose).unwrap_or_default();
-    let out = &mut *call.out;
-    out.list(17);
-    out.list(3);
-    for [rpm, torque] in [[0.0, 400.0], [1300.0, 500.0], [6000.0, 400.0]] {
-        out.list(2).f32(rpm).f32(torque);
-    }
-    out.f32(6000.0).f32(1.0).f32(0.15).f32(2.0).f32(0.35);
-    out.bool(true).f32(0.5).f32(10.0).f32(4.0);
-    let ratios = [3.5, 2.0, 1.4, 1.0, 0.8];
-    out.list(ratios.len());
-    for ratio in ratios {
-        out.list(3).f32(ratio).f32(0.5).f32(0.65);
-    }
-    out.f32(blueprint.mass_kg).f32(0.3).vector([0.0, 0.0, 0.0]);
-    out.list(3);
-    for [speed, share] in [[0.0, 1.0], [20.0, 0.9], [120.0, 0.6]] {
-        out.list(2).f32(speed).f32(share);
-    }
-    out.list(blueprint.wheels.len());
-    for wheel in &blueprint.wheels {
-        let at = pose.affine().transform_point3(wheel.position_m);
-        let angle = if wheel.steered { 70.0 } else { 0.0 };
-        let handbrake = if wheel.steered { 0.0 } else { 3000.0 };
-        out.list(10).f32(3.5).f32(0.25).f32(angle).f32(wheel.radius_m * 100.0).f32(1500.0);
-        out.f32(handbrake).f32(2.0).f32(17.0).f32(1000.0);
-        // Centimetres, unlike all other positions.
-        out.vector([at.x * 100.0, -at.y * 100.0, at.z * 100.0]);
-    }
-    out.bool(true);
-    Ok(())
-}
-
-pub(super) fn telemetry(call: &mut Call) -> Result<(), Refusal> {
-    let id = call.args.u32()?;
-    let blueprint = call.bridge.vehicle("get_telemetry_data", id)?;
-    let state = call.bridge.client.world().actor(ActorId(id)).copied().unwrap_or_default();
-    let speed = state.velocity().length();
-    let out = &mut *call.out;
-    out.list(8).f32(speed).f32(-state.steer).f32(state.throttle).f32(state.brake);
-    out.f32(state.engine_rpm).int(state.gear.into()).f32(0.3).list(blueprint.wheels.len());
-    let load = blueprint.mass_kg * 9.81 / blueprint.wheels.len().max(1) as f32;
-    for wheel in &blueprint.wheels {
-        let omega = speed / wheel.radius_m.max(0.05);
-        out.list(11).f32(3.5).f32(0.0).f32(0.0).f32(omega).f32(load).f32(1.0).f32(0.0);
-        out.f32(0.0).f32(0.0).f32(0.0).f32(0.0);
-    }
-    Ok(())
-}
-
 /// Degrees, positive to the right.
 pub(super) fn wheel_angle(call: &mut Call) -> Result<(), Refusal> {
     let (id, wheel) = (call.args.u32()?, call.args.u32()?);
@@ -167,7 +112,11 @@ impl Bridge {
     }
 
     /// What a vehicle was made from.
-    fn vehicle(&mut self, function: &str, id: u32) -> Result<&'static town::Blueprint, Refusal> {
+    pub(crate) fn vehicle(
+        &mut self,
+        function: &str,
+        id: u32,
+    ) -> Result<&'static town::Blueprint, Refusal> {
         let name = self.known_id(id).ok_or_else(|| unknown(function, id))?;
         let found = town::blueprint(&name).filter(|(_, b)| b.kind == town::Kind::Vehicle);
         let not_one = || {

@@ -1,9 +1,12 @@
 //! What physics promises, put to the test.
 
+mod ackermann;
 mod determinism;
 mod driving;
 mod ground;
 mod motion;
+mod outside;
+mod tuning;
 mod world;
 
 use std::sync::Arc;

@@ -1,0 +1,290 @@
+//! How vehicles are built, driven by a controller, and pushed; what their wheels feel.
+//!
+//! CARLA's numbers where they mean the same here: degrees, centimetres, newton metres. A tyre of
+//! CARLA's default friction, 3.5, is the blueprint's own tyre; clutch strength is the torque that
+//! the clutch carries at 50 rad/s of slip.
+
+use client_lib::{
+    AckermannControl, AckermannSettings, ActorId, Curve, Gear, Push, Switch, VehiclePhysics,
+    VehicleWheel, Wish,
+};
+use glam::Vec3;
+
+use super::Call;
+use crate::{
+    args::{Args, Refusal},
+    bridge::Bridge,
+    cast::Cast,
+    msgpack::Pack,
+    wire::{flip, flip_turn, location},
+};
+
+/// CARLA's default friction.
+const FRICTION: f32 = 3.5;
+/// The slip at which a clutch's strength is told.
+const CLUTCH_SLIP_RADPS: f32 = 50.0;
+const KMH_PER_MPS: f32 = 3.6;
+
+pub(super) fn control(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    call.bridge.vehicle("get_physics_control", id)?;
+    let physics = call.bridge.physics_of(id)?;
+    let pose = call.bridge.state(id).map(|state| state.pose).unwrap_or_default();
+    let out = &mut *call.out;
+    out.list(17);
+    write_pairs(out, physics.engine.torque.pairs(), 1.0);
+    let engine = &physics.engine;
+    out.f32(engine.max_rpm).f32(engine.inertia_kgm2).f32(engine.damping_full_nmsprad);
+    out.f32(engine.damping_geared_nmsprad).f32(engine.damping_neutral_nmsprad);
+    let gearbox = &physics.gearbox;
+    out.bool(gearbox.automatic != 0).f32(gearbox.shift_s);
+    out.f32(gearbox.clutch_nm / CLUTCH_SLIP_RADPS).f32(gearbox.final_drive);
+    out.list(gearbox.gears().len());
+    for gear in gearbox.gears() {
+        out.list(3).f32(gear.ratio).f32(gear.down).f32(gear.up);
+    }
+    let body = &physics.body;
+    out.f32(body.mass_kg).f32(body.drag_coefficient).vector(flip(body.center_of_mass_m));
+    write_pairs(out, physics.steering.share.pairs(), KMH_PER_MPS);
+    out.list(physics.wheels.len());
+    let carried_kg = share_kg(&physics);
+    for wheel in &physics.wheels {
+        let at = pose.affine().transform_point3(Vec3::from_array(wheel.hub_m)) * 100.0;
+        out.list(10).f32(wheel.grip * FRICTION).f32(wheel.damping_nmsprad);
+        out.f32(wheel.steer_max_rad.to_degrees()).f32(wheel.radius_m * 100.0);
+        out.f32(wheel.brake_torque_nm).f32(wheel.handbrake_torque_nm);
+        out.f32(wheel.stiff_load).f32(wheel.stiffness_y).f32(wheel.stiffness_x * carried_kg);
+        // Centimetres, unlike all other positions.
+        out.vector(flip(at.to_array()));
+    }
+    out.bool(body.sweep != 0);
+    Ok(())
+}
+
+/// What each wheel carries of the vehicle: CARLA's stiffness along is per gravity.
+fn share_kg(physics: &VehiclePhysics) -> f32 {
+    physics.body.mass_kg / physics.wheels.len().max(1) as f32
+}
+
+fn write_pairs(out: &mut Pack, pairs: &[[f32; 2]], scale: f32) {
+    out.list(pairs.len());
+    for [x, y] in pairs {
+        out.list(2).f32(x * scale).f32(*y);
+    }
+}
+
+pub(super) fn apply_control(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    call.bridge.set_physics(id, &mut call.args)
+}
+
+pub(super) fn telemetry(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    call.bridge.vehicle("get_telemetry_data", id)?;
+    call.bridge.settle()?;
+    let (vehicle, wheels) = call.bridge.client.telemetry(ActorId(id))?;
+    let out = &mut *call.out;
+    out.list(8).f32(vehicle.speed_mps).f32(-vehicle.steer).f32(vehicle.throttle);
+    out.f32(vehicle.brake).f32(vehicle.engine_rpm).int(vehicle.gear.into());
+    out.f32(vehicle.drag_n).list(wheels.len());
+    for wheel in &wheels {
+        let per_load = |force: f32| if wheel.load_n > 0.0 { force / wheel.load_n } else { 0.0 };
+        let across_n = -wheel.across_n;
+        out.list(11).f32(wheel.grip * FRICTION).f32(-wheel.slip_y_rad).f32(wheel.slip_x);
+        out.f32(wheel.spin_radps).f32(wheel.load_n).f32(wheel.load_n / wheel.rest_load_n.max(1.0));
+        out.f32(wheel.torque_nm).f32(wheel.along_n).f32(across_n);
+        out.f32(per_load(wheel.along_n)).f32(per_load(across_n));
+    }
+    Ok(())
+}
+
+pub(super) fn ackermann(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    call.bridge.drive_to(id, &mut call.args)
+}
+
+pub(super) fn ackermann_settings(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    call.bridge.vehicle("get_ackermann_controller_settings", id)?;
+    call.bridge.settle()?;
+    let told = call.bridge.client.ackermann_settings(ActorId(id))?;
+    call.out.list(6);
+    for gain in told.speed.iter().chain(&told.acceleration) {
+        call.out.f32(*gain);
+    }
+    Ok(())
+}
+
+pub(super) fn set_ackermann_settings(call: &mut Call) -> Result<(), Refusal> {
+    let actor_id = ActorId(call.args.u32()?);
+    let mut gains = call.args.list()?;
+    let mut three = || Ok::<_, Refusal>([gains.f32()?, gains.f32()?, gains.f32()?]);
+    let settings = AckermannSettings { actor_id, speed: three()?, acceleration: three()? };
+    call.bridge.request_one("Ackermann settings", Wish::SetAckermann(settings)).map(drop)
+}
+
+pub(super) fn impulse(call: &mut Call) -> Result<(), Refusal> {
+    push(call, 0)
+}
+
+pub(super) fn force(call: &mut Call) -> Result<(), Refusal> {
+    push(call, 1)
+}
+
+fn push(call: &mut Call, lasts: u32) -> Result<(), Refusal> {
+    let (id, linear) = (call.args.u32()?, location(&mut call.args)?);
+    let at = if call.args.len() > 0 { Some(location(&mut call.args)?) } else { None };
+    call.bridge.push(id, lasts, linear, at)
+}
+
+pub(super) fn angular_impulse(call: &mut Call) -> Result<(), Refusal> {
+    let (id, impulse) = (call.args.u32()?, call.args.vector()?);
+    call.bridge.twist(id, 0, impulse)
+}
+
+pub(super) fn torque(call: &mut Call) -> Result<(), Refusal> {
+    let (id, torque) = (call.args.u32()?, call.args.vector()?);
+    call.bridge.twist(id, 1, torque)
+}
+
+pub(super) fn gravity(call: &mut Call) -> Result<(), Refusal> {
+    let (id, on) = (call.args.u32()?, call.args.bool()?);
+    call.bridge.set_gravity(id, on)
+}
+
+pub(super) fn collisions(call: &mut Call) -> Result<(), Refusal> {
+    let (id, on) = (call.args.u32()?, call.args.bool()?);
+    if Cast::is_own(id) {
+        return Ok(());
+    }
+    let switch = Switch { actor_id: ActorId(id), on: on.into() };
+    call.bridge.request_one("collisions", Wish::SetCollisions(switch)).map(drop)
+}
+
+fn pairs(args: &mut Args, what: &str, scale: f32) -> Result<Curve, Refusal> {
+    let mut list = args.list()?;
+    let mut pairs = Vec::new();
+    while list.len() > 0 {
+        let mut pair = list.list()?;
+        pairs.push([pair.f32()? * scale, pair.f32()?]);
+    }
+    let many = || format!("the {what} has {} points; 16 is the limit", pairs.len());
+    Ok(Curve::new(&pairs).ok_or_else(many)?)
+}
+
+impl Bridge {
+    fn physics_of(&mut self, id: u32) -> Result<VehiclePhysics, Refusal> {
+        self.settle()?;
+        Ok(self.client.vehicle_physics(ActorId(id))?)
+    }
+
+    /// What was wished before is carried out.
+    fn settle(&mut self) -> Result<(), Refusal> {
+        self.request("wishes", &[]).map(drop)
+    }
+
+    /// A `VehiclePhysicsControl` for a vehicle.
+    pub(crate) fn set_physics(&mut self, id: u32, args: &mut Args) -> Result<(), Refusal> {
+        self.vehicle("apply_physics_control", id)?;
+        let mut physics = self.physics_of(id)?;
+        let mut f = args.list()?;
+        let engine = &mut physics.engine;
+        engine.torque = pairs(&mut f, "torque_curve", 1.0)?;
+        (engine.max_rpm, engine.inertia_kgm2) = (f.f32()?, f.f32()?);
+        engine.damping_full_nmsprad = f.f32()?;
+        engine.damping_geared_nmsprad = f.f32()?;
+        engine.damping_neutral_nmsprad = f.f32()?;
+        let gearbox = &mut physics.gearbox;
+        (gearbox.automatic, gearbox.shift_s) = (f.bool()?.into(), f.f32()?);
+        (gearbox.clutch_nm, gearbox.final_drive) = (f.f32()? * CLUTCH_SLIP_RADPS, f.f32()?);
+        let mut list = f.list()?;
+        let mut gears = Vec::new();
+        while list.len() > 0 {
+            let mut gear = list.list()?;
+            gears.push(Gear { ratio: gear.f32()?, down: gear.f32()?, up: gear.f32()? });
+        }
+        let many = || format!("there are {} forward_gears; 12 is the limit", gears.len());
+        *gearbox = gearbox.with_gears(&gears).ok_or_else(many)?;
+        (physics.body.mass_kg, physics.body.drag_coefficient) = (f.f32()?, f.f32()?);
+        physics.body.center_of_mass_m = flip(f.vector()?);
+        physics.steering.share = pairs(&mut f, "steering_curve", 1.0 / KMH_PER_MPS)?;
+        let mut wheels = f.list()?;
+        let count = physics.wheels.len();
+        if wheels.len() != count {
+            return Err(format!("there are {} wheels; it has {count}", wheels.len()).into());
+        }
+        let carried_kg = share_kg(&physics).max(1e-3);
+        for wheel in &mut physics.wheels {
+            let mut w = wheels.list()?;
+            *wheel = VehicleWheel {
+                grip: w.f32()? / FRICTION,
+                damping_nmsprad: w.f32()?,
+                steer_max_rad: w.f32()?.to_radians(),
+                radius_m: w.f32()? / 100.0,
+                brake_torque_nm: w.f32()?,
+                handbrake_torque_nm: w.f32()?,
+                stiff_load: w.f32()?,
+                stiffness_y: w.f32()?,
+                stiffness_x: w.f32()? / carried_kg,
+                // Where it sits is the blueprint's.
+                ..*wheel
+            };
+        }
+        physics.body.sweep = f.bool()?.into();
+        physics.check()?;
+        let outcomes = self.request("physics control", &physics.wishes(ActorId(id)))?;
+        outcomes
+            .iter()
+            .try_for_each(|entry| entry.outcome.result().map(drop).map_err(Refusal::from))
+    }
+
+    /// A `VehicleAckermannControl` for a vehicle: steered to the right is positive.
+    pub(crate) fn drive_to(&mut self, id: u32, args: &mut Args) -> Result<(), Refusal> {
+        self.vehicle("apply_ackermann_control_to_vehicle", id)?;
+        let mut f = args.list()?;
+        let control = AckermannControl {
+            actor_id: ActorId(id),
+            steer_rad: -f.f32()?,
+            steer_radps: f.f32()?,
+            speed_mps: f.f32()?,
+            acceleration_mps2: f.f32()?,
+            jerk_mps3: f.f32()?,
+        };
+        self.request_one("Ackermann control", Wish::Ackermann(control)).map(drop)
+    }
+
+    /// Newton seconds, or newtons for the next frame.
+    pub(crate) fn push(
+        &mut self,
+        id: u32,
+        lasts: u32,
+        linear: Vec3,
+        at: Option<Vec3>,
+    ) -> Result<(), Refusal> {
+        let push = Push {
+            actor_id: ActorId(id),
+            lasts,
+            linear: linear.to_array(),
+            has_place: at.is_some().into(),
+            at_m: at.unwrap_or_default().to_array(),
+            ..Push::default()
+        };
+        self.request_one("push", Wish::Push(push)).map(drop)
+    }
+
+    /// Newton metre seconds, or newton metres for the next frame, in CARLA's axes.
+    pub(crate) fn twist(&mut self, id: u32, lasts: u32, angular: [f32; 3]) -> Result<(), Refusal> {
+        let angular = flip_turn(angular);
+        let push = Push { actor_id: ActorId(id), lasts, angular, ..Push::default() };
+        self.request_one("twist", Wish::Push(push)).map(drop)
+    }
+
+    /// Lets an actor fall, or not.
+    pub(crate) fn set_gravity(&mut self, id: u32, on: bool) -> Result<(), Refusal> {
+        if Cast::is_own(id) {
+            return Ok(());
+        }
+        let switch = Switch { actor_id: ActorId(id), on: on.into() };
+        self.request_one("gravity", Wish::SetGravity(switch)).map(drop)
+    }
+}

@@ -1,0 +1,171 @@
+//! Driving to a speed and a steering angle: two controllers in a row, as CARLA's.
+//!
+//! ```text
+//! speed wanted ──▶ PID ──▶ acceleration wanted ──▶ PID ──▶ pedals
+//! ```
+//!
+//! Each adds to what it asked for before. They work once a substep, as CARLA's do when its frames
+//! are as short; a longer substep counts for more.
+
+use bus::{AckermannControl, AckermannSettings};
+use serde::{Deserialize, Serialize};
+
+use super::vehicle::Pedals;
+
+/// The time for which the gains are meant.
+const CYCLE_S: f32 = 0.01;
+/// Slower than this, a vehicle that is to stand is held by its brakes.
+const STANDING_MPS: f32 = 0.1;
+const ACCELERATION_MAX_MPS2: f32 = 3.0;
+const DECELERATION_MAX_MPS2: f32 = 8.0;
+/// Share of the newest acceleration in what the controller takes for the acceleration.
+const FRESH: f32 = 0.2;
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Pid {
+    gains: [f32; 3],
+    integral: f32,
+    last: Option<f32>,
+}
+
+impl Pid {
+    fn run(&mut self, wanted: f32, is: f32, dt: f32) -> f32 {
+        let [p, i, d] = self.gains;
+        let error = wanted - is;
+        self.integral = (self.integral + i * error * dt).clamp(-1.0, 1.0);
+        let rate = (is - self.last.unwrap_or(is)) / dt;
+        self.last = Some(is);
+        (p * error + self.integral - d * rate).clamp(-1.0, 1.0)
+    }
+
+    fn forget(&mut self) {
+        *self = Pid { gains: self.gains, ..Pid::default() };
+    }
+}
+
+/// What the controller was told.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Aim {
+    steer_rad: f32,
+    steer_radps: f32,
+    speed_mps: f32,
+    acceleration_mps2: f32,
+    jerk_mps3: f32,
+}
+
+/// The controller of one vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Ackermann {
+    /// Nothing: somebody else has the pedals.
+    aim: Option<Aim>,
+    speed: Pid,
+    acceleration: Pid,
+    speed_mps: f32,
+    acceleration_mps2: f32,
+    wanted_mps2: f32,
+    /// Below 0 the brake.
+    pedal: f32,
+    steer_rad: f32,
+}
+
+impl Ackermann {
+    pub(super) fn new() -> Ackermann {
+        let mut new = Ackermann {
+            aim: None,
+            speed: Pid::default(),
+            acceleration: Pid::default(),
+            speed_mps: 0.0,
+            acceleration_mps2: 0.0,
+            wanted_mps2: 0.0,
+            pedal: 0.0,
+            steer_rad: 0.0,
+        };
+        new.set(&AckermannSettings::default());
+        new
+    }
+
+    pub(super) fn set(&mut self, settings: &AckermannSettings) {
+        self.speed.gains = settings.speed;
+        self.acceleration.gains = settings.acceleration;
+    }
+
+    pub(super) fn settings(&self) -> AckermannSettings {
+        let (speed, acceleration) = (self.speed.gains, self.acceleration.gains);
+        AckermannSettings { speed, acceleration, ..AckermannSettings::default() }
+    }
+
+    /// `speed_mps` and `steer_rad` are the vehicle's own, from which a new aim begins.
+    pub(super) fn aim(&mut self, control: &AckermannControl, speed_mps: f32, steer_rad: f32) {
+        if self.aim.is_none() {
+            self.stand();
+            (self.speed_mps, self.acceleration_mps2) = (speed_mps, 0.0);
+            self.steer_rad = steer_rad;
+        }
+        self.aim = Some(Aim {
+            steer_rad: control.steer_rad,
+            steer_radps: control.steer_radps.abs(),
+            speed_mps: control.speed_mps,
+            acceleration_mps2: control.acceleration_mps2.abs(),
+            jerk_mps3: control.jerk_mps3.abs(),
+        });
+    }
+
+    /// Somebody else has the pedals.
+    pub(super) fn let_go(&mut self) {
+        self.aim = None;
+    }
+
+    fn stand(&mut self) {
+        self.speed.forget();
+        self.acceleration.forget();
+        (self.wanted_mps2, self.pedal) = (0.0, 0.0);
+    }
+
+    /// Once a substep: works the pedals. `steer_max_rad` is what the steering has at this speed.
+    pub(super) fn drive(
+        &mut self,
+        pedals: &mut Pedals,
+        forward_mps: f32,
+        steer_max_rad: f32,
+        dt: f32,
+    ) {
+        let Some(aim) = self.aim else { return };
+        let fresh_mps2 = (forward_mps - self.speed_mps) / dt;
+        self.acceleration_mps2 += FRESH * (fresh_mps2 - self.acceleration_mps2);
+        self.speed_mps = forward_mps;
+
+        let turn = aim.steer_rad - self.steer_rad;
+        let most = if aim.steer_radps < 1e-3 { f32::MAX } else { aim.steer_radps * dt };
+        self.steer_rad += turn.clamp(-most, most);
+        pedals.steer = (self.steer_rad / steer_max_rad.max(1e-3)).clamp(-1.0, 1.0);
+        pedals.handbrake = false;
+        pedals.manual = None;
+
+        let is_standing = forward_mps.abs() < STANDING_MPS;
+        if is_standing && aim.speed_mps.abs() < STANDING_MPS {
+            self.stand();
+            (pedals.throttle, pedals.brake, pedals.reverse) = (0.0, 1.0, false);
+            return;
+        }
+        // To turn round it comes to a stop first.
+        if is_standing && pedals.reverse != (aim.speed_mps < 0.0) {
+            self.stand();
+            pedals.reverse = aim.speed_mps < 0.0;
+        }
+        let way = if pedals.reverse { -1.0 } else { 1.0 };
+        let speed_mps = forward_mps * way;
+        let wanted_mps = (aim.speed_mps * way).max(0.0);
+
+        let cycles = dt / CYCLE_S;
+        let limit = if aim.acceleration_mps2 > 0.0 { aim.acceleration_mps2 } else { f32::MAX };
+        let more = self.speed.run(wanted_mps, speed_mps, dt) * cycles;
+        let most = if aim.jerk_mps3 > 0.0 { aim.jerk_mps3 * dt } else { f32::MAX };
+        self.wanted_mps2 = (self.wanted_mps2 + more.clamp(-most, most))
+            .clamp(-limit.min(DECELERATION_MAX_MPS2), limit.min(ACCELERATION_MAX_MPS2));
+        let is = self.acceleration_mps2 * way;
+        let more = self.acceleration.run(self.wanted_mps2, is, dt) * cycles;
+        self.pedal = (self.pedal + more).clamp(-1.0, 1.0);
+        pedals.throttle = self.pedal.max(0.0);
+        pedals.brake = (-self.pedal).max(0.0);
+    }
+}

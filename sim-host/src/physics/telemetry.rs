@@ -1,0 +1,56 @@
+//! What can be read of a vehicle in motion, beyond what every snapshot shows.
+
+use bus::{VehicleTelemetry, WheelTelemetry};
+use glam::Vec3;
+
+use super::motion::{Motion, Push};
+use super::vehicle::{Vehicle, air};
+
+/// Slower than this, slip is told as if it were this fast.
+const SLIP_BELOW_MPS: f32 = 0.5;
+
+impl Vehicle {
+    pub(super) fn telemetry(&self, motion: &Motion) -> VehicleTelemetry {
+        let mut push = Push::default();
+        air(&self.prepared.model, motion, &mut push);
+        let pedals = self.state.control;
+        let speed = motion.velocity_mps.length().max(1e-6);
+        VehicleTelemetry {
+            wheels: self.own.wheels.len() as u32,
+            gear: self.state.drivetrain.shown_gear(),
+            speed_mps: motion.velocity_mps.dot(motion.axes.x_axis),
+            steer: pedals.steer,
+            throttle: pedals.throttle,
+            brake: pedals.brake,
+            engine_rpm: self.state.drivetrain.rpm(),
+            drag_n: -push.force_n.dot(motion.velocity_mps / speed),
+        }
+    }
+
+    pub(super) fn wheel_telemetry(&self, index: usize, motion: &Motion) -> Option<WheelTelemetry> {
+        let wheel = self.prepared.model.wheels.get(index)?;
+        let place = self.prepared.order.iter().position(|i| *i == index)?;
+        let (state, lane) = (self.state.banks.get(place / 4)?, place % 4);
+        let of = |lanes: wide::f32x4| lanes.to_array()[lane];
+        let heading = self.prepared.heading(wheel, self.state.steer_rad);
+        let arm = motion.axes * (wheel.hub_m - self.prepared.model.com_m);
+        let velocity = motion.axes.transpose() * motion.velocity_at(arm);
+        let along_mps = velocity.dot(heading);
+        let across_mps = velocity.dot(Vec3::Z.cross(heading));
+        let spin_radps = of(state.spin_radps);
+        let ground_mps = along_mps.abs().max(SLIP_BELOW_MPS);
+        let is_loaded = of(state.load_n) > 0.0;
+        let loaded = |value: f32| if is_loaded { value } else { 0.0 };
+        Some(WheelTelemetry {
+            grip: wheel.grip,
+            slip_y_rad: loaded(across_mps.atan2(ground_mps)),
+            slip_x: loaded((spin_radps * wheel.radius_m - along_mps) / ground_mps),
+            spin_radps,
+            load_n: of(state.load_n),
+            rest_load_n: wheel.static_load_n,
+            torque_nm: of(state.torque_nm),
+            along_n: loaded(of(state.along_n)),
+            across_n: loaded(of(state.across_n)),
+        })
+    }
+}

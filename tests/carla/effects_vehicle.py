@@ -1,0 +1,234 @@
+"""How vehicles are built, driven by a controller and pushed: what the official package sees."""
+
+import math
+
+import carla
+
+from ledger import check, works, differs
+
+DELTA = 0.05
+
+
+def near(a, b, tolerance):
+    assert abs(a - b) <= tolerance, f"{a} is not {b} within {tolerance}"
+
+
+def speed(car):
+    velocity = car.get_velocity()
+    return math.hypot(velocity.x, velocity.y)
+
+
+def distance_in(c, car, seconds):
+    start = car.get_location()
+    c.ticks(int(seconds / DELTA))
+    return start.distance(car.get_location())
+
+
+def numbers(physics):
+    """All of a VehiclePhysicsControl but where its wheels are."""
+    wheels = [
+        [w.tire_friction, w.damping_rate, w.max_steer_angle, w.radius, w.max_brake_torque,
+         w.max_handbrake_torque, w.lat_stiff_max_load, w.lat_stiff_value, w.long_stiff_value]
+        for w in physics.wheels]
+    gears = [[g.ratio, g.down_ratio, g.up_ratio] for g in physics.forward_gears]
+    com = physics.center_of_mass
+    return [
+        [[p.x, p.y] for p in physics.torque_curve], physics.max_rpm, physics.moi,
+        physics.damping_rate_full_throttle, physics.damping_rate_zero_throttle_clutch_engaged,
+        physics.damping_rate_zero_throttle_clutch_disengaged, physics.use_gear_autobox,
+        physics.gear_switch_time, physics.clutch_strength, physics.final_ratio, gears,
+        physics.mass, physics.drag_coefficient, [com.x, com.y, com.z],
+        [[p.x, p.y] for p in physics.steering_curve], wheels, physics.use_sweep_wheel_collision]
+
+
+def same(a, b, path=""):
+    if isinstance(a, list):
+        assert len(a) == len(b), path
+        for index, (x, y) in enumerate(zip(a, b)):
+            same(x, y, f"{path}[{index}]")
+    else:
+        assert abs(a - b) <= 1e-4 * max(1.0, abs(a)), f"{path}: {a} is not {b}"
+
+
+def launch(c, change):
+    """Metres that a car gets in three seconds of full throttle from its first place."""
+    car = c.car()
+    physics = car.get_physics_control()
+    change(physics)
+    car.apply_physics_control(physics)
+    c.ticks(2)
+    car.apply_control(carla.VehicleControl(throttle=1.0))
+    meters = distance_in(c, car, 3.0)
+    read = car.get_physics_control()
+    car.destroy()
+    return meters, physics, read
+
+
+@check
+def is_built_otherwise(c):
+    plain, _, before = launch(c, lambda physics: None)
+
+    def every_number(p):
+        p.torque_curve = [carla.Vector2D(0.0, 200.0), carla.Vector2D(4000.0, 180.0),
+                          carla.Vector2D(7000.0, 90.0)]
+        p.max_rpm, p.moi = 7100.0, 0.9
+        p.damping_rate_full_throttle = 0.1
+        p.damping_rate_zero_throttle_clutch_engaged = 1.5
+        p.damping_rate_zero_throttle_clutch_disengaged = 0.25
+        p.gear_switch_time, p.clutch_strength, p.final_ratio = 0.7, 7.0, 3.1
+        p.forward_gears = [carla.GearPhysicsControl(3.0, 0.4, 0.7),
+                           carla.GearPhysicsControl(1.5, 0.45, 0.75)]
+        p.mass, p.drag_coefficient = p.mass * 1.5, 0.5
+        p.center_of_mass = carla.Vector3D(0.1, 0.05, -0.02)
+        p.steering_curve = [carla.Vector2D(0.0, 1.0), carla.Vector2D(60.0, 0.6)]
+        wheels = p.wheels
+        for index, wheel in enumerate(wheels):
+            wheel.tire_friction, wheel.damping_rate = 3.0 + 0.1 * index, 0.5
+            wheel.radius, wheel.max_brake_torque = wheel.radius + 1.0, 1234.0
+            wheel.lat_stiff_max_load, wheel.lat_stiff_value = 3.0, 15.0
+            wheel.long_stiff_value = 5000.0
+            if wheel.max_steer_angle > 0.0:
+                wheel.max_steer_angle = 45.0
+            else:
+                wheel.max_handbrake_torque = 2345.0
+        p.wheels = wheels
+        p.use_sweep_wheel_collision = True
+
+    slow, wished, read = launch(c, every_number)
+    same(numbers(wished), numbers(read))
+    assert slow < 0.8 * plain, f"{slow} m instead of {plain} m"
+    assert before.wheels[0].max_steer_angle > before.wheels[2].max_steer_angle == 0.0
+    differs("Vehicle.get_physics_control Vehicle.apply_physics_control "
+            "command.ApplyVehiclePhysicsControl",
+            "each number read as it was set, and a heavy, weak car got less far; friction 3.5 is "
+            "the blueprint's own tyre, gears shift at their ratios at half throttle, wheels stay "
+            "where they are, `use_sweep_wheel_collision` has no effect")
+
+    car = c.car()
+    good = numbers(car.get_physics_control())
+
+    def refused(change):
+        bad = car.get_physics_control()
+        change(bad)
+        answer = c.client.apply_batch_sync(
+            [carla.command.ApplyVehiclePhysicsControl(car.id, bad)])[0]
+        assert answer.has_error(), numbers(bad)
+        c.ticks(1)
+        same(good, numbers(car.get_physics_control()))
+        return answer.error
+
+    for number in (float("nan"), float("inf"), -100.0, 1e30):
+        error = refused(lambda p: setattr(p, "mass", number))
+        assert "mass_kg" in error, error
+    assert "torque curve" in refused(lambda p: setattr(p, "torque_curve", []))
+    assert "wheels" in refused(lambda p: setattr(p, "wheels", p.wheels[:3]))
+    car.destroy()
+
+
+@check
+def is_driven_to_a_speed(c):
+    car = c.car()
+    assert car.get_ackermann_controller_settings().speed_kp > 0.1
+    settings = carla.AckermannControllerSettings(
+        speed_kp=0.2, speed_ki=0.0, speed_kd=0.25, accel_kp=0.01, accel_ki=0.0, accel_kd=0.01)
+    car.apply_ackermann_controller_settings(settings)
+    c.ticks(1)
+    near(car.get_ackermann_controller_settings().speed_kp, 0.2, 1e-6)
+    works("Vehicle.get_ackermann_controller_settings Vehicle.apply_ackermann_controller_settings",
+          "read as they were set")
+    car.apply_ackermann_control(carla.VehicleAckermannControl(speed=3.0))
+    c.ticks(160)
+    near(speed(car), 3.0, 0.5)
+    car.apply_ackermann_control(carla.VehicleAckermannControl(speed=3.0, steer=0.2))
+    c.ticks(10)
+    angle = car.get_wheel_steer_angle(carla.VehicleWheelLocation.FL_Wheel)
+    near(math.radians(angle), 0.2, 0.03)
+    car.apply_ackermann_control(carla.VehicleAckermannControl())
+    c.ticks(120)
+    assert speed(car) < 0.05, speed(car)
+    works("Vehicle.apply_ackermann_control command.ApplyVehicleAckermannControl "
+          "VehicleAckermannControl.steer VehicleAckermannControl.speed",
+          "it drove 3 m/s, turned its wheels 0.2 rad to the right, and stopped")
+    c.client.apply_batch_sync([carla.command.ApplyVehicleAckermannControl(
+        car, carla.VehicleAckermannControl(speed=2.0))])
+    c.ticks(120)
+    near(speed(car), 2.0, 0.5)
+    car.destroy()
+
+
+@check
+def is_pushed_and_let_go(c):
+    car = c.car()
+    physics = car.get_physics_control()
+    ahead = car.get_transform().get_forward_vector()
+    c.ticks(20)
+    car.add_impulse(physics.mass * 5.0 * ahead)
+    c.world.tick()
+    near(speed(car), 5.0, 0.5)
+    car.apply_control(carla.VehicleControl(brake=1.0))
+    c.ticks(60)
+    car.apply_control(carla.VehicleControl())
+    car.add_force(physics.mass * 5.0 / DELTA * ahead)
+    c.world.tick()
+    near(speed(car), 5.0, 0.5)
+    works("Actor.add_impulse Actor.add_force",
+          "five metres per second for five times its mass, or that over one tick")
+    car.apply_control(carla.VehicleControl(brake=1.0))
+    c.ticks(60)
+    car.set_enable_gravity(False)
+    car.set_location(car.get_location() + carla.Location(z=4.0))
+    c.ticks(1)
+    high = car.get_location().z
+    c.ticks(30)
+    near(car.get_location().z, high, 0.02)
+    car.add_angular_impulse(carla.Vector3D(z=2000.0))
+    c.ticks(2)
+    spun = math.radians(car.get_angular_velocity().z)
+    # Some 3000 kg m² about the upright axis.
+    assert 0.3 < spun < 1.5, spun
+    differs("Actor.add_angular_impulse Actor.add_torque",
+            "newton metre seconds about the body's own inertia; the official client sends both "
+            "as an impulse")
+    car.set_enable_gravity(True)
+    c.ticks(40)
+    assert car.get_location().z < high - 3.0
+    works("Actor.set_enable_gravity command.SetEnableGravity", "it hung in the air, and fell")
+    car.destroy()
+    c.ticks(1)
+
+    one, other = c.car(), c.car()
+    c.ticks(10)
+    one.set_collisions(False)
+    stood = other.get_location()
+    one.set_transform(other.get_transform())
+    c.ticks(20)
+    near(stood.distance(other.get_location()), 0.0, 0.05)
+    near(one.get_location().distance(other.get_location()), 0.0, 0.5)
+    works("Actor.set_collisions", "two cars stood in one place; the ground carried both")
+    one.destroy()
+    other.destroy()
+
+
+@check
+def tells_what_wheels_feel(c):
+    car = c.car()
+    c.ticks(40)
+    weight = car.get_physics_control().mass * 9.81
+    told = car.get_telemetry_data()
+    near(sum(w.tire_load for w in told.wheels) / weight, 1.0, 0.03)
+    car.apply_control(carla.VehicleControl(throttle=1.0))
+    c.ticks(20)
+    told = car.get_telemetry_data()
+    assert told.engine_rpm > 500.0 and told.throttle == 1.0 and told.gear >= 1
+    near(told.speed, speed(car), 0.3)
+    along = sum(w.long_force for w in told.wheels)
+    assert along > 0.1 * weight, along
+    assert any(w.long_slip > 0.0 and w.torque > 50.0 and w.omega > 5.0 for w in told.wheels)
+    car.apply_control(carla.VehicleControl(throttle=0.3, steer=0.5))
+    c.ticks(15)
+    told = car.get_telemetry_data()
+    assert all(w.lat_force > 0.0 for w in told.wheels), [w.lat_force for w in told.wheels]
+    differs("Vehicle.get_telemetry_data",
+            "loads carry the car, forces accelerate and turn it; normalised forces are shares of "
+            "the load")
+    car.destroy()
