@@ -1,6 +1,7 @@
 //! What physics promises, put to the test.
 
 mod ackermann;
+mod commonroad;
 mod determinism;
 mod driving;
 mod ground;
