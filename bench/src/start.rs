@@ -1,4 +1,5 @@
-//! `start`: from the start of the process to the first image in a client's hand.
+//! `start`: from the start of the process to the first image in a client's hand; and how long a
+//! running simulator takes to change its map.
 
 use std::{f32::consts::FRAC_PI_2, time::Duration};
 
@@ -15,6 +16,7 @@ use crate::{
 };
 
 const STARTS: usize = 5;
+const CHANGES: usize = 15;
 const PATIENCE_NANOS: u64 = 120_000_000_000;
 
 /// Takes the figure.
@@ -32,7 +34,43 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     );
     let (name, value) = ("start.first_image", spread.p50);
     let figure = Figure { name, workload, unit: Unit::Millis, value, spread, peer: None };
-    sink.put(&figure, &machine)
+    sink.put(&figure, &machine)?;
+    let [other, same] = changes(effort.rounds(CHANGES))?;
+    for (name, what, nanos) in [
+        ("start.other_map", "between Town01 and Town02, both baked before", other),
+        ("start.same_map", "the map that runs, anew", same),
+    ] {
+        let spread = Spread::of_rounds(&[nanos], 1e6);
+        let workload = format!(
+            "a running simulator loads {what}; from the call until every process stands and the \
+             client sees the new world; one camera measured before; percentiles are of loads"
+        );
+        let (unit, value) = (Unit::Millis, spread.p50);
+        sink.put(&Figure { name, workload, unit, value, spread, peer: None }, &machine)?;
+    }
+    Ok(())
+}
+
+/// Loads: another map, the same.
+fn changes(rounds: usize) -> anyhow::Result<[Vec<u64>; 2]> {
+    let begin = clock::now_nanos();
+    let mut sim = Sim::spawn(&["--synchronous", "--device", "cpu", "--map", "Town01"])?;
+    let mut client = connect(&mut sim, begin)?;
+    client.synchronise(scene::DELTA_NANOS)?;
+    client.load_map("Town02")?;
+    let mut nanos = [Vec::new(), Vec::new()];
+    for round in 0..2 * rounds {
+        let at = Pose::level(Vec3::Z * 20.0, 0.0);
+        let sensors = [camera("front", at, 64, 64, FRAC_PI_2, output::COLOR)];
+        let mut rig = client.create_rig("change", ActorId::NONE, &sensors, 2)?;
+        client.tick_and_collect(&mut [&mut rig])?;
+        let is_same = round % 2;
+        let map = ["Town01", "Town02"][round / 2 % 2];
+        let begin = clock::now_nanos();
+        client.load_map(map)?;
+        nanos[is_same].push(clock::now_nanos() - begin);
+    }
+    Ok(nanos)
 }
 
 struct Start {

@@ -7,9 +7,9 @@ use std::{
 
 use bus::{
     ActorId, Autopilot, BatchHeader, BlueprintInfo, ClientPorts, Command, CreateRig, Ending, Event,
-    Frame, Instance, Interrupted, JournalEntry, Name, Nothing, Participant, Pose, RigId, Role,
-    SensorSpec, Settings, Stamp, StartRecorder, StartReplay, StopReplay, Teleport, VehicleControl,
-    Watch, Weather, Wish, clock, fault, flag,
+    FilePath, Frame, Instance, Interrupted, JournalEntry, LoadMap, Name, Nothing, Participant,
+    Pose, RigId, Role, SensorSpec, Settings, Stamp, StartRecorder, StartReplay, StopReplay,
+    Teleport, VehicleControl, Watch, Weather, Wish, clock, fault, flag, load,
 };
 use glam::Vec3;
 use road::Network;
@@ -21,6 +21,8 @@ use crate::{
 
 /// How long a client waits for what the host should do at once.
 const PATIENCE_SECS: u64 = 30;
+/// How long it waits for another world: a city may have to be furnished.
+const WORLD_SECS: u64 = 180;
 
 /// A connection to a running host.
 pub struct Client {
@@ -30,7 +32,8 @@ pub struct Client {
     sequence: u64,
     world: Option<World>,
     blueprints: Vec<BlueprintInfo>,
-    network: Option<Network>,
+    /// The map, and the number of its world.
+    network: Option<(u32, Network)>,
     frame: Frame,
     first: Frame,
 }
@@ -121,13 +124,66 @@ impl Client {
 
     /// The road network.
     pub fn map(&mut self) -> Result<&Network, ClientError> {
-        if self.network.is_none() {
-            let episode = self.instance().episode()?;
+        let standing = self.participant.control().episode();
+        if self.network.as_ref().is_none_or(|(number, _)| *number != standing) {
+            let (number, episode) = self.instance().numbered_episode()?;
             let network = Network::parse(&episode.open_drive)
                 .map_err(|e| ClientError::Map(format!("{}: {e}", episode.map)))?;
-            self.network = Some(network);
+            self.network = Some((number, network));
         }
-        Ok(self.network.as_ref().expect("it was just put there"))
+        Ok(self.network.as_ref().map(|(_, network)| network).expect("it was just put there"))
+    }
+
+    /// The names of the maps that can be loaded.
+    pub fn available_maps(&self) -> Result<Vec<String>, ClientError> {
+        Ok(self.instance().maps()?)
+    }
+
+    /// Destroys the world and loads a map in its place: a name (see `omnibus maps`), or a path.
+    /// Everybody in it and every rig is gone; frames count on, simulated time begins anew, time
+    /// passes as before. When this returns, `world()` shows the new world as it was loaded, which
+    /// is that of a simulator started with this map and seed, bit for bit. A map that cannot be
+    /// loaded is refused, and the old world goes on.
+    pub fn load_map(&mut self, name: &str) -> Result<Frame, ClientError> {
+        self.load_world(name, None, 0)
+    }
+
+    /// The same map anew.
+    pub fn reload_map(&mut self) -> Result<Frame, ClientError> {
+        self.load_world("", None, 0)
+    }
+
+    /// As [`Client::load_map`], an empty name for the map that runs; with another seed, or without
+    /// layers of the town (bits of [`bus::layer`]).
+    pub fn load_world(
+        &mut self,
+        name: &str,
+        seed: Option<u64>,
+        hidden_layers: u32,
+    ) -> Result<Frame, ClientError> {
+        let is_path = name.ends_with(".xodr") || Path::new(name).is_absolute();
+        let map = match name {
+            "" => FilePath::default(),
+            _ if is_path && Path::new(name).exists() => told(&absolute(Path::new(name))?)?,
+            _ => told(Path::new(name))?,
+        };
+        let flags = if seed.is_some() { load::SEED } else { 0 };
+        let wish = LoadMap { map, seed: seed.unwrap_or_default(), hidden_layers, flags };
+        let outcomes = self.try_within("load_map", &[Wish::LoadMap(wish)], WORLD_SECS)?;
+        let refused = |why: &str| ClientError::Refused { what: "load_map", why: why.to_owned() };
+        let number = outcomes[0].outcome.result().map_err(refused)?;
+        // The line comes with the frame; the frame is over when every stage stands.
+        let frame = Frame(self.participant.control().tick.get());
+        self.participant.await_complete(frame, None).map_err(|_| self.host_ended())?;
+        while self.world().header().stamp.episode < number {
+            self.await_frame()?;
+        }
+        Ok(self.frame)
+    }
+
+    /// The number of the world that stands: those before it are gone, with all that was in them.
+    pub fn episode(&self) -> u32 {
+        self.participant.control().episode()
     }
 
     /// Places for vehicles, half a metre above the road.
@@ -261,6 +317,7 @@ impl Client {
         let frame = self.tick()?;
         let mut measurements = Vec::with_capacity(rigs.len());
         for rig in rigs {
+            rig.check(self.episode())?;
             let mut found = None;
             while rig.last() < frame {
                 let Some(next) = rig.receive()? else { break };
@@ -275,8 +332,9 @@ impl Client {
     pub fn await_measurement(&mut self, rig: &mut Rig) -> Result<Measurement, ClientError> {
         let deadline = clock::now_nanos() + PATIENCE_SECS * 1_000_000_000;
         let id = rig.id().0;
+        let control = self.participant.control();
         let found = self.participant.await_answer(deadline, || match rig.receive() {
-            Ok(None) => None,
+            Ok(None) => rig.check(control.episode()).err().map(Err),
             Ok(Some(measurement)) => Some(Ok(measurement)),
             Err(e) => Some(Err(e)),
         });
@@ -436,7 +494,7 @@ impl Client {
         let mut wishes = vec![Wish::CreateRig(rig)];
         wishes.extend(sensors.iter().map(|s| Wish::Sensor(*s)));
         let id = RigId(self.request("rig", &wishes)?[0]);
-        Ok(Rig::new(id, sensors.to_vec(), self.ports.rig(id)?))
+        Ok(Rig::new(id, self.episode(), sensors.to_vec(), self.ports.rig(id)?))
     }
 
     /// Takes a rig away.
@@ -478,6 +536,15 @@ impl Client {
         what: &'static str,
         wishes: &[Wish],
     ) -> Result<Vec<JournalEntry>, ClientError> {
+        self.try_within(what, wishes, PATIENCE_SECS)
+    }
+
+    fn try_within(
+        &mut self,
+        what: &'static str,
+        wishes: &[Wish],
+        secs: u64,
+    ) -> Result<Vec<JournalEntry>, ClientError> {
         self.ports.journal.begin_here()?;
         let header = self.batch(wishes.len(), true);
         let commands: Vec<Command> = wishes.iter().map(|w| (*w).into()).collect();
@@ -486,7 +553,7 @@ impl Client {
         let (first, last) = (header.sequence, header.sequence + wishes.len() as u64);
         let mut outcomes = Vec::with_capacity(wishes.len());
         let (name, journal) = (self.name, &mut self.ports.journal);
-        let deadline = clock::now_nanos() + PATIENCE_SECS * 1_000_000_000;
+        let deadline = clock::now_nanos() + secs * 1_000_000_000;
         let answered = self.participant.await_answer(deadline, || {
             match journal.poll() {
                 Ok(false) => {}

@@ -1,4 +1,4 @@
-use bus::{BusError, Frame};
+use bus::{BusError, Frame, RigId};
 
 /// Why a wish of a client's was not granted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -52,6 +52,17 @@ pub enum ClientError {
         "this client did not read the journal for too long; what became of its commands is lost"
     )]
     JournalOverrun,
+    /// A rig is gone with its world.
+    #[error(
+        "rig {} went with its world: another was loaded in its place, number {standing}; make a \
+         new rig there", rig.0
+    )]
+    WorldGone {
+        /// Which rig.
+        rig: RigId,
+        /// The number of the world that stands.
+        standing: u32,
+    },
     /// The map cannot be read.
     #[error("{0}")]
     Map(String),

@@ -30,11 +30,11 @@ mod view;
 pub use bus::{
     AckermannControl, AckermannSettings, ActorId, ActorState, Ask, Autopilot, BlueprintInfo, Curve,
     DEPTH_FAR_M, Episode, Frame, Gear, HideLayers, HideObjects, HoldLight, Instance, Interrupted,
-    JournalEntry, Name, Pose, Push, RigId, STRIDE, SensorSpec, SetDoors, SetLamps, SetPhysics,
-    SetVelocity, Settings, SnapshotHeader, Stamp, Strategy, Switch, Teleport, TrafficDial,
-    VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
-    VehicleTelemetry, VehicleWheel, Watch, Weather, WheelTelemetry, Wish, clock, dial, flag, kind,
-    lamp, layer, light, output, part, sensor, tracer,
+    JournalEntry, LoadMap, Name, Pose, Push, RigId, STRIDE, SensorSpec, SetDoors, SetLamps,
+    SetPhysics, SetVelocity, Settings, SnapshotHeader, Stamp, Strategy, Switch, Teleport,
+    TrafficDial, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics,
+    VehicleSteering, VehicleTelemetry, VehicleWheel, Watch, Weather, WheelTelemetry, Wish, clock,
+    dial, flag, kind, lamp, layer, light, output, part, sensor, tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;

@@ -56,6 +56,8 @@ pub fn lidar(
 /// A stream of one rig's measurements.
 pub struct Rig {
     id: RigId,
+    /// The number of the world that it was made in.
+    episode: u32,
     sensors: Vec<SensorSpec>,
     reader: Reader<BundleHeader, Page>,
     last: Frame,
@@ -65,10 +67,19 @@ pub struct Rig {
 impl Rig {
     pub(crate) fn new(
         id: RigId,
+        episode: u32,
         sensors: Vec<SensorSpec>,
         reader: Reader<BundleHeader, Page>,
     ) -> Rig {
-        Rig { id, sensors, reader, last: Frame(0), missed: 0 }
+        Rig { id, episode, sensors, reader, last: Frame(0), missed: 0 }
+    }
+
+    /// Whether the world that it was made in still stands.
+    pub(crate) fn check(&self, standing: u32) -> Result<(), ClientError> {
+        if self.episode == standing {
+            return Ok(());
+        }
+        Err(ClientError::WorldGone { rig: self.id, standing })
     }
 
     /// Its id.

@@ -57,26 +57,14 @@ pub fn run(
     let name = Name::new(Role::Render.name());
     let participant = Participant::join(instance, Role::Render, name, Some(slot), within)?;
     fault::joining(Role::Render);
-    let episode = instance.episode()?;
+    let (number, episode) = instance.numbered_episode()?;
     let cache = Cache::of_environment();
-    let Episode { open_drive, seed, .. } = &episode;
-    let on_map = |e: road::MapError| map_error(&episode, &e);
-    let (scene, is_new, replaced) = match &config.meshes {
-        None => {
-            let (scene, is_new) = cached_scene(&cache, open_drive, *seed).map_err(on_map)?;
-            (scene, is_new, Vec::new())
-        }
-        Some(list) => {
-            let replaced = MeshList::read(list)?.load();
-            let town = town_of(&cache, open_drive, *seed).map_err(on_map)?;
-            (Scene::furnished(&town, &replaced), false, replaced)
-        }
+    let replaced = match &config.meshes {
+        None => Vec::new(),
+        Some(list) => MeshList::read(list)?.load(),
     };
-    if is_new {
-        // At once: who is stopped a second later has not built it in vain.
-        keep_scene(&cache, open_drive, *seed, &scene);
-    }
-    let scene = Arc::new(scene);
+    let is_replaced = config.meshes.is_some();
+    let scene = Arc::new(scene_for(&cache, &episode, is_replaced.then_some(&replaced))?);
     let tracer =
         if config.null { Tracer::Null } else { Tracer::open(config.device, config.threads)? };
     let mut ports = RenderPorts::open(participant.hub()?)?;
@@ -92,9 +80,11 @@ pub fn run(
         world: World::new(),
         weather: Weather::default(),
         cache,
+        number,
         episode,
         hidden: Visibility::default(),
         hidden_in_scene: Visibility::default(),
+        is_replaced,
         replaced,
         rigs: Rigs::default(),
         is_rendering: true,
@@ -119,11 +109,14 @@ struct Renderer {
     world: World,
     weather: Weather,
     cache: Cache,
+    /// Which of its host's worlds is shown.
+    number: u32,
     episode: Episode,
     /// What of the town is switched off, and what was when the scene was built.
     hidden: Visibility,
     hidden_in_scene: Visibility,
-    /// Looks out of files.
+    /// Looks out of files, if a list of them was given.
+    is_replaced: bool,
     replaced: Vec<Replaced>,
     rigs: Rigs,
     is_rendering: bool,
@@ -244,6 +237,24 @@ impl Renderer {
         Ok(())
     }
 
+    /// Another world was loaded; the rigs of the old one were taken away before.
+    fn begin_episode(&mut self, number: u32) -> Result<(), RenderError> {
+        self.weather = Weather::default();
+        self.hidden = Visibility::default();
+        // One that was started since then has read the map already.
+        if number == self.number {
+            return Ok(());
+        }
+        let (number, episode) = self.participant.instance().numbered_episode()?;
+        if episode != self.episode {
+            let replaced = self.is_replaced.then_some(&self.replaced[..]);
+            self.scene = Arc::new(scene_for(&self.cache, &episode, replaced)?);
+            self.hidden_in_scene = Visibility::default();
+        }
+        (self.number, self.episode) = (number, episode);
+        Ok(())
+    }
+
     /// The scene without what is switched off.
     fn build_scene(&mut self) -> Result<(), RenderError> {
         let Episode { open_drive, seed, .. } = &self.episode;
@@ -310,6 +321,7 @@ impl Renderer {
                 }
             }
             Some(Wish::DestroyRig(rig)) => self.remove(rig),
+            Some(Wish::LoadMap(_)) => self.begin_episode(entry.outcome.id)?,
             Some(Wish::SetWeather(weather)) => self.weather = weather,
             Some(Wish::HideLayers(to)) => self.hidden.set_layers(to.layers, to.hidden != 0),
             Some(Wish::HideObjects(to)) => {
@@ -322,6 +334,26 @@ impl Renderer {
         }
         Ok(())
     }
+}
+
+/// The scene of a world, out of the cache where it is there; `replaced`: with looks out of files.
+fn scene_for(
+    cache: &Cache,
+    episode: &Episode,
+    replaced: Option<&[Replaced]>,
+) -> Result<Scene, RenderError> {
+    let Episode { open_drive, seed, .. } = episode;
+    let on_map = |e: road::MapError| map_error(episode, &e);
+    if let Some(replaced) = replaced {
+        let town = town_of(cache, open_drive, *seed).map_err(on_map)?;
+        return Ok(Scene::furnished(&town, replaced));
+    }
+    let (scene, is_new) = cached_scene(cache, open_drive, *seed).map_err(on_map)?;
+    if is_new {
+        // At once: who is stopped a second later has not built it in vain.
+        keep_scene(cache, open_drive, *seed, &scene);
+    }
+    Ok(scene)
 }
 
 fn map_error(episode: &Episode, why: &road::MapError) -> RenderError {

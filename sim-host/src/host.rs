@@ -9,8 +9,9 @@ use std::{
 };
 
 use bus::{
-    ActorState, Control, Episode, Founding, Frame, HideLayers, HostPorts, Instance, JournalEntry,
-    Name, Outcome, RigId, Role, Settings, SnapshotHeader, Stamp, Strategy, Wish, clock, process,
+    ActorState, Control, Ending, Episode, Founding, Frame, HideLayers, HostPorts, Instance,
+    JournalEntry, Name, Outcome, RigId, Role, Settings, SnapshotHeader, Stamp, Strategy, Wish,
+    clock, process,
 };
 use town::cache::Cache;
 
@@ -24,11 +25,14 @@ use crate::{
     world::World,
 };
 
+mod episode;
 mod fork;
 mod recording;
 mod replay;
 mod slots;
 
+pub use episode::Maps;
+use episode::{build_world, read_map};
 use fork::Decided;
 use recording::Recording;
 use replay::Replay;
@@ -39,6 +43,8 @@ pub struct HostConfig {
     pub name: Option<String>,
     /// What world.
     pub episode: Episode,
+    /// Where other worlds come from.
+    pub maps: Box<dyn Maps>,
     /// How time passes at first.
     pub settings: Settings,
     /// Layers of the town that are switched off at first, as bits of [`bus::layer`].
@@ -59,6 +65,9 @@ pub struct HostConfig {
 const START_NANOS: u64 = 60_000_000_000;
 /// How long an idle host sleeps at most before it looks around.
 const IDLE_NANOS: u64 = 100_000_000;
+
+/// The number of the world that a host starts with.
+const FIRST: u32 = 1;
 
 /// What the channels of a world without rigs may take.
 const SHARED_MEMORY_MIN: u64 = 64 << 20;
@@ -90,6 +99,9 @@ pub struct Host {
     /// Lines that follow the one being carried out.
     retold: Vec<JournalEntry>,
     sim_time_nanos: u64,
+    /// Counts the worlds that were loaded.
+    number: u32,
+    cache: Cache,
     /// How often each slot asked for a journal keyframe, as far as we answered.
     resyncs: BTreeMap<usize, u64>,
     roles: BTreeMap<usize, Role>,
@@ -103,22 +115,23 @@ pub struct Host {
 impl Host {
     /// Founds the instance, builds the world, starts the stages, and is at frame 0.
     pub fn start(config: HostConfig, launcher: Box<dyn Launcher>) -> Result<Host, HostError> {
-        let Episode { map, open_drive, seed } = config.episode.clone();
         let cache = Cache::of_environment();
-        let read = || cache.network(&open_drive).map_err(|e| HostError::Map(format!("{map}: {e}")));
         // What is wrong with a map is said before anything starts; one with a baked town was read.
-        let network = if cache.has_town(&open_drive, seed) { None } else { Some(read()?) };
+        let network = read_map(&cache, &config.episode).map_err(HostError::Map)?;
         let free = bus::free_bytes()?;
         if free < SHARED_MEMORY_MIN {
             return Err(HostError::SharedMemory { free, needed: SHARED_MEMORY_MIN });
         }
         let founding = Instance::found(config.name.as_deref())?;
         let instance = founding.instance().clone();
-        instance.write_episode(&config.episode, &blueprints())?;
+        instance.write_blueprints(&blueprints())?;
+        instance.write_maps(&config.maps.names())?;
+        instance.write_episode(FIRST, &config.episode)?;
         let control = founding.control()?;
         let pid = process::own_pid();
         control.found(pid, process::start_time(pid).unwrap_or(0), config.strategy);
         control.set_settings(&config.settings);
+        control.set_episode(FIRST);
         let ports = HostPorts::found(founding.hub(launcher.is_single_process())?)?;
         let mut supervisor = Supervisor::new(&instance, &control, launcher)?;
         // The stages build their towns while we build ours.
@@ -129,17 +142,13 @@ impl Host {
                 .start(*role, slot)
                 .map_err(|e| HostError::Start { role: role.name(), why: e.to_string() })?;
         }
-        let baked = if network.is_none() { cache.find_town(&open_drive, seed) } else { None };
-        let (town, is_new) = match (baked, network) {
-            (Some(town), _) => (town, false),
-            (None, Some(network)) => (town::furnish(&network, seed), true),
-            (None, None) => (town::furnish(&read()?, seed), true),
-        };
-        let mut world = World::new(&town, seed);
+        let (mut world, town) =
+            build_world(&cache, &config.episode, network).map_err(HostError::Map)?;
         let hide = Wish::HideLayers(HideLayers { layers: config.hidden_layers, hidden: 1 });
         world.apply(&hide).map_err(HostError::Map)?;
-        if is_new {
-            cache.keep_town(&open_drive, seed, &town);
+        if let Some(town) = town {
+            let Episode { open_drive, seed, .. } = &config.episode;
+            cache.keep_town(open_drive, *seed, &town);
         }
         let mut host = Host {
             control,
@@ -162,6 +171,8 @@ impl Host {
             deferred: Vec::new(),
             retold: Vec::new(),
             sim_time_nanos: 0,
+            number: FIRST,
+            cache,
             resyncs: BTreeMap::new(),
             roles,
             deaths: BTreeMap::new(),
@@ -304,7 +315,7 @@ impl Host {
     }
 
     pub(crate) fn stamp(&self, frame: Frame) -> Stamp {
-        Stamp { frame, sim_time_nanos: self.sim_time_nanos, episode: 1, reserved: 0 }
+        Stamp { frame, sim_time_nanos: self.sim_time_nanos, episode: self.number, reserved: 0 }
     }
 
     pub(crate) fn take_in_what_traffic_decided(&mut self) -> Result<(), HostError> {
@@ -334,9 +345,9 @@ impl Host {
         self.inbox.drain(&self.ports)?;
         let requests = self.inbox.take();
         self.is_ticking = true;
-        self.carry_out(&requests);
+        let carried_out = self.carry_out(&requests);
         self.is_ticking = false;
-        Ok(())
+        carried_out
     }
 
     /// What came with a tick but must stand between two.
@@ -345,7 +356,7 @@ impl Host {
         if requests.is_empty() {
             return Ok(());
         }
-        self.carry_out(&requests);
+        self.carry_out(&requests)?;
         let stamp = self.stamp(self.barrier.frame().next());
         self.pen.publish(&self.ports, stamp)?;
         self.control.complete.rouse();
@@ -356,7 +367,7 @@ impl Host {
     fn serve_urgent(&mut self) -> Result<(), HostError> {
         if self.inbox.drain(&self.ports)? {
             let requests = self.inbox.take_urgent();
-            self.carry_out(&requests);
+            self.carry_out(&requests)?;
             let stamp = self.stamp(self.barrier.frame().next());
             self.pen.publish(&self.ports, stamp)?;
             self.control.complete.rouse();
@@ -364,7 +375,7 @@ impl Host {
         Ok(())
     }
 
-    fn carry_out(&mut self, requests: &[Request]) {
+    fn carry_out(&mut self, requests: &[Request]) -> Result<(), HostError> {
         let mut index = 0;
         while index < requests.len() {
             let request = requests[index];
@@ -373,8 +384,15 @@ impl Host {
                 self.pen.write(request.ended(Outcome::refused("a command of no kind we know")));
                 continue;
             };
-            if self.is_ticking && matches!(wish, Wish::SaveState(_) | Wish::LoadState(_)) {
+            let is_between = |wish: &Wish| {
+                matches!(wish, Wish::SaveState(_) | Wish::LoadState(_) | Wish::LoadMap(_))
+            };
+            if self.is_ticking && is_between(&wish) {
                 self.deferred.push(request);
+                continue;
+            }
+            if let Wish::LoadMap(wish) = wish {
+                self.load_map(request, &wish)?;
                 continue;
             }
             if let Wish::CreateRig(rig) = wish {
@@ -408,6 +426,7 @@ impl Host {
                 self.pen.write(entry);
             }
         }
+        Ok(())
     }
 
     fn create_rig(
@@ -485,10 +504,7 @@ impl Host {
             ));
         }
         self.settings = *settings;
-        for (slot, role) in self.roles.clone() {
-            self.control.slot(slot).set_lag(self.lag(role));
-            self.barrier.set_lag(slot, self.lag(role));
-        }
+        self.set_lags(|host, role| host.lag(role));
         self.control.set_settings(settings);
         Ok(())
     }
@@ -532,8 +548,19 @@ impl Host {
     }
 
     pub(crate) fn await_arrivals(&mut self, frame: Frame) -> Result<Verdict, HostError> {
+        // Asynchronous: nobody is waited for.
+        self.await_all(frame, self.config.deadline_nanos, 0)
+    }
+
+    /// Waits until everybody has arrived at `frame`, or in an asynchronous world those of `mask`.
+    fn await_all(
+        &mut self,
+        frame: Frame,
+        patience_nanos: Option<u64>,
+        mask: u64,
+    ) -> Result<Verdict, HostError> {
         let is_synchronous = self.settings.synchronous != 0;
-        let deadline = self.config.deadline_nanos.map(|d| clock::now_nanos() + d);
+        let deadline = patience_nanos.map(|d| clock::now_nanos() + d);
         let mut heard = self.control.host.count();
         loop {
             let members: Vec<_> = self.barrier.slots().collect();
@@ -541,7 +568,8 @@ impl Host {
                 self.barrier.arrive(slot, self.control.slot(slot).ack());
             }
             let now = clock::now_nanos();
-            let is_late = !is_synchronous || deadline.is_some_and(|d| now >= d);
+            let is_enough = !is_synchronous && self.barrier.missing() & mask == 0;
+            let is_late = is_enough || deadline.is_some_and(|d| now >= d);
             let verdict = self.barrier.verdict(is_late);
             if verdict != Verdict::Open || self.is_stopped() {
                 if let Verdict::Late(mask) = verdict
@@ -551,7 +579,7 @@ impl Host {
                         "WARN sim-host {} {} has not arrived after {:.1} s; is it alive? --deadline-secs 0 waits for ever",
                         frame.0,
                         self.barrier.names(mask),
-                        self.config.deadline_nanos.unwrap_or(0) as f64 / 1e9
+                        patience_nanos.unwrap_or(0) as f64 / 1e9
                     );
                 }
                 return Ok(if is_synchronous { verdict } else { Verdict::Complete });
@@ -569,6 +597,14 @@ impl Host {
                 self.look_after_slots()?;
             }
         }
+    }
+}
+
+pub(crate) fn ending(verdict: &Verdict) -> Ending {
+    match *verdict {
+        Verdict::Late(mask) => Ending::Late(mask),
+        Verdict::Degraded(mask) => Ending::Degraded(mask),
+        Verdict::Open | Verdict::Complete => Ending::Complete,
     }
 }
 

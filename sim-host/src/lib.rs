@@ -26,7 +26,7 @@ mod supervisor;
 mod world;
 
 pub use error::HostError;
-pub use host::{Host, HostConfig};
+pub use host::{Host, HostConfig, Maps};
 pub use saved::{Pending, SavedState, StateError, decision_hash, map_sum};
 pub use supervisor::{Launcher, Stage};
 pub use world::World;

@@ -61,6 +61,11 @@ impl Rigs {
         Ok(())
     }
 
+    /// Every rig.
+    pub(crate) fn all(&self) -> Vec<RigId> {
+        self.those(|_| true)
+    }
+
     /// The rigs that `actor` carries.
     pub(crate) fn on(&self, actor: ActorId) -> Vec<RigId> {
         self.those(|rig| rig.parent == actor)

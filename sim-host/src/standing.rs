@@ -16,6 +16,8 @@ struct Sediment {
     rigs: BTreeMap<RigId, Vec<JournalEntry>>,
     /// The rig whose sensors are coming.
     open_rig: RigId,
+    /// Which map was loaded last.
+    map: Option<JournalEntry>,
     weather: Option<JournalEntry>,
     settings: Option<JournalEntry>,
     dials: BTreeMap<(ActorId, u32), JournalEntry>,
@@ -48,6 +50,11 @@ impl Sediment {
             Some(Wish::HideObjects(hide)) => {
                 self.hidden.set_objects(hide.block, &hide.bits, hide.hidden != 0);
             }
+            // A new world, in which time passes as before.
+            Some(Wish::LoadMap(_)) => {
+                let settings = self.settings.take();
+                *self = Sediment { map: Some(*entry), settings, ..Sediment::default() };
+            }
             // What was saved with the state follows.
             Some(Wish::LoadState(_)) => {
                 self.dials.clear();
@@ -61,7 +68,7 @@ impl Sediment {
     }
 
     fn entries(&self) -> Vec<JournalEntry> {
-        let settings = self.settings.iter().chain(&self.weather).copied();
+        let settings = self.map.iter().chain(&self.settings).chain(&self.weather).copied();
         let dials = self.dials.values().copied();
         let hidden = hiding(&self.hidden).into_iter();
         let hidden = hidden.map(|wish| Request::of_host(wish).ended(Outcome::done(0)));

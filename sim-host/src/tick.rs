@@ -9,9 +9,12 @@
 //!
 //! What traffic decides on frame N acts in N+1: a fact of the world, not of process speed.
 
-use bus::{Ending, Frame, SnapshotHeader, clock};
+use bus::{Frame, SnapshotHeader, clock};
 
-use crate::{HostError, barrier::Verdict, host::Host};
+use crate::{
+    HostError,
+    host::{Host, ending},
+};
 
 impl Host {
     /// Advances the world by one tick. All of a tick is on this page.
@@ -35,13 +38,5 @@ impl Host {
         let verdict = self.await_arrivals(frame)?;
         self.control.close(frame, ending(&verdict));
         Ok(frame)
-    }
-}
-
-fn ending(verdict: &Verdict) -> Ending {
-    match *verdict {
-        Verdict::Late(mask) => Ending::Late(mask),
-        Verdict::Degraded(mask) => Ending::Degraded(mask),
-        Verdict::Open | Verdict::Complete => Ending::Complete,
     }
 }

@@ -25,10 +25,18 @@ pub struct World {
     actors: BTreeMap<ActorId, Actor>,
     last_actor: u32,
     seed: u64,
+    place: Arc<Place>,
+    visibility: Visibility,
+}
+
+/// What of a town stays as it is, whatever happens in it.
+struct Place {
+    ground: Arc<Ground>,
+    statics: Vec<StaticBox>,
     /// The object and the layer of each static box.
     solids: Vec<(u32, Layer)>,
     objects: u32,
-    visibility: Visibility,
+    heads: Vec<town::Head>,
 }
 
 struct Actor {
@@ -39,8 +47,7 @@ struct Actor {
 impl World {
     /// The world of frame 0: the map's traffic lights and nobody else.
     pub fn new(town: &Town, seed: u64) -> World {
-        let ground = Arc::new(Ground::new(&town.mesh));
-        let statics: Vec<_> = town
+        let statics = town
             .colliders
             .iter()
             .map(|c| StaticBox {
@@ -49,25 +56,40 @@ impl World {
                 yaw_rad: c.yaw_rad,
             })
             .collect();
-        let physics = Physics::new(ground, &statics);
+        let place = Place {
+            ground: Arc::new(Ground::new(&town.mesh)),
+            statics,
+            solids: town.colliders.iter().map(|c| (c.object, layer(town, c.object))).collect(),
+            objects: town.objects.len() as u32,
+            heads: town.heads.clone(),
+        };
+        World::on(Arc::new(place), seed)
+    }
+
+    /// The world of frame 0 once more.
+    pub(crate) fn anew(&self) -> World {
+        World::on(Arc::clone(&self.place), self.seed)
+    }
+
+    fn on(place: Arc<Place>, seed: u64) -> World {
+        let physics = Physics::new(Arc::clone(&place.ground), &place.statics);
         let mut world = World {
             physics,
             models: Models::default(),
             actors: BTreeMap::new(),
             last_actor: 0,
             seed,
-            solids: town.colliders.iter().map(|c| (c.object, layer(town, c.object))).collect(),
-            objects: town.objects.len() as u32,
+            place,
             visibility: Visibility::default(),
         };
-        world.place_lights(town);
+        world.place_lights();
         world
     }
 
     /// Every lamp box of the map's dynamic signals is an actor, in the map's order.
-    fn place_lights(&mut self, town: &Town) {
+    fn place_lights(&mut self) {
         let Some((blueprint, _)) = town::blueprint("traffic.traffic_light") else { return };
-        for head in &town.heads {
+        for head in &Arc::clone(&self.place).heads {
             let actor_id = self.next_id();
             let state = ActorState {
                 actor_id,
@@ -179,11 +201,11 @@ impl World {
                 if to.block == 0 && to.bits[0] & 1 != 0 {
                     return Err("thing 0 is the ground; it stays".to_owned());
                 }
-                if last.is_some_and(|last| last > u64::from(self.objects)) {
+                if last.is_some_and(|last| last > u64::from(self.place.objects)) {
                     return Err(format!(
                         "thing {} is not among the {} of the town",
                         last.unwrap_or_default(),
-                        self.objects
+                        self.place.objects
                     ));
                 }
                 self.visibility.set_objects(to.block, &to.bits, to.hidden != 0);
@@ -203,7 +225,7 @@ impl World {
 
     /// Nobody runs into what is switched off.
     fn see_to_solids(&mut self) {
-        for (index, (object, layer)) in self.solids.iter().enumerate() {
+        for (index, (object, layer)) in self.place.solids.iter().enumerate() {
             self.physics.set_static(index, !self.visibility.hides(*object, *layer));
         }
     }
@@ -225,6 +247,7 @@ impl World {
                 | Wish::LoadState(_)
                 | Wish::StartReplay(_)
                 | Wish::StopReplay(_)
+                | Wish::LoadMap(_)
         )
     }
 
@@ -343,11 +366,10 @@ impl World {
     }
 
     /// Over everything that decides the future: time, the world, and what traffic decided. The
-    /// number of the frame is not part of it: it only counts.
+    /// numbers of the frame and the episode are not part of it: they only count.
     pub fn state_hash(&self, stamp: &Stamp, settings: &Settings, decided_hash: u64) -> u64 {
         let mut hash = StateHash::new();
         hash.word(stamp.sim_time_nanos);
-        hash.word(stamp.episode.into());
         // Who waits for whom, and whether anybody looks, changes nothing.
         hash.word(settings.delta_nanos);
         hash.word(settings.substep_max_nanos);

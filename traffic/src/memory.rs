@@ -39,8 +39,6 @@ pub enum MindError {
 pub(crate) struct Memory {
     /// How many leaves to pass junctions were given.
     pub(crate) orders: u64,
-    /// Counts the worlds that the host has loaded.
-    pub(crate) episode: u32,
     /// By signal cycle: nanoseconds since it began.
     pub(crate) clocks: Vec<u64>,
     pub(crate) dials: Dials,
@@ -52,7 +50,7 @@ pub(crate) struct Memory {
 struct Head {
     magic: u64,
     version: u32,
-    episode: u32,
+    reserved: u32,
     seed: u64,
     orders: u64,
     lanes: u32,
@@ -67,7 +65,7 @@ impl Memory {
         let head = Head {
             magic: MAGIC,
             version: VERSION,
-            episode: self.episode,
+            reserved: 0,
             seed,
             orders: self.orders,
             lanes: lanes as u32,
@@ -114,7 +112,6 @@ impl Memory {
         let (dial_part, row_part) = rest.split_at(dial_bytes);
         let memory = Memory {
             orders: head.orders,
-            episode: head.episode,
             clocks: clock_part.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect(),
             dials: Dials::from_saved(dial_part),
             rows: Rows::read(head.rows as usize, row_part),

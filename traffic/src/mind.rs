@@ -71,21 +71,24 @@ impl Mind {
         }
     }
 
-    /// Plans on one snapshot: `actors` hold at `stamp`; `delta_nanos` is how long a frame takes;
+    /// Plans on one snapshot: `actors` hold at the stamp's frame; `delta_nanos` is how long a frame takes;
     /// `journal` is what was wished for in this frame.
     pub fn plan(
         &mut self,
-        stamp: &Stamp,
+        _stamp: &Stamp,
         delta_nanos: u64,
         actors: &[ActorState],
         journal: &[JournalEntry],
     ) {
-        if !actors.is_sorted_by_key(|actor| actor.actor_id.0) {
-            let mut sorted = actors.to_vec();
+        let mut sorted = Vec::new();
+        let actors = if actors.is_sorted_by_key(|actor| actor.actor_id.0) {
+            actors
+        } else {
+            sorted.extend_from_slice(actors);
             sorted.sort_unstable_by_key(|actor| actor.actor_id.0);
-            return self.plan(stamp, delta_nanos, &sorted, journal);
-        }
-        self.begin(stamp, journal);
+            &sorted
+        };
+        self.heed(journal);
         self.read(actors);
         self.locate();
         self.perceive();
@@ -163,11 +166,7 @@ impl Mind {
         }
     }
 
-    fn begin(&mut self, stamp: &Stamp, journal: &[JournalEntry]) {
-        if self.memory.episode != stamp.episode {
-            let clocks = vec![0; self.map.signals.cycles()];
-            self.memory = Memory { clocks, episode: stamp.episode, ..Memory::default() };
-        }
+    fn heed(&mut self, journal: &[JournalEntry]) {
         for entry in journal {
             self.memory.dials.turn(&entry.command, entry.outcome.status);
         }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bus::{
-    Event, Frame, Instance, Interrupted, JournalEntry, Name, Participant, Role, Snapshot,
+    Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name, Participant, Role, Snapshot,
     TrafficHeader, TrafficPorts, Wish, clock, fault, status,
 };
 
@@ -28,11 +28,8 @@ pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), Traffic
     let name = Name::new(Role::Traffic.name());
     let participant = Participant::join(instance, Role::Traffic, name, Some(slot), within)?;
     fault::joining(Role::Traffic);
-    let episode = instance.episode()?;
-    let network = town::cache::Cache::of_environment()
-        .network(&episode.open_drive)
-        .map_err(|e| TrafficError::Map(format!("{}: {e}", episode.map)))?;
-    let mut mind = Mind::new(Arc::new(network), episode.seed);
+    let (number, episode) = instance.numbered_episode()?;
+    let mut mind = mind_of(&episode)?;
     let mut ports = TrafficPorts::open(participant.hub()?)?;
     ports.journal.await_keyframe();
     participant.ready()?;
@@ -43,8 +40,17 @@ pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), Traffic
         }
     }
     let blank = mind.save();
-    let mut driver =
-        Driver { participant, ports, mind, blank, saved: Vec::new(), done, first: done.next() };
+    let mut driver = Driver {
+        participant,
+        ports,
+        number,
+        episode,
+        mind,
+        blank,
+        saved: Vec::new(),
+        done,
+        first: done.next(),
+    };
     loop {
         match driver.participant.next_frame(driver.done, None) {
             Ok(newest) => driver.work_up_to(newest)?,
@@ -53,9 +59,20 @@ pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), Traffic
     }
 }
 
+/// A mind that knows the map and nothing else.
+fn mind_of(episode: &Episode) -> Result<Mind, TrafficError> {
+    let network = town::cache::Cache::of_environment()
+        .network(&episode.open_drive)
+        .map_err(|e| TrafficError::Map(format!("{}: {e}", episode.map)))?;
+    Ok(Mind::new(Arc::new(network), episode.seed))
+}
+
 struct Driver {
     participant: Participant,
     ports: TrafficPorts,
+    /// Which of its host's worlds it drives in.
+    number: u32,
+    episode: Episode,
     mind: Mind,
     /// A mind that knows nothing yet.
     blank: Vec<u8>,
@@ -102,6 +119,13 @@ impl Driver {
         let begin_nanos = clock::now_nanos();
         fault::delay(Role::Traffic, frame);
         let mut journal = self.journal_of(frame)?;
+        if self.begin_episode(frame, &mut journal)? {
+            // The world as it was loaded: the first to plan on is the one after it.
+            self.done = frame;
+            self.participant.arrive(frame);
+            return Ok(());
+        }
+        let mut journal = journal.into_iter().map(|(_, entry)| entry).collect();
         self.go_on_from_saved(&mut journal)?;
         self.mind.plan(&header.stamp, header.delta_nanos, snapshot.payload(), &journal);
         self.saved.clear();
@@ -125,6 +149,34 @@ impl Driver {
         Ok(())
     }
 
+    /// If another world was loaded, it is this one's from now on; what was wished before is void.
+    /// Whether that was in this very frame.
+    fn begin_episode(
+        &mut self,
+        frame: Frame,
+        journal: &mut Vec<(Frame, JournalEntry)>,
+    ) -> Result<bool, TrafficError> {
+        let is_map = |(_, entry): &(Frame, JournalEntry)| {
+            entry.outcome.status == status::DONE
+                && matches!(entry.command.wish(), Some(Wish::LoadMap(_)))
+        };
+        let Some(last) = journal.iter().rposition(is_map) else { return Ok(false) };
+        let (at, entry) = journal[last];
+        journal.drain(..=last);
+        // One that was started since then has read the map already.
+        if entry.outcome.id != self.number {
+            let (number, episode) = self.participant.instance().numbered_episode()?;
+            if episode == self.episode {
+                self.mind.restore(&self.blank)?;
+            } else {
+                self.mind = mind_of(&episode)?;
+                self.blank = self.mind.save();
+            }
+            (self.number, self.episode) = (number, episode);
+        }
+        Ok(at == frame)
+    }
+
     /// If the world went on from a saved state, so does the mind; what was wished before is void.
     fn go_on_from_saved(&mut self, journal: &mut Vec<JournalEntry>) -> Result<(), TrafficError> {
         let is_load = |entry: &JournalEntry| {
@@ -143,7 +195,7 @@ impl Driver {
     }
 
     /// What was wished up to `frame`. If parts were missed, asks for the standing state.
-    fn journal_of(&mut self, frame: Frame) -> Result<Vec<JournalEntry>, TrafficError> {
+    fn journal_of(&mut self, frame: Frame) -> Result<Vec<(Frame, JournalEntry)>, TrafficError> {
         if self.ports.journal.poll()? {
             self.participant.words().call_for_keyframe();
             self.participant.control().host.ring();
@@ -153,7 +205,7 @@ impl Driver {
         }
         // Traffic's dials are its own: what a keyframe repeats changes nothing.
         let entries = self.ports.journal.until(frame).into_iter().filter_map(|event| match event {
-            Event::Entry(_, entry) => Some(entry),
+            Event::Entry(at, entry) => Some((at, entry)),
             Event::Anew => None,
         });
         Ok(entries.collect())

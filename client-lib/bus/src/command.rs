@@ -2,7 +2,7 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    AckermannControl, AckermannSettings, ActorId, Ask, FilePath, Name, Pose, Push, RigId,
+    AckermannControl, AckermannSettings, ActorId, Ask, FilePath, LoadMap, Name, Pose, Push, RigId,
     SensorSpec, Stamp, StartRecorder, StartReplay, StopReplay, Switch, VehicleBody, VehicleControl,
     VehicleEngine, VehicleGearbox, VehicleSteering, VehicleTelemetry, VehicleWheel, WheelTelemetry,
 };
@@ -264,6 +264,9 @@ wishes! {
     StartReplay(StartReplay) = 104,
     /// End the replay.
     StopReplay(StopReplay) = 105,
+    /// Destroy the world and load a map in its place, between two frames. The outcome's id is the
+    /// number of the new episode.
+    LoadMap(LoadMap) = 106,
 }
 
 /// A wish that needs no more words.

@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use crate::{Bell, Frame, Gate, Name, Settings, Strategy, clock};
 
 /// Raised with every change of a message, a channel or this page.
-pub const PROTOCOL: u32 = 2;
+pub const PROTOCOL: u32 = 3;
 
 /// How many participants and clients an instance can have at a time.
 pub const SLOTS: usize = 32;
@@ -302,7 +302,8 @@ pub struct ControlPage {
     members: AtomicU64,
     /// How time passes: [`Settings`], word by word.
     settings: [AtomicU64; 4],
-    reserved: [u64; 1],
+    /// Counts the worlds that the host has loaded.
+    episode: AtomicU64,
     slots: [Slot; SLOTS],
 }
 
@@ -395,6 +396,17 @@ impl ControlPage {
         self.synchronous.load(Ordering::Acquire);
         let words: [u64; 4] = std::array::from_fn(|i| self.settings[i].load(Ordering::Relaxed));
         bytemuck::cast(words)
+    }
+
+    /// For the host: this world stands from now on.
+    pub fn set_episode(&self, number: u32) {
+        self.episode.store(number.into(), Ordering::Release);
+        self.complete.rouse();
+    }
+
+    /// Counts the worlds that the host has loaded; the first is 1.
+    pub fn episode(&self) -> u32 {
+        self.episode.load(Ordering::Acquire) as u32
     }
 
     /// The slot that holds the tick.

@@ -2,7 +2,10 @@
 
 use std::{fs, str::FromStr};
 
-use crate::{BusError, Instance};
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::{BusError, FilePath, Instance};
 
 /// What world an instance runs: every stage builds the same from it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,6 +16,27 @@ pub struct Episode {
     pub seed: u64,
     /// The map itself.
     pub open_drive: String,
+}
+
+/// See [`crate::Wish::LoadMap`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("LoadMap")]
+#[repr(C)]
+pub struct LoadMap {
+    /// The name of a map, or an absolute path; empty: the one that runs.
+    pub map: FilePath,
+    /// Decides scenery and traffic, where [`load::SEED`] says so.
+    pub seed: u64,
+    /// Layers of the town that are switched off at first: bits of [`crate::layer`].
+    pub hidden_layers: u32,
+    /// Bits of [`load`].
+    pub flags: u32,
+}
+
+/// Bits of [`LoadMap::flags`].
+pub mod load {
+    /// The seed is the one given, not the one that runs.
+    pub const SEED: u32 = 1;
 }
 
 /// What a client knows of a blueprint; its place in the list is [`crate::ActorState::blueprint`].
@@ -28,30 +52,53 @@ pub struct BlueprintInfo {
     pub center_m: [f32; 3],
 }
 
+fn map_file(number: u32) -> String {
+    format!("map-{number}.xodr")
+}
+
 fn error(what: impl Into<String>) -> BusError {
     BusError::Instance(what.into())
 }
 
 impl Instance {
-    /// For the host: tells the stages what world to build, and clients what stands in it.
-    pub fn write_episode(
-        &self,
-        episode: &Episode,
-        blueprints: &[BlueprintInfo],
-    ) -> Result<(), BusError> {
+    /// For the host: tells the stages what world to build. It is there whole or not at all, and
+    /// that before it is there a while longer, for who is just reading.
+    pub fn write_episode(&self, number: u32, episode: &Episode) -> Result<(), BusError> {
         let root = self.root();
+        let write = || {
+            fs::write(root.join(map_file(number)), &episode.open_drive)?;
+            let words = format!("{number}\n{}\n{}\n", episode.seed, episode.map);
+            fs::write(root.join("episode.part"), words)?;
+            fs::rename(root.join("episode.part"), root.join("episode"))
+        };
+        write().map_err(|e| error(format!("{}: {e}", root.display())))?;
+        if let Some(old) = number.checked_sub(2) {
+            let _ = fs::remove_file(root.join(map_file(old)));
+        }
+        Ok(())
+    }
+
+    /// For the host: the names of the maps that it loads.
+    pub fn write_maps(&self, names: &[String]) -> Result<(), BusError> {
+        let path = self.root().join("maps");
+        fs::write(&path, names.join("\n")).map_err(|e| error(format!("{}: {e}", path.display())))
+    }
+
+    /// The names of the maps that its host loads.
+    pub fn maps(&self) -> Result<Vec<String>, BusError> {
+        Ok(self.read("maps")?.lines().map(str::to_owned).collect())
+    }
+
+    /// For the host: tells clients what can stand in its worlds.
+    pub fn write_blueprints(&self, blueprints: &[BlueprintInfo]) -> Result<(), BusError> {
         let mut list = String::new();
         for b in blueprints {
             let numbers = b.half_extents_m.iter().chain(&b.center_m).map(f32::to_string);
             let numbers: Vec<_> = numbers.collect();
             list += &format!("{} {} {}\n", b.id, b.tag, numbers.join(" "));
         }
-        let write = || {
-            fs::write(root.join("map.xodr"), &episode.open_drive)?;
-            fs::write(root.join("blueprints"), list)?;
-            fs::write(root.join("episode"), format!("{}\n{}\n", episode.seed, episode.map))
-        };
-        write().map_err(|e| error(format!("{}: {e}", root.display())))
+        let path = self.root().join("blueprints");
+        fs::write(&path, list).map_err(|e| error(format!("{}: {e}", path.display())))
     }
 
     fn read(&self, name: &str) -> Result<String, BusError> {
@@ -61,12 +108,30 @@ impl Instance {
 
     /// What world it runs.
     pub fn episode(&self) -> Result<Episode, BusError> {
-        let text = self.read("episode")?;
-        let (seed, map) = text.trim_end().split_once('\n').unwrap_or(("", ""));
-        let seed = seed
-            .parse()
-            .map_err(|_| error(format!("{}/episode holds no seed", self.root().display())))?;
-        Ok(Episode { map: map.to_owned(), seed, open_drive: self.read("map.xodr")? })
+        self.numbered_episode().map(|(_, episode)| episode)
+    }
+
+    /// The same, and how many worlds its host has loaded.
+    pub fn numbered_episode(&self) -> Result<(u32, Episode), BusError> {
+        let mut last = 0;
+        loop {
+            let text = self.read("episode")?;
+            let mut lines = text.splitn(3, '\n');
+            let number = lines.next().and_then(|word| word.parse().ok());
+            let seed = lines.next().and_then(|word| word.parse().ok());
+            let (Some(number), Some(seed), Some(map)) = (number, seed, lines.next()) else {
+                return Err(error(format!("{}/episode is damaged", self.root().display())));
+            };
+            match self.read(&map_file(number)) {
+                Ok(open_drive) => {
+                    let map = map.trim_end().to_owned();
+                    return Ok((number, Episode { map, seed, open_drive }));
+                }
+                // Two worlds were loaded since the line above.
+                Err(_) if number > last => last = number,
+                Err(e) => return Err(e),
+            }
+        }
     }
 
     /// What can stand in it.

@@ -59,7 +59,7 @@ mod wait;
 
 pub use channel::{CHANNELS, Channel, Loss, channel};
 pub use control::{ControlPage, Ending, PROTOCOL, PageError, Role, SLOTS, Slot, SlotState};
-pub use episode::{BlueprintInfo, Episode};
+pub use episode::{BlueprintInfo, Episode, LoadMap, load};
 pub use error::BusError;
 pub use instance::{Founding, Instance, free_bytes};
 pub use journal::{Event, Journal};

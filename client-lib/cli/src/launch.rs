@@ -151,6 +151,7 @@ impl WorldArgs {
         let config = HostConfig {
             name: self.name.clone(),
             episode: self.episode()?,
+            maps: Box::new(maps::Shelf { folder: self.maps.clone() }),
             settings,
             hidden_layers: self.hidden_layers()?,
             strategy,

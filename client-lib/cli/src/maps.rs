@@ -42,9 +42,38 @@ pub(crate) fn list(args: &MapsArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Where a simulator that runs finds other maps.
+pub(crate) struct Shelf {
+    /// What `--maps` says.
+    pub(crate) folder: Option<PathBuf>,
+}
+
+impl sim_host::Maps for Shelf {
+    fn find(&self, name: &str) -> Result<(String, String), String> {
+        let text = text(name, self.folder.as_deref()).map_err(|e| format!("{e:#}"))?;
+        Ok((plain(name).to_owned(), text))
+    }
+
+    fn names(&self) -> Vec<String> {
+        let files = files(self.folder.as_deref()).unwrap_or_default();
+        let named = town::names().chain(town::alike()).map(str::to_owned);
+        let mut names: Vec<String> =
+            named.chain(files.iter().map(|file| called(file).to_owned())).collect();
+        names.sort();
+        names.dedup();
+        names
+    }
+}
+
+/// A name without the folder that CARLA keeps its maps in.
+fn plain(name: &str) -> &str {
+    name.rsplit_once("Carla/Maps/").map_or(name, |(_, plain)| plain)
+}
+
 /// The text of a map: of a town of our own, of a file in the folder of maps, of a file; and where
 /// nothing else has one of CARLA's names, of a town of our own of the same kind.
 pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> {
+    let name = plain(name);
     let is_plain = !name.contains(['/', '.']);
     if town::names().any(|own| own.eq_ignore_ascii_case(name)) {
         return town::named(name).with_context(|| format!("map {name}"));
@@ -146,6 +175,14 @@ mod tests {
         assert_eq!(text("Town05"), town::named("Town05").unwrap());
         assert_eq!(text("Millbrook"), town::named("Millbrook").unwrap());
         fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn carla_s_folder_in_front_of_a_name_says_nothing() {
+        for spelling in ["Carla/Maps/Town02", "/Game/Carla/Maps/Town02", "Town02_Opt"] {
+            assert_eq!(text(spelling, None).unwrap(), town::named("Town02").unwrap());
+        }
+        assert!(text("Town10HD_Opt", None).is_ok());
     }
 
     #[test]
