@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use bus::{
     ActorId, Frame, HideLayers, HideObjects, JournalEntry, Outcome, PIPELINE_MAX, RigId,
-    TrafficDial, Weather, Wish, status,
+    TrafficDial, Weather, Wish, dial, status,
 };
 use town::Visibility;
 
@@ -43,8 +43,13 @@ impl Sediment {
             }
             Some(Wish::SetWeather(_)) => self.weather = Some(*entry),
             Some(Wish::SetSettings(_)) => self.settings = Some(*entry),
-            Some(Wish::TrafficDial(dial)) => {
-                self.dials.insert((dial.actor_id, dial.dial), *entry);
+            Some(Wish::TrafficDial(set)) => {
+                if let Some(other) = dial::displaces(set.dial) {
+                    self.dials.remove(&(set.actor_id, other));
+                }
+                if !dial::is_once(set.dial) {
+                    self.dials.insert((set.actor_id, set.dial), *entry);
+                }
             }
             Some(Wish::HideLayers(hide)) => self.hidden.set_layers(hide.layers, hide.hidden != 0),
             Some(Wish::HideObjects(hide)) => {
@@ -61,7 +66,7 @@ impl Sediment {
                 self.hidden = Visibility::default();
             }
             Some(Wish::Destroy(actor)) => {
-                self.dials.retain(|(of, _), _| *of != actor);
+                self.dials.retain(|&(of, dial), _| !dial::ends_with(of, dial, actor));
             }
             _ => {}
         }

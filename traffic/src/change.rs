@@ -3,9 +3,11 @@
 //! Decisions are made one vehicle after the other in the order of ids, and a vehicle that changes
 //! claims its place on the new lane at once, so that two never take the same gap.
 
+use crate::dials::Dials;
 use crate::follow::{GAP_M, Leader, first_ahead, free, idm, route_end};
 use crate::map::Map;
 use crate::perceive::{Crowd, Occupancy};
+use crate::random::{Purpose, unit};
 use crate::route;
 use crate::rows::{Route, Rows};
 use crate::tracks::NONE;
@@ -51,18 +53,29 @@ struct Claim {
 }
 
 /// Lets every vehicle think about the lanes beside it.
-pub(crate) fn consider(rows: &mut Rows, view: &View) {
+pub(crate) fn consider(rows: &mut Rows, dials: &mut Dials, view: &View) {
     let mut claims: Vec<Claim> = Vec::new();
     for row in 0..rows.id.len() {
         if rows.placed[row] == 0 {
             continue;
         }
         rows.change_wait_s[row] -= view.delta_s;
-        if rows.change_wait_s[row] > 0.0 || rows.shift_m[row] != 0.0 || rows.order[row] != 0 {
+        if rows.shift_m[row] != 0.0 || rows.order[row] != 0 {
             continue;
         }
-        rows.change_wait_s[row] = THINK_S;
-        if let Some((lane, arc_m, left_m)) = best(rows, row, view, &claims) {
+        let motive = match dials.change_now(rows.id[row]) {
+            0.0 if rows.change_wait_s[row] > 0.0 => continue,
+            0.0 => whim(rows, row, dials, view),
+            side => Motive::Told(side),
+        };
+        if !matches!(motive, Motive::Told(_)) {
+            rows.change_wait_s[row] = THINK_S;
+            rows.thoughts[row] = rows.thoughts[row].wrapping_add(1);
+        }
+        if let Some((lane, arc_m, left_m)) = best(rows, row, motive, view, &claims) {
+            if matches!(motive, Motive::Told(_)) {
+                dials.has_changed(rows.id[row]);
+            }
             let body = view.crowd.body[view.crowd.driven[row] as usize];
             claims.push(Claim { lane, rear_m: arc_m - body.rear_m, front_m: arc_m + body.front_m });
             begin(rows, row, view, lane, arc_m, left_m);
@@ -70,8 +83,48 @@ pub(crate) fn consider(rows: &mut Rows, view: &View) {
     }
 }
 
+/// Why to change lanes; sides are 1 for the left and -1 for the right.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Motive {
+    /// To get on.
+    Own,
+    /// Only to leave a lane that ends.
+    Need,
+    /// For no reason, to this side, if it is safe.
+    Whim(f32),
+    /// Because a client says so, to this side, whoever is there.
+    Told(f32),
+}
+
+impl Motive {
+    fn takes(self, side: f32) -> bool {
+        match self {
+            Motive::Own | Motive::Need => true,
+            Motive::Whim(wanted) | Motive::Told(wanted) => wanted == side,
+        }
+    }
+}
+
+/// What moves a vehicle that nobody tells where to go.
+fn whim(rows: &Rows, row: usize, dials: &Dials, view: &View) -> Motive {
+    let id = rows.id[row];
+    for (share, side) in dials.wanders(id).into_iter().zip([1.0, -1.0]) {
+        let nth = 2 * u64::from(rows.thoughts[row]) + u64::from(side > 0.0);
+        if share > 0.0 && unit(view.seed, id, Purpose::Wander, nth) < share {
+            return Motive::Whim(side);
+        }
+    }
+    if dials.changes_lanes(id) { Motive::Own } else { Motive::Need }
+}
+
 /// The lane to change to: its index, the place on it, and how far left of it the vehicle is.
-fn best(rows: &Rows, row: usize, view: &View, claims: &[Claim]) -> Option<(u32, f32, f32)> {
+fn best(
+    rows: &Rows,
+    row: usize,
+    motive: Motive,
+    view: &View,
+    claims: &[Claim],
+) -> Option<(u32, f32, f32)> {
     let (tracks, crowd) = (&view.map.tracks, view.crowd);
     let body = crowd.driven[row] as usize;
     let lane = rows.route[row].lane();
@@ -82,21 +135,26 @@ fn best(rows: &Rows, row: usize, view: &View, claims: &[Claim]) -> Option<(u32, 
         return None;
     }
     // Who must leave a lane that ends does not ask for markings.
-    let urgent = ends(rows, row, view) < 250.0;
+    let ends = ends(rows, row, view) < 250.0;
+    if motive == Motive::Need && !ends {
+        return None;
+    }
+    let told = matches!(motive, Motive::Told(_));
+    let urgent = ends || told;
     let allowed = [tracks.left_change[index] || urgent, tracks.right_change[index] || urgent];
     if !urgent && speed < SLOWEST_MPS {
         return None;
     }
     // Too near to whom one follows, one would have to squeeze past him.
     let leader = &view.leaders[row];
-    if leader.gap_m < 6.0 + 2.0 * (speed - leader.speed_mps).max(0.0) {
+    if leader.gap_m < 6.0 + 2.0 * (speed - leader.speed_mps).max(0.0) && !told {
         return None;
     }
     let own = crowd.body[body];
     let stay = gain(speed, view.wishes[row], &view.leaders[row]);
     let mut best: Option<(f32, (u32, f32, f32))> = None;
-    for (side, allowed) in sides.into_iter().zip(allowed) {
-        if side == NONE || side == lane || !allowed {
+    for ((side, allowed), hand) in sides.into_iter().zip(allowed).zip([1.0, -1.0]) {
+        if side == NONE || side == lane || !allowed || !motive.takes(hand) {
             continue;
         }
         let hint = rows.arc_m[row] * tracks.length(side) / tracks.length(lane).max(0.1);
@@ -111,6 +169,9 @@ fn best(rows: &Rows, row: usize, view: &View, claims: &[Claim]) -> Option<(u32, 
             continue;
         }
         let (rear, front) = (seat.arc_m - own.rear_m, seat.arc_m + own.front_m);
+        if told {
+            return Some((side, seat.arc_m, seat.left_m));
+        }
         let claimed = claims
             .iter()
             .any(|c| c.lane == side && c.rear_m < front + 12.0 && c.front_m > rear - 12.0);
@@ -121,6 +182,9 @@ fn best(rows: &Rows, row: usize, view: &View, claims: &[Claim]) -> Option<(u32, 
         let safe = if urgent { 2.0 * SAFE_MPS2 } else { SAFE_MPS2 };
         if gap.follower < -safe || gap.own < -safe {
             continue;
+        }
+        if matches!(motive, Motive::Whim(_)) {
+            return Some((side, seat.arc_m, seat.left_m));
         }
         let escape = if urgent && tracks.endless[side as usize] { ENDING_MPS2 } else { 0.0 };
         let merit =
@@ -146,7 +210,9 @@ fn look(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Option<Gap
     let speed = crowd.speed(own as usize);
     let beside = |lane: u32, offset: f32| {
         view.occupancy.on(lane).iter().any(|o| {
-            o.body != own && o.rear_m + offset < front + 1.0 && o.front_m + offset > rear - BEHIND_M
+            view.occupancy.minds(own, o.body)
+                && o.rear_m + offset < front + 1.0
+                && o.front_m + offset > rear - BEHIND_M
         })
     };
     let length = tracks.length(side);
@@ -166,7 +232,7 @@ fn look(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Option<Gap
     }
     let mut follower: Option<(f32, f32)> = None;
     let mut behind = |lane: u32, offset: f32| {
-        for o in view.occupancy.on(lane).iter().filter(|o| o.body != own) {
+        for o in view.occupancy.on(lane).iter().filter(|o| view.occupancy.minds(own, o.body)) {
             let gap = rear - (o.front_m - offset);
             if gap > 0.0 && follower.is_none_or(|(least, _)| gap < least) {
                 follower = Some((gap, o.speed_mps));

@@ -4,6 +4,7 @@ use bus::{Command, TrafficDial, Wish, dial, status};
 use bytemuck::Zeroable;
 
 use crate::follow::GAP_M;
+use crate::random::{Purpose, unit};
 
 /// All dials that were ever turned, sorted by actor and dial; actor 0 is everybody.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,6 +20,9 @@ impl Dials {
         }
         match command.wish() {
             Some(Wish::TrafficDial(dial)) if dial.value.is_finite() => {
+                if let Some(other) = dial::displaces(dial.dial) {
+                    self.forget(dial.actor_id.0, other);
+                }
                 let key = (dial.actor_id, dial.dial);
                 match self.set.binary_search_by_key(&key, |d| (d.actor_id, d.dial)) {
                     Ok(at) => self.set[at] = dial,
@@ -26,7 +30,7 @@ impl Dials {
                 }
             }
             Some(Wish::Destroy(actor)) if actor.0 != 0 => {
-                self.set.retain(|dial| dial.actor_id != actor);
+                self.set.retain(|set| !dial::ends_with(set.actor_id, set.dial, actor));
             }
             _ => {}
         }
@@ -47,13 +51,80 @@ impl Dials {
         self.get(id, dial::IGNORE_LIGHTS, 0.0)
     }
 
+    /// The speed to drive at whatever the limit is, metres per second.
+    pub(crate) fn speed_mps(&self, id: u32) -> Option<f32> {
+        let own = self.find(id, dial::SPEED_MPS);
+        let mps = match self.find(id, dial::SLOWER_THAN_LIMIT) {
+            Some(_) => own,
+            None => own.or_else(|| self.find(0, dial::SPEED_MPS)),
+        };
+        mps.map(|mps| mps.clamp(0.0, 100.0))
+    }
+
+    /// How far left of the middle of its lane this vehicle drives, metres.
+    pub(crate) fn offset_left_m(&self, id: u32) -> f32 {
+        self.get(id, dial::OFFSET_LEFT_M, 0.0).clamp(-5.0, 5.0)
+    }
+
+    /// Whether this vehicle changes lanes for its own ends.
+    pub(crate) fn changes_lanes(&self, id: u32) -> bool {
+        self.get(id, dial::CHANGES_LANES, 1.0) != 0.0
+    }
+
+    /// Where this vehicle has been told to change to: 1 left, -1 right, 0 nowhere.
+    pub(crate) fn change_now(&self, id: u32) -> f32 {
+        self.find(id, dial::CHANGE_NOW)
+            .map_or(0.0, |side| if side == 0.0 { 0.0 } else { side.signum() })
+    }
+
+    /// It has changed as it was told.
+    pub(crate) fn has_changed(&mut self, id: u32) {
+        self.forget(id, dial::CHANGE_NOW);
+    }
+
+    /// With what probabilities this vehicle changes to the left and to the right for no reason.
+    pub(crate) fn wanders(&self, id: u32) -> [f32; 2] {
+        let share = |dial| self.get(id, dial, 0.0).clamp(0.0, 1.0);
+        let right = share(dial::KEEP_RIGHT) + share(dial::CHANGE_RIGHT);
+        [share(dial::CHANGE_LEFT), right.min(1.0)]
+    }
+
+    /// Share of stop and yield signs that this vehicle ignores.
+    pub(crate) fn ignore_signs(&self, id: u32) -> f32 {
+        self.get(id, dial::IGNORE_SIGNS, 0.0)
+    }
+
+    /// Whether anybody may be ignored at all.
+    pub(crate) fn some_ignore(&self) -> bool {
+        self.set.iter().any(|set| {
+            let dial = set.dial;
+            let ignores = dial == dial::IGNORE_VEHICLES || dial == dial::IGNORE_WALKERS;
+            (ignores || dial >= dial::IGNORE_ACTOR) && set.value > 0.0
+        })
+    }
+
+    /// Whether this vehicle drives as if `other` were not there.
+    pub(crate) fn ignores(&self, seed: u64, id: u32, other: u32, is_walker: bool) -> bool {
+        if let Some(told) = self.find(id, dial::IGNORE_ACTOR.saturating_add(other)) {
+            return told != 0.0;
+        }
+        let dial = if is_walker { dial::IGNORE_WALKERS } else { dial::IGNORE_VEHICLES };
+        let share = self.get(id, dial, 0.0);
+        share > 0.0 && unit(seed, id, Purpose::Ignore, u64::from(other)) < share
+    }
+
     /// A vehicle's own setting, else everybody's, else the given one.
     fn get(&self, id: u32, dial: u32, otherwise: f32) -> f32 {
-        let find = |id: u32| {
-            let at = self.set.binary_search_by_key(&(id, dial), |d| (d.actor_id.0, d.dial)).ok()?;
-            Some(self.set[at].value)
-        };
-        find(id).or_else(|| find(0)).unwrap_or(otherwise)
+        self.find(id, dial).or_else(|| self.find(0, dial)).unwrap_or(otherwise)
+    }
+
+    fn find(&self, id: u32, dial: u32) -> Option<f32> {
+        let at = self.set.binary_search_by_key(&(id, dial), |d| (d.actor_id.0, d.dial)).ok()?;
+        Some(self.set[at].value)
+    }
+
+    fn forget(&mut self, id: u32, dial: u32) {
+        self.set.retain(|set| (set.actor_id.0, set.dial) != (id, dial));
     }
 
     /// The settings, for saving.

@@ -67,18 +67,35 @@ pub(crate) fn free(speed: f32, wish: f32) -> f32 {
     }
 }
 
+/// What a driver makes of a limit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Pace {
+    /// So much slower, as a share.
+    Slower(f32),
+    /// So fast, whatever it is.
+    Fixed(f32),
+}
+
+impl Pace {
+    fn at(self, limit_mps: f32) -> f32 {
+        match self {
+            Pace::Slower(share) => limit_mps * (1.0 - share).max(0.0),
+            Pace::Fixed(mps) => mps,
+        }
+    }
+}
+
 /// The speed that curves and limits ahead allow.
 pub(crate) fn wish(
     rows: &Rows,
     row: usize,
     tracks: &Tracks,
     speed: f32,
-    slower: f32,
+    pace: Pace,
     curve_share: f32,
 ) -> f32 {
     let lanes = rows.route[row].lanes();
-    let share = (1.0 - slower).max(0.0);
-    let mut wish = tracks.limit_mps[lanes[0] as usize] * share;
+    let mut wish = pace.at(tracks.limit_mps[lanes[0] as usize]);
     // A glance ahead makes up for the time that pedals take.
     let glance = rows.arc_m[row].max(0.0) + 0.4 * speed.max(0.0);
     let length = tracks.length(lanes[0]);
@@ -91,7 +108,7 @@ pub(crate) fn wish(
         if begins > horizon {
             return wish;
         }
-        let limit = tracks.limit_mps[lane as usize] * share;
+        let limit = pace.at(tracks.limit_mps[lane as usize]);
         let over = (begins - 0.4 * speed).max(0.0);
         let inside = (0.4 * speed - begins).max(0.0);
         if inside < tracks.length(lane) {
@@ -152,7 +169,7 @@ pub(crate) fn first_ahead(
     for occupant in occupancy.on(lane) {
         let nose = begins + occupant.front_m;
         let middle = 0.5 * (occupant.front_m + occupant.rear_m);
-        if occupant.body == own || middle < middle_from {
+        if !occupancy.minds(own, occupant.body) || middle < middle_from {
             continue;
         }
         if nose < 0.0 || (nose == 0.0 && occupant.body > own) {

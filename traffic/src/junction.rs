@@ -94,6 +94,8 @@ pub(crate) struct View<'a> {
     pub(crate) delta_s: f32,
     /// By row: share of red lights to ignore.
     pub(crate) ignore_lights: &'a [f32],
+    /// By row: share of signs to ignore.
+    pub(crate) ignore_signs: &'a [f32],
 }
 
 impl Junctions {

@@ -9,7 +9,7 @@ use crate::rows::Rows;
 
 /// `omnimind`, and the version of what follows.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnimind");
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Why bytes are no mind for this map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -6,7 +6,7 @@ use bus::{ActorState, JournalEntry, LightState, Stamp, VehicleControl, flag, kin
 
 use crate::change;
 use crate::demand::Demand;
-use crate::follow::{self, Leader};
+use crate::follow::{self, Leader, Pace};
 use crate::junction::{self, Halt, Junctions};
 use crate::map::Map;
 use crate::memory::{Memory, MindError};
@@ -51,9 +51,11 @@ struct Scratch {
     shown: Vec<u32>,
     leaders: Vec<Leader>,
     wishes: Vec<f32>,
-    slower: Vec<f32>,
+    paces: Vec<Pace>,
+    offsets_left_m: Vec<f32>,
     gaps: Vec<f32>,
     ignore_lights: Vec<f32>,
+    ignore_signs: Vec<f32>,
 }
 
 impl Mind {
@@ -184,7 +186,13 @@ impl Mind {
             column.clear();
             column.extend(scratch.wanted.iter().map(|&id| of(id)));
         };
-        dial(&mut scratch.slower, &|id| dials.slower(id));
+        scratch.paces.clear();
+        scratch.paces.extend(scratch.wanted.iter().map(|&id| match dials.speed_mps(id) {
+            Some(mps) => Pace::Fixed(mps),
+            None => Pace::Slower(dials.slower(id)),
+        }));
+        dial(&mut scratch.offsets_left_m, &|id| dials.offset_left_m(id));
+        dial(&mut scratch.ignore_signs, &|id| dials.ignore_signs(id));
         dial(&mut scratch.gaps, &|id| dials.gap_m(id));
         dial(&mut scratch.ignore_lights, &|id| dials.ignore_lights(id));
     }
@@ -206,8 +214,13 @@ impl Mind {
             ));
         }
         let map = &self.map;
+        scratch.occupancy.overlook(&scratch.crowd, &self.memory.dials, self.seed);
         scratch.occupancy.lay(&map.tracks, &map.grid, &scratch.crowd, &scratch.claims);
         sweep::look(rows, &map.tracks, &scratch.crowd, &mut scratch.obstacles);
+        let (crowd, occupancy) = (&scratch.crowd, &scratch.occupancy);
+        scratch
+            .obstacles
+            .retain(|obstacle| occupancy.minds(crowd.driven[obstacle.row], obstacle.leader.body));
     }
 
     /// Lights count as what they show in the snapshot; those that are no actors, as planned.
@@ -233,6 +246,7 @@ impl Mind {
             seed: self.seed,
             delta_s: seconds(delta_nanos),
             ignore_lights: &scratch.ignore_lights,
+            ignore_signs: &scratch.ignore_signs,
         };
         scratch.junctions.arbitrate(&mut self.memory.rows, &mut self.memory.orders, &view);
     }
@@ -251,7 +265,7 @@ impl Mind {
             let body = scratch.crowd.driven[row] as usize;
             let speed = scratch.crowd.speed(body);
             let curve_share = scratch.crowd.body[body].curve_share();
-            let wish = follow::wish(rows, row, tracks, speed, scratch.slower[row], curve_share);
+            let wish = follow::wish(rows, row, tracks, speed, scratch.paces[row], curve_share);
             scratch.wishes.push(wish);
             scratch.leaders.push(follow::leader(
                 rows,
@@ -292,7 +306,7 @@ impl Mind {
             seed: self.seed,
             delta_s: seconds(delta_nanos),
         };
-        change::consider(&mut self.memory.rows, &view);
+        change::consider(&mut self.memory.rows, &mut self.memory.dials, &view);
     }
 
     fn drive(&mut self, delta_nanos: u64) {
@@ -317,7 +331,8 @@ impl Mind {
         let (front_m, lock_rad) = (crowd.body[body].front_m, crowd.body[body].lock_rad);
 
         let delay_s = DELAY_FRAMES * delta_s + DELAY_STEERING_S;
-        let (wheels, deviation) = steer::steer(rows, row, tracks, crowd, delay_s);
+        let (wheels, deviation) =
+            steer::steer(rows, row, tracks, crowd, delay_s, scratch.offsets_left_m[row]);
         let trouble = recover::is_in_trouble(&deviation);
 
         let mut leader = scratch.leaders[row];

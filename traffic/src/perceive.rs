@@ -4,6 +4,7 @@ use bus::{ActorState, flag, kind};
 use glam::{Vec2, Vec3};
 
 use crate::body::{Bodies, Body};
+use crate::dials::Dials;
 use crate::grid::{Grid, REACH_M};
 use crate::tracks::{NONE, Tracks};
 
@@ -12,6 +13,8 @@ use crate::tracks::{NONE, Tracks};
 const CORRIDOR_M: f32 = 1.35;
 /// Who is farther from a track in height is on another storey.
 const STOREY_M: f32 = 3.0;
+/// Nobody heeds who is farther away.
+const HEEDED_M: f32 = 300.0;
 
 /// All bodies of a snapshot, structure of arrays, in the snapshot's order (ascending by actor id).
 #[derive(Default)]
@@ -28,6 +31,7 @@ pub(crate) struct Crowd {
     /// Sine of the angle by which the nose points up.
     pub(crate) climb: Vec<f32>,
     pub(crate) body: Vec<Body>,
+    pub(crate) walks: Vec<bool>,
     pub(crate) flags: Vec<u32>,
     /// The row of those that this room drives, else [`NONE`].
     pub(crate) row: Vec<u32>,
@@ -62,6 +66,7 @@ impl Crowd {
             self.acceleration.push(acceleration.dot(forward));
             self.climb.push(forward.z);
             self.body.push(bodies.of(actor.blueprint));
+            self.walks.push(actor.kind == kind::WALKER);
             self.flags.push(actor.flags);
             self.row.push(if ours { self.driven.len() as u32 } else { NONE });
             if ours {
@@ -79,6 +84,7 @@ impl Crowd {
         self.acceleration.clear();
         self.climb.clear();
         self.body.clear();
+        self.walks.clear();
         self.flags.clear();
         self.row.clear();
         self.driven.clear();
@@ -112,9 +118,36 @@ pub(crate) struct Occupancy {
     list: Vec<Occupant>,
     /// By lane: where its occupants begin and end in the list.
     spans: Vec<(u32, u32)>,
+    /// Whom somebody ignores: who, and whom; sorted.
+    unseen: Vec<(u32, u32)>,
 }
 
 impl Occupancy {
+    /// Whether one body heeds another, which must be another than itself.
+    pub(crate) fn minds(&self, own: u32, other: u32) -> bool {
+        own != other
+            && (self.unseen.is_empty() || self.unseen.binary_search(&(own, other)).is_err())
+    }
+
+    /// Takes down whom everybody ignores.
+    pub(crate) fn overlook(&mut self, crowd: &Crowd, dials: &Dials, seed: u64) {
+        self.unseen.clear();
+        if !dials.some_ignore() {
+            return;
+        }
+        for &own in &crowd.driven {
+            let place = crowd.position[own as usize];
+            for other in 0..crowd.count() {
+                let near = crowd.position[other].distance_squared(place) < HEEDED_M * HEEDED_M;
+                let id = crowd.id[own as usize];
+                if near && dials.ignores(seed, id, crowd.id[other], crowd.walks[other]) {
+                    self.unseen.push((own, other as u32));
+                }
+            }
+        }
+        self.unseen.sort_unstable();
+    }
+
     /// Lays every body onto the tracks that it touches.
     ///
     /// `claims` are (body, lane, arc length of the origin): stretches that a vehicle is about to

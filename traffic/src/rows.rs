@@ -124,6 +124,8 @@ columns! {
     shift_over_m: f32 = 0.0,
     /// Until another lane change is thought of.
     change_wait_s: f32 = 0.0,
+    /// How often it thought of changing.
+    thoughts: u32 = 0,
     /// Place in the order of those who may pass a junction; 0: may not.
     order: u64 = 0,
     /// First lane of the route, counted for ever, that the leave to pass does not cover.

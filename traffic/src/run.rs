@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bus::{
     Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name, Participant, Role, Snapshot,
-    TrafficHeader, TrafficPorts, Wish, clock, fault, status,
+    TrafficHeader, TrafficPorts, Wish, clock, dial, fault, status,
 };
 
 use crate::{Mind, MindError};
@@ -34,12 +34,12 @@ pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), Traffic
     ports.journal.await_keyframe();
     participant.ready()?;
     let done = participant.words().ack();
+    let blank = mind.save();
     while let Some(own) = ports.resume.receive()? {
         if let Some((_, _, saved)) = own.header().parts(own.payload()) {
             mind.restore(saved)?;
         }
     }
-    let blank = mind.save();
     let mut driver = Driver {
         participant,
         ports,
@@ -65,6 +65,11 @@ fn mind_of(episode: &Episode) -> Result<Mind, TrafficError> {
         .network(&episode.open_drive)
         .map_err(|e| TrafficError::Map(format!("{}: {e}", episode.map)))?;
     Ok(Mind::new(Arc::new(network), episode.seed))
+}
+
+/// Whether a line may be heeded once only.
+fn is_once(entry: &JournalEntry) -> bool {
+    matches!(entry.command.wish(), Some(Wish::TrafficDial(set)) if dial::is_once(set.dial))
 }
 
 struct Driver {
@@ -119,6 +124,8 @@ impl Driver {
         let begin_nanos = clock::now_nanos();
         fault::delay(Role::Traffic, frame);
         let mut journal = self.journal_of(frame)?;
+        // What a mind that was taken over has done already.
+        journal.retain(|(at, entry)| *at > self.done || !is_once(entry));
         if self.begin_episode(frame, &mut journal)? {
             // The world as it was loaded: the first to plan on is the one after it.
             self.done = frame;

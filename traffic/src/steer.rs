@@ -85,6 +85,7 @@ pub(crate) fn steer(
     tracks: &Tracks,
     crowd: &Crowd,
     delay_s: f32,
+    offset_left_m: f32,
 ) -> (f32, Deviation) {
     let body = crowd.driven[row] as usize;
     let wheelbase = crowd.body[body].wheelbase_m;
@@ -103,6 +104,7 @@ pub(crate) fn steer(
     let seat = tracks.project(lane, position, hint_m);
     let (shift_m, slope) = shift_at(rows, row, moved + lead_m);
     let wanted_left = shift_m
+        + offset_left_m
         + keeps_left(tracks, lane, hint_m, &crowd.body[body])
         + evades_left(tracks, lane, rows.reverses[row]);
     // A little farther on for the curvature, which steering follows with its own delay.

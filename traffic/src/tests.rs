@@ -1,6 +1,7 @@
 //! The whole mind at the wheel of simple vehicles.
 
 mod course;
+mod dials;
 mod driving;
 mod junctions;
 mod lights;

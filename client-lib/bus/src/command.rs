@@ -531,4 +531,48 @@ pub mod dial {
     pub const GAP_M: u32 = 2;
     /// Share of red lights to ignore.
     pub const IGNORE_LIGHTS: u32 = 3;
+    /// Metres per second to drive at whatever the limit is, curves allowing; takes the place of
+    /// [`SLOWER_THAN_LIMIT`], as that takes its place.
+    pub const SPEED_MPS: u32 = 4;
+    /// Metres left of the middle of the lane; negative: right of it.
+    pub const OFFSET_LEFT_M: u32 = 5;
+    /// 1: changes lanes for its own ends, as everybody does; 0: does not.
+    pub const CHANGES_LANES: u32 = 6;
+    /// To change lanes once, as soon as there is a lane beside, whoever is on it: 1 to the left,
+    /// -1 to the right.
+    pub const CHANGE_NOW: u32 = 7;
+    /// With what probability it changes to the right if that is safe, each time that it thinks of
+    /// lanes, which is about every 0.6 s.
+    pub const KEEP_RIGHT: u32 = 8;
+    /// With what probability it changes to the left, likewise.
+    pub const CHANGE_LEFT: u32 = 9;
+    /// With what probability it changes to the right, likewise; it adds to [`KEEP_RIGHT`].
+    pub const CHANGE_RIGHT: u32 = 10;
+    /// Share of stop and yield signs to ignore.
+    pub const IGNORE_SIGNS: u32 = 11;
+    /// Share of other vehicles to ignore, drawn once for each.
+    pub const IGNORE_VEHICLES: u32 = 12;
+    /// Share of walkers to ignore, drawn once for each.
+    pub const IGNORE_WALKERS: u32 = 13;
+    /// This and the number of an actor: 1 ignores that one, 0 does not, whatever the shares say.
+    pub const IGNORE_ACTOR: u32 = 1 << 31;
+
+    /// The dial whose place this one takes.
+    pub const fn displaces(dial: u32) -> Option<u32> {
+        match dial {
+            SPEED_MPS => Some(SLOWER_THAN_LIMIT),
+            SLOWER_THAN_LIMIT => Some(SPEED_MPS),
+            _ => None,
+        }
+    }
+
+    /// Whether it is turned back by what it does.
+    pub const fn is_once(dial: u32) -> bool {
+        dial == CHANGE_NOW
+    }
+
+    /// Whether a dial of `owner` is void once `gone` is no more.
+    pub fn ends_with(owner: super::ActorId, dial: u32, gone: super::ActorId) -> bool {
+        owner == gone || dial == IGNORE_ACTOR.saturating_add(gone.0)
+    }
 }

@@ -49,9 +49,42 @@ fn carry_out(bridge: &mut Bridge, method: &str, mut args: Args) -> Result<(), Re
             turn(bridge, id, dial::GAP_M, args.f32()?)
         }
         "set_global_distance_to_leading_vehicle" => turn(bridge, 0, dial::GAP_M, args.f32()?),
-        "set_percentage_running_light" => {
+        "set_percentage_running_light" => share(bridge, args, dial::IGNORE_LIGHTS),
+        "set_desired_speed" => {
             let id = actor(&mut args)?;
-            turn(bridge, id, dial::IGNORE_LIGHTS, args.f32()? / 100.0)
+            turn(bridge, id, dial::SPEED_MPS, args.f32()? / 3.6)
+        }
+        // CARLA counts to the right.
+        "set_lane_offset" => {
+            let id = actor(&mut args)?;
+            turn(bridge, id, dial::OFFSET_LEFT_M, -args.f32()?)
+        }
+        "set_global_lane_offset" => turn(bridge, 0, dial::OFFSET_LEFT_M, -args.f32()?),
+        "set_auto_lane_change" => {
+            let id = actor(&mut args)?;
+            turn(bridge, id, dial::CHANGES_LANES, f32::from(args.bool()?))
+        }
+        // True is the right.
+        "set_force_lane_change" => {
+            let id = actor(&mut args)?;
+            turn(bridge, id, dial::CHANGE_NOW, if args.bool()? { -1.0 } else { 1.0 })
+        }
+        "set_collision_detection" => {
+            let (id, other) = (actor(&mut args)?, actor(&mut args)?);
+            let ignores = f32::from(!args.bool()?);
+            turn(bridge, id, dial::IGNORE_ACTOR.saturating_add(other), ignores)
+        }
+        "set_percentage_ignore_walkers" => share(bridge, args, dial::IGNORE_WALKERS),
+        "set_percentage_ignore_vehicles" => share(bridge, args, dial::IGNORE_VEHICLES),
+        "set_percentage_running_sign" => share(bridge, args, dial::IGNORE_SIGNS),
+        "keep_slow_lane_rule_percentage" | "set_percentage_keep_slow_lane_rule" => {
+            share(bridge, args, dial::KEEP_RIGHT)
+        }
+        "random_left_lanechange_percentage" | "set_percentage_random_left_lanechange" => {
+            share(bridge, args, dial::CHANGE_LEFT)
+        }
+        "random_right_lanechange_percentage" | "set_percentage_random_right_lanechange" => {
+            share(bridge, args, dial::CHANGE_RIGHT)
         }
         // Traffic here is always in step with the world, seeded with it, and drives all alike.
         "health_check_remote_TM"
@@ -69,22 +102,7 @@ fn carry_out(bridge: &mut Bridge, method: &str, mut args: Args) -> Result<(), Re
         | "get_all_actions"
         | "update_vehicle_lights"
         | "shut_down" => Ok(()),
-        "set_auto_lane_change"
-        | "set_force_lane_change"
-        | "set_desired_speed"
-        | "set_lane_offset"
-        | "set_global_lane_offset"
-        | "set_collision_detection"
-        | "set_percentage_ignore_walkers"
-        | "set_percentage_ignore_vehicles"
-        | "set_percentage_running_sign"
-        | "keep_slow_lane_rule_percentage"
-        | "set_percentage_keep_slow_lane_rule"
-        | "random_left_lanechange_percentage"
-        | "set_percentage_random_left_lanechange"
-        | "random_right_lanechange_percentage"
-        | "set_percentage_random_right_lanechange"
-        | "set_path"
+        "set_path"
         | "remove_custom_path"
         | "update_custom_path"
         | "set_imported_route"
@@ -106,6 +124,12 @@ fn autopilot(bridge: &mut Bridge, mut args: Args, on: bool) -> Result<(), Refusa
         bridge.set_autopilot(id, on)?;
     }
     Ok(())
+}
+
+/// One vehicle's percentage.
+fn share(bridge: &mut Bridge, mut args: Args, dial: u32) -> Result<(), Refusal> {
+    let id = actor(&mut args)?;
+    turn(bridge, id, dial, args.f32()? / 100.0)
 }
 
 fn turn(bridge: &mut Bridge, id: u32, dial: u32, value: f32) -> Result<(), Refusal> {

@@ -34,6 +34,16 @@ impl Junctions {
         view.lights[signal as usize]
     }
 
+    /// The sign before route lane `k`, if this vehicle heeds it.
+    pub(super) fn sign(&self, rows: &Rows, row: usize, k: usize, view: &View) -> Sign {
+        let share = view.ignore_signs[row];
+        let nth = u64::from(rows.route[row].passed.wrapping_add(k as u32));
+        if share > 0.0 && unit(view.seed, rows.id[row], Purpose::Sign, nth) < share {
+            return Sign::None;
+        }
+        view.map.approaches.sign[rows.route[row].lanes()[k] as usize]
+    }
+
     /// The next way through a junction that needs a leave, if it is near enough to matter.
     pub(super) fn request(&self, rows: &Rows, row: usize, view: &View) -> Option<Request> {
         let map = view.map;
@@ -128,9 +138,12 @@ impl Junctions {
         let left = i32::from(way_in.angle_to(way_out) > LEFT_TURN_RAD);
         match light {
             light::OFF => {
-                let sign = map.approaches.sign[first] != Sign::None;
+                let posted = map.approaches.sign[first] != Sign::None;
+                let sign = self.sign(rows, row, from, view) != Sign::None;
                 let low = sign || map.approaches.beside_lights[first];
-                left + 2 * i32::from(map.approaches.minor[first]) + 4 * i32::from(low)
+                // Who ignores a sign takes the way for a major one.
+                let minor = map.approaches.minor[first] && sign == posted;
+                left + 2 * i32::from(minor) + 4 * i32::from(low)
             }
             _ => left,
         }

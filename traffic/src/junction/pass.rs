@@ -49,7 +49,7 @@ impl Junctions {
         let speed = view.crowd.speed(body).max(0.0);
         let horizon = speed * speed / (2.0 * BRAKE_MPS2) + 1.5 * speed + 8.0;
         let lane = rows.route[row].lanes()[request.from];
-        let full_stop = view.map.approaches.sign[lane as usize] != Sign::Stop
+        let full_stop = self.sign(rows, row, request.from, view) != Sign::Stop
             || view.map.approaches.signal[lane as usize] != NONE
             || rows.wait_s[row] > 0.8;
         if request.red || !full_stop {
@@ -81,7 +81,10 @@ impl Junctions {
             let start = self.start(request.row, k);
             for occupant in view.occupancy.on(rows.route[request.row].lanes()[k]) {
                 let (front, rear) = (start + occupant.front_m, start + occupant.rear_m);
-                if occupant.body == own || front < 0.0 || rear > request.entry_m {
+                if !view.occupancy.minds(own, occupant.body)
+                    || front < 0.0
+                    || rear > request.entry_m
+                {
                     continue;
                 }
                 let row = view.crowd.row[occupant.body as usize];
@@ -130,7 +133,10 @@ impl Junctions {
                 let counted = inside != NONE
                     && rows.order[inside as usize] != 0
                     && start + occupant.front_m < begin + 1.0;
-                if occupant.body == own || counted || start + occupant.front_m < begin {
+                if !view.occupancy.minds(own, occupant.body)
+                    || counted
+                    || start + occupant.front_m < begin
+                {
                     continue;
                 }
                 // Who moves on makes room until we are there, but not beyond his next line.
@@ -183,7 +189,7 @@ impl Junctions {
                     let Some(meet) = conflict.between(is_wide(view, own, holder.body)) else {
                         continue;
                     };
-                    if holder.body == own {
+                    if !view.occupancy.minds(own, holder.body) {
                         continue;
                     }
                     let mine = self.window(view, own, start, meet.mine, lane, f32::INFINITY);
@@ -210,7 +216,7 @@ impl Junctions {
                     let Some(meet) = conflict.between(is_wide(view, own, other.body)) else {
                         continue;
                     };
-                    if other.body == own || other.rank >= request.rank {
+                    if !view.occupancy.minds(own, other.body) || other.rank >= request.rank {
                         continue;
                     }
                     let mine = self.window(view, own, start, meet.mine, lane, f32::INFINITY);
@@ -223,7 +229,7 @@ impl Junctions {
                 }
                 let blocked = view.occupancy.on(lane).iter().find(|o| {
                     conflict.between(is_wide(view, own, o.body)).is_some_and(|meet| {
-                        o.body != own
+                        view.occupancy.minds(own, o.body)
                             && o.aligned < 0.6
                             && o.speed_mps.abs() < 2.0
                             && o.front_m > meet.mine.0
@@ -252,7 +258,7 @@ impl Junctions {
                         continue;
                     };
                     let other = view.crowd.row[holder.body as usize];
-                    if holder.body == own
+                    if !view.occupancy.minds(own, holder.body)
                         || (other != NONE && rows.order[other as usize] > rows.order[row])
                         || (rows.idle_s[row] > 4.0 && is_idle(rows, view, holder.body))
                     {

@@ -1,21 +1,11 @@
 //! Lights, and who goes first where there are none.
 
-use bus::{ActorId, Command, JournalEntry, Name, Outcome, TrafficDial, Wish, dial, light};
+use bus::{dial, light};
 use glam::Vec3;
 
 use super::course::{Car, Course};
+use super::dials::turned;
 use super::maps;
-
-/// A line of the journal that turns a dial for everybody.
-fn turned(dial: u32, value: f32) -> JournalEntry {
-    let dial = TrafficDial { actor_id: ActorId::NONE, dial, value };
-    JournalEntry {
-        client: Name::new("test"),
-        sequence: 1,
-        command: Command::from(Wish::TrafficDial(dial)),
-        outcome: Outcome::done(0),
-    }
-}
 
 #[test]
 fn nobody_passes_a_red_light() {
@@ -94,4 +84,25 @@ fn a_crossing_under_pressure_from_all_sides_neither_locks_nor_crashes() {
     }
     assert_eq!(course.collisions, []);
     assert_eq!(passed, vec![true; starts.len()]);
+}
+
+/// Whether the northbound vehicle stops at a sign before the crossing, told so.
+fn stops_at_sign(told: &[bus::JournalEntry]) -> bool {
+    let north = Car {
+        position: Vec3::new(1.75, -90.0, 0.0),
+        yaw: std::f32::consts::FRAC_PI_2,
+        speed: 8.0,
+        ..Car::default()
+    };
+    let mut course = Course::with_cars(maps::stop_before_crossing(), 3, vec![north]);
+    course.tick_with(told);
+    (0..20 * 30).for_each(|_| course.tick());
+    assert!(course.cars[0].position.y > 30.0, "{:?}", course.cars[0]);
+    course.cars[0].longest_stand_s > 0.5
+}
+
+#[test]
+fn who_is_told_to_ignore_signs_does_not_stop_at_one() {
+    assert!(stops_at_sign(&[]));
+    assert!(!stops_at_sign(&[turned(dial::IGNORE_SIGNS, 1.0)]));
 }

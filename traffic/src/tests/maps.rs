@@ -20,6 +20,20 @@ pub(super) fn straight(length_m: f64) -> Arc<Network> {
 ///
 /// West arm 1, east arm 2, south arm 3, north arm 4; straight on only.
 pub(super) fn crossing() -> Arc<Network> {
+    parse(&crossing_text())
+}
+
+/// The same with a stop sign before the crossing for who comes from the south.
+pub(super) fn stop_before_crossing() -> Arc<Network> {
+    let sign = r#"<signals><signal s="149" t="-4" id="1" name="" dynamic="no" orientation="+"
+        zOffset="2" country="OpenDRIVE" type="206" subtype="-1" value="-1"/></signals></road>"#;
+    let text = crossing_text();
+    let south = text.find(r#"id="3""#).expect("there is a southern arm");
+    let end = south + text[south..].find("</road>").expect("it ends");
+    parse(&format!("{}{sign}{}", &text[..end], &text[end + "</road>".len()..]))
+}
+
+fn crossing_text() -> String {
     let quarter = std::f64::consts::FRAC_PI_2;
     let ends_at = r#"<successor elementType="junction" elementId="9"/>"#;
     let begins_at = r#"<predecessor elementType="junction" elementId="9"/>"#;
@@ -50,12 +64,32 @@ pub(super) fn crossing() -> Arc<Network> {
         );
     }
     text += &format!(r#"<junction id="9" name="">{junction}</junction>"#);
-    parse(&text)
+    text
 }
 
 /// A one-way lane in a loop to the left: four quarter circles, with straight roads between them
 /// unless `straight_m` is 0.
 pub(crate) fn loop_road(radius_m: f64, straight_m: f64) -> Arc<Network> {
+    loop_lanes(radius_m, straight_m, 1)
+}
+
+/// The same with two lanes, between which one may change; its first straight is 600 m along x, with
+/// lane -1 about y = -1.75 and -2 about y = -5.25.
+pub(super) fn two_lanes() -> Arc<Network> {
+    loop_lanes(60.0, 600.0, 2)
+}
+
+fn loop_lanes(radius_m: f64, straight_m: f64, lanes: i32) -> Arc<Network> {
+    let lanes: String = (1..=lanes)
+        .map(|id| {
+            format!(
+                r#"<lane id="-{id}" type="driving" level="false">
+                <link><predecessor id="-{id}"/><successor id="-{id}"/></link>
+                <width sOffset="0" a="3.5" b="0" c="0" d="0"/><roadMark sOffset="0" type="broken"
+                weight="standard" color="standard" width="0.12" laneChange="both"/></lane>"#
+            )
+        })
+        .collect();
     let quarter = std::f64::consts::FRAC_PI_2;
     // Along each road: length and curvature.
     let mut pieces = Vec::new();
@@ -82,10 +116,7 @@ pub(crate) fn loop_road(radius_m: f64, straight_m: f64) -> Arc<Network> {
             <planView><geometry s="0" x="{x}" y="{y}" hdg="{heading}" length="{length_m}">{shape}
             </geometry></planView>
             <lanes><laneSection s="0"><center><lane id="0" type="none" level="false"/></center>
-            <right><lane id="-1" type="driving" level="false">
-            <link><predecessor id="-1"/><successor id="-1"/></link>
-            <width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></right></laneSection></lanes>
-            </road>"#
+            <right>{lanes}</right></laneSection></lanes></road>"#
         );
         if curvature == 0.0 {
             (x, y) = (x + length_m * heading.cos(), y + length_m * heading.sin());

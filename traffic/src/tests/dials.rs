@@ -1,0 +1,111 @@
+//! What clients set is what vehicles do.
+
+use bus::{ActorId, Command, JournalEntry, Name, Outcome, TrafficDial, Wish, dial};
+use glam::Vec3;
+
+use super::course::{Car, Course};
+use super::maps;
+
+/// A line of the journal that turns everybody's dial.
+pub(super) fn turned(dial: u32, value: f32) -> JournalEntry {
+    turned_for(0, dial, value)
+}
+
+fn turned_for(actor: u32, dial: u32, value: f32) -> JournalEntry {
+    let dial = TrafficDial { actor_id: ActorId(actor), dial, value };
+    JournalEntry {
+        client: Name::new("test"),
+        sequence: 1,
+        command: Command::from(Wish::TrafficDial(dial)),
+        outcome: Outcome::done(0),
+    }
+}
+
+fn car(x: f32, y: f32, speed: f32) -> Car {
+    Car { position: Vec3::new(x, y, 0.0), speed, ..Car::default() }
+}
+
+/// One vehicle on lane -1, told so, after so many seconds.
+fn alone(lines: &[JournalEntry], seconds: usize) -> Course {
+    let mut course = Course::with_cars(maps::two_lanes(), 1, vec![car(10.0, -1.75, 10.0)]);
+    course.tick_with(lines);
+    (0..20 * seconds).for_each(|_| course.tick());
+    course
+}
+
+#[test]
+fn a_speed_holds_whatever_the_limit_is_until_a_share_is_set() {
+    let told = [turned_for(1, dial::SPEED_MPS, 20.0)];
+    let mut course = alone(&told, 20);
+    assert!((course.cars[0].speed - 20.0).abs() < 1.0, "{}", course.cars[0].speed);
+    course.tick_with(&[turned_for(1, dial::SLOWER_THAN_LIMIT, 0.5)]);
+    (0..20 * 12).for_each(|_| course.tick());
+    assert!((course.cars[0].speed - 25.0 / 3.6).abs() < 0.7, "{}", course.cars[0].speed);
+}
+
+#[test]
+fn an_offset_is_driven() {
+    for offset in [0.6, -0.4] {
+        let course = alone(&[turned(dial::OFFSET_LEFT_M, offset)], 12);
+        let y = course.cars[0].position.y;
+        assert!((y + 1.75 - offset).abs() < 0.1, "{offset}: {y}");
+    }
+}
+
+#[test]
+fn a_change_that_is_told_is_made_once_and_at_once() {
+    let mut course = alone(&[turned_for(1, dial::CHANGE_NOW, -1.0)], 8);
+    assert!((course.cars[0].position.y + 5.25).abs() < 0.2, "{:?}", course.cars[0].position);
+    // There is no lane right of it: that waits, and the other way takes its place.
+    course.tick_with(&[turned_for(1, dial::CHANGE_NOW, -1.0)]);
+    (0..20).for_each(|_| course.tick());
+    assert!((course.cars[0].position.y + 5.25).abs() < 0.2);
+    course.tick_with(&[turned_for(1, dial::CHANGE_NOW, 1.0)]);
+    (0..20 * 8).for_each(|_| course.tick());
+    assert!((course.cars[0].position.y + 1.75).abs() < 0.2, "{:?}", course.cars[0].position);
+    (0..20 * 10).for_each(|_| course.tick());
+    assert!((course.cars[0].position.y + 1.75).abs() < 0.2, "only once");
+}
+
+#[test]
+fn a_probability_changes_lanes_for_no_reason() {
+    let right = alone(&[turned(dial::KEEP_RIGHT, 1.0)], 8);
+    assert!((right.cars[0].position.y + 5.25).abs() < 0.2, "{:?}", right.cars[0].position);
+    let never = alone(&[turned(dial::KEEP_RIGHT, 0.0)], 8);
+    assert!((never.cars[0].position.y + 1.75).abs() < 0.2, "{:?}", never.cars[0].position);
+}
+
+/// A slow one in front on lane -1, a fast one behind it.
+fn behind_a_slow_one(lines: &[JournalEntry], seconds: usize) -> Course {
+    let cars = vec![car(70.0, -1.75, 2.0), car(20.0, -1.75, 12.0)];
+    let mut course = Course::with_cars(maps::two_lanes(), 1, cars);
+    let mut all =
+        vec![turned_for(1, dial::SPEED_MPS, 2.0), turned_for(1, dial::CHANGES_LANES, 0.0)];
+    all.extend_from_slice(lines);
+    course.tick_with(&all);
+    (0..20 * seconds).for_each(|_| course.tick());
+    course
+}
+
+#[test]
+fn who_may_not_change_lanes_stays_behind() {
+    let free = behind_a_slow_one(&[], 25);
+    assert!(free.cars[1].position.x > free.cars[0].position.x, "it overtakes");
+    let bound = behind_a_slow_one(&[turned_for(2, dial::CHANGES_LANES, 0.0)], 25);
+    assert!(bound.cars[1].position.x < bound.cars[0].position.x, "it follows");
+    assert_eq!(bound.collisions, []);
+}
+
+#[test]
+fn whom_one_ignores_one_drives_into() {
+    let stays = turned_for(2, dial::CHANGES_LANES, 0.0);
+    let all = turned_for(2, dial::IGNORE_VEHICLES, 1.0);
+    assert_ne!(behind_a_slow_one(&[stays, all], 15).collisions, []);
+    let one = turned_for(2, dial::IGNORE_ACTOR + 1, 1.0);
+    assert_ne!(behind_a_slow_one(&[stays, one], 15).collisions, []);
+    // The word about one goes before the share.
+    let but = turned_for(2, dial::IGNORE_ACTOR + 1, 0.0);
+    assert_eq!(behind_a_slow_one(&[stays, all, but], 15).collisions, []);
+    let walkers = turned_for(2, dial::IGNORE_WALKERS, 1.0);
+    assert_eq!(behind_a_slow_one(&[stays, walkers], 15).collisions, []);
+}
