@@ -137,9 +137,8 @@ impl LaneIndexGrid {
             return LaneIndexGrid::default();
         }
         let size = (high - low).truncate();
-        let cell_m = CELL_M
-            .max((size.x * size.y / CELLS_MAX).sqrt())
-            .max(size.max_element() / CELLS_MAX.sqrt());
+        let cell_m =
+            CELL_M.max((size.x * size.y / CELLS_MAX).sqrt()).max(size.max_element() / CELLS_MAX);
         let columns = (size.x / cell_m) as usize + 1;
         let rows = (size.y / cell_m) as usize + 1;
         let types = segments.iter().fold(0, |types, segment| types | segment.types);
@@ -308,7 +307,7 @@ impl Field for LaneIndexGrid {
 const EDGE_M: f64 = 1e-6;
 
 /// The roads in so many parts with about as many lanes.
-fn shares(network: &Network, parts: usize) -> Vec<std::ops::Range<usize>> {
+pub(crate) fn shares(network: &Network, parts: usize) -> Vec<std::ops::Range<usize>> {
     let roads = network.roads();
     let (mut shares, mut from, mut lanes) = (Vec::new(), 0, 0);
     for (index, road) in roads.iter().enumerate() {

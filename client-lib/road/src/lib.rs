@@ -10,6 +10,7 @@
 mod arclength;
 mod bake;
 mod build;
+mod crew;
 mod crosswalk;
 mod cubic;
 mod curve;

@@ -17,6 +17,9 @@ mod stations;
 mod strip;
 mod sweep;
 
+use crate::build::threads;
+use crate::crew;
+use crate::index::shares;
 use crate::network::Network;
 use crate::surface::Mesh;
 use std::ops::Range;
@@ -26,21 +29,43 @@ use std::ops::Range;
 /// Sidewalks and medians that the file leaves level are raised by a kerb of 12 cm. All faces are
 /// of object 0.
 pub fn surface_mesh(network: &Network, spacing_m: f64) -> Mesh {
+    surface(network, spacing_m, threads())
+}
+
+/// The same mesh for any number of threads.
+pub(crate) fn surface(network: &Network, spacing_m: f64, threads: usize) -> Mesh {
     let spacing = if spacing_m.is_finite() { spacing_m.clamp(0.25, 20.0) } else { 5.0 };
+    let blends = cover::Blend::of_junctions(network);
+    let pave = |part: &Range<usize>| {
+        let (mut mesh, mut ends) = (Mesh::default(), Vec::with_capacity(part.len()));
+        for (road, index) in network.roads()[part.clone()].iter().zip(part.clone()) {
+            let blend = road.junction.and_then(|junction| blends[junction as usize].as_ref());
+            for section in 0..road.sections.len() {
+                strip::section(network, index, section, spacing, blend, &mut mesh);
+            }
+            ends.push(mesh.triangles.len());
+        }
+        (mesh, ends)
+    };
+    let parts = threads.min(network.lanes().len() / LANES_MIN).max(1);
     let mut mesh = Mesh::default();
     let mut of_roads: Vec<Range<usize>> = Vec::new();
-    let blends = cover::Blend::of_junctions(network);
-    for (index, road) in network.roads().iter().enumerate() {
-        let first = mesh.triangles.len();
-        let blend = road.junction.and_then(|junction| blends[junction as usize].as_ref());
-        for section in 0..road.sections.len() {
-            strip::section(network, index, section, spacing, blend, &mut mesh);
+    for (part, ends) in crew::each(&shares(network, parts), "road-pave", pave) {
+        let base = mesh.triangles.len();
+        for end in ends {
+            let first = of_roads.last().map_or(0, |last| last.end);
+            of_roads.push(first..base + end);
         }
-        of_roads.push(first..mesh.triangles.len());
+        mesh.add(part);
     }
-    floor::junctions(network, &of_roads, &mut mesh);
+    for floors in floor::junctions(network, &of_roads, &mesh, threads) {
+        mesh.add(floors);
+    }
     mesh
 }
+
+/// Roads of so many lanes are worth a thread.
+const LANES_MIN: usize = 100;
 
 /// What stands on and over roads by the file's word: guard rails, walls and fences that go on
 /// along them, tunnels with sides and roof, bridges with parapets and what carries them. All

@@ -274,4 +274,13 @@ impl Mesh {
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|i| i + base)));
         self.faces.extend_from_slice(&other.faces);
     }
+
+    /// As [`Mesh::append`], without a copy where there was nothing.
+    pub fn add(&mut self, other: Mesh) {
+        if self.positions.is_empty() && self.triangles.is_empty() {
+            *self = other;
+        } else {
+            self.append(&other);
+        }
+    }
 }

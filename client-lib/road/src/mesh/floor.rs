@@ -1,7 +1,8 @@
 //! What lies between the lanes of a junction: a floor just below them that closes its gaps.
 
 use super::columns::ASPHALT;
-use crate::junction::JunctionKind;
+use crate::crew;
+use crate::junction::{Junction, JunctionKind};
 use crate::network::Network;
 use crate::surface::{Mesh, Tag};
 use std::ops::Range;
@@ -14,28 +15,48 @@ const SINK_M: f64 = 0.012;
 /// Rounds in which the floor between known heights is smoothed.
 const ROUNDS: usize = 60;
 
-/// Adds a floor to every junction with roads inside. `of_roads` says which triangles are whose.
-pub(super) fn junctions(network: &Network, of_roads: &[Range<usize>], mesh: &mut Mesh) {
-    for junction in network.junctions() {
-        if junction.kind != JunctionKind::Common || junction.roads.is_empty() {
-            continue;
-        }
-        let mut roads = junction.roads.clone();
-        roads.extend(junction.connections.iter().map(|connection| connection.incoming));
-        roads.sort_unstable();
-        roads.dedup();
-        let inside = junction.roads.iter().map(|road| of_roads[*road as usize].clone());
-        let Some(mut floor) = Floor::round(mesh, inside) else { continue };
-        for road in roads {
-            for triangle in of_roads[road as usize].clone() {
-                floor.cover(mesh, triangle);
-            }
-        }
-        floor.enclose();
-        floor.smooth();
-        floor.sink();
-        floor.lay(mesh);
+/// The floors of all junctions with roads inside. `of_roads` says which triangles of `mesh` are
+/// whose.
+pub(super) fn junctions(
+    network: &Network,
+    of_roads: &[Range<usize>],
+    mesh: &Mesh,
+    threads: usize,
+) -> Vec<Mesh> {
+    let junctions = network.junctions();
+    // Some have ten times as many triangles as others.
+    let share = (junctions.len() / (threads * 8)).max(JUNCTIONS_MIN);
+    let parts: Vec<_> = junctions.chunks(share).collect();
+    let lay = |part: &&[Junction]| {
+        let mut floors = Mesh::default();
+        part.iter().for_each(|junction| lay(junction, of_roads, mesh, &mut floors));
+        floors
+    };
+    crew::share(&parts, threads, "road-floor", lay)
+}
+
+/// So many are worth a piece of their own.
+const JUNCTIONS_MIN: usize = 4;
+
+fn lay(junction: &Junction, of_roads: &[Range<usize>], mesh: &Mesh, floors: &mut Mesh) {
+    if junction.kind != JunctionKind::Common || junction.roads.is_empty() {
+        return;
     }
+    let mut roads = junction.roads.clone();
+    roads.extend(junction.connections.iter().map(|connection| connection.incoming));
+    roads.sort_unstable();
+    roads.dedup();
+    let inside = junction.roads.iter().map(|road| of_roads[*road as usize].clone());
+    let Some(mut floor) = Floor::round(mesh, inside) else { return };
+    for road in roads {
+        for triangle in of_roads[road as usize].clone() {
+            floor.cover(mesh, triangle);
+        }
+    }
+    floor.enclose();
+    floor.smooth();
+    floor.sink();
+    floor.lay(floors);
 }
 
 #[derive(Clone, Copy, PartialEq)]

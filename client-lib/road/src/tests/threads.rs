@@ -3,6 +3,7 @@
 use super::shared_maps;
 use crate::Network;
 use crate::build::built;
+use crate::mesh::surface;
 
 /// A file of so many short roads in a row, with what stands between them.
 fn row_of_roads(count: usize, between: &str) -> String {
@@ -41,6 +42,12 @@ fn check(name: &str, text: &str) {
     for threads in [2, 3, 7] {
         // Not by assert_eq: it would print whole maps.
         assert!(built(text, 1000, threads) == alone, "{name} with {threads} threads");
+    }
+    if let Ok(network) = alone {
+        let alone = surface(&network, 4.0, 1);
+        for threads in [2, 3, 7] {
+            assert!(surface(&network, 4.0, threads) == alone, "{name}'s mesh, {threads} threads");
+        }
     }
 }
 

@@ -1,0 +1,50 @@
+//! Work shared among threads, whose results come back in order.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+/// Does `work` for every part, each on a thread of its own.
+pub(crate) fn each<P: Sync, R: Send>(
+    parts: &[P],
+    name: &str,
+    work: impl Fn(&P) -> R + Sync,
+) -> Vec<R> {
+    share(parts, parts.len(), name, work)
+}
+
+/// Does `work` for every part on so many threads; who is done takes the next part.
+pub(crate) fn share<P: Sync, R: Send>(
+    parts: &[P],
+    threads: usize,
+    name: &str,
+    work: impl Fn(&P) -> R + Sync,
+) -> Vec<R> {
+    let threads = threads.min(parts.len());
+    if threads < 2 {
+        return parts.iter().map(work).collect();
+    }
+    let next = AtomicUsize::new(0);
+    let done: Vec<Mutex<Option<R>>> = parts.iter().map(|_| Mutex::new(None)).collect();
+    let run = || {
+        while let Some(at) =
+            Some(next.fetch_add(1, Ordering::Relaxed)).filter(|at| *at < parts.len())
+        {
+            let result = work(&parts[at]);
+            if let Ok(mut place) = done[at].lock() {
+                *place = Some(result);
+            }
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 1..threads {
+            // Who cannot be had leaves more to the others.
+            let _ = thread::Builder::new().name(name.to_owned()).spawn_scoped(scope, run);
+        }
+        run();
+    });
+    let result = |(place, part): (Mutex<Option<R>>, &P)| {
+        place.into_inner().ok().flatten().unwrap_or_else(|| work(part))
+    };
+    done.into_iter().zip(parts).map(result).collect()
+}
