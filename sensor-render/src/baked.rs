@@ -53,6 +53,7 @@ pub(crate) fn keep_scene(cache: &Cache, open_drive: &str, seed: u64, scene: &Sce
         &[
             bytemuck::cast_slice(&levels),
             bytemuck::cast_slice(&[scene.reach]),
+            bytemuck::cast_slice(&scene.town_ends),
             bytemuck::cast_slice(&scene.parked),
             bytemuck::cast_slice(&scene.walls),
             bytemuck::cast_slice(&scene.triangles),
@@ -70,10 +71,12 @@ fn take(parts: &mut Parts) -> Option<Scene> {
     let mut levels = parts.take::<Level>()?.into_iter();
     let (ground, levels) = (levels.next()?, levels.collect());
     let reach = *parts.take::<f32>()?.first()?;
+    let town_ends = *parts.take::<[u32; 3]>()?.first()?;
     let parked = parts.take()?;
     Some(Scene {
         serial: new_serial(),
         ground,
+        town_ends,
         levels,
         figures: Figure::all(&parked).0,
         reach,

@@ -6,7 +6,7 @@ use obvhs::bvh2::builder::{build_bvh2, build_bvh2_from_tris};
 use obvhs::triangle::Triangle;
 use obvhs::{BvhBuildParams, bvh2::node::Bvh2Node};
 
-use crate::divide::divided;
+use crate::divide::{Box3, Corners, divided};
 
 /// The deepest hierarchies of triangles and of actors that a tracer's stack can walk. Together they
 /// are the shaders' stack (reference.wgsl), which the device clears for every ray: it is short.
@@ -46,13 +46,15 @@ impl Link {
         (self.0 & 0x3ff_ffff, self.0 >> 26 & 31)
     }
 
-    /// The same link, with nodes and primitives counted from elsewhere.
-    fn moved(self, nodes: u32, primitives: u32) -> Link {
+    /// The same link, with so many more nodes and primitives before; fewer, if these wrap round.
+    pub(crate) fn moved(self, nodes: u32, primitives: u32) -> Link {
         if self.is_leaf() {
-            let (first, count) = self.primitives();
-            Link::leaf(first + primitives, count)
+            match self.primitives() {
+                (_, 0) => self,
+                (first, count) => Link::leaf(first.wrapping_add(primitives), count),
+            }
         } else {
-            Link(self.0 + nodes)
+            Link(self.0.wrapping_add(nodes))
         }
     }
 }
@@ -73,6 +75,17 @@ pub(crate) struct Node {
 
 const _: () = assert!(size_of::<Node>() == 64);
 
+impl Node {
+    /// The same node, see [`Link::moved`].
+    pub(crate) fn moved(&self, nodes: u32, primitives: u32) -> Node {
+        Node {
+            child0: self.child0.moved(nodes, primitives),
+            child1: self.child1.moved(nodes, primitives),
+            ..*self
+        }
+    }
+}
+
 /// A hierarchy over primitives that the caller keeps in `order`.
 pub(crate) struct Hierarchy {
     /// Parents before children.
@@ -83,9 +96,10 @@ pub(crate) struct Hierarchy {
 }
 
 impl Hierarchy {
-    /// Over triangles, built with care: it will be walked for a whole episode.
-    pub(crate) fn over_triangles(corners: &[[Vec3; 3]]) -> Hierarchy {
-        divided(corners)
+    /// Over those of the triangles 0 to `count` that are finite, built with care: it will be walked
+    /// for a whole episode. And the box round them.
+    pub(crate) fn over_triangles(count: usize, corners: &impl Corners) -> (Hierarchy, Box3) {
+        divided(count, corners)
     }
 
     /// Over as many triangles as one thread builds at once; no deeper than `depth_max`. In haste,
@@ -131,13 +145,21 @@ impl Hierarchy {
     }
 
     /// Appends `self` behind what is there; its primitives begin at `first_primitive`.
-    pub(crate) fn append_to(&self, nodes: &mut Vec<Node>, first_primitive: u32) -> Link {
-        let base = nodes.len() as u32;
-        nodes.extend(self.nodes.iter().map(|node| Node {
-            child0: node.child0.moved(base, first_primitive),
-            child1: node.child1.moved(base, first_primitive),
-            ..*node
-        }));
+    pub(crate) fn append_to(self, nodes: &mut Vec<Node>, first_primitive: u32) -> Link {
+        if nodes.is_empty() && first_primitive == 0 {
+            *nodes = self.nodes;
+            return self.root;
+        }
+        let base = nodes.len();
+        nodes.resize(base + self.nodes.len(), Node::zeroed());
+        self.copy_to(&mut nodes[base..], base as u32, first_primitive)
+    }
+
+    /// Copies its nodes to where `base` others lie before.
+    pub(crate) fn copy_to(&self, nodes: &mut [Node], base: u32, first_primitive: u32) -> Link {
+        for (to, node) in nodes.iter_mut().zip(&self.nodes) {
+            *to = node.moved(base, first_primitive);
+        }
         self.root.moved(base, first_primitive)
     }
 }
@@ -271,7 +293,8 @@ pub(crate) mod tests {
     #[test]
     fn a_heap_of_equal_triangles_is_not_too_deep_and_loses_none() {
         let corners = vec![[Vec3::ZERO, Vec3::X, Vec3::Y]; 5000];
-        let hierarchy = Hierarchy::over_triangles(&corners);
+        let (hierarchy, _) =
+            Hierarchy::over_triangles(corners.len(), &|at: u32| corners[at as usize]);
         let mut seen = Vec::new();
         let depth = count(&hierarchy.nodes, hierarchy.root, 0, &mut seen);
         seen.sort_unstable();

@@ -2,6 +2,7 @@
 //! work. Where they are divided depends on the mesh alone.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::bvh::{DEPTH_MAX, Hierarchy, Link, Node, bounds, node_of};
 
@@ -18,7 +19,10 @@ const MANY: usize = 4_000_000;
 /// Planes that are tried along each axis, and one more.
 const BINS: usize = 32;
 
-type Box3 = (Vec3, Vec3);
+/// Members that one thread looks at before another may.
+const CHUNK: usize = 1 << 16;
+
+pub(crate) type Box3 = (Vec3, Vec3);
 
 const NOTHING: Box3 = (Vec3::INFINITY, Vec3::NEG_INFINITY);
 
@@ -28,31 +32,69 @@ enum Tree {
     Fork(Box<[(Tree, Box3); 2]>),
 }
 
-/// The hierarchy over these triangles, built by all threads of the pool.
-pub(crate) fn divided(corners: &[[Vec3; 3]]) -> Hierarchy {
-    if corners.len() <= SHARE_MAX {
-        return Hierarchy::over_share(corners, DEPTH_MAX, false);
+impl Tree {
+    /// How many nodes and primitives it has.
+    fn size(&self) -> (usize, usize) {
+        match self {
+            Tree::Share(share) => (share.nodes.len(), share.order.len()),
+            Tree::Fork(halves) => {
+                let [left, right] = halves.each_ref().map(|(tree, _)| tree.size());
+                (left.0 + right.0 + 1, left.1 + right.1)
+            }
+        }
     }
-    let boxes: Vec<Box3> = corners.iter().map(bounds).collect();
-    let mut members: Vec<u32> = (0..corners.len() as u32).collect();
-    let (tree, _) = build(corners, &boxes, &mut members, 0);
-    let mut whole = Hierarchy {
-        nodes: Vec::with_capacity(corners.len() / 2),
-        root: Link::EMPTY,
-        order: Vec::with_capacity(corners.len()),
-    };
-    whole.root = put(&tree, &mut whole);
-    whole
 }
 
-fn build(corners: &[[Vec3; 3]], boxes: &[Box3], members: &mut [u32], depth: usize) -> (Tree, Box3) {
+/// The corners of a triangle by its number.
+pub(crate) trait Corners: Fn(u32) -> [Vec3; 3] + Sync {}
+
+impl<F: Fn(u32) -> [Vec3; 3] + Sync> Corners for F {}
+
+/// The hierarchy over those of the triangles 0 to `count` that are finite, built by all threads of
+/// the pool; and the box round all of them.
+pub(crate) fn divided(count: usize, corners: &impl Corners) -> (Hierarchy, Box3) {
+    let is_finite = |at: &u32| corners(*at).iter().all(|corner| corner.is_finite());
+    let mut members: Vec<u32> = (0..count as u32).into_par_iter().filter(is_finite).collect();
     if members.len() <= SHARE_MAX {
-        let own: Vec<_> = members.iter().map(|at| corners[*at as usize]).collect();
-        let mut share = Hierarchy::over_share(&own, DEPTH_MAX - depth, corners.len() > MANY);
-        for at in &mut share.order {
-            *at = members[*at as usize];
-        }
-        let around = members.iter().fold(NOTHING, |sum, at| united(sum, boxes[*at as usize]));
+        return share(corners, &members, DEPTH_MAX, false);
+    }
+    let boxes: Vec<Box3> =
+        (0..count as u32).into_par_iter().map(|at| bounds(&corners(at))).collect();
+    let (tree, around) = build(corners, &boxes, &mut members, 0);
+    drop((boxes, members));
+    let (nodes, primitives) = tree.size();
+    let mut whole = Hierarchy {
+        nodes: bytemuck::zeroed_vec(nodes),
+        root: Link::EMPTY,
+        order: bytemuck::zeroed_vec(primitives),
+    };
+    whole.root = put(tree, &mut whole.nodes, &mut whole.order, (0, 0));
+    (whole, around)
+}
+
+fn share(
+    corners: &impl Corners,
+    members: &[u32],
+    depth_max: usize,
+    haste: bool,
+) -> (Hierarchy, Box3) {
+    let own: Vec<_> = members.iter().map(|at| corners(*at)).collect();
+    let mut share = Hierarchy::over_share(&own, depth_max, haste);
+    for at in &mut share.order {
+        *at = members[*at as usize];
+    }
+    let around = own.iter().fold(NOTHING, |sum, own| united(sum, bounds(own)));
+    (share, around)
+}
+
+fn build(
+    corners: &impl Corners,
+    boxes: &[Box3],
+    members: &mut [u32],
+    depth: usize,
+) -> (Tree, Box3) {
+    if members.len() <= SHARE_MAX {
+        let (share, around) = share(corners, members, DEPTH_MAX - depth, boxes.len() > MANY);
         return (Tree::Share(share), around);
     }
     let count = divide(boxes, members, depth);
@@ -65,23 +107,27 @@ fn build(corners: &[[Vec3; 3]], boxes: &[Box3], members: &mut [u32], depth: usiz
     (Tree::Fork(Box::new([left, right])), around)
 }
 
-/// Appends a tree, parents before children.
-fn put(tree: &Tree, whole: &mut Hierarchy) -> Link {
+/// Puts a tree where there is room for it, parents before children. `base` says how many nodes and
+/// primitives of the whole lie before.
+fn put(tree: Tree, nodes: &mut [Node], order: &mut [u32], base: (usize, usize)) -> Link {
     match tree {
         Tree::Share(share) => {
-            let first = whole.order.len() as u32;
-            whole.order.extend(&share.order);
-            share.append_to(&mut whole.nodes, first)
+            order.copy_from_slice(&share.order);
+            share.copy_to(nodes, base.0 as u32, base.1 as u32)
         }
         Tree::Fork(halves) => {
-            let [(left, (low0, high0)), (right, (low1, high1))] = &**halves;
-            let at = whole.nodes.len();
-            let node = node_of(*low0, *high0, *low1, *high1);
-            whole.nodes.push(node);
-            let child0 = put(left, whole);
-            let child1 = put(right, whole);
-            whole.nodes[at] = Node { child0, child1, ..node };
-            Link(at as u32)
+            let [(left, (low0, high0)), (right, (low1, high1))] = *halves;
+            let Some((own, nodes)) = nodes.split_first_mut() else { return Link::EMPTY };
+            let (inner, outer) = left.size();
+            let (left_nodes, right_nodes) = nodes.split_at_mut(inner);
+            let (left_order, right_order) = order.split_at_mut(outer);
+            let first = base.0 + 1;
+            let (child0, child1) = rayon::join(
+                || put(left, left_nodes, left_order, (first, base.1)),
+                || put(right, right_nodes, right_order, (first + inner, base.1 + outer)),
+            );
+            *own = Node { child0, child1, ..node_of(low0, high0, low1, high1) };
+            Link(base.0 as u32)
         }
     }
 }
@@ -103,10 +149,13 @@ fn middle((low, high): Box3) -> Vec3 {
 
 /// Sorts the members into two groups, and says how many are in the first: neither is empty.
 fn divide(boxes: &[Box3], members: &mut [u32], depth: usize) -> usize {
-    let around = members.iter().fold(NOTHING, |(low, high), at| {
-        let middle = middle(boxes[*at as usize]);
-        (low.min(middle), high.max(middle))
-    });
+    let around = |members: &[u32]| {
+        members.iter().fold(NOTHING, |(low, high), at| {
+            let middle = middle(boxes[*at as usize]);
+            (low.min(middle), high.max(middle))
+        })
+    };
+    let around = members.par_chunks(CHUNK).map(around).reduce(|| NOTHING, united);
     let per_bin = BINS as f32 / (around.1 - around.0);
     let bin_of = |at: u32| {
         let bin = (middle(boxes[at as usize]) - around.0) * per_bin;
@@ -137,16 +186,27 @@ fn divide(boxes: &[Box3], members: &mut [u32], depth: usize) -> usize {
 fn best_plane(
     boxes: &[Box3],
     members: &[u32],
-    bin_of: impl Fn(u32) -> [usize; 3],
+    bin_of: impl Fn(u32) -> [usize; 3] + Sync,
 ) -> Option<(usize, usize)> {
-    let mut bins = [[(NOTHING, 0u32); BINS]; 3];
-    for at in members {
-        for (axis, bin) in bin_of(*at).into_iter().enumerate() {
-            let (around, count) = &mut bins[axis][bin];
-            *around = united(*around, boxes[*at as usize]);
-            *count += 1;
+    const EMPTY: [[(Box3, u32); BINS]; 3] = [[(NOTHING, 0u32); BINS]; 3];
+    let sorted = |members: &[u32]| {
+        let mut bins = EMPTY;
+        for at in members {
+            for (axis, bin) in bin_of(*at).into_iter().enumerate() {
+                let (around, count) = &mut bins[axis][bin];
+                *around = united(*around, boxes[*at as usize]);
+                *count += 1;
+            }
         }
-    }
+        bins
+    };
+    let both = |mut bins: [[(Box3, u32); BINS]; 3], others: [[(Box3, u32); BINS]; 3]| {
+        for (bin, other) in bins.iter_mut().flatten().zip(others.iter().flatten()) {
+            *bin = (united(bin.0, other.0), bin.1 + other.1);
+        }
+        bins
+    };
+    let bins = members.par_chunks(CHUNK).map(sorted).reduce(|| EMPTY, both);
     let mut best = (f32::INFINITY, None);
     for (axis, bins) in bins.iter().enumerate() {
         let mut costs = [0.0; BINS];
@@ -185,13 +245,14 @@ mod tests {
 
     fn by_threads(threads: usize) -> Hierarchy {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| divided(&corners()))
+        let corners = corners();
+        pool.install(|| divided(corners.len(), &|at| corners[at as usize])).0
     }
 
     #[test]
     fn a_divided_hierarchy_holds_every_triangle_within_its_boxes() {
         let corners = corners();
-        let whole = divided(&corners);
+        let (whole, _) = divided(corners.len(), &|at| corners[at as usize]);
         let mut seen = Vec::new();
         let depth = count(&whole.nodes, whole.root, 0, &mut seen);
         assert!(depth <= DEPTH_MAX, "depth {depth}");

@@ -260,7 +260,11 @@ impl Renderer {
         let Episode { open_drive, seed, .. } = &self.episode;
         let town =
             town_of(&self.cache, open_drive, *seed).map_err(|e| map_error(&self.episode, &e))?;
-        self.scene = Arc::new(Scene::furnished(&town.visible(&self.hidden), &self.replaced));
+        let town = town.visible(&self.hidden);
+        // What blueprints look like has not changed.
+        let scene = self.scene.refurnished(&town);
+        let scene = scene.unwrap_or_else(|| Scene::furnished(&town, &self.replaced));
+        self.scene = Arc::new(scene);
         self.hidden_in_scene = self.hidden.clone();
         Ok(())
     }

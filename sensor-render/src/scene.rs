@@ -113,6 +113,11 @@ impl Level {
     pub(crate) fn is_empty(&self) -> bool {
         self.root == Link::EMPTY
     }
+
+    /// No coordinate is larger than this.
+    fn reach(&self) -> f32 {
+        if self.is_empty() { 0.0 } else { self.low.abs().max(self.high.abs()).max_element() }
+    }
 }
 
 /// All that stays the same for an episode: the town and the looks of every blueprint.
@@ -132,6 +137,8 @@ pub struct Scene {
     /// The first is none.
     pub(crate) walls: Vec<Wall>,
     pub(crate) ground: Level,
+    /// Where the town's nodes, wide nodes and triangles end; the blueprints' follow.
+    pub(crate) town_ends: [u32; 3],
     /// Of every piece of every blueprint, then of all of each that is parked.
     pub(crate) levels: Vec<Level>,
     /// By blueprint.
@@ -190,6 +197,7 @@ impl Scene {
             triangles: Vec::new(),
             walls: vec![Wall::NONE],
             ground: Level::EMPTY,
+            town_ends: [0; 3],
             levels: Vec::with_capacity(pieces.len()),
             figures,
             parked: Vec::new(),
@@ -199,18 +207,66 @@ impl Scene {
             || pieces.par_iter().map(|mesh| Part::new(mesh)).collect::<Vec<_>>(),
         );
         scene.ground = scene.add(ground);
-        let own = scene.triangles.len();
+        let ends = [scene.nodes.len(), scene.triangles.len()].map(|end| end as u32);
         scene.levels = looks.into_iter().map(|part| scene.add(part)).collect();
-        let Scene { nodes, wide, triangles, walls, ground, levels, .. } = &mut scene;
-        rayon::join(
-            || {
-                for level in [ground].into_iter().chain(levels) {
-                    level.wide_root = widen(nodes, level.root, wide);
-                }
-            },
-            || find_walls(&mut triangles[..own], walls),
-        );
+        let town_wide = scene.finish_town(ends[1]);
+        let Scene { nodes, wide, levels, .. } = &mut scene;
+        for level in levels {
+            level.wide_root = widen(nodes, level.root, wide);
+        }
+        scene.town_ends = [ends[0], town_wide, ends[1]];
         scene
+    }
+
+    /// Widens the town's hierarchy and finds its walls; says where its wide nodes end.
+    fn finish_town(&mut self, triangle_end: u32) -> u32 {
+        let Scene { nodes, wide, triangles, walls, ground, .. } = self;
+        let own = &mut triangles[..triangle_end as usize];
+        rayon::join(
+            || ground.wide_root = widen(nodes, ground.root, wide),
+            || find_walls(own, walls),
+        );
+        wide.len() as u32
+    }
+
+    /// As [`Scene::furnished`] for another state of the same town, with the blueprints' bottom
+    /// levels of this scene; none if the town parks what this scene does not hold in one piece.
+    pub(crate) fn refurnished(&self, town: &town::Town) -> Option<Scene> {
+        let is_known = |one: &town::Parked| self.figures[one.blueprint as usize].whole.is_some();
+        if !town.parked.iter().all(is_known) {
+            return None;
+        }
+        let mut scene = Scene {
+            serial: new_serial(),
+            nodes: Vec::new(),
+            wide: Vec::new(),
+            reach: self.levels.iter().fold(1000.0, |reach, level| reach.max(level.reach())),
+            triangles: Vec::new(),
+            walls: vec![Wall::NONE],
+            ground: Level::EMPTY,
+            town_ends: [0; 3],
+            levels: Vec::new(),
+            figures: self.figures.clone(),
+            parked: town.parked.iter().map(|one| stand(town, one)).collect(),
+        };
+        scene.ground = scene.add(Part::new(&town.mesh));
+        let triangle_end = scene.triangles.len() as u32;
+        let wide_end = scene.finish_town(triangle_end);
+        scene.town_ends = [scene.nodes.len() as u32, wide_end, triangle_end];
+        let [nodes, wide, triangles] = self.town_ends.map(|end| end as usize);
+        let [by_nodes, by_wide, by_triangles] =
+            [0, 1, 2].map(|kind: usize| scene.town_ends[kind].wrapping_sub(self.town_ends[kind]));
+        let node = |node: &Node| node.moved(by_nodes, by_triangles);
+        scene.nodes.extend(self.nodes[nodes..].iter().map(node));
+        scene.wide.extend(self.wide[wide..].iter().map(|node| node.moved(by_wide, by_triangles)));
+        scene.triangles.extend_from_slice(&self.triangles[triangles..]);
+        let level = |level: &Level| Level {
+            root: level.root.moved(by_nodes, by_triangles),
+            wide_root: level.wide_root.moved(by_wide, by_triangles),
+            ..*level
+        };
+        scene.levels = self.levels.iter().map(level).collect();
+        Some(scene)
     }
 
     /// How many triangles lie in memory: the town's and each blueprint's once.
@@ -227,13 +283,16 @@ impl Scene {
             first + part.triangles.len(),
             Link::PRIMITIVES_MAX - 1
         );
-        let root = part.hierarchy.append_to(&mut self.nodes, first as u32);
-        let Part { low, high, .. } = part;
-        if !part.triangles.is_empty() {
-            self.reach = self.reach.max(low.abs().max(high.abs()).max_element());
+        let Part { hierarchy, mut triangles, low, high } = part;
+        let root = hierarchy.append_to(&mut self.nodes, first as u32);
+        let level = Level { root, wide_root: Link::EMPTY, low, high };
+        self.reach = self.reach.max(level.reach());
+        if first == 0 {
+            self.triangles = triangles;
+        } else {
+            self.triangles.append(&mut triangles);
         }
-        self.triangles.extend(part.triangles);
-        Level { root, wide_root: Link::EMPTY, low, high }
+        level
     }
 }
 
@@ -267,19 +326,13 @@ struct Part {
 
 impl Part {
     fn new(mesh: &Mesh) -> Part {
-        let mut kept = Vec::with_capacity(mesh.triangles.len());
-        let mut corners = Vec::with_capacity(mesh.triangles.len());
-        for (index, triangle) in mesh.triangles.iter().enumerate() {
-            let points = triangle.map(|i| Vec3::from_array(mesh.positions[i as usize]));
-            if points.iter().all(|point| point.is_finite()) {
-                kept.push(index);
-                corners.push(points);
-            }
-        }
-        let hierarchy = Hierarchy::over_triangles(&corners);
+        let corners = |at: u32| {
+            mesh.triangles[at as usize].map(|i| Vec3::from_array(mesh.positions[i as usize]))
+        };
+        let (hierarchy, (low, high)) = Hierarchy::over_triangles(mesh.triangles.len(), &corners);
         let triangle = |at: &u32| {
-            let [a, b, c] = corners[*at as usize];
-            let face = mesh.faces[kept[*at as usize]];
+            let [a, b, c] = corners(*at);
+            let face = mesh.faces[*at as usize];
             Triangle {
                 corner: a.to_array(),
                 face: u32::from(face.tag)
@@ -292,10 +345,6 @@ impl Part {
             }
         };
         let triangles = hierarchy.order.par_iter().map(triangle).collect();
-        let (low, high) = corners
-            .iter()
-            .flatten()
-            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
         Part { hierarchy, triangles, low, high }
     }
 }

@@ -28,6 +28,12 @@ impl WideNode {
         WideNode { bounds, children: [Link::EMPTY; 8], reserved: [0; 8] }
     }
 
+    /// The same node, see [`Link::moved`].
+    pub(crate) fn moved(&self, nodes: u32, primitives: u32) -> WideNode {
+        let children = self.children.map(|child| child.moved(nodes, primitives));
+        WideNode { children, ..*self }
+    }
+
     fn put(&mut self, slot: usize, child: &Child, link: Link) {
         for axis in 0..3 {
             self.bounds[2 * axis][slot] = child.low[axis];
