@@ -30,7 +30,7 @@ const COARSER: f32 = 5.0;
 impl TriangleIndex {
     /// Over the triangles of `mesh` that face up and that `keep` wants, by their number.
     pub(super) fn new(mesh: &Mesh, keep: impl Fn(usize) -> bool) -> TriangleIndex {
-        let mut corners = Vec::new();
+        let mut corners = Vec::with_capacity(mesh.triangles.len());
         for (number, triangle) in mesh.triangles.iter().enumerate() {
             let [a, b, c] = triangle.map(|i| Vec3::from_array(mesh.positions[i as usize]));
             if keep(number) && (b - a).truncate().perp_dot((c - a).truncate()) > 1e-6 {
@@ -102,12 +102,19 @@ impl TriangleIndex {
 
     /// The height at `point` of the triangle nearest to `z`.
     pub(super) fn nearest(&self, point: Vec2, z: f32) -> Option<f32> {
+        TriangleIndex::nearest_of(std::slice::from_ref(self), point, z)
+    }
+
+    /// The height at `point` of the triangle of any index nearest to `z`.
+    pub(super) fn nearest_of(all: &[TriangleIndex], point: Vec2, z: f32) -> Option<f32> {
         let mut nearest: Option<f32> = None;
-        self.heights(point, |height| {
-            if nearest.is_none_or(|other| (height - z).abs() < (other - z).abs()) {
-                nearest = Some(height);
-            }
-        });
+        for index in all {
+            index.heights(point, |height| {
+                if nearest.is_none_or(|other| (height - z).abs() < (other - z).abs()) {
+                    nearest = Some(height);
+                }
+            });
+        }
         nearest
     }
 }

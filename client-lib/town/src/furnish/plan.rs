@@ -1,4 +1,5 @@
 use glam::{Vec2, Vec3, vec2};
+use rayon::prelude::*;
 use road::{Mesh, Network, Tag};
 
 use super::Detail;
@@ -34,8 +35,8 @@ pub(super) struct Plan<'a> {
     /// Outer edges of roads.
     pub(super) outlines: Vec<Frontage>,
     pub(super) density: Density,
-    /// Everything one can stand on.
-    surface: TriangleIndex,
+    /// Everything one can stand on: roads, and the ground between them.
+    surface: [TriangleIndex; 2],
     relief: Relief,
     ground: Mesh,
 }
@@ -45,33 +46,40 @@ impl Plan<'_> {
         let mut roads = road::surface_mesh(network, STATION_M);
         let (low, high) = crate::clay::bounds(&roads);
         let (low, high) = (low.truncate() - FRINGE_M, high.truncate() + FRINGE_M);
-        let mut raster = stamped(&roads, low, high);
-
         // Kerbs and flanks stand upright; the ground joins what lies.
         let is_bridge = bridge::bridges(&roads);
         let lying = |want: bool| -> Vec<bool> {
             let lies = |number: usize| is_bridge[number] == want && lies(&roads, number);
-            (0..is_bridge.len()).map(lies).collect()
+            (0..is_bridge.len()).into_par_iter().map(lies).collect()
         };
         let (grounded, decks) = (lying(false), lying(true));
-        let edges = terrain::borders(&roads, &grounded);
-        let on_ground = roads.triangles.iter().zip(&grounded).filter(|(_, grounded)| **grounded);
-        let points = on_ground.flat_map(|(triangle, _)| triangle).map(|corner| {
-            let [x, y, z] = roads.positions[*corner as usize];
-            (vec2(x, y), z)
-        });
-        let relief = Relief::new(low, high, points);
-        let outlines = outline::outlines(network, &raster, &relief);
-        let density = Density::new(low, high, &outlines, (seed % 64) as f32);
-        raster.stamp_patches(|area, middle| match area {
-            ..ISLAND_M2 => ground::CLEAR,
-            ..BLOCK_M2 if density.at(middle) > PAVED_FROM => ground::PAVED,
-            _ => 0,
-        });
-        let covered = TriangleIndex::new(&roads, |number| grounded[number]);
+        // What the plan shows, and what stands on it, know nothing of each other.
+        let drawn = || {
+            let mut raster = stamped(&roads, low, high);
+            let on_ground = roads.triangles.iter().zip(&grounded).filter(|(_, lies)| **lies);
+            let points = on_ground.flat_map(|(triangle, _)| triangle).map(|corner| {
+                let [x, y, z] = roads.positions[*corner as usize];
+                (vec2(x, y), z)
+            });
+            let relief = Relief::new(low, high, points);
+            let outlines = outline::outlines(network, &raster, &relief);
+            let density = Density::new(low, high, &outlines, (seed % 64) as f32);
+            raster.stamp_patches(|area, middle| match area {
+                ..ISLAND_M2 => ground::CLEAR,
+                ..BLOCK_M2 if density.at(middle) > PAVED_FROM => ground::PAVED,
+                _ => 0,
+            });
+            (raster, relief, outlines, density)
+        };
+        let laid = || {
+            let edges = terrain::borders(&roads, &grounded);
+            let covered = TriangleIndex::new(&roads, |number| grounded[number]);
+            (edges, covered)
+        };
+        let ((raster, relief, outlines, density), (edges, covered)) = rayon::join(drawn, laid);
         let size = high - low;
         let coarse = (size.x * size.y / OPEN_POINTS).sqrt();
-        let mut terrain = terrain::terrain(&terrain::Site {
+        let terrain = terrain::terrain(&terrain::Site {
             roads: &roads,
             edges: &edges,
             sunk: &bridge::abutments(&roads, &decks),
@@ -81,26 +89,20 @@ impl Plan<'_> {
             town: (low, high),
             spacing_m: if detail == Detail::High { 5.0 } else { coarse.max(8.0) },
         });
-        if decks.contains(&true) {
-            let borders = terrain::borders(&roads, &decks);
-            let undersides = bridge::undersides(&roads, &decks, &borders);
-            roads.append(&undersides);
-        }
-        std::mem::swap(&mut roads, &mut terrain);
-        let mut ground = terrain;
-        ground.append(&roads);
         // Nobody stands on the hills round the town, whose triangles are long and thin.
         let in_town = |number: usize| {
-            ground.triangles[number].iter().all(|corner| {
-                let [x, y, _] = ground.positions[*corner as usize];
+            terrain.triangles[number].iter().all(|corner| {
+                let [x, y, _] = terrain.positions[*corner as usize];
                 vec2(x, y).cmpge(low).all() && vec2(x, y).cmple(high).all()
             })
         };
-        let surface = TriangleIndex::new(&ground, |number| {
-            in_town(number)
-                && ground.faces[number].tag != Tag::Bridge as u8
-                && is_bridge.get(number).is_none_or(|bridge| !bridge)
-        });
+        let surface = [covered, TriangleIndex::new(&terrain, in_town)];
+        if decks.contains(&true) {
+            let borders = terrain::borders(&roads, &decks);
+            roads.append(&bridge::undersides(&roads, &decks, &borders));
+        }
+        let mut ground = roads;
+        ground.append(&terrain);
         Plan {
             network,
             seed,
@@ -123,7 +125,7 @@ impl Plan<'_> {
     /// The height of the ground, bridges not counted.
     pub(super) fn height(&self, point: Vec2) -> f32 {
         let near = self.relief.at(point);
-        self.surface.nearest(point, near).unwrap_or(near)
+        TriangleIndex::nearest_of(&self.surface, point, near).unwrap_or(near)
     }
 
     /// The point on the ground.

@@ -40,6 +40,9 @@ const FINEST_M: f32 = 0.5;
 /// The most cells; larger towns get larger cells.
 const CELLS_MAX: f32 = 3.2e7;
 
+/// Outlines of so many corners are no work to keep.
+const FEW: usize = 8;
+
 impl Raster {
     pub(super) fn new(low: Vec2, high: Vec2) -> Raster {
         let size = high - low;
@@ -49,13 +52,25 @@ impl Raster {
         Raster { low, cell_m, columns, rows, cells: vec![0; columns * rows] }
     }
 
-    /// Calls `visit` with each run of cells that a convex outline touches; false if it leaves the
-    /// raster.
-    fn runs(&self, outline: &[Vec2], mut visit: impl FnMut(std::ops::Range<usize>)) -> bool {
-        let point = |index: usize| (outline[index % outline.len()] - self.low) / self.cell_m;
+    /// Calls `visit` with each run of cells that a convex outline touches, until it says no; false
+    /// if the outline leaves the raster.
+    fn runs(
+        &self,
+        outline: &[Vec2],
+        mut visit: impl FnMut(std::ops::Range<usize>) -> bool,
+    ) -> bool {
+        let mut few = [Vec2::ZERO; FEW];
+        let mut many = Vec::new();
+        let points = if outline.len() <= FEW {
+            &mut few[..outline.len()]
+        } else {
+            many.resize(outline.len(), Vec2::ZERO);
+            &mut many[..]
+        };
         let (mut low, mut high) = (Vec2::MAX, Vec2::MIN);
-        for index in 0..outline.len() {
-            (low, high) = (low.min(point(index)), high.max(point(index)));
+        for (point, corner) in points.iter_mut().zip(outline) {
+            *point = (*corner - self.low) / self.cell_m;
+            (low, high) = (low.min(*point), high.max(*point));
         }
         let limit = vec2(self.columns as f32, self.rows as f32);
         if !(low.cmpge(Vec2::ZERO).all() && high.cmplt(limit).all()) {
@@ -64,8 +79,8 @@ impl Raster {
         for row in low.y as usize..=high.y as usize {
             let (band_low, band_high) = (row as f32, row as f32 + 1.0);
             let (mut left, mut right) = (f32::MAX, f32::MIN);
-            for index in 0..outline.len() {
-                let (a, b) = (point(index), point(index + 1));
+            for index in 0..points.len() {
+                let (a, b) = (points[index], points[(index + 1) % points.len()]);
                 let (a, b) = if a.y <= b.y { (a, b) } else { (b, a) };
                 if b.y < band_low || a.y > band_high {
                     continue;
@@ -83,7 +98,9 @@ impl Raster {
             if left <= right {
                 let start = row * self.columns;
                 let last = (right as usize).min(self.columns - 1);
-                visit(start + left.max(0.0) as usize..start + last + 1);
+                if !visit(start + left.max(0.0) as usize..start + last + 1) {
+                    break;
+                }
             }
         }
         true
@@ -92,7 +109,10 @@ impl Raster {
     /// Marks every cell that a convex outline touches.
     pub(super) fn stamp(&mut self, outline: &[Vec2], bits: u8) {
         let mut cells = std::mem::take(&mut self.cells);
-        self.runs(outline, |run| cells[run].iter_mut().for_each(|cell| *cell |= bits));
+        self.runs(outline, |run| {
+            cells[run].iter_mut().for_each(|cell| *cell |= bits);
+            true
+        });
         self.cells = cells;
     }
 
@@ -100,7 +120,8 @@ impl Raster {
     pub(super) fn is_free(&self, outline: &[Vec2], bits: u8) -> bool {
         let mut free = true;
         let inside = self.runs(outline, |run| {
-            free = free && self.cells[run].iter().all(|cell| cell & bits == 0);
+            free = self.cells[run].iter().all(|cell| cell & bits == 0);
+            free
         });
         free && inside
     }

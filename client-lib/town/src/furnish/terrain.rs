@@ -6,6 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Vec2, vec2};
+use rayon::prelude::*;
 use road::{Face, Material, Mesh, Tag};
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
@@ -88,15 +89,20 @@ pub(super) struct Site<'a> {
 /// The ground as faces of object 0: grass, and paving on islands between lanes.
 pub(super) fn terrain(site: &Site) -> Mesh {
     let mut builder = Builder::default();
-    for edge in site.edges {
-        let ends = edge.map(|corner| site.roads.positions[corner as usize]);
-        if !borders_open_ground(site, ends.map(|[x, y, _]| vec2(x, y))) {
-            continue;
-        }
-        let [a, b] = ends.map(|[x, y, z]| {
+    let joined =
+        |edge: &[u32; 2]| {
+            let ends = edge.map(|corner| site.roads.positions[corner as usize]);
+            if !borders_open_ground(site, ends.map(|[x, y, _]| vec2(x, y))) {
+                return None;
+            }
             // What reaches below another road is not to be seen: the ground joins the upper one.
-            builder.corner([x, y, site.covered.topmost(vec2(x, y), z + TONGUE_M).unwrap_or(z)])
-        });
+            Some(ends.map(|[x, y, z]| {
+                [x, y, site.covered.topmost(vec2(x, y), z + TONGUE_M).unwrap_or(z)]
+            }))
+        };
+    let joined: Vec<_> = site.edges.par_iter().map(joined).collect();
+    for ends in joined.into_iter().flatten() {
+        let [a, b] = ends.map(|end| builder.corner(end));
         if a != b {
             builder.edges.push([a.min(b), a.max(b)]);
         }
@@ -222,17 +228,22 @@ impl Builder {
             });
             mesh.vertex([at.x, at.y, z]);
         }
-        for face in plan.inner_faces() {
-            let corners = face.vertices().map(|corner| corner.index() as u32);
+        let faces: Vec<[u32; 3]> = plan
+            .inner_faces()
+            .map(|face| face.vertices().map(|corner| corner.index() as u32))
+            .collect();
+        let open = |corners: &[u32; 3]| {
             let [a, b, c] = corners.map(|corner| {
                 let [x, y, _] = mesh.positions[corner as usize];
                 vec2(x, y)
             });
             let middle = (a + b + c) / 3.0;
-            if (b - a).perp_dot(c - a) <= 0.0 || site.covered.covers(middle) {
-                continue;
-            }
-            mesh.triangle(corners, cover(site.raster, middle));
+            let is_open = (b - a).perp_dot(c - a) > 0.0 && !site.covered.covers(middle);
+            is_open.then(|| (*corners, cover(site.raster, middle)))
+        };
+        let open: Vec<_> = faces.par_iter().map(open).collect();
+        for (corners, face) in open.into_iter().flatten() {
+            mesh.triangle(corners, face);
         }
         mesh
     }

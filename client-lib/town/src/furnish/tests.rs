@@ -49,6 +49,24 @@ fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
 }
 
 #[test]
+fn the_number_of_threads_changes_nothing() {
+    let by = |network: &Network, threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| furnish(network, 1)).to_bytes()
+    };
+    let mut maps = shared_maps();
+    maps.retain(|(name, _)| name.contains("Town02") || name.contains("Town04"));
+    maps.push(("Flatford".to_owned(), named("Flatford").expect("one of ours")));
+    for (name, text) in maps {
+        let network = Network::parse(&text).expect("a map that loads");
+        let alone = by(&network, 1);
+        for threads in [2, 5] {
+            assert!(by(&network, threads) == alone, "{name} on {threads} threads");
+        }
+    }
+}
+
+#[test]
 fn detail_changes_how_things_look_but_not_where_houses_stand() {
     let network = Network::parse(&named("Flatford").expect("one of ours")).expect("our own map");
     let (plain, fine) = (furnish(&network, 1), furnish_with(&network, 1, Detail::High));

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use road::Mesh;
+
 use super::{Layer, Object, Town};
 
 /// Layers and single objects that are switched off: nobody sees them or runs into them.
@@ -63,9 +65,14 @@ impl Town {
         let off: Vec<bool> =
             self.objects.iter().enumerate().map(|(index, object)| hides(index, object)).collect();
         let is_on = |index: u32| !off[index as usize];
-        let mut town = self.clone();
-        town.mesh.triangles.clear();
-        town.mesh.faces.clear();
+        let mut town = Town {
+            mesh: Mesh { positions: self.mesh.positions.clone(), ..Mesh::default() },
+            objects: self.objects.clone(),
+            colliders: self.colliders.clone(),
+            lamps: self.lamps.clone(),
+            parked: self.parked.clone(),
+            heads: self.heads.clone(),
+        };
         for (triangle, face) in self.mesh.triangles.iter().zip(&self.mesh.faces) {
             if face.object == 0 || is_on(face.object - 1) {
                 town.mesh.triangle(*triangle, *face);
