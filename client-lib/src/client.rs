@@ -60,6 +60,12 @@ impl Spawn {
         self
     }
 
+    /// A walker that falls when it is hit.
+    pub fn frail(mut self) -> Spawn {
+        self.0.flags |= flag::FRAIL;
+        self
+    }
+
     /// Painted: red, green, blue.
     pub fn color(mut self, [r, g, b]: [u8; 3]) -> Spawn {
         self.0.color = u32::from_le_bytes([r, g, b, 255]);

@@ -61,6 +61,9 @@ pub struct HostConfig {
     pub stop: Arc<AtomicBool>,
 }
 
+/// No number of the weather or of traffic's dials means anything beyond this.
+const NUMBER_MAX: f32 = 1e6;
+
 /// How long a stage may take until it is ready: it builds its own copy of the town.
 const START_NANOS: u64 = 60_000_000_000;
 /// How long an idle host sleeps at most before it looks around.
@@ -450,11 +453,11 @@ impl Host {
             Wish::SetSettings(settings) => self.change_settings(settings).map(|()| 0),
             Wish::SetWeather(weather) => check_weather(weather).map(|()| 0),
             Wish::TrafficDial(dial) => {
-                if dial.value.is_finite() {
+                if dial.value.abs() <= NUMBER_MAX {
                     Ok(dial.actor_id.0)
                 } else {
                     Err(format!(
-                        "traffic dial {} is {}, not a finite number",
+                        "traffic dial {} is {}, not a number within ±{NUMBER_MAX}",
                         dial.dial, dial.value
                     ))
                 }
@@ -610,8 +613,10 @@ pub(crate) fn ending(verdict: &Verdict) -> Ending {
 
 fn check_weather(weather: &bus::Weather) -> Result<(), String> {
     let values: &[f32] = bytemuck::cast_slice(std::slice::from_ref(weather));
-    match values.iter().find(|v| !v.is_finite()) {
-        Some(value) => Err(format!("the weather holds {value}, which is not a finite number")),
+    match values.iter().find(|v| !v.is_finite() || v.abs() > NUMBER_MAX) {
+        Some(value) => {
+            Err(format!("the weather holds {value}, which is not a number within ±{NUMBER_MAX}"))
+        }
         None => Ok(()),
     }
 }

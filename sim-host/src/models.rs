@@ -21,7 +21,7 @@ impl Models {
         id: ActorId,
         (index, blueprint): (u32, &Blueprint),
         pose: &Pose,
-        is_kinematic: bool,
+        (is_kinematic, is_frail): (bool, bool),
     ) -> Result<Pose, PhysicsError> {
         let half = blueprint.half_extents_m;
         match blueprint.kind {
@@ -37,6 +37,7 @@ impl Models {
                     radius_m: half.y.min(0.4 * half.z),
                     height_m: 2.0 * half.z,
                     mass_kg: blueprint.mass_kg.max(1.0),
+                    is_frail,
                 };
                 physics.spawn_walker(id, model, pose)
             }

@@ -287,17 +287,18 @@ impl World {
         })?;
         let id = ActorId(self.last_actor + 1);
         let is_kinematic = spawn.flags & flag::KINEMATIC != 0;
+        let is_frail = spawn.flags & flag::FRAIL != 0;
         let kind = kind_of(blueprint)?;
         let pose = self
             .models
-            .spawn(&mut self.physics, id, (index, blueprint), &spawn.pose, is_kinematic)
+            .spawn(&mut self.physics, id, (index, blueprint), &spawn.pose, (is_kinematic, is_frail))
             .map_err(|e| format!("{} at {}: {e}", blueprint.id, spawn.pose.position()))?;
         self.last_actor += 1;
         let state = ActorState {
             actor_id: id,
             blueprint: index,
             kind,
-            flags: spawn.flags & (flag::AUTOPILOT | flag::KINEMATIC),
+            flags: spawn.flags & (flag::AUTOPILOT | flag::KINEMATIC | flag::FRAIL),
             pose,
             color: if spawn.color == 0 { default_color(blueprint) } else { spawn.color },
             ..ActorState::default()
@@ -344,7 +345,7 @@ impl World {
         self.physics.step(settings.delta_nanos, settings.substep_max_nanos);
         for actor in self.actors.values_mut() {
             self.physics.fill(&mut actor.state);
-            if actor.state.kind == kind::WALKER {
+            if actor.state.kind == kind::WALKER && !actor.state.has(flag::DOWN) {
                 walk_on(&mut actor.state, settings.delta_nanos);
             }
         }
@@ -396,7 +397,7 @@ impl World {
         let above = Vec3::Z * (5000.0 + 20.0 * (id.0 % 2000) as f32);
         let pose = Pose::new(recorded.pose.position() + above, recorded.pose.rotation());
         self.models
-            .spawn(&mut self.physics, id, (recorded.blueprint, blueprint), &pose, true)
+            .spawn(&mut self.physics, id, (recorded.blueprint, blueprint), &pose, (true, false))
             .map_err(|e| e.to_string())?;
         self.last_actor = self.last_actor.max(id.0);
         let state = ActorState { actor_id: id, ..*recorded };

@@ -1,4 +1,4 @@
-"""How vehicles are built, driven by a controller and pushed: what the official package sees."""
+"""How vehicles are built, driven and pushed, and walkers hit: what the official package sees."""
 
 import math
 
@@ -231,4 +231,35 @@ def tells_what_wheels_feel(c):
     differs("Vehicle.get_telemetry_data",
             "loads carry the car, forces accelerate and turn it; normalised forces are shares of "
             "the load")
+    car.destroy()
+
+
+@check
+def jumps_and_falls(c):
+    car = c.car()
+    c.ticks(20)
+    ahead = car.get_transform().get_forward_vector()
+    blueprint = c.library.filter("walker.pedestrian.*")[0]
+    blueprint.set_attribute("is_invincible", "false")
+    place = car.get_transform()
+    place.location += 12.0 * ahead + carla.Location(z=0.5)
+    walker = c.world.spawn_actor(blueprint, place)
+    c.ticks(5)
+    ground = walker.get_location().z
+    walker.apply_control(carla.WalkerControl(jump=True))
+    highest = 0.0
+    for _ in range(25):
+        c.world.tick()
+        highest = max(highest, walker.get_location().z - ground)
+    assert 0.5 < highest < 1.3, highest
+    near(walker.get_location().z, ground, 0.1)
+    works("WalkerControl.jump", "0.9 m high, and down again")
+    car.set_target_velocity(11.0 * ahead)
+    car.apply_control(carla.VehicleControl(brake=0.4))
+    c.ticks(80)
+    lying = walker.get_transform().rotation
+    assert max(abs(lying.pitch), abs(lying.roll)) > 45.0, lying
+    differs("walker.is_invincible",
+            "one who is not falls when hit and lies, in one piece; the car drives on")
+    walker.destroy()
     car.destroy()

@@ -1,6 +1,6 @@
 //! Same seed, same run: whatever runs where, with whom, and how fast.
 
-use bus::{ActorId, SetVelocity, Settings, Teleport, Wish, output};
+use bus::{AckermannControl, ActorId, Push, SetVelocity, Settings, Switch, Teleport, Wish, output};
 use cli::{Beside, WorldArgs};
 use client_lib::{Client, Pose, Spawn, camera, lidar};
 use glam::{Quat, Vec3};
@@ -73,6 +73,9 @@ fn play(client: &mut Client, look: Look) -> Run {
                 client.send(&[Wish::Teleport(teleport), Wish::SetVelocity(push)]).unwrap();
             }
         }
+        if frame % 50 == 0 {
+            meddle(client, &cars, frame as usize);
+        }
         if frame % 60 == 0 {
             let gone = cars.remove((frame / 60) as usize % 50 + 1);
             client.send(&[Wish::Destroy(gone)]).unwrap();
@@ -108,6 +111,32 @@ fn play(client: &mut Client, look: Look) -> Run {
     }
     run.vehicles = client.world().actors().iter().filter(|a| a.kind == bus::kind::VEHICLE).count();
     run
+}
+
+/// One car is built otherwise, one pushed, one let go of the ground, one driven by a controller; and
+/// somebody stands in the way.
+fn meddle(client: &mut Client, cars: &[ActorId], frame: usize) {
+    let one = |nth: usize| cars[(frame / 50 * 7 + nth) % cars.len()];
+    let mut physics = client.vehicle_physics(one(0)).unwrap();
+    physics.body.mass_kg *= 1.2;
+    physics.wheels[0].grip = 0.7;
+    let mut wishes = physics.wishes(one(0));
+    let push = Push { actor_id: one(1), lasts: 1, linear: [0.0, 4e4, 0.0], ..Push::default() };
+    wishes.push(Wish::Push(push));
+    let on = u32::from(frame % 100 == 0);
+    wishes.push(Wish::SetGravity(Switch { actor_id: one(2), on }));
+    wishes.push(Wish::SetCollisions(Switch { actor_id: one(3), on }));
+    let drive = AckermannControl { actor_id: one(4), speed_mps: 6.0, ..Default::default() };
+    wishes.push(Wish::Ackermann(drive));
+    client.send(&wishes).unwrap();
+    if let Some(car) = client.world().actor(one(5)) {
+        let ahead = car.pose.position() + car.pose.rotation() * Vec3::X * 6.0;
+        let walker = Spawn::new("walker.pedestrian.0001", Pose::level(ahead, 0.0)).frail();
+        // There may be no room.
+        if let Ok(walker) = client.spawn(walker) {
+            client.send(&[Wish::Jump(walker)]).unwrap();
+        }
+    }
 }
 
 fn digest(measured: &client_lib::Measurement) -> u64 {

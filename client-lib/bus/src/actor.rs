@@ -116,6 +116,10 @@ pub mod flag {
     pub const TELEPORTED: u32 = 1 << 5;
     /// A traffic light: it keeps its colour, whatever traffic plans.
     pub const HELD: u32 = 1 << 6;
+    /// A walker: it falls when it is hit. Said when it is spawned.
+    pub const FRAIL: u32 = 1 << 7;
+    /// A walker: it fell, and lies.
+    pub const DOWN: u32 = 1 << 8;
 }
 
 /// Of a walker, [`ActorState::phase`] counts so many to a stride.

@@ -252,6 +252,8 @@ wishes! {
     Ackermann(AckermannControl) = 39,
     /// How a vehicle's controller does that.
     SetAckermann(AckermannSettings) = 40,
+    /// Let a walker jump.
+    Jump(ActorId) = 41,
     /// Write down what happens from the next frame on.
     StartRecorder(StartRecorder) = 100,
     /// Close the recording.
@@ -285,7 +287,7 @@ pub struct Nothing {
 pub struct Spawn {
     /// The blueprint's id, as `vehicle.tesla.model3`.
     pub blueprint: Name,
-    /// Bits of [`crate::flag`]: `AUTOPILOT`, `KINEMATIC`.
+    /// Bits of [`crate::flag`]: `AUTOPILOT`, `KINEMATIC`, `FRAIL`.
     pub flags: u32,
     /// `world_from_actor`. A vehicle is set onto the road below if it is at most 1 m above it.
     pub pose: Pose,

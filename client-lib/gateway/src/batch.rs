@@ -56,8 +56,7 @@ fn carry_out(
         3 => bridge.drive_to(id, &mut body)?,
         4 => {
             let mut control = body.list()?;
-            let (direction, speed) = (location(&mut control)?, control.f32()?);
-            bridge.walk(id, direction.normalize_or_zero() * speed)?;
+            bridge.walk(id, &mut control)?;
         }
         5 => bridge.set_physics(id, &mut body)?,
         6 | 7 => {

@@ -84,10 +84,10 @@ impl Physics {
         let ahead = pose.rotation() * Vec3::X;
         let yaw_rad = ahead.y.atan2(ahead.x);
         let pose = Pose::level(feet, yaw_rad);
-        let walker = Walker { model, wish_mps: Vec2::ZERO, fall_mps: 0.0, yaw_rad };
+        let walker = Walker::new(model, yaw_rad);
         let shape = SharedShape::capsule_z(model.half_segment_m(), model.radius_m);
-        let mass = MassProperties::new(Vec3::ZERO, model.mass_kg, Vec3::ONE);
-        let middle = Vec3::Z * (model.height_m / 2.0 + 0.05);
+        let middle = model.middle_m();
+        let mass = MassProperties::new(middle, model.mass_kg, model.inertia_kgm2());
         self.insert(id, Kind::Walker(walker), shape, middle, mass, &pose, false)?;
         Ok(pose)
     }
@@ -131,7 +131,7 @@ impl Physics {
             Kind::Walker(walker) => {
                 let ahead = pose.rotation() * Vec3::X;
                 walker.yaw_rad = ahead.y.atan2(ahead.x);
-                walker.fall_mps = 0.0;
+                walker.rise_mps = None;
             }
             Kind::Prop(_) => {}
         }
@@ -165,6 +165,9 @@ impl Physics {
             return Ok(());
         }
         if let Kind::Walker(walker) = &mut actor.kind {
+            if walker.is_down {
+                return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
+            }
             walker.wish_mps = velocity_mps.truncate();
             return Ok(());
         }
@@ -189,12 +192,12 @@ impl Physics {
         let body = &mut self.world.bodies[actor.body];
         match &mut actor.kind {
             // A walker's body goes where its feet go, either way.
-            Kind::Walker(walker) => {
+            Kind::Walker(walker) if !walker.is_down => {
                 walker.wish_mps = Vec2::ZERO;
                 return Ok(());
             }
             Kind::Vehicle(vehicle) => vehicle.rest(),
-            Kind::Prop(_) => {}
+            Kind::Walker(_) | Kind::Prop(_) => {}
         }
         let body_type =
             if on { RigidBodyType::KinematicPositionBased } else { RigidBodyType::Dynamic };
@@ -227,7 +230,23 @@ impl Physics {
         let Kind::Walker(walker) = &mut self.actors[index].kind else {
             return Err(PhysicsError::WrongKind(id, "walker"));
         };
+        if walker.is_down {
+            return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
+        }
         walker.wish_mps = velocity_mps;
+        Ok(())
+    }
+
+    /// Lets a walker jump, if it stands on the ground.
+    pub fn jump(&mut self, id: ActorId) -> Result<(), PhysicsError> {
+        let index = self.find(id)?;
+        let Kind::Walker(walker) = &mut self.actors[index].kind else {
+            return Err(PhysicsError::WrongKind(id, "walker"));
+        };
+        if walker.is_down {
+            return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
+        }
+        walker.jump();
         Ok(())
     }
 

@@ -56,8 +56,16 @@ impl Physics {
             state.wheel_steer_rad = vehicle.state.steer_rad;
             state.wheel_spin_rad = vehicle.wheel_angle_rad();
         }
-        const OURS: u32 =
-            flag::KINEMATIC | flag::TELEPORTED | flag::COLLIDING | flag::HANDBRAKE | flag::REVERSE;
+        if let Kind::Walker(walker) = &actor.kind {
+            let bit = if walker.is_down { flag::DOWN } else { 0 };
+            flags |= bit;
+        }
+        const OURS: u32 = flag::KINEMATIC
+            | flag::TELEPORTED
+            | flag::COLLIDING
+            | flag::HANDBRAKE
+            | flag::REVERSE
+            | flag::DOWN;
         state.flags = state.flags & !OURS | flags;
     }
 

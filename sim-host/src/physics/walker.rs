@@ -1,15 +1,25 @@
-//! People on foot: upright capsules that go where they are told, on the ground.
+//! People on foot: upright capsules that go where they are told, on the ground, round what stands
+//! there. One who is hit hard and not invincible falls, and lies from then on as a body among
+//! bodies.
 
-use glam::{Quat, Vec2, Vec3};
+use glam::{Mat3, Quat, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::ground::Ground;
-use super::model::GRAVITY_MPS2;
 
 /// The highest step that a walker takes without falling or being stopped.
 const STEP_M: f32 = 0.4;
 /// Nobody falls faster.
 const FALL_MAX_MPS: f32 = 50.0;
+/// How fast one leaves the ground at a jump: some 0.9 m high, as CARLA's walkers.
+const JUMP_MPS: f32 = 4.2;
+/// Who is hit faster than this falls.
+const UPSET_MPS: f32 = 2.0;
+/// How fast one who is hit topples, for each metre per second of the hit; and at most.
+const SPIN_PER_M: f32 = 0.4;
+const SPIN_MAX_RADPS: f32 = 5.0;
+/// Feet are this far above the capsule's lower end.
+const CLEAR_M: f32 = 0.05;
 
 /// A walker's size. The origin is on the ground between the feet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,12 +30,32 @@ pub struct WalkerModel {
     pub height_m: f32,
     /// Body mass.
     pub mass_kg: f32,
+    /// Falls when it is hit.
+    pub is_frail: bool,
 }
 
 impl WalkerModel {
     /// Half the length of the capsule's straight part.
     pub(super) fn half_segment_m(&self) -> f32 {
         (self.height_m / 2.0 - self.radius_m).max(0.01)
+    }
+
+    /// The capsule's middle, and the centre of mass.
+    pub(super) fn middle_m(&self) -> Vec3 {
+        Vec3::Z * (self.height_m / 2.0 + CLEAR_M)
+    }
+
+    /// Of a fallen body: the box that it lies on. It cannot stand on its end.
+    pub(super) fn half_m(&self) -> Vec3 {
+        let slim_m = 0.4 * self.radius_m;
+        Vec3::new(slim_m, slim_m, self.height_m / 2.0)
+    }
+
+    /// About that middle.
+    pub(super) fn inertia_kgm2(&self) -> Vec3 {
+        let square = self.half_m() * self.half_m();
+        Vec3::new(square.y + square.z, square.x + square.z, square.x + square.y)
+            * (self.mass_kg / 3.0)
     }
 }
 
@@ -34,17 +64,81 @@ pub(super) struct Walker {
     pub model: WalkerModel,
     /// Where to, over ground: metres per second.
     pub wish_mps: Vec2,
-    pub fall_mps: f32,
+    /// In the air.
+    pub rise_mps: Option<f32>,
     pub yaw_rad: f32,
+    /// It fell, and lies.
+    pub is_down: bool,
+}
+
+/// A box that walkers go round, and that may hit them.
+pub(super) struct Obstacle {
+    pub center_m: Vec3,
+    /// `world_from_box`.
+    pub axes: Mat3,
+    pub half_m: Vec3,
+    pub velocity_mps: Vec3,
+}
+
+impl Obstacle {
+    /// From the box to a walker's side, negative within; and the way there, in world space.
+    fn gap(&self, middle_m: Vec3, model: &WalkerModel) -> (f32, Vec3) {
+        let local = self.axes.transpose() * (middle_m - self.center_m);
+        if local.z.abs() > self.half_m.z + model.height_m / 2.0 {
+            return (f32::MAX, Vec3::ZERO);
+        }
+        let over = Vec2::new(local.x.abs(), local.y.abs()) - self.half_m.truncate();
+        let outside = over.max(Vec2::ZERO);
+        let gap = outside.length() + over.max_element().min(0.0) - model.radius_m;
+        let sign = Vec2::new(local.x.signum(), local.y.signum());
+        let way = if outside == Vec2::ZERO {
+            if over.x > over.y { Vec2::X } else { Vec2::Y }
+        } else {
+            outside.normalize_or_zero()
+        };
+        (gap, self.axes * (way * sign).extend(0.0))
+    }
 }
 
 impl Walker {
+    pub(super) fn new(model: WalkerModel, yaw_rad: f32) -> Walker {
+        Walker { model, wish_mps: Vec2::ZERO, rise_mps: None, yaw_rad, is_down: false }
+    }
+
+    /// Leaves the ground, if it stands on it.
+    pub(super) fn jump(&mut self) {
+        self.rise_mps = self.rise_mps.or(Some(JUMP_MPS));
+    }
+
+    /// The spin with which it falls if somebody hits it so hard within `dt` seconds.
+    pub(super) fn upset(&self, feet_m: Vec3, obstacles: &[Obstacle], dt: f32) -> Option<Vec3> {
+        if !self.model.is_frail {
+            return None;
+        }
+        let own_mps = self.wish_mps.extend(0.0);
+        let middle_m = feet_m + self.model.middle_m();
+        obstacles.iter().find_map(|box_| {
+            let coming_mps = box_.velocity_mps - own_mps;
+            // Who is far away need not be looked at closely.
+            let near_m = box_.half_m.length() + self.model.height_m + coming_mps.length() * dt;
+            if (middle_m - box_.center_m).length_squared() > near_m * near_m {
+                return None;
+            }
+            let (gap, way) = box_.gap(middle_m, &self.model);
+            let closing_mps = coming_mps.dot(way);
+            let is_hit = closing_mps > UPSET_MPS && gap < closing_mps * dt + 0.02;
+            is_hit.then(|| Vec3::Z.cross(way) * (SPIN_PER_M * closing_mps).min(SPIN_MAX_RADPS))
+        })
+    }
+
     /// Where the feet will be after `dt` seconds, and how the body is turned. `free` says whether a
     /// walker may stand at a place.
     pub(super) fn substep(
         &mut self,
         ground: &Ground,
+        obstacles: &[Obstacle],
         feet_m: Vec3,
+        gravity_mps2: f32,
         dt: f32,
         free: impl Fn(Vec3) -> bool,
     ) -> (Vec3, Quat) {
@@ -52,17 +146,30 @@ impl Walker {
         if self.wish_mps != Vec2::ZERO {
             self.yaw_rad = self.wish_mps.y.atan2(self.wish_mps.x);
             let stepped = feet_m + (self.wish_mps * dt).extend(0.0);
-            if free(stepped) {
+            // Who stands in a box may leave it.
+            let deeper = |box_: &Obstacle| {
+                let [from, to] = [feet_m, stepped]
+                    .map(|feet| box_.gap(feet + self.model.middle_m(), &self.model).0);
+                to < 0.0 && to < from
+            };
+            if !obstacles.iter().any(deeper) && free(stepped) {
                 next = stepped;
             }
         }
-        let hit = ground.below(next.x, next.y, next.z + STEP_M);
-        if next.z - hit.height_m > STEP_M {
-            self.fall_mps = (self.fall_mps + GRAVITY_MPS2 * dt).min(FALL_MAX_MPS);
-            next.z = (next.z - self.fall_mps * dt).max(hit.height_m);
-        } else {
-            self.fall_mps = 0.0;
-            next.z = hit.height_m;
+        let below_m = ground.below(next.x, next.y, next.z + STEP_M).height_m;
+        if self.rise_mps.is_none() && next.z - below_m > STEP_M {
+            self.rise_mps = Some(0.0);
+        }
+        match &mut self.rise_mps {
+            Some(rise) => {
+                *rise = (*rise - gravity_mps2 * dt).max(-FALL_MAX_MPS);
+                next.z += *rise * dt;
+                if next.z <= below_m {
+                    next.z = below_m;
+                    self.rise_mps = None;
+                }
+            }
+            None => next.z = below_m,
         }
         (next, Quat::from_rotation_z(self.yaw_rad))
     }

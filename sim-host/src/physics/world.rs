@@ -6,18 +6,18 @@ use std::sync::Arc;
 use bus::ActorId;
 use glam::{Mat3, Quat, Vec3};
 use rapier3d::prelude::{
-    ColliderBuilder, ColliderHandle, PhysicsWorld, Pose, RigidBody, RigidBodyHandle,
+    ColliderBuilder, ColliderHandle, PhysicsWorld, Pose, RigidBody, RigidBodyHandle, RigidBodyType,
 };
 use serde::{Deserialize, Serialize};
 
-use super::actors::Prop;
+use super::actors::{Prop, PropModel};
 use super::contact::Corners;
 use super::ground::Ground;
 use super::model::GRAVITY_MPS2;
 use super::motion::{Motion, Push};
 use super::overlap::Statics;
 use super::vehicle::Vehicle;
-use super::walker::Walker;
+use super::walker::{Obstacle, Walker};
 
 /// A solid box that never moves: a building, a pole, a trunk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -212,6 +212,7 @@ impl Physics {
 
     /// Gives every body its force and torque for one substep, or its next place.
     fn push_bodies(&mut self, dt: f32) {
+        let obstacles = self.obstacles();
         let Physics { world, ground, statics, actors, .. } = self;
         for actor in actors {
             let body = &mut world.bodies[actor.body];
@@ -231,16 +232,63 @@ impl Physics {
                     apply(body, &push);
                 }
                 Kind::Walker(walker) => {
+                    let model = walker.model;
+                    if !walker.is_down
+                        && let Some(spin) = walker.upset(body.translation(), &obstacles, dt)
+                    {
+                        walker.is_down = true;
+                        body.set_body_type(RigidBodyType::Dynamic, true);
+                        body.set_linvel(walker.wish_mps.extend(0.0), true);
+                        body.set_angvel(spin, true);
+                        body.recompute_mass_properties_from_colliders(&world.colliders);
+                    }
+                    if walker.is_down {
+                        let prop = Prop {
+                            model: PropModel {
+                                half_extents_m: model.half_m(),
+                                mass_kg: model.mass_kg,
+                            },
+                        };
+                        let push = prop.substep(ground, &motion_of(body, gravity), &outside, dt);
+                        apply(body, &push);
+                        continue;
+                    }
                     let shape = world.colliders[actor.collider].shape();
-                    let lift = Vec3::Z * (walker.model.height_m / 2.0 + 0.05);
+                    let lift = model.middle_m();
                     let free = |feet: Vec3| {
                         statics.touching(&Pose::from_translation(feet + lift), shape).is_none()
                     };
-                    let (feet, turn) = walker.substep(ground, body.translation(), dt, free);
+                    let feet = body.translation();
+                    let (feet, turn) = walker.substep(ground, &obstacles, feet, gravity, dt, free);
                     body.set_next_kinematic_position(Pose::from_parts(feet, turn));
                 }
             }
         }
+    }
+
+    /// What walkers go round. Nothing where nobody walks.
+    fn obstacles(&self) -> Vec<Obstacle> {
+        let walks = |actor: &Actor| matches!(&actor.kind, Kind::Walker(w) if !w.is_down);
+        if !self.actors.iter().any(walks) {
+            return Vec::new();
+        }
+        let solid = self.actors.iter().filter(|actor| !actor.is_ghost);
+        let of = |actor: &Actor| {
+            let (center_m, half_m) = match &actor.kind {
+                Kind::Vehicle(v) => (v.own.box_center_m, v.own.box_half_m),
+                Kind::Prop(p) => (Vec3::Z * p.model.half_extents_m.z, p.model.half_extents_m),
+                Kind::Walker(_) => return None,
+            };
+            let body = self.body(actor);
+            let velocity_mps = if actor.kinematic { actor.glide.0 } else { body.linvel() };
+            Some(Obstacle {
+                center_m: body.position() * center_m,
+                axes: Mat3::from_quat(*body.rotation()),
+                half_m,
+                velocity_mps,
+            })
+        };
+        solid.filter_map(of).collect()
     }
 
     /// Adds one substep's contact impulses.

@@ -35,6 +35,9 @@ impl World {
                 .there(*actor_id)
                 .and_then(|id| self.physics.set_collisions(id, *on != 0).map_err(words))
                 .map(|()| actor_id.0),
+            Wish::Jump(id) => {
+                self.there(*id).and_then(|id| self.physics.jump(id).map_err(words)).map(|()| id.0)
+            }
             Wish::Ackermann(control) => self
                 .driver(control.actor_id)
                 .and_then(|()| self.physics.ackermann(control).map_err(words))

@@ -108,6 +108,9 @@ impl Bridge {
         if description.id.starts_with("static.") {
             spawn = spawn.kinematic();
         }
+        if description.get("is_invincible") == Some("false") {
+            spawn = spawn.frail();
+        }
         let id = self.request_one("spawn", spawn.wish()).map_err(spawn_refusal)?;
         let infos = self.client.blueprints();
         if let Some(info) = infos.iter().find(|info| info.id == description.id) {

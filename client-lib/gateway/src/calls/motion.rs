@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::{Call, actors::unknown};
 use crate::{
-    args::Refusal,
+    args::{Args, Refusal},
     bridge::Bridge,
     cast::Cast,
     wire::{flip_turn, location, transform as read_transform},
@@ -47,8 +47,7 @@ pub(super) fn release(call: &mut Call) -> Result<(), Refusal> {
 pub(super) fn walk(call: &mut Call) -> Result<(), Refusal> {
     let id = call.args.u32()?;
     let mut control = call.args.list()?;
-    let (direction, speed) = (location(&mut control)?, control.f32()?);
-    call.bridge.walk(id, direction.normalize_or_zero() * speed)
+    call.bridge.walk(id, &mut control)
 }
 
 pub(super) fn walker_state(call: &mut Call) -> Result<(), Refusal> {
@@ -132,10 +131,15 @@ impl Bridge {
         Ok(())
     }
 
-    /// A walker goes this way until it is told another.
-    pub(crate) fn walk(&mut self, id: u32, velocity: Vec3) -> Result<(), Refusal> {
+    /// A walker goes this way until it is told another, and may jump.
+    pub(crate) fn walk(&mut self, id: u32, control: &mut Args) -> Result<(), Refusal> {
+        let (direction, speed) = (location(control)?, control.f32()?);
+        let velocity = direction.normalize_or_zero() * speed;
         if !self.is_there(id) {
             return Err(unknown("apply_control_to_walker", id));
+        }
+        if control.bool()? {
+            self.wish(Wish::Jump(ActorId(id)));
         }
         self.wish(Wish::SetVelocity(SetVelocity {
             actor_id: ActorId(id),

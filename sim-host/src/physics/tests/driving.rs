@@ -67,6 +67,27 @@ fn a_parked_car_neither_creeps_nor_jitters_on_a_ten_percent_slope() {
 }
 
 #[test]
+fn nobody_parked_on_a_slope_drifts_or_jitters() {
+    use Class::{Bicycle, Bus, Car, Motorcycle, Truck, Van};
+    for class in [Car, Van, Truck, Bus, Motorcycle, Bicycle] {
+        for slope in [0.1, -0.1] {
+            let mut lone = Lone::new(incline(slope), of_class(class));
+            lone.control.flags = flag::HANDBRAKE;
+            lone.run(5.0);
+            let from = lone.position();
+            let mut fastest = 0.0f32;
+            for _ in 0..600 {
+                lone.frame();
+                fastest = fastest.max(lone.speed());
+            }
+            let drift = (lone.position() - from).length() / 30.0;
+            println!("{class:?} on {slope}: drift {drift:.1e} m/s, fastest {fastest:.1e} m/s");
+            assert!(drift < 1e-3 && fastest < 5e-3, "{class:?}: {drift} m/s, {fastest} m/s");
+        }
+    }
+}
+
+#[test]
 fn without_brakes_a_car_rolls_down_the_slope() {
     let mut lone = Lone::new(incline(0.1), VehicleModel::sedan());
     lone.control.manual_gear = 1;

@@ -8,6 +8,7 @@ mod ground;
 mod motion;
 mod outside;
 mod tuning;
+mod walkers;
 mod world;
 
 use std::sync::Arc;

@@ -1,0 +1,171 @@
+use std::sync::Arc;
+
+use bus::{ActorId, ActorState, Pose, VehicleControl, flag};
+use glam::{Vec2, Vec3};
+
+use super::{FRAME_NANOS, Ground, SUBSTEP_NANOS, incline};
+use crate::physics::{Physics, PhysicsError, VehicleModel, WalkerModel};
+
+const WALKER: ActorId = ActorId(1);
+const CAR: ActorId = ActorId(2);
+
+fn person(is_frail: bool) -> WalkerModel {
+    WalkerModel { radius_m: 0.3, height_m: 1.8, mass_kg: 75.0, is_frail }
+}
+
+fn street(ground: Arc<Ground>, is_frail: bool) -> Physics {
+    let mut physics = Physics::new(ground, &[]);
+    physics.spawn_walker(WALKER, person(is_frail), &Pose::IDENTITY).unwrap();
+    physics
+}
+
+/// A car that comes at the walker from behind.
+fn with_car(is_frail: bool, mps: f32) -> Physics {
+    let mut physics = street(Arc::new(Ground::flat(0.0)), is_frail);
+    let model = Arc::new(VehicleModel::sedan());
+    let place = Pose::level(Vec3::X * -12.0, 0.0);
+    physics.spawn_vehicle(CAR, &model, &place, false).unwrap();
+    run(&mut physics, 0.5);
+    physics.set_velocity(CAR, Vec3::X * mps, Vec3::ZERO).unwrap();
+    physics
+}
+
+fn run(physics: &mut Physics, seconds: f32) {
+    for _ in 0..(seconds / 0.05).round() as usize {
+        physics.step(FRAME_NANOS, SUBSTEP_NANOS);
+    }
+}
+
+fn state(physics: &Physics, actor_id: ActorId) -> ActorState {
+    let mut state = ActorState { actor_id, ..ActorState::default() };
+    assert!(physics.fill(&mut state));
+    state
+}
+
+fn place(physics: &Physics, id: ActorId) -> Vec3 {
+    state(physics, id).pose.position()
+}
+
+#[test]
+fn a_jump_goes_up_and_comes_down_in_stride() {
+    let mut physics = street(Arc::new(Ground::flat(0.0)), true);
+    physics.walk(WALKER, Vec2::X * 2.0).unwrap();
+    physics.jump(WALKER).unwrap();
+    let mut highest = 0.0f32;
+    for _ in 0..40 {
+        run(&mut physics, 0.05);
+        highest = highest.max(place(&physics, WALKER).z);
+    }
+    let end = place(&physics, WALKER);
+    println!("{highest} m high, then at {end}");
+    assert!((0.6..1.2).contains(&highest), "{highest} m");
+    assert!(end.z == 0.0 && (end.x - 4.0).abs() < 0.05, "{end}");
+    assert_eq!(physics.jump(CAR), Err(PhysicsError::Unknown(CAR)));
+}
+
+#[test]
+fn feet_follow_slopes_and_kerbs_and_fall_off_edges() {
+    let mut physics = street(incline(0.2), false);
+    physics.walk(WALKER, Vec2::X * 1.5).unwrap();
+    for _ in 0..60 {
+        run(&mut physics, 0.05);
+        let feet = place(&physics, WALKER);
+        assert!((feet.z - 0.2 * feet.x).abs() < 0.01, "{feet}");
+    }
+    // A kerb of 15 cm up, a platform of 1 m down.
+    let mut mesh = road::Mesh::default();
+    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let mut floor = |from: f32, to: f32, z: f32| {
+        let corners = [[from, -9.0, z], [to, -9.0, z], [to, 9.0, z], [from, 9.0, z]];
+        mesh.quad(corners, face);
+    };
+    floor(-5.0, 2.0, 0.0);
+    floor(2.0, 4.0, 0.15);
+    floor(4.0, 30.0, -1.0);
+    let mut physics = street(Arc::new(Ground::new(&mesh)), false);
+    physics.walk(WALKER, Vec2::X * 1.0).unwrap();
+    run(&mut physics, 3.0);
+    assert!((place(&physics, WALKER).z - 0.15).abs() < 0.01, "{}", place(&physics, WALKER));
+    run(&mut physics, 1.3);
+    let falling = place(&physics, WALKER);
+    assert!(falling.z < 0.1 && falling.z > -0.99, "{falling}");
+    run(&mut physics, 2.0);
+    assert!((place(&physics, WALKER).z + 1.0).abs() < 0.01, "{}", place(&physics, WALKER));
+}
+
+#[test]
+fn one_who_is_hit_falls_and_lies_and_the_car_drives_on() {
+    let mut physics = with_car(true, 12.0);
+    run(&mut physics, 1.2);
+    let mps = state(&physics, CAR).velocity_mps[0];
+    assert!(mps > 9.0, "a person does not stop a car: {mps} m/s");
+    let brake = VehicleControl { actor_id: CAR, brake: 1.0, ..VehicleControl::default() };
+    physics.control(&brake).unwrap();
+    run(&mut physics, 5.0);
+    let (lying, car) = (state(&physics, WALKER), state(&physics, CAR));
+    let up = lying.pose.rotation() * Vec3::Z;
+    println!("lies at {}, up {up}; car {:?}", lying.pose.position(), car.velocity_mps);
+    assert!(lying.has(flag::DOWN));
+    assert!(up.z.abs() < 0.5, "it stands: {up}");
+    assert!(lying.pose.position().x > 1.0 && lying.velocity().length() < 0.1, "{lying:?}");
+    assert!(lying.pose.position().z.abs() < 0.6, "{}", lying.pose.position());
+    let lies = PhysicsError::Refused(WALKER, "it lies on the ground".to_owned());
+    assert_eq!(physics.walk(WALKER, Vec2::X), Err(lies.clone()));
+    assert_eq!(physics.jump(WALKER), Err(lies));
+}
+
+#[test]
+fn the_invincible_stand_and_stop_the_car() {
+    let mut physics = with_car(false, 12.0);
+    run(&mut physics, 3.0);
+    assert!(!state(&physics, WALKER).has(flag::DOWN));
+    assert_eq!(place(&physics, WALKER), Vec3::ZERO);
+    assert!(state(&physics, CAR).velocity_mps[0] < 3.0);
+}
+
+#[test]
+fn a_creeping_car_upsets_nobody() {
+    let mut physics = with_car(true, 1.2);
+    physics.set_gravity(WALKER, true).unwrap();
+    let control = VehicleControl { actor_id: CAR, manual_gear: 1, ..VehicleControl::default() };
+    physics.control(&control).unwrap();
+    run(&mut physics, 12.0);
+    assert!(!state(&physics, WALKER).has(flag::DOWN));
+}
+
+#[test]
+fn walkers_stop_at_a_car_and_do_not_push_it() {
+    let mut physics = with_car(true, 0.0);
+    let control =
+        VehicleControl { actor_id: CAR, flags: flag::HANDBRAKE, ..VehicleControl::default() };
+    physics.control(&control).unwrap();
+    run(&mut physics, 1.0);
+    let stood = place(&physics, CAR);
+    physics.walk(WALKER, -Vec2::X * 1.5).unwrap();
+    run(&mut physics, 12.0);
+    let feet = place(&physics, WALKER);
+    // The car's nose is at −12 m + 2.35 m.
+    assert!((feet.x - (-9.65 + 0.3)).abs() < 0.1, "{feet}");
+    assert!((place(&physics, CAR) - stood).length() < 1e-3, "{}", place(&physics, CAR));
+    physics.walk(WALKER, Vec2::X * 1.5).unwrap();
+    run(&mut physics, 2.0);
+    assert!(place(&physics, WALKER).x > -7.0, "it cannot walk away");
+}
+
+#[test]
+fn a_fall_is_the_same_bit_for_bit_after_saving() {
+    let mut physics = with_car(true, 12.0);
+    run(&mut physics, 0.8);
+    let bytes = physics.save();
+    let mut hashes = Vec::new();
+    for _ in 0..2 {
+        physics.restore(&bytes).unwrap();
+        run(&mut physics, 3.0);
+        assert!(state(&physics, WALKER).has(flag::DOWN));
+        hashes.push(physics.hash());
+    }
+    let mut again = with_car(true, 12.0);
+    run(&mut again, 3.8);
+    hashes.push(again.hash());
+    assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:x?}");
+}
