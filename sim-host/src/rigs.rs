@@ -124,6 +124,10 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), String> {
     if !spec.parent_from_sensor.is_valid() {
         return Err("its pose is not finite, or its rotation not of unit length".to_owned());
     }
+    let away_m = spec.parent_from_sensor.position().abs().max_element();
+    if away_m > 1e5 {
+        return Err(format!("its pose lies {away_m} m out; 100000 m is the limit"));
+    }
     for (what, value) in [("width", spec.width), ("height", spec.height)] {
         if !(1..=SIDE_MAX).contains(&value) {
             return Err(format!("{what} is {value}, not 1 to {SIDE_MAX}"));

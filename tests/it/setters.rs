@@ -1,0 +1,290 @@
+//! Every wish with a number in it, with numbers that cannot be and actors that are not there: each
+//! is refused by name, and the world goes on as if nobody had spoken.
+
+use bus::{
+    AckermannControl, AckermannSettings, ActorId, Ask, Autopilot, Curve, Gear, HideLayers,
+    HideObjects, HoldLight, Push, SensorSpec, SetDoors, SetLamps, SetPhysics, SetVelocity,
+    Settings, StartReplay, Switch, Teleport, TrafficDial, VehicleControl, Weather, Wish, part,
+};
+use client_lib::{Client, Pose, Spawn, camera, lidar};
+use glam::{Quat, Vec3};
+
+use crate::kit::Sim;
+
+const BAD: [f32; 5] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30];
+
+/// One wish that must be refused, and what it is about.
+struct Bad {
+    what: String,
+    wishes: Vec<Wish>,
+}
+
+/// All of them.
+#[derive(Default)]
+struct List(Vec<Bad>);
+
+impl List {
+    /// The good struct with each number in turn made bad.
+    fn numbers<T: Copy>(
+        &mut self,
+        name: &str,
+        wish: fn(T) -> Wish,
+        good: T,
+        numbers: &[(&str, fn(&mut T) -> &mut f32)],
+    ) {
+        for (field, number) in numbers {
+            for bad in BAD {
+                let mut body = good;
+                *number(&mut body) = bad;
+                let what = format!("{name}.{field} = {bad}");
+                self.0.push(Bad { what, wishes: vec![wish(body)] });
+            }
+        }
+    }
+
+    fn one(&mut self, what: &str, wish: Wish) {
+        self.0.push(Bad { what: what.to_owned(), wishes: vec![wish] });
+    }
+}
+
+macro_rules! fields {
+    ($($field:ident $([$index:literal])*),*) => {
+        &[$((
+            concat!(stringify!($field) $(, "[", $index, "]")*),
+            |body| &mut body.$field$([$index])*,
+        )),*]
+    };
+}
+
+fn bad_numbers(client: &mut Client, car: ActorId) -> List {
+    let mut list = List::default();
+    let actor_id = car;
+    let near = Pose::level(Vec3::new(1.0, 2.0, 3.0), 0.0);
+    for (index, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        for bad in BAD {
+            let mut pose = near;
+            pose.position_m[index] = bad;
+            let name = bus::Name::new("vehicle.audi.tt");
+            let spawn = bus::Spawn { blueprint: name, pose, ..Default::default() };
+            list.one(&format!("Spawn.{axis} = {bad}"), Wish::Spawn(spawn));
+            let to = Teleport { actor_id, pose };
+            list.one(&format!("Teleport.{axis} = {bad}"), Wish::Teleport(to));
+        }
+    }
+    for bad in BAD {
+        let pose = Pose { rotation: [bad, 0.0, 0.0, 1.0], ..near };
+        list.one(&format!("Teleport turned by {bad}"), Wish::Teleport(Teleport { actor_id, pose }));
+    }
+    let velocity = SetVelocity { actor_id, ..Default::default() };
+    list.numbers(
+        "SetVelocity",
+        Wish::SetVelocity,
+        velocity,
+        fields!(velocity_mps[0], velocity_mps[2], angular_velocity_radps[1]),
+    );
+    let control = VehicleControl { actor_id, ..Default::default() };
+    list.numbers("Control", Wish::Control, control, fields!(throttle, brake, steer));
+    list.numbers(
+        "SetWeather",
+        Wish::SetWeather,
+        Weather::default(),
+        fields!(
+            cloudiness,
+            precipitation,
+            precipitation_deposits,
+            wind_intensity,
+            sun_azimuth_rad,
+            sun_altitude_rad,
+            fog_density,
+            fog_distance_m,
+            wetness
+        ),
+    );
+    let dial = TrafficDial { dial: bus::dial::GAP_M, ..Default::default() };
+    list.numbers("TrafficDial", Wish::TrafficDial, dial, fields!(value));
+    let push = Push { actor_id, has_place: 1, ..Default::default() };
+    list.numbers("Push", Wish::Push, push, fields!(linear[0], angular[2], at_m[1]));
+    let ackermann = AckermannControl { actor_id, ..Default::default() };
+    list.numbers(
+        "Ackermann",
+        Wish::Ackermann,
+        ackermann,
+        fields!(steer_rad, steer_radps, speed_mps, acceleration_mps2, jerk_mps3),
+    );
+    let gains = AckermannSettings { actor_id, ..Default::default() };
+    list.numbers("SetAckermann", Wish::SetAckermann, gains, fields!(speed[0], acceleration[2]));
+
+    let built = client.vehicle_physics(car).unwrap();
+    let body = bus::VehicleBody { actor_id, ..built.body };
+    list.numbers(
+        "SetBody",
+        Wish::SetBody,
+        body,
+        fields!(mass_kg, drag_coefficient, center_of_mass_m[0], center_of_mass_m[2]),
+    );
+    let engine = bus::VehicleEngine { actor_id, ..built.engine };
+    list.numbers(
+        "SetEngine",
+        Wish::SetEngine,
+        engine,
+        fields!(
+            max_rpm,
+            inertia_kgm2,
+            damping_full_nmsprad,
+            damping_geared_nmsprad,
+            damping_neutral_nmsprad
+        ),
+    );
+    let gearbox = bus::VehicleGearbox { actor_id, ..built.gearbox };
+    list.numbers("SetGearbox", Wish::SetGearbox, gearbox, fields!(shift_s, clutch_nm, final_drive));
+    for bad in BAD {
+        let curve = Curve::new(&[[0.0, bad]]).unwrap();
+        let torque = Wish::SetEngine(bus::VehicleEngine { torque: curve, ..engine });
+        list.one(&format!("a torque of {bad}"), torque);
+        let steering = bus::VehicleSteering { actor_id, share: curve };
+        list.one(&format!("a steering share of {bad}"), Wish::SetSteering(steering));
+        let gear = Gear { ratio: bad, down: 0.3, up: 0.6 };
+        let gears = gearbox.with_gears(&[gear]).unwrap();
+        list.one(&format!("a gear of {bad}"), Wish::SetGearbox(gears));
+    }
+    let wheel = bus::VehicleWheel { actor_id, ..built.wheels[0] };
+    list.numbers(
+        "SetWheel",
+        Wish::SetWheel,
+        wheel,
+        fields!(
+            grip,
+            damping_nmsprad,
+            steer_max_rad,
+            radius_m,
+            brake_torque_nm,
+            handbrake_torque_nm,
+            stiff_load,
+            stiffness_y,
+            stiffness_x
+        ),
+    );
+    list.one(
+        "no curve",
+        Wish::SetEngine(bus::VehicleEngine { torque: Curve::default(), ..engine }),
+    );
+    list.one("a fifth wheel", Wish::SetWheel(bus::VehicleWheel { index: 4, ..wheel }));
+    list.one("three wheels", Wish::SetBody(bus::VehicleBody { wheels: 3, ..body }));
+
+    for (delta_nanos, substep_max_nanos) in [(0, 1), (u64::MAX, 1), (50_000_000, 0)] {
+        let settings = Settings { delta_nanos, substep_max_nanos, ..client.settings() };
+        list.one(&format!("a delta of {delta_nanos}"), Wish::SetSettings(settings));
+    }
+    let light = ActorId(1);
+    list.one("phase 9", Wish::HoldLight(HoldLight { actor_id: light, hold: 1, phase: 9 }));
+    list.one("layer 31", Wish::HideLayers(HideLayers { layers: 1 << 31, hidden: 1 }));
+    let hide = HideObjects { block: u32::MAX, hidden: 1, bits: [u64::MAX; 16] };
+    list.one("thing 4 billion", Wish::HideObjects(hide));
+    list.one("door 31", Wish::SetDoors(SetDoors { actor_id, open: 1 << 31 }));
+    let ask = Ask { actor_id, part: 99, ..Default::default() };
+    list.one("part 99", Wish::Ask(ask));
+    let replay = StartReplay { time_factor: f32::NAN, ..bytemuck::Zeroable::zeroed() };
+    list.one("a replay of nothing", Wish::StartReplay(replay));
+    list
+}
+
+/// Everything that names an actor, with one that is not there.
+fn of_nobody(actor_id: ActorId, list: &mut List) {
+    let mut dead = |what: &str, wish: Wish| list.one(&format!("{what} of {actor_id}"), wish);
+    let velocity = SetVelocity { actor_id, ..Default::default() };
+    dead("Destroy", Wish::Destroy(actor_id));
+    dead("Teleport", Wish::Teleport(Teleport { actor_id, pose: Pose::IDENTITY }));
+    dead("Control", Wish::Control(VehicleControl { actor_id, ..Default::default() }));
+    dead("Autopilot", Wish::Autopilot(Autopilot { actor_id, on: 1 }));
+    dead("SetVelocity", Wish::SetVelocity(velocity));
+    dead("HoldLight", Wish::HoldLight(HoldLight { actor_id, hold: 1, phase: 0 }));
+    dead("SetPhysics", Wish::SetPhysics(SetPhysics { actor_id, on: 1 }));
+    dead("SetLamps", Wish::SetLamps(SetLamps { actor_id, lamps: 1 }));
+    dead("SetDoors", Wish::SetDoors(SetDoors { actor_id, open: 0 }));
+    dead("Ask", Wish::Ask(Ask { actor_id, part: part::BODY, ..Default::default() }));
+    dead("SetBody", Wish::SetBody(bus::VehicleBody { actor_id, ..Default::default() }));
+    dead("SetEngine", Wish::SetEngine(bus::VehicleEngine { actor_id, ..Default::default() }));
+    dead("SetGearbox", Wish::SetGearbox(bus::VehicleGearbox { actor_id, ..Default::default() }));
+    dead("SetSteering", Wish::SetSteering(bus::VehicleSteering { actor_id, ..Default::default() }));
+    dead("SetWheel", Wish::SetWheel(bus::VehicleWheel { actor_id, ..Default::default() }));
+    dead("Push", Wish::Push(Push { actor_id, ..Default::default() }));
+    dead("SetGravity", Wish::SetGravity(Switch { actor_id, on: 1 }));
+    dead("SetCollisions", Wish::SetCollisions(Switch { actor_id, on: 1 }));
+    dead("Ackermann", Wish::Ackermann(AckermannControl { actor_id, ..Default::default() }));
+    let gains = AckermannSettings { actor_id, ..Default::default() };
+    dead("SetAckermann", Wish::SetAckermann(gains));
+}
+
+fn bad_sensors(client: &mut Client, car: ActorId) {
+    let seat = Pose::new(Vec3::Z * 2.0, Quat::IDENTITY);
+    let eye = camera("eye", seat, 64, 48, 1.5, bus::output::COLOR);
+    let scan = lidar("scan", seat, 8, 90, [-0.4, 0.1], 60.0);
+    for bad in BAD {
+        let mut turned = seat;
+        turned.rotation[1] = bad;
+        let mut away = seat;
+        away.position_m[0] = bad;
+        for (what, spec) in [
+            ("fov_rad", SensorSpec { fov_rad: bad, ..eye }),
+            ("turned", SensorSpec { parent_from_sensor: turned, ..eye }),
+            ("away", SensorSpec { parent_from_sensor: away, ..eye }),
+            ("range_m", SensorSpec { range_m: bad, ..scan }),
+            ("lower_rad", SensorSpec { lower_rad: bad, ..scan }),
+            ("upper_rad", SensorSpec { upper_rad: bad, ..scan }),
+        ] {
+            let made = client.create_rig("bad", car, &[spec], 2);
+            assert!(made.is_err(), "a sensor of {what} = {bad} was granted");
+        }
+    }
+}
+
+/// The hashes of twenty frames, with or without all the nonsense in between.
+fn play(is_spoken: bool) -> Vec<u64> {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let places = client.spawn_points().unwrap();
+    let blueprint = "vehicle.tesla.model3";
+    let cars: Vec<_> = places
+        .iter()
+        .take(4)
+        .map(|place| client.spawn(Spawn::new(blueprint, *place).autopilot()).unwrap())
+        .collect();
+    let gone = client.spawn(Spawn::new(blueprint, places[6])).unwrap();
+    client.tick().unwrap();
+    client.destroy(gone).unwrap();
+    let mut list = List::default();
+    if is_spoken {
+        list = bad_numbers(&mut client, cars[0]);
+        for nobody in [ActorId::NONE, gone, ActorId(99_999), ActorId(u32::MAX)] {
+            of_nobody(nobody, &mut list);
+        }
+        bad_sensors(&mut client, cars[0]);
+    }
+    println!("{} wishes", list.0.len());
+    let mut hashes = Vec::new();
+    let mut granted = Vec::new();
+    for chunk in 0..20 {
+        let share = list.0.len().div_ceil(20);
+        for bad in list.0.iter().skip(chunk * share).take(share) {
+            match client.request("nonsense", &bad.wishes) {
+                Ok(_) => granted.push(bad.what.clone()),
+                Err(said) => {
+                    let words = said.to_string().trim_start_matches("nonsense").len();
+                    assert!(words > 20, "{}: {said} says nothing", bad.what);
+                }
+            }
+        }
+        client.tick().unwrap();
+        hashes.push(client.world().header().state_hash);
+    }
+    assert!(granted.is_empty(), "granted: {}", granted.join("\n"));
+    drop(client);
+    let log = sim.end();
+    assert!(!log.contains("panicked"), "{log}");
+    hashes
+}
+
+#[test]
+fn every_wish_with_a_number_that_cannot_be_is_refused_and_changes_nothing() {
+    assert_eq!(play(true), play(false));
+}
