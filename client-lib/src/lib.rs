@@ -29,9 +29,9 @@ mod view;
 
 pub use bus::{
     AckermannControl, AckermannSettings, ActorId, ActorState, Ask, Autopilot, BlueprintInfo, Curve,
-    DEPTH_FAR_M, Episode, Frame, Gear, HideLayers, HideObjects, HoldLight, Instance, Interrupted,
-    JournalEntry, LoadMap, Name, Pose, Push, RigId, STRIDE, SensorSpec, SetDoors, SetLamps,
-    SetPhysics, SetVelocity, Settings, SnapshotHeader, Stamp, Strategy, Switch, Teleport,
+    DEPTH_FAR_M, Episode, FeelWeather, Frame, Gear, HideLayers, HideObjects, HoldLight, Instance,
+    Interrupted, JournalEntry, LoadMap, Name, Pose, Push, RigId, STRIDE, SensorSpec, SetDoors,
+    SetLamps, SetPhysics, SetVelocity, Settings, SnapshotHeader, Stamp, Strategy, Switch, Teleport,
     TrafficDial, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics,
     VehicleSteering, VehicleTelemetry, VehicleWheel, Watch, Weather, WheelTelemetry, Wish, clock,
     dial, flag, kind, lamp, layer, light, output, part, sensor, tracer,

@@ -1,7 +1,7 @@
 //! How a vehicle is built and driven from outside: read, and changed while it drives.
 
 use bus::{
-    AckermannControl, AckermannSettings, ActorId, Ask, Push, Switch, VehiclePhysics,
+    AckermannControl, AckermannSettings, ActorId, Ask, FeelWeather, Push, Switch, VehiclePhysics,
     VehicleTelemetry, WheelTelemetry, Wish, part,
 };
 
@@ -101,6 +101,18 @@ impl Client {
     pub fn set_collisions(&mut self, actor_id: ActorId, on: bool) -> Result<(), ClientError> {
         let wish = Wish::SetCollisions(Switch { actor_id, on: on.into() });
         self.request("set_collisions", &[wish]).map(drop)
+    }
+
+    /// Lets a walker jump, if it stands on the ground.
+    pub fn jump(&mut self, actor_id: ActorId) -> Result<(), ClientError> {
+        self.request("jump", &[Wish::Jump(actor_id)]).map(drop)
+    }
+
+    /// Whether wet roads are slippery: with `on`, the weather's wetness and puddles take up to half
+    /// of the grip from all wheels. At first they do not, as in CARLA.
+    pub fn feel_weather(&mut self, on: bool) -> Result<(), ClientError> {
+        let wish = Wish::FeelWeather(FeelWeather { on: on.into(), reserved: 0 });
+        self.request("feel_weather", &[wish]).map(drop)
     }
 
     fn ask(&mut self, what: &'static str, asks: &[Wish]) -> Result<Vec<bus::Outcome>, ClientError> {

@@ -451,7 +451,10 @@ impl Host {
         match wish {
             Wish::DestroyRig(rig) => self.rigs.destroy(*rig, &mut self.ports).map(|()| rig.0),
             Wish::SetSettings(settings) => self.change_settings(settings).map(|()| 0),
-            Wish::SetWeather(weather) => check_weather(weather).map(|()| 0),
+            Wish::SetWeather(weather) => {
+                check_weather(weather)?;
+                self.world.apply(wish)
+            }
             Wish::TrafficDial(dial) => {
                 if dial.value.abs() <= NUMBER_MAX {
                     Ok(dial.actor_id.0)

@@ -28,6 +28,8 @@ pub struct SavedState {
     pub weather: Option<Weather>,
     /// How traffic was told to drive.
     pub dials: Vec<TrafficDial>,
+    /// The sky decides how much wheels grip.
+    pub is_weather_felt: bool,
     /// Layers of the town that are switched off, as bits.
     pub hidden_layers: u32,
     /// Things of the town that are switched off.
@@ -86,7 +88,7 @@ struct Head {
     weather: Weather,
     has_weather: u32,
     hidden_layers: u32,
-    reserved: u32,
+    is_weather_felt: u32,
     hidden_objects: u64,
     dials: u64,
     actors: u64,
@@ -130,7 +132,7 @@ impl SavedState {
             weather: self.weather.unwrap_or(Weather::zeroed()),
             has_weather: self.weather.is_some().into(),
             hidden_layers: self.hidden_layers,
-            reserved: 0,
+            is_weather_felt: self.is_weather_felt.into(),
             hidden_objects: self.hidden_objects.len() as u64,
             dials: self.dials.len() as u64,
             actors: self.actors.len() as u64,
@@ -188,6 +190,7 @@ impl SavedState {
             map,
             settings: head.settings,
             weather: (head.has_weather != 0).then_some(head.weather),
+            is_weather_felt: head.is_weather_felt != 0,
             hidden_layers: head.hidden_layers,
             hidden_objects,
             dials,
@@ -232,6 +235,7 @@ mod tests {
     fn state() -> SavedState {
         SavedState {
             map: 7,
+            is_weather_felt: true,
             hidden_layers: 3,
             hidden_objects: vec![HideObjects::default(); 2],
             dials: vec![TrafficDial::default()],

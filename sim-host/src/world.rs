@@ -17,6 +17,8 @@ use crate::{
 };
 
 mod outside;
+#[cfg(test)]
+mod tests;
 
 /// All that an episode's actors are.
 pub struct World {
@@ -27,6 +29,10 @@ pub struct World {
     seed: u64,
     place: Arc<Place>,
     visibility: Visibility,
+    /// The sky decides how much wheels grip.
+    is_weather_felt: bool,
+    /// What they would grip then.
+    weather_grip: f32,
 }
 
 /// What of a town stays as it is, whatever happens in it.
@@ -81,6 +87,8 @@ impl World {
             seed,
             place,
             visibility: Visibility::default(),
+            is_weather_felt: false,
+            weather_grip: 1.0,
         };
         world.place_lights();
         world
@@ -239,7 +247,6 @@ impl World {
                 | Wish::Sensor(_)
                 | Wish::DestroyRig(_)
                 | Wish::SetSettings(_)
-                | Wish::SetWeather(_)
                 | Wish::TrafficDial(_)
                 | Wish::StartRecorder(_)
                 | Wish::StopRecorder(_)
@@ -432,6 +439,7 @@ impl World {
     /// Writes what decides the future into a state.
     pub fn save_into(&self, state: &mut SavedState) {
         state.last_actor = self.last_actor;
+        state.is_weather_felt = self.is_weather_felt;
         state.hidden_layers = self.visibility.hidden_layers();
         let hidden = self.visibility.hidden_objects();
         state.hidden_objects =
@@ -451,6 +459,8 @@ impl World {
         self.last_actor = state.last_actor;
         self.visibility = Visibility::default();
         self.visibility.set_layers(state.hidden_layers, true);
+        self.is_weather_felt = state.is_weather_felt;
+        self.weather_grip = state.weather.as_ref().map_or(1.0, outside::grip_under);
         for hide in &state.hidden_objects {
             self.visibility.set_objects(hide.block, &hide.bits, true);
         }
@@ -472,6 +482,7 @@ impl World {
     fn hash(&self, hash: &mut StateHash) {
         hash.word(self.seed);
         hash.word(self.last_actor.into());
+        hash.word(self.is_weather_felt.into());
         hash.word(self.visibility.hidden_layers().into());
         for (block, bits) in self.visibility.hidden_objects() {
             hash.word(block.into());

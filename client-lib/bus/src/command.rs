@@ -2,9 +2,10 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    AckermannControl, AckermannSettings, ActorId, Ask, FilePath, LoadMap, Name, Pose, Push, RigId,
-    SensorSpec, Stamp, StartRecorder, StartReplay, StopReplay, Switch, VehicleBody, VehicleControl,
-    VehicleEngine, VehicleGearbox, VehicleSteering, VehicleTelemetry, VehicleWheel, WheelTelemetry,
+    AckermannControl, AckermannSettings, ActorId, Ask, FeelWeather, FilePath, LoadMap, Name, Pose,
+    Push, RigId, SensorSpec, Stamp, StartRecorder, StartReplay, StopReplay, Switch, VehicleBody,
+    VehicleControl, VehicleEngine, VehicleGearbox, VehicleSteering, VehicleTelemetry, VehicleWheel,
+    WheelTelemetry,
 };
 
 /// Header of a batch of [`Command`]s or [`VehicleControl`]s from one client.
@@ -254,6 +255,8 @@ wishes! {
     SetAckermann(AckermannSettings) = 40,
     /// Let a walker jump.
     Jump(ActorId) = 41,
+    /// Let the sky decide how much wheels grip, or not.
+    FeelWeather(FeelWeather) = 42,
     /// Write down what happens from the next frame on.
     StartRecorder(StartRecorder) = 100,
     /// Close the recording.

@@ -25,7 +25,8 @@ pub use command::{
     Settings, Spawn, Teleport, TrafficDial, Weather, Wish, dial, layer, status,
 };
 pub use motion::{
-    AckermannControl, AckermannSettings, Ask, Push, Switch, VehicleTelemetry, WheelTelemetry, part,
+    AckermannControl, AckermannSettings, Ask, FeelWeather, Push, Switch, VehicleTelemetry,
+    WheelTelemetry, part,
 };
 pub use name::Name;
 pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};

@@ -180,3 +180,14 @@ pub struct Switch {
     /// 1: it has it; 0: not.
     pub on: u32,
 }
+
+/// See [`crate::Wish::FeelWeather`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("FeelWeather")]
+#[repr(C)]
+pub struct FeelWeather {
+    /// 1: wet roads are slippery; 0: roads grip as if they were dry.
+    pub on: u32,
+    /// Zero.
+    pub reserved: u32,
+}

@@ -76,6 +76,7 @@ impl Physics {
     pub fn hash(&self) -> u64 {
         let mut digest = Digest::default();
         digest.word(self.actors.len() as u64);
+        digest.word(self.grip.to_bits().into());
         for actor in &self.actors {
             let body = self.body(actor);
             let (arena, generation) = actor.body.into_raw_parts();

@@ -18,7 +18,7 @@ use super::walker::Walker;
 use super::world::{Actor, Kind, Pair, Physics};
 
 /// Changes whenever the bytes' meaning does.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 #[derive(Serialize, Deserialize)]
 struct SavedActor {
@@ -48,6 +48,7 @@ struct Rest {
     models: Vec<VehicleModel>,
     actors: Vec<SavedActor>,
     touching: BTreeSet<Pair>,
+    grip: f32,
 }
 
 impl Physics {
@@ -87,7 +88,7 @@ impl Physics {
             });
         }
         let models = models.iter().map(|m| VehicleModel::clone(m)).collect();
-        let rest = Rest { models, actors, touching: self.touching.clone() };
+        let rest = Rest { models, actors, touching: self.touching.clone(), grip: self.grip };
         let mut bytes = VERSION.to_le_bytes().to_vec();
         bytes = postcard::to_extend(&self.world, bytes).expect("the world is plain data");
         bytes = postcard::to_extend(&rest, bytes).expect("actors are plain data");
@@ -151,6 +152,7 @@ impl Physics {
         self.look_at_statics();
         self.actors = actors;
         self.touching = rest.touching;
+        self.grip = rest.grip;
         self.collisions.clear();
         Ok(())
     }

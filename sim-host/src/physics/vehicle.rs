@@ -9,11 +9,10 @@ use serde::{Deserialize, Serialize};
 use super::ackermann::Ackermann;
 use super::contact::Corners;
 use super::drivetrain::{Demand, Drivetrain};
-use super::ground::Ground;
 use super::model::{GRAVITY_MPS2, VehicleModel, WheelModel};
 use super::motion::{Motion, Push};
 use super::tuning::tuned;
-use super::wheels::{Bank, BankState, Braking, Footing, banks, order};
+use super::wheels::{Bank, BankState, Braking, Footing, Surface, banks, order};
 
 /// The longest sub-iteration.
 const ITERATION_MAX_S: f32 = 0.0026;
@@ -149,7 +148,7 @@ impl Vehicle {
     /// returns the mean force (without gravity) and torque. `outside` pushes as well.
     pub(super) fn substep(
         &mut self,
-        ground: &Ground,
+        surface: &Surface,
         start: &Motion,
         outside: &Push,
         dt: f32,
@@ -175,7 +174,7 @@ impl Vehicle {
         for (index, bank) in prepared.banks.iter().enumerate() {
             let state = &mut state.banks[index];
             if start.axes.z_axis.z > CARRY_UP_MIN {
-                footings[index] = bank.footing(state, ground, start, curvature, dt);
+                footings[index] = bank.footing(state, surface, start, curvature, dt);
             }
             carried &= bank.all_touch(&footings[index]);
             pressed |= bank.is_pressed(state);
@@ -186,7 +185,7 @@ impl Vehicle {
             Corners::default()
         } else {
             let center_m = model.box_center_m - model.com_m;
-            Corners::look(ground, start, center_m, model.box_half_m, dt)
+            Corners::look(surface.ground, start, center_m, model.box_half_m, dt)
         };
 
         let iterations = (dt / ITERATION_MAX_S).ceil().max(1.0);

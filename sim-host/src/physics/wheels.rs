@@ -23,6 +23,14 @@ const RAISED_MAX_M: f32 = 0.4;
 /// Slip is divided by grip: there is always some.
 const GRIP_MIN: f32 = 1e-3;
 
+/// What wheels roll on.
+#[derive(Clone, Copy)]
+pub(super) struct Surface<'a> {
+    pub ground: &'a Ground,
+    /// Share of the dry ground's friction that is there: less where it is wet.
+    pub grip: f32,
+}
+
 /// What does not change of up to four wheels.
 #[derive(Debug)]
 pub(super) struct Bank {
@@ -191,7 +199,7 @@ impl Bank {
     pub(super) fn footing(
         &self,
         state: &mut BankState,
-        ground: &Ground,
+        surface: &Surface,
         start: &Motion,
         curvature_per_m: f32,
         dt: f32,
@@ -214,7 +222,7 @@ impl Bank {
         let (guess_x, guess_y, hub_z) = (guess.x.to_array(), guess.y.to_array(), hub.z.to_array());
         for lane in 0..self.count {
             let z_from = hub_z[lane] + RAY_ABOVE_M * axes.z_axis.z;
-            let hit = ground.below(guess_x[lane], guess_y[lane], z_from);
+            let hit = surface.ground.below(guess_x[lane], guess_y[lane], z_from);
             on_ground_m.z.as_mut_array()[lane] = hit.height_m;
             normal.set(lane, hit.normal);
             friction.as_mut_array()[lane] = hit.friction;
@@ -234,7 +242,7 @@ impl Bank {
         let reach = Lanes::splat(0.3 * speed.min(1.0)) - self.suspensions.droop_m;
         let touching = gap.simd_lt(reach) & self.present;
         state.ground_m = select(touching, on_ground_m.z, Lanes::splat(f32::NEG_INFINITY));
-        let friction = friction * self.grip;
+        let friction = friction * self.grip * surface.grip;
         Footing { touching, on_ground_m, normal, friction, foot_m, camber, heading_x, heading_y }
     }
 

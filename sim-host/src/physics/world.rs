@@ -18,6 +18,7 @@ use super::motion::{Motion, Push};
 use super::overlap::Statics;
 use super::vehicle::Vehicle;
 use super::walker::{Obstacle, Walker};
+use super::wheels::Surface;
 
 /// A solid box that never moves: a building, a pole, a trunk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,6 +95,8 @@ pub(super) struct Actor {
 pub struct Physics {
     pub(super) world: PhysicsWorld,
     pub(super) ground: Arc<Ground>,
+    /// Share of the dry ground's friction that wheels find.
+    pub(super) grip: f32,
     pub(super) statics: Statics,
     /// Of the static boxes, in their order.
     static_colliders: Vec<ColliderHandle>,
@@ -124,6 +127,7 @@ impl Physics {
         Physics {
             world,
             ground,
+            grip: 1.0,
             statics: Statics::new(boxes),
             static_colliders,
             actors: Vec::new(),
@@ -135,6 +139,11 @@ impl Physics {
     /// The ground that everything stands on.
     pub fn ground(&self) -> &Arc<Ground> {
         &self.ground
+    }
+
+    /// How much of the dry ground's friction wheels find, above 0 and up to 1.
+    pub fn set_grip(&mut self, share: f32) {
+        self.grip = share.clamp(0.01, 1.0);
     }
 
     /// Takes a static box out of the world, or puts it back.
@@ -213,7 +222,8 @@ impl Physics {
     /// Gives every body its force and torque for one substep, or its next place.
     fn push_bodies(&mut self, dt: f32) {
         let obstacles = self.obstacles();
-        let Physics { world, ground, statics, actors, .. } = self;
+        let Physics { world, ground, grip, statics, actors, .. } = self;
+        let surface = Surface { ground, grip: *grip };
         for actor in actors {
             let body = &mut world.bodies[actor.body];
             if actor.kinematic {
@@ -224,7 +234,7 @@ impl Physics {
             let outside = Push { force_n: actor.pushed.0, torque_nm: actor.pushed.1 };
             match &mut actor.kind {
                 Kind::Vehicle(vehicle) => {
-                    let push = vehicle.substep(ground, &motion_of(body, gravity), &outside, dt);
+                    let push = vehicle.substep(&surface, &motion_of(body, gravity), &outside, dt);
                     apply(body, &push);
                 }
                 Kind::Prop(prop) => {

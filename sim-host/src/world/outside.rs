@@ -1,7 +1,8 @@
 //! Wishes about how vehicles are built and how actors are moved from outside, and questions.
 
 use bus::{
-    ActorId, Ask, Outcome, Push, Switch, VehicleBody, VehiclePhysics, VehicleWheel, Wish, part,
+    ActorId, Ask, FeelWeather, Outcome, Push, Switch, VehicleBody, VehiclePhysics, VehicleWheel,
+    Weather, Wish, part,
 };
 use glam::Vec3;
 
@@ -46,6 +47,16 @@ impl World {
                 .driver(settings.actor_id)
                 .and_then(|()| self.physics.set_ackermann(settings).map_err(words))
                 .map(|()| settings.actor_id.0),
+            Wish::SetWeather(weather) => {
+                self.weather_grip = grip_under(weather);
+                self.see_to_grip();
+                Ok(0)
+            }
+            Wish::FeelWeather(FeelWeather { on, .. }) => {
+                self.is_weather_felt = *on != 0;
+                self.see_to_grip();
+                Ok(0)
+            }
             _ => return None,
         })
     }
@@ -109,6 +120,10 @@ impl World {
         Ok(id.0)
     }
 
+    fn see_to_grip(&mut self) {
+        self.physics.set_grip(if self.is_weather_felt { self.weather_grip } else { 1.0 });
+    }
+
     fn there(&mut self, id: ActorId) -> Result<ActorId, String> {
         self.movable(id).map(|_| id)
     }
@@ -116,6 +131,13 @@ impl World {
     fn driver(&mut self, id: ActorId) -> Result<(), String> {
         self.vehicle(id, "engine").map(drop)
     }
+}
+
+/// Wet asphalt has some 70 % of the friction that dry asphalt has, and standing water takes as much
+/// again (Wong, Theory of Ground Vehicles, 4th ed., table 1.8).
+pub(super) fn grip_under(weather: &Weather) -> f32 {
+    let share = |percent: f32| (percent / 100.0).clamp(0.0, 1.0);
+    (1.0 - 0.3 * share(weather.wetness)) * (1.0 - 0.3 * share(weather.precipitation_deposits))
 }
 
 fn with_body(physics: &mut VehiclePhysics, to: &VehicleBody) -> Result<(), String> {
