@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::{
     Effort,
-    figure::{Figure, Sink, Spread, Unit, median},
+    figure::{Figure, Peer, Sink, Spread, Unit, median},
     machine::Machine,
     scene, sim,
 };
@@ -23,7 +23,73 @@ pub(crate) fn physics(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
         "physics.step",
         "physics",
         "one step of 50 ms in substeps of at most 10 ms",
-    )
+    )?;
+    beside_peers(effort, sink)
+}
+
+/// One car's share of one substep, beside what others take for theirs.
+fn beside_peers(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
+    const SUBSTEPS: f64 = 5.0;
+    let machine = Machine::look();
+    let map = scene::bench_map()?;
+    let (frames, vehicles) = (effort.count(FRAMES).to_string(), scene::CARS.to_string());
+    let args = ["stage", "physics", "--json", "--map", &map.arg, "--frames", &frames, "--vehicles"];
+    // Product and peers take turns.
+    let (mut own, mut peers) = (Vec::new(), Vec::new());
+    for _ in 0..effort.rounds(ROUNDS) {
+        let told = ask(&[&args[..], &[&vehicles]].concat())?;
+        let number = |key: &str| told[key].as_f64().with_context(|| format!("no {key}: {told}"));
+        let per_car = 1e3 / SUBSTEPS / number("vehicles")?;
+        let n = number("n")? as usize;
+        let [p50, p90, p99] = ["p50_ms", "p90_ms", "p99_ms"].map(number);
+        own.push(Spread { p50: p50? * per_car, p90: p90? * per_car, p99: p99? * per_car, n });
+        peers.push(ask_peers(effort.count(400))?);
+    }
+    let middle = |of: fn(&Spread) -> f64| median(&own.iter().map(of).collect::<Vec<_>>());
+    let spread = Spread {
+        p50: middle(|s| s.p50),
+        p90: middle(|s| s.p90),
+        p99: middle(|s| s.p99),
+        n: own.iter().map(|s| s.n).sum(),
+    };
+    for (name, peer, key) in [
+        ("physics.car_substep.mujoco", "MuJoCo", "mujoco"),
+        ("physics.car_substep.pybullet", "PyBullet", "pybullet"),
+    ] {
+        let values: Option<Vec<f64>> = peers.iter().map(|told| told[key].as_f64()).collect();
+        let Some(values) = values else {
+            sink.skip(name, &format!("{peer} is not in the Python of OMNIBUS_PEERS_PYTHON"));
+            continue;
+        };
+        let workload = format!(
+            "a car's share of a substep of 10 ms, {} cars in traffic, {}, one thread; a car on \
+             rays with a tyre model beside {PEER_CARS} multi-body ones of {peer} on a plane",
+            scene::CARS,
+            map.title
+        );
+        let peer = Some(Peer { name: peer, value: median(&values) });
+        let unit = Unit::Micros;
+        sink.put(&Figure { name, workload, unit, value: spread.p50, spread, peer }, &machine)?;
+    }
+    Ok(())
+}
+
+const PEERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/physics_peers.py");
+const PEER_CARS: usize = 20;
+
+/// What MuJoCo and PyBullet take, in microseconds; null for one that is not installed.
+fn ask_peers(substeps: usize) -> anyhow::Result<Value> {
+    let python = std::env::var_os("OMNIBUS_PEERS_PYTHON").unwrap_or_else(|| "python3".into());
+    let output = Command::new(python)
+        .args([PEERS, &PEER_CARS.to_string(), &substeps.to_string()])
+        .output()
+        .context("Python; OMNIBUS_PEERS_PYTHON names one that has mujoco and pybullet")?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    let why = said.lines().last().unwrap_or("no words");
+    anyhow::ensure!(output.status.success(), "{PEERS}: {why}");
+    let told = String::from_utf8_lossy(&output.stdout);
+    // PyBullet greets whoever loads it.
+    Ok(serde_json::from_str(told.lines().last().unwrap_or_default())?)
 }
 
 /// Takes the figure.
