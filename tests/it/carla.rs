@@ -173,6 +173,22 @@ fn a_queue_for_each_sensor_holds_every_frame_exactly_once() {
 }
 
 #[test]
+fn the_package_s_own_walkers_keep_to_sidewalks_and_crosswalks() {
+    let Some(python) = python_or_skip("the_package_s_own_walkers_keep_to_sidewalks_and_crosswalks")
+    else {
+        return;
+    };
+    let (sim, port) = with_door(&["--map", "Town03"]);
+    let seconds = if crate::kit::is_soak() { "600" } else { "60" };
+    let output = play(&python, "walkers.py", port, &[seconds]);
+    let words = String::from_utf8_lossy(&output.stderr);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{}: {said}{words}\n{}", output.status, sim.log());
+    assert!(said.contains("none on a road"), "{said}{words}");
+    sim.end();
+}
+
+#[test]
 fn programs_of_carla_0_8_run_with_one_import_changed() {
     let Some(python) = python_or_skip("programs_of_carla_0_8_run_with_one_import_changed") else {
         return;

@@ -59,9 +59,13 @@ fn carry_out(
             bridge.walk(id, &mut control)?;
         }
         5 => bridge.set_physics(id, &mut body)?,
-        6 | 7 => {
+        6 => {
             let pose = transform(&mut body)?;
             bridge.put(id, pose)?;
+        }
+        7 => {
+            let (pose, speed_mps) = (transform(&mut body)?, body.f32()?);
+            bridge.lead(id, pose, speed_mps)?;
         }
         8 => {
             let velocity = location(&mut body)?;

@@ -56,7 +56,7 @@ pub(crate) struct Bridge {
     pub(crate) doors: BTreeMap<u32, u32>,
     roadsides: Roadsides,
     pub(crate) replayer: Replayer,
-    /// Counts the worlds that clients saw.
+    /// The number of the world that clients see.
     pub(crate) episode: u64,
     is_new_map: bool,
     pub(crate) has_new_lights: bool,
@@ -98,7 +98,7 @@ impl Bridge {
             lamps: BTreeMap::new(),
             doors: BTreeMap::new(),
             roadsides,
-            episode: 1,
+            episode: 0,
             is_new_map: false,
             has_new_lights: false,
             replayer: Replayer::default(),
@@ -111,6 +111,7 @@ impl Bridge {
             tickers: Vec::new(),
             begun: Instant::now(),
         };
+        bridge.episode = bridge.standing();
         bridge.show_state();
         Ok(bridge)
     }
@@ -261,7 +262,7 @@ impl Bridge {
     pub(crate) fn look(&mut self) {
         match self.client.refresh() {
             Ok(_) if self.client.frame().0 > self.shown => {
-                if !self.is_synchronous() {
+                if !self.is_synchronous() && self.episode == self.standing() {
                     self.wish_what_goes_on();
                 }
                 self.show();
@@ -275,6 +276,7 @@ impl Bridge {
     }
 
     fn show(&mut self) {
+        self.follow_episode();
         self.age_pedals();
         self.show_state();
         self.show_physics_born();
@@ -458,10 +460,48 @@ impl Bridge {
         let _ = self.client.destroy_rig(rig);
     }
 
-    /// A new world for CARLA's clients: what they spawned is gone.
-    pub(crate) fn begin_episode(&mut self) {
-        self.episode += 1;
+    /// The number of the world that the newest snapshot shows.
+    fn standing(&self) -> u64 {
+        self.client.world().header().stamp.episode.into()
+    }
+
+    /// If another world was loaded, by whomever: all that was believed of the old one is void.
+    fn follow_episode(&mut self) {
+        if self.episode == self.standing() {
+            return;
+        }
+        if let Err(e) = self.begin_episode() {
+            // The host read the same text.
+            eprintln!("ERROR gateway {} the new world cannot be shown: {e}", self.shown);
+        }
+    }
+
+    fn begin_episode(&mut self) -> Result<(), ClientError> {
+        self.episode = self.standing();
+        self.statics = Arc::new(Statics::new(self.client.instance().episode()?));
+        self.statics.prepare();
+        let network = self.client.map()?;
+        self.cast = self.cast.in_world_of(network);
+        self.lights = Lights::new(network);
+        self.roadsides = Roadsides::new(network);
+        self.settings.follow(&self.client.settings());
+        self.weather = CarlaWeather::of(&Weather::default());
+        self.motions = Motions::default();
+        self.replayer = Replayer::default();
+        self.lamps.clear();
+        self.doors.clear();
+        self.wishes.clear();
+        self.pedals.clear();
+        self.spawned.clear();
         self.is_new_map = true;
         self.streams.begin_episode();
+        Ok(())
+    }
+
+    /// Another world in the place of this one; an empty name for the same anew.
+    pub(crate) fn load_world(&mut self, name: &str, hidden_layers: u32) -> Result<(), Refusal> {
+        self.client.load_world(name, None, hidden_layers)?;
+        self.show();
+        Ok(())
     }
 }

@@ -45,11 +45,20 @@ pub(crate) struct Cast {
 impl Cast {
     /// The spectator and the map's signs.
     pub(crate) fn new(network: &Network, stream_port: u16) -> Cast {
+        Cast::after(stream::WORLD, network, stream_port)
+    }
+
+    /// The same for another map. Streams count on: who still listens to an old one hears nothing.
+    pub(crate) fn in_world_of(&self, network: &Network) -> Cast {
+        Cast::after(self.last_stream, network, self.stream_port)
+    }
+
+    fn after(last_stream: u32, network: &Network, stream_port: u16) -> Cast {
         let mut cast = Cast {
             known: BTreeMap::new(),
             own: BTreeMap::new(),
             last_own: OWN - 1,
-            last_stream: stream::WORLD,
+            last_stream,
             stream_port,
         };
         let description =

@@ -21,6 +21,7 @@ mod manager;
 mod measure;
 mod motion;
 pub mod msgpack;
+mod navigation;
 mod physics_born;
 mod rays;
 mod replay;
@@ -125,6 +126,7 @@ impl Door {
         let watch = client.watch();
         let statics =
             Arc::new(Statics::new(client.instance().episode().map_err(ClientError::Bus)?));
+        statics.prepare();
         let streams = Arc::new(Streams::default());
         let bridge = Bridge::new(client, Arc::clone(&streams), statics, ports.streams)?;
         let bridge = Arc::new(Mutex::new(bridge));

@@ -139,20 +139,6 @@ impl Bridge {
         Ok(())
     }
 
-    /// Leaves the map as it was loaded.
-    pub(crate) fn destroy_everybody(&mut self) -> Result<(), Refusal> {
-        let actors = self.client.world().actors().iter();
-        let movable = actors.filter(|a| a.kind != client_lib::kind::TRAFFIC_LIGHT);
-        let ids: Vec<u32> = movable.map(|a| a.actor_id.0).collect();
-        let own = self.cast.own.iter().filter(|(id, own)| **id != SPECTATOR && own.sign.is_empty());
-        let ids: Vec<u32> = ids.into_iter().chain(own.map(|(id, _)| *id)).collect();
-        for id in ids {
-            // What went with its carrier is gone already.
-            let _ = self.destroy(id);
-        }
-        Ok(())
-    }
-
     /// Lets traffic drive a vehicle, or its client.
     pub(crate) fn set_autopilot(&mut self, id: u32, on: bool) -> Result<(), Refusal> {
         let wish = Wish::Autopilot(Autopilot { actor_id: ActorId(id), on: on.into() });

@@ -1,8 +1,10 @@
 //! The world as a whole: its map, its settings, its weather, its streams.
 
+use std::path::PathBuf;
+
 use client_lib::Wish;
 
-use super::Call;
+use super::{Call, surroundings::our_layers};
 use crate::{
     args::Refusal,
     settings::EpisodeSettings,
@@ -47,31 +49,70 @@ pub(super) fn map_data(call: &mut Call) -> Result<(), Refusal> {
 }
 
 pub(super) fn available_maps(call: &mut Call) -> Result<(), Refusal> {
-    let name = call.bridge.statics.map_name();
-    call.out.list(1).text(&format!("/Game/{FOLDER}{name}"));
+    let names = call.bridge.client.available_maps()?;
+    call.out.list(names.len());
+    for name in names {
+        call.out.text(&format!("/Game/{FOLDER}{name}"));
+    }
     Ok(())
 }
 
-/// The same map anew: whatever clients spawned is gone, time goes on.
+/// What clients keep on their own disk: where people walk.
+pub(super) fn files(call: &mut Call) -> Result<(), Refusal> {
+    let folder = call.args.text()?;
+    match call.bridge.statics.walks().filter(|_| folder.contains("Nav")) {
+        Some(walks) => call.out.list(1).text(&walks.name),
+        None => call.out.list(0),
+    };
+    Ok(())
+}
+
+pub(super) fn file(call: &mut Call) -> Result<(), Refusal> {
+    let name = call.args.text()?;
+    let statics = &call.bridge.statics;
+    let walks = statics.walks().filter(|walks| walks.name.ends_with(name) && !name.is_empty());
+    let walks = walks.ok_or_else(|| Refusal::from(format!("there is no file {name:?}")))?;
+    call.out.bin(&walks.file);
+    Ok(())
+}
+
+pub(super) fn navigation_mesh(call: &mut Call) -> Result<(), Refusal> {
+    call.out.bin(call.bridge.statics.walks().map_or(&[], |walks| &walks.file));
+    Ok(())
+}
+
+/// Under this name CARLA's clients load the text that they sent.
+const SENT: &str = "OpenDriveMap";
+
+/// A map's text, for the load that follows. What the road's mesh is to be like is ours to say.
+pub(super) fn take_open_drive(call: &mut Call) -> Result<(), Refusal> {
+    let text = call.args.text()?;
+    let path = sent_file(call);
+    let told = |e| Refusal::from(format!("{}: {e}", path.display()));
+    std::fs::write(&path, text).map_err(told)
+}
+
+fn sent_file(call: &Call) -> PathBuf {
+    call.bridge.client.instance().root().join(format!("{SENT}.xodr"))
+}
+
+/// Another world in the place of this one, or the same anew.
 pub(super) fn load(call: &mut Call) -> Result<(), Refusal> {
     let wanted = call.args.text()?;
     let reset_settings = call.args.bool().unwrap_or(true);
-    let name = call.bridge.statics.map_name().to_owned();
-    let plain = wanted.rsplit('/').next().unwrap_or_default();
-    if !plain.is_empty() && plain != name {
-        return Err(format!(
-            "map {plain:?} is not the one that runs, which is {name:?}; start the simulator with --map {plain}"
-        )
-        .into());
-    }
-    call.bridge.destroy_everybody()?;
+    let hidden_layers = our_layers(!call.args.u32().unwrap_or(u32::MAX));
+    let sent = sent_file(call);
+    // The client says the name under which the map runs when it wants the same anew.
+    let running = format!("{FOLDER}{}", call.bridge.statics.map_name());
+    let name = match wanted.strip_prefix("/Game/").unwrap_or(wanted) {
+        SENT => sent.to_str().unwrap_or(SENT),
+        same if same == running => "",
+        _ => wanted,
+    };
+    call.bridge.load_world(name, hidden_layers)?;
     if reset_settings {
-        let now = call.bridge.client.settings();
-        let settings = client_lib::Settings { synchronous: 0, ..now };
-        change(call, EpisodeSettings::of(&settings))?;
+        change(call, EpisodeSettings::of(&client_lib::Settings::default()))?;
     }
-    call.bridge.begin_episode();
-    call.bridge.show_state();
     Ok(())
 }
 

@@ -52,7 +52,8 @@ pub(super) fn walk(call: &mut Call) -> Result<(), Refusal> {
 
 pub(super) fn walker_state(call: &mut Call) -> Result<(), Refusal> {
     let (id, pose) = (call.args.u32()?, read_transform(&mut call.args)?);
-    call.bridge.put(id, pose)
+    let speed_mps = call.args.f32()?;
+    call.bridge.lead(id, pose, speed_mps)
 }
 
 pub(super) fn simulate_physics(call: &mut Call) -> Result<(), Refusal> {
@@ -79,6 +80,14 @@ impl Bridge {
 
     fn there(&self, id: u32) -> Result<ActorState, Refusal> {
         self.state(id).ok_or_else(|| unknown("actor", id))
+    }
+
+    /// A walker is to be at this place after the next step, walking at this speed.
+    pub(crate) fn lead(&mut self, id: u32, pose: Pose, speed_mps: f32) -> Result<(), Refusal> {
+        let velocity = pose.rotation() * Vec3::X * speed_mps;
+        let step = velocity * (self.client.settings().delta_nanos as f32 * 1e-9);
+        self.put(id, Pose::new(pose.position() - step, pose.rotation()))?;
+        self.set_velocity(id, velocity)
     }
 
     /// Puts an actor elsewhere, at rest; one of our own relative to its carrier.

@@ -77,7 +77,7 @@ pub(super) fn unload_layer(call: &mut Call) -> Result<(), Refusal> {
 }
 
 /// CARLA's layers that ours have; decals, ground and particles are none of ours.
-fn switch_layers(call: &mut Call, hidden: bool) -> Result<(), Refusal> {
+pub(super) fn our_layers(asked: u32) -> u32 {
     const LAYERS: [(u32, u32); 6] = [
         (0x1, layer::BUILDINGS),
         (0x4, layer::FOLIAGE),
@@ -86,9 +86,12 @@ fn switch_layers(call: &mut Call, hidden: bool) -> Result<(), Refusal> {
         (0x80, layer::STREET_LIGHTS),
         (0x100, layer::WALLS),
     ];
-    let asked = call.args.u32()?;
     let ours = LAYERS.iter().filter(|(theirs, _)| asked & theirs != 0);
-    let layers = ours.fold(0, |sum, (_, ours)| sum | ours);
+    ours.fold(0, |sum, (_, ours)| sum | ours)
+}
+
+fn switch_layers(call: &mut Call, hidden: bool) -> Result<(), Refusal> {
+    let layers = our_layers(call.args.u32()?);
     call.bridge.wish(Wish::HideLayers(HideLayers { layers, hidden: hidden.into() }));
     Ok(())
 }

@@ -1,0 +1,130 @@
+"""The official package's own walkers: twenty walk for a while on the map's navigation mesh.
+
+Usage: walkers.py PORT SECONDS. Says how far they came, and what was under their feet.
+"""
+
+import os
+import sys
+import tempfile
+
+# The package keeps navigation meshes for ever; a test must not find those of another.
+os.environ["CARLA_CACHE_DIR"] = tempfile.mkdtemp(prefix="carla-cache-")
+
+import carla
+
+DELTA = 0.05
+COUNT = 20
+# Where CARLA's people may be, by the label of the surface below.
+FINE = {carla.CityObjectLabel.Sidewalks}
+LABELS = carla.CityObjectLabel
+GROUND = {LABELS.Sidewalks, LABELS.Roads, LABELS.RoadLines, LABELS.Terrain, LABELS.Ground,
+          LABELS.Other, LABELS.Static}
+
+
+def main(port, seconds):
+    client = carla.Client("127.0.0.1", port)
+    client.set_timeout(60.0)
+    world = client.get_world()
+    settings = world.get_settings()
+    settings.synchronous_mode = True
+    settings.fixed_delta_seconds = DELTA
+    world.apply_settings(settings)
+    world.set_pedestrians_seed(3)
+    world.set_pedestrians_cross_factor(0.0)
+    world.tick()
+    crosswalks = outlines(world.get_map().get_crosswalks())
+    library = world.get_blueprint_library()
+    blueprints = library.filter("walker.pedestrian.*")
+    walkers, controllers = [], []
+    while len(walkers) < COUNT:
+        place = world.get_random_location_from_navigation()
+        assert place is not None, "the map has no navigation mesh"
+        walker = world.try_spawn_actor(blueprints[len(walkers)], carla.Transform(place))
+        if walker is not None:
+            walkers.append(walker)
+    world.tick()
+    for walker in walkers:
+        brain = library.find("controller.ai.walker")
+        controllers.append(world.spawn_actor(brain, carla.Transform(), attach_to=walker))
+    world.tick()
+    goals = []
+    for index, controller in enumerate(controllers):
+        controller.start()
+        goals.append(world.get_random_location_from_navigation())
+        controller.go_to_location(goals[-1])
+        controller.set_max_speed(1.0 + 0.05 * index)
+    way = [0.0] * COUNT
+    on_road, crossing, looked = [], 0, 0
+    last = [walker.get_location() for walker in walkers]
+    for frame in range(round(seconds / DELTA)):
+        world.tick()
+        for index, walker in enumerate(walkers):
+            at = walker.get_location()
+            step = at.distance(last[index])
+            way[index] += step
+            last[index] = at
+            if at.distance(goals[index]) < 2.0:
+                goals[index] = world.get_random_location_from_navigation()
+                controllers[index].go_to_location(goals[index])
+            if frame % 10:
+                continue
+            looked += 1
+            down = world.cast_ray(at + carla.Location(z=1.0), at - carla.Location(z=3.0))
+            solid = [hit for hit in down if hit.label in GROUND]
+            assert solid, f"nothing is below {at}"
+            below = solid[0]
+            assert abs(below.location.z - at.z) < 0.4, f"{at} is not on {below.location}"
+            if below.label in FINE:
+                continue
+            if any(within(at, outline) for outline in crosswalks):
+                crossing += 1
+            else:
+                on_road.append((walker.id, at.x, at.y, str(below.label)))
+    moving = sum(one > 5.0 for one in way)
+    assert moving >= COUNT * 0.9, f"only {moving} of {COUNT} walk: {way}"
+    for index, distance in enumerate(way):
+        # Who is in another's way is pushed aside a little besides.
+        speed, wanted = distance / seconds, 1.0 + 0.05 * index
+        assert speed < 1.15 * wanted, f"walker {index} walks at {speed} m/s, told {wanted}"
+    assert not on_road, f"{len(on_road)} of {looked} looks: {on_road[:5]}"
+    assert crossing > 0 or seconds < 30, "nobody crosses"
+    speeds = [walker.get_velocity().length() for walker in walkers]
+    assert sum(speed > 0.3 for speed in speeds) > COUNT / 2, speeds
+    for controller in controllers:
+        controller.stop()
+    print(f"{moving} of {COUNT} walked {sum(way):.0f} m in all, {crossing} of {looked} looks on "
+          "crosswalks, none on a road")
+
+
+def outlines(points):
+    """Closed polygons out of CARLA's one list, each of which ends where it began."""
+    polygons, line = [], []
+    for point in points:
+        if line and point.distance(line[0]) < 1e-3:
+            polygons.append(line)
+            line = []
+        else:
+            line.append(point)
+    return polygons
+
+
+def within(at, outline):
+    """Whether a point is in a polygon, or half a metre beside it."""
+    inside = False
+    for a, b in zip(outline, outline[1:] + outline[:1]):
+        if (a.y > at.y) != (b.y > at.y) and at.x < a.x + (at.y - a.y) * (b.x - a.x) / (b.y - a.y):
+            inside = not inside
+        length = max((b.x - a.x) ** 2 + (b.y - a.y) ** 2, 1e-6)
+        share = ((at.x - a.x) * (b.x - a.x) + (at.y - a.y) * (b.y - a.y)) / length
+        share = min(1.0, max(0.0, share))
+        off = ((a.x + share * (b.x - a.x) - at.x) ** 2 + (a.y + share * (b.y - a.y) - at.y) ** 2)
+        if off < 0.5 ** 2:
+            return True
+    return inside
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), float(sys.argv[2]))
+    sys.stdout.flush()
+    # The package aborts now and then while its threads end.
+    os._exit(0)
