@@ -108,15 +108,16 @@ pub struct Moment {
 
 /// The sum over what a frame showed, for `Moment::shown`.
 pub(crate) fn sum_of(actors: &[ActorState]) -> u64 {
-    let words: &[u64] = bytemuck::cast_slice(actors_as_words(actors));
     // Four lanes at a time: the multiplications overlap.
     let mut lanes = [0xcbf2_9ce4_8422_2325u64, 1, 2, 3];
-    for group in words.as_chunks::<4>().0 {
-        for (lane, word) in lanes.iter_mut().zip(group) {
+    let words = actors_as_words(actors).as_flattened();
+    for group in words.as_chunks::<8>().0 {
+        for (lane, [low, high]) in lanes.iter_mut().zip(group.as_chunks::<2>().0) {
+            let word = u64::from(*low) | u64::from(*high) << 32;
             *lane = (lane.rotate_left(5) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         }
     }
-    lanes.into_iter().fold(words.len() as u64, |sum, lane| {
+    lanes.into_iter().fold(words.len() as u64 / 2, |sum, lane| {
         let mixed = (sum.rotate_left(17) ^ lane).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         mixed ^ (mixed >> 29)
     })

@@ -226,3 +226,9 @@ fn compact_places_are_within_a_centimetre_and_a_tenth_of_a_degree() {
     }
     assert_eq!(frame, 200);
 }
+
+#[test]
+fn a_frame_in_which_nobody_is_there_has_a_sum_too() {
+    assert_eq!(crate::moment::sum_of(&[]), crate::moment::sum_of(&Vec::new()));
+    assert_ne!(crate::moment::sum_of(&[]), crate::moment::sum_of(&[ActorState::default()]));
+}
