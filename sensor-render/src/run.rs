@@ -319,7 +319,12 @@ impl Renderer {
                     let (planes, byte_len) = layout(sensors);
                     let writer = match self.rigs.take_writer(id) {
                         Some(writer) => writer,
-                        None => self.ports.rig(id, byte_len)?,
+                        None => match self.ports.rig(id, byte_len) {
+                            Ok(writer) => writer,
+                            // Taken away before its first frame: a line that says so follows.
+                            Err(e) if e.is_missing_channel() => return Ok(()),
+                            Err(e) => return Err(e.into()),
+                        },
                     };
                     self.rigs.mount(id, planes, byte_len, writer);
                 }

@@ -220,6 +220,22 @@ fn a_stage_that_is_killed_while_worlds_change_comes_back_in_the_right_one() {
 }
 
 #[test]
+fn a_rig_that_goes_before_its_first_frame_disturbs_nobody() {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    for _ in 0..3 {
+        let brief = rig(&mut client);
+        client.destroy_rig(brief).unwrap();
+        client.tick().unwrap();
+    }
+    let mut rig = rig(&mut client);
+    let (_, measured) = client.tick_and_collect(&mut [&mut rig]).unwrap();
+    assert!(measured[0].is_some());
+    drop(client);
+    assert!(!sim.end().contains("died"));
+}
+
+#[test]
 fn a_world_that_runs_by_itself_can_be_changed_too() {
     let scratch = Scratch::new();
     let thorp = other_map(scratch.path());

@@ -44,6 +44,11 @@ pub enum BusError {
 }
 
 impl BusError {
+    /// Whether it is that there is no such channel.
+    pub fn is_missing_channel(&self) -> bool {
+        matches!(self, BusError::Channel { why, .. } if why == "DoesNotExist")
+    }
+
     pub(crate) fn port(what: &'static str, name: &str, why: impl Debug) -> BusError {
         BusError::Port { what, name: name.to_owned(), why: format!("{why:?}") }
     }
