@@ -494,9 +494,9 @@ impl Host {
 
     fn change_settings(&mut self, settings: &Settings) -> Result<(), String> {
         let (delta, substep) = (settings.delta_nanos, settings.substep_max_nanos);
-        if !(100_000..=1_000_000_000).contains(&delta) {
+        if !(100_000..=10_000_000_000).contains(&delta) {
             return Err(format!(
-                "delta_nanos is {delta}, not 100000 to 1000000000 (0.1 ms to 1 s)"
+                "delta_nanos is {delta}, not 100000 to 10000000000 (0.1 ms to 10 s)"
             ));
         }
         if !(100_000..=100_000_000).contains(&substep) {

@@ -109,8 +109,8 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
 /// Seconds into nanoseconds, within what the host takes.
 pub(crate) fn nanos(seconds: f64) -> anyhow::Result<u64> {
     anyhow::ensure!(
-        (1e-4..=1.0).contains(&seconds),
-        "--fixed-delta is {seconds}, not 0.0001 to 1 (seconds)"
+        (1e-4..=10.0).contains(&seconds),
+        "--fixed-delta is {seconds}, not 0.0001 to 10 (seconds)"
     );
     Ok((seconds * 1e9).round() as u64)
 }

@@ -60,8 +60,8 @@ impl EpisodeSettings {
         let nanos = |secs: f64| (secs * 1e9).round() as u64;
         let mut delta_nanos = DELTA_NANOS;
         if let Some(secs) = self.fixed_delta_secs.filter(|secs| *secs > 0.0) {
-            if !(1e-4..=1.0).contains(&secs) {
-                return Err(format!("fixed_delta_seconds is {secs}, not 0.0001 to 1").into());
+            if !(1e-4..=10.0).contains(&secs) {
+                return Err(format!("fixed_delta_seconds is {secs}, not 0.0001 to 10").into());
             }
             delta_nanos = nanos(secs);
         }

@@ -87,7 +87,7 @@ impl Relief {
             let whole = u.perp_dot(v);
             let (along_u, along_v) = (way.perp_dot(v) / whole, u.perp_dot(way) / whole);
             let is_in = along_u >= -1e-6 && along_v >= -1e-6 && along_u + along_v <= 1.0 + 1e-6;
-            is_in.then(|| a.z + (b.z - a.z) * along_u + (c.z - a.z) * along_v)
+            is_in.then_some(a.z + (b.z - a.z) * along_u + (c.z - a.z) * along_v)
         };
         near.filter_map(height).next()
     }
