@@ -274,3 +274,64 @@ fn a_door_that_is_killed_is_opened_again() {
     let _ = port;
     sim.end();
 }
+
+/// CARLA's repository is not ours to hand on: `OMNIBUS_CARLA_EXAMPLES` names its PythonAPI folder.
+#[test]
+fn carla_s_own_examples_run_unmodified() {
+    let Some(api) = std::env::var_os("OMNIBUS_CARLA_EXAMPLES").map(PathBuf::from) else {
+        eprintln!(
+            "SKIPPED carla_s_own_examples_run_unmodified: OMNIBUS_CARLA_EXAMPLES names no folder"
+        );
+        return;
+    };
+    let python = environment("omnibus-it-carla-examples", EXAMPLES_NEED, "import carla, pygame");
+    let python = python.unwrap_or_else(|why| panic!("what the examples need is not there: {why}"));
+    let scratch = Scratch::new();
+    let (sim, port) = with_door(&["--map", "Town03"]);
+    let (api, out) = (api.to_str().unwrap(), scratch.path().to_str().unwrap());
+    let output = play(&python, "examples.py", port, &[api, out]);
+    let said = String::from_utf8_lossy(&output.stdout);
+    let lines: Vec<Value> = said.lines().filter_map(|l| serde_json::from_str(l).ok()).collect();
+    let mut table = EXAMPLES_ABOVE.to_owned();
+    for line in &lines {
+        let field = |name: &str| line[name].as_str().unwrap_or("").replace('|', "\\|");
+        let outcome = match line["failure"].as_str() {
+            None => field("observed"),
+            Some(_) => format!("**fails**: {}", field("failure")),
+        };
+        let call = format!("{} {}", field("script"), field("arguments"));
+        let _ = writeln!(table, "| {} | `{}` | {outcome} |", field("example"), call.trim());
+    }
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        fs::write(EXAMPLES_TABLE, &table).unwrap();
+    }
+    print!("{table}");
+    let fails = |line: &&Value| line["failure"].is_string();
+    let failing: Vec<_> =
+        lines.iter().filter(fails).filter_map(|l| l["example"].as_str()).collect();
+    let unknown: Vec<_> = failing.iter().filter(|name| !KNOWN_TO_FAIL.contains(name)).collect();
+    assert!(unknown.is_empty(), "{unknown:?} fail\n{table}\n{}", sim.log());
+    assert!(lines.len() > 35, "only {} examples ran", lines.len());
+    sim.end();
+}
+
+const EXAMPLES_TABLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/carla-examples.md");
+const EXAMPLES_ABOVE: &str = include_str!("../carla/examples-head.md");
+/// What CARLA's scripts import.
+const EXAMPLES_NEED: &[&str] = &[
+    "carla==0.9.16",
+    "numpy",
+    "pygame",
+    "networkx",
+    "shapely",
+    "pillow",
+    "matplotlib<3.9",
+    "psutil",
+    "py-cpuinfo",
+    "GPUtil",
+    "python-tr",
+    "setuptools<80",
+];
+/// These ask for what this simulator does not measure, for a screen, or compare nothing to a number
+/// in a line that comes before the simulator is asked.
+const KNOWN_TO_FAIL: &[&str] = &["V2XDemo", "tutorial_gbuffer", "open3d_lidar", "config_default"];
