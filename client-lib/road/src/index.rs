@@ -77,7 +77,7 @@ pub(crate) struct LaneIndexGrid {
 }
 
 const CELL_M: f64 = 8.0;
-const CELLS_MAX: f64 = 4e6;
+const CELLS_MAX: f64 = 5e5;
 /// Widths may swell this much between the places where they are looked at.
 const SLACK_M: f64 = 0.1;
 /// Roads of so many lanes are worth a thread.
