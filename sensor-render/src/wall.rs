@@ -1,7 +1,6 @@
-use std::collections::BTreeMap;
-
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
+use rayon::prelude::*;
 use road::Material;
 
 use crate::scene::Triangle;
@@ -24,28 +23,32 @@ type Key = (u32, i32, i32, i32);
 
 /// Finds the walls that have windows, appends them to `walls` and writes each triangle's number.
 pub(crate) fn find_walls(triangles: &mut [Triangle], walls: &mut Vec<Wall>) {
-    let mut extents: BTreeMap<Key, [f32; 4]> = BTreeMap::new();
-    for triangle in triangles.iter() {
-        let Some((key, along)) = key(triangle) else { continue };
+    let found = |(at, triangle): (usize, &Triangle)| {
+        let (key, along) = key(triangle)?;
         let corner = Vec3::from(triangle.corner);
-        let extent = extents.entry(key).or_insert([f32::MAX, f32::MIN, f32::MAX, f32::MIN]);
+        let mut extent = NOTHING;
         for offset in [Vec3::ZERO, Vec3::from(triangle.edge1), Vec3::from(triangle.edge2)] {
             let at = corner + offset;
-            let s = at.dot(along);
-            *extent =
-                [extent[0].min(s), extent[1].max(s), extent[2].min(at.z), extent[3].max(at.z)];
+            extent = united(extent, [at.dot(along), at.dot(along), at.z, at.z]);
         }
-    }
-    let mut numbers = BTreeMap::new();
-    for (key, [left, right, low, high]) in extents {
-        numbers.insert(key, walls.len() as u32);
+        Some((key, at as u32, extent))
+    };
+    let mut sides: Vec<_> = triangles.par_iter().enumerate().filter_map(found).collect();
+    sides.par_sort_unstable_by_key(|side| (side.0, side.1));
+    for wall in sides.chunk_by(|a, b| a.0 == b.0) {
+        let [left, right, low, high] = wall.iter().fold(NOTHING, |sum, side| united(sum, side.2));
+        for (_, at, _) in wall {
+            triangles[*at as usize].wall = walls.len() as u32;
+        }
         walls.push(Wall([left, right - left, low, high - low]));
     }
-    for triangle in triangles {
-        if let Some((key, _)) = key(triangle) {
-            triangle.wall = numbers[&key];
-        }
-    }
+}
+
+/// Lowest and highest along a wall, and lowest and highest upwards.
+const NOTHING: [f32; 4] = [f32::MAX, f32::MIN, f32::MAX, f32::MIN];
+
+fn united(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
 }
 
 /// The plane of a triangle that is half an upright rectangle of a facade, and the direction along
