@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use glam::{Vec2, vec2};
+use rayon::prelude::*;
 use road::{LaneTypes, Network};
 
 use super::frontage::{Frontage, STEP_M, Station};
@@ -18,41 +19,44 @@ const USUAL_MPS: f32 = 14.0;
 
 /// Every outline, in the order of its lowest corner; the road lies to the left.
 pub(super) fn outlines(network: &Network, raster: &Raster, relief: &Relief) -> Vec<Frontage> {
-    let mut all = Vec::new();
-    for contour in contours(raster) {
-        let line = smoothed(&contour);
+    let line = |contour: &Vec<Vec2>| {
+        let line = smoothed(contour);
         let length: f32 = line.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
         if length < SHORTEST_M {
+            return None;
+        }
+        let frontage = frontage(network, raster, relief, &line);
+        (frontage.len() > 1).then_some(frontage)
+    };
+    contours(raster).par_iter().filter_map(line).collect()
+}
+
+/// Stations along a line.
+fn frontage(network: &Network, raster: &Raster, relief: &Relief, line: &[Vec2]) -> Frontage {
+    let mut frontage = Vec::new();
+    let mut limit_mps = USUAL_MPS;
+    let (mut passed, mut next) = (0.0, 0.0);
+    for at in 1..line.len() - 1 {
+        passed += line[at].distance(line[at - 1]);
+        if passed < next {
             continue;
         }
-        let mut frontage = Vec::new();
-        let mut limit_mps = USUAL_MPS;
-        let (mut passed, mut next) = (0.0, 0.0);
-        for at in 1..line.len() - 1 {
-            passed += line[at].distance(line[at - 1]);
-            if passed < next {
-                continue;
-            }
-            next += STEP_M;
-            let ahead = line[(at + 3).min(line.len() - 1)] - line[at.saturating_sub(3)];
-            let Some(ahead) = ahead.try_normalize() else { continue };
-            let (edge, out) = (line[at], -ahead.perp());
-            let walk_m = walk_width(raster, edge, out);
-            let inside = edge - out * (walk_m + 1.5);
-            let probe = inside.extend(relief.at(inside)).as_dvec3();
-            // Lanes inside junctions seldom say; there the limit of before goes on.
-            if let Some(lane) = network.nearest(probe, LaneTypes::DRIVABLE)
-                && let Some(limit) = network.lane(lane.lane).speed_limit_mps
-            {
-                limit_mps = limit as f32;
-            }
-            frontage.push(Station { edge, out, walk_m, limit_mps });
+        next += STEP_M;
+        let ahead = line[(at + 3).min(line.len() - 1)] - line[at.saturating_sub(3)];
+        let Some(ahead) = ahead.try_normalize() else { continue };
+        let (edge, out) = (line[at], -ahead.perp());
+        let walk_m = walk_width(raster, edge, out);
+        let inside = edge - out * (walk_m + 1.5);
+        let probe = inside.extend(relief.at(inside)).as_dvec3();
+        // Lanes inside junctions seldom say; there the limit of before goes on.
+        if let Some(lane) = network.nearest(probe, LaneTypes::DRIVABLE)
+            && let Some(limit) = network.lane(lane.lane).speed_limit_mps
+        {
+            limit_mps = limit as f32;
         }
-        if frontage.len() > 1 {
-            all.push(frontage);
-        }
+        frontage.push(Station { edge, out, walk_m, limit_mps });
     }
-    all
+    frontage
 }
 
 /// How far one walks from the edge to the carriageway.
