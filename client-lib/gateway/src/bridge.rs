@@ -478,8 +478,11 @@ impl Bridge {
 
     fn begin_episode(&mut self) -> Result<(), ClientError> {
         self.episode = self.standing();
-        self.statics = Arc::new(Statics::new(self.client.instance().episode()?));
-        self.statics.prepare();
+        let episode = self.client.instance().episode()?;
+        if episode != self.statics.episode {
+            self.statics = Arc::new(Statics::new(episode));
+            self.statics.prepare();
+        }
         let network = self.client.map()?;
         self.cast = self.cast.in_world_of(network);
         self.lights = Lights::new(network);
