@@ -123,7 +123,7 @@ fn meddle(client: &mut Client, cars: &[ActorId], frame: usize) {
     let mut wishes = physics.wishes(one(0));
     let push = Push { actor_id: one(1), lasts: 1, linear: [0.0, 4e4, 0.0], ..Push::default() };
     wishes.push(Wish::Push(push));
-    let on = u32::from(frame % 100 == 0);
+    let on = u32::from(frame.is_multiple_of(100));
     wishes.push(Wish::SetGravity(Switch { actor_id: one(2), on }));
     wishes.push(Wish::SetCollisions(Switch { actor_id: one(3), on }));
     let drive = AckermannControl { actor_id: one(4), speed_mps: 6.0, ..Default::default() };

@@ -13,6 +13,9 @@ use crate::kit::Sim;
 
 const BAD: [f32; 5] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30];
 
+/// A number of a struct, and its name.
+type Number<T> = (&'static str, fn(&mut T) -> &mut f32);
+
 /// One wish that must be refused, and what it is about.
 struct Bad {
     what: String,
@@ -30,7 +33,7 @@ impl List {
         name: &str,
         wish: fn(T) -> Wish,
         good: T,
-        numbers: &[(&str, fn(&mut T) -> &mut f32)],
+        numbers: &[Number<T>],
     ) {
         for (field, number) in numbers {
             for bad in BAD {
