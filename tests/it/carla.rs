@@ -178,7 +178,7 @@ fn the_package_s_own_walkers_keep_to_sidewalks_and_crosswalks() {
     else {
         return;
     };
-    let (sim, port) = with_door(&["--map", "Town03"]);
+    let (sim, port) = with_door(&["--map", "Greatmoor"]);
     let seconds = if crate::kit::is_soak() { "600" } else { "60" };
     let output = play(&python, "walkers.py", port, &[seconds]);
     let words = String::from_utf8_lossy(&output.stderr);

@@ -55,7 +55,7 @@ fn bad_arguments_are_named_with_what_would_do() {
     names(&refusal(&["run", "--threads", "100000"]), &["--threads is 100000", "1024"]);
     names(&refusal(&["run", "--wait", "never"]), &["never", "balanced"]);
     names(&refusal(&["run", "--name", "UPPER"]), &["UPPER", "a-z"]);
-    names(&refusal(&["run", "--fixed-delta", "7"]), &["--fixed-delta", "7"]);
+    names(&refusal(&["run", "--fixed-delta", "70"]), &["--fixed-delta", "70"]);
     names(&refusal(&["run", "--device", "gpu:77", "--map", small_map()]), &["gpu:77"]);
     let alone = ["stage", "physics", "--single-process", "--map", small_map()];
     names(&refusal(&alone), &["--single-process", "stage tick"]);
