@@ -1,7 +1,7 @@
 """Draws docs/vehicle-model/: our BMW 320i over CommonRoad's, and the table of differences.
 
-    OMNIBUS_BMW=/tmp/ours.csv cargo test --release -p sim-host commonroad
-    python plot_bmw.py ../../sim-host/src/physics/tests/bmw.csv /tmp/ours.csv ../../docs/vehicle-model
+    OMNIBUS_BMW=ours.csv cargo test --release -p sim-host commonroad
+    python plot_bmw.py ../../sim-host/src/physics/tests/bmw.csv ours.csv ../../docs/vehicle-model
 
 needs matplotlib. Prints the table as Markdown.
 """
