@@ -63,8 +63,18 @@ fn a_change_that_is_told_is_made_once_and_at_once() {
     course.tick_with(&[turned_for(1, dial::CHANGE_NOW, 1.0)]);
     (0..20 * 8).for_each(|_| course.tick());
     assert!((course.cars[0].position.y + 1.75).abs() < 0.2, "{:?}", course.cars[0].position);
-    (0..20 * 10).for_each(|_| course.tick());
-    assert!((course.cars[0].position.y + 1.75).abs() < 0.2, "only once");
+}
+
+#[test]
+fn a_change_that_is_told_is_not_made_again() {
+    let mut course = alone(&[turned_for(1, dial::CHANGE_NOW, -1.0)], 8);
+    // Something else brings it back to the left, where it stays.
+    course.tick_with(&[turned_for(1, dial::CHANGE_LEFT, 1.0)]);
+    (0..20 * 14).for_each(|_| course.tick());
+    for _ in 0..20 * 6 {
+        course.tick();
+        assert!((course.cars[0].position.y + 1.75).abs() < 0.2, "{:?}", course.cars[0].position);
+    }
 }
 
 #[test]
