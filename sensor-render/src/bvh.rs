@@ -1,12 +1,14 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec3A};
-use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::{build_bvh2, build_bvh2_from_tris};
+use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::triangle::Triangle;
 use obvhs::{BvhBuildParams, bvh2::node::Bvh2Node};
 
-use crate::divide::{Box3, Corners, divided};
+use crate::{
+    divide::{Box3, Corners, divided},
+    heuristic,
+};
 
 /// The deepest hierarchies of triangles and of actors that a tracer's stack can walk. Together they
 /// are the shaders' stack (reference.wgsl), which the device clears for every ray: it is short.
@@ -125,12 +127,7 @@ impl Hierarchy {
         if boxes.is_empty() {
             return Hierarchy { nodes: Vec::new(), root: Link::EMPTY, order: Vec::new() };
         }
-        let aabbs: Vec<Aabb> =
-            boxes.iter().map(|(low, high)| Aabb::new((*low).into(), (*high).into())).collect();
-        let mut config = BvhBuildParams::fast_build();
-        config.max_prims_per_leaf = 1;
-        let tree = build_bvh2(&aabbs, config, &mut Default::default());
-        Hierarchy::shallow(&tree, boxes, TOP_DEPTH_MAX)
+        heuristic::over(boxes, TOP_DEPTH_MAX)
     }
 
     /// Takes `tree`; if it is too deep, as it may be where primitives lie in one heap, what is
@@ -184,7 +181,7 @@ fn flatten(tree: &Bvh2, boxes: &[(Vec3, Vec3)], graft_depth: usize) -> (Hierarch
         let own = if is_grafted {
             let first = order.len();
             collect(tree, node, &mut order);
-            halve(boxes, &mut nodes, &mut order, first).0
+            halve(boxes, &mut nodes, &mut order[first..], first).0
         } else if node.is_leaf() {
             let first = order.len() as u32;
             collect(tree, node, &mut order);
@@ -238,13 +235,13 @@ pub(crate) fn node_of(low0: Vec3, high0: Vec3, low1: Vec3, high1: Vec3) -> Node 
 
 /// Halves the primitives from position `first` of `order` on, by count along the longest axis,
 /// until they fit into leaves: never deep, whatever they are. Returns the root and its box.
-fn halve(
+/// `run` lies at place `first` of the order.
+pub(crate) fn halve(
     boxes: &[(Vec3, Vec3)],
     nodes: &mut Vec<Node>,
-    order: &mut [u32],
+    run: &mut [u32],
     first: usize,
-) -> (Link, Vec3, Vec3) {
-    let run = &mut order[first..];
+) -> (Link, Box3) {
     let around = run
         .iter()
         .map(|i| boxes[*i as usize])
@@ -253,18 +250,18 @@ fn halve(
         });
     let count = run.len();
     if count as u32 <= LEAF_MAX {
-        return (Link::leaf(first as u32, count as u32), around.0, around.1);
+        return (Link::leaf(first as u32, count as u32), around);
     }
     let axis = (around.1 - around.0).max_position();
     let middle = |i: &u32| boxes[*i as usize].0[axis] + boxes[*i as usize].1[axis];
     run.sort_by(|a, b| middle(a).total_cmp(&middle(b)).then(a.cmp(b)));
     let own = nodes.len();
     nodes.push(node_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO));
-    let half = first + count / 2;
-    let (child0, low0, high0) = halve(boxes, nodes, &mut order[..half], first);
-    let (child1, low1, high1) = halve(boxes, nodes, order, half);
-    nodes[own] = Node { child0, child1, ..node_of(low0, high0, low1, high1) };
-    (Link(own as u32), around.0, around.1)
+    let (lower, upper) = run.split_at_mut(count / 2);
+    let (child0, box0) = halve(boxes, nodes, lower, first);
+    let (child1, box1) = halve(boxes, nodes, upper, first + count / 2);
+    nodes[own] = Node { child0, child1, ..node_of(box0.0, box0.1, box1.0, box1.1) };
+    (Link(own as u32), around)
 }
 
 /// The box around `low` to `high` after `affine`.

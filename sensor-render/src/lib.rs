@@ -16,6 +16,7 @@ mod device;
 mod divide;
 mod echo;
 mod gpu;
+mod heuristic;
 mod hit;
 mod lanes;
 mod light;
