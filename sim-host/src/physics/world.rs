@@ -225,11 +225,14 @@ impl Physics {
         let Physics { world, ground, grip, statics, actors, .. } = self;
         let surface = Surface { ground, grip: *grip };
         for actor in actors {
-            let body = &mut world.bodies[actor.body];
             if actor.kinematic {
-                glide(body, actor.glide, dt);
+                // Who rests is not touched: rapier goes through all that were.
+                if actor.glide != (Vec3::ZERO, Vec3::ZERO) {
+                    glide(&mut world.bodies[actor.body], actor.glide, dt);
+                }
                 continue;
             }
+            let body = &mut world.bodies[actor.body];
             let gravity = if actor.is_weightless { 0.0 } else { GRAVITY_MPS2 };
             let outside = Push { force_n: actor.pushed.0, torque_nm: actor.pushed.1 };
             match &mut actor.kind {
@@ -369,9 +372,6 @@ fn apply(body: &mut RigidBody, push: &Push) {
 
 /// Moves a kinematic body on by its set velocity.
 fn glide(body: &mut RigidBody, (velocity, spin): (Vec3, Vec3), dt: f32) {
-    if velocity == Vec3::ZERO && spin == Vec3::ZERO {
-        return;
-    }
     let turn = Quat::from_scaled_axis(spin * dt) * *body.rotation();
     let place = body.translation() + velocity * dt;
     body.set_next_kinematic_position(Pose::from_parts(place, turn.normalize()));
