@@ -9,7 +9,7 @@ use bus::{
     ActorId, Autopilot, BatchHeader, BlueprintInfo, ClientPorts, Command, CreateRig, Ending, Event,
     FilePath, Frame, Instance, Interrupted, JournalEntry, LoadMap, Name, Nothing, Participant,
     Pose, RigId, Role, SensorSpec, Settings, Stamp, StartRecorder, StartReplay, StopReplay,
-    Teleport, VehicleControl, Watch, Weather, Wish, clock, fault, flag, load,
+    Strategy, Teleport, VehicleControl, Watch, Weather, Wish, clock, fault, flag, load,
 };
 use glam::Vec3;
 use road::Network;
@@ -353,6 +353,11 @@ impl Client {
         self.participant.next_frame(self.frame, None).map_err(|_| self.host_ended())?;
         self.refresh()?;
         Ok(self.frame)
+    }
+
+    /// How everybody on this bus waits, as the host was told.
+    pub fn strategy(&self) -> Strategy {
+        self.participant.control().strategy()
     }
 
     /// For another thread of this process: sees frames come while this client does other things.

@@ -123,7 +123,7 @@ impl Door {
         };
         let ports = Ports { streams: port(&self.streams)?, manager: port(&self.manager)? };
         let address = self.calls.local_addr().map_err(DoorError::Thread)?;
-        let watch = client.watch();
+        let (watch, strategy) = (client.watch(), client.strategy());
         let statics =
             Arc::new(Statics::new(client.instance().episode().map_err(ClientError::Bus)?));
         statics.prepare();
@@ -132,9 +132,9 @@ impl Door {
         let bridge = Arc::new(Mutex::new(bridge));
         streams.serve(self.streams).map_err(DoorError::Thread)?;
         let manager = Arc::new(Manager { bridge: Arc::clone(&bridge) });
-        rpc::serve(self.manager, "carla-manager", manager).map_err(DoorError::Thread)?;
+        rpc::serve(self.manager, "carla-manager", strategy, manager).map_err(DoorError::Thread)?;
         let desk = Arc::new(Desk { bridge: Arc::clone(&bridge), ports });
-        rpc::serve(self.calls, "carla-calls", desk).map_err(DoorError::Thread)?;
+        rpc::serve(self.calls, "carla-calls", strategy, desk).map_err(DoorError::Thread)?;
         eprintln!("INFO gateway 0 CARLA's clients connect to {address}");
         look_on(&bridge, &watch);
         Ok(())

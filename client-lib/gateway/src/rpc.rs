@@ -7,8 +7,12 @@ use std::{
         Arc,
         atomic::{AtomicU64, AtomicUsize, Ordering},
     },
+    thread,
     time::Duration,
 };
+
+use client_lib::{Strategy, clock};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::msgpack::{Budget, DecodeError, Pack, Value, read};
 
@@ -20,6 +24,8 @@ const VALUES_MAX: usize = 1 << 21;
 const BYTES_MAX: usize = 256 << 20;
 /// Answers that are put off while more requests lie ready.
 const ANSWERS_MAX: usize = 64 << 10;
+/// A caller is looked out for as much longer than one of our own.
+const WAKINGS: u64 = 4;
 /// A client that takes nothing for so long is gone.
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -43,12 +49,15 @@ pub(crate) trait Callee: Send + Sync + 'static {
     fn hung_up(&self, _peer: &Peer) {}
 }
 
-/// Answers calls on this port until the process ends.
+/// Answers calls on this port until the process ends. Who has got an answer is waited for as
+/// `strategy` says; it has threads of its own to wake before it calls again.
 pub(crate) fn serve<C: Callee>(
     listener: TcpListener,
     name: &'static str,
+    strategy: Strategy,
     callee: Arc<C>,
 ) -> io::Result<()> {
+    let look_nanos = WAKINGS * strategy.spin_nanos;
     let (count, last) = (Arc::new(AtomicUsize::new(0)), AtomicU64::new(0));
     let work = move || {
         for stream in listener.incoming().flatten() {
@@ -63,13 +72,13 @@ pub(crate) fn serve<C: Callee>(
             count.fetch_add(1, Ordering::Relaxed);
             let (callee, inner) = (Arc::clone(&callee), Arc::clone(&count));
             let converse = move || {
-                if let Err(e) = converse(&stream, &peer, &*callee) {
+                if let Err(e) = converse(&stream, &peer, look_nanos, &*callee) {
                     eprintln!("WARN {name} 0 {} is cut off: {e}", peer.address);
                 }
                 callee.hung_up(&peer);
                 inner.fetch_sub(1, Ordering::Relaxed);
             };
-            let spawned = std::thread::Builder::new()
+            let spawned = thread::Builder::new()
                 .name(format!("{name}-{number}"))
                 .stack_size(1 << 20)
                 .spawn(converse);
@@ -78,17 +87,43 @@ pub(crate) fn serve<C: Callee>(
             }
         }
     };
-    std::thread::Builder::new().name(name.into()).spawn(work).map(drop)
+    thread::Builder::new().name(name.into()).spawn(work).map(drop)
+}
+
+/// A connection that is looked at for a while before its reader sleeps: who calls in a loop calls
+/// again soon, and to be woken costs more than a call.
+struct Eager<'a> {
+    stream: &'a TcpStream,
+    look_nanos: u64,
+}
+
+impl Read for Eager<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let begun = clock::now_nanos();
+        while clock::now_nanos() - begun < self.look_nanos {
+            let mut fds = [PollFd::new(self.stream, PollFlags::IN)];
+            if poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: 0 }))? > 0 {
+                break;
+            }
+            thread::yield_now();
+        }
+        self.stream.read(buffer)
+    }
 }
 
 /// Answers one caller until it hangs up.
-fn converse(stream: &TcpStream, peer: &Peer, callee: &dyn Callee) -> Result<(), DecodeError> {
+fn converse(
+    stream: &TcpStream,
+    peer: &Peer,
+    look_nanos: u64,
+    callee: &dyn Callee,
+) -> Result<(), DecodeError> {
     let set = || {
         stream.set_nodelay(true)?;
         stream.set_write_timeout(Some(PATIENCE))
     };
     set().map_err(DecodeError::Io)?;
-    let mut input = BufReader::with_capacity(64 << 10, stream);
+    let mut input = BufReader::with_capacity(64 << 10, Eager { stream, look_nanos });
     let mut answers = Pack::new();
     loop {
         let request = match next(&mut input) {
