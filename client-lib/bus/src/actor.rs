@@ -125,6 +125,17 @@ pub mod flag {
 /// Of a walker, [`ActorState::phase`] counts so many to a stride.
 pub const STRIDE: u32 = 1 << 16;
 
+/// What physics publishes of motion is rounded to whole parts of a unit, far finer than a sensor
+/// measures: a recording of exact states is half as large.
+pub mod parts {
+    /// Of a metre per second and of a radian per second.
+    pub const MOTION: u32 = 16_384;
+    /// Of a revolution per minute.
+    pub const ENGINE: u32 = 4;
+    /// Of a radian, for wheels.
+    pub const WHEEL: u32 = 8_192;
+}
+
 /// Bits of [`ActorState::lamps`]: CARLA's `VehicleLightState`.
 pub mod lamp {
     /// Position lamps.
@@ -183,11 +194,11 @@ pub struct ActorState {
     pub flags: u32,
     /// `world_from_actor`.
     pub pose: Pose,
-    /// Of the origin, in world space.
+    /// Of the origin, in world space; in [`parts::MOTION`].
     pub velocity_mps: [f32; 3],
-    /// In world space.
+    /// In world space; in [`parts::MOTION`].
     pub angular_velocity_radps: [f32; 3],
-    /// Mean over the frame, in world space, gravity not felt.
+    /// Mean over the frame, in world space, gravity not felt: what the published velocity gained.
     pub acceleration_mps2: [f32; 3],
     /// Pedal, 0 to 1.
     pub throttle: f32,
@@ -197,11 +208,11 @@ pub struct ActorState {
     pub steer: f32,
     /// −1 reverse, 0 neutral, 1 and up forward.
     pub gear: i32,
-    /// Engine speed, revolutions per minute.
+    /// Engine speed, revolutions per minute; in [`parts::ENGINE`].
     pub engine_rpm: f32,
-    /// How far the front wheels are turned, positive to the left.
+    /// How far the front wheels are turned, positive to the left; in [`parts::WHEEL`].
     pub wheel_steer_rad: f32,
-    /// How far the wheels have rolled, modulo one turn.
+    /// How far the wheels have rolled, modulo one turn; in [`parts::WHEEL`].
     pub wheel_spin_rad: f32,
     /// A traffic light's colour (see [`light`]); how much of a walker's stride is done, in
     /// [`STRIDE`]ths.

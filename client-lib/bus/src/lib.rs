@@ -17,7 +17,7 @@ mod traffic;
 mod vehicle;
 
 pub use actor::{
-    ACTORS_MAX, ActorId, ActorState, Pose, STRIDE, VehicleControl, flag, kind, lamp, light,
+    ACTORS_MAX, ActorId, ActorState, Pose, STRIDE, VehicleControl, flag, kind, lamp, light, parts,
 };
 pub use command::{
     Answer, Autopilot, BatchHeader, Command, CreateRig, HideLayers, HideObjects, HoldLight,

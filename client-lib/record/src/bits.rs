@@ -48,34 +48,53 @@ impl BitWriter {
     }
 }
 
-/// Unpacks them.
+/// How many rows of bits are read side by side.
+pub(crate) const STREAMS: usize = 4;
+
+/// Unpacks them: several rows of bits side by side, so that one need not wait for the other.
+#[derive(Default)]
 pub(crate) struct BitReader<'a> {
     bytes: &'a [u8],
-    at: usize,
+    at: [usize; STREAMS],
+    has_ended: bool,
 }
 
 impl<'a> BitReader<'a> {
-    pub(crate) fn new(bytes: &'a [u8]) -> BitReader<'a> {
-        BitReader { bytes, at: 0 }
+    /// Rows that follow one another, each of this many bytes.
+    pub(crate) fn new(bytes: &'a [u8], lens: [usize; STREAMS]) -> BitReader<'a> {
+        let mut end = 0usize;
+        let at = lens.map(|len| {
+            let begin = end;
+            end = end.saturating_add(len);
+            begin.saturating_mul(8)
+        });
+        BitReader { bytes, at, has_ended: false }
     }
 
-    /// The next number of that width.
+    /// The next number of that width; 0 behind the end, of which [`BitReader::check`] tells.
     #[inline(always)]
-    pub(crate) fn pull_rice(&mut self, width: u32) -> Result<u32, Damage> {
-        let byte = self.at >> 3;
-        let Some(window) = self.bytes.get(byte..byte + 8) else {
-            return Err(Damage("its bits end early"));
+    pub(crate) fn pull_rice(&mut self, stream: usize, width: u32) -> u32 {
+        let at = &mut self.at[stream];
+        let byte = *at >> 3;
+        let Some(window) = self.bytes.get(byte..).and_then(|rest| rest.first_chunk::<8>()) else {
+            self.has_ended = true;
+            return 0;
         };
         // 57 bits at least, and no number but one that is stored whole has more than 47.
-        let window = u64::from_le_bytes(window.try_into().expect("eight bytes")) >> (self.at & 7);
+        let window = u64::from_le_bytes(*window) >> (*at & 7);
         let zeros = window.trailing_zeros();
         if zeros >= ZEROS_MAX {
-            self.at += (ZEROS_MAX + 32) as usize;
-            return Ok((window >> ZEROS_MAX) as u32);
+            *at += (ZEROS_MAX + 32) as usize;
+            return (window >> ZEROS_MAX) as u32;
         }
-        self.at += (zeros + 1 + width) as usize;
+        *at += (zeros + 1 + width) as usize;
         let low = (window >> (zeros + 1)) & ((1 << width) - 1);
-        Ok((low | u64::from(zeros) << width) as u32)
+        (low | u64::from(zeros) << width) as u32
+    }
+
+    /// Whether all numbers so far were there.
+    pub(crate) fn check(&self) -> Result<(), Damage> {
+        if self.has_ended { Err(Damage("its bits end early")) } else { Ok(()) }
     }
 }
 
@@ -125,14 +144,26 @@ mod tests {
     #[test]
     fn what_is_packed_is_unpacked() {
         let numbers = [(5u32, 3u32), (0, 0), (u32::MAX, 31), (1, 1), (0x1234, 9), (7, 0), (16, 0)];
-        let mut writer = BitWriter::default();
-        numbers.iter().for_each(|(value, width)| writer.push_rice(*value, *width));
-        let bytes = writer.finish();
-        let mut reader = BitReader::new(&bytes);
-        for (value, width) in numbers {
-            assert_eq!(reader.pull_rice(width), Ok(value));
+        let [first, second] = [0, 3].map(|skipped| {
+            let mut writer = BitWriter::default();
+            numbers
+                .iter()
+                .skip(skipped)
+                .for_each(|(value, width)| writer.push_rice(*value, *width));
+            writer.finish()
+        });
+        let bytes = [&first[..], &second[..]].concat();
+        let mut reader = BitReader::new(&bytes, [first.len(), second.len(), 0, 0]);
+        for (index, (value, width)) in numbers.into_iter().enumerate() {
+            assert_eq!(reader.pull_rice(0, width), value);
+            if index >= 3 {
+                assert_eq!(reader.pull_rice(1, width), value);
+            }
         }
-        assert_eq!(BitReader::new(&[]).pull_rice(1), Err(Damage("its bits end early")));
+        assert_eq!(reader.check(), Ok(()));
+        let mut empty = BitReader::new(&[], [0, usize::MAX, 1, 0]);
+        empty.pull_rice(2, 1);
+        assert_eq!(empty.check(), Err(Damage("its bits end early")));
     }
 
     #[test]

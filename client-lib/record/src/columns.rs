@@ -1,27 +1,93 @@
-//! Columns as bytes: each value as its difference to a prediction.
+//! Stays as bytes: each value as its difference to a prediction.
 //!
-//! A difference is a Rice code: its lower bits as they are, how often they overflow in ones. How
-//! many lower bits there are is chosen for each actor, field and segment.
+//! A difference is a Rice code: its lower bits as they are, how often they overflow in zeros. How
+//! many lower bits there are is chosen for each actor, word and segment. Who writes and who reads
+//! walk over a block by the same code, which is given one [`Pass`] or the other: they cannot
+//! predict differently.
 
-use std::marker::PhantomData;
+use std::{marker::PhantomData, mem::take};
 
 use bus::ActorState;
 
 use crate::{
-    bits::{BitReader, BitWriter, best_width, class, fold, ordered, unfold},
+    bits::{BitReader, BitWriter, STREAMS, best_width, class, fold, unfold},
     error::Damage,
-    grid::{Grid, PAST, Past},
-    predict::{Step, View, mode},
+    grid::{Block, FRAMES_MAX, PAST, Past, Row, settle, stays, words_of},
+    space::Space,
 };
 
-/// Bits of a byte that say how a row is predicted; the others say how wide its numbers are.
-const MODE_BITS: u32 = 3;
-/// Words that are predicted together: at most this many.
-pub(crate) const GROUP_MAX: usize = 4;
-/// A guess at each word of a group.
-pub(crate) type Guess = [u32; GROUP_MAX];
+/// Words that are predicted together: at most this many, each in a row of bits of its own.
+const GROUP_MAX: usize = STREAMS;
+/// In the place of a width: all differences of the word are 0.
+const NONE: u32 = 32;
 
-/// Which columns are kept, and how they are predicted.
+/// How a group of words is predicted in a stay.
+pub(crate) mod mode {
+    /// All of it is as it was.
+    pub(crate) const STILL: u8 = 0;
+    /// As it was.
+    pub(crate) const LAST: u8 = 1;
+    /// It goes on as before.
+    pub(crate) const LINEAR: u8 = 2;
+    /// By the laws of motion; up to three of them.
+    pub(crate) const MOTION: u8 = 3;
+    pub(crate) const MOTION_LAST: u8 = 5;
+    /// In whole steps of the word's grid, on which all its values lie.
+    pub(crate) const ON_GRID: u8 = 8;
+}
+
+/// A frame's length.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Step {
+    pub(crate) delta_s: f32,
+    /// As the host computes it.
+    pub(crate) per_second: f32,
+}
+
+impl Step {
+    fn of(delta_nanos: u64) -> Step {
+        Step {
+            delta_s: (delta_nanos as f64 * 1e-9) as f32,
+            per_second: (1e9 / delta_nanos.max(1) as f64) as f32,
+        }
+    }
+}
+
+/// The slots of a block that are coded.
+#[derive(Clone, Copy)]
+pub(crate) struct Span<'a> {
+    /// The first; the slot before it is known.
+    pub(crate) start: usize,
+    /// From here on two slots before are known.
+    pub(crate) both: usize,
+    pub(crate) end: usize,
+    /// Of the frames, by slot less [`PAST`].
+    pub(crate) steps: &'a [Step],
+}
+
+impl<'a> Span<'a> {
+    fn of(row: &Row, steps: &'a [Step]) -> Span<'a> {
+        // Who is new is told as it is first.
+        let start = if row.known == 0 { PAST + 1 } else { PAST };
+        let both = if row.known == PAST { start } else { start + 1 };
+        let steps = &steps[row.from..][..row.len];
+        Span { start, both, end: PAST + row.len, steps }
+    }
+
+    #[inline]
+    pub(crate) fn step(&self, slot: usize) -> Step {
+        self.steps[slot - PAST]
+    }
+}
+
+/// What is done with each value and its guess. Loops take it out and put it back: what they own
+/// stays in registers.
+pub(crate) trait Pass: Default {
+    /// `place`: of the word in its group. Answers the value as a number.
+    fn value<S: Space>(&mut self, cell: &mut u32, guess: u32, place: usize) -> u32;
+}
+
+/// Which words are kept, and how they are predicted.
 pub(crate) trait Scheme {
     /// Words that are kept, in groups of neighbours. What a group is predicted from comes before
     /// it; of itself, only earlier frames.
@@ -30,30 +96,126 @@ pub(crate) trait Scheme {
     const LEVEL: i32;
     /// Which modes are worth a try for a group that begins with this word.
     fn modes(word: usize) -> &'static [u8];
-    /// Whether a word is a float: then its order is by value.
-    fn is_float(word: usize) -> bool;
-    /// The bits that the group which begins with `word` will have.
-    fn predict(view: &View, word: usize, mode: u8) -> Guess;
+    /// Whether all values lie on the grid that the group has, if it has one.
+    fn is_on_grid(group: &[usize], block: &Block, slots: std::ops::Range<usize>) -> bool;
+    /// Walks over a group's values, frame by frame; false: there is no such mode.
+    fn walk<P: Pass>(
+        pass: &mut P,
+        block: &mut Block,
+        span: &Span,
+        group: &[usize],
+        mode: u8,
+    ) -> bool;
 }
 
-/// Nobody has more actors and frames in a segment.
-const VALUES_MAX: usize = 1 << 26;
+/// As they were, or going on as before: `N` words from `word` on, the first at `place`.
+#[inline]
+pub(crate) fn straight<S: Space, P: Pass, const N: usize>(
+    pass: &mut P,
+    block: &mut Block,
+    span: &Span,
+    (word, place): (usize, usize),
+    mode: u8,
+) -> bool {
+    let Some(cells) = block.cells[word..].first_chunk_mut::<N>() else { return false };
+    let mut own = take(pass);
+    let (mut before, mut last) = ([0; N], [0; N]);
+    for (index, cells) in cells.iter().enumerate() {
+        before[index] = S::number(cells[span.start - 2]);
+        last[index] = S::number(cells[span.start - 1]);
+    }
+    let is_straight = mode & !mode::ON_GRID == mode::LINEAR;
+    let from = if is_straight { span.both.min(span.end) } else { span.end };
+    for slot in span.start..from {
+        before = last;
+        for (index, (last, cells)) in last.iter_mut().zip(&mut *cells).enumerate() {
+            *last = own.value::<S>(&mut cells[slot], *last, place + index);
+        }
+    }
+    for slot in from..span.end {
+        for (index, cells) in cells.iter_mut().enumerate() {
+            let guess = S::beyond(before[index], last[index]);
+            let value = own.value::<S>(&mut cells[slot], guess, place + index);
+            (before[index], last[index]) = (last[index], value);
+        }
+    }
+    *pass = own;
+    is_straight || mode & !mode::ON_GRID == mode::LAST
+}
+
+/// By a rule, which sees the block up to the slot that it guesses: `N` words from `word` on.
+#[inline]
+pub(crate) fn by_rule<S: Space, P: Pass, const N: usize>(
+    pass: &mut P,
+    block: &mut Block,
+    span: &Span,
+    word: usize,
+    rule: impl Fn(&Block, usize, Step) -> [f32; N],
+) -> bool {
+    let mut own = take(pass);
+    for slot in span.start..span.end {
+        let guess = rule(block, slot, span.step(slot));
+        for (place, guess) in guess.into_iter().enumerate() {
+            let guess = S::number(guess.to_bits());
+            own.value::<S>(&mut block.cells[word + place][slot], guess, place);
+        }
+    }
+    *pass = own;
+    true
+}
+
+/// A difference, and the place of its word in the group.
+type Told = (u32, usize);
+
+/// Collects the differences.
+#[derive(Default)]
+struct Telling(Vec<Told>);
+
+impl Pass for Telling {
+    #[inline]
+    fn value<S: Space>(&mut self, cell: &mut u32, guess: u32, place: usize) -> u32 {
+        let value = S::number(*cell);
+        self.0.push((fold(value.wrapping_sub(guess) as i32), place));
+        value
+    }
+}
+
+/// Applies them.
+#[derive(Default)]
+struct Taking<'a> {
+    bits: BitReader<'a>,
+    widths: [u32; GROUP_MAX],
+}
+
+impl Pass for Taking<'_> {
+    #[inline(always)]
+    fn value<S: Space>(&mut self, cell: &mut u32, guess: u32, place: usize) -> u32 {
+        let width = self.widths[place];
+        let told = if width == NONE { 0 } else { self.bits.pull_rice(place, width) };
+        let value = guess.wrapping_add(unfold(told) as u32);
+        *cell = S::bits(value);
+        value
+    }
+}
+
+/// Words that a scheme keeps.
+fn kept<S: Scheme>() -> impl Iterator<Item = usize> {
+    S::GROUPS.iter().flat_map(|group| group.iter().copied())
+}
+
+/// Nobody has more bytes in a segment.
+const BYTES_MAX: usize = 1 << 26;
 
 /// Writes segments; each but a key segment builds on the one before.
 pub(crate) struct Encoder<S> {
     past: Past,
-    scheme: PhantomData<S>,
-}
-
-/// Reads them in the same order.
-pub(crate) struct Decoder<S> {
-    past: Past,
+    block: Box<Block>,
     scheme: PhantomData<S>,
 }
 
 impl<S: Scheme> Encoder<S> {
     pub(crate) fn new() -> Encoder<S> {
-        Encoder { past: Past::default(), scheme: PhantomData }
+        Encoder { past: Past::default(), block: Block::new(), scheme: PhantomData }
     }
 
     /// One segment; `is_key`: it can be read without those before it.
@@ -66,72 +228,111 @@ impl<S: Scheme> Encoder<S> {
         if is_key {
             self.past.forget();
         }
-        let grid = Grid::of_frames(frames, &self.past);
+        let rows = stays(frames, &self.past);
         let steps: Vec<_> = deltas.iter().map(|nanos| Step::of(*nanos)).collect();
-        let mut head = Vec::new();
-        let mut put = |value: usize| head.extend_from_slice(&(value as u32).to_le_bytes());
-        put(grid.frames);
-        put(grid.rows.len());
-        grid.rows.iter().for_each(|row| put(row.actor as usize));
-        grid.rows.iter().for_each(|row| put(row.from));
-        grid.rows.iter().for_each(|row| put(row.len));
-        let mut how = Vec::new();
-        let mut bits = BitWriter::default();
-        let (mut best, mut numbers) = (Vec::new(), Vec::new());
-        for &group in S::GROUPS {
-            for row in &grid.rows {
-                let (mut cost, mut taken) = (u32::MAX, mode::LAST);
-                for &tried in S::modes(group[0]) {
-                    numbers.clear();
-                    for index in 0..row.len {
-                        let view = View::new(&grid.columns, row, index, &steps);
-                        let guess = S::predict(&view, group[0], tried);
-                        for (&word, &guess) in group.iter().zip(&guess) {
-                            let value = grid.columns[word][view.slot];
-                            numbers.push(fold(if S::is_float(word) {
-                                ordered(value).wrapping_sub(ordered(guess)) as i32
-                            } else {
-                                value.wrapping_sub(guess) as i32
-                            }));
-                        }
-                    }
-                    let bits = numbers.iter().map(|n| class(*n)).sum();
-                    if bits < cost {
-                        (cost, taken) = (bits, tried);
-                        std::mem::swap(&mut numbers, &mut best);
-                    }
-                    if cost == 0 {
-                        break;
-                    }
-                }
-                if cost == 0 && taken == mode::LAST {
-                    how.push(mode::STILL);
+        // Group by group and word by word, a byte for each row.
+        let mut modes = vec![mode::STILL; S::GROUPS.len() * rows.len()];
+        let mut widths = vec![0; kept::<S>().count() * rows.len()];
+        let mut firsts = Vec::new();
+        let mut bits: [BitWriter; STREAMS] = Default::default();
+        let (mut best, mut tried) = (Telling::default(), Telling::default());
+        for (index, row) in rows.iter().enumerate() {
+            let block = &mut *self.block;
+            self.past.fill(row, block);
+            for (slot, frame) in frames[row.from..][..row.len].iter().enumerate() {
+                let at = frame.binary_search_by_key(&row.actor, |s| s.actor_id.0);
+                block.put(PAST + slot, words_of(&frame[at.expect("it stays")]));
+            }
+            if row.known == 0 {
+                firsts.extend(kept::<S>().map(|word| block.cells[word][PAST]));
+            }
+            let span = Span::of(row, &steps);
+            let mut words = 0..;
+            for (at, &group) in S::GROUPS.iter().enumerate() {
+                let places = words.by_ref().take(group.len()).collect::<Vec<usize>>();
+                let Some(taken) =
+                    choose::<S>(block, &span, group, row.known, (&mut best, &mut tried))
+                else {
                     continue;
+                };
+                modes[at * rows.len() + index] = taken;
+                let mut width = [0; GROUP_MAX];
+                for (place, word) in places.into_iter().enumerate() {
+                    let numbers = || best.0.iter().filter(|(_, of)| *of == place).map(|(n, _)| *n);
+                    width[place] =
+                        if numbers().all(|n| n == 0) { NONE } else { best_width(numbers) };
+                    widths[word * rows.len() + index] = width[place] as u8;
                 }
-                for word in 0..group.len() {
-                    let numbers = || best.iter().skip(word).step_by(group.len()).copied();
-                    how.push(taken | (best_width(numbers) as u8) << MODE_BITS);
-                }
-                let widths = &how[how.len() - group.len()..];
-                for numbers in best.chunks_exact(group.len()) {
-                    for (number, width) in numbers.iter().zip(widths) {
-                        bits.push_rice(*number, u32::from(width >> MODE_BITS));
-                    }
+                for (number, place) in best.0.iter().filter(|(_, place)| width[*place] != NONE) {
+                    bits[*place].push_rice(*number, width[*place]);
                 }
             }
+            self.past.note(row, block, frames.len());
         }
-        grid.remember(&mut self.past);
-        head.append(&mut how);
+        self.past.turn();
+        let mut head = Vec::new();
+        let mut put = |value: usize| head.extend_from_slice(&(value as u32).to_le_bytes());
+        put(frames.len());
+        put(rows.len());
+        rows.iter().for_each(|row| put(row.actor as usize));
+        rows.iter().for_each(|row| put(row.from));
+        rows.iter().for_each(|row| put(row.len));
+        head.append(&mut modes);
+        head.append(&mut widths);
+        // Byte by byte of each word: what they have in common stands together.
+        let count = kept::<S>().count();
+        for word in 0..count {
+            for byte in 0..4 {
+                let of = firsts.iter().skip(word).step_by(count);
+                head.extend(of.map(|value| value.to_le_bytes()[byte]));
+            }
+        }
         let packed = zstd::bulk::compress(&head, S::LEVEL).expect("it fits in memory");
-        let mut bytes = Vec::with_capacity(packed.len() + 16);
-        for len in [head.len() as u32, packed.len() as u32] {
-            bytes.extend_from_slice(&len.to_le_bytes());
+        let mut bytes = Vec::new();
+        let bits = bits.map(BitWriter::finish);
+        for len in [head.len(), packed.len()].into_iter().chain(bits.each_ref().map(Vec::len)) {
+            bytes.extend_from_slice(&(len as u32).to_le_bytes());
         }
         bytes.extend_from_slice(&packed);
-        bytes.extend_from_slice(&bits.finish());
+        bits.iter().for_each(|bits| bytes.extend_from_slice(bits));
         bytes
     }
 }
+
+/// The mode that takes the fewest bits, and the numbers it leaves; none if all is as it was.
+fn choose<S: Scheme>(
+    block: &mut Block,
+    span: &Span,
+    group: &[usize],
+    known: usize,
+    (best, tried): (&mut Telling, &mut Telling),
+) -> Option<u8> {
+    let is_still = |word: &usize| {
+        block.cells[*word][span.start - 1..span.end].windows(2).all(|w| w[0] == w[1])
+    };
+    if group.iter().all(is_still) {
+        return None;
+    }
+    let seen = span.start - known.max(1)..span.end;
+    let grid = if S::is_on_grid(group, block, seen) { mode::ON_GRID } else { 0 };
+    let mut cheapest = (u32::MAX, mode::LAST);
+    for mode in S::modes(group[0]).iter().map(|mode| mode | grid) {
+        tried.0.clear();
+        S::walk(tried, block, span, group, mode);
+        let cost = tried.0.iter().map(|(n, _)| class(*n)).sum();
+        if cost < cheapest.0 {
+            cheapest = (cost, mode);
+            std::mem::swap(tried, best);
+        }
+        if cost == 0 {
+            break;
+        }
+    }
+    Some(cheapest.1)
+}
+
+/// Making one takes as long as unpacking a second of a world.
+pub(crate) type Unpacker = zstd::bulk::Decompressor<'static>;
 
 /// Takes numbers off the front of bytes.
 pub(crate) struct Front<'a>(pub(crate) &'a [u8]);
@@ -155,124 +356,134 @@ impl<'a> Front<'a> {
     }
 
     /// What [`zstd`] packed into the next `len` bytes.
-    pub(crate) fn unpacked(&mut self, len: usize, whole: usize) -> Result<Vec<u8>, Damage> {
-        if whole > VALUES_MAX {
+    pub(crate) fn unpacked(
+        &mut self,
+        len: usize,
+        whole: usize,
+        unpacker: &mut Unpacker,
+    ) -> Result<Vec<u8>, Damage> {
+        if whole > BYTES_MAX {
             return Err(Damage("a length is absurd"));
         }
         let packed = self.bytes(len)?;
-        let bytes = zstd::bulk::decompress(packed, whole).map_err(|_| Damage("zstd refuses it"))?;
+        let bytes = unpacker.decompress(packed, whole).map_err(|_| Damage("zstd refuses it"))?;
         if bytes.len() == whole { Ok(bytes) } else { Err(Damage("zstd finds another length")) }
     }
 }
 
+/// Reads them in the same order.
+pub(crate) struct Decoder<S> {
+    past: Past,
+    block: Box<Block>,
+    scheme: PhantomData<S>,
+}
+
 impl<S: Scheme> Decoder<S> {
     pub(crate) fn new() -> Decoder<S> {
-        Decoder { past: Past::default(), scheme: PhantomData }
+        Decoder { past: Past::default(), block: Block::new(), scheme: PhantomData }
     }
 
-    /// One segment's frames; `deltas` are their lengths.
+    /// One segment's frames; `deltas` are their lengths. Without `out` only what the next segment
+    /// builds on is kept.
     pub(crate) fn decode(
         &mut self,
         bytes: &[u8],
         deltas: &[u64],
         is_key: bool,
-        out: &mut Vec<Vec<ActorState>>,
+        unpacker: &mut Unpacker,
+        mut out: Option<&mut Vec<Vec<ActorState>>>,
     ) -> Result<(), Damage> {
         if is_key {
             self.past.forget();
         }
         let mut front = Front(bytes);
         let (whole, packed) = (front.number()?, front.number()?);
-        let head = front.unpacked(packed, whole)?;
-        let mut bits = BitReader::new(front.0);
+        let mut lens = [0; STREAMS];
+        for len in &mut lens {
+            *len = front.number()?;
+        }
+        let head = front.unpacked(packed, whole, unpacker)?;
+        let mut pass = Taking { bits: BitReader::new(front.0, lens), ..Taking::default() };
         let mut head = Front(&head);
-        let (frames, rows) = (head.number()?, head.number()?);
-        if frames != deltas.len() {
+        let (frames, count) = (head.number()?, head.number()?);
+        if frames != deltas.len() || frames > FRAMES_MAX {
             return Err(Damage("it has another number of frames than its inputs"));
         }
-        let (ids, from, len) = (head.numbers(rows)?, head.numbers(rows)?, head.numbers(rows)?);
-        let fits = |from: usize, len: usize| from.checked_add(len).is_some_and(|e| e <= frames);
-        if from.iter().zip(&len).any(|(f, l)| !fits(*f, *l)) || rows * (frames + 2) > VALUES_MAX {
+        let (ids, from, len) = (head.numbers(count)?, head.numbers(count)?, head.numbers(count)?);
+        let fits = |from: usize, len: usize| len > 0 && from < frames && len <= frames - from;
+        if from.iter().zip(&len).any(|(from, len)| !fits(*from, *len)) {
             return Err(Damage("a stay outlasts it"));
         }
-        let stays = ids.iter().zip(from.iter().zip(&len)).map(|(id, (f, l))| (*id as u32, *f, *l));
-        let mut grid = Grid::new(stays, frames, &self.past);
+        let modes = head.bytes(S::GROUPS.len() * count)?;
+        let words = kept::<S>().count();
+        let widths = head.bytes(words * count)?;
+        let stays = ids.iter().zip(from.iter().zip(&len));
+        let rows: Vec<_> = stays.map(|(id, (f, l))| self.past.row(*id as u32, *f, *l)).collect();
+        let fresh = rows.iter().filter(|row| row.known == 0).count();
+        let firsts = head.bytes(words * fresh * 4)?;
         let steps: Vec<_> = deltas.iter().map(|nanos| Step::of(*nanos)).collect();
-        for &group in S::GROUPS {
-            for index in 0..rows {
-                let row = grid.rows[index];
-                let first = head.bytes(1)?[0];
-                if first == mode::STILL {
-                    for &word in group {
-                        let column = &mut grid.columns[word];
-                        let was = if row.known > 0 { column[row.at - 1] } else { 0 };
-                        column[row.at..][..row.len].fill(was);
-                    }
-                    continue;
-                }
-                let mut how = [first; GROUP_MAX];
-                how[1..group.len()].copy_from_slice(head.bytes(group.len() - 1)?);
-                let mode = first & ((1 << MODE_BITS) - 1);
-                if mode > mode::MOTION[2] {
-                    return Err(Damage("it predicts by no rule we know"));
-                }
-                if let (&[word], mode::LAST | mode::LINEAR) = (group, mode) {
-                    let width = u32::from(first >> MODE_BITS);
-                    let column = &mut grid.columns[word][row.at - PAST..row.at + row.len];
-                    if S::is_float(word) {
-                        go_on::<true>(column, row.known, mode, width, &mut bits)?;
-                    } else {
-                        go_on::<false>(column, row.known, mode, width, &mut bits)?;
-                    }
-                    continue;
-                }
-                for step in 0..row.len {
-                    let view = View::new(&grid.columns, &row, step, &steps);
-                    let guess = S::predict(&view, group[0], mode);
-                    for (place, &word) in group.iter().enumerate() {
-                        let number = bits.pull_rice(u32::from(how[place] >> MODE_BITS))?;
-                        let (guess, difference) = (guess[place], unfold(number) as u32);
-                        grid.columns[word][row.at + step] = if S::is_float(word) {
-                            ordered(ordered(guess).wrapping_add(difference))
-                        } else {
-                            guess.wrapping_add(difference)
-                        };
-                    }
-                }
+        if let Some(out) = &mut out {
+            out.resize_with(frames, Vec::new);
+            for frame in out.iter_mut() {
+                frame.clear();
+                frame.reserve(count);
             }
         }
-        grid.remember(&mut self.past);
-        grid.write_frames(out)
-    }
-}
-
-/// Most columns go on as they were, or as straight lines: the same as their prediction, faster.
-#[inline]
-fn go_on<const IS_FLOAT: bool>(
-    column: &mut [u32],
-    known: usize,
-    mode: u8,
-    width: u32,
-    bits: &mut BitReader,
-) -> Result<(), Damage> {
-    let (mut before, mut last) = (column[0], column[1]);
-    for (step, room) in column[PAST..].iter_mut().enumerate() {
-        let guess = match (mode, known + step) {
-            (_, 0) => 0,
-            (mode::LINEAR, 2..) if IS_FLOAT => {
-                let (a, b) = (f32::from_bits(last), f32::from_bits(before));
-                (a + (a - b)).to_bits()
+        let mut begun = 0;
+        for (index, row) in rows.iter().enumerate() {
+            let block = &mut *self.block;
+            self.past.fill(row, block);
+            if row.known == 0 {
+                for (place, word) in kept::<S>().enumerate() {
+                    let byte = |b: usize| firsts[(4 * place + b) * fresh + begun];
+                    block.cells[word][PAST] = u32::from_le_bytes([0, 1, 2, 3].map(byte));
+                }
+                begun += 1;
             }
-            (mode::LINEAR, 2..) => last.wrapping_add(last.wrapping_sub(before)),
-            _ => last,
-        };
-        let difference = unfold(bits.pull_rice(width)?) as u32;
-        *room = if IS_FLOAT {
-            ordered(ordered(guess).wrapping_add(difference))
-        } else {
-            guess.wrapping_add(difference)
-        };
-        (before, last) = (last, *room);
+            let span = Span::of(row, &steps);
+            if modes[index..].iter().step_by(count).all(|mode| *mode == mode::STILL) {
+                // A light, or who stands: all of it at once.
+                let mut words = block.take(span.start - 1);
+                block.put(row.len, &words);
+                block.put(row.len + 1, &words);
+                words[0] = row.actor;
+                if let Some(out) = &mut out {
+                    let state = bytemuck::cast(words);
+                    out[row.from..][..row.len].iter_mut().for_each(|frame| frame.push(state));
+                }
+                self.past.note(row, block, frames);
+                continue;
+            }
+            let mut word = 0;
+            for (at, &group) in S::GROUPS.iter().enumerate() {
+                let taken = modes[at * count + index];
+                if taken == mode::STILL {
+                    for &word in group {
+                        let cells = &mut block.cells[word];
+                        let was = cells[span.start - 1];
+                        cells[span.start..span.end].fill(was);
+                    }
+                } else {
+                    for (place, width) in pass.widths.iter_mut().enumerate().take(group.len()) {
+                        *width = u32::from(widths[(word + place) * count + index]).min(NONE);
+                    }
+                    if !S::walk(&mut pass, block, &span, group, taken) {
+                        return Err(Damage("it predicts by no rule we know"));
+                    }
+                }
+                word += group.len();
+            }
+            if let Some(out) = &mut out {
+                for (slot, frame) in out[row.from..][..row.len].iter_mut().enumerate() {
+                    let mut words = block.take(PAST + slot);
+                    words[0] = row.actor;
+                    frame.push(bytemuck::cast(words));
+                }
+            }
+            self.past.note(row, block, frames);
+        }
+        self.past.turn();
+        pass.bits.check()?;
+        out.map_or(Ok(()), |out| settle(out))
     }
-    Ok(())
 }

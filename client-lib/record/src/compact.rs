@@ -4,11 +4,10 @@ use bus::{ActorState, Pose};
 use glam::{EulerRot, Quat, Vec3};
 
 use crate::{
-    columns::{Guess, Scheme},
-    predict::{
-        View, mode,
-        word::{PHASE, POSITION, ROTATION},
-    },
+    columns::{Pass, Scheme, Span, mode, straight},
+    grid::Block,
+    predict::word::{PHASE, POSITION, ROTATION},
+    space::Whole,
 };
 
 /// A step of a coordinate: half of it off at most on each axis, 9 mm in space.
@@ -34,22 +33,19 @@ impl Scheme for Compact {
         }
     }
 
-    #[inline]
-    fn is_float(_: usize) -> bool {
+    fn is_on_grid(_: &[usize], _: &Block, _: std::ops::Range<usize>) -> bool {
         false
     }
 
     #[inline]
-    fn predict(view: &View, word: usize, mode: u8) -> Guess {
-        let guess = match (mode, view.known) {
-            (_, 0) => 0,
-            (mode::LINEAR, 2) => {
-                let last = view.raw(word, 1);
-                last.wrapping_add(last.wrapping_sub(view.raw(word, 2)))
-            }
-            _ => view.raw(word, 1),
-        };
-        [guess, 0, 0, 0]
+    fn walk<P: Pass>(
+        pass: &mut P,
+        block: &mut Block,
+        span: &Span,
+        group: &[usize],
+        mode: u8,
+    ) -> bool {
+        straight::<Whole, P, 1>(pass, block, span, (group[0], 0), mode)
     }
 }
 

@@ -1,5 +1,5 @@
-//! Frames of actors turned into columns: for each word of a state and each actor, its values frame
-//! by frame, two earlier ones before them.
+//! Frames of actors turned into blocks: for each word of a state its values frame by frame, two
+//! earlier ones before them. A block holds one actor's stay and fits into the nearest cache.
 
 use std::collections::BTreeMap;
 
@@ -11,9 +11,18 @@ use crate::error::Damage;
 pub(crate) const WORDS: usize = 32;
 /// Earlier frames that a prediction may look at.
 pub(crate) const PAST: usize = 2;
+/// Frames of a segment at most.
+pub(crate) const FRAMES_MAX: usize = 64;
+
+/// Slots of a block.
+pub(crate) const SLOTS: usize = PAST + FRAMES_MAX;
 
 /// One actor's state as words.
 pub(crate) type Words = [u32; WORDS];
+
+pub(crate) fn words_of(state: &ActorState) -> &Words {
+    bytemuck::cast_ref(state)
+}
 
 /// One actor's stay within a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,25 +30,49 @@ pub(crate) struct Row {
     pub(crate) actor: u32,
     /// Its first frame in the segment.
     pub(crate) from: usize,
-    /// Frames that it is there.
+    /// Frames that it is there; never 0.
     pub(crate) len: usize,
     /// How many of its earlier frames are known, up to [`PAST`].
     pub(crate) known: usize,
-    /// Where its first value lies in a column; its past lies before it.
-    pub(crate) at: usize,
 }
 
-/// The columns of a segment.
-pub(crate) struct Grid {
-    pub(crate) rows: Vec<Row>,
-    pub(crate) columns: Vec<Vec<u32>>,
-    pub(crate) frames: usize,
+/// One stay's values: the first [`PAST`] slots of a word are those before it.
+pub(crate) struct Block {
+    pub(crate) cells: [[u32; SLOTS]; WORDS],
+}
+
+impl Block {
+    pub(crate) fn new() -> Box<Block> {
+        Box::new(Block { cells: [[0; SLOTS]; WORDS] })
+    }
+
+    pub(crate) fn put(&mut self, slot: usize, words: &Words) {
+        for (cells, word) in self.cells.iter_mut().zip(words) {
+            cells[slot] = *word;
+        }
+    }
+
+    #[inline]
+    pub(crate) fn take(&self, slot: usize) -> Words {
+        let mut words = [0; WORDS];
+        for (word, cells) in words.iter_mut().zip(&self.cells) {
+            *word = cells[slot];
+        }
+        words
+    }
+
+    #[inline]
+    pub(crate) fn float(&self, word: usize, slot: usize) -> f32 {
+        f32::from_bits(self.cells[word][slot])
+    }
 }
 
 /// What is known of each actor's last frames, newest last.
 #[derive(Clone, Default)]
 pub(crate) struct Past {
-    last: BTreeMap<u32, (usize, [Words; PAST])>,
+    /// By id.
+    last: Vec<(u32, usize, [Words; PAST])>,
+    next: Vec<(u32, usize, [Words; PAST])>,
 }
 
 impl Past {
@@ -47,108 +80,72 @@ impl Past {
     pub(crate) fn forget(&mut self) {
         self.last.clear();
     }
+
+    fn find(&self, actor: u32) -> Option<&(u32, usize, [Words; PAST])> {
+        let at = self.last.binary_search_by_key(&actor, |(id, ..)| *id).ok()?;
+        Some(&self.last[at])
+    }
+
+    /// A stay with what is known before it.
+    pub(crate) fn row(&self, actor: u32, from: usize, len: usize) -> Row {
+        // Who was away has no past.
+        let known = if from == 0 { self.find(actor).map_or(0, |(_, n, _)| *n) } else { 0 };
+        Row { actor, from, len, known }
+    }
+
+    /// Puts what is known into the slots before the stay.
+    pub(crate) fn fill(&self, row: &Row, block: &mut Block) {
+        if let (1.., Some((_, _, states))) = (row.known, self.find(row.actor)) {
+            states.iter().enumerate().for_each(|(slot, words)| block.put(slot, words));
+        }
+    }
+
+    /// What the next segment of `frames` may know of this stay.
+    pub(crate) fn note(&mut self, row: &Row, block: &Block, frames: usize) {
+        if row.from + row.len == frames {
+            let states = std::array::from_fn(|slot| block.take(row.len + slot));
+            self.next.push((row.actor, (row.known + row.len).min(PAST), states));
+        }
+    }
+
+    /// All stays of the segment are noted.
+    pub(crate) fn turn(&mut self) {
+        if !self.next.is_sorted_by_key(|(id, ..)| *id) {
+            self.next.sort_unstable_by_key(|(id, ..)| *id);
+        }
+        std::mem::swap(&mut self.last, &mut self.next);
+        self.next.clear();
+    }
 }
 
-pub(crate) fn words_of(state: &ActorState) -> &Words {
-    bytemuck::cast_ref(state)
+/// The stays of actors in frames, each sorted by id.
+pub(crate) fn stays(frames: &[&[ActorState]], past: &Past) -> Vec<Row> {
+    let mut stays: Vec<(u32, usize, usize)> = Vec::new();
+    let mut open: BTreeMap<u32, usize> = BTreeMap::new();
+    for (index, states) in frames.iter().enumerate() {
+        for state in *states {
+            let id = state.actor_id.0;
+            match open.get(&id).copied() {
+                Some(at) if stays[at].1 + stays[at].2 == index => stays[at].2 += 1,
+                _ => {
+                    open.insert(id, stays.len());
+                    stays.push((id, index, 1));
+                }
+            }
+        }
+    }
+    stays.into_iter().map(|(id, from, len)| past.row(id, from, len)).collect()
 }
 
-impl Grid {
-    /// Rows for actors that come and go as told: id, first frame, frames. Their pasts are filled in.
-    pub(crate) fn new(
-        stays: impl IntoIterator<Item = (u32, usize, usize)>,
-        frames: usize,
-        past: &Past,
-    ) -> Grid {
-        let mut rows = Vec::new();
-        let mut end = 0;
-        for (actor, from, len) in stays {
-            // Who was away has no past.
-            let known = if from == 0 { past.last.get(&actor).map_or(0, |(n, _)| *n) } else { 0 };
-            rows.push(Row { actor, from, len, known, at: end + PAST });
-            end += PAST + len;
+/// Each sorted by id, nobody twice.
+pub(crate) fn settle(frames: &mut [Vec<ActorState>]) -> Result<(), Damage> {
+    for frame in frames {
+        if !frame.is_sorted_by_key(|state| state.actor_id) {
+            frame.sort_unstable_by_key(|state| state.actor_id);
         }
-        let mut columns = vec![vec![0; end]; WORDS];
-        for row in rows.iter().filter(|row| row.known > 0) {
-            let (_, states) = &past.last[&row.actor];
-            for (back, state) in states.iter().rev().take(row.known).enumerate() {
-                for (column, word) in columns.iter_mut().zip(state) {
-                    column[row.at - 1 - back] = *word;
-                }
-            }
-        }
-        Grid { rows, columns, frames }
-    }
-
-    /// The columns of frames, each sorted by id.
-    pub(crate) fn of_frames(frames: &[&[ActorState]], past: &Past) -> Grid {
-        let mut stays: Vec<(u32, usize, usize)> = Vec::new();
-        let mut open: BTreeMap<u32, usize> = BTreeMap::new();
-        for (index, states) in frames.iter().enumerate() {
-            for state in *states {
-                let id = state.actor_id.0;
-                match open.get(&id).copied() {
-                    Some(at) if stays[at].1 + stays[at].2 == index => stays[at].2 += 1,
-                    _ => {
-                        open.insert(id, stays.len());
-                        stays.push((id, index, 1));
-                    }
-                }
-            }
-        }
-        let mut grid = Grid::new(stays, frames.len(), past);
-        let mut at: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-        for (index, row) in grid.rows.iter().enumerate() {
-            at.entry(row.actor).or_default().push(index);
-        }
-        for (index, states) in frames.iter().enumerate() {
-            for state in *states {
-                let of = &at[&state.actor_id.0];
-                let mut rows = of.iter().map(|i| &grid.rows[*i]);
-                let row = rows.rfind(|r| (r.from..r.from + r.len).contains(&index));
-                let slot = row.map(|r| r.at + index - r.from).expect("it has a row");
-                for (column, word) in grid.columns.iter_mut().zip(words_of(state)) {
-                    column[slot] = *word;
-                }
-            }
-        }
-        grid
-    }
-
-    /// Back to frames, each sorted by id; into vectors that are reused.
-    pub(crate) fn write_frames(&self, out: &mut Vec<Vec<ActorState>>) -> Result<(), Damage> {
-        out.resize_with(self.frames, Vec::new);
-        out.iter_mut().for_each(Vec::clear);
-        for row in &self.rows {
-            for index in 0..row.len {
-                let mut words: Words =
-                    std::array::from_fn(|word| self.columns[word][row.at + index]);
-                words[0] = row.actor;
-                let frame = out.get_mut(row.from + index).ok_or(Damage("a stay outlasts it"))?;
-                frame.push(bytemuck::cast(words));
-            }
-        }
-        for frame in out {
-            if !frame.is_sorted_by_key(|state: &ActorState| state.actor_id) {
-                frame.sort_unstable_by_key(|state| state.actor_id);
-            }
-            if frame.windows(2).any(|pair| pair[0].actor_id == pair[1].actor_id) {
-                return Err(Damage("an actor is there twice"));
-            }
-        }
-        Ok(())
-    }
-
-    /// What the next segment may know.
-    pub(crate) fn remember(&self, past: &mut Past) {
-        past.last.clear();
-        for row in self.rows.iter().filter(|row| row.from + row.len == self.frames) {
-            let known = (row.known + row.len).min(PAST);
-            let end = row.at + row.len;
-            let states = std::array::from_fn(|i| {
-                std::array::from_fn(|word| self.columns[word][end - PAST + i])
-            });
-            past.last.insert(row.actor, (known, states));
+        if frame.windows(2).any(|pair| pair[0].actor_id == pair[1].actor_id) {
+            return Err(Damage("an actor is there twice"));
         }
     }
+    Ok(())
 }

@@ -21,6 +21,7 @@ mod predict;
 mod read;
 mod recorder;
 mod scan;
+mod space;
 mod write;
 
 pub use error::RecordError;

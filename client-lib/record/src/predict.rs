@@ -1,16 +1,17 @@
-//! What the next value of a column will be, from what is known by then.
+//! What the next value of a word will be, from what is known by then.
 //!
 //! Plain IEEE arithmetic without fused operations: whoever reads predicts the same bits as who
-//! wrote. Columns are coded in an order such that a prediction may use those before its own, of
-//! the same frame too.
+//! wrote. Words are coded in an order such that a prediction may use those before its own, of the
+//! same frame too.
 
-use std::f32::consts::TAU;
+use std::{f32::consts::TAU, mem::take, ops::Range};
 
-use glam::{Quat, Vec3};
+use bus::parts;
 
 use crate::{
-    columns::{Guess, Scheme},
-    grid::{PAST, Row, WORDS},
+    columns::{Pass, Scheme, Span, by_rule, mode, straight},
+    grid::{Block, SLOTS},
+    space::{Floats, Grid, Space, Whole},
 };
 
 /// Word of [`bus::ActorState`] at which a field begins.
@@ -22,7 +23,6 @@ pub(crate) mod word {
     pub(crate) const ACCELERATION: usize = 17;
     pub(crate) const THROTTLE: usize = 20;
     pub(crate) const STEER: usize = 22;
-    pub(crate) const GEAR: usize = 23;
     pub(crate) const ENGINE: usize = 24;
     pub(crate) const WHEEL_STEER: usize = 25;
     pub(crate) const WHEEL_SPIN: usize = 26;
@@ -30,21 +30,13 @@ pub(crate) mod word {
 }
 use word::*;
 
-/// How a column is predicted.
-pub(crate) mod mode {
-    /// All of it is as it was, or 0 for who is new.
-    pub(crate) const STILL: u8 = 0;
-    /// As it was.
-    pub(crate) const LAST: u8 = 1;
-    /// It goes on as before.
-    pub(crate) const LINEAR: u8 = 2;
-    /// By the laws of motion; the velocity within the frame counts as at its end, in the middle,
-    /// or as the host's substeps take it.
-    pub(crate) const MOTION: [u8; 3] = [3, 4, 5];
-}
-
 /// Share of the new velocity in the way, by mode.
 const SHARE: [f32; 3] = [0.5, 0.525, 0.6];
+
+/// As the host rounds what it publishes; what it does not round takes more room.
+type Motions = Grid<{ parts::MOTION }>;
+type Engines = Grid<{ parts::ENGINE }>;
+type Angles = Grid<{ parts::WHEEL }>;
 
 /// Every field, exactly.
 pub(crate) enum Exact {}
@@ -53,186 +45,216 @@ impl Scheme for Exact {
     #[rustfmt::skip]
     const GROUPS: &[&[usize]] = &[
         &[1], &[2], &[3], &[23], &[27], &[28], &[29], &[30], &[31],
-        &[11], &[12], &[13], &[14], &[15], &[16], &[17], &[18], &[19], &[4], &[5], &[6],
-        &[7, 8, 9, 10], &[20], &[21], &[22], &[25], &[24], &[26],
+        &[11, 12, 13], &[14, 15, 16], &[17, 18, 19], &[4, 5, 6], &[7, 8, 9, 10], &[20, 21, 22],
+        &[24, 25, 26],
     ];
-    const LEVEL: i32 = 3;
+    const LEVEL: i32 = 6;
 
     fn modes(word: usize) -> &'static [u8] {
         match word {
-            1 | 2 | 3 | GEAR | PHASE..WORDS => &[mode::LAST],
-            POSITION..VELOCITY => &[mode::LAST, mode::LINEAR, 3, 4, 5],
-            ACCELERATION..THROTTLE | ENGINE | WHEEL_STEER | WHEEL_SPIN => {
-                &[mode::LAST, mode::LINEAR, 3]
-            }
-            _ => &[mode::LAST, mode::LINEAR],
+            POSITION | ROTATION => &[mode::MOTION, 4, mode::MOTION_LAST, mode::LAST, mode::LINEAR],
+            ACCELERATION => &[mode::MOTION, mode::LAST],
+            ENGINE => &[mode::MOTION, mode::LAST, mode::LINEAR],
+            VELOCITY | SPIN | THROTTLE => &[mode::LAST, mode::LINEAR],
+            _ => &[mode::LAST],
         }
     }
 
-    #[inline]
-    fn is_float(word: usize) -> bool {
-        (POSITION..GEAR).contains(&word) || (ENGINE..=WHEEL_SPIN).contains(&word)
-    }
-
-    #[inline]
-    fn predict(view: &View, word: usize, mode: u8) -> Guess {
-        if word == ROTATION { view.rotation(mode) } else { [view.predict(word, mode), 0, 0, 0] }
-    }
-}
-
-/// The columns of an actor up to the slot that is predicted.
-#[derive(Clone, Copy)]
-pub(crate) struct View<'a> {
-    pub(crate) columns: &'a [Vec<u32>],
-    /// The slot that is predicted.
-    pub(crate) slot: usize,
-    /// How many slots before it are known, up to 2.
-    pub(crate) known: usize,
-    /// How long the frame is.
-    pub(crate) step: Step,
-}
-
-/// A frame's length.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Step {
-    delta_s: f32,
-    /// As the host computes it.
-    per_second: f32,
-}
-
-impl Step {
-    pub(crate) fn of(delta_nanos: u64) -> Step {
-        Step {
-            delta_s: (delta_nanos as f64 * 1e-9) as f32,
-            per_second: (1e9 / delta_nanos.max(1) as f64) as f32,
-        }
-    }
-}
-
-impl<'a> View<'a> {
-    /// Of a row's value in its `index`th frame.
-    #[inline]
-    pub(crate) fn new(
-        columns: &'a [Vec<u32>],
-        row: &Row,
-        index: usize,
-        steps: &[Step],
-    ) -> View<'a> {
-        View {
-            columns,
-            slot: row.at + index,
-            known: (row.known + index).min(PAST),
-            step: steps[row.from + index],
-        }
-    }
-
-    #[inline]
-    pub(crate) fn raw(&self, word: usize, back: usize) -> u32 {
-        self.columns[word][self.slot - back]
-    }
-
-    #[inline]
-    fn float(&self, word: usize, back: usize) -> f32 {
-        f32::from_bits(self.raw(word, back))
-    }
-
-    #[inline]
-    fn vector(&self, word: usize, back: usize) -> Vec3 {
-        Vec3::new(self.float(word, back), self.float(word + 1, back), self.float(word + 2, back))
-    }
-
-    /// The bits that `word` will have.
-    #[inline]
-    pub(crate) fn predict(&self, word: usize, mode: u8) -> u32 {
-        match (mode, self.known) {
-            (_, 0) => 0,
-            (mode::LINEAR, 2) => {
-                (self.float(word, 1) + (self.float(word, 1) - self.float(word, 2))).to_bits()
-            }
-            (3..=5, _) => self.by_motion(word, SHARE[usize::from(mode - 3)]),
-            _ => self.raw(word, 1),
-        }
-    }
-
-    /// The bits that the four words of the rotation will have.
-    #[inline]
-    fn rotation(&self, mode: u8) -> Guess {
-        match (mode, self.known) {
-            (3..=5, 1..) => self.turned(SHARE[usize::from(mode - 3)]).map(f32::to_bits),
-            _ => [0, 1, 2, 3].map(|i| self.predict(ROTATION + i, mode)),
-        }
-    }
-
-    #[inline]
-    fn by_motion(&self, word: usize, share: f32) -> u32 {
-        match word {
-            POSITION..ROTATION => {
-                let axis = word - POSITION;
-                let (before, after) =
-                    (self.float(VELOCITY + axis, 1), self.float(VELOCITY + axis, 0));
-                let mean = before + (after - before) * share;
-                (self.float(word, 1) + mean * self.step.delta_s).to_bits()
-            }
-            ACCELERATION..THROTTLE => {
-                let axis = word - ACCELERATION;
-                let gained = self.float(VELOCITY + axis, 0) - self.float(VELOCITY + axis, 1);
-                (gained * self.step.per_second).to_bits()
-            }
+    fn is_on_grid(group: &[usize], block: &Block, slots: Range<usize>) -> bool {
+        let all = |word: usize, has: fn(u32) -> bool| {
+            block.cells[word][slots.clone()].iter().all(|bits| has(*bits))
+        };
+        match group[0] {
+            VELOCITY | SPIN => group.iter().all(|word| all(*word, Motions::has)),
             ENGINE => {
-                let (before, after) = (self.speed(1), self.speed(0));
-                (self.float(word, 1) * ratio(after, before)).to_bits()
+                all(ENGINE, Engines::has)
+                    && all(WHEEL_STEER, Angles::has)
+                    && all(WHEEL_SPIN, Angles::has)
             }
-            WHEEL_STEER => {
-                let (before, after) = (self.float(STEER, 1), self.float(STEER, 0));
-                (self.float(word, 1) * ratio(after, before)).to_bits()
-            }
-            WHEEL_SPIN if self.known == 2 => {
-                let mut step = self.float(word, 1) - self.float(word, 2);
-                // Forwards the angle wraps from a full turn to 0.
-                if step < 0.0 {
-                    step += TAU;
-                }
-                let (long, now) = (self.speed(2) + self.speed(1), self.speed(1) + self.speed(0));
-                let angle = self.float(word, 1) + step * ratio(now, long);
-                (if angle >= TAU { angle - TAU } else { angle }).to_bits()
-            }
-            _ => self.raw(word, 1),
+            _ => false,
         }
     }
 
     #[inline]
-    fn speed(&self, back: usize) -> f32 {
-        let v = self.vector(VELOCITY, back);
-        (v.x * v.x + v.y * v.y + v.z * v.z).sqrt()
+    fn walk<P: Pass>(
+        pass: &mut P,
+        block: &mut Block,
+        span: &Span,
+        group: &[usize],
+        mode: u8,
+    ) -> bool {
+        let word = group[0];
+        let share = || SHARE[usize::from(mode - mode::MOTION)];
+        match (word, mode) {
+            (POSITION, mode::MOTION..=mode::MOTION_LAST) => moved(pass, block, span, share()),
+            (ROTATION, mode::MOTION..=mode::MOTION_LAST) => turned(pass, block, span, share()),
+            (ROTATION, _) => straight::<Floats, P, 4>(pass, block, span, (word, 0), mode),
+            (ACCELERATION, mode::MOTION) => pushed(pass, block, span),
+            (ENGINE, mode::ON_GRID..) => {
+                carried::<Engines, Angles, P>(pass, block, span, mode & !mode::ON_GRID)
+            }
+            (ENGINE, _) => carried::<Floats, Floats, P>(pass, block, span, mode),
+            (VELOCITY | SPIN, mode::ON_GRID..) => {
+                straight::<Motions, P, 3>(pass, block, span, (word, 0), mode)
+            }
+            (POSITION | VELOCITY | SPIN | ACCELERATION | THROTTLE, _) => {
+                straight::<Floats, P, 3>(pass, block, span, (word, 0), mode)
+            }
+            _ => straight::<Whole, P, 1>(pass, block, span, (word, 0), mode),
+        }
     }
+}
 
-    /// The rotation after a frame of the mean spin.
-    #[inline]
-    fn turned(&self, share: f32) -> [f32; 4] {
-        let (before, after) = (self.vector(SPIN, 1), self.vector(SPIN, 0));
-        let half = (before + (after - before) * share) * (0.5 * self.step.delta_s);
-        let square = half.x * half.x + half.y * half.y + half.z * half.z;
-        // Sine over angle and cosine; the turn of a frame is small.
-        let sine = 1.0 - square / 6.0 + square * square / 120.0;
-        let cosine = 1.0 - square / 2.0 + square * square / 24.0;
-        let turn = Quat::from_xyzw(half.x * sine, half.y * sine, half.z * sine, cosine);
-        let was = [0, 1, 2, 3].map(|i| self.float(ROTATION + i, 1));
-        let [x, y, z, w] = was;
-        let t = turn;
-        let turned = [
-            t.w * x + t.x * w + t.y * z - t.z * y,
-            t.w * y - t.x * z + t.y * w + t.z * x,
-            t.w * z + t.x * y - t.y * x + t.z * w,
-            t.w * w - t.x * x - t.y * y - t.z * z,
-        ];
-        let square = turned.iter().map(|v| v * v).sum::<f32>();
-        let length = square.sqrt();
-        if length > 0.5 { turned.map(|v| v / length) } else { was }
+/// By the mean velocity.
+#[inline]
+fn moved<P: Pass>(pass: &mut P, block: &mut Block, span: &Span, share: f32) -> bool {
+    by_rule::<Floats, P, 3>(pass, block, span, POSITION, |block, slot, step| {
+        let mut guess = [0.0; 3];
+        for (axis, guess) in guess.iter_mut().enumerate() {
+            let before = block.float(VELOCITY + axis, slot - 1);
+            let mean = before + (block.float(VELOCITY + axis, slot) - before) * share;
+            *guess = block.float(POSITION + axis, slot - 1) + mean * step.delta_s;
+        }
+        guess
+    })
+}
+
+/// By the velocity gained.
+#[inline]
+fn pushed<P: Pass>(pass: &mut P, block: &mut Block, span: &Span) -> bool {
+    by_rule::<Floats, P, 3>(pass, block, span, ACCELERATION, |block, slot, step| {
+        let mut guess = [0.0; 3];
+        for (axis, guess) in guess.iter_mut().enumerate() {
+            let (before, after) =
+                (block.float(VELOCITY + axis, slot - 1), block.float(VELOCITY + axis, slot));
+            *guess = (after - before) * step.per_second;
+        }
+        guess
+    })
+}
+
+/// What follows from how fast the vehicle goes and how it is steered.
+#[inline]
+fn carried<E: Space, A: Space, P: Pass>(
+    pass: &mut P,
+    block: &mut Block,
+    span: &Span,
+    mode: u8,
+) -> bool {
+    if mode != mode::MOTION {
+        return straight::<E, P, 1>(pass, block, span, (ENGINE, 0), mode)
+            && straight::<A, P, 2>(pass, block, span, (WHEEL_STEER, 1), mode);
     }
+    let speeds = speeds(block, span);
+    let mut own = take(pass);
+    for slot in span.start..span.end {
+        let (before, now) = (speeds[slot - 1], speeds[slot]);
+        let rpm = block.float(ENGINE, slot - 1) * ratio(now, before);
+        let steer = ratio(block.float(STEER, slot), block.float(STEER, slot - 1));
+        let steer_rad = block.float(WHEEL_STEER, slot - 1) * steer;
+        let mut angle = block.float(WHEEL_SPIN, slot - 1);
+        if slot >= span.both {
+            let mut step = angle - block.float(WHEEL_SPIN, slot - 2);
+            // Forwards the angle wraps from a full turn to 0.
+            if step < 0.0 {
+                step += TAU;
+            }
+            angle += step * ratio(before + now, speeds[slot - 2] + before);
+            if angle >= TAU {
+                angle -= TAU;
+            }
+        }
+        own.value::<E>(&mut block.cells[ENGINE][slot], E::number(rpm.to_bits()), 0);
+        let guess = A::number(steer_rad.to_bits());
+        own.value::<A>(&mut block.cells[WHEEL_STEER][slot], guess, 1);
+        own.value::<A>(&mut block.cells[WHEEL_SPIN][slot], A::number(angle.to_bits()), 2);
+    }
+    *pass = own;
+    true
+}
+
+/// By slot, from two before the first on.
+#[inline]
+fn speeds(block: &Block, span: &Span) -> [f32; SLOTS] {
+    let mut speeds = [0.0; SLOTS];
+    for (slot, speed) in speeds.iter_mut().enumerate().take(span.end).skip(span.start - 2) {
+        let x = block.float(VELOCITY, slot);
+        let y = block.float(VELOCITY + 1, slot);
+        let z = block.float(VELOCITY + 2, slot);
+        *speed = (x * x + y * y + z * z).sqrt();
+    }
+    speeds
 }
 
 #[inline]
 fn ratio(after: f32, before: f32) -> f32 {
     let ratio = after / before;
     if ratio.is_finite() { ratio } else { 1.0 }
+}
+
+/// The rotation after a frame of the mean spin. Its largest part follows from the others.
+#[inline]
+fn turned<P: Pass>(pass: &mut P, block: &mut Block, span: &Span, share: f32) -> bool {
+    let turns = turns(block, span, share);
+    let mut own = take(pass);
+    let mut was = [0, 1, 2, 3].map(|place| block.float(ROTATION + place, span.start - 1));
+    for (slot, turn) in turns.iter().enumerate().take(span.end).skip(span.start) {
+        let guess = product(turn, &was);
+        let mut largest = 0;
+        for place in 1..4 {
+            if guess[place].abs() > guess[largest].abs() {
+                largest = place;
+            }
+        }
+        let mut missing = 1.0 - f64::from(guess[largest]) * f64::from(guess[largest]);
+        let share = 0.5 / guess[largest];
+        for (place, guess) in guess.iter().enumerate() {
+            if place != largest {
+                let cell = &mut block.cells[ROTATION + place][slot];
+                own.value::<Floats>(cell, Floats::number(guess.to_bits()), place);
+                was[place] = f32::from_bits(*cell);
+                missing -= f64::from(was[place]) * f64::from(was[place]);
+            }
+        }
+        // One step of Newton's towards unit length.
+        let guess = guess[largest] + missing as f32 * share;
+        let cell = &mut block.cells[ROTATION + largest][slot];
+        own.value::<Floats>(cell, Floats::number(guess.to_bits()), largest);
+        was[largest] = f32::from_bits(*cell);
+    }
+    *pass = own;
+    true
+}
+
+/// By slot, how far the mean spin turns in its frame, as x, y, z, w.
+#[inline]
+fn turns(block: &Block, span: &Span, share: f32) -> [[f32; 4]; SLOTS] {
+    let mut turns = [[0.0; 4]; SLOTS];
+    for (slot, turn) in turns.iter_mut().enumerate().take(span.end).skip(span.start) {
+        let half_s = 0.5 * span.step(slot).delta_s;
+        let half = |word: usize| {
+            let before = block.float(word, slot - 1);
+            (before + (block.float(word, slot) - before) * share) * half_s
+        };
+        let (x, y, z) = (half(SPIN), half(SPIN + 1), half(SPIN + 2));
+        let square = x * x + y * y + z * z;
+        // Sine over angle and cosine; the turn of a frame is small.
+        let sine = 1.0 - square / 6.0 + square * square / 120.0;
+        let cosine = 1.0 - square / 2.0 + square * square / 24.0;
+        *turn = [x * sine, y * sine, z * sine, cosine];
+    }
+    turns
+}
+
+/// Of two rotations, of unit length again.
+#[inline]
+fn product([tx, ty, tz, tw]: &[f32; 4], [x, y, z, w]: &[f32; 4]) -> [f32; 4] {
+    let (rx, ry, rz, rw) = (
+        (tw * x + tx * w) + (ty * z - tz * y),
+        (tw * y - tx * z) + (ty * w + tz * x),
+        (tw * z + tx * y) - (ty * x - tz * w),
+        (tw * w - tx * x) - (ty * y + tz * z),
+    );
+    let scale = 1.5 - 0.5 * ((rx * rx + ry * ry) + (rz * rz + rw * rw));
+    [rx * scale, ry * scale, rz * scale, rw * scale]
 }

@@ -2,20 +2,21 @@
 
 use std::{
     fs::File,
+    mem::take,
     path::{Path, PathBuf},
 };
 
-use bus::{ActorId, Episode};
+use bus::{ActorId, ActorState, Episode};
 
 use crate::{
     Moment, Profile, RecordError,
-    columns::Decoder,
+    columns::{Decoder, Unpacker},
     compact::{Compact, restored},
     error::Damage,
     inputs,
     moment::sum_of,
     predict::Exact,
-    scan::{Scan, Segment, read, scan},
+    scan::{Messages, Scan, Segment, read, scan},
     write::{FORM, topic},
 };
 
@@ -53,7 +54,10 @@ pub struct Recording {
     file: File,
     told: Told,
     segments: Vec<Segment>,
-    states: States,
+    decoder: States,
+    unpacker: Unpacker,
+    /// Lists of actors that are of no use any more.
+    states: Vec<Vec<ActorState>>,
     /// The segment whose end the decoder knows.
     decoded: Option<usize>,
     moments: Vec<Moment>,
@@ -106,11 +110,13 @@ impl Recording {
             file,
             told,
             segments,
-            states: match profile {
+            unpacker: Unpacker::default(),
+            decoder: match profile {
                 Profile::State => States::Exact(Decoder::new()),
                 Profile::Inputs => States::None,
                 Profile::Compact => States::Compact(Decoder::new()),
             },
+            states: Vec::new(),
             decoded: None,
             moments: Vec::new(),
             held: None,
@@ -152,10 +158,9 @@ impl Recording {
 
     /// A segment's frames, without actors.
     pub fn frames(&mut self, segment: usize) -> Result<Vec<Moment>, RecordError> {
-        let messages = read(&self.path, &self.file, &self.segments[segment])?;
-        let frames = messages.iter().find(|m| m.topic == topic::FRAMES);
-        let frames = frames.ok_or(Damage("its frames are missing"));
-        frames.and_then(|m| inputs::decode(&m.data)).map_err(|e| self.damaged(segment, e))
+        let messages = read(&self.path, &self.file, &self.segments[segment], &mut self.unpacker)?;
+        let frames = messages.of(topic::FRAMES).ok_or(Damage("its frames are missing"));
+        frames.and_then(inputs::decode).map_err(|e| self.damaged(segment, e))
     }
 
     /// The last segment up to `segment` that begins with the whole world.
@@ -170,10 +175,10 @@ impl Recording {
             let key = (0..=segment).rev().find(|i| self.segments[*i].is_key).unwrap_or(0);
             let goes_on = self.decoded.filter(|d| (key..segment).contains(d)).map(|d| d + 1);
             let first =
-                if matches!(self.states, States::None) { segment } else { goes_on.unwrap_or(key) };
+                if matches!(self.decoder, States::None) { segment } else { goes_on.unwrap_or(key) };
             for index in first..=segment {
                 self.decoded = None;
-                self.moments = self.load(index)?;
+                self.load(index, index == segment)?;
                 self.decoded = Some(index);
             }
             self.held = Some(segment);
@@ -186,42 +191,46 @@ impl Recording {
         (self.decoded, self.held) = (None, None);
     }
 
-    fn load(&mut self, segment: usize) -> Result<Vec<Moment>, RecordError> {
-        let messages = read(&self.path, &self.file, &self.segments[segment])?;
-        self.decode(segment, messages).map_err(|e| self.damaged(segment, e))
+    /// Reads it into `moments`; unless it is `wanted`, only as far as the next one builds on it.
+    fn load(&mut self, segment: usize, wanted: bool) -> Result<(), RecordError> {
+        let messages = read(&self.path, &self.file, &self.segments[segment], &mut self.unpacker)?;
+        self.decode(segment, &messages, wanted).map_err(|e| self.damaged(segment, e))
     }
 
-    fn decode(
-        &mut self,
-        segment: usize,
-        messages: Vec<crate::scan::Message>,
-    ) -> Result<Vec<Moment>, Damage> {
-        let of = |topic: u16| messages.iter().find(|m| m.topic == topic);
-        let frames = of(topic::FRAMES).ok_or(Damage("its frames are missing"))?;
-        let mut moments = inputs::decode(&frames.data)?;
+    fn decode(&mut self, segment: usize, messages: &Messages, wanted: bool) -> Result<(), Damage> {
+        let frames = messages.of(topic::FRAMES).ok_or(Damage("its frames are missing"))?;
+        let actors = messages.of(topic::KEY).or_else(|| messages.of(topic::DELTA));
+        let actors = || actors.ok_or(Damage("its actors are missing"));
+        // The lists of the frames that were read before are used again.
+        self.states.extend(self.moments.drain(..).map(|moment| moment.actors));
+        let mut moments = inputs::decode(frames)?;
         let is_key = self.segments[segment].is_key;
         let deltas: Vec<u64> = moments.iter().map(|m| m.delta_nanos).collect();
-        let mut states = Vec::new();
-        let actors = || of(topic::KEY).or(of(topic::DELTA)).ok_or(Damage("its actors are missing"));
-        match &mut self.states {
-            States::None => {}
-            States::Exact(decoder) => {
-                decoder.decode(&actors()?.data, &deltas, is_key, &mut states)?;
-            }
+        let mut states = take(&mut self.states);
+        let out = wanted.then_some(&mut states);
+        let unpacker = &mut self.unpacker;
+        match &mut self.decoder {
+            States::None => states.clear(),
+            States::Exact(decoder) => decoder.decode(actors()?, &deltas, is_key, unpacker, out)?,
             States::Compact(decoder) => {
-                decoder.decode(&actors()?.data, &deltas, is_key, &mut states)?;
-                for state in states.iter_mut().flatten() {
+                decoder.decode(actors()?, &deltas, is_key, unpacker, out)?;
+                for state in states.iter_mut().flatten().filter(|_| wanted) {
                     *state = restored(state);
                 }
             }
         }
+        if !wanted {
+            self.states = states;
+            return Ok(());
+        }
         for (moment, states) in moments.iter_mut().zip(states) {
             moment.actors = states;
         }
-        if let (Some(first), Some(world)) = (moments.first_mut(), of(topic::WORLD)) {
-            first.world = Some(world.data.clone());
+        if let (Some(first), Some(world)) = (moments.first_mut(), messages.of(topic::WORLD)) {
+            first.world = Some(world.to_vec());
         }
-        Ok(moments)
+        self.moments = moments;
+        Ok(())
     }
 
     fn damaged(&self, segment: usize, Damage(why): Damage) -> RecordError {

@@ -8,7 +8,7 @@ use mcap::{
     records::{ChunkHeader, Record, op},
 };
 
-use crate::{RecordError, write::topic};
+use crate::{RecordError, columns::Unpacker, write::topic};
 
 /// One chunk of the file: at most a second.
 #[derive(Clone, Debug)]
@@ -34,10 +34,19 @@ pub(crate) struct Scan {
     pub(crate) is_whole: bool,
 }
 
-/// One message of a segment.
-pub(crate) struct Message {
-    pub(crate) topic: u16,
-    pub(crate) data: Vec<u8>,
+/// A segment's messages.
+pub(crate) struct Messages {
+    bytes: Vec<u8>,
+    /// Each one's channel, and where its data lies.
+    places: Vec<(u16, std::ops::Range<usize>)>,
+}
+
+impl Messages {
+    /// The first on this channel.
+    pub(crate) fn of(&self, topic: u16) -> Option<&[u8]> {
+        let (_, place) = self.places.iter().find(|(of, _)| *of == topic)?;
+        Some(&self.bytes[place.clone()])
+    }
 }
 
 /// A second of a world has no more bytes.
@@ -130,9 +139,9 @@ fn settle(path: &Path, file: &File, found: &mut Scan, known: bool) -> Result<(),
         return Ok(());
     }
     let Some(segment) = found.segments.last_mut() else { return Ok(()) };
-    match read(path, file, segment) {
-        Ok(messages) if !messages.is_empty() => {
-            messages.iter().for_each(|m| segment.note(m.topic));
+    match read(path, file, segment, &mut Unpacker::default()) {
+        Ok(messages) if !messages.places.is_empty() => {
+            messages.places.iter().for_each(|(topic, _)| segment.note(*topic));
         }
         // Or it only names the channels.
         _ => drop(found.segments.pop()),
@@ -152,7 +161,8 @@ pub(crate) fn read(
     path: &Path,
     file: &File,
     segment: &Segment,
-) -> Result<Vec<Message>, RecordError> {
+    unpacker: &mut Unpacker,
+) -> Result<Messages, RecordError> {
     let damaged = |why: String| RecordError::Damaged { path: path.to_owned(), why };
     let at = segment.start_nanos as f64 / 1e9;
     let mut bytes = vec![0; segment.len as usize];
@@ -169,25 +179,25 @@ pub(crate) fn read(
         return Err(damage("its size is absurd"));
     }
     let bytes = match header.compression.as_str() {
-        "zstd" => zstd::bulk::decompress(&data, size).map_err(|_| damage("zstd refuses it"))?,
+        "zstd" => unpacker.decompress(&data, size).map_err(|_| damage("zstd refuses it"))?,
         "" => data.into_owned(),
         _ => return Err(damage("it is packed in a way that we do not know")),
     };
     if header.uncompressed_crc != 0 && crc32fast::hash(&bytes) != header.uncompressed_crc {
         return Err(damage("its checksum is wrong"));
     }
-    let mut messages = Vec::new();
-    let mut rest = &bytes[..];
-    while let Some((head, after)) = rest.split_first_chunk::<9>() {
+    let mut places = Vec::new();
+    let mut at = 0;
+    while let Some((head, after)) = bytes[at..].split_first_chunk::<9>() {
         let size = u64::from_le_bytes(head[1..].try_into().expect("eight bytes"));
         let body = usize::try_from(size).ok().and_then(|size| after.split_at_checked(size));
-        let (body, after) = body.ok_or_else(|| damage("a record of it ends early"))?;
-        rest = after;
+        let (body, _) = body.ok_or_else(|| damage("a record of it ends early"))?;
+        let begin = at + head.len();
+        at = begin + body.len();
         // Channel, sequence and two times come before the data.
         if head[0] == op::MESSAGE && body.len() >= 22 {
-            let topic = u16::from_le_bytes([body[0], body[1]]);
-            messages.push(Message { topic, data: body[22..].to_vec() });
+            places.push((u16::from_le_bytes([body[0], body[1]]), begin + 22..at));
         }
     }
-    Ok(messages)
+    Ok(Messages { bytes, places })
 }

@@ -1,6 +1,8 @@
 use std::{fs, path::PathBuf};
 
-use bus::{ActorId, ActorState, Episode, Frame, JournalEntry, Name, Outcome, Pose, Stamp, Wish};
+use bus::{
+    ActorId, ActorState, Episode, Frame, JournalEntry, Name, Outcome, Pose, Stamp, Wish, parts,
+};
 use glam::{Quat, Vec3};
 
 use crate::{Collision, Decision, Moment, Plan, Profile, RecordError, Recording, Writer};
@@ -125,6 +127,38 @@ fn what_was_recorded_is_read_to_the_bit() {
     }
     assert_eq!(frame, 400);
     assert_eq!(recording.duration_nanos().unwrap(), 400 * 50_000_000);
+}
+
+#[test]
+fn motion_on_its_grid_takes_less_room_and_is_read_to_the_bit() {
+    let scratch = Scratch::new("grid");
+    let plan = scratch.plan(Profile::State);
+    let rounded = |frame: u64| {
+        let mut moment = moment(frame);
+        for state in &mut moment.actors {
+            let parts = parts::MOTION as f32;
+            let motion = state.velocity_mps.iter_mut().chain(&mut state.angular_velocity_radps);
+            motion.for_each(|v| *v = (*v * parts).round() / parts + 0.0);
+        }
+        moment
+    };
+    let size = |of: &dyn Fn(u64) -> Moment| {
+        let mut writer = Writer::create(&plan).unwrap();
+        (0..200).for_each(|frame| writer.put(of(frame)).unwrap());
+        writer.finish().unwrap();
+        fs::metadata(&plan.path).unwrap().len()
+    };
+    let (whole, less) = (size(&moment), size(&rounded));
+    assert!(less * 10 < whole * 9, "{less} bytes, {whole} where nothing is rounded");
+    let mut recording = Recording::open(&plan.path).unwrap();
+    let mut frame = 0;
+    for segment in 0..recording.segments() {
+        for read in recording.moments(segment).unwrap() {
+            check_same(read, &rounded(frame));
+            frame += 1;
+        }
+    }
+    assert_eq!(frame, 200);
 }
 
 #[test]

@@ -16,6 +16,7 @@ use crate::{
     RecordError,
     columns::Encoder,
     compact::{Compact, quantised},
+    grid::FRAMES_MAX,
     inputs,
     moment::{Moment, Profile, sum_of},
     predict::Exact,
@@ -23,7 +24,7 @@ use crate::{
 };
 
 /// Changes whenever the meaning of the bytes does.
-pub(crate) const FORM: u32 = 1;
+pub(crate) const FORM: u32 = 2;
 /// The channels of the file, by id.
 pub(crate) mod topic {
     pub(crate) const FRAMES: u16 = 1;
@@ -35,10 +36,8 @@ pub(crate) mod topic {
 }
 /// Simulated time of a segment.
 const SEGMENT_NANOS: u64 = 1_000_000_000;
-/// Frames of a segment at most.
-const FRAMES_MAX: usize = 64;
 /// Recorded time between segments that need none before them.
-const KEY_NANOS: u64 = 5_000_000_000;
+const KEY_NANOS: u64 = 10_000_000_000;
 /// The file is written in pieces of this.
 const BUFFER: usize = 1 << 20;
 
