@@ -1,6 +1,8 @@
 //! What others see of an actor, and the hash over everything that decides the future.
 
-use bus::{ActorId, ActorState, Pose, flag, kind};
+use bus::{ActorId, ActorState, Pose, flag, kind, parts};
+use glam::Vec3;
+use rapier3d::prelude::RigidBody;
 
 use super::digest::Digest;
 use super::tuning;
@@ -33,8 +35,8 @@ impl Physics {
     fn fill_from(&self, actor: &Actor, state: &mut ActorState) {
         let body = self.body(actor);
         state.pose = Pose::new(body.translation(), *body.rotation());
-        state.velocity_mps = origin_mps(body).to_array();
-        state.angular_velocity_radps = body.angvel().to_array();
+        state.velocity_mps = shown_mps(body).to_array();
+        state.angular_velocity_radps = body.angvel().to_array().map(|w| rounded(w, parts::MOTION));
         state.acceleration_mps2 = actor.acceleration_mps2.to_array();
         let mut flags = 0;
         let mut set = |bit: u32, on: bool| flags |= if on { bit } else { 0 };
@@ -52,9 +54,9 @@ impl Physics {
             state.brake = pedals.brake;
             state.steer = pedals.steer;
             state.gear = vehicle.state.drivetrain.shown_gear();
-            state.engine_rpm = vehicle.state.drivetrain.rpm();
-            state.wheel_steer_rad = vehicle.state.steer_rad;
-            state.wheel_spin_rad = vehicle.wheel_angle_rad();
+            state.engine_rpm = rounded(vehicle.state.drivetrain.rpm(), parts::ENGINE);
+            state.wheel_steer_rad = rounded(vehicle.state.steer_rad, parts::WHEEL);
+            state.wheel_spin_rad = rounded(vehicle.wheel_angle_rad(), parts::WHEEL);
         }
         if let Kind::Walker(walker) = &actor.kind {
             let bit = if walker.is_down { flag::DOWN } else { 0 };
@@ -117,4 +119,16 @@ impl Physics {
         }
         digest.sum()
     }
+}
+
+/// The velocity of a body's origin as it is published.
+pub(super) fn shown_mps(body: &RigidBody) -> Vec3 {
+    Vec3::from_array(origin_mps(body).to_array().map(|v| rounded(v, parts::MOTION)))
+}
+
+/// To whole parts of a unit, never to a negative 0.
+fn rounded(value: f32, parts: u32) -> f32 {
+    let parts = parts as f32;
+    // Larger numbers are whole parts already, if they are numbers.
+    if value.abs() * parts < 8_388_608.0 { (value * parts).round() / parts + 0.0 } else { value }
 }

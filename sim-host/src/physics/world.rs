@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::actors::{Prop, PropModel};
 use super::contact::Corners;
+use super::fill::shown_mps;
 use super::ground::Ground;
 use super::model::GRAVITY_MPS2;
 use super::motion::{Motion, Push};
@@ -193,7 +194,7 @@ impl Physics {
         let dt = (delta_nanos as f64 * 1e-9 / count as f64) as f32;
         self.world.integration_parameters.dt = dt;
 
-        let before: Vec<Vec3> = self.actors.iter().map(|a| origin_mps(self.body(a))).collect();
+        let before: Vec<Vec3> = self.actors.iter().map(|a| shown_mps(self.body(a))).collect();
         let mut impulses = BTreeMap::new();
         let mut touching = BTreeSet::new();
         // Where nobody is, nothing moves.
@@ -207,7 +208,7 @@ impl Physics {
 
         let per_second = (1e9 / delta_nanos as f64) as f32;
         for (index, before) in before.into_iter().enumerate() {
-            let after = origin_mps(self.body(&self.actors[index]));
+            let after = shown_mps(self.body(&self.actors[index]));
             let actor = &mut self.actors[index];
             actor.acceleration_mps2 = (after - before) * per_second;
             actor.teleported = (false, actor.teleported.0);

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use bus::{ActorId, ActorState, Pose, VehicleControl, flag};
+use bus::{ActorId, ActorState, Pose, VehicleControl, flag, parts};
 use glam::{Quat, Vec2, Vec3};
 
 use super::{FRAME_NANOS, Ground, Lone, SUBSTEP_NANOS, incline};
@@ -312,4 +312,33 @@ fn a_kinematic_vehicle_moves_only_as_it_is_told() {
     let moved = state(&physics, 1);
     assert!((moved.pose.position() - Vec3::new(2.0, 0.0, 3.0)).length() < 1e-3);
     assert!((moved.velocity().x - 2.0).abs() < 1e-3);
+}
+
+#[test]
+fn what_is_published_of_motion_lies_on_its_grid() {
+    let mut physics = town();
+    let model = Arc::new(VehicleModel::sedan());
+    let pose = Pose::level(Vec3::new(0.0, 0.0, 0.5), 0.3);
+    physics.spawn_vehicle(ActorId(1), &model, &pose, false).unwrap();
+    let control = VehicleControl {
+        actor_id: ActorId(1),
+        throttle: 0.7,
+        steer: 0.2,
+        ..VehicleControl::default()
+    };
+    physics.control(&control).unwrap();
+    let lies = |value: f32, of: u32| (value * of as f32).fract() == 0.0;
+    for _ in 0..60 {
+        let before = state(&physics, 1).velocity();
+        physics.step(FRAME_NANOS, SUBSTEP_NANOS);
+        let state = state(&physics, 1);
+        let motion = state.velocity_mps.iter().chain(&state.angular_velocity_radps);
+        assert!(motion.into_iter().all(|value| lies(*value, parts::MOTION)), "{state:?}");
+        assert!(lies(state.engine_rpm, parts::ENGINE), "{state:?}");
+        assert!(lies(state.wheel_steer_rad, parts::WHEEL), "{state:?}");
+        assert!(lies(state.wheel_spin_rad, parts::WHEEL), "{state:?}");
+        let gained = (state.velocity() - before) * (1e9 / FRAME_NANOS as f64) as f32;
+        assert_eq!(state.acceleration_mps2, gained.to_array());
+    }
+    assert!(state(&physics, 1).velocity().length() > 3.0);
 }
