@@ -3,7 +3,8 @@
 //! Every section becomes a grid: lines along the road (borders of lanes, edges of markings) and
 //! stations across it. A column between two lines is a strip of cells; a marking is a cell with
 //! another face, so nothing lies on top of anything. Neighbouring columns share their vertices.
-//! Where roads meet, short tongues reach below the other road and close what gap the file leaves.
+//! Where roads meet, short tongues reach below the other road and close what gap the file leaves;
+//! where they lie side by side with a narrow gap, seams do.
 //! Where roads overlap, everything that is not a lane for vehicles yields to those that are:
 //! the overlap is asphalt on asphalt, and it does not matter which of them a ray finds.
 
@@ -12,6 +13,7 @@ mod cover;
 mod floor;
 mod paint;
 mod rails;
+mod seam;
 mod spans;
 mod stations;
 mod strip;
@@ -38,28 +40,35 @@ pub(crate) fn surface(network: &Network, spacing_m: f64, threads: usize) -> Mesh
     let blends = cover::Blend::of_junctions(network);
     let pave = |part: &Range<usize>| {
         let (mut mesh, mut ends) = (Mesh::default(), Vec::with_capacity(part.len()));
+        let mut rims = Vec::new();
         for (road, index) in network.roads()[part.clone()].iter().zip(part.clone()) {
             let blend = road.junction.and_then(|junction| blends[junction as usize].as_ref());
             for section in 0..road.sections.len() {
-                strip::section(network, index, section, spacing, blend, &mut mesh);
+                strip::section(network, index, section, spacing, blend, &mut mesh, &mut rims);
             }
             ends.push(mesh.triangles.len());
         }
-        (mesh, ends)
+        (mesh, ends, rims)
     };
     let parts = threads.min(network.lanes().len() / LANES_MIN).max(1);
     let mut mesh = Mesh::default();
     let mut of_roads: Vec<Range<usize>> = Vec::new();
-    for (part, ends) in crew::each(&shares(network, parts), "road-pave", pave) {
+    let mut rims = Vec::new();
+    for (part, ends, of_part) in crew::each(&shares(network, parts), "road-pave", pave) {
         let base = mesh.triangles.len();
         for end in ends {
             let first = of_roads.last().map_or(0, |last| last.end);
             of_roads.push(first..base + end);
         }
         mesh.add(part);
+        rims.extend(of_part);
     }
+    let seams = seam::seams(network, &rims, threads);
     for floors in floor::junctions(network, &of_roads, &mesh, threads) {
         mesh.add(floors);
+    }
+    for seams in seams {
+        mesh.add(seams);
     }
     mesh
 }

@@ -1,10 +1,13 @@
 //! What lies between the lanes of a junction: a floor just below them that closes its gaps.
 
+mod fringe;
+
 use super::columns::ASPHALT;
 use crate::crew;
 use crate::junction::{Junction, JunctionKind};
 use crate::network::Network;
 use crate::surface::{Mesh, Tag};
+use fringe::Fringe;
 use std::ops::Range;
 
 /// Distance of the floor's corners, unless a junction is so large that they would be too many.
@@ -48,7 +51,7 @@ fn lay(junction: &Junction, of_roads: &[Range<usize>], mesh: &Mesh, floors: &mut
     roads.dedup();
     let inside = junction.roads.iter().map(|road| of_roads[*road as usize].clone());
     let Some(mut floor) = Floor::round(mesh, inside) else { return };
-    for road in roads {
+    for &road in &roads {
         for triangle in of_roads[road as usize].clone() {
             floor.cover(mesh, triangle);
         }
@@ -57,6 +60,15 @@ fn lay(junction: &Junction, of_roads: &[Range<usize>], mesh: &Mesh, floors: &mut
     floor.smooth();
     floor.sink();
     floor.lay(floors);
+    let mut fringe = Fringe::of(&floor);
+    if !fringe.cells.is_empty() {
+        for road in roads {
+            for triangle in of_roads[road as usize].clone() {
+                fringe.cover(mesh, triangle);
+            }
+        }
+        fringe.lay(floors);
+    }
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -240,6 +252,11 @@ impl Floor {
         }
     }
 
+    /// The corners of the cell whose first is `at`.
+    fn cell(&self, at: usize) -> [usize; 4] {
+        [at, at + 1, at + 1 + self.columns, at + self.columns]
+    }
+
     fn lay(&self, mesh: &mut Mesh) {
         if !self.fixed.iter().any(|fixed| *fixed) {
             return;
@@ -248,7 +265,7 @@ impl Floor {
         for row in 0..self.rows - 1 {
             for column in 0..self.columns - 1 {
                 let at = row * self.columns + column;
-                let corners = [at, at + 1, at + 1 + self.columns, at + self.columns];
+                let corners = self.cell(at);
                 if corners.iter().any(|corner| self.corners[*corner] == Corner::Outside) {
                     continue;
                 }

@@ -2,6 +2,7 @@
 
 use super::columns::{ASPHALT, Look, Profile, Row};
 use super::cover::{Blend, Cover};
+use super::seam::Rim;
 use super::stations::{NEAR_M, stations};
 use crate::network::Network;
 use crate::surface::{Face, Mesh};
@@ -15,6 +16,9 @@ const TONGUE_DEPTH_M: f64 = 0.02;
 const YIELD_SPACING_M: f64 = 1.5;
 const BLEND_SPACING_M: f64 = 0.9;
 
+/// A strip narrower than this does not part what lies beside it.
+const RIM_M: f64 = 0.02;
+
 pub(super) fn section(
     network: &Network,
     road_index: usize,
@@ -22,6 +26,7 @@ pub(super) fn section(
     spacing: f64,
     blend: Option<&Blend>,
     mesh: &mut Mesh,
+    rims: &mut Vec<Rim>,
 ) {
     let road = &network.roads()[road_index];
     let section = &road.sections[section_index];
@@ -46,13 +51,17 @@ pub(super) fn section(
         rows: &rows,
         flat: &flat,
         corners: vec![[None; 2]; profile.lines.len() * rows.len()],
+        rims: vec![Vec::new(); profile.lines.len()],
+        road: road_index as u32,
         mesh,
+        done: rims,
     };
     let further: Vec<Vec<Vec<Row>>> =
         profile.paints.iter().map(|paint| further_rows(&profile, &rows, &paint.ends)).collect();
     for interval in 0..rows.len() - 1 {
         weaver.interval(interval, &further, &cover);
     }
+    weaver.close_rims();
     weaver.steps_along();
     let first = section_index == 0;
     weaver.end(&rows[0], 0, -1.0, first);
@@ -112,7 +121,11 @@ struct Weaver<'a> {
     flat: &'a [Vec<bool>],
     /// Vertices at stations by line and station, as they are and flat.
     corners: Vec<[Option<u32>; 2]>,
+    /// Of each line, the rim along it that is still growing.
+    rims: Vec<Vec<u32>>,
+    road: u32,
     mesh: &'a mut Mesh,
+    done: &'a mut Vec<Rim>,
 }
 
 impl Weaver<'_> {
@@ -146,6 +159,10 @@ impl Weaver<'_> {
             let left = right;
             right = self.chain(index + 1, interval, further);
             let flat = self.flat[interval][column.strip];
+            if matches!(column.look, Look::Step | Look::Skirt) {
+                self.rim(index, interval, &left, true);
+                self.rim(index, interval, &right, false);
+            }
             if let Look::Paint(paint, _) = column.look
                 && left.len() == right.len()
             {
@@ -166,6 +183,53 @@ impl Weaver<'_> {
                 let face = profile.face(column, s, flat, false);
                 self.zip(&left, &right, face);
             }
+        }
+    }
+
+    /// Goes on with the rim on one side of an upright column, if what vehicles drive on ends there.
+    fn rim(&mut self, column: usize, interval: usize, chain: &[u32], is_left: bool) {
+        let columns = &self.profile.columns;
+        let strip_at = |column: Option<usize>| column.and_then(|at| columns.get(at));
+        let (inner, outer) = (column.checked_sub(1), Some(column + 1));
+        let (inner, outer) = if is_left { (inner, outer) } else { (outer, inner) };
+        let line = column + usize::from(!is_left);
+        let drives = |strip: usize| self.profile.strips[strip].paved || self.flat[interval][strip];
+        let ends = strip_at(inner).is_some_and(|inner| drives(inner.strip));
+        // A strip without width beyond it is no more than nothing.
+        let closed = strip_at(outer).is_some_and(|outer| {
+            let rows = &self.rows[interval..interval + 2];
+            rows.iter().any(|row| self.profile.strip_width(row, outer.strip) > RIM_M)
+        });
+        if !ends || closed {
+            return self.close_rim(line);
+        }
+        let rim = &mut self.rims[line];
+        if rim.last() != chain.first() {
+            self.close_rim(line);
+        }
+        let rim = &mut self.rims[line];
+        rim.extend(&chain[usize::from(!rim.is_empty())..]);
+    }
+
+    fn close_rims(&mut self) {
+        (0..self.rims.len()).for_each(|line| self.close_rim(line));
+    }
+
+    fn close_rim(&mut self, line: usize) {
+        let chain = std::mem::take(&mut self.rims[line]);
+        let at = |corner: &u32| DVec3::from(self.mesh.positions[*corner as usize].map(f64::from));
+        let mut points: Vec<DVec3> = chain.iter().map(at).collect();
+        points.dedup();
+        // The upright column before a surface has it on the right of its way.
+        let is_left = line > 0 && {
+            let before = &self.profile.columns[line - 1];
+            !matches!(before.look, Look::Step | Look::Skirt)
+        };
+        if !is_left {
+            points.reverse();
+        }
+        if points.len() > 1 {
+            self.done.push(Rim { road: self.road, points });
         }
     }
 

@@ -1,0 +1,329 @@
+//! What closes the narrow gaps that files leave between roads side by side: from the rim of one a
+//! seam reaches over to the rim of the other, and a little below it.
+
+use super::columns::ASPHALT;
+use super::cover::Cover;
+use crate::crew;
+use crate::network::Network;
+use crate::surface::Mesh;
+use glam::{DVec2, DVec3};
+
+/// Wider gaps are meant, on free roads and where one of the roads lies in a junction: there cells
+/// of the floor, a metre wide, end in such gaps.
+const GAP_M: f64 = 0.3;
+const JUNCTION_GAP_M: f64 = 1.45;
+/// Roads whose rims differ more in height do not meet, and so much more for each metre between.
+const STEP_M: f64 = 0.05;
+const SLOPE: f64 = 0.05;
+/// Rims on either side of a wider gap face each other: the cosine of their angle.
+const FACING: f64 = 0.9;
+/// Between places at which a gap is measured.
+const PIECE_M: f64 = 0.5;
+/// So many times a piece is halved to find where a gap begins.
+const HALVES: u32 = 4;
+/// Rims this near to each other touch.
+const TOUCH_M: f64 = 0.1;
+/// How far a seam reaches below the other road, and how deep; and how much it lies below its rim.
+const TONGUE_M: f64 = 0.1;
+const TONGUE_DEPTH_M: f64 = 0.015;
+const SINK_M: f64 = 0.002;
+
+/// An outer edge of what vehicles drive on, with the surface on its left.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Rim {
+    pub(super) road: u32,
+    pub(super) points: Vec<DVec3>,
+}
+
+/// The seams between all these rims.
+pub(super) fn seams(network: &Network, rims: &[Rim], threads: usize) -> Vec<Mesh> {
+    let grid = Grid::new(rims);
+    let share = (rims.len() / (threads * 8)).max(RIMS_MIN);
+    let parts: Vec<&[Rim]> = rims.chunks(share).collect();
+    crew::share(&parts, threads, "road-seam", |part| {
+        let mut mesh = Mesh::default();
+        for rim in *part {
+            let mut places = places(network, rim, &grid);
+            thin(&mut places);
+            lay(&places, &mut mesh);
+        }
+        mesh
+    })
+}
+
+/// So many are worth a piece of their own.
+const RIMS_MIN: usize = 64;
+
+/// A place on a rim, and what lies beyond it.
+#[derive(Clone, Copy)]
+struct Place {
+    point: DVec3,
+    out: DVec2,
+    beyond: Beyond,
+    is_corner: bool,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Beyond {
+    /// Nothing that a seam could reach.
+    Open,
+    /// The place lies inside another road.
+    Inside,
+    /// And so near its rim that a part of both may gape between corners.
+    Touch(f64),
+    /// The rim of another road.
+    Rim(DVec3),
+}
+
+fn places(network: &Network, rim: &Rim, grid: &Grid) -> Vec<Place> {
+    let cover = Cover::new(network, rim.road);
+    let outs: Vec<DVec2> = rim
+        .points
+        .windows(2)
+        .map(|pair| -(pair[1] - pair[0]).truncate().normalize_or_zero().perp())
+        .collect();
+    // At a bend the seam looks outwards between both sides, so that it does not gape.
+    let out_at = |point: usize| {
+        let before = outs[point.saturating_sub(1)];
+        let after = outs[point.min(outs.len() - 1)];
+        let both = (before + after).normalize_or_zero();
+        if before.dot(after) > 0.3 { both } else { after }
+    };
+    let mut places: Vec<Place> = Vec::new();
+    for (edge, pair) in rim.points.windows(2).enumerate() {
+        let near = grid.near(pair);
+        let pieces = if near.is_empty() {
+            1
+        } else {
+            (pair[0].distance(pair[1]) / PIECE_M).ceil().clamp(1.0, 200.0) as usize
+        };
+        let outs = [out_at(edge), out_at(edge + 1)];
+        let place = |share: f64| {
+            let point = pair[0].lerp(pair[1], share);
+            let out = outs[0].lerp(outs[1], share).normalize_or_zero();
+            let beyond = beyond(network, &cover, rim.road, point, out, &near);
+            Place { point, out, beyond, is_corner: share == 0.0 || share == 1.0 }
+        };
+        let first = place(0.0);
+        match places.last_mut() {
+            // A corner's neighbours may be known to its second edge only.
+            Some(corner) if corner.beyond == Beyond::Open => *corner = first,
+            Some(_) => {}
+            None => places.push(first),
+        }
+        for piece in 1..=pieces {
+            let share = |piece: usize| piece as f64 / pieces as f64;
+            let last = place(share(piece));
+            refine([share(piece - 1), share(piece)], last.beyond, &place, &mut places, HALVES);
+            places.push(last);
+        }
+    }
+    places
+}
+
+/// Where what lies beyond changes between the last place and one to come, looks closer.
+fn refine(
+    [from, to]: [f64; 2],
+    last: Beyond,
+    place: &impl Fn(f64) -> Place,
+    places: &mut Vec<Place>,
+    halves: u32,
+) {
+    let changes = places.last().is_some_and(|first| {
+        std::mem::discriminant(&first.beyond) != std::mem::discriminant(&last)
+    });
+    if !changes || halves == 0 {
+        return;
+    }
+    let middle = place(0.5 * (from + to));
+    refine([from, 0.5 * (from + to)], middle.beyond, place, places, halves - 1);
+    places.push(middle);
+    refine([0.5 * (from + to), to], last, place, places, halves - 1);
+}
+
+/// What lies beyond a place of a rim, among the edges `near`.
+fn beyond(
+    network: &Network,
+    cover: &Cover,
+    road: u32,
+    point: DVec3,
+    out: DVec2,
+    near: &[Edge],
+) -> Beyond {
+    let mut first: Option<(f64, Beyond)> = None;
+    let mut touched = None;
+    for edge in near {
+        let along = (edge.to - edge.from).truncate();
+        let across = out.perp_dot(along);
+        let offset = (edge.from - point).truncate();
+        let away = offset.perp_dot(along) / across;
+        // What opens wide is no gap but a corner.
+        let straight = if away > GAP_M { FACING } else { 0.2 };
+        if across.abs() <= straight * along.length() {
+            continue;
+        }
+        let share = offset.perp_dot(out) / across;
+        if !(0.0..=1.0).contains(&share) || away < -TOUCH_M {
+            continue;
+        }
+        // Its surface lies to its left: who comes from there goes out.
+        let is_exit = across > 0.0;
+        // A road may face itself, in the middle of a tight turn.
+        if edge.road == road && (is_exit || away < TOUCH_M) {
+            continue;
+        }
+        let foot = edge.from.lerp(edge.to, share);
+        let in_junction = |road: u32| network.roads()[road as usize].junction.is_some();
+        let reach =
+            if in_junction(road) || in_junction(edge.road) { JUNCTION_GAP_M } else { GAP_M };
+        if away > reach || (foot.z - point.z).abs() > STEP_M + SLOPE * away {
+            continue;
+        }
+        if away < 0.0 {
+            if !is_exit {
+                touched = Some(touched.map_or(foot.z, |z: f64| z.min(foot.z)));
+            }
+        } else if first.is_none_or(|(before, _)| away < before) {
+            first = Some((away, if is_exit { Beyond::Inside } else { Beyond::Rim(foot) }));
+        }
+    }
+    let found = match first {
+        Some((away, Beyond::Rim(foot))) if away > TOUCH_M && cover.paved(point.midpoint(foot)) => {
+            Beyond::Inside
+        }
+        Some((_, found)) => found,
+        None => Beyond::Open,
+    };
+    match (found, touched) {
+        (Beyond::Inside | Beyond::Open, Some(z)) => Beyond::Touch(z.min(point.z)),
+        _ => found,
+    }
+}
+
+/// Leaves out what says no more than its neighbours.
+fn thin(places: &mut Vec<Place>) {
+    let all = std::mem::take(places);
+    for (at, place) in all.iter().enumerate() {
+        let spare = match (places.last(), all.get(at + 1)) {
+            (Some(before), Some(after)) if !place.is_corner => {
+                match [before.beyond, place.beyond, after.beyond] {
+                    [Beyond::Open, Beyond::Open, Beyond::Open]
+                    | [Beyond::Inside, Beyond::Inside, Beyond::Inside]
+                    | [Beyond::Touch(_), Beyond::Touch(_), Beyond::Touch(_)] => true,
+                    [Beyond::Rim(first), Beyond::Rim(foot), Beyond::Rim(last)] => {
+                        let way = (last - first).normalize_or_zero();
+                        (foot - first).cross(way).length() < STRAIGHT_M
+                    }
+                    _ => false,
+                }
+            }
+            _ => false,
+        };
+        if !spare {
+            places.push(*place);
+        }
+    }
+}
+
+/// A foot this near to the line between its neighbours says nothing new.
+const STRAIGHT_M: f64 = 0.0005;
+
+/// Joins neighbouring places by seams.
+fn lay(places: &[Place], mesh: &mut Mesh) {
+    for pair in places.windows(2) {
+        let meets = |place: &Place| matches!(place.beyond, Beyond::Rim(_) | Beyond::Touch(_));
+        let [Some(first), Some(second)] = [foot(&pair[0], &pair[1]), foot(&pair[1], &pair[0])]
+        else {
+            continue;
+        };
+        if !pair.iter().any(meets) {
+            continue;
+        }
+        let feet = [first, second];
+        let rims = feet.map(|foot| foot - DVec3::Z * SINK_M);
+        let ends: [DVec3; 2] =
+            std::array::from_fn(|at| feet[at] + (pair[at].out * TONGUE_M).extend(-TONGUE_DEPTH_M));
+        let points = [pair[0].point, rims[0], ends[0], pair[1].point, rims[1], ends[1]];
+        let [a, b, c, d, e, f] = points.map(|point| mesh.vertex(point.as_vec3().to_array()));
+        for [from, out, next, back] in [[a, b, e, d], [b, c, f, e]] {
+            mesh.triangle([from, out, next], ASPHALT);
+            mesh.triangle([from, next, back], ASPHALT);
+        }
+    }
+}
+
+/// Where the seam from a place ends, above its tongue. Where a gap closes that is its tip.
+fn foot(place: &Place, beside: &Place) -> Option<DVec3> {
+    let at = |z: f64| Some(place.point.truncate().extend(z));
+    match (place.beyond, beside.beyond) {
+        (Beyond::Rim(foot), _) => Some(foot),
+        (Beyond::Touch(z), _) => at(z),
+        (Beyond::Inside, Beyond::Rim(beside)) => at(place.point.z.min(beside.z)),
+        (Beyond::Inside, Beyond::Touch(z)) => at(place.point.z.min(z)),
+        _ => None,
+    }
+}
+
+/// Of a rim, from corner to corner.
+#[derive(Clone, Copy)]
+struct Edge {
+    road: u32,
+    from: DVec3,
+    to: DVec3,
+}
+
+/// Edges by the squares that they cross.
+struct Grid {
+    edges: Vec<Edge>,
+    /// Square and edge, sorted.
+    members: Vec<([i32; 2], u32)>,
+}
+
+const SQUARE_M: f64 = 4.0;
+
+impl Grid {
+    fn new(rims: &[Rim]) -> Grid {
+        let mut grid = Grid { edges: Vec::new(), members: Vec::new() };
+        for rim in rims {
+            for pair in rim.points.windows(2) {
+                let number = grid.edges.len() as u32;
+                grid.edges.push(Edge { road: rim.road, from: pair[0], to: pair[1] });
+                squares(pair, 0.0, |square| grid.members.push((square, number)));
+            }
+        }
+        grid.members.sort_unstable();
+        grid
+    }
+
+    /// The edges that a seam from this one may reach.
+    fn near(&self, pair: &[DVec3]) -> Vec<Edge> {
+        let mut found: Vec<u32> = Vec::new();
+        let low = pair[0].min(pair[1]) - JUNCTION_GAP_M;
+        let high = pair[0].max(pair[1]) + JUNCTION_GAP_M;
+        squares(pair, JUNCTION_GAP_M, |square| {
+            let first = self.members.partition_point(|member| member.0 < square);
+            let members = self.members[first..].iter().take_while(|member| member.0 == square);
+            found.extend(members.map(|member| member.1).filter(|number| {
+                let edge = &self.edges[*number as usize];
+                edge.from.min(edge.to).cmple(high).all() && edge.from.max(edge.to).cmpge(low).all()
+            }));
+        });
+        found.sort_unstable();
+        found.dedup();
+        found.into_iter().map(|number| self.edges[number as usize]).collect()
+    }
+}
+
+/// The squares that an edge's box, wider by `margin`, touches.
+fn squares(pair: &[DVec3], margin: f64, mut each: impl FnMut([i32; 2])) {
+    let low = ((pair[0].min(pair[1]) - margin) / SQUARE_M).floor().truncate().as_ivec2();
+    let high = ((pair[0].max(pair[1]) + margin) / SQUARE_M).floor().truncate().as_ivec2();
+    for x in low.x..=high.x.min(low.x.saturating_add(SQUARES_MAX)) {
+        for y in low.y..=high.y.min(low.y.saturating_add(SQUARES_MAX)) {
+            each([x, y]);
+        }
+    }
+}
+
+/// Stations lie a few metres apart; only a broken file makes longer edges.
+const SQUARES_MAX: i32 = 64;
