@@ -30,6 +30,7 @@ mod road;
 mod route;
 mod signal;
 mod slab;
+mod structure;
 mod surface;
 mod surface_strips;
 #[cfg(test)]
@@ -48,7 +49,7 @@ pub use lane::{
     Lane, LaneAccess, LaneIndex, LaneMaterial, LanePoint, LaneRule, LaneType, LaneTypes,
 };
 pub use mark::{MarkChange, MarkColor, MarkKind, MarkLine, MarkSway, RoadMark};
-pub use mesh::{structure_mesh, surface_mesh};
+pub use mesh::{structures, surface_mesh};
 pub use network::Network;
 pub use object::{ObjectBorder, ObjectMarking, ObjectPlace, ObjectReference, RoadObject, Span};
 pub use parse::{Header, Owner, UserData};
@@ -57,6 +58,7 @@ pub use road::{Road, RoadLink, RoadType, Section, Switch};
 pub use route::{Leg, Route};
 pub use signal::{Controller, Orientation, Signal, SignalReference, SignalUse};
 pub use slab::Lent;
+pub use structure::{Solid, Structure};
 pub use surface::{Face, Material, Mesh, Tag};
 pub use validate::{Finding, Severity, validate};
 pub use waypoint::SideMarks;

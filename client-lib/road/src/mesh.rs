@@ -23,6 +23,7 @@ use crate::build::threads;
 use crate::crew;
 use crate::index::shares;
 use crate::network::Network;
+use crate::structure::Structure;
 use crate::surface::Mesh;
 use std::ops::Range;
 
@@ -77,9 +78,8 @@ pub(crate) fn surface(network: &Network, spacing_m: f64, threads: usize) -> Mesh
 const LANES_MIN: usize = 100;
 
 /// What stands on and over roads by the file's word: guard rails, walls and fences that go on
-/// along them, tunnels with sides and roof, bridges with parapets and what carries them. All
-/// faces are of object 0.
-pub fn structure_mesh(network: &Network) -> Mesh {
+/// along them, tunnels with sides and roof, bridges with parapets and what carries them.
+pub fn structures(network: &Network) -> Vec<Structure> {
     let mut sweep = sweep::Sweep::new(network);
     for span in network.spans() {
         spans::span(network, span, &mut sweep);
@@ -87,5 +87,5 @@ pub fn structure_mesh(network: &Network) -> Mesh {
     for object in network.objects() {
         rails::object(object, &mut sweep);
     }
-    sweep.into_mesh()
+    sweep.into_structures()
 }

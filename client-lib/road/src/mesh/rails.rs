@@ -1,9 +1,10 @@
 //! Guard rails, walls and fences along roads.
 
-use super::sweep::{BOX, Sweep};
+use super::sweep::{BOX, Sweep, things};
 use crate::object::{ObjectPlace, RoadObject};
 use crate::surface::{Face, Material, Tag};
 use glam::DVec3;
+use std::ops::Range;
 
 /// What is built of an object.
 #[derive(Clone, Copy)]
@@ -59,7 +60,7 @@ pub(super) fn object(object: &RoadObject, sweep: &mut Sweep) {
         if !sweep.admits(run.len()) {
             return;
         }
-        body(object.road, run, make, sweep);
+        things(run.len()).for_each(|part| body(object.road, run, part, make, sweep));
     }
 }
 
@@ -82,7 +83,7 @@ fn make(object: &RoadObject) -> Option<Make> {
     Some(make)
 }
 
-fn body(road: u32, run: &[ObjectPlace], make: Make, sweep: &mut Sweep) {
+fn body(road: u32, run: &[ObjectPlace], part: Range<usize>, make: Make, sweep: &mut Sweep) {
     let face = Face::new(make.tag, make.material, 0);
     let or = |said: f64, usual: f64| if said > 0.0 { said.min(20.0) } else { usual };
     let aside = |at: usize| {
@@ -90,21 +91,27 @@ fn body(road: u32, run: &[ObjectPlace], make: Make, sweep: &mut Sweep) {
         let along = (run[after].position - run[before].position).truncate().normalize_or_zero();
         along.perp().extend(0.0)
     };
-    let row = |(at, place): (usize, &ObjectPlace)| {
+    let row = |at: usize| {
+        let place = &run[at];
         let half = aside(at) * (0.5 * or(place.width_m, make.width_m));
         let height = or(place.height_m, make.height_m);
         let foot = make.beam_m.map_or(-FOOT_M, |beam| (height - beam).max(0.0));
         let [top, foot] = [height, foot].map(|up| place.position + DVec3::Z * up);
         [top + half, top - half, foot - half, foot + half]
     };
-    let rows: Vec<[DVec3; 4]> = run.iter().enumerate().map(row).collect();
+    let rows: Vec<[DVec3; 4]> = part.clone().map(row).collect();
     let low = |row: &[DVec3; 4]| {
         let height = or(run[0].height_m, make.height_m);
         row[0].midpoint(row[1]) - DVec3::Z * height
     };
-    sweep.body(&BOX, &rows, road, face, low);
+    sweep.begin(make.tag, false);
+    let free = sweep.body(&BOX, &rows, road, face, low);
+    // Nobody slips through below a beam.
+    let height = or(run[0].height_m, make.height_m);
+    sweep.solid(&rows, &free, make.beam_m.map_or(0.0, |beam| (height - beam).max(0.0)));
     if make.beam_m.is_some() {
-        for place in run {
+        let last = part.end == run.len();
+        for place in &run[part.start..part.end - usize::from(!last)] {
             let foot = place.position - DVec3::Z * FOOT_M;
             let height = or(place.height_m, make.height_m) + FOOT_M - 0.05;
             sweep.post(foot, POST_HALF_M, height, face);

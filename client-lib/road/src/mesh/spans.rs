@@ -1,6 +1,6 @@
 //! Tunnels and bridges.
 
-use super::sweep::{BOX, GATE, Sweep};
+use super::sweep::{BOX, GATE, Sweep, things};
 use crate::lane::Lane;
 use crate::network::Network;
 use crate::object::Span;
@@ -37,7 +37,7 @@ pub(super) fn span(network: &Network, span: &Span, sweep: &mut Sweep) {
         .map(|step| Station::new(network, road, from + (to - from) * step as f64 / steps as f64))
         .collect();
     if span.is_tunnel {
-        tunnel(span.road, &stations, sweep);
+        things(stations.len()).for_each(|part| tunnel(span.road, &stations[part], sweep));
     } else {
         bridge(span.road, &stations, sweep);
     }
@@ -91,8 +91,15 @@ fn tunnel(road: u32, stations: &[Station], sweep: &mut Sweep) {
     };
     let rows: Vec<[DVec3; 8]> = stations.iter().map(row).collect();
     let face = Face::new(Tag::Wall, Material::Concrete, 0);
+    sweep.begin(Tag::Wall, false);
     // Who drives into it from the side finds it open there.
-    sweep.body(&GATE, &rows, road, face, |row| row[3].midpoint(row[2]) + DVec3::Z * FOOT_M);
+    let foot = |row: &[DVec3; 8]| row[3].midpoint(row[2]) + DVec3::Z * FOOT_M;
+    let free = sweep.body(&GATE, &rows, road, face, foot);
+    for corners in [[7, 6, 5, 0], [4, 1, 2, 3]] {
+        let wall: Vec<[DVec3; 4]> =
+            rows.iter().map(|row| corners.map(|corner| row[corner])).collect();
+        sweep.solid(&wall, &free, 0.0);
+    }
 }
 
 fn bridge(road: u32, stations: &[Station], sweep: &mut Sweep) {
@@ -109,9 +116,13 @@ fn bridge(road: u32, stations: &[Station], sweep: &mut Sweep) {
                 side(at, left, -DECK_M),
             ]
         };
-        let rows: Vec<[DVec3; 4]> = stations.iter().map(row).collect();
         let foot = |row: &[DVec3; 4]| row[2].midpoint(row[3]) + DVec3::Z * DECK_M;
-        sweep.body(&BOX, &rows, road, face, foot);
+        for part in things(stations.len()) {
+            let rows: Vec<[DVec3; 4]> = stations[part].iter().map(row).collect();
+            sweep.begin(Tag::Bridge, false);
+            let free = sweep.body(&BOX, &rows, road, face, foot);
+            sweep.solid(&rows, &free, 0.0);
+        }
     }
     let row = |at: &Station| {
         [
@@ -122,6 +133,7 @@ fn bridge(road: u32, stations: &[Station], sweep: &mut Sweep) {
         ]
     };
     let rows: Vec<[DVec3; 4]> = stations.iter().map(row).collect();
+    sweep.begin(Tag::Bridge, true);
     // The deck lies below whatever road it carries.
     sweep.body(&BOX, &rows, road, face, |row| row[0] - DVec3::Z * 100.0);
 }

@@ -2,16 +2,31 @@
 
 use super::cover::Cover;
 use crate::network::Network;
-use crate::surface::{Face, Mesh};
+use crate::structure::{Solid, Structure};
+use crate::surface::{Face, Mesh, Tag};
 use glam::DVec3;
 
 /// A broken file may ask for any number; more stations than this are not built.
 const STATIONS_MAX: usize = 200_000;
 
+/// Solid boxes are at most so long, may leave the way that they follow by so much, and climb so
+/// much. Metres.
+const SOLID_M: f64 = 16.0;
+const BEND_M: f64 = 0.04;
+const CLIMB_M: f64 = 0.15;
+/// Cross-sections of one thing: what goes on along a road is cut into things of this size, so that
+/// each has a box of its own that says where it is.
+const THING: usize = 26;
+
+/// Where things begin and end among so many cross-sections, which they share at their ends.
+pub(super) fn things(count: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+    (0..count.saturating_sub(1)).step_by(THING - 1).map(move |at| at..(at + THING).min(count))
+}
+
 /// Collects bodies.
 pub(super) struct Sweep<'a> {
     network: &'a Network,
-    mesh: Mesh,
+    structures: Vec<Structure>,
     stations: usize,
 }
 
@@ -31,11 +46,18 @@ pub(super) const GATE: Outline<8, 3> = Outline { caps: [[7, 6, 5, 0], [5, 4, 1, 
 
 impl<'a> Sweep<'a> {
     pub(super) fn new(network: &'a Network) -> Sweep<'a> {
-        Sweep { network, mesh: Mesh::default(), stations: 0 }
+        Sweep { network, structures: Vec::new(), stations: 0 }
     }
 
-    pub(super) fn into_mesh(self) -> Mesh {
-        self.mesh
+    pub(super) fn into_structures(mut self) -> Vec<Structure> {
+        self.structures.retain(|one| !one.mesh.triangles.is_empty());
+        self.structures
+    }
+
+    /// What follows is a thing of its own.
+    pub(super) fn begin(&mut self, tag: Tag, is_ground: bool) {
+        let (mesh, solids) = (Mesh::default(), Vec::new());
+        self.structures.push(Structure { tag, is_ground, mesh, solids });
     }
 
     /// Whether there is room for so many stations more.
@@ -44,8 +66,8 @@ impl<'a> Sweep<'a> {
         self.stations <= STATIONS_MAX
     }
 
-    /// A body through these cross-sections, but not where `point` of it would stand on a paved
-    /// lane of another road than `road`.
+    /// A body through these cross-sections, but not where the `foot` of one would stand on a paved
+    /// lane of another road than `road`. Says which of them are free.
     pub(super) fn body<const N: usize, const C: usize>(
         &mut self,
         outline: &Outline<N, C>,
@@ -53,7 +75,7 @@ impl<'a> Sweep<'a> {
         road: u32,
         face: Face,
         foot: impl Fn(&[DVec3; N]) -> DVec3,
-    ) {
+    ) -> Vec<bool> {
         let cover = Cover::new(self.network, road);
         let free: Vec<bool> = rows.iter().map(|row| !cover.paved(foot(row))).collect();
         for (at, pair) in rows.windows(2).enumerate() {
@@ -77,6 +99,56 @@ impl<'a> Sweep<'a> {
                 }
             }
         }
+        free
+    }
+
+    /// Makes what lies between these cross-sections of a box solid, and `below_m` below it, where
+    /// they are free: in boxes as long as the way is straight.
+    pub(super) fn solid(&mut self, rows: &[[DVec3; 4]], free: &[bool], below_m: f64) {
+        let middle = |at: usize| rows[at].iter().sum::<DVec3>() / 4.0;
+        let straight = |from: usize, to: usize| {
+            let (a, b) = (middle(from), middle(to));
+            let way = (b - a).normalize_or_zero();
+            a.distance(b) < SOLID_M
+                && (from + 1..to).all(|at| (middle(at) - a).cross(way).length() < BEND_M)
+                && (b.z - a.z).abs() < CLIMB_M
+        };
+        let mut from = 0;
+        while from + 1 < rows.len() {
+            if !(free[from] && free[from + 1]) {
+                from += 1;
+                continue;
+            }
+            let mut to = from + 1;
+            while to + 1 < rows.len() && free[to + 1] && straight(from, to + 1) {
+                to += 1;
+            }
+            self.add_solid(&rows[from], &rows[to], below_m);
+            from = to;
+        }
+    }
+
+    fn add_solid(&mut self, from: &[DVec3; 4], to: &[DVec3; 4], below_m: f64) {
+        let [a, b] = [from, to].map(|row| row.iter().sum::<DVec3>() / 4.0);
+        let along = (b - a).truncate();
+        let left = along.normalize_or_zero().perp().extend(0.0);
+        let across = |row: &[DVec3; 4], middle: DVec3| {
+            row.iter().map(|corner| left.dot(*corner - middle).abs()).fold(0.0, f64::max)
+        };
+        let all = || from.iter().chain(to);
+        let low = all().map(|corner| corner.z).fold(f64::INFINITY, f64::min) - below_m;
+        let high = all().map(|corner| corner.z).fold(f64::NEG_INFINITY, f64::max);
+        let half_y = across(from, a).max(across(to, b));
+        if along.length() < 1e-3 || high <= low {
+            return;
+        }
+        let Some(structure) = self.structures.last_mut() else { return };
+        structure.solids.push(Solid {
+            center: a.midpoint(b).truncate().extend(0.5 * (low + high)),
+            // A little longer than its share, so that boxes in a bend leave no gap.
+            half_extents_m: DVec3::new(0.5 * along.length() + half_y, half_y, 0.5 * (high - low)),
+            yaw_rad: along.to_angle(),
+        });
     }
 
     /// A box on end, about `middle` of its foot.
@@ -97,6 +169,8 @@ impl<'a> Sweep<'a> {
     }
 
     fn quad(&mut self, corners: [DVec3; 4], face: Face) {
-        self.mesh.quad(corners.map(|corner| corner.as_vec3().to_array()), face);
+        if let Some(structure) = self.structures.last_mut() {
+            structure.mesh.quad(corners.map(|corner| corner.as_vec3().to_array()), face);
+        }
     }
 }

@@ -2,13 +2,23 @@
 
 use super::small::{JOINED, text};
 use super::surface::Caster;
-use crate::{Mesh, Network, Tag, structure_mesh};
+use crate::{Mesh, Network, Structure, Tag, structures};
 use glam::DVec3;
 
-fn built(objects: &str) -> Mesh {
+fn things(objects: &str) -> Vec<Structure> {
     let inside = format!("<objects>{objects}</objects></road>");
     let text = text(JOINED).replacen("</road>", &inside, 1);
-    structure_mesh(&Network::parse(&text).expect("a valid map"))
+    structures(&Network::parse(&text).expect("a valid map"))
+}
+
+fn built(objects: &str) -> Mesh {
+    together(&things(objects))
+}
+
+fn together(things: &[Structure]) -> Mesh {
+    let mut mesh = Mesh::default();
+    things.iter().for_each(|one| mesh.append(&one.mesh));
+    mesh
 }
 
 /// Each edge of a closed body is passed once each way, if its corners are told by their places.
@@ -103,10 +113,52 @@ fn nothing_stands_on_another_road() {
     let text = text(JOINED).replacen("</road>", r#"<objects><object id="1" type="wall" s="0" t="0"><repeat s="0" length="50" distance="0" tStart="-9" tEnd="-9"/></object></objects></road>
 <road name="side" length="30" id="7" junction="-1"><planView><geometry s="0" x="25" y="-5" hdg="-1.5707963267948966" length="30"><line/></geometry></planView>
 <lanes><laneSection s="0"><center><lane id="0"/></center><right><lane id="-1" type="driving"><width sOffset="0" a="4" b="0" c="0" d="0"/></lane></right></laneSection></lanes></road>"#, 1);
-    let crossed = structure_mesh(&Network::parse(&text).expect("a valid map"));
+    let crossed = together(&structures(&Network::parse(&text).expect("a valid map")));
     assert!(is_closed(&crossed));
     let caster = Caster::new(&crossed);
     let stands = |x: f64| caster.below(DVec3::new(x, -9.0, 9.0), 20.0).is_some();
     assert!(stands(10.0) && stands(40.0));
     assert!(!stands(22.5) && !stands(24.5));
+}
+
+#[test]
+fn what_stands_is_solid_where_it_is_seen_and_nowhere_else() {
+    let along = r#"<repeat s="5" length="30" distance="0" tStart="-7" tEnd="-7"/></object>"#;
+    let rail = format!(r#"<object id="1" type="barrier" subtype="guardRail" s="0" t="0">{along}"#);
+    let rail = things(&rail);
+    let is_solid = |things: &[Structure], at: DVec3| {
+        things.iter().flat_map(|one| &one.solids).any(|solid| {
+            let offset = at - solid.center;
+            let (sin, cos) = solid.yaw_rad.sin_cos();
+            let own = DVec3::new(
+                offset.x * cos + offset.y * sin,
+                offset.y * cos - offset.x * sin,
+                offset.z,
+            );
+            own.abs().cmple(solid.half_extents_m).all()
+        })
+    };
+    for step in 0..=29 {
+        let x = 5.5 + f64::from(step);
+        // Below the beam as well, from the ground up.
+        for z in [0.05, 0.3, 0.7] {
+            assert!(is_solid(&rail, DVec3::new(x, -7.0, z)), "{x} {z}");
+        }
+        assert!(!is_solid(&rail, DVec3::new(x, -7.0, 0.9)), "{x} over it");
+        assert!(!is_solid(&rail, DVec3::new(x, -6.7, 0.5)), "{x} beside it");
+    }
+    assert!(!is_solid(&rail, DVec3::new(4.5, -7.0, 0.5)));
+    // A straight one needs few boxes.
+    assert!(rail.iter().map(|one| one.solids.len()).sum::<usize>() <= 3);
+
+    let tunnel = things(r#"<tunnel id="1" s="10" length="20" type="standard"/>"#);
+    assert!(is_solid(&tunnel, DVec3::new(20.0, 4.2, 1.0)), "its left wall");
+    assert!(is_solid(&tunnel, DVec3::new(20.0, -6.2, 1.0)), "its right wall");
+    assert!(!is_solid(&tunnel, DVec3::new(20.0, 3.8, 1.0)) && !is_solid(&tunnel, DVec3::Z));
+
+    let bridge = things(r#"<bridge id="1" s="10" length="20" type="concrete"/>"#);
+    assert!(is_solid(&bridge, DVec3::new(20.0, 3.6, 0.5)), "its parapet");
+    assert!(!is_solid(&bridge, DVec3::new(20.0, 3.4, 0.5)) && !is_solid(&bridge, DVec3::Z));
+    let decks: Vec<_> = bridge.iter().filter(|one| one.is_ground).collect();
+    assert!(decks.len() == 1 && decks[0].solids.is_empty());
 }

@@ -22,6 +22,7 @@ mod scene;
 mod signals;
 mod stand;
 mod street;
+mod structures;
 mod terrain;
 mod tree;
 mod visibility;
@@ -195,9 +196,8 @@ pub fn furnish(network: &Network, seed: u64) -> Town {
 /// As [`furnish`], as fine as asked for. What stands where does not depend on the detail.
 pub fn furnish_with(network: &Network, seed: u64, detail: Detail) -> Town {
     let mut plan = Plan::new(network, seed, detail);
-    let mut ground = plan.take_ground();
-    ground.append(&road::structure_mesh(network));
-    let mut scene = Scene::new(ground);
+    let mut scene = Scene::new(plan.take_ground());
+    structures::raise(&mut scene, road::structures(network));
     let frontages = frontage::frontages(network);
     let outlines = std::mem::take(&mut plan.outlines);
     let density = std::mem::take(&mut plan.density);

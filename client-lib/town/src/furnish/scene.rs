@@ -78,6 +78,28 @@ impl Scene {
         (number, object)
     }
 
+    /// Adds an object that is modelled already, with what of it is solid. World space.
+    pub(super) fn adopt(
+        &mut self,
+        object: Object,
+        mesh: &Mesh,
+        solids: impl Iterator<Item = Collider>,
+    ) {
+        let number = self.town.objects.len() as u32;
+        self.town.objects.push(object);
+        let first = self.clay.mesh.faces.len();
+        self.clay.mesh.append(mesh);
+        for face in &mut self.clay.mesh.faces[first..] {
+            face.object = number + 1;
+        }
+        self.town.colliders.extend(solids.map(|solid| Collider { object: number, ..solid }));
+    }
+
+    /// Adds to the ground. World space.
+    pub(super) fn lay(&mut self, mesh: &Mesh) {
+        self.clay.mesh.append(mesh);
+    }
+
     /// Lays a quadrilateral of ground, counter-clockwise seen from above. World space.
     pub(super) fn ground(&mut self, material: Material, corners: [Vec3; 4]) {
         self.clay.object(0).paint(Tag::Ground, material).quad(corners);

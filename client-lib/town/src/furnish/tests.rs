@@ -378,11 +378,12 @@ fn town10hd_in_high_detail_is_a_scene_to_measure_with() {
 fn a_tunnel_of_the_file_stands_in_the_town() {
     let text = default_map().1;
     let tunnel = r#"<objects><tunnel id="t" s="1" length="9" type="standard"/></objects></road>"#;
-    let walls = |text: &str| {
-        let town = furnish(&Network::parse(text).expect("a map"), 1);
-        let is_wall = |face: &&road::Face| face.tag == Tag::Wall as u8 && face.object == 0;
-        town.mesh.faces.iter().filter(is_wall).count()
-    };
-    assert_eq!(walls(&text), 0);
-    assert!(walls(&text.replacen("</road>", tunnel, 1)) > 50);
+    // What the file says stands before everything else.
+    let town = furnish(&Network::parse(&text.replacen("</road>", tunnel, 1)).expect("a map"), 1);
+    assert!((town.objects[0].tag, town.objects[0].layer) == (Tag::Wall, super::Layer::Walls));
+    let is_wall = |face: &&road::Face| face.tag == Tag::Wall as u8 && face.object == 1;
+    assert!(town.mesh.faces.iter().filter(is_wall).count() > 50);
+    assert!(town.colliders.iter().filter(|solid| solid.object == 0).count() >= 2);
+    let bare = furnish(&Network::parse(&text).expect("a map"), 1);
+    assert!(bare.objects[0].tag != Tag::Wall);
 }

@@ -7,6 +7,7 @@ mod driving;
 mod ground;
 mod motion;
 mod outside;
+mod rails;
 mod tuning;
 mod walkers;
 mod world;
