@@ -28,17 +28,21 @@ mod rig;
 mod view;
 
 pub use bus::{
-    AckermannControl, AckermannSettings, ActorId, ActorState, Ask, Autopilot, BlueprintInfo, Curve,
-    DEPTH_FAR_M, Episode, FeelWeather, Frame, Gear, HideLayers, HideObjects, HoldLight, Instance,
-    Interrupted, JournalEntry, LoadMap, Name, Pose, Push, RigId, STRIDE, SensorSpec, SetDoors,
-    SetLamps, SetPhysics, SetVelocity, Settings, SnapshotHeader, Stamp, Strategy, Switch, Teleport,
-    TrafficDial, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics,
-    VehicleSteering, VehicleTelemetry, VehicleWheel, Watch, Weather, WheelTelemetry, Wish, clock,
-    dial, flag, kind, lamp, layer, light, output, part, sensor, tracer,
+    AckermannControl, AckermannSettings, ActorId, ActorState, Ask, Autopilot, BlueprintInfo,
+    CollisionReading, Curve, DEPTH_FAR_M, Episode, FeelWeather, Frame, Gear, GnssReading, GnssSpec,
+    HideLayers, HideObjects, HoldLight, ImuReading, ImuSpec, Instance, Interrupted, JournalEntry,
+    LaneInvasionReading, LoadMap, Name, ObstacleReading, ObstacleSpec, OdometryReading,
+    OdometrySpec, Pose, Push, RigId, STRIDE, SensorSpec, SetDoors, SetLamps, SetPhysics,
+    SetVelocity, Settings, SnapshotHeader, Stamp, Strategy, Switch, Teleport, TrafficDial,
+    VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
+    VehicleTelemetry, VehicleWheel, Watch, Weather, WheelTelemetry, Wish, clock, dial, flag,
+    geodesy, kind, lamp, layer, light, output, part, sensor, tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;
 pub use file::{Profile, Replay, saved_folder, saved_path};
 pub use hide::hide_objects;
-pub use rig::{Measurement, Rig, camera, lidar};
+pub use rig::{
+    Measurement, Rig, camera, collision, gnss, imu, lane_invasion, lidar, obstacle, odometry,
+};
 pub use view::World;

@@ -1,7 +1,10 @@
 //! Rigs: sensors in, measurements out, in the renderer's own memory.
 
 use bus::{
-    Bundle, BundleHeader, Frame, Name, Page, Plane, Pose, Reader, RigId, SensorSpec, output, sensor,
+    Bundle, BundleHeader, CollisionReading, CollisionSpec, Frame, GnssReading, GnssSpec,
+    ImuReading, ImuSpec, LaneInvasionReading, LaneInvasionSpec, Name, ObstacleReading,
+    ObstacleSpec, OdometryReading, OdometrySpec, Page, Plane, Pose, Reader, Reading, RigId,
+    SensorSpec, output, sensor,
 };
 
 use crate::ClientError;
@@ -51,6 +54,40 @@ pub fn lidar(
         attenuation_per_m: 0.004,
         ..SensorSpec::default()
     }
+}
+
+/// An inertial measurement unit.
+///
+/// This and the following sensors are measured by the host, in the midst of physics. They go into
+/// rigs of their own, apart from cameras and lidars; [`crate::Client::tick_and_collect`] takes
+/// both.
+pub fn imu(name: &str, parent_from_sensor: Pose, errors: ImuSpec) -> SensorSpec {
+    SensorSpec::born(name, parent_from_sensor, &errors)
+}
+
+/// A receiver of satellites.
+pub fn gnss(name: &str, parent_from_sensor: Pose, errors: GnssSpec) -> SensorSpec {
+    SensorSpec::born(name, parent_from_sensor, &errors)
+}
+
+/// A speedometer and odometer.
+pub fn odometry(name: &str, parent_from_sensor: Pose, errors: OdometrySpec) -> SensorSpec {
+    SensorSpec::born(name, parent_from_sensor, &errors)
+}
+
+/// Tells of everybody and everything that touches its carrier.
+pub fn collision(name: &str) -> SensorSpec {
+    SensorSpec::born(name, Pose::IDENTITY, &CollisionSpec::default())
+}
+
+/// Tells of the markings that its carrier crosses.
+pub fn lane_invasion(name: &str) -> SensorSpec {
+    SensorSpec::born(name, Pose::IDENTITY, &LaneInvasionSpec::default())
+}
+
+/// Pushes a ball ahead, and tells what it runs into.
+pub fn obstacle(name: &str, parent_from_sensor: Pose, look: ObstacleSpec) -> SensorSpec {
+    SensorSpec::born(name, parent_from_sensor, &look)
 }
 
 /// A stream of one rig's measurements.
@@ -195,5 +232,40 @@ impl Measurement {
     /// Instance and tag of each ray.
     pub fn labels(&self, sensor: usize) -> Option<&[[u32; 2]]> {
         self.data(sensor, output::LABELS).map(bytemuck::cast_slice)
+    }
+
+    /// What an inertial measurement unit felt, if its turn had come.
+    pub fn imu(&self, sensor: usize) -> Option<&ImuReading> {
+        self.readings(sensor).first()
+    }
+
+    /// Where a receiver believes to be, if its turn had come.
+    pub fn gnss(&self, sensor: usize) -> Option<&GnssReading> {
+        self.readings(sensor).first()
+    }
+
+    /// What a speedometer shows, if its turn had come.
+    pub fn odometry(&self, sensor: usize) -> Option<&OdometryReading> {
+        self.readings(sensor).first()
+    }
+
+    /// Who touched the carrier during this frame.
+    pub fn collisions(&self, sensor: usize) -> &[CollisionReading] {
+        self.readings(sensor)
+    }
+
+    /// The markings that the carrier crossed during this frame.
+    pub fn lane_invasions(&self, sensor: usize) -> &[LaneInvasionReading] {
+        self.readings(sensor)
+    }
+
+    /// What lies ahead, if anything does and the sensor's turn had come.
+    pub fn obstacle(&self, sensor: usize) -> Option<&ObstacleReading> {
+        self.readings(sensor).first()
+    }
+
+    /// The readings of one kind of a sensor that the host measures.
+    pub fn readings<T: Reading>(&self, sensor: usize) -> &[T] {
+        self.data(sensor, T::OUTPUT).map(bytemuck::cast_slice).unwrap_or_default()
     }
 }

@@ -5,7 +5,7 @@ use std::{path::PathBuf, sync::Arc};
 use bus::{
     BundleHeader, Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name, Page,
     Participant, RenderPorts, RigId, Role, SensorSpec, Snapshot, SnapshotHeader, Weather, Wish,
-    Writer, clock, fault, layout, status,
+    Writer, clock, fault, layout, sensor, status,
 };
 use town::{Visibility, cache::Cache};
 
@@ -314,6 +314,8 @@ impl Renderer {
         let id = RigId(entry.outcome.id);
         match entry.command.wish() {
             Some(Wish::CreateRig(rig)) => self.rigs.announce(id, rig.parent, rig.sensor_count),
+            // The host measures these itself.
+            Some(Wish::Sensor(spec)) if sensor::is_born(spec.kind) => self.rigs.remove(id),
             Some(Wish::Sensor(spec)) => {
                 if let Some(sensors) = self.rigs.add(id, spec) {
                     let (planes, byte_len) = layout(sensors);

@@ -20,6 +20,7 @@ use crate::{
     barrier::{Barrier, Verdict},
     journal::{Inbox, Pen, Request},
     rigs::Rigs,
+    senses::{Senses, are_born, needs_roads},
     standing::Standing,
     supervisor::{Launcher, Supervisor},
     world::World,
@@ -86,6 +87,7 @@ pub struct Host {
     inbox: Inbox,
     pen: Pen,
     rigs: Rigs,
+    pub(crate) senses: Senses,
     standing: Standing,
     /// What traffic decided last: its mind goes to its successor.
     decided: Option<Decided>,
@@ -163,6 +165,7 @@ impl Host {
             inbox: Inbox::default(),
             pen: Pen::default(),
             rigs: Rigs::default(),
+            senses: Senses::default(),
             standing: Standing::default(),
             decided: None,
             decided_hash: 0,
@@ -442,14 +445,53 @@ impl Host {
             return Outcome::refused(&format!("{} is not there to carry a rig", rig.parent));
         }
         match self.rigs.create(client, rig, specs, &mut self.ports) {
-            Ok(id) => Outcome::done(id.0),
+            Ok(id) => match self.mount(id, rig, specs) {
+                Ok(()) => Outcome::done(id.0),
+                Err(why) => {
+                    let _ = self.rigs.destroy(id, &mut self.ports);
+                    Outcome::refused(&why)
+                }
+            },
             Err(why) => Outcome::refused(&why),
+        }
+    }
+
+    /// A rig whose sensors are born of physics is measured here.
+    fn mount(
+        &mut self,
+        id: RigId,
+        rig: &bus::CreateRig,
+        specs: &[bus::SensorSpec],
+    ) -> Result<(), String> {
+        if !are_born(specs) {
+            return Ok(());
+        }
+        if specs.iter().any(needs_roads) && !self.senses.has_roads() {
+            let text = &self.config.episode.open_drive;
+            self.senses.set_roads(self.cache.network(text).map_err(|e| e.to_string())?);
+        }
+        let (_, bytes) = bus::layout(specs);
+        let writer = self.ports.rig(id, bytes).map_err(|e| e.to_string())?;
+        self.senses.mount(id, rig.parent, specs, writer);
+        Ok(())
+    }
+
+    /// Physics, felt by whoever measures it.
+    pub(crate) fn step(&mut self) {
+        if self.senses.is_empty() {
+            self.world.step(&self.settings);
+        } else {
+            let senses = &mut self.senses;
+            self.world.step_seen(&self.settings, |physics, dt| senses.feel(physics, dt));
         }
     }
 
     fn grant(&mut self, wish: &Wish) -> Result<u32, String> {
         match wish {
-            Wish::DestroyRig(rig) => self.rigs.destroy(*rig, &mut self.ports).map(|()| rig.0),
+            Wish::DestroyRig(rig) => {
+                self.senses.unmount(*rig);
+                self.rigs.destroy(*rig, &mut self.ports).map(|()| rig.0)
+            }
             Wish::SetSettings(settings) => self.change_settings(settings).map(|()| 0),
             Wish::SetWeather(weather) => {
                 check_weather(weather)?;
@@ -486,6 +528,7 @@ impl Host {
     /// Rigs that nobody carries or nobody reads any more.
     fn take_down(&mut self, rigs: Vec<RigId>) {
         for rig in rigs {
+            self.senses.unmount(rig);
             let _ = self.rigs.destroy(rig, &mut self.ports);
             let line = Request::of_host(Wish::DestroyRig(rig));
             self.pen.write(line.ended(Outcome::done(rig.0)));
@@ -524,12 +567,14 @@ impl Host {
         }
     }
 
-    /// Journal first, snapshot second, the tick word last: who sees the word finds both.
+    /// Journal first, snapshot and what sensors felt second, the tick word last: who sees the word
+    /// finds all of it.
     pub(crate) fn publish(&mut self, header: SnapshotHeader) -> Result<(), HostError> {
         let stamp = header.stamp;
         self.pen.publish(&self.ports, stamp)?;
         let journal_entries = self.pen.len() as u32;
         let header = self.send_snapshot(SnapshotHeader { journal_entries, ..header })?;
+        self.senses.send(&self.world, &header)?;
         let entries = self.pen.turn_page();
         let kept = if self.recording.is_some() { entries.clone() } else { Vec::new() };
         self.standing.close(stamp.frame, entries);

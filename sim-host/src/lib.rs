@@ -21,6 +21,7 @@ mod models;
 pub mod physics;
 mod rigs;
 mod saved;
+mod senses;
 mod standing;
 mod supervisor;
 mod world;

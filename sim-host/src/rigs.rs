@@ -103,6 +103,14 @@ fn check_rig(wish: &CreateRig, sensors: &[SensorSpec]) -> Result<(), String> {
     if !(1..=8).contains(&wish.hold_max) {
         return Err(format!("rig {name:?}: hold_max is {}, not 1 to 8", wish.hold_max));
     }
+    let born = sensors.iter().filter(|spec| sensor::is_born(spec.kind)).count();
+    if born != 0 && born != sensors.len() {
+        return Err(format!(
+            "rig {name:?} has {born} sensors that physics measures and {} that rays do; make a rig \
+             of each",
+            sensors.len() - born
+        ));
+    }
     for (index, spec) in sensors.iter().enumerate() {
         check_sensor(spec)
             .map_err(|why| format!("sensor {:?} of rig {name:?}: {why}", spec.name))?;
@@ -128,6 +136,9 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), String> {
     if away_m > 1e5 {
         return Err(format!("its pose lies {away_m} m out; 100000 m is the limit"));
     }
+    if sensor::is_born(spec.kind) {
+        return spec.check_born();
+    }
     for (what, value) in [("width", spec.width), ("height", spec.height)] {
         if !(1..=SIDE_MAX).contains(&value) {
             return Err(format!("{what} is {value}, not 1 to {SIDE_MAX}"));
@@ -138,7 +149,12 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), String> {
             ("camera", output::COLOR | output::DEPTH | output::TAG | output::INSTANCE)
         }
         sensor::LIDAR => ("lidar", output::POINTS | output::LABELS),
-        other => return Err(format!("kind {other} is neither camera (1) nor lidar (2)")),
+        other => {
+            return Err(format!(
+                "kind {other} is neither camera (1), lidar (2) nor one that physics measures (16 \
+                 and up)"
+            ));
+        }
     };
     if spec.outputs == 0 || spec.outputs & !possible != 0 {
         return Err(format!(

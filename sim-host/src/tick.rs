@@ -24,7 +24,7 @@ impl Host {
         self.take_in_what_traffic_decided()?;
         self.carry_out_wishes()?;
         let applied_nanos = clock::now_nanos();
-        self.world.step(&self.settings);
+        self.step();
         self.show_recorded();
         let stepped_nanos = clock::now_nanos();
         self.publish(SnapshotHeader {

@@ -41,6 +41,8 @@ struct Place {
     statics: Vec<StaticBox>,
     /// The object and the layer of each static box.
     solids: Vec<(u32, Layer)>,
+    /// The tag of each static box.
+    tags: Vec<u8>,
     objects: u32,
     heads: Vec<town::Head>,
 }
@@ -66,6 +68,7 @@ impl World {
             ground: Arc::new(Ground::new(&town.mesh)),
             statics,
             solids: town.colliders.iter().map(|c| (c.object, layer(town, c.object))).collect(),
+            tags: town.colliders.iter().map(|c| tag(town, c.object)).collect(),
             objects: town.objects.len() as u32,
             heads: town.heads.clone(),
         };
@@ -349,13 +352,31 @@ impl World {
 
     /// Physics.
     pub fn step(&mut self, settings: &Settings) {
-        self.physics.step(settings.delta_nanos, settings.substep_max_nanos);
+        self.step_seen(settings, |_, _| {});
+    }
+
+    /// Physics, for one who looks: see [`Physics::step_seen`].
+    pub(crate) fn step_seen(&mut self, settings: &Settings, see: impl FnMut(&Physics, f32)) {
+        self.physics.step_seen(settings.delta_nanos, settings.substep_max_nanos, see);
         for actor in self.actors.values_mut() {
             self.physics.fill(&mut actor.state);
             if actor.state.kind == kind::WALKER && !actor.state.has(flag::DOWN) {
                 walk_on(&mut actor.state, settings.delta_nanos);
             }
         }
+    }
+
+    /// The bodies, for who looks.
+    pub(crate) fn physics(&self) -> &Physics {
+        &self.physics
+    }
+
+    /// The thing of the town that a static box belongs to, as instance images have it, and its
+    /// tag.
+    pub(crate) fn thing(&self, static_box: u32) -> (u32, u8) {
+        let index = static_box as usize;
+        let object = self.place.solids.get(index).map_or(0, |(object, _)| 0x8000_0001 + object);
+        (object, self.place.tags.get(index).copied().unwrap_or_default())
     }
 
     /// How many collisions this frame had.
@@ -494,6 +515,10 @@ impl World {
         }
         hash.word(self.physics.hash());
     }
+}
+
+fn tag(town: &Town, object: u32) -> u8 {
+    town.objects[object as usize].tag as u8
 }
 
 fn layer(town: &Town, object: u32) -> Layer {

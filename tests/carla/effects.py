@@ -585,6 +585,14 @@ def scans(c):
     car.destroy()
 
 
+def newest(sensor, frame):
+    """What a sensor says of this very frame."""
+    while True:
+        said = sensor[1].get(timeout=TIMEOUT)
+        if said.frame == frame:
+            return said
+
+
 @check
 def feels(c):
     car = c.car()
@@ -601,6 +609,24 @@ def feels(c):
     near((felt.compass - heading + math.pi) % (2 * math.pi), math.pi, 0.02)
     works("sensor.other.imu IMUMeasurement.accelerometer IMUMeasurement.gyroscope "
           "IMUMeasurement.compass", "gravity upwards, the compass as the car is turned")
+    c.world.set_imui_sensor_gravity(1.62)
+    near(c.world.get_imui_sensor_gravity(), 1.62, 1e-6)
+    c.ticks(2)
+    frame = c.world.tick()
+    felt = newest(imu, frame)
+    near(felt.accelerometer.z, 1.62, 0.1)
+    c.world.set_imui_sensor_gravity(9.81)
+    works("World.set_imui_sensor_gravity World.get_imui_sensor_gravity", "felt on the moon")
+    away = car.get_transform()
+    away.location += 6.0 * away.get_forward_vector()
+    car.set_target_velocity(15.0 * away.get_forward_vector())
+    c.ticks(3)
+    car.set_transform(away)
+    for _ in range(3):
+        felt = newest(imu, c.world.tick())
+        assert abs(felt.accelerometer.x) < 20.0, felt
+    works("sensor.other.imu:teleport", "nothing is felt of it")
+    frame = c.world.tick()
     while True:
         fix = gnss[1].get(timeout=TIMEOUT)
         if fix.frame == frame:
@@ -619,14 +645,38 @@ def feels(c):
     c.ticks(2)
     seen = obstacle[1].get(timeout=TIMEOUT)
     assert seen.other_actor.id == wall.id and 2.0 < seen.distance < 15.0
-    differs("sensor.other.obstacle ObstacleDetectionEvent", "sees boxes of actors, not the map")
-    car.enable_constant_velocity(carla.Vector3D(x=12.0))
+    mass = car.get_physics_control().mass
+    car.set_target_velocity(12.0 * car.get_transform().get_forward_vector())
     c.ticks(30)
-    event = hits[1].get(timeout=TIMEOUT)
-    assert event.actor.id == car.id and event.other_actor.id == wall.id
-    differs("sensor.other.collision CollisionEvent",
-            "the other is the nearest that touches something; the impulse is that of the frame")
-    car.disable_constant_velocity()
+    events = []
+    while not hits[1].empty():
+        events.append(hits[1].get())
+    assert events and len({event.frame for event in events}) == len(events)
+    assert all(e.actor.id == car.id and e.other_actor.id == wall.id for e in events)
+    given = sum(event.normal_impulse.x * ahead.get_forward_vector().x
+                + event.normal_impulse.y * ahead.get_forward_vector().y for event in events)
+    # It stops, or is thrown back a little.
+    assert -1.6 < given / (12.0 * mass) < -0.6, (given, mass)
+    works("sensor.other.collision CollisionEvent",
+          "one event a frame and other; together they stop the car: its mass times its speed")
+    house = max(c.world.get_environment_objects(carla.CityObjectLabel.Buildings),
+                key=lambda house: house.bounding_box.extent.y).bounding_box
+    facing = carla.Transform(house.location, house.rotation)
+    facing.location -= (house.extent.x + 8.0) * facing.get_forward_vector()
+    car.set_simulate_physics(False)
+    car.set_transform(facing)
+    blind = c.sensor("sensor.other.obstacle", car, distance=40, only_dynamics=True)
+    for queue in (obstacle[1], blind[1]):
+        while not queue.empty():
+            queue.get()
+    frame = c.world.tick()
+    seen = newest(obstacle, frame)
+    assert seen.other_actor.id == 0 and seen.other_actor.type_id.startswith("static."), seen
+    assert 0.0 <= seen.distance < 9.0, seen
+    assert blind[1].empty() or blind[1].get().other_actor.type_id.startswith("vehicle.")
+    works("sensor.other.obstacle ObstacleDetectionEvent",
+          "how far its ball gets, to a vehicle and to a house; not with only_dynamics to the house")
+    blind[0].destroy()
     for sensor, _ in (imu, gnss, hits, obstacle):
         sensor.destroy()
     car.destroy()

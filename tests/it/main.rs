@@ -20,6 +20,7 @@ mod parity;
 mod record;
 mod refuse;
 mod same;
+mod senses;
 mod setters;
 mod tidy;
 mod two;

@@ -6,6 +6,7 @@
 //! Everything is SI and radians, right-handed, z up; names carry their units.
 
 mod actor;
+mod born;
 mod command;
 mod motion;
 mod name;
@@ -18,6 +19,11 @@ mod vehicle;
 
 pub use actor::{
     ACTORS_MAX, ActorId, ActorState, Pose, STRIDE, VehicleControl, flag, kind, lamp, light, parts,
+};
+pub use born::{
+    BornSpec, CollisionReading, CollisionSpec, GnssReading, GnssSpec, ImuReading, ImuSpec,
+    LaneInvasionReading, LaneInvasionSpec, ObstacleReading, ObstacleSpec, OdometryReading,
+    OdometrySpec, Reading, geodesy,
 };
 pub use command::{
     Answer, Autopilot, BatchHeader, Command, CreateRig, HideLayers, HideObjects, HoldLight,

@@ -88,6 +88,15 @@ impl HostPorts {
         Ok(())
     }
 
+    /// The end into which the host's own bundles of a rig go, at most `bundle_bytes` each.
+    pub fn rig(
+        &self,
+        rig: RigId,
+        bundle_bytes: u64,
+    ) -> Result<Writer<BundleHeader, Page>, BusError> {
+        self.hub.rig_writer(rig, bundle_bytes)
+    }
+
     /// Gives a rig's channel up; it goes when its last port goes.
     pub fn forget_rig(&mut self, rig: RigId) {
         self.rigs.remove(&rig);
@@ -160,8 +169,18 @@ impl RenderPorts {
         rig: RigId,
         bundle_bytes: u64,
     ) -> Result<Writer<BundleHeader, Page>, BusError> {
+        self.hub.rig_writer(rig, bundle_bytes)
+    }
+}
+
+impl Hub {
+    fn rig_writer(
+        &self,
+        rig: RigId,
+        bundle_bytes: u64,
+    ) -> Result<Writer<BundleHeader, Page>, BusError> {
         let pages = bundle_bytes.div_ceil(4096) as usize;
-        self.hub.writer(channel("rig"), &rig_name(rig), pages, false, RIG_LOANS)
+        self.writer(channel("rig"), &rig_name(rig), pages, false, RIG_LOANS)
     }
 }
 

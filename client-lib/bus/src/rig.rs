@@ -1,7 +1,12 @@
+use std::mem::offset_of;
+
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::{ActorId, Name, Pose, Stamp};
+use crate::{
+    ActorId, Name, Pose, Stamp,
+    born::{self, BornSpec},
+};
 
 /// Names a rig: sensors that are measured together and handed over in one bundle.
 #[derive(
@@ -21,6 +26,23 @@ pub mod sensor {
     pub const CAMERA: u32 = 1;
     /// A spinning lidar: `width` azimuth steps in one frame, `height` channels.
     pub const LIDAR: u32 = 2;
+    /// Felt acceleration, turning and heading: [`crate::ImuSpec`].
+    pub const IMU: u32 = 16;
+    /// A place on the earth: [`crate::GnssSpec`].
+    pub const GNSS: u32 = 17;
+    /// How fast and how far: [`crate::OdometrySpec`].
+    pub const ODOMETRY: u32 = 18;
+    /// Who touched the carrier: [`crate::CollisionSpec`].
+    pub const COLLISION: u32 = 19;
+    /// Which markings the carrier crossed: [`crate::LaneInvasionSpec`].
+    pub const LANE_INVASION: u32 = 20;
+    /// What lies ahead: [`crate::ObstacleSpec`].
+    pub const OBSTACLE: u32 = 21;
+
+    /// Whether a sensor is measured by the host, in the midst of physics, and not by rays.
+    pub const fn is_born(kind: u32) -> bool {
+        kind >= IMU
+    }
 }
 
 /// What a sensor can give: bits of [`SensorSpec::outputs`], values of [`Plane::output`].
@@ -38,6 +60,21 @@ pub mod output {
     pub const POINTS: u32 = 1 << 4;
     /// 2 u32 a ray: instance, tag; both 0 where nothing is hit.
     pub const LABELS: u32 = 1 << 5;
+    /// One [`crate::ImuReading`].
+    pub const IMU: u32 = 1 << 16;
+    /// One [`crate::GnssReading`].
+    pub const GNSS: u32 = 1 << 17;
+    /// One [`crate::OdometryReading`].
+    pub const ODOMETRY: u32 = 1 << 18;
+    /// A [`crate::CollisionReading`] for each who touched the carrier.
+    pub const COLLISION: u32 = 1 << 19;
+    /// A [`crate::LaneInvasionReading`] for each marking and corner.
+    pub const LANE_INVASION: u32 = 1 << 20;
+    /// At most one [`crate::ObstacleReading`].
+    pub const OBSTACLE: u32 = 1 << 21;
+
+    /// The outputs of sensors born of physics.
+    pub const BORN: u32 = !0 << 16;
 }
 
 /// The depth of a pixel that sees nothing but sky.
@@ -56,6 +93,12 @@ pub struct SensorSpec {
     pub outputs: u32,
     /// `parent_from_sensor`: the parent is the rig's actor, or the world.
     pub parent_from_sensor: Pose,
+    /// Zero.
+    pub reserved_word: u32,
+    /// Seed of the sensor's own noise.
+    pub seed: u64,
+    /// Simulated time between two measurements; 0: every frame.
+    pub period_nanos: u64,
     /// Camera: pixels across. Lidar: azimuth steps in one frame.
     pub width: u32,
     /// Camera: pixels down. Lidar: channels.
@@ -77,16 +120,36 @@ pub struct SensorSpec {
     /// Lidar: turns per second. 0: the whole field of view at one instant, at every frame.
     pub rotation_rate_hz: f32,
     /// Zero.
-    pub reserved_word: u32,
-    /// Seed of the sensor's own noise.
-    pub seed: u64,
-    /// Simulated time between two measurements; 0: every frame.
-    pub period_nanos: u64,
-    /// Zero.
-    pub reserved: [u64; 4],
+    pub reserved: [u64; 8],
 }
 
-const _: () = assert!(size_of::<SensorSpec>() == 168);
+const _: () = assert!(size_of::<SensorSpec>() == 200);
+const _: () = assert!(offset_of!(SensorSpec, width) == BORN_AT);
+
+/// From here on, which is `width`, a sensor born of physics keeps numbers of its own.
+const BORN_AT: usize = 96;
+
+impl SensorSpec {
+    /// A sensor that the host measures, in the midst of physics.
+    pub fn born<T: BornSpec>(name: &str, parent_from_sensor: Pose, numbers: &T) -> SensorSpec {
+        let mut spec = SensorSpec {
+            name: Name::new(name),
+            kind: T::KIND,
+            outputs: T::OUTPUT,
+            parent_from_sensor,
+            ..SensorSpec::default()
+        };
+        let bytes = bytemuck::bytes_of(numbers);
+        bytemuck::bytes_of_mut(&mut spec)[BORN_AT..BORN_AT + bytes.len()].copy_from_slice(bytes);
+        spec
+    }
+
+    /// The numbers of a sensor born of physics; none if it is another one.
+    pub fn numbers<T: BornSpec>(&self) -> Option<T> {
+        let bytes = &bytemuck::bytes_of(self)[BORN_AT..BORN_AT + size_of::<T>()];
+        (self.kind == T::KIND).then(|| bytemuck::pod_read_unaligned(bytes))
+    }
+}
 
 /// Values of [`BundleHeader::tracer`].
 pub mod tracer {
@@ -96,6 +159,8 @@ pub mod tracer {
     pub const CPU: u32 = 2;
     /// The compute tracer.
     pub const GPU: u32 = 3;
+    /// No rays: the host measured.
+    pub const HOST: u32 = 4;
 }
 
 /// Header of one bundle: all that one rig measured at one frame.
@@ -140,7 +205,7 @@ pub struct Plane {
     pub sensor: u32,
     /// One of [`output`].
     pub output: u32,
-    /// Elements across (see [`SensorSpec::width`]).
+    /// Elements across (see [`SensorSpec::width`]); of sensors born of physics, how many there are.
     pub width: u32,
     /// Elements down.
     pub height: u32,
@@ -163,25 +228,29 @@ pub fn element_bytes(output: u32) -> usize {
         output::TAG => 1,
         output::POINTS => 16,
         output::LABELS => 8,
-        _ => 0,
+        born => born::element_bytes(born),
     }
 }
 
 /// Lays a rig's planes out: the table first, then each plane at a 64-byte edge, sensors in order,
 /// outputs from the lowest bit. Returns the planes (poses still identity) and the bytes in all.
+/// Planes of sensors born of physics have room for the most readings of one frame.
 pub fn layout(sensors: &[SensorSpec]) -> (Vec<Plane>, u64) {
     let count: usize = sensors.iter().map(|s| s.outputs.count_ones() as usize).sum();
     let mut offset = (count * size_of::<Plane>()).next_multiple_of(64) as u64;
     let mut planes = Vec::with_capacity(count);
     for (index, spec) in sensors.iter().enumerate() {
         for bit in (0..32).map(|b| 1u32 << b).filter(|b| spec.outputs & b != 0) {
-            let elements = u64::from(spec.width) * u64::from(spec.height);
-            let byte_len = elements * element_bytes(bit) as u64;
+            let [width, height] = match born::readings_max(bit) {
+                0 => [spec.width, spec.height],
+                most => [most, 1],
+            };
+            let byte_len = u64::from(width) * u64::from(height) * element_bytes(bit) as u64;
             planes.push(Plane {
                 sensor: index as u32,
                 output: bit,
-                width: spec.width,
-                height: spec.height,
+                width,
+                height,
                 offset,
                 byte_len,
                 world_from_sensor: Pose::IDENTITY,

@@ -12,20 +12,21 @@ use std::{
 };
 
 use client_lib::{
-    ActorId, ActorState, Client, ClientError, JournalEntry, Pose, VehicleControl, Weather, Wish,
-    kind,
+    ActorId, ActorState, Client, ClientError, JournalEntry, Measurement, Pose, VehicleControl,
+    Weather, Wish, kind,
 };
 
 use crate::{
     args::Refusal,
+    born,
     cast::{Cast, SPECTATOR},
     lights::Lights,
     measure,
     motion::Motions,
-    physics_born,
     replay::Replayer,
     roadside::Roadsides,
     rpc::Peer,
+    sensor::Kind,
     settings::EpisodeSettings,
     state::{Moment, StateMessage},
     statics::Statics,
@@ -72,6 +73,7 @@ pub(crate) struct Bridge {
     /// The last frame that clients were shown.
     shown: u64,
     tickers: Vec<Peer>,
+    pub(crate) imu_gravity_mps2: f32,
     begun: Instant,
 }
 
@@ -109,6 +111,7 @@ impl Bridge {
             spawned: BTreeMap::new(),
             shown: 0,
             tickers: Vec::new(),
+            imu_gravity_mps2: 9.81,
             begun: Instant::now(),
         };
         bridge.episode = bridge.standing();
@@ -279,7 +282,6 @@ impl Bridge {
         self.follow_episode();
         self.age_pedals();
         self.show_state();
-        self.show_physics_born();
         self.show_measurements();
     }
 
@@ -349,37 +351,15 @@ impl Bridge {
         self.streams.publish(WORLD, state.into_message());
     }
 
-    /// Sends what sensors measure without rays.
-    fn show_physics_born(&mut self) {
-        let world = self.client.world();
-        let ids: Vec<u32> =
-            self.cast.own.iter().filter(|(_, o)| o.sensor.is_some()).map(|(id, _)| *id).collect();
-        for id in ids {
-            let Some(own) = self.cast.own.get(&id) else { continue };
-            let Some(stream) = own.sensor.as_ref().map(|s| s.stream) else { continue };
-            if !self.streams.is_wanted(stream) {
-                continue;
-            }
-            let (pose, _) = self.cast.place(own, world);
-            let messages = physics_born::measure(
-                &mut self.cast,
-                id,
-                &pose,
-                world,
-                &self.client,
-                &self.statics,
-            );
-            messages.into_iter().for_each(|message| self.streams.publish(stream, message));
-        }
-    }
-
     /// Sends what rigs have measured.
     pub(crate) fn show_measurements(&mut self) {
         let world = self.client.world();
-        for own in self.cast.own.values_mut() {
+        let mut born = Vec::new();
+        for (id, own) in &mut self.cast.own {
             let Some(sensor) = &mut own.sensor else { continue };
             while let Some(rig) = &mut sensor.rig {
                 match rig.receive() {
+                    Ok(Some(measured)) if !sensor.is_of_rays() => born.push((*id, measured)),
                     Ok(Some(measured)) => {
                         if let Some(message) = measure::message_of(sensor, &measured, world) {
                             self.streams.publish(sensor.stream, message);
@@ -391,6 +371,36 @@ impl Bridge {
                         break;
                     }
                 }
+            }
+        }
+        born.into_iter().for_each(|(id, measured)| self.show_born(id, &measured));
+    }
+
+    /// Sends what the host has measured for a sensor.
+    fn show_born(&mut self, id: u32, measured: &Measurement) {
+        let world = self.client.world();
+        let Some(own) = self.cast.own.get_mut(&id) else { return };
+        let carrier = own.parent;
+        // Messages name actors, whom the cast knows: the sensor steps aside meanwhile.
+        let Some(sensor) = own.sensor.take() else { return };
+        let blueprints = self.client.blueprints();
+        for message in
+            born::messages_of(&sensor, carrier, measured, &mut self.cast, world, blueprints)
+        {
+            self.streams.publish(sensor.stream, message);
+        }
+        if let Some(own) = self.cast.own.get_mut(&id) {
+            own.sensor = Some(sensor);
+        }
+    }
+
+    /// What inertial sensors feel at rest.
+    pub(crate) fn set_imu_gravity(&mut self, mps2: f32) {
+        self.imu_gravity_mps2 = mps2;
+        for own in self.cast.own.values_mut() {
+            if let Some(sensor) = own.sensor.as_mut().filter(|s| s.kind == Kind::Imu) {
+                // Made for another gravity: it is made anew.
+                sensor.rig_delta_nanos = 0;
             }
         }
     }
@@ -430,7 +440,7 @@ impl Bridge {
         }
     }
 
-    /// Lets the renderer measure for a sensor, if rays are needed.
+    /// Lets the renderer or the host measure for a sensor.
     pub(crate) fn make_rig(&mut self, id: u32) -> Result<(), Refusal> {
         let delta_nanos = self.client.settings().delta_nanos;
         let Some(own) = self.cast.own.get(&id) else { return Ok(()) };
@@ -441,7 +451,9 @@ impl Bridge {
             (ActorId(own.parent), own.pose)
         };
         let Some(sensor) = own.sensor.as_ref().filter(|s| s.rig.is_none()) else { return Ok(()) };
-        let Some(spec) = sensor.spec(pose, delta_nanos)? else { return Ok(()) };
+        let Some(spec) = sensor.spec(pose, delta_nanos, self.imu_gravity_mps2)? else {
+            return Ok(());
+        };
         if !self.wishes.is_empty() {
             let wishes = std::mem::take(&mut self.wishes);
             self.client.try_request("wishes", &wishes)?;

@@ -12,17 +12,16 @@
 mod args;
 mod batch;
 mod blueprints;
+mod born;
 mod bridge;
 mod calls;
 mod cast;
-mod geo;
 mod lights;
 mod manager;
 mod measure;
 mod motion;
 pub mod msgpack;
 mod navigation;
-mod physics_born;
 mod rays;
 mod replay;
 mod roadside;

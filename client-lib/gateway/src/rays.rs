@@ -168,7 +168,7 @@ fn meet(from: Vec3, along: Vec3, [a, b, c]: [Vec3; 3]) -> Option<f32> {
 }
 
 /// After how many times `along`, at most `reach`, a turned box is entered.
-pub(crate) fn enter(
+fn enter(
     from: Vec3,
     along: Vec3,
     reach: f32,

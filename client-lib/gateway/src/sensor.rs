@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 
 use client_lib::{Pose, Rig, SensorSpec, camera, lidar, output};
 
-use crate::{args::Refusal, wire::Description};
+use crate::{args::Refusal, born, wire::Description};
 
 /// What a sensor's measurements are made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,16 +79,12 @@ pub(crate) struct Sensor {
     pub(crate) stream: u32,
     pub(crate) description: Description,
     pub(crate) period_nanos: u64,
-    /// What measures, while somebody listens and it is measured by rays.
+    /// What measures, while somebody listens.
     pub(crate) rig: Option<Rig>,
     /// The length of a tick for which the rig was made.
     pub(crate) rig_delta_nanos: u64,
     /// Frames for which nobody listened.
     pub(crate) idle_frames: u32,
-    /// When it last measured, if it measures by itself.
-    pub(crate) last_nanos: Option<u64>,
-    /// State of its own noise.
-    pub(crate) noise: u64,
 }
 
 impl Sensor {
@@ -99,7 +95,6 @@ impl Sensor {
             return Err(format!("{id} is not measured by this simulator").into());
         };
         let period_nanos = (description.number("sensor_tick", 0.0)?.max(0.0) * 1e9) as u64;
-        let seed = description.number("noise_seed", 0.0)?;
         let sensor = Sensor {
             kind,
             stream,
@@ -107,13 +102,16 @@ impl Sensor {
             rig: None,
             rig_delta_nanos: 0,
             idle_frames: 0,
-            last_nanos: None,
-            noise: seed as u64,
             description,
         };
         // What is wrong with an attribute is said now, not when somebody listens.
-        sensor.spec(Pose::IDENTITY, 50_000_000)?;
+        sensor.spec(Pose::IDENTITY, 50_000_000, 9.81)?;
         Ok(sensor)
+    }
+
+    /// Whether rays measure it.
+    pub(crate) fn is_of_rays(&self) -> bool {
+        self.kind.outputs() != 0
     }
 
     /// Whether its measurements go through a stream; lane invasions are found by the clients.
@@ -121,11 +119,12 @@ impl Sensor {
         self.kind != Kind::LaneInvasion
     }
 
-    /// What the renderer is to measure for it; nothing if no ray is needed.
+    /// What the renderer or the host is to measure for it; nothing if its clients do that.
     pub(crate) fn spec(
         &self,
         parent_from_sensor: Pose,
         delta_nanos: u64,
+        gravity_mps2: f32,
     ) -> Result<Option<SensorSpec>, Refusal> {
         let d = &self.description;
         let number = |id: &str, otherwise: f32| d.number(id, otherwise);
@@ -184,30 +183,11 @@ impl Sensor {
                 spec.outputs = self.kind.outputs();
                 spec
             }
-            _ => return Ok(None),
+            born => match born::spec(born, d, parent_from_sensor, gravity_mps2)? {
+                Some(spec) => spec,
+                None => return Ok(None),
+            },
         };
         Ok(Some(SensorSpec { period_nanos: self.period_nanos, ..spec }))
-    }
-
-    /// Whether it, measuring by itself, has something to say at this time.
-    pub(crate) fn is_due(&mut self, now_nanos: u64) -> bool {
-        let is_due = self.last_nanos.is_none_or(|last| now_nanos >= last + self.period_nanos);
-        if is_due {
-            self.last_nanos = Some(now_nanos);
-        }
-        is_due
-    }
-
-    /// A number of normal distribution from the sensor's own noise.
-    pub(crate) fn normal(&mut self) -> f32 {
-        let mut uniform = || {
-            self.noise = self.noise.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let mut z = self.noise;
-            z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-            ((z ^ z >> 31) >> 40) as f32 / (1 << 24) as f32
-        };
-        let (a, b) = (uniform(), uniform());
-        (-2.0 * (1.0 - a).ln()).sqrt() * (TAU * b).cos()
     }
 }

@@ -5,13 +5,11 @@ use std::sync::{Arc, OnceLock};
 use client_lib::Episode;
 use town::{Town, cache::Cache};
 
-use crate::{geo::GeoReference, navigation, rays::Grid};
+use crate::{navigation, rays::Grid};
 
 /// A map and what stands round its roads.
 pub(crate) struct Statics {
     pub(crate) episode: Episode,
-    /// Where on earth it lies.
-    pub(crate) geo: GeoReference,
     town: OnceLock<Town>,
     /// The town's triangles, sorted for rays.
     pub(crate) grid: OnceLock<Grid>,
@@ -27,14 +25,7 @@ pub(crate) struct Walks {
 
 impl Statics {
     pub(crate) fn new(episode: Episode) -> Statics {
-        let geo = GeoReference::of(&episode.open_drive);
-        Statics {
-            episode,
-            geo,
-            town: OnceLock::new(),
-            grid: OnceLock::new(),
-            walks: OnceLock::new(),
-        }
+        Statics { episode, town: OnceLock::new(), grid: OnceLock::new(), walks: OnceLock::new() }
     }
 
     /// The map's plain name: a file's without its folder and ending.

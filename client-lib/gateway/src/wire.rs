@@ -54,6 +54,11 @@ impl Description {
         self.attributes.iter().find(|a| a.id == id).map(|a| a.value.as_str())
     }
 
+    /// Whether an attribute is true.
+    pub(crate) fn flag(&self, id: &str) -> bool {
+        self.get(id).is_some_and(|text| text.eq_ignore_ascii_case("true") || text == "1")
+    }
+
     /// A number among the attributes; `otherwise` where it is absent.
     pub(crate) fn number(&self, id: &str, otherwise: f32) -> Result<f32, Refusal> {
         let Some(text) = self.get(id) else { return Ok(otherwise) };

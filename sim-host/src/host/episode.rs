@@ -77,6 +77,7 @@ impl Host {
         self.decided_hash = 0;
         self.recorded_decision = Frame(0);
         self.take_down(self.rigs.all());
+        self.senses.begin_episode();
         for pending in self.inbox.begin_anew(&[]) {
             let why = "another world was loaded before this was carried out";
             self.pen.write(pending.ended(Outcome::refused(why)));

@@ -33,6 +33,7 @@ mod motion;
 mod outside;
 mod overlap;
 mod save;
+mod sense;
 mod stage;
 mod suspension;
 mod telemetry;
@@ -53,6 +54,7 @@ pub use model::{
     Class, EngineModel, GRAVITY_MPS2, GearModel, GearboxModel, LeanModel, VehicleModel, WHEELS_MAX,
     WheelModel, WheelPlace,
 };
+pub use sense::{Met, Moving};
 pub use stage::Stage;
 pub use tyre::TyreModel;
 pub use walker::WalkerModel;

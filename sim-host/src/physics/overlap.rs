@@ -36,6 +36,21 @@ impl Statics {
             .min()
     }
 
+    /// Those that a shape may touch on its way from one pose to another, by index.
+    pub(super) fn between(&self, shape: &dyn Shape, from: &Pose, to: &Pose) -> Vec<usize> {
+        let bounds = shape.compute_swept_aabb(from, to);
+        let near = self.tree.intersect_aabb(&bounds).map(|leaf| leaf as usize);
+        let mut near: Vec<usize> = near.filter(|&i| self.is_there[i]).collect();
+        near.sort_unstable();
+        near
+    }
+
+    /// One of them.
+    pub(super) fn shape(&self, index: usize) -> (&Pose, &dyn Shape) {
+        let (pose, shape) = &self.boxes[index];
+        (pose, shape)
+    }
+
     /// What to call it.
     pub(super) fn name(&self, index: usize) -> &'static str {
         let half = self.boxes[index].1.half_extents;

@@ -27,6 +27,17 @@ impl Vehicle {
         }
     }
 
+    /// Mean speed of the rims of all wheels, forwards.
+    pub(super) fn rim_mps(&self) -> Option<f32> {
+        let wheels = &self.prepared.model.wheels;
+        let rims = self.prepared.order.iter().enumerate().map(|(place, index)| {
+            let bank = self.state.banks.get(place / 4);
+            let spin = bank.map_or(0.0, |bank| bank.spin_radps.to_array()[place % 4]);
+            spin * wheels.get(*index).map_or(0.0, |wheel| wheel.radius_m)
+        });
+        (!wheels.is_empty()).then(|| rims.sum::<f32>() / wheels.len() as f32)
+    }
+
     pub(super) fn wheel_telemetry(&self, index: usize, motion: &Motion) -> Option<WheelTelemetry> {
         let wheel = self.prepared.model.wheels.get(index)?;
         let place = self.prepared.order.iter().position(|i| *i == index)?;

@@ -187,6 +187,17 @@ impl Physics {
     /// Advances by one frame of `delta_nanos`, in the fewest equal substeps that are no longer than
     /// `substep_max_nanos`.
     pub fn step(&mut self, delta_nanos: u64, substep_max_nanos: u64) {
+        self.step_seen(delta_nanos, substep_max_nanos, |_, _| {});
+    }
+
+    /// The same for one who looks: before the first substep with 0, and after each with its
+    /// length in seconds.
+    pub fn step_seen(
+        &mut self,
+        delta_nanos: u64,
+        substep_max_nanos: u64,
+        mut see: impl FnMut(&Physics, f32),
+    ) {
         if delta_nanos == 0 {
             return;
         }
@@ -199,10 +210,12 @@ impl Physics {
         let mut touching = BTreeSet::new();
         // Where nobody is, nothing moves.
         let steps = if self.actors.is_empty() { 0 } else { count };
+        see(self, 0.0);
         for _ in 0..steps {
             self.push_bodies(dt);
             self.world.step();
             self.note_contacts(&mut impulses, &mut touching);
+            see(self, dt);
         }
         self.report(impulses, touching);
 

@@ -147,6 +147,16 @@ pub(super) fn torque(call: &mut Call) -> Result<(), Refusal> {
     call.bridge.twist(id, 1, torque)
 }
 
+/// What inertial sensors feel at rest. Metres per second squared.
+pub(super) fn imu_gravity(call: &mut Call) -> Result<(), Refusal> {
+    let mps2 = call.args.f32()?;
+    if !(-1000.0..=1000.0).contains(&mps2) {
+        return Err(format!("gravity is {mps2}, not -1000 to 1000").into());
+    }
+    call.bridge.set_imu_gravity(mps2);
+    Ok(())
+}
+
 pub(super) fn gravity(call: &mut Call) -> Result<(), Refusal> {
     let (id, on) = (call.args.u32()?, call.args.bool()?);
     call.bridge.set_gravity(id, on)

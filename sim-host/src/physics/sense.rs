@@ -1,0 +1,125 @@
+//! What sensors ask of the world of bodies. Nothing here changes it.
+
+use bus::{ActorId, Pose as BusPose};
+use glam::Vec3;
+use rapier3d::parry::query::{ShapeCastOptions, cast_shapes};
+use rapier3d::parry::shape::{Ball, Shape};
+use rapier3d::prelude::Pose;
+
+use super::world::{Kind, Physics, origin_mps};
+
+/// How a body moves at one moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moving {
+    /// `world_from_actor`.
+    pub pose: BusPose,
+    /// Of the origin, in world space.
+    pub velocity_mps: Vec3,
+    /// In world space.
+    pub spin_radps: Vec3,
+}
+
+/// What a ball ran into.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Met {
+    /// Somebody.
+    Actor(ActorId),
+    /// A static box.
+    Static(u32),
+    /// The ground.
+    Ground,
+}
+
+impl Physics {
+    /// How an actor's body moves now; nothing if it has none.
+    pub fn moving(&self, id: ActorId) -> Option<Moving> {
+        let actor = &self.actors[self.find(id).ok()?];
+        let body = self.body(actor);
+        let pose = BusPose::new(body.translation(), *body.rotation());
+        let (velocity_mps, spin_radps) =
+            if actor.kinematic { actor.glide } else { (origin_mps(body), body.angvel()) };
+        Some(Moving { pose, velocity_mps, spin_radps })
+    }
+
+    /// Mean speed of the rims of a vehicle's wheels, forwards; nothing if it has no wheels.
+    pub fn rim_mps(&self, id: ActorId) -> Option<f32> {
+        let actor = &self.actors[self.find(id).ok()?];
+        let Kind::Vehicle(vehicle) = &actor.kind else { return None };
+        vehicle.rim_mps()
+    }
+
+    /// The first that a ball runs into which is pushed from `from` along `ahead`, a unit vector,
+    /// and how far it gets. Who is `but` is passed through; with `only_actors` so are boxes and
+    /// ground.
+    pub fn cast_ball(
+        &self,
+        (from, ahead): (Vec3, Vec3),
+        reach_m: f32,
+        radius_m: f32,
+        but: ActorId,
+        only_actors: bool,
+    ) -> Option<(f32, Met)> {
+        let ball = Ball::new(radius_m);
+        let start = Pose::from_translation(from);
+        let middle = from + ahead * (0.5 * reach_m);
+        let near_m = 0.5 * reach_m + radius_m;
+        let cast = |reach_m: f32, pose: &Pose, shape: &dyn Shape| -> Option<f32> {
+            let options = ShapeCastOptions::with_max_time_of_impact(reach_m);
+            let hit = cast_shapes(&start, ahead, &ball, pose, Vec3::ZERO, shape, options);
+            hit.ok().flatten().map(|hit| hit.time_of_impact)
+        };
+        let mut nearest: Option<(f32, Met)> = None;
+        let mut take = |found: Option<f32>, met: Met| {
+            let Some(distance) = found else { return };
+            if nearest.is_none_or(|(least, _)| distance < least) {
+                nearest = Some((distance, met));
+            }
+        };
+        for actor in self.actors.iter().filter(|a| a.id != but.0 && !a.is_ghost) {
+            let Some(collider) = self.world.colliders.get(actor.collider) else { continue };
+            let bounds = collider.shape().compute_bounding_sphere(collider.position());
+            if bounds.center.distance(middle) <= near_m + bounds.radius {
+                let found = cast(reach_m, collider.position(), collider.shape());
+                take(found, Met::Actor(ActorId(actor.id)));
+            }
+        }
+        if !only_actors {
+            let end = Pose::from_translation(from + ahead * reach_m);
+            for index in self.statics.between(&ball, &start, &end) {
+                let (pose, shape) = self.statics.shape(index);
+                take(cast(reach_m, pose, shape), Met::Static(index as u32));
+            }
+            take(self.ball_on_ground((from, ahead), reach_m, radius_m), Met::Ground);
+        }
+        nearest
+    }
+
+    /// How far a ball gets until it meets the ground. One that lies in the ground where it begins
+    /// does not meet it: sensors are mounted low.
+    fn ball_on_ground(
+        &self,
+        (from, ahead): (Vec3, Vec3),
+        reach_m: f32,
+        radius_m: f32,
+    ) -> Option<f32> {
+        const STEP_M: f32 = 0.25;
+        let clear_m = |along: f32| {
+            let at = from + ahead * along;
+            let under = self.ground.below(at.x, at.y, at.z + radius_m + 1.0);
+            let above = (at.z - under.height_m) * under.normal.z - radius_m;
+            if under.on_map { above } else { f32::INFINITY }
+        };
+        if clear_m(0.0) <= 0.0 {
+            return None;
+        }
+        let steps = (reach_m / STEP_M).ceil().max(1.0) as u32;
+        let along = |step: u32| reach_m * step as f32 / steps as f32;
+        let first = (1..=steps).find(|step| clear_m(along(*step)) <= 0.0)?;
+        let (mut clear, mut met) = (along(first - 1), along(first));
+        for _ in 0..12 {
+            let half = 0.5 * (clear + met);
+            if clear_m(half) <= 0.0 { met = half } else { clear = half }
+        }
+        Some(met)
+    }
+}

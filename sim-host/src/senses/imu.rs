@@ -1,0 +1,121 @@
+//! The inertial measurement unit: what a body feels, from the substeps of physics.
+//!
+//! Over one substep of length h, the sensor's place moves at `v + ω × r` (v and ω of the carrier,
+//! r the lever arm from its origin). What an accelerometer there feels is the change of that
+//! velocity over h plus gravity upwards, in the sensor's own axes; a reading is the mean since the
+//! last one. A teleport happens between two frames and is felt by nobody: a change of velocity
+//! counts from the first substep's beginning only.
+
+use bus::{ImuReading, ImuSpec, Pose};
+use glam::{Quat, Vec3};
+
+use super::noise::Noise;
+use crate::physics::Moving;
+
+/// One that is mounted.
+pub(super) struct Imu {
+    spec: ImuSpec,
+    /// `carrier_from_sensor`.
+    mounted: Pose,
+    /// Where it was after the last substep.
+    before: Option<Moment>,
+    felt: Vec3,
+    turned: Vec3,
+    over_secs: f32,
+    accelerometer_bias: Vec3,
+    gyroscope_bias: Vec3,
+}
+
+#[derive(Clone, Copy)]
+struct Moment {
+    velocity_mps: Vec3,
+    sensor_from_world: Quat,
+    spin_radps: Vec3,
+}
+
+impl Imu {
+    pub(super) fn new(spec: ImuSpec, mounted: Pose) -> Imu {
+        Imu {
+            spec,
+            mounted,
+            before: None,
+            felt: Vec3::ZERO,
+            turned: Vec3::ZERO,
+            over_secs: 0.0,
+            accelerometer_bias: Vec3::ZERO,
+            gyroscope_bias: Vec3::ZERO,
+        }
+    }
+
+    /// The carrier after a substep of `dt` seconds; 0: before the first of a frame.
+    pub(super) fn feel(&mut self, carrier: &Moving, dt: f32) {
+        let turn = carrier.pose.rotation();
+        let arm = turn * self.mounted.position();
+        let now = Moment {
+            velocity_mps: carrier.velocity_mps + carrier.spin_radps.cross(arm),
+            sensor_from_world: (turn * self.mounted.rotation()).inverse(),
+            spin_radps: carrier.spin_radps,
+        };
+        let before = self.before.replace(now);
+        let Some(before) = before.filter(|_| dt > 0.0) else { return };
+        let change = (now.velocity_mps - before.velocity_mps) + Vec3::Z * self.gravity(dt);
+        // Its axes turn meanwhile: half of it is felt in the old ones.
+        self.felt += 0.5 * (before.sensor_from_world * change + now.sensor_from_world * change);
+        let turned =
+            before.sensor_from_world * before.spin_radps + now.sensor_from_world * now.spin_radps;
+        self.turned += 0.5 * dt * turned;
+        self.over_secs += dt;
+    }
+
+    fn gravity(&self, dt: f32) -> f32 {
+        self.spec.gravity_mps2 * dt
+    }
+
+    /// The biases wander on by one frame.
+    pub(super) fn age(&mut self, delta_secs: f32, noise: &mut Noise) {
+        let root = delta_secs.sqrt();
+        for axis in 0..3 {
+            self.accelerometer_bias[axis] +=
+                noise.normal(self.spec.accelerometer_walk * root) as f32;
+            self.gyroscope_bias[axis] += noise.normal(self.spec.gyroscope_walk * root) as f32;
+        }
+    }
+
+    /// What it says of the time since it was read last. Who stands in the world, or is carried by
+    /// one that physics does not move, feels gravity.
+    pub(super) fn read(&mut self, world_from_sensor: &Pose, noise: &mut Noise) -> ImuReading {
+        let (felt, turned) = if self.over_secs > 0.0 {
+            (self.felt / self.over_secs, self.turned / self.over_secs)
+        } else {
+            let up = world_from_sensor.rotation().inverse() * Vec3::Z;
+            (up * self.spec.gravity_mps2, Vec3::ZERO)
+        };
+        let over_secs = self.over_secs;
+        (self.felt, self.turned, self.over_secs) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+        let spec = &self.spec;
+        let mut reading = ImuReading {
+            accelerometer_mps2: (felt + self.accelerometer_bias).to_array(),
+            gyroscope_radps: (turned + self.gyroscope_bias).to_array(),
+            compass_rad: compass(world_from_sensor),
+            over_secs,
+        };
+        let most = spec.accelerometer_max_mps2;
+        for axis in 0..3 {
+            let felt = &mut reading.accelerometer_mps2[axis];
+            *felt += noise.normal(spec.accelerometer_stddev_mps2[axis]) as f32;
+            if most > 0.0 {
+                *felt = felt.clamp(-most, most);
+            }
+            let turned = &mut reading.gyroscope_radps[axis];
+            *turned += noise.normal(spec.gyroscope_stddev_radps[axis]) as f32;
+            *turned += spec.gyroscope_bias_radps[axis];
+        }
+        reading
+    }
+}
+
+/// Where a sensor's x points, clockwise from north, 0 to 2π.
+pub(super) fn compass(world_from_sensor: &Pose) -> f32 {
+    let ahead = world_from_sensor.rotation() * Vec3::X;
+    ahead.x.atan2(ahead.y).rem_euclid(std::f32::consts::TAU)
+}

@@ -1,0 +1,327 @@
+//! Sensors born of physics: measured here, in the midst of the substeps, and sent in the bundles
+//! of their rigs before a frame's tick word is raised.
+//!
+//! They look at the world and change nothing of it, so that the state hash is the same whoever
+//! measures. Where there is no rig of theirs, a tick does nothing here.
+
+mod gnss;
+mod imu;
+mod lanes;
+mod noise;
+mod odometry;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+use bus::{
+    ActorId, BundleHeader, BusError, CollisionReading, GnssSpec, ImuSpec, ObstacleReading,
+    ObstacleSpec, OdometrySpec, Page, Plane, Pose, Reading, RigId, SensorSpec, SnapshotHeader,
+    Writer, clock, layout, sensor, tracer,
+};
+use glam::Vec3;
+use road::Network;
+
+use self::{gnss::Gnss, imu::Imu, lanes::Corners, noise::Noise, odometry::Odometry};
+use crate::{
+    physics::{Met, Physics},
+    world::World,
+};
+
+/// What of the ground a sensor of obstacles calls it: `road::Tag::Ground`.
+const GROUND_TAG: u32 = road::Tag::Ground as u32;
+
+/// The rigs whose sensors are born of physics.
+#[derive(Default)]
+pub(crate) struct Senses {
+    rigs: BTreeMap<RigId, Rig>,
+    /// The world's roads, once somebody asks for them.
+    network: Option<Network>,
+}
+
+struct Rig {
+    parent: ActorId,
+    sensors: Vec<Sense>,
+    planes: Vec<Plane>,
+    byte_len: u64,
+    writer: Writer<BundleHeader, Page>,
+}
+
+/// One sensor.
+struct Sense {
+    spec: SensorSpec,
+    state: State,
+}
+
+enum State {
+    Imu(Box<Imu>),
+    Gnss(Gnss),
+    Odometry(Odometry),
+    Collision,
+    LaneInvasion(Corners),
+    Obstacle(ObstacleSpec),
+}
+
+/// Whether a sensor needs to know the roads.
+pub(crate) fn needs_roads(spec: &SensorSpec) -> bool {
+    matches!(spec.kind, sensor::GNSS | sensor::LANE_INVASION)
+}
+
+impl Senses {
+    /// Whether anybody measures.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.rigs.is_empty()
+    }
+
+    /// Whether the roads are known already.
+    pub(crate) fn has_roads(&self) -> bool {
+        self.network.is_some()
+    }
+
+    /// The roads of the world.
+    pub(crate) fn set_roads(&mut self, network: Network) {
+        self.network = Some(network);
+    }
+
+    /// Another world: its roads are others.
+    pub(crate) fn begin_episode(&mut self) {
+        *self = Senses::default();
+    }
+
+    /// A rig that the host measures from now on.
+    pub(crate) fn mount(
+        &mut self,
+        id: RigId,
+        parent: ActorId,
+        specs: &[SensorSpec],
+        writer: Writer<BundleHeader, Page>,
+    ) {
+        let sensors = specs.iter().filter_map(Sense::new).collect();
+        let (planes, byte_len) = layout(specs);
+        self.rigs.insert(id, Rig { parent, sensors, planes, byte_len, writer });
+    }
+
+    /// It measures no more.
+    pub(crate) fn unmount(&mut self, id: RigId) {
+        self.rigs.remove(&id);
+    }
+
+    /// After each substep; `dt` is 0 before the first.
+    pub(crate) fn feel(&mut self, physics: &Physics, dt: f32) {
+        for rig in self.rigs.values_mut() {
+            let imus = rig.sensors.iter_mut().filter_map(|sense| match &mut sense.state {
+                State::Imu(imu) => Some(imu),
+                _ => None,
+            });
+            let mut imus = imus.peekable();
+            if imus.peek().is_none() {
+                continue;
+            }
+            let Some(carrier) = physics.moving(rig.parent) else { continue };
+            imus.for_each(|imu| imu.feel(&carrier, dt));
+        }
+    }
+
+    /// Measures a frame and sends what there is to say of it.
+    pub(crate) fn send(&mut self, world: &World, header: &SnapshotHeader) -> Result<(), BusError> {
+        let Senses { rigs, network } = self;
+        for (id, rig) in rigs {
+            let begin_nanos = clock::now_nanos();
+            let world_from_parent = match rig.parent {
+                ActorId::NONE => Pose::IDENTITY,
+                parent => match world.state(parent) {
+                    Some(state) => state.pose,
+                    None => continue,
+                },
+            };
+            let mut told = Vec::new();
+            for (index, sense) in rig.sensors.iter_mut().enumerate() {
+                let Some(room) = rig.planes.iter().find(|p| p.sensor as usize == index) else {
+                    continue;
+                };
+                let world_from_sensor = world_from_parent.then(&sense.spec.parent_from_sensor);
+                let scene = Scene { world, network: network.as_ref(), parent: rig.parent, header };
+                let bytes = sense.measure(&scene, &world_from_sensor, room.width as usize);
+                if !bytes.is_empty() {
+                    told.push((Plane { world_from_sensor, ..*room }, bytes));
+                }
+            }
+            if told.is_empty() {
+                continue;
+            }
+            let mut loan = rig.writer.loan(rig.byte_len.div_ceil(4096) as usize)?;
+            let out: &mut [u8] = bytemuck::cast_slice_mut(loan.payload_mut());
+            for (place, (plane, bytes)) in told.iter().enumerate() {
+                let each = bus::element_bytes(plane.output);
+                let (width, byte_len) = ((bytes.len() / each) as u32, bytes.len() as u64);
+                let plane = Plane { width, height: 1, byte_len, ..*plane };
+                let at = place * size_of::<Plane>();
+                out[at..at + size_of::<Plane>()].copy_from_slice(bytemuck::bytes_of(&plane));
+                let at = plane.offset as usize;
+                out[at..at + bytes.len()].copy_from_slice(bytes);
+            }
+            loan.send(BundleHeader {
+                stamp: header.stamp,
+                rig: *id,
+                plane_count: told.len() as u32,
+                byte_len: rig.byte_len,
+                state_hash: header.state_hash,
+                world_from_parent,
+                parent: rig.parent,
+                tracer: tracer::HOST,
+                reserved: 0,
+                begin_nanos,
+                end_nanos: clock::now_nanos(),
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// What a sensor looks at.
+struct Scene<'a> {
+    world: &'a World,
+    network: Option<&'a Network>,
+    parent: ActorId,
+    header: &'a SnapshotHeader,
+}
+
+impl Sense {
+    /// Nothing, if it is none of ours.
+    fn new(spec: &SensorSpec) -> Option<Sense> {
+        let mounted = spec.parent_from_sensor;
+        let state = match spec.kind {
+            sensor::IMU => State::Imu(Box::new(Imu::new(spec.numbers::<ImuSpec>()?, mounted))),
+            sensor::GNSS => State::Gnss(Gnss::new(spec.numbers::<GnssSpec>()?)),
+            sensor::ODOMETRY => {
+                State::Odometry(Odometry::new(spec.numbers::<OdometrySpec>()?, mounted))
+            }
+            sensor::COLLISION => State::Collision,
+            sensor::LANE_INVASION => State::LaneInvasion(Corners::default()),
+            sensor::OBSTACLE => State::Obstacle(spec.numbers::<ObstacleSpec>()?),
+            _ => return None,
+        };
+        Some(Sense { spec: *spec, state })
+    }
+
+    /// The readings of this frame, as bytes; empty if there are none.
+    fn measure(&mut self, scene: &Scene, world_from_sensor: &Pose, most: usize) -> Vec<u8> {
+        let Scene { world, network, parent, header } = *scene;
+        let delta_secs = header.delta_nanos as f32 * 1e-9;
+        let is_due = is_due(&self.spec, header);
+        let mut noise = Noise::at(self.spec.seed, header.stamp.sim_time_nanos);
+        let moving = || world.physics().moving(parent);
+        let due = |bytes: &dyn Fn(Noise) -> Vec<u8>, noise: Noise| {
+            if is_due { bytes(noise) } else { Vec::new() }
+        };
+        match &mut self.state {
+            State::Imu(imu) => {
+                imu.age(delta_secs, &mut noise);
+                if !is_due {
+                    return Vec::new();
+                }
+                bytes_of(&[imu.read(world_from_sensor, &mut noise)])
+            }
+            State::Gnss(gnss) => {
+                gnss.age(delta_secs, &mut noise);
+                let Some(network) = network else { return Vec::new() };
+                let place = world_from_sensor.position();
+                due(&|mut noise| bytes_of(&[gnss.read(place, network, &mut noise)]), noise)
+            }
+            State::Odometry(odometry) => {
+                let (carrier, rim_mps) = (moving(), world.physics().rim_mps(parent));
+                odometry.age(carrier.as_ref(), rim_mps, delta_secs);
+                let steer_rad = world.state(parent).map_or(0.0, |state| state.wheel_steer_rad);
+                let read = |mut noise| {
+                    bytes_of(&[odometry.read(carrier.as_ref(), rim_mps, steer_rad, &mut noise)])
+                };
+                due(&read, noise)
+            }
+            State::Collision => {
+                let mut readings = collisions(world, parent);
+                readings.truncate(most);
+                bytes_of(&readings)
+            }
+            State::LaneInvasion(corners) => {
+                let (Some(carrier), Some(network)) = (world.state(parent), network) else {
+                    return Vec::new();
+                };
+                let mut readings = corners.cross(carrier, network);
+                readings.truncate(most);
+                bytes_of(&readings)
+            }
+            State::Obstacle(spec) => due(
+                &|_| bytes_of(obstacle(world, parent, spec, world_from_sensor).as_slice()),
+                noise,
+            ),
+        }
+    }
+}
+
+/// Whether a sensor's turn has come: the renderer's own rule.
+fn is_due(spec: &SensorSpec, header: &SnapshotHeader) -> bool {
+    if spec.period_nanos == 0 {
+        return true;
+    }
+    let now = header.stamp.sim_time_nanos;
+    let before = now.saturating_sub(header.delta_nanos);
+    now / spec.period_nanos != before / spec.period_nanos
+}
+
+fn bytes_of<T: Reading>(readings: &[T]) -> Vec<u8> {
+    bytemuck::cast_slice(readings).to_vec()
+}
+
+/// Who touched an actor during this frame, how hard.
+fn collisions(world: &World, carrier: ActorId) -> Vec<CollisionReading> {
+    let concerned = world.touches().filter(|c| c.actor == carrier || c.other == carrier);
+    let reading = |touch: &crate::physics::Collision| {
+        let is_first = touch.actor == carrier;
+        let other = if is_first { touch.other } else { touch.actor };
+        let (object, tag) = match touch.static_box {
+            Some(index) => world.thing(index),
+            None => (0, tag_of(world, other)),
+        };
+        let given = if is_first { touch.impulse_ns } else { -touch.impulse_ns };
+        CollisionReading {
+            other,
+            object,
+            tag: tag.into(),
+            began: touch.began.into(),
+            impulse_ns: given.to_array(),
+        }
+    };
+    concerned.map(reading).collect()
+}
+
+fn tag_of(world: &World, id: ActorId) -> u8 {
+    let blueprint = world.state(id).and_then(|s| town::catalogue().get(s.blueprint as usize));
+    blueprint.map_or(0, |blueprint| blueprint.tag as u8)
+}
+
+/// What lies ahead of a sensor.
+fn obstacle(
+    world: &World,
+    carrier: ActorId,
+    spec: &ObstacleSpec,
+    world_from_sensor: &Pose,
+) -> Option<ObstacleReading> {
+    let way = (world_from_sensor.position(), world_from_sensor.rotation() * Vec3::X);
+    let only_actors = spec.only_dynamics != 0;
+    let (distance_m, met) =
+        world.physics().cast_ball(way, spec.distance_m, spec.hit_radius_m, carrier, only_actors)?;
+    let (other, object, tag) = match met {
+        Met::Actor(other) => (other, 0, tag_of(world, other).into()),
+        Met::Static(index) => {
+            let (object, tag) = world.thing(index);
+            (ActorId::NONE, object, tag.into())
+        }
+        Met::Ground => (ActorId::NONE, 0, GROUND_TAG),
+    };
+    Some(ObstacleReading { other, object, tag, distance_m })
+}
+
+/// Whether a rig is measured here and not by rays.
+pub(crate) fn are_born(specs: &[SensorSpec]) -> bool {
+    specs.iter().any(|spec| sensor::is_born(spec.kind))
+}

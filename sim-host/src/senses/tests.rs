@@ -1,0 +1,418 @@
+//! What sensors say against what is known of the world by another way.
+
+use bus::{
+    ActorId, CollisionReading, CollisionSpec, GnssReading, GnssSpec, ImuReading, ImuSpec, Name,
+    ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, Reading, SensorSpec,
+    SetVelocity, Settings, SnapshotHeader, Spawn, Stamp, Teleport, VehicleControl, Wish, flag,
+};
+use glam::{Quat, Vec3};
+use road::Network;
+
+use super::{Scene, Sense, State};
+use crate::world::World;
+
+/// A floor, one house on it, and sensors on one carrier.
+struct Bench {
+    world: World,
+    network: Network,
+    settings: Settings,
+    nanos: u64,
+    carrier: ActorId,
+    senses: Vec<Sense>,
+}
+
+const ROADS: &str = r#"<OpenDRIVE><header revMajor="1" revMinor="6"><geoReference>+proj=tmerc +lat_0=49 +lon_0=8 +k=1 +ellps=WGS84</geoReference></header>
+<road name="" length="400" id="1" junction="-1">
+ <planView><geometry s="0" x="-200" y="0" hdg="0" length="400"><line/></geometry></planView>
+ <lanes><laneSection s="0">
+  <left><lane id="2" type="shoulder"><width sOffset="0" a="1" b="0" c="0" d="0"/><roadMark sOffset="0" type="none"/></lane>
+   <lane id="1" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/><roadMark sOffset="0" type="solid" color="white" width="0.12"/></lane></left>
+  <center><lane id="0" type="none"><roadMark sOffset="0" type="broken" color="yellow" width="0.15"/></lane></center>
+  <right><lane id="-1" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/><roadMark sOffset="0" type="broken" color="white" width="0.12"/></lane>
+   <lane id="-2" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/><roadMark sOffset="0" type="curb" color="white" width="0.2"/></lane></right>
+ </laneSection></lanes>
+</road></OpenDRIVE>"#;
+
+impl Bench {
+    fn new() -> Bench {
+        let mut town = town::Town::default();
+        let corner = |x: f32, y: f32| [x * 900.0, y * 900.0, 0.0];
+        let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        town.mesh.quad(corners, face);
+        let center = Vec3::new(60.0, 0.0, 5.0);
+        let half_extents_m = Vec3::new(2.0, 10.0, 5.0);
+        town.objects.push(town::Object {
+            tag: road::Tag::Building,
+            layer: town::Layer::ALL[0],
+            center,
+            half_extents_m,
+            yaw_rad: 0.0,
+            color: [0; 3],
+        });
+        town.colliders.push(town::Collider { center, half_extents_m, yaw_rad: 0.0, object: 0 });
+        let mut world = World::new(&town, 1);
+        let carrier = spawn(&mut world, Pose::IDENTITY);
+        Bench {
+            world,
+            network: Network::parse(ROADS).unwrap(),
+            settings: Settings::default(),
+            nanos: 0,
+            carrier,
+            senses: Vec::new(),
+        }
+    }
+
+    fn mount<T: bus::BornSpec>(&mut self, pose: Pose, numbers: &T) -> &mut SensorSpec {
+        self.senses.push(Sense::new(&SensorSpec::born("s", pose, numbers)).unwrap());
+        &mut self.senses.last_mut().unwrap().spec
+    }
+
+    /// One frame; what each sensor says, as bytes.
+    fn tick(&mut self) -> Vec<Vec<u8>> {
+        let (senses, carrier) = (&mut self.senses, self.carrier);
+        self.world.step_seen(&self.settings, |physics, dt| {
+            for sense in senses.iter_mut() {
+                if let (State::Imu(imu), Some(moving)) = (&mut sense.state, physics.moving(carrier))
+                {
+                    imu.feel(&moving, dt);
+                }
+            }
+        });
+        self.nanos += self.settings.delta_nanos;
+        let header = SnapshotHeader {
+            stamp: Stamp { sim_time_nanos: self.nanos, ..Stamp::default() },
+            delta_nanos: self.settings.delta_nanos,
+            ..SnapshotHeader::default()
+        };
+        let scene = Scene {
+            world: &self.world,
+            network: Some(&self.network),
+            parent: carrier,
+            header: &header,
+        };
+        let from = self.world.state(carrier).unwrap().pose;
+        let mut measure = |sense: &mut Sense| {
+            let pose = from.then(&sense.spec.parent_from_sensor);
+            sense.measure(&scene, &pose, 64)
+        };
+        self.senses.iter_mut().map(&mut measure).collect()
+    }
+
+    fn control(&mut self, throttle: f32, steer: f32) {
+        let control =
+            VehicleControl { actor_id: self.carrier, throttle, steer, ..Default::default() };
+        self.world.apply(&Wish::Control(control)).unwrap();
+    }
+
+    fn velocity(&mut self, velocity_mps: [f32; 3]) {
+        let to = SetVelocity { actor_id: self.carrier, velocity_mps, ..Default::default() };
+        self.world.apply(&Wish::SetVelocity(to)).unwrap();
+    }
+}
+
+fn spawn(world: &mut World, pose: Pose) -> ActorId {
+    let blueprint = Name::new("vehicle.tesla.model3");
+    ActorId(world.apply(&Wish::Spawn(Spawn { blueprint, pose, ..Spawn::default() })).unwrap())
+}
+
+fn only<T: Reading>(bytes: &[u8]) -> T {
+    all(bytes)[0]
+}
+
+fn all<T: Reading>(bytes: &[u8]) -> Vec<T> {
+    bytemuck::pod_collect_to_vec(bytes)
+}
+
+/// Dead reckoning: what the sensor felt, summed up, is how its place moves. The lever arm, the
+/// turned mounting and the substeps all have a part in it.
+#[test]
+fn an_imus_readings_add_up_to_its_own_motion() {
+    let mut bench = Bench::new();
+    let away = Pose::level(Vec3::new(-300.0, -100.0, 0.0), 0.0);
+    bench.world.apply(&Wish::Teleport(Teleport { actor_id: bench.carrier, pose: away })).unwrap();
+    (0..20).for_each(|_| drop(bench.tick()));
+    let arm = Vec3::new(1.5, -0.8, 1.2);
+    let turn = Quat::from_euler(glam::EulerRot::ZYX, 0.5, 0.2, -0.1);
+    bench.mount(Pose::new(arm, turn), &ImuSpec::default());
+    let (mut velocity, mut attitude) = (Vec3::ZERO, Quat::IDENTITY);
+    let delta = 0.05;
+    let mut furthest = 0.0f32;
+    for frame in 0..160 {
+        bench.control(0.6, if frame % 80 < 40 { 0.12 } else { -0.08 });
+        let before = bench.world.state(bench.carrier).unwrap().pose.rotation() * turn;
+        if frame == 0 {
+            attitude = before;
+        }
+        let felt: ImuReading = only(&bench.tick()[0]);
+        assert!((felt.over_secs - delta).abs() < 1e-6);
+        let half = Quat::from_scaled_axis(Vec3::from(felt.gyroscope_radps) * delta * 0.5);
+        let middle = attitude * half;
+        attitude = (middle * half).normalize();
+        let change = middle * Vec3::from(felt.accelerometer_mps2) - Vec3::Z * 9.81;
+        velocity += change * delta;
+        let state = bench.world.state(bench.carrier).unwrap();
+        let spin = Vec3::from(state.angular_velocity_radps);
+        let truth = state.velocity() + spin.cross(state.pose.rotation() * arm);
+        furthest = furthest.max(velocity.distance(truth));
+    }
+    let speed = bench.world.state(bench.carrier).unwrap().velocity().length();
+    let off =
+        attitude.angle_between(bench.world.state(bench.carrier).unwrap().pose.rotation() * turn);
+    println!("{speed} m/s after 8 s; at most {furthest} m/s off, {off} rad at the end");
+    assert!(speed > 8.0, "{speed}");
+    assert!(furthest < 0.1, "{furthest} m/s off");
+    assert!(off < 0.02, "{off} rad off");
+}
+
+#[test]
+fn a_teleport_is_felt_by_nobody() {
+    let mut bench = Bench::new();
+    bench.mount(Pose::new(Vec3::new(1.0, 0.0, 1.0), Quat::IDENTITY), &ImuSpec::default());
+    (0..20).for_each(|_| drop(bench.tick()));
+    bench.velocity([20.0, 0.0, 0.0]);
+    (0..10).for_each(|_| drop(bench.tick()));
+    let away = Pose::level(Vec3::new(-100.0, 80.0, 0.0), 2.0);
+    let to = Teleport { actor_id: bench.carrier, pose: away };
+    bench.world.apply(&Wish::Teleport(to)).unwrap();
+    for _ in 0..5 {
+        let felt: ImuReading = only(&bench.tick()[0]);
+        let extra = Vec3::from(felt.accelerometer_mps2) - Vec3::Z * 9.81;
+        // A change of 20 m/s within a frame would be 400.
+        assert!(extra.length() < 12.0, "{extra}");
+        let moved = bench.world.state(bench.carrier).unwrap().pose.position();
+        assert!(moved.distance(away.position()) < 2.0);
+    }
+}
+
+#[test]
+fn the_compass_counts_clockwise_from_north() {
+    for (yaw, compass) in [(std::f32::consts::FRAC_PI_2, 0.0), (0.0, std::f32::consts::FRAC_PI_2)] {
+        let shown = super::imu::compass(&Pose::level(Vec3::ZERO, yaw + 1e-4));
+        let off = (shown - compass + 3.0).rem_euclid(std::f32::consts::TAU) - 3.0;
+        assert!(off.abs() < 1e-3, "{shown}, not {compass}");
+    }
+}
+
+#[test]
+fn two_who_collide_are_given_the_same_in_opposite_directions() {
+    let mut bench = Bench::new();
+    bench.mount(Pose::IDENTITY, &CollisionSpec::default());
+    let other = spawn(&mut bench.world, Pose::level(Vec3::new(15.0, 0.0, 0.0), 0.0));
+    (0..20).for_each(|_| assert!(bench.tick()[0].is_empty()));
+    let mass_kg = town::blueprint("vehicle.tesla.model3").unwrap().1.mass_kg;
+    bench.velocity([10.0, 0.0, 0.0]);
+    let mut given = Vec3::ZERO;
+    let mut begins = 0;
+    for _ in 0..60 {
+        for hit in all::<CollisionReading>(&bench.tick()[0]) {
+            assert_eq!((hit.other, hit.object, hit.tag), (other, 0, road::Tag::Car as u32));
+            let impulse = Vec3::from(hit.impulse_ns);
+            let mirrored = super::collisions(&bench.world, other);
+            assert_eq!(Vec3::from(mirrored[0].impulse_ns), -impulse);
+            assert_eq!(mirrored[0].other, bench.carrier);
+            given += impulse;
+            begins += hit.began;
+        }
+    }
+    let pushed = bench.world.state(other).unwrap().pose.position().x - 15.0;
+    println!("{given} N s, pushed {pushed} m");
+    // It loses between half (both go on together) and all of its momentum, backwards.
+    let share = -given.x / (mass_kg * 10.0);
+    assert!((0.35..1.0).contains(&share) && pushed > 0.1, "{share}, {pushed}");
+    assert!(begins >= 1);
+}
+
+#[test]
+fn a_ball_gets_as_far_as_what_stands_there() {
+    let mut bench = Bench::new();
+    let mast = Pose::new(Vec3::new(0.0, 0.0, 1.5), Quat::IDENTITY);
+    let seen = ObstacleSpec { distance_m: 80.0, hit_radius_m: 0.5, only_dynamics: 0 };
+    bench.mount(mast, &seen);
+    bench.mount(mast, &ObstacleSpec { only_dynamics: 1, ..seen });
+    bench.mount(mast, &ObstacleSpec { distance_m: 20.0, ..seen });
+    bench.mount(Pose::new(Vec3::Z, Quat::from_rotation_y(0.1)), &seen);
+    let readings = (0..20).map(|_| bench.tick()).last().unwrap();
+    let house: ObstacleReading = only(&readings[0]);
+    let told = (house.other, house.object, house.tag);
+    assert_eq!(told, (ActorId::NONE, 0x8000_0001, road::Tag::Building as u32));
+    // The wall stands at 58 m.
+    assert!((house.distance_m - 57.5).abs() < 0.2, "{house:?}");
+    assert!(readings[1].is_empty() && readings[2].is_empty());
+    // From 1 m up and 0.1 rad down, a ball of 0.5 m touches the ground after 5 m.
+    let ground: ObstacleReading = only(&readings[3]);
+    assert_eq!((ground.other, ground.object), (ActorId::NONE, 0));
+    assert!((ground.distance_m - 0.5 / 0.1f32.sin()).abs() < 0.3, "{ground:?}");
+
+    let other = spawn(&mut bench.world, Pose::level(Vec3::new(30.0, 0.0, 0.0), 0.0));
+    let readings = (0..20).map(|_| bench.tick()).last().unwrap();
+    for bytes in &readings[..2] {
+        let car: ObstacleReading = only(bytes);
+        assert_eq!((car.other, car.object), (other, 0));
+        assert!((26.0..28.5).contains(&car.distance_m), "{car:?}");
+    }
+}
+
+#[test]
+fn a_receiver_says_where_the_map_lies_and_errs_as_it_is_told() {
+    let mut bench = Bench::new();
+    bench.mount(Pose::IDENTITY, &GnssSpec::default());
+    let biased = GnssSpec { latitude_bias_deg: 0.01, altitude_stddev_m: 2.0, ..Default::default() };
+    bench.mount(Pose::IDENTITY, &biased);
+    let wander = GnssSpec { wander_m: 3.0, wander_secs: 60.0, ..GnssSpec::default() };
+    bench.mount(Pose::IDENTITY, &wander);
+    let (mut heights, mut norths) = (Vec::new(), Vec::new());
+    for _ in 0..4000 {
+        let readings = bench.tick();
+        let [fix, off, lost]: [GnssReading; 3] = std::array::from_fn(|i| only(&readings[i]));
+        assert!((fix.latitude_deg - 49.0).abs() < 1e-6 && (fix.longitude_deg - 8.0).abs() < 1e-6);
+        assert!((off.latitude_deg - fix.latitude_deg - 0.01).abs() < 1e-8);
+        heights.push(off.altitude_m - fix.altitude_m);
+        norths.push((lost.latitude_deg - fix.latitude_deg) * 111_200.0);
+    }
+    let spread = |of: &[f64]| (of.iter().map(|x| x * x).sum::<f64>() / of.len() as f64).sqrt();
+    assert!((spread(&heights) - 2.0).abs() < 0.15, "{}", spread(&heights));
+    // White noise would differ by 3 · √2 from one frame to the next.
+    let steps: Vec<f64> = norths.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let told = 3.0 * (1.0 - (-2.0f64 * 0.05 / 60.0).exp()).sqrt();
+    assert!((spread(&steps) / told - 1.0).abs() < 0.1, "{} {told}", spread(&steps));
+    assert!((0.5..8.0).contains(&spread(&norths)), "{}", spread(&norths));
+}
+
+#[test]
+fn a_speedometer_shows_the_rims_and_counts_the_way() {
+    let mut bench = Bench::new();
+    bench.mount(Pose::IDENTITY, &OdometrySpec::default());
+    let worn = OdometrySpec { scale_error: 0.05, step_mps: 0.5, ..OdometrySpec::default() };
+    bench.mount(Pose::IDENTITY, &worn);
+    (0..10).for_each(|_| drop(bench.tick()));
+    let from = bench.world.state(bench.carrier).unwrap().pose.position();
+    let mut last = OdometryReading::default();
+    let begun: OdometryReading = only(&bench.tick()[0]);
+    for _ in 0..120 {
+        bench.control(0.5, 0.0);
+        let readings = bench.tick();
+        last = only(&readings[0]);
+        let shown: OdometryReading = only(&readings[1]);
+        let told = (last.speed_mps * 1.05 / 0.5).round() * 0.5;
+        assert!((shown.speed_mps - told).abs() < 1e-4);
+    }
+    let state = bench.world.state(bench.carrier).unwrap();
+    assert!((last.speed_mps - state.velocity().length()).abs() < 0.05 && last.speed_mps > 5.0);
+    let way = state.pose.position().distance(from);
+    let counted = (last.distance_m - begun.distance_m) as f32;
+    assert!((counted / way - 1.0).abs() < 0.05, "{counted} of {way} m");
+}
+
+#[test]
+fn a_period_lets_it_rest_and_the_mean_is_over_all_of_it() {
+    let mut bench = Bench::new();
+    bench.mount(Pose::IDENTITY, &ImuSpec::default()).period_nanos = 100_000_000;
+    let mut said = Vec::new();
+    for _ in 0..8 {
+        let readings = bench.tick();
+        said.push(!readings[0].is_empty());
+        if let Some(felt) = all::<ImuReading>(&readings[0]).first() {
+            assert!((felt.over_secs - 0.1).abs() < 1e-6);
+        }
+    }
+    assert_eq!(said, [false, true, false, true, false, true, false, true]);
+}
+
+#[test]
+fn whether_anybody_measures_changes_no_bit_and_the_same_seed_says_the_same() {
+    let noisy =
+        ImuSpec { accelerometer_stddev_mps2: [0.1; 3], gyroscope_walk: 0.01, ..ImuSpec::default() };
+    let run = |seed: Option<u64>| {
+        let mut bench = Bench::new();
+        if let Some(seed) = seed {
+            bench.mount(Pose::IDENTITY, &noisy).seed = seed;
+            bench.mount(Pose::IDENTITY, &ObstacleSpec { distance_m: 90.0, ..Default::default() });
+            bench.mount(Pose::IDENTITY, &CollisionSpec::default());
+        }
+        let mut said = Vec::new();
+        for _ in 0..100 {
+            bench.control(0.8, 0.1);
+            said.extend(bench.tick());
+        }
+        let hash = bench.world.state_hash(&Stamp::default(), &bench.settings, 0);
+        (hash, said)
+    };
+    let (alone, _) = run(None);
+    let (first, said) = run(Some(3));
+    assert_eq!(alone, first);
+    assert!(said == run(Some(3)).1);
+    assert!(said != run(Some(4)).1);
+}
+
+mod lanes {
+    use super::*;
+    use crate::senses::lanes::Corners;
+    use bus::{ActorState, LaneInvasionReading};
+    use road::{MarkColor, MarkKind};
+
+    fn car(y: f32, yaw_rad: f32) -> ActorState {
+        let (blueprint, _) = town::blueprint("vehicle.tesla.model3").unwrap();
+        let pose = Pose::level(Vec3::new(0.0, y, 0.0), yaw_rad);
+        ActorState { blueprint, pose, ..ActorState::default() }
+    }
+
+    /// Slides a car from y to y; what its corners crossed, in order of time.
+    fn slide(from: f32, to: f32, yaw_rad: f32) -> Vec<(u32, MarkKind)> {
+        let network = Network::parse(ROADS).unwrap();
+        let kinds = [MarkKind::Solid, MarkKind::Broken, MarkKind::Curb];
+        let mut corners = Corners::default();
+        let mut crossed = Vec::new();
+        for step in 0..=100 {
+            let found =
+                corners.cross(&car(from + (to - from) * step as f32 / 100.0, yaw_rad), &network);
+            crossed.extend(found.iter().map(|f: &LaneInvasionReading| {
+                (f.corner, kinds.into_iter().find(|k| *k as u32 == f.kind).unwrap())
+            }));
+        }
+        crossed
+    }
+
+    #[test]
+    fn each_corner_crosses_each_marking_once() {
+        // From the middle of lane -1 over the middle line into lane 1.
+        let left = slide(-1.75, 1.75, 0.0);
+        let broken = |corners: [u32; 4]| corners.map(|c| (c, MarkKind::Broken)).to_vec();
+        assert_eq!(left, broken([0, 2, 1, 3]));
+        // And back.
+        assert_eq!(slide(1.75, -1.75, 0.0), broken([1, 3, 0, 2]));
+        // Two lanes to the right and over the kerb, where there is no lane any more.
+        let kinds: Vec<_> = slide(-1.75, -12.0, 0.0).into_iter().map(|c| c.1).collect();
+        assert_eq!(kinds.iter().filter(|k| **k == MarkKind::Broken).count(), 4);
+        assert_eq!(kinds.iter().filter(|k| **k == MarkKind::Curb).count(), 4);
+        assert_eq!(kinds.len(), 8);
+        // Back from there.
+        assert_eq!(slide(-12.0, -1.75, 0.0).len(), 8);
+        // Over the narrow shoulder, whose own border is not painted.
+        let kinds: Vec<_> = slide(1.75, 12.0, 0.0).into_iter().map(|c| c.1).collect();
+        assert_eq!(kinds, [MarkKind::Solid; 4]);
+    }
+
+    #[test]
+    fn who_keeps_to_a_lane_or_is_put_elsewhere_crosses_nothing() {
+        assert_eq!(slide(-2.2, -1.3, 0.0), []);
+        let network = Network::parse(ROADS).unwrap();
+        let mut corners = Corners::default();
+        assert_eq!(corners.cross(&car(-1.75, 0.0), &network), []);
+        let put = ActorState { flags: flag::TELEPORTED, ..car(1.75, 0.0) };
+        assert_eq!(corners.cross(&put, &network), []);
+        assert_eq!(corners.cross(&car(1.75, 0.0), &network), []);
+    }
+
+    #[test]
+    fn a_crossing_says_what_is_painted_and_from_where() {
+        let network = Network::parse(ROADS).unwrap();
+        let mut corners = Corners::default();
+        corners.cross(&car(-1.5, 0.0), &network);
+        let found = corners.cross(&car(-0.5, 0.0), &network);
+        assert_eq!(found.len(), 2);
+        assert_eq!(found[0].color, MarkColor::Yellow as u32);
+        assert!((found[0].width_m - 0.15).abs() < 1e-6);
+        assert_eq!((found[0].to_left, found[0].from_lane_id), (1, -1));
+    }
+}

@@ -1,0 +1,147 @@
+//! Sensors born of physics, over the bus: every frame exact, the world none the wiser.
+
+use bus::{Name, ObstacleReading, Pose, Wish};
+use client_lib::{
+    ActorId, Client, GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, SensorSpec, SetVelocity, Spawn,
+    camera, collision, gnss, imu, lane_invasion, obstacle, odometry, output, tracer,
+};
+use glam::{Quat, Vec3};
+
+use crate::kit::{DELTA_NANOS, Sim};
+
+const TESLA: &str = "vehicle.tesla.model3";
+
+/// One of each; the receiver speaks every second frame.
+fn sensors() -> Vec<SensorSpec> {
+    let mast = Pose::new(Vec3::new(0.5, 0.2, 1.5), Quat::IDENTITY);
+    let errors = ImuSpec { accelerometer_stddev_mps2: [0.02; 3], ..ImuSpec::default() };
+    let look = ObstacleSpec { distance_m: 30.0, only_dynamics: 1, ..ObstacleSpec::default() };
+    vec![
+        SensorSpec { seed: 7, ..imu("imu", mast, errors) },
+        SensorSpec {
+            period_nanos: 2 * DELTA_NANOS,
+            ..gnss("gnss", mast, GnssSpec { wander_m: 1.0, ..GnssSpec::default() })
+        },
+        odometry("odometry", Pose::IDENTITY, OdometrySpec::default()),
+        collision("collision"),
+        lane_invasion("lanes"),
+        obstacle("obstacle", mast, look),
+    ]
+}
+
+/// A car that drives into one that stands 12 m ahead.
+fn scene(client: &mut Client) -> (ActorId, ActorId) {
+    let place = client.spawn_points().unwrap()[0];
+    let ahead = place.then(&Pose::new(Vec3::new(14.0, 0.0, 0.0), Quat::IDENTITY));
+    let hero = client.spawn(Spawn::new(TESLA, place)).unwrap();
+    let other = client.spawn(Spawn::new(TESLA, ahead)).unwrap();
+    (hero, other)
+}
+
+fn go(client: &mut Client, hero: ActorId) {
+    let ahead = client.world().actor(hero).unwrap().pose.rotation() * Vec3::X;
+    let velocity_mps = (ahead * 8.0).to_array();
+    let to = SetVelocity { actor_id: hero, velocity_mps, ..SetVelocity::default() };
+    client.request("velocity", &[Wish::SetVelocity(to)]).unwrap();
+}
+
+/// The state hash of each frame, and what was measured, as bytes.
+fn run(with_sensors: bool) -> (Vec<u64>, Vec<Vec<u8>>) {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let (hero, other) = scene(&mut client);
+    let mut rig = with_sensors.then(|| client.create_rig("felt", hero, &sensors(), 2).unwrap());
+    let (mut hashes, mut said) = (Vec::new(), Vec::new());
+    let (mut touches, mut nearest) = (0, f32::MAX);
+    for tick in 0..60 {
+        if tick == 20 {
+            go(&mut client, hero);
+        }
+        let mut rigs: Vec<_> = rig.iter_mut().collect();
+        let (frame, measured) = client.tick_and_collect(&mut rigs).unwrap();
+        let header = *client.world().header();
+        hashes.push(header.state_hash);
+        let Some(felt) = measured.into_iter().next() else { continue };
+        let felt = felt.expect("the inertial unit speaks every frame");
+        assert_eq!(felt.frame(), frame);
+        assert_eq!(
+            (felt.header().state_hash, felt.header().tracer),
+            (header.state_hash, tracer::HOST)
+        );
+        let car = *client.world().actor(hero).unwrap();
+        assert_eq!(felt.header().world_from_parent, car.pose);
+        let speed = felt.odometry(2).unwrap().speed_mps;
+        let truth = car.velocity().dot(car.pose.rotation() * Vec3::X);
+        assert!((speed - truth).abs() < 1e-4, "{speed} {truth}");
+        let is_second = header.stamp.sim_time_nanos % (2 * DELTA_NANOS) == 0;
+        assert_eq!(felt.gnss(1).is_some(), is_second);
+        let up = felt.imu(0).unwrap().accelerometer_mps2[2];
+        // From the spawn's little drop until it goes, it stands.
+        assert!(!(15..20).contains(&tick) || (up - 9.81).abs() < 0.3, "{up}");
+        touches += felt.collisions(3).iter().filter(|hit| hit.other == other).count();
+        if let Some(ObstacleReading { distance_m, other: seen, .. }) = felt.obstacle(5) {
+            assert_eq!(*seen, other);
+            nearest = nearest.min(*distance_m);
+        }
+        let planes = felt.planes().iter();
+        said.push(
+            planes.flat_map(|p| felt.data(p.sensor as usize, p.output).unwrap().to_vec()).collect(),
+        );
+    }
+    if with_sensors {
+        assert!(touches > 0 && nearest < 3.0, "{touches} touches, {nearest} m");
+    }
+    drop(client);
+    sim.end();
+    (hashes, said)
+}
+
+#[test]
+fn who_measures_changes_no_bit_and_is_told_the_same_twice() {
+    let (alone, _) = run(false);
+    let (measured, said) = run(true);
+    assert_eq!(alone, measured);
+    assert_eq!((measured, said), run(true));
+}
+
+#[test]
+fn a_rig_is_of_rays_or_of_physics_and_each_number_is_checked() {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let (hero, _) = scene(&mut client);
+    let eye = camera("eye", Pose::IDENTITY, 64, 48, 1.0, output::COLOR);
+    let refused = |client: &mut Client, specs: &[SensorSpec], words: &[&str]| {
+        let said = client.create_rig("r", hero, specs, 2).err().expect("refused").to_string();
+        words.iter().for_each(|word| assert!(said.contains(word), "{said} lacks {word}"));
+    };
+    let bad =
+        imu("imu", Pose::IDENTITY, ImuSpec { gyroscope_walk: f32::NAN, ..ImuSpec::default() });
+    refused(&mut client, &[bad], &["\"imu\"", "gyroscope_walk is NaN"]);
+    refused(&mut client, &[collision("hit"), eye], &["\"r\"", "make a rig of each"]);
+    let odd = SensorSpec { outputs: output::IMU, ..collision("hit") };
+    refused(&mut client, &[odd], &["\"hit\"", "outputs are"]);
+    refused(&mut client, &[SensorSpec { kind: 99, ..eye }], &["kind 99"]);
+
+    // Both at one tick; and what goes with its carrier leaves nothing behind.
+    let mut seen = client.create_rig("seen", hero, &[eye], 2).unwrap();
+    let mut felt = client.create_rig("felt", hero, &sensors(), 2).unwrap();
+    for _ in 0..5 {
+        let (frame, both) = client.tick_and_collect(&mut [&mut seen, &mut felt]).unwrap();
+        assert!(both.iter().all(|m| m.as_ref().is_some_and(|m| m.frame() == frame)));
+    }
+    assert_eq!((seen.missed(), felt.missed()), (0, 0));
+    client.destroy(hero).unwrap();
+    for _ in 0..3 {
+        client.tick().unwrap();
+        assert!(felt.receive().unwrap().is_none());
+    }
+    // A map that is loaded anew has its own roads to look at.
+    client.reload_map().unwrap();
+    let (hero, _) = scene(&mut client);
+    let mut felt = client.create_rig("felt", hero, &sensors(), 2).unwrap();
+    let (_, told) = client.tick_and_collect(&mut [&mut felt]).unwrap();
+    assert_eq!(told[0].as_ref().unwrap().header().stamp.episode, 2);
+    assert!(felt.sensors()[1].name == Name::new("gnss"));
+    drop(client);
+    sim.end();
+}
