@@ -178,7 +178,11 @@ impl Client {
         let outcomes = self.try_within("load_map", &[Wish::LoadMap(wish)], WORLD_SECS)?;
         let refused = |why: &str| ClientError::Refused { what: "load_map", why: why.to_owned() };
         let number = outcomes[0].outcome.result().map_err(refused)?;
-        // The line comes with the frame; the frame is over when every stage stands.
+        self.await_world(number)
+    }
+
+    /// The line comes with the frame; the frame is over when every stage stands.
+    fn await_world(&mut self, number: u32) -> Result<Frame, ClientError> {
         let frame = Frame(self.participant.control().tick.get());
         self.participant.await_complete(frame, None).map_err(|_| self.host_ended())?;
         while self.world().header().stamp.episode < number {
@@ -431,7 +435,8 @@ impl Client {
     }
 
     /// Shows a recording beside those who are there; names as for [`Client::start_recorder`]. The
-    /// first of its frames shows with the next tick.
+    /// first of its frames shows with the next tick. If it was recorded in another world, that world
+    /// is loaded first, as by [`Client::load_world`].
     pub fn start_replay(&mut self, name: &str, replay: Replay) -> Result<(), ClientError> {
         let nanos = |seconds: f64| (seconds * 1e9) as i64;
         let wish = StartReplay {
@@ -441,7 +446,15 @@ impl Client {
             time_factor: replay.time_factor,
             ignore_hero: replay.ignore_hero.into(),
         };
-        self.request("start_replay", &[Wish::StartReplay(wish)]).map(drop)
+        let number = self.episode();
+        let outcomes = self.try_within("start_replay", &[Wish::StartReplay(wish)], WORLD_SECS)?;
+        let refused =
+            |why: &str| ClientError::Refused { what: "start_replay", why: why.to_owned() };
+        outcomes[0].outcome.result().map_err(refused)?;
+        if self.episode() != number {
+            self.await_world(self.episode())?;
+        }
+        Ok(())
     }
 
     /// Ends the replay. Who was shown stays, vehicles on autopilot, or goes.

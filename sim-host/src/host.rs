@@ -391,7 +391,13 @@ impl Host {
                 continue;
             };
             let is_between = |wish: &Wish| {
-                matches!(wish, Wish::SaveState(_) | Wish::LoadState(_) | Wish::LoadMap(_))
+                matches!(
+                    wish,
+                    Wish::SaveState(_)
+                        | Wish::LoadState(_)
+                        | Wish::LoadMap(_)
+                        | Wish::StartReplay(_)
+                )
             };
             if self.is_ticking && is_between(&wish) {
                 self.deferred.push(request);
@@ -399,6 +405,11 @@ impl Host {
             }
             if let Wish::LoadMap(wish) = wish {
                 self.load_map(request, &wish)?;
+                continue;
+            }
+            if let Wish::StartReplay(wish) = wish {
+                let outcome = self.start_replay(&wish)?;
+                self.pen.write(request.ended(outcome));
                 continue;
             }
             if let Wish::CreateRig(rig) = wish {
@@ -514,7 +525,6 @@ impl Host {
             Wish::StopRecorder(_) => self.stop_recorder(),
             Wish::SaveState(file) => self.save_state(file),
             Wish::LoadState(file) => self.load_state(file),
-            Wish::StartReplay(wish) => self.start_replay(wish),
             Wish::StopReplay(wish) => self.stop_replay(wish.keep_actors != 0),
             Wish::Destroy(actor) => {
                 let id = self.world.apply(wish)?;

@@ -20,6 +20,9 @@ mod outside;
 #[cfg(test)]
 mod tests;
 
+/// A recorded light is the map's own if it stood where that one stands.
+const LIGHT_WITHIN_M: f32 = 0.5;
+
 /// All that an episode's actors are.
 pub struct World {
     physics: Physics,
@@ -436,11 +439,17 @@ impl World {
     /// Shows an actor as it was recorded: its body stands there too.
     pub(crate) fn show(&mut self, id: ActorId, recorded: &ActorState) {
         let Some(actor) = self.actors.get_mut(&id) else { return };
-        actor.state = ActorState { actor_id: id, ..*recorded };
-        if recorded.kind != kind::TRAFFIC_LIGHT {
-            // It has a body: it was spawned for this.
-            let _ = self.physics.teleport(id, &recorded.pose);
+        if recorded.kind == kind::TRAFFIC_LIGHT {
+            // The map's own, where it stood: another has nothing to do with it.
+            let (here, there) = (actor.state.pose.position(), recorded.pose.position());
+            if actor.state.kind == kind::TRAFFIC_LIGHT && here.distance(there) < LIGHT_WITHIN_M {
+                (actor.state.phase, actor.state.flags) = (recorded.phase, recorded.flags);
+            }
+            return;
         }
+        actor.state = ActorState { actor_id: id, ..*recorded };
+        // It has a body: it was spawned for this.
+        let _ = self.physics.teleport(id, &recorded.pose);
     }
 
     /// A shown actor is on its own: vehicles go on under traffic, walkers stop.

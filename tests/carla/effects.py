@@ -1011,6 +1011,11 @@ def loads_another_map(c):
     image, measured = c.sensor("sensor.camera.rgb", car, image_size_x=64, image_size_y=64)
     c.ticks(2)
     measured.get(timeout=TIMEOUT)
+    folder = tempfile.mkdtemp()
+    recorded, driver = os.path.join(folder, "elsewhere.log"), car.id
+    c.client.start_recorder(recorded)
+    c.ticks(10)
+    c.client.stop_recorder()
     before, last = c.world.id, c.map.name
     c.world = c.client.load_world("Town02")
     assert c.world.id != before
@@ -1045,6 +1050,16 @@ def loads_another_map(c):
     assert c.world.id != before
     look_around(c)
     works("Client.load_world_if_different", "it loads what does not run")
+    before = c.world.id
+    c.client.replay_file(recorded, 0.0, 0.0, 0)
+    c.world = c.client.get_world()
+    assert c.world.id != before
+    look_around(c)
+    assert c.map.name == last, (c.map.name, last)
+    assert driver in [one.id for one in c.world.get_actors().filter("vehicle.*")]
+    c.client.stop_replayer(False)
+    works("Client.replay_file:another map", "the recording's map was loaded first")
+    shutil.rmtree(folder)
 
 
 def look_around(c):

@@ -184,9 +184,35 @@ fn a_replay_shows_the_recorded_beside_those_who_are_there() {
     }
     drop(client);
     sim.end();
-    let sim = Sim::start(&["--seed", "4"]);
-    let said = sim.ticker().start_replay(name, Replay::default()).unwrap_err().to_string();
-    assert!(said.contains("another world"), "{said}");
+}
+
+#[test]
+fn a_replay_of_another_world_loads_it_first() {
+    let scratch = Scratch::new();
+    let path = scratch.path().join("elsewhere.mcap");
+    let sim = Sim::start(&["--seed", "3"]);
+    let run = record(&sim, Profile::State, &path, 30);
+    sim.end();
+    let sim = Sim::start(&["--seed", "4", "--map", "Millbrook"]);
+    let mut client = sim.ticker();
+    let place = client.spawn_points().unwrap()[0];
+    client.spawn(Spawn::new("vehicle.audi.tt", place)).unwrap();
+    client.tick().unwrap();
+    let replay = |from_s| Replay { from_s, ..Replay::default() };
+    // What is refused destroys nothing.
+    let first = client.episode();
+    let said = client.start_replay(path.to_str().unwrap(), replay(99.0)).unwrap_err().to_string();
+    assert!(said.contains("1.50 s") && client.episode() == first, "{said}");
+    client.start_replay(path.to_str().unwrap(), replay(0.0)).unwrap();
+    assert_eq!(client.world().header().stamp.episode, first + 1);
+    let episode = client.instance().episode().unwrap();
+    assert_eq!(episode, Recording::open(&path).unwrap().told().episode);
+    for recorded in &run {
+        client.tick().unwrap();
+        assert_eq!(seen(&client).actors, recorded.actors);
+    }
+    drop(client);
+    sim.end();
 }
 
 #[test]
@@ -293,10 +319,10 @@ fn what_is_no_recording_of_ours_is_refused_in_one_line() {
     let middle = torn.len() / 2;
     torn[middle..middle + 40].fill(0xa5);
     refused("torn", &torn, &["damaged"]);
-    let form = find(&bytes, b"form\x01\x00\x00\x001").unwrap();
+    let form = find(&bytes, b"form\x01\x00\x00\x002").unwrap();
     let mut other = bytes.clone();
     other[form + 8] = b'9';
-    refused("other", &other, &["form 9", "form 1"]);
+    refused("other", &other, &["form 9", "form 2"]);
     let output = omnibus().args(["replay", "/no/such/file.mcap"]).output().unwrap();
     assert!(String::from_utf8_lossy(&output.stderr).contains("No such file"));
 }

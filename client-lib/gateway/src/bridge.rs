@@ -278,7 +278,7 @@ impl Bridge {
         }
     }
 
-    fn show(&mut self) {
+    pub(crate) fn show(&mut self) {
         self.follow_episode();
         self.age_pedals();
         self.show_state();

@@ -20,7 +20,7 @@ pub trait Maps: Send {
 }
 
 /// A world that could be built, before the old one goes.
-struct Next {
+pub(super) struct Next {
     episode: Episode,
     world: World,
     /// To be kept for the next time.
@@ -49,18 +49,26 @@ impl Host {
         if wish.flags & load::SEED != 0 {
             episode.seed = wish.seed;
         }
+        let mut next = self.prepare_world(episode)?;
+        let hidden = HideLayers { layers: wish.hidden_layers, hidden: 1 };
+        next.world.apply(&Wish::HideLayers(hidden))?;
+        Ok(next)
+    }
+
+    /// The world of an episode as it is loaded.
+    pub(super) fn prepare_world(&self, episode: Episode) -> Result<Next, String> {
+        let now = &self.config.episode;
         let is_same = episode.seed == now.seed && episode.open_drive == now.open_drive;
-        let (mut world, town) = if is_same {
+        let (world, town) = if is_same {
             (self.world.anew(), None)
         } else {
             let network = read_map(&self.cache, &episode)?;
             build_world(&self.cache, &episode, network)?
         };
-        world.apply(&Wish::HideLayers(HideLayers { layers: wish.hidden_layers, hidden: 1 }))?;
         Ok(Next { episode, world, town })
     }
 
-    fn begin_episode(&mut self, request: Request, next: Next) -> Result<(), HostError> {
+    pub(super) fn begin_episode(&mut self, request: Request, next: Next) -> Result<(), HostError> {
         self.end_what_goes_on()?;
         let Next { episode, world, town } = next;
         if let Some(town) = town {

@@ -5,12 +5,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use bus::{ActorId, ActorState, StartReplay, Wish, kind, status};
+use bus::{ActorId, ActorState, LoadMap, Outcome, StartReplay, Wish, kind, load, status};
 use glam::{Quat, Vec3};
 use record::{Moment, RecordError};
 
 use super::Host;
-use crate::{saved::map_sum, world::World};
+use crate::{HostError, journal::Request, saved::map_sum, world::World};
 
 /// Beyond this factor states are shown as they were recorded, not between two.
 const SMOOTH_FACTOR_MAX: f32 = 2.0;
@@ -31,54 +31,25 @@ pub(super) struct Replay {
 }
 
 impl Host {
-    /// See [`bus::Wish::StartReplay`].
-    pub(super) fn start_replay(&mut self, wish: &StartReplay) -> Result<u32, String> {
-        let mut recording = record::Recording::open(wish.path.path()).map_err(|e| e.to_string())?;
-        let told = recording.told();
-        let name = recording.path().display().to_string();
-        if !told.profile.has_states() {
-            return Err(format!("{name} holds inputs, no states; simulate it again instead"));
-        }
-        if map_sum(&told.episode) != map_sum(&self.config.episode) {
-            let (map, seed) = (&told.episode.map, told.episode.seed);
-            return Err(format!("{name} was recorded on {map}, seed {seed}, another world"));
-        }
-        let factor = wish.time_factor;
-        if !(0.01..=1000.0).contains(&factor) {
-            return Err(format!("time_factor is {factor}, not 0.01 to 1000"));
-        }
-        let whole = recording.duration_nanos().map_err(|e| e.to_string())?;
-        let from = wish.from_nanos;
-        let at_nanos =
-            if from < 0 { whole.saturating_sub(from.unsigned_abs()) } else { from.unsigned_abs() };
-        if at_nanos >= whole {
-            return Err(format!("{name} has {:.2} s; it cannot begin later", whole as f64 / 1e9));
-        }
-        let until_nanos = match wish.duration_nanos {
-            0 => whole,
-            duration => at_nanos.saturating_add(duration).min(whole),
+    /// See [`bus::Wish::StartReplay`]. The recording's world is loaded first, if it is another.
+    pub(super) fn start_replay(&mut self, wish: &StartReplay) -> Result<Outcome, HostError> {
+        let replay = match Replay::of(wish) {
+            Ok(replay) => replay,
+            Err(why) => return Ok(Outcome::refused(&why)),
         };
-        let last = recording.segments() - 1;
-        let last = recording.moments(last).map_err(|e| e.to_string())?;
-        let ids = last.iter().flat_map(|m| &m.actors).map(|a| a.actor_id);
-        let beyond = ids.max().unwrap_or_default();
-        let ignored = if wish.ignore_hero != 0 {
-            heroes(&mut recording).map_err(|e| e.to_string())?
-        } else {
-            BTreeSet::new()
-        };
-        self.stop_replay(false)?;
-        let shown = BTreeMap::new();
-        self.replay = Some(Replay {
-            recording,
-            at_nanos,
-            until_nanos,
-            time_factor: factor,
-            ignored,
-            beyond,
-            shown,
-        });
-        Ok(0)
+        let episode = &replay.recording.told().episode;
+        if map_sum(episode) != map_sum(&self.config.episode) {
+            let next = match self.prepare_world(episode.clone()) {
+                Ok(next) => next,
+                Err(why) => return Ok(Outcome::refused(&why)),
+            };
+            let line = LoadMap { seed: episode.seed, flags: load::SEED, ..LoadMap::default() };
+            self.begin_episode(Request::of_host(Wish::LoadMap(line)), next)?;
+        } else if let Err(why) = self.stop_replay(false) {
+            return Ok(Outcome::refused(&why));
+        }
+        self.replay = Some(replay);
+        Ok(Outcome::done(0))
     }
 
     /// See [`bus::Wish::StopReplay`].
@@ -128,6 +99,41 @@ impl Host {
 }
 
 impl Replay {
+    /// As it is wished, if the recording has what it takes.
+    fn of(wish: &StartReplay) -> Result<Replay, String> {
+        let mut recording = record::Recording::open(wish.path.path()).map_err(|e| e.to_string())?;
+        let name = recording.path().display().to_string();
+        if !recording.told().profile.has_states() {
+            return Err(format!("{name} holds inputs, no states; simulate it again instead"));
+        }
+        let time_factor = wish.time_factor;
+        if !(0.01..=1000.0).contains(&time_factor) {
+            return Err(format!("time_factor is {time_factor}, not 0.01 to 1000"));
+        }
+        let whole = recording.duration_nanos().map_err(|e| e.to_string())?;
+        let from = wish.from_nanos;
+        let at_nanos =
+            if from < 0 { whole.saturating_sub(from.unsigned_abs()) } else { from.unsigned_abs() };
+        if at_nanos >= whole {
+            return Err(format!("{name} has {:.2} s; it cannot begin later", whole as f64 / 1e9));
+        }
+        let until_nanos = match wish.duration_nanos {
+            0 => whole,
+            duration => at_nanos.saturating_add(duration).min(whole),
+        };
+        let last = recording.segments() - 1;
+        let last = recording.moments(last).map_err(|e| e.to_string())?;
+        let ids = last.iter().flat_map(|m| &m.actors).map(|a| a.actor_id);
+        let beyond = ids.max().unwrap_or_default();
+        let ignored = if wish.ignore_hero != 0 {
+            heroes(&mut recording).map_err(|e| e.to_string())?
+        } else {
+            BTreeSet::new()
+        };
+        let shown = BTreeMap::new();
+        Ok(Replay { recording, at_nanos, until_nanos, time_factor, ignored, beyond, shown })
+    }
+
     /// Shows the moment that is due; answers whom the recording no longer has.
     fn show(&mut self, world: &mut World) -> Result<Vec<ActorId>, String> {
         let actors = self.actors().map_err(|e| e.to_string())?;

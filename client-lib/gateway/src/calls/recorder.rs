@@ -94,6 +94,8 @@ pub(super) fn replay(call: &mut Call) -> Result<(), Refusal> {
     let (time_factor, ignore_hero) = (replayer.time_factor, replayer.ignore_hero);
     let replay = Replay { from_s, duration_s, time_factor, ignore_hero };
     call.bridge.client.start_replay(name, replay)?;
+    // It may be another world by now.
+    call.bridge.show();
     let from_s = if from_s < 0.0 { (total_s + from_s).max(0.0) } else { from_s.min(total_s) };
     let until_s = if duration_s > 0.0 { (from_s + duration_s).min(total_s) } else { total_s };
     let lasts_s = (until_s - from_s) / f64::from(time_factor.max(1e-6));
