@@ -11,7 +11,7 @@ use cli::resimulate;
 use client_lib::{Client, Profile, Replay, Spawn};
 use rustix::process::Signal;
 
-use crate::kit::{Scratch, Sim, eventually, is_soak, omnibus};
+use crate::kit::{Scratch, Sim, eventually, is_soak, omnibus, small_map};
 
 const FRAMES: u64 = 300;
 
@@ -213,6 +213,71 @@ fn a_replay_of_another_world_loads_it_first() {
     }
     drop(client);
     sim.end();
+}
+
+/// In CARLA's log places are centimetres and degrees.
+#[test]
+fn carlas_log_says_what_the_recording_says_and_is_shown() {
+    let scratch = Scratch::new();
+    let [log, path, again] = ["run.log", "run.mcap", "again.mcap"].map(|f| scratch.path().join(f));
+    let told = |args: &[&str]| {
+        let output = omnibus().args(args).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{args:?}: {said}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let [log_name, path_name] = [&log, &path].map(|path| path.to_str().unwrap());
+    let small = ["--vehicles", "8", "--frames", "60", "--device", "null", "--map", small_map()];
+    let mut args = vec!["record", "--carla-log", log_name, "--out", path_name];
+    args.extend(small);
+    told(&args);
+    for table in
+        [&["--info", "--all"][..], &["--info"], &["--collisions", "a,a"], &["--blocked", "1,50"]]
+    {
+        let [ours, carlas] = [path_name, log_name].map(|name| {
+            let mut args = vec!["inspect", name];
+            args.extend(table);
+            told(&args)
+        });
+        assert_eq!(ours, carlas, "{table:?}");
+        assert!(ours.contains("Frames: 60"), "{ours}");
+    }
+    assert!(told(&["inspect", log_name]).contains("60 frames of"));
+    let json: serde_json::Value =
+        serde_json::from_str(&told(&["inspect", log_name, "--json"])).unwrap();
+    assert_eq!((&json["frames"], &json["carla_log"]), (&60.into(), &1.into()));
+    told(&["replay", log_name, "--map", small_map(), "--time-factor", "4", "--device", "null"]);
+
+    let mut recording = Recording::open(&path).unwrap();
+    gateway::log::import(&log, &again, recording.told().episode.clone()).unwrap();
+    let mut imported = Recording::open(&again).unwrap();
+    assert_eq!(imported.segments(), recording.segments());
+    let mut seen = 0;
+    for segment in 0..recording.segments() {
+        let moments = recording.moments(segment).unwrap();
+        for (moment, shown) in moments.iter().zip(imported.moments(segment).unwrap()) {
+            assert_eq!(moment.actors.len(), shown.actors.len());
+            for (was, is) in moment.actors.iter().zip(&shown.actors) {
+                assert_eq!(
+                    (was.actor_id, was.blueprint, was.kind),
+                    (is.actor_id, is.blueprint, is.kind)
+                );
+                assert_eq!((was.phase, was.gear, was.color), (is.phase, is.gear, is.color));
+                assert!(was.pose.position().distance(is.pose.position()) < 1e-3);
+                assert!(was.pose.rotation().angle_between(is.pose.rotation()) < 2e-3);
+                assert!(was.velocity().distance(is.velocity()) < 1e-4);
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 60 * 8, "{seen}");
+
+    // Alone, its recording does not stay.
+    let alone = scratch.path().join("alone.log");
+    let mut args = vec!["record", "--carla-log", alone.to_str().unwrap()];
+    args.extend(small);
+    told(&args);
+    assert!(alone.exists() && !alone.with_added_extension("mcap").exists());
 }
 
 #[test]

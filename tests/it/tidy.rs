@@ -41,6 +41,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
             "traffic",
             "sensor-render",
             "client-lib",
+            "gateway",
             "cli",
         ],
     ),

@@ -7,12 +7,15 @@ use std::{
 };
 
 use ::record::Recording;
-use anyhow::anyhow;
+use anyhow::{anyhow, ensure};
 use bus::{Instance, SLOTS, SlotState, clock};
 use client_lib::saved_path;
 use serde_json::{Value, json};
 
-use gateway::tables;
+use gateway::{
+    log::{self, Source},
+    tables,
+};
 
 use crate::{collect, launch::WorldArgs};
 
@@ -65,20 +68,20 @@ impl InspectArgs {
     }
 }
 
-/// Whether it begins as MCAP files do.
+/// Whether it begins as MCAP files or CARLA's logs do.
 fn is_recording(path: &Path) -> bool {
     let mut magic = [0; 5];
     let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
-    read.is_ok() && magic == *b"\x89MCAP"
+    read.is_ok() && magic == *b"\x89MCAP" || log::is_log(path)
 }
 
 fn look_at_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
-    let mut recording = Recording::open(path)?;
+    let mut source = Source::open(path)?;
     if let Some(kinds) = &args.collisions {
         let kinds: Vec<char> = kinds.split(',').flat_map(str::chars).collect();
         let kinds = <[char; 2]>::try_from(kinds)
             .map_err(|_| anyhow!("--collisions: name two kinds of h, v, w, t, o, a, as v,a"))?;
-        let found = tables::collisions(&mut recording, kinds)?;
+        let found = tables::collisions(&mut source, kinds)?;
         put(args.json, || found.json(), || found.text());
         return Ok(());
     }
@@ -87,18 +90,22 @@ fn look_at_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
         let Some((Ok(time_s), Ok(distance_cm))) = limits else {
             return Err(anyhow!("--blocked: say seconds and centimetres, as 30,10"));
         };
-        let found = tables::blocked(&mut recording, time_s, distance_cm)?;
-        put(args.json, || found.json(), || found.text());
-        return Ok(());
-    }
-    if args.speed {
-        let found = Speed::of(&mut recording)?;
+        let found = tables::blocked(&mut source, time_s, distance_cm)?;
         put(args.json, || found.json(), || found.text());
         return Ok(());
     }
     if args.info && !args.json {
-        let text = tables::file_info(&mut recording, args.all)?;
+        let text = tables::file_info(&mut source, args.all)?;
         say!("{}", text.trim_end());
+        return Ok(());
+    }
+    let mut recording = match source {
+        Source::Recording(recording) => recording,
+        Source::Log(_) => return look_at_log(args, path, source),
+    };
+    if args.speed {
+        let found = Speed::of(&mut recording)?;
+        put(args.json, || found.json(), || found.text());
         return Ok(());
     }
     let seconds = recording.duration_nanos()? as f64 / 1e9;
@@ -130,6 +137,36 @@ fn look_at_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
                 told.episode.seed,
                 told.profile.name(),
                 told.version,
+                bytes as f64 / 1e6
+            )
+        },
+    );
+    Ok(())
+}
+
+fn look_at_log(args: &InspectArgs, path: &Path, mut source: Source) -> anyhow::Result<()> {
+    ensure!(!args.speed, "--speed is of a recording; {} is a log of CARLA's", path.display());
+    let (mut frames, mut actors, mut seconds) = (0u64, 0, 0.0);
+    source.each(|frame| {
+        frames += 1;
+        actors += frame.created.len();
+        seconds = frame.elapsed_s;
+    })?;
+    let head = source.head()?;
+    let bytes = path.metadata()?.len();
+    put(
+        args.json,
+        || {
+            json!({ "file": path, "carla_log": head.version, "map": head.map,
+                "date_secs": head.date_secs, "frames": frames, "actors": actors,
+                "seconds": seconds, "bytes": bytes })
+        },
+        || {
+            format!(
+                "CARLA's log of {}, version {}: {frames} frames of {actors} actors, {seconds:.2} s, \
+                 {:.2} MB",
+                head.map,
+                head.version,
                 bytes as f64 / 1e6
             )
         },

@@ -2,7 +2,8 @@
 
 use std::{path::PathBuf, sync::atomic::Ordering};
 
-use anyhow::ensure;
+use ::record::Recording;
+use anyhow::{anyhow, ensure};
 use bus::{ActorId, Name, Settings, Spawn, Wish, clock, flag};
 use client_lib::{Client, Profile, saved_path};
 
@@ -30,8 +31,11 @@ pub(crate) struct RecordArgs {
     #[arg(long, default_value_t = 0.05)]
     fixed_delta: f64,
     /// The file; a name without a folder goes to the folder for recordings
-    #[arg(long)]
-    out: PathBuf,
+    #[arg(long, required_unless_present = "carla_log")]
+    out: Option<PathBuf>,
+    /// Write CARLA's own log as well, or alone
+    #[arg(long, value_name = "FILE")]
+    carla_log: Option<PathBuf>,
     /// How much is kept
     #[arg(long, value_enum, default_value_t = Kept::State)]
     profile: Kept,
@@ -67,13 +71,7 @@ impl Kept {
 pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
     ensure!(args.frames > 0, "--frames is 0; ask for at least one");
     let delta_nanos = nanos(args.fixed_delta)?;
-    let out = args.out.to_string_lossy();
-    let path = saved_path(&out)?;
-    ensure!(
-        args.profile.profile().is_none() || !path.exists(),
-        "{} is there already; name another --out, or remove it",
-        path.display()
-    );
+    let files = Files::of(args)?;
     let places = places(&args.world.network()?, args.world.seed);
     let stop = stop_on_signals()?;
     let settings = Settings { no_rendering: 1, synchronous: 1, delta_nanos, ..Settings::default() };
@@ -84,7 +82,7 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
         client.tick()?;
     }
     let path = match args.profile.profile() {
-        Some(profile) => Some(client.start_recorder(&out, profile)?),
+        Some(profile) => Some(client.start_recorder(&files.recording, profile)?),
         None => None,
     };
     let mut nanos = Vec::new();
@@ -100,6 +98,7 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
     client.stop_recorder()?;
     drop(client);
     beside.end()?;
+    let path = files.settle(path)?;
     let frames = nanos.len();
     let bytes = path.as_ref().map_or(Ok(0), |p| p.metadata().map(|m| m.len()))?;
     let seconds = frames as f64 * args.fixed_delta;
@@ -128,6 +127,52 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
         );
     }
     Ok(())
+}
+
+/// Where things go.
+struct Files {
+    /// As the client is told.
+    recording: String,
+    /// The recording is only made for its log.
+    is_passing: bool,
+    log: Option<PathBuf>,
+}
+
+impl Files {
+    fn of(args: &RecordArgs) -> anyhow::Result<Files> {
+        let place = |file: &PathBuf, what| {
+            let path = saved_path(&file.to_string_lossy())?;
+            ensure!(
+                args.profile == Kept::None || !path.exists(),
+                "{} is there already; name another {what}, or remove it",
+                path.display()
+            );
+            Ok(path)
+        };
+        let log = args.carla_log.as_ref().map(|file| place(file, "--carla-log")).transpose()?;
+        ensure!(
+            log.is_none() || args.profile == Kept::State,
+            "--carla-log is made of exact states; leave --profile out"
+        );
+        let path = match (&args.out, &log) {
+            (Some(out), _) => place(out, "--out")?,
+            (None, Some(log)) => place(&log.with_added_extension("mcap"), "--carla-log")?,
+            (None, None) => return Err(anyhow!("name an --out or a --carla-log")),
+        };
+        let recording = path.to_string_lossy().into_owned();
+        Ok(Files { recording, is_passing: args.out.is_none(), log })
+    }
+
+    /// Makes the log, if one is wanted; answers the file that stays.
+    fn settle(self, path: Option<PathBuf>) -> anyhow::Result<Option<PathBuf>> {
+        let (Some(log), Some(recorded)) = (self.log, &path) else { return Ok(path) };
+        gateway::log::export(&mut Recording::open(recorded)?, &log)?;
+        if !self.is_passing {
+            return Ok(path);
+        }
+        std::fs::remove_file(recorded)?;
+        Ok(Some(log))
+    }
 }
 
 /// Vehicles on autopilot, as many as find room.

@@ -9,6 +9,7 @@ use ::record::{Moment, Profile, Recording};
 use anyhow::{Context, anyhow, ensure};
 use bus::{ActorState, Settings, clock};
 use client_lib::{Client, Replay, saved_path};
+use gateway::log;
 
 use crate::{
     launch::WorldArgs,
@@ -39,6 +40,9 @@ pub(crate) struct ReplayArgs {
     /// Check every frame: what a simulator shows, or with --resimulate the state hashes
     #[arg(long, conflicts_with_all = ["time_factor", "ignore_hero"])]
     verify: bool,
+    /// Of a log of CARLA's, which has only a map's name: the map, a name or a file
+    #[arg(long)]
+    map: Option<String>,
     /// The simulator's name, for clients that watch
     #[arg(long)]
     name: Option<String>,
@@ -84,6 +88,26 @@ impl ReplayArgs {
 /// Plays it.
 pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
     let path = saved_path(&args.file.to_string_lossy())?;
+    if !log::is_log(&path) {
+        ensure!(args.map.is_none(), "{} carries its own map; leave --map out", path.display());
+        return replay_recording(args, path);
+    }
+    ensure!(
+        !args.resimulate && !args.verify,
+        "{} is a log of CARLA's: it keeps no inputs and no exact states to check",
+        path.display()
+    );
+    let passing = Passing::new("mcap");
+    let map = log::open(&path)?.head().map.clone();
+    let map = args.map.as_deref().or(map.rsplit('/').next()).unwrap_or_default();
+    let episode = WorldArgs::of_map(map).episode()?;
+    for blueprint in log::import(&path, &passing.0, episode)? {
+        eprintln!("WARN replay: nothing here looks like {blueprint:?}; it is left out");
+    }
+    replay_recording(args, passing.0.clone())
+}
+
+fn replay_recording(args: &ReplayArgs, path: PathBuf) -> anyhow::Result<()> {
     let mut recording = Recording::open(&path)?;
     let (from, until) = args.span(&mut recording)?;
     if args.resimulate {
@@ -95,7 +119,10 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
         path.display(),
         recording.told().profile.name()
     );
-    let map = MapFile::of(&recording)?;
+    // For a simulator's stages.
+    let map = Passing::new("xodr");
+    std::fs::write(&map.0, &recording.told().episode.open_drive)
+        .with_context(|| map.0.display().to_string())?;
     let beside = simulator(args, &recording, &map)?;
     let mut client = beside.connect("replay")?;
     if args.verify {
@@ -108,27 +135,24 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The file that a recording's map is put into, for a simulator's stages.
-struct MapFile(PathBuf);
+/// A file that is there while something is replayed.
+struct Passing(PathBuf);
 
-impl MapFile {
-    fn of(recording: &Recording) -> anyhow::Result<MapFile> {
-        let path = std::env::temp_dir().join(format!("omnibus-replay-{}.xodr", std::process::id()));
-        let map = MapFile(path);
-        std::fs::write(&map.0, &recording.told().episode.open_drive)
-            .with_context(|| map.0.display().to_string())?;
-        Ok(map)
+impl Passing {
+    fn new(extension: &str) -> Passing {
+        let name = format!("omnibus-replay-{}.{extension}", std::process::id());
+        Passing(std::env::temp_dir().join(name))
     }
 }
 
-impl Drop for MapFile {
+impl Drop for Passing {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.0);
     }
 }
 
 /// A simulator of the recorded world.
-fn simulator(args: &ReplayArgs, recording: &Recording, map: &MapFile) -> anyhow::Result<Beside> {
+fn simulator(args: &ReplayArgs, recording: &Recording, map: &Passing) -> anyhow::Result<Beside> {
     let mut world = WorldArgs::of_map(&map.0.to_string_lossy());
     world.seed = recording.told().episode.seed;
     world.name.clone_from(&args.name);

@@ -17,6 +17,7 @@ mod bridge;
 mod calls;
 mod cast;
 mod lights;
+pub mod log;
 mod manager;
 mod measure;
 mod motion;

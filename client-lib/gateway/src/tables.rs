@@ -9,11 +9,10 @@ use std::{
     fmt::Write as _,
 };
 
-use ::record::{Moment, RecordError, Recording};
 use anyhow::ensure;
-use client_lib::{ActorId, ActorState, Wish, carla_axes::CarlaTransform, flag, kind};
 use serde_json::{Value, json};
 
+use crate::log::{Created, Frame, Source};
 use number::{date, general};
 
 /// What CARLA calls who is no actor.
@@ -22,104 +21,59 @@ const NOBODY: u32 = u32::MAX;
 /// Who somebody is, for the tables.
 struct Known {
     blueprint: String,
-    /// CARLA's number of its kind.
-    kind: u8,
-    role: Option<String>,
+    letter: char,
+    is_hero: bool,
 }
 
-/// A pass over a recording's frames, with what is known of their actors.
-struct Pass {
-    known: BTreeMap<ActorId, Known>,
-    there: BTreeSet<ActorId>,
-    roles: BTreeMap<ActorId, String>,
-    /// CARLA counts from 1; time counts from the first frame.
-    frame: u64,
+/// Everybody who was ever there.
+#[derive(Default)]
+struct Cast {
+    known: BTreeMap<u32, Known>,
+    there: BTreeSet<u32>,
+    frames: u64,
     elapsed_s: f64,
-}
-
-/// Centimetres.
-fn location(state: &ActorState) -> [f32; 3] {
-    CarlaTransform::from_pose(&state.pose).location_m.map(|m| m * 100.0)
-}
-
-fn kind_of(state: &ActorState) -> u8 {
-    match state.kind {
-        kind::VEHICLE => 1,
-        kind::WALKER => 2,
-        kind::TRAFFIC_LIGHT => 3,
-        _ => 0,
-    }
 }
 
 const LETTERS: [char; 4] = ['o', 'v', 'w', 't'];
 
-impl Pass {
-    fn new(recording: &Recording) -> Pass {
-        Pass {
-            known: BTreeMap::new(),
-            there: BTreeSet::new(),
-            roles: recording.told().roles.iter().cloned().collect(),
-            frame: 0,
-            elapsed_s: 0.0,
+impl Cast {
+    fn turn(&mut self, frame: &Frame) {
+        (self.frames, self.elapsed_s) = (frame.number, frame.elapsed_s);
+        for id in &frame.destroyed {
+            self.there.remove(id);
+        }
+        for created in &frame.created {
+            self.there.insert(created.id);
+            let known = Known {
+                blueprint: created.blueprint.clone(),
+                letter: LETTERS.get(usize::from(created.kind)).copied().unwrap_or('o'),
+                is_hero: created.attribute("role_name") == Some("hero"),
+            };
+            self.known.insert(created.id, known);
         }
     }
 
-    /// The next frame: who came, who went.
-    fn turn<'a>(
-        &mut self,
-        blueprints: &[String],
-        moment: &'a Moment,
-    ) -> (Vec<&'a ActorState>, Vec<ActorId>) {
-        if self.frame > 0 {
-            self.elapsed_s += moment.delta_nanos as f64 / 1e9;
-        }
-        self.frame += 1;
-        for entry in moment.journal.iter().filter(|e| e.outcome.result().is_ok()) {
-            if let Some(Wish::Spawn(spawn)) = entry.command.wish()
-                && !spawn.role.as_str().is_empty()
-            {
-                self.roles.insert(ActorId(entry.outcome.id), spawn.role.to_string());
-            }
-        }
-        let now: BTreeSet<_> = moment.actors.iter().map(|a| a.actor_id).collect();
-        let gone: Vec<_> = self.there.difference(&now).copied().collect();
-        let came: Vec<_> =
-            moment.actors.iter().filter(|a| !self.there.contains(&a.actor_id)).collect();
-        for state in &came {
-            let blueprint = blueprints.get(state.blueprint as usize).cloned().unwrap_or_default();
-            let role = self.roles.get(&state.actor_id).cloned();
-            self.known.insert(state.actor_id, Known { blueprint, kind: kind_of(state), role });
-        }
-        self.there = now;
-        (came, gone)
+    fn is_hero(&self, id: u32) -> bool {
+        self.known.get(&id).is_some_and(|known| known.is_hero)
     }
 
-    fn is_hero(&self, id: ActorId) -> bool {
-        self.known.get(&id).is_some_and(|k| k.role.as_deref() == Some("hero"))
+    fn letter(&self, id: u32) -> char {
+        self.known.get(&id).map_or('o', |known| known.letter)
     }
 
-    fn letter(&self, id: ActorId) -> char {
-        self.known.get(&id).map_or('o', |k| LETTERS[usize::from(k.kind)])
-    }
-
-    fn blueprint(&self, id: ActorId) -> &str {
-        self.known.get(&id).map_or("", |k| &k.blueprint)
+    fn blueprint(&self, id: u32) -> &str {
+        self.known.get(&id).map_or("", |known| &known.blueprint)
     }
 }
 
-fn head(recording: &Recording) -> String {
-    let told = recording.told();
-    format!("Version: 1\nMap: {}\nDate: {}\n\n", told.episode.map, date(told.date_secs))
+fn head(source: &Source) -> anyhow::Result<String> {
+    let head = source.head()?;
+    let date = date(head.date_secs.max(0) as u64);
+    Ok(format!("Version: {}\nMap: {}\nDate: {date}\n\n", head.version, head.map))
 }
 
-fn each(recording: &mut Recording, mut look: impl FnMut(&Moment)) -> Result<(), RecordError> {
-    for segment in 0..recording.segments() {
-        recording.moments(segment)?.iter().for_each(&mut look);
-    }
-    Ok(())
-}
-
-fn check(recording: &Recording, what: &str, needs_inputs: bool) -> anyhow::Result<()> {
+fn check(source: &Source, what: &str, needs_inputs: bool) -> anyhow::Result<()> {
+    let Source::Recording(recording) = source else { return Ok(()) };
     let profile = recording.told().profile;
     ensure!(
         profile.has_states() && (profile.has_inputs() || !needs_inputs),
@@ -131,113 +85,90 @@ fn check(recording: &Recording, what: &str, needs_inputs: bool) -> anyhow::Resul
 }
 
 /// The table of `show_recorder_file_info`; `all`: with every position.
-pub fn file_info(recording: &mut Recording, all: bool) -> anyhow::Result<String> {
-    check(recording, "states", false)?;
-    let mut text = head(recording);
-    let blueprints = recording.told().blueprints.clone();
-    let mut pass = Pass::new(recording);
-    let mut phases = BTreeMap::new();
-    each(recording, |moment| {
-        let (came, gone) = pass.turn(&blueprints, moment);
+pub fn file_info(source: &mut Source, all: bool) -> anyhow::Result<String> {
+    check(source, "states", false)?;
+    let mut text = head(source)?;
+    let mut cast = Cast::default();
+    source.each(|frame| {
+        cast.turn(frame);
         let mut lines = String::new();
-        for state in came {
-            tell_new(&mut lines, &pass, state);
+        frame.created.iter().for_each(|created| tell_new(&mut lines, created));
+        for id in &frame.destroyed {
+            let _ = writeln!(lines, " Destroy {id}");
         }
-        for id in gone {
-            let _ = writeln!(lines, " Destroy {}", id.0);
+        for [child, parent] in &frame.parents {
+            let _ = writeln!(lines, " Parenting {child} with {parent} (parent)");
         }
-        for (index, hit) in moment.collisions.iter().enumerate() {
-            let other = if hit.other == ActorId::NONE { NOBODY } else { hit.other.0 };
-            let hero = |id| if pass.is_hero(id) { " (hero) " } else { "" };
+        for touch in &frame.touches {
+            let [first, second] = touch.heroes.map(|hero| if hero { " (hero) " } else { "" });
             let _ = writeln!(
                 lines,
-                " Collision id {index} between {}{} with {other}{}",
-                hit.actor.0,
-                hero(hit.actor),
-                hero(hit.other),
+                " Collision id {} between {}{first} with {}{second}",
+                touch.id, touch.actors[0], touch.actors[1],
             );
         }
         if all {
-            tell_all(&mut lines, moment, &mut phases, pass.elapsed_s);
+            tell_all(&mut lines, frame);
         }
         if all || !lines.is_empty() {
-            let _ = writeln!(text, "Frame {} at {} seconds", pass.frame, general(pass.elapsed_s));
+            let _ =
+                writeln!(text, "Frame {} at {} seconds", frame.number, general(frame.elapsed_s));
             text.push_str(&lines);
         }
     })?;
     let _ =
-        write!(text, "\nFrames: {}\nDuration: {} seconds\n", pass.frame, general(pass.elapsed_s));
+        write!(text, "\nFrames: {}\nDuration: {} seconds\n", cast.frames, general(cast.elapsed_s));
     Ok(text)
 }
 
-fn tell_new(lines: &mut String, pass: &Pass, state: &ActorState) {
-    let id = state.actor_id;
-    let [x, y, z] = location(state).map(general);
-    let (name, kind) = (pass.blueprint(id), kind_of(state));
-    let _ = writeln!(lines, " Create {}: {name} ({kind}) at ({x}, {y}, {z})", id.0);
-    if state.kind == kind::VEHICLE {
-        let [r, g, b, _] = state.color.to_le_bytes();
-        let _ = writeln!(lines, "  color = {r},{g},{b}");
-    }
-    let autopilot = state.has(flag::AUTOPILOT).then_some("autopilot");
-    let role = pass.known.get(&id).and_then(|k| k.role.as_deref()).or(autopilot);
-    if let Some(role) = role {
-        let _ = writeln!(lines, "  role_name = {role}");
+fn tell_new(lines: &mut String, created: &Created) {
+    let [x, y, z] = created.location.map(general);
+    let Created { id, blueprint, kind, .. } = created;
+    let _ = writeln!(lines, " Create {id}: {blueprint} ({kind}) at ({x}, {y}, {z})");
+    for (_, name, value) in &created.attributes {
+        let _ = writeln!(lines, "  {name} = {value}");
     }
 }
 
 /// Everything of a frame, list by list.
-fn tell_all(
-    lines: &mut String,
-    moment: &Moment,
-    phases: &mut BTreeMap<ActorId, (u32, f64)>,
-    now_s: f64,
-) {
-    let of = |wanted: u32| moment.actors.iter().filter(move |a| a.kind == wanted);
-    let movable = || moment.actors.iter().filter(|a| a.kind != kind::TRAFFIC_LIGHT);
-    let _ = writeln!(lines, " Positions: {}", movable().count());
-    for state in movable() {
-        let [x, y, z] = location(state).map(general);
-        let turn = CarlaTransform::from_pose(&state.pose);
-        let [roll, pitch, yaw] = [turn.roll_deg, turn.pitch_deg, turn.yaw_deg].map(general);
-        let id = state.actor_id.0;
+fn tell_all(lines: &mut String, frame: &Frame) {
+    let _ = writeln!(lines, " Positions: {}", frame.places.len());
+    for place in &frame.places {
+        let [x, y, z] = place.location.map(general);
+        let [roll, pitch, yaw] = place.rotation.map(general);
+        let id = place.id;
         let _ = writeln!(
             lines,
             "  Id: {id} Location: ({x}, {y}, {z}) Rotation: ({roll}, {pitch}, {yaw})"
         );
     }
-    let _ = writeln!(lines, " State traffic lights: {}", of(kind::TRAFFIC_LIGHT).count());
-    for state in of(kind::TRAFFIC_LIGHT) {
-        let since = phases.entry(state.actor_id).or_insert((state.phase, now_s));
-        if since.0 != state.phase {
-            *since = (state.phase, now_s);
-        }
+    let _ = writeln!(lines, " State traffic lights: {}", frame.lights.len());
+    for light in &frame.lights {
         let _ = writeln!(
             lines,
             "  Id: {} state: {} frozen: {} elapsedTime: {}",
-            state.actor_id.0,
-            state.phase,
-            u8::from(state.has(flag::HELD)),
-            general(now_s - since.1)
+            light.id,
+            light.state,
+            u8::from(light.frozen),
+            general(light.elapsed_s)
         );
     }
-    let _ = writeln!(lines, " Vehicle animations: {}", of(kind::VEHICLE).count());
-    for state in of(kind::VEHICLE) {
+    let _ = writeln!(lines, " Vehicle animations: {}", frame.pedals.len());
+    for pedals in &frame.pedals {
         let _ = writeln!(
             lines,
             "  Id: {} Steering: {} Throttle: {} Brake: {} Handbrake: {} Gear: {}",
-            state.actor_id.0,
-            general(0.0 - state.steer),
-            general(state.throttle),
-            general(state.brake),
-            u8::from(state.has(flag::HANDBRAKE)),
-            state.gear
+            pedals.id,
+            general(pedals.steer),
+            general(pedals.throttle),
+            general(pedals.brake),
+            u8::from(pedals.handbrake),
+            pedals.gear
         );
     }
-    let _ = writeln!(lines, " Walker animations: {}", of(kind::WALKER).count());
-    for state in of(kind::WALKER) {
-        let speed = state.velocity().truncate().length() * 100.0;
-        let _ = writeln!(lines, "  Id: {} speed: {}", state.actor_id.0, general(speed));
+    let _ = writeln!(lines, " Walker animations: {}", frame.walkers.len());
+    for (id, speed) in &frame.walkers {
+        let _ = writeln!(lines, "  Id: {id} speed: {}", general(*speed));
     }
 }
 
@@ -259,39 +190,37 @@ pub struct Collisions {
 }
 
 /// The collisions of a recording between two kinds of actors.
-pub fn collisions(recording: &mut Recording, kinds: [char; 2]) -> anyhow::Result<Collisions> {
-    check(recording, "collisions", true)?;
+pub fn collisions(source: &mut Source, kinds: [char; 2]) -> anyhow::Result<Collisions> {
+    check(source, "collisions", true)?;
     for kind in kinds {
         ensure!("hvwtoa".contains(kind), "a kind of collision is {kind:?}, not h, v, w, t, o or a");
     }
-    let blueprints = recording.told().blueprints.clone();
-    let head = head(recording);
-    let mut pass = Pass::new(recording);
+    let head = head(source)?;
+    let mut cast = Cast::default();
     let (mut rows, mut before) = (Vec::new(), BTreeSet::new());
-    each(recording, |moment| {
-        pass.turn(&blueprints, moment);
+    source.each(|frame| {
+        cast.turn(frame);
         let mut now = BTreeSet::new();
-        for hit in &moment.collisions {
-            let ends = [hit.actor, hit.other];
+        for ends in frame.touches.iter().map(|touch| touch.actors) {
             let fits = ends.iter().zip(kinds).all(|(id, kind)| {
-                kind == 'a' || kind == pass.letter(*id) || (kind == 'h' && pass.is_hero(*id))
+                kind == 'a' || kind == cast.letter(*id) || (kind == 'h' && cast.is_hero(*id))
             });
             if !fits {
                 continue;
             }
             if !before.contains(&ends) {
                 rows.push(Began {
-                    time_s: pass.elapsed_s,
-                    letters: ends.map(|id| pass.letter(id)),
-                    ids: ends.map(|id| if id == ActorId::NONE { NOBODY } else { id.0 }),
-                    names: ends.map(|id| pass.blueprint(id).to_owned()),
+                    time_s: cast.elapsed_s,
+                    letters: ends.map(|id| cast.letter(id)),
+                    ids: ends,
+                    names: ends.map(|id| cast.blueprint(id).to_owned()),
                 });
             }
             now.insert(ends);
         }
         before = now;
     })?;
-    Ok(Collisions { rows, head, frames: pass.frame, elapsed_s: pass.elapsed_s })
+    Ok(Collisions { rows, head, frames: cast.frames, elapsed_s: cast.elapsed_s })
 }
 
 impl Collisions {
@@ -353,32 +282,27 @@ pub struct Blocked {
 }
 
 /// Those who moved less than `distance_cm` between frames for at least `time_s`.
-pub fn blocked(
-    recording: &mut Recording,
-    time_s: f64,
-    distance_cm: f64,
-) -> anyhow::Result<Blocked> {
-    check(recording, "states", false)?;
-    let blueprints = recording.told().blueprints.clone();
-    let head = head(recording);
-    let mut pass = Pass::new(recording);
+pub fn blocked(source: &mut Source, time_s: f64, distance_cm: f64) -> anyhow::Result<Blocked> {
+    check(source, "states", false)?;
+    let head = head(source)?;
+    let mut cast = Cast::default();
     let mut rows: Vec<Stood> = Vec::new();
-    let mut standing: BTreeMap<ActorId, ([f32; 3], Stood)> = BTreeMap::new();
-    each(recording, |moment| {
-        let delta_s = if pass.frame == 0 { 0.0 } else { moment.delta_nanos as f64 / 1e9 };
-        pass.turn(&blueprints, moment);
-        standing.retain(|id, _| pass.there.contains(id));
-        for state in moment.actors.iter().filter(|a| a.kind != kind::TRAFFIC_LIGHT) {
-            let id = state.actor_id;
+    let mut standing: BTreeMap<u32, ([f32; 3], Stood)> = BTreeMap::new();
+    source.each(|frame| {
+        let delta_s = if cast.frames == 0 { 0.0 } else { frame.duration_s };
+        cast.turn(frame);
+        standing.retain(|id, _| cast.there.contains(id));
+        for place in &frame.places {
+            let id = place.id;
             let (last, stood) = standing.entry(id).or_insert_with(|| {
-                let name = pass.blueprint(id).to_owned();
-                ([0.0; 3], Stood { since_s: 0.0, id: id.0, name, seconds: 0.0 })
+                let name = cast.blueprint(id).to_owned();
+                ([0.0; 3], Stood { since_s: 0.0, id, name, seconds: 0.0 })
             });
-            let at = location(state);
+            let at = place.location;
             let off_cm = at.iter().zip(&*last).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>();
             if off_cm.sqrt() < distance_cm {
                 if stood.seconds == 0.0 {
-                    stood.since_s = pass.elapsed_s;
+                    stood.since_s = cast.elapsed_s;
                 }
                 stood.seconds += delta_s;
                 continue;
@@ -393,7 +317,7 @@ pub fn blocked(
     let still = standing.into_values().map(|(_, stood)| stood);
     rows.extend(still.filter(|stood| stood.seconds >= time_s));
     rows.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
-    Ok(Blocked { rows, head, frames: pass.frame, elapsed_s: pass.elapsed_s })
+    Ok(Blocked { rows, head, frames: cast.frames, elapsed_s: cast.elapsed_s })
 }
 
 impl Blocked {

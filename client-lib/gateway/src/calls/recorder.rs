@@ -1,5 +1,7 @@
 //! CARLA's recorder and replayer: what is written and shown is the host's, the words are CARLA's.
 
+use std::path::{Path, PathBuf};
+
 use client_lib::{Profile, Replay, saved_path};
 use glam::{Quat, vec3};
 use record::Recording;
@@ -7,6 +9,7 @@ use record::Recording;
 use super::Call;
 use crate::{
     args::Refusal,
+    log::{self, Source},
     replay::{Follow, SPECTATOR_BACK_M, SPECTATOR_UP_M},
     tables,
     wire::transform,
@@ -28,13 +31,13 @@ pub(super) fn stop(call: &mut Call) -> Result<(), Refusal> {
 /// What a recording says, or in CARLA's words that there is none.
 fn tell(
     call: &mut Call,
-    table: impl FnOnce(&mut Recording, &mut Call) -> Result<String, Refusal>,
+    table: impl FnOnce(&mut Source, &mut Call) -> Result<String, Refusal>,
 ) -> Result<(), Refusal> {
     let name = call.args.text()?;
     let path = saved_path(name)?;
     let text = if path.exists() {
-        let mut recording = Recording::open(&path).map_err(|e| Refusal::from(e.to_string()))?;
-        table(&mut recording, call)?
+        let mut source = Source::open(&path).map_err(refusal)?;
+        table(&mut source, call)?
     } else {
         format!("File {name} not found on server\n")
     };
@@ -87,13 +90,16 @@ pub(super) fn replay(call: &mut Call) -> Result<(), Refusal> {
         call.out.text(&format!("Replaying File: {name}\nFile {name} not found on server\n"));
         return Ok(());
     }
+    let passing = if log::is_log(&path) { Some(recording_of(call, &path)?) } else { None };
+    let shown = passing.as_ref().map_or(&path, |passing| &passing.0);
     let told = |e: record::RecordError| Refusal::from(e.to_string());
     let total_s =
-        Recording::open(&path).map_err(told)?.duration_nanos().map_err(told)? as f64 / 1e9;
+        Recording::open(shown).map_err(told)?.duration_nanos().map_err(told)? as f64 / 1e9;
     let replayer = &call.bridge.replayer;
     let (time_factor, ignore_hero) = (replayer.time_factor, replayer.ignore_hero);
     let replay = Replay { from_s, duration_s, time_factor, ignore_hero };
-    call.bridge.client.start_replay(name, replay)?;
+    // The host has the file open when this returns.
+    call.bridge.client.start_replay(&shown.to_string_lossy(), replay)?;
     // It may be another world by now.
     call.bridge.show();
     let from_s = if from_s < 0.0 { (total_s + from_s).max(0.0) } else { from_s.min(total_s) };
@@ -111,6 +117,31 @@ pub(super) fn replay(call: &mut Call) -> Result<(), Refusal> {
         path.display()
     ));
     Ok(())
+}
+
+/// A file that is there while the host opens it.
+struct Passing(PathBuf);
+
+impl Drop for Passing {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// What a log of CARLA's shows, as a recording in the world of its map, which is loaded if another
+/// one runs.
+fn recording_of(call: &mut Call, path: &Path) -> Result<Passing, Refusal> {
+    let map = log::open(path).map_err(refusal)?.head().map.clone();
+    let map = map.rsplit('/').next().unwrap_or_default().trim_end_matches(".xodr");
+    if map != call.bridge.statics.map_name() {
+        call.bridge.load_world(map, 0)?;
+    }
+    let passing = Passing(path.with_added_extension(format!("{}.mcap", std::process::id())));
+    let episode = call.bridge.statics.episode.clone();
+    for blueprint in log::import(path, &passing.0, episode).map_err(refusal)? {
+        eprintln!("WARN gateway nothing here looks like {blueprint:?}; a replay leaves it out");
+    }
+    Ok(passing)
 }
 
 pub(super) fn stop_replay(call: &mut Call) -> Result<(), Refusal> {
