@@ -20,7 +20,7 @@ use std::ops::Range;
 pub(crate) use fields::{Field, baked, baked_enum};
 
 /// Changes whenever the layout changes.
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 
 const MAGIC: [u8; 8] = *b"omniroad";
 

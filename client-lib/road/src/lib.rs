@@ -49,9 +49,11 @@ pub use lane::{
     Lane, LaneAccess, LaneIndex, LaneMaterial, LanePoint, LaneRule, LaneType, LaneTypes,
 };
 pub use mark::{MarkChange, MarkColor, MarkKind, MarkLine, MarkSway, RoadMark};
-pub use mesh::{structures, surface_mesh};
+pub use mesh::{object_paint, structures, surface_mesh};
 pub use network::Network;
-pub use object::{ObjectBorder, ObjectMarking, ObjectPlace, ObjectReference, RoadObject, Span};
+pub use object::{
+    ObjectBorder, ObjectMarking, ObjectPlace, ObjectReference, OutlineShape, RoadObject, Span,
+};
 pub use parse::{Header, Owner, UserData};
 pub use place::Placement;
 pub use road::{Road, RoadLink, RoadType, Section, Switch};

@@ -8,10 +8,13 @@
 //! Where roads overlap, everything that is not a lane for vehicles yields to those that are:
 //! the overlap is asphalt on asphalt, and it does not matter which of them a ray finds.
 
+mod bodies;
 mod columns;
 mod cover;
 mod floor;
+mod object_paint;
 mod paint;
+mod polygon;
 mod rails;
 mod seam;
 mod spans;
@@ -78,7 +81,8 @@ pub(crate) fn surface(network: &Network, spacing_m: f64, threads: usize) -> Mesh
 const LANES_MIN: usize = 100;
 
 /// What stands on and over roads by the file's word: guard rails, walls and fences that go on
-/// along them, tunnels with sides and roof, bridges with parapets and what carries them.
+/// along them, tunnels with sides and roof, bridges with parapets and what carries them, and objects
+/// with an outline and a height.
 pub fn structures(network: &Network) -> Vec<Structure> {
     let mut sweep = sweep::Sweep::new(network);
     for span in network.spans() {
@@ -86,6 +90,14 @@ pub fn structures(network: &Network) -> Vec<Structure> {
     }
     for object in network.objects() {
         rails::object(object, &mut sweep);
+        bodies::object(object, &mut sweep);
     }
     sweep.into_structures()
+}
+
+/// What is painted on the ground for objects: their markings, the stripes of crosswalks. At the
+/// heights of the file's words; who lays it has to drape it over the ground. All faces are of
+/// object 0.
+pub fn object_paint(network: &Network) -> Mesh {
+    object_paint::paint(network)
 }

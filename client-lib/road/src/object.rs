@@ -52,6 +52,8 @@ pub struct RoadObject {
     pub runs: Vec<Vec<ObjectPlace>>,
     /// The ids that the file gives to the corners of each outline, where it does.
     pub corner_ids: Vec<Vec<u32>>,
+    /// What each outline is filled with, and how high.
+    pub shapes: Vec<OutlineShape>,
     pub(crate) corners: Vec<Vec<Corner>>,
     pub(crate) repeats: Vec<Repeat>,
 }
@@ -59,6 +61,20 @@ pub struct RoadObject {
 impl RoadObject {
     /// Metres of s between the stations of [`RoadObject::runs`].
     pub const STATION_M: f64 = 2.0;
+}
+
+/// What an `<outline>` says beside its corners.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutlineShape {
+    /// OpenDRIVE's id, by which borders name it.
+    pub id: Option<u32>,
+    /// OpenDRIVE's word: grass, concrete, cobble, asphalt, pavement, gravel, soil; empty where not
+    /// said.
+    pub fill: String,
+    /// An area, not a line.
+    pub is_closed: bool,
+    /// How high the object stands above each corner, metres.
+    pub heights_m: Vec<f64>,
 }
 
 /// A `<marking>` of an object: paint along a side of it or from corner to corner.

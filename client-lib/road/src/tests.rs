@@ -5,6 +5,7 @@ mod coverage;
 mod extras;
 mod made;
 mod mutation;
+mod objects;
 mod queries;
 mod reference;
 mod small;

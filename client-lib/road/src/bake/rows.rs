@@ -10,7 +10,8 @@ use crate::lane::{
 use crate::mark::{MarkChange, MarkColor, MarkKind, MarkLine, MarkSway, RoadMark};
 use crate::network::Network;
 use crate::object::{
-    Corner, ObjectBorder, ObjectMarking, ObjectPlace, ObjectReference, Repeat, RoadObject, Span,
+    Corner, ObjectBorder, ObjectMarking, ObjectPlace, ObjectReference, OutlineShape, Repeat,
+    RoadObject, Span,
 };
 use crate::parse::{Header, Owner, UserData};
 use crate::place::Placement;
@@ -147,8 +148,9 @@ baked! {
     RoadObject {
         id, name, kind, road, s, t, z_offset_m, heading_rad, orientation, length_m, width_m,
         height_m, radius_m, outlines, places, parking, subtype, dynamic, validity, markings,
-        borders, runs, corner_ids, corners, repeats,
+        borders, runs, corner_ids, shapes, corners, repeats,
     }
+    OutlineShape { id, fill, is_closed, heights_m }
     ObjectMarking {
         side, color, bold, width_m, z_offset_m, length_m, space_m, start_offset_m, stop_offset_m,
         corners,

@@ -96,6 +96,9 @@ pub(super) fn stand(network: &mut Network) {
         let (places, runs) = object_places(network, index);
         let outlines = outlines(network, index);
         let object = &mut network.objects[index];
+        for (shape, outline) in object.shapes.iter_mut().zip(&outlines) {
+            shape.heights_m.truncate(outline.len());
+        }
         (object.places, object.runs, object.outlines) = (places, runs, outlines);
     }
 }

@@ -168,6 +168,26 @@ impl<'a> Sweep<'a> {
         self.quad([d, c, b, a], face);
     }
 
+    /// Adds to the newest thing.
+    pub(super) fn add(&mut self, mesh: &Mesh) {
+        if let Some(structure) = self.structures.last_mut() {
+            structure.mesh.append(mesh);
+        }
+    }
+
+    /// Makes a box of the newest thing solid.
+    pub(super) fn add_box(&mut self, solid: Solid) {
+        if let Some(structure) = self.structures.last_mut() {
+            structure.solids.push(solid);
+        }
+    }
+
+    /// Whether a point lies on a paved lane of any road, `road` included.
+    pub(super) fn is_paved(&self, road: u32, point: DVec3) -> bool {
+        let other = if road == 0 { 1 } else { 0 };
+        Cover::new(self.network, road).paved(point) || Cover::new(self.network, other).paved(point)
+    }
+
     fn quad(&mut self, corners: [DVec3; 4], face: Face) {
         if let Some(structure) = self.structures.last_mut() {
             structure.mesh.quad(corners.map(|corner| corner.as_vec3().to_array()), face);

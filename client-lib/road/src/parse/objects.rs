@@ -3,7 +3,7 @@ use super::signals::validity;
 use crate::MapError;
 use crate::mark::MarkColor;
 use crate::object::{
-    Corner, ObjectBorder, ObjectMarking, ObjectReference, Repeat, RoadObject, Span,
+    Corner, ObjectBorder, ObjectMarking, ObjectReference, OutlineShape, Repeat, RoadObject, Span,
 };
 use crate::signal::Orientation;
 use crate::xml::Cursor;
@@ -107,6 +107,7 @@ fn object(xml: &mut Cursor, road: u32) -> Result<RoadObject, MapError> {
         borders: Vec::new(),
         runs: Vec::new(),
         corner_ids: Vec::new(),
+        shapes: Vec::new(),
         corners: Vec::new(),
         repeats: Vec::new(),
     };
@@ -212,8 +213,18 @@ fn corner_references(xml: &mut Cursor) -> Result<Vec<u32>, MapError> {
     Ok(found)
 }
 
+/// Nothing that stands beside a road is higher.
+const HEIGHT_MAX_M: f64 = 500.0;
+
 fn outline(xml: &mut Cursor, object: &mut RoadObject) -> Result<(), MapError> {
     let (mut corners, mut ids) = (Vec::new(), Vec::new());
+    let mut shape = OutlineShape {
+        id: xml.raw("id").and_then(|id| id.trim().parse().ok()),
+        fill: xml.string("fillType"),
+        // Up to OpenDRIVE 1.4 nothing else was known.
+        is_closed: xml.raw("closed") != Some("false"),
+        heights_m: Vec::new(),
+    };
     let here = xml.depth();
     while let Some(name) = xml.child(here)? {
         let before = corners.len();
@@ -233,11 +244,13 @@ fn outline(xml: &mut Cursor, object: &mut RoadObject) -> Result<(), MapError> {
         if corners.len() > before {
             let id = xml.raw("id").and_then(|id| id.trim().parse().ok());
             ids.push(id.unwrap_or(before as u32));
+            shape.heights_m.push(xml.number_or("height", 0.0)?.clamp(0.0, HEIGHT_MAX_M));
         }
     }
     if !corners.is_empty() {
         object.corners.push(corners);
         object.corner_ids.push(ids);
+        object.shapes.push(shape);
     }
     Ok(())
 }

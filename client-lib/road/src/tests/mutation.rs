@@ -4,7 +4,7 @@
 
 use super::small::{JOINED, text};
 use super::{made, shared_maps};
-use crate::{LaneTypes, Network, structures, surface_mesh, validate};
+use crate::{LaneTypes, Network, object_paint, structures, surface_mesh, validate};
 use glam::DVec3;
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -170,7 +170,7 @@ fn ask(network: &Network, dice: &mut Dice) {
         assert!(mesh.triangles.len() < 20_000_000);
     }
     let triangles: usize = structures(network).iter().map(|one| one.mesh.triangles.len()).sum();
-    assert!(triangles < 20_000_000);
+    assert!(triangles + object_paint(network).triangles.len() < 20_000_000);
 }
 
 /// No map of a few kilobytes may ever need so much memory.

@@ -22,7 +22,7 @@ fn together(things: &[Structure]) -> Mesh {
 }
 
 /// Each edge of a closed body is passed once each way, if its corners are told by their places.
-fn is_closed(mesh: &Mesh) -> bool {
+pub(super) fn is_closed(mesh: &Mesh) -> bool {
     let place = |corner: u32| mesh.positions[corner as usize].map(|x| (x * 1e4).round() as i64);
     let mut edges = std::collections::BTreeMap::new();
     for [a, b, c] in &mesh.triangles {
@@ -36,7 +36,7 @@ fn is_closed(mesh: &Mesh) -> bool {
 }
 
 /// Six times the volume inside, which is positive where faces look outwards.
-fn volume(mesh: &Mesh) -> f64 {
+pub(super) fn volume(mesh: &Mesh) -> f64 {
     let of = |corners: &[u32; 3]| {
         let [a, b, c] =
             corners.map(|corner| DVec3::from(mesh.positions[corner as usize].map(f64::from)));
@@ -121,23 +121,22 @@ fn nothing_stands_on_another_road() {
     assert!(!stands(22.5) && !stands(24.5));
 }
 
+/// Whether a place lies in a solid box of these.
+pub(super) fn is_solid(things: &[Structure], at: DVec3) -> bool {
+    things.iter().flat_map(|one| &one.solids).any(|solid| {
+        let offset = at - solid.center;
+        let (sin, cos) = solid.yaw_rad.sin_cos();
+        let along = offset.x * cos + offset.y * sin;
+        let own = DVec3::new(along, offset.y * cos - offset.x * sin, offset.z);
+        own.abs().cmple(solid.half_extents_m).all()
+    })
+}
+
 #[test]
 fn what_stands_is_solid_where_it_is_seen_and_nowhere_else() {
     let along = r#"<repeat s="5" length="30" distance="0" tStart="-7" tEnd="-7"/></object>"#;
     let rail = format!(r#"<object id="1" type="barrier" subtype="guardRail" s="0" t="0">{along}"#);
     let rail = things(&rail);
-    let is_solid = |things: &[Structure], at: DVec3| {
-        things.iter().flat_map(|one| &one.solids).any(|solid| {
-            let offset = at - solid.center;
-            let (sin, cos) = solid.yaw_rad.sin_cos();
-            let own = DVec3::new(
-                offset.x * cos + offset.y * sin,
-                offset.y * cos - offset.x * sin,
-                offset.z,
-            );
-            own.abs().cmple(solid.half_extents_m).all()
-        })
-    };
     for step in 0..=29 {
         let x = 5.5 + f64::from(step);
         // Below the beam as well, from the ground up.

@@ -197,7 +197,8 @@ pub fn furnish(network: &Network, seed: u64) -> Town {
 pub fn furnish_with(network: &Network, seed: u64, detail: Detail) -> Town {
     let mut plan = Plan::new(network, seed, detail);
     let mut scene = Scene::new(plan.take_ground());
-    structures::raise(&mut scene, road::structures(network));
+    structures::raise(&mut plan, &mut scene, road::structures(network));
+    structures::paint(&plan, &mut scene, road::object_paint(network));
     let frontages = frontage::frontages(network);
     let outlines = std::mem::take(&mut plan.outlines);
     let density = std::mem::take(&mut plan.density);

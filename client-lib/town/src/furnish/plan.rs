@@ -128,6 +128,12 @@ impl Plan<'_> {
         TriangleIndex::nearest_of(&self.surface, point, near).unwrap_or(near)
     }
 
+    /// The height of the highest ground up to `limit`, if there is any.
+    pub(super) fn topmost(&self, point: Vec2, limit: f32) -> Option<f32> {
+        let tops = self.surface.iter().filter_map(|index| index.topmost(point, limit));
+        tops.reduce(f32::max)
+    }
+
     /// The point on the ground.
     pub(super) fn foot(&self, point: Vec2) -> Vec3 {
         point.extend(self.height(point))

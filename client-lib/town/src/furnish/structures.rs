@@ -1,20 +1,33 @@
-//! What the file says stands on and along roads: rails, walls, tunnels, parapets.
+//! What the file says stands on and along roads, and what is painted on them: rails, walls, tunnels,
+//! parapets, buildings; parking spaces and crosswalks.
 
 use glam::{Quat, Vec3};
-use road::{Solid, Structure, Tag};
+use road::{Mesh, Solid, Structure, Tag};
 
+use super::plan::Plan;
+use super::raster::{ground, rectangle};
 use super::scene::Scene;
 use super::{Collider, Layer, Object};
 
 /// What nobody told the colour of is like concrete. sRGB.
 const GREY: [u8; 3] = [150, 150, 148];
 
-/// Adds all of them.
-pub(super) fn raise(scene: &mut Scene, structures: Vec<Structure>) {
+/// How far paint lies above what it is painted on, and how far that may be from where the file says.
+/// Metres.
+const COAT_M: f32 = 0.004;
+const ASTRAY_M: f32 = 0.3;
+
+/// Adds all of them; nothing else will stand where they are.
+pub(super) fn raise(plan: &mut Plan, scene: &mut Scene, structures: Vec<Structure>) {
     for structure in structures {
         if structure.is_ground {
             scene.lay(&structure.mesh);
             continue;
+        }
+        for solid in &structure.solids {
+            let (center, half) = (solid.center.as_vec3(), solid.half_extents_m.as_vec3());
+            let outline = rectangle(center.truncate(), half.truncate(), solid.yaw_rad as f32);
+            plan.raster.stamp(&outline, ground::BUILT);
         }
         let yaw_rad = structure.solids.first().map_or(0.0, |solid| solid.yaw_rad as f32);
         let turn = Quat::from_rotation_z(yaw_rad);
@@ -35,6 +48,17 @@ pub(super) fn raise(scene: &mut Scene, structures: Vec<Structure>) {
         };
         scene.adopt(object, &structure.mesh, structure.solids.iter().map(collider));
     }
+}
+
+/// Paints the ground.
+pub(super) fn paint(plan: &Plan, scene: &mut Scene, mut paint: Mesh) {
+    for position in &mut paint.positions {
+        let at = Vec3::from_array(*position);
+        let below = plan.topmost(at.truncate(), at.z + ASTRAY_M);
+        let below = below.filter(|z| at.z - z < ASTRAY_M);
+        position[2] = below.unwrap_or(at.z) + COAT_M;
+    }
+    scene.lay(&paint);
 }
 
 fn layer(tag: Tag) -> Layer {

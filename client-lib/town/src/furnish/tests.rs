@@ -387,3 +387,34 @@ fn a_tunnel_of_the_file_stands_in_the_town() {
     let bare = furnish(&Network::parse(&text).expect("a map"), 1);
     assert!(bare.objects[0].tag != Tag::Wall);
 }
+
+#[test]
+fn crosswalks_are_painted_on_the_ground_itself() {
+    let (_, text) = default_map();
+    let network = Network::parse(&text).expect("a map");
+    let town = furnish(&network, 1);
+    let stripes = road::object_paint(&network);
+    assert!(!stripes.triangles.is_empty());
+    let index = TriangleIndex::new(&town.mesh, |number| {
+        let tag = town.mesh.faces[number].tag;
+        tag == Tag::Roads as u8 || tag == Tag::RoadLine as u8 || tag == Tag::SideWalks as u8
+    });
+    for [a, b, c] in &stripes.triangles {
+        let corner = |at: &u32| Vec3::from_array(stripes.positions[*at as usize]);
+        let middle = (corner(a) + corner(b) + corner(c)) / 3.0;
+        let (mut top, mut next) = (f32::MIN, f32::MIN);
+        index.heights(middle.truncate(), |z| {
+            if z > top {
+                (top, next) = (z, top);
+            } else {
+                next = next.max(z);
+            }
+        });
+        // The paint is what is seen, and hardly thicker than paint.
+        assert!(
+            (0.0005..0.012).contains(&(top - next)),
+            "{} over the road at {middle}",
+            top - next
+        );
+    }
+}
