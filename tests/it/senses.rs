@@ -7,7 +7,7 @@ use client_lib::{
 };
 use glam::{Quat, Vec3};
 
-use crate::kit::{DELTA_NANOS, Sim};
+use crate::kit::{DELTA_NANOS, Scratch, Sim, omnibus, small_map};
 
 const TESLA: &str = "vehicle.tesla.model3";
 
@@ -144,4 +144,50 @@ fn a_rig_is_of_rays_or_of_physics_and_each_number_is_checked() {
     assert!(felt.sensors()[1].name == Name::new("gnss"));
     drop(client);
     sim.end();
+}
+
+/// Lines of a data set's ledger.
+fn collected(folder: &std::path::Path, frames: &str, more: &[&str]) -> String {
+    let small = ["--vehicles", "3", "--width", "64", "--height", "48", "--every", "3"];
+    let output = omnibus()
+        .args(["collect", "--map", small_map(), "--device", "cpu", "--warmup", "10"])
+        .args(["--frames", frames, "--out", folder.to_str().unwrap()])
+        .args(small)
+        .args(more)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    std::fs::read_to_string(folder.join("frames.jsonl")).unwrap()
+}
+
+#[test]
+fn a_data_set_has_what_the_ego_felt_at_every_frame() {
+    let scratch = Scratch::new();
+    let whole = collected(&scratch.path().join("whole"), "4", &[]);
+    let mut last = None;
+    for line in whole.lines() {
+        let line: serde_json::Value = serde_json::from_str(line).unwrap();
+        let frame = line["frame"].as_u64().unwrap();
+        let felt = line["felt"].as_array().unwrap();
+        let frames: Vec<u64> = felt.iter().map(|f| f["frame"].as_u64().unwrap()).collect();
+        let from = last.unwrap_or(frames[0] - 1);
+        assert_eq!(frames, (from + 1..=frame).collect::<Vec<_>>());
+        last = Some(frame);
+        let numbers = |value: &serde_json::Value| -> Vec<f64> {
+            value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+        };
+        let newest = felt.last().unwrap();
+        let speed = numbers(&line["ego"]["velocity_mps"]).iter().map(|v| v * v).sum::<f64>().sqrt();
+        let shown = newest["odometry"]["speed_mps"].as_f64().unwrap();
+        assert!((shown - speed).abs() < 0.1, "{shown} {speed}");
+        let up = numbers(&newest["imu"]["accelerometer_mps2"])[2];
+        assert!((up - 9.81).abs() < 1.5, "{up}");
+        let turn = numbers(&newest["imu"]["gyroscope_radps"])[2];
+        let yaw = newest["odometry"]["yaw_rate_radps"].as_f64().unwrap();
+        assert!((turn - yaw).abs() < 0.1, "{turn} {yaw}");
+    }
+    // One that goes on where another ended is the same.
+    let parts = scratch.path().join("parts");
+    collected(&parts, "2", &[]);
+    assert_eq!(collected(&parts, "4", &["--resume", "--pipeline", "3"]), whole);
 }

@@ -138,6 +138,11 @@ impl MarkKind {
         (MarkKind::Other, "custom"),
     ];
 
+    /// The kind of this number, in the order of the list above.
+    pub fn from_number(number: u32) -> Option<MarkKind> {
+        MarkKind::TEXTS.get(number as usize).map(|row| row.0)
+    }
+
     /// The kind that OpenDRIVE calls `text`.
     pub fn from_text(text: &str) -> MarkKind {
         let row = MarkKind::TEXTS.iter().find(|row| row.1 == text);
@@ -181,6 +186,11 @@ impl MarkColor {
         (MarkColor::Other, "other"),
         (MarkColor::White, "standard"),
     ];
+
+    /// The colour of this number, in the order of the list above.
+    pub fn from_number(number: u32) -> Option<MarkColor> {
+        MarkColor::TEXTS.get(number as usize).map(|row| row.0)
+    }
 
     /// The colour that OpenDRIVE calls `text`; "standard" is white.
     pub fn from_text(text: &str) -> MarkColor {

@@ -22,6 +22,7 @@ use super::{
     CollectError,
     boxes::{self, CameraView, LidarView},
     encode::{self, Encoder},
+    felt::Felt,
     folder::{Folder, write_whole},
     ledger::Ledger,
     record::{Boxes, Ego, FrameLine, SensorPose, hash_text, tracer_name},
@@ -42,6 +43,8 @@ pub(crate) struct Shot {
     pub(crate) bytes: Bytes,
     /// Everybody, at that frame.
     pub(crate) actors: Vec<ActorState>,
+    /// What the ego felt since the shot before.
+    pub(crate) felt: Vec<Felt>,
     pub(crate) tally: Tally,
 }
 
@@ -354,6 +357,7 @@ impl Shared {
             sensors: self.desk.sensors.iter().enumerate().filter_map(pose).collect(),
             boxes: shot.tally.boxes.load(Ordering::Relaxed),
             points: shot.tally.points.lock().unwrap_or_else(PoisonError::into_inner).clone(),
+            felt: shot.felt.clone(),
         }
     }
 }

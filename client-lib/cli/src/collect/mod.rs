@@ -18,6 +18,7 @@ mod crew;
 mod decode;
 mod encode;
 mod error;
+mod felt;
 mod folder;
 mod inspect;
 mod job;

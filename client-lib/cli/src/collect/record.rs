@@ -8,6 +8,8 @@ use bus::{ActorState, Pose, flag, tracer};
 use glam::{Affine3A, Mat4};
 use serde::{Deserialize, Serialize};
 
+use super::felt::Felt;
+
 /// The version of everything in this file.
 pub(crate) const FORMAT: &str = "omnibus-dataset-1";
 
@@ -71,6 +73,9 @@ pub(crate) struct Sensor {
     pub(crate) camera: Option<Camera>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) lidar: Option<Lidar>,
+    /// Physics measures it: its readings stand in `frames.jsonl` under `felt`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) felt: bool,
 }
 
 /// Rows.
@@ -133,6 +138,9 @@ pub(crate) struct FrameLine {
     pub(crate) boxes: u64,
     /// Returns in each lidar's files.
     pub(crate) points: BTreeMap<String, u64>,
+    /// What the ego felt, at each frame since the one before that was kept.
+    #[serde(default)]
+    pub(crate) felt: Vec<Felt>,
 }
 
 /// A rigid transform.

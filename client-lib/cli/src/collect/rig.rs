@@ -73,7 +73,7 @@ pub(crate) fn describe(spec: &SensorSpec) -> Sensor {
             vehicle_from_optical: matrix4(&(vehicle_from_sensor * sensor_from_optical())),
         }
     });
-    let lidar = (!is_camera).then(|| Lidar {
+    let lidar = (spec.kind == sensor::LIDAR).then(|| Lidar {
         channels: spec.height,
         columns: spec.width,
         upper_rad: tidy(spec.upper_rad),
@@ -82,7 +82,8 @@ pub(crate) fn describe(spec: &SensorSpec) -> Sensor {
         attenuation_per_m: tidy(spec.attenuation_per_m),
     });
     let name = spec.name.to_string();
-    Sensor { name, vehicle_from_sensor: matrix4(&vehicle_from_sensor), camera, lidar }
+    let felt = sensor::is_born(spec.kind);
+    Sensor { name, vehicle_from_sensor: matrix4(&vehicle_from_sensor), camera, lidar, felt }
 }
 
 /// One thing to write for every frame.

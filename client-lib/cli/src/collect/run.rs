@@ -14,6 +14,7 @@ use super::{
     CollectError, Job,
     cast::{self, EGO},
     crew::{Bytes, Crew, Desk, Shot, Tally, Ticket, make_folders},
+    felt::{Felt, felt_rig},
     folder::write_whole,
     metadata::{self, difference},
     progress::Progress,
@@ -114,7 +115,7 @@ pub(crate) fn collect(
         every_frames: args.every,
         vehicles: args.vehicles,
         ego_blueprint: EGO.to_owned(),
-        sensors: sensors.iter().map(rig::describe).collect(),
+        sensors: sensors.iter().chain(&felt_rig()).map(rig::describe).collect(),
     };
     if let Some(before) = &before
         && let Some((key, recorded, asked)) = difference(&before.recipe, &recipe)
@@ -127,6 +128,7 @@ pub(crate) fn collect(
     let cast = cast::assemble(client, &episode.map, episode.seed, args.vehicles)?;
     let ego = ActorId(cast.ego_actor_id);
     let rig = client.create_rig("collect", ego, &sensors, SHOTS_MAX as u32)?;
+    let senses = client.create_rig("felt", ego, &felt_rig(), 1)?;
 
     // First what makes it a data set: a run that is killed from here on can be resumed.
     let mut metadata = metadata::of(recipe, cast, &sensors, args.frames);
@@ -150,6 +152,8 @@ pub(crate) fn collect(
         traffic: (0..bus::SLOTS).find(|i| control.slot(*i).role() == Some(Role::Traffic)),
         control,
         rig,
+        senses,
+        felt: Vec::new(),
         crew,
         awaited: VecDeque::new(),
         place: lines.len() as u64,
@@ -214,6 +218,7 @@ fn write_map(folder: &super::folder::Folder, episode: &Episode) -> Result<(), Co
 struct Awaited {
     header: SnapshotHeader,
     actors: Vec<ActorState>,
+    felt: Vec<Felt>,
 }
 
 /// A measurement, and the leave to hold it. They go in this order.
@@ -243,6 +248,9 @@ struct Run<'a> {
     control: Control,
     traffic: Option<usize>,
     rig: Rig,
+    senses: Rig,
+    /// Since the last frame that is measured.
+    felt: Vec<Felt>,
     crew: Crew,
     awaited: VecDeque<Awaited>,
     place: u64,
@@ -266,6 +274,8 @@ impl Run<'_> {
         while client.frame() < frame {
             self.go_on()?;
             let here = client.tick()?;
+            self.feel()?;
+            self.felt.clear();
             let now = hash_text(client.world().header().state_hash);
             if let Some(then) = recorded.get(&here.0)
                 && *then != now
@@ -289,6 +299,7 @@ impl Run<'_> {
         while self.place + (self.awaited.len() as u64) < self.wanted {
             self.go_on()?;
             client.tick()?;
+            self.feel()?;
             self.note(client);
             self.take_in()?;
             if self.awaited.len() > self.pipeline {
@@ -318,6 +329,14 @@ impl Run<'_> {
         if must_stop { Err(CollectError::Stopped) } else { Ok(()) }
     }
 
+    /// Takes in what the ego felt during the frame.
+    fn feel(&mut self) -> Result<(), CollectError> {
+        while let Some(measured) = self.senses.receive()? {
+            self.felt.extend(Felt::of(&measured));
+        }
+        Ok(())
+    }
+
     /// Remembers the snapshot of a frame that is measured.
     fn note(&mut self, client: &Client) {
         let header = *client.world().header();
@@ -327,7 +346,8 @@ impl Run<'_> {
             self.stages.planning_nanos += end.saturating_sub(begin);
         }
         if is_due(&header, self.every_nanos) {
-            self.awaited.push_back(Awaited { header, actors: client.world().actors().to_vec() });
+            let (actors, felt) = (client.world().actors().to_vec(), std::mem::take(&mut self.felt));
+            self.awaited.push_back(Awaited { header, actors, felt });
         }
     }
 
@@ -356,7 +376,7 @@ impl Run<'_> {
             let hash = hash_text(header.state_hash);
             return Err(self.wrong(&format!("{} (state hash {hash})", header.stamp.frame)));
         }
-        let actors = self.awaited.pop_front().expect("it is there").actors;
+        let Awaited { actors, felt, .. } = self.awaited.pop_front().expect("it is there");
         self.stages.add_bundle(&header);
         self.stages.frames += 1;
         let tracer = tracer_name(header.tracer);
@@ -366,7 +386,7 @@ impl Run<'_> {
         let planes = measurement.planes().to_vec();
         let bytes: Bytes = Box::new(Held { measurement, _ticket: ticket });
         let tally = Tally::default();
-        self.crew.keep(Shot { place: self.place, header, planes, bytes, actors, tally });
+        self.crew.keep(Shot { place: self.place, header, planes, bytes, actors, felt, tally });
         self.place += 1;
         Ok(())
     }

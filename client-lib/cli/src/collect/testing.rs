@@ -25,6 +25,7 @@ pub(crate) fn line(frame: u64) -> FrameLine {
         sensors: Vec::new(),
         boxes: 0,
         points: BTreeMap::new(),
+        felt: Vec::new(),
     }
 }
 

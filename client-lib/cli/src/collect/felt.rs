@@ -1,0 +1,155 @@
+//! What the ego feels: the sensors that physics measures, at every frame, kept or not.
+
+use bus::{Pose, SensorSpec};
+use client_lib::{
+    CollisionReading, GnssSpec, ImuSpec, LaneInvasionReading, Measurement, OdometrySpec, collision,
+    gnss, imu, lane_invasion, odometry,
+};
+use glam::{Quat, Vec3};
+use road::Tag;
+use serde::{Deserialize, Serialize};
+
+/// Places in the rig.
+const IMU: usize = 0;
+const GNSS: usize = 1;
+const ODOMETRY: usize = 2;
+const COLLISIONS: usize = 3;
+const LANES: usize = 4;
+
+/// The rig on the ego, beside that of cameras and lidars. Its readings are without errors: who
+/// wants some adds their own.
+pub(crate) fn felt_rig() -> Vec<SensorSpec> {
+    let middle = Pose::new(Vec3::Z, Quat::IDENTITY);
+    let roof = Pose::new(Vec3::new(0.0, 0.0, 1.5), Quat::IDENTITY);
+    vec![
+        imu("imu", middle, ImuSpec::default()),
+        gnss("gnss", roof, GnssSpec::default()),
+        odometry("odometry", Pose::IDENTITY, OdometrySpec::default()),
+        collision("collisions"),
+        lane_invasion("lane_invasions"),
+    ]
+}
+
+/// What the ego felt during one frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Felt {
+    pub(crate) frame: u64,
+    pub(crate) sim_time_nanos: u64,
+    pub(crate) imu: Imu,
+    pub(crate) gnss: Gnss,
+    pub(crate) odometry: Odometry,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) collisions: Vec<Collision>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) lane_invasions: Vec<LaneInvasion>,
+}
+
+/// Means over the frame, in sensor space.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Imu {
+    pub(crate) accelerometer_mps2: [f32; 3],
+    pub(crate) gyroscope_radps: [f32; 3],
+    pub(crate) compass_rad: f32,
+}
+
+/// By the map's own projection.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Gnss {
+    pub(crate) latitude_deg: f64,
+    pub(crate) longitude_deg: f64,
+    pub(crate) altitude_m: f64,
+}
+
+/// At the vehicle's origin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Odometry {
+    pub(crate) speed_mps: f32,
+    pub(crate) wheel_speed_mps: f32,
+    pub(crate) yaw_rate_radps: f32,
+    pub(crate) steer_rad: f32,
+    /// Since the ego was spawned.
+    pub(crate) distance_m: f64,
+}
+
+/// Who touched the ego.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Collision {
+    /// As in images: an actor, or a static object of the town.
+    pub(crate) id: u32,
+    pub(crate) tag_name: String,
+    /// They did not touch in the frame before.
+    pub(crate) began: bool,
+    /// What the ego was given, in world space.
+    pub(crate) impulse_ns: [f32; 3],
+}
+
+/// A marking that a corner of the ego crossed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LaneInvasion {
+    /// OpenDRIVE's word for what is drawn.
+    pub(crate) marking: String,
+    /// OpenDRIVE's word for its colour.
+    pub(crate) color: String,
+    pub(crate) corner: String,
+    pub(crate) to_left: bool,
+    /// OpenDRIVE's id of the lane that the corner came from.
+    pub(crate) from_lane_id: i32,
+}
+
+impl Felt {
+    /// Of a bundle; nothing if it is not that of [`felt_rig`].
+    pub(crate) fn of(measured: &Measurement) -> Option<Felt> {
+        let stamp = measured.header().stamp;
+        let felt = measured.imu(IMU)?;
+        let fix = measured.gnss(GNSS)?;
+        let rolled = measured.odometry(ODOMETRY)?;
+        Some(Felt {
+            frame: stamp.frame.0,
+            sim_time_nanos: stamp.sim_time_nanos,
+            imu: Imu {
+                accelerometer_mps2: felt.accelerometer_mps2,
+                gyroscope_radps: felt.gyroscope_radps,
+                compass_rad: felt.compass_rad,
+            },
+            gnss: Gnss {
+                latitude_deg: fix.latitude_deg,
+                longitude_deg: fix.longitude_deg,
+                altitude_m: fix.altitude_m,
+            },
+            odometry: Odometry {
+                speed_mps: rolled.speed_mps,
+                wheel_speed_mps: rolled.wheel_speed_mps,
+                yaw_rate_radps: rolled.yaw_rate_radps,
+                steer_rad: rolled.steer_rad,
+                distance_m: rolled.distance_m,
+            },
+            collisions: measured.collisions(COLLISIONS).iter().map(touch).collect(),
+            lane_invasions: measured.lane_invasions(LANES).iter().map(crossing).collect(),
+        })
+    }
+}
+
+fn touch(reading: &CollisionReading) -> Collision {
+    let tag = Tag::from_code(reading.tag as u8).unwrap_or(Tag::Unlabeled);
+    // As in the data set's images, where a static object's id has bit 23 set.
+    let object = reading.object & 0x7f_ffff | 0x80_0000;
+    Collision {
+        id: if reading.object == 0 { reading.other.0 } else { object },
+        tag_name: format!("{tag:?}"),
+        began: reading.began != 0,
+        impulse_ns: reading.impulse_ns,
+    }
+}
+
+fn crossing(reading: &LaneInvasionReading) -> LaneInvasion {
+    let kind = road::MarkKind::from_number(reading.kind);
+    let color = road::MarkColor::from_number(reading.color);
+    let corners = ["front left", "front right", "rear left", "rear right"];
+    LaneInvasion {
+        marking: kind.map_or("", road::MarkKind::text).to_owned(),
+        color: color.map_or("", road::MarkColor::text).to_owned(),
+        corner: corners.get(reading.corner as usize).copied().unwrap_or_default().to_owned(),
+        to_left: reading.to_left != 0,
+        from_lane_id: reading.from_lane_id,
+    }
+}
