@@ -224,6 +224,18 @@ impl Measurement {
         self.data(sensor, output::INSTANCE).map(bytemuck::cast_slice)
     }
 
+    /// The surface's normal of each pixel, in sensor space and towards the camera; zeros where
+    /// nothing is hit.
+    pub fn normals(&self, sensor: usize) -> Option<&[[f32; 3]]> {
+        self.data(sensor, output::NORMAL).map(bytemuck::cast_slice)
+    }
+
+    /// How far to the right and down, in pixels, each pixel's surface has moved in the image since
+    /// the frame before.
+    pub fn flow(&self, sensor: usize) -> Option<&[[f32; 2]]> {
+        self.data(sensor, output::FLOW).map(bytemuck::cast_slice)
+    }
+
     /// x, y, z in sensor space, and intensity, of each ray; zeros where it met nothing.
     pub fn points(&self, sensor: usize) -> Option<&[[f32; 4]]> {
         self.data(sensor, output::POINTS).map(bytemuck::cast_slice)

@@ -90,7 +90,12 @@ fn time(
             .collect();
         let mut jobs: Vec<RigJob> = all
             .iter_mut()
-            .map(|(planes, words)| RigJob { sensors, planes, out: bytemuck::cast_slice_mut(words) })
+            .map(|(planes, words)| RigJob {
+                parent: bus::ActorId::NONE,
+                sensors,
+                planes,
+                out: bytemuck::cast_slice_mut(words),
+            })
             .collect();
         for frame in 0..=frames {
             let (begin, begin_cpu) = (Instant::now(), cpu_seconds());

@@ -237,6 +237,7 @@ fn jobs<'a>(rigs: &'a [Rig], bundles: &'a mut [Bundle]) -> Vec<RigJob<'a>> {
     rigs.iter()
         .zip(bundles)
         .map(|((sensors, _), bundle)| RigJob {
+            parent: bus::ActorId::NONE,
             sensors,
             planes: &bundle.planes,
             out: bundle.pages.bytes(),

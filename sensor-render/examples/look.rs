@@ -33,7 +33,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             pose_planes(&mut planes, &sensors, &town.street_pose(pose.parse()?));
             let mut words = vec![[0u64; 8]; byte_len as usize / 64];
             let out = bytemuck::cast_slice_mut(&mut words);
-            let mut jobs = [RigJob { sensors: &sensors, planes: &planes, out }];
+            let mut jobs =
+                [RigJob { parent: bus::ActorId::NONE, sensors: &sensors, planes: &planes, out }];
             tracer.measure(&scene, &world, &mut jobs)?;
             let bytes: &[u8] = bytemuck::cast_slice(&words);
             let pixels = &bytes[planes[0].offset as usize..][..planes[0].byte_len as usize];

@@ -21,6 +21,7 @@ mod hit;
 mod lanes;
 mod light;
 mod meshes;
+mod motion;
 mod outputs;
 mod rays;
 #[cfg(test)]

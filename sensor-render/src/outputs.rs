@@ -30,6 +30,8 @@ pub(crate) struct Sheets<'a> {
     pub(crate) depth: &'a mut [f32],
     pub(crate) tag: &'a mut [u8],
     pub(crate) instance: &'a mut [u32],
+    pub(crate) normal: &'a mut [[f32; 3]],
+    pub(crate) flow: &'a mut [[f32; 2]],
     pub(crate) points: &'a mut [[f32; 4]],
     pub(crate) labels: &'a mut [[u32; 2]],
 }
@@ -61,11 +63,20 @@ pub(crate) fn split<'a>(world: &World, jobs: &'a mut [RigJob]) -> Result<Work<'a
                 continue;
             };
             let pose = &plane.world_from_sensor;
-            work.sensors.push(rays(spec, pose, world.stamp, world.delta_nanos)?);
+            let mut sensor = rays(spec, pose, world.stamp, world.delta_nanos)?;
+            if let (Sensor::Camera(camera), Some(moved)) = (&mut sensor, world.motion(job.parent)) {
+                camera.before = Some(camera.moved(moved));
+            }
+            work.sensors.push(sensor);
             sheets.cut(spec, work.sensors.len() - 1, &mut work.pieces);
         }
     }
     Ok(work)
+}
+
+/// Whether the shaders lack one of these outputs, so that the processor measures them all.
+pub(crate) fn need_cpu(planes: &[Plane]) -> bool {
+    planes.iter().any(|plane| plane.output & (output::NORMAL | output::FLOW) != 0)
 }
 
 /// Writes `planes` into the first bytes of a payload, with their lidars' first azimuths.
@@ -101,8 +112,8 @@ pub(crate) fn check<'a>(job: &RigJob<'a>) -> Result<&'a [Plane], TraceError> {
             ));
         };
         let of_kind = match spec.kind {
-            sensor::CAMERA => output::COLOR | output::DEPTH | output::TAG | output::INSTANCE,
-            sensor::LIDAR => output::POINTS | output::LABELS,
+            sensor::CAMERA => output::OF_CAMERA,
+            sensor::LIDAR => output::OF_LIDAR,
             kind => return Err(TraceError::UnknownKind { sensor: spec.name, kind }),
         };
         if plane.output.count_ones() != 1 || plane.output & of_kind == 0 {
@@ -139,6 +150,8 @@ impl<'a> Sheets<'a> {
             output::DEPTH => self.depth = bytemuck::cast_slice_mut(bytes),
             output::TAG => self.tag = bytes,
             output::INSTANCE => self.instance = bytemuck::cast_slice_mut(bytes),
+            output::NORMAL => self.normal = bytemuck::cast_slice_mut(bytes),
+            output::FLOW => self.flow = bytemuck::cast_slice_mut(bytes),
             output::POINTS => self.points = bytemuck::cast_slice_mut(bytes),
             _ => self.labels = bytemuck::cast_slice_mut(bytes),
         }
@@ -171,6 +184,8 @@ impl<'a> Sheets<'a> {
             depth: first(&mut self.depth, elements),
             tag: first(&mut self.tag, elements),
             instance: first(&mut self.instance, elements),
+            normal: first(&mut self.normal, elements),
+            flow: first(&mut self.flow, elements),
             points: first(&mut self.points, elements),
             labels: first(&mut self.labels, elements),
         }

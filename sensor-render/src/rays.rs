@@ -1,7 +1,7 @@
 use std::f64::consts::{PI, TAU};
 
 use bus::{Plane, Pose, SensorSpec, Stamp, sensor};
-use glam::{Mat3, Vec3};
+use glam::{Affine3A, Mat3, Vec3};
 
 use crate::TraceError;
 
@@ -37,6 +37,17 @@ pub(crate) struct Camera {
     pub(crate) center: [f32; 2],
     /// The side of a pixel at depth 1.
     pub(crate) pixel: f32,
+    /// Where it was a frame ago, if it has moved since.
+    pub(crate) before: Option<View>,
+}
+
+/// A camera's place and axes, as long as the camera's own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View {
+    pub(crate) origin: Vec3,
+    pub(crate) forward: Vec3,
+    pub(crate) right: Vec3,
+    pub(crate) down: Vec3,
 }
 
 impl Camera {
@@ -56,7 +67,18 @@ impl Camera {
             down: -axes.z_axis * pixel,
             center: [spec.width, spec.height].map(|n| n as f32 * 0.5 - 0.5),
             pixel,
+            before: None,
         })
+    }
+
+    /// The view from where `moved` brings it.
+    pub(crate) fn moved(&self, moved: &Affine3A) -> View {
+        View {
+            origin: moved.transform_point3(self.origin),
+            forward: moved.transform_vector3(self.forward),
+            right: moved.transform_vector3(self.right),
+            down: moved.transform_vector3(self.down),
+        }
     }
 }
 

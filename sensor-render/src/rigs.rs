@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use bus::{ActorId, ActorState, Plane, Pose, RigId, SensorSpec, SnapshotHeader};
+use bus::{ActorId, ActorState, Plane, Pose, RigId, SensorSpec, SnapshotHeader, output};
 
 use crate::run::RigWriter;
 
@@ -76,6 +76,12 @@ impl Rigs {
     pub(crate) fn remove(&mut self, id: RigId) {
         self.rigs.remove(&id);
         self.spare.remove(&id);
+    }
+
+    /// Whether any sensor shows how things move.
+    pub(crate) fn ask_for_flow(&self) -> bool {
+        let flows = |spec: &SensorSpec| spec.outputs & output::FLOW != 0;
+        self.rigs.values().any(|rig| rig.sensors.iter().any(flows))
     }
 
     pub(crate) fn sensors(&self, id: RigId) -> &[SensorSpec] {

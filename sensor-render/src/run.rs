@@ -3,9 +3,9 @@
 use std::{path::PathBuf, sync::Arc};
 
 use bus::{
-    BundleHeader, Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name, Page,
-    Participant, RenderPorts, RigId, Role, SensorSpec, Snapshot, SnapshotHeader, Weather, Wish,
-    Writer, clock, fault, layout, sensor, status,
+    ActorState, BundleHeader, Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name,
+    Page, Participant, RenderPorts, RigId, Role, SensorSpec, Snapshot, SnapshotHeader, Weather,
+    Wish, Writer, clock, fault, layout, sensor, status,
 };
 use town::{Visibility, cache::Cache};
 
@@ -87,6 +87,7 @@ pub fn run(
         is_replaced,
         replaced,
         rigs: Rigs::default(),
+        before: Vec::new(),
         is_rendering: true,
         done,
         first,
@@ -119,6 +120,8 @@ struct Renderer {
     is_replaced: bool,
     replaced: Vec<Replaced>,
     rigs: Rigs,
+    /// The actors of the frame before, while anybody asks how they move.
+    before: Vec<ActorState>,
     is_rendering: bool,
     /// Everything up to here is measured.
     done: Frame,
@@ -152,6 +155,8 @@ impl Renderer {
             let Some(snapshot) = self.ports.snapshot.receive()? else { break };
             let frame = snapshot.header().stamp.frame;
             if frame <= self.done {
+                // A predecessor measured it.
+                self.remember(&snapshot);
                 continue;
             }
             if every {
@@ -186,11 +191,19 @@ impl Renderer {
         self.follow_journal(frame)?;
         if self.is_rendering {
             self.measure_rigs(snapshot, begin_nanos)?;
+            if self.rigs.ask_for_flow() {
+                self.remember(snapshot);
+            }
         }
         fault::point(Role::Render, "sent", frame, self.first);
         self.arrive(frame);
         fault::point(Role::Render, "acked", frame, self.first);
         Ok(())
+    }
+
+    fn remember(&mut self, snapshot: &Snapshot) {
+        self.before.clear();
+        self.before.extend_from_slice(snapshot.payload());
     }
 
     fn measure_rigs(&mut self, snapshot: &Snapshot, begin_nanos: u64) -> Result<(), RenderError> {
@@ -213,6 +226,9 @@ impl Renderer {
                 [r, g, b]
             },
         );
+        if self.rigs.ask_for_flow() {
+            self.world.follow(&self.scene, &self.before, snapshot.payload());
+        }
         let mut loans = Vec::with_capacity(due.len());
         for rig in &due {
             let writer = self.rigs.writer(rig.id);
@@ -225,7 +241,7 @@ impl Renderer {
                 let sensors: &[SensorSpec] = self.rigs.sensors(rig.id);
                 pose_planes(&mut rig.planes, sensors, &rig.world_from_parent);
                 let out = bytemuck::cast_slice_mut(loan.payload_mut());
-                RigJob { sensors, planes: &rig.planes, out }
+                RigJob { parent: rig.parent, sensors, planes: &rig.planes, out }
             })
             .collect();
         self.tracer.measure(&self.scene, &self.world, &mut jobs)?;
@@ -241,6 +257,7 @@ impl Renderer {
     fn begin_episode(&mut self, number: u32) -> Result<(), RenderError> {
         self.weather = Weather::default();
         self.hidden = Visibility::default();
+        self.before.clear();
         // One that was started since then has read the map already.
         if number == self.number {
             return Ok(());
@@ -278,7 +295,7 @@ impl Renderer {
             state_hash: header.state_hash,
             world_from_parent: rig.world_from_parent,
             parent: rig.parent,
-            tracer: self.tracer.code(),
+            tracer: self.tracer.code(&rig.planes),
             reserved: 0,
             begin_nanos,
             end_nanos: clock::now_nanos(),

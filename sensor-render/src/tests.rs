@@ -10,6 +10,7 @@ use glam::{Quat, Vec3};
 use road::{Face, Material, Mesh, Tag};
 
 mod baked;
+mod motion;
 mod parts;
 
 use crate::{BlueprintMesh, CpuTracer, RigJob, Scene, TraceError, Tracer, World, pose_planes};
@@ -119,7 +120,7 @@ impl Bundle {
         pose_planes(&mut planes, sensors, &Pose::IDENTITY);
         let mut words = vec![[0xa5a5_a5a5_a5a5_a5a5; 8]; byte_len as usize / 64 + 1];
         let out = bytemuck::cast_slice_mut(&mut words);
-        let mut jobs = [RigJob { sensors, planes: &planes, out }];
+        let mut jobs = [RigJob { parent: bus::ActorId::NONE, sensors, planes: &planes, out }];
         tracer.measure(scene, world, &mut jobs).unwrap();
         let table: &[Plane] = &bytemuck::cast_slice(&words)[..planes.len()];
         Bundle { planes: table.to_vec(), words }
@@ -300,7 +301,12 @@ fn what_a_sensor_cannot_be_is_refused_by_name() {
         let mut words = vec![[0u64; 8]; byte_len as usize / 64 + 1];
         let out: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
         let end = byte_len as usize - cut;
-        let mut jobs = [RigJob { sensors: &sensors, planes: &planes, out: &mut out[..end] }];
+        let mut jobs = [RigJob {
+            parent: bus::ActorId::NONE,
+            sensors: &sensors,
+            planes: &planes,
+            out: &mut out[..end],
+        }];
         cpu(1).measure(&scene, &world, &mut jobs).unwrap_err().to_string()
     };
     assert_eq!(

@@ -1,4 +1,4 @@
-use bus::{Name, Plane, SensorSpec, tracer};
+use bus::{ActorId, Name, Plane, SensorSpec, tracer};
 use thiserror::Error;
 
 use crate::{CpuTracer, Device, GpuTracer, Scene, World, outputs};
@@ -6,6 +6,8 @@ use crate::{CpuTracer, Device, GpuTracer, Scene, World, outputs};
 /// One rig to measure: what it carries, and where the bytes go.
 #[derive(Debug)]
 pub struct RigJob<'a> {
+    /// Who carries the rig; [`ActorId::NONE`]: it stands in the world.
+    pub parent: ActorId,
     /// The rig's sensors.
     pub sensors: &'a [SensorSpec],
     /// As `bus::layout` laid them out, with `world_from_sensor` filled (see
@@ -51,12 +53,12 @@ impl Tracer {
         }
     }
 
-    /// One of [`bus::tracer`], to be stamped on every measurement.
-    pub fn code(&self) -> u32 {
+    /// One of [`bus::tracer`], to be stamped on the measurement of such planes.
+    pub fn code(&self, planes: &[Plane]) -> u32 {
         match self {
             Tracer::Null => tracer::NULL,
-            Tracer::Cpu(_) => tracer::CPU,
-            Tracer::Gpu(_) => tracer::GPU,
+            Tracer::Gpu(_) if !outputs::need_cpu(planes) => tracer::GPU,
+            Tracer::Cpu(_) | Tracer::Gpu(_) => tracer::CPU,
         }
     }
 

@@ -7,6 +7,7 @@ use town::Posture;
 
 use crate::Scene;
 use crate::bvh::{Hierarchy, Link, Node, moved_box};
+use crate::motion::Motions;
 use crate::wide::{WideNode, widen};
 
 /// Bits of [`Instance::lights`]: those of [`bus::lamp`], indicators and beacons while they shine;
@@ -54,6 +55,8 @@ pub struct World {
     /// The same top level, eight children to a node.
     pub(crate) wide: Vec<WideNode>,
     pub(crate) wide_root: Option<Link>,
+    /// How each instance has moved, if anybody asked.
+    pub(crate) motions: Motions,
 }
 
 impl World {
@@ -84,17 +87,13 @@ impl World {
         self.stamp = stamp;
         self.delta_nanos = delta_nanos;
         self.weather = *weather;
+        self.motions = Motions::default();
         let mut instances = Vec::with_capacity(actors.len() + scene.parked.len());
         let mut boxes: Vec<(Vec3, Vec3)> = Vec::with_capacity(actors.len() + scene.parked.len());
         let lamps = Lamps::at(stamp.sim_time_nanos);
         for (actor, is_parked) in
             actors.iter().zip(repeat(false)).chain(scene.parked.iter().zip(repeat(true)))
         {
-            let Some(figure) = scene.figures.get(actor.blueprint as usize) else { continue };
-            if !actor.pose.is_valid() {
-                continue;
-            }
-            let world_from_actor = actor.pose.affine();
             let [red, green, blue] = paint(actor);
             let looks = Instance {
                 actor_from_world: [[0.0; 4]; 3],
@@ -105,32 +104,12 @@ impl World {
                 level: 0,
                 reserved: [0; 3],
             };
-            let mut show = |level: u32, world_from_piece: &Affine3A| {
+            pieces(scene, actor, is_parked, |level, world_from_piece| {
                 let bottom = &scene.levels[level as usize];
-                if !bottom.is_empty() {
-                    boxes.push(moved_box(world_from_piece, bottom.low, bottom.high));
-                    let actor_from_world = rows(&world_from_piece.inverse());
-                    instances.push(Instance {
-                        actor_from_world,
-                        root: bottom.root,
-                        level,
-                        ..looks
-                    });
-                }
-            };
-            let first = figure.first_level;
-            match (&figure.rig, figure.whole.filter(|_| is_parked)) {
-                (_, Some(whole)) => show(whole, &world_from_actor),
-                (None, None) => show(first, &world_from_actor),
-                (Some(rig), None) => rig.place(&posture_of(actor), |piece, actor_from_piece| {
-                    let level = first + piece as u32;
-                    if actor_from_piece == Affine3A::IDENTITY {
-                        show(level, &world_from_actor);
-                    } else {
-                        show(level, &(world_from_actor * actor_from_piece));
-                    }
-                }),
-            }
+                boxes.push(moved_box(world_from_piece, bottom.low, bottom.high));
+                let actor_from_world = rows(&world_from_piece.inverse());
+                instances.push(Instance { actor_from_world, root: bottom.root, level, ..looks });
+            });
         }
         let top = Hierarchy::over_boxes(&boxes);
         self.instances.clear();
@@ -140,6 +119,38 @@ impl World {
         let wide_root = widen(&top.nodes, top.root, &mut self.wide);
         self.wide_root = (!instances.is_empty()).then_some(wide_root);
         self.nodes = top.nodes;
+    }
+}
+
+/// Says where each piece of an actor that has a surface is: its level, and `world_from_piece`.
+pub(crate) fn pieces(
+    scene: &Scene,
+    actor: &ActorState,
+    is_parked: bool,
+    mut show: impl FnMut(u32, &Affine3A),
+) {
+    let Some(figure) = scene.figures.get(actor.blueprint as usize) else { return };
+    if !actor.pose.is_valid() {
+        return;
+    }
+    let world_from_actor = actor.pose.affine();
+    let mut show = |level: u32, world_from_piece: &Affine3A| {
+        if !scene.levels[level as usize].is_empty() {
+            show(level, world_from_piece);
+        }
+    };
+    let first = figure.first_level;
+    match (&figure.rig, figure.whole.filter(|_| is_parked)) {
+        (_, Some(whole)) => show(whole, &world_from_actor),
+        (None, None) => show(first, &world_from_actor),
+        (Some(rig), None) => rig.place(&posture_of(actor), |piece, actor_from_piece| {
+            let level = first + piece as u32;
+            if actor_from_piece == Affine3A::IDENTITY {
+                show(level, &world_from_actor);
+            } else {
+                show(level, &(world_from_actor * actor_from_piece));
+            }
+        }),
     }
 }
 

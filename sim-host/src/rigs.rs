@@ -145,10 +145,8 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), String> {
         }
     }
     let (name, possible) = match spec.kind {
-        sensor::CAMERA => {
-            ("camera", output::COLOR | output::DEPTH | output::TAG | output::INSTANCE)
-        }
-        sensor::LIDAR => ("lidar", output::POINTS | output::LABELS),
+        sensor::CAMERA => ("camera", output::OF_CAMERA),
+        sensor::LIDAR => ("lidar", output::OF_LIDAR),
         other => {
             return Err(format!(
                 "kind {other} is neither camera (1), lidar (2) nor one that physics measures (16 \

@@ -60,6 +60,12 @@ pub mod output {
     pub const POINTS: u32 = 1 << 4;
     /// 2 u32 a ray: instance, tag; both 0 where nothing is hit.
     pub const LABELS: u32 = 1 << 5;
+    /// 3 f32 a pixel: the surface's normal in sensor space, of unit length, towards the camera; all
+    /// three 0 where nothing is hit.
+    pub const NORMAL: u32 = 1 << 6;
+    /// 2 f32 a pixel: how far to the right and down, in pixels, what is seen there has moved in the
+    /// image since the frame before.
+    pub const FLOW: u32 = 1 << 7;
     /// One [`crate::ImuReading`].
     pub const IMU: u32 = 1 << 16;
     /// One [`crate::GnssReading`].
@@ -73,6 +79,10 @@ pub mod output {
     /// At most one [`crate::ObstacleReading`].
     pub const OBSTACLE: u32 = 1 << 21;
 
+    /// All that a camera can give.
+    pub const OF_CAMERA: u32 = COLOR | DEPTH | TAG | INSTANCE | NORMAL | FLOW;
+    /// All that a lidar can give.
+    pub const OF_LIDAR: u32 = POINTS | LABELS;
     /// The outputs of sensors born of physics.
     pub const BORN: u32 = !0 << 16;
 }
@@ -227,7 +237,8 @@ pub fn element_bytes(output: u32) -> usize {
         output::COLOR | output::DEPTH | output::INSTANCE => 4,
         output::TAG => 1,
         output::POINTS => 16,
-        output::LABELS => 8,
+        output::LABELS | output::FLOW => 8,
+        output::NORMAL => 12,
         born => born::element_bytes(born),
     }
 }

@@ -236,7 +236,12 @@ impl Captured {
             tracer.measure(
                 &scene,
                 &world,
-                &mut [RigJob { sensors: &sensors, planes: &planes, out }],
+                &mut [RigJob {
+                    parent: bus::ActorId::NONE,
+                    sensors: &sensors,
+                    planes: &planes,
+                    out,
+                }],
             )?;
             nanos.push(clock::now_nanos() - begin);
         }

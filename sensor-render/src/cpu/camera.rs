@@ -1,5 +1,6 @@
 use bus::DEPTH_FAR_M;
 
+use super::geometry::{flows, normals};
 use super::pencil::{Hits, Pencil};
 use super::shade::Shade;
 use super::walk::Stack;
@@ -142,6 +143,14 @@ fn write<F: Float>(
     }
     if !sheets.instance.is_empty() {
         at.put(sheets.instance, &seen.id.to_array());
+    }
+    if !sheets.normal.is_empty() {
+        at.put(sheets.normal, &normals(camera, &pencil.directions[group], &seen));
+    }
+    if !sheets.flow.is_empty() {
+        let directions = &pencil.directions[group];
+        let flows = flows(world, camera, directions, &seen, hits.instance[group]);
+        at.put(sheets.flow, &flows);
     }
     if !sheets.color.is_empty() {
         let direction = pencil.directions[group];

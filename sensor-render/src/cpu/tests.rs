@@ -39,7 +39,7 @@ fn measure(
     pose_planes(&mut planes, &sensors, pose);
     let mut words = vec![[0u64; 8]; byte_len as usize / 64];
     let out = bytemuck::cast_slice_mut(&mut words);
-    let mut jobs = [RigJob { sensors: &sensors, planes: &planes, out }];
+    let mut jobs = [RigJob { parent: bus::ActorId::NONE, sensors: &sensors, planes: &planes, out }];
     CpuTracer::with_isa(1, isa).measure(scene, world, &mut jobs).unwrap();
     (planes, words)
 }

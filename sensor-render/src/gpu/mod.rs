@@ -13,14 +13,15 @@ mod open;
 mod readback;
 mod resident;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use wgpu::{Buffer, CommandEncoderDescriptor, ComputePassDescriptor, PollType, SubmissionIndex};
 
-use crate::{RigJob, Scene, TraceError, World};
+use crate::outputs::need_cpu;
+use crate::{CpuTracer, RigJob, Scene, TraceError, World};
 use batch::{Batch, Window, batches};
 use kernels::Kernels;
 use open::Gpu;
@@ -42,6 +43,14 @@ pub struct GpuTracer {
     readback: Readback,
     /// Payloads as buffers of the device, by address; `None`: nobody allowed to import them.
     imported: Option<BTreeMap<usize, Import>>,
+    /// Measures rigs with outputs that the shaders lack, once there is one; on so many threads.
+    beside: Option<CpuTracer>,
+    threads: usize,
+}
+
+/// The same job for a shorter time.
+fn again<'a>(job: &'a mut RigJob<'_>) -> RigJob<'a> {
+    RigJob { out: &mut *job.out, ..*job }
 }
 
 /// What became of the attempt to import one payload.
@@ -68,7 +77,15 @@ impl GpuTracer {
         let resident = Resident::new(&gpu);
         gpu.check()?;
         let readback = Readback::default();
-        Ok(Some(GpuTracer { gpu, kernels, resident, readback, imported: None }))
+        Ok(Some(GpuTracer {
+            gpu,
+            kernels,
+            resident,
+            readback,
+            imported: None,
+            beside: None,
+            threads,
+        }))
     }
 
     /// The adapter's name.
@@ -109,6 +126,27 @@ impl GpuTracer {
     }
 
     pub(crate) fn measure(
+        &mut self,
+        scene: &Scene,
+        world: &World,
+        jobs: &mut [RigJob],
+    ) -> Result<(), TraceError> {
+        if !jobs.iter().any(|job| need_cpu(job.planes)) {
+            return self.dispatch(scene, world, jobs);
+        }
+        let (beside, own): (Vec<_>, Vec<_>) = jobs.iter_mut().partition(|j| need_cpu(j.planes));
+        let mut own: Vec<RigJob> = own.into_iter().map(again).collect();
+        self.dispatch(scene, world, &mut own)?;
+        let mut beside: Vec<RigJob> = beside.into_iter().map(again).collect();
+        let tracer = match &mut self.beside {
+            Some(tracer) => tracer,
+            none => none.insert(CpuTracer::new(self.threads)?),
+        };
+        tracer.measure(scene, world, &mut beside)
+    }
+
+    /// Measures what the shaders can give.
+    fn dispatch(
         &mut self,
         scene: &Scene,
         world: &World,

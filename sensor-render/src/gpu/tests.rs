@@ -9,7 +9,7 @@ use super::GpuTracer;
 use crate::{CpuTracer, RigJob, Scene, TraceError, Tracer, World, pose_planes, sample};
 
 /// The tracer on the first adapter, software or not.
-fn gpu() -> Option<Tracer> {
+pub(crate) fn gpu() -> Option<Tracer> {
     match GpuTracer::open(Some(0), 0) {
         Ok(Some(tracer)) => Some(Tracer::Gpu(Box::new(tracer))),
         Ok(None) => None,
@@ -85,6 +85,7 @@ fn measure(
         .iter_mut()
         .zip(rigs)
         .map(|(bundle, (sensors, _))| RigJob {
+            parent: bus::ActorId::NONE,
             sensors,
             planes: &bundle.planes,
             out: bytemuck::cast_slice_mut(&mut bundle.words),
@@ -189,7 +190,12 @@ fn imported_pages_hold_the_same_bytes_as_staged_ones() {
     let mut pages = vec![Page([0xa5; 4096]); staged[0].words.len() / 64 + 1];
     for _ in 0..2 {
         let out = bytemuck::cast_slice_mut(&mut pages);
-        let mut jobs = [RigJob { sensors: &sensors, planes: &staged[0].planes, out }];
+        let mut jobs = [RigJob {
+            parent: bus::ActorId::NONE,
+            sensors: &sensors,
+            planes: &staged[0].planes,
+            out,
+        }];
         gpu.measure(&scene, &world, &mut jobs).unwrap();
         let bytes: &[u8] = bytemuck::cast_slice(&pages);
         for plane in &staged[0].planes {

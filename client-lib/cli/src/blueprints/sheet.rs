@@ -121,7 +121,8 @@ impl Studio {
         pose_planes(&mut planes, &sensors, &Pose::IDENTITY);
         let mut words = vec![[0u64; 8]; byte_len as usize / 64];
         let bytes = bytemuck::cast_slice_mut(&mut words);
-        let mut jobs = [RigJob { sensors: &sensors, planes: &planes, out: bytes }];
+        let mut jobs =
+            [RigJob { parent: bus::ActorId::NONE, sensors: &sensors, planes: &planes, out: bytes }];
         self.tracer.measure(&self.scene, &self.world, &mut jobs)?;
         let bytes: &[u8] = bytemuck::cast_slice(&words);
         let pixels = &bytes[planes[0].offset as usize..][..planes[0].byte_len as usize];

@@ -1,0 +1,75 @@
+//! Normals and optical flow: what a pixel's surface does, without its colour.
+
+use glam::Vec3;
+
+use crate::World;
+use crate::lanes::{Float, LANES, Mask, V3, Word};
+use crate::rays::Camera;
+use crate::surface::Seen;
+
+/// Nearer than this to a camera's plane nothing has a place in its image. Metres.
+const NEAR_M: f32 = 1e-3;
+
+/// The normals of sixteen pixels, in sensor space and towards the camera.
+#[inline(always)]
+pub(crate) fn normals<F: Float>(
+    camera: &Camera,
+    directions: &V3<F>,
+    seen: &Seen<F>,
+) -> [[f32; 3]; LANES] {
+    let hit = seen.hit.bits();
+    let (normals, directions) = (vectors(&seen.normal), vectors(directions));
+    let per_pixel = 1.0 / camera.pixel;
+    std::array::from_fn(|lane| {
+        if hit >> lane & 1 == 0 {
+            return [0.0; 3];
+        }
+        let normal = normals[lane];
+        let normal = if normal.dot(directions[lane]) > 0.0 { -normal } else { normal };
+        let left = -normal.dot(camera.right) * per_pixel;
+        let up = -normal.dot(camera.down) * per_pixel;
+        [normal.dot(camera.forward), left, up]
+    })
+}
+
+/// How far sixteen pixels' surfaces have moved in the image since the frame before.
+#[inline(always)]
+pub(crate) fn flows<F: Float>(
+    world: &World,
+    camera: &Camera,
+    directions: &V3<F>,
+    seen: &Seen<F>,
+    instances: F::Word,
+) -> [[f32; 2]; LANES] {
+    let hit = seen.hit.bits();
+    let (t, instances, directions) = (seen.t.to_array(), instances.to_array(), vectors(directions));
+    std::array::from_fn(|lane| {
+        let (direction, instance) = (directions[lane], instances[lane]);
+        let is_hit = hit >> lane & 1 != 0;
+        let now = camera.origin + direction * t[lane];
+        let before = if is_hit { world.motions.before(instance, now) } else { None };
+        if camera.before.is_none() && before.is_none() {
+            return [0.0; 2];
+        }
+        let (origin, [forward, right, down]) = match &camera.before {
+            Some(view) => (view.origin, [view.forward, view.right, view.down]),
+            None => (camera.origin, [camera.forward, camera.right, camera.down]),
+        };
+        // The sky is too far away to come nearer.
+        let to = if is_hit { before.unwrap_or(now) - origin } else { direction };
+        let depth = to.dot(forward);
+        if depth < NEAR_M {
+            return [0.0; 2];
+        }
+        // A pixel's vectors are as long as its side at depth 1.
+        let scale = 1.0 / (camera.pixel * camera.pixel);
+        let now = [camera.right, camera.down].map(|axis| direction.dot(axis) * scale);
+        let before = [right, down].map(|axis| to.dot(axis) * scale / depth);
+        [now[0] - before[0], now[1] - before[1]]
+    })
+}
+
+fn vectors<F: Float>(vectors: &V3<F>) -> [Vec3; LANES] {
+    let (x, y, z) = (vectors.x.to_array(), vectors.y.to_array(), vectors.z.to_array());
+    std::array::from_fn(|lane| Vec3::new(x[lane], y[lane], z[lane]))
+}

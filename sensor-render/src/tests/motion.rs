@@ -1,0 +1,163 @@
+//! Normals and optical flow.
+
+use bus::{ActorId, ActorState, Plane, Pose, SensorSpec, flag, layout, output};
+use glam::{Quat, Vec2, Vec3};
+
+use super::{actor, camera, cpu, scene, world_with};
+use crate::{RigJob, Scene, Tracer, World, pose_planes};
+
+/// Pixels across and down, and a pixel's side at depth 1: 81 pixels over 90 degrees.
+const SIZE: [usize; 2] = [81, 61];
+const SIDE: f32 = 2.0 / 81.0;
+
+/// One camera, and the planes that it gave.
+struct Picture(Vec<(u32, Vec<f32>)>);
+
+impl Picture {
+    fn of(tracer: &mut Tracer, scene: &Scene, world: &World, carrier: &ActorState) -> Picture {
+        let outputs = output::NORMAL | output::FLOW | output::DEPTH | output::INSTANCE;
+        let spec = SensorSpec { outputs, ..camera(SIZE[0] as u32, SIZE[1] as u32) };
+        let (mut planes, byte_len) = layout(&[spec]);
+        pose_planes(&mut planes, &[spec], &carrier.pose);
+        let mut words = vec![[0xa5a5_a5a5_a5a5_a5a5u64; 8]; byte_len as usize / 64 + 1];
+        let out = bytemuck::cast_slice_mut(&mut words);
+        let parent = carrier.actor_id;
+        let mut jobs = [RigJob { parent, sensors: &[spec], planes: &planes, out }];
+        tracer.measure(scene, world, &mut jobs).unwrap();
+        let bytes: &[u8] = bytemuck::cast_slice(&words);
+        let of = |p: &Plane| {
+            let bytes = &bytes[p.offset as usize..][..p.byte_len as usize];
+            (p.output, bytemuck::cast_slice(bytes).to_vec())
+        };
+        Picture(planes.iter().map(of).collect())
+    }
+
+    fn at<const N: usize>(&self, wanted: u32, [x, y]: [usize; 2]) -> [f32; N] {
+        let plane = self.0.iter().find(|(output, _)| *output == wanted).unwrap();
+        std::array::from_fn(|i| plane.1[(y * SIZE[0] + x) * N + i])
+    }
+
+    fn flow(&self, pixel: [usize; 2]) -> Vec2 {
+        self.at::<2>(output::FLOW, pixel).into()
+    }
+
+    fn normal(&self, pixel: [usize; 2]) -> Vec3 {
+        self.at::<3>(output::NORMAL, pixel).into()
+    }
+
+    fn depth(&self, pixel: [usize; 2]) -> f32 {
+        self.at::<1>(output::DEPTH, pixel)[0]
+    }
+}
+
+fn nobody(pose: Pose) -> ActorState {
+    ActorState { pose, ..actor(0, pose) }
+}
+
+/// From the middle of the image, in pixels to the right and down.
+fn from_middle([x, y]: [usize; 2]) -> Vec2 {
+    Vec2::new(x as f32 - 40.0, y as f32 - 30.0)
+}
+
+fn close(a: Vec2, b: Vec2) {
+    assert!((a - b).length() < 0.01, "{a} is not {b}");
+}
+
+/// What `now` shows of a world that was as `before` a frame ago.
+fn seen(tracer: &mut Tracer, carrier: u32, before: &[ActorState], now: &[ActorState]) -> Picture {
+    let scene = scene();
+    let mut world = world_with(&scene, now);
+    world.follow(&scene, before, now);
+    let of_carrier = now.iter().find(|a| a.actor_id == ActorId(carrier));
+    let carrier = of_carrier.copied().unwrap_or(nobody(Pose::IDENTITY));
+    Picture::of(tracer, &scene, &world, &carrier)
+}
+
+fn car_at(x: f32, y: f32) -> ActorState {
+    actor(5, Pose::level(Vec3::new(x, y, 0.0), 0.0))
+}
+
+/// A carrier that nobody sees: its blueprint has no mesh.
+fn carrier_at(x: f32, y: f32, yaw_rad: f32) -> ActorState {
+    ActorState { blueprint: 999, ..actor(9, Pose::level(Vec3::new(x, y, 0.0), yaw_rad)) }
+}
+
+#[test]
+fn a_normal_points_from_the_surface_towards_the_camera() {
+    let picture = seen(&mut cpu(1), 0, &[], &[]);
+    assert!((picture.normal([40, 28]) - Vec3::NEG_X).length() < 1e-5, "the wall ahead");
+    assert!((picture.normal([40, 50]) - Vec3::Z).length() < 1e-5, "the floor");
+    assert_eq!(picture.normal([40, 0]), Vec3::ZERO, "the sky");
+    // In the camera's space: turned a quarter to the left, the wall's side lies to its right.
+    let turned = [carrier_at(22.0, -12.0, std::f32::consts::FRAC_PI_4)];
+    let picture = seen(&mut cpu(1), 9, &turned, &turned);
+    let side = Vec3::NEG_Y;
+    let of_wall = Quat::from_rotation_z(-std::f32::consts::FRAC_PI_4) * side;
+    let close = (0..SIZE[0]).any(|x| (picture.normal([x, 28]) - of_wall).length() < 1e-4);
+    assert!(close, "{of_wall}");
+}
+
+#[test]
+fn what_stands_still_before_a_camera_that_does_has_no_flow() {
+    let now = [car_at(8.0, 0.0)];
+    let picture = seen(&mut cpu(1), 0, &now, &now);
+    for y in 0..SIZE[1] {
+        for x in 0..SIZE[0] {
+            assert!(picture.flow([x, y]).length() < 1e-3, "({x}, {y}) {}", picture.flow([x, y]));
+        }
+    }
+}
+
+#[test]
+fn a_car_that_went_to_the_left_flows_to_the_left_and_the_wall_behind_it_does_not() {
+    let (before, now) = ([car_at(8.0, 0.0)], [car_at(8.0, 0.5)]);
+    let picture = seen(&mut cpu(1), 0, &before, &now);
+    let on_car = [38, 30];
+    assert!((picture.depth(on_car) - 6.0).abs() < 1e-3);
+    close(picture.flow(on_car), Vec2::new(-0.5 / (6.0 * SIDE), 0.0));
+    assert_eq!(picture.flow([70, 28]), Vec2::ZERO, "the wall");
+}
+
+#[test]
+fn a_camera_that_goes_ahead_sees_everything_flow_from_the_middle() {
+    let (before, now) = ([carrier_at(-1.0, 0.0, 0.0)], [carrier_at(0.0, 0.0, 0.0)]);
+    let picture = seen(&mut cpu(1), 9, &before, &now);
+    for pixel in [[10, 50], [40, 50], [54, 28], [70, 45]] {
+        let from = from_middle(pixel);
+        close(
+            picture.flow(pixel),
+            from - from * picture.depth(pixel) / (picture.depth(pixel) + 1.0),
+        );
+    }
+    close(picture.flow([5, 2]), Vec2::ZERO);
+}
+
+#[test]
+fn a_camera_that_turns_left_sees_even_the_sky_flow_to_the_right() {
+    let (before, now) = ([carrier_at(0.0, 0.0, 0.0)], [carrier_at(0.0, 0.0, 0.05)]);
+    let picture = seen(&mut cpu(1), 9, &before, &now);
+    // The middle's direction lay 0.05 rad to the left of straight ahead.
+    close(picture.flow([40, 28]), Vec2::new(0.05f32.tan() / SIDE, picture.flow([40, 28]).y));
+    let sky = [40, 1];
+    assert_eq!(picture.normal(sky), Vec3::ZERO);
+    close(
+        picture.flow(sky),
+        Vec2::new(0.05f32.tan() / SIDE, from_middle(sky).y * (1.0 - 1.0 / 0.05f32.cos())),
+    );
+}
+
+#[test]
+fn who_was_teleported_or_was_not_there_has_no_flow() {
+    let jumped = ActorState { flags: flag::TELEPORTED, ..car_at(8.0, 0.5) };
+    for before in [vec![car_at(8.0, -3.0)], vec![]] {
+        assert_eq!(seen(&mut cpu(1), 0, &before, &[jumped]).flow([38, 30]), Vec2::ZERO);
+    }
+}
+
+#[test]
+fn where_the_shaders_lack_an_output_the_processor_gives_the_same_bytes() {
+    let Some(mut gpu) = crate::gpu::tests::gpu() else { return };
+    let (before, now) = ([car_at(8.0, 0.0)], [car_at(8.0, 0.5)]);
+    let (a, b) = (seen(&mut gpu, 0, &before, &now), seen(&mut cpu(2), 0, &before, &now));
+    assert!(a.0 == b.0);
+}
