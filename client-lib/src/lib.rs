@@ -21,6 +21,7 @@
 pub mod carla_axes;
 mod client;
 mod error;
+mod event_camera;
 mod file;
 mod hide;
 mod physics;
@@ -40,6 +41,7 @@ pub use bus::{
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;
+pub use event_camera::{EventCamera, EventCameraSpec, PixelEvent};
 pub use file::{Profile, Replay, saved_folder, saved_path};
 pub use hide::hide_objects;
 pub use rig::{

@@ -924,6 +924,55 @@ def records_and_replays(c):
     shutil.rmtree(folder)
 
 
+@check
+def sees_how_surfaces_lie_and_move(c):
+    car = c.car()
+    size = {"image_size_x": 160, "image_size_y": 120}
+    ahead = carla.Transform(carla.Location(x=3.5, z=2.0))
+    normals, lie = c.sensor("sensor.camera.normals", car, ahead, **size)
+    flow, move = c.sensor("sensor.camera.optical_flow", car, ahead, **size)
+    dvs, change = c.sensor("sensor.camera.dvs", car, ahead, **size)
+    still = carla.Transform(car.get_location() + carla.Location(z=500.0), carla.Rotation(pitch=89.0))
+    dull, never = c.sensor("sensor.camera.dvs", None, still, **size)
+    c.ticks(3)
+    car.enable_constant_velocity(carla.Vector3D(x=10.0))
+    c.ticks(10)
+    for measured in (lie, move, change):
+        while not measured.empty():
+            measured.get()
+    frame = c.world.tick()
+    image, moved = lie.get(timeout=TIMEOUT), move.get(timeout=TIMEOUT)
+    events = change.get(timeout=TIMEOUT)
+    assert image.frame == moved.frame == events.frame == frame
+    # Below the camera lies the road: z, which is blue, points up.
+    b, g, r = (int(value) for value in pixels(image)[115, 80, :3])
+    assert b > 250 and abs(g - 128) < 12 and abs(r - 128) < 12, (r, g, b)
+    works("sensor.camera.normals", "the road's normal points up: red, green, blue are x, y, z")
+    ndc = np.frombuffer(moved.raw_data, dtype=np.float32).reshape(120, 160, 2)
+    # 2 m above the road, the lowest rays; 0.5 m of way between two frames.
+    below, depth_m = ndc[119, 80], 2.0 / 59.5 * 80.0
+    expected = -59.5 / 60.0 * 0.5 / (depth_m + 0.5)
+    assert abs(below[0]) < 0.02 and abs(below[1] - expected) < 0.1 * abs(expected), (below, expected)
+    assert len(moved) == 160 * 120 and abs(moved[119 * 160 + 80].y - below[1]) < 1e-6
+    coded = moved.get_color_coded_flow()
+    assert (coded.width, coded.height) == (160, 120)
+    works("sensor.camera.optical_flow OpticalFlowImage.raw_data "
+          "OpticalFlowImage.get_color_coded_flow",
+          "the road flows down by as much as the car went ahead")
+    times, signs = events.to_array_t(), set(events.to_array_pol())
+    last = round((events.timestamp - 0.05) * 1e9)
+    assert len(events) > 50 and signs == {-1, 1}, (len(events), signs)
+    assert list(times) == sorted(times) and last <= times[0] and times[-1] <= last + 50_000_001
+    assert max(events.to_array_x()) < 160 and max(events.to_array_y()) < 120
+    assert pixels(events.to_image()).any()
+    assert never.empty(), "where nothing changes there is no event, and no call"
+    works("sensor.camera.dvs DVSEventArray.to_array_x DVSEventArray.to_array_y "
+          "DVSEventArray.to_array_t DVSEventArray.to_array_pol DVSEventArray.to_image",
+          "brighter and darker while the car drives, in order of time; none of the still sky")
+    for sensor in (normals, flow, dvs, dull):
+        sensor.destroy()
+
+
 # Its checks come here.
 import effects_vehicle  # noqa: E402,F401
 
@@ -937,8 +986,7 @@ def refuses_what_it_has_not(c):
 
     refuses("is not measured by this simulator", {
         blueprint: spawn(blueprint) for blueprint in
-        ("sensor.camera.dvs", "sensor.camera.optical_flow", "sensor.camera.normals",
-         "sensor.other.v2x", "sensor.other.v2x_custom")})
+        ("sensor.other.v2x", "sensor.other.v2x_custom")})
     before = c.world.id
     refuses("no map is named", {"Client.load_world:unknown": lambda: c.client.load_world("Atlantis")})
     assert c.client.get_world().id == before and car.is_alive

@@ -14,7 +14,7 @@ const DEPTH_FULL_M: f32 = 1000.0;
 
 /// The message of one measurement; nothing if the bundle lacks what the sensor gives.
 pub(crate) fn message_of(
-    sensor: &Sensor,
+    sensor: &mut Sensor,
     measured: &Measurement,
     world: &World,
 ) -> Option<Message> {
@@ -47,6 +47,33 @@ pub(crate) fn message_of(
             pixels(image(), both, |(tag, id)| {
                 OPAQUE | u32::from(*tag) << 16 | (id & 0xff) << 8 | (id >> 8 & 0xff)
             })
+        }
+        Kind::Normals => {
+            pixels(image(), measured.normals(0)?.iter(), |normal| normal_pixel(*normal))
+        }
+        Kind::Flow => {
+            let mut bytes = image();
+            let scale = [2.0 / width as f32, -2.0 / height as f32];
+            for flow in measured.flow(0)? {
+                // Shares of half the image, upwards, as far as CARLA's go.
+                let [x, y] = [0, 1].map(|axis| (flow[axis] * scale[axis]).clamp(-2.0, 2.0));
+                bytes.f32(x).f32(y);
+            }
+            bytes
+        }
+        Kind::Events => {
+            let mut bytes = image();
+            let now_nanos = measured.header().stamp.sim_time_nanos;
+            let size = [plane.width, plane.height];
+            let events = sensor.events.as_mut()?.see(size, measured.color(0)?, now_nanos);
+            if events.is_empty() {
+                return None;
+            }
+            for event in events {
+                bytes.put(event.x.to_le_bytes()).put(event.y.to_le_bytes());
+                bytes.put((event.time_nanos as i64).to_le_bytes()).put([event.is_brighter.into()]);
+            }
+            bytes
         }
         Kind::Lidar | Kind::SemanticLidar => {
             let each = if sensor.kind == Kind::Lidar { 16 } else { 24 };
@@ -88,6 +115,12 @@ fn depth_pixel(depth_m: f32) -> u32 {
     let share = f64::from(depth_m.clamp(0.0, DEPTH_FULL_M)) / f64::from(DEPTH_FULL_M);
     let code = (share * 16_777_215.0 + 0.5) as u32;
     OPAQUE | (code & 0xff) << 16 | code & 0xff00 | code >> 16 & 0xff
+}
+
+/// The three axes of the camera, y to the right, as red, green and blue: -1 is 0, 1 is 255.
+fn normal_pixel([x, y, z]: [f32; 3]) -> u32 {
+    let code = |share: f32| ((share * 0.5 + 0.5).clamp(0.0, 1.0) * 255.0 + 0.5) as u32;
+    OPAQUE | code(x) << 16 | code(-y) << 8 | code(z)
 }
 
 /// The returns of a lidar, channel by channel, and how many each channel has.
@@ -153,6 +186,12 @@ mod tests {
     #[test]
     fn red_and_blue_change_places() {
         assert_eq!(bgra([1, 2, 3, 4]).to_le_bytes(), [3, 2, 1, 255]);
+    }
+
+    #[test]
+    fn a_normal_to_the_right_is_green() {
+        assert_eq!(normal_pixel([0.0, -1.0, 0.0]).to_le_bytes(), [128, 255, 128, 255]);
+        assert_eq!(normal_pixel([-1.0, 0.0, 1.0]).to_le_bytes(), [255, 128, 0, 255]);
     }
 
     #[test]

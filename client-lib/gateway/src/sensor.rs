@@ -2,7 +2,7 @@
 
 use std::f32::consts::TAU;
 
-use client_lib::{Pose, Rig, SensorSpec, camera, lidar, output};
+use client_lib::{EventCamera, EventCameraSpec, Pose, Rig, SensorSpec, camera, lidar, output};
 
 use crate::{args::Refusal, born, wire::Description};
 
@@ -13,6 +13,9 @@ pub(crate) enum Kind {
     Depth,
     Semantic,
     Instance,
+    Normals,
+    Flow,
+    Events,
     Lidar,
     SemanticLidar,
     Radar,
@@ -30,6 +33,9 @@ impl Kind {
             "sensor.camera.depth" => Kind::Depth,
             "sensor.camera.semantic_segmentation" => Kind::Semantic,
             "sensor.camera.instance_segmentation" => Kind::Instance,
+            "sensor.camera.normals" => Kind::Normals,
+            "sensor.camera.optical_flow" => Kind::Flow,
+            "sensor.camera.dvs" => Kind::Events,
             "sensor.lidar.ray_cast" => Kind::Lidar,
             "sensor.lidar.ray_cast_semantic" => Kind::SemanticLidar,
             "sensor.other.radar" => Kind::Radar,
@@ -47,10 +53,13 @@ impl Kind {
         match self {
             Kind::Collision => 0,
             Kind::Depth => 1,
+            Kind::Normals => 2,
+            Kind::Events => 3,
             Kind::Gnss => 4,
             Kind::Imu => 5,
             Kind::LaneInvasion => 6,
             Kind::Obstacle => 7,
+            Kind::Flow => 8,
             Kind::Radar => 9,
             Kind::SemanticLidar => 10,
             Kind::Lidar => 11,
@@ -62,7 +71,9 @@ impl Kind {
 
     fn outputs(self) -> u32 {
         match self {
-            Kind::Rgb => output::COLOR,
+            Kind::Rgb | Kind::Events => output::COLOR,
+            Kind::Normals => output::NORMAL,
+            Kind::Flow => output::FLOW,
             Kind::Depth => output::DEPTH,
             Kind::Semantic => output::TAG,
             Kind::Instance => output::TAG | output::INSTANCE,
@@ -85,6 +96,8 @@ pub(crate) struct Sensor {
     pub(crate) rig_delta_nanos: u64,
     /// Frames for which nobody listened.
     pub(crate) idle_frames: u32,
+    /// Of a sensor of events: what it has seen.
+    pub(crate) events: Option<EventCamera>,
 }
 
 impl Sensor {
@@ -95,17 +108,21 @@ impl Sensor {
             return Err(format!("{id} is not measured by this simulator").into());
         };
         let period_nanos = (description.number("sensor_tick", 0.0)?.max(0.0) * 1e9) as u64;
-        let sensor = Sensor {
+        let mut sensor = Sensor {
             kind,
             stream,
             period_nanos,
             rig: None,
             rig_delta_nanos: 0,
             idle_frames: 0,
+            events: None,
             description,
         };
         // What is wrong with an attribute is said now, not when somebody listens.
         sensor.spec(Pose::IDENTITY, 50_000_000, 9.81)?;
+        if kind == Kind::Events {
+            sensor.events = Some(EventCamera::new(event_spec(&sensor.description)?));
+        }
         Ok(sensor)
     }
 
@@ -129,7 +146,13 @@ impl Sensor {
         let d = &self.description;
         let number = |id: &str, otherwise: f32| d.number(id, otherwise);
         let spec = match self.kind {
-            Kind::Rgb | Kind::Depth | Kind::Semantic | Kind::Instance => camera(
+            Kind::Rgb
+            | Kind::Depth
+            | Kind::Semantic
+            | Kind::Instance
+            | Kind::Normals
+            | Kind::Flow
+            | Kind::Events => camera(
                 "camera",
                 parent_from_sensor,
                 number("image_size_x", 800.0)? as u32,
@@ -190,4 +213,23 @@ impl Sensor {
         };
         Ok(Some(SensorSpec { period_nanos: self.period_nanos, ..spec }))
     }
+}
+
+/// How a sensor of events sees.
+fn event_spec(d: &Description) -> Result<EventCameraSpec, Refusal> {
+    let threshold = |id: &str| -> Result<f32, Refusal> {
+        let value = d.number(id, 0.3)?;
+        if value > 0.0 { Ok(value) } else { Err(format!("{id} is {value}, not above 0").into()) }
+    };
+    let log_eps = d.number("log_eps", 0.001)?.max(1e-9);
+    let is_linear = d.get("use_log").is_some() && !d.flag("use_log");
+    Ok(EventCameraSpec {
+        positive_threshold: threshold("positive_threshold")?,
+        negative_threshold: threshold("negative_threshold")?,
+        positive_sigma: d.number("sigma_positive_threshold", 0.0)?.max(0.0),
+        negative_sigma: d.number("sigma_negative_threshold", 0.0)?.max(0.0),
+        refractory_nanos: d.number("refractory_period_ns", 0.0)?.max(0.0) as u64,
+        log_eps: (!is_linear).then_some(log_eps),
+        seed: 0,
+    })
 }
