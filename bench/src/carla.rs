@@ -41,13 +41,14 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
         )
     };
     let (ticks, rounds) = (effort.count(TICKS), effort.rounds(ROUNDS));
-    for (name, props) in [("carla.tick_3", 3), ("carla.tick_100", 100), ("carla.tick_500", 500)] {
-        let both = in_turn(rounds, &sim, port, "tick", ticks, |client| {
+    let tick = |props: usize| {
+        in_turn(rounds, &sim, port, "tick", ticks, move |client| {
             fill(client, props)?;
             timed(ticks, || Ok(client.tick().map(drop)?))
-        })?;
-        put(name, format!("one tick, {props} static props and nothing else"), both)?;
-    }
+        })
+    };
+    let ticked = |props: usize| format!("one tick, {props} static props and nothing else");
+    put("carla.tick_3", ticked(3), tick(3)?)?;
     let both = in_turn(rounds, &sim, port, "image", effort.count(IMAGES), |client| {
         let at = Pose::level(Vec3::Z * 20.0, 0.0);
         let spec = camera("front", at, 800, 600, std::f32::consts::FRAC_PI_2, output::COLOR);
@@ -60,7 +61,9 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
         client.destroy_rig(rig)?;
         times
     })?;
-    put("carla.image", "tick to 800x600 image in hand, nothing traced".to_owned(), both)?;
+    put("carla.image", "tick to 800x600 image in hand, nothing traced, 3 props".to_owned(), both)?;
+    put("carla.tick_100", ticked(100), tick(100)?)?;
+    put("carla.tick_500", ticked(500), tick(500)?)?;
     let both = in_turn(rounds, &sim, port, "batch", ticks, |client| {
         let cars = cars(client)?;
         let control = |id: &ActorId| VehicleControl {
