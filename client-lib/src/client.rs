@@ -9,7 +9,8 @@ use bus::{
     ActorId, Autopilot, BatchHeader, BlueprintInfo, ClientPorts, Command, CreateRig, Ending, Event,
     FilePath, Frame, Instance, Interrupted, JournalEntry, LoadMap, Name, Nothing, Participant,
     Pose, RigId, Role, SensorSpec, Settings, Stamp, StartRecorder, StartReplay, StopReplay,
-    Strategy, Teleport, VehicleControl, Watch, Weather, Wish, clock, fault, flag, load,
+    Strategy, TEXT_BYTES, Teleport, Transmit, VehicleControl, Watch, Weather, Wish, clock, fault,
+    flag, load,
 };
 use glam::Vec3;
 use road::Network;
@@ -521,6 +522,13 @@ impl Client {
         Ok(Rig::new(id, self.episode(), sensors.to_vec(), self.ports.rig(id)?))
     }
 
+    /// Sends a text by radio with the next frame, from a [`crate::message`] sensor of a rig; at
+    /// most [`bus::TEXT_BYTES`] bytes.
+    pub fn transmit(&mut self, rig: &Rig, sensor: usize, text: &str) -> Result<(), ClientError> {
+        let wish = transmission(rig.id(), sensor, text)?;
+        self.request("transmit", &[wish]).map(drop)
+    }
+
     /// Takes a rig away.
     pub fn destroy_rig(&mut self, rig: Rig) -> Result<(), ClientError> {
         self.request("rig", &[Wish::DestroyRig(rig.id())]).map(drop)
@@ -630,6 +638,16 @@ impl Drop for Client {
         let me = self.participant.slot();
         self.participant.control().pass_tick(Some(me), None);
     }
+}
+
+fn transmission(rig: RigId, sensor: usize, text: &str) -> Result<Wish, ClientError> {
+    let mut bytes = [0; TEXT_BYTES];
+    let room = bytes.get_mut(..text.len()).ok_or_else(|| ClientError::Refused {
+        what: "transmit",
+        why: format!("the text has {} bytes; {TEXT_BYTES} is the limit", text.len()),
+    })?;
+    room.copy_from_slice(text.as_bytes());
+    Ok(Wish::Transmit(Transmit { rig, sensor: sensor as u32, text: bytes }))
 }
 
 /// Places for vehicles on a map, half a metre above the road.

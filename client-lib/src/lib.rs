@@ -30,14 +30,15 @@ mod view;
 
 pub use bus::{
     AckermannControl, AckermannSettings, ActorId, ActorState, Ask, Autopilot, BlueprintInfo,
-    CollisionReading, Curve, DEPTH_FAR_M, Episode, FeelWeather, Frame, Gear, GnssReading, GnssSpec,
-    HideLayers, HideObjects, HoldLight, ImuReading, ImuSpec, Instance, Interrupted, JournalEntry,
-    LaneInvasionReading, LoadMap, Name, ObstacleReading, ObstacleSpec, OdometryReading,
-    OdometrySpec, Pose, Push, RigId, STRIDE, SensorSpec, SetDoors, SetLamps, SetPhysics,
-    SetVelocity, Settings, SnapshotHeader, Stamp, Strategy, Switch, Teleport, TrafficDial,
-    VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
+    CamReading, CamSpec, CollisionReading, Curve, DEPTH_FAR_M, Episode, FeelWeather, Frame, Gear,
+    GnssReading, GnssSpec, HideLayers, HideObjects, HoldLight, ImuReading, ImuSpec, Instance,
+    Interrupted, JournalEntry, LaneInvasionReading, LoadMap, MessageReading, MessageSpec, Name,
+    ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, Push, RadioSpec, RigId,
+    STRIDE, SensorSpec, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings, SnapshotHeader,
+    Stamp, Strategy, Switch, TEXT_BYTES, Teleport, TrafficDial, Transmit, VehicleBody,
+    VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
     VehicleTelemetry, VehicleWheel, Watch, Weather, WheelTelemetry, Wish, clock, dial, flag,
-    geodesy, kind, lamp, layer, light, output, part, sensor, tracer,
+    geodesy, kind, lamp, layer, light, output, part, radio, sensor, tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;
@@ -45,6 +46,7 @@ pub use event_camera::{EventCamera, EventCameraSpec, PixelEvent};
 pub use file::{Profile, Replay, saved_folder, saved_path};
 pub use hide::hide_objects;
 pub use rig::{
-    Measurement, Rig, camera, collision, gnss, imu, lane_invasion, lidar, obstacle, odometry,
+    Measurement, Rig, cam, camera, collision, gnss, imu, lane_invasion, lidar, message, obstacle,
+    odometry,
 };
 pub use view::World;

@@ -1,10 +1,10 @@
 //! Rigs: sensors in, measurements out, in the renderer's own memory.
 
 use bus::{
-    Bundle, BundleHeader, CollisionReading, CollisionSpec, Frame, GnssReading, GnssSpec,
-    ImuReading, ImuSpec, LaneInvasionReading, LaneInvasionSpec, Name, ObstacleReading,
-    ObstacleSpec, OdometryReading, OdometrySpec, Page, Plane, Pose, Reader, Reading, RigId,
-    SensorSpec, output, sensor,
+    Bundle, BundleHeader, CamReading, CamSpec, CollisionReading, CollisionSpec, Frame, GnssReading,
+    GnssSpec, ImuReading, ImuSpec, LaneInvasionReading, LaneInvasionSpec, MessageReading,
+    MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Page, Plane,
+    Pose, Reader, Reading, RigId, SensorSpec, output, sensor,
 };
 
 use crate::ClientError;
@@ -88,6 +88,16 @@ pub fn lane_invasion(name: &str) -> SensorSpec {
 /// Pushes a ball ahead, and tells what it runs into.
 pub fn obstacle(name: &str, parent_from_sensor: Pose, look: ObstacleSpec) -> SensorSpec {
     SensorSpec::born(name, parent_from_sensor, &look)
+}
+
+/// Sends and receives cooperative awareness messages.
+pub fn cam(name: &str, parent_from_sensor: Pose, station: CamSpec) -> SensorSpec {
+    SensorSpec::born(name, parent_from_sensor, &station)
+}
+
+/// Sends texts ([`crate::Client::transmit`]) and receives them.
+pub fn message(name: &str, parent_from_sensor: Pose, station: MessageSpec) -> SensorSpec {
+    SensorSpec::born(name, parent_from_sensor, &station)
 }
 
 /// A stream of one rig's measurements.
@@ -274,6 +284,16 @@ impl Measurement {
     /// What lies ahead, if anything does and the sensor's turn had come.
     pub fn obstacle(&self, sensor: usize) -> Option<&ObstacleReading> {
         self.readings(sensor).first()
+    }
+
+    /// The awareness messages that were received in this frame.
+    pub fn cams(&self, sensor: usize) -> &[CamReading] {
+        self.readings(sensor)
+    }
+
+    /// The texts that were received in this frame.
+    pub fn messages(&self, sensor: usize) -> &[MessageReading] {
+        self.readings(sensor)
     }
 
     /// The readings of one kind of a sensor that the host measures.

@@ -521,6 +521,7 @@ impl Host {
             Wish::Sensor(spec) => {
                 Err(format!("sensor {:?} follows no rig that announced it", spec.name))
             }
+            Wish::Transmit(wish) => self.senses.transmit(wish),
             Wish::StartRecorder(wish) => self.start_recorder(wish),
             Wish::StopRecorder(_) => self.stop_recorder(),
             Wish::SaveState(file) => self.save_state(file),

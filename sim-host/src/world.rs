@@ -254,6 +254,7 @@ impl World {
                 | Wish::DestroyRig(_)
                 | Wish::SetSettings(_)
                 | Wish::TrafficDial(_)
+                | Wish::Transmit(_)
                 | Wish::StartRecorder(_)
                 | Wish::StopRecorder(_)
                 | Wish::SaveState(_)

@@ -5,7 +5,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::{ActorId, SensorSpec, output, sensor, vehicle::within};
+use crate::{
+    ActorId, CamReading, CamSpec, MessageReading, MessageSpec, SensorSpec, output, sensor,
+    vehicle::within,
+};
 
 /// The numbers of one kind of sensor; they stand in a [`crate::SensorSpec`].
 pub trait BornSpec: Pod {
@@ -69,6 +72,8 @@ born! {
     CollisionSpec => CollisionReading, COLLISION, 64, |_: &_| Ok(());
     LaneInvasionSpec => LaneInvasionReading, LANE_INVASION, 32, |_: &_| Ok(());
     ObstacleSpec => ObstacleReading, OBSTACLE, 1, ObstacleSpec::fault;
+    CamSpec => CamReading, CAM, 128, CamSpec::fault;
+    MessageSpec => MessageReading, MESSAGE, 64, MessageSpec::fault;
 }
 
 /// What an inertial measurement unit gets wrong. All zeros: nothing.
@@ -287,6 +292,8 @@ impl SensorSpec {
             sensor::COLLISION => self.check_as::<CollisionSpec>(),
             sensor::LANE_INVASION => self.check_as::<LaneInvasionSpec>(),
             sensor::OBSTACLE => self.check_as::<ObstacleSpec>(),
+            sensor::CAM => self.check_as::<CamSpec>(),
+            sensor::MESSAGE => self.check_as::<MessageSpec>(),
             other => Err(format!("kind {other} is none that there is")),
         }
     }
@@ -343,6 +350,11 @@ impl ObstacleSpec {
         within("distance_m", self.distance_m, 0.01, 1e4)?;
         within("hit_radius_m", self.hit_radius_m, 0.001, 100.0)
     }
+}
+
+/// Whether all of them are numbers, and none beyond `most`.
+pub(crate) fn fault_of(what: &str, values: &[f32], most: f32) -> Result<(), String> {
+    values.iter().try_for_each(|value| within(what, *value, -most, most))
 }
 
 fn within_all(what: &str, values: &[f32; 3], low: f32, high: f32) -> Result<(), String> {

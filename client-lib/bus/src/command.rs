@@ -3,9 +3,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
     AckermannControl, AckermannSettings, ActorId, Ask, FeelWeather, FilePath, LoadMap, Name, Pose,
-    Push, RigId, SensorSpec, Stamp, StartRecorder, StartReplay, StopReplay, Switch, VehicleBody,
-    VehicleControl, VehicleEngine, VehicleGearbox, VehicleSteering, VehicleTelemetry, VehicleWheel,
-    WheelTelemetry,
+    Push, RigId, SensorSpec, Stamp, StartRecorder, StartReplay, StopReplay, Switch, Transmit,
+    VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehicleSteering, VehicleTelemetry,
+    VehicleWheel, WheelTelemetry,
 };
 
 /// Header of a batch of [`Command`]s or [`VehicleControl`]s from one client.
@@ -257,6 +257,8 @@ wishes! {
     Jump(ActorId) = 41,
     /// Let the sky decide how much wheels grip, or not.
     FeelWeather(FeelWeather) = 42,
+    /// Send a text by radio, with the next frame.
+    Transmit(Transmit) = 43,
     /// Write down what happens from the next frame on.
     StartRecorder(StartRecorder) = 100,
     /// Close the recording.

@@ -15,6 +15,7 @@ mod rig;
 mod snapshot;
 mod stamp;
 mod traffic;
+mod v2x;
 mod vehicle;
 
 pub use actor::{
@@ -43,6 +44,9 @@ pub use rig::{
 pub use snapshot::{PIPELINE_MAX, SnapshotHeader};
 pub use stamp::{Frame, Stamp};
 pub use traffic::{LightState, TrafficHeader, TrafficLayout};
+pub use v2x::{
+    CamReading, CamSpec, MessageReading, MessageSpec, RadioSpec, TEXT_BYTES, Transmit, radio,
+};
 pub use vehicle::{
     CURVE_POINTS_MAX, Curve, GEARS_MAX, Gear, VehicleBody, VehicleEngine, VehicleGearbox,
     VehiclePhysics, VehicleSteering, VehicleWheel,

@@ -39,6 +39,11 @@ pub mod sensor {
     /// What lies ahead: [`crate::ObstacleSpec`].
     pub const OBSTACLE: u32 = 21;
 
+    /// Cooperative awareness messages: [`crate::CamSpec`].
+    pub const CAM: u32 = 22;
+    /// Texts by radio: [`crate::MessageSpec`].
+    pub const MESSAGE: u32 = 23;
+
     /// Whether a sensor is measured by the host, in the midst of physics, and not by rays.
     pub const fn is_born(kind: u32) -> bool {
         kind >= IMU
@@ -78,6 +83,10 @@ pub mod output {
     pub const LANE_INVASION: u32 = 1 << 20;
     /// At most one [`crate::ObstacleReading`].
     pub const OBSTACLE: u32 = 1 << 21;
+    /// A [`crate::CamReading`] for each message that was received.
+    pub const CAM: u32 = 1 << 22;
+    /// A [`crate::MessageReading`] for each text that was received.
+    pub const MESSAGE: u32 = 1 << 23;
 
     /// All that a camera can give.
     pub const OF_CAMERA: u32 = COLOR | DEPTH | TAG | INSTANCE | NORMAL | FLOW;

@@ -2,7 +2,7 @@
 
 use bus::{ActorId, Pose as BusPose};
 use glam::Vec3;
-use rapier3d::parry::query::{ShapeCastOptions, cast_shapes};
+use rapier3d::parry::query::{Ray, ShapeCastOptions, cast_shapes};
 use rapier3d::parry::shape::{Ball, Shape};
 use rapier3d::prelude::Pose;
 
@@ -92,6 +92,38 @@ impl Physics {
             take(self.ball_on_ground((from, ahead), reach_m, radius_m), Met::Ground);
         }
         nearest
+    }
+
+    /// What stands on the line between two places: whether a static box or the ground does, and
+    /// which actors do, by id. The two of `but` do not count.
+    pub fn between(&self, from: Vec3, to: Vec3, but: [ActorId; 2]) -> (bool, Vec<ActorId>) {
+        const STEP_M: f32 = 2.0;
+        let along = to - from;
+        let length = along.length();
+        let Some(ahead) = along.try_normalize() else { return (false, Vec::new()) };
+        let ray = Ray::new(from, ahead);
+        let meets = |pose: &Pose, shape: &dyn Shape| shape.intersects_ray(pose, &ray, length);
+        let dot = Ball::new(0.01);
+        let (start, end) = (Pose::from_translation(from), Pose::from_translation(to));
+        let is_walled = self.statics.between(&dot, &start, &end).into_iter().any(|index| {
+            let (pose, shape) = self.statics.shape(index);
+            meets(pose, shape)
+        });
+        let steps = (length / STEP_M).ceil().max(1.0) as u32;
+        let is_under = |step: u32| {
+            let at = from.lerp(to, step as f32 / steps as f32);
+            let ground = self.ground.below(at.x, at.y, at.z + 100.0);
+            ground.on_map && ground.height_m > at.z
+        };
+        let is_buried = !is_walled && (1..steps).any(is_under);
+        let mut actors = Vec::new();
+        for actor in self.actors.iter().filter(|a| !but.contains(&ActorId(a.id))) {
+            let Some(collider) = self.world.colliders.get(actor.collider) else { continue };
+            if meets(collider.position(), collider.shape()) {
+                actors.push(ActorId(actor.id));
+            }
+        }
+        (is_walled || is_buried, actors)
     }
 
     /// How far a ball gets until it meets the ground. One that lies in the ground where it begins

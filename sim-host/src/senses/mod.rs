@@ -4,25 +4,38 @@
 //! They look at the world and change nothing of it, so that the state hash is the same whoever
 //! measures. Where there is no rig of theirs, a tick does nothing here.
 
+mod air;
+mod cam;
 mod gnss;
 mod imu;
 mod lanes;
 mod noise;
 mod odometry;
+mod path_loss;
+#[cfg(test)]
+mod radio_tests;
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
 
 use bus::{
-    ActorId, BundleHeader, BusError, CollisionReading, GnssSpec, ImuSpec, ObstacleReading,
-    ObstacleSpec, OdometrySpec, Page, Plane, Pose, Reading, RigId, SensorSpec, SnapshotHeader,
-    Writer, clock, layout, sensor, tracer,
+    ActorId, BundleHeader, BusError, CamSpec, CollisionReading, GnssSpec, ImuSpec, MessageSpec,
+    ObstacleReading, ObstacleSpec, OdometrySpec, Page, Plane, Pose, Reading, RigId, SensorSpec,
+    SnapshotHeader, Transmit, Writer, clock, layout, sensor, tracer,
 };
 use glam::Vec3;
 use road::Network;
 
-use self::{gnss::Gnss, imu::Imu, lanes::Corners, noise::Noise, odometry::Odometry};
+use self::{
+    air::{Sent, Station},
+    cam::Cam,
+    gnss::Gnss,
+    imu::Imu,
+    lanes::Corners,
+    noise::Noise,
+    odometry::Odometry,
+};
 use crate::{
     physics::{Met, Physics},
     world::World,
@@ -60,11 +73,12 @@ enum State {
     Collision,
     LaneInvasion(Corners),
     Obstacle(ObstacleSpec),
+    Radio(Station),
 }
 
 /// Whether a sensor needs to know the roads.
 pub(crate) fn needs_roads(spec: &SensorSpec) -> bool {
-    matches!(spec.kind, sensor::GNSS | sensor::LANE_INVASION)
+    matches!(spec.kind, sensor::GNSS | sensor::LANE_INVASION | sensor::CAM)
 }
 
 impl Senses {
@@ -106,6 +120,18 @@ impl Senses {
         self.rigs.remove(&id);
     }
 
+    /// A text to be sent by radio.
+    pub(crate) fn transmit(&mut self, wish: &Transmit) -> Result<u32, String> {
+        let rig = self.rigs.get_mut(&wish.rig);
+        let rig = rig.ok_or_else(|| format!("there is no rig {} with radios", wish.rig.0))?;
+        let count = rig.sensors.len();
+        match rig.sensors.get_mut(wish.sensor as usize).map(|sense| &mut sense.state) {
+            Some(State::Radio(station)) => station.queue(wish.text).map(|()| wish.rig.0),
+            Some(_) => Err(format!("sensor {} of rig {} is no radio", wish.sensor, wish.rig.0)),
+            None => Err(format!("rig {} has {count} sensors, no {}", wish.rig.0, wish.sensor)),
+        }
+    }
+
     /// After each substep; `dt` is 0 before the first.
     pub(crate) fn feel(&mut self, physics: &Physics, dt: f32) {
         for rig in self.rigs.values_mut() {
@@ -125,15 +151,10 @@ impl Senses {
     /// Measures a frame and sends what there is to say of it.
     pub(crate) fn send(&mut self, world: &World, header: &SnapshotHeader) -> Result<(), BusError> {
         let Senses { rigs, network } = self;
+        let air = on_air(rigs, network.as_ref(), world, header);
         for (id, rig) in rigs {
             let begin_nanos = clock::now_nanos();
-            let world_from_parent = match rig.parent {
-                ActorId::NONE => Pose::IDENTITY,
-                parent => match world.state(parent) {
-                    Some(state) => state.pose,
-                    None => continue,
-                },
-            };
+            let Some(world_from_parent) = rig.place(world) else { continue };
             let mut told = Vec::new();
             for (index, sense) in rig.sensors.iter_mut().enumerate() {
                 let Some(room) = rig.planes.iter().find(|p| p.sensor as usize == index) else {
@@ -141,7 +162,8 @@ impl Senses {
                 };
                 let world_from_sensor = world_from_parent.then(&sense.spec.parent_from_sensor);
                 let scene = Scene { world, network: network.as_ref(), parent: rig.parent, header };
-                let bytes = sense.measure(&scene, &world_from_sensor, room.width as usize);
+                let most = room.width as usize;
+                let bytes = sense.measure(&scene, &world_from_sensor, &air, most);
                 if !bytes.is_empty() {
                     told.push((Plane { world_from_sensor, ..*room }, bytes));
                 }
@@ -178,6 +200,37 @@ impl Senses {
     }
 }
 
+/// What all stations send in this frame: whoever hears it hears it in this frame.
+fn on_air(
+    rigs: &mut BTreeMap<RigId, Rig>,
+    network: Option<&Network>,
+    world: &World,
+    header: &SnapshotHeader,
+) -> Vec<Sent> {
+    let mut air = Vec::new();
+    for rig in rigs.values_mut() {
+        let Some(world_from_parent) = rig.place(world) else { continue };
+        for sense in &mut rig.sensors {
+            let State::Radio(station) = &mut sense.state else { continue };
+            let pose = world_from_parent.then(&sense.spec.parent_from_sensor);
+            let scene = Scene { world, network, parent: rig.parent, header };
+            let mut noise = Noise::at(sense.spec.seed, header.stamp.sim_time_nanos);
+            station.send(&scene, &pose, &mut noise, &mut air);
+        }
+    }
+    air
+}
+
+impl Rig {
+    /// `world_from_parent`; nothing if the carrier is gone.
+    fn place(&self, world: &World) -> Option<Pose> {
+        if self.parent == ActorId::NONE {
+            return Some(Pose::IDENTITY);
+        }
+        world.state(self.parent).map(|state| state.pose)
+    }
+}
+
 /// What a sensor looks at.
 struct Scene<'a> {
     world: &'a World,
@@ -199,13 +252,26 @@ impl Sense {
             sensor::COLLISION => State::Collision,
             sensor::LANE_INVASION => State::LaneInvasion(Corners::default()),
             sensor::OBSTACLE => State::Obstacle(spec.numbers::<ObstacleSpec>()?),
+            sensor::CAM => {
+                State::Radio(Station::Cam(Box::new(Cam::new(spec.numbers::<CamSpec>()?))))
+            }
+            sensor::MESSAGE => State::Radio(Station::Text {
+                spec: spec.numbers::<MessageSpec>()?,
+                waiting: Vec::new(),
+            }),
             _ => return None,
         };
         Some(Sense { spec: *spec, state })
     }
 
     /// The readings of this frame, as bytes; empty if there are none.
-    fn measure(&mut self, scene: &Scene, world_from_sensor: &Pose, most: usize) -> Vec<u8> {
+    fn measure(
+        &mut self,
+        scene: &Scene,
+        world_from_sensor: &Pose,
+        air: &[Sent],
+        most: usize,
+    ) -> Vec<u8> {
         let Scene { world, network, parent, header } = *scene;
         let delta_secs = header.delta_nanos as f32 * 1e-9;
         let is_due = is_due(&self.spec, header);
@@ -249,6 +315,9 @@ impl Sense {
                 let mut readings = corners.cross(carrier, network);
                 readings.truncate(most);
                 bytes_of(&readings)
+            }
+            State::Radio(station) => {
+                station.hear(scene, world_from_sensor, self.spec.seed, air, most)
             }
             State::Obstacle(spec) => due(
                 &|_| bytes_of(obstacle(world, parent, spec, world_from_sensor).as_slice()),

@@ -12,12 +12,12 @@ use super::{Scene, Sense, State};
 use crate::world::World;
 
 /// A floor, one house on it, and sensors on one carrier.
-struct Bench {
-    world: World,
-    network: Network,
+pub(super) struct Bench {
+    pub(super) world: World,
+    pub(super) network: Network,
     settings: Settings,
     nanos: u64,
-    carrier: ActorId,
+    pub(super) carrier: ActorId,
     senses: Vec<Sense>,
 }
 
@@ -34,7 +34,7 @@ const ROADS: &str = r#"<OpenDRIVE><header revMajor="1" revMinor="6"><geoReferenc
 </road></OpenDRIVE>"#;
 
 impl Bench {
-    fn new() -> Bench {
+    pub(super) fn new() -> Bench {
         let mut town = town::Town::default();
         let corner = |x: f32, y: f32| [x * 900.0, y * 900.0, 0.0];
         let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
@@ -69,7 +69,7 @@ impl Bench {
     }
 
     /// One frame; what each sensor says, as bytes.
-    fn tick(&mut self) -> Vec<Vec<u8>> {
+    pub(super) fn tick(&mut self) -> Vec<Vec<u8>> {
         let (senses, carrier) = (&mut self.senses, self.carrier);
         self.world.step_seen(&self.settings, |physics, dt| {
             for sense in senses.iter_mut() {
@@ -94,7 +94,7 @@ impl Bench {
         let from = self.world.state(carrier).unwrap().pose;
         let mut measure = |sense: &mut Sense| {
             let pose = from.then(&sense.spec.parent_from_sensor);
-            sense.measure(&scene, &pose, 64)
+            sense.measure(&scene, &pose, &[], 64)
         };
         self.senses.iter_mut().map(&mut measure).collect()
     }
@@ -111,7 +111,7 @@ impl Bench {
     }
 }
 
-fn spawn(world: &mut World, pose: Pose) -> ActorId {
+pub(super) fn spawn(world: &mut World, pose: Pose) -> ActorId {
     let blueprint = Name::new("vehicle.tesla.model3");
     ActorId(world.apply(&Wish::Spawn(Spawn { blueprint, pose, ..Spawn::default() })).unwrap())
 }

@@ -1,0 +1,232 @@
+//! When a station sends a cooperative awareness message, and what is in it: ETSI EN 302 637-2,
+//! section 6.1.3.
+
+use bus::{ActorState, CamReading, CamSpec, Pose, geodesy, radio};
+use glam::Vec3;
+use road::{Network, Tag};
+
+use super::{gnss::locate, imu::compass, noise::Noise};
+
+/// ETSI's numbers of what a station is.
+mod station {
+    pub(super) const UNKNOWN: u32 = 0;
+    pub(super) const PEDESTRIAN: u32 = 1;
+    pub(super) const CYCLIST: u32 = 2;
+    pub(super) const MOTORCYCLE: u32 = 4;
+    pub(super) const PASSENGER_CAR: u32 = 5;
+    pub(super) const BUS: u32 = 6;
+    pub(super) const LIGHT_TRUCK: u32 = 7;
+    pub(super) const SPECIAL: u32 = 10;
+    pub(super) const TRAM: u32 = 11;
+    pub(super) const ROADSIDE_UNIT: u32 = 15;
+}
+
+const HEADING_CHANGE_RAD: f32 = 4.0 * std::f32::consts::PI / 180.0;
+const PLACE_CHANGE_M: f32 = 4.0;
+const SPEED_CHANGE_MPS: f32 = 0.5;
+/// Role and lights are told at most this often.
+const LOW_FREQUENCY_SECS: f64 = 0.5;
+/// How often a roadside unit speaks.
+const ROADSIDE_SECS: f64 = 0.5;
+/// After so many messages that nothing but time brought about, the interval is the longest again.
+const CALM_MAX: u32 = 3;
+
+/// A station's sending side.
+pub(super) struct Cam {
+    pub(super) spec: CamSpec,
+    /// What was said last: when, where, whither, how fast.
+    last: Option<(f64, Vec3, Vec3, f32)>,
+    last_low_secs: Option<f64>,
+    interval_secs: f64,
+    calm: u32,
+}
+
+impl Cam {
+    pub(super) fn new(spec: CamSpec) -> Cam {
+        let interval_secs = f64::from(spec.interval_max_secs);
+        Cam { spec, last: None, last_low_secs: None, interval_secs, calm: 0 }
+    }
+
+    /// What it sends in this frame, if anything.
+    pub(super) fn speak(
+        &mut self,
+        carrier: Option<&ActorState>,
+        world_from_sensor: &Pose,
+        now_secs: f64,
+        network: &Network,
+        noise: &mut Noise,
+    ) -> Option<CamReading> {
+        let (place, ahead) = match carrier {
+            Some(state) => (state.pose.position(), state.pose.rotation() * Vec3::X),
+            None => (world_from_sensor.position(), world_from_sensor.rotation() * Vec3::X),
+        };
+        let speed = carrier.map_or(0.0, |state| state.velocity().dot(ahead));
+        let is_vehicle = carrier.is_some();
+        if !self.is_time(is_vehicle, now_secs, (place, ahead, speed)) {
+            return None;
+        }
+        self.last = Some((now_secs, place, ahead, speed));
+        let is_low =
+            self.last_low_secs.is_none_or(|last| now_secs - last >= LOW_FREQUENCY_SECS - 1e-6);
+        if is_vehicle && is_low {
+            self.last_low_secs = Some(now_secs);
+        }
+        Some(self.message(carrier, world_from_sensor, now_secs, network, is_low, noise))
+    }
+
+    /// The generation rules. Simulated time may have been set back by a loaded state.
+    fn is_time(&mut self, is_vehicle: bool, now_secs: f64, now: (Vec3, Vec3, f32)) -> bool {
+        let Some((last_secs, place, ahead, speed)) = self.last else { return true };
+        let past = now_secs - last_secs + 1e-6;
+        if past < 0.0 {
+            return true;
+        }
+        if !is_vehicle {
+            return past >= ROADSIDE_SECS;
+        }
+        let spec = &self.spec;
+        if past < f64::from(spec.interval_min_secs) {
+            return false;
+        }
+        if spec.radio.flags & radio::FIXED_RATE != 0 {
+            return true;
+        }
+        let has_changed = now.1.angle_between(ahead) > HEADING_CHANGE_RAD
+            || now.0.distance(place) > PLACE_CHANGE_M
+            || (now.2 - speed).abs() > SPEED_CHANGE_MPS;
+        if has_changed {
+            self.interval_secs = past.min(f64::from(spec.interval_max_secs));
+            self.calm = 0;
+            return true;
+        }
+        if past < self.interval_secs {
+            return false;
+        }
+        self.calm += 1;
+        if self.calm >= CALM_MAX {
+            self.interval_secs = f64::from(spec.interval_max_secs);
+        }
+        true
+    }
+
+    fn message(
+        &self,
+        carrier: Option<&ActorState>,
+        world_from_sensor: &Pose,
+        now_secs: f64,
+        network: &Network,
+        is_low: bool,
+        noise: &mut Noise,
+    ) -> CamReading {
+        let spec = &self.spec;
+        let pose = carrier.map_or(*world_from_sensor, |state| state.pose);
+        let geodesy =
+            if spec.radio.flags & radio::AS_CARLA != 0 { geodesy::CARLA } else { geodesy::MAP };
+        let point = locate(pose.position().as_dvec3(), network, geodesy);
+        let mut wrong = |deviation: f32, bias: f32| noise.normal(deviation) + f64::from(bias);
+        let mut said = CamReading {
+            station_type: station::ROADSIDE_UNIT,
+            generation_delta_ms: ((now_secs * 1000.0).round() as u64 % 65_536) as u32,
+            latitude_deg: point.latitude_deg
+                + wrong(spec.latitude_stddev_deg, spec.latitude_bias_deg),
+            longitude_deg: point.longitude_deg
+                + wrong(spec.longitude_stddev_deg, spec.longitude_bias_deg),
+            altitude_m: point.altitude_m + wrong(spec.altitude_stddev_m, spec.altitude_bias_m),
+            ..CamReading::default()
+        };
+        let Some(state) = carrier else { return said };
+        let blueprint = &town::catalogue()[state.blueprint as usize];
+        let back = pose.rotation().inverse();
+        let speed = (back * state.velocity()).x;
+        let turn = back * Vec3::from_array(state.angular_velocity_radps);
+        let felt = back * Vec3::from_array(state.acceleration_mps2);
+        let heading = compass(&pose) + wrong(spec.heading_stddev_rad, spec.heading_bias_rad) as f32;
+        said.station_id = state.actor_id.0;
+        said.station_type = station_of(blueprint.tag, blueprint.id);
+        said.heading_rad = heading.rem_euclid(std::f32::consts::TAU);
+        said.speed_mps = (speed + wrong(spec.speed_stddev_mps, 0.0) as f32).max(0.0);
+        // Who stands trembles a little.
+        said.drive_direction = (speed < -0.01).into();
+        said.length_m = 2.0 * blueprint.half_extents_m.x;
+        said.width_m = 2.0 * blueprint.half_extents_m.y;
+        said.acceleration_mps2 = std::array::from_fn(|axis| {
+            felt[axis] + wrong(spec.acceleration_stddev_mps2[axis], 0.0) as f32
+        });
+        said.yaw_rate_radps =
+            turn.z + wrong(spec.yaw_rate_stddev_radps, spec.yaw_rate_bias_radps) as f32;
+        said.has_low_frequency = is_low.into();
+        if is_low {
+            said.lamps = state.lamps;
+            said.role = match said.station_type {
+                station::BUS | station::TRAM => 1,
+                station::SPECIAL => 6,
+                _ => 0,
+            };
+        }
+        said
+    }
+}
+
+fn station_of(tag: Tag, id: &str) -> u32 {
+    if ["ambulance", "firetruck", "charger_police", "police"].iter().any(|word| id.contains(word)) {
+        return station::SPECIAL;
+    }
+    match tag {
+        Tag::Pedestrian => station::PEDESTRIAN,
+        Tag::Bicycle => station::CYCLIST,
+        Tag::Motorcycle => station::MOTORCYCLE,
+        Tag::Car => station::PASSENGER_CAR,
+        Tag::Bus => station::BUS,
+        Tag::Truck => station::LIGHT_TRUCK,
+        Tag::Train => station::TRAM,
+        Tag::TrafficLight | Tag::TrafficSign | Tag::Pole => station::ROADSIDE_UNIT,
+        _ => station::UNKNOWN,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Times of messages within `secs` of a vehicle that moves at `speed` m/s, and from second 2 on
+    /// faster by 1 m/s each second if `gains`.
+    fn times(spec: CamSpec, speed: f32, gains: bool, secs: f64) -> Vec<f64> {
+        let mut cam = Cam::new(spec);
+        let mut said = Vec::new();
+        let (mut x, mut v) = (0.0, speed);
+        for frame in 1..=(secs / 0.05) as u32 {
+            let now = f64::from(frame) * 0.05;
+            if gains && now > 2.0 {
+                v += 0.05;
+            }
+            x += v * 0.05;
+            if cam.is_time(true, now, (Vec3::X * x, Vec3::X, v)) {
+                cam.last = Some((now, Vec3::X * x, Vec3::X, v));
+                said.push(now);
+            }
+        }
+        said
+    }
+
+    fn gaps(times: &[f64]) -> Vec<i64> {
+        times.windows(2).map(|pair| ((pair[1] - pair[0]) * 1000.0).round() as i64).collect()
+    }
+
+    #[test]
+    fn messages_come_as_the_standard_has_them() {
+        let spec = CamSpec::default();
+        // Who stands says so each second.
+        assert!(gaps(&times(spec, 0.0, false, 5.0)).iter().all(|gap| *gap == 1000));
+        // At 20 m/s, 4 m are passed within 0.25 s.
+        let fast = gaps(&times(spec, 20.0, false, 5.0));
+        assert!(fast.iter().all(|gap| *gap == 250 || *gap == 200), "{fast:?}");
+        // Half a metre a second faster takes half a second.
+        let gaining = gaps(&times(spec, 1.0, true, 6.0));
+        assert!(gaining.iter().rev().take(4).all(|gap| (500..=600).contains(gap)), "{gaining:?}");
+        let fixed =
+            CamSpec { radio: bus::RadioSpec { flags: radio::FIXED_RATE, ..spec.radio }, ..spec };
+        assert!(gaps(&times(fixed, 0.0, false, 2.0)).iter().all(|gap| *gap == 100));
+        // Never more often than the least interval, however fast it goes.
+        assert!(gaps(&times(spec, 200.0, false, 2.0)).iter().all(|gap| *gap == 100));
+    }
+}
