@@ -2,7 +2,7 @@
 //! what it says as CARLA's messages.
 
 use client_lib::{
-    BlueprintInfo, GnssSpec, ImuSpec, Measurement, ObstacleSpec, Pose, SensorSpec, World,
+    BlueprintInfo, GnssSpec, ImuSpec, Measurement, ObstacleSpec, Pose, SensorSpec, World, cam,
     collision, geodesy, gnss, imu, obstacle,
 };
 
@@ -10,6 +10,7 @@ use crate::{
     args::Refusal,
     cast::Cast,
     msgpack::Pack,
+    radio,
     sensor::{Kind, Sensor},
     stream::Message,
     wire::{Actor, Description, flip, flip_turn, message},
@@ -68,6 +69,8 @@ pub(crate) fn spec(
             };
             obstacle("obstacle", pose, look)
         }
+        Kind::V2x => cam("v2x", pose, radio::cam_spec(d)?),
+        Kind::V2xCustom => client_lib::message("v2x_custom", pose, radio::text_spec(d)?),
         _ => return Ok(None),
     };
     let seed = number("noise_seed", 0.0)? as u64;
@@ -86,11 +89,13 @@ pub(crate) fn messages_of(
     blueprints: &[BlueprintInfo],
 ) -> Vec<Message> {
     let Some(plane) = measured.planes().first() else { return Vec::new() };
-    let wrap = |body: &Pack| {
+    let begin = |len: usize| {
         let stamp = measured.header().stamp;
         let (frame, nanos) = (stamp.frame.0, stamp.sim_time_nanos);
-        let kind = sensor.kind.type_id();
-        let mut bytes = message(kind, frame, nanos, &plane.world_from_sensor, body.bytes().len());
+        message(sensor.kind.type_id(), frame, nanos, &plane.world_from_sensor, len)
+    };
+    let wrap = |body: &Pack| {
+        let mut bytes = begin(body.bytes().len());
         bytes.0.extend_from_slice(body.bytes());
         bytes.into_message()
     };
@@ -135,6 +140,14 @@ pub(crate) fn messages_of(
             other.write(&mut body);
             body.f32(seen.distance_m);
             vec![wrap(&body)]
+        }
+        Kind::V2x => {
+            let heard = measured.cams(0);
+            vec![radio::cams(begin(radio::CAM_BYTES * heard.len()), heard).into_message()]
+        }
+        Kind::V2xCustom => {
+            let heard = measured.messages(0);
+            vec![radio::texts(begin(radio::TEXT_BYTES * heard.len()), heard).into_message()]
         }
         _ => Vec::new(),
     }

@@ -12,8 +12,8 @@ use std::{
 };
 
 use client_lib::{
-    ActorId, ActorState, Client, ClientError, JournalEntry, Measurement, Pose, VehicleControl,
-    Weather, Wish, kind,
+    ActorId, ActorState, Client, ClientError, JournalEntry, Measurement, Pose, TEXT_BYTES,
+    Transmit, VehicleControl, Weather, Wish, kind,
 };
 
 use crate::{
@@ -23,6 +23,7 @@ use crate::{
     lights::Lights,
     measure,
     motion::Motions,
+    radio::is_radio,
     replay::Replayer,
     roadside::Roadsides,
     rpc::Peer,
@@ -394,6 +395,20 @@ impl Bridge {
         }
     }
 
+    /// Sends a text from a sensor with the next frame.
+    pub(crate) fn transmit(&mut self, id: u32, text: &str) -> Result<(), Refusal> {
+        self.make_rig(id)?;
+        let sensor = self.cast.own_mut(id)?.sensor.as_ref();
+        let sensor = sensor.filter(|s| s.kind == Kind::V2xCustom);
+        let rig = sensor.and_then(|s| s.rig.as_ref()).map(client_lib::Rig::id);
+        let rig = rig.ok_or("only sensor.other.v2x_custom sends")?;
+        let mut bytes = [0; TEXT_BYTES];
+        let room = bytes.get_mut(..text.len()).ok_or("the text is longer than 100 bytes")?;
+        room.copy_from_slice(text.as_bytes());
+        self.wish(Wish::Transmit(Transmit { rig, sensor: 0, text: bytes }));
+        Ok(())
+    }
+
     /// What inertial sensors feel at rest.
     pub(crate) fn set_imu_gravity(&mut self, mps2: f32) {
         self.imu_gravity_mps2 = mps2;
@@ -417,7 +432,8 @@ impl Bridge {
         let delta_nanos = self.client.settings().delta_nanos;
         for (id, own) in &mut self.cast.own {
             let Some(sensor) = &mut own.sensor else { continue };
-            let is_wanted = self.streams.is_wanted(sensor.stream);
+            // Stations send whether anybody listens or not.
+            let is_wanted = self.streams.is_wanted(sensor.stream) || is_radio(sensor.kind);
             sensor.idle_frames = if is_wanted { 0 } else { sensor.idle_frames + 1 };
             // A lidar's columns are those of one tick.
             let is_stale = sensor.rig.is_some() && sensor.rig_delta_nanos != delta_nanos;

@@ -145,7 +145,7 @@ const CALLS: &[(&str, Form, Handler)] = &[
     ("reset_all_traffic_lights", Nothing, signals::reset_all),
     ("reset_traffic_light_group", Nothing, signals::reset_group),
     ("restore_physx_physics", Nothing, ignore),
-    ("send", Nothing, |_| refuse("V2X")),
+    ("send", Nothing, vehicles::send_text),
     ("set_actor_autopilot", Nothing, vehicles::autopilot),
     ("set_actor_collisions", Nothing, physics::collisions),
     ("set_actor_dead", Nothing, ignore),

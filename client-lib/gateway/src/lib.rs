@@ -23,6 +23,7 @@ mod measure;
 mod motion;
 pub mod msgpack;
 mod navigation;
+mod radio;
 mod rays;
 mod replay;
 mod roadside;

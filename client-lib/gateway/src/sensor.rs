@@ -24,6 +24,8 @@ pub(crate) enum Kind {
     Collision,
     Obstacle,
     LaneInvasion,
+    V2x,
+    V2xCustom,
 }
 
 impl Kind {
@@ -44,6 +46,8 @@ impl Kind {
             "sensor.other.collision" => Kind::Collision,
             "sensor.other.obstacle" => Kind::Obstacle,
             "sensor.other.lane_invasion" => Kind::LaneInvasion,
+            "sensor.other.v2x" => Kind::V2x,
+            "sensor.other.v2x_custom" => Kind::V2xCustom,
             _ => return None,
         })
     }
@@ -66,6 +70,8 @@ impl Kind {
             Kind::Rgb => 13,
             Kind::Semantic => 14,
             Kind::Instance => 15,
+            Kind::V2x => 20,
+            Kind::V2xCustom => 21,
         }
     }
 

@@ -127,3 +127,10 @@ impl Bridge {
         found.map(|(_, blueprint)| blueprint).ok_or_else(|| not_one().into())
     }
 }
+
+/// A text by radio.
+pub(super) fn send_text(call: &mut Call) -> Result<(), Refusal> {
+    let id = call.args.u32()?;
+    let text = call.args.text()?;
+    call.bridge.transmit(id, text)
+}
