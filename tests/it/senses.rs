@@ -73,7 +73,7 @@ fn run(with_sensors: bool) -> (Vec<u64>, Vec<Vec<u8>>) {
         let speed = felt.odometry(2).unwrap().speed_mps;
         let truth = car.velocity().dot(car.pose.rotation() * Vec3::X);
         assert!((speed - truth).abs() < 1e-4, "{speed} {truth}");
-        let is_second = header.stamp.sim_time_nanos % (2 * DELTA_NANOS) == 0;
+        let is_second = header.stamp.sim_time_nanos.is_multiple_of(2 * DELTA_NANOS);
         assert_eq!(felt.gnss(1).is_some(), is_second);
         let up = felt.imu(0).unwrap().accelerometer_mps2[2];
         // From the spawn's little drop until it goes, it stands.
