@@ -7,7 +7,7 @@ use road::{Face, Mesh, Tag};
 use super::{Collider, Head, Lamp, Layer, Object, Parked, Town};
 
 /// Changes whenever the layout below or what is built from a map changes.
-pub const BAKE_VERSION: u64 = 4;
+pub const BAKE_VERSION: u64 = 5;
 
 const MAGIC: [u8; 8] = *b"omnitown";
 

@@ -17,6 +17,9 @@ pub(super) enum Style {
     Block,
     /// Many floors in several steps.
     Tower,
+    /// Flats above shops, wall to wall with its neighbours and under a steep roof: what the centre
+    /// of an old town is made of.
+    Row,
     /// One of a row, with a pitched roof.
     Terrace,
     /// Stands alone in a garden.
@@ -38,6 +41,17 @@ pub(super) struct House {
     pub(super) detail: Detail,
 }
 
+/// What old houses are washed with. sRGB.
+const PLASTER: [[u8; 3]; 7] = [
+    [214, 178, 112],
+    [224, 205, 168],
+    [196, 138, 108],
+    [208, 168, 152],
+    [172, 184, 152],
+    [228, 222, 208],
+    [184, 192, 200],
+];
+
 /// Of a floor, and of a ground floor with shops. Metres.
 const FLOOR_M: f32 = 3.1;
 const SHOP_M: f32 = 3.9;
@@ -48,7 +62,7 @@ impl House {
     /// From the ground to the eaves. Metres.
     pub(super) fn eaves_m(&self) -> f32 {
         match self.style {
-            Style::Block | Style::Tower | Style::Shell => {
+            Style::Block | Style::Row | Style::Tower | Style::Shell => {
                 SHOP_M + FLOOR_M * (self.floors - 1) as f32
             }
             Style::Terrace | Style::Villa => 0.5 + FLOOR_M * self.floors as f32,
@@ -65,6 +79,7 @@ impl House {
         match self.style {
             Style::Block => self.block(clay, random),
             Style::Tower => self.tower(clay, random),
+            Style::Row => self.row(clay, random),
             Style::Terrace => self.terrace(clay, random),
             Style::Villa => self.villa(clay, random),
             Style::Hall => self.hall(clay, random),
@@ -86,7 +101,7 @@ impl House {
             }
             sill += FLOOR_M;
         }
-        if matches!(self.style, Style::Terrace | Style::Villa) {
+        if matches!(self.style, Style::Row | Style::Terrace | Style::Villa) {
             roof::pitched(clay, [x, y], eaves, random.between(0.6, 0.9), self.facade, false);
         } else {
             clay.material(Material::RoofFlat);
@@ -143,6 +158,38 @@ impl House {
                 roof::mast(clay, high, random.between(6.0, 14.0));
             }
         }
+    }
+
+    fn row(&self, clay: &mut Clay, random: &mut Random) {
+        let ([x, y], eaves) = (self.half, self.eaves_m());
+        clay.material(Material::Concrete);
+        clay.block(vec3(-x, -y - 0.06, -FOOTING_M), vec3(x, y + 0.06, 0.6));
+        if self.facade == Material::FacadePlaster {
+            clay.tinted(self.facade, *random.pick(&PLASTER));
+        } else {
+            clay.material(self.facade);
+        }
+        clay.block(vec3(-x, -y, 0.58), vec3(x, y, eaves));
+        // A ledge above the shops, and a cornice that carries the roof.
+        clay.material(Material::Concrete);
+        for (z, out) in [(SHOP_M, 0.10), (eaves - 0.25, 0.28)] {
+            clay.block(vec3(-x, -y - out, z - 0.1), vec3(x, y + out, z + 0.14));
+        }
+        if random.chance(0.65) {
+            self.shops(clay, random);
+        } else {
+            let door = random.between(-0.5, 0.5) * (x - 1.2).max(0.0);
+            self.entrance(clay, door, 0.0, false);
+            self.windows(clay, 0.0, SHOP_M, Some(door), &[0]);
+        }
+        self.windows(clay, 0.0, SHOP_M, None, &[2]);
+        self.windows(clay, SHOP_M, eaves, None, &[0, 2]);
+        roof::pitched(clay, [x, y], eaves, random.between(0.8, 1.1), self.facade, false);
+        roof::chimneys(clay, [x, y], eaves, random, 2);
+        if random.chance(0.8) {
+            roof::dormers(clay, [x, y], eaves, random);
+        }
+        downpipe(clay, vec3(x - 0.25, y + 0.06, eaves));
     }
 
     fn terrace(&self, clay: &mut Clay, random: &mut Random) {
@@ -287,7 +334,7 @@ impl House {
 
     /// Windows on some of the walls, on every floor between two heights.
     fn windows(&self, clay: &mut Clay, low: f32, high: f32, door: Option<f32>, walls: &[usize]) {
-        let homely = matches!(self.style, Style::Villa | Style::Terrace);
+        let homely = matches!(self.style, Style::Row | Style::Villa | Style::Terrace);
         let spec = Windows {
             pitch_m: if homely { 2.5 } else { 2.8 },
             size_m: if homely { [1.1, 1.35] } else { [1.35, 1.65] },

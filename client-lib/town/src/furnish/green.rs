@@ -94,7 +94,7 @@ pub(super) fn gardens(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden], nu
         let trees = match garden.style {
             Style::Villa => 5,
             Style::Terrace | Style::Hall => 2,
-            Style::Block | Style::Tower => 1,
+            Style::Block | Style::Row | Style::Tower => 1,
             Style::Shell => 0,
         };
         for _ in 0..trees {

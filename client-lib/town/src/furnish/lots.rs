@@ -78,15 +78,15 @@ fn line(
             start += 4;
             continue;
         }
-        let mut house = draw(dense, random);
+        let mut house = draw(dense, plan.is_old, random);
         if narrow {
             if dense < BUILT_UP {
                 start += 4;
                 continue;
             }
             if matches!(house.style, Style::Tower | Style::Hall | Style::Shell) {
-                house.style = Style::Block;
-                house.floors = 4 + random.below(4) as u32;
+                house.style = if plan.is_old { Style::Row } else { Style::Block };
+                house.floors = if plan.is_old { 3 } else { 4 } + random.below(4) as u32;
             }
             house.half = [random.between(4.0, 6.5), random.between(4.5, 6.5)];
         }
@@ -106,6 +106,7 @@ fn line(
 fn gap(style: Style) -> f32 {
     match style {
         Style::Block => 0.4,
+        Style::Row => 0.1,
         Style::Terrace => 0.3,
         Style::Tower => 5.0,
         Style::Villa => 7.0,
@@ -115,11 +116,13 @@ fn gap(style: Style) -> f32 {
 }
 
 /// What somebody would build in a place as dense as this.
-fn draw(dense: f32, random: &mut Random) -> House {
+fn draw(dense: f32, is_old: bool, random: &mut Random) -> House {
     let detail = super::Detail::Standard;
     let dice = random.unit();
     let style = if dense > 0.3 && random.chance(UNFINISHED) {
         Style::Shell
+    } else if is_old && dense > 0.25 {
+        if dice < 0.93 { Style::Row } else { Style::Terrace }
     } else if dense > 0.72 {
         if dice < 0.22 { Style::Tower } else { Style::Block }
     } else if dense > 0.42 {
@@ -157,6 +160,12 @@ fn draw(dense: f32, random: &mut Random) -> House {
             random.between(11.0, 17.0),
             3 + random.below(3) as u32 + (dense * 3.0) as u32,
             if random.chance(0.15) { Material::FacadeGlass } else { *random.pick(&plaster) },
+        ),
+        Style::Row => (
+            random.between(9.0, 17.0),
+            random.between(10.0, 13.0),
+            3 + random.below(2) as u32 + u32::from(dense > 0.5),
+            if random.chance(0.75) { Material::FacadePlaster } else { Material::FacadeBrick },
         ),
         Style::Terrace => (
             random.between(7.0, 12.0),
@@ -204,6 +213,8 @@ fn place(
     let front = match house.style {
         Style::Block if dense > 0.6 && first.walk_m > 1.5 => random.between(0.8, 1.6),
         Style::Block | Style::Tower => random.between(1.5, 5.0),
+        // Along the street they stand in one line.
+        Style::Row => 0.6,
         Style::Shell => random.between(4.5, 7.0),
         Style::Terrace => random.between(1.2, 3.5),
         Style::Villa => random.between(4.0, 9.0),

@@ -1,6 +1,6 @@
-use glam::{Vec2, Vec3, vec2};
+use glam::{DVec2, Vec2, Vec3, vec2};
 use rayon::prelude::*;
-use road::{Mesh, Network, Tag};
+use road::{LaneType, Mesh, Network, Tag};
 
 use super::Detail;
 use super::bridge;
@@ -35,6 +35,8 @@ pub(super) struct Plan<'a> {
     /// Outer edges of roads.
     pub(super) outlines: Vec<Frontage>,
     pub(super) density: Density,
+    /// Streets are slow and crooked, as before there were cars.
+    pub(super) is_old: bool,
     /// Everything one can stand on: roads, and the ground between them.
     surface: [TriangleIndex; 2],
     relief: Relief,
@@ -111,6 +113,7 @@ impl Plan<'_> {
             town: (low, high),
             outlines,
             density,
+            is_old: is_old(network),
             surface,
             relief,
             ground,
@@ -139,6 +142,39 @@ impl Plan<'_> {
         point.extend(self.height(point))
     }
 }
+
+/// Up to this limit streets are those of an old town, or nearly all are: the share of their length.
+/// Metres per second.
+const SLOW_MPS: f64 = 12.0;
+const SLOW_SHARE: f64 = 0.95;
+/// How far streets may run along and across one another: 1 where all of them do, 0 where they run
+/// every way.
+const SQUARE: f64 = 0.6;
+
+/// Whether the streets are slow, and run this way and that.
+fn is_old(network: &Network) -> bool {
+    let (mut length, mut slow, mut square) = (0.0, 0.0, DVec2::ZERO);
+    for lane in network.lanes() {
+        if lane.kind != LaneType::Driving || lane.junction.is_some() {
+            continue;
+        }
+        let steps = (lane.length_m / HEADING_M).ceil().clamp(1.0, 1000.0);
+        for step in 0..steps as usize {
+            let along_m = lane.length_m * (step as f64 + 0.5) / steps;
+            let heading = network.place_at(lane.index, along_m, 0.0).heading_rad;
+            // Four times the angle is the same along and across.
+            square += DVec2::from_angle(4.0 * heading) * (lane.length_m / steps);
+        }
+        length += lane.length_m;
+        if lane.speed_limit_mps.is_some_and(|limit| limit < SLOW_MPS) {
+            slow += lane.length_m;
+        }
+    }
+    slow > SLOW_SHARE * length && square.length() < SQUARE * length
+}
+
+/// Between places where a street is asked for its bearing. Metres.
+const HEADING_M: f64 = 15.0;
 
 /// Whether a triangle faces up, more or less.
 fn lies(mesh: &Mesh, number: usize) -> bool {

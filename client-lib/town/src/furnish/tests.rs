@@ -418,3 +418,32 @@ fn crosswalks_are_painted_on_the_ground_itself() {
         );
     }
 }
+
+#[test]
+fn an_old_town_is_built_of_rows_under_steep_roofs() {
+    use crate::{Character, Plan, generate};
+    let built = |character: Character, seed: u64| {
+        let (size_m, relief_m) = character.usual_m();
+        let plan = Plan { name: "built".to_string(), seed, size_m, character, relief_m };
+        let town = furnish(&Network::parse(&generate(&plan)).expect("a generated town"), 1);
+        let houses = || town.objects.iter().filter(|one| one.tag == Tag::Building);
+        let tallest = houses().map(|one| one.half_extents_m.z * 2.0).fold(0.0, f32::max);
+        let glass = |face: &&road::Face| face.material == road::Material::FacadeGlass as u8;
+        let tiled: std::collections::BTreeSet<u32> = town
+            .mesh
+            .faces
+            .iter()
+            .filter(|face| face.material == road::Material::RoofTiles as u8)
+            .map(|face| face.object)
+            .collect();
+        let share = tiled.len() as f32 / houses().count() as f32;
+        (tallest, town.mesh.faces.iter().filter(glass).count(), share)
+    };
+    for seed in [1, 2, 3] {
+        let (tallest, glass, tiled) = built(Character::OldTown, seed);
+        assert!(tallest < 35.0 && glass == 0 && tiled > 0.85, "{tallest} m, {glass}, {tiled}");
+    }
+    // A city of our days is another thing.
+    let (tallest, glass, _) = built(Character::Grid, 1);
+    assert!(tallest > 35.0 && glass > 0, "{tallest} m, {glass}");
+}

@@ -138,6 +138,8 @@ pub(super) struct Street {
     pub(super) hump: Option<(f64, f64, f64)>,
     /// An acceleration lane at its start: full width for the first, narrowing for the second length.
     pub(super) merge: Option<(f64, f64)>,
+    /// A deceleration lane at its end: widening for the first, full width for the second length.
+    pub(super) leave: Option<(f64, f64)>,
     /// Whether the right shoulder is nothing at its start, at its end: a ramp is too near.
     pub(super) pinched: [bool; 2],
     /// How much broader its sidewalks are in the middle.
@@ -157,6 +159,7 @@ impl Street {
             follows: false,
             hump: None,
             merge: None,
+            leave: None,
             pinched: [false; 2],
             square: [0.0; 2],
             bridge: 0.0,
@@ -188,9 +191,9 @@ impl Street {
         }
     }
 
-    /// How many driving lanes there are more on the right of its start.
+    /// How many driving lanes there are more at an end, on the right of its start.
     pub(super) fn extra(&self, end: usize) -> usize {
-        usize::from(end == 0 && self.merge.is_some())
+        usize::from(if end == 0 { self.merge.is_some() } else { self.leave.is_some() })
     }
 }
 

@@ -23,12 +23,12 @@ pub(super) struct Arm {
 impl Arm {
     /// Lanes that lead into the junction.
     pub(super) fn ins(&self) -> usize {
-        self.profile.lanes[self.in_side()]
+        self.profile.lanes[self.in_side()] + if self.end == 1 { self.extra } else { 0 }
     }
 
     /// Lanes that lead out of it.
     pub(super) fn outs(&self) -> usize {
-        self.profile.lanes[self.out_side()] + self.extra
+        self.profile.lanes[self.out_side()] + if self.end == 0 { self.extra } else { 0 }
     }
 
     /// The street's side on which one arrives.
@@ -373,7 +373,8 @@ fn weave(layout: &Layout, arms: &[Arm]) -> Vec<Turn> {
     };
     if let (Some(from), Some(to)) = (find(false, |a| a.ins() > 0), find(false, |a| a.outs() > 0)) {
         let lanes = arms[from].ins();
-        (0..lanes).for_each(|lane| go(from, to, lane, lane));
+        // A deceleration lane leads to the exit alone.
+        (0..lanes - arms[from].extra).for_each(|lane| go(from, to, lane, lane));
         if let Some(exit) = find(true, |arm| arm.outs() > 0) {
             go(from, exit, lanes - 1, 0);
         }

@@ -1,7 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
-use road::{LaneIndex, LanePoint, LaneTypes, Network};
+use road::{LaneIndex, LanePoint, LaneType, LaneTypes, Network};
 
 use super::*;
 
@@ -116,7 +116,9 @@ fn every_driving_lane_reaches_every_other() {
         for lane in driving {
             // An acceleration lane ends; who is on it changes to the left.
             let goes_on = !lane.successors.is_empty() || lane.left_change;
-            assert!(goes_on && !lane.predecessors.is_empty(), "{name}: {lane:?}");
+            // And a deceleration lane begins; who leaves changes into it.
+            let comes = !lane.predecessors.is_empty() || lane.left_change;
+            assert!(goes_on && comes, "{name}: {lane:?}");
             let index = lane.index.0 as usize;
             assert!(ahead[index] && back[index], "{name}: {lane:?}");
         }
@@ -201,5 +203,55 @@ fn roads_keep_clear_of_each_other() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn who_leaves_or_joins_a_motorway_has_a_lane_for_it() {
+    let size_m = Character::Highway.usual_m().0;
+    for seed in [2, 3, 4] {
+        let name = format!("highway {seed}");
+        let plan = Plan { name, seed, size_m, character: Character::Highway, relief_m: 4.0 };
+        let network = Network::parse(&generate(&plan)).expect("a generated town");
+        let called = |index: LaneIndex, name: &str| {
+            network.roads()[network.lane(index).road as usize].name.starts_with(name)
+        };
+        let width = |lane: LaneIndex, along_m: f64| network.width(LanePoint { lane, along_m });
+        let ramps = |name: &'static str| {
+            network
+                .lanes()
+                .iter()
+                .filter(move |lane| lane.kind == LaneType::Driving && called(lane.index, name))
+        };
+        let mut seen = [0, 0];
+        for ramp in ramps("Exit") {
+            let [turn] = ramp.predecessors[..] else { panic!("one way to the exit") };
+            let [lane] = network.lane(turn).predecessors[..] else { panic!("one lane") };
+            let lane = network.lane(lane);
+            assert!(called(lane.index, "Motorway"));
+            // Who goes on does not use it, and all change into it from the left.
+            assert_eq!(lane.successors, [turn]);
+            assert!(lane.predecessors.is_empty() && lane.length_m > 200.0, "{}", lane.length_m);
+            assert!(width(lane.index, 0.0) < 0.1 && width(lane.index, 60.0) > 3.5);
+            let left = network.lane(lane.left.expect("a lane beside it"));
+            assert!(left.right_change && left.kind == LaneType::Driving);
+            assert!(
+                left.successors
+                    .iter()
+                    .all(|next| !called(network.lane(*next).successors[0], "Exit"))
+            );
+            seen[0] += 1;
+        }
+        for ramp in ramps("Entry") {
+            let [turn] = ramp.successors[..] else { panic!("one way from the entry") };
+            let [lane] = network.lane(turn).successors[..] else { panic!("one lane") };
+            let lane = network.lane(lane);
+            assert!(called(lane.index, "Motorway") && lane.left_change);
+            assert_eq!(lane.predecessors, [turn]);
+            assert!(lane.successors.is_empty() && lane.length_m > 200.0, "{}", lane.length_m);
+            assert!(width(lane.index, 150.0) > 3.5);
+            seen[1] += 1;
+        }
+        assert!(seen[0] >= 2 && seen[0] == seen[1], "{seen:?}");
     }
 }

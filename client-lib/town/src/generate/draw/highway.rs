@@ -27,7 +27,7 @@ const MEDIAN_M: f64 = 3.0;
 /// From the overpass to where lanes part and join, along the motorway. Metres.
 const RAMP_M: f64 = 215.0;
 /// Half the length over which a ramp parts, and over which it joins. Metres.
-const PART_M: f64 = 35.0;
+const PART_M: f64 = 15.0;
 const JOIN_M: f64 = 15.0;
 /// From the middle of the motorway to where ramps and cross street meet. Metres.
 const TERMINAL_M: f64 = 72.0;
@@ -39,6 +39,8 @@ const DESCENT_M: f64 = 185.0;
 const CLEARANCE_M: f64 = 7.0;
 /// An acceleration lane: all of it, and its end. Metres.
 const MERGE_M: (f64, f64) = (170.0, 70.0);
+/// A deceleration lane: its beginning, and the rest. Metres.
+const LEAVE_M: (f64, f64) = (60.0, 150.0);
 
 /// How the motorway runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -228,10 +230,13 @@ impl Sketch {
         for k in 0..cuts.len() {
             let (from, to) = (cuts[k], cuts[(k + 1) % cuts.len()]);
             let pieces = curve::cut(line, from.0 + from.1, to.0 - to.1);
+            let length = curve::length(&pieces);
             let name = format!("Motorway {}", if side == 0 { "A" } else { "B" });
             let mut street = Street::new(name, [from.2, to.2], self.main).along(pieces);
             street.follows = true;
             street.merge = from.3.then_some(MERGE_M);
+            let room = length - if from.3 { MERGE_M.0 + MERGE_M.1 } else { 0.0 };
+            street.leave = (!to.3 && room > LEAVE_M.0 + LEAVE_M.1 + 20.0).then_some(LEAVE_M);
             street.pinched = [!from.3, to.3];
             street.hump = route.crossing.map(|(at, heading)| {
                 let heading = if side == 0 { heading } else { heading + PI };

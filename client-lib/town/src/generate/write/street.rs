@@ -18,15 +18,35 @@ const CROSSED_MIN_M: f64 = 24.0;
 /// Over which a shoulder grows where a ramp parts. Metres.
 const GORE_M: f64 = 60.0;
 
+/// Half of the bridge where a motorway crosses itself. Metres.
+const HUMP_BRIDGE_M: f64 = 40.0;
+
 /// A part of a street in which the lanes are the same.
 #[derive(Clone, Copy)]
 struct Stretch {
     from: f64,
     to: f64,
-    /// Whether there is an acceleration lane.
-    merging: bool,
-    first: bool,
-    last: bool,
+    /// Whether there is a lane more, for those who come or leave.
+    beside: Beside,
+    /// The same of the stretches before and after it, if it has any.
+    before: Option<Beside>,
+    after: Option<Beside>,
+}
+
+/// A lane on the right of all others.
+#[derive(Clone, Copy, PartialEq)]
+enum Beside {
+    Nothing,
+    /// It ends with the stretch.
+    Acceleration,
+    /// It begins with the stretch.
+    Deceleration,
+}
+
+impl Beside {
+    fn lanes(self) -> i32 {
+        i32::from(self != Beside::Nothing)
+    }
 }
 
 impl Sheet<'_> {
@@ -61,20 +81,13 @@ impl Sheet<'_> {
         if parting != 0.0 {
             put!(self, "<laneOffset s=\"0\" a=\"{parting:.6}\" b=\"0\" c=\"0\" d=\"0\"/>");
         }
-        match street.merge {
-            Some((full, taper)) if full + taper + 1.0 < length => {
-                let part = full + taper;
-                let (first, last) = (true, false);
-                self.section(street, Stretch { from: 0.0, to: part, merging: true, first, last });
-                let (first, last) = (false, true);
-                let rest = Stretch { from: part, to: length, merging: false, first, last };
-                self.section(street, rest);
-            }
-            merge => {
-                let (first, last) = (true, true);
-                let merging = merge.is_some();
-                self.section(street, Stretch { from: 0.0, to: length, merging, first, last });
-            }
+        let stretches = stretches(street, length);
+        for (at, (from, to, beside)) in stretches.iter().enumerate() {
+            let other =
+                |at: Option<usize>| at.and_then(|at| stretches.get(at)).map(|stretch| stretch.2);
+            let (before, after) = (other(at.checked_sub(1)), other(Some(at + 1)));
+            let (from, to, beside) = (*from, *to, *beside);
+            self.section(street, Stretch { from, to, beside, before, after });
         }
         put!(self, "</lanes>");
     }
@@ -85,7 +98,7 @@ impl Sheet<'_> {
         let left = profile.lanes[1] > 0 || profile.edge(1) > 0.0;
         if left {
             put!(self, "<left>");
-            let last = self.outermost(profile, 1, false);
+            let last = self.outermost(profile, 1, 0);
             (1..=last).rev().for_each(|lane| self.lane(street, 1, lane, stretch));
             put!(self, "</left>");
         }
@@ -93,22 +106,22 @@ impl Sheet<'_> {
         let (kind, color, wide) = middle(profile);
         self.mark(kind, color, wide, "none");
         put!(self, "</lane></center><right>");
-        let last = self.outermost(profile, 0, stretch.merging);
+        let last = self.outermost(profile, 0, stretch.beside.lanes());
         (1..=last).for_each(|lane| self.lane(street, 0, lane, stretch));
         put!(self, "</right></laneSection>");
     }
 
-    fn outermost(&self, profile: &Profile, side: usize, merging: bool) -> i32 {
+    fn outermost(&self, profile: &Profile, side: usize, more: i32) -> i32 {
         let edge = if profile.edge(side) > 0.0 { 0 } else { -1 };
-        profile.edge_id(side) + edge + i32::from(merging)
+        profile.edge_id(side) + edge + more
     }
 
     fn lane(&mut self, street: &Street, side: usize, lane: i32, stretch: Stretch) {
         let profile = &street.profile;
         let length = stretch.to - stretch.from;
         let driving = profile.lanes[side] as i32;
-        let merging = side == 0 && stretch.merging;
-        let extra = i32::from(merging);
+        let beside = if side == 0 { stretch.beside } else { Beside::Nothing };
+        let extra = beside.lanes();
         let edge = profile.edge_id(side) + extra;
         let kind = match lane {
             _ if lane <= driving + extra => "driving",
@@ -119,29 +132,35 @@ impl Sheet<'_> {
         let sign = if side == 0 { -1 } else { 1 };
         put!(self, "<lane id=\"{}\" type=\"{kind}\" level=\"false\">", sign * lane);
         put!(self, "<link>");
-        let added = merging && lane == driving + 1;
-        // The shoulder's number moves in where the acceleration lane ends.
-        let shift = i32::from(street.merge.is_some() && side == 0 && kind == "shoulder");
-        if !stretch.first {
-            put!(self, "<predecessor id=\"{}\"/>", sign * (lane + shift));
+        let added = extra > 0 && lane == driving + 1;
+        // The shoulder has another number where there is another lane.
+        let moves = side == 0 && lane > driving + extra;
+        let number = |other: Beside| lane + if moves { other.lanes() - extra } else { 0 };
+        if let Some(before) = stretch.before.filter(|_| !added) {
+            put!(self, "<predecessor id=\"{}\"/>", sign * number(before));
         }
-        if !stretch.last && !added {
-            put!(self, "<successor id=\"{}\"/>", sign * (lane - shift));
+        if let Some(after) = stretch.after.filter(|_| !added) {
+            put!(self, "<successor id=\"{}\"/>", sign * number(after));
         }
         put!(self, "</link>");
         match kind {
             "driving" if added => {
-                let (full, taper) = street.merge.unwrap_or_default();
-                let full = full.min(length * 0.7);
-                let end = (full + taper).min(length);
                 let wide = profile.lane;
-                put!(self, "{}", widths(&[(0.0, wide), (full, wide), (end, 0.0)]).trim_end());
+                let places = if beside == Beside::Acceleration {
+                    let (full, taper) = street.merge.unwrap_or_default();
+                    let full = full.min(length * 0.7);
+                    [(0.0, wide), (full, wide), ((full + taper).min(length), 0.0)]
+                } else {
+                    let (taper, _) = street.leave.unwrap_or_default();
+                    [(0.0, 0.0), (taper.min(length * 0.3), wide), (length, wide)]
+                };
+                put!(self, "{}", widths(&places).trim_end());
                 self.mark("solid", "white", 0.15, "none");
             }
             "driving" => {
                 put!(self, "{}", widths(&[(0.0, profile.lane), (length, profile.lane)]).trim_end());
                 let fast = profile.class >= Class::Rural;
-                if lane < driving || merging {
+                if lane < driving || extra > 0 {
                     self.mark("broken", "white", 0.12, "both");
                 } else if lane + 1 < edge {
                     self.mark("none", "white", 0.12, "none");
@@ -200,15 +219,19 @@ impl Sheet<'_> {
             }
             put!(self, "</outline></object>");
         }
-        if street.bridge > 0.0 {
-            put!(
-                self,
-                "<bridge s=\"{:.6}\" length=\"{:.6}\" id=\"{}\" name=\"Overpass\" \
-                 type=\"concrete\"/>",
-                (length * 0.5 - street.bridge).max(0.0),
-                (street.bridge * 2.0).min(length),
-                index
-            );
+        // A motorway that crosses itself is carried over the lower one.
+        let hump = street.hump.map(|(middle, ..)| (middle, HUMP_BRIDGE_M));
+        let own = (street.bridge > 0.0).then_some((length * 0.5, street.bridge));
+        for (middle, half) in hump.into_iter().chain(own) {
+            let (from, to) = ((middle - half).max(0.0), (middle + half).min(length));
+            if from < to {
+                put!(
+                    self,
+                    "<bridge s=\"{from:.6}\" length=\"{:.6}\" id=\"{index}\" name=\"Overpass\" \
+                     type=\"concrete\"/>",
+                    to - from
+                );
+            }
         }
         put!(self, "</objects>");
     }
@@ -305,6 +328,29 @@ fn middle(profile: &Profile) -> (&'static str, &'static str, f64) {
     }
 }
 
+/// From where to where a street has which lane beside the others.
+fn stretches(street: &Street, length: f64) -> Vec<(f64, f64, Beside)> {
+    let (mut from, mut to) = (0.0, length);
+    let mut found = Vec::new();
+    if let Some((full, taper)) = street.merge {
+        from = (full + taper).min(length);
+        found.push((0.0, from, Beside::Acceleration));
+    }
+    if let Some((taper, full)) = street.leave {
+        to = length - taper - full;
+    }
+    // A short street is nothing but its acceleration lane.
+    if to - from > 1.0 || found.is_empty() {
+        found.push((from, to, Beside::Nothing));
+    } else if let Some(last) = found.last_mut() {
+        last.1 = to;
+    }
+    if street.leave.is_some() {
+        found.push((to, length, Beside::Deceleration));
+    }
+    found
+}
+
 /// How wide a sidewalk or shoulder is, from place to place.
 fn edge_places(street: &Street, side: usize, stretch: Stretch) -> Vec<(f64, f64)> {
     let (profile, length) = (&street.profile, stretch.to - stretch.from);
@@ -323,12 +369,12 @@ fn edge_places(street: &Street, side: usize, stretch: Stretch) -> Vec<(f64, f64)
     }
     let gore = GORE_M.min(length * 0.4);
     let mut places = Vec::new();
-    if side == 0 && street.pinched[0] && stretch.first {
+    if side == 0 && street.pinched[0] && stretch.before.is_none() {
         places.extend([(0.0, 0.0), (gore, wide)]);
     } else {
         places.push((0.0, wide));
     }
-    if side == 0 && street.pinched[1] && stretch.last {
+    if side == 0 && street.pinched[1] && stretch.after.is_none() {
         places.extend([(length - gore, wide), (length, 0.0)]);
     } else {
         places.push((length, wide));
