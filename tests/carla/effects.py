@@ -989,13 +989,13 @@ def sees_how_surfaces_lie_and_move(c):
     c.ticks(3)
     car.enable_constant_velocity(carla.Vector3D(x=10.0))
     c.ticks(10)
-    for measured in (lie, move, change):
-        while not measured.empty():
-            measured.get()
     frame = c.world.tick()
-    image, moved = lie.get(timeout=TIMEOUT), move.get(timeout=TIMEOUT)
-    events = change.get(timeout=TIMEOUT)
-    assert image.frame == moved.frame == events.frame == frame
+
+    def of_frame(measured):
+        return next(one for one in iter(lambda: measured.get(timeout=TIMEOUT), None)
+                    if one.frame == frame)
+
+    image, moved, events = of_frame(lie), of_frame(move), of_frame(change)
     # Below the camera lies the road: z, which is blue, points up.
     b, g, r = (int(value) for value in pixels(image)[115, 80, :3])
     assert b > 250 and abs(g - 128) < 12 and abs(r - 128) < 12, (r, g, b)
@@ -1016,7 +1016,7 @@ def sees_how_surfaces_lie_and_move(c):
     assert len(events) > 50 and signs == {-1, 1}, (len(events), signs)
     assert list(times) == sorted(times) and last <= times[0] and times[-1] <= last + 50_000_001
     assert max(events.to_array_x()) < 160 and max(events.to_array_y()) < 120
-    assert pixels(events.to_image()).any()
+    assert np.array(events.to_image()).any()
     assert never.empty(), "where nothing changes there is no event, and no call"
     works("sensor.camera.dvs DVSEventArray.to_array_x DVSEventArray.to_array_y "
           "DVSEventArray.to_array_t DVSEventArray.to_array_pol DVSEventArray.to_image",
