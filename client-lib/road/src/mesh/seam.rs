@@ -37,7 +37,7 @@ pub(super) struct Rim {
 
 /// The seams between all these rims.
 pub(super) fn seams(network: &Network, rims: &[Rim], threads: usize) -> Vec<Mesh> {
-    let grid = Grid::new(rims);
+    let grid = Grid::new(network, rims);
     let share = (rims.len() / (threads * 8)).max(RIMS_MIN);
     let parts: Vec<&[Rim]> = rims.chunks(share).collect();
     crew::share(&parts, threads, "road-seam", |part| {
@@ -90,18 +90,18 @@ fn places(network: &Network, rim: &Rim, grid: &Grid) -> Vec<Place> {
         if before.dot(after) > 0.3 { both } else { after }
     };
     let mut places: Vec<Place> = Vec::new();
-    for (edge, pair) in rim.points.windows(2).enumerate() {
-        let near = grid.near(pair);
+    for (number, edge) in edges(network, rim).enumerate() {
+        let near = grid.near(&edge);
         let pieces = if near.is_empty() {
             1
         } else {
-            (pair[0].distance(pair[1]) / PIECE_M).ceil().clamp(1.0, 200.0) as usize
+            (edge.from.distance(edge.to) / PIECE_M).ceil().clamp(1.0, 200.0) as usize
         };
-        let outs = [out_at(edge), out_at(edge + 1)];
+        let outs = [out_at(number), out_at(number + 1)];
         let place = |share: f64| {
-            let point = pair[0].lerp(pair[1], share);
+            let point = edge.from.lerp(edge.to, share);
             let out = outs[0].lerp(outs[1], share).normalize_or_zero();
-            let beyond = beyond(network, &cover, rim.road, point, out, &near);
+            let beyond = beyond(&cover, &edge, point, out, &near);
             Place { point, out, beyond, is_corner: share == 0.0 || share == 1.0 }
         };
         let first = place(0.0);
@@ -142,14 +142,7 @@ fn refine(
 }
 
 /// What lies beyond a place of a rim, among the edges `near`.
-fn beyond(
-    network: &Network,
-    cover: &Cover,
-    road: u32,
-    point: DVec3,
-    out: DVec2,
-    near: &[Edge],
-) -> Beyond {
+fn beyond(cover: &Cover, own: &Edge, point: DVec3, out: DVec2, near: &[Edge]) -> Beyond {
     let mut first: Option<(f64, Beyond)> = None;
     let mut touched = None;
     for edge in near {
@@ -169,13 +162,11 @@ fn beyond(
         // Its surface lies to its left: who comes from there goes out.
         let is_exit = across > 0.0;
         // A road may face itself, in the middle of a tight turn.
-        if edge.road == road && (is_exit || away < TOUCH_M) {
+        if edge.road == own.road && (is_exit || away < TOUCH_M) {
             continue;
         }
         let foot = edge.from.lerp(edge.to, share);
-        let in_junction = |road: u32| network.roads()[road as usize].junction.is_some();
-        let reach =
-            if in_junction(road) || in_junction(edge.road) { JUNCTION_GAP_M } else { GAP_M };
+        let reach = own.reach(edge);
         if away > reach || (foot.z - point.z).abs() > STEP_M + SLOPE * away {
             continue;
         }
@@ -268,62 +259,112 @@ fn foot(place: &Place, beside: &Place) -> Option<DVec3> {
 #[derive(Clone, Copy)]
 struct Edge {
     road: u32,
+    in_junction: bool,
     from: DVec3,
     to: DVec3,
+}
+
+impl Edge {
+    /// How wide a gap between two of them may be.
+    fn reach(&self, other: &Edge) -> f64 {
+        if self.in_junction || other.in_junction { JUNCTION_GAP_M } else { GAP_M }
+    }
+
+    /// Whether a seam may lead from one to the other, by their boxes.
+    fn is_near(&self, other: &Edge) -> bool {
+        let reach = self.reach(other);
+        let apart = |low: DVec3, high: DVec3| low.cmpgt(high + reach).any();
+        !apart(self.from.min(self.to), other.from.max(other.to))
+            && !apart(other.from.min(other.to), self.from.max(self.to))
+    }
 }
 
 /// Edges by the squares that they cross.
 struct Grid {
     edges: Vec<Edge>,
-    /// Square and edge, sorted.
-    members: Vec<([i32; 2], u32)>,
+    low: DVec2,
+    square_m: f64,
+    columns: usize,
+    rows: usize,
+    /// Where the members of each square begin.
+    starts: Vec<u32>,
+    members: Vec<u32>,
 }
 
 const SQUARE_M: f64 = 4.0;
+/// More squares are not kept; on larger maps they are larger.
+const SQUARES_MAX: f64 = 4e6;
 
 impl Grid {
-    fn new(rims: &[Rim]) -> Grid {
-        let mut grid = Grid { edges: Vec::new(), members: Vec::new() };
-        for rim in rims {
-            for pair in rim.points.windows(2) {
-                let number = grid.edges.len() as u32;
-                grid.edges.push(Edge { road: rim.road, from: pair[0], to: pair[1] });
-                squares(pair, 0.0, |square| grid.members.push((square, number)));
+    fn new(network: &Network, rims: &[Rim]) -> Grid {
+        let edges: Vec<Edge> = rims.iter().flat_map(|rim| edges(network, rim)).collect();
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for end in edges.iter().flat_map(|edge| [edge.from, edge.to]) {
+            (low, high) = (low.min(end.truncate()), high.max(end.truncate()));
+        }
+        let size = (high - low).max(DVec2::ONE);
+        let square_m = SQUARE_M.max((size.x * size.y / SQUARES_MAX).sqrt());
+        let [columns, rows] = [size.x, size.y].map(|size| (size / square_m) as usize + 1);
+        let mut grid = Grid {
+            edges,
+            low,
+            square_m,
+            columns,
+            rows,
+            starts: vec![0; columns * rows + 1],
+            members: Vec::new(),
+        };
+        if grid.edges.is_empty() {
+            return grid;
+        }
+        let mut starts = std::mem::take(&mut grid.starts);
+        for edge in &grid.edges {
+            grid.squares(edge, 0.0).for_each(|square| starts[square + 1] += 1);
+        }
+        for square in 0..columns * rows {
+            starts[square + 1] += starts[square];
+        }
+        let mut next = starts.clone();
+        let mut members = vec![0; starts[columns * rows] as usize];
+        for (number, edge) in grid.edges.iter().enumerate() {
+            for square in grid.squares(edge, 0.0) {
+                members[next[square] as usize] = number as u32;
+                next[square] += 1;
             }
         }
-        grid.members.sort_unstable();
+        (grid.starts, grid.members) = (starts, members);
         grid
     }
 
     /// The edges that a seam from this one may reach.
-    fn near(&self, pair: &[DVec3]) -> Vec<Edge> {
+    fn near(&self, edge: &Edge) -> Vec<Edge> {
         let mut found: Vec<u32> = Vec::new();
-        let low = pair[0].min(pair[1]) - JUNCTION_GAP_M;
-        let high = pair[0].max(pair[1]) + JUNCTION_GAP_M;
-        squares(pair, JUNCTION_GAP_M, |square| {
-            let first = self.members.partition_point(|member| member.0 < square);
-            let members = self.members[first..].iter().take_while(|member| member.0 == square);
-            found.extend(members.map(|member| member.1).filter(|number| {
-                let edge = &self.edges[*number as usize];
-                edge.from.min(edge.to).cmple(high).all() && edge.from.max(edge.to).cmpge(low).all()
-            }));
-        });
+        for square in self.squares(edge, JUNCTION_GAP_M) {
+            let members = self.starts[square] as usize..self.starts[square + 1] as usize;
+            let near = |number: &u32| edge.is_near(&self.edges[*number as usize]);
+            found.extend(self.members[members].iter().copied().filter(near));
+        }
         found.sort_unstable();
         found.dedup();
         found.into_iter().map(|number| self.edges[number as usize]).collect()
     }
-}
 
-/// The squares that an edge's box, wider by `margin`, touches.
-fn squares(pair: &[DVec3], margin: f64, mut each: impl FnMut([i32; 2])) {
-    let low = ((pair[0].min(pair[1]) - margin) / SQUARE_M).floor().truncate().as_ivec2();
-    let high = ((pair[0].max(pair[1]) + margin) / SQUARE_M).floor().truncate().as_ivec2();
-    for x in low.x..=high.x.min(low.x.saturating_add(SQUARES_MAX)) {
-        for y in low.y..=high.y.min(low.y.saturating_add(SQUARES_MAX)) {
-            each([x, y]);
-        }
+    /// The squares that an edge's box, wider by `margin`, touches.
+    fn squares(&self, edge: &Edge, margin: f64) -> impl Iterator<Item = usize> + use<> {
+        let at = |point: DVec3, margin: f64| {
+            let place = ((point.truncate() - self.low + margin) / self.square_m).max(DVec2::ZERO);
+            [(place.x as usize).min(self.columns - 1), (place.y as usize).min(self.rows - 1)]
+        };
+        let from = at(edge.from.min(edge.to), -margin);
+        let to = at(edge.from.max(edge.to), margin);
+        let columns = self.columns;
+        (from[1]..=to[1]).flat_map(move |row| (from[0]..=to[0]).map(move |x| row * columns + x))
     }
 }
 
-/// Stations lie a few metres apart; only a broken file makes longer edges.
-const SQUARES_MAX: i32 = 64;
+/// A rim's edges in their order.
+fn edges(network: &Network, rim: &Rim) -> impl Iterator<Item = Edge> {
+    let in_junction = network.roads()[rim.road as usize].junction.is_some();
+    let road = rim.road;
+    rim.points.windows(2).map(move |pair| Edge { road, in_junction, from: pair[0], to: pair[1] })
+}
