@@ -22,5 +22,6 @@ mod refuse;
 mod same;
 mod senses;
 mod setters;
+mod soak;
 mod tidy;
 mod two;

@@ -1,0 +1,101 @@
+//! Worlds come and go for long: nothing grows.
+
+use bus::Role;
+use client_lib::{Client, Pose, Rig, Spawn, camera, output};
+use glam::vec3;
+
+use crate::kit::{Sim, is_soak, resident_bytes};
+
+/// Worlds, and ticks of each.
+fn counts() -> (usize, usize) {
+    if is_soak() { (10_000, 100) } else { (1000, 50) }
+}
+
+/// How often is looked.
+const SAMPLES: usize = 40;
+/// Of the samples, those before this one are not judged: caches fill.
+const SETTLED: usize = 8;
+/// What may come on top of the most that was seen in the first half, in bytes and in parts.
+const SLACK_BYTES: u64 = 2 << 20;
+const SLACK: f64 = 0.03;
+
+/// What is held at one time. Bytes but for the count.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    resets: usize,
+    ticks: usize,
+    /// Of the host, traffic, the renderer, and this client.
+    resident: [u64; 4],
+    shared: u64,
+    files: u64,
+}
+
+const NAMES: [&str; 6] = ["sim-host", "traffic", "sensor-render", "client", "/dev/shm", "files"];
+
+impl Held {
+    fn of(sim: &Sim, resets: usize, ticks: usize) -> Held {
+        let shared = sim.shared_memory();
+        let stage = |role| sim.pid(role).unwrap_or_else(|| panic!("no {role:?}"));
+        let pids = [sim.host_pid(), stage(Role::Traffic), stage(Role::Render), std::process::id()];
+        Held {
+            resets,
+            ticks,
+            resident: pids.map(resident_bytes),
+            shared: shared.iter().map(|(_, len)| len).sum(),
+            files: shared.len() as u64,
+        }
+    }
+
+    fn values(&self) -> [u64; 6] {
+        let [host, traffic, render, client] = self.resident;
+        [host, traffic, render, client, self.shared, self.files]
+    }
+}
+
+/// Five cars under traffic, one with a small camera.
+fn furnish(client: &mut Client) -> Rig {
+    let places = client.spawn_points().unwrap();
+    let spread = places.len() / 5;
+    let cars: Vec<_> = places
+        .iter()
+        .step_by(spread)
+        .take(5)
+        .map(|place| client.spawn(Spawn::new("vehicle.tesla.model3", *place).autopilot()).unwrap())
+        .collect();
+    let eye = camera("eye", Pose::level(vec3(0.5, 0.0, 1.6), 0.0), 16, 16, 1.5, output::DEPTH);
+    client.create_rig("eye", cars[0], &[eye], 2).unwrap()
+}
+
+#[test]
+fn many_worlds_and_ticks_need_no_more_memory() {
+    let (resets, ticks) = counts();
+    let sim = Sim::start(&["--seed", "3"]);
+    let mut client = sim.ticker();
+    let mut samples = Vec::new();
+    println!("resets ticks {} (kB, but for files)", NAMES.join(" "));
+    for reset in 0..resets {
+        if reset % (resets / SAMPLES) == 0 {
+            let held = Held::of(&sim, reset, reset * ticks);
+            let [memory @ .., files] = held.values();
+            let memory = memory.map(|bytes| (bytes / 1024).to_string()).join(" ");
+            println!("{} {} {memory} {files}", held.resets, held.ticks);
+            samples.push(held);
+        }
+        client.reload_map().unwrap();
+        let mut rig = furnish(&mut client);
+        for _ in 0..ticks {
+            client.tick().unwrap();
+        }
+        assert!(rig.latest().unwrap().is_some(), "world {reset} was not seen");
+    }
+    let (early, late) = samples[SETTLED..].split_at((SAMPLES - SETTLED) / 2);
+    for (index, name) in NAMES.into_iter().enumerate() {
+        let most = |of: &[Held]| of.iter().map(|held| held.values()[index]).max().unwrap();
+        let (early, late) = (most(early), most(late));
+        let slack = if name == "files" { 0 } else { SLACK_BYTES };
+        let limit = early + ((early as f64 * SLACK) as u64).max(slack);
+        assert!(late <= limit, "{name} grows: {early}, later {late}");
+    }
+    drop(client);
+    sim.end();
+}
