@@ -14,6 +14,7 @@ mod collect;
 mod cores;
 mod figure;
 mod handover;
+mod host;
 mod latency;
 mod machine;
 mod map;
@@ -77,6 +78,8 @@ impl Effort {
 enum Verb {
     /// An empty tick of four processes
     Tick,
+    /// What the host does in a tick, by stage: empty, 100 and 1000 cars
+    Host,
     /// From the renderer's last write to the client's view
     Handover,
     /// Images a second
@@ -110,8 +113,9 @@ enum Verb {
 
 type Measure = fn(Effort, &mut Sink) -> anyhow::Result<()>;
 
-const VERBS: [(&str, Measure); 12] = [
+const VERBS: [(&str, Measure); 13] = [
     ("tick", tick::measure),
+    ("host", host::measure),
     ("handover", handover::measure),
     ("camera", camera::measure),
     ("lidar", camera::measure_lidar),
