@@ -63,23 +63,26 @@ impl TriangleIndex {
     }
 
     /// Calls `visit` with the height of every triangle that covers `point`, its border included.
-    pub(super) fn heights(&self, point: Vec2, mut visit: impl FnMut(f32)) {
-        for number in self.grids.iter().flat_map(|grid| grid.at(point - self.low)) {
+    pub(super) fn heights(&self, point: Vec2, visit: impl FnMut(f32)) {
+        self.found(point).for_each(visit);
+    }
+
+    /// The heights of all triangles that cover `point`.
+    fn found(&self, point: Vec2) -> impl Iterator<Item = f32> {
+        let near = self.grids.iter().flat_map(move |grid| grid.at(point - self.low));
+        near.filter_map(move |number| {
             let [a, b, c] = self.corners[*number as usize];
             let (ab, ac, ap) = ((b - a).truncate(), (c - a).truncate(), point - a.truncate());
             let area = ab.perp_dot(ac);
             let (v, w) = (ap.perp_dot(ac) / area, ab.perp_dot(ap) / area);
-            if v >= -1e-5 && w >= -1e-5 && v + w <= 1.0 + 1e-5 {
-                visit(a.z + (b.z - a.z) * v + (c.z - a.z) * w);
-            }
-        }
+            let covers = v >= -1e-5 && w >= -1e-5 && v + w <= 1.0 + 1e-5;
+            covers.then(|| a.z + (b.z - a.z) * v + (c.z - a.z) * w)
+        })
     }
 
     /// Whether any triangle covers `point`.
     pub(super) fn covers(&self, point: Vec2) -> bool {
-        let mut found = false;
-        self.heights(point, |_| found = true);
-        found
+        self.found(point).next().is_some()
     }
 
     /// The lowest triangle's height at `point`.
