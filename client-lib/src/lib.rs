@@ -38,7 +38,7 @@ pub use bus::{
     Stamp, Strategy, Switch, TEXT_BYTES, Teleport, TrafficDial, Transmit, VehicleBody,
     VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
     VehicleTelemetry, VehicleWheel, Watch, Weather, WheelTelemetry, Wish, clock, dial, flag,
-    geodesy, kind, lamp, layer, light, output, part, radio, sensor, tracer,
+    fourth, geodesy, kind, lamp, layer, light, output, part, radio, sensor, tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;

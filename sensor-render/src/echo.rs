@@ -12,7 +12,7 @@ use crate::rays::Lidar;
 pub(crate) struct Echo {
     /// Metres, with the sensor's noise.
     pub(crate) distance_m: f32,
-    /// Above 0, up to 1.
+    /// Above 0, up to 1; of a lidar that tells it, the cosine of incidence.
     pub(crate) intensity: f32,
 }
 
@@ -28,6 +28,10 @@ impl Echo {
         // A sum of four uniform numbers: bell-shaped, and never beyond 3.5 standard deviations.
         let sum = ((b & 0xffff) + (b >> 16) + (c & 0xffff) + (c >> 16)) as f32;
         let noise = (sum * (1.0 / 65_536.0) - 2.0) * 1.732_050_8;
+        if lidar.attenuation_per_m < 0.0 {
+            let distance_m = t + noise * lidar.noise_m;
+            return Some(Echo { distance_m, intensity: cosine.clamp(1e-6, 1.0) });
+        }
         let [reflectivity, diffuse] =
             REFLECTIVITIES[usize::from(material).min(REFLECTIVITIES.len() - 1)];
         let facing = 1.0 - diffuse + diffuse * cosine;

@@ -1,6 +1,6 @@
 use std::f64::consts::{PI, TAU};
 
-use bus::{Plane, Pose, SensorSpec, Stamp, sensor};
+use bus::{Plane, Pose, SensorSpec, Stamp, fourth, sensor};
 use glam::{Affine3A, Mat3, Vec3};
 
 use crate::TraceError;
@@ -109,6 +109,9 @@ pub(crate) struct Lidar {
     pub(crate) seed: u32,
 }
 
+/// In the place of an attenuation: the cosine of incidence is told instead of an intensity.
+const INCIDENCE: f32 = -1.0;
+
 impl Lidar {
     fn new(spec: &SensorSpec, pose: &Pose, stamp: Stamp, delta_nanos: u64) -> Lidar {
         let sweep = Sweep::of(spec, stamp, delta_nanos);
@@ -139,7 +142,10 @@ impl Lidar {
             azimuths: azimuths.collect(),
             elevations: elevations.collect(),
             range_m: spec.range_m,
-            attenuation_per_m: spec.attenuation_per_m,
+            attenuation_per_m: match spec.fourth {
+                fourth::INCIDENCE => INCIDENCE,
+                _ => spec.attenuation_per_m,
+            },
             noise_m: spec.noise_m,
             dropoff: spec.dropoff,
             seed: frame_seed(spec.seed, stamp.frame.0),

@@ -493,6 +493,21 @@ fn intensity_falls_off_by_the_law_that_is_written_down() {
 }
 
 #[test]
+fn a_lidar_that_is_asked_for_it_tells_the_cosine_of_incidence() {
+    let scene = scene();
+    let world = world_with(&scene, &[]);
+    let spec = SensorSpec { fourth: bus::fourth::INCIDENCE, ..lidar(361, 5) };
+    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+    let points = seen.plane::<[f32; 4]>(0, output::POINTS);
+    for column in 170..190 {
+        let point = points[column * 5 + 2];
+        // The wall ahead stands at 20 m, square to the sensor.
+        let wanted = 20. / Vec3::from_slice(&point).length();
+        assert!((point[3] - wanted).abs() < 1e-5, "{point:?} against {wanted}");
+    }
+}
+
+#[test]
 fn a_return_beyond_the_range_is_none() {
     let scene = scene();
     let world = world_with(&scene, &[]);

@@ -38,8 +38,8 @@ pub use motion::{
 pub use name::Name;
 pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};
 pub use rig::{
-    BundleHeader, DEPTH_FAR_M, Plane, RigId, SENSORS_MAX, SensorSpec, element_bytes, layout,
-    output, sensor, tracer,
+    BundleHeader, DEPTH_FAR_M, Plane, RigId, SENSORS_MAX, SensorSpec, element_bytes, fourth,
+    layout, output, sensor, tracer,
 };
 pub use snapshot::{PIPELINE_MAX, SnapshotHeader};
 pub use stamp::{Frame, Stamp};

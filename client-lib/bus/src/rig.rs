@@ -60,7 +60,7 @@ pub mod output {
     pub const TAG: u32 = 1 << 2;
     /// u32 a pixel: an actor's id, or a static object's id with the top bit set; 0 is the sky.
     pub const INSTANCE: u32 = 1 << 3;
-    /// 4 f32 a ray: x, y, z in sensor space, intensity 0 to 1; all four 0 where nothing is hit.
+    /// 4 f32 a ray: x, y, z in sensor space, intensity 0 to 1 (or see [`super::fourth`]); all four 0 where nothing is hit.
     /// Ray `column * channels + channel`; channel 0 is the highest.
     pub const POINTS: u32 = 1 << 4;
     /// 2 u32 a ray: instance, tag; both 0 where nothing is hit.
@@ -94,6 +94,14 @@ pub mod output {
     pub const OF_LIDAR: u32 = POINTS | LABELS;
     /// The outputs of sensors born of physics.
     pub const BORN: u32 = !0 << 16;
+}
+
+/// Values of [`SensorSpec::fourth`].
+pub mod fourth {
+    /// Intensity of the return, 0 to 1.
+    pub const INTENSITY: u32 = 0;
+    /// Cosine of the angle of incidence, above 0 to 1.
+    pub const INCIDENCE: u32 = 1;
 }
 
 /// The depth of a pixel that sees nothing but sky.
@@ -138,8 +146,12 @@ pub struct SensorSpec {
     pub dropoff: f32,
     /// Lidar: turns per second. 0: the whole field of view at one instant, at every frame.
     pub rotation_rate_hz: f32,
+    /// Lidar: what a point's fourth number is, one of [`fourth`].
+    pub fourth: u32,
     /// Zero.
-    pub reserved: [u64; 8],
+    pub reserved_half: u32,
+    /// Zero.
+    pub reserved: [u64; 7],
 }
 
 const _: () = assert!(size_of::<SensorSpec>() == 200);

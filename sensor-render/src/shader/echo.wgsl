@@ -26,6 +26,10 @@ fn echo_of(index: u32, beam: u32, hit: Hit, direction: vec3f) -> vec2f {
     let noise = (sum * (1.0 / 65536.0) - 2.0) * 1.7320508;
     let distance = hit.t + noise * lidars[index].y_axis.w;
     let cosine = abs(dot(normal_of(hit, direction), direction));
+    if (lidars[index].x_axis.w < 0.0) {
+        // It tells the angle of incidence.
+        return vec2f(distance, clamp(cosine, 1e-6, 1.0));
+    }
     let surface = reflectivities[material_of(hit)];
     let facing = 1.0 - surface.y + surface.y * cosine;
     let intensity = surface.x * facing * exp(-lidars[index].x_axis.w * hit.t);

@@ -54,7 +54,7 @@ struct Camera {
 struct Lidar {
     // w: range.
     origin: vec4f,
-    // w: attenuation per metre.
+    // w: attenuation per metre; negative: it tells the angle of incidence.
     x_axis: vec4f,
     // w: standard deviation of the range.
     y_axis: vec4f,
