@@ -1,5 +1,7 @@
 //! What a rig measured, as messages in CARLA's layouts: BGRA images, points with y to the right.
 
+use std::f32::consts::TAU;
+
 use client_lib::{ActorId, Measurement, World};
 use glam::Vec3;
 
@@ -82,7 +84,7 @@ pub(crate) fn message_of(
             bytes.f32(azimuth.rem_euclid(std::f32::consts::TAU)).u32(plane.height);
             sweep(bytes, measured, [width, height], sensor.kind)?
         }
-        Kind::Radar => radar(begin(16 * width * height), measured, world)?,
+        Kind::Radar => radar(begin(16 * sensor.radar_points().ok()?), sensor, measured, world)?,
         _ => return None,
     };
     Some(bytes.into_message())
@@ -148,8 +150,8 @@ fn sweep(
                 bytes.f32(intensity);
             } else {
                 let [id, tag] = *labels?.get(ray)?;
-                // How steeply the ray met the surface is not measured.
-                bytes.f32(1.0).u32(id).u32(tag);
+                // The fourth number of this kind is the cosine of incidence.
+                bytes.f32(intensity).u32(id).u32(tag);
             }
         }
         let at = counts_at + 4 * channel;
@@ -158,30 +160,97 @@ fn sweep(
     Some(bytes)
 }
 
-/// Detections: how fast what was hit goes away, and where it is.
-fn radar(mut bytes: Bytes, measured: &Measurement, world: &World) -> Option<Bytes> {
+/// Detections: how fast what was hit goes away, and where it is. Of all rays of the grid those are
+/// taken that lie next to CARLA's random points: in an elliptic cone, denser in its middle.
+fn radar(
+    mut bytes: Bytes,
+    sensor: &Sensor,
+    measured: &Measurement,
+    world: &World,
+) -> Option<Bytes> {
     let plane = measured.planes().first()?;
     let (points, labels) = (measured.points(0)?, measured.labels(0)?);
     let velocity_of =
         |id: u32| world.actor(ActorId(id)).map_or(Vec3::ZERO, |actor| actor.velocity());
     let own = velocity_of(measured.header().parent.0);
-    for ([x, y, z, _], [id, _]) in points.iter().zip(labels) {
-        let to = Vec3::new(*x, *y, *z);
+    let fov_rad = sensor.radar_fov_rad().ok()?;
+    let grid = [plane.width, plane.height];
+    let seed = sensor.description.number("noise_seed", 0.0).ok()? as u64;
+    let mut dice = Dice::new(seed, measured.header().stamp.sim_time_nanos);
+    for _ in 0..sensor.radar_points().ok()? {
+        let [radius, turn] = [dice.roll(), dice.roll()];
+        let ray = ray_next_to(radius, turn * TAU, fov_rad, grid);
+        let ([x, y, z, _], [id, _]) = (*points.get(ray)?, *labels.get(ray)?);
+        let to = Vec3::new(x, y, z);
         let depth = to.length();
         if depth == 0.0 {
             continue;
         }
         let direction = plane.world_from_sensor.rotation() * (to / depth);
-        let away = (velocity_of(*id) - own).dot(direction);
-        let azimuth = (-y).atan2(*x);
+        let away = (velocity_of(id) - own).dot(direction);
+        let azimuth = (-y).atan2(x);
         bytes.f32(away).f32(azimuth).f32((z / depth).clamp(-1.0, 1.0).asin()).f32(depth);
     }
     Some(bytes)
 }
 
+/// The ray of a grid of columns and rows that lies next to a point of the cone's section: `radius`
+/// of 1 is its edge.
+fn ray_next_to(radius: f32, turn_rad: f32, fov_rad: [f32; 2], [columns, rows]: [u32; 2]) -> usize {
+    let [half_h, half_v] = fov_rad.map(|fov| fov / 2.0);
+    let left = half_h.tan() * radius * turn_rad.cos();
+    let up = half_v.tan() * radius * turn_rad.sin();
+    let azimuth = left.atan();
+    let elevation = up.atan2((1.0 + left * left).sqrt());
+    let column = ((azimuth / half_h + 1.0) / 2.0 * columns as f32) as u32;
+    let row = ((1.0 - elevation / half_v) / 2.0 * (rows - 1) as f32).round() as u32;
+    (column.min(columns - 1) * rows + row.min(rows - 1)) as usize
+}
+
+/// Random numbers of one moment: splitmix64.
+struct Dice(u64);
+
+impl Dice {
+    fn new(seed: u64, nanos: u64) -> Dice {
+        Dice(seed.wrapping_mul(0xd134_2543_de82_ef95) ^ nanos)
+    }
+
+    /// 0 to 1.
+    fn roll(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ z >> 31) >> 40) as f32 / (1 << 24) as f32
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Back from a ray to where it points, by the lidar's own formula.
+    #[test]
+    fn a_radars_ray_lies_within_a_step_of_the_drawn_point() {
+        let (fov_rad, grid) = ([0.6f32, 0.4], [137u32, 92]);
+        let mut dice = Dice::new(1, 2);
+        let mut inner = 0;
+        for _ in 0..4000 {
+            let (radius, turn) = (dice.roll(), dice.roll() * TAU);
+            let ray = ray_next_to(radius, turn, fov_rad, grid) as u32;
+            let (column, row) = (ray / grid[1], ray % grid[1]);
+            let azimuth = (column as f32 + 0.5) * fov_rad[0] / grid[0] as f32 - fov_rad[0] / 2.0;
+            let elevation = fov_rad[1] / 2.0 - fov_rad[1] * row as f32 / (grid[1] - 1) as f32;
+            let left = 0.3f32.tan() * radius * turn.cos();
+            let up = 0.2f32.tan() * radius * turn.sin();
+            assert!((azimuth.tan() - left).abs() < 0.004, "{azimuth} {left}");
+            let height = elevation.tan() * (1.0 + left * left).sqrt();
+            assert!((height - up).abs() < 0.004, "{elevation} {up}");
+            inner += u32::from(radius < 0.5);
+        }
+        // Half of them within a quarter of the section: denser in the middle.
+        assert!((1850..2150).contains(&inner), "{inner}");
+    }
 
     #[test]
     fn red_and_blue_change_places() {

@@ -2,7 +2,9 @@
 
 use std::f32::consts::TAU;
 
-use client_lib::{EventCamera, EventCameraSpec, Pose, Rig, SensorSpec, camera, lidar, output};
+use client_lib::{
+    EventCamera, EventCameraSpec, Pose, Rig, SensorSpec, camera, fourth, lidar, output,
+};
 
 use crate::{args::Refusal, born, wire::Description};
 
@@ -90,6 +92,9 @@ impl Kind {
     }
 }
 
+/// How far apart the rays lie among which a radar's points are drawn: a quarter of a degree.
+const RADAR_STEP_RAD: f32 = 0.25 * TAU / 360.0;
+
 /// A sensor.
 pub(crate) struct Sensor {
     pub(crate) kind: Kind,
@@ -130,6 +135,21 @@ impl Sensor {
             sensor.events = Some(EventCamera::new(event_spec(&sensor.description)?));
         }
         Ok(sensor)
+    }
+
+    /// Fields of view of a radar, across and up.
+    pub(crate) fn radar_fov_rad(&self) -> Result<[f32; 2], Refusal> {
+        let number = |id: &str, most: f32| {
+            self.description.number(id, 30.0).map(|fov| fov.clamp(1.0, most).to_radians())
+        };
+        Ok([number("horizontal_fov", 170.0)?, number("vertical_fov", 170.0)?])
+    }
+
+    /// How many points a radar throws in one of its measurements.
+    pub(crate) fn radar_points(&self) -> Result<usize, Refusal> {
+        let secs = self.rig_delta_nanos.max(self.period_nanos) as f32 * 1e-9;
+        let points = self.description.number("points_per_second", 1500.0)? * secs;
+        Ok(points.clamp(0.0, 1e6) as usize)
     }
 
     /// Whether rays measure it.
@@ -189,26 +209,25 @@ impl Sensor {
                     spec.noise_m = number("noise_stddev", 0.0)?;
                     spec.dropoff = number("dropoff_general_rate", 0.45)?.clamp(0.0, 1.0);
                 }
+                if self.kind == Kind::SemanticLidar {
+                    spec.fourth = fourth::INCIDENCE;
+                }
                 spec.seed = number("noise_seed", 0.0)? as u64;
                 spec.outputs = self.kind.outputs();
                 spec
             }
             Kind::Radar => {
-                let secs = delta_nanos.max(self.period_nanos) as f32 * 1e-9;
-                let (h, v) = (number("horizontal_fov", 30.0)?, number("vertical_fov", 30.0)?);
-                let (h, v) = (h.clamp(1.0, 180.0), v.clamp(1.0, 90.0));
-                let points = (number("points_per_second", 1500.0)? * secs).max(1.0);
-                let rows = (points * v / h).sqrt().round().max(1.0);
-                let half_rad = (v / 2.0).to_radians();
+                let [h, v] = self.radar_fov_rad()?;
+                let lines = |fov: f32| ((fov / RADAR_STEP_RAD) as u32).clamp(16, 1024);
                 let mut spec = lidar(
                     "radar",
                     parent_from_sensor,
-                    rows as u32,
-                    ((points / rows).round() as u32).clamp(1, 8192),
-                    [-half_rad, half_rad],
+                    lines(v),
+                    lines(h),
+                    [-v / 2.0, v / 2.0],
                     number("range", 100.0)?,
                 );
-                spec.fov_rad = h.to_radians();
+                spec.fov_rad = h;
                 spec.outputs = self.kind.outputs();
                 spec
             }
