@@ -76,7 +76,7 @@ impl TriangleIndex {
             let area = ab.perp_dot(ac);
             let (v, w) = (ap.perp_dot(ac) / area, ab.perp_dot(ap) / area);
             let covers = v >= -1e-5 && w >= -1e-5 && v + w <= 1.0 + 1e-5;
-            covers.then(|| a.z + (b.z - a.z) * v + (c.z - a.z) * w)
+            covers.then_some(a.z + (b.z - a.z) * v + (c.z - a.z) * w)
         })
     }
 
