@@ -63,6 +63,12 @@ impl Body {
         }
     }
 
+    /// The sideways acceleration that it is never steered beyond. What leans falls over where a car
+    /// would only slide.
+    pub(crate) fn grip_mps2(&self) -> f32 {
+        if self.half_width_m < 0.55 { 4.5 } else { 9.0 }
+    }
+
     fn of(blueprint: &Blueprint) -> Body {
         let (half, center) = (blueprint.half_extents_m, blueprint.center_m);
         Body {

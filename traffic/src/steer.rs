@@ -125,6 +125,8 @@ pub(crate) fn steer(
     let aim = deviation.left_m * gain / (4.0 * DAMPING * DAMPING * wheelbase);
     let damped = (wheelbase / axle_m * slip.tan()).atan()
         - gain * (deviation.heading_rad + aim.clamp(-AIM_RAD, AIM_RAD));
+    let held = (wheelbase * crowd.body[body].grip_mps2() / speed.powi(2).max(0.01)).atan();
+    let damped = damped.clamp(-held, held);
 
     // Slowly through a tight corner, where the body lags behind the curve: what follows the track
     // moves along it, or back to it, and the rear axle is drawn after it.

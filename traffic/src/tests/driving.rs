@@ -97,3 +97,18 @@ fn a_town_full_of_vehicles_keeps_moving_without_a_collision() {
         assert!(car.driven_m > 240.0, "car {index} drove {} m", car.driven_m);
     }
 }
+
+#[test]
+fn who_leans_is_not_steered_harder_than_it_can_lean() {
+    let (blueprint, scooter) = town::blueprint("vehicle.vespa.zx125").unwrap();
+    // Three metres off its line, at 15 m/s.
+    let off = Car { position: Vec3::new(50.0, -4.75, 0.0), speed: 15.0, ..Car::default() };
+    let mut course = Course::with_cars(maps::straight(1000.0), 1, vec![off]);
+    course.actors[0].blueprint = blueprint;
+    course.mind.plan(&course.stamp, 50_000_000, &course.actors, &[]);
+    let steer = course.mind.controls()[0].steer;
+    // At that speed full lock is a sixth less than standing.
+    let wheels_rad = steer * 0.6 * 0.84;
+    let sideways_mps2 = 15.0f32.powi(2) * wheels_rad.tan() / scooter.wheelbase_m;
+    assert!((2.0..5.5).contains(&sideways_mps2), "{sideways_mps2} at a steer of {steer}");
+}
