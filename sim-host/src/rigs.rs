@@ -214,7 +214,7 @@ mod tests {
         );
         check(
             SensorSpec { outputs: output::POINTS, ..camera() },
-            "sensor \"front\" of rig \"r\": outputs 0x10 are none or not possible for a camera, which has 0xf",
+            "sensor \"front\" of rig \"r\": outputs 0x10 are none or not possible for a camera, which has 0xcf",
         );
         let crooked = Pose { rotation: [0.0; 4], ..Pose::IDENTITY };
         check(
