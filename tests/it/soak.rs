@@ -90,6 +90,10 @@ fn many_worlds_and_ticks_need_no_more_memory() {
     }
     let (early, late) = samples[SETTLED..].split_at((SAMPLES - SETTLED) / 2);
     for (index, name) in NAMES.into_iter().enumerate() {
+        // This process runs other tests beside this one, but for the soak.
+        if name == "client" && !is_soak() {
+            continue;
+        }
         let most = |of: &[Held]| of.iter().map(|held| held.values()[index]).max().unwrap();
         let (early, late) = (most(early), most(late));
         let slack = if name == "files" { 0 } else { SLACK_BYTES };
