@@ -7,10 +7,10 @@ use std::{
 
 use bus::{
     ActorId, Autopilot, BatchHeader, BlueprintInfo, ClientPorts, Command, CreateRig, Ending, Event,
-    FilePath, Frame, Instance, Interrupted, JournalEntry, LoadMap, Name, Nothing, Participant,
-    Pose, RigId, Role, SensorSpec, Settings, Stamp, StartRecorder, StartReplay, StopReplay,
-    Strategy, TEXT_BYTES, Teleport, Transmit, VehicleControl, Watch, Weather, Wish, clock, fault,
-    flag, load,
+    FilePath, Frame, Guide, GuideStep, Instance, Interrupted, JournalEntry, LoadMap, Name, Nothing,
+    Participant, Pose, RigId, Role, SensorSpec, Settings, Stamp, StartRecorder, StartReplay,
+    StopReplay, Strategy, TEXT_BYTES, Teleport, Transmit, VehicleControl, Watch, Weather, Wish,
+    clock, fault, flag, load,
 };
 use glam::Vec3;
 use road::Network;
@@ -412,6 +412,15 @@ impl Client {
     pub fn set_autopilot(&mut self, actor_id: ActorId, on: bool) -> Result<(), ClientError> {
         let wish = Wish::Autopilot(Autopilot { actor_id, on: on.into() });
         self.request("autopilot", &[wish]).map(drop)
+    }
+
+    /// Tells a vehicle on autopilot where to go: places that it comes by over the shortest way,
+    /// turns that it takes at the junctions that come next. It changes lanes for that where it is
+    /// safe, and goes round the block if it could not. When the last step is done, and with none,
+    /// it goes where it likes.
+    pub fn guide(&mut self, actor_id: ActorId, steps: &[GuideStep]) -> Result<(), ClientError> {
+        let wishes: Vec<Wish> = Guide::way(actor_id, steps).into_iter().map(Wish::Guide).collect();
+        self.request("guide", &wishes).map(drop)
     }
 
     /// Sun, clouds, rain, fog.

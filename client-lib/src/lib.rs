@@ -31,14 +31,14 @@ mod view;
 pub use bus::{
     AckermannControl, AckermannSettings, ActorId, ActorState, Ask, Autopilot, BlueprintInfo,
     CamReading, CamSpec, CollisionReading, Curve, DEPTH_FAR_M, Episode, FeelWeather, Frame, Gear,
-    GnssReading, GnssSpec, HideLayers, HideObjects, HoldLight, ImuReading, ImuSpec, Instance,
-    Interrupted, JournalEntry, LaneInvasionReading, LoadMap, MessageReading, MessageSpec, Name,
-    ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, Push, RadioSpec, RigId,
-    STRIDE, SensorSpec, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings, SnapshotHeader,
-    Stamp, Strategy, Switch, TEXT_BYTES, Teleport, TrafficDial, Transmit, VehicleBody,
-    VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
+    GnssReading, GnssSpec, Guide, GuideStep, HideLayers, HideObjects, HoldLight, ImuReading,
+    ImuSpec, Instance, Interrupted, JournalEntry, LaneInvasionReading, LoadMap, MessageReading,
+    MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, Push,
+    RadioSpec, RigId, STRIDE, SensorSpec, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings,
+    SnapshotHeader, Stamp, Strategy, Switch, TEXT_BYTES, Teleport, TrafficDial, Transmit,
+    VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
     VehicleTelemetry, VehicleWheel, Watch, Weather, WheelTelemetry, Wish, clock, dial, flag,
-    fourth, geodesy, kind, lamp, layer, light, output, part, radio, sensor, tracer,
+    fourth, geodesy, guide, kind, lamp, layer, light, output, part, radio, sensor, tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use error::ClientError;

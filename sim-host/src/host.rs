@@ -518,6 +518,7 @@ impl Host {
                     ))
                 }
             }
+            Wish::Guide(guide) => self.world.can_be_guided(guide).map(|()| guide.actor_id.0),
             Wish::Sensor(spec) => {
                 Err(format!("sensor {:?} follows no rig that announced it", spec.name))
             }

@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use bus::{
-    ACTORS_MAX, ActorId, ActorState, HideObjects, LightState, Name, Pose, STRIDE, Settings, Spawn,
-    Stamp, VehicleControl, Wish, flag, kind, lamp, light,
+    ACTORS_MAX, ActorId, ActorState, GUIDE_STEPS, Guide, HideObjects, LightState, Name, Pose,
+    STRIDE, Settings, Spawn, Stamp, VehicleControl, Wish, flag, guide, kind, lamp, light,
 };
 use glam::Vec3;
 use town::{BLOCK_OBJECTS, Blueprint, Kind, Layer, Town, Visibility};
@@ -254,6 +254,7 @@ impl World {
                 | Wish::DestroyRig(_)
                 | Wish::SetSettings(_)
                 | Wish::TrafficDial(_)
+                | Wish::Guide(_)
                 | Wish::Transmit(_)
                 | Wish::StartRecorder(_)
                 | Wish::StopRecorder(_)
@@ -331,15 +332,37 @@ impl World {
         self.physics.control(control).map_err(|e| e.to_string())
     }
 
+    /// Whether a vehicle can be told this; traffic, which reads it in the journal, does it.
+    pub(crate) fn can_be_guided(&mut self, told: &Guide) -> Result<(), String> {
+        self.vehicle(told.actor_id, "way")?;
+        let count = told.count as usize;
+        let steps = told.steps.get(..count).ok_or_else(|| {
+            format!(
+                "a guide of {count} steps; GUIDE_STEPS is {GUIDE_STEPS}, send the rest after it"
+            )
+        })?;
+        for (nth, step) in steps.iter().enumerate() {
+            let words = |why| format!("step {nth}: {why}");
+            check_pose(&Pose { position_m: step.position_m, ..Pose::IDENTITY }).map_err(words)?;
+            if !(guide::PLACE..=guide::LANE_RIGHT).contains(&step.kind) {
+                return Err(format!("step {nth} is of kind {}; there are 1 to 6", step.kind));
+            }
+        }
+        Ok(())
+    }
+
     /// What traffic decided. Controls of vehicles that it does not drive are ignored: they may
     /// have been taken back in the meantime.
     pub fn follow_traffic(&mut self, controls: &[VehicleControl], lights: &[LightState]) {
         for control in controls {
-            let drives = self
-                .actors
-                .get(&control.actor_id)
-                .is_some_and(|a| a.state.kind == kind::VEHICLE && a.state.has(flag::AUTOPILOT));
+            let Some(Actor { state, .. }) = self.actors.get_mut(&control.actor_id) else {
+                continue;
+            };
+            let drives = state.kind == kind::VEHICLE && state.has(flag::AUTOPILOT);
             if drives && check_control(control).is_ok() {
+                if control.lamps & lamp::SWITCHED != 0 {
+                    state.lamps = control.lamps & lamp::ALL;
+                }
                 // It is a vehicle and there: this cannot be refused.
                 let _ = self.steer(control);
             }

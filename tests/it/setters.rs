@@ -105,6 +105,13 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
     );
     let dial = TrafficDial { dial: bus::dial::GAP_M, ..Default::default() };
     list.numbers("TrafficDial", Wish::TrafficDial, dial, fields!(value));
+    let guide = bus::Guide { actor_id, count: 1, ..Default::default() };
+    for bad in BAD {
+        let steps = [bus::GuideStep::place(Vec3::new(0.0, bad, 0.0)); bus::GUIDE_STEPS];
+        list.one(&format!("Guide to {bad}"), Wish::Guide(bus::Guide { steps, ..guide }));
+    }
+    list.one("Guide of no kind", Wish::Guide(guide));
+    list.one("Guide of 12", Wish::Guide(bus::Guide { count: 12, ..guide }));
     let push = Push { actor_id, has_place: 1, ..Default::default() };
     list.numbers("Push", Wish::Push, push, fields!(linear[0], angular[2], at_m[1]));
     let ackermann = AckermannControl { actor_id, ..Default::default() };
@@ -203,6 +210,8 @@ fn of_nobody(actor_id: ActorId, list: &mut List) {
     dead("HoldLight", Wish::HoldLight(HoldLight { actor_id, hold: 1, phase: 0 }));
     dead("SetPhysics", Wish::SetPhysics(SetPhysics { actor_id, on: 1 }));
     dead("SetLamps", Wish::SetLamps(SetLamps { actor_id, lamps: 1 }));
+    let to = bus::Guide { actor_id, anew: 1, ..Default::default() };
+    dead("Guide", Wish::Guide(to));
     dead("SetDoors", Wish::SetDoors(SetDoors { actor_id, open: 0 }));
     dead("Ask", Wish::Ask(Ask { actor_id, part: part::BODY, ..Default::default() }));
     dead("SetBody", Wish::SetBody(bus::VehicleBody { actor_id, ..Default::default() }));

@@ -5,6 +5,7 @@
 
 use crate::dials::Dials;
 use crate::follow::{GAP_M, Leader, first_ahead, free, idm, route_end};
+use crate::guide::Guides;
 use crate::map::Map;
 use crate::perceive::{Crowd, Occupancy};
 use crate::random::{Purpose, unit};
@@ -53,7 +54,7 @@ struct Claim {
 }
 
 /// Lets every vehicle think about the lanes beside it.
-pub(crate) fn consider(rows: &mut Rows, dials: &mut Dials, view: &View) {
+pub(crate) fn consider(rows: &mut Rows, dials: &mut Dials, guides: &mut Guides, view: &View) {
     let mut claims: Vec<Claim> = Vec::new();
     for row in 0..rows.id.len() {
         if rows.placed[row] == 0 {
@@ -63,12 +64,16 @@ pub(crate) fn consider(rows: &mut Rows, dials: &mut Dials, view: &View) {
         if rows.shift_m[row] != 0.0 || rows.order[row] != 0 {
             continue;
         }
-        let motive = match dials.change_now(rows.id[row]) {
-            0.0 if rows.change_wait_s[row] > 0.0 => continue,
-            0.0 => whim(rows, row, dials, view),
-            side => Motive::Told(side),
+        let id = rows.id[row];
+        let led = guides.side(id, rows.route[row].lane(), &view.map.tracks);
+        let motive = match (dials.change_now(id), led) {
+            (0.0, Some(side)) if side != 0.0 => Motive::Led(side),
+            (0.0, _) if rows.change_wait_s[row] > 0.0 => continue,
+            (0.0, Some(_)) => Motive::Need,
+            (0.0, None) => whim(rows, row, dials, view),
+            (side, _) => Motive::Told(side),
         };
-        if !matches!(motive, Motive::Told(_)) {
+        if !matches!(motive, Motive::Told(_) | Motive::Led(_)) {
             rows.change_wait_s[row] = THINK_S;
             rows.thoughts[row] = rows.thoughts[row].wrapping_add(1);
         }
@@ -78,7 +83,7 @@ pub(crate) fn consider(rows: &mut Rows, dials: &mut Dials, view: &View) {
             }
             let body = view.crowd.body[view.crowd.driven[row] as usize];
             claims.push(Claim { lane, rear_m: arc_m - body.rear_m, front_m: arc_m + body.front_m });
-            begin(rows, row, view, lane, arc_m, left_m);
+            begin(rows, row, guides, view, lane, arc_m, left_m);
         }
     }
 }
@@ -92,6 +97,8 @@ enum Motive {
     Need,
     /// For no reason, to this side, if it is safe.
     Whim(f32),
+    /// Because the way that a client asks for goes on there, as soon as it is safe.
+    Led(f32),
     /// Because a client says so, to this side, whoever is there.
     Told(f32),
 }
@@ -100,7 +107,7 @@ impl Motive {
     fn takes(self, side: f32) -> bool {
         match self {
             Motive::Own | Motive::Need => true,
-            Motive::Whim(wanted) | Motive::Told(wanted) => wanted == side,
+            Motive::Whim(wanted) | Motive::Led(wanted) | Motive::Told(wanted) => wanted == side,
         }
     }
 }
@@ -140,7 +147,7 @@ fn best(
         return None;
     }
     let told = matches!(motive, Motive::Told(_));
-    let urgent = ends || told;
+    let urgent = ends || told || matches!(motive, Motive::Led(_));
     let allowed = [tracks.left_change[index] || urgent, tracks.right_change[index] || urgent];
     if !urgent && speed < SLOWEST_MPS {
         return None;
@@ -183,7 +190,7 @@ fn best(
         if gap.follower < -safe || gap.own < -safe {
             continue;
         }
-        if matches!(motive, Motive::Whim(_)) {
+        if matches!(motive, Motive::Whim(_) | Motive::Led(_)) {
             return Some((side, seat.arc_m, seat.left_m));
         }
         let escape = if urgent && tracks.endless[side as usize] { ENDING_MPS2 } else { 0.0 };
@@ -288,7 +295,15 @@ fn clear_run(tracks: &crate::tracks::Tracks, lane: u32, arc_m: f32) -> f32 {
     run
 }
 
-fn begin(rows: &mut Rows, row: usize, view: &View, lane: u32, arc_m: f32, left_m: f32) {
+fn begin(
+    rows: &mut Rows,
+    row: usize,
+    guides: &mut Guides,
+    view: &View,
+    lane: u32,
+    arc_m: f32,
+    left_m: f32,
+) {
     let body = view.crowd.driven[row] as usize;
     let speed = view.crowd.speed(body).max(0.0);
     let passed = rows.route[row].passed.wrapping_add(1);
@@ -298,5 +313,6 @@ fn begin(rows: &mut Rows, row: usize, view: &View, lane: u32, arc_m: f32, left_m
     rows.shift_done_m[row] = 0.0;
     rows.shift_over_m[row] = (CHANGE_S * speed).max(CHANGE_M);
     rows.change_wait_s[row] = REST_S;
-    route::lengthen(rows, row, &view.map.tracks, view.load, view.seed);
+    guides.lead(rows, row, &view.map.tracks, &view.map.grid);
+    route::lengthen(rows, row, guides, &view.map.tracks, view.load, view.seed);
 }

@@ -1,10 +1,10 @@
 //! What users set: how fast, how near, how lawful.
 
-use bus::{Command, TrafficDial, Wish, dial, status};
+use bus::{ActorId, TrafficDial, dial};
 use bytemuck::Zeroable;
 
 use crate::follow::GAP_M;
-use crate::random::{Purpose, unit};
+use crate::random::{Purpose, mixed, unit};
 
 /// All dials that were ever turned, sorted by actor and dial; actor 0 is everybody.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,27 +13,29 @@ pub(crate) struct Dials {
 }
 
 impl Dials {
-    /// Takes over what one line of the journal asks for, if it was granted.
-    pub(crate) fn turn(&mut self, command: &Command, outcome: u32) {
-        if outcome != status::DONE {
+    /// Sets one, in place of what it was.
+    pub(crate) fn turn(&mut self, dial: TrafficDial) {
+        if !dial.value.is_finite() {
             return;
         }
-        match command.wish() {
-            Some(Wish::TrafficDial(dial)) if dial.value.is_finite() => {
-                if let Some(other) = dial::displaces(dial.dial) {
-                    self.forget(dial.actor_id.0, other);
-                }
-                let key = (dial.actor_id, dial.dial);
-                match self.set.binary_search_by_key(&key, |d| (d.actor_id, d.dial)) {
-                    Ok(at) => self.set[at] = dial,
-                    Err(at) => self.set.insert(at, dial),
-                }
-            }
-            Some(Wish::Destroy(actor)) if actor.0 != 0 => {
-                self.set.retain(|set| !dial::ends_with(set.actor_id, set.dial, actor));
-            }
-            _ => {}
+        if let Some(other) = dial::displaces(dial.dial) {
+            self.forget(dial.actor_id.0, other);
         }
+        let key = (dial.actor_id, dial.dial);
+        match self.set.binary_search_by_key(&key, |d| (d.actor_id, d.dial)) {
+            Ok(at) => self.set[at] = dial,
+            Err(at) => self.set.insert(at, dial),
+        }
+    }
+
+    /// An actor is no more.
+    pub(crate) fn forget_actor(&mut self, actor: ActorId) {
+        self.set.retain(|set| !dial::ends_with(set.actor_id, set.dial, actor));
+    }
+
+    /// What random turns and whims are drawn from in a world of this seed.
+    pub(crate) fn draws(&self, seed: u64) -> u64 {
+        self.find(0, dial::SEED).map_or(seed, |drawn| mixed(seed, drawn as u64))
     }
 
     /// How much slower than the limit this vehicle drives, as a share.
@@ -87,6 +89,11 @@ impl Dials {
         let share = |dial| self.get(id, dial, 0.0).clamp(0.0, 1.0);
         let right = share(dial::KEEP_RIGHT) + share(dial::CHANGE_RIGHT);
         [share(dial::CHANGE_LEFT), right.min(1.0)]
+    }
+
+    /// Whether this vehicle switches its lamps by itself.
+    pub(crate) fn lamps(&self, id: u32) -> bool {
+        self.get(id, dial::LAMPS, 0.0) != 0.0
     }
 
     /// Share of stop and yield signs that this vehicle ignores.

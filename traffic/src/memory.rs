@@ -2,14 +2,16 @@
 //!
 //! The bytes are canonical: equal memories have equal bytes, so their hash stands for the mind.
 
+use bus::{Command, Weather, Wish, status};
 use bytemuck::{Pod, Zeroable};
 
 use crate::dials::Dials;
+use crate::guide::Guides;
 use crate::rows::Rows;
 
 /// `omnimind`, and the version of what follows.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnimind");
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// Why bytes are no mind for this map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -43,6 +45,8 @@ pub(crate) struct Memory {
     pub(crate) clocks: Vec<u64>,
     pub(crate) dials: Dials,
     pub(crate) rows: Rows,
+    pub(crate) guides: Guides,
+    pub(crate) weather: Weather,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -50,33 +54,57 @@ pub(crate) struct Memory {
 struct Head {
     magic: u64,
     version: u32,
-    reserved: u32,
+    guide_bytes: u32,
     seed: u64,
     orders: u64,
     lanes: u32,
     clocks: u32,
     dials: u32,
     rows: u32,
+    weather: Weather,
+    reserved: u32,
 }
 
 impl Memory {
+    /// Takes over what one line of the journal asks for, if it was granted.
+    pub(crate) fn heed(&mut self, command: &Command, outcome: u32) {
+        if outcome != status::DONE {
+            return;
+        }
+        match command.wish() {
+            Some(Wish::TrafficDial(dial)) => self.dials.turn(dial),
+            Some(Wish::SetWeather(weather)) => self.weather = weather,
+            Some(Wish::Guide(guide)) => self.guides.tell(&guide),
+            Some(Wish::Destroy(actor)) if actor.0 != 0 => {
+                self.dials.forget_actor(actor);
+                self.guides.forget(actor.0);
+            }
+            _ => {}
+        }
+    }
+
     /// Appends the memory's bytes.
     pub(crate) fn write(&self, seed: u64, lanes: usize, bytes: &mut Vec<u8>) {
+        let mut guides = Vec::new();
+        self.guides.write(&mut guides);
         let head = Head {
             magic: MAGIC,
             version: VERSION,
-            reserved: 0,
+            guide_bytes: guides.len() as u32,
             seed,
             orders: self.orders,
             lanes: lanes as u32,
             clocks: self.clocks.len() as u32,
             dials: self.dials.all().len() as u32,
             rows: self.rows.id.len() as u32,
+            weather: self.weather,
+            reserved: 0,
         };
         bytes.extend_from_slice(bytemuck::bytes_of(&head));
         bytes.extend_from_slice(bytemuck::cast_slice(&self.clocks));
         bytes.extend_from_slice(bytemuck::cast_slice(self.dials.all()));
         self.rows.write(bytes);
+        bytes.extend_from_slice(&guides);
     }
 
     /// Reads them back, with the seed that they were written with.
@@ -104,17 +132,22 @@ impl Memory {
         }
         let (clock_bytes, dial_bytes) =
             (8 * clocks, head.dials as usize * size_of::<bus::TrafficDial>());
-        let wanted = clock_bytes + dial_bytes + head.rows as usize * Rows::ROW_BYTES;
+        let row_bytes = head.rows as usize * Rows::ROW_BYTES;
+        let wanted = clock_bytes + dial_bytes + row_bytes + head.guide_bytes as usize;
         if body.len() != wanted {
             return Err(shape("its length contradicts its head"));
         }
         let (clock_part, rest) = body.split_at(clock_bytes);
-        let (dial_part, row_part) = rest.split_at(dial_bytes);
+        let (dial_part, rest) = rest.split_at(dial_bytes);
+        let (row_part, guide_part) = rest.split_at(row_bytes);
         let memory = Memory {
             orders: head.orders,
             clocks: clock_part.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect(),
             dials: Dials::from_saved(dial_part),
             rows: Rows::read(head.rows as usize, row_part),
+            weather: head.weather,
+            guides: Guides::read(guide_part, lanes)
+                .ok_or_else(|| shape("a guided way leaves it"))?,
         };
         if !memory.rows.is_sound(lanes) {
             return Err(shape("a route leaves the map"));

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use bus::{ActorState, JournalEntry, LightState, Stamp, VehicleControl, flag, kind};
+use bus::{ActorState, JournalEntry, LightState, Stamp, VehicleControl, flag, kind, lamp};
 
 use crate::change;
 use crate::demand::Demand;
 use crate::follow::{self, Leader, Pace};
 use crate::junction::{self, Halt, Junctions};
+use crate::lamps;
 use crate::map::Map;
 use crate::memory::{Memory, MindError};
 use crate::outlook::Outlook;
@@ -168,9 +169,14 @@ impl Mind {
         }
     }
 
+    /// What random turns and whims are drawn from.
+    fn draws(&self) -> u64 {
+        self.memory.dials.draws(self.seed)
+    }
+
     fn heed(&mut self, journal: &[JournalEntry]) {
         for entry in journal {
-            self.memory.dials.turn(&entry.command, entry.outcome.status);
+            self.memory.heed(&entry.command, entry.outcome.status);
         }
     }
 
@@ -198,11 +204,13 @@ impl Mind {
     }
 
     fn locate(&mut self) {
-        let rows = &mut self.memory.rows;
-        route::follow(rows, &self.map.tracks, &self.map.grid, &self.scratch.crowd, self.seed);
+        let (map, crowd, draws) = (&self.map, &self.scratch.crowd, self.draws());
+        let Memory { rows, guides, .. } = &mut self.memory;
+        route::follow(rows, guides, &map.tracks, &map.grid, crowd, draws);
     }
 
     fn perceive(&mut self) {
+        let draws = self.draws();
         let scratch = &mut self.scratch;
         let rows = &self.memory.rows;
         scratch.claims.clear();
@@ -214,7 +222,7 @@ impl Mind {
             ));
         }
         let map = &self.map;
-        scratch.occupancy.overlook(&scratch.crowd, &self.memory.dials, self.seed);
+        scratch.occupancy.overlook(&scratch.crowd, &self.memory.dials, draws);
         scratch.occupancy.lay(&map.tracks, &map.grid, &scratch.crowd, &scratch.claims);
         sweep::look(rows, &map.tracks, &scratch.crowd, &mut scratch.obstacles);
         let (crowd, occupancy) = (&scratch.crowd, &scratch.occupancy);
@@ -236,6 +244,7 @@ impl Mind {
     }
 
     fn arbitrate(&mut self, delta_nanos: u64) {
+        let draws = self.draws();
         let scratch = &mut self.scratch;
         let view = junction::View {
             map: &self.map,
@@ -243,7 +252,7 @@ impl Mind {
             occupancy: &scratch.occupancy,
             obstacles: &scratch.obstacles,
             lights: &scratch.shown,
-            seed: self.seed,
+            seed: draws,
             delta_s: seconds(delta_nanos),
             ignore_lights: &scratch.ignore_lights,
             ignore_signs: &scratch.ignore_signs,
@@ -303,10 +312,11 @@ impl Mind {
             occupancy: &scratch.occupancy,
             leaders: &scratch.leaders,
             wishes: &scratch.wishes,
-            seed: self.seed,
+            seed: self.draws(),
             delta_s: seconds(delta_nanos),
         };
-        change::consider(&mut self.memory.rows, &mut self.memory.dials, &view);
+        let Memory { rows, dials, guides, .. } = &mut self.memory;
+        change::consider(rows, dials, guides, &view);
     }
 
     fn drive(&mut self, delta_nanos: u64) {
@@ -319,8 +329,20 @@ impl Mind {
                 VehicleControl { brake: 1.0, ..VehicleControl::default() }
             };
             let actor_id = bus::ActorId(self.memory.rows.id[row]);
-            self.controls.push(VehicleControl { actor_id, ..control });
+            let lamps = self.lamps(row, &control);
+            self.controls.push(VehicleControl { actor_id, lamps, ..control });
         }
+    }
+
+    /// The lamps of a vehicle that sees to them by itself.
+    fn lamps(&self, row: usize, control: &VehicleControl) -> u32 {
+        let Memory { rows, dials, weather, .. } = &self.memory;
+        if !dials.lamps(rows.id[row]) || rows.placed[row] == 0 {
+            return 0;
+        }
+        let crowd = &self.scratch.crowd;
+        let mps = crowd.speed(crowd.driven[row] as usize);
+        lamp::SWITCHED | lamps::lamps(rows, row, &self.map.tracks, weather, control, mps)
     }
 
     fn drive_one(&mut self, row: usize, delta_s: f32) -> VehicleControl {

@@ -31,6 +31,11 @@ pub(crate) fn unit(seed: u64, actor: u32, purpose: Purpose, count: u64) -> f32 {
     (draw(seed, actor, purpose, count) >> 40) as f32 / (1u64 << 24) as f32
 }
 
+/// Another seed, of two.
+pub(crate) fn mixed(seed: u64, other: u64) -> u64 {
+    mix(seed ^ mix(other))
+}
+
 /// The finaliser of splitmix64 (Steele, Lea and Flood, OOPSLA 2014).
 fn mix(seed: u64) -> u64 {
     let z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);

@@ -3,6 +3,7 @@
 use glam::Vec2;
 
 use crate::grid::Grid;
+use crate::guide::Guides;
 use crate::perceive::{Crowd, Occupancy};
 use crate::random::{Purpose, draw};
 use crate::rows::{Route, Rows};
@@ -48,7 +49,14 @@ impl Load {
 }
 
 /// Finds every row's place on its route and lengthens the route.
-pub(crate) fn follow(rows: &mut Rows, tracks: &Tracks, grid: &Grid, crowd: &Crowd, seed: u64) {
+pub(crate) fn follow(
+    rows: &mut Rows,
+    guides: &mut Guides,
+    tracks: &Tracks,
+    grid: &Grid,
+    crowd: &Crowd,
+    seed: u64,
+) {
     let load = Load::count(rows, tracks);
     for body in 0..crowd.count() {
         let row = crowd.row[body];
@@ -66,7 +74,8 @@ pub(crate) fn follow(rows: &mut Rows, tracks: &Tracks, grid: &Grid, crowd: &Crow
             find(rows, row, tracks, grid, crowd, body);
         }
         if rows.placed[row] == 1 {
-            lengthen(rows, row, tracks, &load, seed);
+            guides.lead(rows, row, tracks, grid);
+            lengthen(rows, row, guides, tracks, &load, seed);
         }
     }
 }
@@ -192,7 +201,7 @@ fn find(rows: &mut Rows, row: usize, tracks: &Tracks, grid: &Grid, crowd: &Crowd
 }
 
 /// The track nearest to a point, however far, and the arc length there.
-fn nearest(tracks: &Tracks, point: Vec2) -> Option<(u32, f32)> {
+pub(crate) fn nearest(tracks: &Tracks, point: Vec2) -> Option<(u32, f32)> {
     let mut best: Option<(f32, u32, f32)> = None;
     for lane in (0..tracks.count() as u32).filter(|&lane| tracks.has(lane)) {
         let (arc_m, distance) = tracks.nearest_sample(lane, point);
@@ -203,15 +212,25 @@ fn nearest(tracks: &Tracks, point: Vec2) -> Option<(u32, f32)> {
     best.map(|(_, lane, arc_m)| (lane, arc_m))
 }
 
-/// Draws turns until the route reaches far enough.
-pub(crate) fn lengthen(rows: &mut Rows, row: usize, tracks: &Tracks, load: &Load, seed: u64) {
+/// Takes the turns that a client asked for, else draws some, until the route reaches far enough.
+pub(crate) fn lengthen(
+    rows: &mut Rows,
+    row: usize,
+    guides: &Guides,
+    tracks: &Tracks,
+    load: &Load,
+    seed: u64,
+) {
     let mut reach = -rows.arc_m[row];
     for &lane in rows.route[row].lanes() {
         reach += tracks.length(lane);
     }
     while reach < AHEAD_M && !rows.route[row].is_full() {
+        let (id, count) = (rows.id[row], rows.route[row].lanes().len());
         let last = *rows.route[row].lanes().last().expect("a route has a lane");
-        let Some(next) = turn(tracks, last, load, (seed, rows.id[row], rows.turns[row])) else {
+        let asked = guides.next(id, count, last).filter(|way| tracks.next(last).contains(way));
+        let Some(next) = asked.or_else(|| turn(tracks, last, load, (seed, id, rows.turns[row])))
+        else {
             return;
         };
         if tracks.next(last).len() > 1 {

@@ -69,7 +69,11 @@ fn mind_of(episode: &Episode) -> Result<Mind, TrafficError> {
 
 /// Whether a line may be heeded once only.
 fn is_once(entry: &JournalEntry) -> bool {
-    matches!(entry.command.wish(), Some(Wish::TrafficDial(set)) if dial::is_once(set.dial))
+    match entry.command.wish() {
+        Some(Wish::TrafficDial(set)) => dial::is_once(set.dial),
+        Some(Wish::Guide(_)) => true,
+        _ => false,
+    }
 }
 
 struct Driver {

@@ -3,6 +3,7 @@
 mod course;
 mod dials;
 mod driving;
+mod guide;
 mod junctions;
 mod lights;
 pub(crate) mod maps;

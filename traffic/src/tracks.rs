@@ -7,6 +7,13 @@
 use glam::{Vec2, Vec3};
 use road::{Lane, LaneIndex, LanePoint, LaneTypes, Network};
 
+/// A way through a junction has turned if it leaves it in a direction so different, radians
+/// (35 degrees).
+pub(crate) const TURN_RAD: f32 = 0.61;
+
+/// A way through a junction is of no more lanes than this, one after the other.
+const LINKS_MAX: usize = 64;
+
 /// No lane.
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -188,6 +195,21 @@ impl Tracks {
     /// Whether `lane` lies in a junction.
     pub(crate) fn in_junction(&self, lane: u32) -> bool {
         self.junction[lane as usize] != NONE
+    }
+
+    /// By how much a way through a junction turns from its first lane to its last, positive to the
+    /// left, radians.
+    pub(crate) fn turn_rad(&self, way: u32) -> f32 {
+        let mut end = way;
+        for _ in 0..LINKS_MAX {
+            match self.next(end) {
+                [next] if self.junction[*next as usize] == self.junction[way as usize] => {
+                    end = *next;
+                }
+                _ => break,
+            }
+        }
+        self.at(way, 0.0).1.angle_to(self.at(end, self.length(end)).1)
     }
 
     /// Samples of `lane`: how many, and how far apart.

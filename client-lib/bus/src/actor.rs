@@ -160,6 +160,8 @@ pub mod lamp {
     pub const SPECIAL1: u32 = 1 << 9;
     /// The other beacons.
     pub const SPECIAL2: u32 = 1 << 10;
+    /// Of a control of traffic's: it says which lamps are on.
+    pub const SWITCHED: u32 = 1 << 31;
     /// Every lamp there is.
     pub const ALL: u32 = (1 << 11) - 1;
 }
@@ -221,7 +223,7 @@ pub struct ActorState {
     pub signal: u32,
     /// Red, green, blue, 255, from the lowest byte: the paint.
     pub color: u32,
-    /// Lamps that a client switched on: bits of [`lamp`].
+    /// Lamps that a client switched on, or traffic for it: bits of [`lamp`].
     pub lamps: u32,
     /// Doors that stand open, one bit each: front left, front right, rear left, rear right.
     pub doors: u32,
@@ -260,8 +262,8 @@ pub struct VehicleControl {
     pub gear: i32,
     /// 1: `gear` holds; 0: the gearbox shifts by itself.
     pub manual_gear: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Traffic's alone: with [`lamp::SWITCHED`], which lamps it switches on, and all others off.
+    pub lamps: u32,
 }
 
 const _: () = assert!(size_of::<VehicleControl>() == 32);

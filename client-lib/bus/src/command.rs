@@ -1,4 +1,5 @@
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
@@ -259,6 +260,8 @@ wishes! {
     FeelWeather(FeelWeather) = 42,
     /// Send a text by radio, with the next frame.
     Transmit(Transmit) = 43,
+    /// Tell a vehicle on autopilot where to go.
+    Guide(Guide) = 50,
     /// Write down what happens from the next frame on.
     StartRecorder(StartRecorder) = 100,
     /// Close the recording.
@@ -530,6 +533,82 @@ pub struct TrafficDial {
     pub value: f32,
 }
 
+/// The most steps that one [`Guide`] tells; a longer way takes several.
+pub const GUIDE_STEPS: usize = 11;
+
+/// See [`Wish::Guide`]. When the last step is done, it goes where it likes again.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("Guide")]
+#[repr(C)]
+pub struct Guide {
+    /// Whom.
+    pub actor_id: ActorId,
+    /// 1: what it was told before is void; 0: this comes after it.
+    pub anew: u32,
+    /// How many of `steps` count; with `anew` and no step it goes where it likes.
+    pub count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// One after the other.
+    pub steps: [GuideStep; GUIDE_STEPS],
+}
+
+/// One thing that a guided vehicle does next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("GuideStep")]
+#[repr(C)]
+pub struct GuideStep {
+    /// One of [`guide`].
+    pub kind: u32,
+    /// Of [`guide::PLACE`]: where, in the world, metres.
+    pub position_m: [f32; 3],
+}
+
+impl Guide {
+    /// A whole way, in as many parts as it takes; none of it: it goes where it likes.
+    pub fn way(actor_id: ActorId, steps: &[GuideStep]) -> Vec<Guide> {
+        let part = |nth: usize, some: &[GuideStep]| {
+            let anew = u32::from(nth == 0);
+            let mut guide = Guide { actor_id, anew, count: some.len() as u32, ..Guide::default() };
+            guide.steps[..some.len()].copy_from_slice(some);
+            guide
+        };
+        if steps.is_empty() {
+            return vec![part(0, &[])];
+        }
+        steps.chunks(GUIDE_STEPS).enumerate().map(|(nth, some)| part(nth, some)).collect()
+    }
+}
+
+impl GuideStep {
+    /// Comes by a place in the world, metres.
+    pub fn place(position: Vec3) -> GuideStep {
+        GuideStep { kind: guide::PLACE, position_m: position.to_array() }
+    }
+
+    /// Does one of the other things of [`guide`].
+    pub fn turn(kind: u32) -> GuideStep {
+        GuideStep { kind, ..GuideStep::default() }
+    }
+}
+
+/// Values of [`GuideStep::kind`].
+pub mod guide {
+    /// Comes by a place: by the nearest lane, over the shortest way.
+    pub const PLACE: u32 = 1;
+    /// Turns left at the next junction, from whatever lane that is done; if it offers none, takes
+    /// its straightest way.
+    pub const LEFT: u32 = 2;
+    /// Turns right, likewise.
+    pub const RIGHT: u32 = 3;
+    /// Goes straight on at the next junction.
+    pub const STRAIGHT: u32 = 4;
+    /// Goes over to the lane on the left, if there is one.
+    pub const LANE_LEFT: u32 = 5;
+    /// Goes over to the lane on the right, if there is one.
+    pub const LANE_RIGHT: u32 = 6;
+}
+
 /// Values of [`TrafficDial::dial`].
 pub mod dial {
     /// How much slower than the limit to drive, as a share: 0.3 is 30 % slower, −0.2 faster.
@@ -561,6 +640,12 @@ pub mod dial {
     pub const IGNORE_VEHICLES: u32 = 12;
     /// Share of walkers to ignore, drawn once for each.
     pub const IGNORE_WALKERS: u32 = 13;
+    /// Everybody's: random turns and whims are drawn anew from this whole number, 0 to 2^24, and
+    /// the seed of the world.
+    pub const SEED: u32 = 14;
+    /// 1: switches its lamps by itself: indicators, brake lights, and low beam, position and fog
+    /// lights as the weather asks.
+    pub const LAMPS: u32 = 15;
     /// This and the number of an actor: 1 ignores that one, 0 does not, whatever the shares say.
     pub const IGNORE_ACTOR: u32 = 1 << 31;
 

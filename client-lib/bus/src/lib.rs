@@ -27,9 +27,10 @@ pub use born::{
     OdometrySpec, Reading, geodesy,
 };
 pub use command::{
-    Answer, Autopilot, BatchHeader, Command, CreateRig, HideLayers, HideObjects, HoldLight,
-    JournalEntry, JournalHeader, Nothing, Outcome, SetDoors, SetLamps, SetPhysics, SetVelocity,
-    Settings, Spawn, Teleport, TrafficDial, Weather, Wish, dial, layer, status,
+    Answer, Autopilot, BatchHeader, Command, CreateRig, GUIDE_STEPS, Guide, GuideStep, HideLayers,
+    HideObjects, HoldLight, JournalEntry, JournalHeader, Nothing, Outcome, SetDoors, SetLamps,
+    SetPhysics, SetVelocity, Settings, Spawn, Teleport, TrafficDial, Weather, Wish, dial, guide,
+    layer, status,
 };
 pub use motion::{
     AckermannControl, AckermannSettings, Ask, FeelWeather, Push, Switch, VehicleTelemetry,

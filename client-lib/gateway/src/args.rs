@@ -88,6 +88,13 @@ impl<'a> Args<'a> {
         }
     }
 
+    pub(crate) fn bytes(&mut self) -> Result<&'a [u8], Refusal> {
+        match self.next()? {
+            Value::Bytes(bytes) => Ok(bytes),
+            other => Err(wanted("bytes", other)),
+        }
+    }
+
     /// A list within the list.
     pub(crate) fn list(&mut self) -> Result<Args<'a>, Refusal> {
         match self.next()? {

@@ -52,8 +52,8 @@ pub(crate) struct Bridge {
     pub(crate) statics: Arc<Statics>,
     pub(crate) motions: Motions,
     pub(crate) lights: Lights,
-    /// CARLA's bits of the lamps that clients switched on.
-    pub(crate) lamps: BTreeMap<u32, u32>,
+    /// Lamps that clients have just switched, and how many frames ago.
+    pub(crate) lamps: BTreeMap<u32, (u32, u32)>,
     /// The doors that clients opened, one bit each.
     pub(crate) doors: BTreeMap<u32, u32>,
     roadsides: Roadsides,
@@ -282,6 +282,11 @@ impl Bridge {
     pub(crate) fn show(&mut self) {
         self.follow_episode();
         self.age_pedals();
+        let keep = if self.is_synchronous() { 0 } else { 2 };
+        self.lamps.retain(|_, (_, age)| {
+            *age += 1;
+            *age <= keep
+        });
         self.show_state();
         self.show_measurements();
     }

@@ -4,13 +4,14 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use client_lib::{ActorId, TrafficDial, Wish, dial};
+use client_lib::{ActorId, Guide, GuideStep, TrafficDial, Wish, dial, guide};
 
 use crate::{
     args::{Args, Refusal},
     bridge::Bridge,
     msgpack::{Pack, Value},
     rpc::{Callee, Peer},
+    wire,
 };
 
 /// The traffic manager, as every client is told that one runs.
@@ -86,12 +87,40 @@ fn carry_out(bridge: &mut Bridge, method: &str, mut args: Args) -> Result<(), Re
         "random_right_lanechange_percentage" | "set_percentage_random_right_lanechange" => {
             share(bridge, args, dial::CHANGE_RIGHT)
         }
-        // Traffic here is always in step with the world, seeded with it, and drives all alike.
+        // A number of 24 bits is all that a dial holds.
+        "set_random_device_seed" => {
+            let seed = args.int()? as u64;
+            turn(bridge, 0, dial::SEED, ((seed ^ (seed >> 24) ^ (seed >> 48)) & 0xff_ffff) as f32)
+        }
+        "update_vehicle_lights" => {
+            let id = actor(&mut args)?;
+            turn(bridge, id, dial::LAMPS, f32::from(args.bool()?))
+        }
+        "set_path" => {
+            let id = actor(&mut args)?;
+            path(bridge, id, args)
+        }
+        "update_custom_path" => {
+            let id = args.u32()?;
+            path(bridge, id, args)
+        }
+        "set_imported_route" => {
+            let id = actor(&mut args)?;
+            route(bridge, id, args)
+        }
+        "update_imported_route" => {
+            let id = args.u32()?;
+            route(bridge, id, args)
+        }
+        "remove_custom_path" | "remove_imported_route" => {
+            let id = args.u32()?;
+            guide(bridge, id, &[])
+        }
+        // Traffic here is always in step with the world, and drives all alike.
         "health_check_remote_TM"
         | "set_synchronous_mode"
         | "set_synchronous_mode_timeout_in_milisecond"
         | "synchronous_tick"
-        | "set_random_device_seed"
         | "set_hybrid_physics_mode"
         | "set_hybrid_physics_radius"
         | "set_osm_mode"
@@ -100,14 +129,7 @@ fn carry_out(bridge: &mut Bridge, method: &str, mut args: Args) -> Result<(), Re
         | "set_max_boundaries"
         | "get_next_action"
         | "get_all_actions"
-        | "update_vehicle_lights"
         | "shut_down" => Ok(()),
-        "set_path"
-        | "remove_custom_path"
-        | "update_custom_path"
-        | "set_imported_route"
-        | "remove_imported_route"
-        | "update_imported_route" => Err("traffic of this simulator has no such dial".into()),
         _ => Err(format!("rpclib: server could not find function '{method}'").into()),
     }
 }
@@ -130,6 +152,39 @@ fn autopilot(bridge: &mut Bridge, mut args: Args, on: bool) -> Result<(), Refusa
 fn share(bridge: &mut Bridge, mut args: Args, dial: u32) -> Result<(), Refusal> {
     let id = actor(&mut args)?;
     turn(bridge, id, dial, args.f32()? / 100.0)
+}
+
+/// Locations of CARLA's, to come by one after the other.
+fn path(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), Refusal> {
+    let mut list = args.list()?;
+    let mut steps = Vec::with_capacity(list.len());
+    while list.len() > 0 {
+        steps.push(GuideStep::place(wire::location(&mut list)?));
+    }
+    guide(bridge, id, &steps)
+}
+
+/// CARLA's `RoadOption`s. Those that ask for nothing in particular are no steps.
+fn route(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), Refusal> {
+    let steps = args.bytes()?.iter().filter_map(|option| {
+        Some(GuideStep::turn(match option {
+            1 => guide::LEFT,
+            2 => guide::RIGHT,
+            3 => guide::STRAIGHT,
+            5 => guide::LANE_LEFT,
+            6 => guide::LANE_RIGHT,
+            _ => return None,
+        }))
+    });
+    let steps: Vec<GuideStep> = steps.collect();
+    guide(bridge, id, &steps)
+}
+
+fn guide(bridge: &mut Bridge, id: u32, steps: &[GuideStep]) -> Result<(), Refusal> {
+    for part in Guide::way(ActorId(id), steps) {
+        bridge.wish(Wish::Guide(part));
+    }
+    Ok(())
 }
 
 fn turn(bridge: &mut Bridge, id: u32, dial: u32, value: f32) -> Result<(), Refusal> {

@@ -1,6 +1,6 @@
 //! What clients set is what vehicles do.
 
-use bus::{ActorId, Command, JournalEntry, Name, Outcome, TrafficDial, Wish, dial};
+use bus::{ActorId, Command, JournalEntry, Name, Outcome, TrafficDial, Weather, Wish, dial, lamp};
 use glam::Vec3;
 
 use super::course::{Car, Course};
@@ -118,4 +118,64 @@ fn whom_one_ignores_one_drives_into() {
     assert_eq!(behind_a_slow_one(&[stays, all, but], 15).collisions, []);
     let walkers = turned_for(2, dial::IGNORE_WALKERS, 1.0);
     assert_eq!(behind_a_slow_one(&[stays, walkers], 15).collisions, []);
+}
+
+/// A line of the journal that makes such weather.
+fn sky(weather: Weather) -> JournalEntry {
+    JournalEntry { command: Command::from(Wish::SetWeather(weather)), ..turned(0, 0.0) }
+}
+
+/// The lamps that the first vehicle switches.
+fn lamps(course: &Course) -> u32 {
+    course.mind.controls()[0].lamps
+}
+
+#[test]
+fn lamps_follow_the_sky_and_the_pedals() {
+    let mut course = alone(&[], 1);
+    assert_eq!(lamps(&course), 0, "nobody asked for it");
+    course.tick_with(&[turned_for(1, dial::LAMPS, 1.0)]);
+    assert_eq!(lamps(&course), lamp::SWITCHED, "a clear afternoon");
+    course.tick_with(&[sky(Weather { sun_altitude_rad: -0.3, ..Weather::default() })]);
+    let night = lamp::SWITCHED | lamp::POSITION | lamp::LOW_BEAM;
+    assert_eq!(lamps(&course), night);
+    let mut second = crate::Mind::new(course.network.clone(), 1);
+    second.restore(&course.mind.save()).expect("its own bytes");
+    second.plan(&course.stamp, super::course::DELTA_NANOS, &course.actors, &[]);
+    assert_eq!(second.controls()[0].lamps, night, "who takes over knows that it is night");
+    course.tick_with(&[sky(Weather { fog_density: 60.0, ..Weather::default() })]);
+    assert_eq!(lamps(&course), night | lamp::FOG);
+    course.tick_with(&[sky(Weather::default()), turned_for(1, dial::SPEED_MPS, 0.0)]);
+    course.tick();
+    assert_eq!(lamps(&course), lamp::SWITCHED | lamp::BRAKE);
+    course.tick_with(&[turned_for(1, dial::LAMPS, 0.0)]);
+    assert_eq!(lamps(&course), 0);
+}
+
+#[test]
+fn who_changes_lanes_indicates_where_to() {
+    let lines = [turned_for(1, dial::LAMPS, 1.0), turned_for(1, dial::CHANGE_NOW, -1.0)];
+    let mut course = Course::with_cars(maps::two_lanes(), 1, vec![car(10.0, -1.75, 10.0)]);
+    course.tick_with(&lines);
+    (0..20).for_each(|_| course.tick());
+    assert_eq!(lamps(&course), lamp::SWITCHED | lamp::RIGHT_BLINKER);
+    (0..20 * 7).for_each(|_| course.tick());
+    assert_eq!(lamps(&course) & lamp::RIGHT_BLINKER, 0, "it is there");
+    course.tick_with(&[turned_for(1, dial::CHANGE_NOW, 1.0)]);
+    (0..20).for_each(|_| course.tick());
+    assert_eq!(lamps(&course), lamp::SWITCHED | lamp::LEFT_BLINKER);
+}
+
+#[test]
+fn turns_are_drawn_anew_from_a_seed_that_is_set() {
+    let ways = |lines: &[JournalEntry]| {
+        let mut course = Course::new(maps::town(), 7, 20);
+        course.tick_with(lines);
+        (0..600).for_each(|_| course.tick());
+        course.cars.iter().map(|car| car.position.to_array()).collect::<Vec<_>>()
+    };
+    let set = |seed: f32| ways(&[turned(dial::SEED, seed)]);
+    assert!(set(42.0) == set(42.0), "the same again");
+    assert!(set(42.0) != set(43.0), "other turns");
+    assert!(set(42.0) != ways(&[]), "other turns than nobody asked for");
 }

@@ -28,7 +28,7 @@ pub(crate) fn pedals(id: u32, args: &mut Args) -> Result<VehicleControl, Refusal
     let (manual_gear, gear) = (f.bool()?.into(), f.int()?.clamp(-1, 20) as i32);
     let steer = if steer.is_finite() { -steer.clamp(-1.0, 1.0) } else { 0.0 };
     let actor_id = ActorId(id);
-    Ok(VehicleControl { actor_id, flags, throttle, brake, steer, gear, manual_gear, reserved: 0 })
+    Ok(VehicleControl { actor_id, flags, throttle, brake, steer, gear, manual_gear, lamps: 0 })
 }
 
 pub(super) fn autopilot(call: &mut Call) -> Result<(), Refusal> {
@@ -38,7 +38,7 @@ pub(super) fn autopilot(call: &mut Call) -> Result<(), Refusal> {
 
 pub(super) fn light_state(call: &mut Call) -> Result<(), Refusal> {
     let id = call.args.u32()?;
-    let lamps = call.bridge.lamps.get(&id).copied().unwrap_or(0);
+    let lamps = call.bridge.lamps_of(id);
     call.out.list(1).uint(lamps.into());
     Ok(())
 }
@@ -48,7 +48,7 @@ pub(super) fn light_states(call: &mut Call) -> Result<(), Refusal> {
     let ids: Vec<u32> = actors.filter(|a| a.kind == kind::VEHICLE).map(|a| a.actor_id.0).collect();
     call.out.list(ids.len());
     for id in ids {
-        let lamps = call.bridge.lamps.get(&id).copied().unwrap_or(0);
+        let lamps = call.bridge.lamps_of(id);
         call.out.list(2).uint(id.into()).uint(lamps.into());
     }
     Ok(())
@@ -95,9 +95,15 @@ pub(super) fn wheel_angle(call: &mut Call) -> Result<(), Refusal> {
 }
 
 impl Bridge {
+    /// Which lamps of a vehicle are on; those that were just switched count already.
+    fn lamps_of(&self, id: u32) -> u32 {
+        let shown = || self.client.world().actor(ActorId(id)).map_or(0, |state| state.lamps);
+        self.lamps.get(&id).map_or_else(shown, |(lamps, _)| *lamps)
+    }
+
     /// Switches the lamps of a vehicle.
     pub(crate) fn set_lamps(&mut self, id: u32, lamps: u32) -> Result<(), Refusal> {
-        self.lamps.insert(id, lamps);
+        self.lamps.insert(id, (lamps, 0));
         let wish = Wish::SetLamps(SetLamps { actor_id: ActorId(id), lamps });
         self.request_one("lamps", wish).map(drop)
     }

@@ -1,0 +1,395 @@
+//! Where clients tell vehicles to go: places and turns, and the lanes that lead there.
+//!
+//! A guided vehicle has a plan: lanes one after the other, each the successor of the one before or
+//! its neighbour. Its route follows the plan at forks, and it changes lanes where the plan does.
+//! Who leaves the plan, because no gap was free or it lost its way, gets a new one from there.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+
+use bus::{Guide, GuideStep, guide};
+use bytemuck::Zeroable;
+use glam::Vec3;
+
+use crate::grid::Grid;
+use crate::route::nearest;
+use crate::rows::Rows;
+use crate::tracks::{NONE, TURN_RAD, Tracks};
+
+/// Lanes that are nearer to a place than the nearest one and this, metres, lead by it as well.
+const ALIKE_M: f32 = 0.75;
+/// What a lane change costs, in decimetres of way; and one that the markings forbid.
+const CHANGE_DM: u32 = 300;
+const FORBIDDEN_CHANGE_DM: u32 = 3_000;
+/// What turning round at a dead end costs.
+const TURN_ROUND_DM: u32 = 2_000;
+/// A lane shorter than this, metres, leaves no room for a change.
+const CHANGE_ROOM_M: f32 = 20.0;
+/// In one frame nobody comes farther than over so many lanes.
+const LEGS_A_FRAME: usize = 4;
+/// Junctions are looked for so many lanes ahead.
+const LANES_AHEAD: usize = 400;
+
+/// What one vehicle is told, and how it will do it.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Guided {
+    actor: u32,
+    /// What is not done yet.
+    steps: Vec<GuideStep>,
+    /// The lane that it is on, and those that it will take; empty: not planned yet.
+    plan: Vec<Leg>,
+}
+
+/// One lane of a plan, and how many steps are done by whoever has come so far on it.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, Zeroable)]
+#[repr(C)]
+struct Leg {
+    lane: u32,
+    done: u32,
+    until_m: f32,
+}
+
+/// Everybody who is guided, by actor.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Guides(Vec<Guided>);
+
+impl Guides {
+    /// Takes over what a client says.
+    pub(crate) fn tell(&mut self, told: &Guide) {
+        let actor = told.actor_id.0;
+        let at = match self.0.binary_search_by_key(&actor, |guided| guided.actor) {
+            Ok(at) => at,
+            Err(at) => {
+                self.0.insert(at, Guided { actor, ..Guided::default() });
+                at
+            }
+        };
+        let guided = &mut self.0[at];
+        if told.anew != 0 {
+            guided.steps.clear();
+        }
+        guided.steps.extend_from_slice(&told.steps[..(told.count as usize).min(told.steps.len())]);
+        guided.plan.clear();
+        if guided.steps.is_empty() {
+            self.0.remove(at);
+        }
+    }
+
+    /// An actor is no more.
+    pub(crate) fn forget(&mut self, actor: u32) {
+        self.0.retain(|guided| guided.actor != actor);
+    }
+
+    /// Brings the plan of a row's vehicle up to where it is, and makes one if there is none. What
+    /// was drawn of its route beyond is dropped, unless it has leave to pass a junction there.
+    pub(crate) fn lead(&mut self, rows: &mut Rows, row: usize, tracks: &Tracks, grid: &Grid) {
+        let Ok(at) = self.0.binary_search_by_key(&rows.id[row], |guided| guided.actor) else {
+            return;
+        };
+        let guided = &mut self.0[at];
+        let lane = rows.route[row].lane();
+        // Farther on in the plan it may come by the same lane again.
+        match guided.plan.iter().take(LEGS_A_FRAME).position(|leg| leg.lane == lane) {
+            Some(index) => {
+                let before = guided.plan.drain(..index).map(|leg| leg.done).sum::<u32>();
+                let own = &mut guided.plan[0];
+                let is_there = rows.arc_m[row] >= own.until_m;
+                let done = before + if is_there { std::mem::take(&mut own.done) } else { 0 };
+                guided.steps.drain(..done as usize);
+            }
+            None => {
+                let passing = if rows.order[row] == 0 {
+                    1
+                } else {
+                    rows.pass_end[row].wrapping_sub(rows.route[row].passed) as usize
+                };
+                let kept = passing.clamp(1, rows.route[row].lanes().len());
+                rows.route[row].truncate(kept);
+                guided.make_plan(rows.route[row].lanes(), tracks, grid);
+            }
+        }
+        if guided.steps.is_empty() {
+            self.0.remove(at);
+        }
+    }
+
+    /// The lane that the plan of `actor` names after the first `count` lanes of its route, the
+    /// last of which is `last`; `None` if there is none, or the route is not the plan's.
+    pub(crate) fn next(&self, actor: u32, count: usize, last: u32) -> Option<u32> {
+        let plan = self.plan(actor)?;
+        (plan.get(count - 1)?.lane == last).then(|| plan.get(count).map(|leg| leg.lane))?
+    }
+
+    /// To which side the plan of `actor` leaves `lane`, where it is: 1 left, -1 right, 0 not.
+    pub(crate) fn side(&self, actor: u32, lane: u32, tracks: &Tracks) -> Option<f32> {
+        let [own, next, ..] = self.plan(actor)? else { return Some(0.0) };
+        // What is to be done on this lane is done first.
+        let leaves = own.lane == lane && own.done == 0;
+        let beside = |side: u32| leaves && side != NONE && next.lane == side;
+        Some(if beside(tracks.left[lane as usize]) {
+            1.0
+        } else if beside(tracks.right[lane as usize]) {
+            -1.0
+        } else {
+            0.0
+        })
+    }
+
+    fn plan(&self, actor: u32) -> Option<&[Leg]> {
+        let at = self.0.binary_search_by_key(&actor, |guided| guided.actor).ok()?;
+        Some(&self.0[at].plan)
+    }
+
+    /// Appends everything to `bytes`.
+    pub(crate) fn write(&self, bytes: &mut Vec<u8>) {
+        for guided in &self.0 {
+            let head = [guided.actor, guided.steps.len() as u32, guided.plan.len() as u32];
+            bytes.extend_from_slice(bytemuck::cast_slice(&head));
+            bytes.extend_from_slice(bytemuck::cast_slice(&guided.steps));
+            bytes.extend_from_slice(bytemuck::cast_slice(&guided.plan));
+        }
+    }
+
+    /// Reads back what [`Guides::write`] wrote; `None` if it is cut off, out of order or names a
+    /// lane beyond `lanes`.
+    pub(crate) fn read(mut bytes: &[u8], lanes: usize) -> Option<Guides> {
+        let mut all: Vec<Guided> = Vec::new();
+        while !bytes.is_empty() {
+            let [actor, steps, legs] = take::<[u32; 3]>(&mut bytes, 1)?[0];
+            let steps = take::<GuideStep>(&mut bytes, steps as usize)?;
+            let plan = take::<Leg>(&mut bytes, legs as usize)?;
+            let done: usize = plan.iter().map(|leg| leg.done as usize).sum();
+            let on_map = plan.iter().all(|leg| (leg.lane as usize) < lanes);
+            let ascends = all.last().is_none_or(|before| before.actor < actor);
+            if !on_map || !ascends || done > steps.len() || steps.is_empty() {
+                return None;
+            }
+            all.push(Guided { actor, steps, plan });
+        }
+        Some(Guides(all))
+    }
+}
+
+fn take<T: bytemuck::Pod>(bytes: &mut &[u8], count: usize) -> Option<Vec<T>> {
+    let size = count.checked_mul(size_of::<T>())?;
+    let (part, rest) = bytes.split_at_checked(size)?;
+    *bytes = rest;
+    Some(part.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
+}
+
+/// By lane that a search came to: what it cost, and from which lane, or [`NONE`].
+type Reached = BTreeMap<u32, (u32, u32)>;
+
+/// The cheapest of some lanes.
+fn cheapest(lanes: &BTreeMap<u32, u32>) -> u32 {
+    *lanes.iter().min_by_key(|&(lane, cost)| (cost, lane)).expect("somewhere to be").0
+}
+
+impl Guided {
+    /// Plans on from the last of the lanes that are driven anyway. Steps that cannot be done from
+    /// there are left out.
+    fn make_plan(&mut self, driven: &[u32], tracks: &Tracks, grid: &Grid) {
+        let start = *driven.last().expect("a route has a lane");
+        let mut stages: Vec<Reached> = Vec::new();
+        let mut sources = BTreeMap::from([(start, 0)]);
+        self.steps.retain(|step| {
+            let best = cheapest(&sources);
+            let goals = goals(step, best, tracks, grid);
+            if step.kind != guide::PLACE {
+                sources = BTreeMap::from([(best, sources[&best])]);
+            }
+            let reached = search(&sources, &goals, tracks);
+            let arrived = goals.iter().filter_map(|goal| Some((*goal, reached.get(goal)?.0)));
+            let arrived: BTreeMap<u32, u32> = arrived.collect();
+            if arrived.is_empty() {
+                return false;
+            }
+            sources = arrived;
+            stages.push(reached);
+            true
+        });
+        let mut lane = cheapest(&sources);
+        let mut ways: Vec<Vec<u32>> = Vec::new();
+        for reached in stages.iter().rev() {
+            let mut way = Vec::new();
+            while reached[&lane].1 != NONE {
+                way.push(lane);
+                lane = reached[&lane].1;
+            }
+            way.reverse();
+            ways.push(way);
+        }
+        let leg = |&lane: &u32| Leg { lane, done: 0, until_m: 0.0 };
+        self.plan = driven.iter().map(leg).collect();
+        for (way, step) in ways.iter().rev().zip(&self.steps) {
+            self.plan.extend(way.iter().map(leg));
+            let last = self.plan.last_mut().expect("driven lanes");
+            last.done += 1;
+            if step.kind == guide::PLACE {
+                let place = Vec3::from_array(step.position_m).truncate();
+                let hint_m = tracks.nearest_sample(last.lane, place).0;
+                let arc_m = tracks.project(last.lane, place, hint_m).arc_m;
+                last.until_m = last.until_m.max(arc_m.min(tracks.length(last.lane)));
+            }
+        }
+        change_early(&mut self.plan, driven.len(), tracks);
+    }
+}
+
+/// The lanes that do a step for who comes from `from`.
+fn goals(step: &GuideStep, from: u32, tracks: &Tracks, grid: &Grid) -> BTreeSet<u32> {
+    match step.kind {
+        guide::PLACE => lanes_by(Vec3::from_array(step.position_m), tracks, grid),
+        guide::LEFT | guide::RIGHT | guide::STRAIGHT => turns(step.kind, from, tracks),
+        guide::LANE_LEFT | guide::LANE_RIGHT => {
+            let Some(lane) = beyond_junction(from, tracks) else { return BTreeSet::new() };
+            let sides = if step.kind == guide::LANE_LEFT { &tracks.left } else { &tracks.right };
+            let side = sides[lane as usize];
+            (side != NONE).then_some(side).into_iter().collect()
+        }
+        _ => BTreeSet::new(),
+    }
+}
+
+/// The lanes that come by a place. In a junction those are often several.
+fn lanes_by(place: Vec3, tracks: &Tracks, grid: &Grid) -> BTreeSet<u32> {
+    let flat = place.truncate();
+    let mut near: Vec<(f32, u32)> = Vec::new();
+    for &(lane, hint_m) in grid.near(flat) {
+        let seat = tracks.project(lane, flat, hint_m);
+        let beyond = (seat.arc_m - seat.arc_m.clamp(0.0, tracks.length(lane))).abs();
+        let above = ((tracks.at(lane, seat.arc_m).0.z - place.z).abs() - 2.0).max(0.0);
+        near.push((seat.left_m.hypot(beyond) + 3.0 * above, lane));
+    }
+    if near.is_empty() {
+        near.extend(nearest(tracks, flat).map(|(lane, _)| (0.0, lane)));
+    }
+    let least = near.iter().map(|&(distance, _)| distance).fold(f32::INFINITY, f32::min);
+    near.iter()
+        .filter(|(distance, _)| *distance <= least + ALIKE_M)
+        .map(|&(_, lane)| lane)
+        .collect()
+}
+
+/// `from`, or the first lane after the junction that it lies in.
+fn beyond_junction(from: u32, tracks: &Tracks) -> Option<u32> {
+    let mut lane = from;
+    for _ in 0..LANES_AHEAD {
+        if !tracks.in_junction(lane) {
+            return Some(lane);
+        }
+        lane = *tracks.next(lane).first()?;
+    }
+    None
+}
+
+/// The lanes of the next junction that turn so, from the lane that one is on or those beside it;
+/// else the straightest.
+fn turns(kind: u32, from: u32, tracks: &Tracks) -> BTreeSet<u32> {
+    let Some(mut entry) = beyond_junction(from, tracks) else { return BTreeSet::new() };
+    let mut lanes_left = LANES_AHEAD;
+    let into = |lane: u32| tracks.next(lane).iter().copied().filter(|&way| tracks.in_junction(way));
+    while into(entry).next().is_none() {
+        let Some(&next) = tracks.next(entry).first().filter(|_| lanes_left > 0) else {
+            return BTreeSet::new();
+        };
+        (entry, lanes_left) = (next, lanes_left - 1);
+    }
+    let mut bundle = vec![entry];
+    for sides in [&tracks.left, &tracks.right] {
+        let mut lane = sides[entry as usize];
+        while lane != NONE && !bundle.contains(&lane) {
+            bundle.push(lane);
+            lane = sides[lane as usize];
+        }
+    }
+    let fits = |way: u32| {
+        let turn = tracks.turn_rad(way);
+        match kind {
+            guide::LEFT => turn > TURN_RAD,
+            guide::RIGHT => turn < -TURN_RAD,
+            _ => turn.abs() <= TURN_RAD,
+        }
+    };
+    let found: BTreeSet<u32> =
+        bundle.iter().flat_map(|&lane| into(lane)).filter(|&way| fits(way)).collect();
+    if found.is_empty() {
+        let bend = |way: &u32| tracks.turn_rad(*way).abs();
+        into(entry).min_by(|a, b| bend(a).total_cmp(&bend(b))).into_iter().collect()
+    } else {
+        found
+    }
+}
+
+/// Whether the junction that comes next after `from` offers a turn.
+#[cfg(test)]
+pub(crate) fn offers(kind: u32, from: u32, tracks: &Tracks) -> bool {
+    turns(kind, from, tracks)
+        .iter()
+        .any(|&way| (tracks.turn_rad(way).abs() > TURN_RAD) == (kind != guide::STRAIGHT))
+}
+
+/// The cheapest ways from `sources`, which cost something already, to all of `goals` that can be
+/// reached (Dijkstra 1959).
+fn search(sources: &BTreeMap<u32, u32>, goals: &BTreeSet<u32>, tracks: &Tracks) -> Reached {
+    let mut reached = Reached::new();
+    let mut missing = goals.clone();
+    let mut queue: BinaryHeap<Reverse<(u32, u32, u32)>> =
+        sources.iter().map(|(&lane, &cost)| Reverse((cost, lane, NONE))).collect();
+    while let Some(Reverse((cost, lane, from))) = queue.pop() {
+        if reached.contains_key(&lane) {
+            continue;
+        }
+        reached.insert(lane, (cost, from));
+        missing.remove(&lane);
+        if missing.is_empty() {
+            break;
+        }
+        for &next in tracks.next(lane) {
+            let way_dm = (10.0 * tracks.length(next)) as u32 + 1;
+            queue.push(Reverse((cost.saturating_add(way_dm), next, lane)));
+        }
+        let back = tracks.back[lane as usize];
+        if back != NONE && tracks.next(lane).is_empty() {
+            queue.push(Reverse((cost.saturating_add(TURN_ROUND_DM), back, lane)));
+        }
+        if tracks.in_junction(lane) {
+            continue;
+        }
+        let index = lane as usize;
+        let allowed = [tracks.left_change[index], tracks.right_change[index]];
+        for (side, allowed) in [tracks.left[index], tracks.right[index]].into_iter().zip(allowed) {
+            if side != NONE && tracks.has(side) {
+                let easy = allowed && tracks.length(lane) > CHANGE_ROOM_M;
+                let change_dm = if easy { CHANGE_DM } else { FORBIDDEN_CHANGE_DM };
+                queue.push(Reverse((cost.saturating_add(change_dm), side, lane)));
+            }
+        }
+    }
+    reached
+}
+
+/// Moves lane changes to the first lanes that allow them: the search does not care where on the
+/// way they are, traffic does.
+fn change_early(plan: &mut [Leg], driven: usize, tracks: &Tracks) {
+    let beside = |lane: u32, other: u32| {
+        let index = lane as usize;
+        [&tracks.left, &tracks.right].into_iter().find(|sides| sides[index] == other)
+    };
+    let mut at = driven.max(1);
+    while at + 1 < plan.len() {
+        let [before, lane, after] = [plan[at - 1].lane, plan[at].lane, plan[at + 1].lane];
+        let earlier = beside(lane, after)
+            .filter(|_| plan[at].done == 0 && tracks.next(before).contains(&lane))
+            .map(|sides| sides[before as usize])
+            .filter(|&side| side != NONE && !tracks.in_junction(before))
+            .filter(|&side| tracks.next(side).contains(&after));
+        match earlier {
+            Some(side) => {
+                plan[at].lane = side;
+                at = (at - 1).max(driven.max(1));
+            }
+            None => at += 1,
+        }
+    }
+}

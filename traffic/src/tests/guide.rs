@@ -1,0 +1,198 @@
+//! Where clients say that vehicles go is where they go.
+
+use bus::{
+    ActorId, Command, Guide, GuideStep, JournalEntry, Name, Outcome, Wish, dial, guide, lamp,
+};
+use glam::{Vec2, Vec3};
+use road::{LaneIndex, LaneTypes};
+
+use super::course::{Course, DELTA_NANOS};
+use super::maps;
+use crate::Mind;
+
+/// Lines of the journal that tell the only car where to go.
+fn told(steps: &[GuideStep]) -> Vec<JournalEntry> {
+    let line = |guide: Guide| JournalEntry {
+        client: Name::new("test"),
+        sequence: 1,
+        command: Command::from(Wish::Guide(guide)),
+        outcome: Outcome::done(0),
+    };
+    Guide::way(ActorId(1), steps).into_iter().map(line).collect()
+}
+
+/// One car of a town, on the `nth` of its spawn points.
+fn alone(nth: usize, seed: u64) -> Course {
+    let network = maps::town();
+    let points = network.spawn_points();
+    let at = network.place(points[nth % points.len()]);
+    let car = super::course::Car {
+        position: at.position.as_vec3(),
+        yaw: at.heading_rad as f32,
+        ..Default::default()
+    };
+    Course::with_cars(network, seed, vec![car])
+}
+
+/// By how much the only car turned in each of the junctions that it came through, radians.
+fn turned(course: &mut Course, first: &[JournalEntry], junctions: usize) -> Vec<f32> {
+    let (mut all, mut into) = (Vec::new(), None);
+    for tick in 0..20 * 600 {
+        course.tick_with(if tick == 0 { first } else { &[] });
+        let lane = course.mind.outlooks().next().expect("it is on a road").lane;
+        let yaw = course.cars[0].yaw;
+        match (into, course.network.lane(LaneIndex(lane.0)).junction) {
+            (None, Some(_)) => into = Some(yaw),
+            (Some(before), None) => {
+                all.push(Vec2::from_angle(before).angle_to(Vec2::from_angle(yaw)));
+                into = None;
+            }
+            _ => {}
+        }
+        if all.len() == junctions {
+            break;
+        }
+    }
+    all
+}
+
+#[test]
+fn a_turn_is_taken_wherever_the_junction_offers_it() {
+    let (mut left, mut right) = (0, 0);
+    for nth in 0..24 {
+        for (kind, side) in [(guide::LEFT, 1.0), (guide::RIGHT, -1.0)] {
+            let mut course = alone(7 * nth, 5);
+            let lane =
+                course.network.nearest(course.cars[0].position.as_dvec3(), LaneTypes::DRIVABLE);
+            let from = lane.expect("a spawn point").lane.0;
+            let offered = crate::guide::offers(kind, from, &course.mind.map.tracks);
+            let way = turned(&mut course, &told(&[GuideStep::turn(kind)]), 1);
+            assert_eq!(way.len(), 1, "spawn point {}: no junction in ten minutes", 7 * nth);
+            if offered {
+                assert!(way[0] * side > 0.5, "spawn point {}: {} rad", 7 * nth, way[0]);
+                *(if side > 0.0 { &mut left } else { &mut right }) += 1;
+            }
+        }
+    }
+    assert!(left > 8 && right > 8, "{left} and {right} junctions offered it");
+}
+
+#[test]
+fn who_turns_indicates_it_before() {
+    let (mut left, mut right) = (0, 0);
+    for nth in 0..12 {
+        let mut course = alone(7 * nth, 5);
+        let dial = super::dials::turned(dial::LAMPS, 1.0);
+        let steps = [guide::LEFT, guide::RIGHT, guide::LEFT].map(GuideStep::turn);
+        let mut lines = [vec![dial], told(&steps)].concat();
+        let (mut shown, mut into) = (0, None);
+        for _ in 0..20 * 240 {
+            course.tick_with(&std::mem::take(&mut lines));
+            let lane = course.mind.outlooks().next().expect("it is on a road").lane;
+            let yaw = course.cars[0].yaw;
+            match (into, course.network.lane(LaneIndex(lane.0)).junction) {
+                (None, Some(_)) => into = Some((yaw, shown)),
+                (Some((before, lamps)), None) => {
+                    let way = Vec2::from_angle(before).angle_to(Vec2::from_angle(yaw));
+                    if way.abs() > 0.8 {
+                        let side = if way > 0.0 { lamp::LEFT_BLINKER } else { lamp::RIGHT_BLINKER };
+                        let both = lamp::LEFT_BLINKER | lamp::RIGHT_BLINKER;
+                        assert_eq!(lamps & both, side, "spawn point {}: {way} rad", 7 * nth);
+                        *(if way > 0.0 { &mut left } else { &mut right }) += 1;
+                    }
+                    into = None;
+                }
+                _ => {}
+            }
+            shown = course.mind.controls()[0].lamps;
+        }
+    }
+    assert!(left > 10 && right > 10, "{left} and {right} turns");
+}
+
+#[test]
+fn turns_are_taken_one_after_the_other() {
+    // Round the block, four times to the right, from wherever that is possible.
+    let mut rounds = 0;
+    for nth in 0..12 {
+        let mut course = alone(11 * nth, 3);
+        let ways = turned(&mut course, &told(&[GuideStep::turn(guide::RIGHT); 4]), 4);
+        rounds += u32::from(ways.len() == 4 && ways.iter().all(|&way| way < -0.5));
+    }
+    assert!(rounds >= 3, "{rounds} of 12 came round the block");
+}
+
+/// How near the only car came to each of these places, one after the other.
+fn passed(course: &mut Course, places: &[Vec3], lines: &[JournalEntry]) -> Vec<f32> {
+    let mut nearest = vec![f32::INFINITY; places.len()];
+    let mut at = 0;
+    for tick in 0..20 * 1500 {
+        course.tick_with(if tick == 0 { lines } else { &[] });
+        let distance = course.cars[0].position.distance(places[at]);
+        nearest[at] = nearest[at].min(distance);
+        // It is there, or has just been.
+        let gone = distance > nearest[at] + 3.0;
+        if nearest[at] < 4.0 && gone {
+            at += 1;
+        }
+        if at == places.len() {
+            break;
+        }
+    }
+    nearest
+}
+
+#[test]
+fn places_are_come_by_in_their_order() {
+    for nth in 0..6 {
+        let mut course = alone(13 * nth, 9);
+        let points = course.network.spawn_points();
+        let places: Vec<Vec3> = (1..=15)
+            .map(|k| points[(13 * nth + 29 * k) % points.len()])
+            .map(|point| course.network.place(point).position.as_vec3())
+            .collect();
+        let steps: Vec<GuideStep> = places.iter().map(|&at| GuideStep::place(at)).collect();
+        let nearest = passed(&mut course, &places, &told(&steps));
+        // From the lane beside at most, where there was no room to change.
+        assert!(nearest.iter().all(|&m| m < 4.0), "spawn point {}: {nearest:?}", 13 * nth);
+        let exact = nearest.iter().filter(|&&m| m < 1.0).count();
+        assert!(exact >= 12, "spawn point {}: {nearest:?}", 13 * nth);
+    }
+}
+
+#[test]
+fn a_mind_that_is_restored_on_the_way_goes_on_the_same_way() {
+    let mut course = alone(0, 9);
+    let steps = [guide::LEFT, guide::RIGHT, guide::STRAIGHT, guide::LEFT].map(GuideStep::turn);
+    course.tick_with(&told(&steps));
+    (0..300).for_each(|_| course.tick());
+    let mut second = Mind::new(course.network.clone(), 1);
+    second.restore(&course.mind.save()).expect("its own bytes");
+    let blind = {
+        let mut bytes = course.mind.save();
+        let end = bytes.len() - 4;
+        bytes.truncate(end);
+        Mind::new(course.network.clone(), 1).restore(&bytes)
+    };
+    assert!(blind.is_err(), "a guide that is cut off");
+    for _ in 0..1200 {
+        course.mind.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
+        second.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
+        assert!(course.mind.save() == second.save());
+        course.advance();
+    }
+}
+
+#[test]
+fn who_is_told_nothing_more_goes_where_it_likes() {
+    let mut free = alone(5, 2);
+    let mut course = alone(5, 2);
+    let way = told(&[GuideStep::turn(guide::LEFT); 20]);
+    course.tick_with(&[way, told(&[])].concat());
+    free.tick();
+    for _ in 0..400 {
+        course.tick();
+        free.tick();
+    }
+    assert!(course.mind.save() == free.mind.save(), "as if nothing had been said");
+}
