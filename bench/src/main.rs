@@ -20,6 +20,7 @@ mod machine;
 mod map;
 mod peer;
 mod record;
+mod rest;
 mod scene;
 mod sim;
 mod stage;
@@ -80,6 +81,8 @@ enum Verb {
     Tick,
     /// What the host does in a tick, by stage: empty, 100 and 1000 cars
     Host,
+    /// What 500 props that do nothing cost a tick
+    Rest,
     /// From the renderer's last write to the client's view
     Handover,
     /// Images a second
@@ -113,9 +116,10 @@ enum Verb {
 
 type Measure = fn(Effort, &mut Sink) -> anyhow::Result<()>;
 
-const VERBS: [(&str, Measure); 13] = [
+const VERBS: [(&str, Measure); 14] = [
     ("tick", tick::measure),
     ("host", host::measure),
+    ("rest", rest::measure),
     ("handover", handover::measure),
     ("camera", camera::measure),
     ("lidar", camera::measure_lidar),

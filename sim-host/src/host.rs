@@ -9,9 +9,8 @@ use std::{
 };
 
 use bus::{
-    ActorState, Control, Ending, Episode, Founding, Frame, HideLayers, HostPorts, Instance,
-    JournalEntry, Name, Outcome, RigId, Role, Settings, SnapshotHeader, Stamp, Strategy, Wish,
-    clock, process,
+    Control, Ending, Episode, Founding, Frame, HideLayers, HostPorts, Instance, JournalEntry, Name,
+    Outcome, RigId, Role, Settings, SnapshotHeader, Stamp, Strategy, Wish, clock, process,
 };
 use town::cache::Cache;
 
@@ -599,10 +598,7 @@ impl Host {
     fn send_snapshot(&mut self, mut header: SnapshotHeader) -> Result<SnapshotHeader, HostError> {
         let states = self.world.states();
         let mut loan = self.ports.snapshot.loan(states.len())?;
-        for (room, state) in loan.payload_mut().iter_mut().zip(states) {
-            let state: &ActorState = state;
-            *room = *state;
-        }
+        loan.payload_mut().copy_from_slice(states);
         header.state_hash = self.world.state_hash(&header.stamp, &self.settings, self.decided_hash);
         header.collisions = self.world.collisions() as u32;
         header.published_nanos = clock::now_nanos();

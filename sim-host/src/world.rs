@@ -1,6 +1,6 @@
 //! The world as it is: actors, their bodies, the colours of its lights.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::sync::Arc;
 
 use bus::{
     ACTORS_MAX, ActorId, ActorState, GUIDE_STEPS, Guide, HideObjects, LightState, Name, Pose,
@@ -15,7 +15,9 @@ use crate::{
     physics::{Collision, Ground, Physics, PhysicsError, StaticBox},
     saved::{SavedState, StateError},
 };
+use cast::Cast;
 
+mod cast;
 mod outside;
 #[cfg(test)]
 mod tests;
@@ -27,7 +29,7 @@ const LIGHT_WITHIN_M: f32 = 0.5;
 pub struct World {
     physics: Physics,
     models: Models,
-    actors: BTreeMap<ActorId, Actor>,
+    actors: Cast,
     last_actor: u32,
     seed: u64,
     place: Arc<Place>,
@@ -48,11 +50,6 @@ struct Place {
     tags: Vec<u8>,
     objects: u32,
     heads: Vec<town::Head>,
-}
-
-struct Actor {
-    state: ActorState,
-    role: Name,
 }
 
 impl World {
@@ -88,7 +85,7 @@ impl World {
         let mut world = World {
             physics,
             models: Models::default(),
-            actors: BTreeMap::new(),
+            actors: Cast::default(),
             last_actor: 0,
             seed,
             place,
@@ -115,7 +112,7 @@ impl World {
                 signal: head.signal,
                 ..ActorState::default()
             };
-            self.actors.insert(actor_id, Actor { state, role: Name::default() });
+            self.actors.insert(state, Name::default());
         }
     }
 
@@ -131,9 +128,9 @@ impl World {
             Wish::Destroy(id) => self.destroy(*id).map(|()| id.0),
             Wish::Teleport(to) => {
                 check_pose(&to.pose)?;
-                let actor = self.movable(to.actor_id)?;
-                actor.state.pose = to.pose;
+                self.movable(to.actor_id)?;
                 self.physics.teleport(to.actor_id, &to.pose).map_err(|e| e.to_string())?;
+                self.movable(to.actor_id)?.pose = to.pose;
                 Ok(to.actor_id.0)
             }
             Wish::SetVelocity(to) => {
@@ -146,7 +143,7 @@ impl World {
             Wish::Control(control) => {
                 check_control(control)?;
                 let actor = self.movable(control.actor_id)?;
-                if actor.state.kind != kind::VEHICLE {
+                if actor.kind != kind::VEHICLE {
                     return Err(format!("{} is no vehicle; it has no pedals", control.actor_id));
                 }
                 self.steer(control)?;
@@ -154,7 +151,7 @@ impl World {
             }
             Wish::Autopilot(to) => {
                 let actor = self.movable(to.actor_id)?;
-                set(&mut actor.state.flags, flag::AUTOPILOT, to.on != 0);
+                set(&mut actor.flags, flag::AUTOPILOT, to.on != 0);
                 Ok(to.actor_id.0)
             }
             Wish::SetPhysics(to) => {
@@ -180,16 +177,16 @@ impl World {
                 Ok(to.actor_id.0)
             }
             Wish::HoldLight(to) => {
-                let actor = self.actors.get_mut(&to.actor_id);
+                let actor = self.actors.get_mut(to.actor_id);
                 let light = actor
-                    .filter(|a| a.state.kind == kind::TRAFFIC_LIGHT)
+                    .filter(|a| a.kind == kind::TRAFFIC_LIGHT)
                     .ok_or_else(|| format!("{} is no traffic light", to.actor_id))?;
                 if to.phase > light::OFF {
                     return Err(format!("a light has no phase {}; 0 to {}", to.phase, light::OFF));
                 }
-                set(&mut light.state.flags, flag::HELD, to.hold != 0);
+                set(&mut light.flags, flag::HELD, to.hold != 0);
                 if to.hold != 0 {
-                    light.state.phase = to.phase;
+                    light.phase = to.phase;
                 }
                 Ok(to.actor_id.0)
             }
@@ -268,20 +265,20 @@ impl World {
 
     /// The state of somebody who has such parts.
     fn vehicle(&mut self, id: ActorId, parts: &str) -> Result<&mut ActorState, String> {
-        let state = &mut self.movable(id)?.state;
+        let state = self.movable(id)?;
         if state.kind != kind::VEHICLE {
             return Err(format!("{id} is no vehicle; it has no {parts}"));
         }
         Ok(state)
     }
 
-    fn movable(&mut self, id: ActorId) -> Result<&mut Actor, String> {
+    fn movable(&mut self, id: ActorId) -> Result<&mut ActorState, String> {
         let last = self.last_actor;
-        let actor = self.actors.get_mut(&id).ok_or_else(|| {
+        let actor = self.actors.get_mut(id).ok_or_else(|| {
             let was = id.0 > 0 && id.0 <= last;
             format!("{id} {}", if was { "was destroyed" } else { "was never spawned" })
         })?;
-        if actor.state.kind == kind::TRAFFIC_LIGHT {
+        if actor.kind == kind::TRAFFIC_LIGHT {
             return Err(format!("{id} is a traffic light of the map; it stays where it is"));
         }
         Ok(actor)
@@ -318,13 +315,13 @@ impl World {
             color: if spawn.color == 0 { default_color(blueprint) } else { spawn.color },
             ..ActorState::default()
         };
-        self.actors.insert(id, Actor { state, role: spawn.role });
+        self.actors.insert(state, spawn.role);
         Ok(id)
     }
 
     fn destroy(&mut self, id: ActorId) -> Result<(), String> {
         self.movable(id)?;
-        self.actors.remove(&id);
+        self.actors.remove(id);
         self.physics.destroy(id).map_err(|e| e.to_string())
     }
 
@@ -355,9 +352,7 @@ impl World {
     /// have been taken back in the meantime.
     pub fn follow_traffic(&mut self, controls: &[VehicleControl], lights: &[LightState]) {
         for control in controls {
-            let Some(Actor { state, .. }) = self.actors.get_mut(&control.actor_id) else {
-                continue;
-            };
+            let Some(state) = self.actors.get_mut(control.actor_id) else { continue };
             let drives = state.kind == kind::VEHICLE && state.has(flag::AUTOPILOT);
             if drives && check_control(control).is_ok() {
                 if control.lamps & lamp::SWITCHED != 0 {
@@ -368,11 +363,13 @@ impl World {
             }
         }
         for state in lights {
-            if let Some(actor) = self.actors.get_mut(&state.actor_id)
-                && actor.state.kind == kind::TRAFFIC_LIGHT
-                && !actor.state.has(flag::HELD)
+            let changes = |a: &ActorState| {
+                a.kind == kind::TRAFFIC_LIGHT && !a.has(flag::HELD) && a.phase != state.phase
+            };
+            if self.actors.get(state.actor_id).is_some_and(changes)
+                && let Some(actor) = self.actors.get_mut(state.actor_id)
             {
-                actor.state.phase = state.phase;
+                actor.phase = state.phase;
             }
         }
     }
@@ -385,12 +382,13 @@ impl World {
     /// Physics, for one who looks: see [`Physics::step_seen`].
     pub(crate) fn step_seen(&mut self, settings: &Settings, see: impl FnMut(&Physics, f32)) {
         self.physics.step_seen(settings.delta_nanos, settings.substep_max_nanos, see);
-        for actor in self.actors.values_mut() {
-            self.physics.fill(&mut actor.state);
-            if actor.state.kind == kind::WALKER && !actor.state.has(flag::DOWN) {
-                walk_on(&mut actor.state, settings.delta_nanos);
+        let World { physics, actors, .. } = self;
+        actors.renew(physics.stirred(), |state| {
+            physics.fill(state);
+            if state.kind == kind::WALKER && !state.has(flag::DOWN) {
+                walk_on(state, settings.delta_nanos);
             }
-        }
+        });
     }
 
     /// The bodies, for who looks.
@@ -412,13 +410,13 @@ impl World {
     }
 
     /// Every actor, by id.
-    pub fn states(&self) -> impl ExactSizeIterator<Item = &ActorState> {
-        self.actors.values().map(|a| &a.state)
+    pub fn states(&self) -> &[ActorState] {
+        self.actors.states()
     }
 
     /// One actor.
     pub fn state(&self, id: ActorId) -> Option<&ActorState> {
-        self.actors.get(&id).map(|a| &a.state)
+        self.actors.get(id)
     }
 
     /// Over everything that decides the future: time, the world, and what traffic decided. The
@@ -442,7 +440,7 @@ impl World {
         beyond: ActorId,
     ) -> Result<ActorId, String> {
         let wanted = recorded.actor_id;
-        let is_free = wanted != ActorId::NONE && !self.actors.contains_key(&wanted);
+        let is_free = wanted != ActorId::NONE && self.actors.get(wanted).is_none();
         let id = if is_free { wanted } else { ActorId(self.last_actor.max(beyond.0) + 1) };
         let blueprint = town::catalogue().get(recorded.blueprint as usize).ok_or_else(|| {
             format!("{wanted} has blueprint {}, unknown here", recorded.blueprint)
@@ -456,33 +454,33 @@ impl World {
             .map_err(|e| e.to_string())?;
         self.last_actor = self.last_actor.max(id.0);
         let state = ActorState { actor_id: id, ..*recorded };
-        self.actors.insert(id, Actor { state, role: Name::default() });
+        self.actors.insert(state, Name::default());
         Ok(id)
     }
 
     /// Shows an actor as it was recorded: its body stands there too.
     pub(crate) fn show(&mut self, id: ActorId, recorded: &ActorState) {
-        let Some(actor) = self.actors.get_mut(&id) else { return };
+        let Some(actor) = self.actors.get_mut(id) else { return };
         if recorded.kind == kind::TRAFFIC_LIGHT {
             // The map's own, where it stood: another has nothing to do with it.
-            let (here, there) = (actor.state.pose.position(), recorded.pose.position());
-            if actor.state.kind == kind::TRAFFIC_LIGHT && here.distance(there) < LIGHT_WITHIN_M {
-                (actor.state.phase, actor.state.flags) = (recorded.phase, recorded.flags);
+            let (here, there) = (actor.pose.position(), recorded.pose.position());
+            if actor.kind == kind::TRAFFIC_LIGHT && here.distance(there) < LIGHT_WITHIN_M {
+                (actor.phase, actor.flags) = (recorded.phase, recorded.flags);
             }
             return;
         }
-        actor.state = ActorState { actor_id: id, ..*recorded };
+        *actor = ActorState { actor_id: id, ..*recorded };
         // It has a body: it was spawned for this.
         let _ = self.physics.teleport(id, &recorded.pose);
     }
 
     /// A shown actor is on its own: vehicles go on under traffic, walkers stop.
     pub(crate) fn let_go(&mut self, id: ActorId) {
-        let Some(actor) = self.actors.get_mut(&id) else { return };
-        let (linear, turn) = (actor.state.velocity_mps, actor.state.angular_velocity_radps);
-        actor.state.flags &= !flag::KINEMATIC;
-        let is_vehicle = actor.state.kind == kind::VEHICLE;
-        set(&mut actor.state.flags, flag::AUTOPILOT, is_vehicle);
+        let Some(actor) = self.actors.get_mut(id) else { return };
+        let (linear, turn) = (actor.velocity_mps, actor.angular_velocity_radps);
+        actor.flags &= !flag::KINEMATIC;
+        let is_vehicle = actor.kind == kind::VEHICLE;
+        set(&mut actor.flags, flag::AUTOPILOT, is_vehicle);
         let [linear, turn] =
             [linear, turn].map(|v| if is_vehicle { Vec3::from_array(v) } else { Vec3::ZERO });
         // A client may have taken it out: then there is nobody to let go.
@@ -498,8 +496,8 @@ impl World {
         let hidden = self.visibility.hidden_objects();
         state.hidden_objects =
             hidden.map(|(block, bits)| HideObjects { block, hidden: 1, bits: *bits }).collect();
-        state.actors = self.states().copied().collect();
-        state.roles = self.actors.values().map(|a| a.role).collect();
+        state.actors = self.states().to_vec();
+        state.roles = self.actors.roles().to_vec();
         state.physics = self.physics.save();
     }
 
@@ -507,9 +505,10 @@ impl World {
     pub fn restore(&mut self, state: &SavedState) -> Result<(), StateError> {
         let damaged = |e: PhysicsError| StateError::Damaged(e.to_string());
         self.physics.restore(&state.physics).map_err(damaged)?;
-        let with_roles = state.actors.iter().zip(&state.roles);
-        let actors = with_roles.map(|(s, role)| (s.actor_id, Actor { state: *s, role: *role }));
-        self.actors = actors.collect();
+        self.actors = Cast::default();
+        for (actor, role) in state.actors.iter().zip(&state.roles) {
+            self.actors.insert(*actor, *role);
+        }
         self.last_actor = state.last_actor;
         self.visibility = Visibility::default();
         self.visibility.set_layers(state.hidden_layers, true);
@@ -523,8 +522,9 @@ impl World {
 
     /// What actors are called, if anything.
     pub(crate) fn roles(&self) -> Vec<(ActorId, String)> {
-        let named = self.actors.iter().filter(|(_, a)| a.role != Name::default());
-        named.map(|(id, a)| (*id, a.role.to_string())).collect()
+        let named = self.states().iter().zip(self.actors.roles());
+        let named = named.filter(|(_, role)| **role != Name::default());
+        named.map(|(actor, role)| (actor.actor_id, role.to_string())).collect()
     }
 
     /// Who touched whom during this frame.
@@ -542,10 +542,7 @@ impl World {
             hash.word(block.into());
             bits.iter().for_each(|word| hash.word(*word));
         }
-        for actor in self.actors.values() {
-            hash.bytes(bytemuck::bytes_of(&actor.state));
-            hash.bytes(&actor.role.0);
-        }
+        self.actors.hash(hash);
         hash.word(self.physics.hash());
     }
 }

@@ -173,7 +173,7 @@ impl Again {
 
     /// Compares, and lets traffic see the frame.
     fn close(&mut self, moment: &Moment, settings: &Settings) -> Option<String> {
-        let actors: Vec<_> = self.world.states().copied().collect();
+        let actors = self.world.states().to_vec();
         let found = differing(&moment.actors, &actors).or_else(|| {
             let hash = self.world.state_hash(&moment.stamp, settings, self.decided.hash);
             (hash != moment.state_hash)

@@ -157,7 +157,7 @@ impl Captured {
         let mut mind = Mind::new(Arc::clone(&captured.network), seed);
         for frame in 1..=args.warmup + args.frames() {
             world.step(&captured.settings);
-            let actors: Vec<_> = world.states().copied().collect();
+            let actors = world.states().to_vec();
             mind.plan(&captured.stamp(frame), captured.settings.delta_nanos, &actors, &[]);
             world.follow_traffic(mind.controls(), mind.lights());
             captured.controls.push(mind.controls().to_vec());
@@ -190,7 +190,7 @@ impl Captured {
             }
             world.follow_traffic(controls, &[]);
         }
-        let same = world.states().zip(self.snapshots.last().context("no frame")?);
+        let same = world.states().iter().zip(self.snapshots.last().context("no frame")?);
         let differing = same.filter(|(a, b)| a.pose != b.pose).count();
         anyhow::ensure!(differing == 0, "{differing} actors went elsewhere the second time");
         Ok(nanos)

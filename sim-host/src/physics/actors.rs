@@ -116,6 +116,7 @@ impl Physics {
         self.world.remove_body(actor.body);
         self.touching.retain(|pair| pair.0 != id.0 && pair.1 != super::world::Touched::Actor(id.0));
         self.collisions.retain(|c| c.actor != id && c.other != id);
+        self.colliding.retain(|other| *other != id.0);
         Ok(())
     }
 
@@ -123,7 +124,7 @@ impl Physics {
     pub fn teleport(&mut self, id: ActorId, pose: &Pose) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
         check_pose(id, pose)?;
-        let actor = &mut self.actors[index];
+        let actor = self.actors.wake(index);
         actor.teleported.0 = true;
         actor.glide = (Vec3::ZERO, Vec3::ZERO);
         match &mut actor.kind {
@@ -158,7 +159,7 @@ impl Physics {
             SPIN_MAX_RADPS,
             "not finite, or above 100 rad/s",
         )?;
-        let actor = &mut self.actors[index];
+        let actor = self.actors.wake(index);
         let body = &mut self.world.bodies[actor.body];
         if actor.kinematic {
             actor.glide = (velocity_mps, spin_radps);
@@ -183,7 +184,7 @@ impl Physics {
     /// Whether physics moves an actor, or teleports and set velocities alone. It comes to rest.
     pub fn set_kinematic(&mut self, id: ActorId, on: bool) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
-        let actor = &mut self.actors[index];
+        let actor = self.actors.wake(index);
         if actor.kinematic == on {
             return Ok(());
         }
@@ -227,7 +228,7 @@ impl Physics {
             20.0,
             "not finite, or above 20 m/s",
         )?;
-        let Kind::Walker(walker) = &mut self.actors[index].kind else {
+        let Kind::Walker(walker) = &mut self.actors.wake(index).kind else {
             return Err(PhysicsError::WrongKind(id, "walker"));
         };
         if walker.is_down {
@@ -240,7 +241,7 @@ impl Physics {
     /// Lets a walker jump, if it stands on the ground.
     pub fn jump(&mut self, id: ActorId) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
-        let Kind::Walker(walker) = &mut self.actors[index].kind else {
+        let Kind::Walker(walker) = &mut self.actors.wake(index).kind else {
             return Err(PhysicsError::WrongKind(id, "walker"));
         };
         if walker.is_down {
@@ -334,8 +335,7 @@ impl Physics {
             pushed: (Vec3::ZERO, Vec3::ZERO),
             teleported: (false, false),
         };
-        let at = self.actors.partition_point(|a| a.id < id.0);
-        self.actors.insert(at, actor);
+        self.actors.insert(actor);
         Ok(())
     }
 

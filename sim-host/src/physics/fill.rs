@@ -42,10 +42,7 @@ impl Physics {
         let mut set = |bit: u32, on: bool| flags |= if on { bit } else { 0 };
         set(flag::KINEMATIC, actor.kinematic);
         set(flag::TELEPORTED, actor.teleported.1);
-        set(
-            flag::COLLIDING,
-            self.collisions.iter().any(|c| c.actor.0 == actor.id || c.other.0 == actor.id),
-        );
+        set(flag::COLLIDING, self.colliding.binary_search(&actor.id).is_ok());
         if let Kind::Vehicle(vehicle) = &actor.kind {
             let pedals = vehicle.state.control;
             set(flag::HANDBRAKE, pedals.handbrake);
@@ -79,35 +76,7 @@ impl Physics {
         let mut digest = Digest::default();
         digest.word(self.actors.len() as u64);
         digest.word(self.grip.to_bits().into());
-        for actor in &self.actors {
-            let body = self.body(actor);
-            let (arena, generation) = actor.body.into_raw_parts();
-            digest.pair(actor.id, arena);
-            digest.pair(generation, u32::from(actor.kinematic));
-            digest.vector(body.translation());
-            let turn = body.rotation();
-            digest.pair(turn.x.to_bits(), turn.y.to_bits());
-            digest.pair(turn.z.to_bits(), turn.w.to_bits());
-            digest.vector(body.linvel());
-            digest.vector(body.angvel());
-            if actor.kinematic {
-                digest.vector(actor.glide.0);
-                digest.vector(actor.glide.1);
-            }
-            digest.pair(actor.is_weightless.into(), actor.is_ghost.into());
-            digest.vector(actor.pushed.0);
-            digest.vector(actor.pushed.1);
-            match &actor.kind {
-                Kind::Vehicle(vehicle) => {
-                    digest.all_of(&vehicle.state);
-                    if let Some(tuning) = &vehicle.tuning {
-                        digest.all_of(&tuning::to_bytes(tuning));
-                    }
-                }
-                Kind::Walker(walker) => digest.all_of(walker),
-                Kind::Prop(prop) => digest.all_of(prop),
-            }
-        }
+        self.actors.hash(&mut digest, |actor| digest_of(self.body(actor), actor));
         digest.all_of(&self.touching);
         for pair in self.world.narrow_phase.contact_pairs() {
             digest.pair(pair.collider1.into_raw_parts().0, pair.collider2.into_raw_parts().0);
@@ -121,6 +90,38 @@ impl Physics {
     }
 }
 
+/// Over all of an actor and its body that decides the future.
+pub(super) fn digest_of(body: &RigidBody, actor: &Actor) -> u64 {
+    let mut digest = Digest::default();
+    let (arena, generation) = actor.body.into_raw_parts();
+    digest.pair(actor.id, arena);
+    digest.pair(generation, u32::from(actor.kinematic));
+    digest.vector(body.translation());
+    let turn = body.rotation();
+    digest.pair(turn.x.to_bits(), turn.y.to_bits());
+    digest.pair(turn.z.to_bits(), turn.w.to_bits());
+    digest.vector(body.linvel());
+    digest.vector(body.angvel());
+    if actor.kinematic {
+        digest.vector(actor.glide.0);
+        digest.vector(actor.glide.1);
+    }
+    digest.pair(actor.is_weightless.into(), actor.is_ghost.into());
+    digest.vector(actor.pushed.0);
+    digest.vector(actor.pushed.1);
+    match &actor.kind {
+        Kind::Vehicle(vehicle) => {
+            digest.all_of(&vehicle.state);
+            if let Some(tuning) = &vehicle.tuning {
+                digest.all_of(&tuning::to_bytes(tuning));
+            }
+        }
+        Kind::Walker(walker) => digest.all_of(walker),
+        Kind::Prop(prop) => digest.all_of(prop),
+    }
+    digest.sum()
+}
+
 /// The velocity of a body's origin as it is published.
 pub(super) fn shown_mps(body: &RigidBody) -> Vec3 {
     Vec3::from_array(origin_mps(body).to_array().map(|v| rounded(v, parts::MOTION)))
@@ -128,7 +129,15 @@ pub(super) fn shown_mps(body: &RigidBody) -> Vec3 {
 
 /// To whole parts of a unit, never to a negative 0.
 fn rounded(value: f32, parts: u32) -> f32 {
+    /// From here on numbers have no fraction: to add it is to round.
+    const WHOLE: f32 = 8_388_608.0;
     let parts = parts as f32;
+    let scaled = (value * parts).abs();
     // Larger numbers are whole parts already, if they are numbers.
-    if value.abs() * parts < 8_388_608.0 { (value * parts).round() / parts + 0.0 } else { value }
+    if scaled < WHOLE {
+        let whole = (scaled + WHOLE) - WHOLE;
+        (whole / parts).copysign(value) + 0.0
+    } else {
+        value
+    }
 }

@@ -32,6 +32,7 @@ mod model;
 mod motion;
 mod outside;
 mod overlap;
+mod rest;
 mod save;
 mod sense;
 mod stage;

@@ -43,7 +43,7 @@ impl Physics {
             return Err(refused(why));
         }
         let index = self.find(id)?;
-        let actor = &mut self.actors[index];
+        let actor = self.actors.wake(index);
         let Kind::Vehicle(vehicle) = &mut actor.kind else { return Ok(()) };
         vehicle.tune(physics);
         let model = &vehicle.prepared.model;
@@ -66,7 +66,7 @@ impl Physics {
         at_m: Option<Vec3>,
     ) -> Result<(), PhysicsError> {
         let (index, angular_nms) = self.push_of(id, linear_ns, angular_nms, at_m)?;
-        let body = &mut self.world.bodies[self.actors[index].body];
+        let body = &mut self.world.bodies[self.actors.wake(index).body];
         body.apply_impulse(linear_ns, true);
         body.apply_torque_impulse(angular_nms, true);
         Ok(())
@@ -81,7 +81,7 @@ impl Physics {
         at_m: Option<Vec3>,
     ) -> Result<(), PhysicsError> {
         let (index, torque_nm) = self.push_of(id, force_n, torque_nm, at_m)?;
-        let (force, torque) = &mut self.actors[index].pushed;
+        let (force, torque) = &mut self.actors.wake(index).pushed;
         *force += force_n;
         *torque += torque_nm;
         Ok(())
@@ -113,7 +113,7 @@ impl Physics {
     /// Whether an actor falls.
     pub fn set_gravity(&mut self, id: ActorId, on: bool) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
-        let actor = &mut self.actors[index];
+        let actor = self.actors.wake(index);
         actor.is_weightless = !on;
         self.world.bodies[actor.body].set_gravity_scale(if on { 1.0 } else { 0.0 }, true);
         Ok(())
@@ -122,7 +122,7 @@ impl Physics {
     /// Whether an actor runs into others. The ground carries it either way.
     pub fn set_collisions(&mut self, id: ActorId, on: bool) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
-        let actor = &mut self.actors[index];
+        let actor = self.actors.wake(index);
         actor.is_ghost = !on;
         self.world.colliders[actor.collider].set_enabled(on);
         Ok(())
@@ -184,7 +184,7 @@ impl Physics {
 
     pub(super) fn vehicle_mut(&mut self, id: ActorId) -> Result<&mut Vehicle, PhysicsError> {
         let index = self.find(id)?;
-        match &mut self.actors[index].kind {
+        match &mut self.actors.wake(index).kind {
             Kind::Vehicle(vehicle) => Ok(vehicle),
             _ => Err(PhysicsError::WrongKind(id, "vehicle")),
         }

@@ -12,6 +12,7 @@ use super::actors::Prop;
 use super::digest::digest;
 use super::error::PhysicsError;
 use super::model::VehicleModel;
+use super::rest::Actors;
 use super::tuning;
 use super::vehicle::{Prepared, Vehicle, VehicleState};
 use super::walker::Walker;
@@ -58,7 +59,7 @@ impl Physics {
     pub fn save(&self) -> Vec<u8> {
         let mut models: Vec<Arc<VehicleModel>> = Vec::new();
         let mut actors = Vec::with_capacity(self.actors.len());
-        for actor in &self.actors {
+        for actor in self.actors.iter() {
             let kind = match &actor.kind {
                 Kind::Vehicle(vehicle) => {
                     let model = &vehicle.own;
@@ -150,10 +151,12 @@ impl Physics {
         }
         self.world = world;
         self.look_at_statics();
-        self.actors = actors;
+        self.actors = Actors::new(actors);
+        self.stirred.clear();
         self.touching = rest.touching;
         self.grip = rest.grip;
         self.collisions.clear();
+        self.colliding.clear();
         Ok(())
     }
 }

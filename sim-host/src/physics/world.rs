@@ -12,11 +12,12 @@ use serde::{Deserialize, Serialize};
 
 use super::actors::{Prop, PropModel};
 use super::contact::Corners;
-use super::fill::shown_mps;
+use super::fill::{digest_of, shown_mps};
 use super::ground::Ground;
 use super::model::GRAVITY_MPS2;
 use super::motion::{Motion, Push};
 use super::overlap::Statics;
+use super::rest::Actors;
 use super::vehicle::Vehicle;
 use super::walker::{Obstacle, Walker};
 use super::wheels::Surface;
@@ -101,9 +102,12 @@ pub struct Physics {
     pub(super) statics: Statics,
     /// Of the static boxes, in their order.
     static_colliders: Vec<ColliderHandle>,
-    /// Sorted by id.
-    pub(super) actors: Vec<Actor>,
+    pub(super) actors: Actors,
+    /// Who was awake in the last step, by id: of the others nothing new is to be told.
+    pub(super) stirred: Vec<u32>,
     pub(super) collisions: Vec<Collision>,
+    /// Who is part of one, by id.
+    pub(super) colliding: Vec<u32>,
     /// Pairs that touched at the end of the last step.
     pub(super) touching: BTreeSet<Pair>,
 }
@@ -131,8 +135,10 @@ impl Physics {
             grip: 1.0,
             statics: Statics::new(boxes),
             static_colliders,
-            actors: Vec::new(),
+            actors: Actors::default(),
+            stirred: Vec::new(),
             collisions: Vec::new(),
+            colliding: Vec::new(),
             touching: BTreeSet::new(),
         }
     }
@@ -179,6 +185,11 @@ impl Physics {
         self.actors.iter().map(|a| ActorId(a.id))
     }
 
+    /// Whose state the last step may have changed, by id.
+    pub fn stirred(&self) -> &[u32] {
+        &self.stirred
+    }
+
     /// Who touched whom during the last frame, sorted by actor, then other, static boxes last.
     pub fn collisions(&self) -> &[Collision] {
         &self.collisions
@@ -205,7 +216,7 @@ impl Physics {
         let dt = (delta_nanos as f64 * 1e-9 / count as f64) as f32;
         self.world.integration_parameters.dt = dt;
 
-        let before: Vec<Vec3> = self.actors.iter().map(|a| shown_mps(self.body(a))).collect();
+        let before: Vec<Vec3> = self.actors.awake().map(|a| shown_mps(self.body(a))).collect();
         let mut impulses = BTreeMap::new();
         let mut touching = BTreeSet::new();
         // Where nobody is, nothing moves.
@@ -220,13 +231,36 @@ impl Physics {
         self.report(impulses, touching);
 
         let per_second = (1e9 / delta_nanos as f64) as f32;
-        for (index, before) in before.into_iter().enumerate() {
-            let after = shown_mps(self.body(&self.actors[index]));
-            let actor = &mut self.actors[index];
+        let Physics { world, actors, .. } = self;
+        for (actor, before) in actors.awake_mut().zip(before) {
+            let after = shown_mps(&world.bodies[actor.body]);
             actor.acceleration_mps2 = (after - before) * per_second;
             actor.teleported = (false, actor.teleported.0);
             actor.pushed = (Vec3::ZERO, Vec3::ZERO);
         }
+        // Who was run into stirs.
+        for id in &self.colliding {
+            if let Ok(index) = self.actors.binary_search_by_key(id, |a| a.id) {
+                self.actors.wake(index);
+            }
+        }
+        self.stirred.clear();
+        self.stirred.extend(self.actors.awake().map(|a| a.id));
+        self.settle();
+    }
+
+    /// Lets those rest whom nothing moves and of whom the next step would tell the same.
+    fn settle(&mut self) {
+        let Physics { world, actors, colliding, .. } = self;
+        actors.settle(|actor| {
+            let body = &world.bodies[actor.body];
+            let is_still = actor.kinematic
+                && [actor.glide.0, actor.glide.1, actor.acceleration_mps2] == [Vec3::ZERO; 3]
+                && [body.linvel(), body.angvel()] == [Vec3::ZERO; 2]
+                && actor.teleported == (false, false)
+                && colliding.binary_search(&actor.id).is_err();
+            is_still.then(|| digest_of(body, actor))
+        });
     }
 
     pub(super) fn body(&self, actor: &Actor) -> &RigidBody {
@@ -238,7 +272,7 @@ impl Physics {
         let obstacles = self.obstacles();
         let Physics { world, ground, grip, statics, actors, .. } = self;
         let surface = Surface { ground, grip: *grip };
-        for actor in actors {
+        for actor in actors.awake_mut() {
             if actor.kinematic {
                 // Who rests is not touched: rapier goes through all that were.
                 if actor.glide != (Vec3::ZERO, Vec3::ZERO) {
@@ -358,6 +392,10 @@ impl Physics {
             let began = !before.contains(&pair);
             Collision { actor: ActorId(pair.0), other, static_box, impulse_ns, began }
         }));
+        self.colliding.clear();
+        self.colliding.extend(self.collisions.iter().flat_map(|c| [c.actor.0, c.other.0]));
+        self.colliding.sort_unstable();
+        self.colliding.dedup();
     }
 }
 

@@ -1,4 +1,7 @@
-use bus::{FeelWeather, Name, Pose, Settings, Spawn, VehicleControl, Weather, Wish, flag};
+use bus::{
+    Autopilot, FeelWeather, Name, Pose, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings,
+    Spawn, Stamp, Switch, Teleport, VehicleControl, Weather, Wish, flag, lamp,
+};
 use glam::Vec3;
 
 use super::World;
@@ -26,11 +29,7 @@ fn stopping(world: &mut World) -> f32 {
     run(world, 10);
     let velocity_mps = [20.0, 0.0, 0.0];
     world
-        .apply(&Wish::SetVelocity(bus::SetVelocity {
-            actor_id: id,
-            velocity_mps,
-            ..Default::default()
-        }))
+        .apply(&Wish::SetVelocity(SetVelocity { actor_id: id, velocity_mps, ..Default::default() }))
         .unwrap();
     let brake = VehicleControl { actor_id: id, brake: 1.0, ..VehicleControl::default() };
     world.apply(&Wish::Control(brake)).unwrap();
@@ -63,4 +62,99 @@ fn wet_roads_are_slippery_only_where_the_weather_is_felt() {
 
     world.apply(&Wish::SetWeather(Weather::default())).unwrap();
     assert!((stopping(&mut world) / dry - 1.0).abs() < 0.01);
+}
+
+/// Three that stand, physics does not move them: a box, a car, somebody on foot.
+fn standing() -> World {
+    let mut world = plain();
+    for (k, name) in ["static.prop.box01", "vehicle.tesla.model3", "walker.pedestrian.0001"]
+        .into_iter()
+        .enumerate()
+    {
+        let pose = Pose::level(Vec3::new(10.0 * k as f32, 0.0, 0.0), 0.3);
+        let name = Name::new(name);
+        let spawn = Spawn { blueprint: name, pose, flags: flag::KINEMATIC, ..Spawn::default() };
+        let id = bus::ActorId(world.apply(&Wish::Spawn(spawn)).unwrap());
+        world.apply(&Wish::SetPhysics(SetPhysics { actor_id: id, on: 0 })).unwrap();
+    }
+    run(&mut world, 4);
+    world
+}
+
+/// The same, of which nobody has rested yet.
+fn afresh(of: &World) -> World {
+    let mut state = SavedState::default();
+    of.save_into(&mut state);
+    let mut other = plain();
+    other.restore(&state).unwrap();
+    other
+}
+
+fn hash(world: &World) -> u64 {
+    world.state_hash(&Stamp::default(), &Settings::default(), 0)
+}
+
+#[test]
+fn who_rests_wakes_for_every_wish() {
+    let id = |k: u32| bus::ActorId(k + 1);
+    let on = |k: u32, on: u32| Switch { actor_id: id(k), on };
+    let moved = Teleport { actor_id: id(0), pose: Pose::level(Vec3::new(-5.0, 1.0, 0.0), 0.0) };
+    let glides = |k: u32| SetVelocity {
+        actor_id: id(k),
+        velocity_mps: [1.0, 0.5, 0.0],
+        angular_velocity_radps: [0.0, 0.0, 0.2],
+    };
+    let pedals = VehicleControl { actor_id: id(1), throttle: 0.5, ..VehicleControl::default() };
+    let wishes = [
+        Wish::Teleport(moved),
+        Wish::SetVelocity(glides(0)),
+        Wish::SetVelocity(glides(1)),
+        Wish::SetVelocity(glides(2)),
+        Wish::SetPhysics(SetPhysics { actor_id: id(0), on: 1 }),
+        Wish::SetPhysics(SetPhysics { actor_id: id(1), on: 1 }),
+        Wish::Control(pedals),
+        Wish::SetGravity(on(0, 0)),
+        Wish::SetCollisions(on(1, 0)),
+        Wish::SetLamps(SetLamps { actor_id: id(1), lamps: lamp::FOG }),
+        Wish::SetDoors(SetDoors { actor_id: id(1), open: 1 }),
+        Wish::Autopilot(Autopilot { actor_id: id(1), on: 1 }),
+    ];
+    for wish in wishes {
+        let mut rested = standing();
+        let before = hash(&rested);
+        let mut fresh = afresh(&rested);
+        assert_eq!(hash(&fresh), before, "to rest changes nothing");
+        for world in [&mut rested, &mut fresh] {
+            world.apply(&wish).unwrap();
+        }
+        assert_ne!(hash(&rested), before, "{wish:?}");
+        for frame in 0..4 {
+            assert_eq!(hash(&rested), hash(&fresh), "frame {frame} after {wish:?}");
+            assert_eq!(rested.states(), fresh.states(), "frame {frame} after {wish:?}");
+            run(&mut rested, 1);
+            run(&mut fresh, 1);
+        }
+    }
+}
+
+#[test]
+fn who_is_run_into_at_rest_says_so() {
+    let mut world = standing();
+    let name = Name::new("vehicle.tesla.model3");
+    let pose = Pose::level(Vec3::new(0.0, 6.0, 0.0), -std::f32::consts::FRAC_PI_2);
+    let spawn = Spawn { blueprint: name, pose, ..Spawn::default() };
+    let actor_id = bus::ActorId(world.apply(&Wish::Spawn(spawn)).unwrap());
+    let velocity_mps = [0.0, -8.0, 0.0];
+    world
+        .apply(&Wish::SetVelocity(SetVelocity { actor_id, velocity_mps, ..Default::default() }))
+        .unwrap();
+    let is_hit = |world: &World| world.state(bus::ActorId(1)).unwrap().has(flag::COLLIDING);
+    let hits = (0..40).filter(|_| {
+        run(&mut world, 1);
+        is_hit(&world)
+    });
+    assert!(hits.count() > 0);
+    world.apply(&Wish::Destroy(actor_id)).unwrap();
+    run(&mut world, 1);
+    assert!(!is_hit(&world));
 }
