@@ -90,6 +90,31 @@ impl Crowd {
         self.driven.clear();
     }
 
+    /// All that decides on which tracks a body lies, and how.
+    fn lies(&self, body: usize) -> [u32; 13] {
+        let [x, y, z] = self.position[body].to_array();
+        let [ahead_x, ahead_y] = self.forward[body].to_array();
+        let [to_x, to_y] = self.velocity[body].to_array();
+        let Body { front_m, rear_m, half_width_m, wheelbase_m, lock_rad, brisk_mps } =
+            self.body[body];
+        [
+            x,
+            y,
+            z,
+            ahead_x,
+            ahead_y,
+            to_x,
+            to_y,
+            front_m,
+            rear_m,
+            half_width_m,
+            wheelbase_m,
+            lock_rad,
+            brisk_mps,
+        ]
+        .map(f32::to_bits)
+    }
+
     /// Signed speed along the nose.
     pub(crate) fn speed(&self, body: usize) -> f32 {
         self.velocity[body].dot(self.forward[body])
@@ -120,6 +145,28 @@ pub(crate) struct Occupancy {
     spans: Vec<(u32, u32)>,
     /// Whom somebody ignores: who, and whom; sorted.
     unseen: Vec<(u32, u32)>,
+    /// How those lie who stand, in this plan and in the one before.
+    standing: [Standing; 2],
+}
+
+/// Who stands still lies as in the plan before: bodies by id, what decides how they lie, and how
+/// many of the occupants are theirs.
+#[derive(Default)]
+struct Standing {
+    bodies: Vec<(u32, [u32; 13], u32)>,
+    occupants: Vec<Occupant>,
+}
+
+impl Standing {
+    fn keep(&mut self, id: u32, how: [u32; 13], occupants: &[Occupant]) {
+        self.bodies.push((id, how, occupants.len() as u32));
+        self.occupants.extend_from_slice(occupants);
+    }
+
+    fn clear(&mut self) {
+        self.bodies.clear();
+        self.occupants.clear();
+    }
 }
 
 impl Occupancy {
@@ -164,9 +211,7 @@ impl Occupancy {
             self.spans[occupant.lane as usize] = (0, 0);
         }
         self.list.clear();
-        for body in 0..crowd.count() {
-            self.lay_body(tracks, grid, crowd, body);
-        }
+        self.lay_bodies(tracks, grid, crowd);
         for &(body, lane, arc_m) in claims {
             let crowd_index = body as usize;
             let size = crowd.body[crowd_index];
@@ -194,6 +239,37 @@ impl Occupancy {
     pub(crate) fn on(&self, lane: u32) -> &[Occupant] {
         let (begin, end) = self.spans[lane as usize];
         &self.list[begin as usize..end as usize]
+    }
+
+    fn lay_bodies(&mut self, tracks: &Tracks, grid: &Grid, crowd: &Crowd) {
+        let [mut before, mut now] = std::mem::take(&mut self.standing);
+        now.clear();
+        let (mut known, mut theirs) = (before.bodies.iter().peekable(), &before.occupants[..]);
+        for body in 0..crowd.count() {
+            if crowd.velocity[body] != Vec2::ZERO {
+                self.lay_body(tracks, grid, crowd, body);
+                continue;
+            }
+            let (id, how) = (crowd.id[body], crowd.lies(body));
+            let begin = self.list.len();
+            let mut is_known = false;
+            // Both are sorted by id.
+            while let Some(&(other, was, count)) = known.next_if(|(other, ..)| *other <= id) {
+                let (first, rest) = theirs.split_at(count as usize);
+                theirs = rest;
+                if other == id && was == how {
+                    let body = body as u32;
+                    self.list.extend(first.iter().map(|was| Occupant { body, ..*was }));
+                    is_known = true;
+                }
+            }
+            if !is_known {
+                self.lay_body(tracks, grid, crowd, body);
+            }
+            now.keep(id, how, &self.list[begin..]);
+        }
+        before.clear();
+        self.standing = [now, before];
     }
 
     fn lay_body(&mut self, tracks: &Tracks, grid: &Grid, crowd: &Crowd, body: usize) {
@@ -301,6 +377,45 @@ mod tests {
         // A car on the track.
         let along = [(2.0, 1.0), (-2.0, 1.0), (-2.0, -1.0), (2.0, -1.0)];
         assert_eq!(clip(&along, 1.35), Some((-2.0, 2.0)));
+    }
+
+    #[test]
+    fn who_stands_lies_as_if_looked_at_for_the_first_time() {
+        use crate::tests::maps;
+        use bus::{ActorId, Pose};
+
+        let tracks = Tracks::new(&maps::loop_road(40.0, 60.0));
+        let (grid, bodies) = (Grid::new(&tracks), Bodies::from_catalogue());
+        let (blueprint, _) = town::blueprint("vehicle.tesla.model3").expect("it is there");
+        let along = |k: u32, shift_m: f32| {
+            let arc_m = (7.0 * k as f32 + shift_m) % tracks.length(0);
+            tracks.at(0, arc_m).0
+        };
+        let mut actors: Vec<_> = (1..40)
+            .map(|k| ActorState {
+                actor_id: ActorId(k),
+                kind: if k % 3 == 0 { kind::PROP } else { kind::VEHICLE },
+                blueprint: blueprint + k % 2,
+                pose: Pose::level(along(k, 0.0), 0.3 * k as f32),
+                ..ActorState::default()
+            })
+            .collect();
+        let mut kept = Occupancy::default();
+        for frame in 0..6 {
+            let (crowd, afresh) = (&mut Crowd::default(), &mut Occupancy::default());
+            crowd.read(&actors, &bodies);
+            kept.lay(&tracks, &grid, crowd, &[]);
+            afresh.lay(&tracks, &grid, crowd, &[]);
+            assert!(kept.list.len() >= actors.len() / 2, "they lie on the road");
+            assert_eq!(format!("{:?}", kept.list), format!("{:?}", afresh.list), "frame {frame}");
+            // Some move, one goes, one comes.
+            actors[10].pose = Pose::level(along(10, frame as f32), 0.0);
+            actors[20].velocity_mps = [frame as f32, 0.0, 0.0];
+            actors[15].blueprint += 1;
+            actors.remove(5);
+            let last = *actors.last().expect("some");
+            actors.push(ActorState { actor_id: ActorId(last.actor_id.0 + 1), ..last });
+        }
     }
 
     #[test]

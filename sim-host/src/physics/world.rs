@@ -330,7 +330,7 @@ impl Physics {
     /// What walkers go round. Nothing where nobody walks.
     fn obstacles(&self) -> Vec<Obstacle> {
         let walks = |actor: &Actor| matches!(&actor.kind, Kind::Walker(w) if !w.is_down);
-        if !self.actors.iter().any(walks) {
+        if !self.actors.awake().any(walks) {
             return Vec::new();
         }
         let solid = self.actors.iter().filter(|actor| !actor.is_ghost);
