@@ -6,6 +6,11 @@
 use glam::{Vec2, Vec3};
 use road::Material;
 
+mod foothold;
+
+pub(super) use foothold::Foothold;
+use foothold::Tops;
+
 /// Edge of a cell.
 const CELL_M: f32 = 2.0;
 /// Cells along the edge of a block. Blocks without ground take no memory, so that a long thin
@@ -81,6 +86,16 @@ impl Triangle {
         let bc = self.edge_bc.dot(from_a) + self.offset_bc;
         self.edge_ab.dot(from_a).min(self.edge_ca.dot(from_a)).min(bc)
     }
+
+    #[inline]
+    fn height(&self, from_a: Vec2) -> f32 {
+        self.a.z + self.gradient.dot(from_a)
+    }
+
+    #[inline]
+    fn hit(&self, height_m: f32) -> Hit {
+        Hit { height_m, normal: self.normal, friction: self.friction, on_map: true }
+    }
 }
 
 /// The ground of one map. Immutable.
@@ -94,6 +109,7 @@ pub struct Ground {
     /// Where each cell's list begins in `lists`; one more at the end.
     cell_starts: Vec<u32>,
     lists: Vec<u32>,
+    tops: Tops,
     floor_m: f32,
 }
 
@@ -137,9 +153,11 @@ impl Ground {
             block_numbers: vec![EMPTY; blocks[0] * blocks[1]],
             cell_starts: Vec::new(),
             lists: Vec::new(),
+            tops: Tops::default(),
             floor_m: low.z - FLOOR_DEPTH_M,
         };
         ground.fill(&corners);
+        ground.tops = Tops::unknown(ground.lists.len());
         ground
     }
 
@@ -197,27 +215,30 @@ impl Ground {
         self.triangles.len()
     }
 
-    /// The triangles that may lie under a point.
+    /// The cell of a point; nothing beyond the map.
     #[inline]
-    fn candidates(&self, x: f32, y: f32) -> &[u32] {
+    fn cell(&self, x: f32, y: f32) -> Option<[u32; 2]> {
         let cell_x = (x - self.origin.x) * (1.0 / CELL_M);
         let cell_y = (y - self.origin.y) * (1.0 / CELL_M);
-        if !(cell_x >= 0.0 && cell_y >= 0.0) {
-            return &[];
-        }
-        let (cell_x, cell_y) = (cell_x as usize, cell_y as usize);
+        (cell_x >= 0.0 && cell_y >= 0.0).then_some([cell_x as u32, cell_y as u32])
+    }
+
+    /// Where the triangles of a cell stand in the lists.
+    #[inline]
+    fn range(&self, cell: [u32; 2]) -> std::ops::Range<usize> {
+        let [cell_x, cell_y] = cell.map(|c| c as usize);
         let (block_x, block_y) = (cell_x / BLOCK_CELLS, cell_y / BLOCK_CELLS);
         if block_x >= self.blocks[0] || block_y >= self.blocks[1] {
-            return &[];
+            return 0..0;
         }
         let block = self.block_numbers[block_y * self.blocks[0] + block_x];
         if block == EMPTY {
-            return &[];
+            return 0..0;
         }
         let cell = block as usize * (BLOCK_CELLS * BLOCK_CELLS)
             + cell_y % BLOCK_CELLS * BLOCK_CELLS
             + cell_x % BLOCK_CELLS;
-        &self.lists[self.cell_starts[cell] as usize..self.cell_starts[cell + 1] as usize]
+        self.cell_starts[cell] as usize..self.cell_starts[cell + 1] as usize
     }
 
     /// The highest surface at or below `z_from`.
@@ -226,30 +247,40 @@ impl Ground {
     /// comes up again); else the floor under the map.
     #[inline]
     pub fn below(&self, x: f32, y: f32, z_from: f32) -> Hit {
-        let point = Vec2::new(x, y);
+        let range = self.cell(x, y).map_or(0..0, |cell| self.range(cell));
+        let (height_m, entry) = self.find(range, Vec2::new(x, y), z_from);
+        if entry == EMPTY {
+            return self.floor();
+        }
+        self.triangles[self.lists[entry as usize] as usize].hit(height_m)
+    }
+
+    /// The height of that surface, and which entry of the lists it is; [`EMPTY`] for the floor.
+    #[inline]
+    fn find(&self, range: std::ops::Range<usize>, point: Vec2, z_from: f32) -> (f32, u32) {
         let mut below = (f32::NEG_INFINITY, EMPTY);
         let mut above = (z_from + RESCUE_M, EMPTY);
-        for &index in self.candidates(x, y) {
+        let first = range.start as u32;
+        for (entry, &index) in (first..).zip(&self.lists[range]) {
             let triangle = &self.triangles[index as usize];
             let from_a = point - triangle.a.truncate();
             if triangle.inside(from_a) < -SEAM_M {
                 continue;
             }
-            let height = triangle.a.z + triangle.gradient.dot(from_a);
+            let height = triangle.height(from_a);
             if height <= z_from {
                 if height > below.0 {
-                    below = (height, index);
+                    below = (height, entry);
                 }
             } else if height < above.0 {
-                above = (height, index);
+                above = (height, entry);
             }
         }
-        let (height_m, index) = if below.1 != EMPTY { below } else { above };
-        if index == EMPTY {
-            return Hit { height_m: self.floor_m, normal: Vec3::Z, friction: 0.6, on_map: false };
-        }
-        let triangle = &self.triangles[index as usize];
-        Hit { height_m, normal: triangle.normal, friction: triangle.friction, on_map: true }
+        if below.1 != EMPTY { below } else { above }
+    }
+
+    fn floor(&self) -> Hit {
+        Hit { height_m: self.floor_m, normal: Vec3::Z, friction: 0.6, on_map: false }
     }
 }
 

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::ackermann::Ackermann;
 use super::contact::Corners;
 use super::drivetrain::{Demand, Drivetrain};
+use super::ground::Foothold;
 use super::model::{GRAVITY_MPS2, VehicleModel, WheelModel};
 use super::motion::{Motion, Push};
 use super::tuning::tuned;
@@ -111,12 +112,15 @@ pub(super) struct Vehicle {
     /// How clients changed it.
     pub tuning: Option<Box<VehiclePhysics>>,
     pub state: VehicleState,
+    /// Where each bank's wheels stood: no state, what they find is the same without.
+    footholds: [[Option<Foothold>; 4]; BANKS_MAX],
 }
 
 impl Vehicle {
     pub(super) fn new(prepared: Arc<Prepared>) -> Vehicle {
         let state = VehicleState::at_rest(&prepared);
-        Vehicle { own: Arc::clone(&prepared.model), tuning: None, prepared, state }
+        let own = Arc::clone(&prepared.model);
+        Vehicle { own, tuning: None, prepared, state, footholds: Default::default() }
     }
 
     /// Is built otherwise from now on, and drives on.
@@ -153,7 +157,7 @@ impl Vehicle {
         outside: &Push,
         dt: f32,
     ) -> Push {
-        let Vehicle { prepared, state, .. } = self;
+        let Vehicle { prepared, state, footholds, .. } = self;
         let model = &*prepared.model;
         let forward_mps = start.velocity_mps.dot(start.axes.x_axis);
         if let Some(controller) = &mut state.ackermann {
@@ -174,7 +178,8 @@ impl Vehicle {
         for (index, bank) in prepared.banks.iter().enumerate() {
             let state = &mut state.banks[index];
             if start.axes.z_axis.z > CARRY_UP_MIN {
-                footings[index] = bank.footing(state, surface, start, curvature, dt);
+                let holds = &mut footholds[index];
+                footings[index] = bank.footing(state, holds, surface, start, curvature, dt);
             }
             carried &= bank.all_touch(&footings[index]);
             pressed |= bank.is_pressed(state);

@@ -7,7 +7,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::drivetrain::Drive;
-use super::ground::Ground;
+use super::ground::{Foothold, Ground};
 use super::lanes::{Lanes, Lanes3, neighbours, select};
 use super::model::{VehicleModel, WheelModel};
 use super::motion::{Motion, Push};
@@ -199,6 +199,7 @@ impl Bank {
     pub(super) fn footing(
         &self,
         state: &mut BankState,
+        footholds: &mut [Option<Foothold>; 4],
         surface: &Surface,
         start: &Motion,
         curvature_per_m: f32,
@@ -222,7 +223,8 @@ impl Bank {
         let (guess_x, guess_y, hub_z) = (guess.x.to_array(), guess.y.to_array(), hub.z.to_array());
         for lane in 0..self.count {
             let z_from = hub_z[lane] + RAY_ABOVE_M * axes.z_axis.z;
-            let hit = surface.ground.below(guess_x[lane], guess_y[lane], z_from);
+            let hold = &mut footholds[lane];
+            let hit = surface.ground.below_again(guess_x[lane], guess_y[lane], z_from, hold);
             on_ground_m.z.as_mut_array()[lane] = hit.height_m;
             normal.set(lane, hit.normal);
             friction.as_mut_array()[lane] = hit.friction;

@@ -76,3 +76,40 @@ fn walls_roofs_of_objects_and_undersides_are_not_ground() {
     assert_eq!(ground.below(3.0, 3.0, 9.0).height_m, 0.0);
     assert_eq!(ground.below(7.0, 7.0, 9.0).height_m, 0.0);
 }
+
+#[test]
+fn who_asked_nearby_before_hears_what_a_search_says() {
+    // A plane of triangles, a bridge over it, a step, and slivers that overlap it.
+    let mut mesh = mesh(&[
+        level([0.0, 0.0], [60.0, 7.3], 0.0),
+        level([0.0, 7.3], [60.0, 9.0], 0.15),
+        level([20.0, -3.0], [24.0, 20.0], 5.0),
+        level([30.0, 0.0], [30.4, 7.0], 0.01),
+    ]);
+    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let center = Vec3::new(45.0, 15.0, 1.0);
+    let middle = mesh.vertex(center.to_array());
+    let rim: Vec<u32> = (0..90)
+        .map(|i| {
+            let angle = i as f32 * std::f32::consts::TAU / 90.0;
+            mesh.vertex((center + Vec3::new(angle.cos(), angle.sin(), 0.1) * 9.0).to_array())
+        })
+        .collect();
+    for i in 0..90 {
+        mesh.triangle([middle, rim[i], rim[(i + 1) % 90]], face);
+    }
+    let ground = Ground::new(&mesh);
+    let mut held = 0;
+    for way in 0..4000u32 {
+        let (mut hold, heading) = (None, way as f32 * 2.399);
+        let from =
+            Vec3::new((way % 61) as f32, (way % 23) as f32, [0.5, 6.0, -1.0][way as usize % 3]);
+        for step in 0..200 {
+            let at = from + Vec3::new(heading.cos(), heading.sin(), 0.001) * (step as f32 * 0.07);
+            let told = ground.below_again(at.x, at.y, at.z, &mut hold);
+            assert_eq!(told, ground.below(at.x, at.y, at.z), "at {at}");
+            held += u32::from(hold.is_some());
+        }
+    }
+    assert!(held > 200_000, "{held} times somebody stood on a triangle that is alone");
+}

@@ -1,0 +1,211 @@
+//! The ground under who asked nearby before: a wheel rolls many substeps on one triangle.
+//!
+//! Cells are cut into parts. A triangle is *on top* in a part if of the cell's others none can be
+//! found there at its height or above it, by a point that lies well within it. Whoever lies well
+//! within such a triangle, and asks from above it, needs no search, and hears what a search would
+//! say, to the bit: what is remembered is no state.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use glam::{DVec2, Vec2};
+
+use super::{CELL_M, EMPTY, Ground, Hit, SEAM_M, Triangle};
+
+/// So far within its edges a point lies well within a triangle.
+const WITHIN_M: f32 = 5e-3;
+/// What the grid's numbers, kept in f32, may be off; beyond [`EXTENT_MAX_M`] more.
+const OFF_M: f64 = 1e-3;
+const EXTENT_MAX_M: f64 = 4000.0;
+/// Parts along the edge of a cell.
+const PARTS: u32 = 4;
+
+/// Of each entry of the cells' lists, two bits for each part of its cell: whether it is known if
+/// the triangle is on top there, and whether it is. Found out when somebody stands there.
+#[derive(Default)]
+pub(super) struct Tops(Vec<AtomicU32>);
+
+impl Tops {
+    pub(super) fn unknown(entries: usize) -> Tops {
+        Tops((0..entries).map(|_| AtomicU32::new(0)).collect())
+    }
+}
+
+/// Where in the grid a point lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Seat {
+    cell: [u32; 2],
+    part: u32,
+}
+
+/// Where somebody stood, and the triangle that is on top there.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::physics) struct Foothold {
+    triangle: Triangle,
+    entry: u32,
+    seat: Seat,
+}
+
+impl Ground {
+    /// What [`Ground::below`] says, sooner where `hold` still holds.
+    #[inline]
+    pub(in crate::physics) fn below_again(
+        &self,
+        x: f32,
+        y: f32,
+        z_from: f32,
+        hold: &mut Option<Foothold>,
+    ) -> Hit {
+        let point = Vec2::new(x, y);
+        let Some(seat) = self.seat(point) else { return self.floor() };
+        if let Some(hold) = hold
+            && hold.seat.cell == seat.cell
+        {
+            let from_a = point - hold.triangle.a.truncate();
+            let height_m = hold.triangle.height(from_a);
+            if hold.triangle.inside(from_a) >= WITHIN_M
+                && height_m <= z_from
+                && (hold.seat.part == seat.part || self.is_on_top(hold.entry as usize, seat))
+            {
+                hold.seat = seat;
+                return hold.triangle.hit(height_m);
+            }
+        }
+        self.search(point, seat, z_from, hold)
+    }
+
+    fn search(&self, point: Vec2, seat: Seat, z_from: f32, hold: &mut Option<Foothold>) -> Hit {
+        *hold = None;
+        let (height_m, entry) = self.find(self.range(seat.cell), point, z_from);
+        if entry == EMPTY {
+            return self.floor();
+        }
+        let triangle = &self.triangles[self.lists[entry as usize] as usize];
+        if self.is_on_top(entry as usize, seat) {
+            *hold = Some(Foothold { triangle: *triangle, entry, seat });
+        }
+        triangle.hit(height_m)
+    }
+
+    #[inline]
+    fn seat(&self, point: Vec2) -> Option<Seat> {
+        let at = (point - self.origin) * (1.0 / CELL_M);
+        let cell = self.cell(point.x, point.y)?;
+        let part = |at: f32, cell: u32| (((at - cell as f32) * PARTS as f32) as u32).min(PARTS - 1);
+        Some(Seat { cell, part: part(at.y, cell[1]) * PARTS + part(at.x, cell[0]) })
+    }
+
+    fn is_on_top(&self, entry: usize, seat: Seat) -> bool {
+        let (is_known, is_on_top) = (1 << (2 * seat.part), 2 << (2 * seat.part));
+        let bits = self.tops.0[entry].load(Ordering::Relaxed);
+        if bits & is_known != 0 {
+            return bits & is_on_top != 0;
+        }
+        let told = self.looks_on_top(self.range(seat.cell), entry, seat);
+        let bits = if told { is_known | is_on_top } else { is_known };
+        self.tops.0[entry].fetch_or(bits, Ordering::Relaxed);
+        told
+    }
+
+    fn looks_on_top(&self, cell: Range<usize>, entry: usize, seat: Seat) -> bool {
+        let triangle = |at: usize| &self.triangles[self.lists[at] as usize];
+        let top = triangle(entry);
+        let edge = f64::from(CELL_M) / f64::from(PARTS);
+        let part = [seat.part % PARTS, seat.part / PARTS];
+        let low = |k: usize| f64::from(seat.cell[k] * PARTS + part[k]) * edge - 5.0 * OFF_M;
+        let low = DVec2::new(low(0), low(1)) + self.origin.as_dvec2();
+        let square = Square { low, high: low + edge + 10.0 * OFF_M };
+        let a = top.a.as_dvec3();
+        let square = Square { low: square.low - a.truncate(), high: square.high - a.truncate() };
+        let mut others = cell.filter(|at| *at != entry);
+        others.all(|at| {
+            let other = triangle(at);
+            // Of two that are level alike, a search finds the one that is listed first.
+            let is_level = |t: &Triangle| t.gradient == Vec2::ZERO && t.a.z == top.a.z;
+            (at > entry && is_level(top) && is_level(other)) || !may_hide(top, other, &square)
+        })
+    }
+}
+
+/// Upright, from the first triangle's corner.
+struct Square {
+    low: DVec2,
+    high: DVec2,
+}
+
+impl Square {
+    fn corners(&self) -> [DVec2; 4] {
+        let (low, high) = (self.low, self.high);
+        [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]
+    }
+
+    fn sides(&self) -> [Side; 4] {
+        let (low, high) = (self.low, self.high);
+        [(DVec2::X, low.x), (DVec2::Y, low.y), (-DVec2::X, -high.x), (-DVec2::Y, -high.y)]
+    }
+}
+
+/// The half plane `normal · p >= from`.
+type Side = (DVec2, f64);
+
+/// Whether, where a point is in the square and well within `top`, it may be on `other`, no lower.
+fn may_hide(top: &Triangle, other: &Triangle, square: &Square) -> bool {
+    let shift = other.a.as_dvec3() - top.a.as_dvec3();
+    let shrunk = sides(top, DVec2::ZERO, f64::from(WITHIN_M) - OFF_M);
+    let grown = sides(other, shift.truncate(), -f64::from(SEAM_M) - OFF_M);
+    let all = square.corners();
+    if are_apart(&grown, &all) {
+        return false;
+    }
+    let (Some(shrunk_at), Some(grown_at)) = (corners(&shrunk), corners(&grown)) else {
+        return true;
+    };
+    if are_apart(&square.sides(), &grown_at)
+        || are_apart(&shrunk, &grown_at)
+        || are_apart(&grown, &shrunk_at)
+    {
+        return false;
+    }
+    // Where they overlap, the other is nowhere higher than anywhere in each of the three.
+    let slope = other.gradient.as_dvec2() - top.gradient.as_dvec2();
+    let rise = shift.z - other.gradient.as_dvec2().dot(shift.truncate());
+    let highest = |corners: &[DVec2]| {
+        corners.iter().map(|at| rise + slope.dot(*at)).fold(f64::NEG_INFINITY, f64::max)
+    };
+    highest(&shrunk_at).min(highest(&grown_at)).min(highest(&all)) > -OFF_M
+}
+
+/// Whether all corners of one lie beyond one side of the other.
+fn are_apart(sides: &[Side], corners: &[DVec2]) -> bool {
+    sides.iter().any(|(normal, from)| corners.iter().all(|at| normal.dot(*at) < *from))
+}
+
+/// The edges, moved inwards.
+fn sides(triangle: &Triangle, a: DVec2, inwards_m: f64) -> [Side; 3] {
+    let side = |normal: Vec2, offset: f32| {
+        let normal = normal.as_dvec2();
+        (normal, normal.dot(a) - f64::from(offset) + inwards_m)
+    };
+    [
+        side(triangle.edge_ab, 0.0),
+        side(triangle.edge_bc, triangle.offset_bc),
+        side(triangle.edge_ca, 0.0),
+    ]
+}
+
+/// Where the edges cross; nothing if two are all but parallel, or it is far away.
+fn corners(sides: &[Side; 3]) -> Option<[DVec2; 3]> {
+    let mut found = [DVec2::ZERO; 3];
+    for (index, corner) in found.iter_mut().enumerate() {
+        let ((n, c), (m, d)) = (sides[index], sides[(index + 1) % 3]);
+        let sine = n.perp_dot(m);
+        if sine.abs() < 1e-4 {
+            return None;
+        }
+        *corner = DVec2::new(c * m.y - d * n.y, d * n.x - c * m.x) / sine;
+        if !(corner.abs().max_element() < EXTENT_MAX_M) {
+            return None;
+        }
+    }
+    Some(found)
+}
