@@ -7,9 +7,11 @@ use glam::{Vec2, Vec3};
 use road::Material;
 
 mod foothold;
+mod seat;
 
 pub(super) use foothold::Foothold;
 use foothold::Tops;
+use seat::{Reach, Seat};
 
 /// Edge of a cell.
 const CELL_M: f32 = 2.0;
@@ -109,6 +111,8 @@ pub struct Ground {
     /// Where each cell's list begins in `lists`; one more at the end.
     cell_starts: Vec<u32>,
     lists: Vec<u32>,
+    /// In the same order: how much of its cell each triangle may cover.
+    reaches: Vec<Reach>,
     tops: Tops,
     floor_m: f32,
 }
@@ -153,6 +157,7 @@ impl Ground {
             block_numbers: vec![EMPTY; blocks[0] * blocks[1]],
             cell_starts: Vec::new(),
             lists: Vec::new(),
+            reaches: Vec::new(),
             tops: Tops::default(),
             floor_m: low.z - FLOOR_DEPTH_M,
         };
@@ -198,13 +203,18 @@ impl Ground {
         }
         self.cell_starts.push(total);
         self.lists = vec![0; total as usize];
+        self.reaches = vec![Reach::default(); total as usize];
         let mut next = self.cell_starts.clone();
         for (index, (triangle, points)) in self.triangles.iter().zip(corners).enumerate() {
+            let low = points[0].min(points[1]).min(points[2]) - 2.0 * SEAM_M;
+            let high = points[0].max(points[1]).max(points[2]) + 2.0 * SEAM_M;
             for [x, y] in cells_under(self.origin, triangle, points) {
                 let block = self.block_numbers[y / BLOCK_CELLS * self.blocks[0] + x / BLOCK_CELLS];
                 let cell = y % BLOCK_CELLS * BLOCK_CELLS + x % BLOCK_CELLS;
                 let at = &mut next[block as usize * cells_in_block + cell];
                 self.lists[*at as usize] = index as u32;
+                let cell = [x as u32, y as u32];
+                self.reaches[*at as usize] = Reach::new(self.origin, cell, low, high);
                 *at += 1;
             }
         }
@@ -213,14 +223,6 @@ impl Ground {
     /// How many triangles one can stand on.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
-    }
-
-    /// The cell of a point; nothing beyond the map.
-    #[inline]
-    fn cell(&self, x: f32, y: f32) -> Option<[u32; 2]> {
-        let cell_x = (x - self.origin.x) * (1.0 / CELL_M);
-        let cell_y = (y - self.origin.y) * (1.0 / CELL_M);
-        (cell_x >= 0.0 && cell_y >= 0.0).then_some([cell_x as u32, cell_y as u32])
     }
 
     /// Where the triangles of a cell stand in the lists.
@@ -247,8 +249,9 @@ impl Ground {
     /// comes up again); else the floor under the map.
     #[inline]
     pub fn below(&self, x: f32, y: f32, z_from: f32) -> Hit {
-        let range = self.cell(x, y).map_or(0..0, |cell| self.range(cell));
-        let (height_m, entry) = self.find(range, Vec2::new(x, y), z_from);
+        let point = Vec2::new(x, y);
+        let Some(seat) = Seat::of(self.origin, point) else { return self.floor() };
+        let (height_m, entry) = self.find(&seat, point, z_from);
         if entry == EMPTY {
             return self.floor();
         }
@@ -257,12 +260,16 @@ impl Ground {
 
     /// The height of that surface, and which entry of the lists it is; [`EMPTY`] for the floor.
     #[inline]
-    fn find(&self, range: std::ops::Range<usize>, point: Vec2, z_from: f32) -> (f32, u32) {
+    fn find(&self, seat: &Seat, point: Vec2, z_from: f32) -> (f32, u32) {
+        let range = self.range(seat.cell);
         let mut below = (f32::NEG_INFINITY, EMPTY);
         let mut above = (z_from + RESCUE_M, EMPTY);
         let first = range.start as u32;
-        for (entry, &index) in (first..).zip(&self.lists[range]) {
-            let triangle = &self.triangles[index as usize];
+        for (entry, reach) in (first..).zip(&self.reaches[range]) {
+            if !reach.covers(seat) {
+                continue;
+            }
+            let triangle = &self.triangles[self.lists[entry as usize] as usize];
             let from_a = point - triangle.a.truncate();
             if triangle.inside(from_a) < -SEAM_M {
                 continue;

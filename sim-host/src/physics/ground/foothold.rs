@@ -5,11 +5,11 @@
 //! within such a triangle, and asks from above it, needs no search, and hears what a search would
 //! say, to the bit: what is remembered is no state.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DVec2, Vec2};
 
+use super::seat::Seat;
 use super::{CELL_M, EMPTY, Ground, Hit, SEAM_M, Triangle};
 
 /// So far within its edges a point lies well within a triangle.
@@ -17,8 +17,9 @@ const WITHIN_M: f32 = 5e-3;
 /// What the grid's numbers, kept in f32, may be off; beyond [`EXTENT_MAX_M`] more.
 const OFF_M: f64 = 1e-3;
 const EXTENT_MAX_M: f64 = 4000.0;
-/// Parts along the edge of a cell.
+/// Parts along the edge of a cell, and a seat's steps in each.
 const PARTS: u32 = 4;
+const PART_STEPS: u8 = 32;
 
 /// Of each entry of the cells' lists, two bits for each part of its cell: whether it is known if
 /// the triangle is on top there, and whether it is. Found out when somebody stands there.
@@ -31,19 +32,13 @@ impl Tops {
     }
 }
 
-/// Where in the grid a point lies.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Seat {
-    cell: [u32; 2],
-    part: u32,
-}
-
 /// Where somebody stood, and the triangle that is on top there.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::physics) struct Foothold {
     triangle: Triangle,
     entry: u32,
-    seat: Seat,
+    cell: [u32; 2],
+    part: u32,
 }
 
 impl Ground {
@@ -57,74 +52,79 @@ impl Ground {
         hold: &mut Option<Foothold>,
     ) -> Hit {
         let point = Vec2::new(x, y);
-        let Some(seat) = self.seat(point) else { return self.floor() };
+        let Some(seat) = Seat::of(self.origin, point) else { return self.floor() };
         if let Some(hold) = hold
-            && hold.seat.cell == seat.cell
+            && hold.cell == seat.cell
         {
             let from_a = point - hold.triangle.a.truncate();
             let height_m = hold.triangle.height(from_a);
+            let part = part_of(&seat);
             if hold.triangle.inside(from_a) >= WITHIN_M
                 && height_m <= z_from
-                && (hold.seat.part == seat.part || self.is_on_top(hold.entry as usize, seat))
+                && (hold.part == part || self.is_on_top(hold.entry as usize, seat.cell, part))
             {
-                hold.seat = seat;
+                hold.part = part;
                 return hold.triangle.hit(height_m);
             }
         }
-        self.search(point, seat, z_from, hold)
+        self.search(point, &seat, z_from, hold)
     }
 
-    fn search(&self, point: Vec2, seat: Seat, z_from: f32, hold: &mut Option<Foothold>) -> Hit {
+    fn search(&self, point: Vec2, seat: &Seat, z_from: f32, hold: &mut Option<Foothold>) -> Hit {
         *hold = None;
-        let (height_m, entry) = self.find(self.range(seat.cell), point, z_from);
+        let (height_m, entry) = self.find(seat, point, z_from);
         if entry == EMPTY {
             return self.floor();
         }
         let triangle = &self.triangles[self.lists[entry as usize] as usize];
-        if self.is_on_top(entry as usize, seat) {
-            *hold = Some(Foothold { triangle: *triangle, entry, seat });
+        let (cell, part) = (seat.cell, part_of(seat));
+        if self.is_on_top(entry as usize, cell, part) {
+            *hold = Some(Foothold { triangle: *triangle, entry, cell, part });
         }
         triangle.hit(height_m)
     }
 
-    #[inline]
-    fn seat(&self, point: Vec2) -> Option<Seat> {
-        let at = (point - self.origin) * (1.0 / CELL_M);
-        let cell = self.cell(point.x, point.y)?;
-        let part = |at: f32, cell: u32| (((at - cell as f32) * PARTS as f32) as u32).min(PARTS - 1);
-        Some(Seat { cell, part: part(at.y, cell[1]) * PARTS + part(at.x, cell[0]) })
-    }
-
-    fn is_on_top(&self, entry: usize, seat: Seat) -> bool {
-        let (is_known, is_on_top) = (1 << (2 * seat.part), 2 << (2 * seat.part));
+    fn is_on_top(&self, entry: usize, cell: [u32; 2], part: u32) -> bool {
+        let (is_known, is_on_top) = (1 << (2 * part), 2 << (2 * part));
         let bits = self.tops.0[entry].load(Ordering::Relaxed);
         if bits & is_known != 0 {
             return bits & is_on_top != 0;
         }
-        let told = self.looks_on_top(self.range(seat.cell), entry, seat);
+        let told = self.looks_on_top(entry, cell, part);
         let bits = if told { is_known | is_on_top } else { is_known };
         self.tops.0[entry].fetch_or(bits, Ordering::Relaxed);
         told
     }
 
-    fn looks_on_top(&self, cell: Range<usize>, entry: usize, seat: Seat) -> bool {
+    fn looks_on_top(&self, entry: usize, cell: [u32; 2], part: u32) -> bool {
         let triangle = |at: usize| &self.triangles[self.lists[at] as usize];
         let top = triangle(entry);
+        let part = [part % PARTS, part / PARTS];
         let edge = f64::from(CELL_M) / f64::from(PARTS);
-        let part = [seat.part % PARTS, seat.part / PARTS];
-        let low = |k: usize| f64::from(seat.cell[k] * PARTS + part[k]) * edge - 5.0 * OFF_M;
-        let low = DVec2::new(low(0), low(1)) + self.origin.as_dvec2();
+        let low = |k: usize| f64::from(cell[k] * PARTS + part[k]) * edge - 5.0 * OFF_M;
+        let low =
+            DVec2::new(low(0), low(1)) + (self.origin.as_dvec2() - top.a.as_dvec3().truncate());
         let square = Square { low, high: low + edge + 10.0 * OFF_M };
-        let a = top.a.as_dvec3();
-        let square = Square { low: square.low - a.truncate(), high: square.high - a.truncate() };
-        let mut others = cell.filter(|at| *at != entry);
+        let first = part.map(|part| part as u8 * PART_STEPS);
+        let last = first.map(|first| first + PART_STEPS - 1);
+        let mut others = self.range(cell).filter(|at| *at != entry);
         others.all(|at| {
+            if !self.reaches[at].meets(first, last) {
+                return true;
+            }
             let other = triangle(at);
             // Of two that are level alike, a search finds the one that is listed first.
             let is_level = |t: &Triangle| t.gradient == Vec2::ZERO && t.a.z == top.a.z;
             (at > entry && is_level(top) && is_level(other)) || !may_hide(top, other, &square)
         })
     }
+}
+
+/// Rows of parts.
+#[inline]
+fn part_of(seat: &Seat) -> u32 {
+    let [x, y] = seat.step.map(|step| u32::from(step / PART_STEPS));
+    y * PARTS + x
 }
 
 /// Upright, from the first triangle's corner.
