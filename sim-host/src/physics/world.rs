@@ -120,6 +120,8 @@ impl Physics {
     pub fn new(ground: Arc<Ground>, boxes: &[StaticBox]) -> Physics {
         let mut world = PhysicsWorld::new();
         world.gravity = Vec3::Z * -GRAVITY_MPS2;
+        // A car that drives is sought anew in the tree of all boxes every other substep, not in each.
+        world.broad_phase.adaptive_change_detection_margin = true;
         let mut static_colliders = Vec::with_capacity(boxes.len());
         for (index, b) in boxes.iter().enumerate() {
             let half = b.half_extents_m.max(Vec3::splat(0.01));
