@@ -20,6 +20,7 @@
 
 pub mod carla_axes;
 mod client;
+mod draw;
 mod error;
 mod event_camera;
 mod file;
@@ -30,17 +31,19 @@ mod view;
 
 pub use bus::{
     AckermannControl, AckermannSettings, ActorId, ActorState, Ask, Autopilot, BlueprintInfo,
-    CamReading, CamSpec, CollisionReading, Curve, DEPTH_FAR_M, Episode, FeelWeather, Frame, Gear,
-    GnssReading, GnssSpec, Guide, GuideStep, HideLayers, HideObjects, HoldLight, ImuReading,
+    CamReading, CamSpec, CollisionReading, Curve, DEPTH_FAR_M, Episode, Erase, FeelWeather, Frame,
+    Gear, GnssReading, GnssSpec, Guide, GuideStep, HideLayers, HideObjects, HoldLight, ImuReading,
     ImuSpec, Instance, Interrupted, JournalEntry, LaneInvasionReading, LoadMap, MessageReading,
     MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, Push,
-    RadioSpec, RigId, STRIDE, SensorSpec, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings,
-    SnapshotHeader, Stamp, Strategy, Switch, TEXT_BYTES, Teleport, TrafficDial, Transmit,
-    VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
-    VehicleTelemetry, VehicleWheel, Watch, Weather, WheelTelemetry, Wish, clock, dial, flag,
-    fourth, geodesy, guide, kind, lamp, layer, light, output, part, radio, sensor, tracer,
+    RadioSpec, RigId, SHAPE_TEXT_BYTES, SHAPES_MAX, STRIDE, SensorSpec, SetDoors, SetLamps,
+    SetPhysics, SetVelocity, Settings, Shape, SnapshotHeader, Stamp, Strategy, Switch, TEXT_BYTES,
+    Teleport, TrafficDial, Transmit, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox,
+    VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel, Watch, Weather,
+    WheelTelemetry, Wish, clock, dial, flag, fourth, geodesy, guide, kind, lamp, layer, light,
+    output, part, radio, sensor, shape, tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
+pub use draw::Draw;
 pub use error::ClientError;
 pub use event_camera::{EventCamera, EventCameraSpec, PixelEvent};
 pub use file::{Profile, Replay, saved_folder, saved_path};

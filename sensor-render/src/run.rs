@@ -12,6 +12,7 @@ use town::{Visibility, cache::Cache};
 use crate::{
     Device, MeshList, RigJob, Scene, Tracer, World,
     baked::{cached_scene, keep_scene, town_of},
+    gallery::Gallery,
     pose_planes,
     rigs::{Due, Rigs},
     scene::Replaced,
@@ -87,6 +88,7 @@ pub fn run(
         is_replaced,
         replaced,
         rigs: Rigs::default(),
+        gallery: Gallery::default(),
         before: Vec::new(),
         is_rendering: true,
         done,
@@ -120,6 +122,8 @@ struct Renderer {
     is_replaced: bool,
     replaced: Vec<Replaced>,
     rigs: Rigs,
+    /// What is drawn over the world.
+    gallery: Gallery,
     /// The actors of the frame before, while anybody asks how they move.
     before: Vec<ActorState>,
     is_rendering: bool,
@@ -189,6 +193,7 @@ impl Renderer {
         let begin_nanos = clock::now_nanos();
         fault::delay(Role::Render, frame);
         self.follow_journal(frame)?;
+        self.gallery.begin(header.stamp);
         if self.is_rendering {
             self.measure_rigs(snapshot, begin_nanos)?;
             if self.rigs.ask_for_flow() {
@@ -229,6 +234,7 @@ impl Renderer {
         if self.rigs.ask_for_flow() {
             self.world.follow(&self.scene, &self.before, snapshot.payload());
         }
+        self.world.draw(self.gallery.overlay());
         let mut loans = Vec::with_capacity(due.len());
         for rig in &due {
             let writer = self.rigs.writer(rig.id);
@@ -257,6 +263,7 @@ impl Renderer {
     fn begin_episode(&mut self, number: u32) -> Result<(), RenderError> {
         self.weather = Weather::default();
         self.hidden = Visibility::default();
+        self.gallery.clear();
         self.before.clear();
         // One that was started since then has read the map already.
         if number == self.number {
@@ -317,6 +324,7 @@ impl Renderer {
                     self.rigs.begin_anew();
                     self.weather = Weather::default();
                     self.hidden = Visibility::default();
+                    self.gallery.clear();
                 }
                 Event::Entry(_, entry) if entry.outcome.status == status::DONE => {
                     self.obey(&entry)?;
@@ -356,7 +364,12 @@ impl Renderer {
                 self.hidden.set_objects(to.block, &to.bits, to.hidden != 0);
             }
             // What was saved with the state follows.
-            Some(Wish::LoadState(_)) => self.hidden = Visibility::default(),
+            Some(Wish::LoadState(_)) => {
+                self.hidden = Visibility::default();
+                self.gallery.clear();
+            }
+            Some(Wish::Draw(shape)) => self.gallery.draw(&shape, entry),
+            Some(Wish::Erase(erase)) => self.gallery.erase(&erase),
             Some(Wish::SetSettings(settings)) => self.is_rendering = settings.no_rendering == 0,
             _ => {}
         }

@@ -10,6 +10,7 @@ use glam::{Quat, Vec3};
 use road::{Face, Material, Mesh, Tag};
 
 mod baked;
+mod drawn;
 mod motion;
 mod parts;
 

@@ -1,14 +1,15 @@
 use std::iter::repeat;
+use std::sync::Arc;
 
 use bus::{ActorState, STRIDE, Stamp, Weather, kind, lamp};
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3};
 use town::Posture;
 
-use crate::Scene;
 use crate::bvh::{Hierarchy, Link, Node, moved_box};
 use crate::motion::Motions;
 use crate::wide::{WideNode, widen};
+use crate::{Overlay, Scene};
 
 /// Bits of [`Instance::lights`]: those of [`bus::lamp`], indicators and beacons while they shine;
 /// and a traffic light's.
@@ -57,6 +58,8 @@ pub struct World {
     pub(crate) wide_root: Option<Link>,
     /// How each instance has moved, if anybody asked.
     pub(crate) motions: Motions,
+    /// What is drawn over all that.
+    pub(crate) overlay: Arc<Overlay>,
 }
 
 impl World {
@@ -68,6 +71,11 @@ impl World {
     /// The frame that the actors stand in.
     pub fn stamp(&self) -> Stamp {
         self.stamp
+    }
+
+    /// From now on cameras' colours show this over what is there.
+    pub fn draw(&mut self, overlay: Arc<Overlay>) {
+        self.overlay = overlay;
     }
 
     /// Puts the actors of one snapshot where they are, and rebuilds the top level over them.

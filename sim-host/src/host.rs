@@ -17,6 +17,7 @@ use town::cache::Cache;
 use crate::{
     HostError,
     barrier::{Barrier, Verdict},
+    drawings::Drawings,
     journal::{Inbox, Pen, Request},
     rigs::Rigs,
     senses::{Senses, are_born, needs_roads},
@@ -88,6 +89,7 @@ pub struct Host {
     rigs: Rigs,
     pub(crate) senses: Senses,
     standing: Standing,
+    drawings: Drawings,
     /// What traffic decided last: its mind goes to its successor.
     decided: Option<Decided>,
     decided_hash: u64,
@@ -166,6 +168,7 @@ impl Host {
             rigs: Rigs::default(),
             senses: Senses::default(),
             standing: Standing::default(),
+            drawings: Drawings::default(),
             decided: None,
             decided_hash: 0,
             recording: None,
@@ -187,7 +190,7 @@ impl Host {
         let settings = Request::of_host(Wish::SetSettings(host.settings));
         let first = [settings, Request::of_host(hide)];
         let first = first.map(|request| request.ended(Outcome::done(0)));
-        host.standing.close(Frame(0), first.to_vec());
+        host.standing.close(host.stamp(Frame(0)), first.to_vec());
         host.send_snapshot(SnapshotHeader { stamp: host.stamp(Frame(0)), ..Default::default() })?;
         host.await_stages()?;
         Ok(host)
@@ -433,6 +436,11 @@ impl Host {
                 self.pen.write(request.ended(outcome));
                 continue;
             }
+            if let Wish::Draw(shape) = wish {
+                let drawn = self.drawings.draw(&shape, self.coming());
+                self.pen.write(request.ended(drawn.unwrap_or_else(|why| Outcome::refused(&why))));
+                continue;
+            }
             let outcome = match self.grant(&wish) {
                 Ok(id) => Outcome::done(id),
                 Err(why) => Outcome::refused(&why),
@@ -443,6 +451,16 @@ impl Host {
             }
         }
         Ok(())
+    }
+
+    /// The first frame that shows what is wished now.
+    fn coming(&self) -> Stamp {
+        let now = self.stamp(self.barrier.frame());
+        if self.is_ticking {
+            return now;
+        }
+        let sim_time_nanos = now.sim_time_nanos + self.settings.delta_nanos;
+        Stamp { frame: now.frame.next(), sim_time_nanos, ..now }
     }
 
     fn create_rig(
@@ -522,6 +540,10 @@ impl Host {
                 Err(format!("sensor {:?} follows no rig that announced it", spec.name))
             }
             Wish::Transmit(wish) => self.senses.transmit(wish),
+            Wish::Erase(erase) => {
+                self.drawings.erase(erase);
+                Ok(0)
+            }
             Wish::StartRecorder(wish) => self.start_recorder(wish),
             Wish::StopRecorder(_) => self.stop_recorder(),
             Wish::SaveState(file) => self.save_state(file),
@@ -588,7 +610,8 @@ impl Host {
         self.senses.send(&self.world, &header)?;
         let entries = self.pen.turn_page();
         let kept = if self.recording.is_some() { entries.clone() } else { Vec::new() };
-        self.standing.close(stamp.frame, entries);
+        self.standing.close(stamp, entries);
+        self.drawings.forget(stamp);
         self.record(&header, &kept);
         self.control.set_awaited(stamp.frame, self.barrier.mask());
         self.control.tick.raise(stamp.frame.0);

@@ -13,6 +13,7 @@
 mod tick;
 
 mod barrier;
+mod drawings;
 mod error;
 mod hash;
 mod host;
@@ -26,6 +27,7 @@ mod standing;
 mod supervisor;
 mod world;
 
+pub use drawings::SavedShape;
 pub use error::HostError;
 pub use host::{Host, HostConfig, Maps};
 pub use saved::{Pending, SavedState, StateError, decision_hash, map_sum};

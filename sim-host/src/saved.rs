@@ -9,11 +9,11 @@ use bus::{
 };
 use bytemuck::{Pod, Zeroable};
 
-use crate::hash::StateHash;
+use crate::{drawings::SavedShape, hash::StateHash};
 
 /// `omnistat`, and the form of what follows.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnistat");
-const FORM: u32 = 3;
+const FORM: u32 = 4;
 
 /// Everything that decides the future.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,6 +34,8 @@ pub struct SavedState {
     pub hidden_layers: u32,
     /// Things of the town that are switched off.
     pub hidden_objects: Vec<HideObjects>,
+    /// What is drawn over the world.
+    pub shapes: Vec<SavedShape>,
     /// The id given out last.
     pub last_actor: u32,
     /// Every actor, by id.
@@ -91,6 +93,7 @@ struct Head {
     is_weather_felt: u32,
     hidden_objects: u64,
     dials: u64,
+    shapes: u64,
     actors: u64,
     physics: u64,
     /// 0: nothing was decided; else one more than the payload's length.
@@ -135,6 +138,7 @@ impl SavedState {
             is_weather_felt: self.is_weather_felt.into(),
             hidden_objects: self.hidden_objects.len() as u64,
             dials: self.dials.len() as u64,
+            shapes: self.shapes.len() as u64,
             actors: self.actors.len() as u64,
             physics: self.physics.len() as u64,
             decision: self.decision.as_ref().map_or(0, |(_, p)| 1 + p.len() as u64),
@@ -142,9 +146,10 @@ impl SavedState {
             header,
             sum: 0,
         };
-        let parts: [&[u8]; 7] = [
+        let parts: [&[u8]; 8] = [
             bytemuck::cast_slice(&self.hidden_objects),
             bytemuck::cast_slice(&self.dials),
+            bytemuck::cast_slice(&self.shapes),
             bytemuck::cast_slice(&self.actors),
             bytemuck::cast_slice(&self.roles),
             &self.physics,
@@ -177,6 +182,7 @@ impl SavedState {
         let mut rest = body;
         let hidden_objects = list(&mut rest, head.hidden_objects)?;
         let dials = list(&mut rest, head.dials)?;
+        let shapes = list(&mut rest, head.shapes)?;
         let actors: Vec<ActorState> = list(&mut rest, head.actors)?;
         let roles = list(&mut rest, head.actors)?;
         let physics = list(&mut rest, head.physics)?;
@@ -194,6 +200,7 @@ impl SavedState {
             hidden_layers: head.hidden_layers,
             hidden_objects,
             dials,
+            shapes,
             last_actor: head.last_actor,
             actors,
             roles,
@@ -239,6 +246,7 @@ mod tests {
             hidden_layers: 3,
             hidden_objects: vec![HideObjects::default(); 2],
             dials: vec![TrafficDial::default()],
+            shapes: vec![bytemuck::Zeroable::zeroed(); 2],
             weather: Some(Weather::default()),
             actors: vec![ActorState::default(); 2],
             roles: vec![Name::new("a"), Name::new("b")],

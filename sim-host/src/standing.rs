@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use bus::{
-    ActorId, Frame, HideLayers, HideObjects, JournalEntry, Outcome, PIPELINE_MAX, RigId,
+    ActorId, Frame, HideLayers, HideObjects, JournalEntry, Outcome, PIPELINE_MAX, RigId, Stamp,
     TrafficDial, Weather, Wish, dial, status,
 };
 use town::Visibility;
 
-use crate::journal::Request;
+use crate::{drawings::Drawings, journal::Request};
 
 /// Entries that still hold, by what they are about.
 #[derive(Clone, Default)]
@@ -23,6 +23,7 @@ struct Sediment {
     dials: BTreeMap<(ActorId, u32), JournalEntry>,
     /// What of the town is switched off.
     hidden: Visibility,
+    drawings: Drawings,
 }
 
 impl Sediment {
@@ -55,6 +56,8 @@ impl Sediment {
             Some(Wish::HideObjects(hide)) => {
                 self.hidden.set_objects(hide.block, &hide.bits, hide.hidden != 0);
             }
+            Some(Wish::Draw(shape)) => self.drawings.settle(&shape, &entry.outcome),
+            Some(Wish::Erase(erase)) => self.drawings.erase(&erase),
             // A new world, in which time passes as before.
             Some(Wish::LoadMap(_)) => {
                 let settings = self.settings.take();
@@ -64,6 +67,7 @@ impl Sediment {
             Some(Wish::LoadState(_)) => {
                 self.dials.clear();
                 self.hidden = Visibility::default();
+                self.drawings.clear();
             }
             Some(Wish::Destroy(actor)) => {
                 self.dials.retain(|&(of, dial), _| !dial::ends_with(of, dial, actor));
@@ -77,7 +81,9 @@ impl Sediment {
         let dials = self.dials.values().copied();
         let hidden = hiding(&self.hidden).into_iter();
         let hidden = hidden.map(|wish| Request::of_host(wish).ended(Outcome::done(0)));
-        settings.chain(dials).chain(hidden).chain(self.rigs.values().flatten().copied()).collect()
+        let drawn = self.drawings.entries();
+        let rigs = self.rigs.values().flatten().copied();
+        settings.chain(dials).chain(hidden).chain(drawn).chain(rigs).collect()
     }
 }
 
@@ -99,17 +105,18 @@ type Page = (Frame, Vec<JournalEntry>);
 pub(crate) struct Standing {
     base: Sediment,
     base_frame: Frame,
-    recent: VecDeque<Page>,
+    recent: VecDeque<(Stamp, Vec<JournalEntry>)>,
 }
 
 impl Standing {
     /// A frame's journal is complete.
-    pub(crate) fn close(&mut self, frame: Frame, entries: Vec<JournalEntry>) {
-        self.recent.push_back((frame, entries));
+    pub(crate) fn close(&mut self, stamp: Stamp, entries: Vec<JournalEntry>) {
+        self.recent.push_back((stamp, entries));
         while self.recent.len() > PIPELINE_MAX as usize + 1 {
-            if let Some((frame, entries)) = self.recent.pop_front() {
+            if let Some((stamp, entries)) = self.recent.pop_front() {
                 entries.iter().for_each(|entry| self.base.settle(entry));
-                self.base_frame = frame;
+                self.base.drawings.forget(stamp);
+                self.base_frame = stamp.frame;
             }
         }
     }
@@ -139,12 +146,13 @@ impl Standing {
         let mut sediment = self.base.clone();
         let mut at = self.base_frame;
         let mut after = Vec::new();
-        for (frame, entries) in &self.recent {
-            if *frame <= done {
+        for (stamp, entries) in &self.recent {
+            if stamp.frame <= done {
                 entries.iter().for_each(|entry| sediment.settle(entry));
-                at = *frame;
+                sediment.drawings.forget(*stamp);
+                at = stamp.frame;
             } else if !entries.is_empty() {
-                after.push((*frame, entries.clone()));
+                after.push((stamp.frame, entries.clone()));
             }
         }
         ((at, sediment.entries()), after)
@@ -154,7 +162,11 @@ impl Standing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::{CreateRig, Name, Outcome, SensorSpec};
+    use bus::{CreateRig, Name, Outcome, SensorSpec, Shape, shape};
+
+    fn at(frame: u64) -> Stamp {
+        Stamp { frame: Frame(frame), sim_time_nanos: frame * 100, ..Stamp::default() }
+    }
 
     fn entry(wish: Wish, id: u32) -> JournalEntry {
         JournalEntry {
@@ -175,11 +187,11 @@ mod tests {
     #[test]
     fn what_was_taken_away_does_not_stand() {
         let mut standing = Standing::default();
-        standing.close(Frame(1), rig(1));
-        standing.close(Frame(2), rig(2));
-        standing.close(Frame(3), vec![entry(Wish::DestroyRig(RigId(1)), 1)]);
+        standing.close(at(1), rig(1));
+        standing.close(at(2), rig(2));
+        standing.close(at(3), vec![entry(Wish::DestroyRig(RigId(1)), 1)]);
         for frame in 4..10 {
-            standing.close(Frame(frame), vec![]);
+            standing.close(at(frame), vec![]);
         }
         let ((at, entries), after) = standing.since(Frame(9));
         assert_eq!((at, entries, after), (Frame(9), rig(2), vec![]));
@@ -189,11 +201,35 @@ mod tests {
     fn one_who_trails_is_served_the_state_at_its_own_frame() {
         let mut standing = Standing::default();
         let mild = entry(Wish::SetWeather(Weather::default()), 0);
-        standing.close(Frame(1), vec![mild]);
+        standing.close(at(1), vec![mild]);
         let wet = entry(Wish::SetWeather(Weather { wetness: 90.0, ..Weather::default() }), 0);
-        standing.close(Frame(2), vec![]);
-        standing.close(Frame(3), vec![wet]);
+        standing.close(at(2), vec![]);
+        standing.close(at(3), vec![wet]);
         let ((at, entries), after) = standing.since(Frame(2));
         assert_eq!((at, entries, after), (Frame(2), vec![mild], vec![(Frame(3), vec![wet])]));
+    }
+
+    #[test]
+    fn what_is_drawn_stands_as_long_as_it_lives() {
+        let mut standing = Standing::default();
+        let mut drawings = Drawings::default();
+        let mut draw = |life_nanos| {
+            let shape = Shape { life_nanos, ..Shape::new(shape::POINT) };
+            let outcome = drawings.draw(&shape, at(1)).unwrap();
+            JournalEntry { outcome, ..entry(Wish::Draw(shape), 0) }
+        };
+        standing.close(at(1), vec![draw(0), draw(150), draw(1000)]);
+        let ids = |done: u64, standing: &Standing| -> Vec<u32> {
+            let ((_, entries), _) = standing.since(Frame(done));
+            entries.iter().map(|entry| entry.outcome.id).collect()
+        };
+        assert_eq!(ids(1, &standing), [2, 3]);
+        for frame in 2..10 {
+            standing.close(at(frame), vec![]);
+        }
+        assert_eq!(ids(9, &standing), [3]);
+        let another = entry(Wish::LoadMap(bus::LoadMap::default()), 2);
+        standing.close(at(10), vec![another]);
+        assert_eq!(ids(10, &standing), [2], "of the old world, nothing stands");
     }
 }

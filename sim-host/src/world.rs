@@ -253,6 +253,8 @@ impl World {
                 | Wish::TrafficDial(_)
                 | Wish::Guide(_)
                 | Wish::Transmit(_)
+                | Wish::Draw(_)
+                | Wish::Erase(_)
                 | Wish::StartRecorder(_)
                 | Wish::StopRecorder(_)
                 | Wish::SaveState(_)

@@ -5,6 +5,7 @@ mod kit;
 mod alone;
 mod carla;
 mod crash;
+mod draw;
 mod episodes;
 mod exact;
 mod fork;

@@ -3,10 +3,10 @@ use glam::Vec3;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    AckermannControl, AckermannSettings, ActorId, Ask, FeelWeather, FilePath, LoadMap, Name, Pose,
-    Push, RigId, SensorSpec, Stamp, StartRecorder, StartReplay, StopReplay, Switch, Transmit,
-    VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehicleSteering, VehicleTelemetry,
-    VehicleWheel, WheelTelemetry,
+    AckermannControl, AckermannSettings, ActorId, Ask, Drawn, Erase, FeelWeather, FilePath,
+    LoadMap, Name, Pose, Push, RigId, SensorSpec, Shape, Stamp, StartRecorder, StartReplay,
+    StopReplay, Switch, Transmit, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox,
+    VehicleSteering, VehicleTelemetry, VehicleWheel, WheelTelemetry,
 };
 
 /// Header of a batch of [`Command`]s or [`VehicleControl`]s from one client.
@@ -121,7 +121,7 @@ macro_rules! answers {
 
 answers! {
     VehicleBody, VehicleEngine, VehicleGearbox, VehicleSteering, VehicleWheel, VehicleTelemetry,
-    WheelTelemetry, AckermannSettings
+    WheelTelemetry, AckermannSettings, Drawn
 }
 
 /// One line of a frame's journal: who wished what, and what became of it.
@@ -262,6 +262,11 @@ wishes! {
     Transmit(Transmit) = 43,
     /// Tell a vehicle on autopilot where to go.
     Guide(Guide) = 50,
+    /// Draw a shape into the images of cameras; the outcome is a [`Drawn`], its id a number above
+    /// those of all shapes before.
+    Draw(Shape) = 44,
+    /// Forget what was drawn.
+    Erase(Erase) = 45,
     /// Write down what happens from the next frame on.
     StartRecorder(StartRecorder) = 100,
     /// Close the recording.

@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use crate::{Bell, Frame, Gate, Name, Settings, Strategy, clock};
 
 /// Raised with every change of a message, a channel or this page.
-pub const PROTOCOL: u32 = 4;
+pub const PROTOCOL: u32 = 5;
 
 /// How many participants and clients an instance can have at a time.
 pub const SLOTS: usize = 32;

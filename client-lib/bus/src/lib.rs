@@ -8,6 +8,7 @@
 mod actor;
 mod born;
 mod command;
+mod drawing;
 mod motion;
 mod name;
 mod recording;
@@ -32,6 +33,7 @@ pub use command::{
     SetPhysics, SetVelocity, Settings, Spawn, Teleport, TrafficDial, Weather, Wish, dial, guide,
     layer, status,
 };
+pub use drawing::{Drawn, Erase, SHAPE_TEXT_BYTES, SHAPES_MAX, Shape, shape};
 pub use motion::{
     AckermannControl, AckermannSettings, Ask, FeelWeather, Push, Switch, VehicleTelemetry,
     WheelTelemetry, part,

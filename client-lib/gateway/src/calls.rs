@@ -2,6 +2,7 @@
 
 mod actors;
 mod bones;
+mod drawing;
 mod episode;
 mod motion;
 mod physics;
@@ -75,8 +76,8 @@ const CALLS: &[(&str, Form, Handler)] = &[
     ("are_gbuffers_enabled", Val, |c| { c.out.bool(false); Ok(()) }),
     ("blend_pose", Nothing, |_| refuse("bones that clients set")),
     ("cast_ray", Val, surroundings::cast_ray),
-    ("clear_debug_shape", Nothing, ignore),
-    ("clear_debug_string", Nothing, ignore),
+    ("clear_debug_shape", Nothing, drawing::clear_shapes),
+    ("clear_debug_string", Nothing, drawing::clear_texts),
     ("close_vehicle_door", Nothing, vehicles::close_door),
     ("console_command", Val, |_| refuse("Unreal's console")),
     ("copy_opendrive_to_file", Nothing, episode::take_open_drive),
@@ -84,7 +85,7 @@ const CALLS: &[(&str, Form, Handler)] = &[
     ("destroy_traffic_manager", Val, |c| { c.out.bool(true); Ok(()) }),
     ("disable_actor_constant_velocity", Nothing, motion::release),
     ("disable_sensor_for_ros", Nothing, ignore),
-    ("draw_debug_shape", Nothing, ignore),
+    ("draw_debug_shape", Nothing, drawing::draw),
     ("enable_actor_constant_velocity", Nothing, motion::hold),
     ("enable_carsim", Nothing, |_| refuse("CarSim")),
     ("enable_chrono_physics", Nothing, |_| refuse("Chrono")),

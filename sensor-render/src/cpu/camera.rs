@@ -1,5 +1,6 @@
 use bus::DEPTH_FAR_M;
 
+use super::draw::Brush;
 use super::geometry::{flows, normals};
 use super::pencil::{Hits, Pencil};
 use super::shade::Shade;
@@ -35,6 +36,10 @@ on_each_isa! {
 #[inline(always)]
 fn rows<F: Float>(scene: &Scene, world: &World, light: &Light, camera: &Camera, piece: &mut Piece) {
     let mut stack = Stack::new();
+    let mut brush = match piece.sheets.color.is_empty() {
+        true => None,
+        false => Brush::new(&world.overlay, camera),
+    };
     let mut x = 0;
     while x < camera.width {
         let pencil = packet::<F>(camera, x, piece.first);
@@ -43,10 +48,15 @@ fn rows<F: Float>(scene: &Scene, world: &World, light: &Light, camera: &Camera, 
         } else {
             pencil.closest_apart(scene, world, &mut stack, f32::INFINITY)
         };
+        let brush = brush.as_mut();
+        let brush = brush.and_then(|b| b.look_at(x, piece.first).then_some(&*b));
         for group in 0..GROUPS {
             let at = Place::new(camera, piece, x, group);
             if at.columns > 0 && at.rows > 0 {
-                write(scene, world, light, camera, &pencil, &hits, group, at, &mut stack, piece);
+                write(
+                    scene, world, light, camera, &pencil, &hits, group, at, brush, &mut stack,
+                    piece,
+                );
             }
         }
         x += 8;
@@ -87,6 +97,9 @@ fn packet<F: Float>(camera: &Camera, x: u32, y: u32) -> Pencil<F, GROUPS> {
 /// Where a group's pixels lie in its piece.
 #[derive(Clone, Copy)]
 struct Place {
+    /// In the image.
+    x: u32,
+    y: u32,
     first: usize,
     width: usize,
     columns: usize,
@@ -96,10 +109,12 @@ struct Place {
 impl Place {
     #[inline(always)]
     fn new(camera: &Camera, piece: &Piece, x: u32, group: usize) -> Place {
-        let x = x as usize + group % 2 * 4;
-        let y = group / 2 * 4;
+        let (right, down) = (group % 2 * 4, group / 2 * 4);
+        let (x, y) = (x as usize + right, down);
         let width = camera.width as usize;
         Place {
+            x: x as u32,
+            y: piece.first + y as u32,
             first: y * width + x,
             width,
             columns: width.saturating_sub(x).min(4),
@@ -128,6 +143,7 @@ fn write<F: Float>(
     hits: &Hits<F, GROUPS>,
     group: usize,
     at: Place,
+    brush: Option<&Brush>,
     stack: &mut Stack,
     piece: &mut Piece,
 ) {
@@ -156,6 +172,10 @@ fn write<F: Float>(
         let direction = pencil.directions[group];
         let shade = Shade { scene, world, light, camera };
         let color = shade.colors(direction, hits, group, &seen, stack);
-        at.put(sheets.color, &color.to_array().map(u32::to_le_bytes));
+        let mut colors = color.to_array().map(u32::to_le_bytes);
+        if let Some(brush) = brush {
+            brush.paint(at.x, at.y, &hits.t[group].to_array(), &mut colors);
+        }
+        at.put(sheets.color, &colors);
     }
 }

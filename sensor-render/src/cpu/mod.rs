@@ -3,6 +3,7 @@
 mod beam;
 mod camera;
 mod coats;
+mod draw;
 mod geometry;
 mod grain;
 mod lidar;

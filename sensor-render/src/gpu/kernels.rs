@@ -5,8 +5,8 @@ use wgpu::{
     ShaderRuntimeChecks, ShaderSource, ShaderStages,
 };
 
-/// The bindings of the shaders, in their order (scene.wgsl and echo.wgsl).
-pub(crate) const BINDINGS: usize = 13;
+/// The bindings of the shaders, in their order (scene.wgsl, echo.wgsl, coat.wgsl and draw.wgsl).
+pub(crate) const BINDINGS: usize = 14;
 
 const SHADER: &str = concat!(
     include_str!("../shader/scene.wgsl"),
@@ -18,6 +18,7 @@ const SHADER: &str = concat!(
     include_str!("../shader/pattern.wgsl"),
     include_str!("../shader/surface.wgsl"),
     include_str!("../shader/camera.wgsl"),
+    include_str!("../shader/draw.wgsl"),
     include_str!("../shader/lidar.wgsl"),
 );
 
@@ -27,6 +28,8 @@ pub(crate) struct Kernels {
     layout: BindGroupLayout,
     /// All cameras' pixels.
     pub(crate) see: ComputePipeline,
+    /// What is drawn over the world, into all cameras' colours.
+    pub(crate) draw_over: ComputePipeline,
     /// All cameras' tags, four a word.
     pub(crate) pack: ComputePipeline,
     /// All lidars' beams.
@@ -81,8 +84,8 @@ impl Kernels {
                 cache: None,
             })
         };
-        let [see, pack, sweep] = ["see", "pack", "sweep"].map(pipeline);
-        Kernels { layout, see, pack, sweep }
+        let [see, draw_over, pack, sweep] = ["see", "draw_over", "pack", "sweep"].map(pipeline);
+        Kernels { layout, see, draw_over, pack, sweep }
     }
 
     pub(crate) fn bind(&self, device: &Device, buffers: [&Buffer; BINDINGS]) -> BindGroup {

@@ -187,8 +187,12 @@ impl GpuTracer {
         {
             let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
             pass.set_bind_group(0, self.resident.group(&self.gpu, &self.kernels), &[]);
-            let kernels = [&self.kernels.see, &self.kernels.sweep, &self.kernels.pack];
-            for (kernel, groups) in kernels.into_iter().zip(batch.groups) {
+            let Kernels { see, draw_over, sweep, pack, .. } = &self.kernels;
+            let [cameras, lidars, packing] = batch.groups;
+            let drawn = if world.overlay.is_empty() { 0 } else { cameras };
+            for (kernel, groups) in
+                [(see, cameras), (draw_over, drawn), (sweep, lidars), (pack, packing)]
+            {
                 if groups > 0 {
                     pass.set_pipeline(kernel);
                     let rows = groups.div_ceil(GROUPS_ACROSS);

@@ -7,8 +7,9 @@ use super::open::Gpu;
 use crate::bvh::Link;
 use crate::coat::MATERIALS;
 use crate::echo::REFLECTIVITIES;
+use crate::glyphs::GLYPHS;
 use crate::light::Light;
-use crate::{Scene, TraceError, World};
+use crate::{Overlay, Scene, TraceError, World};
 
 /// Workgroups in one row of a dispatch: no device takes fewer than 65 535.
 pub(crate) const GROUPS_ACROSS: u32 = 32_768;
@@ -20,6 +21,7 @@ struct Frame {
     light: Light,
     roots: [u32; 4],
     groups: [u32; 4],
+    overlay: [u32; 4],
 }
 
 /// Everything on the device but the shaders.
@@ -48,6 +50,7 @@ mod at {
     pub(super) const OUT: usize = 10;
     pub(super) const REFLECTIVITIES: usize = 11;
     pub(super) const MATERIALS: usize = 12;
+    pub(super) const OVERLAY: usize = 13;
 }
 
 impl Resident {
@@ -104,6 +107,7 @@ impl Resident {
                 batch.lidars.len() as u32,
             ],
             groups: [cameras, lidars, packing, GROUPS_ACROSS],
+            overlay: self.take_overlay(gpu, &world.overlay),
         };
         self.put(gpu, at::FRAME, bytemuck::bytes_of(&frame));
         self.put(gpu, at::TOP_NODES, bytemuck::cast_slice(&world.nodes));
@@ -113,6 +117,24 @@ impl Resident {
         self.put(gpu, at::CIRCLES, bytemuck::cast_slice(&batch.circles));
         self.grow(gpu, at::TAGS, u64::from(batch.tag_len) * 4);
         self.grow(gpu, at::OUT, batch.byte_len);
+    }
+
+    /// Uploads what is drawn, if anything is; where its parts begin, as words of 16 bytes.
+    fn take_overlay(&mut self, gpu: &Gpu, overlay: &Overlay) -> [u32; 4] {
+        if overlay.is_empty() {
+            return [Link::EMPTY.0, 0, 0, 0];
+        }
+        let head = [overlay.pixels, 0.0, 0.0, 0.0];
+        let parts: [&[u8]; 5] = [
+            bytemuck::cast_slice(&head),
+            bytemuck::cast_slice(&GLYPHS),
+            bytemuck::cast_slice(&overlay.nodes),
+            bytemuck::cast_slice(&overlay.rods),
+            bytemuck::cast_slice(&overlay.texts),
+        ];
+        self.put(gpu, at::OVERLAY, &parts.concat());
+        let ends = |count: usize| parts[..count].iter().map(|part| part.len() / 16).sum::<usize>();
+        [overlay.root.0, ends(3) as u32, ends(4) as u32, overlay.texts.len() as u32]
     }
 
     /// All buffers, bound.

@@ -16,6 +16,8 @@ struct Frame {
     roots: vec4u,
     // Groups of the camera pass, of the lidar pass, of the packing pass, groups in one row.
     groups: vec4u,
+    // Of what is drawn: root, first rod, first text, texts; see draw.wgsl.
+    overlay: vec4u,
 }
 
 struct Instance {

@@ -86,6 +86,7 @@ impl Host {
         self.recorded_decision = Frame(0);
         self.take_down(self.rigs.all());
         self.senses.begin_episode();
+        self.drawings.clear();
         for pending in self.inbox.begin_anew(&[]) {
             let why = "another world was loaded before this was carried out";
             self.pen.write(pending.ended(Outcome::refused(why)));

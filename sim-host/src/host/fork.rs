@@ -46,12 +46,14 @@ impl Host {
     /// Everything that decides the future.
     pub(super) fn state(&self) -> SavedState {
         let (weather, dials) = self.standing.sky_and_dials(self.pen.entries());
+        let stamp = self.stamp(self.barrier.frame());
         let mut state = SavedState {
-            stamp: self.stamp(self.barrier.frame()),
+            stamp,
             map: map_sum(&self.config.episode),
             settings: self.settings,
             weather,
             dials,
+            shapes: self.drawings.save(stamp),
             decision: self.decided.as_ref().map(Decided::to_owned),
             pending: self.inbox.waiting(),
             ..SavedState::default()
@@ -121,6 +123,8 @@ impl Host {
         wishes.extend(hiding(self.world.visibility()));
         wishes.extend(state.dials.iter().copied().map(Wish::TrafficDial));
         self.retold.extend(wishes.into_iter().map(|w| Request::of_host(w).ended(Outcome::done(0))));
+        let drawn = self.drawings.restore(&state.shapes, self.coming());
+        self.retold.extend(drawn);
         let lost = self.rigs.orphans(|parent: ActorId| self.world.state(parent).is_some());
         self.take_down(lost);
     }

@@ -1,0 +1,167 @@
+// What is drawn over the world, into the colours of cameras: the twin of draw.rs. Nothing of it
+// runs while nothing is drawn.
+
+const ROWS_PER_DOT = 240u;
+const NEAR_M = 0.05;
+const BLACK = 0xff000000u;
+const ADVANCE = 6;
+const GLYPH_SIZE = vec2i(5, 7);
+
+// The most pixels; then 96 glyphs of two words, nodes, rods, texts: see `Resident::take_overlay`.
+@group(0) @binding(13) var<storage, read> overlay: array<vec4u>;
+const FIRST_GLYPH = 1u;
+const FIRST_OVERLAY_NODE = 49u;
+
+struct Mark {
+    t: f32,
+    color: u32,
+}
+
+fn nearer(mark: Mark, t: f32, color: u32) -> Mark {
+    if (t < mark.t || (t == mark.t && color < mark.color)) {
+        return Mark(t, color);
+    }
+    return mark;
+}
+
+fn meet_rod(index: u32, ray: Ray, pixel: f32, mark: Mark) -> Mark {
+    let place = frame.overlay.y + index * 3u;
+    let first = bitcast<vec4f>(overlay[place]);
+    let second = bitcast<vec4f>(overlay[place + 1u]);
+    let along = second.xyz - first.xyz;
+    let from_begin = ray.origin - first.xyz;
+    let a = dot(ray.direction, ray.direction);
+    let b = dot(ray.direction, along);
+    let c = dot(along, along);
+    let d = dot(ray.direction, from_begin);
+    let e = dot(along, from_begin);
+    let apart = a * c - b * b;
+    var share = 0.0;
+    if (apart > 1e-6 * a * c) {
+        share = clamp((a * e - b * d) / apart, 0.0, 1.0);
+    }
+    let t = (b * share - d) / a;
+    let gap = from_begin + ray.direction * t - along * share;
+    let reach = max(first.w, second.w * pixel * t);
+    let room = reach * reach - dot(gap, gap);
+    if (t > T_MIN && room >= 0.0) {
+        return nearer(mark, max(t - sqrt(room / a), T_MIN), overlay[place + 2u].x);
+    }
+    return mark;
+}
+
+// Where the ray enters a box that is as much wider as its rods may be.
+fn enter_widened(low: vec3f, high: vec3f, ray: Ray, inverse: vec3f, pixel: f32) -> bool {
+    let half = length(high - low) * 0.5;
+    let far = length((low + high) * 0.5 - ray.origin) + half;
+    let more = bitcast<f32>(overlay[0].x) * pixel * far;
+    return enter(low - more, high + more, ray.origin, inverse, FAR_AWAY) < FAR_AWAY;
+}
+
+fn meet_rods(ray: Ray, pixel: f32) -> Mark {
+    var mark = Mark(FAR_AWAY, NONE);
+    let inverse = inverse_of(ray.direction);
+    var height = 0u;
+    var link = frame.overlay.x;
+    loop {
+        if ((link & LEAF) != 0u) {
+            let first = link & 0x3ffffffu;
+            let end = first + ((link >> 26u) & 31u);
+            for (var index = first; index < end; index++) {
+                mark = meet_rod(index, ray, pixel, mark);
+            }
+        } else {
+            let place = FIRST_OVERLAY_NODE + link * 4u;
+            let a = overlay[place];
+            let b = overlay[place + 1u];
+            let c = bitcast<vec3f>(overlay[place + 2u].xyz);
+            let d = bitcast<vec3f>(overlay[place + 3u].xyz);
+            if (enter_widened(bitcast<vec3f>(a.xyz), bitcast<vec3f>(b.xyz), ray, inverse, pixel)) {
+                stack[height] = a.w;
+                height++;
+            }
+            if (enter_widened(c, d, ray, inverse, pixel)) {
+                stack[height] = b.w;
+                height++;
+            }
+        }
+        if (height == 0u) {
+            return mark;
+        }
+        height--;
+        link = stack[height];
+    }
+    return mark;
+}
+
+fn is_dot(place: u32, column: i32, row: i32) -> bool {
+    if (column < 0 || row < 0 || row >= GLYPH_SIZE.y) {
+        return false;
+    }
+    let letter = u32(column / ADVANCE);
+    let within = column % ADVANCE;
+    if (letter >= overlay[place + 1u].x || within >= GLYPH_SIZE.x) {
+        return false;
+    }
+    let word = overlay[place + 2u + letter / 16u][(letter / 4u) % 4u];
+    let glyph = (word >> (8u * (letter % 4u))) & 255u;
+    let words = overlay[FIRST_GLYPH + glyph / 2u];
+    let bit = u32(row * GLYPH_SIZE.x + within);
+    if (bit < 32u) {
+        return ((words[(glyph % 2u) * 2u] >> bit) & 1u) != 0u;
+    }
+    return ((words[(glyph % 2u) * 2u + 1u] >> (bit - 32u)) & 1u) != 0u;
+}
+
+fn meet_text(place: u32, camera: u32, x: u32, y: u32, mark: Mark) -> Mark {
+    let to = bitcast<vec3f>(overlay[place].xyz) - cameras[camera].origin.xyz;
+    let depth = dot(to, cameras[camera].forward.xyz);
+    let count = overlay[place + 1u].x;
+    if (depth < NEAR_M || count == 0u) {
+        return mark;
+    }
+    let side = f32(max(cameras[camera].height / ROWS_PER_DOT, 1u));
+    let pixel = cameras[camera].origin.w;
+    let scale = 1.0 / (pixel * pixel * depth);
+    let middle = vec2f(dot(to, cameras[camera].right.xyz), dot(to, cameras[camera].down.xyz)) * scale
+        + cameras[camera].center;
+    let half = vec2f(f32(count * u32(ADVANCE) - 1u), f32(GLYPH_SIZE.y)) * side * 0.5;
+    let at = vec2i(floor((vec2f(f32(x), f32(y)) - (middle - half)) / side));
+    if (is_dot(place, at.x, at.y)) {
+        return nearer(mark, depth, overlay[place].w);
+    }
+    if (overlay[place + 1u].y != 0u && is_dot(place, at.x - 1, at.y - 1)) {
+        return nearer(mark, depth, BLACK);
+    }
+    return mark;
+}
+
+// One thread a pixel, as `see`, after it.
+@compute @workgroup_size(8, 8)
+fn draw_over(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
+    let group = group_number(group_at);
+    if (group >= frame.groups.x) {
+        return;
+    }
+    let index = camera_of(group);
+    let width = cameras[index].width;
+    let across = cameras[index].groups_across;
+    let tile = group - cameras[index].first_group;
+    let x = tile % across * 8u + thread.x;
+    let y = tile / across * 8u + thread.y;
+    if (x >= width || y >= cameras[index].height || cameras[index].color == NONE) {
+        return;
+    }
+    let from_center = vec2f(f32(x), f32(y)) - cameras[index].center;
+    let direction = cameras[index].forward.xyz + cameras[index].right.xyz * from_center.x
+        + cameras[index].down.xyz * from_center.y;
+    let ray = Ray(cameras[index].origin.xyz, direction);
+    var mark = meet_rods(ray, cameras[index].origin.w);
+    for (var text = 0u; text < frame.overlay.w; text++) {
+        mark = meet_text(frame.overlay.z + text * 10u, index, x, y, mark);
+    }
+    // Whatever is nearer hides it.
+    if (mark.t < FAR_AWAY && closest(ray, mark.t, true).triangle == NONE) {
+        bytes_out[cameras[index].color + y * width + x] = mark.color;
+    }
+}
