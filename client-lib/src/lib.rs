@@ -18,6 +18,7 @@
 //! Metres, radians, seconds; right-handed, x forward, y left, z up. `carla_axes` alone knows
 //! CARLA's left hand and degrees.
 
+mod bones;
 pub mod carla_axes;
 mod client;
 mod draw;
@@ -29,18 +30,19 @@ mod physics;
 mod rig;
 mod view;
 
+pub use bones::{bone, bone_wishes};
 pub use bus::{
-    AckermannControl, AckermannSettings, ActorId, ActorState, Ask, Autopilot, BlueprintInfo,
-    CamReading, CamSpec, CollisionReading, Curve, DEPTH_FAR_M, Episode, Erase, FeelWeather, Frame,
-    Gear, GnssReading, GnssSpec, Guide, GuideStep, HideLayers, HideObjects, HoldLight, ImuReading,
-    ImuSpec, Instance, Interrupted, JournalEntry, LaneInvasionReading, LoadMap, MessageReading,
-    MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, Push,
-    RadioSpec, RigId, SHAPE_TEXT_BYTES, SHAPES_MAX, STRIDE, SensorSpec, SetDoors, SetLamps,
-    SetPhysics, SetVelocity, Settings, Shape, SnapshotHeader, Stamp, Strategy, Switch, TEXT_BYTES,
-    Teleport, TrafficDial, Transmit, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox,
-    VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel, Watch, Weather,
-    WheelTelemetry, Wish, clock, dial, flag, fourth, geodesy, guide, kind, lamp, layer, light,
-    output, part, radio, sensor, shape, tracer,
+    AckermannControl, AckermannSettings, ActorId, ActorState, Ask, Autopilot, BONES, BlendPose,
+    BlueprintInfo, CamReading, CamSpec, CollisionReading, Curve, DEPTH_FAR_M, Episode, Erase,
+    FeelWeather, Frame, Gear, GnssReading, GnssSpec, Guide, GuideStep, HideLayers, HideObjects,
+    HoldLight, ImuReading, ImuSpec, Instance, Interrupted, JournalEntry, LaneInvasionReading,
+    LoadMap, MessageReading, MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading,
+    OdometrySpec, Pose, Push, RadioSpec, RigId, SHAPE_TEXT_BYTES, SHAPES_MAX, STRIDE, SensorSpec,
+    SetBones, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings, Shape, SnapshotHeader, Stamp,
+    Strategy, Switch, TEXT_BYTES, Teleport, TrafficDial, Transmit, VehicleBody, VehicleControl,
+    VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel,
+    Watch, Weather, WheelTelemetry, Wish, clock, dial, flag, fourth, geodesy, guide, kind, lamp,
+    layer, light, output, part, radio, sensor, shape, tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use draw::Draw;

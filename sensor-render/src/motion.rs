@@ -44,7 +44,8 @@ impl World {
                 let before_from_now = was.pose.affine() * actor.pose.affine().inverse();
                 self.motions.actors.insert(actor.actor_id, before_from_now);
             }
-            pieces(scene, was, false, |level, world_from_piece| {
+            let poses = self.poses_before.as_ref().unwrap_or(&self.poses);
+            pieces(scene, was, poses, false, |level, world_from_piece| {
                 stood.insert((actor.actor_id.0, level), *world_from_piece);
             });
         }

@@ -3,9 +3,9 @@
 use std::{path::PathBuf, sync::Arc};
 
 use bus::{
-    ActorState, BundleHeader, Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name,
-    Page, Participant, RenderPorts, RigId, Role, SensorSpec, Snapshot, SnapshotHeader, Weather,
-    Wish, Writer, clock, fault, layout, sensor, status,
+    ActorState, BundleHeader, Episode, Event, Frame, GivenPoses, Instance, Interrupted,
+    JournalEntry, Name, Page, Participant, RenderPorts, RigId, Role, SensorSpec, Snapshot,
+    SnapshotHeader, Weather, Wish, Writer, clock, fault, layout, sensor, status,
 };
 use town::{Visibility, cache::Cache};
 
@@ -161,6 +161,8 @@ impl Renderer {
             if frame <= self.done {
                 // A predecessor measured it.
                 self.remember(&snapshot);
+                // What was given then is not known; most likely it is what stands now.
+                self.world.poses_before = None;
                 continue;
             }
             if every {
@@ -209,6 +211,7 @@ impl Renderer {
     fn remember(&mut self, snapshot: &Snapshot) {
         self.before.clear();
         self.before.extend_from_slice(snapshot.payload());
+        self.world.poses_before = Some(self.world.poses.clone());
     }
 
     fn measure_rigs(&mut self, snapshot: &Snapshot, begin_nanos: u64) -> Result<(), RenderError> {
@@ -325,6 +328,7 @@ impl Renderer {
                     self.weather = Weather::default();
                     self.hidden = Visibility::default();
                     self.gallery.clear();
+                    self.world.poses = GivenPoses::default();
                 }
                 Event::Entry(_, entry) if entry.outcome.status == status::DONE => {
                     self.obey(&entry)?;
@@ -337,7 +341,9 @@ impl Renderer {
 
     fn obey(&mut self, entry: &JournalEntry) -> Result<(), RenderError> {
         let id = RigId(entry.outcome.id);
-        match entry.command.wish() {
+        let wish = entry.command.wish();
+        wish.iter().for_each(|wish| self.world.poses.follow(wish));
+        match wish {
             Some(Wish::CreateRig(rig)) => self.rigs.announce(id, rig.parent, rig.sensor_count),
             // The host measures these itself.
             Some(Wish::Sensor(spec)) if sensor::is_born(spec.kind) => self.rigs.remove(id),

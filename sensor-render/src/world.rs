@@ -1,10 +1,10 @@
 use std::iter::repeat;
 use std::sync::Arc;
 
-use bus::{ActorState, STRIDE, Stamp, Weather, kind, lamp};
+use bus::{ActorState, GivenPoses, STRIDE, Stamp, Weather, flag, kind, lamp};
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3};
-use town::Posture;
+use town::{Given, Posture};
 
 use crate::bvh::{Hierarchy, Link, Node, moved_box};
 use crate::motion::Motions;
@@ -60,6 +60,10 @@ pub struct World {
     pub(crate) motions: Motions,
     /// What is drawn over all that.
     pub(crate) overlay: Arc<Overlay>,
+    /// The poses that clients gave walkers.
+    pub(crate) poses: GivenPoses,
+    /// Those of the frame before, if they were others.
+    pub(crate) poses_before: Option<GivenPoses>,
 }
 
 impl World {
@@ -112,7 +116,7 @@ impl World {
                 level: 0,
                 reserved: [0; 3],
             };
-            pieces(scene, actor, is_parked, |level, world_from_piece| {
+            pieces(scene, actor, &self.poses, is_parked, |level, world_from_piece| {
                 let bottom = &scene.levels[level as usize];
                 boxes.push(moved_box(world_from_piece, bottom.low, bottom.high));
                 let actor_from_world = rows(&world_from_piece.inverse());
@@ -134,6 +138,7 @@ impl World {
 pub(crate) fn pieces(
     scene: &Scene,
     actor: &ActorState,
+    poses: &GivenPoses,
     is_parked: bool,
     mut show: impl FnMut(u32, &Affine3A),
 ) {
@@ -151,7 +156,7 @@ pub(crate) fn pieces(
     match (&figure.rig, figure.whole.filter(|_| is_parked)) {
         (_, Some(whole)) => show(whole, &world_from_actor),
         (None, None) => show(first, &world_from_actor),
-        (Some(rig), None) => rig.place(&posture_of(actor), |piece, actor_from_piece| {
+        (Some(rig), None) => rig.place(&posture_of(actor, poses), |piece, actor_from_piece| {
             let level = first + piece as u32;
             if actor_from_piece == Affine3A::IDENTITY {
                 show(level, &world_from_actor);
@@ -163,7 +168,7 @@ pub(crate) fn pieces(
 }
 
 /// How an actor holds itself.
-fn posture_of(actor: &ActorState) -> Posture {
+fn posture_of<'a>(actor: &ActorState, poses: &'a GivenPoses) -> Posture<'a> {
     let is_walker = actor.kind == kind::WALKER;
     Posture {
         steer_rad: actor.wheel_steer_rad,
@@ -171,6 +176,11 @@ fn posture_of(actor: &ActorState) -> Posture {
         doors: actor.doors,
         stride: if is_walker { actor.phase as f32 / STRIDE as f32 } else { 0.0 },
         speed_mps: if is_walker { actor.velocity().truncate().length() } else { 0.0 },
+        given: if actor.has(flag::POSED) {
+            poses.of(actor.actor_id).map(|to| Given { share: to.share, bones: &to.bones })
+        } else {
+            None
+        },
     }
 }
 

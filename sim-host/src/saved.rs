@@ -4,8 +4,8 @@
 //! and the map that made it.
 
 use bus::{
-    ActorState, Command, Episode, HideObjects, LightState, Name, Settings, Stamp, TrafficDial,
-    TrafficHeader, VehicleControl, Weather,
+    ActorState, BlendPose, Command, Episode, GivenPoses, HideObjects, LightState, Name, SetBones,
+    Settings, Stamp, TrafficDial, TrafficHeader, VehicleControl, Weather, Wish,
 };
 use bytemuck::{Pod, Zeroable};
 
@@ -36,6 +36,10 @@ pub struct SavedState {
     pub hidden_objects: Vec<HideObjects>,
     /// What is drawn over the world.
     pub shapes: Vec<SavedShape>,
+    /// Poses that clients gave walkers, and how much of each shows.
+    pub bones: Vec<SetBones>,
+    /// The latter.
+    pub blends: Vec<BlendPose>,
     /// The id given out last.
     pub last_actor: u32,
     /// Every actor, by id.
@@ -92,6 +96,8 @@ struct Head {
     hidden_layers: u32,
     is_weather_felt: u32,
     hidden_objects: u64,
+    bones: u64,
+    blends: u64,
     dials: u64,
     shapes: u64,
     actors: u64,
@@ -137,6 +143,8 @@ impl SavedState {
             hidden_layers: self.hidden_layers,
             is_weather_felt: self.is_weather_felt.into(),
             hidden_objects: self.hidden_objects.len() as u64,
+            bones: self.bones.len() as u64,
+            blends: self.blends.len() as u64,
             dials: self.dials.len() as u64,
             shapes: self.shapes.len() as u64,
             actors: self.actors.len() as u64,
@@ -146,8 +154,10 @@ impl SavedState {
             header,
             sum: 0,
         };
-        let parts: [&[u8]; 8] = [
+        let parts: [&[u8]; 10] = [
             bytemuck::cast_slice(&self.hidden_objects),
+            bytemuck::cast_slice(&self.bones),
+            bytemuck::cast_slice(&self.blends),
             bytemuck::cast_slice(&self.dials),
             bytemuck::cast_slice(&self.shapes),
             bytemuck::cast_slice(&self.actors),
@@ -181,6 +191,8 @@ impl SavedState {
         }
         let mut rest = body;
         let hidden_objects = list(&mut rest, head.hidden_objects)?;
+        let bones = list(&mut rest, head.bones)?;
+        let blends = list(&mut rest, head.blends)?;
         let dials = list(&mut rest, head.dials)?;
         let shapes = list(&mut rest, head.shapes)?;
         let actors: Vec<ActorState> = list(&mut rest, head.actors)?;
@@ -199,6 +211,8 @@ impl SavedState {
             is_weather_felt: head.is_weather_felt != 0,
             hidden_layers: head.hidden_layers,
             hidden_objects,
+            bones,
+            blends,
             dials,
             shapes,
             last_actor: head.last_actor,
@@ -208,6 +222,23 @@ impl SavedState {
             decision: (head.decision != 0).then_some((head.header, payload)),
             pending,
         })
+    }
+
+    /// Keeps the poses that clients gave walkers.
+    pub(crate) fn set_poses(&mut self, poses: &GivenPoses) {
+        for wish in poses.wishes() {
+            match wish {
+                Wish::SetBones(set) => self.bones.push(set),
+                Wish::BlendPose(blend) => self.blends.push(blend),
+                _ => {}
+            }
+        }
+    }
+
+    /// The wishes that give these poses again.
+    pub(crate) fn poses(&self) -> impl Iterator<Item = Wish> {
+        let bones = self.bones.iter().copied().map(Wish::SetBones);
+        bones.chain(self.blends.iter().copied().map(Wish::BlendPose))
     }
 
     /// What traffic decided: controls, lights, mind.
@@ -247,6 +278,8 @@ mod tests {
             hidden_objects: vec![HideObjects::default(); 2],
             dials: vec![TrafficDial::default()],
             shapes: vec![bytemuck::Zeroable::zeroed(); 2],
+            bones: vec![SetBones::default(); 2],
+            blends: vec![BlendPose::default()],
             weather: Some(Weather::default()),
             actors: vec![ActorState::default(); 2],
             roles: vec![Name::new("a"), Name::new("b")],

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use bus::{
-    ActorId, Frame, HideLayers, HideObjects, JournalEntry, Outcome, PIPELINE_MAX, RigId, Stamp,
-    TrafficDial, Weather, Wish, dial, status,
+    ActorId, Frame, GivenPoses, HideLayers, HideObjects, JournalEntry, Outcome, PIPELINE_MAX,
+    RigId, Stamp, TrafficDial, Weather, Wish, dial, status,
 };
 use town::Visibility;
 
@@ -24,6 +24,8 @@ struct Sediment {
     /// What of the town is switched off.
     hidden: Visibility,
     drawings: Drawings,
+    /// The poses that clients gave walkers.
+    poses: GivenPoses,
 }
 
 impl Sediment {
@@ -31,7 +33,9 @@ impl Sediment {
         if entry.outcome.status != status::DONE {
             return;
         }
-        match entry.command.wish() {
+        let wish = entry.command.wish();
+        wish.iter().for_each(|wish| self.poses.follow(wish));
+        match wish {
             Some(Wish::CreateRig(_)) => {
                 self.open_rig = RigId(entry.outcome.id);
                 self.rigs.insert(self.open_rig, vec![*entry]);
@@ -79,8 +83,8 @@ impl Sediment {
     fn entries(&self) -> Vec<JournalEntry> {
         let settings = self.map.iter().chain(&self.settings).chain(&self.weather).copied();
         let dials = self.dials.values().copied();
-        let hidden = hiding(&self.hidden).into_iter();
-        let hidden = hidden.map(|wish| Request::of_host(wish).ended(Outcome::done(0)));
+        let shown = hiding(&self.hidden).into_iter().chain(self.poses.wishes());
+        let hidden = shown.map(|wish| Request::of_host(wish).ended(Outcome::done(0)));
         let drawn = self.drawings.entries();
         let rigs = self.rigs.values().flatten().copied();
         settings.chain(dials).chain(hidden).chain(drawn).chain(rigs).collect()
@@ -162,7 +166,7 @@ impl Standing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::{CreateRig, Name, Outcome, SensorSpec, Shape, shape};
+    use bus::{BlendPose, CreateRig, Name, Outcome, SensorSpec, SetBones, Shape, shape};
 
     fn at(frame: u64) -> Stamp {
         Stamp { frame: Frame(frame), sim_time_nanos: frame * 100, ..Stamp::default() }
@@ -195,6 +199,23 @@ mod tests {
         }
         let ((at, entries), after) = standing.since(Frame(9));
         assert_eq!((at, entries, after), (Frame(9), rig(2), vec![]));
+    }
+
+    #[test]
+    fn poses_stand_until_their_walker_is_gone() {
+        let mut standing = Standing::default();
+        let set = |first| SetBones { actor_id: ActorId(3), first, count: 6, ..SetBones::default() };
+        let blend = Wish::BlendPose(BlendPose { actor_id: ActorId(3), share: 1.0 });
+        let wishes = [Wish::SetBones(set(0)), Wish::SetBones(set(6)), blend];
+        standing.close(at(1), wishes.iter().map(|wish| entry(*wish, 3)).collect());
+        standing.close(at(2), vec![entry(Wish::SetBones(set(6)), 3)]);
+        let told = |standing: &Standing, frame| {
+            let ((_, entries), _) = standing.since(Frame(frame));
+            entries.iter().filter_map(|entry| entry.command.wish()).collect::<Vec<_>>()
+        };
+        assert_eq!(told(&standing, 2), wishes);
+        standing.close(at(3), vec![entry(Wish::Destroy(ActorId(3)), 3)]);
+        assert_eq!(told(&standing, 3), []);
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use bus::{
-    ACTORS_MAX, ActorId, ActorState, GUIDE_STEPS, Guide, HideObjects, LightState, Name, Pose,
-    STRIDE, Settings, Spawn, Stamp, VehicleControl, Wish, flag, guide, kind, lamp, light,
+    ACTORS_MAX, ActorId, ActorState, GUIDE_STEPS, GivenPoses, Guide, HideObjects, LightState, Name,
+    Pose, STRIDE, Settings, Spawn, Stamp, VehicleControl, Wish, flag, guide, kind, lamp, light,
 };
 use glam::Vec3;
 use town::{BLOCK_OBJECTS, Blueprint, Kind, Layer, Town, Visibility};
@@ -17,6 +17,7 @@ use crate::{
 };
 use cast::Cast;
 
+mod bones;
 mod cast;
 mod outside;
 #[cfg(test)]
@@ -34,6 +35,8 @@ pub struct World {
     seed: u64,
     place: Arc<Place>,
     visibility: Visibility,
+    /// The poses that clients gave walkers.
+    poses: GivenPoses,
     /// The sky decides how much wheels grip.
     is_weather_felt: bool,
     /// What they would grip then.
@@ -90,6 +93,7 @@ impl World {
             seed,
             place,
             visibility: Visibility::default(),
+            poses: GivenPoses::default(),
             is_weather_felt: false,
             weather_grip: 1.0,
         };
@@ -176,6 +180,8 @@ impl World {
                 state.doors = to.open;
                 Ok(to.actor_id.0)
             }
+            Wish::SetBones(to) => self.set_bones(to),
+            Wish::BlendPose(to) => self.blend_pose(to),
             Wish::HoldLight(to) => {
                 let actor = self.actors.get_mut(to.actor_id);
                 let light = actor
@@ -324,6 +330,7 @@ impl World {
     fn destroy(&mut self, id: ActorId) -> Result<(), String> {
         self.movable(id)?;
         self.actors.remove(id);
+        self.poses.follow(&Wish::Destroy(id));
         self.physics.destroy(id).map_err(|e| e.to_string())
     }
 
@@ -500,6 +507,7 @@ impl World {
             hidden.map(|(block, bits)| HideObjects { block, hidden: 1, bits: *bits }).collect();
         state.actors = self.states().to_vec();
         state.roles = self.actors.roles().to_vec();
+        state.set_poses(&self.poses);
         state.physics = self.physics.save();
     }
 
@@ -512,6 +520,8 @@ impl World {
             self.actors.insert(*actor, *role);
         }
         self.last_actor = state.last_actor;
+        self.poses = GivenPoses::default();
+        state.poses().for_each(|wish| self.poses.follow(&wish));
         self.visibility = Visibility::default();
         self.visibility.set_layers(state.hidden_layers, true);
         self.is_weather_felt = state.is_weather_felt;

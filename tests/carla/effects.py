@@ -861,13 +861,58 @@ def walks(c):
             "Actor.get_bone_relative_transforms",
             "66 bones by CARLA's names, the head above the feet; at rest a bone's axes are the "
             "actor's, and a vehicle's bones are its parts")
-    ignored("nothing: bones follow the walk", {
-        "Walker.blend_pose": lambda: walker.blend_pose(0.5),
-        "Walker.show_pose": walker.show_pose,
-        "Walker.hide_pose": walker.hide_pose,
-        "Walker.get_pose_from_animation": walker.get_pose_from_animation,
-        "Walker.set_bones": lambda: walker.set_bones(carla.WalkerBoneControlIn()),
-    })
+    walker.destroy()
+
+
+@check
+def holds_poses(c):
+    blueprint = c.library.filter("walker.pedestrian.*")[0]
+    walker = c.world.spawn_actor(blueprint, c.points[5])
+    c.ticks(2)
+
+    def bones():
+        c.ticks(2)
+        return {bone.name: bone for bone in walker.get_bones().bone_transforms}
+
+    def lift():
+        now = bones()
+        hand, arm = now["crl_hand__L"].component.location, now["crl_arm__L"].component.location
+        return hand.z - arm.z, hand.y - arm.y
+
+    rest = bones()
+    hangs, _ = lift()
+    assert hangs < -0.4, hangs
+    up = rest["crl_arm__L"].relative
+    up.rotation.roll += 170.0
+    walker.set_bones(carla.WalkerBoneControlIn([("crl_arm__L", up)]))
+    near(lift()[0], hangs, 1e-4)
+    walker.blend_pose(1.0)
+    near(lift()[0], -hangs, 0.05)
+    near(bones()["crl_arm__L"].relative.location.distance(up.location), 0.0, 1e-3)
+    differs("Walker.set_bones WalkerBoneControlIn",
+            "an arm against its shoulder, shown straight up; at rest a bone's axes are the actor's")
+    walker.blend_pose(0.5)
+    half, aside = lift()
+    assert abs(half) < 0.15 and aside < -0.3, (half, aside)
+    walker.hide_pose()
+    near(lift()[0], hangs, 1e-4)
+    walker.show_pose()
+    near(lift()[0], -hangs, 0.05)
+    works("Walker.blend_pose Walker.show_pose Walker.hide_pose",
+          "the arm hangs, stands out to the side at a half, and points up")
+    walker.hide_pose()
+    walker.apply_control(carla.WalkerControl(carla.Vector3D(x=1.0), 1.5))
+    for _ in range(40):
+        thigh = bones()["crl_thigh__L"].relative.rotation.pitch
+        if abs(thigh) > 10.0:
+            break
+    assert abs(thigh) > 10.0, thigh
+    walker.get_pose_from_animation()
+    walker.show_pose()
+    c.ticks(2)
+    held = [bones()["crl_thigh__L"].relative.rotation.pitch for _ in range(10)]
+    assert max(held) - min(held) < 0.1 and abs(held[0]) > 5.0, (thigh, held)
+    works("Walker.get_pose_from_animation", "the step that it was in, held while it walks on")
     walker.destroy()
 
 

@@ -3,6 +3,7 @@
 mod kit;
 
 mod alone;
+mod bones;
 mod carla;
 mod crash;
 mod draw;

@@ -213,6 +213,8 @@ fn of_nobody(actor_id: ActorId, list: &mut List) {
     let to = bus::Guide { actor_id, anew: 1, ..Default::default() };
     dead("Guide", Wish::Guide(to));
     dead("SetDoors", Wish::SetDoors(SetDoors { actor_id, open: 0 }));
+    dead("SetBones", Wish::SetBones(bus::SetBones { actor_id, count: 1, ..Default::default() }));
+    dead("BlendPose", Wish::BlendPose(bus::BlendPose { actor_id, share: 0.5 }));
     dead("Ask", Wish::Ask(Ask { actor_id, part: part::BODY, ..Default::default() }));
     dead("SetBody", Wish::SetBody(bus::VehicleBody { actor_id, ..Default::default() }));
     dead("SetEngine", Wish::SetEngine(bus::VehicleEngine { actor_id, ..Default::default() }));

@@ -120,6 +120,8 @@ pub mod flag {
     pub const FRAIL: u32 = 1 << 7;
     /// A walker: it fell, and lies.
     pub const DOWN: u32 = 1 << 8;
+    /// A walker: some of a pose that clients gave it shows.
+    pub const POSED: u32 = 1 << 9;
 }
 
 /// Of a walker, [`ActorState::phase`] counts so many to a stride.

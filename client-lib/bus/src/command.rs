@@ -3,10 +3,10 @@ use glam::Vec3;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    AckermannControl, AckermannSettings, ActorId, Ask, Drawn, Erase, FeelWeather, FilePath,
-    LoadMap, Name, Pose, Push, RigId, SensorSpec, Shape, Stamp, StartRecorder, StartReplay,
-    StopReplay, Switch, Transmit, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox,
-    VehicleSteering, VehicleTelemetry, VehicleWheel, WheelTelemetry,
+    AckermannControl, AckermannSettings, ActorId, Ask, BlendPose, Drawn, Erase, FeelWeather,
+    FilePath, LoadMap, Name, Pose, Push, RigId, SensorSpec, SetBones, Shape, Stamp, StartRecorder,
+    StartReplay, StopReplay, Switch, Transmit, VehicleBody, VehicleControl, VehicleEngine,
+    VehicleGearbox, VehicleSteering, VehicleTelemetry, VehicleWheel, WheelTelemetry,
 };
 
 /// Header of a batch of [`Command`]s or [`VehicleControl`]s from one client.
@@ -121,7 +121,7 @@ macro_rules! answers {
 
 answers! {
     VehicleBody, VehicleEngine, VehicleGearbox, VehicleSteering, VehicleWheel, VehicleTelemetry,
-    WheelTelemetry, AckermannSettings, Drawn
+    AckermannSettings, BlendPose, Drawn, SetBones, WheelTelemetry
 }
 
 /// One line of a frame's journal: who wished what, and what became of it.
@@ -267,6 +267,10 @@ wishes! {
     Draw(Shape) = 44,
     /// Forget what was drawn.
     Erase(Erase) = 45,
+    /// Set bones of the pose that a client gives a walker.
+    SetBones(SetBones) = 46,
+    /// How much of a given pose shows.
+    BlendPose(BlendPose) = 47,
     /// Write down what happens from the next frame on.
     StartRecorder(StartRecorder) = 100,
     /// Close the recording.

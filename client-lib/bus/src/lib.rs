@@ -6,6 +6,7 @@
 //! Everything is SI and radians, right-handed, z up; names carry their units.
 
 mod actor;
+mod bones;
 mod born;
 mod command;
 mod drawing;
@@ -22,6 +23,7 @@ mod vehicle;
 pub use actor::{
     ACTORS_MAX, ActorId, ActorState, Pose, STRIDE, VehicleControl, flag, kind, lamp, light, parts,
 };
+pub use bones::{BONES, BlendPose, GivenPose, GivenPoses, SetBones, WISH_BONES};
 pub use born::{
     BornSpec, CollisionReading, CollisionSpec, GnssReading, GnssSpec, ImuReading, ImuSpec,
     LaneInvasionReading, LaneInvasionSpec, ObstacleReading, ObstacleSpec, OdometryReading,

@@ -38,6 +38,10 @@ pub mod part {
     pub const WHEEL_TELEMETRY: u32 = 7;
     /// [`crate::AckermannSettings`].
     pub const ACKERMANN: u32 = 8;
+    /// [`crate::SetBones`]: the given pose, six bones from the one that is asked for on.
+    pub const BONES: u32 = 9;
+    /// [`crate::BlendPose`].
+    pub const BLEND: u32 = 10;
 }
 
 /// How a vehicle drives.

@@ -122,6 +122,7 @@ impl Host {
         wishes.push(Wish::SetWeather(state.weather.unwrap_or_default()));
         wishes.extend(hiding(self.world.visibility()));
         wishes.extend(state.dials.iter().copied().map(Wish::TrafficDial));
+        wishes.extend(self.world.poses().wishes());
         self.retold.extend(wishes.into_iter().map(|w| Request::of_host(w).ended(Outcome::done(0))));
         let drawn = self.drawings.restore(&state.shapes, self.coming());
         self.retold.extend(drawn);

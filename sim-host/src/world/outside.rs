@@ -71,6 +71,11 @@ impl World {
 
     fn answer_or_why(&mut self, ask: &Ask) -> Result<Outcome, String> {
         let (id, index) = (ask.actor_id, ask.index);
+        match ask.part {
+            part::BONES => return self.tell_bones(id, index),
+            part::BLEND => return self.tell_blend(id),
+            _ => {}
+        }
         self.driver(id)?;
         let physics = || self.physics.vehicle_physics(id).map_err(words);
         Ok(match ask.part {

@@ -1,6 +1,7 @@
 use bus::{
-    Autopilot, FeelWeather, Name, Pose, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings,
-    Spawn, Stamp, Switch, Teleport, VehicleControl, Weather, Wish, flag, lamp,
+    Autopilot, BlendPose, FeelWeather, GivenPoses, Name, Pose, SetBones, SetDoors, SetLamps,
+    SetPhysics, SetVelocity, Settings, Spawn, Stamp, Switch, Teleport, VehicleControl, Weather,
+    Wish, flag, lamp,
 };
 use glam::Vec3;
 
@@ -157,4 +158,69 @@ fn who_is_run_into_at_rest_says_so() {
     world.apply(&Wish::Destroy(actor_id)).unwrap();
     run(&mut world, 1);
     assert!(!is_hit(&world));
+}
+
+fn spawned(world: &mut World, blueprint: &str, x: f32) -> bus::ActorId {
+    let pose = Pose::new(Vec3::X * x, glam::Quat::IDENTITY);
+    let spawn = Spawn { blueprint: Name::new(blueprint), pose, ..Spawn::default() };
+    bus::ActorId(world.apply(&Wish::Spawn(spawn)).unwrap())
+}
+
+#[test]
+fn poses_are_given_to_walkers_alone_and_are_part_of_a_saved_state() {
+    let mut world = plain();
+    let walker = spawned(&mut world, "walker.pedestrian.0001", 0.0);
+    let car = spawned(&mut world, "vehicle.tesla.model3", 10.0);
+    let hash = |world: &World| world.physics().hash();
+    let before = hash(&world);
+    let up = Pose::new(Vec3::Y * 0.1, glam::Quat::from_rotation_x(3.0));
+    let good = SetBones { parent_from_bones: [up; 6], count: 6, ..SetBones::default() };
+    let mut refused = |set: SetBones, why: &str| {
+        let said = world.apply(&Wish::SetBones(set)).unwrap_err();
+        assert!(said.contains(why), "{said}");
+    };
+    refused(SetBones { actor_id: car, ..good }, "no walker");
+    refused(SetBones { actor_id: bus::ActorId(99), ..good }, "never spawned");
+    let good = SetBones { actor_id: walker, ..good };
+    refused(SetBones { first: 61, ..good }, "it has 66");
+    refused(SetBones { first: u32::MAX, ..good }, "it has 66");
+    refused(SetBones { count: 0, ..good }, "1 to 6");
+    refused(SetBones { count: 7, ..good }, "1 to 6");
+    for bad in [
+        Pose { position_m: [f32::NAN, 0.0, 0.0], ..up },
+        Pose { position_m: [30.0, 0.0, 0.0], ..up },
+        Pose { rotation: [0.0; 4], ..up },
+    ] {
+        let mut set = good;
+        set.parent_from_bones[5] = bad;
+        refused(set, "crl_arm__L");
+    }
+    let blend = |share| Wish::BlendPose(BlendPose { actor_id: walker, share });
+    for bad in [-0.1, 1.1, f32::NAN, f32::INFINITY] {
+        world.apply(&blend(bad)).unwrap_err();
+    }
+    assert_eq!(world.poses(), &GivenPoses::default(), "what was refused left nothing");
+
+    world.apply(&Wish::SetBones(SetBones { first: 5, count: 1, ..good })).unwrap();
+    world.apply(&blend(0.25)).unwrap();
+    assert!(world.state(walker).unwrap().has(flag::POSED));
+    assert_eq!(hash(&world), before, "bodies do not feel it");
+    let told: SetBones = world.tell_bones(walker, 0).unwrap().answered().unwrap();
+    assert_eq!((told.count, told.parent_from_bones[5]), (6, up));
+    let rest: SetBones = world.tell_bones(walker, 60).unwrap().answered().unwrap();
+    assert_eq!((rest.count, rest.parent_from_bones[0].rotation()), (6, glam::Quat::IDENTITY));
+    assert!(world.tell_bones(walker, 66).is_err() && world.tell_bones(car, 0).is_err());
+
+    let mut state = SavedState::default();
+    world.save_into(&mut state);
+    let state = SavedState::from_bytes(&state.to_bytes(), 0).unwrap();
+    let mut other = plain();
+    other.restore(&state).unwrap();
+    assert_eq!(other.poses(), world.poses());
+    assert!(other.state(walker).unwrap().has(flag::POSED));
+
+    world.apply(&blend(0.0)).unwrap();
+    assert!(!world.state(walker).unwrap().has(flag::POSED));
+    world.apply(&Wish::Destroy(walker)).unwrap();
+    assert_eq!(world.poses(), &GivenPoses::default());
 }

@@ -1,11 +1,17 @@
 //! Bones of walkers, and the parts of vehicles that move, as clients see them.
 
-use client_lib::{ActorState, Pose};
-use glam::Affine3A;
-use town::{Blueprint, Kind, Posture};
+use client_lib::{ActorId, ActorState, BlendPose, Pose, Wish, bone, bone_wishes, flag, kind};
+use glam::{Affine3A, Quat, Vec3};
+use town::{Blueprint, Given, Kind, Posture};
 
 use super::{Call, actors::unknown};
-use crate::{args::Refusal, wire::write_transform};
+use crate::{
+    args::Refusal,
+    wire::{transform, write_transform},
+};
+
+/// A given pose: how much of it shows, and `parent_from_bone` of each bone.
+type Held = (f32, Vec<Option<(Vec3, Quat)>>);
 
 /// A bone: its name, and its pose in the actor and against its parent.
 struct Bone {
@@ -54,8 +60,76 @@ pub(super) fn all(call: &mut Call) -> Result<(), Refusal> {
     Ok(())
 }
 
+/// `WalkerBoneControlIn`: names, each with its transform against the parent.
+pub(super) fn set(call: &mut Call) -> Result<(), Refusal> {
+    let id = walker(call, "set_bones_transform")?;
+    let mut list = call.args.list()?.list()?;
+    let mut bones = Vec::with_capacity(list.len());
+    while list.len() > 0 {
+        let mut one = list.list()?;
+        let name = one.text()?;
+        let number = bone(name).ok_or_else(|| format!("walkers have no bone {name:?}"))?;
+        bones.push((number, transform(&mut one)?));
+    }
+    bone_wishes(ActorId(id), &bones).into_iter().for_each(|wish| call.bridge.wish(wish));
+    Ok(())
+}
+
+/// How much of the given pose shows.
+pub(super) fn blend(call: &mut Call) -> Result<(), Refusal> {
+    let id = walker(call, "blend_pose")?;
+    let share = call.args.f32()?;
+    if !(0.0..=1.0).contains(&share) {
+        return Err(format!("blend is {share}, not 0 to 1").into());
+    }
+    call.bridge.wish(Wish::BlendPose(BlendPose { actor_id: ActorId(id), share }));
+    Ok(())
+}
+
+/// The pose that the walk has just now is the given one.
+pub(super) fn keep(call: &mut Call) -> Result<(), Refusal> {
+    let id = walker(call, "get_pose_from_animation")?;
+    let (state, blueprint) = who(call, "get_pose_from_animation", id)?;
+    let skeleton = blueprint.skeleton().ok_or("it has no bones")?;
+    let held = skeleton.parent_from_bones(&posture_of(blueprint, &state, None));
+    let bones: Vec<_> =
+        held.iter().zip(0..).map(|((at, turn), bone)| (bone, Pose::new(*at, *turn))).collect();
+    bone_wishes(ActorId(id), &bones).into_iter().for_each(|wish| call.bridge.wish(wish));
+    Ok(())
+}
+
+/// The walker that a call is about; one that no snapshot shows yet is known by its blueprint.
+fn walker(call: &mut Call, function: &str) -> Result<u32, Refusal> {
+    let id = call.args.u32()?;
+    let (_, blueprint) = who(call, function, id)?;
+    if blueprint.kind != Kind::Walker {
+        return Err(format!("{function}: {id} is no walker").into());
+    }
+    Ok(id)
+}
+
 fn bones(call: &mut Call, function: &str) -> Result<(Pose, Vec<Bone>), Refusal> {
     let id = call.args.u32()?;
+    let (state, blueprint) = who(call, function, id)?;
+    let given = given(call, &state)?;
+    Ok((state.pose, bones_of(blueprint, &state, given.as_ref())))
+}
+
+/// The pose that clients gave a walker, if any of it shows: the host knows it.
+fn given(call: &mut Call, state: &ActorState) -> Result<Option<Held>, Refusal> {
+    if state.kind != kind::WALKER || !state.has(flag::POSED) {
+        return Ok(None);
+    }
+    let (bones, share) = call.bridge.client.given_pose(state.actor_id)?;
+    let bones = bones.iter().map(|pose| Some((pose.position(), pose.rotation()))).collect();
+    Ok(Some((share, bones)))
+}
+
+fn who(
+    call: &mut Call,
+    function: &str,
+    id: u32,
+) -> Result<(ActorState, &'static Blueprint), Refusal> {
     let state = call.bridge.state(id).ok_or_else(|| unknown(function, id))?;
     let blueprint = call
         .bridge
@@ -63,11 +137,11 @@ fn bones(call: &mut Call, function: &str) -> Result<(Pose, Vec<Bone>), Refusal> 
         .and_then(|name| town::blueprint(&name))
         .ok_or("it has no body, so it has no bones")?
         .1;
-    Ok((state.pose, bones_of(blueprint, &state)))
+    Ok((state, blueprint))
 }
 
-fn bones_of(blueprint: &Blueprint, state: &ActorState) -> Vec<Bone> {
-    let posture = posture_of(blueprint, state);
+fn bones_of(blueprint: &Blueprint, state: &ActorState, given: Option<&Held>) -> Vec<Bone> {
+    let posture = posture_of(blueprint, state, given);
     if let Some(skeleton) = blueprint.skeleton() {
         let placed = skeleton.actor_from_bones(&posture);
         let bone = |(index, bone): (usize, &town::Bone)| Bone {
@@ -92,7 +166,11 @@ fn bones_of(blueprint: &Blueprint, state: &ActorState) -> Vec<Bone> {
     all
 }
 
-fn posture_of(blueprint: &Blueprint, state: &ActorState) -> Posture {
+fn posture_of<'a>(
+    blueprint: &Blueprint,
+    state: &ActorState,
+    given: Option<&'a Held>,
+) -> Posture<'a> {
     let is_walker = blueprint.kind == Kind::Walker;
     Posture {
         steer_rad: state.wheel_steer_rad,
@@ -100,6 +178,7 @@ fn posture_of(blueprint: &Blueprint, state: &ActorState) -> Posture {
         doors: state.doors,
         stride: if is_walker { state.phase as f32 / client_lib::STRIDE as f32 } else { 0.0 },
         speed_mps: state.velocity().truncate().length(),
+        given: given.map(|(share, bones)| Given { share: *share, bones }),
     }
 }
 

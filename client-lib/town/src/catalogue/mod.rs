@@ -28,7 +28,7 @@ use road::{Mesh, Tag};
 pub use attribute::{Attribute, AttributeType};
 pub use gltf::{MeshFault, replaced};
 pub use looks::Looks;
-pub use rig::{Joint, Motion, Posture, Rig};
+pub use rig::{Given, Joint, Motion, Posture, Rig};
 pub use skeleton::{Bone, Skeleton, stride_m};
 
 /// What kind of thing a blueprint makes.

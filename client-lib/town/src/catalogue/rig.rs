@@ -92,7 +92,7 @@ pub struct PedalLeg {
 
 /// What decides how an actor holds itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Posture {
+pub struct Posture<'a> {
     /// How far steered wheels are turned, positive to the left.
     pub steer_rad: f32,
     /// How far wheels have rolled, modulo one turn.
@@ -103,6 +103,18 @@ pub struct Posture {
     pub stride: f32,
     /// Over ground. Metres per second.
     pub speed_mps: f32,
+    /// What a walker was told to hold beside its walk.
+    pub given: Option<Given<'a>>,
+}
+
+/// A pose that a walker was given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Given<'a> {
+    /// How much of it shows: 0 the walk alone, 1 it alone.
+    pub share: f32,
+    /// By bone, `parent_from_bone` of those that were set: where it begins, and how it is turned.
+    /// The others are as at rest.
+    pub bones: &'a [Option<(Vec3, Quat)>],
 }
 
 impl Joint {

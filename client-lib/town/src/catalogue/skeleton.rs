@@ -6,7 +6,7 @@ use std::f32::consts::TAU;
 
 use glam::{Affine3A, Quat, Vec3, vec3};
 
-use super::rig::Posture;
+use super::rig::{Given, Posture};
 
 /// A bone at rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -138,6 +138,48 @@ impl Skeleton {
                 placed.translation.z -= lowest;
             }
         }
+        if let Some(given) = &posture.given {
+            self.blend(given, &mut actor_from_rest[..count]);
+        }
+    }
+
+    /// Turns and shifts each bone against its parent towards the given pose.
+    fn blend(&self, given: &Given, actor_from_rest: &mut [Affine3A]) {
+        let walk = actor_from_rest.to_vec();
+        for index in 0..walk.len() {
+            let Bone { parent, at_m, .. } = self.bones[index];
+            let is_root = index == parent;
+            let (begins, parent_from_actor) = if is_root {
+                (Vec3::ZERO, Affine3A::IDENTITY)
+            } else {
+                (self.bones[parent].at_m, walk[parent].inverse())
+            };
+            // Where it begins and how it is turned, against the parent.
+            let own = parent_from_actor * walk[index];
+            let turn = Quat::from_mat3a(&own.matrix3);
+            let at = own.transform_point3(at_m) - begins;
+            let set = given.bones.get(index).copied().flatten();
+            let (to, to_turn) = set.unwrap_or((at_m - begins, Quat::IDENTITY));
+            let turn = turn.slerp(to_turn.normalize(), given.share).normalize();
+            let at = at.lerp(to, given.share) + begins;
+            let own = Affine3A::from_rotation_translation(turn, at - turn * at_m);
+            actor_from_rest[index] = if is_root { own } else { actor_from_rest[parent] * own };
+        }
+    }
+
+    /// `parent_from_bone` of every bone as it is held: where it begins, and how it is turned.
+    pub fn parent_from_bones(&self, posture: &Posture) -> Vec<(Vec3, Quat)> {
+        let placed = self.actor_from_bones(posture);
+        let against = |(index, bone): (usize, &Bone)| {
+            let own = if index == bone.parent {
+                placed[index]
+            } else {
+                placed[bone.parent].inverse() * placed[index]
+            };
+            let (_, turn, at) = own.to_scale_rotation_translation();
+            (at, turn.normalize())
+        };
+        self.bones.iter().enumerate().map(against).collect()
     }
 
     /// Where every bone is: `actor_from_bone`, with its origin where the bone begins.

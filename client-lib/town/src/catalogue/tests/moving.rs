@@ -1,8 +1,10 @@
 //! Parts move as the state of their actor says, and rest where the whole mesh shows them.
 
-use glam::{Affine3A, Vec3};
+use std::f32::consts::PI;
 
-use crate::catalogue::{Kind, Posture, blueprint, catalogue, stride_m};
+use glam::{Affine3A, Quat, Vec3};
+
+use crate::catalogue::{Given, Kind, Motion, Posture, blueprint, catalogue, stride_m};
 
 /// The corners of the pieces that are seen, by the name of their joint.
 fn seen(id: &str, posture: &Posture) -> Vec<(&'static str, Vec<Vec3>)> {
@@ -143,4 +145,45 @@ fn a_cyclists_feet_stay_on_the_pedals() {
             assert!(off < 0.16, "{id}: {off} m off at {spin_rad}");
         }
     }
+}
+
+#[test]
+fn a_given_pose_shows_by_its_share_and_the_pieces_follow_the_bones() {
+    let (_, one) = blueprint("walker.pedestrian.0002").unwrap();
+    let skeleton = one.skeleton().unwrap();
+    let number = |name: &str| skeleton.bones.iter().position(|bone| bone.name == name).unwrap();
+    let (arm, hand) = (number("crl_arm__L"), number("crl_hand__L"));
+    let walk = Posture { stride: 0.2, speed_mps: 1.4, ..Posture::default() };
+    let shoulder = skeleton.bones[skeleton.bones[arm].parent].at_m;
+    // Straight up; nobody may say where it begins but who gives the pose.
+    let mut bones = vec![None; arm + 1];
+    let up = Quat::from_rotation_x(PI);
+    bones[arm] = Some((skeleton.bones[arm].at_m - shoulder + Vec3::Z * 0.01, up));
+    let with = |share: f32| Posture { given: Some(Given { share, bones: &bones }), ..walk };
+    let placed = |posture: &Posture| skeleton.actor_from_bones(posture);
+
+    for (a, b) in placed(&walk).iter().zip(placed(&with(0.0))) {
+        assert!(a.abs_diff_eq(b, 1e-5), "{a} {b}");
+    }
+    let given = placed(&with(1.0));
+    assert!(given[hand].translation.z > given[arm].translation.z + 0.4, "{}", given[hand]);
+    let thigh = number("crl_thigh__L");
+    let at_rest = Affine3A::from_translation(skeleton.bones[thigh].at_m);
+    assert!(given[thigh].abs_diff_eq(at_rest, 1e-5), "what nobody set is as at rest");
+    let half = placed(&with(0.5));
+    let lift = |pose: &[Affine3A]| pose[hand].translation.z - pose[arm].translation.z;
+    assert!(lift(&placed(&walk)) < -0.4 && lift(&half).abs() < 0.3, "{}", lift(&half));
+
+    // What is told against parents makes the same pose again.
+    let told: Vec<_> = skeleton.parent_from_bones(&walk).into_iter().map(Some).collect();
+    let still = Posture { given: Some(Given { share: 1.0, bones: &told }), ..Posture::default() };
+    for (a, b) in placed(&walk).iter().zip(placed(&still)) {
+        assert!(a.abs_diff_eq(b, 1e-4), "{a} {b}");
+    }
+    let rig = one.rig();
+    rig.place(&with(1.0), |piece, placed| {
+        let Motion::Bone(bone) = rig.joints[piece].motion else { panic!("a piece without a bone") };
+        let begins = placed.transform_point3a(skeleton.bones[bone].at_m.into());
+        assert!(begins.abs_diff_eq(given[bone].translation, 1e-5), "{piece}");
+    });
 }

@@ -1,0 +1,186 @@
+//! Poses that clients give walkers: the wishes, and what of them stands.
+
+use std::collections::BTreeMap;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Quat, Vec3};
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::{ActorId, Pose, Wish};
+
+/// The most bones that one wish sets.
+pub const WISH_BONES: usize = 6;
+
+/// How many bones a walker has; a place in this list is a bone's number. CARLA's names.
+#[rustfmt::skip]
+pub const BONES: [&str; 66] = [
+    "crl_root", "crl_hips__C", "crl_spine__C", "crl_spine01__C",
+    "crl_shoulder__L", "crl_arm__L", "crl_foreArm__L", "crl_hand__L",
+    "crl_shoulder__R", "crl_arm__R", "crl_foreArm__R", "crl_hand__R",
+    "crl_neck__C", "crl_Head__C", "crl_eye__L", "crl_eye__R",
+    "crl_thigh__L", "crl_leg__L", "crl_foot__L", "crl_toe__L", "crl_toeEnd__L",
+    "crl_thigh__R", "crl_leg__R", "crl_foot__R", "crl_toe__R", "crl_toeEnd__R",
+    "crl_handThumb__L", "crl_handThumb01__L", "crl_handThumb02__L", "crl_handThumbEnd__L",
+    "crl_handIndex__L", "crl_handIndex01__L", "crl_handIndex02__L", "crl_handIndexEnd__L",
+    "crl_handMiddle__L", "crl_handMiddle01__L", "crl_handMiddle02__L", "crl_handMiddleEnd__L",
+    "crl_handRing__L", "crl_handRing01__L", "crl_handRing02__L", "crl_handRingEnd__L",
+    "crl_handPinky__L", "crl_handPinky01__L", "crl_handPinky02__L", "crl_handPinkyEnd__L",
+    "crl_handThumb__R", "crl_handThumb01__R", "crl_handThumb02__R", "crl_handThumbEnd__R",
+    "crl_handIndex__R", "crl_handIndex01__R", "crl_handIndex02__R", "crl_handIndexEnd__R",
+    "crl_handMiddle__R", "crl_handMiddle01__R", "crl_handMiddle02__R", "crl_handMiddleEnd__R",
+    "crl_handRing__R", "crl_handRing01__R", "crl_handRing02__R", "crl_handRingEnd__R",
+    "crl_handPinky__R", "crl_handPinky01__R", "crl_handPinky02__R", "crl_handPinkyEnd__R",
+];
+
+/// See [`Wish::SetBones`]; also what an [`crate::Ask`] for [`crate::part::BONES`] tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("SetBones")]
+#[repr(C)]
+pub struct SetBones {
+    /// Whose.
+    pub actor_id: ActorId,
+    /// The number of the first bone.
+    pub first: u32,
+    /// How many bones there are, from that one on: 1 to [`WISH_BONES`].
+    pub count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// `parent_from_bone`; the root's parent is the actor. At rest a bone's axes are the actor's.
+    pub parent_from_bones: [Pose; WISH_BONES],
+}
+
+const _: () = assert!(size_of::<SetBones>() == 184);
+
+/// See [`Wish::BlendPose`]; also what an [`crate::Ask`] for [`crate::part::BLEND`] tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("BlendPose")]
+#[repr(C)]
+pub struct BlendPose {
+    /// Whose.
+    pub actor_id: ActorId,
+    /// How much of the given pose shows: 0 the walk alone, 1 the given pose alone.
+    pub share: f32,
+}
+
+impl SetBones {
+    /// The bones that it sets: the number of each, and `parent_from_bone`.
+    pub fn bones(&self) -> impl Iterator<Item = (u32, &Pose)> {
+        let count = (self.count as usize).min(WISH_BONES);
+        self.parent_from_bones[..count]
+            .iter()
+            .enumerate()
+            .map(|(i, pose)| (self.first + i as u32, pose))
+    }
+
+    /// As many as it takes for these, each a number and `parent_from_bone`, sorted by number.
+    pub fn of(actor_id: ActorId, bones: &[(u32, Pose)]) -> Vec<SetBones> {
+        let mut sets: Vec<SetBones> = Vec::new();
+        for (bone, pose) in bones {
+            let room = sets
+                .last_mut()
+                .filter(|set| (set.count as usize) < WISH_BONES && set.first + set.count == *bone);
+            match room {
+                Some(set) => {
+                    set.parent_from_bones[set.count as usize] = *pose;
+                    set.count += 1;
+                }
+                None => {
+                    let mut set =
+                        SetBones { actor_id, first: *bone, count: 1, ..SetBones::default() };
+                    set.parent_from_bones[0] = *pose;
+                    sets.push(set);
+                }
+            }
+        }
+        sets
+    }
+}
+
+/// A pose that clients gave a walker.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GivenPose {
+    /// How much of it shows: 0 to 1.
+    pub share: f32,
+    /// By bone, `parent_from_bone` of those that were set; the others are as at rest.
+    pub bones: Vec<Option<(Vec3, Quat)>>,
+}
+
+/// The poses that clients gave, as the journal tells them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GivenPoses(BTreeMap<ActorId, GivenPose>);
+
+impl GivenPoses {
+    /// Takes in a wish that was granted; most are about something else.
+    pub fn follow(&mut self, wish: &Wish) {
+        match wish {
+            Wish::SetBones(set) => {
+                let bones = &mut self.0.entry(set.actor_id).or_default().bones;
+                for (bone, pose) in set.bones() {
+                    let bone = bone as usize;
+                    if bone < BONES.len() {
+                        bones.resize(bones.len().max(bone + 1), None);
+                        bones[bone] = Some((pose.position(), pose.rotation()));
+                    }
+                }
+            }
+            Wish::BlendPose(blend) => {
+                self.0.entry(blend.actor_id).or_default().share = blend.share;
+            }
+            Wish::Destroy(actor) => {
+                self.0.remove(actor);
+            }
+            // What was saved with a state follows.
+            Wish::LoadMap(_) | Wish::LoadState(_) => self.0.clear(),
+            _ => {}
+        }
+    }
+
+    /// The pose that an actor was given.
+    pub fn of(&self, actor: ActorId) -> Option<&GivenPose> {
+        self.0.get(&actor)
+    }
+
+    /// The wishes that give the same poses.
+    pub fn wishes(&self) -> Vec<Wish> {
+        let mut wishes = Vec::new();
+        for (actor_id, given) in &self.0 {
+            let set = |(bone, pose): (usize, &Option<(Vec3, Quat)>)| {
+                pose.map(|(at, turn)| (bone as u32, Pose::new(at, turn)))
+            };
+            let bones: Vec<_> = given.bones.iter().enumerate().filter_map(set).collect();
+            wishes.extend(SetBones::of(*actor_id, &bones).into_iter().map(Wish::SetBones));
+            wishes.push(Wish::BlendPose(BlendPose { actor_id: *actor_id, share: given.share }));
+        }
+        wishes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wishes_tell_a_pose_whole_and_destroying_ends_it() {
+        let pose = |x: f32| Pose::new(Vec3::X * x, Quat::from_rotation_y(x));
+        let actor_id = ActorId(7);
+        let bones: Vec<_> = (0..9).chain([20, 65]).map(|bone| (bone, pose(bone as f32))).collect();
+        let sets = SetBones::of(actor_id, &bones);
+        assert_eq!(
+            sets.iter().map(|s| (s.first, s.count)).collect::<Vec<_>>(),
+            [(0, 6), (6, 3), (20, 1), (65, 1)]
+        );
+        let mut poses = GivenPoses::default();
+        sets.into_iter().map(Wish::SetBones).for_each(|wish| poses.follow(&wish));
+        poses.follow(&Wish::BlendPose(BlendPose { actor_id, share: 0.5 }));
+        let given = poses.of(actor_id).unwrap();
+        assert_eq!((given.share, given.bones.len()), (0.5, 66));
+        assert_eq!(given.bones[8].unwrap().0, Vec3::X * 8.0);
+        assert_eq!(given.bones[9], None);
+
+        let mut again = GivenPoses::default();
+        poses.wishes().iter().for_each(|wish| again.follow(wish));
+        assert_eq!(again, poses);
+        again.follow(&Wish::Destroy(actor_id));
+        assert_eq!(again, GivenPoses::default());
+    }
+}

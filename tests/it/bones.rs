@@ -1,0 +1,110 @@
+//! Poses that clients give walkers: seen from the next frame on, by whoever renders it, and part of
+//! what is saved.
+
+use std::f32::consts::PI;
+
+use bus::{BONES, Role, flag, output};
+use client_lib::{ActorId, Client, Measurement, Pose, Rig, Spawn, bone, camera};
+use glam::{Quat, Vec3};
+use rustix::process::Signal;
+
+use crate::kit::{Digest, Scratch, Sim, eventually, kill, lives};
+
+const WALKER: &str = "walker.pedestrian.0002";
+
+fn skeleton() -> &'static town::Skeleton {
+    town::blueprint(WALKER).unwrap().1.skeleton().unwrap()
+}
+
+/// A walker, and a camera that stands two metres before it.
+fn with_walker(client: &mut Client) -> (ActorId, Rig) {
+    let place = client.spawn_points().unwrap()[0];
+    let walker = client.spawn(Spawn::new(WALKER, place)).unwrap();
+    let before = Pose::new(Vec3::new(2.5, 0.0, 1.2), Quat::from_rotation_z(PI));
+    let sensors = [camera("before", before, 160, 160, 1.2, output::INSTANCE)];
+    (walker, client.create_rig("before", walker, &sensors, 2).unwrap())
+}
+
+fn look(client: &mut Client, rig: &mut Rig) -> Measurement {
+    let (_, mut measured) = client.tick_and_collect(&mut [rig]).unwrap();
+    measured.pop().flatten().expect("a measurement of this frame")
+}
+
+fn digest(measured: &Measurement) -> Digest {
+    let mut digest = Digest::new();
+    digest.add(bytemuck::cast_slice(measured.instances(0).unwrap()));
+    digest
+}
+
+/// Rows of the picture, from its top, to the walker's highest pixel.
+fn top(measured: &Measurement, walker: ActorId) -> usize {
+    let seen = measured.instances(0).unwrap().iter().position(|id| *id == walker.0);
+    seen.expect("it is in sight") / 160
+}
+
+/// The left arm, straight up.
+fn raised() -> [(u32, Pose); 1] {
+    let arm = bone("crl_arm__L").unwrap();
+    let at = |bone: usize| skeleton().bones[bone].at_m;
+    let parent = skeleton().bones[arm as usize].parent;
+    let up = Quat::from_rotation_x(PI);
+    [(arm, Pose::new(at(arm as usize) - at(parent), up))]
+}
+
+#[test]
+fn the_bones_of_the_bus_are_those_of_walkers() {
+    for one in town::catalogue().iter().filter_map(town::Blueprint::skeleton) {
+        assert!(one.bones.iter().map(|bone| bone.name.as_str()).eq(BONES));
+    }
+}
+
+#[test]
+fn an_arm_is_raised_by_its_share_and_whoever_renders_later_knows() {
+    let scratch = Scratch::new();
+    let path = scratch.path().join("state");
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let (walker, mut rig) = with_walker(&mut client);
+    look(&mut client, &mut rig);
+    let standing = look(&mut client, &mut rig);
+    let (rest, head) = (digest(&standing), top(&standing, walker));
+    drop(standing);
+
+    client.set_bones(walker, &raised()).unwrap();
+    let unseen = digest(&look(&mut client, &mut rig));
+    assert_eq!(unseen, rest, "a pose that does not show changes nothing");
+    client.blend_pose(walker, 1.0).unwrap();
+    let up = look(&mut client, &mut rig);
+    assert!(client.world().actor(walker).unwrap().has(flag::POSED));
+    assert!(top(&up, walker) + 5 < head, "row {} and {head}", top(&up, walker));
+    let up = digest(&up);
+    client.blend_pose(walker, 0.5).unwrap();
+    let half = digest(&look(&mut client, &mut rig));
+    assert!(half != up && half != rest);
+    client.save_state_to(&path).unwrap();
+
+    // The successor of a renderer learns it from the standing state.
+    let renderer = sim.pid(Role::Render).unwrap();
+    kill(renderer, Signal::KILL);
+    eventually("its end", || !lives(renderer));
+    assert_eq!(digest(&look(&mut client, &mut rig)), half);
+
+    client.blend_pose(walker, 0.0).unwrap();
+    assert_eq!(digest(&look(&mut client, &mut rig)), rest);
+    client.load_state_from(&path).unwrap();
+    assert_eq!(digest(&look(&mut client, &mut rig)), half, "the pose is part of a saved state");
+    let (bones, share) = client.given_pose(walker).unwrap();
+    let [(arm, given)] = raised();
+    assert_eq!((bones.len(), share, bones[arm as usize]), (BONES.len(), 0.5, given));
+
+    let refused = client.set_bones(walker, &[(66, Pose::IDENTITY)]).unwrap_err().to_string();
+    assert!(refused.contains("66"), "{refused}");
+    drop(rig);
+    client.reload_map().unwrap();
+    let (walker, mut rig) = with_walker(&mut client);
+    look(&mut client, &mut rig);
+    assert_eq!(digest(&look(&mut client, &mut rig)), rest, "a new world knows no poses");
+    assert_eq!(client.given_pose(walker).unwrap().1, 0.0);
+    drop((rig, client));
+    sim.end();
+}
