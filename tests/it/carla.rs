@@ -110,8 +110,15 @@ fn the_official_package_finds_what_the_table_says() {
     let Some(python) = python_or_skip("the_official_package_finds_what_the_table_says") else {
         return;
     };
-    let (sim, port) = with_door(&[]);
-    let output = play(&python, "effects.py", port, &[]);
+    let (mut sim, mut port) = with_door(&[]);
+    let mut output = play(&python, "effects.py", port, &[]);
+    // Once in some fifty runs a thread of the package closes a socket that is closed.
+    if String::from_utf8_lossy(&output.stderr).contains("close: Bad file descriptor") {
+        eprintln!("the package aborted by itself: once more");
+        sim.end();
+        (sim, port) = with_door(&[]);
+        output = play(&python, "effects.py", port, &[]);
+    }
     let said = String::from_utf8_lossy(&output.stdout);
     let lines: Vec<Value> = said.lines().filter_map(|l| serde_json::from_str(l).ok()).collect();
     let failures: Vec<_> = lines.iter().filter_map(|l| l["failure"].as_str()).collect();
