@@ -3,9 +3,10 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use bus::{ActorId, Pose};
-use town::{Blueprint, Kind};
+use glam::{Quat, Vec3};
+use town::{Blueprint, Kind, Motion};
 
-use crate::physics::{Physics, PhysicsError, PropModel, VehicleModel, WalkerModel};
+use crate::physics::{DoorModel, Physics, PhysicsError, PropModel, VehicleModel, WalkerModel};
 
 /// The vehicle models of the blueprints that were spawned so far.
 #[derive(Default)]
@@ -51,5 +52,55 @@ impl Models {
                 )
             }
         }
+    }
+}
+
+/// The boxes of a vehicle's doors, of those in `open`, as they stand when they are open.
+pub(crate) fn doors_of(blueprint: &Blueprint, open: u32) -> Vec<DoorModel> {
+    if open == 0 {
+        return Vec::new();
+    }
+    let pieces = blueprint.rig().joints.iter().zip(&blueprint.looks().pieces);
+    let doors = pieces.filter_map(|(joint, mesh)| {
+        let Motion::Door { number, hinge_m, axis, opens_rad } = joint.motion else { return None };
+        let corners = || mesh.positions.iter().map(|p| Vec3::from_array(*p));
+        let (low, high) = (corners().reduce(Vec3::min)?, corners().reduce(Vec3::max)?);
+        let turn = Quat::from_axis_angle(axis, opens_rad);
+        let middle_m = hinge_m + turn * (0.5 * (low + high) - hinge_m);
+        let half_extents_m = (0.5 * (high - low)).max(Vec3::splat(0.02));
+        (open >> number & 1 == 1).then_some(DoorModel { number, middle_m, half_extents_m, turn })
+    });
+    doors.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn open_doors_stand_off_their_vehicles() {
+        let mut count = 0;
+        for blueprint in town::catalogue().iter().filter(|b| b.rig().door_count() > 0) {
+            let all = (1 << blueprint.rig().door_count()) - 1;
+            let doors = doors_of(blueprint, all);
+            assert_eq!(
+                doors.iter().fold(0, |bits, d| bits | 1 << d.number),
+                all,
+                "{}",
+                blueprint.id
+            );
+            for door in doors {
+                let (middle, half) = (door.middle_m, door.half_extents_m);
+                let told = format!("{} {door:?}", blueprint.id);
+                assert!(half.x > 0.25 && half.x < 1.0 && half.z > 0.4 && half.z < 1.5, "{told}");
+                assert!(half.y < 0.45, "{told}");
+                // Its far end, well beside the body.
+                let end = middle - door.turn * Vec3::X * half.x;
+                assert!(end.y.abs() > blueprint.half_extents_m.y + 0.3, "{told}");
+                assert_eq!(end.y > 0.0, door.number % 2 == 0, "{told}");
+                count += 1;
+            }
+        }
+        assert!(count > 40, "{count} doors");
     }
 }

@@ -11,7 +11,7 @@ use town::{BLOCK_OBJECTS, Blueprint, Kind, Layer, Town, Visibility};
 
 use crate::{
     hash::StateHash,
-    models::Models,
+    models::{Models, doors_of},
     physics::{Collision, Ground, Physics, PhysicsError, StaticBox},
     saved::{SavedState, StateError},
 };
@@ -177,7 +177,10 @@ impl World {
                         to.actor_id, blueprint.id, to.open
                     ));
                 }
-                state.doors = to.open;
+                let boxes = doors_of(blueprint, to.open);
+                let open = self.physics.set_doors(to.actor_id, &boxes, false);
+                let open = open.map_err(|e| e.to_string())?;
+                self.movable(to.actor_id)?.doors = open;
                 Ok(to.actor_id.0)
             }
             Wish::SetBones(to) => self.set_bones(to),
@@ -462,7 +465,8 @@ impl World {
             .spawn(&mut self.physics, id, (recorded.blueprint, blueprint), &pose, (true, false))
             .map_err(|e| e.to_string())?;
         self.last_actor = self.last_actor.max(id.0);
-        let state = ActorState { actor_id: id, ..*recorded };
+        // It opens them when it is shown.
+        let state = ActorState { actor_id: id, doors: 0, ..*recorded };
         self.actors.insert(state, Name::default());
         Ok(id)
     }
@@ -478,7 +482,12 @@ impl World {
             }
             return;
         }
+        let moves_doors = actor.doors != recorded.doors;
         *actor = ActorState { actor_id: id, ..*recorded };
+        if moves_doors && let Some(blueprint) = town::catalogue().get(recorded.blueprint as usize) {
+            // Of a vehicle: another has none.
+            let _ = self.physics.set_doors(id, &doors_of(blueprint, recorded.doors), true);
+        }
         // It has a body: it was spawned for this.
         let _ = self.physics.teleport(id, &recorded.pose);
     }

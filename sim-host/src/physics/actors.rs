@@ -276,15 +276,23 @@ impl Physics {
         known.map_or_else(|| Arc::new(Prepared::new(Arc::clone(model))), Arc::clone)
     }
 
-    /// The first that a shape would touch, actors by id, then static boxes.
-    fn obstacle(&self, pose: &BodyPose, shape: &SharedShape) -> Option<String> {
+    /// The first that a shape would touch, actors by id but for one, then static boxes.
+    pub(super) fn obstacle(
+        &self,
+        pose: &BodyPose,
+        shape: &SharedShape,
+        but: Option<u32>,
+    ) -> Option<String> {
         let shape = shrunk(shape);
-        for actor in self.actors.iter().filter(|actor| !actor.is_ghost) {
-            let collider = &self.world.colliders[actor.collider];
-            let local = collider.position_wrt_parent().copied().unwrap_or(BodyPose::IDENTITY);
-            let other_pose = *self.body(actor).position() * local;
-            if touch(pose, &*shape, &other_pose, collider.shape()) {
-                return Some(ActorId(actor.id).to_string());
+        let others = self.actors.iter().filter(|actor| !actor.is_ghost && Some(actor.id) != but);
+        for actor in others {
+            let body = self.body(actor);
+            for collider in body.colliders() {
+                let collider = &self.world.colliders[*collider];
+                let local = collider.position_wrt_parent().copied().unwrap_or(BodyPose::IDENTITY);
+                if touch(pose, &*shape, &(*body.position() * local), collider.shape()) {
+                    return Some(ActorId(actor.id).to_string());
+                }
             }
         }
         self.statics.touching(pose, &*shape).map(|index| self.statics.name(index).to_string())
@@ -303,7 +311,7 @@ impl Physics {
     ) -> Result<(), PhysicsError> {
         let pose = body_pose(pose);
         let local = BodyPose::from_translation(middle_m);
-        if let Some(obstacle) = self.obstacle(&(pose * local), &shape) {
+        if let Some(obstacle) = self.obstacle(&(pose * local), &shape, None) {
             return Err(PhysicsError::Blocked { actor: id, obstacle });
         }
         let still = kinematic || matches!(kind, Kind::Walker(_));

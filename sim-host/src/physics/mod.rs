@@ -23,6 +23,7 @@ mod blueprint;
 mod classes;
 mod contact;
 mod digest;
+mod doors;
 mod drivetrain;
 mod error;
 mod fill;
@@ -49,6 +50,7 @@ mod world;
 mod tests;
 
 pub use actors::PropModel;
+pub use doors::DoorModel;
 pub use error::PhysicsError;
 pub use ground::{Ground, Hit};
 pub use model::{

@@ -124,7 +124,9 @@ impl Physics {
         let index = self.find(id)?;
         let actor = self.actors.wake(index);
         actor.is_ghost = !on;
-        self.world.colliders[actor.collider].set_enabled(on);
+        for collider in self.world.bodies[actor.body].colliders() {
+            self.world.colliders[*collider].set_enabled(on);
+        }
         Ok(())
     }
 

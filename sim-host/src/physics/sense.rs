@@ -76,11 +76,13 @@ impl Physics {
             }
         };
         for actor in self.actors.iter().filter(|a| a.id != but.0 && !a.is_ghost) {
-            let Some(collider) = self.world.colliders.get(actor.collider) else { continue };
-            let bounds = collider.shape().compute_bounding_sphere(collider.position());
-            if bounds.center.distance(middle) <= near_m + bounds.radius {
-                let found = cast(reach_m, collider.position(), collider.shape());
-                take(found, Met::Actor(ActorId(actor.id)));
+            for collider in self.body(actor).colliders() {
+                let Some(collider) = self.world.colliders.get(*collider) else { continue };
+                let bounds = collider.shape().compute_bounding_sphere(collider.position());
+                if bounds.center.distance(middle) <= near_m + bounds.radius {
+                    let found = cast(reach_m, collider.position(), collider.shape());
+                    take(found, Met::Actor(ActorId(actor.id)));
+                }
             }
         }
         if !only_actors {

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ackermann::Ackermann;
 use super::contact::Corners;
+use super::doors::{DoorModel, OpenDoor};
 use super::drivetrain::{Demand, Drivetrain};
 use super::ground::Foothold;
 use super::model::{GRAVITY_MPS2, VehicleModel, WheelModel};
@@ -19,7 +20,7 @@ use super::wheels::{Bank, BankState, Braking, Footing, Surface, banks, order};
 const ITERATION_MAX_S: f32 = 0.0026;
 /// Leaning further than this (cosine of the tilt), wheels do not carry.
 const CARRY_UP_MIN: f32 = 0.3;
-const AIR_DENSITY_KGPM3: f32 = 1.2;
+pub(super) const AIR_DENSITY_KGPM3: f32 = 1.2;
 /// [`super::WHEELS_MAX`] wheels in banks of four.
 const BANKS_MAX: usize = 2;
 
@@ -74,6 +75,8 @@ pub(super) struct VehicleState {
     pub control: Pedals,
     /// Who works the pedals, if a controller was ever spoken to.
     pub ackermann: Option<Box<Ackermann>>,
+    /// By number.
+    pub doors: Vec<OpenDoor>,
 }
 
 /// The driver's wishes, checked.
@@ -113,14 +116,15 @@ pub(super) struct Vehicle {
     pub tuning: Option<Box<VehiclePhysics>>,
     pub state: VehicleState,
     /// Where each bank's wheels stood: no state, what they find is the same without.
-    footholds: [[Option<Foothold>; 4]; BANKS_MAX],
+    footholds: Vec<[Option<Foothold>; 4]>,
 }
 
 impl Vehicle {
     pub(super) fn new(prepared: Arc<Prepared>) -> Vehicle {
         let state = VehicleState::at_rest(&prepared);
         let own = Arc::clone(&prepared.model);
-        Vehicle { own, tuning: None, prepared, state, footholds: Default::default() }
+        let footholds = vec![[None; 4]; prepared.banks.len()];
+        Vehicle { own, tuning: None, prepared, state, footholds }
     }
 
     /// Is built otherwise from now on, and drives on.
@@ -129,11 +133,12 @@ impl Vehicle {
         self.tuning = Some(Box::new(physics.clone()));
     }
 
-    /// Forgets all motion, keeps the pedals.
+    /// Forgets all motion, keeps the pedals and the doors.
     pub(super) fn rest(&mut self) {
-        let VehicleState { control, ackermann, .. } = &mut self.state;
-        let (control, ackermann) = (*control, ackermann.take());
-        self.state = VehicleState { control, ackermann, ..VehicleState::at_rest(&self.prepared) };
+        let VehicleState { control, ackermann, doors, .. } = &mut self.state;
+        let (control, ackermann, doors) = (*control, ackermann.take(), std::mem::take(doors));
+        let at_rest = VehicleState::at_rest(&self.prepared);
+        self.state = VehicleState { control, ackermann, doors, ..at_rest };
     }
 
     /// Sets the wheels rolling as the body moves, so that a set velocity does not make them slide.
@@ -141,6 +146,11 @@ impl Vehicle {
         for (bank, state) in self.prepared.banks.iter().zip(&mut self.state.banks) {
             bank.roll_at(state, forward_mps);
         }
+    }
+
+    /// Those that stand open, by number.
+    pub(super) fn open_doors(&self) -> impl Iterator<Item = &DoorModel> {
+        self.state.doors.iter().map(|door| &door.model)
     }
 
     /// How far the first wheel has turned, modulo one turn.
@@ -211,6 +221,9 @@ impl Vehicle {
             state.drivetrain.follow(model, driven_radps);
             corners.push(&motion, model.mass_kg, step, &mut push);
             air(model, &motion, &mut push);
+            for door in &state.doors {
+                door.push(model.com_m, &motion, &mut push);
+            }
             if model.lean.is_some() {
                 lean(prepared, curvature, &motion, &mut push);
             }
@@ -233,6 +246,7 @@ impl VehicleState {
             steer_rad: 0.0,
             control: Pedals::default(),
             ackermann: None,
+            doors: Vec::new(),
         }
     }
 

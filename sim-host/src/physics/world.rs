@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::actors::{Prop, PropModel};
 use super::contact::Corners;
+use super::doors::DoorModel;
 use super::fill::{digest_of, shown_mps};
 use super::ground::Ground;
 use super::model::GRAVITY_MPS2;
@@ -335,23 +336,33 @@ impl Physics {
         if !self.actors.awake().any(walks) {
             return Vec::new();
         }
-        let solid = self.actors.iter().filter(|actor| !actor.is_ghost);
-        let of = |actor: &Actor| {
-            let (center_m, half_m) = match &actor.kind {
-                Kind::Vehicle(v) => (v.own.box_center_m, v.own.box_half_m),
-                Kind::Prop(p) => (Vec3::Z * p.model.half_extents_m.z, p.model.half_extents_m),
-                Kind::Walker(_) => return None,
-            };
+        let mut obstacles = Vec::new();
+        for actor in self.actors.iter().filter(|actor| !actor.is_ghost) {
             let body = self.body(actor);
             let velocity_mps = if actor.kinematic { actor.glide.0 } else { body.linvel() };
-            Some(Obstacle {
-                center_m: body.position() * center_m,
-                axes: Mat3::from_quat(*body.rotation()),
-                half_m,
-                velocity_mps,
-            })
-        };
-        solid.filter_map(of).collect()
+            let mut add = |center_m: Vec3, half_m: Vec3, turn: Quat| {
+                obstacles.push(Obstacle {
+                    center_m: body.position() * center_m,
+                    axes: Mat3::from_quat(*body.rotation() * turn),
+                    half_m,
+                    velocity_mps,
+                });
+            };
+            match &actor.kind {
+                Kind::Vehicle(v) => {
+                    add(v.own.box_center_m, v.own.box_half_m, Quat::IDENTITY);
+                    for DoorModel { middle_m, half_extents_m, turn, .. } in v.open_doors() {
+                        add(*middle_m, *half_extents_m, *turn);
+                    }
+                }
+                Kind::Prop(p) => {
+                    let half_m = p.model.half_extents_m;
+                    add(Vec3::Z * half_m.z, half_m, Quat::IDENTITY);
+                }
+                Kind::Walker(_) => {}
+            }
+        }
+        obstacles
     }
 
     /// Adds one substep's contact impulses.

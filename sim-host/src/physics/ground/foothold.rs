@@ -203,7 +203,8 @@ fn corners(sides: &[Side; 3]) -> Option<[DVec2; 3]> {
             return None;
         }
         *corner = DVec2::new(c * m.y - d * n.y, d * n.x - c * m.x) / sine;
-        if !(corner.abs().max_element() < EXTENT_MAX_M) {
+        let extent_m = corner.abs().max_element();
+        if extent_m.is_nan() || extent_m > EXTENT_MAX_M {
             return None;
         }
     }

@@ -3,6 +3,7 @@
 mod ackermann;
 mod commonroad;
 mod determinism;
+mod doors;
 mod driving;
 mod ground;
 mod motion;

@@ -1,0 +1,113 @@
+//! Doors that stand open: boxes on their vehicle that others run into, and that the air presses
+//! against. One that is shut costs nothing.
+
+use bus::ActorId;
+use glam::{Quat, Vec3};
+use rapier3d::prelude::{ColliderBuilder, ColliderHandle, Pose, SharedShape};
+use serde::{Deserialize, Serialize};
+
+use super::error::PhysicsError;
+use super::motion::{Motion, Push};
+use super::vehicle::AIR_DENSITY_KGPM3;
+use super::world::{Kind, Physics};
+
+/// Force of the air on a plate that faces it, as a share of pressure times area (Hoerner,
+/// Fluid-Dynamic Drag, section 3-5).
+const PLATE: f32 = 1.17;
+
+/// A door as it stands when it is open, in vehicle space.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DoorModel {
+    /// Which: a bit of [`bus::ActorState::doors`].
+    pub number: u32,
+    /// The box's middle.
+    pub middle_m: Vec3,
+    /// Half the edges, in the door's axes: along the shut door, across it, up.
+    pub half_extents_m: Vec3,
+    /// From the door's axes to the vehicle's.
+    pub turn: Quat,
+}
+
+/// One that stands open, and its box in the world.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct OpenDoor {
+    pub model: DoorModel,
+    collider: ColliderHandle,
+}
+
+impl OpenDoor {
+    /// Adds how the air presses on it. `com_m` is the centre of mass in vehicle space.
+    pub(super) fn push(&self, com_m: Vec3, motion: &Motion, push: &mut Push) {
+        let DoorModel { middle_m, half_extents_m: half, turn, .. } = self.model;
+        let arm = motion.axes * (middle_m - com_m);
+        let normal = motion.axes * (turn * Vec3::Y);
+        let against_mps = motion.velocity_at(arm).dot(normal);
+        let area_m2 = 4.0 * half.x * half.z;
+        let force = 0.5 * AIR_DENSITY_KGPM3 * PLATE * area_m2 * against_mps * against_mps.abs();
+        push.add(normal * -force, arm);
+    }
+}
+
+impl Physics {
+    /// Opens these doors of a vehicle and shuts all others; says which are open now, as bits. One
+    /// that somebody stands in the way of stays shut; if that keeps all from opening that were to,
+    /// it is refused and nothing changes. Whoever is `shown` has them open whatever is there.
+    pub fn set_doors(
+        &mut self,
+        id: ActorId,
+        doors: &[DoorModel],
+        shown: bool,
+    ) -> Result<u32, PhysicsError> {
+        let index = self.find(id)?;
+        let before = self.vehicle(id)?.state.doors.clone();
+        let is_open = |model: &DoorModel| before.iter().any(|door| door.model == *model);
+        let (mut opening, mut blocked) = (Vec::new(), None);
+        for model in doors.iter().filter(|model| !is_open(model)) {
+            match self.door_obstacle(index, model).filter(|_| !shown) {
+                Some(obstacle) => blocked = Some(obstacle),
+                None => opening.push(*model),
+            }
+        }
+        if let (true, Some(obstacle)) = (opening.is_empty(), blocked) {
+            let why = format!("{obstacle} stands in the way of its door");
+            return Err(PhysicsError::Refused(id, why));
+        }
+        let mut open = Vec::new();
+        for door in before {
+            if doors.contains(&door.model) {
+                open.push(door);
+            } else {
+                self.world.remove_collider(door.collider);
+            }
+        }
+        let actor = self.actors.wake(index);
+        for model in opening {
+            let half = model.half_extents_m;
+            let collider = ColliderBuilder::cuboid(half.x, half.y, half.z)
+                .position(Pose::from_parts(model.middle_m, model.turn))
+                .density(0.0)
+                .friction(0.4)
+                .enabled(!actor.is_ghost)
+                .user_data(u128::from(id.0));
+            let collider = self.world.insert_collider(collider, Some(actor.body));
+            open.push(OpenDoor { model, collider });
+        }
+        open.sort_by_key(|door| door.model.number);
+        let bits = open.iter().fold(0, |bits, door| bits | 1 << door.model.number);
+        let Kind::Vehicle(vehicle) = &mut actor.kind else { return Ok(0) };
+        vehicle.state.doors = open;
+        Ok(bits)
+    }
+
+    /// Who stands where a door would.
+    fn door_obstacle(&self, index: usize, door: &DoorModel) -> Option<String> {
+        let actor = &self.actors[index];
+        if actor.is_ghost {
+            return None;
+        }
+        let half = door.half_extents_m;
+        let shape = SharedShape::cuboid(half.x, half.y, half.z);
+        let pose = *self.body(actor).position() * Pose::from_parts(door.middle_m, door.turn);
+        self.obstacle(&pose, &shape, Some(actor.id))
+    }
+}

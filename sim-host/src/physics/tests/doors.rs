@@ -1,0 +1,115 @@
+use std::sync::Arc;
+
+use bus::{ActorId, Pose, VehicleControl, flag};
+use glam::{Quat, Vec3};
+
+use super::{FRAME_NANOS, Lone, SUBSTEP_NANOS};
+use crate::physics::{DoorModel, Ground, Physics, StaticBox, VehicleModel};
+
+/// Front left, standing off the side.
+fn door() -> DoorModel {
+    DoorModel {
+        number: 0,
+        middle_m: Vec3::new(0.9, 1.35, 0.8),
+        half_extents_m: Vec3::new(0.5, 0.05, 0.5),
+        turn: Quat::from_rotation_z(-1.15),
+    }
+}
+
+fn with(boxes: &[StaticBox]) -> Physics {
+    let mut physics = Physics::new(Arc::new(Ground::flat(0.0)), boxes);
+    let model = Arc::new(VehicleModel::sedan());
+    physics.spawn_vehicle(ActorId(1), &model, &Pose::IDENTITY, false).unwrap();
+    let handbrake =
+        VehicleControl { actor_id: ActorId(1), flags: flag::HANDBRAKE, ..Default::default() };
+    physics.control(&handbrake).unwrap();
+    physics
+}
+
+fn run(physics: &mut Physics, frames: u32) -> bool {
+    (0..frames).fold(false, |hit, _| {
+        physics.step(FRAME_NANOS, SUBSTEP_NANOS);
+        hit | !physics.collisions().is_empty()
+    })
+}
+
+/// Somebody comes from behind and passes on the left, so near that a door is in his way.
+fn pass(physics: &mut Physics) -> bool {
+    let model = Arc::new(VehicleModel::sedan());
+    let beside = Pose::level(Vec3::new(-12.0, 2.4, 0.0), 0.0);
+    physics.spawn_vehicle(ActorId(2), &model, &beside, false).unwrap();
+    physics.set_velocity(ActorId(2), Vec3::X * 8.0, Vec3::ZERO).unwrap();
+    let hit = run(physics, 50);
+    physics.destroy(ActorId(2)).unwrap();
+    hit
+}
+
+#[test]
+fn who_passes_runs_into_an_open_door_and_not_into_a_shut_one() {
+    let mut physics = with(&[]);
+    assert!(!pass(&mut physics), "the door was never open");
+    assert_eq!(physics.set_doors(ActorId(1), &[door()], false), Ok(1));
+    assert!(pass(&mut physics), "the door is open");
+    physics.teleport(ActorId(1), &Pose::IDENTITY).unwrap();
+    run(&mut physics, 10);
+    assert!(pass(&mut physics), "it stays open where its car goes");
+    physics.teleport(ActorId(1), &Pose::IDENTITY).unwrap();
+    physics.set_collisions(ActorId(1), false).unwrap();
+    assert!(!pass(&mut physics), "nobody runs into a ghost's door");
+    physics.set_collisions(ActorId(1), true).unwrap();
+    assert_eq!(physics.set_doors(ActorId(1), &[], false), Ok(0));
+    assert!(!pass(&mut physics), "the door is shut again");
+}
+
+#[test]
+fn a_door_that_something_stands_in_the_way_of_stays_shut() {
+    let wall = StaticBox {
+        center: Vec3::new(0.0, 2.3, 1.0),
+        half_extents_m: Vec3::new(10.0, 0.5, 1.0),
+        yaw_rad: 0.0,
+    };
+    let mut physics = with(&[wall]);
+    let hash = physics.hash();
+    let why = physics.set_doors(ActorId(1), &[door()], false).unwrap_err().to_string();
+    assert!(why.contains("a building stands in the way of its door"), "{why}");
+    assert_eq!(physics.hash(), hash, "nothing changed");
+    let DoorModel { middle_m, turn, .. } = door();
+    let flip = Vec3::new(1.0, -1.0, 1.0);
+    let right =
+        DoorModel { number: 1, middle_m: middle_m * flip, turn: turn.conjugate(), ..door() };
+    assert_eq!(physics.set_doors(ActorId(1), &[door(), right], false), Ok(2));
+    assert!(!run(&mut physics, 20));
+}
+
+#[test]
+fn open_doors_brake_in_the_wind_and_pull_to_their_side() {
+    let coast = |doors: &[DoorModel]| {
+        let mut lone = Lone::sedan();
+        lone.physics.set_doors(ActorId(1), doors, false).unwrap();
+        lone.physics.set_velocity(ActorId(1), Vec3::X * 30.0, Vec3::ZERO).unwrap();
+        let neutral = VehicleControl { actor_id: ActorId(1), manual_gear: 1, ..Default::default() };
+        lone.physics.control(&neutral).unwrap();
+        run(&mut lone.physics, 40);
+        (lone.state().velocity().length(), lone.state().pose.position_m[1])
+    };
+    let ((shut, straight), (open, aside)) = (coast(&[]), coast(&[door()]));
+    println!("{shut} m/s at {straight} m shut, {open} m/s at {aside} m open");
+    // A square metre that faces the wind: 1.17 * 0.5 * 1.2 * 30^2 * sin^2 of 66 degrees, over 1.5 t.
+    assert!((0.4..1.2).contains(&(shut - open)), "{shut} {open}");
+    assert!(aside > straight + 0.05, "{straight} {aside}");
+}
+
+#[test]
+fn open_doors_are_saved() {
+    let mut physics = with(&[]);
+    physics.set_doors(ActorId(1), &[door()], false).unwrap();
+    run(&mut physics, 5);
+    let (bytes, hash) = (physics.save(), physics.hash());
+    let mut other = Physics::new(Arc::new(Ground::flat(0.0)), &[]);
+    other.restore(&bytes).unwrap();
+    assert_eq!(other.hash(), hash);
+    assert!(pass(&mut other) && pass(&mut physics));
+    assert_eq!(other.hash(), physics.hash());
+    assert_eq!(other.set_doors(ActorId(1), &[], false), Ok(0));
+    assert_ne!(other.hash(), physics.hash());
+}
