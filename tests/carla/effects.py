@@ -1156,6 +1156,72 @@ def sees_how_surfaces_lie_and_move(c):
         sensor.destroy()
 
 
+@check
+def sees_what_an_image_is_made_of(c):
+    car = c.car()
+    size = {"image_size_x": 160, "image_size_y": 120}
+    ahead = carla.Transform(carla.Location(x=3.5, z=2.0), carla.Rotation(yaw=30.0))
+    names = {"depth": "depth", "tags": "semantic_segmentation", "normals": "normals"}
+    others = {name: c.sensor(f"sensor.camera.{kind}", car, ahead, **size)
+              for name, kind in names.items()}
+    camera, image = c.sensor("sensor.camera.rgb", car, ahead, **size)
+    textures = {}
+    for texture in carla.GBufferTextureID.names.values():
+        textures[str(texture)] = queue.Queue()
+        camera.listen_to_gbuffer(texture, textures[str(texture)].put)
+        assert camera.is_listening_gbuffer(texture)
+    car.enable_constant_velocity(carla.Vector3D(x=10.0))
+    c.ticks(10)
+    frame = c.world.tick()
+
+    def of_frame(measured):
+        found = next(one for one in iter(lambda: measured.get(timeout=TIMEOUT), None)
+                     if one.frame == frame)
+        assert (found.width, found.height, found.fov) == (160, 120, 90.0)
+        return pixels(found)[:, :, 2::-1].astype(int)
+
+    depth, tags, normals = (of_frame(others[name][1]) for name in ("depth", "tags", "normals"))
+    assert (of_frame(textures["SceneColor"]) == of_frame(image)).all()
+    metres = (depth @ [1, 256, 65536]) / 16777215.0 * 1000.0
+    share = np.clip(metres / 160.0, 0.0, 1.0)
+    grey = np.where(share <= 0.0031308, share * 12.92, 1.055 * share ** (1 / 2.4) - 0.055) * 255.0
+    for name in ("SceneDepth", "CustomDepth"):
+        seen = of_frame(textures[name])
+        assert (np.abs(seen - grey[:, :, None]) <= 0.6).all() and len(np.unique(seen)) > 30
+    for name in ("SceneStencil", "CustomStencil"):
+        assert (of_frame(textures[name]) == tags[:, :, :1]).all()
+    # In the world's axes: turned back into the camera's, they are those of the other camera.
+    yaw = math.radians(car.get_transform().rotation.yaw + 30.0)
+    x, y, z = ((of_frame(textures["GBufferA"]) - 127.5) / 127.5).transpose(2, 0, 1)
+    turned = np.stack([x * math.cos(yaw) + y * math.sin(yaw), y * math.cos(yaw) - x * math.sin(yaw), z])
+    apart = np.abs(turned - (normals - 127.5).transpose(2, 0, 1) / 127.5).max(axis=0)
+    assert np.median(apart) < 0.05 and (z > 0.9).sum() > 2000, np.median(apart)
+    moving = of_frame(textures["Velocity"])
+    # The road below flows down, which is less than a half.
+    assert (moving[115:, :, 1] < 126).all() and (moving[:, :, 2] == 0).all()
+    works("ServerSideSensor.listen_to_gbuffer ServerSideSensor.is_listening_gbuffer "
+          "GBufferTextureID.SceneColor GBufferTextureID.SceneDepth GBufferTextureID.GBufferA "
+          "GBufferTextureID.CustomDepth GBufferTextureID.CustomStencil GBufferTextureID.Velocity",
+          "of the image's own frame: its colours, its depth up to 160 m as light, the normals in "
+          "the world's axes, the tags, how it moves")
+    differs("GBufferTextureID.SceneStencil", "the tags")
+    for name in ("GBufferB", "GBufferC", "GBufferD", "GBufferE", "GBufferF", "SSAO"):
+        assert not of_frame(textures[name]).any()
+        differs(f"GBufferTextureID.{name}", "black, as CARLA sends what a scene does not have: "
+                "nothing here is shaded by it")
+    camera.stop_gbuffer(carla.GBufferTextureID.Velocity)
+    assert not camera.is_listening_gbuffer(carla.GBufferTextureID.Velocity)
+    c.ticks(5)
+    assert textures["Velocity"].empty() and not textures["SSAO"].empty()
+    works("ServerSideSensor.stop_gbuffer", "no more came")
+    camera.enable_gbuffers(True)
+    differs("ServerSideSensor.enable_gbuffers", "textures are there for whoever listens to them")
+    for sensor in (camera, *(sensor for sensor, _ in others.values())):
+        sensor.destroy()
+    car.destroy()
+    c.world.tick()
+
+
 # Its checks come here.
 import effects_vehicle  # noqa: E402,F401
 

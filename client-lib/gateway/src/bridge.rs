@@ -32,6 +32,7 @@ use crate::{
     state::{Moment, StateMessage},
     statics::Statics,
     stream::{Streams, WORLD},
+    textures,
     weather::CarlaWeather,
 };
 
@@ -370,6 +371,17 @@ impl Bridge {
                         if let Some(message) = measure::message_of(sensor, &measured, world) {
                             self.streams.publish(sensor.stream, message);
                         }
+                        let size = measured.planes().first();
+                        let bytes = size.map_or(0, |p| 4 * p.width as usize * p.height as usize);
+                        let fov_deg = sensor.description.number("fov", 90.0).unwrap_or(90.0);
+                        for (texture, stream) in &sensor.textures {
+                            if self.streams.has_room(*stream, bytes)
+                                && let Some(message) =
+                                    textures::message_of(*texture, &measured, fov_deg)
+                            {
+                                self.streams.publish(*stream, message);
+                            }
+                        }
                     }
                     Ok(None) => break,
                     Err(e) => {
@@ -438,10 +450,11 @@ impl Bridge {
         for (id, own) in &mut self.cast.own {
             let Some(sensor) = &mut own.sensor else { continue };
             // Stations send whether anybody listens or not.
-            let is_wanted = self.streams.is_wanted(sensor.stream) || is_radio(sensor.kind);
+            let is_wanted = sensor.is_wanted(&self.streams) || is_radio(sensor.kind);
+            let lacks = sensor.texture_outputs(&self.streams) & !sensor.rig_outputs;
             sensor.idle_frames = if is_wanted { 0 } else { sensor.idle_frames + 1 };
             // A lidar's columns are those of one tick.
-            let is_stale = sensor.rig.is_some() && sensor.rig_delta_nanos != delta_nanos;
+            let is_stale = sensor.rig_delta_nanos != delta_nanos || lacks != 0;
             if (sensor.idle_frames > IDLE_FRAMES || is_stale)
                 && let Some(rig) = sensor.rig.take()
             {
@@ -472,9 +485,10 @@ impl Bridge {
             (ActorId(own.parent), own.pose)
         };
         let Some(sensor) = own.sensor.as_ref().filter(|s| s.rig.is_none()) else { return Ok(()) };
-        let Some(spec) = sensor.spec(pose, delta_nanos, self.imu_gravity_mps2)? else {
+        let Some(mut spec) = sensor.spec(pose, delta_nanos, self.imu_gravity_mps2)? else {
             return Ok(());
         };
+        spec.outputs |= sensor.texture_outputs(&self.streams);
         if !self.wishes.is_empty() {
             let wishes = std::mem::take(&mut self.wishes);
             self.client.try_request("wishes", &wishes)?;
@@ -482,6 +496,7 @@ impl Bridge {
         let rig = self.client.create_rig(&format!("carla-{id}"), carrier, &[spec], 2)?;
         if let Some(sensor) = self.cast.own.get_mut(&id).and_then(|own| own.sensor.as_mut()) {
             sensor.rig = Some(rig);
+            sensor.rig_outputs = spec.outputs;
             sensor.rig_delta_nanos = delta_nanos;
             sensor.idle_frames = 0;
         }

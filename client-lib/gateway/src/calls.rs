@@ -9,6 +9,7 @@ mod physics;
 mod recorder;
 mod signals;
 mod surroundings;
+mod textures;
 mod vehicles;
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -75,6 +76,8 @@ const CALLS: &[(&str, Form, Handler)] = &[
     ("apply_physics_control", Nothing, physics::apply_control),
     ("are_gbuffers_enabled", Val, |c| { c.out.bool(false); Ok(()) }),
     ("blend_pose", Nothing, bones::blend),
+    ("are_gbuffers_enabled", Val, textures::are_enabled),
+    ("blend_pose", Nothing, |_| refuse("bones that clients set")),
     ("cast_ray", Val, surroundings::cast_ray),
     ("clear_debug_shape", Nothing, drawing::clear_shapes),
     ("clear_debug_string", Nothing, drawing::clear_texts),
@@ -90,7 +93,7 @@ const CALLS: &[(&str, Form, Handler)] = &[
     ("enable_carsim", Nothing, |_| refuse("CarSim")),
     ("enable_chrono_physics", Nothing, |_| refuse("Chrono")),
     ("enable_environment_objects", Nothing, surroundings::enable),
-    ("enable_gbuffers", Nothing, |_| refuse("gbuffers")),
+    ("enable_gbuffers", Nothing, textures::enable),
     ("enable_sensor_for_ros", Nothing, |_| refuse("ROS")),
     ("freeze_all_traffic_lights", Nothing, signals::freeze_all),
     ("freeze_traffic_light", Nothing, signals::freeze),
@@ -113,7 +116,7 @@ const CALLS: &[(&str, Form, Handler)] = &[
     ("get_environment_objects", Val, surroundings::environment_objects),
     ("get_episode_info", Val, episode::info),
     ("get_episode_settings", Val, episode::settings),
-    ("get_gbuffer_token", Bare, |_| refuse("gbuffers")),
+    ("get_gbuffer_token", Val, textures::token),
     ("get_group_traffic_lights", Val, signals::group),
     ("get_imui_gravity", Val, |c| { c.out.f32(c.bridge.imu_gravity_mps2); Ok(()) }),
     ("get_light_boxes", Val, signals::boxes),

@@ -34,6 +34,7 @@ mod state;
 mod statics;
 mod stream;
 pub mod tables;
+mod textures;
 mod weather;
 mod wire;
 

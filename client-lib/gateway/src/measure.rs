@@ -91,7 +91,7 @@ pub(crate) fn message_of(
 }
 
 /// Blue in the lowest byte, alpha in the highest: whole words, which the compiler turns into lanes.
-fn pixels<T>(
+pub(crate) fn pixels<T>(
     mut bytes: Bytes,
     from: impl ExactSizeIterator<Item = T>,
     pixel: impl Fn(T) -> u32,
@@ -107,7 +107,7 @@ fn pixels<T>(
 
 const OPAQUE: u32 = 0xff00_0000;
 
-fn bgra(rgba: [u8; 4]) -> u32 {
+pub(crate) fn bgra(rgba: [u8; 4]) -> u32 {
     let word = u32::from_le_bytes(rgba);
     OPAQUE | (word & 0xff) << 16 | word & 0xff00 | word >> 16 & 0xff
 }

@@ -1,12 +1,12 @@
 //! Sensors that CARLA's clients spawn, and what of the simulator measures for them.
 
-use std::f32::consts::TAU;
+use std::{collections::BTreeMap, f32::consts::TAU};
 
 use client_lib::{
     EventCamera, EventCameraSpec, Pose, Rig, SensorSpec, camera, fourth, lidar, output,
 };
 
-use crate::{args::Refusal, born, wire::Description};
+use crate::{args::Refusal, born, stream::Streams, textures, wire::Description};
 
 /// What a sensor's measurements are made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,6 +107,10 @@ pub(crate) struct Sensor {
     pub(crate) rig_delta_nanos: u64,
     /// Frames for which nobody listened.
     pub(crate) idle_frames: u32,
+    /// Of a camera: the streams of its textures, by their numbers.
+    pub(crate) textures: BTreeMap<u32, u32>,
+    /// What the rig was made to give.
+    pub(crate) rig_outputs: u32,
     /// Of a sensor of events: what it has seen.
     pub(crate) events: Option<EventCamera>,
 }
@@ -126,6 +130,8 @@ impl Sensor {
             rig: None,
             rig_delta_nanos: 0,
             idle_frames: 0,
+            textures: BTreeMap::new(),
+            rig_outputs: 0,
             events: None,
             description,
         };
@@ -135,6 +141,18 @@ impl Sensor {
             sensor.events = Some(EventCamera::new(event_spec(&sensor.description)?));
         }
         Ok(sensor)
+    }
+
+    /// Whether somebody listens to it, or to one of its textures.
+    pub(crate) fn is_wanted(&self, streams: &Streams) -> bool {
+        let mut all = std::iter::once(&self.stream).chain(self.textures.values());
+        all.any(|stream| streams.is_wanted(*stream))
+    }
+
+    /// What its textures take beyond its own image.
+    pub(crate) fn texture_outputs(&self, streams: &Streams) -> u32 {
+        let wanted = self.textures.iter().filter(|(_, stream)| streams.is_wanted(**stream));
+        wanted.fold(0, |sum, (texture, _)| sum | textures::outputs(*texture))
     }
 
     /// Fields of view of a radar, across and up.

@@ -139,6 +139,14 @@ impl Streams {
         listening.by_stream.contains_key(&stream) || listening.expected.contains(&stream)
     }
 
+    /// Whether a message of so many bytes would reach anybody: if not, it need not be made.
+    pub(crate) fn has_room(&self, stream: u32, bytes: usize) -> bool {
+        let listening = self.lock();
+        let sessions = listening.by_stream.get(&stream).into_iter().flatten();
+        // Each is asked: who loses a message is told of it.
+        sessions.filter(|session| session.has_room(bytes)).count() > 0
+    }
+
     /// Somebody was told the way to a stream.
     pub(crate) fn expect(&self, stream: u32) {
         self.lock().expected.insert(stream);
@@ -186,6 +194,12 @@ struct Waiting {
     quiet: Option<(Instant, Option<Message>)>,
 }
 
+impl Waiting {
+    fn is_full(&self, bytes: usize) -> bool {
+        !self.messages.is_empty() && self.bytes + bytes > BACKLOG_MAX
+    }
+}
+
 impl Session {
     fn new(socket: TcpStream) -> Session {
         Session {
@@ -198,6 +212,23 @@ impl Session {
 
     fn lock(&self) -> MutexGuard<'_, Waiting> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn has_room(&self, bytes: usize) -> bool {
+        let mut waiting = self.lock();
+        let is_full = waiting.is_full(bytes);
+        if is_full {
+            self.note_loss(&mut waiting);
+        }
+        !is_full
+    }
+
+    fn note_loss(&self, waiting: &mut Waiting) {
+        waiting.dropped += 1;
+        if waiting.dropped == 1 {
+            let peer = self.socket.peer_addr().map_or_else(|_| "?".into(), |a| a.to_string());
+            eprintln!("WARN gateway 0 listener {peer} is too slow; it loses messages");
+        }
     }
 
     /// Never waits.
@@ -220,12 +251,8 @@ impl Session {
                 return;
             }
         }
-        if !waiting.messages.is_empty() && waiting.bytes + message.len() > BACKLOG_MAX {
-            waiting.dropped += 1;
-            if waiting.dropped == 1 {
-                let peer = self.socket.peer_addr().map_or_else(|_| "?".into(), |a| a.to_string());
-                eprintln!("WARN gateway 0 listener {peer} is too slow; it loses messages");
-            }
+        if waiting.is_full(message.len()) {
+            self.note_loss(&mut waiting);
             return;
         }
         if waiting.messages.is_empty() && !waiting.is_writing {
