@@ -171,7 +171,7 @@ fn a_queue_for_each_sensor_holds_every_frame_exactly_once() {
         return;
     };
     let (sim, port) = with_door(&[]);
-    let ticks = if crate::kit::is_soak() { "10000" } else { "200" };
+    let ticks = if crate::kit::is_soak() { "10000" } else { "500" };
     let output = play(&python, "synchronous.py", port, &[ticks]);
     let words = String::from_utf8_lossy(&output.stderr);
     let said = String::from_utf8_lossy(&output.stdout);
