@@ -5,7 +5,7 @@
 //! walk over a block by the same code, which is given one [`Pass`] or the other: they cannot
 //! predict differently.
 
-use std::{marker::PhantomData, mem::take};
+use std::{marker::PhantomData, mem::take, panic::resume_unwind, thread};
 
 use bus::ActorState;
 
@@ -94,6 +94,8 @@ pub(crate) trait Scheme {
     const GROUPS: &[&[usize]];
     /// How hard all but the numbers is compressed.
     const LEVEL: i32;
+    /// Actors are dealt out to so many parts, which are read side by side.
+    const PARTS: usize;
     /// Which modes are worth a try for a group that begins with this word.
     fn modes(word: usize) -> &'static [u8];
     /// Whether all values lie on the grid that the group has, if it has one.
@@ -207,15 +209,11 @@ fn kept<S: Scheme>() -> impl Iterator<Item = usize> {
 const BYTES_MAX: usize = 1 << 26;
 
 /// Writes segments; each but a key segment builds on the one before.
-pub(crate) struct Encoder<S> {
-    past: Past,
-    block: Box<Block>,
-    scheme: PhantomData<S>,
-}
+pub(crate) struct Encoder<S>(Vec<PartEncoder<S>>);
 
 impl<S: Scheme> Encoder<S> {
     pub(crate) fn new() -> Encoder<S> {
-        Encoder { past: Past::default(), block: Block::new(), scheme: PhantomData }
+        Encoder((0..S::PARTS).map(|_| PartEncoder::new()).collect())
     }
 
     /// One segment; `is_key`: it can be read without those before it.
@@ -225,6 +223,33 @@ impl<S: Scheme> Encoder<S> {
         deltas: &[u64],
         is_key: bool,
     ) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for (part, encoder) in self.0.iter_mut().enumerate() {
+            let is_its = |state: &&ActorState| state.actor_id.0 as usize % S::PARTS == part;
+            let its: Vec<Vec<ActorState>> =
+                frames.iter().map(|f| f.iter().filter(is_its).copied().collect()).collect();
+            let its: Vec<&[ActorState]> = its.iter().map(Vec::as_slice).collect();
+            let told = encoder.encode(&its, deltas, is_key);
+            bytes.extend_from_slice(&(told.len() as u32).to_le_bytes());
+            bytes.extend_from_slice(&told);
+        }
+        bytes
+    }
+}
+
+/// Writes one part of the actors.
+struct PartEncoder<S> {
+    past: Past,
+    block: Box<Block>,
+    scheme: PhantomData<S>,
+}
+
+impl<S: Scheme> PartEncoder<S> {
+    fn new() -> PartEncoder<S> {
+        PartEncoder { past: Past::default(), block: Block::new(), scheme: PhantomData }
+    }
+
+    fn encode(&mut self, frames: &[&[ActorState]], deltas: &[u64], is_key: bool) -> Vec<u8> {
         if is_key {
             self.past.forget();
         }
@@ -371,26 +396,117 @@ impl<'a> Front<'a> {
     }
 }
 
+/// One segment, to be read.
+pub(crate) struct Written<'a> {
+    pub(crate) bytes: &'a [u8],
+    /// Lengths of its frames.
+    pub(crate) deltas: Vec<u64>,
+    pub(crate) is_key: bool,
+}
+
+/// Which segment is damaged, and how.
+pub(crate) type DamageIn = (usize, Damage);
+
 /// Reads them in the same order.
-pub(crate) struct Decoder<S> {
+pub(crate) struct Decoder<S>(Vec<PartDecoder<S>>);
+
+impl<S: Scheme + Send> Decoder<S> {
+    pub(crate) fn new() -> Decoder<S> {
+        Decoder((0..S::PARTS).map(|_| PartDecoder::new()).collect())
+    }
+
+    /// Segments that follow one another; the last one's frames are put into `out`, whose lists are
+    /// used again.
+    pub(crate) fn decode(
+        &mut self,
+        segments: &[Written],
+        out: &mut Vec<Vec<ActorState>>,
+    ) -> Result<(), DamageIn> {
+        let mut parts: Vec<Vec<&[u8]>> = vec![Vec::new(); S::PARTS];
+        for (index, segment) in segments.iter().enumerate() {
+            let mut front = Front(segment.bytes);
+            for part in &mut parts {
+                let of = front.number().and_then(|len| front.bytes(len));
+                part.push(of.map_err(|e| (index, e))?);
+            }
+        }
+        let (first, others) = self.0.split_first_mut().expect("a part at least");
+        thread::scope(|scope| {
+            let mut threads = Vec::new();
+            for (decoder, bytes) in others.iter_mut().zip(&parts[1..]) {
+                let builder = thread::Builder::new().name("recording".to_owned());
+                let thread = builder.spawn_scoped(scope, || decoder.decode_all(segments, bytes));
+                threads.push(thread.map_err(|_| (0, Damage("there is no thread to read it")))?);
+            }
+            first.decode_all(segments, &parts[0])?;
+            let mut ended = threads.into_iter().map(|thread| thread.join());
+            ended.try_for_each(|end| end.unwrap_or_else(|why| resume_unwind(why)))
+        })?;
+        let last = segments.len() - 1;
+        merge(&mut self.0, out);
+        settle(out).map_err(|e| (last, e))
+    }
+}
+
+/// Puts what the parts read into one list a frame, by id.
+fn merge<S>(parts: &mut [PartDecoder<S>], out: &mut Vec<Vec<ActorState>>) {
+    let frames = parts[0].out.len();
+    if let [only] = parts {
+        std::mem::swap(&mut only.out, out);
+        return;
+    }
+    out.resize_with(frames, Vec::new);
+    for (index, frame) in out.iter_mut().enumerate() {
+        frame.clear();
+        let mut fronts: Vec<&[ActorState]> =
+            parts.iter().map(|p| p.out[index].as_slice()).collect();
+        let id = |front: &&mut &[ActorState]| front.first().map_or(u32::MAX, |s| s.actor_id.0);
+        while let Some(front) = fronts.iter_mut().filter(|f| !f.is_empty()).min_by_key(id) {
+            frame.push(front[0]);
+            *front = &front[1..];
+        }
+    }
+}
+
+/// Reads one part of the actors.
+struct PartDecoder<S> {
     past: Past,
     block: Box<Block>,
+    unpacker: Unpacker,
+    /// The frames that were read last.
+    out: Vec<Vec<ActorState>>,
     scheme: PhantomData<S>,
 }
 
-impl<S: Scheme> Decoder<S> {
-    pub(crate) fn new() -> Decoder<S> {
-        Decoder { past: Past::default(), block: Block::new(), scheme: PhantomData }
+impl<S: Scheme> PartDecoder<S> {
+    fn new() -> PartDecoder<S> {
+        PartDecoder {
+            past: Past::default(),
+            block: Block::new(),
+            unpacker: Unpacker::default(),
+            out: Vec::new(),
+            scheme: PhantomData,
+        }
     }
 
-    /// One segment's frames; `deltas` are their lengths. Without `out` only what the next segment
-    /// builds on is kept.
-    pub(crate) fn decode(
+    /// Its bytes of all segments; of the last one the frames are kept.
+    fn decode_all(&mut self, segments: &[Written], bytes: &[&[u8]]) -> Result<(), DamageIn> {
+        for (index, (segment, bytes)) in segments.iter().zip(bytes).enumerate() {
+            let mut frames = take(&mut self.out);
+            let out = (index + 1 == segments.len()).then_some(&mut frames);
+            let read = self.decode(bytes, &segment.deltas, segment.is_key, out);
+            self.out = frames;
+            read.map_err(|e| (index, e))?;
+        }
+        Ok(())
+    }
+
+    /// One segment's frames. Without `out` only what the next segment builds on is kept.
+    fn decode(
         &mut self,
         bytes: &[u8],
         deltas: &[u64],
         is_key: bool,
-        unpacker: &mut Unpacker,
         mut out: Option<&mut Vec<Vec<ActorState>>>,
     ) -> Result<(), Damage> {
         if is_key {
@@ -402,7 +518,7 @@ impl<S: Scheme> Decoder<S> {
         for len in &mut lens {
             *len = front.number()?;
         }
-        let head = front.unpacked(packed, whole, unpacker)?;
+        let head = front.unpacked(packed, whole, &mut self.unpacker)?;
         let mut pass = Taking { bits: BitReader::new(front.0, lens), ..Taking::default() };
         let mut head = Front(&head);
         let (frames, count) = (head.number()?, head.number()?);
@@ -484,6 +600,10 @@ impl<S: Scheme> Decoder<S> {
         }
         self.past.turn();
         pass.bits.check()?;
-        out.map_or(Ok(()), |out| settle(out))
+        // Who comes and goes has several rows.
+        for frame in out.into_iter().flatten().filter(|f| !f.is_sorted_by_key(|s| s.actor_id)) {
+            frame.sort_unstable_by_key(|state| state.actor_id);
+        }
+        Ok(())
     }
 }

@@ -24,7 +24,8 @@ impl Scheme for Compact {
         &[1], &[2], &[3], &[PHASE], &[28], &[29], &[POSITION], &[POSITION + 1], &[POSITION + 2],
         &[ROTATION], &[ROTATION + 1], &[ROTATION + 2],
     ];
-    const LEVEL: i32 = 9;
+    const LEVEL: i32 = 15;
+    const PARTS: usize = 1;
 
     fn modes(word: usize) -> &'static [u8] {
         match word {

@@ -48,7 +48,8 @@ impl Scheme for Exact {
         &[11, 12, 13], &[14, 15, 16], &[17, 18, 19], &[4, 5, 6], &[7, 8, 9, 10], &[20, 21, 22],
         &[24, 25, 26],
     ];
-    const LEVEL: i32 = 6;
+    const LEVEL: i32 = 15;
+    const PARTS: usize = 2;
 
     fn modes(word: usize) -> &'static [u8] {
         match word {

@@ -2,15 +2,14 @@
 
 use std::{
     fs::File,
-    mem::take,
     path::{Path, PathBuf},
 };
 
-use bus::{ActorId, ActorState, Episode};
+use bus::{ActorId, Episode};
 
 use crate::{
     Moment, Profile, RecordError,
-    columns::{Decoder, Unpacker},
+    columns::{DamageIn, Decoder, Unpacker, Written},
     compact::{Compact, restored},
     error::Damage,
     inputs,
@@ -56,8 +55,6 @@ pub struct Recording {
     segments: Vec<Segment>,
     decoder: States,
     unpacker: Unpacker,
-    /// Lists of actors that are of no use any more.
-    states: Vec<Vec<ActorState>>,
     /// The segment whose end the decoder knows.
     decoded: Option<usize>,
     moments: Vec<Moment>,
@@ -116,7 +113,6 @@ impl Recording {
                 Profile::Inputs => States::None,
                 Profile::Compact => States::Compact(Decoder::new()),
             },
-            states: Vec::new(),
             decoded: None,
             moments: Vec::new(),
             held: None,
@@ -176,11 +172,9 @@ impl Recording {
             let goes_on = self.decoded.filter(|d| (key..segment).contains(d)).map(|d| d + 1);
             let first =
                 if matches!(self.decoder, States::None) { segment } else { goes_on.unwrap_or(key) };
-            for index in first..=segment {
-                self.decoded = None;
-                self.load(index, index == segment)?;
-                self.decoded = Some(index);
-            }
+            self.decoded = None;
+            self.load(first, segment)?;
+            self.decoded = Some(segment);
             self.held = Some(segment);
         }
         Ok(&self.moments)
@@ -191,42 +185,48 @@ impl Recording {
         (self.decoded, self.held) = (None, None);
     }
 
-    /// Reads it into `moments`; unless it is `wanted`, only as far as the next one builds on it.
-    fn load(&mut self, segment: usize, wanted: bool) -> Result<(), RecordError> {
-        let messages = read(&self.path, &self.file, &self.segments[segment], &mut self.unpacker)?;
-        self.decode(segment, &messages, wanted).map_err(|e| self.damaged(segment, e))
+    /// Reads `last` into `moments`; of those from `first` on only what the next one builds on.
+    fn load(&mut self, first: usize, last: usize) -> Result<(), RecordError> {
+        let mut read_all = Vec::new();
+        for segment in &self.segments[first..=last] {
+            read_all.push(read(&self.path, &self.file, segment, &mut self.unpacker)?);
+        }
+        self.decode(first, &read_all).map_err(|(index, e)| self.damaged(first + index, e))
     }
 
-    fn decode(&mut self, segment: usize, messages: &Messages, wanted: bool) -> Result<(), Damage> {
-        let frames = messages.of(topic::FRAMES).ok_or(Damage("its frames are missing"))?;
-        let actors = messages.of(topic::KEY).or_else(|| messages.of(topic::DELTA));
-        let actors = || actors.ok_or(Damage("its actors are missing"));
+    fn decode(&mut self, first: usize, read_all: &[Messages]) -> Result<(), DamageIn> {
+        let mut moments = Vec::new();
+        let mut written = Vec::new();
+        for (index, messages) in read_all.iter().enumerate() {
+            let frames = messages.of(topic::FRAMES).ok_or(Damage("its frames are missing"));
+            moments = frames.and_then(inputs::decode).map_err(|e| (index, e))?;
+            let bytes = messages.of(topic::KEY).or_else(|| messages.of(topic::DELTA));
+            if bytes.is_none() && !matches!(self.decoder, States::None) {
+                return Err((index, Damage("its actors are missing")));
+            }
+            written.push(Written {
+                bytes: bytes.unwrap_or_default(),
+                deltas: moments.iter().map(|m| m.delta_nanos).collect(),
+                is_key: self.segments[first + index].is_key,
+            });
+        }
         // The lists of the frames that were read before are used again.
-        self.states.extend(self.moments.drain(..).map(|moment| moment.actors));
-        let mut moments = inputs::decode(frames)?;
-        let is_key = self.segments[segment].is_key;
-        let deltas: Vec<u64> = moments.iter().map(|m| m.delta_nanos).collect();
-        let mut states = take(&mut self.states);
-        let out = wanted.then_some(&mut states);
-        let unpacker = &mut self.unpacker;
+        let mut states: Vec<_> = self.moments.drain(..).map(|moment| moment.actors).collect();
         match &mut self.decoder {
             States::None => states.clear(),
-            States::Exact(decoder) => decoder.decode(actors()?, &deltas, is_key, unpacker, out)?,
+            States::Exact(decoder) => decoder.decode(&written, &mut states)?,
             States::Compact(decoder) => {
-                decoder.decode(actors()?, &deltas, is_key, unpacker, out)?;
-                for state in states.iter_mut().flatten().filter(|_| wanted) {
+                decoder.decode(&written, &mut states)?;
+                for state in states.iter_mut().flatten() {
                     *state = restored(state);
                 }
             }
         }
-        if !wanted {
-            self.states = states;
-            return Ok(());
-        }
         for (moment, states) in moments.iter_mut().zip(states) {
             moment.actors = states;
         }
-        if let (Some(first), Some(world)) = (moments.first_mut(), messages.of(topic::WORLD)) {
+        let world = read_all.last().and_then(|messages| messages.of(topic::WORLD));
+        if let (Some(first), Some(world)) = (moments.first_mut(), world) {
             first.world = Some(world.to_vec());
         }
         self.moments = moments;
