@@ -169,7 +169,7 @@ fn reading(sink: &mut Sink, machine: &Machine, name: &str, file: &Path) -> anyho
     let rate = middle("times_real_time")?;
     let figure = Figure {
         name: if is_exact { "record.replay.state" } else { "record.replay.compact" },
-        workload: format!("every frame's actors read in order, profile {name}, one thread"),
+        workload: format!("every frame's actors read in order, profile {name}"),
         unit: Unit::TimesRealTime,
         value: rate,
         spread: Spread { p50: rate, p90: rate, p99: rate, n: told.len() },
