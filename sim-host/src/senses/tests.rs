@@ -186,6 +186,30 @@ fn a_teleport_is_felt_by_nobody() {
 }
 
 #[test]
+fn a_set_velocity_is_felt_by_nobody_and_a_constant_one_hardly() {
+    let mut bench = Bench::new();
+    bench.mount(Pose::new(Vec3::new(1.0, 0.0, 1.0), Quat::IDENTITY), &ImuSpec::default());
+    (0..20).for_each(|_| drop(bench.tick()));
+    let mut felt = |frames: u32, moves: bool| {
+        let extra = (0..frames).map(|_| {
+            if moves {
+                bench.velocity([8.0, 0.0, 0.0]);
+            }
+            let felt: ImuReading = only(&bench.tick()[0]);
+            Vec3::from(felt.accelerometer_mps2) - Vec3::Z * 9.81
+        });
+        extra.fold(Vec3::ZERO, |most, extra| most.max(extra.abs()))
+    };
+    // Set once, a change of 8 m/s within a frame would be 160.
+    let once = felt(1, true) + felt(10, false);
+    assert!(once.length() < 3.0, "{once}");
+    // Set in every frame, what wheels and air take in between is felt, not what gives it back.
+    let held = felt(60, true);
+    println!("{once} once, {held} held");
+    assert!(held.x < 1.0 && held.y < 0.1, "{held}");
+}
+
+#[test]
 fn the_compass_counts_clockwise_from_north() {
     for (yaw, compass) in [(std::f32::consts::FRAC_PI_2, 0.0), (0.0, std::f32::consts::FRAC_PI_2)] {
         let shown = super::imu::compass(&Pose::level(Vec3::ZERO, yaw + 1e-4));
