@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use bus::{
-    ACTORS_MAX, ActorId, ActorState, GUIDE_STEPS, GivenPoses, Guide, HideObjects, LightState, Name,
-    Pose, STRIDE, Settings, Spawn, Stamp, VehicleControl, Wish, flag, guide, kind, lamp, light,
+    ACTORS_MAX, ActorId, ActorState, FeelWeather, GUIDE_STEPS, GivenPoses, Guide, HideObjects,
+    LightState, Name, Pose, STRIDE, Settings, Spawn, Stamp, VehicleControl, Wish, flag, guide,
+    kind, lamp, light,
 };
 use glam::Vec3;
 use town::{BLOCK_OBJECTS, Blueprint, Kind, Layer, Town, Visibility};
@@ -81,6 +82,12 @@ impl World {
     /// The world of frame 0 once more.
     pub(crate) fn anew(&self) -> World {
         World::on(Arc::clone(&self.place), self.seed)
+    }
+
+    /// Takes over from the world before it what is no part of a world but says how it works.
+    pub(crate) fn succeed(&mut self, before: &World) {
+        let on = before.is_weather_felt;
+        let _ = self.apply(&Wish::FeelWeather(FeelWeather { on: on.into(), reserved: 0 }));
     }
 
     fn on(place: Arc<Place>, seed: u64) -> World {

@@ -67,6 +67,25 @@ fn stir(client: &mut Client) {
 }
 
 #[test]
+fn whether_the_weather_is_felt_is_a_setting_that_another_map_keeps() {
+    let sim = Sim::start(&["--map", small_map(), "--seed", "3"]);
+    let mut client = sim.ticker();
+    let mut reload = |felt: Option<bool>| {
+        if let Some(on) = felt {
+            client.feel_weather(on).unwrap();
+        }
+        client.reload_map().unwrap();
+        client.tick().unwrap();
+        client.world().header().state_hash
+    };
+    let (dry, felt) = (reload(None), reload(Some(true)));
+    assert_ne!(felt, dry, "the new world does not know that its weather is felt");
+    assert_eq!(reload(None), felt, "and the one after it");
+    assert_eq!(reload(Some(false)), dry);
+    sim.end();
+}
+
+#[test]
 fn a_loaded_world_is_the_one_that_a_simulator_starts_with() {
     let scratch = Scratch::new();
     let thorp = other_map(scratch.path());

@@ -70,7 +70,8 @@ impl Host {
 
     pub(super) fn begin_episode(&mut self, request: Request, next: Next) -> Result<(), HostError> {
         self.end_what_goes_on()?;
-        let Next { episode, world, town } = next;
+        let Next { episode, mut world, town } = next;
+        world.succeed(&self.world);
         if let Some(town) = town {
             // Before the renderer looks for it.
             self.cache.keep_town(&episode.open_drive, episode.seed, &town);
