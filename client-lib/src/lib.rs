@@ -26,6 +26,7 @@ mod error;
 mod event_camera;
 mod file;
 mod hide;
+mod lamps;
 mod physics;
 mod rig;
 mod view;
@@ -39,10 +40,11 @@ pub use bus::{
     LoadMap, MessageReading, MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading,
     OdometrySpec, Pose, Push, RadioSpec, RigId, SHAPE_TEXT_BYTES, SHAPES_MAX, STRIDE, SensorSpec,
     SetBones, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings, Shape, SnapshotHeader, Stamp,
-    Strategy, Switch, TEXT_BYTES, Teleport, TrafficDial, Transmit, VehicleBody, VehicleControl,
-    VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel,
-    Watch, Weather, WheelTelemetry, Wish, clock, dial, flag, fourth, geodesy, guide, kind, lamp,
-    layer, light, output, part, radio, sensor, shape, tracer,
+    Strategy, Switch, SwitchLamps, TEXT_BYTES, Teleport, TrafficDial, Transmit, VehicleBody,
+    VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
+    VehicleTelemetry, VehicleWheel, Watch, Weather, WheelTelemetry, Wish, clock, dial, flag,
+    fourth, geodesy, guide, kind, lamp, layer, light, output, part, radio, sensor, shape, shine,
+    tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use draw::Draw;
@@ -50,6 +52,7 @@ pub use error::ClientError;
 pub use event_camera::{EventCamera, EventCameraSpec, PixelEvent};
 pub use file::{Profile, Replay, saved_folder, saved_path};
 pub use hide::hide_objects;
+pub use lamps::Shining;
 pub use rig::{
     Measurement, Rig, cam, camera, collision, gnss, imu, lane_invasion, lidar, message, obstacle,
     odometry,

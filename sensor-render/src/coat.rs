@@ -1,11 +1,11 @@
-use bus::lamp;
+use bus::{lamp, shine};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use road::Material;
 
 use crate::echo::mixed;
 use crate::hit::NONE;
 use crate::light::Light;
-use crate::world::lights;
+use crate::world::{Lamp, lights};
 use crate::{Scene, World};
 
 /// Bits of [`Coat::pattern`].
@@ -108,7 +108,7 @@ impl Coat {
             (pattern, grain) = (0, Vec4::ZERO);
             glow = glow_of_actor(code, actor.lights, dark, albedo);
         } else if code == Material::LampWhite as usize {
-            glow = Vec3::new(9.0, 7.5, 5.0) * dark;
+            glow = glow_of_lamp(&world.lamps, triangle.object, dark);
         }
         Coat {
             albedo,
@@ -129,6 +129,21 @@ impl Coat {
 /// From sRGB, near enough to its curve.
 fn linear(c: Vec3) -> Vec3 {
     c * (c * (c * 0.305_306_01 + 0.682_171_1) + 0.012_522_878)
+}
+
+/// What a street lamp gives off.
+fn glow_of_lamp(told: &[Lamp], number: u32, dark: f32) -> Vec3 {
+    let own = Vec3::new(9.0, 7.5, 5.0);
+    let Ok(at) = told.binary_search_by_key(&number, |lamp| lamp.number) else { return own * dark };
+    let lamp = told[at];
+    let [r, g, b, _] = lamp.color.to_le_bytes().map(|part| f32::from(part) * (1.0 / 255.0));
+    let glow = if lamp.color == 0 { own } else { linear(Vec3::new(r, g, b)) * 9.0 };
+    let on = match lamp.mode {
+        shine::OFF => 0.0,
+        shine::ON => 1.0,
+        _ => dark,
+    };
+    glow * (on * lamp.share)
 }
 
 /// What an actor's lamps give off. By night, head and tail lamps shine without being asked.

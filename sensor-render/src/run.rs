@@ -7,7 +7,7 @@ use bus::{
     JournalEntry, Name, Page, Participant, RenderPorts, RigId, Role, SensorSpec, Snapshot,
     SnapshotHeader, Weather, Wish, Writer, clock, fault, layout, sensor, status,
 };
-use town::{Visibility, cache::Cache};
+use town::{Lighting, Shine, Visibility, cache::Cache};
 
 use crate::{
     Device, MeshList, RigJob, Scene, Tracer, World,
@@ -89,6 +89,7 @@ pub fn run(
         replaced,
         rigs: Rigs::default(),
         gallery: Gallery::default(),
+        lighting: Lighting::default(),
         before: Vec::new(),
         is_rendering: true,
         done,
@@ -124,6 +125,8 @@ struct Renderer {
     rigs: Rigs,
     /// What is drawn over the world.
     gallery: Gallery,
+    /// What street lamps were told.
+    lighting: Lighting,
     /// The actors of the frame before, while anybody asks how they move.
     before: Vec<ActorState>,
     is_rendering: bool,
@@ -267,6 +270,7 @@ impl Renderer {
         self.weather = Weather::default();
         self.hidden = Visibility::default();
         self.gallery.clear();
+        self.relight(Lighting::default());
         self.before.clear();
         // One that was started since then has read the map already.
         if number == self.number {
@@ -329,6 +333,7 @@ impl Renderer {
                     self.hidden = Visibility::default();
                     self.gallery.clear();
                     self.world.poses = GivenPoses::default();
+                    self.relight(Lighting::default());
                 }
                 Event::Entry(_, entry) if entry.outcome.status == status::DONE => {
                     self.obey(&entry)?;
@@ -337,6 +342,11 @@ impl Renderer {
             }
         }
         Ok(())
+    }
+
+    fn relight(&mut self, lighting: Lighting) {
+        self.world.light(&lighting);
+        self.lighting = lighting;
     }
 
     fn obey(&mut self, entry: &JournalEntry) -> Result<(), RenderError> {
@@ -373,6 +383,13 @@ impl Renderer {
             Some(Wish::LoadState(_)) => {
                 self.hidden = Visibility::default();
                 self.gallery.clear();
+                self.relight(Lighting::default());
+            }
+            Some(Wish::SwitchLamps(to)) => {
+                let mut lighting = std::mem::take(&mut self.lighting);
+                let shine = Shine { mode: to.mode, color: to.color, share: to.share };
+                lighting.set(to.block, &to.bits, shine);
+                self.relight(lighting);
             }
             Some(Wish::Draw(shape)) => self.gallery.draw(&shape, entry),
             Some(Wish::Erase(erase)) => self.gallery.erase(&erase),

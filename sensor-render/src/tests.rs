@@ -11,6 +11,7 @@ use road::{Face, Material, Mesh, Tag};
 
 mod baked;
 mod drawn;
+mod lit;
 mod motion;
 mod parts;
 

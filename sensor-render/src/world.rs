@@ -4,7 +4,7 @@ use std::sync::Arc;
 use bus::{ActorState, GivenPoses, STRIDE, Stamp, Weather, flag, kind, lamp};
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3};
-use town::{Given, Posture};
+use town::{Given, Lighting, Posture, Shine};
 
 use crate::bvh::{Hierarchy, Link, Node, moved_box};
 use crate::motion::Motions;
@@ -43,6 +43,24 @@ pub(crate) struct Instance {
 
 const _: () = assert!(size_of::<Instance>() == 80);
 
+/// How a street lamp shines that was told so. The shaders read the same 16 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Lamp {
+    pub(crate) number: u32,
+    pub(crate) mode: u32,
+    /// sRGB, as [`Instance::color`]; 0: its own.
+    pub(crate) color: u32,
+    pub(crate) share: f32,
+}
+
+impl Lamp {
+    fn of((number, shine): (u32, &Shine)) -> Lamp {
+        let Shine { mode, color, share } = *shine;
+        Lamp { number, mode, color, share }
+    }
+}
+
 /// What moves: one frame's actors, its weather and its time.
 #[derive(Debug, Default)]
 pub struct World {
@@ -64,6 +82,8 @@ pub struct World {
     pub(crate) poses: GivenPoses,
     /// Those of the frame before, if they were others.
     pub(crate) poses_before: Option<GivenPoses>,
+    /// Street lamps that do not shine as their own, rising by their numbers.
+    pub(crate) lamps: Arc<Vec<Lamp>>,
 }
 
 impl World {
@@ -80,6 +100,11 @@ impl World {
     /// From now on cameras' colours show this over what is there.
     pub fn draw(&mut self, overlay: Arc<Overlay>) {
         self.overlay = overlay;
+    }
+
+    /// From now on street lamps shine as they were told.
+    pub fn light(&mut self, lighting: &Lighting) {
+        self.lamps = Arc::new(lighting.lamps().map(Lamp::of).collect());
     }
 
     /// Puts the actors of one snapshot where they are, and rebuilds the top level over them.

@@ -5,7 +5,7 @@
 
 use bus::{
     ActorState, BlendPose, Command, Episode, GivenPoses, HideObjects, LightState, Name, SetBones,
-    Settings, Stamp, TrafficDial, TrafficHeader, VehicleControl, Weather, Wish,
+    Settings, Stamp, SwitchLamps, TrafficDial, TrafficHeader, VehicleControl, Weather, Wish,
 };
 use bytemuck::{Pod, Zeroable};
 
@@ -13,7 +13,7 @@ use crate::{drawings::SavedShape, hash::StateHash};
 
 /// `omnistat`, and the form of what follows.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnistat");
-const FORM: u32 = 4;
+const FORM: u32 = 5;
 
 /// Everything that decides the future.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,6 +34,8 @@ pub struct SavedState {
     pub hidden_layers: u32,
     /// Things of the town that are switched off.
     pub hidden_objects: Vec<HideObjects>,
+    /// What street lamps were told.
+    pub lamps: Vec<SwitchLamps>,
     /// What is drawn over the world.
     pub shapes: Vec<SavedShape>,
     /// Poses that clients gave walkers, and how much of each shows.
@@ -99,6 +101,7 @@ struct Head {
     bones: u64,
     blends: u64,
     dials: u64,
+    lamps: u64,
     shapes: u64,
     actors: u64,
     physics: u64,
@@ -146,6 +149,7 @@ impl SavedState {
             bones: self.bones.len() as u64,
             blends: self.blends.len() as u64,
             dials: self.dials.len() as u64,
+            lamps: self.lamps.len() as u64,
             shapes: self.shapes.len() as u64,
             actors: self.actors.len() as u64,
             physics: self.physics.len() as u64,
@@ -154,11 +158,12 @@ impl SavedState {
             header,
             sum: 0,
         };
-        let parts: [&[u8]; 10] = [
+        let parts: [&[u8]; 11] = [
             bytemuck::cast_slice(&self.hidden_objects),
             bytemuck::cast_slice(&self.bones),
             bytemuck::cast_slice(&self.blends),
             bytemuck::cast_slice(&self.dials),
+            bytemuck::cast_slice(&self.lamps),
             bytemuck::cast_slice(&self.shapes),
             bytemuck::cast_slice(&self.actors),
             bytemuck::cast_slice(&self.roles),
@@ -194,6 +199,7 @@ impl SavedState {
         let bones = list(&mut rest, head.bones)?;
         let blends = list(&mut rest, head.blends)?;
         let dials = list(&mut rest, head.dials)?;
+        let lamps = list(&mut rest, head.lamps)?;
         let shapes = list(&mut rest, head.shapes)?;
         let actors: Vec<ActorState> = list(&mut rest, head.actors)?;
         let roles = list(&mut rest, head.actors)?;
@@ -214,6 +220,7 @@ impl SavedState {
             bones,
             blends,
             dials,
+            lamps,
             shapes,
             last_actor: head.last_actor,
             actors,
@@ -277,6 +284,7 @@ mod tests {
             hidden_layers: 3,
             hidden_objects: vec![HideObjects::default(); 2],
             dials: vec![TrafficDial::default()],
+            lamps: vec![bytemuck::Zeroable::zeroed()],
             shapes: vec![bytemuck::Zeroable::zeroed(); 2],
             bones: vec![SetBones::default(); 2],
             blends: vec![BlendPose::default()],

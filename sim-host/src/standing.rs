@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, VecDeque};
 
 use bus::{
     ActorId, Frame, GivenPoses, HideLayers, HideObjects, JournalEntry, Outcome, PIPELINE_MAX,
-    RigId, Stamp, TrafficDial, Weather, Wish, dial, status,
+    RigId, Stamp, SwitchLamps, TrafficDial, Weather, Wish, dial, status,
 };
-use town::Visibility;
+use town::{Lighting, Shine, Visibility};
 
 use crate::{drawings::Drawings, journal::Request};
 
@@ -26,6 +26,7 @@ struct Sediment {
     drawings: Drawings,
     /// The poses that clients gave walkers.
     poses: GivenPoses,
+    lighting: Lighting,
 }
 
 impl Sediment {
@@ -60,6 +61,7 @@ impl Sediment {
             Some(Wish::HideObjects(hide)) => {
                 self.hidden.set_objects(hide.block, &hide.bits, hide.hidden != 0);
             }
+            Some(Wish::SwitchLamps(to)) => self.lighting.set(to.block, &to.bits, shine(&to)),
             Some(Wish::Draw(shape)) => self.drawings.settle(&shape, &entry.outcome),
             Some(Wish::Erase(erase)) => self.drawings.erase(&erase),
             // A new world, in which time passes as before.
@@ -72,6 +74,7 @@ impl Sediment {
                 self.dials.clear();
                 self.hidden = Visibility::default();
                 self.drawings.clear();
+                self.lighting = Lighting::default();
             }
             Some(Wish::Destroy(actor)) => {
                 self.dials.retain(|&(of, dial), _| !dial::ends_with(of, dial, actor));
@@ -85,9 +88,11 @@ impl Sediment {
         let dials = self.dials.values().copied();
         let shown = hiding(&self.hidden).into_iter().chain(self.poses.wishes());
         let hidden = shown.map(|wish| Request::of_host(wish).ended(Outcome::done(0)));
+        let lit = lit(&self.lighting).into_iter().map(Wish::SwitchLamps);
+        let lit = lit.map(|wish| Request::of_host(wish).ended(Outcome::done(0)));
         let drawn = self.drawings.entries();
         let rigs = self.rigs.values().flatten().copied();
-        settings.chain(dials).chain(hidden).chain(drawn).chain(rigs).collect()
+        settings.chain(dials).chain(hidden).chain(lit).chain(drawn).chain(rigs).collect()
     }
 }
 
@@ -98,6 +103,24 @@ pub(crate) fn hiding(hidden: &Visibility) -> Vec<Wish> {
         hidden.hidden_objects().map(|(block, bits)| HideObjects { block, hidden: 1, bits: *bits });
     let layers = (layers != 0).then_some(HideLayers { layers, hidden: 1 });
     layers.into_iter().map(Wish::HideLayers).chain(objects.map(Wish::HideObjects)).collect()
+}
+
+/// How it says lamps are to shine.
+pub(crate) fn shine(told: &SwitchLamps) -> Shine {
+    Shine { mode: told.mode, color: told.color, share: told.share }
+}
+
+/// What tells street lamps to shine as they do.
+pub(crate) fn lit(lighting: &Lighting) -> Vec<SwitchLamps> {
+    let told = lighting.told().into_iter();
+    told.map(|(block, bits, Shine { mode, color, share })| SwitchLamps {
+        block,
+        mode,
+        color,
+        share,
+        bits,
+    })
+    .collect()
 }
 
 /// A frame and its entries.

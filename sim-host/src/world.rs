@@ -1,6 +1,6 @@
 //! The world as it is: actors, their bodies, the colours of its lights.
 
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use bus::{
     ACTORS_MAX, ActorId, ActorState, FeelWeather, GUIDE_STEPS, GivenPoses, Guide, HideObjects,
@@ -8,13 +8,14 @@ use bus::{
     kind, lamp, light,
 };
 use glam::Vec3;
-use town::{BLOCK_OBJECTS, Blueprint, Kind, Layer, Town, Visibility};
+use town::{BLOCK_OBJECTS, Blueprint, Kind, Layer, Lighting, Town, Visibility};
 
 use crate::{
     hash::StateHash,
     models::{Models, doors_of},
     physics::{Collision, Ground, Physics, PhysicsError, StaticBox},
     saved::{SavedState, StateError},
+    standing::{lit, shine},
 };
 use cast::Cast;
 
@@ -38,6 +39,8 @@ pub struct World {
     visibility: Visibility,
     /// The poses that clients gave walkers.
     poses: GivenPoses,
+    /// What street lamps were told.
+    lighting: Lighting,
     /// The sky decides how much wheels grip.
     is_weather_felt: bool,
     /// What they would grip then.
@@ -54,6 +57,8 @@ struct Place {
     tags: Vec<u8>,
     objects: u32,
     heads: Vec<town::Head>,
+    /// The numbers of street lamps.
+    lamps: BTreeSet<u32>,
 }
 
 impl World {
@@ -75,6 +80,7 @@ impl World {
             tags: town.colliders.iter().map(|c| tag(town, c.object)).collect(),
             objects: town.objects.len() as u32,
             heads: town.heads.clone(),
+            lamps: town.lamps.iter().map(|lamp| lamp.object + 1).collect(),
         };
         World::on(Arc::new(place), seed)
     }
@@ -101,6 +107,7 @@ impl World {
             place,
             visibility: Visibility::default(),
             poses: GivenPoses::default(),
+            lighting: Lighting::default(),
             is_weather_felt: false,
             weather_grip: 1.0,
         };
@@ -218,6 +225,18 @@ impl World {
                 self.see_to_solids();
                 Ok(0)
             }
+            Wish::SwitchLamps(to) => {
+                to.check()?;
+                if let Some(other) = to.numbers().find(|number| !self.place.lamps.contains(number))
+                {
+                    let lamps = self.place.lamps.len();
+                    return Err(format!(
+                        "thing {other} is none of the town's {lamps} street lamps"
+                    ));
+                }
+                self.lighting.set(to.block, &to.bits, shine(to));
+                Ok(0)
+            }
             Wish::HideObjects(to) => {
                 let last = to.bits.iter().rposition(|bits| *bits != 0).map(|word| {
                     let bit = 63 - to.bits[word].leading_zeros();
@@ -248,6 +267,11 @@ impl World {
     /// What of the town is switched off.
     pub(crate) fn visibility(&self) -> &Visibility {
         &self.visibility
+    }
+
+    /// What street lamps were told.
+    pub(crate) fn lighting(&self) -> &Lighting {
+        &self.lighting
     }
 
     /// Nobody runs into what is switched off.
@@ -521,6 +545,7 @@ impl World {
         let hidden = self.visibility.hidden_objects();
         state.hidden_objects =
             hidden.map(|(block, bits)| HideObjects { block, hidden: 1, bits: *bits }).collect();
+        state.lamps = lit(&self.lighting);
         state.actors = self.states().to_vec();
         state.roles = self.actors.roles().to_vec();
         state.set_poses(&self.poses);
@@ -538,6 +563,10 @@ impl World {
         self.last_actor = state.last_actor;
         self.poses = GivenPoses::default();
         state.poses().for_each(|wish| self.poses.follow(&wish));
+        self.lighting = Lighting::default();
+        for told in &state.lamps {
+            self.lighting.set(told.block, &told.bits, shine(told));
+        }
         self.visibility = Visibility::default();
         self.visibility.set_layers(state.hidden_layers, true);
         self.is_weather_felt = state.is_weather_felt;

@@ -1010,10 +1010,6 @@ def looks_around(c):
     assert len(c.world.get_names_of_all_objects()) >= len(houses)
     works("World.get_environment_objects World.get_level_bbs World.get_names_of_all_objects",
           "the houses of the town")
-    lamps = c.world.get_lightmanager().get_all_lights()
-    assert lamps
-    differs("World.get_lightmanager LightManager.get_all_lights",
-            "lamps are listed; they cannot be switched")
 
 
 @check
@@ -1258,6 +1254,86 @@ def refuses_what_it_has_not(c):
             lambda: car.enable_chrono_physics(1, 0.01, "a", "b", "c", "d"),
         "Vehicle.restore_physx_physics": car.restore_physx_physics})
     car.destroy()
+
+
+@check
+def street_lamps_are_switched(c):
+    manager = c.world.get_lightmanager()
+    lamps = manager.get_all_lights()
+    assert lamps and len(manager.get_all_lights(carla.LightGroup.Street)) == len(lamps)
+    assert not manager.get_all_lights(carla.LightGroup.Building)
+    assert not manager.get_turned_on_lights() and not any(manager.is_active(lamps))
+    works("World.get_lightmanager LightManager.get_all_lights", "the street lamps of the town")
+    lamp, rest = lamps[0], lamps[1:]
+    below = carla.Transform(lamp.location - carla.Location(z=2.0), carla.Rotation(pitch=90.0))
+    camera, measured = c.sensor("sensor.camera.rgb", None, below,
+                                image_size_x=64, image_size_y=48, fov=60)
+
+    def seen():
+        """The middle of the lamp, two frames on: the package tells what is new with a frame."""
+        frame = c.ticks(3)
+        image = next(one for one in iter(lambda: measured.get(timeout=TIMEOUT), None)
+                     if one.frame == frame)
+        return [int(part) for part in pixels(image)[24, 32, 2::-1]]
+
+    day = seen()
+    weather = c.world.get_weather()
+    night = carla.WeatherParameters(sun_altitude_angle=-40.0)
+    c.world.set_weather(night)
+    r, g, b = seen()
+    assert min(r, g, b) > 180, (r, g, b)
+    assert all(manager.is_active(lamps)) and not manager.get_turned_off_lights()
+    manager.turn_off([lamp])
+    assert max(seen()) < 80 and not lamp.is_on
+    assert len(manager.get_turned_on_lights()) == len(rest)
+    manager.turn_on([lamp])
+    assert min(seen()) > 180 and lamp.is_on
+    works("LightManager.turn_on LightManager.turn_off LightManager.is_active "
+          "LightManager.get_turned_on_lights LightManager.get_turned_off_lights Light.is_on "
+          "Light.location", "the lamp above went dark and on again")
+    manager.set_color([lamp], carla.Color(255, 0, 0))
+    r, g, b = seen()
+    assert r - g > 120, (r, g, b)
+    assert lamp.color.g == 0 and manager.get_color([lamp])[0].r == 255
+    manager.set_intensity([lamp], 20.0)
+    assert seen()[0] < r - 40 and manager.get_intensity([lamp])[0] == 20.0 == lamp.intensity
+    manager.set_light_group([lamp], carla.LightGroup.Other)
+    c.ticks(2)
+    assert len(manager.get_all_lights(carla.LightGroup.Other)) == 1
+    assert manager.get_light_group([lamp])[0] == carla.LightGroup.Other == lamp.light_group
+    state = carla.LightState(1000.0, carla.Color(0, 255, 0), carla.LightGroup.Street, True)
+    manager.set_light_state([lamp], state)
+    r, g, b = seen()
+    told = manager.get_light_state([lamp])[0]
+    assert g - r > 120 and told.active and told.group == carla.LightGroup.Street, (r, g, b)
+    works("LightManager.set_color LightManager.get_color LightManager.set_intensity "
+          "LightManager.get_intensity LightManager.set_light_group LightManager.get_light_group "
+          "LightManager.set_light_state LightManager.get_light_state LightState.intensity "
+          "LightState.color LightState.group LightState.active Light.color Light.intensity "
+          "Light.light_group", "the lamp above shines so, and all of it is told back")
+    lamp.turn_off()
+    assert max(seen()) < 80
+    lamp.turn_on()
+    lamp.set_color(carla.Color(255, 214, 170))
+    assert min(seen()) > 180
+    works("Light.turn_on Light.turn_off Light.set_color", "the lamp above shines so")
+    manager.set_day_night_cycle(False)
+    c.ticks(2)
+    c.world.set_weather(weather)
+    assert min(seen()) > 180 and all(manager.is_active(lamps)), "nobody switched them off"
+    manager.set_day_night_cycle(True)
+    r, g, b = seen()
+    assert abs(r - day[0]) < 12 and not any(manager.is_active(lamps)), (r, g, b, day)
+    manager.turn_on(lamps[:1])
+    assert min(seen()) > 180
+    c.world.set_weather(night)
+    c.ticks(2)
+    c.world.set_weather(weather)
+    assert abs(seen()[0] - day[0]) < 12, "a night later it follows the day again"
+    works("LightManager.set_day_night_cycle",
+          "with it lamps go on at dusk and off at dawn, without it they stay as they are")
+    camera.destroy()
+    c.world.tick()
 
 
 @check

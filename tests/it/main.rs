@@ -13,6 +13,7 @@ mod fork;
 mod generated;
 mod hide;
 mod hold;
+mod lamps;
 mod leave;
 mod map;
 mod maps;

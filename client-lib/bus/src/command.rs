@@ -5,8 +5,8 @@ use iceoryx2::prelude::ZeroCopySend;
 use crate::{
     AckermannControl, AckermannSettings, ActorId, Ask, BlendPose, Drawn, Erase, FeelWeather,
     FilePath, LoadMap, Name, Pose, Push, RigId, SensorSpec, SetBones, Shape, Stamp, StartRecorder,
-    StartReplay, StopReplay, Switch, Transmit, VehicleBody, VehicleControl, VehicleEngine,
-    VehicleGearbox, VehicleSteering, VehicleTelemetry, VehicleWheel, WheelTelemetry,
+    StartReplay, StopReplay, Switch, SwitchLamps, Transmit, VehicleBody, VehicleControl,
+    VehicleEngine, VehicleGearbox, VehicleSteering, VehicleTelemetry, VehicleWheel, WheelTelemetry,
 };
 
 /// Header of a batch of [`Command`]s or [`VehicleControl`]s from one client.
@@ -271,6 +271,8 @@ wishes! {
     SetBones(SetBones) = 46,
     /// How much of a given pose shows.
     BlendPose(BlendPose) = 47,
+    /// Let street lamps shine, or not.
+    SwitchLamps(SwitchLamps) = 48,
     /// Write down what happens from the next frame on.
     StartRecorder(StartRecorder) = 100,
     /// Close the recording.

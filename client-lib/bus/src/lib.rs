@@ -16,6 +16,7 @@ mod recording;
 mod rig;
 mod snapshot;
 mod stamp;
+mod street;
 mod traffic;
 mod v2x;
 mod vehicle;
@@ -48,6 +49,7 @@ pub use rig::{
 };
 pub use snapshot::{PIPELINE_MAX, SnapshotHeader};
 pub use stamp::{Frame, Stamp};
+pub use street::{SwitchLamps, shine};
 pub use traffic::{LightState, TrafficHeader, TrafficLayout};
 pub use v2x::{
     CamReading, CamSpec, MessageReading, MessageSpec, RadioSpec, TEXT_BYTES, Transmit, radio,

@@ -32,6 +32,7 @@ use crate::{
     state::{Moment, StateMessage},
     statics::Statics,
     stream::{Streams, WORLD},
+    street::Street,
     textures,
     weather::CarlaWeather,
 };
@@ -63,6 +64,8 @@ pub(crate) struct Bridge {
     pub(crate) episode: u64,
     is_new_map: bool,
     pub(crate) has_new_lights: bool,
+    /// What street lamps were told.
+    pub(crate) street: Street,
     /// Wishes that nobody waits for; they go before the next that somebody does wait for.
     wishes: Vec<Wish>,
     /// The newest pedals of each vehicle, and how many frames ago they were given.
@@ -105,6 +108,7 @@ impl Bridge {
             episode: 0,
             is_new_map: false,
             has_new_lights: false,
+            street: Street::default(),
             replayer: Replayer::default(),
             wishes: Vec::new(),
             pedals: BTreeMap::new(),
@@ -539,6 +543,7 @@ impl Bridge {
         self.weather = CarlaWeather::of(&Weather::default());
         self.motions = Motions::default();
         self.replayer = Replayer::default();
+        self.street = Street::default();
         self.lamps.clear();
         self.doors.clear();
         self.wishes.clear();

@@ -185,8 +185,8 @@ const CALLS: &[(&str, Form, Handler)] = &[
     ("stop_replayer", Nothing, recorder::stop_replay),
     ("tick_cue", Val, |c| { let frame = c.bridge.tick(c.peer)?; c.out.uint(frame); Ok(()) }),
     ("unload_map_layer", Nothing, surroundings::unload_layer),
-    ("update_day_night_cycle", Nothing, ignore),
-    ("update_lights_state", Nothing, |_| refuse("street lamps that can be switched")),
+    ("update_day_night_cycle", Nothing, surroundings::follow_day),
+    ("update_lights_state", Nothing, surroundings::switch_lamps),
     ("use_carsim_road", Nothing, |_| refuse("CarSim")),
     ("version", Val, |c| { c.out.text(VERSION); Ok(()) }),
 ];

@@ -33,6 +33,7 @@ mod settings;
 mod state;
 mod statics;
 mod stream;
+mod street;
 pub mod tables;
 mod textures;
 mod weather;

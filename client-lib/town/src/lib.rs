@@ -18,7 +18,7 @@ pub use catalogue::{
     Posture, Rig, Skeleton, Wheel, blueprint, catalogue, replaced, stride_m,
 };
 pub use furnish::{
-    BAKE_VERSION, BLOCK_OBJECTS, BakeError, Collider, Detail, Head, Lamp, Layer, Object, Parked,
-    Town, Visibility, furnish, furnish_with,
+    BAKE_VERSION, BLOCK_OBJECTS, BakeError, Collider, Detail, Head, Lamp, Layer, Lighting, Object,
+    Parked, Shine, Town, Visibility, furnish, furnish_with,
 };
 pub use generate::{Character, Plan, about, alike, default_map, generate, named, names};

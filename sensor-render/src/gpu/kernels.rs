@@ -6,7 +6,7 @@ use wgpu::{
 };
 
 /// The bindings of the shaders, in their order (scene.wgsl, echo.wgsl, coat.wgsl and draw.wgsl).
-pub(crate) const BINDINGS: usize = 14;
+pub(crate) const BINDINGS: usize = 15;
 
 const SHADER: &str = concat!(
     include_str!("../shader/scene.wgsl"),

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BindGroup, Buffer, BufferDescriptor, BufferUsages, Device, Queue};
 
@@ -9,6 +11,7 @@ use crate::coat::MATERIALS;
 use crate::echo::REFLECTIVITIES;
 use crate::glyphs::GLYPHS;
 use crate::light::Light;
+use crate::world::Lamp;
 use crate::{Overlay, Scene, TraceError, World};
 
 /// Workgroups in one row of a dispatch: no device takes fewer than 65 535.
@@ -33,6 +36,8 @@ pub(crate) struct Resident {
     group: Option<BindGroup>,
     /// The windows of the last batch: if they change, gaps between planes are cleared.
     planned: u64,
+    /// The street lamps that are uploaded.
+    lamps: Arc<Vec<Lamp>>,
 }
 
 /// Names of the bindings, by number.
@@ -51,6 +56,7 @@ mod at {
     pub(super) const REFLECTIVITIES: usize = 11;
     pub(super) const MATERIALS: usize = 12;
     pub(super) const OVERLAY: usize = 13;
+    pub(super) const LAMPS_TOLD: usize = 14;
 }
 
 impl Resident {
@@ -63,7 +69,8 @@ impl Resident {
             };
             Growing::new(&gpu.device, usage | BufferUsages::COPY_DST)
         });
-        let mut resident = Resident { scene: None, buffers, group: None, planned: 0 };
+        let mut resident =
+            Resident { scene: None, buffers, group: None, planned: 0, lamps: Arc::default() };
         let reflectivities: Vec<[f32; 4]> =
             REFLECTIVITIES.iter().map(|[rho, diffuse]| [*rho, *diffuse, 0.0, 0.0]).collect();
         resident.put(gpu, at::REFLECTIVITIES, bytemuck::cast_slice(&reflectivities));
@@ -109,6 +116,12 @@ impl Resident {
             groups: [cameras, lidars, packing, GROUPS_ACROSS],
             overlay: self.take_overlay(gpu, &world.overlay),
         };
+        if !Arc::ptr_eq(&self.lamps, &world.lamps) {
+            let mut told = vec![Lamp { number: world.lamps.len() as u32, ..Lamp::zeroed() }];
+            told.extend_from_slice(&world.lamps);
+            self.put(gpu, at::LAMPS_TOLD, bytemuck::cast_slice(&told));
+            self.lamps = Arc::clone(&world.lamps);
+        }
         self.put(gpu, at::FRAME, bytemuck::bytes_of(&frame));
         self.put(gpu, at::TOP_NODES, bytemuck::cast_slice(&world.nodes));
         self.put(gpu, at::INSTANCES, bytemuck::cast_slice(&world.instances));

@@ -85,6 +85,35 @@ fn glow_of_actor(code: u32, lights: u32, albedo: vec3f) -> vec3f {
     }
 }
 
+// The first word is how many there are; then a word for each, rising by their numbers.
+@group(0) @binding(14) var<storage, read> lamps_told: array<vec4u>;
+
+// What a street lamp gives off.
+fn glow_of_lamp(number: u32) -> vec3f {
+    let own = vec3f(9.0, 7.5, 5.0);
+    let dark = frame.horizon.w;
+    var low = 1u;
+    var high = lamps_told[0].x + 1u;
+    while (low < high) {
+        let middle = (low + high) / 2u;
+        if (lamps_told[middle].x < number) {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    if (low > lamps_told[0].x || lamps_told[low].x != number) {
+        return own * dark;
+    }
+    let lamp = lamps_told[low];
+    var glow = own;
+    if (lamp.z != 0u) {
+        glow = linear_of(unpack4x8unorm(lamp.z).xyz) * 9.0;
+    }
+    let on = select(select(dark, 1.0, lamp.y == 1u), 0.0, lamp.y == 0u);
+    return glow * (on * bitcast<f32>(lamp.w));
+}
+
 fn coat_of(hit: Hit, at: vec3f) -> Coat {
     let row1 = triangles[hit.triangle * 3u + 1u];
     let row2 = triangles[hit.triangle * 3u + 2u];
@@ -141,7 +170,7 @@ fn coat_of(hit: Hit, at: vec3f) -> Coat {
         coat.grain = vec4f(0.0);
         coat.glow = glow_of_actor(code, instances[hit.instance].lights, albedo);
     } else if (code == LAMP_WHITE) {
-        coat.glow = vec3f(9.0, 7.5, 5.0) * frame.horizon.w;
+        coat.glow = glow_of_lamp(owner);
     }
     return coat;
 }

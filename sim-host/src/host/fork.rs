@@ -8,7 +8,7 @@ use super::Host;
 use crate::{
     journal::Request,
     saved::{SavedState, decision_hash, map_sum},
-    standing::hiding,
+    standing::{hiding, lit},
 };
 
 /// What traffic decided, as it came or as it was saved.
@@ -121,6 +121,7 @@ impl Host {
         }
         wishes.push(Wish::SetWeather(state.weather.unwrap_or_default()));
         wishes.extend(hiding(self.world.visibility()));
+        wishes.extend(lit(self.world.lighting()).into_iter().map(Wish::SwitchLamps));
         wishes.extend(state.dials.iter().copied().map(Wish::TrafficDial));
         wishes.extend(self.world.poses().wishes());
         self.retold.extend(wishes.into_iter().map(|w| Request::of_host(w).ended(Outcome::done(0))));

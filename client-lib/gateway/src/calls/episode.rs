@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use client_lib::Wish;
 
-use super::{Call, surroundings::our_layers};
+use super::{
+    Call,
+    surroundings::{light_up, our_layers},
+};
 use crate::{
     args::Refusal,
     settings::EpisodeSettings,
@@ -150,7 +153,11 @@ pub(super) fn weather(call: &mut Call) -> Result<(), Refusal> {
 
 pub(super) fn set_weather(call: &mut Call) -> Result<(), Refusal> {
     let weather = CarlaWeather::read(&mut call.args)?;
-    call.bridge.wish(Wish::SetWeather(weather.to_bus()));
+    let bus = weather.to_bus();
+    call.bridge.wish(Wish::SetWeather(bus));
+    if let Some(wishes) = call.bridge.street.see(bus.sun_altitude_rad < 0.0) {
+        light_up(call, wishes);
+    }
     call.bridge.weather = weather;
     Ok(())
 }

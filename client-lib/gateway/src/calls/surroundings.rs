@@ -1,5 +1,7 @@
 //! What stands round the roads, and what rays meet.
 
+use std::sync::Arc;
+
 use client_lib::{HideLayers, Wish, hide_objects, layer};
 use glam::Vec3;
 
@@ -12,8 +14,6 @@ use crate::{
 
 /// CARLA's tag for everything.
 const ANY: u32 = 255;
-/// CARLA's group of street lamps.
-const STREET: u64 = 2;
 
 fn bounds(object: &town::Object) -> Bounds {
     Bounds {
@@ -112,12 +112,33 @@ fn name(index: usize, object: &town::Object) -> String {
 /// Street lamps.
 pub(super) fn lamps(call: &mut Call) -> Result<(), Refusal> {
     let lamps = &call.bridge.statics.town().lamps;
-    call.out.list(lamps.len());
-    for (index, lamp) in lamps.iter().enumerate() {
-        call.out.list(6).uint(index as u64 + 1).vector(flip(lamp.position.to_array()));
-        call.out.f32(1000.0).uint(STREET).list(3).uint(255).uint(214).uint(170).bool(false);
-    }
+    call.bridge.street.write(lamps, call.out);
     Ok(())
+}
+
+/// Who calls, what lamps are to be like, and whether the caller wants to be told of it.
+pub(super) fn switch_lamps(call: &mut Call) -> Result<(), Refusal> {
+    call.args.text()?;
+    let mut states = call.args.list()?;
+    let statics = Arc::clone(&call.bridge.statics);
+    let wishes = call.bridge.street.take(&statics.town().lamps, &mut states)?;
+    light_up(call, wishes);
+    Ok(())
+}
+
+pub(super) fn follow_day(call: &mut Call) -> Result<(), Refusal> {
+    call.args.text()?;
+    let on = call.args.bool()?;
+    let statics = Arc::clone(&call.bridge.statics);
+    let wishes = call.bridge.street.follow_day(on, &statics.town().lamps);
+    light_up(call, wishes);
+    Ok(())
+}
+
+/// Everybody asks again what lamps are like.
+pub(super) fn light_up(call: &mut Call, wishes: Vec<Wish>) {
+    wishes.into_iter().for_each(|wish| call.bridge.wish(wish));
+    call.bridge.has_new_lights = true;
 }
 
 /// Everything between two places.

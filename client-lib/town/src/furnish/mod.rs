@@ -11,6 +11,7 @@ mod frontage;
 mod green;
 mod index;
 mod leisure;
+mod lighting;
 mod lots;
 mod outline;
 mod parked;
@@ -35,6 +36,7 @@ mod tests;
 pub use bake::{BAKE_VERSION, BakeError};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
+pub use lighting::{Lighting, Shine};
 use road::{Mesh, Network, Tag};
 pub use visibility::{BLOCK_OBJECTS, Visibility};
 

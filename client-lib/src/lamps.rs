@@ -1,0 +1,69 @@
+//! Street lamps.
+
+use std::collections::BTreeMap;
+
+use bus::{SwitchLamps, Wish, shine};
+
+use crate::{Client, ClientError};
+
+/// How street lamps are to shine: see [`Client::switch_lamps`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shining(SwitchLamps);
+
+impl Shining {
+    fn of(mode: u32) -> Shining {
+        Shining(SwitchLamps { block: 0, mode, color: 0, share: 1.0, bits: [0; 16] })
+    }
+
+    /// Dark.
+    pub fn off() -> Shining {
+        Shining::of(shine::OFF)
+    }
+
+    /// Day and night.
+    pub fn on() -> Shining {
+        Shining::of(shine::ON)
+    }
+
+    /// While it is dark: as all lamps do at first.
+    pub fn at_night() -> Shining {
+        Shining::of(shine::AT_NIGHT)
+    }
+
+    /// In this colour: red, green, blue.
+    pub fn color(mut self, [r, g, b]: [u8; 3]) -> Shining {
+        self.0.color = u32::from_le_bytes([r, g, b, 255]);
+        self
+    }
+
+    /// So bright, as a share of a lamp's own brightness, up to 100.
+    pub fn share(mut self, share: f32) -> Shining {
+        self.0.share = share;
+        self
+    }
+
+    /// The wishes that tell these lamps so.
+    pub fn wishes(&self, lamps: &[u32]) -> Vec<Wish> {
+        let mut blocks = BTreeMap::<u32, [u64; 16]>::new();
+        for lamp in lamps {
+            let number = lamp & !(1 << 31);
+            let within = number as usize % 1024;
+            blocks.entry(number / 1024).or_default()[within / 64] |= 1 << (within % 64);
+        }
+        let wish = |(block, bits)| Wish::SwitchLamps(SwitchLamps { block, bits, ..self.0 });
+        blocks.into_iter().map(wish).collect()
+    }
+}
+
+impl Client {
+    /// Lets street lamps shine so from the next frame on. A lamp is named by the number that
+    /// instance images show of its pole, with or without its highest bit; what is no lamp is
+    /// refused.
+    pub fn switch_lamps(&mut self, lamps: &[u32], shining: Shining) -> Result<(), ClientError> {
+        let wishes = shining.wishes(lamps);
+        if wishes.is_empty() {
+            return Ok(());
+        }
+        self.request("switch_lamps", &wishes).map(drop)
+    }
+}

@@ -1,0 +1,79 @@
+//! Street lamps shine as they were told.
+
+use bus::output;
+use road::{Face, Material, Tag};
+use town::{Lighting, Shine};
+
+use super::{Bundle, block, camera, cpu, town, world_with};
+use crate::{Scene, Tracer};
+
+/// Three heads before the wall, objects 9, 10 and 11, from the left to the right.
+fn scene() -> Scene {
+    let mut mesh = town();
+    for (object, y) in [(9, 4.0), (10, 0.0), (11, -4.0)] {
+        let face = Face::new(Tag::Pole, Material::LampWhite, object);
+        block(&mut mesh, [10.0, y - 1.0, 1.0], [10.5, y + 1.0, 2.0], face);
+    }
+    Scene::new(&mesh, &[])
+}
+
+fn told(lighting: &mut Lighting, number: u32, shine: Shine) {
+    let mut bits = [0; 16];
+    bits[0] = 1 << number;
+    lighting.set(0, &bits, shine);
+}
+
+/// The colours in the middle of the three.
+fn seen(tracer: &mut Tracer, lighting: &Lighting, sun_altitude_rad: f32) -> [[u8; 4]; 3] {
+    let scene = scene();
+    let mut world = world_with(&scene, &[]);
+    world.weather.sun_altitude_rad = sun_altitude_rad;
+    world.light(lighting);
+    let bundle = Bundle::measure(tracer, &scene, &world, &[camera(161, 121)]);
+    let colors = bundle.plane::<[u8; 4]>(0, output::COLOR);
+    [4.0, 0.0, -4.0].map(|y: f32| colors[56 * 161 + (80.0 - 80.5 * y / 10.0) as usize])
+}
+
+const DAY: f32 = 0.85;
+const NIGHT: f32 = -0.6;
+
+fn lighting() -> Lighting {
+    let mut lighting = Lighting::default();
+    let red = u32::from_le_bytes([255, 0, 0, 255]);
+    told(&mut lighting, 9, Shine { mode: 1, color: red, share: 1.0 });
+    told(&mut lighting, 11, Shine { mode: 0, ..Shine::OWN });
+    lighting
+}
+
+#[test]
+fn a_lamp_shines_by_night_if_it_was_told_nothing_and_as_it_was_told_else() {
+    let own = Lighting::default();
+    let by_day = seen(&mut cpu(1), &own, DAY);
+    let by_night = seen(&mut cpu(1), &own, NIGHT);
+    assert!(by_night.iter().all(|[r, g, b, _]| *r > 240 && *g > 220 && *b > 190), "{by_night:?}");
+    let told = lighting();
+    for (sun, plain) in [(DAY, by_day), (NIGHT, by_night)] {
+        let [red, same, off] = seen(&mut cpu(1), &told, sun);
+        assert!(red[0] > 240 && red[0] - red[1] > 60, "{red:?}");
+        assert_eq!(same, plain[1]);
+        assert!(sun == DAY || off[0] < 100, "{off:?}");
+        assert!(sun == NIGHT || off == plain[2], "{off:?}");
+    }
+    let mut weak = Lighting::default();
+    let dim = Shine { share: 0.02, ..Shine::OWN };
+    self::told(&mut weak, 10, dim);
+    assert!(seen(&mut cpu(1), &weak, NIGHT)[1][0] < 200);
+}
+
+#[test]
+fn a_gpu_lets_them_shine_the_same() {
+    let Some(mut gpu) = crate::gpu::tests::gpu() else { return };
+    for lighting in [Lighting::default(), lighting(), Lighting::default()] {
+        for sun in [DAY, NIGHT] {
+            let by_gpu = seen(&mut gpu, &lighting, sun);
+            let by_cpu = seen(&mut cpu(1), &lighting, sun);
+            let apart = by_cpu.iter().flatten().zip(by_gpu.iter().flatten());
+            assert!(apart.clone().all(|(a, b)| a.abs_diff(*b) <= 2), "{by_cpu:?} {by_gpu:?}");
+        }
+    }
+}
