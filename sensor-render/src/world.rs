@@ -201,6 +201,7 @@ fn posture_of<'a>(actor: &ActorState, poses: &'a GivenPoses) -> Posture<'a> {
         doors: actor.doors,
         stride: if is_walker { actor.phase as f32 / STRIDE as f32 } else { 0.0 },
         speed_mps: if is_walker { actor.velocity().truncate().length() } else { 0.0 },
+        limbs: if is_walker { actor.limbs() } else { None },
         given: if actor.has(flag::POSED) {
             poses.of(actor.actor_id).map(|to| Given { share: to.share, bones: &to.bones })
         } else {

@@ -9,6 +9,7 @@ mod crash;
 mod draw;
 mod episodes;
 mod exact;
+mod fall;
 mod fork;
 mod generated;
 mod hide;

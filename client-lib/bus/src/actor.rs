@@ -204,7 +204,8 @@ pub struct ActorState {
     pub angular_velocity_radps: [f32; 3],
     /// Mean over the frame, in world space, gravity not felt: what the published velocity gained.
     pub acceleration_mps2: [f32; 3],
-    /// Pedal, 0 to 1.
+    /// Pedal, 0 to 1. This and what only vehicles have hold the limbs of a walker who fell: see
+    /// [`ActorState::limbs`].
     pub throttle: f32,
     /// Pedal, 0 to 1.
     pub brake: f32,

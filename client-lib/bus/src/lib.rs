@@ -10,6 +10,7 @@ mod bones;
 mod born;
 mod command;
 mod drawing;
+mod limbs;
 mod motion;
 mod name;
 mod recording;
@@ -37,6 +38,7 @@ pub use command::{
     layer, status,
 };
 pub use drawing::{Drawn, Erase, SHAPE_TEXT_BYTES, SHAPES_MAX, Shape, shape};
+pub use limbs::LIMBS;
 pub use motion::{
     AckermannControl, AckermannSettings, Ask, FeelWeather, Push, Switch, VehicleTelemetry,
     WheelTelemetry, part,

@@ -14,8 +14,8 @@ mod generate;
 mod random;
 
 pub use catalogue::{
-    Attribute, AttributeType, Blueprint, Bone, Given, Joint, Kind, Looks, MeshFault, Motion,
-    Posture, Rig, Skeleton, Wheel, blueprint, catalogue, replaced, stride_m,
+    Attribute, AttributeType, Blueprint, Bone, Given, Joint, Kind, LIMB_BONES, Looks, MeshFault,
+    Motion, Posture, Rig, Skeleton, Wheel, blueprint, catalogue, replaced, stride_m,
 };
 pub use furnish::{
     BAKE_VERSION, BLOCK_OBJECTS, BakeError, Collider, Detail, Head, Lamp, Layer, Lighting, Object,

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::error::PhysicsError;
 use super::model::VehicleModel;
 use super::overlap::{shrunk, touch};
+use super::ragdoll::SOLID;
 use super::vehicle::{Pedals, Prepared, Vehicle};
 use super::walker::{Walker, WalkerModel};
 use super::world::{Actor, Kind, Physics};
@@ -113,6 +114,9 @@ impl Physics {
     pub fn destroy(&mut self, id: ActorId) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
         let actor = self.actors.remove(index);
+        if let Kind::Walker(Walker { limbs: Some(limbs), .. }) = &actor.kind {
+            limbs.remove(&mut self.world);
+        }
         self.world.remove_body(actor.body);
         self.touching.retain(|pair| pair.0 != id.0 && pair.1 != super::world::Touched::Actor(id.0));
         self.collisions.retain(|c| c.actor != id && c.other != id);
@@ -133,6 +137,10 @@ impl Physics {
                 let ahead = pose.rotation() * Vec3::X;
                 walker.yaw_rad = ahead.y.atan2(ahead.x);
                 walker.rise_mps = None;
+                if let Some(limbs) = &walker.limbs {
+                    let from = *self.world.bodies[actor.body].position();
+                    limbs.follow(&mut self.world, &from, &body_pose(pose));
+                }
             }
             Kind::Prop(_) => {}
         }
@@ -160,15 +168,15 @@ impl Physics {
             "not finite, or above 100 rad/s",
         )?;
         let actor = self.actors.wake(index);
+        if matches!(&actor.kind, Kind::Walker(walker) if walker.is_down()) {
+            return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
+        }
         let body = &mut self.world.bodies[actor.body];
         if actor.kinematic {
             actor.glide = (velocity_mps, spin_radps);
             return Ok(());
         }
         if let Kind::Walker(walker) = &mut actor.kind {
-            if walker.is_down {
-                return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
-            }
             walker.wish_mps = velocity_mps.truncate();
             return Ok(());
         }
@@ -190,10 +198,9 @@ impl Physics {
         }
         actor.kinematic = on;
         actor.glide = (Vec3::ZERO, Vec3::ZERO);
-        let body = &mut self.world.bodies[actor.body];
         match &mut actor.kind {
             // A walker's body goes where its feet go, either way.
-            Kind::Walker(walker) if !walker.is_down => {
+            Kind::Walker(walker) if !walker.is_down() => {
                 walker.wish_mps = Vec2::ZERO;
                 return Ok(());
             }
@@ -202,9 +209,12 @@ impl Physics {
         }
         let body_type =
             if on { RigidBodyType::KinematicPositionBased } else { RigidBodyType::Dynamic };
-        body.set_body_type(body_type, true);
-        body.set_linvel(Vec3::ZERO, true);
-        body.set_angvel(Vec3::ZERO, true);
+        for body in actor.bodies() {
+            let body = &mut self.world.bodies[body];
+            body.set_body_type(body_type, true);
+            body.set_linvel(Vec3::ZERO, true);
+            body.set_angvel(Vec3::ZERO, true);
+        }
         Ok(())
     }
 
@@ -231,7 +241,7 @@ impl Physics {
         let Kind::Walker(walker) = &mut self.actors.wake(index).kind else {
             return Err(PhysicsError::WrongKind(id, "walker"));
         };
-        if walker.is_down {
+        if walker.is_down() {
             return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
         }
         walker.wish_mps = velocity_mps;
@@ -244,7 +254,7 @@ impl Physics {
         let Kind::Walker(walker) = &mut self.actors.wake(index).kind else {
             return Err(PhysicsError::WrongKind(id, "walker"));
         };
-        if walker.is_down {
+        if walker.is_down() {
             return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
         }
         walker.jump();
@@ -325,6 +335,7 @@ impl Physics {
             .position(local)
             .density(0.0)
             .friction(0.4)
+            .collision_groups(SOLID)
             .user_data(u128::from(id.0));
         let (body, collider) = self.world.insert(body, collider);
         // Its centre of mass counts from the first substep on.

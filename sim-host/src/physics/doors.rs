@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::PhysicsError;
 use super::motion::{Motion, Push};
+use super::ragdoll::SOLID;
 use super::vehicle::AIR_DENSITY_KGPM3;
 use super::world::{Kind, Physics};
 
@@ -87,6 +88,7 @@ impl Physics {
                 .position(Pose::from_parts(model.middle_m, model.turn))
                 .density(0.0)
                 .friction(0.4)
+                .collision_groups(SOLID)
                 .enabled(!actor.is_ghost)
                 .user_data(u128::from(id.0));
             let collider = self.world.insert_collider(collider, Some(actor.body));

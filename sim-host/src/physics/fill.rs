@@ -56,8 +56,14 @@ impl Physics {
             state.wheel_spin_rad = rounded(vehicle.wheel_angle_rad(), parts::WHEEL);
         }
         if let Kind::Walker(walker) = &actor.kind {
-            let bit = if walker.is_down { flag::DOWN } else { 0 };
-            flags |= bit;
+            match &walker.limbs {
+                Some(limbs) => {
+                    flags |= flag::DOWN;
+                    state.set_limbs(&limbs.turns(&self.world, actor.body));
+                }
+                None if state.has(flag::DOWN) => state.clear_limbs(),
+                None => {}
+            }
         }
         const OURS: u32 = flag::KINEMATIC
             | flag::TELEPORTED
@@ -77,6 +83,15 @@ impl Physics {
         digest.word(self.actors.len() as u64);
         digest.word(self.grip.to_bits().into());
         self.actors.hash(&mut digest, |actor| digest_of(self.body(actor), actor));
+        for limb in self.actors.iter().flat_map(|actor| actor.bodies().skip(1)) {
+            let body = &self.world.bodies[limb];
+            digest.vector(body.translation());
+            let turn = body.rotation();
+            digest.pair(turn.x.to_bits(), turn.y.to_bits());
+            digest.pair(turn.z.to_bits(), turn.w.to_bits());
+            digest.vector(body.linvel());
+            digest.vector(body.angvel());
+        }
         digest.all_of(&self.touching);
         for pair in self.world.narrow_phase.contact_pairs() {
             digest.pair(pair.collider1.into_raw_parts().0, pair.collider2.into_raw_parts().0);

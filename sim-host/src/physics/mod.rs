@@ -33,6 +33,7 @@ mod model;
 mod motion;
 mod outside;
 mod overlap;
+mod ragdoll;
 mod rest;
 mod save;
 mod sense;

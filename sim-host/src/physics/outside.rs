@@ -12,6 +12,7 @@ use super::actors::check_length;
 use super::error::PhysicsError;
 use super::tuning;
 use super::vehicle::Vehicle;
+use super::walker::Walker;
 use super::world::{Kind, Physics, motion_of};
 
 /// The hardest push: a change of velocity in one frame that the solver bears.
@@ -115,7 +116,9 @@ impl Physics {
         let index = self.find(id)?;
         let actor = self.actors.wake(index);
         actor.is_weightless = !on;
-        self.world.bodies[actor.body].set_gravity_scale(if on { 1.0 } else { 0.0 }, true);
+        for body in actor.bodies() {
+            self.world.bodies[body].set_gravity_scale(if on { 1.0 } else { 0.0 }, true);
+        }
         Ok(())
     }
 
@@ -124,6 +127,10 @@ impl Physics {
         let index = self.find(id)?;
         let actor = self.actors.wake(index);
         actor.is_ghost = !on;
+        if let Kind::Walker(Walker { limbs: Some(limbs), .. }) = &actor.kind {
+            limbs.set_solid(&mut self.world, actor.body, on);
+            return Ok(());
+        }
         for collider in self.world.bodies[actor.body].colliders() {
             self.world.colliders[*collider].set_enabled(on);
         }

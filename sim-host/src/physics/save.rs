@@ -19,7 +19,7 @@ use super::walker::Walker;
 use super::world::{Actor, Kind, Pair, Physics};
 
 /// Changes whenever the bytes' meaning does.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 #[derive(Serialize, Deserialize)]
 struct SavedActor {

@@ -1,11 +1,11 @@
 //! People on foot: upright capsules that go where they are told, on the ground, round what stands
-//! there. One who is hit hard and not invincible falls, and lies from then on as a body among
-//! bodies.
+//! there. One who is hit hard and not invincible falls, and lies from then on: see `ragdoll.rs`.
 
 use glam::{Mat3, Quat, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::ground::Ground;
+use super::ragdoll::Limbs;
 
 /// The highest step that a walker takes without falling or being stopped.
 const STEP_M: f32 = 0.4;
@@ -15,9 +15,6 @@ const FALL_MAX_MPS: f32 = 50.0;
 const JUMP_MPS: f32 = 4.2;
 /// Who is hit faster than this falls.
 const UPSET_MPS: f32 = 2.0;
-/// How fast one who is hit topples, for each metre per second of the hit; and at most.
-const SPIN_PER_M: f32 = 0.4;
-const SPIN_MAX_RADPS: f32 = 5.0;
 /// Feet are this far above the capsule's lower end.
 const CLEAR_M: f32 = 0.05;
 
@@ -45,15 +42,10 @@ impl WalkerModel {
         Vec3::Z * (self.height_m / 2.0 + CLEAR_M)
     }
 
-    /// Of a fallen body: the box that it lies on. It cannot stand on its end.
-    pub(super) fn half_m(&self) -> Vec3 {
-        let slim_m = 0.4 * self.radius_m;
-        Vec3::new(slim_m, slim_m, self.height_m / 2.0)
-    }
-
-    /// About that middle.
+    /// About that middle, while it stands.
     pub(super) fn inertia_kgm2(&self) -> Vec3 {
-        let square = self.half_m() * self.half_m();
+        let half = Vec3::new(0.4 * self.radius_m, 0.4 * self.radius_m, self.height_m / 2.0);
+        let square = half * half;
         Vec3::new(square.y + square.z, square.x + square.z, square.x + square.y)
             * (self.mass_kg / 3.0)
     }
@@ -68,7 +60,7 @@ pub(super) struct Walker {
     pub rise_mps: Option<f32>,
     pub yaw_rad: f32,
     /// It fell, and lies.
-    pub is_down: bool,
+    pub limbs: Option<Limbs>,
 }
 
 /// A box that walkers go round, and that may hit them.
@@ -102,7 +94,7 @@ impl Obstacle {
 
 impl Walker {
     pub(super) fn new(model: WalkerModel, yaw_rad: f32) -> Walker {
-        Walker { model, wish_mps: Vec2::ZERO, rise_mps: None, yaw_rad, is_down: false }
+        Walker { model, wish_mps: Vec2::ZERO, rise_mps: None, yaw_rad, limbs: None }
     }
 
     /// Leaves the ground, if it stands on it.
@@ -110,24 +102,28 @@ impl Walker {
         self.rise_mps = self.rise_mps.or(Some(JUMP_MPS));
     }
 
-    /// The spin with which it falls if somebody hits it so hard within `dt` seconds.
-    pub(super) fn upset(&self, feet_m: Vec3, obstacles: &[Obstacle], dt: f32) -> Option<Vec3> {
+    /// It fell, and lies.
+    pub(super) fn is_down(&self) -> bool {
+        self.limbs.is_some()
+    }
+
+    /// Whether somebody hits it so hard within `dt` seconds that it falls.
+    pub(super) fn is_upset(&self, feet_m: Vec3, obstacles: &[Obstacle], dt: f32) -> bool {
         if !self.model.is_frail {
-            return None;
+            return false;
         }
         let own_mps = self.wish_mps.extend(0.0);
         let middle_m = feet_m + self.model.middle_m();
-        obstacles.iter().find_map(|box_| {
+        obstacles.iter().any(|box_| {
             let coming_mps = box_.velocity_mps - own_mps;
             // Who is far away need not be looked at closely.
             let near_m = box_.half_m.length() + self.model.height_m + coming_mps.length() * dt;
             if (middle_m - box_.center_m).length_squared() > near_m * near_m {
-                return None;
+                return false;
             }
             let (gap, way) = box_.gap(middle_m, &self.model);
             let closing_mps = coming_mps.dot(way);
-            let is_hit = closing_mps > UPSET_MPS && gap < closing_mps * dt + 0.02;
-            is_hit.then(|| Vec3::Z.cross(way) * (SPIN_PER_M * closing_mps).min(SPIN_MAX_RADPS))
+            closing_mps > UPSET_MPS && gap < closing_mps * dt + 0.08
         })
     }
 

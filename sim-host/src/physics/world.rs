@@ -6,11 +6,11 @@ use std::sync::Arc;
 use bus::ActorId;
 use glam::{Mat3, Quat, Vec3};
 use rapier3d::prelude::{
-    ColliderBuilder, ColliderHandle, PhysicsWorld, Pose, RigidBody, RigidBodyHandle, RigidBodyType,
+    ColliderBuilder, ColliderHandle, PhysicsWorld, Pose, RigidBody, RigidBodyHandle,
 };
 use serde::{Deserialize, Serialize};
 
-use super::actors::{Prop, PropModel};
+use super::actors::Prop;
 use super::contact::Corners;
 use super::doors::DoorModel;
 use super::fill::{digest_of, shown_mps};
@@ -18,6 +18,7 @@ use super::ground::Ground;
 use super::model::GRAVITY_MPS2;
 use super::motion::{Motion, Push};
 use super::overlap::Statics;
+use super::ragdoll::Limbs;
 use super::rest::Actors;
 use super::vehicle::Vehicle;
 use super::walker::{Obstacle, Walker};
@@ -283,9 +284,22 @@ impl Physics {
                 }
                 continue;
             }
-            let body = &mut world.bodies[actor.body];
             let gravity = if actor.is_weightless { 0.0 } else { GRAVITY_MPS2 };
             let outside = Push { force_n: actor.pushed.0, torque_nm: actor.pushed.1 };
+            if let Kind::Walker(walker) = &mut actor.kind {
+                let model = walker.model;
+                let feet = world.bodies[actor.body].translation();
+                if !walker.is_down() && walker.is_upset(feet, &obstacles, dt) {
+                    let velocity = walker.wish_mps.extend(walker.rise_mps.unwrap_or(0.0));
+                    let own = (actor.body, actor.collider);
+                    walker.limbs = Some(Limbs::fall(world, own, &model, velocity));
+                }
+                if let Some(limbs) = &mut walker.limbs {
+                    limbs.stand(world, ground, actor.body, dt);
+                    continue;
+                }
+            }
+            let body = &mut world.bodies[actor.body];
             match &mut actor.kind {
                 Kind::Vehicle(vehicle) => {
                     let push = vehicle.substep(&surface, &motion_of(body, gravity), &outside, dt);
@@ -297,26 +311,6 @@ impl Physics {
                 }
                 Kind::Walker(walker) => {
                     let model = walker.model;
-                    if !walker.is_down
-                        && let Some(spin) = walker.upset(body.translation(), &obstacles, dt)
-                    {
-                        walker.is_down = true;
-                        body.set_body_type(RigidBodyType::Dynamic, true);
-                        body.set_linvel(walker.wish_mps.extend(0.0), true);
-                        body.set_angvel(spin, true);
-                        body.recompute_mass_properties_from_colliders(&world.colliders);
-                    }
-                    if walker.is_down {
-                        let prop = Prop {
-                            model: PropModel {
-                                half_extents_m: model.half_m(),
-                                mass_kg: model.mass_kg,
-                            },
-                        };
-                        let push = prop.substep(ground, &motion_of(body, gravity), &outside, dt);
-                        apply(body, &push);
-                        continue;
-                    }
                     let shape = world.colliders[actor.collider].shape();
                     let lift = model.middle_m();
                     let free = |feet: Vec3| {
@@ -332,7 +326,7 @@ impl Physics {
 
     /// What walkers go round. Nothing where nobody walks.
     fn obstacles(&self) -> Vec<Obstacle> {
-        let walks = |actor: &Actor| matches!(&actor.kind, Kind::Walker(w) if !w.is_down);
+        let walks = |actor: &Actor| matches!(&actor.kind, Kind::Walker(w) if !w.is_down());
         if !self.actors.awake().any(walks) {
             return Vec::new();
         }
@@ -380,6 +374,10 @@ impl Physics {
             let (Some(first), Some(second)) = (who(pair.collider1), who(pair.collider2)) else {
                 continue;
             };
+            // Floors of those who lie are nobody's.
+            if first.min(second) == 0 {
+                continue;
+            }
             // The contact's normal points from the first to the second.
             let (low, high, given) =
                 if first < second { (first, second, -impulse) } else { (second, first, impulse) };

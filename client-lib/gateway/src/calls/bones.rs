@@ -178,6 +178,7 @@ fn posture_of<'a>(
         doors: state.doors,
         stride: if is_walker { state.phase as f32 / client_lib::STRIDE as f32 } else { 0.0 },
         speed_mps: state.velocity().truncate().length(),
+        limbs: if is_walker { state.limbs() } else { None },
         given: given.map(|(share, bones)| Given { share: *share, bones }),
     }
 }

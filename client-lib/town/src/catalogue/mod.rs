@@ -29,7 +29,7 @@ pub use attribute::{Attribute, AttributeType};
 pub use gltf::{MeshFault, replaced};
 pub use looks::Looks;
 pub use rig::{Given, Joint, Motion, Posture, Rig};
-pub use skeleton::{Bone, Skeleton, stride_m};
+pub use skeleton::{Bone, LIMB_BONES, Skeleton, stride_m};
 
 /// What kind of thing a blueprint makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

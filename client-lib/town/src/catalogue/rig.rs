@@ -103,6 +103,9 @@ pub struct Posture<'a> {
     pub stride: f32,
     /// Over ground. Metres per second.
     pub speed_mps: f32,
+    /// Of a walker who fell: how each limb is turned against the one that carries it, in the order
+    /// of [`LIMB_BONES`](super::LIMB_BONES).
+    pub limbs: Option<[Quat; 10]>,
     /// What a walker was told to hold beside its walk.
     pub given: Option<Given<'a>>,
 }

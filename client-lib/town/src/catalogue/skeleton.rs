@@ -30,6 +30,13 @@ pub struct Skeleton {
 /// How many bones there are without fingers.
 pub(crate) const BODY_BONES: usize = 26;
 
+/// How many limbs of one who fell turn.
+const LIMBS: usize = 10;
+
+/// The bones that the limbs of one who fell turn about: chest, head, left arm and forearm, right
+/// ones, left thigh and shin, right ones.
+pub const LIMB_BONES: [usize; LIMBS] = [2, 12, 5, 6, 9, 10, 16, 17, 21, 22];
+
 /// Names, parents, and (forward, aside, up) in shares of the height.
 #[rustfmt::skip]
 const BODY: [(&str, usize, [f32; 3]); BODY_BONES] = [
@@ -119,7 +126,14 @@ impl Skeleton {
     /// `actor_from_bone` of as many bones as there is room for, where a bone's space is the
     /// actor's while it rests: what is fixed to the bone moves so.
     pub fn pose(&self, posture: &Posture, actor_from_rest: &mut [Affine3A]) {
-        let gait = Gait::of(posture, self.height_m);
+        let gait = match posture.limbs {
+            Some(_) => Gait::none(),
+            None => Gait::of(posture, self.height_m),
+        };
+        let lying = |index: usize| {
+            let limb = LIMB_BONES.iter().position(|bone| *bone == index)?;
+            posture.limbs.map(|turns| turns[limb])
+        };
         let foot = |placed: &[Affine3A], side: usize| {
             let index = bone::FOOT[side];
             placed[index].transform_point3(self.bones[index].at_m).z - self.bones[index].at_m.z
@@ -127,7 +141,7 @@ impl Skeleton {
         let count = actor_from_rest.len().min(self.bones.len());
         for index in 0..count {
             let Bone { parent, at_m, .. } = self.bones[index];
-            let turn = gait.turn(index);
+            let turn = lying(index).unwrap_or_else(|| gait.turn(index));
             let own = Affine3A::from_rotation_translation(turn, at_m - turn * at_m);
             actor_from_rest[index] = if index == 0 { own } else { actor_from_rest[parent] * own };
         }
@@ -204,6 +218,11 @@ struct Gait {
 }
 
 impl Gait {
+    /// Nobody walks.
+    fn none() -> Gait {
+        Gait { amount: 0.0, run: 0.0, swing_rad: 0.0, phase_rad: 0.0 }
+    }
+
     fn of(posture: &Posture, height_m: f32) -> Gait {
         let speed = posture.speed_mps;
         let amount = ((speed - 0.05) / 0.5).clamp(0.0, 1.0);

@@ -8,6 +8,7 @@ mod driving;
 mod ground;
 mod motion;
 mod outside;
+mod ragdoll;
 mod rails;
 mod tuning;
 mod walkers;

@@ -1,0 +1,101 @@
+//! One who is hit falls limb by limb: what is seen of it is in snapshots, recordings and saved
+//! states, to the bit.
+
+use bus::{ActorState, flag, output};
+use client_lib::{
+    ActorId, Client, Pose, Profile, Replay, Rig, SetVelocity, Spawn, VehicleControl, Wish, camera,
+};
+use glam::{Quat, Vec3};
+
+use crate::{
+    kit::{Digest, Scratch, Sim},
+    record::seen,
+};
+
+/// A walker in the way of a car at 40 km/h, and a camera that stands in the world beside them.
+fn scene(client: &mut Client) -> (ActorId, ActorId) {
+    let place = client.spawn_points().unwrap()[0];
+    let ahead = place.then(&Pose::new(Vec3::X * 9.0, Quat::from_rotation_z(1.0)));
+    let car = client.spawn(Spawn::new("vehicle.tesla.model3", place)).unwrap();
+    let walker = client.spawn(Spawn::new("walker.pedestrian.0002", ahead).frail()).unwrap();
+    for _ in 0..10 {
+        client.tick().unwrap();
+    }
+    let velocity_mps = (place.rotation() * Vec3::X * 11.0).to_array();
+    let go = SetVelocity { actor_id: car, velocity_mps, ..SetVelocity::default() };
+    client.request("velocity", &[Wish::SetVelocity(go)]).unwrap();
+    client.control(&[VehicleControl { actor_id: car, brake: 0.5, ..Default::default() }]).unwrap();
+    (walker, car)
+}
+
+fn beside(client: &mut Client) -> Rig {
+    let place = client.spawn_points().unwrap()[0];
+    let view = Pose::new(Vec3::new(13.0, -7.0, 1.5), Quat::from_rotation_z(1.57));
+    let sensors = [camera("beside", place.then(&view), 160, 100, 1.5, output::INSTANCE)];
+    client.create_rig("beside", ActorId::NONE, &sensors, 2).unwrap()
+}
+
+fn look(client: &mut Client, rig: &mut Rig) -> Digest {
+    let (_, mut measured) = client.tick_and_collect(&mut [rig]).unwrap();
+    let measured = measured.pop().flatten().expect("a measurement of this frame");
+    let mut digest = Digest::new();
+    digest.add(bytemuck::cast_slice(measured.instances(0).unwrap()));
+    digest
+}
+
+fn lies(client: &Client, walker: ActorId) -> ActorState {
+    *client.world().actor(walker).expect("it is there")
+}
+
+#[test]
+fn a_fall_is_replayed_as_it_looked_and_goes_on_from_a_saved_state() {
+    let scratch = Scratch::new();
+    let (path, saved) = (scratch.path().join("fall.mcap"), scratch.path().join("state"));
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let (walker, _) = scene(&mut client);
+    let mut rig = beside(&mut client);
+    client.start_recorder(path.to_str().unwrap(), Profile::State).unwrap();
+    let mut looks = Vec::new();
+    let mut states = Vec::new();
+    let mut hashes = Vec::new();
+    for frame in 0..100 {
+        if frame == 22 {
+            client.save_state_to(&saved).unwrap();
+        }
+        looks.push(look(&mut client, &mut rig));
+        states.push(lies(&client, walker));
+        hashes.push(seen(&client));
+    }
+    client.stop_recorder().unwrap();
+    assert!(!states[0].has(flag::DOWN) && states[22].has(flag::DOWN), "it falls in between");
+    let bent = |state: &ActorState| {
+        let turns = state.limbs().expect("it lies");
+        turns.iter().filter(|turn| turn.angle_between(Quat::IDENTITY) > 0.1).count()
+    };
+    assert!(bent(&states[99]) >= 4, "{:?}", states[99].limbs());
+    assert_eq!(states[99].pose, states[95].pose, "it has come to rest");
+    assert!(looks[20..40].windows(2).filter(|two| two[0] != two[1]).count() > 10);
+
+    // What happens after it was saved in mid-fall happens again.
+    client.load_state_from(&saved).unwrap();
+    for frame in 22..100 {
+        let again = look(&mut client, &mut rig);
+        assert!(seen(&client) == hashes[frame], "frame {frame}");
+        assert_eq!(again, looks[frame], "frame {frame}");
+    }
+    drop((rig, client));
+    sim.end();
+
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let mut rig = beside(&mut client);
+    client.start_replay(path.to_str().unwrap(), Replay::default()).unwrap();
+    for (frame, (state, wanted)) in states.iter().zip(&looks).enumerate() {
+        let shown = look(&mut client, &mut rig);
+        assert_eq!(lies(&client, walker).limbs(), state.limbs(), "frame {frame}");
+        assert_eq!(shown, *wanted, "frame {frame} of the replay looks otherwise");
+    }
+    drop((rig, client));
+    sim.end();
+}
