@@ -104,7 +104,7 @@ impl Ground {
         let low = |k: usize| f64::from(cell[k] * PARTS + part[k]) * edge - 5.0 * OFF_M;
         let low =
             DVec2::new(low(0), low(1)) + (self.origin.as_dvec2() - top.a.as_dvec3().truncate());
-        let square = Square { low, high: low + edge + 10.0 * OFF_M };
+        let part_of_top = PartOfTop::new(top, low, low + edge + 10.0 * OFF_M);
         let first = part.map(|part| part as u8 * PART_STEPS);
         let last = first.map(|first| first + PART_STEPS - 1);
         let mut others = self.range(cell).filter(|at| *at != entry);
@@ -115,7 +115,7 @@ impl Ground {
             let other = triangle(at);
             // Of two that are level alike, a search finds the one that is listed first.
             let is_level = |t: &Triangle| t.gradient == Vec2::ZERO && t.a.z == top.a.z;
-            (at > entry && is_level(top) && is_level(other)) || !may_hide(top, other, &square)
+            (at > entry && is_level(top) && is_level(other)) || !part_of_top.may_be_hidden_by(other)
         })
     }
 }
@@ -127,52 +127,48 @@ fn part_of(seat: &Seat) -> u32 {
     y * PARTS + x
 }
 
-/// Upright, from the first triangle's corner.
-struct Square {
-    low: DVec2,
-    high: DVec2,
-}
-
-impl Square {
-    fn corners(&self) -> [DVec2; 4] {
-        let (low, high) = (self.low, self.high);
-        [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]
-    }
-
-    fn sides(&self) -> [Side; 4] {
-        let (low, high) = (self.low, self.high);
-        [(DVec2::X, low.x), (DVec2::Y, low.y), (-DVec2::X, -high.x), (-DVec2::Y, -high.y)]
-    }
-}
-
 /// The half plane `normal · p >= from`.
 type Side = (DVec2, f64);
 
-/// Whether, where a point is in the square and well within `top`, it may be on `other`, no lower.
-fn may_hide(top: &Triangle, other: &Triangle, square: &Square) -> bool {
-    let shift = other.a.as_dvec3() - top.a.as_dvec3();
-    let shrunk = sides(top, DVec2::ZERO, f64::from(WITHIN_M) - OFF_M);
-    let grown = sides(other, shift.truncate(), -f64::from(SEAM_M) - OFF_M);
-    let all = square.corners();
-    if are_apart(&grown, &all) {
-        return false;
+/// What lies well within a triangle and in an upright square, from the triangle's first corner.
+struct PartOfTop<'a> {
+    top: &'a Triangle,
+    shrunk: [Side; 3],
+    shrunk_at: Option<[DVec2; 3]>,
+    square: [Side; 4],
+    square_at: [DVec2; 4],
+}
+
+impl PartOfTop<'_> {
+    fn new(top: &Triangle, low: DVec2, high: DVec2) -> PartOfTop<'_> {
+        let shrunk = sides(top, DVec2::ZERO, f64::from(WITHIN_M) - OFF_M);
+        let square =
+            [(DVec2::X, low.x), (DVec2::Y, low.y), (-DVec2::X, -high.x), (-DVec2::Y, -high.y)];
+        let square_at = [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
+        PartOfTop { top, shrunk_at: corners(&shrunk), shrunk, square, square_at }
     }
-    let (Some(shrunk_at), Some(grown_at)) = (corners(&shrunk), corners(&grown)) else {
-        return true;
-    };
-    if are_apart(&square.sides(), &grown_at)
-        || are_apart(&shrunk, &grown_at)
-        || are_apart(&grown, &shrunk_at)
-    {
-        return false;
+
+    /// Whether a point there may be on the other as well, and that one no lower.
+    fn may_be_hidden_by(&self, other: &Triangle) -> bool {
+        let PartOfTop { top, shrunk, shrunk_at, square, square_at } = self;
+        let Some(shrunk_at) = shrunk_at else { return true };
+        let shift = other.a.as_dvec3() - top.a.as_dvec3();
+        let grown = sides(other, shift.truncate(), -f64::from(SEAM_M) - OFF_M);
+        if are_apart(&grown, square_at) || are_apart(&grown, shrunk_at) {
+            return false;
+        }
+        let Some(grown_at) = corners(&grown) else { return true };
+        if are_apart(square, &grown_at) || are_apart(shrunk, &grown_at) {
+            return false;
+        }
+        // Where they overlap, the other is nowhere higher than anywhere in each of the three.
+        let slope = other.gradient.as_dvec2() - top.gradient.as_dvec2();
+        let rise = shift.z - other.gradient.as_dvec2().dot(shift.truncate());
+        let highest = |corners: &[DVec2]| {
+            corners.iter().map(|at| rise + slope.dot(*at)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        highest(shrunk_at).min(highest(&grown_at)).min(highest(square_at)) > -OFF_M
     }
-    // Where they overlap, the other is nowhere higher than anywhere in each of the three.
-    let slope = other.gradient.as_dvec2() - top.gradient.as_dvec2();
-    let rise = shift.z - other.gradient.as_dvec2().dot(shift.truncate());
-    let highest = |corners: &[DVec2]| {
-        corners.iter().map(|at| rise + slope.dot(*at)).fold(f64::NEG_INFINITY, f64::max)
-    };
-    highest(&shrunk_at).min(highest(&grown_at)).min(highest(&all)) > -OFF_M
 }
 
 /// Whether all corners of one lie beyond one side of the other.
