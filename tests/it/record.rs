@@ -384,10 +384,10 @@ fn what_is_no_recording_of_ours_is_refused_in_one_line() {
     let middle = torn.len() / 2;
     torn[middle..middle + 40].fill(0xa5);
     refused("torn", &torn, &["damaged"]);
-    let form = find(&bytes, b"form\x01\x00\x00\x002").unwrap();
+    let form = find(&bytes, b"form\x01\x00\x00\x003").unwrap();
     let mut other = bytes.clone();
     other[form + 8] = b'9';
-    refused("other", &other, &["form 9", "form 2"]);
+    refused("other", &other, &["form 9", "form 3"]);
     let output = omnibus().args(["replay", "/no/such/file.mcap"]).output().unwrap();
     assert!(String::from_utf8_lossy(&output.stderr).contains("No such file"));
 }
