@@ -1,7 +1,7 @@
 //! `rest`: what an actor that does nothing costs a tick.
 
 use anyhow::Context;
-use client_lib::{ActorId, Client, ClientError, Pose, Spawn, clock};
+use client_lib::{ActorId, Client, ClientError, Pose, Spawn};
 use glam::Vec3;
 
 use crate::{
@@ -10,6 +10,7 @@ use crate::{
     machine::Machine,
     scene,
     sim::Sim,
+    tick,
 };
 
 const PROPS: usize = 500;
@@ -17,8 +18,7 @@ const ROUNDS: usize = 7;
 const TICKS: usize = 4_000;
 /// Ticks after a change of the world, before the first that counts.
 const SETTLE: usize = 200;
-/// From the client's call: until the host begins, has carried out wishes, has stepped, has
-/// published, and until the call returns.
+/// Of [`tick::Parts`].
 const PARTS: [&str; 5] = ["request", "wishes", "physics", "snapshot", "arrivals and return"];
 
 /// Takes the figure.
@@ -67,7 +67,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
 #[derive(Default)]
 struct Times {
     ticks: Vec<Vec<u64>>,
-    parts: [Vec<u64>; 5],
+    parts: tick::Parts,
 }
 
 impl Times {
@@ -77,22 +77,7 @@ impl Times {
         }
         let mut ticks = Vec::with_capacity(count);
         for _ in 0..count {
-            let begin = clock::now_nanos();
-            client.tick()?;
-            let end = clock::now_nanos();
-            ticks.push(end - begin);
-            let header = client.world().header();
-            let moments = [
-                begin,
-                header.begin_nanos,
-                header.applied_nanos,
-                header.stepped_nanos,
-                header.published_nanos,
-                end,
-            ];
-            for (part, span) in self.parts.iter_mut().zip(moments.windows(2)) {
-                part.push(span[1].saturating_sub(span[0]));
-            }
+            ticks.push(tick::timed(client, &mut self.parts)?);
         }
         self.ticks.push(ticks);
         Ok(())

@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use anyhow::{Context, ensure};
-use client_lib::clock;
+use client_lib::{Client, ClientError, clock};
 
 use crate::{
     Effort,
@@ -17,6 +17,30 @@ const ROUNDS: usize = 5;
 const TICKS: usize = 20_000;
 const WARM_UP: usize = 2_000;
 const PEER_TICKS: usize = 2_000;
+
+/// From the client's call: until the host begins, has carried out wishes, has stepped, has
+/// published, and until the call returns. Nanoseconds of each tick.
+pub(crate) type Parts = [Vec<u64>; 5];
+
+/// One tick: what it took, nanoseconds, and by the snapshot's stage clock its parts.
+pub(crate) fn timed(client: &mut Client, parts: &mut Parts) -> Result<u64, ClientError> {
+    let begin = clock::now_nanos();
+    client.tick()?;
+    let end = clock::now_nanos();
+    let header = client.world().header();
+    let moments = [
+        begin,
+        header.begin_nanos,
+        header.applied_nanos,
+        header.stepped_nanos,
+        header.published_nanos,
+        end,
+    ];
+    for (part, span) in parts.iter_mut().zip(moments.windows(2)) {
+        part.push(span[1].saturating_sub(span[0]));
+    }
+    Ok(end - begin)
+}
 
 /// Takes the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
@@ -43,22 +67,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
             client.tick()?;
         }
         for _ in 0..effort.count(TICKS) {
-            let begin = clock::now_nanos();
-            client.tick()?;
-            let end = clock::now_nanos();
-            round.push(end - begin);
-            let header = client.world().header();
-            let moments = [
-                begin,
-                header.begin_nanos,
-                header.applied_nanos,
-                header.stepped_nanos,
-                header.published_nanos,
-                end,
-            ];
-            for (part, span) in parts.iter_mut().zip(moments.windows(2)) {
-                part.push(span[1].saturating_sub(span[0]));
-            }
+            round.push(timed(&mut client, &mut parts)?);
         }
         ours.push(round);
         let ticks = (0..effort.count(PEER_TICKS)).map(|_| peer.tick());
