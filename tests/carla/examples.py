@@ -217,14 +217,14 @@ def start_replaying(ran):
 
 
 @example("examples/manual_control.py", "--sync --res 320x240 --filter vehicle.tesla.model3 "
-         "--generation 2", seconds=45.0, keys="f1,w*80,c,tab,l,o,o,g,n,n,n,n,n,n,n,p,v",
-         limit=150.0)
+         "--generation 2", seconds=45.0,
+         keys="f1,w*80,c,tab,l,o,o,g,n,n,n,n,n,n,n,n,n,n,n,n,n,n,p,v", limit=150.0)
 def manual_control(ran):
     assert len(ran.look.lights) > 1, "lights were never switched"
-    # Pressing `n` further comes to an event camera, which this simulator has not.
+    # `n` goes through all fourteen cameras and lidars; normals are the last.
     return ran.drove(3.0) + ", " + ran.kinds(
         "sensor.camera.rgb", "sensor.other.gnss", "sensor.other.imu", "sensor.other.collision",
-        "sensor.other.lane_invasion")
+        "sensor.other.lane_invasion", "sensor.camera.normals")
 
 
 @example("examples/automatic_control.py", "--sync --res 320x240 --seed 7", seconds=40.0,
