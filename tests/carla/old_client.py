@@ -13,7 +13,7 @@ import zlib
 
 os.environ["CARLA_CACHE_DIR"] = tempfile.mkdtemp(prefix="carla-cache-")
 HERE = os.path.dirname(os.path.abspath(__file__))
-OLD = os.path.join(HERE, "..", "..", "client-lib", "carla08")
+OLD = os.path.join(HERE, "..", "..", "crates", "carla08")
 sys.path.insert(0, OLD)
 sys.dont_write_bytecode = True
 
