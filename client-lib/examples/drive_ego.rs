@@ -2,14 +2,14 @@
 //!
 //! ```text
 //! omnibus run
-//! cargo run --release -p client-lib --example drive_ego      # in a second terminal
+//! cargo run --release -p omnibus-client-lib --example drive_ego      # in a second terminal
 //! ```
 //!
 //! Each tick it reads where the car is, steers towards a point ahead on the lane (pure pursuit:
 //! R. C. Coulter, CMU-RI-TR-92-01, 1992) and holds a speed that the bends allow. It looks neither
 //! at lights nor at others.
 
-use client_lib::{ActorState, Client, ClientError, Spawn, VehicleControl, clock};
+use omnibus_client_lib::{ActorState, Client, ClientError, Spawn, VehicleControl, clock};
 use glam::{Vec3, Vec3Swizzles};
 use road::{LanePoint, Network};
 

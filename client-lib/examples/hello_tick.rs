@@ -2,10 +2,10 @@
 //!
 //! ```text
 //! omnibus run
-//! cargo run --release -p client-lib --example hello_tick     # in a second terminal
+//! cargo run --release -p omnibus-client-lib --example hello_tick     # in a second terminal
 //! ```
 
-use client_lib::{Client, ClientError, Spawn};
+use omnibus_client_lib::{Client, ClientError, Spawn};
 
 /// One tick.
 const DELTA_NANOS: u64 = 50_000_000;

@@ -3,12 +3,12 @@
 //!
 //! ```text
 //! omnibus run
-//! cargo run --release -p client-lib --example latest_wins    # in a second terminal
+//! cargo run --release -p omnibus-client-lib --example latest_wins    # in a second terminal
 //! ```
 
 use std::{thread::sleep, time::Duration};
 
-use client_lib::{Client, ClientError, Frame, Pose, Settings, Spawn, camera, output};
+use omnibus_client_lib::{Client, ClientError, Frame, Pose, Settings, Spawn, camera, output};
 use glam::{Quat, Vec3};
 
 /// How long the agent thinks about one image: three to four frames of 50 ms go by.

@@ -2,14 +2,14 @@
 //!
 //! ```text
 //! omnibus run
-//! cargo run --release -p client-lib --example record_camera -- pictures
+//! cargo run --release -p omnibus-client-lib --example record_camera -- pictures
 //! ```
 //!
 //! No pixel is copied on the way: the encoder reads the renderer's own memory.
 
 use std::{env, fs::File, path::Path};
 
-use client_lib::{Client, Measurement, Pose, Spawn, camera, output};
+use omnibus_client_lib::{Client, Measurement, Pose, Spawn, camera, output};
 use glam::{Quat, Vec3};
 
 const IMAGES: u64 = 10;

@@ -11,14 +11,14 @@ use crate::{Client, ClientError};
 /// erased, if nothing else is said.
 ///
 /// ```no_run
-/// # use client_lib::{Client, Draw}; use glam::vec3;
+/// # use omnibus_client_lib::{Client, Draw}; use glam::vec3;
 /// # let mut client = Client::connect(None, "painter")?;
 /// let goal = vec3(20.0, 4.0, 0.0);
 /// client.draw(&[
 ///     Draw::arrow(vec3(0.0, 0.0, 1.0), goal).color([255, 0, 0]).thick_m(0.1).secs(5.0),
 ///     Draw::text(goal, "goal")?.shadow().once(),
 /// ])?;
-/// # Ok::<(), client_lib::ClientError>(())
+/// # Ok::<(), omnibus_client_lib::ClientError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Draw(Shape);

@@ -1,7 +1,7 @@
 //! The door for people and scripts: the world as a client sees it.
 //!
 //! ```no_run
-//! use client_lib::{Client, Spawn};
+//! use omnibus_client_lib::{Client, Spawn};
 //!
 //! let mut client = Client::connect(None, "hello")?;
 //! client.synchronise(50_000_000)?;
@@ -12,7 +12,7 @@
 //!     let car = client.world().actor(ego).expect("it was spawned");
 //!     println!("{:?} at {:?}", car.actor_id, car.pose.position());
 //! }
-//! # Ok::<(), client_lib::ClientError>(())
+//! # Ok::<(), omnibus_client_lib::ClientError>(())
 //! ```
 //!
 //! Metres, radians, seconds; right-handed, x forward, y left, z up. `carla_axes` alone knows

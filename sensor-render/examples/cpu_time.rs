@@ -11,7 +11,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use bus::{Frame, Pose, SensorSpec, Stamp, Weather, layout, output};
-use sensor_render::{CpuTracer, RigJob, Scene, Tracer, World, pose_planes};
+use omnibus_sensor_render::{CpuTracer, RigJob, Scene, Tracer, World, pose_planes};
 
 const POSES: usize = 16;
 

@@ -17,8 +17,8 @@ use std::time::Instant;
 
 use bus::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
 use glam::{Quat, vec3};
-use sensor_render::{CpuTracer, Device, GpuTracer, RigJob};
-use sensor_render::{Scene, Tracer, World, pose_planes};
+use omnibus_sensor_render::{CpuTracer, Device, GpuTracer, RigJob};
+use omnibus_sensor_render::{Scene, Tracer, World, pose_planes};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

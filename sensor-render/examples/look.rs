@@ -7,7 +7,7 @@ use std::error::Error;
 use std::path::Path;
 
 use bus::{Frame, SensorSpec, Stamp, Weather, layout, output};
-use sensor_render::{RigJob, Scene, Tracer, World, pose_planes};
+use omnibus_sensor_render::{RigJob, Scene, Tracer, World, pose_planes};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -1,7 +1,7 @@
 //! Physics alone at full speed: `physics_stage [cars] [frames]` prints microseconds per car and
 //! substep, with frames of 50 ms in 5 substeps.
 
-use sim_host::physics::Stage;
+use omnibus_sim_host::physics::Stage;
 
 fn main() {
     let mut arguments = std::env::args().skip(1).map(|a| a.parse::<u32>());

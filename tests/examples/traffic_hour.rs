@@ -1,7 +1,7 @@
 //! Traffic in closed loop with physics, without processes: how far, how fast, who stood, who hit.
 //!
 //! ```text
-//! cargo run --release -p tests --example traffic_hour -- maps/Town04.xodr --vehicles 100
+//! cargo run --release -p omnibus-tests --example traffic_hour -- maps/Town04.xodr --vehicles 100
 //! ```
 //!
 //! Without a map it drives on the default one. It ends with 1 if a goal is missed:
@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 use clap::Parser;
 use road::Network;
-use tests::closed_loop::{Cast, World};
+use omnibus_tests::closed_loop::{Cast, World};
 
 #[derive(Parser)]
 struct Arguments {

@@ -9,7 +9,7 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
 };
 
-use tests::closed_loop::{Cast, World};
+use omnibus_tests::closed_loop::{Cast, World};
 use town::{Character, Plan};
 
 use crate::kit::{is_soak, thread};

@@ -7,7 +7,7 @@ use std::{
 
 use ::record::Recording;
 use bus::{ActorId, ActorState, SetVelocity, Wish};
-use cli::resimulate;
+use omnibus::resimulate;
 use client_lib::{Client, Profile, Replay, Spawn};
 use rustix::process::Signal;
 
@@ -249,7 +249,7 @@ fn carlas_log_says_what_the_recording_says_and_is_shown() {
     told(&["replay", log_name, "--map", small_map(), "--time-factor", "4", "--device", "null"]);
 
     let mut recording = Recording::open(&path).unwrap();
-    gateway::log::import(&log, &again, recording.told().episode.clone()).unwrap();
+    carla_gateway::log::import(&log, &again, recording.told().episode.clone()).unwrap();
     let mut imported = Recording::open(&again).unwrap();
     assert_eq!(imported.segments(), recording.segments());
     let mut seen = 0;

@@ -1,7 +1,7 @@
 //! Same seed, same run: whatever runs where, with whom, and how fast.
 
 use bus::{AckermannControl, ActorId, Push, SetVelocity, Settings, Switch, Teleport, Wish, output};
-use cli::{Beside, WorldArgs};
+use omnibus::{Beside, WorldArgs};
 use client_lib::{Client, Pose, Spawn, camera, lidar};
 use glam::{Quat, Vec3};
 

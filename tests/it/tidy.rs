@@ -14,10 +14,10 @@ const ARROWS: [(&str, &[&str]); 12] = [
     ("traffic", &["bus", "road", "town"]),
     ("sensor-render", &["bus", "road", "town"]),
     ("client-lib", &["bus", "road"]),
-    ("gateway", &["client-lib", "record", "road", "town"]),
+    ("carla-gateway", &["client-lib", "record", "road", "town"]),
     ("bench", &["client-lib", "road", "town"]),
     (
-        "cli",
+        "omnibus",
         &[
             "bus",
             "record",
@@ -27,7 +27,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
             "traffic",
             "sensor-render",
             "client-lib",
-            "gateway",
+            "carla-gateway",
         ],
     ),
     (
@@ -41,8 +41,8 @@ const ARROWS: [(&str, &[&str]); 12] = [
             "traffic",
             "sensor-render",
             "client-lib",
-            "gateway",
-            "cli",
+            "carla-gateway",
+            "omnibus",
         ],
     ),
 ];
@@ -73,7 +73,8 @@ fn faults(packages: &[Value]) -> Vec<String> {
     let mut faults = Vec::new();
     let drawn: BTreeSet<&str> = ARROWS.iter().map(|(room, _)| *room).collect();
     for package in packages {
-        let room = package["name"].as_str().unwrap();
+        let name = package["name"].as_str().unwrap();
+        let room = name.strip_prefix("omnibus-").unwrap_or(name);
         let Some((_, allowed)) = ARROWS.iter().find(|(name, _)| *name == room) else {
             faults.push(format!("{room} is no room of the drawing"));
             continue;
@@ -81,6 +82,7 @@ fn faults(packages: &[Value]) -> Vec<String> {
         // Every kind: normal, dev, build, and those of one target only.
         for dependency in package["dependencies"].as_array().unwrap() {
             let name = dependency["name"].as_str().unwrap();
+            let name = name.strip_prefix("omnibus-").unwrap_or(name);
             if drawn.contains(name) && !allowed.contains(&name) {
                 faults.push(format!("{room} names {name}, which the drawing does not show"));
             }

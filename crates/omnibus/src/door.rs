@@ -14,7 +14,7 @@ use std::{
 use anyhow::Context;
 use bus::Instance;
 use client_lib::Client;
-use gateway::{Door, DoorConfig};
+use carla_gateway::{Door, DoorConfig};
 
 /// What `omnibus role` calls it.
 pub(crate) const ROLE: &str = "gateway";

@@ -12,7 +12,7 @@ use bus::{Instance, SLOTS, SlotState, clock};
 use client_lib::saved_path;
 use serde_json::{Value, json};
 
-use gateway::{
+use carla_gateway::{
     log::{self, Source},
     tables,
 };

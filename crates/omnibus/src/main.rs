@@ -1,5 +1,5 @@
-//! See [`cli`].
+//! See [`omnibus`].
 
 fn main() -> std::process::ExitCode {
-    cli::main()
+    omnibus::main()
 }

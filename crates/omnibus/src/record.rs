@@ -166,7 +166,7 @@ impl Files {
     /// Makes the log, if one is wanted; answers the file that stays.
     fn settle(self, path: Option<PathBuf>) -> anyhow::Result<Option<PathBuf>> {
         let (Some(log), Some(recorded)) = (self.log, &path) else { return Ok(path) };
-        gateway::log::export(&mut Recording::open(recorded)?, &log)?;
+        carla_gateway::log::export(&mut Recording::open(recorded)?, &log)?;
         if !self.is_passing {
             return Ok(path);
         }

@@ -9,7 +9,7 @@ use ::record::{Moment, Profile, Recording};
 use anyhow::{Context, anyhow, ensure};
 use bus::{ActorState, Settings, clock};
 use client_lib::{Client, Replay, saved_path};
-use gateway::log;
+use carla_gateway::log;
 
 use crate::{
     launch::WorldArgs,

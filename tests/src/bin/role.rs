@@ -14,7 +14,7 @@ fn main() -> std::process::ExitCode {
             }
         };
     }
-    cli::main()
+    omnibus::main()
 }
 
 /// Ticks, with a car and a camera of its own.
