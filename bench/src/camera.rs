@@ -217,7 +217,7 @@ impl Street {
                 anyhow::bail!("{frame} has no tags");
             };
             for tags in (0..sensors.len()).filter_map(|sensor| measured.tags(sensor)) {
-                sky += tags.iter().filter(|tag| **tag == road::Tag::Sky as u8).count();
+                sky += tags.iter().filter(|tag| **tag == mesh::Tag::Sky as u8).count();
                 all += tags.len();
             }
             drop(measured);

@@ -75,7 +75,7 @@ pub(crate) fn bench_map() -> anyhow::Result<Map> {
 /// Fills a world that the client ticks with cars, and drives them for a while, unseen.
 pub(crate) fn populate(client: &mut Client, cars: usize, frames: usize) -> anyhow::Result<usize> {
     let points = client.spawn_points()?;
-    let car = road::Tag::Car as u8;
+    let car = mesh::Tag::Car as u8;
     let low = |height_m: f32| height_m < EYES_M - 0.1;
     let blueprints: Vec<String> = client
         .blueprints()

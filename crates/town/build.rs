@@ -3,7 +3,7 @@
 use std::{env, fs, io, path::Path};
 
 /// Whatever decides what a town looks like, from this folder.
-const SOURCES: [&str; 3] = ["src", "../road/src", "../../Cargo.lock"];
+const SOURCES: [&str; 4] = ["src", "../road/src", "../mesh/src", "../../Cargo.lock"];
 
 fn main() -> io::Result<()> {
     let mut hash = 0xcbf2_9ce4_8422_2325;

@@ -1,6 +1,6 @@
 use bus::{lamp, shine};
 use glam::{Vec3, Vec4, Vec4Swizzles};
-use road::Material;
+use mesh::Material;
 
 use crate::echo::mixed;
 use crate::hit::NONE;

@@ -1,4 +1,4 @@
-use road::Material;
+use mesh::Material;
 
 use crate::rays::Lidar;
 

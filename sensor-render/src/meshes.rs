@@ -8,7 +8,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use road::Mesh;
+use mesh::Mesh;
 
 use crate::Scene;
 use crate::scene::Replaced;

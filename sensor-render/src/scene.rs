@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use bus::{ActorId, ActorState, Pose, kind};
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
+use mesh::Mesh;
 use rayon::prelude::*;
-use road::Mesh;
 use town::{Looks, Rig};
 
 use crate::bvh::{Hierarchy, Link, Node};
@@ -66,7 +66,7 @@ impl Figure {
 #[repr(C, align(16))]
 pub(crate) struct Triangle {
     pub(crate) corner: [f32; 3],
-    /// Tag in bits 0 to 7, material in bits 8 to 15, tint in bits 16 to 31 ([`road::Face::tint`]).
+    /// Tag in bits 0 to 7, material in bits 8 to 15, tint in bits 16 to 31 ([`mesh::Face::tint`]).
     pub(crate) face: u32,
     pub(crate) edge1: [f32; 3],
     pub(crate) object: u32,

@@ -1,5 +1,5 @@
 use glam::Vec3;
-use road::Tag;
+use mesh::Tag;
 
 use crate::hit::NONE;
 use crate::lanes::{Float, LANES, Mask, V3, Word};

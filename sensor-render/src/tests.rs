@@ -7,7 +7,7 @@ use bus::{
     output, sensor,
 };
 use glam::{Quat, Vec3};
-use road::{Face, Material, Mesh, Tag};
+use mesh::{Face, Material, Mesh, Tag};
 
 mod baked;
 mod drawn;

@@ -1,7 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
+use mesh::Material;
 use rayon::prelude::*;
-use road::Material;
 
 use crate::scene::Triangle;
 

@@ -83,7 +83,7 @@ fn projected(spec: &SensorSpec, pose: &Pose) -> (Vec<u8>, f32) {
 }
 
 /// From a point to the nearest triangle.
-fn distance(mesh: &road::Mesh, point: Vec3) -> f32 {
+fn distance(mesh: &mesh::Mesh, point: Vec3) -> f32 {
     let corners = |triangle: &[u32; 3]| {
         triangle.map(|corner| Vec3::from_array(mesh.positions[corner as usize]))
     };

@@ -33,7 +33,7 @@ fn pixels(measured: &Measurement, number: u32) -> usize {
     measured.instances(0).unwrap().iter().filter(|id| **id == number).count()
 }
 
-fn tagged(measured: &Measurement, tag: road::Tag) -> usize {
+fn tagged(measured: &Measurement, tag: mesh::Tag) -> usize {
     measured.tags(0).unwrap().iter().filter(|code| **code == tag as u8).count()
 }
 
@@ -71,7 +71,7 @@ fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
     client.hide_objects(&[number], true).unwrap();
     let (_, hidden) = look(&mut client, &mut rig);
     assert_eq!(pixels(&hidden, number), 0);
-    assert!(tagged(&hidden, road::Tag::Building) > 500, "the others are there");
+    assert!(tagged(&hidden, mesh::Tag::Building) > 500, "the others are there");
     drop(hidden);
     let stranger = client.spawn(box_within).expect("nothing is in the way");
     client.destroy(stranger).unwrap();
@@ -96,14 +96,14 @@ fn layers_go_and_come_back_and_whoever_joins_late_knows() {
     let mut client = sim.ticker();
     let mut rig = rig(&mut client);
     let (_, bare) = look(&mut client, &mut rig);
-    assert_eq!(tagged(&bare, road::Tag::Vegetation), 0);
-    assert!(tagged(&bare, road::Tag::Building) > 500);
+    assert_eq!(tagged(&bare, mesh::Tag::Vegetation), 0);
+    assert!(tagged(&bare, mesh::Tag::Building) > 500);
     drop(bare);
     client.hide_layers(layer::FOLIAGE, false).unwrap();
     client.hide_layers(layer::BUILDINGS, true).unwrap();
     let (_, green) = look(&mut client, &mut rig);
-    assert!(tagged(&green, road::Tag::Vegetation) > 50);
-    assert_eq!(tagged(&green, road::Tag::Building), 0);
+    assert!(tagged(&green, mesh::Tag::Vegetation) > 50);
+    assert_eq!(tagged(&green, mesh::Tag::Building), 0);
     let green = digest(&green);
 
     // The successor of a renderer learns it from the standing state.

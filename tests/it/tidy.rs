@@ -5,21 +5,23 @@ use std::{collections::BTreeSet, process::Command};
 use serde_json::Value;
 
 /// Who may name whom: the arrows of ARCHITECTURE.md, and nothing else.
-const ARROWS: [(&str, &[&str]); 12] = [
+const ARROWS: [(&str, &[&str]); 13] = [
+    ("mesh", &[]),
     ("bus", &[]),
     ("record", &["bus"]),
-    ("road", &[]),
-    ("town", &["road"]),
-    ("sim-host", &["bus", "record", "road", "town"]),
-    ("traffic", &["bus", "road", "town"]),
-    ("sensor-render", &["bus", "road", "town"]),
-    ("client-lib", &["bus", "road"]),
-    ("carla-gateway", &["client-lib", "record", "road", "town"]),
-    ("bench", &["client-lib", "road", "town"]),
+    ("road", &["mesh"]),
+    ("town", &["mesh", "road"]),
+    ("sim-host", &["bus", "mesh", "record", "road", "town"]),
+    ("traffic", &["bus", "mesh", "road", "town"]),
+    ("sensor-render", &["bus", "mesh", "road", "town"]),
+    ("client-lib", &["bus", "mesh", "road"]),
+    ("carla-gateway", &["client-lib", "mesh", "record", "road", "town"]),
+    ("bench", &["client-lib", "mesh", "road", "town"]),
     (
         "omnibus",
         &[
             "bus",
+            "mesh",
             "record",
             "road",
             "town",
@@ -34,6 +36,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
         "tests",
         &[
             "bus",
+            "mesh",
             "record",
             "road",
             "town",

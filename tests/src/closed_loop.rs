@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use bus::{ActorId, ActorState, Frame, Pose, Stamp, flag, kind, light};
 use glam::Vec3;
-use road::{LanePoint, Mesh, Network, Tag};
+use mesh::{Mesh, Tag};
+use road::{LanePoint, Network};
 use sim_host::physics::{Ground, Physics, StaticBox, VehicleModel};
 use traffic::{Mind, Outlook};
 

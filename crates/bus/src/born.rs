@@ -238,7 +238,7 @@ pub struct CollisionReading {
     pub other: ActorId,
     /// Which thing of the town, as instance images have it; 0: it is an actor.
     pub object: u32,
-    /// The other's tag (`road::Tag`).
+    /// The other's tag (`mesh::Tag`).
     pub tag: u32,
     /// 1: they did not touch in the frame before.
     pub began: u32,
@@ -276,7 +276,7 @@ pub struct ObstacleReading {
     pub other: ActorId,
     /// Which thing of the town, as instance images have it; 0: it is an actor, or the ground.
     pub object: u32,
-    /// Its tag (`road::Tag`).
+    /// Its tag (`mesh::Tag`).
     pub tag: u32,
     /// How far the ball got.
     pub distance_m: f32,

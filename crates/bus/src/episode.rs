@@ -44,7 +44,7 @@ pub mod load {
 pub struct BlueprintInfo {
     /// As `vehicle.tesla.model3`.
     pub id: String,
-    /// The semantic tag's code (`road::Tag`).
+    /// The semantic tag's code (`mesh::Tag`).
     pub tag: u8,
     /// Half the size of its bounding box.
     pub half_extents_m: [f32; 3],

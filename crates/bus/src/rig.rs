@@ -56,7 +56,7 @@ pub mod output {
     pub const COLOR: u32 = 1 << 0;
     /// f32 a pixel: metres along the optical axis; [`super::DEPTH_FAR_M`] where nothing is hit.
     pub const DEPTH: u32 = 1 << 1;
-    /// u8 a pixel: CARLA's semantic tag (`road::Tag`).
+    /// u8 a pixel: CARLA's semantic tag (`mesh::Tag`).
     pub const TAG: u32 = 1 << 2;
     /// u32 a pixel: an actor's id, or a static object's id with the top bit set; 0 is the sky.
     pub const INSTANCE: u32 = 1 << 3;

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use client_lib::{BlueprintInfo, World};
 use glam::{IVec2, Vec2, Vec3};
-use road::Mesh;
+use mesh::Mesh;
 
 use crate::statics::Statics;
 
@@ -197,7 +197,7 @@ fn enter(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use road::{Face, Material, Tag};
+    use mesh::{Face, Material, Tag};
 
     #[test]
     fn a_ray_down_meets_the_ground_where_it_lies() {

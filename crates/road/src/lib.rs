@@ -21,7 +21,6 @@ mod junction;
 mod landmark;
 mod lane;
 mod mark;
-mod mesh;
 mod network;
 mod object;
 mod parse;
@@ -49,7 +48,6 @@ pub use lane::{
     Lane, LaneAccess, LaneIndex, LaneMaterial, LanePoint, LaneRule, LaneType, LaneTypes,
 };
 pub use mark::{MarkChange, MarkColor, MarkKind, MarkLine, MarkSway, RoadMark};
-pub use mesh::{object_paint, structures, surface_mesh};
 pub use network::Network;
 pub use object::{
     ObjectBorder, ObjectMarking, ObjectPlace, ObjectReference, OutlineShape, RoadObject, Span,
@@ -61,6 +59,6 @@ pub use route::{Leg, Route};
 pub use signal::{Controller, Orientation, Signal, SignalReference, SignalUse};
 pub use slab::Lent;
 pub use structure::{Solid, Structure};
-pub use surface::{Face, Material, Mesh, Tag};
+pub use surface::{object_paint, structures, surface_mesh};
 pub use validate::{Finding, Severity, validate};
 pub use waypoint::SideMarks;

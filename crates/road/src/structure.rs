@@ -1,7 +1,7 @@
 //! What stands on and over roads by the file's word.
 
-use crate::surface::{Mesh, Tag};
 use glam::DVec3;
+use mesh::{Mesh, Tag};
 
 /// A thing: a piece of a guard rail, a wall, a building of the file. World space.
 #[derive(Clone, Debug, PartialEq)]

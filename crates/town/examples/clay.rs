@@ -12,7 +12,8 @@ use std::time::Instant;
 
 use glam::camera::rh::{proj::directx, view};
 use glam::{Mat4, Vec3, Vec4, Vec4Swizzles, vec3};
-use road::{Material, Mesh};
+use mesh::{Material, Mesh};
+use omnibus_town as town;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -122,7 +123,7 @@ fn furnished(map: &str) -> town::Town {
         town.colliders.len(),
         start.elapsed().as_secs_f32()
     );
-    for tag in road::Tag::ALL {
+    for tag in mesh::Tag::ALL {
         let triangles = town.mesh.faces.iter().filter(|face| face.tag == *tag as u8).count();
         let objects = town.objects.iter().filter(|object| object.tag == *tag).count();
         if triangles > 0 {

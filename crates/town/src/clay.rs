@@ -1,7 +1,7 @@
 use std::f32::consts::TAU;
 
 use glam::{Quat, Vec3, vec3};
-use road::{Face, Material, Mesh, Tag};
+use mesh::{Face, Material, Mesh, Tag};
 
 /// The band by which [`Clay::loft`] names the cap on its first ring.
 pub(crate) const FIRST_CAP: usize = usize::MAX;

@@ -66,7 +66,7 @@ fn camera(width: u32, height: u32, fov_rad: f32) -> SensorSpec {
 fn looked(scene: &Scene, world: &World, ray: Ray, far: f32) -> (f32, u8, u32) {
     let hit = closest(scene, world, ray, f32::INFINITY);
     if !hit.is_some() {
-        return (far, road::Tag::Sky as u8, 0);
+        return (far, mesh::Tag::Sky as u8, 0);
     }
     let triangle = &scene.triangles[hit.triangle as usize];
     let id = match world.instances.get(hit.instance as usize) {

@@ -1,7 +1,7 @@
 //! Street lamps shine as they were told.
 
 use bus::output;
-use road::{Face, Material, Tag};
+use mesh::{Face, Material, Tag};
 use town::{Lighting, Shine};
 
 use super::{Bundle, block, camera, cpu, town, world_with};

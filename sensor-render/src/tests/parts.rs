@@ -2,7 +2,7 @@
 
 use bus::{ActorId, ActorState, Frame, Pose, STRIDE, Stamp, Weather, kind, lamp, output};
 use glam::{Quat, Vec3};
-use road::Mesh;
+use mesh::Mesh;
 
 use super::{Bundle, camera, cpu};
 use crate::{Scene, World};

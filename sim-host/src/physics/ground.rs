@@ -4,7 +4,7 @@
 //! a query looks into one cell of two metres and tests the few triangles there.
 
 use glam::{Vec2, Vec3};
-use road::Material;
+use mesh::Material;
 
 mod foothold;
 mod seat;
@@ -119,7 +119,7 @@ pub struct Ground {
 
 impl Ground {
     /// Takes the upward-facing triangles of object 0 (roads, sidewalks, terrain).
-    pub fn new(mesh: &road::Mesh) -> Ground {
+    pub fn new(mesh: &mesh::Mesh) -> Ground {
         let mut corners = Vec::new();
         let mut triangles = Vec::new();
         for (indices, face) in mesh.triangles.iter().zip(&mesh.faces) {
@@ -168,8 +168,8 @@ impl Ground {
 
     /// A plane at `height_m`, 4 km wide: for tests and measurements.
     pub fn flat(height_m: f32) -> Ground {
-        let mut mesh = road::Mesh::default();
-        let face = road::Face::new(road::Tag::Roads, Material::Asphalt, 0);
+        let mut mesh = mesh::Mesh::default();
+        let face = mesh::Face::new(mesh::Tag::Roads, Material::Asphalt, 0);
         let corner = |x: f32, y: f32| [x * 2000.0, y * 2000.0, height_m];
         mesh.quad(
             [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],

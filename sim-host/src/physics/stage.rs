@@ -66,8 +66,8 @@ fn bump(x: f32, y: f32) -> f32 {
 }
 
 /// A square of `side_m` around the origin, in triangles with edges of `edge_m`.
-fn plain(side_m: f32, edge_m: f32) -> road::Mesh {
-    let mut mesh = road::Mesh::default();
+fn plain(side_m: f32, edge_m: f32) -> mesh::Mesh {
+    let mut mesh = mesh::Mesh::default();
     let count = (side_m / edge_m).ceil() as u32 + 1;
     for row in 0..count {
         for column in 0..count {
@@ -76,7 +76,7 @@ fn plain(side_m: f32, edge_m: f32) -> road::Mesh {
             mesh.vertex([x, y, bump(x, y)]);
         }
     }
-    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     for row in 0..count - 1 {
         for column in 0..count - 1 {
             let a = row * count + column;

@@ -3,7 +3,8 @@
 
 use bus::{ActorState, CamReading, CamSpec, Pose, geodesy, radio};
 use glam::Vec3;
-use road::{Network, Tag};
+use mesh::Tag;
+use road::Network;
 
 use super::{gnss::locate, imu::compass, noise::Noise};
 

@@ -41,8 +41,8 @@ use crate::{
     world::World,
 };
 
-/// What of the ground a sensor of obstacles calls it: `road::Tag::Ground`.
-const GROUND_TAG: u32 = road::Tag::Ground as u32;
+/// What of the ground a sensor of obstacles calls it: `mesh::Tag::Ground`.
+const GROUND_TAG: u32 = mesh::Tag::Ground as u32;
 
 /// The rigs whose sensors are born of physics.
 #[derive(Default)]

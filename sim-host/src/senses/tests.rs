@@ -37,13 +37,13 @@ impl Bench {
     pub(super) fn new() -> Bench {
         let mut town = town::Town::default();
         let corner = |x: f32, y: f32| [x * 900.0, y * 900.0, 0.0];
-        let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+        let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
         town.mesh.quad(corners, face);
         let center = Vec3::new(60.0, 0.0, 5.0);
         let half_extents_m = Vec3::new(2.0, 10.0, 5.0);
         town.objects.push(town::Object {
-            tag: road::Tag::Building,
+            tag: mesh::Tag::Building,
             layer: town::Layer::ALL[0],
             center,
             half_extents_m,
@@ -230,7 +230,7 @@ fn two_who_collide_are_given_the_same_in_opposite_directions() {
     let mut begins = 0;
     for _ in 0..60 {
         for hit in all::<CollisionReading>(&bench.tick()[0]) {
-            assert_eq!((hit.other, hit.object, hit.tag), (other, 0, road::Tag::Car as u32));
+            assert_eq!((hit.other, hit.object, hit.tag), (other, 0, mesh::Tag::Car as u32));
             let impulse = Vec3::from(hit.impulse_ns);
             let mirrored = super::collisions(&bench.world, other);
             assert_eq!(Vec3::from(mirrored[0].impulse_ns), -impulse);
@@ -259,7 +259,7 @@ fn a_ball_gets_as_far_as_what_stands_there() {
     let readings = (0..20).map(|_| bench.tick()).last().unwrap();
     let house: ObstacleReading = only(&readings[0]);
     let told = (house.other, house.object, house.tag);
-    assert_eq!(told, (ActorId::NONE, 0x8000_0001, road::Tag::Building as u32));
+    assert_eq!(told, (ActorId::NONE, 0x8000_0001, mesh::Tag::Building as u32));
     // The wall stands at 58 m.
     assert!((house.distance_m - 57.5).abs() < 0.2, "{house:?}");
     assert!(readings[1].is_empty() && readings[2].is_empty());

@@ -12,7 +12,7 @@ use crate::saved::SavedState;
 fn plain() -> World {
     let mut town = town::Town::default();
     let corner = |x: f32, y: f32| [x * 500.0, y * 500.0, 0.0];
-    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     town.mesh
         .quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], face);
     World::new(&town, 1)

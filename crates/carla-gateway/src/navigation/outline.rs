@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3, Vec3Swizzles};
-use road::{Material, Mesh, Tag};
+use mesh::{Material, Mesh, Tag};
 
 /// Corners of a closed line; what it encloses lies to its left.
 pub(super) type Loop = Vec<DVec3>;

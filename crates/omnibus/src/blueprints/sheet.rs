@@ -8,7 +8,7 @@ use bus::{
     output, sensor,
 };
 use glam::{Quat, vec3};
-use road::{Face, Material, Mesh, Tag};
+use mesh::{Face, Material, Mesh, Tag};
 use sensor_render::{Device, RigJob, Scene, Tracer, World, pose_planes};
 use town::{Blueprint, Kind};
 

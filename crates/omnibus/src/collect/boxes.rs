@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use bus::{ActorId, ActorState, BlueprintInfo, Pose};
 use glam::{Affine3A, Vec3};
-use road::Tag;
+use mesh::Tag;
 
 use super::{
     outline::outline,

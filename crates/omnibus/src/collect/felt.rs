@@ -6,7 +6,7 @@ use client_lib::{
     gnss, imu, lane_invasion, odometry,
 };
 use glam::{Quat, Vec3};
-use road::Tag;
+use mesh::Tag;
 use serde::{Deserialize, Serialize};
 
 /// Places in the rig.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use bus::SensorSpec;
-use road::Tag;
+use mesh::Tag;
 use serde_json::Value;
 
 use super::{

@@ -5,7 +5,7 @@
 
 use std::{fs, path::PathBuf};
 
-use road::Tag;
+use mesh::Tag;
 
 use super::{
     CollectError,

@@ -1,7 +1,7 @@
 //! How many pixels of a camera a thing would fill if nothing stood before it: its mesh drawn alone.
 
 use glam::{Affine3A, Vec3A};
-use road::Mesh;
+use mesh::Mesh;
 
 use super::rig::Pinhole;
 
@@ -112,7 +112,7 @@ impl Silhouette {
 mod tests {
     use super::*;
     use glam::{Quat, Vec3};
-    use road::{Face, Material, Tag};
+    use mesh::{Face, Material, Tag};
 
     const CAMERA: Pinhole = Pinhole { width: 200, height: 100, focal_px: 100.0 };
 

@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use road::{Material, Mesh, Tag};
+use mesh::{Material, Mesh, Tag};
 use serde_json::json;
 
 use super::{Loaded, Source, write_file};

@@ -1,7 +1,7 @@
 //! What lies under a point: the topmost triangle of roads and terrain, found through a grid.
 
 use glam::{DVec2, Vec3};
-use road::{Mesh, Tag};
+use mesh::{Mesh, Tag};
 
 /// Edge of a cell.
 const CELL_M: f64 = 4.0;

@@ -3,8 +3,9 @@
 use super::small::{JOINED, text};
 use super::structures::{is_closed, is_solid, volume};
 use super::surface::Caster;
-use crate::{Material, Mesh, Network, Structure, Tag, object_paint, structures};
+use crate::{Network, Structure, object_paint, structures};
 use glam::DVec3;
+use mesh::{Material, Mesh, Tag};
 
 fn network(objects: &str) -> Network {
     let inside = format!("<objects>{objects}</objects></road>");

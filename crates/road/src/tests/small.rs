@@ -1,8 +1,9 @@
 //! A map small enough to be written down here, for machines without others.
 
 use super::surface::Caster;
-use crate::{LaneTypes, Network, Tag, surface_mesh};
+use crate::{LaneTypes, Network, surface_mesh};
 use glam::DVec3;
+use mesh::Tag;
 
 /// A straight and a bend after it, with one lane each way and a sidewalk on the right.
 pub(super) fn text(successor: &str) -> String {

@@ -2,8 +2,9 @@
 
 use super::small::{JOINED, text};
 use super::surface::Caster;
-use crate::{Mesh, Network, Structure, Tag, structures};
+use crate::{Network, Structure, structures};
 use glam::DVec3;
+use mesh::{Mesh, Tag};
 
 fn things(objects: &str) -> Vec<Structure> {
     let inside = format!("<objects>{objects}</objects></road>");

@@ -2,8 +2,9 @@
 
 use super::shared_maps;
 use super::{made, small};
-use crate::{LanePoint, LaneTypes, Mesh, Network, Tag, surface_mesh};
+use crate::{LanePoint, LaneTypes, Network, surface_mesh};
 use glam::DVec3;
+use mesh::{Mesh, Tag};
 
 /// Triangles by the square cells that they cross, for vertical rays.
 pub(super) struct Caster<'a> {

@@ -3,7 +3,7 @@
 use super::shared_maps;
 use crate::Network;
 use crate::build::built;
-use crate::mesh::surface;
+use crate::surface::surface;
 
 /// A file of so many short roads in a row, with what stands between them.
 fn row_of_roads(count: usize, between: &str) -> String {

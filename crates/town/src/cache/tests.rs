@@ -167,7 +167,7 @@ fn a_town_comes_back_as_it_was_and_a_damaged_one_does_not() {
     let cache = Cache::at(&folder.0);
     let mut town = Town::default();
     town.objects.push(crate::Object {
-        tag: road::Tag::Building,
+        tag: mesh::Tag::Building,
         layer: crate::Layer::Buildings,
         center: glam::Vec3::X,
         half_extents_m: glam::Vec3::ONE,

@@ -5,7 +5,7 @@
 //! of angular bodies. Wheel arches are cut by raising the sill over each wheel.
 
 use glam::{Quat, Vec3, vec3};
-use road::{Face, Material};
+use mesh::{Face, Material};
 
 use super::Wheel;
 use super::rig::INTERIOR;

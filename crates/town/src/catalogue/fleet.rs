@@ -3,7 +3,7 @@
 //! Sizes are length, width with mirrors and height in metres; two-wheelers with their riders.
 
 use glam::{Vec3, vec3};
-use road::{Mesh, Tag};
+use mesh::{Mesh, Tag};
 
 use super::car::{self, Livery, Measure, SHELL, Silhouette};
 use super::heavy::{self, Heavy};
@@ -209,7 +209,7 @@ pub(super) fn rig(number: usize, blueprint: &Blueprint) -> Rig {
 pub(super) fn sculpt(number: usize, blueprint: &Blueprint) -> Mesh {
     let row = &TABLE[number];
     let measure = measure(row, blueprint);
-    let mut clay = Clay::new(blueprint.tag, road::Material::CarPaint, 0);
+    let mut clay = Clay::new(blueprint.tag, mesh::Material::CarPaint, 0);
     match &row.1 {
         Car(shape, trim) => {
             let livery = match trim.3 {
@@ -228,7 +228,7 @@ pub(super) fn sculpt(number: usize, blueprint: &Blueprint) -> Mesh {
     }
     let mut mesh = fitted(clay.mesh, blueprint);
     for (one, joint) in blueprint.wheels.iter().zip(1..) {
-        let mut clay = Clay::new(blueprint.tag, road::Material::Rubber, joint);
+        let mut clay = Clay::new(blueprint.tag, mesh::Material::Rubber, joint);
         wheel::tyre(&mut clay, one, 18);
         mesh.append(&clay.mesh);
     }

@@ -10,7 +10,7 @@ use ::gltf::accessor::{DataType, Dimensions};
 use ::gltf::json::{Root, validation::Checked};
 use ::gltf::{Accessor, Document, Gltf, Node, Semantic, mesh::Mode};
 use glam::{Mat4, Vec3, vec3};
-use road::{Face, Material, Mesh, Tag};
+use mesh::{Face, Material, Mesh, Tag};
 
 use super::rig::{Motion, Rig};
 use super::{Blueprint, Looks};

@@ -1,7 +1,7 @@
 //! Trucks, buses and what sits on roofs.
 
 use glam::{Vec3, vec3};
-use road::{Material, Tag};
+use mesh::{Material, Tag};
 
 use super::car::{self, Livery, Measure, Silhouette};
 use super::trim::{self, Extra, Grille, Lamps, Tail, Trim};

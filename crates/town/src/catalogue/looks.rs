@@ -1,4 +1,4 @@
-use road::{Face, Mesh};
+use mesh::{Face, Mesh};
 
 use super::rig::{INTERIOR, Motion, Rig};
 

@@ -23,7 +23,7 @@ mod tests;
 use std::sync::OnceLock;
 
 use glam::Vec3;
-use road::{Mesh, Tag};
+use mesh::{Mesh, Tag};
 
 pub use attribute::{Attribute, AttributeType};
 pub use gltf::{MeshFault, replaced};

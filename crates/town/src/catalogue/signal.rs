@@ -1,5 +1,5 @@
 use glam::{Vec3, vec3};
-use road::{Material, Mesh, Tag};
+use mesh::{Material, Mesh, Tag};
 
 use super::{Blueprint, Kind, Recipe};
 use crate::clay::Clay;

@@ -2,7 +2,7 @@
 //! model differ from the next.
 
 use glam::{Vec3, vec3};
-use road::Material;
+use mesh::Material;
 
 use super::car::{Measure, SHELL, Silhouette};
 use super::heavy;

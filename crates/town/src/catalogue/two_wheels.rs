@@ -1,7 +1,7 @@
 //! Motorcycles and bicycles, each with its rider.
 
 use glam::{Quat, Vec2, Vec3, vec2, vec3};
-use road::{Material, Tag};
+use mesh::{Material, Tag};
 
 use super::car::Measure;
 use super::rig::{Joint, Motion, PedalLeg, Rig};

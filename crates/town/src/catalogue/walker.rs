@@ -2,7 +2,7 @@
 //! their own.
 
 use glam::{Quat, Vec3, vec3};
-use road::{Material, Mesh, Tag};
+use mesh::{Material, Mesh, Tag};
 
 use super::rig::{Joint, Motion, Rig};
 use super::skeleton::{Skeleton, bone};

@@ -1,7 +1,7 @@
 use std::f32::consts::TAU;
 
 use glam::{Quat, Vec3, vec3};
-use road::Material;
+use mesh::Material;
 
 use super::Wheel;
 use crate::clay::Clay;

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use road::{Face, Mesh, Tag};
+use mesh::{Face, Mesh, Tag};
 
 use super::{Collider, Head, Lamp, Layer, Object, Parked, Town};
 

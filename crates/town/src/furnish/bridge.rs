@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Vec2, Vec3};
-use road::{Face, Material, Mesh, Tag};
+use mesh::{Face, Material, Mesh, Tag};
 
 use super::index::TriangleIndex;
 

@@ -2,7 +2,7 @@
 //! footprint on the ground.
 
 use glam::{Quat, Vec3, vec3};
-use road::{Material, Tag};
+use mesh::{Material, Tag};
 
 use super::Detail;
 use super::roof;

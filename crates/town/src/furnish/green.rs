@@ -1,7 +1,7 @@
 //! Trees, hedges and fences where nobody builds.
 
 use glam::{Vec2, vec2, vec3};
-use road::{Material, Tag};
+use mesh::{Material, Tag};
 
 use super::building::Style;
 use super::density::Density;

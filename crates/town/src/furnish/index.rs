@@ -1,5 +1,5 @@
 use glam::{IVec2, Vec2, Vec3};
-use road::Mesh;
+use mesh::Mesh;
 
 /// Finds the triangles over or under a point of the plan.
 ///

@@ -3,7 +3,7 @@
 use std::f32::consts::TAU;
 
 use glam::{Vec2, vec2};
-use road::Material;
+use mesh::Material;
 
 use super::building::Style;
 use super::density::Density;

@@ -2,7 +2,7 @@
 //! for.
 
 use glam::{Vec2, Vec3, vec2, vec3};
-use road::{Material, Tag};
+use mesh::{Material, Tag};
 
 use super::Layer;
 use super::building::{House, Style};

@@ -37,7 +37,8 @@ pub use bake::{BAKE_VERSION, BakeError};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 pub use lighting::{Lighting, Shine};
-use road::{Mesh, Network, Tag};
+use mesh::{Mesh, Tag};
+use road::Network;
 pub use visibility::{BLOCK_OBJECTS, Visibility};
 
 use green::Nursery;

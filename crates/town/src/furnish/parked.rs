@@ -3,7 +3,8 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::{Quat, Vec2, Vec3, vec2, vec3};
-use road::{LaneIndex, LanePoint, LaneType, LaneTypes, Material};
+use mesh::Material;
+use road::{LaneIndex, LanePoint, LaneType, LaneTypes};
 
 use super::building::Style;
 use super::lots::Garden;

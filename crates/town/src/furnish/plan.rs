@@ -1,6 +1,7 @@
 use glam::{DVec2, Vec2, Vec3, vec2};
+use mesh::{Mesh, Tag};
 use rayon::prelude::*;
-use road::{LaneType, Mesh, Network, Tag};
+use road::{LaneType, Network};
 
 use super::Detail;
 use super::bridge;

@@ -1,7 +1,7 @@
 //! What closes houses above.
 
 use glam::{Vec3, vec3};
-use road::Material;
+use mesh::Material;
 
 use super::Detail;
 use crate::clay::Clay;

@@ -1,5 +1,5 @@
 use glam::{Quat, Vec3, vec3};
-use road::{Material, Mesh, Tag};
+use mesh::{Material, Mesh, Tag};
 
 use super::{Collider, Head, Lamp, Layer, Object, Parked, Town};
 use crate::catalogue::Blueprint;

@@ -3,7 +3,8 @@
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 use glam::{Vec2, Vec3, vec3};
-use road::{Material, Signal, Tag};
+use mesh::{Material, Tag};
+use road::Signal;
 
 use super::plan::Plan;
 use super::raster::{ground, square};

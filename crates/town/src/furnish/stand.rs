@@ -1,7 +1,7 @@
 //! Things of the catalogue that stand about.
 
 use glam::Vec2;
-use road::Tag;
+use mesh::Tag;
 
 use super::plan::Plan;
 use super::raster::rectangle;

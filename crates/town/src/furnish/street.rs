@@ -1,7 +1,7 @@
 //! What stands on sidewalks: lamps, trees in a row, benches, bins, hydrants, bus stops.
 
 use glam::{Vec3, vec3};
-use road::{Material, Tag};
+use mesh::{Material, Tag};
 
 use super::density::{Density, FAST_MPS};
 use super::frontage::{Frontage, STEP_M, Station};

@@ -2,7 +2,8 @@
 //! parapets, buildings; parking spaces and crosswalks.
 
 use glam::{Quat, Vec3};
-use road::{Mesh, Solid, Structure, Tag};
+use mesh::{Mesh, Tag};
+use road::{Solid, Structure};
 
 use super::plan::Plan;
 use super::raster::{ground, rectangle};

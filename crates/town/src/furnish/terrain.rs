@@ -6,8 +6,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Vec2, vec2};
+use mesh::{Face, Material, Mesh, Tag};
 use rayon::prelude::*;
-use road::{Face, Material, Mesh, Tag};
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 use super::bridge::ABUTMENT_M;

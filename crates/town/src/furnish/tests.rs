@@ -1,7 +1,8 @@
 use std::path::PathBuf;
 
 use glam::{Quat, Vec2, Vec3, Vec3Swizzles, vec2};
-use road::{LanePoint, LaneTypes, Mesh, Network, Tag};
+use mesh::{Mesh, Tag};
+use road::{LanePoint, LaneTypes, Network};
 
 use super::index::TriangleIndex;
 use super::{BakeError, Collider, Detail, Layer, Object, Town, furnish, furnish_with};
@@ -381,7 +382,7 @@ fn a_tunnel_of_the_file_stands_in_the_town() {
     // What the file says stands before everything else.
     let town = furnish(&Network::parse(&text.replacen("</road>", tunnel, 1)).expect("a map"), 1);
     assert!((town.objects[0].tag, town.objects[0].layer) == (Tag::Wall, super::Layer::Walls));
-    let is_wall = |face: &&road::Face| face.tag == Tag::Wall as u8 && face.object == 1;
+    let is_wall = |face: &&mesh::Face| face.tag == Tag::Wall as u8 && face.object == 1;
     assert!(town.mesh.faces.iter().filter(is_wall).count() > 50);
     assert!(town.colliders.iter().filter(|solid| solid.object == 0).count() >= 2);
     let bare = furnish(&Network::parse(&text).expect("a map"), 1);
@@ -428,12 +429,12 @@ fn an_old_town_is_built_of_rows_under_steep_roofs() {
         let town = furnish(&Network::parse(&generate(&plan)).expect("a generated town"), 1);
         let houses = || town.objects.iter().filter(|one| one.tag == Tag::Building);
         let tallest = houses().map(|one| one.half_extents_m.z * 2.0).fold(0.0, f32::max);
-        let glass = |face: &&road::Face| face.material == road::Material::FacadeGlass as u8;
+        let glass = |face: &&mesh::Face| face.material == mesh::Material::FacadeGlass as u8;
         let tiled: std::collections::BTreeSet<u32> = town
             .mesh
             .faces
             .iter()
-            .filter(|face| face.material == road::Material::RoofTiles as u8)
+            .filter(|face| face.material == mesh::Material::RoofTiles as u8)
             .map(|face| face.object)
             .collect();
         let share = tiled.len() as f32 / houses().count() as f32;

@@ -1,7 +1,7 @@
 //! Trees and bushes, modelled a few times per town and planted turned and scaled.
 
 use glam::{Vec3, vec3};
-use road::{Material, Mesh, Tag};
+use mesh::{Material, Mesh, Tag};
 
 use super::Detail;
 use crate::clay::Clay;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use road::Mesh;
+use mesh::Mesh;
 
 use super::{Layer, Object, Town};
 

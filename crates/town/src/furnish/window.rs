@@ -3,7 +3,7 @@
 use std::f32::consts::FRAC_PI_2;
 
 use glam::{Quat, vec3};
-use road::Material;
+use mesh::Material;
 
 use super::Detail;
 use crate::clay::Clay;

@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::{Vec3, vec2, vec3};
-use road::{Material, Tag};
+use mesh::{Material, Tag};
 
 use super::building::Style;
 use super::density::Density;

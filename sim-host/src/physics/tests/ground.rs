@@ -2,10 +2,10 @@ use glam::Vec3;
 
 use crate::physics::Ground;
 
-fn mesh(quads: &[[[f32; 3]; 4]]) -> road::Mesh {
-    let mut mesh = road::Mesh::default();
+fn mesh(quads: &[[[f32; 3]; 4]]) -> mesh::Mesh {
+    let mut mesh = mesh::Mesh::default();
     for quad in quads {
-        mesh.quad(*quad, road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0));
+        mesh.quad(*quad, mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0));
     }
     mesh
 }
@@ -38,8 +38,8 @@ fn who_is_just_below_the_surface_is_lifted_and_beyond_the_map_there_is_a_floor()
 #[test]
 fn no_point_falls_through_the_seams_of_a_fan() {
     // Slivers that meet in one point, far from the origin: the hardest seams.
-    let mut mesh = road::Mesh::default();
-    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let mut mesh = mesh::Mesh::default();
+    let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     let center = Vec3::new(3011.3, -2017.7, 40.0);
     let middle = mesh.vertex(center.to_array());
     let rim: Vec<u32> = (0..720)
@@ -65,9 +65,9 @@ fn no_point_falls_through_the_seams_of_a_fan() {
 #[test]
 fn walls_roofs_of_objects_and_undersides_are_not_ground() {
     let mut mesh = mesh(&[level([0.0, 0.0], [10.0, 10.0], 0.0)]);
-    let face = road::Face::new(road::Tag::Building, road::Material::RoofFlat, 7);
+    let face = mesh::Face::new(mesh::Tag::Building, mesh::Material::RoofFlat, 7);
     mesh.quad(level([2.0, 2.0], [4.0, 4.0], 5.0), face);
-    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     let mut underside = level([6.0, 6.0], [8.0, 8.0], 4.0);
     underside.reverse();
     mesh.quad(underside, face);
@@ -86,7 +86,7 @@ fn who_asked_nearby_before_hears_what_a_search_says() {
         level([20.0, -3.0], [24.0, 20.0], 5.0),
         level([30.0, 0.0], [30.4, 7.0], 0.01),
     ]);
-    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     let center = Vec3::new(45.0, 15.0, 1.0);
     let middle = mesh.vertex(center.to_array());
     let rim: Vec<u32> = (0..90)

@@ -26,8 +26,8 @@ pub(super) const SUBSTEP_NANOS: u64 = 10_000_000;
 
 /// A plane through the origin that rises by `slope` along x.
 pub(super) fn incline(slope: f32) -> Arc<Ground> {
-    let mut mesh = road::Mesh::default();
-    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let mut mesh = mesh::Mesh::default();
+    let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     let corner = |x: f32, y: f32| [x * 2000.0, y * 2000.0, x * 2000.0 * slope];
     mesh.quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], face);
     Arc::new(Ground::new(&mesh))

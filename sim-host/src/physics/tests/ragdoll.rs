@@ -201,8 +201,8 @@ fn walls_kerbs_and_slopes_carry_those_who_fall() {
         let at = body.center_of_mass();
         assert!(at.x < 3.75 && at.z > 0.0, "a limb is in the wall: {at}");
     }
-    let mut mesh = road::Mesh::default();
-    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let mut mesh = mesh::Mesh::default();
+    let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     for (from, to, z) in [(-50.0f32, 3.0f32, 0.0f32), (3.0, 50.0, 0.15)] {
         mesh.quad([[from, -9.0, z], [to, -9.0, z], [to, 9.0, z], [from, 9.0, z]], face);
     }

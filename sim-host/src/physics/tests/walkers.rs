@@ -73,8 +73,8 @@ fn feet_follow_slopes_and_kerbs_and_fall_off_edges() {
         assert!((feet.z - 0.2 * feet.x).abs() < 0.01, "{feet}");
     }
     // A kerb of 15 cm up, a platform of 1 m down.
-    let mut mesh = road::Mesh::default();
-    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let mut mesh = mesh::Mesh::default();
+    let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     let mut floor = |from: f32, to: f32, z: f32| {
         let corners = [[from, -9.0, z], [to, -9.0, z], [to, 9.0, z], [from, 9.0, z]];
         mesh.quad(corners, face);

@@ -118,8 +118,8 @@ fn a_car_against_a_house_stops_and_names_the_box() {
 
 #[test]
 fn nobody_falls_through_thousands_of_small_triangles_at_50_mps() {
-    let mut mesh = road::Mesh::default();
-    let face = road::Face::new(road::Tag::Roads, road::Material::Asphalt, 0);
+    let mut mesh = mesh::Mesh::default();
+    let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     let (columns, rows, edge) = (2400u32, 30u32, 0.25f32);
     for row in 0..=rows {
         for column in 0..=columns {

@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{Quat, Vec3, vec3};
-use road::{Material, Tag};
+use mesh::{Material, Tag};
 
 use super::{Row, hue::*, slab};
 use crate::clay::Clay;

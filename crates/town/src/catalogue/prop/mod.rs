@@ -5,7 +5,7 @@ mod litter;
 mod street;
 
 use glam::{Vec3, vec3};
-use road::{Material, Mesh, Tag};
+use mesh::{Material, Mesh, Tag};
 
 use super::{Blueprint, Kind, Recipe};
 use crate::clay::{self, Clay};

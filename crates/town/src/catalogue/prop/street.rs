@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_PI_4, PI, TAU};
 
 use glam::{Quat, Vec3, vec3};
-use road::{Material, Tag};
+use mesh::{Material, Tag};
 
 use super::{Row, garden::bench, heap, hue::*, legs, slab};
 use crate::clay::Clay;

@@ -68,7 +68,7 @@ fn a_material_called_as_one_of_ours_is_that_one() {
     let (_, one) = blueprint("static.prop.barrel").unwrap();
     let file = glb(&[("x", [0.0, 0.3, 0.0])], r#"{"name":"carpaint"}"#);
     let (looks, _) = replaced(one, &file).unwrap();
-    assert_eq!(looks.whole.faces[0].material, road::Material::CarPaint as u8);
+    assert_eq!(looks.whole.faces[0].material, mesh::Material::CarPaint as u8);
     assert_eq!(looks.whole.faces[0].tint, 0);
 }
 

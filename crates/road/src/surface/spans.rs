@@ -6,8 +6,8 @@ use crate::network::Network;
 use crate::object::Span;
 use crate::place::Frame;
 use crate::road::Road;
-use crate::surface::{Face, Material, Tag};
 use glam::DVec3;
+use mesh::{Face, Material, Tag};
 
 const STATION_M: f64 = 2.0;
 /// How far a tunnel's walls stand from the lanes.

@@ -8,8 +8,8 @@ use crate::mark::{MarkKind, RoadMark};
 use crate::network::Network;
 use crate::place::Frame;
 use crate::road::{Road, Section};
-use crate::surface::{Face, Material, Tag};
 use glam::DVec3;
+use mesh::{Face, Material, Tag};
 
 /// How high a kerb is where the file does not say.
 const KERB_M: f64 = 0.12;

@@ -5,8 +5,8 @@ use super::cover::{Blend, Cover};
 use super::seam::Rim;
 use super::stations::{NEAR_M, stations};
 use crate::network::Network;
-use crate::surface::{Face, Mesh};
 use glam::DVec3;
+use mesh::{Face, Mesh};
 
 /// How far a surface reaches below the one that it meets, and how deep it ends.
 const TONGUE_M: f64 = 0.15;

@@ -1,7 +1,7 @@
 //! Road marks as lines with offsets, widths and dashes.
 
 use crate::mark::{MarkColor, MarkKind, RoadMark};
-use crate::surface::Material;
+use mesh::Material;
 
 /// One painted line on a border, where one mark holds.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 use super::cover::Cover;
 use crate::network::Network;
 use crate::structure::{Solid, Structure};
-use crate::surface::{Face, Mesh, Tag};
 use glam::DVec3;
+use mesh::{Face, Mesh, Tag};
 
 /// A broken file may ask for any number; more stations than this are not built.
 const STATIONS_MAX: usize = 200_000;

@@ -5,8 +5,8 @@ use super::columns::ASPHALT;
 use super::cover::Cover;
 use crate::crew;
 use crate::network::Network;
-use crate::surface::Mesh;
 use glam::{DVec2, DVec3};
+use mesh::Mesh;
 
 /// Wider gaps are meant, on free roads and where one of the roads lies in a junction: there cells
 /// of the floor, a metre wide, end in such gaps.

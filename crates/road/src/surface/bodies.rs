@@ -4,8 +4,8 @@ use super::polygon::{CORNERS_MAX, area, triangles};
 use super::sweep::{BOX, Sweep};
 use crate::object::{Corner, ObjectPlace, OutlineShape, RoadObject};
 use crate::structure::Solid;
-use crate::surface::{Face, Material, Mesh, Tag};
 use glam::{DVec2, DVec3};
+use mesh::{Face, Material, Mesh, Tag};
 
 /// Lower ones are driven over.
 const SOLID_FROM_M: f64 = 0.25;

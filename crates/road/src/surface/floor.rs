@@ -6,8 +6,8 @@ use super::columns::ASPHALT;
 use crate::crew;
 use crate::junction::{Junction, JunctionKind};
 use crate::network::Network;
-use crate::surface::{Mesh, Tag};
 use fringe::Fringe;
+use mesh::{Mesh, Tag};
 use std::ops::Range;
 
 /// Distance of the floor's corners, unless a junction is so large that they would be too many.

@@ -3,7 +3,7 @@
 
 use super::super::columns::ASPHALT;
 use super::{Corner, Floor, SINK_M};
-use crate::surface::Mesh;
+use mesh::Mesh;
 use std::ops::RangeInclusive;
 
 /// Pieces of a cell, along each side.

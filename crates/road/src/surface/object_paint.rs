@@ -5,8 +5,8 @@ use super::polygon::{area, slice, triangles};
 use crate::mark::MarkColor;
 use crate::network::Network;
 use crate::object::{ObjectMarking, RoadObject};
-use crate::surface::{Face, Material, Mesh, Tag};
 use glam::{DVec2, DVec3};
+use mesh::{Face, Material, Mesh, Tag};
 
 /// Paint follows the ground in pieces of this length.
 const PIECE_M: f64 = 1.0;

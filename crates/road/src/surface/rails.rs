@@ -2,8 +2,8 @@
 
 use super::sweep::{BOX, Sweep, things};
 use crate::object::{ObjectPlace, RoadObject};
-use crate::surface::{Face, Material, Tag};
 use glam::DVec3;
+use mesh::{Face, Material, Tag};
 use std::ops::Range;
 
 /// What is built of an object.

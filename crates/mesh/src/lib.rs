@@ -1,0 +1,19 @@
+//! The vocabulary that all geometry of this workspace shares: [`Mesh`], [`Face`], [`Tag`],
+//! [`Material`]; and the only hash functions and random number generator, so that equal inputs
+//! give equal bits everywhere.
+//!
+//! Metres, f32, right-handed, z up. The space of a mesh is that of its owner.
+
+mod code;
+mod hash;
+mod material;
+#[expect(clippy::module_inception, reason = "the crate is named for its main type")]
+mod mesh;
+mod random;
+mod tag;
+
+pub use hash::{Fnv1a64, WordHash, fnv1a64, fold_word};
+pub use material::Material;
+pub use mesh::{Face, Mesh};
+pub use random::{GOLDEN_GAMMA, RandomStream, first_of, mix64};
+pub use tag::Tag;
