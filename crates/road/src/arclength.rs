@@ -1,22 +1,20 @@
 //! Lengths along parametric cubics, turned back into parameters.
 
-use crate::curve::{GAUSS_7, slope};
+use crate::polynomial::{GAUSS_7, slope};
 
 /// The parameter of a parametric cubic as a function of the length travelled on it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ArcLength {
     /// Travelled up to `KNOTS` equidistant parameters and the end.
-    lengths: [f64; KNOTS + 1],
+    pub(crate) lengths: [f64; KNOTS + 1],
     /// dp/ds at the knots.
-    rates: [f64; KNOTS + 1],
-    u: [f64; 4],
-    v: [f64; 4],
-    p_end: f64,
+    pub(crate) rates: [f64; KNOTS + 1],
+    pub(crate) u: [f64; 4],
+    pub(crate) v: [f64; 4],
+    pub(crate) p_end: f64,
     /// The curve's own length over the length that the file declares.
-    stretch: f64,
+    pub(crate) stretch: f64,
 }
-
-crate::bake::baked! { ArcLength { lengths, rates, u, v, p_end, stretch } }
 
 const KNOTS: usize = 8;
 

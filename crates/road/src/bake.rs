@@ -8,17 +8,14 @@
 mod fields;
 mod rows;
 
-use crate::build::threads;
-use crate::index::LaneIndexGrid;
-use crate::lane::Lane;
-use crate::network::Network;
-use crate::road::Road;
-use crate::slab::Lent;
-use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 
-pub(crate) use fields::{Field, baked, baked_enum};
+use bytemuck::{Pod, Zeroable};
 
+use crate::{
+    grid::LaneIndexGrid, lane::Lane, network::Network, parallel::threads, road::Road, slab::Lent,
+};
+use fields::Field;
 /// Changes whenever the layout changes.
 const VERSION: u64 = 2;
 

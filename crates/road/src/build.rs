@@ -1,41 +1,44 @@
 //! From records to a network: ids become indices, lanes find their neighbours.
 
+mod findings;
 mod links;
 mod rights;
 mod scenery;
 
-pub(crate) use rights::limit_at;
-
-use crate::MapError;
-use crate::index::LaneIndexGrid;
-use crate::junction::{Connection, Joint, Junction, JunctionGroup};
-use crate::network::Network;
-use crate::parse::{self, Records};
-use crate::signal::Controller;
-use crate::xml::line_of;
-use glam::DVec3;
 use std::collections::HashMap;
+
+use glam::DVec3;
+
+use crate::{
+    MapError,
+    grid::LaneIndexGrid,
+    index::lane_grid,
+    junction::{Connection, Joint, Junction, JunctionGroup},
+    network::Network,
+    parallel::threads,
+    parse,
+    records::{RawController, RawGroup, RawJunction, Records},
+    signal::Controller,
+    xml::line_of,
+};
+use findings::Findings;
 
 /// Roads that lie farther from the file's origin than this get an origin of their own: f32 still
 /// resolves 2 mm there.
 const FAR_M: f64 = 20_000.0;
 
-pub(crate) fn network(text: &str) -> Result<Network, MapError> {
-    // A broken file may have any number of them; who drives needs the first ones at most.
-    built(text, 1000, threads())
-}
-
-/// More would wait for each other.
-const THREADS_MAX: usize = 8;
-
-pub(crate) fn threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from).min(THREADS_MAX)
+impl Network {
+    /// Reads an OpenDRIVE text.
+    pub fn parse(xml: &str) -> Result<Network, MapError> {
+        // A broken file may have any number of findings; the first ones are enough for a driver.
+        built(xml, 1000, threads())
+    }
 }
 
 /// The same network for any number of threads.
 pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<Network, MapError> {
     let mut records = parse::records(text, threads)?;
-    let mut findings = Findings { most: findings_max, found: Vec::new() };
+    let mut findings = Findings::new(findings_max);
     let road_ids = unique_roads(&records, text)?;
     let origin = local_origin(&mut records);
     for (road, extra) in records.roads.iter().zip(&records.road_extras) {
@@ -77,36 +80,10 @@ pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<N
     control(&mut network, &records.controllers, &records.junctions, &mut findings);
     scenery::stand(&mut network);
     network.uses = network.sorted_uses();
-    network.grid = LaneIndexGrid::new(&network, threads);
+    network.grid = lane_grid(&network, threads);
     network.bounds = network.grid.bounds().unwrap_or_default();
     network.findings = findings.with_lines(text);
     Ok(network)
-}
-
-/// Contradictions that a map can live with, by their places in the text.
-pub(crate) struct Findings {
-    most: usize,
-    found: Vec<(usize, String)>,
-}
-
-impl Findings {
-    pub(crate) fn add(&mut self, offset: usize, reason: String) {
-        if self.found.len() < self.most {
-            self.found.push((offset, reason));
-        }
-    }
-
-    /// The findings with lines for bytes, in the order of the file.
-    fn with_lines(mut self, text: &str) -> Vec<MapError> {
-        self.found.sort();
-        let (mut line, mut counted) = (1, 0);
-        let of = |(offset, reason): (usize, String)| {
-            line += line_of(&text[counted..], offset - counted) - 1;
-            counted = offset;
-            MapError { line, reason }
-        };
-        self.found.into_iter().map(of).collect()
-    }
 }
 
 fn unique_roads(records: &Records, text: &str) -> Result<HashMap<String, u32>, MapError> {
@@ -215,7 +192,7 @@ fn junctions(
     junctions
 }
 
-fn group(network: &mut Network, groups: Vec<parse::RawGroup>, findings: &mut Findings) {
+fn group(network: &mut Network, groups: Vec<RawGroup>, findings: &mut Findings) {
     for raw in groups {
         let mut junctions = Vec::new();
         for id in &raw.junctions {
@@ -227,15 +204,15 @@ fn group(network: &mut Network, groups: Vec<parse::RawGroup>, findings: &mut Fin
                 ),
             }
         }
-        let parse::RawGroup { id, name, kind, .. } = raw;
+        let RawGroup { id, name, kind, .. } = raw;
         network.junction_groups.push(JunctionGroup { id, name, kind, junctions });
     }
 }
 
 fn control(
     network: &mut Network,
-    raw: &[parse::RawController],
-    junctions: &[parse::RawJunction],
+    raw: &[RawController],
+    junctions: &[RawJunction],
     findings: &mut Findings,
 ) {
     let signals: HashMap<String, u32> =

@@ -1,8 +1,8 @@
 //! Crosswalks: objects with an outline that people cross within.
 
-use crate::network::Network;
-use crate::object::RoadObject;
 use glam::DVec3;
+
+use crate::{network::Network, object::RoadObject};
 
 /// Where people may cross.
 #[derive(Clone, Copy, Debug, PartialEq)]

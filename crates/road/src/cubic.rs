@@ -59,7 +59,7 @@ impl Cubic {
 /// Pieces in rising order; each holds until the next begins. Zero before the first and if empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Profile {
-    pieces: Vec<Cubic>,
+    pub(crate) pieces: Vec<Cubic>,
 }
 
 impl Profile {
@@ -130,11 +130,6 @@ impl Profile {
     pub(crate) fn jet(&self, along: f64) -> Jet {
         self.piece(along).map_or(Jet::default(), |piece| piece.jet(along))
     }
-}
-
-crate::bake::baked! {
-    Cubic { from_m, factors }
-    Profile { pieces }
 }
 
 /// A first piece that begins this little after the start holds from the start.

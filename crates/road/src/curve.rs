@@ -1,7 +1,11 @@
 //! The plan view's curves: where the reference line runs in x and y.
 
-use crate::arclength::ArcLength;
 use glam::DVec2;
+
+use crate::{
+    arclength::ArcLength,
+    polynomial::{GAUSS_7, bend, slope, value},
+};
 
 /// A point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,11 +24,11 @@ pub(crate) struct Curve {
     /// Where it begins along the road.
     pub(crate) from_m: f64,
     pub(crate) length_m: f64,
-    start: DVec2,
-    heading_rad: f64,
+    pub(crate) start: DVec2,
+    pub(crate) heading_rad: f64,
     /// The direction at the start.
-    ahead: DVec2,
-    shape: Shape,
+    pub(crate) ahead: DVec2,
+    pub(crate) shape: Shape,
 }
 
 /// What kind of curve.
@@ -45,11 +49,6 @@ pub(crate) enum Shape {
         arc: Box<ArcLength>,
     },
 }
-
-crate::bake::baked! { Curve { from_m, length_m, start, heading_rad, ahead, shape } }
-crate::bake::baked_enum! { Shape {
-    0 => Line, 1 => Arc { curvature }, 2 => Spiral { from, slope }, 3 => Cubic { u, v, arc },
-} }
 
 impl Shape {
     /// Curvature from `from` to `to` over the length.
@@ -200,27 +199,4 @@ fn clothoid(from: f64, slope: f64, ds: f64) -> DVec2 {
         }
     }
     sum * half
-}
-
-/// Nodes and weights of the seven-point Gauss-Legendre rule (Abramowitz and Stegun, table 25.4).
-pub(crate) const GAUSS_7: [(f64, f64); 7] = [
-    (0.0, 0.417_959_183_673_469_4),
-    (-0.405_845_151_377_397_2, 0.381_830_050_505_118_9),
-    (0.405_845_151_377_397_2, 0.381_830_050_505_118_9),
-    (-0.741_531_185_599_394_4, 0.279_705_391_489_276_7),
-    (0.741_531_185_599_394_4, 0.279_705_391_489_276_7),
-    (-0.949_107_912_342_758_5, 0.129_484_966_168_869_7),
-    (0.949_107_912_342_758_5, 0.129_484_966_168_869_7),
-];
-
-pub(crate) fn value(f: &[f64; 4], p: f64) -> f64 {
-    f[0] + p * (f[1] + p * (f[2] + p * f[3]))
-}
-
-pub(crate) fn slope(f: &[f64; 4], p: f64) -> f64 {
-    f[1] + p * (2.0 * f[2] + p * 3.0 * f[3])
-}
-
-fn bend(f: &[f64; 4], p: f64) -> f64 {
-    2.0 * f[2] + 6.0 * f[3] * p
 }

@@ -1,8 +1,10 @@
 //! Landmarks: signals as those see them who drive towards them.
 
-use crate::lane::{Lane, LaneIndex, LanePoint};
-use crate::network::Network;
-use crate::signal::{Orientation, SignalUse};
+use crate::{
+    lane::{Lane, LaneIndex, LanePoint},
+    network::Network,
+    signal::{Orientation, SignalUse},
+};
 
 /// A place where a signal rules: its own, or that of a reference to it.
 #[derive(Clone, Copy, Debug, PartialEq)]

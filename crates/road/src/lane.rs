@@ -1,5 +1,4 @@
-use crate::cubic::Profile;
-use crate::mark::RoadMark;
+use crate::{cubic::Profile, mark::RoadMark};
 
 /// Which lane of [`crate::Network::lanes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -62,6 +61,14 @@ pub struct Lane {
     pub(crate) heights: Vec<LaneHeight>,
     pub(crate) speeds: Vec<LaneSpeed>,
     pub(crate) declared: LaneLinks,
+}
+
+impl Lane {
+    /// The lane's own limit `ds` metres into its section.
+    pub(crate) fn speed_limit_at(&self, ds: f64) -> Option<f64> {
+        let after = self.speeds.partition_point(|speed| speed.from_m <= ds + 1e-6);
+        self.speeds.get(after.max(1) - 1).and_then(|speed| speed.limit_mps)
+    }
 }
 
 /// A `<material>` record: holds until the next one of the lane.

@@ -8,14 +8,15 @@
 //! ```
 
 mod arclength;
+mod axes;
 mod bake;
 mod build;
-mod crew;
 mod crosswalk;
 mod cubic;
 mod curve;
 mod error;
 mod geo;
+mod grid;
 mod index;
 mod junction;
 mod landmark;
@@ -23,8 +24,12 @@ mod lane;
 mod mark;
 mod network;
 mod object;
+mod parallel;
 mod parse;
 mod place;
+mod placement;
+mod polynomial;
+mod records;
 mod road;
 mod route;
 mod signal;
@@ -52,8 +57,8 @@ pub use network::Network;
 pub use object::{
     ObjectBorder, ObjectMarking, ObjectPlace, ObjectReference, OutlineShape, RoadObject, Span,
 };
-pub use parse::{Header, Owner, UserData};
-pub use place::Placement;
+pub use placement::Placement;
+pub use records::{Header, Owner, UserData};
 pub use road::{Road, RoadLink, RoadType, Section, Switch};
 pub use route::{Leg, Route};
 pub use signal::{Controller, Orientation, Signal, SignalReference, SignalUse};

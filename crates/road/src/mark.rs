@@ -122,6 +122,18 @@ pub(crate) fn mark_at(marks: &[RoadMark], ds: f64) -> Option<&RoadMark> {
 /// A mark that begins this little ahead holds already: sums of lengths are rounded.
 const EARLY_M: f64 = 1e-9;
 
+impl RoadMark {
+    /// Whether one may cross from lane `from` to lane `to`, by their ids.
+    pub fn allows(&self, from: i32, to: i32) -> bool {
+        match self.change {
+            MarkChange::Both => true,
+            MarkChange::None => false,
+            MarkChange::Increase => to > from,
+            MarkChange::Decrease => to < from,
+        }
+    }
+}
+
 impl MarkKind {
     const TEXTS: [(MarkKind, &str); 12] = [
         (MarkKind::None, "none"),

@@ -1,13 +1,16 @@
-use crate::MapError;
-use crate::geo::{GeoPoint, TransverseMercator};
-use crate::index::LaneIndexGrid;
-use crate::junction::{Junction, JunctionGroup};
-use crate::lane::{Lane, LaneIndex, LanePoint, LaneTypes};
-use crate::object::{ObjectReference, RoadObject, Span};
-use crate::parse::{Header, UserData};
-use crate::road::Road;
-use crate::signal::{Controller, Signal};
 use glam::DVec3;
+
+use crate::{
+    MapError,
+    geo::{GeoPoint, TransverseMercator},
+    grid::LaneIndexGrid,
+    junction::{Junction, JunctionGroup},
+    lane::{Lane, LaneIndex, LanePoint},
+    object::{ObjectReference, RoadObject, Span},
+    records::{Header, UserData},
+    road::{Borders, Road},
+    signal::{Controller, Signal},
+};
 
 /// A road network; it does not change once parsed.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,11 +35,6 @@ pub struct Network {
 }
 
 impl Network {
-    /// Reads an OpenDRIVE text.
-    pub fn parse(xml: &str) -> Result<Network, MapError> {
-        crate::build::network(xml)
-    }
-
     /// Every lane but the centre ones, of every section of every road.
     pub fn lanes(&self) -> &[Lane] {
         &self.lanes
@@ -150,12 +148,6 @@ impl Network {
         section.lanes.iter().copied().find(|lane| self.lane(*lane).id == lane_id)
     }
 
-    /// The point of the nearest lane centre, in three dimensions, among lanes of `types`.
-    /// None only if there is no such lane.
-    pub fn nearest(&self, point: DVec3, types: LaneTypes) -> Option<LanePoint> {
-        self.grid.nearest(self, point, types)
-    }
-
     /// Corners of the box round all lanes, lowest and highest.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         self.bounds
@@ -183,5 +175,35 @@ impl Network {
         let from_start = (s - start).clamp(0.0, lane.length_m);
         let along_m = if lane.forward { from_start } else { lane.length_m - from_start };
         LanePoint { lane: lane.index, along_m }
+    }
+
+    /// The road's s at `along_m`, kept inside the lane.
+    pub(crate) fn s_of(&self, lane: &Lane, along_m: f64) -> f64 {
+        let start = self.roads()[lane.road as usize].sections[lane.section as usize].start_m;
+        let along = along_m.clamp(0.0, lane.length_m);
+        if lane.forward { start + along } else { start + lane.length_m - along }
+    }
+
+    pub(crate) fn borders(&self, lane: &Lane, s: f64) -> Borders {
+        let section = &self.roads()[lane.road as usize].sections[lane.section as usize];
+        let position = (lane.index.0 - section.lanes[0].0) as usize;
+        section.borders(self.lanes(), position, s - section.start_m)
+    }
+
+    /// The roads in so many parts with about as many lanes.
+    pub(crate) fn road_ranges(&self, parts: usize) -> Vec<std::ops::Range<usize>> {
+        let roads = self.roads();
+        let (mut shares, mut from, mut lanes) = (Vec::new(), 0, 0);
+        for (index, road) in roads.iter().enumerate() {
+            lanes += road.sections.iter().map(|section| section.lanes.len()).sum::<usize>();
+            if lanes * parts >= self.lanes().len() * (shares.len() + 1) {
+                shares.push(from..index + 1);
+                from = index + 1;
+            }
+        }
+        if from < roads.len() {
+            shares.push(from..roads.len());
+        }
+        shares
     }
 }

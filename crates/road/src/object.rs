@@ -1,6 +1,6 @@
-use crate::mark::MarkColor;
-use crate::signal::Orientation;
 use glam::DVec3;
+
+use crate::{mark::MarkColor, signal::Orientation};
 
 /// A thing beside or on the road, as the file records it.
 #[derive(Clone, Debug, PartialEq)]

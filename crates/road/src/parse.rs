@@ -1,6 +1,7 @@
 //! OpenDRIVE text into records, as the file says them; what refers to other parts of the file is
 //! resolved by [`crate::build`].
 
+mod elements;
 mod junctions;
 mod lanes;
 mod objects;
@@ -8,108 +9,14 @@ mod roadrunner;
 mod roads;
 mod signals;
 
-use crate::MapError;
-use crate::lane::Lane;
-use crate::object::{RoadObject, Span};
-use crate::road::Road;
-use crate::signal::Signal;
-use crate::xml::{Cursor, line_of};
 use glam::DVec3;
 
-pub(crate) use junctions::{RawController, RawGroup, RawJunction};
-pub(crate) use objects::RawObjectReference;
-pub(crate) use roads::{BEYOND_M, RawLink};
-pub(crate) use signals::RawReference;
-
-/// Everything a file says.
-#[derive(Default)]
-pub(crate) struct Records {
-    pub(crate) header: Header,
-    pub(crate) roads: Vec<Road>,
-    /// Beside `roads`.
-    pub(crate) road_extras: Vec<RoadExtra>,
-    pub(crate) lanes: Vec<Lane>,
-    pub(crate) junctions: Vec<RawJunction>,
-    pub(crate) signals: Vec<Signal>,
-    pub(crate) references: Vec<RawReference>,
-    pub(crate) controllers: Vec<RawController>,
-    pub(crate) objects: Vec<RoadObject>,
-    pub(crate) spans: Vec<Span>,
-    pub(crate) object_references: Vec<RawObjectReference>,
-    pub(crate) groups: Vec<RawGroup>,
-    pub(crate) user_data: Vec<UserData>,
-    /// Files that are to be read as well, and where that is said.
-    pub(crate) includes: Vec<(String, usize)>,
-    /// Where the first element stands that was left to others, in bytes.
-    ended: usize,
-}
-
-/// What a road says of others.
-#[derive(Default)]
-pub(crate) struct RoadExtra {
-    pub(crate) junction: Option<String>,
-    pub(crate) predecessor: Option<RawLink>,
-    pub(crate) successor: Option<RawLink>,
-    /// The declared length, where the geometry ends well before it.
-    pub(crate) too_long: Option<f64>,
-    /// Where the road stands in the text, in bytes.
-    pub(crate) offset: usize,
-}
-
-/// What the file says of itself.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Header {
-    /// OpenDRIVE's version, such as (1, 4).
-    pub revision: (u32, u32),
-    /// What the map is called.
-    pub name: String,
-    /// Who wrote it.
-    pub vendor: String,
-    /// The projection, a PROJ string; empty if none.
-    pub geo_reference: String,
-    /// Under which license the map may be used, by name.
-    pub license: String,
-    /// To be added to the file's coordinates to get projected ones, metres.
-    pub offset_m: DVec3,
-    /// To be added to the file's headings, about its origin.
-    pub offset_heading_rad: f64,
-}
-
-/// A `<userData>` record with a code: something for a program that knows it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct UserData {
-    /// Whose it is.
-    pub owner: Owner,
-    /// What it is.
-    pub code: String,
-    /// What it says.
-    pub value: String,
-}
-
-/// What user data belong to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Owner {
-    /// The whole map.
-    Map,
-    /// Which of [`crate::Network::roads`].
-    Road(u32),
-    /// Which of [`crate::Network::junctions`].
-    Junction(u32),
-}
-
-/// Takes what may stand anywhere: user data and includes.
-fn anywhere(xml: &Cursor, name: &str, owner: Owner, records: &mut Records) {
-    match name {
-        "userData" => {
-            if let Some(code) = xml.raw("code").filter(|code| !code.is_empty()) {
-                let (code, value) = (code.to_string(), xml.string("value"));
-                records.user_data.push(UserData { owner, code, value });
-            }
-        }
-        "include" => records.includes.push((xml.string("file"), xml.offset())),
-        _ => {}
-    }
-}
+use crate::{
+    MapError,
+    records::{Header, Owner, Records},
+    xml::{Cursor, line_of},
+};
+use elements::anywhere;
 
 /// Reads a whole file, in so many parts at once; what comes out does not depend on how many.
 pub(crate) fn records(text: &str, threads: usize) -> Result<Records, MapError> {
@@ -137,7 +44,7 @@ pub(crate) fn records(text: &str, threads: usize) -> Result<Records, MapError> {
             let Some(next) = next else { return alone(text) };
             whole.append(next?);
         }
-        whole.complete(text)
+        complete(whole, text)
     })
 }
 
@@ -162,7 +69,7 @@ const PART_BYTES_MIN: usize = 200_000;
 const ROOT: &str = "OpenDRIVE";
 
 fn alone(text: &str) -> Result<Records, MapError> {
-    part(Cursor::new(text), usize::MAX)?.complete(text)
+    complete(part(Cursor::new(text), usize::MAX)?, text)
 }
 
 /// Reads elements of the root from where the cursor stands to the one that begins at `end` or
@@ -212,72 +119,17 @@ fn enter(xml: &mut Cursor) -> Result<bool, MapError> {
     }
 }
 
-impl Records {
-    /// Adds what stands behind it in the file.
-    fn append(&mut self, mut next: Records) {
-        let (roads, lanes) = (self.roads.len() as u32, self.lanes.len() as u32);
-        let junctions = self.junctions.len() as u32;
-        for road in &mut next.roads {
-            for lane in road.sections.iter_mut().flat_map(|section| &mut section.lanes) {
-                lane.0 += lanes;
-            }
-        }
-        for lane in &mut next.lanes {
-            lane.index.0 += lanes;
-            lane.road += roads;
-        }
-        for signal in &mut next.signals {
-            signal.road += roads;
-            for rules in &mut signal.uses {
-                rules.road += roads;
-            }
-        }
-        next.references.iter_mut().for_each(|reference| reference.rules.road += roads);
-        next.objects.iter_mut().for_each(|object| object.road += roads);
-        for reference in &mut next.object_references {
-            reference.reference.road += roads;
-        }
-        for data in &mut next.user_data {
-            match &mut data.owner {
-                Owner::Map => {}
-                Owner::Road(road) => *road += roads,
-                Owner::Junction(junction) => *junction += junctions,
-            }
-        }
-        next.spans.iter_mut().for_each(|span| span.road += roads);
-        if next.header != Header::default() {
-            self.header = next.header;
-        }
-        self.roads.append(&mut next.roads);
-        self.road_extras.append(&mut next.road_extras);
-        self.lanes.append(&mut next.lanes);
-        self.junctions.append(&mut next.junctions);
-        self.signals.append(&mut next.signals);
-        self.references.append(&mut next.references);
-        self.controllers.append(&mut next.controllers);
-        self.objects.append(&mut next.objects);
-        self.spans.append(&mut next.spans);
-        self.object_references.append(&mut next.object_references);
-        self.groups.append(&mut next.groups);
-        self.user_data.append(&mut next.user_data);
-        self.includes.append(&mut next.includes);
-        self.ended = next.ended;
+/// Returns the records if there is a road among them.
+fn complete(records: Records, text: &str) -> Result<Records, MapError> {
+    if !records.roads.is_empty() {
+        return Ok(records);
     }
-
-    fn complete(self, text: &str) -> Result<Records, MapError> {
-        if !self.roads.is_empty() {
-            return Ok(self);
-        }
-        let reason = if text.contains("<OpenDRIVE") {
-            "the file has no roads"
-        } else {
-            "there is no <OpenDRIVE> element; is this an OpenDRIVE file?"
-        };
-        Err(MapError {
-            line: line_of(text, text.len().saturating_sub(1)),
-            reason: reason.to_string(),
-        })
-    }
+    let reason = if text.contains("<OpenDRIVE") {
+        "the file has no roads"
+    } else {
+        "there is no <OpenDRIVE> element; is this an OpenDRIVE file?"
+    };
+    Err(MapError { line: line_of(text, text.len().saturating_sub(1)), reason: reason.to_string() })
 }
 
 fn header(xml: &mut Cursor) -> Result<Header, MapError> {
@@ -305,18 +157,4 @@ fn header(xml: &mut Cursor) -> Result<Header, MapError> {
         }
     }
     Ok(header)
-}
-
-/// Metres per second from a speed record's `max` and `unit`.
-fn limit(xml: &Cursor) -> Result<Option<f64>, MapError> {
-    let max = xml.raw("max").unwrap_or_default().trim();
-    if matches!(max, "" | "no limit" | "undefined") {
-        return Ok(None);
-    }
-    let factor = match xml.raw("unit").unwrap_or("m/s") {
-        "km/h" => 1.0 / 3.6,
-        "mph" => 0.44704,
-        _ => 1.0,
-    };
-    Ok(Some(xml.number("max")? * factor))
 }

@@ -1,37 +1,15 @@
 //! From lane coordinates to poses.
 
-use crate::cubic::Jet;
-use crate::lane::{Lane, LaneIndex, LanePoint};
-use crate::network::Network;
-use crate::road::{Borders, Road, Section, Station};
-use glam::{DQuat, DVec2, DVec3, EulerRot, Vec3};
+use glam::DVec3;
 
-/// A pose on the road. World space: right-handed, z up, metres and radians.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Placement {
-    /// Where.
-    pub position: DVec3,
-    /// About z, from x towards y.
-    pub heading_rad: f64,
-    /// About the left-pointing y: positive looks down.
-    pub pitch_rad: f64,
-    /// About the forward-pointing x: positive lifts the left side.
-    pub roll_rad: f64,
-    /// Of the path in driving direction, seen from above; positive turns left.
-    pub curvature_per_m: f64,
-}
-
-impl Placement {
-    /// `world_from_lane`: x along the lane, y to its left, z up from its surface.
-    pub fn rotation(&self) -> DQuat {
-        DQuat::from_euler(EulerRot::ZYX, self.heading_rad, self.pitch_rad, self.roll_rad)
-    }
-
-    /// The point `forward`, `left` and `up` of here.
-    pub fn point(&self, forward: f64, left: f64, up: f64) -> DVec3 {
-        self.position + self.rotation() * DVec3::new(forward, left, up)
-    }
-}
+use crate::{
+    axes::{RoadAxes, Station},
+    cubic::Jet,
+    lane::{Lane, LaneIndex, LanePoint},
+    network::Network,
+    placement::Placement,
+    road::{Road, Section},
+};
 
 /// A path beside a reference line: signed lateral distance, and how much of it stays level.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +52,7 @@ impl Network {
         &self,
         road: &Road,
         section: &Section,
-        frame: &Frame,
+        axes: &RoadAxes,
         s: f64,
         centres: &mut Vec<(DVec3, f64)>,
     ) {
@@ -91,26 +69,13 @@ impl Network {
                 let t = offset + sign * (inner + 0.5 * width);
                 let level_t = sign * (level + if lane.level { 0.5 * width } else { 0.0 });
                 let up = road.unevenness(s, t) + lane.rise_at_centre(ds);
-                centres[place] = (frame.point(t, level_t, up), 0.5 * width);
+                centres[place] = (axes.point(t, level_t, up), 0.5 * width);
                 inner += width;
                 level += if lane.level { width } else { 0.0 };
             }
         };
         side(&mut left.rev(), 1.0);
         side(&mut right.into_iter(), -1.0);
-    }
-
-    /// The road's s at `along_m`, kept inside the lane.
-    pub(crate) fn s_of(&self, lane: &Lane, along_m: f64) -> f64 {
-        let start = self.roads()[lane.road as usize].sections[lane.section as usize].start_m;
-        let along = along_m.clamp(0.0, lane.length_m);
-        if lane.forward { start + along } else { start + lane.length_m - along }
-    }
-
-    pub(crate) fn borders(&self, lane: &Lane, s: f64) -> Borders {
-        let section = &self.roads()[lane.road as usize].sections[lane.section as usize];
-        let position = (lane.index.0 - section.lanes[0].0) as usize;
-        section.borders(self.lanes(), position, s - section.start_m)
     }
 
     /// The path at the lane's centre plus `offset_t`.
@@ -137,23 +102,23 @@ impl Network {
 impl Road {
     /// The pose along rising s of a path at `lateral`.
     pub(crate) fn pose(&self, station: &Station, s: f64, lateral: &Lateral) -> Placement {
-        let frame = Frame::new(*station);
-        let (sin, cos) = (frame.roll_sin, frame.roll_cos);
+        let axes = RoadAxes::new(*station);
+        let (sin, cos) = (axes.roll_sin, axes.roll_cos);
         let roll = station.roll;
         let banked = lateral.t + lateral.level.scaled(-1.0);
         let tilt_slope = banked.slope * sin + banked.value * cos * roll.slope;
-        let shove = banked.value * sin * frame.pitch_sin;
+        let shove = banked.value * sin * axes.pitch_sin;
         // How far the path lies from the reference line seen from above, and how that changes.
         let beside = Jet {
             value: banked.value * cos + lateral.level.value,
             slope: banked.slope * cos - banked.value * sin * roll.slope + lateral.level.slope,
             bend: banked.bend * cos + lateral.level.bend,
         };
-        let along = 1.0 - station.curvature * beside.value + tilt_slope * frame.pitch_sin;
-        let climb = station.elevation.slope + tilt_slope * frame.pitch_cos;
+        let along = 1.0 - station.curvature * beside.value + tilt_slope * axes.pitch_sin;
+        let climb = station.elevation.slope + tilt_slope * axes.pitch_cos;
         let aside = beside.slope + station.curvature * shove;
         let uneven = self.unevenness(s, lateral.t.value);
-        let position = frame.point(lateral.t.value, lateral.level.value, uneven + lateral.rise_m);
+        let position = axes.point(lateral.t.value, lateral.level.value, uneven + lateral.rise_m);
         // Inside the centre of a bend's circle the path runs backwards; the lane does not.
         let along = along.max(1e-3);
         let planar = along.hypot(aside);
@@ -179,112 +144,4 @@ impl Road {
         let t = lateral.t.value;
         (self.unevenness(s, t + 0.01) - self.unevenness(s, t - 0.01)) / 0.02
     }
-}
-
-/// A station with the sines and cosines of its angles.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Frame {
-    origin: DVec3,
-    curvature: f64,
-    heading_sin: f64,
-    heading_cos: f64,
-    roll_sin: f64,
-    roll_cos: f64,
-    pitch_sin: f64,
-    pitch_cos: f64,
-}
-
-impl Frame {
-    pub(crate) fn new(station: Station) -> Frame {
-        let position = DVec2::new(station.x, station.y);
-        let (sin, cos) = station.heading_rad.sin_cos();
-        let (elevation, roll) = (station.elevation, station.roll.value);
-        Frame::along(position, DVec2::new(cos, sin), station.curvature, elevation, roll)
-    }
-
-    /// A station whose heading is known by its direction.
-    pub(crate) fn along(
-        position: DVec2,
-        ahead: DVec2,
-        curvature: f64,
-        elevation: Jet,
-        roll: f64,
-    ) -> Frame {
-        let (roll_sin, roll_cos) = if roll == 0.0 { (0.0, 1.0) } else { roll.sin_cos() };
-        // Of the pitch -atan(slope).
-        let slope = elevation.slope;
-        let pitch_cos = 1.0 / (1.0 + slope * slope).sqrt();
-        Frame {
-            origin: position.extend(elevation.value),
-            curvature,
-            heading_sin: ahead.y,
-            heading_cos: ahead.x,
-            roll_sin,
-            roll_cos,
-            pitch_sin: -slope * pitch_cos,
-            pitch_cos,
-        }
-    }
-
-    /// The point at `t`, of which `level` metres lie on lanes that do not bank, `up` above the
-    /// road. The road banks about its own, climbing axis: of a banked metre, `roll_cos` shows to
-    /// the side, `roll_sin · pitch_cos` up and `roll_sin · pitch_sin` along.
-    pub(crate) fn point(&self, t: f64, level: f64, up: f64) -> DVec3 {
-        let banked = t - level;
-        let beside = banked * self.roll_cos + level;
-        let tilt = banked * self.roll_sin;
-        let shove = tilt * self.pitch_sin;
-        DVec3::new(
-            self.origin.x - self.heading_sin * beside + self.heading_cos * shove,
-            self.origin.y + self.heading_cos * beside + self.heading_sin * shove,
-            self.origin.z + tilt * self.pitch_cos + up,
-        )
-    }
-
-    /// How far to the left of and above the reference line a point lies, where nothing banks.
-    pub(crate) fn beside(&self, point: DVec3) -> (f64, f64) {
-        let offset = point - self.origin;
-        (self.left().dot(offset), offset.z)
-    }
-
-    /// How a path at `t` runs in `length` metres of s, in which it goes so far to the left and up
-    /// from the reference line, where nothing banks.
-    pub(crate) fn tangent(&self, t: f64, (left, up): (f64, f64), length: f64) -> Vec3 {
-        let slope = -self.pitch_sin / self.pitch_cos;
-        let ahead = self.ahead() * (1.0 - self.curvature * t) + DVec3::Z * slope;
-        (ahead * length + self.left() * left + DVec3::Z * up).as_vec3()
-    }
-
-    /// The direction to the road's left, level.
-    pub(crate) fn left(&self) -> DVec3 {
-        DVec3::new(-self.heading_sin, self.heading_cos, 0.0)
-    }
-
-    /// How much longer a step along the path at `t` is than the same step of s.
-    pub(crate) fn stretch(&self, t: f64) -> f64 {
-        (1.0 - self.curvature * t).max(0.1)
-    }
-
-    /// The direction of the road, level.
-    pub(crate) fn ahead(&self) -> DVec3 {
-        DVec3::new(self.heading_cos, self.heading_sin, 0.0)
-    }
-}
-
-impl Placement {
-    /// The same place looking the other way.
-    pub(crate) fn reversed(self) -> Placement {
-        Placement {
-            position: self.position,
-            heading_rad: wrapped(self.heading_rad + std::f64::consts::PI),
-            pitch_rad: -self.pitch_rad,
-            roll_rad: -self.roll_rad,
-            curvature_per_m: -self.curvature_per_m,
-        }
-    }
-}
-
-/// The same angle from -π to π.
-pub(crate) fn wrapped(angle: f64) -> f64 {
-    angle - std::f64::consts::TAU * (angle / std::f64::consts::TAU).round()
 }

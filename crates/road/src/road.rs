@@ -1,9 +1,11 @@
-use crate::cubic::{Jet, Profile};
-use crate::curve::Curve;
-use crate::lane::{Lane, LaneIndex};
-use crate::mark::RoadMark;
-use crate::place::Frame;
-use crate::surface_strips::CrossSection;
+use crate::{
+    axes::{RoadAxes, Station},
+    cubic::{Jet, Profile},
+    curve::Curve,
+    lane::{Lane, LaneIndex},
+    mark::RoadMark,
+    surface_strips::CrossSection,
+};
 
 /// One road: a reference line and lanes along it.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,18 +101,6 @@ pub(crate) struct Shape {
     pub(crate) over_t: Profile,
 }
 
-/// The reference line at one s.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Station {
-    pub(crate) x: f64,
-    pub(crate) y: f64,
-    pub(crate) heading_rad: f64,
-    pub(crate) curvature: f64,
-    pub(crate) curvature_slope: f64,
-    pub(crate) elevation: Jet,
-    pub(crate) roll: Jet,
-}
-
 /// A lane's borders at one s, as unsigned distances from the centre lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Borders {
@@ -149,14 +139,14 @@ impl Road {
     }
 
     /// Where the reference line is at `s`, and how it bends there, seen from above and the side.
-    pub(crate) fn frame(&self, s: f64) -> (Frame, f64) {
+    pub(crate) fn axes_and_bend(&self, s: f64) -> (RoadAxes, f64) {
         let after = self.curves.partition_point(|curve| curve.from_m <= s);
         let curve = &self.curves[after.max(1) - 1];
         let (position, ahead, curvature) = curve.ray(s - curve.from_m);
         let elevation = self.elevation.jet(s);
         let roll = self.superelevation.at(s);
-        let frame = Frame::along(position, ahead, curvature, elevation, roll);
-        (frame, curvature.abs() + elevation.bend.abs())
+        let axes = RoadAxes::along(position, ahead, curvature, elevation, roll);
+        (axes, curvature.abs() + elevation.bend.abs())
     }
 
     /// Whether the surface may bend across a lane.

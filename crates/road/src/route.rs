@@ -1,9 +1,11 @@
 //! Routes: the shortest way along lanes, with changes between them where markings allow it.
 
-use crate::lane::{LaneIndex, LanePoint};
-use crate::network::Network;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::{cmp::Reverse, collections::BinaryHeap};
+
+use crate::{
+    lane::{LaneIndex, LanePoint},
+    network::Network,
+};
 
 /// The shortest way from one point to another.
 #[derive(Clone, Debug, PartialEq)]

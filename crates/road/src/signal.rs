@@ -1,6 +1,6 @@
-use crate::lane::LaneIndex;
-use crate::place::Placement;
 use glam::DVec3;
+
+use crate::{lane::LaneIndex, placement::Placement};
 
 /// A sign or a light.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,8 +1,11 @@
 //! Rows of plain numbers that are their owner's, or lie in bytes that it was lent.
 
+use std::{
+    ops::{Deref, Range},
+    sync::Arc,
+};
+
 use bytemuck::Pod;
-use std::ops::{Deref, Range};
-use std::sync::Arc;
 
 /// Bytes that somebody else keeps for us, such as a file in memory. They must not change while they
 /// are lent.

@@ -14,6 +14,7 @@ mod cover;
 mod floor;
 mod object_paint;
 mod paint;
+mod paved;
 mod polygon;
 mod rails;
 mod seam;
@@ -22,20 +23,18 @@ mod stations;
 mod strip;
 mod sweep;
 
-use crate::build::threads;
-use crate::crew;
-use crate::index::shares;
-use crate::network::Network;
-use crate::structure::Structure;
-use mesh::Mesh;
 use std::ops::Range;
+
+use mesh::Mesh;
+
+use crate::{network::Network, parallel, structure::Structure};
 
 /// Every road's surface, with stations at most `spacing_m` apart, nearer in bends.
 ///
 /// Sidewalks and medians that the file leaves level are raised by a kerb of 12 cm. All faces are
 /// of object 0.
 pub fn surface_mesh(network: &Network, spacing_m: f64) -> Mesh {
-    surface(network, spacing_m, threads())
+    surface(network, spacing_m, parallel::threads())
 }
 
 /// The same mesh for any number of threads.
@@ -58,7 +57,7 @@ pub(crate) fn surface(network: &Network, spacing_m: f64, threads: usize) -> Mesh
     let mut mesh = Mesh::default();
     let mut of_roads: Vec<Range<usize>> = Vec::new();
     let mut rims = Vec::new();
-    for (part, ends, of_part) in crew::each(&shares(network, parts), "road-pave", pave) {
+    for (part, ends, of_part) in parallel::each(&network.road_ranges(parts), "road-pave", pave) {
         let base = mesh.triangles.len();
         for end in ends {
             let first = of_roads.last().map_or(0, |last| last.end);

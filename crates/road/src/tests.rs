@@ -15,8 +15,9 @@ mod threads;
 mod validate;
 mod xml;
 
-use crate::Network;
 use std::path::PathBuf;
+
+use crate::Network;
 
 /// Name and text of every map in the folder that `OMNIBUS_MAPS` names, by name; none without it.
 pub(crate) fn shared_maps() -> Vec<(String, String)> {

@@ -1,9 +1,13 @@
 //! Along lanes: what comes next, what came before, where vehicles may start.
 
-use crate::lane::{LaneIndex, LanePoint, LaneType, LaneTypes};
-use crate::network::Network;
-use glam::DVec3;
 use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use crate::{
+    lane::{LaneIndex, LanePoint, LaneType, LaneTypes},
+    network::Network,
+};
 
 /// A walk that forks more often than this is cut there.
 const BRANCHES_MAX: usize = 4096;

@@ -1,9 +1,10 @@
 //! What a waypoint is asked: its number, the markings beside it, the rest of its lane.
 
-use crate::build::limit_at;
-use crate::lane::{Lane, LanePoint, LaneTypes};
-use crate::mark::{RoadMark, mark_at};
-use crate::network::Network;
+use crate::{
+    lane::{Lane, LanePoint, LaneTypes},
+    mark::{RoadMark, mark_at},
+    network::Network,
+};
 
 /// The markings on either side of a point, seen in driving direction; none where the file says
 /// nothing of that border.
@@ -89,7 +90,7 @@ impl Network {
         let lane = self.lane(at.lane);
         let road = &self.roads()[lane.road as usize];
         let s = self.s_of(lane, at.along_m);
-        let own = limit_at(lane, s - road.sections[lane.section as usize].start_m);
+        let own = lane.speed_limit_at(s - road.sections[lane.section as usize].start_m);
         own.or_else(|| road.type_at(s).and_then(|kind| kind.limit_mps))
     }
 

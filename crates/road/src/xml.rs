@@ -5,9 +5,10 @@
 mod number;
 mod scan;
 
+use std::cell::Cell;
+
 use crate::MapError;
 use scan::{end_of_tag, find, find_text, resolved};
-use std::cell::Cell;
 
 pub(crate) use scan::line_of;
 

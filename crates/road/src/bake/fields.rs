@@ -13,15 +13,15 @@ pub(crate) trait Field: Sized {
 /// Bakes a struct field by field; none may be left out.
 macro_rules! baked {
     ($($type:ident { $($field:ident),* $(,)? })*) => { $(
-        impl $crate::bake::Field for $type {
+        impl $crate::bake::fields::Field for $type {
             fn put(&self, bytes: &mut Vec<u8>) {
                 let $type { $($field),* } = self;
-                $($crate::bake::Field::put($field, bytes);)*
+                $($crate::bake::fields::Field::put($field, bytes);)*
             }
 
             #[inline]
             fn take(bytes: &mut &[u8]) -> Option<$type> {
-                Some($type { $($field: $crate::bake::Field::take(bytes)?),* })
+                Some($type { $($field: $crate::bake::fields::Field::take(bytes)?),* })
             }
         }
     )* };
@@ -30,23 +30,23 @@ macro_rules! baked {
 /// Bakes an enum: a number for each variant, then its fields.
 macro_rules! baked_enum {
     ($type:ident { $($tag:literal => $variant:ident $({ $($field:ident),* })? $(($inner:ident))?),* $(,)? }) => {
-        impl $crate::bake::Field for $type {
+        impl $crate::bake::fields::Field for $type {
             fn put(&self, bytes: &mut Vec<u8>) {
                 match self { $(
                     $type::$variant $({ $($field),* })? $(($inner))? => {
                         bytes.push($tag);
-                        $($($crate::bake::Field::put($field, bytes);)*)?
-                        $($crate::bake::Field::put($inner, bytes);)?
+                        $($($crate::bake::fields::Field::put($field, bytes);)*)?
+                        $($crate::bake::fields::Field::put($inner, bytes);)?
                     }
                 )* }
             }
 
             #[inline]
             fn take(bytes: &mut &[u8]) -> Option<$type> {
-                match <u8 as $crate::bake::Field>::take(bytes)? {
+                match <u8 as $crate::bake::fields::Field>::take(bytes)? {
                     $($tag => {
-                        $($(let $field = $crate::bake::Field::take(bytes)?;)*)?
-                        $(let $inner = $crate::bake::Field::take(bytes)?;)?
+                        $($(let $field = $crate::bake::fields::Field::take(bytes)?;)*)?
+                        $(let $inner = $crate::bake::fields::Field::take(bytes)?;)?
                         Some($type::$variant $({ $($field),* })? $(($inner))?)
                     })*
                     _ => None,

@@ -1,23 +1,29 @@
 //! What every thing of a network is made of. A field that is missing here does not compile.
 
-use super::{Field, baked, baked_enum};
-use crate::MapError;
-use crate::index::LaneIndexGrid;
-use crate::junction::{Connection, Joint, Junction, JunctionGroup, JunctionKind};
-use crate::lane::{
-    Lane, LaneAccess, LaneHeight, LaneIndex, LaneLinks, LaneMaterial, LaneRule, LaneSpeed, LaneType,
+use super::fields::{Field, baked, baked_enum};
+use crate::{
+    MapError,
+    arclength::ArcLength,
+    cubic::{Cubic, Profile},
+    curve::{Curve, Shape as CurveShape},
+    grid::LaneIndexGrid,
+    junction::{Connection, Joint, Junction, JunctionGroup, JunctionKind},
+    lane::{
+        Lane, LaneAccess, LaneHeight, LaneIndex, LaneLinks, LaneMaterial, LaneRule, LaneSpeed,
+        LaneType,
+    },
+    mark::{MarkChange, MarkColor, MarkKind, MarkLine, MarkSway, RoadMark},
+    network::Network,
+    object::{
+        Corner, ObjectBorder, ObjectMarking, ObjectPlace, ObjectReference, OutlineShape, Repeat,
+        RoadObject, Span,
+    },
+    placement::Placement,
+    records::{Header, Owner, UserData},
+    road::{Road, RoadLink, RoadType, Section, Shape, Switch},
+    signal::{Controller, Orientation, Signal, SignalReference, SignalUse, Stands},
+    surface_strips::{CrossSection, Strip},
 };
-use crate::mark::{MarkChange, MarkColor, MarkKind, MarkLine, MarkSway, RoadMark};
-use crate::network::Network;
-use crate::object::{
-    Corner, ObjectBorder, ObjectMarking, ObjectPlace, ObjectReference, OutlineShape, Repeat,
-    RoadObject, Span,
-};
-use crate::parse::{Header, Owner, UserData};
-use crate::place::Placement;
-use crate::road::{Road, RoadLink, RoadType, Section, Shape, Switch};
-use crate::signal::{Controller, Orientation, Signal, SignalReference, SignalUse, Stands};
-use crate::surface_strips::{CrossSection, Strip};
 
 /// Everything but lanes, roads and the slabs of the index.
 pub(super) fn put_rest(network: &Network, bytes: &mut Vec<u8>) {
@@ -102,6 +108,30 @@ impl Field for LaneType {
     }
 }
 
+/// But for its slabs.
+impl Field for LaneIndexGrid {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.types.put(bytes);
+        self.low.put(bytes);
+        self.base_m.put(bytes);
+        self.cell_m.put(bytes);
+        self.columns.put(bytes);
+        self.rows.put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Option<LaneIndexGrid> {
+        Some(LaneIndexGrid {
+            types: Field::take(bytes)?,
+            low: Field::take(bytes)?,
+            base_m: Field::take(bytes)?,
+            cell_m: Field::take(bytes)?,
+            columns: Field::take(bytes)?,
+            rows: Field::take(bytes)?,
+            ..Default::default()
+        })
+    }
+}
+
 baked! {
     Header { revision, name, vendor, geo_reference, license, offset_m, offset_heading_rad }
     UserData { owner, code, value }
@@ -160,6 +190,10 @@ baked! {
     Span { id, name, is_tunnel, kind, road, s, length_m, validity, lighting, daylight }
     ObjectPlace { position, heading_rad, length_m, width_m, height_m, radius_m }
     Repeat { s, length_m, distance_m, t, z_offset_m, sizes_m }
+    Curve { from_m, length_m, start, heading_rad, ahead, shape }
+    ArcLength { lengths, rates, u, v, p_end, stretch }
+    Cubic { from_m, factors }
+    Profile { pieces }
 }
 
 baked_enum! { Owner { 0 => Map, 1 => Road(road), 2 => Junction(junction) } }
@@ -179,3 +213,6 @@ baked_enum! { Stands {
     0 => Road { road, s, t, z_offset_m, h_offset_rad }, 1 => Inertial { position, heading_rad },
 } }
 baked_enum! { Corner { 0 => Road { s, t, dz }, 1 => Local { u, v, z } } }
+baked_enum! { CurveShape {
+    0 => Line, 1 => Arc { curvature }, 2 => Spiral { from, slope }, 3 => Cubic { u, v, arc },
+} }

@@ -1,11 +1,14 @@
 //! Lane links: which lane continues which.
 
-use super::Findings;
-use crate::junction::{Junction, JunctionKind};
-use crate::lane::LaneIndex;
-use crate::parse::{RawLink, Records};
-use crate::road::RoadLink;
 use std::collections::HashMap;
+
+use super::findings::Findings;
+use crate::{
+    junction::{Junction, JunctionKind},
+    lane::LaneIndex,
+    records::{RawLink, Records},
+    road::RoadLink,
+};
 
 /// One end of a lane along s.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

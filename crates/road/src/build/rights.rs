@@ -1,8 +1,10 @@
 //! Neighbours, the right to change to them, and speed limits.
 
-use crate::lane::{Lane, LaneIndex, LaneTypes};
-use crate::mark::{MarkChange, RoadMark};
-use crate::parse::Records;
+use crate::{
+    lane::{Lane, LaneIndex, LaneTypes},
+    mark::RoadMark,
+    records::Records,
+};
 
 pub(super) fn grant(records: &mut Records) {
     for road in &records.roads {
@@ -21,11 +23,11 @@ pub(super) fn grant(records: &mut Records) {
                     if !driven(lane) || !driven(other) || lane.forward != other.forward {
                         return false;
                     }
-                    let marks = between(lane, other, &section.marks, &records.lanes);
+                    let marks = between(lane, other, &section.marks);
                     marks.is_empty() || marks.iter().any(|mark| mark.allows(lane.id, other.id))
                 };
                 let (left_change, right_change) = (may(left), may(right));
-                let speed_limit_mps = limit_at(lane, 0.0).or_else(|| {
+                let speed_limit_mps = lane.speed_limit_at(0.0).or_else(|| {
                     let s = if lane.forward {
                         section.start_m
                     } else {
@@ -43,35 +45,12 @@ pub(super) fn grant(records: &mut Records) {
 }
 
 /// The marks on the border that two neighbours share.
-pub(crate) fn between<'a>(
-    lane: &'a Lane,
-    other: &'a Lane,
-    centre: &'a [RoadMark],
-    _lanes: &'a [Lane],
-) -> &'a [RoadMark] {
+fn between<'a>(lane: &'a Lane, other: &'a Lane, centre: &'a [RoadMark]) -> &'a [RoadMark] {
     if (lane.id > 0) != (other.id > 0) {
         centre
     } else if lane.id.abs() < other.id.abs() {
         &lane.marks
     } else {
         &other.marks
-    }
-}
-
-/// The lane's own limit `ds` metres into its section.
-pub(crate) fn limit_at(lane: &Lane, ds: f64) -> Option<f64> {
-    let after = lane.speeds.partition_point(|speed| speed.from_m <= ds + 1e-6);
-    lane.speeds.get(after.max(1) - 1).and_then(|speed| speed.limit_mps)
-}
-
-impl RoadMark {
-    /// Whether one may cross from lane `from` to lane `to`, by their ids.
-    pub fn allows(&self, from: i32, to: i32) -> bool {
-        match self.change {
-            MarkChange::Both => true,
-            MarkChange::None => false,
-            MarkChange::Increase => to > from,
-            MarkChange::Decrease => to < from,
-        }
     }
 }

@@ -1,16 +1,20 @@
 //! Where signals and objects stand, and which lanes signals rule.
 
-use super::Findings;
-use crate::cubic::Jet;
-use crate::lane::{LaneIndex, LaneTypes};
-use crate::network::Network;
-use crate::object::{Corner, ObjectPlace, ObjectReference, Repeat, RoadObject};
-use crate::parse::{RawObjectReference, RawReference};
-use crate::place::{Lateral, Placement, wrapped};
-use crate::signal::{Orientation, Signal, SignalUse, Stands};
+use std::{collections::HashMap, f64::consts::PI};
+
 use glam::{DVec2, DVec3};
-use std::collections::HashMap;
-use std::f64::consts::PI;
+
+use super::findings::Findings;
+use crate::{
+    cubic::Jet,
+    lane::{LaneIndex, LaneTypes},
+    network::Network,
+    object::{Corner, ObjectPlace, ObjectReference, Repeat, RoadObject},
+    place::Lateral,
+    placement::{Placement, wrapped},
+    records::{RawObjectReference, RawReference},
+    signal::{Orientation, Signal, SignalUse, Stands},
+};
 
 /// Adds what signal references say to the signals that they name.
 pub(super) fn refer(network: &mut Network, references: Vec<RawReference>, findings: &mut Findings) {

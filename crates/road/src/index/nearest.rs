@@ -1,9 +1,12 @@
 //! The nearest lane: rough distances choose a few pieces, exact ones the lane.
 
-use super::{Entry, LaneIndexGrid, Segment, Shape};
-use crate::lane::{Lane, LaneIndex, LanePoint, LaneTypes};
-use crate::network::Network;
 use glam::{DVec2, DVec3, Vec3};
+
+use crate::{
+    grid::{Entry, LaneIndexGrid, Segment, Shape},
+    lane::{Lane, LaneIndex, LanePoint, LaneTypes},
+    network::Network,
+};
 
 /// Rough distances are wrong by at most this: pieces sag, and f32 rounds.
 const ROUGH_M: f32 = 0.1;
@@ -17,12 +20,7 @@ struct Cells<'a> {
 }
 
 impl LaneIndexGrid {
-    pub(crate) fn nearest(
-        &self,
-        network: &Network,
-        point: DVec3,
-        types: LaneTypes,
-    ) -> Option<LanePoint> {
+    fn nearest(&self, network: &Network, point: DVec3, types: LaneTypes) -> Option<LanePoint> {
         if self.types & types.0 == 0 || !point.is_finite() {
             return None;
         }
@@ -245,6 +243,12 @@ impl Few {
 }
 
 impl Network {
+    /// The point of the nearest lane centre, in three dimensions, among lanes of `types`.
+    /// None only if there is no such lane.
+    pub fn nearest(&self, point: DVec3, types: LaneTypes) -> Option<LanePoint> {
+        self.grid.nearest(self, point, types)
+    }
+
     /// The foot of `point` on the lane's exact centre, beginning from a place near it.
     fn refined(&self, lane: &Lane, near: LanePoint, point: DVec3) -> LanePoint {
         let road = &self.roads()[lane.road as usize];

@@ -1,11 +1,14 @@
 //! Lane centres cut into pieces that are straight, or nearly so.
 
-use super::{SLACK_M, Segment, Shape};
-use crate::lane::Lane;
-use crate::network::Network;
-use crate::place::Frame;
-use crate::road::{Road, Section};
 use glam::{DVec3, Vec3};
+
+use crate::{
+    axes::RoadAxes,
+    grid::{SLACK_M, Segment, Shape},
+    lane::Lane,
+    network::Network,
+    road::{Road, Section},
+};
 
 /// Pieces may be so long where nothing bends.
 const STRAIGHT_M: f64 = 24.0;
@@ -28,7 +31,7 @@ type Centre = (DVec3, f64);
 /// One end of the pieces between two places of a section.
 struct Row {
     s: f64,
-    frame: Frame,
+    axes: RoadAxes,
     /// How much the reference line bends, per metre.
     bend: f64,
     centres: Vec<Centre>,
@@ -42,7 +45,7 @@ pub(super) fn of_roads(network: &Network, roads: &[Road], total_m: f64) -> Vec<S
         finest: (total_m / PIECES_MAX).max(SHORTEST_M),
         rows: [0, 1].map(|_| Row {
             s: 0.0,
-            frame: Frame::default(),
+            axes: RoadAxes::default(),
             bend: 0.0,
             centres: Vec::new(),
         }),
@@ -201,10 +204,10 @@ impl Cutter<'_> {
     }
 
     fn look(&mut self, road: &Road, section: &Section, s: f64, row: usize) {
-        let (frame, bend) = road.frame(s);
+        let (axes, bend) = road.axes_and_bend(s);
         let row = &mut self.rows[row];
-        (row.s, row.frame, row.bend) = (s, frame, bend);
-        self.network.centres(road, section, &frame, s, &mut row.centres);
+        (row.s, row.axes, row.bend) = (s, axes, bend);
+        self.network.centres(road, section, &axes, s, &mut row.centres);
     }
 }
 
@@ -220,9 +223,9 @@ fn fitting(bend: f64) -> f64 {
 /// reference line change evenly.
 fn tangents([from, to]: [&Row; 2], ends: [Centre; 2]) -> [Vec3; 2] {
     let length = to.s - from.s;
-    let beside = |row: &Row, end: Centre| row.frame.beside(end.0);
+    let beside = |row: &Row, end: Centre| row.axes.beside(end.0);
     let (a, b) = (beside(from, ends[0]), beside(to, ends[1]));
-    [(from, a), (to, b)].map(|(row, (t, _))| row.frame.tangent(t, (b.0 - a.0, b.1 - a.1), length))
+    [(from, a), (to, b)].map(|(row, (t, _))| row.axes.tangent(t, (b.0 - a.0, b.1 - a.1), length))
 }
 
 /// A cubic follows no arc that turns farther.

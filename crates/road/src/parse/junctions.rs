@@ -1,39 +1,10 @@
-use super::{Owner, Records, anywhere};
-use crate::MapError;
-use crate::junction::JunctionKind;
-use crate::xml::Cursor;
-
-/// A `<junction>` with ids not yet resolved.
-pub(crate) struct RawJunction {
-    pub(crate) id: String,
-    pub(crate) name: String,
-    pub(crate) kind: JunctionKind,
-    pub(crate) connections: Vec<RawConnection>,
-    pub(crate) controllers: Vec<String>,
-    pub(crate) priorities: Vec<(String, String)>,
-    pub(crate) offset: usize,
-}
-
-/// A `<connection>` with ids not yet resolved.
-pub(crate) struct RawConnection {
-    pub(crate) incoming: String,
-    pub(crate) connecting: String,
-    pub(crate) at_start: bool,
-    pub(crate) lane_links: Vec<(i32, i32)>,
-    /// Road id, s, along rising s.
-    pub(crate) predecessor: Option<(String, f64, bool)>,
-    pub(crate) successor: Option<(String, f64, bool)>,
-    pub(crate) offset: usize,
-}
-
-/// A `<controller>` with ids not yet resolved.
-pub(crate) struct RawController {
-    pub(crate) id: String,
-    pub(crate) name: String,
-    pub(crate) sequence: Option<i64>,
-    pub(crate) signals: Vec<String>,
-    pub(crate) offset: usize,
-}
+use super::elements::anywhere;
+use crate::{
+    MapError,
+    junction::JunctionKind,
+    records::{Owner, RawConnection, RawController, RawGroup, RawJunction, Records},
+    xml::Cursor,
+};
 
 pub(super) fn junction(xml: &mut Cursor, records: &mut Records) -> Result<RawJunction, MapError> {
     let owner = Owner::Junction(records.junctions.len() as u32);
@@ -95,15 +66,6 @@ fn connection(xml: &mut Cursor) -> Result<RawConnection, MapError> {
         *joint = is_road.then(|| (xml.string("elementId"), s, forward));
     }
     Ok(connection)
-}
-
-/// A `<junctionGroup>` with ids not yet resolved.
-pub(crate) struct RawGroup {
-    pub(crate) id: String,
-    pub(crate) name: String,
-    pub(crate) kind: String,
-    pub(crate) junctions: Vec<String>,
-    pub(crate) offset: usize,
 }
 
 pub(super) fn group(xml: &mut Cursor) -> Result<RawGroup, MapError> {

@@ -1,13 +1,16 @@
-use super::roads::cubic;
-use super::{Records, limit};
-use crate::MapError;
-use crate::cubic::Profile;
-use crate::lane::{
-    Lane, LaneAccess, LaneHeight, LaneIndex, LaneLinks, LaneMaterial, LaneRule, LaneSpeed, LaneType,
+use super::elements::{cubic, limit};
+use crate::{
+    MapError,
+    cubic::Profile,
+    lane::{
+        Lane, LaneAccess, LaneHeight, LaneIndex, LaneLinks, LaneMaterial, LaneRule, LaneSpeed,
+        LaneType,
+    },
+    mark::{MarkChange, MarkColor, MarkKind, MarkLine, MarkSway, RoadMark},
+    records::Records,
+    road::{Road, Section},
+    xml::Cursor,
 };
-use crate::mark::{MarkChange, MarkColor, MarkKind, MarkLine, MarkSway, RoadMark};
-use crate::road::{Road, Section};
-use crate::xml::Cursor;
 
 pub(super) fn lanes(
     xml: &mut Cursor,

@@ -1,12 +1,15 @@
-use super::Records;
-use super::signals::validity;
-use crate::MapError;
-use crate::mark::MarkColor;
-use crate::object::{
-    Corner, ObjectBorder, ObjectMarking, ObjectReference, OutlineShape, Repeat, RoadObject, Span,
+use super::elements::validity;
+use crate::{
+    MapError,
+    mark::MarkColor,
+    object::{
+        Corner, ObjectBorder, ObjectMarking, ObjectReference, OutlineShape, Repeat, RoadObject,
+        Span,
+    },
+    records::{RawObjectReference, Records},
+    signal::Orientation,
+    xml::Cursor,
 };
-use crate::signal::Orientation;
-use crate::xml::Cursor;
 
 pub(super) fn objects(xml: &mut Cursor, road: u32, records: &mut Records) -> Result<(), MapError> {
     let here = xml.depth();
@@ -28,13 +31,6 @@ pub(super) fn objects(xml: &mut Cursor, road: u32, records: &mut Records) -> Res
         }
     }
     Ok(())
-}
-
-/// An `<objectReference>` with its id not yet resolved.
-pub(crate) struct RawObjectReference {
-    pub(crate) id: String,
-    pub(crate) offset: usize,
-    pub(crate) reference: ObjectReference,
 }
 
 fn reference(xml: &mut Cursor, road: u32) -> Result<RawObjectReference, MapError> {

@@ -1,10 +1,12 @@
 //! Signs that RoadRunner writes as objects, which is how CARLA's towns say their speed limits.
 
-use super::Records;
-use crate::object::RoadObject;
-use crate::place::Placement;
-use crate::road::Road;
-use crate::signal::{Orientation, Signal, SignalUse};
+use crate::{
+    object::RoadObject,
+    placement::Placement,
+    records::Records,
+    road::Road,
+    signal::{Orientation, Signal, SignalUse},
+};
 
 /// Adds a signal for each object, from the `first` on, that is a sign by its name: "Speed_30" is
 /// the German 274 with a limit in miles an hour.

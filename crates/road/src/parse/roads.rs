@@ -1,19 +1,18 @@
-use super::{Owner, Records, RoadExtra, anywhere, lanes, limit, objects, roadrunner, signals};
-use crate::MapError;
-use crate::cubic::{Cubic, Profile};
-use crate::curve::{Curve, Shape as CurveShape};
-use crate::road::{Road, RoadType, Shape, Switch};
-use crate::surface_strips::{CrossSection, Strip};
-use crate::xml::Cursor;
 use glam::DVec2;
 
-/// A road's `<predecessor>` or `<successor>`.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct RawLink {
-    pub(crate) junction: bool,
-    pub(crate) id: String,
-    pub(crate) at_start: bool,
-}
+use super::{
+    elements::{anywhere, cubic, cubics, limit},
+    lanes, objects, roadrunner, signals,
+};
+use crate::{
+    MapError,
+    cubic::{Cubic, Profile},
+    curve::{Curve, Shape as CurveShape},
+    records::{BEYOND_M, Owner, RawLink, Records, RoadExtra},
+    road::{Road, RoadType, Shape, Switch},
+    surface_strips::{CrossSection, Strip},
+    xml::Cursor,
+};
 
 /// Roads beyond this are a fault of the file.
 const LONGEST_M: f64 = 1e6;
@@ -98,9 +97,6 @@ fn shorten(road: &mut Road) -> Option<f64> {
         declared
     })
 }
-
-/// Lengths in files are rounded, and reference lines may be drawn on by a little.
-pub(crate) const BEYOND_M: f64 = 1.0;
 
 fn links(xml: &mut Cursor, extra: &mut RoadExtra) -> Result<(), MapError> {
     let here = xml.depth();
@@ -318,29 +314,4 @@ fn railroad(xml: &mut Cursor, road: &mut Road) -> Result<(), MapError> {
         road.switches.push(switch);
     }
     Ok(())
-}
-
-/// All children called `name` of the current element.
-fn cubics(xml: &mut Cursor, name: &str, from: &str) -> Result<Profile, MapError> {
-    let mut pieces = Vec::new();
-    let here = xml.depth();
-    while let Some(child) = xml.child(here)? {
-        if child == name {
-            pieces.push(cubic(xml, from)?);
-        }
-    }
-    Ok(Profile::new(pieces))
-}
-
-/// The current element's a, b, c, d, and where they begin.
-pub(super) fn cubic(xml: &Cursor, from: &str) -> Result<Cubic, MapError> {
-    Ok(Cubic {
-        from_m: xml.number_or(from, 0.0)?,
-        factors: [
-            xml.number_or("a", 0.0)?,
-            xml.number_or("b", 0.0)?,
-            xml.number_or("c", 0.0)?,
-            xml.number_or("d", 0.0)?,
-        ],
-    })
 }

@@ -1,16 +1,13 @@
-use super::Records;
-use crate::MapError;
-use crate::place::Placement;
-use crate::signal::{Orientation, Signal, SignalReference, SignalUse, Stands};
-use crate::xml::Cursor;
 use glam::DVec3;
 
-/// A `<signalReference>`: the signal rules here as well.
-pub(crate) struct RawReference {
-    pub(crate) signal: String,
-    pub(crate) offset: usize,
-    pub(crate) rules: SignalUse,
-}
+use super::elements::validity;
+use crate::{
+    MapError,
+    placement::Placement,
+    records::{RawReference, Records},
+    signal::{Orientation, Signal, SignalReference, SignalUse, Stands},
+    xml::Cursor,
+};
 
 pub(super) fn signals(xml: &mut Cursor, road: u32, records: &mut Records) -> Result<(), MapError> {
     let here = xml.depth();
@@ -98,12 +95,6 @@ fn signal(xml: &mut Cursor, road: u32) -> Result<Signal, MapError> {
     }
     signal.uses.push(rules);
     Ok(signal)
-}
-
-/// The lanes of a `<validity>`, from the lower to the higher id.
-pub(super) fn validity(xml: &Cursor) -> Result<(i32, i32), MapError> {
-    let (from, to) = (xml.integer("fromLane")?, xml.integer("toLane")?);
-    Ok((from.min(to), from.max(to)))
 }
 
 /// The current element's place and orientation; its `<validity>` records come after.

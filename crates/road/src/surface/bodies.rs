@@ -1,11 +1,16 @@
 //! Objects with an outline or a size of their own: extruded to their height.
 
-use super::polygon::{CORNERS_MAX, area, triangles};
-use super::sweep::{BOX, Sweep};
-use crate::object::{Corner, ObjectPlace, OutlineShape, RoadObject};
-use crate::structure::Solid;
 use glam::{DVec2, DVec3};
 use mesh::{Face, Material, Mesh, Tag};
+
+use super::{
+    polygon::{CORNERS_MAX, area, triangles},
+    sweep::{BOX, Sweep},
+};
+use crate::{
+    object::{Corner, ObjectPlace, OutlineShape, RoadObject},
+    structure::Solid,
+};
 
 /// Lower ones are driven over.
 const SOLID_FROM_M: f64 = 0.25;

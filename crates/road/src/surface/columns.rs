@@ -1,15 +1,21 @@
 //! The cross-section of a lane section: strips, the lines between them, and the columns of cells
 //! that the lines bound. From left to right, that is by falling t.
 
-use super::cover::Blend;
-use super::paint::{self, Line};
-use crate::lane::{Lane, LaneType, LaneTypes};
-use crate::mark::{MarkKind, RoadMark};
-use crate::network::Network;
-use crate::place::Frame;
-use crate::road::{Road, Section};
 use glam::DVec3;
 use mesh::{Face, Material, Tag};
+
+use super::{
+    cover::Blend,
+    paint::{self, Line},
+    paved::{ASPHALT, PAVED},
+};
+use crate::{
+    axes::RoadAxes,
+    lane::{Lane, LaneType, LaneTypes},
+    mark::{MarkKind, RoadMark},
+    network::Network,
+    road::{Road, Section},
+};
 
 /// How high a kerb is where the file does not say.
 const KERB_M: f64 = 0.12;
@@ -19,12 +25,6 @@ const STONE_M: f64 = 0.15;
 const FINE_M: f64 = 0.9;
 /// How deep the surface's outer edge reaches into the ground.
 const SKIRT_M: f64 = 0.4;
-
-/// What vehicles may at least roll over: its surface goes before all others.
-pub(super) const PAVED: LaneTypes = LaneTypes(
-    LaneTypes::ANY.0
-        & !(LaneTypes::NONE.0 | LaneTypes::SIDEWALK.0 | LaneTypes::MEDIAN.0 | LaneTypes::RAIL.0),
-);
 
 /// A lane, or the kerb stone at the road's outer edge.
 #[derive(Clone, Copy, Debug)]
@@ -403,7 +403,7 @@ impl<'a> Profile<'a> {
 /// The cross-section at one station.
 pub(super) struct Row {
     pub(super) s: f64,
-    pub(super) frame: Frame,
+    pub(super) axes: RoadAxes,
     /// Of each border: t, and how much of it lies on level lanes.
     t: Vec<f64>,
     level: Vec<f64>,
@@ -448,7 +448,7 @@ impl Profile<'_> {
         });
         let mut row = Row {
             s,
-            frame: Frame::new(self.road.station(s)),
+            axes: RoadAxes::new(self.road.station(s)),
             rise: rise.collect(),
             t,
             level,
@@ -484,7 +484,7 @@ impl Profile<'_> {
         let level = mix(row.level[strip], row.level[strip + 1]);
         let rise = if flat { 0.0 } else { mix(row.rise[strip][0], row.rise[strip][1]) };
         let uneven = self.road.unevenness(row.s, t);
-        let base = row.frame.point(t, level, uneven);
+        let base = row.axes.point(t, level, uneven);
         let height = self.blend.map_or(base.z, |blend| blend.height(base));
         DVec3::new(base.x, base.y, height + rise + up)
     }
@@ -524,10 +524,6 @@ impl Profile<'_> {
         self.strips[strip].face
     }
 }
-
-/// What vehicles drive on.
-pub(super) const ASPHALT: Face =
-    Face { tag: Tag::Roads as u8, material: Material::Asphalt as u8, tint: 0, object: 0 };
 
 /// What people walk on.
 const PAVEMENT: Face =

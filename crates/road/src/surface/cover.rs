@@ -1,12 +1,9 @@
 //! What other roads do where a road lies.
 
-use super::columns::PAVED;
-use crate::index::Segment;
-use crate::junction::JunctionKind;
-use crate::lane::Lane;
-use crate::network::Network;
-use crate::place::Frame;
 use glam::DVec3;
+
+use super::paved::PAVED;
+use crate::{axes::RoadAxes, grid::Segment, junction::JunctionKind, lane::Lane, network::Network};
 
 /// Roads farther apart in height than this cross on a bridge.
 const STOREY_M: f64 = 0.6;
@@ -118,12 +115,12 @@ fn on_lane(network: &Network, lane: &Lane, s: f64, point: DVec3) -> bool {
     if s < section.start_m || s > section.start_m + section.length_m {
         return false;
     }
-    let frame = Frame::new(road.station(s));
+    let axes = RoadAxes::new(road.station(s));
     let borders = network.borders(lane, s);
     let half = 0.5 * (borders.outer.value - borders.inner.value);
     let t = section.lane_offset(road, s).value + lane.sign() * (borders.inner.value + half);
-    let middle = frame.point(t, 0.0, 0.0);
-    let away = frame.ahead().truncate().perp_dot((point - middle).truncate());
+    let middle = axes.point(t, 0.0, 0.0);
+    let away = axes.ahead().truncate().perp_dot((point - middle).truncate());
     away.abs() < half - TOUCH_M && (point.z - middle.z).abs() < STOREY_M
 }
 
@@ -215,23 +212,23 @@ impl<'a> Blend<'a> {
     fn pass(&self, road: u32, s: f64, point: DVec3) -> Option<(f64, f64, f64)> {
         let road = &self.network.roads()[road as usize];
         let mut s = s.clamp(0.0, road.length_m);
-        let mut frame = Frame::new(road.station(s));
+        let mut axes = RoadAxes::new(road.station(s));
         for _ in 0..2 {
-            let origin = frame.point(0.0, 0.0, 0.0);
-            let ahead = frame.ahead().dot(point - origin);
-            let next = (s + ahead / frame.stretch(frame.left().dot(point - origin)))
+            let origin = axes.point(0.0, 0.0, 0.0);
+            let ahead = axes.ahead().dot(point - origin);
+            let next = (s + ahead / axes.stretch(axes.left().dot(point - origin)))
                 .clamp(0.0, road.length_m);
             if (next - s).abs() < 1e-3 {
                 break;
             }
             s = next;
-            frame = Frame::new(road.station(s));
+            axes = RoadAxes::new(road.station(s));
         }
-        let offset = point - frame.point(0.0, 0.0, 0.0);
-        if frame.ahead().dot(offset).abs() > 0.02 {
+        let offset = point - axes.point(0.0, 0.0, 0.0);
+        if axes.ahead().dot(offset).abs() > 0.02 {
             return None;
         }
-        let t = frame.left().dot(offset);
+        let t = axes.left().dot(offset);
         let section = &road.sections[road.section_at(s)];
         let centre = section.lane_offset(road, s).value;
         let (mut left, mut right) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -245,7 +242,7 @@ impl<'a> Blend<'a> {
             }
         }
         let inside_m = (left - t).min(t - right);
-        let height = frame.point(t, 0.0, 0.0).z;
+        let height = axes.point(t, 0.0, 0.0).z;
         if inside_m < -1e-3 || (height - point.z).abs() > STOREY_M {
             return None;
         }

@@ -1,22 +1,19 @@
 //! What lies between the lanes of a junction: a floor just below them that closes its gaps.
 
 mod fringe;
+mod raster;
 
-use super::columns::ASPHALT;
-use crate::crew;
-use crate::junction::{Junction, JunctionKind};
-use crate::network::Network;
-use fringe::Fringe;
-use mesh::{Mesh, Tag};
 use std::ops::Range;
 
-/// Distance of the floor's corners, unless a junction is so large that they would be too many.
-const STEP_M: f64 = 1.0;
-const CORNERS_MAX: f64 = 250_000.0;
-/// How far the floor lies below the lanes that it joins.
-const SINK_M: f64 = 0.012;
-/// Rounds in which the floor between known heights is smoothed.
-const ROUNDS: usize = 60;
+use mesh::Mesh;
+
+use crate::{
+    junction::{Junction, JunctionKind},
+    network::Network,
+    parallel,
+};
+use fringe::Fringe;
+use raster::Floor;
 
 /// The floors of all junctions with roads inside. `of_roads` says which triangles of `mesh` are
 /// whose.
@@ -35,7 +32,7 @@ pub(super) fn junctions(
         part.iter().for_each(|junction| lay(junction, of_roads, mesh, &mut floors));
         floors
     };
-    crew::share(&parts, threads, "road-floor", lay)
+    parallel::share(&parts, threads, "road-floor", lay)
 }
 
 /// So many are worth a piece of their own.
@@ -68,217 +65,5 @@ fn lay(junction: &Junction, of_roads: &[Range<usize>], mesh: &Mesh, floors: &mut
             }
         }
         fringe.lay(floors);
-    }
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Corner {
-    /// No road reaches here, and one can walk away from here without crossing any.
-    Outside,
-    /// Between roads.
-    Gap,
-    /// Below a road of unknown or known height.
-    Covered,
-}
-
-struct Floor {
-    low: [f64; 2],
-    step: f64,
-    columns: usize,
-    rows: usize,
-    corners: Vec<Corner>,
-    heights: Vec<f64>,
-    /// Heights that the roads say.
-    fixed: Vec<bool>,
-}
-
-impl Floor {
-    fn round(mesh: &Mesh, triangles: impl Iterator<Item = Range<usize>>) -> Option<Floor> {
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for triangle in triangles.flatten() {
-            for corner in mesh.triangles[triangle] {
-                for axis in 0..2 {
-                    let value = f64::from(mesh.positions[corner as usize][axis]);
-                    low[axis] = low[axis].min(value);
-                    high[axis] = high[axis].max(value);
-                }
-            }
-        }
-        if low[0] > high[0] {
-            return None;
-        }
-        let size = [high[0] - low[0] + 4.0, high[1] - low[1] + 4.0];
-        let step = STEP_M.max((size[0] * size[1] / CORNERS_MAX).sqrt());
-        let low = low.map(|value| ((value - 2.0) / step).floor() * step);
-        let (columns, rows) = ((size[0] / step) as usize + 3, (size[1] / step) as usize + 3);
-        Some(Floor {
-            low,
-            step,
-            columns,
-            rows,
-            corners: vec![Corner::Gap; columns * rows],
-            heights: vec![f64::INFINITY; columns * rows],
-            fixed: vec![false; columns * rows],
-        })
-    }
-
-    /// Takes the height of a triangle at all corners below or above it.
-    fn cover(&mut self, mesh: &Mesh, triangle: usize) {
-        let [a, b, c] =
-            mesh.triangles[triangle].map(|corner| mesh.positions[corner as usize].map(f64::from));
-        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        if area <= 1e-9 {
-            return;
-        }
-        let tag = mesh.faces[triangle].tag;
-        let drivable = tag == Tag::Roads as u8 || tag == Tag::RoadLine as u8;
-        let span = |axis: usize, limit: usize| {
-            let (low, high) = (
-                a[axis].min(b[axis]).min(c[axis]) - self.low[axis],
-                a[axis].max(b[axis]).max(c[axis]) - self.low[axis],
-            );
-            let first = (low / self.step).ceil().max(0.0) as usize;
-            let last = (high / self.step).floor();
-            if last < 0.0 { 1..1 } else { first..(last as usize + 1).min(limit) }
-        };
-        for row in span(1, self.rows) {
-            for column in span(0, self.columns) {
-                let x = self.low[0] + column as f64 * self.step;
-                let y = self.low[1] + row as f64 * self.step;
-                let side = |p: [f64; 3], q: [f64; 3]| {
-                    ((q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0])) / area
-                };
-                let shares = [side(b, c), side(c, a), side(a, b)];
-                if shares.iter().any(|share| *share < -1e-9) {
-                    continue;
-                }
-                let at = row * self.columns + column;
-                self.corners[at] = Corner::Covered;
-                if drivable {
-                    let z = shares[0] * a[2] + shares[1] * b[2] + shares[2] * c[2];
-                    self.heights[at] = self.heights[at].min(z);
-                    self.fixed[at] = true;
-                }
-            }
-        }
-    }
-
-    /// Tells gaps from the outside, beginning at the rim.
-    fn enclose(&mut self) {
-        let mut open = Vec::new();
-        for row in 0..self.rows {
-            for column in 0..self.columns {
-                let rim =
-                    row == 0 || column == 0 || row + 1 == self.rows || column + 1 == self.columns;
-                if rim {
-                    open.push((row, column));
-                }
-            }
-        }
-        while let Some((row, column)) = open.pop() {
-            let at = row * self.columns + column;
-            if self.corners[at] != Corner::Gap {
-                continue;
-            }
-            self.corners[at] = Corner::Outside;
-            if row > 0 {
-                open.push((row - 1, column));
-            }
-            if column > 0 {
-                open.push((row, column - 1));
-            }
-            if row + 1 < self.rows {
-                open.push((row + 1, column));
-            }
-            if column + 1 < self.columns {
-                open.push((row, column + 1));
-            }
-        }
-    }
-
-    /// Finds the heights that no road says as the mean of those around.
-    fn smooth(&mut self) {
-        let known: Vec<f64> = self
-            .heights
-            .iter()
-            .zip(&self.fixed)
-            .filter(|(_, fixed)| **fixed)
-            .map(|(h, _)| *h)
-            .collect();
-        if known.is_empty() {
-            return;
-        }
-        let mean = known.iter().sum::<f64>() / known.len() as f64;
-        for (height, fixed) in self.heights.iter_mut().zip(&self.fixed) {
-            if !fixed {
-                *height = mean;
-            }
-        }
-        for _ in 0..ROUNDS {
-            for row in 1..self.rows - 1 {
-                for column in 1..self.columns - 1 {
-                    let at = row * self.columns + column;
-                    if self.fixed[at] || self.corners[at] == Corner::Outside {
-                        continue;
-                    }
-                    let around = [at - 1, at + 1, at - self.columns, at + self.columns];
-                    let inside = around.iter().filter(|at| self.corners[**at] != Corner::Outside);
-                    let (sum, count) = inside.fold((0.0, 0.0), |(sum, count), at| {
-                        (sum + self.heights[*at], count + 1.0)
-                    });
-                    if count > 0.0 {
-                        self.heights[at] = sum / count;
-                    }
-                }
-            }
-        }
-    }
-
-    /// Where roads are steep, takes the lowest height around, so that no cell pokes through a road
-    /// that dips between its corners.
-    fn sink(&mut self) {
-        let heights = self.heights.clone();
-        for row in 1..self.rows - 1 {
-            for column in 1..self.columns - 1 {
-                let at = row * self.columns + column;
-                for near in [at - self.columns, at, at + self.columns] {
-                    for near in near - 1..=near + 1 {
-                        if self.fixed[near] && heights[near] < heights[at] - SINK_M {
-                            self.heights[at] = self.heights[at].min(heights[near]);
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    /// The corners of the cell whose first is `at`.
-    fn cell(&self, at: usize) -> [usize; 4] {
-        [at, at + 1, at + 1 + self.columns, at + self.columns]
-    }
-
-    fn lay(&self, mesh: &mut Mesh) {
-        if !self.fixed.iter().any(|fixed| *fixed) {
-            return;
-        }
-        let mut vertices: Vec<Option<u32>> = vec![None; self.corners.len()];
-        for row in 0..self.rows - 1 {
-            for column in 0..self.columns - 1 {
-                let at = row * self.columns + column;
-                let corners = self.cell(at);
-                if corners.iter().any(|corner| self.corners[*corner] == Corner::Outside) {
-                    continue;
-                }
-                let [a, b, c, d] = corners.map(|corner| {
-                    *vertices[corner].get_or_insert_with(|| {
-                        let x = self.low[0] + (corner % self.columns) as f64 * self.step;
-                        let y = self.low[1] + (corner / self.columns) as f64 * self.step;
-                        mesh.vertex([x as f32, y as f32, (self.heights[corner] - SINK_M) as f32])
-                    })
-                });
-                mesh.triangle([a, b, c], ASPHALT);
-                mesh.triangle([a, c, d], ASPHALT);
-            }
-        }
     }
 }

@@ -1,12 +1,17 @@
 //! What is painted on the ground for objects: their markings, and the stripes of crosswalks.
 
-use super::bodies::{outlines, path, rectangle};
-use super::polygon::{area, slice, triangles};
-use crate::mark::MarkColor;
-use crate::network::Network;
-use crate::object::{ObjectMarking, RoadObject};
 use glam::{DVec2, DVec3};
 use mesh::{Face, Material, Mesh, Tag};
+
+use super::{
+    bodies::{outlines, path, rectangle},
+    polygon::{area, slice, triangles},
+};
+use crate::{
+    mark::MarkColor,
+    network::Network,
+    object::{ObjectMarking, RoadObject},
+};
 
 /// Paint follows the ground in pieces of this length.
 const PIECE_M: f64 = 1.0;

@@ -1,7 +1,8 @@
 //! Road marks as lines with offsets, widths and dashes.
 
-use crate::mark::{MarkColor, MarkKind, RoadMark};
 use mesh::Material;
+
+use crate::mark::{MarkColor, MarkKind, RoadMark};
 
 /// One painted line on a border, where one mark holds.
 #[derive(Clone, Copy, Debug, PartialEq)]

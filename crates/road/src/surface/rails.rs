@@ -1,10 +1,12 @@
 //! Guard rails, walls and fences along roads.
 
-use super::sweep::{BOX, Sweep, things};
-use crate::object::{ObjectPlace, RoadObject};
+use std::ops::Range;
+
 use glam::DVec3;
 use mesh::{Face, Material, Tag};
-use std::ops::Range;
+
+use super::sweep::{BOX, Sweep, things};
+use crate::object::{ObjectPlace, RoadObject};
 
 /// What is built of an object.
 #[derive(Clone, Copy)]

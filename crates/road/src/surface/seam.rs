@@ -1,12 +1,11 @@
 //! What closes the narrow gaps that files leave between roads side by side: from the rim of one a
 //! seam reaches over to the rim of the other, and a little below it.
 
-use super::columns::ASPHALT;
-use super::cover::Cover;
-use crate::crew;
-use crate::network::Network;
 use glam::{DVec2, DVec3};
 use mesh::Mesh;
+
+use super::{cover::Cover, paved::ASPHALT};
+use crate::{network::Network, parallel};
 
 /// Wider gaps are meant, on free roads and where one of the roads lies in a junction: there cells
 /// of the floor, a metre wide, end in such gaps.
@@ -40,7 +39,7 @@ pub(super) fn seams(network: &Network, rims: &[Rim], threads: usize) -> Vec<Mesh
     let grid = Grid::new(network, rims);
     let share = (rims.len() / (threads * 8)).max(RIMS_MIN);
     let parts: Vec<&[Rim]> = rims.chunks(share).collect();
-    crew::share(&parts, threads, "road-seam", |part| {
+    parallel::share(&parts, threads, "road-seam", |part| {
         let mut mesh = Mesh::default();
         for rim in *part {
             let mut places = places(network, rim, &grid);

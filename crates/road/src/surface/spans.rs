@@ -1,13 +1,10 @@
 //! Tunnels and bridges.
 
-use super::sweep::{BOX, GATE, Sweep, things};
-use crate::lane::Lane;
-use crate::network::Network;
-use crate::object::Span;
-use crate::place::Frame;
-use crate::road::Road;
 use glam::DVec3;
 use mesh::{Face, Material, Tag};
+
+use super::sweep::{BOX, GATE, Sweep, things};
+use crate::{axes::RoadAxes, lane::Lane, network::Network, object::Span, road::Road};
 
 const STATION_M: f64 = 2.0;
 /// How far a tunnel's walls stand from the lanes.
@@ -45,7 +42,7 @@ pub(super) fn span(network: &Network, span: &Span, sweep: &mut Sweep) {
 
 /// A road's cross-section: where its outermost lanes end.
 struct Station {
-    frame: Frame,
+    axes: RoadAxes,
     left: f64,
     right: f64,
 }
@@ -62,16 +59,16 @@ impl Station {
         let left =
             offset + reach(&mut lanes().take(section.left).collect::<Vec<_>>().into_iter().rev());
         let right = offset - reach(&mut lanes().skip(section.left));
-        Station { frame: Frame::new(road.station(s)), left, right }
+        Station { axes: RoadAxes::new(road.station(s)), left, right }
     }
 
     /// A point `beside` the left edge, or the right one, outwards.
     fn left(&self, beside: f64, up: f64) -> DVec3 {
-        self.frame.point(self.left + beside, 0.0, up)
+        self.axes.point(self.left + beside, 0.0, up)
     }
 
     fn right(&self, beside: f64, up: f64) -> DVec3 {
-        self.frame.point(self.right - beside, 0.0, up)
+        self.axes.point(self.right - beside, 0.0, up)
     }
 }
 

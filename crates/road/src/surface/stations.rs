@@ -1,9 +1,12 @@
 //! Where along a section the surface is sampled.
 
-use crate::network::Network;
-use crate::place::Frame;
-use crate::road::{Road, Section};
 use glam::DVec3;
+
+use crate::{
+    axes::RoadAxes,
+    network::Network,
+    road::{Road, Section},
+};
 
 /// How far a straight piece may leave the curve that it stands for.
 const CHORD_M: f64 = 0.005;
@@ -54,7 +57,7 @@ struct Outline<'a> {
 impl Outline<'_> {
     /// The leftmost border, the reference line and the rightmost border.
     fn at(&self, s: f64) -> [DVec3; 3] {
-        let frame = Frame::new(self.road.station(s));
+        let axes = RoadAxes::new(self.road.station(s));
         let ds = s - self.section.start_m;
         let centre = self.section.lane_offset(self.road, s).value;
         let lanes = self.network.lanes();
@@ -64,7 +67,7 @@ impl Outline<'_> {
         let left = if self.section.left > 0 { border(0, 1.0) } else { centre };
         let last = self.section.lanes.len();
         let right = if last > self.section.left { border(last - 1, -1.0) } else { centre };
-        [left, centre, right].map(|t| frame.point(t, 0.0, 0.0))
+        [left, centre, right].map(|t| axes.point(t, 0.0, 0.0))
     }
 
     /// Adds `to`, and before it what the curve between needs.

@@ -1,12 +1,16 @@
 //! One lane section's triangles.
 
-use super::columns::{ASPHALT, Look, Profile, Row};
-use super::cover::{Blend, Cover};
-use super::seam::Rim;
-use super::stations::{NEAR_M, stations};
-use crate::network::Network;
 use glam::DVec3;
 use mesh::{Face, Mesh};
+
+use super::{
+    columns::{Look, Profile, Row},
+    cover::{Blend, Cover},
+    paved::ASPHALT,
+    seam::Rim,
+    stations::{NEAR_M, stations},
+};
+use crate::network::Network;
 
 /// How far a surface reaches below the one that it meets, and how deep it ends.
 const TONGUE_M: f64 = 0.15;
@@ -292,7 +296,7 @@ impl Weaver<'_> {
     /// Closes an end of the section: `way` is +1 at its end and -1 at its start. Raised strips get
     /// an upright face, and, where `tongue`, every strip reaches on below what comes next.
     fn end(&mut self, row: &Row, interval: usize, way: f64, tongue: bool) {
-        let onward = row.frame.ahead() * (way * TONGUE_M) - DVec3::Z * TONGUE_DEPTH_M;
+        let onward = row.axes.ahead() * (way * TONGUE_M) - DVec3::Z * TONGUE_DEPTH_M;
         for strip in 0..self.profile.strips.len() {
             if self.profile.strip_width(row, strip) < 1e-3 {
                 continue;

@@ -1,10 +1,13 @@
 //! Solid bodies swept along a road.
 
-use super::cover::Cover;
-use crate::network::Network;
-use crate::structure::{Solid, Structure};
 use glam::DVec3;
 use mesh::{Face, Mesh, Tag};
+
+use super::cover::Cover;
+use crate::{
+    network::Network,
+    structure::{Solid, Structure},
+};
 
 /// A broken file may ask for any number; more stations than this are not built.
 const STATIONS_MAX: usize = 200_000;

@@ -1,12 +1,14 @@
 //! Networks as bytes and back.
 
-use super::shared_maps;
-use super::small::{JOINED, text};
-use crate::bake::read;
-use crate::build::built;
-use crate::{Lent, Network};
-use bytemuck::{cast_slice, cast_slice_mut};
 use std::sync::Arc;
+
+use bytemuck::{cast_slice, cast_slice_mut};
+
+use super::{
+    shared_maps,
+    small::{JOINED, text},
+};
+use crate::{Lent, Network, bake::read, build::built};
 
 /// Bytes that begin where numbers may.
 struct Aligned {

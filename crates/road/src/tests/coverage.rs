@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 const PAGE: &str = include_str!("../../../../docs/opendrive-coverage.md");
 
 /// Everything that reads.
-const SOURCES: [&str; 8] = [
+const SOURCES: [&str; 9] = [
     include_str!("../parse.rs"),
+    include_str!("../parse/elements.rs"),
     include_str!("../parse/junctions.rs"),
     include_str!("../parse/lanes.rs"),
     include_str!("../parse/objects.rs"),

@@ -1,8 +1,9 @@
 //! What few files say: one small map for each.
 
+use glam::DVec3;
+
 use super::small::{JOINED, text};
 use crate::{JunctionKind, MarkColor, Network, Owner};
-use glam::DVec3;
 
 /// The small map with `inside` at the end of its first road.
 fn with(inside: &str) -> Network {

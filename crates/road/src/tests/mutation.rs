@@ -2,12 +2,18 @@
 //!
 //! `OMNIBUS_SOAK=1` goes on for ten minutes and says how many it tried.
 
-use super::small::{JOINED, text};
-use super::{made, shared_maps};
-use crate::{LaneTypes, Network, object_paint, structures, surface_mesh, validate};
+use std::{
+    ops::Range,
+    time::{Duration, Instant},
+};
+
 use glam::DVec3;
-use std::ops::Range;
-use std::time::{Duration, Instant};
+
+use super::{
+    made, shared_maps,
+    small::{JOINED, text},
+};
+use crate::{LaneTypes, Network, object_paint, structures, surface_mesh, validate};
 
 /// The generator "splitmix64" (Steele, Lea, Flood 2014).
 struct Dice(u64);

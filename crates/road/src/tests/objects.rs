@@ -1,11 +1,14 @@
 //! Objects with outlines, and what is painted for them.
 
-use super::small::{JOINED, text};
-use super::structures::{is_closed, is_solid, volume};
-use super::surface::Caster;
-use crate::{Network, Structure, object_paint, structures};
 use glam::DVec3;
 use mesh::{Material, Mesh, Tag};
+
+use super::{
+    small::{JOINED, text},
+    structures::{is_closed, is_solid, volume},
+    surface::Caster,
+};
+use crate::{Network, Structure, object_paint, structures};
 
 fn network(objects: &str) -> Network {
     let inside = format!("<objects>{objects}</objects></road>");

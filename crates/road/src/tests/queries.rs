@@ -1,9 +1,12 @@
 //! Waypoints, routes, landmarks and places on Earth.
 
-use super::shared_maps;
-use super::small::{JOINED, text};
-use crate::{CarlaMercator, GeoPoint, LanePoint, LaneTypes, Network, TransverseMercator};
 use glam::DVec3;
+
+use super::{
+    shared_maps,
+    small::{JOINED, text},
+};
+use crate::{CarlaMercator, GeoPoint, LanePoint, LaneTypes, Network, TransverseMercator};
 
 fn small() -> Network {
     Network::parse(&text(JOINED)).expect("a valid map")

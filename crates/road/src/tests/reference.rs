@@ -1,10 +1,11 @@
 //! Lane centres against esmini's, from `reference/<map>.esmini.csv` beside the maps.
 
-use super::{maps_folder, shared_maps};
-use crate::place::wrapped;
-use crate::{Network, Road};
-use glam::DVec3;
 use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::{maps_folder, shared_maps};
+use crate::{Network, Road, placement::wrapped};
 
 struct Row {
     road: String,

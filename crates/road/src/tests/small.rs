@@ -1,9 +1,10 @@
 //! A map small enough to be written down here, for machines without others.
 
-use super::surface::Caster;
-use crate::{LaneTypes, Network, surface_mesh};
 use glam::DVec3;
 use mesh::Tag;
+
+use super::surface::Caster;
+use crate::{LaneTypes, Network, surface_mesh};
 
 /// A straight and a bend after it, with one lane each way and a sidewalk on the right.
 pub(super) fn text(successor: &str) -> String {

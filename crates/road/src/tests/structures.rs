@@ -1,10 +1,13 @@
 //! Rails, tunnels and bridges.
 
-use super::small::{JOINED, text};
-use super::surface::Caster;
-use crate::{Network, Structure, structures};
 use glam::DVec3;
 use mesh::{Mesh, Tag};
+
+use super::{
+    small::{JOINED, text},
+    surface::Caster,
+};
+use crate::{Network, Structure, structures};
 
 fn things(objects: &str) -> Vec<Structure> {
     let inside = format!("<objects>{objects}</objects></road>");

@@ -1,10 +1,10 @@
 //! The mesh under vertical rays.
 
-use super::shared_maps;
-use super::{made, small};
-use crate::{LanePoint, LaneTypes, Network, surface_mesh};
 use glam::DVec3;
 use mesh::{Mesh, Tag};
+
+use super::{made, shared_maps, small};
+use crate::{LanePoint, LaneTypes, Network, surface_mesh};
 
 /// Triangles by the square cells that they cross, for vertical rays.
 pub(super) struct Caster<'a> {

@@ -1,9 +1,7 @@
 //! Texts that are read in several parts at once.
 
 use super::shared_maps;
-use crate::Network;
-use crate::build::built;
-use crate::surface::surface;
+use crate::{Network, build::built, surface::surface};
 
 /// A file of so many short roads in a row, with what stands between them.
 fn row_of_roads(count: usize, between: &str) -> String {

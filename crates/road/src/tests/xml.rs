@@ -1,9 +1,9 @@
 //! Our reader of XML beside quick-xml.
 
-use super::shared_maps;
-use crate::MapError;
-use crate::xml::Cursor;
 use quick_xml::events::Event;
+
+use super::shared_maps;
+use crate::{MapError, xml::Cursor};
 
 /// Every element that ours finds: its depth, its name, its attributes.
 fn ours(text: &str) -> Result<Vec<String>, MapError> {

@@ -1,11 +1,14 @@
 //! Whether lines and surfaces go on where one record ends and the next begins.
 
-use super::{Judged, Report};
-use crate::cubic::Profile;
-use crate::lane::{Lane, LaneIndex, LanePoint};
-use crate::place::wrapped;
-use crate::road::{Road, Section};
 use std::collections::BTreeMap;
+
+use super::{report::Report, subject::Judged};
+use crate::{
+    cubic::Profile,
+    lane::{Lane, LaneIndex, LanePoint},
+    placement::wrapped,
+    road::{Road, Section},
+};
 
 /// What is farther apart than this, is.
 const GAP_M: f64 = 0.01;
@@ -75,7 +78,7 @@ impl Judged<'_> {
         let end = road.curves.last().map_or(0.0, |last| last.from_m + last.length_m);
         let off = (places.length_m - end).abs();
         // Longer ones are found where the road is read.
-        if off > GAP_M && places.length_m <= end + crate::parse::BEYOND_M {
+        if off > GAP_M && places.length_m <= end + crate::records::BEYOND_M {
             let reason =
                 format!("road {id} is {} m long, but its geometry ends at {end}", places.length_m);
             by_size(report, places.offset, off, reason);

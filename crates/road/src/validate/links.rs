@@ -1,9 +1,11 @@
 //! Whether those who are said to be joined agree.
 
-use super::{Judged, Report};
-use crate::junction::JunctionKind;
-use crate::lane::Lane;
-use crate::road::{Road, RoadLink};
+use super::{report::Report, subject::Judged};
+use crate::{
+    junction::JunctionKind,
+    lane::Lane,
+    road::{Road, RoadLink},
+};
 
 impl Judged<'_> {
     pub(super) fn links(&self, report: &mut Report) {

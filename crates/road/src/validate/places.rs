@@ -1,10 +1,9 @@
 //! Where the parts of a map stand in its text, and what is wrong with each by itself.
 
-use super::Report;
-use super::words;
-use crate::MapError;
-use crate::xml::Cursor;
 use std::collections::HashMap;
+
+use super::{report::Report, words};
+use crate::{MapError, xml::Cursor};
 
 /// Of the whole file. Roads are in the order of the file, and so are the parts of each.
 #[derive(Default)]

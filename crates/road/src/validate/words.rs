@@ -1,9 +1,11 @@
 //! Words of which the standard has a list.
 
-use super::Report;
-use crate::lane::LaneType;
-use crate::mark::{MarkColor, MarkKind};
-use crate::xml::Cursor;
+use super::report::Report;
+use crate::{
+    lane::LaneType,
+    mark::{MarkColor, MarkKind},
+    xml::Cursor,
+};
 
 /// Element, attribute, and the words that it may have.
 const LISTS: [(&str, &str, &[&str]); 20] = [

@@ -1,10 +1,12 @@
 //! Cells of a floor that reach beyond the road round it: they are laid in pieces as far as the gap
 //! goes.
 
-use super::super::columns::ASPHALT;
-use super::{Corner, Floor, SINK_M};
-use mesh::Mesh;
 use std::ops::RangeInclusive;
+
+use mesh::Mesh;
+
+use super::raster::{Corner, Floor, SINK_M};
+use crate::surface::paved::ASPHALT;
 
 /// Pieces of a cell, along each side.
 const PIECES: usize = 8;

@@ -1,8 +1,19 @@
 //! Work shared among threads, whose results come back in order.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
+use std::{
+    sync::{
+        Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread,
+};
+
+/// More would wait for each other.
+const THREADS_MAX: usize = 8;
+
+pub(crate) fn threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from).min(THREADS_MAX)
+}
 
 /// Does `work` for every part, each on a thread of its own.
 pub(crate) fn each<P: Sync, R: Send>(
