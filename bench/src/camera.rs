@@ -14,7 +14,7 @@ use crate::{
 };
 
 const ROUNDS: usize = 3;
-/// Measurements of a new rig that touch its memory first.
+/// Measurements of a new bundle that touch its memory first.
 const WARM_UP: usize = 4;
 const DRIVEN_FRAMES: usize = 100;
 const GPU_NAMES: [&str; 3] =
@@ -24,9 +24,9 @@ const GPU_NAMES: [&str; 3] =
 struct Job {
     name: &'static str,
     /// One after another, each for as long.
-    rigs: Vec<Vec<SensorSpec>>,
+    bundles: Vec<Vec<SensorSpec>>,
     what: &'static str,
-    /// How many of them one measurement of a rig is.
+    /// How many of them one measurement of a bundle is.
     count: f64,
     text: String,
 }
@@ -53,11 +53,11 @@ pub(crate) fn measure_lidar(effort: Effort, sink: &mut Sink) -> anyhow::Result<(
     let mut street = Street::start(effort, "cpu")?;
     let (channels, columns) = (32, 1800);
     let spread = [-30f32, 10.0].map(f32::to_radians);
-    let rigs = street.poses.iter();
-    let rigs = rigs.map(|at| vec![lidar("lidar", *at, channels, columns, spread, 100.0)]);
+    let bundles = street.poses.iter();
+    let bundles = bundles.map(|at| vec![lidar("lidar", *at, channels, columns, spread, 100.0)]);
     let job = Job {
         name: "lidar.cpu.32x1800",
-        rigs: rigs.collect(),
+        bundles: bundles.collect(),
         what: "million rays",
         count: f64::from(channels * columns) * 1e-6,
         text: "32 channels x 1800 columns, points and labels".to_owned(),
@@ -67,17 +67,17 @@ pub(crate) fn measure_lidar(effort: Effort, sink: &mut Sink) -> anyhow::Result<(
 
 /// One camera at a time.
 fn single(name: &'static str, poses: &[Pose]) -> Job {
-    let rig = |at: &Pose| vec![camera("front", *at, 800, 600, FRAC_PI_2, output::COLOR)];
+    let bundle = |at: &Pose| vec![camera("front", *at, 800, 600, FRAC_PI_2, output::COLOR)];
     Job {
         name,
-        rigs: poses.iter().map(rig).collect(),
+        bundles: poses.iter().map(bundle).collect(),
         what: "images",
         count: 1.0,
         text: "800x600 colour, one camera".to_owned(),
     }
 }
 
-/// One rig of many small cameras: from every pose into `turns` directions.
+/// One bundle of many small cameras: from every pose into `turns` directions.
 fn small(name: &'static str, poses: &[Pose], turns: usize) -> Job {
     let eyes: Vec<SensorSpec> = poses
         .iter()
@@ -88,16 +88,16 @@ fn small(name: &'static str, poses: &[Pose], turns: usize) -> Job {
     let count = eyes.len();
     Job {
         name,
-        rigs: vec![eyes],
+        bundles: vec![eyes],
         what: "images",
         count: count as f64,
-        text: format!("84x84 colour, {count} cameras in one rig"),
+        text: format!("84x84 colour, {count} cameras in one bundle"),
     }
 }
 
-/// Six cameras round a car, as one rig.
+/// Six cameras round a car, as one bundle.
 fn ring(name: &'static str, poses: &[Pose]) -> Job {
-    let rig = |at: &Pose| {
+    let bundle = |at: &Pose| {
         let eye = |turn: usize| {
             let at = turned(at, turn as f32 * TAU / 6.0);
             camera(&turn.to_string(), at, 1600, 900, 70f32.to_radians(), output::COLOR)
@@ -106,10 +106,10 @@ fn ring(name: &'static str, poses: &[Pose]) -> Job {
     };
     Job {
         name,
-        rigs: poses.iter().map(rig).collect(),
-        what: "rigs",
+        bundles: poses.iter().map(bundle).collect(),
+        what: "bundles",
         count: 1.0,
-        text: "6 x 1600x900 colour, one rig".to_owned(),
+        text: "6 x 1600x900 colour, one bundle".to_owned(),
     }
 }
 
@@ -156,19 +156,19 @@ impl Street {
         let not_sky = self.share_not_sky(job)?;
         let render = pid_of(&self.client, "sensor-render")?;
         let rounds = effort.rounds(ROUNDS);
-        let nanos_each = effort.seconds() * 1e9 / (rounds * job.rigs.len()) as f64;
+        let nanos_each = effort.seconds() * 1e9 / (rounds * job.bundles.len()) as f64;
         let mut taken = Taken::default();
         for _ in 0..rounds {
             let (mut nanos, mut wall) = (Vec::new(), 0);
-            for sensors in &job.rigs {
-                let mut rig = self.client.create_rig(job.name, ActorId::NONE, sensors, 2)?;
+            for sensors in &job.bundles {
+                let mut bundle = self.client.create_bundle(job.name, ActorId::NONE, sensors, 2)?;
                 for _ in 0..WARM_UP {
-                    self.client.tick_and_collect(&mut [&mut rig])?;
+                    self.client.tick_and_collect(&mut [&mut bundle])?;
                 }
                 let (begin, cpu) = (clock::now_nanos(), cores::cpu_nanos(render));
                 let mut spent = 0;
                 while spent == 0 || (spent as f64) < nanos_each {
-                    let (frame, measured) = self.client.tick_and_collect(&mut [&mut rig])?;
+                    let (frame, measured) = self.client.tick_and_collect(&mut [&mut bundle])?;
                     let Some(measured) = measured.into_iter().flatten().next() else {
                         anyhow::bail!("{frame} has no measurement of {}", job.name);
                     };
@@ -177,7 +177,7 @@ impl Street {
                 }
                 taken.cpu_nanos += cores::cpu_nanos(render) - cpu;
                 wall += spent;
-                self.client.destroy_rig(rig)?;
+                self.client.destroy_bundle(bundle)?;
             }
             let per_sec = |spent: u64| nanos.len() as f64 * job.count * 1e9 / spent.max(1) as f64;
             taken.by_renderer.push(per_sec(nanos.iter().sum()));
@@ -205,14 +205,14 @@ impl Street {
     /// How much of a job's images shows something; nothing for a lidar.
     fn share_not_sky(&mut self, job: &Job) -> anyhow::Result<Option<f64>> {
         let (mut sky, mut all) = (0, 0);
-        for sensors in &job.rigs {
+        for sensors in &job.bundles {
             let mut sensors = sensors.clone();
             if sensors.iter().any(|s| s.outputs & output::COLOR == 0) {
                 return Ok(None);
             }
             sensors.iter_mut().for_each(|s| s.outputs = output::TAG);
-            let mut rig = self.client.create_rig("tags", ActorId::NONE, &sensors, 2)?;
-            let (frame, measured) = self.client.tick_and_collect(&mut [&mut rig])?;
+            let mut bundle = self.client.create_bundle("tags", ActorId::NONE, &sensors, 2)?;
+            let (frame, measured) = self.client.tick_and_collect(&mut [&mut bundle])?;
             let Some(measured) = measured.into_iter().flatten().next() else {
                 anyhow::bail!("{frame} has no tags");
             };
@@ -221,7 +221,7 @@ impl Street {
                 all += tags.len();
             }
             drop(measured);
-            self.client.destroy_rig(rig)?;
+            self.client.destroy_bundle(bundle)?;
         }
         Ok(Some(1.0 - sky as f64 / all.max(1) as f64))
     }
@@ -229,14 +229,14 @@ impl Street {
     /// What traces the rays.
     fn tracer(&mut self) -> anyhow::Result<u32> {
         let sensors = [camera("look", self.poses[0], 16, 16, FRAC_PI_2, output::TAG)];
-        let mut rig = self.client.create_rig("look", ActorId::NONE, &sensors, 2)?;
-        let (frame, measured) = self.client.tick_and_collect(&mut [&mut rig])?;
+        let mut bundle = self.client.create_bundle("look", ActorId::NONE, &sensors, 2)?;
+        let (frame, measured) = self.client.tick_and_collect(&mut [&mut bundle])?;
         let Some(measured) = measured.into_iter().flatten().next() else {
             anyhow::bail!("{frame} has no image");
         };
         let code = measured.header().tracer;
         drop(measured);
-        self.client.destroy_rig(rig)?;
+        self.client.destroy_bundle(bundle)?;
         Ok(code)
     }
 }

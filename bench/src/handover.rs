@@ -3,7 +3,9 @@
 
 use std::hint::black_box;
 
-use client_lib::{ActorId, Client, Measurement, Pose, Rig, SensorSpec, camera, clock, output};
+use client_lib::{
+    ActorId, Client, Measurement, Pose, SensorBundle, SensorSpec, camera, clock, output,
+};
 
 use crate::{
     Effort,
@@ -17,7 +19,7 @@ use crate::{
 const ROUNDS: usize = 5;
 const IMAGES: usize = 2_000;
 const PEER_IMAGES: usize = 300;
-/// Every chunk of the rig's memory has been touched by then.
+/// Every chunk of the bundle's memory has been touched by then.
 const WARM_UP: usize = 100;
 /// A reader that sees nothing for so long gives up.
 const PATIENCE_NANOS: u64 = 10_000_000_000;
@@ -76,15 +78,15 @@ fn polling(
     let mut tcp = [Vec::new(), Vec::new()];
     for _ in 0..effort.rounds(ROUNDS) {
         for (index, size) in SIZES.into_iter().enumerate() {
-            let mut rig = client.create_rig("handover", ActorId::NONE, &sensors(size), 2)?;
+            let mut bundle = client.create_bundle("handover", ActorId::NONE, &sensors(size), 2)?;
             let mut round = Vec::with_capacity(IMAGES);
             for image in 0..WARM_UP + effort.count(IMAGES) {
-                let nanos = poll(&mut rig)?;
+                let nanos = poll(&mut bundle)?;
                 if image >= WARM_UP {
                     round.push(nanos);
                 }
             }
-            client.destroy_rig(rig)?;
+            client.destroy_bundle(bundle)?;
             bus[index].push(round);
             tcp[index].push(over_tcp(effort, size, true, theirs)?);
         }
@@ -125,15 +127,15 @@ fn woken(
     let _pinned = Pinned::to(ours)?;
     client.synchronise(scene::DELTA_NANOS)?;
     let size = SIZES[0];
-    let mut rig = client.create_rig("handover", ActorId::NONE, &sensors(size), 2)?;
+    let mut bundle = client.create_bundle("handover", ActorId::NONE, &sensors(size), 2)?;
     for _ in 0..WARM_UP {
-        client.tick_and_collect(&mut [&mut rig])?;
+        client.tick_and_collect(&mut [&mut bundle])?;
     }
     let (mut bus, mut tcp) = (Vec::new(), Vec::new());
     for _ in 0..effort.rounds(ROUNDS) {
         let mut round = Vec::with_capacity(IMAGES);
         for _ in 0..effort.count(IMAGES) {
-            let (frame, measurements) = client.tick_and_collect(&mut [&mut rig])?;
+            let (frame, measurements) = client.tick_and_collect(&mut [&mut bundle])?;
             let measurement = measurements.into_iter().flatten().next();
             let Some(measurement) = measurement else { anyhow::bail!("{frame} has no image") };
             round.push(in_hand(&measurement));
@@ -171,11 +173,11 @@ fn pin_all(sim: &Sim, client: &Client, core: usize) -> anyhow::Result<()> {
 }
 
 /// Looks until the next image is there, as the bus's own waiters do: some looks, then a yield.
-fn poll(rig: &mut Rig) -> anyhow::Result<u64> {
+fn poll(bundle: &mut SensorBundle) -> anyhow::Result<u64> {
     let begin = clock::now_nanos();
     loop {
         for _ in 0..16 {
-            if let Some(measurement) = rig.receive()? {
+            if let Some(measurement) = bundle.receive()? {
                 return Ok(in_hand(&measurement));
             }
             std::hint::spin_loop();

@@ -33,7 +33,7 @@ fn of_crowd(
     client.synchronise(scene::DELTA_NANOS)?;
     let cars = scene::populate(&mut client, cars, effort.count(WARM_UP))?;
     let others = client.world().actors().len() - cars;
-    // Wishes, physics, snapshot, all of them; then until the last stage has arrived.
+    // Commands, physics, snapshot, all of them; then until the last stage has arrived.
     let mut spans = [const { Vec::new() }; 5];
     for _ in 0..effort.rounds(ROUNDS) {
         let mut rounds = [const { Vec::new() }; 5];
@@ -56,16 +56,16 @@ fn of_crowd(
         }
         spans.iter_mut().zip(rounds).for_each(|(span, round)| span.push(round));
     }
-    let [wishes, physics, snapshot, all, arrivals] =
+    let [commands, physics, snapshot, all, arrivals] =
         spans.each_ref().map(|rounds| Spread::of_rounds(rounds, 1e3));
     let told = |spread: Spread| format!("{} (p99 {})", brief(spread.p50), brief(spread.p99));
     let figure = Figure {
         name,
         workload: format!(
             "sim-host's part of a tick, {MAP}, {cars} cars in traffic and {others} lights, substeps \
-             of 10 ms, no sensor: wishes {}, physics {}, snapshot and journal {} us; then until \
+             of 10 ms, no sensor: commands {}, physics {}, snapshot and journal {} us; then until \
              traffic has planned and the client sees the frame {} us",
-            told(wishes),
+            told(commands),
             told(physics),
             told(snapshot),
             told(arrivals)

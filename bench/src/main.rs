@@ -4,7 +4,7 @@
 //!
 //! ```text
 //!   bench ──spawns──▶ omnibus run ──▶ traffic, sensor-render
-//!     │  └─ client-lib: tick, rigs, controls ─┘
+//!     │  └─ client-lib: tick, bundles, controls ─┘
 //!     └──spawns──▶ bench peer …   the same exchange over loopback TCP, in the same run
 //! ```
 

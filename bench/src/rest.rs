@@ -19,7 +19,7 @@ const TICKS: usize = 4_000;
 /// Ticks after a change of the world, before the first that counts.
 const SETTLE: usize = 200;
 /// Of [`tick::Parts`].
-const PARTS: [&str; 5] = ["request", "wishes", "physics", "snapshot", "arrivals and return"];
+const PARTS: [&str; 5] = ["request", "commands", "physics", "snapshot", "arrivals and return"];
 
 /// Takes the figure.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {

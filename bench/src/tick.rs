@@ -18,7 +18,7 @@ const TICKS: usize = 20_000;
 const WARM_UP: usize = 2_000;
 const PEER_TICKS: usize = 2_000;
 
-/// From the client's call: until the host begins, has carried out wishes, has stepped, has
+/// From the client's call: until the host begins, has carried out commands, has stepped, has
 /// published, and until the call returns. Nanoseconds of each tick.
 pub(crate) type Parts = [Vec<u64>; 5];
 
@@ -75,11 +75,11 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     }
     let (spread, tcp) = (Spread::of_rounds(&ours, 1e3), Spread::of_rounds(&theirs, 1e3));
     let parts = parts.map(|part| figure::brief(Spread::of_rounds(&[part], 1e3).p50));
-    let [request, wishes, physics, snapshot, arrivals] = parts;
+    let [request, commands, physics, snapshot, arrivals] = parts;
     let workload = format!(
         "one tick, {}, {actors} actors, no sensor; host, traffic, renderer and client are 4 \
          processes; strict, --wait latency; the peer exchanges as many messages between 4 processes; by \
-         the snapshot's stage clock: request {request}, wishes {wishes}, physics {physics}, snapshot \
+         the snapshot's stage clock: request {request}, commands {commands}, physics {physics}, snapshot \
          {snapshot}, arrivals and return {arrivals} us",
         map.title,
     );

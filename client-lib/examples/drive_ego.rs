@@ -9,8 +9,8 @@
 //! R. C. Coulter, CMU-RI-TR-92-01, 1992) and holds a speed that the bends allow. It looks neither
 //! at lights nor at others.
 
-use omnibus_client_lib::{ActorState, Client, ClientError, Spawn, VehicleControl, clock};
 use glam::{Vec3, Vec3Swizzles};
+use omnibus_client_lib::{ActorState, Client, ClientError, Spawn, VehicleControl, clock};
 use road::{LanePoint, Network};
 
 const DELTA_NANOS: u64 = 50_000_000;

@@ -8,8 +8,8 @@
 
 use std::{thread::sleep, time::Duration};
 
-use omnibus_client_lib::{Client, ClientError, Frame, Pose, Settings, Spawn, camera, output};
 use glam::{Quat, Vec3};
+use omnibus_client_lib::{Client, ClientError, Frame, Pose, Settings, Spawn, camera, output};
 
 /// How long the agent thinks about one image: three to four frames of 50 ms go by.
 const THINKING: Duration = Duration::from_millis(170);
@@ -30,13 +30,13 @@ fn think() -> Result<(), ClientError> {
     let windscreen = Pose::new(Vec3::new(1.5, 0.0, 2.0), Quat::IDENTITY);
     let eye = camera("eye", windscreen, 320, 240, 1.5, output::DEPTH);
     // One image is held while the next is looked for.
-    let mut rig = client.create_rig("eye", car, &[eye], 2)?;
+    let mut bundle = client.create_bundle("eye", car, &[eye], 2)?;
 
     let mut last: Option<Frame> = None;
     let mut missed = 0;
     for _ in 0..20 {
-        let mut newest = client.await_measurement(&mut rig)?;
-        while let Some(newer) = rig.receive()? {
+        let mut newest = client.await_measurement(&mut bundle)?;
+        while let Some(newer) = bundle.receive()? {
             newest = newer;
         }
         let frame = newest.frame();
@@ -50,6 +50,6 @@ fn think() -> Result<(), ClientError> {
         sleep(THINKING);
     }
     println!("{missed} frames missed in all");
-    client.destroy_rig(rig)?;
+    client.destroy_bundle(bundle)?;
     client.destroy(car)
 }

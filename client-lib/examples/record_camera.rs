@@ -9,8 +9,8 @@
 
 use std::{env, fs::File, path::Path};
 
-use omnibus_client_lib::{Client, Measurement, Pose, Spawn, camera, output};
 use glam::{Quat, Vec3};
+use omnibus_client_lib::{Client, Measurement, Pose, Spawn, camera, output};
 
 const IMAGES: u64 = 10;
 const FRAMES_BETWEEN: u64 = 10;
@@ -38,24 +38,24 @@ fn record(folder: &Path) -> Result<(), AnyError> {
     let mut follower = camera("follower", behind, 800, 600, 1.4, output::COLOR);
     // It rests in between: nobody pays for images that nobody wants.
     follower.period_nanos = FRAMES_BETWEEN * DELTA_NANOS;
-    let mut rig = client.create_rig("follower", car, &[follower], 1)?;
+    let mut bundle = client.create_bundle("follower", car, &[follower], 1)?;
 
     for _ in 0..IMAGES * FRAMES_BETWEEN {
-        let (frame, mut measured) = client.tick_and_collect(&mut [&mut rig])?;
+        let (frame, mut measured) = client.tick_and_collect(&mut [&mut bundle])?;
         if let Some(measurement) = measured.pop().flatten() {
             let path = folder.join(format!("{:06}.png", frame.0));
             save(&path, &measurement)?;
             println!("{frame}: {}", path.display());
         }
     }
-    client.destroy_rig(rig)?;
+    client.destroy_bundle(bundle)?;
     client.destroy(car)?;
     Ok(client.apply_settings(before)?)
 }
 
 fn save(path: &Path, measurement: &Measurement) -> Result<(), AnyError> {
-    let plane = measurement.plane(0, output::COLOR).ok_or("the rig has no colour")?;
-    let rgba = measurement.data(0, output::COLOR).ok_or("the rig has no colour")?;
+    let plane = measurement.plane(0, output::COLOR).ok_or("the bundle has no colour")?;
+    let rgba = measurement.data(0, output::COLOR).ok_or("the bundle has no colour")?;
     let mut encoder = png::Encoder::new(File::create(path)?, plane.width, plane.height);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_compression(png::Compression::Fast);

@@ -1,6 +1,6 @@
 //! Poses that a client gives walkers.
 
-use bus::{ActorId, Ask, BONES, BlendPose, Pose, SetBones, WISH_BONES, Wish, part};
+use bus::{ActorId, Ask, BONES, BONES_PER_COMMAND, BlendPose, Command, Pose, SetBones, part};
 
 use crate::{Client, ClientError};
 
@@ -19,24 +19,24 @@ impl Client {
         actor_id: ActorId,
         bones: &[(u32, Pose)],
     ) -> Result<(), ClientError> {
-        let wishes = bone_wishes(actor_id, bones);
-        if wishes.is_empty() {
+        let commands = bone_commands(actor_id, bones);
+        if commands.is_empty() {
             return Ok(());
         }
-        self.request("set_bones", &wishes).map(drop)
+        self.request("set_bones", &commands).map(drop)
     }
 
     /// How much of its given pose a walker shows: 0 its walk alone, 1 the pose alone.
     pub fn blend_pose(&mut self, actor_id: ActorId, share: f32) -> Result<(), ClientError> {
-        let wish = Wish::BlendPose(BlendPose { actor_id, share });
-        self.request("blend_pose", &[wish]).map(drop)
+        let command = Command::BlendPose(BlendPose { actor_id, share });
+        self.request("blend_pose", &[command]).map(drop)
     }
 
     /// The pose that a walker was given, `parent_from_bone` of every bone, and how much of it
     /// shows.
     pub fn given_pose(&mut self, actor_id: ActorId) -> Result<(Vec<Pose>, f32), ClientError> {
-        let ask = |part, index| Wish::Ask(Ask { actor_id, part, index, reserved: 0 });
-        let blocks = (0..BONES.len()).step_by(WISH_BONES);
+        let ask = |part, index| Command::Ask(Ask { actor_id, part, index, reserved: 0 });
+        let blocks = (0..BONES.len()).step_by(BONES_PER_COMMAND);
         let mut asks = vec![ask(part::BLEND, 0)];
         asks.extend(blocks.map(|first| ask(part::BONES, first as u32)));
         let told = self.try_request("given_pose", &asks)?;
@@ -51,12 +51,12 @@ impl Client {
     }
 }
 
-/// The wishes that set bones; see [`Client::set_bones`].
-pub fn bone_wishes(actor_id: ActorId, bones: &[(u32, Pose)]) -> Vec<Wish> {
+/// The commands that set bones; see [`Client::set_bones`].
+pub fn bone_commands(actor_id: ActorId, bones: &[(u32, Pose)]) -> Vec<Command> {
     let mut bones = bones.to_vec();
     // Of one that is named twice the last holds.
     bones.reverse();
     bones.sort_by_key(|(bone, _)| *bone);
     bones.dedup_by_key(|(bone, _)| *bone);
-    SetBones::of(actor_id, &bones).into_iter().map(Wish::SetBones).collect()
+    SetBones::of(actor_id, &bones).into_iter().map(Command::SetBones).collect()
 }

@@ -6,17 +6,17 @@ use std::{
 };
 
 use bus::{
-    ActorId, Autopilot, BatchHeader, BlueprintInfo, ClientPorts, Command, CreateRig, Ending, Event,
-    FilePath, Frame, Guide, GuideStep, Instance, Interrupted, JournalEntry, LoadMap, Name, Nothing,
-    Participant, Pose, RigId, Role, SensorSpec, Settings, Stamp, StartRecorder, StartReplay,
-    StopReplay, Strategy, TEXT_BYTES, Teleport, Transmit, VehicleControl, Watch, Weather, Wish,
-    clock, fault, flag, load,
+    ActorId, Autopilot, BatchHeader, BlueprintInfo, BundleId, ClientPorts, Command, CreateBundle,
+    Ending, Event, FilePath, Frame, Instance, Interrupted, JournalEntry, LoadMap, Name, Nothing,
+    Participant, Pose, RawCommand, Role, RouteCommand, RouteStep, SensorSpec, Settings, Stamp,
+    StartRecorder, StartReplay, StopReplay, Strategy, TEXT_BYTES, Teleport, Transmit,
+    VehicleControl, Watch, Weather, clock, fault, flag, load,
 };
 use glam::Vec3;
 use road::Network;
 
 use crate::{
-    ClientError, Measurement, Profile, Replay, Rig, World,
+    ClientError, Measurement, Profile, Replay, SensorBundle, World,
     file::{absolute, file_error, read, saved_path, told},
 };
 
@@ -62,8 +62,8 @@ impl Spawn {
     }
 
     /// A walker that falls when it is hit.
-    pub fn frail(mut self) -> Spawn {
-        self.0.flags |= flag::FRAIL;
+    pub fn ragdoll_on_hit(mut self) -> Spawn {
+        self.0.flags |= flag::RAGDOLL_ON_HIT;
         self
     }
 
@@ -74,8 +74,8 @@ impl Spawn {
     }
 
     /// For a batch: see [`Client::try_request`].
-    pub fn wish(self) -> Wish {
-        Wish::Spawn(self.0)
+    pub fn decode(self) -> Command {
+        Command::Spawn(self.0)
     }
 
     /// What the user calls it.
@@ -93,7 +93,7 @@ impl Client {
     }
 
     /// Connects to a host in this very process.
-    pub fn connect_within(instance: &Instance, name: &str) -> Result<Client, ClientError> {
+    pub fn connect_in_process(instance: &Instance, name: &str) -> Result<Client, ClientError> {
         Client::join(instance, name, true)
     }
 
@@ -101,7 +101,7 @@ impl Client {
         let name = unique(instance, name)?;
         let participant = Participant::join(instance, Role::Client, name, None, within)?;
         fault::joining(Role::Client);
-        let ports = ClientPorts::open(participant.hub()?)?;
+        let ports = ClientPorts::open(participant.node()?)?;
         participant.ready()?;
         let first = participant.words().ack();
         let mut client = Client {
@@ -147,7 +147,7 @@ impl Client {
     }
 
     /// Destroys the world and loads a map in its place: a name (see `omnibus maps`), or a path.
-    /// Everybody in it and every rig is gone; frames count on, simulated time begins anew, time
+    /// Everybody in it and every bundle is gone; frames count on, simulated time begins anew, time
     /// passes as before. When this returns, `world()` shows the new world as it was loaded, which
     /// is that of a simulator started with this map and seed, bit for bit. A map that cannot be
     /// loaded is refused, and the old world goes on.
@@ -175,8 +175,8 @@ impl Client {
             _ => told(Path::new(name))?,
         };
         let flags = if seed.is_some() { load::SEED } else { 0 };
-        let wish = LoadMap { map, seed: seed.unwrap_or_default(), hidden_layers, flags };
-        let outcomes = self.try_within("load_map", &[Wish::LoadMap(wish)], WORLD_SECS)?;
+        let command = LoadMap { map, seed: seed.unwrap_or_default(), hidden_layers, flags };
+        let outcomes = self.try_within("load_map", &[Command::LoadMap(command)], WORLD_SECS)?;
         let refused = |why: &str| ClientError::Refused { what: "load_map", why: why.to_owned() };
         let number = outcomes[0].outcome.result().map_err(refused)?;
         self.await_world(number)
@@ -204,7 +204,7 @@ impl Client {
 
     /// How time passes; the answer stands when this returns.
     pub fn apply_settings(&mut self, settings: Settings) -> Result<(), ClientError> {
-        self.request("settings", &[Wish::SetSettings(settings)]).map(drop)
+        self.request("settings", &[Command::SetSettings(settings)]).map(drop)
     }
 
     /// How time passes now, whoever said so.
@@ -263,16 +263,16 @@ impl Client {
     /// From now on every tick that another client makes waits until this one has arrived: agents
     /// in lockstep. Take the frame ([`Client::await_frame`]), send controls, and
     /// [`Client::arrive`]. Who holds the tick itself is not waited for.
-    pub fn take_part(&mut self) -> Result<(), ClientError> {
-        self.ask_for_part(true, "a part in the barrier")
+    pub fn join_barrier(&mut self) -> Result<(), ClientError> {
+        self.request_barrier(true, "a part in the barrier")
     }
 
     /// From now on no tick waits for this client.
     pub fn leave_part(&mut self) -> Result<(), ClientError> {
-        self.ask_for_part(false, "leave from the barrier")
+        self.request_barrier(false, "leave from the barrier")
     }
 
-    fn ask_for_part(&mut self, wanted: bool, what: &str) -> Result<(), ClientError> {
+    fn request_barrier(&mut self, wanted: bool, what: &str) -> Result<(), ClientError> {
         if wanted && self.participant.control().ticker() == Some(self.participant.slot()) {
             return Err(ClientError::Refused {
                 what: "take part",
@@ -280,12 +280,12 @@ impl Client {
             });
         }
         let words = self.participant.words();
-        words.ask_for_part(wanted);
+        words.request_barrier(wanted);
         self.participant.control().host.ring();
         let deadline = clock::now_nanos() + PATIENCE_SECS * 1_000_000_000;
         let granted = self
             .participant
-            .await_answer(deadline, || (words.takes_part() == wanted).then_some(()));
+            .await_answer(deadline, || (words.in_barrier() == wanted).then_some(()));
         granted.map_err(|why| self.waited_in_vain(why, what))
     }
 
@@ -295,7 +295,7 @@ impl Client {
     }
 
     /// Advances the world by one tick. When it returns, every participant has done its work: in
-    /// strict mode all measurements of the frame lie in their rigs.
+    /// strict mode all measurements of the frame lie in their bundles.
     pub fn tick(&mut self) -> Result<Frame, ClientError> {
         self.take_tick()?;
         if !self.participant.control().is_synchronous() {
@@ -319,19 +319,19 @@ impl Client {
         Err(ClientError::Incomplete { frame, how, who })
     }
 
-    /// Ticks, and hands over what each rig measured at that very frame: one receive a rig. A rig
+    /// Ticks, and hands over what each bundle measured at that very frame: one receive a bundle. A bundle
     /// whose sensors all rest at this frame gives none.
     pub fn tick_and_collect(
         &mut self,
-        rigs: &mut [&mut Rig],
+        bundles: &mut [&mut SensorBundle],
     ) -> Result<(Frame, Vec<Option<Measurement>>), ClientError> {
         let frame = self.tick()?;
-        let mut measurements = Vec::with_capacity(rigs.len());
-        for rig in rigs {
-            rig.check(self.episode())?;
+        let mut measurements = Vec::with_capacity(bundles.len());
+        for bundle in bundles {
+            bundle.check(self.episode())?;
             let mut found = None;
-            while rig.last() < frame {
-                let Some(next) = rig.receive()? else { break };
+            while bundle.last() < frame {
+                let Some(next) = bundle.receive()? else { break };
                 found = (next.frame() == frame).then_some(next);
             }
             measurements.push(found);
@@ -339,17 +339,20 @@ impl Client {
         Ok((frame, measurements))
     }
 
-    /// Waits for `rig`'s next measurement: for pipelined and asynchronous worlds.
-    pub fn await_measurement(&mut self, rig: &mut Rig) -> Result<Measurement, ClientError> {
+    /// Waits for `bundle`'s next measurement: for pipelined and asynchronous worlds.
+    pub fn await_measurement(
+        &mut self,
+        bundle: &mut SensorBundle,
+    ) -> Result<Measurement, ClientError> {
         let deadline = clock::now_nanos() + PATIENCE_SECS * 1_000_000_000;
-        let id = rig.id().0;
+        let id = bundle.id().0;
         let control = self.participant.control();
-        let found = self.participant.await_answer(deadline, || match rig.receive() {
-            Ok(None) => rig.check(control.episode()).err().map(Err),
+        let found = self.participant.await_answer(deadline, || match bundle.receive() {
+            Ok(None) => bundle.check(control.episode()).err().map(Err),
             Ok(Some(measurement)) => Some(Ok(measurement)),
             Err(e) => Some(Err(e)),
         });
-        found.map_err(|why| self.waited_in_vain(why, &format!("a measurement of rig {id}")))?
+        found.map_err(|why| self.waited_in_vain(why, &format!("a measurement of bundle {id}")))?
     }
 
     /// Waits until the world has advanced past what `world()` shows, and takes the newest
@@ -395,37 +398,38 @@ impl Client {
 
     /// Puts an actor into the world. It is there when this returns; the next frame shows it.
     pub fn spawn(&mut self, spawn: Spawn) -> Result<ActorId, ClientError> {
-        Ok(ActorId(self.request("spawn", &[Wish::Spawn(spawn.0)])?[0]))
+        Ok(ActorId(self.request("spawn", &[Command::Spawn(spawn.0)])?[0]))
     }
 
     /// Takes an actor out of the world.
     pub fn destroy(&mut self, actor: ActorId) -> Result<(), ClientError> {
-        self.request("destroy", &[Wish::Destroy(actor)]).map(drop)
+        self.request("destroy", &[Command::Destroy(actor)]).map(drop)
     }
 
     /// Puts an actor elsewhere, at rest.
     pub fn teleport(&mut self, actor_id: ActorId, pose: Pose) -> Result<(), ClientError> {
-        self.request("teleport", &[Wish::Teleport(Teleport { actor_id, pose })]).map(drop)
+        self.request("teleport", &[Command::Teleport(Teleport { actor_id, pose })]).map(drop)
     }
 
     /// Hands an actor to traffic, or takes it back.
     pub fn set_autopilot(&mut self, actor_id: ActorId, on: bool) -> Result<(), ClientError> {
-        let wish = Wish::Autopilot(Autopilot { actor_id, on: on.into() });
-        self.request("autopilot", &[wish]).map(drop)
+        let command = Command::Autopilot(Autopilot { actor_id, on: on.into() });
+        self.request("autopilot", &[command]).map(drop)
     }
 
     /// Tells a vehicle on autopilot where to go: places that it comes by over the shortest way,
     /// turns that it takes at the junctions that come next. It changes lanes for that where it is
     /// safe, and goes round the block if it could not. When the last step is done, and with none,
     /// it goes where it likes.
-    pub fn guide(&mut self, actor_id: ActorId, steps: &[GuideStep]) -> Result<(), ClientError> {
-        let wishes: Vec<Wish> = Guide::way(actor_id, steps).into_iter().map(Wish::Guide).collect();
-        self.request("guide", &wishes).map(drop)
+    pub fn guide(&mut self, actor_id: ActorId, steps: &[RouteStep]) -> Result<(), ClientError> {
+        let commands: Vec<Command> =
+            RouteCommand::way(actor_id, steps).into_iter().map(Command::RouteCommand).collect();
+        self.request("guide", &commands).map(drop)
     }
 
     /// Sun, clouds, rain, fog.
     pub fn set_weather(&mut self, weather: Weather) -> Result<(), ClientError> {
-        self.request("weather", &[Wish::SetWeather(weather)]).map(drop)
+        self.request("weather", &[Command::SetWeather(weather)]).map(drop)
     }
 
     /// Writes down what happens from the next frame on; says where. `name` follows CARLA's rule:
@@ -433,15 +437,15 @@ impl Client {
     /// ([`saved_folder`]).
     pub fn start_recorder(&mut self, name: &str, profile: Profile) -> Result<PathBuf, ClientError> {
         let path = saved_path(name)?;
-        let wish = StartRecorder { path: told(&path)?, profile: profile as u32, reserved: 0 };
-        self.request("start_recorder", &[Wish::StartRecorder(wish)])?;
+        let command = StartRecorder { path: told(&path)?, profile: profile as u32, reserved: 0 };
+        self.request("start_recorder", &[Command::StartRecorder(command)])?;
         Ok(path)
     }
 
     /// Closes the recording, if one goes on; says how many frames it has.
     pub fn stop_recorder(&mut self) -> Result<u64, ClientError> {
-        let wish = Wish::StopRecorder(Nothing::default());
-        Ok(self.request("stop_recorder", &[wish])?[0].into())
+        let command = Command::StopRecorder(Nothing::default());
+        Ok(self.request("stop_recorder", &[command])?[0].into())
     }
 
     /// Shows a recording beside those who are there; names as for [`Client::start_recorder`]. The
@@ -449,7 +453,7 @@ impl Client {
     /// is loaded first, as by [`Client::load_world`].
     pub fn start_replay(&mut self, name: &str, replay: Replay) -> Result<(), ClientError> {
         let nanos = |seconds: f64| (seconds * 1e9) as i64;
-        let wish = StartReplay {
+        let command = StartReplay {
             path: told(&saved_path(name)?)?,
             from_nanos: nanos(replay.from_s),
             duration_nanos: nanos(replay.duration_s).max(0) as u64,
@@ -457,7 +461,8 @@ impl Client {
             ignore_hero: replay.ignore_hero.into(),
         };
         let number = self.episode();
-        let outcomes = self.try_within("start_replay", &[Wish::StartReplay(wish)], WORLD_SECS)?;
+        let outcomes =
+            self.try_within("start_replay", &[Command::StartReplay(command)], WORLD_SECS)?;
         let refused =
             |why: &str| ClientError::Refused { what: "start_replay", why: why.to_owned() };
         outcomes[0].outcome.result().map_err(refused)?;
@@ -469,11 +474,11 @@ impl Client {
 
     /// Ends the replay. Who was shown stays, vehicles on autopilot, or goes.
     pub fn stop_replay(&mut self, keep_actors: bool) -> Result<(), ClientError> {
-        let wish = StopReplay { keep_actors: keep_actors.into(), reserved: 0 };
-        self.request("stop_replay", &[Wish::StopReplay(wish)]).map(drop)
+        let command = StopReplay { keep_actors: keep_actors.into(), reserved: 0 };
+        self.request("stop_replay", &[Command::StopReplay(command)]).map(drop)
     }
 
-    /// Everything that decides the future, between two frames: actors, traffic, what was wished
+    /// Everything that decides the future, between two frames: actors, traffic, what was requested
     /// and not carried out yet. Good for the map, the seed and the build it was made with.
     pub fn save_state(&mut self) -> Result<Vec<u8>, ClientError> {
         let path = self.scratch("state");
@@ -485,7 +490,7 @@ impl Client {
     /// The same, into a file.
     pub fn save_state_to(&mut self, path: &Path) -> Result<(), ClientError> {
         let file = told(&absolute(path)?)?;
-        self.request("save_state", &[Wish::SaveState(file)]).map(drop)
+        self.request("save_state", &[Command::SaveState(file)]).map(drop)
     }
 
     /// Goes on from a saved state: from the next frame on everything happens as it did, or would
@@ -501,7 +506,7 @@ impl Client {
     /// The same, from a file.
     pub fn load_state_from(&mut self, path: &Path) -> Result<(), ClientError> {
         let file = told(&absolute(path)?)?;
-        self.request("load_state", &[Wish::LoadState(file)]).map(drop)
+        self.request("load_state", &[Command::LoadState(file)]).map(drop)
     }
 
     /// A file in the instance's own folder, which goes with it.
@@ -509,38 +514,43 @@ impl Client {
         self.instance().root().join(format!("{what}-{}", self.participant.slot()))
     }
 
-    /// Mounts sensors on an actor, or into the world (`ActorId::NONE`), as one rig: measured
-    /// together, handed over together. `hold_max` measurements may be held at a time.
-    pub fn create_rig(
+    /// Mounts sensors on an actor, or into the world (`ActorId::NONE`), as one bundle: measured
+    /// together, handed over together. `max_borrowed` measurements may be held at a time.
+    pub fn create_bundle(
         &mut self,
         name: &str,
         parent: ActorId,
         sensors: &[SensorSpec],
-        hold_max: u32,
-    ) -> Result<Rig, ClientError> {
-        let rig = CreateRig {
+        max_borrowed: u32,
+    ) -> Result<SensorBundle, ClientError> {
+        let bundle = CreateBundle {
             parent,
             sensor_count: sensors.len() as u32,
-            hold_max,
+            max_borrowed,
             reserved: 0,
             name: Name::new(name),
         };
-        let mut wishes = vec![Wish::CreateRig(rig)];
-        wishes.extend(sensors.iter().map(|s| Wish::Sensor(*s)));
-        let id = RigId(self.request("rig", &wishes)?[0]);
-        Ok(Rig::new(id, self.episode(), sensors.to_vec(), self.ports.rig(id)?))
+        let mut commands = vec![Command::CreateBundle(bundle)];
+        commands.extend(sensors.iter().map(|s| Command::Sensor(*s)));
+        let id = BundleId(self.request("bundle", &commands)?[0]);
+        Ok(SensorBundle::new(id, self.episode(), sensors.to_vec(), self.ports.bundle(id)?))
     }
 
-    /// Sends a text by radio with the next frame, from a [`crate::message`] sensor of a rig; at
+    /// Sends a text by radio with the next frame, from a [`crate::message`] sensor of a bundle; at
     /// most [`bus::TEXT_BYTES`] bytes.
-    pub fn transmit(&mut self, rig: &Rig, sensor: usize, text: &str) -> Result<(), ClientError> {
-        let wish = transmission(rig.id(), sensor, text)?;
-        self.request("transmit", &[wish]).map(drop)
+    pub fn transmit(
+        &mut self,
+        bundle: &SensorBundle,
+        sensor: usize,
+        text: &str,
+    ) -> Result<(), ClientError> {
+        let command = transmission(bundle.id(), sensor, text)?;
+        self.request("transmit", &[command]).map(drop)
     }
 
-    /// Takes a rig away.
-    pub fn destroy_rig(&mut self, rig: Rig) -> Result<(), ClientError> {
-        self.request("rig", &[Wish::DestroyRig(rig.id())]).map(drop)
+    /// Takes a bundle away.
+    pub fn destroy_bundle(&mut self, bundle: SensorBundle) -> Result<(), ClientError> {
+        self.request("bundle", &[Command::DestroyBundle(bundle.id())]).map(drop)
     }
 
     /// Pedals and wheels, from the next frame on; the latest hold. Does not wait.
@@ -550,9 +560,9 @@ impl Client {
     }
 
     /// Commands that act with the next tick; what became of them is not waited for.
-    pub fn send(&mut self, wishes: &[Wish]) -> Result<(), ClientError> {
-        let header = self.batch(wishes.len(), false);
-        let commands: Vec<Command> = wishes.iter().map(|w| (*w).into()).collect();
+    pub fn send(&mut self, commands: &[Command]) -> Result<(), ClientError> {
+        let header = self.batch(commands.len(), false);
+        let commands: Vec<RawCommand> = commands.iter().map(|w| (*w).into()).collect();
         Ok(self.ports.command.send(header, &commands)?)
     }
 
@@ -561,9 +571,9 @@ impl Client {
     pub fn request(
         &mut self,
         what: &'static str,
-        wishes: &[Wish],
+        commands: &[Command],
     ) -> Result<Vec<u32>, ClientError> {
-        let outcomes = self.try_request(what, wishes)?;
+        let outcomes = self.try_request(what, commands)?;
         let ids = outcomes.iter().map(|entry| {
             let why = |text: &str| ClientError::Refused { what, why: text.to_owned() };
             entry.outcome.result().map_err(why)
@@ -575,24 +585,24 @@ impl Client {
     pub fn try_request(
         &mut self,
         what: &'static str,
-        wishes: &[Wish],
+        commands: &[Command],
     ) -> Result<Vec<JournalEntry>, ClientError> {
-        self.try_within(what, wishes, PATIENCE_SECS)
+        self.try_within(what, commands, PATIENCE_SECS)
     }
 
     fn try_within(
         &mut self,
         what: &'static str,
-        wishes: &[Wish],
+        commands: &[Command],
         secs: u64,
     ) -> Result<Vec<JournalEntry>, ClientError> {
         self.ports.journal.begin_here()?;
-        let header = self.batch(wishes.len(), true);
-        let commands: Vec<Command> = wishes.iter().map(|w| (*w).into()).collect();
+        let header = self.batch(commands.len(), true);
+        let commands: Vec<RawCommand> = commands.iter().map(|w| (*w).into()).collect();
         self.ports.command.send(header, &commands)?;
         self.participant.control().host.ring();
-        let (first, last) = (header.sequence, header.sequence + wishes.len() as u64);
-        let mut outcomes = Vec::with_capacity(wishes.len());
+        let (first, last) = (header.sequence, header.sequence + commands.len() as u64);
+        let mut outcomes = Vec::with_capacity(commands.len());
         let (name, journal) = (self.name, &mut self.ports.journal);
         let deadline = clock::now_nanos() + secs * 1_000_000_000;
         let answered = self.participant.await_answer(deadline, || {
@@ -609,7 +619,7 @@ impl Client {
                     outcomes.push(entry);
                 }
             }
-            (outcomes.len() == wishes.len()).then_some(Ok(()))
+            (outcomes.len() == commands.len()).then_some(Ok(()))
         });
         answered.map_err(|why| self.waited_in_vain(why, what))??;
         Ok(outcomes)
@@ -649,14 +659,14 @@ impl Drop for Client {
     }
 }
 
-fn transmission(rig: RigId, sensor: usize, text: &str) -> Result<Wish, ClientError> {
+fn transmission(bundle: BundleId, sensor: usize, text: &str) -> Result<Command, ClientError> {
     let mut bytes = [0; TEXT_BYTES];
     let room = bytes.get_mut(..text.len()).ok_or_else(|| ClientError::Refused {
         what: "transmit",
         why: format!("the text has {} bytes; {TEXT_BYTES} is the limit", text.len()),
     })?;
     room.copy_from_slice(text.as_bytes());
-    Ok(Wish::Transmit(Transmit { rig, sensor: sensor as u32, text: bytes }))
+    Ok(Command::Transmit(Transmit { bundle, sensor: sensor as u32, text: bytes }))
 }
 
 /// Places for vehicles on a map, half a metre above the road.

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bus::{Erase, Pose, Shape, Wish, shape};
+use bus::{Command, EraseShapes, Pose, Shape, shape};
 use glam::Vec3;
 
 use crate::{Client, ClientError};
@@ -104,8 +104,8 @@ impl Draw {
     }
 
     /// For a batch: see [`Client::try_request`].
-    pub fn wish(self) -> Wish {
-        Wish::Draw(self.0)
+    pub fn decode(self) -> Command {
+        Command::Draw(self.0)
     }
 }
 
@@ -118,17 +118,18 @@ impl Client {
         if shapes.is_empty() {
             return Ok(());
         }
-        let wishes: Vec<Wish> = shapes.iter().map(|shape| shape.wish()).collect();
-        self.request("draw", &wishes).map(drop)
+        let commands: Vec<Command> = shapes.iter().map(|shape| shape.decode()).collect();
+        self.request("draw", &commands).map(drop)
     }
 
     /// Forgets everything that anybody drew.
     pub fn erase(&mut self) -> Result<(), ClientError> {
-        self.request("erase", &[Wish::Erase(Erase::ALL)]).map(drop)
+        self.request("erase", &[Command::EraseShapes(EraseShapes::ALL)]).map(drop)
     }
 
     /// Forgets all texts that anybody drew, and nothing else.
     pub fn erase_texts(&mut self) -> Result<(), ClientError> {
-        self.request("erase", &[Wish::Erase(Erase { texts: 1, shapes: 0 })]).map(drop)
+        self.request("erase", &[Command::EraseShapes(EraseShapes { texts: 1, shapes: 0 })])
+            .map(drop)
     }
 }

@@ -1,6 +1,6 @@
-use bus::{BusError, Frame, RigId};
+use bus::{BundleId, BusError, Frame};
 
-/// Why a wish of a client's was not granted.
+/// Why a command of a client's was not granted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ClientError {
     /// The bus.
@@ -52,14 +52,14 @@ pub enum ClientError {
         "this client did not read the journal for too long; what became of its commands is lost"
     )]
     JournalOverrun,
-    /// A rig is gone with its world.
+    /// A bundle is gone with its world.
     #[error(
-        "rig {} went with its world: another was loaded in its place, number {standing}; make a \
-         new rig there", rig.0
+        "bundle {} went with its world: another was loaded in its place, number {standing}; make a \
+         new bundle there", bundle.0
     )]
     WorldGone {
-        /// Which rig.
-        rig: RigId,
+        /// Which bundle.
+        bundle: BundleId,
         /// The number of the world that stands.
         standing: u32,
     },

@@ -199,7 +199,7 @@ mod tests {
         let spec = EventCameraSpec { positive_threshold: 0.25, ..linear() };
         let found = events(spec, [0.0, 0.4], [1.0, 0.4]);
         let millis: Vec<u64> = found.iter().map(|e| (e.time_nanos + 500_000) / 1_000_000).collect();
-        // 0.9998 of full white is no fourth quarter: the weights of the colours sum to less than 1.
+        // 0.9998 of full white is no point_attribute quarter: the weights of the colours sum to less than 1.
         assert_eq!(millis, [1250, 1500, 1750]);
         assert!(found.iter().all(|e| (e.x, e.y, e.is_brighter) == (0, 0, true)));
     }

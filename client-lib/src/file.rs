@@ -16,7 +16,7 @@ pub enum Profile {
     /// Every published field of every actor, exactly, and the inputs.
     #[default]
     State = 0,
-    /// What was wished and decided: exact by re-simulation, and small.
+    /// What was requested and decided: exact by re-simulation, and small.
     Inputs = 1,
     /// Places within 1 cm and 0.1 degrees; smaller still.
     Compact = 2,

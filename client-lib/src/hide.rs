@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use bus::{HideLayers, HideObjects, Wish};
+use bus::{Command, HideLayers, HideObjects};
 
 use crate::{Client, ClientError};
 
@@ -10,30 +10,30 @@ impl Client {
     /// Switches layers of the town off, or on again: bits of [`layer`](crate::layer). What is off
     /// is neither seen nor run into, from the next frame on.
     pub fn hide_layers(&mut self, layers: u32, hidden: bool) -> Result<(), ClientError> {
-        let wish = HideLayers { layers, hidden: hidden.into() };
-        self.request("hide_layers", &[Wish::HideLayers(wish)]).map(drop)
+        let command = HideLayers { layers, hidden: hidden.into() };
+        self.request("hide_layers", &[Command::HideLayers(command)]).map(drop)
     }
 
     /// Switches things of the town off, or on again. A thing's number is the one that instance
     /// images show, with or without its highest bit; one that is not there is refused.
     pub fn hide_objects(&mut self, objects: &[u32], hidden: bool) -> Result<(), ClientError> {
-        let wishes = hide_objects(objects, hidden);
-        if wishes.is_empty() {
+        let commands = hide_objects(objects, hidden);
+        if commands.is_empty() {
             return Ok(());
         }
-        self.request("hide_objects", &wishes).map(drop)
+        self.request("hide_objects", &commands).map(drop)
     }
 }
 
-/// The wishes that switch things of the town off, or on again; see [`Client::hide_objects`].
-pub fn hide_objects(objects: &[u32], hidden: bool) -> Vec<Wish> {
+/// The commands that switch things of the town off, or on again; see [`Client::hide_objects`].
+pub fn hide_objects(objects: &[u32], hidden: bool) -> Vec<Command> {
     let mut blocks = BTreeMap::<u32, [u64; 16]>::new();
     for object in objects {
         let number = object & !(1 << 31);
         let within = number as usize % 1024;
         blocks.entry(number / 1024).or_default()[within / 64] |= 1 << (within % 64);
     }
-    let wish =
-        |(block, bits)| Wish::HideObjects(HideObjects { block, hidden: hidden.into(), bits });
-    blocks.into_iter().map(wish).collect()
+    let command =
+        |(block, bits)| Command::HideObjects(HideObjects { block, hidden: hidden.into(), bits });
+    blocks.into_iter().map(command).collect()
 }

@@ -2,56 +2,57 @@
 
 use std::collections::BTreeMap;
 
-use bus::{SwitchLamps, Wish, shine};
+use bus::{Command, SetStreetLights, shine};
 
 use crate::{Client, ClientError};
 
 /// How street lamps are to shine: see [`Client::switch_lamps`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shining(SwitchLamps);
+pub struct StreetLightCommand(SetStreetLights);
 
-impl Shining {
-    fn of(mode: u32) -> Shining {
-        Shining(SwitchLamps { block: 0, mode, color: 0, share: 1.0, bits: [0; 16] })
+impl StreetLightCommand {
+    fn of(mode: u32) -> StreetLightCommand {
+        StreetLightCommand(SetStreetLights { block: 0, mode, color: 0, share: 1.0, bits: [0; 16] })
     }
 
     /// Dark.
-    pub fn off() -> Shining {
-        Shining::of(shine::OFF)
+    pub fn off() -> StreetLightCommand {
+        StreetLightCommand::of(shine::OFF)
     }
 
     /// Day and night.
-    pub fn on() -> Shining {
-        Shining::of(shine::ON)
+    pub fn on() -> StreetLightCommand {
+        StreetLightCommand::of(shine::ON)
     }
 
     /// While it is dark: as all lamps do at first.
-    pub fn at_night() -> Shining {
-        Shining::of(shine::AT_NIGHT)
+    pub fn at_night() -> StreetLightCommand {
+        StreetLightCommand::of(shine::AT_NIGHT)
     }
 
     /// In this colour: red, green, blue.
-    pub fn color(mut self, [r, g, b]: [u8; 3]) -> Shining {
+    pub fn color(mut self, [r, g, b]: [u8; 3]) -> StreetLightCommand {
         self.0.color = u32::from_le_bytes([r, g, b, 255]);
         self
     }
 
     /// So bright, as a share of a lamp's own brightness, up to 100.
-    pub fn share(mut self, share: f32) -> Shining {
+    pub fn share(mut self, share: f32) -> StreetLightCommand {
         self.0.share = share;
         self
     }
 
-    /// The wishes that tell these lamps so.
-    pub fn wishes(&self, lamps: &[u32]) -> Vec<Wish> {
+    /// The commands that tell these lamps so.
+    pub fn commands(&self, lamps: &[u32]) -> Vec<Command> {
         let mut blocks = BTreeMap::<u32, [u64; 16]>::new();
         for lamp in lamps {
             let number = lamp & !(1 << 31);
             let within = number as usize % 1024;
             blocks.entry(number / 1024).or_default()[within / 64] |= 1 << (within % 64);
         }
-        let wish = |(block, bits)| Wish::SwitchLamps(SwitchLamps { block, bits, ..self.0 });
-        blocks.into_iter().map(wish).collect()
+        let command =
+            |(block, bits)| Command::SetStreetLights(SetStreetLights { block, bits, ..self.0 });
+        blocks.into_iter().map(command).collect()
     }
 }
 
@@ -59,11 +60,15 @@ impl Client {
     /// Lets street lamps shine so from the next frame on. A lamp is named by the number that
     /// instance images show of its pole, with or without its highest bit; what is no lamp is
     /// refused.
-    pub fn switch_lamps(&mut self, lamps: &[u32], shining: Shining) -> Result<(), ClientError> {
-        let wishes = shining.wishes(lamps);
-        if wishes.is_empty() {
+    pub fn switch_lamps(
+        &mut self,
+        lamps: &[u32],
+        shining: StreetLightCommand,
+    ) -> Result<(), ClientError> {
+        let commands = shining.commands(lamps);
+        if commands.is_empty() {
             return Ok(());
         }
-        self.request("switch_lamps", &wishes).map(drop)
+        self.request("switch_lamps", &commands).map(drop)
     }
 }

@@ -28,23 +28,23 @@ mod file;
 mod hide;
 mod lamps;
 mod physics;
-mod rig;
+mod sensor_bundle;
 mod view;
 
-pub use bones::{bone, bone_wishes};
+pub use bones::{bone, bone_commands};
 pub use bus::{
-    AckermannControl, AckermannSettings, ActorId, ActorState, Ask, Autopilot, BONES, BlendPose,
-    BlueprintInfo, CamReading, CamSpec, CollisionReading, Curve, DEPTH_FAR_M, Episode, Erase,
-    FeelWeather, Frame, Gear, GnssReading, GnssSpec, Guide, GuideStep, HideLayers, HideObjects,
-    HoldLight, ImuReading, ImuSpec, Instance, Interrupted, JournalEntry, LaneInvasionReading,
-    LoadMap, MessageReading, MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading,
-    OdometrySpec, Pose, Push, RadioSpec, RigId, SHAPE_TEXT_BYTES, SHAPES_MAX, STRIDE, SensorSpec,
-    SetBones, SetDoors, SetLamps, SetPhysics, SetVelocity, Settings, Shape, SnapshotHeader, Stamp,
-    Strategy, Switch, SwitchLamps, TEXT_BYTES, Teleport, TrafficDial, Transmit, VehicleBody,
-    VehicleControl, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
-    VehicleTelemetry, VehicleWheel, Watch, Weather, WheelTelemetry, Wish, clock, dial, flag,
-    fourth, geodesy, guide, kind, lamp, layer, light, output, part, radio, sensor, shape, shine,
-    tracer,
+    AckermannControl, AckermannSettings, ActorId, ActorState, ApplyForce, Ask, Autopilot, BONES,
+    BlendPose, BlueprintInfo, BundleId, CamReading, CamSpec, CollisionReading, Command, Curve,
+    DEPTH_FAR_M, Episode, EraseShapes, Frame, Gear, GnssReading, GnssSpec, HideLayers, HideObjects,
+    ImuReading, ImuSpec, Instance, Interrupted, JournalEntry, LaneInvasionReading, LoadMap,
+    MessageReading, MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading,
+    OdometrySpec, Pose, RadioSpec, RouteCommand, RouteStep, SHAPE_TEXT_BYTES, SHAPES_MAX, STRIDE,
+    SensorSpec, SetBones, SetDoors, SetPhysics, SetStreetLights, SetTrafficLight, SetVehicleLights,
+    SetVelocity, SetWeatherAffectsGrip, Settings, Shape, SnapshotHeader, Stamp, Strategy, Switch,
+    TEXT_BYTES, Teleport, TrafficParam, Transmit, VehicleBody, VehicleControl, VehicleEngine,
+    VehicleGearbox, VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel, Watch,
+    Weather, WheelTelemetry, clock, flag, geodesy, guide, kind, lamp, layer, light, output, param,
+    part, point_attribute, radio, sensor, shape, shine, tracer,
 };
 pub use client::{Client, Spawn, spawn_poses};
 pub use draw::Draw;
@@ -52,9 +52,9 @@ pub use error::ClientError;
 pub use event_camera::{EventCamera, EventCameraSpec, PixelEvent};
 pub use file::{Profile, Replay, saved_folder, saved_path};
 pub use hide::hide_objects;
-pub use lamps::Shining;
-pub use rig::{
-    Measurement, Rig, cam, camera, collision, gnss, imu, lane_invasion, lidar, message, obstacle,
-    odometry,
+pub use lamps::StreetLightCommand;
+pub use sensor_bundle::{
+    Measurement, SensorBundle, cam, camera, collision, gnss, imu, lane_invasion, lidar, message,
+    obstacle, odometry,
 };
 pub use view::World;

@@ -1,8 +1,8 @@
 //! How a vehicle is built and driven from outside: read, and changed while it drives.
 
 use bus::{
-    AckermannControl, AckermannSettings, ActorId, Ask, FeelWeather, Push, Switch, VehiclePhysics,
-    VehicleTelemetry, WheelTelemetry, Wish, part,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, Ask, Command, SetWeatherAffectsGrip,
+    Switch, VehiclePhysics, VehicleTelemetry, WheelTelemetry, part,
 };
 
 use crate::{Client, ClientError};
@@ -10,7 +10,7 @@ use crate::{Client, ClientError};
 impl Client {
     /// How a vehicle is built now.
     pub fn vehicle_physics(&mut self, actor_id: ActorId) -> Result<VehiclePhysics, ClientError> {
-        let ask = |part, index| Wish::Ask(Ask { actor_id, part, index, reserved: 0 });
+        let ask = |part, index| Command::Ask(Ask { actor_id, part, index, reserved: 0 });
         let parts = [part::BODY, part::ENGINE, part::GEARBOX, part::STEERING];
         let mut physics = VehiclePhysics::default();
         let told = self.ask("vehicle_physics", &parts.map(|part| ask(part, 0)))?;
@@ -34,7 +34,7 @@ impl Client {
         physics: &VehiclePhysics,
     ) -> Result<(), ClientError> {
         let what = "set_vehicle_physics";
-        let ask = Wish::Ask(Ask { actor_id, part: part::BODY, index: 0, reserved: 0 });
+        let ask = Command::Ask(Ask { actor_id, part: part::BODY, index: 0, reserved: 0 });
         let body: bus::VehicleBody =
             self.ask(what, &[ask])?[0].answered().map_err(|why| refused(what, why))?;
         if physics.wheels.len() != body.wheels as usize {
@@ -44,7 +44,7 @@ impl Client {
         let mut physics = physics.clone();
         physics.body.wheels = body.wheels;
         physics.check().map_err(|why| refused(what, &why))?;
-        self.request(what, &physics.wishes(actor_id)).map(drop)
+        self.request(what, &physics.commands(actor_id)).map(drop)
     }
 
     /// How a vehicle drives, and what each of its wheels feels.
@@ -52,7 +52,7 @@ impl Client {
         &mut self,
         actor_id: ActorId,
     ) -> Result<(VehicleTelemetry, Vec<WheelTelemetry>), ClientError> {
-        let ask = |part, index| Wish::Ask(Ask { actor_id, part, index, reserved: 0 });
+        let ask = |part, index| Command::Ask(Ask { actor_id, part, index, reserved: 0 });
         let bad = |why: &str| refused("telemetry", why);
         let told = self.ask("telemetry", &[ask(part::TELEMETRY, 0)])?;
         let vehicle: VehicleTelemetry = told[0].answered().map_err(bad)?;
@@ -65,7 +65,7 @@ impl Client {
     /// Drives a vehicle to a speed and a steering angle, from the next frame on. The latest of
     /// this and [`Client::control`] holds.
     pub fn ackermann(&mut self, control: AckermannControl) -> Result<(), ClientError> {
-        self.request("ackermann", &[Wish::Ackermann(control)]).map(drop)
+        self.request("ackermann", &[Command::Ackermann(control)]).map(drop)
     }
 
     /// The gains with which a vehicle is driven so.
@@ -73,7 +73,7 @@ impl Client {
         &mut self,
         actor_id: ActorId,
     ) -> Result<AckermannSettings, ClientError> {
-        let ask = Wish::Ask(Ask { actor_id, part: part::ACKERMANN, index: 0, reserved: 0 });
+        let ask = Command::Ask(Ask { actor_id, part: part::ACKERMANN, index: 0, reserved: 0 });
         let told = self.ask("ackermann_settings", &[ask])?;
         told[0].answered().map_err(|why| refused("ackermann_settings", why))
     }
@@ -83,39 +83,44 @@ impl Client {
         &mut self,
         settings: AckermannSettings,
     ) -> Result<(), ClientError> {
-        self.request("set_ackermann_settings", &[Wish::SetAckermann(settings)]).map(drop)
+        self.request("set_ackermann_settings", &[Command::SetAckermann(settings)]).map(drop)
     }
 
     /// Pushes or twists an actor.
-    pub fn push(&mut self, push: Push) -> Result<(), ClientError> {
-        self.request("push", &[Wish::Push(push)]).map(drop)
+    pub fn push(&mut self, push: ApplyForce) -> Result<(), ClientError> {
+        self.request("push", &[Command::ApplyForce(push)]).map(drop)
     }
 
     /// Lets an actor fall, or not.
     pub fn set_gravity(&mut self, actor_id: ActorId, on: bool) -> Result<(), ClientError> {
-        let wish = Wish::SetGravity(Switch { actor_id, on: on.into() });
-        self.request("set_gravity", &[wish]).map(drop)
+        let command = Command::SetGravity(Switch { actor_id, on: on.into() });
+        self.request("set_gravity", &[command]).map(drop)
     }
 
     /// Lets an actor run into others, or not. The ground carries it either way.
     pub fn set_collisions(&mut self, actor_id: ActorId, on: bool) -> Result<(), ClientError> {
-        let wish = Wish::SetCollisions(Switch { actor_id, on: on.into() });
-        self.request("set_collisions", &[wish]).map(drop)
+        let command = Command::SetCollisions(Switch { actor_id, on: on.into() });
+        self.request("set_collisions", &[command]).map(drop)
     }
 
     /// Lets a walker jump, if it stands on the ground.
     pub fn jump(&mut self, actor_id: ActorId) -> Result<(), ClientError> {
-        self.request("jump", &[Wish::Jump(actor_id)]).map(drop)
+        self.request("jump", &[Command::Jump(actor_id)]).map(drop)
     }
 
     /// Whether wet roads are slippery: with `on`, the weather's wetness and puddles take up to half
     /// of the grip from all wheels. At first they do not, as in CARLA.
-    pub fn feel_weather(&mut self, on: bool) -> Result<(), ClientError> {
-        let wish = Wish::FeelWeather(FeelWeather { on: on.into(), reserved: 0 });
-        self.request("feel_weather", &[wish]).map(drop)
+    pub fn set_weather_affects_grip(&mut self, on: bool) -> Result<(), ClientError> {
+        let command =
+            Command::SetWeatherAffectsGrip(SetWeatherAffectsGrip { on: on.into(), reserved: 0 });
+        self.request("set_weather_affects_grip", &[command]).map(drop)
     }
 
-    fn ask(&mut self, what: &'static str, asks: &[Wish]) -> Result<Vec<bus::Outcome>, ClientError> {
+    fn ask(
+        &mut self,
+        what: &'static str,
+        asks: &[Command],
+    ) -> Result<Vec<bus::Outcome>, ClientError> {
         let entries = self.try_request(what, asks)?;
         Ok(entries.into_iter().map(|entry| entry.outcome).collect())
     }

@@ -11,7 +11,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use bus::{Frame, Pose, SensorSpec, Stamp, Weather, layout, output};
-use omnibus_sensor_render::{CpuTracer, RigJob, Scene, Tracer, World, pose_planes};
+use omnibus_sensor_render::{BundleJob, CpuTracer, Scene, Tracer, World, pose_planes};
 
 const POSES: usize = 16;
 
@@ -88,9 +88,9 @@ fn time(
                 (planes, vec![[0u64; 8]; byte_len as usize / 64])
             })
             .collect();
-        let mut jobs: Vec<RigJob> = all
+        let mut jobs: Vec<BundleJob> = all
             .iter_mut()
-            .map(|(planes, words)| RigJob {
+            .map(|(planes, words)| BundleJob {
                 parent: bus::ActorId::NONE,
                 sensors,
                 planes,

@@ -17,7 +17,7 @@ use std::time::Instant;
 
 use bus::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
 use glam::{Quat, vec3};
-use omnibus_sensor_render::{CpuTracer, Device, GpuTracer, RigJob};
+use omnibus_sensor_render::{BundleJob, CpuTracer, Device, GpuTracer};
 use omnibus_sensor_render::{Scene, Tracer, World, pose_planes};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -233,10 +233,10 @@ fn bundles(rigs: &[Rig]) -> Result<Vec<Bundle>, Box<dyn Error>> {
         .collect()
 }
 
-fn jobs<'a>(rigs: &'a [Rig], bundles: &'a mut [Bundle]) -> Vec<RigJob<'a>> {
+fn jobs<'a>(rigs: &'a [Rig], bundles: &'a mut [Bundle]) -> Vec<BundleJob<'a>> {
     rigs.iter()
         .zip(bundles)
-        .map(|((sensors, _), bundle)| RigJob {
+        .map(|((sensors, _), bundle)| BundleJob {
             parent: bus::ActorId::NONE,
             sensors,
             planes: &bundle.planes,

@@ -7,7 +7,7 @@ use std::error::Error;
 use std::path::Path;
 
 use bus::{Frame, SensorSpec, Stamp, Weather, layout, output};
-use omnibus_sensor_render::{RigJob, Scene, Tracer, World, pose_planes};
+use omnibus_sensor_render::{BundleJob, Scene, Tracer, World, pose_planes};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let mut words = vec![[0u64; 8]; byte_len as usize / 64];
             let out = bytemuck::cast_slice_mut(&mut words);
             let mut jobs =
-                [RigJob { parent: bus::ActorId::NONE, sensors: &sensors, planes: &planes, out }];
+                [BundleJob { parent: bus::ActorId::NONE, sensors: &sensors, planes: &planes, out }];
             tracer.measure(&scene, &world, &mut jobs)?;
             let bytes: &[u8] = bytemuck::cast_slice(&words);
             let pixels = &bytes[planes[0].offset as usize..][..planes[0].byte_len as usize];

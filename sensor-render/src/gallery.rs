@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use bus::{Drawn, Erase, JournalEntry, Shape, Stamp};
+use bus::{EraseShapes, JournalEntry, Shape, ShapeReceipt, Stamp};
 
 use crate::Overlay;
 
 /// Shapes by their numbers, and what tracers see of them.
 #[derive(Debug)]
 pub(crate) struct Gallery {
-    shapes: BTreeMap<u32, (Shape, Drawn)>,
+    shapes: BTreeMap<u32, (Shape, ShapeReceipt)>,
     overlay: Arc<Overlay>,
     is_stale: bool,
     /// None of them ends before.
@@ -30,19 +30,19 @@ impl Default for Gallery {
 
 impl Gallery {
     pub(crate) fn draw(&mut self, shape: &Shape, entry: &JournalEntry) {
-        if let Ok(drawn) = entry.outcome.answered::<Drawn>() {
+        if let Ok(drawn) = entry.outcome.answered::<ShapeReceipt>() {
             self.shapes.insert(entry.outcome.id, (*shape, drawn));
             self.soonest_nanos = self.soonest_nanos.min(drawn.until_nanos);
             self.is_stale = true;
         }
     }
 
-    pub(crate) fn erase(&mut self, erase: &Erase) {
+    pub(crate) fn erase(&mut self, erase: &EraseShapes) {
         self.keep(|shape, _| !erase.takes(shape));
     }
 
     pub(crate) fn clear(&mut self) {
-        self.erase(&Erase::ALL);
+        self.erase(&EraseShapes::ALL);
     }
 
     /// This frame is measured next: forgets what it does not show.
@@ -52,7 +52,7 @@ impl Gallery {
         }
     }
 
-    fn keep(&mut self, keeps: impl Fn(&Shape, &Drawn) -> bool) {
+    fn keep(&mut self, keeps: impl Fn(&Shape, &ShapeReceipt) -> bool) {
         let before = self.shapes.len();
         self.shapes.retain(|_, (shape, drawn)| keeps(shape, drawn));
         self.is_stale |= self.shapes.len() != before;

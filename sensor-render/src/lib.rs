@@ -2,13 +2,14 @@
 //!
 //! Every sensor is a ray generator. A [`Scene`] holds what stands still and what blueprints look
 //! like, a [`World`] holds one frame's actors and weather, and a [`Tracer`] casts the rays of all
-//! sensors of all rigs and writes what they see straight into the caller's bytes.
+//! sensors of all bundles and writes what they see straight into the caller's bytes.
 //!
 //! World space is right-handed, z up, metres; sensor space is x forward, y left, z up. Angles are
 //! radians, positive to the left. The same scene and world give the same bytes, whatever the
 //! number of threads.
 
 mod baked;
+mod bundles;
 mod bvh;
 mod coat;
 mod cpu;
@@ -29,7 +30,6 @@ mod overlay;
 mod rays;
 #[cfg(test)]
 mod reference;
-mod rigs;
 mod run;
 mod scene;
 mod surface;
@@ -54,5 +54,5 @@ pub use overlay::Overlay;
 pub use rays::pose_planes;
 pub use run::{RenderConfig, RenderError, run};
 pub use scene::{BlueprintMesh, Scene};
-pub use tracer::{RigJob, TraceError, Tracer};
+pub use tracer::{BundleJob, TraceError, Tracer};
 pub use world::World;

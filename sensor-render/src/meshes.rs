@@ -74,7 +74,7 @@ impl MeshList {
             let taken =
                 read.and_then(|bytes| town::replaced(blueprint, &bytes).map_err(|e| e.to_string()));
             match taken {
-                Ok((looks, rig)) => found.push((*index, looks, rig)),
+                Ok((looks, bundle)) => found.push((*index, looks, bundle)),
                 Err(why) => eprintln!(
                     "WARN render 0 {}: {why}; {} keeps its own mesh",
                     file.display(),

@@ -1,7 +1,7 @@
 use bus::{Plane, SensorSpec, element_bytes, output, sensor};
 
 use crate::rays::{Sensor, first_azimuth_rad, rays};
-use crate::{RigJob, TraceError, World};
+use crate::{BundleJob, TraceError, World};
 
 /// Rows of a camera image in one piece; packets are as high or a divisor of it.
 pub(crate) const PIECE_ROWS: u32 = 8;
@@ -43,8 +43,8 @@ pub(crate) struct Work<'a> {
     pub(crate) pieces: Vec<Piece<'a>>,
 }
 
-/// Checks a batch, writes each rig's table of planes, and cuts the rest into pieces.
-pub(crate) fn split<'a>(world: &World, jobs: &'a mut [RigJob]) -> Result<Work<'a>, TraceError> {
+/// Checks a batch, writes each bundle's table of planes, and cuts the rest into pieces.
+pub(crate) fn split<'a>(world: &World, jobs: &'a mut [BundleJob]) -> Result<Work<'a>, TraceError> {
     let mut work = Work { sensors: Vec::new(), pieces: Vec::new() };
     for job in jobs {
         let planes = check(job)?;
@@ -94,7 +94,7 @@ pub(crate) fn write_table(
 }
 
 /// The planes of a job, if each fits its sensor, the one before it and the payload.
-pub(crate) fn check<'a>(job: &RigJob<'a>) -> Result<&'a [Plane], TraceError> {
+pub(crate) fn check<'a>(job: &BundleJob<'a>) -> Result<&'a [Plane], TraceError> {
     if !job.out.as_ptr().addr().is_multiple_of(16) {
         return Err(TraceError::Unaligned);
     }
@@ -107,7 +107,7 @@ pub(crate) fn check<'a>(job: &RigJob<'a>) -> Result<&'a [Plane], TraceError> {
         let Some(spec) = job.sensors.get(plane.sensor as usize) else {
             let count = job.sensors.len();
             return refuse(format!(
-                "the rig has {count} sensors, this is of number {}",
+                "the bundle has {count} sensors, this is of number {}",
                 plane.sensor
             ));
         };

@@ -1,11 +1,11 @@
 use std::f64::consts::{PI, TAU};
 
-use bus::{Plane, Pose, SensorSpec, Stamp, fourth, sensor};
+use bus::{Plane, Pose, SensorSpec, Stamp, point_attribute, sensor};
 use glam::{Affine3A, Mat3, Vec3};
 
 use crate::TraceError;
 
-/// Fills each plane's `world_from_sensor` from where the rig's parent is.
+/// Fills each plane's `world_from_sensor` from where the bundle's parent is.
 pub fn pose_planes(planes: &mut [Plane], sensors: &[SensorSpec], world_from_parent: &Pose) {
     for plane in planes {
         if let Some(spec) = sensors.get(plane.sensor as usize) {
@@ -110,7 +110,7 @@ pub(crate) struct Lidar {
 }
 
 /// In the place of an attenuation: the cosine of incidence is told instead of an intensity.
-const INCIDENCE: f32 = -1.0;
+const COS_INCIDENCE: f32 = -1.0;
 
 impl Lidar {
     fn new(spec: &SensorSpec, pose: &Pose, stamp: Stamp, delta_nanos: u64) -> Lidar {
@@ -142,8 +142,8 @@ impl Lidar {
             azimuths: azimuths.collect(),
             elevations: elevations.collect(),
             range_m: spec.range_m,
-            attenuation_per_m: match spec.fourth {
-                fourth::INCIDENCE => INCIDENCE,
+            attenuation_per_m: match spec.point_attribute {
+                point_attribute::COS_INCIDENCE => COS_INCIDENCE,
                 _ => spec.attenuation_per_m,
             },
             noise_m: spec.noise_m,
@@ -191,7 +191,7 @@ pub(crate) fn first_azimuth_rad(spec: &SensorSpec, stamp: Stamp, delta_nanos: u6
     }
 }
 
-/// The rays of one sensor of a rig.
+/// The rays of one sensor of a bundle.
 pub(crate) fn rays(
     spec: &SensorSpec,
     pose: &Pose,

@@ -1,20 +1,20 @@
-//! The renderer's process: a snapshot in, a bundle for every rig that is due, out.
+//! The renderer's process: a snapshot in, a bundle for every bundle that is due, out.
 
 use std::{path::PathBuf, sync::Arc};
 
 use bus::{
-    ActorState, BundleHeader, Episode, Event, Frame, GivenPoses, Instance, Interrupted,
-    JournalEntry, Name, Page, Participant, RenderPorts, RigId, Role, SensorSpec, Snapshot,
-    SnapshotHeader, Weather, Wish, Writer, clock, fault, layout, sensor, status,
+    ActorState, BundleHeader, BundleId, Command, Episode, Event, Frame, GivenPoses, Instance,
+    Interrupted, JournalEntry, Name, Page, Participant, RenderPorts, Role, SensorSpec, Snapshot,
+    SnapshotHeader, Weather, Writer, clock, fault, layout, sensor, status,
 };
-use town::{Lighting, Shine, Visibility, cache::Cache};
+use town::{Lighting, StreetLightState, Visibility, cache::Cache};
 
 use crate::{
-    Device, MeshList, RigJob, Scene, Tracer, World,
+    BundleJob, Device, MeshList, Scene, Tracer, World,
     baked::{cached_scene, keep_scene, town_of},
+    bundles::{Bundles, Due},
     gallery::Gallery,
     pose_planes,
-    rigs::{Due, Rigs},
     scene::Replaced,
 };
 
@@ -68,7 +68,7 @@ pub fn run(
     let scene = Arc::new(scene_for(&cache, &episode, is_replaced.then_some(&replaced))?);
     let tracer =
         if config.null { Tracer::Null } else { Tracer::open(config.device, config.threads)? };
-    let mut ports = RenderPorts::open(participant.hub()?)?;
+    let mut ports = RenderPorts::open(participant.node()?)?;
     ports.journal.await_keyframe();
     participant.ready()?;
     let done = participant.words().ack();
@@ -87,7 +87,7 @@ pub fn run(
         hidden_in_scene: Visibility::default(),
         is_replaced,
         replaced,
-        rigs: Rigs::default(),
+        bundles: Bundles::default(),
         gallery: Gallery::default(),
         lighting: Lighting::default(),
         before: Vec::new(),
@@ -122,7 +122,7 @@ struct Renderer {
     /// Looks out of files, if a list of them was given.
     is_replaced: bool,
     replaced: Vec<Replaced>,
-    rigs: Rigs,
+    bundles: Bundles,
     /// What is drawn over the world.
     gallery: Gallery,
     /// What street lamps were told.
@@ -139,8 +139,8 @@ struct Renderer {
 impl Renderer {
     /// Payloads are written where their readers find them, where the device can.
     fn import_payloads(&mut self) {
-        #[expect(unsafe_code, reason = "a promise about the memory of rigs")]
-        // SAFETY: a rig's bundles lie in one pool of static allocation, which stays mapped as long
+        #[expect(unsafe_code, reason = "a promise about the memory of bundles")]
+        // SAFETY: a bundle's bundles lie in one pool of static allocation, which stays mapped as long
         // as its writer lives; before a writer goes (`remove`), and before `self` does, all
         // imports are forgotten.
         unsafe {
@@ -148,9 +148,9 @@ impl Renderer {
         }
     }
 
-    fn remove(&mut self, rig: RigId) {
+    fn remove(&mut self, bundle: BundleId) {
         self.tracer.forget_imports();
-        self.rigs.remove(rig);
+        self.bundles.remove(bundle);
         self.import_payloads();
     }
 
@@ -201,7 +201,7 @@ impl Renderer {
         self.gallery.begin(header.stamp);
         if self.is_rendering {
             self.measure_rigs(snapshot, begin_nanos)?;
-            if self.rigs.ask_for_flow() {
+            if self.bundles.ask_for_flow() {
                 self.remember(snapshot);
             }
         }
@@ -219,7 +219,7 @@ impl Renderer {
 
     fn measure_rigs(&mut self, snapshot: &Snapshot, begin_nanos: u64) -> Result<(), RenderError> {
         let header = snapshot.header();
-        let mut due = self.rigs.due(header, snapshot.payload());
+        let mut due = self.bundles.due(header, snapshot.payload());
         if due.is_empty() {
             return Ok(());
         }
@@ -237,35 +237,35 @@ impl Renderer {
                 [r, g, b]
             },
         );
-        if self.rigs.ask_for_flow() {
+        if self.bundles.ask_for_flow() {
             self.world.follow(&self.scene, &self.before, snapshot.payload());
         }
         self.world.draw(self.gallery.overlay());
         let mut loans = Vec::with_capacity(due.len());
-        for rig in &due {
-            let writer = self.rigs.writer(rig.id);
-            loans.push(writer.loan(rig.byte_len.div_ceil(4096) as usize)?);
+        for bundle in &due {
+            let writer = self.bundles.writer(bundle.id);
+            loans.push(writer.loan(bundle.byte_len.div_ceil(4096) as usize)?);
         }
-        let mut jobs: Vec<RigJob> = due
+        let mut jobs: Vec<BundleJob> = due
             .iter_mut()
             .zip(&mut loans)
-            .map(|(rig, loan)| {
-                let sensors: &[SensorSpec] = self.rigs.sensors(rig.id);
-                pose_planes(&mut rig.planes, sensors, &rig.world_from_parent);
+            .map(|(bundle, loan)| {
+                let sensors: &[SensorSpec] = self.bundles.sensors(bundle.id);
+                pose_planes(&mut bundle.planes, sensors, &bundle.world_from_parent);
                 let out = bytemuck::cast_slice_mut(loan.payload_mut());
-                RigJob { parent: rig.parent, sensors, planes: &rig.planes, out }
+                BundleJob { parent: bundle.parent, sensors, planes: &bundle.planes, out }
             })
             .collect();
         self.tracer.measure(&self.scene, &self.world, &mut jobs)?;
         drop(jobs);
         fault::point(Role::Render, "loan_held", header.stamp.frame, self.first);
-        for (rig, loan) in due.iter().zip(loans) {
-            loan.send(self.bundle_header(header, rig, begin_nanos))?;
+        for (bundle, loan) in due.iter().zip(loans) {
+            loan.send(self.bundle_header(header, bundle, begin_nanos))?;
         }
         Ok(())
     }
 
-    /// Another world was loaded; the rigs of the old one were taken away before.
+    /// Another world was loaded; the bundles of the old one were taken away before.
     fn begin_episode(&mut self, number: u32) -> Result<(), RenderError> {
         self.weather = Weather::default();
         self.hidden = Visibility::default();
@@ -300,26 +300,31 @@ impl Renderer {
         Ok(())
     }
 
-    fn bundle_header(&self, header: &SnapshotHeader, rig: &Due, begin_nanos: u64) -> BundleHeader {
+    fn bundle_header(
+        &self,
+        header: &SnapshotHeader,
+        bundle: &Due,
+        begin_nanos: u64,
+    ) -> BundleHeader {
         BundleHeader {
             stamp: header.stamp,
-            rig: rig.id,
-            plane_count: rig.planes.len() as u32,
-            byte_len: rig.byte_len,
+            bundle: bundle.id,
+            plane_count: bundle.planes.len() as u32,
+            byte_len: bundle.byte_len,
             state_hash: header.state_hash,
-            world_from_parent: rig.world_from_parent,
-            parent: rig.parent,
-            tracer: self.tracer.code(&rig.planes),
+            world_from_parent: bundle.world_from_parent,
+            parent: bundle.parent,
+            tracer: self.tracer.code(&bundle.planes),
             reserved: 0,
             begin_nanos,
             end_nanos: clock::now_nanos(),
         }
     }
 
-    /// Takes in what was wished up to `frame`. If parts were missed, asks for the standing state.
+    /// Takes in what was requested up to `frame`. If parts were missed, asks for the standing state.
     fn follow_journal(&mut self, frame: Frame) -> Result<(), RenderError> {
         if self.ports.journal.poll()? {
-            self.participant.words().call_for_keyframe();
+            self.participant.words().request_keyframe();
             self.participant.control().host.ring();
             while self.ports.journal.poll()? && !self.participant.is_over() {
                 std::thread::sleep(std::time::Duration::from_micros(200));
@@ -328,7 +333,7 @@ impl Renderer {
         for event in self.ports.journal.until(frame) {
             match event {
                 Event::Anew => {
-                    self.rigs.begin_anew();
+                    self.bundles.begin_anew();
                     self.weather = Weather::default();
                     self.hidden = Visibility::default();
                     self.gallery.clear();
@@ -350,50 +355,54 @@ impl Renderer {
     }
 
     fn obey(&mut self, entry: &JournalEntry) -> Result<(), RenderError> {
-        let id = RigId(entry.outcome.id);
-        let wish = entry.command.wish();
-        wish.iter().for_each(|wish| self.world.poses.follow(wish));
-        match wish {
-            Some(Wish::CreateRig(rig)) => self.rigs.announce(id, rig.parent, rig.sensor_count),
+        let id = BundleId(entry.outcome.id);
+        let command = entry.command.decode();
+        command.iter().for_each(|command| self.world.poses.follow(command));
+        match command {
+            Some(Command::CreateBundle(bundle)) => {
+                self.bundles.announce(id, bundle.parent, bundle.sensor_count)
+            }
             // The host measures these itself.
-            Some(Wish::Sensor(spec)) if sensor::is_born(spec.kind) => self.rigs.remove(id),
-            Some(Wish::Sensor(spec)) => {
-                if let Some(sensors) = self.rigs.add(id, spec) {
+            Some(Command::Sensor(spec)) if sensor::is_physics_sensor(spec.kind) => {
+                self.bundles.remove(id)
+            }
+            Some(Command::Sensor(spec)) => {
+                if let Some(sensors) = self.bundles.add(id, spec) {
                     let (planes, byte_len) = layout(sensors);
-                    let writer = match self.rigs.take_writer(id) {
+                    let writer = match self.bundles.take_writer(id) {
                         Some(writer) => writer,
-                        None => match self.ports.rig(id, byte_len) {
+                        None => match self.ports.bundle(id, byte_len) {
                             Ok(writer) => writer,
                             // Taken away before its first frame: a line that says so follows.
                             Err(e) if e.is_missing_channel() => return Ok(()),
                             Err(e) => return Err(e.into()),
                         },
                     };
-                    self.rigs.mount(id, planes, byte_len, writer);
+                    self.bundles.mount(id, planes, byte_len, writer);
                 }
             }
-            Some(Wish::DestroyRig(rig)) => self.remove(rig),
-            Some(Wish::LoadMap(_)) => self.begin_episode(entry.outcome.id)?,
-            Some(Wish::SetWeather(weather)) => self.weather = weather,
-            Some(Wish::HideLayers(to)) => self.hidden.set_layers(to.layers, to.hidden != 0),
-            Some(Wish::HideObjects(to)) => {
+            Some(Command::DestroyBundle(bundle)) => self.remove(bundle),
+            Some(Command::LoadMap(_)) => self.begin_episode(entry.outcome.id)?,
+            Some(Command::SetWeather(weather)) => self.weather = weather,
+            Some(Command::HideLayers(to)) => self.hidden.set_layers(to.layers, to.hidden != 0),
+            Some(Command::HideObjects(to)) => {
                 self.hidden.set_objects(to.block, &to.bits, to.hidden != 0);
             }
             // What was saved with the state follows.
-            Some(Wish::LoadState(_)) => {
+            Some(Command::LoadState(_)) => {
                 self.hidden = Visibility::default();
                 self.gallery.clear();
                 self.relight(Lighting::default());
             }
-            Some(Wish::SwitchLamps(to)) => {
+            Some(Command::SetStreetLights(to)) => {
                 let mut lighting = std::mem::take(&mut self.lighting);
-                let shine = Shine { mode: to.mode, color: to.color, share: to.share };
+                let shine = StreetLightState { mode: to.mode, color: to.color, share: to.share };
                 lighting.set(to.block, &to.bits, shine);
                 self.relight(lighting);
             }
-            Some(Wish::Draw(shape)) => self.gallery.draw(&shape, entry),
-            Some(Wish::Erase(erase)) => self.gallery.erase(&erase),
-            Some(Wish::SetSettings(settings)) => self.is_rendering = settings.no_rendering == 0,
+            Some(Command::Draw(shape)) => self.gallery.draw(&shape, entry),
+            Some(Command::EraseShapes(erase)) => self.gallery.erase(&erase),
+            Some(Command::SetSettings(settings)) => self.is_rendering = settings.no_rendering == 0,
             _ => {}
         }
         Ok(())
@@ -424,5 +433,5 @@ fn map_error(episode: &Episode, why: &road::MapError) -> RenderError {
     RenderError::Map(format!("{}: {why}", episode.map))
 }
 
-/// A rig's writing end.
+/// A bundle's writing end.
 pub(crate) type RigWriter = Writer<BundleHeader, Page>;

@@ -15,7 +15,7 @@ mod lit;
 mod motion;
 mod parts;
 
-use crate::{BlueprintMesh, CpuTracer, RigJob, Scene, TraceError, Tracer, World, pose_planes};
+use crate::{BlueprintMesh, BundleJob, CpuTracer, Scene, TraceError, Tracer, World, pose_planes};
 
 /// A box with corners at `low` and `high`.
 fn block(mesh: &mut Mesh, low: [f32; 3], high: [f32; 3], face: Face) {
@@ -106,26 +106,26 @@ fn lidar(columns: u32, channels: u32) -> SensorSpec {
 }
 
 /// A bundle's payload, aligned as the bus aligns it.
-struct Bundle {
+struct BundleSample {
     planes: Vec<Plane>,
     words: Vec<[u64; 8]>,
 }
 
-impl Bundle {
+impl BundleSample {
     fn measure(
         tracer: &mut Tracer,
         scene: &Scene,
         world: &World,
         sensors: &[SensorSpec],
-    ) -> Bundle {
+    ) -> BundleSample {
         let (mut planes, byte_len) = layout(sensors);
         pose_planes(&mut planes, sensors, &Pose::IDENTITY);
         let mut words = vec![[0xa5a5_a5a5_a5a5_a5a5; 8]; byte_len as usize / 64 + 1];
         let out = bytemuck::cast_slice_mut(&mut words);
-        let mut jobs = [RigJob { parent: bus::ActorId::NONE, sensors, planes: &planes, out }];
+        let mut jobs = [BundleJob { parent: bus::ActorId::NONE, sensors, planes: &planes, out }];
         tracer.measure(scene, world, &mut jobs).unwrap();
         let table: &[Plane] = &bytemuck::cast_slice(&words)[..planes.len()];
-        Bundle { planes: table.to_vec(), words }
+        BundleSample { planes: table.to_vec(), words }
     }
 
     fn bytes(&self) -> &[u8] {
@@ -146,7 +146,7 @@ fn cpu(threads: usize) -> Tracer {
 fn a_wall_ahead_is_where_it_is() {
     let scene = scene();
     let world = world_with(&scene, &[]);
-    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
+    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
     let at = 30 * 81 + 40;
     assert!((seen.plane::<f32>(0, output::DEPTH)[at] - 20.).abs() < 1e-4);
     assert_eq!(seen.plane::<u8>(0, output::TAG)[at], Tag::Building as u8);
@@ -190,7 +190,7 @@ fn a_parked_car_is_seen_as_its_blueprint_under_its_objects_number() {
     };
     let scene = Scene::of_town(&town);
     let world = world_with(&scene, &[]);
-    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
+    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
     let at = 31 * 81 + 40;
     assert_eq!(seen.plane::<u8>(0, output::TAG)[at], Tag::Car as u8);
     assert_eq!(seen.plane::<u32>(0, output::INSTANCE)[at], 0x8000_0001);
@@ -202,7 +202,7 @@ fn a_parked_car_is_seen_as_its_blueprint_under_its_objects_number() {
 fn left_in_the_world_is_left_in_the_image() {
     let scene = scene();
     let world = world_with(&scene, &[actor(41, Pose::level(Vec3::new(10., 5., 0.), 0.))]);
-    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
+    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
     let instances = seen.plane::<u32>(0, output::INSTANCE);
     let columns: Vec<usize> =
         (0..instances.len()).filter(|i| instances[*i] == 41).map(|i| i % 81).collect();
@@ -216,7 +216,7 @@ fn a_turned_actor_is_met_on_its_near_side() {
     let scene = scene();
     let pose = Pose::level(Vec3::new(10., 0., 0.), FRAC_PI_2);
     let world = world_with(&scene, &[actor(3, pose)]);
-    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[camera(9, 9)]);
+    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(9, 9)]);
     assert!((seen.plane::<f32>(0, output::DEPTH)[40] - 9.).abs() < 1e-4);
     assert_eq!(seen.plane::<u32>(0, output::INSTANCE)[40], 3);
     assert_eq!(seen.plane::<u8>(0, output::TAG)[40], Tag::Car as u8);
@@ -226,7 +226,7 @@ fn a_turned_actor_is_met_on_its_near_side() {
 fn a_lidar_return_is_a_point_on_the_thing_it_met() {
     let scene = scene();
     let world = world_with(&scene, &[actor(5, Pose::level(Vec3::new(0., 12., 0.), 0.))]);
-    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[lidar(361, 5)]);
+    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[lidar(361, 5)]);
     let points = seen.plane::<[f32; 4]>(0, output::POINTS);
     let labels = seen.plane::<[u32; 2]>(0, output::LABELS);
     // 361 columns over a turn: column 180 looks straight ahead, channel 2 lies level.
@@ -255,7 +255,7 @@ fn a_spinning_lidar_goes_on_where_it_stopped() {
         let stamp =
             Stamp { frame: Frame(frame), sim_time_nanos: frame * 50_000_000, ..Default::default() };
         world.place(&scene, stamp, 50_000_000, &Weather::default(), &[], |_| [0; 3]);
-        let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+        let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
         first_of_frame.push(f64::from(seen.planes[0].first_azimuth_rad));
     }
     let sweep = std::f64::consts::TAU * 7.3 * 0.05;
@@ -277,9 +277,9 @@ fn the_number_of_threads_does_not_show() {
     let world = world_with(&scene, &actors);
     let spec = SensorSpec { noise_m: 0.02, dropoff: 0.1, seed: 4, ..lidar(512, 32) };
     let sensors = [camera(203, 97), spec, camera(84, 84)];
-    let one = Bundle::measure(&mut cpu(1), &scene, &world, &sensors);
-    let two = Bundle::measure(&mut cpu(2), &scene, &world, &sensors);
-    let again = Bundle::measure(&mut cpu(2), &scene, &world, &sensors);
+    let one = BundleSample::measure(&mut cpu(1), &scene, &world, &sensors);
+    let two = BundleSample::measure(&mut cpu(2), &scene, &world, &sensors);
+    let again = BundleSample::measure(&mut cpu(2), &scene, &world, &sensors);
     assert!(one.bytes() == two.bytes() && two.bytes() == again.bytes());
 }
 
@@ -287,7 +287,7 @@ fn the_number_of_threads_does_not_show() {
 fn the_null_tracer_writes_the_table_and_nothing_else() {
     let scene = scene();
     let world = world_with(&scene, &[]);
-    let seen = Bundle::measure(&mut Tracer::Null, &scene, &world, &[camera(8, 8)]);
+    let seen = BundleSample::measure(&mut Tracer::Null, &scene, &world, &[camera(8, 8)]);
     assert_eq!(seen.planes[1].output, output::DEPTH);
     assert!(seen.bytes()[seen.planes[0].offset as usize..].iter().all(|byte| *byte == 0xa5));
 }
@@ -303,7 +303,7 @@ fn what_a_sensor_cannot_be_is_refused_by_name() {
         let mut words = vec![[0u64; 8]; byte_len as usize / 64 + 1];
         let out: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
         let end = byte_len as usize - cut;
-        let mut jobs = [RigJob {
+        let mut jobs = [BundleJob {
             parent: bus::ActorId::NONE,
             sensors: &sensors,
             planes: &planes,
@@ -334,7 +334,7 @@ fn nothing_is_not_seen_and_breaks_nothing() {
     let lost = Pose { position_m: [f32::NAN; 3], ..Pose::IDENTITY };
     let nowhere = ActorState { blueprint: 77, ..actor(2, Pose::IDENTITY) };
     let world = world_with(&scene, &[actor(1, Pose::IDENTITY), nowhere, actor(3, lost)]);
-    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[camera(8, 8), lidar(8, 4)]);
+    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(8, 8), lidar(8, 4)]);
     assert!(seen.plane::<u32>(0, output::INSTANCE).iter().all(|id| *id == 0));
     assert!(seen.plane::<[f32; 4]>(1, output::POINTS).iter().all(|point| *point == [0.; 4]));
 }
@@ -346,7 +346,7 @@ fn the_same_actor_looks_the_same_wherever_the_world_is_turned() {
         let pose = Pose::new(turn * Vec3::new(9., 1., 0.) + shift, turn);
         let world = world_with(&scene, &[actor(1, pose)]);
         let spec = SensorSpec { parent_from_sensor: Pose::new(shift, turn), ..camera(64, 64) };
-        let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+        let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
         seen.plane::<f32>(0, output::DEPTH).to_vec()
     };
     let plain = look(Quat::IDENTITY, Vec3::ZERO);
@@ -367,9 +367,9 @@ fn ten_cameras_in_one_job_see_what_ten_jobs_see() {
             ..camera(61 + 7 * i, 45 + i)
         })
         .collect();
-    let together = Bundle::measure(&mut cpu(2), &scene, &world, &cameras);
+    let together = BundleSample::measure(&mut cpu(2), &scene, &world, &cameras);
     for (index, camera) in (0..).zip(&cameras) {
-        let alone = Bundle::measure(&mut cpu(2), &scene, &world, &[*camera]);
+        let alone = BundleSample::measure(&mut cpu(2), &scene, &world, &[*camera]);
         for which in [output::COLOR, output::DEPTH, output::TAG, output::INSTANCE] {
             assert!(together.plane::<u8>(index, which) == alone.plane::<u8>(0, which));
         }
@@ -377,7 +377,7 @@ fn ten_cameras_in_one_job_see_what_ten_jobs_see() {
 }
 
 /// Columns and rows of the pixels that show this instance.
-fn extent(seen: &Bundle, id: u32, width: usize) -> [usize; 4] {
+fn extent(seen: &BundleSample, id: u32, width: usize) -> [usize; 4] {
     let ids = seen.plane::<u32>(0, output::INSTANCE);
     let at = |i: &usize| (i % width, i / width);
     let shown: Vec<(usize, usize)> =
@@ -398,7 +398,7 @@ fn the_field_of_view_ends_at_the_outer_edges_of_the_outer_pixels() {
     let scene = Scene::new(&mesh, &[]);
     let world = world_with(&scene, &[]);
     for (width, height, outer) in [(width as u32, height as u32, true), (32, 24, false)] {
-        let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[camera(width, height)]);
+        let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(width, height)]);
         let ids = seen.plane::<u32>(0, output::INSTANCE);
         let columns: Vec<usize> =
             (0..ids.len()).filter(|i| ids[*i] != 0).map(|i| i % width as usize).collect();
@@ -432,7 +432,7 @@ fn a_marker_lies_within_half_a_pixel_of_where_the_pinhole_puts_it() {
             parent_from_sensor: Pose::new(stand, turn),
             ..camera(width, height)
         };
-        let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+        let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
         let focal = width as f32 / 2. / (1.4f32 / 2.).tan();
         // Pixel centres lie at whole numbers plus a half.
         let column = |y: f32| width as f32 / 2. - y / (at.x - 0.001) * focal;
@@ -463,7 +463,7 @@ fn rings_and_columns_point_where_the_lidar_says() {
         parent_from_sensor: Pose::level(Vec3::new(1., 2., 3.), 0.7),
         ..lidar(90, 9)
     };
-    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
     for (beam, point) in seen.plane::<[f32; 4]>(0, output::POINTS).iter().enumerate() {
         let (column, channel) = (beam / 9, beam % 9);
         let at = Vec3::from_slice(point);
@@ -482,7 +482,7 @@ fn intensity_falls_off_by_the_law_that_is_written_down() {
     let scene = scene();
     let world = world_with(&scene, &[]);
     let spec = SensorSpec { attenuation_per_m: 0.03, ..lidar(361, 5) };
-    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
     let points = seen.plane::<[f32; 4]>(0, output::POINTS);
     let [rho, diffuse] = crate::echo::REFLECTIVITIES[Material::FacadeBrick as usize];
     for column in 170..190 {
@@ -498,8 +498,8 @@ fn intensity_falls_off_by_the_law_that_is_written_down() {
 fn a_lidar_that_is_asked_for_it_tells_the_cosine_of_incidence() {
     let scene = scene();
     let world = world_with(&scene, &[]);
-    let spec = SensorSpec { fourth: bus::fourth::INCIDENCE, ..lidar(361, 5) };
-    let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+    let spec = SensorSpec { point_attribute: bus::point_attribute::COS_INCIDENCE, ..lidar(361, 5) };
+    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
     let points = seen.plane::<[f32; 4]>(0, output::POINTS);
     for column in 170..190 {
         let point = points[column * 5 + 2];
@@ -515,7 +515,7 @@ fn a_return_beyond_the_range_is_none() {
     let world = world_with(&scene, &[]);
     for (range_m, heard) in [(19.9, false), (20.1, true)] {
         let spec = SensorSpec { range_m, ..lidar(361, 5) };
-        let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+        let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
         let ahead = seen.plane::<[f32; 4]>(0, output::POINTS)[180 * 5 + 2];
         assert_eq!(ahead != [0.; 4], heard);
     }
@@ -528,7 +528,7 @@ fn brightness_from_above(scene: &Scene, world: &World, at: Vec3) -> u32 {
         parent_from_sensor: Pose::new(Vec3::new(0., 0., 40.), down),
         ..camera(400, 400)
     };
-    let seen = Bundle::measure(&mut cpu(1), scene, world, &[spec]);
+    let seen = BundleSample::measure(&mut cpu(1), scene, world, &[spec]);
     let in_sensor = down.inverse() * (at - Vec3::new(0., 0., 40.));
     let pixel = |across: f32| (200. - across / in_sensor.x * 200.) as usize;
     let index = pixel(in_sensor.z) * 400 + pixel(in_sensor.y);
@@ -576,8 +576,12 @@ fn lamps_show_what_the_actor_does() {
     let scene = Scene::new(&Mesh::default(), &meshes);
     let reds = |brake: f32| {
         let car = ActorState { brake, ..actor(1, Pose::level(Vec3::new(6., 0., 0.), 0.)) };
-        let seen =
-            Bundle::measure(&mut cpu(1), &scene, &world_with(&scene, &[car]), &[camera(9, 9)]);
+        let seen = BundleSample::measure(
+            &mut cpu(1),
+            &scene,
+            &world_with(&scene, &[car]),
+            &[camera(9, 9)],
+        );
         seen.plane::<[u8; 4]>(0, output::COLOR)[40][0]
     };
     assert!(reds(1.0) > reds(0.0) + 30, "{} against {}", reds(1.0), reds(0.0));
@@ -589,7 +593,7 @@ fn lamps_show_what_the_actor_does() {
             ..actor(1, Pose::level(Vec3::new(4., 0., -0.5), 0.))
         };
         let world = world_with(&scene, &[light]);
-        let seen = Bundle::measure(&mut cpu(1), &scene, &world, &[camera(90, 90)]);
+        let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(90, 90)]);
         let colors = seen.plane::<[u8; 4]>(0, output::COLOR);
         // The middles of the three lamps, 0, 1 and 2 m over the camera's feet, 4 m ahead.
         let bright = [0., 1., 2.].map(|z: f32| {

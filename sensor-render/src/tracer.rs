@@ -3,12 +3,12 @@ use thiserror::Error;
 
 use crate::{CpuTracer, Device, GpuTracer, Scene, World, outputs};
 
-/// One rig to measure: what it carries, and where the bytes go.
+/// One bundle to measure: what it carries, and where the bytes go.
 #[derive(Debug)]
-pub struct RigJob<'a> {
-    /// Who carries the rig; [`ActorId::NONE`]: it stands in the world.
+pub struct BundleJob<'a> {
+    /// Who carries the bundle; [`ActorId::NONE`]: it stands in the world.
     pub parent: ActorId,
-    /// The rig's sensors.
+    /// The bundle's sensors.
     pub sensors: &'a [SensorSpec],
     /// As `bus::layout` laid them out, with `world_from_sensor` filled (see
     /// [`crate::pose_planes`]).
@@ -81,7 +81,7 @@ impl Tracer {
         }
     }
 
-    /// Measures all sensors of all rigs at the frame that `world` stands in, as one batch.
+    /// Measures all sensors of all bundles at the frame that `world` stands in, as one batch.
     ///
     /// Writes the table of planes, each with its lidar's first azimuth, then every plane. When it
     /// returns an error, the bytes of `jobs` may be half written.
@@ -89,7 +89,7 @@ impl Tracer {
         &mut self,
         scene: &Scene,
         world: &World,
-        jobs: &mut [RigJob],
+        jobs: &mut [BundleJob],
     ) -> Result<(), TraceError> {
         match self {
             Tracer::Null => outputs::split(world, jobs).map(drop),

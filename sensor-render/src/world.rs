@@ -4,7 +4,7 @@ use std::sync::Arc;
 use bus::{ActorState, GivenPoses, STRIDE, Stamp, Weather, flag, kind, lamp};
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3};
-use town::{Given, Lighting, Posture, Shine};
+use town::{Given, Lighting, Posture, StreetLightState};
 
 use crate::bvh::{Hierarchy, Link, Node, moved_box};
 use crate::motion::Motions;
@@ -55,8 +55,8 @@ pub(crate) struct Lamp {
 }
 
 impl Lamp {
-    fn of((number, shine): (u32, &Shine)) -> Lamp {
-        let Shine { mode, color, share } = *shine;
+    fn of((number, shine): (u32, &StreetLightState)) -> Lamp {
+        let StreetLightState { mode, color, share } = *shine;
         Lamp { number, mode, color, share }
     }
 }

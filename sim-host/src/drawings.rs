@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use bus::{Drawn, Erase, JournalEntry, Outcome, SHAPES_MAX, Shape, Stamp, Wish};
+use bus::{Command, EraseShapes, JournalEntry, Outcome, SHAPES_MAX, Shape, ShapeReceipt, Stamp};
 use bytemuck::{Pod, Zeroable};
 
 use crate::journal::Request;
@@ -22,7 +22,7 @@ pub struct SavedShape {
 #[derive(Clone, Debug)]
 pub(crate) struct Drawings {
     last: u32,
-    shapes: BTreeMap<u32, (Shape, Drawn)>,
+    shapes: BTreeMap<u32, (Shape, ShapeReceipt)>,
     /// None of them ends before.
     soonest_nanos: u64,
 }
@@ -34,7 +34,7 @@ impl Default for Drawings {
 }
 
 impl Drawings {
-    /// Takes in a wish; `first` is the first frame that will show it.
+    /// Takes in a command; `first` is the first frame that will show it.
     pub(crate) fn draw(&mut self, shape: &Shape, first: Stamp) -> Result<Outcome, String> {
         shape.check()?;
         if self.shapes.len() >= SHAPES_MAX {
@@ -46,7 +46,7 @@ impl Drawings {
         Ok(self.add(shape, shape.drawn(first)))
     }
 
-    fn add(&mut self, shape: &Shape, drawn: Drawn) -> Outcome {
+    fn add(&mut self, shape: &Shape, drawn: ShapeReceipt) -> Outcome {
         let outcome = Outcome::answer(self.last + 1, &drawn);
         self.settle(shape, &outcome);
         outcome
@@ -54,14 +54,14 @@ impl Drawings {
 
     /// What a line of the journal says was drawn.
     pub(crate) fn settle(&mut self, shape: &Shape, outcome: &Outcome) {
-        if let Ok(drawn) = outcome.answered::<Drawn>() {
+        if let Ok(drawn) = outcome.answered::<ShapeReceipt>() {
             self.last = self.last.max(outcome.id);
             self.soonest_nanos = self.soonest_nanos.min(drawn.until_nanos);
             self.shapes.insert(outcome.id, (*shape, drawn));
         }
     }
 
-    pub(crate) fn erase(&mut self, erase: &Erase) {
+    pub(crate) fn erase(&mut self, erase: &EraseShapes) {
         self.shapes.retain(|_, (shape, _)| !erase.takes(shape));
     }
 
@@ -99,7 +99,7 @@ impl Drawings {
     pub(crate) fn restore(&mut self, saved: &[SavedShape], first: Stamp) -> Vec<JournalEntry> {
         self.shapes.clear();
         let line = |SavedShape { shape, until_nanos }: &SavedShape| {
-            let drawn = Drawn { frame: first.frame, until_nanos: *until_nanos };
+            let drawn = ShapeReceipt { frame: first.frame, until_nanos: *until_nanos };
             line(shape, self.add(shape, drawn))
         };
         saved.iter().filter(|s| s.until_nanos != 0).take(SHAPES_MAX).map(line).collect()
@@ -107,7 +107,7 @@ impl Drawings {
 }
 
 fn line(shape: &Shape, outcome: Outcome) -> JournalEntry {
-    Request::of_host(Wish::Draw(*shape)).ended(outcome)
+    Request::of_host(Command::Draw(*shape)).ended(outcome)
 }
 
 #[cfg(test)]
@@ -124,8 +124,8 @@ mod tests {
     }
 
     fn lives(drawings: &Drawings) -> Vec<u64> {
-        let of = |entry: JournalEntry| match entry.command.wish() {
-            Some(Wish::Draw(shape)) => shape.life_nanos,
+        let of = |entry: JournalEntry| match entry.command.decode() {
+            Some(Command::Draw(shape)) => shape.life_nanos,
             other => panic!("{other:?}"),
         };
         drawings.entries().map(of).collect()
@@ -143,15 +143,15 @@ mod tests {
         assert_eq!(lives(&drawings), [150, shape::FOR_EVER]);
         let mut heard = Drawings::default();
         for entry in drawings.entries() {
-            let Some(Wish::Draw(shape)) = entry.command.wish() else { panic!() };
+            let Some(Command::Draw(shape)) = entry.command.decode() else { panic!() };
             heard.settle(&shape, &entry.outcome);
         }
         assert_eq!(heard.shapes, drawings.shapes);
         drawings.forget(at(5));
         assert_eq!(lives(&drawings), [shape::FOR_EVER]);
-        drawings.erase(&Erase { shapes: 0, texts: 1 });
+        drawings.erase(&EraseShapes { shapes: 0, texts: 1 });
         assert_eq!(lives(&drawings), [shape::FOR_EVER]);
-        drawings.erase(&Erase::ALL);
+        drawings.erase(&EraseShapes::ALL);
         assert!(lives(&drawings).is_empty());
     }
 

@@ -9,18 +9,19 @@ use std::{
 };
 
 use bus::{
-    Control, Ending, Episode, Founding, Frame, HideLayers, HostPorts, Instance, JournalEntry, Name,
-    Outcome, RigId, Role, Settings, SnapshotHeader, Stamp, Strategy, Wish, clock, process,
+    BundleId, Command, Control, Ending, Episode, Frame, HideLayers, HostPorts, Instance,
+    JournalEntry, Name, Outcome, OwnedInstance, Role, Settings, SnapshotHeader, Stamp, Strategy,
+    clock, process,
 };
 use town::cache::Cache;
 
 use crate::{
     HostError,
     barrier::{Barrier, Verdict},
+    bundles::Bundles,
     drawings::Drawings,
-    journal::{Inbox, Pen, Request},
-    rigs::Rigs,
-    senses::{Senses, are_born, needs_roads},
+    journal::{Inbox, JournalWriter, Request},
+    physics_sensors::{PhysicsSensors, are_physics_sensors, needs_roads},
     standing::Standing,
     supervisor::{Launcher, Supervisor},
     world::World,
@@ -62,7 +63,7 @@ pub struct HostConfig {
     pub stop: Arc<AtomicBool>,
 }
 
-/// No number of the weather or of traffic's dials means anything beyond this.
+/// No number of the weather or of traffic's params means anything beyond this.
 const NUMBER_MAX: f32 = 1e6;
 
 /// How long a stage may take until it is ready: it builds its own copy of the town.
@@ -73,7 +74,7 @@ const IDLE_NANOS: u64 = 100_000_000;
 /// The number of the world that a host starts with.
 const FIRST: u32 = 1;
 
-/// What the channels of a world without rigs may take.
+/// What the channels of a world without bundles may take.
 const SHARED_MEMORY_MIN: u64 = 64 << 20;
 
 /// The running host.
@@ -85,12 +86,12 @@ pub struct Host {
     ports: HostPorts,
     supervisor: Supervisor,
     inbox: Inbox,
-    pen: Pen,
-    rigs: Rigs,
-    pub(crate) senses: Senses,
+    pen: JournalWriter,
+    bundles: Bundles,
+    pub(crate) physics_sensors: PhysicsSensors,
     standing: Standing,
     drawings: Drawings,
-    /// What traffic decided last: its mind goes to its successor.
+    /// What traffic decided last: its planner goes to its successor.
     decided: Option<Decided>,
     decided_hash: u64,
     recording: Option<Recording>,
@@ -115,7 +116,7 @@ pub struct Host {
     deaths: BTreeMap<usize, (Frame, u32)>,
     config: HostConfig,
     // Last, so that the files go after the ports.
-    founding: Founding,
+    owned_instance: OwnedInstance,
 }
 
 impl Host {
@@ -128,17 +129,17 @@ impl Host {
         if free < SHARED_MEMORY_MIN {
             return Err(HostError::SharedMemory { free, needed: SHARED_MEMORY_MIN });
         }
-        let founding = Instance::found(config.name.as_deref())?;
-        let instance = founding.instance().clone();
+        let owned_instance = Instance::found(config.name.as_deref())?;
+        let instance = owned_instance.instance().clone();
         instance.write_blueprints(&blueprints())?;
         instance.write_maps(&config.maps.names())?;
         instance.write_episode(FIRST, &config.episode)?;
-        let control = founding.control()?;
+        let control = owned_instance.control()?;
         let pid = process::own_pid();
         control.found(pid, process::start_time(pid).unwrap_or(0), config.strategy);
         control.set_settings(&config.settings);
         control.set_episode(FIRST);
-        let ports = HostPorts::found(founding.hub(launcher.is_single_process())?)?;
+        let ports = HostPorts::found(owned_instance.node(launcher.is_single_process())?)?;
         let mut supervisor = Supervisor::new(&instance, &control, launcher)?;
         // The stages build their towns while we build ours.
         let mut roles = BTreeMap::new();
@@ -150,7 +151,7 @@ impl Host {
         }
         let (mut world, town) =
             build_world(&cache, &config.episode, network).map_err(HostError::Map)?;
-        let hide = Wish::HideLayers(HideLayers { layers: config.hidden_layers, hidden: 1 });
+        let hide = Command::HideLayers(HideLayers { layers: config.hidden_layers, hidden: 1 });
         world.apply(&hide).map_err(HostError::Map)?;
         if let Some(town) = town {
             let Episode { open_drive, seed, .. } = &config.episode;
@@ -164,9 +165,9 @@ impl Host {
             ports,
             supervisor,
             inbox: Inbox::default(),
-            pen: Pen::default(),
-            rigs: Rigs::default(),
-            senses: Senses::default(),
+            pen: JournalWriter::default(),
+            bundles: Bundles::default(),
+            physics_sensors: PhysicsSensors::default(),
             standing: Standing::default(),
             drawings: Drawings::default(),
             decided: None,
@@ -185,9 +186,9 @@ impl Host {
             roles,
             deaths: BTreeMap::new(),
             config,
-            founding,
+            owned_instance,
         };
-        let settings = Request::of_host(Wish::SetSettings(host.settings));
+        let settings = Request::of_host(Command::SetSettings(host.settings));
         let first = [settings, Request::of_host(hide)];
         let first = first.map(|request| request.ended(Outcome::done(0)));
         host.standing.close(host.stamp(Frame(0)), first.to_vec());
@@ -198,7 +199,7 @@ impl Host {
 
     /// Its instance.
     pub fn instance(&self) -> &Instance {
-        self.founding.instance()
+        self.owned_instance.instance()
     }
 
     /// Where the world is.
@@ -272,7 +273,7 @@ impl Host {
         let mut heard = self.control.host.count();
         loop {
             self.look_after_slots()?;
-            // Wishes that come with a request are the tick's own.
+            // Commands that come with a request are the tick's own.
             if self.is_requested() {
                 return Ok(());
             }
@@ -349,7 +350,7 @@ impl Host {
         Ok(())
     }
 
-    pub(crate) fn carry_out_wishes(&mut self) -> Result<(), HostError> {
+    pub(crate) fn apply_commands(&mut self) -> Result<(), HostError> {
         self.inbox.drain(&self.ports)?;
         let requests = self.inbox.take();
         self.is_ticking = true;
@@ -367,7 +368,7 @@ impl Host {
         self.carry_out(&requests)?;
         let stamp = self.stamp(self.barrier.frame().next());
         self.pen.publish(&self.ports, stamp)?;
-        self.control.complete.rouse();
+        self.control.complete.notify_all();
         Ok(())
     }
 
@@ -378,7 +379,7 @@ impl Host {
             self.carry_out(&requests)?;
             let stamp = self.stamp(self.barrier.frame().next());
             self.pen.publish(&self.ports, stamp)?;
-            self.control.complete.rouse();
+            self.control.complete.notify_all();
         }
         Ok(())
     }
@@ -388,42 +389,42 @@ impl Host {
         while index < requests.len() {
             let request = requests[index];
             index += 1;
-            let Some(wish) = request.command.wish() else {
+            let Some(command) = request.command.decode() else {
                 self.pen.write(request.ended(Outcome::refused("a command of no kind we know")));
                 continue;
             };
-            let is_between = |wish: &Wish| {
+            let is_between = |command: &Command| {
                 matches!(
-                    wish,
-                    Wish::SaveState(_)
-                        | Wish::LoadState(_)
-                        | Wish::LoadMap(_)
-                        | Wish::StartReplay(_)
+                    command,
+                    Command::SaveState(_)
+                        | Command::LoadState(_)
+                        | Command::LoadMap(_)
+                        | Command::StartReplay(_)
                 )
             };
-            if self.is_ticking && is_between(&wish) {
+            if self.is_ticking && is_between(&command) {
                 self.deferred.push(request);
                 continue;
             }
-            if let Wish::LoadMap(wish) = wish {
-                self.load_map(request, &wish)?;
+            if let Command::LoadMap(command) = command {
+                self.load_map(request, &command)?;
                 continue;
             }
-            if let Wish::StartReplay(wish) = wish {
-                let outcome = self.start_replay(&wish)?;
+            if let Command::StartReplay(command) = command {
+                let outcome = self.start_replay(&command)?;
                 self.pen.write(request.ended(outcome));
                 continue;
             }
-            if let Wish::CreateRig(rig) = wish {
-                let follow = requests[index..].iter().take(rig.sensor_count as usize);
+            if let Command::CreateBundle(bundle) = command {
+                let follow = requests[index..].iter().take(bundle.sensor_count as usize);
                 let specs: Vec<_> = follow
                     .take_while(|r| r.client == request.client)
-                    .map_while(|r| match r.command.wish() {
-                        Some(Wish::Sensor(spec)) => Some(spec),
+                    .map_while(|r| match r.command.decode() {
+                        Some(Command::Sensor(spec)) => Some(spec),
                         _ => None,
                     })
                     .collect();
-                let outcome = self.create_rig(request.client, &rig, &specs);
+                let outcome = self.create_bundle(request.client, &bundle, &specs);
                 self.pen.write(request.ended(outcome));
                 for request in &requests[index..index + specs.len()] {
                     self.pen.write(request.ended(outcome));
@@ -431,17 +432,17 @@ impl Host {
                 index += specs.len();
                 continue;
             }
-            if let Wish::Ask(ask) = wish {
+            if let Command::Ask(ask) = command {
                 let outcome = self.world.answer(&ask);
                 self.pen.write(request.ended(outcome));
                 continue;
             }
-            if let Wish::Draw(shape) = wish {
+            if let Command::Draw(shape) = command {
                 let drawn = self.drawings.draw(&shape, self.coming());
                 self.pen.write(request.ended(drawn.unwrap_or_else(|why| Outcome::refused(&why))));
                 continue;
             }
-            let outcome = match self.grant(&wish) {
+            let outcome = match self.grant(&command) {
                 Ok(id) => Outcome::done(id),
                 Err(why) => Outcome::refused(&why),
             };
@@ -453,7 +454,7 @@ impl Host {
         Ok(())
     }
 
-    /// The first frame that shows what is wished now.
+    /// The first frame that shows what is requested now.
     fn coming(&self) -> Stamp {
         let now = self.stamp(self.barrier.frame());
         if self.is_ticking {
@@ -463,20 +464,20 @@ impl Host {
         Stamp { frame: now.frame.next(), sim_time_nanos, ..now }
     }
 
-    fn create_rig(
+    fn create_bundle(
         &mut self,
         client: Name,
-        rig: &bus::CreateRig,
+        bundle: &bus::CreateBundle,
         specs: &[bus::SensorSpec],
     ) -> Outcome {
-        if rig.parent != bus::ActorId::NONE && self.world.state(rig.parent).is_none() {
-            return Outcome::refused(&format!("{} is not there to carry a rig", rig.parent));
+        if bundle.parent != bus::ActorId::NONE && self.world.state(bundle.parent).is_none() {
+            return Outcome::refused(&format!("{} is not there to carry a bundle", bundle.parent));
         }
-        match self.rigs.create(client, rig, specs, &mut self.ports) {
-            Ok(id) => match self.mount(id, rig, specs) {
+        match self.bundles.create(client, bundle, specs, &mut self.ports) {
+            Ok(id) => match self.mount(id, bundle, specs) {
                 Ok(()) => Outcome::done(id.0),
                 Err(why) => {
-                    let _ = self.rigs.destroy(id, &mut self.ports);
+                    let _ = self.bundles.destroy(id, &mut self.ports);
                     Outcome::refused(&why)
                 }
             },
@@ -484,87 +485,89 @@ impl Host {
         }
     }
 
-    /// A rig whose sensors are born of physics is measured here.
+    /// A bundle whose sensors are born of physics is measured here.
     fn mount(
         &mut self,
-        id: RigId,
-        rig: &bus::CreateRig,
+        id: BundleId,
+        bundle: &bus::CreateBundle,
         specs: &[bus::SensorSpec],
     ) -> Result<(), String> {
-        if !are_born(specs) {
+        if !are_physics_sensors(specs) {
             return Ok(());
         }
-        if specs.iter().any(needs_roads) && !self.senses.has_roads() {
+        if specs.iter().any(needs_roads) && !self.physics_sensors.has_roads() {
             let text = &self.config.episode.open_drive;
-            self.senses.set_roads(self.cache.network(text).map_err(|e| e.to_string())?);
+            self.physics_sensors.set_roads(self.cache.network(text).map_err(|e| e.to_string())?);
         }
         let (_, bytes) = bus::layout(specs);
-        let writer = self.ports.rig(id, bytes).map_err(|e| e.to_string())?;
-        self.senses.mount(id, rig.parent, specs, writer);
+        let writer = self.ports.bundle(id, bytes).map_err(|e| e.to_string())?;
+        self.physics_sensors.mount(id, bundle.parent, specs, writer);
         Ok(())
     }
 
     /// Physics, felt by whoever measures it.
     pub(crate) fn step(&mut self) {
-        if self.senses.is_empty() {
+        if self.physics_sensors.is_empty() {
             self.world.step(&self.settings);
         } else {
-            let senses = &mut self.senses;
-            self.world.step_seen(&self.settings, |physics, dt| senses.feel(physics, dt));
+            let physics_sensors = &mut self.physics_sensors;
+            self.world.step_seen(&self.settings, |physics, dt| physics_sensors.feel(physics, dt));
         }
     }
 
-    fn grant(&mut self, wish: &Wish) -> Result<u32, String> {
-        match wish {
-            Wish::DestroyRig(rig) => {
-                self.senses.unmount(*rig);
-                self.rigs.destroy(*rig, &mut self.ports).map(|()| rig.0)
+    fn grant(&mut self, command: &Command) -> Result<u32, String> {
+        match command {
+            Command::DestroyBundle(bundle) => {
+                self.physics_sensors.unmount(*bundle);
+                self.bundles.destroy(*bundle, &mut self.ports).map(|()| bundle.0)
             }
-            Wish::SetSettings(settings) => self.change_settings(settings).map(|()| 0),
-            Wish::SetWeather(weather) => {
+            Command::SetSettings(settings) => self.change_settings(settings).map(|()| 0),
+            Command::SetWeather(weather) => {
                 check_weather(weather)?;
-                self.world.apply(wish)
+                self.world.apply(command)
             }
-            Wish::TrafficDial(dial) => {
-                if dial.value.abs() <= NUMBER_MAX {
-                    Ok(dial.actor_id.0)
+            Command::TrafficParam(param) => {
+                if param.value.abs() <= NUMBER_MAX {
+                    Ok(param.actor_id.0)
                 } else {
                     Err(format!(
-                        "traffic dial {} is {}, not a number within ±{NUMBER_MAX}",
-                        dial.dial, dial.value
+                        "traffic param {} is {}, not a number within ±{NUMBER_MAX}",
+                        param.param, param.value
                     ))
                 }
             }
-            Wish::Guide(guide) => self.world.can_be_guided(guide).map(|()| guide.actor_id.0),
-            Wish::Sensor(spec) => {
-                Err(format!("sensor {:?} follows no rig that announced it", spec.name))
+            Command::RouteCommand(guide) => {
+                self.world.can_be_guided(guide).map(|()| guide.actor_id.0)
             }
-            Wish::Transmit(wish) => self.senses.transmit(wish),
-            Wish::Erase(erase) => {
+            Command::Sensor(spec) => {
+                Err(format!("sensor {:?} follows no bundle that announced it", spec.name))
+            }
+            Command::Transmit(command) => self.physics_sensors.transmit(command),
+            Command::EraseShapes(erase) => {
                 self.drawings.erase(erase);
                 Ok(0)
             }
-            Wish::StartRecorder(wish) => self.start_recorder(wish),
-            Wish::StopRecorder(_) => self.stop_recorder(),
-            Wish::SaveState(file) => self.save_state(file),
-            Wish::LoadState(file) => self.load_state(file),
-            Wish::StopReplay(wish) => self.stop_replay(wish.keep_actors != 0),
-            Wish::Destroy(actor) => {
-                let id = self.world.apply(wish)?;
-                self.take_down(self.rigs.on(*actor));
+            Command::StartRecorder(command) => self.start_recorder(command),
+            Command::StopRecorder(_) => self.stop_recorder(),
+            Command::SaveState(file) => self.save_state(file),
+            Command::LoadState(file) => self.load_state(file),
+            Command::StopReplay(command) => self.stop_replay(command.keep_actors != 0),
+            Command::Destroy(actor) => {
+                let id = self.world.apply(command)?;
+                self.take_down(self.bundles.on(*actor));
                 Ok(id)
             }
-            _ => self.world.apply(wish),
+            _ => self.world.apply(command),
         }
     }
 
-    /// Rigs that nobody carries or nobody reads any more.
-    fn take_down(&mut self, rigs: Vec<RigId>) {
-        for rig in rigs {
-            self.senses.unmount(rig);
-            let _ = self.rigs.destroy(rig, &mut self.ports);
-            let line = Request::of_host(Wish::DestroyRig(rig));
-            self.pen.write(line.ended(Outcome::done(rig.0)));
+    /// Bundles that nobody carries or nobody reads any more.
+    fn take_down(&mut self, bundles: Vec<BundleId>) {
+        for bundle in bundles {
+            self.physics_sensors.unmount(bundle);
+            let _ = self.bundles.destroy(bundle, &mut self.ports);
+            let line = Request::of_host(Command::DestroyBundle(bundle));
+            self.pen.write(line.ended(Outcome::done(bundle.0)));
         }
     }
 
@@ -607,8 +610,8 @@ impl Host {
         self.pen.publish(&self.ports, stamp)?;
         let journal_entries = self.pen.len() as u32;
         let header = self.send_snapshot(SnapshotHeader { journal_entries, ..header })?;
-        self.senses.send(&self.world, &header)?;
-        let entries = self.pen.turn_page();
+        self.physics_sensors.send(&self.world, &header)?;
+        let entries = self.pen.take_frame();
         let kept = if self.recording.is_some() { entries.clone() } else { Vec::new() };
         self.standing.close(stamp, entries);
         self.drawings.forget(stamp);

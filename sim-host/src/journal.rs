@@ -1,8 +1,8 @@
-//! Writing the journal: wishes in, in their fixed order; outcomes and parts out.
+//! Writing the journal: commands in, in their fixed order; outcomes and parts out.
 
 use bus::{
     BatchHeader, BusError, Command, Frame, HostPorts, JournalEntry, JournalHeader, Name, Outcome,
-    Stamp, VehicleControl, Wish,
+    RawCommand, Stamp, VehicleControl,
 };
 
 use crate::saved::Pending;
@@ -10,7 +10,7 @@ use crate::saved::Pending;
 /// One client's batch, kept until its time.
 pub(crate) struct Batch {
     header: BatchHeader,
-    commands: Vec<Command>,
+    commands: Vec<RawCommand>,
 }
 
 /// What clients sent and the host has not carried out yet.
@@ -46,7 +46,7 @@ impl Inbox {
                 requests.push(Request {
                     client: header.client,
                     sequence: header.sequence + index as u64,
-                    command: Wish::Control(control).into(),
+                    command: Command::Control(control).into(),
                 });
             }
         }
@@ -85,7 +85,7 @@ impl Inbox {
         let mut waiting: Vec<_> = requests.iter().map(|r| r.pending(false)).collect();
         for (header, controls) in &self.controls {
             let mut requests = Vec::new();
-            let commands: Vec<_> = controls.iter().map(|c| Wish::Control(*c).into()).collect();
+            let commands: Vec<_> = controls.iter().map(|c| Command::Control(*c).into()).collect();
             push(&mut requests, header, &commands);
             waiting.extend(requests.iter().map(|r| r.pending(true)));
         }
@@ -95,22 +95,22 @@ impl Inbox {
     /// Waits with these instead of what waited, which is given back.
     pub(crate) fn begin_anew(&mut self, pending: &[Pending]) -> Vec<Request> {
         let dropped = self.take();
-        for wish in pending {
+        for command in pending {
             let header = BatchHeader {
-                client: wish.client,
-                sequence: wish.sequence,
+                client: command.client,
+                sequence: command.sequence,
                 ..BatchHeader::default()
             };
-            match (wish.is_control, wish.command.wish()) {
-                (1, Some(Wish::Control(control))) => self.controls.push((header, vec![control])),
-                _ => self.batches.push(Batch { header, commands: vec![wish.command] }),
+            match (command.is_control, command.command.decode()) {
+                (1, Some(Command::Control(control))) => self.controls.push((header, vec![control])),
+                _ => self.batches.push(Batch { header, commands: vec![command.command] }),
             }
         }
         dropped
     }
 }
 
-fn push(requests: &mut Vec<Request>, header: &BatchHeader, commands: &[Command]) {
+fn push(requests: &mut Vec<Request>, header: &BatchHeader, commands: &[RawCommand]) {
     for (index, command) in commands.iter().enumerate() {
         requests.push(Request {
             client: header.client,
@@ -120,7 +120,7 @@ fn push(requests: &mut Vec<Request>, header: &BatchHeader, commands: &[Command])
     }
 }
 
-/// One wish of one client.
+/// One command of one client.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Request {
     /// Who.
@@ -128,13 +128,13 @@ pub(crate) struct Request {
     /// Which of the client's.
     pub sequence: u64,
     /// What.
-    pub command: Command,
+    pub command: RawCommand,
 }
 
 impl Request {
     /// What the host itself does, for the record.
-    pub(crate) fn of_host(wish: Wish) -> Request {
-        Request { client: Name::new("sim-host"), sequence: 0, command: wish.into() }
+    pub(crate) fn of_host(command: Command) -> Request {
+        Request { client: Name::new("sim-host"), sequence: 0, command: command.into() }
     }
 
     fn pending(&self, is_control: bool) -> Pending {
@@ -151,14 +151,14 @@ impl Request {
 
 /// The journal of the frame in the making.
 #[derive(Default)]
-pub(crate) struct Pen {
+pub(crate) struct JournalWriter {
     entries: Vec<JournalEntry>,
     /// How many of them are published.
     published: usize,
     serial: u64,
 }
 
-impl Pen {
+impl JournalWriter {
     /// Adds a line.
     pub(crate) fn write(&mut self, entry: JournalEntry) {
         self.entries.push(entry);
@@ -219,7 +219,7 @@ impl Pen {
     }
 
     /// The frame's journal is done: takes it away.
-    pub(crate) fn turn_page(&mut self) -> Vec<JournalEntry> {
+    pub(crate) fn take_frame(&mut self) -> Vec<JournalEntry> {
         self.published = 0;
         std::mem::take(&mut self.entries)
     }

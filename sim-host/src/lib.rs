@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! processes ──slots──▶ Host ──▶ Supervisor (start, watch, clean up)
-//! wishes ──▶ Inbox ──▶ Host::tick ──▶ World ──▶ Physics
+//! commands ──▶ Inbox ──▶ Host::tick ──▶ World ──▶ Physics
 //!                        │
 //!                        └──▶ journal, snapshot ──▶ everybody
 //! ```
@@ -13,6 +13,7 @@
 mod tick;
 
 mod barrier;
+mod bundles;
 mod drawings;
 mod error;
 mod hash;
@@ -20,9 +21,8 @@ mod host;
 mod journal;
 mod models;
 pub mod physics;
-mod rigs;
+mod physics_sensors;
 mod saved;
-mod senses;
 mod standing;
 mod supervisor;
 mod world;

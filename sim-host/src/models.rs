@@ -22,7 +22,7 @@ impl Models {
         id: ActorId,
         (index, blueprint): (u32, &Blueprint),
         pose: &Pose,
-        (is_kinematic, is_frail): (bool, bool),
+        (is_kinematic, is_ragdoll_on_hit): (bool, bool),
     ) -> Result<Pose, PhysicsError> {
         let half = blueprint.half_extents_m;
         match blueprint.kind {
@@ -38,7 +38,7 @@ impl Models {
                     radius_m: half.y.min(0.4 * half.z),
                     height_m: 2.0 * half.z,
                     mass_kg: blueprint.mass_kg.max(1.0),
-                    is_frail,
+                    is_ragdoll_on_hit,
                 };
                 physics.spawn_walker(id, model, pose)
             }

@@ -4,8 +4,9 @@
 //! and the map that made it.
 
 use bus::{
-    ActorState, BlendPose, Command, Episode, GivenPoses, HideObjects, LightState, Name, SetBones,
-    Settings, Stamp, SwitchLamps, TrafficDial, TrafficHeader, VehicleControl, Weather, Wish,
+    ActorState, BlendPose, Command, Episode, GivenPoses, HideObjects, LightState, Name, RawCommand,
+    SetBones, SetStreetLights, Settings, Stamp, TrafficHeader, TrafficParam, VehicleControl,
+    Weather,
 };
 use bytemuck::{Pod, Zeroable};
 
@@ -27,15 +28,15 @@ pub struct SavedState {
     /// The sky, if anybody ever set it.
     pub weather: Option<Weather>,
     /// How traffic was told to drive.
-    pub dials: Vec<TrafficDial>,
+    pub params: Vec<TrafficParam>,
     /// The sky decides how much wheels grip.
-    pub is_weather_felt: bool,
+    pub weather_affects_grip: bool,
     /// Layers of the town that are switched off, as bits.
     pub hidden_layers: u32,
     /// Things of the town that are switched off.
     pub hidden_objects: Vec<HideObjects>,
     /// What street lamps were told.
-    pub lamps: Vec<SwitchLamps>,
+    pub lamps: Vec<SetStreetLights>,
     /// What is drawn over the world.
     pub shapes: Vec<SavedShape>,
     /// Poses that clients gave walkers, and how much of each shows.
@@ -50,13 +51,13 @@ pub struct SavedState {
     pub roles: Vec<Name>,
     /// Bodies, as [`crate::physics::Physics::save`] tells them.
     pub physics: Vec<u8>,
-    /// What traffic decided last: controls, lights and its mind.
+    /// What traffic decided last: controls, lights and its planner.
     pub decision: Option<(TrafficHeader, Vec<u8>)>,
-    /// Wishes that were not carried out yet.
+    /// Commands that were not carried out yet.
     pub pending: Vec<Pending>,
 }
 
-/// A wish that waits.
+/// A command that waits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Pending {
@@ -65,7 +66,7 @@ pub struct Pending {
     /// Which of the client's.
     pub sequence: u64,
     /// What.
-    pub command: Command,
+    pub command: RawCommand,
     /// 1: pedals, which come after commands.
     pub is_control: u64,
 }
@@ -96,11 +97,11 @@ struct Head {
     weather: Weather,
     has_weather: u32,
     hidden_layers: u32,
-    is_weather_felt: u32,
+    weather_affects_grip: u32,
     hidden_objects: u64,
     bones: u64,
     blends: u64,
-    dials: u64,
+    params: u64,
     lamps: u64,
     shapes: u64,
     actors: u64,
@@ -144,11 +145,11 @@ impl SavedState {
             weather: self.weather.unwrap_or(Weather::zeroed()),
             has_weather: self.weather.is_some().into(),
             hidden_layers: self.hidden_layers,
-            is_weather_felt: self.is_weather_felt.into(),
+            weather_affects_grip: self.weather_affects_grip.into(),
             hidden_objects: self.hidden_objects.len() as u64,
             bones: self.bones.len() as u64,
             blends: self.blends.len() as u64,
-            dials: self.dials.len() as u64,
+            params: self.params.len() as u64,
             lamps: self.lamps.len() as u64,
             shapes: self.shapes.len() as u64,
             actors: self.actors.len() as u64,
@@ -162,7 +163,7 @@ impl SavedState {
             bytemuck::cast_slice(&self.hidden_objects),
             bytemuck::cast_slice(&self.bones),
             bytemuck::cast_slice(&self.blends),
-            bytemuck::cast_slice(&self.dials),
+            bytemuck::cast_slice(&self.params),
             bytemuck::cast_slice(&self.lamps),
             bytemuck::cast_slice(&self.shapes),
             bytemuck::cast_slice(&self.actors),
@@ -198,7 +199,7 @@ impl SavedState {
         let hidden_objects = list(&mut rest, head.hidden_objects)?;
         let bones = list(&mut rest, head.bones)?;
         let blends = list(&mut rest, head.blends)?;
-        let dials = list(&mut rest, head.dials)?;
+        let params = list(&mut rest, head.params)?;
         let lamps = list(&mut rest, head.lamps)?;
         let shapes = list(&mut rest, head.shapes)?;
         let actors: Vec<ActorState> = list(&mut rest, head.actors)?;
@@ -214,12 +215,12 @@ impl SavedState {
             map,
             settings: head.settings,
             weather: (head.has_weather != 0).then_some(head.weather),
-            is_weather_felt: head.is_weather_felt != 0,
+            weather_affects_grip: head.weather_affects_grip != 0,
             hidden_layers: head.hidden_layers,
             hidden_objects,
             bones,
             blends,
-            dials,
+            params,
             lamps,
             shapes,
             last_actor: head.last_actor,
@@ -233,27 +234,27 @@ impl SavedState {
 
     /// Keeps the poses that clients gave walkers.
     pub(crate) fn set_poses(&mut self, poses: &GivenPoses) {
-        for wish in poses.wishes() {
-            match wish {
-                Wish::SetBones(set) => self.bones.push(set),
-                Wish::BlendPose(blend) => self.blends.push(blend),
+        for command in poses.commands() {
+            match command {
+                Command::SetBones(set) => self.bones.push(set),
+                Command::BlendPose(blend) => self.blends.push(blend),
                 _ => {}
             }
         }
     }
 
-    /// The wishes that give these poses again.
-    pub(crate) fn poses(&self) -> impl Iterator<Item = Wish> {
-        let bones = self.bones.iter().copied().map(Wish::SetBones);
-        bones.chain(self.blends.iter().copied().map(Wish::BlendPose))
+    /// The commands that give these poses again.
+    pub(crate) fn poses(&self) -> impl Iterator<Item = Command> {
+        let bones = self.bones.iter().copied().map(Command::SetBones);
+        bones.chain(self.blends.iter().copied().map(Command::BlendPose))
     }
 
-    /// What traffic decided: controls, lights, mind.
+    /// What traffic decided: controls, lights, planner.
     pub fn decided(&self) -> Option<(Vec<VehicleControl>, Vec<LightState>, Vec<u8>)> {
         let (header, payload) = self.decision.as_ref()?;
         let blocks = bytemuck::pod_collect_to_vec::<u8, bus::Block>(payload);
-        let (controls, lights, mind) = header.parts(&blocks)?;
-        Some((controls.to_vec(), lights.to_vec(), mind.to_vec()))
+        let (controls, lights, planner) = header.parts(&blocks)?;
+        Some((controls.to_vec(), lights.to_vec(), planner.to_vec()))
     }
 }
 
@@ -280,10 +281,10 @@ mod tests {
     fn state() -> SavedState {
         SavedState {
             map: 7,
-            is_weather_felt: true,
+            weather_affects_grip: true,
             hidden_layers: 3,
             hidden_objects: vec![HideObjects::default(); 2],
-            dials: vec![TrafficDial::default()],
+            params: vec![TrafficParam::default()],
             lamps: vec![bytemuck::Zeroable::zeroed()],
             shapes: vec![bytemuck::Zeroable::zeroed(); 2],
             bones: vec![SetBones::default(); 2],

@@ -145,7 +145,7 @@ impl Supervisor {
         {
             why = status.to_string();
         }
-        let words = self.instance.take_last_words(slot);
+        let words = self.instance.take_exit_message(slot);
         let told = words.is_some();
         Some((slot, Death { why: words.unwrap_or(why), told }))
     }
@@ -198,13 +198,13 @@ fn clean_on_demand(
     jobs: &Receiver<()>,
     reports: &Sender<(u64, u64)>,
 ) {
-    let Ok(hub) = instance.hub("cleaner", within) else { return };
+    let Ok(node) = instance.node("cleaner", within) else { return };
     while jobs.recv().is_ok() {
-        instance.sweep_unborn_segments();
-        let mut report = hub.clean();
+        instance.sweep_unfinished_segments();
+        let mut report = node.clean();
         if report.1 > 0 {
             instance.sweep_stuck_nodes(|pid| process::start_time(pid).is_some());
-            report = hub.clean();
+            report = node.clean();
         }
         let _ = reports.try_send(report);
     }

@@ -22,7 +22,7 @@ impl Host {
         let begin_nanos = clock::now_nanos();
         let frame = self.barrier.advance();
         self.take_in_what_traffic_decided()?;
-        self.carry_out_wishes()?;
+        self.apply_commands()?;
         let applied_nanos = clock::now_nanos();
         self.step();
         self.show_recorded();

@@ -3,9 +3,9 @@
 use std::{collections::BTreeSet, sync::Arc};
 
 use bus::{
-    ACTORS_MAX, ActorId, ActorState, FeelWeather, GUIDE_STEPS, GivenPoses, Guide, HideObjects,
-    LightState, Name, Pose, STRIDE, Settings, Spawn, Stamp, VehicleControl, Wish, flag, guide,
-    kind, lamp, light,
+    ACTORS_MAX, ActorId, ActorState, Command, GivenPoses, HideObjects, LightState, Name, Pose,
+    ROUTE_STEPS, RouteCommand, STRIDE, SetWeatherAffectsGrip, Settings, Spawn, Stamp,
+    VehicleControl, flag, guide, kind, lamp, light,
 };
 use glam::Vec3;
 use town::{BLOCK_OBJECTS, Blueprint, Kind, Layer, Lighting, Town, Visibility};
@@ -42,7 +42,7 @@ pub struct World {
     /// What street lamps were told.
     lighting: Lighting,
     /// The sky decides how much wheels grip.
-    is_weather_felt: bool,
+    weather_affects_grip: bool,
     /// What they would grip then.
     weather_grip: f32,
 }
@@ -92,8 +92,11 @@ impl World {
 
     /// Takes over from the world before it what is no part of a world but says how it works.
     pub(crate) fn succeed(&mut self, before: &World) {
-        let on = before.is_weather_felt;
-        let _ = self.apply(&Wish::FeelWeather(FeelWeather { on: on.into(), reserved: 0 }));
+        let on = before.weather_affects_grip;
+        let _ = self.apply(&Command::SetWeatherAffectsGrip(SetWeatherAffectsGrip {
+            on: on.into(),
+            reserved: 0,
+        }));
     }
 
     fn on(place: Arc<Place>, seed: u64) -> World {
@@ -108,7 +111,7 @@ impl World {
             visibility: Visibility::default(),
             poses: GivenPoses::default(),
             lighting: Lighting::default(),
-            is_weather_felt: false,
+            weather_affects_grip: false,
             weather_grip: 1.0,
         };
         world.place_lights();
@@ -139,26 +142,26 @@ impl World {
         ActorId(self.last_actor)
     }
 
-    /// Carries out a wish about actors. Says the id concerned, or why not.
-    pub fn apply(&mut self, wish: &Wish) -> Result<u32, String> {
-        match wish {
-            Wish::Spawn(spawn) => self.spawn(spawn).map(|id| id.0),
-            Wish::Destroy(id) => self.destroy(*id).map(|()| id.0),
-            Wish::Teleport(to) => {
+    /// Carries out a command about actors. Says the id concerned, or why not.
+    pub fn apply(&mut self, command: &Command) -> Result<u32, String> {
+        match command {
+            Command::Spawn(spawn) => self.spawn(spawn).map(|id| id.0),
+            Command::Destroy(id) => self.destroy(*id).map(|()| id.0),
+            Command::Teleport(to) => {
                 check_pose(&to.pose)?;
                 self.movable(to.actor_id)?;
                 self.physics.teleport(to.actor_id, &to.pose).map_err(|e| e.to_string())?;
                 self.movable(to.actor_id)?.pose = to.pose;
                 Ok(to.actor_id.0)
             }
-            Wish::SetVelocity(to) => {
+            Command::SetVelocity(to) => {
                 let [linear, turn] =
                     [to.velocity_mps, to.angular_velocity_radps].map(Vec3::from_array);
                 self.movable(to.actor_id)?;
                 self.physics.set_velocity(to.actor_id, linear, turn).map_err(|e| e.to_string())?;
                 Ok(to.actor_id.0)
             }
-            Wish::Control(control) => {
+            Command::Control(control) => {
                 check_control(control)?;
                 let actor = self.movable(control.actor_id)?;
                 if actor.kind != kind::VEHICLE {
@@ -167,21 +170,21 @@ impl World {
                 self.steer(control)?;
                 Ok(control.actor_id.0)
             }
-            Wish::Autopilot(to) => {
+            Command::Autopilot(to) => {
                 let actor = self.movable(to.actor_id)?;
                 set(&mut actor.flags, flag::AUTOPILOT, to.on != 0);
                 Ok(to.actor_id.0)
             }
-            Wish::SetPhysics(to) => {
+            Command::SetPhysics(to) => {
                 self.movable(to.actor_id)?;
                 self.physics.set_kinematic(to.actor_id, to.on == 0).map_err(|e| e.to_string())?;
                 Ok(to.actor_id.0)
             }
-            Wish::SetLamps(to) => {
+            Command::SetVehicleLights(to) => {
                 self.vehicle(to.actor_id, "lamps")?.lamps = to.lamps & lamp::ALL;
                 Ok(to.actor_id.0)
             }
-            Wish::SetDoors(to) => {
+            Command::SetDoors(to) => {
                 let state = self.vehicle(to.actor_id, "doors")?;
                 let blueprint = &town::catalogue()[state.blueprint as usize];
                 let doors = blueprint.rig().door_count() as u32;
@@ -197,9 +200,9 @@ impl World {
                 self.movable(to.actor_id)?.doors = open;
                 Ok(to.actor_id.0)
             }
-            Wish::SetBones(to) => self.set_bones(to),
-            Wish::BlendPose(to) => self.blend_pose(to),
-            Wish::HoldLight(to) => {
+            Command::SetBones(to) => self.set_bones(to),
+            Command::BlendPose(to) => self.blend_pose(to),
+            Command::SetTrafficLight(to) => {
                 let actor = self.actors.get_mut(to.actor_id);
                 let light = actor
                     .filter(|a| a.kind == kind::TRAFFIC_LIGHT)
@@ -207,13 +210,13 @@ impl World {
                 if to.phase > light::OFF {
                     return Err(format!("a light has no phase {}; 0 to {}", to.phase, light::OFF));
                 }
-                set(&mut light.flags, flag::HELD, to.hold != 0);
+                set(&mut light.flags, flag::FROZEN, to.hold != 0);
                 if to.hold != 0 {
                     light.phase = to.phase;
                 }
                 Ok(to.actor_id.0)
             }
-            Wish::HideLayers(to) => {
+            Command::HideLayers(to) => {
                 let all = Layer::ALL.len() as u32;
                 if to.layers >> all != 0 {
                     return Err(format!(
@@ -225,7 +228,7 @@ impl World {
                 self.see_to_solids();
                 Ok(0)
             }
-            Wish::SwitchLamps(to) => {
+            Command::SetStreetLights(to) => {
                 to.check()?;
                 if let Some(other) = to.numbers().find(|number| !self.place.lamps.contains(number))
                 {
@@ -237,7 +240,7 @@ impl World {
                 self.lighting.set(to.block, &to.bits, shine(to));
                 Ok(0)
             }
-            Wish::HideObjects(to) => {
+            Command::HideObjects(to) => {
                 let last = to.bits.iter().rposition(|bits| *bits != 0).map(|word| {
                     let bit = 63 - to.bits[word].leading_zeros();
                     u64::from(to.block) * u64::from(BLOCK_OBJECTS)
@@ -260,7 +263,7 @@ impl World {
             }
             other => self
                 .apply_outside(other)
-                .unwrap_or_else(|| Err("this is no wish about an actor".to_owned())),
+                .unwrap_or_else(|| Err("this is no command about an actor".to_owned())),
         }
     }
 
@@ -281,27 +284,27 @@ impl World {
         }
     }
 
-    /// Whether [`World::apply`] is for this wish; the others concern who looks, and time.
-    pub fn is_about_actors(wish: &Wish) -> bool {
+    /// Whether [`World::apply`] is for this command; the others concern who looks, and time.
+    pub fn is_about_actors(command: &Command) -> bool {
         !matches!(
-            wish,
-            Wish::Ask(_)
-                | Wish::CreateRig(_)
-                | Wish::Sensor(_)
-                | Wish::DestroyRig(_)
-                | Wish::SetSettings(_)
-                | Wish::TrafficDial(_)
-                | Wish::Guide(_)
-                | Wish::Transmit(_)
-                | Wish::Draw(_)
-                | Wish::Erase(_)
-                | Wish::StartRecorder(_)
-                | Wish::StopRecorder(_)
-                | Wish::SaveState(_)
-                | Wish::LoadState(_)
-                | Wish::StartReplay(_)
-                | Wish::StopReplay(_)
-                | Wish::LoadMap(_)
+            command,
+            Command::Ask(_)
+                | Command::CreateBundle(_)
+                | Command::Sensor(_)
+                | Command::DestroyBundle(_)
+                | Command::SetSettings(_)
+                | Command::TrafficParam(_)
+                | Command::RouteCommand(_)
+                | Command::Transmit(_)
+                | Command::Draw(_)
+                | Command::EraseShapes(_)
+                | Command::StartRecorder(_)
+                | Command::StopRecorder(_)
+                | Command::SaveState(_)
+                | Command::LoadState(_)
+                | Command::StartReplay(_)
+                | Command::StopReplay(_)
+                | Command::LoadMap(_)
         )
     }
 
@@ -341,18 +344,24 @@ impl World {
         })?;
         let id = ActorId(self.last_actor + 1);
         let is_kinematic = spawn.flags & flag::KINEMATIC != 0;
-        let is_frail = spawn.flags & flag::FRAIL != 0;
+        let is_ragdoll_on_hit = spawn.flags & flag::RAGDOLL_ON_HIT != 0;
         let kind = kind_of(blueprint)?;
         let pose = self
             .models
-            .spawn(&mut self.physics, id, (index, blueprint), &spawn.pose, (is_kinematic, is_frail))
+            .spawn(
+                &mut self.physics,
+                id,
+                (index, blueprint),
+                &spawn.pose,
+                (is_kinematic, is_ragdoll_on_hit),
+            )
             .map_err(|e| format!("{} at {}: {e}", blueprint.id, spawn.pose.position()))?;
         self.last_actor += 1;
         let state = ActorState {
             actor_id: id,
             blueprint: index,
             kind,
-            flags: spawn.flags & (flag::AUTOPILOT | flag::KINEMATIC | flag::FRAIL),
+            flags: spawn.flags & (flag::AUTOPILOT | flag::KINEMATIC | flag::RAGDOLL_ON_HIT),
             pose,
             color: if spawn.color == 0 { default_color(blueprint) } else { spawn.color },
             ..ActorState::default()
@@ -364,7 +373,7 @@ impl World {
     fn destroy(&mut self, id: ActorId) -> Result<(), String> {
         self.movable(id)?;
         self.actors.remove(id);
-        self.poses.follow(&Wish::Destroy(id));
+        self.poses.follow(&Command::Destroy(id));
         self.physics.destroy(id).map_err(|e| e.to_string())
     }
 
@@ -373,12 +382,12 @@ impl World {
     }
 
     /// Whether a vehicle can be told this; traffic, which reads it in the journal, does it.
-    pub(crate) fn can_be_guided(&mut self, told: &Guide) -> Result<(), String> {
+    pub(crate) fn can_be_guided(&mut self, told: &RouteCommand) -> Result<(), String> {
         self.vehicle(told.actor_id, "way")?;
         let count = told.count as usize;
         let steps = told.steps.get(..count).ok_or_else(|| {
             format!(
-                "a guide of {count} steps; GUIDE_STEPS is {GUIDE_STEPS}, send the rest after it"
+                "a guide of {count} steps; ROUTE_STEPS is {ROUTE_STEPS}, send the rest after it"
             )
         })?;
         for (nth, step) in steps.iter().enumerate() {
@@ -407,7 +416,7 @@ impl World {
         }
         for state in lights {
             let changes = |a: &ActorState| {
-                a.kind == kind::TRAFFIC_LIGHT && !a.has(flag::HELD) && a.phase != state.phase
+                a.kind == kind::TRAFFIC_LIGHT && !a.has(flag::FROZEN) && a.phase != state.phase
             };
             if self.actors.get(state.actor_id).is_some_and(changes)
                 && let Some(actor) = self.actors.get_mut(state.actor_id)
@@ -540,7 +549,7 @@ impl World {
     /// Writes what decides the future into a state.
     pub fn save_into(&self, state: &mut SavedState) {
         state.last_actor = self.last_actor;
-        state.is_weather_felt = self.is_weather_felt;
+        state.weather_affects_grip = self.weather_affects_grip;
         state.hidden_layers = self.visibility.hidden_layers();
         let hidden = self.visibility.hidden_objects();
         state.hidden_objects =
@@ -562,14 +571,14 @@ impl World {
         }
         self.last_actor = state.last_actor;
         self.poses = GivenPoses::default();
-        state.poses().for_each(|wish| self.poses.follow(&wish));
+        state.poses().for_each(|command| self.poses.follow(&command));
         self.lighting = Lighting::default();
         for told in &state.lamps {
             self.lighting.set(told.block, &told.bits, shine(told));
         }
         self.visibility = Visibility::default();
         self.visibility.set_layers(state.hidden_layers, true);
-        self.is_weather_felt = state.is_weather_felt;
+        self.weather_affects_grip = state.weather_affects_grip;
         self.weather_grip = state.weather.as_ref().map_or(1.0, outside::grip_under);
         for hide in &state.hidden_objects {
             self.visibility.set_objects(hide.block, &hide.bits, true);
@@ -593,7 +602,7 @@ impl World {
     fn hash(&self, hash: &mut StateHash) {
         hash.word(self.seed);
         hash.word(self.last_actor.into());
-        hash.word(self.is_weather_felt.into());
+        hash.word(self.weather_affects_grip.into());
         hash.word(self.visibility.hidden_layers().into());
         for (block, bits) in self.visibility.hidden_objects() {
             hash.word(block.into());

@@ -22,8 +22,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use clap::Parser;
-use road::Network;
 use omnibus_tests::closed_loop::{Cast, World};
+use road::Network;
 
 #[derive(Parser)]
 struct Arguments {
@@ -76,7 +76,7 @@ fn main() {
 
 fn begin_trace(path: &Path) -> BufWriter<File> {
     let mut trace = BufWriter::new(File::create(path).expect("the trace can be made"));
-    let head = "time_s,actor,x_m,y_m,yaw_rad,speed_mps,limit_mps,wish_mps,road,lane,leader,leader_m,stop_m,merge_m,\
+    let head = "time_s,actor,x_m,y_m,yaw_rad,speed_mps,limit_mps,desired_speed_mps,road,lane,leader,leader_m,stop_m,merge_m,\
                 leave,waited_s,waits_for,waits_on,phase";
     writeln!(trace, "{head}").expect("the trace can be written");
     trace

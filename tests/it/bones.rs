@@ -4,7 +4,7 @@
 use std::f32::consts::PI;
 
 use bus::{BONES, Role, flag, output};
-use client_lib::{ActorId, Client, Measurement, Pose, Rig, Spawn, bone, camera};
+use client_lib::{ActorId, Client, Measurement, Pose, SensorBundle, Spawn, bone, camera};
 use glam::{Quat, Vec3};
 use rustix::process::Signal;
 
@@ -17,16 +17,16 @@ fn skeleton() -> &'static town::Skeleton {
 }
 
 /// A walker, and a camera that stands two metres before it.
-fn with_walker(client: &mut Client) -> (ActorId, Rig) {
+fn with_walker(client: &mut Client) -> (ActorId, SensorBundle) {
     let place = client.spawn_points().unwrap()[0];
     let walker = client.spawn(Spawn::new(WALKER, place)).unwrap();
     let before = Pose::new(Vec3::new(2.5, 0.0, 1.2), Quat::from_rotation_z(PI));
     let sensors = [camera("before", before, 160, 160, 1.2, output::INSTANCE)];
-    (walker, client.create_rig("before", walker, &sensors, 2).unwrap())
+    (walker, client.create_bundle("before", walker, &sensors, 2).unwrap())
 }
 
-fn look(client: &mut Client, rig: &mut Rig) -> Measurement {
-    let (_, mut measured) = client.tick_and_collect(&mut [rig]).unwrap();
+fn look(client: &mut Client, bundle: &mut SensorBundle) -> Measurement {
+    let (_, mut measured) = client.tick_and_collect(&mut [bundle]).unwrap();
     measured.pop().flatten().expect("a measurement of this frame")
 }
 
@@ -64,22 +64,22 @@ fn an_arm_is_raised_by_its_share_and_whoever_renders_later_knows() {
     let path = scratch.path().join("state");
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
-    let (walker, mut rig) = with_walker(&mut client);
-    look(&mut client, &mut rig);
-    let standing = look(&mut client, &mut rig);
+    let (walker, mut bundle) = with_walker(&mut client);
+    look(&mut client, &mut bundle);
+    let standing = look(&mut client, &mut bundle);
     let (rest, head) = (digest(&standing), top(&standing, walker));
     drop(standing);
 
     client.set_bones(walker, &raised()).unwrap();
-    let unseen = digest(&look(&mut client, &mut rig));
+    let unseen = digest(&look(&mut client, &mut bundle));
     assert_eq!(unseen, rest, "a pose that does not show changes nothing");
     client.blend_pose(walker, 1.0).unwrap();
-    let up = look(&mut client, &mut rig);
+    let up = look(&mut client, &mut bundle);
     assert!(client.world().actor(walker).unwrap().has(flag::POSED));
     assert!(top(&up, walker) + 5 < head, "row {} and {head}", top(&up, walker));
     let up = digest(&up);
     client.blend_pose(walker, 0.5).unwrap();
-    let half = digest(&look(&mut client, &mut rig));
+    let half = digest(&look(&mut client, &mut bundle));
     assert!(half != up && half != rest);
     client.save_state_to(&path).unwrap();
 
@@ -87,24 +87,24 @@ fn an_arm_is_raised_by_its_share_and_whoever_renders_later_knows() {
     let renderer = sim.pid(Role::Render).unwrap();
     kill(renderer, Signal::KILL);
     eventually("its end", || !lives(renderer));
-    assert_eq!(digest(&look(&mut client, &mut rig)), half);
+    assert_eq!(digest(&look(&mut client, &mut bundle)), half);
 
     client.blend_pose(walker, 0.0).unwrap();
-    assert_eq!(digest(&look(&mut client, &mut rig)), rest);
+    assert_eq!(digest(&look(&mut client, &mut bundle)), rest);
     client.load_state_from(&path).unwrap();
-    assert_eq!(digest(&look(&mut client, &mut rig)), half, "the pose is part of a saved state");
+    assert_eq!(digest(&look(&mut client, &mut bundle)), half, "the pose is part of a saved state");
     let (bones, share) = client.given_pose(walker).unwrap();
     let [(arm, given)] = raised();
     assert_eq!((bones.len(), share, bones[arm as usize]), (BONES.len(), 0.5, given));
 
     let refused = client.set_bones(walker, &[(66, Pose::IDENTITY)]).unwrap_err().to_string();
     assert!(refused.contains("66"), "{refused}");
-    drop(rig);
+    drop(bundle);
     client.reload_map().unwrap();
-    let (walker, mut rig) = with_walker(&mut client);
-    look(&mut client, &mut rig);
-    assert_eq!(digest(&look(&mut client, &mut rig)), rest, "a new world knows no poses");
+    let (walker, mut bundle) = with_walker(&mut client);
+    look(&mut client, &mut bundle);
+    assert_eq!(digest(&look(&mut client, &mut bundle)), rest, "a new world knows no poses");
     assert_eq!(client.given_pose(walker).unwrap().1, 0.0);
-    drop((rig, client));
+    drop((bundle, client));
     sim.end();
 }

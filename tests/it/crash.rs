@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use bus::{ActorId, Role, output};
-use client_lib::{Client, Pose, Rig, Spawn, camera};
+use client_lib::{Client, Pose, SensorBundle, Spawn, camera};
 use glam::{Quat, Vec3};
 use rustix::process::Signal;
 
@@ -17,7 +17,7 @@ fn deaths_wanted() -> usize {
 /// A run that is judged frame by frame.
 struct Judge {
     client: Client,
-    rig: Rig,
+    bundle: SensorBundle,
 }
 
 /// What a frame was: state and pictures.
@@ -33,14 +33,15 @@ impl Judge {
         }
         let roof = Pose::new(Vec3::Z * 2.5, Quat::IDENTITY);
         let outputs = output::DEPTH | output::INSTANCE;
-        let rig =
-            client.create_rig("judge", car, &[camera("c", roof, 64, 48, 1.5, outputs)], 2).unwrap();
-        Judge { client, rig }
+        let bundle = client
+            .create_bundle("judge", car, &[camera("c", roof, 64, 48, 1.5, outputs)], 2)
+            .unwrap();
+        Judge { client, bundle }
     }
 
     /// A tick; its one measurement must be there.
     fn tick(&mut self) -> Seen {
-        let (frame, measured) = self.client.tick_and_collect(&mut [&mut self.rig]).unwrap();
+        let (frame, measured) = self.client.tick_and_collect(&mut [&mut self.bundle]).unwrap();
         let measured = measured[0].as_ref().unwrap_or_else(|| panic!("{frame} was not measured"));
         let header = self.client.world().header();
         assert_eq!(measured.header().state_hash, header.state_hash, "{frame}");
@@ -171,15 +172,15 @@ fn a_pipelined_renderer_may_die_and_its_unread_frames_still_come() {
         ticks += 1;
         // It reads late, as the frames trail: the dead have sent what it has not read.
         std::thread::sleep(std::time::Duration::from_millis(ticks % 5));
-        while judge.rig.receive().unwrap().is_some() {
+        while judge.bundle.receive().unwrap().is_some() {
             measured += 1;
         }
     }
     while measured < ticks {
-        judge.client.await_measurement(&mut judge.rig).unwrap();
+        judge.client.await_measurement(&mut judge.bundle).unwrap();
         measured += 1;
     }
-    assert_eq!(judge.rig.missed(), 0);
+    assert_eq!(judge.bundle.missed(), 0);
     println!("pipelined: {} deaths in {ticks} frames", deaths(&sim.log()));
     drop(judge);
     sim.end();
@@ -302,14 +303,14 @@ fn what_was_wished_between_two_frames_is_known_to_a_successor() {
     client.tick().unwrap();
     let at = Pose::new(Vec3::Z * 40.0, Quat::IDENTITY);
     let spec = camera("c", at, 64, 48, 1.5, output::DEPTH);
-    let mut rig = client.create_rig("early", ActorId::NONE, &[spec], 2).unwrap();
+    let mut bundle = client.create_bundle("early", ActorId::NONE, &[spec], 2).unwrap();
     let pid = sim.pid(Role::Render).unwrap();
     kill(pid, Signal::KILL);
     eventually("its successor", || sim.pid(Role::Render).is_some_and(|new| new != pid));
     for _ in 0..5 {
-        assert!(client.tick_and_collect(&mut [&mut rig]).unwrap().1[0].is_some());
+        assert!(client.tick_and_collect(&mut [&mut bundle]).unwrap().1[0].is_some());
     }
-    drop((client, rig));
+    drop((client, bundle));
     sim.end();
 }
 

@@ -1,7 +1,7 @@
 //! What is drawn over the world: cameras show it where it is, as long as it lives, whoever dies.
 
 use bus::{Role, output};
-use client_lib::{ActorId, Client, Draw, Measurement, Pose, Rig, camera};
+use client_lib::{ActorId, Client, Draw, Measurement, Pose, SensorBundle, camera};
 use glam::{Vec3, vec3};
 use rustix::process::Signal;
 
@@ -13,14 +13,14 @@ const FOV_RAD: f32 = 1.4;
 const EYE: Vec3 = Vec3::new(10.0, 20.0, 300.0);
 const RED: [u8; 4] = [255, 0, 0, 255];
 
-fn rig(client: &mut Client) -> Rig {
+fn bundle(client: &mut Client) -> SensorBundle {
     let outputs = output::COLOR | output::DEPTH | output::TAG;
     let sensors = [camera("level", Pose::level(EYE, 0.0), SIZE[0], SIZE[1], FOV_RAD, outputs)];
-    client.create_rig("level", ActorId::NONE, &sensors, 4).unwrap()
+    client.create_bundle("level", ActorId::NONE, &sensors, 4).unwrap()
 }
 
-fn look(client: &mut Client, rig: &mut Rig) -> Measurement {
-    let (_, mut measured) = client.tick_and_collect(&mut [rig]).unwrap();
+fn look(client: &mut Client, bundle: &mut SensorBundle) -> Measurement {
+    let (_, mut measured) = client.tick_and_collect(&mut [bundle]).unwrap();
     measured.pop().flatten().expect("a measurement of this frame")
 }
 
@@ -52,12 +52,12 @@ fn drawn() -> Draw {
 fn a_line_is_where_the_pinhole_puts_it_until_its_time_is_over() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
-    let mut rig = rig(&mut client);
-    let bare = look(&mut client, &mut rig);
+    let mut bundle = bundle(&mut client);
+    let bare = look(&mut client, &mut bundle);
     assert!(red(&bare).is_empty());
     client.draw(&[drawn().secs(0.15)]).unwrap();
     for frame in 0..3 {
-        let measured = look(&mut client, &mut rig);
+        let measured = look(&mut client, &mut bundle);
         let red = red(&measured);
         let (begin, end) = line();
         let [[u0, v0], [u1, v1]] = [pinhole(begin), pinhole(end)];
@@ -69,11 +69,11 @@ fn a_line_is_where_the_pinhole_puts_it_until_its_time_is_over() {
         assert!(measured.depth(0) == bare.depth(0), "colours alone show it");
         assert!(measured.tags(0) == bare.tags(0));
     }
-    assert!(red(&look(&mut client, &mut rig)).is_empty(), "0.15 s are three frames");
+    assert!(red(&look(&mut client, &mut bundle)).is_empty(), "0.15 s are three frames");
     client.draw(&[drawn().once()]).unwrap();
-    assert!(!red(&look(&mut client, &mut rig)).is_empty());
-    assert!(red(&look(&mut client, &mut rig)).is_empty());
-    drop((bare, rig, client));
+    assert!(!red(&look(&mut client, &mut bundle)).is_empty());
+    assert!(red(&look(&mut client, &mut bundle)).is_empty());
+    drop((bare, bundle, client));
     sim.end();
 }
 
@@ -81,23 +81,23 @@ fn a_line_is_where_the_pinhole_puts_it_until_its_time_is_over() {
 fn who_is_started_anew_draws_what_stands() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
-    let mut rig = rig(&mut client);
+    let mut bundle = bundle(&mut client);
     let label = Draw::text(EYE + vec3(20.0, 4.0, 5.0), "7 m").unwrap().color([255, 0, 0]);
     client.draw(&[drawn(), label, Draw::point(EYE + Vec3::X * 9.0).once()]).unwrap();
-    let before = look(&mut client, &mut rig);
+    let before = look(&mut client, &mut bundle);
     assert!(red(&before).len() > 60);
     let renderer = sim.pid(Role::Render).unwrap();
     kill(renderer, Signal::KILL);
     eventually("its end", || !lives(renderer));
-    let after = look(&mut client, &mut rig);
+    let after = look(&mut client, &mut bundle);
     assert_eq!(red(&after), red(&before));
     let count = red(&after).len();
     client.erase_texts().unwrap();
-    let without = red(&look(&mut client, &mut rig)).len();
+    let without = red(&look(&mut client, &mut bundle)).len();
     assert!(without > 30 && without < count, "{without} of {count}");
     client.erase().unwrap();
-    assert!(red(&look(&mut client, &mut rig)).is_empty());
-    drop((before, after, rig, client));
+    assert!(red(&look(&mut client, &mut bundle)).is_empty());
+    drop((before, after, bundle, client));
     sim.end();
 }
 
@@ -107,7 +107,7 @@ fn what_stands_is_part_of_a_saved_state_and_of_no_other_world() {
     let path = scratch.path().join("state");
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
-    let mut own = rig(&mut client);
+    let mut own = bundle(&mut client);
     client.draw(&[drawn(), drawn().secs(0.2)]).unwrap();
     let measured = look(&mut client, &mut own);
     let hash = measured.header().state_hash;
@@ -124,7 +124,7 @@ fn what_stands_is_part_of_a_saved_state_and_of_no_other_world() {
     assert_eq!(again.header().state_hash, future, "what is drawn decides nothing");
     drop((measured, point, again, own));
     client.reload_map().unwrap();
-    let mut own = rig(&mut client);
+    let mut own = bundle(&mut client);
     assert!(red(&look(&mut client, &mut own)).is_empty(), "it went with its world");
     drop((own, client));
     sim.end();

@@ -3,7 +3,9 @@
 use std::{fs, path::Path, sync::atomic::AtomicBool, sync::atomic::Ordering};
 
 use bus::{ActorId, Role, output};
-use client_lib::{Client, ClientError, Pose, Profile, Rig, Spawn, Weather, camera, kind, layer};
+use client_lib::{
+    Client, ClientError, Pose, Profile, SensorBundle, Spawn, Weather, camera, kind, layer,
+};
 use glam::{Quat, Vec3};
 use rustix::process::Signal;
 
@@ -26,21 +28,21 @@ fn other_map(folder: &Path) -> String {
     path.to_str().unwrap().to_owned()
 }
 
-fn rig(client: &mut Client) -> Rig {
+fn bundle(client: &mut Client) -> SensorBundle {
     let down = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
     let outputs = output::COLOR | output::INSTANCE;
     let sensors = [camera("above", Pose::new(Vec3::Z * 120.0, down), 96, 96, 1.4, outputs)];
-    client.create_rig("above", ActorId::NONE, &sensors, 2).unwrap()
+    client.create_bundle("above", ActorId::NONE, &sensors, 2).unwrap()
 }
 
 /// A bustling life from now on: states and pictures of every frame.
 fn live(client: &mut Client, frames: usize) -> Vec<(Seen, Digest)> {
     let mut bustle = Bustle::new(client);
-    let mut rig = rig(client);
+    let mut bundle = bundle(client);
     (0..frames)
         .map(|_| {
             bustle.act(client);
-            let (frame, measured) = client.tick_and_collect(&mut [&mut rig]).unwrap();
+            let (frame, measured) = client.tick_and_collect(&mut [&mut bundle]).unwrap();
             let measured = measured[0].as_ref().unwrap_or_else(|| panic!("{frame} has no picture"));
             let mut digest = Digest::new();
             digest.add(measured.data(0, output::COLOR).unwrap());
@@ -72,7 +74,7 @@ fn whether_the_weather_is_felt_is_a_setting_that_another_map_keeps() {
     let mut client = sim.ticker();
     let mut reload = |felt: Option<bool>| {
         if let Some(on) = felt {
-            client.feel_weather(on).unwrap();
+            client.set_weather_affects_grip(on).unwrap();
         }
         client.reload_map().unwrap();
         client.tick().unwrap();
@@ -148,7 +150,7 @@ fn a_rig_says_that_it_went_with_its_world_and_a_recording_ends_with_it() {
     let thorp = other_map(scratch.path());
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
-    let mut old = rig(&mut client);
+    let mut old = bundle(&mut client);
     let path = scratch.path().join("old.mcap");
     client.start_recorder(path.to_str().unwrap(), Profile::Inputs).unwrap();
     for _ in 0..5 {
@@ -159,7 +161,7 @@ fn a_rig_says_that_it_went_with_its_world_and_a_recording_ends_with_it() {
     assert!(gone(client.tick_and_collect(&mut [&mut old]).err().unwrap()));
     while let Ok(Some(_)) = old.receive() {}
     assert!(gone(client.await_measurement(&mut old).err().unwrap()));
-    let mut new = rig(&mut client);
+    let mut new = bundle(&mut client);
     let (_, measured) = client.tick_and_collect(&mut [&mut new]).unwrap();
     assert!(measured[0].is_some());
     let mut recording = ::record::Recording::open(&path).unwrap();
@@ -243,12 +245,12 @@ fn a_rig_that_goes_before_its_first_frame_disturbs_nobody() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     for _ in 0..3 {
-        let brief = rig(&mut client);
-        client.destroy_rig(brief).unwrap();
+        let brief = bundle(&mut client);
+        client.destroy_bundle(brief).unwrap();
         client.tick().unwrap();
     }
-    let mut rig = rig(&mut client);
-    let (_, measured) = client.tick_and_collect(&mut [&mut rig]).unwrap();
+    let mut bundle = bundle(&mut client);
+    let (_, measured) = client.tick_and_collect(&mut [&mut bundle]).unwrap();
     assert!(measured[0].is_some());
     drop(client);
     assert!(!sim.end().contains("died"));

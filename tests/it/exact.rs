@@ -1,8 +1,8 @@
 //! Every sensor of every frame shows that frame: judged by what it measured, not by its header.
 
-use bus::{ActorId, Teleport, Wish, output};
+use bus::{ActorId, Command, Teleport, output};
 use client_lib::{
-    Client, Frame, Measurement, Pose, Rig, SensorSpec, Settings, Spawn, camera, lidar,
+    Client, Frame, Measurement, Pose, SensorBundle, SensorSpec, Settings, Spawn, camera, lidar,
 };
 use glam::{Quat, Vec2, Vec3};
 
@@ -152,7 +152,7 @@ fn disagreement(measured: &Measurement, marker: ActorId, pose: &Pose) -> Option<
 
 struct Stage {
     client: Client,
-    rig: Rig,
+    bundle: SensorBundle,
     marker: ActorId,
 }
 
@@ -162,14 +162,14 @@ impl Stage {
         let settings = Settings { pipeline, ..client.settings() };
         client.apply_settings(settings).unwrap();
         let marker = client.spawn(Spawn::new(MARKER, place(0)).kinematic()).unwrap();
-        let rig = client.create_rig("square", ActorId::NONE, &sensors(), 4).unwrap();
-        Stage { client, rig, marker }
+        let bundle = client.create_bundle("square", ActorId::NONE, &sensors(), 4).unwrap();
+        Stage { client, bundle, marker }
     }
 
     fn tick(&mut self) -> Frame {
         let next = Frame(self.client.frame().0 + 1);
         let teleport = Teleport { actor_id: self.marker, pose: place(next.0) };
-        self.client.send(&[Wish::Teleport(teleport)]).unwrap();
+        self.client.send(&[Command::Teleport(teleport)]).unwrap();
         let frame = self.client.tick().unwrap();
         assert_eq!(frame, next, "no frame was left out");
         let stands = self.client.world().actor(self.marker).unwrap().pose;
@@ -197,7 +197,7 @@ fn every_sensor_of_every_frame_shows_that_frame_though_the_renderer_dawdles() {
     let mut strict = Vec::new();
     for _ in 0..frames {
         let frame = stage.tick();
-        let measured = stage.rig.receive().unwrap().expect("it is there when the tick returns");
+        let measured = stage.bundle.receive().unwrap().expect("it is there when the tick returns");
         assert_eq!(measured.frame(), frame);
         assert_eq!(measured.header().state_hash, stage.client.world().header().state_hash);
         if let Some(wrong) = disagreement(&measured, stage.marker, &place(frame.0)) {
@@ -205,10 +205,10 @@ fn every_sensor_of_every_frame_shows_that_frame_though_the_renderer_dawdles() {
         }
         // The judge can tell one frame from the next: else the above would prove nothing.
         assert!(disagreement(&measured, stage.marker, &place(frame.0 - 1)).is_some(), "{frame}");
-        assert!(stage.rig.receive().unwrap().is_none(), "none comes twice");
+        assert!(stage.bundle.receive().unwrap().is_none(), "none comes twice");
         strict.push(digest(&measured));
     }
-    assert_eq!(stage.rig.missed(), 0);
+    assert_eq!(stage.bundle.missed(), 0);
     drop(stage);
     sim.end();
 
@@ -218,16 +218,16 @@ fn every_sensor_of_every_frame_shows_that_frame_though_the_renderer_dawdles() {
     let mut pipelined = Vec::new();
     for _ in 0..frames {
         let newest = stage.tick();
-        while let Some(measured) = stage.rig.receive().unwrap() {
+        while let Some(measured) = stage.bundle.receive().unwrap() {
             assert!(newest.0 - measured.frame().0 <= 3, "{} is too late", measured.frame());
             pipelined.push(digest(&measured));
         }
     }
     while pipelined.len() < frames {
-        let measured = stage.client.await_measurement(&mut stage.rig).unwrap();
+        let measured = stage.client.await_measurement(&mut stage.bundle).unwrap();
         pipelined.push(digest(&measured));
     }
-    assert_eq!(stage.rig.missed(), 0);
+    assert_eq!(stage.bundle.missed(), 0);
     let other = pipelined.iter().zip(&strict).position(|(a, b)| a != b);
     assert_eq!((other, pipelined.len()), (None, strict.len()), "pipelined, other bytes came out");
     drop(stage);
@@ -239,7 +239,7 @@ fn a_view_of_a_measurement_lies_in_the_renderers_own_memory() {
     let sim = Sim::start(&[]);
     let mut stage = Stage::set(&sim, 0);
     stage.tick();
-    let measured = stage.rig.receive().unwrap().unwrap();
+    let measured = stage.bundle.receive().unwrap().unwrap();
     let at = measured.data(0, output::DEPTH).unwrap().as_ptr() as usize;
     let maps = std::fs::read_to_string("/proc/self/maps").unwrap();
     let row = maps.lines().find(|row| {
@@ -271,18 +271,18 @@ fn a_graphics_processor_writes_exact_frames_into_shared_memory() {
     assert!(tried.status.success(), "{said}");
     let sim = Sim::start(&["--device", "gpu:0"]);
     let mut stage = Stage::set(&sim, 0);
-    // Rigs come and go: memory that the device writes into is let go of in time.
+    // Bundles come and go: memory that the device writes into is let go of in time.
     for life in 0..3 {
         for _ in 0..8 {
             let frame = stage.tick();
-            let measured = stage.rig.receive().unwrap().expect("it is there");
+            let measured = stage.bundle.receive().unwrap().expect("it is there");
             assert_eq!((measured.frame(), measured.header().tracer), (frame, bus::tracer::GPU));
             if let Some(wrong) = disagreement(&measured, stage.marker, &place(frame.0)) {
                 panic!("life {life}, {frame}: {wrong}");
             }
         }
-        let next = stage.client.create_rig("next", ActorId::NONE, &sensors(), 4).unwrap();
-        stage.client.destroy_rig(std::mem::replace(&mut stage.rig, next)).unwrap();
+        let next = stage.client.create_bundle("next", ActorId::NONE, &sensors(), 4).unwrap();
+        stage.client.destroy_bundle(std::mem::replace(&mut stage.bundle, next)).unwrap();
     }
     drop(stage);
     sim.end();
@@ -294,10 +294,10 @@ fn a_sensor_measures_when_its_period_says_and_not_in_between() {
     let mut client = sim.ticker();
     let mut slow = camera("slow", Pose::new(MIDDLE, Quat::IDENTITY), 32, 24, 1.5, output::DEPTH);
     slow.period_nanos = 4 * DELTA_NANOS;
-    let mut rig = client.create_rig("slow", ActorId::NONE, &[slow], 2).unwrap();
+    let mut bundle = client.create_bundle("slow", ActorId::NONE, &[slow], 2).unwrap();
     let mut measured = Vec::new();
     for _ in 0..40 {
-        let (frame, found) = client.tick_and_collect(&mut [&mut rig]).unwrap();
+        let (frame, found) = client.tick_and_collect(&mut [&mut bundle]).unwrap();
         measured.extend(found.iter().flatten().map(|m| (m.frame(), frame)));
     }
     assert_eq!(measured.len(), 10);
@@ -305,6 +305,6 @@ fn a_sensor_measures_when_its_period_says_and_not_in_between() {
         assert_eq!(pair[1].0.0 - pair[0].0.0, 4);
     }
     assert!(measured.iter().all(|(of, at)| of == at));
-    drop((client, rig));
+    drop((client, bundle));
     sim.end();
 }

@@ -3,7 +3,8 @@
 
 use bus::{ActorState, flag, output};
 use client_lib::{
-    ActorId, Client, Pose, Profile, Replay, Rig, SetVelocity, Spawn, VehicleControl, Wish, camera,
+    ActorId, Client, Command, Pose, Profile, Replay, SensorBundle, SetVelocity, Spawn,
+    VehicleControl, camera,
 };
 use glam::{Quat, Vec3};
 
@@ -17,26 +18,27 @@ fn scene(client: &mut Client) -> (ActorId, ActorId) {
     let place = client.spawn_points().unwrap()[0];
     let ahead = place.then(&Pose::new(Vec3::X * 9.0, Quat::from_rotation_z(1.0)));
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place)).unwrap();
-    let walker = client.spawn(Spawn::new("walker.pedestrian.0002", ahead).frail()).unwrap();
+    let walker =
+        client.spawn(Spawn::new("walker.pedestrian.0002", ahead).ragdoll_on_hit()).unwrap();
     for _ in 0..10 {
         client.tick().unwrap();
     }
     let velocity_mps = (place.rotation() * Vec3::X * 11.0).to_array();
     let go = SetVelocity { actor_id: car, velocity_mps, ..SetVelocity::default() };
-    client.request("velocity", &[Wish::SetVelocity(go)]).unwrap();
+    client.request("velocity", &[Command::SetVelocity(go)]).unwrap();
     client.control(&[VehicleControl { actor_id: car, brake: 0.5, ..Default::default() }]).unwrap();
     (walker, car)
 }
 
-fn beside(client: &mut Client) -> Rig {
+fn beside(client: &mut Client) -> SensorBundle {
     let place = client.spawn_points().unwrap()[0];
     let view = Pose::new(Vec3::new(13.0, -7.0, 1.5), Quat::from_rotation_z(1.57));
     let sensors = [camera("beside", place.then(&view), 160, 100, 1.5, output::INSTANCE)];
-    client.create_rig("beside", ActorId::NONE, &sensors, 2).unwrap()
+    client.create_bundle("beside", ActorId::NONE, &sensors, 2).unwrap()
 }
 
-fn look(client: &mut Client, rig: &mut Rig) -> Digest {
-    let (_, mut measured) = client.tick_and_collect(&mut [rig]).unwrap();
+fn look(client: &mut Client, bundle: &mut SensorBundle) -> Digest {
+    let (_, mut measured) = client.tick_and_collect(&mut [bundle]).unwrap();
     let measured = measured.pop().flatten().expect("a measurement of this frame");
     let mut digest = Digest::new();
     digest.add(bytemuck::cast_slice(measured.instances(0).unwrap()));
@@ -54,7 +56,7 @@ fn a_fall_is_replayed_as_it_looked_and_goes_on_from_a_saved_state() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let (walker, _) = scene(&mut client);
-    let mut rig = beside(&mut client);
+    let mut bundle = beside(&mut client);
     client.start_recorder(path.to_str().unwrap(), Profile::State).unwrap();
     let mut looks = Vec::new();
     let mut states = Vec::new();
@@ -63,7 +65,7 @@ fn a_fall_is_replayed_as_it_looked_and_goes_on_from_a_saved_state() {
         if frame == 22 {
             client.save_state_to(&saved).unwrap();
         }
-        looks.push(look(&mut client, &mut rig));
+        looks.push(look(&mut client, &mut bundle));
         states.push(lies(&client, walker));
         hashes.push(seen(&client));
     }
@@ -80,22 +82,22 @@ fn a_fall_is_replayed_as_it_looked_and_goes_on_from_a_saved_state() {
     // What happens after it was saved in mid-fall happens again.
     client.load_state_from(&saved).unwrap();
     for frame in 22..100 {
-        let again = look(&mut client, &mut rig);
+        let again = look(&mut client, &mut bundle);
         assert!(seen(&client) == hashes[frame], "frame {frame}");
         assert_eq!(again, looks[frame], "frame {frame}");
     }
-    drop((rig, client));
+    drop((bundle, client));
     sim.end();
 
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
-    let mut rig = beside(&mut client);
+    let mut bundle = beside(&mut client);
     client.start_replay(path.to_str().unwrap(), Replay::default()).unwrap();
     for (frame, (state, wanted)) in states.iter().zip(&looks).enumerate() {
-        let shown = look(&mut client, &mut rig);
+        let shown = look(&mut client, &mut bundle);
         assert_eq!(lies(&client, walker).limbs(), state.limbs(), "frame {frame}");
         assert_eq!(shown, *wanted, "frame {frame} of the replay looks otherwise");
     }
-    drop((rig, client));
+    drop((bundle, client));
     sim.end();
 }

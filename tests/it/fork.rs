@@ -1,6 +1,6 @@
 //! Saved states: what happens after loading one is what would have happened.
 
-use bus::{TrafficDial, Wish, dial};
+use bus::{Command, TrafficParam, param};
 use client_lib::{Client, Spawn, Weather};
 
 use crate::{
@@ -29,13 +29,13 @@ fn check_same(a: &[Seen], b: &[Seen], what: &str) {
     );
 }
 
-/// Thirty cars that bustled for a while, under a sky and dials of their own.
+/// Thirty cars that bustled for a while, under a sky and params of their own.
 fn lively(client: &mut Client) -> Bustle {
     let mut bustle = Bustle::new(client);
     client.set_weather(Weather { wetness: 40.0, ..Weather::default() }).unwrap();
     let slower =
-        TrafficDial { dial: dial::SLOWER_THAN_LIMIT, value: -0.4, ..TrafficDial::default() };
-    client.request("dial", &[Wish::TrafficDial(slower)]).unwrap();
+        TrafficParam { param: param::SPEED_REDUCTION, value: -0.4, ..TrafficParam::default() };
+    client.request("param", &[Command::TrafficParam(slower)]).unwrap();
     for _ in 0..60 {
         bustle.act(client);
         client.tick().unwrap();
@@ -51,10 +51,10 @@ fn the_future_of_a_loaded_state_is_the_one_it_had() {
     // What waits for the next frame is part of the state.
     let first = client.world().actors().iter().find(|a| a.kind == 1).unwrap().actor_id;
     let mut other = sim.client("other");
-    other.send(&[Wish::Destroy(first)]).unwrap();
+    other.send(&[Command::Destroy(first)]).unwrap();
     let state = client.save_state().unwrap();
     let future = run(&mut client, 200);
-    assert!(future[0].actors.iter().all(|a| a[0] != first.0), "the wish was carried out");
+    assert!(future[0].actors.iter().all(|a| a[0] != first.0), "the command was carried out");
     // The same from where it is now, and after other things have happened.
     for detour in [0, 40] {
         client.load_state(&state).unwrap();

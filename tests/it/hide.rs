@@ -1,7 +1,7 @@
 //! What of the town is switched off: nobody sees it, nobody runs into it, from one frame on.
 
 use bus::{Role, layer, output};
-use client_lib::{ActorId, Client, Frame, Measurement, Pose, Rig, Spawn, camera};
+use client_lib::{ActorId, Client, Frame, Measurement, Pose, SensorBundle, Spawn, camera};
 use glam::{Quat, Vec3, vec3};
 use rustix::process::Signal;
 
@@ -16,15 +16,15 @@ fn the_town() -> town::Town {
 }
 
 /// From high above, over the whole town.
-fn rig(client: &mut Client) -> Rig {
+fn bundle(client: &mut Client) -> SensorBundle {
     let down = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
     let outputs = output::COLOR | output::TAG | output::INSTANCE;
     let sensors = [camera("above", Pose::new(Vec3::Z * 180.0, down), 320, 240, 1.4, outputs)];
-    client.create_rig("above", ActorId::NONE, &sensors, 2).unwrap()
+    client.create_bundle("above", ActorId::NONE, &sensors, 2).unwrap()
 }
 
-fn look(client: &mut Client, rig: &mut Rig) -> (Frame, Measurement) {
-    let (frame, mut measured) = client.tick_and_collect(&mut [rig]).unwrap();
+fn look(client: &mut Client, bundle: &mut SensorBundle) -> (Frame, Measurement) {
+    let (frame, mut measured) = client.tick_and_collect(&mut [bundle]).unwrap();
     (frame, measured.pop().flatten().expect("a measurement of this frame"))
 }
 
@@ -58,8 +58,8 @@ fn house(measured: &Measurement, town: &town::Town) -> (u32, Vec3) {
 fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
-    let mut rig = rig(&mut client);
-    let (_, before) = look(&mut client, &mut rig);
+    let mut bundle = bundle(&mut client);
+    let (_, before) = look(&mut client, &mut bundle);
     let (number, within) = house(&before, &the_town());
     let whole = digest(&before);
     drop(before);
@@ -69,7 +69,7 @@ fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
     assert!(refused.contains("building"), "{refused}");
 
     client.hide_objects(&[number], true).unwrap();
-    let (_, hidden) = look(&mut client, &mut rig);
+    let (_, hidden) = look(&mut client, &mut bundle);
     assert_eq!(pixels(&hidden, number), 0);
     assert!(tagged(&hidden, mesh::Tag::Building) > 500, "the others are there");
     drop(hidden);
@@ -77,7 +77,7 @@ fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
     client.destroy(stranger).unwrap();
 
     client.hide_objects(&[number | 1 << 31], false).unwrap();
-    let (_, after) = look(&mut client, &mut rig);
+    let (_, after) = look(&mut client, &mut bundle);
     assert_eq!(digest(&after), whole, "shown again, it looks as it did");
     drop(after);
     assert!(client.spawn(box_within).is_err());
@@ -86,7 +86,7 @@ fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
     assert!(unknown.contains("1000000"), "{unknown}");
     let ground = client.hide_objects(&[1 << 31], true).unwrap_err().to_string();
     assert!(ground.contains("ground"), "{ground}");
-    drop((rig, client));
+    drop((bundle, client));
     sim.end();
 }
 
@@ -94,14 +94,14 @@ fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
 fn layers_go_and_come_back_and_whoever_joins_late_knows() {
     let sim = Sim::start(&["--hide", "foliage,walls"]);
     let mut client = sim.ticker();
-    let mut rig = rig(&mut client);
-    let (_, bare) = look(&mut client, &mut rig);
+    let mut bundle = bundle(&mut client);
+    let (_, bare) = look(&mut client, &mut bundle);
     assert_eq!(tagged(&bare, mesh::Tag::Vegetation), 0);
     assert!(tagged(&bare, mesh::Tag::Building) > 500);
     drop(bare);
     client.hide_layers(layer::FOLIAGE, false).unwrap();
     client.hide_layers(layer::BUILDINGS, true).unwrap();
-    let (_, green) = look(&mut client, &mut rig);
+    let (_, green) = look(&mut client, &mut bundle);
     assert!(tagged(&green, mesh::Tag::Vegetation) > 50);
     assert_eq!(tagged(&green, mesh::Tag::Building), 0);
     let green = digest(&green);
@@ -110,9 +110,9 @@ fn layers_go_and_come_back_and_whoever_joins_late_knows() {
     let renderer = sim.pid(Role::Render).unwrap();
     kill(renderer, Signal::KILL);
     eventually("its end", || !lives(renderer));
-    let (_, again) = look(&mut client, &mut rig);
+    let (_, again) = look(&mut client, &mut bundle);
     assert_eq!(digest(&again), green);
-    drop((again, rig, client));
+    drop((again, bundle, client));
     sim.end();
 }
 
@@ -122,20 +122,20 @@ fn what_is_off_is_part_of_the_state() {
     let path = scratch.path().join("state");
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
-    let mut rig = rig(&mut client);
+    let mut bundle = bundle(&mut client);
     client.hide_layers(layer::BUILDINGS | layer::PROPS, true).unwrap();
     client.hide_objects(&[1, 2, 3, 700], true).unwrap();
-    let off = digest(&look(&mut client, &mut rig).1);
+    let off = digest(&look(&mut client, &mut bundle).1);
     client.save_state_to(&path).unwrap();
     client.tick().unwrap();
     let future = seen(&client);
     client.hide_layers(layer::ALL, false).unwrap();
-    assert_ne!(digest(&look(&mut client, &mut rig).1), off);
+    assert_ne!(digest(&look(&mut client, &mut bundle).1), off);
     client.load_state_from(&path).unwrap();
     client.tick().unwrap();
     assert!(seen(&client) == future, "the state hash holds what is off");
-    assert_eq!(digest(&look(&mut client, &mut rig).1), off);
-    drop((rig, client));
+    assert_eq!(digest(&look(&mut client, &mut bundle).1), off);
+    drop((bundle, client));
     sim.end();
 }
 

@@ -1,6 +1,6 @@
 //! A crowd for minutes: nobody sinks, flies, flips without cause, or is anywhere but on the map.
 
-use bus::{ActorState, SetVelocity, Wish, kind};
+use bus::{ActorState, Command, SetVelocity, kind};
 use client_lib::{Client, Spawn};
 use glam::Vec3;
 
@@ -79,15 +79,15 @@ fn a_crowd_stays_on_its_wheels_and_feet() {
     for frame in 0..seconds * 20 {
         if frame % 100 == 0 {
             let turn = |index: usize| (frame / 100 * 37 + index * 61) as f32;
-            let wishes = on_foot.iter().enumerate().map(|(index, id)| {
+            let commands = on_foot.iter().enumerate().map(|(index, id)| {
                 let way = Vec3::new(turn(index).cos(), turn(index).sin(), 0.0) * 1.4;
-                Wish::SetVelocity(SetVelocity {
+                Command::SetVelocity(SetVelocity {
                     actor_id: *id,
                     velocity_mps: way.to_array(),
                     ..SetVelocity::default()
                 })
             });
-            client.send(&wishes.collect::<Vec<_>>()).unwrap();
+            client.send(&commands.collect::<Vec<_>>()).unwrap();
         }
         client.tick().unwrap();
         let actors: Vec<_> = client.world().actors().to_vec();

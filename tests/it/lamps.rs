@@ -1,7 +1,7 @@
 //! Street lamps: at dusk they go on by themselves, by hand at any time.
 
 use bus::{Role, Weather, output};
-use client_lib::{ActorId, Client, Measurement, Pose, Rig, Shining, camera};
+use client_lib::{ActorId, Client, Measurement, Pose, SensorBundle, StreetLightCommand, camera};
 use glam::{Quat, Vec3};
 use rustix::process::Signal;
 
@@ -16,15 +16,15 @@ fn lamp() -> (u32, Vec3) {
 }
 
 /// From 2 m below the lamp, upwards.
-fn rig(client: &mut Client, lamp: Vec3) -> Rig {
+fn bundle(client: &mut Client, lamp: Vec3) -> SensorBundle {
     let up = Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2);
     let pose = Pose::new(lamp - Vec3::Z * 2.0, up);
     let sensors = [camera("up", pose, 64, 48, 1.2, output::COLOR | output::INSTANCE)];
-    client.create_rig("up", ActorId::NONE, &sensors, 2).unwrap()
+    client.create_bundle("up", ActorId::NONE, &sensors, 2).unwrap()
 }
 
-fn look(client: &mut Client, rig: &mut Rig) -> Measurement {
-    let (_, mut measured) = client.tick_and_collect(&mut [rig]).unwrap();
+fn look(client: &mut Client, bundle: &mut SensorBundle) -> Measurement {
+    let (_, mut measured) = client.tick_and_collect(&mut [bundle]).unwrap();
     measured.pop().flatten().expect("a measurement of this frame")
 }
 
@@ -44,40 +44,40 @@ fn a_lamp_is_switched_by_hand_and_by_the_dusk() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let (number, at) = lamp();
-    let mut rig = rig(&mut client, at);
+    let mut bundle = bundle(&mut client, at);
     let night = Weather { sun_altitude_rad: -0.5, ..Weather::default() };
-    let (by_day, _) = shines(&look(&mut client, &mut rig), number);
+    let (by_day, _) = shines(&look(&mut client, &mut bundle), number);
     client.set_weather(night).unwrap();
-    let (by_night, _) = shines(&look(&mut client, &mut rig), number);
+    let (by_night, _) = shines(&look(&mut client, &mut bundle), number);
     assert!(by_night > 200 && by_day < 190, "{by_day} {by_night}");
 
-    client.switch_lamps(&[number], Shining::off()).unwrap();
-    assert!(shines(&look(&mut client, &mut rig), number).0 < 60);
-    client.switch_lamps(&[number | 1 << 31], Shining::on().color([255, 0, 0])).unwrap();
-    let (_, red) = shines(&look(&mut client, &mut rig), number);
+    client.switch_lamps(&[number], StreetLightCommand::off()).unwrap();
+    assert!(shines(&look(&mut client, &mut bundle), number).0 < 60);
+    client.switch_lamps(&[number | 1 << 31], StreetLightCommand::on().color([255, 0, 0])).unwrap();
+    let (_, red) = shines(&look(&mut client, &mut bundle), number);
     assert!(red > 150, "{red}");
     client.save_state_to(&path).unwrap();
 
     let renderer = sim.pid(Role::Render).unwrap();
     kill(renderer, Signal::KILL);
     eventually("its end", || !lives(renderer));
-    assert_eq!(shines(&look(&mut client, &mut rig), number).1, red, "its successor knows");
+    assert_eq!(shines(&look(&mut client, &mut bundle), number).1, red, "its successor knows");
     client.set_weather(Weather::default()).unwrap();
-    assert!(shines(&look(&mut client, &mut rig), number).1 > 60, "on by day too");
-    client.switch_lamps(&[number], Shining::at_night()).unwrap();
-    assert_eq!(shines(&look(&mut client, &mut rig), number).0, by_day);
+    assert!(shines(&look(&mut client, &mut bundle), number).1 > 60, "on by day too");
+    client.switch_lamps(&[number], StreetLightCommand::at_night()).unwrap();
+    assert_eq!(shines(&look(&mut client, &mut bundle), number).0, by_day);
 
     client.load_state_from(&path).unwrap();
-    assert_eq!(shines(&look(&mut client, &mut rig), number).1, red, "part of a saved state");
+    assert_eq!(shines(&look(&mut client, &mut bundle), number).1, red, "part of a saved state");
 
     for (numbers, shining, words) in [
-        (vec![number, 0], Shining::off(), "thing 0 is none of the town's"),
-        (vec![4_000_000], Shining::on(), "thing 4000000 is none of the town's"),
-        (vec![number], Shining::on().share(f32::NAN), "brightness is NaN"),
+        (vec![number, 0], StreetLightCommand::off(), "thing 0 is none of the town's"),
+        (vec![4_000_000], StreetLightCommand::on(), "thing 4000000 is none of the town's"),
+        (vec![number], StreetLightCommand::on().share(f32::NAN), "brightness is NaN"),
     ] {
         let why = client.switch_lamps(&numbers, shining).unwrap_err().to_string();
         assert!(why.contains(words), "{why}");
     }
-    drop((rig, client));
+    drop((bundle, client));
     sim.end();
 }

@@ -6,26 +6,26 @@ use glam::{Quat, Vec3};
 
 use crate::kit::{DELTA_NANOS, Sim};
 
-fn lookout(client: &mut Client) -> client_lib::Rig {
+fn lookout(client: &mut Client) -> client_lib::SensorBundle {
     let at = Pose::new(Vec3::Z * 60.0, Quat::IDENTITY);
     let spec = camera("c", at, 64, 48, 1.5, output::DEPTH);
-    client.create_rig("lookout", ActorId::NONE, &[spec], 4).unwrap()
+    client.create_bundle("lookout", ActorId::NONE, &[spec], 4).unwrap()
 }
 
 #[test]
 fn a_strict_tick_returns_with_every_measurement_and_simulated_time_adds_up() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
-    let mut rig = lookout(&mut client);
+    let mut bundle = lookout(&mut client);
     let begin = client.world().header().stamp;
     for count in 1..=100 {
-        let (frame, measured) = client.tick_and_collect(&mut [&mut rig]).unwrap();
+        let (frame, measured) = client.tick_and_collect(&mut [&mut bundle]).unwrap();
         assert_eq!(frame.0, begin.frame.0 + count);
         assert_eq!(measured[0].as_ref().map(|m| m.frame()), Some(frame));
         let stamp = client.world().header().stamp;
         assert_eq!(stamp.sim_time_nanos, begin.sim_time_nanos + count * DELTA_NANOS);
     }
-    drop((client, rig));
+    drop((client, bundle));
     sim.end();
 }
 
@@ -60,7 +60,7 @@ fn a_slow_renderer_holds_up_no_asynchronous_world_and_shows_whole_frames() {
     let slow = [("OMNIBUS_DELAY", "sensor-render:60000")];
     let sim = Sim::start_with(&[], &slow);
     let mut client = sim.client("watcher");
-    let mut rig = lookout(&mut client);
+    let mut bundle = lookout(&mut client);
     let settings = Settings {
         synchronous: 0,
         delta_nanos: 10_000_000,
@@ -71,14 +71,14 @@ fn a_slow_renderer_holds_up_no_asynchronous_world_and_shows_whole_frames() {
     let from = client.await_frame().unwrap();
     let mut frames = Vec::new();
     while frames.len() < 20 {
-        frames.push(client.await_measurement(&mut rig).unwrap().frame());
+        frames.push(client.await_measurement(&mut bundle).unwrap().frame());
     }
     client.refresh().unwrap();
     let passed = client.frame().0 - from.0;
     assert!(passed > 30, "the world made {passed} frames while the renderer showed {frames:?}");
     assert!(frames.windows(2).all(|f| f[0] < f[1]), "{frames:?}");
-    assert!(rig.missed() > 0, "it shows the newest, not all");
-    drop((client, rig));
+    assert!(bundle.missed() > 0, "it shows the newest, not all");
+    drop((client, bundle));
     sim.end();
 }
 
@@ -86,30 +86,30 @@ fn a_slow_renderer_holds_up_no_asynchronous_world_and_shows_whole_frames() {
 fn a_pipelined_renderer_trails_by_no_more_than_it_may() {
     let sim = Sim::start_with(&[], &[("OMNIBUS_DELAY", "sensor-render:8000")]);
     let mut client = sim.ticker();
-    let mut rig = lookout(&mut client);
+    let mut bundle = lookout(&mut client);
     let mut trailed = false;
     let mut first = None;
     for depth in [2, 0, 3, 1] {
         client.apply_settings(Settings { pipeline: depth, ..client.settings() }).unwrap();
         for _ in 0..30 {
             let frame = client.tick().unwrap();
-            while let Some(measured) = rig.receive().unwrap() {
+            while let Some(measured) = bundle.receive().unwrap() {
                 first.get_or_insert(measured.frame());
                 trailed |= measured.frame() < frame;
             }
             assert!(
-                rig.last().0 + u64::from(depth) >= frame.0,
+                bundle.last().0 + u64::from(depth) >= frame.0,
                 "depth {depth}: {} at {frame}",
-                rig.last()
+                bundle.last()
             );
         }
     }
     assert!(trailed, "it never trailed: nothing was pipelined");
-    while rig.last() < client.frame() {
-        client.await_measurement(&mut rig).unwrap();
+    while bundle.last() < client.frame() {
+        client.await_measurement(&mut bundle).unwrap();
     }
-    assert_eq!((first, rig.missed()), (Some(client_lib::Frame(1)), 0));
-    drop((client, rig));
+    assert_eq!((first, bundle.missed()), (Some(client_lib::Frame(1)), 0));
+    drop((client, bundle));
     sim.end();
 }
 
@@ -121,7 +121,7 @@ fn agents_that_take_part_are_waited_for_and_steer_each_frame() {
     let places = ticker.spawn_points().unwrap();
     let car = ticker.spawn(Spawn::new("vehicle.tesla.model3", places[3])).unwrap();
     let mut agent = sim.client("agent");
-    agent.take_part().unwrap();
+    agent.join_barrier().unwrap();
     let at_work = crate::kit::thread(move || {
         let mut seen = Vec::new();
         for _ in 0..TICKS {
@@ -162,7 +162,7 @@ fn an_agent_that_dies_degrades_its_frame_and_no_other() {
     let late = Sim::start(&["--deadline-secs", "0.3"]);
     let mut other = late.ticker();
     let mut idle = late.client("idle");
-    idle.take_part().unwrap();
+    idle.join_barrier().unwrap();
     let said = other.tick().unwrap_err().to_string();
     assert!(said.contains("late") && said.contains("idle"), "{said}");
     drop(idle);
@@ -178,15 +178,15 @@ fn an_agent_that_dies_degrades_its_frame_and_no_other() {
 fn no_rendering_renders_nothing_and_can_be_switched() {
     let sim = Sim::start(&["--no-rendering"]);
     let mut client = sim.ticker();
-    let mut rig = lookout(&mut client);
+    let mut bundle = lookout(&mut client);
     let off = Settings { no_rendering: 1, ..client.settings() };
     client.apply_settings(off).unwrap();
     for _ in 0..10 {
-        assert!(client.tick_and_collect(&mut [&mut rig]).unwrap().1[0].is_none());
+        assert!(client.tick_and_collect(&mut [&mut bundle]).unwrap().1[0].is_none());
     }
     client.apply_settings(Settings { no_rendering: 0, ..off }).unwrap();
-    assert!(client.tick_and_collect(&mut [&mut rig]).unwrap().1[0].is_some());
-    drop((client, rig));
+    assert!(client.tick_and_collect(&mut [&mut bundle]).unwrap().1[0].is_some());
+    drop((client, bundle));
     sim.end();
 }
 

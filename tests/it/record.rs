@@ -6,9 +6,9 @@ use std::{
 };
 
 use ::record::Recording;
-use bus::{ActorId, ActorState, SetVelocity, Wish};
-use omnibus::resimulate;
+use bus::{ActorId, ActorState, Command, SetVelocity};
 use client_lib::{Client, Profile, Replay, Spawn};
+use omnibus::resimulate;
 use rustix::process::Signal;
 
 use crate::kit::{Scratch, Sim, eventually, is_soak, omnibus, small_map};
@@ -46,22 +46,22 @@ impl Bustle {
 
     /// What the client does before the next tick.
     pub(crate) fn act(&mut self, client: &mut Client) {
-        let mut wishes: Vec<_> = self.brief.drain(..).map(Wish::Destroy).collect();
+        let mut commands: Vec<_> = self.brief.drain(..).map(Command::Destroy).collect();
         let cars: Vec<_> = client.world().actors().iter().filter(|a| a.kind == 1).collect();
         if let Some(car) = cars.get(self.next % cars.len().max(1)) {
-            wishes.push(Wish::SetVelocity(SetVelocity {
+            commands.push(Command::SetVelocity(SetVelocity {
                 actor_id: car.actor_id,
                 velocity_mps: [7.0, -3.0, 1.0],
                 angular_velocity_radps: [0.0, 0.3, 1.0],
             }));
         }
-        client.send(&wishes).unwrap();
+        client.send(&commands).unwrap();
         let spawns: Vec<_> = (0..10)
             .map(|n| {
                 self.next += 1;
                 let place = self.places[(self.next * 7 + n) % self.places.len()];
                 let blueprint = ["vehicle.audi.tt", "vehicle.tesla.model3"][n % 2];
-                Spawn::new(blueprint, place).autopilot().wish()
+                Spawn::new(blueprint, place).autopilot().decode()
             })
             .collect();
         let outcomes = client.try_request("spawn", &spawns).unwrap();
@@ -437,7 +437,7 @@ fn the_tables_have_carlas_layout() {
         velocity_mps: (ahead * -12.0).to_array(),
         ..SetVelocity::default()
     };
-    client.request("push", &[Wish::SetVelocity(push)]).unwrap();
+    client.request("push", &[Command::SetVelocity(push)]).unwrap();
     for _ in 0..60 {
         client.tick().unwrap();
     }

@@ -2,7 +2,7 @@
 
 use std::{fs, process::Output};
 
-use bus::{ActorId, Settings, Teleport, Wish, output};
+use bus::{ActorId, Command, Settings, Teleport, output};
 use client_lib::{Pose, Spawn, camera, lidar};
 use glam::Vec3;
 
@@ -86,13 +86,13 @@ fn a_refused_wish_is_named_and_the_world_goes_on() {
     let mut client = sim.ticker();
     let place = client.spawn_points().unwrap()[0];
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place)).unwrap();
-    let mut refused = |what: &str, wish: Wish, words: &[&str]| {
-        let said = client.request("wish", &[wish]).unwrap_err().to_string();
+    let mut refused = |what: &str, command: Command, words: &[&str]| {
+        let said = client.request("command", &[command]).unwrap_err().to_string();
         println!("{what} -> {said}");
         names(&said, words);
     };
     let spawn = |name: &str, pose| {
-        Wish::Spawn(bus::Spawn { blueprint: bus::Name::new(name), pose, ..Default::default() })
+        Command::Spawn(bus::Spawn { blueprint: bus::Name::new(name), pose, ..Default::default() })
     };
     refused(
         "blueprint",
@@ -102,11 +102,11 @@ fn a_refused_wish_is_named_and_the_world_goes_on() {
     refused("occupied", spawn("vehicle.audi.tt", place), &["vehicle.audi.tt"]);
     let nowhere = Pose { position_m: [f32::NAN, 0.0, 0.0], ..place };
     refused("NaN", spawn("vehicle.audi.tt", nowhere), &["finite"]);
-    refused("absent", Wish::Destroy(ActorId(9999)), &["9999", "never spawned"]);
+    refused("absent", Command::Destroy(ActorId(9999)), &["9999", "never spawned"]);
     let far = Pose::level(Vec3::X * 1e7, 0.0);
-    refused("far", Wish::Teleport(Teleport { actor_id: car, pose: far }), &["100000 m"]);
+    refused("far", Command::Teleport(Teleport { actor_id: car, pose: far }), &["100000 m"]);
     let settings = Settings { delta_nanos: 0, ..Settings::default() };
-    refused("delta", Wish::SetSettings(settings), &["delta_nanos is 0"]);
+    refused("delta", Command::SetSettings(settings), &["delta_nanos is 0"]);
     let good = camera("c", Pose::IDENTITY, 64, 48, 1.5, output::COLOR);
     for (spec, words) in [
         (bus::SensorSpec { width: 0, ..good }, &["\"c\"", "width is 0"]),
@@ -123,7 +123,7 @@ fn a_refused_wish_is_named_and_the_world_goes_on() {
             bus::Name::new(&format!("{}{}", spec.name, ["", "b"][index.min(1)].repeat(index)))
         };
         let specs: Vec<_> = (0..count).map(|i| bus::SensorSpec { name: name(i), ..spec }).collect();
-        let Err(said) = client.create_rig("r", car, &specs, hold) else {
+        let Err(said) = client.create_bundle("r", car, &specs, hold) else {
             panic!("{spec:?} was granted")
         };
         println!("sensor -> {said}");
@@ -157,8 +157,8 @@ fn a_client_that_stops_reading_loses_its_own_frames_and_nobody_elses() {
     let at = Pose::new(Vec3::Z * 60.0, glam::Quat::IDENTITY);
     let spec = camera("c", at, 64, 48, 1.5, output::DEPTH);
     let mut sleeper = sim.client("sleeper");
-    let mut asleep = sleeper.create_rig("asleep", ActorId::NONE, &[spec], 2).unwrap();
-    let mut awake = client.create_rig("awake", ActorId::NONE, &[spec], 2).unwrap();
+    let mut asleep = sleeper.create_bundle("asleep", ActorId::NONE, &[spec], 2).unwrap();
+    let mut awake = client.create_bundle("awake", ActorId::NONE, &[spec], 2).unwrap();
     // It holds as many as it may, and never gives them back.
     let mut held = Vec::new();
     for _ in 0..300 {

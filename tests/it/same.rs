@@ -1,9 +1,11 @@
 //! Same seed, same run: whatever runs where, with whom, and how fast.
 
-use bus::{AckermannControl, ActorId, Push, SetVelocity, Settings, Switch, Teleport, Wish, output};
-use omnibus::{Beside, WorldArgs};
+use bus::{
+    AckermannControl, ActorId, ApplyForce, Command, SetVelocity, Settings, Switch, Teleport, output,
+};
 use client_lib::{Client, Pose, Spawn, camera, lidar};
 use glam::{Quat, Vec3};
+use omnibus::{Beside, WorldArgs};
 
 use crate::kit::{DELTA_NANOS, Digest, Sim, small_map};
 
@@ -50,13 +52,13 @@ fn play(client: &mut Client, look: Look) -> Run {
     while cars.len() < VEHICLES {
         next(client, &mut cars);
     }
-    let mut rig = look.measuring.then(|| {
+    let mut bundle = look.measuring.then(|| {
         let roof = Pose::new(Vec3::Z * 2.5, Quat::IDENTITY);
         let sensors = [
             camera("front", roof, 96, 72, 1.5, output::DEPTH | output::TAG | output::INSTANCE),
             lidar("lidar", roof, 8, 90, [-0.4, 0.1], 60.0),
         ];
-        client.create_rig("look", cars[0], &sensors, 4).unwrap()
+        client.create_bundle("look", cars[0], &sensors, 4).unwrap()
     });
     let mut run = Run { hashes: vec![], collisions: 0, vehicles: 0, measured: vec![], first: 0 };
     for frame in 1..=FRAMES {
@@ -70,7 +72,7 @@ fn play(client: &mut Client, look: Look) -> Run {
                 let teleport = Teleport { actor_id: bullet, pose: Pose::new(at, facing) };
                 let velocity_mps = (ahead * -15.0).to_array();
                 let push = SetVelocity { actor_id: bullet, velocity_mps, ..Default::default() };
-                client.send(&[Wish::Teleport(teleport), Wish::SetVelocity(push)]).unwrap();
+                client.send(&[Command::Teleport(teleport), Command::SetVelocity(push)]).unwrap();
             }
         }
         if frame % 50 == 0 {
@@ -78,15 +80,15 @@ fn play(client: &mut Client, look: Look) -> Run {
         }
         if frame % 60 == 0 {
             let gone = cars.remove((frame / 60) as usize % 50 + 1);
-            client.send(&[Wish::Destroy(gone)]).unwrap();
+            client.send(&[Command::Destroy(gone)]).unwrap();
             next(client, &mut cars);
         }
         client.tick().unwrap();
         let header = client.world().header();
         run.hashes.push(header.state_hash);
         run.collisions += header.collisions;
-        if let Some(rig) = &mut rig {
-            while let Some(measured) = rig.receive().unwrap() {
+        if let Some(bundle) = &mut bundle {
+            while let Some(measured) = bundle.receive().unwrap() {
                 if run.measured.is_empty() {
                     run.first = measured.frame().0;
                 }
@@ -94,16 +96,16 @@ fn play(client: &mut Client, look: Look) -> Run {
             }
         }
     }
-    if let Some(rig) = &mut rig {
+    if let Some(bundle) = &mut bundle {
         while run.measured.len() < FRAMES as usize {
-            let measured = client.await_measurement(rig);
+            let measured = client.await_measurement(bundle);
             let measured = measured.unwrap_or_else(|e| {
                 panic!(
                     "{e}: {} of {FRAMES} came, from frame {} to {}, {} were missed",
                     run.measured.len(),
                     run.first,
-                    rig.last(),
-                    rig.missed()
+                    bundle.last(),
+                    bundle.missed()
                 )
             });
             run.measured.push(digest(&measured));
@@ -120,21 +122,22 @@ fn meddle(client: &mut Client, cars: &[ActorId], frame: usize) {
     let mut physics = client.vehicle_physics(one(0)).unwrap();
     physics.body.mass_kg *= 1.2;
     physics.wheels[0].grip = 0.7;
-    let mut wishes = physics.wishes(one(0));
-    let push = Push { actor_id: one(1), lasts: 1, linear: [0.0, 4e4, 0.0], ..Push::default() };
-    wishes.push(Wish::Push(push));
+    let mut commands = physics.commands(one(0));
+    let push =
+        ApplyForce { actor_id: one(1), lasts: 1, linear: [0.0, 4e4, 0.0], ..ApplyForce::default() };
+    commands.push(Command::ApplyForce(push));
     let on = u32::from(frame.is_multiple_of(100));
-    wishes.push(Wish::SetGravity(Switch { actor_id: one(2), on }));
-    wishes.push(Wish::SetCollisions(Switch { actor_id: one(3), on }));
+    commands.push(Command::SetGravity(Switch { actor_id: one(2), on }));
+    commands.push(Command::SetCollisions(Switch { actor_id: one(3), on }));
     let drive = AckermannControl { actor_id: one(4), speed_mps: 6.0, ..Default::default() };
-    wishes.push(Wish::Ackermann(drive));
-    client.send(&wishes).unwrap();
+    commands.push(Command::Ackermann(drive));
+    client.send(&commands).unwrap();
     if let Some(car) = client.world().actor(one(5)) {
         let ahead = car.pose.position() + car.pose.rotation() * Vec3::X * 6.0;
-        let walker = Spawn::new("walker.pedestrian.0001", Pose::level(ahead, 0.0)).frail();
+        let walker = Spawn::new("walker.pedestrian.0001", Pose::level(ahead, 0.0)).ragdoll_on_hit();
         // There may be no room.
         if let Ok(walker) = client.spawn(walker) {
-            client.send(&[Wish::Jump(walker)]).unwrap();
+            client.send(&[Command::Jump(walker)]).unwrap();
         }
     }
 }

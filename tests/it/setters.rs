@@ -1,10 +1,11 @@
-//! Every wish with a number in it, with numbers that cannot be and actors that are not there: each
+//! Every command with a number in it, with numbers that cannot be and actors that are not there: each
 //! is refused by name, and the world goes on as if nobody had spoken.
 
 use bus::{
-    AckermannControl, AckermannSettings, ActorId, Ask, Autopilot, Curve, Gear, HideLayers,
-    HideObjects, HoldLight, Push, SensorSpec, SetDoors, SetLamps, SetPhysics, SetVelocity,
-    Settings, StartReplay, Switch, Teleport, TrafficDial, VehicleControl, Weather, Wish, part,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, Ask, Autopilot, Command, Curve, Gear,
+    HideLayers, HideObjects, SensorSpec, SetDoors, SetPhysics, SetTrafficLight, SetVehicleLights,
+    SetVelocity, Settings, StartReplay, Switch, Teleport, TrafficParam, VehicleControl, Weather,
+    part,
 };
 use client_lib::{Client, Pose, Spawn, camera, lidar};
 use glam::{Quat, Vec3};
@@ -16,10 +17,10 @@ const BAD: [f32; 5] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30];
 /// A number of a struct, and its name.
 type Number<T> = (&'static str, fn(&mut T) -> &mut f32);
 
-/// One wish that must be refused, and what it is about.
+/// One command that must be refused, and what it is about.
 struct Bad {
     what: String,
-    wishes: Vec<Wish>,
+    commands: Vec<Command>,
 }
 
 /// All of them.
@@ -31,7 +32,7 @@ impl List {
     fn numbers<T: Copy>(
         &mut self,
         name: &str,
-        wish: fn(T) -> Wish,
+        command: fn(T) -> Command,
         good: T,
         numbers: &[Number<T>],
     ) {
@@ -40,13 +41,13 @@ impl List {
                 let mut body = good;
                 *number(&mut body) = bad;
                 let what = format!("{name}.{field} = {bad}");
-                self.0.push(Bad { what, wishes: vec![wish(body)] });
+                self.0.push(Bad { what, commands: vec![command(body)] });
             }
         }
     }
 
-    fn one(&mut self, what: &str, wish: Wish) {
-        self.0.push(Bad { what: what.to_owned(), wishes: vec![wish] });
+    fn one(&mut self, what: &str, command: Command) {
+        self.0.push(Bad { what: what.to_owned(), commands: vec![command] });
     }
 }
 
@@ -69,27 +70,30 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
             pose.position_m[index] = bad;
             let name = bus::Name::new("vehicle.audi.tt");
             let spawn = bus::Spawn { blueprint: name, pose, ..Default::default() };
-            list.one(&format!("Spawn.{axis} = {bad}"), Wish::Spawn(spawn));
+            list.one(&format!("Spawn.{axis} = {bad}"), Command::Spawn(spawn));
             let to = Teleport { actor_id, pose };
-            list.one(&format!("Teleport.{axis} = {bad}"), Wish::Teleport(to));
+            list.one(&format!("Teleport.{axis} = {bad}"), Command::Teleport(to));
         }
     }
     for bad in BAD {
         let pose = Pose { rotation: [bad, 0.0, 0.0, 1.0], ..near };
-        list.one(&format!("Teleport turned by {bad}"), Wish::Teleport(Teleport { actor_id, pose }));
+        list.one(
+            &format!("Teleport turned by {bad}"),
+            Command::Teleport(Teleport { actor_id, pose }),
+        );
     }
     let velocity = SetVelocity { actor_id, ..Default::default() };
     list.numbers(
         "SetVelocity",
-        Wish::SetVelocity,
+        Command::SetVelocity,
         velocity,
         fields!(velocity_mps[0], velocity_mps[2], angular_velocity_radps[1]),
     );
     let control = VehicleControl { actor_id, ..Default::default() };
-    list.numbers("Control", Wish::Control, control, fields!(throttle, brake, steer));
+    list.numbers("Control", Command::Control, control, fields!(throttle, brake, steer));
     list.numbers(
         "SetWeather",
-        Wish::SetWeather,
+        Command::SetWeather,
         Weather::default(),
         fields!(
             cloudiness,
@@ -103,39 +107,42 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
             wetness
         ),
     );
-    let dial = TrafficDial { dial: bus::dial::GAP_M, ..Default::default() };
-    list.numbers("TrafficDial", Wish::TrafficDial, dial, fields!(value));
-    let guide = bus::Guide { actor_id, count: 1, ..Default::default() };
+    let param = TrafficParam { param: bus::param::GAP_M, ..Default::default() };
+    list.numbers("TrafficParam", Command::TrafficParam, param, fields!(value));
+    let guide = bus::RouteCommand { actor_id, count: 1, ..Default::default() };
     for bad in BAD {
-        let steps = [bus::GuideStep::place(Vec3::new(0.0, bad, 0.0)); bus::GUIDE_STEPS];
-        list.one(&format!("Guide to {bad}"), Wish::Guide(bus::Guide { steps, ..guide }));
+        let steps = [bus::RouteStep::place(Vec3::new(0.0, bad, 0.0)); bus::ROUTE_STEPS];
+        list.one(
+            &format!("RouteCommand to {bad}"),
+            Command::RouteCommand(bus::RouteCommand { steps, ..guide }),
+        );
     }
-    list.one("Guide of no kind", Wish::Guide(guide));
-    list.one("Guide of 12", Wish::Guide(bus::Guide { count: 12, ..guide }));
-    let push = Push { actor_id, has_place: 1, ..Default::default() };
-    list.numbers("Push", Wish::Push, push, fields!(linear[0], angular[2], at_m[1]));
+    list.one("RouteCommand of no kind", Command::RouteCommand(guide));
+    list.one("RouteCommand of 12", Command::RouteCommand(bus::RouteCommand { count: 12, ..guide }));
+    let push = ApplyForce { actor_id, has_point: 1, ..Default::default() };
+    list.numbers("ApplyForce", Command::ApplyForce, push, fields!(linear[0], angular[2], at_m[1]));
     let ackermann = AckermannControl { actor_id, ..Default::default() };
     list.numbers(
         "Ackermann",
-        Wish::Ackermann,
+        Command::Ackermann,
         ackermann,
         fields!(steer_rad, steer_radps, speed_mps, acceleration_mps2, jerk_mps3),
     );
     let gains = AckermannSettings { actor_id, ..Default::default() };
-    list.numbers("SetAckermann", Wish::SetAckermann, gains, fields!(speed[0], acceleration[2]));
+    list.numbers("SetAckermann", Command::SetAckermann, gains, fields!(speed[0], acceleration[2]));
 
     let built = client.vehicle_physics(car).unwrap();
     let body = bus::VehicleBody { actor_id, ..built.body };
     list.numbers(
         "SetBody",
-        Wish::SetBody,
+        Command::SetBody,
         body,
         fields!(mass_kg, drag_coefficient, center_of_mass_m[0], center_of_mass_m[2]),
     );
     let engine = bus::VehicleEngine { actor_id, ..built.engine };
     list.numbers(
         "SetEngine",
-        Wish::SetEngine,
+        Command::SetEngine,
         engine,
         fields!(
             max_rpm,
@@ -146,21 +153,26 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
         ),
     );
     let gearbox = bus::VehicleGearbox { actor_id, ..built.gearbox };
-    list.numbers("SetGearbox", Wish::SetGearbox, gearbox, fields!(shift_s, clutch_nm, final_drive));
+    list.numbers(
+        "SetGearbox",
+        Command::SetGearbox,
+        gearbox,
+        fields!(shift_s, clutch_nm, final_drive),
+    );
     for bad in BAD {
         let curve = Curve::new(&[[0.0, bad]]).unwrap();
-        let torque = Wish::SetEngine(bus::VehicleEngine { torque: curve, ..engine });
+        let torque = Command::SetEngine(bus::VehicleEngine { torque: curve, ..engine });
         list.one(&format!("a torque of {bad}"), torque);
         let steering = bus::VehicleSteering { actor_id, share: curve };
-        list.one(&format!("a steering share of {bad}"), Wish::SetSteering(steering));
+        list.one(&format!("a steering share of {bad}"), Command::SetSteering(steering));
         let gear = Gear { ratio: bad, down: 0.3, up: 0.6 };
         let gears = gearbox.with_gears(&[gear]).unwrap();
-        list.one(&format!("a gear of {bad}"), Wish::SetGearbox(gears));
+        list.one(&format!("a gear of {bad}"), Command::SetGearbox(gears));
     }
     let wheel = bus::VehicleWheel { actor_id, ..built.wheels[0] };
     list.numbers(
         "SetWheel",
-        Wish::SetWheel,
+        Command::SetWheel,
         wheel,
         fields!(
             grip,
@@ -176,57 +188,67 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
     );
     list.one(
         "no curve",
-        Wish::SetEngine(bus::VehicleEngine { torque: Curve::default(), ..engine }),
+        Command::SetEngine(bus::VehicleEngine { torque: Curve::default(), ..engine }),
     );
-    list.one("a fifth wheel", Wish::SetWheel(bus::VehicleWheel { index: 4, ..wheel }));
-    list.one("three wheels", Wish::SetBody(bus::VehicleBody { wheels: 3, ..body }));
+    list.one("a fifth wheel", Command::SetWheel(bus::VehicleWheel { index: 4, ..wheel }));
+    list.one("three wheels", Command::SetBody(bus::VehicleBody { wheels: 3, ..body }));
 
     for (delta_nanos, substep_max_nanos) in [(0, 1), (u64::MAX, 1), (50_000_000, 0)] {
         let settings = Settings { delta_nanos, substep_max_nanos, ..client.settings() };
-        list.one(&format!("a delta of {delta_nanos}"), Wish::SetSettings(settings));
+        list.one(&format!("a delta of {delta_nanos}"), Command::SetSettings(settings));
     }
     let light = ActorId(1);
-    list.one("phase 9", Wish::HoldLight(HoldLight { actor_id: light, hold: 1, phase: 9 }));
-    list.one("layer 31", Wish::HideLayers(HideLayers { layers: 1 << 31, hidden: 1 }));
+    list.one(
+        "phase 9",
+        Command::SetTrafficLight(SetTrafficLight { actor_id: light, hold: 1, phase: 9 }),
+    );
+    list.one("layer 31", Command::HideLayers(HideLayers { layers: 1 << 31, hidden: 1 }));
     let hide = HideObjects { block: u32::MAX, hidden: 1, bits: [u64::MAX; 16] };
-    list.one("thing 4 billion", Wish::HideObjects(hide));
-    list.one("door 31", Wish::SetDoors(SetDoors { actor_id, open: 1 << 31 }));
+    list.one("thing 4 billion", Command::HideObjects(hide));
+    list.one("door 31", Command::SetDoors(SetDoors { actor_id, open: 1 << 31 }));
     let ask = Ask { actor_id, part: 99, ..Default::default() };
-    list.one("part 99", Wish::Ask(ask));
+    list.one("part 99", Command::Ask(ask));
     let replay = StartReplay { time_factor: f32::NAN, ..bytemuck::Zeroable::zeroed() };
-    list.one("a replay of nothing", Wish::StartReplay(replay));
+    list.one("a replay of nothing", Command::StartReplay(replay));
     list
 }
 
 /// Everything that names an actor, with one that is not there.
 fn of_nobody(actor_id: ActorId, list: &mut List) {
-    let mut dead = |what: &str, wish: Wish| list.one(&format!("{what} of {actor_id}"), wish);
+    let mut dead =
+        |what: &str, command: Command| list.one(&format!("{what} of {actor_id}"), command);
     let velocity = SetVelocity { actor_id, ..Default::default() };
-    dead("Destroy", Wish::Destroy(actor_id));
-    dead("Teleport", Wish::Teleport(Teleport { actor_id, pose: Pose::IDENTITY }));
-    dead("Control", Wish::Control(VehicleControl { actor_id, ..Default::default() }));
-    dead("Autopilot", Wish::Autopilot(Autopilot { actor_id, on: 1 }));
-    dead("SetVelocity", Wish::SetVelocity(velocity));
-    dead("HoldLight", Wish::HoldLight(HoldLight { actor_id, hold: 1, phase: 0 }));
-    dead("SetPhysics", Wish::SetPhysics(SetPhysics { actor_id, on: 1 }));
-    dead("SetLamps", Wish::SetLamps(SetLamps { actor_id, lamps: 1 }));
-    let to = bus::Guide { actor_id, anew: 1, ..Default::default() };
-    dead("Guide", Wish::Guide(to));
-    dead("SetDoors", Wish::SetDoors(SetDoors { actor_id, open: 0 }));
-    dead("SetBones", Wish::SetBones(bus::SetBones { actor_id, count: 1, ..Default::default() }));
-    dead("BlendPose", Wish::BlendPose(bus::BlendPose { actor_id, share: 0.5 }));
-    dead("Ask", Wish::Ask(Ask { actor_id, part: part::BODY, ..Default::default() }));
-    dead("SetBody", Wish::SetBody(bus::VehicleBody { actor_id, ..Default::default() }));
-    dead("SetEngine", Wish::SetEngine(bus::VehicleEngine { actor_id, ..Default::default() }));
-    dead("SetGearbox", Wish::SetGearbox(bus::VehicleGearbox { actor_id, ..Default::default() }));
-    dead("SetSteering", Wish::SetSteering(bus::VehicleSteering { actor_id, ..Default::default() }));
-    dead("SetWheel", Wish::SetWheel(bus::VehicleWheel { actor_id, ..Default::default() }));
-    dead("Push", Wish::Push(Push { actor_id, ..Default::default() }));
-    dead("SetGravity", Wish::SetGravity(Switch { actor_id, on: 1 }));
-    dead("SetCollisions", Wish::SetCollisions(Switch { actor_id, on: 1 }));
-    dead("Ackermann", Wish::Ackermann(AckermannControl { actor_id, ..Default::default() }));
+    dead("Destroy", Command::Destroy(actor_id));
+    dead("Teleport", Command::Teleport(Teleport { actor_id, pose: Pose::IDENTITY }));
+    dead("Control", Command::Control(VehicleControl { actor_id, ..Default::default() }));
+    dead("Autopilot", Command::Autopilot(Autopilot { actor_id, on: 1 }));
+    dead("SetVelocity", Command::SetVelocity(velocity));
+    dead(
+        "SetTrafficLight",
+        Command::SetTrafficLight(SetTrafficLight { actor_id, hold: 1, phase: 0 }),
+    );
+    dead("SetPhysics", Command::SetPhysics(SetPhysics { actor_id, on: 1 }));
+    dead("SetVehicleLights", Command::SetVehicleLights(SetVehicleLights { actor_id, lamps: 1 }));
+    let to = bus::RouteCommand { actor_id, anew: 1, ..Default::default() };
+    dead("RouteCommand", Command::RouteCommand(to));
+    dead("SetDoors", Command::SetDoors(SetDoors { actor_id, open: 0 }));
+    dead("SetBones", Command::SetBones(bus::SetBones { actor_id, count: 1, ..Default::default() }));
+    dead("BlendPose", Command::BlendPose(bus::BlendPose { actor_id, share: 0.5 }));
+    dead("Ask", Command::Ask(Ask { actor_id, part: part::BODY, ..Default::default() }));
+    dead("SetBody", Command::SetBody(bus::VehicleBody { actor_id, ..Default::default() }));
+    dead("SetEngine", Command::SetEngine(bus::VehicleEngine { actor_id, ..Default::default() }));
+    dead("SetGearbox", Command::SetGearbox(bus::VehicleGearbox { actor_id, ..Default::default() }));
+    dead(
+        "SetSteering",
+        Command::SetSteering(bus::VehicleSteering { actor_id, ..Default::default() }),
+    );
+    dead("SetWheel", Command::SetWheel(bus::VehicleWheel { actor_id, ..Default::default() }));
+    dead("ApplyForce", Command::ApplyForce(ApplyForce { actor_id, ..Default::default() }));
+    dead("SetGravity", Command::SetGravity(Switch { actor_id, on: 1 }));
+    dead("SetCollisions", Command::SetCollisions(Switch { actor_id, on: 1 }));
+    dead("Ackermann", Command::Ackermann(AckermannControl { actor_id, ..Default::default() }));
     let gains = AckermannSettings { actor_id, ..Default::default() };
-    dead("SetAckermann", Wish::SetAckermann(gains));
+    dead("SetAckermann", Command::SetAckermann(gains));
 }
 
 fn bad_sensors(client: &mut Client, car: ActorId) {
@@ -246,7 +268,7 @@ fn bad_sensors(client: &mut Client, car: ActorId) {
             ("lower_rad", SensorSpec { lower_rad: bad, ..scan }),
             ("upper_rad", SensorSpec { upper_rad: bad, ..scan }),
         ] {
-            let made = client.create_rig("bad", car, &[spec], 2);
+            let made = client.create_bundle("bad", car, &[spec], 2);
             assert!(made.is_err(), "a sensor of {what} = {bad} was granted");
         }
     }
@@ -274,13 +296,13 @@ fn play(is_spoken: bool) -> Vec<u64> {
         }
         bad_sensors(&mut client, cars[0]);
     }
-    println!("{} wishes", list.0.len());
+    println!("{} commands", list.0.len());
     let mut hashes = Vec::new();
     let mut granted = Vec::new();
     for chunk in 0..20 {
         let share = list.0.len().div_ceil(20);
         for bad in list.0.iter().skip(chunk * share).take(share) {
-            match client.request("nonsense", &bad.wishes) {
+            match client.request("nonsense", &bad.commands) {
                 Ok(_) => granted.push(bad.what.clone()),
                 Err(said) => {
                     let words = said.to_string().trim_start_matches("nonsense").len();

@@ -1,7 +1,7 @@
 //! Worlds come and go for long: nothing grows.
 
 use bus::Role;
-use client_lib::{Client, Pose, Rig, Spawn, camera, output};
+use client_lib::{Client, Pose, SensorBundle, Spawn, camera, output};
 use glam::vec3;
 
 use crate::kit::{Sim, is_soak, resident_bytes};
@@ -53,7 +53,7 @@ impl Held {
 }
 
 /// Five cars under traffic, one with a small camera.
-fn furnish(client: &mut Client) -> Rig {
+fn furnish(client: &mut Client) -> SensorBundle {
     let places = client.spawn_points().unwrap();
     let spread = places.len() / 5;
     let cars: Vec<_> = places
@@ -63,7 +63,7 @@ fn furnish(client: &mut Client) -> Rig {
         .map(|place| client.spawn(Spawn::new("vehicle.tesla.model3", *place).autopilot()).unwrap())
         .collect();
     let eye = camera("eye", Pose::level(vec3(0.5, 0.0, 1.6), 0.0), 16, 16, 1.5, output::DEPTH);
-    client.create_rig("eye", cars[0], &[eye], 2).unwrap()
+    client.create_bundle("eye", cars[0], &[eye], 2).unwrap()
 }
 
 #[test]
@@ -82,11 +82,11 @@ fn many_worlds_and_ticks_need_no_more_memory() {
             samples.push(held);
         }
         client.reload_map().unwrap();
-        let mut rig = furnish(&mut client);
+        let mut bundle = furnish(&mut client);
         for _ in 0..ticks {
             client.tick().unwrap();
         }
-        assert!(rig.latest().unwrap().is_some(), "world {reset} was not seen");
+        assert!(bundle.latest().unwrap().is_some(), "world {reset} was not seen");
     }
     let (early, late) = samples[SETTLED..].split_at((SAMPLES - SETTLED) / 2);
     for (index, name) in NAMES.into_iter().enumerate() {

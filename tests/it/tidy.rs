@@ -136,8 +136,17 @@ fn the_drawing_in_the_architecture_names_every_room() {
 
 #[test]
 fn the_top_level_holds_the_doors_and_nothing_else() {
-    let doors =
-        ["bench", "client-lib", "crates", "docs", "sensor-render", "sim-host", "target", "tests", "traffic"];
+    let doors = [
+        "bench",
+        "client-lib",
+        "crates",
+        "docs",
+        "sensor-render",
+        "sim-host",
+        "target",
+        "tests",
+        "traffic",
+    ];
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
     let entries = std::fs::read_dir(root).unwrap().flatten().filter(|e| e.path().is_dir());
     let names = entries.map(|e| e.file_name().into_string().unwrap());

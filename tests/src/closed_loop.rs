@@ -11,7 +11,7 @@ use glam::Vec3;
 use mesh::{Mesh, Tag};
 use road::{LanePoint, Network};
 use sim_host::physics::{Ground, Physics, StaticBox, VehicleModel};
-use traffic::{Mind, Outlook};
+use traffic::{Outlook, Planner};
 
 const DELTA_NANOS: u64 = 50_000_000;
 const DELTA_S: f32 = 0.05;
@@ -88,7 +88,7 @@ pub struct World {
     network: Arc<Network>,
     physics: Physics,
     asphalt: Ground,
-    mind: Mind,
+    planner: Planner,
     stamp: Stamp,
     /// By id: lights, then vehicles.
     actors: Vec<ActorState>,
@@ -119,7 +119,7 @@ impl World {
         let mut world = World {
             physics: Physics::new(Arc::new(Ground::new(&town.mesh)), &boxes),
             asphalt: asphalt(&town.mesh),
-            mind: Mind::new(network.clone(), cast.seed),
+            planner: Planner::new(network.clone(), cast.seed),
             network,
             stamp: Stamp { episode: 1, ..Stamp::default() },
             actors: Vec::new(),
@@ -189,14 +189,14 @@ impl World {
     /// One frame, in the host's order: what was decided on the last frame acts, then physics.
     pub fn tick(&mut self) {
         let begin = bus::clock::now_nanos();
-        self.mind.plan(&self.stamp, DELTA_NANOS, &self.actors, &[]);
+        self.planner.plan(&self.stamp, DELTA_NANOS, &self.actors, &[]);
         let planned = bus::clock::now_nanos();
         self.mind_nanos += planned - begin;
         self.look();
-        for control in self.mind.controls() {
+        for control in self.planner.controls() {
             self.physics.control(control).expect("it was spawned");
         }
-        for light in self.mind.lights() {
+        for light in self.planner.lights() {
             self.actors[light.actor_id.0 as usize - 1].phase = light.phase;
         }
         let begin = bus::clock::now_nanos();
@@ -221,7 +221,7 @@ impl World {
         for record in &mut self.records {
             record.lost_s += DELTA_S;
         }
-        for outlook in self.mind.outlooks() {
+        for outlook in self.planner.outlooks() {
             let row = outlook.actor_id.0 as usize - 1 - from;
             let (record, actor) = (&mut self.records[row], &self.actors[from + row]);
             record.lost_s -= DELTA_S;
@@ -280,7 +280,7 @@ impl World {
             if last_s.is_none_or(|last_s| time_s - last_s > SAME_CRASH_S) {
                 let both = [who.0, who.1];
                 let story = self
-                    .mind
+                    .planner
                     .outlooks()
                     .filter(|outlook| both.contains(&outlook.actor_id))
                     .map(|outlook| self.describe(&outlook))
@@ -293,7 +293,7 @@ impl World {
 
     /// Prints what these vehicles reckon with.
     pub fn print(&self, watch: &[u32]) {
-        for outlook in self.mind.outlooks().filter(|o| watch.contains(&o.actor_id.0)) {
+        for outlook in self.planner.outlooks().filter(|o| watch.contains(&o.actor_id.0)) {
             println!("{:.2} {}", self.time_s(), self.describe(&outlook));
         }
     }
@@ -305,7 +305,7 @@ impl World {
             let (time_s, id) = (self.time_s(), light.actor_id.0);
             writeln!(trace, "{time_s:.0},{id},{:.1},{:.1},,,,,,,,,,,,,,,{phase}", at.x, at.y)?;
         }
-        for o in self.mind.outlooks() {
+        for o in self.planner.outlooks() {
             let actor = &self.actors[o.actor_id.0 as usize - 1];
             let (at, nose) = (actor.pose.position(), actor.pose.rotation() * Vec3::X);
             let on = LanePoint { lane: o.lane, along_m: 0.0 };
@@ -319,7 +319,7 @@ impl World {
                 nose.y.atan2(nose.x),
                 actor.velocity().length(),
                 o.limit_mps,
-                o.wish_mps,
+                o.desired_speed_mps,
                 self.network.road_space(on).0.id,
                 o.lane.0,
                 o.leader.0,
@@ -340,7 +340,7 @@ impl World {
         let at = LanePoint { lane: outlook.lane, along_m: 0.0 };
         let (road, section, lane, _) = self.network.road_space(at);
         format!(
-            "{} {} at {:.1} v {:.1}, road {} section {section} lane {lane} ({}) at {:.1} m, {:.2} m astray, wish {:.1} \
+            "{} {} at {:.1} v {:.1}, road {} section {section} lane {lane} ({}) at {:.1} m, {:.2} m astray, command {:.1} \
              of {:.1}; leader {} in {:.1} m, stop in {:.1}, merge in {:.1}; leave {}, waited {:.0} s for {:?} on {}{}{}; \
              pedals {:.2} {:.2} wheel {:.2}",
             outlook.actor_id.0,
@@ -351,7 +351,7 @@ impl World {
             outlook.lane.0,
             outlook.along_m,
             outlook.astray_m,
-            outlook.wish_mps,
+            outlook.desired_speed_mps,
             outlook.limit_mps,
             outlook.leader.0,
             outlook.leader_m,
@@ -389,7 +389,7 @@ impl World {
         let longest = records.iter().map(|r| r.longest_s).fold(0.0, f32::max);
         let with_statics = self.crashes.iter().filter(|c| c.who.1 == ActorId::NONE).count();
         println!(
-            "{name}: {} vehicles ({} places refused), {:.0} s in {wall_s:.0} s wall; physics {:.0} us, mind {:.0} us \
+            "{name}: {} vehicles ({} places refused), {:.0} s in {wall_s:.0} s wall; physics {:.0} us, planner {:.0} us \
              a frame; hash {:016x}",
             records.len(),
             self.refused,
@@ -511,7 +511,7 @@ impl World {
             let row = outlook.actor_id.0 as usize - 1 - self.vehicles_from;
             outlook.leader_m > 4.0 && self.records[row].anchored_s > 0.5 * JAM_MAX_S
         };
-        for outlook in self.mind.outlooks().filter(stands).take(20) {
+        for outlook in self.planner.outlooks().filter(stands).take(20) {
             println!("  stands: {}", self.describe(&outlook));
         }
     }

@@ -1,4 +1,4 @@
-//! What a mind knows of a vehicle's build: how long, how wide, how it turns.
+//! What a planner knows of a vehicle's build: how long, how wide, how it turns.
 
 use town::Blueprint;
 

@@ -3,10 +3,10 @@
 //! Decisions are made one vehicle after the other in the order of ids, and a vehicle that changes
 //! claims its place on the new lane at once, so that two never take the same gap.
 
-use crate::dials::Dials;
 use crate::follow::{GAP_M, Leader, first_ahead, free, idm, route_end};
 use crate::guide::Guides;
 use crate::map::Map;
+use crate::params::Dials;
 use crate::perceive::{Crowd, Occupancy};
 use crate::random::{Purpose, unit};
 use crate::route;
@@ -39,9 +39,9 @@ pub(crate) struct View<'a> {
     pub(crate) load: &'a route::Load,
     pub(crate) crowd: &'a Crowd,
     pub(crate) occupancy: &'a Occupancy,
-    /// By row: who is in front, and the speed that is wished for.
+    /// By row: who is in front, and the speed that is requested for.
     pub(crate) leaders: &'a [Leader],
-    pub(crate) wishes: &'a [f32],
+    pub(crate) desired_speeds: &'a [f32],
     pub(crate) seed: u64,
     pub(crate) delta_s: f32,
 }
@@ -54,7 +54,7 @@ struct Claim {
 }
 
 /// Lets every vehicle think about the lanes beside it.
-pub(crate) fn consider(rows: &mut Rows, dials: &mut Dials, guides: &mut Guides, view: &View) {
+pub(crate) fn consider(rows: &mut Rows, params: &mut Dials, guides: &mut Guides, view: &View) {
     let mut claims: Vec<Claim> = Vec::new();
     for row in 0..rows.id.len() {
         if rows.placed[row] == 0 {
@@ -66,11 +66,11 @@ pub(crate) fn consider(rows: &mut Rows, dials: &mut Dials, guides: &mut Guides, 
         }
         let id = rows.id[row];
         let led = guides.side(id, rows.route[row].lane(), &view.map.tracks);
-        let motive = match (dials.change_now(id), led) {
+        let motive = match (params.change_now(id), led) {
             (0.0, Some(side)) if side != 0.0 => Motive::Led(side),
             (0.0, _) if rows.change_wait_s[row] > 0.0 => continue,
             (0.0, Some(_)) => Motive::Need,
-            (0.0, None) => whim(rows, row, dials, view),
+            (0.0, None) => whim(rows, row, params, view),
             (side, _) => Motive::Told(side),
         };
         if !matches!(motive, Motive::Told(_) | Motive::Led(_)) {
@@ -79,7 +79,7 @@ pub(crate) fn consider(rows: &mut Rows, dials: &mut Dials, guides: &mut Guides, 
         }
         if let Some((lane, arc_m, left_m)) = best(rows, row, motive, view, &claims) {
             if matches!(motive, Motive::Told(_)) {
-                dials.has_changed(rows.id[row]);
+                params.has_changed(rows.id[row]);
             }
             let body = view.crowd.body[view.crowd.driven[row] as usize];
             claims.push(Claim { lane, rear_m: arc_m - body.rear_m, front_m: arc_m + body.front_m });
@@ -113,15 +113,15 @@ impl Motive {
 }
 
 /// What moves a vehicle that nobody tells where to go.
-fn whim(rows: &Rows, row: usize, dials: &Dials, view: &View) -> Motive {
+fn whim(rows: &Rows, row: usize, params: &Dials, view: &View) -> Motive {
     let id = rows.id[row];
-    for (share, side) in dials.wanders(id).into_iter().zip([1.0, -1.0]) {
+    for (share, side) in params.wanders(id).into_iter().zip([1.0, -1.0]) {
         let nth = 2 * u64::from(rows.thoughts[row]) + u64::from(side > 0.0);
         if share > 0.0 && unit(view.seed, id, Purpose::Wander, nth) < share {
             return Motive::Whim(side);
         }
     }
-    if dials.changes_lanes(id) { Motive::Own } else { Motive::Need }
+    if params.changes_lanes(id) { Motive::Own } else { Motive::Need }
 }
 
 /// The lane to change to: its index, the place on it, and how far left of it the vehicle is.
@@ -158,7 +158,7 @@ fn best(
         return None;
     }
     let own = crowd.body[body];
-    let stay = gain(speed, view.wishes[row], &view.leaders[row]);
+    let stay = gain(speed, view.desired_speeds[row], &view.leaders[row]);
     let mut best: Option<(f32, (u32, f32, f32))> = None;
     for ((side, allowed), hand) in sides.into_iter().zip(allowed).zip([1.0, -1.0]) {
         if side == NONE || side == lane || !allowed || !motive.takes(hand) {
@@ -250,7 +250,7 @@ fn look(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Option<Gap
     for &before in tracks.previous(side) {
         behind(before, tracks.length(before));
     }
-    let own_gain = gain(speed, view.wishes[row], &leader);
+    let own_gain = gain(speed, view.desired_speeds[row], &leader);
     let (follower_gain, follower_now) = match follower {
         Some((gap, mps)) => {
             let now =
@@ -262,8 +262,8 @@ fn look(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Option<Gap
     Some(Gap { own: own_gain, follower: follower_gain, follower_now })
 }
 
-fn gain(speed: f32, wish: f32, leader: &Leader) -> f32 {
-    let free = free(speed, wish);
+fn gain(speed: f32, desired: f32, leader: &Leader) -> f32 {
+    let free = free(speed, desired);
     if leader.gap_m.is_finite() {
         free.min(idm(speed, leader.speed_mps, leader.gap_m, GAP_M))
     } else {

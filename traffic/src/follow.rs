@@ -57,13 +57,13 @@ pub(crate) fn idm(speed: f32, leader_mps: f32, gap_m: f32, stand_m: f32) -> f32 
     pressed.max(-BRAKE_MAX_MPS2)
 }
 
-/// Free driving towards `wish` metres per second.
-pub(crate) fn free(speed: f32, wish: f32) -> f32 {
-    if speed <= wish {
-        let part = speed / wish.max(0.1);
+/// Free driving towards `desired` metres per second.
+pub(crate) fn free(speed: f32, desired: f32) -> f32 {
+    if speed <= desired {
+        let part = speed / desired.max(0.1);
         GAIN_MPS2 * (1.0 - part.powi(8))
     } else {
-        (-1.5 * (speed - wish)).max(-COMFORT_MPS2 * 1.5)
+        (-1.5 * (speed - desired)).max(-COMFORT_MPS2 * 1.5)
     }
 }
 
@@ -86,7 +86,7 @@ impl Pace {
 }
 
 /// The speed that curves and limits ahead allow.
-pub(crate) fn wish(
+pub(crate) fn desired_pace(
     rows: &Rows,
     row: usize,
     tracks: &Tracks,
@@ -95,29 +95,29 @@ pub(crate) fn wish(
     curve_share: f32,
 ) -> f32 {
     let lanes = rows.route[row].lanes();
-    let mut wish = pace.at(tracks.limit_mps[lanes[0] as usize]);
+    let mut desired = pace.at(tracks.limit_mps[lanes[0] as usize]);
     // A glance ahead makes up for the time that pedals take.
     let glance = rows.arc_m[row].max(0.0) + 0.4 * speed.max(0.0);
     let length = tracks.length(lanes[0]);
     if glance < length {
-        wish = wish.min(tracks.pace_at(lanes[0], glance) * curve_share);
+        desired = desired.min(tracks.pace_at(lanes[0], glance) * curve_share);
     }
     let mut begins = length - rows.arc_m[row];
     let horizon = speed * speed / (2.0 * EASE_MPS2) + speed + 10.0;
     for &lane in &lanes[1..] {
         if begins > horizon {
-            return wish;
+            return desired;
         }
         let limit = pace.at(tracks.limit_mps[lane as usize]);
         let over = (begins - 0.4 * speed).max(0.0);
         let inside = (0.4 * speed - begins).max(0.0);
         if inside < tracks.length(lane) {
             let top = limit.min(tracks.pace_at(lane, inside) * curve_share);
-            wish = wish.min((top * top + 2.0 * EASE_MPS2 * over).sqrt());
+            desired = desired.min((top * top + 2.0 * EASE_MPS2 * over).sqrt());
         }
         begins += tracks.length(lane);
     }
-    wish
+    desired
 }
 
 /// How far the known route goes on, from the front bumper.
@@ -189,8 +189,14 @@ pub(crate) fn first_ahead(
 }
 
 /// The acceleration that limits, leaders and lines together allow.
-pub(crate) fn accelerate(speed: f32, wish: f32, leader: &Leader, halt: &Halt, gap_m: f32) -> f32 {
-    let mut gain = free(speed, wish);
+pub(crate) fn accelerate(
+    speed: f32,
+    desired: f32,
+    leader: &Leader,
+    halt: &Halt,
+    gap_m: f32,
+) -> f32 {
+    let mut gain = free(speed, desired);
     if leader.gap_m.is_finite() {
         gain = gain.min(idm(speed, leader.speed_mps, leader.gap_m, gap_m));
     }

@@ -7,7 +7,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
-use bus::{Guide, GuideStep, guide};
+use bus::{RouteCommand, RouteStep, guide};
 use bytemuck::Zeroable;
 use glam::Vec3;
 
@@ -35,7 +35,7 @@ const LANES_AHEAD: usize = 400;
 struct Guided {
     actor: u32,
     /// What is not done yet.
-    steps: Vec<GuideStep>,
+    steps: Vec<RouteStep>,
     /// The lane that it is on, and those that it will take; empty: not planned yet.
     plan: Vec<Leg>,
 }
@@ -55,7 +55,7 @@ pub(crate) struct Guides(Vec<Guided>);
 
 impl Guides {
     /// Takes over what a client says.
-    pub(crate) fn tell(&mut self, told: &Guide) {
+    pub(crate) fn tell(&mut self, told: &RouteCommand) {
         let actor = told.actor_id.0;
         let at = match self.0.binary_search_by_key(&actor, |guided| guided.actor) {
             Ok(at) => at,
@@ -156,7 +156,7 @@ impl Guides {
         let mut all: Vec<Guided> = Vec::new();
         while !bytes.is_empty() {
             let [actor, steps, legs] = take::<[u32; 3]>(&mut bytes, 1)?[0];
-            let steps = take::<GuideStep>(&mut bytes, steps as usize)?;
+            let steps = take::<RouteStep>(&mut bytes, steps as usize)?;
             let plan = take::<Leg>(&mut bytes, legs as usize)?;
             let done: usize = plan.iter().map(|leg| leg.done as usize).sum();
             let on_map = plan.iter().all(|leg| (leg.lane as usize) < lanes);
@@ -237,7 +237,7 @@ impl Guided {
 }
 
 /// The lanes that do a step for who comes from `from`.
-fn goals(step: &GuideStep, from: u32, tracks: &Tracks, grid: &Grid) -> BTreeSet<u32> {
+fn goals(step: &RouteStep, from: u32, tracks: &Tracks, grid: &Grid) -> BTreeSet<u32> {
     match step.kind {
         guide::PLACE => lanes_by(Vec3::from_array(step.position_m), tracks, grid),
         guide::LEFT | guide::RIGHT | guide::STRAIGHT => turns(step.kind, from, tracks),

@@ -1,23 +1,25 @@
-//! What a mind must know beyond the snapshot, and its bytes.
+//! What a planner must know beyond the snapshot, and its bytes.
 //!
-//! The bytes are canonical: equal memories have equal bytes, so their hash stands for the mind.
+//! The bytes are canonical: equal memories have equal bytes, so their hash stands for the planner.
 
-use bus::{Command, Weather, Wish, status};
+use bus::{Command, RawCommand, Weather, status};
 use bytemuck::{Pod, Zeroable};
 
-use crate::dials::Dials;
 use crate::guide::Guides;
+use crate::params::Dials;
 use crate::rows::Rows;
 
 /// `omnimind`, and the version of what follows.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnimind");
 const VERSION: u32 = 4;
 
-/// Why bytes are no mind for this map.
+/// Why bytes are no planner for this map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MindError {
     /// They are too short, too long, or of another build.
-    #[error("a traffic mind of {found} bytes does not fit: {why}; was it saved by another build?")]
+    #[error(
+        "a traffic planner of {found} bytes does not fit: {why}; was it saved by another build?"
+    )]
     Shape {
         /// How many bytes there are.
         found: usize,
@@ -25,11 +27,13 @@ pub enum MindError {
         why: &'static str,
     },
     /// They name lanes or lights that the map does not have.
-    #[error("a traffic mind saved on another map: it knows {found} {what}, this map has {wanted}")]
+    #[error(
+        "a traffic planner saved on another map: it knows {found} {what}, this map has {wanted}"
+    )]
     OtherMap {
         /// Lanes or signal cycles.
         what: &'static str,
-        /// How many the mind knows.
+        /// How many the planner knows.
         found: u32,
         /// How many there are.
         wanted: u32,
@@ -43,7 +47,7 @@ pub(crate) struct Memory {
     pub(crate) orders: u64,
     /// By signal cycle: nanoseconds since it began.
     pub(crate) clocks: Vec<u64>,
-    pub(crate) dials: Dials,
+    pub(crate) params: Dials,
     pub(crate) rows: Rows,
     pub(crate) guides: Guides,
     pub(crate) weather: Weather,
@@ -59,7 +63,7 @@ struct Head {
     orders: u64,
     lanes: u32,
     clocks: u32,
-    dials: u32,
+    params: u32,
     rows: u32,
     weather: Weather,
     reserved: u32,
@@ -67,16 +71,16 @@ struct Head {
 
 impl Memory {
     /// Takes over what one line of the journal asks for, if it was granted.
-    pub(crate) fn heed(&mut self, command: &Command, outcome: u32) {
+    pub(crate) fn heed(&mut self, command: &RawCommand, outcome: u32) {
         if outcome != status::DONE {
             return;
         }
-        match command.wish() {
-            Some(Wish::TrafficDial(dial)) => self.dials.turn(dial),
-            Some(Wish::SetWeather(weather)) => self.weather = weather,
-            Some(Wish::Guide(guide)) => self.guides.tell(&guide),
-            Some(Wish::Destroy(actor)) if actor.0 != 0 => {
-                self.dials.forget_actor(actor);
+        match command.decode() {
+            Some(Command::TrafficParam(param)) => self.params.turn(param),
+            Some(Command::SetWeather(weather)) => self.weather = weather,
+            Some(Command::RouteCommand(guide)) => self.guides.tell(&guide),
+            Some(Command::Destroy(actor)) if actor.0 != 0 => {
+                self.params.forget_actor(actor);
                 self.guides.forget(actor.0);
             }
             _ => {}
@@ -95,14 +99,14 @@ impl Memory {
             orders: self.orders,
             lanes: lanes as u32,
             clocks: self.clocks.len() as u32,
-            dials: self.dials.all().len() as u32,
+            params: self.params.all().len() as u32,
             rows: self.rows.id.len() as u32,
             weather: self.weather,
             reserved: 0,
         };
         bytes.extend_from_slice(bytemuck::bytes_of(&head));
         bytes.extend_from_slice(bytemuck::cast_slice(&self.clocks));
-        bytes.extend_from_slice(bytemuck::cast_slice(self.dials.all()));
+        bytes.extend_from_slice(bytemuck::cast_slice(self.params.all()));
         self.rows.write(bytes);
         bytes.extend_from_slice(&guides);
     }
@@ -131,7 +135,7 @@ impl Memory {
             return Err(other("signal cycles", head.clocks, clocks));
         }
         let (clock_bytes, dial_bytes) =
-            (8 * clocks, head.dials as usize * size_of::<bus::TrafficDial>());
+            (8 * clocks, head.params as usize * size_of::<bus::TrafficParam>());
         let row_bytes = head.rows as usize * Rows::ROW_BYTES;
         let wanted = clock_bytes + dial_bytes + row_bytes + head.guide_bytes as usize;
         if body.len() != wanted {
@@ -143,7 +147,7 @@ impl Memory {
         let memory = Memory {
             orders: head.orders,
             clocks: clock_part.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect(),
-            dials: Dials::from_saved(dial_part),
+            params: Dials::from_saved(dial_part),
             rows: Rows::read(head.rows as usize, row_part),
             weather: head.weather,
             guides: Guides::read(guide_part, lanes)

@@ -1,9 +1,9 @@
-//! What a mind reckons with, for whoever judges it or asks why a vehicle stands.
+//! What a planner reckons with, for whoever judges it or asks why a vehicle stands.
 
 use bus::ActorId;
 use road::LaneIndex;
 
-use crate::Mind;
+use crate::Planner;
 
 /// A leader farther away than this does not slow anybody down.
 const LEADER_FREE_M: f32 = 60.0;
@@ -28,7 +28,7 @@ pub enum Wait {
     Sweep,
 }
 
-/// What the mind of one vehicle reckoned with in the frame that was planned last. Distances are
+/// What the planner of one vehicle reckoned with in the frame that was planned last. Distances are
 /// from its front bumper along its route, in metres; infinity where there is nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outlook {
@@ -43,7 +43,7 @@ pub struct Outlook {
     /// The limit that holds here.
     pub limit_mps: f32,
     /// The speed that limits and curves ahead allow.
-    pub wish_mps: f32,
+    pub desired_speed_mps: f32,
     /// Who is in front, or [`ActorId::NONE`].
     pub leader: ActorId,
     /// To his rear.
@@ -78,11 +78,11 @@ impl Outlook {
 
     /// Whether a curve or a lower limit ahead keeps it below the limit that holds here.
     pub fn is_in_curve(&self) -> bool {
-        self.wish_mps < 0.95 * self.limit_mps
+        self.desired_speed_mps < 0.95 * self.limit_mps
     }
 }
 
-impl Mind {
+impl Planner {
     /// What every vehicle on autopilot reckoned with in the last frame, ascending by actor id.
     /// Vehicles that no road is near are left out.
     pub fn outlooks(&self) -> impl Iterator<Item = Outlook> + '_ {

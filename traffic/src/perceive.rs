@@ -4,8 +4,8 @@ use bus::{ActorState, flag, kind};
 use glam::{Vec2, Vec3};
 
 use crate::body::{Bodies, Body};
-use crate::dials::Dials;
 use crate::grid::{Grid, REACH_M};
+use crate::params::Dials;
 use crate::tracks::{NONE, Tracks};
 
 /// Half the width of the corridor along a track that must be free of others: half of a wide car,
@@ -177,9 +177,9 @@ impl Occupancy {
     }
 
     /// Takes down whom everybody ignores.
-    pub(crate) fn overlook(&mut self, crowd: &Crowd, dials: &Dials, seed: u64) {
+    pub(crate) fn overlook(&mut self, crowd: &Crowd, params: &Dials, seed: u64) {
         self.unseen.clear();
-        if !dials.some_ignore() {
+        if !params.some_ignore() {
             return;
         }
         for &own in &crowd.driven {
@@ -187,7 +187,7 @@ impl Occupancy {
             for other in 0..crowd.count() {
                 let near = crowd.position[other].distance_squared(place) < HEEDED_M * HEEDED_M;
                 let id = crowd.id[own as usize];
-                if near && dials.ignores(seed, id, crowd.id[other], crowd.walks[other]) {
+                if near && params.ignores(seed, id, crowd.id[other], crowd.walks[other]) {
                     self.unseen.push((own, other as u32));
                 }
             }

@@ -1,6 +1,6 @@
 //! Named random streams: every draw is a function of (seed, actor, purpose, how many before it).
 //!
-//! Nothing is stored but the counts, so a restored mind draws what the lost one would have drawn,
+//! Nothing is stored but the counts, so a restored planner draws what the lost one would have drawn,
 //! and one vehicle's draws never move another's.
 
 /// What a draw is for. Streams of different purposes are independent.

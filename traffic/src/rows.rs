@@ -1,4 +1,4 @@
-//! What the mind knows of each vehicle that it drives, beyond the snapshot.
+//! What the planner knows of each vehicle that it drives, beyond the snapshot.
 
 use bytemuck::{Pod, Zeroable};
 

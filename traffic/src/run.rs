@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use bus::{
-    Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name, Participant, Role, Snapshot,
-    TrafficHeader, TrafficPorts, Wish, clock, dial, fault, status,
+    Command, Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name, Participant, Role,
+    Snapshot, TrafficHeader, TrafficPorts, clock, fault, param, status,
 };
 
-use crate::{Mind, MindError};
+use crate::{MindError, Planner};
 
 /// Why traffic ended before its host did.
 #[derive(Debug, thiserror::Error)]
@@ -15,9 +15,9 @@ pub enum TrafficError {
     /// The bus.
     #[error(transparent)]
     Bus(#[from] bus::BusError),
-    /// The mind that the host gave back.
+    /// The planner that the host gave back.
     #[error(transparent)]
-    Mind(#[from] MindError),
+    Planner(#[from] MindError),
     /// The map, which the host could read.
     #[error("{0}")]
     Map(String),
@@ -29,15 +29,15 @@ pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), Traffic
     let participant = Participant::join(instance, Role::Traffic, name, Some(slot), within)?;
     fault::joining(Role::Traffic);
     let (number, episode) = instance.numbered_episode()?;
-    let mut mind = mind_of(&episode)?;
-    let mut ports = TrafficPorts::open(participant.hub()?)?;
+    let mut planner = mind_of(&episode)?;
+    let mut ports = TrafficPorts::open(participant.node()?)?;
     ports.journal.await_keyframe();
     participant.ready()?;
     let done = participant.words().ack();
-    let blank = mind.save();
+    let blank = planner.save();
     while let Some(own) = ports.resume.receive()? {
         if let Some((_, _, saved)) = own.header().parts(own.payload()) {
-            mind.restore(saved)?;
+            planner.restore(saved)?;
         }
     }
     let mut driver = Driver {
@@ -45,7 +45,7 @@ pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), Traffic
         ports,
         number,
         episode,
-        mind,
+        planner,
         blank,
         saved: Vec::new(),
         done,
@@ -59,19 +59,19 @@ pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), Traffic
     }
 }
 
-/// A mind that knows the map and nothing else.
-fn mind_of(episode: &Episode) -> Result<Mind, TrafficError> {
+/// A planner that knows the map and nothing else.
+fn mind_of(episode: &Episode) -> Result<Planner, TrafficError> {
     let network = town::cache::Cache::of_environment()
         .network(&episode.open_drive)
         .map_err(|e| TrafficError::Map(format!("{}: {e}", episode.map)))?;
-    Ok(Mind::new(Arc::new(network), episode.seed))
+    Ok(Planner::new(Arc::new(network), episode.seed))
 }
 
 /// Whether a line may be heeded once only.
 fn is_once(entry: &JournalEntry) -> bool {
-    match entry.command.wish() {
-        Some(Wish::TrafficDial(set)) => dial::is_once(set.dial),
-        Some(Wish::Guide(_)) => true,
+    match entry.command.decode() {
+        Some(Command::TrafficParam(set)) => param::is_once(set.param),
+        Some(Command::RouteCommand(_)) => true,
         _ => false,
     }
 }
@@ -82,10 +82,10 @@ struct Driver {
     /// Which of its host's worlds it drives in.
     number: u32,
     episode: Episode,
-    mind: Mind,
-    /// A mind that knows nothing yet.
+    planner: Planner,
+    /// A planner that knows nothing yet.
     blank: Vec<u8>,
-    /// The mind's bytes, reused.
+    /// The planner's bytes, reused.
     saved: Vec<u8>,
     /// Everything up to here is planned.
     done: Frame,
@@ -128,7 +128,7 @@ impl Driver {
         let begin_nanos = clock::now_nanos();
         fault::delay(Role::Traffic, frame);
         let mut journal = self.journal_of(frame)?;
-        // What a mind that was taken over has done already.
+        // What a planner that was taken over has done already.
         journal.retain(|(at, entry)| *at > self.done || !is_once(entry));
         if self.begin_episode(frame, &mut journal)? {
             // The world as it was loaded: the first to plan on is the one after it.
@@ -138,19 +138,24 @@ impl Driver {
         }
         let mut journal = journal.into_iter().map(|(_, entry)| entry).collect();
         self.go_on_from_saved(&mut journal)?;
-        self.mind.plan(&header.stamp, header.delta_nanos, snapshot.payload(), &journal);
+        self.planner.plan(&header.stamp, header.delta_nanos, snapshot.payload(), &journal);
         self.saved.clear();
-        self.mind.save_into(&mut self.saved);
+        self.planner.save_into(&mut self.saved);
         let decided = TrafficHeader {
             stamp: header.stamp,
-            control_count: self.mind.controls().len() as u32,
-            light_count: self.mind.lights().len() as u32,
+            control_count: self.planner.controls().len() as u32,
+            light_count: self.planner.lights().len() as u32,
             mind_len: self.saved.len() as u64,
             begin_nanos,
             end_nanos: clock::now_nanos(),
         };
         let mut loan = self.ports.decided.loan(decided.layout().blocks)?;
-        decided.fill(loan.payload_mut(), self.mind.controls(), self.mind.lights(), &self.saved);
+        decided.fill(
+            loan.payload_mut(),
+            self.planner.controls(),
+            self.planner.lights(),
+            &self.saved,
+        );
         fault::point(Role::Traffic, "loan_held", frame, self.first);
         loan.send(decided)?;
         fault::point(Role::Traffic, "sent", frame, self.first);
@@ -160,7 +165,7 @@ impl Driver {
         Ok(())
     }
 
-    /// If another world was loaded, it is this one's from now on; what was wished before is void.
+    /// If another world was loaded, it is this one's from now on; what was requested before is void.
     /// Whether that was in this very frame.
     fn begin_episode(
         &mut self,
@@ -169,7 +174,7 @@ impl Driver {
     ) -> Result<bool, TrafficError> {
         let is_map = |(_, entry): &(Frame, JournalEntry)| {
             entry.outcome.status == status::DONE
-                && matches!(entry.command.wish(), Some(Wish::LoadMap(_)))
+                && matches!(entry.command.decode(), Some(Command::LoadMap(_)))
         };
         let Some(last) = journal.iter().rposition(is_map) else { return Ok(false) };
         let (at, entry) = journal[last];
@@ -178,43 +183,43 @@ impl Driver {
         if entry.outcome.id != self.number {
             let (number, episode) = self.participant.instance().numbered_episode()?;
             if episode == self.episode {
-                self.mind.restore(&self.blank)?;
+                self.planner.restore(&self.blank)?;
             } else {
-                self.mind = mind_of(&episode)?;
-                self.blank = self.mind.save();
+                self.planner = mind_of(&episode)?;
+                self.blank = self.planner.save();
             }
             (self.number, self.episode) = (number, episode);
         }
         Ok(at == frame)
     }
 
-    /// If the world went on from a saved state, so does the mind; what was wished before is void.
+    /// If the world went on from a saved state, so does the planner; what was requested before is void.
     fn go_on_from_saved(&mut self, journal: &mut Vec<JournalEntry>) -> Result<(), TrafficError> {
         let is_load = |entry: &JournalEntry| {
             entry.outcome.status == status::DONE
-                && matches!(entry.command.wish(), Some(Wish::LoadState(_)))
+                && matches!(entry.command.decode(), Some(Command::LoadState(_)))
         };
         let Some(last) = journal.iter().rposition(is_load) else { return Ok(()) };
         journal.drain(..=last);
         while let Some(own) = self.ports.resume.receive()? {
             match own.header().parts(own.payload()) {
-                Some((_, _, saved)) if !saved.is_empty() => self.mind.restore(saved)?,
-                _ => self.mind.restore(&self.blank)?,
+                Some((_, _, saved)) if !saved.is_empty() => self.planner.restore(saved)?,
+                _ => self.planner.restore(&self.blank)?,
             }
         }
         Ok(())
     }
 
-    /// What was wished up to `frame`. If parts were missed, asks for the standing state.
+    /// What was requested up to `frame`. If parts were missed, asks for the standing state.
     fn journal_of(&mut self, frame: Frame) -> Result<Vec<(Frame, JournalEntry)>, TrafficError> {
         if self.ports.journal.poll()? {
-            self.participant.words().call_for_keyframe();
+            self.participant.words().request_keyframe();
             self.participant.control().host.ring();
             while self.ports.journal.poll()? && !self.participant.is_over() {
                 std::thread::sleep(std::time::Duration::from_micros(200));
             }
         }
-        // Traffic's dials are its own: what a keyframe repeats changes nothing.
+        // Traffic's params are its own: what a keyframe repeats changes nothing.
         let entries = self.ports.journal.until(frame).into_iter().filter_map(|event| match event {
             Event::Entry(at, entry) => Some((at, entry)),
             Event::Anew => None,

@@ -1,10 +1,10 @@
-//! The whole mind at the wheel of simple vehicles.
+//! The whole planner at the wheel of simple vehicles.
 
 mod course;
-mod dials;
 mod driving;
 mod guide;
 mod junctions;
 mod lights;
 pub(crate) mod maps;
+mod params;
 mod restart;

@@ -115,9 +115,9 @@ pub mod flag {
     /// It was put where it is by a teleport in this frame.
     pub const TELEPORTED: u32 = 1 << 5;
     /// A traffic light: it keeps its colour, whatever traffic plans.
-    pub const HELD: u32 = 1 << 6;
+    pub const FROZEN: u32 = 1 << 6;
     /// A walker: it falls when it is hit. Said when it is spawned.
-    pub const FRAIL: u32 = 1 << 7;
+    pub const RAGDOLL_ON_HIT: u32 = 1 << 7;
     /// A walker: it fell, and lies.
     pub const DOWN: u32 = 1 << 8;
     /// A walker: some of a pose that clients gave it shows.

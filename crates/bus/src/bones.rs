@@ -1,4 +1,4 @@
-//! Poses that clients give walkers: the wishes, and what of them stands.
+//! Poses that clients give walkers: the commands, and what of them stands.
 
 use std::collections::BTreeMap;
 
@@ -6,10 +6,10 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::{ActorId, Pose, Wish};
+use crate::{ActorId, Command, Pose};
 
-/// The most bones that one wish sets.
-pub const WISH_BONES: usize = 6;
+/// The most bones that one command sets.
+pub const BONES_PER_COMMAND: usize = 6;
 
 /// How many bones a walker has; a place in this list is a bone's number. CARLA's names.
 #[rustfmt::skip]
@@ -32,7 +32,7 @@ pub const BONES: [&str; 66] = [
     "crl_handPinky__R", "crl_handPinky01__R", "crl_handPinky02__R", "crl_handPinkyEnd__R",
 ];
 
-/// See [`Wish::SetBones`]; also what an [`crate::Ask`] for [`crate::part::BONES`] tells.
+/// See [`Command::SetBones`]; also what an [`crate::Ask`] for [`crate::part::BONES`] tells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("SetBones")]
 #[repr(C)]
@@ -41,17 +41,17 @@ pub struct SetBones {
     pub actor_id: ActorId,
     /// The number of the first bone.
     pub first: u32,
-    /// How many bones there are, from that one on: 1 to [`WISH_BONES`].
+    /// How many bones there are, from that one on: 1 to [`BONES_PER_COMMAND`].
     pub count: u32,
     /// Zero.
     pub reserved: u32,
     /// `parent_from_bone`; the root's parent is the actor. At rest a bone's axes are the actor's.
-    pub parent_from_bones: [Pose; WISH_BONES],
+    pub parent_from_bones: [Pose; BONES_PER_COMMAND],
 }
 
 const _: () = assert!(size_of::<SetBones>() == 184);
 
-/// See [`Wish::BlendPose`]; also what an [`crate::Ask`] for [`crate::part::BLEND`] tells.
+/// See [`Command::BlendPose`]; also what an [`crate::Ask`] for [`crate::part::BLEND`] tells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("BlendPose")]
 #[repr(C)]
@@ -65,7 +65,7 @@ pub struct BlendPose {
 impl SetBones {
     /// The bones that it sets: the number of each, and `parent_from_bone`.
     pub fn bones(&self) -> impl Iterator<Item = (u32, &Pose)> {
-        let count = (self.count as usize).min(WISH_BONES);
+        let count = (self.count as usize).min(BONES_PER_COMMAND);
         self.parent_from_bones[..count]
             .iter()
             .enumerate()
@@ -76,9 +76,9 @@ impl SetBones {
     pub fn of(actor_id: ActorId, bones: &[(u32, Pose)]) -> Vec<SetBones> {
         let mut sets: Vec<SetBones> = Vec::new();
         for (bone, pose) in bones {
-            let room = sets
-                .last_mut()
-                .filter(|set| (set.count as usize) < WISH_BONES && set.first + set.count == *bone);
+            let room = sets.last_mut().filter(|set| {
+                (set.count as usize) < BONES_PER_COMMAND && set.first + set.count == *bone
+            });
             match room {
                 Some(set) => {
                     set.parent_from_bones[set.count as usize] = *pose;
@@ -110,10 +110,10 @@ pub struct GivenPose {
 pub struct GivenPoses(BTreeMap<ActorId, GivenPose>);
 
 impl GivenPoses {
-    /// Takes in a wish that was granted; most are about something else.
-    pub fn follow(&mut self, wish: &Wish) {
-        match wish {
-            Wish::SetBones(set) => {
+    /// Takes in a command that was granted; most are about something else.
+    pub fn follow(&mut self, command: &Command) {
+        match command {
+            Command::SetBones(set) => {
                 let bones = &mut self.0.entry(set.actor_id).or_default().bones;
                 for (bone, pose) in set.bones() {
                     let bone = bone as usize;
@@ -123,14 +123,14 @@ impl GivenPoses {
                     }
                 }
             }
-            Wish::BlendPose(blend) => {
+            Command::BlendPose(blend) => {
                 self.0.entry(blend.actor_id).or_default().share = blend.share;
             }
-            Wish::Destroy(actor) => {
+            Command::Destroy(actor) => {
                 self.0.remove(actor);
             }
             // What was saved with a state follows.
-            Wish::LoadMap(_) | Wish::LoadState(_) => self.0.clear(),
+            Command::LoadMap(_) | Command::LoadState(_) => self.0.clear(),
             _ => {}
         }
     }
@@ -140,18 +140,19 @@ impl GivenPoses {
         self.0.get(&actor)
     }
 
-    /// The wishes that give the same poses.
-    pub fn wishes(&self) -> Vec<Wish> {
-        let mut wishes = Vec::new();
+    /// The commands that give the same poses.
+    pub fn commands(&self) -> Vec<Command> {
+        let mut commands = Vec::new();
         for (actor_id, given) in &self.0 {
             let set = |(bone, pose): (usize, &Option<(Vec3, Quat)>)| {
                 pose.map(|(at, turn)| (bone as u32, Pose::new(at, turn)))
             };
             let bones: Vec<_> = given.bones.iter().enumerate().filter_map(set).collect();
-            wishes.extend(SetBones::of(*actor_id, &bones).into_iter().map(Wish::SetBones));
-            wishes.push(Wish::BlendPose(BlendPose { actor_id: *actor_id, share: given.share }));
+            commands.extend(SetBones::of(*actor_id, &bones).into_iter().map(Command::SetBones));
+            commands
+                .push(Command::BlendPose(BlendPose { actor_id: *actor_id, share: given.share }));
         }
-        wishes
+        commands
     }
 }
 
@@ -170,17 +171,17 @@ mod tests {
             [(0, 6), (6, 3), (20, 1), (65, 1)]
         );
         let mut poses = GivenPoses::default();
-        sets.into_iter().map(Wish::SetBones).for_each(|wish| poses.follow(&wish));
-        poses.follow(&Wish::BlendPose(BlendPose { actor_id, share: 0.5 }));
+        sets.into_iter().map(Command::SetBones).for_each(|command| poses.follow(&command));
+        poses.follow(&Command::BlendPose(BlendPose { actor_id, share: 0.5 }));
         let given = poses.of(actor_id).unwrap();
         assert_eq!((given.share, given.bones.len()), (0.5, 66));
         assert_eq!(given.bones[8].unwrap().0, Vec3::X * 8.0);
         assert_eq!(given.bones[9], None);
 
         let mut again = GivenPoses::default();
-        poses.wishes().iter().for_each(|wish| again.follow(wish));
+        poses.commands().iter().for_each(|command| again.follow(command));
         assert_eq!(again, poses);
-        again.follow(&Wish::Destroy(actor_id));
+        again.follow(&Command::Destroy(actor_id));
         assert_eq!(again, GivenPoses::default());
     }
 }

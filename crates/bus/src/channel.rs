@@ -14,7 +14,7 @@ pub enum Loss {
 /// One named stream of messages.
 #[derive(Clone, Copy, Debug)]
 pub struct Channel {
-    /// The service name under which it is opened. A rig's own is `rig/<id>`.
+    /// The service name under which it is opened. A bundle's own is `bundle/<id>`.
     pub name: &'static str,
     /// What one message is: header and payload.
     pub carries: &'static str,
@@ -28,7 +28,7 @@ pub struct Channel {
     pub writers_max: usize,
     /// How many readers it takes, likewise.
     pub readers_max: usize,
-    /// Messages that one reader may hold; a rig's client chooses, up to this.
+    /// Messages that one reader may hold; a bundle's client chooses, up to this.
     pub held: usize,
     /// Messages that a newcomer finds.
     pub history: usize,
@@ -48,7 +48,7 @@ pub const CHANNELS: [Channel; 7] = [
     Channel { name: "snapshot", carries: "SnapshotHeader, [ActorState]",   writers: &[Host],    readers: &[Traffic, Render, Client], depth: 5,  writers_max: 1, readers_max: MANY, held: 3, history: 4, loss: Loss::OldestGoes },
     Channel { name: "resume",   carries: "TrafficHeader, [Block]",         writers: &[Host],    readers: &[Traffic],                 depth: 1,  writers_max: 1, readers_max: 8, held: 1, history: 1, loss: Loss::OldestGoes },
     Channel { name: "traffic",  carries: "TrafficHeader, [Block]",         writers: &[Traffic], readers: &[Host],                    depth: 2,  writers_max: 8, readers_max: 1, held: 3, history: 0, loss: Loss::OldestGoes },
-    Channel { name: "rig",      carries: "BundleHeader, [Page]",           writers: &[Render, Host], readers: &[Client],                  depth: 4,  writers_max: 4, readers_max: 2, held: 8, history: 1, loss: Loss::OldestGoes },
+    Channel { name: "bundle",      carries: "BundleHeader, [Page]",           writers: &[Render, Host], readers: &[Client],                  depth: 4,  writers_max: 4, readers_max: 2, held: 8, history: 1, loss: Loss::OldestGoes },
 ];
 
 /// The row of this name.

@@ -3,13 +3,14 @@ use glam::Vec3;
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
-    AckermannControl, AckermannSettings, ActorId, Ask, BlendPose, Drawn, Erase, FeelWeather,
-    FilePath, LoadMap, Name, Pose, Push, RigId, SensorSpec, SetBones, Shape, Stamp, StartRecorder,
-    StartReplay, StopReplay, Switch, SwitchLamps, Transmit, VehicleBody, VehicleControl,
-    VehicleEngine, VehicleGearbox, VehicleSteering, VehicleTelemetry, VehicleWheel, WheelTelemetry,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, Ask, BlendPose, BundleId,
+    EraseShapes, FilePath, LoadMap, Name, Pose, SensorSpec, SetBones, SetStreetLights,
+    SetWeatherAffectsGrip, Shape, ShapeReceipt, Stamp, StartRecorder, StartReplay, StopReplay,
+    Switch, Transmit, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehicleSteering,
+    VehicleTelemetry, VehicleWheel, WheelTelemetry,
 };
 
-/// Header of a batch of [`Command`]s or [`VehicleControl`]s from one client.
+/// Header of a batch of [`RawCommand`]s or [`VehicleControl`]s from one client.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("BatchHeader")]
 #[repr(C)]
@@ -28,20 +29,20 @@ pub struct BatchHeader {
 
 const _: () = assert!(size_of::<BatchHeader>() == 80);
 
-/// A one-time wish, never lost. [`Wish`] is its readable form.
+/// A one-time command, never lost. [`Command`] is its readable form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Command")]
+#[type_name("RawCommand")]
 #[repr(C)]
-pub struct Command {
-    /// Which wish.
+pub struct RawCommand {
+    /// Which command.
     kind: u32,
     /// Zero.
     reserved: u32,
-    /// The wish's own struct, padded with zeros.
+    /// The command's own struct, padded with zeros.
     body: [u64; 25],
 }
 
-const _: () = assert!(size_of::<Command>() == 208);
+const _: () = assert!(size_of::<RawCommand>() == 208);
 
 /// How a command ended.
 pub mod status {
@@ -58,7 +59,7 @@ pub mod status {
 pub struct Outcome {
     /// One of [`status`].
     pub status: u32,
-    /// The actor or rig that it made or changed.
+    /// The actor or bundle that it made or changed.
     pub id: u32,
     /// Why it was refused, as UTF-8, or what was asked for; padded with zeros.
     pub text: [u8; 184],
@@ -121,10 +122,10 @@ macro_rules! answers {
 
 answers! {
     VehicleBody, VehicleEngine, VehicleGearbox, VehicleSteering, VehicleWheel, VehicleTelemetry,
-    AckermannSettings, BlendPose, Drawn, SetBones, WheelTelemetry
+    AckermannSettings, BlendPose, ShapeReceipt, SetBones, WheelTelemetry
 }
 
-/// One line of a frame's journal: who wished what, and what became of it.
+/// One line of a frame's journal: who requested what, and what became of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("JournalEntry")]
 #[repr(C)]
@@ -134,7 +135,7 @@ pub struct JournalEntry {
     /// Which of the client's commands.
     pub sequence: u64,
     /// What.
-    pub command: Command,
+    pub command: RawCommand,
     /// What became of it.
     pub outcome: Outcome,
 }
@@ -159,33 +160,33 @@ pub struct JournalHeader {
 
 const _: () = assert!(size_of::<JournalHeader>() == 40);
 
-macro_rules! wishes {
+macro_rules! commands {
     ($($(#[$doc:meta])* $name:ident($body:ty) = $kind:literal,)*) => {
-        /// What a client may wish of the world.
+        /// What a client may command of the world.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum Wish { $($(#[$doc])* $name($body),)* }
+        pub enum Command { $($(#[$doc])* $name($body),)* }
 
-        impl From<Wish> for Command {
-            fn from(wish: Wish) -> Command {
-                let mut command = Command::default();
-                match wish {
-                    $(Wish::$name(body) => {
+        impl From<Command> for RawCommand {
+            fn from(command: Command) -> RawCommand {
+                let mut raw = RawCommand::default();
+                match command {
+                    $(Command::$name(body) => {
                         const { assert!(size_of::<$body>() <= 200) };
-                        command.kind = $kind;
-                        bytemuck::bytes_of_mut(&mut command.body)[..size_of::<$body>()]
+                        raw.kind = $kind;
+                        bytemuck::bytes_of_mut(&mut raw.body)[..size_of::<$body>()]
                             .copy_from_slice(bytemuck::bytes_of(&body));
                     })*
                 }
-                command
+                raw
             }
         }
 
-        impl Command {
-            /// The wish, or `None` if this is of no kind we know.
-            pub fn wish(&self) -> Option<Wish> {
+        impl RawCommand {
+            /// The command, or `None` if this is of no kind we know.
+            pub fn decode(&self) -> Option<Command> {
                 let bytes = bytemuck::bytes_of(&self.body);
                 match self.kind {
-                    $($kind => Some(Wish::$name(
+                    $($kind => Some(Command::$name(
                         bytemuck::pod_read_unaligned(&bytes[..size_of::<$body>()]),
                     )),)*
                     _ => None,
@@ -195,10 +196,10 @@ macro_rules! wishes {
     };
 }
 
-wishes! {
+commands! {
     /// Put an actor into the world; the outcome names it.
     Spawn(Spawn) = 1,
-    /// Take an actor out of the world, and every rig on it.
+    /// Take an actor out of the world, and every bundle on it.
     Destroy(ActorId) = 2,
     /// Put an actor elsewhere, at rest.
     Teleport(Teleport) = 3,
@@ -208,20 +209,20 @@ wishes! {
     Autopilot(Autopilot) = 5,
     /// Sun, clouds, rain, fog.
     SetWeather(Weather) = 6,
-    /// A new rig; its `sensor_count` [`Wish::Sensor`]s follow at once in the same batch.
-    CreateRig(CreateRig) = 7,
-    /// One sensor of the rig before it.
+    /// A new bundle; its `sensor_count` [`Command::Sensor`]s follow at once in the same batch.
+    CreateBundle(CreateBundle) = 7,
+    /// One sensor of the bundle before it.
     Sensor(SensorSpec) = 8,
-    /// Take a rig away.
-    DestroyRig(RigId) = 9,
+    /// Take a bundle away.
+    DestroyBundle(BundleId) = 9,
     /// How time passes.
     SetSettings(Settings) = 10,
     /// How traffic drives.
-    TrafficDial(TrafficDial) = 11,
+    TrafficParam(TrafficParam) = 11,
     /// Change a vehicle's velocity.
     SetVelocity(SetVelocity) = 12,
     /// Keep a traffic light at one colour, or give it back to traffic's plan.
-    HoldLight(HoldLight) = 13,
+    SetTrafficLight(SetTrafficLight) = 13,
     /// Let physics move an actor, or teleports and set velocities alone.
     SetPhysics(SetPhysics) = 14,
     /// Switch layers of the town off or on.
@@ -229,7 +230,7 @@ wishes! {
     /// Switch things of the town off or on.
     HideObjects(HideObjects) = 16,
     /// Switch a vehicle's lamps.
-    SetLamps(SetLamps) = 17,
+    SetVehicleLights(SetVehicleLights) = 17,
     /// Open and shut a vehicle's doors.
     SetDoors(SetDoors) = 18,
     /// Tell something of an actor that snapshots do not; the outcome does.
@@ -244,8 +245,8 @@ wishes! {
     SetSteering(VehicleSteering) = 34,
     /// Change one of a vehicle's wheels.
     SetWheel(VehicleWheel) = 35,
-    /// Push or twist an actor, for a moment or a frame.
-    Push(Push) = 36,
+    /// ApplyForce or twist an actor, for a moment or a frame.
+    ApplyForce(ApplyForce) = 36,
     /// Let an actor fall, or not.
     SetGravity(Switch) = 37,
     /// Let an actor run into others, or not.
@@ -257,22 +258,22 @@ wishes! {
     /// Let a walker jump.
     Jump(ActorId) = 41,
     /// Let the sky decide how much wheels grip, or not.
-    FeelWeather(FeelWeather) = 42,
+    SetWeatherAffectsGrip(SetWeatherAffectsGrip) = 42,
     /// Send a text by radio, with the next frame.
     Transmit(Transmit) = 43,
     /// Tell a vehicle on autopilot where to go.
-    Guide(Guide) = 50,
-    /// Draw a shape into the images of cameras; the outcome is a [`Drawn`], its id a number above
+    RouteCommand(RouteCommand) = 50,
+    /// Draw a shape into the images of cameras; the outcome is a [`ShapeReceipt`], its id a number above
     /// those of all shapes before.
     Draw(Shape) = 44,
     /// Forget what was drawn.
-    Erase(Erase) = 45,
+    EraseShapes(EraseShapes) = 45,
     /// Set bones of the pose that a client gives a walker.
     SetBones(SetBones) = 46,
     /// How much of a given pose shows.
     BlendPose(BlendPose) = 47,
     /// Let street lamps shine, or not.
-    SwitchLamps(SwitchLamps) = 48,
+    SetStreetLights(SetStreetLights) = 48,
     /// Write down what happens from the next frame on.
     StartRecorder(StartRecorder) = 100,
     /// Close the recording.
@@ -290,7 +291,7 @@ wishes! {
     LoadMap(LoadMap) = 106,
 }
 
-/// A wish that needs no more words.
+/// A command that needs no more words.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("Nothing")]
 #[repr(C)]
@@ -299,14 +300,14 @@ pub struct Nothing {
     pub reserved: u64,
 }
 
-/// See [`Wish::Spawn`].
+/// See [`Command::Spawn`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("Spawn")]
 #[repr(C)]
 pub struct Spawn {
     /// The blueprint's id, as `vehicle.tesla.model3`.
     pub blueprint: Name,
-    /// Bits of [`crate::flag`]: `AUTOPILOT`, `KINEMATIC`, `FRAIL`.
+    /// Bits of [`crate::flag`]: `AUTOPILOT`, `KINEMATIC`, `RAGDOLL_ON_HIT`.
     pub flags: u32,
     /// `world_from_actor`. A vehicle is set onto the road below if it is at most 1 m above it.
     pub pose: Pose,
@@ -316,7 +317,7 @@ pub struct Spawn {
     pub role: Name,
 }
 
-/// See [`Wish::Teleport`].
+/// See [`Command::Teleport`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("Teleport")]
 #[repr(C)]
@@ -327,7 +328,7 @@ pub struct Teleport {
     pub pose: Pose,
 }
 
-/// See [`Wish::SetVelocity`].
+/// See [`Command::SetVelocity`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("SetVelocity")]
 #[repr(C)]
@@ -340,11 +341,11 @@ pub struct SetVelocity {
     pub angular_velocity_radps: [f32; 3],
 }
 
-/// See [`Wish::HoldLight`].
+/// See [`Command::SetTrafficLight`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("HoldLight")]
+#[type_name("SetTrafficLight")]
 #[repr(C)]
-pub struct HoldLight {
+pub struct SetTrafficLight {
     /// Which light.
     pub actor_id: ActorId,
     /// 1: it keeps `phase`; 0: it shows what traffic plans.
@@ -353,7 +354,7 @@ pub struct HoldLight {
     pub phase: u32,
 }
 
-/// See [`Wish::SetPhysics`].
+/// See [`Command::SetPhysics`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("SetPhysics")]
 #[repr(C)]
@@ -364,7 +365,7 @@ pub struct SetPhysics {
     pub on: u32,
 }
 
-/// See [`Wish::HideLayers`].
+/// See [`Command::HideLayers`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("HideLayers")]
 #[repr(C)]
@@ -393,7 +394,7 @@ pub mod layer {
     pub const ALL: u32 = (1 << 6) - 1;
 }
 
-/// See [`Wish::HideObjects`]. A thing's number is that of instance images without the highest bit.
+/// See [`Command::HideObjects`]. A thing's number is that of instance images without the highest bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("HideObjects")]
 #[repr(C)]
@@ -406,18 +407,18 @@ pub struct HideObjects {
     pub bits: [u64; 16],
 }
 
-/// See [`Wish::SetLamps`].
+/// See [`Command::SetVehicleLights`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("SetLamps")]
+#[type_name("SetVehicleLights")]
 #[repr(C)]
-pub struct SetLamps {
+pub struct SetVehicleLights {
     /// Whose.
     pub actor_id: ActorId,
     /// Bits of [`crate::lamp`]: those that are on.
     pub lamps: u32,
 }
 
-/// See [`Wish::SetDoors`].
+/// See [`Command::SetDoors`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("SetDoors")]
 #[repr(C)]
@@ -428,7 +429,7 @@ pub struct SetDoors {
     pub open: u32,
 }
 
-/// See [`Wish::Autopilot`].
+/// See [`Command::Autopilot`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("Autopilot")]
 #[repr(C)]
@@ -439,24 +440,24 @@ pub struct Autopilot {
     pub on: u32,
 }
 
-/// See [`Wish::CreateRig`].
+/// See [`Command::CreateBundle`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("CreateRig")]
+#[type_name("CreateBundle")]
 #[repr(C)]
-pub struct CreateRig {
+pub struct CreateBundle {
     /// The actor that carries it; nobody: it stands in the world.
     pub parent: ActorId,
     /// How many sensors follow.
     pub sensor_count: u32,
     /// How many bundles a reader may hold at a time, 1 to 8.
-    pub hold_max: u32,
+    pub max_borrowed: u32,
     /// Zero.
     pub reserved: u32,
     /// What the user calls it.
     pub name: Name,
 }
 
-/// See [`Wish::SetWeather`]. Percentages as in CARLA.
+/// See [`Command::SetWeather`]. Percentages as in CARLA.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("Weather")]
 #[repr(C)]
@@ -498,7 +499,7 @@ impl Default for Weather {
     }
 }
 
-/// See [`Wish::SetSettings`].
+/// See [`Command::SetSettings`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("Settings")]
 #[repr(C)]
@@ -531,27 +532,27 @@ impl Default for Settings {
     }
 }
 
-/// See [`Wish::TrafficDial`].
+/// See [`Command::TrafficParam`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("TrafficDial")]
+#[type_name("TrafficParam")]
 #[repr(C)]
-pub struct TrafficDial {
+pub struct TrafficParam {
     /// Whom it concerns; nobody: everybody.
     pub actor_id: ActorId,
-    /// One of [`dial`].
-    pub dial: u32,
-    /// In the dial's own unit.
+    /// One of [`param`].
+    pub param: u32,
+    /// In the param's own unit.
     pub value: f32,
 }
 
-/// The most steps that one [`Guide`] tells; a longer way takes several.
-pub const GUIDE_STEPS: usize = 11;
+/// The most steps that one [`RouteCommand`] tells; a longer way takes several.
+pub const ROUTE_STEPS: usize = 11;
 
-/// See [`Wish::Guide`]. When the last step is done, it goes where it likes again.
+/// See [`Command::RouteCommand`]. When the last step is done, it goes where it likes again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Guide")]
+#[type_name("RouteCommand")]
 #[repr(C)]
-pub struct Guide {
+pub struct RouteCommand {
     /// Whom.
     pub actor_id: ActorId,
     /// 1: what it was told before is void; 0: this comes after it.
@@ -561,49 +562,54 @@ pub struct Guide {
     /// Zero.
     pub reserved: u32,
     /// One after the other.
-    pub steps: [GuideStep; GUIDE_STEPS],
+    pub steps: [RouteStep; ROUTE_STEPS],
 }
 
 /// One thing that a guided vehicle does next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("GuideStep")]
+#[type_name("RouteStep")]
 #[repr(C)]
-pub struct GuideStep {
+pub struct RouteStep {
     /// One of [`guide`].
     pub kind: u32,
     /// Of [`guide::PLACE`]: where, in the world, metres.
     pub position_m: [f32; 3],
 }
 
-impl Guide {
+impl RouteCommand {
     /// A whole way, in as many parts as it takes; none of it: it goes where it likes.
-    pub fn way(actor_id: ActorId, steps: &[GuideStep]) -> Vec<Guide> {
-        let part = |nth: usize, some: &[GuideStep]| {
+    pub fn way(actor_id: ActorId, steps: &[RouteStep]) -> Vec<RouteCommand> {
+        let part = |nth: usize, some: &[RouteStep]| {
             let anew = u32::from(nth == 0);
-            let mut guide = Guide { actor_id, anew, count: some.len() as u32, ..Guide::default() };
+            let mut guide = RouteCommand {
+                actor_id,
+                anew,
+                count: some.len() as u32,
+                ..RouteCommand::default()
+            };
             guide.steps[..some.len()].copy_from_slice(some);
             guide
         };
         if steps.is_empty() {
             return vec![part(0, &[])];
         }
-        steps.chunks(GUIDE_STEPS).enumerate().map(|(nth, some)| part(nth, some)).collect()
+        steps.chunks(ROUTE_STEPS).enumerate().map(|(nth, some)| part(nth, some)).collect()
     }
 }
 
-impl GuideStep {
+impl RouteStep {
     /// Comes by a place in the world, metres.
-    pub fn place(position: Vec3) -> GuideStep {
-        GuideStep { kind: guide::PLACE, position_m: position.to_array() }
+    pub fn place(position: Vec3) -> RouteStep {
+        RouteStep { kind: guide::PLACE, position_m: position.to_array() }
     }
 
     /// Does one of the other things of [`guide`].
-    pub fn turn(kind: u32) -> GuideStep {
-        GuideStep { kind, ..GuideStep::default() }
+    pub fn turn(kind: u32) -> RouteStep {
+        RouteStep { kind, ..RouteStep::default() }
     }
 }
 
-/// Values of [`GuideStep::kind`].
+/// Values of [`RouteStep::kind`].
 pub mod guide {
     /// Comes by a place: by the nearest lane, over the shortest way.
     pub const PLACE: u32 = 1;
@@ -620,16 +626,16 @@ pub mod guide {
     pub const LANE_RIGHT: u32 = 6;
 }
 
-/// Values of [`TrafficDial::dial`].
-pub mod dial {
+/// Values of [`TrafficParam::param`].
+pub mod param {
     /// How much slower than the limit to drive, as a share: 0.3 is 30 % slower, −0.2 faster.
-    pub const SLOWER_THAN_LIMIT: u32 = 1;
+    pub const SPEED_REDUCTION: u32 = 1;
     /// Metres to keep to the one in front, standing.
     pub const GAP_M: u32 = 2;
     /// Share of red lights to ignore.
     pub const IGNORE_LIGHTS: u32 = 3;
     /// Metres per second to drive at whatever the limit is, curves allowing; takes the place of
-    /// [`SLOWER_THAN_LIMIT`], as that takes its place.
+    /// [`SPEED_REDUCTION`], as that takes its place.
     pub const SPEED_MPS: u32 = 4;
     /// Metres left of the middle of the lane; negative: right of it.
     pub const OFFSET_LEFT_M: u32 = 5;
@@ -660,22 +666,22 @@ pub mod dial {
     /// This and the number of an actor: 1 ignores that one, 0 does not, whatever the shares say.
     pub const IGNORE_ACTOR: u32 = 1 << 31;
 
-    /// The dial whose place this one takes.
-    pub const fn displaces(dial: u32) -> Option<u32> {
-        match dial {
-            SPEED_MPS => Some(SLOWER_THAN_LIMIT),
-            SLOWER_THAN_LIMIT => Some(SPEED_MPS),
+    /// The param whose place this one takes.
+    pub const fn displaces(param: u32) -> Option<u32> {
+        match param {
+            SPEED_MPS => Some(SPEED_REDUCTION),
+            SPEED_REDUCTION => Some(SPEED_MPS),
             _ => None,
         }
     }
 
     /// Whether it is turned back by what it does.
-    pub const fn is_once(dial: u32) -> bool {
-        dial == CHANGE_NOW
+    pub const fn is_once(param: u32) -> bool {
+        param == CHANGE_NOW
     }
 
-    /// Whether a dial of `owner` is void once `gone` is no more.
-    pub fn ends_with(owner: super::ActorId, dial: u32, gone: super::ActorId) -> bool {
-        owner == gone || dial == IGNORE_ACTOR.saturating_add(gone.0)
+    /// Whether a param of `owner` is void once `gone` is no more.
+    pub fn ends_with(owner: super::ActorId, param: u32, gone: super::ActorId) -> bool {
+        owner == gone || param == IGNORE_ACTOR.saturating_add(gone.0)
     }
 }

@@ -18,7 +18,7 @@
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-use crate::{Bell, Frame, Gate, Name, Settings, Strategy, clock};
+use crate::{Frame, Name, Notify, SequenceEvent, Settings, Strategy, clock};
 
 /// Raised with every change of a message, a channel or this page.
 pub const PROTOCOL: u32 = 5;
@@ -122,7 +122,7 @@ pub struct Slot {
     /// Frames that it never saw.
     missed: AtomicU64,
     /// 1: its holder wants the barrier to wait for it.
-    wants_part: AtomicU64,
+    wants_barrier: AtomicU64,
 }
 
 const _: () = assert!(size_of::<Slot>() == 128);
@@ -185,12 +185,12 @@ impl Slot {
     }
 
     /// Whether its holder wants the barrier to wait for it.
-    pub fn wants_part(&self) -> bool {
-        self.wants_part.load(Ordering::Acquire) != 0
+    pub fn wants_barrier(&self) -> bool {
+        self.wants_barrier.load(Ordering::Acquire) != 0
     }
 
     /// Whether the barrier waits for it.
-    pub fn takes_part(&self) -> bool {
+    pub fn in_barrier(&self) -> bool {
         self.waited_for.load(Ordering::Acquire) != 0
     }
 
@@ -222,17 +222,17 @@ impl Slot {
         self.request.store(0, Ordering::Relaxed);
         self.resync.store(0, Ordering::Relaxed);
         self.missed.store(0, Ordering::Relaxed);
-        self.wants_part.store(0, Ordering::Relaxed);
+        self.wants_barrier.store(0, Ordering::Relaxed);
         self.waited_for.store(0, Ordering::Relaxed);
     }
 
     /// For its holder, a client: whether the barrier should wait for it.
-    pub fn ask_for_part(&self, wanted: bool) {
-        self.wants_part.store(wanted.into(), Ordering::Release);
+    pub fn request_barrier(&self, wanted: bool) {
+        self.wants_barrier.store(wanted.into(), Ordering::Release);
     }
 
     /// For the host: how the barrier treats it, and from which frame on it owes work.
-    pub fn enrol(&self, waited_for: bool, lag: u64, done: Frame) {
+    pub fn admit(&self, waited_for: bool, lag: u64, done: Frame) {
         self.lag.store(lag, Ordering::Relaxed);
         self.ack.store(done.0, Ordering::Release);
         self.waited_for.store(waited_for.into(), Ordering::Release);
@@ -249,7 +249,7 @@ impl Slot {
     }
 
     /// For its holder: a journal part was missed.
-    pub fn call_for_keyframe(&self) {
+    pub fn request_keyframe(&self) {
         self.resync.fetch_add(1, Ordering::Release);
     }
 
@@ -290,11 +290,11 @@ pub struct ControlPage {
     ending_kind: AtomicU32,
     ending_mask: AtomicU64,
     /// Rises when a new frame is published.
-    pub tick: Gate,
+    pub tick: SequenceEvent,
     /// Rises when a frame is over for everybody.
-    pub complete: Gate,
+    pub complete: SequenceEvent,
     /// Rung for the host: arrivals, requests, joiners.
-    pub host: Bell,
+    pub host: Notify,
     alive: AtomicU64,
     /// The frame that the host waits for.
     awaited: AtomicU64,
@@ -371,8 +371,8 @@ impl ControlPage {
     /// For the host: everybody go home.
     pub fn end(&self) {
         self.ending.store(1, Ordering::Release);
-        self.tick.rouse();
-        self.complete.rouse();
+        self.tick.notify_all();
+        self.complete.notify_all();
         self.host.ring();
     }
 
@@ -388,7 +388,7 @@ impl ControlPage {
             slot.store(word, Ordering::Relaxed);
         }
         self.synchronous.store(settings.synchronous, Ordering::Release);
-        self.complete.rouse();
+        self.complete.notify_all();
     }
 
     /// How time passes.
@@ -401,7 +401,7 @@ impl ControlPage {
     /// For the host: this world stands from now on.
     pub fn set_episode(&self, number: u32) {
         self.episode.store(number.into(), Ordering::Release);
-        self.complete.rouse();
+        self.complete.notify_all();
     }
 
     /// Counts the worlds that the host has loaded; the first is 1.
@@ -450,7 +450,7 @@ impl ControlPage {
 
     /// The living who have not arrived at `frame`, their lag allowed for.
     pub fn missing(&self, frame: Frame) -> u64 {
-        self.behind(self.alive(), frame, |slot| slot.takes_part())
+        self.behind(self.alive(), frame, |slot| slot.in_barrier())
     }
 
     /// For the host, before it raises `tick`: the frame that arrivals are counted for, and whose.
@@ -466,7 +466,7 @@ impl ControlPage {
 
     /// Whether all who were to work on `frame` have: seen from their words, a moment before the
     /// host sees it.
-    pub fn has_everybody_arrived(&self, frame: Frame) -> bool {
+    pub fn have_all_arrived(&self, frame: Frame) -> bool {
         if self.tick.get() < frame.0 {
             return false;
         }
@@ -495,7 +495,7 @@ impl ControlPage {
         words.end_nanos.store(clock::now_nanos(), Ordering::Relaxed);
         words.ack.store(frame.0, Ordering::Release);
         let awaited = || Frame(self.awaited.load(Ordering::Acquire));
-        self.host.ring_if(|| self.missing(awaited()) == 0);
+        self.host.notify_if(|| self.missing(awaited()) == 0);
     }
 
     /// For the holder of the tick: asks for `frame`.

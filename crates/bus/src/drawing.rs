@@ -34,7 +34,7 @@ pub mod shape {
     pub const FOR_EVER: u64 = u64::MAX;
 }
 
-/// See [`crate::Wish::Draw`]. Drawn into the colours of cameras, behind what stands before it; no
+/// See [`crate::Command::Draw`]. ShapeReceipt into the colours of cameras, behind what stands before it; no
 /// other output shows it, no lidar, and nobody runs into it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("Shape")]
@@ -69,11 +69,11 @@ pub struct Shape {
 
 const _: () = assert!(size_of::<Shape>() == 200);
 
-/// What became of a [`Shape`] that was drawn: in the outcome of its wish, under the id by which it
+/// What became of a [`Shape`] that was drawn: in the outcome of its command, under the id by which it
 /// is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-pub struct Drawn {
+pub struct ShapeReceipt {
     /// The first frame that shows it.
     pub frame: Frame,
     /// Frames of this simulated time, and later ones, do not show it; 0: that one frame alone
@@ -81,20 +81,20 @@ pub struct Drawn {
     pub until_nanos: u64,
 }
 
-/// See [`crate::Wish::Erase`].
+/// See [`crate::Command::EraseShapes`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Erase")]
+#[type_name("EraseShapes")]
 #[repr(C)]
-pub struct Erase {
+pub struct EraseShapes {
     /// 1: everything that is no text.
     pub shapes: u32,
     /// 1: all texts.
     pub texts: u32,
 }
 
-impl Erase {
+impl EraseShapes {
     /// Everything.
-    pub const ALL: Erase = Erase { shapes: 1, texts: 1 };
+    pub const ALL: EraseShapes = EraseShapes { shapes: 1, texts: 1 };
 
     /// Whether it concerns this one.
     pub fn takes(&self, shape: &Shape) -> bool {
@@ -158,17 +158,17 @@ impl Shape {
     }
 
     /// What becomes of it, if frame `stamp` is the first that shows it.
-    pub fn drawn(&self, stamp: Stamp) -> Drawn {
+    pub fn drawn(&self, stamp: Stamp) -> ShapeReceipt {
         let until_nanos = match self.life_nanos {
             0 => 0,
             life => stamp.sim_time_nanos.saturating_add(life),
         };
-        Drawn { frame: stamp.frame, until_nanos }
+        ShapeReceipt { frame: stamp.frame, until_nanos }
     }
 }
 
-impl Drawn {
-    /// Whether a frame, the one of [`Drawn::frame`] or a later one, shows it.
+impl ShapeReceipt {
+    /// Whether a frame, the one of [`ShapeReceipt::frame`] or a later one, shows it.
     pub fn is_shown(&self, stamp: Stamp) -> bool {
         match self.until_nanos {
             0 => stamp.frame == self.frame,

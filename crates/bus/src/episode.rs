@@ -18,7 +18,7 @@ pub struct Episode {
     pub open_drive: String,
 }
 
-/// See [`crate::Wish::LoadMap`].
+/// See [`crate::Command::LoadMap`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("LoadMap")]
 #[repr(C)]

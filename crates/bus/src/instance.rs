@@ -12,7 +12,7 @@ use std::{
 use iceoryx2::prelude::{Config, FileName, FilePath, Path as BusPath, SemanticString};
 use rustix::fs::{FlockOperation, flock};
 
-use crate::{BusError, CONTROL_LEN, Control, Hub};
+use crate::{BusError, BusNode, CONTROL_LEN, Control};
 
 /// Where shared memory lives.
 const SHM: &str = "/dev/shm";
@@ -25,7 +25,7 @@ pub struct Instance {
 }
 
 /// The host's hold on its instance; dropped, everything of the instance is removed.
-pub struct Founding {
+pub struct OwnedInstance {
     instance: Instance,
     _lock: File,
 }
@@ -137,12 +137,12 @@ impl Instance {
     }
 
     /// Says why the process in `slot` is about to end; its host reads it.
-    pub fn leave_last_words(&self, slot: usize, words: &str) {
+    pub fn write_exit_message(&self, slot: usize, words: &str) {
         let _ = fs::write(self.last_words_path(slot), words);
     }
 
     /// What the process in `slot` said last, once.
-    pub fn take_last_words(&self, slot: usize) -> Option<String> {
+    pub fn take_exit_message(&self, slot: usize) -> Option<String> {
         let path = self.last_words_path(slot);
         let words = fs::read_to_string(&path).ok()?;
         let _ = fs::remove_file(&path);
@@ -168,7 +168,7 @@ impl Instance {
 
     /// For the host, before it cleans up after the dead: a segment whose maker was killed before
     /// it had a size keeps every opener waiting for ever. Removes those that had none at two looks.
-    pub fn sweep_unborn_segments(&self) -> usize {
+    pub fn sweep_unfinished_segments(&self) -> usize {
         let empty = |path: &PathBuf| fs::metadata(path).is_ok_and(|m| m.size() == 0);
         let inode = |path: &PathBuf| fs::metadata(path).map(|m| m.ino()).unwrap_or(0);
         let first: Vec<_> =
@@ -218,8 +218,8 @@ impl Instance {
     }
 
     /// A place on this instance's bus; `within` one process or between several.
-    pub fn hub(&self, name: &str, within: bool) -> Result<Hub, BusError> {
-        Hub::new(name, &self.config(), within)
+    pub fn node(&self, name: &str, within: bool) -> Result<BusNode, BusError> {
+        BusNode::new(name, &self.config(), within)
     }
 
     /// Its control page, checked.
@@ -233,7 +233,7 @@ impl Instance {
 
     /// Founds a new instance: removes the dead, makes folder, lock and a blank control page.
     /// Without a name it gets one from the process id.
-    pub fn found(id: Option<&str>) -> Result<Founding, BusError> {
+    pub fn found(id: Option<&str>) -> Result<OwnedInstance, BusError> {
         Instance::sweep();
         let own = format!("p{}", std::process::id());
         let instance = Instance::named(id.unwrap_or(&own))?;
@@ -247,13 +247,13 @@ impl Instance {
         })?;
         let lock = File::create(root.join("lock"))
             .map_err(|e| error(format!("{}/lock: {e}", root.display())))?;
-        let founding = Founding { instance, _lock: lock };
-        founding.furnish().map_err(|e| error(format!("{}: {e}", root.display())))?;
-        Ok(founding)
+        let owned_instance = OwnedInstance { instance, _lock: lock };
+        owned_instance.furnish().map_err(|e| error(format!("{}: {e}", root.display())))?;
+        Ok(owned_instance)
     }
 }
 
-impl Founding {
+impl OwnedInstance {
     fn furnish(&self) -> std::io::Result<()> {
         flock(&self._lock, FlockOperation::NonBlockingLockExclusive)?;
         let root = self.instance.root();
@@ -285,7 +285,7 @@ impl Founding {
 
     /// The host's own place on the bus. A host that cleans up needs the instance's settings as the
     /// process-wide ones, which can be set once: a second instance in one process is refused.
-    pub fn hub(&self, within: bool) -> Result<Hub, BusError> {
+    pub fn node(&self, within: bool) -> Result<BusNode, BusError> {
         if !within {
             let file = format!("{}/bus.toml", self.instance.root().display());
             let path =
@@ -298,11 +298,11 @@ impl Founding {
                 ));
             }
         }
-        self.instance.hub("sim-host", within)
+        self.instance.node("sim-host", within)
     }
 }
 
-impl Drop for Founding {
+impl Drop for OwnedInstance {
     fn drop(&mut self) {
         self.instance.remove();
     }

@@ -109,7 +109,7 @@ impl Inbox {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ActorId, Name, Outcome, Stamp, Wish};
+    use crate::{ActorId, Command, Name, Outcome, Stamp};
 
     /// Plays `serial:frame.first+count` and `serial:Kframe+count&follow` parts; answers what is given out
     /// up to frame 9 as `anew`, `frame`, `lost`.
@@ -117,7 +117,7 @@ mod tests {
         let entry = JournalEntry {
             client: Name::new("tester"),
             sequence: 0,
-            command: Wish::Destroy(ActorId(1)).into(),
+            command: Command::Destroy(ActorId(1)).into(),
             outcome: Outcome::done(1),
         };
         let mut inbox = Inbox::default();

@@ -7,14 +7,14 @@
 
 mod actor;
 mod bones;
-mod born;
 mod command;
 mod drawing;
 mod limbs;
 mod motion;
 mod name;
+mod physics_sensor;
 mod recording;
-mod rig;
+mod sensor_spec;
 mod snapshot;
 mod stamp;
 mod street;
@@ -25,33 +25,33 @@ mod vehicle;
 pub use actor::{
     ACTORS_MAX, ActorId, ActorState, Pose, STRIDE, VehicleControl, flag, kind, lamp, light, parts,
 };
-pub use bones::{BONES, BlendPose, GivenPose, GivenPoses, SetBones, WISH_BONES};
-pub use born::{
-    BornSpec, CollisionReading, CollisionSpec, GnssReading, GnssSpec, ImuReading, ImuSpec,
-    LaneInvasionReading, LaneInvasionSpec, ObstacleReading, ObstacleSpec, OdometryReading,
-    OdometrySpec, Reading, geodesy,
-};
+pub use bones::{BONES, BONES_PER_COMMAND, BlendPose, GivenPose, GivenPoses, SetBones};
 pub use command::{
-    Answer, Autopilot, BatchHeader, Command, CreateRig, GUIDE_STEPS, Guide, GuideStep, HideLayers,
-    HideObjects, HoldLight, JournalEntry, JournalHeader, Nothing, Outcome, SetDoors, SetLamps,
-    SetPhysics, SetVelocity, Settings, Spawn, Teleport, TrafficDial, Weather, Wish, dial, guide,
-    layer, status,
+    Answer, Autopilot, BatchHeader, Command, CreateBundle, HideLayers, HideObjects, JournalEntry,
+    JournalHeader, Nothing, Outcome, ROUTE_STEPS, RawCommand, RouteCommand, RouteStep, SetDoors,
+    SetPhysics, SetTrafficLight, SetVehicleLights, SetVelocity, Settings, Spawn, Teleport,
+    TrafficParam, Weather, guide, layer, param, status,
 };
-pub use drawing::{Drawn, Erase, SHAPE_TEXT_BYTES, SHAPES_MAX, Shape, shape};
+pub use drawing::{EraseShapes, SHAPE_TEXT_BYTES, SHAPES_MAX, Shape, ShapeReceipt, shape};
 pub use limbs::LIMBS;
 pub use motion::{
-    AckermannControl, AckermannSettings, Ask, FeelWeather, Push, Switch, VehicleTelemetry,
-    WheelTelemetry, part,
+    AckermannControl, AckermannSettings, ApplyForce, Ask, SetWeatherAffectsGrip, Switch,
+    VehicleTelemetry, WheelTelemetry, part,
 };
 pub use name::Name;
+pub use physics_sensor::{
+    CollisionReading, CollisionSpec, GnssReading, GnssSpec, ImuReading, ImuSpec,
+    LaneInvasionReading, LaneInvasionSpec, ObstacleReading, ObstacleSpec, OdometryReading,
+    OdometrySpec, PhysicsSensorSpec, Reading, geodesy,
+};
 pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};
-pub use rig::{
-    BundleHeader, DEPTH_FAR_M, Plane, RigId, SENSORS_MAX, SensorSpec, element_bytes, fourth,
-    layout, output, sensor, tracer,
+pub use sensor_spec::{
+    BundleHeader, BundleId, DEPTH_FAR_M, Plane, SENSORS_MAX, SensorSpec, element_bytes, layout,
+    output, point_attribute, sensor, tracer,
 };
 pub use snapshot::{PIPELINE_MAX, SnapshotHeader};
 pub use stamp::{Frame, Stamp};
-pub use street::{SwitchLamps, shine};
+pub use street::{SetStreetLights, shine};
 pub use traffic::{LightState, TrafficHeader, TrafficLayout};
 pub use v2x::{
     CamReading, CamSpec, MessageReading, MessageSpec, RadioSpec, TEXT_BYTES, Transmit, radio,
@@ -81,15 +81,15 @@ pub use channel::{CHANNELS, Channel, Loss, channel};
 pub use control::{ControlPage, Ending, PROTOCOL, PageError, Role, SLOTS, Slot, SlotState};
 pub use episode::{BlueprintInfo, Episode, LoadMap, load};
 pub use error::BusError;
-pub use instance::{Founding, Instance, free_bytes};
+pub use instance::{Instance, OwnedInstance, free_bytes};
 pub use journal::{Event, Journal};
 pub use map::{CONTROL_LEN, Control};
 pub use participant::{Interrupted, Participant, Watch};
-pub use port::{Block, Element, Founded, Header, Hub, Loan, Page, Reader, Sample, Writer};
+pub use port::{Block, BusNode, Element, Header, Loan, OwnedService, Page, Reader, Sample, Writer};
 pub use ports::{
-    Bundle, ClientPorts, HostPorts, RenderPorts, Snapshot, TrafficPorts, TrafficSample,
+    BundleSample, ClientPorts, HostPorts, RenderPorts, Snapshot, TrafficPorts, TrafficSample,
 };
-pub use wait::{Bell, Gate, Strategy};
+pub use wait::{Notify, SequenceEvent, Strategy};
 
 #[cfg(test)]
 mod loom_tests;

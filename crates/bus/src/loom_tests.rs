@@ -67,7 +67,7 @@ mod atoms {
 )]
 mod wait;
 
-use wait::{Bell, Gate, Strategy};
+use wait::{Notify, SequenceEvent, Strategy};
 
 /// Every interleaving with at most three preemptions: published lost-wake-up bugs need one or two.
 fn check(scenario: impl Fn() + Sync + Send + 'static) {
@@ -80,7 +80,7 @@ fn check(scenario: impl Fn() + Sync + Send + 'static) {
 fn a_waiter_at_a_gate_is_never_left_asleep() {
     check(|| {
         let kernel = atoms::Kernel::new();
-        let gate = Arc::new(Gate::default());
+        let gate = Arc::new(SequenceEvent::default());
         let waiter = {
             let (kernel, gate) = (kernel.clone(), gate.clone());
             thread::spawn(move || {
@@ -99,7 +99,7 @@ fn the_last_of_two_arrivals_wakes_the_host() {
     use loom::sync::atomic::{AtomicU64, Ordering};
     check(|| {
         let kernel = atoms::Kernel::new();
-        let bell = Arc::new(Bell::default());
+        let bell = Arc::new(Notify::default());
         let acks = Arc::new([AtomicU64::new(0), AtomicU64::new(0)]);
         let all = |acks: &[AtomicU64; 2]| acks.iter().all(|a| a.load(Ordering::Acquire) >= 1);
         let arrivals: Vec<_> = (0..2)
@@ -108,7 +108,7 @@ fn the_last_of_two_arrivals_wakes_the_host() {
                 thread::spawn(move || {
                     atoms::enter(kernel);
                     acks[i].store(1, Ordering::Release);
-                    bell.ring_if(|| all(&acks));
+                    bell.notify_if(|| all(&acks));
                 })
             })
             .collect();
@@ -126,7 +126,7 @@ fn what_was_written_before_a_raise_is_seen_after_the_wait() {
     use loom::sync::atomic::{AtomicU64, Ordering};
     check(|| {
         let kernel = atoms::Kernel::new();
-        let gate = Arc::new(Gate::default());
+        let gate = Arc::new(SequenceEvent::default());
         let data = Arc::new(AtomicU64::new(0));
         let writer = {
             let (kernel, gate, data) = (kernel.clone(), gate.clone(), data.clone());

@@ -1,11 +1,11 @@
-//! Wishes about how an actor moves, and questions about how it does.
+//! Commands about how an actor moves, and questions about how it does.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{ActorId, vehicle::within};
 
-/// See [`crate::Wish::Ask`].
+/// See [`crate::Command::Ask`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("Ask")]
 #[repr(C)]
@@ -92,7 +92,7 @@ pub struct WheelTelemetry {
     pub across_n: f32,
 }
 
-/// See [`crate::Wish::Ackermann`].
+/// See [`crate::Command::Ackermann`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("AckermannControl")]
 #[repr(C)]
@@ -122,7 +122,7 @@ impl AckermannControl {
     }
 }
 
-/// See [`crate::Wish::SetAckermann`]. Gains of the two controllers.
+/// See [`crate::Command::SetAckermann`]. Gains of the two controllers.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("AckermannSettings")]
 #[repr(C)]
@@ -154,11 +154,11 @@ impl AckermannSettings {
     }
 }
 
-/// See [`crate::Wish::Push`].
+/// See [`crate::Command::ApplyForce`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Push")]
+#[type_name("ApplyForce")]
 #[repr(C)]
-pub struct Push {
+pub struct ApplyForce {
     /// Whom.
     pub actor_id: ActorId,
     /// 0: an impulse, newton seconds and newton metre seconds; 1: a force and a torque for the
@@ -169,12 +169,12 @@ pub struct Push {
     /// In world space.
     pub angular: [f32; 3],
     /// 1: `linear` acts at `at_m`; 0: at the centre of mass.
-    pub has_place: u32,
+    pub has_point: u32,
     /// In world space.
     pub at_m: [f32; 3],
 }
 
-/// See [`crate::Wish::SetGravity`], [`crate::Wish::SetCollisions`].
+/// See [`crate::Command::SetGravity`], [`crate::Command::SetCollisions`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("Switch")]
 #[repr(C)]
@@ -185,11 +185,11 @@ pub struct Switch {
     pub on: u32,
 }
 
-/// See [`crate::Wish::FeelWeather`].
+/// See [`crate::Command::SetWeatherAffectsGrip`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("FeelWeather")]
+#[type_name("SetWeatherAffectsGrip")]
 #[repr(C)]
-pub struct FeelWeather {
+pub struct SetWeatherAffectsGrip {
     /// 1: wet roads are slippery; 0: roads grip as if they were dry.
     pub on: u32,
     /// Zero.

@@ -6,8 +6,8 @@ use std::sync::{
 };
 
 use crate::{
-    BusError, Control, Ending, Frame, Hub, Instance, Name, Role, SLOTS, Slot, SlotState, Strategy,
-    clock, process,
+    BusError, BusNode, Control, Ending, Frame, Instance, Name, Role, SLOTS, Slot, SlotState,
+    Strategy, clock, process,
 };
 
 /// How long a joiner waits for the host to look at it.
@@ -91,9 +91,9 @@ impl Participant {
     }
 
     /// Its own place on the bus.
-    pub fn hub(&self) -> Result<Hub, BusError> {
+    pub fn node(&self) -> Result<BusNode, BusError> {
         let role = self.words().role().map_or("participant", Role::name);
-        self.instance.hub(role, self.within)
+        self.instance.node(role, self.within)
     }
 
     /// Its ports are made; from here on it takes part.
@@ -120,7 +120,7 @@ impl Participant {
         deadline: Option<u64>,
     ) -> Result<Ending, Interrupted> {
         let control = &self.control;
-        let is_seen = || control.has_everybody_arrived(frame);
+        let is_seen = || control.have_all_arrived(frame);
         let give_up = || is_seen() || self.is_over();
         if control.complete.wait(frame.0, self.strategy, deadline, give_up) {
             return Ok(control.ending());
@@ -154,7 +154,7 @@ impl Participant {
         self.control.arrive(self.slot, frame);
         if self.words().lag() > 0 {
             // No frame waits for this one, but a reader may.
-            self.control.complete.rouse();
+            self.control.complete.notify_all();
         }
     }
 
@@ -232,8 +232,8 @@ fn watch_host(control: &Control, gone: Arc<AtomicBool>) -> Result<(), BusError> 
         .spawn(move || {
             process::wait_for_end(&fd);
             gone.store(true, Ordering::Release);
-            control.tick.rouse();
-            control.complete.rouse();
+            control.tick.notify_all();
+            control.complete.notify_all();
         })
         .map(drop)
         .map_err(|e| BusError::Instance(format!("no thread to watch the host with: {e}")))

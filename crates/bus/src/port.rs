@@ -17,8 +17,8 @@ use iceoryx2::{
 
 use crate::{BusError, Channel, Loss, control::SLOTS};
 
-type Between = ipc_threadsafe::Service;
-type Within = local_threadsafe::Service;
+type Ipc = ipc_threadsafe::Service;
+type Local = local_threadsafe::Service;
 
 /// What a header must be.
 pub trait Header: Pod + ZeroCopySend + Debug + Default {}
@@ -43,36 +43,36 @@ pub struct Block(pub [u8; 64]);
 pub struct Page(pub [u8; 4096]);
 
 /// A process's place on the bus; every port hangs on one.
-pub enum Hub {
-    /// Between processes.
-    Between(Node<Between>),
-    /// Between threads of this process.
-    Within(Node<Within>),
+pub enum BusNode {
+    /// Ipc processes.
+    Ipc(Node<Ipc>),
+    /// Ipc threads of this process.
+    Local(Node<Local>),
 }
 
 /// How long a writer waits for a reader that must not lose anything.
 const SEND_DEADLINE: std::time::Duration = std::time::Duration::from_secs(2);
 
-impl Hub {
+impl BusNode {
     /// Opens a place; `config` is the instance's.
-    pub(crate) fn new(name: &str, config: &Config, within: bool) -> Result<Hub, BusError> {
+    pub(crate) fn new(name: &str, config: &Config, within: bool) -> Result<BusNode, BusError> {
         set_log_level(LogLevel::Fatal);
         let builder = NodeBuilder::new()
             .name(&NodeName::new(name).map_err(|e| BusError::port("node", name, e))?)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .config(config);
         Ok(if within {
-            Hub::Within(builder.create().map_err(|e| BusError::port("node", name, e))?)
+            BusNode::Local(builder.create().map_err(|e| BusError::port("node", name, e))?)
         } else {
-            Hub::Between(builder.create().map_err(|e| BusError::port("node", name, e))?)
+            BusNode::Ipc(builder.create().map_err(|e| BusError::port("node", name, e))?)
         })
     }
 
     /// For the host: removes what dead processes left. Returns (removed, stuck).
     pub fn clean(&self) -> (u64, u64) {
         let state = match self {
-            Hub::Between(node) => node.try_cleanup_dead_nodes(),
-            Hub::Within(node) => node.try_cleanup_dead_nodes(),
+            BusNode::Ipc(node) => node.try_cleanup_dead_nodes(),
+            BusNode::Local(node) => node.try_cleanup_dead_nodes(),
         };
         (state.cleanups, state.failed_cleanups)
     }
@@ -84,10 +84,10 @@ impl Hub {
         channel: &Channel,
         name: &str,
         held: usize,
-    ) -> Result<Founded<H, T>, BusError> {
+    ) -> Result<OwnedService<H, T>, BusError> {
         Ok(match self {
-            Hub::Between(node) => Founded::Between(service(node, channel, name, Some(held))?),
-            Hub::Within(node) => Founded::Within(service(node, channel, name, Some(held))?),
+            BusNode::Ipc(node) => OwnedService::Ipc(service(node, channel, name, Some(held))?),
+            BusNode::Local(node) => OwnedService::Local(service(node, channel, name, Some(held))?),
         })
     }
 
@@ -102,7 +102,7 @@ impl Hub {
         loans: usize,
     ) -> Result<Writer<H, T>, BusError> {
         Ok(match self {
-            Hub::Between(node) => Writer::Between(publisher(
+            BusNode::Ipc(node) => Writer::Ipc(publisher(
                 service(node, channel, name, None)?,
                 channel,
                 name,
@@ -110,7 +110,7 @@ impl Hub {
                 grows,
                 loans,
             )?),
-            Hub::Within(node) => Writer::Within(publisher(
+            BusNode::Local(node) => Writer::Local(publisher(
                 service(node, channel, name, None)?,
                 channel,
                 name,
@@ -128,11 +128,11 @@ impl Hub {
         name: &str,
     ) -> Result<Reader<H, T>, BusError> {
         Ok(match self {
-            Hub::Between(node) => {
-                Reader::Between(subscriber(service(node, channel, name, None)?, name)?)
+            BusNode::Ipc(node) => {
+                Reader::Ipc(subscriber(service(node, channel, name, None)?, name)?)
             }
-            Hub::Within(node) => {
-                Reader::Within(subscriber(service(node, channel, name, None)?, name)?)
+            BusNode::Local(node) => {
+                Reader::Local(subscriber(service(node, channel, name, None)?, name)?)
             }
         })
     }
@@ -141,11 +141,11 @@ impl Hub {
 type Factory<S, H, T> = iceoryx2::service::port_factory::publish_subscribe::PortFactory<S, [T], H>;
 
 /// A channel that the host made.
-pub enum Founded<H: Header, T: Element> {
-    /// Between processes.
-    Between(Factory<Between, H, T>),
-    /// Between threads.
-    Within(Factory<Within, H, T>),
+pub enum OwnedService<H: Header, T: Element> {
+    /// Ipc processes.
+    Ipc(Factory<Ipc, H, T>),
+    /// Ipc threads.
+    Local(Factory<Local, H, T>),
 }
 
 fn service<S: Service, H: Header, T: Element>(
@@ -210,10 +210,10 @@ fn subscriber<S: Service, H: Header, T: Element>(
 
 /// The writing end of a channel.
 pub enum Writer<H: Header, T: Element> {
-    /// Between processes.
-    Between(Publisher<Between, [T], H>),
-    /// Between threads.
-    Within(Publisher<Within, [T], H>),
+    /// Ipc processes.
+    Ipc(Publisher<Ipc, [T], H>),
+    /// Ipc threads.
+    Local(Publisher<Local, [T], H>),
 }
 
 impl<H: Header, T: Element> Writer<H, T> {
@@ -221,11 +221,9 @@ impl<H: Header, T: Element> Writer<H, T> {
     /// there before.
     pub fn loan(&self, len: usize) -> Result<Loan<H, T>, BusError> {
         Ok(match self {
-            Writer::Between(port) => {
-                Loan::Between(port.loan_slice_uninit(len).map_err(BusError::loan)?)
-            }
-            Writer::Within(port) => {
-                Loan::Within(port.loan_slice_uninit(len).map_err(BusError::loan)?)
+            Writer::Ipc(port) => Loan::Ipc(port.loan_slice_uninit(len).map_err(BusError::loan)?),
+            Writer::Local(port) => {
+                Loan::Local(port.loan_slice_uninit(len).map_err(BusError::loan)?)
             }
         })
     }
@@ -240,8 +238,8 @@ impl<H: Header, T: Element> Writer<H, T> {
     /// Lets newcomers in and gives them the history.
     pub fn welcome(&self) -> Result<(), BusError> {
         let welcomed = match self {
-            Writer::Between(port) => port.update_connections(),
-            Writer::Within(port) => port.update_connections(),
+            Writer::Ipc(port) => port.update_connections(),
+            Writer::Local(port) => port.update_connections(),
         };
         welcomed.map_err(|e| BusError::port("connection", "writer", e))
     }
@@ -249,18 +247,18 @@ impl<H: Header, T: Element> Writer<H, T> {
 
 /// A message that is being written.
 pub enum Loan<H: Header, T: Element> {
-    /// Between processes.
-    Between(SampleMutUninit<Between, [MaybeUninit<T>], H>),
-    /// Between threads.
-    Within(SampleMutUninit<Within, [MaybeUninit<T>], H>),
+    /// Ipc processes.
+    Ipc(SampleMutUninit<Ipc, [MaybeUninit<T>], H>),
+    /// Ipc threads.
+    Local(SampleMutUninit<Local, [MaybeUninit<T>], H>),
 }
 
 impl<H: Header, T: Element> Loan<H, T> {
     /// The room, in the channel's own memory.
     pub fn payload_mut(&mut self) -> &mut [T] {
         let room = match self {
-            Loan::Between(sample) => sample.payload_mut(),
-            Loan::Within(sample) => sample.payload_mut(),
+            Loan::Ipc(sample) => sample.payload_mut(),
+            Loan::Local(sample) => sample.payload_mut(),
         };
         // SAFETY: `T` is `Pod`: every bit pattern is a value. The segment's memory was zeroed when
         // it was mapped and holds earlier messages since, so it is initialised.
@@ -270,14 +268,14 @@ impl<H: Header, T: Element> Loan<H, T> {
     /// Sends it. The bytes do not move.
     pub fn send(mut self, header: H) -> Result<(), BusError> {
         match &mut self {
-            Loan::Between(sample) => *sample.user_header_mut() = header,
-            Loan::Within(sample) => *sample.user_header_mut() = header,
+            Loan::Ipc(sample) => *sample.user_header_mut() = header,
+            Loan::Local(sample) => *sample.user_header_mut() = header,
         }
         // SAFETY: as in `payload_mut`, every bit pattern is a value.
         let sent = unsafe {
             match self {
-                Loan::Between(sample) => sample.assume_init().send(),
-                Loan::Within(sample) => sample.assume_init().send(),
+                Loan::Ipc(sample) => sample.assume_init().send(),
+                Loan::Local(sample) => sample.assume_init().send(),
             }
         };
         sent.map(drop).map_err(|e| BusError::port("send", std::any::type_name::<H>(), e))
@@ -286,46 +284,44 @@ impl<H: Header, T: Element> Loan<H, T> {
 
 /// The reading end of a channel.
 pub enum Reader<H: Header, T: Element> {
-    /// Between processes.
-    Between(Subscriber<Between, [T], H>),
-    /// Between threads.
-    Within(Subscriber<Within, [T], H>),
+    /// Ipc processes.
+    Ipc(Subscriber<Ipc, [T], H>),
+    /// Ipc threads.
+    Local(Subscriber<Local, [T], H>),
 }
 
 impl<H: Header, T: Element> Reader<H, T> {
     /// The oldest message that was not read yet, if there is one. Never blocks.
     pub fn receive(&self) -> Result<Option<Sample<H, T>>, BusError> {
         Ok(match self {
-            Reader::Between(port) => {
-                port.receive().map_err(BusError::receive)?.map(Sample::Between)
-            }
-            Reader::Within(port) => port.receive().map_err(BusError::receive)?.map(Sample::Within),
+            Reader::Ipc(port) => port.receive().map_err(BusError::receive)?.map(Sample::Ipc),
+            Reader::Local(port) => port.receive().map_err(BusError::receive)?.map(Sample::Local),
         })
     }
 }
 
 /// A received message, in the memory in which it was written. Held until dropped.
 pub enum Sample<H: Header, T: Element> {
-    /// Between processes.
-    Between(IoxSample<Between, [T], H>),
-    /// Between threads.
-    Within(IoxSample<Within, [T], H>),
+    /// Ipc processes.
+    Ipc(IoxSample<Ipc, [T], H>),
+    /// Ipc threads.
+    Local(IoxSample<Local, [T], H>),
 }
 
 impl<H: Header, T: Element> Sample<H, T> {
     /// What it is.
     pub fn header(&self) -> &H {
         match self {
-            Sample::Between(sample) => sample.user_header(),
-            Sample::Within(sample) => sample.user_header(),
+            Sample::Ipc(sample) => sample.user_header(),
+            Sample::Local(sample) => sample.user_header(),
         }
     }
 
     /// What it holds.
     pub fn payload(&self) -> &[T] {
         match self {
-            Sample::Between(sample) => sample.payload(),
-            Sample::Within(sample) => sample.payload(),
+            Sample::Ipc(sample) => sample.payload(),
+            Sample::Local(sample) => sample.payload(),
         }
     }
 }

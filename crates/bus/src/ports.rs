@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 
 use crate::{
-    ActorState, BatchHeader, Block, BundleHeader, BusError, Command, Founded, Hub, JournalEntry,
-    JournalHeader, Page, Reader, RigId, Sample, SnapshotHeader, TrafficHeader, VehicleControl,
-    Writer, channel, journal::Journal,
+    ActorState, BatchHeader, Block, BundleHeader, BundleId, BusError, BusNode, JournalEntry,
+    JournalHeader, OwnedService, Page, RawCommand, Reader, Sample, SnapshotHeader, TrafficHeader,
+    VehicleControl, Writer, channel, journal::Journal,
 };
 
 /// Actors that a snapshot has room for before it must grow.
@@ -16,130 +16,130 @@ const BLOCKS_AT_FIRST: usize = 1024;
 
 /// A received snapshot.
 pub type Snapshot = Sample<SnapshotHeader, ActorState>;
-/// A received bundle of one rig's measurements.
-pub type Bundle = Sample<BundleHeader, Page>;
+/// A received bundle of one bundle's measurements.
+pub type BundleSample = Sample<BundleHeader, Page>;
 /// What traffic decided, received.
 pub type TrafficSample = Sample<TrafficHeader, Block>;
 
-fn rig_name(rig: RigId) -> String {
-    format!("rig/{}", rig.0)
+fn bundle_name(bundle: BundleId) -> String {
+    format!("bundle/{}", bundle.0)
 }
 
-/// The host's ends. Founding them makes the channels.
+/// The host's ends. OwnedInstance them makes the channels.
 pub struct HostPorts {
     /// The truth.
     pub snapshot: Writer<SnapshotHeader, ActorState>,
-    /// What was wished, and what became of it.
+    /// What was requested, and what became of it.
     pub journal: Writer<JournalHeader, JournalEntry>,
-    /// A restarted traffic's own mind.
+    /// A restarted traffic's own planner.
     pub resume: Writer<TrafficHeader, Block>,
-    /// Wishes.
-    pub command: Reader<BatchHeader, Command>,
+    /// Commands.
+    pub command: Reader<BatchHeader, RawCommand>,
     /// Pedals.
     pub control: Reader<BatchHeader, VehicleControl>,
     /// What traffic decided.
     pub traffic: Reader<TrafficHeader, Block>,
-    rigs: BTreeMap<RigId, Founded<BundleHeader, Page>>,
-    hub: Hub,
+    bundles: BTreeMap<BundleId, OwnedService<BundleHeader, Page>>,
+    node: BusNode,
     _founded: Box<dyn std::any::Any>,
 }
 
 impl HostPorts {
     /// Makes every channel of the instance and the host's ends of them.
-    pub fn found(hub: Hub) -> Result<HostPorts, BusError> {
+    pub fn found(node: BusNode) -> Result<HostPorts, BusError> {
         let row = channel;
         let founded = Box::new((
-            hub.found::<BatchHeader, Command>(row("command"), "command", row("command").held)?,
-            hub.found::<BatchHeader, VehicleControl>(
+            node.found::<BatchHeader, RawCommand>(row("command"), "command", row("command").held)?,
+            node.found::<BatchHeader, VehicleControl>(
                 row("control"),
                 "control",
                 row("control").held,
             )?,
-            hub.found::<JournalHeader, JournalEntry>(
+            node.found::<JournalHeader, JournalEntry>(
                 row("journal"),
                 "journal",
                 row("journal").held,
             )?,
-            hub.found::<SnapshotHeader, ActorState>(
+            node.found::<SnapshotHeader, ActorState>(
                 row("snapshot"),
                 "snapshot",
                 row("snapshot").held,
             )?,
-            hub.found::<TrafficHeader, Block>(row("resume"), "resume", row("resume").held)?,
-            hub.found::<TrafficHeader, Block>(row("traffic"), "traffic", row("traffic").held)?,
+            node.found::<TrafficHeader, Block>(row("resume"), "resume", row("resume").held)?,
+            node.found::<TrafficHeader, Block>(row("traffic"), "traffic", row("traffic").held)?,
         ));
         Ok(HostPorts {
-            snapshot: hub.writer(row("snapshot"), "snapshot", ACTORS_AT_FIRST, true, 2)?,
-            journal: hub.writer(row("journal"), "journal", 4, true, 2)?,
-            resume: hub.writer(row("resume"), "resume", BLOCKS_AT_FIRST, true, 1)?,
-            command: hub.reader(row("command"), "command")?,
-            control: hub.reader(row("control"), "control")?,
-            traffic: hub.reader(row("traffic"), "traffic")?,
-            rigs: BTreeMap::new(),
-            hub,
+            snapshot: node.writer(row("snapshot"), "snapshot", ACTORS_AT_FIRST, true, 2)?,
+            journal: node.writer(row("journal"), "journal", 4, true, 2)?,
+            resume: node.writer(row("resume"), "resume", BLOCKS_AT_FIRST, true, 1)?,
+            command: node.reader(row("command"), "command")?,
+            control: node.reader(row("control"), "control")?,
+            traffic: node.reader(row("traffic"), "traffic")?,
+            bundles: BTreeMap::new(),
+            node,
             _founded: founded,
         })
     }
 
-    /// Makes a rig's channel, whose readers may hold `held` bundles each.
-    pub fn found_rig(&mut self, rig: RigId, held: usize) -> Result<(), BusError> {
-        let founded = self.hub.found(channel("rig"), &rig_name(rig), held)?;
-        self.rigs.insert(rig, founded);
+    /// Makes a bundle's channel, whose readers may hold `held` bundles each.
+    pub fn create_bundle(&mut self, bundle: BundleId, held: usize) -> Result<(), BusError> {
+        let founded = self.node.found(channel("bundle"), &bundle_name(bundle), held)?;
+        self.bundles.insert(bundle, founded);
         Ok(())
     }
 
-    /// The end into which the host's own bundles of a rig go, at most `bundle_bytes` each.
-    pub fn rig(
+    /// The end into which the host's own bundles of a bundle go, at most `bundle_bytes` each.
+    pub fn bundle(
         &self,
-        rig: RigId,
+        bundle: BundleId,
         bundle_bytes: u64,
     ) -> Result<Writer<BundleHeader, Page>, BusError> {
-        self.hub.rig_writer(rig, bundle_bytes)
+        self.node.bundle_writer(bundle, bundle_bytes)
     }
 
-    /// Gives a rig's channel up; it goes when its last port goes.
-    pub fn forget_rig(&mut self, rig: RigId) {
-        self.rigs.remove(&rig);
+    /// Gives a bundle's channel up; it goes when its last port goes.
+    pub fn remove_bundle(&mut self, bundle: BundleId) {
+        self.bundles.remove(&bundle);
     }
 
-    /// Shared memory that a rig of `bundle_bytes` may come to need, every queue full.
-    pub fn rig_bytes(bundle_bytes: u64, held: usize) -> u64 {
-        let row = channel("rig");
-        let chunks = row.readers_max * (row.depth + held) + row.history + RIG_LOANS;
+    /// Shared memory that a bundle of `bundle_bytes` may come to need, every queue full.
+    pub fn bundle_channel_bytes(bundle_bytes: u64, held: usize) -> u64 {
+        let row = channel("bundle");
+        let chunks = row.readers_max * (row.depth + held) + row.history + BUNDLE_LOANS;
         bundle_bytes.next_multiple_of(4096) * chunks as u64
     }
 
     /// The host's place on the bus, for cleaning up.
-    pub fn hub(&self) -> &Hub {
-        &self.hub
+    pub fn node(&self) -> &BusNode {
+        &self.node
     }
 }
 
-/// Bundles of one rig that may be in the making at a time.
-const RIG_LOANS: usize = crate::PIPELINE_MAX as usize + 1;
+/// Bundles of one bundle that may be in the making at a time.
+const BUNDLE_LOANS: usize = crate::PIPELINE_MAX as usize + 1;
 
 /// Traffic's ends.
 pub struct TrafficPorts {
     /// The truth.
     pub snapshot: Reader<SnapshotHeader, ActorState>,
-    /// What was wished, and what became of it.
+    /// What was requested, and what became of it.
     pub journal: Journal,
-    /// Its own mind, if this is not its first life.
+    /// Its own planner, if this is not its first life.
     pub resume: Reader<TrafficHeader, Block>,
     /// What it decides.
     pub decided: Writer<TrafficHeader, Block>,
-    _hub: Hub,
+    _hub: BusNode,
 }
 
 impl TrafficPorts {
     /// Opens them.
-    pub fn open(hub: Hub) -> Result<TrafficPorts, BusError> {
+    pub fn open(node: BusNode) -> Result<TrafficPorts, BusError> {
         Ok(TrafficPorts {
-            snapshot: hub.reader(channel("snapshot"), "snapshot")?,
-            journal: Journal::new(hub.reader(channel("journal"), "journal")?),
-            resume: hub.reader(channel("resume"), "resume")?,
-            decided: hub.writer(channel("traffic"), "traffic", BLOCKS_AT_FIRST, true, 1)?,
-            _hub: hub,
+            snapshot: node.reader(channel("snapshot"), "snapshot")?,
+            journal: Journal::new(node.reader(channel("journal"), "journal")?),
+            resume: node.reader(channel("resume"), "resume")?,
+            decided: node.writer(channel("traffic"), "traffic", BLOCKS_AT_FIRST, true, 1)?,
+            _hub: node,
         })
     }
 }
@@ -148,39 +148,39 @@ impl TrafficPorts {
 pub struct RenderPorts {
     /// The truth.
     pub snapshot: Reader<SnapshotHeader, ActorState>,
-    /// What was wished, and what became of it.
+    /// What was requested, and what became of it.
     pub journal: Journal,
-    hub: Hub,
+    node: BusNode,
 }
 
 impl RenderPorts {
     /// Opens them.
-    pub fn open(hub: Hub) -> Result<RenderPorts, BusError> {
+    pub fn open(node: BusNode) -> Result<RenderPorts, BusError> {
         Ok(RenderPorts {
-            snapshot: hub.reader(channel("snapshot"), "snapshot")?,
-            journal: Journal::new(hub.reader(channel("journal"), "journal")?),
-            hub,
+            snapshot: node.reader(channel("snapshot"), "snapshot")?,
+            journal: Journal::new(node.reader(channel("journal"), "journal")?),
+            node,
         })
     }
 
-    /// The end into which a rig's bundles of at most `bundle_bytes` go.
-    pub fn rig(
+    /// The end into which a bundle's bundles of at most `bundle_bytes` go.
+    pub fn bundle(
         &self,
-        rig: RigId,
+        bundle: BundleId,
         bundle_bytes: u64,
     ) -> Result<Writer<BundleHeader, Page>, BusError> {
-        self.hub.rig_writer(rig, bundle_bytes)
+        self.node.bundle_writer(bundle, bundle_bytes)
     }
 }
 
-impl Hub {
-    fn rig_writer(
+impl BusNode {
+    fn bundle_writer(
         &self,
-        rig: RigId,
+        bundle: BundleId,
         bundle_bytes: u64,
     ) -> Result<Writer<BundleHeader, Page>, BusError> {
         let pages = bundle_bytes.div_ceil(4096) as usize;
-        self.writer(channel("rig"), &rig_name(rig), pages, false, RIG_LOANS)
+        self.writer(channel("bundle"), &bundle_name(bundle), pages, false, BUNDLE_LOANS)
     }
 }
 
@@ -188,29 +188,29 @@ impl Hub {
 pub struct ClientPorts {
     /// The truth.
     pub snapshot: Reader<SnapshotHeader, ActorState>,
-    /// What was wished, and what became of it.
+    /// What was requested, and what became of it.
     pub journal: Journal,
-    /// Wishes.
-    pub command: Writer<BatchHeader, Command>,
+    /// Commands.
+    pub command: Writer<BatchHeader, RawCommand>,
     /// Pedals.
     pub control: Writer<BatchHeader, VehicleControl>,
-    hub: Hub,
+    node: BusNode,
 }
 
 impl ClientPorts {
     /// Opens them.
-    pub fn open(hub: Hub) -> Result<ClientPorts, BusError> {
+    pub fn open(node: BusNode) -> Result<ClientPorts, BusError> {
         Ok(ClientPorts {
-            snapshot: hub.reader(channel("snapshot"), "snapshot")?,
-            journal: Journal::new(hub.reader(channel("journal"), "journal")?),
-            command: hub.writer(channel("command"), "command", 4, true, 2)?,
-            control: hub.writer(channel("control"), "control", 4, true, 2)?,
-            hub,
+            snapshot: node.reader(channel("snapshot"), "snapshot")?,
+            journal: Journal::new(node.reader(channel("journal"), "journal")?),
+            command: node.writer(channel("command"), "command", 4, true, 2)?,
+            control: node.writer(channel("control"), "control", 4, true, 2)?,
+            node,
         })
     }
 
-    /// The end from which a rig's bundles come.
-    pub fn rig(&self, rig: RigId) -> Result<Reader<BundleHeader, Page>, BusError> {
-        self.hub.reader(channel("rig"), &rig_name(rig))
+    /// The end from which a bundle's bundles come.
+    pub fn bundle(&self, bundle: BundleId) -> Result<Reader<BundleHeader, Page>, BusError> {
+        self.node.reader(channel("bundle"), &bundle_name(bundle))
     }
 }

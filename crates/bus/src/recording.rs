@@ -1,4 +1,4 @@
-//! Wishes about recordings and saved states.
+//! Commands about recordings and saved states.
 
 use std::path::Path;
 
@@ -42,7 +42,7 @@ impl Default for FilePath {
     }
 }
 
-/// See [`crate::Wish::StartRecorder`].
+/// See [`crate::Command::StartRecorder`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("StartRecorder")]
 #[repr(C)]
@@ -55,7 +55,7 @@ pub struct StartRecorder {
     pub reserved: u32,
 }
 
-/// See [`crate::Wish::StartReplay`].
+/// See [`crate::Command::StartReplay`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("StartReplay")]
 #[repr(C)]
@@ -72,7 +72,7 @@ pub struct StartReplay {
     pub ignore_hero: u32,
 }
 
-/// See [`crate::Wish::StopReplay`].
+/// See [`crate::Command::StopReplay`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("StopReplay")]
 #[repr(C)]

@@ -5,7 +5,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::vehicle::within;
 
-/// Values of [`SwitchLamps::mode`].
+/// Values of [`SetStreetLights::mode`].
 pub mod shine {
     /// Dark.
     pub const OFF: u32 = 0;
@@ -15,12 +15,12 @@ pub mod shine {
     pub const AT_NIGHT: u32 = 2;
 }
 
-/// See [`crate::Wish::SwitchLamps`]. A lamp's number is that of its pole in instance images,
+/// See [`crate::Command::SetStreetLights`]. A lamp's number is that of its pole in instance images,
 /// without the highest bit.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("SwitchLamps")]
+#[type_name("SetStreetLights")]
 #[repr(C)]
-pub struct SwitchLamps {
+pub struct SetStreetLights {
     /// The number of the first bit's lamp, over 1024.
     pub block: u32,
     /// One of [`shine`].
@@ -33,9 +33,9 @@ pub struct SwitchLamps {
     pub bits: [u64; 16],
 }
 
-const _: () = assert!(size_of::<SwitchLamps>() == 144);
+const _: () = assert!(size_of::<SetStreetLights>() == 144);
 
-impl SwitchLamps {
+impl SetStreetLights {
     /// What is wrong with it.
     pub fn check(&self) -> Result<(), String> {
         if self.mode > shine::AT_NIGHT {

@@ -4,7 +4,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use crate::{ActorId, Block, Stamp, VehicleControl};
 
 /// Header of traffic's one sample per frame: what it decided on `stamp.frame`, which acts in the
-/// next one. The payload holds controls, then lights, then the mind, each at a 64-byte edge.
+/// next one. The payload holds controls, then lights, then the planner, each at a 64-byte edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("TrafficHeader")]
 #[repr(C)]
@@ -15,7 +15,7 @@ pub struct TrafficHeader {
     pub control_count: u32,
     /// How many [`LightState`]s.
     pub light_count: u32,
-    /// Bytes of the mind: all that traffic must know beyond the snapshot to go on as if nothing
+    /// Bytes of the planner: all that traffic must know beyond the snapshot to go on as if nothing
     /// had happened. Opaque to everybody else.
     pub mind_len: u64,
     /// Monotonic clock when planning began.
@@ -66,7 +66,7 @@ impl TrafficHeader {
         payload: &mut [Block],
         controls: &[VehicleControl],
         lights: &[LightState],
-        mind: &[u8],
+        planner: &[u8],
     ) {
         let layout = self.layout();
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(payload);
@@ -75,10 +75,10 @@ impl TrafficHeader {
         let lights: &[u8] = bytemuck::cast_slice(lights);
         bytes[..controls.len()].copy_from_slice(controls);
         bytes[layout.lights_at..][..lights.len()].copy_from_slice(lights);
-        bytes[layout.mind_at..][..mind.len()].copy_from_slice(mind);
+        bytes[layout.mind_at..][..planner.len()].copy_from_slice(planner);
     }
 
-    /// What a payload holds: controls, lights, mind. `None` if it is shorter than the header says.
+    /// What a payload holds: controls, lights, planner. `None` if it is shorter than the header says.
     pub fn parts<'a>(
         &self,
         payload: &'a [Block],

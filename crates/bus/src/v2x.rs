@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::{RigId, born::fault_of, vehicle::within};
+use crate::{BundleId, physics_sensor::fault_of, vehicle::within};
 
 /// How a radio sends and receives.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -192,13 +192,13 @@ impl MessageReading {
     }
 }
 
-/// See [`crate::Wish::Transmit`].
+/// See [`crate::Command::Transmit`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("Transmit")]
 #[repr(C)]
 pub struct Transmit {
-    /// On which rig.
-    pub rig: RigId,
+    /// On which bundle.
+    pub bundle: BundleId,
     /// Which of its sensors.
     pub sensor: u32,
     /// What is sent, padded with zeros.

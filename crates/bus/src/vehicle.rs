@@ -1,13 +1,13 @@
 //! What a vehicle is built like, as clients read and change it, and what its wheels feel.
 //!
-//! Each part is a wish of its own and fits into one outcome, so that it is also what
-//! [`crate::Wish::Ask`] answers. `check` says what is wrong with a part's numbers; the host asks it
+//! Each part is a command of its own and fits into one outcome, so that it is also what
+//! [`crate::Command::Ask`] answers. `check` says what is wrong with a part's numbers; the host asks it
 //! too.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::{ActorId, Wish};
+use crate::{ActorId, Command};
 
 /// The most points of a [`Curve`].
 pub const CURVE_POINTS_MAX: usize = 16;
@@ -54,7 +54,7 @@ impl Curve {
     }
 }
 
-/// See [`Wish::SetBody`].
+/// See [`Command::SetBody`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("VehicleBody")]
 #[repr(C)]
@@ -82,7 +82,7 @@ impl VehicleBody {
     }
 }
 
-/// See [`Wish::SetEngine`].
+/// See [`Command::SetEngine`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("VehicleEngine")]
 #[repr(C)]
@@ -128,7 +128,7 @@ pub struct Gear {
     pub up: f32,
 }
 
-/// See [`Wish::SetGearbox`].
+/// See [`Command::SetGearbox`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("VehicleGearbox")]
 #[repr(C)]
@@ -180,7 +180,7 @@ impl VehicleGearbox {
     }
 }
 
-/// See [`Wish::SetSteering`].
+/// See [`Command::SetSteering`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("VehicleSteering")]
 #[repr(C)]
@@ -198,7 +198,7 @@ impl VehicleSteering {
     }
 }
 
-/// See [`Wish::SetWheel`].
+/// See [`Command::SetWheel`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("VehicleWheel")]
 #[repr(C)]
@@ -280,18 +280,18 @@ impl VehiclePhysics {
         Ok(())
     }
 
-    /// The wishes that make a vehicle so.
-    pub fn wishes(&self, actor_id: ActorId) -> Vec<Wish> {
-        let mut wishes = vec![
-            Wish::SetBody(VehicleBody { actor_id, ..self.body }),
-            Wish::SetEngine(VehicleEngine { actor_id, ..self.engine }),
-            Wish::SetGearbox(VehicleGearbox { actor_id, ..self.gearbox }),
-            Wish::SetSteering(VehicleSteering { actor_id, ..self.steering }),
+    /// The commands that make a vehicle so.
+    pub fn commands(&self, actor_id: ActorId) -> Vec<Command> {
+        let mut commands = vec![
+            Command::SetBody(VehicleBody { actor_id, ..self.body }),
+            Command::SetEngine(VehicleEngine { actor_id, ..self.engine }),
+            Command::SetGearbox(VehicleGearbox { actor_id, ..self.gearbox }),
+            Command::SetSteering(VehicleSteering { actor_id, ..self.steering }),
         ];
         for (index, wheel) in (0..).zip(&self.wheels) {
-            wishes.push(Wish::SetWheel(VehicleWheel { actor_id, index, ..*wheel }));
+            commands.push(Command::SetWheel(VehicleWheel { actor_id, index, ..*wheel }));
         }
-        wishes
+        commands
     }
 }
 

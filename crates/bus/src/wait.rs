@@ -57,13 +57,13 @@ impl Strategy {
 /// A number that one process raises and many wait for.
 #[derive(Debug, Default)]
 #[repr(C, align(64))]
-pub struct Gate {
+pub struct SequenceEvent {
     value: AtomicU64,
     word: AtomicU32,
     sleepers: AtomicU32,
 }
 
-impl Gate {
+impl SequenceEvent {
     /// Where it stands.
     pub fn get(&self) -> u64 {
         self.value.load(Ordering::Acquire)
@@ -73,11 +73,11 @@ impl Gate {
     /// written before is visible to who sees the new number.
     pub fn raise(&self, value: u64) {
         self.value.store(value, Ordering::Release);
-        self.rouse();
+        self.notify_all();
     }
 
     /// Wakes every sleeper to look around, without raising anything.
-    pub fn rouse(&self) {
+    pub fn notify_all(&self) {
         self.word.fetch_add(1, Ordering::Release);
         fence(Ordering::SeqCst);
         if self.sleepers.load(Ordering::Relaxed) > 0 {
@@ -121,12 +121,12 @@ impl Gate {
 /// What many ring and one waits for.
 #[derive(Debug, Default)]
 #[repr(C, align(64))]
-pub struct Bell {
+pub struct Notify {
     word: AtomicU32,
     sleepers: AtomicU32,
 }
 
-impl Bell {
+impl Notify {
     /// Makes the listener look, if it sleeps. What was written before is visible to it.
     pub fn ring(&self) {
         self.word.fetch_add(1, Ordering::Release);
@@ -136,9 +136,9 @@ impl Bell {
         }
     }
 
-    /// Like [`Bell::ring`], but a listener that sleeps is left asleep while `is_due` says no.
+    /// Like [`Notify::ring`], but a listener that sleeps is left asleep while `is_due` says no.
     /// `is_due` reads words that the other ringers write; whoever of them comes last sees all.
-    pub fn ring_if(&self, is_due: impl Fn() -> bool) {
+    pub fn notify_if(&self, is_due: impl Fn() -> bool) {
         fence(Ordering::SeqCst);
         if self.sleepers.load(Ordering::Relaxed) > 0 && is_due() {
             self.word.fetch_add(1, Ordering::Release);

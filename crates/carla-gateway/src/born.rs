@@ -75,7 +75,7 @@ pub(crate) fn spec(
     };
     let seed = number("noise_seed", 0.0)? as u64;
     let spec = SensorSpec { seed, ..spec };
-    spec.check_born().map_err(Refusal::from)?;
+    spec.check_physics_sensor().map_err(Refusal::from)?;
     Ok(Some(spec))
 }
 

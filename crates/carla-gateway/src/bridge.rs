@@ -1,7 +1,7 @@
 //! The one client of the bus through which all of CARLA's clients act.
 //!
 //! ```text
-//!  calls ──▶ Bridge ──wishes, controls, ticks──▶ bus
+//!  calls ──▶ Bridge ──commands, controls, ticks──▶ bus
 //!  streams ◀── Bridge ◀──snapshots, measurements── bus
 //! ```
 
@@ -12,8 +12,8 @@ use std::{
 };
 
 use client_lib::{
-    ActorId, ActorState, Client, ClientError, JournalEntry, Measurement, Pose, TEXT_BYTES,
-    Transmit, VehicleControl, Weather, Wish, kind,
+    ActorId, ActorState, Client, ClientError, Command, JournalEntry, Measurement, Pose, TEXT_BYTES,
+    Transmit, VehicleControl, Weather, kind,
 };
 
 use crate::{
@@ -66,8 +66,8 @@ pub(crate) struct Bridge {
     pub(crate) has_new_lights: bool,
     /// What street lamps were told.
     pub(crate) street: Street,
-    /// Wishes that nobody waits for; they go before the next that somebody does wait for.
-    wishes: Vec<Wish>,
+    /// Commands that nobody waits for; they go before the next that somebody does wait for.
+    commands: Vec<Command>,
     /// The newest pedals of each vehicle, and how many frames ago they were given.
     pedals: BTreeMap<u32, (VehicleControl, u32)>,
     /// Batches sent since the last frame.
@@ -110,7 +110,7 @@ impl Bridge {
             has_new_lights: false,
             street: Street::default(),
             replayer: Replayer::default(),
-            wishes: Vec::new(),
+            commands: Vec::new(),
             pedals: BTreeMap::new(),
             sends: 0,
             has_news: false,
@@ -158,11 +158,11 @@ impl Bridge {
         Ok(frame.0)
     }
 
-    /// What clients wished once and holds for more than a frame.
+    /// What clients requested once and holds for more than a frame.
     fn wish_what_goes_on(&mut self) {
         let world = self.client.world();
-        self.wishes.extend(self.motions.wishes(world));
-        self.wishes.extend(self.lights.wishes(world));
+        self.commands.extend(self.motions.commands(world));
+        self.commands.extend(self.lights.commands(world));
     }
 
     /// Two who tick each advance the world, as CARLA does; they are told of each other.
@@ -187,9 +187,9 @@ impl Bridge {
         }
     }
 
-    /// A wish whose outcome nobody waits for.
-    pub(crate) fn wish(&mut self, wish: Wish) {
-        self.wishes.push(wish);
+    /// A command whose outcome nobody waits for.
+    pub(crate) fn command(&mut self, command: Command) {
+        self.commands.push(command);
         self.has_news = true;
     }
 
@@ -199,7 +199,7 @@ impl Bridge {
         self.has_news = true;
     }
 
-    /// After each call: what it wished goes at once if the world runs on its own clock.
+    /// After each call: what it requested goes at once if the world runs on its own clock.
     pub(crate) fn send_news(&mut self) {
         if self.has_news && !self.is_synchronous() && self.sends < SENDS_MAX {
             self.flush();
@@ -217,24 +217,24 @@ impl Bridge {
                 eprintln!("WARN gateway {} controls are lost: {e}", self.shown);
             }
         }
-        if !self.wishes.is_empty() {
-            let wishes = std::mem::take(&mut self.wishes);
+        if !self.commands.is_empty() {
+            let commands = std::mem::take(&mut self.commands);
             self.sends += 1;
-            if let Err(e) = self.client.send(&wishes) {
-                eprintln!("WARN gateway {} {} wishes are lost: {e}", self.shown, wishes.len());
+            if let Err(e) = self.client.send(&commands) {
+                eprintln!("WARN gateway {} {} commands are lost: {e}", self.shown, commands.len());
             }
         }
     }
 
-    /// Wishes whose outcomes are waited for, after all that were wished before.
+    /// Commands whose outcomes are waited for, after all that were requested before.
     pub(crate) fn request(
         &mut self,
         what: &'static str,
-        wishes: &[Wish],
+        commands: &[Command],
     ) -> Result<Vec<JournalEntry>, Refusal> {
-        let mut all = std::mem::take(&mut self.wishes);
+        let mut all = std::mem::take(&mut self.commands);
         let before = all.len();
-        all.extend_from_slice(wishes);
+        all.extend_from_slice(commands);
         if all.is_empty() {
             return Ok(Vec::new());
         }
@@ -242,9 +242,13 @@ impl Bridge {
         Ok(outcomes.split_off(before.min(outcomes.len())))
     }
 
-    /// One wish whose outcome is waited for: the id concerned.
-    pub(crate) fn request_one(&mut self, what: &'static str, wish: Wish) -> Result<u32, Refusal> {
-        let outcomes = self.request(what, &[wish])?;
+    /// One command whose outcome is waited for: the id concerned.
+    pub(crate) fn request_one(
+        &mut self,
+        what: &'static str,
+        command: Command,
+    ) -> Result<u32, Refusal> {
+        let outcomes = self.request(what, &[command])?;
         let outcome = outcomes.first().ok_or("the simulator gave no answer")?.outcome;
         outcome.result().map_err(Refusal::from)
     }
@@ -362,14 +366,14 @@ impl Bridge {
         self.streams.publish(WORLD, state.into_message());
     }
 
-    /// Sends what rigs have measured.
+    /// Sends what bundles have measured.
     pub(crate) fn show_measurements(&mut self) {
         let world = self.client.world();
         let mut born = Vec::new();
         for (id, own) in &mut self.cast.own {
             let Some(sensor) = &mut own.sensor else { continue };
-            while let Some(rig) = &mut sensor.rig {
-                match rig.receive() {
+            while let Some(bundle) = &mut sensor.bundle {
+                match bundle.receive() {
                     Ok(Some(measured)) if !sensor.is_of_rays() => born.push((*id, measured)),
                     Ok(Some(measured)) => {
                         if let Some(message) = measure::message_of(sensor, &measured, world) {
@@ -421,12 +425,12 @@ impl Bridge {
         self.make_rig(id)?;
         let sensor = self.cast.own_mut(id)?.sensor.as_ref();
         let sensor = sensor.filter(|s| s.kind == Kind::V2xCustom);
-        let rig = sensor.and_then(|s| s.rig.as_ref()).map(client_lib::Rig::id);
-        let rig = rig.ok_or("only sensor.other.v2x_custom sends")?;
+        let bundle = sensor.and_then(|s| s.bundle.as_ref()).map(client_lib::SensorBundle::id);
+        let bundle = bundle.ok_or("only sensor.other.v2x_custom sends")?;
         let mut bytes = [0; TEXT_BYTES];
         let room = bytes.get_mut(..text.len()).ok_or("the text is longer than 100 bytes")?;
         room.copy_from_slice(text.as_bytes());
-        self.wish(Wish::Transmit(Transmit { rig, sensor: 0, text: bytes }));
+        self.command(Command::Transmit(Transmit { bundle, sensor: 0, text: bytes }));
         Ok(())
     }
 
@@ -441,12 +445,12 @@ impl Bridge {
         }
     }
 
-    /// Whether any rig is to be looked after.
+    /// Whether any bundle is to be looked after.
     pub(crate) fn has_rigs(&self) -> bool {
-        self.cast.own.values().any(|o| o.sensor.as_ref().is_some_and(|s| s.rig.is_some()))
+        self.cast.own.values().any(|o| o.sensor.as_ref().is_some_and(|s| s.bundle.is_some()))
     }
 
-    /// Makes rigs for sensors that somebody listens to, takes those away that nobody does.
+    /// Makes bundles for sensors that somebody listens to, takes those away that nobody does.
     pub(crate) fn measure_what_is_wanted(&mut self) {
         let mut make = Vec::new();
         let mut drop_rigs = Vec::new();
@@ -460,16 +464,16 @@ impl Bridge {
             // A lidar's columns are those of one tick.
             let is_stale = sensor.rig_delta_nanos != delta_nanos || lacks != 0;
             if (sensor.idle_frames > IDLE_FRAMES || is_stale)
-                && let Some(rig) = sensor.rig.take()
+                && let Some(bundle) = sensor.bundle.take()
             {
-                drop_rigs.push(rig);
+                drop_rigs.push(bundle);
             }
-            if is_wanted && sensor.rig.is_none() {
+            if is_wanted && sensor.bundle.is_none() {
                 make.push(*id);
             }
         }
-        for rig in drop_rigs {
-            self.drop_rig(rig);
+        for bundle in drop_rigs {
+            self.drop_rig(bundle);
         }
         for id in make {
             if let Err(Refusal(why)) = self.make_rig(id) {
@@ -488,18 +492,20 @@ impl Bridge {
         } else {
             (ActorId(own.parent), own.pose)
         };
-        let Some(sensor) = own.sensor.as_ref().filter(|s| s.rig.is_none()) else { return Ok(()) };
+        let Some(sensor) = own.sensor.as_ref().filter(|s| s.bundle.is_none()) else {
+            return Ok(());
+        };
         let Some(mut spec) = sensor.spec(pose, delta_nanos, self.imu_gravity_mps2)? else {
             return Ok(());
         };
         spec.outputs |= sensor.texture_outputs(&self.streams);
-        if !self.wishes.is_empty() {
-            let wishes = std::mem::take(&mut self.wishes);
-            self.client.try_request("wishes", &wishes)?;
+        if !self.commands.is_empty() {
+            let commands = std::mem::take(&mut self.commands);
+            self.client.try_request("commands", &commands)?;
         }
-        let rig = self.client.create_rig(&format!("carla-{id}"), carrier, &[spec], 2)?;
+        let bundle = self.client.create_bundle(&format!("carla-{id}"), carrier, &[spec], 2)?;
         if let Some(sensor) = self.cast.own.get_mut(&id).and_then(|own| own.sensor.as_mut()) {
-            sensor.rig = Some(rig);
+            sensor.bundle = Some(bundle);
             sensor.rig_outputs = spec.outputs;
             sensor.rig_delta_nanos = delta_nanos;
             sensor.idle_frames = 0;
@@ -507,9 +513,9 @@ impl Bridge {
         Ok(())
     }
 
-    pub(crate) fn drop_rig(&mut self, rig: client_lib::Rig) {
+    pub(crate) fn drop_rig(&mut self, bundle: client_lib::SensorBundle) {
         // One that went with its carrier is gone already.
-        let _ = self.client.destroy_rig(rig);
+        let _ = self.client.destroy_bundle(bundle);
     }
 
     /// The number of the world that the newest snapshot shows.
@@ -546,7 +552,7 @@ impl Bridge {
         self.street = Street::default();
         self.lamps.clear();
         self.doors.clear();
-        self.wishes.clear();
+        self.commands.clear();
         self.pedals.clear();
         self.spawned.clear();
         self.is_new_map = true;

@@ -70,7 +70,7 @@ pub struct DoorConfig {
 const MANAGER_PORT: u16 = 8000;
 /// How often the world is looked after at least.
 const LOOK_NANOS: u64 = 100_000_000;
-/// How often rigs are asked in a world that runs on its own clock.
+/// How often bundles are asked in a world that runs on its own clock.
 const RIGS_NANOS: u64 = 1_000_000;
 
 /// Why there is no door.

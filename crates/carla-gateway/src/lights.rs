@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use client_lib::{ActorId, ActorState, HoldLight, Wish, World, kind, light};
+use client_lib::{ActorId, ActorState, Command, SetTrafficLight, World, kind, light};
 use road::Network;
 
 use crate::state::{Moment, Timing};
@@ -97,7 +97,7 @@ impl Lights {
 
     /// Shows a colour for as long as that colour's time is, or for ever while all are frozen; on
     /// every box that hangs for the same signal.
-    pub(crate) fn switch(&mut self, id: u32, phase: u32, world: &World) -> Vec<Wish> {
+    pub(crate) fn switch(&mut self, id: u32, phase: u32, world: &World) -> Vec<Command> {
         let signal = self.by_actor.get(&id).map(|light| light.signal);
         let boxes = self.by_actor.iter().filter(|(_, light)| Some(light.signal) == signal);
         let ids: Vec<u32> = boxes.map(|(id, _)| *id).collect();
@@ -105,7 +105,7 @@ impl Lights {
         ids.into_iter().filter_map(|id| self.switch_box(id, phase, now)).collect()
     }
 
-    fn switch_box(&mut self, id: u32, phase: u32, now: u64) -> Option<Wish> {
+    fn switch_box(&mut self, id: u32, phase: u32, now: u64) -> Option<Command> {
         let is_frozen = self.is_frozen;
         let light = self.by_actor.get_mut(&id)?;
         let secs = match phase {
@@ -121,7 +121,7 @@ impl Lights {
     }
 
     /// Every light keeps its colour, or goes on.
-    pub(crate) fn freeze(&mut self, on: bool) -> Vec<Wish> {
+    pub(crate) fn freeze(&mut self, on: bool) -> Vec<Command> {
         self.is_frozen = on;
         let each = self.by_actor.iter_mut().map(|(id, light)| {
             light.held_until_nanos = on.then_some(u64::MAX);
@@ -131,7 +131,7 @@ impl Lights {
     }
 
     /// These lights go on as traffic plans.
-    pub(crate) fn reset(&mut self, ids: &[u32]) -> Vec<Wish> {
+    pub(crate) fn reset(&mut self, ids: &[u32]) -> Vec<Command> {
         for id in ids {
             if let Some(light) = self.by_actor.get_mut(id) {
                 light.held_until_nanos = None;
@@ -145,24 +145,24 @@ impl Lights {
         self.by_actor.keys().copied().collect()
     }
 
-    /// What is to be wished for lights whose time is over.
-    pub(crate) fn wishes(&mut self, world: &World) -> Vec<Wish> {
+    /// What is to be requested for lights whose time is over.
+    pub(crate) fn commands(&mut self, world: &World) -> Vec<Command> {
         let now = world.header().stamp.sim_time_nanos;
-        let mut wishes = Vec::new();
+        let mut commands = Vec::new();
         for (id, light) in &mut self.by_actor {
             if light.held_until_nanos.is_some_and(|until| now >= until) {
                 light.held_until_nanos = None;
-                wishes.push(release(*id));
+                commands.push(release(*id));
             }
         }
-        wishes
+        commands
     }
 }
 
-fn hold(id: u32, phase: u32) -> Wish {
-    Wish::HoldLight(HoldLight { actor_id: ActorId(id), hold: 1, phase })
+fn hold(id: u32, phase: u32) -> Command {
+    Command::SetTrafficLight(SetTrafficLight { actor_id: ActorId(id), hold: 1, phase })
 }
 
-fn release(id: u32) -> Wish {
-    Wish::HoldLight(HoldLight { actor_id: ActorId(id), hold: 0, phase: 0 })
+fn release(id: u32) -> Command {
+    Command::SetTrafficLight(SetTrafficLight { actor_id: ActorId(id), hold: 0, phase: 0 })
 }

@@ -1,10 +1,10 @@
-//! The traffic manager's port: CARLA's dials, turned at our traffic.
+//! The traffic manager's port: CARLA's params, turned at our traffic.
 //!
 //! Its calls have no metadata and no wrapper: a refusal is an error of the call itself.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use client_lib::{ActorId, Guide, GuideStep, TrafficDial, Wish, dial, guide};
+use client_lib::{ActorId, Command, RouteCommand, RouteStep, TrafficParam, guide, param};
 
 use crate::{
     args::{Args, Refusal},
@@ -40,61 +40,61 @@ fn carry_out(bridge: &mut Bridge, method: &str, mut args: Args) -> Result<(), Re
         "unregister_vehicle" => autopilot(bridge, args, false),
         "set_percentage_speed_difference" => {
             let id = actor(&mut args)?;
-            turn(bridge, id, dial::SLOWER_THAN_LIMIT, args.f32()? / 100.0)
+            turn(bridge, id, param::SPEED_REDUCTION, args.f32()? / 100.0)
         }
         "set_global_percentage_speed_difference" => {
-            turn(bridge, 0, dial::SLOWER_THAN_LIMIT, args.f32()? / 100.0)
+            turn(bridge, 0, param::SPEED_REDUCTION, args.f32()? / 100.0)
         }
         "set_distance_to_leading_vehicle" => {
             let id = actor(&mut args)?;
-            turn(bridge, id, dial::GAP_M, args.f32()?)
+            turn(bridge, id, param::GAP_M, args.f32()?)
         }
-        "set_global_distance_to_leading_vehicle" => turn(bridge, 0, dial::GAP_M, args.f32()?),
-        "set_percentage_running_light" => share(bridge, args, dial::IGNORE_LIGHTS),
+        "set_global_distance_to_leading_vehicle" => turn(bridge, 0, param::GAP_M, args.f32()?),
+        "set_percentage_running_light" => share(bridge, args, param::IGNORE_LIGHTS),
         "set_desired_speed" => {
             let id = actor(&mut args)?;
-            turn(bridge, id, dial::SPEED_MPS, args.f32()? / 3.6)
+            turn(bridge, id, param::SPEED_MPS, args.f32()? / 3.6)
         }
         // CARLA counts to the right.
         "set_lane_offset" => {
             let id = actor(&mut args)?;
-            turn(bridge, id, dial::OFFSET_LEFT_M, -args.f32()?)
+            turn(bridge, id, param::OFFSET_LEFT_M, -args.f32()?)
         }
-        "set_global_lane_offset" => turn(bridge, 0, dial::OFFSET_LEFT_M, -args.f32()?),
+        "set_global_lane_offset" => turn(bridge, 0, param::OFFSET_LEFT_M, -args.f32()?),
         "set_auto_lane_change" => {
             let id = actor(&mut args)?;
-            turn(bridge, id, dial::CHANGES_LANES, f32::from(args.bool()?))
+            turn(bridge, id, param::CHANGES_LANES, f32::from(args.bool()?))
         }
         // True is the right.
         "set_force_lane_change" => {
             let id = actor(&mut args)?;
-            turn(bridge, id, dial::CHANGE_NOW, if args.bool()? { -1.0 } else { 1.0 })
+            turn(bridge, id, param::CHANGE_NOW, if args.bool()? { -1.0 } else { 1.0 })
         }
         "set_collision_detection" => {
             let (id, other) = (actor(&mut args)?, actor(&mut args)?);
             let ignores = f32::from(!args.bool()?);
-            turn(bridge, id, dial::IGNORE_ACTOR.saturating_add(other), ignores)
+            turn(bridge, id, param::IGNORE_ACTOR.saturating_add(other), ignores)
         }
-        "set_percentage_ignore_walkers" => share(bridge, args, dial::IGNORE_WALKERS),
-        "set_percentage_ignore_vehicles" => share(bridge, args, dial::IGNORE_VEHICLES),
-        "set_percentage_running_sign" => share(bridge, args, dial::IGNORE_SIGNS),
+        "set_percentage_ignore_walkers" => share(bridge, args, param::IGNORE_WALKERS),
+        "set_percentage_ignore_vehicles" => share(bridge, args, param::IGNORE_VEHICLES),
+        "set_percentage_running_sign" => share(bridge, args, param::IGNORE_SIGNS),
         "keep_slow_lane_rule_percentage" | "set_percentage_keep_slow_lane_rule" => {
-            share(bridge, args, dial::KEEP_RIGHT)
+            share(bridge, args, param::KEEP_RIGHT)
         }
         "random_left_lanechange_percentage" | "set_percentage_random_left_lanechange" => {
-            share(bridge, args, dial::CHANGE_LEFT)
+            share(bridge, args, param::CHANGE_LEFT)
         }
         "random_right_lanechange_percentage" | "set_percentage_random_right_lanechange" => {
-            share(bridge, args, dial::CHANGE_RIGHT)
+            share(bridge, args, param::CHANGE_RIGHT)
         }
-        // A number of 24 bits is all that a dial holds.
+        // A number of 24 bits is all that a param holds.
         "set_random_device_seed" => {
             let seed = args.int()? as u64;
-            turn(bridge, 0, dial::SEED, ((seed ^ (seed >> 24) ^ (seed >> 48)) & 0xff_ffff) as f32)
+            turn(bridge, 0, param::SEED, ((seed ^ (seed >> 24) ^ (seed >> 48)) & 0xff_ffff) as f32)
         }
         "update_vehicle_lights" => {
             let id = actor(&mut args)?;
-            turn(bridge, id, dial::LAMPS, f32::from(args.bool()?))
+            turn(bridge, id, param::LAMPS, f32::from(args.bool()?))
         }
         "set_path" => {
             let id = actor(&mut args)?;
@@ -149,9 +149,9 @@ fn autopilot(bridge: &mut Bridge, mut args: Args, on: bool) -> Result<(), Refusa
 }
 
 /// One vehicle's percentage.
-fn share(bridge: &mut Bridge, mut args: Args, dial: u32) -> Result<(), Refusal> {
+fn share(bridge: &mut Bridge, mut args: Args, param: u32) -> Result<(), Refusal> {
     let id = actor(&mut args)?;
-    turn(bridge, id, dial, args.f32()? / 100.0)
+    turn(bridge, id, param, args.f32()? / 100.0)
 }
 
 /// Locations of CARLA's, to come by one after the other.
@@ -159,7 +159,7 @@ fn path(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), Refusal> {
     let mut list = args.list()?;
     let mut steps = Vec::with_capacity(list.len());
     while list.len() > 0 {
-        steps.push(GuideStep::place(wire::location(&mut list)?));
+        steps.push(RouteStep::place(wire::location(&mut list)?));
     }
     guide(bridge, id, &steps)
 }
@@ -167,7 +167,7 @@ fn path(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), Refusal> {
 /// CARLA's `RoadOption`s. Those that ask for nothing in particular are no steps.
 fn route(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), Refusal> {
     let steps = args.bytes()?.iter().filter_map(|option| {
-        Some(GuideStep::turn(match option {
+        Some(RouteStep::turn(match option {
             1 => guide::LEFT,
             2 => guide::RIGHT,
             3 => guide::STRAIGHT,
@@ -176,18 +176,18 @@ fn route(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), Refusal> {
             _ => return None,
         }))
     });
-    let steps: Vec<GuideStep> = steps.collect();
+    let steps: Vec<RouteStep> = steps.collect();
     guide(bridge, id, &steps)
 }
 
-fn guide(bridge: &mut Bridge, id: u32, steps: &[GuideStep]) -> Result<(), Refusal> {
-    for part in Guide::way(ActorId(id), steps) {
-        bridge.wish(Wish::Guide(part));
+fn guide(bridge: &mut Bridge, id: u32, steps: &[RouteStep]) -> Result<(), Refusal> {
+    for part in RouteCommand::way(ActorId(id), steps) {
+        bridge.command(Command::RouteCommand(part));
     }
     Ok(())
 }
 
-fn turn(bridge: &mut Bridge, id: u32, dial: u32, value: f32) -> Result<(), Refusal> {
-    bridge.wish(Wish::TrafficDial(TrafficDial { actor_id: ActorId(id), dial, value }));
+fn turn(bridge: &mut Bridge, id: u32, param: u32, value: f32) -> Result<(), Refusal> {
+    bridge.command(Command::TrafficParam(TrafficParam { actor_id: ActorId(id), param, value }));
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! What a rig measured, as messages in CARLA's layouts: BGRA images, points with y to the right.
+//! What a bundle measured, as messages in CARLA's layouts: BGRA images, points with y to the right.
 
 use std::f32::consts::TAU;
 
@@ -150,7 +150,7 @@ fn sweep(
                 bytes.f32(intensity);
             } else {
                 let [id, tag] = *labels?.get(ray)?;
-                // The fourth number of this kind is the cosine of incidence.
+                // The point_attribute number of this kind is the cosine of incidence.
                 bytes.f32(intensity).u32(id).u32(tag);
             }
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use client_lib::{ActorId, SetVelocity, Wish, World};
+use client_lib::{ActorId, Command, SetVelocity, World};
 use glam::Vec3;
 
 /// Who is to move how.
@@ -21,20 +21,20 @@ impl Motions {
         self.constant.remove(&id);
     }
 
-    /// What is to be wished for the next frame.
-    pub(crate) fn wishes(&mut self, world: &World) -> Vec<Wish> {
+    /// What is to be requested for the next frame.
+    pub(crate) fn commands(&mut self, world: &World) -> Vec<Command> {
         self.constant.retain(|id, _| world.actor(ActorId(*id)).is_some());
-        let wish = |(id, velocity): (&u32, &Vec3)| {
+        let command = |(id, velocity): (&u32, &Vec3)| {
             let actor = world.actor(ActorId(*id))?;
             let mut velocity = actor.pose.rotation() * *velocity;
             // It still falls.
             velocity.z = actor.velocity_mps[2];
-            Some(Wish::SetVelocity(SetVelocity {
+            Some(Command::SetVelocity(SetVelocity {
                 actor_id: ActorId(*id),
                 velocity_mps: velocity.to_array(),
                 angular_velocity_radps: actor.angular_velocity_radps,
             }))
         };
-        self.constant.iter().filter_map(wish).collect()
+        self.constant.iter().filter_map(command).collect()
     }
 }

@@ -3,7 +3,8 @@
 use std::{collections::BTreeMap, f32::consts::TAU};
 
 use client_lib::{
-    EventCamera, EventCameraSpec, Pose, Rig, SensorSpec, camera, fourth, lidar, output,
+    EventCamera, EventCameraSpec, Pose, SensorBundle, SensorSpec, camera, lidar, output,
+    point_attribute,
 };
 
 use crate::{args::Refusal, born, stream::Streams, textures, wire::Description};
@@ -102,14 +103,14 @@ pub(crate) struct Sensor {
     pub(crate) description: Description,
     pub(crate) period_nanos: u64,
     /// What measures, while somebody listens.
-    pub(crate) rig: Option<Rig>,
-    /// The length of a tick for which the rig was made.
+    pub(crate) bundle: Option<SensorBundle>,
+    /// The length of a tick for which the bundle was made.
     pub(crate) rig_delta_nanos: u64,
     /// Frames for which nobody listened.
     pub(crate) idle_frames: u32,
     /// Of a camera: the streams of its textures, by their numbers.
     pub(crate) textures: BTreeMap<u32, u32>,
-    /// What the rig was made to give.
+    /// What the bundle was made to give.
     pub(crate) rig_outputs: u32,
     /// Of a sensor of events: what it has seen.
     pub(crate) events: Option<EventCamera>,
@@ -127,7 +128,7 @@ impl Sensor {
             kind,
             stream,
             period_nanos,
-            rig: None,
+            bundle: None,
             rig_delta_nanos: 0,
             idle_frames: 0,
             textures: BTreeMap::new(),
@@ -228,7 +229,7 @@ impl Sensor {
                     spec.dropoff = number("dropoff_general_rate", 0.45)?.clamp(0.0, 1.0);
                 }
                 if self.kind == Kind::SemanticLidar {
-                    spec.fourth = fourth::INCIDENCE;
+                    spec.point_attribute = point_attribute::COS_INCIDENCE;
                 }
                 spec.seed = number("noise_seed", 0.0)? as u64;
                 spec.outputs = self.kind.outputs();

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use client_lib::{Shining, Wish};
+use client_lib::{Command, StreetLightCommand};
 
 use crate::{
     args::{Args, Refusal},
@@ -69,7 +69,7 @@ impl Street {
         &mut self,
         lamps: &[town::Lamp],
         states: &mut Args,
-    ) -> Result<Vec<Wish>, Refusal> {
+    ) -> Result<Vec<Command>, Refusal> {
         let known: BTreeSet<u32> = lamps.iter().map(|lamp| lamp.object + 1).collect();
         let mut changed = BTreeSet::new();
         while states.len() > 0 {
@@ -88,33 +88,33 @@ impl Street {
                 changed.insert(id);
             }
         }
-        Ok(self.wishes(changed))
+        Ok(self.commands(changed))
     }
 
     /// Lamps shine by night from now on, all of them, or stay as they are.
-    pub(crate) fn follow_day(&mut self, on: bool, lamps: &[town::Lamp]) -> Vec<Wish> {
+    pub(crate) fn follow_day(&mut self, on: bool, lamps: &[town::Lamp]) -> Vec<Command> {
         self.follows_day = on;
         let ids = lamps.iter().map(|lamp| lamp.object + 1);
         for id in ids.clone() {
             let told = self.told.entry(id).or_default();
             told.active = if on { None } else { told.active.or(Some(self.is_night)) };
         }
-        self.wishes(ids)
+        self.commands(ids)
     }
 
     /// What the sky says; at dusk and dawn, what was switched by hand is so no more. Says whether
     /// it is one.
-    pub(crate) fn see(&mut self, is_night: bool) -> Option<Vec<Wish>> {
+    pub(crate) fn see(&mut self, is_night: bool) -> Option<Vec<Command>> {
         let changes = std::mem::replace(&mut self.is_night, is_night) != is_night;
         if !changes || !self.follows_day {
             return None;
         }
         let switched: Vec<u32> =
             self.told.iter_mut().filter_map(|(id, told)| told.active.take().map(|_| *id)).collect();
-        Some(self.wishes(switched))
+        Some(self.commands(switched))
     }
 
-    fn wishes(&self, ids: impl IntoIterator<Item = u32>) -> Vec<Wish> {
+    fn commands(&self, ids: impl IntoIterator<Item = u32>) -> Vec<Command> {
         let mut alike: Vec<(Told, Vec<u32>)> = Vec::new();
         for id in ids {
             let told = Told { group: STREET, ..self.told.get(&id).copied().unwrap_or_default() };
@@ -125,12 +125,12 @@ impl Street {
         }
         let of = |(told, ids): (Told, Vec<u32>)| {
             let shining = match told.active {
-                None => Shining::at_night(),
-                Some(true) => Shining::on(),
-                Some(false) => Shining::off(),
+                None => StreetLightCommand::at_night(),
+                Some(true) => StreetLightCommand::on(),
+                Some(false) => StreetLightCommand::off(),
             };
             let painted = if told.color == COLOR { shining } else { shining.color(told.color) };
-            painted.share(told.lumens / LUMENS).wishes(&ids)
+            painted.share(told.lumens / LUMENS).commands(&ids)
         };
         alike.into_iter().flat_map(of).collect()
     }

@@ -13,8 +13,8 @@ use std::{
 
 use anyhow::Context;
 use bus::Instance;
-use client_lib::Client;
 use carla_gateway::{Door, DoorConfig};
+use client_lib::Client;
 
 /// What `omnibus role` calls it.
 pub(crate) const ROLE: &str = "gateway";
@@ -22,7 +22,7 @@ pub(crate) const ROLE: &str = "gateway";
 /// A door that could not be opened would not open the next time either.
 const SHUT: i32 = 3;
 /// A door that held for so long is opened again at once.
-const HELD: Duration = Duration::from_secs(5);
+const FROZEN: Duration = Duration::from_secs(5);
 
 /// Where CARLA's clients find the simulator.
 #[derive(Clone, Debug, clap::Args)]
@@ -100,7 +100,7 @@ impl Keeper {
 /// As threads of this process.
 fn serve(args: &DoorArgs, instance: &Instance) -> anyhow::Result<()> {
     let door = Door::open(&args.config())?;
-    Ok(door.serve(Client::connect_within(instance, ROLE)?)?)
+    Ok(door.serve(Client::connect_in_process(instance, ROLE)?)?)
 }
 
 /// As a process, started again when it dies.
@@ -121,7 +121,7 @@ fn keep(args: &DoorArgs, instance: &Instance, stop: &AtomicBool) -> anyhow::Resu
             return Ok(());
         }
         eprintln!("WARN gateway 0 the CARLA door died ({status}); it is opened again");
-        if begun.elapsed() < HELD {
+        if begun.elapsed() < FROZEN {
             std::thread::park_timeout(Duration::from_secs(1));
         }
     }

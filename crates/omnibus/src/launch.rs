@@ -270,7 +270,7 @@ fn play_safely(
         // Whatever it was, it was the end of the host.
         return Ok(());
     }
-    instance.leave_last_words(slot, &format!("{e:#}"));
+    instance.write_exit_message(slot, &format!("{e:#}"));
     Err(e)
 }
 

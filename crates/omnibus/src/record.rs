@@ -4,7 +4,7 @@ use std::{path::PathBuf, sync::atomic::Ordering};
 
 use ::record::Recording;
 use anyhow::{anyhow, ensure};
-use bus::{ActorId, Name, Settings, Spawn, Wish, clock, flag};
+use bus::{ActorId, Command, Name, Settings, Spawn, clock, flag};
 use client_lib::{Client, Profile, saved_path};
 
 use crate::{
@@ -48,7 +48,7 @@ pub(crate) struct RecordArgs {
 enum Kept {
     /// Every published field, exactly
     State,
-    /// What was wished and decided: exact by re-simulation
+    /// What was requested and decided: exact by re-simulation
     Inputs,
     /// Places within 1 cm and 0.1 degrees
     Compact,
@@ -177,10 +177,10 @@ impl Files {
 
 /// Vehicles on autopilot, as many as find room.
 fn spawn(client: &mut Client, places: Vec<bus::Pose>) -> anyhow::Result<usize> {
-    let wishes: Vec<_> = places
+    let commands: Vec<_> = places
         .into_iter()
         .map(|pose| {
-            Wish::Spawn(Spawn {
+            Command::Spawn(Spawn {
                 blueprint: Name::new(crate::collect::EGO),
                 flags: flag::AUTOPILOT,
                 pose,
@@ -188,10 +188,10 @@ fn spawn(client: &mut Client, places: Vec<bus::Pose>) -> anyhow::Result<usize> {
             })
         })
         .collect();
-    if wishes.is_empty() {
+    if commands.is_empty() {
         return Ok(0);
     }
-    let outcomes = client.try_request("spawn", &wishes)?;
+    let outcomes = client.try_request("spawn", &commands)?;
     let ids = outcomes.iter().filter_map(|entry| entry.outcome.result().ok());
     let count = ids.filter(|id| ActorId(*id) != ActorId::NONE).count();
     ensure!(count > 0, "no vehicle finds a place on this map");

@@ -8,8 +8,8 @@ use std::{
 use ::record::{Moment, Profile, Recording};
 use anyhow::{Context, anyhow, ensure};
 use bus::{ActorState, Settings, clock};
-use client_lib::{Client, Replay, saved_path};
 use carla_gateway::log;
+use client_lib::{Client, Replay, saved_path};
 
 use crate::{
     launch::WorldArgs,
@@ -75,7 +75,7 @@ impl ReplayArgs {
         Ok((from, until.min(whole)))
     }
 
-    fn wish(&self) -> Replay {
+    fn decode(&self) -> Replay {
         Replay {
             from_s: self.from,
             duration_s: self.duration,
@@ -174,7 +174,7 @@ fn watch(
 ) -> anyhow::Result<()> {
     let stop = stop_on_signals()?;
     let name = path.to_string_lossy();
-    client.start_replay(&name, args.wish())?;
+    client.start_replay(&name, args.decode())?;
     let begin = client.await_frame()?;
     let begin_nanos = client.world().header().stamp.sim_time_nanos;
     say!("simulator {:?} replays {name} from {begin} on", client.instance().id());
@@ -199,7 +199,7 @@ fn check_shown(
     let name = path.to_string_lossy().into_owned();
     let exact = recording.told().profile == Profile::State;
     let settings = client.settings();
-    client.start_replay(&name, args.wish())?;
+    client.start_replay(&name, args.decode())?;
     let begin = clock::now_nanos();
     let (mut frames, mut at) = (0u64, 0);
     let mut started = false;

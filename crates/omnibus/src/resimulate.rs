@@ -6,11 +6,11 @@ use std::{collections::VecDeque, fmt, sync::Arc};
 use ::record::{Moment, Recording};
 use anyhow::{Context, anyhow};
 use bus::{
-    ActorState, Block, Frame, JournalEntry, LightState, Settings, Stamp, TrafficHeader,
-    VehicleControl, Wish, status,
+    ActorState, Block, Command, Frame, JournalEntry, LightState, Settings, Stamp, TrafficHeader,
+    VehicleControl, status,
 };
 use sim_host::{SavedState, World, decision_hash, map_sum};
-use traffic::Mind;
+use traffic::Planner;
 
 /// How far a re-simulation came.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -90,7 +90,7 @@ fn is_load(moment: &Moment) -> bool {
     moment.world.is_some()
         && moment.journal.iter().any(|entry| {
             entry.outcome.status == status::DONE
-                && matches!(entry.command.wish(), Some(Wish::LoadState(_)))
+                && matches!(entry.command.decode(), Some(Command::LoadState(_)))
         })
 }
 
@@ -113,7 +113,7 @@ struct Seen {
 
 struct Again {
     world: World,
-    mind: Mind,
+    planner: Planner,
     blank: Vec<u8>,
     map: u64,
     decided: Decided,
@@ -126,10 +126,17 @@ impl Again {
             .network(&episode.open_drive)
             .map_err(|e| anyhow!("{}: {e}", episode.map))?;
         let world = World::new(&town::furnish(&network, episode.seed), episode.seed);
-        let mind = Mind::new(Arc::new(network), episode.seed);
-        let blank = mind.save();
+        let planner = Planner::new(Arc::new(network), episode.seed);
+        let blank = planner.save();
         let map = map_sum(episode);
-        Ok(Again { world, mind, blank, map, decided: Decided::default(), waiting: VecDeque::new() })
+        Ok(Again {
+            world,
+            planner,
+            blank,
+            map,
+            decided: Decided::default(),
+            waiting: VecDeque::new(),
+        })
     }
 
     /// At the end of a frame whose whole world was kept.
@@ -142,7 +149,7 @@ impl Again {
             Some((header, payload)) => self.take(header, payload, true)?,
             None => {
                 self.decided = Decided::default();
-                self.mind.restore(&self.blank)?;
+                self.planner.restore(&self.blank)?;
             }
         }
         Ok(self.close(moment, &settings(moment)))
@@ -195,7 +202,7 @@ impl Again {
         with_mind: bool,
     ) -> anyhow::Result<()> {
         let blocks = bytemuck::pod_collect_to_vec::<u8, Block>(payload);
-        let (controls, lights, mind) = header.parts(&blocks).context("a decision is cut off")?;
+        let (controls, lights, planner) = header.parts(&blocks).context("a decision is cut off")?;
         self.decided = Decided {
             frame: header.stamp.frame,
             controls: controls.to_vec(),
@@ -203,7 +210,7 @@ impl Again {
             hash: decision_hash(payload),
         };
         if with_mind {
-            self.mind.restore(mind)?;
+            self.planner.restore(planner)?;
         }
         while self.waiting.front().is_some_and(|seen| seen.stamp.frame <= header.stamp.frame) {
             self.waiting.pop_front();
@@ -223,35 +230,36 @@ impl Again {
                 break seen;
             }
         };
-        self.mind.plan(&seen.stamp, seen.delta_nanos, &seen.actors, &journal);
-        let (controls, lights, mind) = (self.mind.controls(), self.mind.lights(), self.mind.save());
+        self.planner.plan(&seen.stamp, seen.delta_nanos, &seen.actors, &journal);
+        let (controls, lights, planner) =
+            (self.planner.controls(), self.planner.lights(), self.planner.save());
         let header = TrafficHeader {
             stamp: seen.stamp,
             control_count: controls.len() as u32,
             light_count: lights.len() as u32,
-            mind_len: mind.len() as u64,
+            mind_len: planner.len() as u64,
             ..TrafficHeader::default()
         };
         let mut blocks = vec![Block([0; 64]); header.layout().blocks];
-        header.fill(&mut blocks, controls, lights, &mind);
+        header.fill(&mut blocks, controls, lights, &planner);
         self.take(&header, bytemuck::cast_slice(&blocks), false)
     }
 
-    /// Carries wishes out again; says which one ended otherwise than it did.
+    /// Carries commands out again; says which one ended otherwise than it did.
     fn apply(&mut self, entries: &[JournalEntry]) -> Option<String> {
         for entry in entries {
-            let Some(wish) = entry.command.wish() else { continue };
-            if !World::is_about_actors(&wish) {
+            let Some(command) = entry.command.decode() else { continue };
+            if !World::is_about_actors(&command) {
                 continue;
             }
-            let (now, then) = (self.world.apply(&wish), entry.outcome.result());
+            let (now, then) = (self.world.apply(&command), entry.outcome.result());
             let is_same = match (&now, then) {
                 (Ok(now), Ok(then)) => *now == then,
                 (Err(_), Err(_)) => true,
                 _ => false,
             };
             if !is_same {
-                return Some(format!("{wish:?} ended as {now:?}, recorded {then:?}"));
+                return Some(format!("{command:?} ended as {now:?}, recorded {then:?}"));
             }
         }
         None

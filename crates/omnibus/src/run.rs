@@ -158,7 +158,7 @@ impl Beside {
     /// A client of it.
     pub fn connect(&self, name: &str) -> anyhow::Result<client_lib::Client> {
         if self.within {
-            return Ok(client_lib::Client::connect_within(&self.instance, name)?);
+            return Ok(client_lib::Client::connect_in_process(&self.instance, name)?);
         }
         Ok(client_lib::Client::connect(Some(self.instance.id()), name)?)
     }

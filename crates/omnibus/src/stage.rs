@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 use anyhow::{Context, anyhow};
 use bus::{
-    ActorState, Frame, Name, Settings, Spawn, Stamp, VehicleControl, Weather, Wish, clock, flag,
+    ActorState, Command, Frame, Name, Settings, Spawn, Stamp, VehicleControl, Weather, clock, flag,
     layout,
 };
-use sensor_render::{RigJob, Tracer, pose_planes, scene_of};
+use sensor_render::{BundleJob, Tracer, pose_planes, scene_of};
 use sim_host::World;
-use traffic::Mind;
+use traffic::Planner;
 
 use crate::{
     collect::{default_rig, places},
@@ -53,7 +53,7 @@ enum Which {
     Physics,
     /// One plan of traffic
     Traffic,
-    /// One measurement of the default rig
+    /// One measurement of the default bundle
     Render,
     /// A whole tick without sensors: bus, barrier, host and stages
     Tick,
@@ -149,18 +149,18 @@ impl Captured {
                 pose,
                 ..Spawn::default()
             };
-            if world.apply(&Wish::Spawn(spawn)).is_ok() {
+            if world.apply(&Command::Spawn(spawn)).is_ok() {
                 captured.vehicles.push(spawn);
             }
         }
         anyhow::ensure!(!captured.vehicles.is_empty(), "no vehicle finds a place on this map");
-        let mut mind = Mind::new(Arc::clone(&captured.network), seed);
+        let mut planner = Planner::new(Arc::clone(&captured.network), seed);
         for frame in 1..=args.warmup + args.frames() {
             world.step(&captured.settings);
             let actors = world.states().to_vec();
-            mind.plan(&captured.stamp(frame), captured.settings.delta_nanos, &actors, &[]);
-            world.follow_traffic(mind.controls(), mind.lights());
-            captured.controls.push(mind.controls().to_vec());
+            planner.plan(&captured.stamp(frame), captured.settings.delta_nanos, &actors, &[]);
+            world.follow_traffic(planner.controls(), planner.lights());
+            captured.controls.push(planner.controls().to_vec());
             captured.snapshots.push(actors);
         }
         Ok(captured)
@@ -179,7 +179,7 @@ impl Captured {
     fn physics(&self) -> anyhow::Result<Vec<u64>> {
         let mut world = self.empty_world();
         for spawn in &self.vehicles {
-            world.apply(&Wish::Spawn(*spawn)).map_err(|why| anyhow!("spawn: {why}"))?;
+            world.apply(&Command::Spawn(*spawn)).map_err(|why| anyhow!("spawn: {why}"))?;
         }
         let mut nanos = Vec::new();
         for (index, controls) in self.controls.iter().enumerate() {
@@ -196,14 +196,14 @@ impl Captured {
         Ok(nanos)
     }
 
-    /// The same snapshots again, for a mind that begins anew.
+    /// The same snapshots again, for a planner that begins anew.
     fn traffic(&self) -> Vec<u64> {
-        let mut mind = Mind::new(Arc::clone(&self.network), self.seed);
+        let mut planner = Planner::new(Arc::clone(&self.network), self.seed);
         let mut nanos = Vec::new();
         for (index, actors) in self.snapshots.iter().enumerate() {
             let stamp = self.stamp(index as u64 + 1);
             let begin = clock::now_nanos();
-            mind.plan(&stamp, self.settings.delta_nanos, actors, &[]);
+            planner.plan(&stamp, self.settings.delta_nanos, actors, &[]);
             if index >= self.warmup {
                 nanos.push(clock::now_nanos() - begin);
             }
@@ -211,7 +211,7 @@ impl Captured {
         nanos
     }
 
-    /// The default rig on the first vehicle, at every snapshot.
+    /// The default bundle on the first vehicle, at every snapshot.
     fn render(&self, args: &StageArgs) -> anyhow::Result<Vec<u64>> {
         let config = args.world.render()?;
         let scene = scene_of(&self.network, self.seed);
@@ -236,7 +236,7 @@ impl Captured {
             tracer.measure(
                 &scene,
                 &world,
-                &mut [RigJob {
+                &mut [BundleJob {
                     parent: bus::ActorId::NONE,
                     sensors: &sensors,
                     planes: &planes,

@@ -9,7 +9,7 @@ pub enum Profile {
     /// Every published field of every actor, exactly, and the inputs.
     #[default]
     State,
-    /// What was wished and decided, and the whole world now and then: exact by re-simulation.
+    /// What was requested and decided, and the whole world now and then: exact by re-simulation.
     Inputs,
     /// Places within 1 cm and 0.1 degrees, flags, colours of lights; no inputs.
     Compact,
@@ -94,7 +94,7 @@ pub struct Moment {
     pub decision: Decision,
     /// How many lines of the journal were carried out before traffic's decision was taken in.
     pub early: u32,
-    /// What was wished, and what became of it.
+    /// What was requested, and what became of it.
     pub journal: Vec<JournalEntry>,
     /// Who touched whom.
     pub collisions: Vec<Collision>,

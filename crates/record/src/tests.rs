@@ -1,7 +1,7 @@
 use std::{fs, path::PathBuf};
 
 use bus::{
-    ActorId, ActorState, Episode, Frame, JournalEntry, Name, Outcome, Pose, Stamp, Wish, parts,
+    ActorId, ActorState, Command, Episode, Frame, JournalEntry, Name, Outcome, Pose, Stamp, parts,
 };
 use glam::{Quat, Vec3};
 
@@ -62,7 +62,7 @@ fn moment(frame: u64) -> Moment {
     let entry = JournalEntry {
         client: Name::new("tester"),
         sequence: frame,
-        command: Wish::Destroy(ActorId(9)).into(),
+        command: Command::Destroy(ActorId(9)).into(),
         outcome: Outcome::refused("not there"),
     };
     Moment {

@@ -19,6 +19,6 @@ pub use catalogue::{
 };
 pub use furnish::{
     BAKE_VERSION, BLOCK_OBJECTS, BakeError, Collider, Detail, Head, Lamp, Layer, Lighting, Object,
-    Parked, Shine, Town, Visibility, furnish, furnish_with,
+    Parked, StreetLightState, Town, Visibility, furnish, furnish_with,
 };
 pub use generate::{Character, Plan, about, alike, default_map, generate, named, names};

@@ -24,7 +24,7 @@ use crate::light::Light;
 use crate::outputs::split;
 use crate::rays::Sensor;
 use crate::workers::Workers;
-use crate::{RigJob, Scene, TraceError, World};
+use crate::{BundleJob, Scene, TraceError, World};
 
 /// Casts rays on the processor, on its own threads.
 #[derive(Debug)]
@@ -53,7 +53,7 @@ impl CpuTracer {
         &mut self,
         scene: &Scene,
         world: &World,
-        jobs: &mut [RigJob],
+        jobs: &mut [BundleJob],
     ) -> Result<(), TraceError> {
         let work = split(world, jobs)?;
         let (isa, sensors) = (self.isa, &work.sensors);

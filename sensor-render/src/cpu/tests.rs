@@ -11,7 +11,7 @@ use super::walk::Stack;
 use crate::lanes::{Float, Isa, LANES, Mask, V3, on_each_isa};
 use crate::rays::{Camera, Lidar, Sensor, rays};
 use crate::reference::{Ray, closest};
-use crate::{RigJob, Scene, World, pose_planes, sample};
+use crate::{BundleJob, Scene, World, pose_planes, sample};
 
 fn town() -> (sample::Sample, Scene) {
     let town = sample::Sample::named("Flatford").unwrap();
@@ -39,7 +39,8 @@ fn measure(
     pose_planes(&mut planes, &sensors, pose);
     let mut words = vec![[0u64; 8]; byte_len as usize / 64];
     let out = bytemuck::cast_slice_mut(&mut words);
-    let mut jobs = [RigJob { parent: bus::ActorId::NONE, sensors: &sensors, planes: &planes, out }];
+    let mut jobs =
+        [BundleJob { parent: bus::ActorId::NONE, sensors: &sensors, planes: &planes, out }];
     CpuTracer::with_isa(1, isa).measure(scene, world, &mut jobs).unwrap();
     (planes, words)
 }

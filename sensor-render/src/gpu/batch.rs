@@ -3,7 +3,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use crate::rays::{Camera, Lidar, Sensor, rays};
-use crate::{RigJob, TraceError, World, outputs};
+use crate::{BundleJob, TraceError, World, outputs};
 
 /// No such plane.
 const NONE: u32 = u32::MAX;
@@ -51,7 +51,7 @@ pub(crate) struct GpuLidar {
 
 const _: () = assert!(size_of::<GpuLidar>() == 96);
 
-/// A run of whole sensors of one rig, as bytes of its payload and of the device's output.
+/// A run of whole sensors of one bundle, as bytes of its payload and of the device's output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Window {
     /// Index of the job.
@@ -84,7 +84,7 @@ pub(crate) struct Batch {
 /// output is at most `bytes_max` long.
 pub(crate) fn batches(
     world: &World,
-    jobs: &mut [RigJob],
+    jobs: &mut [BundleJob],
     bytes_max: u64,
 ) -> Result<Vec<Batch>, TraceError> {
     let mut batches = vec![Batch::default()];

@@ -21,7 +21,7 @@ use std::time::Duration;
 use wgpu::{Buffer, CommandEncoderDescriptor, ComputePassDescriptor, PollType, SubmissionIndex};
 
 use crate::outputs::need_cpu;
-use crate::{CpuTracer, RigJob, Scene, TraceError, World};
+use crate::{BundleJob, CpuTracer, Scene, TraceError, World};
 use batch::{Batch, Window, batches};
 use kernels::Kernels;
 use open::Gpu;
@@ -43,14 +43,14 @@ pub struct GpuTracer {
     readback: Readback,
     /// Payloads as buffers of the device, by address; `None`: nobody allowed to import them.
     imported: Option<BTreeMap<usize, Import>>,
-    /// Measures rigs with outputs that the shaders lack, once there is one; on so many threads.
+    /// Measures bundles with outputs that the shaders lack, once there is one; on so many threads.
     beside: Option<CpuTracer>,
     threads: usize,
 }
 
 /// The same job for a shorter time.
-fn again<'a>(job: &'a mut RigJob<'_>) -> RigJob<'a> {
-    RigJob { out: &mut *job.out, ..*job }
+fn again<'a>(job: &'a mut BundleJob<'_>) -> BundleJob<'a> {
+    BundleJob { out: &mut *job.out, ..*job }
 }
 
 /// What became of the attempt to import one payload.
@@ -129,15 +129,15 @@ impl GpuTracer {
         &mut self,
         scene: &Scene,
         world: &World,
-        jobs: &mut [RigJob],
+        jobs: &mut [BundleJob],
     ) -> Result<(), TraceError> {
         if !jobs.iter().any(|job| need_cpu(job.planes)) {
             return self.dispatch(scene, world, jobs);
         }
         let (beside, own): (Vec<_>, Vec<_>) = jobs.iter_mut().partition(|j| need_cpu(j.planes));
-        let mut own: Vec<RigJob> = own.into_iter().map(again).collect();
+        let mut own: Vec<BundleJob> = own.into_iter().map(again).collect();
         self.dispatch(scene, world, &mut own)?;
-        let mut beside: Vec<RigJob> = beside.into_iter().map(again).collect();
+        let mut beside: Vec<BundleJob> = beside.into_iter().map(again).collect();
         let tracer = match &mut self.beside {
             Some(tracer) => tracer,
             none => none.insert(CpuTracer::new(self.threads)?),
@@ -150,7 +150,7 @@ impl GpuTracer {
         &mut self,
         scene: &Scene,
         world: &World,
-        jobs: &mut [RigJob],
+        jobs: &mut [BundleJob],
     ) -> Result<(), TraceError> {
         self.gpu.check()?;
         let limits = self.gpu.device.limits();
@@ -176,7 +176,7 @@ impl GpuTracer {
         scene: &Scene,
         world: &World,
         batch: &Batch,
-        jobs: &mut [RigJob],
+        jobs: &mut [BundleJob],
     ) -> Flight {
         self.resident.take_batch(&self.gpu, scene, world, batch);
         let descriptor = CommandEncoderDescriptor { label: Some("batch") };
@@ -227,7 +227,7 @@ impl GpuTracer {
     }
 
     /// Waits for a batch, and brings home what was staged.
-    fn land(&mut self, flight: Option<Flight>, jobs: &mut [RigJob]) -> Result<(), TraceError> {
+    fn land(&mut self, flight: Option<Flight>, jobs: &mut [BundleJob]) -> Result<(), TraceError> {
         let Some(flight) = flight else { return Ok(()) };
         let wait =
             PollType::Wait { submission_index: Some(flight.submission), timeout: Some(PATIENCE) };

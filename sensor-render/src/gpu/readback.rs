@@ -2,7 +2,7 @@ use wgpu::{Buffer, BufferDescriptor, BufferUsages, MapMode};
 
 use super::batch::Window;
 use super::open::Gpu;
-use crate::{RigJob, TraceError};
+use crate::{BundleJob, TraceError};
 
 /// How many batches may be on their way at once.
 const SLOTS: usize = 3;
@@ -48,7 +48,7 @@ impl Readback {
         gpu: &Gpu,
         buffer: &Buffer,
         windows: &[Window],
-        jobs: &mut [RigJob],
+        jobs: &mut [BundleJob],
     ) -> Result<(), TraceError> {
         for window in windows {
             let len = window.end - window.begin;

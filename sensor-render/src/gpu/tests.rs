@@ -6,7 +6,7 @@ use bus::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
 use glam::{Vec3, vec3};
 
 use super::GpuTracer;
-use crate::{CpuTracer, RigJob, Scene, TraceError, Tracer, World, pose_planes, sample};
+use crate::{BundleJob, CpuTracer, Scene, TraceError, Tracer, World, pose_planes, sample};
 
 /// The tracer on the first adapter, software or not.
 pub(crate) fn gpu() -> Option<Tracer> {
@@ -55,16 +55,16 @@ fn weathers() -> [Weather; 3] {
     [clear, night, rain]
 }
 
-struct Bundle {
+struct BundleSample {
     planes: Vec<Plane>,
     words: Vec<[u64; 8]>,
 }
 
-impl Bundle {
-    fn new(sensors: &[SensorSpec], world_from_parent: Pose) -> Bundle {
+impl BundleSample {
+    fn new(sensors: &[SensorSpec], world_from_parent: Pose) -> BundleSample {
         let (mut planes, byte_len) = layout(sensors);
         pose_planes(&mut planes, sensors, &world_from_parent);
-        Bundle { planes, words: vec![[0; 8]; byte_len as usize / 64] }
+        BundleSample { planes, words: vec![[0; 8]; byte_len as usize / 64] }
     }
 
     fn plane<T: bytemuck::Pod>(&self, index: usize) -> &[T] {
@@ -77,14 +77,14 @@ fn measure(
     tracer: &mut Tracer,
     scene: &Scene,
     world: &World,
-    rigs: &[(&[SensorSpec], Pose)],
-) -> Vec<Bundle> {
-    let mut bundles: Vec<Bundle> =
-        rigs.iter().map(|(sensors, pose)| Bundle::new(sensors, *pose)).collect();
-    let mut jobs: Vec<RigJob> = bundles
+    sensors: &[(&[SensorSpec], Pose)],
+) -> Vec<BundleSample> {
+    let mut bundles: Vec<BundleSample> =
+        sensors.iter().map(|(sensors, pose)| BundleSample::new(sensors, *pose)).collect();
+    let mut jobs: Vec<BundleJob> = bundles
         .iter_mut()
-        .zip(rigs)
-        .map(|(bundle, (sensors, _))| RigJob {
+        .zip(sensors)
+        .map(|(bundle, (sensors, _))| BundleJob {
             parent: bus::ActorId::NONE,
             sensors,
             planes: &bundle.planes,
@@ -96,10 +96,10 @@ fn measure(
 }
 
 /// How many elements two planes of one output disagree on, beyond rounding.
-fn disagreements(output: u32, a: &Bundle, b: &Bundle, index: usize) -> (usize, usize) {
+fn disagreements(output: u32, a: &BundleSample, b: &BundleSample, index: usize) -> (usize, usize) {
     fn count<T: bytemuck::Pod>(
-        a: &Bundle,
-        b: &Bundle,
+        a: &BundleSample,
+        b: &BundleSample,
         index: usize,
         differ: impl Fn(&T, &T) -> bool,
     ) -> (usize, usize) {
@@ -135,9 +135,9 @@ fn both_tracers_see_the_same() {
         let roof = [noisy, sample::camera("low", 84, 84)];
         let pose = town.street_pose(index);
         let above = pose.then(&Pose::level(vec3(-2.0, 1.0, 1.3), 2.4));
-        let rigs: [(&[SensorSpec], Pose); 2] = [(&front, pose), (&roof, above)];
-        let by_cpu = measure(&mut cpu, &scene, &world, &rigs);
-        let by_gpu = measure(&mut gpu, &scene, &world, &rigs);
+        let bundles: [(&[SensorSpec], Pose); 2] = [(&front, pose), (&roof, above)];
+        let by_cpu = measure(&mut cpu, &scene, &world, &bundles);
+        let by_gpu = measure(&mut gpu, &scene, &world, &bundles);
         for (a, b) in by_cpu.iter().zip(&by_gpu) {
             for (at, plane) in a.planes.iter().enumerate() {
                 let (differ, of) = disagreements(plane.output, a, b, at);
@@ -159,13 +159,13 @@ fn the_gpu_repeats_itself_bit_for_bit() {
     let Some(mut gpu) = gpu() else { return };
     let (town, scene) = town();
     let sensors = [sample::camera("odd", 123, 77), sample::lidar("top", 300, 16)];
-    let rigs: [(&[SensorSpec], Pose); 1] = [(&sensors, town.street_pose(3))];
+    let bundles: [(&[SensorSpec], Pose); 1] = [(&sensors, town.street_pose(3))];
     let world_9 = world(&town, &scene, 9);
-    let first = measure(&mut gpu, &scene, &world_9, &rigs);
+    let first = measure(&mut gpu, &scene, &world_9, &bundles);
     let other_sensors = [sample::camera("other", 301, 55)];
     let other: [(&[SensorSpec], Pose); 1] = [(&other_sensors, town.street_pose(2))];
     measure(&mut gpu, &scene, &world(&town, &scene, 10), &other);
-    let again = measure(&mut gpu, &scene, &world_9, &rigs);
+    let again = measure(&mut gpu, &scene, &world_9, &bundles);
     assert!(first[0].words == again[0].words);
 }
 
@@ -175,8 +175,8 @@ fn imported_pages_hold_the_same_bytes_as_staged_ones() {
     let (town, scene) = town();
     let world = world(&town, &scene, 2);
     let sensors = [sample::camera("front", 200, 150), sample::lidar("top", 100, 16)];
-    let rigs: [(&[SensorSpec], Pose); 1] = [(&sensors, town.street_pose(0))];
-    let staged = measure(&mut gpu, &scene, &world, &rigs);
+    let bundles: [(&[SensorSpec], Pose); 1] = [(&sensors, town.street_pose(0))];
+    let staged = measure(&mut gpu, &scene, &world, &bundles);
     let Tracer::Gpu(tracer) = &mut gpu else { unreachable!() };
     if !tracer.can_import() {
         eprintln!("SKIPPED: {} imports no memory", tracer.adapter());
@@ -190,7 +190,7 @@ fn imported_pages_hold_the_same_bytes_as_staged_ones() {
     let mut pages = vec![Page([0xa5; 4096]); staged[0].words.len() / 64 + 1];
     for _ in 0..2 {
         let out = bytemuck::cast_slice_mut(&mut pages);
-        let mut jobs = [RigJob {
+        let mut jobs = [BundleJob {
             parent: bus::ActorId::NONE,
             sensors: &sensors,
             planes: &staged[0].planes,

@@ -19,14 +19,14 @@ fn map() -> String {
 }
 
 /// What a camera above the middle of the town sees, and the cars in front of it.
-fn picture(scene: &Scene) -> Bundle {
+fn picture(scene: &Scene) -> BundleSample {
     let car = Pose::level(Vec3::new(12., 2., 15.), 1.);
     let world = world_with(scene, &[actor(3, car)]);
     let sensor = SensorSpec {
         parent_from_sensor: Pose::level(Vec3::new(0., 0., 16.), 0.4),
         ..camera(320, 240)
     };
-    Bundle::measure(&mut cpu(2), scene, &world, &[sensor])
+    BundleSample::measure(&mut cpu(2), scene, &world, &[sensor])
 }
 
 struct Folder(PathBuf);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bus::{Pose, SensorSpec, Shape, output, shape};
 use glam::{Quat, Vec3};
 
-use super::{Bundle, camera, cpu, lidar, scene, world_with};
+use super::{BundleSample, camera, cpu, lidar, scene, world_with};
 use crate::{Overlay, Tracer};
 
 const SIZE: [usize; 2] = [161, 121];
@@ -19,11 +19,11 @@ fn sensors() -> [SensorSpec; 2] {
     [camera, lidar(90, 8)]
 }
 
-fn seen(tracer: &mut Tracer, shapes: &[Shape]) -> Bundle {
+fn seen(tracer: &mut Tracer, shapes: &[Shape]) -> BundleSample {
     let scene = scene();
     let mut world = world_with(&scene, &[]);
     world.draw(Arc::new(Overlay::new(shapes)));
-    Bundle::measure(tracer, &scene, &world, &sensors())
+    BundleSample::measure(tracer, &scene, &world, &sensors())
 }
 
 fn red(begin: Vec3, end: Vec3) -> Shape {
@@ -36,7 +36,7 @@ fn red(begin: Vec3, end: Vec3) -> Shape {
 }
 
 /// The pixels of pure red.
-fn marked(bundle: &Bundle) -> Vec<[usize; 2]> {
+fn marked(bundle: &BundleSample) -> Vec<[usize; 2]> {
     let colors = bundle.plane::<[u8; 4]>(0, output::COLOR).iter().enumerate();
     let red = colors.filter(|(_, color)| u32::from_le_bytes(**color) == RED);
     red.map(|(at, _)| [at % SIZE[0], at / SIZE[0]]).collect()
@@ -206,10 +206,10 @@ fn a_gpu_draws_the_same() {
         parent_from_sensor: Pose::level(Vec3::new(0.1, 0.05, 1.3), 0.03),
         ..camera(321, 243)
     };
-    let by_cpu = Bundle::measure(&mut cpu(2), &scene, &world, &[front]);
-    let by_gpu = Bundle::measure(&mut gpu, &scene, &world, &[front]);
+    let by_cpu = BundleSample::measure(&mut cpu(2), &scene, &world, &[front]);
+    let by_gpu = BundleSample::measure(&mut gpu, &scene, &world, &[front]);
     world.draw(Arc::default());
-    let bare = Bundle::measure(&mut gpu, &scene, &world, &[front]);
+    let bare = BundleSample::measure(&mut gpu, &scene, &world, &[front]);
     let [a, b, bare] =
         [&by_cpu, &by_gpu, &bare].map(|bundle| bundle.plane::<[u8; 4]>(0, output::COLOR));
     let differ = |a: &[[u8; 4]], b: &[[u8; 4]]| {

@@ -2,9 +2,9 @@
 
 use bus::output;
 use mesh::{Face, Material, Tag};
-use town::{Lighting, Shine};
+use town::{Lighting, StreetLightState};
 
-use super::{Bundle, block, camera, cpu, town, world_with};
+use super::{BundleSample, block, camera, cpu, town, world_with};
 use crate::{Scene, Tracer};
 
 /// Three heads before the wall, objects 9, 10 and 11, from the left to the right.
@@ -17,7 +17,7 @@ fn scene() -> Scene {
     Scene::new(&mesh, &[])
 }
 
-fn told(lighting: &mut Lighting, number: u32, shine: Shine) {
+fn told(lighting: &mut Lighting, number: u32, shine: StreetLightState) {
     let mut bits = [0; 16];
     bits[0] = 1 << number;
     lighting.set(0, &bits, shine);
@@ -29,7 +29,7 @@ fn seen(tracer: &mut Tracer, lighting: &Lighting, sun_altitude_rad: f32) -> [[u8
     let mut world = world_with(&scene, &[]);
     world.weather.sun_altitude_rad = sun_altitude_rad;
     world.light(lighting);
-    let bundle = Bundle::measure(tracer, &scene, &world, &[camera(161, 121)]);
+    let bundle = BundleSample::measure(tracer, &scene, &world, &[camera(161, 121)]);
     let colors = bundle.plane::<[u8; 4]>(0, output::COLOR);
     [4.0, 0.0, -4.0].map(|y: f32| colors[56 * 161 + (80.0 - 80.5 * y / 10.0) as usize])
 }
@@ -40,8 +40,8 @@ const NIGHT: f32 = -0.6;
 fn lighting() -> Lighting {
     let mut lighting = Lighting::default();
     let red = u32::from_le_bytes([255, 0, 0, 255]);
-    told(&mut lighting, 9, Shine { mode: 1, color: red, share: 1.0 });
-    told(&mut lighting, 11, Shine { mode: 0, ..Shine::OWN });
+    told(&mut lighting, 9, StreetLightState { mode: 1, color: red, share: 1.0 });
+    told(&mut lighting, 11, StreetLightState { mode: 0, ..StreetLightState::OWN });
     lighting
 }
 
@@ -60,7 +60,7 @@ fn a_lamp_shines_by_night_if_it_was_told_nothing_and_as_it_was_told_else() {
         assert!(sun == NIGHT || off == plain[2], "{off:?}");
     }
     let mut weak = Lighting::default();
-    let dim = Shine { share: 0.02, ..Shine::OWN };
+    let dim = StreetLightState { share: 0.02, ..StreetLightState::OWN };
     self::told(&mut weak, 10, dim);
     assert!(seen(&mut cpu(1), &weak, NIGHT)[1][0] < 200);
 }

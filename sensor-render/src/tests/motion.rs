@@ -4,7 +4,7 @@ use bus::{ActorId, ActorState, Plane, Pose, SensorSpec, flag, layout, output};
 use glam::{Quat, Vec2, Vec3};
 
 use super::{actor, camera, cpu, scene, world_with};
-use crate::{RigJob, Scene, Tracer, World, pose_planes};
+use crate::{BundleJob, Scene, Tracer, World, pose_planes};
 
 /// Pixels across and down, and a pixel's side at depth 1: 81 pixels over 90 degrees.
 const SIZE: [usize; 2] = [81, 61];
@@ -22,7 +22,7 @@ impl Picture {
         let mut words = vec![[0xa5a5_a5a5_a5a5_a5a5u64; 8]; byte_len as usize / 64 + 1];
         let out = bytemuck::cast_slice_mut(&mut words);
         let parent = carrier.actor_id;
-        let mut jobs = [RigJob { parent, sensors: &[spec], planes: &planes, out }];
+        let mut jobs = [BundleJob { parent, sensors: &[spec], planes: &planes, out }];
         tracer.measure(scene, world, &mut jobs).unwrap();
         let bytes: &[u8] = bytemuck::cast_slice(&words);
         let of = |p: &Plane| {

@@ -4,7 +4,7 @@ use bus::{ActorId, ActorState, Frame, Pose, STRIDE, Stamp, Weather, kind, lamp, 
 use glam::{Quat, Vec3};
 use mesh::Mesh;
 
-use super::{Bundle, camera, cpu};
+use super::{BundleSample, camera, cpu};
 use crate::{Scene, World};
 
 fn actor(id: &str, pose: Pose) -> ActorState {
@@ -17,14 +17,14 @@ fn actor(id: &str, pose: Pose) -> ActorState {
 }
 
 /// From a metre above the ground at the origin, along x.
-fn look(scene: &Scene, actor: ActorState, sim_time_nanos: u64) -> Bundle {
+fn look(scene: &Scene, actor: ActorState, sim_time_nanos: u64) -> BundleSample {
     let mut world = World::new();
     let stamp = Stamp { frame: Frame(1), sim_time_nanos, episode: 1, reserved: 0 };
     world.place(scene, stamp, 50_000_000, &Weather::default(), &[actor], |_| [40, 40, 160]);
-    Bundle::measure(&mut cpu(1), scene, &world, &[camera(320, 240)])
+    BundleSample::measure(&mut cpu(1), scene, &world, &[camera(320, 240)])
 }
 
-fn columns_of(picture: &Bundle, wanted: impl Fn([u8; 4]) -> bool) -> Vec<usize> {
+fn columns_of(picture: &BundleSample, wanted: impl Fn([u8; 4]) -> bool) -> Vec<usize> {
     let pixels = picture.plane::<[u8; 4]>(0, output::COLOR);
     (0..pixels.len()).filter(|at| wanted(pixels[*at])).map(|at| at % 320).collect()
 }
@@ -51,7 +51,8 @@ fn lamps_shine_when_their_bits_say_so() {
     let right = columns_of(&with(lamp::RIGHT_BLINKER), AMBER);
     assert!(left.len() > 5 && left.iter().all(|x| *x < 160), "{left:?}");
     assert!(right.len() > 5 && right.iter().all(|x| *x > 160), "{right:?}");
-    let white = |picture: &Bundle| columns_of(picture, |[r, g, b, _]| r.min(g).min(b) > 235).len();
+    let white =
+        |picture: &BundleSample| columns_of(picture, |[r, g, b, _]| r.min(g).min(b) > 235).len();
     assert!(white(&with(lamp::REVERSE)) > white(&dark) + 5);
 }
 
@@ -74,7 +75,7 @@ fn wheels_turn_in_the_picture_and_nothing_else_does() {
     let rolled = look(&scene, ActorState { wheel_spin_rad: 0.6, ..still }, 0);
     let ids = rest.plane::<u32>(0, output::INSTANCE);
     assert!(ids.iter().all(|id| *id == 0 || *id == 7), "every part has the actor's id");
-    let color = |picture: &Bundle| picture.plane::<[u8; 4]>(0, output::COLOR).to_vec();
+    let color = |picture: &BundleSample| picture.plane::<[u8; 4]>(0, output::COLOR).to_vec();
     let changed: Vec<usize> = color(&rest)
         .iter()
         .zip(color(&rolled))
@@ -110,7 +111,7 @@ fn a_walker_strides_when_it_walks_and_stands_when_it_stands() {
         look(&scene, ActorState { phase, velocity_mps: [0.0, speed, 0.0], ..still }, 0)
     };
     assert_eq!(at(0, 0.0).bytes(), at(STRIDE / 4, 0.0).bytes());
-    let width = |picture: &Bundle| {
+    let width = |picture: &BundleSample| {
         let ids = picture.plane::<u32>(0, output::INSTANCE);
         let columns: Vec<usize> =
             (0..ids.len()).filter(|i| ids[*i] == 7).map(|i| i % 320).collect();

@@ -4,7 +4,9 @@
 //! journal has the line by which every stage begins anew, and the load is over when all of them
 //! have arrived at it. What can be wrong with a map is found before anything is destroyed.
 
-use bus::{Episode, Frame, HideLayers, LoadMap, Outcome, Role, SnapshotHeader, Wish, clock, load};
+use bus::{
+    Command, Episode, Frame, HideLayers, LoadMap, Outcome, Role, SnapshotHeader, clock, load,
+};
 use town::{Town, cache::Cache};
 
 use super::{Host, START_NANOS, ending};
@@ -28,9 +30,13 @@ pub(super) struct Next {
 }
 
 impl Host {
-    /// See [`Wish::LoadMap`]; on a refusal the world is as it was.
-    pub(super) fn load_map(&mut self, request: Request, wish: &LoadMap) -> Result<(), HostError> {
-        match self.prepare(wish) {
+    /// See [`Command::LoadMap`]; on a refusal the world is as it was.
+    pub(super) fn load_map(
+        &mut self,
+        request: Request,
+        command: &LoadMap,
+    ) -> Result<(), HostError> {
+        match self.prepare(command) {
             Ok(next) => self.begin_episode(request, next),
             Err(why) => {
                 self.pen.write(request.ended(Outcome::refused(&why)));
@@ -39,19 +45,19 @@ impl Host {
         }
     }
 
-    fn prepare(&self, wish: &LoadMap) -> Result<Next, String> {
+    fn prepare(&self, command: &LoadMap) -> Result<Next, String> {
         let now = &self.config.episode;
-        let name = wish.map.path().to_string_lossy();
+        let name = command.map.path().to_string_lossy();
         let mut episode = now.clone();
         if !name.is_empty() {
             (episode.map, episode.open_drive) = self.config.maps.find(&name)?;
         }
-        if wish.flags & load::SEED != 0 {
-            episode.seed = wish.seed;
+        if command.flags & load::SEED != 0 {
+            episode.seed = command.seed;
         }
         let mut next = self.prepare_world(episode)?;
-        let hidden = HideLayers { layers: wish.hidden_layers, hidden: 1 };
-        next.world.apply(&Wish::HideLayers(hidden))?;
+        let hidden = HideLayers { layers: command.hidden_layers, hidden: 1 };
+        next.world.apply(&Command::HideLayers(hidden))?;
         Ok(next)
     }
 
@@ -77,7 +83,7 @@ impl Host {
             self.cache.keep_town(&episode.open_drive, episode.seed, &town);
         }
         self.number += 1;
-        self.founding.instance().write_episode(self.number, &episode)?;
+        self.owned_instance.instance().write_episode(self.number, &episode)?;
         self.control.set_episode(self.number);
         self.config.episode = episode;
         self.world = world;
@@ -85,16 +91,16 @@ impl Host {
         self.decided = None;
         self.decided_hash = 0;
         self.recorded_decision = Frame(0);
-        self.take_down(self.rigs.all());
-        self.senses.begin_episode();
+        self.take_down(self.bundles.all());
+        self.physics_sensors.begin_episode();
         self.drawings.clear();
         for pending in self.inbox.begin_anew(&[]) {
             let why = "another world was loaded before this was carried out";
             self.pen.write(pending.ended(Outcome::refused(why)));
         }
         self.pen.write(request.ended(Outcome::done(self.number)));
-        for wish in hiding(self.world.visibility()) {
-            self.pen.write(Request::of_host(wish).ended(Outcome::done(0)));
+        for command in hiding(self.world.visibility()) {
+            self.pen.write(Request::of_host(command).ended(Outcome::done(0)));
         }
         let begin_nanos = clock::now_nanos();
         let frame = self.barrier.advance();

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use bus::{ActorId, Block, FilePath, Outcome, Settings, TrafficHeader, TrafficSample, Wish};
+use bus::{ActorId, Block, Command, FilePath, Outcome, Settings, TrafficHeader, TrafficSample};
 
 use super::Host;
 use crate::{
@@ -45,14 +45,14 @@ impl Decided {
 impl Host {
     /// Everything that decides the future.
     pub(super) fn state(&self) -> SavedState {
-        let (weather, dials) = self.standing.sky_and_dials(self.pen.entries());
+        let (weather, params) = self.standing.sky_and_dials(self.pen.entries());
         let stamp = self.stamp(self.barrier.frame());
         let mut state = SavedState {
             stamp,
             map: map_sum(&self.config.episode),
             settings: self.settings,
             weather,
-            dials,
+            params,
             shapes: self.drawings.save(stamp),
             decision: self.decided.as_ref().map(Decided::to_owned),
             pending: self.inbox.waiting(),
@@ -62,7 +62,7 @@ impl Host {
         state
     }
 
-    /// See [`Wish::SaveState`].
+    /// See [`Command::SaveState`].
     pub(super) fn save_state(&mut self, file: &FilePath) -> Result<u32, String> {
         self.receive_decided().map_err(|e| e.to_string())?;
         let path = file.path();
@@ -77,7 +77,7 @@ impl Host {
         Ok(0)
     }
 
-    /// See [`Wish::LoadState`]; on an error the world is as it was.
+    /// See [`Command::LoadState`]; on an error the world is as it was.
     pub(super) fn load_state(&mut self, file: &FilePath) -> Result<u32, String> {
         let path = file.path();
         let state = read(path, map_sum(&self.config.episode))?;
@@ -93,7 +93,7 @@ impl Host {
             Decided::Restored(TrafficHeader { stamp, ..*header }, blocks)
         });
         self.decided_hash = self.decided.as_ref().map_or(0, Decided::hash);
-        // A mind of no bytes: begin anew.
+        // A planner of no bytes: begin anew.
         let blank = TrafficHeader { stamp, ..TrafficHeader::default() };
         let (header, payload) =
             self.decided.as_ref().map_or((blank, &[][..]), |d| (*d.header(), d.payload()));
@@ -115,19 +115,20 @@ impl Host {
             substep_max_nanos: state.settings.substep_max_nanos,
             ..self.settings
         };
-        let mut wishes = Vec::new();
+        let mut commands = Vec::new();
         if self.change_settings(&settings).is_ok() {
-            wishes.push(Wish::SetSettings(settings));
+            commands.push(Command::SetSettings(settings));
         }
-        wishes.push(Wish::SetWeather(state.weather.unwrap_or_default()));
-        wishes.extend(hiding(self.world.visibility()));
-        wishes.extend(lit(self.world.lighting()).into_iter().map(Wish::SwitchLamps));
-        wishes.extend(state.dials.iter().copied().map(Wish::TrafficDial));
-        wishes.extend(self.world.poses().wishes());
-        self.retold.extend(wishes.into_iter().map(|w| Request::of_host(w).ended(Outcome::done(0))));
+        commands.push(Command::SetWeather(state.weather.unwrap_or_default()));
+        commands.extend(hiding(self.world.visibility()));
+        commands.extend(lit(self.world.lighting()).into_iter().map(Command::SetStreetLights));
+        commands.extend(state.params.iter().copied().map(Command::TrafficParam));
+        commands.extend(self.world.poses().commands());
+        self.retold
+            .extend(commands.into_iter().map(|w| Request::of_host(w).ended(Outcome::done(0))));
         let drawn = self.drawings.restore(&state.shapes, self.coming());
         self.retold.extend(drawn);
-        let lost = self.rigs.orphans(|parent: ActorId| self.world.state(parent).is_some());
+        let lost = self.bundles.orphans(|parent: ActorId| self.world.state(parent).is_some());
         self.take_down(lost);
     }
 }

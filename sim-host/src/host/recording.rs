@@ -17,14 +17,14 @@ pub(super) struct Recording {
 }
 
 impl Host {
-    /// See [`bus::Wish::StartRecorder`].
-    pub(super) fn start_recorder(&mut self, wish: &StartRecorder) -> Result<u32, String> {
-        let profile = Profile::by_code(wish.profile)
-            .ok_or_else(|| format!("there is no recording profile {}", wish.profile))?;
+    /// See [`bus::Command::StartRecorder`].
+    pub(super) fn start_recorder(&mut self, command: &StartRecorder) -> Result<u32, String> {
+        let profile = Profile::by_code(command.profile)
+            .ok_or_else(|| format!("there is no recording profile {}", command.profile))?;
         // Who starts anew ends what went on.
         self.stop_recorder()?;
         let plan = Plan {
-            path: wish.path.path().to_owned(),
+            path: command.path.path().to_owned(),
             profile,
             episode: self.config.episode.clone(),
             blueprints: town::catalogue().iter().map(|b| b.id.to_owned()).collect(),
@@ -36,7 +36,7 @@ impl Host {
         Ok(0)
     }
 
-    /// See [`bus::Wish::StopRecorder`]. Says how many frames there are.
+    /// See [`bus::Command::StopRecorder`]. Says how many frames there are.
     pub(super) fn stop_recorder(&mut self) -> Result<u32, String> {
         let Some(recording) = self.recording.take() else { return Ok(0) };
         recording.recorder.stop().map(|frames| frames as u32).map_err(|e| e.to_string())

@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use bus::{ActorId, ActorState, LoadMap, Outcome, StartReplay, Wish, kind, load, status};
+use bus::{ActorId, ActorState, Command, LoadMap, Outcome, StartReplay, kind, load, status};
 use glam::{Quat, Vec3};
 use record::{Moment, RecordError};
 
@@ -31,9 +31,9 @@ pub(super) struct Replay {
 }
 
 impl Host {
-    /// See [`bus::Wish::StartReplay`]. The recording's world is loaded first, if it is another.
-    pub(super) fn start_replay(&mut self, wish: &StartReplay) -> Result<Outcome, HostError> {
-        let replay = match Replay::of(wish) {
+    /// See [`bus::Command::StartReplay`]. The recording's world is loaded first, if it is another.
+    pub(super) fn start_replay(&mut self, command: &StartReplay) -> Result<Outcome, HostError> {
+        let replay = match Replay::of(command) {
             Ok(replay) => replay,
             Err(why) => return Ok(Outcome::refused(&why)),
         };
@@ -44,7 +44,7 @@ impl Host {
                 Err(why) => return Ok(Outcome::refused(&why)),
             };
             let line = LoadMap { seed: episode.seed, flags: load::SEED, ..LoadMap::default() };
-            self.begin_episode(Request::of_host(Wish::LoadMap(line)), next)?;
+            self.begin_episode(Request::of_host(Command::LoadMap(line)), next)?;
         } else if let Err(why) = self.stop_replay(false) {
             return Ok(Outcome::refused(&why));
         }
@@ -52,7 +52,7 @@ impl Host {
         Ok(Outcome::done(0))
     }
 
-    /// See [`bus::Wish::StopReplay`].
+    /// See [`bus::Command::StopReplay`].
     pub(super) fn stop_replay(&mut self, keep_actors: bool) -> Result<u32, String> {
         let Some(replay) = self.replay.take() else { return Ok(0) };
         for id in replay.shown.into_values() {
@@ -67,8 +67,8 @@ impl Host {
 
     fn take_out(&mut self, id: ActorId) {
         // A client may have destroyed it.
-        if self.world.apply(&Wish::Destroy(id)).is_ok() {
-            self.take_down(self.rigs.on(id));
+        if self.world.apply(&Command::Destroy(id)).is_ok() {
+            self.take_down(self.bundles.on(id));
         }
     }
 
@@ -99,25 +99,26 @@ impl Host {
 }
 
 impl Replay {
-    /// As it is wished, if the recording has what it takes.
-    fn of(wish: &StartReplay) -> Result<Replay, String> {
-        let mut recording = record::Recording::open(wish.path.path()).map_err(|e| e.to_string())?;
+    /// As it is requested, if the recording has what it takes.
+    fn of(command: &StartReplay) -> Result<Replay, String> {
+        let mut recording =
+            record::Recording::open(command.path.path()).map_err(|e| e.to_string())?;
         let name = recording.path().display().to_string();
         if !recording.told().profile.has_states() {
             return Err(format!("{name} holds inputs, no states; simulate it again instead"));
         }
-        let time_factor = wish.time_factor;
+        let time_factor = command.time_factor;
         if !(0.01..=1000.0).contains(&time_factor) {
             return Err(format!("time_factor is {time_factor}, not 0.01 to 1000"));
         }
         let whole = recording.duration_nanos().map_err(|e| e.to_string())?;
-        let from = wish.from_nanos;
+        let from = command.from_nanos;
         let at_nanos =
             if from < 0 { whole.saturating_sub(from.unsigned_abs()) } else { from.unsigned_abs() };
         if at_nanos >= whole {
             return Err(format!("{name} has {:.2} s; it cannot begin later", whole as f64 / 1e9));
         }
-        let until_nanos = match wish.duration_nanos {
+        let until_nanos = match command.duration_nanos {
             0 => whole,
             duration => at_nanos.saturating_add(duration).min(whole),
         };
@@ -125,7 +126,7 @@ impl Replay {
         let last = recording.moments(last).map_err(|e| e.to_string())?;
         let ids = last.iter().flat_map(|m| &m.actors).map(|a| a.actor_id);
         let beyond = ids.max().unwrap_or_default();
-        let ignored = if wish.ignore_hero != 0 {
+        let ignored = if command.ignore_hero != 0 {
             heroes(&mut recording).map_err(|e| e.to_string())?
         } else {
             BTreeSet::new()
@@ -216,7 +217,7 @@ fn heroes(recording: &mut record::Recording) -> Result<BTreeSet<ActorId>, Record
         roles.filter(|(_, role)| role == "hero").map(|(id, _)| *id).collect();
     for segment in 0..recording.segments() {
         for entry in recording.frames(segment)?.iter().flat_map(|m| &m.journal) {
-            if let Some(Wish::Spawn(spawn)) = entry.command.wish()
+            if let Some(Command::Spawn(spawn)) = entry.command.decode()
                 && entry.outcome.status == status::DONE
                 && spawn.role.as_str() == "hero"
             {

@@ -55,7 +55,7 @@ impl Host {
             return;
         }
         words.set_state(SlotState::Admitted);
-        self.control.complete.rouse();
+        self.control.complete.notify_all();
     }
 
     /// Its ports are made: serves it the standing state and lets it take part.
@@ -76,7 +76,7 @@ impl Host {
                     frame
                 }
             };
-            self.control.slot(slot).enrol(true, lag, done);
+            self.control.slot(slot).admit(true, lag, done);
             self.serve_state(done)?;
             if role == Role::Traffic
                 && let Some(decided) = &self.decided
@@ -85,12 +85,12 @@ impl Host {
             }
             self.control.revive(slot);
         } else {
-            self.control.slot(slot).enrol(false, 0, self.barrier.frame());
+            self.control.slot(slot).admit(false, 0, self.barrier.frame());
         }
         self.ports.snapshot.welcome()?;
         self.resyncs.remove(&slot);
         self.control.slot(slot).set_state(SlotState::Live);
-        self.control.complete.rouse();
+        self.control.complete.notify_all();
         Ok(())
     }
 
@@ -100,20 +100,20 @@ impl Host {
             return;
         }
         let words = self.control.slot(slot);
-        let wanted = words.wants_part() && self.control.ticker() != Some(slot);
+        let wanted = words.wants_barrier() && self.control.ticker() != Some(slot);
         let frame = self.barrier.frame();
         match (wanted, self.barrier.done(slot).is_some()) {
             (true, false) => {
                 let name = format!("client {:?}", words.name());
                 self.barrier.join(slot, &name, OnDeath::Drop, 0, frame);
-                words.enrol(true, 0, frame);
+                words.admit(true, 0, frame);
                 self.control.revive(slot);
-                self.control.complete.rouse();
+                self.control.complete.notify_all();
             }
             (false, true) => {
                 self.unseat(slot);
-                self.control.slot(slot).enrol(false, 0, frame);
-                self.control.complete.rouse();
+                self.control.slot(slot).admit(false, 0, frame);
+                self.control.complete.notify_all();
             }
             _ => {}
         }
@@ -146,7 +146,7 @@ impl Host {
             return Ok(());
         }
         self.supervisor.unwatch(slot);
-        self.take_down(self.rigs.of(self.control.slot(slot).name()));
+        self.take_down(self.bundles.of(self.control.slot(slot).name()));
         self.unseat(slot);
         self.give_tick_back(slot);
         self.control.slot(slot).reserve(SlotState::Free, 0);
@@ -176,7 +176,7 @@ impl Host {
         let Some(role) = role else {
             self.barrier.dies(slot);
             self.control.leave_verdict_to_host();
-            self.take_down(self.rigs.of(name));
+            self.take_down(self.bundles.of(name));
             self.give_tick_back(slot);
             eprintln!("INFO sim-host {} client {name:?} died", frame.0);
             let state = if stuck == 0 { SlotState::Free } else { SlotState::Quarantined };

@@ -177,7 +177,7 @@ impl Physics {
             return Ok(());
         }
         if let Kind::Walker(walker) = &mut actor.kind {
-            walker.wish_mps = velocity_mps.truncate();
+            walker.desired_speed_mps = velocity_mps.truncate();
             return Ok(());
         }
         let arm = body.center_of_mass() - body.translation();
@@ -201,7 +201,7 @@ impl Physics {
         match &mut actor.kind {
             // A walker's body goes where its feet go, either way.
             Kind::Walker(walker) if !walker.is_down() => {
-                walker.wish_mps = Vec2::ZERO;
+                walker.desired_speed_mps = Vec2::ZERO;
                 return Ok(());
             }
             Kind::Vehicle(vehicle) => vehicle.rest(),
@@ -244,7 +244,7 @@ impl Physics {
         if walker.is_down() {
             return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
         }
-        walker.wish_mps = velocity_mps;
+        walker.desired_speed_mps = velocity_mps;
         Ok(())
     }
 

@@ -6,7 +6,7 @@
 use glam::Vec3;
 
 use super::ground::Ground;
-use super::motion::{Motion, Push};
+use super::motion::{ApplyForce, Motion};
 
 /// How stiffly a body stands on its corners. Radians per second, with the whole mass.
 const STIFFNESS_RADPS: f32 = 60.0;
@@ -65,7 +65,13 @@ impl Corners {
     }
 
     /// Adds what the ground does to them now. Returns how hard it presses.
-    pub(super) fn push(&self, motion: &Motion, mass_kg: f32, dt: f32, push: &mut Push) -> f32 {
+    pub(super) fn push(
+        &self,
+        motion: &Motion,
+        mass_kg: f32,
+        dt: f32,
+        push: &mut ApplyForce,
+    ) -> f32 {
         let share_kg = mass_kg / 4.0;
         let mut pressed_n = 0.0;
         for corner in &self.corners[..self.count] {

@@ -7,7 +7,7 @@ use rapier3d::prelude::{ColliderBuilder, ColliderHandle, Pose, SharedShape};
 use serde::{Deserialize, Serialize};
 
 use super::error::PhysicsError;
-use super::motion::{Motion, Push};
+use super::motion::{ApplyForce, Motion};
 use super::ragdoll::SOLID;
 use super::vehicle::AIR_DENSITY_KGPM3;
 use super::world::{Kind, Physics};
@@ -38,7 +38,7 @@ pub(super) struct OpenDoor {
 
 impl OpenDoor {
     /// Adds how the air presses on it. `com_m` is the centre of mass in vehicle space.
-    pub(super) fn push(&self, com_m: Vec3, motion: &Motion, push: &mut Push) {
+    pub(super) fn push(&self, com_m: Vec3, motion: &Motion, push: &mut ApplyForce) {
         let DoorModel { middle_m, half_extents_m: half, turn, .. } = self.model;
         let arm = motion.axes * (middle_m - com_m);
         let normal = motion.axes * (turn * Vec3::Y);

@@ -1,6 +1,6 @@
 use bus::ActorId;
 
-/// Why a wish was not carried out. The world is as it was.
+/// Why a command was not carried out. The world is as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PhysicsError {
     /// The name is not in use.
@@ -29,7 +29,7 @@ pub enum PhysicsError {
         /// What is wrong with it.
         why: &'static str,
     },
-    /// The wish fits another kind of actor.
+    /// The command fits another kind of actor.
     #[error("{0} is not a {1}")]
     WrongKind(ActorId, &'static str),
     /// A number is out of its range; which, and what the range is.

@@ -21,12 +21,12 @@ pub(super) struct Motion {
 
 /// A force at the centre of mass and a torque.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Push {
+pub(super) struct ApplyForce {
     pub force_n: Vec3,
     pub torque_nm: Vec3,
 }
 
-impl Push {
+impl ApplyForce {
     /// Adds a force that acts at `arm_m` from the centre of mass.
     #[inline]
     pub(super) fn add(&mut self, force_n: Vec3, arm_m: Vec3) {
@@ -45,7 +45,7 @@ impl Motion {
     /// Moves on by `dt` seconds; gravity is added here. Velocity first, then place with the new
     /// velocity, as the world does.
     #[inline]
-    pub(super) fn advance(&mut self, push: &Push, mass_kg: f32, inertia_kgm2: Vec3, dt: f32) {
+    pub(super) fn advance(&mut self, push: &ApplyForce, mass_kg: f32, inertia_kgm2: Vec3, dt: f32) {
         self.velocity_mps += (push.force_n / mass_kg - Vec3::Z * self.gravity_mps2) * dt;
         let to_body = self.axes.transpose();
         let spin = to_body * self.spin_radps;

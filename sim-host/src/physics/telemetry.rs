@@ -3,7 +3,7 @@
 use bus::{VehicleTelemetry, WheelTelemetry};
 use glam::Vec3;
 
-use super::motion::{Motion, Push};
+use super::motion::{ApplyForce, Motion};
 use super::vehicle::{Vehicle, air};
 
 /// Slower than this, slip is told as if it were this fast.
@@ -11,7 +11,7 @@ const SLIP_BELOW_MPS: f32 = 0.5;
 
 impl Vehicle {
     pub(super) fn telemetry(&self, motion: &Motion) -> VehicleTelemetry {
-        let mut push = Push::default();
+        let mut push = ApplyForce::default();
         air(&self.prepared.model, motion, &mut push);
         let pedals = self.state.control;
         let speed = motion.velocity_mps.length().max(1e-6);

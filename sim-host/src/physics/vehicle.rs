@@ -12,7 +12,7 @@ use super::doors::{DoorModel, OpenDoor};
 use super::drivetrain::{Demand, Drivetrain};
 use super::ground::Foothold;
 use super::model::{GRAVITY_MPS2, VehicleModel, WheelModel};
-use super::motion::{Motion, Push};
+use super::motion::{ApplyForce, Motion};
 use super::tuning::tuned;
 use super::wheels::{Bank, BankState, Braking, Footing, Surface, banks, order};
 
@@ -79,7 +79,7 @@ pub(super) struct VehicleState {
     pub doors: Vec<OpenDoor>,
 }
 
-/// The driver's wishes, checked.
+/// The driver's commands, checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pedals {
     pub throttle: f32,
@@ -164,9 +164,9 @@ impl Vehicle {
         &mut self,
         surface: &Surface,
         start: &Motion,
-        outside: &Push,
+        outside: &ApplyForce,
         dt: f32,
-    ) -> Push {
+    ) -> ApplyForce {
         let Vehicle { prepared, state, footholds, .. } = self;
         let model = &*prepared.model;
         let forward_mps = start.velocity_mps.dot(start.axes.x_axis);
@@ -208,7 +208,7 @@ impl Vehicle {
         let braking =
             Braking { pedal: pedals.brake, handbrake: f32::from(u8::from(pedals.handbrake)) };
         let mut motion = *start;
-        let mut sum = Push::default();
+        let mut sum = ApplyForce::default();
         for _ in 0..iterations as usize {
             let mut push = *outside;
             let driven_radps = state.driven_radps(prepared);
@@ -234,7 +234,7 @@ impl Vehicle {
         for (bank, state) in prepared.banks.iter().zip(&mut state.banks) {
             bank.turn(state, dt);
         }
-        Push { force_n: sum.force_n / iterations, torque_nm: sum.torque_nm / iterations }
+        ApplyForce { force_n: sum.force_n / iterations, torque_nm: sum.torque_nm / iterations }
     }
 }
 
@@ -271,7 +271,7 @@ impl VehicleState {
     }
 }
 
-pub(super) fn air(model: &VehicleModel, motion: &Motion, push: &mut Push) {
+pub(super) fn air(model: &VehicleModel, motion: &Motion, push: &mut ApplyForce) {
     let speed = motion.velocity_mps.length();
     let pressure = 0.5 * AIR_DENSITY_KGPM3 * speed;
     let drag_area_m2 = model.drag_coefficient * model.frontal_m2;
@@ -281,7 +281,7 @@ pub(super) fn air(model: &VehicleModel, motion: &Motion, push: &mut Push) {
 
 /// The rider's balance: a torque about the length axis towards the lean that the curve asks for.
 /// Who has fallen over is picked up by the same torque.
-fn lean(prepared: &Prepared, curvature_per_m: f32, motion: &Motion, push: &mut Push) {
+fn lean(prepared: &Prepared, curvature_per_m: f32, motion: &Motion, push: &mut ApplyForce) {
     let model = &prepared.model;
     let Some(lean) = &model.lean else { return };
     let ahead = motion.axes.x_axis;

@@ -28,7 +28,7 @@ pub struct WalkerModel {
     /// Body mass.
     pub mass_kg: f32,
     /// Falls when it is hit.
-    pub is_frail: bool,
+    pub is_ragdoll_on_hit: bool,
 }
 
 impl WalkerModel {
@@ -55,7 +55,7 @@ impl WalkerModel {
 pub(super) struct Walker {
     pub model: WalkerModel,
     /// Where to, over ground: metres per second.
-    pub wish_mps: Vec2,
+    pub desired_speed_mps: Vec2,
     /// In the air.
     pub rise_mps: Option<f32>,
     pub yaw_rad: f32,
@@ -94,7 +94,7 @@ impl Obstacle {
 
 impl Walker {
     pub(super) fn new(model: WalkerModel, yaw_rad: f32) -> Walker {
-        Walker { model, wish_mps: Vec2::ZERO, rise_mps: None, yaw_rad, limbs: None }
+        Walker { model, desired_speed_mps: Vec2::ZERO, rise_mps: None, yaw_rad, limbs: None }
     }
 
     /// Leaves the ground, if it stands on it.
@@ -109,10 +109,10 @@ impl Walker {
 
     /// Whether somebody hits it so hard within `dt` seconds that it falls.
     pub(super) fn is_upset(&self, feet_m: Vec3, obstacles: &[Obstacle], dt: f32) -> bool {
-        if !self.model.is_frail {
+        if !self.model.is_ragdoll_on_hit {
             return false;
         }
-        let own_mps = self.wish_mps.extend(0.0);
+        let own_mps = self.desired_speed_mps.extend(0.0);
         let middle_m = feet_m + self.model.middle_m();
         obstacles.iter().any(|box_| {
             let coming_mps = box_.velocity_mps - own_mps;
@@ -139,9 +139,9 @@ impl Walker {
         free: impl Fn(Vec3) -> bool,
     ) -> (Vec3, Quat) {
         let mut next = feet_m;
-        if self.wish_mps != Vec2::ZERO {
-            self.yaw_rad = self.wish_mps.y.atan2(self.wish_mps.x);
-            let stepped = feet_m + (self.wish_mps * dt).extend(0.0);
+        if self.desired_speed_mps != Vec2::ZERO {
+            self.yaw_rad = self.desired_speed_mps.y.atan2(self.desired_speed_mps.x);
+            let stepped = feet_m + (self.desired_speed_mps * dt).extend(0.0);
             // Who stands in a box may leave it.
             let deeper = |box_: &Obstacle| {
                 let [from, to] = [feet_m, stepped]

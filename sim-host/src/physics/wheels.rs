@@ -10,7 +10,7 @@ use super::drivetrain::Drive;
 use super::ground::{Foothold, Ground};
 use super::lanes::{Lanes, Lanes3, neighbours, select};
 use super::model::{VehicleModel, WheelModel};
-use super::motion::{Motion, Push};
+use super::motion::{ApplyForce, Motion};
 use super::suspension::Suspensions;
 use super::tyre::{Patches, Sliding, Tyres};
 
@@ -259,7 +259,7 @@ impl Bank {
         drive: &Drive,
         braking: Braking,
         dt: f32,
-        push: &mut Push,
+        push: &mut ApplyForce,
     ) {
         let axes = &motion.axes;
         let up = Lanes3::splat(axes.z_axis);

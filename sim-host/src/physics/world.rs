@@ -16,7 +16,7 @@ use super::doors::DoorModel;
 use super::fill::{digest_of, shown_mps};
 use super::ground::Ground;
 use super::model::GRAVITY_MPS2;
-use super::motion::{Motion, Push};
+use super::motion::{ApplyForce, Motion};
 use super::overlap::Statics;
 use super::ragdoll::Limbs;
 use super::rest::Actors;
@@ -285,12 +285,12 @@ impl Physics {
                 continue;
             }
             let gravity = if actor.is_weightless { 0.0 } else { GRAVITY_MPS2 };
-            let outside = Push { force_n: actor.pushed.0, torque_nm: actor.pushed.1 };
+            let outside = ApplyForce { force_n: actor.pushed.0, torque_nm: actor.pushed.1 };
             if let Kind::Walker(walker) = &mut actor.kind {
                 let model = walker.model;
                 let feet = world.bodies[actor.body].translation();
                 if !walker.is_down() && walker.is_upset(feet, &obstacles, dt) {
-                    let velocity = walker.wish_mps.extend(walker.rise_mps.unwrap_or(0.0));
+                    let velocity = walker.desired_speed_mps.extend(walker.rise_mps.unwrap_or(0.0));
                     let own = (actor.body, actor.collider);
                     walker.limbs = Some(Limbs::fall(world, own, &model, velocity));
                 }
@@ -426,7 +426,7 @@ pub(super) fn motion_of(body: &RigidBody, gravity_mps2: f32) -> Motion {
 }
 
 /// Rapier keeps forces until told otherwise, so the last substep's are cleared.
-fn apply(body: &mut RigidBody, push: &Push) {
+fn apply(body: &mut RigidBody, push: &ApplyForce) {
     body.reset_forces(false);
     body.reset_torques(false);
     body.add_force(push.force_n, true);
@@ -442,11 +442,17 @@ fn glide(body: &mut RigidBody, (velocity, spin): (Vec3, Vec3), dt: f32) {
 
 /// Corner contacts for a box without wheels.
 impl Prop {
-    pub(super) fn substep(&self, ground: &Ground, start: &Motion, outside: &Push, dt: f32) -> Push {
+    pub(super) fn substep(
+        &self,
+        ground: &Ground,
+        start: &Motion,
+        outside: &ApplyForce,
+        dt: f32,
+    ) -> ApplyForce {
         const ITERATIONS: usize = 4;
         let corners = Corners::look(ground, start, Vec3::ZERO, self.model.half_extents_m, dt);
         let mut motion = *start;
-        let mut sum = Push::default();
+        let mut sum = ApplyForce::default();
         let step = dt / ITERATIONS as f32;
         for _ in 0..ITERATIONS {
             let mut push = *outside;
@@ -456,6 +462,6 @@ impl Prop {
             sum.torque_nm += push.torque_nm;
         }
         let count = ITERATIONS as f32;
-        Push { force_n: sum.force_n / count, torque_nm: sum.torque_nm / count }
+        ApplyForce { force_n: sum.force_n / count, torque_nm: sum.torque_nm / count }
     }
 }

@@ -1,6 +1,8 @@
 //! Poses that clients give walkers.
 
-use bus::{ActorId, BlendPose, GivenPoses, Outcome, Pose, SetBones, WISH_BONES, Wish, flag, kind};
+use bus::{
+    ActorId, BONES_PER_COMMAND, BlendPose, Command, GivenPoses, Outcome, Pose, SetBones, flag, kind,
+};
 
 use super::{World, set};
 
@@ -13,14 +15,16 @@ impl World {
         &self.poses
     }
 
-    /// See [`Wish::SetBones`].
+    /// See [`Command::SetBones`].
     pub(super) fn set_bones(&mut self, to: &SetBones) -> Result<u32, String> {
         let id = to.actor_id;
         let skeleton = self.standing_walker(id)?;
         let last = to.first.saturating_add(to.count);
-        if !(1..=WISH_BONES as u32).contains(&to.count) || last as usize > skeleton.bones.len() {
+        if !(1..=BONES_PER_COMMAND as u32).contains(&to.count)
+            || last as usize > skeleton.bones.len()
+        {
             return Err(format!(
-                "bones {} to {last} of {id}: it has {}, and one wish sets 1 to {WISH_BONES}",
+                "bones {} to {last} of {id}: it has {}, and one command sets 1 to {BONES_PER_COMMAND}",
                 to.first,
                 skeleton.bones.len()
             ));
@@ -35,11 +39,11 @@ impl World {
                 ));
             }
         }
-        self.poses.follow(&Wish::SetBones(*to));
+        self.poses.follow(&Command::SetBones(*to));
         Ok(id.0)
     }
 
-    /// See [`Wish::BlendPose`].
+    /// See [`Command::BlendPose`].
     pub(super) fn blend_pose(&mut self, to: &BlendPose) -> Result<u32, String> {
         let (id, share) = (to.actor_id, to.share);
         self.standing_walker(id)?;
@@ -47,14 +51,14 @@ impl World {
             return Err(format!("the pose of {id} is to show by {share}, not 0 to 1"));
         }
         set(&mut self.movable(id)?.flags, flag::POSED, share > 0.0);
-        self.poses.follow(&Wish::BlendPose(*to));
+        self.poses.follow(&Command::BlendPose(*to));
         Ok(id.0)
     }
 
     /// Six bones of the pose that a walker was given.
     pub(super) fn tell_bones(&mut self, id: ActorId, first: u32) -> Result<Outcome, String> {
         let skeleton = self.walker(id)?;
-        let bones = skeleton.bones.iter().enumerate().skip(first as usize).take(WISH_BONES);
+        let bones = skeleton.bones.iter().enumerate().skip(first as usize).take(BONES_PER_COMMAND);
         let given = self.poses.of(id);
         let mut told = SetBones { actor_id: id, first, ..SetBones::default() };
         for (room, (index, bone)) in told.parent_from_bones.iter_mut().zip(bones) {

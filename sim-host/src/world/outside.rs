@@ -1,8 +1,8 @@
-//! Wishes about how vehicles are built and how actors are moved from outside, and questions.
+//! Commands about how vehicles are built and how actors are moved from outside, and questions.
 
 use bus::{
-    ActorId, Ask, FeelWeather, Outcome, Push, Switch, VehicleBody, VehiclePhysics, VehicleWheel,
-    Weather, Wish, part,
+    ActorId, ApplyForce, Ask, Command, Outcome, SetWeatherAffectsGrip, Switch, VehicleBody,
+    VehiclePhysics, VehicleWheel, Weather, part,
 };
 use glam::Vec3;
 
@@ -10,50 +10,50 @@ use super::World;
 use crate::physics::PhysicsError;
 
 impl World {
-    /// Carries out one of these wishes; `None` if it is another.
-    pub(super) fn apply_outside(&mut self, wish: &Wish) -> Option<Result<u32, String>> {
-        Some(match wish {
-            Wish::SetBody(to) => self.rebuild(to.actor_id, |physics| with_body(physics, to)),
-            Wish::SetEngine(to) => self.rebuild(to.actor_id, |physics| {
+    /// Carries out one of these commands; `None` if it is another.
+    pub(super) fn apply_outside(&mut self, command: &Command) -> Option<Result<u32, String>> {
+        Some(match command {
+            Command::SetBody(to) => self.rebuild(to.actor_id, |physics| with_body(physics, to)),
+            Command::SetEngine(to) => self.rebuild(to.actor_id, |physics| {
                 physics.engine = *to;
                 Ok(())
             }),
-            Wish::SetGearbox(to) => self.rebuild(to.actor_id, |physics| {
+            Command::SetGearbox(to) => self.rebuild(to.actor_id, |physics| {
                 physics.gearbox = *to;
                 Ok(())
             }),
-            Wish::SetSteering(to) => self.rebuild(to.actor_id, |physics| {
+            Command::SetSteering(to) => self.rebuild(to.actor_id, |physics| {
                 physics.steering = *to;
                 Ok(())
             }),
-            Wish::SetWheel(to) => self.rebuild(to.actor_id, |physics| with_wheel(physics, to)),
-            Wish::Push(push) => self.push(push),
-            Wish::SetGravity(Switch { actor_id, on }) => self
+            Command::SetWheel(to) => self.rebuild(to.actor_id, |physics| with_wheel(physics, to)),
+            Command::ApplyForce(push) => self.push(push),
+            Command::SetGravity(Switch { actor_id, on }) => self
                 .there(*actor_id)
                 .and_then(|id| self.physics.set_gravity(id, *on != 0).map_err(words))
                 .map(|()| actor_id.0),
-            Wish::SetCollisions(Switch { actor_id, on }) => self
+            Command::SetCollisions(Switch { actor_id, on }) => self
                 .there(*actor_id)
                 .and_then(|id| self.physics.set_collisions(id, *on != 0).map_err(words))
                 .map(|()| actor_id.0),
-            Wish::Jump(id) => {
+            Command::Jump(id) => {
                 self.there(*id).and_then(|id| self.physics.jump(id).map_err(words)).map(|()| id.0)
             }
-            Wish::Ackermann(control) => self
+            Command::Ackermann(control) => self
                 .driver(control.actor_id)
                 .and_then(|()| self.physics.ackermann(control).map_err(words))
                 .map(|()| control.actor_id.0),
-            Wish::SetAckermann(settings) => self
+            Command::SetAckermann(settings) => self
                 .driver(settings.actor_id)
                 .and_then(|()| self.physics.set_ackermann(settings).map_err(words))
                 .map(|()| settings.actor_id.0),
-            Wish::SetWeather(weather) => {
+            Command::SetWeather(weather) => {
                 self.weather_grip = grip_under(weather);
                 self.see_to_grip();
                 Ok(0)
             }
-            Wish::FeelWeather(FeelWeather { on, .. }) => {
-                self.is_weather_felt = *on != 0;
+            Command::SetWeatherAffectsGrip(SetWeatherAffectsGrip { on, .. }) => {
+                self.weather_affects_grip = *on != 0;
                 self.see_to_grip();
                 Ok(0)
             }
@@ -113,10 +113,10 @@ impl World {
         Ok(id.0)
     }
 
-    fn push(&mut self, push: &Push) -> Result<u32, String> {
+    fn push(&mut self, push: &ApplyForce) -> Result<u32, String> {
         let id = self.there(push.actor_id)?;
         let [linear, angular, at] = [push.linear, push.angular, push.at_m].map(Vec3::from_array);
-        let at = (push.has_place != 0).then_some(at);
+        let at = (push.has_point != 0).then_some(at);
         if push.lasts == 0 {
             self.physics.impulse(id, linear, angular, at).map_err(words)?;
         } else {
@@ -126,7 +126,7 @@ impl World {
     }
 
     fn see_to_grip(&mut self) {
-        self.physics.set_grip(if self.is_weather_felt { self.weather_grip } else { 1.0 });
+        self.physics.set_grip(if self.weather_affects_grip { self.weather_grip } else { 1.0 });
     }
 
     fn there(&mut self, id: ActorId) -> Result<ActorId, String> {

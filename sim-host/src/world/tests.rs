@@ -1,7 +1,7 @@
 use bus::{
-    Autopilot, BlendPose, FeelWeather, GivenPoses, Name, Pose, SetBones, SetDoors, SetLamps,
-    SetPhysics, SetVelocity, Settings, Spawn, Stamp, Switch, Teleport, VehicleControl, Weather,
-    Wish, flag, lamp,
+    Autopilot, BlendPose, Command, GivenPoses, Name, Pose, SetBones, SetDoors, SetPhysics,
+    SetVehicleLights, SetVelocity, SetWeatherAffectsGrip, Settings, Spawn, Stamp, Switch, Teleport,
+    VehicleControl, Weather, flag, lamp,
 };
 use glam::Vec3;
 
@@ -26,20 +26,24 @@ fn run(world: &mut World, frames: u32) {
 fn stopping(world: &mut World) -> f32 {
     let name = Name::new("vehicle.tesla.model3");
     let spawn = Spawn { blueprint: name, pose: Pose::IDENTITY, ..Spawn::default() };
-    let id = bus::ActorId(world.apply(&Wish::Spawn(spawn)).unwrap());
+    let id = bus::ActorId(world.apply(&Command::Spawn(spawn)).unwrap());
     run(world, 10);
     let velocity_mps = [20.0, 0.0, 0.0];
     world
-        .apply(&Wish::SetVelocity(SetVelocity { actor_id: id, velocity_mps, ..Default::default() }))
+        .apply(&Command::SetVelocity(SetVelocity {
+            actor_id: id,
+            velocity_mps,
+            ..Default::default()
+        }))
         .unwrap();
     let brake = VehicleControl { actor_id: id, brake: 1.0, ..VehicleControl::default() };
-    world.apply(&Wish::Control(brake)).unwrap();
+    world.apply(&Command::Control(brake)).unwrap();
     let from = world.state(id).unwrap().pose.position();
     run(world, 200);
     let state = world.state(id).unwrap();
     assert!(state.velocity().length() < 0.01 && !state.has(flag::COLLIDING));
     let meters = (state.pose.position() - from).dot(Vec3::X);
-    world.apply(&Wish::Destroy(id)).unwrap();
+    world.apply(&Command::Destroy(id)).unwrap();
     meters
 }
 
@@ -48,9 +52,11 @@ fn wet_roads_are_slippery_only_where_the_weather_is_felt() {
     let mut world = plain();
     let dry = stopping(&mut world);
     let rain = Weather { wetness: 100.0, precipitation_deposits: 50.0, ..Weather::default() };
-    world.apply(&Wish::SetWeather(rain)).unwrap();
+    world.apply(&Command::SetWeather(rain)).unwrap();
     assert_eq!(stopping(&mut world), dry);
-    world.apply(&Wish::FeelWeather(FeelWeather { on: 1, reserved: 0 })).unwrap();
+    world
+        .apply(&Command::SetWeatherAffectsGrip(SetWeatherAffectsGrip { on: 1, reserved: 0 }))
+        .unwrap();
     let wet = stopping(&mut world);
     println!("{dry} m dry, {wet} m wet");
     assert!((1.4..2.0).contains(&(wet / dry)), "{dry} m dry, {wet} m wet");
@@ -61,7 +67,7 @@ fn wet_roads_are_slippery_only_where_the_weather_is_felt() {
     other.restore(&state).unwrap();
     assert_eq!(stopping(&mut other), stopping(&mut world));
 
-    world.apply(&Wish::SetWeather(Weather::default())).unwrap();
+    world.apply(&Command::SetWeather(Weather::default())).unwrap();
     assert!((stopping(&mut world) / dry - 1.0).abs() < 0.01);
 }
 
@@ -75,8 +81,8 @@ fn standing() -> World {
         let pose = Pose::level(Vec3::new(10.0 * k as f32, 0.0, 0.0), 0.3);
         let name = Name::new(name);
         let spawn = Spawn { blueprint: name, pose, flags: flag::KINEMATIC, ..Spawn::default() };
-        let id = bus::ActorId(world.apply(&Wish::Spawn(spawn)).unwrap());
-        world.apply(&Wish::SetPhysics(SetPhysics { actor_id: id, on: 0 })).unwrap();
+        let id = bus::ActorId(world.apply(&Command::Spawn(spawn)).unwrap());
+        world.apply(&Command::SetPhysics(SetPhysics { actor_id: id, on: 0 })).unwrap();
     }
     run(&mut world, 4);
     world
@@ -106,32 +112,32 @@ fn who_rests_wakes_for_every_wish() {
         angular_velocity_radps: [0.0, 0.0, 0.2],
     };
     let pedals = VehicleControl { actor_id: id(1), throttle: 0.5, ..VehicleControl::default() };
-    let wishes = [
-        Wish::Teleport(moved),
-        Wish::SetVelocity(glides(0)),
-        Wish::SetVelocity(glides(1)),
-        Wish::SetVelocity(glides(2)),
-        Wish::SetPhysics(SetPhysics { actor_id: id(0), on: 1 }),
-        Wish::SetPhysics(SetPhysics { actor_id: id(1), on: 1 }),
-        Wish::Control(pedals),
-        Wish::SetGravity(on(0, 0)),
-        Wish::SetCollisions(on(1, 0)),
-        Wish::SetLamps(SetLamps { actor_id: id(1), lamps: lamp::FOG }),
-        Wish::SetDoors(SetDoors { actor_id: id(1), open: 1 }),
-        Wish::Autopilot(Autopilot { actor_id: id(1), on: 1 }),
+    let commands = [
+        Command::Teleport(moved),
+        Command::SetVelocity(glides(0)),
+        Command::SetVelocity(glides(1)),
+        Command::SetVelocity(glides(2)),
+        Command::SetPhysics(SetPhysics { actor_id: id(0), on: 1 }),
+        Command::SetPhysics(SetPhysics { actor_id: id(1), on: 1 }),
+        Command::Control(pedals),
+        Command::SetGravity(on(0, 0)),
+        Command::SetCollisions(on(1, 0)),
+        Command::SetVehicleLights(SetVehicleLights { actor_id: id(1), lamps: lamp::FOG }),
+        Command::SetDoors(SetDoors { actor_id: id(1), open: 1 }),
+        Command::Autopilot(Autopilot { actor_id: id(1), on: 1 }),
     ];
-    for wish in wishes {
+    for command in commands {
         let mut rested = standing();
         let before = hash(&rested);
         let mut fresh = afresh(&rested);
         assert_eq!(hash(&fresh), before, "to rest changes nothing");
         for world in [&mut rested, &mut fresh] {
-            world.apply(&wish).unwrap();
+            world.apply(&command).unwrap();
         }
-        assert_ne!(hash(&rested), before, "{wish:?}");
+        assert_ne!(hash(&rested), before, "{command:?}");
         for frame in 0..4 {
-            assert_eq!(hash(&rested), hash(&fresh), "frame {frame} after {wish:?}");
-            assert_eq!(rested.states(), fresh.states(), "frame {frame} after {wish:?}");
+            assert_eq!(hash(&rested), hash(&fresh), "frame {frame} after {command:?}");
+            assert_eq!(rested.states(), fresh.states(), "frame {frame} after {command:?}");
             run(&mut rested, 1);
             run(&mut fresh, 1);
         }
@@ -144,10 +150,10 @@ fn who_is_run_into_at_rest_says_so() {
     let name = Name::new("vehicle.tesla.model3");
     let pose = Pose::level(Vec3::new(0.0, 6.0, 0.0), -std::f32::consts::FRAC_PI_2);
     let spawn = Spawn { blueprint: name, pose, ..Spawn::default() };
-    let actor_id = bus::ActorId(world.apply(&Wish::Spawn(spawn)).unwrap());
+    let actor_id = bus::ActorId(world.apply(&Command::Spawn(spawn)).unwrap());
     let velocity_mps = [0.0, -8.0, 0.0];
     world
-        .apply(&Wish::SetVelocity(SetVelocity { actor_id, velocity_mps, ..Default::default() }))
+        .apply(&Command::SetVelocity(SetVelocity { actor_id, velocity_mps, ..Default::default() }))
         .unwrap();
     let is_hit = |world: &World| world.state(bus::ActorId(1)).unwrap().has(flag::COLLIDING);
     let hits = (0..40).filter(|_| {
@@ -155,7 +161,7 @@ fn who_is_run_into_at_rest_says_so() {
         is_hit(&world)
     });
     assert!(hits.count() > 0);
-    world.apply(&Wish::Destroy(actor_id)).unwrap();
+    world.apply(&Command::Destroy(actor_id)).unwrap();
     run(&mut world, 1);
     assert!(!is_hit(&world));
 }
@@ -163,7 +169,7 @@ fn who_is_run_into_at_rest_says_so() {
 fn spawned(world: &mut World, blueprint: &str, x: f32) -> bus::ActorId {
     let pose = Pose::new(Vec3::X * x, glam::Quat::IDENTITY);
     let spawn = Spawn { blueprint: Name::new(blueprint), pose, ..Spawn::default() };
-    bus::ActorId(world.apply(&Wish::Spawn(spawn)).unwrap())
+    bus::ActorId(world.apply(&Command::Spawn(spawn)).unwrap())
 }
 
 #[test]
@@ -176,7 +182,7 @@ fn poses_are_given_to_walkers_alone_and_are_part_of_a_saved_state() {
     let up = Pose::new(Vec3::Y * 0.1, glam::Quat::from_rotation_x(3.0));
     let good = SetBones { parent_from_bones: [up; 6], count: 6, ..SetBones::default() };
     let mut refused = |set: SetBones, why: &str| {
-        let said = world.apply(&Wish::SetBones(set)).unwrap_err();
+        let said = world.apply(&Command::SetBones(set)).unwrap_err();
         assert!(said.contains(why), "{said}");
     };
     refused(SetBones { actor_id: car, ..good }, "no walker");
@@ -195,13 +201,13 @@ fn poses_are_given_to_walkers_alone_and_are_part_of_a_saved_state() {
         set.parent_from_bones[5] = bad;
         refused(set, "crl_arm__L");
     }
-    let blend = |share| Wish::BlendPose(BlendPose { actor_id: walker, share });
+    let blend = |share| Command::BlendPose(BlendPose { actor_id: walker, share });
     for bad in [-0.1, 1.1, f32::NAN, f32::INFINITY] {
         world.apply(&blend(bad)).unwrap_err();
     }
     assert_eq!(world.poses(), &GivenPoses::default(), "what was refused left nothing");
 
-    world.apply(&Wish::SetBones(SetBones { first: 5, count: 1, ..good })).unwrap();
+    world.apply(&Command::SetBones(SetBones { first: 5, count: 1, ..good })).unwrap();
     world.apply(&blend(0.25)).unwrap();
     assert!(world.state(walker).unwrap().has(flag::POSED));
     assert_eq!(hash(&world), before, "bodies do not feel it");
@@ -221,6 +227,6 @@ fn poses_are_given_to_walkers_alone_and_are_part_of_a_saved_state() {
 
     world.apply(&blend(0.0)).unwrap();
     assert!(!world.state(walker).unwrap().has(flag::POSED));
-    world.apply(&Wish::Destroy(walker)).unwrap();
+    world.apply(&Command::Destroy(walker)).unwrap();
     assert_eq!(world.poses(), &GivenPoses::default());
 }

@@ -1,4 +1,4 @@
-//! A world of bicycle models that obeys a mind, and watches how it drives.
+//! A world of bicycle models that obeys a planner, and watches how it drives.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use bus::{
 use glam::{Quat, Vec2, Vec3};
 use road::{LaneIndex, LaneTypes, Network};
 
-use crate::Mind;
+use crate::Planner;
 use crate::body::{Body, CAR};
 use crate::tracks::NONE;
 
@@ -22,7 +22,7 @@ pub(super) struct Car {
     pub(super) position: Vec3,
     pub(super) yaw: f32,
     pub(super) speed: f32,
-    /// It stays where it is, and no mind drives it.
+    /// It stays where it is, and no planner drives it.
     pub(super) parked: bool,
     pub(super) acceleration: f32,
     pub(super) yaw_rate: f32,
@@ -35,10 +35,10 @@ pub(super) struct Car {
     pub(super) longest_stand_s: f32,
 }
 
-/// A map, a mind and vehicles; vehicle `n` is actor `n + 1`.
+/// A map, a planner and vehicles; vehicle `n` is actor `n + 1`.
 pub(super) struct Course {
     pub(super) network: Arc<Network>,
-    pub(super) mind: Mind,
+    pub(super) planner: Planner,
     pub(super) stamp: Stamp,
     pub(super) cars: Vec<Car>,
     /// Signal and phase of every light.
@@ -77,7 +77,7 @@ impl Course {
             .map(|signal| (signal, light::RED))
             .collect();
         let mut course = Course {
-            mind: Mind::new(network.clone(), seed),
+            planner: Planner::new(network.clone(), seed),
             network,
             stamp: Stamp { episode: 1, ..Stamp::default() },
             cars,
@@ -96,19 +96,19 @@ impl Course {
         self.tick_with(&[]);
     }
 
-    /// The same, with wishes.
+    /// The same, with commands.
     pub(super) fn tick_with(&mut self, journal: &[JournalEntry]) {
-        self.mind.plan(&self.stamp, DELTA_NANOS, &self.actors, journal);
+        self.planner.plan(&self.stamp, DELTA_NANOS, &self.actors, journal);
         self.advance();
     }
 
     /// Everything but planning.
     pub(super) fn advance(&mut self) {
         self.watch_lines();
-        for control in self.mind.controls() {
+        for control in self.planner.controls() {
             self.cars[control.actor_id.0 as usize - 1].step(control);
         }
-        for light in self.mind.lights() {
+        for light in self.planner.lights() {
             let index = light.actor_id.0 as usize - 1 - self.cars.len();
             self.lights[index].1 = light.phase;
         }
@@ -171,11 +171,11 @@ impl Course {
 
     /// Notes who passes the line before a light, and what the light shows.
     fn watch_lines(&mut self) {
-        let (tracks, approaches) = (&self.mind.map.tracks, &self.mind.map.approaches);
-        for outlook in self.mind.outlooks() {
+        let (tracks, approaches) = (&self.planner.map.tracks, &self.planner.map.approaches);
+        for outlook in self.planner.outlooks() {
             let car = outlook.actor_id.0 as usize - 1;
-            let row = self.mind.memory.rows.id.binary_search(&outlook.actor_id.0).unwrap();
-            let lanes = self.mind.memory.rows.route[row].lanes();
+            let row = self.planner.memory.rows.id.binary_search(&outlook.actor_id.0).unwrap();
+            let lanes = self.planner.memory.rows.route[row].lanes();
             let mut begins = -outlook.along_m - CAR.front_m;
             let mut next = None;
             for &lane in lanes {
@@ -213,9 +213,9 @@ impl Course {
         }
     }
 
-    /// The OpenDRIVE id of the road that a vehicle's mind follows.
+    /// The OpenDRIVE id of the road that a vehicle's planner follows.
     pub(super) fn road_of(&self, car: usize) -> String {
-        let outlook = self.mind.outlooks().nth(car).expect("it is on a road");
+        let outlook = self.planner.outlooks().nth(car).expect("it is on a road");
         let road = self.network.lane(LaneIndex(outlook.lane.0)).road;
         self.network.roads()[road as usize].id.clone()
     }

@@ -105,8 +105,8 @@ fn who_leans_is_not_steered_harder_than_it_can_lean() {
     let off = Car { position: Vec3::new(50.0, -4.75, 0.0), speed: 15.0, ..Car::default() };
     let mut course = Course::with_cars(maps::straight(1000.0), 1, vec![off]);
     course.actors[0].blueprint = blueprint;
-    course.mind.plan(&course.stamp, 50_000_000, &course.actors, &[]);
-    let steer = course.mind.controls()[0].steer;
+    course.planner.plan(&course.stamp, 50_000_000, &course.actors, &[]);
+    let steer = course.planner.controls()[0].steer;
     // At that speed full lock is a sixth less than standing.
     let wheels_rad = steer * 0.6 * 0.84;
     let sideways_mps2 = 15.0f32.powi(2) * wheels_rad.tan() / scooter.wheelbase_m;

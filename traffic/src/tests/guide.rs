@@ -1,24 +1,25 @@
 //! Where clients say that vehicles go is where they go.
 
 use bus::{
-    ActorId, Command, Guide, GuideStep, JournalEntry, Name, Outcome, Wish, dial, guide, lamp,
+    ActorId, Command, JournalEntry, Name, Outcome, RawCommand, RouteCommand, RouteStep, guide,
+    lamp, param,
 };
 use glam::{Vec2, Vec3};
 use road::{LaneIndex, LaneTypes};
 
 use super::course::{Course, DELTA_NANOS};
 use super::maps;
-use crate::Mind;
+use crate::Planner;
 
 /// Lines of the journal that tell the only car where to go.
-fn told(steps: &[GuideStep]) -> Vec<JournalEntry> {
-    let line = |guide: Guide| JournalEntry {
+fn told(steps: &[RouteStep]) -> Vec<JournalEntry> {
+    let line = |guide: RouteCommand| JournalEntry {
         client: Name::new("test"),
         sequence: 1,
-        command: Command::from(Wish::Guide(guide)),
+        command: RawCommand::from(Command::RouteCommand(guide)),
         outcome: Outcome::done(0),
     };
-    Guide::way(ActorId(1), steps).into_iter().map(line).collect()
+    RouteCommand::way(ActorId(1), steps).into_iter().map(line).collect()
 }
 
 /// One car of a town, on the `nth` of its spawn points.
@@ -39,7 +40,7 @@ fn turned(course: &mut Course, first: &[JournalEntry], junctions: usize) -> Vec<
     let (mut all, mut into) = (Vec::new(), None);
     for tick in 0..20 * 600 {
         course.tick_with(if tick == 0 { first } else { &[] });
-        let lane = course.mind.outlooks().next().expect("it is on a road").lane;
+        let lane = course.planner.outlooks().next().expect("it is on a road").lane;
         let yaw = course.cars[0].yaw;
         match (into, course.network.lane(LaneIndex(lane.0)).junction) {
             (None, Some(_)) => into = Some(yaw),
@@ -65,8 +66,8 @@ fn a_turn_is_taken_wherever_the_junction_offers_it() {
             let lane =
                 course.network.nearest(course.cars[0].position.as_dvec3(), LaneTypes::DRIVABLE);
             let from = lane.expect("a spawn point").lane.0;
-            let offered = crate::guide::offers(kind, from, &course.mind.map.tracks);
-            let way = turned(&mut course, &told(&[GuideStep::turn(kind)]), 1);
+            let offered = crate::guide::offers(kind, from, &course.planner.map.tracks);
+            let way = turned(&mut course, &told(&[RouteStep::turn(kind)]), 1);
             assert_eq!(way.len(), 1, "spawn point {}: no junction in ten minutes", 7 * nth);
             if offered {
                 assert!(way[0] * side > 0.5, "spawn point {}: {} rad", 7 * nth, way[0]);
@@ -82,13 +83,13 @@ fn who_turns_indicates_it_before() {
     let (mut left, mut right) = (0, 0);
     for nth in 0..12 {
         let mut course = alone(7 * nth, 5);
-        let dial = super::dials::turned(dial::LAMPS, 1.0);
-        let steps = [guide::LEFT, guide::RIGHT, guide::LEFT].map(GuideStep::turn);
-        let mut lines = [vec![dial], told(&steps)].concat();
+        let lamps = super::params::turned(param::LAMPS, 1.0);
+        let steps = [guide::LEFT, guide::RIGHT, guide::LEFT].map(RouteStep::turn);
+        let mut lines = [vec![lamps], told(&steps)].concat();
         let (mut shown, mut into) = (0, None);
         for _ in 0..20 * 240 {
             course.tick_with(&std::mem::take(&mut lines));
-            let lane = course.mind.outlooks().next().expect("it is on a road").lane;
+            let lane = course.planner.outlooks().next().expect("it is on a road").lane;
             let yaw = course.cars[0].yaw;
             match (into, course.network.lane(LaneIndex(lane.0)).junction) {
                 (None, Some(_)) => into = Some((yaw, shown)),
@@ -104,7 +105,7 @@ fn who_turns_indicates_it_before() {
                 }
                 _ => {}
             }
-            shown = course.mind.controls()[0].lamps;
+            shown = course.planner.controls()[0].lamps;
         }
     }
     assert!(left > 10 && right > 10, "{left} and {right} turns");
@@ -116,7 +117,7 @@ fn turns_are_taken_one_after_the_other() {
     let mut rounds = 0;
     for nth in 0..12 {
         let mut course = alone(11 * nth, 3);
-        let ways = turned(&mut course, &told(&[GuideStep::turn(guide::RIGHT); 4]), 4);
+        let ways = turned(&mut course, &told(&[RouteStep::turn(guide::RIGHT); 4]), 4);
         rounds += u32::from(ways.len() == 4 && ways.iter().all(|&way| way < -0.5));
     }
     assert!(rounds >= 3, "{rounds} of 12 came round the block");
@@ -151,7 +152,7 @@ fn places_are_come_by_in_their_order() {
             .map(|k| points[(13 * nth + 29 * k) % points.len()])
             .map(|point| course.network.place(point).position.as_vec3())
             .collect();
-        let steps: Vec<GuideStep> = places.iter().map(|&at| GuideStep::place(at)).collect();
+        let steps: Vec<RouteStep> = places.iter().map(|&at| RouteStep::place(at)).collect();
         let nearest = passed(&mut course, &places, &told(&steps));
         // From the lane beside at most, where there was no room to change.
         assert!(nearest.iter().all(|&m| m < 4.0), "spawn point {}: {nearest:?}", 13 * nth);
@@ -163,22 +164,22 @@ fn places_are_come_by_in_their_order() {
 #[test]
 fn a_mind_that_is_restored_on_the_way_goes_on_the_same_way() {
     let mut course = alone(0, 9);
-    let steps = [guide::LEFT, guide::RIGHT, guide::STRAIGHT, guide::LEFT].map(GuideStep::turn);
+    let steps = [guide::LEFT, guide::RIGHT, guide::STRAIGHT, guide::LEFT].map(RouteStep::turn);
     course.tick_with(&told(&steps));
     (0..300).for_each(|_| course.tick());
-    let mut second = Mind::new(course.network.clone(), 1);
-    second.restore(&course.mind.save()).expect("its own bytes");
+    let mut second = Planner::new(course.network.clone(), 1);
+    second.restore(&course.planner.save()).expect("its own bytes");
     let blind = {
-        let mut bytes = course.mind.save();
+        let mut bytes = course.planner.save();
         let end = bytes.len() - 4;
         bytes.truncate(end);
-        Mind::new(course.network.clone(), 1).restore(&bytes)
+        Planner::new(course.network.clone(), 1).restore(&bytes)
     };
     assert!(blind.is_err(), "a guide that is cut off");
     for _ in 0..1200 {
-        course.mind.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
+        course.planner.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
         second.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
-        assert!(course.mind.save() == second.save());
+        assert!(course.planner.save() == second.save());
         course.advance();
     }
 }
@@ -187,12 +188,12 @@ fn a_mind_that_is_restored_on_the_way_goes_on_the_same_way() {
 fn who_is_told_nothing_more_goes_where_it_likes() {
     let mut free = alone(5, 2);
     let mut course = alone(5, 2);
-    let way = told(&[GuideStep::turn(guide::LEFT); 20]);
+    let way = told(&[RouteStep::turn(guide::LEFT); 20]);
     course.tick_with(&[way, told(&[])].concat());
     free.tick();
     for _ in 0..400 {
         course.tick();
         free.tick();
     }
-    assert!(course.mind.save() == free.mind.save(), "as if nothing had been said");
+    assert!(course.planner.save() == free.planner.save(), "as if nothing had been said");
 }

@@ -1,11 +1,11 @@
 //! Lights, and who goes first where there are none.
 
-use bus::{dial, light};
+use bus::{light, param};
 use glam::Vec3;
 
 use super::course::{Car, Course};
-use super::dials::turned;
 use super::maps;
+use super::params::turned;
 
 #[test]
 fn nobody_passes_a_red_light() {
@@ -22,7 +22,7 @@ fn nobody_passes_a_red_light() {
 #[test]
 fn who_is_told_to_ignore_lights_passes_red_ones() {
     let mut course = Course::new(maps::town(), 2, 30);
-    course.tick_with(&[turned(dial::IGNORE_LIGHTS, 1.0)]);
+    course.tick_with(&[turned(param::IGNORE_LIGHTS, 1.0)]);
     for _ in 0..20 * 60 {
         course.tick();
     }
@@ -104,5 +104,5 @@ fn stops_at_sign(told: &[bus::JournalEntry]) -> bool {
 #[test]
 fn who_is_told_to_ignore_signs_does_not_stop_at_one() {
     assert!(stops_at_sign(&[]));
-    assert!(!stops_at_sign(&[turned(dial::IGNORE_SIGNS, 1.0)]));
+    assert!(!stops_at_sign(&[turned(param::IGNORE_SIGNS, 1.0)]));
 }

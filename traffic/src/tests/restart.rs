@@ -1,14 +1,14 @@
-//! A mind is a function of what it was shown: the same bits, in every life.
+//! A planner is a function of what it was shown: the same bits, in every life.
 
 use super::course::{Course, DELTA_NANOS};
 use super::maps;
-use crate::{Mind, MindError};
+use crate::{MindError, Planner};
 
-/// Everything that a mind decided, and all that it remembers.
-fn bytes(mind: &Mind) -> Vec<u8> {
-    let mut bytes = bytemuck::cast_slice(mind.controls()).to_vec();
-    bytes.extend_from_slice(bytemuck::cast_slice(mind.lights()));
-    bytes.extend(mind.save());
+/// Everything that a planner decided, and all that it remembers.
+fn bytes(planner: &Planner) -> Vec<u8> {
+    let mut bytes = bytemuck::cast_slice(planner.controls()).to_vec();
+    bytes.extend_from_slice(bytemuck::cast_slice(planner.lights()));
+    bytes.extend(planner.save());
     bytes
 }
 
@@ -18,7 +18,7 @@ fn run(seed: u64, ticks: usize) -> Vec<Vec<u8>> {
     (0..ticks)
         .map(|_| {
             course.tick();
-            bytemuck::cast_slice(course.mind.controls()).to_vec()
+            bytemuck::cast_slice(course.planner.controls()).to_vec()
         })
         .collect()
 }
@@ -38,12 +38,12 @@ fn a_restored_mind_goes_on_as_if_nothing_had_happened() {
         for _ in 0..lost_at {
             course.tick();
         }
-        let mut second = Mind::new(course.network.clone(), 999);
-        second.restore(&course.mind.save()).unwrap();
+        let mut second = Planner::new(course.network.clone(), 999);
+        second.restore(&course.planner.save()).unwrap();
         for tick in 0..400 {
-            course.mind.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
+            course.planner.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
             second.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
-            assert!(bytes(&course.mind) == bytes(&second), "{tick} ticks after {lost_at}");
+            assert!(bytes(&course.planner) == bytes(&second), "{tick} ticks after {lost_at}");
             course.advance();
         }
     }
@@ -52,15 +52,15 @@ fn a_restored_mind_goes_on_as_if_nothing_had_happened() {
 #[test]
 fn the_order_of_actors_does_not_matter() {
     let mut course = Course::new(maps::town(), 4, 30);
-    let mut second = Mind::new(course.network.clone(), 4);
+    let mut second = Planner::new(course.network.clone(), 4);
     for tick in 0..400 {
         let mut shuffled = course.actors.clone();
         shuffled.reverse();
         let middle = tick % shuffled.len();
         shuffled.rotate_left(middle);
-        course.mind.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
+        course.planner.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
         second.plan(&course.stamp, DELTA_NANOS, &shuffled, &[]);
-        assert!(bytes(&course.mind) == bytes(&second), "tick {tick}");
+        assert!(bytes(&course.planner) == bytes(&second), "tick {tick}");
         course.advance();
     }
 }
@@ -71,14 +71,14 @@ fn what_is_no_mind_of_this_map_is_refused_and_changes_nothing() {
     for _ in 0..50 {
         course.tick();
     }
-    let saved = course.mind.save();
-    let mut other = Mind::new(maps::straight(500.0), 1);
+    let saved = course.planner.save();
+    let mut other = Planner::new(maps::straight(500.0), 1);
     assert!(matches!(other.restore(&saved), Err(MindError::OtherMap { what: "lanes", .. })));
     let cut = &saved[..saved.len() - 1];
-    assert!(matches!(course.mind.restore(cut), Err(MindError::Shape { .. })));
-    assert!(matches!(course.mind.restore(&[]), Err(MindError::Shape { found: 0, .. })));
+    assert!(matches!(course.planner.restore(cut), Err(MindError::Shape { .. })));
+    assert!(matches!(course.planner.restore(&[]), Err(MindError::Shape { found: 0, .. })));
     let mut bent = saved.clone();
     bent[0] ^= 1;
-    assert!(matches!(course.mind.restore(&bent), Err(MindError::Shape { .. })));
-    assert_eq!(course.mind.save(), saved);
+    assert!(matches!(course.planner.restore(&bent), Err(MindError::Shape { .. })));
+    assert_eq!(course.planner.save(), saved);
 }

@@ -1,6 +1,6 @@
 //! Actors come and go.
 
-use client_lib::{ActorId, Autopilot, Pose, Spawn, Wish};
+use client_lib::{ActorId, Autopilot, Command, Pose, Spawn};
 
 use super::Call;
 use crate::{
@@ -109,9 +109,9 @@ impl Bridge {
             spawn = spawn.kinematic();
         }
         if description.get("is_invincible") == Some("false") {
-            spawn = spawn.frail();
+            spawn = spawn.ragdoll_on_hit();
         }
-        let id = self.request_one("spawn", spawn.wish()).map_err(spawn_refusal)?;
+        let id = self.request_one("spawn", spawn.decode()).map_err(spawn_refusal)?;
         let infos = self.client.blueprints();
         if let Some(info) = infos.iter().find(|info| info.id == description.id) {
             self.cast.add(id, description, info);
@@ -127,13 +127,13 @@ impl Bridge {
         }
         if !Cast::is_own(id) {
             let not_found = |_| Refusal::from("unable to destroy actor: not found");
-            self.request_one("destroy", Wish::Destroy(ActorId(id))).map_err(not_found)?;
+            self.request_one("destroy", Command::Destroy(ActorId(id))).map_err(not_found)?;
         } else if !self.cast.own.contains_key(&id) {
             return Err("unable to destroy actor: not found".into());
         }
         for own in self.cast.remove(id) {
-            if let Some(rig) = own.sensor.and_then(|sensor| sensor.rig) {
-                self.drop_rig(rig);
+            if let Some(bundle) = own.sensor.and_then(|sensor| sensor.bundle) {
+                self.drop_rig(bundle);
             }
         }
         Ok(())
@@ -141,8 +141,8 @@ impl Bridge {
 
     /// Lets traffic drive a vehicle, or its client.
     pub(crate) fn set_autopilot(&mut self, id: u32, on: bool) -> Result<(), Refusal> {
-        let wish = Wish::Autopilot(Autopilot { actor_id: ActorId(id), on: on.into() });
-        self.request_one("autopilot", wish).map(drop)
+        let command = Command::Autopilot(Autopilot { actor_id: ActorId(id), on: on.into() });
+        self.request_one("autopilot", command).map(drop)
     }
 }
 

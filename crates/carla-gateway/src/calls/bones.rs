@@ -1,6 +1,6 @@
 //! Bones of walkers, and the parts of vehicles that move, as clients see them.
 
-use client_lib::{ActorId, ActorState, BlendPose, Pose, Wish, bone, bone_wishes, flag, kind};
+use client_lib::{ActorId, ActorState, BlendPose, Command, Pose, bone, bone_commands, flag, kind};
 use glam::{Affine3A, Quat, Vec3};
 use town::{Blueprint, Given, Kind, Posture};
 
@@ -71,7 +71,7 @@ pub(super) fn set(call: &mut Call) -> Result<(), Refusal> {
         let number = bone(name).ok_or_else(|| format!("walkers have no bone {name:?}"))?;
         bones.push((number, transform(&mut one)?));
     }
-    bone_wishes(ActorId(id), &bones).into_iter().for_each(|wish| call.bridge.wish(wish));
+    bone_commands(ActorId(id), &bones).into_iter().for_each(|command| call.bridge.command(command));
     Ok(())
 }
 
@@ -82,7 +82,7 @@ pub(super) fn blend(call: &mut Call) -> Result<(), Refusal> {
     if !(0.0..=1.0).contains(&share) {
         return Err(format!("blend is {share}, not 0 to 1").into());
     }
-    call.bridge.wish(Wish::BlendPose(BlendPose { actor_id: ActorId(id), share }));
+    call.bridge.command(Command::BlendPose(BlendPose { actor_id: ActorId(id), share }));
     Ok(())
 }
 
@@ -94,7 +94,7 @@ pub(super) fn keep(call: &mut Call) -> Result<(), Refusal> {
     let held = skeleton.parent_from_bones(&posture_of(blueprint, &state, None));
     let bones: Vec<_> =
         held.iter().zip(0..).map(|((at, turn), bone)| (bone, Pose::new(*at, *turn))).collect();
-    bone_wishes(ActorId(id), &bones).into_iter().for_each(|wish| call.bridge.wish(wish));
+    bone_commands(ActorId(id), &bones).into_iter().for_each(|command| call.bridge.command(command));
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! What clients draw over the world.
 
-use client_lib::{Erase, Shape, Wish, carla_axes::CarlaTransform, shape};
+use client_lib::{Command, EraseShapes, Shape, carla_axes::CarlaTransform, shape};
 
 use super::Call;
 use crate::{
@@ -34,7 +34,7 @@ pub(super) fn draw(call: &mut Call) -> Result<(), Refusal> {
     };
     let drawn = Shape { color: u32::from_le_bytes(color), life_nanos, ..drawn };
     drawn.check()?;
-    call.bridge.wish(Wish::Draw(drawn));
+    call.bridge.command(Command::Draw(drawn));
     Ok(())
 }
 
@@ -77,11 +77,11 @@ fn primitive(kind: u32, mut fields: Args) -> Result<Option<Shape>, Refusal> {
 }
 
 pub(super) fn clear_shapes(call: &mut Call) -> Result<(), Refusal> {
-    call.bridge.wish(Wish::Erase(Erase { shapes: 1, texts: 0 }));
+    call.bridge.command(Command::EraseShapes(EraseShapes { shapes: 1, texts: 0 }));
     Ok(())
 }
 
 pub(super) fn clear_texts(call: &mut Call) -> Result<(), Refusal> {
-    call.bridge.wish(Wish::Erase(Erase { shapes: 0, texts: 1 }));
+    call.bridge.command(Command::EraseShapes(EraseShapes { shapes: 0, texts: 1 }));
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use client_lib::Wish;
+use client_lib::Command;
 
 use super::{
     Call,
@@ -140,7 +140,7 @@ fn change(call: &mut Call, wanted: EpisodeSettings) -> Result<(), Refusal> {
         if wanted.is_synchronous {
             call.bridge.client.take_tick()?;
         }
-        call.bridge.request_one("settings", Wish::SetSettings(settings))?;
+        call.bridge.request_one("settings", Command::SetSettings(settings))?;
     }
     call.bridge.settings = wanted;
     Ok(())
@@ -154,9 +154,9 @@ pub(super) fn weather(call: &mut Call) -> Result<(), Refusal> {
 pub(super) fn set_weather(call: &mut Call) -> Result<(), Refusal> {
     let weather = CarlaWeather::read(&mut call.args)?;
     let bus = weather.to_bus();
-    call.bridge.wish(Wish::SetWeather(bus));
-    if let Some(wishes) = call.bridge.street.see(bus.sun_altitude_rad < 0.0) {
-        light_up(call, wishes);
+    call.bridge.command(Command::SetWeather(bus));
+    if let Some(commands) = call.bridge.street.see(bus.sun_altitude_rad < 0.0) {
+        light_up(call, commands);
     }
     call.bridge.weather = weather;
     Ok(())

@@ -1,6 +1,6 @@
 //! Actors are put somewhere, pushed, or told to walk.
 
-use client_lib::{ActorId, ActorState, Pose, SetPhysics, SetVelocity, Teleport, Wish};
+use client_lib::{ActorId, ActorState, Command, Pose, SetPhysics, SetVelocity, Teleport};
 use glam::Vec3;
 
 use super::{Call, actors::unknown};
@@ -67,8 +67,8 @@ impl Bridge {
         if Cast::is_own(id) {
             return Ok(());
         }
-        let wish = Wish::SetPhysics(SetPhysics { actor_id: ActorId(id), on: on.into() });
-        self.request_one("physics", wish).map(drop)
+        let command = Command::SetPhysics(SetPhysics { actor_id: ActorId(id), on: on.into() });
+        self.request_one("physics", command).map(drop)
     }
 
     /// The blueprint of an actor.
@@ -96,14 +96,14 @@ impl Bridge {
             if !self.is_there(id) {
                 return Err(unknown("set_actor_transform", id));
             }
-            self.wish(Wish::Teleport(Teleport { actor_id: ActorId(id), pose }));
+            self.command(Command::Teleport(Teleport { actor_id: ActorId(id), pose }));
             return Ok(());
         }
         let own = self.cast.own_mut(id)?;
         own.pose = pose;
-        // Where it measures from is said when a rig is made.
-        if let Some(rig) = own.sensor.as_mut().and_then(|sensor| sensor.rig.take()) {
-            self.drop_rig(rig);
+        // Where it measures from is said when a bundle is made.
+        if let Some(bundle) = own.sensor.as_mut().and_then(|sensor| sensor.bundle.take()) {
+            self.drop_rig(bundle);
             self.make_rig(id)?;
         }
         Ok(())
@@ -132,7 +132,7 @@ impl Bridge {
         if !self.is_there(id) {
             return Err(unknown("set_actor_target_velocity", id));
         }
-        self.wish(Wish::SetVelocity(SetVelocity {
+        self.command(Command::SetVelocity(SetVelocity {
             actor_id: ActorId(id),
             velocity_mps: velocity.to_array(),
             angular_velocity_radps: turn.to_array(),
@@ -148,9 +148,9 @@ impl Bridge {
             return Err(unknown("apply_control_to_walker", id));
         }
         if control.bool()? {
-            self.wish(Wish::Jump(ActorId(id)));
+            self.command(Command::Jump(ActorId(id)));
         }
-        self.wish(Wish::SetVelocity(SetVelocity {
+        self.command(Command::SetVelocity(SetVelocity {
             actor_id: ActorId(id),
             velocity_mps: velocity.to_array(),
             angular_velocity_radps: [0.0; 3],

@@ -5,8 +5,8 @@
 //! the clutch carries at 50 rad/s of slip.
 
 use client_lib::{
-    AckermannControl, AckermannSettings, ActorId, Curve, Gear, Push, Switch, VehiclePhysics,
-    VehicleWheel, Wish,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, Command, Curve, Gear, Switch,
+    VehiclePhysics, VehicleWheel,
 };
 use glam::Vec3;
 
@@ -120,7 +120,7 @@ pub(super) fn set_ackermann_settings(call: &mut Call) -> Result<(), Refusal> {
     let mut gains = call.args.list()?;
     let mut three = || Ok::<_, Refusal>([gains.f32()?, gains.f32()?, gains.f32()?]);
     let settings = AckermannSettings { actor_id, speed: three()?, acceleration: three()? };
-    call.bridge.request_one("Ackermann settings", Wish::SetAckermann(settings)).map(drop)
+    call.bridge.request_one("Ackermann settings", Command::SetAckermann(settings)).map(drop)
 }
 
 pub(super) fn impulse(call: &mut Call) -> Result<(), Refusal> {
@@ -168,7 +168,7 @@ pub(super) fn collisions(call: &mut Call) -> Result<(), Refusal> {
         return Ok(());
     }
     let switch = Switch { actor_id: ActorId(id), on: on.into() };
-    call.bridge.request_one("collisions", Wish::SetCollisions(switch)).map(drop)
+    call.bridge.request_one("collisions", Command::SetCollisions(switch)).map(drop)
 }
 
 fn pairs(args: &mut Args, what: &str, scale: f32) -> Result<Curve, Refusal> {
@@ -188,9 +188,9 @@ impl Bridge {
         Ok(self.client.vehicle_physics(ActorId(id))?)
     }
 
-    /// What was wished before is carried out.
+    /// What was requested before is carried out.
     fn settle(&mut self) -> Result<(), Refusal> {
-        self.request("wishes", &[]).map(drop)
+        self.request("commands", &[]).map(drop)
     }
 
     /// A `VehiclePhysicsControl` for a vehicle.
@@ -242,7 +242,7 @@ impl Bridge {
         }
         physics.body.sweep = f.bool()?.into();
         physics.check()?;
-        let outcomes = self.request("physics control", &physics.wishes(ActorId(id)))?;
+        let outcomes = self.request("physics control", &physics.commands(ActorId(id)))?;
         outcomes
             .iter()
             .try_for_each(|entry| entry.outcome.result().map(drop).map_err(Refusal::from))
@@ -260,7 +260,7 @@ impl Bridge {
             acceleration_mps2: f.f32()?,
             jerk_mps3: f.f32()?,
         };
-        self.request_one("Ackermann control", Wish::Ackermann(control)).map(drop)
+        self.request_one("Ackermann control", Command::Ackermann(control)).map(drop)
     }
 
     /// Newton seconds, or newtons for the next frame.
@@ -271,22 +271,22 @@ impl Bridge {
         linear: Vec3,
         at: Option<Vec3>,
     ) -> Result<(), Refusal> {
-        let push = Push {
+        let push = ApplyForce {
             actor_id: ActorId(id),
             lasts,
             linear: linear.to_array(),
-            has_place: at.is_some().into(),
+            has_point: at.is_some().into(),
             at_m: at.unwrap_or_default().to_array(),
-            ..Push::default()
+            ..ApplyForce::default()
         };
-        self.request_one("push", Wish::Push(push)).map(drop)
+        self.request_one("push", Command::ApplyForce(push)).map(drop)
     }
 
     /// Newton metre seconds, or newton metres for the next frame, in CARLA's axes.
     pub(crate) fn twist(&mut self, id: u32, lasts: u32, angular: [f32; 3]) -> Result<(), Refusal> {
         let angular = flip_turn(angular);
-        let push = Push { actor_id: ActorId(id), lasts, angular, ..Push::default() };
-        self.request_one("twist", Wish::Push(push)).map(drop)
+        let push = ApplyForce { actor_id: ActorId(id), lasts, angular, ..ApplyForce::default() };
+        self.request_one("twist", Command::ApplyForce(push)).map(drop)
     }
 
     /// Lets an actor fall, or not.
@@ -295,6 +295,6 @@ impl Bridge {
             return Ok(());
         }
         let switch = Switch { actor_id: ActorId(id), on: on.into() };
-        self.request_one("gravity", Wish::SetGravity(switch)).map(drop)
+        self.request_one("gravity", Command::SetGravity(switch)).map(drop)
     }
 }

@@ -57,8 +57,8 @@ pub(super) fn set_state(call: &mut Call) -> Result<(), Refusal> {
 
 pub(super) fn freeze_all(call: &mut Call) -> Result<(), Refusal> {
     let on = call.args.bool()?;
-    let wishes = call.bridge.lights.freeze(on);
-    wishes.into_iter().for_each(|wish| call.bridge.wish(wish));
+    let commands = call.bridge.lights.freeze(on);
+    commands.into_iter().for_each(|command| call.bridge.command(command));
     Ok(())
 }
 
@@ -82,8 +82,8 @@ pub(super) fn reset_group(call: &mut Call) -> Result<(), Refusal> {
 }
 
 fn reset(call: &mut Call, ids: &[u32]) {
-    let wishes = call.bridge.lights.reset(ids);
-    wishes.into_iter().for_each(|wish| call.bridge.wish(wish));
+    let commands = call.bridge.lights.reset(ids);
+    commands.into_iter().for_each(|command| call.bridge.command(command));
 }
 
 impl Bridge {
@@ -92,11 +92,11 @@ impl Bridge {
         if state > 3 {
             return Err(format!("a traffic light has no state {state}").into());
         }
-        let wishes = self.lights.switch(id, state, self.client.world());
-        if wishes.is_empty() {
+        let commands = self.lights.switch(id, state, self.client.world());
+        if commands.is_empty() {
             return Err("Actor is not a traffic light".into());
         }
-        wishes.into_iter().for_each(|wish| self.wish(wish));
+        commands.into_iter().for_each(|command| self.command(command));
         Ok(())
     }
 }

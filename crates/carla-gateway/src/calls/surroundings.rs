@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use client_lib::{HideLayers, Wish, hide_objects, layer};
+use client_lib::{Command, HideLayers, hide_objects, layer};
 use glam::Vec3;
 
 use super::Call;
@@ -62,8 +62,8 @@ pub(super) fn enable(call: &mut Call) -> Result<(), Refusal> {
     let count = call.bridge.statics.town().objects.len() as i64;
     let known = numbers.into_iter().filter(|number| (1..=count).contains(number));
     let known: Vec<u32> = known.map(|number| number as u32).collect();
-    for wish in hide_objects(&known, !is_there) {
-        call.bridge.wish(wish);
+    for command in hide_objects(&known, !is_there) {
+        call.bridge.command(command);
     }
     Ok(())
 }
@@ -92,7 +92,7 @@ pub(super) fn our_layers(asked: u32) -> u32 {
 
 fn switch_layers(call: &mut Call, hidden: bool) -> Result<(), Refusal> {
     let layers = our_layers(call.args.u32()?);
-    call.bridge.wish(Wish::HideLayers(HideLayers { layers, hidden: hidden.into() }));
+    call.bridge.command(Command::HideLayers(HideLayers { layers, hidden: hidden.into() }));
     Ok(())
 }
 
@@ -121,8 +121,8 @@ pub(super) fn switch_lamps(call: &mut Call) -> Result<(), Refusal> {
     call.args.text()?;
     let mut states = call.args.list()?;
     let statics = Arc::clone(&call.bridge.statics);
-    let wishes = call.bridge.street.take(&statics.town().lamps, &mut states)?;
-    light_up(call, wishes);
+    let commands = call.bridge.street.take(&statics.town().lamps, &mut states)?;
+    light_up(call, commands);
     Ok(())
 }
 
@@ -130,14 +130,14 @@ pub(super) fn follow_day(call: &mut Call) -> Result<(), Refusal> {
     call.args.text()?;
     let on = call.args.bool()?;
     let statics = Arc::clone(&call.bridge.statics);
-    let wishes = call.bridge.street.follow_day(on, &statics.town().lamps);
-    light_up(call, wishes);
+    let commands = call.bridge.street.follow_day(on, &statics.town().lamps);
+    light_up(call, commands);
     Ok(())
 }
 
 /// Everybody asks again what lamps are like.
-pub(super) fn light_up(call: &mut Call, wishes: Vec<Wish>) {
-    wishes.into_iter().for_each(|wish| call.bridge.wish(wish));
+pub(super) fn light_up(call: &mut Call, commands: Vec<Command>) {
+    commands.into_iter().for_each(|command| call.bridge.command(command));
     call.bridge.has_new_lights = true;
 }
 

@@ -1,6 +1,6 @@
 //! Vehicles: pedals, lamps, and what they are built like.
 
-use client_lib::{ActorId, SetDoors, SetLamps, VehicleControl, Wish, flag, kind};
+use client_lib::{ActorId, Command, SetDoors, SetVehicleLights, VehicleControl, flag, kind};
 
 use super::{Call, actors::unknown};
 use crate::{
@@ -80,8 +80,8 @@ fn move_doors(call: &mut Call, open: bool) -> Result<(), Refusal> {
     let before = call.bridge.doors.get(&id).copied().unwrap_or(state.doors);
     let doors = if open { before | meant } else { before & !meant };
     call.bridge.doors.insert(id, doors);
-    let wish = Wish::SetDoors(SetDoors { actor_id: ActorId(id), open: doors });
-    call.bridge.request_one("doors", wish).map(drop)
+    let command = Command::SetDoors(SetDoors { actor_id: ActorId(id), open: doors });
+    call.bridge.request_one("doors", command).map(drop)
 }
 
 /// Degrees, positive to the right.
@@ -104,8 +104,8 @@ impl Bridge {
     /// Switches the lamps of a vehicle.
     pub(crate) fn set_lamps(&mut self, id: u32, lamps: u32) -> Result<(), Refusal> {
         self.lamps.insert(id, (lamps, 0));
-        let wish = Wish::SetLamps(SetLamps { actor_id: ActorId(id), lamps });
-        self.request_one("lamps", wish).map(drop)
+        let command = Command::SetVehicleLights(SetVehicleLights { actor_id: ActorId(id), lamps });
+        self.request_one("lamps", command).map(drop)
     }
 
     /// Pedals of a vehicle that is there.

@@ -80,7 +80,8 @@ impl Showing {
         for light in &frame.lights {
             if let Some(state) = there.get_mut(&light.id) {
                 state.phase = light.state.into();
-                state.flags = state.flags & !flag::HELD | if light.frozen { flag::HELD } else { 0 };
+                state.flags =
+                    state.flags & !flag::FROZEN | if light.frozen { flag::FROZEN } else { 0 };
             }
         }
         for pedals in &frame.pedals {

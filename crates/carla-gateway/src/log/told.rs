@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use ::record::{Moment, Recording};
-use client_lib::{ActorId, ActorState, Wish, carla_axes::CarlaTransform, flag, kind};
+use client_lib::{ActorId, ActorState, Command, carla_axes::CarlaTransform, flag, kind};
 
 use super::{Created, Frame, Light, Motion, Pedals, Place, Touch};
 
@@ -50,7 +50,7 @@ impl Telling {
         let elapsed_s = if number == 0 { 0.0 } else { elapsed_s + duration_s };
         self.frame = Frame { number: number + 1, duration_s, elapsed_s, ..Frame::default() };
         for entry in moment.journal.iter().filter(|e| e.outcome.result().is_ok()) {
-            if let Some(Wish::Spawn(spawn)) = entry.command.wish()
+            if let Some(Command::Spawn(spawn)) = entry.command.decode()
                 && !spawn.role.as_str().is_empty()
             {
                 self.roles.insert(ActorId(entry.outcome.id), spawn.role.to_string());
@@ -114,7 +114,7 @@ impl Telling {
             }
             frame.lights.push(Light {
                 id: id.0,
-                frozen: state.has(flag::HELD),
+                frozen: state.has(flag::FROZEN),
                 elapsed_s: (frame.elapsed_s - since.1) as f32,
                 state: state.phase as u8,
             });

@@ -9,7 +9,7 @@ use bus::{
 };
 use glam::{Quat, vec3};
 use mesh::{Face, Material, Mesh, Tag};
-use sensor_render::{Device, RigJob, Scene, Tracer, World, pose_planes};
+use sensor_render::{BundleJob, Device, Scene, Tracer, World, pose_planes};
 use town::{Blueprint, Kind};
 
 use super::kind_name;
@@ -121,8 +121,12 @@ impl Studio {
         pose_planes(&mut planes, &sensors, &Pose::IDENTITY);
         let mut words = vec![[0u64; 8]; byte_len as usize / 64];
         let bytes = bytemuck::cast_slice_mut(&mut words);
-        let mut jobs =
-            [RigJob { parent: bus::ActorId::NONE, sensors: &sensors, planes: &planes, out: bytes }];
+        let mut jobs = [BundleJob {
+            parent: bus::ActorId::NONE,
+            sensors: &sensors,
+            planes: &planes,
+            out: bytes,
+        }];
         self.tracer.measure(&self.scene, &self.world, &mut jobs)?;
         let bytes: &[u8] = bytemuck::cast_slice(&words);
         let pixels = &bytes[planes[0].offset as usize..][..planes[0].byte_len as usize];

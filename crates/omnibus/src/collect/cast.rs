@@ -1,6 +1,6 @@
 //! Who takes part: the ego and the traffic around it, chosen by the seed.
 
-use bus::{ActorId, Name, Pose, Spawn, Wish, flag, status};
+use bus::{ActorId, Command, Name, Pose, Spawn, flag, status};
 use client_lib::Client;
 
 use super::{CollectError, record::Cast};
@@ -71,7 +71,7 @@ pub(crate) fn assemble(
             role: Name::new("hero"),
             ..Spawn::default()
         };
-        let outcomes = client.try_request("spawn", &[Wish::Spawn(ego)])?;
+        let outcomes = client.try_request("spawn", &[Command::Spawn(ego)])?;
         match outcomes[0].outcome.result() {
             Ok(id) => cast.ego_actor_id = ActorId(id).0,
             Err(refusal) => {
@@ -84,9 +84,9 @@ pub(crate) fn assemble(
     while cast.vehicles_spawned < vehicles && !places.is_empty() {
         let wanted = (vehicles - cast.vehicles_spawned) as usize;
         let batch: Vec<_> = places.drain(places.len().saturating_sub(wanted)..).rev().collect();
-        let wishes: Vec<_> =
-            batch.iter().map(|at| Wish::Spawn(vehicle(*at, &mut random))).collect();
-        for entry in client.try_request("spawn", &wishes)? {
+        let commands: Vec<_> =
+            batch.iter().map(|at| Command::Spawn(vehicle(*at, &mut random))).collect();
+        for entry in client.try_request("spawn", &commands)? {
             let is_done = entry.outcome.status == status::DONE;
             cast.vehicles_spawned += u32::from(is_done);
             cast.spawns_refused += u32::from(!is_done);

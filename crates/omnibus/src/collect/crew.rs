@@ -22,7 +22,7 @@ use super::{
     CollectError,
     boxes::{self, CameraView, LidarView},
     encode::{self, Encoder},
-    felt::Felt,
+    felt::EgoSensors,
     folder::{Folder, write_whole},
     ledger::Ledger,
     record::{Boxes, Ego, FrameLine, SensorPose, hash_text, tracer_name},
@@ -44,7 +44,7 @@ pub(crate) struct Shot {
     /// Everybody, at that frame.
     pub(crate) actors: Vec<ActorState>,
     /// What the ego felt since the shot before.
-    pub(crate) felt: Vec<Felt>,
+    pub(crate) felt: Vec<EgoSensors>,
     pub(crate) tally: Tally,
 }
 

@@ -32,7 +32,7 @@ pub(crate) fn felt_rig() -> Vec<SensorSpec> {
 
 /// What the ego felt during one frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Felt {
+pub(crate) struct EgoSensors {
     pub(crate) frame: u64,
     pub(crate) sim_time_nanos: u64,
     pub(crate) imu: Imu,
@@ -96,14 +96,14 @@ pub(crate) struct LaneInvasion {
     pub(crate) from_lane_id: i32,
 }
 
-impl Felt {
+impl EgoSensors {
     /// Of a bundle; nothing if it is not that of [`felt_rig`].
-    pub(crate) fn of(measured: &Measurement) -> Option<Felt> {
+    pub(crate) fn of(measured: &Measurement) -> Option<EgoSensors> {
         let stamp = measured.header().stamp;
         let felt = measured.imu(IMU)?;
         let fix = measured.gnss(GNSS)?;
         let rolled = measured.odometry(ODOMETRY)?;
-        Some(Felt {
+        Some(EgoSensors {
             frame: stamp.frame.0,
             sim_time_nanos: stamp.sim_time_nanos,
             imu: Imu {

@@ -8,7 +8,7 @@ use bus::{ActorState, Pose, flag, tracer};
 use glam::{Affine3A, Mat4};
 use serde::{Deserialize, Serialize};
 
-use super::felt::Felt;
+use super::felt::EgoSensors;
 
 /// The version of everything in this file.
 pub(crate) const FORMAT: &str = "omnibus-dataset-1";
@@ -55,7 +55,7 @@ pub(crate) struct Recipe {
     pub(crate) warmup_frames: u64,
     /// Of so many frames one is kept.
     pub(crate) every_frames: u64,
-    /// Vehicles wished for beside the ego.
+    /// Vehicles requested for beside the ego.
     pub(crate) vehicles: u32,
     /// What the ego is.
     pub(crate) ego_blueprint: String,
@@ -140,7 +140,7 @@ pub(crate) struct FrameLine {
     pub(crate) points: BTreeMap<String, u64>,
     /// What the ego felt, at each frame since the one before that was kept.
     #[serde(default)]
-    pub(crate) felt: Vec<Felt>,
+    pub(crate) felt: Vec<EgoSensors>,
 }
 
 /// A rigid transform.

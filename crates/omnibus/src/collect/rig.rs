@@ -82,7 +82,7 @@ pub(crate) fn describe(spec: &SensorSpec) -> Sensor {
         attenuation_per_m: tidy(spec.attenuation_per_m),
     });
     let name = spec.name.to_string();
-    let felt = sensor::is_born(spec.kind);
+    let felt = sensor::is_physics_sensor(spec.kind);
     Sensor { name, vehicle_from_sensor: matrix4(&vehicle_from_sensor), camera, lidar, felt }
 }
 

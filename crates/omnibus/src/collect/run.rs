@@ -8,13 +8,13 @@ use std::{
 };
 
 use bus::{ActorId, ActorState, Control, Episode, Frame, Role, SnapshotHeader, clock};
-use client_lib::{Client, ClientError, Measurement, Rig, Settings};
+use client_lib::{Client, ClientError, Measurement, SensorBundle, Settings};
 
 use super::{
     CollectError, Job,
     cast::{self, EGO},
     crew::{Bytes, Crew, Desk, Shot, Tally, Ticket, make_folders},
-    felt::{Felt, felt_rig},
+    felt::{EgoSensors, felt_rig},
     folder::write_whole,
     metadata::{self, difference},
     progress::Progress,
@@ -41,7 +41,7 @@ pub(crate) struct Summary {
     pub(crate) stages: Stages,
     /// Who took part.
     pub(crate) cast: Cast,
-    /// How many others were wished for.
+    /// How many others were requested for.
     pub(crate) vehicles: u32,
     /// What traced the rays.
     pub(crate) tracers: Vec<String>,
@@ -75,8 +75,8 @@ impl fmt::Display for Summary {
             writeln!(f, "{} frames in all, the earlier ones included", self.frames)?;
         }
         if cast.vehicles_spawned < self.vehicles {
-            let (stand, wished) = (cast.vehicles_spawned, self.vehicles);
-            writeln!(f, "the map has places for {stand} of {wished} vehicles")?;
+            let (stand, requested) = (cast.vehicles_spawned, self.vehicles);
+            writeln!(f, "the map has places for {stand} of {requested} vehicles")?;
         }
         if let [first, .., last] = &self.tracers[..] {
             writeln!(f, "the tracer changed in mid-run, from {first} to {last}: see frames.jsonl")?;
@@ -127,8 +127,8 @@ pub(crate) fn collect(
     let origin = client.frame();
     let cast = cast::assemble(client, &episode.map, episode.seed, args.vehicles)?;
     let ego = ActorId(cast.ego_actor_id);
-    let rig = client.create_rig("collect", ego, &sensors, SHOTS_MAX as u32)?;
-    let senses = client.create_rig("felt", ego, &felt_rig(), 1)?;
+    let rig = client.create_bundle("collect", ego, &sensors, SHOTS_MAX as u32)?;
+    let physics_sensors = client.create_bundle("felt", ego, &felt_rig(), 1)?;
 
     // First what makes it a data set: a run that is killed from here on can be resumed.
     let mut metadata = metadata::of(recipe, cast, &sensors, args.frames);
@@ -152,7 +152,7 @@ pub(crate) fn collect(
         traffic: (0..bus::SLOTS).find(|i| control.slot(*i).role() == Some(Role::Traffic)),
         control,
         rig,
-        senses,
+        physics_sensors,
         felt: Vec::new(),
         crew,
         awaited: VecDeque::new(),
@@ -218,7 +218,7 @@ fn write_map(folder: &super::folder::Folder, episode: &Episode) -> Result<(), Co
 struct Awaited {
     header: SnapshotHeader,
     actors: Vec<ActorState>,
-    felt: Vec<Felt>,
+    felt: Vec<EgoSensors>,
 }
 
 /// A measurement, and the leave to hold it. They go in this order.
@@ -247,10 +247,10 @@ impl<E: Into<CollectError>> From<E> for Departure {
 struct Run<'a> {
     control: Control,
     traffic: Option<usize>,
-    rig: Rig,
-    senses: Rig,
+    rig: SensorBundle,
+    physics_sensors: SensorBundle,
     /// Since the last frame that is measured.
-    felt: Vec<Felt>,
+    felt: Vec<EgoSensors>,
     crew: Crew,
     awaited: VecDeque<Awaited>,
     place: u64,
@@ -331,8 +331,8 @@ impl Run<'_> {
 
     /// Takes in what the ego felt during the frame.
     fn feel(&mut self) -> Result<(), CollectError> {
-        while let Some(measured) = self.senses.receive()? {
-            self.felt.extend(Felt::of(&measured));
+        while let Some(measured) = self.physics_sensors.receive()? {
+            self.felt.extend(EgoSensors::of(&measured));
         }
         Ok(())
     }

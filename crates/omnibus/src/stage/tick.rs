@@ -1,7 +1,7 @@
 //! `omnibus stage tick`: the exchange itself, with a client and every stage, and no sensor.
 
 use anyhow::ensure;
-use bus::{Name, Settings, Spawn, Wish, clock, flag};
+use bus::{Command, Name, Settings, Spawn, clock, flag};
 
 use super::StageArgs;
 use crate::{Beside, collect::places};
@@ -37,8 +37,8 @@ pub(super) fn measure(args: &StageArgs) -> anyhow::Result<(Vec<u64>, usize)> {
     Ok((nanos, vehicles))
 }
 
-fn vehicle(pose: bus::Pose) -> Wish {
-    Wish::Spawn(Spawn {
+fn vehicle(pose: bus::Pose) -> Command {
+    Command::Spawn(Spawn {
         blueprint: Name::new(crate::collect::EGO),
         flags: flag::AUTOPILOT,
         pose,

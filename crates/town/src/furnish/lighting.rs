@@ -6,12 +6,12 @@ use super::BLOCK_OBJECTS;
 /// images: one more than their places in [`super::Town::objects`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lighting {
-    lamps: BTreeMap<u32, Shine>,
+    lamps: BTreeMap<u32, StreetLightState>,
 }
 
 /// How a lamp shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shine {
+pub struct StreetLightState {
     /// 0: not at all; 1: always; 2: while it is dark.
     pub mode: u32,
     /// Red, green, blue, 255, sRGB; 0: its own.
@@ -20,20 +20,20 @@ pub struct Shine {
     pub share: f32,
 }
 
-impl Shine {
+impl StreetLightState {
     /// As every lamp does that was told nothing.
-    pub const OWN: Shine = Shine { mode: 2, color: 0, share: 1.0 };
+    pub const OWN: StreetLightState = StreetLightState { mode: 2, color: 0, share: 1.0 };
 }
 
 impl Lighting {
     /// Tells the lamps of one block whose bits are set.
-    pub fn set(&mut self, block: u32, bits: &[u64; 16], shine: Shine) {
+    pub fn set(&mut self, block: u32, bits: &[u64; 16], shine: StreetLightState) {
         for within in 0..BLOCK_OBJECTS {
             if bits[within as usize / 64] >> (within % 64) & 1 == 0 {
                 continue;
             }
             let number = block.saturating_mul(BLOCK_OBJECTS).saturating_add(within);
-            if shine == Shine::OWN {
+            if shine == StreetLightState::OWN {
                 self.lamps.remove(&number);
             } else {
                 self.lamps.insert(number, shine);
@@ -42,13 +42,13 @@ impl Lighting {
     }
 
     /// Those that do not shine as their own, rising.
-    pub fn lamps(&self) -> impl ExactSizeIterator<Item = (u32, &Shine)> {
+    pub fn lamps(&self) -> impl ExactSizeIterator<Item = (u32, &StreetLightState)> {
         self.lamps.iter().map(|(number, shine)| (*number, shine))
     }
 
     /// What, told one after the other to lamps of their own, makes them as these are.
-    pub fn told(&self) -> Vec<(u32, [u64; 16], Shine)> {
-        let mut told: Vec<(u32, [u64; 16], Shine)> = Vec::new();
+    pub fn told(&self) -> Vec<(u32, [u64; 16], StreetLightState)> {
+        let mut told: Vec<(u32, [u64; 16], StreetLightState)> = Vec::new();
         for (number, shine) in &self.lamps {
             let (block, within) = (number / BLOCK_OBJECTS, number % BLOCK_OBJECTS);
             let same = told.iter().rposition(|(b, _, s)| *b == block && s == shine);
@@ -75,11 +75,14 @@ mod tests {
     #[test]
     fn what_is_told_again_makes_the_same() {
         let mut lighting = Lighting::default();
-        let (red, off) = (Shine { color: 0xff, ..Shine::OWN }, Shine { mode: 0, ..Shine::OWN });
+        let (red, off) = (
+            StreetLightState { color: 0xff, ..StreetLightState::OWN },
+            StreetLightState { mode: 0, ..StreetLightState::OWN },
+        );
         lighting.set(0, &bits(&[1, 2, 700]), off);
         lighting.set(3, &bits(&[5]), red);
         lighting.set(0, &bits(&[2]), red);
-        lighting.set(0, &bits(&[1]), Shine::OWN);
+        lighting.set(0, &bits(&[1]), StreetLightState::OWN);
         let numbers: Vec<_> = lighting.lamps().map(|(number, shine)| (number, *shine)).collect();
         assert_eq!(numbers, [(2, red), (700, off), (3 * 1024 + 5, red)]);
         let mut again = Lighting::default();

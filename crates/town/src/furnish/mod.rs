@@ -36,7 +36,7 @@ mod tests;
 pub use bake::{BAKE_VERSION, BakeError};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-pub use lighting::{Lighting, Shine};
+pub use lighting::{Lighting, StreetLightState};
 use mesh::{Mesh, Tag};
 use road::Network;
 pub use visibility::{BLOCK_OBJECTS, Visibility};

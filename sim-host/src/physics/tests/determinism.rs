@@ -59,7 +59,12 @@ fn act(physics: &mut Physics, models: &[Arc<VehicleModel>; 2], frame: u64, seed:
             ),
             8 => physics.spawn_walker(
                 id,
-                WalkerModel { radius_m: 0.3, height_m: 1.8, mass_kg: 70.0, is_frail: true },
+                WalkerModel {
+                    radius_m: 0.3,
+                    height_m: 1.8,
+                    mass_kg: 70.0,
+                    is_ragdoll_on_hit: true,
+                },
                 &pose,
             ),
             n => physics.spawn_vehicle(id, &models[(n % 8 / 4) as usize], &pose, false),

@@ -122,7 +122,8 @@ fn pushes_that_cannot_be_are_refused() {
         assert!(lone.physics.force(ID, Vec3::ZERO, Vec3::ZERO, Some(bad)).is_err());
     }
     assert_eq!(lone.physics.set_gravity(ActorId(7), true), Err(PhysicsError::Unknown(ActorId(7))));
-    let model = WalkerModel { radius_m: 0.2, height_m: 1.8, mass_kg: 80.0, is_frail: false };
+    let model =
+        WalkerModel { radius_m: 0.2, height_m: 1.8, mass_kg: 80.0, is_ragdoll_on_hit: false };
     lone.physics.spawn_walker(ActorId(3), model, &Pose::level(Vec3::X * 9.0, 0.0)).unwrap();
     lone.physics.destroy(ActorId(3)).unwrap();
     assert_eq!(lone.physics.hash(), hash);

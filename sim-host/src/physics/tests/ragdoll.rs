@@ -14,7 +14,7 @@ const WALKER: ActorId = ActorId(1);
 const CAR: ActorId = ActorId(2);
 
 fn person() -> WalkerModel {
-    WalkerModel { radius_m: 0.3, height_m: 1.8, mass_kg: 75.0, is_frail: true }
+    WalkerModel { radius_m: 0.3, height_m: 1.8, mass_kg: 75.0, is_ragdoll_on_hit: true }
 }
 
 /// A car that comes at a walker, who is turned by `yaw_rad`, and brakes from where it hits.

@@ -9,19 +9,19 @@ use crate::physics::{Physics, PhysicsError, VehicleModel, WalkerModel};
 const WALKER: ActorId = ActorId(1);
 const CAR: ActorId = ActorId(2);
 
-fn person(is_frail: bool) -> WalkerModel {
-    WalkerModel { radius_m: 0.3, height_m: 1.8, mass_kg: 75.0, is_frail }
+fn person(is_ragdoll_on_hit: bool) -> WalkerModel {
+    WalkerModel { radius_m: 0.3, height_m: 1.8, mass_kg: 75.0, is_ragdoll_on_hit }
 }
 
-fn street(ground: Arc<Ground>, is_frail: bool) -> Physics {
+fn street(ground: Arc<Ground>, is_ragdoll_on_hit: bool) -> Physics {
     let mut physics = Physics::new(ground, &[]);
-    physics.spawn_walker(WALKER, person(is_frail), &Pose::IDENTITY).unwrap();
+    physics.spawn_walker(WALKER, person(is_ragdoll_on_hit), &Pose::IDENTITY).unwrap();
     physics
 }
 
 /// A car that comes at the walker from behind.
-fn with_car(is_frail: bool, mps: f32) -> Physics {
-    let mut physics = street(Arc::new(Ground::flat(0.0)), is_frail);
+fn with_car(is_ragdoll_on_hit: bool, mps: f32) -> Physics {
+    let mut physics = street(Arc::new(Ground::flat(0.0)), is_ragdoll_on_hit);
     let model = Arc::new(VehicleModel::sedan());
     let place = Pose::level(Vec3::X * -12.0, 0.0);
     physics.spawn_vehicle(CAR, &model, &place, false).unwrap();

@@ -241,7 +241,8 @@ fn a_teleport_is_at_rest_and_leaves_no_spike() {
 #[test]
 fn walkers_walk_on_the_ground_and_stop_before_houses() {
     let mut physics = town();
-    let model = WalkerModel { radius_m: 0.25, height_m: 1.8, mass_kg: 75.0, is_frail: false };
+    let model =
+        WalkerModel { radius_m: 0.25, height_m: 1.8, mass_kg: 75.0, is_ragdoll_on_hit: false };
     physics.spawn_walker(ActorId(5), model, &Pose::IDENTITY).unwrap();
     physics.walk(ActorId(5), Vec2::new(1.5, 0.0)).unwrap();
     for _ in 0..100 {

@@ -1,14 +1,14 @@
 //! What sensors say against what is known of the world by another way.
 
 use bus::{
-    ActorId, CollisionReading, CollisionSpec, GnssReading, GnssSpec, ImuReading, ImuSpec, Name,
-    ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, Reading, SensorSpec,
-    SetVelocity, Settings, SnapshotHeader, Spawn, Stamp, Teleport, VehicleControl, Wish, flag,
+    ActorId, CollisionReading, CollisionSpec, Command, GnssReading, GnssSpec, ImuReading, ImuSpec,
+    Name, ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, Reading, SensorSpec,
+    SetVelocity, Settings, SnapshotHeader, Spawn, Stamp, Teleport, VehicleControl, flag,
 };
 use glam::{Quat, Vec3};
 use road::Network;
 
-use super::{Scene, Sense, State};
+use super::{PhysicsSensor, Scene, State};
 use crate::world::World;
 
 /// A floor, one house on it, and sensors on one carrier.
@@ -18,7 +18,7 @@ pub(super) struct Bench {
     settings: Settings,
     nanos: u64,
     pub(super) carrier: ActorId,
-    senses: Vec<Sense>,
+    physics_sensors: Vec<PhysicsSensor>,
 }
 
 const ROADS: &str = r#"<OpenDRIVE><header revMajor="1" revMinor="6"><geoReference>+proj=tmerc +lat_0=49 +lon_0=8 +k=1 +ellps=WGS84</geoReference></header>
@@ -59,20 +59,21 @@ impl Bench {
             settings: Settings::default(),
             nanos: 0,
             carrier,
-            senses: Vec::new(),
+            physics_sensors: Vec::new(),
         }
     }
 
-    fn mount<T: bus::BornSpec>(&mut self, pose: Pose, numbers: &T) -> &mut SensorSpec {
-        self.senses.push(Sense::new(&SensorSpec::born("s", pose, numbers)).unwrap());
-        &mut self.senses.last_mut().unwrap().spec
+    fn mount<T: bus::PhysicsSensorSpec>(&mut self, pose: Pose, numbers: &T) -> &mut SensorSpec {
+        self.physics_sensors
+            .push(PhysicsSensor::new(&SensorSpec::physics("s", pose, numbers)).unwrap());
+        &mut self.physics_sensors.last_mut().unwrap().spec
     }
 
     /// One frame; what each sensor says, as bytes.
     pub(super) fn tick(&mut self) -> Vec<Vec<u8>> {
-        let (senses, carrier) = (&mut self.senses, self.carrier);
+        let (physics_sensors, carrier) = (&mut self.physics_sensors, self.carrier);
         self.world.step_seen(&self.settings, |physics, dt| {
-            for sense in senses.iter_mut() {
+            for sense in physics_sensors.iter_mut() {
                 if let (State::Imu(imu), Some(moving)) = (&mut sense.state, physics.moving(carrier))
                 {
                     imu.feel(&moving, dt);
@@ -92,28 +93,28 @@ impl Bench {
             header: &header,
         };
         let from = self.world.state(carrier).unwrap().pose;
-        let mut measure = |sense: &mut Sense| {
+        let mut measure = |sense: &mut PhysicsSensor| {
             let pose = from.then(&sense.spec.parent_from_sensor);
             sense.measure(&scene, &pose, &[], 64)
         };
-        self.senses.iter_mut().map(&mut measure).collect()
+        self.physics_sensors.iter_mut().map(&mut measure).collect()
     }
 
     fn control(&mut self, throttle: f32, steer: f32) {
         let control =
             VehicleControl { actor_id: self.carrier, throttle, steer, ..Default::default() };
-        self.world.apply(&Wish::Control(control)).unwrap();
+        self.world.apply(&Command::Control(control)).unwrap();
     }
 
     fn velocity(&mut self, velocity_mps: [f32; 3]) {
         let to = SetVelocity { actor_id: self.carrier, velocity_mps, ..Default::default() };
-        self.world.apply(&Wish::SetVelocity(to)).unwrap();
+        self.world.apply(&Command::SetVelocity(to)).unwrap();
     }
 }
 
 pub(super) fn spawn(world: &mut World, pose: Pose) -> ActorId {
     let blueprint = Name::new("vehicle.tesla.model3");
-    ActorId(world.apply(&Wish::Spawn(Spawn { blueprint, pose, ..Spawn::default() })).unwrap())
+    ActorId(world.apply(&Command::Spawn(Spawn { blueprint, pose, ..Spawn::default() })).unwrap())
 }
 
 fn only<T: Reading>(bytes: &[u8]) -> T {
@@ -130,7 +131,10 @@ fn all<T: Reading>(bytes: &[u8]) -> Vec<T> {
 fn an_imus_readings_add_up_to_its_own_motion() {
     let mut bench = Bench::new();
     let away = Pose::level(Vec3::new(-300.0, -100.0, 0.0), 0.0);
-    bench.world.apply(&Wish::Teleport(Teleport { actor_id: bench.carrier, pose: away })).unwrap();
+    bench
+        .world
+        .apply(&Command::Teleport(Teleport { actor_id: bench.carrier, pose: away }))
+        .unwrap();
     (0..20).for_each(|_| drop(bench.tick()));
     let arm = Vec3::new(1.5, -0.8, 1.2);
     let turn = Quat::from_euler(glam::EulerRot::ZYX, 0.5, 0.2, -0.1);
@@ -174,7 +178,7 @@ fn a_teleport_is_felt_by_nobody() {
     (0..10).for_each(|_| drop(bench.tick()));
     let away = Pose::level(Vec3::new(-100.0, 80.0, 0.0), 2.0);
     let to = Teleport { actor_id: bench.carrier, pose: away };
-    bench.world.apply(&Wish::Teleport(to)).unwrap();
+    bench.world.apply(&Command::Teleport(to)).unwrap();
     for _ in 0..5 {
         let felt: ImuReading = only(&bench.tick()[0]);
         let extra = Vec3::from(felt.accelerometer_mps2) - Vec3::Z * 9.81;
@@ -371,7 +375,7 @@ fn whether_anybody_measures_changes_no_bit_and_the_same_seed_says_the_same() {
 
 mod lanes {
     use super::*;
-    use crate::senses::lanes::Corners;
+    use crate::physics_sensors::lanes::Corners;
     use bus::{ActorState, LaneInvasionReading};
     use road::{MarkColor, MarkKind};
 

@@ -1,8 +1,8 @@
 //! Sensors born of physics: measured here, in the midst of the substeps, and sent in the bundles
-//! of their rigs before a frame's tick word is raised.
+//! of their bundles before a frame's tick word is raised.
 //!
 //! They look at the world and change nothing of it, so that the state hash is the same whoever
-//! measures. Where there is no rig of theirs, a tick does nothing here.
+//! measures. Where there is no bundle of theirs, a tick does nothing here.
 
 mod air;
 mod cam;
@@ -20,9 +20,9 @@ mod tests;
 use std::collections::BTreeMap;
 
 use bus::{
-    ActorId, BundleHeader, BusError, CamSpec, CollisionReading, GnssSpec, ImuSpec, MessageSpec,
-    ObstacleReading, ObstacleSpec, OdometrySpec, Page, Plane, Pose, Reading, RigId, SensorSpec,
-    SnapshotHeader, Transmit, Writer, clock, layout, sensor, tracer,
+    ActorId, BundleHeader, BundleId, BusError, CamSpec, CollisionReading, GnssSpec, ImuSpec,
+    MessageSpec, ObstacleReading, ObstacleSpec, OdometrySpec, Page, Plane, Pose, Reading,
+    SensorSpec, SnapshotHeader, Transmit, Writer, clock, layout, sensor, tracer,
 };
 use glam::Vec3;
 use road::Network;
@@ -44,24 +44,24 @@ use crate::{
 /// What of the ground a sensor of obstacles calls it: `mesh::Tag::Ground`.
 const GROUND_TAG: u32 = mesh::Tag::Ground as u32;
 
-/// The rigs whose sensors are born of physics.
+/// The bundles whose sensors are born of physics.
 #[derive(Default)]
-pub(crate) struct Senses {
-    rigs: BTreeMap<RigId, Rig>,
+pub(crate) struct PhysicsSensors {
+    bundles: BTreeMap<BundleId, SensorBundle>,
     /// The world's roads, once somebody asks for them.
     network: Option<Network>,
 }
 
-struct Rig {
+struct SensorBundle {
     parent: ActorId,
-    sensors: Vec<Sense>,
+    sensors: Vec<PhysicsSensor>,
     planes: Vec<Plane>,
     byte_len: u64,
     writer: Writer<BundleHeader, Page>,
 }
 
 /// One sensor.
-struct Sense {
+struct PhysicsSensor {
     spec: SensorSpec,
     state: State,
 }
@@ -81,10 +81,10 @@ pub(crate) fn needs_roads(spec: &SensorSpec) -> bool {
     matches!(spec.kind, sensor::GNSS | sensor::LANE_INVASION | sensor::CAM)
 }
 
-impl Senses {
+impl PhysicsSensors {
     /// Whether anybody measures.
     pub(crate) fn is_empty(&self) -> bool {
-        self.rigs.is_empty()
+        self.bundles.is_empty()
     }
 
     /// Whether the roads are known already.
@@ -99,43 +99,49 @@ impl Senses {
 
     /// Another world: its roads are others.
     pub(crate) fn begin_episode(&mut self) {
-        *self = Senses::default();
+        *self = PhysicsSensors::default();
     }
 
-    /// A rig that the host measures from now on.
+    /// A bundle that the host measures from now on.
     pub(crate) fn mount(
         &mut self,
-        id: RigId,
+        id: BundleId,
         parent: ActorId,
         specs: &[SensorSpec],
         writer: Writer<BundleHeader, Page>,
     ) {
-        let sensors = specs.iter().filter_map(Sense::new).collect();
+        let sensors = specs.iter().filter_map(PhysicsSensor::new).collect();
         let (planes, byte_len) = layout(specs);
-        self.rigs.insert(id, Rig { parent, sensors, planes, byte_len, writer });
+        self.bundles.insert(id, SensorBundle { parent, sensors, planes, byte_len, writer });
     }
 
     /// It measures no more.
-    pub(crate) fn unmount(&mut self, id: RigId) {
-        self.rigs.remove(&id);
+    pub(crate) fn unmount(&mut self, id: BundleId) {
+        self.bundles.remove(&id);
     }
 
     /// A text to be sent by radio.
-    pub(crate) fn transmit(&mut self, wish: &Transmit) -> Result<u32, String> {
-        let rig = self.rigs.get_mut(&wish.rig);
-        let rig = rig.ok_or_else(|| format!("there is no rig {} with radios", wish.rig.0))?;
-        let count = rig.sensors.len();
-        match rig.sensors.get_mut(wish.sensor as usize).map(|sense| &mut sense.state) {
-            Some(State::Radio(station)) => station.queue(wish.text).map(|()| wish.rig.0),
-            Some(_) => Err(format!("sensor {} of rig {} is no radio", wish.sensor, wish.rig.0)),
-            None => Err(format!("rig {} has {count} sensors, no {}", wish.rig.0, wish.sensor)),
+    pub(crate) fn transmit(&mut self, command: &Transmit) -> Result<u32, String> {
+        let bundle = self.bundles.get_mut(&command.bundle);
+        let bundle =
+            bundle.ok_or_else(|| format!("there is no bundle {} with radios", command.bundle.0))?;
+        let count = bundle.sensors.len();
+        match bundle.sensors.get_mut(command.sensor as usize).map(|sense| &mut sense.state) {
+            Some(State::Radio(station)) => station.queue(command.text).map(|()| command.bundle.0),
+            Some(_) => {
+                Err(format!("sensor {} of bundle {} is no radio", command.sensor, command.bundle.0))
+            }
+            None => Err(format!(
+                "bundle {} has {count} sensors, no {}",
+                command.bundle.0, command.sensor
+            )),
         }
     }
 
     /// After each substep; `dt` is 0 before the first.
     pub(crate) fn feel(&mut self, physics: &Physics, dt: f32) {
-        for rig in self.rigs.values_mut() {
-            let imus = rig.sensors.iter_mut().filter_map(|sense| match &mut sense.state {
+        for bundle in self.bundles.values_mut() {
+            let imus = bundle.sensors.iter_mut().filter_map(|sense| match &mut sense.state {
                 State::Imu(imu) => Some(imu),
                 _ => None,
             });
@@ -143,25 +149,26 @@ impl Senses {
             if imus.peek().is_none() {
                 continue;
             }
-            let Some(carrier) = physics.moving(rig.parent) else { continue };
+            let Some(carrier) = physics.moving(bundle.parent) else { continue };
             imus.for_each(|imu| imu.feel(&carrier, dt));
         }
     }
 
     /// Measures a frame and sends what there is to say of it.
     pub(crate) fn send(&mut self, world: &World, header: &SnapshotHeader) -> Result<(), BusError> {
-        let Senses { rigs, network } = self;
-        let air = on_air(rigs, network.as_ref(), world, header);
-        for (id, rig) in rigs {
+        let PhysicsSensors { bundles, network } = self;
+        let air = on_air(bundles, network.as_ref(), world, header);
+        for (id, bundle) in bundles {
             let begin_nanos = clock::now_nanos();
-            let Some(world_from_parent) = rig.place(world) else { continue };
+            let Some(world_from_parent) = bundle.place(world) else { continue };
             let mut told = Vec::new();
-            for (index, sense) in rig.sensors.iter_mut().enumerate() {
-                let Some(room) = rig.planes.iter().find(|p| p.sensor as usize == index) else {
+            for (index, sense) in bundle.sensors.iter_mut().enumerate() {
+                let Some(room) = bundle.planes.iter().find(|p| p.sensor as usize == index) else {
                     continue;
                 };
                 let world_from_sensor = world_from_parent.then(&sense.spec.parent_from_sensor);
-                let scene = Scene { world, network: network.as_ref(), parent: rig.parent, header };
+                let scene =
+                    Scene { world, network: network.as_ref(), parent: bundle.parent, header };
                 let most = room.width as usize;
                 let bytes = sense.measure(&scene, &world_from_sensor, &air, most);
                 if !bytes.is_empty() {
@@ -171,7 +178,7 @@ impl Senses {
             if told.is_empty() {
                 continue;
             }
-            let mut loan = rig.writer.loan(rig.byte_len.div_ceil(4096) as usize)?;
+            let mut loan = bundle.writer.loan(bundle.byte_len.div_ceil(4096) as usize)?;
             let out: &mut [u8] = bytemuck::cast_slice_mut(loan.payload_mut());
             for (place, (plane, bytes)) in told.iter().enumerate() {
                 let each = bus::element_bytes(plane.output);
@@ -184,12 +191,12 @@ impl Senses {
             }
             loan.send(BundleHeader {
                 stamp: header.stamp,
-                rig: *id,
+                bundle: *id,
                 plane_count: told.len() as u32,
-                byte_len: rig.byte_len,
+                byte_len: bundle.byte_len,
                 state_hash: header.state_hash,
                 world_from_parent,
-                parent: rig.parent,
+                parent: bundle.parent,
                 tracer: tracer::HOST,
                 reserved: 0,
                 begin_nanos,
@@ -202,18 +209,18 @@ impl Senses {
 
 /// What all stations send in this frame: whoever hears it hears it in this frame.
 fn on_air(
-    rigs: &mut BTreeMap<RigId, Rig>,
+    bundles: &mut BTreeMap<BundleId, SensorBundle>,
     network: Option<&Network>,
     world: &World,
     header: &SnapshotHeader,
 ) -> Vec<Sent> {
     let mut air = Vec::new();
-    for rig in rigs.values_mut() {
-        let Some(world_from_parent) = rig.place(world) else { continue };
-        for sense in &mut rig.sensors {
+    for bundle in bundles.values_mut() {
+        let Some(world_from_parent) = bundle.place(world) else { continue };
+        for sense in &mut bundle.sensors {
             let State::Radio(station) = &mut sense.state else { continue };
             let pose = world_from_parent.then(&sense.spec.parent_from_sensor);
-            let scene = Scene { world, network, parent: rig.parent, header };
+            let scene = Scene { world, network, parent: bundle.parent, header };
             let mut noise = Noise::at(sense.spec.seed, header.stamp.sim_time_nanos);
             station.send(&scene, &pose, &mut noise, &mut air);
         }
@@ -221,7 +228,7 @@ fn on_air(
     air
 }
 
-impl Rig {
+impl SensorBundle {
     /// `world_from_parent`; nothing if the carrier is gone.
     fn place(&self, world: &World) -> Option<Pose> {
         if self.parent == ActorId::NONE {
@@ -239,9 +246,9 @@ struct Scene<'a> {
     header: &'a SnapshotHeader,
 }
 
-impl Sense {
+impl PhysicsSensor {
     /// Nothing, if it is none of ours.
-    fn new(spec: &SensorSpec) -> Option<Sense> {
+    fn new(spec: &SensorSpec) -> Option<PhysicsSensor> {
         let mounted = spec.parent_from_sensor;
         let state = match spec.kind {
             sensor::IMU => State::Imu(Box::new(Imu::new(spec.numbers::<ImuSpec>()?, mounted))),
@@ -261,7 +268,7 @@ impl Sense {
             }),
             _ => return None,
         };
-        Some(Sense { spec: *spec, state })
+        Some(PhysicsSensor { spec: *spec, state })
     }
 
     /// The readings of this frame, as bytes; empty if there are none.
@@ -390,7 +397,7 @@ fn obstacle(
     Some(ObstacleReading { other, object, tag, distance_m })
 }
 
-/// Whether a rig is measured here and not by rays.
-pub(crate) fn are_born(specs: &[SensorSpec]) -> bool {
-    specs.iter().any(|spec| sensor::is_born(spec.kind))
+/// Whether a bundle is measured here and not by rays.
+pub(crate) fn are_physics_sensors(specs: &[SensorSpec]) -> bool {
+    specs.iter().any(|spec| sensor::is_physics_sensor(spec.kind))
 }

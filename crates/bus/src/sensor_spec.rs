@@ -5,18 +5,18 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
     ActorId, Name, Pose, Stamp,
-    born::{self, BornSpec},
+    physics_sensor::{self, PhysicsSensorSpec},
 };
 
-/// Names a rig: sensors that are measured together and handed over in one bundle.
+/// Names a bundle: sensors that are measured together and handed over in one bundle.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, ZeroCopySend,
 )]
-#[type_name("RigId")]
+#[type_name("BundleId")]
 #[repr(C)]
-pub struct RigId(pub u32);
+pub struct BundleId(pub u32);
 
-/// The most sensors in one rig.
+/// The most sensors in one bundle.
 pub const SENSORS_MAX: usize = 4096;
 
 /// Values of [`SensorSpec::kind`].
@@ -26,7 +26,7 @@ pub mod sensor {
     pub const CAMERA: u32 = 1;
     /// A spinning lidar: `width` azimuth steps in one frame, `height` channels.
     pub const LIDAR: u32 = 2;
-    /// Felt acceleration, turning and heading: [`crate::ImuSpec`].
+    /// EgoSensors acceleration, turning and heading: [`crate::ImuSpec`].
     pub const IMU: u32 = 16;
     /// A place on the earth: [`crate::GnssSpec`].
     pub const GNSS: u32 = 17;
@@ -45,7 +45,7 @@ pub mod sensor {
     pub const MESSAGE: u32 = 23;
 
     /// Whether a sensor is measured by the host, in the midst of physics, and not by rays.
-    pub const fn is_born(kind: u32) -> bool {
+    pub const fn is_physics_sensor(kind: u32) -> bool {
         kind >= IMU
     }
 }
@@ -60,7 +60,7 @@ pub mod output {
     pub const TAG: u32 = 1 << 2;
     /// u32 a pixel: an actor's id, or a static object's id with the top bit set; 0 is the sky.
     pub const INSTANCE: u32 = 1 << 3;
-    /// 4 f32 a ray: x, y, z in sensor space, intensity 0 to 1 (or see [`super::fourth`]); all four 0 where nothing is hit.
+    /// 4 f32 a ray: x, y, z in sensor space, intensity 0 to 1 (or see [`super::point_attribute`]); all four 0 where nothing is hit.
     /// Ray `column * channels + channel`; channel 0 is the highest.
     pub const POINTS: u32 = 1 << 4;
     /// 2 u32 a ray: instance, tag; both 0 where nothing is hit.
@@ -93,32 +93,32 @@ pub mod output {
     /// All that a lidar can give.
     pub const OF_LIDAR: u32 = POINTS | LABELS;
     /// The outputs of sensors born of physics.
-    pub const BORN: u32 = !0 << 16;
+    pub const PHYSICS: u32 = !0 << 16;
 }
 
-/// Values of [`SensorSpec::fourth`].
-pub mod fourth {
+/// Values of [`SensorSpec::point_attribute`].
+pub mod point_attribute {
     /// Intensity of the return, 0 to 1.
     pub const INTENSITY: u32 = 0;
     /// Cosine of the angle of incidence, above 0 to 1.
-    pub const INCIDENCE: u32 = 1;
+    pub const COS_INCIDENCE: u32 = 1;
 }
 
 /// The depth of a pixel that sees nothing but sky.
 pub const DEPTH_FAR_M: f32 = 1000.0;
 
-/// One sensor of a rig.
+/// One sensor of a bundle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("SensorSpec")]
 #[repr(C)]
 pub struct SensorSpec {
-    /// What the user calls it; unique within the rig.
+    /// What the user calls it; unique within the bundle.
     pub name: Name,
     /// One of [`sensor`].
     pub kind: u32,
     /// Bits of [`output`].
     pub outputs: u32,
-    /// `parent_from_sensor`: the parent is the rig's actor, or the world.
+    /// `parent_from_sensor`: the parent is the bundle's actor, or the world.
     pub parent_from_sensor: Pose,
     /// Zero.
     pub reserved_word: u32,
@@ -146,8 +146,8 @@ pub struct SensorSpec {
     pub dropoff: f32,
     /// Lidar: turns per second. 0: the whole field of view at one instant, at every frame.
     pub rotation_rate_hz: f32,
-    /// Lidar: what a point's fourth number is, one of [`fourth`].
-    pub fourth: u32,
+    /// Lidar: what a point's point_attribute number is, one of [`point_attribute`].
+    pub point_attribute: u32,
     /// Zero.
     pub reserved_half: u32,
     /// Zero.
@@ -162,7 +162,11 @@ const BORN_AT: usize = 96;
 
 impl SensorSpec {
     /// A sensor that the host measures, in the midst of physics.
-    pub fn born<T: BornSpec>(name: &str, parent_from_sensor: Pose, numbers: &T) -> SensorSpec {
+    pub fn physics<T: PhysicsSensorSpec>(
+        name: &str,
+        parent_from_sensor: Pose,
+        numbers: &T,
+    ) -> SensorSpec {
         let mut spec = SensorSpec {
             name: Name::new(name),
             kind: T::KIND,
@@ -176,7 +180,7 @@ impl SensorSpec {
     }
 
     /// The numbers of a sensor born of physics; none if it is another one.
-    pub fn numbers<T: BornSpec>(&self) -> Option<T> {
+    pub fn numbers<T: PhysicsSensorSpec>(&self) -> Option<T> {
         let bytes = &bytemuck::bytes_of(self)[BORN_AT..BORN_AT + size_of::<T>()];
         (self.kind == T::KIND).then(|| bytemuck::pod_read_unaligned(bytes))
     }
@@ -194,7 +198,7 @@ pub mod tracer {
     pub const HOST: u32 = 4;
 }
 
-/// Header of one bundle: all that one rig measured at one frame.
+/// Header of one bundle: all that one bundle measured at one frame.
 ///
 /// The payload starts with `plane_count` [`Plane`]s; each says where its bytes lie.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
@@ -204,7 +208,7 @@ pub struct BundleHeader {
     /// The frame that was measured.
     pub stamp: Stamp,
     /// Whose bundle this is.
-    pub rig: RigId,
+    pub bundle: BundleId,
     /// How many planes the table holds.
     pub plane_count: u32,
     /// Bytes in use, the table included.
@@ -213,7 +217,7 @@ pub struct BundleHeader {
     pub state_hash: u64,
     /// `world_from_parent` at that frame.
     pub world_from_parent: Pose,
-    /// The actor that carries the rig, or nobody.
+    /// The actor that carries the bundle, or nobody.
     pub parent: ActorId,
     /// One of [`tracer`].
     pub tracer: u32,
@@ -232,7 +236,7 @@ const _: () = assert!(size_of::<BundleHeader>() == 104);
 #[type_name("Plane")]
 #[repr(C)]
 pub struct Plane {
-    /// Index of the sensor in its rig.
+    /// Index of the sensor in its bundle.
     pub sensor: u32,
     /// One of [`output`].
     pub output: u32,
@@ -260,11 +264,11 @@ pub fn element_bytes(output: u32) -> usize {
         output::POINTS => 16,
         output::LABELS | output::FLOW => 8,
         output::NORMAL => 12,
-        born => born::element_bytes(born),
+        born => physics_sensor::element_bytes(born),
     }
 }
 
-/// Lays a rig's planes out: the table first, then each plane at a 64-byte edge, sensors in order,
+/// Lays a bundle's planes out: the table first, then each plane at a 64-byte edge, sensors in order,
 /// outputs from the lowest bit. Returns the planes (poses still identity) and the bytes in all.
 /// Planes of sensors born of physics have room for the most readings of one frame.
 pub fn layout(sensors: &[SensorSpec]) -> (Vec<Plane>, u64) {
@@ -273,7 +277,7 @@ pub fn layout(sensors: &[SensorSpec]) -> (Vec<Plane>, u64) {
     let mut planes = Vec::with_capacity(count);
     for (index, spec) in sensors.iter().enumerate() {
         for bit in (0..32).map(|b| 1u32 << b).filter(|b| spec.outputs & b != 0) {
-            let [width, height] = match born::readings_max(bit) {
+            let [width, height] = match physics_sensor::readings_max(bit) {
                 0 => [spec.width, spec.height],
                 most => [most, 1],
             };

@@ -1,121 +1,130 @@
-//! Rigs: which sensors are measured together, and the channels their bundles go through.
+//! Bundles: which sensors are measured together, and the channels their bundles go through.
 
 use std::collections::BTreeMap;
 
 use bus::{
-    ActorId, CreateRig, HostPorts, Name, RigId, SENSORS_MAX, SensorSpec, free_bytes, layout,
+    ActorId, BundleId, CreateBundle, HostPorts, Name, SENSORS_MAX, SensorSpec, free_bytes, layout,
     output, sensor,
 };
 
 /// The most pixels or rays across or down.
 const SIDE_MAX: u32 = 8192;
 
-/// The rigs of the world.
+/// The bundles of the world.
 #[derive(Default)]
-pub(crate) struct Rigs {
-    mounted: BTreeMap<RigId, Mounted>,
+pub(crate) struct Bundles {
+    mounted: BTreeMap<BundleId, Mounted>,
     last: u32,
 }
 
-/// Where a rig is, and whose.
+/// Where a bundle is, and whose.
 struct Mounted {
     parent: ActorId,
     client: Name,
 }
 
-impl Rigs {
-    /// Makes a rig and its channel, or says why not.
+impl Bundles {
+    /// Makes a bundle and its channel, or says why not.
     pub(crate) fn create(
         &mut self,
         client: Name,
-        wish: &CreateRig,
+        command: &CreateBundle,
         sensors: &[SensorSpec],
         ports: &mut HostPorts,
-    ) -> Result<RigId, String> {
-        check_rig(wish, sensors)?;
+    ) -> Result<BundleId, String> {
+        check_rig(command, sensors)?;
         let (_, bytes) = layout(sensors);
-        let held = wish.hold_max as usize;
-        let needed = HostPorts::rig_bytes(bytes, held);
+        let held = command.max_borrowed as usize;
+        let needed = HostPorts::bundle_channel_bytes(bytes, held);
         let free = free_bytes().map_err(|e| format!("/dev/shm: {e}"))?;
         if needed > free {
             return Err(format!(
-                "rig {:?}: {} MB a frame may need {} MB of /dev/shm, which has {} MB free; \
+                "bundle {:?}: {} MB a frame may need {} MB of /dev/shm, which has {} MB free; \
                  enlarge it, or hold fewer than {held} bundles",
-                wish.name,
+                command.name,
                 bytes.div_ceil(1 << 20),
                 needed.div_ceil(1 << 20),
                 free >> 20,
             ));
         }
-        let rig = RigId(self.last + 1);
-        ports.found_rig(rig, held).map_err(|e| e.to_string())?;
+        let bundle = BundleId(self.last + 1);
+        ports.create_bundle(bundle, held).map_err(|e| e.to_string())?;
         self.last += 1;
-        self.mounted.insert(rig, Mounted { parent: wish.parent, client });
-        Ok(rig)
+        self.mounted.insert(bundle, Mounted { parent: command.parent, client });
+        Ok(bundle)
     }
 
-    /// Takes a rig away.
-    pub(crate) fn destroy(&mut self, rig: RigId, ports: &mut HostPorts) -> Result<(), String> {
-        self.mounted.remove(&rig).ok_or_else(|| format!("there is no rig {}", rig.0))?;
-        ports.forget_rig(rig);
+    /// Takes a bundle away.
+    pub(crate) fn destroy(
+        &mut self,
+        bundle: BundleId,
+        ports: &mut HostPorts,
+    ) -> Result<(), String> {
+        self.mounted.remove(&bundle).ok_or_else(|| format!("there is no bundle {}", bundle.0))?;
+        ports.remove_bundle(bundle);
         Ok(())
     }
 
-    /// Every rig.
-    pub(crate) fn all(&self) -> Vec<RigId> {
+    /// Every bundle.
+    pub(crate) fn all(&self) -> Vec<BundleId> {
         self.those(|_| true)
     }
 
-    /// The rigs that `actor` carries.
-    pub(crate) fn on(&self, actor: ActorId) -> Vec<RigId> {
-        self.those(|rig| rig.parent == actor)
+    /// The bundles that `actor` carries.
+    pub(crate) fn on(&self, actor: ActorId) -> Vec<BundleId> {
+        self.those(|bundle| bundle.parent == actor)
     }
 
-    /// The rigs that `client` made: nobody else reads them.
-    pub(crate) fn of(&self, client: Name) -> Vec<RigId> {
-        self.those(|rig| rig.client == client)
+    /// The bundles that `client` made: nobody else reads them.
+    pub(crate) fn of(&self, client: Name) -> Vec<BundleId> {
+        self.those(|bundle| bundle.client == client)
     }
 
-    /// The rigs on actors that are not there.
-    pub(crate) fn orphans(&self, is_there: impl Fn(ActorId) -> bool) -> Vec<RigId> {
-        self.those(|rig| rig.parent != ActorId::NONE && !is_there(rig.parent))
+    /// The bundles on actors that are not there.
+    pub(crate) fn orphans(&self, is_there: impl Fn(ActorId) -> bool) -> Vec<BundleId> {
+        self.those(|bundle| bundle.parent != ActorId::NONE && !is_there(bundle.parent))
     }
 
-    fn those(&self, are_meant: impl Fn(&Mounted) -> bool) -> Vec<RigId> {
-        let meant = self.mounted.iter().filter(|(_, rig)| are_meant(rig));
+    fn those(&self, are_meant: impl Fn(&Mounted) -> bool) -> Vec<BundleId> {
+        let meant = self.mounted.iter().filter(|(_, bundle)| are_meant(bundle));
         meant.map(|(id, _)| *id).collect()
     }
 }
 
-fn check_rig(wish: &CreateRig, sensors: &[SensorSpec]) -> Result<(), String> {
-    let name = &wish.name;
+fn check_rig(command: &CreateBundle, sensors: &[SensorSpec]) -> Result<(), String> {
+    let name = &command.name;
     if sensors.is_empty() || sensors.len() > SENSORS_MAX {
         let count = sensors.len();
-        return Err(format!("rig {name:?} has {count} sensors; 1 to {SENSORS_MAX} are possible"));
-    }
-    if sensors.len() != wish.sensor_count as usize {
         return Err(format!(
-            "rig {name:?} announces {} sensors, but {} follow",
-            wish.sensor_count,
+            "bundle {name:?} has {count} sensors; 1 to {SENSORS_MAX} are possible"
+        ));
+    }
+    if sensors.len() != command.sensor_count as usize {
+        return Err(format!(
+            "bundle {name:?} announces {} sensors, but {} follow",
+            command.sensor_count,
             sensors.len()
         ));
     }
-    if !(1..=8).contains(&wish.hold_max) {
-        return Err(format!("rig {name:?}: hold_max is {}, not 1 to 8", wish.hold_max));
+    if !(1..=8).contains(&command.max_borrowed) {
+        return Err(format!(
+            "bundle {name:?}: max_borrowed is {}, not 1 to 8",
+            command.max_borrowed
+        ));
     }
-    let born = sensors.iter().filter(|spec| sensor::is_born(spec.kind)).count();
+    let born = sensors.iter().filter(|spec| sensor::is_physics_sensor(spec.kind)).count();
     if born != 0 && born != sensors.len() {
         return Err(format!(
-            "rig {name:?} has {born} sensors that physics measures and {} that rays do; make a rig \
+            "bundle {name:?} has {born} sensors that physics measures and {} that rays do; make a bundle \
              of each",
             sensors.len() - born
         ));
     }
     for (index, spec) in sensors.iter().enumerate() {
         check_sensor(spec)
-            .map_err(|why| format!("sensor {:?} of rig {name:?}: {why}", spec.name))?;
+            .map_err(|why| format!("sensor {:?} of bundle {name:?}: {why}", spec.name))?;
         if sensors[..index].iter().any(|earlier| earlier.name == spec.name) {
-            return Err(format!("rig {name:?} has two sensors named {:?}", spec.name));
+            return Err(format!("bundle {name:?} has two sensors named {:?}", spec.name));
         }
     }
     Ok(())
@@ -136,8 +145,8 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), String> {
     if away_m > 1e5 {
         return Err(format!("its pose lies {away_m} m out; 100000 m is the limit"));
     }
-    if sensor::is_born(spec.kind) {
-        return spec.check_born();
+    if sensor::is_physics_sensor(spec.kind) {
+        return spec.check_physics_sensor();
     }
     for (what, value) in [("width", spec.width), ("height", spec.height)] {
         if !(1..=SIDE_MAX).contains(&value) {
@@ -191,13 +200,13 @@ mod tests {
     }
 
     fn check(spec: SensorSpec, refusal: &str) {
-        let wish = CreateRig {
+        let command = CreateBundle {
             sensor_count: 1,
-            hold_max: 2,
+            max_borrowed: 2,
             name: Name::new("r"),
-            ..CreateRig::default()
+            ..CreateBundle::default()
         };
-        let said = check_rig(&wish, &[spec]).err().unwrap_or_default();
+        let said = check_rig(&command, &[spec]).err().unwrap_or_default();
         assert_eq!(said, refusal);
     }
 
@@ -206,20 +215,20 @@ mod tests {
         check(camera(), "");
         check(
             SensorSpec { width: 0, ..camera() },
-            "sensor \"front\" of rig \"r\": width is 0, not 1 to 8192",
+            "sensor \"front\" of bundle \"r\": width is 0, not 1 to 8192",
         );
         check(
             SensorSpec { fov_rad: f32::NAN, ..camera() },
-            "sensor \"front\" of rig \"r\": fov_rad is NaN, not 0.01 to 3.1",
+            "sensor \"front\" of bundle \"r\": fov_rad is NaN, not 0.01 to 3.1",
         );
         check(
             SensorSpec { outputs: output::POINTS, ..camera() },
-            "sensor \"front\" of rig \"r\": outputs 0x10 are none or not possible for a camera, which has 0xcf",
+            "sensor \"front\" of bundle \"r\": outputs 0x10 are none or not possible for a camera, which has 0xcf",
         );
         let crooked = Pose { rotation: [0.0; 4], ..Pose::IDENTITY };
         check(
             SensorSpec { parent_from_sensor: crooked, ..camera() },
-            "sensor \"front\" of rig \"r\": its pose is not finite, or its rotation not of unit length",
+            "sensor \"front\" of bundle \"r\": its pose is not finite, or its rotation not of unit length",
         );
     }
 }

@@ -1,4 +1,4 @@
-//! The mind of all vehicles on autopilot, and of the lights.
+//! The planner of all vehicles on autopilot, and of the lights.
 
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ const DELAY_STEERING_S: f32 = 0.05;
 ///
 /// Pure: the same map, seed and sequence of snapshots and journals give the same bits. What it
 /// decides on frame N is meant to act in frame N + 1.
-pub struct Mind {
+pub struct Planner {
     pub(crate) map: Arc<Map>,
     seed: u64,
     pub(crate) memory: Memory,
@@ -51,7 +51,7 @@ struct Scratch {
     /// By signal.
     shown: Vec<u32>,
     leaders: Vec<Leader>,
-    wishes: Vec<f32>,
+    desired_speeds: Vec<f32>,
     paces: Vec<Pace>,
     offsets_left_m: Vec<f32>,
     gaps: Vec<f32>,
@@ -59,12 +59,12 @@ struct Scratch {
     ignore_signs: Vec<f32>,
 }
 
-impl Mind {
-    /// A mind that knows the map and nothing else yet. `seed` decides every random turn.
-    pub fn new(network: Arc<road::Network>, seed: u64) -> Mind {
+impl Planner {
+    /// A planner that knows the map and nothing else yet. `seed` decides every random turn.
+    pub fn new(network: Arc<road::Network>, seed: u64) -> Planner {
         let map = Map::new(&network);
         let clocks = vec![0; map.signals.cycles()];
-        Mind {
+        Planner {
             map: Arc::new(map),
             seed,
             memory: Memory { clocks, ..Memory::default() },
@@ -75,7 +75,7 @@ impl Mind {
     }
 
     /// Plans on one snapshot: `actors` hold at the stamp's frame; `delta_nanos` is how long a frame takes;
-    /// `journal` is what was wished for in this frame.
+    /// `journal` is what was requested for in this frame.
     pub fn plan(
         &mut self,
         _stamp: &Stamp,
@@ -121,13 +121,13 @@ impl Mind {
         bytes
     }
 
-    /// Like [`Mind::save`], into a buffer whose old content is dropped.
+    /// Like [`Planner::save`], into a buffer whose old content is dropped.
     pub fn save_into(&self, bytes: &mut Vec<u8>) {
         bytes.clear();
         self.memory.write(self.seed, self.map.tracks.count(), bytes);
     }
 
-    /// Goes on from a mind that was saved on the same map. The seed comes with it.
+    /// Goes on from a planner that was saved on the same map. The seed comes with it.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), MindError> {
         let (seed, memory) =
             Memory::read(bytes, self.map.tracks.count(), self.map.signals.cycles())?;
@@ -153,7 +153,7 @@ impl Mind {
             along_m: rows.arc_m[row],
             astray_m: left_m - route::shift_at(rows, row, lead_m).0,
             limit_mps: tracks.limit_mps[lane as usize],
-            wish_mps: scratch.wishes[row],
+            desired_speed_mps: scratch.desired_speeds[row],
             leader: bus::ActorId(id(leader.body).unwrap_or(bus::ActorId::NONE.0)),
             leader_m: leader.gap_m,
             stop_m: halt.stop_m,
@@ -171,7 +171,7 @@ impl Mind {
 
     /// What random turns and whims are drawn from.
     fn draws(&self) -> u64 {
-        self.memory.dials.draws(self.seed)
+        self.memory.params.draws(self.seed)
     }
 
     fn heed(&mut self, journal: &[JournalEntry]) {
@@ -187,20 +187,20 @@ impl Mind {
         let crowd = &scratch.crowd;
         scratch.wanted.extend(crowd.driven.iter().map(|&body| crowd.id[body as usize]));
         self.memory.rows.keep(&scratch.wanted);
-        let dials = &self.memory.dials;
-        let dial = |column: &mut Vec<f32>, of: &dyn Fn(u32) -> f32| {
+        let params = &self.memory.params;
+        let param = |column: &mut Vec<f32>, of: &dyn Fn(u32) -> f32| {
             column.clear();
             column.extend(scratch.wanted.iter().map(|&id| of(id)));
         };
         scratch.paces.clear();
-        scratch.paces.extend(scratch.wanted.iter().map(|&id| match dials.speed_mps(id) {
+        scratch.paces.extend(scratch.wanted.iter().map(|&id| match params.speed_mps(id) {
             Some(mps) => Pace::Fixed(mps),
-            None => Pace::Slower(dials.slower(id)),
+            None => Pace::Slower(params.slower(id)),
         }));
-        dial(&mut scratch.offsets_left_m, &|id| dials.offset_left_m(id));
-        dial(&mut scratch.ignore_signs, &|id| dials.ignore_signs(id));
-        dial(&mut scratch.gaps, &|id| dials.gap_m(id));
-        dial(&mut scratch.ignore_lights, &|id| dials.ignore_lights(id));
+        param(&mut scratch.offsets_left_m, &|id| params.offset_left_m(id));
+        param(&mut scratch.ignore_signs, &|id| params.ignore_signs(id));
+        param(&mut scratch.gaps, &|id| params.gap_m(id));
+        param(&mut scratch.ignore_lights, &|id| params.ignore_lights(id));
     }
 
     fn locate(&mut self) {
@@ -222,7 +222,7 @@ impl Mind {
             ));
         }
         let map = &self.map;
-        scratch.occupancy.overlook(&scratch.crowd, &self.memory.dials, draws);
+        scratch.occupancy.overlook(&scratch.crowd, &self.memory.params, draws);
         scratch.occupancy.lay(&map.tracks, &map.grid, &scratch.crowd, &scratch.claims);
         sweep::look(rows, &map.tracks, &scratch.crowd, &mut scratch.obstacles);
         let (crowd, occupancy) = (&scratch.crowd, &scratch.occupancy);
@@ -264,18 +264,19 @@ impl Mind {
         let scratch = &mut self.scratch;
         let (rows, tracks) = (&self.memory.rows, &self.map.tracks);
         scratch.leaders.clear();
-        scratch.wishes.clear();
+        scratch.desired_speeds.clear();
         for row in 0..rows.id.len() {
             if rows.placed[row] == 0 {
                 scratch.leaders.push(Leader::NONE);
-                scratch.wishes.push(0.0);
+                scratch.desired_speeds.push(0.0);
                 continue;
             }
             let body = scratch.crowd.driven[row] as usize;
             let speed = scratch.crowd.speed(body);
             let curve_share = scratch.crowd.body[body].curve_share();
-            let wish = follow::wish(rows, row, tracks, speed, scratch.paces[row], curve_share);
-            scratch.wishes.push(wish);
+            let desired =
+                follow::desired_pace(rows, row, tracks, speed, scratch.paces[row], curve_share);
+            scratch.desired_speeds.push(desired);
             scratch.leaders.push(follow::leader(
                 rows,
                 row,
@@ -311,12 +312,12 @@ impl Mind {
             crowd: &scratch.crowd,
             occupancy: &scratch.occupancy,
             leaders: &scratch.leaders,
-            wishes: &scratch.wishes,
+            desired_speeds: &scratch.desired_speeds,
             seed: self.draws(),
             delta_s: seconds(delta_nanos),
         };
-        let Memory { rows, dials, guides, .. } = &mut self.memory;
-        change::consider(rows, dials, guides, &view);
+        let Memory { rows, params, guides, .. } = &mut self.memory;
+        change::consider(rows, params, guides, &view);
     }
 
     fn drive(&mut self, delta_nanos: u64) {
@@ -336,8 +337,8 @@ impl Mind {
 
     /// The lamps of a vehicle that sees to them by itself.
     fn lamps(&self, row: usize, control: &VehicleControl) -> u32 {
-        let Memory { rows, dials, weather, .. } = &self.memory;
-        if !dials.lamps(rows.id[row]) || rows.placed[row] == 0 {
+        let Memory { rows, params, weather, .. } = &self.memory;
+        if !params.lamps(rows.id[row]) || rows.placed[row] == 0 {
             return 0;
         }
         let crowd = &self.scratch.crowd;
@@ -371,11 +372,12 @@ impl Mind {
             halt.stop_m = halt.stop_m.min((end_m - room_m).max(0.0));
         }
         midway_lights(map, rows, row, &scratch.shown, front_m, speed, &mut halt);
-        let mut wish = scratch.wishes[row];
+        let mut desired = scratch.desired_speeds[row];
         if trouble {
-            wish = wish.min(recover::CAREFUL_MPS);
+            desired = desired.min(recover::CAREFUL_MPS);
         }
-        let mut gain = follow::accelerate(speed.max(0.0), wish, &leader, &halt, scratch.gaps[row]);
+        let mut gain =
+            follow::accelerate(speed.max(0.0), desired, &leader, &halt, scratch.gaps[row]);
         if trouble && !recover::is_free(crowd, body, 1.0, 1.0 + speed.max(0.0)) {
             gain = gain.min(-3.0);
         }

@@ -1,22 +1,24 @@
 //! What clients set is what vehicles do.
 
-use bus::{ActorId, Command, JournalEntry, Name, Outcome, TrafficDial, Weather, Wish, dial, lamp};
+use bus::{
+    ActorId, Command, JournalEntry, Name, Outcome, RawCommand, TrafficParam, Weather, lamp, param,
+};
 use glam::Vec3;
 
 use super::course::{Car, Course};
 use super::maps;
 
-/// A line of the journal that turns everybody's dial.
-pub(super) fn turned(dial: u32, value: f32) -> JournalEntry {
-    turned_for(0, dial, value)
+/// A line of the journal that turns everybody's param.
+pub(super) fn turned(param: u32, value: f32) -> JournalEntry {
+    turned_for(0, param, value)
 }
 
-fn turned_for(actor: u32, dial: u32, value: f32) -> JournalEntry {
-    let dial = TrafficDial { actor_id: ActorId(actor), dial, value };
+fn turned_for(actor: u32, param: u32, value: f32) -> JournalEntry {
+    let param = TrafficParam { actor_id: ActorId(actor), param, value };
     JournalEntry {
         client: Name::new("test"),
         sequence: 1,
-        command: Command::from(Wish::TrafficDial(dial)),
+        command: RawCommand::from(Command::TrafficParam(param)),
         outcome: Outcome::done(0),
     }
 }
@@ -35,10 +37,10 @@ fn alone(lines: &[JournalEntry], seconds: usize) -> Course {
 
 #[test]
 fn a_speed_holds_whatever_the_limit_is_until_a_share_is_set() {
-    let told = [turned_for(1, dial::SPEED_MPS, 20.0)];
+    let told = [turned_for(1, param::SPEED_MPS, 20.0)];
     let mut course = alone(&told, 20);
     assert!((course.cars[0].speed - 20.0).abs() < 1.0, "{}", course.cars[0].speed);
-    course.tick_with(&[turned_for(1, dial::SLOWER_THAN_LIMIT, 0.5)]);
+    course.tick_with(&[turned_for(1, param::SPEED_REDUCTION, 0.5)]);
     (0..20 * 12).for_each(|_| course.tick());
     assert!((course.cars[0].speed - 25.0 / 3.6).abs() < 0.7, "{}", course.cars[0].speed);
 }
@@ -46,7 +48,7 @@ fn a_speed_holds_whatever_the_limit_is_until_a_share_is_set() {
 #[test]
 fn an_offset_is_driven() {
     for offset in [0.6, -0.4] {
-        let course = alone(&[turned(dial::OFFSET_LEFT_M, offset)], 12);
+        let course = alone(&[turned(param::OFFSET_LEFT_M, offset)], 12);
         let y = course.cars[0].position.y;
         assert!((y + 1.75 - offset).abs() < 0.1, "{offset}: {y}");
     }
@@ -54,22 +56,22 @@ fn an_offset_is_driven() {
 
 #[test]
 fn a_change_that_is_told_is_made_once_and_at_once() {
-    let mut course = alone(&[turned_for(1, dial::CHANGE_NOW, -1.0)], 8);
+    let mut course = alone(&[turned_for(1, param::CHANGE_NOW, -1.0)], 8);
     assert!((course.cars[0].position.y + 5.25).abs() < 0.2, "{:?}", course.cars[0].position);
     // There is no lane right of it: that waits, and the other way takes its place.
-    course.tick_with(&[turned_for(1, dial::CHANGE_NOW, -1.0)]);
+    course.tick_with(&[turned_for(1, param::CHANGE_NOW, -1.0)]);
     (0..20).for_each(|_| course.tick());
     assert!((course.cars[0].position.y + 5.25).abs() < 0.2);
-    course.tick_with(&[turned_for(1, dial::CHANGE_NOW, 1.0)]);
+    course.tick_with(&[turned_for(1, param::CHANGE_NOW, 1.0)]);
     (0..20 * 8).for_each(|_| course.tick());
     assert!((course.cars[0].position.y + 1.75).abs() < 0.2, "{:?}", course.cars[0].position);
 }
 
 #[test]
 fn a_change_that_is_told_is_not_made_again() {
-    let mut course = alone(&[turned_for(1, dial::CHANGE_NOW, -1.0)], 8);
+    let mut course = alone(&[turned_for(1, param::CHANGE_NOW, -1.0)], 8);
     // Something else brings it back to the left, where it stays.
-    course.tick_with(&[turned_for(1, dial::CHANGE_LEFT, 1.0)]);
+    course.tick_with(&[turned_for(1, param::CHANGE_LEFT, 1.0)]);
     (0..20 * 14).for_each(|_| course.tick());
     for _ in 0..20 * 6 {
         course.tick();
@@ -79,9 +81,9 @@ fn a_change_that_is_told_is_not_made_again() {
 
 #[test]
 fn a_probability_changes_lanes_for_no_reason() {
-    let right = alone(&[turned(dial::KEEP_RIGHT, 1.0)], 8);
+    let right = alone(&[turned(param::KEEP_RIGHT, 1.0)], 8);
     assert!((right.cars[0].position.y + 5.25).abs() < 0.2, "{:?}", right.cars[0].position);
-    let never = alone(&[turned(dial::KEEP_RIGHT, 0.0)], 8);
+    let never = alone(&[turned(param::KEEP_RIGHT, 0.0)], 8);
     assert!((never.cars[0].position.y + 1.75).abs() < 0.2, "{:?}", never.cars[0].position);
 }
 
@@ -90,7 +92,7 @@ fn behind_a_slow_one(lines: &[JournalEntry], seconds: usize) -> Course {
     let cars = vec![car(70.0, -1.75, 2.0), car(20.0, -1.75, 12.0)];
     let mut course = Course::with_cars(maps::two_lanes(), 1, cars);
     let mut all =
-        vec![turned_for(1, dial::SPEED_MPS, 2.0), turned_for(1, dial::CHANGES_LANES, 0.0)];
+        vec![turned_for(1, param::SPEED_MPS, 2.0), turned_for(1, param::CHANGES_LANES, 0.0)];
     all.extend_from_slice(lines);
     course.tick_with(&all);
     (0..20 * seconds).for_each(|_| course.tick());
@@ -101,67 +103,67 @@ fn behind_a_slow_one(lines: &[JournalEntry], seconds: usize) -> Course {
 fn who_may_not_change_lanes_stays_behind() {
     let free = behind_a_slow_one(&[], 25);
     assert!(free.cars[1].position.x > free.cars[0].position.x, "it overtakes");
-    let bound = behind_a_slow_one(&[turned_for(2, dial::CHANGES_LANES, 0.0)], 25);
+    let bound = behind_a_slow_one(&[turned_for(2, param::CHANGES_LANES, 0.0)], 25);
     assert!(bound.cars[1].position.x < bound.cars[0].position.x, "it follows");
     assert_eq!(bound.collisions, []);
 }
 
 #[test]
 fn whom_one_ignores_one_drives_into() {
-    let stays = turned_for(2, dial::CHANGES_LANES, 0.0);
-    let all = turned_for(2, dial::IGNORE_VEHICLES, 1.0);
+    let stays = turned_for(2, param::CHANGES_LANES, 0.0);
+    let all = turned_for(2, param::IGNORE_VEHICLES, 1.0);
     assert_ne!(behind_a_slow_one(&[stays, all], 15).collisions, []);
-    let one = turned_for(2, dial::IGNORE_ACTOR + 1, 1.0);
+    let one = turned_for(2, param::IGNORE_ACTOR + 1, 1.0);
     assert_ne!(behind_a_slow_one(&[stays, one], 15).collisions, []);
     // The word about one goes before the share.
-    let but = turned_for(2, dial::IGNORE_ACTOR + 1, 0.0);
+    let but = turned_for(2, param::IGNORE_ACTOR + 1, 0.0);
     assert_eq!(behind_a_slow_one(&[stays, all, but], 15).collisions, []);
-    let walkers = turned_for(2, dial::IGNORE_WALKERS, 1.0);
+    let walkers = turned_for(2, param::IGNORE_WALKERS, 1.0);
     assert_eq!(behind_a_slow_one(&[stays, walkers], 15).collisions, []);
 }
 
 /// A line of the journal that makes such weather.
 fn sky(weather: Weather) -> JournalEntry {
-    JournalEntry { command: Command::from(Wish::SetWeather(weather)), ..turned(0, 0.0) }
+    JournalEntry { command: RawCommand::from(Command::SetWeather(weather)), ..turned(0, 0.0) }
 }
 
 /// The lamps that the first vehicle switches.
 fn lamps(course: &Course) -> u32 {
-    course.mind.controls()[0].lamps
+    course.planner.controls()[0].lamps
 }
 
 #[test]
 fn lamps_follow_the_sky_and_the_pedals() {
     let mut course = alone(&[], 1);
     assert_eq!(lamps(&course), 0, "nobody asked for it");
-    course.tick_with(&[turned_for(1, dial::LAMPS, 1.0)]);
+    course.tick_with(&[turned_for(1, param::LAMPS, 1.0)]);
     assert_eq!(lamps(&course), lamp::SWITCHED, "a clear afternoon");
     course.tick_with(&[sky(Weather { sun_altitude_rad: -0.3, ..Weather::default() })]);
     let night = lamp::SWITCHED | lamp::POSITION | lamp::LOW_BEAM;
     assert_eq!(lamps(&course), night);
-    let mut second = crate::Mind::new(course.network.clone(), 1);
-    second.restore(&course.mind.save()).expect("its own bytes");
+    let mut second = crate::Planner::new(course.network.clone(), 1);
+    second.restore(&course.planner.save()).expect("its own bytes");
     second.plan(&course.stamp, super::course::DELTA_NANOS, &course.actors, &[]);
     assert_eq!(second.controls()[0].lamps, night, "who takes over knows that it is night");
     course.tick_with(&[sky(Weather { fog_density: 60.0, ..Weather::default() })]);
     assert_eq!(lamps(&course), night | lamp::FOG);
-    course.tick_with(&[sky(Weather::default()), turned_for(1, dial::SPEED_MPS, 0.0)]);
+    course.tick_with(&[sky(Weather::default()), turned_for(1, param::SPEED_MPS, 0.0)]);
     course.tick();
     assert_eq!(lamps(&course), lamp::SWITCHED | lamp::BRAKE);
-    course.tick_with(&[turned_for(1, dial::LAMPS, 0.0)]);
+    course.tick_with(&[turned_for(1, param::LAMPS, 0.0)]);
     assert_eq!(lamps(&course), 0);
 }
 
 #[test]
 fn who_changes_lanes_indicates_where_to() {
-    let lines = [turned_for(1, dial::LAMPS, 1.0), turned_for(1, dial::CHANGE_NOW, -1.0)];
+    let lines = [turned_for(1, param::LAMPS, 1.0), turned_for(1, param::CHANGE_NOW, -1.0)];
     let mut course = Course::with_cars(maps::two_lanes(), 1, vec![car(10.0, -1.75, 10.0)]);
     course.tick_with(&lines);
     (0..20).for_each(|_| course.tick());
     assert_eq!(lamps(&course), lamp::SWITCHED | lamp::RIGHT_BLINKER);
     (0..20 * 7).for_each(|_| course.tick());
     assert_eq!(lamps(&course) & lamp::RIGHT_BLINKER, 0, "it is there");
-    course.tick_with(&[turned_for(1, dial::CHANGE_NOW, 1.0)]);
+    course.tick_with(&[turned_for(1, param::CHANGE_NOW, 1.0)]);
     (0..20).for_each(|_| course.tick());
     assert_eq!(lamps(&course), lamp::SWITCHED | lamp::LEFT_BLINKER);
 }
@@ -174,7 +176,7 @@ fn turns_are_drawn_anew_from_a_seed_that_is_set() {
         (0..600).for_each(|_| course.tick());
         course.cars.iter().map(|car| car.position.to_array()).collect::<Vec<_>>()
     };
-    let set = |seed: f32| ways(&[turned(dial::SEED, seed)]);
+    let set = |seed: f32| ways(&[turned(param::SEED, seed)]);
     assert!(set(42.0) == set(42.0), "the same again");
     assert!(set(42.0) != set(43.0), "other turns");
     assert!(set(42.0) != ways(&[]), "other turns than nobody asked for");

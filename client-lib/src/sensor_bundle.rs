@@ -1,10 +1,10 @@
-//! Rigs: sensors in, measurements out, in the renderer's own memory.
+//! Bundles: sensors in, measurements out, in the renderer's own memory.
 
 use bus::{
-    Bundle, BundleHeader, CamReading, CamSpec, CollisionReading, CollisionSpec, Frame, GnssReading,
-    GnssSpec, ImuReading, ImuSpec, LaneInvasionReading, LaneInvasionSpec, MessageReading,
-    MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Page, Plane,
-    Pose, Reader, Reading, RigId, SensorSpec, output, sensor,
+    BundleHeader, BundleId, BundleSample, CamReading, CamSpec, CollisionReading, CollisionSpec,
+    Frame, GnssReading, GnssSpec, ImuReading, ImuSpec, LaneInvasionReading, LaneInvasionSpec,
+    MessageReading, MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading,
+    OdometrySpec, Page, Plane, Pose, Reader, Reading, SensorSpec, output, sensor,
 };
 
 use crate::ClientError;
@@ -59,50 +59,50 @@ pub fn lidar(
 /// An inertial measurement unit.
 ///
 /// This and the following sensors are measured by the host, in the midst of physics. They go into
-/// rigs of their own, apart from cameras and lidars; [`crate::Client::tick_and_collect`] takes
+/// bundles of their own, apart from cameras and lidars; [`crate::Client::tick_and_collect`] takes
 /// both.
 pub fn imu(name: &str, parent_from_sensor: Pose, errors: ImuSpec) -> SensorSpec {
-    SensorSpec::born(name, parent_from_sensor, &errors)
+    SensorSpec::physics(name, parent_from_sensor, &errors)
 }
 
 /// A receiver of satellites.
 pub fn gnss(name: &str, parent_from_sensor: Pose, errors: GnssSpec) -> SensorSpec {
-    SensorSpec::born(name, parent_from_sensor, &errors)
+    SensorSpec::physics(name, parent_from_sensor, &errors)
 }
 
 /// A speedometer and odometer.
 pub fn odometry(name: &str, parent_from_sensor: Pose, errors: OdometrySpec) -> SensorSpec {
-    SensorSpec::born(name, parent_from_sensor, &errors)
+    SensorSpec::physics(name, parent_from_sensor, &errors)
 }
 
 /// Tells of everybody and everything that touches its carrier.
 pub fn collision(name: &str) -> SensorSpec {
-    SensorSpec::born(name, Pose::IDENTITY, &CollisionSpec::default())
+    SensorSpec::physics(name, Pose::IDENTITY, &CollisionSpec::default())
 }
 
 /// Tells of the markings that its carrier crosses.
 pub fn lane_invasion(name: &str) -> SensorSpec {
-    SensorSpec::born(name, Pose::IDENTITY, &LaneInvasionSpec::default())
+    SensorSpec::physics(name, Pose::IDENTITY, &LaneInvasionSpec::default())
 }
 
 /// Pushes a ball ahead, and tells what it runs into.
 pub fn obstacle(name: &str, parent_from_sensor: Pose, look: ObstacleSpec) -> SensorSpec {
-    SensorSpec::born(name, parent_from_sensor, &look)
+    SensorSpec::physics(name, parent_from_sensor, &look)
 }
 
 /// Sends and receives cooperative awareness messages.
 pub fn cam(name: &str, parent_from_sensor: Pose, station: CamSpec) -> SensorSpec {
-    SensorSpec::born(name, parent_from_sensor, &station)
+    SensorSpec::physics(name, parent_from_sensor, &station)
 }
 
 /// Sends texts ([`crate::Client::transmit`]) and receives them.
 pub fn message(name: &str, parent_from_sensor: Pose, station: MessageSpec) -> SensorSpec {
-    SensorSpec::born(name, parent_from_sensor, &station)
+    SensorSpec::physics(name, parent_from_sensor, &station)
 }
 
-/// A stream of one rig's measurements.
-pub struct Rig {
-    id: RigId,
+/// A stream of one bundle's measurements.
+pub struct SensorBundle {
+    id: BundleId,
     /// The number of the world that it was made in.
     episode: u32,
     sensors: Vec<SensorSpec>,
@@ -111,14 +111,14 @@ pub struct Rig {
     missed: u64,
 }
 
-impl Rig {
+impl SensorBundle {
     pub(crate) fn new(
-        id: RigId,
+        id: BundleId,
         episode: u32,
         sensors: Vec<SensorSpec>,
         reader: Reader<BundleHeader, Page>,
-    ) -> Rig {
-        Rig { id, episode, sensors, reader, last: Frame(0), missed: 0 }
+    ) -> SensorBundle {
+        SensorBundle { id, episode, sensors, reader, last: Frame(0), missed: 0 }
     }
 
     /// Whether the world that it was made in still stands.
@@ -126,11 +126,11 @@ impl Rig {
         if self.episode == standing {
             return Ok(());
         }
-        Err(ClientError::WorldGone { rig: self.id, standing })
+        Err(ClientError::WorldGone { bundle: self.id, standing })
     }
 
     /// Its id.
-    pub fn id(&self) -> RigId {
+    pub fn id(&self) -> BundleId {
         self.id
     }
 
@@ -175,10 +175,10 @@ impl Rig {
     }
 }
 
-/// All that a rig measured at one frame. Its bytes are the renderer's own; they stay until this is
-/// dropped, so hold no more than the rig's `hold_max`.
+/// All that a bundle measured at one frame. Its bytes are the renderer's own; they stay until this is
+/// dropped, so hold no more than the bundle's `max_borrowed`.
 pub struct Measurement {
-    bundle: Bundle,
+    bundle: BundleSample,
 }
 
 impl Measurement {
@@ -203,7 +203,7 @@ impl Measurement {
         bytemuck::cast_slice(&self.bytes()[..len])
     }
 
-    /// One output of one sensor (by its place in the rig).
+    /// One output of one sensor (by its place in the bundle).
     pub fn plane(&self, sensor: usize, output: u32) -> Option<&Plane> {
         self.planes().iter().find(|p| p.sensor as usize == sensor && p.output == output)
     }

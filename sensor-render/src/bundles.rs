@@ -1,19 +1,19 @@
-//! The rigs of the world as the renderer knows them from the journal.
+//! The bundles of the world as the renderer knows them from the journal.
 
 use std::collections::BTreeMap;
 
-use bus::{ActorId, ActorState, Plane, Pose, RigId, SensorSpec, SnapshotHeader, output};
+use bus::{ActorId, ActorState, BundleId, Plane, Pose, SensorSpec, SnapshotHeader, output};
 
 use crate::run::RigWriter;
 
 #[derive(Default)]
-pub(crate) struct Rigs {
-    rigs: BTreeMap<RigId, Rig>,
-    /// Writers of rigs that a keyframe may bring back.
-    spare: BTreeMap<RigId, RigWriter>,
+pub(crate) struct Bundles {
+    bundles: BTreeMap<BundleId, SensorBundle>,
+    /// Writers of bundles that a keyframe may bring back.
+    spare: BTreeMap<BundleId, RigWriter>,
 }
 
-struct Rig {
+struct SensorBundle {
     parent: ActorId,
     sensor_count: u32,
     sensors: Vec<SensorSpec>,
@@ -27,9 +27,9 @@ struct Mounted {
     writer: RigWriter,
 }
 
-/// A rig that measures in this frame.
+/// A bundle that measures in this frame.
 pub(crate) struct Due {
-    pub(crate) id: RigId,
+    pub(crate) id: BundleId,
     pub(crate) parent: ActorId,
     pub(crate) world_from_parent: Pose,
     /// Those of the sensors whose turn it is.
@@ -37,80 +37,81 @@ pub(crate) struct Due {
     pub(crate) byte_len: u64,
 }
 
-impl Rigs {
+impl Bundles {
     pub(crate) fn begin_anew(&mut self) {
-        for (id, rig) in std::mem::take(&mut self.rigs) {
-            if let Some(mounted) = rig.mounted {
+        for (id, bundle) in std::mem::take(&mut self.bundles) {
+            if let Some(mounted) = bundle.mounted {
                 self.spare.insert(id, mounted.writer);
             }
         }
     }
 
-    pub(crate) fn announce(&mut self, id: RigId, parent: ActorId, sensor_count: u32) {
-        self.rigs.insert(id, Rig { parent, sensor_count, sensors: Vec::new(), mounted: None });
+    pub(crate) fn announce(&mut self, id: BundleId, parent: ActorId, sensor_count: u32) {
+        self.bundles
+            .insert(id, SensorBundle { parent, sensor_count, sensors: Vec::new(), mounted: None });
     }
 
     /// Adds a sensor; says all of them once they are complete.
-    pub(crate) fn add(&mut self, id: RigId, spec: SensorSpec) -> Option<&[SensorSpec]> {
-        let rig = self.rigs.get_mut(&id)?;
-        rig.sensors.push(spec);
-        (rig.sensors.len() == rig.sensor_count as usize).then_some(&rig.sensors[..])
+    pub(crate) fn add(&mut self, id: BundleId, spec: SensorSpec) -> Option<&[SensorSpec]> {
+        let bundle = self.bundles.get_mut(&id)?;
+        bundle.sensors.push(spec);
+        (bundle.sensors.len() == bundle.sensor_count as usize).then_some(&bundle.sensors[..])
     }
 
-    pub(crate) fn take_writer(&mut self, id: RigId) -> Option<RigWriter> {
+    pub(crate) fn take_writer(&mut self, id: BundleId) -> Option<RigWriter> {
         self.spare.remove(&id)
     }
 
     pub(crate) fn mount(
         &mut self,
-        id: RigId,
+        id: BundleId,
         planes: Vec<Plane>,
         byte_len: u64,
         writer: RigWriter,
     ) {
-        if let Some(rig) = self.rigs.get_mut(&id) {
-            rig.mounted = Some(Mounted { planes, byte_len, writer });
+        if let Some(bundle) = self.bundles.get_mut(&id) {
+            bundle.mounted = Some(Mounted { planes, byte_len, writer });
         }
     }
 
-    pub(crate) fn remove(&mut self, id: RigId) {
-        self.rigs.remove(&id);
+    pub(crate) fn remove(&mut self, id: BundleId) {
+        self.bundles.remove(&id);
         self.spare.remove(&id);
     }
 
     /// Whether any sensor shows how things move.
     pub(crate) fn ask_for_flow(&self) -> bool {
         let flows = |spec: &SensorSpec| spec.outputs & output::FLOW != 0;
-        self.rigs.values().any(|rig| rig.sensors.iter().any(flows))
+        self.bundles.values().any(|bundle| bundle.sensors.iter().any(flows))
     }
 
-    pub(crate) fn sensors(&self, id: RigId) -> &[SensorSpec] {
-        &self.rigs[&id].sensors
+    pub(crate) fn sensors(&self, id: BundleId) -> &[SensorSpec] {
+        &self.bundles[&id].sensors
     }
 
-    pub(crate) fn writer(&self, id: RigId) -> &RigWriter {
-        &self.rigs[&id].mounted.as_ref().expect("only a mounted rig is due").writer
+    pub(crate) fn writer(&self, id: BundleId) -> &RigWriter {
+        &self.bundles[&id].mounted.as_ref().expect("only a mounted bundle is due").writer
     }
 
-    /// The rigs that measure in this frame, by id. One whose carrier is gone does not.
+    /// The bundles that measure in this frame, by id. One whose carrier is gone does not.
     pub(crate) fn due(&self, header: &SnapshotHeader, actors: &[ActorState]) -> Vec<Due> {
         let mut due = Vec::new();
-        for (id, rig) in &self.rigs {
-            let Some(mounted) = &rig.mounted else { continue };
-            let world_from_parent = if rig.parent == ActorId::NONE {
+        for (id, bundle) in &self.bundles {
+            let Some(mounted) = &bundle.mounted else { continue };
+            let world_from_parent = if bundle.parent == ActorId::NONE {
                 Pose::IDENTITY
             } else {
-                match actors.binary_search_by_key(&rig.parent, |a| a.actor_id) {
+                match actors.binary_search_by_key(&bundle.parent, |a| a.actor_id) {
                     Ok(index) => actors[index].pose,
                     Err(_) => continue,
                 }
             };
-            let is_due = |plane: &Plane| measures(&rig.sensors[plane.sensor as usize], header);
+            let is_due = |plane: &Plane| measures(&bundle.sensors[plane.sensor as usize], header);
             let planes: Vec<_> = mounted.planes.iter().copied().filter(is_due).collect();
             if !planes.is_empty() {
                 due.push(Due {
                     id: *id,
-                    parent: rig.parent,
+                    parent: bundle.parent,
                     world_from_parent,
                     planes,
                     byte_len: mounted.byte_len,

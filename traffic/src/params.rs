@@ -1,147 +1,147 @@
 //! What users set: how fast, how near, how lawful.
 
-use bus::{ActorId, TrafficDial, dial};
+use bus::{ActorId, TrafficParam, param};
 use bytemuck::Zeroable;
 
 use crate::follow::GAP_M;
 use crate::random::{Purpose, mixed, unit};
 
-/// All dials that were ever turned, sorted by actor and dial; actor 0 is everybody.
+/// All params that were ever turned, sorted by actor and param; actor 0 is everybody.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Dials {
-    set: Vec<TrafficDial>,
+    set: Vec<TrafficParam>,
 }
 
 impl Dials {
     /// Sets one, in place of what it was.
-    pub(crate) fn turn(&mut self, dial: TrafficDial) {
-        if !dial.value.is_finite() {
+    pub(crate) fn turn(&mut self, param: TrafficParam) {
+        if !param.value.is_finite() {
             return;
         }
-        if let Some(other) = dial::displaces(dial.dial) {
-            self.forget(dial.actor_id.0, other);
+        if let Some(other) = param::displaces(param.param) {
+            self.forget(param.actor_id.0, other);
         }
-        let key = (dial.actor_id, dial.dial);
-        match self.set.binary_search_by_key(&key, |d| (d.actor_id, d.dial)) {
-            Ok(at) => self.set[at] = dial,
-            Err(at) => self.set.insert(at, dial),
+        let key = (param.actor_id, param.param);
+        match self.set.binary_search_by_key(&key, |d| (d.actor_id, d.param)) {
+            Ok(at) => self.set[at] = param,
+            Err(at) => self.set.insert(at, param),
         }
     }
 
     /// An actor is no more.
     pub(crate) fn forget_actor(&mut self, actor: ActorId) {
-        self.set.retain(|set| !dial::ends_with(set.actor_id, set.dial, actor));
+        self.set.retain(|set| !param::ends_with(set.actor_id, set.param, actor));
     }
 
     /// What random turns and whims are drawn from in a world of this seed.
     pub(crate) fn draws(&self, seed: u64) -> u64 {
-        self.find(0, dial::SEED).map_or(seed, |drawn| mixed(seed, drawn as u64))
+        self.find(0, param::SEED).map_or(seed, |drawn| mixed(seed, drawn as u64))
     }
 
     /// How much slower than the limit this vehicle drives, as a share.
     pub(crate) fn slower(&self, id: u32) -> f32 {
-        self.get(id, dial::SLOWER_THAN_LIMIT, 0.0).clamp(-3.0, 1.0)
+        self.get(id, param::SPEED_REDUCTION, 0.0).clamp(-3.0, 1.0)
     }
 
     /// Free distance that this vehicle keeps at standstill, metres.
     pub(crate) fn gap_m(&self, id: u32) -> f32 {
-        self.get(id, dial::GAP_M, GAP_M).clamp(0.5, 100.0)
+        self.get(id, param::GAP_M, GAP_M).clamp(0.5, 100.0)
     }
 
     /// Share of red lights that this vehicle ignores.
     pub(crate) fn ignore_lights(&self, id: u32) -> f32 {
-        self.get(id, dial::IGNORE_LIGHTS, 0.0)
+        self.get(id, param::IGNORE_LIGHTS, 0.0)
     }
 
     /// The speed to drive at whatever the limit is, metres per second.
     pub(crate) fn speed_mps(&self, id: u32) -> Option<f32> {
-        let own = self.find(id, dial::SPEED_MPS);
-        let mps = match self.find(id, dial::SLOWER_THAN_LIMIT) {
+        let own = self.find(id, param::SPEED_MPS);
+        let mps = match self.find(id, param::SPEED_REDUCTION) {
             Some(_) => own,
-            None => own.or_else(|| self.find(0, dial::SPEED_MPS)),
+            None => own.or_else(|| self.find(0, param::SPEED_MPS)),
         };
         mps.map(|mps| mps.clamp(0.0, 100.0))
     }
 
     /// How far left of the middle of its lane this vehicle drives, metres.
     pub(crate) fn offset_left_m(&self, id: u32) -> f32 {
-        self.get(id, dial::OFFSET_LEFT_M, 0.0).clamp(-5.0, 5.0)
+        self.get(id, param::OFFSET_LEFT_M, 0.0).clamp(-5.0, 5.0)
     }
 
     /// Whether this vehicle changes lanes for its own ends.
     pub(crate) fn changes_lanes(&self, id: u32) -> bool {
-        self.get(id, dial::CHANGES_LANES, 1.0) != 0.0
+        self.get(id, param::CHANGES_LANES, 1.0) != 0.0
     }
 
     /// Where this vehicle has been told to change to: 1 left, -1 right, 0 nowhere.
     pub(crate) fn change_now(&self, id: u32) -> f32 {
-        self.find(id, dial::CHANGE_NOW)
+        self.find(id, param::CHANGE_NOW)
             .map_or(0.0, |side| if side == 0.0 { 0.0 } else { side.signum() })
     }
 
     /// It has changed as it was told.
     pub(crate) fn has_changed(&mut self, id: u32) {
-        self.forget(id, dial::CHANGE_NOW);
+        self.forget(id, param::CHANGE_NOW);
     }
 
     /// With what probabilities this vehicle changes to the left and to the right for no reason.
     pub(crate) fn wanders(&self, id: u32) -> [f32; 2] {
-        let share = |dial| self.get(id, dial, 0.0).clamp(0.0, 1.0);
-        let right = share(dial::KEEP_RIGHT) + share(dial::CHANGE_RIGHT);
-        [share(dial::CHANGE_LEFT), right.min(1.0)]
+        let share = |param| self.get(id, param, 0.0).clamp(0.0, 1.0);
+        let right = share(param::KEEP_RIGHT) + share(param::CHANGE_RIGHT);
+        [share(param::CHANGE_LEFT), right.min(1.0)]
     }
 
     /// Whether this vehicle switches its lamps by itself.
     pub(crate) fn lamps(&self, id: u32) -> bool {
-        self.get(id, dial::LAMPS, 0.0) != 0.0
+        self.get(id, param::LAMPS, 0.0) != 0.0
     }
 
     /// Share of stop and yield signs that this vehicle ignores.
     pub(crate) fn ignore_signs(&self, id: u32) -> f32 {
-        self.get(id, dial::IGNORE_SIGNS, 0.0)
+        self.get(id, param::IGNORE_SIGNS, 0.0)
     }
 
     /// Whether anybody may be ignored at all.
     pub(crate) fn some_ignore(&self) -> bool {
         self.set.iter().any(|set| {
-            let dial = set.dial;
-            let ignores = dial == dial::IGNORE_VEHICLES || dial == dial::IGNORE_WALKERS;
-            (ignores || dial >= dial::IGNORE_ACTOR) && set.value > 0.0
+            let param = set.param;
+            let ignores = param == param::IGNORE_VEHICLES || param == param::IGNORE_WALKERS;
+            (ignores || param >= param::IGNORE_ACTOR) && set.value > 0.0
         })
     }
 
     /// Whether this vehicle drives as if `other` were not there.
     pub(crate) fn ignores(&self, seed: u64, id: u32, other: u32, is_walker: bool) -> bool {
-        if let Some(told) = self.find(id, dial::IGNORE_ACTOR.saturating_add(other)) {
+        if let Some(told) = self.find(id, param::IGNORE_ACTOR.saturating_add(other)) {
             return told != 0.0;
         }
-        let dial = if is_walker { dial::IGNORE_WALKERS } else { dial::IGNORE_VEHICLES };
-        let share = self.get(id, dial, 0.0);
+        let param = if is_walker { param::IGNORE_WALKERS } else { param::IGNORE_VEHICLES };
+        let share = self.get(id, param, 0.0);
         share > 0.0 && unit(seed, id, Purpose::Ignore, u64::from(other)) < share
     }
 
     /// A vehicle's own setting, else everybody's, else the given one.
-    fn get(&self, id: u32, dial: u32, otherwise: f32) -> f32 {
-        self.find(id, dial).or_else(|| self.find(0, dial)).unwrap_or(otherwise)
+    fn get(&self, id: u32, param: u32, otherwise: f32) -> f32 {
+        self.find(id, param).or_else(|| self.find(0, param)).unwrap_or(otherwise)
     }
 
-    fn find(&self, id: u32, dial: u32) -> Option<f32> {
-        let at = self.set.binary_search_by_key(&(id, dial), |d| (d.actor_id.0, d.dial)).ok()?;
+    fn find(&self, id: u32, param: u32) -> Option<f32> {
+        let at = self.set.binary_search_by_key(&(id, param), |d| (d.actor_id.0, d.param)).ok()?;
         Some(self.set[at].value)
     }
 
-    fn forget(&mut self, id: u32, dial: u32) {
-        self.set.retain(|set| (set.actor_id.0, set.dial) != (id, dial));
+    fn forget(&mut self, id: u32, param: u32) {
+        self.set.retain(|set| (set.actor_id.0, set.param) != (id, param));
     }
 
     /// The settings, for saving.
-    pub(crate) fn all(&self) -> &[TrafficDial] {
+    pub(crate) fn all(&self) -> &[TrafficParam] {
         &self.set
     }
 
     /// From settings that were saved.
     pub(crate) fn from_saved(bytes: &[u8]) -> Dials {
-        let mut set = vec![TrafficDial::zeroed(); bytes.len() / size_of::<TrafficDial>()];
+        let mut set = vec![TrafficParam::zeroed(); bytes.len() / size_of::<TrafficParam>()];
         bytemuck::cast_slice_mut(&mut set).copy_from_slice(bytes);
         Dials { set }
     }

@@ -1,6 +1,6 @@
 //! Sensors born of physics, over the bus: every frame exact, the world none the wiser.
 
-use bus::{Name, ObstacleReading, Pose, Wish};
+use bus::{Command, Name, ObstacleReading, Pose};
 use client_lib::{
     ActorId, Client, GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, SensorSpec, SetVelocity, Spawn,
     camera, collision, gnss, imu, lane_invasion, obstacle, odometry, output, tracer,
@@ -42,7 +42,7 @@ fn go(client: &mut Client, hero: ActorId) {
     let ahead = client.world().actor(hero).unwrap().pose.rotation() * Vec3::X;
     let velocity_mps = (ahead * 8.0).to_array();
     let to = SetVelocity { actor_id: hero, velocity_mps, ..SetVelocity::default() };
-    client.request("velocity", &[Wish::SetVelocity(to)]).unwrap();
+    client.request("velocity", &[Command::SetVelocity(to)]).unwrap();
 }
 
 /// The state hash of each frame, and what was measured, as bytes.
@@ -50,15 +50,16 @@ fn run(with_sensors: bool) -> (Vec<u64>, Vec<Vec<u8>>) {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let (hero, other) = scene(&mut client);
-    let mut rig = with_sensors.then(|| client.create_rig("felt", hero, &sensors(), 2).unwrap());
+    let mut bundle =
+        with_sensors.then(|| client.create_bundle("felt", hero, &sensors(), 2).unwrap());
     let (mut hashes, mut said) = (Vec::new(), Vec::new());
     let (mut touches, mut nearest) = (0, f32::MAX);
     for tick in 0..60 {
         if tick == 20 {
             go(&mut client, hero);
         }
-        let mut rigs: Vec<_> = rig.iter_mut().collect();
-        let (frame, measured) = client.tick_and_collect(&mut rigs).unwrap();
+        let mut bundles: Vec<_> = bundle.iter_mut().collect();
+        let (frame, measured) = client.tick_and_collect(&mut bundles).unwrap();
         let header = *client.world().header();
         hashes.push(header.state_hash);
         let Some(felt) = measured.into_iter().next() else { continue };
@@ -111,20 +112,20 @@ fn a_rig_is_of_rays_or_of_physics_and_each_number_is_checked() {
     let (hero, _) = scene(&mut client);
     let eye = camera("eye", Pose::IDENTITY, 64, 48, 1.0, output::COLOR);
     let refused = |client: &mut Client, specs: &[SensorSpec], words: &[&str]| {
-        let said = client.create_rig("r", hero, specs, 2).err().expect("refused").to_string();
+        let said = client.create_bundle("r", hero, specs, 2).err().expect("refused").to_string();
         words.iter().for_each(|word| assert!(said.contains(word), "{said} lacks {word}"));
     };
     let bad =
         imu("imu", Pose::IDENTITY, ImuSpec { gyroscope_walk: f32::NAN, ..ImuSpec::default() });
     refused(&mut client, &[bad], &["\"imu\"", "gyroscope_walk is NaN"]);
-    refused(&mut client, &[collision("hit"), eye], &["\"r\"", "make a rig of each"]);
+    refused(&mut client, &[collision("hit"), eye], &["\"r\"", "make a bundle of each"]);
     let odd = SensorSpec { outputs: output::IMU, ..collision("hit") };
     refused(&mut client, &[odd], &["\"hit\"", "outputs are"]);
     refused(&mut client, &[SensorSpec { kind: 99, ..eye }], &["kind 99"]);
 
     // Both at one tick; and what goes with its carrier leaves nothing behind.
-    let mut seen = client.create_rig("seen", hero, &[eye], 2).unwrap();
-    let mut felt = client.create_rig("felt", hero, &sensors(), 2).unwrap();
+    let mut seen = client.create_bundle("seen", hero, &[eye], 2).unwrap();
+    let mut felt = client.create_bundle("felt", hero, &sensors(), 2).unwrap();
     for _ in 0..5 {
         let (frame, both) = client.tick_and_collect(&mut [&mut seen, &mut felt]).unwrap();
         assert!(both.iter().all(|m| m.as_ref().is_some_and(|m| m.frame() == frame)));
@@ -138,7 +139,7 @@ fn a_rig_is_of_rays_or_of_physics_and_each_number_is_checked() {
     // A map that is loaded anew has its own roads to look at.
     client.reload_map().unwrap();
     let (hero, _) = scene(&mut client);
-    let mut felt = client.create_rig("felt", hero, &sensors(), 2).unwrap();
+    let mut felt = client.create_bundle("felt", hero, &sensors(), 2).unwrap();
     let (_, told) = client.tick_and_collect(&mut [&mut felt]).unwrap();
     assert_eq!(told[0].as_ref().unwrap().header().stamp.episode, 2);
     assert!(felt.sensors()[1].name == Name::new("gnss"));

@@ -1,6 +1,6 @@
 //! Sensors born of physics: what they are told, and what they say.
 //!
-//! The host measures them in the midst of its substeps and sends a rig's bundle before the
+//! The host measures them in the midst of its substeps and sends a bundle's bundle before the
 //! snapshot's tick word is raised. Sensor space is x forward, y left, z up.
 
 use bytemuck::{Pod, Zeroable};
@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// The numbers of one kind of sensor; they stand in a [`crate::SensorSpec`].
-pub trait BornSpec: Pod {
+pub trait PhysicsSensorSpec: Pod {
     /// One of [`sensor`].
     const KIND: u32;
     /// Its one output.
@@ -32,7 +32,7 @@ pub trait Reading: Pod {
 macro_rules! born {
     ($($spec:ident => $reading:ident, $name:ident, $most:literal, $check:expr;)*) => {
         $(
-            impl BornSpec for $spec {
+            impl PhysicsSensorSpec for $spec {
                 const KIND: u32 = sensor::$name;
                 const OUTPUT: u32 = output::$name;
 
@@ -284,7 +284,7 @@ pub struct ObstacleReading {
 
 impl SensorSpec {
     /// What is wrong with a sensor that physics measures.
-    pub fn check_born(&self) -> Result<(), String> {
+    pub fn check_physics_sensor(&self) -> Result<(), String> {
         match self.kind {
             sensor::IMU => self.check_as::<ImuSpec>(),
             sensor::GNSS => self.check_as::<GnssSpec>(),
@@ -298,7 +298,7 @@ impl SensorSpec {
         }
     }
 
-    fn check_as<T: BornSpec>(&self) -> Result<(), String> {
+    fn check_as<T: PhysicsSensorSpec>(&self) -> Result<(), String> {
         if self.outputs != T::OUTPUT {
             let (told, own) = (self.outputs, T::OUTPUT);
             return Err(format!("outputs are {told:#x}, but it has {own:#x} and no other"));

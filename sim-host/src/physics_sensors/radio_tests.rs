@@ -6,7 +6,7 @@ use bus::{
 };
 use glam::Vec3;
 
-use super::{Noise, Scene, Sense, State, air::Sent, tests::Bench, tests::spawn};
+use super::{Noise, PhysicsSensor, Scene, State, air::Sent, tests::Bench, tests::spawn};
 
 /// Without shadow fading, in town.
 fn quiet() -> RadioSpec {
@@ -15,7 +15,7 @@ fn quiet() -> RadioSpec {
 
 struct Pair {
     bench: Bench,
-    stations: [(ActorId, Sense); 2],
+    stations: [(ActorId, PhysicsSensor); 2],
     nanos: u64,
 }
 
@@ -25,7 +25,7 @@ impl Pair {
         let mut bench = Bench::new();
         let other = spawn(&mut bench.world, Pose::level(away, 0.0));
         (0..5).for_each(|_| drop(bench.tick()));
-        let sense = || Sense::new(&make()).unwrap();
+        let sense = || PhysicsSensor::new(&make()).unwrap();
         Pair { stations: [(bench.carrier, sense()), (other, sense())], bench, nanos: 0 }
     }
 
@@ -62,7 +62,11 @@ fn cams(bytes: &[u8]) -> Vec<CamReading> {
 #[test]
 fn each_hears_the_other_and_not_itself_as_strong_as_the_way_is_long() {
     let make = || {
-        SensorSpec::born("v2x", Pose::IDENTITY, &CamSpec { radio: quiet(), ..CamSpec::default() })
+        SensorSpec::physics(
+            "v2x",
+            Pose::IDENTITY,
+            &CamSpec { radio: quiet(), ..CamSpec::default() },
+        )
     };
     let mut pair = Pair::new(make, Vec3::new(-100.0, 0.0, 0.0));
     let [first, second] = pair.tick().map(|bytes| cams(&bytes));
@@ -87,7 +91,7 @@ fn each_hears_the_other_and_not_itself_as_strong_as_the_way_is_long() {
 fn a_house_a_car_and_the_distance_take_what_they_take() {
     let power = |away: Vec3, between: Option<Vec3>, radio: RadioSpec| {
         let spec = CamSpec { radio, ..CamSpec::default() };
-        let mut pair = Pair::new(|| SensorSpec::born("v2x", Pose::IDENTITY, &spec), away);
+        let mut pair = Pair::new(|| SensorSpec::physics("v2x", Pose::IDENTITY, &spec), away);
         if let Some(place) = between {
             spawn(&mut pair.bench.world, Pose::level(place, 0.0));
         }
@@ -111,7 +115,7 @@ fn a_house_a_car_and_the_distance_take_what_they_take() {
 #[test]
 fn a_text_arrives_once_and_only_at_the_other() {
     let spec = MessageSpec { radio: quiet() };
-    let make = || SensorSpec::born("chat", Pose::IDENTITY, &spec);
+    let make = || SensorSpec::physics("chat", Pose::IDENTITY, &spec);
     let mut pair = Pair::new(make, Vec3::new(-40.0, 0.0, 0.0));
     assert!(pair.tick().iter().all(Vec::is_empty));
     let mut text = [0; TEXT_BYTES];
