@@ -11,7 +11,7 @@ use anyhow::Context;
 use glam::DVec3;
 use road::{LaneTypes, Network};
 use serde_json::Value;
-use town::cache::Cache;
+use bake::Cache;
 
 use crate::{
     Effort,
@@ -61,7 +61,7 @@ fn tasks(sink: &mut Sink) -> anyhow::Result<Vec<Task>> {
     };
     let Some(folder) = std::env::var_os(MAPS).map(PathBuf::from) else {
         sink.skip("map.*.town01", "OMNIBUS_MAPS names no folder of maps; our own town instead");
-        let (name, text) = town::default_map();
+        let (name, text) = mapgen::default_map();
         return Ok(vec![task(["map.load.own", "map.mapped.own", "map.nearest.own"], name, text)]);
     };
     let read = |name: &str| {
@@ -126,8 +126,8 @@ fn load(
 /// From the cache of baked things, of which each process has its own view.
 fn mapped(effort: Effort, sink: &mut Sink, task: &Task, machine: &Machine) -> anyhow::Result<()> {
     let folder = Folder(std::env::temp_dir().join(format!("bench-{}-cache", std::process::id())));
-    let cache = Cache::at(&folder.0);
-    cache.network(&task.text)?;
+    let cache = Cache::in_folder(&folder.0);
+    cache.network(&task.title, &task.text)?;
     let kept = std::fs::read_dir(&folder.0).with_context(|| folder.0.display().to_string())?;
     let bytes: u64 = kept.filter_map(|file| Some(file.ok()?.metadata().ok()?.len())).sum();
     let mut rounds = Vec::new();
@@ -135,7 +135,7 @@ fn mapped(effort: Effort, sink: &mut Sink, task: &Task, machine: &Machine) -> an
         let mut nanos = Vec::new();
         for _ in 0..effort.count(LOADS) {
             let begun = Instant::now();
-            let network = cache.network(&task.text)?;
+            let network = cache.network(&task.title, &task.text)?;
             nanos.push(begun.elapsed().as_nanos() as u64);
             std::hint::black_box(&network);
         }
@@ -336,7 +336,7 @@ mod tests {
 
     #[test]
     fn a_map_beside_itself_has_as_many_roads_as_copies() {
-        let (_, text) = town::default_map();
+        let (_, text) = mapgen::default_map();
         let one = Network::parse(&text).unwrap();
         let three = Network::parse(&side_by_side(&text, 3)).unwrap();
         assert_eq!(three.roads().len(), 3 * one.roads().len());

@@ -63,7 +63,7 @@ pub(crate) fn one_road() -> anyhow::Result<Map> {
 /// Town10HD where OMNIBUS_MAPS says it lies, else the map that ships.
 pub(crate) fn bench_map() -> anyhow::Result<Map> {
     let Some(folder) = std::env::var_os(MAPS) else {
-        let (name, _) = town::default_map();
+        let (name, _) = mapgen::default_map();
         return Ok(Map { arg: name.to_owned(), title: name.to_owned(), _home: None });
     };
     let path = Path::new(&folder).join(TOWN);

@@ -3,8 +3,10 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
+use bake::Cache;
 use bus::{
     ActorId, Autopilot, BatchHeader, BlueprintInfo, BundleId, ClientPorts, Command, CreateBundle,
     Ending, Event, FilePath, Frame, Instance, Interrupted, JournalEntry, LoadMap, Name, Nothing,
@@ -34,7 +36,7 @@ pub struct Client {
     world: Option<World>,
     blueprints: Vec<BlueprintInfo>,
     /// The map, and the number of its world.
-    network: Option<(u32, Network)>,
+    network: Option<(u32, Arc<Network>)>,
     frame: Frame,
     first: Frame,
 }
@@ -129,16 +131,35 @@ impl Client {
         &self.blueprints
     }
 
-    /// The road network.
+    /// The road network of the running map. It is read once for each map that is loaded, out of
+    /// the cache of baked maps where possible.
+    ///
+    /// # Errors
+    ///
+    /// The map's text is not in the instance, or cannot be parsed.
     pub fn map(&mut self) -> Result<&Network, ClientError> {
+        self.load_network().map(|network| &**network)
+    }
+
+    /// The same network as [`Client::map`], shared: it outlives the map and the client.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Client::map`].
+    pub fn shared_map(&mut self) -> Result<Arc<Network>, ClientError> {
+        self.load_network().cloned()
+    }
+
+    fn load_network(&mut self) -> Result<&Arc<Network>, ClientError> {
         let standing = self.participant.control().episode();
         if self.network.as_ref().is_none_or(|(number, _)| *number != standing) {
             let (number, episode) = self.instance().numbered_episode()?;
-            let network = Network::parse(&episode.open_drive)
-                .map_err(|e| ClientError::Map(format!("{}: {e}", episode.map)))?;
-            self.network = Some((number, network));
+            let network = Cache::from_environment()
+                .network(&episode.map, &episode.open_drive)
+                .map_err(|e| ClientError::Map(e.to_string()))?;
+            self.network = Some((number, Arc::new(network)));
         }
-        Ok(self.network.as_ref().map(|(_, network)| network).expect("it was just put there"))
+        Ok(self.network.as_ref().map(|(_, network)| network).expect("set above"))
     }
 
     /// The names of the maps that can be loaded.

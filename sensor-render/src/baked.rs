@@ -1,6 +1,7 @@
 //! A scene's place in the cache of baked things.
 
-use town::cache::{Cache, Key, Parts};
+use bake::{Cache, Key, MapError, Parts};
+use bus::Episode;
 
 use crate::Scene;
 use crate::scene::{Figure, Level, new_serial};
@@ -21,35 +22,20 @@ pub fn scene_of(network: &road::Network, seed: u64) -> Scene {
 }
 
 /// As [`scene_of`], out of the cache where it is there; and whether it had to be built.
-pub(crate) fn cached_scene(
-    cache: &Cache,
-    open_drive: &str,
-    seed: u64,
-) -> Result<(Scene, bool), road::MapError> {
-    let baked = cache.find(key(open_drive, seed));
+pub(crate) fn cached_scene(cache: &Cache, episode: &Episode) -> Result<(Scene, bool), MapError> {
+    let baked = cache.find(key(episode));
     if let Some(scene) = baked.and_then(|mut parts| take(&mut parts)) {
         return Ok((scene, false));
     }
-    Ok((Scene::of_town(&town_of(cache, open_drive, seed)?), true))
-}
-
-/// The town of a map, out of the cache where it is there.
-pub(crate) fn town_of(
-    cache: &Cache,
-    open_drive: &str,
-    seed: u64,
-) -> Result<town::Town, road::MapError> {
-    match cache.find_town(open_drive, seed) {
-        Some(town) => Ok(town),
-        None => Ok(town::furnish(&cache.network(open_drive)?, seed)),
-    }
+    let Episode { map, open_drive, seed } = episode;
+    Ok((Scene::of_town(&cache.town(map, open_drive, *seed)?), true))
 }
 
 /// Keeps a scene for the next start.
-pub(crate) fn keep_scene(cache: &Cache, open_drive: &str, seed: u64, scene: &Scene) {
+pub(crate) fn keep_scene(cache: &Cache, episode: &Episode, scene: &Scene) {
     let levels: Vec<Level> = [&[scene.ground], &*scene.levels].concat();
     cache.keep(
-        key(open_drive, seed),
+        key(episode),
         &[
             bytemuck::cast_slice(&levels),
             bytemuck::cast_slice(&[scene.reach]),
@@ -63,8 +49,8 @@ pub(crate) fn keep_scene(cache: &Cache, open_drive: &str, seed: u64, scene: &Sce
     );
 }
 
-fn key(open_drive: &str, seed: u64) -> Key {
-    Key::new("scene", CODE, open_drive, seed, town::Detail::Standard)
+fn key(episode: &Episode) -> Key {
+    Key::new("scene", CODE, &episode.open_drive, episode.seed, town::Detail::Standard)
 }
 
 fn take(parts: &mut Parts) -> Option<Scene> {

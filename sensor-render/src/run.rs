@@ -2,16 +2,17 @@
 
 use std::{path::PathBuf, sync::Arc};
 
+use bake::{Cache, MapError};
 use bus::{
     ActorState, BundleHeader, BundleId, Command, Episode, Event, Frame, GivenPoses, Instance,
     Interrupted, JournalEntry, Name, Page, Participant, RenderPorts, Role, SensorSpec, Snapshot,
     SnapshotHeader, Weather, Writer, clock, fault, layout, sensor, status,
 };
-use town::{Lighting, StreetLightState, Visibility, cache::Cache};
+use town::{Lighting, StreetLightState, Visibility};
 
 use crate::{
     BundleJob, Device, MeshList, Scene, Tracer, World,
-    baked::{cached_scene, keep_scene, town_of},
+    baked::{cached_scene, keep_scene},
     bundles::{Bundles, Due},
     gallery::Gallery,
     pose_planes,
@@ -59,7 +60,7 @@ pub fn run(
     let participant = Participant::join(instance, Role::Render, name, Some(slot), within)?;
     fault::joining(Role::Render);
     let (number, episode) = instance.numbered_episode()?;
-    let cache = Cache::of_environment();
+    let cache = Cache::from_environment();
     let replaced = match &config.meshes {
         None => Vec::new(),
         Some(list) => MeshList::read(list)?.load(),
@@ -288,9 +289,8 @@ impl Renderer {
 
     /// The scene without what is switched off.
     fn build_scene(&mut self) -> Result<(), RenderError> {
-        let Episode { open_drive, seed, .. } = &self.episode;
-        let town =
-            town_of(&self.cache, open_drive, *seed).map_err(|e| map_error(&self.episode, &e))?;
+        let Episode { map, open_drive, seed } = &self.episode;
+        let town = self.cache.town(map, open_drive, *seed).map_err(map_error)?;
         let town = town.visible(&self.hidden);
         // What blueprints look like has not changed.
         let scene = self.scene.refurnished(&town);
@@ -415,22 +415,21 @@ fn scene_for(
     episode: &Episode,
     replaced: Option<&[Replaced]>,
 ) -> Result<Scene, RenderError> {
-    let Episode { open_drive, seed, .. } = episode;
-    let on_map = |e: road::MapError| map_error(episode, &e);
     if let Some(replaced) = replaced {
-        let town = town_of(cache, open_drive, *seed).map_err(on_map)?;
+        let Episode { map, open_drive, seed } = episode;
+        let town = cache.town(map, open_drive, *seed).map_err(map_error)?;
         return Ok(Scene::furnished(&town, replaced));
     }
-    let (scene, is_new) = cached_scene(cache, open_drive, *seed).map_err(on_map)?;
+    let (scene, is_new) = cached_scene(cache, episode).map_err(map_error)?;
     if is_new {
         // At once: who is stopped a second later has not built it in vain.
-        keep_scene(cache, open_drive, *seed, &scene);
+        keep_scene(cache, episode, &scene);
     }
     Ok(scene)
 }
 
-fn map_error(episode: &Episode, why: &road::MapError) -> RenderError {
-    RenderError::Map(format!("{}: {why}", episode.map))
+fn map_error(error: MapError) -> RenderError {
+    RenderError::Map(error.to_string())
 }
 
 /// A bundle's writing end.

@@ -8,12 +8,12 @@ use std::{
     },
 };
 
+use bake::Cache;
 use bus::{
     BundleId, Command, Control, Ending, Episode, Frame, HideLayers, HostPorts, Instance,
     JournalEntry, Name, Outcome, OwnedInstance, Role, Settings, SnapshotHeader, Stamp, Strategy,
     clock, process,
 };
-use town::cache::Cache;
 
 use crate::{
     HostError,
@@ -34,7 +34,7 @@ mod replay;
 mod slots;
 
 pub use episode::Maps;
-use episode::{build_world, read_map};
+use episode::build_world;
 use fork::Decided;
 use recording::Recording;
 use replay::Replay;
@@ -122,9 +122,12 @@ pub struct Host {
 impl Host {
     /// Founds the instance, builds the world, starts the stages, and is at frame 0.
     pub fn start(config: HostConfig, launcher: Box<dyn Launcher>) -> Result<Host, HostError> {
-        let cache = Cache::of_environment();
-        // What is wrong with a map is said before anything starts; one with a baked town was read.
-        let network = read_map(&cache, &config.episode).map_err(HostError::Map)?;
+        let cache = Cache::from_environment();
+        let Episode { map, open_drive, seed } = config.episode.clone();
+        // A bad map is reported before anything starts.
+        let town_source = cache
+            .town_source(&map, &open_drive, seed)
+            .map_err(|e| HostError::Map(e.to_string()))?;
         let free = bus::free_bytes()?;
         if free < SHARED_MEMORY_MIN {
             return Err(HostError::SharedMemory { free, needed: SHARED_MEMORY_MIN });
@@ -149,13 +152,12 @@ impl Host {
                 .start(*role, slot)
                 .map_err(|e| HostError::Start { role: role.name(), why: e.to_string() })?;
         }
-        let (mut world, town) =
-            build_world(&cache, &config.episode, network).map_err(HostError::Map)?;
+        let loaded = town_source.load().map_err(|e| HostError::Map(e.to_string()))?;
+        let (mut world, town) = build_world(loaded, seed);
         let hide = Command::HideLayers(HideLayers { layers: config.hidden_layers, hidden: 1 });
         world.apply(&hide).map_err(HostError::Map)?;
         if let Some(town) = town {
-            let Episode { open_drive, seed, .. } = &config.episode;
-            cache.keep_town(open_drive, *seed, &town);
+            cache.keep_town(&open_drive, seed, &town);
         }
         let mut host = Host {
             control,
@@ -496,8 +498,9 @@ impl Host {
             return Ok(());
         }
         if specs.iter().any(needs_roads) && !self.physics_sensors.has_roads() {
-            let text = &self.config.episode.open_drive;
-            self.physics_sensors.set_roads(self.cache.network(text).map_err(|e| e.to_string())?);
+            let Episode { map, open_drive, .. } = &self.config.episode;
+            let network = self.cache.network(map, open_drive).map_err(|e| e.to_string())?;
+            self.physics_sensors.set_roads(network);
         }
         let (_, bytes) = bus::layout(specs);
         let writer = self.ports.bundle(id, bytes).map_err(|e| e.to_string())?;

@@ -85,11 +85,11 @@ fn begin_trace(path: &Path) -> BufWriter<File> {
 fn network(map: Option<&str>) -> (String, Network) {
     let (name, text) = match map {
         None => {
-            let (name, text) = town::default_map();
+            let (name, text) = mapgen::default_map();
             (name.to_owned(), text)
         }
         Some(given) => {
-            let text = town::named(given).unwrap_or_else(|| {
+            let text = mapgen::named(given).unwrap_or_else(|| {
                 std::fs::read_to_string(given).unwrap_or_else(|e| panic!("{given}: {e}"))
             });
             let name = std::path::Path::new(given).file_stem().unwrap_or_default();

@@ -16,15 +16,15 @@ use crate::{
 
 /// Another small town.
 fn other_map(folder: &Path) -> String {
-    let plan = town::Plan {
+    let plan = mapgen::Plan {
         name: "Thorp".to_owned(),
         seed: 9,
         size_m: 200.0,
-        character: town::Character::Grid,
+        character: mapgen::Character::Grid,
         relief_m: 1.0,
     };
     let path = folder.join("thorp.xodr");
-    fs::write(&path, town::generate(&plan)).unwrap();
+    fs::write(&path, mapgen::generate(&plan)).unwrap();
     path.to_str().unwrap().to_owned()
 }
 

@@ -9,8 +9,8 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
 };
 
+use mapgen::{Character, Plan};
 use omnibus_tests::closed_loop::{Cast, World};
-use town::{Character, Plan};
 
 use crate::kit::{is_soak, thread};
 
@@ -34,7 +34,7 @@ fn plan(seed: u64) -> Plan {
 
 /// Drives through a town; answers what went wrong, and says how it went.
 fn drive(plan: &Plan) -> Vec<String> {
-    let network = Arc::new(road::Network::parse(&town::generate(plan)).unwrap());
+    let network = Arc::new(road::Network::parse(&mapgen::generate(plan)).unwrap());
     let places = network.spawn_points().len();
     let cast = Cast { vehicles: VEHICLES, seed: plan.seed, sedans: false };
     let mut world = World::new(network, &cast);

@@ -40,14 +40,14 @@ fn a_crowd_stays_on_its_wheels_and_feet() {
     let size = if is_soak() { "1500" } else { "500" };
     let scratch = crate::kit::Scratch::new();
     let map = scratch.path().join("crowd.xodr");
-    let plan = town::Plan {
+    let plan = mapgen::Plan {
         name: "Crowd".to_owned(),
         seed: 3,
         size_m: size.parse().unwrap(),
-        character: town::Character::Grid,
+        character: mapgen::Character::Grid,
         relief_m: 20.0,
     };
-    std::fs::write(&map, town::generate(&plan)).unwrap();
+    std::fs::write(&map, mapgen::generate(&plan)).unwrap();
     let sim = Sim::start(&["--map", map.to_str().unwrap()]);
     let mut client = sim.ticker();
     let blueprints: Vec<String> = client.blueprints().iter().map(|b| b.id.clone()).collect();

@@ -62,18 +62,18 @@ fn unique(stem: &str) -> String {
 pub(crate) fn small_map() -> &'static str {
     static MAP: OnceLock<String> = OnceLock::new();
     MAP.get_or_init(|| {
-        let plan = town::Plan {
+        let plan = mapgen::Plan {
             name: "Hamlet".to_owned(),
             seed: 5,
             size_m: 250.0,
-            character: town::Character::Grid,
+            character: mapgen::Character::Grid,
             relief_m: 2.0,
         };
         // Beside this very binary: one file for all tests, and for those who look at a failure.
         let folder = std::env::temp_dir().join(format!("omnibus-it-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
         let path = folder.join("hamlet.xodr");
-        fs::write(&path, town::generate(&plan)).unwrap();
+        fs::write(&path, mapgen::generate(&plan)).unwrap();
         path.to_str().unwrap().to_owned()
     })
 }

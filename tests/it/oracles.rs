@@ -5,9 +5,9 @@
 
 use std::{collections::BTreeMap, fs, path::PathBuf, process::Command};
 
+use mapgen::{Character, Plan};
 use road::{LaneType, LaneTypes, Network};
 use serde_json::Value;
-use town::{Character, Plan};
 
 use crate::{
     carla::environment,
@@ -29,9 +29,9 @@ fn texts() -> BTreeMap<String, String> {
             Plan { name, seed, size_m, character, relief_m }
         })
     });
-    let named = town::names().chain(town::alike());
-    let named = named.map(|name| (name.to_owned(), town::named(name).unwrap()));
-    plans.map(|plan| (plan.name.clone(), town::generate(&plan))).chain(named).collect()
+    let named = mapgen::names().chain(mapgen::carla_names());
+    let named = named.map(|name| (name.to_owned(), mapgen::named(name).unwrap()));
+    plans.map(|plan| (plan.name.clone(), mapgen::generate(&plan))).chain(named).collect()
 }
 
 #[test]

@@ -5,18 +5,20 @@ use std::{collections::BTreeSet, process::Command};
 use serde_json::Value;
 
 /// Who may name whom: the arrows of ARCHITECTURE.md, and nothing else.
-const ARROWS: [(&str, &[&str]); 13] = [
+const ARROWS: [(&str, &[&str]); 15] = [
     ("mesh", &[]),
     ("bus", &[]),
     ("record", &["bus"]),
     ("road", &["mesh"]),
-    ("town", &["mesh", "road"]),
-    ("sim-host", &["bus", "mesh", "record", "road", "town"]),
-    ("traffic", &["bus", "mesh", "road", "town"]),
-    ("sensor-render", &["bus", "mesh", "road", "town"]),
-    ("client-lib", &["bus", "mesh", "road"]),
-    ("carla-gateway", &["client-lib", "mesh", "record", "road", "town"]),
-    ("bench", &["client-lib", "mesh", "road", "town"]),
+    ("mapgen", &["mesh", "road"]),
+    ("town", &["mapgen", "mesh", "road"]),
+    ("bake", &["mapgen", "mesh", "road", "town"]),
+    ("sim-host", &["bake", "bus", "mapgen", "mesh", "record", "road", "town"]),
+    ("traffic", &["bake", "bus", "mapgen", "mesh", "road", "town"]),
+    ("sensor-render", &["bake", "bus", "mapgen", "mesh", "road", "town"]),
+    ("client-lib", &["bake", "bus", "mesh", "road"]),
+    ("carla-gateway", &["bake", "client-lib", "mapgen", "mesh", "record", "road", "town"]),
+    ("bench", &["bake", "client-lib", "mapgen", "mesh", "road", "town"]),
     (
         "omnibus",
         &[
@@ -24,7 +26,9 @@ const ARROWS: [(&str, &[&str]); 13] = [
             "mesh",
             "record",
             "road",
+            "mapgen",
             "town",
+            "bake",
             "sim-host",
             "traffic",
             "sensor-render",
@@ -39,7 +43,9 @@ const ARROWS: [(&str, &[&str]); 13] = [
             "mesh",
             "record",
             "road",
+            "mapgen",
             "town",
+            "bake",
             "sim-host",
             "traffic",
             "sensor-render",
@@ -51,12 +57,13 @@ const ARROWS: [(&str, &[&str]); 13] = [
 ];
 
 /// Packages that belong to one room alone.
-const OWNED: [(&str, &str); 7] = [
+const OWNED: [(&str, &str); 8] = [
     ("rapier3d", "sim-host"),
     ("wgpu", "sensor-render"),
     ("ash", "sensor-render"),
     ("iceoryx2", "bus"),
     ("mcap", "record"),
+    ("memmap2", "bake"),
     ("quick-xml", "road"),
     ("zstd", "record"),
 ];

@@ -61,9 +61,9 @@ pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), Traffic
 
 /// A planner that knows the map and nothing else.
 fn mind_of(episode: &Episode) -> Result<Planner, TrafficError> {
-    let network = town::cache::Cache::of_environment()
-        .network(&episode.open_drive)
-        .map_err(|e| TrafficError::Map(format!("{}: {e}", episode.map)))?;
+    let network = bake::Cache::from_environment()
+        .network(&episode.map, &episode.open_drive)
+        .map_err(|e| TrafficError::Map(e.to_string()))?;
     Ok(Planner::new(Arc::new(network), episode.seed))
 }
 

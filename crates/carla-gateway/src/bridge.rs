@@ -538,7 +538,7 @@ impl Bridge {
         self.episode = self.standing();
         let episode = self.client.instance().episode()?;
         if episode != self.statics.episode {
-            self.statics = Arc::new(Statics::new(episode));
+            self.statics = Arc::new(Statics::new(episode, self.client.shared_map()?));
             self.statics.prepare();
         }
         let network = self.client.map()?;

@@ -2,14 +2,17 @@
 
 use std::sync::{Arc, OnceLock};
 
+use bake::Cache;
 use client_lib::Episode;
-use town::{Town, cache::Cache};
+use road::Network;
+use town::Town;
 
 use crate::{navigation, rays::Grid};
 
 /// A map and what stands round its roads.
 pub(crate) struct Statics {
     pub(crate) episode: Episode,
+    network: Arc<Network>,
     town: OnceLock<Town>,
     /// The town's triangles, sorted for rays.
     pub(crate) grid: OnceLock<Grid>,
@@ -24,8 +27,9 @@ pub(crate) struct Walks {
 }
 
 impl Statics {
-    pub(crate) fn new(episode: Episode) -> Statics {
-        Statics { episode, town: OnceLock::new(), grid: OnceLock::new(), walks: OnceLock::new() }
+    pub(crate) fn new(episode: Episode, network: Arc<Network>) -> Statics {
+        let (town, grid, walks) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        Statics { episode, network, town, grid, walks }
     }
 
     /// The map's plain name: a file's without its folder and ending.
@@ -37,8 +41,7 @@ impl Statics {
     /// Where people walk; nothing on a map without sidewalks.
     pub(crate) fn walks(&self) -> Option<&Walks> {
         let make = || {
-            let network = Cache::of_environment().network(&self.episode.open_drive).ok()?;
-            let file = navigation::file(&network, self.town())?;
+            let file = navigation::file(&self.network, self.town())?;
             let sum = file.iter().fold(0xcbf2_9ce4_8422_2325, |sum: u64, byte| {
                 (sum ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
             });
@@ -62,12 +65,7 @@ impl Statics {
     pub(crate) fn town(&self) -> &Town {
         self.town.get_or_init(|| {
             let Episode { open_drive, seed, .. } = &self.episode;
-            let cache = Cache::of_environment();
-            let baked = cache.find_town(open_drive, *seed);
-            baked.unwrap_or_else(|| match cache.network(open_drive) {
-                Ok(network) => town::furnish(&network, *seed),
-                Err(_) => Town::default(),
-            })
+            Cache::from_environment().town_around(&self.network, open_drive, *seed)
         })
     }
 }

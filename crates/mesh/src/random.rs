@@ -96,6 +96,16 @@ impl RandomStream {
         (self.bits() % count as u64) as usize
     }
 
+    /// Draws one of `choices`, by a remainder.
+    ///
+    /// # Panics
+    ///
+    /// Panics if there are none.
+    #[inline]
+    pub const fn pick<'a, T>(&mut self, choices: &'a [T]) -> &'a T {
+        &choices[self.remainder(choices.len())]
+    }
+
     /// Draws `true` with this probability.
     #[inline]
     pub const fn chance(&mut self, probability: f32) -> bool {

@@ -103,15 +103,14 @@ impl WorldArgs {
     /// The map's roads.
     pub(crate) fn network(&self) -> anyhow::Result<road::Network> {
         let Episode { map, open_drive, .. } = self.episode()?;
-        let cache = town::cache::Cache::of_environment();
-        cache.network(&open_drive).map_err(|e| anyhow!("{map}: {e}"))
+        Ok(bake::Cache::from_environment().network(&map, &open_drive)?)
     }
 
     /// The map's text, by file or by name.
     pub(crate) fn episode(&self) -> anyhow::Result<Episode> {
         let (map, open_drive) = match &self.map {
             None => {
-                let (name, text) = town::default_map();
+                let (name, text) = mapgen::default_map();
                 (name.to_owned(), text)
             }
             Some(name) => (name.clone(), maps::text(name, self.maps.as_deref())?),

@@ -23,13 +23,13 @@ pub(crate) struct MapsArgs {
 pub(crate) fn list(args: &MapsArgs) -> anyhow::Result<()> {
     let files = files(args.maps.as_deref())?;
     let mut lines: Vec<(String, String)> = Vec::new();
-    for name in town::names() {
-        let about = town::about(name).unwrap_or_default();
+    for name in mapgen::names() {
+        let about = mapgen::description(name).unwrap_or_default();
         lines.push((name.to_owned(), format!("ours: {about}")));
     }
-    for name in town::alike() {
+    for name in mapgen::carla_names() {
         if file_of(&files, name).is_none() {
-            let about = town::about(name).unwrap_or_default();
+            let about = mapgen::description(name).unwrap_or_default();
             lines.push((name.to_owned(), format!("ours, in place of CARLA's: {about}")));
         }
     }
@@ -56,7 +56,7 @@ impl sim_host::Maps for Shelf {
 
     fn names(&self) -> Vec<String> {
         let files = files(self.folder.as_deref()).unwrap_or_default();
-        let named = town::names().chain(town::alike()).map(str::to_owned);
+        let named = mapgen::names().chain(mapgen::carla_names()).map(str::to_owned);
         let mut names: Vec<String> =
             named.chain(files.iter().map(|file| called(file).to_owned())).collect();
         names.sort();
@@ -75,19 +75,19 @@ fn plain(name: &str) -> &str {
 pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> {
     let name = plain(name);
     let is_plain = !name.contains(['/', '.']);
-    if town::names().any(|own| own.eq_ignore_ascii_case(name)) {
-        return town::named(name).with_context(|| format!("map {name}"));
+    if mapgen::names().any(|own| own.eq_ignore_ascii_case(name)) {
+        return mapgen::named(name).with_context(|| format!("map {name}"));
     }
     if is_plain {
         if let Some(file) = file_of(&files(folder)?, name) {
             return read(file);
         }
         if !Path::new(name).is_file()
-            && let Some(text) = town::named(name)
+            && let Some(text) = mapgen::named(name)
         {
             static SAID: Once = Once::new();
             SAID.call_once(|| {
-                let about = town::about(name).unwrap_or_default();
+                let about = mapgen::description(name).unwrap_or_default();
                 eprintln!(
                     "omnibus: {name} is a town of our own in place of CARLA's ({about}); CARLA's \
                      is loaded from a folder with {name}.xodr, named by --maps or {VARIABLE}"
@@ -98,7 +98,7 @@ pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> 
     }
     match read(Path::new(name)) {
         Err(e) if is_plain && is_missing(&e) => {
-            let known = town::names().chain(town::alike()).collect::<Vec<_>>().join(", ");
+            let known = mapgen::names().chain(mapgen::carla_names()).collect::<Vec<_>>().join(", ");
             Err(anyhow!("no map is named {name:?} and no file is; there are {known}"))
         }
         read => read,
@@ -172,8 +172,8 @@ mod tests {
         assert_eq!(text("Town04_Opt"), "carla__Town04.xodr");
         assert_eq!(text("carla__Town04"), "carla__Town04.xodr");
         assert_eq!(text("Town03"), "Town03.xodr");
-        assert_eq!(text("Town05"), town::named("Town05").unwrap());
-        assert_eq!(text("Millbrook"), town::named("Millbrook").unwrap());
+        assert_eq!(text("Town05"), mapgen::named("Town05").unwrap());
+        assert_eq!(text("Millbrook"), mapgen::named("Millbrook").unwrap());
         fs::remove_dir_all(&folder).unwrap();
     }
 
@@ -181,7 +181,7 @@ mod tests {
     fn carla_s_folder_in_front_of_a_name_says_nothing() {
         let folder = folder("prefix", &[]);
         for spelling in ["Carla/Maps/Town02", "/Game/Carla/Maps/Town02", "Town02_Opt"] {
-            assert_eq!(text(spelling, Some(&folder)).unwrap(), town::named("Town02").unwrap());
+            assert_eq!(text(spelling, Some(&folder)).unwrap(), mapgen::named("Town02").unwrap());
         }
         assert!(text("Town10HD_Opt", Some(&folder)).is_ok());
         fs::remove_dir_all(&folder).unwrap();

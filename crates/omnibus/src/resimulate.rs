@@ -122,9 +122,7 @@ struct Again {
 
 impl Again {
     fn new(episode: &bus::Episode) -> anyhow::Result<Again> {
-        let network = town::cache::Cache::of_environment()
-            .network(&episode.open_drive)
-            .map_err(|e| anyhow!("{}: {e}", episode.map))?;
+        let network = bake::Cache::from_environment().network(&episode.map, &episode.open_drive)?;
         let world = World::new(&town::furnish(&network, episode.seed), episode.seed);
         let planner = Planner::new(Arc::new(network), episode.seed);
         let blank = planner.save();

@@ -28,7 +28,7 @@ pub fn towns() -> Vec<String> {
     };
     std::env::var_os("OMNIBUS_MAPS")
         .and_then(in_folder)
-        .unwrap_or_else(|| town::names().map(String::from).collect())
+        .unwrap_or_else(|| mapgen::names().map(String::from).collect())
 }
 
 /// A furnished town.
@@ -51,13 +51,13 @@ impl Sample {
                 return Sample::of("Town10HD", &text, Detail::High);
             }
         }
-        let text = town::named("Greatmoor").ok_or("there is no Greatmoor")?;
+        let text = mapgen::named("Greatmoor").ok_or("there is no Greatmoor")?;
         Sample::of("Greatmoor", &text, Detail::Standard)
     }
 
     /// One of our own towns, or the map of this path.
     pub fn named(name: &str) -> Result<Sample, Box<dyn Error>> {
-        match town::named(name) {
+        match mapgen::named(name) {
             Some(text) => Sample::of(name, &text, Detail::Standard),
             None => {
                 let text = std::fs::read_to_string(name)?;

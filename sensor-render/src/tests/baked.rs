@@ -1,8 +1,10 @@
 use std::fs;
 use std::path::PathBuf;
 
-use town::cache::Cache;
-use town::{Character, Layer, Plan, Visibility, generate};
+use bake::Cache;
+use bus::Episode;
+use mapgen::{Character, Plan, generate};
+use town::{Layer, Visibility};
 
 use super::*;
 use crate::baked::{cached_scene, keep_scene};
@@ -16,6 +18,10 @@ fn map() -> String {
         character: Character::Grid,
         relief_m: 3.0,
     })
+}
+
+fn episode(open_drive: &str, seed: u64) -> Episode {
+    Episode { map: "Small".into(), open_drive: open_drive.into(), seed }
 }
 
 /// What a camera above the middle of the town sees, and the cars in front of it.
@@ -40,18 +46,18 @@ impl Drop for Folder {
 #[test]
 fn a_scene_from_the_cache_gives_the_same_bytes_and_a_damaged_one_is_built_anew() {
     let folder = Folder(std::env::temp_dir().join(format!("omnibus-scene-{}", std::process::id())));
-    let (map, cache) = (map(), Cache::at(&folder.0));
+    let (map, cache) = (map(), Cache::in_folder(&folder.0));
     let built = scene_of(&road::Network::parse(&map).unwrap(), 1);
     let right = picture(&built);
     let tags = right.plane::<u8>(0, output::TAG);
     assert!(tags.contains(&(Tag::Building as u8)) && tags.contains(&(Tag::Car as u8)));
-    assert!(cached_scene(&cache, &map, 1).unwrap().1, "nothing is kept yet");
-    keep_scene(&cache, &map, 1, &built);
-    assert!(!cached_scene(&Cache::at(&folder.0), &map, 1).unwrap().1);
-    assert!(cached_scene(&cache, &map, 2).unwrap().1, "another seed is another scene");
-    assert!(cached_scene(&Cache::off(), &map, 1).unwrap().1);
+    assert!(cached_scene(&cache, &episode(&map, 1)).unwrap().1, "nothing is kept yet");
+    keep_scene(&cache, &episode(&map, 1), &built);
+    assert!(!cached_scene(&Cache::in_folder(&folder.0), &episode(&map, 1)).unwrap().1);
+    assert!(cached_scene(&cache, &episode(&map, 2)).unwrap().1, "another seed is another scene");
+    assert!(cached_scene(&Cache::disabled(), &episode(&map, 1)).unwrap().1);
 
-    let (found, is_new) = cached_scene(&cache, &map, 1).unwrap();
+    let (found, is_new) = cached_scene(&cache, &episode(&map, 1)).unwrap();
     assert!(!is_new && picture(&found).bytes() == right.bytes());
 
     let mut files = fs::read_dir(&folder.0).unwrap().map(|file| file.unwrap().path());
@@ -62,16 +68,16 @@ fn a_scene_from_the_cache_gives_the_same_bytes_and_a_damaged_one_is_built_anew()
         let mut bytes = whole.clone();
         bytes[at] ^= 0x10;
         fs::write(&file, &bytes).unwrap();
-        let (scene, is_new) = cached_scene(&cache, &map, 1).unwrap();
+        let (scene, is_new) = cached_scene(&cache, &episode(&map, 1)).unwrap();
         assert!(is_new, "byte {at} of {}", whole.len());
         if at == 0 {
             assert!(picture(&scene).bytes() == right.bytes());
         }
     }
     fs::write(&file, &whole[..whole.len() / 2]).unwrap();
-    let (scene, is_new) = cached_scene(&cache, &map, 1).unwrap();
+    let (scene, is_new) = cached_scene(&cache, &episode(&map, 1)).unwrap();
     assert!(is_new && picture(&scene).bytes() == right.bytes());
-    keep_scene(&cache, &map, 1, &scene);
+    keep_scene(&cache, &episode(&map, 1), &scene);
     assert!(fs::read(&file).unwrap() == whole);
 }
 

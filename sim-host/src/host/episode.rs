@@ -4,10 +4,11 @@
 //! journal has the line by which every stage begins anew, and the load is over when all of them
 //! have arrived at it. What can be wrong with a map is found before anything is destroyed.
 
+use bake::{LoadedTown, TownSource};
 use bus::{
     Command, Episode, Frame, HideLayers, LoadMap, Outcome, Role, SnapshotHeader, clock, load,
 };
-use town::{Town, cache::Cache};
+use town::Town;
 
 use super::{Host, START_NANOS, ending};
 use crate::{HostError, barrier::Verdict, journal::Request, standing::hiding, world::World};
@@ -68,8 +69,9 @@ impl Host {
         let (world, town) = if is_same {
             (self.world.anew(), None)
         } else {
-            let network = read_map(&self.cache, &episode)?;
-            build_world(&self.cache, &episode, network)?
+            let Episode { map, open_drive, seed } = &episode;
+            let source = self.cache.town_source(map, open_drive, *seed);
+            build_world(source.and_then(TownSource::load).map_err(|e| e.to_string())?, *seed)
         };
         Ok(Next { episode, world, town })
     }
@@ -148,31 +150,8 @@ impl Host {
     }
 }
 
-/// A map's roads, or what is wrong with it; none where its baked town is at hand.
-pub(super) fn read_map(cache: &Cache, episode: &Episode) -> Result<Option<road::Network>, String> {
-    let Episode { map, open_drive, seed } = episode;
-    if cache.has_town(open_drive, *seed) {
-        return Ok(None);
-    }
-    cache.network(open_drive).map(Some).map_err(|e| format!("{map}: {e}"))
-}
-
-/// The world of frame 0, and its town if it had to be furnished.
-pub(super) fn build_world(
-    cache: &Cache,
-    episode: &Episode,
-    network: Option<road::Network>,
-) -> Result<(World, Option<Town>), String> {
-    let Episode { map, open_drive, seed } = episode;
-    let baked = if network.is_none() { cache.find_town(open_drive, *seed) } else { None };
-    if let Some(town) = baked {
-        return Ok((World::new(&town, *seed), None));
-    }
-    let network = match network {
-        Some(network) => network,
-        // The baked one is damaged.
-        None => cache.network(open_drive).map_err(|e| format!("{map}: {e}"))?,
-    };
-    let town = town::furnish(&network, *seed);
-    Ok((World::new(&town, *seed), Some(town)))
+/// The world of frame 0, and its town if the town is not in the cache yet.
+pub(super) fn build_world(loaded: LoadedTown, seed: u64) -> (World, Option<Town>) {
+    let LoadedTown { town, is_new } = loaded;
+    (World::new(&town, seed), is_new.then_some(town))
 }

@@ -6,7 +6,7 @@ use road::Network;
 
 /// A small town of our own: lights, stop signs, one and two lanes each way.
 pub(super) fn town() -> Arc<Network> {
-    let text = town::named("Flatford").expect("it is one of ours");
+    let text = mapgen::named("Flatford").expect("it is one of ours");
     Arc::new(Network::parse(&text).expect("our own towns parse"))
 }
 

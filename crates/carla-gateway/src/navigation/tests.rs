@@ -48,7 +48,7 @@ fn two_sidewalks_and_a_crosswalk_are_one_ground_with_a_hole() {
 
 #[test]
 fn the_sidewalks_of_a_town_keep_off_its_roads() {
-    let text = town::named("Town01").unwrap();
+    let text = mapgen::named("Town01").unwrap();
     let network = road::Network::parse(&text).unwrap();
     let town = town::furnish(&network, 1);
     let cells = super::cells(&network, &town);

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use town::Character;
+use mapgen::Character;
 
 use super::{speak, write_file};
 
@@ -49,7 +49,7 @@ pub(super) fn generate(args: &GenerateArgs) -> anyhow::Result<()> {
         "--relief is {relief_m}; use 0 to 200 (metres)"
     );
     let name = args.name.clone();
-    let text = town::generate(&town::Plan {
+    let text = mapgen::generate(&mapgen::Plan {
         name: name.unwrap_or_else(|| format!("{}-{}", character.name(), args.seed)),
         seed: args.seed,
         size_m,

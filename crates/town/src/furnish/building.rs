@@ -2,13 +2,12 @@
 //! footprint on the ground.
 
 use glam::{Quat, Vec3, vec3};
-use mesh::{Material, Tag};
+use mesh::{Material, RandomStream, Tag};
 
 use super::Detail;
 use super::roof;
 use super::window::{Wall, Windows};
 use crate::clay::Clay;
-use crate::random::Random;
 
 /// What kind of house.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,7 +70,7 @@ impl House {
     }
 
     /// Models it.
-    pub(super) fn model(&self, clay: &mut Clay, random: &mut Random) {
+    pub(super) fn model(&self, clay: &mut Clay, random: &mut RandomStream) {
         clay.paint(Tag::Building, self.facade);
         if self.detail == Detail::Low {
             return self.plain(clay, random);
@@ -88,7 +87,7 @@ impl House {
     }
 
     /// Walls, a strip of glass for each floor, a door and a roof.
-    fn plain(&self, clay: &mut Clay, random: &mut Random) {
+    fn plain(&self, clay: &mut Clay, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
         clay.block(vec3(-x, -y, -FOOTING_M), vec3(x, y, eaves));
         clay.material(Material::Wood);
@@ -109,7 +108,7 @@ impl House {
         }
     }
 
-    fn block(&self, clay: &mut Clay, random: &mut Random) {
+    fn block(&self, clay: &mut Clay, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
         self.walls(clay, SHOP_M, eaves);
         self.courses(clay, SHOP_M, eaves, random);
@@ -133,7 +132,7 @@ impl House {
         }
     }
 
-    fn tower(&self, clay: &mut Clay, random: &mut Random) {
+    fn tower(&self, clay: &mut Clay, random: &mut RandomStream) {
         let ([x, y], top) = (self.half, self.eaves_m());
         self.walls(clay, SHOP_M, top * 0.3);
         self.bands(clay, self.half, SHOP_M, top * 0.3);
@@ -160,7 +159,7 @@ impl House {
         }
     }
 
-    fn row(&self, clay: &mut Clay, random: &mut Random) {
+    fn row(&self, clay: &mut Clay, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
         clay.material(Material::Concrete);
         clay.block(vec3(-x, -y - 0.06, -FOOTING_M), vec3(x, y + 0.06, 0.6));
@@ -192,7 +191,7 @@ impl House {
         downpipe(clay, vec3(x - 0.25, y + 0.06, eaves));
     }
 
-    fn terrace(&self, clay: &mut Clay, random: &mut Random) {
+    fn terrace(&self, clay: &mut Clay, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
         self.walls(clay, 0.5, eaves);
         let door = random.between(-0.6, 0.6) * (x - 1.2).max(0.0);
@@ -209,7 +208,7 @@ impl House {
         downpipe(clay, vec3(x - 0.25, y + 0.06, eaves));
     }
 
-    fn villa(&self, clay: &mut Clay, random: &mut Random) {
+    fn villa(&self, clay: &mut Clay, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
         let hipped = random.chance(0.4);
         // A wing that stands forward makes the plan an L.
@@ -246,7 +245,7 @@ impl House {
         downpipe(clay, vec3(x - 0.2, -y - 0.06, eaves));
     }
 
-    fn hall(&self, clay: &mut Clay, random: &mut Random) {
+    fn hall(&self, clay: &mut Clay, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
         self.walls(clay, 1.0, eaves);
         roof::flat(clay, [x, y], eaves, random, self.detail);
@@ -275,7 +274,7 @@ impl House {
         }
     }
 
-    fn shell(&self, clay: &mut Clay, random: &mut Random) {
+    fn shell(&self, clay: &mut Clay, random: &mut RandomStream) {
         let ([x, y], top) = (self.half, self.eaves_m());
         clay.material(Material::Concrete);
         clay.block(vec3(-x, -y, -FOOTING_M), vec3(x, y, 0.15));
@@ -312,10 +311,10 @@ impl House {
     }
 
     /// Bands between floors, and pilasters at the corners.
-    fn courses(&self, clay: &mut Clay, low: f32, eaves: f32, random: &mut Random) {
+    fn courses(&self, clay: &mut Clay, low: f32, eaves: f32, random: &mut RandomStream) {
         let [x, y] = self.half;
         let every =
-            if self.facade == Material::FacadeGlass { 4 } else { 1 + random.below(3) as u32 };
+            if self.facade == Material::FacadeGlass { 4 } else { 1 + random.remainder(3) as u32 };
         clay.material(Material::Concrete);
         let mut floor = 0;
         while low + FLOOR_M * (floor as f32) < eaves - 1.0 {
@@ -373,7 +372,7 @@ impl House {
     }
 
     /// Shop windows, doors and awnings along the street.
-    fn shops(&self, clay: &mut Clay, random: &mut Random) {
+    fn shops(&self, clay: &mut Clay, random: &mut RandomStream) {
         let [x, y] = self.half;
         let count = ((x * 2.0 / 5.0) as u32).max(1);
         let width = x * 2.0 / count as f32;
@@ -445,7 +444,7 @@ impl House {
     }
 
     /// Balconies on the street side.
-    fn balconies(&self, clay: &mut Clay, eaves: f32, random: &mut Random) {
+    fn balconies(&self, clay: &mut Clay, eaves: f32, random: &mut RandomStream) {
         if !random.chance(0.5) {
             return;
         }

@@ -1,7 +1,7 @@
 //! Trees, hedges and fences where nobody builds.
 
 use glam::{Vec2, vec2, vec3};
-use mesh::{Material, Tag};
+use mesh::{Material, RandomStream, Tag};
 
 use super::building::Style;
 use super::density::Density;
@@ -11,7 +11,6 @@ use super::raster::{ground, rectangle, square};
 use super::scene::{Brief, Place, Scene};
 use super::tree::{Finish, Sapling, Species, nursery};
 use super::{Detail, Layer};
-use crate::random::Random;
 
 /// All saplings of the town.
 pub(super) struct Nursery {
@@ -38,9 +37,9 @@ impl Nursery {
         species: Species,
         at: Vec2,
         scale: f32,
-        random: &mut Random,
+        random: &mut RandomStream,
     ) -> bool {
-        let choice = random.below(4);
+        let choice = random.remainder(4);
         let turn = random.between(0.0, std::f32::consts::TAU);
         let saplings = if is_far(plan, at) { &self.far } else { &self.near };
         let Some(sapling) = saplings.iter().filter(|one| one.species == species).nth(choice) else {
@@ -85,7 +84,7 @@ fn is_far(plan: &Plan, at: Vec2) -> bool {
 /// Hedges and fences in front of houses, and trees before and behind them.
 pub(super) fn gardens(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden], nursery: &Nursery) {
     for (number, garden) in gardens.iter().enumerate() {
-        let mut random = Random::new(plan.seed, 0x6a4d + number as u64 * 16);
+        let mut random = RandomStream::named(plan.seed, 0x6a4d + number as u64 * 16);
         let along = garden.out.perp();
         let homely = matches!(garden.style, Style::Villa | Style::Terrace);
         if homely && garden.front_m > 1.4 {
@@ -126,7 +125,7 @@ pub(super) fn gardens(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden], nu
 }
 
 /// A hedge, a wall or a fence along the street, with a gap before the door.
-fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Random) {
+fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut RandomStream) {
     let along = garden.out.perp();
     let dice = random.unit();
     let half_gap = 1.1;
@@ -201,7 +200,7 @@ pub(super) fn open_ground(
     nursery: &Nursery,
 ) {
     let (low, high) = plan.town;
-    let mut random = Random::new(plan.seed, 0x9e0);
+    let mut random = RandomStream::named(plan.seed, 0x9e0);
     let size = high - low;
     // On large maps woods are sparser, so that they do not outgrow the town.
     let area = size.x * size.y;

@@ -3,7 +3,7 @@
 use std::f32::consts::TAU;
 
 use glam::{Vec2, vec2};
-use mesh::Material;
+use mesh::{Material, RandomStream};
 
 use super::building::Style;
 use super::density::Density;
@@ -13,7 +13,6 @@ use super::plan::Plan;
 use super::raster::{ground, rectangle};
 use super::scene::Scene;
 use super::stand::stand;
-use crate::random::Random;
 
 /// Below this density nobody comes to play.
 const LIVED_IN: f32 = 0.22;
@@ -26,7 +25,7 @@ pub(super) fn parks(plan: &mut Plan, scene: &mut Scene, density: &Density) {
     let (low, high) = plan.town;
     let size = ((high - low) / PITCH_M).as_uvec2();
     for cell in 0..size.x * size.y {
-        let mut random = Random::new(plan.seed, 0x9a4c + u64::from(cell) * 16);
+        let mut random = RandomStream::named(plan.seed, 0x9a4c + u64::from(cell) * 16);
         let corner = vec2((cell % size.x) as f32, (cell / size.x) as f32);
         let at = low + (corner + vec2(random.unit(), random.unit())) * PITCH_M;
         let yaw = random.between(0.0, TAU);
@@ -59,7 +58,7 @@ fn playground(plan: &mut Plan, scene: &mut Scene, at: Vec2, yaw: f32, half: Vec2
     arrange(plan, scene, at, yaw, &things);
 }
 
-fn picnic(plan: &mut Plan, scene: &mut Scene, at: Vec2, yaw: f32, random: &mut Random) {
+fn picnic(plan: &mut Plan, scene: &mut Scene, at: Vec2, yaw: f32, random: &mut RandomStream) {
     let things = [
         ("static.prop.table", vec2(0.0, 0.0), 0.2),
         ("static.prop.plastictable", vec2(4.0, 1.5), 0.9),
@@ -90,7 +89,7 @@ pub(super) fn backyards(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) 
     ];
     let homes = |one: &Garden| matches!(one.style, Style::Villa | Style::Terrace);
     for (number, garden) in gardens.iter().enumerate().filter(|(_, one)| homes(one)) {
-        let mut random = Random::new(plan.seed, 0xbac4 + number as u64 * 16);
+        let mut random = RandomStream::named(plan.seed, 0xbac4 + number as u64 * 16);
         for _ in 0..2 {
             let id: &str = random.pick::<&str>(&THINGS);
             let at = garden.gate

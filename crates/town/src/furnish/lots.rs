@@ -2,7 +2,7 @@
 //! for.
 
 use glam::{Vec2, Vec3, vec2, vec3};
-use mesh::{Material, Tag};
+use mesh::{Material, RandomStream, Tag};
 
 use super::Layer;
 use super::building::{House, Style};
@@ -11,7 +11,6 @@ use super::frontage::{Frontage, STEP_M, Station};
 use super::plan::Plan;
 use super::raster::{ground, rectangle};
 use super::scene::{Brief, Place, Scene};
-use crate::random::Random;
 
 /// What is kept free round a house. Metres.
 const MARGIN_M: f32 = 0.5;
@@ -36,7 +35,7 @@ pub(super) fn build(
     for (number, outline) in outlines.iter().enumerate() {
         // First whoever wants to build, then small houses in the gaps.
         for (pass, narrow) in [(0, false), (1, true)] {
-            let mut random = Random::new(plan.seed, 0x107 + number as u64 * 16 + pass);
+            let mut random = RandomStream::named(plan.seed, 0x107 + number as u64 * 16 + pass);
             line(plan, scene, outline, density, narrow, &mut random, &mut gardens);
         }
     }
@@ -65,7 +64,7 @@ fn line(
     frontage: &[Station],
     density: &Density,
     narrow: bool,
-    random: &mut Random,
+    random: &mut RandomStream,
     gardens: &mut Vec<Garden>,
 ) {
     let mut start = 0;
@@ -86,7 +85,7 @@ fn line(
             }
             if matches!(house.style, Style::Tower | Style::Hall | Style::Shell) {
                 house.style = if plan.is_old { Style::Row } else { Style::Block };
-                house.floors = if plan.is_old { 3 } else { 4 } + random.below(4) as u32;
+                house.floors = if plan.is_old { 3 } else { 4 } + random.remainder(4) as u32;
             }
             house.half = [random.between(4.0, 6.5), random.between(4.5, 6.5)];
         }
@@ -116,7 +115,7 @@ fn gap(style: Style) -> f32 {
 }
 
 /// What somebody would build in a place as dense as this.
-fn draw(dense: f32, is_old: bool, random: &mut Random) -> House {
+fn draw(dense: f32, is_old: bool, random: &mut RandomStream) -> House {
     let detail = super::Detail::Standard;
     let dice = random.unit();
     let style = if dense > 0.3 && random.chance(UNFINISHED) {
@@ -146,43 +145,43 @@ fn draw(dense: f32, is_old: bool, random: &mut Random) -> House {
         Style::Shell => (
             random.between(16.0, 26.0),
             random.between(11.0, 16.0),
-            2 + random.below(4) as u32,
+            2 + random.remainder(4) as u32,
             Material::Concrete,
         ),
         Style::Tower => (
             random.between(20.0, 30.0),
             random.between(18.0, 26.0),
-            10 + random.below(14) as u32,
+            10 + random.remainder(14) as u32,
             *random.pick(&[Material::FacadeGlass, Material::FacadeGlass, Material::FacadeConcrete]),
         ),
         Style::Block => (
             random.between(14.0, 30.0),
             random.between(11.0, 17.0),
-            3 + random.below(3) as u32 + (dense * 3.0) as u32,
+            3 + random.remainder(3) as u32 + (dense * 3.0) as u32,
             if random.chance(0.15) { Material::FacadeGlass } else { *random.pick(&plaster) },
         ),
         Style::Row => (
             random.between(9.0, 17.0),
             random.between(10.0, 13.0),
-            3 + random.below(2) as u32 + u32::from(dense > 0.5),
+            3 + random.remainder(2) as u32 + u32::from(dense > 0.5),
             if random.chance(0.75) { Material::FacadePlaster } else { Material::FacadeBrick },
         ),
         Style::Terrace => (
             random.between(7.0, 12.0),
             random.between(9.0, 12.0),
-            2 + random.below(2) as u32,
+            2 + random.remainder(2) as u32,
             *random.pick(&plaster[..2]),
         ),
         Style::Villa => (
             random.between(9.0, 14.0),
             random.between(8.0, 11.0),
-            1 + random.below(2) as u32,
+            1 + random.remainder(2) as u32,
             *random.pick(&plaster[..2]),
         ),
         Style::Hall => (
             random.between(20.0, 36.0),
             random.between(16.0, 26.0),
-            1 + random.below(2) as u32,
+            1 + random.remainder(2) as u32,
             *random.pick(&[Material::FacadeConcrete, Material::Metal, Material::FacadeBrick]),
         ),
     };
@@ -196,7 +195,7 @@ fn place(
     stations: &[Station],
     mut house: House,
     dense: f32,
-    random: &mut Random,
+    random: &mut RandomStream,
 ) -> Option<Garden> {
     let (first, last) = (stations[0], stations[stations.len() - 1]);
     let along = (last.edge - first.edge).try_normalize()?;
@@ -252,7 +251,7 @@ fn place(
     None
 }
 
-fn erect(plan: &Plan, scene: &mut Scene, house: &House, mut place: Place, random: &mut Random) {
+fn erect(plan: &Plan, scene: &mut Scene, house: &House, mut place: Place, random: &mut RandomStream) {
     // It stands as high as the highest ground at its corners allows a door to be.
     let [x, y] = house.half;
     let highest = [(x, y), (-x, y), (x, -y), (-x, -y)]
@@ -263,7 +262,7 @@ fn erect(plan: &Plan, scene: &mut Scene, house: &House, mut place: Place, random
     let colors = [[150, 36, 32], [30, 70, 120], [40, 96, 64], [196, 150, 40], [70, 70, 76]];
     let brief = Brief { tag: Tag::Building, layer: Layer::Buildings, color: *random.pick(&colors) };
     // A stream of its own: what a finer model draws changes nothing of what comes after.
-    let mut inside = Random::new(random.bits(), 0x40);
+    let mut inside = RandomStream::named(random.bits(), 0x40);
     scene.add(brief, place, |clay| house.model(clay, &mut inside));
     let low = Vec3::new(-x, -y, -3.0);
     scene.solid(&place, low, Vec3::new(x, y, house.eaves_m()));

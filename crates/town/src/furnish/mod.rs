@@ -3,7 +3,6 @@
 //! Roads are stamped into a raster of the plan; everything else asks the raster for room before it
 //! stands anywhere, and takes it. So nothing stands on a road or in another thing.
 
-mod bake;
 mod bridge;
 mod building;
 mod density;
@@ -33,7 +32,6 @@ mod works;
 #[cfg(test)]
 mod tests;
 
-pub use bake::{BAKE_VERSION, BakeError};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 pub use lighting::{Lighting, StreetLightState};

@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::{Quat, Vec2, Vec3, vec2, vec3};
-use mesh::Material;
+use mesh::{Material, RandomStream};
 use road::{LaneIndex, LanePoint, LaneType, LaneTypes};
 
 use super::building::Style;
@@ -12,7 +12,6 @@ use super::plan::Plan;
 use super::raster::{ground, rectangle};
 use super::scene::{Place, Scene};
 use crate::catalogue::{self, Blueprint, Kind};
-use crate::random::Random;
 
 /// How many of the places are taken.
 const TAKEN: f32 = 0.55;
@@ -31,7 +30,7 @@ pub(super) fn park(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) {
     lanes(plan, scene, &fleet);
     spaces(plan, scene, &fleet);
     for (number, garden) in gardens.iter().enumerate() {
-        let mut random = Random::new(plan.seed, 0xca5 + number as u64 * 16);
+        let mut random = RandomStream::named(plan.seed, 0xca5 + number as u64 * 16);
         match garden.style {
             Style::Villa if garden.front_m > 3.0 => drive(plan, scene, &fleet, garden, &mut random),
             Style::Hall => forecourt(plan, scene, &fleet, garden, &mut random),
@@ -54,7 +53,7 @@ impl Fleet {
     }
 
     /// One that fits: half of length and width at most. Metres.
-    fn pick(&self, half: Vec2, random: &mut Random) -> Option<(u32, &'static Blueprint)> {
+    fn pick(&self, half: Vec2, random: &mut RandomStream) -> Option<(u32, &'static Blueprint)> {
         let fits =
             |one: &&(u32, &'static Blueprint)| one.1.half_extents_m.truncate().cmple(half).all();
         let fitting: Vec<_> = self.0.iter().filter(fits).collect();
@@ -68,7 +67,7 @@ fn lanes(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
         lane.kind == LaneType::Parking && lane.junction.is_none() && lane.length_m > PLACE_M
     });
     for lane in parking {
-        let mut random = Random::new(plan.seed, 0x9a5 + u64::from(lane.index.0) * 16);
+        let mut random = RandomStream::named(plan.seed, 0x9a5 + u64::from(lane.index.0) * 16);
         let mut along_m = CLEAR_ENDS_M;
         while along_m + CLEAR_ENDS_M < lane.length_m {
             let width = network.width(LanePoint { lane: lane.index, along_m });
@@ -105,7 +104,7 @@ fn lanes(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
 /// Parking spaces that the map records one by one.
 fn spaces(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
     let network = plan.network;
-    let mut random = Random::new(plan.seed, 0x9a6);
+    let mut random = RandomStream::named(plan.seed, 0x9a6);
     for object in network.objects().iter().filter(|object| object.kind == "parkingSpace") {
         let size = vec2(object.length_m as f32, object.width_m as f32);
         let drawn = object.outlines.iter().filter(|outline| outline.len() == 4);
@@ -133,7 +132,7 @@ fn spaces(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
 }
 
 /// A drive beside the door, from the street to the house, with a car on it more often than not.
-fn drive(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet, garden: &Garden, random: &mut Random) {
+fn drive(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet, garden: &Garden, random: &mut RandomStream) {
     let side = if random.chance(0.5) { 1.0 } else { -1.0 };
     let middle = garden.gate + garden.out.perp() * side * (garden.width_m * 0.5 - 2.0);
     let long = garden.front_m;
@@ -155,7 +154,7 @@ fn forecourt(
     scene: &mut Scene,
     fleet: &Fleet,
     garden: &Garden,
-    random: &mut Random,
+    random: &mut RandomStream,
 ) {
     let (along, yaw) = (garden.out.perp(), garden.out.to_angle());
     let half = vec2(garden.front_m * 0.5, garden.width_m * 0.5 - 3.2);
@@ -180,7 +179,7 @@ fn forecourt(
 pub(super) const LOT_M: Vec2 = vec2(11.0, 8.5);
 
 /// A car park: two rows of bays along a lane between them, lines of paint between the bays.
-pub(super) fn lot(plan: &mut Plan, scene: &mut Scene, at: Vec2, yaw: f32, random: &mut Random) {
+pub(super) fn lot(plan: &mut Plan, scene: &mut Scene, at: Vec2, yaw: f32, random: &mut RandomStream) {
     if !slab(plan, scene, at, LOT_M, yaw, Material::Asphalt) {
         return;
     }
@@ -266,7 +265,7 @@ impl Spot {
         scene: &mut Scene,
         fleet: &Fleet,
         taken: u8,
-        random: &mut Random,
+        random: &mut RandomStream,
     ) {
         const COLORS: [[u8; 3]; 9] = [
             [18, 18, 20],

@@ -1,18 +1,17 @@
 //! What closes houses above.
 
 use glam::{Vec3, vec3};
-use mesh::Material;
+use mesh::{Material, RandomStream};
 
 use super::Detail;
 use crate::clay::Clay;
-use crate::random::Random;
 
 /// A flat roof with a parapet, and what stands on it.
 pub(super) fn flat(
     clay: &mut Clay,
     [x, y]: [f32; 2],
     top: f32,
-    random: &mut Random,
+    random: &mut RandomStream,
     detail: Detail,
 ) {
     clay.material(Material::RoofFlat);
@@ -30,13 +29,13 @@ pub(super) fn flat(
     if room < 1.0 {
         return;
     }
-    let at = |random: &mut Random, margin: f32| {
+    let at = |random: &mut RandomStream, margin: f32| {
         let (x, y) = ((x - margin).max(0.0), (y - margin).max(0.0));
         vec3(random.between(-x, x), random.between(-y, y), top)
     };
     let house = at(random, 3.0);
     clay.block(house + vec3(-1.6, -1.6, 0.0), house + vec3(1.6, 1.6, 2.7));
-    let units = 2 + random.below(if detail == Detail::High { 8 } else { 4 });
+    let units = 2 + random.remainder(if detail == Detail::High { 8 } else { 4 });
     for _ in 0..units {
         let (unit, half) = (at(random, 1.8), random.between(0.45, 0.95));
         if (unit - house).abs().max_element() < 2.7 {
@@ -146,7 +145,7 @@ pub(super) fn chimneys(
     clay: &mut Clay,
     [x, y]: [f32; 2],
     eaves: f32,
-    random: &mut Random,
+    random: &mut RandomStream,
     count: u32,
 ) {
     for _ in 0..count {
@@ -160,7 +159,7 @@ pub(super) fn chimneys(
 }
 
 /// Dormer windows on the street side.
-pub(super) fn dormers(clay: &mut Clay, [x, y]: [f32; 2], eaves: f32, random: &mut Random) {
+pub(super) fn dormers(clay: &mut Clay, [x, y]: [f32; 2], eaves: f32, random: &mut RandomStream) {
     let count = ((x * 2.0 / 4.5) as u32).clamp(1, 3);
     let z = eaves + random.between(0.3, 0.7);
     for dormer in 0..count {

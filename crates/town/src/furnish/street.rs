@@ -1,7 +1,7 @@
 //! What stands on sidewalks: lamps, trees in a row, benches, bins, hydrants, bus stops.
 
 use glam::{Vec3, vec3};
-use mesh::{Material, Tag};
+use mesh::{Material, RandomStream, Tag};
 
 use super::density::{Density, FAST_MPS};
 use super::frontage::{Frontage, STEP_M, Station};
@@ -12,7 +12,6 @@ use super::scene::{Brief, Place, Scene};
 use super::stand::stand;
 use super::tree::Species;
 use super::{Detail, Lamp, Layer};
-use crate::random::Random;
 
 /// From the kerb to the middle of what stands behind it. Metres.
 const BEHIND_KERB_M: f32 = 0.7;
@@ -28,7 +27,7 @@ pub(super) fn furnish(
     nursery: &Nursery,
 ) {
     for (number, frontage) in frontages.iter().enumerate() {
-        let mut random = Random::new(plan.seed, 0x57e + number as u64 * 16);
+        let mut random = RandomStream::named(plan.seed, 0x57e + number as u64 * 16);
         let species =
             *random.pick(&[Species::Plane, Species::Plane, Species::Plane, Species::Poplar]);
         let planted = random.chance(0.7);
@@ -83,7 +82,7 @@ fn lamp(plan: &mut Plan, scene: &mut Scene, station: &Station) -> bool {
 }
 
 /// A bench, a bin, a hydrant, a bus stop or the like, as the catalogue has them.
-fn prop(plan: &mut Plan, scene: &mut Scene, station: &Station, random: &mut Random) {
+fn prop(plan: &mut Plan, scene: &mut Scene, station: &Station, random: &mut RandomStream) {
     const IDS: [&str; 17] = [
         "static.prop.bin",
         "static.prop.bench01",

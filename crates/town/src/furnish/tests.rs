@@ -5,8 +5,9 @@ use mesh::{Mesh, Tag};
 use road::{LanePoint, LaneTypes, Network};
 
 use super::index::TriangleIndex;
-use super::{BakeError, Collider, Detail, Layer, Object, Town, furnish, furnish_with};
-use crate::{Kind, catalogue, default_map, named};
+use super::{Collider, Detail, Layer, Object, Town, furnish, furnish_with};
+use crate::{Kind, catalogue};
+use mapgen::{default_map, named};
 
 fn default_town() -> (Network, Town) {
     let network = Network::parse(&default_map().1).expect("our own map");
@@ -42,32 +43,6 @@ fn the_default_town_is_as_large_as_promised() {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
-    let network = Network::parse(&named("Flatford").expect("one of ours")).expect("our own map");
-    let first = furnish(&network, 1).to_bytes();
-    assert!(first == furnish(&network, 1).to_bytes());
-    assert!(first != furnish(&network, 2).to_bytes());
-}
-
-#[test]
-fn the_number_of_threads_changes_nothing() {
-    let by = |network: &Network, threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| furnish(network, 1)).to_bytes()
-    };
-    let mut maps = shared_maps();
-    maps.retain(|(name, _)| name.contains("Town02") || name.contains("Town04"));
-    maps.push(("Flatford".to_owned(), named("Flatford").expect("one of ours")));
-    for (name, text) in maps {
-        let network = Network::parse(&text).expect("a map that loads");
-        let alone = by(&network, 1);
-        for threads in [2, 5] {
-            assert!(by(&network, threads) == alone, "{name} on {threads} threads");
-        }
-    }
-}
-
-#[test]
 fn detail_changes_how_things_look_but_not_where_houses_stand() {
     let network = Network::parse(&named("Flatford").expect("one of ours")).expect("our own map");
     let (plain, fine) = (furnish(&network, 1), furnish_with(&network, 1, Detail::High));
@@ -80,20 +55,6 @@ fn detail_changes_how_things_look_but_not_where_houses_stand() {
     assert_eq!(flat(walls(&plain)), flat(walls(&coarse)));
     assert!(plain.mesh.triangles.len() > 2 * coarse.mesh.triangles.len());
     assert!(fine.mesh.triangles.len() > 2 * plain.mesh.triangles.len());
-}
-
-#[test]
-fn a_baked_town_reads_back_as_it_was() {
-    let network = Network::parse(&named("Flatford").expect("one of ours")).expect("our own map");
-    let town = furnish(&network, 3);
-    let bytes = town.to_bytes();
-    assert!(Town::from_bytes(&bytes).as_ref() == Ok(&town));
-    assert_eq!(Town::from_bytes(b"something else").err(), Some(BakeError::Foreign));
-    let short = &bytes[..bytes.len() - 1];
-    assert_eq!(Town::from_bytes(short).err(), Some(BakeError::Damaged { part: "heads" }));
-    let mut other = bytes.clone();
-    other[8] += 1;
-    assert!(matches!(Town::from_bytes(&other), Err(BakeError::Version { .. })));
 }
 
 /// The colliders of houses.
@@ -422,7 +383,7 @@ fn crosswalks_are_painted_on_the_ground_itself() {
 
 #[test]
 fn an_old_town_is_built_of_rows_under_steep_roofs() {
-    use crate::{Character, Plan, generate};
+    use mapgen::{Character, Plan, generate};
     let built = |character: Character, seed: u64| {
         let (size_m, relief_m) = character.usual_m();
         let plan = Plan { name: "built".to_string(), seed, size_m, character, relief_m };

@@ -1,11 +1,10 @@
 //! Trees and bushes, modelled a few times per town and planted turned and scaled.
 
 use glam::{Vec3, vec3};
-use mesh::{Material, Mesh, Tag};
+use mesh::{Material, Mesh, RandomStream, Tag};
 
 use super::Detail;
 use crate::clay::Clay;
-use crate::random::Random;
 
 /// What grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,7 +79,7 @@ impl Finish {
 /// A few of each species.
 pub(super) fn nursery(seed: u64, finish: Finish) -> Vec<Sapling> {
     use Species::{Bush, Lime, Oak, Plane, Poplar, Spruce};
-    let mut random = Random::new(seed, 0x72ee);
+    let mut random = RandomStream::named(seed, 0x72ee);
     let mut all = Vec::new();
     for species in [Plane, Lime, Poplar, Spruce, Oak, Bush] {
         for _ in 0..4 {
@@ -90,7 +89,7 @@ pub(super) fn nursery(seed: u64, finish: Finish) -> Vec<Sapling> {
     all
 }
 
-fn sapling(species: Species, finish: Finish, random: &mut Random) -> Sapling {
+fn sapling(species: Species, finish: Finish, random: &mut RandomStream) -> Sapling {
     let mut clay = Clay::new(Tag::Vegetation, Material::Bark, 0);
     let grow = random.between(0.85, 1.2);
     let mut crown = Crown { finish, random };
@@ -148,7 +147,7 @@ fn trunk(clay: &mut Clay, height: f32, radius: f32, finish: Finish) {
     clay.cone(Vec3::Z * 0.5, Vec3::Z * height, [radius, radius * 0.45], sides);
 }
 
-fn branches(clay: &mut Clay, height: f32, random: &mut Random) {
+fn branches(clay: &mut Clay, height: f32, random: &mut RandomStream) {
     for branch in 0..4 {
         let around = glam::Vec2::from_angle(1.6 * branch as f32 + random.unit());
         let from = Vec3::Z * height * random.between(0.28, 0.42);
@@ -159,7 +158,7 @@ fn branches(clay: &mut Clay, height: f32, random: &mut Random) {
 
 struct Crown<'a> {
     finish: Finish,
-    random: &'a mut Random,
+    random: &'a mut RandomStream,
 }
 
 impl Crown<'_> {

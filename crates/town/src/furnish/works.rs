@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::{Vec3, vec2, vec3};
-use mesh::{Material, Tag};
+use mesh::{Material, RandomStream, Tag};
 
 use super::building::Style;
 use super::density::Density;
@@ -14,7 +14,6 @@ use super::raster::{ground, rectangle};
 use super::scene::{Brief, Place, Scene};
 use super::stand::stand;
 use super::{Detail, Layer};
-use crate::random::Random;
 
 /// Of a panel of a fence. Metres.
 const PANEL_M: f32 = 2.4;
@@ -25,7 +24,7 @@ const WIDE_WALK_M: f32 = 2.4;
 pub(super) fn sites(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) {
     let sites = gardens.iter().enumerate().filter(|(_, one)| one.style == Style::Shell);
     for (number, garden) in sites {
-        let mut random = Random::new(plan.seed, 0x517e + number as u64 * 16);
+        let mut random = RandomStream::named(plan.seed, 0x517e + number as u64 * 16);
         fence(plan, scene, garden, &mut random);
         let along = garden.out.perp();
         let yaw = along.to_angle();
@@ -52,10 +51,10 @@ pub(super) fn sites(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) {
 }
 
 /// A fence of wire along the street, open where lorries come in.
-fn fence(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Random) {
+fn fence(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut RandomStream) {
     let along = garden.out.perp();
     let count = (garden.width_m / PANEL_M) as u32;
-    let gate = random.below(count.max(2) as usize - 1) as u32;
+    let gate = random.remainder(count.max(2) as usize - 1) as u32;
     for panel in (0..count).filter(|panel| *panel != gate && *panel != gate + 1) {
         let across = (panel as f32 + 0.5 - count as f32 * 0.5) * PANEL_M;
         let middle = garden.gate + garden.out * 0.7 + along * across;
@@ -100,7 +99,7 @@ pub(super) fn diggings(
     density: &Density,
 ) {
     for (number, frontage) in frontages.iter().enumerate() {
-        let mut random = Random::new(plan.seed, 0xd16 + number as u64 * 16);
+        let mut random = RandomStream::named(plan.seed, 0xd16 + number as u64 * 16);
         for station in frontage.iter().skip(4).step_by(12) {
             let wanted = random.chance(0.045 * density.at(station.edge));
             if !wanted || station.walk_m < WIDE_WALK_M {

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use bus::{ActorId, ActorState, Pose, VehicleControl};
 use glam::{Quat, Vec3};
-use town::{Character, Plan, Town};
+use mapgen::{Character, Plan};
+use town::Town;
 
 use super::{FRAME_NANOS, SUBSTEP_NANOS};
 use crate::physics::{Ground, Physics, StaticBox, VehicleModel};
@@ -23,7 +24,7 @@ fn overpass() -> (road::Network, Town, usize) {
         character: Character::Highway,
         relief_m: 0.0,
     };
-    let network = road::Network::parse(&town::generate(&plan)).unwrap();
+    let network = road::Network::parse(&mapgen::generate(&plan)).unwrap();
     let furnished = town::furnish(&network, 1);
     let span = network.spans().iter().position(|span| !span.is_tunnel).unwrap();
     (network, furnished, span)
