@@ -17,7 +17,7 @@ use std::{
 
 use serde_json::Value;
 
-use crate::kit::{Scratch, Sim, eventually, kill};
+use crate::kit::{Scratch, Sim, eventually, kill, note_retried, note_skipped};
 
 const SCRIPTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/carla");
 const TABLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/carla-compatibility.md");
@@ -72,7 +72,7 @@ pub(crate) fn python_or_skip(test: &str) -> Option<PathBuf> {
         Err(why) => {
             let is_required = std::env::var("OMNIBUS_CARLA").is_ok_and(|v| v == "require");
             assert!(!is_required, "the official carla package is not there: {why}");
-            eprintln!("SKIPPED {test}: the official carla package is not there: {why}");
+            note_skipped(test, &format!("the official carla package is not there: {why}"));
             None
         }
     }
@@ -114,7 +114,10 @@ fn the_official_package_finds_what_the_table_says() {
     let mut output = play(&python, "effects.py", port, &[]);
     // Once in some fifty runs a thread of the package closes a socket that is closed.
     if String::from_utf8_lossy(&output.stderr).contains("close: Bad file descriptor") {
-        eprintln!("the package aborted by itself: once more");
+        note_retried(
+            "the_official_package_finds_what_the_table_says",
+            "a thread of the package aborted with \"close: Bad file descriptor\"",
+        );
         sim.end();
         (sim, port) = with_door(&[]);
         output = play(&python, "effects.py", port, &[]);
@@ -286,8 +289,9 @@ fn a_door_that_is_killed_is_opened_again() {
 #[test]
 fn carla_s_own_examples_run_unmodified() {
     let Some(api) = std::env::var_os("OMNIBUS_CARLA_EXAMPLES").map(PathBuf::from) else {
-        eprintln!(
-            "SKIPPED carla_s_own_examples_run_unmodified: OMNIBUS_CARLA_EXAMPLES names no folder"
+        note_skipped(
+            "carla_s_own_examples_run_unmodified",
+            "OMNIBUS_CARLA_EXAMPLES names no folder",
         );
         return;
     };

@@ -6,7 +6,7 @@ use client_lib::{
 };
 use glam::{Quat, Vec2, Vec3};
 
-use crate::kit::{DELTA_NANOS, Digest, Sim, is_soak, omnibus, small_map};
+use crate::kit::{DELTA_NANOS, Digest, Sim, is_soak, note_skipped, omnibus, small_map};
 
 /// High above every roof: nothing else is in sight.
 const MIDDLE: Vec3 = Vec3::new(0.0, 0.0, 150.0);
@@ -265,7 +265,10 @@ fn a_graphics_processor_writes_exact_frames_into_shared_memory() {
     let tried = omnibus().args(alone).args(["--map", small_map()]).output().unwrap();
     let said = String::from_utf8_lossy(&tried.stderr);
     if said.contains("there is no Vulkan adapter") {
-        println!("SKIPPED: no Vulkan adapter, not even a software one");
+        note_skipped(
+            "a_graphics_processor_writes_exact_frames_into_shared_memory",
+            "no Vulkan adapter, not even a software one",
+        );
         return;
     }
     assert!(tried.status.success(), "{said}");

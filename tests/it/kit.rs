@@ -2,7 +2,7 @@
 
 use std::{
     fs,
-    io::{BufRead, BufReader, Read},
+    io::{BufRead, BufReader, Read, Write as _},
     path::{Path, PathBuf},
     process::{Child, Command, ExitStatus, Stdio},
     sync::{
@@ -30,6 +30,25 @@ pub(crate) fn omnibus() -> Command {
 /// Whether the full counts are wanted.
 pub(crate) fn is_soak() -> bool {
     std::env::var_os("OMNIBUS_SOAK").is_some()
+}
+
+/// Notes that a test did not run, and why; `./run test` counts and lists these notes at its end.
+pub(crate) fn note_skipped(test: &str, why: &str) {
+    note(&format!("skipped {test}: {why}"));
+}
+
+/// Notes that a test made a second attempt, and why; `./run test` counts and lists these notes too.
+pub(crate) fn note_retried(test: &str, why: &str) {
+    note(&format!("retried {test}: {why}"));
+}
+
+fn note(line: &str) {
+    eprintln!("{line}");
+    if let Some(path) = std::env::var_os("OMNIBUS_TEST_NOTES") {
+        let mut file = fs::OpenOptions::new().create(true).append(true).open(path).unwrap();
+        // One write: tests of one process note at the same time.
+        file.write_all(format!("{line}\n").as_bytes()).unwrap();
+    }
 }
 
 /// A folder that goes with the test.

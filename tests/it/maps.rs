@@ -1,11 +1,11 @@
 //! Real maps, where there are any: each becomes a world in which a car drives and is measured.
 
-use crate::kit::{Scratch, omnibus};
+use crate::kit::{Scratch, note_skipped, omnibus};
 
 #[test]
 fn every_map_there_is_becomes_a_data_set() {
     let Some(folder) = std::env::var_os("OMNIBUS_MAPS") else {
-        println!("skipped: OMNIBUS_MAPS names no folder of maps");
+        note_skipped("every_map_there_is_becomes_a_data_set", "OMNIBUS_MAPS names no folder");
         return;
     };
     let mut maps: Vec<_> = std::fs::read_dir(folder)

@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::{
     carla::environment,
-    kit::{Scratch, is_soak},
+    kit::{Scratch, is_soak, note_skipped},
 };
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/oracle/judge_maps.py");
@@ -40,7 +40,7 @@ fn generated_maps_are_read_without_error_by_asam_s_checker_carla_and_sumo() {
     let python = match environment("omnibus-it-oracles-1", &PACKAGES, CHECK) {
         Ok(python) => python,
         Err(why) => {
-            eprintln!("SKIPPED {test}: the oracles are not there: {why}");
+            note_skipped(test, &format!("the oracles are not there: {why}"));
             return;
         }
     };

@@ -2,13 +2,13 @@
 
 use std::process::Command;
 
-use crate::carla::python_or_skip;
+use crate::{carla::python_or_skip, kit::note_skipped};
 
 #[test]
 fn maps_answer_as_carla_s_client_does() {
     let Some(python) = python_or_skip("maps_answer_as_carla_s_client_does") else { return };
     let Some(folder) = std::env::var_os("OMNIBUS_MAPS") else {
-        eprintln!("SKIPPED maps_answer_as_carla_s_client_does: OMNIBUS_MAPS names no folder");
+        note_skipped("maps_answer_as_carla_s_client_does", "OMNIBUS_MAPS names no folder");
         return;
     };
     let towns = ["Town01", "Town02", "Town03", "Town04", "Town06", "Town10HD"];

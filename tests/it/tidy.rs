@@ -1,11 +1,23 @@
-//! The drawing of the rooms, held against the manifests.
+//! The repository's own rules: crate dependencies, module cycles, claims of READMEs, code in pages.
 
-use std::{collections::BTreeSet, process::Command};
+mod claims;
+mod cycles;
+mod docs;
+mod source;
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
 use serde_json::Value;
 
-/// Who may name whom: the arrows of ARCHITECTURE.md, and nothing else.
-const ARROWS: [(&str, &[&str]); 15] = [
+use crate::kit::note_skipped;
+
+/// Which crate may depend on which: the diagram of ARCHITECTURE.md, and nothing else.
+const DIAGRAM: &[(&str, &[&str])] = &[
     ("mesh", &[]),
     ("bus", &[]),
     ("record", &["bus"]),
@@ -56,8 +68,8 @@ const ARROWS: [(&str, &[&str]); 15] = [
     ),
 ];
 
-/// Packages that belong to one room alone.
-const OWNED: [(&str, &str); 8] = [
+/// Packages that one crate alone may depend on.
+const OWNED: &[(&str, &str)] = &[
     ("rapier3d", "sim-host"),
     ("wgpu", "sensor-render"),
     ("ash", "sensor-render"),
@@ -68,38 +80,63 @@ const OWNED: [(&str, &str); 8] = [
     ("zstd", "record"),
 ];
 
-fn metadata() -> Value {
+/// Crates whose modules still read each other in cycles. It only becomes shorter.
+const CYCLIC: &[&str] =
+    &["bus", "carla-gateway", "omnibus", "record", "sensor-render", "sim-host", "town", "traffic"];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The workspace's packages, as `cargo metadata` describes them.
+fn packages() -> Vec<Value> {
     let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--format-version", "1", "--no-deps", "--offline", "--manifest-path"])
-        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml"))
+        .args(["metadata", "--format-version", "1", "--no-deps", "--offline"])
+        .current_dir(root())
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
+    let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
+    metadata["packages"].as_array().unwrap().clone()
+}
+
+/// A package's name without the product's.
+fn crate_name(package: &Value) -> &str {
+    let name = package["name"].as_str().unwrap();
+    name.strip_prefix("omnibus-").unwrap_or(name)
+}
+
+/// The folder of each crate.
+fn folders() -> Vec<PathBuf> {
+    let folder = |package: &Value| {
+        Path::new(package["manifest_path"].as_str().unwrap()).parent().unwrap().to_owned()
+    };
+    packages().iter().map(folder).collect()
 }
 
 /// What is wrong with the manifests, as sentences.
 fn faults(packages: &[Value]) -> Vec<String> {
     let mut faults = Vec::new();
-    let drawn: BTreeSet<&str> = ARROWS.iter().map(|(room, _)| *room).collect();
+    let known: BTreeSet<&str> = DIAGRAM.iter().map(|(name, _)| *name).collect();
     for package in packages {
-        let name = package["name"].as_str().unwrap();
-        let room = name.strip_prefix("omnibus-").unwrap_or(name);
-        let Some((_, allowed)) = ARROWS.iter().find(|(name, _)| *name == room) else {
-            faults.push(format!("{room} is no room of the drawing"));
+        let user = crate_name(package);
+        let Some((_, allowed)) = DIAGRAM.iter().find(|(name, _)| *name == user) else {
+            faults.push(format!("{user} is not in the crate diagram"));
             continue;
         };
         // Every kind: normal, dev, build, and those of one target only.
         for dependency in package["dependencies"].as_array().unwrap() {
-            let name = dependency["name"].as_str().unwrap();
-            let name = name.strip_prefix("omnibus-").unwrap_or(name);
-            if drawn.contains(name) && !allowed.contains(&name) {
-                faults.push(format!("{room} names {name}, which the drawing does not show"));
+            let name = crate_name(dependency);
+            if known.contains(name) && !allowed.contains(&name) {
+                faults.push(format!(
+                    "{user} depends on {name}, which the crate diagram does not show; draw it in \
+                     ARCHITECTURE.md first"
+                ));
             }
             if let Some((_, owner)) = OWNED.iter().find(|(package, _)| *package == name)
-                && *owner != room
+                && *owner != user
             {
-                faults.push(format!("{room} names {name}, which is {owner}'s alone"));
+                faults.push(format!("{user} depends on {name}, which only {owner} may"));
             }
         }
     }
@@ -107,15 +144,18 @@ fn faults(packages: &[Value]) -> Vec<String> {
 }
 
 #[test]
-fn rooms_name_only_whom_the_drawing_shows() {
-    let metadata = metadata();
-    let packages = metadata["packages"].as_array().unwrap();
-    assert_eq!(faults(packages), Vec::<String>::new());
-    assert_eq!(packages.len(), ARROWS.len(), "a room of the drawing is missing");
+fn crates_depend_only_on_what_the_diagram_shows() {
+    let packages = packages();
+    assert_eq!(faults(&packages), Vec::<String>::new());
+    assert_eq!(
+        packages.len(),
+        DIAGRAM.len(),
+        "the crate diagram names a crate that does not exist"
+    );
 }
 
 #[test]
-fn a_forbidden_arrow_of_any_kind_is_found() {
+fn a_forbidden_dependency_of_any_kind_is_found() {
     for kind in [Value::Null, "dev".into(), "build".into()] {
         let package = serde_json::json!({
             "name": "traffic",
@@ -126,11 +166,34 @@ fn a_forbidden_arrow_of_any_kind_is_found() {
 }
 
 #[test]
-fn the_drawing_in_the_architecture_names_every_room() {
-    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../ARCHITECTURE.md"))
-        .unwrap();
-    for (room, _) in ARROWS {
-        assert!(text.contains(&format!("`{room}`")), "ARCHITECTURE.md does not name `{room}`");
+fn a_crate_lies_in_the_folder_of_its_name() {
+    for package in packages() {
+        let manifest = Path::new(package["manifest_path"].as_str().unwrap());
+        let folder = manifest.parent().unwrap().file_name().unwrap();
+        assert_eq!(folder, crate_name(&package));
+        let is_published = package["name"] == "omnibus" || crate_name(&package) != package["name"];
+        assert!(is_published, "{} is not named omnibus-…", package["name"]);
+    }
+}
+
+#[test]
+fn modules_of_a_crate_do_not_read_each_other_in_cycles() {
+    let mut faults = Vec::new();
+    for folder in folders() {
+        let name = folder.file_name().unwrap().to_str().unwrap().to_owned();
+        if !CYCLIC.contains(&name.as_str()) {
+            let cycles = cycles::cycles(&folder.join("src"));
+            faults.extend(cycles.into_iter().map(|cycle| format!("{name}: {cycle}")));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn the_architecture_names_every_crate_and_every_channel() {
+    let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    for (name, _) in DIAGRAM {
+        assert!(text.contains(&format!("`{name}`")), "ARCHITECTURE.md does not name `{name}`");
     }
     for channel in bus::CHANNELS {
         assert!(
@@ -141,23 +204,80 @@ fn the_drawing_in_the_architecture_names_every_room() {
     }
 }
 
+/// The files that git tracks, by their path from the root; nothing where there is no git checkout.
+fn tracked() -> Option<Vec<String>> {
+    let output = Command::new("git").args(["ls-files"]).current_dir(root()).output().ok()?;
+    output
+        .status
+        .success()
+        .then(|| String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect())
+}
+
 #[test]
-fn the_top_level_holds_the_doors_and_nothing_else() {
-    let doors = [
-        "bench",
-        "client-lib",
-        "crates",
-        "docs",
-        "sensor-render",
-        "sim-host",
-        "target",
-        "tests",
-        "traffic",
-    ];
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-    let entries = std::fs::read_dir(root).unwrap().flatten().filter(|e| e.path().is_dir());
-    let names = entries.map(|e| e.file_name().into_string().unwrap());
-    let strange: Vec<_> =
-        names.filter(|n| !n.starts_with('.') && !doors.contains(&n.as_str())).collect();
-    assert_eq!(strange, Vec::<String>::new());
+fn the_top_level_holds_the_entry_points_and_nothing_else() {
+    let Some(files) = tracked() else {
+        note_skipped("the_top_level_holds_the_entry_points_and_nothing_else", "no git checkout");
+        return;
+    };
+    let expected =
+        ["bench", "client-lib", "crates", "docs", "sensor-render", "sim-host", "tests", "traffic"];
+    let folders: BTreeSet<_> = files.iter().filter_map(|file| file.split_once('/')).collect();
+    let folders: BTreeSet<&str> = folders.into_iter().map(|(folder, _)| folder).collect();
+    let visible: Vec<_> = folders.into_iter().filter(|name| !name.starts_with('.')).collect();
+    assert_eq!(visible, expected);
+}
+
+/// The features of each package in a build, as `cargo tree` resolves them.
+fn features(args: &[&str]) -> BTreeMap<String, BTreeSet<String>> {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--offline", "--prefix", "none", "--format", "{p}|{f}"])
+        .args(args)
+        .current_dir(root())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut features: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for line in String::from_utf8(output.stdout).unwrap().lines() {
+        let (package, set) = line.trim_end_matches(" (*)").split_once('|').unwrap_or((line, ""));
+        features.entry(package.to_owned()).or_default().insert(set.to_owned());
+    }
+    features
+}
+
+#[test]
+fn program_and_tests_share_one_build_of_each_dependency() {
+    let program = features(&["-p", "omnibus", "--edges", "normal,build"]);
+    let tests = features(&["--workspace", "--edges", "normal,build,dev"]);
+    let mut faults = Vec::new();
+    for (package, sets) in program {
+        for set in sets.difference(&tests[&package]) {
+            faults
+                .push(format!("{package}: {set:?} in the program, {:?} in tests", tests[&package]));
+        }
+    }
+    assert!(
+        faults.is_empty(),
+        "the tests would build these again, and what depends on them; fix the features in \
+         crates/omnibus/Cargo.toml:\n{}",
+        faults.join("\n")
+    );
+}
+
+#[test]
+fn the_skips_that_ci_allows_are_tests() {
+    let script = fs::read_to_string(root().join(".ci/run")).unwrap();
+    let start = script.find("OMNIBUS_SKIPS_ALLOWED=\"").unwrap();
+    let list = script[start..].split('"').nth(1).unwrap();
+    let mut sources = String::new();
+    for folder in folders() {
+        for file in ["src", "it"].iter().flat_map(|part| source::files(&folder.join(part))) {
+            sources += &fs::read_to_string(file).unwrap();
+        }
+    }
+    for name in list.split_whitespace() {
+        assert!(
+            sources.contains(&format!("fn {name}()")),
+            ".ci/run allows a skip of {name}, which is no test"
+        );
+    }
 }

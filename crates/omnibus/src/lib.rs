@@ -63,6 +63,16 @@ enum Verb {
     Role(launch::RoleArgs),
 }
 
+/// Checks a command line without running it.
+///
+/// # Errors
+///
+/// Returns what the program would say before it ends with code 2.
+pub fn check_args(args: impl IntoIterator<Item = std::ffi::OsString>) -> Result<(), String> {
+    let args = unreal::translate(args.into_iter()).map_err(|e| format!("{e:#}"))?;
+    Cli::try_parse_from(args).map(drop).map_err(|e| e.to_string())
+}
+
 /// Runs the command that this process was started with.
 pub fn main() -> std::process::ExitCode {
     let args = match unreal::translate(std::env::args_os()) {

@@ -35,7 +35,24 @@ pub(crate) fn shared_maps() -> Vec<(String, String)> {
 }
 
 pub(crate) fn maps_folder() -> Option<PathBuf> {
-    std::env::var_os("OMNIBUS_MAPS").map(PathBuf::from)
+    let folder = std::env::var_os("OMNIBUS_MAPS").map(PathBuf::from);
+    if folder.is_none() {
+        note_skipped("OMNIBUS_MAPS names no folder");
+    }
+    folder
+}
+
+/// Notes that the running test skips what it cannot do; `./run test` counts and lists these notes.
+fn note_skipped(why: &str) {
+    let thread = std::thread::current();
+    let test = thread.name().unwrap_or_default().rsplit("::").next().unwrap_or_default().to_owned();
+    eprintln!("skipped {test}: {why}");
+    if let Some(path) = std::env::var_os("OMNIBUS_TEST_NOTES") {
+        use std::io::Write as _;
+        let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
+        let line = format!("skipped {test}: {why}\n");
+        file.and_then(|mut file| file.write_all(line.as_bytes())).expect("the notes are writable");
+    }
 }
 
 #[test]

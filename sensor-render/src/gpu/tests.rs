@@ -14,10 +14,23 @@ pub(crate) fn gpu() -> Option<Tracer> {
         Ok(Some(tracer)) => Some(Tracer::Gpu(Box::new(tracer))),
         Ok(None) => None,
         Err(why @ TraceError::NoAdapter { .. }) => {
-            eprintln!("SKIPPED, nothing was compared: {why}");
+            note_skipped(&why.to_string());
             None
         }
         Err(why) => panic!("{why}"),
+    }
+}
+
+/// Notes that the running test skips what it cannot do; `./run test` counts and lists these notes.
+fn note_skipped(why: &str) {
+    let thread = std::thread::current();
+    let test = thread.name().unwrap_or_default().rsplit("::").next().unwrap_or_default().to_owned();
+    eprintln!("skipped {test}: {why}");
+    if let Some(path) = std::env::var_os("OMNIBUS_TEST_NOTES") {
+        use std::io::Write as _;
+        let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
+        let line = format!("skipped {test}: {why}\n");
+        file.and_then(|mut file| file.write_all(line.as_bytes())).expect("the notes are writable");
     }
 }
 
@@ -179,7 +192,7 @@ fn imported_pages_hold_the_same_bytes_as_staged_ones() {
     let staged = measure(&mut gpu, &scene, &world, &bundles);
     let Tracer::Gpu(tracer) = &mut gpu else { unreachable!() };
     if !tracer.can_import() {
-        eprintln!("SKIPPED: {} imports no memory", tracer.adapter());
+        note_skipped(&format!("{} imports no memory", tracer.adapter()));
         return;
     }
     #[expect(unsafe_code, reason = "the pages below live until the tracer has forgotten them")]

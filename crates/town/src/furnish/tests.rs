@@ -18,6 +18,7 @@ fn default_town() -> (Network, Town) {
 /// Name and text of every map in the folder that `OMNIBUS_MAPS` names, by name; none without it.
 fn shared_maps() -> Vec<(String, String)> {
     let Some(folder) = std::env::var_os("OMNIBUS_MAPS").map(PathBuf::from) else {
+        note_skipped("OMNIBUS_MAPS names no folder");
         return Vec::new();
     };
     let entries = std::fs::read_dir(folder).expect("OMNIBUS_MAPS names a folder");
@@ -31,6 +32,19 @@ fn shared_maps() -> Vec<(String, String)> {
         .collect();
     maps.sort();
     maps
+}
+
+/// Notes that the running test skips what it cannot do; `./run test` counts and lists these notes.
+fn note_skipped(why: &str) {
+    let thread = std::thread::current();
+    let test = thread.name().unwrap_or_default().rsplit("::").next().unwrap_or_default().to_owned();
+    eprintln!("skipped {test}: {why}");
+    if let Some(path) = std::env::var_os("OMNIBUS_TEST_NOTES") {
+        use std::io::Write as _;
+        let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
+        let line = format!("skipped {test}: {why}\n");
+        file.and_then(|mut file| file.write_all(line.as_bytes())).expect("the notes are writable");
+    }
 }
 
 #[test]
