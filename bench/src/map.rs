@@ -8,10 +8,10 @@ use std::{
 };
 
 use anyhow::Context;
+use bake::Cache;
 use glam::DVec3;
 use road::{LaneTypes, Network};
 use serde_json::Value;
-use bake::Cache;
 
 use crate::{
     Effort,

@@ -1,6 +1,6 @@
 //! Poses that a client gives walkers.
 
-use bus::{ActorId, Ask, BONES, BONES_PER_COMMAND, BlendPose, Command, Pose, SetBones, part};
+use protocol::{ActorId, Ask, BONES, BONES_PER_COMMAND, BlendPose, Command, Pose, SetBones, part};
 
 use crate::{Client, ClientError};
 

@@ -4,8 +4,8 @@
 //! CARLA turns by yaw about z (clockwise seen from above), pitch (nose up positive) and roll
 //! (right side down positive), in Unreal's order.
 
-use bus::Pose;
 use glam::{EulerRot, Quat, Vec3};
+use protocol::Pose;
 
 /// A pose as CARLA writes it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -8,13 +8,16 @@ use std::{
 
 use bake::Cache;
 use bus::{
-    ActorId, Autopilot, BatchHeader, BlueprintInfo, BundleId, ClientPorts, Command, CreateBundle,
-    Ending, Event, FilePath, Frame, Instance, Interrupted, JournalEntry, LoadMap, Name, Nothing,
-    Participant, Pose, RawCommand, Role, RouteCommand, RouteStep, SensorSpec, Settings, Stamp,
-    StartRecorder, StartReplay, StopReplay, Strategy, TEXT_BYTES, Teleport, Transmit,
-    VehicleControl, Watch, Weather, clock, fault, flag, load,
+    ClientPorts, Ending, Event, Instance, Interrupted, Participant, Role, Strategy, Watch, clock,
+    fault,
 };
 use glam::Vec3;
+use protocol::{
+    ActorId, Autopilot, BatchHeader, BlueprintInfo, BundleId, Command, CreateBundle, FilePath,
+    Frame, JournalEntry, LoadMap, Name, Nothing, Pose, RawCommand, RouteCommand, RouteStep,
+    SensorSpec, Settings, Stamp, StartRecorder, StartReplay, StopReplay, TEXT_BYTES, Teleport,
+    Transmit, VehicleControl, Weather, flag, load,
+};
 use road::Network;
 
 use crate::{
@@ -43,12 +46,16 @@ pub struct Client {
 
 /// What to spawn, where.
 #[derive(Clone, Copy, Debug)]
-pub struct Spawn(bus::Spawn);
+pub struct Spawn(protocol::Spawn);
 
 impl Spawn {
     /// A blueprint at a pose; a vehicle is set onto the road below it.
     pub fn new(blueprint: &str, pose: Pose) -> Spawn {
-        Spawn(bus::Spawn { blueprint: Name::new(blueprint), pose, ..bus::Spawn::default() })
+        Spawn(protocol::Spawn {
+            blueprint: Name::new(blueprint),
+            pose,
+            ..protocol::Spawn::default()
+        })
     }
 
     /// Driven by traffic.
@@ -126,7 +133,7 @@ impl Client {
         self.participant.instance()
     }
 
-    /// What can be spawned; a place in this list is [`bus::ActorState::blueprint`].
+    /// What can be spawned; a place in this list is [`protocol::ActorState::blueprint`].
     pub fn blueprints(&self) -> &[BlueprintInfo] {
         &self.blueprints
     }
@@ -182,7 +189,7 @@ impl Client {
     }
 
     /// As [`Client::load_map`], an empty name for the map that runs; with another seed, or without
-    /// layers of the town (bits of [`bus::layer`]).
+    /// layers of the town (bits of [`protocol::layer`]).
     pub fn load_world(
         &mut self,
         name: &str,
@@ -558,7 +565,7 @@ impl Client {
     }
 
     /// Sends a text by radio with the next frame, from a [`crate::message`] sensor of a bundle; at
-    /// most [`bus::TEXT_BYTES`] bytes.
+    /// most [`protocol::TEXT_BYTES`] bytes.
     pub fn transmit(
         &mut self,
         bundle: &SensorBundle,

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use bus::{Command, EraseShapes, Pose, Shape, shape};
 use glam::Vec3;
+use protocol::{Command, EraseShapes, Pose, Shape, shape};
 
 use crate::{Client, ClientError};
 
@@ -52,7 +52,7 @@ impl Draw {
     }
 
     /// Letters that face every camera, their middle at a place, as large wherever that is; at most
-    /// [`bus::SHAPE_TEXT_BYTES`] bytes. Other letters than ASCII's are shown as frames.
+    /// [`protocol::SHAPE_TEXT_BYTES`] bytes. Other letters than ASCII's are shown as frames.
     pub fn text(at: Vec3, text: &str) -> Result<Draw, ClientError> {
         let text = Shape { begin_m: at.to_array(), ..Shape::new(shape::TEXT) }.with_text(text);
         text.map(Draw).map_err(|why| ClientError::Refused { what: "draw", why })
@@ -113,7 +113,7 @@ impl Client {
     /// Draws shapes into the colours of all cameras, from the next frame on: behind what stands
     /// before them, unlit, in no other output. Nobody runs into them, and they change nothing.
     /// They go with the world, and stand in saved states. A number that is none is refused, as is
-    /// what is too much ([`bus::SHAPES_MAX`]).
+    /// what is too much ([`protocol::SHAPES_MAX`]).
     pub fn draw(&mut self, shapes: &[Draw]) -> Result<(), ClientError> {
         if shapes.is_empty() {
             return Ok(());

@@ -1,4 +1,5 @@
-use bus::{BundleId, BusError, Frame};
+use bus::BusError;
+use protocol::{BundleId, Frame};
 
 /// Why a command of a client's was not granted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use bus::FilePath;
+use protocol::FilePath;
 
 use crate::ClientError;
 

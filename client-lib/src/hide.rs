@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use bus::{Command, HideLayers, HideObjects};
+use protocol::{Command, HideLayers, HideObjects};
 
 use crate::{Client, ClientError};
 

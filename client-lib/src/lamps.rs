@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use bus::{Command, SetStreetLights, shine};
+use protocol::{Command, SetStreetLights, shine};
 
 use crate::{Client, ClientError};
 

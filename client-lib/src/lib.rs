@@ -32,20 +32,7 @@ mod sensor_bundle;
 mod view;
 
 pub use bones::{bone, bone_commands};
-pub use bus::{
-    AckermannControl, AckermannSettings, ActorId, ActorState, ApplyForce, Ask, Autopilot, BONES,
-    BlendPose, BlueprintInfo, BundleId, CamReading, CamSpec, CollisionReading, Command, Curve,
-    DEPTH_FAR_M, Episode, EraseShapes, Frame, Gear, GnssReading, GnssSpec, HideLayers, HideObjects,
-    ImuReading, ImuSpec, Instance, Interrupted, JournalEntry, LaneInvasionReading, LoadMap,
-    MessageReading, MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading,
-    OdometrySpec, Pose, RadioSpec, RouteCommand, RouteStep, SHAPE_TEXT_BYTES, SHAPES_MAX, STRIDE,
-    SensorSpec, SetBones, SetDoors, SetPhysics, SetStreetLights, SetTrafficLight, SetVehicleLights,
-    SetVelocity, SetWeatherAffectsGrip, Settings, Shape, SnapshotHeader, Stamp, Strategy, Switch,
-    TEXT_BYTES, Teleport, TrafficParam, Transmit, VehicleBody, VehicleControl, VehicleEngine,
-    VehicleGearbox, VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel, Watch,
-    Weather, WheelTelemetry, clock, flag, geodesy, guide, kind, lamp, layer, light, output, param,
-    part, point_attribute, radio, sensor, shape, shine, tracer,
-};
+pub use bus::{Instance, Interrupted, Strategy, Watch, clock};
 pub use client::{Client, Spawn, spawn_poses};
 pub use draw::Draw;
 pub use error::ClientError;
@@ -53,6 +40,20 @@ pub use event_camera::{EventCamera, EventCameraSpec, PixelEvent};
 pub use file::{Profile, Replay, saved_folder, saved_path};
 pub use hide::hide_objects;
 pub use lamps::StreetLightCommand;
+pub use protocol::{
+    AckermannControl, AckermannSettings, ActorId, ActorState, ApplyForce, Ask, Autopilot, BONES,
+    BlendPose, BlueprintInfo, BundleId, CamReading, CamSpec, CollisionReading, Command, Curve,
+    DEPTH_FAR_M, Episode, EraseShapes, Frame, Gear, GnssReading, GnssSpec, HideLayers, HideObjects,
+    ImuReading, ImuSpec, JournalEntry, LaneInvasionReading, LoadMap, MessageReading, MessageSpec,
+    Name, ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, RadioSpec,
+    RouteCommand, RouteStep, SHAPE_TEXT_BYTES, SHAPES_MAX, STRIDE, SensorSpec, SetBones, SetDoors,
+    SetPhysics, SetStreetLights, SetTrafficLight, SetVehicleLights, SetVelocity,
+    SetWeatherAffectsGrip, Settings, Shape, SnapshotHeader, Stamp, Switch, TEXT_BYTES, Teleport,
+    TrafficParam, Transmit, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox,
+    VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel, Weather, WheelTelemetry, flag,
+    geodesy, guide, kind, lamp, layer, light, output, param, part, point_attribute, radio, sensor,
+    shape, shine, tracer,
+};
 pub use sensor_bundle::{
     Measurement, SensorBundle, cam, camera, collision, gnss, imu, lane_invasion, lidar, message,
     obstacle, odometry,

@@ -1,6 +1,6 @@
 //! How a vehicle is built and driven from outside: read, and changed while it drives.
 
-use bus::{
+use protocol::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, Ask, Command, SetWeatherAffectsGrip,
     Switch, VehiclePhysics, VehicleTelemetry, WheelTelemetry, part,
 };
@@ -35,7 +35,7 @@ impl Client {
     ) -> Result<(), ClientError> {
         let what = "set_vehicle_physics";
         let ask = Command::Ask(Ask { actor_id, part: part::BODY, index: 0, reserved: 0 });
-        let body: bus::VehicleBody =
+        let body: protocol::VehicleBody =
             self.ask(what, &[ask])?[0].answered().map_err(|why| refused(what, why))?;
         if physics.wheels.len() != body.wheels as usize {
             let (given, has) = (physics.wheels.len(), body.wheels);
@@ -120,7 +120,7 @@ impl Client {
         &mut self,
         what: &'static str,
         asks: &[Command],
-    ) -> Result<Vec<bus::Outcome>, ClientError> {
+    ) -> Result<Vec<protocol::Outcome>, ClientError> {
         let entries = self.try_request(what, asks)?;
         Ok(entries.into_iter().map(|entry| entry.outcome).collect())
     }

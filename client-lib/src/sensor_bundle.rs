@@ -1,10 +1,11 @@
 //! Bundles: sensors in, measurements out, in the renderer's own memory.
 
-use bus::{
-    BundleHeader, BundleId, BundleSample, CamReading, CamSpec, CollisionReading, CollisionSpec,
-    Frame, GnssReading, GnssSpec, ImuReading, ImuSpec, LaneInvasionReading, LaneInvasionSpec,
+use bus::{BundleSample, Reader};
+use protocol::{
+    BundleHeader, BundleId, CamReading, CamSpec, CollisionReading, CollisionSpec, Frame,
+    GnssReading, GnssSpec, ImuReading, ImuSpec, LaneInvasionReading, LaneInvasionSpec,
     MessageReading, MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading,
-    OdometrySpec, Page, Plane, Pose, Reader, Reading, SensorSpec, output, sensor,
+    OdometrySpec, Page, Plane, Pose, Reading, SensorSpec, output, sensor,
 };
 
 use crate::ClientError;

@@ -1,4 +1,5 @@
-use bus::{ActorId, ActorState, Snapshot, SnapshotHeader};
+use bus::Snapshot;
+use protocol::{ActorId, ActorState, SnapshotHeader};
 
 /// The world at one frame: the host's own memory, read in place.
 pub struct World {

@@ -10,8 +10,8 @@ mod sample;
 use std::error::Error;
 use std::time::Instant;
 
-use bus::{Frame, Pose, SensorSpec, Stamp, Weather, layout, output};
 use omnibus_sensor_render::{BundleJob, CpuTracer, Scene, Tracer, World, pose_planes};
+use protocol::{Frame, Pose, SensorSpec, Stamp, Weather, layout, output};
 
 const POSES: usize = 16;
 
@@ -91,7 +91,7 @@ fn time(
         let mut jobs: Vec<BundleJob> = all
             .iter_mut()
             .map(|(planes, words)| BundleJob {
-                parent: bus::ActorId::NONE,
+                parent: protocol::ActorId::NONE,
                 sensors,
                 planes,
                 out: bytemuck::cast_slice_mut(words),
@@ -113,7 +113,7 @@ fn time(
             if let Some(plane) = job.planes.iter().find(|plane| plane.output == output::DEPTH) {
                 let bytes = &job.out[plane.offset as usize..][..plane.byte_len as usize];
                 let depths: &[f32] = bytemuck::cast_slice(bytes);
-                seen += depths.iter().filter(|depth| **depth < bus::DEPTH_FAR_M).count();
+                seen += depths.iter().filter(|depth| **depth < protocol::DEPTH_FAR_M).count();
                 pixels += depths.len();
             }
         }

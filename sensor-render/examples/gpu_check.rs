@@ -15,10 +15,10 @@ use std::os::fd::AsRawFd;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use bus::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
 use glam::{Quat, vec3};
 use omnibus_sensor_render::{BundleJob, CpuTracer, Device, GpuTracer};
 use omnibus_sensor_render::{Scene, Tracer, World, pose_planes};
+use protocol::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -237,7 +237,7 @@ fn jobs<'a>(rigs: &'a [Rig], bundles: &'a mut [Bundle]) -> Vec<BundleJob<'a>> {
     rigs.iter()
         .zip(bundles)
         .map(|((sensors, _), bundle)| BundleJob {
-            parent: bus::ActorId::NONE,
+            parent: protocol::ActorId::NONE,
             sensors,
             planes: &bundle.planes,
             out: bundle.pages.bytes(),
@@ -332,7 +332,7 @@ fn compare(
             let range = plane.offset as usize..(plane.offset + plane.byte_len) as usize;
             let (a, b) = (&by_cpu[0].pages.bytes()[range.clone()], &by_gpu[0].pages.bytes()[range]);
             let at = plane.output.trailing_zeros() as usize;
-            let size = bus::element_bytes(plane.output);
+            let size = protocol::element_bytes(plane.output);
             of[at] += (a.len() / size) as u64;
             let pairs = a.chunks_exact(size).zip(b.chunks_exact(size));
             differ[at] += pairs.filter(|(a, b)| differs(plane.output, a, b)).count() as u64;

@@ -6,8 +6,8 @@ mod sample;
 use std::error::Error;
 use std::path::Path;
 
-use bus::{Frame, SensorSpec, Stamp, Weather, layout, output};
 use omnibus_sensor_render::{BundleJob, Scene, Tracer, World, pose_planes};
+use protocol::{Frame, SensorSpec, Stamp, Weather, layout, output};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -33,8 +33,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             pose_planes(&mut planes, &sensors, &town.street_pose(pose.parse()?));
             let mut words = vec![[0u64; 8]; byte_len as usize / 64];
             let out = bytemuck::cast_slice_mut(&mut words);
-            let mut jobs =
-                [BundleJob { parent: bus::ActorId::NONE, sensors: &sensors, planes: &planes, out }];
+            let mut jobs = [BundleJob {
+                parent: protocol::ActorId::NONE,
+                sensors: &sensors,
+                planes: &planes,
+                out,
+            }];
             tracer.measure(&scene, &world, &mut jobs)?;
             let bytes: &[u8] = bytemuck::cast_slice(&words);
             let pixels = &bytes[planes[0].offset as usize..][..planes[0].byte_len as usize];

@@ -1,7 +1,7 @@
 //! A scene's place in the cache of baked things.
 
 use bake::{Cache, Key, MapError, Parts};
-use bus::Episode;
+use protocol::Episode;
 
 use crate::Scene;
 use crate::scene::{Figure, Level, new_serial};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use bus::{ActorId, ActorState, BundleId, Plane, Pose, SensorSpec, SnapshotHeader, output};
+use protocol::{ActorId, ActorState, BundleId, Plane, Pose, SensorSpec, SnapshotHeader, output};
 
 use crate::run::RigWriter;
 
@@ -136,7 +136,7 @@ fn measures(spec: &SensorSpec, header: &SnapshotHeader) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::Stamp;
+    use protocol::Stamp;
 
     #[test]
     fn a_period_that_is_no_multiple_of_the_delta_does_not_drift() {

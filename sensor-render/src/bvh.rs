@@ -301,7 +301,7 @@ pub(crate) mod tests {
 
     #[test]
     fn as_many_actors_as_there_may_be_on_one_spot_are_not_too_deep() {
-        let boxes = vec![(Vec3::ZERO, Vec3::ONE); bus::ACTORS_MAX];
+        let boxes = vec![(Vec3::ZERO, Vec3::ONE); protocol::ACTORS_MAX];
         let hierarchy = Hierarchy::over_boxes(&boxes);
         let depth = count(&hierarchy.nodes, hierarchy.root, 0, &mut Vec::new());
         assert!(depth <= TOP_DEPTH_MAX, "depth {depth}");

@@ -1,6 +1,6 @@
-use bus::{lamp, shine};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use mesh::Material;
+use protocol::{lamp, shine};
 
 use crate::echo::mixed;
 use crate::hit::NONE;
@@ -190,9 +190,9 @@ fn glow_of_actor(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
             let is_second = albedo.z > albedo.x;
             albedo * 9.0 * shines(if is_second { lamp::SPECIAL2 } else { lamp::SPECIAL1 })
         }
-        SIGNAL_RED => Vec3::new(4.0, 0.12, 0.06) * shows(bus::light::RED),
-        SIGNAL_YELLOW => Vec3::new(3.6, 1.9, 0.08) * shows(bus::light::YELLOW),
-        SIGNAL_GREEN => Vec3::new(0.1, 3.0, 1.5) * shows(bus::light::GREEN),
+        SIGNAL_RED => Vec3::new(4.0, 0.12, 0.06) * shows(protocol::light::RED),
+        SIGNAL_YELLOW => Vec3::new(3.6, 1.9, 0.08) * shows(protocol::light::YELLOW),
+        SIGNAL_GREEN => Vec3::new(0.1, 3.0, 1.5) * shows(protocol::light::GREEN),
         _ => Vec3::ZERO,
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use bus::{EraseShapes, JournalEntry, Shape, ShapeReceipt, Stamp};
+use protocol::{EraseShapes, JournalEntry, Shape, ShapeReceipt, Stamp};
 
 use crate::Overlay;
 

@@ -1,6 +1,6 @@
-use bus::Weather;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
+use protocol::Weather;
 
 /// Sun, sky and air of one frame, ready for shading. The shaders read the same 128 bytes.
 ///

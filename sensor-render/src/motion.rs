@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use bus::{ActorId, ActorState, flag};
 use glam::{Affine3A, Vec3, Vec4};
+use protocol::{ActorId, ActorState, flag};
 
 use crate::world::pieces;
 use crate::{Scene, World};

@@ -1,4 +1,4 @@
-use bus::{Plane, SensorSpec, element_bytes, output, sensor};
+use protocol::{Plane, SensorSpec, element_bytes, output, sensor};
 
 use crate::rays::{Sensor, first_azimuth_rad, rays};
 use crate::{BundleJob, TraceError, World};

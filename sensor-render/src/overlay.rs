@@ -1,8 +1,8 @@
 //! What is drawn over the world, ready for rays: rods in a hierarchy, and texts.
 
-use bus::{Shape, shape};
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
+use protocol::{Shape, shape};
 
 use crate::bvh::{Hierarchy, Link, Node};
 use crate::glyphs;
@@ -43,7 +43,7 @@ pub(crate) struct Text {
 }
 
 const _: () = assert!(size_of::<Text>() == 160);
-const _: () = assert!(bus::SHAPE_TEXT_BYTES <= LETTERS_MAX);
+const _: () = assert!(protocol::SHAPE_TEXT_BYTES <= LETTERS_MAX);
 
 /// Shapes as tracers see them.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 use std::f64::consts::{PI, TAU};
 
-use bus::{Plane, Pose, SensorSpec, Stamp, point_attribute, sensor};
 use glam::{Affine3A, Mat3, Vec3};
+use protocol::{Plane, Pose, SensorSpec, Stamp, point_attribute, sensor};
 
 use crate::TraceError;
 

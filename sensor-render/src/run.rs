@@ -4,9 +4,11 @@ use std::{path::PathBuf, sync::Arc};
 
 use bake::{Cache, MapError};
 use bus::{
-    ActorState, BundleHeader, BundleId, Command, Episode, Event, Frame, GivenPoses, Instance,
-    Interrupted, JournalEntry, Name, Page, Participant, RenderPorts, Role, SensorSpec, Snapshot,
-    SnapshotHeader, Weather, Writer, clock, fault, layout, sensor, status,
+    Event, Instance, Interrupted, Participant, RenderPorts, Role, Snapshot, Writer, clock, fault,
+};
+use protocol::{
+    ActorState, BundleHeader, BundleId, Command, Episode, Frame, GivenPoses, JournalEntry, Name,
+    Page, SensorSpec, SnapshotHeader, Weather, layout, sensor, status,
 };
 use town::{Lighting, StreetLightState, Visibility};
 

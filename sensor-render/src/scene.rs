@@ -1,10 +1,10 @@
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use bus::{ActorId, ActorState, Pose, kind};
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
 use mesh::Mesh;
+use protocol::{ActorId, ActorState, Pose, kind};
 use rayon::prelude::*;
 use town::{Looks, Rig};
 

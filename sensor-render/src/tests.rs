@@ -2,12 +2,12 @@
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-use bus::{
+use glam::{Quat, Vec3};
+use mesh::{Face, Material, Mesh, Tag};
+use protocol::{
     ActorId, ActorState, Frame, Name, Plane, Pose, SensorSpec, Stamp, Weather, kind, layout,
     output, sensor,
 };
-use glam::{Quat, Vec3};
-use mesh::{Face, Material, Mesh, Tag};
 
 mod baked;
 mod drawn;
@@ -122,7 +122,8 @@ impl BundleSample {
         pose_planes(&mut planes, sensors, &Pose::IDENTITY);
         let mut words = vec![[0xa5a5_a5a5_a5a5_a5a5; 8]; byte_len as usize / 64 + 1];
         let out = bytemuck::cast_slice_mut(&mut words);
-        let mut jobs = [BundleJob { parent: bus::ActorId::NONE, sensors, planes: &planes, out }];
+        let mut jobs =
+            [BundleJob { parent: protocol::ActorId::NONE, sensors, planes: &planes, out }];
         tracer.measure(scene, world, &mut jobs).unwrap();
         let table: &[Plane] = &bytemuck::cast_slice(&words)[..planes.len()];
         BundleSample { planes: table.to_vec(), words }
@@ -157,7 +158,7 @@ fn a_wall_ahead_is_where_it_is() {
     let tags = seen.plane::<u8>(0, output::TAG);
     assert_eq!(tags[(30 - 10) * 81 + 40], Tag::Building as u8);
     assert_eq!(tags[(30 - 11) * 81 + 40], Tag::Sky as u8);
-    assert_eq!(seen.plane::<f32>(0, output::DEPTH)[40], bus::DEPTH_FAR_M);
+    assert_eq!(seen.plane::<f32>(0, output::DEPTH)[40], protocol::DEPTH_FAR_M);
     assert_eq!(seen.plane::<u32>(0, output::INSTANCE)[40], 0);
     // And its foot 2 pixels below, with the floor before it.
     assert_eq!(tags[(30 + 2) * 81 + 40], Tag::Building as u8);
@@ -304,7 +305,7 @@ fn what_a_sensor_cannot_be_is_refused_by_name() {
         let out: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
         let end = byte_len as usize - cut;
         let mut jobs = [BundleJob {
-            parent: bus::ActorId::NONE,
+            parent: protocol::ActorId::NONE,
             sensors: &sensors,
             planes: &planes,
             out: &mut out[..end],
@@ -498,7 +499,8 @@ fn intensity_falls_off_by_the_law_that_is_written_down() {
 fn a_lidar_that_is_asked_for_it_tells_the_cosine_of_incidence() {
     let scene = scene();
     let world = world_with(&scene, &[]);
-    let spec = SensorSpec { point_attribute: bus::point_attribute::COS_INCIDENCE, ..lidar(361, 5) };
+    let spec =
+        SensorSpec { point_attribute: protocol::point_attribute::COS_INCIDENCE, ..lidar(361, 5) };
     let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
     let points = seen.plane::<[f32; 4]>(0, output::POINTS);
     for column in 170..190 {
@@ -585,7 +587,12 @@ fn lamps_show_what_the_actor_does() {
         seen.plane::<[u8; 4]>(0, output::COLOR)[40][0]
     };
     assert!(reds(1.0) > reds(0.0) + 30, "{} against {}", reds(1.0), reds(0.0));
-    for phase in [bus::light::RED, bus::light::YELLOW, bus::light::GREEN, bus::light::OFF] {
+    for phase in [
+        protocol::light::RED,
+        protocol::light::YELLOW,
+        protocol::light::GREEN,
+        protocol::light::OFF,
+    ] {
         let light = ActorState {
             blueprint: 1,
             kind: kind::TRAFFIC_LIGHT,
@@ -600,7 +607,8 @@ fn lamps_show_what_the_actor_does() {
             let row = (45. - (z - 1.0) / 4. * 45.) as usize;
             colors[row * 90 + 45][..3].iter().copied().max() > Some(180)
         });
-        let wanted = [bus::light::RED, bus::light::YELLOW, bus::light::GREEN].map(|p| p == phase);
+        let wanted = [protocol::light::RED, protocol::light::YELLOW, protocol::light::GREEN]
+            .map(|p| p == phase);
         assert_eq!(bright, wanted, "phase {phase}");
     }
 }

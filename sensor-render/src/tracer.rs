@@ -1,4 +1,4 @@
-use bus::{ActorId, Name, Plane, SensorSpec, tracer};
+use protocol::{ActorId, Name, Plane, SensorSpec, tracer};
 use thiserror::Error;
 
 use crate::{CpuTracer, Device, GpuTracer, Scene, World, outputs};
@@ -10,7 +10,7 @@ pub struct BundleJob<'a> {
     pub parent: ActorId,
     /// The bundle's sensors.
     pub sensors: &'a [SensorSpec],
-    /// As `bus::layout` laid them out, with `world_from_sensor` filled (see
+    /// As `protocol::layout` laid them out, with `world_from_sensor` filled (see
     /// [`crate::pose_planes`]).
     pub planes: &'a [Plane],
     /// The bundle's payload: table and planes are written here.
@@ -53,7 +53,7 @@ impl Tracer {
         }
     }
 
-    /// One of [`bus::tracer`], to be stamped on the measurement of such planes.
+    /// One of [`protocol::tracer`], to be stamped on the measurement of such planes.
     pub fn code(&self, planes: &[Plane]) -> u32 {
         match self {
             Tracer::Null => tracer::NULL,
@@ -133,12 +133,12 @@ pub enum TraceError {
         sensor: Name,
         /// Its kind.
         kind: u32,
-        /// One of [`bus::output`].
+        /// One of [`protocol::output`].
         output: u32,
     },
     /// The plane does not fit its sensor or the bytes.
     #[error(
-        "plane {plane} wants {byte_len} bytes at {offset}, but {why}; lay planes out by bus::layout"
+        "plane {plane} wants {byte_len} bytes at {offset}, but {why}; lay planes out by protocol::layout"
     )]
     Plane {
         /// Which.

@@ -1,9 +1,9 @@
 use std::iter::repeat;
 use std::sync::Arc;
 
-use bus::{ActorState, GivenPoses, STRIDE, Stamp, Weather, flag, kind, lamp};
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3};
+use protocol::{ActorState, GivenPoses, STRIDE, Stamp, Weather, flag, kind, lamp};
 use town::{Given, Lighting, Posture, StreetLightState};
 
 use crate::bvh::{Hierarchy, Link, Node, moved_box};
@@ -11,7 +11,7 @@ use crate::motion::Motions;
 use crate::wide::{WideNode, widen};
 use crate::{Overlay, Scene};
 
-/// Bits of [`Instance::lights`]: those of [`bus::lamp`], indicators and beacons while they shine;
+/// Bits of [`Instance::lights`]: those of [`protocol::lamp`], indicators and beacons while they shine;
 /// and a traffic light's.
 pub(crate) mod lights {
     /// It is a traffic light, whose phase begins at [`PHASE_SHIFT`].

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use bus::Frame;
+use protocol::Frame;
 
 /// What the host does when a participant dies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

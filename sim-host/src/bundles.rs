@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use bus::{
-    ActorId, BundleId, CreateBundle, HostPorts, Name, SENSORS_MAX, SensorSpec, free_bytes, layout,
-    output, sensor,
+use bus::{HostPorts, free_bytes};
+use protocol::{
+    ActorId, BundleId, CreateBundle, Name, SENSORS_MAX, SensorSpec, layout, output, sensor,
 };
 
 /// The most pixels or rays across or down.
@@ -185,7 +185,7 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::Pose;
+    use protocol::Pose;
 
     fn camera() -> SensorSpec {
         SensorSpec {

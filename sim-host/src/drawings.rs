@@ -3,8 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use bus::{Command, EraseShapes, JournalEntry, Outcome, SHAPES_MAX, Shape, ShapeReceipt, Stamp};
 use bytemuck::{Pod, Zeroable};
+use protocol::{
+    Command, EraseShapes, JournalEntry, Outcome, SHAPES_MAX, Shape, ShapeReceipt, Stamp,
+};
 
 use crate::journal::Request;
 
@@ -113,7 +115,7 @@ fn line(shape: &Shape, outcome: Outcome) -> JournalEntry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::{Frame, shape};
+    use protocol::{Frame, shape};
 
     fn at(frame: u64) -> Stamp {
         Stamp { frame: Frame(frame), sim_time_nanos: frame * 100, ..Stamp::default() }

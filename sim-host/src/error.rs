@@ -30,7 +30,7 @@ pub enum HostError {
         /// How often, in this frame.
         deaths: u32,
         /// During which frame.
-        frame: bus::Frame,
+        frame: protocol::Frame,
     },
     /// Too little shared memory, before anything was made in it.
     #[error(

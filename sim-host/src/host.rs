@@ -10,9 +10,11 @@ use std::{
 
 use bake::Cache;
 use bus::{
-    BundleId, Command, Control, Ending, Episode, Frame, HideLayers, HostPorts, Instance,
-    JournalEntry, Name, Outcome, OwnedInstance, Role, Settings, SnapshotHeader, Stamp, Strategy,
-    clock, process,
+    ControlPageMapping, Ending, HostPorts, Instance, OwnedInstance, Role, Strategy, clock, process,
+};
+use protocol::{
+    BundleId, Command, Episode, Frame, HideLayers, JournalEntry, Name, Outcome, Settings,
+    SnapshotHeader, Stamp,
 };
 
 use crate::{
@@ -49,7 +51,7 @@ pub struct HostConfig {
     pub maps: Box<dyn Maps>,
     /// How time passes at first.
     pub settings: Settings,
-    /// Layers of the town that are switched off at first, as bits of [`bus::layer`].
+    /// Layers of the town that are switched off at first, as bits of [`protocol::layer`].
     pub hidden_layers: u32,
     /// How everybody waits.
     pub strategy: Strategy,
@@ -79,7 +81,7 @@ const SHARED_MEMORY_MIN: u64 = 64 << 20;
 
 /// The running host.
 pub struct Host {
-    pub(crate) control: Control,
+    pub(crate) control: ControlPageMapping,
     pub(crate) barrier: Barrier,
     pub(crate) world: World,
     pub(crate) settings: Settings,
@@ -132,17 +134,17 @@ impl Host {
         if free < SHARED_MEMORY_MIN {
             return Err(HostError::SharedMemory { free, needed: SHARED_MEMORY_MIN });
         }
-        let owned_instance = Instance::found(config.name.as_deref())?;
+        let owned_instance = Instance::create(config.name.as_deref())?;
         let instance = owned_instance.instance().clone();
         instance.write_blueprints(&blueprints())?;
         instance.write_maps(&config.maps.names())?;
         instance.write_episode(FIRST, &config.episode)?;
         let control = owned_instance.control()?;
         let pid = process::own_pid();
-        control.found(pid, process::start_time(pid).unwrap_or(0), config.strategy);
+        control.initialise(pid, process::start_time(pid).unwrap_or(0), config.strategy);
         control.set_settings(&config.settings);
         control.set_episode(FIRST);
-        let ports = HostPorts::found(owned_instance.node(launcher.is_single_process())?)?;
+        let ports = HostPorts::create(owned_instance.node(launcher.is_single_process())?)?;
         let mut supervisor = Supervisor::new(&instance, &control, launcher)?;
         // The stages build their towns while we build ours.
         let mut roles = BTreeMap::new();
@@ -469,10 +471,10 @@ impl Host {
     fn create_bundle(
         &mut self,
         client: Name,
-        bundle: &bus::CreateBundle,
-        specs: &[bus::SensorSpec],
+        bundle: &protocol::CreateBundle,
+        specs: &[protocol::SensorSpec],
     ) -> Outcome {
-        if bundle.parent != bus::ActorId::NONE && self.world.state(bundle.parent).is_none() {
+        if bundle.parent != protocol::ActorId::NONE && self.world.state(bundle.parent).is_none() {
             return Outcome::refused(&format!("{} is not there to carry a bundle", bundle.parent));
         }
         match self.bundles.create(client, bundle, specs, &mut self.ports) {
@@ -491,8 +493,8 @@ impl Host {
     fn mount(
         &mut self,
         id: BundleId,
-        bundle: &bus::CreateBundle,
-        specs: &[bus::SensorSpec],
+        bundle: &protocol::CreateBundle,
+        specs: &[protocol::SensorSpec],
     ) -> Result<(), String> {
         if !are_physics_sensors(specs) {
             return Ok(());
@@ -502,7 +504,7 @@ impl Host {
             let network = self.cache.network(map, open_drive).map_err(|e| e.to_string())?;
             self.physics_sensors.set_roads(network);
         }
-        let (_, bytes) = bus::layout(specs);
+        let (_, bytes) = protocol::layout(specs);
         let writer = self.ports.bundle(id, bytes).map_err(|e| e.to_string())?;
         self.physics_sensors.mount(id, bundle.parent, specs, writer);
         Ok(())
@@ -584,11 +586,11 @@ impl Host {
         if !(100_000..=100_000_000).contains(&substep) {
             return Err(format!("substep_max_nanos is {substep}, not 100000 to 100000000"));
         }
-        if settings.pipeline > bus::PIPELINE_MAX {
+        if settings.pipeline > protocol::PIPELINE_MAX {
             return Err(format!(
                 "pipeline is {}, PIPELINE_MAX is {}",
                 settings.pipeline,
-                bus::PIPELINE_MAX
+                protocol::PIPELINE_MAX
             ));
         }
         self.settings = *settings;
@@ -696,7 +698,7 @@ pub(crate) fn ending(verdict: &Verdict) -> Ending {
     }
 }
 
-fn check_weather(weather: &bus::Weather) -> Result<(), String> {
+fn check_weather(weather: &protocol::Weather) -> Result<(), String> {
     let values: &[f32] = bytemuck::cast_slice(std::slice::from_ref(weather));
     match values.iter().find(|v| !v.is_finite() || v.abs() > NUMBER_MAX) {
         Some(value) => {
@@ -706,8 +708,8 @@ fn check_weather(weather: &bus::Weather) -> Result<(), String> {
     }
 }
 
-fn blueprints() -> Vec<bus::BlueprintInfo> {
-    let info = |b: &town::Blueprint| bus::BlueprintInfo {
+fn blueprints() -> Vec<protocol::BlueprintInfo> {
+    let info = |b: &town::Blueprint| protocol::BlueprintInfo {
         id: b.id.to_owned(),
         tag: b.tag as u8,
         half_extents_m: b.half_extents_m.to_array(),

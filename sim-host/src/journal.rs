@@ -1,8 +1,9 @@
 //! Writing the journal: commands in, in their fixed order; outcomes and parts out.
 
-use bus::{
-    BatchHeader, BusError, Command, Frame, HostPorts, JournalEntry, JournalHeader, Name, Outcome,
-    RawCommand, Stamp, VehicleControl,
+use bus::{BusError, HostPorts};
+use protocol::{
+    BatchHeader, Command, Frame, JournalEntry, JournalHeader, Name, Outcome, RawCommand, Stamp,
+    VehicleControl,
 };
 
 use crate::saved::Pending;

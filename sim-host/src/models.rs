@@ -2,8 +2,8 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use bus::{ActorId, Pose};
 use glam::{Quat, Vec3};
+use protocol::{ActorId, Pose};
 use town::{Blueprint, Kind, Motion};
 
 use crate::physics::{DoorModel, Physics, PhysicsError, PropModel, VehicleModel, WalkerModel};

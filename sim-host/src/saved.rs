@@ -3,12 +3,12 @@
 //! What a fork goes on from, and what a recording's re-simulation begins with. Good for the build
 //! and the map that made it.
 
-use bus::{
+use bytemuck::{Pod, Zeroable};
+use protocol::{
     ActorState, BlendPose, Command, Episode, GivenPoses, HideObjects, LightState, Name, RawCommand,
     SetBones, SetStreetLights, Settings, Stamp, TrafficHeader, TrafficParam, VehicleControl,
     Weather,
 };
-use bytemuck::{Pod, Zeroable};
 
 use crate::{drawings::SavedShape, hash::StateHash};
 
@@ -252,7 +252,7 @@ impl SavedState {
     /// What traffic decided: controls, lights, planner.
     pub fn decided(&self) -> Option<(Vec<VehicleControl>, Vec<LightState>, Vec<u8>)> {
         let (header, payload) = self.decision.as_ref()?;
-        let blocks = bytemuck::pod_collect_to_vec::<u8, bus::Block>(payload);
+        let blocks = bytemuck::pod_collect_to_vec::<u8, protocol::Block>(payload);
         let (controls, lights, planner) = header.parts(&blocks)?;
         Some((controls.to_vec(), lights.to_vec(), planner.to_vec()))
     }

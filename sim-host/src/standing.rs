@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use bus::{
+use protocol::{
     ActorId, BundleId, Command, Frame, GivenPoses, HideLayers, HideObjects, JournalEntry, Outcome,
     PIPELINE_MAX, SetStreetLights, Stamp, TrafficParam, Weather, param, status,
 };
@@ -191,7 +191,7 @@ impl Standing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bus::{BlendPose, CreateBundle, Name, Outcome, SensorSpec, SetBones, Shape, shape};
+    use protocol::{BlendPose, CreateBundle, Name, Outcome, SensorSpec, SetBones, Shape, shape};
 
     fn at(frame: u64) -> Stamp {
         Stamp { frame: Frame(frame), sim_time_nanos: frame * 100, ..Stamp::default() }
@@ -274,7 +274,7 @@ mod tests {
             standing.close(at(frame), vec![]);
         }
         assert_eq!(ids(9, &standing), [3]);
-        let another = entry(Command::LoadMap(bus::LoadMap::default()), 2);
+        let another = entry(Command::LoadMap(protocol::LoadMap::default()), 2);
         standing.close(at(10), vec![another]);
         assert_eq!(ids(10, &standing), [2], "of the old world, nothing stands");
     }

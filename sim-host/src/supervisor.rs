@@ -10,7 +10,7 @@ use std::{
     time::Duration,
 };
 
-use bus::{Control, Instance, Role, SLOTS, SlotState, clock, process};
+use bus::{ControlPageMapping, Instance, Role, SLOTS, SlotState, clock, process};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use rustix::event::epoll;
 
@@ -52,7 +52,7 @@ pub(crate) struct Death {
 /// Watches over every process on the bus.
 pub(crate) struct Supervisor {
     instance: Instance,
-    control: Control,
+    control: ControlPageMapping,
     launcher: Box<dyn Launcher>,
     stages: BTreeMap<usize, Stage>,
     lives: BTreeMap<usize, u64>,
@@ -67,7 +67,7 @@ impl Supervisor {
     /// Starts the watcher's and the cleaner's threads.
     pub(crate) fn new(
         instance: &Instance,
-        control: &Control,
+        control: &ControlPageMapping,
         launcher: Box<dyn Launcher>,
     ) -> io::Result<Supervisor> {
         let (obituary, deaths) = bounded(4 * SLOTS);
@@ -184,7 +184,7 @@ impl Supervisor {
 }
 
 /// A process has ended: the barrier must know before anything else happens.
-fn report(control: &Control, obituary: &Sender<usize>, slot: usize) {
+fn report(control: &ControlPageMapping, obituary: &Sender<usize>, slot: usize) {
     control.bury(slot);
     let _ = obituary.try_send(slot);
     control.host.ring();

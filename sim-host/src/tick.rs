@@ -9,7 +9,8 @@
 //!
 //! What traffic decides on frame N acts in N+1: a fact of the world, not of process speed.
 
-use bus::{Frame, SnapshotHeader, clock};
+use bus::clock;
+use protocol::{Frame, SnapshotHeader};
 
 use crate::{
     HostError,

@@ -2,12 +2,12 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use bus::{
+use glam::Vec3;
+use protocol::{
     ACTORS_MAX, ActorId, ActorState, Command, GivenPoses, HideObjects, LightState, Name, Pose,
     ROUTE_STEPS, RouteCommand, STRIDE, SetWeatherAffectsGrip, Settings, Spawn, Stamp,
     VehicleControl, flag, guide, kind, lamp, light,
 };
-use glam::Vec3;
 use town::{BLOCK_OBJECTS, Blueprint, Kind, Layer, Lighting, Town, Visibility};
 
 use crate::{

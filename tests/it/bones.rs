@@ -3,9 +3,10 @@
 
 use std::f32::consts::PI;
 
-use bus::{BONES, Role, flag, output};
+use bus::Role;
 use client_lib::{ActorId, Client, Measurement, Pose, SensorBundle, Spawn, bone, camera};
 use glam::{Quat, Vec3};
+use protocol::{BONES, flag, output};
 use rustix::process::Signal;
 
 use crate::kit::{Digest, Scratch, Sim, eventually, kill, lives};

@@ -273,7 +273,10 @@ fn a_door_that_is_killed_is_opened_again() {
     let control = sim.instance().control().unwrap();
     let door = || {
         let slots = control.slots().iter();
-        slots.filter(|s| s.name() == bus::Name::new("gateway")).map(|s| s.pid()).find(|p| *p != 0)
+        slots
+            .filter(|s| s.name() == protocol::Name::new("gateway"))
+            .map(|s| s.pid())
+            .find(|p| *p != 0)
     };
     kill(door().unwrap(), rustix::process::Signal::KILL);
     let again = door_of(&sim, 2);

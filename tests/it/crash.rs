@@ -2,9 +2,10 @@
 
 use std::sync::OnceLock;
 
-use bus::{ActorId, Role, output};
+use bus::Role;
 use client_lib::{Client, Pose, SensorBundle, Spawn, camera};
 use glam::{Quat, Vec3};
+use protocol::{ActorId, output};
 use rustix::process::Signal;
 
 use crate::kit::{Digest, Sim, eventually, is_soak, kill, lives, omnibus, resident_bytes};
@@ -221,7 +222,7 @@ fn clients_may_die_anywhere_even_while_they_hold_the_tick() {
             judge.tick();
             // A dead client's cars stay, as in CARLA; here they would make the messages longer.
             let cars =
-                judge.client.world().actors().iter().filter(|a| a.kind == bus::kind::VEHICLE);
+                judge.client.world().actors().iter().filter(|a| a.kind == protocol::kind::VEHICLE);
             for car in cars.map(|a| a.actor_id).filter(|id| !own.contains(id)).collect::<Vec<_>>() {
                 judge.client.destroy(car).unwrap();
             }

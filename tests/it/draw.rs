@@ -1,8 +1,9 @@
 //! What is drawn over the world: cameras show it where it is, as long as it lives, whoever dies.
 
-use bus::{Role, output};
+use bus::Role;
 use client_lib::{ActorId, Client, Draw, Measurement, Pose, SensorBundle, camera};
 use glam::{Vec3, vec3};
+use protocol::output;
 use rustix::process::Signal;
 
 use crate::kit::{Scratch, Sim, eventually, kill, lives};
@@ -145,7 +146,7 @@ fn what_cannot_be_drawn_is_refused_by_name() {
     }
     let long = Draw::text(Vec3::ZERO, &"x".repeat(125)).unwrap_err().to_string();
     assert!(long.contains("125 bytes, not 0 to 124"), "{long}");
-    let many = vec![drawn(); bus::SHAPES_MAX];
+    let many = vec![drawn(); protocol::SHAPES_MAX];
     client.draw(&many).unwrap();
     let full = client.draw(&[drawn()]).unwrap_err().to_string();
     assert!(full.contains("SHAPES_MAX"), "{full}");

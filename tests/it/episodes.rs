@@ -2,11 +2,12 @@
 
 use std::{fs, path::Path, sync::atomic::AtomicBool, sync::atomic::Ordering};
 
-use bus::{ActorId, Role, output};
+use bus::Role;
 use client_lib::{
     Client, ClientError, Pose, Profile, SensorBundle, Spawn, Weather, camera, kind, layer,
 };
 use glam::{Quat, Vec3};
+use protocol::{ActorId, output};
 use rustix::process::Signal;
 
 use crate::{

@@ -1,10 +1,10 @@
 //! Every sensor of every frame shows that frame: judged by what it measured, not by its header.
 
-use bus::{ActorId, Command, Teleport, output};
 use client_lib::{
     Client, Frame, Measurement, Pose, SensorBundle, SensorSpec, Settings, Spawn, camera, lidar,
 };
 use glam::{Quat, Vec2, Vec3};
+use protocol::{ActorId, Command, Teleport, output};
 
 use crate::kit::{DELTA_NANOS, Digest, Sim, is_soak, note_skipped, omnibus, small_map};
 
@@ -279,7 +279,10 @@ fn a_graphics_processor_writes_exact_frames_into_shared_memory() {
         for _ in 0..8 {
             let frame = stage.tick();
             let measured = stage.bundle.receive().unwrap().expect("it is there");
-            assert_eq!((measured.frame(), measured.header().tracer), (frame, bus::tracer::GPU));
+            assert_eq!(
+                (measured.frame(), measured.header().tracer),
+                (frame, protocol::tracer::GPU)
+            );
             if let Some(wrong) = disagreement(&measured, stage.marker, &place(frame.0)) {
                 panic!("life {life}, {frame}: {wrong}");
             }

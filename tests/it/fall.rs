@@ -1,12 +1,12 @@
 //! One who is hit falls limb by limb: what is seen of it is in snapshots, recordings and saved
 //! states, to the bit.
 
-use bus::{ActorState, flag, output};
 use client_lib::{
     ActorId, Client, Command, Pose, Profile, Replay, SensorBundle, SetVelocity, Spawn,
     VehicleControl, camera,
 };
 use glam::{Quat, Vec3};
+use protocol::{ActorState, flag, output};
 
 use crate::{
     kit::{Digest, Scratch, Sim},

@@ -1,7 +1,7 @@
 //! Saved states: what happens after loading one is what would have happened.
 
-use bus::{Command, TrafficParam, param};
 use client_lib::{Client, Spawn, Weather};
+use protocol::{Command, TrafficParam, param};
 
 use crate::{
     kit::{Scratch, Sim, is_soak, resident_bytes},

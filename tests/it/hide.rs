@@ -1,8 +1,9 @@
 //! What of the town is switched off: nobody sees it, nobody runs into it, from one frame on.
 
-use bus::{Role, layer, output};
+use bus::Role;
 use client_lib::{ActorId, Client, Frame, Measurement, Pose, SensorBundle, Spawn, camera};
 use glam::{Quat, Vec3, vec3};
+use protocol::{layer, output};
 use rustix::process::Signal;
 
 use crate::{

@@ -1,8 +1,8 @@
 //! A crowd for minutes: nobody sinks, flies, flips without cause, or is anywhere but on the map.
 
-use bus::{ActorState, Command, SetVelocity, kind};
 use client_lib::{Client, Spawn};
 use glam::Vec3;
+use protocol::{ActorState, Command, SetVelocity, kind};
 
 use crate::kit::{Sim, is_soak};
 
@@ -92,7 +92,7 @@ fn a_crowd_stays_on_its_wheels_and_feet() {
         client.tick().unwrap();
         let actors: Vec<_> = client.world().actors().to_vec();
         for actor in actors.iter().filter(|a| a.kind != kind::TRAFFIC_LIGHT) {
-            if actor.has(bus::flag::COLLIDING) {
+            if actor.has(protocol::flag::COLLIDING) {
                 hit.insert(actor.actor_id);
             }
             if frame % 20 == 0 {

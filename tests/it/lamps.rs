@@ -1,8 +1,9 @@
 //! Street lamps: at dusk they go on by themselves, by hand at any time.
 
-use bus::{Role, Weather, output};
+use bus::Role;
 use client_lib::{ActorId, Client, Measurement, Pose, SensorBundle, StreetLightCommand, camera};
 use glam::{Quat, Vec3};
+use protocol::{Weather, output};
 use rustix::process::Signal;
 
 use crate::kit::{Scratch, Sim, eventually, kill, lives, small_map};

@@ -1,8 +1,8 @@
 //! Synchronous, pipelined, asynchronous; agents in lockstep; switching in mid-run.
 
-use bus::{ActorId, output};
 use client_lib::{Client, Pose, Settings, Spawn, VehicleControl, camera};
 use glam::{Quat, Vec3};
+use protocol::{ActorId, output};
 
 use crate::kit::{DELTA_NANOS, Sim};
 

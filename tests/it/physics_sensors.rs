@@ -1,11 +1,11 @@
 //! Sensors born of physics, over the bus: every frame exact, the world none the wiser.
 
-use bus::{Command, Name, ObstacleReading, Pose};
 use client_lib::{
     ActorId, Client, GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, SensorSpec, SetVelocity, Spawn,
     camera, collision, gnss, imu, lane_invasion, obstacle, odometry, output, tracer,
 };
 use glam::{Quat, Vec3};
+use protocol::{Command, Name, ObstacleReading, Pose};
 
 use crate::kit::{DELTA_NANOS, Scratch, Sim, omnibus, small_map};
 

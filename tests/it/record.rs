@@ -6,9 +6,9 @@ use std::{
 };
 
 use ::record::Recording;
-use bus::{ActorId, ActorState, Command, SetVelocity};
 use client_lib::{Client, Profile, Replay, Spawn};
 use omnibus::resimulate;
+use protocol::{ActorId, ActorState, Command, SetVelocity};
 use rustix::process::Signal;
 
 use crate::kit::{Scratch, Sim, eventually, is_soak, omnibus, small_map};

@@ -2,9 +2,9 @@
 
 use std::{fs, process::Output};
 
-use bus::{ActorId, Command, Settings, Teleport, output};
 use client_lib::{Pose, Spawn, camera, lidar};
 use glam::Vec3;
+use protocol::{ActorId, Command, Settings, Teleport, output};
 
 use crate::kit::{Scratch, Sim, omnibus, small_map};
 
@@ -92,7 +92,11 @@ fn a_refused_wish_is_named_and_the_world_goes_on() {
         names(&said, words);
     };
     let spawn = |name: &str, pose| {
-        Command::Spawn(bus::Spawn { blueprint: bus::Name::new(name), pose, ..Default::default() })
+        Command::Spawn(protocol::Spawn {
+            blueprint: protocol::Name::new(name),
+            pose,
+            ..Default::default()
+        })
     };
     refused(
         "blueprint",
@@ -109,20 +113,21 @@ fn a_refused_wish_is_named_and_the_world_goes_on() {
     refused("delta", Command::SetSettings(settings), &["delta_nanos is 0"]);
     let good = camera("c", Pose::IDENTITY, 64, 48, 1.5, output::COLOR);
     for (spec, words) in [
-        (bus::SensorSpec { width: 0, ..good }, &["\"c\"", "width is 0"]),
-        (bus::SensorSpec { fov_rad: 9.0, ..good }, &["\"c\"", "fov_rad is 9"]),
+        (protocol::SensorSpec { width: 0, ..good }, &["\"c\"", "width is 0"]),
+        (protocol::SensorSpec { fov_rad: 9.0, ..good }, &["\"c\"", "fov_rad is 9"]),
         (lidar("l", Pose::IDENTITY, 8, 90, [0.5, -0.5], 50.0), &["\"l\"", "lower_rad is 0.5"]),
-        (bus::SensorSpec { kind: 77, ..good }, &["\"c\"", "77"]),
+        (protocol::SensorSpec { kind: 77, ..good }, &["\"c\"", "77"]),
         (
-            bus::SensorSpec { width: 8192, height: 8192, outputs: 0xf, ..good },
+            protocol::SensorSpec { width: 8192, height: 8192, outputs: 0xf, ..good },
             &["/dev/shm", "MB free; enlarge it"],
         ),
     ] {
         let (hold, count) = if spec.width == 8192 { (8, 16) } else { (2, 1) };
         let name = |index: usize| {
-            bus::Name::new(&format!("{}{}", spec.name, ["", "b"][index.min(1)].repeat(index)))
+            protocol::Name::new(&format!("{}{}", spec.name, ["", "b"][index.min(1)].repeat(index)))
         };
-        let specs: Vec<_> = (0..count).map(|i| bus::SensorSpec { name: name(i), ..spec }).collect();
+        let specs: Vec<_> =
+            (0..count).map(|i| protocol::SensorSpec { name: name(i), ..spec }).collect();
         let Err(said) = client.create_bundle("r", car, &specs, hold) else {
             panic!("{spec:?} was granted")
         };

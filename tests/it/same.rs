@@ -1,11 +1,11 @@
 //! Same seed, same run: whatever runs where, with whom, and how fast.
 
-use bus::{
-    AckermannControl, ActorId, ApplyForce, Command, SetVelocity, Settings, Switch, Teleport, output,
-};
 use client_lib::{Client, Pose, Spawn, camera, lidar};
 use glam::{Quat, Vec3};
 use omnibus::{Beside, WorldArgs};
+use protocol::{
+    AckermannControl, ActorId, ApplyForce, Command, SetVelocity, Settings, Switch, Teleport, output,
+};
 
 use crate::kit::{DELTA_NANOS, Digest, Sim, small_map};
 
@@ -111,7 +111,8 @@ fn play(client: &mut Client, look: Look) -> Run {
             run.measured.push(digest(&measured));
         }
     }
-    run.vehicles = client.world().actors().iter().filter(|a| a.kind == bus::kind::VEHICLE).count();
+    run.vehicles =
+        client.world().actors().iter().filter(|a| a.kind == protocol::kind::VEHICLE).count();
     run
 }
 

@@ -1,14 +1,14 @@
 //! Every command with a number in it, with numbers that cannot be and actors that are not there: each
 //! is refused by name, and the world goes on as if nobody had spoken.
 
-use bus::{
+use client_lib::{Client, Pose, Spawn, camera, lidar};
+use glam::{Quat, Vec3};
+use protocol::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, Ask, Autopilot, Command, Curve, Gear,
     HideLayers, HideObjects, SensorSpec, SetDoors, SetPhysics, SetTrafficLight, SetVehicleLights,
     SetVelocity, Settings, StartReplay, Switch, Teleport, TrafficParam, VehicleControl, Weather,
     part,
 };
-use client_lib::{Client, Pose, Spawn, camera, lidar};
-use glam::{Quat, Vec3};
 
 use crate::kit::Sim;
 
@@ -68,8 +68,8 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
         for bad in BAD {
             let mut pose = near;
             pose.position_m[index] = bad;
-            let name = bus::Name::new("vehicle.audi.tt");
-            let spawn = bus::Spawn { blueprint: name, pose, ..Default::default() };
+            let name = protocol::Name::new("vehicle.audi.tt");
+            let spawn = protocol::Spawn { blueprint: name, pose, ..Default::default() };
             list.one(&format!("Spawn.{axis} = {bad}"), Command::Spawn(spawn));
             let to = Teleport { actor_id, pose };
             list.one(&format!("Teleport.{axis} = {bad}"), Command::Teleport(to));
@@ -107,18 +107,21 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
             wetness
         ),
     );
-    let param = TrafficParam { param: bus::param::GAP_M, ..Default::default() };
+    let param = TrafficParam { param: protocol::param::GAP_M, ..Default::default() };
     list.numbers("TrafficParam", Command::TrafficParam, param, fields!(value));
-    let guide = bus::RouteCommand { actor_id, count: 1, ..Default::default() };
+    let guide = protocol::RouteCommand { actor_id, count: 1, ..Default::default() };
     for bad in BAD {
-        let steps = [bus::RouteStep::place(Vec3::new(0.0, bad, 0.0)); bus::ROUTE_STEPS];
+        let steps = [protocol::RouteStep::place(Vec3::new(0.0, bad, 0.0)); protocol::ROUTE_STEPS];
         list.one(
             &format!("RouteCommand to {bad}"),
-            Command::RouteCommand(bus::RouteCommand { steps, ..guide }),
+            Command::RouteCommand(protocol::RouteCommand { steps, ..guide }),
         );
     }
     list.one("RouteCommand of no kind", Command::RouteCommand(guide));
-    list.one("RouteCommand of 12", Command::RouteCommand(bus::RouteCommand { count: 12, ..guide }));
+    list.one(
+        "RouteCommand of 12",
+        Command::RouteCommand(protocol::RouteCommand { count: 12, ..guide }),
+    );
     let push = ApplyForce { actor_id, has_point: 1, ..Default::default() };
     list.numbers("ApplyForce", Command::ApplyForce, push, fields!(linear[0], angular[2], at_m[1]));
     let ackermann = AckermannControl { actor_id, ..Default::default() };
@@ -132,14 +135,14 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
     list.numbers("SetAckermann", Command::SetAckermann, gains, fields!(speed[0], acceleration[2]));
 
     let built = client.vehicle_physics(car).unwrap();
-    let body = bus::VehicleBody { actor_id, ..built.body };
+    let body = protocol::VehicleBody { actor_id, ..built.body };
     list.numbers(
         "SetBody",
         Command::SetBody,
         body,
         fields!(mass_kg, drag_coefficient, center_of_mass_m[0], center_of_mass_m[2]),
     );
-    let engine = bus::VehicleEngine { actor_id, ..built.engine };
+    let engine = protocol::VehicleEngine { actor_id, ..built.engine };
     list.numbers(
         "SetEngine",
         Command::SetEngine,
@@ -152,7 +155,7 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
             damping_neutral_nmsprad
         ),
     );
-    let gearbox = bus::VehicleGearbox { actor_id, ..built.gearbox };
+    let gearbox = protocol::VehicleGearbox { actor_id, ..built.gearbox };
     list.numbers(
         "SetGearbox",
         Command::SetGearbox,
@@ -161,15 +164,15 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
     );
     for bad in BAD {
         let curve = Curve::new(&[[0.0, bad]]).unwrap();
-        let torque = Command::SetEngine(bus::VehicleEngine { torque: curve, ..engine });
+        let torque = Command::SetEngine(protocol::VehicleEngine { torque: curve, ..engine });
         list.one(&format!("a torque of {bad}"), torque);
-        let steering = bus::VehicleSteering { actor_id, share: curve };
+        let steering = protocol::VehicleSteering { actor_id, share: curve };
         list.one(&format!("a steering share of {bad}"), Command::SetSteering(steering));
         let gear = Gear { ratio: bad, down: 0.3, up: 0.6 };
         let gears = gearbox.with_gears(&[gear]).unwrap();
         list.one(&format!("a gear of {bad}"), Command::SetGearbox(gears));
     }
-    let wheel = bus::VehicleWheel { actor_id, ..built.wheels[0] };
+    let wheel = protocol::VehicleWheel { actor_id, ..built.wheels[0] };
     list.numbers(
         "SetWheel",
         Command::SetWheel,
@@ -188,10 +191,10 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
     );
     list.one(
         "no curve",
-        Command::SetEngine(bus::VehicleEngine { torque: Curve::default(), ..engine }),
+        Command::SetEngine(protocol::VehicleEngine { torque: Curve::default(), ..engine }),
     );
-    list.one("a fifth wheel", Command::SetWheel(bus::VehicleWheel { index: 4, ..wheel }));
-    list.one("three wheels", Command::SetBody(bus::VehicleBody { wheels: 3, ..body }));
+    list.one("a fifth wheel", Command::SetWheel(protocol::VehicleWheel { index: 4, ..wheel }));
+    list.one("three wheels", Command::SetBody(protocol::VehicleBody { wheels: 3, ..body }));
 
     for (delta_nanos, substep_max_nanos) in [(0, 1), (u64::MAX, 1), (50_000_000, 0)] {
         let settings = Settings { delta_nanos, substep_max_nanos, ..client.settings() };
@@ -229,20 +232,29 @@ fn of_nobody(actor_id: ActorId, list: &mut List) {
     );
     dead("SetPhysics", Command::SetPhysics(SetPhysics { actor_id, on: 1 }));
     dead("SetVehicleLights", Command::SetVehicleLights(SetVehicleLights { actor_id, lamps: 1 }));
-    let to = bus::RouteCommand { actor_id, anew: 1, ..Default::default() };
+    let to = protocol::RouteCommand { actor_id, anew: 1, ..Default::default() };
     dead("RouteCommand", Command::RouteCommand(to));
     dead("SetDoors", Command::SetDoors(SetDoors { actor_id, open: 0 }));
-    dead("SetBones", Command::SetBones(bus::SetBones { actor_id, count: 1, ..Default::default() }));
-    dead("BlendPose", Command::BlendPose(bus::BlendPose { actor_id, share: 0.5 }));
+    dead(
+        "SetBones",
+        Command::SetBones(protocol::SetBones { actor_id, count: 1, ..Default::default() }),
+    );
+    dead("BlendPose", Command::BlendPose(protocol::BlendPose { actor_id, share: 0.5 }));
     dead("Ask", Command::Ask(Ask { actor_id, part: part::BODY, ..Default::default() }));
-    dead("SetBody", Command::SetBody(bus::VehicleBody { actor_id, ..Default::default() }));
-    dead("SetEngine", Command::SetEngine(bus::VehicleEngine { actor_id, ..Default::default() }));
-    dead("SetGearbox", Command::SetGearbox(bus::VehicleGearbox { actor_id, ..Default::default() }));
+    dead("SetBody", Command::SetBody(protocol::VehicleBody { actor_id, ..Default::default() }));
+    dead(
+        "SetEngine",
+        Command::SetEngine(protocol::VehicleEngine { actor_id, ..Default::default() }),
+    );
+    dead(
+        "SetGearbox",
+        Command::SetGearbox(protocol::VehicleGearbox { actor_id, ..Default::default() }),
+    );
     dead(
         "SetSteering",
-        Command::SetSteering(bus::VehicleSteering { actor_id, ..Default::default() }),
+        Command::SetSteering(protocol::VehicleSteering { actor_id, ..Default::default() }),
     );
-    dead("SetWheel", Command::SetWheel(bus::VehicleWheel { actor_id, ..Default::default() }));
+    dead("SetWheel", Command::SetWheel(protocol::VehicleWheel { actor_id, ..Default::default() }));
     dead("ApplyForce", Command::ApplyForce(ApplyForce { actor_id, ..Default::default() }));
     dead("SetGravity", Command::SetGravity(Switch { actor_id, on: 1 }));
     dead("SetCollisions", Command::SetCollisions(Switch { actor_id, on: 1 }));
@@ -253,7 +265,7 @@ fn of_nobody(actor_id: ActorId, list: &mut List) {
 
 fn bad_sensors(client: &mut Client, car: ActorId) {
     let seat = Pose::new(Vec3::Z * 2.0, Quat::IDENTITY);
-    let eye = camera("eye", seat, 64, 48, 1.5, bus::output::COLOR);
+    let eye = camera("eye", seat, 64, 48, 1.5, protocol::output::COLOR);
     let scan = lidar("scan", seat, 8, 90, [-0.4, 0.1], 60.0);
     for bad in BAD {
         let mut turned = seat;

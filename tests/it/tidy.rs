@@ -19,22 +19,24 @@ use crate::kit::note_skipped;
 /// Which crate may depend on which: the diagram of ARCHITECTURE.md, and nothing else.
 const DIAGRAM: &[(&str, &[&str])] = &[
     ("mesh", &[]),
-    ("bus", &[]),
-    ("record", &["bus"]),
+    ("protocol", &[]),
+    ("bus", &["protocol"]),
+    ("record", &["bus", "protocol"]),
     ("road", &["mesh"]),
     ("mapgen", &["mesh", "road"]),
     ("town", &["mapgen", "mesh", "road"]),
     ("bake", &["mapgen", "mesh", "road", "town"]),
-    ("sim-host", &["bake", "bus", "mapgen", "mesh", "record", "road", "town"]),
-    ("traffic", &["bake", "bus", "mapgen", "mesh", "road", "town"]),
-    ("sensor-render", &["bake", "bus", "mapgen", "mesh", "road", "town"]),
-    ("client-lib", &["bake", "bus", "mesh", "road"]),
+    ("sim-host", &["bake", "bus", "mapgen", "mesh", "protocol", "record", "road", "town"]),
+    ("traffic", &["bake", "bus", "mapgen", "mesh", "protocol", "road", "town"]),
+    ("sensor-render", &["bake", "bus", "mapgen", "mesh", "protocol", "road", "town"]),
+    ("client-lib", &["bake", "bus", "mesh", "protocol", "road"]),
     ("carla-gateway", &["bake", "client-lib", "mapgen", "mesh", "record", "road", "town"]),
     ("bench", &["bake", "client-lib", "mapgen", "mesh", "road", "town"]),
     (
         "omnibus",
         &[
             "bus",
+            "protocol",
             "mesh",
             "record",
             "road",
@@ -52,6 +54,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
         "tests",
         &[
             "bus",
+            "protocol",
             "mesh",
             "record",
             "road",

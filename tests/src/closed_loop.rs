@@ -6,9 +6,9 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::sync::Arc;
 
-use bus::{ActorId, ActorState, Frame, Pose, Stamp, flag, kind, light};
 use glam::Vec3;
 use mesh::{Mesh, Tag};
+use protocol::{ActorId, ActorState, Frame, Pose, Stamp, flag, kind, light};
 use road::{LanePoint, Network};
 use sim_host::physics::{Ground, Physics, StaticBox, VehicleModel};
 use traffic::{Outlook, Planner};

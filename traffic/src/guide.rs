@@ -7,9 +7,9 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
-use bus::{RouteCommand, RouteStep, guide};
 use bytemuck::Zeroable;
 use glam::Vec3;
+use protocol::{RouteCommand, RouteStep, guide};
 
 use crate::grid::Grid;
 use crate::route::nearest;

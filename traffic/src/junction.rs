@@ -13,7 +13,7 @@ mod presence;
 mod rotate;
 mod unlock;
 
-use bus::light;
+use protocol::light;
 
 use self::presence::Presence;
 use crate::map::Map;

@@ -2,7 +2,7 @@
 //!
 //! When lamps are lit by day is what CARLA's traffic manager does (its `VehicleLightStage`).
 
-use bus::{VehicleControl, Weather, flag, lamp};
+use protocol::{VehicleControl, Weather, flag, lamp};
 
 use crate::rows::Rows;
 use crate::tracks::{TURN_RAD, Tracks};

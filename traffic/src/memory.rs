@@ -2,8 +2,8 @@
 //!
 //! The bytes are canonical: equal memories have equal bytes, so their hash stands for the planner.
 
-use bus::{Command, RawCommand, Weather, status};
 use bytemuck::{Pod, Zeroable};
+use protocol::{Command, RawCommand, Weather, status};
 
 use crate::guide::Guides;
 use crate::params::Dials;
@@ -135,7 +135,7 @@ impl Memory {
             return Err(other("signal cycles", head.clocks, clocks));
         }
         let (clock_bytes, dial_bytes) =
-            (8 * clocks, head.params as usize * size_of::<bus::TrafficParam>());
+            (8 * clocks, head.params as usize * size_of::<protocol::TrafficParam>());
         let row_bytes = head.rows as usize * Rows::ROW_BYTES;
         let wanted = clock_bytes + dial_bytes + row_bytes + head.guide_bytes as usize;
         if body.len() != wanted {

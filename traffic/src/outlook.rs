@@ -1,6 +1,6 @@
 //! What a planner reckons with, for whoever judges it or asks why a vehicle stands.
 
-use bus::ActorId;
+use protocol::ActorId;
 use road::LaneIndex;
 
 use crate::Planner;

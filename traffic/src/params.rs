@@ -1,7 +1,7 @@
 //! What users set: how fast, how near, how lawful.
 
-use bus::{ActorId, TrafficParam, param};
 use bytemuck::Zeroable;
+use protocol::{ActorId, TrafficParam, param};
 
 use crate::follow::GAP_M;
 use crate::random::{Purpose, mixed, unit};

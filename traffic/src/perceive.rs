@@ -1,7 +1,7 @@
 //! Who is where: all vehicles and walkers of a snapshot, and the stretches of tracks they occupy.
 
-use bus::{ActorState, flag, kind};
 use glam::{Vec2, Vec3};
+use protocol::{ActorState, flag, kind};
 
 use crate::body::{Bodies, Body};
 use crate::grid::{Grid, REACH_M};
@@ -382,7 +382,7 @@ mod tests {
     #[test]
     fn who_stands_lies_as_if_looked_at_for_the_first_time() {
         use crate::tests::maps;
-        use bus::{ActorId, Pose};
+        use protocol::{ActorId, Pose};
 
         let tracks = Tracks::new(&maps::loop_road(40.0, 60.0));
         let (grid, bodies) = (Grid::new(&tracks), Bodies::from_catalogue());

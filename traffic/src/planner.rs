@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bus::{ActorState, JournalEntry, LightState, Stamp, VehicleControl, flag, kind, lamp};
+use protocol::{ActorState, JournalEntry, LightState, Stamp, VehicleControl, flag, kind, lamp};
 
 use crate::change;
 use crate::demand::Demand;
@@ -148,21 +148,21 @@ impl Planner {
         let left_m = tracks.project(on, place, hint_m).left_m;
         let id = |body: u32| scratch.crowd.id.get(body as usize).copied();
         Outlook {
-            actor_id: bus::ActorId(rows.id[row]),
+            actor_id: protocol::ActorId(rows.id[row]),
             lane: road::LaneIndex(lane),
             along_m: rows.arc_m[row],
             astray_m: left_m - route::shift_at(rows, row, lead_m).0,
             limit_mps: tracks.limit_mps[lane as usize],
             desired_speed_mps: scratch.desired_speeds[row],
-            leader: bus::ActorId(id(leader.body).unwrap_or(bus::ActorId::NONE.0)),
+            leader: protocol::ActorId(id(leader.body).unwrap_or(protocol::ActorId::NONE.0)),
             leader_m: leader.gap_m,
             stop_m: halt.stop_m,
             merge_m: halt.behind_m,
             leave: rows.order[row],
             waited_s: rows.wait_s[row],
             waits_for: scratch.junctions.waits[row],
-            waits_on: bus::ActorId(
-                id(scratch.junctions.blockers[row]).unwrap_or(bus::ActorId::NONE.0),
+            waits_on: protocol::ActorId(
+                id(scratch.junctions.blockers[row]).unwrap_or(protocol::ActorId::NONE.0),
             ),
             reverses: rows.reverse_s[row] > 0.0,
             turns_round: rows.turning[row] == 1,
@@ -329,7 +329,7 @@ impl Planner {
                 // A map without roads: stand.
                 VehicleControl { brake: 1.0, ..VehicleControl::default() }
             };
-            let actor_id = bus::ActorId(self.memory.rows.id[row]);
+            let actor_id = protocol::ActorId(self.memory.rows.id[row]);
             let lamps = self.lamps(row, &control);
             self.controls.push(VehicleControl { actor_id, lamps, ..control });
         }
@@ -488,7 +488,7 @@ fn midway_lights(
         for &(_, arc_m, signal) in midway[from..].iter().take_while(|stop| stop.0 == lane) {
             let line_m = begins + arc_m - 0.5;
             let light = shown[signal as usize];
-            let stops = light == bus::light::RED || light == bus::light::YELLOW;
+            let stops = light == protocol::light::RED || light == protocol::light::YELLOW;
             if stops && line_m > -0.5 && speed * speed < 6.0 * line_m.max(0.1) {
                 halt.stop_m = halt.stop_m.min(line_m.max(0.0));
             }

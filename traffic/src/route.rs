@@ -64,7 +64,7 @@ pub(crate) fn follow(
             continue;
         }
         let row = row as usize;
-        if rows.placed[row] == 1 && crowd.flags[body] & bus::flag::TELEPORTED != 0 {
+        if rows.placed[row] == 1 && crowd.flags[body] & protocol::flag::TELEPORTED != 0 {
             rows.reset(row);
         }
         if rows.placed[row] == 1 && !advance(rows, row, tracks, crowd, body) {

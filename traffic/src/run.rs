@@ -2,10 +2,8 @@
 
 use std::sync::Arc;
 
-use bus::{
-    Command, Episode, Event, Frame, Instance, Interrupted, JournalEntry, Name, Participant, Role,
-    Snapshot, TrafficHeader, TrafficPorts, clock, fault, param, status,
-};
+use bus::{Event, Instance, Interrupted, Participant, Role, Snapshot, TrafficPorts, clock, fault};
+use protocol::{Command, Episode, Frame, JournalEntry, Name, TrafficHeader, param, status};
 
 use crate::{MindError, Planner};
 

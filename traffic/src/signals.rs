@@ -8,8 +8,8 @@
 //! others wait, and a phase that nobody wants is left out while another is wanted. Where nobody
 //! is, the phases follow each other at a fixed pace.
 
-use bus::light;
 use glam::Vec2;
+use protocol::light;
 use road::Network;
 
 use crate::approach::{Approaches, is_vehicle_light};
@@ -154,7 +154,7 @@ impl SignalPlan {
         }
     }
 
-    /// What `signal` shows when the cycles' clocks stand so; one of [`bus::light`].
+    /// What `signal` shows when the cycles' clocks stand so; one of [`protocol::light`].
     pub(crate) fn shows(&self, signal: u32, clocks: &[u64]) -> u32 {
         let Some(&(cycle, phase)) = self.seat.get(signal as usize) else { return light::OFF };
         if cycle == NONE {

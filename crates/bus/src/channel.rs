@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn who_may_trail_finds_every_frame_it_trails_by() {
-        assert!(channel("snapshot").depth > crate::PIPELINE_MAX as usize);
-        assert!(channel("snapshot").history > crate::PIPELINE_MAX as usize);
+        assert!(channel("snapshot").depth > protocol::PIPELINE_MAX as usize);
+        assert!(channel("snapshot").history > protocol::PIPELINE_MAX as usize);
     }
 }

@@ -18,10 +18,11 @@
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-use crate::{Frame, Name, Notify, SequenceEvent, Settings, Strategy, clock};
+use crate::{Notify, SequenceEvent, Strategy, clock, versioned::Versioned};
+use protocol::{Frame, Name, Settings};
 
 /// Raised with every change of a message, a channel or this page.
-pub const PROTOCOL: u32 = 5;
+pub const PROTOCOL: u32 = 6;
 
 /// How many participants and clients an instance can have at a time.
 pub const SLOTS: usize = 32;
@@ -300,8 +301,8 @@ pub struct ControlPage {
     awaited: AtomicU64,
     /// Who was to work on it, a bit per slot.
     members: AtomicU64,
-    /// How time passes: [`Settings`], word by word.
-    settings: [AtomicU64; 4],
+    /// How time passes: [`Settings`].
+    settings: Versioned<4>,
     /// Counts the worlds that the host has loaded.
     episode: AtomicU64,
     slots: [Slot; SLOTS],
@@ -327,7 +328,7 @@ pub enum PageError {
 
 impl ControlPage {
     /// For the host, on a page of zeros: makes it valid. `done` is the frame that the world is at.
-    pub fn found(&self, pid: u32, start_time: u64, strategy: Strategy) {
+    pub fn initialise(&self, pid: u32, start_time: u64, strategy: Strategy) {
         self.host_pid.store(pid, Ordering::Relaxed);
         self.host_start_time.store(start_time, Ordering::Relaxed);
         self.spin_nanos.store(strategy.spin_nanos, Ordering::Relaxed);
@@ -383,19 +384,14 @@ impl ControlPage {
 
     /// For the host: how time passes from now on.
     pub fn set_settings(&self, settings: &Settings) {
-        let words: [u64; 4] = bytemuck::cast(*settings);
-        for (slot, word) in self.settings.iter().zip(words) {
-            slot.store(word, Ordering::Relaxed);
-        }
+        self.settings.store(bytemuck::cast(*settings));
         self.synchronous.store(settings.synchronous, Ordering::Release);
         self.complete.notify_all();
     }
 
     /// How time passes.
     pub fn settings(&self) -> Settings {
-        self.synchronous.load(Ordering::Acquire);
-        let words: [u64; 4] = std::array::from_fn(|i| self.settings[i].load(Ordering::Relaxed));
-        bytemuck::cast(words)
+        bytemuck::cast(self.settings.load())
     }
 
     /// For the host: this world stands from now on.

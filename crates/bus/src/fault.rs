@@ -10,7 +10,8 @@ use std::{sync::OnceLock, time::Duration};
 
 use rustix::process::{Signal, getpid, kill_process};
 
-use crate::{Frame, Role};
+use crate::Role;
+use protocol::Frame;
 
 struct Plan {
     role: String,

@@ -12,7 +12,7 @@ use std::{
 use iceoryx2::prelude::{Config, FileName, FilePath, Path as BusPath, SemanticString};
 use rustix::fs::{FlockOperation, flock};
 
-use crate::{BusError, BusNode, CONTROL_LEN, Control};
+use crate::{BusError, BusNode, CONTROL_LEN, ControlPageMapping};
 
 /// Where shared memory lives.
 const SHM: &str = "/dev/shm";
@@ -217,15 +217,16 @@ impl Instance {
         config
     }
 
-    /// A place on this instance's bus; `within` one process or between several.
-    pub fn node(&self, name: &str, within: bool) -> Result<BusNode, BusError> {
-        BusNode::new(name, &self.config(), within)
+    /// A place on this instance's bus; `in_process`: for threads of this process.
+    pub fn node(&self, name: &str, in_process: bool) -> Result<BusNode, BusError> {
+        BusNode::new(name, &self.config(), in_process)
     }
 
     /// Its control page, checked.
-    pub fn control(&self) -> Result<Control, BusError> {
+    pub fn control(&self) -> Result<ControlPageMapping, BusError> {
         let path = self.root().join("control");
-        let map = || Control::map(&OpenOptions::new().read(true).write(true).open(&path)?);
+        let map =
+            || ControlPageMapping::map(&OpenOptions::new().read(true).write(true).open(&path)?);
         let control = map().map_err(|e| error(format!("{}: {e}", path.display())))?;
         control.check()?;
         Ok(control)
@@ -233,7 +234,7 @@ impl Instance {
 
     /// Founds a new instance: removes the dead, makes folder, lock and a blank control page.
     /// Without a name it gets one from the process id.
-    pub fn found(id: Option<&str>) -> Result<OwnedInstance, BusError> {
+    pub fn create(id: Option<&str>) -> Result<OwnedInstance, BusError> {
         Instance::sweep();
         let own = format!("p{}", std::process::id());
         let instance = Instance::named(id.unwrap_or(&own))?;
@@ -276,17 +277,18 @@ impl OwnedInstance {
         &self.instance
     }
 
-    /// The blank control page, for the host to found.
-    pub fn control(&self) -> Result<Control, BusError> {
+    /// The blank control page, for the host to initialise.
+    pub fn control(&self) -> Result<ControlPageMapping, BusError> {
         let path = self.instance.root().join("control");
-        let map = || Control::map(&OpenOptions::new().read(true).write(true).open(&path)?);
+        let map =
+            || ControlPageMapping::map(&OpenOptions::new().read(true).write(true).open(&path)?);
         map().map_err(|e| error(format!("{}: {e}", path.display())))
     }
 
     /// The host's own place on the bus. A host that cleans up needs the instance's settings as the
     /// process-wide ones, which can be set once: a second instance in one process is refused.
-    pub fn node(&self, within: bool) -> Result<BusNode, BusError> {
-        if !within {
+    pub fn node(&self, in_process: bool) -> Result<BusNode, BusError> {
+        if !in_process {
             let file = format!("{}/bus.toml", self.instance.root().display());
             let path =
                 FilePath::new(file.as_bytes()).map_err(|e| error(format!("{file}: {e:?}")))?;
@@ -298,7 +300,7 @@ impl OwnedInstance {
                 ));
             }
         }
-        self.instance.node("sim-host", within)
+        self.instance.node("sim-host", in_process)
     }
 }
 

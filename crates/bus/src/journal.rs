@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use crate::{BusError, Frame, JournalEntry, JournalHeader, Reader};
+use crate::{BusError, Reader};
+use protocol::{Frame, JournalEntry, JournalHeader};
 
 /// The reading end of the journal.
 pub struct Journal {
@@ -109,7 +110,7 @@ impl Inbox {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ActorId, Command, Name, Outcome, Stamp};
+    use protocol::{ActorId, Command, Name, Outcome, Stamp};
 
     /// Plays `serial:frame.first+count` and `serial:Kframe+count&follow` parts; answers what is given out
     /// up to frame 9 as `anew`, `frame`, `lost`.

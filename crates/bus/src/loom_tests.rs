@@ -69,6 +69,12 @@ mod wait;
 
 use wait::{Notify, SequenceEvent, Strategy};
 
+#[path = "versioned.rs"]
+#[expect(clippy::duplicate_mod, reason = "the same file with other atomics")]
+mod versioned;
+
+use versioned::Versioned;
+
 /// Every interleaving with at most three preemptions: published lost-wake-up bugs need one or two.
 fn check(scenario: impl Fn() + Sync + Send + 'static) {
     let mut model = loom::model::Builder::new();
@@ -140,5 +146,23 @@ fn what_was_written_before_a_raise_is_seen_after_the_wait() {
         assert!(gate.wait(1, Strategy::BATCH, None, || false));
         assert_eq!(data.load(Ordering::Relaxed), 7);
         writer.join().unwrap();
+    });
+}
+
+#[test]
+fn settings_are_read_whole_while_they_are_written() {
+    check(|| {
+        let settings = Arc::new(Versioned::<2>::new());
+        let writer = {
+            let settings = settings.clone();
+            thread::spawn(move || {
+                settings.store([1, 1]);
+                settings.store([2, 2]);
+            })
+        };
+        let [first, second] = settings.load();
+        assert_eq!(first, second);
+        writer.join().unwrap();
+        assert_eq!(settings.load(), [2, 2]);
     });
 }

@@ -26,11 +26,11 @@ impl Drop for Mapping {
 
 /// A mapped control page; clones share the mapping.
 #[derive(Clone)]
-pub struct Control(Arc<Mapping>);
+pub struct ControlPageMapping(Arc<Mapping>);
 
-impl Control {
+impl ControlPageMapping {
     /// Maps a file of [`CONTROL_LEN`] bytes.
-    pub fn map(file: &File) -> std::io::Result<Control> {
+    pub fn map(file: &File) -> std::io::Result<ControlPageMapping> {
         let len = file.metadata()?.len();
         if len != CONTROL_LEN as u64 {
             return Err(std::io::Error::new(
@@ -49,11 +49,11 @@ impl Control {
                 0,
             )?
         };
-        Ok(Control(Arc::new(Mapping(address))))
+        Ok(ControlPageMapping(Arc::new(Mapping(address))))
     }
 }
 
-impl Deref for Control {
+impl Deref for ControlPageMapping {
     type Target = ControlPage;
 
     fn deref(&self) -> &ControlPage {

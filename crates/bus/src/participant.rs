@@ -6,9 +6,10 @@ use std::sync::{
 };
 
 use crate::{
-    BusError, BusNode, Control, Ending, Frame, Instance, Name, Role, SLOTS, Slot, SlotState,
+    BusError, BusNode, ControlPageMapping, Ending, Instance, Role, SLOTS, Slot, SlotState,
     Strategy, clock, process,
 };
+use protocol::{Frame, Name};
 
 /// How long a joiner waits for the host to look at it.
 const ADMISSION_NANOS: u64 = 60_000_000_000;
@@ -16,11 +17,11 @@ const ADMISSION_NANOS: u64 = 60_000_000_000;
 /// A process's (or thread's) part in an instance. Dropped, it leaves.
 pub struct Participant {
     instance: Instance,
-    control: Control,
+    control: ControlPageMapping,
     slot: usize,
     strategy: Strategy,
     host_gone: Arc<AtomicBool>,
-    within: bool,
+    in_process: bool,
 }
 
 /// Why a wait ended without its frame.
@@ -33,14 +34,14 @@ pub enum Interrupted {
 }
 
 impl Participant {
-    /// Joins as `role`. A stage is told its slot by the host; others take a free one. `within`: the
+    /// Joins as `role`. A stage is told its slot by the host; others take a free one. `in_process`: the
     /// host is in this process.
     pub fn join(
         instance: &Instance,
         role: Role,
         name: Name,
         slot: Option<usize>,
-        within: bool,
+        in_process: bool,
     ) -> Result<Participant, BusError> {
         let control = instance.control()?;
         let pid = process::own_pid();
@@ -58,12 +59,18 @@ impl Participant {
             })?,
         };
         let host_gone = Arc::new(AtomicBool::new(false));
-        if !within {
+        if !in_process {
             watch_host(&control, Arc::clone(&host_gone))?;
         }
         let strategy = control.strategy();
-        let participant =
-            Participant { instance: instance.clone(), control, slot, strategy, host_gone, within };
+        let participant = Participant {
+            instance: instance.clone(),
+            control,
+            slot,
+            strategy,
+            host_gone,
+            in_process,
+        };
         participant.words().introduce(role, name, started);
         participant.words().set_state(SlotState::Waiting);
         participant.control.host.ring();
@@ -84,7 +91,7 @@ impl Participant {
             return Ok(());
         }
         Err(BusError::Instance(format!(
-            "simulator {:?} did not let this process in within {} s; is its host alive?",
+            "simulator {:?} did not let this process in in_process {} s; is its host alive?",
             self.instance.id(),
             ADMISSION_NANOS / 1_000_000_000
         )))
@@ -93,7 +100,7 @@ impl Participant {
     /// Its own place on the bus.
     pub fn node(&self) -> Result<BusNode, BusError> {
         let role = self.words().role().map_or("participant", Role::name);
-        self.instance.node(role, self.within)
+        self.instance.node(role, self.in_process)
     }
 
     /// Its ports are made; from here on it takes part.
@@ -179,7 +186,7 @@ impl Participant {
     }
 
     /// Everybody's words.
-    pub fn control(&self) -> &Control {
+    pub fn control(&self) -> &ControlPageMapping {
         &self.control
     }
 
@@ -192,7 +199,7 @@ impl Participant {
 /// Sees frames come, beside the participant that it was made from. It sleeps rather than spins.
 #[derive(Clone)]
 pub struct Watch {
-    control: Control,
+    control: ControlPageMapping,
     host_gone: Arc<AtomicBool>,
 }
 
@@ -220,7 +227,7 @@ impl Drop for Participant {
 }
 
 /// A thread that sleeps until the host's process ends, then rouses whoever waits here.
-fn watch_host(control: &Control, gone: Arc<AtomicBool>) -> Result<(), BusError> {
+fn watch_host(control: &ControlPageMapping, gone: Arc<AtomicBool>) -> Result<(), BusError> {
     let (pid, started) = control.host_process();
     let Some(fd) = process::watch(pid, started) else {
         return Err(BusError::Instance(format!("the host, process {pid}, has ended")));

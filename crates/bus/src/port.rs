@@ -1,10 +1,16 @@
-//! The ends of a channel, over either transport: shared memory between processes, or the heap of
-//! one. This is the only file that calls iceoryx2 to move data.
+//! The ends of a channel over one of two transports: shared memory between processes, or the heap of
+//! one process. Only this file calls iceoryx2 to move data, and no type of iceoryx2 leaves it.
 #![expect(unsafe_code, reason = "a loaned sample is written through plain bytes")]
 
-use std::{fmt::Debug, mem::MaybeUninit};
+use std::{
+    collections::BTreeSet,
+    fmt::{self, Debug},
+    mem::MaybeUninit,
+    sync::{Mutex, PoisonError},
+    time::Duration,
+};
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::{Pod, TransparentWrapper, Zeroable};
 use iceoryx2::{
     port::{
         BackpressureAction, publisher::Publisher, subscriber::Subscriber,
@@ -20,79 +26,78 @@ use crate::{BusError, Channel, Loss, control::SLOTS};
 type Ipc = ipc_threadsafe::Service;
 type Local = local_threadsafe::Service;
 
-/// What a header must be.
-pub trait Header: Pod + ZeroCopySend + Debug + Default {}
-impl<T: Pod + ZeroCopySend + Debug + Default> Header for T {}
+/// A header of a message: plain old data with a default.
+pub trait Header: Pod + Debug + Default {}
+impl<T: Pod + Debug + Default> Header for T {}
 
-/// What a payload's element must be.
-pub trait Element: Pod + ZeroCopySend + Debug {}
-impl<T: Pod + ZeroCopySend + Debug> Element for T {}
+/// An element of a message's payload: plain old data.
+pub trait Element: Pod + Debug {}
+impl<T: Pod + Debug> Element for T {}
 
-/// 64 bytes of payload at a 64-byte edge.
-#[derive(Clone, Copy, Debug, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Block")]
-#[repr(C)]
-#[repr(align(64))]
-pub struct Block(pub [u8; 64]);
+/// A header or element as iceoryx2 carries it.
+#[derive(Clone, Copy, Debug, Default, Zeroable, TransparentWrapper)]
+#[repr(transparent)]
+struct Wire<T>(T);
 
-/// 4096 bytes of payload at a page's edge, so that a graphics card can write them.
-#[derive(Clone, Copy, Debug, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Page")]
-#[repr(C)]
-#[repr(align(4096))]
-pub struct Page(pub [u8; 4096]);
+// SAFETY: `Wire<T>` is transparent over `T`, which is `Pod`: no pointers, no padding, no drop.
+unsafe impl<T: Pod> ZeroCopySend for Wire<T> {}
 
-/// A process's place on the bus; every port hangs on one.
-pub enum BusNode {
-    /// Ipc processes.
-    Ipc(Node<Ipc>),
-    /// Ipc threads of this process.
-    Local(Node<Local>),
+/// A process's connection to the bus, from which ports are made.
+pub struct BusNode(Transport<Node<Ipc>, Node<Local>>);
+
+/// One of the two transports, for each kind of handle.
+enum Transport<I, L> {
+    /// Shared memory between processes.
+    Ipc(I),
+    /// The heap of this process, between its threads.
+    Local(L),
 }
 
 /// How long a writer waits for a reader that must not lose anything.
-const SEND_DEADLINE: std::time::Duration = std::time::Duration::from_secs(2);
+const SEND_DEADLINE: Duration = Duration::from_secs(2);
 
 impl BusNode {
-    /// Opens a place; `config` is the instance's.
-    pub(crate) fn new(name: &str, config: &Config, within: bool) -> Result<BusNode, BusError> {
+    /// Opens a node named `name`; `config` is the instance's.
+    pub(crate) fn new(name: &str, config: &Config, is_local: bool) -> Result<BusNode, BusError> {
         set_log_level(LogLevel::Fatal);
         let builder = NodeBuilder::new()
             .name(&NodeName::new(name).map_err(|e| BusError::port("node", name, e))?)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .config(config);
-        Ok(if within {
-            BusNode::Local(builder.create().map_err(|e| BusError::port("node", name, e))?)
+        Ok(BusNode(if is_local {
+            Transport::Local(builder.create().map_err(|e| BusError::port("node", name, e))?)
         } else {
-            BusNode::Ipc(builder.create().map_err(|e| BusError::port("node", name, e))?)
-        })
+            Transport::Ipc(builder.create().map_err(|e| BusError::port("node", name, e))?)
+        }))
     }
 
-    /// For the host: removes what dead processes left. Returns (removed, stuck).
+    /// For the host: removes what dead processes left. Returns how many nodes were removed and how
+    /// many could not be.
     pub fn clean(&self) -> (u64, u64) {
-        let state = match self {
-            BusNode::Ipc(node) => node.try_cleanup_dead_nodes(),
-            BusNode::Local(node) => node.try_cleanup_dead_nodes(),
+        let state = match &self.0 {
+            Transport::Ipc(node) => node.try_cleanup_dead_nodes(),
+            Transport::Local(node) => node.try_cleanup_dead_nodes(),
         };
         (state.cleanups, state.failed_cleanups)
     }
 
-    /// For the host: makes the channel, whose readers may hold `held` messages each. It exists as
-    /// long as the answer lives.
-    pub(crate) fn found<H: Header, T: Element>(
+    /// For the host: creates the channel, whose readers may borrow `borrowed_max` messages each. The
+    /// channel exists as long as the returned service.
+    pub(crate) fn create<H: Header, T: Element>(
         &self,
         channel: &Channel,
         name: &str,
-        held: usize,
+        borrowed_max: usize,
     ) -> Result<OwnedService<H, T>, BusError> {
-        Ok(match self {
-            BusNode::Ipc(node) => OwnedService::Ipc(service(node, channel, name, Some(held))?),
-            BusNode::Local(node) => OwnedService::Local(service(node, channel, name, Some(held))?),
-        })
+        let borrowed_max = Some(borrowed_max);
+        Ok(OwnedService(match &self.0 {
+            Transport::Ipc(node) => Transport::Ipc(service(node, channel, name, borrowed_max)?),
+            Transport::Local(node) => Transport::Local(service(node, channel, name, borrowed_max)?),
+        }))
     }
 
-    /// The writing end of a channel that the host has made. `elements` is how many a message holds
-    /// at first; `grows` lets later ones be longer; `loans` is how many may be written at a time.
+    /// The writing end of a channel that the host has created. `elements` is the first capacity of a
+    /// message; with `grows`, later ones may be longer; at most `loans` may be written at a time.
     pub(crate) fn writer<H: Header, T: Element>(
         &self,
         channel: &Channel,
@@ -101,52 +106,46 @@ impl BusNode {
         grows: bool,
         loans: usize,
     ) -> Result<Writer<H, T>, BusError> {
-        Ok(match self {
-            BusNode::Ipc(node) => Writer::Ipc(publisher(
-                service(node, channel, name, None)?,
-                channel,
-                name,
-                elements,
-                grows,
-                loans,
-            )?),
-            BusNode::Local(node) => Writer::Local(publisher(
-                service(node, channel, name, None)?,
-                channel,
-                name,
-                elements,
-                grows,
-                loans,
-            )?),
-        })
+        let port = match &self.0 {
+            Transport::Ipc(node) => {
+                let service = service(node, channel, name, None)?;
+                Transport::Ipc(publisher(service, channel, name, elements, grows, loans)?)
+            }
+            Transport::Local(node) => {
+                let service = service(node, channel, name, None)?;
+                Transport::Local(publisher(service, channel, name, elements, grows, loans)?)
+            }
+        };
+        // Chunks of a pool that does not grow stay where they are.
+        let initialised = if grows { None } else { Some(Mutex::default()) };
+        Ok(Writer { port, initialised })
     }
 
-    /// The reading end of a channel that the host has made.
+    /// The reading end of a channel that the host has created.
     pub(crate) fn reader<H: Header, T: Element>(
         &self,
         channel: &Channel,
         name: &str,
     ) -> Result<Reader<H, T>, BusError> {
-        Ok(match self {
-            BusNode::Ipc(node) => {
-                Reader::Ipc(subscriber(service(node, channel, name, None)?, name)?)
+        Ok(Reader(match &self.0 {
+            Transport::Ipc(node) => {
+                Transport::Ipc(subscriber(service(node, channel, name, None)?, name)?)
             }
-            BusNode::Local(node) => {
-                Reader::Local(subscriber(service(node, channel, name, None)?, name)?)
+            Transport::Local(node) => {
+                Transport::Local(subscriber(service(node, channel, name, None)?, name)?)
             }
-        })
+        }))
     }
 }
 
-type Factory<S, H, T> = iceoryx2::service::port_factory::publish_subscribe::PortFactory<S, [T], H>;
+type Factory<S, H, T> =
+    iceoryx2::service::port_factory::publish_subscribe::PortFactory<S, [Wire<T>], Wire<H>>;
 
-/// A channel that the host made.
-pub enum OwnedService<H: Header, T: Element> {
-    /// Ipc processes.
-    Ipc(Factory<Ipc, H, T>),
-    /// Ipc threads.
-    Local(Factory<Local, H, T>),
-}
+/// A channel that this process created; it is removed when this and its last port are dropped.
+pub(crate) struct OwnedService<H: Header, T: Element>(
+    #[expect(dead_code, reason = "held for its drop")]
+    Transport<Factory<Ipc, H, T>, Factory<Local, H, T>>,
+);
 
 fn service<S: Service, H: Header, T: Element>(
     node: &Node<S>,
@@ -156,16 +155,16 @@ fn service<S: Service, H: Header, T: Element>(
 ) -> Result<Factory<S, H, T>, BusError> {
     let refuse = |e: &dyn Debug| BusError::Channel { name: name.to_owned(), why: format!("{e:?}") };
     let service_name = ServiceName::new(name).map_err(|e| refuse(&e))?;
-    let held = create.unwrap_or(1);
+    let borrowed_max = create.unwrap_or(1);
     let builder = node
         .service_builder(&service_name)
-        .publish_subscribe::<[T]>()
-        .user_header::<H>()
+        .publish_subscribe::<[Wire<T>]>()
+        .user_header::<Wire<H>>()
         .max_publishers(channel.writers_max)
         .max_subscribers(channel.readers_max)
         .max_nodes(SLOTS * 2 + 8)
         .subscriber_max_buffer_size(channel.depth)
-        .subscriber_max_borrowed_samples(held)
+        .subscriber_max_borrowed_samples(borrowed_max)
         .history_size(channel.history)
         .enable_safe_overflow(channel.loss == Loss::OldestGoes);
     if create.is_some() {
@@ -182,7 +181,7 @@ fn publisher<S: Service, H: Header, T: Element>(
     elements: usize,
     grows: bool,
     loans: usize,
-) -> Result<Publisher<S, [T], H>, BusError> {
+) -> Result<Publisher<S, [Wire<T>], Wire<H>>, BusError> {
     let strategy = if grows { AllocationStrategy::PowerOfTwo } else { AllocationStrategy::Static };
     let mut builder = factory
         .publisher_builder()
@@ -204,28 +203,51 @@ fn publisher<S: Service, H: Header, T: Element>(
 fn subscriber<S: Service, H: Header, T: Element>(
     factory: Factory<S, H, T>,
     name: &str,
-) -> Result<Subscriber<S, [T], H>, BusError> {
+) -> Result<Subscriber<S, [Wire<T>], Wire<H>>, BusError> {
     factory.subscriber_builder().create().map_err(|e| BusError::port("reader", name, e))
 }
 
+type PublisherOf<S, H, T> = Publisher<S, [Wire<T>], Wire<H>>;
+
 /// The writing end of a channel.
-pub enum Writer<H: Header, T: Element> {
-    /// Ipc processes.
-    Ipc(Publisher<Ipc, [T], H>),
-    /// Ipc threads.
-    Local(Publisher<Local, [T], H>),
+pub struct Writer<H: Header, T: Element> {
+    port: Transport<PublisherOf<Ipc, H, T>, PublisherOf<Local, H, T>>,
+    /// The addresses of chunks on the heap that were zeroed once; `None` if chunks may be freed and
+    /// allocated again, so that each loan is zeroed.
+    initialised: Option<Mutex<BTreeSet<usize>>>,
 }
 
 impl<H: Header, T: Element> Writer<H, T> {
-    /// Borrows room for `len` elements in the channel's own memory. Its bytes are whatever was
-    /// there before.
+    /// Borrows room for `len` elements in the channel's own memory. The content is unspecified: zeros
+    /// or an earlier message.
     pub fn loan(&self, len: usize) -> Result<Loan<H, T>, BusError> {
-        Ok(match self {
-            Writer::Ipc(port) => Loan::Ipc(port.loan_slice_uninit(len).map_err(BusError::loan)?),
-            Writer::Local(port) => {
-                Loan::Local(port.loan_slice_uninit(len).map_err(BusError::loan)?)
+        Ok(Loan(match &self.port {
+            Transport::Ipc(port) => {
+                Transport::Ipc(port.loan_slice_uninit(len).map_err(BusError::loan)?)
             }
-        })
+            Transport::Local(port) => {
+                let mut sample = port.loan_slice_uninit(len).map_err(BusError::loan)?;
+                self.initialise(sample.payload_mut());
+                Transport::Local(sample)
+            }
+        }))
+    }
+
+    /// Zeroes a chunk that comes from the heap, unless this writer has zeroed it before. The memory
+    /// of a shared segment needs none of this: the kernel hands it out zeroed.
+    fn initialise(&self, room: &mut [MaybeUninit<Wire<T>>]) {
+        let is_new = match &self.initialised {
+            Some(known) => {
+                let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+                // Messages of a pool that does not grow may still differ in length.
+                let end = room.as_ptr_range().end as usize;
+                !room.is_empty() && known.insert(end)
+            }
+            None => true,
+        };
+        if is_new {
+            room.fill(MaybeUninit::zeroed());
+        }
     }
 
     /// Sends a copy of `payload`.
@@ -235,97 +257,116 @@ impl<H: Header, T: Element> Writer<H, T> {
         loan.send(header)
     }
 
-    /// Lets newcomers in and gives them the history.
-    pub fn welcome(&self) -> Result<(), BusError> {
-        let welcomed = match self {
-            Writer::Ipc(port) => port.update_connections(),
-            Writer::Local(port) => port.update_connections(),
+    /// Connects readers that were made since the last call and sends them the channel's history.
+    pub fn connect_readers(&self) -> Result<(), BusError> {
+        let connected = match &self.port {
+            Transport::Ipc(port) => port.update_connections(),
+            Transport::Local(port) => port.update_connections(),
         };
-        welcomed.map_err(|e| BusError::port("connection", "writer", e))
+        connected.map_err(|e| BusError::port("connection", "writer", e))
     }
 }
 
-/// A message that is being written.
-pub enum Loan<H: Header, T: Element> {
-    /// Ipc processes.
-    Ipc(SampleMutUninit<Ipc, [MaybeUninit<T>], H>),
-    /// Ipc threads.
-    Local(SampleMutUninit<Local, [MaybeUninit<T>], H>),
+impl<H: Header, T: Element> Debug for Writer<H, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Writer").finish_non_exhaustive()
+    }
 }
 
+type LoanOf<S, H, T> = SampleMutUninit<S, [MaybeUninit<Wire<T>>], Wire<H>>;
+
+/// A message that is being written.
+pub struct Loan<H: Header, T: Element>(Transport<LoanOf<Ipc, H, T>, LoanOf<Local, H, T>>);
+
 impl<H: Header, T: Element> Loan<H, T> {
-    /// The room, in the channel's own memory.
+    /// The room for the payload, in the channel's own memory.
     pub fn payload_mut(&mut self) -> &mut [T] {
-        let room = match self {
-            Loan::Ipc(sample) => sample.payload_mut(),
-            Loan::Local(sample) => sample.payload_mut(),
+        let room = match &mut self.0 {
+            Transport::Ipc(sample) => sample.payload_mut(),
+            Transport::Local(sample) => sample.payload_mut(),
         };
-        // SAFETY: `T` is `Pod`: every bit pattern is a value. The segment's memory was zeroed when
-        // it was mapped and holds earlier messages since, so it is initialised.
+        // SAFETY: `Wire<T>` is transparent over `T`, for which every bit pattern is a value, and the
+        // memory is initialised: a shared segment is zeroed by the kernel when it is mapped, a chunk
+        // of the heap by `Writer::initialise` before it is handed out; both hold whole messages
+        // afterwards.
         unsafe { &mut *(std::ptr::from_mut(room) as *mut [T]) }
     }
 
-    /// Sends it. The bytes do not move.
+    /// Sends the message; its bytes do not move.
     pub fn send(mut self, header: H) -> Result<(), BusError> {
-        match &mut self {
-            Loan::Ipc(sample) => *sample.user_header_mut() = header,
-            Loan::Local(sample) => *sample.user_header_mut() = header,
+        match &mut self.0 {
+            Transport::Ipc(sample) => *sample.user_header_mut() = Wire(header),
+            Transport::Local(sample) => *sample.user_header_mut() = Wire(header),
         }
-        // SAFETY: as in `payload_mut`, every bit pattern is a value.
+        // SAFETY: the memory is initialised, as in `payload_mut`.
         let sent = unsafe {
-            match self {
-                Loan::Ipc(sample) => sample.assume_init().send(),
-                Loan::Local(sample) => sample.assume_init().send(),
+            match self.0 {
+                Transport::Ipc(sample) => sample.assume_init().send(),
+                Transport::Local(sample) => sample.assume_init().send(),
             }
         };
         sent.map(drop).map_err(|e| BusError::port("send", std::any::type_name::<H>(), e))
     }
 }
 
+type SubscriberOf<S, H, T> = Subscriber<S, [Wire<T>], Wire<H>>;
+
 /// The reading end of a channel.
-pub enum Reader<H: Header, T: Element> {
-    /// Ipc processes.
-    Ipc(Subscriber<Ipc, [T], H>),
-    /// Ipc threads.
-    Local(Subscriber<Local, [T], H>),
-}
+pub struct Reader<H: Header, T: Element>(
+    Transport<SubscriberOf<Ipc, H, T>, SubscriberOf<Local, H, T>>,
+);
 
 impl<H: Header, T: Element> Reader<H, T> {
-    /// The oldest message that was not read yet, if there is one. Never blocks.
+    /// Returns the oldest message that was not read yet, if there is one. Never blocks.
     pub fn receive(&self) -> Result<Option<Sample<H, T>>, BusError> {
-        Ok(match self {
-            Reader::Ipc(port) => port.receive().map_err(BusError::receive)?.map(Sample::Ipc),
-            Reader::Local(port) => port.receive().map_err(BusError::receive)?.map(Sample::Local),
+        Ok(match &self.0 {
+            Transport::Ipc(port) => {
+                port.receive().map_err(BusError::receive)?.map(Transport::Ipc).map(Sample)
+            }
+            Transport::Local(port) => {
+                port.receive().map_err(BusError::receive)?.map(Transport::Local).map(Sample)
+            }
         })
     }
 }
 
-/// A received message, in the memory in which it was written. Held until dropped.
-pub enum Sample<H: Header, T: Element> {
-    /// Ipc processes.
-    Ipc(IoxSample<Ipc, [T], H>),
-    /// Ipc threads.
-    Local(IoxSample<Local, [T], H>),
+impl<H: Header, T: Element> Debug for Reader<H, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Reader").finish_non_exhaustive()
+    }
 }
+
+type SampleOf<S, H, T> = IoxSample<S, [Wire<T>], Wire<H>>;
+
+/// A received message, in the memory in which it was written; borrowed until dropped.
+pub struct Sample<H: Header, T: Element>(Transport<SampleOf<Ipc, H, T>, SampleOf<Local, H, T>>);
 
 impl<H: Header, T: Element> Sample<H, T> {
-    /// What it is.
+    /// The message's header.
     pub fn header(&self) -> &H {
-        match self {
-            Sample::Ipc(sample) => sample.user_header(),
-            Sample::Local(sample) => sample.user_header(),
+        match &self.0 {
+            Transport::Ipc(sample) => &sample.user_header().0,
+            Transport::Local(sample) => &sample.user_header().0,
         }
     }
 
-    /// What it holds.
+    /// The message's payload.
     pub fn payload(&self) -> &[T] {
-        match self {
-            Sample::Ipc(sample) => sample.payload(),
-            Sample::Local(sample) => sample.payload(),
-        }
+        Wire::peel_slice(match &self.0 {
+            Transport::Ipc(sample) => sample.payload(),
+            Transport::Local(sample) => sample.payload(),
+        })
     }
 }
 
-// SAFETY: a received message is never written again, by nobody; what a shared reference gives is
-// plain bytes of it. Reference counting happens on drop alone, which needs the sample itself.
+impl<H: Header, T: Element> Debug for Sample<H, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Sample").field("header", self.header()).finish_non_exhaustive()
+    }
+}
+
+// SAFETY: no process writes a received message again while a reader borrows it: a publisher takes a
+// chunk back only after every borrowed sample of it was dropped, with safe overflow too, which
+// drops what lies in the queue and never what is borrowed. A shared reference gives plain bytes;
+// the reference count changes on drop alone, which needs the sample itself.
 unsafe impl<H: Header, T: Element> Sync for Sample<H, T> {}

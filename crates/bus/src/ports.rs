@@ -4,9 +4,11 @@
 use std::collections::BTreeMap;
 
 use crate::{
-    ActorState, BatchHeader, Block, BundleHeader, BundleId, BusError, BusNode, JournalEntry,
-    JournalHeader, OwnedService, Page, RawCommand, Reader, Sample, SnapshotHeader, TrafficHeader,
-    VehicleControl, Writer, channel, journal::Journal,
+    BusError, BusNode, Reader, Sample, Writer, channel, journal::Journal, port::OwnedService,
+};
+use protocol::{
+    ActorState, BatchHeader, Block, BundleHeader, BundleId, JournalEntry, JournalHeader, Page,
+    RawCommand, SnapshotHeader, TrafficHeader, VehicleControl,
 };
 
 /// Actors that a snapshot has room for before it must grow.
@@ -41,32 +43,32 @@ pub struct HostPorts {
     pub traffic: Reader<TrafficHeader, Block>,
     bundles: BTreeMap<BundleId, OwnedService<BundleHeader, Page>>,
     node: BusNode,
-    _founded: Box<dyn std::any::Any>,
+    _owned: Box<dyn std::any::Any>,
 }
 
 impl HostPorts {
     /// Makes every channel of the instance and the host's ends of them.
-    pub fn found(node: BusNode) -> Result<HostPorts, BusError> {
+    pub fn create(node: BusNode) -> Result<HostPorts, BusError> {
         let row = channel;
-        let founded = Box::new((
-            node.found::<BatchHeader, RawCommand>(row("command"), "command", row("command").held)?,
-            node.found::<BatchHeader, VehicleControl>(
+        let owned = Box::new((
+            node.create::<BatchHeader, RawCommand>(row("command"), "command", row("command").held)?,
+            node.create::<BatchHeader, VehicleControl>(
                 row("control"),
                 "control",
                 row("control").held,
             )?,
-            node.found::<JournalHeader, JournalEntry>(
+            node.create::<JournalHeader, JournalEntry>(
                 row("journal"),
                 "journal",
                 row("journal").held,
             )?,
-            node.found::<SnapshotHeader, ActorState>(
+            node.create::<SnapshotHeader, ActorState>(
                 row("snapshot"),
                 "snapshot",
                 row("snapshot").held,
             )?,
-            node.found::<TrafficHeader, Block>(row("resume"), "resume", row("resume").held)?,
-            node.found::<TrafficHeader, Block>(row("traffic"), "traffic", row("traffic").held)?,
+            node.create::<TrafficHeader, Block>(row("resume"), "resume", row("resume").held)?,
+            node.create::<TrafficHeader, Block>(row("traffic"), "traffic", row("traffic").held)?,
         ));
         Ok(HostPorts {
             snapshot: node.writer(row("snapshot"), "snapshot", ACTORS_AT_FIRST, true, 2)?,
@@ -77,14 +79,14 @@ impl HostPorts {
             traffic: node.reader(row("traffic"), "traffic")?,
             bundles: BTreeMap::new(),
             node,
-            _founded: founded,
+            _owned: owned,
         })
     }
 
     /// Makes a bundle's channel, whose readers may hold `held` bundles each.
     pub fn create_bundle(&mut self, bundle: BundleId, held: usize) -> Result<(), BusError> {
-        let founded = self.node.found(channel("bundle"), &bundle_name(bundle), held)?;
-        self.bundles.insert(bundle, founded);
+        let owned = self.node.create(channel("bundle"), &bundle_name(bundle), held)?;
+        self.bundles.insert(bundle, owned);
         Ok(())
     }
 
@@ -116,7 +118,7 @@ impl HostPorts {
 }
 
 /// Bundles of one bundle that may be in the making at a time.
-const BUNDLE_LOANS: usize = crate::PIPELINE_MAX as usize + 1;
+const BUNDLE_LOANS: usize = protocol::PIPELINE_MAX as usize + 1;
 
 /// Traffic's ends.
 pub struct TrafficPorts {
@@ -128,7 +130,7 @@ pub struct TrafficPorts {
     pub resume: Reader<TrafficHeader, Block>,
     /// What it decides.
     pub decided: Writer<TrafficHeader, Block>,
-    _hub: BusNode,
+    _node: BusNode,
 }
 
 impl TrafficPorts {
@@ -139,7 +141,7 @@ impl TrafficPorts {
             journal: Journal::new(node.reader(channel("journal"), "journal")?),
             resume: node.reader(channel("resume"), "resume")?,
             decided: node.writer(channel("traffic"), "traffic", BLOCKS_AT_FIRST, true, 1)?,
-            _hub: node,
+            _node: node,
         })
     }
 }

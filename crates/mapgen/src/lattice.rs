@@ -3,9 +3,7 @@
 use glam::{DVec2, dvec2};
 use mesh::RandomStream;
 
-use crate::{
-    street::{Control, Node, Profile, Shape, Street, links_at},
-};
+use crate::street::{Control, Node, Profile, Shape, Street, links_at};
 
 /// Radius of the bend where two streets meet and no third: buses keep off the lamp posts. Metres.
 const BEND_M: f64 = 48.0;

@@ -13,7 +13,8 @@ use std::{
 };
 
 use anyhow::{Context, anyhow};
-use bus::{Episode, Instance, Role, Settings, Strategy};
+use bus::{Instance, Role, Strategy};
+use protocol::{Episode, Settings};
 use sensor_render::{MeshList, RenderConfig};
 use sim_host::{Host, HostConfig, Launcher, Stage};
 

@@ -4,8 +4,9 @@ use std::{path::PathBuf, sync::atomic::Ordering};
 
 use ::record::Recording;
 use anyhow::{anyhow, ensure};
-use bus::{ActorId, Command, Name, Settings, Spawn, clock, flag};
+use bus::clock;
 use client_lib::{Client, Profile, saved_path};
+use protocol::{ActorId, Command, Name, Settings, Spawn, flag};
 
 use crate::{
     collect::places,
@@ -176,7 +177,7 @@ impl Files {
 }
 
 /// Vehicles on autopilot, as many as find room.
-fn spawn(client: &mut Client, places: Vec<bus::Pose>) -> anyhow::Result<usize> {
+fn spawn(client: &mut Client, places: Vec<protocol::Pose>) -> anyhow::Result<usize> {
     let commands: Vec<_> = places
         .into_iter()
         .map(|pose| {

@@ -7,9 +7,10 @@ use std::{
 
 use ::record::{Moment, Profile, Recording};
 use anyhow::{Context, anyhow, ensure};
-use bus::{ActorState, Settings, clock};
+use bus::clock;
 use carla_gateway::log;
 use client_lib::{Client, Replay, saved_path};
+use protocol::{ActorState, Settings};
 
 use crate::{
     launch::WorldArgs,

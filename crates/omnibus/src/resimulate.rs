@@ -5,7 +5,7 @@ use std::{collections::VecDeque, fmt, sync::Arc};
 
 use ::record::{Moment, Recording};
 use anyhow::{Context, anyhow};
-use bus::{
+use protocol::{
     ActorState, Block, Command, Frame, JournalEntry, LightState, Settings, Stamp, TrafficHeader,
     VehicleControl, status,
 };
@@ -121,7 +121,7 @@ struct Again {
 }
 
 impl Again {
-    fn new(episode: &bus::Episode) -> anyhow::Result<Again> {
+    fn new(episode: &protocol::Episode) -> anyhow::Result<Again> {
         let network = bake::Cache::from_environment().network(&episode.map, &episode.open_drive)?;
         let world = World::new(&town::furnish(&network, episode.seed), episode.seed);
         let planner = Planner::new(Arc::new(network), episode.seed);

@@ -6,7 +6,8 @@ use std::{
 };
 
 use anyhow::Context;
-use bus::{Frame, Instance, Settings};
+use bus::Instance;
+use protocol::{Frame, Settings};
 use sim_host::HostError;
 
 use crate::{
@@ -42,10 +43,10 @@ pub(crate) struct RunArgs {
 /// Runs a simulator until Ctrl-C or SIGTERM.
 pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
     anyhow::ensure!(
-        args.pipeline <= bus::PIPELINE_MAX,
+        args.pipeline <= protocol::PIPELINE_MAX,
         "--pipeline is {}; use 0 to {}",
         args.pipeline,
-        bus::PIPELINE_MAX
+        protocol::PIPELINE_MAX
     );
     anyhow::ensure!(
         (0.0..=1000.0).contains(&args.real_time_factor),

@@ -7,9 +7,9 @@ mod world;
 use std::sync::Arc;
 
 use anyhow::{Context, anyhow};
-use bus::{
-    ActorState, Command, Frame, Name, Settings, Spawn, Stamp, VehicleControl, Weather, clock, flag,
-    layout,
+use bus::clock;
+use protocol::{
+    ActorState, Command, Frame, Name, Settings, Spawn, Stamp, VehicleControl, Weather, flag, layout,
 };
 use sensor_render::{BundleJob, Tracer, pose_planes, scene_of};
 use sim_host::World;
@@ -237,7 +237,7 @@ impl Captured {
                 &scene,
                 &world,
                 &mut [BundleJob {
-                    parent: bus::ActorId::NONE,
+                    parent: protocol::ActorId::NONE,
                     sensors: &sensors,
                     planes: &planes,
                     out,

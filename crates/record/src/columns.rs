@@ -7,7 +7,7 @@
 
 use std::{marker::PhantomData, mem::take, panic::resume_unwind, thread};
 
-use bus::ActorState;
+use protocol::ActorState;
 
 use crate::{
     bits::{BitReader, BitWriter, STREAMS, best_width, class, fold, unfold},

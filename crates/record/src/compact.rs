@@ -1,7 +1,7 @@
 //! Places only: centimetres and fifths of a degree.
 
-use bus::{ActorState, Pose};
 use glam::{EulerRot, Quat, Vec3};
+use protocol::{ActorState, Pose};
 
 use crate::{
     columns::{Pass, Scheme, Span, mode, straight},

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use bus::ActorState;
+use protocol::ActorState;
 
 use crate::error::Damage;
 

@@ -1,8 +1,8 @@
 //! All of a segment but the actors: what each frame is, its journal, what traffic decided, who
 //! touched whom.
 
-use bus::{Frame, JournalEntry, Stamp, TrafficHeader};
 use bytemuck::{Pod, Zeroable};
+use protocol::{Frame, JournalEntry, Stamp, TrafficHeader};
 
 use crate::{
     columns::Front,

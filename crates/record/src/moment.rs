@@ -1,7 +1,7 @@
 //! What is kept of one frame.
 
-use bus::{ActorId, ActorState, Frame, JournalEntry, Stamp, TrafficHeader};
 use bytemuck::{Pod, Zeroable};
+use protocol::{ActorId, ActorState, Frame, JournalEntry, Stamp, TrafficHeader};
 
 /// How much of a run is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

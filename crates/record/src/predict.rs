@@ -6,7 +6,7 @@
 
 use std::{f32::consts::TAU, mem::take, ops::Range};
 
-use bus::parts;
+use protocol::parts;
 
 use crate::{
     columns::{Pass, Scheme, Span, by_rule, mode, straight},
@@ -14,7 +14,7 @@ use crate::{
     space::{Floats, Grid, Space, Whole},
 };
 
-/// Word of [`bus::ActorState`] at which a field begins.
+/// Word of [`protocol::ActorState`] at which a field begins.
 pub(crate) mod word {
     pub(crate) const POSITION: usize = 4;
     pub(crate) const ROTATION: usize = 7;

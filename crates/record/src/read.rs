@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use bus::{ActorId, Episode};
+use protocol::{ActorId, Episode};
 
 use crate::{
     Moment, Profile, RecordError,

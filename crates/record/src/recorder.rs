@@ -2,8 +2,9 @@
 
 use std::{path::PathBuf, thread::JoinHandle, time::Duration};
 
-use bus::{ActorId, Episode, clock};
+use bus::clock;
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bounded};
+use protocol::{ActorId, Episode};
 
 use crate::{Moment, Profile, RecordError, Writer};
 

@@ -1,9 +1,9 @@
 use std::{fs, path::PathBuf};
 
-use bus::{
+use glam::{Quat, Vec3};
+use protocol::{
     ActorId, ActorState, Command, Episode, Frame, JournalEntry, Name, Outcome, Pose, Stamp, parts,
 };
-use glam::{Quat, Vec3};
 
 use crate::{Collision, Decision, Moment, Plan, Profile, RecordError, Recording, Writer};
 

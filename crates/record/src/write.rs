@@ -9,8 +9,8 @@ use std::{
     time::{SystemTime, UNIX_EPOCH},
 };
 
-use bus::ActorState;
 use mcap::{Attachment, Compression, WriteOptions, records::MessageHeader, records::Metadata};
+use protocol::ActorState;
 
 use crate::{
     RecordError,

@@ -10,8 +10,8 @@ use std::error::Error;
 use std::f32::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
-use bus::{ActorId, ActorState, Name, Pose, SensorSpec, kind, light, output, sensor};
 use glam::{DVec3, Quat, Vec3, vec3};
+use protocol::{ActorId, ActorState, Name, Pose, SensorSpec, kind, light, output, sensor};
 use road::{LanePoint, Network};
 use town::{Detail, Kind};
 
@@ -111,7 +111,7 @@ impl Sample {
                 kind: kind::VEHICLE,
                 pose: Pose::new(placement.position.as_vec3(), placement.rotation().as_quat()),
                 brake: if id % 3 == 0 { 0.5 } else { 0.0 },
-                lamps: mixed(id as u64 ^ 77) as u32 & bus::lamp::ALL,
+                lamps: mixed(id as u64 ^ 77) as u32 & protocol::lamp::ALL,
                 doors: u32::from(id % 11 == 0),
                 wheel_steer_rad: 0.05 * (id % 7) as f32 - 0.15,
                 wheel_spin_rad: id as f32,

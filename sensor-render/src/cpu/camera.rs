@@ -1,4 +1,4 @@
-use bus::DEPTH_FAR_M;
+use protocol::DEPTH_FAR_M;
 
 use super::draw::Brush;
 use super::geometry::{flows, normals};

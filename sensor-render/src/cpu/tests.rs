@@ -2,8 +2,8 @@
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-use bus::{Frame, Name, Plane, Pose, SensorSpec, Stamp, Weather, layout, output, sensor};
 use glam::{Vec3, vec3};
+use protocol::{Frame, Name, Plane, Pose, SensorSpec, Stamp, Weather, layout, output, sensor};
 
 use super::CpuTracer;
 use super::shadow::Shadow;
@@ -40,7 +40,7 @@ fn measure(
     let mut words = vec![[0u64; 8]; byte_len as usize / 64];
     let out = bytemuck::cast_slice_mut(&mut words);
     let mut jobs =
-        [BundleJob { parent: bus::ActorId::NONE, sensors: &sensors, planes: &planes, out }];
+        [BundleJob { parent: protocol::ActorId::NONE, sensors: &sensors, planes: &planes, out }];
     CpuTracer::with_isa(1, isa).measure(scene, world, &mut jobs).unwrap();
     (planes, words)
 }
@@ -103,7 +103,7 @@ fn packets_see_what_single_rays_see() {
                 for x in 0..spec.width {
                     let at = (y * spec.width + x) as usize;
                     let ray = Ray { origin: pinhole.origin, direction: direction(&pinhole, x, y) };
-                    let (depth, tag, id) = looked(&scene, &world, ray, bus::DEPTH_FAR_M);
+                    let (depth, tag, id) = looked(&scene, &world, ray, protocol::DEPTH_FAR_M);
                     wrong_depths += usize::from((depth - depths[at]).abs() > 1e-4 * depth);
                     wrong_things += usize::from((tag, id) != (tags[at], ids[at]));
                 }

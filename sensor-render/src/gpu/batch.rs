@@ -1,6 +1,6 @@
-use bus::output;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
+use protocol::output;
 
 use crate::rays::{Camera, Lidar, Sensor, rays};
 use crate::{BundleJob, TraceError, World, outputs};

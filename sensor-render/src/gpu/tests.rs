@@ -2,8 +2,8 @@
 //! but 1 pixel in 10 000, colours within 2 of 255 on all but 1 in 1000; what is left are rays that graze an edge, where the two round
 //! differently. Without a Vulkan adapter these tests say so and check nothing.
 
-use bus::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
 use glam::{Vec3, vec3};
+use protocol::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
 
 use super::GpuTracer;
 use crate::{BundleJob, CpuTracer, Scene, TraceError, Tracer, World, pose_planes, sample};
@@ -98,7 +98,7 @@ fn measure(
         .iter_mut()
         .zip(sensors)
         .map(|(bundle, (sensors, _))| BundleJob {
-            parent: bus::ActorId::NONE,
+            parent: protocol::ActorId::NONE,
             sensors,
             planes: &bundle.planes,
             out: bytemuck::cast_slice_mut(&mut bundle.words),
@@ -204,7 +204,7 @@ fn imported_pages_hold_the_same_bytes_as_staged_ones() {
     for _ in 0..2 {
         let out = bytemuck::cast_slice_mut(&mut pages);
         let mut jobs = [BundleJob {
-            parent: bus::ActorId::NONE,
+            parent: protocol::ActorId::NONE,
             sensors: &sensors,
             planes: &staged[0].planes,
             out,

@@ -2,8 +2,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use bake::Cache;
-use bus::Episode;
 use mapgen::{Character, Plan, generate};
+use protocol::Episode;
 use town::{Layer, Visibility};
 
 use super::*;

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use bus::{Pose, SensorSpec, Shape, output, shape};
 use glam::{Quat, Vec3};
+use protocol::{Pose, SensorSpec, Shape, output, shape};
 
 use super::{BundleSample, camera, cpu, lidar, scene, world_with};
 use crate::{Overlay, Tracer};

@@ -1,7 +1,7 @@
 //! Street lamps shine as they were told.
 
-use bus::output;
 use mesh::{Face, Material, Tag};
+use protocol::output;
 use town::{Lighting, StreetLightState};
 
 use super::{BundleSample, block, camera, cpu, town, world_with};

@@ -1,7 +1,7 @@
 //! Normals and optical flow.
 
-use bus::{ActorId, ActorState, Plane, Pose, SensorSpec, flag, layout, output};
 use glam::{Quat, Vec2, Vec3};
+use protocol::{ActorId, ActorState, Plane, Pose, SensorSpec, flag, layout, output};
 
 use super::{actor, camera, cpu, scene, world_with};
 use crate::{BundleJob, Scene, Tracer, World, pose_planes};

@@ -1,8 +1,8 @@
 //! Parts of actors: each where its actor's state puts it, all under the actor's own id.
 
-use bus::{ActorId, ActorState, Frame, Pose, STRIDE, Stamp, Weather, kind, lamp, output};
 use glam::{Quat, Vec3};
 use mesh::Mesh;
+use protocol::{ActorId, ActorState, Frame, Pose, STRIDE, Stamp, Weather, kind, lamp, output};
 
 use super::{BundleSample, camera, cpu};
 use crate::{Scene, World};

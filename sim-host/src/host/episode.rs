@@ -5,9 +5,8 @@
 //! have arrived at it. What can be wrong with a map is found before anything is destroyed.
 
 use bake::{LoadedTown, TownSource};
-use bus::{
-    Command, Episode, Frame, HideLayers, LoadMap, Outcome, Role, SnapshotHeader, clock, load,
-};
+use bus::{Role, clock};
+use protocol::{Command, Episode, Frame, HideLayers, LoadMap, Outcome, SnapshotHeader, load};
 use town::Town;
 
 use super::{Host, START_NANOS, ending};

@@ -2,7 +2,8 @@
 
 use std::{fs, path::Path};
 
-use bus::{ActorId, Block, Command, FilePath, Outcome, Settings, TrafficHeader, TrafficSample};
+use bus::TrafficSample;
+use protocol::{ActorId, Block, Command, FilePath, Outcome, Settings, TrafficHeader};
 
 use super::Host;
 use crate::{

@@ -1,6 +1,6 @@
 //! Handing each frame to the recorder.
 
-use bus::{JournalEntry, SnapshotHeader, StartRecorder};
+use protocol::{JournalEntry, SnapshotHeader, StartRecorder};
 use record::{Collision, Decision, Moment, Plan, Profile, Recorder};
 
 use super::Host;
@@ -17,7 +17,7 @@ pub(super) struct Recording {
 }
 
 impl Host {
-    /// See [`bus::Command::StartRecorder`].
+    /// See [`protocol::Command::StartRecorder`].
     pub(super) fn start_recorder(&mut self, command: &StartRecorder) -> Result<u32, String> {
         let profile = Profile::by_code(command.profile)
             .ok_or_else(|| format!("there is no recording profile {}", command.profile))?;
@@ -36,7 +36,7 @@ impl Host {
         Ok(0)
     }
 
-    /// See [`bus::Command::StopRecorder`]. Says how many frames there are.
+    /// See [`protocol::Command::StopRecorder`]. Says how many frames there are.
     pub(super) fn stop_recorder(&mut self) -> Result<u32, String> {
         let Some(recording) = self.recording.take() else { return Ok(0) };
         recording.recorder.stop().map(|frames| frames as u32).map_err(|e| e.to_string())
@@ -109,7 +109,7 @@ impl Host {
             impulse_ns: c.impulse_ns.to_array(),
             began: c.began.into(),
         }));
-        let frame = self.decided.as_ref().map_or(bus::Frame(0), |d| d.header().stamp.frame);
+        let frame = self.decided.as_ref().map_or(protocol::Frame(0), |d| d.header().stamp.frame);
         let follows = frame == self.recorded_decision || frame == self.recorded_decision.next();
         moment.decision = Decision {
             frame,

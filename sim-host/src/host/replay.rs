@@ -5,8 +5,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use bus::{ActorId, ActorState, Command, LoadMap, Outcome, StartReplay, kind, load, status};
 use glam::{Quat, Vec3};
+use protocol::{ActorId, ActorState, Command, LoadMap, Outcome, StartReplay, kind, load, status};
 use record::{Moment, RecordError};
 
 use super::Host;
@@ -31,7 +31,7 @@ pub(super) struct Replay {
 }
 
 impl Host {
-    /// See [`bus::Command::StartReplay`]. The recording's world is loaded first, if it is another.
+    /// See [`protocol::Command::StartReplay`]. The recording's world is loaded first, if it is another.
     pub(super) fn start_replay(&mut self, command: &StartReplay) -> Result<Outcome, HostError> {
         let replay = match Replay::of(command) {
             Ok(replay) => replay,
@@ -52,7 +52,7 @@ impl Host {
         Ok(Outcome::done(0))
     }
 
-    /// See [`bus::Command::StopReplay`].
+    /// See [`protocol::Command::StopReplay`].
     pub(super) fn stop_replay(&mut self, keep_actors: bool) -> Result<u32, String> {
         let Some(replay) = self.replay.take() else { return Ok(0) };
         for id in replay.shown.into_values() {
@@ -205,7 +205,7 @@ fn between(mut now: Vec<ActorState>, next: &[ActorState], share: f32) -> Vec<Act
         let to = &next[at].pose;
         let place: Vec3 = state.pose.position().lerp(to.position(), share);
         let turn: Quat = state.pose.rotation().slerp(to.rotation(), share);
-        state.pose = bus::Pose::new(place, turn.normalize());
+        state.pose = protocol::Pose::new(place, turn.normalize());
     }
     now
 }

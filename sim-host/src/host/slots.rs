@@ -1,6 +1,7 @@
 //! The slots: processes that come, take part, ask, go or die.
 
-use bus::{Frame, Role, SLOTS, SlotState, process};
+use bus::{Role, SLOTS, SlotState, process};
+use protocol::Frame;
 
 use super::Host;
 use crate::{HostError, barrier::OnDeath, supervisor::Death};
@@ -60,7 +61,7 @@ impl Host {
 
     /// Its ports are made: serves it the standing state and lets it take part.
     fn enlist(&mut self, slot: usize) -> Result<(), HostError> {
-        self.ports.journal.welcome()?;
+        self.ports.journal.connect_readers()?;
         if let Some(role) = self.roles.get(&slot).copied() {
             let frame = self.barrier.frame();
             let lag = self.lag(role);
@@ -87,7 +88,7 @@ impl Host {
         } else {
             self.control.slot(slot).admit(false, 0, self.barrier.frame());
         }
-        self.ports.snapshot.welcome()?;
+        self.ports.snapshot.connect_readers()?;
         self.resyncs.remove(&slot);
         self.control.slot(slot).set_state(SlotState::Live);
         self.control.complete.notify_all();

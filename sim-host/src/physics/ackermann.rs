@@ -7,7 +7,7 @@
 //! Each adds to what it asked for before. They work once a substep, as CARLA's do when its frames
 //! are as short; a longer substep counts for more.
 
-use bus::{AckermannControl, AckermannSettings};
+use protocol::{AckermannControl, AckermannSettings};
 use serde::{Deserialize, Serialize};
 
 use super::vehicle::Pedals;

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use bus::{ActorId, Pose, VehicleControl};
 use glam::{Mat3, Quat, Vec2, Vec3};
+use protocol::{ActorId, Pose, VehicleControl};
 use rapier3d::prelude::{
     ColliderBuilder, MassProperties, PhysicsWorld, Pose as BodyPose, RigidBodyBuilder,
     RigidBodyType, SharedShape,

@@ -1,8 +1,8 @@
 //! Doors that stand open: boxes on their vehicle that others run into, and that the air presses
 //! against. One that is shut costs nothing.
 
-use bus::ActorId;
 use glam::{Quat, Vec3};
+use protocol::ActorId;
 use rapier3d::prelude::{ColliderBuilder, ColliderHandle, Pose, SharedShape};
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ const PLATE: f32 = 1.17;
 /// A door as it stands when it is open, in vehicle space.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DoorModel {
-    /// Which: a bit of [`bus::ActorState::doors`].
+    /// Which: a bit of [`protocol::ActorState::doors`].
     pub number: u32,
     /// The box's middle.
     pub middle_m: Vec3,

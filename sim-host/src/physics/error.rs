@@ -1,4 +1,4 @@
-use bus::ActorId;
+use protocol::ActorId;
 
 /// Why a command was not carried out. The world is as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

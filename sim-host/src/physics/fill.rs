@@ -1,7 +1,7 @@
 //! What others see of an actor, and the hash over everything that decides the future.
 
-use bus::{ActorId, ActorState, Pose, flag, kind, parts};
 use glam::Vec3;
+use protocol::{ActorId, ActorState, Pose, flag, kind, parts};
 use rapier3d::prelude::RigidBody;
 
 use super::digest::Digest;

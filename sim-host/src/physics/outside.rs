@@ -1,10 +1,10 @@
 //! What acts on an actor from outside, by a client's word: other numbers, pushes, no gravity, no
 //! collisions, a controller at the pedals; and what can be read of it.
 
-use bus::{
+use glam::Vec3;
+use protocol::{
     AckermannControl, AckermannSettings, ActorId, VehiclePhysics, VehicleTelemetry, WheelTelemetry,
 };
-use glam::Vec3;
 use rapier3d::prelude::MassProperties;
 
 use super::ackermann::Ackermann;

@@ -5,8 +5,8 @@
 //! of bodies, and limbs that press on each other would sink into springs: so each has a floor of
 //! its own, a solid box that goes with it below the surface and carries nobody else.
 
-use bus::LIMBS;
 use glam::{Quat, Vec3};
+use protocol::LIMBS;
 use rapier3d::prelude::{
     ColliderBuilder, ColliderHandle, GenericJoint, Group, InteractionGroups, InteractionTestMode,
     JointAxis, MassProperties, PhysicsWorld, Pose, RevoluteJointBuilder, RigidBodyActivation,
@@ -61,7 +61,7 @@ fn floor_groups(part: usize) -> InteractionGroups {
 /// The bodies of one who fell, but for the hips.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Limbs {
-    /// In the order of [`bus::ActorState::limbs`].
+    /// In the order of [`protocol::ActorState::limbs`].
     pub bodies: [RigidBodyHandle; LIMBS],
     /// What each of them stands on, the hips first.
     floors: [ColliderHandle; LIMBS + 1],

@@ -1,7 +1,7 @@
 //! What sensors ask of the world of bodies. Nothing here changes it.
 
-use bus::{ActorId, Pose as BusPose};
 use glam::Vec3;
+use protocol::{ActorId, Pose as BusPose};
 use rapier3d::parry::query::{Ray, ShapeCastOptions, cast_shapes};
 use rapier3d::parry::shape::{Ball, Shape};
 use rapier3d::prelude::Pose;

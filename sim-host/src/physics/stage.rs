@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use bus::{ActorId, Pose, VehicleControl};
 use glam::Vec3;
+use protocol::{ActorId, Pose, VehicleControl};
 
 use super::ground::Ground;
 use super::model::VehicleModel;

@@ -1,7 +1,7 @@
 //! What can be read of a vehicle in motion, beyond what every snapshot shows.
 
-use bus::{VehicleTelemetry, WheelTelemetry};
 use glam::Vec3;
+use protocol::{VehicleTelemetry, WheelTelemetry};
 
 use super::motion::{ApplyForce, Motion};
 use super::vehicle::{Vehicle, air};

@@ -1,11 +1,11 @@
 //! What clients may change of a vehicle: from its numbers to a model, and back.
 
-use bus::{
+use bytemuck::{Pod, bytes_of};
+use glam::Vec3;
+use protocol::{
     Curve, Gear, VehicleBody, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
     VehicleWheel,
 };
-use bytemuck::{Pod, bytes_of};
-use glam::Vec3;
 
 use super::classes::loads;
 use super::model::{GearModel, VehicleModel};

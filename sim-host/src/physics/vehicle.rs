@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use bus::{VehicleControl, VehiclePhysics, flag};
 use glam::Vec3;
+use protocol::{VehicleControl, VehiclePhysics, flag};
 use serde::{Deserialize, Serialize};
 
 use super::ackermann::Ackermann;

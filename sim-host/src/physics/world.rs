@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use bus::ActorId;
 use glam::{Mat3, Quat, Vec3};
+use protocol::ActorId;
 use rapier3d::prelude::{
     ColliderBuilder, ColliderHandle, PhysicsWorld, Pose, RigidBody, RigidBodyHandle,
 };

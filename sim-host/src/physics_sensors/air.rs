@@ -1,7 +1,9 @@
 //! What is in the air during a frame, and who hears it.
 
-use bus::{ActorId, CamReading, MessageReading, MessageSpec, Pose, RadioSpec, TEXT_BYTES, kind};
 use glam::Vec3;
+use protocol::{
+    ActorId, CamReading, MessageReading, MessageSpec, Pose, RadioSpec, TEXT_BYTES, kind,
+};
 
 use super::{
     cam::Cam,

@@ -1,9 +1,9 @@
 //! When a station sends a cooperative awareness message, and what is in it: ETSI EN 302 637-2,
 //! section 6.1.3.
 
-use bus::{ActorState, CamReading, CamSpec, Pose, geodesy, radio};
 use glam::Vec3;
 use mesh::Tag;
+use protocol::{ActorState, CamReading, CamSpec, Pose, geodesy, radio};
 use road::Network;
 
 use super::{gnss::locate, imu::compass, noise::Noise};
@@ -224,8 +224,10 @@ mod tests {
         // Half a metre a second faster takes half a second.
         let gaining = gaps(&times(spec, 1.0, true, 6.0));
         assert!(gaining.iter().rev().take(4).all(|gap| (500..=600).contains(gap)), "{gaining:?}");
-        let fixed =
-            CamSpec { radio: bus::RadioSpec { flags: radio::FIXED_RATE, ..spec.radio }, ..spec };
+        let fixed = CamSpec {
+            radio: protocol::RadioSpec { flags: radio::FIXED_RATE, ..spec.radio },
+            ..spec
+        };
         assert!(gaps(&times(fixed, 0.0, false, 2.0)).iter().all(|gap| *gap == 100));
         // Never more often than the least interval, however fast it goes.
         assert!(gaps(&times(spec, 200.0, false, 2.0)).iter().all(|gap| *gap == 100));

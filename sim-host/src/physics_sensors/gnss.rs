@@ -5,8 +5,8 @@
 //! what orbits, clocks and the air do to a receiver (P. Groves, *Principles of GNSS, Inertial, and
 //! Multisensor Integrated Navigation Systems*, 2nd edition, section 14.2.7).
 
-use bus::{GnssReading, GnssSpec, geodesy};
 use glam::{DVec3, Vec3};
+use protocol::{GnssReading, GnssSpec, geodesy};
 use road::{CarlaMercator, GeoPoint, Network};
 
 use super::noise::Noise;

@@ -6,8 +6,8 @@
 //! last one. A teleport happens between two frames and is felt by nobody: a change of velocity
 //! counts from the first substep's beginning only.
 
-use bus::{ImuReading, ImuSpec, Pose};
 use glam::{Quat, Vec3};
+use protocol::{ImuReading, ImuSpec, Pose};
 
 use super::noise::Noise;
 use crate::physics::Moving;

@@ -5,8 +5,8 @@
 //! what is painted on those is what was crossed. In junctions lanes lie over each other: there,
 //! nothing is crossed, as in CARLA.
 
-use bus::{ActorState, LaneInvasionReading, flag};
 use glam::{DVec3, Vec3};
+use protocol::{ActorState, LaneInvasionReading, flag};
 use road::{Lane, LanePoint, LaneTypes, MarkKind, Network};
 
 /// No frame moves a corner farther than this on wheels.

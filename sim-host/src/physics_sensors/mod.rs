@@ -19,12 +19,13 @@ mod tests;
 
 use std::collections::BTreeMap;
 
-use bus::{
-    ActorId, BundleHeader, BundleId, BusError, CamSpec, CollisionReading, GnssSpec, ImuSpec,
-    MessageSpec, ObstacleReading, ObstacleSpec, OdometrySpec, Page, Plane, Pose, Reading,
-    SensorSpec, SnapshotHeader, Transmit, Writer, clock, layout, sensor, tracer,
-};
+use bus::{BusError, Writer, clock};
 use glam::Vec3;
+use protocol::{
+    ActorId, BundleHeader, BundleId, CamSpec, CollisionReading, GnssSpec, ImuSpec, MessageSpec,
+    ObstacleReading, ObstacleSpec, OdometrySpec, Page, Plane, Pose, Reading, SensorSpec,
+    SnapshotHeader, Transmit, layout, sensor, tracer,
+};
 use road::Network;
 
 use self::{
@@ -181,7 +182,7 @@ impl PhysicsSensors {
             let mut loan = bundle.writer.loan(bundle.byte_len.div_ceil(4096) as usize)?;
             let out: &mut [u8] = bytemuck::cast_slice_mut(loan.payload_mut());
             for (place, (plane, bytes)) in told.iter().enumerate() {
-                let each = bus::element_bytes(plane.output);
+                let each = protocol::element_bytes(plane.output);
                 let (width, byte_len) = ((bytes.len() / each) as u32, bytes.len() as u64);
                 let plane = Plane { width, height: 1, byte_len, ..*plane };
                 let at = place * size_of::<Plane>();

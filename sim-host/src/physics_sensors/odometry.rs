@@ -1,7 +1,7 @@
 //! The speedometer and the odometer.
 
-use bus::{OdometryReading, OdometrySpec, Pose};
 use glam::Vec3;
+use protocol::{OdometryReading, OdometrySpec, Pose};
 
 use super::noise::Noise;
 use crate::physics::Moving;

@@ -1,10 +1,10 @@
 //! Two stations, and what lies between them.
 
-use bus::{
+use glam::Vec3;
+use protocol::{
     ActorId, CamReading, CamSpec, MessageReading, MessageSpec, Pose, RadioSpec, SensorSpec,
     SnapshotHeader, Stamp, TEXT_BYTES, radio,
 };
-use glam::Vec3;
 
 use super::{Noise, PhysicsSensor, Scene, State, air::Sent, tests::Bench, tests::spawn};
 

@@ -1,11 +1,11 @@
 //! What sensors say against what is known of the world by another way.
 
-use bus::{
+use glam::{Quat, Vec3};
+use protocol::{
     ActorId, CollisionReading, CollisionSpec, Command, GnssReading, GnssSpec, ImuReading, ImuSpec,
     Name, ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, Reading, SensorSpec,
     SetVelocity, Settings, SnapshotHeader, Spawn, Stamp, Teleport, VehicleControl, flag,
 };
-use glam::{Quat, Vec3};
 use road::Network;
 
 use super::{PhysicsSensor, Scene, State};
@@ -63,7 +63,11 @@ impl Bench {
         }
     }
 
-    fn mount<T: bus::PhysicsSensorSpec>(&mut self, pose: Pose, numbers: &T) -> &mut SensorSpec {
+    fn mount<T: protocol::PhysicsSensorSpec>(
+        &mut self,
+        pose: Pose,
+        numbers: &T,
+    ) -> &mut SensorSpec {
         self.physics_sensors
             .push(PhysicsSensor::new(&SensorSpec::physics("s", pose, numbers)).unwrap());
         &mut self.physics_sensors.last_mut().unwrap().spec
@@ -376,7 +380,7 @@ fn whether_anybody_measures_changes_no_bit_and_the_same_seed_says_the_same() {
 mod lanes {
     use super::*;
     use crate::physics_sensors::lanes::Corners;
-    use bus::{ActorState, LaneInvasionReading};
+    use protocol::{ActorState, LaneInvasionReading};
     use road::{MarkColor, MarkKind};
 
     fn car(y: f32, yaw_rad: f32) -> ActorState {

@@ -1,6 +1,6 @@
 //! Poses that clients give walkers.
 
-use bus::{
+use protocol::{
     ActorId, BONES_PER_COMMAND, BlendPose, Command, GivenPoses, Outcome, Pose, SetBones, flag, kind,
 };
 

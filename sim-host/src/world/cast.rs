@@ -1,6 +1,6 @@
 //! Everybody as the bus sees them, side by side in memory as a snapshot has them.
 
-use bus::{ActorId, ActorState, Name};
+use protocol::{ActorId, ActorState, Name};
 
 use crate::hash::StateHash;
 

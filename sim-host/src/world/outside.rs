@@ -1,10 +1,10 @@
 //! Commands about how vehicles are built and how actors are moved from outside, and questions.
 
-use bus::{
+use glam::Vec3;
+use protocol::{
     ActorId, ApplyForce, Ask, Command, Outcome, SetWeatherAffectsGrip, Switch, VehicleBody,
     VehiclePhysics, VehicleWheel, Weather, part,
 };
-use glam::Vec3;
 
 use super::World;
 use crate::physics::PhysicsError;

@@ -1,9 +1,9 @@
-use bus::{
+use glam::Vec3;
+use protocol::{
     Autopilot, BlendPose, Command, GivenPoses, Name, Pose, SetBones, SetDoors, SetPhysics,
     SetVehicleLights, SetVelocity, SetWeatherAffectsGrip, Settings, Spawn, Stamp, Switch, Teleport,
     VehicleControl, Weather, flag, lamp,
 };
-use glam::Vec3;
 
 use super::World;
 use crate::saved::SavedState;
@@ -26,7 +26,7 @@ fn run(world: &mut World, frames: u32) {
 fn stopping(world: &mut World) -> f32 {
     let name = Name::new("vehicle.tesla.model3");
     let spawn = Spawn { blueprint: name, pose: Pose::IDENTITY, ..Spawn::default() };
-    let id = bus::ActorId(world.apply(&Command::Spawn(spawn)).unwrap());
+    let id = protocol::ActorId(world.apply(&Command::Spawn(spawn)).unwrap());
     run(world, 10);
     let velocity_mps = [20.0, 0.0, 0.0];
     world
@@ -81,7 +81,7 @@ fn standing() -> World {
         let pose = Pose::level(Vec3::new(10.0 * k as f32, 0.0, 0.0), 0.3);
         let name = Name::new(name);
         let spawn = Spawn { blueprint: name, pose, flags: flag::KINEMATIC, ..Spawn::default() };
-        let id = bus::ActorId(world.apply(&Command::Spawn(spawn)).unwrap());
+        let id = protocol::ActorId(world.apply(&Command::Spawn(spawn)).unwrap());
         world.apply(&Command::SetPhysics(SetPhysics { actor_id: id, on: 0 })).unwrap();
     }
     run(&mut world, 4);
@@ -103,7 +103,7 @@ fn hash(world: &World) -> u64 {
 
 #[test]
 fn who_rests_wakes_for_every_wish() {
-    let id = |k: u32| bus::ActorId(k + 1);
+    let id = |k: u32| protocol::ActorId(k + 1);
     let on = |k: u32, on: u32| Switch { actor_id: id(k), on };
     let moved = Teleport { actor_id: id(0), pose: Pose::level(Vec3::new(-5.0, 1.0, 0.0), 0.0) };
     let glides = |k: u32| SetVelocity {
@@ -150,12 +150,12 @@ fn who_is_run_into_at_rest_says_so() {
     let name = Name::new("vehicle.tesla.model3");
     let pose = Pose::level(Vec3::new(0.0, 6.0, 0.0), -std::f32::consts::FRAC_PI_2);
     let spawn = Spawn { blueprint: name, pose, ..Spawn::default() };
-    let actor_id = bus::ActorId(world.apply(&Command::Spawn(spawn)).unwrap());
+    let actor_id = protocol::ActorId(world.apply(&Command::Spawn(spawn)).unwrap());
     let velocity_mps = [0.0, -8.0, 0.0];
     world
         .apply(&Command::SetVelocity(SetVelocity { actor_id, velocity_mps, ..Default::default() }))
         .unwrap();
-    let is_hit = |world: &World| world.state(bus::ActorId(1)).unwrap().has(flag::COLLIDING);
+    let is_hit = |world: &World| world.state(protocol::ActorId(1)).unwrap().has(flag::COLLIDING);
     let hits = (0..40).filter(|_| {
         run(&mut world, 1);
         is_hit(&world)
@@ -166,10 +166,10 @@ fn who_is_run_into_at_rest_says_so() {
     assert!(!is_hit(&world));
 }
 
-fn spawned(world: &mut World, blueprint: &str, x: f32) -> bus::ActorId {
+fn spawned(world: &mut World, blueprint: &str, x: f32) -> protocol::ActorId {
     let pose = Pose::new(Vec3::X * x, glam::Quat::IDENTITY);
     let spawn = Spawn { blueprint: Name::new(blueprint), pose, ..Spawn::default() };
-    bus::ActorId(world.apply(&Command::Spawn(spawn)).unwrap())
+    protocol::ActorId(world.apply(&Command::Spawn(spawn)).unwrap())
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn poses_are_given_to_walkers_alone_and_are_part_of_a_saved_state() {
         assert!(said.contains(why), "{said}");
     };
     refused(SetBones { actor_id: car, ..good }, "no walker");
-    refused(SetBones { actor_id: bus::ActorId(99), ..good }, "never spawned");
+    refused(SetBones { actor_id: protocol::ActorId(99), ..good }, "never spawned");
     let good = SetBones { actor_id: walker, ..good };
     refused(SetBones { first: 61, ..good }, "it has 66");
     refused(SetBones { first: u32::MAX, ..good }, "it has 66");

@@ -1,7 +1,7 @@
 //! What the tests start as processes: `omnibus` itself, or a client that is to die.
 
-use bus::flag;
 use client_lib::{Client, ClientError, Pose, Spawn, camera, output};
+use protocol::flag;
 
 fn main() -> std::process::ExitCode {
     let args: Vec<String> = std::env::args().collect();

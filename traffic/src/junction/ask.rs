@@ -1,6 +1,6 @@
 //! Who asks for leave, for which way, and in which order they are heard.
 
-use bus::light;
+use protocol::light;
 
 use super::{
     BRAKE_MPS2, Junctions, LINE_GAP_M, Request, STANDING_GAP_M, View, YELLOW_BRAKE_MPS2, pass_end,

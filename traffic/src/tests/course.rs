@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use bus::{
+use glam::{Quat, Vec2, Vec3};
+use protocol::{
     ActorId, ActorState, Frame, JournalEntry, Pose, Stamp, VehicleControl, flag, kind, light,
 };
-use glam::{Quat, Vec2, Vec3};
 use road::{LaneIndex, LaneTypes, Network};
 
 use crate::Planner;

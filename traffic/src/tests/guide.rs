@@ -1,10 +1,10 @@
 //! Where clients say that vehicles go is where they go.
 
-use bus::{
+use glam::{Vec2, Vec3};
+use protocol::{
     ActorId, Command, JournalEntry, Name, Outcome, RawCommand, RouteCommand, RouteStep, guide,
     lamp, param,
 };
-use glam::{Vec2, Vec3};
 use road::{LaneIndex, LaneTypes};
 
 use super::course::{Course, DELTA_NANOS};

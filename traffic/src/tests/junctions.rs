@@ -1,7 +1,7 @@
 //! Lights, and who goes first where there are none.
 
-use bus::{light, param};
 use glam::Vec3;
+use protocol::{light, param};
 
 use super::course::{Car, Course};
 use super::maps;
@@ -87,7 +87,7 @@ fn a_crossing_under_pressure_from_all_sides_neither_locks_nor_crashes() {
 }
 
 /// Whether the northbound vehicle stops at a sign before the crossing, told so.
-fn stops_at_sign(told: &[bus::JournalEntry]) -> bool {
+fn stops_at_sign(told: &[protocol::JournalEntry]) -> bool {
     let north = Car {
         position: Vec3::new(1.75, -90.0, 0.0),
         yaw: std::f32::consts::FRAC_PI_2,

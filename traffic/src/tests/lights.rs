@@ -1,6 +1,6 @@
 //! Green goes where somebody comes.
 
-use bus::light;
+use protocol::light;
 
 use crate::demand::Demand;
 use crate::signals::SignalPlan;

@@ -1,9 +1,9 @@
 //! What clients set is what vehicles do.
 
-use bus::{
+use glam::Vec3;
+use protocol::{
     ActorId, Command, JournalEntry, Name, Outcome, RawCommand, TrafficParam, Weather, lamp, param,
 };
-use glam::Vec3;
 
 use super::course::{Car, Course};
 use super::maps;

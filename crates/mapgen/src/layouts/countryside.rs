@@ -96,7 +96,12 @@ fn meander(random: &mut RandomStream, street: &mut Street, nodes: &[Node], is_vi
 }
 
 /// Houses, kerbs and side lanes round a place where roads meet.
-fn village(random: &mut RandomStream, nodes: &mut Vec<Node>, streets: &mut Vec<Street>, node: usize) {
+fn village(
+    random: &mut RandomStream,
+    nodes: &mut Vec<Node>,
+    streets: &mut Vec<Street>,
+    node: usize,
+) {
     let center = nodes[node].position;
     let mut gates: Vec<(f64, usize)> = Vec::new();
     for index in 0..streets.len() {

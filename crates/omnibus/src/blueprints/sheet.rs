@@ -3,12 +3,12 @@
 use std::{fs, io::BufWriter, path::Path};
 
 use anyhow::Context;
-use bus::{
+use glam::{Quat, vec3};
+use mesh::{Face, Material, Mesh, Tag};
+use protocol::{
     ActorId, ActorState, Frame, Name, Pose, STRIDE, SensorSpec, Stamp, Weather, kind, lamp, layout,
     output, sensor,
 };
-use glam::{Quat, vec3};
-use mesh::{Face, Material, Mesh, Tag};
 use sensor_render::{BundleJob, Device, Scene, Tracer, World, pose_planes};
 use town::{Blueprint, Kind};
 
@@ -122,7 +122,7 @@ impl Studio {
         let mut words = vec![[0u64; 8]; byte_len as usize / 64];
         let bytes = bytemuck::cast_slice_mut(&mut words);
         let mut jobs = [BundleJob {
-            parent: bus::ActorId::NONE,
+            parent: protocol::ActorId::NONE,
             sensors: &sensors,
             planes: &planes,
             out: bytes,

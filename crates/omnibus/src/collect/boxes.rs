@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use bus::{ActorId, ActorState, BlueprintInfo, Pose};
 use glam::{Affine3A, Vec3};
 use mesh::Tag;
+use protocol::{ActorId, ActorState, BlueprintInfo, Pose};
 
 use super::{
     outline::outline,

@@ -1,7 +1,7 @@
 //! Who takes part: the ego and the traffic around it, chosen by the seed.
 
-use bus::{ActorId, Command, Name, Pose, Spawn, flag, status};
 use client_lib::Client;
+use protocol::{ActorId, Command, Name, Pose, Spawn, flag, status};
 
 use super::{CollectError, record::Cast};
 

@@ -15,8 +15,9 @@ use std::{
     thread::JoinHandle,
 };
 
-use bus::{ActorId, ActorState, BlueprintInfo, BundleHeader, Plane, SensorSpec, clock, output};
+use bus::clock;
 use crossbeam::channel::{Receiver, Sender, bounded};
+use protocol::{ActorId, ActorState, BlueprintInfo, BundleHeader, Plane, SensorSpec, output};
 
 use super::{
     CollectError,

@@ -1,7 +1,7 @@
 //! Planes of memory into the bytes of files.
 
-use bus::DEPTH_FAR_M;
 use png::{BitDepth, ColorType, Compression, Filter};
+use protocol::DEPTH_FAR_M;
 
 use super::CollectError;
 
@@ -37,7 +37,7 @@ impl Encoder {
         self.png(size, ColorType::Rgb, BitDepth::Eight, Filter::Sub)
     }
 
-    /// 16-bit steps of metres, native order, as [`bus::output::DEPTH`].
+    /// 16-bit steps of metres, native order, as [`protocol::output::DEPTH`].
     pub(crate) fn depth(&mut self, size: [u32; 2], metres: &[f32]) -> Result<(), CollectError> {
         self.pixels.clear();
         self.pixels.extend(metres.iter().flat_map(|m| depth_steps(*m).to_be_bytes()));

@@ -1,12 +1,12 @@
 //! What the ego feels: the sensors that physics measures, at every frame, kept or not.
 
-use bus::{Pose, SensorSpec};
 use client_lib::{
     CollisionReading, GnssSpec, ImuSpec, LaneInvasionReading, Measurement, OdometrySpec, collision,
     gnss, imu, lane_invasion, odometry,
 };
 use glam::{Quat, Vec3};
 use mesh::Tag;
+use protocol::{Pose, SensorSpec};
 use serde::{Deserialize, Serialize};
 
 /// Places in the rig.

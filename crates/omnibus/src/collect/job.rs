@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use bus::PIPELINE_MAX;
+use protocol::PIPELINE_MAX;
 
 use super::{
     CollectError,

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use bus::SensorSpec;
 use mesh::Tag;
+use protocol::SensorSpec;
 use serde_json::Value;
 
 use super::{

@@ -4,8 +4,8 @@
 
 use std::collections::BTreeMap;
 
-use bus::{ActorState, Pose, flag, tracer};
 use glam::{Affine3A, Mat4};
+use protocol::{ActorState, Pose, flag, tracer};
 use serde::{Deserialize, Serialize};
 
 use super::felt::EgoSensors;

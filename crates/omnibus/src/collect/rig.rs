@@ -2,8 +2,8 @@
 
 use std::f32::consts::FRAC_PI_2;
 
-use bus::{Pose, SensorSpec, output, sensor};
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
+use protocol::{Pose, SensorSpec, output, sensor};
 
 use super::record::{Camera, Lidar, Output, Sensor, matrix4, tidy};
 

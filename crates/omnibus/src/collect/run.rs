@@ -7,8 +7,9 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-use bus::{ActorId, ActorState, Control, Episode, Frame, Role, SnapshotHeader, clock};
+use bus::{ControlPageMapping, Role, clock};
 use client_lib::{Client, ClientError, Measurement, SensorBundle, Settings};
+use protocol::{ActorId, ActorState, Episode, Frame, SnapshotHeader};
 
 use super::{
     CollectError, Job,
@@ -245,7 +246,7 @@ impl<E: Into<CollectError>> From<E> for Departure {
 }
 
 struct Run<'a> {
-    control: Control,
+    control: ControlPageMapping,
     traffic: Option<usize>,
     rig: SensorBundle,
     physics_sensors: SensorBundle,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use bus::{BundleHeader, SnapshotHeader};
+use protocol::{BundleHeader, SnapshotHeader};
 
 /// Nanoseconds that each stage worked, over some frames. Traffic and rendering work at the same
 /// time, and the writers beside everything, so the shares need not add up to one.

@@ -7,7 +7,7 @@ use std::{
     sync::atomic::{AtomicU32, Ordering},
 };
 
-use bus::{ActorState, Pose};
+use protocol::{ActorState, Pose};
 
 use super::{
     record::{Ego, FrameLine, Recipe},

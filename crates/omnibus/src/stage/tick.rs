@@ -1,7 +1,8 @@
 //! `omnibus stage tick`: the exchange itself, with a client and every stage, and no sensor.
 
 use anyhow::ensure;
-use bus::{Command, Name, Settings, Spawn, clock, flag};
+use bus::clock;
+use protocol::{Command, Name, Settings, Spawn, flag};
 
 use super::StageArgs;
 use crate::{Beside, collect::places};
@@ -37,7 +38,7 @@ pub(super) fn measure(args: &StageArgs) -> anyhow::Result<(Vec<u64>, usize)> {
     Ok((nanos, vehicles))
 }
 
-fn vehicle(pose: bus::Pose) -> Command {
+fn vehicle(pose: protocol::Pose) -> Command {
     Command::Spawn(Spawn {
         blueprint: Name::new(crate::collect::EGO),
         flags: flag::AUTOPILOT,

@@ -1,7 +1,8 @@
 //! `omnibus stage world`: what a start makes of a map's text before its first frame.
 
 use anyhow::anyhow;
-use bus::{Episode, clock};
+use bus::clock;
+use protocol::Episode;
 use sensor_render::Scene;
 
 use super::{Percentiles, StageArgs};

@@ -251,7 +251,13 @@ fn place(
     None
 }
 
-fn erect(plan: &Plan, scene: &mut Scene, house: &House, mut place: Place, random: &mut RandomStream) {
+fn erect(
+    plan: &Plan,
+    scene: &mut Scene,
+    house: &House,
+    mut place: Place,
+    random: &mut RandomStream,
+) {
     // It stands as high as the highest ground at its corners allows a door to be.
     let [x, y] = house.half;
     let highest = [(x, y), (-x, y), (x, -y), (-x, -y)]

@@ -132,7 +132,13 @@ fn spaces(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
 }
 
 /// A drive beside the door, from the street to the house, with a car on it more often than not.
-fn drive(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet, garden: &Garden, random: &mut RandomStream) {
+fn drive(
+    plan: &mut Plan,
+    scene: &mut Scene,
+    fleet: &Fleet,
+    garden: &Garden,
+    random: &mut RandomStream,
+) {
     let side = if random.chance(0.5) { 1.0 } else { -1.0 };
     let middle = garden.gate + garden.out.perp() * side * (garden.width_m * 0.5 - 2.0);
     let long = garden.front_m;
@@ -179,7 +185,13 @@ fn forecourt(
 pub(super) const LOT_M: Vec2 = vec2(11.0, 8.5);
 
 /// A car park: two rows of bays along a lane between them, lines of paint between the bays.
-pub(super) fn lot(plan: &mut Plan, scene: &mut Scene, at: Vec2, yaw: f32, random: &mut RandomStream) {
+pub(super) fn lot(
+    plan: &mut Plan,
+    scene: &mut Scene,
+    at: Vec2,
+    yaw: f32,
+    random: &mut RandomStream,
+) {
     if !slab(plan, scene, at, LOT_M, yaw, Material::Asphalt) {
         return;
     }

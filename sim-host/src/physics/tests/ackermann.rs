@@ -1,4 +1,4 @@
-use bus::{AckermannControl, AckermannSettings, ActorId};
+use protocol::{AckermannControl, AckermannSettings, ActorId};
 
 use super::Lone;
 

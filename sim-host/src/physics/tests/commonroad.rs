@@ -7,8 +7,8 @@
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use bus::ActorId;
 use glam::Vec3;
+use protocol::ActorId;
 
 use super::{Ground, Lone};
 use crate::physics::{

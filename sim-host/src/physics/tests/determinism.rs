@@ -7,8 +7,8 @@
 
 use std::sync::Arc;
 
-use bus::{ActorId, Pose, VehicleControl};
 use glam::{Vec2, Vec3};
+use protocol::{ActorId, Pose, VehicleControl};
 
 use super::{FRAME_NANOS, Ground, SUBSTEP_NANOS};
 use crate::physics::{Physics, PropModel, StaticBox, VehicleModel, WalkerModel};

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
-use bus::{ActorId, Pose, VehicleControl, flag};
 use glam::{Quat, Vec3};
+use protocol::{ActorId, Pose, VehicleControl, flag};
 
 use super::{FRAME_NANOS, Lone, SUBSTEP_NANOS};
 use crate::physics::{DoorModel, Ground, Physics, StaticBox, VehicleModel};

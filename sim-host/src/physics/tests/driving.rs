@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
-use bus::{ActorId, flag};
 use glam::Vec3;
+use protocol::{ActorId, flag};
 
 use super::{Ground, Lone, incline};
 use crate::physics::{Class, VehicleModel, WheelPlace};

@@ -16,8 +16,8 @@ mod world;
 
 use std::sync::Arc;
 
-use bus::{ActorId, ActorState, Pose, VehicleControl};
 use glam::{Quat, Vec3};
+use protocol::{ActorId, ActorState, Pose, VehicleControl};
 
 use super::{Ground, Physics, VehicleModel};
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use bus::{ActorId, ActorState, Pose, VehicleControl, flag};
 use glam::Vec3;
+use protocol::{ActorId, ActorState, Pose, VehicleControl, flag};
 
 use super::{FRAME_NANOS, Ground, Lone, SUBSTEP_NANOS};
 use crate::physics::{GRAVITY_MPS2, Physics, Stage, VehicleModel};

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
-use bus::{ActorId, Pose};
 use glam::Vec3;
+use protocol::{ActorId, Pose};
 
 use super::{FRAME_NANOS, Ground, Lone, SUBSTEP_NANOS};
 use crate::physics::{Physics, PhysicsError, PropModel, VehicleModel, WalkerModel};

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use bus::{ActorId, ActorState, Pose, VehicleControl, flag};
 use glam::{Quat, Vec3};
+use protocol::{ActorId, ActorState, Pose, VehicleControl, flag};
 use rapier3d::prelude::{RigidBody, RigidBodyHandle};
 
 use super::{FRAME_NANOS, Ground, SUBSTEP_NANOS, incline};

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use bus::{ActorId, ActorState, Pose, VehicleControl};
 use glam::{Quat, Vec3};
 use mapgen::{Character, Plan};
+use protocol::{ActorId, ActorState, Pose, VehicleControl};
 use town::Town;
 
 use super::{FRAME_NANOS, SUBSTEP_NANOS};

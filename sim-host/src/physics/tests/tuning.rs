@@ -1,5 +1,5 @@
-use bus::{ActorId, Curve, VehicleControl, VehiclePhysics};
 use glam::Vec3;
+use protocol::{ActorId, Curve, VehicleControl, VehiclePhysics};
 
 use super::Lone;
 use crate::physics::{PhysicsError, VehicleModel, tuning};
@@ -174,7 +174,7 @@ fn each_number_of_brakes_and_tyres_is_felt() {
     is_longer("half the grip", |p| p.wheels.iter_mut().for_each(|w| w.grip = 0.5));
     is_longer("soft tyres", |p| p.wheels.iter_mut().for_each(|w| w.stiffness_x = 0.6));
     let mut parked = with(|p| p.wheels.iter_mut().for_each(|w| w.handbrake_torque_nm = 0.0));
-    parked.control.flags = bus::flag::HANDBRAKE;
+    parked.control.flags = protocol::flag::HANDBRAKE;
     assert!(sprint(&mut parked, 2.0) > 3.0, "it has no handbrake");
 }
 

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
-use bus::{ActorId, ActorState, Pose, VehicleControl, flag};
 use glam::{Vec2, Vec3};
+use protocol::{ActorId, ActorState, Pose, VehicleControl, flag};
 
 use super::{FRAME_NANOS, Ground, SUBSTEP_NANOS, incline};
 use crate::physics::{Physics, PhysicsError, VehicleModel, WalkerModel};

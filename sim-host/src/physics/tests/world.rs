@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
-use bus::{ActorId, ActorState, Pose, VehicleControl, flag, parts};
 use glam::{Quat, Vec2, Vec3};
+use protocol::{ActorId, ActorState, Pose, VehicleControl, flag, parts};
 
 use super::{FRAME_NANOS, Ground, Lone, SUBSTEP_NANOS, incline};
 use crate::physics::{Physics, PhysicsError, PropModel, StaticBox, VehicleModel, WalkerModel};

@@ -1,16 +1,12 @@
 use std::fmt;
 
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 /// The ordinal number of a simulation step.
 ///
 /// Frame 0 is the world as loaded; the n-th tick produces frame n. Frames grow for ever, across
 /// episodes.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, ZeroCopySend,
-)]
-#[type_name("Frame")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
 #[repr(C)]
 pub struct Frame(pub u64);
 
@@ -28,8 +24,7 @@ impl fmt::Display for Frame {
 }
 
 /// When something on the bus is true. Every message begins with one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Stamp")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Stamp {
     /// The step it belongs to.

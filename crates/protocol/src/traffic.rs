@@ -1,12 +1,10 @@
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{ActorId, Block, Stamp, VehicleControl};
 
 /// Header of traffic's one sample per frame: what it decided on `stamp.frame`, which acts in the
 /// next one. The payload holds controls, then lights, then the planner, each at a 64-byte edge.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("TrafficHeader")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct TrafficHeader {
     /// The frame that was planned on.
@@ -27,8 +25,7 @@ pub struct TrafficHeader {
 const _: () = assert!(size_of::<TrafficHeader>() == 56);
 
 /// The colour that one traffic light shows from the next frame on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("LightState")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct LightState {
     /// The light, an actor of the world.

@@ -1,6 +1,5 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, Ask, BlendPose, BundleId,
@@ -11,8 +10,7 @@ use crate::{
 };
 
 /// Header of a batch of [`RawCommand`]s or [`VehicleControl`]s from one client.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("BatchHeader")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct BatchHeader {
     /// The newest frame that the client had seen.
@@ -30,8 +28,7 @@ pub struct BatchHeader {
 const _: () = assert!(size_of::<BatchHeader>() == 80);
 
 /// A one-time command, never lost. [`Command`] is its readable form.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("RawCommand")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RawCommand {
     /// Which command.
@@ -53,8 +50,7 @@ pub mod status {
 }
 
 /// What became of a command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Outcome")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Outcome {
     /// One of [`status`].
@@ -126,8 +122,7 @@ answers! {
 }
 
 /// One line of a frame's journal: who requested what, and what became of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("JournalEntry")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct JournalEntry {
     /// Who.
@@ -143,8 +138,7 @@ pub struct JournalEntry {
 const _: () = assert!(size_of::<JournalEntry>() == 448);
 
 /// Header of one part of a frame's journal.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("JournalHeader")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct JournalHeader {
     /// The frame whose snapshot is the first to show these commands' effect.
@@ -292,8 +286,7 @@ commands! {
 }
 
 /// A command that needs no more words.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Nothing")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Nothing {
     /// Zero.
@@ -301,8 +294,7 @@ pub struct Nothing {
 }
 
 /// See [`Command::Spawn`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Spawn")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Spawn {
     /// The blueprint's id, as `vehicle.tesla.model3`.
@@ -318,8 +310,7 @@ pub struct Spawn {
 }
 
 /// See [`Command::Teleport`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Teleport")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Teleport {
     /// Who.
@@ -329,8 +320,7 @@ pub struct Teleport {
 }
 
 /// See [`Command::SetVelocity`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("SetVelocity")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetVelocity {
     /// Who.
@@ -342,8 +332,7 @@ pub struct SetVelocity {
 }
 
 /// See [`Command::SetTrafficLight`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("SetTrafficLight")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetTrafficLight {
     /// Which light.
@@ -355,8 +344,7 @@ pub struct SetTrafficLight {
 }
 
 /// See [`Command::SetPhysics`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("SetPhysics")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetPhysics {
     /// Who.
@@ -366,8 +354,7 @@ pub struct SetPhysics {
 }
 
 /// See [`Command::HideLayers`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("HideLayers")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct HideLayers {
     /// Which: bits of [`layer`].
@@ -395,8 +382,7 @@ pub mod layer {
 }
 
 /// See [`Command::HideObjects`]. A thing's number is that of instance images without the highest bit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("HideObjects")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct HideObjects {
     /// The number of the first bit's thing, over 1024.
@@ -408,8 +394,7 @@ pub struct HideObjects {
 }
 
 /// See [`Command::SetVehicleLights`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("SetVehicleLights")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetVehicleLights {
     /// Whose.
@@ -419,8 +404,7 @@ pub struct SetVehicleLights {
 }
 
 /// See [`Command::SetDoors`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("SetDoors")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetDoors {
     /// Whose.
@@ -430,8 +414,7 @@ pub struct SetDoors {
 }
 
 /// See [`Command::Autopilot`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Autopilot")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Autopilot {
     /// Who.
@@ -441,8 +424,7 @@ pub struct Autopilot {
 }
 
 /// See [`Command::CreateBundle`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("CreateBundle")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct CreateBundle {
     /// The actor that carries it; nobody: it stands in the world.
@@ -458,8 +440,7 @@ pub struct CreateBundle {
 }
 
 /// See [`Command::SetWeather`]. Percentages as in CARLA.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Weather")]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Weather {
     /// 0 to 100.
@@ -500,8 +481,7 @@ impl Default for Weather {
 }
 
 /// See [`Command::SetSettings`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Settings")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Settings {
     /// Simulated time of one tick.
@@ -533,8 +513,7 @@ impl Default for Settings {
 }
 
 /// See [`Command::TrafficParam`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("TrafficParam")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct TrafficParam {
     /// Whom it concerns; nobody: everybody.
@@ -549,8 +528,7 @@ pub struct TrafficParam {
 pub const ROUTE_STEPS: usize = 11;
 
 /// See [`Command::RouteCommand`]. When the last step is done, it goes where it likes again.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("RouteCommand")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RouteCommand {
     /// Whom.
@@ -566,8 +544,7 @@ pub struct RouteCommand {
 }
 
 /// One thing that a guided vehicle does next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("RouteStep")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RouteStep {
     /// One of [`guide`].

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
-use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{ActorId, Command, Pose};
 
@@ -33,8 +32,7 @@ pub const BONES: [&str; 66] = [
 ];
 
 /// See [`Command::SetBones`]; also what an [`crate::Ask`] for [`crate::part::BONES`] tells.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("SetBones")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetBones {
     /// Whose.
@@ -52,8 +50,7 @@ pub struct SetBones {
 const _: () = assert!(size_of::<SetBones>() == 184);
 
 /// See [`Command::BlendPose`]; also what an [`crate::Ask`] for [`crate::part::BLEND`] tells.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("BlendPose")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct BlendPose {
     /// Whose.

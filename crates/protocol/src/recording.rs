@@ -3,11 +3,9 @@
 use std::path::Path;
 
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 /// Where a file lies, for the host: an absolute path of at most 160 bytes, padded with zeros.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("FilePath")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct FilePath(pub [u8; 160]);
 
@@ -43,8 +41,7 @@ impl Default for FilePath {
 }
 
 /// See [`crate::Command::StartRecorder`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("StartRecorder")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct StartRecorder {
     /// Where to; a file of that name is replaced.
@@ -56,8 +53,7 @@ pub struct StartRecorder {
 }
 
 /// See [`crate::Command::StartReplay`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("StartReplay")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct StartReplay {
     /// From where.
@@ -73,8 +69,7 @@ pub struct StartReplay {
 }
 
 /// See [`crate::Command::StopReplay`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("StopReplay")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct StopReplay {
     /// 1: who was shown stays, vehicles on autopilot; 0: they go.

@@ -1,7 +1,6 @@
 use std::mem::offset_of;
 
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{
     ActorId, Name, Pose, Stamp,
@@ -9,10 +8,7 @@ use crate::{
 };
 
 /// Names a bundle: sensors that are measured together and handed over in one bundle.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, ZeroCopySend,
-)]
-#[type_name("BundleId")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
 #[repr(C)]
 pub struct BundleId(pub u32);
 
@@ -108,8 +104,7 @@ pub mod point_attribute {
 pub const DEPTH_FAR_M: f32 = 1000.0;
 
 /// One sensor of a bundle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("SensorSpec")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SensorSpec {
     /// What the user calls it; unique within the bundle.
@@ -201,8 +196,7 @@ pub mod tracer {
 /// Header of one bundle: all that one bundle measured at one frame.
 ///
 /// The payload starts with `plane_count` [`Plane`]s; each says where its bytes lie.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("BundleHeader")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct BundleHeader {
     /// The frame that was measured.
@@ -232,8 +226,7 @@ pub struct BundleHeader {
 const _: () = assert!(size_of::<BundleHeader>() == 104);
 
 /// One output of one sensor, inside a bundle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Plane")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Plane {
     /// Index of the sensor in its bundle.

@@ -1,7 +1,6 @@
 //! Radios between vehicles: how they send and receive, and what they say.
 
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{BundleId, physics_sensor::fault_of, vehicle::within};
 
@@ -193,8 +192,7 @@ impl MessageReading {
 }
 
 /// See [`crate::Command::Transmit`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Transmit")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Transmit {
     /// On which bundle.

@@ -1,7 +1,6 @@
 //! Street lamps, switched by hand.
 
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 use crate::vehicle::within;
 
@@ -17,8 +16,7 @@ pub mod shine {
 
 /// See [`crate::Command::SetStreetLights`]. A lamp's number is that of its pole in instance images,
 /// without the highest bit.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("SetStreetLights")]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetStreetLights {
     /// The number of the first bit's lamp, over 1024.

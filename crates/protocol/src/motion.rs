@@ -1,13 +1,11 @@
 //! Commands about how an actor moves, and questions about how it does.
 
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{ActorId, vehicle::within};
 
 /// See [`crate::Command::Ask`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Ask")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Ask {
     /// Of whom.
@@ -45,8 +43,7 @@ pub mod part {
 }
 
 /// How a vehicle drives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("VehicleTelemetry")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleTelemetry {
     /// How many wheels it has.
@@ -68,8 +65,7 @@ pub struct VehicleTelemetry {
 }
 
 /// What one wheel feels, at the end of the last frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("WheelTelemetry")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct WheelTelemetry {
     /// Grip of tyre and ground, as a multiple of the blueprint's own tyre's on dry asphalt.
@@ -93,8 +89,7 @@ pub struct WheelTelemetry {
 }
 
 /// See [`crate::Command::Ackermann`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("AckermannControl")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct AckermannControl {
     /// Who.
@@ -123,8 +118,7 @@ impl AckermannControl {
 }
 
 /// See [`crate::Command::SetAckermann`]. Gains of the two controllers.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("AckermannSettings")]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct AckermannSettings {
     /// Whose.
@@ -155,8 +149,7 @@ impl AckermannSettings {
 }
 
 /// See [`crate::Command::ApplyForce`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("ApplyForce")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ApplyForce {
     /// Whom.
@@ -175,8 +168,7 @@ pub struct ApplyForce {
 }
 
 /// See [`crate::Command::SetGravity`], [`crate::Command::SetCollisions`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Switch")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Switch {
     /// Whose.
@@ -186,8 +178,7 @@ pub struct Switch {
 }
 
 /// See [`crate::Command::SetWeatherAffectsGrip`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("SetWeatherAffectsGrip")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetWeatherAffectsGrip {
     /// 1: wet roads are slippery; 0: roads grip as if they were dry.

@@ -5,7 +5,6 @@
 //! too.
 
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{ActorId, Command};
 
@@ -15,8 +14,7 @@ pub const CURVE_POINTS_MAX: usize = 16;
 pub const GEARS_MAX: usize = 12;
 
 /// Pairs, rising in their first number; linear between them, constant beyond.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Curve")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Curve {
     /// How many of `points` there are.
@@ -55,8 +53,7 @@ impl Curve {
 }
 
 /// See [`Command::SetBody`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("VehicleBody")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleBody {
     /// Whose.
@@ -83,8 +80,7 @@ impl VehicleBody {
 }
 
 /// See [`Command::SetEngine`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("VehicleEngine")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleEngine {
     /// Whose.
@@ -116,8 +112,7 @@ impl VehicleEngine {
 }
 
 /// One forward gear.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Gear")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Gear {
     /// Engine turns per turn of the propeller shaft.
@@ -129,8 +124,7 @@ pub struct Gear {
 }
 
 /// See [`Command::SetGearbox`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("VehicleGearbox")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleGearbox {
     /// Whose.
@@ -181,8 +175,7 @@ impl VehicleGearbox {
 }
 
 /// See [`Command::SetSteering`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("VehicleSteering")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleSteering {
     /// Whose.
@@ -199,8 +192,7 @@ impl VehicleSteering {
 }
 
 /// See [`Command::SetWheel`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("VehicleWheel")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleWheel {
     /// Whose.

@@ -1,7 +1,6 @@
 //! What is drawn into images over the world: points, lines, arrows, boxes, texts.
 
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 use crate::{Frame, Stamp, vehicle::within};
 
@@ -36,8 +35,7 @@ pub mod shape {
 
 /// See [`crate::Command::Draw`]. ShapeReceipt into the colours of cameras, behind what stands before it; no
 /// other output shows it, no lidar, and nobody runs into it.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Shape")]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Shape {
     /// How long it is shown, in simulated time from the first frame that shows it; 0: in one
@@ -82,8 +80,7 @@ pub struct ShapeReceipt {
 }
 
 /// See [`crate::Command::EraseShapes`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("EraseShapes")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct EraseShapes {
     /// 1: everything that is no text.

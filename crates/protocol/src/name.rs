@@ -1,11 +1,9 @@
 use std::fmt;
 
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 /// A short UTF-8 text of at most 40 bytes, padded with zeros.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Name")]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
 #[repr(C)]
 pub struct Name(pub [u8; 40]);
 

@@ -1,5 +1,4 @@
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::prelude::ZeroCopySend;
 
 use crate::Stamp;
 
@@ -7,8 +6,7 @@ use crate::Stamp;
 pub const PIPELINE_MAX: u32 = 3;
 
 /// Header of a snapshot; the payload is the [`crate::ActorState`]s, sorted by id.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("SnapshotHeader")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SnapshotHeader {
     /// Which frame this is.

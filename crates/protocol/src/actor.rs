@@ -1,15 +1,11 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Quat, Vec3};
-use iceoryx2::prelude::ZeroCopySend;
 
 /// The most actors that one snapshot holds.
 pub const ACTORS_MAX: usize = 16_384;
 
 /// Names an actor. Never reused within an episode; 0 names nobody.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, ZeroCopySend,
-)]
-#[type_name("ActorId")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
 #[repr(C)]
 pub struct ActorId(pub u32);
 
@@ -25,8 +21,7 @@ impl std::fmt::Display for ActorId {
 }
 
 /// A rigid transform `outer_from_inner`: metres, and a unit quaternion as x, y, z, w.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("Pose")]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Pose {
     /// Where the inner space's origin lies in the outer space.
@@ -184,8 +179,7 @@ pub mod light {
 ///
 /// World space is right-handed: x east, y north, z up. Vehicle space is x forward, y left, z up,
 /// with its origin on the ground below the middle of the wheelbase.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("ActorState")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ActorState {
     /// Whose state this is.
@@ -247,8 +241,7 @@ impl ActorState {
 }
 
 /// Pedals and wheel of one vehicle; the latest holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("VehicleControl")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleControl {
     /// Whose pedals.
