@@ -7,14 +7,17 @@
 //! (map, seed) gives the same bytes.
 
 mod catalogue;
-mod clay;
 mod furnish;
+mod lighting;
+mod mesh_builder;
+mod static_world;
+mod visibility;
 
 pub use catalogue::{
     Attribute, AttributeType, Blueprint, Bone, Given, Joint, Kind, LIMB_BONES, Looks, MeshFault,
     Motion, Posture, Rig, Skeleton, Wheel, blueprint, catalogue, replaced, stride_m,
 };
-pub use furnish::{
-    BLOCK_OBJECTS, Collider, Detail, Head, Lamp, Layer, Lighting, Object, Parked, StreetLightState,
-    Town, Visibility, furnish, furnish_with,
-};
+pub use furnish::{furnish, furnish_with};
+pub use lighting::{Lighting, StreetLightState};
+pub use static_world::{Collider, Detail, Head, Lamp, Layer, Object, Parked, Town};
+pub use visibility::{BLOCK_OBJECTS, Visibility};

@@ -1,6 +1,9 @@
 //! What CARLA's clients can read of a blueprint, and set before they spawn it.
 
-use super::{Blueprint, Kind, walker};
+use super::{
+    blueprint::{Blueprint, Kind},
+    walker,
+};
 
 /// The type of an attribute's value, with CARLA's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

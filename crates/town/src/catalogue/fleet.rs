@@ -5,13 +5,21 @@
 use glam::{Vec3, vec3};
 use mesh::{Mesh, Tag};
 
-use super::car::{self, Livery, Measure, SHELL, Silhouette};
-use super::heavy::{self, Heavy};
-use super::rig::{Joint, Motion, Rig};
-use super::trim::{self, Extra, Grille, Lamps, Tail, Trim};
-use super::two_wheels::{self, Bike};
-use super::{Blueprint, Kind, Recipe, Wheel, wheel};
-use crate::clay::{self, Clay};
+use crate::{
+    catalogue::{
+        blueprint::{Blueprint, Kind, Wheel},
+        car::{self, Livery},
+        heavy::{self, Heavy},
+        profile::{Measure, SHELL, Silhouette},
+        recipe::Recipe,
+        rig::{Joint, Motion, Rig},
+        silhouettes,
+        trim::{self, Extra, Grille, Lamps, Tail, Trim},
+        two_wheels::{self, Bike},
+        wheel,
+    },
+    mesh_builder::{self, MeshBuilder},
+};
 
 /// How a vehicle is built.
 enum Build {
@@ -59,35 +67,35 @@ const TEAL: [u8; 3] = [60, 130, 135];
 
 #[rustfmt::skip]
 static TABLE: [Row; 40] = [
-    Row("vehicle.audi.a2", Car(&car::MONOVOLUME, Trim(Lamps::Slim, Grille::Wide, Tail::Corner, Extra::Nothing)), [3.705, 1.789, 1.550], 0.93, 2.405, 0.52, 0.310, 1020.0, Front, SILVER, ""),
-    Row("vehicle.audi.etron", Car(&car::SUV, Trim(Lamps::Slim, Grille::Frame, Tail::Bar, Extra::Rails)), [4.856, 2.033, 1.649], 0.92, 2.928, 0.47, 0.385, 2490.0, All, BLUE, "electric"),
-    Row("vehicle.audi.tt", Car(&car::DOME, Trim(Lamps::Wide, Grille::Wide, Tail::Corner, Extra::Nothing)), [4.181, 1.994, 1.385], 0.92, 2.505, 0.53, 0.335, 1335.0, Front, RED, ""),
-    Row("vehicle.bmw.grandtourer", Car(&car::MONOVOLUME, Trim(Lamps::Wide, Grille::Kidneys, Tail::Corner, Extra::Rails)), [4.611, 2.242, 1.667], 0.84, 2.780, 0.47, 0.340, 1640.0, Front, GREY, ""),
-    Row("vehicle.chevrolet.impala", Car(&car::CLASSIC, Trim(Lamps::Twin, Grille::Chrome, Tail::Round, Extra::Nothing)), [5.357, 2.033, 1.411], 0.95, 3.020, 0.44, 0.340, 1750.0, Rear, TEAL, ""),
-    Row("vehicle.citroen.c3", Car(&car::HATCHBACK, Trim(Lamps::Slim, Grille::Wide, Tail::Corner, Extra::Roof([40, 42, 46]))), [3.988, 1.851, 1.624], 0.94, 2.540, 0.54, 0.325, 1090.0, Front, ORANGE, ""),
-    Row("vehicle.dodge.charger_2020", Car(&car::SEDAN, Trim(Lamps::Slim, Grille::Wide, Tail::Bar, Extra::Nothing)), [5.006, 2.097, 1.534], 0.91, 3.052, 0.50, 0.365, 1920.0, Rear, BLACK, ""),
-    Row("vehicle.dodge.charger_police", Car(&car::SEDAN, Trim(Lamps::Slim, Grille::Wide, Tail::Bar, Extra::Police([24, 25, 28]))), [4.974, 2.038, 1.542], 0.93, 3.052, 0.50, 0.365, 1990.0, Rear, WHITE, "emergency"),
-    Row("vehicle.dodge.charger_police_2020", Car(&car::SEDAN, Trim(Lamps::Slim, Grille::Wide, Tail::Bar, Extra::Police([232, 232, 230]))), [5.237, 2.097, 1.638], 0.91, 3.052, 0.49, 0.365, 2010.0, Rear, WHITE, "emergency"),
-    Row("vehicle.ford.crown", Car(&car::CLASSIC, Trim(Lamps::Wide, Grille::Frame, Tail::Corner, Extra::Taxi)), [5.366, 1.801, 1.575], 0.98, 2.913, 0.44, 0.345, 1870.0, Rear, YELLOW, "taxi"),
-    Row("vehicle.ford.mustang", Car(&car::FASTBACK, Trim(Lamps::Round, Grille::Frame, Tail::Upright, Extra::Stripes([236, 236, 232]))), [4.718, 1.895, 1.301], 0.95, 2.743, 0.45, 0.330, 1400.0, Rear, BLUE, ""),
-    Row("vehicle.jeep.wrangler_rubicon", Car(&car::JEEP, Trim(Lamps::Round, Grille::Slots, Tail::Upright, Extra::Spare)), [3.866, 1.905, 1.878], 0.92, 2.424, 0.46, 0.405, 1900.0, All, GREEN, ""),
-    Row("vehicle.lincoln.mkz_2017", Car(&car::LIFTBACK, Trim(Lamps::Slim, Grille::Frame, Tail::Bar, Extra::Nothing)), [4.902, 2.128, 1.511], 0.875, 2.850, 0.49, 0.345, 1720.0, Front, BLACK, ""),
-    Row("vehicle.lincoln.mkz_2020", Car(&car::SEDAN, Trim(Lamps::Slim, Grille::Frame, Tail::Bar, Extra::Nothing)), [4.892, 1.837, 1.490], 0.97, 2.850, 0.49, 0.350, 1750.0, Front, WHITE, ""),
-    Row("vehicle.mercedes.coupe", Car(&car::FASTBACK, Trim(Lamps::Wide, Grille::Frame, Tail::Corner, Extra::Nothing)), [5.027, 2.152, 1.651], 0.89, 2.945, 0.45, 0.355, 1800.0, Rear, SILVER, ""),
-    Row("vehicle.mercedes.coupe_2020", Car(&car::COUPE, Trim(Lamps::Slim, Grille::Frame, Tail::Corner, Extra::Nothing)), [4.674, 1.815, 1.447], 0.97, 2.840, 0.46, 0.345, 1650.0, Rear, GREY, ""),
-    Row("vehicle.micro.microlino", Car(&car::BUBBLE, Trim(Lamps::Round, Grille::Bare, Tail::Round, Extra::Roof([232, 232, 228]))), [2.207, 1.481, 1.376], 0.96, 1.400, 0.46, 0.260, 513.0, Rear, TEAL, "electric"),
-    Row("vehicle.mini.cooper_s", Car(&car::BRICK, Trim(Lamps::Round, Grille::Wide, Tail::Upright, Extra::Roof([232, 232, 228]))), [3.806, 1.970, 1.475], 0.87, 2.467, 0.49, 0.315, 1165.0, Front, RED, ""),
-    Row("vehicle.mini.cooper_s_2021", Car(&car::BRICK, Trim(Lamps::Round, Grille::Frame, Tail::Upright, Extra::Rails)), [4.553, 2.098, 1.767], 0.88, 2.930, 0.49, 0.370, 1330.0, Front, GREEN, ""),
-    Row("vehicle.nissan.micra", Car(&car::HATCHBACK, Trim(Lamps::Round, Grille::Wide, Tail::Corner, Extra::Nothing)), [3.633, 1.845, 1.501], 0.90, 2.430, 0.52, 0.300, 980.0, Front, BLUE, ""),
-    Row("vehicle.nissan.patrol", Car(&car::OFF_ROADER, Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Rack)), [4.604, 1.931, 1.855], 0.95, 2.750, 0.42, 0.395, 2180.0, All, SILVER, ""),
-    Row("vehicle.nissan.patrol_2021", Car(&car::SUV, Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Rails)), [5.566, 2.150, 2.045], 0.92, 3.250, 0.42, 0.440, 2720.0, All, WHITE, ""),
-    Row("vehicle.seat.leon", Car(&car::HATCHBACK, Trim(Lamps::Wide, Grille::Wide, Tail::Corner, Extra::Spoiler)), [4.193, 1.816, 1.474], 0.98, 2.578, 0.53, 0.320, 1330.0, Front, RED, ""),
-    Row("vehicle.tesla.cybertruck", Car(&car::WEDGE, Trim(Lamps::Bar, Grille::Bare, Tail::Bar, Extra::Nothing)), [6.274, 2.390, 2.098], 0.88, 3.950, 0.43, 0.455, 3100.0, All, SILVER, "electric"),
-    Row("vehicle.tesla.model3", Car(&car::LIFTBACK, Trim(Lamps::Wide, Grille::Bare, Tail::Corner, Extra::Nothing)), [4.792, 2.163, 1.488], 0.88, 2.875, 0.44, 0.345, 1845.0, Rear, RED, "electric"),
-    Row("vehicle.toyota.prius", Car(&car::LIFTBACK, Trim(Lamps::Tall, Grille::Wide, Tail::Upright, Extra::Nothing)), [4.513, 2.007, 1.525], 0.88, 2.700, 0.51, 0.320, 1400.0, Front, WHITE, "electric"),
-    Row("vehicle.volkswagen.t2", Car(&car::MICROBUS, Trim(Lamps::Round, Grille::Badge, Tail::Upright, Extra::Roof([236, 232, 220]))), [4.480, 2.069, 2.038], 0.86, 2.430, 0.52, 0.330, 1280.0, Rear, ORANGE, ""),
-    Row("vehicle.volkswagen.t2_2021", Car(&car::MICROBUS, Trim(Lamps::Round, Grille::Badge, Tail::Upright, Extra::Rack)), [4.442, 1.774, 1.987], 0.97, 2.430, 0.52, 0.325, 1300.0, Rear, TEAL, ""),
-    Row("vehicle.mercedes.sprinter", Car(&car::VAN, Trim(Lamps::Tall, Grille::Frame, Tail::Upright, Extra::Nothing)), [5.915, 1.989, 2.561], 0.97, 3.665, 0.45, 0.345, 2200.0, Rear, WHITE, ""),
+    Row("vehicle.audi.a2", Car(&silhouettes::MONOVOLUME, Trim(Lamps::Slim, Grille::Wide, Tail::Corner, Extra::Nothing)), [3.705, 1.789, 1.550], 0.93, 2.405, 0.52, 0.310, 1020.0, Front, SILVER, ""),
+    Row("vehicle.audi.etron", Car(&silhouettes::SUV, Trim(Lamps::Slim, Grille::Frame, Tail::Bar, Extra::Rails)), [4.856, 2.033, 1.649], 0.92, 2.928, 0.47, 0.385, 2490.0, All, BLUE, "electric"),
+    Row("vehicle.audi.tt", Car(&silhouettes::DOME, Trim(Lamps::Wide, Grille::Wide, Tail::Corner, Extra::Nothing)), [4.181, 1.994, 1.385], 0.92, 2.505, 0.53, 0.335, 1335.0, Front, RED, ""),
+    Row("vehicle.bmw.grandtourer", Car(&silhouettes::MONOVOLUME, Trim(Lamps::Wide, Grille::Kidneys, Tail::Corner, Extra::Rails)), [4.611, 2.242, 1.667], 0.84, 2.780, 0.47, 0.340, 1640.0, Front, GREY, ""),
+    Row("vehicle.chevrolet.impala", Car(&silhouettes::CLASSIC, Trim(Lamps::Twin, Grille::Chrome, Tail::Round, Extra::Nothing)), [5.357, 2.033, 1.411], 0.95, 3.020, 0.44, 0.340, 1750.0, Rear, TEAL, ""),
+    Row("vehicle.citroen.c3", Car(&silhouettes::HATCHBACK, Trim(Lamps::Slim, Grille::Wide, Tail::Corner, Extra::Roof([40, 42, 46]))), [3.988, 1.851, 1.624], 0.94, 2.540, 0.54, 0.325, 1090.0, Front, ORANGE, ""),
+    Row("vehicle.dodge.charger_2020", Car(&silhouettes::SEDAN, Trim(Lamps::Slim, Grille::Wide, Tail::Bar, Extra::Nothing)), [5.006, 2.097, 1.534], 0.91, 3.052, 0.50, 0.365, 1920.0, Rear, BLACK, ""),
+    Row("vehicle.dodge.charger_police", Car(&silhouettes::SEDAN, Trim(Lamps::Slim, Grille::Wide, Tail::Bar, Extra::Police([24, 25, 28]))), [4.974, 2.038, 1.542], 0.93, 3.052, 0.50, 0.365, 1990.0, Rear, WHITE, "emergency"),
+    Row("vehicle.dodge.charger_police_2020", Car(&silhouettes::SEDAN, Trim(Lamps::Slim, Grille::Wide, Tail::Bar, Extra::Police([232, 232, 230]))), [5.237, 2.097, 1.638], 0.91, 3.052, 0.49, 0.365, 2010.0, Rear, WHITE, "emergency"),
+    Row("vehicle.ford.crown", Car(&silhouettes::CLASSIC, Trim(Lamps::Wide, Grille::Frame, Tail::Corner, Extra::Taxi)), [5.366, 1.801, 1.575], 0.98, 2.913, 0.44, 0.345, 1870.0, Rear, YELLOW, "taxi"),
+    Row("vehicle.ford.mustang", Car(&silhouettes::FASTBACK, Trim(Lamps::Round, Grille::Frame, Tail::Upright, Extra::Stripes([236, 236, 232]))), [4.718, 1.895, 1.301], 0.95, 2.743, 0.45, 0.330, 1400.0, Rear, BLUE, ""),
+    Row("vehicle.jeep.wrangler_rubicon", Car(&silhouettes::JEEP, Trim(Lamps::Round, Grille::Slots, Tail::Upright, Extra::Spare)), [3.866, 1.905, 1.878], 0.92, 2.424, 0.46, 0.405, 1900.0, All, GREEN, ""),
+    Row("vehicle.lincoln.mkz_2017", Car(&silhouettes::LIFTBACK, Trim(Lamps::Slim, Grille::Frame, Tail::Bar, Extra::Nothing)), [4.902, 2.128, 1.511], 0.875, 2.850, 0.49, 0.345, 1720.0, Front, BLACK, ""),
+    Row("vehicle.lincoln.mkz_2020", Car(&silhouettes::SEDAN, Trim(Lamps::Slim, Grille::Frame, Tail::Bar, Extra::Nothing)), [4.892, 1.837, 1.490], 0.97, 2.850, 0.49, 0.350, 1750.0, Front, WHITE, ""),
+    Row("vehicle.mercedes.coupe", Car(&silhouettes::FASTBACK, Trim(Lamps::Wide, Grille::Frame, Tail::Corner, Extra::Nothing)), [5.027, 2.152, 1.651], 0.89, 2.945, 0.45, 0.355, 1800.0, Rear, SILVER, ""),
+    Row("vehicle.mercedes.coupe_2020", Car(&silhouettes::COUPE, Trim(Lamps::Slim, Grille::Frame, Tail::Corner, Extra::Nothing)), [4.674, 1.815, 1.447], 0.97, 2.840, 0.46, 0.345, 1650.0, Rear, GREY, ""),
+    Row("vehicle.micro.microlino", Car(&silhouettes::BUBBLE, Trim(Lamps::Round, Grille::Bare, Tail::Round, Extra::Roof([232, 232, 228]))), [2.207, 1.481, 1.376], 0.96, 1.400, 0.46, 0.260, 513.0, Rear, TEAL, "electric"),
+    Row("vehicle.mini.cooper_s", Car(&silhouettes::BRICK, Trim(Lamps::Round, Grille::Wide, Tail::Upright, Extra::Roof([232, 232, 228]))), [3.806, 1.970, 1.475], 0.87, 2.467, 0.49, 0.315, 1165.0, Front, RED, ""),
+    Row("vehicle.mini.cooper_s_2021", Car(&silhouettes::BRICK, Trim(Lamps::Round, Grille::Frame, Tail::Upright, Extra::Rails)), [4.553, 2.098, 1.767], 0.88, 2.930, 0.49, 0.370, 1330.0, Front, GREEN, ""),
+    Row("vehicle.nissan.micra", Car(&silhouettes::HATCHBACK, Trim(Lamps::Round, Grille::Wide, Tail::Corner, Extra::Nothing)), [3.633, 1.845, 1.501], 0.90, 2.430, 0.52, 0.300, 980.0, Front, BLUE, ""),
+    Row("vehicle.nissan.patrol", Car(&silhouettes::OFF_ROADER, Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Rack)), [4.604, 1.931, 1.855], 0.95, 2.750, 0.42, 0.395, 2180.0, All, SILVER, ""),
+    Row("vehicle.nissan.patrol_2021", Car(&silhouettes::SUV, Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Rails)), [5.566, 2.150, 2.045], 0.92, 3.250, 0.42, 0.440, 2720.0, All, WHITE, ""),
+    Row("vehicle.seat.leon", Car(&silhouettes::HATCHBACK, Trim(Lamps::Wide, Grille::Wide, Tail::Corner, Extra::Spoiler)), [4.193, 1.816, 1.474], 0.98, 2.578, 0.53, 0.320, 1330.0, Front, RED, ""),
+    Row("vehicle.tesla.cybertruck", Car(&silhouettes::WEDGE, Trim(Lamps::Bar, Grille::Bare, Tail::Bar, Extra::Nothing)), [6.274, 2.390, 2.098], 0.88, 3.950, 0.43, 0.455, 3100.0, All, SILVER, "electric"),
+    Row("vehicle.tesla.model3", Car(&silhouettes::LIFTBACK, Trim(Lamps::Wide, Grille::Bare, Tail::Corner, Extra::Nothing)), [4.792, 2.163, 1.488], 0.88, 2.875, 0.44, 0.345, 1845.0, Rear, RED, "electric"),
+    Row("vehicle.toyota.prius", Car(&silhouettes::LIFTBACK, Trim(Lamps::Tall, Grille::Wide, Tail::Upright, Extra::Nothing)), [4.513, 2.007, 1.525], 0.88, 2.700, 0.51, 0.320, 1400.0, Front, WHITE, "electric"),
+    Row("vehicle.volkswagen.t2", Car(&silhouettes::MICROBUS, Trim(Lamps::Round, Grille::Badge, Tail::Upright, Extra::Roof([236, 232, 220]))), [4.480, 2.069, 2.038], 0.86, 2.430, 0.52, 0.330, 1280.0, Rear, ORANGE, ""),
+    Row("vehicle.volkswagen.t2_2021", Car(&silhouettes::MICROBUS, Trim(Lamps::Round, Grille::Badge, Tail::Upright, Extra::Rack)), [4.442, 1.774, 1.987], 0.97, 2.430, 0.52, 0.325, 1300.0, Rear, TEAL, ""),
+    Row("vehicle.mercedes.sprinter", Car(&silhouettes::VAN, Trim(Lamps::Tall, Grille::Frame, Tail::Upright, Extra::Nothing)), [5.915, 1.989, 2.561], 0.97, 3.665, 0.45, 0.345, 2200.0, Rear, WHITE, ""),
     Row("vehicle.ford.ambulance", Build::Heavy(heavy::AMBULANCE), [6.366, 2.351, 2.431], 0.92, 3.990, 0.42, 0.380, 4300.0, Rear, WHITE, "emergency"),
     Row("vehicle.carlamotors.carlacola", Build::Heavy(heavy::BOX_TRUCK), [5.204, 2.614, 2.467], 0.90, 2.950, 0.45, 0.420, 5200.0, Rear, RED, ""),
     Row("vehicle.carlamotors.firetruck", Build::Heavy(heavy::FIRE_TRUCK), [8.468, 2.891, 3.828], 0.88, 4.550, 0.40, 0.520, 14500.0, Rear, RED, "emergency"),
@@ -209,7 +217,7 @@ pub(super) fn rig(number: usize, blueprint: &Blueprint) -> Rig {
 pub(super) fn sculpt(number: usize, blueprint: &Blueprint) -> Mesh {
     let row = &TABLE[number];
     let measure = measure(row, blueprint);
-    let mut clay = Clay::new(blueprint.tag, mesh::Material::CarPaint, 0);
+    let mut builder = MeshBuilder::new(blueprint.tag, mesh::Material::CarPaint, 0);
     match &row.1 {
         Car(shape, trim) => {
             let livery = match trim.3 {
@@ -217,27 +225,27 @@ pub(super) fn sculpt(number: usize, blueprint: &Blueprint) -> Mesh {
                 Extra::Police(rgb) => Livery { upper: None, doors: Some(rgb) },
                 _ => Livery::default(),
             };
-            car::body(&mut clay, shape, &measure, livery);
-            trim::fit(&mut clay, shape, &measure, trim);
+            car::body(&mut builder, shape, &measure, livery);
+            trim::fit(&mut builder, shape, &measure, trim);
         }
-        Build::Heavy(heavy) => heavy::body(&mut clay, heavy, &measure),
+        Build::Heavy(heavy) => heavy::body(&mut builder, heavy, &measure),
         Build::Bike(bike) => {
-            two_wheels::body(&mut clay, bike, &measure);
-            return clay.mesh;
+            two_wheels::body(&mut builder, bike, &measure);
+            return builder.mesh;
         }
     }
-    let mut mesh = fitted(clay.mesh, blueprint);
+    let mut mesh = fitted(builder.mesh, blueprint);
     for (one, joint) in blueprint.wheels.iter().zip(1..) {
-        let mut clay = Clay::new(blueprint.tag, mesh::Material::Rubber, joint);
-        wheel::tyre(&mut clay, one, 18);
-        mesh.append(&clay.mesh);
+        let mut builder = MeshBuilder::new(blueprint.tag, mesh::Material::Rubber, joint);
+        wheel::tyre(&mut builder, one, 18);
+        mesh.append(&builder.mesh);
     }
     mesh
 }
 
 /// Stretched by the little that makes it exactly as long, broad and high as the table says.
 fn fitted(mut mesh: Mesh, blueprint: &Blueprint) -> Mesh {
-    let (low, high) = clay::bounds(&mesh);
+    let (low, high) = mesh_builder::bounds(&mesh);
     let (half, center) = (blueprint.half_extents_m, blueprint.center_m);
     let scale = vec3(
         half.x * 2.0 / (high.x - low.x),

@@ -12,8 +12,11 @@ use ::gltf::{Accessor, Document, Gltf, Node, Semantic, mesh::Mode};
 use glam::{Mat4, Vec3, vec3};
 use mesh::{Face, Material, Mesh, Tag};
 
-use super::rig::{Motion, Rig};
-use super::{Blueprint, Looks};
+use super::{
+    blueprint::Blueprint,
+    looks::Looks,
+    rig::{Motion, Rig},
+};
 
 /// Why a file cannot take a mesh's place.
 #[derive(Debug, thiserror::Error)]

@@ -3,9 +3,16 @@
 use glam::{Vec3, vec3};
 use mesh::{Material, Tag};
 
-use super::car::{self, Livery, Measure, Silhouette};
-use super::trim::{self, Extra, Grille, Lamps, Tail, Trim};
-use crate::clay::Clay;
+use crate::{
+    catalogue::{
+        car::{self, Livery},
+        fittings,
+        profile::{Measure, Silhouette, Skin},
+        silhouettes,
+        trim::{self, Extra, Grille, Lamps, Tail, Trim},
+    },
+    mesh_builder::MeshBuilder,
+};
 
 /// How a large vehicle is put together.
 #[derive(Debug)]
@@ -41,13 +48,13 @@ pub(super) const AMBULANCE: Heavy =
 /// A forward-control cab.
 const CAB: Silhouette = Silhouette {
     top: &[
-        (0.0, 0.36, car::Skin::Paint),
-        (0.02, 0.42, car::Skin::Paint),
-        (0.05, 0.46, car::Skin::Pane),
-        (0.22, 0.86, car::Skin::Paint),
-        (0.30, 0.96, car::Skin::Paint),
-        (0.55, 1.0, car::Skin::Paint),
-        (1.0, 1.0, car::Skin::Paint),
+        (0.0, 0.36, Skin::Paint),
+        (0.02, 0.42, Skin::Paint),
+        (0.05, 0.46, Skin::Pane),
+        (0.22, 0.86, Skin::Paint),
+        (0.30, 0.96, Skin::Paint),
+        (0.55, 1.0, Skin::Paint),
+        (1.0, 1.0, Skin::Paint),
     ],
     belt: &[(0.0, 0.34), (0.03, 0.42), (0.2, 0.47), (1.0, 0.47)],
     plan: &[(0.0, 0.88), (0.04, 0.95), (0.15, 1.0), (1.0, 1.0)],
@@ -63,13 +70,13 @@ const CAB: Silhouette = Silhouette {
 /// A bonneted cab, as vans have.
 const SNOUT: Silhouette = Silhouette {
     top: &[
-        (0.0, 0.36, car::Skin::Paint),
-        (0.03, 0.48, car::Skin::Paint),
-        (0.12, 0.55, car::Skin::Paint),
-        (0.36, 0.60, car::Skin::Pane),
-        (0.62, 0.94, car::Skin::Paint),
-        (0.72, 1.0, car::Skin::Paint),
-        (1.0, 1.0, car::Skin::Paint),
+        (0.0, 0.36, Skin::Paint),
+        (0.03, 0.48, Skin::Paint),
+        (0.12, 0.55, Skin::Paint),
+        (0.36, 0.60, Skin::Pane),
+        (0.62, 0.94, Skin::Paint),
+        (0.72, 1.0, Skin::Paint),
+        (1.0, 1.0, Skin::Paint),
     ],
     belt: &[(0.0, 0.34), (0.05, 0.46), (0.36, 0.56), (1.0, 0.58)],
     plan: &[(0.0, 0.74), (0.03, 0.85), (0.15, 0.95), (0.4, 1.0), (1.0, 1.0)],
@@ -85,7 +92,7 @@ const SNOUT: Silhouette = Silhouette {
 /// The cab that is lofted, if not all of it is; and its measure.
 pub(super) fn cab<'a>(heavy: &Heavy, measure: &Measure<'a>) -> (&'static Silhouette, Measure<'a>) {
     let (shape, share, height) = match heavy.load {
-        Load::Seats => (&car::COACH, 1.0, 1.0),
+        Load::Seats => (&silhouettes::COACH, 1.0, 1.0),
         Load::Box(share, height, _) | Load::Fire(share, height) => (&CAB, share, height),
         Load::Bay(share, height) => (&SNOUT, share, height),
     };
@@ -95,36 +102,36 @@ pub(super) fn cab<'a>(heavy: &Heavy, measure: &Measure<'a>) -> (&'static Silhoue
 }
 
 /// The body, without wheels.
-pub(super) fn body(clay: &mut Clay, heavy: &Heavy, measure: &Measure) {
+pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure) {
     let (shape, front) = cab(heavy, measure);
     let livery = match heavy.load {
         Load::Box(_, _, Material::CarPaint) => Livery { upper: Some([232, 230, 226]), doors: None },
         Load::Fire(..) => Livery { upper: Some([236, 234, 230]), doors: None },
         _ => Livery::default(),
     };
-    car::body(clay, shape, &front, livery);
+    car::body(builder, shape, &front, livery);
     let trim = match heavy.load {
         Load::Seats => Trim(Lamps::Wide, Grille::Bare, Tail::Upright, Extra::Nothing),
         Load::Bay(..) => Trim(Lamps::Tall, Grille::Frame, Tail::Upright, Extra::Nothing),
         _ => Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Nothing),
     };
     if heavy.load == Load::Seats {
-        trim::fit(clay, shape, &front, &trim);
-        return seats(clay, measure);
+        trim::fit(builder, shape, &front, &trim);
+        return seats(builder, measure);
     }
-    trim::front(clay, shape, &front, &trim);
+    trim::front(builder, shape, &front, &trim);
     let rear = front.nose_m - front.size_m.x;
-    chassis(clay, measure, rear);
+    chassis(builder, measure, rear);
     match heavy.load {
         Load::Seats => {}
         Load::Box(_, _, material) => {
             let (low, high) = load_space(measure, rear, 1.0);
-            clay.material(material);
-            crate_of(clay, low, high);
-            stripes(clay, low, high, if material == Material::Metal { 5 } else { 0 });
+            builder.material(material);
+            crate_of(builder, low, high);
+            stripes(builder, low, high, if material == Material::Metal { 5 } else { 0 });
             if material == Material::CarPaint {
                 // The wave that a soft drink has on its side.
-                clay.tinted(Material::Sign, [240, 238, 234]);
+                builder.tinted(Material::Sign, [240, 238, 234]);
                 for side in [low.y, high.y] {
                     let out = 0.006 * side.signum();
                     let mut before = None;
@@ -137,51 +144,56 @@ pub(super) fn body(clay: &mut Clay, heavy: &Heavy, measure: &Measure) {
                         if let Some((a, b)) = before.replace(here) {
                             let corners: [Vec3; 4] = [a, here.0, here.1, b];
                             let [p, q, r, s] = corners;
-                            clay.quad(if side < 0.0 { [p, q, r, s] } else { [s, r, q, p] });
+                            builder.quad(if side < 0.0 { [p, q, r, s] } else { [s, r, q, p] });
                         }
                     }
                 }
             }
-            tail_lamps(clay, low, measure);
+            tail_lamps(builder, low, measure);
         }
         Load::Bay(..) => {
             let (low, high) = load_space(measure, rear, 0.95);
-            clay.material(Material::CarPaint);
-            crate_of(clay, low, high);
-            clay.tinted(Material::Sign, [214, 92, 24]);
+            builder.material(Material::CarPaint);
+            crate_of(builder, low, high);
+            builder.tinted(Material::Sign, [214, 92, 24]);
             for side in [low.y, high.y] {
                 let out = 0.008 * side.signum();
                 let (a, b) = ((side - out).min(side + out), (side - out).max(side + out));
-                clay.block(
+                builder.block(
                     vec3(low.x + 0.02, a, low.z + 0.30),
                     vec3(high.x - 0.02, b, low.z + 0.52),
                 );
             }
-            side_windows(clay, low, high, 2);
-            cross(clay, low, high);
-            tail_lamps(clay, low, measure);
+            side_windows(builder, low, high, 2);
+            cross(builder, low, high);
+            tail_lamps(builder, low, measure);
             let roof = vec3((low.x + high.x) * 0.5, 0.0, measure.size_m.z);
             let reach = vec3((high.x - low.x) * 0.5 - 0.2, 0.0, 0.0);
             for end in [-1.0, 1.0] {
-                beacons(clay, roof + reach * end, measure.body_m * 0.42, 0.14);
+                fittings::beacons(builder, roof + reach * end, measure.body_m * 0.42, 0.14);
             }
         }
         Load::Fire(share, height) => {
             let (low, high) = load_space(measure, rear, 0.84);
-            clay.material(Material::CarPaint);
-            crate_of(clay, low, high);
-            lockers(clay, low, high);
-            ladder(clay, vec3(low.x + 0.15, 0.0, high.z), measure.nose_m - 0.7, measure.size_m.z);
-            tail_lamps(clay, low, measure);
+            builder.material(Material::CarPaint);
+            crate_of(builder, low, high);
+            lockers(builder, low, high);
+            ladder(
+                builder,
+                vec3(low.x + 0.15, 0.0, high.z),
+                measure.nose_m - 0.7,
+                measure.size_m.z,
+            );
+            tail_lamps(builder, low, measure);
             let front = measure.nose_m - measure.size_m.x * share * 0.62;
             let top = measure.size_m.z * height + 0.16;
-            beacons(clay, vec3(front, 0.0, top), measure.body_m * 0.40, 0.18);
+            fittings::beacons(builder, vec3(front, 0.0, top), measure.body_m * 0.40, 0.18);
         }
     }
 }
 
 /// A box with broken edges.
-fn crate_of(clay: &mut Clay, low: Vec3, high: Vec3) {
+fn crate_of(builder: &mut MeshBuilder, low: Vec3, high: Vec3) {
     let ring = |x: f32, cut: f32| {
         let (y, c) = (high.y - cut, 0.06);
         vec![
@@ -195,40 +207,40 @@ fn crate_of(clay: &mut Clay, low: Vec3, high: Vec3) {
     };
     let rings =
         [ring(low.x, 0.03), ring(low.x + 0.03, 0.0), ring(high.x - 0.03, 0.0), ring(high.x, 0.03)];
-    clay.solid(|clay| clay.loft(&rings, |_, _| None));
+    builder.solid(|builder| builder.loft(&rings, |_, _| None));
 }
 
 /// A red cross on both sides.
-fn cross(clay: &mut Clay, low: Vec3, high: Vec3) {
-    clay.tinted(Material::Sign, [196, 28, 30]);
+fn cross(builder: &mut MeshBuilder, low: Vec3, high: Vec3) {
+    builder.tinted(Material::Sign, [196, 28, 30]);
     let (x, z) = (low.x * 0.3 + high.x * 0.7, low.z + (high.z - low.z) * 0.72);
     for side in [low.y, high.y] {
         let (a, b) = ((side - 0.012).min(side + 0.012), (side - 0.012).max(side + 0.012));
-        clay.block(vec3(x - 0.22, a, z - 0.07), vec3(x + 0.22, b, z + 0.07));
-        clay.block(vec3(x - 0.07, a, z - 0.22), vec3(x + 0.07, b, z + 0.22));
+        builder.block(vec3(x - 0.22, a, z - 0.07), vec3(x + 0.22, b, z + 0.07));
+        builder.block(vec3(x - 0.07, a, z - 0.22), vec3(x + 0.07, b, z + 0.22));
     }
 }
 
 /// What only a bus has: a door on the right, a destination, a box on the roof.
-fn seats(clay: &mut Clay, measure: &Measure) {
+fn seats(builder: &mut MeshBuilder, measure: &Measure) {
     let (half, height) = (measure.body_m * 0.5, measure.size_m.z);
-    clay.material(Material::Glass);
+    builder.material(Material::Glass);
     for share in [0.075, 0.46] {
         let x = measure.at(share);
         for leaf in [-0.34, 0.02] {
-            clay.block(
+            builder.block(
                 vec3(x + leaf, -half - 0.006, 0.42),
                 vec3(x + leaf + 0.30, -half * 0.95, height * 0.80),
             );
         }
     }
-    clay.tinted(Material::LampAmber, [250, 180, 60]);
-    clay.block(
+    builder.tinted(Material::LampAmber, [250, 180, 60]);
+    builder.block(
         vec3(measure.at(0.055), -half * 0.5, height * 0.865),
         vec3(measure.at(0.03), half * 0.5, height * 0.93),
     );
-    clay.tinted(Material::Plastic, [200, 202, 204]);
-    clay.block(
+    builder.tinted(Material::Plastic, [200, 202, 204]);
+    builder.block(
         vec3(measure.at(0.66), -half * 0.55, height - 0.16),
         vec3(measure.at(0.46), half * 0.55, height),
     );
@@ -242,12 +254,12 @@ fn load_space(measure: &Measure, cab_rear: f32, share: f32) -> (Vec3, Vec3) {
 }
 
 /// Frame rails, side guards and mud flaps.
-fn chassis(clay: &mut Clay, measure: &Measure, cab_rear: f32) {
+fn chassis(builder: &mut MeshBuilder, measure: &Measure, cab_rear: f32) {
     let tail = measure.nose_m - measure.size_m.x;
     let hub = measure.wheels[2].position_m.x;
     let (radius, half) = (measure.wheels[2].radius_m, measure.body_m * 0.5);
-    clay.material(Material::Plastic);
-    clay.block(
+    builder.material(Material::Plastic);
+    builder.block(
         vec3(tail + 0.05, -0.5, radius * 1.1),
         vec3(cab_rear + 0.3, 0.5, radius * 2.0 + 0.11),
     );
@@ -256,17 +268,17 @@ fn chassis(clay: &mut Clay, measure: &Measure, cab_rear: f32) {
         for (from, to) in [(hub + radius * 1.3, cab_rear - 0.05), (tail + 0.1, hub - radius * 1.3)]
         {
             if to - from > 0.2 {
-                clay.block(
+                builder.block(
                     vec3(from, a.min(b), radius * 0.9),
                     vec3(to, a.max(b), radius * 2.0 + 0.08),
                 );
             }
         }
     }
-    clay.block(vec3(tail, -half * 0.9, 0.45), vec3(tail + 0.12, half * 0.9, 0.60));
+    builder.block(vec3(tail, -half * 0.9, 0.45), vec3(tail + 0.12, half * 0.9, 0.60));
 }
 
-fn tail_lamps(clay: &mut Clay, low: Vec3, measure: &Measure) {
+fn tail_lamps(builder: &mut MeshBuilder, low: Vec3, measure: &Measure) {
     let tail = measure.nose_m - measure.size_m.x;
     let half = measure.body_m * 0.5;
     for (side, indicator) in [(1.0f32, Material::IndicatorLeft), (-1.0, Material::IndicatorRight)] {
@@ -276,19 +288,19 @@ fn tail_lamps(clay: &mut Clay, low: Vec3, measure: &Measure) {
             (0.47, 0.57, Material::LampReverse),
         ] {
             let (a, b) = (side * half * from, side * half * to);
-            clay.material(material);
-            clay.block(
+            builder.material(material);
+            builder.block(
                 vec3(tail, a.min(b), low.z - 0.20),
                 vec3(tail + 0.08, a.max(b), low.z - 0.02),
             );
         }
     }
-    clay.material(Material::Sign);
-    clay.block(vec3(tail, -0.26, low.z - 0.16), vec3(tail + 0.08, 0.26, low.z - 0.05));
+    builder.material(Material::Sign);
+    builder.block(vec3(tail, -0.26, low.z - 0.16), vec3(tail + 0.08, 0.26, low.z - 0.05));
     // Rear doors: a frame and two locking bars.
-    clay.material(Material::Metal);
+    builder.material(Material::Metal);
     for y in [-0.04, 0.04] {
-        clay.rod(
+        builder.rod(
             vec3(low.x - 0.005, y, low.z + 0.05),
             vec3(low.x - 0.005, y, low.z + 1.2),
             0.015,
@@ -298,19 +310,19 @@ fn tail_lamps(clay: &mut Clay, low: Vec3, measure: &Measure) {
 }
 
 /// Reflective bands along both sides.
-fn stripes(clay: &mut Clay, low: Vec3, high: Vec3, ribs: u32) {
+fn stripes(builder: &mut MeshBuilder, low: Vec3, high: Vec3, ribs: u32) {
     for side in [low.y, high.y] {
         let out = 0.008 * side.signum();
         let (a, b) = (side - out, side + out);
-        clay.material(Material::Sign);
-        clay.block(
+        builder.material(Material::Sign);
+        builder.block(
             vec3(low.x + 0.1, a.min(b), low.z + 0.18),
             vec3(high.x - 0.1, a.max(b), low.z + 0.30),
         );
-        clay.material(Material::Metal);
+        builder.material(Material::Metal);
         for rib in 0..=ribs {
             let x = low.x + 0.03 + (high.x - low.x - 0.06) * rib as f32 / ribs.max(1) as f32;
-            clay.block(
+            builder.block(
                 vec3(x - 0.03, a.min(b), low.z + 0.02),
                 vec3(x + 0.03, a.max(b), high.z - 0.02),
             );
@@ -318,14 +330,14 @@ fn stripes(clay: &mut Clay, low: Vec3, high: Vec3, ribs: u32) {
     }
 }
 
-fn side_windows(clay: &mut Clay, low: Vec3, high: Vec3, count: u32) {
-    clay.material(Material::Glass);
+fn side_windows(builder: &mut MeshBuilder, low: Vec3, high: Vec3, count: u32) {
+    builder.material(Material::Glass);
     let step = (high.x - low.x) / count as f32;
     for side in [low.y, high.y] {
         let out = 0.01 * side.signum();
         for window in 0..count {
             let x = low.x + step * (window as f32 + 0.25);
-            clay.block(
+            builder.block(
                 vec3(x, (side - out).min(side + out), low.z + (high.z - low.z) * 0.50),
                 vec3(x + step * 0.5, (side - out).max(side + out), low.z + (high.z - low.z) * 0.80),
             );
@@ -334,74 +346,44 @@ fn side_windows(clay: &mut Clay, low: Vec3, high: Vec3, count: u32) {
 }
 
 /// Roller shutters of a fire engine.
-fn lockers(clay: &mut Clay, low: Vec3, high: Vec3) {
+fn lockers(builder: &mut MeshBuilder, low: Vec3, high: Vec3) {
     let count = 4;
     let step = (high.x - low.x) / count as f32;
     for side in [low.y, high.y] {
         let out = 0.012 * side.signum();
         for locker in 0..count {
             let x = low.x + step * locker as f32;
-            clay.material(Material::Metal);
+            builder.material(Material::Metal);
             for slat in 0..6 {
                 let span = (high.z - low.z - 0.3) / 6.0;
                 let z = low.z + 0.12 + span * slat as f32;
-                clay.block(
+                builder.block(
                     vec3(x + 0.08, (side - out).min(side + out), z),
                     vec3(x + step - 0.08, (side - out).max(side + out), z + span * 0.9),
                 );
             }
         }
-        clay.material(Material::Sign);
-        clay.block(
+        builder.material(Material::Sign);
+        builder.block(
             vec3(low.x + 0.05, (side - out).min(side + out), low.z + 0.02),
             vec3(high.x - 0.05, (side - out).max(side + out), low.z + 0.09),
         );
     }
 }
 
-fn ladder(clay: &mut Clay, foot: Vec3, head_x: f32, top: f32) {
-    clay.material(Material::Metal);
+fn ladder(builder: &mut MeshBuilder, foot: Vec3, head_x: f32, top: f32) {
+    builder.material(Material::Metal);
     let half = 0.32;
     for y in [-half, half] {
-        clay.block(vec3(foot.x, y - 0.04, top - 0.16), vec3(head_x, y + 0.04, top - 0.08));
-        clay.block(vec3(foot.x, y - 0.02, top - 0.08), vec3(head_x, y + 0.02, top));
+        builder.block(vec3(foot.x, y - 0.04, top - 0.16), vec3(head_x, y + 0.04, top - 0.08));
+        builder.block(vec3(foot.x, y - 0.02, top - 0.08), vec3(head_x, y + 0.02, top));
     }
     let rungs = ((head_x - foot.x) / 0.35) as u32;
     for rung in 0..rungs {
         let x = foot.x + 0.2 + rung as f32 * 0.35;
-        clay.rod(vec3(x, -half, top - 0.12), vec3(x, half, top - 0.12), 0.02, 5);
+        builder.rod(vec3(x, -half, top - 0.12), vec3(x, half, top - 0.12), 0.02, 5);
     }
     for x in [foot.x + 0.4, foot.x + 2.6] {
-        clay.block(vec3(x - 0.2, -0.25, foot.z - 0.02), vec3(x + 0.2, 0.25, top - 0.14));
+        builder.block(vec3(x - 0.2, -0.25, foot.z - 0.02), vec3(x + 0.2, 0.25, top - 0.14));
     }
-}
-
-/// A light bar whose upper edge is `top`.
-pub(super) fn beacons(clay: &mut Clay, top: Vec3, half_width: f32, height: f32) {
-    let lens = height * 0.62;
-    for (from, to, rgb) in
-        [(-1.0, -0.25, [200, 24, 24]), (-0.25, 0.25, [230, 230, 230]), (0.25, 1.0, [26, 60, 200])]
-    {
-        clay.tinted(Material::Beacon, rgb);
-        clay.block(
-            vec3(top.x - 0.13, from * half_width, top.z - lens),
-            vec3(top.x + 0.13, to * half_width, top.z),
-        );
-    }
-    clay.material(Material::Plastic);
-    clay.block(
-        vec3(top.x - 0.09, -half_width * 0.7, top.z - height - 0.03),
-        vec3(top.x + 0.09, half_width * 0.7, top.z - lens),
-    );
-}
-
-/// A taxi sign whose upper edge is `top`.
-pub(super) fn taxi_sign(clay: &mut Clay, top: Vec3, height: f32) {
-    clay.material(Material::LampWhite);
-    clay.block(vec3(top.x - 0.09, -0.25, top.z - height * 0.75), vec3(top.x + 0.09, 0.25, top.z));
-    clay.material(Material::Plastic);
-    clay.block(
-        vec3(top.x - 0.11, -0.2, top.z - height - 0.02),
-        vec3(top.x + 0.11, 0.2, top.z - height * 0.75),
-    );
 }

@@ -1,6 +1,6 @@
 use mesh::{Face, Mesh};
 
-use super::rig::{INTERIOR, Motion, Rig};
+use crate::catalogue::rig::{INTERIOR, Motion, Rig};
 
 /// What a blueprint looks like.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,8 +1,13 @@
 use glam::{Vec3, vec3};
 use mesh::{Material, Mesh, Tag};
 
-use super::{Blueprint, Kind, Recipe};
-use crate::clay::Clay;
+use crate::{
+    catalogue::{
+        blueprint::{Blueprint, Kind},
+        recipe::Recipe,
+    },
+    mesh_builder::MeshBuilder,
+};
 
 /// Height of the lamp box. Metres.
 pub(crate) const HEAD_HEIGHT_M: f32 = 0.96;
@@ -33,24 +38,25 @@ const HALF_M: f32 = 0.16;
 const DEPTH_M: f32 = 0.22;
 
 pub(super) fn sculpt() -> Mesh {
-    let mut clay = Clay::new(Tag::TrafficLight, Material::Plastic, 0);
-    clay.block(vec3(0.0, -HALF_M, 0.0), vec3(DEPTH_M, HALF_M, HEAD_HEIGHT_M));
+    let mut builder = MeshBuilder::new(Tag::TrafficLight, Material::Plastic, 0);
+    builder.block(vec3(0.0, -HALF_M, 0.0), vec3(DEPTH_M, HALF_M, HEAD_HEIGHT_M));
     // A backing board makes the head stand out against the sky.
-    clay.block(vec3(0.02, -HALF_M - 0.10, -0.10), vec3(0.04, HALF_M + 0.10, HEAD_HEIGHT_M + 0.10));
+    builder
+        .block(vec3(0.02, -HALF_M - 0.10, -0.10), vec3(0.04, HALF_M + 0.10, HEAD_HEIGHT_M + 0.10));
     for (row, material) in
         [Material::SignalGreen, Material::SignalYellow, Material::SignalRed].into_iter().enumerate()
     {
         let center = vec3(DEPTH_M, 0.0, HEAD_HEIGHT_M * (row as f32 + 0.5) / 3.0);
-        clay.material(material);
-        clay.cone(center - Vec3::X * 0.01, center + Vec3::X * 0.03, [0.115, 0.09], 16);
-        clay.material(Material::Plastic);
-        visor(&mut clay, center, 0.13, 0.20);
+        builder.material(material);
+        builder.cone(center - Vec3::X * 0.01, center + Vec3::X * 0.03, [0.115, 0.09], 16);
+        builder.material(Material::Plastic);
+        visor(&mut builder, center, 0.13, 0.20);
     }
-    clay.mesh
+    builder.mesh
 }
 
 /// A hood over a lamp, open below; seen from both sides.
-fn visor(clay: &mut Clay, center: Vec3, radius: f32, reach: f32) {
+fn visor(builder: &mut MeshBuilder, center: Vec3, radius: f32, reach: f32) {
     let at = |step: u32, x: f32, radius: f32| {
         let angle = -0.35 + (std::f32::consts::PI + 0.7) * step as f32 / 8.0;
         center + vec3(x, angle.cos() * radius, angle.sin() * radius)
@@ -58,8 +64,8 @@ fn visor(clay: &mut Clay, center: Vec3, radius: f32, reach: f32) {
     for step in 0..8 {
         let outer = [at(step, 0.0, radius), at(step, reach, radius)];
         let next = [at(step + 1, 0.0, radius), at(step + 1, reach, radius)];
-        clay.quad([outer[0], next[0], next[1], outer[1]]);
-        clay.quad([
+        builder.quad([outer[0], next[0], next[1], outer[1]]);
+        builder.quad([
             at(step, 0.0, radius - 0.006),
             at(step, reach, radius - 0.006),
             at(step + 1, reach, radius - 0.006),

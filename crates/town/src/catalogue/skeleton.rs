@@ -6,7 +6,7 @@ use std::f32::consts::TAU;
 
 use glam::{Affine3A, Quat, Vec3, vec3};
 
-use super::rig::{Given, Posture};
+use crate::catalogue::posture::{Given, Posture};
 
 /// A bone at rest.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,9 +4,13 @@
 use glam::{Vec3, vec3};
 use mesh::Material;
 
-use super::car::{Measure, SHELL, Silhouette};
-use super::heavy;
-use crate::clay::Clay;
+use crate::{
+    catalogue::{
+        fittings,
+        profile::{Measure, Silhouette, Skin},
+    },
+    mesh_builder::MeshBuilder,
+};
 
 /// Head lamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,7 +145,7 @@ impl End<'_> {
 
     /// A band round the end on one side (1 left, −1 right), between two shares of the half width
     /// and two heights.
-    fn wrap(&self, clay: &mut Clay, side: f32, u: [f32; 2], z: [f32; 2]) {
+    fn wrap(&self, builder: &mut MeshBuilder, side: f32, u: [f32; 2], z: [f32; 2]) {
         let steps = 5;
         let rings: Vec<Vec<Vec3>> = (0..=steps)
             .map(|step| {
@@ -157,15 +161,15 @@ impl End<'_> {
                 ]
             })
             .collect();
-        clay.solid(|clay| clay.loft(&rings, |_, _| None));
+        builder.solid(|builder| builder.loft(&rings, |_, _| None));
     }
 
     /// A disc that looks ahead and stands out so far.
-    fn disc(&self, clay: &mut Clay, side: f32, [u, z]: [f32; 2], radius: f32, out: f32) {
+    fn disc(&self, builder: &mut MeshBuilder, side: f32, [u, z]: [f32; 2], radius: f32, out: f32) {
         let ([x, y], _) = self.place(u);
         let forward = if self.is_front { 1.0 } else { -1.0 };
         let at = vec3(x, y * side, z);
-        clay.cone(
+        builder.cone(
             at - Vec3::X * 0.10 * forward,
             at + Vec3::X * forward * out,
             [radius, radius * 0.92],
@@ -174,24 +178,24 @@ impl End<'_> {
     }
 
     /// An upright plate across the middle, standing out a little.
-    fn plate(&self, clay: &mut Clay, half: f32, z: [f32; 2], out: f32) {
+    fn plate(&self, builder: &mut MeshBuilder, half: f32, z: [f32; 2], out: f32) {
         let x = self.place(0.0).0[0];
         let forward = if self.is_front { 1.0 } else { -1.0 };
         let (a, b) = (x - forward * 0.05, x + forward * out);
-        clay.block(vec3(a.min(b), -half, z[0]), vec3(a.max(b), half, z[1]));
+        builder.block(vec3(a.min(b), -half, z[0]), vec3(a.max(b), half, z[1]));
     }
 }
 
 /// Everything but mirrors and handles.
-pub(super) fn fit(clay: &mut Clay, shape: &Silhouette, measure: &Measure, trim: &Trim) {
-    front(clay, shape, measure, trim);
-    rear(clay, shape, measure, trim);
-    extra(clay, shape, measure, trim.3);
+pub(super) fn fit(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, trim: &Trim) {
+    front(builder, shape, measure, trim);
+    rear(builder, shape, measure, trim);
+    extra(builder, shape, measure, trim.3);
 }
 
 /// The front end alone.
 pub(super) fn front(
-    clay: &mut Clay,
+    builder: &mut MeshBuilder,
     shape: &Silhouette,
     measure: &Measure,
     Trim(lamps, grille, ..): &Trim,
@@ -213,60 +217,61 @@ pub(super) fn front(
         match lamps {
             Lamps::Slim | Lamps::Wide | Lamps::Tall => {
                 let inner = if *lamps == Lamps::Tall { 0.62 } else { 0.48 };
-                clay.material(Material::LampHigh);
-                end.wrap(clay, side, [inner, inner + 0.12], [from, to]);
-                clay.material(Material::LampWhite);
-                end.wrap(clay, side, [inner + 0.12, 0.90], [from, to]);
-                clay.material(indicator);
-                end.wrap(clay, side, [0.90, 0.965], [from, to]);
+                builder.material(Material::LampHigh);
+                end.wrap(builder, side, [inner, inner + 0.12], [from, to]);
+                builder.material(Material::LampWhite);
+                end.wrap(builder, side, [inner + 0.12, 0.90], [from, to]);
+                builder.material(indicator);
+                end.wrap(builder, side, [0.90, 0.965], [from, to]);
             }
             Lamps::Bar => {
-                clay.material(Material::LampWhite);
-                end.wrap(clay, side, [0.0, 0.84], [from, to]);
-                clay.material(Material::LampHigh);
-                end.wrap(clay, side, [0.60, 0.80], [from - 0.12, from - 0.05]);
-                clay.material(indicator);
-                end.wrap(clay, side, [0.84, 0.96], [from, to]);
+                builder.material(Material::LampWhite);
+                end.wrap(builder, side, [0.0, 0.84], [from, to]);
+                builder.material(Material::LampHigh);
+                end.wrap(builder, side, [0.60, 0.80], [from - 0.12, from - 0.05]);
+                builder.material(indicator);
+                end.wrap(builder, side, [0.84, 0.96], [from, to]);
             }
             Lamps::Round => {
                 let radius = (tall * 0.20).clamp(0.08, 0.115);
-                clay.material(Material::Metal);
-                end.disc(clay, side, [0.70, middle], radius * 1.18, 0.006);
-                clay.material(Material::LampWhite);
-                end.disc(clay, side, [0.70, middle], radius, OUT_M);
-                clay.material(Material::LampHigh);
-                end.disc(clay, side, [0.70, middle], radius * 0.4, 0.016);
-                clay.material(indicator);
-                end.disc(clay, side, [0.72, middle - radius * 1.9], radius * 0.42, OUT_M);
+                builder.material(Material::Metal);
+                end.disc(builder, side, [0.70, middle], radius * 1.18, 0.006);
+                builder.material(Material::LampWhite);
+                end.disc(builder, side, [0.70, middle], radius, OUT_M);
+                builder.material(Material::LampHigh);
+                end.disc(builder, side, [0.70, middle], radius * 0.4, 0.016);
+                builder.material(indicator);
+                end.disc(builder, side, [0.72, middle - radius * 1.9], radius * 0.42, OUT_M);
             }
             Lamps::Twin => {
                 let radius = (tall * 0.17).clamp(0.06, 0.09);
-                clay.material(Material::LampWhite);
-                end.disc(clay, side, [0.82, middle], radius, OUT_M);
-                clay.material(Material::LampHigh);
-                end.disc(clay, side, [0.60, middle], radius, OUT_M);
-                clay.material(indicator);
-                end.wrap(clay, side, [0.64, 0.84], [low + tall * 0.18, low + tall * 0.28]);
+                builder.material(Material::LampWhite);
+                end.disc(builder, side, [0.82, middle], radius, OUT_M);
+                builder.material(Material::LampHigh);
+                end.disc(builder, side, [0.60, middle], radius, OUT_M);
+                builder.material(indicator);
+                end.wrap(builder, side, [0.64, 0.84], [low + tall * 0.18, low + tall * 0.28]);
             }
         }
-        clay.material(Material::LampFog);
-        end.disc(clay, side, [0.70, low + tall * 0.13], 0.045, OUT_M);
+        builder.material(Material::LampFog);
+        end.disc(builder, side, [0.70, low + tall * 0.13], 0.045, OUT_M);
     }
-    let span =
-        |clay: &mut Clay, half_width: f32, z: [f32; 2]| end.plate(clay, half_width, z, 0.004);
+    let span = |builder: &mut MeshBuilder, half_width: f32, z: [f32; 2]| {
+        end.plate(builder, half_width, z, 0.004)
+    };
     match grille {
         Grille::Bare => {}
         Grille::Wide => {
-            clay.material(Material::Plastic);
-            span(clay, half * 0.40, [from + tall * 0.02, to - 0.02]);
-            span(clay, half * 0.62, [low, low + tall * 0.26]);
+            builder.material(Material::Plastic);
+            span(builder, half * 0.40, [from + tall * 0.02, to - 0.02]);
+            span(builder, half * 0.62, [low, low + tall * 0.26]);
         }
         Grille::Frame => {
-            clay.material(Material::Metal);
-            span(clay, half * 0.36, [low + tall * 0.18, top - 0.02]);
-            clay.material(Material::Plastic);
-            end.plate(clay, half * 0.33, [low + tall * 0.22, top - 0.05], 0.007);
-            span(clay, half * 0.66, [low - 0.02, low + tall * 0.16]);
+            builder.material(Material::Metal);
+            span(builder, half * 0.36, [low + tall * 0.18, top - 0.02]);
+            builder.material(Material::Plastic);
+            end.plate(builder, half * 0.33, [low + tall * 0.22, top - 0.05], 0.007);
+            span(builder, half * 0.66, [low - 0.02, low + tall * 0.16]);
         }
         Grille::Kidneys => {
             for y in [half * 0.14, -half * 0.14] {
@@ -274,58 +279,63 @@ pub(super) fn front(
                 for (grow, out, material) in
                     [(1.0, 0.005, Material::Metal), (0.8, 0.008, Material::Plastic)]
                 {
-                    clay.material(material);
-                    clay.block(
+                    builder.material(material);
+                    builder.block(
                         vec3(x - 0.05, y - half * 0.11 * grow, middle - tall * 0.14 * grow),
                         vec3(x + out, y + half * 0.11 * grow, middle + tall * 0.14 * grow),
                     );
                 }
             }
-            clay.material(Material::Plastic);
-            span(clay, half * 0.60, [low, low + tall * 0.24]);
+            builder.material(Material::Plastic);
+            span(builder, half * 0.60, [low, low + tall * 0.24]);
         }
         Grille::Slots => {
-            clay.material(Material::Plastic);
+            builder.material(Material::Plastic);
             let ([x, _], _) = end.place(0.0);
             for slot in 0..7 {
                 let y = half * (-0.36 + 0.12 * slot as f32);
-                clay.block(
+                builder.block(
                     vec3(x - 0.03, y - half * 0.035, middle - tall * 0.24),
                     vec3(x + 0.004, y + half * 0.035, middle + tall * 0.22),
                 );
             }
             // A bumper of its own.
-            clay.block(
+            builder.block(
                 vec3(x - 0.06, -half * 0.90, low - 0.03),
                 vec3(x + 0.006, half * 0.90, low + 0.13),
             );
         }
         Grille::Chrome => {
-            clay.material(Material::Metal);
-            span(clay, half * 0.50, [from, to]);
-            clay.material(Material::Plastic);
+            builder.material(Material::Metal);
+            span(builder, half * 0.50, [from, to]);
+            builder.material(Material::Plastic);
             for bar in 0..4 {
                 let z = from + (to - from) * (0.10 + 0.22 * bar as f32);
-                end.plate(clay, half * 0.48, [z, z + (to - from) * 0.12], 0.006);
+                end.plate(builder, half * 0.48, [z, z + (to - from) * 0.12], 0.006);
             }
-            clay.material(Material::Metal);
+            builder.material(Material::Metal);
             for side in [1.0, -1.0] {
-                end.wrap(clay, side, [0.0, 0.97], [low + tall * 0.02, low + tall * 0.17]);
+                end.wrap(builder, side, [0.0, 0.97], [low + tall * 0.02, low + tall * 0.17]);
             }
         }
         Grille::Badge => {
-            clay.material(Material::Metal);
-            end.disc(clay, 1.0, [0.0, middle + 0.05], 0.14, OUT_M);
+            builder.material(Material::Metal);
+            end.disc(builder, 1.0, [0.0, middle + 0.05], 0.14, OUT_M);
             for side in [1.0, -1.0] {
-                end.wrap(clay, side, [0.0, 0.97], [low - 0.02, low + 0.10]);
+                end.wrap(builder, side, [0.0, 0.97], [low - 0.02, low + 0.10]);
             }
         }
     }
-    clay.material(Material::Sign);
-    end.plate(clay, 0.26, [low + tall * 0.10, low + tall * 0.10 + 0.11], OUT_M);
+    builder.material(Material::Sign);
+    end.plate(builder, 0.26, [low + tall * 0.10, low + tall * 0.10 + 0.11], OUT_M);
 }
 
-fn rear(clay: &mut Clay, shape: &Silhouette, measure: &Measure, Trim(_, _, tail, _): &Trim) {
+fn rear(
+    builder: &mut MeshBuilder,
+    shape: &Silhouette,
+    measure: &Measure,
+    Trim(_, _, tail, _): &Trim,
+) {
     let end = End { shape, measure, is_front: false };
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
     let top = shape.top(0.990) * height - 0.012;
@@ -337,21 +347,21 @@ fn rear(clay: &mut Clay, shape: &Silhouette, measure: &Measure, Trim(_, _, tail,
             Tail::Corner => {
                 let (from, to) = (top - tall * 0.34, top - 0.02);
                 let cut = from + (to - from) * 0.38;
-                clay.material(Material::LampRed);
-                end.wrap(clay, side, [0.52, 0.965], [cut, to]);
-                clay.material(indicator);
-                end.wrap(clay, side, [0.70, 0.965], [from, cut]);
-                clay.material(Material::LampReverse);
-                end.wrap(clay, side, [0.52, 0.70], [from, cut]);
+                builder.material(Material::LampRed);
+                end.wrap(builder, side, [0.52, 0.965], [cut, to]);
+                builder.material(indicator);
+                end.wrap(builder, side, [0.70, 0.965], [from, cut]);
+                builder.material(Material::LampReverse);
+                end.wrap(builder, side, [0.52, 0.70], [from, cut]);
             }
             Tail::Bar => {
                 let (from, to) = (top - tall * 0.20, top - 0.03);
-                clay.material(Material::LampRed);
-                end.wrap(clay, side, [0.0, 0.80], [from, to]);
-                clay.material(indicator);
-                end.wrap(clay, side, [0.80, 0.965], [from, to]);
-                clay.material(Material::LampReverse);
-                end.wrap(clay, side, [0.42, 0.56], [from - 0.07, from - 0.01]);
+                builder.material(Material::LampRed);
+                end.wrap(builder, side, [0.0, 0.80], [from, to]);
+                builder.material(indicator);
+                end.wrap(builder, side, [0.80, 0.965], [from, to]);
+                builder.material(Material::LampReverse);
+                end.wrap(builder, side, [0.42, 0.56], [from - 0.07, from - 0.01]);
             }
             Tail::Upright => {
                 let (from, to) = (top - tall * 0.72, top - 0.04);
@@ -361,40 +371,40 @@ fn rear(clay: &mut Clay, shape: &Silhouette, measure: &Measure, Trim(_, _, tail,
                     (indicator, [at(0.22), at(0.48)]),
                     (Material::LampRed, [at(0.48), to]),
                 ] {
-                    clay.material(material);
-                    end.wrap(clay, side, [0.80, 0.965], z);
+                    builder.material(material);
+                    end.wrap(builder, side, [0.80, 0.965], z);
                 }
             }
             Tail::Round => {
                 let z = top - tall * 0.24;
                 let radius = (tall * 0.13).clamp(0.055, 0.085);
-                clay.material(Material::LampRed);
-                end.disc(clay, side, [0.74, z], radius, OUT_M);
-                clay.material(indicator);
-                end.disc(clay, side, [0.74, z - radius * 2.1], radius * 0.8, OUT_M);
-                clay.material(Material::LampReverse);
-                end.disc(clay, side, [0.54, z], radius * 0.7, OUT_M);
+                builder.material(Material::LampRed);
+                end.disc(builder, side, [0.74, z], radius, OUT_M);
+                builder.material(indicator);
+                end.disc(builder, side, [0.74, z - radius * 2.1], radius * 0.8, OUT_M);
+                builder.material(Material::LampReverse);
+                end.disc(builder, side, [0.54, z], radius * 0.7, OUT_M);
             }
         }
-        clay.material(Material::LampFog);
-        end.wrap(clay, side, [0.55, 0.66], [low + 0.02, low + 0.06]);
+        builder.material(Material::LampFog);
+        end.wrap(builder, side, [0.55, 0.66], [low + 0.02, low + 0.06]);
     }
-    clay.material(Material::Plastic);
-    end.plate(clay, half * 0.66, [low - 0.02, low + tall * 0.20], 0.004);
-    clay.material(Material::Sign);
+    builder.material(Material::Plastic);
+    end.plate(builder, half * 0.66, [low - 0.02, low + tall * 0.20], 0.004);
+    builder.material(Material::Sign);
     let z = low + tall * if upright { 0.24 } else { 0.34 };
-    end.plate(clay, 0.26, [z, z + 0.11], OUT_M);
+    end.plate(builder, 0.26, [z, z + 0.11], OUT_M);
     if shape.is_angular || upright {
         return;
     }
-    clay.material(Material::Metal);
+    builder.material(Material::Metal);
     let x = measure.nose_m - measure.size_m.x;
     for y in [half * 0.52, -half * 0.52] {
-        clay.rod(vec3(x + 0.02, y, low - 0.01), vec3(x + 0.16, y, low - 0.01), 0.032, 8);
+        builder.rod(vec3(x + 0.02, y, low - 0.01), vec3(x + 0.16, y, low - 0.01), 0.032, 8);
     }
 }
 
-fn extra(clay: &mut Clay, shape: &Silhouette, measure: &Measure, extra: Extra) {
+fn extra(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, extra: Extra) {
     let (length, height) = (measure.size_m.x, measure.size_m.z);
     let half = measure.body_m * 0.5;
     let (roof_from, roof_to) = (shape.windows.0 + 0.10, shape.windows.1 - 0.06);
@@ -402,7 +412,7 @@ fn extra(clay: &mut Clay, shape: &Silhouette, measure: &Measure, extra: Extra) {
     match extra {
         Extra::Nothing | Extra::Roof(_) => {}
         Extra::Rails => {
-            clay.material(Material::Metal);
+            builder.material(Material::Metal);
             for y in [roof * 0.90, -roof * 0.90] {
                 let points: Vec<Vec3> = (0..=6)
                     .map(|step| {
@@ -411,14 +421,14 @@ fn extra(clay: &mut Clay, shape: &Silhouette, measure: &Measure, extra: Extra) {
                         vec3(measure.at(share), y, shape.top(share) * height + lift)
                     })
                     .collect();
-                clay.pipe(&points, 0.017, 6);
+                builder.pipe(&points, 0.017, 6);
             }
         }
         Extra::Rack => {
-            clay.material(Material::Metal);
+            builder.material(Material::Metal);
             let z = height + 0.05;
             for y in [roof * 0.8, -roof * 0.8] {
-                clay.rod(
+                builder.rod(
                     vec3(measure.at(roof_from), y, z),
                     vec3(measure.at(roof_to), y, z),
                     0.015,
@@ -427,24 +437,24 @@ fn extra(clay: &mut Clay, shape: &Silhouette, measure: &Measure, extra: Extra) {
             }
             for bar in 0..6 {
                 let x = measure.at(roof_from + (roof_to - roof_from) * bar as f32 / 5.0);
-                clay.rod(vec3(x, -roof * 0.85, z), vec3(x, roof * 0.85, z), 0.012, 5);
-                clay.rod(vec3(x, roof * 0.8, height - 0.04), vec3(x, roof * 0.8, z), 0.012, 5);
-                clay.rod(vec3(x, -roof * 0.8, height - 0.04), vec3(x, -roof * 0.8, z), 0.012, 5);
+                builder.rod(vec3(x, -roof * 0.85, z), vec3(x, roof * 0.85, z), 0.012, 5);
+                builder.rod(vec3(x, roof * 0.8, height - 0.04), vec3(x, roof * 0.8, z), 0.012, 5);
+                builder.rod(vec3(x, -roof * 0.8, height - 0.04), vec3(x, -roof * 0.8, z), 0.012, 5);
             }
             let x = measure.at((roof_from + roof_to) * 0.5);
-            clay.tinted(Material::Cloth, [110, 74, 50]);
-            clay.block(vec3(x - 0.2, -roof * 0.6, z), vec3(x + 0.4, roof * 0.2, z + 0.11));
+            builder.tinted(Material::Cloth, [110, 74, 50]);
+            builder.block(vec3(x - 0.2, -roof * 0.6, z), vec3(x + 0.4, roof * 0.2, z + 0.11));
         }
         Extra::Spoiler => {
-            clay.material(Material::CarPaint);
+            builder.material(Material::CarPaint);
             let share = 0.955;
             let (x, z) = (measure.at(share), shape.top(share) * height);
-            clay.block(
+            builder.block(
                 vec3(x - 0.10, -half * 0.72, z + 0.07),
                 vec3(x + 0.10, half * 0.72, z + 0.095),
             );
             for y in [half * 0.55, -half * 0.55] {
-                clay.block(
+                builder.block(
                     vec3(x - 0.05, y - 0.015, z - 0.03),
                     vec3(x + 0.05, y + 0.015, z + 0.08),
                 );
@@ -452,28 +462,26 @@ fn extra(clay: &mut Clay, shape: &Silhouette, measure: &Measure, extra: Extra) {
         }
         Extra::Spare => {
             let (x, z) = (measure.nose_m - length, height * 0.50);
-            clay.material(Material::Rubber);
+            builder.material(Material::Rubber);
             let foot = vec3(x + 0.04, 0.0, z);
-            clay.cone(foot, foot - Vec3::X * 0.20, [0.34, 0.36], 20);
-            clay.material(Material::Metal);
-            clay.cone(foot - Vec3::X * 0.10, foot - Vec3::X * 0.22, [0.24, 0.20], 14);
+            builder.cone(foot, foot - Vec3::X * 0.20, [0.34, 0.36], 20);
+            builder.material(Material::Metal);
+            builder.cone(foot - Vec3::X * 0.10, foot - Vec3::X * 0.22, [0.24, 0.20], 14);
         }
         Extra::Stripes(rgb) => {
-            clay.tinted(Material::Plastic, rgb);
+            builder.tinted(Material::Plastic, rgb);
             for y in [half * 0.22, -half * 0.22] {
                 let mut before: Option<(Vec3, Vec3)> = None;
                 for step in 0..=40 {
                     let share = 0.03 + 0.94 * step as f32 / 40.0;
                     let is_glass = shape.top.windows(2).any(|pair| {
-                        pair[0].2 == super::car::Skin::Pane
-                            && share > pair[0].0
-                            && share < pair[1].0
+                        pair[0].2 == Skin::Pane && share > pair[0].0 && share < pair[1].0
                     });
                     let z = shape.top(share) * height + 0.004;
                     let x = measure.at(share);
                     let here = (vec3(x, y + half * 0.10, z), vec3(x, y - half * 0.10, z));
                     if let Some(last) = before.filter(|_| !is_glass) {
-                        clay.quad([here.0, here.1, last.1, last.0]);
+                        builder.quad([here.0, here.1, last.1, last.0]);
                     }
                     before = (!is_glass).then_some(here);
                 }
@@ -481,17 +489,17 @@ fn extra(clay: &mut Clay, shape: &Silhouette, measure: &Measure, extra: Extra) {
         }
         Extra::Police(_) => {
             let center = vec3(measure.at(0.50), 0.0, height + extra.burden_m());
-            heavy::beacons(clay, center, 0.55, extra.burden_m() + 0.02);
-            clay.material(Material::Metal);
+            fittings::beacons(builder, center, 0.55, extra.burden_m() + 0.02);
+            builder.material(Material::Metal);
             let x = measure.nose_m;
             let top = shape.top(0.01) * height;
             for y in [0.30, -0.30] {
-                clay.block(
+                builder.block(
                     vec3(x - 0.05, y - 0.03, shape.clearance_m + 0.05),
                     vec3(x, y + 0.03, top),
                 );
             }
-            clay.rod(
+            builder.rod(
                 vec3(x - 0.025, -0.36, top - 0.05),
                 vec3(x - 0.025, 0.36, top - 0.05),
                 0.025,
@@ -500,54 +508,7 @@ fn extra(clay: &mut Clay, shape: &Silhouette, measure: &Measure, extra: Extra) {
         }
         Extra::Taxi => {
             let center = vec3(measure.at(0.50), 0.0, height + extra.burden_m());
-            heavy::taxi_sign(clay, center, extra.burden_m() + 0.02);
+            fittings::taxi_sign(builder, center, extra.burden_m() + 0.02);
         }
     }
-}
-
-/// Mirrors and handles belong to their doors, where doors open.
-pub(super) fn mirrors_and_handles(clay: &mut Clay, shape: &Silhouette, measure: &Measure) {
-    let belt = |share: f32| shape.belt(share) * measure.size_m.z;
-    let (half, full) = (measure.body_m * 0.5, measure.size_m.y * 0.5);
-    let cuts = shape.door_cuts();
-    for (right, side) in [(0, 1.0f32), (1, -1.0)] {
-        let across = |inner: f32, outer: f32| {
-            let (a, b) = (inner * side, outer * side);
-            (a.min(b), a.max(b))
-        };
-        let object =
-            |door: usize| if cuts.len() > door { SHELL + 1 + 2 * door as u32 + right } else { 0 };
-        let (x, z) = (measure.at(shape.mirror), belt(shape.mirror));
-        clay.object(object(0));
-        if full > half + 0.02 {
-            let (y0, y1) = across(half * 0.9, full - 0.02);
-            clay.material(Material::Plastic);
-            clay.block(vec3(x - 0.03, y0, z + 0.01), vec3(x + 0.03, y1, z + 0.05));
-            let inner = (full - 0.22).max(half * 0.93);
-            clay.material(Material::CarPaint);
-            let shell = |x: f32, shrink: f32| -> Vec<Vec3> {
-                let (low, high) = (z + 0.01 + shrink * 0.5, z + 0.17 - shrink);
-                let (a, b) = (inner + shrink, full - shrink);
-                [(a, low), (b, low + 0.02), (b, high - 0.03), (b - 0.03, high), (a, high)]
-                    .map(|(y, z)| vec3(x, y * side, z))
-                    .to_vec()
-            };
-            clay.solid(|clay| {
-                clay.loft(
-                    &[shell(x - 0.03, 0.0), shell(x + 0.04, 0.0), shell(x + 0.09, 0.03)],
-                    |_, _| None,
-                );
-            });
-            let (y0, y1) = across(inner, full);
-            clay.material(Material::Glass);
-            clay.block(vec3(x - 0.036, y0 + 0.02, z + 0.035), vec3(x - 0.02, y1 - 0.02, z + 0.145));
-        }
-        let (y0, y1) = across(half * 0.94, half * 0.998);
-        for (door, (_, to)) in cuts.iter().enumerate() {
-            clay.object(object(door)).material(Material::Metal);
-            let (x, z) = (measure.at(to - 0.035), belt(*to) - 0.10);
-            clay.block(vec3(x - 0.09, y0, z), vec3(x + 0.09, y1, z + 0.03));
-        }
-    }
-    clay.object(if cuts.is_empty() { 0 } else { SHELL });
 }

@@ -3,10 +3,15 @@
 use glam::{Quat, Vec2, Vec3, vec2, vec3};
 use mesh::{Material, Tag};
 
-use super::car::Measure;
-use super::rig::{Joint, Motion, PedalLeg, Rig};
-use super::{Wheel, wheel};
-use crate::clay::Clay;
+use crate::{
+    catalogue::{
+        blueprint::Wheel,
+        profile::Measure,
+        rig::{Joint, Motion, PedalLeg, Rig},
+        wheel,
+    },
+    mesh_builder::MeshBuilder,
+};
 
 /// A two-wheeler's posture: points in the vehicle's middle plane, (x, z) in metres.
 #[derive(Debug)]
@@ -111,83 +116,83 @@ pub(super) fn wheels(bike: &Bike, wheelbase: f32, radius: f32) -> Vec<Wheel> {
 }
 
 /// Wheels, frame and rider.
-pub(super) fn body(clay: &mut Clay, bike: &Bike, measure: &Measure) {
+pub(super) fn body(builder: &mut MeshBuilder, bike: &Bike, measure: &Measure) {
     let (front, rear) = (measure.wheels[0], measure.wheels[1]);
     let tag = if matches!(bike.frame, Frame::Tubes(_)) { Tag::Bicycle } else { Tag::Motorcycle };
-    clay.paint(tag, Material::Rubber);
+    builder.paint(tag, Material::Rubber);
     for (one, joint) in [(&front, 1), (&rear, 2)] {
-        clay.object(joint);
-        wheel::hoop(clay, one, 24, if tag == Tag::Bicycle { 14 } else { 6 });
+        builder.object(joint);
+        wheel::hoop(builder, one, 24, if tag == Tag::Bicycle { 14 } else { 6 });
     }
-    clay.object(0);
+    builder.object(0);
     match bike.frame {
-        Frame::Tubes(straight) => tubes(clay, bike, &front, &rear, straight),
-        Frame::Fairing => fairing(clay, bike, &front, &rear, measure),
-        Frame::Scooter => scooter(clay, bike, &front, &rear, measure),
+        Frame::Tubes(straight) => tubes(builder, bike, &front, &rear, straight),
+        Frame::Fairing => fairing(builder, bike, &front, &rear, measure),
+        Frame::Scooter => scooter(builder, bike, &front, &rear, measure),
     }
-    clay.object(FORK);
-    handlebar(clay, bike, measure.size_m.y * 0.5);
-    clay.object(0);
-    rider(clay, bike, measure);
+    builder.object(FORK);
+    handlebar(builder, bike, measure.size_m.y * 0.5);
+    builder.object(0);
+    rider(builder, bike, measure);
 }
 
-fn handlebar(clay: &mut Clay, bike: &Bike, half_width: f32) {
+fn handlebar(builder: &mut MeshBuilder, bike: &Bike, half_width: f32) {
     let grip = vec3(bike.grip.0, 0.0, bike.grip.1);
-    clay.material(Material::Metal);
+    builder.material(Material::Metal);
     for side in [1.0f32, -1.0] {
         let end = grip + vec3(-0.06, side * half_width, 0.0);
-        clay.rod(grip + vec3(0.02, 0.0, -0.02), end - Vec3::Y * side * 0.12, 0.013, 6);
-        clay.material(Material::Rubber);
+        builder.rod(grip + vec3(0.02, 0.0, -0.02), end - Vec3::Y * side * 0.12, 0.013, 6);
+        builder.material(Material::Rubber);
         // The rod's own corners reach past its axis only across it, so the end is exact.
-        clay.rod(end - Vec3::Y * side * 0.13, end, 0.018, 6);
-        clay.material(Material::Metal);
+        builder.rod(end - Vec3::Y * side * 0.13, end, 0.018, 6);
+        builder.material(Material::Metal);
     }
 }
 
-fn tubes(clay: &mut Clay, bike: &Bike, front: &Wheel, rear: &Wheel, straight: bool) {
+fn tubes(builder: &mut MeshBuilder, bike: &Bike, front: &Wheel, rear: &Wheel, straight: bool) {
     let seat = vec3(bike.seat.0, 0.0, bike.seat.1 - 0.06);
     let crank = bike.crank(front);
     let grip = vec3(bike.grip.0, 0.0, bike.grip.1);
     let axis = (front.position_m - grip).normalize_or_zero();
     let (head, fork) = (grip + axis * 0.12, grip + axis * 0.26);
     let joint = crank + (seat - crank) * if straight { 0.82 } else { 0.45 };
-    clay.material(Material::CarPaint);
-    clay.rod(head, joint, 0.020, 7);
-    clay.rod(fork, crank, 0.022, 7);
-    clay.rod(crank, seat, 0.018, 7);
+    builder.material(Material::CarPaint);
+    builder.rod(head, joint, 0.020, 7);
+    builder.rod(fork, crank, 0.022, 7);
+    builder.rod(crank, seat, 0.018, 7);
     for side in [1.0f32, -1.0] {
         let out = Vec3::Y * side * 0.055;
-        clay.rod(crank + out * 0.6, rear.position_m + out, 0.010, 5);
-        clay.rod(joint + out * 0.4, rear.position_m + out, 0.009, 5);
-        clay.object(FORK);
-        clay.rod(fork + out * 0.8, front.position_m + out, 0.013, 6);
-        clay.object(0);
+        builder.rod(crank + out * 0.6, rear.position_m + out, 0.010, 5);
+        builder.rod(joint + out * 0.4, rear.position_m + out, 0.009, 5);
+        builder.object(FORK);
+        builder.rod(fork + out * 0.8, front.position_m + out, 0.013, 6);
+        builder.object(0);
     }
-    clay.object(FORK).material(Material::Metal);
-    clay.rod(grip, fork, 0.017, 6);
-    clay.object(CRANK);
-    clay.rod(crank - Vec3::Y * 0.05, crank + Vec3::Y * 0.06, 0.085, 12);
+    builder.object(FORK).material(Material::Metal);
+    builder.rod(grip, fork, 0.017, 6);
+    builder.object(CRANK);
+    builder.rod(crank - Vec3::Y * 0.05, crank + Vec3::Y * 0.06, 0.085, 12);
     for side in [1.0f32, -1.0] {
         let pedal = crank + vec3(ARM_M.x * side, 0.12 * side, ARM_M.y * side);
-        clay.rod(crank + Vec3::Y * 0.07 * side, pedal, 0.011, 5);
-        clay.block(pedal - vec3(0.045, 0.05, 0.01), pedal + vec3(0.045, 0.05, 0.01));
+        builder.rod(crank + Vec3::Y * 0.07 * side, pedal, 0.011, 5);
+        builder.block(pedal - vec3(0.045, 0.05, 0.01), pedal + vec3(0.045, 0.05, 0.01));
     }
-    clay.object(0).material(Material::Plastic);
+    builder.object(0).material(Material::Plastic);
     let saddle = vec3(bike.seat.0, 0.0, bike.seat.1 - 0.03);
-    clay.ball(saddle, vec3(0.14, 0.075, 0.035), 4, 8);
-    clay.material(Material::LampRed);
-    clay.block(seat + vec3(-0.10, -0.02, -0.09), seat + vec3(-0.06, 0.02, -0.05));
-    clay.material(Material::LampWhite);
-    clay.block(head + vec3(0.03, -0.03, 0.0), head + vec3(0.08, 0.03, 0.06));
+    builder.ball(saddle, vec3(0.14, 0.075, 0.035), 4, 8);
+    builder.material(Material::LampRed);
+    builder.block(seat + vec3(-0.10, -0.02, -0.09), seat + vec3(-0.06, 0.02, -0.05));
+    builder.material(Material::LampWhite);
+    builder.block(head + vec3(0.03, -0.03, 0.0), head + vec3(0.08, 0.03, 0.06));
     if !straight {
         // A rack and mudguard, as a city bicycle has.
-        clay.material(Material::Metal);
+        builder.material(Material::Metal);
         let top = rear.position_m + vec3(0.0, 0.0, rear.radius_m + 0.06);
-        clay.block(top - vec3(0.20, 0.07, 0.01), top + vec3(0.16, 0.07, 0.01));
+        builder.block(top - vec3(0.20, 0.07, 0.01), top + vec3(0.16, 0.07, 0.01));
     }
 }
 
-fn fairing(clay: &mut Clay, bike: &Bike, front: &Wheel, rear: &Wheel, measure: &Measure) {
+fn fairing(builder: &mut MeshBuilder, bike: &Bike, front: &Wheel, rear: &Wheel, measure: &Measure) {
     let grip = vec3(bike.grip.0, 0.0, bike.grip.1);
     // Outlines of the trunk from tail to nose: x, lower edge, upper edge, half width.
     let trunk = [
@@ -200,40 +205,40 @@ fn fairing(clay: &mut Clay, bike: &Bike, front: &Wheel, rear: &Wheel, measure: &
         (0.50, 0.58, 0.93, 0.20),
         (0.60, 0.70, 0.86, 0.08),
     ];
-    hull(clay, &trunk, Material::CarPaint);
-    clay.material(Material::Plastic);
-    clay.ball(vec3(bike.seat.0 - 0.05, 0.0, bike.seat.1 - 0.03), vec3(0.26, 0.13, 0.05), 4, 8);
-    clay.material(Material::Glass);
-    clay.quad([
+    hull(builder, &trunk, Material::CarPaint);
+    builder.material(Material::Plastic);
+    builder.ball(vec3(bike.seat.0 - 0.05, 0.0, bike.seat.1 - 0.03), vec3(0.26, 0.13, 0.05), 4, 8);
+    builder.material(Material::Glass);
+    builder.quad([
         vec3(0.56, 0.14, 0.90),
         vec3(0.40, 0.16, 1.10),
         vec3(0.40, -0.16, 1.10),
         vec3(0.56, -0.14, 0.90),
     ]);
-    clay.quad([
+    builder.quad([
         vec3(0.56, -0.14, 0.895),
         vec3(0.40, -0.16, 1.095),
         vec3(0.40, 0.16, 1.095),
         vec3(0.56, 0.14, 0.895),
     ]);
-    lamps(clay, vec3(0.57, 0.0, 0.80), vec3(-0.47 * measure.size_m.x, 0.0, 0.87), 0.07);
-    clay.material(Material::Metal);
+    lamps(builder, vec3(0.57, 0.0, 0.80), vec3(-0.47 * measure.size_m.x, 0.0, 0.87), 0.07);
+    builder.material(Material::Metal);
     for side in [1.0f32, -1.0] {
         let out = Vec3::Y * side * 0.09;
-        clay.object(FORK);
-        clay.rod(grip + out, front.position_m + out, 0.028, 7);
-        clay.object(0);
-        clay.block(
+        builder.object(FORK);
+        builder.rod(grip + out, front.position_m + out, 0.028, 7);
+        builder.object(0);
+        builder.block(
             rear.position_m + vec3(-0.05, side * 0.10 - 0.02, -0.04),
             rear.position_m + vec3(0.60, side * 0.10 + 0.02, 0.06),
         );
     }
-    clay.rod(vec3(0.1, -0.17, 0.32), vec3(-0.62, -0.20, 0.52), 0.055, 9);
-    clay.material(Material::CarPaint);
-    mudguard(clay, front, 0.09);
+    builder.rod(vec3(0.1, -0.17, 0.32), vec3(-0.62, -0.20, 0.52), 0.055, 9);
+    builder.material(Material::CarPaint);
+    mudguard(builder, front, 0.09);
 }
 
-fn scooter(clay: &mut Clay, bike: &Bike, front: &Wheel, rear: &Wheel, measure: &Measure) {
+fn scooter(builder: &mut MeshBuilder, bike: &Bike, front: &Wheel, rear: &Wheel, measure: &Measure) {
     let tail = -measure.size_m.x * 0.5;
     let trunk = [
         (tail, 0.52, 0.66, 0.08),
@@ -246,18 +251,18 @@ fn scooter(clay: &mut Clay, bike: &Bike, front: &Wheel, rear: &Wheel, measure: &
         (0.40, 0.34, 0.88, 0.21),
         (0.46, 0.52, 0.94, 0.07),
     ];
-    hull(clay, &trunk, Material::CarPaint);
-    clay.material(Material::Plastic);
-    clay.ball(vec3(bike.seat.0 - 0.02, 0.0, bike.seat.1 - 0.03), vec3(0.36, 0.14, 0.07), 4, 8);
-    clay.material(Material::CarPaint);
-    clay.ball(vec3(bike.grip.0 + 0.05, 0.0, bike.grip.1 - 0.02), vec3(0.11, 0.14, 0.08), 5, 8);
-    mudguard(clay, front, 0.10);
+    hull(builder, &trunk, Material::CarPaint);
+    builder.material(Material::Plastic);
+    builder.ball(vec3(bike.seat.0 - 0.02, 0.0, bike.seat.1 - 0.03), vec3(0.36, 0.14, 0.07), 4, 8);
+    builder.material(Material::CarPaint);
+    builder.ball(vec3(bike.grip.0 + 0.05, 0.0, bike.grip.1 - 0.02), vec3(0.11, 0.14, 0.08), 5, 8);
+    mudguard(builder, front, 0.10);
     // The mudguard's tip carries the length to the full.
     let nose = measure.size_m.x * 0.5;
-    clay.block(vec3(nose - 0.16, -0.03, 0.40), vec3(nose, 0.03, 0.46));
-    lamps(clay, vec3(bike.grip.0 + 0.15, 0.0, bike.grip.1), vec3(tail + 0.01, 0.0, 0.60), 0.06);
-    clay.material(Material::Metal);
-    clay.rod(
+    builder.block(vec3(nose - 0.16, -0.03, 0.40), vec3(nose, 0.03, 0.46));
+    lamps(builder, vec3(bike.grip.0 + 0.15, 0.0, bike.grip.1), vec3(tail + 0.01, 0.0, 0.60), 0.06);
+    builder.material(Material::Metal);
+    builder.rod(
         vec3(bike.grip.0, 0.0, bike.grip.1 - 0.05),
         front.position_m + Vec3::Y * 0.08,
         0.028,
@@ -266,7 +271,7 @@ fn scooter(clay: &mut Clay, bike: &Bike, front: &Wheel, rear: &Wheel, measure: &
 }
 
 /// A closed trunk over outlines (x, lower, upper, half width), tail first.
-fn hull(clay: &mut Clay, outlines: &[(f32, f32, f32, f32)], material: Material) {
+fn hull(builder: &mut MeshBuilder, outlines: &[(f32, f32, f32, f32)], material: Material) {
     let rings: Vec<Vec<Vec3>> = outlines
         .iter()
         .map(|(x, low, high, half)| {
@@ -283,36 +288,36 @@ fn hull(clay: &mut Clay, outlines: &[(f32, f32, f32, f32)], material: Material) 
             ]
         })
         .collect();
-    clay.material(material);
-    clay.loft(&rings, |_, _| None);
+    builder.material(material);
+    builder.loft(&rings, |_, _| None);
 }
 
-fn mudguard(clay: &mut Clay, wheel: &Wheel, half: f32) {
+fn mudguard(builder: &mut MeshBuilder, wheel: &Wheel, half: f32) {
     let reach = wheel.radius_m + 0.03;
     let at = |step: u32, side: f32| {
         let angle = 0.5 + 0.42 * step as f32;
         wheel.position_m + vec3(angle.cos() * reach, side * half, angle.sin() * reach)
     };
     for step in 0..5 {
-        clay.quad([at(step, -1.0), at(step, 1.0), at(step + 1, 1.0), at(step + 1, -1.0)]);
+        builder.quad([at(step, -1.0), at(step, 1.0), at(step + 1, 1.0), at(step + 1, -1.0)]);
     }
 }
 
-fn lamps(clay: &mut Clay, head: Vec3, tail: Vec3, size: f32) {
-    clay.material(Material::LampWhite);
-    clay.ball(head, vec3(0.04, size * 1.4, size), 4, 8);
-    clay.material(Material::LampRed);
-    clay.block(tail - vec3(0.0, size, size * 0.5), tail + vec3(0.05, size, size * 0.5));
+fn lamps(builder: &mut MeshBuilder, head: Vec3, tail: Vec3, size: f32) {
+    builder.material(Material::LampWhite);
+    builder.ball(head, vec3(0.04, size * 1.4, size), 4, 8);
+    builder.material(Material::LampRed);
+    builder.block(tail - vec3(0.0, size, size * 0.5), tail + vec3(0.05, size, size * 0.5));
     for (side, indicator) in [(1.0f32, Material::IndicatorLeft), (-1.0, Material::IndicatorRight)] {
-        clay.material(indicator);
+        builder.material(indicator);
         for (lamp, back) in [(head, -0.12), (tail, 0.08)] {
-            clay.ball(lamp + vec3(back, side * (size + 0.12), -0.02), Vec3::splat(0.025), 3, 6);
+            builder.ball(lamp + vec3(back, side * (size + 0.12), -0.02), Vec3::splat(0.025), 3, 6);
         }
     }
 }
 
-fn rider(clay: &mut Clay, bike: &Bike, measure: &Measure) {
-    clay.paint(Tag::Rider, Material::Cloth);
+fn rider(builder: &mut MeshBuilder, bike: &Bike, measure: &Measure) {
+    builder.paint(Tag::Rider, Material::Cloth);
     let hip = vec3(bike.seat.0 + 0.02, 0.0, bike.seat.1 + 0.06);
     let grip = vec3(bike.grip.0 - 0.06, 0.0, bike.grip.1 + 0.02);
     let top = measure.size_m.z;
@@ -320,13 +325,13 @@ fn rider(clay: &mut Clay, bike: &Bike, measure: &Measure) {
     // The nearer and lower the grips, the further the trunk leans.
     let lean = ((top - grip.z) * 0.18 + (grip.x - hip.x) * 0.42).clamp(0.10, 0.38);
     let shoulder = vec3(hip.x + lean, 0.0, top - 2.0 * head - 0.07);
-    clay.material(Material::CarPaint);
-    torso(clay, hip, shoulder, 0.17, 0.21);
+    builder.material(Material::CarPaint);
+    torso(builder, hip, shoulder, 0.17, 0.21);
     let reach = measure.size_m.y * 0.5 - 0.07;
     for side in [1.0f32, -1.0] {
         let y = Vec3::Y * side;
         let hand = grip + y * reach;
-        clay.tinted(Material::Cloth, [48, 54, 70]);
+        builder.tinted(Material::Cloth, [48, 54, 70]);
         let (knee, foot) = if bike.is_pedalled() {
             let (knee, ankle) = bike.leg(&measure.wheels[0], side).knee(0.0);
             (vec3(knee.x, side * 0.13, knee.y), vec3(ankle.x, side * 0.12, ankle.y))
@@ -337,40 +342,40 @@ fn rider(clay: &mut Clay, bike: &Bike, measure: &Measure) {
         };
         let thigh = if bike.is_pedalled() { CRANK + if side > 0.0 { 1 } else { 3 } } else { 0 };
         let shin = if thigh > 0 { thigh + 1 } else { 0 };
-        clay.object(thigh);
-        clay.ball(hip + y * 0.09, Vec3::splat(0.085), 5, 9);
-        clay.cone(hip + y * 0.09, knee, [0.085, 0.062], 10);
-        clay.object(shin);
-        clay.ball(knee, Vec3::splat(0.062), 5, 9);
-        clay.cone(knee, foot, [0.062, 0.045], 10);
-        clay.material(Material::Rubber);
-        clay.ball(foot + vec3(0.06, 0.0, -0.045), vec3(0.13, 0.045, 0.045), 5, 8);
-        clay.object(0).material(Material::CarPaint);
+        builder.object(thigh);
+        builder.ball(hip + y * 0.09, Vec3::splat(0.085), 5, 9);
+        builder.cone(hip + y * 0.09, knee, [0.085, 0.062], 10);
+        builder.object(shin);
+        builder.ball(knee, Vec3::splat(0.062), 5, 9);
+        builder.cone(knee, foot, [0.062, 0.045], 10);
+        builder.material(Material::Rubber);
+        builder.ball(foot + vec3(0.06, 0.0, -0.045), vec3(0.13, 0.045, 0.045), 5, 8);
+        builder.object(0).material(Material::CarPaint);
         limb(
-            clay,
+            builder,
             &[shoulder + y * 0.18, (shoulder + hand) * 0.5 + y * 0.06 - Vec3::Z * 0.10, hand],
             &[0.058, 0.046, 0.036],
         );
-        clay.tinted(Material::Skin, [206, 158, 124]);
-        clay.ball(hand, Vec3::splat(0.045), 4, 6);
+        builder.tinted(Material::Skin, [206, 158, 124]);
+        builder.ball(hand, Vec3::splat(0.045), 4, 6);
     }
     let center = vec3(shoulder.x + 0.06, 0.0, top - head);
-    clay.material(Material::Skin);
-    clay.rod(shoulder, center, 0.055, 7);
+    builder.material(Material::Skin);
+    builder.rod(shoulder, center, 0.055, 7);
     if bike.helmet {
-        clay.ball(center, vec3(0.135, 0.115, head), 7, 10);
-        clay.material(Material::Plastic);
-        clay.ball(center + vec3(-0.012, 0.0, 0.022), vec3(0.145, 0.125, head - 0.022), 7, 10);
+        builder.ball(center, vec3(0.135, 0.115, head), 7, 10);
+        builder.material(Material::Plastic);
+        builder.ball(center + vec3(-0.012, 0.0, 0.022), vec3(0.145, 0.125, head - 0.022), 7, 10);
     } else {
-        clay.ball(center, vec3(0.105, 0.085, head), 7, 10);
-        clay.material(Material::Cloth);
-        clay.ball(center + vec3(-0.02, 0.0, 0.03), vec3(0.10, 0.09, head - 0.03), 6, 10);
+        builder.ball(center, vec3(0.105, 0.085, head), 7, 10);
+        builder.material(Material::Cloth);
+        builder.ball(center + vec3(-0.02, 0.0, 0.03), vec3(0.10, 0.09, head - 0.03), 6, 10);
     }
-    clay.paint(Tag::Motorcycle, Material::CarPaint);
+    builder.paint(Tag::Motorcycle, Material::CarPaint);
 }
 
 /// A trunk from hips to shoulders.
-fn torso(clay: &mut Clay, hip: Vec3, shoulder: Vec3, waist: f32, broad: f32) {
+fn torso(builder: &mut MeshBuilder, hip: Vec3, shoulder: Vec3, waist: f32, broad: f32) {
     let turn = Quat::from_rotation_arc(Vec3::Z, (shoulder - hip).normalize_or(Vec3::Z));
     let length = (shoulder - hip).length();
     let ring = |(along, wide): (f32, f32)| -> Vec<Vec3> {
@@ -385,13 +390,13 @@ fn torso(clay: &mut Clay, hip: Vec3, shoulder: Vec3, waist: f32, broad: f32) {
     };
     let profile =
         [(-0.10, 0.75), (0.0, 1.0), (0.35, 0.92), (0.75, 1.12), (0.95, 1.0), (1.06, 0.35)];
-    clay.loft(&profile.map(ring), |_, _| None);
+    builder.loft(&profile.map(ring), |_, _| None);
 }
 
 /// An arm through three joints.
-fn limb(clay: &mut Clay, joints: &[Vec3; 3], radii: &[f32; 3]) {
-    clay.cone(joints[0], joints[1], [radii[0], radii[1]], 9);
-    clay.cone(joints[1], joints[2], [radii[1], radii[2]], 9);
-    clay.ball(joints[1], Vec3::splat(radii[1]), 5, 9);
-    clay.ball(joints[0], Vec3::splat(radii[0]), 5, 9);
+fn limb(builder: &mut MeshBuilder, joints: &[Vec3; 3], radii: &[f32; 3]) {
+    builder.cone(joints[0], joints[1], [radii[0], radii[1]], 9);
+    builder.cone(joints[1], joints[2], [radii[1], radii[2]], 9);
+    builder.ball(joints[1], Vec3::splat(radii[1]), 5, 9);
+    builder.ball(joints[0], Vec3::splat(radii[0]), 5, 9);
 }

@@ -4,10 +4,15 @@
 use glam::{Quat, Vec3, vec3};
 use mesh::{Material, Mesh, Tag};
 
-use super::rig::{Joint, Motion, Rig};
-use super::skeleton::{Skeleton, bone};
-use super::{Blueprint, Kind, Recipe};
-use crate::clay::Clay;
+use crate::{
+    catalogue::{
+        blueprint::{Blueprint, Kind},
+        recipe::Recipe,
+        rig::{Joint, Motion, Rig},
+        skeleton::{Skeleton, bone},
+    },
+    mesh_builder::MeshBuilder,
+};
 
 /// Who a walker is.
 #[derive(Clone, Copy, Debug)]
@@ -190,9 +195,9 @@ pub(super) fn rig(number: usize) -> Rig {
 }
 
 pub(super) fn sculpt(number: usize) -> Mesh {
-    let mut clay = Clay::new(Tag::Pedestrian, Material::Cloth, 0);
-    Figure::new(number).sculpt(&mut clay);
-    clay.mesh
+    let mut builder = MeshBuilder::new(Tag::Pedestrian, Material::Cloth, 0);
+    Figure::new(number).sculpt(&mut builder);
+    builder.mesh
 }
 
 /// Someone at rest, looking along x.
@@ -261,36 +266,36 @@ impl Figure {
         COLORS[self.person.colors[which]]
     }
 
-    fn sculpt(&self, clay: &mut Clay) {
-        self.hips(clay);
-        self.chest(clay);
-        self.head(clay);
+    fn sculpt(&self, builder: &mut MeshBuilder) {
+        self.hips(builder);
+        self.chest(builder);
+        self.head(builder);
         for side in 0..2 {
-            self.arm(clay, side);
-            self.leg(clay, side);
+            self.arm(builder, side);
+            self.leg(builder, side);
         }
     }
 
-    fn upper(&self, clay: &mut Clay) {
-        clay.material(Material::CarPaint);
+    fn upper(&self, builder: &mut MeshBuilder) {
+        builder.material(Material::CarPaint);
     }
 
-    fn lower(&self, clay: &mut Clay) {
+    fn lower(&self, builder: &mut MeshBuilder) {
         match self.person.bottom {
-            Bottom::Dress => self.upper(clay),
+            Bottom::Dress => self.upper(builder),
             _ => {
-                clay.tinted(Material::Cloth, self.color(1));
+                builder.tinted(Material::Cloth, self.color(1));
             }
         }
     }
 
-    fn skin(&self, clay: &mut Clay) {
-        clay.tinted(Material::Skin, self.color(3));
+    fn skin(&self, builder: &mut MeshBuilder) {
+        builder.tinted(Material::Skin, self.color(3));
     }
 
     /// Rings of an upright trunk: (height, half breadth, half depth, forward), all in shares of
     /// the body's height.
-    fn trunk(&self, clay: &mut Clay, rings: &[[f32; 4]]) {
+    fn trunk(&self, builder: &mut MeshBuilder, rings: &[[f32; 4]]) {
         let sides = 12;
         let (h, wide) = (self.height, self.person.girth);
         let rings: Vec<Vec<Vec3>> = rings
@@ -310,14 +315,14 @@ impl Figure {
                     .collect()
             })
             .collect();
-        clay.loft(&rings, |_, _| None);
+        builder.loft(&rings, |_, _| None);
     }
 
-    fn hips(&self, clay: &mut Clay) {
-        clay.object(0);
-        self.lower(clay);
+    fn hips(&self, builder: &mut MeshBuilder) {
+        builder.object(0);
+        self.lower(builder);
         self.trunk(
-            clay,
+            builder,
             &[
                 [0.470, 0.060, 0.045, 0.0],
                 [0.490, 0.090, 0.060, -0.004],
@@ -328,12 +333,12 @@ impl Figure {
         );
         if let Some((hem, reach, is_upper)) = self.hem() {
             if is_upper {
-                self.upper(clay)
+                self.upper(builder)
             } else {
-                self.lower(clay)
+                self.lower(builder)
             }
             self.trunk(
-                clay,
+                builder,
                 &[
                     [hem, reach, reach * 0.78, 0.0],
                     [0.46, 0.110, 0.080, -0.004],
@@ -342,19 +347,19 @@ impl Figure {
                 ],
             );
         }
-        clay.tinted(Material::Plastic, COLORS[1]);
+        builder.tinted(Material::Plastic, COLORS[1]);
         if matches!(self.person.bottom, Bottom::Trousers | Bottom::Shorts) {
-            self.trunk(clay, &[[0.588, 0.088, 0.061, 0.0], [0.604, 0.087, 0.060, 0.0]]);
+            self.trunk(builder, &[[0.588, 0.088, 0.061, 0.0], [0.604, 0.087, 0.060, 0.0]]);
         }
     }
 
-    fn chest(&self, clay: &mut Clay) {
-        clay.object(1);
-        self.upper(clay);
+    fn chest(&self, builder: &mut MeshBuilder) {
+        builder.object(1);
+        self.upper(builder);
         let bust = if self.person.is_female && !self.person.is_child { 0.010 } else { 0.0 };
         let bulk = if self.is_bulky() { 1.08 } else { 1.0 };
         self.trunk(
-            clay,
+            builder,
             &[
                 [0.585, 0.086 * bulk, 0.059 * bulk, 0.0],
                 [0.630, 0.084 * bulk, 0.057 * bulk, 0.002],
@@ -370,20 +375,20 @@ impl Figure {
         match self.person.top {
             Top::Jacket | Top::Coat => {
                 // An open front, and what is worn below.
-                clay.tinted(Material::Cloth, self.color(1).map(|c| c / 2 + 110));
+                builder.tinted(Material::Cloth, self.color(1).map(|c| c / 2 + 110));
                 let front = (0.0725 + bust) * self.person.girth;
-                clay.block(vec3(0.040, -0.018, 0.60) * h, vec3(front, 0.018, 0.775) * h);
+                builder.block(vec3(0.040, -0.018, 0.60) * h, vec3(front, 0.018, 0.775) * h);
             }
             Top::Uniform => {
-                clay.tinted(Material::Metal, COLORS[6]);
-                clay.block(vec3(0.05, 0.035, 0.745) * h, vec3(0.0675, 0.055, 0.775) * h);
-                clay.tinted(Material::Plastic, COLORS[1]);
-                self.trunk(clay, &[[0.585, 0.094, 0.068, 0.0], [0.605, 0.093, 0.067, 0.0]]);
+                builder.tinted(Material::Metal, COLORS[6]);
+                builder.block(vec3(0.05, 0.035, 0.745) * h, vec3(0.0675, 0.055, 0.775) * h);
+                builder.tinted(Material::Plastic, COLORS[1]);
+                self.trunk(builder, &[[0.585, 0.094, 0.068, 0.0], [0.605, 0.093, 0.067, 0.0]]);
             }
             _ => {}
         }
-        self.skin(clay);
-        clay.cone(
+        self.skin(builder);
+        builder.cone(
             vec3(-0.002, 0.0, 0.825) * h,
             vec3(0.006, 0.0, 0.885) * h,
             [0.034 * h, 0.030 * h],
@@ -391,19 +396,21 @@ impl Figure {
         );
         match self.person.carries {
             Carries::Backpack => {
-                clay.tinted(Material::Cloth, COLORS[(self.person.colors[1] + 3) % 16]);
+                builder.tinted(Material::Cloth, COLORS[(self.person.colors[1] + 3) % 16]);
                 let (low, high) = (vec3(-0.0875, -0.075, 0.62), vec3(-0.045, 0.075, 0.80));
-                clay.block(low * h * vec3(self.person.girth, 1.0, 1.0), high * h);
+                builder.block(low * h * vec3(self.person.girth, 1.0, 1.0), high * h);
                 for y in [-0.062, 0.062] {
-                    clay.block(vec3(0.040, y - 0.010, 0.66) * h, vec3(0.069, y + 0.010, 0.80) * h);
-                    clay.block(vec3(-0.05, y - 0.010, 0.796) * h, vec3(0.06, y + 0.010, 0.828) * h);
+                    builder
+                        .block(vec3(0.040, y - 0.010, 0.66) * h, vec3(0.069, y + 0.010, 0.80) * h);
+                    builder
+                        .block(vec3(-0.05, y - 0.010, 0.796) * h, vec3(0.06, y + 0.010, 0.828) * h);
                 }
             }
             Carries::Handbag => {
-                clay.tinted(Material::Cloth, COLORS[(self.person.colors[0] + 7) % 16]);
+                builder.tinted(Material::Cloth, COLORS[(self.person.colors[0] + 7) % 16]);
                 let y = 0.115 * self.person.girth;
-                clay.block(vec3(-0.05, y - 0.018, 0.50) * h, vec3(0.05, y + 0.018, 0.57) * h);
-                clay.pipe(
+                builder.block(vec3(-0.05, y - 0.018, 0.50) * h, vec3(0.05, y + 0.018, 0.57) * h);
+                builder.pipe(
                     &[
                         vec3(0.03, y, 0.565) * h,
                         vec3(0.01, 0.05, 0.832) * h,
@@ -417,14 +424,14 @@ impl Figure {
         }
     }
 
-    fn head(&self, clay: &mut Clay) {
-        clay.object(2);
+    fn head(&self, builder: &mut MeshBuilder) {
+        builder.object(2);
         let (h, tall) = (self.height, self.head_m());
         let half = tall * 0.5;
         let is_tall_hat = self.person.hair == Hair::Hat;
         let top = if is_tall_hat { h - 0.030 * h } else { h - 0.006 * h };
         let center = vec3(0.010 * h, 0.0, top - half);
-        self.skin(clay);
+        self.skin(builder);
         let ring = |z: f32, x: f32, y: f32, ahead: f32| -> Vec<Vec3> {
             (0..12)
                 .map(|side| {
@@ -434,7 +441,7 @@ impl Figure {
                 .collect()
         };
         // Chin, jaw, cheeks, brow, crown.
-        clay.loft(
+        builder.loft(
             &[
                 ring(-1.0, 0.20, 0.16, 0.30),
                 ring(-0.90, 0.45, 0.36, 0.20),
@@ -447,19 +454,24 @@ impl Figure {
             ],
             |_, _| None,
         );
-        clay.ball(center + vec3(0.82, 0.0, -0.16) * half, vec3(0.12, 0.09, 0.16) * half, 4, 8);
+        builder.ball(center + vec3(0.82, 0.0, -0.16) * half, vec3(0.12, 0.09, 0.16) * half, 4, 8);
         for y in [-0.66, 0.66] {
-            clay.ball(center + vec3(-0.02, y, -0.10) * half, vec3(0.14, 0.07, 0.20) * half, 4, 6);
+            builder.ball(
+                center + vec3(-0.02, y, -0.10) * half,
+                vec3(0.14, 0.07, 0.20) * half,
+                4,
+                6,
+            );
         }
-        clay.tinted(Material::Plastic, COLORS[1]);
+        builder.tinted(Material::Plastic, COLORS[1]);
         for y in [-0.26, 0.26] {
-            clay.ball(center + vec3(0.74, y, 0.06) * half, vec3(0.07, 0.10, 0.06) * half, 4, 6);
+            builder.ball(center + vec3(0.74, y, 0.06) * half, vec3(0.07, 0.10, 0.06) * half, 4, 6);
         }
-        let hair = |clay: &mut Clay| {
-            clay.tinted(Material::Bark, self.color(2));
+        let hair = |builder: &mut MeshBuilder| {
+            builder.tinted(Material::Bark, self.color(2));
         };
-        let cap_of_hair = |clay: &mut Clay, back: f32| {
-            clay.loft(
+        let cap_of_hair = |builder: &mut MeshBuilder, back: f32| {
+            builder.loft(
                 &[
                     ring(back, 0.52, 0.66, -0.42),
                     ring(0.10, 0.62, 0.73, -0.30),
@@ -473,13 +485,13 @@ impl Figure {
         };
         match self.person.hair {
             Hair::Short => {
-                hair(clay);
-                cap_of_hair(clay, -0.35);
+                hair(builder);
+                cap_of_hair(builder, -0.35);
             }
             Hair::Long => {
-                hair(clay);
-                cap_of_hair(clay, -0.35);
-                clay.loft(
+                hair(builder);
+                cap_of_hair(builder, -0.35);
+                builder.loft(
                     &[
                         ring(-1.75, 0.22, 0.62, -0.60),
                         ring(-0.9, 0.34, 0.74, -0.56),
@@ -489,13 +501,18 @@ impl Figure {
                 );
             }
             Hair::Bun => {
-                hair(clay);
-                cap_of_hair(clay, -0.35);
-                clay.ball(center + vec3(-0.85, 0.0, 0.38) * half, Vec3::splat(0.30 * half), 5, 8);
+                hair(builder);
+                cap_of_hair(builder, -0.35);
+                builder.ball(
+                    center + vec3(-0.85, 0.0, 0.38) * half,
+                    Vec3::splat(0.30 * half),
+                    5,
+                    8,
+                );
             }
             Hair::Bald => {
-                hair(clay);
-                clay.loft(
+                hair(builder);
+                builder.loft(
                     &[
                         ring(-0.35, 0.46, 0.68, -0.44),
                         ring(0.0, 0.50, 0.72, -0.40),
@@ -505,13 +522,13 @@ impl Figure {
                 );
             }
             Hair::Cap => {
-                hair(clay);
-                clay.loft(
+                hair(builder);
+                builder.loft(
                     &[ring(-0.3, 0.48, 0.68, -0.42), ring(0.2, 0.60, 0.72, -0.32)],
                     |_, _| None,
                 );
-                clay.tinted(Material::Cloth, COLORS[self.person.colors[1]]);
-                clay.loft(
+                builder.tinted(Material::Cloth, COLORS[self.person.colors[1]]);
+                builder.loft(
                     &[
                         ring(0.30, 0.88, 0.75, -0.04),
                         ring(0.72, 0.80, 0.68, -0.06),
@@ -520,18 +537,19 @@ impl Figure {
                     ],
                     |_, _| None,
                 );
-                clay.loft(&[ring(0.30, 0.46, 0.56, 0.76), ring(0.37, 0.44, 0.54, 0.74)], |_, _| {
-                    None
-                });
+                builder
+                    .loft(&[ring(0.30, 0.46, 0.56, 0.76), ring(0.37, 0.44, 0.54, 0.74)], |_, _| {
+                        None
+                    });
             }
             Hair::Hat => {
-                hair(clay);
-                clay.loft(
+                hair(builder);
+                builder.loft(
                     &[ring(-0.3, 0.48, 0.68, -0.42), ring(0.2, 0.60, 0.72, -0.32)],
                     |_, _| None,
                 );
-                clay.tinted(Material::Cloth, COLORS[9]);
-                clay.loft(
+                builder.tinted(Material::Cloth, COLORS[9]);
+                builder.loft(
                     &[
                         ring(0.40, 1.35, 1.25, -0.04),
                         ring(0.47, 1.35, 1.25, -0.04),
@@ -543,8 +561,8 @@ impl Figure {
                 );
             }
             Hair::Hood => {
-                clay.material(Material::CarPaint);
-                clay.loft(
+                builder.material(Material::CarPaint);
+                builder.loft(
                     &[
                         ring(-1.10, 0.66, 0.72, -0.20),
                         ring(-0.60, 0.74, 0.82, -0.22),
@@ -558,7 +576,7 @@ impl Figure {
             }
         }
         // Nothing but hair, hats and hoods is the highest point: it is the height.
-        clay.rod(
+        builder.rod(
             vec3(center.x - 0.08 * half, 0.0, h - 0.03 * h),
             vec3(center.x - 0.08 * half, 0.0, h),
             0.10 * half,
@@ -566,76 +584,81 @@ impl Figure {
         );
     }
 
-    fn arm(&self, clay: &mut Clay, side: usize) {
+    fn arm(&self, builder: &mut MeshBuilder, side: usize) {
         let h = self.height;
         let (shoulder, elbow, hand) =
             (self.at(bone::ARM[side]), self.at(bone::FOREARM[side]), self.at(bone::HAND[side]));
         let radius = |share: f32| share * h * self.sleeve();
-        clay.object(3 + 2 * side as u32);
+        builder.object(3 + 2 * side as u32);
         if self.person.top == Top::Vest {
-            self.skin(clay)
+            self.skin(builder)
         } else {
-            self.upper(clay)
+            self.upper(builder)
         }
-        clay.ball(shoulder - Vec3::Z * 0.004 * h, Vec3::splat(radius(0.031)), 5, 8);
+        builder.ball(shoulder - Vec3::Z * 0.004 * h, Vec3::splat(radius(0.031)), 5, 8);
         let sleeve = shoulder.lerp(elbow, 0.55);
-        clay.cone(shoulder, sleeve, [radius(0.030), radius(0.027)], 8);
+        builder.cone(shoulder, sleeve, [radius(0.030), radius(0.027)], 8);
         if self.person.top == Top::Shirt {
-            self.skin(clay);
+            self.skin(builder);
         }
         let rest = if self.person.top == Top::Shirt { 0.86 } else { 1.0 };
-        clay.cone(sleeve, elbow, [radius(0.027) * rest, radius(0.023) * rest], 8);
-        clay.object(4 + 2 * side as u32);
+        builder.cone(sleeve, elbow, [radius(0.027) * rest, radius(0.023) * rest], 8);
+        builder.object(4 + 2 * side as u32);
         let bare = self.is_bare();
         if bare {
-            self.skin(clay)
+            self.skin(builder)
         } else {
-            self.upper(clay)
+            self.upper(builder)
         }
-        clay.ball(elbow, Vec3::splat(radius(0.023) * rest), 4, 8);
-        clay.cone(
+        builder.ball(elbow, Vec3::splat(radius(0.023) * rest), 4, 8);
+        builder.cone(
             elbow,
             hand,
             [radius(0.023) * rest, radius(if bare { 0.015 } else { 0.019 })],
             10,
         );
-        self.skin(clay);
+        self.skin(builder);
         let [x, y, z] = HAND_M;
-        clay.ball(hand - Vec3::Z * z * 0.55 * h, vec3(x, y, z) * h, 4, 8);
+        builder.ball(hand - Vec3::Z * z * 0.55 * h, vec3(x, y, z) * h, 4, 8);
         let thumb = hand + vec3(x * 0.9, 0.0, -z * 0.45) * h;
-        clay.ball(thumb, vec3(0.007, 0.006, 0.018) * h, 4, 6);
+        builder.ball(thumb, vec3(0.007, 0.006, 0.018) * h, 4, 6);
     }
 
-    fn leg(&self, clay: &mut Clay, side: usize) {
+    fn leg(&self, builder: &mut MeshBuilder, side: usize) {
         let (h, wide) = (self.height, 0.4 + 0.6 * self.person.girth);
         let (hip, knee, ankle) =
             (self.at(bone::THIGH[side]), self.at(bone::LEG[side]), self.at(bone::FOOT[side]));
         let radius = |share: f32| share * h * wide;
         let covered = self.person.bottom == Bottom::Trousers;
-        clay.object(7 + 2 * side as u32);
+        builder.object(7 + 2 * side as u32);
         match self.person.bottom {
-            Bottom::Skirt | Bottom::Dress => self.skin(clay),
-            _ => self.lower(clay),
+            Bottom::Skirt | Bottom::Dress => self.skin(builder),
+            _ => self.lower(builder),
         }
         let hem = hip.lerp(knee, 0.78);
-        clay.ball(hip, Vec3::splat(radius(0.046)), 5, 8);
-        clay.cone(hip, hem, [radius(0.048), radius(0.037)], 9);
+        builder.ball(hip, Vec3::splat(radius(0.046)), 5, 8);
+        builder.cone(hip, hem, [radius(0.048), radius(0.037)], 9);
         if !covered {
-            self.skin(clay);
+            self.skin(builder);
         }
-        clay.cone(hem, knee, [radius(0.037) * if covered { 1.0 } else { 0.9 }, radius(0.031)], 12);
-        clay.object(8 + 2 * side as u32);
+        builder.cone(
+            hem,
+            knee,
+            [radius(0.037) * if covered { 1.0 } else { 0.9 }, radius(0.031)],
+            12,
+        );
+        builder.object(8 + 2 * side as u32);
         if covered {
-            self.lower(clay)
+            self.lower(builder)
         } else {
-            self.skin(clay)
+            self.skin(builder)
         }
-        clay.ball(knee, Vec3::splat(radius(0.031)), 4, 8);
+        builder.ball(knee, Vec3::splat(radius(0.031)), 4, 8);
         let calf = knee.lerp(ankle, 0.35) - Vec3::X * 0.006 * h;
-        clay.cone(knee, calf, [radius(0.031), radius(0.032)], 9);
-        clay.cone(calf, ankle, [radius(0.032), radius(if covered { 0.026 } else { 0.018 })], 12);
+        builder.cone(knee, calf, [radius(0.031), radius(0.032)], 9);
+        builder.cone(calf, ankle, [radius(0.032), radius(if covered { 0.026 } else { 0.018 })], 12);
         // The shoe belongs to the shin: at a walk the ankle hardly bends.
-        clay.tinted(Material::Rubber, COLORS[if self.person.is_child { 0 } else { 1 }]);
+        builder.tinted(Material::Rubber, COLORS[if self.person.is_child { 0 } else { 1 }]);
         let turn = Quat::from_rotation_z(if side == 0 { 0.10 } else { -0.10 });
         let [ahead, long] = FOOT_M;
         let sole = vec3(ankle.x + ahead * h, ankle.y, 0.0);
@@ -658,7 +681,7 @@ impl Figure {
             })
             .to_vec()
         };
-        clay.loft(
+        builder.loft(
             &[
                 outline(0.0, 0.985),
                 outline(0.012, 0.985),

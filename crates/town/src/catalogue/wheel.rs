@@ -3,11 +3,10 @@ use std::f32::consts::TAU;
 use glam::{Quat, Vec3, vec3};
 use mesh::Material;
 
-use super::Wheel;
-use crate::clay::Clay;
+use crate::{catalogue::blueprint::Wheel, mesh_builder::MeshBuilder};
 
 /// A car's wheel: a tyre with rounded shoulders and a dished rim on both sides.
-pub(super) fn tyre(clay: &mut Clay, wheel: &Wheel, sides: u32) {
+pub(super) fn tyre(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32) {
     let (radius, half) = (wheel.radius_m, wheel.width_m * 0.5);
     // (distance along the axle, radius, material of the band that starts here)
     let profile = [
@@ -34,11 +33,11 @@ pub(super) fn tyre(clay: &mut Clay, wheel: &Wheel, sides: u32) {
                 .collect()
         })
         .collect();
-    clay.material(Material::Metal);
-    clay.loft(&rings, |band, _| profile.get(band).map(|point| point.2));
+    builder.material(Material::Metal);
+    builder.loft(&rings, |band, _| profile.get(band).map(|point| point.2));
     // Holes between the spokes, on the outer side: what shows that the wheel turns.
     let out = if wheel.position_m.y < 0.0 { -1.0 } else { 1.0 };
-    clay.material(Material::Rubber);
+    builder.material(Material::Rubber);
     for hole in 0..5 {
         let angle = TAU * hole as f32 / 5.0;
         let turn = Quat::from_rotation_y(angle);
@@ -52,12 +51,12 @@ pub(super) fn tyre(clay: &mut Clay, wheel: &Wheel, sides: u32) {
             at(-0.17, 0.54, 0.80),
         ];
         let [a, b, c, d] = face;
-        clay.quad(if out < 0.0 { [a, b, c, d] } else { [d, c, b, a] });
+        builder.quad(if out < 0.0 { [a, b, c, d] } else { [d, c, b, a] });
     }
 }
 
 /// A two-wheeler's wheel: a tyre as a ring, and crossed spokes.
-pub(super) fn hoop(clay: &mut Clay, wheel: &Wheel, sides: u32, spokes: u32) {
+pub(super) fn hoop(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32, spokes: u32) {
     let (outer, half) = (wheel.radius_m, wheel.width_m * 0.5);
     let inner = outer - wheel.width_m.max(0.03) * 1.1;
     let ring = |angle: f32| -> Vec<Vec3> {
@@ -72,16 +71,16 @@ pub(super) fn hoop(clay: &mut Clay, wheel: &Wheel, sides: u32, spokes: u32) {
             center + out * (outer - half * 0.4) - across,
         ]
     };
-    clay.material(Material::Rubber);
+    builder.material(Material::Rubber);
     for side in 0..sides {
         let [here, there] = [side, (side + 1) % sides].map(|s| ring(TAU * s as f32 / sides as f32));
         for corner in 0..here.len() {
             let next = (corner + 1) % here.len();
-            clay.quad([here[corner], here[next], there[next], there[corner]]);
+            builder.quad([here[corner], here[next], there[next], there[corner]]);
         }
     }
-    clay.material(Material::Metal);
-    clay.rod(
+    builder.material(Material::Metal);
+    builder.rod(
         wheel.position_m - Vec3::Y * half * 1.5,
         wheel.position_m + Vec3::Y * half * 1.5,
         outer * 0.13,
@@ -90,7 +89,7 @@ pub(super) fn hoop(clay: &mut Clay, wheel: &Wheel, sides: u32, spokes: u32) {
     for spoke in 0..spokes {
         let angle = TAU * spoke as f32 / spokes as f32;
         let out = vec3(angle.cos(), 0.0, angle.sin());
-        clay.rod(
+        builder.rod(
             wheel.position_m + out * outer * 0.08,
             wheel.position_m + out * (inner + 0.01),
             outer * 0.035,

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::{Vec2, Vec3};
 use mesh::{Face, Material, Mesh, Tag};
 
-use super::index::TriangleIndex;
+use crate::furnish::index::TriangleIndex;
 
 /// A surface this much above another one is a bridge. Metres.
 const HEADROOM_M: f32 = 2.6;
@@ -74,7 +74,7 @@ const SQUARE_M: f32 = 4.0;
 
 impl Floor {
     fn new(mesh: &Mesh) -> Floor {
-        let (low, high) = crate::clay::bounds(mesh);
+        let (low, high) = crate::mesh_builder::bounds(mesh);
         let size = (high - low) / SQUARE_M;
         let (columns, rows) = (size.x as usize + 1, size.y as usize + 1);
         let heights = vec![f32::MAX; columns * rows];

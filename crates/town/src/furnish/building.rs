@@ -4,10 +4,14 @@
 use glam::{Quat, Vec3, vec3};
 use mesh::{Material, RandomStream, Tag};
 
-use super::Detail;
-use super::roof;
-use super::window::{Wall, Windows};
-use crate::clay::Clay;
+use crate::{
+    furnish::{
+        roof,
+        window::{Wall, Windows},
+    },
+    mesh_builder::MeshBuilder,
+    static_world::Detail,
+};
 
 /// What kind of house.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,218 +74,224 @@ impl House {
     }
 
     /// Models it.
-    pub(super) fn model(&self, clay: &mut Clay, random: &mut RandomStream) {
-        clay.paint(Tag::Building, self.facade);
+    pub(super) fn model(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
+        builder.paint(Tag::Building, self.facade);
         if self.detail == Detail::Low {
-            return self.plain(clay, random);
+            return self.plain(builder, random);
         }
         match self.style {
-            Style::Block => self.block(clay, random),
-            Style::Tower => self.tower(clay, random),
-            Style::Row => self.row(clay, random),
-            Style::Terrace => self.terrace(clay, random),
-            Style::Villa => self.villa(clay, random),
-            Style::Hall => self.hall(clay, random),
-            Style::Shell => self.shell(clay, random),
+            Style::Block => self.block(builder, random),
+            Style::Tower => self.tower(builder, random),
+            Style::Row => self.row(builder, random),
+            Style::Terrace => self.terrace(builder, random),
+            Style::Villa => self.villa(builder, random),
+            Style::Hall => self.hall(builder, random),
+            Style::Shell => self.shell(builder, random),
         }
     }
 
     /// Walls, a strip of glass for each floor, a door and a roof.
-    fn plain(&self, clay: &mut Clay, random: &mut RandomStream) {
+    fn plain(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
-        clay.block(vec3(-x, -y, -FOOTING_M), vec3(x, y, eaves));
-        clay.material(Material::Wood);
-        clay.block(vec3(-0.7, y - 0.1, 0.0), vec3(0.7, y + 0.06, 2.3));
-        clay.material(Material::Glass);
+        builder.block(vec3(-x, -y, -FOOTING_M), vec3(x, y, eaves));
+        builder.material(Material::Wood);
+        builder.block(vec3(-0.7, y - 0.1, 0.0), vec3(0.7, y + 0.06, 2.3));
+        builder.material(Material::Glass);
         let mut sill = if eaves > SHOP_M + FLOOR_M { SHOP_M } else { 0.5 } + 0.95;
         while sill + 1.6 < eaves {
             for side in 0..4 {
-                Wall::new(self.half, side).band(clay, [sill, sill + 1.5], 0.8);
+                Wall::new(self.half, side).band(builder, [sill, sill + 1.5], 0.8);
             }
             sill += FLOOR_M;
         }
         if matches!(self.style, Style::Row | Style::Terrace | Style::Villa) {
-            roof::pitched(clay, [x, y], eaves, random.between(0.6, 0.9), self.facade, false);
+            roof::pitched(builder, [x, y], eaves, random.between(0.6, 0.9), self.facade, false);
         } else {
-            clay.material(Material::RoofFlat);
-            clay.block(vec3(-x - 0.2, -y - 0.2, eaves), vec3(x + 0.2, y + 0.2, eaves + 0.8));
+            builder.material(Material::RoofFlat);
+            builder.block(vec3(-x - 0.2, -y - 0.2, eaves), vec3(x + 0.2, y + 0.2, eaves + 0.8));
         }
     }
 
-    fn block(&self, clay: &mut Clay, random: &mut RandomStream) {
+    fn block(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
-        self.walls(clay, SHOP_M, eaves);
-        self.courses(clay, SHOP_M, eaves, random);
+        self.walls(builder, SHOP_M, eaves);
+        self.courses(builder, SHOP_M, eaves, random);
         if random.chance(0.6) {
-            self.shops(clay, random);
+            self.shops(builder, random);
         } else {
-            self.entrance(clay, 0.0, 0.0, true);
-            self.windows(clay, 0.0, SHOP_M, Some(0.0), &[0]);
+            self.entrance(builder, 0.0, 0.0, true);
+            self.windows(builder, 0.0, SHOP_M, Some(0.0), &[0]);
         }
-        self.windows(clay, 0.0, SHOP_M, None, &[1, 2, 3]);
+        self.windows(builder, 0.0, SHOP_M, None, &[1, 2, 3]);
         let ribbons = self.facade == Material::FacadeGlass
             || self.facade == Material::FacadeConcrete && random.chance(0.5);
         if ribbons {
-            self.bands(clay, self.half, SHOP_M, eaves);
+            self.bands(builder, self.half, SHOP_M, eaves);
         } else {
-            self.windows(clay, SHOP_M, eaves, None, &[0, 1, 2, 3]);
+            self.windows(builder, SHOP_M, eaves, None, &[0, 1, 2, 3]);
         }
-        roof::flat(clay, [x, y], eaves, random, self.detail);
+        roof::flat(builder, [x, y], eaves, random, self.detail);
         if matches!(self.facade, Material::FacadeBrick | Material::FacadePlaster) {
-            self.balconies(clay, eaves, random);
+            self.balconies(builder, eaves, random);
         }
     }
 
-    fn tower(&self, clay: &mut Clay, random: &mut RandomStream) {
+    fn tower(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         let ([x, y], top) = (self.half, self.eaves_m());
-        self.walls(clay, SHOP_M, top * 0.3);
-        self.bands(clay, self.half, SHOP_M, top * 0.3);
-        self.entrance(clay, 0.0, 0.0, true);
+        self.walls(builder, SHOP_M, top * 0.3);
+        self.bands(builder, self.half, SHOP_M, top * 0.3);
+        self.entrance(builder, 0.0, 0.0, true);
         let podium = House { floors: 1, ..self.clone() };
-        podium.shops(clay, random);
+        podium.shops(builder, random);
         let mut step = [x, y];
         let mut low = top * 0.3;
         let cuts = [0.72, 0.9, 1.0];
         for (index, cut) in cuts.into_iter().enumerate() {
-            roof::flat(clay, step, low, random, self.detail);
+            roof::flat(builder, step, low, random, self.detail);
             let shrink = random.between(0.80, 0.93);
             step = [step[0] * shrink, step[1] * shrink];
             let high = top * cut;
-            clay.material(self.facade);
-            clay.block(vec3(-step[0], -step[1], low), vec3(step[0], step[1], high));
-            self.bands(clay, step, low, high);
-            fins(clay, step, low, high, if self.detail == Detail::High { 1.8 } else { 3.6 });
+            builder.material(self.facade);
+            builder.block(vec3(-step[0], -step[1], low), vec3(step[0], step[1], high));
+            self.bands(builder, step, low, high);
+            fins(builder, step, low, high, if self.detail == Detail::High { 1.8 } else { 3.6 });
             low = high;
             if index == 2 {
-                roof::flat(clay, step, high, random, self.detail);
-                roof::mast(clay, high, random.between(6.0, 14.0));
+                roof::flat(builder, step, high, random, self.detail);
+                roof::mast(builder, high, random.between(6.0, 14.0));
             }
         }
     }
 
-    fn row(&self, clay: &mut Clay, random: &mut RandomStream) {
+    fn row(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
-        clay.material(Material::Concrete);
-        clay.block(vec3(-x, -y - 0.06, -FOOTING_M), vec3(x, y + 0.06, 0.6));
+        builder.material(Material::Concrete);
+        builder.block(vec3(-x, -y - 0.06, -FOOTING_M), vec3(x, y + 0.06, 0.6));
         if self.facade == Material::FacadePlaster {
-            clay.tinted(self.facade, *random.pick(&PLASTER));
+            builder.tinted(self.facade, *random.pick(&PLASTER));
         } else {
-            clay.material(self.facade);
+            builder.material(self.facade);
         }
-        clay.block(vec3(-x, -y, 0.58), vec3(x, y, eaves));
+        builder.block(vec3(-x, -y, 0.58), vec3(x, y, eaves));
         // A ledge above the shops, and a cornice that carries the roof.
-        clay.material(Material::Concrete);
+        builder.material(Material::Concrete);
         for (z, out) in [(SHOP_M, 0.10), (eaves - 0.25, 0.28)] {
-            clay.block(vec3(-x, -y - out, z - 0.1), vec3(x, y + out, z + 0.14));
+            builder.block(vec3(-x, -y - out, z - 0.1), vec3(x, y + out, z + 0.14));
         }
         if random.chance(0.65) {
-            self.shops(clay, random);
+            self.shops(builder, random);
         } else {
             let door = random.between(-0.5, 0.5) * (x - 1.2).max(0.0);
-            self.entrance(clay, door, 0.0, false);
-            self.windows(clay, 0.0, SHOP_M, Some(door), &[0]);
+            self.entrance(builder, door, 0.0, false);
+            self.windows(builder, 0.0, SHOP_M, Some(door), &[0]);
         }
-        self.windows(clay, 0.0, SHOP_M, None, &[2]);
-        self.windows(clay, SHOP_M, eaves, None, &[0, 2]);
-        roof::pitched(clay, [x, y], eaves, random.between(0.8, 1.1), self.facade, false);
-        roof::chimneys(clay, [x, y], eaves, random, 2);
+        self.windows(builder, 0.0, SHOP_M, None, &[2]);
+        self.windows(builder, SHOP_M, eaves, None, &[0, 2]);
+        roof::pitched(builder, [x, y], eaves, random.between(0.8, 1.1), self.facade, false);
+        roof::chimneys(builder, [x, y], eaves, random, 2);
         if random.chance(0.8) {
-            roof::dormers(clay, [x, y], eaves, random);
+            roof::dormers(builder, [x, y], eaves, random);
         }
-        downpipe(clay, vec3(x - 0.25, y + 0.06, eaves));
+        downpipe(builder, vec3(x - 0.25, y + 0.06, eaves));
     }
 
-    fn terrace(&self, clay: &mut Clay, random: &mut RandomStream) {
+    fn terrace(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
-        self.walls(clay, 0.5, eaves);
+        self.walls(builder, 0.5, eaves);
         let door = random.between(-0.6, 0.6) * (x - 1.2).max(0.0);
-        self.entrance(clay, door, 0.5, false);
+        self.entrance(builder, door, 0.5, false);
         // Its sides stand against those of the neighbours.
-        self.windows(clay, 0.5, 0.5 + FLOOR_M, Some(door), &[0]);
-        self.windows(clay, 0.5 + FLOOR_M, eaves, None, &[0]);
-        self.windows(clay, 0.5, eaves, None, &[2]);
-        roof::pitched(clay, [x, y], eaves, random.between(0.65, 1.0), self.facade, false);
-        roof::chimneys(clay, [x, y], eaves, random, 1);
+        self.windows(builder, 0.5, 0.5 + FLOOR_M, Some(door), &[0]);
+        self.windows(builder, 0.5 + FLOOR_M, eaves, None, &[0]);
+        self.windows(builder, 0.5, eaves, None, &[2]);
+        roof::pitched(builder, [x, y], eaves, random.between(0.65, 1.0), self.facade, false);
+        roof::chimneys(builder, [x, y], eaves, random, 1);
         if random.chance(0.55) {
-            roof::dormers(clay, [x, y], eaves, random);
+            roof::dormers(builder, [x, y], eaves, random);
         }
-        downpipe(clay, vec3(x - 0.25, y + 0.06, eaves));
+        downpipe(builder, vec3(x - 0.25, y + 0.06, eaves));
     }
 
-    fn villa(&self, clay: &mut Clay, random: &mut RandomStream) {
+    fn villa(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
         let hipped = random.chance(0.4);
         // A wing that stands forward makes the plan an L.
         let wing = random.chance(0.5);
-        self.walls(clay, 0.5, eaves);
-        roof::pitched(clay, [x, y], eaves, random.between(0.55, 0.85), self.facade, hipped);
-        roof::chimneys(clay, [x, y], eaves, random, 1);
+        self.walls(builder, 0.5, eaves);
+        roof::pitched(builder, [x, y], eaves, random.between(0.55, 0.85), self.facade, hipped);
+        roof::chimneys(builder, [x, y], eaves, random, 1);
         let door = random.between(-0.5, 0.1) * x;
-        self.entrance(clay, door, 0.5, true);
-        self.windows(clay, 0.5, eaves, None, &[1, 2, 3]);
+        self.entrance(builder, door, 0.5, true);
+        self.windows(builder, 0.5, eaves, None, &[1, 2, 3]);
         if !wing {
-            self.windows(clay, 0.5, 0.5 + FLOOR_M, Some(door), &[0]);
-            self.windows(clay, 0.5 + FLOOR_M, eaves, None, &[0]);
+            self.windows(builder, 0.5, 0.5 + FLOOR_M, Some(door), &[0]);
+            self.windows(builder, 0.5 + FLOOR_M, eaves, None, &[0]);
         }
         if wing {
             let (from, to) = (x * 0.35, x * 0.92);
-            clay.material(self.facade);
-            clay.block(vec3(from, y - 0.5, -FOOTING_M), vec3(to, y + 1.6, eaves - 0.35));
+            builder.material(self.facade);
+            builder.block(vec3(from, y - 0.5, -FOOTING_M), vec3(to, y + 1.6, eaves - 0.35));
             let front = Wall::new([0.0, y + 1.6], 0);
             for floor in 0..self.floors {
                 let sill = 1.4 + FLOOR_M * floor as f32;
                 let middle = (from + to) * 0.5;
-                clay.material(Material::PaintWhite);
-                front.patch(clay, [middle - 0.85, middle + 0.85], [sill - 0.1, sill + 1.4], 0.015);
-                clay.material(Material::Glass);
-                front.patch(clay, [middle - 0.75, middle + 0.75], [sill, sill + 1.3], 0.03);
+                builder.material(Material::PaintWhite);
+                front.patch(
+                    builder,
+                    [middle - 0.85, middle + 0.85],
+                    [sill - 0.1, sill + 1.4],
+                    0.015,
+                );
+                builder.material(Material::Glass);
+                front.patch(builder, [middle - 0.75, middle + 0.75], [sill, sill + 1.3], 0.03);
             }
-            clay.material(Material::RoofTiles);
+            builder.material(Material::RoofTiles);
             let (left, right) = (from - 0.3, to + 0.3);
             let (front, ridge) = (y + 1.95, eaves - 0.35 + (to - from) * 0.38);
-            roof::prism(clay, [left, right], [y - 1.5, front], eaves - 0.35, ridge);
+            roof::prism(builder, [left, right], [y - 1.5, front], eaves - 0.35, ridge);
         }
-        downpipe(clay, vec3(-x + 0.2, y + 0.06, eaves));
-        downpipe(clay, vec3(x - 0.2, -y - 0.06, eaves));
+        downpipe(builder, vec3(-x + 0.2, y + 0.06, eaves));
+        downpipe(builder, vec3(x - 0.2, -y - 0.06, eaves));
     }
 
-    fn hall(&self, clay: &mut Clay, random: &mut RandomStream) {
+    fn hall(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
-        self.walls(clay, 1.0, eaves);
-        roof::flat(clay, [x, y], eaves, random, self.detail);
-        clay.material(Material::Glass);
+        self.walls(builder, 1.0, eaves);
+        roof::flat(builder, [x, y], eaves, random, self.detail);
+        builder.material(Material::Glass);
         for side in 0..4 {
-            Wall::new(self.half, side).band(clay, [eaves - 1.5, eaves - 0.7], 0.4);
+            Wall::new(self.half, side).band(builder, [eaves - 1.5, eaves - 0.7], 0.4);
         }
         // Pilasters, and gates towards the street.
-        clay.material(Material::Concrete);
+        builder.material(Material::Concrete);
         let bays = ((x * 2.0 / 5.5) as u32).max(2);
         for bay in 0..=bays {
             let at = -x + 2.0 * x * bay as f32 / bays as f32;
             for front in [-1.0f32, 1.0] {
                 let (a, b) = (front * (y - 0.05), front * (y + 0.16));
-                clay.block(vec3(at - 0.22, a.min(b), -1.0), vec3(at + 0.22, a.max(b), eaves + 0.1));
+                builder
+                    .block(vec3(at - 0.22, a.min(b), -1.0), vec3(at + 0.22, a.max(b), eaves + 0.1));
             }
         }
         for bay in (0..bays).step_by(2) {
             let at = -x + 2.0 * x * (bay as f32 + 0.5) / bays as f32;
-            clay.material(Material::Metal);
+            builder.material(Material::Metal);
             let half = (x / bays as f32 - 0.5).min(2.0);
             for slat in 0..5 {
                 let z = 0.1 + 0.62 * slat as f32;
-                clay.block(vec3(at - half, y - 0.05, z), vec3(at + half, y + 0.06, z + 0.58));
+                builder.block(vec3(at - half, y - 0.05, z), vec3(at + half, y + 0.06, z + 0.58));
             }
         }
     }
 
-    fn shell(&self, clay: &mut Clay, random: &mut RandomStream) {
+    fn shell(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         let ([x, y], top) = (self.half, self.eaves_m());
-        clay.material(Material::Concrete);
-        clay.block(vec3(-x, -y, -FOOTING_M), vec3(x, y, 0.15));
+        builder.material(Material::Concrete);
+        builder.block(vec3(-x, -y, -FOOTING_M), vec3(x, y, 0.15));
         let mut slabs = vec![SHOP_M];
         slabs.extend((1..self.floors).map(|floor| SHOP_M + FLOOR_M * floor as f32));
         for slab in &slabs {
-            clay.block(vec3(-x, -y, slab - 0.25), vec3(x, y, *slab));
+            builder.block(vec3(-x, -y, slab - 0.25), vec3(x, y, *slab));
         }
         let bays = [x, y].map(|half| (half * 2.0 / 5.0).ceil().max(1.0) as u32);
         let column = |step: u32, count: u32, half: f32| {
@@ -292,47 +302,54 @@ impl House {
                 let at = vec3(column(i, bays[0], x), column(j, bays[1], y), 0.0);
                 // The columns of the next floor stand already.
                 let high = if random.chance(0.8) { top + 1.1 } else { top };
-                clay.block(at - vec3(0.2, 0.2, 0.0), at + vec3(0.2, 0.2, high));
+                builder.block(at - vec3(0.2, 0.2, 0.0), at + vec3(0.2, 0.2, high));
             }
         }
         // The staircase comes first.
-        clay.block(vec3(-1.6, -y + 0.4, 0.0), vec3(1.6, -y + 4.0, top + 2.2));
-        scaffold(clay, x, y, top);
+        builder.block(vec3(-1.6, -y + 0.4, 0.0), vec3(1.6, -y + 4.0, top + 2.2));
+        scaffold(builder, x, y, top);
     }
 
     /// The box of the house, with a plinth of another stuff below `plinth`.
-    fn walls(&self, clay: &mut Clay, plinth: f32, eaves: f32) {
+    fn walls(&self, builder: &mut MeshBuilder, plinth: f32, eaves: f32) {
         let [x, y] = self.half;
-        clay.material(Material::Concrete);
+        builder.material(Material::Concrete);
         let out = 0.06;
-        clay.block(vec3(-x - out, -y - out, -FOOTING_M), vec3(x + out, y + out, plinth));
-        clay.material(self.facade);
-        clay.block(vec3(-x, -y, plinth - 0.02), vec3(x, y, eaves));
+        builder.block(vec3(-x - out, -y - out, -FOOTING_M), vec3(x + out, y + out, plinth));
+        builder.material(self.facade);
+        builder.block(vec3(-x, -y, plinth - 0.02), vec3(x, y, eaves));
     }
 
     /// Bands between floors, and pilasters at the corners.
-    fn courses(&self, clay: &mut Clay, low: f32, eaves: f32, random: &mut RandomStream) {
+    fn courses(&self, builder: &mut MeshBuilder, low: f32, eaves: f32, random: &mut RandomStream) {
         let [x, y] = self.half;
         let every =
             if self.facade == Material::FacadeGlass { 4 } else { 1 + random.remainder(3) as u32 };
-        clay.material(Material::Concrete);
+        builder.material(Material::Concrete);
         let mut floor = 0;
         while low + FLOOR_M * (floor as f32) < eaves - 1.0 {
             let (z, out) = (low + FLOOR_M * floor as f32, if floor == 0 { 0.16 } else { 0.08 });
-            clay.block(vec3(-x - out, -y - out, z - 0.12), vec3(x + out, y + out, z + 0.12));
+            builder.block(vec3(-x - out, -y - out, z - 0.12), vec3(x + out, y + out, z + 0.12));
             floor += every;
         }
         for (sx, sy) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
             let corner = vec3(sx * (x - 0.3), sy * (y - 0.3), 0.0);
-            clay.block(corner + vec3(-0.38, -0.38, low), corner + vec3(0.38, 0.38, eaves));
+            builder.block(corner + vec3(-0.38, -0.38, low), corner + vec3(0.38, 0.38, eaves));
         }
         if self.detail == Detail::High {
-            fins(clay, self.half, low, eaves, 4.8);
+            fins(builder, self.half, low, eaves, 4.8);
         }
     }
 
     /// Windows on some of the walls, on every floor between two heights.
-    fn windows(&self, clay: &mut Clay, low: f32, high: f32, door: Option<f32>, walls: &[usize]) {
+    fn windows(
+        &self,
+        builder: &mut MeshBuilder,
+        low: f32,
+        high: f32,
+        door: Option<f32>,
+        walls: &[usize],
+    ) {
         let homely = matches!(self.style, Style::Row | Style::Villa | Style::Terrace);
         let spec = Windows {
             pitch_m: if homely { 2.5 } else { 2.8 },
@@ -349,22 +366,22 @@ impl House {
         let mut sill = low + 0.95;
         while sill + 1.7 < high {
             for wall in walls {
-                Wall::new(half, *wall).row(clay, sill, &spec, door);
+                Wall::new(half, *wall).row(builder, sill, &spec, door);
             }
             sill += FLOOR_M;
         }
     }
 
     /// Floors and windows as strips round the whole house.
-    fn bands(&self, clay: &mut Clay, half: [f32; 2], low: f32, high: f32) {
+    fn bands(&self, builder: &mut MeshBuilder, half: [f32; 2], low: f32, high: f32) {
         let glass = self.facade == Material::FacadeGlass;
-        clay.material(if glass { Material::Metal } else { Material::Glass });
+        builder.material(if glass { Material::Metal } else { Material::Glass });
         let (from, to) = if glass { (-0.3, 0.3) } else { (0.9, 2.5) };
         let mut floor = low;
         while floor + to + 0.3 < high {
             if floor + from > low {
                 for side in 0..4 {
-                    Wall::new(half, side).band(clay, [floor + from, floor + to], 0.3);
+                    Wall::new(half, side).band(builder, [floor + from, floor + to], 0.3);
                 }
             }
             floor += FLOOR_M;
@@ -372,7 +389,7 @@ impl House {
     }
 
     /// Shop windows, doors and awnings along the street.
-    fn shops(&self, clay: &mut Clay, random: &mut RandomStream) {
+    fn shops(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         let [x, y] = self.half;
         let count = ((x * 2.0 / 5.0) as u32).max(1);
         let width = x * 2.0 / count as f32;
@@ -380,38 +397,38 @@ impl House {
             let middle = -x + width * (shop as f32 + 0.5);
             let half = width * 0.5 - 0.35;
             let front = y + 0.06;
-            clay.material(Material::Glass);
-            clay.block(
+            builder.material(Material::Glass);
+            builder.block(
                 vec3(middle - half, front - 0.05, 0.55),
                 vec3(middle + half * 0.4, front + 0.04, 2.9),
             );
-            clay.material(Material::Wood);
-            clay.block(
+            builder.material(Material::Wood);
+            builder.block(
                 vec3(middle + half * 0.48, front - 0.05, 0.02),
                 vec3(middle + half, front + 0.05, 2.5),
             );
-            clay.material(Material::CarPaint);
-            clay.block(
+            builder.material(Material::CarPaint);
+            builder.block(
                 vec3(middle - half, front - 0.02, 3.05),
                 vec3(middle + half, front + 0.12, 3.55),
             );
             if random.chance(0.5) {
-                clay.material(Material::Cloth);
+                builder.material(Material::Cloth);
                 let (low, high) = (2.55, 3.0);
                 let at = |x: f32, out: f32, z: f32| vec3(middle + x, front + out, z);
-                clay.quad([
+                builder.quad([
                     at(-half, 0.0, high),
                     at(half, 0.0, high),
                     at(half, 1.3, low),
                     at(-half, 1.3, low),
                 ]);
-                clay.quad([
+                builder.quad([
                     at(half, 0.0, high - 0.03),
                     at(-half, 0.0, high - 0.03),
                     at(-half, 1.3, low - 0.03),
                     at(half, 1.3, low - 0.03),
                 ]);
-                clay.quad([
+                builder.quad([
                     at(-half, 1.3, low),
                     at(half, 1.3, low),
                     at(half, 1.3, low - 0.22),
@@ -422,29 +439,29 @@ impl House {
     }
 
     /// A door with steps; with a canopy if wanted.
-    fn entrance(&self, clay: &mut Clay, x: f32, sill: f32, canopy: bool) {
+    fn entrance(&self, builder: &mut MeshBuilder, x: f32, sill: f32, canopy: bool) {
         let y = self.half[1] + 0.06;
-        clay.material(Material::Wood);
-        clay.block(vec3(x - 0.6, y - 0.1, sill), vec3(x + 0.6, y + 0.05, sill + 2.25));
-        clay.material(Material::Concrete);
+        builder.material(Material::Wood);
+        builder.block(vec3(x - 0.6, y - 0.1, sill), vec3(x + 0.6, y + 0.05, sill + 2.25));
+        builder.material(Material::Concrete);
         let steps = (sill / 0.17).ceil() as u32;
         for step in 0..steps {
             let out = y + 0.35 * (steps - step) as f32;
             let top = sill - 0.17 * (steps - 1 - step) as f32;
-            clay.block(vec3(x - 0.9, y - 0.1, -FOOTING_M), vec3(x + 0.9, out, top.max(0.1)));
+            builder.block(vec3(x - 0.9, y - 0.1, -FOOTING_M), vec3(x + 0.9, out, top.max(0.1)));
         }
         if canopy {
-            clay.block(vec3(x - 1.2, y - 0.1, sill + 2.6), vec3(x + 1.2, y + 1.1, sill + 2.75));
-            clay.material(Material::Metal);
+            builder.block(vec3(x - 1.2, y - 0.1, sill + 2.6), vec3(x + 1.2, y + 1.1, sill + 2.75));
+            builder.material(Material::Metal);
             for side in [-1.05f32, 1.05] {
                 let post = vec3(x + side, y + 0.95, 0.0);
-                clay.rod(post - Vec3::Z * 0.5, post + Vec3::Z * (sill + 2.6), 0.06, 5);
+                builder.rod(post - Vec3::Z * 0.5, post + Vec3::Z * (sill + 2.6), 0.06, 5);
             }
         }
     }
 
     /// Balconies on the street side.
-    fn balconies(&self, clay: &mut Clay, eaves: f32, random: &mut RandomStream) {
+    fn balconies(&self, builder: &mut MeshBuilder, eaves: f32, random: &mut RandomStream) {
         if !random.chance(0.5) {
             return;
         }
@@ -455,18 +472,20 @@ impl House {
         while z < eaves - 2.0 {
             for bay in 0..count {
                 let at = -x + x * 2.0 * (bay as f32 + 0.5) / count as f32;
-                clay.material(Material::Concrete);
-                clay.block(vec3(at - 1.3, y - 0.05, z - 0.08), vec3(at + 1.3, y + 1.15, z + 0.08));
-                clay.material(Material::Metal);
+                builder.material(Material::Concrete);
+                builder
+                    .block(vec3(at - 1.3, y - 0.05, z - 0.08), vec3(at + 1.3, y + 1.15, z + 0.08));
+                builder.material(Material::Metal);
                 let (low, high) =
                     if rails > 0 { (z + 0.95, z + 1.05) } else { (z + 0.08, z + 1.05) };
-                clay.block(vec3(at - 1.3, y + 1.09, low), vec3(at + 1.3, y + 1.14, high));
+                builder.block(vec3(at - 1.3, y + 1.09, low), vec3(at + 1.3, y + 1.14, high));
                 for side in [-1.3f32, 1.25] {
-                    clay.block(vec3(at + side, y, low), vec3(at + side + 0.05, y + 1.14, high));
+                    builder.block(vec3(at + side, y, low), vec3(at + side + 0.05, y + 1.14, high));
                 }
                 for rail in 0..rails {
                     let x = at - 1.25 + 2.5 * rail as f32 / (rails - 1) as f32;
-                    clay.block(vec3(x - 0.015, y + 1.10, z), vec3(x + 0.015, y + 1.13, z + 0.95));
+                    builder
+                        .block(vec3(x - 0.015, y + 1.10, z), vec3(x + 0.015, y + 1.13, z + 0.95));
                 }
             }
             z += FLOOR_M;
@@ -475,31 +494,31 @@ impl House {
 }
 
 /// Poles, planks and rails before the street side.
-fn scaffold(clay: &mut Clay, x: f32, y: f32, top: f32) {
+fn scaffold(builder: &mut MeshBuilder, x: f32, y: f32, top: f32) {
     let (near, far) = (y + 0.12, y + 0.9);
     let bays = (x * 2.0 / 2.5).ceil().max(1.0) as u32;
     let at = |step: u32| -x + x * 2.0 * step as f32 / bays as f32;
-    clay.material(Material::Metal);
+    builder.material(Material::Metal);
     for step in 0..=bays {
         for out in [near, far] {
-            clay.rod(vec3(at(step), out, -1.0), vec3(at(step), out, top + 1.0), 0.03, 5);
+            builder.rod(vec3(at(step), out, -1.0), vec3(at(step), out, top + 1.0), 0.03, 5);
         }
     }
     let mut deck = 2.0;
     while deck < top + 0.5 {
-        clay.material(Material::Wood);
-        clay.block(vec3(-x, near, deck - 0.05), vec3(x, far, deck));
-        clay.material(Material::Metal);
+        builder.material(Material::Wood);
+        builder.block(vec3(-x, near, deck - 0.05), vec3(x, far, deck));
+        builder.material(Material::Metal);
         for rail in [0.5, 1.0] {
-            clay.rod(vec3(-x, far, deck + rail), vec3(x, far, deck + rail), 0.02, 4);
+            builder.rod(vec3(-x, far, deck + rail), vec3(x, far, deck + rail), 0.02, 4);
         }
         deck += 2.0;
     }
 }
 
 /// Upright ribs round a box.
-fn fins(clay: &mut Clay, [x, y]: [f32; 2], low: f32, high: f32, pitch: f32) {
-    clay.material(Material::Metal);
+fn fins(builder: &mut MeshBuilder, [x, y]: [f32; 2], low: f32, high: f32, pitch: f32) {
+    builder.material(Material::Metal);
     for side in 0..4 {
         let turn = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2 * side as f32);
         let (across, out) = if side % 2 == 0 { (x, y) } else { (y, x) };
@@ -507,12 +526,12 @@ fn fins(clay: &mut Clay, [x, y]: [f32; 2], low: f32, high: f32, pitch: f32) {
         for fin in 0..=count {
             let at = -across + across * 2.0 * fin as f32 / count as f32;
             let center = turn * vec3(at, out + 0.05, 0.0) + Vec3::Z * (low + high) * 0.5;
-            clay.block_at(center, vec3(0.08, 0.12, (high - low) * 0.5), turn);
+            builder.block_at(center, vec3(0.08, 0.12, (high - low) * 0.5), turn);
         }
     }
 }
 
-fn downpipe(clay: &mut Clay, top: Vec3) {
-    clay.material(Material::Metal);
-    clay.rod(vec3(top.x, top.y, -0.5), top, 0.05, 5);
+fn downpipe(builder: &mut MeshBuilder, top: Vec3) {
+    builder.material(Material::Metal);
+    builder.rod(vec3(top.x, top.y, -0.5), top, 0.05, 5);
 }

@@ -1,6 +1,6 @@
 use glam::Vec2;
 
-use super::frontage::{Frontage, STEP_M, Station};
+use crate::furnish::frontage::{Frontage, STEP_M, Station};
 
 /// How much of a city each place is: 0 in the open country, 1 in the middle of a dense grid.
 #[derive(Debug, Default)]

@@ -3,14 +3,18 @@
 use glam::{Vec2, vec2, vec3};
 use mesh::{Material, RandomStream, Tag};
 
-use super::building::Style;
-use super::density::Density;
-use super::lots::Garden;
-use super::plan::Plan;
-use super::raster::{ground, rectangle, square};
-use super::scene::{Brief, Place, Scene};
-use super::tree::{Finish, Sapling, Species, nursery};
-use super::{Detail, Layer};
+use crate::{
+    furnish::{
+        building::Style,
+        density::Density,
+        lots::Garden,
+        plan::Plan,
+        raster::{ground, rectangle, square},
+        scene::{Brief, Place, Scene},
+        tree::{Finish, Sapling, Species, nursery},
+    },
+    static_world::{Detail, Layer},
+};
 
 /// All saplings of the town.
 pub(super) struct Nursery {
@@ -62,7 +66,7 @@ impl Nursery {
         plan.raster.stamp(&square(at, (crown * 0.7).max(0.5)), ground::FURNITURE);
         let place = Place { foot: plan.foot(at), yaw_rad: turn };
         let brief = Brief { tag: Tag::Vegetation, layer: Layer::Foliage, color: [70, 110, 50] };
-        scene.add(brief, place, |clay| clay.append(&sapling.mesh, scale));
+        scene.add(brief, place, |builder| builder.append(&sapling.mesh, scale));
         if sapling.trunk_radius > 0.0 {
             scene.solid_post(&place, sapling.trunk_radius * scale, sapling.height * scale * 0.6);
         }
@@ -151,30 +155,34 @@ fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Ran
         if dice < 0.45 {
             let brief = Brief { tag: Tag::Vegetation, layer: Layer::Foliage, color: [60, 100, 48] };
             let top = slope + random.between(0.9, 1.5);
-            scene.add(brief, place, |clay| {
-                clay.material(Material::Leaves);
-                clay.block(vec3(-length, -0.28, -0.3), vec3(length, 0.28, top));
+            scene.add(brief, place, |builder| {
+                builder.material(Material::Leaves);
+                builder.block(vec3(-length, -0.28, -0.3), vec3(length, 0.28, top));
             });
             scene.solid(&place, vec3(-length, -0.28, -0.3), vec3(length, 0.28, top));
         } else if dice < 0.65 {
             let brief = Brief { tag: Tag::Wall, layer: Layer::Walls, color: [150, 140, 130] };
             let (top, brick) = (slope + 0.85, random.chance(0.6));
-            scene.add(brief, place, |clay| {
-                clay.material(if brick { Material::FacadeBrick } else { Material::FacadePlaster });
-                clay.block(vec3(-length, -0.12, -0.4), vec3(length, 0.12, top));
-                clay.material(Material::Concrete);
-                clay.block(vec3(-length, -0.17, top), vec3(length, 0.17, top + 0.07));
+            scene.add(brief, place, |builder| {
+                builder.material(if brick {
+                    Material::FacadeBrick
+                } else {
+                    Material::FacadePlaster
+                });
+                builder.block(vec3(-length, -0.12, -0.4), vec3(length, 0.12, top));
+                builder.material(Material::Concrete);
+                builder.block(vec3(-length, -0.17, top), vec3(length, 0.17, top + 0.07));
                 let gate = -side * (length - 0.2);
-                clay.block(vec3(gate - 0.2, -0.2, -0.4), vec3(gate + 0.2, 0.2, top + 0.35));
+                builder.block(vec3(gate - 0.2, -0.2, -0.4), vec3(gate + 0.2, 0.2, top + 0.35));
             });
             scene.solid(&place, vec3(-length, -0.2, -0.4), vec3(length, 0.2, top + 0.07));
         } else {
             let brief = Brief { tag: Tag::Fence, layer: Layer::Walls, color: [150, 120, 90] };
             let top = slope + 1.05;
-            scene.add(brief, place, |clay| {
-                clay.material(Material::Wood);
+            scene.add(brief, place, |builder| {
+                builder.material(Material::Wood);
                 for z in [slope + 0.25, slope + 0.8] {
-                    clay.block(vec3(-length, -0.03, z), vec3(length, 0.03, z + 0.08));
+                    builder.block(vec3(-length, -0.03, z), vec3(length, 0.03, z + 0.08));
                 }
                 let pitch = match detail {
                     Detail::Low => 2.7,
@@ -184,7 +192,7 @@ fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Ran
                 let count = (length * 2.0 / pitch) as u32;
                 for picket in 0..=count {
                     let x = -length + length * 2.0 * picket as f32 / count.max(1) as f32;
-                    clay.block(vec3(x - 0.05, 0.03, -0.3), vec3(x + 0.05, 0.06, top));
+                    builder.block(vec3(x - 0.05, 0.03, -0.3), vec3(x + 0.05, 0.06, top));
                 }
             });
             scene.solid(&place, vec3(-length, -0.05, -0.3), vec3(length, 0.07, top));

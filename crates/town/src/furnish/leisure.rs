@@ -5,14 +5,16 @@ use std::f32::consts::TAU;
 use glam::{Vec2, vec2};
 use mesh::{Material, RandomStream};
 
-use super::building::Style;
-use super::density::Density;
-use super::lots::Garden;
-use super::parked::{self, slab};
-use super::plan::Plan;
-use super::raster::{ground, rectangle};
-use super::scene::Scene;
-use super::stand::stand;
+use super::{
+    building::Style,
+    density::Density,
+    lots::Garden,
+    parked::{self, slab},
+    plan::Plan,
+    raster::{ground, rectangle},
+    scene::Scene,
+    stand::stand,
+};
 
 /// Below this density nobody comes to play.
 const LIVED_IN: f32 = 0.22;

@@ -4,13 +4,17 @@
 use glam::{Vec2, Vec3, vec2, vec3};
 use mesh::{Material, RandomStream, Tag};
 
-use super::Layer;
-use super::building::{House, Style};
-use super::density::{Density, FAST_MPS};
-use super::frontage::{Frontage, STEP_M, Station};
-use super::plan::Plan;
-use super::raster::{ground, rectangle};
-use super::scene::{Brief, Place, Scene};
+use crate::{
+    furnish::{
+        building::{House, Style},
+        density::{Density, FAST_MPS},
+        frontage::{Frontage, STEP_M, Station},
+        plan::Plan,
+        raster::{ground, rectangle},
+        scene::{Brief, Place, Scene},
+    },
+    static_world::Layer,
+};
 
 /// What is kept free round a house. Metres.
 const MARGIN_M: f32 = 0.5;
@@ -116,7 +120,7 @@ fn gap(style: Style) -> f32 {
 
 /// What somebody would build in a place as dense as this.
 fn draw(dense: f32, is_old: bool, random: &mut RandomStream) -> House {
-    let detail = super::Detail::Standard;
+    let detail = crate::static_world::Detail::Standard;
     let dice = random.unit();
     let style = if dense > 0.3 && random.chance(UNFINISHED) {
         Style::Shell
@@ -269,7 +273,7 @@ fn erect(
     let brief = Brief { tag: Tag::Building, layer: Layer::Buildings, color: *random.pick(&colors) };
     // A stream of its own: what a finer model draws changes nothing of what comes after.
     let mut inside = RandomStream::named(random.bits(), 0x40);
-    scene.add(brief, place, |clay| house.model(clay, &mut inside));
+    scene.add(brief, place, |builder| house.model(builder, &mut inside));
     let low = Vec3::new(-x, -y, -3.0);
     scene.solid(&place, low, Vec3::new(x, y, house.eaves_m()));
 }

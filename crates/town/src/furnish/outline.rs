@@ -6,9 +6,11 @@ use glam::{Vec2, vec2};
 use rayon::prelude::*;
 use road::{LaneTypes, Network};
 
-use super::frontage::{Frontage, STEP_M, Station};
-use super::raster::{Raster, ground};
-use super::relief::Relief;
+use super::{
+    frontage::{Frontage, STEP_M, Station},
+    raster::{Raster, ground},
+    relief::Relief,
+};
 
 /// Loops shorter than this lie round traffic islands. Metres.
 const SHORTEST_M: f32 = 60.0;

@@ -6,12 +6,16 @@ use glam::{Quat, Vec2, Vec3, vec2, vec3};
 use mesh::{Material, RandomStream};
 use road::{LaneIndex, LanePoint, LaneType, LaneTypes};
 
-use super::building::Style;
-use super::lots::Garden;
-use super::plan::Plan;
-use super::raster::{ground, rectangle};
-use super::scene::{Place, Scene};
-use crate::catalogue::{self, Blueprint, Kind};
+use crate::{
+    catalogue::{self, Blueprint, Kind},
+    furnish::{
+        building::Style,
+        lots::Garden,
+        plan::Plan,
+        raster::{ground, rectangle},
+        scene::{Place, Scene},
+    },
+};
 
 /// How many of the places are taken.
 const TAKEN: f32 = 0.55;

@@ -3,15 +3,19 @@ use mesh::{Mesh, Tag};
 use rayon::prelude::*;
 use road::{LaneType, Network};
 
-use super::Detail;
-use super::bridge;
-use super::density::Density;
-use super::frontage::Frontage;
-use super::index::TriangleIndex;
-use super::outline;
-use super::raster::{Raster, ground};
-use super::relief::Relief;
-use super::terrain;
+use crate::{
+    furnish::{
+        bridge,
+        density::Density,
+        frontage::Frontage,
+        index::TriangleIndex,
+        outline,
+        raster::{Raster, ground},
+        relief::Relief,
+        terrain,
+    },
+    static_world::Detail,
+};
 
 /// How far the town reaches beyond its roads. Metres.
 const FRINGE_M: f32 = 70.0;
@@ -47,7 +51,7 @@ pub(super) struct Plan<'a> {
 impl Plan<'_> {
     pub(super) fn new(network: &Network, seed: u64, detail: Detail) -> Plan<'_> {
         let mut roads = road::surface_mesh(network, STATION_M);
-        let (low, high) = crate::clay::bounds(&roads);
+        let (low, high) = crate::mesh_builder::bounds(&roads);
         let (low, high) = (low.truncate() - FRINGE_M, high.truncate() + FRINGE_M);
         // Kerbs and flanks stand upright; the ground joins what lies.
         let is_bridge = bridge::bridges(&roads);

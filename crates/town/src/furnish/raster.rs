@@ -3,25 +3,25 @@ use glam::{DVec2, Vec2, dvec2, vec2};
 /// What stands in a cell, as bits.
 pub(super) mod ground {
     /// Vehicles move here.
-    pub(in crate::furnish) const CARRIAGEWAY: u8 = 1;
+    pub(crate) const CARRIAGEWAY: u8 = 1;
     /// People walk here.
-    pub(in crate::furnish) const WALK: u8 = 2;
+    pub(crate) const WALK: u8 = 2;
     /// Green strips and islands that belong to a road.
-    pub(in crate::furnish) const VERGE: u8 = 4;
+    pub(crate) const VERGE: u8 = 4;
     /// A house, or its yard.
-    pub(in crate::furnish) const BUILT: u8 = 8;
+    pub(crate) const BUILT: u8 = 8;
     /// A tree, a pole, a bench.
-    pub(in crate::furnish) const FURNITURE: u8 = 16;
+    pub(crate) const FURNITURE: u8 = 16;
     /// To be kept free for sight or for walking.
-    pub(in crate::furnish) const CLEAR: u8 = 32;
+    pub(crate) const CLEAR: u8 = 32;
 
     /// Covered with slabs; everything may stand here.
-    pub(in crate::furnish) const PAVED: u8 = 64;
+    pub(crate) const PAVED: u8 = 64;
 
     /// All that belongs to a road.
-    pub(in crate::furnish) const ROAD: u8 = CARRIAGEWAY | WALK | VERGE;
+    pub(crate) const ROAD: u8 = CARRIAGEWAY | WALK | VERGE;
     /// All that stands in the way.
-    pub(in crate::furnish) const ANY: u8 = ROAD | BUILT | FURNITURE | CLEAR;
+    pub(crate) const ANY: u8 = ROAD | BUILT | FURNITURE | CLEAR;
 }
 
 /// The plan of the town as small square cells. A cell counts as covered by whatever touches it, so

@@ -1,13 +1,15 @@
 use glam::{Quat, Vec3, vec3};
 use mesh::{Material, Mesh, Tag};
 
-use super::{Collider, Head, Lamp, Layer, Object, Parked, Town};
-use crate::catalogue::Blueprint;
-use crate::clay::Clay;
+use crate::{
+    catalogue::Blueprint,
+    mesh_builder::MeshBuilder,
+    static_world::{Collider, Head, Lamp, Layer, Object, Parked, Town},
+};
 
 /// The town so far.
 pub(super) struct Scene {
-    clay: Clay,
+    builder: MeshBuilder,
     town: Town,
 }
 
@@ -36,14 +38,14 @@ impl Place {
 impl Scene {
     /// On top of roads and terrain.
     pub(super) fn new(ground: Mesh) -> Scene {
-        let mut clay = Clay::new(Tag::Static, Material::Concrete, 0);
-        clay.mesh = ground;
+        let mut builder = MeshBuilder::new(Tag::Static, Material::Concrete, 0);
+        builder.mesh = ground;
         // Growing step by step would copy a large mesh again and again.
-        let more = clay.mesh.triangles.len() * 3;
-        clay.mesh.positions.reserve(more);
-        clay.mesh.triangles.reserve(more);
-        clay.mesh.faces.reserve(more);
-        Scene { clay, town: Town::default() }
+        let more = builder.mesh.triangles.len() * 3;
+        builder.mesh.positions.reserve(more);
+        builder.mesh.triangles.reserve(more);
+        builder.mesh.faces.reserve(more);
+        Scene { builder, town: Town::default() }
     }
 
     /// Adds what `model` makes in its own space; says its index and its box.
@@ -51,15 +53,15 @@ impl Scene {
         &mut self,
         brief: Brief,
         place: Place,
-        model: impl FnOnce(&mut Clay),
+        model: impl FnOnce(&mut MeshBuilder),
     ) -> (u32, Object) {
         let number = self.town.objects.len() as u32;
-        let first = self.clay.mesh.positions.len();
-        self.clay.object(number + 1).paint(brief.tag, Material::Concrete);
-        model(&mut self.clay);
+        let first = self.builder.mesh.positions.len();
+        self.builder.object(number + 1).paint(brief.tag, Material::Concrete);
+        model(&mut self.builder);
         let (sin, cos) = place.yaw_rad.sin_cos();
         let (mut low, mut high) = (Vec3::MAX, Vec3::MIN);
-        for position in &mut self.clay.mesh.positions[first..] {
+        for position in &mut self.builder.mesh.positions[first..] {
             let local = Vec3::from_array(*position);
             (low, high) = (low.min(local), high.max(local));
             let turned =
@@ -87,9 +89,9 @@ impl Scene {
     ) {
         let number = self.town.objects.len() as u32;
         self.town.objects.push(object);
-        let first = self.clay.mesh.faces.len();
-        self.clay.mesh.append(mesh);
-        for face in &mut self.clay.mesh.faces[first..] {
+        let first = self.builder.mesh.faces.len();
+        self.builder.mesh.append(mesh);
+        for face in &mut self.builder.mesh.faces[first..] {
             face.object = number + 1;
         }
         self.town.colliders.extend(solids.map(|solid| Collider { object: number, ..solid }));
@@ -97,12 +99,12 @@ impl Scene {
 
     /// Adds to the ground. World space.
     pub(super) fn lay(&mut self, mesh: &Mesh) {
-        self.clay.mesh.append(mesh);
+        self.builder.mesh.append(mesh);
     }
 
     /// Lays a quadrilateral of ground, counter-clockwise seen from above. World space.
     pub(super) fn ground(&mut self, material: Material, corners: [Vec3; 4]) {
-        self.clay.object(0).paint(Tag::Ground, material).quad(corners);
+        self.builder.object(0).paint(Tag::Ground, material).quad(corners);
     }
 
     /// Parks a vehicle for good; its origin stands at the place's foot.
@@ -156,6 +158,6 @@ impl Scene {
     }
 
     pub(super) fn finish(self) -> Town {
-        Town { mesh: self.clay.mesh, ..self.town }
+        Town { mesh: self.builder.mesh, ..self.town }
     }
 }

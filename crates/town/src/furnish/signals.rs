@@ -6,11 +6,15 @@ use glam::{Vec2, Vec3, vec3};
 use mesh::{Material, Tag};
 use road::Signal;
 
-use super::plan::Plan;
-use super::raster::{ground, square};
-use super::scene::{Brief, Place, Scene};
-use super::{Head, Layer};
-use crate::clay::Clay;
+use crate::{
+    furnish::{
+        plan::Plan,
+        raster::{ground, square},
+        scene::{Brief, Place, Scene},
+    },
+    mesh_builder::MeshBuilder,
+    static_world::{Head, Layer},
+};
 
 /// Of a lamp box's lower edge beside the road, and over it. Metres.
 const HEAD_BESIDE_M: f32 = 2.6;
@@ -81,21 +85,21 @@ fn light(plan: &mut Plan, scene: &mut Scene, signal: &Signal, number: u32) {
     let arm = at - pole;
     let place = Place { foot, yaw_rad: if gap > 0.6 { arm.to_angle() } else { yaw_rad } };
     let brief = Brief { tag: Tag::Pole, layer: Layer::Props, color: [70, 74, 76] };
-    scene.add(brief, place, |clay| {
-        clay.material(Material::Metal);
-        clay.cone(Vec3::Z * -0.5, Vec3::Z * 0.35, [0.16, 0.12], 8);
-        clay.cone(Vec3::Z * 0.35, Vec3::Z * (beam + 0.5), [0.08, 0.06], 8);
+    scene.add(brief, place, |builder| {
+        builder.material(Material::Metal);
+        builder.cone(Vec3::Z * -0.5, Vec3::Z * 0.35, [0.16, 0.12], 8);
+        builder.cone(Vec3::Z * 0.35, Vec3::Z * (beam + 0.5), [0.08, 0.06], 8);
         if gap > 0.6 {
             let start = Vec3::Z * beam;
-            clay.cone(start, start + Vec3::X * (gap + 0.25), [0.07, 0.045], 8);
-            clay.rod(start - Vec3::Z * 0.8, start + Vec3::X * (gap * 0.35), 0.03, 5);
+            builder.cone(start, start + Vec3::X * (gap + 0.25), [0.07, 0.045], 8);
+            builder.rod(start - Vec3::Z * 0.8, start + Vec3::X * (gap * 0.35), 0.03, 5);
         } else {
             // Brackets to the box.
             for z in [beam - 0.35, beam + 0.25] {
-                clay.rod(Vec3::Z * z, vec3(0.14, 0.0, z), 0.025, 5);
+                builder.rod(Vec3::Z * z, vec3(0.14, 0.0, z), 0.025, 5);
             }
-            clay.material(Material::Plastic);
-            clay.block(vec3(0.05, -0.08, 1.0), vec3(0.17, 0.08, 1.3));
+            builder.material(Material::Plastic);
+            builder.block(vec3(0.05, -0.08, 1.0), vec3(0.17, 0.08, 1.3));
         }
     });
     scene.solid_post(&place, 0.14, beam + 0.5);
@@ -115,18 +119,18 @@ fn sign(plan: &mut Plan, scene: &mut Scene, signal: &Signal) {
     let center = Vec3::Z * (low + half[1]);
     let place = Place { foot, yaw_rad };
     let brief = Brief { tag: Tag::TrafficSign, layer: Layer::Props, color: [200, 30, 30] };
-    scene.add(brief, place, |clay| {
-        clay.paint(Tag::Pole, Material::Metal);
-        clay.rod(Vec3::Z * -0.5, Vec3::Z * (low + size[1] * 0.9), 0.035, 6);
-        clay.paint(Tag::TrafficSign, Material::Sign);
-        plate(clay, &signal.kind, center, half);
+    scene.add(brief, place, |builder| {
+        builder.paint(Tag::Pole, Material::Metal);
+        builder.rod(Vec3::Z * -0.5, Vec3::Z * (low + size[1] * 0.9), 0.035, 6);
+        builder.paint(Tag::TrafficSign, Material::Sign);
+        plate(builder, &signal.kind, center, half);
     });
     scene.solid_post(&place, 0.05, low + size[1]);
     plan.raster.stamp(&square(pole, 0.5), ground::FURNITURE);
 }
 
 /// A plate that looks along x, in the shape that its number stands for.
-fn plate(clay: &mut Clay, kind: &str, center: Vec3, [half_y, half_z]: [f32; 2]) {
+fn plate(builder: &mut MeshBuilder, kind: &str, center: Vec3, [half_y, half_z]: [f32; 2]) {
     let disc = half_y.min(half_z).clamp(0.3, 0.5);
     // (corners, angle of the first one, radius, border)
     let (corners, first, radius, border) = match kind {
@@ -139,7 +143,8 @@ fn plate(clay: &mut Clay, kind: &str, center: Vec3, [half_y, half_z]: [f32; 2]) 
         "274" | "267" | "250" | "260" | "276" | "283" => (20, 0.0, disc, Some(Material::LampRed)),
         "278" | "282" | "209" | "222" => (20, 0.0, disc, None),
         _ => {
-            clay.block(center + vec3(0.04, -half_y, -half_z), center + vec3(0.07, half_y, half_z));
+            builder
+                .block(center + vec3(0.04, -half_y, -half_z), center + vec3(0.07, half_y, half_z));
             return;
         }
     };
@@ -152,24 +157,24 @@ fn plate(clay: &mut Clay, kind: &str, center: Vec3, [half_y, half_z]: [f32; 2]) 
             .collect()
     };
     let inner = if kind == "206" || border.is_none() { radius } else { radius * 0.78 };
-    clay.material(Material::Metal);
-    clay.loft(&[ring(radius, 0.035), ring(radius, 0.05)], |_, _| None);
-    clay.material(border.unwrap_or(Material::Sign));
-    clay.loft(&[ring(radius, 0.05), ring(radius, 0.055)], |_, _| None);
+    builder.material(Material::Metal);
+    builder.loft(&[ring(radius, 0.035), ring(radius, 0.05)], |_, _| None);
+    builder.material(border.unwrap_or(Material::Sign));
+    builder.loft(&[ring(radius, 0.05), ring(radius, 0.055)], |_, _| None);
     if kind == "206" {
-        clay.material(Material::Sign);
-        clay.block(
+        builder.material(Material::Sign);
+        builder.block(
             center + vec3(0.055, -radius * 0.62, -radius * 0.18),
             center + vec3(0.06, radius * 0.62, radius * 0.18),
         );
     } else if inner < radius {
-        clay.material(if kind == "306" { Material::LampAmber } else { Material::Sign });
-        clay.loft(&[ring(inner, 0.055), ring(inner, 0.06)], |_, _| None);
+        builder.material(if kind == "306" { Material::LampAmber } else { Material::Sign });
+        builder.loft(&[ring(inner, 0.055), ring(inner, 0.06)], |_, _| None);
         if kind == "274" {
             // Two dark strokes in place of figures.
-            clay.material(Material::Plastic);
+            builder.material(Material::Plastic);
             for y in [-0.32f32, 0.06] {
-                clay.block(
+                builder.block(
                     center + vec3(0.06, y * radius, -inner * 0.5),
                     center + vec3(0.063, (y + 0.24) * radius, inner * 0.5),
                 );

@@ -3,11 +3,15 @@
 use glam::Vec2;
 use mesh::Tag;
 
-use super::plan::Plan;
-use super::raster::rectangle;
-use super::scene::{Brief, Place, Scene};
-use super::{Detail, Layer};
-use crate::clay::Clay;
+use crate::{
+    furnish::{
+        plan::Plan,
+        raster::rectangle,
+        scene::{Brief, Place, Scene},
+    },
+    mesh_builder::MeshBuilder,
+    static_world::{Detail, Layer},
+};
 
 /// Triangles from which on a prop is too fine for low detail.
 const BOXED_FROM: usize = 150;
@@ -35,8 +39,8 @@ pub(super) fn stand(
     let (low, high) = (thing.center_m - half, thing.center_m + half);
     // In a whole city, what is finely made is a box.
     let is_box = plan.detail == Detail::Low && thing.mesh().triangles.len() > BOXED_FROM;
-    scene.add(brief, place, |clay: &mut Clay| {
-        if is_box { clay.block(low, high) } else { clay.append(thing.mesh(), 1.0) }
+    scene.add(brief, place, |builder: &mut MeshBuilder| {
+        if is_box { builder.block(low, high) } else { builder.append(thing.mesh(), 1.0) }
     });
     scene.solid(&place, low, high);
     true

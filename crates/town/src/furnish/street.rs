@@ -3,15 +3,19 @@
 use glam::{Vec3, vec3};
 use mesh::{Material, RandomStream, Tag};
 
-use super::density::{Density, FAST_MPS};
-use super::frontage::{Frontage, STEP_M, Station};
-use super::green::Nursery;
-use super::plan::Plan;
-use super::raster::{ground, square};
-use super::scene::{Brief, Place, Scene};
-use super::stand::stand;
-use super::tree::Species;
-use super::{Detail, Lamp, Layer};
+use crate::{
+    furnish::{
+        density::{Density, FAST_MPS},
+        frontage::{Frontage, STEP_M, Station},
+        green::Nursery,
+        plan::Plan,
+        raster::{ground, square},
+        scene::{Brief, Place, Scene},
+        stand::stand,
+        tree::Species,
+    },
+    static_world::{Detail, Lamp, Layer},
+};
 
 /// From the kerb to the middle of what stands behind it. Metres.
 const BEHIND_KERB_M: f32 = 0.7;
@@ -66,15 +70,16 @@ fn lamp(plan: &mut Plan, scene: &mut Scene, station: &Station) -> bool {
     let place = Place { foot: plan.foot(at), yaw_rad: (-station.out).to_angle() };
     let brief = Brief { tag: Tag::Pole, layer: Layer::StreetLights, color: [90, 92, 94] };
     let reach = 1.9;
-    let (object, _) = scene.add(brief, place, |clay| {
-        clay.material(Material::Metal);
+    let (object, _) = scene.add(brief, place, |builder| {
+        builder.material(Material::Metal);
         let (sides, arm_sides) = if plan.detail == Detail::Low { (4, 3) } else { (8, 6) };
-        clay.cone(Vec3::Z * -0.5, Vec3::Z * 1.2, [0.13, 0.11], sides);
-        clay.cone(Vec3::Z * 1.2, Vec3::Z * (tall - 0.3), [0.075, 0.05], sides);
-        clay.rod(Vec3::Z * (tall - 0.35), vec3(reach * 0.7, 0.0, tall), 0.04, arm_sides);
-        clay.block(vec3(reach * 0.6, -0.13, tall - 0.02), vec3(reach + 0.35, 0.13, tall + 0.10));
-        clay.material(Material::LampWhite);
-        clay.block(vec3(reach * 0.68, -0.10, tall - 0.06), vec3(reach + 0.28, 0.10, tall - 0.01));
+        builder.cone(Vec3::Z * -0.5, Vec3::Z * 1.2, [0.13, 0.11], sides);
+        builder.cone(Vec3::Z * 1.2, Vec3::Z * (tall - 0.3), [0.075, 0.05], sides);
+        builder.rod(Vec3::Z * (tall - 0.35), vec3(reach * 0.7, 0.0, tall), 0.04, arm_sides);
+        builder.block(vec3(reach * 0.6, -0.13, tall - 0.02), vec3(reach + 0.35, 0.13, tall + 0.10));
+        builder.material(Material::LampWhite);
+        builder
+            .block(vec3(reach * 0.68, -0.10, tall - 0.06), vec3(reach + 0.28, 0.10, tall - 0.01));
     });
     scene.solid_post(&place, 0.13, tall);
     scene.lamp(Lamp { position: place.point(vec3(reach, 0.0, tall - 0.1)), object });

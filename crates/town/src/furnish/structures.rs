@@ -5,10 +5,14 @@ use glam::{Quat, Vec3};
 use mesh::{Mesh, Tag};
 use road::{Solid, Structure};
 
-use super::plan::Plan;
-use super::raster::{ground, rectangle};
-use super::scene::Scene;
-use super::{Collider, Layer, Object};
+use crate::{
+    furnish::{
+        plan::Plan,
+        raster::{ground, rectangle},
+        scene::Scene,
+    },
+    static_world::{Collider, Layer, Object},
+};
 
 /// What nobody told the colour of is like concrete. sRGB.
 const GREY: [u8; 3] = [150, 150, 148];

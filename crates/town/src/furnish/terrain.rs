@@ -10,10 +10,12 @@ use mesh::{Face, Material, Mesh, Tag};
 use rayon::prelude::*;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use super::bridge::ABUTMENT_M;
-use super::index::TriangleIndex;
-use super::raster::{Raster, ground};
-use super::relief::Relief;
+use super::{
+    bridge::ABUTMENT_M,
+    index::TriangleIndex,
+    raster::{Raster, ground},
+    relief::Relief,
+};
 
 /// Edges that only one of the kept triangles has, in that triangle's direction, as corner numbers
 /// of `mesh`. Corners that lie within half a millimetre of each other count as one.

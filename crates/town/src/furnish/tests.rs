@@ -4,9 +4,11 @@ use glam::{Quat, Vec2, Vec3, Vec3Swizzles, vec2};
 use mesh::{Mesh, Tag};
 use road::{LanePoint, LaneTypes, Network};
 
-use super::index::TriangleIndex;
-use super::{Collider, Detail, Layer, Object, Town, furnish, furnish_with};
-use crate::{Kind, catalogue};
+use crate::{
+    Kind, catalogue,
+    furnish::{furnish, furnish_with, index::TriangleIndex},
+    static_world::{Collider, Detail, Layer, Object, Town},
+};
 use mapgen::{default_map, named};
 
 fn default_town() -> (Network, Town) {
@@ -356,7 +358,7 @@ fn a_tunnel_of_the_file_stands_in_the_town() {
     let tunnel = r#"<objects><tunnel id="t" s="1" length="9" type="standard"/></objects></road>"#;
     // What the file says stands before everything else.
     let town = furnish(&Network::parse(&text.replacen("</road>", tunnel, 1)).expect("a map"), 1);
-    assert!((town.objects[0].tag, town.objects[0].layer) == (Tag::Wall, super::Layer::Walls));
+    assert!((town.objects[0].tag, town.objects[0].layer) == (Tag::Wall, crate::Layer::Walls));
     let is_wall = |face: &&mesh::Face| face.tag == Tag::Wall as u8 && face.object == 1;
     assert!(town.mesh.faces.iter().filter(is_wall).count() > 50);
     assert!(town.colliders.iter().filter(|solid| solid.object == 0).count() >= 2);

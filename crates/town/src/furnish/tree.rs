@@ -3,8 +3,7 @@
 use glam::{Vec3, vec3};
 use mesh::{Material, Mesh, RandomStream, Tag};
 
-use super::Detail;
-use crate::clay::Clay;
+use crate::{mesh_builder::MeshBuilder, static_world::Detail};
 
 /// What grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,69 +89,69 @@ pub(super) fn nursery(seed: u64, finish: Finish) -> Vec<Sapling> {
 }
 
 fn sapling(species: Species, finish: Finish, random: &mut RandomStream) -> Sapling {
-    let mut clay = Clay::new(Tag::Vegetation, Material::Bark, 0);
+    let mut builder = MeshBuilder::new(Tag::Vegetation, Material::Bark, 0);
     let grow = random.between(0.85, 1.2);
     let mut crown = Crown { finish, random };
     let (height, crown_radius, trunk_radius) = match species {
         Species::Plane => {
             let height = 9.5 * grow.max(0.95);
-            trunk(&mut clay, height * 0.62, 0.16, finish);
-            clay.material(Material::Leaves);
-            crown.cloud(&mut clay, Vec3::Z * height * 0.75, vec3(2.1, 2.1, height * 0.23), 3);
+            trunk(&mut builder, height * 0.62, 0.16, finish);
+            builder.material(Material::Leaves);
+            crown.cloud(&mut builder, Vec3::Z * height * 0.75, vec3(2.1, 2.1, height * 0.23), 3);
             (height, 2.4, 0.16)
         }
         Species::Lime => {
             let height = 8.0 * grow;
-            trunk(&mut clay, height * 0.6, 0.17, finish);
-            clay.material(Material::Leaves);
-            crown.cloud(&mut clay, Vec3::Z * height * 0.63, vec3(2.3, 2.3, height * 0.36), 3);
+            trunk(&mut builder, height * 0.6, 0.17, finish);
+            builder.material(Material::Leaves);
+            crown.cloud(&mut builder, Vec3::Z * height * 0.63, vec3(2.3, 2.3, height * 0.36), 3);
             (height, 2.7, 0.17)
         }
         Species::Poplar => {
             let height = 13.0 * grow;
-            trunk(&mut clay, height * 0.5, 0.20, finish);
-            clay.material(Material::Leaves);
-            crown.cloud(&mut clay, Vec3::Z * height * 0.56, vec3(1.3, 1.3, height * 0.43), 2);
+            trunk(&mut builder, height * 0.5, 0.20, finish);
+            builder.material(Material::Leaves);
+            crown.cloud(&mut builder, Vec3::Z * height * 0.56, vec3(1.3, 1.3, height * 0.43), 2);
             (height, 1.7, 0.20)
         }
         Species::Spruce => {
             let height = 11.0 * grow;
-            trunk(&mut clay, height * 0.8, 0.19, finish);
-            clay.material(Material::Needles);
-            crown.tiers(&mut clay, height, 2.4);
+            trunk(&mut builder, height * 0.8, 0.19, finish);
+            builder.material(Material::Needles);
+            crown.tiers(&mut builder, height, 2.4);
             (height, 2.5, 0.19)
         }
         Species::Oak => {
             let height = 10.0 * grow;
-            trunk(&mut clay, height * 0.55, 0.32, finish);
-            branches(&mut clay, height, crown.random);
-            clay.material(Material::Leaves);
-            crown.cloud(&mut clay, Vec3::Z * height * 0.66, vec3(3.6, 3.6, height * 0.32), 5);
+            trunk(&mut builder, height * 0.55, 0.32, finish);
+            branches(&mut builder, height, crown.random);
+            builder.material(Material::Leaves);
+            crown.cloud(&mut builder, Vec3::Z * height * 0.66, vec3(3.6, 3.6, height * 0.32), 5);
             (height, 4.2, 0.32)
         }
         Species::Bush => {
             let height = 1.3 * grow;
-            clay.material(Material::Leaves);
-            crown.cloud(&mut clay, Vec3::Z * height * 0.42, vec3(0.8, 0.8, height * 0.5), 1);
+            builder.material(Material::Leaves);
+            crown.cloud(&mut builder, Vec3::Z * height * 0.42, vec3(0.8, 0.8, height * 0.5), 1);
             (height, 1.0, 0.0)
         }
     };
-    Sapling { species, mesh: clay.mesh, height, crown_radius, trunk_radius }
+    Sapling { species, mesh: builder.mesh, height, crown_radius, trunk_radius }
 }
 
-fn trunk(clay: &mut Clay, height: f32, radius: f32, finish: Finish) {
+fn trunk(builder: &mut MeshBuilder, height: f32, radius: f32, finish: Finish) {
     let sides = finish.trunk_sides;
-    clay.material(Material::Bark);
-    clay.cone(Vec3::Z * -0.4, Vec3::Z * 0.5, [radius * 1.5, radius], sides);
-    clay.cone(Vec3::Z * 0.5, Vec3::Z * height, [radius, radius * 0.45], sides);
+    builder.material(Material::Bark);
+    builder.cone(Vec3::Z * -0.4, Vec3::Z * 0.5, [radius * 1.5, radius], sides);
+    builder.cone(Vec3::Z * 0.5, Vec3::Z * height, [radius, radius * 0.45], sides);
 }
 
-fn branches(clay: &mut Clay, height: f32, random: &mut RandomStream) {
+fn branches(builder: &mut MeshBuilder, height: f32, random: &mut RandomStream) {
     for branch in 0..4 {
         let around = glam::Vec2::from_angle(1.6 * branch as f32 + random.unit());
         let from = Vec3::Z * height * random.between(0.28, 0.42);
         let to = from + around.extend(0.9) * height * 0.2;
-        clay.cone(from, to, [0.13, 0.06], 5);
+        builder.cone(from, to, [0.13, 0.06], 5);
     }
 }
 
@@ -163,7 +162,7 @@ struct Crown<'a> {
 
 impl Crown<'_> {
     /// Foliage as a heap of dented balls that fills an ellipsoid.
-    fn cloud(&mut self, clay: &mut Clay, center: Vec3, radii: Vec3, balls: u32) {
+    fn cloud(&mut self, builder: &mut MeshBuilder, center: Vec3, radii: Vec3, balls: u32) {
         let Finish { rings, sides, .. } = self.finish;
         let balls = (balls * self.finish.balls).min(self.finish.balls_max);
         for ball in 0..balls {
@@ -178,22 +177,27 @@ impl Crown<'_> {
                     self.random.between(0.52, 0.66),
                 )
             };
-            let first = clay.mesh.positions.len();
-            clay.ball(center + offset * radii, radii * size, rings, sides);
-            self.dent(&mut clay.mesh.positions[first..], center + offset * radii, 0.16);
+            let first = builder.mesh.positions.len();
+            builder.ball(center + offset * radii, radii * size, rings, sides);
+            self.dent(&mut builder.mesh.positions[first..], center + offset * radii, 0.16);
         }
     }
 
     /// Whorls of branches, one above the other.
-    fn tiers(&mut self, clay: &mut Clay, height: f32, radius: f32) {
+    fn tiers(&mut self, builder: &mut MeshBuilder, height: f32, radius: f32) {
         let [tiers, sides] = self.finish.tiers;
         for tier in 0..tiers {
             let share = tier as f32 / tiers as f32;
             let low = 0.9 + (height - 1.2) * share;
             let high = (low + (height - 1.2) / tiers as f32 * 1.9).min(height);
-            let first = clay.mesh.positions.len();
-            clay.cone(Vec3::Z * low, Vec3::Z * high, [radius * (1.0 - share * 0.86), 0.0], sides);
-            self.dent(&mut clay.mesh.positions[first..], Vec3::Z * high, 0.10);
+            let first = builder.mesh.positions.len();
+            builder.cone(
+                Vec3::Z * low,
+                Vec3::Z * high,
+                [radius * (1.0 - share * 0.86), 0.0],
+                sides,
+            );
+            self.dent(&mut builder.mesh.positions[first..], Vec3::Z * high, 0.10);
         }
     }
 

@@ -5,8 +5,7 @@ use std::f32::consts::FRAC_PI_2;
 use glam::{Quat, vec3};
 use mesh::Material;
 
-use super::Detail;
-use crate::clay::Clay;
+use crate::{mesh_builder::MeshBuilder, static_world::Detail};
 
 /// One wall of a house: the first looks to the street, the others follow to the left.
 #[derive(Clone, Copy, Debug)]
@@ -25,22 +24,28 @@ impl Wall {
     }
 
     /// A rectangle `before` the wall, from `x` to `x` and from `z` to `z`.
-    pub(super) fn patch(&self, clay: &mut Clay, x: [f32; 2], z: [f32; 2], before: f32) {
+    pub(super) fn patch(&self, builder: &mut MeshBuilder, x: [f32; 2], z: [f32; 2], before: f32) {
         let y = self.out + before;
-        clay.quad(
+        builder.quad(
             [(x[1], z[0]), (x[0], z[0]), (x[0], z[1]), (x[1], z[1])]
                 .map(|(x, z)| self.turn * vec3(x, y, z)),
         );
     }
 
     /// A strip all along the wall, as glass between slabs or as slabs between glass.
-    pub(super) fn band(&self, clay: &mut Clay, z: [f32; 2], inset: f32) {
+    pub(super) fn band(&self, builder: &mut MeshBuilder, z: [f32; 2], inset: f32) {
         let reach = self.half - inset;
-        self.patch(clay, [-reach, reach], z, 0.02);
+        self.patch(builder, [-reach, reach], z, 0.02);
     }
 
     /// A row of windows with their sills at `sill`; none nearer to `door` than a step.
-    pub(super) fn row(&self, clay: &mut Clay, sill: f32, spec: &Windows, door: Option<f32>) {
+    pub(super) fn row(
+        &self,
+        builder: &mut MeshBuilder,
+        sill: f32,
+        spec: &Windows,
+        door: Option<f32>,
+    ) {
         let count = ((self.half * 2.0 - 0.6) / spec.pitch_m) as u32;
         let [half, top] = [spec.size_m[0] * 0.5, sill + spec.size_m[1]];
         for window in 0..count {
@@ -48,23 +53,23 @@ impl Wall {
             if door.is_some_and(|door| (door - x).abs() < half + 1.3) {
                 continue;
             }
-            clay.material(spec.frame);
+            builder.material(spec.frame);
             let rim = 0.09;
-            self.patch(clay, [x - half - rim, x + half + rim], [sill - rim, top + rim], 0.015);
-            clay.material(Material::Glass);
+            self.patch(builder, [x - half - rim, x + half + rim], [sill - rim, top + rim], 0.015);
+            builder.material(Material::Glass);
             if spec.detail == Detail::High {
                 // Two casements of two panes each.
                 for (from, to) in [(x - half, x - 0.03), (x + 0.03, x + half)] {
                     let middle = sill + spec.size_m[1] * 0.68;
-                    self.patch(clay, [from, to], [sill, middle - 0.03], 0.03);
-                    self.patch(clay, [from, to], [middle + 0.03, top], 0.03);
+                    self.patch(builder, [from, to], [sill, middle - 0.03], 0.03);
+                    self.patch(builder, [from, to], [middle + 0.03, top], 0.03);
                 }
-                clay.material(Material::Concrete);
+                builder.material(Material::Concrete);
                 let at = |z: f32, out: f32| self.turn * vec3(x, self.out + out, z);
-                clay.block_at(at(sill - 0.12, 0.07), vec3(half + 0.14, 0.10, 0.04), self.turn);
-                clay.block_at(at(top + 0.16, 0.03), vec3(half + 0.18, 0.05, 0.07), self.turn);
+                builder.block_at(at(sill - 0.12, 0.07), vec3(half + 0.14, 0.10, 0.04), self.turn);
+                builder.block_at(at(top + 0.16, 0.03), vec3(half + 0.18, 0.05, 0.07), self.turn);
             } else {
-                self.patch(clay, [x - half, x + half], [sill, top], 0.03);
+                self.patch(builder, [x - half, x + half], [sill, top], 0.03);
             }
         }
     }

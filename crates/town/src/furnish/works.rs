@@ -5,15 +5,19 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use glam::{Vec3, vec2, vec3};
 use mesh::{Material, RandomStream, Tag};
 
-use super::building::Style;
-use super::density::Density;
-use super::frontage::Frontage;
-use super::lots::Garden;
-use super::plan::Plan;
-use super::raster::{ground, rectangle};
-use super::scene::{Brief, Place, Scene};
-use super::stand::stand;
-use super::{Detail, Layer};
+use crate::{
+    furnish::{
+        building::Style,
+        density::Density,
+        frontage::Frontage,
+        lots::Garden,
+        plan::Plan,
+        raster::{ground, rectangle},
+        scene::{Brief, Place, Scene},
+        stand::stand,
+    },
+    static_world::{Detail, Layer},
+};
 
 /// Of a panel of a fence. Metres.
 const PANEL_M: f32 = 2.4;
@@ -67,24 +71,24 @@ fn fence(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Rando
         let place = Place { foot: plan.foot(middle), yaw_rad };
         let brief = Brief { tag: Tag::Fence, layer: Layer::Walls, color: [160, 164, 168] };
         let half = PANEL_M * 0.49;
-        scene.add(brief, place, |clay| {
-            clay.material(Material::Concrete);
+        scene.add(brief, place, |builder| {
+            builder.material(Material::Concrete);
             for side in [-half, half] {
-                clay.block(vec3(side - 0.15, -0.3, -0.1), vec3(side + 0.15, 0.3, 0.12));
+                builder.block(vec3(side - 0.15, -0.3, -0.1), vec3(side + 0.15, 0.3, 0.12));
             }
-            clay.material(Material::Metal);
+            builder.material(Material::Metal);
             for side in [-half, half] {
-                clay.rod(vec3(side, 0.0, 0.1), vec3(side, 0.0, 2.0), 0.025, 5);
+                builder.rod(vec3(side, 0.0, 0.1), vec3(side, 0.0, 2.0), 0.025, 5);
             }
             let bars = if plan.detail == Detail::Low { 2 } else { 6 };
             for bar in 0..bars {
                 let z = 0.25 + 1.7 * bar as f32 / (bars - 1) as f32;
-                clay.rod(vec3(-half, 0.0, z), vec3(half, 0.0, z), 0.008, 3);
+                builder.rod(vec3(-half, 0.0, z), vec3(half, 0.0, z), 0.008, 3);
             }
             let wires = if plan.detail == Detail::Low { 2 } else { 12 };
             for wire in 1..wires {
                 let x = -half + 2.0 * half * wire as f32 / wires as f32;
-                clay.rod(vec3(x, 0.0, 0.25), vec3(x, 0.0, 1.95), 0.006, 3);
+                builder.rod(vec3(x, 0.0, 0.25), vec3(x, 0.0, 1.95), 0.006, 3);
             }
         });
         scene.solid(&place, vec3(-half, -0.1, -0.2), vec3(half, 0.1, 2.0));
@@ -116,14 +120,14 @@ pub(super) fn diggings(
             // Earth beside a trench, barriers at both ends, cones towards those who walk.
             let foot = plan.foot(center);
             let brief = Brief { tag: Tag::Static, layer: Layer::Props, color: [90, 70, 50] };
-            scene.add(brief, Place { foot, yaw_rad }, |clay| {
-                clay.material(Material::Soil);
-                clay.block(vec3(-half.x, -half.y, -0.1), vec3(half.x, half.y, 0.02));
+            scene.add(brief, Place { foot, yaw_rad }, |builder| {
+                builder.material(Material::Soil);
+                builder.block(vec3(-half.x, -half.y, -0.1), vec3(half.x, half.y, 0.02));
                 let heap = vec3(0.25 * half.x, 0.0, 0.0);
-                clay.ball(heap, vec3(half.x * 0.6, half.y * 0.8, 0.5), 6, 12);
-                clay.material(Material::Metal);
+                builder.ball(heap, vec3(half.x * 0.6, half.y * 0.8, 0.5), 6, 12);
+                builder.material(Material::Metal);
                 let pipe = Vec3::Z * 0.08 + Vec3::Y * (half.y - 0.1);
-                clay.rod(pipe - Vec3::X * half.x, pipe + Vec3::X * half.x * 0.6, 0.07, 8);
+                builder.rod(pipe - Vec3::X * half.x, pipe + Vec3::X * half.x * 0.6, 0.07, 8);
             });
             for (end, turn) in [(-1.0f32, PI), (1.0, 0.0)] {
                 let at = center + along * end * (half.x + 0.45);

@@ -5,8 +5,10 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 use glam::{Quat, Vec3, vec3};
 use mesh::{Material, Tag};
 
-use super::{Row, heap, hue::*, legs, slab};
-use crate::clay::Clay;
+use crate::{
+    catalogue::prop::parts::{Row, heap, hue::*, legs, slab},
+    mesh_builder::MeshBuilder,
+};
 
 const D: Tag = Tag::Dynamic;
 const S: Tag = Tag::Static;
@@ -51,9 +53,9 @@ pub(super) const ROWS: &[Row] = &[
     ("static.prop.purse", D, [0.28, 0.11, 0.30], 0.8, purse),
 ];
 
-fn barrel(clay: &mut Clay) {
-    clay.tinted(Material::Metal, BLUE);
-    clay.lathe(
+fn barrel(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, BLUE);
+    builder.lathe(
         Vec3::ZERO,
         &[
             (0.28, 0.0),
@@ -72,41 +74,41 @@ fn barrel(clay: &mut Clay) {
         ],
         20,
     );
-    clay.material(Material::Metal);
-    clay.rod(vec3(0.14, 0.0, 0.87), vec3(0.14, 0.0, 0.895), 0.04, 8);
+    builder.material(Material::Metal);
+    builder.rod(vec3(0.14, 0.0, 0.87), vec3(0.14, 0.0, 0.895), 0.04, 8);
 }
 
-fn bin(clay: &mut Clay) {
-    clay.tinted(Material::Metal, DARK);
-    clay.lathe(Vec3::ZERO, &[(0.20, 0.0), (0.24, 0.04), (0.25, 0.70), (0.26, 0.74)], 12);
+fn bin(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, DARK);
+    builder.lathe(Vec3::ZERO, &[(0.20, 0.0), (0.24, 0.04), (0.25, 0.70), (0.26, 0.74)], 12);
     for y in [-0.24, 0.24] {
-        slab(clay, [0.0, y, 0.80], [0.03, 0.02, 0.16]);
+        slab(builder, [0.0, y, 0.80], [0.03, 0.02, 0.16]);
     }
-    clay.tinted(Material::Metal, BLACK);
-    clay.lathe(Vec3::Z * 0.84, &[(0.25, 0.0), (0.24, 0.05), (0.10, 0.11)], 12);
+    builder.tinted(Material::Metal, BLACK);
+    builder.lathe(Vec3::Z * 0.84, &[(0.25, 0.0), (0.24, 0.05), (0.10, 0.11)], 12);
 }
 
-fn cloth_container(clay: &mut Clay) {
-    clay.tinted(Material::Metal, WHITE);
-    slab(clay, [0.0, 0.0, 1.02], [1.15, 1.15, 1.90]);
-    clay.tinted(Material::Metal, GREEN);
-    slab(clay, [0.0, 0.0, 2.06], [1.05, 1.05, 0.18]);
-    clay.tinted(Material::Plastic, BLACK);
-    slab(clay, [0.56, 0.0, 1.62], [0.06, 0.80, 0.34]);
-    clay.tinted(Material::Metal, GREY);
-    slab(clay, [0.60, 0.0, 1.46], [0.14, 0.80, 0.04]);
-    clay.tinted(Material::Sign, GREEN);
-    slab(clay, [0.575, 0.0, 0.85], [0.01, 0.7, 0.5]);
-    clay.tinted(Material::Plastic, BLACK);
-    legs(clay, 0.5, 0.5, 0.1, 0.05);
+fn cloth_container(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, WHITE);
+    slab(builder, [0.0, 0.0, 1.02], [1.15, 1.15, 1.90]);
+    builder.tinted(Material::Metal, GREEN);
+    slab(builder, [0.0, 0.0, 2.06], [1.05, 1.05, 0.18]);
+    builder.tinted(Material::Plastic, BLACK);
+    slab(builder, [0.56, 0.0, 1.62], [0.06, 0.80, 0.34]);
+    builder.tinted(Material::Metal, GREY);
+    slab(builder, [0.60, 0.0, 1.46], [0.14, 0.80, 0.04]);
+    builder.tinted(Material::Sign, GREEN);
+    slab(builder, [0.575, 0.0, 0.85], [0.01, 0.7, 0.5]);
+    builder.tinted(Material::Plastic, BLACK);
+    legs(builder, 0.5, 0.5, 0.1, 0.05);
 }
 
-fn wheeled_container(clay: &mut Clay) {
-    clay.tinted(Material::Plastic, GREEN);
+fn wheeled_container(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Plastic, GREEN);
     let ring = |z: f32, x: f32, y: f32| {
         vec![vec3(x, -y, z), vec3(x, y, z), vec3(-x, y, z), vec3(-x, -y, z)]
     };
-    clay.loft(
+    builder.loft(
         &[
             ring(0.16, 0.70, 0.36),
             ring(0.24, 0.78, 0.42),
@@ -117,10 +119,10 @@ fn wheeled_container(clay: &mut Clay) {
     );
     for x in [-0.6, -0.3, 0.0, 0.3, 0.6f32] {
         for y in [-0.49, 0.49] {
-            slab(clay, [x, y, 0.70], [0.06, 0.06, 0.78]);
+            slab(builder, [x, y, 0.70], [0.06, 0.06, 0.78]);
         }
     }
-    clay.tinted(Material::Plastic, DARK);
+    builder.tinted(Material::Plastic, DARK);
     // A lid, round at its back.
     let arc = |x: f32| -> Vec<Vec3> {
         (0..=10)
@@ -130,16 +132,16 @@ fn wheeled_container(clay: &mut Clay) {
             })
             .collect()
     };
-    clay.loft(&[arc(-0.95), arc(0.95)], |_, _| None);
-    clay.material(Material::Rubber);
+    builder.loft(&[arc(-0.95), arc(0.95)], |_, _| None);
+    builder.material(Material::Rubber);
     for (x, y) in [(-0.6, -0.3), (-0.6, 0.3), (0.6, -0.3), (0.6, 0.3)] {
-        clay.rod(vec3(x, y - 0.03, 0.1), vec3(x, y + 0.03, 0.1), 0.1, 12);
+        builder.rod(vec3(x, y - 0.03, 0.1), vec3(x, y + 0.03, 0.1), 0.1, 12);
     }
 }
 
-fn glass_container(clay: &mut Clay) {
-    clay.tinted(Material::Plastic, GREEN);
-    clay.lathe(
+fn glass_container(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Plastic, GREEN);
+    builder.lathe(
         Vec3::ZERO,
         &[
             (0.66, 0.0),
@@ -152,35 +154,35 @@ fn glass_container(clay: &mut Clay) {
         ],
         20,
     );
-    clay.material(Material::Metal);
-    clay.rod(Vec3::Z * 1.68, Vec3::Z * 1.75, 0.06, 8);
+    builder.material(Material::Metal);
+    builder.rod(Vec3::Z * 1.68, Vec3::Z * 1.75, 0.06, 8);
     for angle in [0.0, FRAC_PI_2, 2.0 * FRAC_PI_2, 3.0 * FRAC_PI_2] {
         let out = vec3(angle.cos(), angle.sin(), 0.0);
-        clay.tinted(Material::Rubber, BLACK);
-        clay.rod(out * 0.60 + Vec3::Z * 1.18, out * 0.74 + Vec3::Z * 1.22, 0.13, 12);
+        builder.tinted(Material::Rubber, BLACK);
+        builder.rod(out * 0.60 + Vec3::Z * 1.18, out * 0.74 + Vec3::Z * 1.22, 0.13, 12);
     }
-    clay.tinted(Material::Sign, WHITE);
-    slab(clay, [0.74, 0.0, 0.62], [0.02, 0.4, 0.3]);
+    builder.tinted(Material::Sign, WHITE);
+    slab(builder, [0.74, 0.0, 0.62], [0.02, 0.4, 0.3]);
 }
 
-fn carton(clay: &mut Clay, height: f32, flaps: f32) {
-    clay.tinted(Material::Wood, CARTON);
-    slab(clay, [0.0, 0.0, height * 0.5], [1.2, 1.0, height]);
-    clay.tinted(Material::Plastic, TAN);
-    slab(clay, [0.0, 0.0, height * 0.5], [1.205, 0.14, height + 0.005]);
+fn carton(builder: &mut MeshBuilder, height: f32, flaps: f32) {
+    builder.tinted(Material::Wood, CARTON);
+    slab(builder, [0.0, 0.0, height * 0.5], [1.2, 1.0, height]);
+    builder.tinted(Material::Plastic, TAN);
+    slab(builder, [0.0, 0.0, height * 0.5], [1.205, 0.14, height + 0.005]);
     if flaps > 0.0 {
-        clay.tinted(Material::Wood, CARTON);
+        builder.tinted(Material::Wood, CARTON);
         for side in [1.0f32, -1.0] {
             let turn = Quat::from_rotation_x(-side * flaps);
             let hinge = vec3(0.0, side * 0.5, height);
-            clay.block_at(hinge + turn * vec3(0.0, side * 0.2, 0.0), vec3(0.6, 0.2, 0.01), turn);
+            builder.block_at(hinge + turn * vec3(0.0, side * 0.2, 0.0), vec3(0.6, 0.2, 0.01), turn);
         }
     }
 }
 
 /// A box that somebody sat on.
-fn creased(clay: &mut Clay, number: u32) {
-    clay.tinted(Material::Wood, CARTON);
+fn creased(builder: &mut MeshBuilder, number: u32) {
+    builder.tinted(Material::Wood, CARTON);
     let sag = [0.0, 0.12, 0.22, 0.34][number as usize];
     let ring = |x: f32, z: f32, lean: f32| {
         vec![
@@ -193,77 +195,77 @@ fn creased(clay: &mut Clay, number: u32) {
     };
     let (a, b) = (ring(-0.62, 0.8, -0.03), ring(-0.2, 0.8 - sag, 0.04));
     let (c, d) = (ring(0.18, 0.62 - sag, -0.05), ring(0.6, 0.84 - sag * 0.5, 0.03));
-    clay.loft(&[a, b, c, d], |_, _| None);
-    clay.tinted(Material::Plastic, TAN);
-    slab(clay, [0.1, -0.2, 0.02], [1.25, 0.1, 0.02]);
-    clay.tinted(Material::Wood, CARTON);
+    builder.loft(&[a, b, c, d], |_, _| None);
+    builder.tinted(Material::Plastic, TAN);
+    slab(builder, [0.1, -0.2, 0.02], [1.25, 0.1, 0.02]);
+    builder.tinted(Material::Wood, CARTON);
     let turn = Quat::from_rotation_y(0.5) * Quat::from_rotation_x(0.2);
-    clay.block_at(vec3(0.66, 0.1, 0.3), vec3(0.16, 0.4, 0.01), turn);
+    builder.block_at(vec3(0.66, 0.1, 0.3), vec3(0.16, 0.4, 0.01), turn);
 }
 
-fn trash_bag(clay: &mut Clay) {
-    clay.tinted(Material::Plastic, BLACK);
-    heap(clay, [0.0, 0.0], [0.30, 0.28, 0.48], 5);
-    clay.lathe(Vec3::Z * 0.44, &[(0.10, 0.0), (0.035, 0.05), (0.09, 0.16), (0.05, 0.18)], 9);
-    clay.tinted(Material::Plastic, RED);
-    clay.rod(Vec3::Z * 0.475, Vec3::Z * 0.50, 0.045, 8);
+fn trash_bag(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Plastic, BLACK);
+    heap(builder, [0.0, 0.0], [0.30, 0.28, 0.48], 5);
+    builder.lathe(Vec3::Z * 0.44, &[(0.10, 0.0), (0.035, 0.05), (0.09, 0.16), (0.05, 0.18)], 9);
+    builder.tinted(Material::Plastic, RED);
+    builder.rod(Vec3::Z * 0.475, Vec3::Z * 0.50, 0.045, 8);
 }
 
-fn cola_can(clay: &mut Clay) {
-    clay.tinted(Material::Metal, GREY);
-    clay.lathe(Vec3::ZERO, &[(0.024, 0.0), (0.026, 0.004), (0.033, 0.012)], 14);
-    clay.tinted(Material::Metal, RED);
-    clay.lathe(Vec3::Z * 0.012, &[(0.033, 0.0), (0.033, 0.045)], 14);
-    clay.tinted(Material::Metal, WHITE);
-    clay.lathe(Vec3::Z * 0.057, &[(0.0331, 0.0), (0.0331, 0.012)], 14);
-    clay.tinted(Material::Metal, RED);
-    clay.lathe(Vec3::Z * 0.069, &[(0.033, 0.0), (0.033, 0.033)], 14);
-    clay.tinted(Material::Metal, GREY);
-    clay.lathe(Vec3::Z * 0.102, &[(0.033, 0.0), (0.027, 0.010), (0.027, 0.013)], 14);
+fn cola_can(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, GREY);
+    builder.lathe(Vec3::ZERO, &[(0.024, 0.0), (0.026, 0.004), (0.033, 0.012)], 14);
+    builder.tinted(Material::Metal, RED);
+    builder.lathe(Vec3::Z * 0.012, &[(0.033, 0.0), (0.033, 0.045)], 14);
+    builder.tinted(Material::Metal, WHITE);
+    builder.lathe(Vec3::Z * 0.057, &[(0.0331, 0.0), (0.0331, 0.012)], 14);
+    builder.tinted(Material::Metal, RED);
+    builder.lathe(Vec3::Z * 0.069, &[(0.033, 0.0), (0.033, 0.033)], 14);
+    builder.tinted(Material::Metal, GREY);
+    builder.lathe(Vec3::Z * 0.102, &[(0.033, 0.0), (0.027, 0.010), (0.027, 0.013)], 14);
 }
 
-fn garbage(clay: &mut Clay, number: u32) {
+fn garbage(builder: &mut MeshBuilder, number: u32) {
     let hues = [BROWN, DARK, WHITE, CARTON, SKY, TAN, BLACK];
-    clay.tinted(Material::Cloth, hues[number as usize % 3]);
-    heap(clay, [0.0, 0.0], [0.42, 0.36, 0.20], number);
+    builder.tinted(Material::Cloth, hues[number as usize % 3]);
+    heap(builder, [0.0, 0.0], [0.42, 0.36, 0.20], number);
     for piece in 0..number + 4 {
         let angle = piece as f32 * 2.399;
         let reach = 0.16 + 0.06 * (piece % 5) as f32;
         let at = vec3(angle.cos() * reach, angle.sin() * reach, 0.12 - 0.18 * (reach - 0.16));
         let turn =
             Quat::from_rotation_z(angle) * Quat::from_rotation_x(0.4 + 0.3 * (piece % 3) as f32);
-        clay.tinted(Material::Plastic, hues[(piece + number) as usize % 7]);
+        builder.tinted(Material::Plastic, hues[(piece + number) as usize % 7]);
         match (piece + number) % 3 {
-            0 => clay.block_at(at, vec3(0.10, 0.06, 0.03), turn),
-            1 => clay.rod(at - turn * Vec3::X * 0.09, at + turn * Vec3::X * 0.09, 0.032, 8),
-            _ => clay.ball(at, vec3(0.09, 0.07, 0.05), 3, 6),
+            0 => builder.block_at(at, vec3(0.10, 0.06, 0.03), turn),
+            1 => builder.rod(at - turn * Vec3::X * 0.09, at + turn * Vec3::X * 0.09, 0.032, 8),
+            _ => builder.ball(at, vec3(0.09, 0.07, 0.05), 3, 6),
         }
     }
-    slab(clay, [0.0, 0.0, 0.01], [0.3, 0.3, 0.02]);
+    slab(builder, [0.0, 0.0, 0.01], [0.3, 0.3, 0.02]);
 }
 
 /// A pallet with bags on it.
-fn platform(clay: &mut Clay) {
-    clay.material(Material::Wood);
+fn platform(builder: &mut MeshBuilder) {
+    builder.material(Material::Wood);
     for y in [-0.42, -0.21, 0.0, 0.21, 0.42] {
-        slab(clay, [0.0, y, 0.135], [1.2, 0.12, 0.022]);
+        slab(builder, [0.0, y, 0.135], [1.2, 0.12, 0.022]);
     }
     for x in [-0.54, 0.0, 0.54] {
-        slab(clay, [x, 0.0, 0.07], [0.12, 1.0, 0.10]);
-        slab(clay, [x, 0.0, 0.011], [0.12, 1.0, 0.022]);
+        slab(builder, [x, 0.0, 0.07], [0.12, 1.0, 0.10]);
+        slab(builder, [x, 0.0, 0.011], [0.12, 1.0, 0.022]);
     }
     for (x, y, seed) in [(-0.28, -0.2, 3), (0.26, -0.18, 8), (0.0, 0.24, 4)] {
-        clay.tinted(Material::Plastic, if seed == 8 { DARK } else { BLACK });
-        heap(clay, [x, y], [0.28, 0.25, 0.56], seed);
+        builder.tinted(Material::Plastic, if seed == 8 { DARK } else { BLACK });
+        heap(builder, [x, y], [0.28, 0.25, 0.56], seed);
     }
 }
 
-fn wheelie_bin(clay: &mut Clay, hue: [u8; 3]) {
-    clay.tinted(Material::Plastic, hue);
+fn wheelie_bin(builder: &mut MeshBuilder, hue: [u8; 3]) {
+    builder.tinted(Material::Plastic, hue);
     let ring = |z: f32, x: f32, y: f32, back: f32| {
         vec![vec3(x, -y, z), vec3(x, y, z), vec3(back, y, z), vec3(back, -y, z)]
     };
-    clay.loft(
+    builder.loft(
         &[
             ring(0.06, 0.22, 0.20, -0.22),
             ring(0.94, 0.30, 0.28, -0.30),
@@ -271,74 +273,74 @@ fn wheelie_bin(clay: &mut Clay, hue: [u8; 3]) {
         ],
         |_, _| None,
     );
-    clay.tinted(Material::Plastic, DARK);
-    clay.loft(&[ring(0.99, 0.33, 0.29, -0.32), ring(1.05, 0.24, 0.26, -0.30)], |_, _| None);
-    clay.rod(vec3(-0.36, -0.24, 0.96), vec3(-0.36, 0.24, 0.96), 0.02, 7);
-    clay.material(Material::Rubber);
+    builder.tinted(Material::Plastic, DARK);
+    builder.loft(&[ring(0.99, 0.33, 0.29, -0.32), ring(1.05, 0.24, 0.26, -0.30)], |_, _| None);
+    builder.rod(vec3(-0.36, -0.24, 0.96), vec3(-0.36, 0.24, 0.96), 0.02, 7);
+    builder.material(Material::Rubber);
     for y in [-0.24, 0.24] {
-        clay.rod(vec3(-0.24, y - 0.03, 0.1), vec3(-0.24, y + 0.03, 0.1), 0.1, 12);
+        builder.rod(vec3(-0.24, y - 0.03, 0.1), vec3(-0.24, y + 0.03, 0.1), 0.1, 12);
     }
 }
 
-fn round_can(clay: &mut Clay) {
-    clay.tinted(Material::Metal, GREY);
-    clay.lathe(Vec3::ZERO, &[(0.18, 0.0), (0.22, 0.60), (0.225, 0.62)], 16);
+fn round_can(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, GREY);
+    builder.lathe(Vec3::ZERO, &[(0.18, 0.0), (0.22, 0.60), (0.225, 0.62)], 16);
     for rib in 0..8 {
         let angle = TAU * rib as f32 / 8.0;
         let out = vec3(angle.cos(), angle.sin(), 0.0);
-        clay.rod(out * 0.185 + Vec3::Z * 0.03, out * 0.222 + Vec3::Z * 0.58, 0.012, 4);
+        builder.rod(out * 0.185 + Vec3::Z * 0.03, out * 0.222 + Vec3::Z * 0.58, 0.012, 4);
     }
-    clay.tinted(Material::Metal, DARK);
-    clay.lathe(Vec3::Z * 0.62, &[(0.23, 0.0), (0.18, 0.05), (0.04, 0.07)], 16);
-    clay.rod(vec3(-0.05, 0.0, 0.705), vec3(0.05, 0.0, 0.705), 0.012, 6);
+    builder.tinted(Material::Metal, DARK);
+    builder.lathe(Vec3::Z * 0.62, &[(0.23, 0.0), (0.18, 0.05), (0.04, 0.07)], 16);
+    builder.rod(vec3(-0.05, 0.0, 0.705), vec3(0.05, 0.0, 0.705), 0.012, 6);
 }
 
-fn slatted_can(clay: &mut Clay) {
-    clay.tinted(Material::Metal, BLACK);
-    clay.lathe(Vec3::ZERO, &[(0.17, 0.0), (0.17, 0.90)], 16);
-    clay.material(Material::Wood);
+fn slatted_can(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, BLACK);
+    builder.lathe(Vec3::ZERO, &[(0.17, 0.0), (0.17, 0.90)], 16);
+    builder.material(Material::Wood);
     for slat in 0..14 {
         let angle = TAU * slat as f32 / 14.0;
         let turn = Quat::from_rotation_z(angle);
-        clay.block_at(turn * Vec3::X * 0.195 + Vec3::Z * 0.46, vec3(0.015, 0.032, 0.40), turn);
+        builder.block_at(turn * Vec3::X * 0.195 + Vec3::Z * 0.46, vec3(0.015, 0.032, 0.40), turn);
     }
-    clay.tinted(Material::Metal, BLACK);
-    clay.lathe(Vec3::Z * 0.88, &[(0.215, 0.0), (0.215, 0.03)], 16);
-    clay.lathe(Vec3::Z * 0.94, &[(0.21, 0.0), (0.18, 0.05), (0.05, 0.06)], 16);
+    builder.tinted(Material::Metal, BLACK);
+    builder.lathe(Vec3::Z * 0.88, &[(0.215, 0.0), (0.215, 0.03)], 16);
+    builder.lathe(Vec3::Z * 0.94, &[(0.21, 0.0), (0.18, 0.05), (0.05, 0.06)], 16);
 }
 
-fn post_can(clay: &mut Clay) {
-    clay.material(Material::Metal);
-    clay.rod(vec3(-0.17, 0.0, 0.0), vec3(-0.17, 0.0, 1.1), 0.03, 8);
-    clay.tinted(Material::Plastic, ORANGE);
-    clay.lathe(
+fn post_can(builder: &mut MeshBuilder) {
+    builder.material(Material::Metal);
+    builder.rod(vec3(-0.17, 0.0, 0.0), vec3(-0.17, 0.0, 1.1), 0.03, 8);
+    builder.tinted(Material::Plastic, ORANGE);
+    builder.lathe(
         vec3(0.03, 0.0, 0.45),
         &[(0.12, 0.0), (0.155, 0.04), (0.16, 0.46), (0.15, 0.50)],
         14,
     );
-    clay.tinted(Material::Plastic, BLACK);
-    clay.lathe(vec3(0.03, 0.0, 0.98), &[(0.16, 0.0), (0.12, 0.06), (0.03, 0.08)], 14);
-    slab(clay, [0.17, 0.0, 0.86], [0.03, 0.16, 0.06]);
+    builder.tinted(Material::Plastic, BLACK);
+    builder.lathe(vec3(0.03, 0.0, 0.98), &[(0.16, 0.0), (0.12, 0.06), (0.03, 0.08)], 14);
+    slab(builder, [0.17, 0.0, 0.86], [0.03, 0.16, 0.06]);
 }
 
-fn twin_can(clay: &mut Clay) {
+fn twin_can(builder: &mut MeshBuilder) {
     for (y, hue) in [(-0.22, BLUE), (0.22, YELLOW)] {
-        clay.tinted(Material::Metal, GREY);
-        slab(clay, [0.0, y, 0.52], [0.50, 0.42, 0.92]);
-        clay.tinted(Material::Metal, hue);
-        slab(clay, [0.255, y, 0.46], [0.012, 0.34, 0.70]);
-        clay.tinted(Material::Plastic, BLACK);
-        slab(clay, [0.255, y, 0.90], [0.014, 0.24, 0.10]);
+        builder.tinted(Material::Metal, GREY);
+        slab(builder, [0.0, y, 0.52], [0.50, 0.42, 0.92]);
+        builder.tinted(Material::Metal, hue);
+        slab(builder, [0.255, y, 0.46], [0.012, 0.34, 0.70]);
+        builder.tinted(Material::Plastic, BLACK);
+        slab(builder, [0.255, y, 0.90], [0.014, 0.24, 0.10]);
     }
-    clay.tinted(Material::Metal, DARK);
-    slab(clay, [0.0, 0.0, 0.03], [0.46, 0.84, 0.06]);
-    slab(clay, [0.0, 0.0, 1.05], [0.55, 0.90, 0.04]);
-    clay.lathe(Vec3::Z * 1.07, &[(0.26, 0.0), (0.2, 0.1), (0.03, 0.13)], 4);
+    builder.tinted(Material::Metal, DARK);
+    slab(builder, [0.0, 0.0, 0.03], [0.46, 0.84, 0.06]);
+    slab(builder, [0.0, 0.0, 1.05], [0.55, 0.90, 0.04]);
+    builder.lathe(Vec3::Z * 1.07, &[(0.26, 0.0), (0.2, 0.1), (0.03, 0.13)], 4);
 }
 
-fn plastic_bag(clay: &mut Clay) {
-    clay.tinted(Material::Plastic, WHITE);
-    heap(clay, [0.0, 0.0], [0.17, 0.11, 0.30], 11);
+fn plastic_bag(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Plastic, WHITE);
+    heap(builder, [0.0, 0.0], [0.17, 0.11, 0.30], 11);
     for side in [1.0f32, -1.0] {
         let points = [
             vec3(side * 0.10, 0.0, 0.20),
@@ -346,30 +348,31 @@ fn plastic_bag(clay: &mut Clay) {
             vec3(side * 0.03, 0.02, 0.42),
             vec3(side * 0.02, 0.0, 0.28),
         ];
-        clay.pipe(&points, 0.010, 5);
+        builder.pipe(&points, 0.010, 5);
     }
 }
 
-fn shopping_bag(clay: &mut Clay) {
-    clay.tinted(Material::Wood, TAN);
+fn shopping_bag(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Wood, TAN);
     let ring = |z: f32, x: f32, y: f32| {
         vec![vec3(x, -y, z), vec3(x, y, z), vec3(-x, y, z), vec3(-x, -y, z)]
     };
-    clay.loft(&[ring(0.0, 0.15, 0.065), ring(0.28, 0.16, 0.07), ring(0.34, 0.16, 0.05)], |_, _| {
-        None
-    });
-    clay.tinted(Material::Wood, RED);
-    slab(clay, [0.0, 0.068, 0.17], [0.14, 0.01, 0.14]);
-    clay.tinted(Material::Cloth, BROWN);
+    builder
+        .loft(&[ring(0.0, 0.15, 0.065), ring(0.28, 0.16, 0.07), ring(0.34, 0.16, 0.05)], |_, _| {
+            None
+        });
+    builder.tinted(Material::Wood, RED);
+    slab(builder, [0.0, 0.068, 0.17], [0.14, 0.01, 0.14]);
+    builder.tinted(Material::Cloth, BROWN);
     for y in [-0.04, 0.04] {
         let points =
             [vec3(-0.06, y, 0.33), vec3(-0.05, y, 0.41), vec3(0.05, y, 0.41), vec3(0.06, y, 0.33)];
-        clay.pipe(&points, 0.006, 5);
+        builder.pipe(&points, 0.006, 5);
     }
 }
 
-fn shopping_cart(clay: &mut Clay) {
-    clay.material(Material::Metal);
+fn shopping_cart(builder: &mut MeshBuilder) {
+    builder.material(Material::Metal);
     let corners = |z: f32, front: f32, back: f32, half: f32| {
         [vec3(front, -half, z), vec3(front, half, z), vec3(back, half, z), vec3(back, -half, z)]
     };
@@ -379,37 +382,37 @@ fn shopping_cart(clay: &mut Clay) {
         for bar in 0..5 {
             let share = bar as f32 / 4.0;
             let (a, b) = (low[side].lerp(high[side], share), low[next].lerp(high[next], share));
-            clay.rod(a, b, if bar == 4 { 0.013 } else { 0.007 }, 5);
+            builder.rod(a, b, if bar == 4 { 0.013 } else { 0.007 }, 5);
         }
         for bar in 0..7 {
             let share = bar as f32 / 7.0;
             let (a, b) = (low[side].lerp(low[next], share), high[side].lerp(high[next], share));
-            clay.rod(a, b, 0.005, 4);
+            builder.rod(a, b, 0.005, 4);
         }
     }
     for bar in 0..6 {
         let share = bar as f32 / 5.0;
-        clay.rod(low[0].lerp(low[3], share), low[1].lerp(low[2], share), 0.006, 4);
+        builder.rod(low[0].lerp(low[3], share), low[1].lerp(low[2], share), 0.006, 4);
     }
     for y in [-0.22, 0.22f32] {
-        clay.pipe(
+        builder.pipe(
             &[vec3(-0.40, y, 0.90), vec3(-0.26, y, 0.20), vec3(0.40, y * 0.7, 0.16)],
             0.014,
             6,
         );
-        clay.rod(vec3(-0.40, y, 0.90), vec3(-0.47, y, 1.0), 0.014, 6);
+        builder.rod(vec3(-0.40, y, 0.90), vec3(-0.47, y, 1.0), 0.014, 6);
     }
-    clay.tinted(Material::Plastic, RED);
-    clay.rod(vec3(-0.47, -0.26, 1.0), vec3(-0.47, 0.26, 1.0), 0.022, 8);
-    clay.material(Material::Rubber);
+    builder.tinted(Material::Plastic, RED);
+    builder.rod(vec3(-0.47, -0.26, 1.0), vec3(-0.47, 0.26, 1.0), 0.022, 8);
+    builder.material(Material::Rubber);
     for (x, y) in [(-0.24, -0.22), (-0.24, 0.22), (0.38, -0.15), (0.38, 0.15)] {
-        clay.rod(vec3(x, y - 0.015, 0.065), vec3(x, y + 0.015, 0.065), 0.065, 12);
-        clay.rod(vec3(x, y, 0.06), vec3(x, y, 0.20), 0.012, 5);
+        builder.rod(vec3(x, y - 0.015, 0.065), vec3(x, y + 0.015, 0.065), 0.065, 12);
+        builder.rod(vec3(x, y, 0.06), vec3(x, y, 0.20), 0.012, 5);
     }
 }
 
-fn shopping_trolley(clay: &mut Clay) {
-    clay.tinted(Material::Cloth, RED);
+fn shopping_trolley(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Cloth, RED);
     let ring = |z: f32, x: f32, y: f32| {
         vec![
             vec3(x, -y, z),
@@ -420,7 +423,7 @@ fn shopping_trolley(clay: &mut Clay) {
             vec3(x - 0.06, -y - 0.02, z),
         ]
     };
-    clay.loft(
+    builder.loft(
         &[
             ring(0.10, 0.11, 0.13),
             ring(0.20, 0.14, 0.15),
@@ -429,25 +432,25 @@ fn shopping_trolley(clay: &mut Clay) {
         ],
         |_, _| None,
     );
-    clay.tinted(Material::Cloth, DARK);
-    slab(clay, [0.155, 0.0, 0.30], [0.03, 0.22, 0.22]);
-    clay.material(Material::Metal);
+    builder.tinted(Material::Cloth, DARK);
+    slab(builder, [0.155, 0.0, 0.30], [0.03, 0.22, 0.22]);
+    builder.material(Material::Metal);
     for y in [-0.11, 0.11] {
-        clay.pipe(&[vec3(-0.10, y, 0.06), vec3(-0.16, y, 0.60), vec3(-0.17, y, 0.97)], 0.010, 6);
+        builder.pipe(&[vec3(-0.10, y, 0.06), vec3(-0.16, y, 0.60), vec3(-0.17, y, 0.97)], 0.010, 6);
     }
-    clay.tinted(Material::Rubber, BLACK);
-    clay.rod(vec3(-0.17, -0.12, 0.97), vec3(-0.17, 0.12, 0.97), 0.014, 7);
+    builder.tinted(Material::Rubber, BLACK);
+    builder.rod(vec3(-0.17, -0.12, 0.97), vec3(-0.17, 0.12, 0.97), 0.014, 7);
     for y in [-0.15, 0.15] {
-        clay.rod(vec3(-0.10, y - 0.015, 0.08), vec3(-0.10, y + 0.015, 0.08), 0.08, 14);
+        builder.rod(vec3(-0.10, y - 0.015, 0.08), vec3(-0.10, y + 0.015, 0.08), 0.08, 14);
     }
 }
 
-fn briefcase(clay: &mut Clay) {
-    clay.tinted(Material::Plastic, BROWN);
-    slab(clay, [0.0, 0.0, 0.15], [0.44, 0.12, 0.30]);
-    clay.tinted(Material::Plastic, BLACK);
-    slab(clay, [0.0, 0.0, 0.15], [0.445, 0.012, 0.305]);
-    clay.pipe(
+fn briefcase(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Plastic, BROWN);
+    slab(builder, [0.0, 0.0, 0.15], [0.44, 0.12, 0.30]);
+    builder.tinted(Material::Plastic, BLACK);
+    slab(builder, [0.0, 0.0, 0.15], [0.445, 0.012, 0.305]);
+    builder.pipe(
         &[
             vec3(-0.07, 0.0, 0.30),
             vec3(-0.06, 0.0, 0.355),
@@ -457,14 +460,14 @@ fn briefcase(clay: &mut Clay) {
         0.011,
         6,
     );
-    clay.tinted(Material::Metal, YELLOW);
+    builder.tinted(Material::Metal, YELLOW);
     for x in [-0.13, 0.13] {
-        slab(clay, [x, 0.0, 0.295], [0.04, 0.13, 0.02]);
+        slab(builder, [x, 0.0, 0.295], [0.04, 0.13, 0.02]);
     }
 }
 
-fn guitar_case(clay: &mut Clay) {
-    clay.tinted(Material::Plastic, BLACK);
+fn guitar_case(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Plastic, BLACK);
     let outline: [(f32, f32); 9] = [
         (-0.52, 0.06),
         (-0.48, 0.16),
@@ -494,13 +497,13 @@ fn guitar_case(clay: &mut Clay) {
             .to_vec()
         })
         .collect();
-    clay.loft(&rings, |_, _| None);
-    clay.material(Material::Metal);
+    builder.loft(&rings, |_, _| None);
+    builder.material(Material::Metal);
     for x in [-0.40, -0.10, 0.30] {
-        slab(clay, [x, 0.14 - 0.05 * f32::from(u8::from(x > 0.2)), 0.07], [0.04, 0.10, 0.04]);
+        slab(builder, [x, 0.14 - 0.05 * f32::from(u8::from(x > 0.2)), 0.07], [0.04, 0.10, 0.04]);
     }
-    clay.tinted(Material::Plastic, DARK);
-    clay.pipe(
+    builder.tinted(Material::Plastic, DARK);
+    builder.pipe(
         &[
             vec3(-0.22, -0.13, 0.07),
             vec3(-0.20, -0.20, 0.07),
@@ -512,8 +515,8 @@ fn guitar_case(clay: &mut Clay) {
     );
 }
 
-fn travel_case(clay: &mut Clay) {
-    clay.tinted(Material::Plastic, BLUE);
+fn travel_case(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Plastic, BLUE);
     let ring = |z: f32, x: f32, y: f32| {
         let c = 0.04;
         vec![
@@ -527,7 +530,7 @@ fn travel_case(clay: &mut Clay) {
             vec3(x - c, -y, z),
         ]
     };
-    clay.loft(
+    builder.loft(
         &[
             ring(0.05, 0.20, 0.11),
             ring(0.08, 0.23, 0.13),
@@ -537,23 +540,23 @@ fn travel_case(clay: &mut Clay) {
         |_, _| None,
     );
     for x in [-0.15, -0.05, 0.05, 0.15] {
-        slab(clay, [x, 0.0, 0.32], [0.025, 0.272, 0.42]);
+        slab(builder, [x, 0.0, 0.32], [0.025, 0.272, 0.42]);
     }
-    clay.material(Material::Metal);
+    builder.material(Material::Metal);
     for x in [-0.09, 0.09] {
-        clay.rod(vec3(x, -0.09, 0.58), vec3(x, -0.09, 0.75), 0.009, 6);
+        builder.rod(vec3(x, -0.09, 0.58), vec3(x, -0.09, 0.75), 0.009, 6);
     }
-    clay.tinted(Material::Plastic, BLACK);
-    clay.rod(vec3(-0.11, -0.09, 0.75), vec3(0.11, -0.09, 0.75), 0.014, 7);
+    builder.tinted(Material::Plastic, BLACK);
+    builder.rod(vec3(-0.11, -0.09, 0.75), vec3(0.11, -0.09, 0.75), 0.014, 7);
     for (x, y) in [(-0.18, -0.09), (-0.18, 0.09), (0.18, -0.09), (0.18, 0.09)] {
-        clay.rod(vec3(x - 0.012, y, 0.025), vec3(x + 0.012, y, 0.025), 0.025, 8);
+        builder.rod(vec3(x - 0.012, y, 0.025), vec3(x + 0.012, y, 0.025), 0.025, 8);
     }
 }
 
-fn bike_helmet(clay: &mut Clay) {
-    clay.tinted(Material::Plastic, RED);
-    shell(clay, vec3(0.145, 0.105, 0.16), 0.0);
-    clay.tinted(Material::Plastic, BLACK);
+fn bike_helmet(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Plastic, RED);
+    shell(builder, vec3(0.145, 0.105, 0.16), 0.0);
+    builder.tinted(Material::Plastic, BLACK);
     for y in [-0.06, 0.0, 0.06] {
         let points: Vec<Vec3> = (0..7)
             .map(|step| {
@@ -561,13 +564,13 @@ fn bike_helmet(clay: &mut Clay) {
                 vec3(angle.cos() * 0.148, y, angle.sin() * 0.164 * (1.0 - 4.0 * y * y * 6.0))
             })
             .collect();
-        clay.pipe(&points, 0.012, 5);
+        builder.pipe(&points, 0.012, 5);
     }
-    slab(clay, [0.155, 0.0, 0.035], [0.05, 0.14, 0.012]);
+    slab(builder, [0.155, 0.0, 0.035], [0.05, 0.14, 0.012]);
 }
 
 /// The upper half of an egg, open below only to who looks closely.
-fn shell(clay: &mut Clay, radii: Vec3, lift: f32) {
+fn shell(builder: &mut MeshBuilder, radii: Vec3, lift: f32) {
     let stack: Vec<Vec<Vec3>> = (0..=7)
         .map(|ring| {
             let polar = FRAC_PI_2 * ring as f32 / 7.0;
@@ -580,34 +583,34 @@ fn shell(clay: &mut Clay, radii: Vec3, lift: f32) {
                 .collect()
         })
         .collect();
-    clay.loft(&stack, |_, _| None);
+    builder.loft(&stack, |_, _| None);
 }
 
-fn motor_helmet(clay: &mut Clay) {
-    clay.tinted(Material::Plastic, WHITE);
-    clay.ball(Vec3::Z * 0.14, vec3(0.15, 0.125, 0.13), 9, 16);
-    slab(clay, [0.10, 0.0, 0.05], [0.14, 0.13, 0.09]);
-    clay.material(Material::Glass);
-    clay.ball(vec3(0.03, 0.0, 0.15), vec3(0.135, 0.118, 0.055), 6, 16);
-    clay.tinted(Material::Plastic, BLACK);
-    clay.rod(vec3(0.0, -0.128, 0.14), vec3(0.0, 0.128, 0.14), 0.022, 10);
-    clay.tinted(Material::Plastic, RED);
-    slab(clay, [-0.02, 0.0, 0.258], [0.20, 0.04, 0.024]);
+fn motor_helmet(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Plastic, WHITE);
+    builder.ball(Vec3::Z * 0.14, vec3(0.15, 0.125, 0.13), 9, 16);
+    slab(builder, [0.10, 0.0, 0.05], [0.14, 0.13, 0.09]);
+    builder.material(Material::Glass);
+    builder.ball(vec3(0.03, 0.0, 0.15), vec3(0.135, 0.118, 0.055), 6, 16);
+    builder.tinted(Material::Plastic, BLACK);
+    builder.rod(vec3(0.0, -0.128, 0.14), vec3(0.0, 0.128, 0.14), 0.022, 10);
+    builder.tinted(Material::Plastic, RED);
+    slab(builder, [-0.02, 0.0, 0.258], [0.20, 0.04, 0.024]);
 }
 
-fn mobile(clay: &mut Clay) {
-    clay.tinted(Material::Plastic, BLACK);
-    slab(clay, [0.0, 0.0, 0.0045], [0.15, 0.075, 0.009]);
-    clay.tinted(Material::Glass, DARK);
-    slab(clay, [0.0, 0.0, 0.0095], [0.138, 0.068, 0.001]);
+fn mobile(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Plastic, BLACK);
+    slab(builder, [0.0, 0.0, 0.0045], [0.15, 0.075, 0.009]);
+    builder.tinted(Material::Glass, DARK);
+    slab(builder, [0.0, 0.0, 0.0095], [0.138, 0.068, 0.001]);
 }
 
-fn purse(clay: &mut Clay) {
-    clay.tinted(Material::Cloth, PINK);
+fn purse(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Cloth, PINK);
     let ring = |z: f32, x: f32, y: f32| {
         vec![vec3(x, -y, z), vec3(x, y, z), vec3(-x, y, z), vec3(-x, -y, z)]
     };
-    clay.loft(
+    builder.loft(
         &[
             ring(0.0, 0.12, 0.045),
             ring(0.03, 0.14, 0.055),
@@ -616,11 +619,11 @@ fn purse(clay: &mut Clay) {
         ],
         |_, _| None,
     );
-    slab(clay, [0.0, 0.05, 0.12], [0.24, 0.012, 0.10]);
-    clay.tinted(Material::Metal, YELLOW);
-    slab(clay, [0.0, 0.058, 0.09], [0.04, 0.01, 0.03]);
-    clay.tinted(Material::Cloth, BROWN);
-    clay.pipe(
+    slab(builder, [0.0, 0.05, 0.12], [0.24, 0.012, 0.10]);
+    builder.tinted(Material::Metal, YELLOW);
+    slab(builder, [0.0, 0.058, 0.09], [0.04, 0.01, 0.03]);
+    builder.tinted(Material::Cloth, BROWN);
+    builder.pipe(
         &[
             vec3(-0.11, 0.0, 0.16),
             vec3(-0.08, 0.0, 0.26),

@@ -5,8 +5,13 @@ use std::f32::consts::{FRAC_PI_4, PI, TAU};
 use glam::{Quat, Vec3, vec3};
 use mesh::{Material, Tag};
 
-use super::{Row, garden::bench, heap, hue::*, legs, slab};
-use crate::clay::Clay;
+use crate::{
+    catalogue::prop::{
+        garden::bench,
+        parts::{Row, heap, hue::*, legs, slab},
+    },
+    mesh_builder::MeshBuilder,
+};
 
 const D: Tag = Tag::Dynamic;
 const S: Tag = Tag::Static;
@@ -52,8 +57,8 @@ pub(super) const ROWS: &[Row] = &[
     ("static.prop.calibrator", D, [0.60, 1.20, 1.60], 20.0, calibrator),
 ];
 
-fn cone(clay: &mut Clay, bands: u32) {
-    clay.material(Material::Rubber);
+fn cone(builder: &mut MeshBuilder, bands: u32) {
+    builder.material(Material::Rubber);
     let ring = |z: f32, half: f32| {
         let c = half * 0.3;
         vec![
@@ -68,44 +73,44 @@ fn cone(clay: &mut Clay, bands: u32) {
         ]
     };
     if bands == 3 {
-        clay.tinted(Material::Plastic, ORANGE);
+        builder.tinted(Material::Plastic, ORANGE);
     }
-    clay.loft(&[ring(0.0, 0.18), ring(0.03, 0.18), ring(0.04, 0.14)], |_, _| None);
+    builder.loft(&[ring(0.0, 0.18), ring(0.03, 0.18), ring(0.04, 0.14)], |_, _| None);
     let parts = bands * 2 + 1;
     for part in 0..parts {
         let radius = |share: f32| 0.13 - 0.105 * share;
         let (from, to) = (part as f32 / parts as f32, (part + 1) as f32 / parts as f32);
         if part % 2 == 0 {
-            clay.tinted(Material::Plastic, ORANGE);
+            builder.tinted(Material::Plastic, ORANGE);
         } else {
-            clay.tinted(Material::Sign, WHITE);
+            builder.tinted(Material::Sign, WHITE);
         }
         let at = |share: f32| Vec3::Z * (0.04 + 0.66 * share);
-        clay.cone(at(from), at(to), [radius(from), radius(to)], 18);
+        builder.cone(at(from), at(to), [radius(from), radius(to)], 18);
     }
 }
 
 /// A slim post on a heavy foot.
-fn delineator(clay: &mut Clay) {
-    clay.material(Material::Rubber);
-    clay.lathe(Vec3::ZERO, &[(0.20, 0.0), (0.20, 0.05), (0.08, 0.09)], 12);
+fn delineator(builder: &mut MeshBuilder) {
+    builder.material(Material::Rubber);
+    builder.lathe(Vec3::ZERO, &[(0.20, 0.0), (0.20, 0.05), (0.08, 0.09)], 12);
     for band in 0..6 {
         if band % 2 == 0 {
-            clay.tinted(Material::Plastic, ORANGE);
+            builder.tinted(Material::Plastic, ORANGE);
         } else {
-            clay.tinted(Material::Sign, WHITE);
+            builder.tinted(Material::Sign, WHITE);
         }
         let z = 0.09 + 0.16 * band as f32;
-        clay.cone(Vec3::Z * z, Vec3::Z * (z + 0.16), [0.055, 0.053], 12);
+        builder.cone(Vec3::Z * z, Vec3::Z * (z + 0.16), [0.055, 0.053], 12);
     }
-    clay.tinted(Material::Plastic, ORANGE);
-    clay.lathe(Vec3::Z * 1.05, &[(0.053, 0.0), (0.04, 0.03), (0.03, 0.05)], 12);
+    builder.tinted(Material::Plastic, ORANGE);
+    builder.lathe(Vec3::Z * 1.05, &[(0.053, 0.0), (0.04, 0.03), (0.03, 0.05)], 12);
 }
 
-fn street_barrier(clay: &mut Clay) {
+fn street_barrier(builder: &mut MeshBuilder) {
     for z in [0.55f32, 0.85] {
         for stripe in 0..6 {
-            clay.tinted(Material::Sign, if stripe % 2 == 0 { RED } else { WHITE });
+            builder.tinted(Material::Sign, if stripe % 2 == 0 { RED } else { WHITE });
             let y = -0.62 + 0.2067 * stripe as f32;
             for side in [1.0f32, -1.0] {
                 let x = side * 0.016;
@@ -118,153 +123,153 @@ fn street_barrier(clay: &mut Clay) {
                 ];
                 let clip = front.map(|p| vec3(p.x, p.y.clamp(-0.62, 0.62), p.z));
                 let [a, b, c, d] = clip;
-                clay.quad(if side > 0.0 { [a, b, c, d] } else { [d, c, b, a] });
+                builder.quad(if side > 0.0 { [a, b, c, d] } else { [d, c, b, a] });
             }
         }
-        clay.tinted(Material::Plastic, WHITE);
-        slab(clay, [0.0, 0.0, z + 0.09], [0.03, 1.24, 0.18]);
+        builder.tinted(Material::Plastic, WHITE);
+        slab(builder, [0.0, 0.0, z + 0.09], [0.03, 1.24, 0.18]);
     }
-    clay.tinted(Material::Metal, GREY);
+    builder.tinted(Material::Metal, GREY);
     for y in [-0.5, 0.5] {
-        clay.block(vec3(-0.025, y - 0.025, 0.04), vec3(0.025, y + 0.025, 1.05));
-        clay.tinted(Material::Rubber, BLACK);
-        slab(clay, [0.0, y, 0.03], [0.38, 0.12, 0.06]);
-        clay.tinted(Material::Metal, GREY);
+        builder.block(vec3(-0.025, y - 0.025, 0.04), vec3(0.025, y + 0.025, 1.05));
+        builder.tinted(Material::Rubber, BLACK);
+        slab(builder, [0.0, y, 0.03], [0.38, 0.12, 0.06]);
+        builder.tinted(Material::Metal, GREY);
     }
     for y in [-0.5, 0.5] {
-        clay.material(Material::LampAmber);
-        clay.rod(vec3(-0.03, y, 1.0), vec3(0.03, y, 1.0), 0.05, 12);
+        builder.material(Material::LampAmber);
+        builder.rod(vec3(-0.03, y, 1.0), vec3(0.03, y, 1.0), 0.05, 12);
     }
 }
 
-fn iron_plank(clay: &mut Clay) {
-    clay.tinted(Material::Metal, GREY);
-    slab(clay, [0.0, 0.0, 0.012], [2.4, 1.2, 0.024]);
-    clay.tinted(Material::Metal, DARK);
+fn iron_plank(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, GREY);
+    slab(builder, [0.0, 0.0, 0.012], [2.4, 1.2, 0.024]);
+    builder.tinted(Material::Metal, DARK);
     for row in 0..12 {
         for column in 0..6 {
             let turn = Quat::from_rotation_z(if (row + column) % 2 == 0 { 0.785 } else { -0.785 });
             let at = vec3(-1.1 + 0.2 * row as f32, -0.5 + 0.2 * column as f32, 0.026);
-            clay.block_at(at, vec3(0.06, 0.012, 0.003), turn);
+            builder.block_at(at, vec3(0.06, 0.012, 0.003), turn);
         }
     }
 }
 
 /// A triangle on folding legs.
-fn folding_sign(clay: &mut Clay, hue: [u8; 3]) {
+fn folding_sign(builder: &mut MeshBuilder, hue: [u8; 3]) {
     let corner =
         |angle: f32, reach: f32, x: f32| vec3(x, angle.sin() * reach, 0.56 + angle.cos() * reach);
     let ring = |reach: f32, x: f32| -> Vec<Vec3> {
         (0..3).map(|k| corner(-TAU * k as f32 / 3.0, reach, x)).collect()
     };
-    clay.tinted(Material::Sign, hue);
-    clay.loft(&[ring(0.52, -0.01), ring(0.52, 0.01)], |_, _| None);
-    clay.tinted(Material::Sign, if hue == ORANGE { YELLOW } else { WHITE });
-    clay.loft(&[ring(0.36, 0.008), ring(0.36, 0.014)], |_, _| None);
-    clay.tinted(Material::Plastic, BLACK);
+    builder.tinted(Material::Sign, hue);
+    builder.loft(&[ring(0.52, -0.01), ring(0.52, 0.01)], |_, _| None);
+    builder.tinted(Material::Sign, if hue == ORANGE { YELLOW } else { WHITE });
+    builder.loft(&[ring(0.36, 0.008), ring(0.36, 0.014)], |_, _| None);
+    builder.tinted(Material::Plastic, BLACK);
     if hue == ORANGE {
         // A man with a shovel, near enough.
-        clay.ball(vec3(0.015, 0.02, 0.70), vec3(0.006, 0.03, 0.035), 3, 8);
-        slab(clay, [0.016, 0.0, 0.60], [0.004, 0.05, 0.14]);
-        clay.block_at(
+        builder.ball(vec3(0.015, 0.02, 0.70), vec3(0.006, 0.03, 0.035), 3, 8);
+        slab(builder, [0.016, 0.0, 0.60], [0.004, 0.05, 0.14]);
+        builder.block_at(
             vec3(0.016, -0.07, 0.55),
             vec3(0.003, 0.10, 0.012),
             Quat::from_rotation_x(0.6),
         );
-        slab(clay, [0.016, 0.03, 0.48], [0.004, 0.03, 0.12]);
-        slab(clay, [0.016, -0.12, 0.45], [0.004, 0.12, 0.05]);
+        slab(builder, [0.016, 0.03, 0.48], [0.004, 0.03, 0.12]);
+        slab(builder, [0.016, -0.12, 0.45], [0.004, 0.12, 0.05]);
     } else {
-        slab(clay, [0.016, 0.0, 0.62], [0.004, 0.06, 0.22]);
-        clay.rod(vec3(0.014, 0.0, 0.45), vec3(0.018, 0.0, 0.45), 0.035, 10);
+        slab(builder, [0.016, 0.0, 0.62], [0.004, 0.06, 0.22]);
+        builder.rod(vec3(0.014, 0.0, 0.45), vec3(0.018, 0.0, 0.45), 0.035, 10);
     }
-    clay.material(Material::Metal);
+    builder.material(Material::Metal);
     for y in [-0.3, 0.3] {
-        clay.rod(vec3(0.0, y, 0.32), vec3(0.20, y * 1.1, 0.0), 0.014, 5);
-        clay.rod(vec3(0.0, y, 0.32), vec3(-0.20, y * 1.1, 0.0), 0.014, 5);
+        builder.rod(vec3(0.0, y, 0.32), vec3(0.20, y * 1.1, 0.0), 0.014, 5);
+        builder.rod(vec3(0.0, y, 0.32), vec3(-0.20, y * 1.1, 0.0), 0.014, 5);
     }
 }
 
-fn tiles(clay: &mut Clay, pieces: u32) {
+fn tiles(builder: &mut MeshBuilder, pieces: u32) {
     for piece in 0..pieces {
         let angle = piece as f32 * 2.399;
         let reach = 0.03 + 0.055 * (piece as f32).sqrt();
         let at = vec3(angle.cos() * reach, angle.sin() * reach, 0.0);
         let size = 0.05 + 0.02 * (piece % 3) as f32;
         let tilt = Quat::from_rotation_z(angle) * Quat::from_rotation_x(0.22 * (piece % 3) as f32);
-        clay.tinted(Material::RoofTiles, if piece % 3 == 1 { TERRACOTTA } else { STONE });
+        builder.tinted(Material::RoofTiles, if piece % 3 == 1 { TERRACOTTA } else { STONE });
         let ring = |z: f32| -> Vec<Vec3> {
             [(1.0, -0.7), (0.8, 0.9), (-0.4, 1.0), (-1.0, 0.1), (-0.6, -0.9)]
                 .map(|(x, y): (f32, f32)| at + tilt * vec3(x * size, y * size, z) + Vec3::Z * 0.02)
                 .to_vec()
         };
-        clay.loft(&[ring(-0.008), ring(0.008)], |_, _| None);
+        builder.loft(&[ring(-0.008), ring(0.008)], |_, _| None);
     }
 }
 
-fn debris(clay: &mut Clay, number: u32) {
-    clay.tinted(Material::Soil, BROWN);
-    heap(clay, [0.0, 0.0], [0.8, 0.6, 0.26], number + 20);
-    heap(clay, [0.35, 0.2], [0.4, 0.35, 0.2], number + 30);
+fn debris(builder: &mut MeshBuilder, number: u32) {
+    builder.tinted(Material::Soil, BROWN);
+    heap(builder, [0.0, 0.0], [0.8, 0.6, 0.26], number + 20);
+    heap(builder, [0.35, 0.2], [0.4, 0.35, 0.2], number + 30);
     for stone in 0..10 + 3 * number {
         let angle = stone as f32 * 2.399;
         let reach = 0.25 + 0.045 * stone as f32 % 0.55;
         let size = 0.04 + 0.02 * (stone % 4) as f32;
-        clay.tinted(Material::Concrete, if stone % 3 == 0 { GREY } else { STONE });
+        builder.tinted(Material::Concrete, if stone % 3 == 0 { GREY } else { STONE });
         let at =
             vec3(angle.cos() * reach, angle.sin() * reach * 0.8, 0.26 - 0.28 * reach + size * 0.3);
-        clay.ball(at.max(vec3(-9.0, -9.0, 0.02)), vec3(size, size * 0.8, size * 0.6), 3, 6);
+        builder.ball(at.max(vec3(-9.0, -9.0, 0.02)), vec3(size, size * 0.8, size * 0.6), 3, 6);
     }
 }
 
 /// A trailer with a board of lamps that point aside.
-fn arrow_trailer(clay: &mut Clay) {
-    clay.tinted(Material::Metal, ORANGE);
-    slab(clay, [-0.2, 0.0, 0.55], [1.6, 1.5, 0.16]);
-    clay.rod(vec3(0.5, 0.0, 0.5), vec3(1.5, 0.0, 0.45), 0.05, 8);
-    slab(clay, [-0.3, 0.0, 0.78], [0.8, 0.8, 0.34]);
-    clay.tinted(Material::Metal, GREY);
+fn arrow_trailer(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, ORANGE);
+    slab(builder, [-0.2, 0.0, 0.55], [1.6, 1.5, 0.16]);
+    builder.rod(vec3(0.5, 0.0, 0.5), vec3(1.5, 0.0, 0.45), 0.05, 8);
+    slab(builder, [-0.3, 0.0, 0.78], [0.8, 0.8, 0.34]);
+    builder.tinted(Material::Metal, GREY);
     for y in [-0.5, 0.5] {
-        slab(clay, [-0.2, y, 1.25], [0.08, 0.08, 1.4]);
+        slab(builder, [-0.2, y, 1.25], [0.08, 0.08, 1.4]);
     }
-    clay.rod(vec3(1.35, 0.0, 0.0), vec3(1.35, 0.0, 0.6), 0.03, 6);
+    builder.rod(vec3(1.35, 0.0, 0.0), vec3(1.35, 0.0, 0.6), 0.03, 6);
     for y in [-0.92, 0.92] {
-        clay.material(Material::Rubber);
-        clay.rod(vec3(-0.25, y - 0.1, 0.32), vec3(-0.25, y + 0.1, 0.32), 0.32, 18);
-        clay.tinted(Material::Metal, GREY);
-        clay.rod(vec3(-0.25, y - 0.11, 0.32), vec3(-0.25, y + 0.11, 0.32), 0.18, 10);
+        builder.material(Material::Rubber);
+        builder.rod(vec3(-0.25, y - 0.1, 0.32), vec3(-0.25, y + 0.1, 0.32), 0.32, 18);
+        builder.tinted(Material::Metal, GREY);
+        builder.rod(vec3(-0.25, y - 0.11, 0.32), vec3(-0.25, y + 0.11, 0.32), 0.18, 10);
     }
-    clay.tinted(Material::Plastic, BLACK);
-    slab(clay, [-0.28, 0.0, 2.55], [0.10, 2.33, 1.5]);
+    builder.tinted(Material::Plastic, BLACK);
+    slab(builder, [-0.28, 0.0, 2.55], [0.10, 2.33, 1.5]);
     for (edge, z) in [(1.5, 3.28), (1.5, 1.82)] {
-        clay.tinted(Material::Sign, if edge > z { RED } else { ORANGE });
-        slab(clay, [-0.28, 0.0, z], [0.12, 2.33, 0.04]);
+        builder.tinted(Material::Sign, if edge > z { RED } else { ORANGE });
+        slab(builder, [-0.28, 0.0, z], [0.12, 2.33, 0.04]);
     }
-    clay.material(Material::LampAmber);
-    let lamp = |clay: &mut Clay, y: f32, z: f32| {
-        clay.rod(vec3(-0.36, y, z), vec3(-0.30, y, z), 0.085, 12);
+    builder.material(Material::LampAmber);
+    let lamp = |builder: &mut MeshBuilder, y: f32, z: f32| {
+        builder.rod(vec3(-0.36, y, z), vec3(-0.30, y, z), 0.085, 12);
     };
     for step in 0..6 {
-        lamp(clay, 0.85 - 0.3 * step as f32, 2.55);
+        lamp(builder, 0.85 - 0.3 * step as f32, 2.55);
     }
     for step in 1..4 {
         let (y, z) = (-0.85 + 0.22 * step as f32, 0.18 * step as f32);
-        lamp(clay, y, 2.55 + z);
-        lamp(clay, y, 2.55 - z);
+        lamp(builder, y, 2.55 + z);
+        lamp(builder, y, 2.55 - z);
     }
-    clay.tinted(Material::Sign, WHITE);
-    slab(clay, [-1.0, 0.0, 0.5], [0.04, 1.5, 0.12]);
-    clay.material(Material::LampRed);
+    builder.tinted(Material::Sign, WHITE);
+    slab(builder, [-1.0, 0.0, 0.5], [0.04, 1.5, 0.12]);
+    builder.material(Material::LampRed);
     for y in [-0.6, 0.6] {
-        slab(clay, [-1.03, y, 0.5], [0.04, 0.16, 0.10]);
+        slab(builder, [-1.03, y, 0.5], [0.04, 0.16, 0.10]);
     }
-    clay.tinted(Material::Metal, GREY);
-    slab(clay, [-1.4, 0.0, 0.30], [0.2, 1.9, 0.06]);
+    builder.tinted(Material::Metal, GREY);
+    slab(builder, [-1.4, 0.0, 0.30], [0.2, 1.9, 0.06]);
 }
 
-fn chain(clay: &mut Clay, links: bool) {
-    let post = |clay: &mut Clay, y: f32| {
-        clay.tinted(Material::Metal, BLACK);
-        clay.lathe(
+fn chain(builder: &mut MeshBuilder, links: bool) {
+    let post = |builder: &mut MeshBuilder, y: f32| {
+        builder.tinted(Material::Metal, BLACK);
+        builder.lathe(
             Vec3::Y * y,
             &[
                 (0.08, 0.0),
@@ -277,12 +282,12 @@ fn chain(clay: &mut Clay, links: bool) {
             ],
             12,
         );
-        clay.ball(vec3(0.0, y, 0.84), Vec3::splat(0.06), 5, 10);
+        builder.ball(vec3(0.0, y, 0.84), Vec3::splat(0.06), 5, 10);
     };
-    post(clay, -0.72);
+    post(builder, -0.72);
     if links {
-        post(clay, 0.72);
-        clay.tinted(Material::Metal, GREY);
+        post(builder, 0.72);
+        builder.tinted(Material::Metal, GREY);
         for link in 0..22 {
             let along = |k: f32| {
                 let y = -0.70 + 1.40 * k / 22.0;
@@ -293,52 +298,52 @@ fn chain(clay: &mut Clay, links: bool) {
             let turn = Quat::from_rotation_arc(Vec3::Y, (b - a).normalize_or(Vec3::Y));
             let half =
                 if link % 2 == 0 { vec3(0.022, 0.045, 0.007) } else { vec3(0.007, 0.045, 0.022) };
-            clay.block_at(middle, half, turn);
+            builder.block_at(middle, half, turn);
         }
     }
 }
 
-fn food_cart(clay: &mut Clay) {
-    clay.tinted(Material::Metal, GREY);
-    slab(clay, [0.0, 0.0, 0.75], [1.9, 0.9, 0.75]);
-    clay.tinted(Material::Sign, RED);
-    slab(clay, [0.0, 0.0, 0.70], [1.92, 0.92, 0.34]);
-    clay.tinted(Material::Metal, WHITE);
-    slab(clay, [0.0, 0.0, 1.15], [2.0, 1.0, 0.05]);
-    clay.tinted(Material::Metal, GREY);
+fn food_cart(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, GREY);
+    slab(builder, [0.0, 0.0, 0.75], [1.9, 0.9, 0.75]);
+    builder.tinted(Material::Sign, RED);
+    slab(builder, [0.0, 0.0, 0.70], [1.92, 0.92, 0.34]);
+    builder.tinted(Material::Metal, WHITE);
+    slab(builder, [0.0, 0.0, 1.15], [2.0, 1.0, 0.05]);
+    builder.tinted(Material::Metal, GREY);
     for (x, y) in [(0.9, 0.42), (0.9, -0.42), (-0.9, 0.42), (-0.9, -0.42)] {
-        clay.rod(vec3(x, y, 1.15), vec3(x, y, 2.1), 0.02, 6);
+        builder.rod(vec3(x, y, 1.15), vec3(x, y, 2.1), 0.02, 6);
     }
     // A canopy in stripes.
     for stripe in 0..8 {
-        clay.tinted(Material::Cloth, if stripe % 2 == 0 { RED } else { WHITE });
+        builder.tinted(Material::Cloth, if stripe % 2 == 0 { RED } else { WHITE });
         let (from, to) = (-1.1 + 0.275 * stripe as f32, -1.1 + 0.275 * (stripe + 1) as f32);
         let roof = |x: f32| vec![vec3(x, 0.65, 2.05), vec3(x, 0.0, 2.4), vec3(x, -0.65, 2.05)];
-        clay.loft(&[roof(from), roof(to)], |_, _| None);
+        builder.loft(&[roof(from), roof(to)], |_, _| None);
         for y in [-0.65, 0.65] {
-            slab(clay, [(from + to) * 0.5, y, 1.98], [0.275, 0.02, 0.14]);
+            slab(builder, [(from + to) * 0.5, y, 1.98], [0.275, 0.02, 0.14]);
         }
     }
-    clay.material(Material::Rubber);
+    builder.material(Material::Rubber);
     for y in [-0.50, 0.50] {
-        clay.rod(vec3(-0.35, y - 0.03, 0.32), vec3(-0.35, y + 0.03, 0.32), 0.32, 18);
-        clay.tinted(Material::Metal, GREY);
-        clay.rod(vec3(-0.35, y - 0.04, 0.32), vec3(-0.35, y + 0.04, 0.32), 0.24, 10);
-        clay.material(Material::Rubber);
+        builder.rod(vec3(-0.35, y - 0.03, 0.32), vec3(-0.35, y + 0.03, 0.32), 0.32, 18);
+        builder.tinted(Material::Metal, GREY);
+        builder.rod(vec3(-0.35, y - 0.04, 0.32), vec3(-0.35, y + 0.04, 0.32), 0.24, 10);
+        builder.material(Material::Rubber);
     }
-    clay.tinted(Material::Metal, DARK);
-    clay.rod(vec3(0.75, 0.0, 0.0), vec3(0.75, 0.0, 0.4), 0.03, 6);
-    clay.pipe(
+    builder.tinted(Material::Metal, DARK);
+    builder.rod(vec3(0.75, 0.0, 0.0), vec3(0.75, 0.0, 0.4), 0.03, 6);
+    builder.pipe(
         &[vec3(0.95, -0.4, 0.9), vec3(1.2, -0.4, 1.0), vec3(1.2, 0.4, 1.0), vec3(0.95, 0.4, 0.9)],
         0.02,
         6,
     );
-    clay.tinted(Material::Plastic, YELLOW);
-    clay.rod(vec3(-0.6, 0.2, 1.17), vec3(-0.6, 0.2, 1.36), 0.05, 8);
-    clay.tinted(Material::Plastic, RED);
-    clay.rod(vec3(-0.45, 0.2, 1.17), vec3(-0.45, 0.2, 1.36), 0.05, 8);
-    clay.material(Material::Glass);
-    slab(clay, [0.3, 0.0, 1.35], [0.8, 0.6, 0.35]);
+    builder.tinted(Material::Plastic, YELLOW);
+    builder.rod(vec3(-0.6, 0.2, 1.17), vec3(-0.6, 0.2, 1.36), 0.05, 8);
+    builder.tinted(Material::Plastic, RED);
+    builder.rod(vec3(-0.45, 0.2, 1.17), vec3(-0.45, 0.2, 1.36), 0.05, 8);
+    builder.material(Material::Glass);
+    slab(builder, [0.3, 0.0, 1.35], [0.8, 0.6, 0.35]);
 }
 
 fn octagon(reach: f32, z: f32) -> Vec<Vec3> {
@@ -350,32 +355,32 @@ fn octagon(reach: f32, z: f32) -> Vec<Vec3> {
         .collect()
 }
 
-fn kiosk(clay: &mut Clay) {
-    clay.tinted(Material::Metal, GREEN);
-    clay.loft(&[octagon(1.2, 0.0), octagon(1.2, 0.95)], |_, _| None);
-    clay.material(Material::Glass);
-    clay.loft(&[octagon(1.12, 0.95), octagon(1.12, 2.1)], |_, _| None);
-    clay.tinted(Material::Metal, GREEN);
+fn kiosk(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, GREEN);
+    builder.loft(&[octagon(1.2, 0.0), octagon(1.2, 0.95)], |_, _| None);
+    builder.material(Material::Glass);
+    builder.loft(&[octagon(1.12, 0.95), octagon(1.12, 2.1)], |_, _| None);
+    builder.tinted(Material::Metal, GREEN);
     for corner in octagon(1.16, 1.5) {
-        slab(clay, corner.to_array(), [0.09, 0.09, 1.3]);
+        slab(builder, corner.to_array(), [0.09, 0.09, 1.3]);
     }
-    clay.loft(&[octagon(1.40, 2.1), octagon(1.40, 2.22), octagon(1.25, 2.30)], |_, _| None);
-    clay.loft(&[octagon(1.2, 2.3), octagon(0.6, 2.72), octagon(0.12, 2.86)], |_, _| None);
-    clay.ball(Vec3::Z * 2.92, Vec3::splat(0.1), 4, 8);
-    clay.material(Material::Wood);
-    slab(clay, [1.2, 0.0, 0.98], [0.3, 1.0, 0.05]);
+    builder.loft(&[octagon(1.40, 2.1), octagon(1.40, 2.22), octagon(1.25, 2.30)], |_, _| None);
+    builder.loft(&[octagon(1.2, 2.3), octagon(0.6, 2.72), octagon(0.12, 2.86)], |_, _| None);
+    builder.ball(Vec3::Z * 2.92, Vec3::splat(0.1), 4, 8);
+    builder.material(Material::Wood);
+    slab(builder, [1.2, 0.0, 0.98], [0.3, 1.0, 0.05]);
     for paper in 0..6 {
         let hues = [WHITE, YELLOW, SKY, RED, WHITE, PINK];
-        clay.tinted(Material::Sign, hues[paper]);
-        slab(clay, [1.14, -0.42 + 0.17 * paper as f32, 0.55], [0.02, 0.14, 0.5]);
+        builder.tinted(Material::Sign, hues[paper]);
+        slab(builder, [1.14, -0.42 + 0.17 * paper as f32, 0.55], [0.02, 0.14, 0.5]);
     }
-    clay.tinted(Material::Sign, YELLOW);
-    slab(clay, [1.30, 0.0, 2.16], [0.04, 1.0, 0.10]);
+    builder.tinted(Material::Sign, YELLOW);
+    slab(builder, [1.30, 0.0, 2.16], [0.04, 1.0, 0.10]);
 }
 
-fn fountain(clay: &mut Clay) {
-    clay.material(Material::Concrete);
-    clay.lathe(
+fn fountain(builder: &mut MeshBuilder) {
+    builder.material(Material::Concrete);
+    builder.lathe(
         Vec3::ZERO,
         &[
             (2.5, 0.0),
@@ -389,10 +394,10 @@ fn fountain(clay: &mut Clay) {
         ],
         28,
     );
-    clay.material(Material::Water);
-    clay.lathe(Vec3::Z * 0.45, &[(2.2, 0.0), (2.2, 0.04)], 28);
-    clay.material(Material::Concrete);
-    clay.lathe(
+    builder.material(Material::Water);
+    builder.lathe(Vec3::Z * 0.45, &[(2.2, 0.0), (2.2, 0.04)], 28);
+    builder.material(Material::Concrete);
+    builder.lathe(
         Vec3::ZERO,
         &[
             (0.5, 0.4),
@@ -406,10 +411,10 @@ fn fountain(clay: &mut Clay) {
         ],
         18,
     );
-    clay.material(Material::Water);
-    clay.lathe(Vec3::Z * 1.76, &[(1.0, 0.0), (1.0, 0.03)], 18);
-    clay.material(Material::Concrete);
-    clay.lathe(
+    builder.material(Material::Water);
+    builder.lathe(Vec3::Z * 1.76, &[(1.0, 0.0), (1.0, 0.03)], 18);
+    builder.material(Material::Concrete);
+    builder.lathe(
         Vec3::Z * 1.75,
         &[
             (0.18, 0.0),
@@ -424,15 +429,15 @@ fn fountain(clay: &mut Clay) {
     );
 }
 
-fn map_table(clay: &mut Clay) {
-    clay.tinted(Material::Metal, DARK);
+fn map_table(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, DARK);
     for y in [-0.6, 0.6] {
-        slab(clay, [0.0, y, 0.55], [0.08, 0.08, 1.1]);
+        slab(builder, [0.0, y, 0.55], [0.08, 0.08, 1.1]);
     }
     let turn = Quat::from_rotation_y(0.75);
-    clay.block_at(Vec3::Z * 1.2, vec3(0.42, 0.70, 0.025), turn);
-    clay.tinted(Material::Sign, WHITE);
-    clay.block_at(Vec3::Z * 1.2 + turn * Vec3::Z * 0.026, vec3(0.38, 0.66, 0.003), turn);
+    builder.block_at(Vec3::Z * 1.2, vec3(0.42, 0.70, 0.025), turn);
+    builder.tinted(Material::Sign, WHITE);
+    builder.block_at(Vec3::Z * 1.2 + turn * Vec3::Z * 0.026, vec3(0.38, 0.66, 0.003), turn);
     for (x, y, half_x, half_y, hue) in [
         (0.1, -0.3, 0.2, 0.25, LIME),
         (-0.15, 0.3, 0.15, 0.3, LIME),
@@ -440,85 +445,90 @@ fn map_table(clay: &mut Clay) {
         (0.12, 0.3, 0.03, 0.35, YELLOW),
         (-0.2, -0.3, 0.12, 0.2, SKY),
     ] {
-        clay.tinted(Material::Sign, hue);
-        clay.block_at(Vec3::Z * 1.2 + turn * vec3(x, y, 0.030), vec3(half_x, half_y, 0.002), turn);
+        builder.tinted(Material::Sign, hue);
+        builder.block_at(
+            Vec3::Z * 1.2 + turn * vec3(x, y, 0.030),
+            vec3(half_x, half_y, 0.002),
+            turn,
+        );
     }
 }
 
-fn advertisement(clay: &mut Clay) {
-    clay.tinted(Material::Metal, DARK);
-    slab(clay, [0.0, 0.0, 0.25], [0.22, 0.5, 0.5]);
-    slab(clay, [0.0, 0.0, 1.55], [0.30, 1.40, 2.1]);
+fn advertisement(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, DARK);
+    slab(builder, [0.0, 0.0, 0.25], [0.22, 0.5, 0.5]);
+    slab(builder, [0.0, 0.0, 1.55], [0.30, 1.40, 2.1]);
     for side in [1.0f32, -1.0] {
         let x = side * 0.152;
-        clay.tinted(Material::Sign, SKY);
-        slab(clay, [x, 0.0, 1.58], [0.006, 1.24, 1.84]);
-        clay.tinted(Material::Sign, RED);
-        slab(clay, [x * 1.01, 0.0, 1.0], [0.008, 1.24, 0.5]);
-        clay.tinted(Material::Sign, WHITE);
-        slab(clay, [x * 1.02, 0.0, 1.02], [0.009, 0.9, 0.14]);
-        clay.tinted(Material::Sign, YELLOW);
-        clay.rod(vec3(x, 0.2, 1.95), vec3(x * 1.03, 0.2, 1.95), 0.26, 20);
+        builder.tinted(Material::Sign, SKY);
+        slab(builder, [x, 0.0, 1.58], [0.006, 1.24, 1.84]);
+        builder.tinted(Material::Sign, RED);
+        slab(builder, [x * 1.01, 0.0, 1.0], [0.008, 1.24, 0.5]);
+        builder.tinted(Material::Sign, WHITE);
+        slab(builder, [x * 1.02, 0.0, 1.02], [0.009, 0.9, 0.14]);
+        builder.tinted(Material::Sign, YELLOW);
+        builder.rod(vec3(x, 0.2, 1.95), vec3(x * 1.03, 0.2, 1.95), 0.26, 20);
     }
 }
 
-fn street_sign(clay: &mut Clay, make: u32) {
-    clay.tinted(Material::Metal, GREY);
-    clay.rod(Vec3::ZERO, Vec3::Z * 2.5, 0.03, 8);
-    let disc = |clay: &mut Clay, z: f32, radius: f32, x: f32, hue: [u8; 3], sides: u32| {
-        clay.tinted(Material::Sign, hue);
-        let (a, b) = (vec3(x - 0.004, 0.0, z), vec3(x + 0.004, 0.0, z));
-        clay.rod(a, b, radius, sides);
-    };
+fn street_sign(builder: &mut MeshBuilder, make: u32) {
+    builder.tinted(Material::Metal, GREY);
+    builder.rod(Vec3::ZERO, Vec3::Z * 2.5, 0.03, 8);
+    let disc =
+        |builder: &mut MeshBuilder, z: f32, radius: f32, x: f32, hue: [u8; 3], sides: u32| {
+            builder.tinted(Material::Sign, hue);
+            let (a, b) = (vec3(x - 0.004, 0.0, z), vec3(x + 0.004, 0.0, z));
+            builder.rod(a, b, radius, sides);
+        };
     match make {
         0 => {
             // Two names that cross.
-            clay.tinted(Material::Sign, BLUE);
-            slab(clay, [0.0, 0.0, 2.42], [0.02, 0.9, 0.2]);
-            slab(clay, [0.0, 0.0, 2.18], [0.9, 0.02, 0.2]);
-            clay.tinted(Material::Sign, WHITE);
-            slab(clay, [0.0, 0.0, 2.42], [0.026, 0.7, 0.06]);
-            slab(clay, [0.0, 0.0, 2.18], [0.7, 0.026, 0.06]);
-            clay.tinted(Material::Metal, GREY);
-            clay.ball(Vec3::Z * 2.55, Vec3::splat(0.05), 4, 8);
+            builder.tinted(Material::Sign, BLUE);
+            slab(builder, [0.0, 0.0, 2.42], [0.02, 0.9, 0.2]);
+            slab(builder, [0.0, 0.0, 2.18], [0.9, 0.02, 0.2]);
+            builder.tinted(Material::Sign, WHITE);
+            slab(builder, [0.0, 0.0, 2.42], [0.026, 0.7, 0.06]);
+            slab(builder, [0.0, 0.0, 2.18], [0.7, 0.026, 0.06]);
+            builder.tinted(Material::Metal, GREY);
+            builder.ball(Vec3::Z * 2.55, Vec3::splat(0.05), 4, 8);
         }
         1 => {
-            disc(clay, 2.15, 0.36, 0.045, RED, 24);
-            disc(clay, 2.15, 0.28, 0.050, WHITE, 24);
-            clay.tinted(Material::Plastic, BLACK);
-            slab(clay, [0.056, 0.08, 2.15], [0.006, 0.10, 0.24]);
-            slab(clay, [0.056, -0.09, 2.15], [0.006, 0.10, 0.24]);
+            disc(builder, 2.15, 0.36, 0.045, RED, 24);
+            disc(builder, 2.15, 0.28, 0.050, WHITE, 24);
+            builder.tinted(Material::Plastic, BLACK);
+            slab(builder, [0.056, 0.08, 2.15], [0.006, 0.10, 0.24]);
+            slab(builder, [0.056, -0.09, 2.15], [0.006, 0.10, 0.24]);
         }
         _ => {
-            clay.tinted(Material::Sign, BLUE);
-            slab(clay, [0.045, 0.0, 2.05], [0.01, 0.9, 0.9]);
-            clay.tinted(Material::Sign, WHITE);
-            slab(clay, [0.052, -0.14, 2.05], [0.006, 0.14, 0.6]);
-            clay.rod(vec3(0.050, 0.03, 2.20), vec3(0.056, 0.03, 2.20), 0.18, 18);
-            clay.tinted(Material::Sign, BLUE);
-            clay.rod(vec3(0.052, 0.05, 2.20), vec3(0.058, 0.05, 2.20), 0.07, 14);
-            clay.tinted(Material::Sign, WHITE);
-            slab(clay, [0.045, 0.0, 1.45], [0.01, 0.7, 0.2]);
+            builder.tinted(Material::Sign, BLUE);
+            slab(builder, [0.045, 0.0, 2.05], [0.01, 0.9, 0.9]);
+            builder.tinted(Material::Sign, WHITE);
+            slab(builder, [0.052, -0.14, 2.05], [0.006, 0.14, 0.6]);
+            builder.rod(vec3(0.050, 0.03, 2.20), vec3(0.056, 0.03, 2.20), 0.18, 18);
+            builder.tinted(Material::Sign, BLUE);
+            builder.rod(vec3(0.052, 0.05, 2.20), vec3(0.058, 0.05, 2.20), 0.07, 14);
+            builder.tinted(Material::Sign, WHITE);
+            slab(builder, [0.045, 0.0, 1.45], [0.01, 0.7, 0.2]);
         }
     }
 }
 
-fn bus_stop(clay: &mut Clay, large: bool) {
+fn bus_stop(builder: &mut MeshBuilder, large: bool) {
     let half = if large { 1.95 } else { 1.3 };
-    clay.tinted(Material::Metal, DARK);
+    builder.tinted(Material::Metal, DARK);
     for y in [-half, half] {
-        slab(clay, [-0.62, y, 1.2], [0.08, 0.08, 2.4]);
+        slab(builder, [-0.62, y, 1.2], [0.08, 0.08, 2.4]);
         if large {
-            slab(clay, [0.62, y, 1.2], [0.08, 0.08, 2.4]);
+            slab(builder, [0.62, y, 1.2], [0.08, 0.08, 2.4]);
         }
     }
-    slab(clay, [0.0, 0.0, 2.43], [if large { 1.7 } else { 1.4 }, half * 2.0 + 0.25, 0.08]);
+    slab(builder, [0.0, 0.0, 2.43], [if large { 1.7 } else { 1.4 }, half * 2.0 + 0.25, 0.08]);
     if large {
-        clay.tinted(Material::Sign, YELLOW);
-        slab(clay, [0.86, 0.0, 2.50], [0.04, 1.6, 0.14]);
+        builder.tinted(Material::Sign, YELLOW);
+        slab(builder, [0.86, 0.0, 2.50], [0.04, 1.6, 0.14]);
     } else {
-        clay.material(Material::Metal);
-        clay.loft(
+        builder.material(Material::Metal);
+        builder.loft(
             &[-1.0f32, 1.0].map(|side| {
                 (0..=8)
                     .map(|step| {
@@ -531,51 +541,51 @@ fn bus_stop(clay: &mut Clay, large: bool) {
             |_, _| None,
         );
     }
-    clay.material(Material::Glass);
+    builder.material(Material::Glass);
     for pane in 0..if large { 3 } else { 2 } {
         let count = if large { 3.0 } else { 2.0 };
         let width = half * 2.0 / count;
         let y = -half + width * (pane as f32 + 0.5);
-        slab(clay, [-0.62, y, 1.25], [0.02, width - 0.12, 1.9]);
+        slab(builder, [-0.62, y, 1.25], [0.02, width - 0.12, 1.9]);
     }
-    slab(clay, [0.0, half, 1.25], [if large { 1.1 } else { 0.7 }, 0.02, 1.9]);
-    clay.material(Material::Wood);
-    slab(clay, [-0.35, 0.0, 0.46], [0.38, half * 1.3, 0.05]);
-    clay.tinted(Material::Metal, DARK);
+    slab(builder, [0.0, half, 1.25], [if large { 1.1 } else { 0.7 }, 0.02, 1.9]);
+    builder.material(Material::Wood);
+    slab(builder, [-0.35, 0.0, 0.46], [0.38, half * 1.3, 0.05]);
+    builder.tinted(Material::Metal, DARK);
     for y in [-half * 0.5, half * 0.5] {
-        slab(clay, [-0.35, y, 0.22], [0.06, 0.06, 0.44]);
+        slab(builder, [-0.35, y, 0.22], [0.06, 0.06, 0.44]);
     }
-    clay.tinted(Material::Sign, SKY);
-    slab(clay, [0.1, -half, 1.3], [0.9, 0.10, 1.7]);
-    clay.tinted(Material::Sign, PINK);
-    slab(clay, [0.1, -half, 1.3], [0.7, 0.11, 0.7]);
+    builder.tinted(Material::Sign, SKY);
+    slab(builder, [0.1, -half, 1.3], [0.9, 0.10, 1.7]);
+    builder.tinted(Material::Sign, PINK);
+    slab(builder, [0.1, -half, 1.3], [0.7, 0.11, 0.7]);
 }
 
-fn atm(clay: &mut Clay) {
-    clay.tinted(Material::Metal, BLUE);
-    slab(clay, [0.0, 0.0, 0.5], [0.70, 0.80, 1.0]);
-    slab(clay, [-0.10, 0.0, 1.35], [0.50, 0.80, 0.80]);
-    clay.tinted(Material::Metal, GREY);
+fn atm(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, BLUE);
+    slab(builder, [0.0, 0.0, 0.5], [0.70, 0.80, 1.0]);
+    slab(builder, [-0.10, 0.0, 1.35], [0.50, 0.80, 0.80]);
+    builder.tinted(Material::Metal, GREY);
     let turn = Quat::from_rotation_y(0.5);
-    clay.block_at(vec3(0.22, 0.0, 1.03), vec3(0.16, 0.34, 0.02), turn);
-    clay.material(Material::Glass);
-    slab(clay, [0.152, 0.05, 1.32], [0.02, 0.42, 0.30]);
-    clay.tinted(Material::Plastic, BLACK);
-    slab(clay, [0.155, -0.28, 1.30], [0.02, 0.14, 0.03]);
+    builder.block_at(vec3(0.22, 0.0, 1.03), vec3(0.16, 0.34, 0.02), turn);
+    builder.material(Material::Glass);
+    slab(builder, [0.152, 0.05, 1.32], [0.02, 0.42, 0.30]);
+    builder.tinted(Material::Plastic, BLACK);
+    slab(builder, [0.155, -0.28, 1.30], [0.02, 0.14, 0.03]);
     for key in 0..12 {
         let (row, column) = (key / 3, key % 3);
         let at = vec3(0.22, 0.0, 1.03)
             + turn * vec3(-0.10 + 0.055 * row as f32, -0.06 + 0.06 * column as f32, 0.022);
-        clay.block_at(at, vec3(0.02, 0.022, 0.006), turn);
+        builder.block_at(at, vec3(0.02, 0.022, 0.006), turn);
     }
-    clay.tinted(Material::Sign, WHITE);
-    slab(clay, [0.155, 0.0, 1.64], [0.02, 0.7, 0.14]);
-    clay.tinted(Material::Sign, YELLOW);
-    slab(clay, [0.17, 0.0, 1.64], [0.01, 0.3, 0.08]);
+    builder.tinted(Material::Sign, WHITE);
+    slab(builder, [0.155, 0.0, 1.64], [0.02, 0.7, 0.14]);
+    builder.tinted(Material::Sign, YELLOW);
+    slab(builder, [0.17, 0.0, 1.64], [0.01, 0.3, 0.08]);
 }
 
-fn mailbox(clay: &mut Clay) {
-    clay.tinted(Material::Metal, YELLOW);
+fn mailbox(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, YELLOW);
     let arc = |x: f32| -> Vec<Vec3> {
         let mut ring = vec![vec3(x, 0.25, 0.22)];
         ring.extend((0..=10).map(|step| {
@@ -585,80 +595,84 @@ fn mailbox(clay: &mut Clay) {
         ring.push(vec3(x, -0.25, 0.22));
         ring
     };
-    clay.loft(&[arc(-0.25), arc(0.25)], |_, _| None);
-    clay.tinted(Material::Plastic, BLACK);
-    slab(clay, [0.255, 0.0, 1.0], [0.02, 0.36, 0.05]);
-    slab(clay, [0.252, 0.0, 0.62], [0.012, 0.14, 0.16]);
-    clay.tinted(Material::Sign, WHITE);
-    slab(clay, [0.252, 0.0, 0.80], [0.012, 0.26, 0.09]);
-    clay.tinted(Material::Metal, DARK);
-    legs(clay, 0.2, 0.2, 0.24, 0.03);
+    builder.loft(&[arc(-0.25), arc(0.25)], |_, _| None);
+    builder.tinted(Material::Plastic, BLACK);
+    slab(builder, [0.255, 0.0, 1.0], [0.02, 0.36, 0.05]);
+    slab(builder, [0.252, 0.0, 0.62], [0.012, 0.14, 0.16]);
+    builder.tinted(Material::Sign, WHITE);
+    slab(builder, [0.252, 0.0, 0.80], [0.012, 0.26, 0.09]);
+    builder.tinted(Material::Metal, DARK);
+    legs(builder, 0.2, 0.2, 0.24, 0.03);
 }
 
-fn street_fountain(clay: &mut Clay) {
-    clay.tinted(Material::Metal, GREEN);
-    clay.lathe(
+fn street_fountain(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, GREEN);
+    builder.lathe(
         Vec3::ZERO,
         &[(0.18, 0.0), (0.17, 0.06), (0.11, 0.12), (0.10, 0.80), (0.14, 0.84), (0.14, 0.90)],
         8,
     );
-    clay.lathe(Vec3::Z * 0.90, &[(0.15, 0.0), (0.10, 0.12), (0.04, 0.18), (0.0, 0.20)], 8);
-    clay.tinted(Material::Metal, GREY);
-    clay.pipe(&[vec3(0.10, 0.0, 0.70), vec3(0.20, 0.0, 0.72), vec3(0.21, 0.0, 0.66)], 0.016, 7);
-    clay.rod(vec3(0.0, 0.12, 0.72), vec3(0.0, 0.18, 0.72), 0.03, 8);
-    clay.tinted(Material::Concrete, STONE);
-    clay.lathe(vec3(0.22, 0.0, 0.0), &[(0.15, 0.0), (0.18, 0.10), (0.19, 0.14), (0.15, 0.12)], 12);
-    clay.material(Material::Water);
-    clay.lathe(vec3(0.22, 0.0, 0.11), &[(0.155, 0.0), (0.155, 0.01)], 12);
+    builder.lathe(Vec3::Z * 0.90, &[(0.15, 0.0), (0.10, 0.12), (0.04, 0.18), (0.0, 0.20)], 8);
+    builder.tinted(Material::Metal, GREY);
+    builder.pipe(&[vec3(0.10, 0.0, 0.70), vec3(0.20, 0.0, 0.72), vec3(0.21, 0.0, 0.66)], 0.016, 7);
+    builder.rod(vec3(0.0, 0.12, 0.72), vec3(0.0, 0.18, 0.72), 0.03, 8);
+    builder.tinted(Material::Concrete, STONE);
+    builder.lathe(
+        vec3(0.22, 0.0, 0.0),
+        &[(0.15, 0.0), (0.18, 0.10), (0.19, 0.14), (0.15, 0.12)],
+        12,
+    );
+    builder.material(Material::Water);
+    builder.lathe(vec3(0.22, 0.0, 0.11), &[(0.155, 0.0), (0.155, 0.01)], 12);
 }
 
-fn vending_machine(clay: &mut Clay) {
-    clay.tinted(Material::Metal, RED);
-    slab(clay, [0.0, 0.0, 0.95], [0.80, 1.0, 1.80]);
-    clay.tinted(Material::Metal, BLACK);
-    slab(clay, [0.0, 0.0, 0.03], [0.76, 0.96, 0.06]);
-    clay.material(Material::Glass);
-    slab(clay, [0.402, 0.12, 1.10], [0.02, 0.66, 1.20]);
+fn vending_machine(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, RED);
+    slab(builder, [0.0, 0.0, 0.95], [0.80, 1.0, 1.80]);
+    builder.tinted(Material::Metal, BLACK);
+    slab(builder, [0.0, 0.0, 0.03], [0.76, 0.96, 0.06]);
+    builder.material(Material::Glass);
+    slab(builder, [0.402, 0.12, 1.10], [0.02, 0.66, 1.20]);
     for shelf in 0..5 {
         for can in 0..6 {
             let hues = [RED, BLUE, GREEN, ORANGE, WHITE, YELLOW];
-            clay.tinted(Material::Plastic, hues[(shelf + can) % 6]);
+            builder.tinted(Material::Plastic, hues[(shelf + can) % 6]);
             slab(
-                clay,
+                builder,
                 [0.415, -0.13 + 0.1 * can as f32, 0.62 + 0.22 * shelf as f32],
                 [0.01, 0.055, 0.12],
             );
         }
     }
-    clay.tinted(Material::Plastic, BLACK);
-    slab(clay, [0.41, 0.12, 0.26], [0.02, 0.60, 0.18]);
-    slab(clay, [0.41, -0.36, 1.20], [0.02, 0.14, 0.40]);
-    clay.material(Material::LampWhite);
-    slab(clay, [0.41, 0.0, 1.78], [0.02, 0.90, 0.10]);
+    builder.tinted(Material::Plastic, BLACK);
+    slab(builder, [0.41, 0.12, 0.26], [0.02, 0.60, 0.18]);
+    slab(builder, [0.41, -0.36, 1.20], [0.02, 0.14, 0.40]);
+    builder.material(Material::LampWhite);
+    slab(builder, [0.41, 0.0, 1.78], [0.02, 0.90, 0.10]);
 }
 
 /// A chessboard on an easel.
-fn calibrator(clay: &mut Clay) {
-    clay.tinted(Material::Metal, GREY);
+fn calibrator(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, GREY);
     for (x, y) in [(0.18, -0.5), (0.18, 0.5), (-0.30, 0.0)] {
-        clay.rod(vec3(x, y, 0.0), vec3(0.0, y * 0.5, 1.1), 0.02, 6);
+        builder.rod(vec3(x, y, 0.0), vec3(0.0, y * 0.5, 1.1), 0.02, 6);
     }
-    clay.tinted(Material::Plastic, WHITE);
-    slab(clay, [0.02, 0.0, 1.1], [0.02, 1.2, 1.0]);
-    clay.tinted(Material::Plastic, BLACK);
+    builder.tinted(Material::Plastic, WHITE);
+    slab(builder, [0.02, 0.0, 1.1], [0.02, 1.2, 1.0]);
+    builder.tinted(Material::Plastic, BLACK);
     for row in 0..6 {
         for column in 0..8 {
             if (row + column) % 2 == 0 {
                 let (y, z) = (-0.49 + 0.14 * column as f32, 0.75 + 0.14 * row as f32);
-                slab(clay, [0.032, y, z], [0.004, 0.14, 0.14]);
+                slab(builder, [0.032, y, z], [0.004, 0.14, 0.14]);
             }
         }
     }
 }
 
-fn hydrant(clay: &mut Clay) {
-    clay.tinted(Material::Metal, RED);
-    clay.lathe(
+fn hydrant(builder: &mut MeshBuilder) {
+    builder.tinted(Material::Metal, RED);
+    builder.lathe(
         Vec3::ZERO,
         &[
             (0.16, 0.0),
@@ -673,7 +687,7 @@ fn hydrant(clay: &mut Clay) {
         ],
         10,
     );
-    clay.tinted(Material::Metal, YELLOW);
-    clay.rod(vec3(0.0, -0.20, 0.42), vec3(0.0, 0.20, 0.42), 0.055, 8);
-    clay.rod(vec3(-0.19, 0.0, 0.38), vec3(0.19, 0.0, 0.38), 0.07, 8);
+    builder.tinted(Material::Metal, YELLOW);
+    builder.rod(vec3(0.0, -0.20, 0.42), vec3(0.0, 0.20, 0.42), 0.055, 8);
+    builder.rod(vec3(-0.19, 0.0, 0.38), vec3(0.19, 0.0, 0.38), 0.07, 8);
 }

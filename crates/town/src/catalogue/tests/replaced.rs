@@ -2,8 +2,10 @@
 
 use glam::Vec3;
 
-use crate::catalogue::{MeshFault, Motion, Posture, blueprint, replaced};
-use crate::clay;
+use crate::{
+    catalogue::{MeshFault, Motion, Posture, blueprint, replaced},
+    mesh_builder,
+};
 
 /// A binary glTF of these nodes, all with one triangle about their origin.
 fn glb(nodes: &[(&str, [f32; 3])], material: &str) -> Vec<u8> {
@@ -52,7 +54,7 @@ fn nodes_named_as_wheels_become_wheels_and_the_rest_the_body() {
     let wheel = rig.joints.iter().position(|joint| joint.name == "wheel_fl").unwrap();
     let Motion::Wheel { hub_m, .. } = rig.joints[wheel].motion else { panic!("no wheel") };
     assert_eq!(hub_m, Vec3::new(1.4, 0.8, 0.3));
-    let (low, high) = clay::bounds(&looks.pieces[wheel]);
+    let (low, high) = mesh_builder::bounds(&looks.pieces[wheel]);
     assert!((low - Vec3::new(1.4, 0.8, 0.0)).length() < 1e-5, "{low}");
     assert!((high - Vec3::new(1.8, 0.8, 0.6)).length() < 1e-5, "{high}");
     assert_eq!(looks.pieces[0].triangles.len(), 1, "the body is seen while doors are shut");

@@ -4,14 +4,16 @@ mod replaced;
 
 use glam::Vec3;
 
-use super::{Kind, blueprint, catalogue, fleet};
-use crate::clay;
+use crate::{
+    catalogue::{Kind, blueprint, catalogue, fleet},
+    mesh_builder,
+};
 
 #[test]
 fn outer_dimensions_are_within_two_percent_of_the_table() {
     for (id, promised) in fleet::promised() {
         let (_, found) = blueprint(id).unwrap();
-        let (low, high) = clay::bounds(found.mesh());
+        let (low, high) = mesh_builder::bounds(found.mesh());
         let size = high - low;
         let off = ((size - promised) / promised).abs();
         assert!(off.max_element() <= 0.02, "{id}: {size} is not {promised}");
@@ -22,7 +24,7 @@ fn outer_dimensions_are_within_two_percent_of_the_table() {
 #[test]
 fn everything_fills_its_box() {
     for one in catalogue() {
-        let (low, high) = clay::bounds(one.mesh());
+        let (low, high) = mesh_builder::bounds(one.mesh());
         let slack = (one.half_extents_m * 0.04).max(Vec3::splat(0.004));
         for (what, off) in [
             ("lower", low - (one.center_m - one.half_extents_m)),
@@ -36,7 +38,7 @@ fn everything_fills_its_box() {
 #[test]
 fn everything_stands_on_the_ground() {
     for one in catalogue().iter().filter(|one| one.kind != Kind::TrafficLight) {
-        let lowest = clay::bounds(one.mesh()).0.z;
+        let lowest = mesh_builder::bounds(one.mesh()).0.z;
         assert!(lowest.abs() < 0.02, "{}: lowest point at {lowest} m", one.id);
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use mesh::Mesh;
 
-use super::{Layer, Object, Town};
+use crate::static_world::{Layer, Object, Town};
 
 /// Layers and single objects that are switched off: nobody sees them or runs into them.
 ///

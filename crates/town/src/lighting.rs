@@ -1,9 +1,9 @@
 use std::collections::BTreeMap;
 
-use super::BLOCK_OBJECTS;
+use crate::visibility::BLOCK_OBJECTS;
 
 /// What street lamps were told. Lamps are named by their numbers, as things are in instance
-/// images: one more than their places in [`super::Town::objects`].
+/// images: one more than their places in [`crate::Town::objects`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lighting {
     lamps: BTreeMap<u32, StreetLightState>,

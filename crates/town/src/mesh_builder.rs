@@ -3,46 +3,46 @@ use std::f32::consts::TAU;
 use glam::{Quat, Vec3, vec3};
 use mesh::{Face, Material, Mesh, Tag};
 
-/// The band by which [`Clay::loft`] names the cap on its first ring.
+/// The band by which [`MeshBuilder::loft`] names the cap on its first ring.
 pub(crate) const FIRST_CAP: usize = usize::MAX;
-/// The band by which [`Clay::loft`] names the cap on its last ring.
+/// The band by which [`MeshBuilder::loft`] names the cap on its last ring.
 pub(crate) const LAST_CAP: usize = usize::MAX - 1;
 
 /// A mesh under construction: a few solids, all painted with the face that is current.
 ///
 /// Every solid is closed and its triangles are counter-clockwise seen from outside.
 #[derive(Debug)]
-pub(crate) struct Clay {
+pub(crate) struct MeshBuilder {
     pub(crate) mesh: Mesh,
     face: Face,
 }
 
-impl Clay {
+impl MeshBuilder {
     /// An empty mesh.
-    pub(crate) fn new(tag: Tag, material: Material, object: u32) -> Clay {
-        Clay { mesh: Mesh::default(), face: Face::new(tag, material, object) }
+    pub(crate) fn new(tag: Tag, material: Material, object: u32) -> MeshBuilder {
+        MeshBuilder { mesh: Mesh::default(), face: Face::new(tag, material, object) }
     }
 
     /// What follows is of this tag and material.
-    pub(crate) fn paint(&mut self, tag: Tag, material: Material) -> &mut Clay {
+    pub(crate) fn paint(&mut self, tag: Tag, material: Material) -> &mut MeshBuilder {
         self.face = Face::new(tag, material, self.face.object);
         self
     }
 
     /// What follows is of this material, in its own colour.
-    pub(crate) fn material(&mut self, material: Material) -> &mut Clay {
+    pub(crate) fn material(&mut self, material: Material) -> &mut MeshBuilder {
         (self.face.material, self.face.tint) = (material as u8, 0);
         self
     }
 
     /// What follows is of this material, in an sRGB colour.
-    pub(crate) fn tinted(&mut self, material: Material, rgb: [u8; 3]) -> &mut Clay {
+    pub(crate) fn tinted(&mut self, material: Material, rgb: [u8; 3]) -> &mut MeshBuilder {
         (self.face.material, self.face.tint) = (material as u8, Face::tint(rgb));
         self
     }
 
     /// What follows belongs to this object.
-    pub(crate) fn object(&mut self, object: u32) -> &mut Clay {
+    pub(crate) fn object(&mut self, object: u32) -> &mut MeshBuilder {
         self.face.object = object;
         self
     }
@@ -87,7 +87,7 @@ impl Clay {
     }
 
     /// What `build` makes is one closed solid: if it came out inside out, it is turned.
-    pub(crate) fn solid(&mut self, build: impl FnOnce(&mut Clay)) {
+    pub(crate) fn solid(&mut self, build: impl FnOnce(&mut MeshBuilder)) {
         let first = self.mesh.triangles.len();
         build(self);
         let corners = |t: &[u32; 3]| t.map(|i| Vec3::from_array(self.mesh.positions[i as usize]));
@@ -187,7 +187,7 @@ impl Clay {
         });
     }
 
-    /// As [`Clay::loft`]; `paint(usual, band, side)` says all of a facet's face.
+    /// As [`MeshBuilder::loft`]; `paint(usual, band, side)` says all of a facet's face.
     pub(crate) fn loft_with(
         &mut self,
         rings: &[Vec<Vec3>],

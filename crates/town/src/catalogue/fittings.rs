@@ -1,0 +1,92 @@
+//! Parts that several kinds of vehicles carry: mirrors, door handles, light bars, taxi signs.
+
+use glam::{Vec3, vec3};
+use mesh::Material;
+
+use crate::{
+    catalogue::profile::{Measure, SHELL, Silhouette},
+    mesh_builder::MeshBuilder,
+};
+
+/// Mirrors and handles belong to their doors, where doors open.
+pub(super) fn mirrors_and_handles(
+    builder: &mut MeshBuilder,
+    shape: &Silhouette,
+    measure: &Measure,
+) {
+    let belt = |share: f32| shape.belt(share) * measure.size_m.z;
+    let (half, full) = (measure.body_m * 0.5, measure.size_m.y * 0.5);
+    let cuts = shape.door_cuts();
+    for (right, side) in [(0, 1.0f32), (1, -1.0)] {
+        let across = |inner: f32, outer: f32| {
+            let (a, b) = (inner * side, outer * side);
+            (a.min(b), a.max(b))
+        };
+        let object =
+            |door: usize| if cuts.len() > door { SHELL + 1 + 2 * door as u32 + right } else { 0 };
+        let (x, z) = (measure.at(shape.mirror), belt(shape.mirror));
+        builder.object(object(0));
+        if full > half + 0.02 {
+            let (y0, y1) = across(half * 0.9, full - 0.02);
+            builder.material(Material::Plastic);
+            builder.block(vec3(x - 0.03, y0, z + 0.01), vec3(x + 0.03, y1, z + 0.05));
+            let inner = (full - 0.22).max(half * 0.93);
+            builder.material(Material::CarPaint);
+            let shell = |x: f32, shrink: f32| -> Vec<Vec3> {
+                let (low, high) = (z + 0.01 + shrink * 0.5, z + 0.17 - shrink);
+                let (a, b) = (inner + shrink, full - shrink);
+                [(a, low), (b, low + 0.02), (b, high - 0.03), (b - 0.03, high), (a, high)]
+                    .map(|(y, z)| vec3(x, y * side, z))
+                    .to_vec()
+            };
+            builder.solid(|builder| {
+                builder.loft(
+                    &[shell(x - 0.03, 0.0), shell(x + 0.04, 0.0), shell(x + 0.09, 0.03)],
+                    |_, _| None,
+                );
+            });
+            let (y0, y1) = across(inner, full);
+            builder.material(Material::Glass);
+            builder
+                .block(vec3(x - 0.036, y0 + 0.02, z + 0.035), vec3(x - 0.02, y1 - 0.02, z + 0.145));
+        }
+        let (y0, y1) = across(half * 0.94, half * 0.998);
+        for (door, (_, to)) in cuts.iter().enumerate() {
+            builder.object(object(door)).material(Material::Metal);
+            let (x, z) = (measure.at(to - 0.035), belt(*to) - 0.10);
+            builder.block(vec3(x - 0.09, y0, z), vec3(x + 0.09, y1, z + 0.03));
+        }
+    }
+    builder.object(if cuts.is_empty() { 0 } else { SHELL });
+}
+
+/// A light bar whose upper edge is `top`.
+pub(super) fn beacons(builder: &mut MeshBuilder, top: Vec3, half_width: f32, height: f32) {
+    let lens = height * 0.62;
+    for (from, to, rgb) in
+        [(-1.0, -0.25, [200, 24, 24]), (-0.25, 0.25, [230, 230, 230]), (0.25, 1.0, [26, 60, 200])]
+    {
+        builder.tinted(Material::Beacon, rgb);
+        builder.block(
+            vec3(top.x - 0.13, from * half_width, top.z - lens),
+            vec3(top.x + 0.13, to * half_width, top.z),
+        );
+    }
+    builder.material(Material::Plastic);
+    builder.block(
+        vec3(top.x - 0.09, -half_width * 0.7, top.z - height - 0.03),
+        vec3(top.x + 0.09, half_width * 0.7, top.z - lens),
+    );
+}
+
+/// A taxi sign whose upper edge is `top`.
+pub(super) fn taxi_sign(builder: &mut MeshBuilder, top: Vec3, height: f32) {
+    builder.material(Material::LampWhite);
+    builder
+        .block(vec3(top.x - 0.09, -0.25, top.z - height * 0.75), vec3(top.x + 0.09, 0.25, top.z));
+    builder.material(Material::Plastic);
+    builder.block(
+        vec3(top.x - 0.11, -0.2, top.z - height - 0.02),
+        vec3(top.x + 0.11, 0.2, top.z - height * 0.75),
+    );
+}

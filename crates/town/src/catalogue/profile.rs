@@ -1,0 +1,153 @@
+//! The profiles of car bodies: what a silhouette says at a share of the length.
+//!
+//! Tables are in shares: x from 0 at the nose to 1 at the tail, heights of the whole height, widths
+//! of the body's half width. Smooth curves run through their points, straight lines through those
+//! of angular bodies.
+
+use glam::Vec3;
+
+use crate::catalogue::blueprint::Wheel;
+
+/// What the upper skin is made of from one point of the profile to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Skin {
+    /// Painted sheet.
+    Paint,
+    /// Windscreen or rear window.
+    Pane,
+}
+use Skin::Paint;
+
+/// The silhouette of a class of cars.
+#[derive(Debug)]
+pub(super) struct Silhouette {
+    /// Upper edge seen from the side, nose to tail.
+    pub(super) top: &'static [(f32, f32, Skin)],
+    /// Height of the window sill.
+    pub(super) belt: &'static [(f32, f32)],
+    /// Half width seen from above.
+    pub(super) plan: &'static [(f32, f32)],
+    /// Half width of the roof.
+    pub(super) roof: f32,
+    /// Where the side windows begin and end.
+    pub(super) windows: (f32, f32),
+    /// Pillars that divide them.
+    pub(super) pillars: &'static [f32],
+    /// Where the mirrors sit.
+    pub(super) mirror: f32,
+    /// Ground clearance. Metres.
+    pub(super) clearance_m: f32,
+    /// How many doors open: 0, 2 or 4.
+    pub(super) doors: u8,
+    /// Drawn with straight lines.
+    pub(super) is_angular: bool,
+}
+
+/// How big, and where the wheels are.
+pub(super) struct Measure<'a> {
+    /// Length, width with mirrors, height. Metres.
+    pub(super) size_m: Vec3,
+    /// Width without mirrors. Metres.
+    pub(super) body_m: f32,
+    /// x of the nose in actor space. Metres.
+    pub(super) nose_m: f32,
+    /// All wheels.
+    pub(super) wheels: &'a [Wheel],
+}
+
+/// A curve through the points of a table sorted by x, flat beyond its ends: monotone cubics
+/// (Fritsch and Butland 1984), so that nothing bulges between two points, or straight lines.
+fn curve(points: &[(f32, f32)], x: f32, is_angular: bool) -> f32 {
+    let last = points.len() - 1;
+    if x <= points[0].0 {
+        return points[0].1;
+    }
+    let Some(right) = points.iter().position(|point| x <= point.0) else { return points[last].1 };
+    let left = right - 1;
+    let ((x0, y0), (x1, y1)) = (points[left], points[right]);
+    let width = x1 - x0;
+    let t = (x - x0) / width;
+    if is_angular {
+        return y0 + (y1 - y0) * t;
+    }
+    let slope = |from: usize| {
+        let (a, b) = (points[from], points[from + 1]);
+        (b.1 - a.1) / (b.0 - a.0)
+    };
+    let tangent = |at: usize| {
+        if at == 0 || at == last {
+            return slope(at.min(last - 1));
+        }
+        let (before, after) = (slope(at - 1), slope(at));
+        if before * after <= 0.0 {
+            return 0.0;
+        }
+        let (a, b) = (points[at].0 - points[at - 1].0, points[at + 1].0 - points[at].0);
+        let (wa, wb) = (2.0 * b + a, b + 2.0 * a);
+        (wa + wb) / (wa / before + wb / after)
+    };
+    let (m0, m1) = (tangent(left) * width, tangent(right) * width);
+    let (t2, t3) = (t * t, t * t * t);
+    y0 * (2.0 * t3 - 3.0 * t2 + 1.0)
+        + m0 * (t3 - 2.0 * t2 + t)
+        + y1 * (3.0 * t2 - 2.0 * t3)
+        + m1 * (t3 - t2)
+}
+
+impl Silhouette {
+    /// Upper edge, as a share of the height.
+    pub(super) fn top(&self, share: f32) -> f32 {
+        let points: Vec<(f32, f32)> = self.top.iter().map(|point| (point.0, point.1)).collect();
+        curve(&points, share, self.is_angular)
+    }
+
+    /// Window sill, as a share of the height.
+    pub(super) fn belt(&self, share: f32) -> f32 {
+        curve(self.belt, share, self.is_angular)
+    }
+
+    /// Half width, as a share of the body's.
+    pub(super) fn plan(&self, share: f32) -> f32 {
+        curve(self.plan, share, self.is_angular)
+    }
+
+    pub(super) fn skin(&self, x: f32) -> Skin {
+        self.top.iter().rev().find(|point| point.0 <= x).map_or(Paint, |point| point.2)
+    }
+
+    pub(super) fn is_window(&self, x: f32) -> bool {
+        x > self.windows.0 && x < self.windows.1 && !self.is_pillar(x)
+    }
+
+    pub(super) fn is_pillar(&self, x: f32) -> bool {
+        self.pillars.iter().any(|pillar| (x - pillar).abs() < PILLAR)
+    }
+
+    /// From where to where each of the left doors goes, front first.
+    pub(super) fn door_cuts(&self) -> Vec<(f32, f32)> {
+        let first =
+            (self.windows.0 - 0.012, self.pillars.first().copied().unwrap_or(self.windows.1));
+        let rear = self.pillars.get(1).copied().unwrap_or(self.windows.1 - 0.03);
+        match self.doors {
+            0 => Vec::new(),
+            2 => vec![first],
+            _ => vec![first, (first.1 + SEAM, rear)],
+        }
+    }
+}
+
+impl Measure<'_> {
+    /// x of a share of the length. Metres.
+    pub(super) fn at(&self, share: f32) -> f32 {
+        self.nose_m - RELIEF - share * (self.size_m.x - 2.0 * RELIEF)
+    }
+}
+
+/// By how much lamps and plates stand out of the body. Metres.
+pub(super) const RELIEF: f32 = 0.012;
+/// Half the share of the length that a pillar takes.
+pub(super) const PILLAR: f32 = 0.010;
+/// The share of the length that the gap between a door and its frame takes.
+pub(super) const SEAM: f32 = 0.0035;
+/// The object of the body beside its doors, if it has any, and of the first door.
+pub(super) const SHELL: u32 = 5;

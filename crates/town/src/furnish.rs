@@ -1,0 +1,72 @@
+//! A whole town from a road network and a seed.
+//!
+//! Roads are stamped into a raster of the plan; everything else asks the raster for room before it
+//! stands anywhere, and takes it. So nothing stands on a road or in another thing.
+
+mod bridge;
+mod building;
+mod density;
+mod frontage;
+mod green;
+mod index;
+mod leisure;
+mod lots;
+mod outline;
+mod parked;
+mod plan;
+mod raster;
+mod relief;
+mod roof;
+mod scene;
+mod signals;
+mod stand;
+mod street;
+mod structures;
+mod terrain;
+mod tree;
+mod window;
+mod works;
+
+#[cfg(test)]
+mod tests;
+
+use road::Network;
+
+use crate::{
+    furnish::{green::Nursery, plan::Plan, scene::Scene},
+    static_world::{Detail, Town},
+};
+
+/// From this length of all its roads on a map is furnished in low detail. Metres.
+const CITY_M: f64 = 60_000.0;
+
+/// The town round these roads: the same network and seed give the same bytes.
+pub fn furnish(network: &Network, seed: u64) -> Town {
+    let length_m: f64 = network.roads().iter().map(|road| road.length_m).sum();
+    furnish_with(network, seed, if length_m < CITY_M { Detail::Standard } else { Detail::Low })
+}
+
+/// As [`furnish`], as fine as asked for. What stands where does not depend on the detail.
+pub fn furnish_with(network: &Network, seed: u64, detail: Detail) -> Town {
+    let mut plan = Plan::new(network, seed, detail);
+    let mut scene = Scene::new(plan.take_ground());
+    structures::raise(&mut plan, &mut scene, road::structures(network));
+    structures::paint(&plan, &mut scene, road::object_paint(network));
+    let frontages = frontage::frontages(network);
+    let outlines = std::mem::take(&mut plan.outlines);
+    let density = std::mem::take(&mut plan.density);
+    let nursery = Nursery::new(seed, detail);
+
+    // Who comes first has the choice: signals stand where the map says.
+    signals::furnish(&mut plan, &mut scene);
+    let gardens = lots::build(&mut plan, &mut scene, &outlines, &density);
+    works::diggings(&mut plan, &mut scene, &frontages, &density);
+    street::furnish(&mut plan, &mut scene, &frontages, &density, &nursery);
+    parked::park(&mut plan, &mut scene, &gardens);
+    works::sites(&mut plan, &mut scene, &gardens);
+    leisure::backyards(&mut plan, &mut scene, &gardens);
+    leisure::parks(&mut plan, &mut scene, &density);
+    green::gardens(&mut plan, &mut scene, &gardens, &nursery);
+    green::open_ground(&mut plan, &mut scene, &density, &nursery);
+    scene.finish()
+}
