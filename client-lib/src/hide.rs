@@ -1,7 +1,6 @@
 //! What of the town is there.
 
-use std::collections::BTreeMap;
-
+use mesh::ObjectId;
 use protocol::{Command, HideLayers, HideObjects};
 
 use crate::{Client, ClientError};
@@ -27,12 +26,7 @@ impl Client {
 
 /// The commands that switch things of the town off, or on again; see [`Client::hide_objects`].
 pub fn hide_objects(objects: &[u32], hidden: bool) -> Vec<Command> {
-    let mut blocks = BTreeMap::<u32, [u64; 16]>::new();
-    for object in objects {
-        let number = object & !(1 << 31);
-        let within = number as usize % 1024;
-        blocks.entry(number / 1024).or_default()[within / 64] |= 1 << (within % 64);
-    }
+    let blocks = ObjectId::blocks(objects.iter().copied().map(ObjectId::new));
     let command =
         |(block, bits)| Command::HideObjects(HideObjects { block, hidden: hidden.into(), bits });
     blocks.into_iter().map(command).collect()

@@ -1,7 +1,6 @@
 //! Street lamps.
 
-use std::collections::BTreeMap;
-
+use mesh::ObjectId;
 use protocol::{Command, SetStreetLights, shine};
 
 use crate::{Client, ClientError};
@@ -44,12 +43,7 @@ impl StreetLightCommand {
 
     /// The commands that tell these lamps so.
     pub fn commands(&self, lamps: &[u32]) -> Vec<Command> {
-        let mut blocks = BTreeMap::<u32, [u64; 16]>::new();
-        for lamp in lamps {
-            let number = lamp & !(1 << 31);
-            let within = number as usize % 1024;
-            blocks.entry(number / 1024).or_default()[within / 64] |= 1 << (within % 64);
-        }
+        let blocks = ObjectId::blocks(lamps.iter().copied().map(ObjectId::new));
         let command =
             |(block, bits)| Command::SetStreetLights(SetStreetLights { block, bits, ..self.0 });
         blocks.into_iter().map(command).collect()

@@ -13,7 +13,7 @@ use crate::wall::{Wall, find_walls};
 use crate::wide::{WideNode, widen};
 
 /// Marks the ids of static objects in images.
-pub(crate) const STATIC: u32 = 0x8000_0000;
+pub(crate) const STATIC: u32 = mesh::ObjectId::STATIC_BIT;
 
 /// Other looks for a blueprint: its index, its looks, and how their pieces move.
 pub(crate) type Replaced = (u32, Looks, Rig);
@@ -300,7 +300,7 @@ impl Scene {
 fn stand(town: &town::Town, parked: &town::Parked) -> ActorState {
     let [r, g, b] = town.objects[parked.object as usize].color;
     ActorState {
-        actor_id: ActorId(STATIC | (parked.object + 1)),
+        actor_id: ActorId(mesh::ObjectId::from_index(parked.object).instance()),
         blueprint: parked.blueprint,
         kind: kind::VEHICLE,
         pose: Pose::new(parked.position, Quat::from_array(parked.rotation)),

@@ -3,12 +3,13 @@
 use std::{collections::BTreeSet, sync::Arc};
 
 use glam::Vec3;
+use mesh::ObjectId;
 use protocol::{
     ACTORS_MAX, ActorId, ActorState, Command, GivenPoses, HideObjects, LightState, Name, Pose,
     ROUTE_STEPS, RouteCommand, STRIDE, SetWeatherAffectsGrip, Settings, Spawn, Stamp,
     VehicleControl, flag, guide, kind, lamp, light,
 };
-use town::{BLOCK_OBJECTS, Blueprint, Kind, Layer, Lighting, Town, Visibility};
+use town::{Blueprint, Kind, Layer, Lighting, Town, Visibility};
 
 use crate::{
     hash::StateHash,
@@ -243,7 +244,7 @@ impl World {
             Command::HideObjects(to) => {
                 let last = to.bits.iter().rposition(|bits| *bits != 0).map(|word| {
                     let bit = 63 - to.bits[word].leading_zeros();
-                    u64::from(to.block) * u64::from(BLOCK_OBJECTS)
+                    u64::from(to.block) * u64::from(ObjectId::PER_BLOCK)
                         + word as u64 * 64
                         + u64::from(bit)
                 });
@@ -452,7 +453,7 @@ impl World {
     /// tag.
     pub(crate) fn thing(&self, static_box: u32) -> (u32, u8) {
         let index = static_box as usize;
-        let object = self.place.solids.get(index).map_or(0, |(object, _)| 0x8000_0001 + object);
+        let object = self.place.solids.get(index).map_or(0, |(object, _)| ObjectId::from_index(*object).instance());
         (object, self.place.tags.get(index).copied().unwrap_or_default())
     }
 

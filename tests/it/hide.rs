@@ -30,7 +30,7 @@ fn look(client: &mut Client, bundle: &mut SensorBundle) -> (Frame, Measurement) 
 }
 
 fn pixels(measured: &Measurement, number: u32) -> usize {
-    let number = number | 1 << 31;
+    let number = mesh::ObjectId::new(number).instance();
     measured.instances(0).unwrap().iter().filter(|id| **id == number).count()
 }
 
@@ -77,7 +77,7 @@ fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
     let stranger = client.spawn(box_within).expect("nothing is in the way");
     client.destroy(stranger).unwrap();
 
-    client.hide_objects(&[number | 1 << 31], false).unwrap();
+    client.hide_objects(&[mesh::ObjectId::new(number).instance()], false).unwrap();
     let (_, after) = look(&mut client, &mut bundle);
     assert_eq!(digest(&after), whole, "shown again, it looks as it did");
     drop(after);
@@ -85,7 +85,7 @@ fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
 
     let unknown = client.hide_objects(&[1_000_000], true).unwrap_err().to_string();
     assert!(unknown.contains("1000000"), "{unknown}");
-    let ground = client.hide_objects(&[1 << 31], true).unwrap_err().to_string();
+    let ground = client.hide_objects(&[mesh::ObjectId::GROUND.instance()], true).unwrap_err().to_string();
     assert!(ground.contains("ground"), "{ground}");
     drop((bundle, client));
     sim.end();

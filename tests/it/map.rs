@@ -85,6 +85,10 @@ fn pictures_and_models_are_what_they_are_called() {
         assert!(bytes.starts_with(magic), "{name}");
         assert!(bytes.len() > 10_000, "{name}");
     }
+    let model = std::fs::read_to_string(scratch.path().join("town.obj")).unwrap();
+    for part in ["g Car.Glass", "g TrafficLight.SignalRed", "g Building."] {
+        assert!(model.contains(part), "{part}: not in the exported town");
+    }
 }
 
 #[test]

@@ -9,11 +9,13 @@ mod hash;
 mod material;
 #[expect(clippy::module_inception, reason = "the crate is named for its main type")]
 mod mesh;
+mod object;
 mod random;
 mod tag;
 
 pub use hash::{Fnv1a64, WordHash, fnv1a64, fold_word};
 pub use material::Material;
 pub use mesh::{Face, Mesh};
+pub use object::{ObjectBits, ObjectId};
 pub use random::{GOLDEN_GAMMA, RandomStream, first_of, mix64};
 pub use tag::Tag;

@@ -44,9 +44,10 @@ impl SetStreetLights {
 
     /// The numbers of its lamps.
     pub fn numbers(&self) -> impl Iterator<Item = u32> {
-        let first = self.block.saturating_mul(1024);
         let bits = self.bits;
+        let count = u64::BITS * bits.len() as u32;
+        let first = self.block.saturating_mul(count);
         let is_set = move |within: &u32| bits[*within as usize / 64] >> (within % 64) & 1 != 0;
-        (0..1024).filter(is_set).map(move |within| first.saturating_add(within))
+        (0..count).filter(is_set).map(move |within| first.saturating_add(within))
     }
 }

@@ -6,6 +6,7 @@
 //! Right-handed, z up, x forward, y left; metres and radians. No bus, no clock: the same
 //! (map, seed) gives the same bytes.
 
+mod assembled;
 mod catalogue;
 mod furnish;
 mod lighting;
@@ -20,4 +21,4 @@ pub use catalogue::{
 pub use furnish::{furnish, furnish_with};
 pub use lighting::{Lighting, StreetLightState};
 pub use static_world::{Collider, Detail, Head, Lamp, Layer, Object, Parked, Town};
-pub use visibility::{BLOCK_OBJECTS, Visibility};
+pub use visibility::Visibility;

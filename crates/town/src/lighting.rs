@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use crate::visibility::BLOCK_OBJECTS;
+use mesh::{ObjectBits, ObjectId};
 
 /// What street lamps were told. Lamps are named by their numbers, as things are in instance
 /// images: one more than their places in [`crate::Town::objects`].
@@ -27,12 +27,8 @@ impl StreetLightState {
 
 impl Lighting {
     /// Tells the lamps of one block whose bits are set.
-    pub fn set(&mut self, block: u32, bits: &[u64; 16], shine: StreetLightState) {
-        for within in 0..BLOCK_OBJECTS {
-            if bits[within as usize / 64] >> (within % 64) & 1 == 0 {
-                continue;
-            }
-            let number = block.saturating_mul(BLOCK_OBJECTS).saturating_add(within);
+    pub fn set(&mut self, block: u32, bits: &ObjectBits, shine: StreetLightState) {
+        for number in ObjectId::in_block(block, bits).map(ObjectId::number) {
             if shine == StreetLightState::OWN {
                 self.lamps.remove(&number);
             } else {
@@ -47,16 +43,17 @@ impl Lighting {
     }
 
     /// What, told one after the other to lamps of their own, makes them as these are.
-    pub fn told(&self) -> Vec<(u32, [u64; 16], StreetLightState)> {
-        let mut told: Vec<(u32, [u64; 16], StreetLightState)> = Vec::new();
+    pub fn told(&self) -> Vec<(u32, ObjectBits, StreetLightState)> {
+        let mut told: Vec<(u32, ObjectBits, StreetLightState)> = Vec::new();
         for (number, shine) in &self.lamps {
-            let (block, within) = (number / BLOCK_OBJECTS, number % BLOCK_OBJECTS);
+            let object = ObjectId::new(*number);
+            let block = object.block();
             let same = told.iter().rposition(|(b, _, s)| *b == block && s == shine);
             let at = same.unwrap_or_else(|| {
-                told.push((block, [0; 16], *shine));
+                told.push((block, ObjectBits::default(), *shine));
                 told.len() - 1
             });
-            told[at].1[within as usize / 64] |= 1 << (within % 64);
+            object.set_in(&mut told[at].1);
         }
         told
     }
@@ -66,7 +63,7 @@ impl Lighting {
 mod tests {
     use super::*;
 
-    fn bits(of: &[u32]) -> [u64; 16] {
+    fn bits(of: &[u32]) -> ObjectBits {
         let mut bits = [0; 16];
         of.iter().for_each(|at| bits[*at as usize / 64] |= 1 << (at % 64));
         bits

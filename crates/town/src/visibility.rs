@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use mesh::Mesh;
+use mesh::{Mesh, ObjectBits, ObjectId};
 
 use crate::static_world::{Layer, Object, Town};
 
@@ -14,12 +14,9 @@ use crate::static_world::{Layer, Object, Town};
 pub struct Visibility {
     /// Bit n: the n-th of [`Layer::ALL`] is off.
     layers: u32,
-    /// A bit for each object that is off, by number / [`BLOCK_OBJECTS`].
-    objects: BTreeMap<u32, [u64; 16]>,
+    /// A bit for each object that is off, by [`ObjectId::block`].
+    objects: BTreeMap<u32, ObjectBits>,
 }
-
-/// Objects that one block of bits is about.
-pub const BLOCK_OBJECTS: u32 = 1024;
 
 impl Visibility {
     /// Switches the layers of a mask off or on; single objects stay as they are.
@@ -28,12 +25,12 @@ impl Visibility {
     }
 
     /// Switches the objects of one block whose bits are set off or on.
-    pub fn set_objects(&mut self, block: u32, bits: &[u64; 16], hidden: bool) {
+    pub fn set_objects(&mut self, block: u32, bits: &ObjectBits, hidden: bool) {
         let own = self.objects.entry(block).or_default();
         for (own, bits) in own.iter_mut().zip(bits) {
             *own = if hidden { *own | bits } else { *own & !bits };
         }
-        if *own == [0; 16] {
+        if *own == ObjectBits::default() {
             self.objects.remove(&block);
         }
     }
@@ -44,17 +41,15 @@ impl Visibility {
     }
 
     /// Blocks with objects that are off, rising.
-    pub fn hidden_objects(&self) -> impl Iterator<Item = (u32, &[u64; 16])> {
+    pub fn hidden_objects(&self) -> impl Iterator<Item = (u32, &ObjectBits)> {
         self.objects.iter().map(|(block, bits)| (*block, bits))
     }
 
     /// Whether the object at this index of [`Town::objects`] is off.
     pub fn hides(&self, index: u32, layer: Layer) -> bool {
-        let number = index + 1;
-        let within = number % BLOCK_OBJECTS;
-        let bits = self.objects.get(&(number / BLOCK_OBJECTS));
+        let object = ObjectId::from_index(index);
         self.layers >> layer as u32 & 1 != 0
-            || bits.is_some_and(|bits| bits[within as usize / 64] >> (within % 64) & 1 != 0)
+            || self.objects.get(&object.block()).is_some_and(|bits| object.is_in(bits))
     }
 }
 

@@ -72,7 +72,7 @@ fn looked(scene: &Scene, world: &World, ray: Ray, far: f32) -> (f32, u8, u32) {
     let triangle = &scene.triangles[hit.triangle as usize];
     let id = match world.instances.get(hit.instance as usize) {
         Some(actor) => actor.id,
-        None => 0x8000_0000 | triangle.object,
+        None => mesh::ObjectId::new(triangle.object).instance(),
     };
     (hit.t.min(far), triangle.tag(), id)
 }

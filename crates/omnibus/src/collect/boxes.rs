@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn pixels_are_counted_and_bounded_for_each_actor() {
-        let s = 0x8000_0000u32 | 7;
+        let s = mesh::ObjectId::new(7).instance();
         #[rustfmt::skip]
         let ids = [
             0, s, 0, 0, 9,

@@ -1,5 +1,6 @@
 //! Planes of memory into the bytes of files.
 
+use mesh::ObjectId;
 use png::{BitDepth, ColorType, Compression, Filter};
 use protocol::DEPTH_FAR_M;
 
@@ -92,8 +93,10 @@ pub(crate) fn depth_steps(metres: f32) -> u16 {
 
 /// The id of an actor or object as it stands in files: 24 bits.
 pub(crate) fn file_id(id: u32) -> u32 {
-    let is_static = id >> 31;
-    (id & (STATIC_BIT - 1)) | is_static << 23
+    match ObjectId::from_instance(id) {
+        Some(object) => object.number() & (STATIC_BIT - 1) | STATIC_BIT,
+        None => id & (STATIC_BIT - 1),
+    }
 }
 
 /// The returns of a lidar without the rays that met nothing: points, labels. Says how many.

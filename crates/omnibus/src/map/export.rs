@@ -1,4 +1,5 @@
-//! `omnibus map export`: the furnished town for other programs.
+//! `omnibus map export`: the furnished town, with parked cars and traffic lights, for other
+//! programs.
 //!
 //! glTF is right-handed with y up; world x, y, z become x, -z, y there. OBJ keeps z up.
 
@@ -42,7 +43,7 @@ pub(super) fn export(args: &ExportArgs) -> anyhow::Result<()> {
     let mesh = if args.roads_only {
         road::surface_mesh(&network, SPACING_M)
     } else {
-        town::furnish(&network, args.seed).mesh
+        town::furnish(&network, args.seed).assembled_mesh()
     };
     let name = Path::new(&name).file_stem().map_or(name.clone(), |n| n.to_string_lossy().into());
     let parts = Parts::of(&name, &mesh);
