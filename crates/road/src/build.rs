@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use crate::{
     MapError,
+    contradictions::Contradictions,
     grid::LaneIndexGrid,
     index::lane_grid,
     junction::{Connection, Joint, Junction, JunctionGroup},
@@ -68,6 +69,7 @@ pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<N
         findings: Vec::new(),
         grid: LaneIndexGrid::default(),
         bounds: (DVec3::ZERO, DVec3::ZERO),
+        contradictions: Contradictions::default(),
     };
     scenery::refer(&mut network, records.references, &mut findings);
     scenery::share(&mut network, records.object_references, &mut findings);

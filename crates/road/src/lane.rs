@@ -218,6 +218,15 @@ impl LaneTypes {
             | LaneTypes::ON_RAMP.0,
     );
 
+    /// Lanes that vehicles can at least roll over. Their surface takes precedence over all others.
+    pub(crate) const PAVED: LaneTypes = LaneTypes(
+        LaneTypes::ANY.0
+            & !(LaneTypes::NONE.0
+                | LaneTypes::SIDEWALK.0
+                | LaneTypes::MEDIAN.0
+                | LaneTypes::RAIL.0),
+    );
+
     /// The set of one type.
     pub fn only(kind: LaneType) -> LaneTypes {
         LaneTypes(kind as u32)

@@ -10,7 +10,9 @@
 mod arclength;
 mod axes;
 mod bake;
+mod blend;
 mod build;
+mod contradictions;
 mod crosswalk;
 mod cubic;
 mod curve;

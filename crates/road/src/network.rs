@@ -2,6 +2,7 @@ use glam::DVec3;
 
 use crate::{
     MapError,
+    contradictions::Contradictions,
     geo::{GeoPoint, TransverseMercator},
     grid::LaneIndexGrid,
     junction::{Junction, JunctionGroup},
@@ -32,6 +33,7 @@ pub struct Network {
     pub(crate) findings: Vec<MapError>,
     pub(crate) grid: LaneIndexGrid,
     pub(crate) bounds: (DVec3, DVec3),
+    pub(crate) contradictions: Contradictions,
 }
 
 impl Network {

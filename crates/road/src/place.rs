@@ -23,13 +23,15 @@ pub(crate) struct Lateral {
 }
 
 impl Network {
-    /// The pose of the lane's centre, x along the driving direction.
-    pub fn place(&self, at: LanePoint) -> Placement {
-        self.place_at(at.lane, at.along_m, 0.0)
-    }
-
-    /// The pose `offset_left_m` to the left of the lane's centre, seen in driving direction.
-    pub fn place_at(&self, lane: LaneIndex, along_m: f64, offset_left_m: f64) -> Placement {
+    /// Returns the pose `offset_left_m` to the left of the lane's centre as the file describes the
+    /// lane, whatever other roads of its junction say, and how far the lane's surface stands above
+    /// the road's there.
+    pub(crate) fn lane_pose(
+        &self,
+        lane: LaneIndex,
+        along_m: f64,
+        offset_left_m: f64,
+    ) -> (Placement, f64) {
         let lane = self.lane(lane);
         let road = &self.roads()[lane.road as usize];
         let s = self.s_of(lane, along_m);
@@ -37,7 +39,7 @@ impl Network {
         let lateral = self.lateral(road, lane, s, offset_t);
         let station = road.station(s);
         let pose = road.pose(&station, s, &lateral);
-        if lane.forward { pose } else { pose.reversed() }
+        (if lane.forward { pose } else { pose.reversed() }, lateral.rise_m)
     }
 
     /// The lane's width in metres.

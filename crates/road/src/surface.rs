@@ -11,10 +11,10 @@
 mod bodies;
 mod columns;
 mod cover;
+mod faces;
 mod floor;
 mod object_paint;
 mod paint;
-mod paved;
 mod polygon;
 mod rails;
 mod seam;
@@ -27,7 +27,7 @@ use std::ops::Range;
 
 use mesh::Mesh;
 
-use crate::{network::Network, parallel, structure::Structure};
+use crate::{blend::Blend, network::Network, parallel, structure::Structure};
 
 /// Every road's surface, with stations at most `spacing_m` apart, nearer in bends.
 ///
@@ -40,7 +40,7 @@ pub fn surface_mesh(network: &Network, spacing_m: f64) -> Mesh {
 /// The same mesh for any number of threads.
 pub(crate) fn surface(network: &Network, spacing_m: f64, threads: usize) -> Mesh {
     let spacing = if spacing_m.is_finite() { spacing_m.clamp(0.25, 20.0) } else { 5.0 };
-    let blends = cover::Blend::of_junctions(network);
+    let blends = Blend::of_junctions(network);
     let pave = |part: &Range<usize>| {
         let (mut mesh, mut ends) = (Mesh::default(), Vec::with_capacity(part.len()));
         let mut rims = Vec::new();

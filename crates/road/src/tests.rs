@@ -2,6 +2,7 @@
 
 mod bake;
 mod coverage;
+mod heights;
 mod extras;
 mod made;
 mod mutation;

@@ -44,6 +44,8 @@ pub(super) fn put_rest(network: &Network, bytes: &mut Vec<u8>) {
         findings,
         grid,
         bounds,
+        // Found again on first use.
+        contradictions: _,
     } = network;
     header.put(bytes);
     origin.put(bytes);
@@ -81,6 +83,7 @@ pub(super) fn take_rest(mut bytes: &[u8]) -> Option<Network> {
         findings: Field::take(bytes)?,
         grid: LaneIndexGrid::take(bytes)?,
         bounds: Field::take(bytes)?,
+        contradictions: Default::default(),
     };
     bytes.is_empty().then_some(network)
 }

@@ -135,7 +135,7 @@ fn looks_away(network: &Network, pose: &Placement, lanes: &[(LaneIndex, f64)]) -
     let ways = lanes.iter().map(|(lane, along_m)| {
         // A lane through a junction may end anywhere; it begins where drivers look at the signal.
         let along_m = if network.lane(*lane).junction.is_some() { 0.0 } else { *along_m };
-        DVec2::from_angle(network.place_at(*lane, along_m, 0.0).heading_rad)
+        DVec2::from_angle(network.lane_pose(*lane, along_m, 0.0).0.heading_rad)
     });
     let way = ways.sum::<DVec2>();
     way.dot(DVec2::from_angle(pose.heading_rad)) > SIDEWAYS * way.length()

@@ -130,7 +130,11 @@ impl LaneIndexGrid {
                 }
                 at = network.refined(network.lane(at.lane), at, point);
                 if !is_clear {
-                    exact = network.place(at).position.distance_squared(point);
+                    exact = network
+                        .lane_pose(at.lane, at.along_m, 0.0)
+                        .0
+                        .position
+                        .distance_squared(point);
                 }
             }
             if best.is_none_or(|(best, _)| exact < best) {

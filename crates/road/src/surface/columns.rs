@@ -5,12 +5,12 @@ use glam::DVec3;
 use mesh::{Face, Material, Tag};
 
 use super::{
-    cover::Blend,
+    faces::ASPHALT,
     paint::{self, Line},
-    paved::{ASPHALT, PAVED},
 };
 use crate::{
     axes::RoadAxes,
+    blend::Blend,
     lane::{Lane, LaneType, LaneTypes},
     mark::{MarkKind, RoadMark},
     network::Network,
@@ -149,7 +149,10 @@ impl<'a> Profile<'a> {
         // A kerb beyond the last lane stands on its own.
         let edge = |position: usize| {
             let lane = self.lane(position);
-            PAVED.contains(lane.kind) && kerbed(&lane.marks) && !in_junction && !own_heights
+            LaneTypes::PAVED.contains(lane.kind)
+                && kerbed(&lane.marks)
+                && !in_junction
+                && !own_heights
         };
         let left_stone = self.section.left > 0 && edge(0);
         let right_stone = self.section.left < count && edge(count - 1);
@@ -177,7 +180,8 @@ impl<'a> Profile<'a> {
             let island = !LaneTypes::DRIVABLE.contains(lane.kind)
                 && !lane.heights.is_empty()
                 && lane.heights.iter().all(|height| height.inner_m.min(height.outer_m) > 0.05);
-            let paved = PAVED.contains(lane.kind) || (lane.kind == LaneType::None && in_junction);
+            let paved = LaneTypes::PAVED.contains(lane.kind)
+                || (lane.kind == LaneType::None && in_junction);
             self.strips.push(Strip {
                 lane: Some(position),
                 face: if island { PAVEMENT } else { face(lane.kind, in_junction) },

@@ -4,7 +4,7 @@
 use glam::{DVec2, DVec3};
 use mesh::Mesh;
 
-use super::{cover::Cover, paved::ASPHALT};
+use super::{cover::Cover, faces::ASPHALT};
 use crate::{network::Network, parallel};
 
 /// Wider gaps are meant, on free roads and where one of the roads lies in a junction: there cells

@@ -94,14 +94,14 @@ fn between_lanes(network: &Network, point: DVec3, z: f64) -> bool {
         let steps = (lane.length_m / 0.2).ceil() as usize;
         for step in 0..=steps {
             let along_m = lane.length_m * step as f64 / steps.max(1) as f64;
-            let pose = network.place_at(lane.index, along_m, 0.0);
+            let (pose, _) = network.lane_pose(lane.index, along_m, 0.0);
             let offset = pose.rotation().inverse() * (point - pose.position);
             let half = 0.5 * network.width(LanePoint { lane: lane.index, along_m });
             if offset.x.abs() < 0.2
                 && offset.y.abs() < half + CELL_OF_BLEND_M
                 && offset.z.abs() < 0.6
             {
-                let foot = network.place_at(lane.index, along_m, offset.y).position;
+                let foot = network.lane_pose(lane.index, along_m, offset.y).0.position;
                 low = low.min(foot.z);
                 high = high.max(foot.z);
             }

@@ -208,8 +208,8 @@ impl Judged<'_> {
     /// What is wrong where a lane goes on into another, and how much.
     fn faults(&self, lane: &Lane, next: &Lane) -> Vec<(Fault, f64, String)> {
         let network = self.network;
-        let end = network.place_at(lane.index, lane.length_m, 0.0);
-        let start = network.place_at(next.index, 0.0, 0.0);
+        let end = network.lane_pose(lane.index, lane.length_m, 0.0).0;
+        let start = network.lane_pose(next.index, 0.0, 0.0).0;
         let width = |lane: LaneIndex, along_m| network.width(LanePoint { lane, along_m });
         let widths = [width(lane.index, lane.length_m), width(next.index, 0.0)];
         let whose = |lane: &Lane| {

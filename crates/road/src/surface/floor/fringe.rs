@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use mesh::Mesh;
 
 use super::raster::{Corner, Floor, SINK_M};
-use crate::surface::paved::ASPHALT;
+use crate::surface::faces::ASPHALT;
 
 /// Pieces of a cell, along each side.
 const PIECES: usize = 8;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use mesh::{Mesh, Tag};
 
-use crate::surface::paved::ASPHALT;
+use crate::surface::faces::ASPHALT;
 
 /// Distance of the floor's corners, unless a junction is so large that they would be too many.
 const STEP_M: f64 = 1.0;
