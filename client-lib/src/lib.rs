@@ -50,9 +50,9 @@ pub use protocol::{
     SetPhysics, SetStreetLights, SetTrafficLight, SetVehicleLights, SetVelocity,
     SetWeatherAffectsGrip, Settings, Shape, SnapshotHeader, Stamp, Switch, TEXT_BYTES, Teleport,
     TrafficParam, Transmit, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox,
-    VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel, Weather, WheelTelemetry, flag,
-    geodesy, guide, kind, lamp, layer, light, output, param, part, point_attribute, radio, sensor,
-    shape, shine, tracer,
+    VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel, WalkerLimbs, Weather,
+    WheelTelemetry, flag, geodesy, guide, kind, lamp, layer, light, output, param, part,
+    point_attribute, radio, sensor, shape, shine, tracer,
 };
 pub use sensor_bundle::{
     Measurement, SensorBundle, cam, camera, collision, gnss, imu, lane_invasion, lidar, message,

@@ -1,5 +1,5 @@
 use bus::Snapshot;
-use protocol::{ActorId, ActorState, SnapshotHeader};
+use protocol::{ActorId, ActorState, SnapshotHeader, WalkerLimbs};
 
 /// The world at one frame: the host's own memory, read in place.
 pub struct World {
@@ -18,7 +18,12 @@ impl World {
 
     /// Every actor, sorted by id.
     pub fn actors(&self) -> &[ActorState] {
-        self.snapshot.payload()
+        self.snapshot.actors()
+    }
+
+    /// The limbs of every fallen walker, sorted by id.
+    pub fn limbs(&self) -> &[WalkerLimbs] {
+        self.snapshot.limbs()
     }
 
     /// One actor.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::{Affine3A, Vec3, Vec4};
-use protocol::{ActorId, ActorState, flag};
+use protocol::{ActorId, ActorState, WalkerLimbs, flag};
 
 use crate::world::pieces;
 use crate::{Scene, World};
@@ -45,7 +45,8 @@ impl World {
                 self.motions.actors.insert(actor.actor_id, before_from_now);
             }
             let poses = self.poses_before.as_ref().unwrap_or(&self.poses);
-            pieces(scene, was, poses, false, |level, world_from_piece| {
+            let limbs = WalkerLimbs::find(&self.limbs_before, actor.actor_id);
+            pieces(scene, was, (poses, limbs), false, |level, world_from_piece| {
                 stood.insert((actor.actor_id.0, level), *world_from_piece);
             });
         }

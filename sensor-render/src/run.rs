@@ -216,32 +216,36 @@ impl Renderer {
 
     fn remember(&mut self, snapshot: &Snapshot) {
         self.before.clear();
-        self.before.extend_from_slice(snapshot.payload());
+        self.before.extend_from_slice(snapshot.actors());
+        self.world.limbs_before.clear();
+        self.world.limbs_before.extend_from_slice(snapshot.limbs());
         self.world.poses_before = Some(self.world.poses.clone());
     }
 
     fn measure_rigs(&mut self, snapshot: &Snapshot, begin_nanos: u64) -> Result<(), RenderError> {
         let header = snapshot.header();
-        let mut due = self.bundles.due(header, snapshot.payload());
+        let mut due = self.bundles.due(header, snapshot.actors());
         if due.is_empty() {
             return Ok(());
         }
         if self.hidden != self.hidden_in_scene {
             self.build_scene()?;
         }
+        self.world.limbs.clear();
+        self.world.limbs.extend_from_slice(snapshot.limbs());
         self.world.place(
             &self.scene,
             header.stamp,
             header.delta_nanos,
             &self.weather,
-            snapshot.payload(),
+            snapshot.actors(),
             |actor| {
                 let [r, g, b, _] = actor.color.to_le_bytes();
                 [r, g, b]
             },
         );
         if self.bundles.ask_for_flow() {
-            self.world.follow(&self.scene, &self.before, snapshot.payload());
+            self.world.follow(&self.scene, &self.before, snapshot.actors());
         }
         self.world.draw(self.gallery.overlay());
         let mut loans = Vec::with_capacity(due.len());

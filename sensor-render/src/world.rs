@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3};
-use protocol::{ActorState, GivenPoses, STRIDE, Stamp, Weather, flag, kind, lamp};
+use protocol::{ActorState, GivenPoses, STRIDE, Stamp, WalkerLimbs, Weather, flag, kind, lamp};
 use town::{Given, Lighting, Posture, StreetLightState};
 
 use crate::bvh::{Hierarchy, Link, Node, moved_box};
@@ -82,6 +82,10 @@ pub struct World {
     pub(crate) poses: GivenPoses,
     /// Those of the frame before, if they were others.
     pub(crate) poses_before: Option<GivenPoses>,
+    /// The limbs of fallen walkers, by id.
+    pub(crate) limbs: Vec<WalkerLimbs>,
+    /// Those of the frame before.
+    pub(crate) limbs_before: Vec<WalkerLimbs>,
     /// Street lamps that do not shine as their own, rising by their numbers.
     pub(crate) lamps: Arc<Vec<Lamp>>,
 }
@@ -141,7 +145,8 @@ impl World {
                 level: 0,
                 reserved: [0; 3],
             };
-            pieces(scene, actor, &self.poses, is_parked, |level, world_from_piece| {
+            let limbs = WalkerLimbs::find(&self.limbs, actor.actor_id);
+            pieces(scene, actor, (&self.poses, limbs), is_parked, |level, world_from_piece| {
                 let bottom = &scene.levels[level as usize];
                 boxes.push(moved_box(world_from_piece, bottom.low, bottom.high));
                 let actor_from_world = rows(&world_from_piece.inverse());
@@ -163,7 +168,7 @@ impl World {
 pub(crate) fn pieces(
     scene: &Scene,
     actor: &ActorState,
-    poses: &GivenPoses,
+    (poses, limbs): (&GivenPoses, Option<&WalkerLimbs>),
     is_parked: bool,
     mut show: impl FnMut(u32, &Affine3A),
 ) {
@@ -181,19 +186,25 @@ pub(crate) fn pieces(
     match (&figure.rig, figure.whole.filter(|_| is_parked)) {
         (_, Some(whole)) => show(whole, &world_from_actor),
         (None, None) => show(first, &world_from_actor),
-        (Some(rig), None) => rig.place(&posture_of(actor, poses), |piece, actor_from_piece| {
-            let level = first + piece as u32;
-            if actor_from_piece == Affine3A::IDENTITY {
-                show(level, &world_from_actor);
-            } else {
-                show(level, &(world_from_actor * actor_from_piece));
-            }
-        }),
+        (Some(rig), None) => {
+            rig.place(&posture_of(actor, poses, limbs), |piece, actor_from_piece| {
+                let level = first + piece as u32;
+                if actor_from_piece == Affine3A::IDENTITY {
+                    show(level, &world_from_actor);
+                } else {
+                    show(level, &(world_from_actor * actor_from_piece));
+                }
+            })
+        }
     }
 }
 
 /// How an actor holds itself.
-fn posture_of<'a>(actor: &ActorState, poses: &'a GivenPoses) -> Posture<'a> {
+fn posture_of<'a>(
+    actor: &ActorState,
+    poses: &'a GivenPoses,
+    limbs: Option<&WalkerLimbs>,
+) -> Posture<'a> {
     let is_walker = actor.kind == kind::WALKER;
     Posture {
         steer_rad: actor.wheel_steer_rad,
@@ -201,7 +212,7 @@ fn posture_of<'a>(actor: &ActorState, poses: &'a GivenPoses) -> Posture<'a> {
         doors: actor.doors,
         stride: if is_walker { actor.phase as f32 / STRIDE as f32 } else { 0.0 },
         speed_mps: if is_walker { actor.velocity().truncate().length() } else { 0.0 },
-        limbs: if is_walker { actor.limbs() } else { None },
+        limbs: limbs.map(WalkerLimbs::rotations),
         given: if actor.has(flag::POSED) {
             poses.of(actor.actor_id).map(|to| Given { share: to.share, bones: &to.bones })
         } else {

@@ -628,8 +628,11 @@ impl Host {
 
     fn send_snapshot(&mut self, mut header: SnapshotHeader) -> Result<SnapshotHeader, HostError> {
         let states = self.world.states();
-        let mut loan = self.ports.snapshot.loan(states.len())?;
-        loan.payload_mut().copy_from_slice(states);
+        let limbs = self.world.limbs();
+        let mut loan = self.ports.snapshot.loan(states.len(), limbs.len())?;
+        let (actors_out, limbs_out) = loan.parts_mut();
+        actors_out.copy_from_slice(states);
+        limbs_out.copy_from_slice(limbs);
         header.state_hash = self.world.state_hash(&header.stamp, &self.settings, self.decided_hash);
         header.collisions = self.world.collisions() as u32;
         header.published_nanos = clock::now_nanos();

@@ -7,14 +7,14 @@ use bytemuck::{Pod, Zeroable};
 use protocol::{
     ActorState, BlendPose, Command, Episode, GivenPoses, HideObjects, LightState, Name, RawCommand,
     SetBones, SetStreetLights, Settings, Stamp, TrafficHeader, TrafficParam, VehicleControl,
-    Weather,
+    WalkerLimbs, Weather,
 };
 
 use crate::{drawings::SavedShape, hash::StateHash};
 
 /// `omnistat`, and the form of what follows.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnistat");
-const FORM: u32 = 5;
+const FORM: u32 = 6;
 
 /// Everything that decides the future.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,6 +49,8 @@ pub struct SavedState {
     pub actors: Vec<ActorState>,
     /// What each is called, in the same order.
     pub roles: Vec<Name>,
+    /// The limbs of fallen walkers, by id.
+    pub limbs: Vec<WalkerLimbs>,
     /// Bodies, as [`crate::physics::Physics::save`] tells them.
     pub physics: Vec<u8>,
     /// What traffic decided last: controls, lights and its planner.
@@ -105,6 +107,7 @@ struct Head {
     lamps: u64,
     shapes: u64,
     actors: u64,
+    limbs: u64,
     physics: u64,
     /// 0: nothing was decided; else one more than the payload's length.
     decision: u64,
@@ -153,13 +156,14 @@ impl SavedState {
             lamps: self.lamps.len() as u64,
             shapes: self.shapes.len() as u64,
             actors: self.actors.len() as u64,
+            limbs: self.limbs.len() as u64,
             physics: self.physics.len() as u64,
             decision: self.decision.as_ref().map_or(0, |(_, p)| 1 + p.len() as u64),
             pending: self.pending.len() as u64,
             header,
             sum: 0,
         };
-        let parts: [&[u8]; 11] = [
+        let parts: [&[u8]; 12] = [
             bytemuck::cast_slice(&self.hidden_objects),
             bytemuck::cast_slice(&self.bones),
             bytemuck::cast_slice(&self.blends),
@@ -168,6 +172,7 @@ impl SavedState {
             bytemuck::cast_slice(&self.shapes),
             bytemuck::cast_slice(&self.actors),
             bytemuck::cast_slice(&self.roles),
+            bytemuck::cast_slice(&self.limbs),
             &self.physics,
             payload,
             bytemuck::cast_slice(&self.pending),
@@ -204,6 +209,7 @@ impl SavedState {
         let shapes = list(&mut rest, head.shapes)?;
         let actors: Vec<ActorState> = list(&mut rest, head.actors)?;
         let roles = list(&mut rest, head.actors)?;
+        let limbs = list(&mut rest, head.limbs)?;
         let physics = list(&mut rest, head.physics)?;
         let payload = list(&mut rest, head.decision.saturating_sub(1))?;
         let pending = list(&mut rest, head.pending)?;
@@ -226,6 +232,7 @@ impl SavedState {
             last_actor: head.last_actor,
             actors,
             roles,
+            limbs,
             physics,
             decision: (head.decision != 0).then_some((head.header, payload)),
             pending,
@@ -292,6 +299,7 @@ mod tests {
             weather: Some(Weather::default()),
             actors: vec![ActorState::default(); 2],
             roles: vec![Name::new("a"), Name::new("b")],
+            limbs: vec![WalkerLimbs::default()],
             physics: vec![1, 2, 3],
             decision: Some((TrafficHeader::default(), vec![4; 64])),
             pending: vec![Pending::default()],

@@ -7,7 +7,7 @@ use mesh::ObjectId;
 use protocol::{
     ACTORS_MAX, ActorId, ActorState, Command, GivenPoses, HideObjects, LightState, Name, Pose,
     ROUTE_STEPS, RouteCommand, STRIDE, SetWeatherAffectsGrip, Settings, Spawn, Stamp,
-    VehicleControl, flag, guide, kind, lamp, light,
+    VehicleControl, WalkerLimbs, flag, guide, kind, lamp, light,
 };
 use town::{Blueprint, Kind, Layer, Lighting, Town, Visibility};
 
@@ -438,9 +438,13 @@ impl World {
         let World { physics, actors, .. } = self;
         actors.renew(physics.stirred(), |state| {
             physics.fill(state);
-            if state.kind == kind::WALKER && !state.has(flag::DOWN) {
+            if state.has(flag::FALLEN) {
+                return physics.limbs_of(state.actor_id);
+            }
+            if state.kind == kind::WALKER {
                 walk_on(state, settings.delta_nanos);
             }
+            None
         });
     }
 
@@ -465,6 +469,11 @@ impl World {
     /// Every actor, by id.
     pub fn states(&self) -> &[ActorState] {
         self.actors.states()
+    }
+
+    /// The limbs of every fallen walker, by id.
+    pub fn limbs(&self) -> &[WalkerLimbs] {
+        self.actors.limbs()
     }
 
     /// One actor.
@@ -513,7 +522,8 @@ impl World {
     }
 
     /// Shows an actor as it was recorded: its body stands there too.
-    pub(crate) fn show(&mut self, id: ActorId, recorded: &ActorState) {
+    pub(crate) fn show(&mut self, id: ActorId, recorded: &ActorState, limbs: Option<&WalkerLimbs>) {
+        let limbs = limbs.map(|limbs| WalkerLimbs { actor_id: id, ..*limbs });
         let Some(actor) = self.actors.get_mut(id) else { return };
         if recorded.kind == kind::TRAFFIC_LIGHT {
             // The map's own, where it stood: another has nothing to do with it.
@@ -529,6 +539,7 @@ impl World {
             // Of a vehicle: another has none.
             let _ = self.physics.set_doors(id, &doors_of(blueprint, recorded.doors), true);
         }
+        self.actors.set_limbs(id, limbs);
         // It has a body: it was spawned for this.
         let _ = self.physics.teleport(id, &recorded.pose);
     }
@@ -558,6 +569,7 @@ impl World {
         state.lamps = lit(&self.lighting);
         state.actors = self.states().to_vec();
         state.roles = self.actors.roles().to_vec();
+        state.limbs = self.limbs().to_vec();
         state.set_poses(&self.poses);
         state.physics = self.physics.save();
     }
@@ -569,6 +581,9 @@ impl World {
         self.actors = Cast::default();
         for (actor, role) in state.actors.iter().zip(&state.roles) {
             self.actors.insert(*actor, *role);
+        }
+        for limbs in &state.limbs {
+            self.actors.set_limbs(limbs.actor_id, Some(*limbs));
         }
         self.last_actor = state.last_actor;
         self.poses = GivenPoses::default();

@@ -6,7 +6,7 @@ use client_lib::{
     VehicleControl, camera,
 };
 use glam::{Quat, Vec3};
-use protocol::{ActorState, flag, output};
+use protocol::{ActorState, WalkerLimbs, flag, output};
 
 use crate::{
     kit::{Digest, Scratch, Sim},
@@ -49,6 +49,10 @@ fn lies(client: &Client, walker: ActorId) -> ActorState {
     *client.world().actor(walker).expect("it is there")
 }
 
+fn limbs(client: &Client, walker: ActorId) -> Option<WalkerLimbs> {
+    WalkerLimbs::find(client.world().limbs(), walker).copied()
+}
+
 #[test]
 fn a_fall_is_replayed_as_it_looked_and_goes_on_from_a_saved_state() {
     let scratch = Scratch::new();
@@ -66,17 +70,23 @@ fn a_fall_is_replayed_as_it_looked_and_goes_on_from_a_saved_state() {
             client.save_state_to(&saved).unwrap();
         }
         looks.push(look(&mut client, &mut bundle));
-        states.push(lies(&client, walker));
+        states.push((lies(&client, walker), limbs(&client, walker)));
         hashes.push(seen(&client));
     }
     client.stop_recorder().unwrap();
-    assert!(!states[0].has(flag::DOWN) && states[22].has(flag::DOWN), "it falls in between");
-    let bent = |state: &ActorState| {
-        let turns = state.limbs().expect("it lies");
+    assert!(
+        !states[0].0.has(flag::FALLEN) && states[22].0.has(flag::FALLEN),
+        "it falls in between"
+    );
+    assert!(states.iter().all(|(state, limbs)| state.has(flag::FALLEN) == limbs.is_some()));
+    let unused = |state: &ActorState| (state.throttle, state.engine_rpm, state.lamps, state.signal);
+    assert_eq!(unused(&states[99].0), (0.0, 0.0, 0, 0), "fields of vehicles are 0 for a walker");
+    let bent = |limbs: &Option<WalkerLimbs>| {
+        let turns = limbs.expect("it lies").rotations();
         turns.iter().filter(|turn| turn.angle_between(Quat::IDENTITY) > 0.1).count()
     };
-    assert!(bent(&states[99]) >= 4, "{:?}", states[99].limbs());
-    assert_eq!(states[99].pose, states[95].pose, "it has come to rest");
+    assert!(bent(&states[99].1) >= 4, "{:?}", states[99].1);
+    assert_eq!(states[99].0.pose, states[95].0.pose, "it has come to rest");
     assert!(looks[20..40].windows(2).filter(|two| two[0] != two[1]).count() > 10);
 
     // What happens after it was saved in mid-fall happens again.
@@ -95,7 +105,7 @@ fn a_fall_is_replayed_as_it_looked_and_goes_on_from_a_saved_state() {
     client.start_replay(path.to_str().unwrap(), Replay::default()).unwrap();
     for (frame, (state, wanted)) in states.iter().zip(&looks).enumerate() {
         let shown = look(&mut client, &mut bundle);
-        assert_eq!(lies(&client, walker).limbs(), state.limbs(), "frame {frame}");
+        assert_eq!(limbs(&client, walker), state.1, "frame {frame}");
         assert_eq!(shown, *wanted, "frame {frame} of the replay looks otherwise");
     }
     drop((bundle, client));

@@ -136,7 +136,7 @@ impl Driver {
         }
         let mut journal = journal.into_iter().map(|(_, entry)| entry).collect();
         self.go_on_from_saved(&mut journal)?;
-        self.planner.plan(&header.stamp, header.delta_nanos, snapshot.payload(), &journal);
+        self.planner.plan(&header.stamp, header.delta_nanos, snapshot.actors(), &journal);
         self.saved.clear();
         self.planner.save_into(&mut self.saved);
         let decided = TrafficHeader {

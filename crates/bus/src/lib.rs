@@ -19,6 +19,7 @@ mod participant;
 mod port;
 mod ports;
 pub mod process;
+mod snapshot;
 mod versioned;
 mod wait;
 
@@ -30,9 +31,8 @@ pub use journal::{Event, Journal};
 pub use map::{CONTROL_LEN, ControlPageMapping};
 pub use participant::{Interrupted, Participant, Watch};
 pub use port::{BusNode, Element, Header, Loan, Reader, Sample, Writer};
-pub use ports::{
-    BundleSample, ClientPorts, HostPorts, RenderPorts, Snapshot, TrafficPorts, TrafficSample,
-};
+pub use ports::{BundleSample, ClientPorts, HostPorts, RenderPorts, TrafficPorts, TrafficSample};
+pub use snapshot::{Snapshot, SnapshotLoan, SnapshotReader, SnapshotWriter};
 pub use wait::{Notify, SequenceEvent, Strategy};
 
 #[cfg(test)]

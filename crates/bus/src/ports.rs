@@ -4,20 +4,19 @@
 use std::collections::BTreeMap;
 
 use crate::{
-    BusError, BusNode, Reader, Sample, Writer, channel, journal::Journal, port::OwnedService,
+    BusError, BusNode, Reader, Sample, Writer, channel,
+    journal::Journal,
+    port::OwnedService,
+    snapshot::{SnapshotReader, SnapshotWriter},
 };
 use protocol::{
-    ActorState, BatchHeader, Block, BundleHeader, BundleId, JournalEntry, JournalHeader, Page,
-    RawCommand, SnapshotHeader, TrafficHeader, VehicleControl,
+    BatchHeader, Block, BundleHeader, BundleId, JournalEntry, JournalHeader, Page, RawCommand,
+    SnapshotHeader, TrafficHeader, VehicleControl,
 };
 
-/// Actors that a snapshot has room for before it must grow.
-const ACTORS_AT_FIRST: usize = 512;
-/// Blocks of 64 bytes that traffic's sample has room for before it must grow.
+/// Blocks of 64 bytes that a snapshot and traffic's sample have room for before they must grow.
 const BLOCKS_AT_FIRST: usize = 1024;
 
-/// A received snapshot.
-pub type Snapshot = Sample<SnapshotHeader, ActorState>;
 /// A received bundle of one bundle's measurements.
 pub type BundleSample = Sample<BundleHeader, Page>;
 /// What traffic decided, received.
@@ -30,7 +29,7 @@ fn bundle_name(bundle: BundleId) -> String {
 /// The host's ends. OwnedInstance them makes the channels.
 pub struct HostPorts {
     /// The truth.
-    pub snapshot: Writer<SnapshotHeader, ActorState>,
+    pub snapshot: SnapshotWriter,
     /// What was requested, and what became of it.
     pub journal: Writer<JournalHeader, JournalEntry>,
     /// A restarted traffic's own planner.
@@ -62,7 +61,7 @@ impl HostPorts {
                 "journal",
                 row("journal").held,
             )?,
-            node.create::<SnapshotHeader, ActorState>(
+            node.create::<SnapshotHeader, Block>(
                 row("snapshot"),
                 "snapshot",
                 row("snapshot").held,
@@ -71,7 +70,13 @@ impl HostPorts {
             node.create::<TrafficHeader, Block>(row("traffic"), "traffic", row("traffic").held)?,
         ));
         Ok(HostPorts {
-            snapshot: node.writer(row("snapshot"), "snapshot", ACTORS_AT_FIRST, true, 2)?,
+            snapshot: SnapshotWriter(node.writer(
+                row("snapshot"),
+                "snapshot",
+                BLOCKS_AT_FIRST,
+                true,
+                2,
+            )?),
             journal: node.writer(row("journal"), "journal", 4, true, 2)?,
             resume: node.writer(row("resume"), "resume", BLOCKS_AT_FIRST, true, 1)?,
             command: node.reader(row("command"), "command")?,
@@ -123,7 +128,7 @@ const BUNDLE_LOANS: usize = protocol::PIPELINE_MAX as usize + 1;
 /// Traffic's ends.
 pub struct TrafficPorts {
     /// The truth.
-    pub snapshot: Reader<SnapshotHeader, ActorState>,
+    pub snapshot: SnapshotReader,
     /// What was requested, and what became of it.
     pub journal: Journal,
     /// Its own planner, if this is not its first life.
@@ -137,7 +142,7 @@ impl TrafficPorts {
     /// Opens them.
     pub fn open(node: BusNode) -> Result<TrafficPorts, BusError> {
         Ok(TrafficPorts {
-            snapshot: node.reader(channel("snapshot"), "snapshot")?,
+            snapshot: SnapshotReader(node.reader(channel("snapshot"), "snapshot")?),
             journal: Journal::new(node.reader(channel("journal"), "journal")?),
             resume: node.reader(channel("resume"), "resume")?,
             decided: node.writer(channel("traffic"), "traffic", BLOCKS_AT_FIRST, true, 1)?,
@@ -149,7 +154,7 @@ impl TrafficPorts {
 /// The renderer's ends.
 pub struct RenderPorts {
     /// The truth.
-    pub snapshot: Reader<SnapshotHeader, ActorState>,
+    pub snapshot: SnapshotReader,
     /// What was requested, and what became of it.
     pub journal: Journal,
     node: BusNode,
@@ -159,7 +164,7 @@ impl RenderPorts {
     /// Opens them.
     pub fn open(node: BusNode) -> Result<RenderPorts, BusError> {
         Ok(RenderPorts {
-            snapshot: node.reader(channel("snapshot"), "snapshot")?,
+            snapshot: SnapshotReader(node.reader(channel("snapshot"), "snapshot")?),
             journal: Journal::new(node.reader(channel("journal"), "journal")?),
             node,
         })
@@ -189,7 +194,7 @@ impl BusNode {
 /// A client's ends.
 pub struct ClientPorts {
     /// The truth.
-    pub snapshot: Reader<SnapshotHeader, ActorState>,
+    pub snapshot: SnapshotReader,
     /// What was requested, and what became of it.
     pub journal: Journal,
     /// Commands.
@@ -203,7 +208,7 @@ impl ClientPorts {
     /// Opens them.
     pub fn open(node: BusNode) -> Result<ClientPorts, BusError> {
         Ok(ClientPorts {
-            snapshot: node.reader(channel("snapshot"), "snapshot")?,
+            snapshot: SnapshotReader(node.reader(channel("snapshot"), "snapshot")?),
             journal: Journal::new(node.reader(channel("journal"), "journal")?),
             command: node.writer(channel("command"), "command", 4, true, 2)?,
             control: node.writer(channel("control"), "control", 4, true, 2)?,

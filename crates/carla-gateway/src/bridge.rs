@@ -13,7 +13,7 @@ use std::{
 
 use client_lib::{
     ActorId, ActorState, Client, ClientError, Command, JournalEntry, Measurement, Pose, TEXT_BYTES,
-    Transmit, VehicleControl, Weather, kind,
+    Transmit, VehicleControl, WalkerLimbs, Weather, kind,
 };
 
 use crate::{
@@ -264,6 +264,11 @@ impl Bridge {
         let fresh = || self.spawned.get(&id).map(|(_, pose)| *pose);
         let rest = |pose| ActorState { actor_id, pose, ..ActorState::default() };
         self.client.world().actor(actor_id).copied().or_else(|| fresh().map(rest))
+    }
+
+    /// The limbs of a walker, if it has fallen.
+    pub(crate) fn limbs(&self, id: u32) -> Option<WalkerLimbs> {
+        WalkerLimbs::find(self.client.world().limbs(), ActorId(id)).copied()
     }
 
     /// Whether an actor is on the bus, be it in a snapshot yet or not.

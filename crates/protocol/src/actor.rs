@@ -114,7 +114,7 @@ pub mod flag {
     /// A walker: it falls when it is hit. Said when it is spawned.
     pub const RAGDOLL_ON_HIT: u32 = 1 << 7;
     /// A walker: it fell, and lies.
-    pub const DOWN: u32 = 1 << 8;
+    pub const FALLEN: u32 = 1 << 8;
     /// A walker: some of a pose that clients gave it shows.
     pub const POSED: u32 = 1 << 9;
 }
@@ -198,8 +198,7 @@ pub struct ActorState {
     pub angular_velocity_radps: [f32; 3],
     /// Mean over the frame, in world space, gravity not felt: what the published velocity gained.
     pub acceleration_mps2: [f32; 3],
-    /// Pedal, 0 to 1. This and what only vehicles have hold the limbs of a walker who fell: see
-    /// [`ActorState::limbs`].
+    /// Pedal, 0 to 1. This and the other fields of vehicles are 0 for other kinds of actors.
     pub throttle: f32,
     /// Pedal, 0 to 1.
     pub brake: f32,

@@ -36,7 +36,7 @@ pub use command::{
 };
 pub use drawing::{EraseShapes, SHAPE_TEXT_BYTES, SHAPES_MAX, Shape, ShapeReceipt, shape};
 pub use episode::{BlueprintInfo, Episode, LoadMap, load};
-pub use limbs::LIMBS;
+pub use limbs::{LIMBS, WalkerLimbs};
 pub use motion::{
     AckermannControl, AckermannSettings, ApplyForce, Ask, SetWeatherAffectsGrip, Switch,
     VehicleTelemetry, WheelTelemetry, part,

@@ -1,11 +1,12 @@
 use bytemuck::{Pod, Zeroable};
 
-use crate::Stamp;
+use crate::{ActorState, Block, Stamp, WalkerLimbs};
 
 /// The most frames that rendering may trail behind the world.
 pub const PIPELINE_MAX: u32 = 3;
 
-/// Header of a snapshot; the payload is the [`crate::ActorState`]s, sorted by id.
+/// Header of a snapshot. The payload holds `actor_count` [`ActorState`]s and then `limbs_count`
+/// [`WalkerLimbs`], each sorted by id, in whole [`Block`]s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SnapshotHeader {
@@ -19,6 +20,10 @@ pub struct SnapshotHeader {
     pub journal_entries: u32,
     /// How many collisions began in this frame.
     pub collisions: u32,
+    /// How many actors the payload holds.
+    pub actor_count: u32,
+    /// How many fallen walkers the payload holds the limbs of.
+    pub limbs_count: u32,
     /// Stage clock, monotonic: the host began this frame.
     pub begin_nanos: u64,
     /// Stage clock: commands were applied.
@@ -29,4 +34,21 @@ pub struct SnapshotHeader {
     pub published_nanos: u64,
 }
 
-const _: () = assert!(size_of::<SnapshotHeader>() == 80);
+const _: () = assert!(size_of::<SnapshotHeader>() == 88);
+
+impl SnapshotHeader {
+    /// Bytes of the actors, from the start of the payload.
+    pub fn actor_bytes(&self) -> usize {
+        self.actor_count as usize * size_of::<ActorState>()
+    }
+
+    /// Bytes of the limbs, right after the actors.
+    pub fn limbs_bytes(&self) -> usize {
+        self.limbs_count as usize * size_of::<WalkerLimbs>()
+    }
+
+    /// Length of the payload in blocks.
+    pub fn payload_blocks(&self) -> usize {
+        (self.actor_bytes() + self.limbs_bytes()).div_ceil(size_of::<Block>())
+    }
+}

@@ -2,7 +2,7 @@
 //! touched whom.
 
 use bytemuck::{Pod, Zeroable};
-use protocol::{Frame, JournalEntry, Stamp, TrafficHeader};
+use protocol::{Frame, JournalEntry, Stamp, TrafficHeader, WalkerLimbs};
 
 use crate::{
     columns::Front,
@@ -12,7 +12,7 @@ use crate::{
 
 /// A frame in numbers. Written column by column, each as second differences: what counts up
 /// becomes zeros.
-const COLUMNS: usize = 12;
+const COLUMNS: usize = 13;
 
 fn numbers(moment: &Moment) -> [u64; COLUMNS] {
     [
@@ -25,6 +25,7 @@ fn numbers(moment: &Moment) -> [u64; COLUMNS] {
         moment.decision.whole.as_ref().map_or(0, |(_, payload)| 1 + payload.len() as u64),
         u64::from(moment.early) << 32 | moment.journal.len() as u64,
         moment.collisions.len() as u64,
+        moment.limbs.len() as u64,
         // Hashes: nothing is saved on these.
         moment.state_hash,
         moment.shown,
@@ -33,7 +34,7 @@ fn numbers(moment: &Moment) -> [u64; COLUMNS] {
 }
 
 /// The first column of hashes.
-const HASHES: usize = 9;
+const HASHES: usize = 10;
 
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
@@ -49,7 +50,7 @@ pub(crate) fn encode(moments: &[Moment], whole: bool) -> Vec<u8> {
     let mut rows: Vec<_> = moments.iter().map(numbers).collect();
     if !whole {
         for row in &mut rows {
-            (row[5], row[6], row[7], row[8], row[10], row[11]) = (0, 0, 0, 0, 0, 0);
+            (row[5], row[6], row[7], row[8], row[11], row[12]) = (0, 0, 0, 0, 0, 0);
         }
     }
     for column in 0..COLUMNS {
@@ -60,6 +61,9 @@ pub(crate) fn encode(moments: &[Moment], whole: bool) -> Vec<u8> {
             bytes.extend_from_slice(&told.to_le_bytes());
             (last, step) = (row[column], difference);
         }
+    }
+    for moment in moments {
+        bytes.extend_from_slice(bytemuck::cast_slice(&moment.limbs));
     }
     if whole {
         for moment in moments {
@@ -93,10 +97,16 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Vec<Moment>, Damage> {
             row[column] = value;
         }
     }
-    rows.iter().map(|row| moment(row, &mut front)).collect()
+    let limbs: Vec<_> =
+        rows.iter().map(|row| list(&mut front, row[9])).collect::<Result<_, _>>()?;
+    rows.iter().zip(limbs).map(|(row, limbs)| moment(row, limbs, &mut front)).collect()
 }
 
-fn moment(row: &[u64; COLUMNS], front: &mut Front) -> Result<Moment, Damage> {
+fn moment(
+    row: &[u64; COLUMNS],
+    limbs: Vec<WalkerLimbs>,
+    front: &mut Front,
+) -> Result<Moment, Damage> {
     let stamp =
         Stamp { frame: Frame(row[0]), sim_time_nanos: row[1], episode: row[2] as u32, reserved: 0 };
     let journal = list::<JournalEntry>(front, row[7] & 0xffff_ffff)?;
@@ -112,13 +122,14 @@ fn moment(row: &[u64; COLUMNS], front: &mut Front) -> Result<Moment, Damage> {
         stamp,
         delta_nanos: row[3],
         substep_max_nanos: row[4],
-        state_hash: row[9],
-        decision: Decision { frame: Frame(row[5]), hash: row[11], whole },
+        state_hash: row[10],
+        decision: Decision { frame: Frame(row[5]), hash: row[12], whole },
         early: (row[7] >> 32) as u32,
         journal,
         collisions,
         actors: Vec::new(),
-        shown: row[10],
+        limbs,
+        shown: row[11],
         world: None,
     })
 }

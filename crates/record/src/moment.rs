@@ -1,7 +1,7 @@
 //! What is kept of one frame.
 
 use bytemuck::{Pod, Zeroable};
-use protocol::{ActorId, ActorState, Frame, JournalEntry, Stamp, TrafficHeader};
+use protocol::{ActorId, ActorState, Frame, JournalEntry, Stamp, TrafficHeader, WalkerLimbs};
 
 /// How much of a run is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -100,6 +100,8 @@ pub struct Moment {
     pub collisions: Vec<Collision>,
     /// Everybody, by id.
     pub actors: Vec<ActorState>,
+    /// The limbs of every fallen walker, by id.
+    pub limbs: Vec<WalkerLimbs>,
     /// Over `actors`.
     pub shown: u64,
     /// The whole world at the end of this frame, as the host saves it.

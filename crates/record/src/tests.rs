@@ -2,7 +2,8 @@ use std::{fs, path::PathBuf};
 
 use glam::{Quat, Vec3};
 use protocol::{
-    ActorId, ActorState, Command, Episode, Frame, JournalEntry, Name, Outcome, Pose, Stamp, parts,
+    ActorId, ActorState, Command, Episode, Frame, JournalEntry, LIMBS, Name, Outcome, Pose, Stamp,
+    WalkerLimbs, parts,
 };
 
 use crate::{Collision, Decision, Moment, Plan, Profile, RecordError, Recording, Writer};
@@ -87,6 +88,10 @@ fn moment(frame: u64) -> Moment {
             (frame % 2) as usize
         ],
         actors: actors.collect(),
+        limbs: vec![
+            WalkerLimbs { actor_id: ActorId(frame as u32), rotations: [[0.5; 4]; LIMBS] };
+            (frame % 4) as usize
+        ],
         shown: 0,
         world: frame.is_multiple_of(150).then(|| vec![1, 2, 3]),
     }
@@ -248,6 +253,7 @@ fn compact_places_are_within_a_centimetre_and_a_tenth_of_a_degree() {
         for read in recording.moments(segment).unwrap() {
             let wanted = moment(frame);
             assert_eq!(read.state_hash, wanted.state_hash);
+            assert_eq!(read.limbs, wanted.limbs);
             assert_eq!(read.actors.len(), wanted.actors.len());
             for (read, wanted) in read.actors.iter().zip(&wanted.actors) {
                 assert_eq!((read.actor_id, read.flags), (wanted.actor_id, wanted.flags));

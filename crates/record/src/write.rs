@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// Changes whenever the meaning of the bytes does.
-pub(crate) const FORM: u32 = 3;
+pub(crate) const FORM: u32 = 4;
 /// The channels of the file, by id.
 pub(crate) mod topic {
     pub(crate) const FRAMES: u16 = 1;

@@ -93,10 +93,12 @@ impl Host {
         moment.state_hash = header.state_hash;
         moment.early = self.early as u32;
         moment.actors.clear();
+        moment.limbs.clear();
         moment.journal.clear();
         moment.collisions.clear();
         if recording.profile.has_states() {
             moment.actors.extend(self.world.states());
+            moment.limbs.extend(self.world.limbs());
         }
         if !recording.profile.has_inputs() {
             moment.decision = Decision::default();

@@ -6,7 +6,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Quat, Vec3};
-use protocol::{ActorId, ActorState, Command, LoadMap, Outcome, StartReplay, kind, load, status};
+use protocol::{
+    ActorId, ActorState, Command, LoadMap, Outcome, StartReplay, WalkerLimbs, kind, load, status,
+};
 use record::{Moment, RecordError};
 
 use super::Host;
@@ -137,7 +139,7 @@ impl Replay {
 
     /// Shows the moment that is due; answers whom the recording no longer has.
     fn show(&mut self, world: &mut World) -> Result<Vec<ActorId>, String> {
-        let actors = self.actors().map_err(|e| e.to_string())?;
+        let (actors, limbs) = self.actors().map_err(|e| e.to_string())?;
         let mut there = BTreeSet::new();
         for recorded in &actors {
             let id = recorded.actor_id;
@@ -146,7 +148,7 @@ impl Replay {
             }
             if recorded.kind == kind::TRAFFIC_LIGHT {
                 // The map's own: it has the same id in every world of this map.
-                world.show(id, recorded);
+                world.show(id, recorded, None);
                 continue;
             }
             there.insert(id);
@@ -158,30 +160,31 @@ impl Replay {
                     own
                 }
             };
-            world.show(own, recorded);
+            world.show(own, recorded, WalkerLimbs::find(&limbs, id));
         }
         let gone: Vec<_> = self.shown.keys().filter(|id| !there.contains(id)).copied().collect();
         Ok(gone.iter().filter_map(|id| self.shown.remove(id)).collect())
     }
 
     /// Everybody at the recorded time that is due.
-    fn actors(&mut self) -> Result<Vec<ActorState>, RecordError> {
+    fn actors(&mut self) -> Result<(Vec<ActorState>, Vec<WalkerLimbs>), RecordError> {
         let segment = self.recording.segment_at(self.at_nanos);
         let start = self.recording.start_nanos(segment);
         let segments = self.recording.segments();
         let moments = self.recording.moments(segment)?;
         let (index, past_nanos) = place(moments, self.at_nanos - start);
         let now = moments[index].actors.clone();
+        let limbs = moments[index].limbs.clone();
         if past_nanos == 0 || self.time_factor > SMOOTH_FACTOR_MAX {
-            return Ok(now);
+            return Ok((now, limbs));
         }
         let next = match moments.get(index + 1) {
             Some(next) => next,
             None if segment + 1 < segments => &self.recording.moments(segment + 1)?[0],
-            None => return Ok(now),
+            None => return Ok((now, limbs)),
         };
         let share = past_nanos as f32 / next.delta_nanos.max(1) as f32;
-        Ok(between(now, &next.actors, share.min(1.0)))
+        Ok((between(now, &next.actors, share.min(1.0)), limbs))
     }
 }
 

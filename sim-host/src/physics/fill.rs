@@ -1,11 +1,12 @@
 //! What others see of an actor, and the hash over everything that decides the future.
 
 use glam::Vec3;
-use protocol::{ActorId, ActorState, Pose, flag, kind, parts};
+use protocol::{ActorId, ActorState, Pose, WalkerLimbs, flag, kind, parts};
 use rapier3d::prelude::RigidBody;
 
 use super::digest::Digest;
 use super::tuning;
+use super::walker::Walker;
 use super::world::{Actor, Kind, Physics, origin_mps};
 
 impl Physics {
@@ -16,6 +17,13 @@ impl Physics {
         let Ok(index) = self.find(state.actor_id) else { return false };
         self.fill_from(&self.actors[index], state);
         true
+    }
+
+    /// The limbs of a walker, if it has fallen.
+    pub fn limbs_of(&self, id: ActorId) -> Option<WalkerLimbs> {
+        let actor = &self.actors[self.find(id).ok()?];
+        let Kind::Walker(Walker { limbs: Some(limbs), .. }) = &actor.kind else { return None };
+        Some(WalkerLimbs::new(id, &limbs.turns(&self.world, actor.body)))
     }
 
     /// Writes everybody's state, by id. `blueprint` and the like are left 0.
@@ -56,21 +64,14 @@ impl Physics {
             state.wheel_spin_rad = rounded(vehicle.wheel_angle_rad(), parts::WHEEL);
         }
         if let Kind::Walker(walker) = &actor.kind {
-            match &walker.limbs {
-                Some(limbs) => {
-                    flags |= flag::DOWN;
-                    state.set_limbs(&limbs.turns(&self.world, actor.body));
-                }
-                None if state.has(flag::DOWN) => state.clear_limbs(),
-                None => {}
-            }
+            set(flag::FALLEN, walker.limbs.is_some());
         }
         const OURS: u32 = flag::KINEMATIC
             | flag::TELEPORTED
             | flag::COLLIDING
             | flag::HANDBRAKE
             | flag::REVERSE
-            | flag::DOWN;
+            | flag::FALLEN;
         state.flags = state.flags & !OURS | flags;
     }
 

@@ -84,7 +84,7 @@ impl World {
 
     fn standing_walker(&mut self, id: ActorId) -> Result<&'static town::Skeleton, String> {
         let skeleton = self.walker(id)?;
-        if self.movable(id)?.has(flag::DOWN) {
+        if self.movable(id)?.has(flag::FALLEN) {
             return Err(format!("{id} lies on the ground"));
         }
         Ok(skeleton)

@@ -1,6 +1,6 @@
 //! Everybody as the bus sees them, side by side in memory as a snapshot has them.
 
-use protocol::{ActorId, ActorState, Name};
+use protocol::{ActorId, ActorState, Name, WalkerLimbs};
 
 use crate::hash::StateHash;
 
@@ -12,6 +12,8 @@ pub(super) struct Cast {
     states: Vec<ActorState>,
     roles: Vec<Name>,
     digests: Vec<Option<u64>>,
+    /// The limbs of fallen walkers, by id.
+    limbs: Vec<WalkerLimbs>,
 }
 
 impl Cast {
@@ -21,6 +23,24 @@ impl Cast {
 
     pub(super) fn states(&self) -> &[ActorState] {
         &self.states
+    }
+
+    pub(super) fn limbs(&self) -> &[WalkerLimbs] {
+        &self.limbs
+    }
+
+    /// Replaces or removes the limbs of one walker.
+    pub(super) fn set_limbs(&mut self, id: ActorId, limbs: Option<WalkerLimbs>) {
+        let found = self.limbs.binary_search_by_key(&id, |walker| walker.actor_id);
+        match (found, limbs) {
+            (Ok(index), Some(limbs)) => self.limbs[index] = limbs,
+            (Ok(index), None) => drop(self.limbs.remove(index)),
+            (Err(index), Some(limbs)) => self.limbs.insert(index, limbs),
+            (Err(_), None) => return,
+        }
+        if let Ok(index) = self.ids.binary_search(&id) {
+            self.digests[index] = None;
+        }
     }
 
     pub(super) fn roles(&self) -> &[Name] {
@@ -60,18 +80,26 @@ impl Cast {
             self.states.remove(index);
             self.roles.remove(index);
             self.digests.remove(index);
+            self.set_limbs(id, None);
         }
     }
 
-    /// Lets `tell` write the state of everybody in `stirred`, which is sorted; keeps the digests
-    /// of the others.
-    pub(super) fn renew(&mut self, stirred: &[u32], mut tell: impl FnMut(&mut ActorState)) {
+    /// Lets `tell` write the state of everybody in `stirred`, which is sorted, and return the limbs
+    /// of a fallen walker; keeps the digests of the others.
+    pub(super) fn renew(
+        &mut self,
+        stirred: &[u32],
+        mut tell: impl FnMut(&mut ActorState) -> Option<WalkerLimbs>,
+    ) {
         let mut stirred = stirred.iter().copied().peekable();
         for index in 0..self.ids.len() {
             let id = self.ids[index].0;
             while stirred.next_if(|other| *other < id).is_some() {}
             if stirred.next_if_eq(&id).is_some() {
-                tell(&mut self.states[index]);
+                let limbs = tell(&mut self.states[index]);
+                if limbs.is_some() || !self.limbs.is_empty() {
+                    self.set_limbs(ActorId(id), limbs);
+                }
                 self.digests[index] = None;
             } else if self.digests[index].is_none() {
                 self.digests[index] = Some(self.digest(index));
@@ -89,6 +117,9 @@ impl Cast {
         let mut hash = StateHash::new();
         hash.bytes(bytemuck::bytes_of(&self.states[index]));
         hash.bytes(&self.roles[index].0);
+        if let Some(limbs) = WalkerLimbs::find(&self.limbs, self.ids[index]) {
+            hash.bytes(bytemuck::bytes_of(limbs));
+        }
         hash.value()
     }
 }

@@ -1,6 +1,8 @@
 //! Bones of walkers, and the parts of vehicles that move, as clients see them.
 
-use client_lib::{ActorId, ActorState, BlendPose, Command, Pose, bone, bone_commands, flag, kind};
+use client_lib::{
+    ActorId, ActorState, BlendPose, Command, Pose, WalkerLimbs, bone, bone_commands, flag, kind,
+};
 use glam::{Affine3A, Quat, Vec3};
 use town::{Blueprint, Given, Kind, Posture};
 
@@ -91,7 +93,8 @@ pub(super) fn keep(call: &mut Call) -> Result<(), Refusal> {
     let id = walker(call, "get_pose_from_animation")?;
     let (state, blueprint) = who(call, "get_pose_from_animation", id)?;
     let skeleton = blueprint.skeleton().ok_or("it has no bones")?;
-    let held = skeleton.parent_from_bones(&posture_of(blueprint, &state, None));
+    let held =
+        skeleton.parent_from_bones(&posture_of(blueprint, &state, call.bridge.limbs(id), None));
     let bones: Vec<_> =
         held.iter().zip(0..).map(|((at, turn), bone)| (bone, Pose::new(*at, *turn))).collect();
     bone_commands(ActorId(id), &bones).into_iter().for_each(|command| call.bridge.command(command));
@@ -112,7 +115,7 @@ fn bones(call: &mut Call, function: &str) -> Result<(Pose, Vec<Bone>), Refusal> 
     let id = call.args.u32()?;
     let (state, blueprint) = who(call, function, id)?;
     let given = given(call, &state)?;
-    Ok((state.pose, bones_of(blueprint, &state, given.as_ref())))
+    Ok((state.pose, bones_of(blueprint, &state, call.bridge.limbs(id), given.as_ref())))
 }
 
 /// The pose that clients gave a walker, if any of it shows: the host knows it.
@@ -140,8 +143,13 @@ fn who(
     Ok((state, blueprint))
 }
 
-fn bones_of(blueprint: &Blueprint, state: &ActorState, given: Option<&Held>) -> Vec<Bone> {
-    let posture = posture_of(blueprint, state, given);
+fn bones_of(
+    blueprint: &Blueprint,
+    state: &ActorState,
+    limbs: Option<WalkerLimbs>,
+    given: Option<&Held>,
+) -> Vec<Bone> {
+    let posture = posture_of(blueprint, state, limbs, given);
     if let Some(skeleton) = blueprint.skeleton() {
         let placed = skeleton.actor_from_bones(&posture);
         let bone = |(index, bone): (usize, &town::Bone)| Bone {
@@ -169,6 +177,7 @@ fn bones_of(blueprint: &Blueprint, state: &ActorState, given: Option<&Held>) -> 
 fn posture_of<'a>(
     blueprint: &Blueprint,
     state: &ActorState,
+    limbs: Option<WalkerLimbs>,
     given: Option<&'a Held>,
 ) -> Posture<'a> {
     let is_walker = blueprint.kind == Kind::Walker;
@@ -178,7 +187,7 @@ fn posture_of<'a>(
         doors: state.doors,
         stride: if is_walker { state.phase as f32 / client_lib::STRIDE as f32 } else { 0.0 },
         speed_mps: state.velocity().truncate().length(),
-        limbs: if is_walker { state.limbs() } else { None },
+        limbs: limbs.map(|limbs| limbs.rotations()),
         given: given.map(|(share, bones)| Given { share: *share, bones }),
     }
 }

@@ -25,7 +25,7 @@ fn hit(ground: Arc<Ground>, boxes: &[StaticBox], mps: f32, yaw_rad: f32) -> Phys
     physics.spawn_vehicle(CAR, &model, &Pose::level(Vec3::X * -9.0, 0.0), false).unwrap();
     run(&mut physics, 0.5);
     physics.set_velocity(CAR, Vec3::X * mps, Vec3::ZERO).unwrap();
-    while !state(&physics, WALKER).has(flag::DOWN) {
+    while !state(&physics, WALKER).has(flag::FALLEN) {
         frame(&mut physics);
     }
     let brake = VehicleControl { actor_id: CAR, brake: 1.0, ..VehicleControl::default() };
@@ -61,7 +61,7 @@ fn apart_m(physics: &Physics) -> f32 {
 
 /// How far elbows and knees bend the wrong way, or too far.
 fn overbent_rad(physics: &Physics) -> f32 {
-    let turns = state(physics, WALKER).limbs().expect("it fell");
+    let turns = physics.limbs_of(WALKER).expect("it fell").rotations();
     let angle = |limb: usize| 2.0 * turns[limb].y.atan2(turns[limb].w);
     let elbows = [3, 5].map(|limb| angle(limb).max(-2.4 - angle(limb)));
     let knees = [7, 9].map(|limb| (-angle(limb)).max(angle(limb) - 2.3));
@@ -134,7 +134,7 @@ fn who_is_hit_comes_to_rest_on_the_ground_in_one_piece() {
         assert!(highest < 0.6 && middle.z < 0.3 && lowest > 0.0, "{lowest} to {highest}");
         assert!(middle.x > 0.3 && middle.x < 0.16 * mps * mps + 2.0, "{middle}");
         assert!(fastest < 2.5 * mps + 6.0, "{fastest} m/s");
-        let turns = lies.limbs().expect("it lies");
+        let turns = physics.limbs_of(WALKER).expect("it lies").rotations();
         assert!(turns.iter().any(|turn| turn.angle_between(Quat::IDENTITY) > 0.2), "{turns:?}");
         run(&mut physics, 2.0);
         assert_eq!(state(&physics, WALKER).pose, lies.pose, "it stays");

@@ -105,7 +105,7 @@ fn one_who_is_hit_falls_and_lies_and_the_car_drives_on() {
     let (lying, car) = (state(&physics, WALKER), state(&physics, CAR));
     let up = lying.pose.rotation() * Vec3::Z;
     println!("lies at {}, up {up}; car {:?}", lying.pose.position(), car.velocity_mps);
-    assert!(lying.has(flag::DOWN));
+    assert!(lying.has(flag::FALLEN));
     assert!(up.z.abs() < 0.5, "it stands: {up}");
     assert!(lying.pose.position().x > 1.0 && lying.velocity().length() < 0.1, "{lying:?}");
     assert!(lying.pose.position().z.abs() < 0.6, "{}", lying.pose.position());
@@ -118,7 +118,7 @@ fn one_who_is_hit_falls_and_lies_and_the_car_drives_on() {
 fn the_invincible_stand_and_stop_the_car() {
     let mut physics = with_car(false, 12.0);
     run(&mut physics, 3.0);
-    assert!(!state(&physics, WALKER).has(flag::DOWN));
+    assert!(!state(&physics, WALKER).has(flag::FALLEN));
     assert_eq!(place(&physics, WALKER), Vec3::ZERO);
     assert!(state(&physics, CAR).velocity_mps[0] < 3.0);
 }
@@ -130,7 +130,7 @@ fn a_creeping_car_upsets_nobody() {
     let control = VehicleControl { actor_id: CAR, manual_gear: 1, ..VehicleControl::default() };
     physics.control(&control).unwrap();
     run(&mut physics, 12.0);
-    assert!(!state(&physics, WALKER).has(flag::DOWN));
+    assert!(!state(&physics, WALKER).has(flag::FALLEN));
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn a_fall_is_the_same_bit_for_bit_after_saving() {
     for _ in 0..2 {
         physics.restore(&bytes).unwrap();
         run(&mut physics, 3.0);
-        assert!(state(&physics, WALKER).has(flag::DOWN));
+        assert!(state(&physics, WALKER).has(flag::FALLEN));
         hashes.push(physics.hash());
     }
     let mut again = with_car(true, 12.0);
