@@ -35,7 +35,7 @@ fn drive() -> Result<(), ClientError> {
     let mut client = Client::connect(None, "drive_ego")?;
     let before = client.settings();
     client.synchronise(DELTA_NANOS)?;
-    let route = Route::from(client.map()?);
+    let route = Route::from(&*client.map()?);
     let place = client.spawn_points()?[0];
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place))?;
 

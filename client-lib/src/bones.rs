@@ -40,7 +40,7 @@ impl Client {
         let mut asks = vec![ask(part::BLEND, 0)];
         asks.extend(blocks.map(|first| ask(part::BONES, first as u32)));
         let told = self.try_request("given_pose", &asks)?;
-        let refused = |why: &str| ClientError::Refused { what: "given_pose", why: why.to_owned() };
+        let refused = |why: &str| ClientError::refused("given_pose", why);
         let blend: BlendPose = told[0].outcome.answered().map_err(refused)?;
         let mut bones = Vec::with_capacity(BONES.len());
         for entry in &told[1..] {

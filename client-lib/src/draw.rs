@@ -55,7 +55,7 @@ impl Draw {
     /// [`protocol::SHAPE_TEXT_BYTES`] bytes. Other letters than ASCII's are shown as frames.
     pub fn text(at: Vec3, text: &str) -> Result<Draw, ClientError> {
         let text = Shape { begin_m: at.to_array(), ..Shape::new(shape::TEXT) }.with_text(text);
-        text.map(Draw).map_err(|why| ClientError::Refused { what: "draw", why })
+        text.map(Draw).map_err(|why| ClientError::bad_argument("draw", why))
     }
 
     /// Painted: red, green, blue.
@@ -104,7 +104,7 @@ impl Draw {
     }
 
     /// For a batch: see [`Client::try_request`].
-    pub fn decode(self) -> Command {
+    pub fn command(self) -> Command {
         Command::Draw(self.0)
     }
 }
@@ -118,7 +118,7 @@ impl Client {
         if shapes.is_empty() {
             return Ok(());
         }
-        let commands: Vec<Command> = shapes.iter().map(|shape| shape.decode()).collect();
+        let commands: Vec<Command> = shapes.iter().map(|shape| shape.command()).collect();
         self.request("draw", &commands).map(drop)
     }
 

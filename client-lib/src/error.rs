@@ -1,70 +1,119 @@
+use std::{io, path::PathBuf, time::Duration};
+
+use bake::MapError;
 use bus::BusError;
 use protocol::{BundleId, Frame};
 
-/// Why a command of a client's was not granted.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+/// Why a call of this library failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ClientError {
-    /// The bus.
+    /// The simulator cannot be found or joined, or a channel cannot be used.
     #[error(transparent)]
     Bus(#[from] BusError),
     /// The host refused a command.
     #[error("{what}: {why}")]
+    #[non_exhaustive]
     Refused {
-        /// Which command.
+        /// The call that sent the command.
         what: &'static str,
-        /// The host's words.
+        /// The reason, for people.
         why: String,
+    },
+    /// An argument that no host could accept.
+    #[error("{what}: {why}")]
+    #[non_exhaustive]
+    BadArgument {
+        /// The call.
+        what: &'static str,
+        /// The reason, for people.
+        why: String,
+    },
+    /// A file cannot be read or written.
+    #[error("file: {}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        source: io::Error,
     },
     /// Another client holds the tick.
     #[error("client {holder:?} holds the tick; it must hand it over (Client::hand_tick_to) or end")]
     TickTaken {
-        /// Who.
+        /// Its name; empty if it gave the tick back just now.
         holder: String,
     },
+    /// This client holds the tick, so no tick can wait for it.
+    #[error(
+        "join_barrier: this client holds the tick, so no tick waits for it; call leave_tick first"
+    )]
+    HoldsTick,
+    /// No client of this name is connected.
+    #[error("hand_tick_to: no client is named {name:?}")]
+    NoSuchClient {
+        /// The name.
+        name: String,
+    },
     /// The world is not in synchronous mode.
-    #[error("the world runs on its own clock; set Settings::synchronous to tick it")]
+    #[error("the world runs on its own clock; call Client::synchronise to tick it")]
     Asynchronous,
-    /// A frame ended without somebody.
+    /// A frame ended without a participant.
     #[error("{frame} ended {how}: {who}")]
     Incomplete {
-        /// Which frame.
+        /// The frame.
         frame: Frame,
-        /// `late` or `degraded`.
+        /// `late`: the deadline of the host passed. `degraded`: a process died.
         how: &'static str,
-        /// Who was missing.
+        /// The names of the missing participants.
         who: String,
     },
     /// The host has ended.
     #[error("the host has ended; the last frame seen is {last}")]
     HostEnded {
-        /// The last frame that this client saw.
+        /// The last frame that this client took in.
         last: Frame,
     },
-    /// Something did not come in time.
-    #[error("{what} did not come within {secs} s; is the host stopped?")]
+    /// Something did not come within its deadline.
+    #[error("timeout: {what} did not come within {} s; is the host stopped?", waited.as_secs_f64())]
     Timeout {
-        /// What.
+        /// What was waited for.
         what: String,
-        /// After how many seconds.
-        secs: u64,
+        /// For how long.
+        waited: Duration,
     },
-    /// This client was too slow to read the journal.
+    /// Entries of the journal were overwritten before this client read them.
     #[error(
-        "this client did not read the journal for too long; what became of its commands is lost"
+        "this client did not poll the journal for too long; the outcomes of its commands are lost"
     )]
     JournalOverrun,
-    /// A bundle is gone with its world.
+    /// A bundle was destroyed with its world.
     #[error(
-        "bundle {} went with its world: another was loaded in its place, number {standing}; make a \
-         new bundle there", bundle.0
+        "bundle {} was destroyed with its world: world {standing} was loaded in its place; create \
+         the bundle again", bundle.0
     )]
     WorldGone {
-        /// Which bundle.
+        /// The bundle.
         bundle: BundleId,
-        /// The number of the world that stands.
+        /// The number of the world that is running.
         standing: u32,
     },
-    /// The map cannot be read.
-    #[error("{0}")]
-    Map(String),
+    /// A descriptor for epoll cannot be made.
+    #[error("eventfd: {source}")]
+    EventFd {
+        /// The reason.
+        source: io::Error,
+    },
+    /// The map cannot be parsed.
+    #[error(transparent)]
+    Map(#[from] MapError),
+}
+
+impl ClientError {
+    pub(crate) fn refused(what: &'static str, why: &str) -> ClientError {
+        ClientError::Refused { what, why: why.to_owned() }
+    }
+
+    pub(crate) fn bad_argument(what: &'static str, why: impl Into<String>) -> ClientError {
+        ClientError::BadArgument { what, why: why.into() }
+    }
 }

@@ -1,4 +1,4 @@
-//! Where recordings and saved states lie.
+//! Paths of recordings and saved states, and how they are recorded and replayed.
 
 use std::{
     env, fs, io,
@@ -9,41 +9,43 @@ use protocol::FilePath;
 
 use crate::ClientError;
 
-/// How much of a run a recording keeps.
+/// How much of a run a recording holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Profile {
     /// Every published field of every actor, exactly, and the inputs.
     #[default]
     State = 0,
-    /// What was requested and decided: exact by re-simulation, and small.
+    /// Commands, controls and traffic's decisions: exact by re-simulation, and small.
     Inputs = 1,
-    /// Places within 1 cm and 0.1 degrees; smaller still.
+    /// Positions within 1 cm and rotations within 0.1 degrees; the smallest.
     Compact = 2,
 }
 
-/// How a recording is shown.
+/// Which part of a recording is replayed, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Replay {
     /// Recorded seconds to skip; below 0: counted from the end.
     pub from_s: f64,
     /// Recorded seconds to play; 0: to the end.
     pub duration_s: f64,
-    /// Recorded seconds per simulated second. Above 2, nothing is shown between two frames.
+    /// Recorded seconds per simulated second. Above 2, poses between two recorded frames are not
+    /// interpolated.
     pub time_factor: f32,
     /// Leaves out actors of the role `hero`.
     pub ignore_hero: bool,
 }
 
 impl Default for Replay {
-    /// All of it, at its own pace.
+    /// The whole recording at recorded speed.
     fn default() -> Self {
         Replay { from_s: 0.0, duration_s: 0.0, time_factor: 1.0, ignore_hero: false }
     }
 }
 
-/// Where recordings without a folder in their name go: `$OMNIBUS_SAVED`, else
-/// `omnibus/saved` in the user's data folder.
+/// Returns the folder of recordings whose name is no path: `$OMNIBUS_SAVED`, else `omnibus/saved` in
+/// the user's data folder.
+#[must_use]
 pub fn saved_folder() -> PathBuf {
     if let Some(folder) = env::var_os("OMNIBUS_SAVED") {
         return folder.into();
@@ -53,10 +55,15 @@ pub fn saved_folder() -> PathBuf {
     data.or_else(home).unwrap_or_else(env::temp_dir).join("omnibus/saved")
 }
 
-/// CARLA's rule: a name with `/`, `\\` or `:` is a path, else it lies in the saved folder.
+/// Returns the path that a name stands for. CARLA's rule: a name with `/`, `\\` or `:` is a path, else
+/// it lies in the [`saved_folder`].
+///
+/// # Errors
+///
+/// [`ClientError::BadArgument`] if the name is empty.
 pub fn saved_path(name: &str) -> Result<PathBuf, ClientError> {
     if name.is_empty() {
-        return Err(refused("an empty name names no file"));
+        return Err(ClientError::bad_argument("file", "the name is empty"));
     }
     if name.contains(['/', '\\', ':']) {
         return absolute(Path::new(name));
@@ -64,25 +71,21 @@ pub fn saved_path(name: &str) -> Result<PathBuf, ClientError> {
     absolute(&saved_folder().join(name))
 }
 
-/// The host may stand in another folder.
+/// An absolute path: the host may run in another folder.
 pub(crate) fn absolute(path: &Path) -> Result<PathBuf, ClientError> {
-    std::path::absolute(path).map_err(|e| file_error(path, &e))
+    std::path::absolute(path).map_err(|e| file_error(path, e))
 }
 
-pub(crate) fn told(path: &Path) -> Result<FilePath, ClientError> {
-    FilePath::new(path).map_err(|why| refused(&why))
+pub(crate) fn wire_path(path: &Path) -> Result<FilePath, ClientError> {
+    FilePath::new(path).map_err(|why| ClientError::bad_argument("file", why))
 }
 
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>, ClientError> {
-    fs::read(path).map_err(|e| file_error(path, &e))
+    fs::read(path).map_err(|e| file_error(path, e))
 }
 
-pub(crate) fn file_error(path: &Path, why: &io::Error) -> ClientError {
-    refused(&format!("{}: {why}", path.display()))
-}
-
-fn refused(why: &str) -> ClientError {
-    ClientError::Refused { what: "file", why: why.to_owned() }
+pub(crate) fn file_error(path: &Path, source: io::Error) -> ClientError {
+    ClientError::File { path: path.to_owned(), source }
 }
 
 #[cfg(test)]

@@ -18,28 +18,44 @@
 //! Metres, radians, seconds; right-handed, x forward, y left, z up. `carla_axes` alone knows
 //! CARLA's left hand and degrees.
 
+mod actors;
 mod bones;
 pub mod carla_axes;
 mod client;
+mod connection;
+mod controller;
 mod draw;
 mod error;
 mod event_camera;
+mod event_fd;
+mod events;
 mod file;
 mod hide;
 mod lamps;
+mod observer;
+mod outcomes;
 mod physics;
+mod recorder;
 mod sensor_bundle;
-mod view;
+mod world;
+mod worlds;
 
+pub use actors::{Spawn, spawn_poses};
 pub use bones::{bone, bone_commands};
-pub use bus::{Instance, Interrupted, Strategy, Watch, clock};
-pub use client::{Client, Spawn, spawn_poses};
+pub use bus::{BusError, Instance, Interrupted, Strategy, Watch, clock};
+pub use client::{Client, ConnectOptions};
+pub use connection::Deadlines;
+pub use controller::Controller;
 pub use draw::Draw;
 pub use error::ClientError;
 pub use event_camera::{EventCamera, EventCameraSpec, PixelEvent};
+pub use event_fd::EventFd;
+pub use events::Event;
 pub use file::{Profile, Replay, saved_folder, saved_path};
 pub use hide::hide_objects;
 pub use lamps::StreetLightCommand;
+pub use observer::Observer;
+pub use outcomes::Ticket;
 pub use protocol::{
     AckermannControl, AckermannSettings, ActorId, ActorState, ApplyForce, Ask, Autopilot, BONES,
     BlendPose, BlueprintInfo, BundleId, CamReading, CamSpec, CollisionReading, Command, Curve,
@@ -58,4 +74,4 @@ pub use sensor_bundle::{
     Measurement, SensorBundle, cam, camera, collision, gnss, imu, lane_invasion, lidar, message,
     obstacle, odometry,
 };
-pub use view::World;
+pub use world::World;

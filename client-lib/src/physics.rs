@@ -127,5 +127,5 @@ impl Client {
 }
 
 fn refused(what: &'static str, why: &str) -> ClientError {
-    ClientError::Refused { what, why: why.to_owned() }
+    ClientError::refused(what, why)
 }

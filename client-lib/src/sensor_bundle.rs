@@ -1,14 +1,17 @@
-//! Bundles: sensors in, measurements out, in the renderer's own memory.
+//! Sensor bundles and their measurements, read in the renderer's own memory.
+
+use std::sync::Weak;
 
 use bus::{BundleSample, Reader};
 use protocol::{
-    BundleHeader, BundleId, CamReading, CamSpec, CollisionReading, CollisionSpec, Frame,
-    GnssReading, GnssSpec, ImuReading, ImuSpec, LaneInvasionReading, LaneInvasionSpec,
-    MessageReading, MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading,
-    OdometrySpec, Page, Plane, Pose, Reading, SensorSpec, output, sensor,
+    ActorId, BundleHeader, BundleId, CamReading, CamSpec, CollisionReading, CollisionSpec, Command,
+    CreateBundle, Frame, GnssReading, GnssSpec, ImuReading, ImuSpec, LaneInvasionReading,
+    LaneInvasionSpec, MessageReading, MessageSpec, Name, ObstacleReading, ObstacleSpec,
+    OdometryReading, OdometrySpec, Page, Plane, Pose, RawCommand, Reading, SensorSpec, TEXT_BYTES,
+    Transmit, output, sensor,
 };
 
-use crate::ClientError;
+use crate::{Client, ClientError, connection::Connection};
 
 /// A camera at `parent_from_sensor`; `outputs` are bits of [`output`].
 pub fn camera(
@@ -101,7 +104,10 @@ pub fn message(name: &str, parent_from_sensor: Pose, station: MessageSpec) -> Se
     SensorSpec::physics(name, parent_from_sensor, &station)
 }
 
-/// A stream of one bundle's measurements.
+/// Sensors that are measured together, and the stream of their measurements.
+///
+/// Dropped, it is destroyed: rendering stops with the next frame. It is `Send`.
+#[must_use = "dropped, the bundle is destroyed"]
 pub struct SensorBundle {
     id: BundleId,
     /// The number of the world that it was made in.
@@ -110,6 +116,8 @@ pub struct SensorBundle {
     reader: Reader<BundleHeader, Page>,
     last: Frame,
     missed: u64,
+    /// Whose it is; none once it was destroyed.
+    owner: Weak<Connection>,
 }
 
 impl SensorBundle {
@@ -118,8 +126,9 @@ impl SensorBundle {
         episode: u32,
         sensors: Vec<SensorSpec>,
         reader: Reader<BundleHeader, Page>,
+        owner: Weak<Connection>,
     ) -> SensorBundle {
-        SensorBundle { id, episode, sensors, reader, last: Frame(0), missed: 0 }
+        SensorBundle { id, episode, sensors, reader, last: Frame(0), missed: 0, owner }
     }
 
     /// Whether the world that it was made in still stands.
@@ -156,6 +165,18 @@ impl SensorBundle {
         Ok(None)
     }
 
+    /// The measurement of `frame`. Earlier ones are dropped, and counted as missed.
+    pub(crate) fn receive_at(&mut self, frame: Frame) -> Result<Option<Measurement>, ClientError> {
+        while self.last < frame {
+            let Some(next) = self.receive()? else { break };
+            if next.frame() == frame {
+                return Ok(Some(next));
+            }
+            self.missed += 1;
+        }
+        Ok(None)
+    }
+
     /// The newest measurement, older ones dropped.
     pub fn latest(&mut self) -> Result<Option<Measurement>, ClientError> {
         let mut newest = None;
@@ -173,6 +194,96 @@ impl SensorBundle {
     /// Frames between the first and the last that never came out.
     pub fn missed(&self) -> u64 {
         self.missed
+    }
+}
+
+impl Drop for SensorBundle {
+    /// Sends the command that destroys the bundle, and does not wait for it. A client that is gone,
+    /// or a world that is, has taken the bundle along.
+    fn drop(&mut self) {
+        if let Some(owner) = self.owner.upgrade()
+            && owner.episode() == self.episode
+        {
+            let command = RawCommand::from(Command::DestroyBundle(self.id));
+            // A host that takes no commands any more frees the bundle with its client.
+            let _ = owner.send(std::iter::once(command), true);
+        }
+    }
+}
+
+impl std::fmt::Debug for SensorBundle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SensorBundle")
+            .field("id", &self.id)
+            .field("episode", &self.episode)
+            .field("sensors", &self.sensors)
+            .field("last", &self.last)
+            .field("missed", &self.missed)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Client {
+    /// Mounts sensors on an actor, or in the world (`ActorId::NONE`), as one bundle: measured
+    /// together, delivered together. `max_borrowed` measurements may be held at a time, 1 to 8.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if the actor does not exist, a sensor is not possible, or shared
+    /// memory has no room.
+    pub fn create_bundle(
+        &mut self,
+        name: &str,
+        parent: ActorId,
+        sensors: &[SensorSpec],
+        max_borrowed: u32,
+    ) -> Result<SensorBundle, ClientError> {
+        let bundle = CreateBundle {
+            parent,
+            sensor_count: sensors.len() as u32,
+            max_borrowed,
+            reserved: 0,
+            name: Name::new(name),
+        };
+        let mut commands = vec![Command::CreateBundle(bundle)];
+        commands.extend(sensors.iter().map(|s| Command::Sensor(*s)));
+        let id = BundleId(self.request("bundle", &commands)?[0]);
+        self.open_bundle(id, sensors)
+    }
+
+    /// Destroys a bundle and waits until that was carried out. Dropping it destroys it, too,
+    /// without waiting.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if it was destroyed with its actor or world.
+    pub fn destroy_bundle(&mut self, mut bundle: SensorBundle) -> Result<(), ClientError> {
+        bundle.owner = Weak::new();
+        self.request_one("bundle", Command::DestroyBundle(bundle.id())).map(drop)
+    }
+
+    /// Sends a text by radio with the next frame, from a [`message`] sensor of a bundle; at most
+    /// [`TEXT_BYTES`] bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::BadArgument`] if the text is longer; [`ClientError::Refused`] if there is no
+    /// such sensor.
+    pub fn transmit(
+        &mut self,
+        bundle: &SensorBundle,
+        sensor: usize,
+        text: &str,
+    ) -> Result<(), ClientError> {
+        let mut bytes = [0; TEXT_BYTES];
+        let room = bytes.get_mut(..text.len()).ok_or_else(|| {
+            let len = text.len();
+            let why = format!("the text has {len} bytes; {TEXT_BYTES} is the limit");
+            ClientError::bad_argument("transmit", why)
+        })?;
+        room.copy_from_slice(text.as_bytes());
+        let transmit = Transmit { bundle: bundle.id(), sensor: sensor as u32, text: bytes };
+        self.request_one("transmit", Command::Transmit(transmit)).map(drop)
     }
 }
 
@@ -300,5 +411,11 @@ impl Measurement {
     /// The readings of one kind of a sensor that the host measures.
     pub fn readings<T: Reading>(&self, sensor: usize) -> &[T] {
         self.data(sensor, T::OUTPUT).map(bytemuck::cast_slice).unwrap_or_default()
+    }
+}
+
+impl std::fmt::Debug for Measurement {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Measurement").field("header", self.header()).finish_non_exhaustive()
     }
 }

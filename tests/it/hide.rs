@@ -85,7 +85,8 @@ fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
 
     let unknown = client.hide_objects(&[1_000_000], true).unwrap_err().to_string();
     assert!(unknown.contains("1000000"), "{unknown}");
-    let ground = client.hide_objects(&[mesh::ObjectId::GROUND.instance()], true).unwrap_err().to_string();
+    let ground =
+        client.hide_objects(&[mesh::ObjectId::GROUND.instance()], true).unwrap_err().to_string();
     assert!(ground.contains("ground"), "{ground}");
     drop((bundle, client));
     sim.end();

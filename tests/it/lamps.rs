@@ -32,7 +32,9 @@ fn look(client: &mut Client, bundle: &mut SensorBundle) -> Measurement {
 /// The brightest pixel of the lamp, and its reddest.
 fn shines(measured: &Measurement, number: u32) -> (u8, u8) {
     let ids = measured.instances(0).unwrap().iter();
-    let own = ids.zip(measured.color(0).unwrap()).filter(|(id, _)| **id == mesh::ObjectId::new(number).instance());
+    let own = ids
+        .zip(measured.color(0).unwrap())
+        .filter(|(id, _)| **id == mesh::ObjectId::new(number).instance());
     own.fold((0, 0), |(light, red), (_, [r, g, b, _])| {
         (light.max(*r.min(g).min(b)), red.max(r.saturating_sub(*g)))
     })
@@ -54,7 +56,12 @@ fn a_lamp_is_switched_by_hand_and_by_the_dusk() {
 
     client.switch_lamps(&[number], StreetLightCommand::off()).unwrap();
     assert!(shines(&look(&mut client, &mut bundle), number).0 < 60);
-    client.switch_lamps(&[mesh::ObjectId::new(number).instance()], StreetLightCommand::on().color([255, 0, 0])).unwrap();
+    client
+        .switch_lamps(
+            &[mesh::ObjectId::new(number).instance()],
+            StreetLightCommand::on().color([255, 0, 0]),
+        )
+        .unwrap();
     let (_, red) = shines(&look(&mut client, &mut bundle), number);
     assert!(red > 150, "{red}");
     client.save_state_to(&path).unwrap();

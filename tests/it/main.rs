@@ -5,6 +5,7 @@ mod kit;
 mod alone;
 mod bones;
 mod carla;
+mod client;
 mod crash;
 mod draw;
 mod episodes;

@@ -134,7 +134,7 @@ fn agents_that_take_part_are_waited_for_and_steer_each_frame() {
             agent.control(&[control]).unwrap();
             agent.arrive();
         }
-        agent.leave_part().unwrap();
+        agent.leave_barrier().unwrap();
         seen
     });
     let mut throttles = Vec::new();

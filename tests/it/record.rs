@@ -61,7 +61,7 @@ impl Bustle {
                 self.next += 1;
                 let place = self.places[(self.next * 7 + n) % self.places.len()];
                 let blueprint = ["vehicle.audi.tt", "vehicle.tesla.model3"][n % 2];
-                Spawn::new(blueprint, place).autopilot().decode()
+                Spawn::new(blueprint, place).autopilot().command()
             })
             .collect();
         let outcomes = client.try_request("spawn", &spawns).unwrap();

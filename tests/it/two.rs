@@ -47,7 +47,7 @@ fn a_second_ticker_is_refused_by_name_unless_the_first_hands_over() {
 #[test]
 fn two_clients_of_one_name_get_their_own_answers() {
     let sim = Sim::start(&[]);
-    let (mut a, b) = (sim.client("twin"), sim.client("twin"));
+    let (a, b) = (sim.client("twin"), sim.client("twin"));
     let places = a.spawn_points().unwrap();
     let spawn_ten = |mut client: client_lib::Client, first: usize| {
         let places: Vec<_> = places.iter().skip(first).step_by(20).take(10).copied().collect();

@@ -31,7 +31,9 @@ pub use journal::{Event, Journal};
 pub use map::{CONTROL_LEN, ControlPageMapping};
 pub use participant::{Interrupted, Participant, Watch};
 pub use port::{BusNode, Element, Header, Loan, Reader, Sample, Writer};
-pub use ports::{BundleSample, ClientPorts, HostPorts, RenderPorts, TrafficPorts, TrafficSample};
+pub use ports::{
+    BundleReaders, BundleSample, ClientPorts, HostPorts, RenderPorts, TrafficPorts, TrafficSample,
+};
 pub use snapshot::{Snapshot, SnapshotLoan, SnapshotReader, SnapshotWriter};
 pub use wait::{Notify, SequenceEvent, Strategy};
 

@@ -185,6 +185,16 @@ impl Participant {
         self.slot
     }
 
+    /// How it waits.
+    pub fn strategy(&self) -> Strategy {
+        self.strategy
+    }
+
+    /// Sets how it waits: at first as the host was told.
+    pub fn set_strategy(&mut self, strategy: Strategy) {
+        self.strategy = strategy;
+    }
+
     /// Everybody's words.
     pub fn control(&self) -> &ControlPageMapping {
         &self.control

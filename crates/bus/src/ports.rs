@@ -191,33 +191,39 @@ impl BusNode {
     }
 }
 
-/// A client's ends.
+/// A client's ends of the channels.
 pub struct ClientPorts {
-    /// The truth.
+    /// Snapshots of the world.
     pub snapshot: SnapshotReader,
-    /// What was requested, and what became of it.
+    /// Commands that were carried out, and their outcomes.
     pub journal: Journal,
     /// Commands.
     pub command: Writer<BatchHeader, RawCommand>,
-    /// Pedals.
+    /// Pedals and wheels.
     pub control: Writer<BatchHeader, VehicleControl>,
-    node: BusNode,
+    /// Measurements of the client's bundles.
+    pub bundles: BundleReaders,
 }
 
 impl ClientPorts {
-    /// Opens them.
+    /// Opens the ends.
     pub fn open(node: BusNode) -> Result<ClientPorts, BusError> {
         Ok(ClientPorts {
             snapshot: SnapshotReader(node.reader(channel("snapshot"), "snapshot")?),
             journal: Journal::new(node.reader(channel("journal"), "journal")?),
             command: node.writer(channel("command"), "command", 4, true, 2)?,
             control: node.writer(channel("control"), "control", 4, true, 2)?,
-            node,
+            bundles: BundleReaders(node),
         })
     }
+}
 
-    /// The end from which a bundle's bundles come.
-    pub fn bundle(&self, bundle: BundleId) -> Result<Reader<BundleHeader, Page>, BusError> {
-        self.node.reader(channel("bundle"), &bundle_name(bundle))
+/// Opens the reading ends of bundles.
+pub struct BundleReaders(BusNode);
+
+impl BundleReaders {
+    /// Opens the end from which the measurements of a bundle come.
+    pub fn open(&self, bundle: BundleId) -> Result<Reader<BundleHeader, Page>, BusError> {
+        self.0.reader(channel("bundle"), &bundle_name(bundle))
     }
 }

@@ -84,15 +84,15 @@ pub(crate) struct Bridge {
 
 impl Bridge {
     pub(crate) fn new(
-        mut client: Client,
+        client: Client,
         streams: Arc<Streams>,
         statics: Arc<Statics>,
         stream_port: u16,
     ) -> Result<Bridge, ClientError> {
         let settings = EpisodeSettings::of(&client.settings());
         let network = client.map()?;
-        let (cast, lights) = (Cast::new(network, stream_port), Lights::new(network));
-        let roadsides = Roadsides::new(network);
+        let (cast, lights) = (Cast::new(&network, stream_port), Lights::new(&network));
+        let roadsides = Roadsides::new(&network);
         let mut bridge = Bridge {
             client,
             streams,
@@ -543,13 +543,13 @@ impl Bridge {
         self.episode = self.standing();
         let episode = self.client.instance().episode()?;
         if episode != self.statics.episode {
-            self.statics = Arc::new(Statics::new(episode, self.client.shared_map()?));
+            self.statics = Arc::new(Statics::new(episode, self.client.map()?));
             self.statics.prepare();
         }
         let network = self.client.map()?;
-        self.cast = self.cast.in_world_of(network);
-        self.lights = Lights::new(network);
-        self.roadsides = Roadsides::new(network);
+        self.cast = self.cast.in_world_of(&network);
+        self.lights = Lights::new(&network);
+        self.roadsides = Roadsides::new(&network);
         self.settings.follow(&self.client.settings());
         self.weather = CarlaWeather::of(&Weather::default());
         self.motions = Motions::default();

@@ -120,14 +120,14 @@ impl Door {
     }
 
     /// Serves CARLA's clients through this client of the bus, until its host ends.
-    pub fn serve(self, mut client: Client) -> Result<(), DoorError> {
+    pub fn serve(self, client: Client) -> Result<(), DoorError> {
         let port = |listener: &TcpListener| {
             listener.local_addr().map(|a| a.port()).map_err(DoorError::Thread)
         };
         let ports = Ports { streams: port(&self.streams)?, manager: port(&self.manager)? };
         let address = self.calls.local_addr().map_err(DoorError::Thread)?;
         let (watch, strategy) = (client.watch(), client.strategy());
-        let network = client.shared_map()?;
+        let network = client.map()?;
         let episode = client.instance().episode().map_err(ClientError::Bus)?;
         let statics = Arc::new(Statics::new(episode, network));
         statics.prepare();

@@ -111,7 +111,7 @@ impl Bridge {
         if description.get("is_invincible") == Some("false") {
             spawn = spawn.ragdoll_on_hit();
         }
-        let id = self.request_one("spawn", spawn.decode()).map_err(spawn_refusal)?;
+        let id = self.request_one("spawn", spawn.command()).map_err(spawn_refusal)?;
         let infos = self.client.blueprints();
         if let Some(info) = infos.iter().find(|info| info.id == description.id) {
             self.cast.add(id, description, info);

@@ -32,3 +32,12 @@ impl World {
         actors.binary_search_by_key(&id, |a| a.actor_id).ok().map(|index| &actors[index])
     }
 }
+
+impl std::fmt::Debug for World {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("World")
+            .field("header", self.header())
+            .field("actors", &self.actors().len())
+            .finish()
+    }
+}

@@ -1,0 +1,143 @@
+//! Actors: spawned, destroyed, moved.
+
+use glam::Vec3;
+use protocol::{
+    ActorId, Autopilot, Command, Name, Pose, RouteCommand, RouteStep, Teleport, Weather, flag,
+};
+use road::Network;
+
+use crate::{Client, ClientError};
+
+/// What to spawn, and where.
+#[derive(Clone, Copy, Debug)]
+#[must_use = "hand it to Client::spawn"]
+pub struct Spawn(protocol::Spawn);
+
+impl Spawn {
+    /// An actor of a blueprint at `world_from_actor`. A vehicle is set onto the road below it.
+    pub fn new(blueprint: &str, pose: Pose) -> Spawn {
+        Spawn(protocol::Spawn {
+            blueprint: Name::new(blueprint),
+            pose,
+            ..protocol::Spawn::default()
+        })
+    }
+
+    /// Lets traffic drive it.
+    pub fn autopilot(mut self) -> Spawn {
+        self.0.flags |= flag::AUTOPILOT;
+        self
+    }
+
+    /// Moves it by teleports and set velocities only, not by physics.
+    pub fn kinematic(mut self) -> Spawn {
+        self.0.flags |= flag::KINEMATIC;
+        self
+    }
+
+    /// Lets a walker fall when it is hit.
+    pub fn ragdoll_on_hit(mut self) -> Spawn {
+        self.0.flags |= flag::RAGDOLL_ON_HIT;
+        self
+    }
+
+    /// Paints it: red, green, blue, sRGB.
+    pub fn color(mut self, [r, g, b]: [u8; 3]) -> Spawn {
+        self.0.color = u32::from_le_bytes([r, g, b, 255]);
+        self
+    }
+
+    /// Sets its role name, as `hero`: at most 40 bytes.
+    pub fn role(mut self, role: &str) -> Spawn {
+        self.0.role = Name::new(role);
+        self
+    }
+
+    /// The command, for a batch.
+    #[must_use]
+    pub fn command(self) -> Command {
+        Command::Spawn(self.0)
+    }
+}
+
+impl Client {
+    /// Spawns an actor. It exists when this returns; the next frame shows it.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`]: the place is occupied, the blueprint is unknown, or the pose is
+    /// not finite; and as for [`Controller::try_request`](crate::Controller::try_request).
+    pub fn spawn(&mut self, spawn: Spawn) -> Result<ActorId, ClientError> {
+        self.request_one("spawn", spawn.command()).map(ActorId)
+    }
+
+    /// Destroys an actor, and every bundle on it.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if it does not exist.
+    pub fn destroy(&mut self, actor: ActorId) -> Result<(), ClientError> {
+        self.request_one("destroy", Command::Destroy(actor)).map(drop)
+    }
+
+    /// Moves an actor to `world_from_actor`, at rest.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if it does not exist, or the pose is not finite.
+    pub fn teleport(&mut self, actor_id: ActorId, pose: Pose) -> Result<(), ClientError> {
+        self.request_one("teleport", Command::Teleport(Teleport { actor_id, pose })).map(drop)
+    }
+
+    /// Hands a vehicle or walker to traffic, or takes it back.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if it does not exist or is neither.
+    pub fn set_autopilot(&mut self, actor_id: ActorId, on: bool) -> Result<(), ClientError> {
+        let command = Command::Autopilot(Autopilot { actor_id, on: on.into() });
+        self.request_one("autopilot", command).map(drop)
+    }
+
+    /// Gives a vehicle on autopilot a route: places that it passes over the shortest way, and turns
+    /// that it takes at the junctions that come next. It changes lanes for them where that is safe.
+    /// After the last step, and without steps, it chooses its own way.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if it does not exist, is no vehicle, or a place is not on the map.
+    pub fn set_route(&mut self, actor_id: ActorId, steps: &[RouteStep]) -> Result<(), ClientError> {
+        let commands: Vec<Command> =
+            RouteCommand::way(actor_id, steps).into_iter().map(Command::RouteCommand).collect();
+        self.request("route", &commands).map(drop)
+    }
+
+    /// Sets sun, clouds, rain and fog.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if a value is not finite.
+    pub fn set_weather(&mut self, weather: Weather) -> Result<(), ClientError> {
+        self.request_one("weather", Command::SetWeather(weather)).map(drop)
+    }
+
+    /// Returns poses for vehicles, half a metre above the road.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Client::map`].
+    pub fn spawn_points(&self) -> Result<Vec<Pose>, ClientError> {
+        Ok(spawn_poses(&*self.map()?))
+    }
+}
+
+/// Returns poses for vehicles on a map, half a metre above the road.
+#[must_use]
+pub fn spawn_poses(network: &Network) -> Vec<Pose> {
+    let pose = |at| {
+        let place = network.place(at);
+        let position = place.position.as_vec3() + Vec3::Z * 0.5;
+        Pose::new(position, place.rotation().as_quat())
+    };
+    network.spawn_points().into_iter().map(pose).collect()
+}

@@ -1,0 +1,245 @@
+//! What the two halves of a client share: the participant slot, the command port and the journal.
+
+use std::{
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::Duration,
+};
+
+use bake::Cache;
+use bus::{
+    ClientPorts, Instance, Interrupted, Participant, Role, SnapshotReader, Writer, clock, fault,
+};
+use protocol::{BatchHeader, BlueprintInfo, Frame, Name, RawCommand, Stamp, VehicleControl};
+use road::Network;
+
+use crate::{ClientError, outcomes::Inbox};
+
+/// How long calls wait before they fail with [`ClientError::Timeout`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Deadlines {
+    /// For the outcome of a command, and for a measurement: 30 s at first.
+    pub answer: Duration,
+    /// For a command that loads a map or a recording of another map: 180 s at first.
+    pub world: Duration,
+    /// For a frame: [`Client::tick`](crate::Client::tick) and
+    /// [`Client::await_frame`](crate::Client::await_frame). `None`, as at first, waits until the
+    /// host ends.
+    pub frame: Option<Duration>,
+}
+
+impl Default for Deadlines {
+    fn default() -> Self {
+        Deadlines { answer: Duration::from_secs(30), world: Duration::from_secs(180), frame: None }
+    }
+}
+
+impl Deadlines {
+    /// The same deadlines with another one for outcomes and measurements.
+    #[must_use]
+    pub fn with_answer(self, answer: Duration) -> Deadlines {
+        Deadlines { answer, ..self }
+    }
+
+    /// The same deadlines with another one for loading a world.
+    #[must_use]
+    pub fn with_world(self, world: Duration) -> Deadlines {
+        Deadlines { world, ..self }
+    }
+
+    /// The same deadlines with another one for frames.
+    #[must_use]
+    pub fn with_frame(self, frame: Option<Duration>) -> Deadlines {
+        Deadlines { frame, ..self }
+    }
+}
+
+/// A moment of the monotonic clock, nanoseconds.
+pub(crate) fn after(wait: Duration) -> u64 {
+    let nanos = u64::try_from(wait.as_nanos()).unwrap_or(u64::MAX);
+    clock::now_nanos().saturating_add(nanos)
+}
+
+/// The parts of a connection that a half owns alone.
+pub(crate) struct OwnPorts {
+    pub(crate) snapshot: SnapshotReader,
+    pub(crate) control: Writer<BatchHeader, VehicleControl>,
+}
+
+/// A slot of the control page, and what goes with it. The last half that is dropped leaves.
+pub(crate) struct Connection {
+    command: Mutex<Writer<BatchHeader, RawCommand>>,
+    inbox: Mutex<Inbox>,
+    pub(crate) bundles: bus::BundleReaders,
+    /// The parsed map, and the number of its world.
+    network: Mutex<Option<(u32, Arc<Network>)>>,
+    pub(crate) blueprints: Vec<BlueprintInfo>,
+    name: Name,
+    sequence: AtomicU64,
+    /// The newest frame that this client took in.
+    frame: AtomicU64,
+    pub(crate) first: Frame,
+    // Last: a participant leaves when its ports are gone.
+    pub(crate) participant: Participant,
+}
+
+/// Nothing that a panic could leave half done is kept under these locks.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Connection {
+    /// Joins an instance; `is_local`: its host is in this process.
+    pub(crate) fn join(
+        instance: &Instance,
+        name: &str,
+        is_local: bool,
+        strategy: Option<bus::Strategy>,
+    ) -> Result<(Connection, OwnPorts), ClientError> {
+        let name = unique(instance, name)?;
+        let mut participant = Participant::join(instance, Role::Client, name, None, is_local)?;
+        if let Some(strategy) = strategy {
+            participant.set_strategy(strategy);
+        }
+        fault::joining(Role::Client);
+        let ClientPorts { snapshot, journal, command, control, bundles } =
+            ClientPorts::open(participant.node()?)?;
+        participant.ready()?;
+        let first = participant.words().ack();
+        let connection = Connection {
+            command: Mutex::new(command),
+            inbox: Mutex::new(Inbox::new(journal)),
+            bundles,
+            network: Mutex::new(None),
+            blueprints: instance.blueprints()?,
+            name,
+            sequence: AtomicU64::new(0),
+            frame: AtomicU64::new(first.0),
+            first,
+            participant,
+        };
+        Ok((connection, OwnPorts { snapshot, control }))
+    }
+
+    pub(crate) fn inbox(&self) -> MutexGuard<'_, Inbox> {
+        lock(&self.inbox)
+    }
+
+    pub(crate) fn name(&self) -> Name {
+        self.name
+    }
+
+    pub(crate) fn frame(&self) -> Frame {
+        Frame(self.frame.load(Ordering::Relaxed))
+    }
+
+    pub(crate) fn set_frame(&self, frame: Frame) {
+        self.frame.store(frame.0, Ordering::Relaxed);
+    }
+
+    /// The number of the world that stands.
+    pub(crate) fn episode(&self) -> u32 {
+        self.participant.control().episode()
+    }
+
+    /// The header of a batch of `len` commands or controls, with the next numbers of this client.
+    pub(crate) fn batch(&self, len: usize, now: bool) -> BatchHeader {
+        BatchHeader {
+            stamp: Stamp { frame: self.frame(), ..Stamp::default() },
+            client: self.name,
+            sequence: self.sequence.fetch_add(len as u64, Ordering::Relaxed),
+            now: now.into(),
+            slot: self.participant.slot() as u32,
+        }
+    }
+
+    /// Sends commands, written in place; returns the number of the first.
+    pub(crate) fn send(
+        &self,
+        commands: impl ExactSizeIterator<Item = RawCommand>,
+        now: bool,
+    ) -> Result<u64, ClientError> {
+        let writer = lock(&self.command);
+        let mut loan = writer.loan(commands.len())?;
+        // Numbered under the lock: batches leave in the order of their numbers.
+        let header = self.batch(commands.len(), now);
+        loan.payload_mut().iter_mut().zip(commands).for_each(|(room, command)| *room = command);
+        loan.send(header)?;
+        drop(writer);
+        if now {
+            self.participant.control().host.ring();
+        }
+        Ok(header.sequence)
+    }
+
+    /// The road network of the world that stands, parsed or read from the cache once for each.
+    pub(crate) fn network(&self) -> Result<Arc<Network>, ClientError> {
+        let mut known = lock(&self.network);
+        let standing = self.episode();
+        if let Some((number, network)) = &*known
+            && *number == standing
+        {
+            return Ok(Arc::clone(network));
+        }
+        let (number, episode) = self.participant.instance().numbered_episode()?;
+        let network = Cache::from_environment().network(&episode.map, &episode.open_drive)?;
+        let network = Arc::new(network);
+        *known = Some((number, Arc::clone(&network)));
+        Ok(network)
+    }
+
+    pub(crate) fn host_ended(&self) -> ClientError {
+        ClientError::HostEnded { last: self.frame() }
+    }
+
+    /// Why a wait of `waited` for `what` failed.
+    pub(crate) fn interrupted(
+        &self,
+        why: Interrupted,
+        what: &str,
+        waited: Duration,
+    ) -> ClientError {
+        match why {
+            Interrupted::HostEnds => self.host_ended(),
+            Interrupted::Deadline => ClientError::Timeout { what: what.to_owned(), waited },
+        }
+    }
+}
+
+impl Drop for Connection {
+    fn drop(&mut self) {
+        fault::point(Role::Client, "leaving", self.frame(), self.first);
+        let slot = self.participant.slot();
+        self.participant.control().pass_tick(Some(slot), None);
+    }
+}
+
+impl std::fmt::Debug for Connection {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Connection")
+            .field("instance", &self.participant.instance().id())
+            .field("name", &self.name)
+            .field("frame", &self.frame())
+            .finish_non_exhaustive()
+    }
+}
+
+/// A name that no other participant has: outcomes are found by the client's name, so a second
+/// client of the same name gets a number.
+fn unique(instance: &Instance, wanted: &str) -> Result<Name, ClientError> {
+    let control = instance.control()?;
+    let is_taken = |name: Name| {
+        let mut slots = control.slots().iter();
+        slots.any(|s| s.state() != bus::SlotState::Free && s.name() == name)
+    };
+    let mut name = Name::new(wanted);
+    let mut number = 2;
+    while is_taken(name) {
+        name = Name::new(&format!("{wanted:.24}-{number}"));
+        number += 1;
+    }
+    Ok(name)
+}

@@ -1,0 +1,299 @@
+//! The half of a client that changes the world.
+
+use std::{sync::Arc, time::Duration};
+
+use bus::{Ending, Role, Writer, fault};
+use protocol::{BatchHeader, Command, Frame, JournalEntry, Name, RawCommand, VehicleControl};
+
+use crate::{
+    ClientError, Deadlines, Ticket,
+    connection::{Connection, after},
+};
+
+/// Sends controls and commands and advances the world: one half of a
+/// [`Client`](crate::Client::split). It is `Send`, so that it can act on another thread than its
+/// [`Observer`](crate::Observer).
+pub struct Controller {
+    control: Writer<BatchHeader, VehicleControl>,
+    deadlines: Deadlines,
+    connection: Arc<Connection>,
+}
+
+impl Controller {
+    pub(crate) fn new(
+        connection: Arc<Connection>,
+        control: Writer<BatchHeader, VehicleControl>,
+        deadlines: Deadlines,
+    ) -> Controller {
+        Controller { control, deadlines, connection }
+    }
+
+    pub(crate) fn connection(&self) -> &Arc<Connection> {
+        &self.connection
+    }
+
+    /// How long calls wait.
+    #[must_use]
+    pub fn deadlines(&self) -> Deadlines {
+        self.deadlines
+    }
+
+    /// Sets how long calls wait.
+    pub fn set_deadlines(&mut self, deadlines: Deadlines) {
+        self.deadlines = deadlines;
+    }
+
+    /// Sets pedals and wheels from the next frame on; the latest hold. Neither waits nor allocates.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Bus`] if the channel has no room.
+    pub fn control(&mut self, controls: &[VehicleControl]) -> Result<(), ClientError> {
+        let mut loan = self.control.loan(controls.len())?;
+        loan.payload_mut().copy_from_slice(controls);
+        let header = self.connection.batch(controls.len(), false);
+        Ok(loan.send(header)?)
+    }
+
+    /// Sends commands that are carried out with the next tick. Neither waits for their outcomes
+    /// nor allocates.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Bus`] if the host has not taken earlier commands for 2 s.
+    pub fn send(&mut self, commands: &[Command]) -> Result<(), ClientError> {
+        self.connection
+            .send(commands.iter().map(|command| RawCommand::from(*command)), false)
+            .map(drop)
+    }
+
+    /// Sends commands that are carried out at once if the world stands still, else with its next
+    /// frame. Does not wait: the ticket is for [`Controller::poll`] and [`Controller::wait`].
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Bus`] if the host has not taken earlier commands for 2 s.
+    pub fn submit(
+        &mut self,
+        what: &'static str,
+        commands: &[Command],
+    ) -> Result<Ticket, ClientError> {
+        let mut inbox = self.connection.inbox();
+        inbox.prepare(self.connection.name())?;
+        let first = self
+            .connection
+            .send(commands.iter().map(|command| RawCommand::from(*command)), true)?;
+        inbox.open(first, commands.len());
+        drop(inbox);
+        Ok(Ticket::new(&self.connection, what, first, commands.len()))
+    }
+
+    /// Returns the outcomes of a ticket's commands, in their order, once; `None` while the host has
+    /// not carried all of them out. Never blocks.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::JournalOverrun`] if this client did not poll for so long that outcomes were
+    /// overwritten.
+    pub fn poll(&mut self, ticket: &Ticket) -> Result<Option<Vec<JournalEntry>>, ClientError> {
+        poll(&self.connection, ticket)
+    }
+
+    /// Waits for the outcomes of a ticket's commands.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Controller::poll`]; [`ClientError::Timeout`] after `deadline`;
+    /// [`ClientError::HostEnded`].
+    pub fn wait(
+        &mut self,
+        ticket: &Ticket,
+        deadline: Duration,
+    ) -> Result<Vec<JournalEntry>, ClientError> {
+        let connection = &self.connection;
+        let answered = connection
+            .participant
+            .await_answer(after(deadline), || poll(connection, ticket).transpose());
+        answered.map_err(|why| connection.interrupted(why, ticket.what, deadline))?
+    }
+
+    /// Sends commands that are carried out at once if the world stands still, else with its next
+    /// frame, and waits for each one's outcome.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Controller::wait`]. A refused command is an outcome, not an error.
+    pub fn try_request(
+        &mut self,
+        what: &'static str,
+        commands: &[Command],
+    ) -> Result<Vec<JournalEntry>, ClientError> {
+        self.request_within(what, commands, self.deadlines.answer)
+    }
+
+    pub(crate) fn request_within(
+        &mut self,
+        what: &'static str,
+        commands: &[Command],
+        deadline: Duration,
+    ) -> Result<Vec<JournalEntry>, ClientError> {
+        let ticket = self.submit(what, commands)?;
+        self.wait(&ticket, deadline)
+    }
+
+    /// Takes the tick if no other client holds it.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::TickTaken`] names the client that holds it.
+    pub fn take_tick(&mut self) -> Result<(), ClientError> {
+        let control = self.connection.participant.control();
+        let own = self.connection.participant.slot();
+        if control.ticker() == Some(own) || control.pass_tick(None, Some(own)) {
+            return Ok(());
+        }
+        Err(self.tick_taken())
+    }
+
+    /// Returns whether this client holds the tick.
+    #[must_use]
+    pub fn holds_tick(&self) -> bool {
+        let participant = &self.connection.participant;
+        participant.control().ticker() == Some(participant.slot())
+    }
+
+    /// Gives the tick back, if this client holds it, so that another client can take it.
+    pub fn leave_tick(&mut self) {
+        let own = self.connection.participant.slot();
+        self.connection.participant.control().pass_tick(Some(own), None);
+    }
+
+    /// Hands the tick to the client of this name.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::NoSuchClient`]; [`ClientError::TickTaken`] if this client does not hold it.
+    pub fn hand_tick_to(&mut self, name: &str) -> Result<(), ClientError> {
+        let control = self.connection.participant.control();
+        let own = self.connection.participant.slot();
+        let is_live = |slot: &bus::Slot| {
+            slot.state() == bus::SlotState::Live && slot.role() == Some(Role::Client)
+        };
+        let to = (0..bus::SLOTS)
+            .find(|&i| is_live(control.slot(i)) && control.slot(i).name() == Name::new(name))
+            .ok_or_else(|| ClientError::NoSuchClient { name: name.to_owned() })?;
+        if control.pass_tick(Some(own), Some(to)) {
+            return Ok(());
+        }
+        Err(self.tick_taken())
+    }
+
+    fn tick_taken(&self) -> ClientError {
+        let control = self.connection.participant.control();
+        let holder = control.ticker().map(|slot| control.slot(slot).name().to_string());
+        ClientError::TickTaken { holder: holder.unwrap_or_default() }
+    }
+
+    /// Makes every tick of another client wait until this one has arrived: agents in lockstep. At
+    /// each frame the agent observes the frame, sends controls, and calls [`Controller::arrive`].
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::HoldsTick`] if this client holds the tick itself; [`ClientError::Timeout`];
+    /// [`ClientError::HostEnded`].
+    pub fn join_barrier(&mut self) -> Result<(), ClientError> {
+        if self.holds_tick() {
+            return Err(ClientError::HoldsTick);
+        }
+        self.request_barrier(true, "admission to the barrier")
+    }
+
+    /// Lets ticks pass without waiting for this client.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Timeout`]; [`ClientError::HostEnded`].
+    pub fn leave_barrier(&mut self) -> Result<(), ClientError> {
+        self.request_barrier(false, "release from the barrier")
+    }
+
+    fn request_barrier(&mut self, is_wanted: bool, what: &str) -> Result<(), ClientError> {
+        let participant = &self.connection.participant;
+        let words = participant.words();
+        words.request_barrier(is_wanted);
+        participant.control().host.ring();
+        let waited = self.deadlines.answer;
+        let is_granted = || (words.in_barrier() == is_wanted).then_some(());
+        let granted = participant.await_answer(after(waited), is_granted);
+        granted.map_err(|why| self.connection.interrupted(why, what, waited))
+    }
+
+    /// Reports that this client's work for the frame that it observed last is done.
+    pub fn arrive(&mut self) {
+        self.connection.participant.arrive(self.connection.frame());
+    }
+
+    /// Advances the world by one tick. When it returns, every participant has done its work, and
+    /// without pipelining all measurements of the frame lie in their bundles. The
+    /// [`Observer`](crate::Observer) takes the new snapshot in by itself.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::TickTaken`], [`ClientError::Asynchronous`], [`ClientError::Incomplete`] if a
+    /// participant was late or died, [`ClientError::HostEnded`], [`ClientError::Timeout`].
+    pub fn tick(&mut self) -> Result<Frame, ClientError> {
+        let (frame, ending) = self.advance()?;
+        self.check_ending(frame, ending)?;
+        Ok(frame)
+    }
+
+    /// Requests the next frame and waits until it is complete.
+    pub(crate) fn advance(&mut self) -> Result<(Frame, Ending), ClientError> {
+        self.take_tick()?;
+        let Connection { participant, first, .. } = &*self.connection;
+        let control = participant.control();
+        if !control.is_synchronous() {
+            return Err(ClientError::Asynchronous);
+        }
+        // A frame of the asynchronous world may still be under way.
+        let frame = Frame(control.complete.get().max(control.tick.get())).next();
+        fault::point(Role::Client, "requesting", frame, *first);
+        control.request(participant.slot(), frame);
+        fault::point(Role::Client, "requested", frame, *first);
+        let deadline = self.deadlines.frame;
+        let ending = participant.await_complete(frame, deadline.map(after)).map_err(|why| {
+            let waited = deadline.unwrap_or_default();
+            self.connection.interrupted(why, "the next frame", waited)
+        })?;
+        Ok((frame, ending))
+    }
+
+    /// Whether all participants took part in a frame.
+    pub(crate) fn check_ending(&self, frame: Frame, ending: Ending) -> Result<(), ClientError> {
+        let (how, mask) = match ending {
+            Ending::Complete => return Ok(()),
+            Ending::Late(mask) => ("late", mask),
+            Ending::Degraded(mask) => ("degraded", mask),
+        };
+        let who = self.connection.participant.control().names(mask);
+        Err(ClientError::Incomplete { frame, how, who })
+    }
+}
+
+impl std::fmt::Debug for Controller {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Controller")
+            .field("connection", &self.connection)
+            .field("deadlines", &self.deadlines)
+            .finish_non_exhaustive()
+    }
+}
+
+fn poll(
+    connection: &Connection,
+    ticket: &Ticket,
+) -> Result<Option<Vec<JournalEntry>>, ClientError> {
+    let mut inbox = connection.inbox();
+    inbox.take_in(connection.name())?;
+    inbox.outcomes(ticket)
+}
