@@ -88,7 +88,7 @@ pub(crate) fn small_map() -> &'static str {
             character: mapgen::Character::Grid,
             relief_m: 2.0,
         };
-        // Beside this very binary: one file for all tests, and for those who look at a failure.
+        // BackgroundHost this very binary: one file for all tests, and for those who look at a failure.
         let folder = std::env::temp_dir().join(format!("omnibus-it-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
         let path = folder.join("hamlet.xodr");

@@ -169,7 +169,7 @@ fn a_data_set_has_what_the_ego_felt_at_every_frame() {
     for line in whole.lines() {
         let line: serde_json::Value = serde_json::from_str(line).unwrap();
         let frame = line["frame"].as_u64().unwrap();
-        let felt = line["felt"].as_array().unwrap();
+        let felt = line["ego_sensors"].as_array().unwrap();
         let frames: Vec<u64> = felt.iter().map(|f| f["frame"].as_u64().unwrap()).collect();
         let from = last.unwrap_or(frames[0] - 1);
         assert_eq!(frames, (from + 1..=frame).collect::<Vec<_>>());

@@ -62,6 +62,20 @@ fn bad_arguments_are_named_with_what_would_do() {
 }
 
 #[test]
+fn inspect_and_replay_find_a_recording_in_the_current_folder() {
+    let scratch = Scratch::new();
+    fs::write(scratch.path().join("torn.mcap"), b"\x89MCAP0\r\n").unwrap();
+    for verb in ["inspect", "replay"] {
+        let mut command = omnibus();
+        command.current_dir(scratch.path()).args([verb, "torn.mcap"]);
+        let output = command.output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success(), "{verb}");
+        assert!(error.contains("torn.mcap") && !error.contains("No such file"), "{verb}: {error}");
+    }
+}
+
+#[test]
 fn a_recording_is_never_written_over() {
     let scratch = Scratch::new();
     let kept = scratch.path().join("kept.mcap");

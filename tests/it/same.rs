@@ -2,7 +2,7 @@
 
 use client_lib::{Client, Pose, Spawn, camera, lidar};
 use glam::{Quat, Vec3};
-use omnibus::{Beside, WorldArgs};
+use omnibus::{BackgroundHost, WorldArgs};
 use protocol::{
     AckermannControl, ActorId, ApplyForce, Command, SetVelocity, Settings, Switch, Teleport, output,
 };
@@ -164,7 +164,7 @@ fn as_one_process(look: Look) -> Run {
     args.seed = 3;
     args.device = "cpu".to_owned();
     args.name = Some(format!("one-{}", std::process::id() % 100_000));
-    let beside = Beside::start(&args, Settings { synchronous: 1, ..Settings::default() }).unwrap();
+    let beside = BackgroundHost::start(&args, Settings { synchronous: 1, ..Settings::default() }).unwrap();
     let run = play(&mut beside.connect("player").unwrap(), look);
     beside.end().unwrap();
     run

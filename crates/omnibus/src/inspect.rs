@@ -9,7 +9,6 @@ use std::{
 use ::record::Recording;
 use anyhow::{anyhow, ensure};
 use bus::{Instance, SLOTS, SlotState, clock};
-use client_lib::saved_path;
 use serde_json::{Value, json};
 
 use carla_gateway::{
@@ -17,7 +16,7 @@ use carla_gateway::{
     tables,
 };
 
-use crate::{collect, launch::WorldArgs};
+use crate::{collect, launch::WorldArgs, saved::existing_recording};
 
 /// What `omnibus inspect` takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -50,14 +49,14 @@ pub(crate) fn inspect(args: &InspectArgs) -> anyhow::Result<()> {
     match &args.what {
         None => running(),
         Some(dir) if dir.is_dir() => {
-            say!("{}", collect::inspect(dir)?);
+            print_line!("{}", collect::inspect(dir)?);
             Ok(())
         }
-        Some(file) if is_recording(file) || args.asks_for_table() => look_at_recording(args, file),
-        Some(name) => match saved_path(&name.to_string_lossy()) {
-            // A recording that was given a name and no folder.
-            Ok(file) if is_recording(&file) => look_at_recording(args, &file),
-            _ => look_at_map(name),
+        Some(name) => match existing_recording(name) {
+            Ok(file) if is_recording(&file) || args.asks_for_table() => {
+                inspect_recording(args, &file)
+            }
+            _ => inspect_map(name),
         },
     }
 }
@@ -75,14 +74,14 @@ fn is_recording(path: &Path) -> bool {
     read.is_ok() && magic == *b"\x89MCAP" || log::is_log(path)
 }
 
-fn look_at_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
+fn inspect_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
     let mut source = Source::open(path)?;
     if let Some(kinds) = &args.collisions {
         let kinds: Vec<char> = kinds.split(',').flat_map(str::chars).collect();
         let kinds = <[char; 2]>::try_from(kinds)
             .map_err(|_| anyhow!("--collisions: name two kinds of h, v, w, t, o, a, as v,a"))?;
         let found = tables::collisions(&mut source, kinds)?;
-        put(args.json, || found.json(), || found.text());
+        print_result(args.json, || found.json(), || found.text());
         return Ok(());
     }
     if let Some(limits) = &args.blocked {
@@ -91,21 +90,21 @@ fn look_at_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
             return Err(anyhow!("--blocked: say seconds and centimetres, as 30,10"));
         };
         let found = tables::blocked(&mut source, time_s, distance_cm)?;
-        put(args.json, || found.json(), || found.text());
+        print_result(args.json, || found.json(), || found.text());
         return Ok(());
     }
     if args.info && !args.json {
         let text = tables::file_info(&mut source, args.all)?;
-        say!("{}", text.trim_end());
+        print_line!("{}", text.trim_end());
         return Ok(());
     }
     let mut recording = match source {
         Source::Recording(recording) => recording,
-        Source::Log(_) => return look_at_log(args, path, source),
+        Source::Log(_) => return inspect_log(args, path, source),
     };
     if args.speed {
         let found = Speed::of(&mut recording)?;
-        put(args.json, || found.json(), || found.text());
+        print_result(args.json, || found.json(), || found.text());
         return Ok(());
     }
     let seconds = recording.duration_nanos()? as f64 / 1e9;
@@ -120,13 +119,13 @@ fn look_at_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
     let told = recording.told();
     let bytes = path.metadata()?.len();
     let (first, last) = (first.unwrap_or_default().0, last.unwrap_or_default().0);
-    put(
+    print_result(
         args.json,
         || {
             json!({ "file": path, "profile": told.profile.name(), "map": told.episode.map,
-                "seed": told.episode.seed, "date_secs": told.date_secs, "version": told.version,
+                "seed": told.episode.seed, "unix_time_secs": told.date_secs, "omnibus_version": told.version,
                 "frames": frames, "first_frame": first, "last_frame": last, "seconds": seconds,
-                "bytes": bytes, "is_whole": told.is_whole })
+                "bytes": bytes, "is_complete": told.is_whole })
         },
         || {
             let end = if told.is_whole { "" } else { "; its writer was killed" };
@@ -144,7 +143,7 @@ fn look_at_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn look_at_log(args: &InspectArgs, path: &Path, mut source: Source) -> anyhow::Result<()> {
+fn inspect_log(args: &InspectArgs, path: &Path, mut source: Source) -> anyhow::Result<()> {
     ensure!(!args.speed, "--speed is of a recording; {} is a log of CARLA's", path.display());
     let (mut frames, mut actors, mut seconds) = (0u64, 0, 0.0);
     source.each(|frame| {
@@ -154,11 +153,11 @@ fn look_at_log(args: &InspectArgs, path: &Path, mut source: Source) -> anyhow::R
     })?;
     let head = source.head()?;
     let bytes = path.metadata()?.len();
-    put(
+    print_result(
         args.json,
         || {
             json!({ "file": path, "carla_log": head.version, "map": head.map,
-                "date_secs": head.date_secs, "frames": frames, "actors": actors,
+                "unix_time_secs": head.date_secs, "frames": frames, "actors": actors,
                 "seconds": seconds, "bytes": bytes })
         },
         || {
@@ -225,30 +224,30 @@ impl Speed {
     }
 }
 
-fn put(as_json: bool, json: impl FnOnce() -> Value, text: impl FnOnce() -> String) {
+fn print_result(as_json: bool, json: impl FnOnce() -> Value, text: impl FnOnce() -> String) {
     if as_json {
-        say!("{}", json());
+        print_line!("{}", json());
     } else {
-        say!("{}", text().trim_end());
+        print_line!("{}", text().trim_end());
     }
 }
 
 fn running() -> anyhow::Result<()> {
     let instances = Instance::running();
     if instances.is_empty() {
-        say!("no simulator runs");
+        print_line!("no simulator runs");
     }
     for instance in instances {
         let control = instance.control()?;
         let map = instance.episode()?.map;
         let mode = if control.is_synchronous() { "synchronous" } else { "asynchronous" };
-        say!("{} on {map}, {mode}, at frame {}", instance.id(), control.complete.get());
+        print_line!("{} on {map}, {mode}, at frame {}", instance.id(), control.complete.get());
         for index in 0..SLOTS {
             let slot = control.slot(index);
             if slot.state() != SlotState::Free {
                 let role = slot.role().map_or("?", |role| role.name());
                 let ticks = if control.ticker() == Some(index) { ", holds the tick" } else { "" };
-                say!(
+                print_line!(
                     "  {role:<8} {:<24} process {:>7}, {:?}, frame {}{ticks}",
                     slot.name().as_str(),
                     slot.pid(),
@@ -261,15 +260,15 @@ fn running() -> anyhow::Result<()> {
     Ok(())
 }
 
-fn look_at_map(map: &Path) -> anyhow::Result<()> {
+fn inspect_map(map: &Path) -> anyhow::Result<()> {
     let world = WorldArgs::of_map(&map.to_string_lossy());
     let episode = world.episode()?;
     let network = world.network()?;
     let town = town::furnish(&network, episode.seed);
     let (low, high) = network.bounds();
     let size = high - low;
-    say!("{}: {:.0} m by {:.0} m", episode.map, size.x, size.y);
-    say!(
+    print_line!("{}: {:.0} m by {:.0} m", episode.map, size.x, size.y);
+    print_line!(
         "{} roads, {} lanes, {} junctions, {} signals, {} spawn points",
         network.roads().len(),
         network.lanes().len(),
@@ -277,6 +276,10 @@ fn look_at_map(map: &Path) -> anyhow::Result<()> {
         network.signals().len(),
         network.spawn_points().len(),
     );
-    say!("furnished: {} triangles, {} objects", town.mesh.triangles.len(), town.objects.len());
+    print_line!(
+        "furnished: {} triangles, {} objects",
+        town.mesh.triangles.len(),
+        town.objects.len()
+    );
     Ok(())
 }

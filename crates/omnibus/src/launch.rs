@@ -19,7 +19,7 @@ use sensor_render::{MeshList, RenderConfig};
 use sim_host::{Host, HostConfig, Launcher, Stage};
 
 use crate::{
-    door::{self, DoorArgs},
+    gateway::{self, CarlaServerArgs},
     maps,
 };
 
@@ -41,7 +41,7 @@ pub struct WorldArgs {
     /// What traces the rays: auto, cpu, gpu:N, or null (measures nothing, for benchmarks)
     #[arg(long, default_value = "auto")]
     pub device: String,
-    /// Threads of the CPU tracer; 0: one for each core
+    /// ThreadLauncher of the CPU tracer; 0: one for each core
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
     /// A list of glTF files that replace meshes, a line each: id = "file.glb"
@@ -63,6 +63,10 @@ pub struct WorldArgs {
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',')]
     pub hide: Vec<String>,
 }
+
+/// Options of [`WorldArgs`] that matter only to a running simulator.
+pub(crate) const SIMULATOR_OPTIONS: [&str; 7] =
+    ["name", "meshes", "wait", "deadline-secs", "no-restart", "hide", "single-process"];
 
 impl WorldArgs {
     /// One map, all else as it comes.
@@ -86,17 +90,18 @@ impl WorldArgs {
     /// Refuses what only a running simulator heeds.
     pub(crate) fn expect_no_simulator(&self, what: &str) -> anyhow::Result<()> {
         let usual = WorldArgs::of_map("");
-        let odd = [
-            ("--name", self.name != usual.name),
-            ("--meshes", self.meshes != usual.meshes),
-            ("--wait", self.wait != usual.wait),
-            ("--deadline-secs", self.deadline_secs != usual.deadline_secs),
-            ("--no-restart", self.no_restart != usual.no_restart),
-            ("--hide", !self.hide.is_empty()),
-            ("--single-process", self.single_process != usual.single_process),
+        // In the order of `SIMULATOR_OPTIONS`.
+        let is_given = [
+            self.name != usual.name,
+            self.meshes != usual.meshes,
+            self.wait != usual.wait,
+            self.deadline_secs != usual.deadline_secs,
+            self.no_restart != usual.no_restart,
+            !self.hide.is_empty(),
+            self.single_process != usual.single_process,
         ];
-        match odd.into_iter().find(|(_, is_odd)| *is_odd) {
-            Some((flag, _)) => Err(anyhow!("{flag} means nothing to {what}")),
+        match SIMULATOR_OPTIONS.iter().zip(is_given).find(|(_, is_given)| *is_given) {
+            Some((option, _)) => Err(anyhow!("--{option} has no effect on {what}")),
             None => Ok(()),
         }
     }
@@ -151,7 +156,7 @@ impl WorldArgs {
         let config = HostConfig {
             name: self.name.clone(),
             episode: self.episode()?,
-            maps: Box::new(maps::Shelf { folder: self.maps.clone() }),
+            maps: Box::new(maps::MapLibrary { folder: self.maps.clone() }),
             settings,
             hidden_layers: self.hidden_layers()?,
             strategy,
@@ -162,10 +167,10 @@ impl WorldArgs {
         };
         let render = self.render()?;
         let launcher: Box<dyn Launcher> = if self.single_process {
-            Box::new(Threads { render })
+            Box::new(ThreadLauncher { render })
         } else {
             let (device, threads) = (self.device.clone(), self.threads);
-            Box::new(Processes { device, threads, meshes: self.meshes.clone() })
+            Box::new(ProcessLauncher { device, threads, meshes: self.meshes.clone() })
         };
         Ok(Host::start(config, launcher)?)
     }
@@ -190,13 +195,13 @@ fn render_config(
 const THREADS_MAX: usize = 1024;
 
 /// Stages as processes: this program, told its role.
-struct Processes {
+struct ProcessLauncher {
     device: String,
     threads: usize,
     meshes: Option<PathBuf>,
 }
 
-impl Launcher for Processes {
+impl Launcher for ProcessLauncher {
     fn launch(
         &mut self,
         role: Role,
@@ -229,11 +234,11 @@ impl Launcher for Processes {
 }
 
 /// Stages as threads of this process.
-struct Threads {
+struct ThreadLauncher {
     render: RenderConfig,
 }
 
-impl Launcher for Threads {
+impl Launcher for ThreadLauncher {
     fn launch(
         &mut self,
         role: Role,
@@ -244,7 +249,7 @@ impl Launcher for Threads {
     ) -> io::Result<Stage> {
         let (instance, render) = (instance.clone(), self.render.clone());
         let work = move || {
-            let _ = play_safely(role, &instance, slot, true, render);
+            let _ = run_role_reporting(role, &instance, slot, true, render);
             on_end();
         };
         std::thread::Builder::new().name(role.name().into()).spawn(work).map(Stage::Thread)
@@ -255,16 +260,16 @@ impl Launcher for Threads {
     }
 }
 
-/// Like [`play`]; why it ended early, a panic too, is told to the host before the slot is left.
-fn play_safely(
+/// Like [`run_role`]; why it ended early, a panic too, is told to the host before the slot is left.
+fn run_role_reporting(
     role: Role,
     instance: &Instance,
     slot: usize,
-    within: bool,
+    in_process: bool,
     render: RenderConfig,
 ) -> anyhow::Result<()> {
-    let told = catch_unwind(|| play(role, instance, slot, within, render));
-    let ended = told.unwrap_or_else(|panic| Err(anyhow!("panicked: {}", words_of(&*panic))));
+    let told = catch_unwind(|| run_role(role, instance, slot, in_process, render));
+    let ended = told.unwrap_or_else(|panic| Err(anyhow!("panicked: {}", panic_message(&*panic))));
     let Err(e) = ended else { return Ok(()) };
     if instance.control().map_or(true, |control| control.is_ending()) {
         // Whatever it was, it was the end of the host.
@@ -274,22 +279,22 @@ fn play_safely(
     Err(e)
 }
 
-fn words_of(panic: &(dyn Any + Send)) -> &str {
+fn panic_message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no words")
 }
 
 /// One stage, until its host ends.
-fn play(
+fn run_role(
     role: Role,
     instance: &Instance,
     slot: usize,
-    within: bool,
+    in_process: bool,
     render: RenderConfig,
 ) -> anyhow::Result<()> {
     match role {
-        Role::Traffic => Ok(traffic::run(instance, slot, within)?),
-        Role::Render => Ok(sensor_render::run(instance, slot, within, render)?),
+        Role::Traffic => Ok(traffic::run(instance, slot, in_process)?),
+        Role::Render => Ok(sensor_render::run(instance, slot, in_process, render)?),
         Role::Host | Role::Client => Err(anyhow!("{} is no stage", role.name())),
     }
 }
@@ -303,7 +308,7 @@ pub(crate) struct RoleArgs {
     #[arg(long, default_value_t = 0)]
     slot: usize,
     #[command(flatten)]
-    door: DoorArgs,
+    carla: CarlaServerArgs,
     #[arg(long, default_value = "auto")]
     device: String,
     #[arg(long, default_value_t = 0)]
@@ -313,9 +318,9 @@ pub(crate) struct RoleArgs {
 }
 
 /// A stage's process.
-pub(crate) fn play_role(args: &RoleArgs) -> anyhow::Result<()> {
-    if args.role == door::ROLE {
-        return door::play(&args.door, &args.instance);
+pub(crate) fn run_role_process(args: &RoleArgs) -> anyhow::Result<()> {
+    if args.role == gateway::ROLE {
+        return gateway::run_process(&args.carla, &args.instance);
     }
     let role = [Role::Traffic, Role::Render]
         .into_iter()
@@ -323,7 +328,7 @@ pub(crate) fn play_role(args: &RoleArgs) -> anyhow::Result<()> {
         .ok_or_else(|| anyhow!("there is no role {:?}", args.role))?;
     let instance = Instance::named(&args.instance)?;
     let render = render_config(&args.device, args.threads, args.meshes.clone())?;
-    if play_safely(role, &instance, args.slot, false, render).is_err() {
+    if run_role_reporting(role, &instance, args.slot, false, render).is_err() {
         // The host says why.
         std::process::exit(1);
     }

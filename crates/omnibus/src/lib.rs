@@ -1,7 +1,7 @@
 //! `omnibus`: a driving simulator that is a shared-memory bus.
 
 /// Prints a line; who closed the pipe has heard enough.
-macro_rules! say {
+macro_rules! print_line {
     ($($text:tt)*) => {{
         let _ = std::io::Write::write_fmt(
             &mut std::io::stdout(),
@@ -11,8 +11,9 @@ macro_rules! say {
 }
 
 mod blueprints;
+mod carla_args;
 mod collect;
-mod door;
+mod gateway;
 mod inspect;
 mod launch;
 mod map;
@@ -21,14 +22,14 @@ mod record;
 mod replay;
 mod resimulate;
 mod run;
+mod saved;
 mod stage;
-mod unreal;
 
 pub use launch::WorldArgs;
 pub use resimulate::{Difference, Resimulated, resimulate};
-pub use run::Beside;
+pub use run::BackgroundHost;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 /// A driving simulator that is a shared-memory bus.
 #[derive(Parser, Debug)]
@@ -63,26 +64,34 @@ enum Verb {
     Role(launch::RoleArgs),
 }
 
+fn command() -> clap::Command {
+    Cli::command().mut_subcommand("stage", stage::group_options)
+}
+
 /// Checks a command line without running it.
 ///
 /// # Errors
 ///
 /// Returns what the program would say before it ends with code 2.
 pub fn check_args(args: impl IntoIterator<Item = std::ffi::OsString>) -> Result<(), String> {
-    let args = unreal::translate(args.into_iter()).map_err(|e| format!("{e:#}"))?;
-    Cli::try_parse_from(args).map(drop).map_err(|e| e.to_string())
+    let args = carla_args::translate(args.into_iter()).map_err(|e| format!("{e:#}"))?;
+    command().try_get_matches_from(args).map(drop).map_err(|e| e.to_string())
 }
 
 /// Runs the command that this process was started with.
 pub fn main() -> std::process::ExitCode {
-    let args = match unreal::translate(std::env::args_os()) {
+    let args = match carla_args::translate(std::env::args_os()) {
         Ok(args) => args,
         Err(e) => {
             eprintln!("omnibus: {e:#}");
             return std::process::ExitCode::FAILURE;
         }
     };
-    let cli = Cli::parse_from(args);
+    let matches = command().get_matches_from(args);
+    let cli = match Cli::from_arg_matches(&matches) {
+        Ok(cli) => cli,
+        Err(e) => e.exit(),
+    };
     let ended = match &cli.verb {
         Verb::Run(args) => run::run(args),
         Verb::Collect(args) => run::collect(args),
@@ -93,7 +102,7 @@ pub fn main() -> std::process::ExitCode {
         Verb::Map(args) => map::map(args),
         Verb::Maps(args) => maps::list(args),
         Verb::Blueprints(args) => blueprints::blueprints(args),
-        Verb::Role(args) => launch::play_role(args),
+        Verb::Role(args) => launch::run_role_process(args),
     };
     match ended {
         Ok(()) => std::process::ExitCode::SUCCESS,
@@ -101,5 +110,24 @@ pub fn main() -> std::process::ExitCode {
             eprintln!("omnibus: {e:#}");
             std::process::ExitCode::FAILURE
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_help_of_stage_says_which_options_only_tick_takes() {
+        let mut command = command();
+        let help = command.find_subcommand_mut("stage").unwrap().render_long_help().to_string();
+        let heading = help.find(stage::TICK_ONLY).unwrap();
+        for option in launch::SIMULATOR_OPTIONS {
+            let at = help.find(&format!("--{option}")).unwrap();
+            assert!(at > heading, "--{option} is listed as an option of every stage:\n{help}");
+            let line = ["omnibus", "stage", "tick", "--name", "a"].map(Into::into);
+            assert!(check_args(line).is_ok());
+        }
+        assert!(help.find("--frames").unwrap() < heading);
     }
 }

@@ -9,7 +9,7 @@ use std::{
 use anyhow::{Context, anyhow};
 
 /// Where else the user keeps maps.
-const VARIABLE: &str = "OMNIBUS_MAPS";
+const MAPS_VARIABLE: &str = "OMNIBUS_MAPS";
 
 /// What `omnibus maps` takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -34,31 +34,31 @@ pub(crate) fn list(args: &MapsArgs) -> anyhow::Result<()> {
         }
     }
     for file in &files {
-        lines.push((called(file).to_owned(), file.display().to_string()));
+        lines.push((display_name(file).to_owned(), file.display().to_string()));
     }
     for (name, origin) in lines {
-        say!("{name:<20}  {origin}");
+        print_line!("{name:<20}  {origin}");
     }
     Ok(())
 }
 
 /// Where a simulator that runs finds other maps.
-pub(crate) struct Shelf {
+pub(crate) struct MapLibrary {
     /// What `--maps` says.
     pub(crate) folder: Option<PathBuf>,
 }
 
-impl sim_host::Maps for Shelf {
+impl sim_host::Maps for MapLibrary {
     fn find(&self, name: &str) -> Result<(String, String), String> {
         let text = text(name, self.folder.as_deref()).map_err(|e| format!("{e:#}"))?;
-        Ok((plain(name).to_owned(), text))
+        Ok((without_carla_folder(name).to_owned(), text))
     }
 
     fn names(&self) -> Vec<String> {
         let files = files(self.folder.as_deref()).unwrap_or_default();
         let named = mapgen::names().chain(mapgen::carla_names()).map(str::to_owned);
         let mut names: Vec<String> =
-            named.chain(files.iter().map(|file| called(file).to_owned())).collect();
+            named.chain(files.iter().map(|file| display_name(file).to_owned())).collect();
         names.sort();
         names.dedup();
         names
@@ -66,14 +66,28 @@ impl sim_host::Maps for Shelf {
 }
 
 /// A name without the folder that CARLA keeps its maps in.
-fn plain(name: &str) -> &str {
+fn without_carla_folder(name: &str) -> &str {
     name.rsplit_once("Carla/Maps/").map_or(name, |(_, plain)| plain)
+}
+
+/// A name without `.xodr`, unless it is a path: `Town10HD.xodr` means the map `Town10HD`.
+fn without_extension(name: &str) -> &str {
+    let stem = name.len().checked_sub(5).and_then(|at| name.split_at_checked(at));
+    match stem {
+        Some((stem, extension))
+            if extension.eq_ignore_ascii_case(".xodr") && !stem.contains(['/', '.']) =>
+        {
+            stem
+        }
+        _ => name,
+    }
 }
 
 /// The text of a map: of a town of our own, of a file in the folder of maps, of a file; and where
 /// nothing else has one of CARLA's names, of a town of our own of the same kind.
 pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> {
-    let name = plain(name);
+    let name = without_carla_folder(name);
+    let name = if Path::new(name).is_file() { name } else { without_extension(name) };
     let is_plain = !name.contains(['/', '.']);
     if mapgen::names().any(|own| own.eq_ignore_ascii_case(name)) {
         return mapgen::named(name).with_context(|| format!("map {name}"));
@@ -90,7 +104,7 @@ pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> 
                 let about = mapgen::description(name).unwrap_or_default();
                 eprintln!(
                     "omnibus: {name} is a town of our own in place of CARLA's ({about}); CARLA's \
-                     is loaded from a folder with {name}.xodr, named by --maps or {VARIABLE}"
+                     is loaded from a folder with {name}.xodr, named by --maps or {MAPS_VARIABLE}"
                 );
             });
             return Ok(text);
@@ -121,7 +135,7 @@ fn read(file: &Path) -> anyhow::Result<String> {
 /// Every OpenDRIVE file in the folder of maps, by name; none where no folder is named.
 fn files(folder: Option<&Path>) -> anyhow::Result<Vec<PathBuf>> {
     let told = folder.map(Path::to_path_buf);
-    let Some(folder) = told.or_else(|| std::env::var_os(VARIABLE).map(PathBuf::from)) else {
+    let Some(folder) = told.or_else(|| std::env::var_os(MAPS_VARIABLE).map(PathBuf::from)) else {
         return Ok(Vec::new());
     };
     let entries =
@@ -135,19 +149,19 @@ fn files(folder: Option<&Path>) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// What a file's map is called: what its name says after a source and two underscores.
-fn called(file: &Path) -> &str {
+/// What a file's map is display_name: what its name says after a source and two underscores.
+fn display_name(file: &Path) -> &str {
     let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     stem.rsplit("__").next().unwrap_or(stem)
 }
 
-/// The file of a map, by its whole name or what it is called, with or without CARLA's `_Opt`.
+/// The file of a map, by its whole name or what it is display_name, with or without CARLA's `_Opt`.
 fn file_of<'a>(files: &'a [PathBuf], name: &str) -> Option<&'a Path> {
     let stem = |file: &&PathBuf| file.file_stem().is_some_and(|s| s.eq_ignore_ascii_case(name));
     let end = name.len().saturating_sub(4);
     let is_opt = name.get(end..).is_some_and(|mark| mark.eq_ignore_ascii_case("_opt"));
     let plain = if is_opt { &name[..end] } else { name };
-    let named = |file: &&PathBuf| called(file).eq_ignore_ascii_case(plain);
+    let named = |file: &&PathBuf| display_name(file).eq_ignore_ascii_case(plain);
     files.iter().find(stem).or_else(|| files.iter().find(named)).map(PathBuf::as_path)
 }
 
@@ -184,6 +198,19 @@ mod tests {
             assert_eq!(text(spelling, Some(&folder)).unwrap(), mapgen::named("Town02").unwrap());
         }
         assert!(text("Town10HD_Opt", Some(&folder)).is_ok());
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_name_with_and_without_its_extension_is_the_same_map() {
+        let folder = folder("extension", &["Town04.xodr"]);
+        let text = |name: &str| super::text(name, Some(&folder)).unwrap();
+        for name in ["Town10HD", "Town04", "Millbrook"] {
+            assert_eq!(text(&format!("{name}.xodr")), text(name));
+        }
+        assert_eq!(text("town04.XODR"), "Town04.xodr");
+        let error = super::text("Town99.xodr", Some(&folder)).unwrap_err().to_string();
+        assert!(error.contains("no map is named \"Town99\""), "{error}");
         fs::remove_dir_all(&folder).unwrap();
     }
 

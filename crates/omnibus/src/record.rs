@@ -11,7 +11,7 @@ use protocol::{ActorId, Command, Name, Settings, Spawn, flag};
 use crate::{
     collect::places,
     launch::WorldArgs,
-    run::{Beside, nanos, stop_on_signals},
+    run::{BackgroundHost, nanos, stop_on_signals},
 };
 
 /// What `omnibus record` takes.
@@ -38,15 +38,15 @@ pub(crate) struct RecordArgs {
     #[arg(long, value_name = "FILE")]
     carla_log: Option<PathBuf>,
     /// How much is kept
-    #[arg(long, value_enum, default_value_t = Kept::State)]
-    profile: Kept,
+    #[arg(long, value_enum, default_value_t = ProfileArg::State)]
+    profile: ProfileArg,
     /// One JSON object instead of a sentence
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Kept {
+enum ProfileArg {
     /// Every published field, exactly
     State,
     /// What was requested and decided: exact by re-simulation
@@ -57,13 +57,13 @@ enum Kept {
     None,
 }
 
-impl Kept {
+impl ProfileArg {
     fn profile(self) -> Option<Profile> {
         match self {
-            Kept::State => Some(Profile::State),
-            Kept::Inputs => Some(Profile::Inputs),
-            Kept::Compact => Some(Profile::Compact),
-            Kept::None => None,
+            ProfileArg::State => Some(Profile::State),
+            ProfileArg::Inputs => Some(Profile::Inputs),
+            ProfileArg::Compact => Some(Profile::Compact),
+            ProfileArg::None => None,
         }
     }
 }
@@ -76,7 +76,7 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
     let places = places(&args.world.network()?, args.world.seed);
     let stop = stop_on_signals()?;
     let settings = Settings { no_rendering: 1, synchronous: 1, delta_nanos, ..Settings::default() };
-    let beside = Beside::start(&args.world, settings)?;
+    let beside = BackgroundHost::start(&args.world, settings)?;
     let mut client = beside.connect("record")?;
     let vehicles = spawn(&mut client, places.into_iter().take(args.vehicles).collect())?;
     for _ in 0..args.warmup {
@@ -95,36 +95,36 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
             break;
         }
     }
-    let last_hash = client.world().header().state_hash;
+    let last_state_hash = client.world().header().state_hash;
     client.stop_recorder()?;
     drop(client);
     beside.end()?;
-    let path = files.settle(path)?;
+    let path = files.finish(path)?;
     let frames = nanos.len();
     let bytes = path.as_ref().map_or(Ok(0), |p| p.metadata().map(|m| m.len()))?;
     let seconds = frames as f64 * args.fixed_delta;
-    let megabytes_an_hour = bytes as f64 / 1e6 * 3600.0 / seconds;
+    let megabytes_per_hour = bytes as f64 / 1e6 * 3600.0 / seconds;
     nanos.sort_unstable();
     let mean_ms = nanos.iter().sum::<u64>() as f64 / frames as f64 / 1e6;
     let p50_ms = nanos[frames / 2] as f64 / 1e6;
     let p99_ms = nanos[frames * 99 / 100] as f64 / 1e6;
     if args.json {
-        say!(
+        print_line!(
             "{}",
             serde_json::json!({
                 "file": path, "profile": format!("{:?}", args.profile).to_lowercase(),
                 "vehicles": vehicles, "frames": frames, "bytes": bytes,
-                "megabytes_an_hour": megabytes_an_hour, "mean_ms": mean_ms, "p50_ms": p50_ms,
-                "p99_ms": p99_ms, "last_hash": format!("{last_hash:016x}"),
+                "megabytes_per_hour": megabytes_per_hour, "mean_ms": mean_ms, "p50_ms": p50_ms,
+                "p99_ms": p99_ms, "last_state_hash": format!("{last_state_hash:016x}"),
             })
         );
     } else {
         let file = path.map_or_else(|| "nothing".to_owned(), |p| p.display().to_string());
-        say!(
+        print_line!(
             "{file}: {frames} frames, {seconds:.1} s of {vehicles} vehicles, {:.2} MB ({:.1} MB an hour); \
              a tick took {mean_ms:.3} ms, p99 {p99_ms:.3} ms",
             bytes as f64 / 1e6,
-            megabytes_an_hour,
+            megabytes_per_hour,
         );
     }
     Ok(())
@@ -135,7 +135,7 @@ struct Files {
     /// As the client is told.
     recording: String,
     /// The recording is only made for its log.
-    is_passing: bool,
+    is_temporary: bool,
     log: Option<PathBuf>,
 }
 
@@ -144,7 +144,7 @@ impl Files {
         let place = |file: &PathBuf, what| {
             let path = saved_path(&file.to_string_lossy())?;
             ensure!(
-                args.profile == Kept::None || !path.exists(),
+                args.profile == ProfileArg::None || !path.exists(),
                 "{} is there already; name another {what}, or remove it",
                 path.display()
             );
@@ -152,7 +152,7 @@ impl Files {
         };
         let log = args.carla_log.as_ref().map(|file| place(file, "--carla-log")).transpose()?;
         ensure!(
-            log.is_none() || args.profile == Kept::State,
+            log.is_none() || args.profile == ProfileArg::State,
             "--carla-log is made of exact states; leave --profile out"
         );
         let path = match (&args.out, &log) {
@@ -161,14 +161,14 @@ impl Files {
             (None, None) => return Err(anyhow!("name an --out or a --carla-log")),
         };
         let recording = path.to_string_lossy().into_owned();
-        Ok(Files { recording, is_passing: args.out.is_none(), log })
+        Ok(Files { recording, is_temporary: args.out.is_none(), log })
     }
 
     /// Makes the log, if one is wanted; answers the file that stays.
-    fn settle(self, path: Option<PathBuf>) -> anyhow::Result<Option<PathBuf>> {
+    fn finish(self, path: Option<PathBuf>) -> anyhow::Result<Option<PathBuf>> {
         let (Some(log), Some(recorded)) = (self.log, &path) else { return Ok(path) };
         carla_gateway::log::export(&mut Recording::open(recorded)?, &log)?;
-        if !self.is_passing {
+        if !self.is_temporary {
             return Ok(path);
         }
         std::fs::remove_file(recorded)?;

@@ -9,19 +9,24 @@ use ::record::{Moment, Profile, Recording};
 use anyhow::{Context, anyhow, ensure};
 use bus::clock;
 use carla_gateway::log;
+<<<<<<< HEAD
 use client_lib::{Client, Replay, saved_path};
 use protocol::{ActorState, Settings};
+=======
+use client_lib::{Client, Replay};
+>>>>>>> dfe4e3f (omnibus: data-set format 2, one way to find a recording, faults only under test)
 
 use crate::{
     launch::WorldArgs,
     resimulate::resimulate,
-    run::{Beside, stop_on_signals},
+    run::{BackgroundHost, stop_on_signals},
+    saved::existing_recording,
 };
 
 /// What `omnibus replay` takes.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ReplayArgs {
-    /// The recording; a name without a folder is sought in the folder for recordings
+    /// The recording; a name without a folder is searched in the folder for recordings, then here
     file: PathBuf,
     /// Seconds to skip at its start; below 0: counted from its end
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
@@ -88,7 +93,7 @@ impl ReplayArgs {
 
 /// Plays it.
 pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
-    let path = saved_path(&args.file.to_string_lossy())?;
+    let path = existing_recording(&args.file)?;
     if !log::is_log(&path) {
         ensure!(args.map.is_none(), "{} carries its own map; leave --map out", path.display());
         return replay_recording(args, path);
@@ -98,21 +103,21 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
         "{} is a log of CARLA's: it keeps no inputs and no exact states to check",
         path.display()
     );
-    let passing = Passing::new("mcap");
+    let imported = TemporaryFile::new("mcap");
     let map = log::open(&path)?.head().map.clone();
     let map = args.map.as_deref().or(map.rsplit('/').next()).unwrap_or_default();
     let episode = WorldArgs::of_map(map).episode()?;
-    for blueprint in log::import(&path, &passing.0, episode)? {
+    for blueprint in log::import(&path, &imported.0, episode)? {
         eprintln!("WARN replay: nothing here looks like {blueprint:?}; it is left out");
     }
-    replay_recording(args, passing.0.clone())
+    replay_recording(args, imported.0.clone())
 }
 
 fn replay_recording(args: &ReplayArgs, path: PathBuf) -> anyhow::Result<()> {
     let mut recording = Recording::open(&path)?;
     let (from, until) = args.span(&mut recording)?;
     if args.resimulate {
-        return again(&mut recording, from, until);
+        return run_resimulation(&mut recording, from, until);
     }
     ensure!(
         recording.told().profile.has_states(),
@@ -121,13 +126,13 @@ fn replay_recording(args: &ReplayArgs, path: PathBuf) -> anyhow::Result<()> {
         recording.told().profile.name()
     );
     // For a simulator's stages.
-    let map = Passing::new("xodr");
+    let map = TemporaryFile::new("xodr");
     std::fs::write(&map.0, &recording.told().episode.open_drive)
         .with_context(|| map.0.display().to_string())?;
     let beside = simulator(args, &recording, &map)?;
     let mut client = beside.connect("replay")?;
     if args.verify {
-        check_shown(&mut client, args, &mut recording, (from, until))?;
+        verify_replay(&mut client, args, &mut recording, (from, until))?;
     } else {
         watch(&mut client, args, &path, until - from)?;
     }
@@ -137,23 +142,27 @@ fn replay_recording(args: &ReplayArgs, path: PathBuf) -> anyhow::Result<()> {
 }
 
 /// A file that is there while something is replayed.
-struct Passing(PathBuf);
+struct TemporaryFile(PathBuf);
 
-impl Passing {
-    fn new(extension: &str) -> Passing {
+impl TemporaryFile {
+    fn new(extension: &str) -> TemporaryFile {
         let name = format!("omnibus-replay-{}.{extension}", std::process::id());
-        Passing(std::env::temp_dir().join(name))
+        TemporaryFile(std::env::temp_dir().join(name))
     }
 }
 
-impl Drop for Passing {
+impl Drop for TemporaryFile {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.0);
     }
 }
 
 /// A simulator of the recorded world.
-fn simulator(args: &ReplayArgs, recording: &Recording, map: &Passing) -> anyhow::Result<Beside> {
+fn simulator(
+    args: &ReplayArgs,
+    recording: &Recording,
+    map: &TemporaryFile,
+) -> anyhow::Result<BackgroundHost> {
     let mut world = WorldArgs::of_map(&map.0.to_string_lossy());
     world.seed = recording.told().episode.seed;
     world.name.clone_from(&args.name);
@@ -163,7 +172,7 @@ fn simulator(args: &ReplayArgs, recording: &Recording, map: &Passing) -> anyhow:
         no_rendering: args.verify.into(),
         ..Settings::default()
     };
-    Beside::start(&world, settings)
+    BackgroundHost::start(&world, settings)
 }
 
 /// In real time, for clients that look on.
@@ -178,19 +187,19 @@ fn watch(
     client.start_replay(&name, args.decode())?;
     let begin = client.await_frame()?;
     let begin_nanos = client.world().header().stamp.sim_time_nanos;
-    say!("simulator {:?} replays {name} from {begin} on", client.instance().id());
+    print_line!("simulator {:?} replays {name} from {begin} on", client.instance().id());
     let length = (recorded_nanos as f64 / f64::from(args.time_factor)) as u64;
     while client.world().header().stamp.sim_time_nanos < begin_nanos + length
         && !stop.load(Ordering::Acquire)
     {
         client.await_frame()?;
     }
-    say!("ended at {}", client.frame());
+    print_line!("ended at {}", client.frame());
     Ok(())
 }
 
 /// As fast as it goes: what the simulator shows is what was recorded, to the bit.
-fn check_shown(
+fn verify_replay(
     client: &mut Client,
     args: &ReplayArgs,
     recording: &mut Recording,
@@ -227,7 +236,7 @@ fn check_shown(
             if exact {
                 ensure!(moment.is_as_shown(), "{name}: {} is not as recorded", moment.stamp.frame);
             }
-            if let Some(what) = differing(moment, client.world().actors()) {
+            if let Some(what) = first_difference(moment, client.world().actors()) {
                 return Err(anyhow!("{name}: {} differs: {what}", moment.stamp.frame));
             }
             frames += 1;
@@ -235,14 +244,14 @@ fn check_shown(
     }
     let seconds = (clock::now_nanos() - begin) as f64 / 1e9;
     let how = if exact { "to the bit" } else { "as the recording keeps it" };
-    say!(
+    print_line!(
         "{frames} frames shown as recorded, {how}; {at:.1} s of recording in {seconds:.1} s",
         at = at.saturating_sub(from) as f64 / 1e9
     );
     Ok(())
 }
 
-fn differing(moment: &Moment, shown: &[ActorState]) -> Option<String> {
+fn first_difference(moment: &Moment, shown: &[ActorState]) -> Option<String> {
     let bits = |state: &ActorState| -> [u32; 32] { bytemuck::cast(*state) };
     for recorded in &moment.actors {
         let at = shown.binary_search_by_key(&recorded.actor_id, |s| s.actor_id);
@@ -256,14 +265,14 @@ fn differing(moment: &Moment, shown: &[ActorState]) -> Option<String> {
         .then(|| format!("{} are shown, {} were", shown.len(), moment.actors.len()))
 }
 
-fn again(recording: &mut Recording, from: u64, until: u64) -> anyhow::Result<()> {
+fn run_resimulation(recording: &mut Recording, from: u64, until: u64) -> anyhow::Result<()> {
     let begin = clock::now_nanos();
     let told = resimulate(recording, from, until)?;
     let seconds = (clock::now_nanos() - begin) as f64 / 1e9;
     if let Some(difference) = told.difference {
         return Err(anyhow!("{}: {difference}", recording.path().display()));
     }
-    say!(
+    print_line!(
         "{} frames simulated again, every state hash as recorded; {:.1} s in {seconds:.1} s",
         told.frames,
         told.sim_nanos as f64 / 1e9,

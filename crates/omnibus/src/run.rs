@@ -1,4 +1,4 @@
-//! `omnibus run`: a simulator until Ctrl-C; `omnibus collect`: one with a collector beside it.
+//! `omnibus run`: a simulator until Ctrl-C; `omnibus collect`: one with a collector host it.
 
 use std::{
     sync::{Arc, atomic::AtomicBool},
@@ -12,7 +12,7 @@ use sim_host::HostError;
 
 use crate::{
     collect as dataset,
-    door::{DoorArgs, Keeper},
+    gateway::{CarlaServerArgs, GatewaySupervisor},
     launch::WorldArgs,
 };
 
@@ -37,7 +37,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     no_rendering: bool,
     #[command(flatten)]
-    door: DoorArgs,
+    carla: CarlaServerArgs,
 }
 
 /// Runs a simulator until Ctrl-C or SIGTERM.
@@ -63,12 +63,13 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
     };
     let stop = stop_on_signals()?;
     let host = args.world.host(settings, Arc::clone(&stop))?;
-    say!("simulator {:?} runs", host.instance().id());
-    let keeper = Keeper::start(&args.door, host.instance(), args.world.single_process)?;
+    print_line!("simulator {:?} runs", host.instance().id());
+    let gateway =
+        GatewaySupervisor::start(&args.carla, host.instance(), args.world.single_process)?;
     let ended = host.run();
-    keeper.end();
+    gateway.end();
     let last = ended?;
-    say!("ended after {last}");
+    print_line!("ended after {last}");
     Ok(())
 }
 
@@ -88,15 +89,15 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
     let job = dataset::Job::prepare(&args.job)?;
     let stop = stop_on_signals()?;
     let settings = Settings { no_rendering: 1, synchronous: 1, ..Settings::default() };
-    let beside = Beside::start(&args.world, settings)?;
-    let mut client = beside.connect("collect")?;
+    let host = BackgroundHost::start(&args.world, settings)?;
+    let mut client = host.connect("collect")?;
     let collected = dataset::collect(job, &mut client, &stop);
     drop(client);
-    let ended = beside.end();
+    let ended = host.end();
     match collected {
         Ok(summary) => {
             ended?;
-            say!("{summary}");
+            print_line!("{summary}");
             Ok(())
         }
         // Why the host ended is the cause of what its client says.
@@ -107,7 +108,7 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
     }
 }
 
-/// Seconds into nanoseconds, within what the host takes.
+/// Seconds into nanoseconds, in_process what the host takes.
 pub(crate) fn nanos(seconds: f64) -> anyhow::Result<u64> {
     anyhow::ensure!(
         (1e-4..=10.0).contains(&seconds),
@@ -125,17 +126,17 @@ pub(crate) fn stop_on_signals() -> anyhow::Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-/// A simulator beside us, in a thread of this process: for commands that are its only client.
-pub struct Beside {
+/// A simulator host us, in a thread of this process: for commands that are its only client.
+pub struct BackgroundHost {
     instance: Instance,
-    within: bool,
+    in_process: bool,
     stop: Arc<AtomicBool>,
     host: Option<JoinHandle<Result<Frame, HostError>>>,
 }
 
-impl Beside {
+impl BackgroundHost {
     /// Starts it.
-    pub fn start(args: &WorldArgs, settings: Settings) -> anyhow::Result<Beside> {
+    pub fn start(args: &WorldArgs, settings: Settings) -> anyhow::Result<BackgroundHost> {
         let stop = Arc::new(AtomicBool::new(false));
         let (tell, told) = crossbeam::channel::bounded(1);
         let (world, flag) = (args.clone(), Arc::clone(&stop));
@@ -153,12 +154,12 @@ impl Beside {
                 }
             })?;
         let instance = told.recv().context("the host ended while it started")??;
-        Ok(Beside { instance, within: args.single_process, stop, host: Some(host) })
+        Ok(BackgroundHost { instance, in_process: args.single_process, stop, host: Some(host) })
     }
 
     /// A client of it.
     pub fn connect(&self, name: &str) -> anyhow::Result<client_lib::Client> {
-        if self.within {
+        if self.in_process {
             return Ok(client_lib::Client::connect_in_process(&self.instance, name)?);
         }
         Ok(client_lib::Client::connect(Some(self.instance.id()), name)?)
@@ -172,7 +173,7 @@ impl Beside {
     }
 }
 
-impl Drop for Beside {
+impl Drop for BackgroundHost {
     fn drop(&mut self) {
         self.stop.store(true, std::sync::atomic::Ordering::Release);
         if let Some(host) = self.host.take() {

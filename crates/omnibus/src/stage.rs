@@ -16,8 +16,8 @@ use sim_host::World;
 use traffic::Planner;
 
 use crate::{
-    collect::{default_rig, places},
-    launch::WorldArgs,
+    collect::{default_sensors, places},
+    launch::{SIMULATOR_OPTIONS, WorldArgs},
 };
 
 /// What `omnibus stage` takes.
@@ -65,6 +65,17 @@ enum Which {
 const FRAMES: u64 = 300;
 const WORLDS: u64 = 5;
 
+/// Heading of the options that only `stage tick` takes; the other stages run without a simulator.
+pub(crate) const TICK_ONLY: &str = "Only with `tick`, which runs a whole simulator";
+
+/// Lists the options of a simulator under [`TICK_ONLY`].
+pub(crate) fn group_options(command: clap::Command) -> clap::Command {
+    command.mut_args(|arg| {
+        let is_tick_only = arg.get_long().is_some_and(|name| SIMULATOR_OPTIONS.contains(&name));
+        if is_tick_only { arg.help_heading(TICK_ONLY) } else { arg }
+    })
+}
+
 impl StageArgs {
     fn frames(&self) -> u64 {
         self.frames.unwrap_or(FRAMES)
@@ -81,9 +92,9 @@ pub(crate) fn stage(args: &StageArgs) -> anyhow::Result<()> {
         Which::World => {
             let made = world::measure(args, args.frames.unwrap_or(WORLDS))?;
             if args.json {
-                say!("{}", made.json(args));
+                print_line!("{}", made.json(args));
             } else {
-                say!("{}", made.sentence());
+                print_line!("{}", made.sentence());
             }
             return Ok(());
         }
@@ -94,9 +105,9 @@ pub(crate) fn stage(args: &StageArgs) -> anyhow::Result<()> {
     };
     let times = Percentiles::of(nanos);
     if args.json {
-        say!("{}", times.json(name, args, vehicles));
+        print_line!("{}", times.json(name, args, vehicles));
     } else {
-        say!("{}", times.sentence(name, vehicles));
+        print_line!("{}", times.sentence(name, vehicles));
     }
     Ok(())
 }
@@ -217,7 +228,7 @@ impl Captured {
         let scene = scene_of(&self.network, self.seed);
         let mut tracer =
             if config.null { Tracer::Null } else { Tracer::open(config.device, config.threads)? };
-        let sensors = default_rig(args.width, args.height);
+        let sensors = default_sensors(args.width, args.height);
         let (mut planes, byte_len) = layout(&sensors);
         let mut bytes = vec![0u64; byte_len.div_ceil(8) as usize];
         let mut world = sensor_render::World::new();

@@ -1,9 +1,10 @@
-//! What the tests start as processes: `omnibus` itself, or a client that is to die.
+//! The program that the tests start: `omnibus` with its fault points armed, or a client that dies.
 
 use client_lib::{Client, ClientError, Pose, Spawn, camera, output};
 use protocol::flag;
 
 fn main() -> std::process::ExitCode {
+    bus::fault::arm_from_environment();
     let args: Vec<String> = std::env::args().collect();
     if args.get(1).is_some_and(|verb| verb == "client") {
         return match client(&args[2], args[3].parse().unwrap_or(10)) {
@@ -17,11 +18,11 @@ fn main() -> std::process::ExitCode {
     omnibus::main()
 }
 
-/// Ticks, with a car and a camera of its own.
+/// Ticks a world that holds a car and a camera of this client.
 fn client(instance: &str, ticks: u64) -> Result<(), ClientError> {
     let mut client = Client::connect(Some(instance), "mortal")?;
     client.synchronise(50_000_000)?;
-    // Those who died before left their cars.
+    // Clients that died before left their cars at the first spawn points.
     let mut places = client.spawn_points()?.into_iter();
     let car = loop {
         let place = places.next().expect("a free place");

@@ -6,10 +6,10 @@ use glam::{Affine3A, Vec3};
 use mesh::Tag;
 use protocol::{ActorId, ActorState, BlueprintInfo, Pose};
 
-use super::{
+use crate::collect::{
+    format::{ActorBox, View},
     outline::outline,
-    record::{ActorBox, View},
-    rig::{Pinhole, sensor_from_optical},
+    sensors::{Pinhole, sensor_from_optical},
     silhouette::Silhouette,
 };
 
@@ -80,7 +80,7 @@ pub(crate) fn boxes(
     blueprints: &[BlueprintInfo],
     cameras: &[CameraView],
     lidars: &[LidarView],
-    board: &mut Silhouette,
+    raster: &mut Silhouette,
 ) -> Vec<ActorBox> {
     let mut all = Vec::new();
     for (index, actor) in actors.iter().enumerate() {
@@ -97,7 +97,7 @@ pub(crate) fn boxes(
         let world_from_box =
             actor.pose.then(&Pose::new(Vec3::from_array(blueprint.center_m), glam::Quat::IDENTITY));
         let views = cameras.iter().filter_map(|camera| {
-            let view = view(camera, camera.seen[index]?, actor, blueprint, &world_from_box, board);
+            let view = view(camera, camera.seen[index]?, actor, blueprint, &world_from_box, raster);
             Some((camera.name.to_owned(), view))
         });
         all.push(ActorBox {
@@ -121,7 +121,7 @@ fn view(
     actor: &ActorState,
     blueprint: &BlueprintInfo,
     world_from_box: &Pose,
-    board: &mut Silhouette,
+    raster: &mut Silhouette,
 ) -> View {
     let optical_from_world: Affine3A =
         (camera.world_from_sensor.affine() * sensor_from_optical()).inverse();
@@ -130,7 +130,7 @@ fn view(
     let outline = outline(half_extents, &optical_from_box, &camera.camera);
     let silhouette = match town::catalogue().get(actor.blueprint as usize) {
         Some(made) => {
-            board.pixels(made.mesh(), &(optical_from_world * actor.pose.affine()), &camera.camera)
+            raster.pixels(made.mesh(), &(optical_from_world * actor.pose.affine()), &camera.camera)
         }
         None => 0,
     };
@@ -142,9 +142,9 @@ fn view(
         visible_box_px: seen.edges_px,
         projected_box_px: outline.map_or(seen.edges_px.map(|e| e as f32), |o| o.edges_px),
         visible_px: seen.pixels,
-        silhouette_px: silhouette,
-        occluded_share: 1.0 - seen.pixels as f32 / silhouette as f32,
-        truncated_share: outline.map_or(0.0, |o| o.truncated),
+        unoccluded_px: silhouette,
+        occluded_fraction: 1.0 - seen.pixels as f32 / silhouette as f32,
+        truncated_fraction: outline.map_or(0.0, |o| o.truncated),
     }
 }
 
@@ -215,8 +215,8 @@ mod tests {
             seen: vec![Some(seen_2), Some(seen_2), None],
         };
         let lidar = LidarView { name: "roof", returns: vec![0, 0, 5] };
-        let mut board = Silhouette::default();
-        let all = boxes(&actors, ActorId(1), &blueprints, &[front], &[lidar], &mut board);
+        let mut raster = Silhouette::default();
+        let all = boxes(&actors, ActorId(1), &blueprints, &[front], &[lidar], &mut raster);
 
         let ids: Vec<_> = all.iter().map(|b| b.actor_id).collect();
         assert_eq!(ids, [2, 3], "the ego is left out");
@@ -230,11 +230,11 @@ mod tests {
         assert!((z - (10.0 + middle.x)).abs() < 1e-4, "ahead");
         let [left, top, right, bottom] = view.projected_box_px;
         assert!(left < 100.0 && 100.0 < right && 50.0 < bottom && top < bottom);
-        let drawn = view.silhouette_px as f32;
+        let drawn = view.unoccluded_px as f32;
         let boxed = (right - left) * (bottom - top);
         assert!((0.5..1.0).contains(&(drawn / boxed)), "a car fills most of its box: {view:?}");
-        assert_eq!(view.occluded_share, 1.0 - 30.0 / drawn);
-        assert_eq!(view.truncated_share, 0.0);
+        assert_eq!(view.occluded_fraction, 1.0 - 30.0 / drawn);
+        assert_eq!(view.truncated_fraction, 0.0);
         assert!(all[1].cameras.is_empty());
         assert_eq!(all[1].lidar_points["roof"], 5, "behind the camera, but the lidar met it");
     }

@@ -4,7 +4,7 @@ use mesh::ObjectId;
 use png::{BitDepth, ColorType, Compression, Filter};
 use protocol::DEPTH_FAR_M;
 
-use super::CollectError;
+use crate::collect::CollectError;
 
 /// Depth in files: this many steps a metre.
 pub(crate) const DEPTH_STEPS_PER_M: f32 = 100.0;

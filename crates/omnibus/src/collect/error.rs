@@ -5,6 +5,8 @@ use std::{
 
 use client_lib::ClientError;
 
+use crate::collect::format::FORMAT;
+
 /// Why a data set was not made, or is not what it should be.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CollectError {
@@ -12,7 +14,7 @@ pub(crate) enum CollectError {
     #[error("{0}")]
     Argument(String),
     /// There is something in the folder already.
-    #[error("{dir} is not empty: it holds {what}; {advice}", dir = .dir.display())]
+    #[error("{dir} is not empty: it description {what}; {advice}", dir = .dir.display())]
     Occupied { dir: PathBuf, what: String, advice: &'static str },
     /// Another process writes there.
     #[error("{dir} is being written by another omnibus collect; choose another --out", dir = .dir.display())]
@@ -26,6 +28,13 @@ pub(crate) enum CollectError {
     /// A file of the data set makes no sense.
     #[error("{path}: {why}", path = .path.display())]
     Damaged { path: PathBuf, why: String },
+    /// The data set has another version of the format.
+    #[error(
+        "{path}: unsupported data set format {format:?}, this build reads {FORMAT:?}; read it with \
+         the build that wrote it, or collect it again",
+        path = .path.display()
+    )]
+    OtherFormat { path: PathBuf, format: String },
     /// A resumed run is asked to be another one.
     #[error(
         "{dir} was collected with {key} {recorded}, this command says {asked}; resume with the \
@@ -40,9 +49,9 @@ pub(crate) enum CollectError {
         dir = .dir.display()
     )]
     Diverged { dir: PathBuf, frame: u64, recorded: String, now: String },
-    /// There is no place to start from.
-    #[error("no place for the ego on map {map}: {why}")]
-    NoPlace { map: String, why: String },
+    /// There is no index to start from.
+    #[error("no index for the ego on map {map}: {why}")]
+    NoSpawnPoint { map: String, why: String },
     /// The simulator.
     #[error(transparent)]
     Client(#[from] ClientError),

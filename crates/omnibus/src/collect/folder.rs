@@ -6,13 +6,22 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{CollectError, record::Metadata};
+use crate::collect::{
+    CollectError,
+    format::{FORMAT, Metadata},
+};
 
 /// What marks a file that is being written. Such files mean nothing.
 const PARTIAL: &str = ".partial";
 
 /// Locked for as long as somebody writes in the folder.
 const LOCK: &str = ".lock";
+
+/// The part of `metadata.json` that every version of the format shares.
+#[derive(serde::Deserialize)]
+struct Head {
+    format: String,
+}
 
 /// The folder of a data set.
 #[derive(Clone, Debug)]
@@ -42,13 +51,13 @@ impl Folder {
     }
 
     /// A file of one frame: `front/color` and `png` make `front/color/000123.png`.
-    pub(crate) fn of_frame(&self, output: &str, frame: u64, extension: &str) -> PathBuf {
+    pub(crate) fn frame_file(&self, output: &str, frame: u64, extension: &str) -> PathBuf {
         self.root.join(output).join(format!("{frame:06}.{extension}"))
     }
 
     /// Takes the folder: makes it if it is not there, proves that it can be written, and locks it
     /// for as long as the answer lives.
-    pub(crate) fn take(&self) -> Result<Hold, CollectError> {
+    pub(crate) fn lock(&self) -> Result<FolderLock, CollectError> {
         let is_new = !self.root.exists();
         if !is_new && !self.root.is_dir() {
             return Err(CollectError::io(&self.root, io::ErrorKind::NotADirectory.into()));
@@ -58,20 +67,20 @@ impl Folder {
         let open = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
         let file = open.map_err(|e| CollectError::io(&path, e))?;
         match file.try_lock() {
-            Ok(()) => Ok(Hold { folder: self.clone(), is_new, _file: file }),
+            Ok(()) => Ok(FolderLock { folder: self.clone(), is_new, _file: file }),
             Err(TryLockError::WouldBlock) => Err(CollectError::Busy { dir: self.root.clone() }),
             Err(TryLockError::Error(e)) => Err(CollectError::io(&path, e)),
         }
     }
 
     /// How many things lie in the folder. What a run has made that was killed before it knew what
-    /// to collect does not count: the lock, an empty ledger, half a file.
+    /// to collect does not count: the lock, an empty frame_list, half a file.
     pub(crate) fn count(&self) -> Result<usize, CollectError> {
         let counts = |entry: &fs::DirEntry| {
             let name = entry.file_name();
-            let is_half = name.to_string_lossy().ends_with(PARTIAL);
-            let is_blank = entry.path() == self.frames() && is_empty(&self.frames());
-            !(name == LOCK || is_half || is_blank)
+            let is_partial = name.to_string_lossy().ends_with(PARTIAL);
+            let is_empty_list = entry.path() == self.frames() && is_empty(&self.frames());
+            !(name == LOCK || is_partial || is_empty_list)
         };
         match fs::read_dir(&self.root) {
             Ok(entries) => Ok(entries.flatten().filter(counts).count()),
@@ -88,19 +97,24 @@ impl Folder {
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(e) => return Err(CollectError::io(&path, e)),
         };
-        let parsed = serde_json::from_str(&text);
-        parsed.map(Some).map_err(|e| CollectError::damaged(&path, e))
+        let damaged = |e| CollectError::damaged(&path, e);
+        // The version comes first: the keys of another one have other names.
+        let Head { format } = serde_json::from_str(&text).map_err(damaged)?;
+        if format != FORMAT {
+            return Err(CollectError::OtherFormat { path, format });
+        }
+        serde_json::from_str(&text).map(Some).map_err(damaged)
     }
 
     /// Writes what the data set says of itself.
     pub(crate) fn write_metadata(&self, metadata: &Metadata) -> Result<(), CollectError> {
         let mut text = serde_json::to_vec_pretty(metadata).expect("plain data has a JSON form");
         text.push(b'\n');
-        write_whole(&self.metadata(), &text)
+        write_atomically(&self.metadata(), &text)
     }
 
     /// Removes what a killed run left half written in these output folders and at the top.
-    pub(crate) fn sweep<'a>(
+    pub(crate) fn remove_partial_files<'a>(
         &self,
         outputs: impl IntoIterator<Item = &'a str>,
     ) -> Result<(), CollectError> {
@@ -123,13 +137,13 @@ fn is_empty(file: &Path) -> bool {
 }
 
 /// The lock on a data set's folder. When nothing was collected, nothing is left.
-pub(crate) struct Hold {
+pub(crate) struct FolderLock {
     folder: Folder,
     is_new: bool,
     _file: File,
 }
 
-impl Drop for Hold {
+impl Drop for FolderLock {
     fn drop(&mut self) {
         let Folder { root } = &self.folder;
         if is_empty(&self.folder.frames()) && !self.folder.metadata().exists() {
@@ -144,7 +158,7 @@ impl Drop for Hold {
 }
 
 /// Writes a file so that it is there whole or not at all, whenever the process is killed.
-pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), CollectError> {
+pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), CollectError> {
     let mut name = path.file_name().expect("a file has a name").to_owned();
     name.push(PARTIAL);
     let partial = path.with_file_name(name);
@@ -169,7 +183,7 @@ mod tests {
         let scratch = Scratch::new("whole");
         let path = scratch.path().join("a.bin");
         fs::create_dir(&path).unwrap();
-        assert!(write_whole(&path, b"x").is_err(), "a folder stands in the way");
+        assert!(write_atomically(&path, b"x").is_err(), "a folder stands in the way");
         let names: Vec<_> = fs::read_dir(scratch.path()).unwrap().flatten().collect();
         assert_eq!(names.len(), 1, "{names:?}");
     }
@@ -188,26 +202,40 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_is_taken_once() {
+    fn a_data_set_of_another_version_is_rejected_by_name() {
+        let scratch = Scratch::new("version");
+        let folder = Folder::new(scratch.path());
+        // Only the version is known of other versions.
+        fs::write(folder.metadata(), r#"{"format": "omnibus-dataset-1", "recipe": {}}"#).unwrap();
+        let error = folder.read_metadata().unwrap_err();
+        assert!(
+            matches!(&error, CollectError::OtherFormat { format, .. } if format == "omnibus-dataset-1")
+        );
+        let text = error.to_string();
+        assert!(text.contains("omnibus-dataset-1") && text.contains(FORMAT), "{text}");
+    }
+
+    #[test]
+    fn a_folder_is_locked_once() {
         let scratch = Scratch::new("taken");
         let folder = Folder::new(scratch.path());
-        let hold = folder.take().unwrap();
-        assert!(matches!(folder.take(), Err(CollectError::Busy { .. })));
+        let lock = folder.lock().unwrap();
+        assert!(matches!(folder.lock(), Err(CollectError::Busy { .. })));
         assert_eq!(folder.count().unwrap(), 0, "the lock is no content");
-        drop(hold);
-        assert!(folder.take().is_ok());
+        drop(lock);
+        assert!(folder.lock().is_ok());
     }
 
     #[test]
     fn a_run_that_ends_before_it_collects_leaves_nothing() {
         let scratch = Scratch::new("nothing");
         let folder = Folder::new(&scratch.path().join("set"));
-        let hold = folder.take().unwrap();
+        let lock = folder.lock().unwrap();
         fs::write(folder.frames(), "").unwrap();
-        drop(hold);
+        drop(lock);
         assert!(!folder.root().exists());
         // A folder that was there before stays.
-        drop(Folder::new(scratch.path()).take().unwrap());
+        drop(Folder::new(scratch.path()).lock().unwrap());
         assert!(scratch.path().exists());
     }
 
@@ -228,10 +256,10 @@ mod tests {
         let scratch = Scratch::new("swept");
         let folder = Folder::new(scratch.path());
         fs::create_dir_all(scratch.path().join("front/color")).unwrap();
-        fs::write(folder.of_frame("front/color", 7, "png.partial"), b"torn").unwrap();
-        fs::write(folder.of_frame("front/color", 6, "png"), b"whole").unwrap();
-        folder.sweep(["front/color"]).unwrap();
-        assert!(!folder.of_frame("front/color", 7, "png.partial").exists());
-        assert!(folder.of_frame("front/color", 6, "png").exists());
+        fs::write(folder.frame_file("front/color", 7, "png.partial"), b"torn").unwrap();
+        fs::write(folder.frame_file("front/color", 6, "png"), b"whole").unwrap();
+        folder.remove_partial_files(["front/color"]).unwrap();
+        assert!(!folder.frame_file("front/color", 7, "png.partial").exists());
+        assert!(folder.frame_file("front/color", 6, "png").exists());
     }
 }

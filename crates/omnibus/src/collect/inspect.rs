@@ -2,15 +2,15 @@
 
 use std::{collections::BTreeMap, fmt, fs, path::Path};
 
-use super::{
+use crate::collect::{
     CollectError, decode,
     folder::Folder,
-    ledger,
-    record::{Boxes, FORMAT, FrameLine, Metadata},
-    rig::BOXES,
+    format::{Boxes, FrameLine, Metadata},
+    frame_list,
+    sensors::BOXES,
 };
 
-/// What a data set holds.
+/// What a data set description.
 pub(crate) struct Report {
     metadata: Metadata,
     count: usize,
@@ -28,11 +28,7 @@ pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
         let why = "it is not there; is this a data set of omnibus collect?";
         return Err(CollectError::damaged(&folder.metadata(), why));
     };
-    if metadata.format != FORMAT {
-        let why = format!("format {:?}, this omnibus reads {FORMAT}", metadata.format);
-        return Err(CollectError::damaged(&folder.metadata(), why));
-    }
-    let (lines, _) = ledger::read(&folder.frames())?;
+    let (lines, _) = frame_list::read(&folder.frames())?;
     let mut faults = Vec::new();
     // A run that was killed did not come to say how far it was.
     if metadata.complete && lines.len() as u64 != metadata.frames_complete {
@@ -41,7 +37,7 @@ pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
     }
     for pair in lines.windows(2) {
         let (before, after) = (pair[0].frame, pair[1].frame);
-        if after != before + metadata.recipe.every_frames {
+        if after != before + metadata.settings.every_frames {
             faults.push(format!("frame {after} follows frame {before} in frames.jsonl"));
         }
     }
@@ -49,13 +45,13 @@ pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
         count: lines.len(),
         frames: [lines.first(), lines.last()].map(|line| line.map_or(0, |l| l.frame)),
         bytes: BTreeMap::new(),
-        boxes: lines.iter().map(|l| l.boxes).sum(),
-        points: lines.iter().flat_map(|l| l.points.values()).sum(),
+        boxes: lines.iter().map(|l| l.box_count).sum(),
+        points: lines.iter().flat_map(|l| l.point_counts.values()).sum(),
         metadata,
     };
     for line in &lines {
         for output in &report.metadata.outputs {
-            let path = folder.of_frame(&output.folder, line.frame, &output.extension);
+            let path = folder.frame_file(&output.folder, line.frame, &output.extension);
             let checked = fs::read(&path)
                 .map_err(|e| e.to_string())
                 .and_then(|file| check(&report.metadata, &output.folder, line, &file));
@@ -78,16 +74,16 @@ pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
 /// Checks one file against what its frame's line says; answers its length.
 fn check(metadata: &Metadata, folder: &str, line: &FrameLine, file: &[u8]) -> Result<u64, String> {
     let (name, output) = folder.split_once('/').unwrap_or((folder, ""));
-    let sensor = metadata.recipe.sensors.iter().find(|s| s.name == name);
+    let sensor = metadata.settings.sensors.iter().find(|s| s.name == name);
     if folder == BOXES {
         let boxes: Boxes = serde_json::from_slice(file).map_err(|e| e.to_string())?;
         expect("frame", boxes.frame, line.frame)?;
-        expect("boxes", boxes.actors.len() as u64, line.boxes)?;
+        expect("boxes", boxes.actors.len() as u64, line.box_count)?;
     } else if let Some(camera) = sensor.and_then(|s| s.camera.as_ref()) {
         let image = decode::png(file)?;
         expect("width", image.width as u64, camera.width_px.into())?;
         expect("height", image.height as u64, camera.height_px.into())?;
-    } else if let Some(points) = line.points.get(name) {
+    } else if let Some(points) = line.point_counts.get(name) {
         let size = if output == "points" { 16 } else { 8 };
         expect("bytes", file.len() as u64, points * size)?;
     } else {
@@ -102,17 +98,22 @@ fn expect(what: &str, found: u64, wanted: u64) -> Result<(), String> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Metadata { recipe, cast, tracers, frames_wanted, complete, .. } = &self.metadata;
+        let Metadata { settings, spawned_actors, tracers, frames_requested, complete, .. } =
+            &self.metadata;
         let [first, last] = self.frames;
         let end = if *complete { "" } else { "; unfinished, --resume continues it" };
-        writeln!(f, "{} of {frames_wanted} frames, {first} to {last}, no fault{end}", self.count)?;
+        writeln!(
+            f,
+            "{} of {frames_requested} frames, {first} to {last}, no fault{end}",
+            self.count
+        )?;
         writeln!(
             f,
             "map {}, seed {}, {} s a frame, {} vehicles beside the ego, tracer {}",
-            recipe.map,
-            recipe.seed,
-            recipe.fixed_delta_nanos as f64 / 1e9,
-            cast.vehicles_spawned,
+            settings.map,
+            settings.seed,
+            settings.fixed_delta_nanos as f64 / 1e9,
+            spawned_actors.vehicles_spawned,
             tracers.join(", "),
         )?;
         for (folder, bytes) in &self.bytes {

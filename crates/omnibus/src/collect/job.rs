@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use protocol::PIPELINE_MAX;
 
-use super::{
+use crate::collect::{
     CollectError,
-    folder::{Folder, Hold},
-    ledger::Ledger,
-    record::{FORMAT, FrameLine, Metadata},
+    folder::{Folder, FolderLock},
+    format::{FORMAT, FrameLine, Metadata},
+    frame_list::FrameList,
 };
 
 /// What to collect, and where to.
@@ -86,12 +86,12 @@ impl Args {
 pub(crate) struct Job {
     pub(crate) args: Args,
     pub(crate) folder: Folder,
-    pub(crate) ledger: Ledger,
+    pub(crate) frame_list: FrameList,
     /// Frames that are complete already.
     pub(crate) lines: Vec<FrameLine>,
     /// What the data set says of itself already.
     pub(crate) before: Option<Metadata>,
-    pub(crate) hold: Hold,
+    pub(crate) lock: FolderLock,
 }
 
 impl Job {
@@ -100,35 +100,38 @@ impl Job {
         args.check()?;
         let folder = Folder::new(&args.out);
         // First of all: what another run is about to write is not looked at.
-        let hold = folder.take()?;
+        let lock = folder.lock()?;
         let content = folder.count()?;
-        let before = folder.read_metadata()?;
         let dir = folder.root().to_owned();
-        let is_ours = before.as_ref().is_some_and(|m| m.format == FORMAT);
-        if content > 0 && !(args.resume && is_ours) {
+        let before = match folder.read_metadata() {
+            Err(CollectError::OtherFormat { format, .. }) => {
+                let what = format!("a data set of format {format:?}, this build writes {FORMAT:?}");
+                return Err(CollectError::Occupied { dir, what, advice: ELSEWHERE });
+            }
+            read => read?,
+        };
+        if content > 0 && !(args.resume && before.is_some()) {
             let (what, advice) = match &before {
-                Some(m) if !is_ours => {
-                    (format!("a data set of format {:?}, this is {FORMAT}", m.format), ELSEWHERE)
-                }
                 Some(m) if m.complete => {
                     (format!("a complete data set of {} frames", m.frames_complete), ELSEWHERE)
                 }
                 Some(m) => {
-                    let (lines, _) = super::ledger::read(&folder.frames())?;
-                    let (have, wanted) = (lines.len(), m.frames_wanted);
+                    let (lines, _) = super::frame_list::read(&folder.frames())?;
+                    let (have, wanted) = (lines.len(), m.frames_requested);
                     (format!("an unfinished data set, {have} of {wanted} frames"), ON_OR_ELSEWHERE)
                 }
                 None => (format!("{content} files or folders that are no data set"), ELSEWHERE),
             };
             return Err(CollectError::Occupied { dir, what, advice });
         }
-        let (ledger, lines) = Ledger::open(&folder.frames())?;
+        let (frame_list, lines) = FrameList::open(&folder.frames())?;
         if lines.len() as u64 > args.frames {
             let (dir, have, wanted) = (dir.display(), lines.len(), args.frames);
-            let wrong = format!("{dir} holds {have} frames already, --frames asks for {wanted}");
+            let wrong =
+                format!("{dir} description {have} frames already, --frames asks for {wanted}");
             return Err(CollectError::Argument(wrong));
         }
-        Ok(Job { args: args.clone(), folder, ledger, lines, before, hold })
+        Ok(Job { args: args.clone(), folder, frame_list, lines, before, lock })
     }
 }
 

@@ -6,23 +6,28 @@ use mesh::Tag;
 use protocol::SensorSpec;
 use serde_json::Value;
 
-use super::{
-    record::{Cast, FORMAT, Metadata, Recipe},
-    rig,
+use crate::collect::{
+    format::{DataSetSettings, FORMAT, Metadata, SpawnedActors},
+    sensors,
 };
 
 /// What a data set says of itself before its first frame.
-pub(crate) fn of(recipe: Recipe, cast: Cast, sensors: &[SensorSpec], frames: u64) -> Metadata {
+pub(crate) fn of(
+    settings: DataSetSettings,
+    spawned_actors: SpawnedActors,
+    sensors: &[SensorSpec],
+    frames: u64,
+) -> Metadata {
     Metadata {
         format: FORMAT.to_owned(),
-        omnibus: env!("CARGO_PKG_VERSION").to_owned(),
+        omnibus_version: env!("CARGO_PKG_VERSION").to_owned(),
         complete: false,
-        frames_wanted: frames,
+        frames_requested: frames,
         frames_complete: 0,
         tracers: Vec::new(),
-        recipe,
-        cast,
-        outputs: rig::outputs(sensors),
+        settings,
+        spawned_actors,
+        outputs: sensors::outputs(sensors),
         conventions: conventions(),
         tags: Tag::ALL.iter().map(|tag| (*tag as u8, format!("{tag:?}"))).collect(),
     }
@@ -61,10 +66,13 @@ fn conventions() -> BTreeMap<String, String> {
 }
 
 /// The first thing in which two recipes differ: its path, and both values.
-pub(crate) fn difference(recorded: &Recipe, asked: &Recipe) -> Option<(String, String, String)> {
+pub(crate) fn difference(
+    recorded: &DataSetSettings,
+    asked: &DataSetSettings,
+) -> Option<(String, String, String)> {
     // Through text, as the recorded one went: what is written is what is compared.
-    let value = |recipe: &Recipe| -> Value {
-        let text = serde_json::to_string(recipe).expect("plain data has a JSON form");
+    let value = |settings: &DataSetSettings| -> Value {
+        let text = serde_json::to_string(settings).expect("plain data has a JSON form");
         serde_json::from_str(&text).expect("what was written can be read")
     };
     differ("", &value(recorded), &value(asked))
@@ -90,13 +98,13 @@ fn differ(path: &str, a: &Value, b: &Value) -> Option<(String, String, String)> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::collect::testing::recipe;
+    use crate::collect::testing::settings;
 
     #[test]
     fn the_first_difference_is_named_with_both_values() {
-        let first = recipe();
+        let first = settings();
         assert_eq!(difference(&first, &first), None);
-        let other = Recipe { seed: 8, ..first.clone() };
+        let other = DataSetSettings { seed: 8, ..first.clone() };
         let expected = ("seed".to_owned(), "7".to_owned(), "8".to_owned());
         assert_eq!(difference(&first, &other), Some(expected));
         let mut wider = first.clone();
@@ -110,9 +118,9 @@ mod tests {
 
     #[test]
     fn a_recipe_that_was_written_and_read_is_still_the_same() {
-        let first = recipe();
+        let first = settings();
         let text = serde_json::to_string_pretty(&first).unwrap();
-        let read: Recipe = serde_json::from_str(&text).unwrap();
+        let read: DataSetSettings = serde_json::from_str(&text).unwrap();
         assert_eq!(difference(&read, &first), None);
     }
 }

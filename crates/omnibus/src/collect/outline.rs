@@ -2,7 +2,7 @@
 
 use glam::{Affine3A, Vec3, Vec3A};
 
-use super::{rig::Pinhole, silhouette::NEAR_M};
+use crate::collect::{sensors::Pinhole, silhouette::NEAR_M};
 
 /// A projected box.
 #[derive(Clone, Copy, Debug, PartialEq)]

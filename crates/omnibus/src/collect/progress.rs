@@ -4,10 +4,10 @@ use std::io::{IsTerminal, Write, stderr};
 
 use bus::clock;
 
-use super::stages::Stages;
+use crate::collect::stages::Stages;
 
-const DRAWN_ANEW_NANOS: u64 = 100_000_000;
-const NOW_AND_THEN_NANOS: u64 = 5_000_000_000;
+const REDRAW_NANOS: u64 = 100_000_000;
+const LINE_INTERVAL_NANOS: u64 = 5_000_000_000;
 const BAR: u64 = 24;
 
 /// The bar on standard error.
@@ -31,7 +31,7 @@ impl Progress {
     }
 
     /// Shows how far a resumed run is on the way to where it stopped, if it is time to.
-    pub(crate) fn show_return(&mut self, frame: u64, to: u64) {
+    pub(crate) fn show_resume(&mut self, frame: u64, to: u64) {
         if self.is_time() {
             self.draw(&format!("simulating up to where it stopped: frame {frame} of {to}"));
         }
@@ -39,7 +39,7 @@ impl Progress {
 
     fn is_time(&mut self) -> bool {
         let now = clock::now_nanos();
-        let pause = if self.is_terminal { DRAWN_ANEW_NANOS } else { NOW_AND_THEN_NANOS };
+        let pause = if self.is_terminal { REDRAW_NANOS } else { LINE_INTERVAL_NANOS };
         let is_time = now - self.last_nanos >= pause;
         if is_time {
             self.last_nanos = now;

@@ -1,4 +1,4 @@
-//! The run itself: tick, match each bundle with its snapshot, hand both to the crew.
+//! The run itself: tick, match each bundle with its snapshot, hand both to the encoders.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -11,21 +11,22 @@ use bus::{ControlPageMapping, Role, clock};
 use client_lib::{Client, ClientError, Measurement, SensorBundle, Settings};
 use protocol::{ActorId, ActorState, Episode, Frame, SnapshotHeader};
 
-use super::{
+use crate::collect::{
     CollectError, Job,
-    cast::{self, EGO},
-    crew::{Bytes, Crew, Desk, Shot, Tally, Ticket, make_folders},
-    felt::{EgoSensors, felt_rig},
-    folder::write_whole,
+    actors::{self, EGO},
+    contact_sheet,
+    ego_sensors::{EgoSensors, ego_sensor_specs},
+    encoders::{Bytes, DataSetContext, EncoderPool, FrameCounts, FrameData, Permit, make_folders},
+    folder::write_atomically,
+    format::{DataSetSettings, SpawnedActors, fnv1a64, hash_text, tracer_name},
     metadata::{self, difference},
     progress::Progress,
-    record::{Cast, Recipe, fnv1a64, hash_text, tracer_name},
-    rig, sheet,
+    sensors,
     stages::Stages,
 };
 
-/// Shots that wait for the writers, or are with them. What a reader may hold is 8.
-const SHOTS_MAX: usize = 6;
+/// Shots that wait for the writers, or are with them. What a reader may lock is 8.
+const FRAMES_IN_FLIGHT_MAX: usize = 6;
 
 /// What a run did.
 #[derive(Clone, Debug)]
@@ -41,7 +42,7 @@ pub(crate) struct Summary {
     /// Where the time of this run went.
     pub(crate) stages: Stages,
     /// Who took part.
-    pub(crate) cast: Cast,
+    pub(crate) spawned: SpawnedActors,
     /// How many others were requested for.
     pub(crate) vehicles: u32,
     /// What traced the rays.
@@ -52,7 +53,7 @@ pub(crate) struct Summary {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Summary { stages, cast, .. } = self;
+        let Summary { stages, spawned, .. } = self;
         let secs = stages.wall_nanos as f64 / 1e9;
         let megabytes = self.bytes as f64 / 1e6;
         let per_sec = |amount: f64| if secs > 0.0 { amount / secs } else { 0.0 };
@@ -75,8 +76,8 @@ impl fmt::Display for Summary {
         if self.frames != stages.frames {
             writeln!(f, "{} frames in all, the earlier ones included", self.frames)?;
         }
-        if cast.vehicles_spawned < self.vehicles {
-            let (stand, requested) = (cast.vehicles_spawned, self.vehicles);
+        if spawned.vehicles_spawned < self.vehicles {
+            let (stand, requested) = (spawned.vehicles_spawned, self.vehicles);
             writeln!(f, "the map has places for {stand} of {requested} vehicles")?;
         }
         if let [first, .., last] = &self.tracers[..] {
@@ -94,70 +95,70 @@ pub(crate) fn collect(
     client: &mut Client,
     stop: &AtomicBool,
 ) -> Result<Summary, CollectError> {
-    let Job { args, folder, ledger, lines, before, hold: _hold } = job;
+    let Job { args, folder, frame_list, lines, before, lock: _lock } = job;
     let delta_nanos = args.delta_nanos();
     client.synchronise(delta_nanos)?;
     let still = Settings { pipeline: args.pipeline, no_rendering: 1, ..client.settings() };
     client.apply_settings(still)?;
 
     let episode = client.instance().episode().map_err(ClientError::from)?;
-    let mut sensors = rig::default_rig(args.width, args.height);
+    let mut sensors = sensors::default_sensors(args.width, args.height);
     if args.every > 1 {
         for sensor in &mut sensors {
             sensor.period_nanos = args.every * delta_nanos;
         }
     }
-    let recipe = Recipe {
+    let settings = DataSetSettings {
         map: episode.map.clone(),
         map_fnv1a64: hash_text(fnv1a64(episode.open_drive.as_bytes())),
         seed: episode.seed,
         fixed_delta_nanos: delta_nanos,
         warmup_frames: args.warmup,
         every_frames: args.every,
-        vehicles: args.vehicles,
+        vehicles_requested: args.vehicles,
         ego_blueprint: EGO.to_owned(),
-        sensors: sensors.iter().chain(&felt_rig()).map(rig::describe).collect(),
+        sensors: sensors.iter().chain(&ego_sensor_specs()).map(sensors::describe).collect(),
     };
     if let Some(before) = &before
-        && let Some((key, recorded, asked)) = difference(&before.recipe, &recipe)
+        && let Some((key, recorded, asked)) = difference(&before.settings, &settings)
     {
         let dir = folder.root().to_owned();
         return Err(CollectError::OtherSettings { dir, key, recorded, asked });
     }
 
     let origin = client.frame();
-    let cast = cast::assemble(client, &episode.map, episode.seed, args.vehicles)?;
-    let ego = ActorId(cast.ego_actor_id);
-    let rig = client.create_bundle("collect", ego, &sensors, SHOTS_MAX as u32)?;
-    let physics_sensors = client.create_bundle("felt", ego, &felt_rig(), 1)?;
+    let spawned = actors::assemble(client, &episode.map, episode.seed, args.vehicles)?;
+    let ego = ActorId(spawned.ego_actor_id);
+    let bundle = client.create_bundle("collect", ego, &sensors, FRAMES_IN_FLIGHT_MAX as u32)?;
+    let physics_sensors = client.create_bundle("ego_sensors", ego, &ego_sensor_specs(), 1)?;
 
     // First what makes it a data set: a run that is killed from here on can be resumed.
-    let mut metadata = metadata::of(recipe, cast, &sensors, args.frames);
+    let mut metadata = metadata::of(settings, spawned, &sensors, args.frames);
     metadata.frames_complete = lines.len() as u64;
     folder.write_metadata(&metadata)?;
     make_folders(&folder, &sensors)?;
-    folder.sweep(rig::outputs(&sensors).iter().map(|o| o.folder.as_str()))?;
+    folder.remove_partial_files(sensors::outputs(&sensors).iter().map(|o| o.folder.as_str()))?;
     write_map(&folder, &episode)?;
 
-    let desk = Desk {
+    let context = DataSetContext {
         folder: folder.clone(),
-        tasks: rig::tasks(&sensors),
+        tasks: sensors::tasks(&sensors),
         sensors,
         ego,
         blueprints: client.blueprints().to_vec(),
     };
     let threads = args.threads();
-    let crew = Crew::start(desk, ledger, threads, SHOTS_MAX)?;
+    let encoders = EncoderPool::start(context, frame_list, threads, FRAMES_IN_FLIGHT_MAX)?;
     let control = client.instance().control().map_err(ClientError::from)?;
     let mut run = Run {
         traffic: (0..bus::SLOTS).find(|i| control.slot(*i).role() == Some(Role::Traffic)),
         control,
-        rig,
+        bundle,
         physics_sensors,
-        felt: Vec::new(),
-        crew,
+        ego_sensors: Vec::new(),
+        encoders,
         awaited: VecDeque::new(),
-        place: lines.len() as u64,
+        index: lines.len() as u64,
         wanted: args.frames,
         pipeline: args.pipeline as usize,
         every_nanos: args.every * delta_nanos,
@@ -171,17 +172,17 @@ pub(crate) fn collect(
         lines.iter().map(|line| (line.frame, line.state_hash.as_str())).collect();
     let from = lines.last().map_or(origin.0 + args.warmup, |line| line.frame);
     let ended = run
-        .return_to(client, Frame(from), &recorded)
+        .resimulate_to(client, Frame(from), &recorded)
         .map_err(|diverged| match diverged {
-            Departure::At { frame, recorded, now } => {
+            ResumeError::At { frame, recorded, now } => {
                 CollectError::Diverged { dir: folder.root().to_owned(), frame, recorded, now }
             }
-            Departure::Error(error) => error,
+            ResumeError::Error(error) => error,
         })
         .and_then(|()| run.measure(client, Settings { no_rendering: 0, ..still }));
 
-    let Run { crew, mut stages, tracers, progress, .. } = run;
-    let (work, complete, written) = crew.finish();
+    let Run { encoders, mut stages, tracers, progress, .. } = run;
+    let (work, complete, written) = encoders.finish();
     drop(progress);
     stages.writing_nanos = work.busy_nanos;
     metadata.frames_complete = complete;
@@ -197,14 +198,14 @@ pub(crate) fn collect(
     }
     metadata.complete = true;
     folder.write_metadata(&metadata)?;
-    let contact_sheet = sheet::make(&folder, &metadata)?;
+    let contact_sheet = contact_sheet::make(&folder, &metadata)?;
     Ok(Summary {
         dir: folder.root().to_owned(),
         frames: complete,
         images: work.images,
         bytes: work.bytes,
         stages,
-        cast: metadata.cast,
+        spawned: metadata.spawned_actors,
         vehicles: args.vehicles,
         tracers: metadata.tracers,
         contact_sheet,
@@ -212,49 +213,49 @@ pub(crate) fn collect(
 }
 
 fn write_map(folder: &super::folder::Folder, episode: &Episode) -> Result<(), CollectError> {
-    write_whole(&folder.root().join("map.xodr"), episode.open_drive.as_bytes())
+    write_atomically(&folder.root().join("map.xodr"), episode.open_drive.as_bytes())
 }
 
 /// A snapshot whose bundle has not come yet.
 struct Awaited {
     header: SnapshotHeader,
     actors: Vec<ActorState>,
-    felt: Vec<EgoSensors>,
+    ego_sensors: Vec<EgoSensors>,
 }
 
-/// A measurement, and the leave to hold it. They go in this order.
-struct Held {
+/// A measurement, and the leave to lock it. They go in this order.
+struct HeldMeasurement {
     measurement: Measurement,
-    _ticket: Ticket,
+    _permit: Permit,
 }
 
-impl AsRef<[u8]> for Held {
+impl AsRef<[u8]> for HeldMeasurement {
     fn as_ref(&self) -> &[u8] {
         self.measurement.bytes()
     }
 }
 
-enum Departure {
+enum ResumeError {
     At { frame: u64, recorded: String, now: String },
     Error(CollectError),
 }
 
-impl<E: Into<CollectError>> From<E> for Departure {
-    fn from(error: E) -> Departure {
-        Departure::Error(error.into())
+impl<E: Into<CollectError>> From<E> for ResumeError {
+    fn from(error: E) -> ResumeError {
+        ResumeError::Error(error.into())
     }
 }
 
 struct Run<'a> {
     control: ControlPageMapping,
     traffic: Option<usize>,
-    rig: SensorBundle,
+    bundle: SensorBundle,
     physics_sensors: SensorBundle,
     /// Since the last frame that is measured.
-    felt: Vec<EgoSensors>,
-    crew: Crew,
+    ego_sensors: Vec<EgoSensors>,
+    encoders: EncoderPool,
     awaited: VecDeque<Awaited>,
-    place: u64,
+    index: u64,
     wanted: u64,
     pipeline: usize,
     every_nanos: u64,
@@ -266,25 +267,25 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// Simulates up to `frame` unseen, and compares what comes by with what was recorded.
-    fn return_to(
+    fn resimulate_to(
         &mut self,
         client: &mut Client,
         frame: Frame,
         recorded: &BTreeMap<u64, &str>,
-    ) -> Result<(), Departure> {
+    ) -> Result<(), ResumeError> {
         while client.frame() < frame {
-            self.go_on()?;
+            self.check_stop()?;
             let here = client.tick()?;
-            self.feel()?;
-            self.felt.clear();
+            self.receive_ego_sensors()?;
+            self.ego_sensors.clear();
             let now = hash_text(client.world().header().state_hash);
             if let Some(then) = recorded.get(&here.0)
                 && *then != now
             {
-                return Err(Departure::At { frame: here.0, recorded: (*then).to_owned(), now });
+                return Err(ResumeError::At { frame: here.0, recorded: (*then).to_owned(), now });
             }
             if !recorded.is_empty() {
-                self.progress.show_return(here.0, frame.0);
+                self.progress.show_resume(here.0, frame.0);
             }
         }
         Ok(())
@@ -292,54 +293,54 @@ impl Run<'_> {
 
     /// Keeps frames until there are as many as wanted.
     fn measure(&mut self, client: &mut Client, settings: Settings) -> Result<(), CollectError> {
-        if self.place >= self.wanted {
+        if self.index >= self.wanted {
             return Ok(());
         }
         client.apply_settings(settings)?;
         let began = clock::now_nanos();
-        while self.place + (self.awaited.len() as u64) < self.wanted {
-            self.go_on()?;
+        while self.index + (self.awaited.len() as u64) < self.wanted {
+            self.check_stop()?;
             client.tick()?;
-            self.feel()?;
-            self.note(client);
-            self.take_in()?;
+            self.receive_ego_sensors()?;
+            self.queue_snapshot(client);
+            self.receive_bundles()?;
             if self.awaited.len() > self.pipeline {
-                return Err(self.wrong("nothing"));
+                return Err(self.wrong_frame("nothing"));
             }
-            self.report(began);
+            self.show_progress(began);
         }
         while !self.awaited.is_empty() {
-            self.go_on()?;
-            let ticket = self.ticket();
-            let measurement = client.await_measurement(&mut self.rig)?;
-            self.keep(measurement, ticket)?;
+            self.check_stop()?;
+            let permit = self.permit();
+            let measurement = client.await_measurement(&mut self.bundle)?;
+            self.submit(measurement, permit)?;
         }
-        while self.crew.complete() < self.wanted && !self.crew.has_failed() {
-            // The last shots are with the writers: a ticket comes back with each.
-            let tickets: Vec<_> = (0..SHOTS_MAX).map(|_| self.ticket()).collect();
-            self.report(began);
-            drop(tickets);
+        while self.encoders.complete() < self.wanted && !self.encoders.has_failed() {
+            // The last shots are with the writers: a permit comes back with each.
+            let permits: Vec<_> = (0..FRAMES_IN_FLIGHT_MAX).map(|_| self.permit()).collect();
+            self.show_progress(began);
+            drop(permits);
         }
         self.stages.wall_nanos = clock::now_nanos() - began;
         Ok(())
     }
 
-    fn go_on(&self) -> Result<(), CollectError> {
-        // What failed there is told by the crew when it finishes.
-        let must_stop = self.stop.load(Ordering::Relaxed) || self.crew.has_failed();
+    fn check_stop(&self) -> Result<(), CollectError> {
+        // What failed there is told by the encoders when it finishes.
+        let must_stop = self.stop.load(Ordering::Relaxed) || self.encoders.has_failed();
         if must_stop { Err(CollectError::Stopped) } else { Ok(()) }
     }
 
-    /// Takes in what the ego felt during the frame.
-    fn feel(&mut self) -> Result<(), CollectError> {
+    /// Takes in what the ego ego_sensors during the frame.
+    fn receive_ego_sensors(&mut self) -> Result<(), CollectError> {
         while let Some(measured) = self.physics_sensors.receive()? {
-            self.felt.extend(EgoSensors::of(&measured));
+            self.ego_sensors.extend(EgoSensors::of(&measured));
         }
         Ok(())
     }
 
     /// Remembers the snapshot of a frame that is measured.
-    fn note(&mut self, client: &Client) {
+    fn queue_snapshot(&mut self, client: &Client) {
         let header = *client.world().header();
         self.stages.add_snapshot(&header);
         if let Some(slot) = self.traffic {
@@ -347,37 +348,38 @@ impl Run<'_> {
             self.stages.planning_nanos += end.saturating_sub(begin);
         }
         if is_due(&header, self.every_nanos) {
-            let (actors, felt) = (client.world().actors().to_vec(), std::mem::take(&mut self.felt));
-            self.awaited.push_back(Awaited { header, actors, felt });
+            let (actors, ego_sensors) =
+                (client.world().actors().to_vec(), std::mem::take(&mut self.ego_sensors));
+            self.awaited.push_back(Awaited { header, actors, ego_sensors });
         }
     }
 
     /// Takes in every bundle that has come.
-    fn take_in(&mut self) -> Result<(), CollectError> {
+    fn receive_bundles(&mut self) -> Result<(), CollectError> {
         while !self.awaited.is_empty() {
-            let ticket = self.ticket();
-            let Some(measurement) = self.rig.receive()? else { break };
-            self.keep(measurement, ticket)?;
+            let permit = self.permit();
+            let Some(measurement) = self.bundle.receive()? else { break };
+            self.submit(measurement, permit)?;
         }
         Ok(())
     }
 
-    fn ticket(&mut self) -> Ticket {
+    fn permit(&mut self) -> Permit {
         let began = clock::now_nanos();
-        let ticket = self.crew.ticket();
+        let permit = self.encoders.permit();
         self.stages.waiting_nanos += clock::now_nanos() - began;
-        ticket
+        permit
     }
 
-    /// Hands a bundle and its snapshot to the crew. They must be of the same frame and state.
-    fn keep(&mut self, measurement: Measurement, ticket: Ticket) -> Result<(), CollectError> {
+    /// Hands a bundle and its snapshot to the encoders. They must be of the same frame and state.
+    fn submit(&mut self, measurement: Measurement, permit: Permit) -> Result<(), CollectError> {
         let header = *measurement.header();
         let due = self.awaited.front().expect("only what is awaited is taken in").header;
         if (header.stamp.frame, header.state_hash) != (due.stamp.frame, due.state_hash) {
             let hash = hash_text(header.state_hash);
-            return Err(self.wrong(&format!("{} (state hash {hash})", header.stamp.frame)));
+            return Err(self.wrong_frame(&format!("{} (state hash {hash})", header.stamp.frame)));
         }
-        let Awaited { actors, felt, .. } = self.awaited.pop_front().expect("it is there");
+        let Awaited { actors, ego_sensors, .. } = self.awaited.pop_front().expect("it is there");
         self.stages.add_bundle(&header);
         self.stages.frames += 1;
         let tracer = tracer_name(header.tracer);
@@ -385,14 +387,22 @@ impl Run<'_> {
             self.tracers.push(tracer.to_owned());
         }
         let planes = measurement.planes().to_vec();
-        let bytes: Bytes = Box::new(Held { measurement, _ticket: ticket });
-        let tally = Tally::default();
-        self.crew.keep(Shot { place: self.place, header, planes, bytes, actors, felt, tally });
-        self.place += 1;
+        let bytes: Bytes = Box::new(HeldMeasurement { measurement, _permit: permit });
+        let counts = FrameCounts::default();
+        self.encoders.submit(FrameData {
+            index: self.index,
+            header,
+            planes,
+            bytes,
+            actors,
+            ego_sensors,
+            counts,
+        });
+        self.index += 1;
         Ok(())
     }
 
-    fn wrong(&self, measured: &str) -> CollectError {
+    fn wrong_frame(&self, measured: &str) -> CollectError {
         let due = self.awaited.front().map_or_else(SnapshotHeader::default, |a| a.header);
         CollectError::WrongFrame {
             frame: due.stamp.frame.0,
@@ -401,14 +411,14 @@ impl Run<'_> {
         }
     }
 
-    fn report(&mut self, began: u64) {
+    fn show_progress(&mut self, began: u64) {
         self.stages.wall_nanos = clock::now_nanos() - began;
-        self.stages.writing_nanos = self.crew.work().busy_nanos;
-        self.progress.show(self.crew.complete(), self.wanted, &self.stages);
+        self.stages.writing_nanos = self.encoders.work().busy_nanos;
+        self.progress.show(self.encoders.complete(), self.wanted, &self.stages);
     }
 }
 
-/// Whether the rig measures at this frame: the renderer's own rule for a sensor's period.
+/// Whether the bundle measures at this frame: the renderer's own rule for a sensor's period.
 fn is_due(header: &SnapshotHeader, period_nanos: u64) -> bool {
     let now = header.stamp.sim_time_nanos;
     let before = now.saturating_sub(header.delta_nanos);

@@ -3,12 +3,12 @@
 use glam::{Affine3A, Vec3A};
 use mesh::Mesh;
 
-use super::rig::Pinhole;
+use crate::collect::sensors::Pinhole;
 
 /// Nothing nearer than this is drawn.
 pub(crate) const NEAR_M: f32 = 0.05;
 
-/// A drawing board of one bit a pixel, kept from one thing to the next.
+/// A drawing raster of one bit a pixel, kept from one thing to the next.
 #[derive(Default)]
 pub(crate) struct Silhouette {
     bits: Vec<u64>,
@@ -95,7 +95,7 @@ impl Silhouette {
         }
     }
 
-    /// Counts what is drawn and makes the board empty again.
+    /// Counts what is drawn and makes the raster empty again.
     fn wipe(&mut self) -> u32 {
         let [first, end] = self.rows;
         if first >= end {
@@ -163,11 +163,11 @@ mod tests {
 
     #[test]
     fn a_second_drawing_begins_on_an_empty_board() {
-        let mut board = Silhouette::default();
+        let mut raster = Silhouette::default();
         let at = Affine3A::from_translation(Vec3::new(0.0, 0.0, 4.0));
-        let first = board.pixels(&wall(), &at, &CAMERA);
-        assert_eq!(board.pixels(&wall(), &at, &CAMERA), first);
+        let first = raster.pixels(&wall(), &at, &CAMERA);
+        assert_eq!(raster.pixels(&wall(), &at, &CAMERA), first);
         let hidden = Affine3A::from_translation(Vec3::new(0.0, 0.0, -4.0));
-        assert_eq!(board.pixels(&wall(), &hidden, &CAMERA), 0);
+        assert_eq!(raster.pixels(&wall(), &hidden, &CAMERA), 0);
     }
 }

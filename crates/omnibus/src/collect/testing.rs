@@ -9,9 +9,9 @@ use std::{
 
 use protocol::{ActorState, Pose};
 
-use super::{
-    record::{Ego, FrameLine, Recipe},
-    rig,
+use crate::collect::{
+    format::{DataSetSettings, Ego, FrameLine},
+    sensors,
 };
 
 /// A line of the ledger.
@@ -23,24 +23,24 @@ pub(crate) fn line(frame: u64) -> FrameLine {
         tracer: "cpu".to_owned(),
         ego: Ego::from(&ActorState { pose: Pose::IDENTITY, ..ActorState::default() }),
         sensors: Vec::new(),
-        boxes: 0,
-        points: BTreeMap::new(),
-        felt: Vec::new(),
+        box_count: 0,
+        point_counts: BTreeMap::new(),
+        ego_sensors: Vec::new(),
     }
 }
 
 /// What a run was asked for.
-pub(crate) fn recipe() -> Recipe {
-    Recipe {
+pub(crate) fn settings() -> DataSetSettings {
+    DataSetSettings {
         map: "Millbrook".to_owned(),
         map_fnv1a64: "00".to_owned(),
         seed: 7,
         fixed_delta_nanos: 50_000_000,
         warmup_frames: 40,
         every_frames: 1,
-        vehicles: 50,
+        vehicles_requested: 50,
         ego_blueprint: "vehicle.tesla.model3".to_owned(),
-        sensors: rig::default_rig(800, 600).iter().map(rig::describe).collect(),
+        sensors: sensors::default_sensors(800, 600).iter().map(sensors::describe).collect(),
     }
 }
 

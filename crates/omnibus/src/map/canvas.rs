@@ -4,7 +4,7 @@ use std::io::Write;
 
 use glam::DVec2;
 
-use super::glyphs;
+use crate::map::glyphs;
 
 /// sRGB and how much it covers, 0 to 255.
 pub(super) type Color = [u8; 4];

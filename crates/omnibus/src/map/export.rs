@@ -12,7 +12,10 @@ use std::{
 use mesh::{Material, Mesh, Tag};
 use serde_json::json;
 
-use super::{Loaded, Source, write_file};
+use crate::map::{
+    output::write_file,
+    source::{Loaded, Source},
+};
 
 /// What `omnibus map export` takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -48,7 +51,7 @@ pub(super) fn export(args: &ExportArgs) -> anyhow::Result<()> {
     let name = Path::new(&name).file_stem().map_or(name.clone(), |n| n.to_string_lossy().into());
     let parts = Parts::of(&name, &mesh);
     write_file(&args.out, |file| write(&parts, file))?;
-    say!(
+    print_line!(
         "{}: {} triangles in {} parts",
         args.out.display(),
         mesh.triangles.len(),

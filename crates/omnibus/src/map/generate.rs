@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use mapgen::Character;
 
-use super::{speak, write_file};
+use crate::map::output::{write_file, write_stdout};
 
 /// What `omnibus map generate` takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -57,10 +57,10 @@ pub(super) fn generate(args: &GenerateArgs) -> anyhow::Result<()> {
         relief_m,
     });
     match &args.out {
-        None => speak(|out| out.write_all(text.as_bytes())),
+        None => write_stdout(|out| out.write_all(text.as_bytes())),
         Some(path) => {
             write_file(path, |file| Ok(file.write_all(text.as_bytes())?))?;
-            say!("{}: {:.2} MB", path.display(), text.len() as f64 / 1e6);
+            print_line!("{}: {:.2} MB", path.display(), text.len() as f64 / 1e6);
             Ok(())
         }
     }

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, time::Instant};
 
-use super::{Loaded, Source};
+use crate::map::source::{Loaded, Source};
 use road::{JunctionKind, Network};
 
 /// Says what a map holds.
@@ -14,8 +14,8 @@ pub(super) fn info(source: &Source) -> anyhow::Result<()> {
     let header = network.header();
     let (low, high) = network.bounds();
     let size = high - low;
-    say!("{name}: {:.0} m by {:.0} m, {:.1} m high", size.x, size.y, size.z);
-    say!(
+    print_line!("{name}: {:.0} m by {:.0} m, {:.1} m high", size.x, size.y, size.z);
+    print_line!(
         "OpenDRIVE {}.{}, {:.2} MB, read in {:.1} ms; name {:?}, by {:?}",
         header.revision.0,
         header.revision.1,
@@ -25,7 +25,7 @@ pub(super) fn info(source: &Source) -> anyhow::Result<()> {
         header.vendor,
     );
     let length_m: f64 = network.roads().iter().map(|road| road.length_m).sum();
-    say!(
+    print_line!(
         "{} roads, {:.2} km; {} lanes:",
         network.roads().len(),
         length_m / 1e3,
@@ -38,10 +38,10 @@ pub(super) fn info(source: &Source) -> anyhow::Result<()> {
         *length_m += lane.length_m;
     }
     for (kind, (count, length_m)) in kinds {
-        say!("  {kind:<14} {count:>6}, {:>9.2} km", length_m / 1e3);
+        print_line!("  {kind:<14} {count:>6}, {:>9.2} km", length_m / 1e3);
     }
     let of_kind = |kind| network.junctions().iter().filter(|j| j.kind == kind).count();
-    say!(
+    print_line!(
         "{} junctions: {} common, {} direct, {} virtual",
         network.junctions().len(),
         of_kind(JunctionKind::Common),
@@ -49,29 +49,35 @@ pub(super) fn info(source: &Source) -> anyhow::Result<()> {
         of_kind(JunctionKind::Virtual),
     );
     let dynamic = network.signals().iter().filter(|signal| signal.dynamic).count();
-    say!(
+    print_line!(
         "{} signals ({dynamic} lights), {} controllers, {} objects, {} crosswalks",
         network.signals().len(),
         network.controllers().len(),
         network.objects().len(),
         network.crosswalks().count(),
     );
-    say!("{} spawn points", network.spawn_points().len());
+    print_line!("{} spawn points", network.spawn_points().len());
     match network.geo((low + high) * 0.5) {
         Some(middle) => {
-            say!(
+            print_line!(
                 "middle at latitude {:.6}, longitude {:.6}",
                 middle.latitude_deg,
                 middle.longitude_deg
             );
         }
-        None if header.geo_reference.is_empty() => say!("says not where on Earth it lies"),
+        None if header.geo_reference.is_empty() => print_line!("says not where on Earth it lies"),
         None => {
-            say!("lies on Earth by a projection that is not known here: {}", header.geo_reference)
+            print_line!(
+                "lies on Earth by a projection that is not known here: {}",
+                header.geo_reference
+            )
         }
     }
     if !network.findings().is_empty() {
-        say!("{} findings: `omnibus map validate {name}` lists them", network.findings().len());
+        print_line!(
+            "{} findings: `omnibus map validate {name}` lists them",
+            network.findings().len()
+        );
     }
     Ok(())
 }

@@ -3,7 +3,10 @@
 use road::{LanePoint, LaneType, LaneTypes, Network, RoadMark};
 use serde::Serialize;
 
-use super::{Loaded, Source, speak};
+use crate::map::{
+    output::write_stdout,
+    source::{Loaded, Source},
+};
 
 /// What `omnibus map waypoints` takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -118,7 +121,7 @@ pub(super) fn waypoints(args: &WaypointArgs) -> anyhow::Result<()> {
     }
     let types = lane_types(&args.types)?;
     let Loaded { network, .. } = args.source.load()?;
-    speak(|out| {
+    write_stdout(|out| {
         for at in network.waypoints(args.every, types) {
             serde_json::to_writer(&mut *out, &waypoint_line(&network, at, args.step))?;
             out.write_all(b"\n")?;
@@ -189,7 +192,7 @@ pub(super) fn topology(source: &Source) -> anyhow::Result<()> {
         to: Option<LaneName<'a>>,
     }
     let Loaded { network, .. } = source.load()?;
-    speak(|out| {
+    write_stdout(|out| {
         let driving = network.lanes().iter().filter(|lane| LaneTypes::DRIVING.contains(lane.kind));
         for lane in driving {
             let ends = lane.successors.iter().map(|next| Some(lane_name(&network, *next)));
@@ -248,7 +251,7 @@ pub(super) fn landmarks(source: &Source) -> anyhow::Result<()> {
     }
     let Loaded { network, .. } = source.load()?;
     let road_id = |road: u32| network.roads()[road as usize].id.as_str();
-    speak(|out| {
+    write_stdout(|out| {
         for landmark in network.landmarks() {
             let signal = &network.signals()[landmark.signal as usize];
             let lanes = signal.lanes.iter();
@@ -308,7 +311,7 @@ pub(super) fn crosswalks(source: &Source) -> anyhow::Result<()> {
         corners_m: Vec<[f64; 3]>,
     }
     let Loaded { network, .. } = source.load()?;
-    speak(|out| {
+    write_stdout(|out| {
         for crosswalk in network.crosswalks() {
             let line = Line {
                 id: &crosswalk.object.id,

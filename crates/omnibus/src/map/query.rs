@@ -6,11 +6,11 @@ use anyhow::Context;
 use glam::{DQuat, DVec3};
 use serde::Serialize;
 
-use super::{
-    Loaded, Source,
+use crate::map::{
     ground::Ground,
     lines::{WaypointLine, lane_types, waypoint_line},
-    speak,
+    output::write_stdout,
+    source::{Loaded, Source},
 };
 
 /// What `omnibus map query` takes.
@@ -51,7 +51,7 @@ pub(super) fn query(args: &QueryArgs) -> anyhow::Result<()> {
     let Loaded { network, .. } = args.source.load()?;
     let town = town::furnish(&network, args.seed);
     let ground = Ground::new(&town.mesh);
-    speak(|out| {
+    write_stdout(|out| {
         for (x, y, z) in points {
             let below = ground.below(x, y, z);
             let height = z.or(below.as_ref().map(|hit| hit.height_m)).unwrap_or(0.0);

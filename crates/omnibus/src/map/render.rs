@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use glam::DVec2;
 use road::{Lane, LanePoint, LaneType, MarkColor, MarkKind, Network, Road};
 
-use super::{
-    Loaded, Source,
+use crate::map::{
     canvas::{Color, Drawing, Shape},
-    write_file,
+    output::write_file,
+    source::{Loaded, Source},
 };
 
 /// What `omnibus map render` takes.
@@ -69,7 +69,7 @@ pub(super) fn render(args: &RenderArgs) -> anyhow::Result<()> {
         },
     )?;
     let [width, height] = drawing.size;
-    say!("{}: {width}x{height}, {pixels_per_m:.2} pixels a metre", args.out.display());
+    print_line!("{}: {width}x{height}, {pixels_per_m:.2} pixels a metre", args.out.display());
     Ok(())
 }
 

@@ -4,10 +4,10 @@ use glam::DVec3;
 use road::{LanePoint, LaneTypes, Network};
 use serde::Serialize;
 
-use super::{
-    Loaded, Source,
+use crate::map::{
     lines::{PointName, point_name, waypoint_line},
-    speak,
+    output::write_stdout,
+    source::{Loaded, Source},
 };
 
 /// What `omnibus map route` takes.
@@ -47,7 +47,7 @@ pub(super) fn route(args: &RouteArgs) -> anyhow::Result<()> {
         anyhow::bail!("{name}: no way leads from {} to {}", args.from, args.to)
     };
     if let Some(every) = args.every {
-        return speak(|out| {
+        return write_stdout(|out| {
             for at in route.points(every) {
                 serde_json::to_writer(&mut *out, &waypoint_line(&network, at, None))?;
                 out.write_all(b"\n")?;
@@ -56,7 +56,7 @@ pub(super) fn route(args: &RouteArgs) -> anyhow::Result<()> {
         });
     }
     let point = |lane, along_m| point_name(&network, LanePoint { lane, along_m });
-    speak(|out| {
+    write_stdout(|out| {
         for leg in &route.legs {
             let (from, to) = (point(leg.lane, leg.from_m), point(leg.lane, leg.to_m));
             if args.json {

@@ -1,7 +1,7 @@
 //! `omnibus map validate`.
 
-use super::{Source, speak};
 use crate::launch::WorldArgs;
+use crate::map::{output::write_stdout, source::Source};
 use anyhow::anyhow;
 use road::Severity;
 
@@ -11,7 +11,7 @@ pub(super) fn validate(source: &Source) -> anyhow::Result<()> {
     let name = &episode.map;
     let findings = road::validate(&episode.open_drive)
         .map_err(|e| anyhow!("{name}:{}: {}", e.line, e.reason))?;
-    speak(|out| {
+    write_stdout(|out| {
         for finding in &findings {
             let severity = finding.severity.text();
             writeln!(out, "{name}:{}: {severity}: {}", finding.line, finding.reason)?;
@@ -22,8 +22,8 @@ pub(super) fn validate(source: &Source) -> anyhow::Result<()> {
     let (errors, warnings) = (of(Severity::Error), of(Severity::Warning));
     anyhow::ensure!(errors == 0, "{name}: {errors} errors, {warnings} warnings");
     match warnings {
-        0 => say!("{name}: nothing found"),
-        _ => say!("{name}: no errors, {warnings} warnings"),
+        0 => print_line!("{name}: nothing found"),
+        _ => print_line!("{name}: no errors, {warnings} warnings"),
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use bus::clock;
 use protocol::{Command, Name, Settings, Spawn, flag};
 
 use super::StageArgs;
-use crate::{Beside, collect::places};
+use crate::{BackgroundHost, collect::places};
 
 /// How long each tick took, from the call to its return, and with how many vehicles.
 pub(super) fn measure(args: &StageArgs) -> anyhow::Result<(Vec<u64>, usize)> {
@@ -16,7 +16,7 @@ pub(super) fn measure(args: &StageArgs) -> anyhow::Result<(Vec<u64>, usize)> {
         places.into_iter().take(args.vehicles).map(vehicle).collect()
     };
     let settings = Settings { synchronous: 1, ..Settings::default() };
-    let beside = Beside::start(&args.world, settings)?;
+    let beside = BackgroundHost::start(&args.world, settings)?;
     let mut client = beside.connect("stage")?;
     let mut vehicles = 0;
     if !spawns.is_empty() {

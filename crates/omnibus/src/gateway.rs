@@ -20,13 +20,13 @@ use client_lib::Client;
 pub(crate) const ROLE: &str = "gateway";
 
 /// A door that could not be opened would not open the next time either.
-const SHUT: i32 = 3;
+const EXIT_CANNOT_LISTEN: i32 = 3;
 /// A door that held for so long is opened again at once.
-const FROZEN: Duration = Duration::from_secs(5);
+const STABLE_AFTER: Duration = Duration::from_secs(5);
 
 /// Where CARLA's clients find the simulator.
 #[derive(Clone, Debug, clap::Args)]
-pub(crate) struct DoorArgs {
+pub(crate) struct CarlaServerArgs {
     /// Where CARLA's clients connect; streams go through the next port. 0: any free ports
     #[arg(long, default_value_t = 2000)]
     carla_port: u16,
@@ -38,20 +38,20 @@ pub(crate) struct DoorArgs {
     listen: IpAddr,
 }
 
-impl DoorArgs {
+impl CarlaServerArgs {
     fn config(&self) -> DoorConfig {
         DoorConfig { port: self.carla_port, listen: self.listen }
     }
 }
 
 /// The door's process, until its host ends.
-pub(crate) fn play(args: &DoorArgs, instance: &str) -> anyhow::Result<()> {
+pub(crate) fn run_process(args: &CarlaServerArgs, instance: &str) -> anyhow::Result<()> {
     // The host is there before the door, so what is wrong is wrong with the ports.
     let door = match Door::open(&args.config()) {
         Ok(door) => door,
         Err(e) => {
             eprintln!("WARN gateway 0 {e}");
-            std::process::exit(SHUT);
+            std::process::exit(EXIT_CANNOT_LISTEN);
         }
     };
     door.serve(Client::connect(Some(instance), ROLE)?)?;
@@ -59,32 +59,35 @@ pub(crate) fn play(args: &DoorArgs, instance: &str) -> anyhow::Result<()> {
 }
 
 /// Who opens the door again.
-pub(crate) struct Keeper {
+pub(crate) struct GatewaySupervisor {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Keeper {
+impl GatewaySupervisor {
     /// Opens the door, unless nobody is to be let in.
     pub(crate) fn start(
-        args: &DoorArgs,
+        args: &CarlaServerArgs,
         instance: &Instance,
-        within: bool,
-    ) -> anyhow::Result<Keeper> {
+        in_process: bool,
+    ) -> anyhow::Result<GatewaySupervisor> {
         let stop = Arc::new(AtomicBool::new(false));
         if args.no_carla {
-            return Ok(Keeper { stop, thread: None });
+            return Ok(GatewaySupervisor { stop, thread: None });
         }
-        let (args, instance, told) = (args.clone(), instance.clone(), Arc::clone(&stop));
+        let (args, instance, stop_flag) = (args.clone(), instance.clone(), Arc::clone(&stop));
         let work = move || {
-            let ended =
-                if within { serve(&args, &instance) } else { keep(&args, &instance, &told) };
+            let ended = if in_process {
+                serve(&args, &instance)
+            } else {
+                supervise(&args, &instance, &stop_flag)
+            };
             if let Err(e) = ended {
                 eprintln!("WARN gateway 0 {e:#}");
             }
         };
         let thread = std::thread::Builder::new().name("door".into()).spawn(work)?;
-        Ok(Keeper { stop, thread: Some(thread) })
+        Ok(GatewaySupervisor { stop, thread: Some(thread) })
     }
 
     /// After the host: the door ends with it.
@@ -98,13 +101,13 @@ impl Keeper {
 }
 
 /// As threads of this process.
-fn serve(args: &DoorArgs, instance: &Instance) -> anyhow::Result<()> {
+fn serve(args: &CarlaServerArgs, instance: &Instance) -> anyhow::Result<()> {
     let door = Door::open(&args.config())?;
     Ok(door.serve(Client::connect_in_process(instance, ROLE)?)?)
 }
 
 /// As a process, started again when it dies.
-fn keep(args: &DoorArgs, instance: &Instance, stop: &AtomicBool) -> anyhow::Result<()> {
+fn supervise(args: &CarlaServerArgs, instance: &Instance, stop: &AtomicBool) -> anyhow::Result<()> {
     while !stop.load(Ordering::Acquire) {
         let begun = Instant::now();
         let mut child = spawn(args, instance).context("the CARLA door")?;
@@ -113,15 +116,18 @@ fn keep(args: &DoorArgs, instance: &Instance, stop: &AtomicBool) -> anyhow::Resu
                 break status;
             }
             if stop.load(Ordering::Acquire) {
-                return put_out(&mut child);
+                return stop_child(&mut child);
             }
             std::thread::park_timeout(Duration::from_millis(100));
         };
-        if stop.load(Ordering::Acquire) || status.success() || status.code() == Some(SHUT) {
+        if stop.load(Ordering::Acquire)
+            || status.success()
+            || status.code() == Some(EXIT_CANNOT_LISTEN)
+        {
             return Ok(());
         }
         eprintln!("WARN gateway 0 the CARLA door died ({status}); it is opened again");
-        if begun.elapsed() < FROZEN {
+        if begun.elapsed() < STABLE_AFTER {
             std::thread::park_timeout(Duration::from_secs(1));
         }
     }
@@ -129,7 +135,7 @@ fn keep(args: &DoorArgs, instance: &Instance, stop: &AtomicBool) -> anyhow::Resu
 }
 
 /// It sees its host end; who does not is helped.
-fn put_out(child: &mut Child) -> anyhow::Result<()> {
+fn stop_child(child: &mut Child) -> anyhow::Result<()> {
     for _ in 0..100 {
         if child.try_wait()?.is_some() {
             return Ok(());
@@ -141,7 +147,7 @@ fn put_out(child: &mut Child) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn spawn(args: &DoorArgs, instance: &Instance) -> std::io::Result<Child> {
+fn spawn(args: &CarlaServerArgs, instance: &Instance) -> std::io::Result<Child> {
     use std::os::unix::process::CommandExt;
     Command::new(std::env::current_exe()?)
         .args(["role", ROLE, "--instance", instance.id()])

@@ -4,7 +4,7 @@
 //! tick ──▶ snapshot ─┐
 //!      ──▶ bundle ───┴▶ shot ──▶ crew of encoders ──▶ front/color/000123.png ...
 //!                        │            │ all files of a frame complete
-//!      a ticket is free ◀┘            ▼
+//!      a permit is free ◀┘            ▼
 //!                                  frames.jsonl
 //! ```
 //!
@@ -12,32 +12,32 @@
 //! frame stands in `frames.jsonl` when all its files are complete, so that a run that was killed
 //! can be resumed: the simulation is the same, so it is simulated up to there again, unseen.
 
+mod actors;
 mod boxes;
-mod cast;
-mod crew;
+mod contact_sheet;
 mod decode;
+mod ego_sensors;
 mod encode;
+mod encoders;
 mod error;
-mod felt;
 mod folder;
+mod format;
+mod frame_list;
 mod inspect;
 mod job;
-mod ledger;
 mod metadata;
 mod outline;
 mod progress;
-mod record;
-mod rig;
 mod run;
-mod sheet;
+mod sensors;
 mod silhouette;
 mod stages;
 #[cfg(test)]
 mod testing;
 
-pub(crate) use cast::{EGO, places};
+pub(crate) use actors::{EGO, places};
 pub(crate) use error::CollectError;
 pub(crate) use inspect::inspect;
 pub(crate) use job::{Args, Job};
-pub(crate) use rig::default_rig;
 pub(crate) use run::collect;
+pub(crate) use sensors::default_sensors;

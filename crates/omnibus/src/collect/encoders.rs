@@ -1,7 +1,7 @@
 //! The threads that encode and write, beside the tick's path.
 //!
-//! A shot is shared by all tasks of its frame and holds the renderer's own memory; when the last
-//! task is done the memory goes back and the frame enters the ledger. How many shots there may be
+//! A data is shared by all tasks of its frame and description the renderer's own memory; when the last
+//! task is done the memory goes back and the frame enters the frame_list. How many shots there may be
 //! at a time is the only bound, and waiting for one the only back pressure.
 
 use std::{
@@ -19,45 +19,45 @@ use bus::clock;
 use crossbeam::channel::{Receiver, Sender, bounded};
 use protocol::{ActorId, ActorState, BlueprintInfo, BundleHeader, Plane, SensorSpec, output};
 
-use super::{
+use crate::collect::{
     CollectError,
     boxes::{self, CameraView, LidarView},
+    ego_sensors::EgoSensors,
     encode::{self, Encoder},
-    felt::EgoSensors,
-    folder::{Folder, write_whole},
-    ledger::Ledger,
-    record::{Boxes, Ego, FrameLine, SensorPose, hash_text, tracer_name},
-    rig::{self, BOXES, Pinhole, Task},
+    folder::{Folder, write_atomically},
+    format::{Boxes, Ego, FrameLine, SensorPose, hash_text, tracer_name},
+    frame_list::FrameList,
+    sensors::{self, BOXES, Pinhole, Task},
     silhouette::Silhouette,
 };
 
-/// Bytes in which the planes of a shot lie.
+/// Bytes in which the planes of a data lie.
 pub(crate) type Bytes = Box<dyn AsRef<[u8]> + Send + Sync>;
 
 /// Everything of one frame that is to be kept.
-pub(crate) struct Shot {
-    /// Its place in the ledger.
-    pub(crate) place: u64,
+pub(crate) struct FrameData {
+    /// Its index in the frame_list.
+    pub(crate) index: u64,
     pub(crate) header: BundleHeader,
     pub(crate) planes: Vec<Plane>,
     /// Where the planes' offsets point.
     pub(crate) bytes: Bytes,
     /// Everybody, at that frame.
     pub(crate) actors: Vec<ActorState>,
-    /// What the ego felt since the shot before.
-    pub(crate) felt: Vec<EgoSensors>,
-    pub(crate) tally: Tally,
+    /// What the ego ego_sensors since the data before.
+    pub(crate) ego_sensors: Vec<EgoSensors>,
+    pub(crate) counts: FrameCounts,
 }
 
 /// What the tasks of a frame found.
 #[derive(Default)]
-pub(crate) struct Tally {
+pub(crate) struct FrameCounts {
     done: AtomicU64,
     boxes: AtomicU64,
     points: Mutex<BTreeMap<String, u64>>,
 }
 
-impl Shot {
+impl FrameData {
     fn frame(&self) -> u64 {
         self.header.stamp.frame.0
     }
@@ -77,8 +77,8 @@ impl Shot {
     }
 }
 
-/// What every thread of the crew knows.
-pub(crate) struct Desk {
+/// What every thread of the encoders knows.
+pub(crate) struct DataSetContext {
     pub(crate) folder: Folder,
     pub(crate) sensors: Vec<SensorSpec>,
     pub(crate) tasks: Vec<Task>,
@@ -87,8 +87,8 @@ pub(crate) struct Desk {
 }
 
 struct Shared {
-    desk: Desk,
-    ledger: Mutex<Ledger>,
+    context: DataSetContext,
+    frame_list: Mutex<FrameList>,
     failure: OnceLock<CollectError>,
     busy_nanos: AtomicU64,
     bytes: AtomicU64,
@@ -96,23 +96,23 @@ struct Shared {
 }
 
 /// The threads, and the way to them.
-pub(crate) struct Crew {
+pub(crate) struct EncoderPool {
     shared: Arc<Shared>,
-    jobs: Option<Sender<(Arc<Shot>, usize)>>,
-    tickets: (Sender<()>, Receiver<()>),
+    jobs: Option<Sender<(Arc<FrameData>, usize)>>,
+    permits: (Sender<()>, Receiver<()>),
     threads: Vec<JoinHandle<()>>,
 }
 
-/// Leave to hold one shot.
-pub(crate) struct Ticket(Sender<()>);
+/// Leave to lock one data.
+pub(crate) struct Permit(Sender<()>);
 
-impl Drop for Ticket {
+impl Drop for Permit {
     fn drop(&mut self) {
         let _ = self.0.try_send(());
     }
 }
 
-/// What the crew did.
+/// What the encoders did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Work {
     pub(crate) busy_nanos: u64,
@@ -120,54 +120,58 @@ pub(crate) struct Work {
     pub(crate) images: u64,
 }
 
-impl Crew {
-    /// Starts `threads` threads that hold at most `shots_max` shots.
+impl EncoderPool {
+    /// Starts `threads` threads that lock at most `frames_max` shots.
     pub(crate) fn start(
-        desk: Desk,
-        ledger: Ledger,
+        context: DataSetContext,
+        frame_list: FrameList,
         threads: usize,
-        shots_max: usize,
-    ) -> Result<Crew, CollectError> {
-        let tickets = bounded(shots_max);
-        for _ in 0..shots_max {
-            let _ = tickets.0.try_send(());
+        frames_max: usize,
+    ) -> Result<EncoderPool, CollectError> {
+        let permits = bounded(frames_max);
+        for _ in 0..frames_max {
+            let _ = permits.0.try_send(());
         }
-        let (jobs, queue) = bounded(shots_max * desk.tasks.len());
+        let (jobs, queue) = bounded(frames_max * context.tasks.len());
         let shared = Arc::new(Shared {
-            desk,
-            ledger: Mutex::new(ledger),
+            context,
+            frame_list: Mutex::new(frame_list),
             failure: OnceLock::new(),
             busy_nanos: AtomicU64::new(0),
             bytes: AtomicU64::new(0),
             images: AtomicU64::new(0),
         });
-        let mut crew =
-            Crew { shared: Arc::clone(&shared), jobs: Some(jobs), tickets, threads: Vec::new() };
+        let mut encoders = EncoderPool {
+            shared: Arc::clone(&shared),
+            jobs: Some(jobs),
+            permits,
+            threads: Vec::new(),
+        };
         for index in 0..threads {
             let (shared, queue) = (Arc::clone(&shared), queue.clone());
             let thread = std::thread::Builder::new()
                 .name(format!("encode-{index}"))
                 .spawn(move || work(&shared, &queue))
                 .map_err(|e| CollectError::io(Path::new("a thread to encode with"), e))?;
-            crew.threads.push(thread);
+            encoders.threads.push(thread);
         }
-        Ok(crew)
+        Ok(encoders)
     }
 
-    /// Waits until there is room for one more shot.
-    pub(crate) fn ticket(&self) -> Ticket {
+    /// Waits until there is room for one more data.
+    pub(crate) fn permit(&self) -> Permit {
         // The other end is ours: it is never gone.
-        let _ = self.tickets.1.recv();
-        Ticket(self.tickets.0.clone())
+        let _ = self.permits.1.recv();
+        Permit(self.permits.0.clone())
     }
 
-    /// Hands over a frame; its bytes must hold its ticket.
-    pub(crate) fn keep(&self, shot: Shot) {
-        let shot = Arc::new(shot);
+    /// Hands over a frame; its bytes must lock its permit.
+    pub(crate) fn submit(&self, data: FrameData) {
+        let data = Arc::new(data);
         let jobs = self.jobs.as_ref().expect("open until the end");
-        for task in 0..self.shared.desk.tasks.len() {
+        for task in 0..self.shared.context.tasks.len() {
             // There is room for all tasks of all shots, and the threads live as long as this.
-            let _ = jobs.send((Arc::clone(&shot), task));
+            let _ = jobs.send((Arc::clone(&data), task));
         }
     }
 
@@ -178,7 +182,7 @@ impl Crew {
 
     /// How many frames are complete.
     pub(crate) fn complete(&self) -> u64 {
-        self.shared.ledger().complete()
+        self.shared.frame_list().complete()
     }
 
     /// What was done so far.
@@ -207,30 +211,30 @@ impl Crew {
 }
 
 impl Shared {
-    fn ledger(&self) -> MutexGuard<'_, Ledger> {
-        self.ledger.lock().unwrap_or_else(PoisonError::into_inner)
+    fn frame_list(&self) -> MutexGuard<'_, FrameList> {
+        self.frame_list.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// A thread's own tools.
+/// A thread's own buffers.
 #[derive(Default)]
-struct Tools {
+struct WorkerBuffers {
     encoder: Encoder,
     points: Vec<u8>,
     labels: Vec<u8>,
-    board: Silhouette,
+    raster: Silhouette,
 }
 
-fn work(shared: &Shared, queue: &Receiver<(Arc<Shot>, usize)>) {
-    let mut tools = Tools::default();
-    while let Ok((shot, task)) = queue.recv() {
+fn work(shared: &Shared, queue: &Receiver<(Arc<FrameData>, usize)>) {
+    let mut buffers = WorkerBuffers::default();
+    while let Ok((data, task)) = queue.recv() {
         if shared.failure.get().is_some() {
             continue;
         }
         let began = clock::now_nanos();
-        let attempt = AssertUnwindSafe(|| shared.carry_out(&shot, task, &mut tools));
+        let attempt = AssertUnwindSafe(|| shared.run_task(&data, task, &mut buffers));
         let done = catch_unwind(attempt).unwrap_or_else(|_| {
-            let why = format!("it panicked at frame {}", shot.frame());
+            let why = format!("it panicked at frame {}", data.frame());
             Err(CollectError::Bug { what: "a thread that encodes", why })
         });
         shared.busy_nanos.fetch_add(clock::now_nanos() - began, Ordering::Relaxed);
@@ -241,44 +245,49 @@ fn work(shared: &Shared, queue: &Receiver<(Arc<Shot>, usize)>) {
 }
 
 impl Shared {
-    fn carry_out(&self, shot: &Shot, task: usize, tools: &mut Tools) -> Result<(), CollectError> {
-        match &self.desk.tasks[task] {
+    fn run_task(
+        &self,
+        data: &FrameData,
+        task: usize,
+        buffers: &mut WorkerBuffers,
+    ) -> Result<(), CollectError> {
+        match &self.context.tasks[task] {
             Task::Image { sensor, output, folder } => {
-                self.image(shot, *sensor, *output, folder, &mut tools.encoder)?;
+                self.image(data, *sensor, *output, folder, &mut buffers.encoder)?;
             }
             Task::Points { sensor, points, labels } => {
-                self.points(shot, *sensor, [points, labels], tools)?;
+                self.points(data, *sensor, [points, labels], buffers)?;
             }
-            Task::Boxes => self.boxes(shot, tools)?,
+            Task::Boxes => self.boxes(data, buffers)?,
         }
-        let done = shot.tally.done.fetch_add(1, Ordering::AcqRel) + 1;
-        if done == self.desk.tasks.len() as u64 {
-            self.ledger().enter(shot.place, &self.line(shot))?;
+        let done = data.counts.done.fetch_add(1, Ordering::AcqRel) + 1;
+        if done == self.context.tasks.len() as u64 {
+            self.frame_list().append(data.index, &self.line(data))?;
         }
         Ok(())
     }
 
     fn write(
         &self,
-        shot: &Shot,
+        data: &FrameData,
         folder: &str,
         kind: &str,
         bytes: &[u8],
     ) -> Result<(), CollectError> {
-        write_whole(&self.desk.folder.of_frame(folder, shot.frame(), kind), bytes)?;
+        write_atomically(&self.context.folder.frame_file(folder, data.frame(), kind), bytes)?;
         self.bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
         Ok(())
     }
 
     fn image(
         &self,
-        shot: &Shot,
+        data: &FrameData,
         sensor: usize,
         output: u32,
         folder: &str,
         encoder: &mut Encoder,
     ) -> Result<(), CollectError> {
-        let (plane, bytes) = shot.plane(sensor, output)?;
+        let (plane, bytes) = data.plane(sensor, output)?;
         let size = [plane.width, plane.height];
         match output {
             output::COLOR => encoder.color(size, bytes)?,
@@ -286,86 +295,86 @@ impl Shared {
             output::TAG => encoder.tag(size, bytes)?,
             _ => encoder.instance(size, bytemuck::cast_slice(bytes))?,
         }
-        self.write(shot, folder, "png", &encoder.file)?;
+        self.write(data, folder, "png", &encoder.file)?;
         self.images.fetch_add(1, Ordering::Relaxed);
         Ok(())
     }
 
     fn points(
         &self,
-        shot: &Shot,
+        data: &FrameData,
         sensor: usize,
         [points_folder, labels_folder]: [&str; 2],
-        tools: &mut Tools,
+        buffers: &mut WorkerBuffers,
     ) -> Result<(), CollectError> {
-        let rays = bytemuck::cast_slice(shot.plane(sensor, output::POINTS)?.1);
-        let met = bytemuck::cast_slice(shot.plane(sensor, output::LABELS)?.1);
-        let count = encode::returns(rays, met, &mut tools.points, &mut tools.labels);
-        let name = self.desk.sensors[sensor].name.to_string();
-        shot.tally.points.lock().unwrap_or_else(PoisonError::into_inner).insert(name, count);
-        self.write(shot, points_folder, "bin", &tools.points)?;
-        self.write(shot, labels_folder, "bin", &tools.labels)
+        let rays = bytemuck::cast_slice(data.plane(sensor, output::POINTS)?.1);
+        let met = bytemuck::cast_slice(data.plane(sensor, output::LABELS)?.1);
+        let count = encode::returns(rays, met, &mut buffers.points, &mut buffers.labels);
+        let name = self.context.sensors[sensor].name.to_string();
+        data.counts.points.lock().unwrap_or_else(PoisonError::into_inner).insert(name, count);
+        self.write(data, points_folder, "bin", &buffers.points)?;
+        self.write(data, labels_folder, "bin", &buffers.labels)
     }
 
-    fn boxes(&self, shot: &Shot, tools: &mut Tools) -> Result<(), CollectError> {
+    fn boxes(&self, data: &FrameData, buffers: &mut WorkerBuffers) -> Result<(), CollectError> {
         let (mut cameras, mut lidars) = (Vec::new(), Vec::new());
-        for (index, spec) in self.desk.sensors.iter().enumerate() {
+        for (index, spec) in self.context.sensors.iter().enumerate() {
             if spec.outputs & output::INSTANCE != 0 {
-                let (plane, bytes) = shot.plane(index, output::INSTANCE)?;
+                let (plane, bytes) = data.plane(index, output::INSTANCE)?;
                 let ids = bytemuck::cast_slice(bytes);
                 cameras.push(CameraView {
                     name: spec.name.as_str(),
                     camera: Pinhole::of(spec),
                     world_from_sensor: plane.world_from_sensor,
-                    seen: boxes::seen(ids, plane.width as usize, &shot.actors),
+                    seen: boxes::seen(ids, plane.width as usize, &data.actors),
                 });
             }
             if spec.outputs & output::LABELS != 0 {
-                let labels = bytemuck::cast_slice(shot.plane(index, output::LABELS)?.1);
-                let returns = boxes::returns(labels, &shot.actors);
+                let labels = bytemuck::cast_slice(data.plane(index, output::LABELS)?.1);
+                let returns = boxes::returns(labels, &data.actors);
                 lidars.push(LidarView { name: spec.name.as_str(), returns });
             }
         }
-        let desk = &self.desk;
+        let context = &self.context;
         let actors = boxes::boxes(
-            &shot.actors,
-            desk.ego,
-            &desk.blueprints,
+            &data.actors,
+            context.ego,
+            &context.blueprints,
             &cameras,
             &lidars,
-            &mut tools.board,
+            &mut buffers.raster,
         );
-        shot.tally.boxes.store(actors.len() as u64, Ordering::Relaxed);
-        let boxes = Boxes { frame: shot.frame(), actors };
+        data.counts.boxes.store(actors.len() as u64, Ordering::Relaxed);
+        let boxes = Boxes { frame: data.frame(), actors };
         let text = serde_json::to_vec(&boxes).expect("plain data has a JSON form");
-        self.write(shot, BOXES, "json", &text)
+        self.write(data, BOXES, "json", &text)
     }
 
-    fn line(&self, shot: &Shot) -> FrameLine {
-        let header = &shot.header;
-        let ego = shot.actors.iter().find(|a| a.actor_id == self.desk.ego);
+    fn line(&self, data: &FrameData) -> FrameLine {
+        let header = &data.header;
+        let ego = data.actors.iter().find(|a| a.actor_id == self.context.ego);
         let pose = |(index, spec): (usize, &SensorSpec)| {
-            let plane = shot.planes.iter().find(|p| p.sensor as usize == index)?;
+            let plane = data.planes.iter().find(|p| p.sensor as usize == index)?;
             let name = spec.name.to_string();
             Some(SensorPose { name, world_from_sensor: (&plane.world_from_sensor).into() })
         };
         FrameLine {
-            frame: shot.frame(),
+            frame: data.frame(),
             sim_time_nanos: header.stamp.sim_time_nanos,
             state_hash: hash_text(header.state_hash),
             tracer: tracer_name(header.tracer).to_owned(),
             ego: Ego::from(ego.unwrap_or(&ActorState::default())),
-            sensors: self.desk.sensors.iter().enumerate().filter_map(pose).collect(),
-            boxes: shot.tally.boxes.load(Ordering::Relaxed),
-            points: shot.tally.points.lock().unwrap_or_else(PoisonError::into_inner).clone(),
-            felt: shot.felt.clone(),
+            sensors: self.context.sensors.iter().enumerate().filter_map(pose).collect(),
+            box_count: data.counts.boxes.load(Ordering::Relaxed),
+            point_counts: data.counts.points.lock().unwrap_or_else(PoisonError::into_inner).clone(),
+            ego_sensors: data.ego_sensors.clone(),
         }
     }
 }
 
 /// Makes the folders into which the tasks write.
 pub(crate) fn make_folders(folder: &Folder, sensors: &[SensorSpec]) -> Result<(), CollectError> {
-    for output in rig::outputs(sensors) {
+    for output in sensors::outputs(sensors) {
         let path = folder.root().join(output.folder);
         std::fs::create_dir_all(&path).map_err(|e| CollectError::io(&path, e))?;
     }

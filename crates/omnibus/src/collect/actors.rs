@@ -3,7 +3,7 @@
 use client_lib::Client;
 use protocol::{ActorId, Command, Name, Pose, Spawn, flag, status};
 
-use super::{CollectError, record::Cast};
+use crate::collect::{CollectError, format::SpawnedActors};
 
 /// What the ego is.
 pub(crate) const EGO: &str = "vehicle.tesla.model3";
@@ -54,15 +54,15 @@ pub(crate) fn assemble(
     map: &str,
     seed: u64,
     vehicles: u32,
-) -> Result<Cast, CollectError> {
+) -> Result<SpawnedActors, CollectError> {
     let points = client.spawn_points()?;
     let mut places = shuffled(points, seed);
     let count = places.len();
-    let mut cast = Cast::default();
+    let mut spawned_actors = SpawnedActors::default();
     let mut why = "no driving lane has room for a vehicle".to_owned();
-    while cast.ego_actor_id == 0 {
+    while spawned_actors.ego_actor_id == 0 {
         let Some(place) = places.pop() else {
-            return Err(CollectError::NoPlace { map: map.to_owned(), why });
+            return Err(CollectError::NoSpawnPoint { map: map.to_owned(), why });
         };
         let ego = Spawn {
             blueprint: Name::new(EGO),
@@ -73,26 +73,26 @@ pub(crate) fn assemble(
         };
         let outcomes = client.try_request("spawn", &[Command::Spawn(ego)])?;
         match outcomes[0].outcome.result() {
-            Ok(id) => cast.ego_actor_id = ActorId(id).0,
+            Ok(id) => spawned_actors.ego_actor_id = ActorId(id).0,
             Err(refusal) => {
-                cast.spawns_refused += 1;
+                spawned_actors.spawns_refused += 1;
                 why = format!("{count} places were tried, the last was refused: {refusal}");
             }
         }
     }
     let mut random = Random(seed ^ 0x7ca4_fe11_0b5e_55ed);
-    while cast.vehicles_spawned < vehicles && !places.is_empty() {
-        let wanted = (vehicles - cast.vehicles_spawned) as usize;
+    while spawned_actors.vehicles_spawned < vehicles && !places.is_empty() {
+        let wanted = (vehicles - spawned_actors.vehicles_spawned) as usize;
         let batch: Vec<_> = places.drain(places.len().saturating_sub(wanted)..).rev().collect();
         let commands: Vec<_> =
             batch.iter().map(|at| Command::Spawn(vehicle(*at, &mut random))).collect();
         for entry in client.try_request("spawn", &commands)? {
             let is_done = entry.outcome.status == status::DONE;
-            cast.vehicles_spawned += u32::from(is_done);
-            cast.spawns_refused += u32::from(!is_done);
+            spawned_actors.vehicles_spawned += u32::from(is_done);
+            spawned_actors.spawns_refused += u32::from(!is_done);
         }
     }
-    Ok(cast)
+    Ok(spawned_actors)
 }
 
 /// Where vehicles are put, the first place first, for a run without a host.

@@ -1,11 +1,11 @@
 //! `omnibus blueprints`: what can be spawned, with its attributes, and what it looks like.
 
-mod sheet;
+mod pictures;
 
 use std::path::PathBuf;
 
 use serde_json::json;
-use town::{Blueprint, Kind};
+use town::Blueprint;
 
 /// What `omnibus blueprints` takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -34,13 +34,13 @@ pub(crate) fn blueprints(args: &BlueprintsArgs) -> anyhow::Result<()> {
         town::catalogue().len()
     );
     if let Some(folder) = &args.sheet {
-        return sheet::draw(&all, folder, args.meshes.as_deref());
+        return pictures::draw(&all, folder, args.meshes.as_deref());
     }
     for blueprint in all {
         if args.json {
-            say!("{}", object(blueprint));
+            print_line!("{}", object(blueprint));
         } else {
-            say!("{}", line(blueprint));
+            print_line!("{}", line(blueprint));
         }
     }
     Ok(())
@@ -94,7 +94,7 @@ fn object(blueprint: &Blueprint) -> serde_json::Value {
     let parts: Vec<_> = blueprint.rig().joints.iter().map(|joint| joint.name).collect();
     json!({
         "id": blueprint.id,
-        "kind": kind_name(blueprint.kind),
+        "kind": pictures::kind_name(blueprint.kind),
         "tag": format!("{:?}", blueprint.tag),
         "size_m": (blueprint.half_extents_m * 2.0).to_array(),
         "center_m": blueprint.center_m.to_array(),
@@ -104,13 +104,4 @@ fn object(blueprint: &Blueprint) -> serde_json::Value {
         "parts": parts,
         "attributes": attributes,
     })
-}
-
-fn kind_name(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Vehicle => "vehicle",
-        Kind::Walker => "walker",
-        Kind::Prop => "prop",
-        Kind::TrafficLight => "traffic_light",
-    }
 }

@@ -12,7 +12,6 @@ use protocol::{
 use sensor_render::{BundleJob, Device, Scene, Tracer, World, pose_planes};
 use town::{Blueprint, Kind};
 
-use super::kind_name;
 use crate::map::glyphs;
 
 /// Of one picture.
@@ -41,7 +40,7 @@ pub(super) fn draw(all: &[&Blueprint], folder: &Path, meshes: Option<&Path>) -> 
         }
         let path = folder.join(format!("sheet-{}s.png", kind_name(kind)));
         write(&path, sheet.size, &sheet.pixels)?;
-        say!("{}: {} pictures", path.display(), of_kind.len());
+        print_line!("{}: {} pictures", path.display(), of_kind.len());
     }
     Ok(())
 }
@@ -196,4 +195,14 @@ fn write(path: &Path, [width, height]: [u32; 2], pixels: &[u8]) -> anyhow::Resul
     encoder.set_color(png::ColorType::Rgb);
     encoder.write_header()?.write_image_data(pixels)?;
     Ok(())
+}
+
+/// Returns the name of a kind, as in file names and JSON.
+pub(super) fn kind_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Vehicle => "vehicle",
+        Kind::Walker => "walker",
+        Kind::Prop => "prop",
+        Kind::TrafficLight => "traffic_light",
+    }
 }

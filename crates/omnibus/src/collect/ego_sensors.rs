@@ -18,7 +18,7 @@ const LANES: usize = 4;
 
 /// The rig on the ego, beside that of cameras and lidars. Its readings are without errors: who
 /// wants some adds their own.
-pub(crate) fn felt_rig() -> Vec<SensorSpec> {
+pub(crate) fn ego_sensor_specs() -> Vec<SensorSpec> {
     let middle = Pose::new(Vec3::Z, Quat::IDENTITY);
     let roof = Pose::new(Vec3::new(0.0, 0.0, 1.5), Quat::IDENTITY);
     vec![
@@ -78,18 +78,18 @@ pub(crate) struct Collision {
     pub(crate) id: u32,
     pub(crate) tag_name: String,
     /// They did not touch in the frame before.
-    pub(crate) began: bool,
+    pub(crate) is_first_contact: bool,
     /// What the ego was given, in world space.
-    pub(crate) impulse_ns: [f32; 3],
+    pub(crate) impulse_newton_s: [f32; 3],
 }
 
 /// A marking that a corner of the ego crossed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LaneInvasion {
     /// OpenDRIVE's word for what is drawn.
-    pub(crate) marking: String,
+    pub(crate) marking_type: String,
     /// OpenDRIVE's word for its colour.
-    pub(crate) color: String,
+    pub(crate) marking_color: String,
     pub(crate) corner: String,
     pub(crate) to_left: bool,
     /// OpenDRIVE's id of the lane that the corner came from.
@@ -97,7 +97,7 @@ pub(crate) struct LaneInvasion {
 }
 
 impl EgoSensors {
-    /// Of a bundle; nothing if it is not that of [`felt_rig`].
+    /// Of a bundle; nothing if it is not that of [`ego_sensor_specs`].
     pub(crate) fn of(measured: &Measurement) -> Option<EgoSensors> {
         let stamp = measured.header().stamp;
         let felt = measured.imu(IMU)?;
@@ -136,8 +136,8 @@ fn touch(reading: &CollisionReading) -> Collision {
     Collision {
         id: if reading.object == 0 { reading.other.0 } else { object },
         tag_name: format!("{tag:?}"),
-        began: reading.began != 0,
-        impulse_ns: reading.impulse_ns,
+        is_first_contact: reading.began != 0,
+        impulse_newton_s: reading.impulse_ns,
     }
 }
 
@@ -146,8 +146,8 @@ fn crossing(reading: &LaneInvasionReading) -> LaneInvasion {
     let color = road::MarkColor::from_number(reading.color);
     let corners = ["front left", "front right", "rear left", "rear right"];
     LaneInvasion {
-        marking: kind.map_or("", road::MarkKind::text).to_owned(),
-        color: color.map_or("", road::MarkColor::text).to_owned(),
+        marking_type: kind.map_or("", road::MarkKind::text).to_owned(),
+        marking_color: color.map_or("", road::MarkColor::text).to_owned(),
         corner: corners.get(reading.corner as usize).copied().unwrap_or_default().to_owned(),
         to_left: reading.to_left != 0,
         from_lane_id: reading.from_lane_id,

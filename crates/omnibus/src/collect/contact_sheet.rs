@@ -7,29 +7,29 @@ use std::{fs, path::PathBuf};
 
 use mesh::Tag;
 
-use super::{
+use crate::collect::{
     CollectError,
     decode::{self, Image},
     encode::{DEPTH_FAR, DEPTH_STEPS_PER_M, Encoder},
-    folder::{Folder, write_whole},
-    ledger,
-    record::{Boxes, FrameLine, Metadata, Sensor},
-    rig::BOXES,
+    folder::{Folder, write_atomically},
+    format::{Boxes, FrameLine, Metadata, Sensor},
+    frame_list,
+    sensors::BOXES,
 };
 
 const ROWS: usize = 5;
 const TILE_WIDTH: usize = 400;
 const GAP: usize = 4;
-const PAPER: [u8; 3] = [24, 24, 26];
+const BACKGROUND: [u8; 3] = [24, 24, 26];
 /// Half the side of the square that a lidar tile shows.
 const LIDAR_SHOWN_M: f32 = 45.0;
 
 /// Writes the sheet of a data set; says where.
 pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, CollectError> {
-    let (lines, _) = ledger::read(&folder.frames())?;
+    let (lines, _) = frame_list::read(&folder.frames())?;
     let rows = lines.len().min(ROWS);
-    let camera = metadata.recipe.sensors.iter().find(|s| s.camera.is_some());
-    let lidar = metadata.recipe.sensors.iter().find(|s| s.lidar.is_some());
+    let camera = metadata.settings.sensors.iter().find(|s| s.camera.is_some());
+    let lidar = metadata.settings.sensors.iter().find(|s| s.lidar.is_some());
     let height = camera
         .and_then(|s| s.camera.as_ref())
         .map_or(TILE_WIDTH * 3 / 4, |c| TILE_WIDTH * c.height_px as usize / c.width_px as usize);
@@ -47,7 +47,7 @@ pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, Coll
     let path = folder.root().join("contact-sheet.png");
     let mut encoder = Encoder::default();
     encoder.picture([sheet.width as u32, sheet.height as u32], &sheet.pixels)?;
-    write_whole(&path, &encoder.file)?;
+    write_atomically(&path, &encoder.file)?;
     Ok(path)
 }
 
@@ -69,7 +69,7 @@ fn draw_camera(
     };
     sheet.draw(1, row, |x, y| depth_shade(depths[at(&depth, x, y)]));
     sheet.draw(2, row, |x, y| tag_color(tag.bytes[at(&tag, x, y)]));
-    let boxes = folder.of_frame(BOXES, line.frame, "json");
+    let boxes = folder.frame_file(BOXES, line.frame, "json");
     let text = fs::read(&boxes).map_err(|e| CollectError::io(&boxes, e))?;
     let found: Boxes =
         serde_json::from_slice(&text).map_err(|e| CollectError::damaged(&boxes, e))?;
@@ -90,7 +90,7 @@ fn draw_lidar(
     line: &FrameLine,
 ) -> Result<(), CollectError> {
     let read = |output: &str| {
-        let path = folder.of_frame(&format!("{}/{output}", lidar.name), line.frame, "bin");
+        let path = folder.frame_file(&format!("{}/{output}", lidar.name), line.frame, "bin");
         fs::read(&path).map_err(|e| CollectError::io(&path, e))
     };
     let points = decode::floats(&read("points")?);
@@ -109,7 +109,7 @@ fn draw_lidar(
 }
 
 fn read_image(folder: &Folder, output: &str, frame: u64) -> Result<Image, CollectError> {
-    let path = folder.of_frame(output, frame, "png");
+    let path = folder.frame_file(output, frame, "png");
     let file = fs::read(&path).map_err(|e| CollectError::io(&path, e))?;
     decode::png(&file).map_err(|e| CollectError::damaged(&path, e))
 }
@@ -158,7 +158,7 @@ struct Sheet {
 impl Sheet {
     fn new(columns: usize, rows: usize, tile: [usize; 2]) -> Sheet {
         let [width, height] = [columns * (tile[0] + GAP) + GAP, rows * (tile[1] + GAP) + GAP];
-        Sheet { width, height, tile, pixels: PAPER.repeat(width * height) }
+        Sheet { width, height, tile, pixels: BACKGROUND.repeat(width * height) }
     }
 
     fn draw(&mut self, column: usize, row: usize, color: impl Fn(usize, usize) -> [u8; 3]) {

@@ -8,10 +8,10 @@ use glam::{Affine3A, Mat4};
 use protocol::{ActorState, Pose, flag, tracer};
 use serde::{Deserialize, Serialize};
 
-use super::felt::EgoSensors;
+use crate::collect::ego_sensors::EgoSensors;
 
 /// The version of everything in this file.
-pub(crate) const FORMAT: &str = "omnibus-dataset-1";
+pub(crate) const FORMAT: &str = "omnibus-dataset-2";
 
 /// `metadata.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,20 +19,20 @@ pub(crate) struct Metadata {
     /// [`FORMAT`].
     pub(crate) format: String,
     /// The version of omnibus that made it.
-    pub(crate) omnibus: String,
+    pub(crate) omnibus_version: String,
     /// Every wanted frame is there.
     pub(crate) complete: bool,
     /// How many frames were asked for.
-    pub(crate) frames_wanted: u64,
+    pub(crate) frames_requested: u64,
     /// How many there were when this was written.
     pub(crate) frames_complete: u64,
     /// What traced the rays; more than one if it had to change in mid-run.
     pub(crate) tracers: Vec<String>,
     /// All that decides what the frames show.
-    pub(crate) recipe: Recipe,
+    pub(crate) settings: DataSetSettings,
     /// Who was there at the start.
-    pub(crate) cast: Cast,
-    /// What each file holds.
+    pub(crate) spawned_actors: SpawnedActors,
+    /// What each file description.
     pub(crate) outputs: Vec<Output>,
     /// How to read numbers.
     pub(crate) conventions: BTreeMap<String, String>,
@@ -40,9 +40,9 @@ pub(crate) struct Metadata {
     pub(crate) tags: BTreeMap<u8, String>,
 }
 
-/// All that decides what the frames show: the same recipe and build make the same data set.
+/// All that decides what the frames show: the same settings and build make the same data set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Recipe {
+pub(crate) struct DataSetSettings {
     /// The map's name.
     pub(crate) map: String,
     /// FNV-1a of the OpenDRIVE text, which lies in `map.xodr`.
@@ -56,7 +56,7 @@ pub(crate) struct Recipe {
     /// Of so many frames one is kept.
     pub(crate) every_frames: u64,
     /// Vehicles requested for beside the ego.
-    pub(crate) vehicles: u32,
+    pub(crate) vehicles_requested: u32,
     /// What the ego is.
     pub(crate) ego_blueprint: String,
     /// The rig on the ego.
@@ -67,15 +67,15 @@ pub(crate) struct Recipe {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sensor {
     pub(crate) name: String,
+    /// `camera`, `lidar`, `imu`, `gnss`, `odometry`, `collision` or `lane_invasion`. The readings of
+    /// the last five are in `frames.jsonl` under `ego_sensors`.
+    pub(crate) kind: String,
     /// From sensor space (x forward, y left, z up) to vehicle space.
     pub(crate) vehicle_from_sensor: Matrix4,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) camera: Option<Camera>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) lidar: Option<Lidar>,
-    /// Physics measures it: its readings stand in `frames.jsonl` under `felt`.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub(crate) felt: bool,
 }
 
 /// Rows.
@@ -98,15 +98,15 @@ pub(crate) struct Camera {
 pub(crate) struct Lidar {
     pub(crate) channels: u32,
     pub(crate) columns: u32,
-    pub(crate) upper_rad: f64,
-    pub(crate) lower_rad: f64,
+    pub(crate) upper_elevation_rad: f64,
+    pub(crate) lower_elevation_rad: f64,
     pub(crate) range_m: f64,
     pub(crate) attenuation_per_m: f64,
 }
 
 /// Who was there at the start.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Cast {
+pub(crate) struct SpawnedActors {
     pub(crate) ego_actor_id: u32,
     /// Vehicles that stand on the map, the ego not counted.
     pub(crate) vehicles_spawned: u32,
@@ -114,13 +114,13 @@ pub(crate) struct Cast {
     pub(crate) spawns_refused: u32,
 }
 
-/// What the files of one folder hold.
+/// What the files of one folder lock.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Output {
     /// As `front/color`.
     pub(crate) folder: String,
     pub(crate) extension: String,
-    pub(crate) holds: String,
+    pub(crate) description: String,
 }
 
 /// A line of `frames.jsonl`.
@@ -135,24 +135,24 @@ pub(crate) struct FrameLine {
     pub(crate) ego: Ego,
     pub(crate) sensors: Vec<SensorPose>,
     /// Actors in `boxes/`.
-    pub(crate) boxes: u64,
+    pub(crate) box_count: u64,
     /// Returns in each lidar's files.
-    pub(crate) points: BTreeMap<String, u64>,
-    /// What the ego felt, at each frame since the one before that was kept.
+    pub(crate) point_counts: BTreeMap<String, u64>,
+    /// What the ego ego_sensors, at each frame since the one before that was kept.
     #[serde(default)]
-    pub(crate) felt: Vec<EgoSensors>,
+    pub(crate) ego_sensors: Vec<EgoSensors>,
 }
 
 /// A rigid transform.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Placed {
+pub(crate) struct Transform {
     pub(crate) position_m: [f32; 3],
     pub(crate) rotation_xyzw: [f32; 4],
 }
 
-impl From<&Pose> for Placed {
-    fn from(pose: &Pose) -> Placed {
-        Placed { position_m: pose.position_m, rotation_xyzw: pose.rotation }
+impl From<&Pose> for Transform {
+    fn from(pose: &Pose) -> Transform {
+        Transform { position_m: pose.position_m, rotation_xyzw: pose.rotation }
     }
 }
 
@@ -160,7 +160,7 @@ impl From<&Pose> for Placed {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Ego {
     pub(crate) actor_id: u32,
-    pub(crate) world_from_vehicle: Placed,
+    pub(crate) world_from_vehicle: Transform,
     pub(crate) velocity_mps: [f32; 3],
     pub(crate) angular_velocity_radps: [f32; 3],
     pub(crate) acceleration_mps2: [f32; 3],
@@ -205,7 +205,7 @@ impl From<&ActorState> for Ego {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SensorPose {
     pub(crate) name: String,
-    pub(crate) world_from_sensor: Placed,
+    pub(crate) world_from_sensor: Transform,
 }
 
 /// A file of `boxes/`: every actor that a sensor of the rig saw, the ego left out.
@@ -225,7 +225,7 @@ pub(crate) struct ActorBox {
     /// Length, width, height.
     pub(crate) size_m: [f32; 3],
     /// The box's middle; its x axis is the actor's forward.
-    pub(crate) world_from_box: Placed,
+    pub(crate) world_from_box: Transform,
     pub(crate) velocity_mps: [f32; 3],
     /// Returns on it, for each lidar that met it.
     pub(crate) lidar_points: BTreeMap<String, u32>,
@@ -237,7 +237,7 @@ pub(crate) struct ActorBox {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct View {
     /// The box in optical space.
-    pub(crate) optical_from_box: Placed,
+    pub(crate) optical_from_box: Transform,
     /// Left, top, right, bottom edge of its visible pixels.
     pub(crate) visible_box_px: [u32; 4],
     /// Left, top, right, bottom edge of the projected box, cut at the image's edge.
@@ -245,21 +245,21 @@ pub(crate) struct View {
     /// Pixels that show it.
     pub(crate) visible_px: u32,
     /// Pixels that would show it if nothing stood before it.
-    pub(crate) silhouette_px: u32,
-    /// `1 − visible_px / silhouette_px`, not below 0.
-    pub(crate) occluded_share: f32,
+    pub(crate) unoccluded_px: u32,
+    /// `1 − visible_px / unoccluded_px`, not below 0.
+    pub(crate) occluded_fraction: f32,
     /// Share of the projected box that lies outside the image.
-    pub(crate) truncated_share: f32,
+    pub(crate) truncated_fraction: f32,
 }
 
 /// As rows.
 pub(crate) fn matrix4(transform: &Affine3A) -> Matrix4 {
     let rows = Mat4::from(*transform).transpose().to_cols_array_2d();
-    rows.map(|row| row.map(tidy))
+    rows.map(|row| row.map(shortest_decimal))
 }
 
 /// The shortest decimal that is the same f32: no digits that mean nothing.
-pub(crate) fn tidy(value: f32) -> f64 {
+pub(crate) fn shortest_decimal(value: f32) -> f64 {
     let text = (value + 0.0).to_string();
     text.parse().expect("a number's own text")
 }

@@ -5,13 +5,13 @@ use std::f32::consts::FRAC_PI_2;
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use protocol::{Pose, SensorSpec, output, sensor};
 
-use super::record::{Camera, Lidar, Output, Sensor, matrix4, tidy};
+use crate::collect::format::{Camera, Lidar, Output, Sensor, matrix4, shortest_decimal};
 
 /// Outputs of the camera.
 const SEES: u32 = output::COLOR | output::DEPTH | output::TAG | output::INSTANCE;
 
 /// The sensors of the default rig, on a car.
-pub(crate) fn default_rig(width_px: u32, height_px: u32) -> Vec<SensorSpec> {
+pub(crate) fn default_sensors(width_px: u32, height_px: u32) -> Vec<SensorSpec> {
     // Above the windscreen: with 74 degrees of height the bonnet stays just out of the image.
     let windscreen = Pose::new(Vec3::new(1.5, 0.0, 2.0), glam::Quat::IDENTITY);
     // High enough that the lowest channel clears the roof's edge.
@@ -68,7 +68,7 @@ pub(crate) fn describe(spec: &SensorSpec) -> Sensor {
         Camera {
             width_px: spec.width,
             height_px: spec.height,
-            horizontal_fov_rad: tidy(spec.fov_rad),
+            horizontal_fov_rad: shortest_decimal(spec.fov_rad),
             intrinsics_px: [[focal, 0.0, cx], [0.0, focal, cy], [0.0, 0.0, 1.0]],
             vehicle_from_optical: matrix4(&(vehicle_from_sensor * sensor_from_optical())),
         }
@@ -76,14 +76,32 @@ pub(crate) fn describe(spec: &SensorSpec) -> Sensor {
     let lidar = (spec.kind == sensor::LIDAR).then(|| Lidar {
         channels: spec.height,
         columns: spec.width,
-        upper_rad: tidy(spec.upper_rad),
-        lower_rad: tidy(spec.lower_rad),
-        range_m: tidy(spec.range_m),
-        attenuation_per_m: tidy(spec.attenuation_per_m),
+        upper_elevation_rad: shortest_decimal(spec.upper_rad),
+        lower_elevation_rad: shortest_decimal(spec.lower_rad),
+        range_m: shortest_decimal(spec.range_m),
+        attenuation_per_m: shortest_decimal(spec.attenuation_per_m),
     });
-    let name = spec.name.to_string();
-    let felt = sensor::is_physics_sensor(spec.kind);
-    Sensor { name, vehicle_from_sensor: matrix4(&vehicle_from_sensor), camera, lidar, felt }
+    Sensor {
+        name: spec.name.to_string(),
+        kind: kind_name(spec.kind).to_owned(),
+        vehicle_from_sensor: matrix4(&vehicle_from_sensor),
+        camera,
+        lidar,
+    }
+}
+
+/// Returns the word for a kind of sensor in `metadata.json`.
+fn kind_name(kind: u32) -> &'static str {
+    match kind {
+        sensor::CAMERA => "camera",
+        sensor::LIDAR => "lidar",
+        sensor::IMU => "imu",
+        sensor::GNSS => "gnss",
+        sensor::ODOMETRY => "odometry",
+        sensor::COLLISION => "collision",
+        sensor::LANE_INVASION => "lane_invasion",
+        _ => "other",
+    }
 }
 
 /// One thing to write for every frame.
@@ -131,12 +149,12 @@ const IMAGES: [(u32, &str); 4] = [
     (output::TAG, "tag"),
 ];
 
-/// What each folder of the data set holds.
+/// What each folder of the data set description.
 pub(crate) fn outputs(sensors: &[SensorSpec]) -> Vec<Output> {
     let mut all = Vec::new();
-    let mut add = |folder: &str, extension: &str, holds: &str| {
+    let mut add = |folder: &str, extension: &str, description: &str| {
         let (folder, extension) = (folder.to_owned(), extension.to_owned());
-        all.push(Output { folder, extension, holds: holds.to_owned() });
+        all.push(Output { folder, extension, description: description.to_owned() });
     };
     for task in tasks(sensors) {
         match task {
@@ -189,7 +207,7 @@ mod tests {
 
     #[test]
     fn what_lies_ahead_of_the_car_is_in_the_middle_of_the_image() {
-        let spec = &default_rig(800, 600)[0];
+        let spec = &default_sensors(800, 600)[0];
         let optical_from_vehicle =
             (spec.parent_from_sensor.affine() * sensor_from_optical()).inverse();
         let pinhole = Pinhole::of(spec);
@@ -206,7 +224,7 @@ mod tests {
 
     #[test]
     fn the_written_matrices_say_the_same_as_the_pinhole() {
-        let spec = &default_rig(640, 480)[0];
+        let spec = &default_sensors(640, 480)[0];
         let camera = describe(spec).camera.unwrap();
         let pinhole = Pinhole::of(spec);
         assert!((camera.intrinsics_px[0][0] - f64::from(pinhole.focal_px)).abs() < 1e-3);
@@ -220,7 +238,7 @@ mod tests {
 
     #[test]
     fn every_output_of_the_rig_has_its_folder() {
-        let outputs = outputs(&default_rig(800, 600));
+        let outputs = outputs(&default_sensors(800, 600));
         let folders: Vec<_> = outputs.iter().map(|o| o.folder.as_str()).collect();
         assert_eq!(
             folders,

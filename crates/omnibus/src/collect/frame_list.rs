@@ -7,31 +7,32 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{CollectError, record::FrameLine};
+use crate::collect::{CollectError, format::FrameLine};
 
 /// The list of complete frames, as it grows.
-pub(crate) struct Ledger {
+pub(crate) struct FrameList {
     path: PathBuf,
     file: File,
     /// Bytes of whole lines.
     len: u64,
-    /// The place in line of the next frame to append.
+    /// The index in line of the next frame to append.
     next: u64,
     /// Frames that were complete before their turn.
     early: BTreeMap<u64, String>,
 }
 
-impl Ledger {
-    /// Goes on after the whole lines that `path` holds; a torn last one is cut off. Says what they
+impl FrameList {
+    /// Goes on after the whole lines that `path` description; a torn last one is cut off. Says what they
     /// are.
-    pub(crate) fn open(path: &Path) -> Result<(Ledger, Vec<FrameLine>), CollectError> {
+    pub(crate) fn open(path: &Path) -> Result<(FrameList, Vec<FrameLine>), CollectError> {
         let (lines, len) = read(path)?;
         let open = OpenOptions::new().create(true).append(true).open(path);
         let file = open.map_err(|e| CollectError::io(path, e))?;
         file.set_len(len).map_err(|e| CollectError::io(path, e))?;
         let next = lines.len() as u64;
-        let ledger = Ledger { path: path.to_owned(), file, len, next, early: BTreeMap::new() };
-        Ok((ledger, lines))
+        let frame_list =
+            FrameList { path: path.to_owned(), file, len, next, early: BTreeMap::new() };
+        Ok((frame_list, lines))
     }
 
     /// How many frames are complete.
@@ -39,11 +40,11 @@ impl Ledger {
         self.next
     }
 
-    /// The frame whose place in line is `place` is complete. It is appended once all before it are.
-    pub(crate) fn enter(&mut self, place: u64, line: &FrameLine) -> Result<(), CollectError> {
+    /// The frame whose index in line is `index` is complete. It is appended once all before it are.
+    pub(crate) fn append(&mut self, index: u64, line: &FrameLine) -> Result<(), CollectError> {
         let mut text = serde_json::to_string(line).expect("plain data has a JSON form");
         text.push('\n');
-        self.early.insert(place, text);
+        self.early.insert(index, text);
         while let Some(text) = self.early.remove(&self.next) {
             if let Err(e) = self.file.write_all(text.as_bytes()) {
                 // Half a line would be cut off by the next run; a reader should not meet it.
@@ -57,7 +58,7 @@ impl Ledger {
     }
 }
 
-/// The whole lines of a ledger, and their bytes. No file is no line.
+/// The whole lines of a frame_list, and their bytes. No file is no line.
 pub(crate) fn read(path: &Path) -> Result<(Vec<FrameLine>, u64), CollectError> {
     let text = match fs::read_to_string(path) {
         Ok(text) => text,
@@ -82,12 +83,12 @@ mod tests {
     fn frames_are_listed_in_order_whatever_the_order_of_completion() {
         let scratch = Scratch::new("order");
         let path = scratch.path().join("frames.jsonl");
-        let (mut ledger, lines) = Ledger::open(&path).unwrap();
+        let (mut frame_list, lines) = FrameList::open(&path).unwrap();
         assert!(lines.is_empty());
-        for place in [2, 0, 3, 1] {
-            ledger.enter(place, &line(100 + place)).unwrap();
+        for index in [2, 0, 3, 1] {
+            frame_list.append(index, &line(100 + index)).unwrap();
         }
-        assert_eq!(ledger.complete(), 4);
+        assert_eq!(frame_list.complete(), 4);
         let frames: Vec<_> = read(&path).unwrap().0.iter().map(|l| l.frame).collect();
         assert_eq!(frames, [100, 101, 102, 103]);
     }
@@ -96,10 +97,10 @@ mod tests {
     fn a_frame_does_not_stand_there_before_the_one_before_it() {
         let scratch = Scratch::new("gap");
         let path = scratch.path().join("frames.jsonl");
-        let (mut ledger, _) = Ledger::open(&path).unwrap();
-        ledger.enter(0, &line(5)).unwrap();
-        ledger.enter(2, &line(7)).unwrap();
-        assert_eq!(ledger.complete(), 1);
+        let (mut frame_list, _) = FrameList::open(&path).unwrap();
+        frame_list.append(0, &line(5)).unwrap();
+        frame_list.append(2, &line(7)).unwrap();
+        assert_eq!(frame_list.complete(), 1);
         assert_eq!(read(&path).unwrap().0.len(), 1);
     }
 
@@ -107,15 +108,15 @@ mod tests {
     fn a_torn_line_is_cut_off_and_the_next_follows_the_whole_ones() {
         let scratch = Scratch::new("torn");
         let path = scratch.path().join("frames.jsonl");
-        let (mut ledger, _) = Ledger::open(&path).unwrap();
-        ledger.enter(0, &line(5)).unwrap();
-        ledger.enter(1, &line(6)).unwrap();
-        drop(ledger);
+        let (mut frame_list, _) = FrameList::open(&path).unwrap();
+        frame_list.append(0, &line(5)).unwrap();
+        frame_list.append(1, &line(6)).unwrap();
+        drop(frame_list);
         let whole = fs::read_to_string(&path).unwrap();
         fs::write(&path, &whole[..whole.len() - 9]).unwrap();
-        let (mut ledger, lines) = Ledger::open(&path).unwrap();
+        let (mut frame_list, lines) = FrameList::open(&path).unwrap();
         assert_eq!(lines.len(), 1);
-        ledger.enter(1, &line(6)).unwrap();
+        frame_list.append(1, &line(6)).unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), whole);
     }
 
@@ -125,7 +126,7 @@ mod tests {
         let path = scratch.path().join("frames.jsonl");
         let good = serde_json::to_string(&line(5)).unwrap();
         fs::write(&path, format!("{good}\n{{\"frame\":6}}\n")).unwrap();
-        let error = Ledger::open(&path).err().unwrap().to_string();
+        let error = FrameList::open(&path).err().unwrap().to_string();
         assert!(error.contains("line 2") && error.contains("missing field"), "{error}");
     }
 }
