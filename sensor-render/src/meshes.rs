@@ -75,11 +75,9 @@ impl MeshList {
                 read.and_then(|bytes| town::replaced(blueprint, &bytes).map_err(|e| e.to_string()));
             match taken {
                 Ok((looks, bundle)) => found.push((*index, looks, bundle)),
-                Err(why) => eprintln!(
-                    "WARN render 0 {}: {why}; {} keeps its own mesh",
-                    file.display(),
-                    blueprint.id
-                ),
+                Err(why) => {
+                    log::warn!("{}: {why}; {} keeps its own mesh", file.display(), blueprint.id)
+                }
             }
         }
         found

@@ -163,7 +163,10 @@ fn a_wall_ahead_is_where_it_is() {
     // And its foot 2 pixels below, with the floor before it.
     assert_eq!(tags[(30 + 2) * 81 + 40], Tag::Building as u8);
     assert_eq!(tags[(30 + 3) * 81 + 40], Tag::Roads as u8);
-    assert_eq!(seen.plane::<u32>(0, output::INSTANCE)[33 * 81 + 40], mesh::ObjectId::GROUND.instance());
+    assert_eq!(
+        seen.plane::<u32>(0, output::INSTANCE)[33 * 81 + 40],
+        mesh::ObjectId::GROUND.instance()
+    );
 }
 
 #[test]

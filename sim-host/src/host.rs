@@ -668,8 +668,8 @@ impl Host {
                 if let Verdict::Late(mask) = verdict
                     && is_synchronous
                 {
-                    eprintln!(
-                        "WARN sim-host {} {} has not arrived after {:.1} s; is it alive? --deadline-secs 0 waits for ever",
+                    log::warn!(
+                        "{} {} has not arrived after {:.1} s; is it alive? --deadline-secs 0 waits for ever",
                         frame.0,
                         self.barrier.names(mask),
                         patience_nanos.unwrap_or(0) as f64 / 1e9

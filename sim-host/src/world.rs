@@ -457,7 +457,11 @@ impl World {
     /// tag.
     pub(crate) fn thing(&self, static_box: u32) -> (u32, u8) {
         let index = static_box as usize;
-        let object = self.place.solids.get(index).map_or(0, |(object, _)| ObjectId::from_index(*object).instance());
+        let object = self
+            .place
+            .solids
+            .get(index)
+            .map_or(0, |(object, _)| ObjectId::from_index(*object).instance());
         (object, self.place.tags.get(index).copied().unwrap_or_default())
     }
 

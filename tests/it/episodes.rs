@@ -166,7 +166,7 @@ fn a_rig_says_that_it_went_with_its_world_and_a_recording_ends_with_it() {
     let (_, measured) = client.tick_and_collect(&mut [&mut new]).unwrap();
     assert!(measured[0].is_some());
     let mut recording = ::record::Recording::open(&path).unwrap();
-    assert!(recording.told().is_whole);
+    assert!(recording.info().is_complete);
     let again = omnibus::resimulate(&mut recording, 0, u64::MAX).unwrap();
     assert_eq!((again.frames, again.difference), (5, None));
     assert_eq!(client.stop_recorder().unwrap(), 0, "none goes on");

@@ -115,7 +115,7 @@ fn a_recording_is_what_was_shown_and_can_be_simulated_again() {
         let run = record(&sim, profile, &path, FRAMES);
         sim.end();
         let mut recording = Recording::open(&path).unwrap();
-        assert!(recording.told().is_whole);
+        assert!(recording.info().is_complete);
         let frames = check_same(&mut recording, &run, profile == Profile::State);
         assert_eq!(frames, run.len());
         let told = resimulate(&mut recording, 0, u64::MAX).unwrap();
@@ -206,7 +206,7 @@ fn a_replay_of_another_world_loads_it_first() {
     client.start_replay(path.to_str().unwrap(), replay(0.0)).unwrap();
     assert_eq!(client.world().header().stamp.episode, first + 1);
     let episode = client.instance().episode().unwrap();
-    assert_eq!(episode, Recording::open(&path).unwrap().told().episode);
+    assert_eq!(episode, Recording::open(&path).unwrap().info().episode);
     for recorded in &run {
         client.tick().unwrap();
         assert_eq!(seen(&client).actors, recorded.actors);
@@ -249,7 +249,7 @@ fn carlas_log_says_what_the_recording_says_and_is_shown() {
     told(&["replay", log_name, "--map", small_map(), "--time-factor", "4", "--device", "null"]);
 
     let mut recording = Recording::open(&path).unwrap();
-    carla_gateway::log::import(&log, &again, recording.told().episode.clone()).unwrap();
+    carla_gateway::log::import(&log, &again, recording.info().episode.clone()).unwrap();
     let mut imported = Recording::open(&again).unwrap();
     assert_eq!(imported.segments(), recording.segments());
     let mut seen = 0;
@@ -302,7 +302,7 @@ fn a_killed_simulator_leaves_a_recording_to_its_last_second() {
     drop(client);
     sim.signal(Signal::KILL);
     let mut recording = Recording::open(&path).unwrap();
-    assert!(!recording.told().is_whole);
+    assert!(!recording.info().is_complete);
     let count = check_same(&mut recording, &run, true);
     assert!(count as u64 >= whole, "{count} of {} frames", run.len());
 }
@@ -319,10 +319,10 @@ fn a_changed_run_is_told_from_the_recorded_one_by_frame_and_actor() {
     record(&sim, Profile::State, &path, 60);
     sim.end();
     let mut recording = Recording::open(&path).unwrap();
-    let plan = ::record::Plan {
+    let plan = ::record::RecordingConfig {
         path: scratch.path().join("changed.mcap"),
         profile: ::record::Profile::State,
-        episode: recording.told().episode.clone(),
+        episode: recording.info().episode.clone(),
         blueprints: vec![],
         roles: vec![],
     };
@@ -384,10 +384,10 @@ fn what_is_no_recording_of_ours_is_refused_in_one_line() {
     let middle = torn.len() / 2;
     torn[middle..middle + 40].fill(0xa5);
     refused("torn", &torn, &["damaged"]);
-    let form = find(&bytes, b"form\x01\x00\x00\x003").unwrap();
+    let form = find(&bytes, b"format_version\x01\x00\x00\x005").unwrap();
     let mut other = bytes.clone();
-    other[form + 8] = b'9';
-    refused("other", &other, &["form 9", "form 3"]);
+    other[form + 18] = b'9';
+    refused("other", &other, &["format version 9", "format version 5"]);
     let output = omnibus().args(["replay", "/no/such/file.mcap"]).output().unwrap();
     assert!(String::from_utf8_lossy(&output.stderr).contains("No such file"));
 }

@@ -164,7 +164,8 @@ fn as_one_process(look: Look) -> Run {
     args.seed = 3;
     args.device = "cpu".to_owned();
     args.name = Some(format!("one-{}", std::process::id() % 100_000));
-    let beside = BackgroundHost::start(&args, Settings { synchronous: 1, ..Settings::default() }).unwrap();
+    let beside =
+        BackgroundHost::start(&args, Settings { synchronous: 1, ..Settings::default() }).unwrap();
     let run = play(&mut beside.connect("player").unwrap(), look);
     beside.end().unwrap();
     run

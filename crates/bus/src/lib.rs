@@ -29,7 +29,7 @@ pub use error::BusError;
 pub use instance::{Instance, OwnedInstance, free_bytes};
 pub use journal::{Event, Journal};
 pub use map::{CONTROL_LEN, ControlPageMapping};
-pub use participant::{Interrupted, Participant, Watch};
+pub use participant::{ADMISSION_SECS, Interrupted, Participant, Watch};
 pub use port::{BusNode, Element, Header, Loan, Reader, Sample, Writer};
 pub use ports::{
     BundleReaders, BundleSample, ClientPorts, HostPorts, RenderPorts, TrafficPorts, TrafficSample,

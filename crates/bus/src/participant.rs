@@ -11,8 +11,8 @@ use crate::{
 };
 use protocol::{Frame, Name};
 
-/// How long a joiner waits for the host to look at it.
-const ADMISSION_NANOS: u64 = 60_000_000_000;
+/// How long a process that joins waits for the host to admit it.
+pub const ADMISSION_SECS: u64 = 60;
 
 /// A process's (or thread's) part in an instance. Dropped, it leaves.
 pub struct Participant {
@@ -79,7 +79,7 @@ impl Participant {
     }
 
     fn await_state(&self, state: SlotState) -> Result<(), BusError> {
-        let deadline = clock::now_nanos() + ADMISSION_NANOS;
+        let deadline = clock::now_nanos() + ADMISSION_SECS * 1_000_000_000;
         let reached = || self.words().state() >= state;
         self.control
             .complete
@@ -93,7 +93,7 @@ impl Participant {
         Err(BusError::Instance(format!(
             "simulator {:?} did not let this process in in_process {} s; is its host alive?",
             self.instance.id(),
-            ADMISSION_NANOS / 1_000_000_000
+            ADMISSION_SECS
         )))
     }
 

@@ -25,7 +25,7 @@ pub(crate) fn apply(call: &mut Call) -> Result<(), Refusal> {
         };
     }
     if is_ticking && let Err(Refusal(why)) = call.bridge.tick(call.peer) {
-        eprintln!("WARN gateway 0 the tick after a batch: {why}");
+        ::log::warn!("the tick after a batch: {why}");
     }
     Ok(())
 }

@@ -149,7 +149,7 @@ impl Bridge {
         let frame = match self.client.tick() {
             Ok(frame) => frame,
             Err(e @ ClientError::Incomplete { frame, .. }) => {
-                eprintln!("WARN gateway {} {e}", frame.0);
+                ::log::warn!("{} {e}", frame.0);
                 frame
             }
             Err(e) => return Err(e.into()),
@@ -171,9 +171,11 @@ impl Bridge {
             return;
         }
         if let Some(other) = self.tickers.last() {
-            eprintln!(
-                "WARN gateway {} clients {} and {} both tick; each tick advances the world",
-                self.shown, other.address, peer.address
+            ::log::warn!(
+                "{} clients {} and {} both tick; each tick advances the world",
+                self.shown,
+                other.address,
+                peer.address
             );
         }
         self.tickers.push(*peer);
@@ -214,14 +216,14 @@ impl Bridge {
             let controls: Vec<_> = self.pedals.values().map(|(control, _)| *control).collect();
             self.sends += 1;
             if let Err(e) = self.client.control(&controls) {
-                eprintln!("WARN gateway {} controls are lost: {e}", self.shown);
+                ::log::warn!("{} controls are lost: {e}", self.shown);
             }
         }
         if !self.commands.is_empty() {
             let commands = std::mem::take(&mut self.commands);
             self.sends += 1;
             if let Err(e) = self.client.send(&commands) {
-                eprintln!("WARN gateway {} {} commands are lost: {e}", self.shown, commands.len());
+                ::log::warn!("{} {} commands are lost: {e}", self.shown, commands.len());
             }
         }
     }
@@ -289,7 +291,7 @@ impl Bridge {
                 self.measure_what_is_wanted();
             }
             Ok(_) => self.show_measurements(),
-            Err(e) => eprintln!("WARN gateway {} {e}", self.shown),
+            Err(e) => ::log::warn!("{} {e}", self.shown),
         }
     }
 
@@ -398,7 +400,7 @@ impl Bridge {
                     }
                     Ok(None) => break,
                     Err(e) => {
-                        eprintln!("WARN gateway {} {}: {e}", self.shown, sensor.description.id);
+                        ::log::warn!("{} {}: {e}", self.shown, sensor.description.id);
                         break;
                     }
                 }
@@ -482,7 +484,7 @@ impl Bridge {
         }
         for id in make {
             if let Err(Refusal(why)) = self.make_rig(id) {
-                eprintln!("WARN gateway {} sensor {id}: {why}", self.shown);
+                ::log::warn!("{} sensor {id}: {why}", self.shown);
             }
         }
     }
@@ -535,7 +537,7 @@ impl Bridge {
         }
         if let Err(e) = self.begin_episode() {
             // The host read the same text.
-            eprintln!("ERROR gateway {} the new world cannot be shown: {e}", self.shown);
+            ::log::error!("{} the new world cannot be shown: {e}", self.shown);
         }
     }
 

@@ -245,7 +245,7 @@ impl Callee for Desk {
         let Err(Refusal(why)) = ended else { return };
         if is_async {
             // The client throws the answer away.
-            eprintln!("WARN gateway 0 {name} of {}: {why}", peer.address);
+            ::log::warn!("{name} of {}: {why}", peer.address);
         }
         out.truncate(begun);
         match form {

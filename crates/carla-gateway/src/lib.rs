@@ -111,8 +111,8 @@ impl Door {
         let manager = if config.port == 0 { bind(0) } else { bind(MANAGER_PORT) };
         let manager = manager.or_else(|_| bind(0))?;
         if !config.listen.is_loopback() {
-            eprintln!(
-                "WARN gateway 0 CARLA's protocol has no authentication: whoever reaches {} can do anything to this simulator",
+            ::log::warn!(
+                "CARLA's protocol has no authentication: whoever reaches {} can do anything to this simulator",
                 config.listen
             );
         }
@@ -139,7 +139,7 @@ impl Door {
         rpc::serve(self.manager, "carla-manager", strategy, manager).map_err(DoorError::Thread)?;
         let desk = Arc::new(Desk { bridge: Arc::clone(&bridge), ports });
         rpc::serve(self.calls, "carla-calls", strategy, desk).map_err(DoorError::Thread)?;
-        eprintln!("INFO gateway 0 CARLA's clients connect to {address}");
+        ::log::info!("CARLA's clients connect to {address}");
         look_on(&bridge, &watch);
         Ok(())
     }

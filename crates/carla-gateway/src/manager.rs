@@ -27,7 +27,7 @@ impl Callee for Manager {
         match ended {
             Ok(()) => out.nil().nil(),
             Err(Refusal(why)) => {
-                eprintln!("WARN gateway 0 traffic manager: {method}: {why}");
+                ::log::warn!("traffic manager: {method}: {why}");
                 out.text(&why).nil()
             }
         };

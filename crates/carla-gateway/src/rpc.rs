@@ -73,7 +73,7 @@ pub(crate) fn serve<C: Callee>(
             let (callee, inner) = (Arc::clone(&callee), Arc::clone(&count));
             let converse = move || {
                 if let Err(e) = converse(&stream, &peer, look_nanos, &*callee) {
-                    eprintln!("WARN {name} 0 {} is cut off: {e}", peer.address);
+                    ::log::warn!("{name}: {} is cut off: {e}", peer.address);
                 }
                 callee.hung_up(&peer);
                 inner.fetch_sub(1, Ordering::Relaxed);

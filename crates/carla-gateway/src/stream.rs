@@ -227,7 +227,7 @@ impl Session {
         waiting.dropped += 1;
         if waiting.dropped == 1 {
             let peer = self.socket.peer_addr().map_or_else(|_| "?".into(), |a| a.to_string());
-            eprintln!("WARN gateway 0 listener {peer} is too slow; it loses messages");
+            ::log::warn!("listener {peer} is too slow; it loses messages");
         }
     }
 

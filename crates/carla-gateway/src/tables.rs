@@ -74,7 +74,7 @@ fn head(source: &Source) -> anyhow::Result<String> {
 
 fn check(source: &Source, what: &str, needs_inputs: bool) -> anyhow::Result<()> {
     let Source::Recording(recording) = source else { return Ok(()) };
-    let profile = recording.told().profile;
+    let profile = recording.info().profile;
     ensure!(
         profile.has_states() && (profile.has_inputs() || !needs_inputs),
         "{} is a recording of profile {}, which keeps no {what}; record with --profile state",

@@ -50,7 +50,7 @@ pub(crate) fn run_process(args: &CarlaServerArgs, instance: &str) -> anyhow::Res
     let door = match Door::open(&args.config()) {
         Ok(door) => door,
         Err(e) => {
-            eprintln!("WARN gateway 0 {e}");
+            log::warn!("{e}");
             std::process::exit(EXIT_CANNOT_LISTEN);
         }
     };
@@ -83,7 +83,7 @@ impl GatewaySupervisor {
                 supervise(&args, &instance, &stop_flag)
             };
             if let Err(e) = ended {
-                eprintln!("WARN gateway 0 {e:#}");
+                log::warn!("{e:#}");
             }
         };
         let thread = std::thread::Builder::new().name("door".into()).spawn(work)?;
@@ -126,7 +126,7 @@ fn supervise(args: &CarlaServerArgs, instance: &Instance, stop: &AtomicBool) -> 
         {
             return Ok(());
         }
-        eprintln!("WARN gateway 0 the CARLA door died ({status}); it is opened again");
+        log::warn!("the CARLA door died ({status}); it is opened again");
         if begun.elapsed() < STABLE_AFTER {
             std::thread::park_timeout(Duration::from_secs(1));
         }

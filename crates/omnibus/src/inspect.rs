@@ -116,26 +116,26 @@ fn inspect_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
             frames += 1;
         }
     }
-    let told = recording.told();
+    let info = recording.info();
     let bytes = path.metadata()?.len();
     let (first, last) = (first.unwrap_or_default().0, last.unwrap_or_default().0);
     print_result(
         args.json,
         || {
-            json!({ "file": path, "profile": told.profile.name(), "map": told.episode.map,
-                "seed": told.episode.seed, "unix_time_secs": told.date_secs, "omnibus_version": told.version,
+            json!({ "file": path, "profile": info.profile.name(), "map": info.episode.map,
+                "seed": info.episode.seed, "unix_time_secs": info.unix_time_secs, "omnibus_version": info.omnibus_version,
                 "frames": frames, "first_frame": first, "last_frame": last, "seconds": seconds,
-                "bytes": bytes, "is_complete": told.is_whole })
+                "bytes": bytes, "is_complete": info.is_complete })
         },
         || {
-            let end = if told.is_whole { "" } else { "; its writer was killed" };
+            let end = if info.is_complete { "" } else { "; its writer was killed" };
             format!(
                 "recording of {}, seed {}, profile {}, by version {}: frames {first} to {last}, \
                  {seconds:.2} s, {:.2} MB{end}",
-                told.episode.map,
-                told.episode.seed,
-                told.profile.name(),
-                told.version,
+                info.episode.map,
+                info.episode.seed,
+                info.profile.name(),
+                info.omnibus_version,
                 bytes as f64 / 1e6
             )
         },

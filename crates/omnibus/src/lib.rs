@@ -16,6 +16,7 @@ mod collect;
 mod gateway;
 mod inspect;
 mod launch;
+mod logging;
 mod map;
 mod maps;
 mod record;
@@ -80,7 +81,7 @@ pub fn check_args(args: impl IntoIterator<Item = std::ffi::OsString>) -> Result<
 
 /// Runs the command that this process was started with.
 pub fn main() -> std::process::ExitCode {
-    let args = match carla_args::translate(std::env::args_os()) {
+    let args = match logging::init().and_then(|()| carla_args::translate(std::env::args_os())) {
         Ok(args) => args,
         Err(e) => {
             eprintln!("omnibus: {e:#}");

@@ -102,9 +102,9 @@ pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> 
             static SAID: Once = Once::new();
             SAID.call_once(|| {
                 let about = mapgen::description(name).unwrap_or_default();
-                eprintln!(
-                    "omnibus: {name} is a town of our own in place of CARLA's ({about}); CARLA's \
-                     is loaded from a folder with {name}.xodr, named by --maps or {MAPS_VARIABLE}"
+                log::warn!(
+                    "{name} is a generated town in place of CARLA's ({about}); to load CARLA's, put \
+                     {name}.xodr into a folder and name it by --maps or {MAPS_VARIABLE}"
                 );
             });
             return Ok(text);

@@ -9,12 +9,8 @@ use ::record::{Moment, Profile, Recording};
 use anyhow::{Context, anyhow, ensure};
 use bus::clock;
 use carla_gateway::log;
-<<<<<<< HEAD
-use client_lib::{Client, Replay, saved_path};
-use protocol::{ActorState, Settings};
-=======
 use client_lib::{Client, Replay};
->>>>>>> dfe4e3f (omnibus: data-set format 2, one way to find a recording, faults only under test)
+use protocol::{ActorState, Settings};
 
 use crate::{
     launch::WorldArgs,
@@ -108,7 +104,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
     let map = args.map.as_deref().or(map.rsplit('/').next()).unwrap_or_default();
     let episode = WorldArgs::of_map(map).episode()?;
     for blueprint in log::import(&path, &imported.0, episode)? {
-        eprintln!("WARN replay: nothing here looks like {blueprint:?}; it is left out");
+        ::log::warn!("nothing here looks like {blueprint:?}; it is left out");
     }
     replay_recording(args, imported.0.clone())
 }
@@ -120,14 +116,14 @@ fn replay_recording(args: &ReplayArgs, path: PathBuf) -> anyhow::Result<()> {
         return run_resimulation(&mut recording, from, until);
     }
     ensure!(
-        recording.told().profile.has_states(),
+        recording.info().profile.has_states(),
         "{} is a recording of profile {}, which keeps no states to show; use --resimulate",
         path.display(),
-        recording.told().profile.name()
+        recording.info().profile.name()
     );
     // For a simulator's stages.
     let map = TemporaryFile::new("xodr");
-    std::fs::write(&map.0, &recording.told().episode.open_drive)
+    std::fs::write(&map.0, &recording.info().episode.open_drive)
         .with_context(|| map.0.display().to_string())?;
     let beside = simulator(args, &recording, &map)?;
     let mut client = beside.connect("replay")?;
@@ -164,7 +160,7 @@ fn simulator(
     map: &TemporaryFile,
 ) -> anyhow::Result<BackgroundHost> {
     let mut world = WorldArgs::of_map(&map.0.to_string_lossy());
-    world.seed = recording.told().episode.seed;
+    world.seed = recording.info().episode.seed;
     world.name.clone_from(&args.name);
     world.device.clone_from(&args.device);
     let settings = Settings {
@@ -207,7 +203,7 @@ fn verify_replay(
 ) -> anyhow::Result<()> {
     let path = recording.path().to_owned();
     let name = path.to_string_lossy().into_owned();
-    let exact = recording.told().profile == Profile::State;
+    let exact = recording.info().profile == Profile::State;
     let settings = client.settings();
     client.start_replay(&name, args.decode())?;
     let begin = clock::now_nanos();

@@ -45,7 +45,7 @@ pub fn resimulate(
     until_nanos: u64,
 ) -> anyhow::Result<Resimulated> {
     let file = recording.path().display().to_string();
-    let profile = recording.told().profile;
+    let profile = recording.info().profile;
     anyhow::ensure!(
         profile.has_inputs(),
         "{file} is a recording of profile {}, which keeps no inputs to simulate again",
@@ -60,7 +60,7 @@ pub fn resimulate(
         if segment > first && recording.start_nanos(segment) >= until_nanos {
             break;
         }
-        let episode = recording.told().episode.clone();
+        let episode = recording.info().episode.clone();
         for moment in recording.moments(segment)? {
             let found = match &mut again {
                 None => {

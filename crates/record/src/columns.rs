@@ -167,11 +167,11 @@ pub(crate) fn by_rule<S: Space, P: Pass, const N: usize>(
 }
 
 /// A difference, and the place of its word in the group.
-type Told = (u32, usize);
+type RecordingInfo = (u32, usize);
 
 /// Collects the differences.
 #[derive(Default)]
-struct Telling(Vec<Told>);
+struct Telling(Vec<RecordingInfo>);
 
 impl Pass for Telling {
     #[inline]

@@ -13,7 +13,7 @@ pub enum RecordError {
     },
     /// It is something else.
     #[error("{path} is no recording of this simulator: {why}", path = path.display())]
-    Strange {
+    NotARecording {
         /// Which file.
         path: PathBuf,
         /// What is there instead.
@@ -21,7 +21,8 @@ pub enum RecordError {
     },
     /// It was written by a build that writes another form.
     #[error(
-        "{path} is a recording of form {found}, this build reads form {wanted}; record it anew",
+        "{path} is a recording of format version {found}, this build reads format version {supported}; \
+         read it with the build that wrote it, or record it again",
         path = path.display()
     )]
     Version {
@@ -30,7 +31,7 @@ pub enum RecordError {
         /// The form it has.
         found: String,
         /// The form that is read.
-        wanted: u32,
+        supported: u32,
     },
     /// It contradicts itself.
     #[error("{path} is damaged: {why}", path = path.display())]
@@ -42,7 +43,7 @@ pub enum RecordError {
     },
     /// Its profile lacks what was asked for.
     #[error("{path} is a recording of profile {profile}; {what}", path = path.display())]
-    Lacks {
+    NotInProfile {
         /// Which file.
         path: PathBuf,
         /// Its profile.

@@ -13,6 +13,7 @@
 mod bits;
 mod columns;
 mod compact;
+mod config;
 mod error;
 mod grid;
 mod inputs;
@@ -24,10 +25,11 @@ mod scan;
 mod space;
 mod write;
 
+pub use config::RecordingConfig;
 pub use error::RecordError;
 pub use moment::{Collision, Decision, Moment, Profile};
-pub use read::{Recording, Told};
-pub use recorder::{Plan, Recorder};
+pub use read::{Recording, RecordingInfo};
+pub use recorder::Recorder;
 pub use write::Writer;
 
 #[cfg(test)]

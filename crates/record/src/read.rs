@@ -16,7 +16,7 @@ use crate::{
     moment::sum_of,
     predict::Exact,
     scan::{Messages, Scan, Segment, read, scan},
-    write::{FORM, topic},
+    write::{FORMAT_VERSION, topic},
 };
 
 /// No map is larger.
@@ -24,21 +24,21 @@ const MAP_MAX: usize = 1 << 30;
 
 /// What a recording tells of itself.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct RecordingInfo {
     /// How much of the run it keeps.
     pub profile: Profile,
     /// The world: map, seed, and the map itself.
     pub episode: Episode,
     /// When it was begun, seconds since 1970.
-    pub date_secs: u64,
+    pub unix_time_secs: u64,
     /// The build that wrote it.
-    pub version: String,
+    pub omnibus_version: String,
     /// The catalogue: ids of blueprints, by their index.
     pub blueprints: Vec<String>,
     /// What those who were there at the start were called, if anything.
     pub roles: Vec<(ActorId, String)>,
     /// It was closed in order; else its writer was killed, and up to a second is missing.
-    pub is_whole: bool,
+    pub is_complete: bool,
 }
 
 enum States {
@@ -51,7 +51,7 @@ enum States {
 pub struct Recording {
     path: PathBuf,
     file: File,
-    told: Told,
+    info: RecordingInfo,
     segments: Vec<Segment>,
     decoder: States,
     unpacker: Unpacker,
@@ -68,14 +68,15 @@ impl Recording {
         let file = File::open(path).map_err(|e| RecordError::file(path, e))?;
         if file.metadata().is_ok_and(|m| m.is_dir()) {
             let why = "it is a folder".to_owned();
-            return Err(RecordError::Strange { path: path.to_owned(), why });
+            return Err(RecordError::NotARecording { path: path.to_owned(), why });
         }
-        let Scan { about, map, segments, is_whole } = scan(path, &file)?;
+        let Scan { about, map, segments, is_complete } = scan(path, &file)?;
         let field = |name: &str| about.get(name).map_or("", String::as_str);
-        let form = field("form");
-        if form != FORM.to_string() {
-            let (path, found) = (path.to_owned(), form.to_owned());
-            return Err(RecordError::Version { path, found, wanted: FORM });
+        // Versions up to 4 named themselves under another key.
+        let version = about.get("format_version").or(about.get("form")).map_or("", String::as_str);
+        if version != FORMAT_VERSION.to_string() {
+            let (path, found) = (path.to_owned(), version.to_owned());
+            return Err(RecordError::Version { path, found, supported: FORMAT_VERSION });
         }
         let damaged =
             |why: &str| RecordError::Damaged { path: path.to_owned(), why: why.to_owned() };
@@ -86,18 +87,18 @@ impl Recording {
             let (id, role) = line.split_once(' ')?;
             Some((ActorId(id.parse().ok()?), role.to_owned()))
         });
-        let told = Told {
+        let info = RecordingInfo {
             profile,
             episode: Episode {
                 map: field("map").to_owned(),
                 seed: field("seed").parse().map_err(|_| damaged("it names no seed"))?,
                 open_drive,
             },
-            date_secs: field("date").parse().unwrap_or(0),
-            version: field("version").to_owned(),
+            unix_time_secs: field("unix_time_secs").parse().unwrap_or(0),
+            omnibus_version: field("omnibus_version").to_owned(),
             blueprints: field("blueprints").lines().map(str::to_owned).collect(),
             roles: roles.collect(),
-            is_whole,
+            is_complete,
         };
         if segments.is_empty() {
             return Err(damaged("it holds no frame"));
@@ -105,7 +106,7 @@ impl Recording {
         Ok(Recording {
             path: path.to_owned(),
             file,
-            told,
+            info,
             segments,
             unpacker: Unpacker::default(),
             decoder: match profile {
@@ -120,8 +121,8 @@ impl Recording {
     }
 
     /// What it tells of itself.
-    pub fn told(&self) -> &Told {
-        &self.told
+    pub fn info(&self) -> &RecordingInfo {
+        &self.info
     }
 
     /// Where it lies.

@@ -1,27 +1,11 @@
 //! The thread that writes, so that a tick does not.
 
-use std::{path::PathBuf, thread::JoinHandle, time::Duration};
+use std::{thread::JoinHandle, time::Duration};
 
 use bus::clock;
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bounded};
-use protocol::{ActorId, Episode};
 
-use crate::{Moment, Profile, RecordError, Writer};
-
-/// What is to be recorded, where.
-#[derive(Clone, Debug)]
-pub struct Plan {
-    /// The file.
-    pub path: PathBuf,
-    /// How much of it.
-    pub profile: Profile,
-    /// The world.
-    pub episode: Episode,
-    /// The catalogue: ids of blueprints, by their index.
-    pub blueprints: Vec<String>,
-    /// What those who are there at the start are called, if anything.
-    pub roles: Vec<(ActorId, String)>,
-}
+use crate::{Moment, RecordError, RecordingConfig, Writer};
 
 /// Frames that may wait to be written before a tick waits for the disk: 25 s at 20 Hz.
 const QUEUE: usize = 512;
@@ -38,14 +22,14 @@ pub struct Recorder {
 
 impl Recorder {
     /// Makes the file and starts the thread.
-    pub fn start(plan: &Plan) -> Result<Recorder, RecordError> {
-        let writer = Writer::create(plan)?;
+    pub fn start(config: &RecordingConfig) -> Result<Recorder, RecordError> {
+        let writer = Writer::create(config)?;
         let (to, moments) = bounded(QUEUE);
         let (back, spent) = bounded(QUEUE);
         let thread = std::thread::Builder::new()
             .name("recorder".into())
             .spawn(move || write(writer, &moments, &back))
-            .map_err(|e| RecordError::file(&plan.path, e))?;
+            .map_err(|e| RecordError::file(&config.path, e))?;
         Ok(Recorder { to: Some(to), spent, thread: Some(thread), waits: 0 })
     }
 
@@ -94,7 +78,7 @@ impl Recorder {
 impl Drop for Recorder {
     fn drop(&mut self) {
         if let Err(e) = self.join() {
-            eprintln!("WARN recorder: {e}");
+            log::warn!("{e}");
         }
     }
 }

@@ -31,7 +31,7 @@ pub(crate) struct Scan {
     pub(crate) map: Vec<u8>,
     pub(crate) segments: Vec<Segment>,
     /// It was closed in order.
-    pub(crate) is_whole: bool,
+    pub(crate) is_complete: bool,
 }
 
 /// A segment's messages.
@@ -57,14 +57,15 @@ const RECORD_MAX: u64 = 1 << 30;
 /// Walks over the file's records without reading the chunks' bodies.
 pub(crate) fn scan(path: &Path, file: &File) -> Result<Scan, RecordError> {
     let told = |e| RecordError::file(path, e);
-    let strange = |why: &str| RecordError::Strange { path: path.to_owned(), why: why.to_owned() };
+    let strange =
+        |why: &str| RecordError::NotARecording { path: path.to_owned(), why: why.to_owned() };
     let len = file.metadata().map_err(told)?.len();
     let mut magic = [0; 8];
     if len < 8 || file.read_exact_at(&mut magic, 0).is_err() || magic != *MAGIC {
         return Err(strange("it does not begin as an MCAP file does"));
     }
     let mut found =
-        Scan { about: BTreeMap::new(), map: Vec::new(), segments: Vec::new(), is_whole: false };
+        Scan { about: BTreeMap::new(), map: Vec::new(), segments: Vec::new(), is_complete: false };
     let mut at = 8;
     // Channels of the last segment, as its indexes tell them.
     let mut indexed = true;
@@ -117,13 +118,13 @@ pub(crate) fn scan(path: &Path, file: &File) -> Result<Scan, RecordError> {
                 }
             }
             op::DATA_END => {
-                found.is_whole = true;
+                found.is_complete = true;
                 break;
             }
             _ => {}
         }
     }
-    let known = indexed && found.is_whole;
+    let known = indexed && found.is_complete;
     settle(path, file, &mut found, known)?;
     if found.about.is_empty() {
         return Err(strange(

@@ -6,7 +6,9 @@ use protocol::{
     WalkerLimbs, parts,
 };
 
-use crate::{Collision, Decision, Moment, Plan, Profile, RecordError, Recording, Writer};
+use crate::{
+    Collision, Decision, Moment, Profile, RecordError, Recording, RecordingConfig, Writer,
+};
 
 struct Scratch(PathBuf);
 
@@ -18,8 +20,8 @@ impl Scratch {
         Scratch(path)
     }
 
-    fn plan(&self, profile: Profile) -> Plan {
-        Plan {
+    fn config(&self, profile: Profile) -> RecordingConfig {
+        RecordingConfig {
             path: self.0.join(format!("{}.mcap", profile.name())),
             profile,
             episode: Episode { map: "Test".into(), seed: 3, open_drive: "<OpenDRIVE/>".into() },
@@ -97,8 +99,8 @@ fn moment(frame: u64) -> Moment {
     }
 }
 
-fn write(plan: &Plan, frames: std::ops::Range<u64>) {
-    let mut writer = Writer::create(plan).unwrap();
+fn write(config: &RecordingConfig, frames: std::ops::Range<u64>) {
+    let mut writer = Writer::create(config).unwrap();
     for frame in frames.clone() {
         writer.put(moment(frame)).unwrap();
     }
@@ -116,12 +118,12 @@ fn check_same(read: &Moment, wanted: &Moment) {
 #[test]
 fn what_was_recorded_is_read_to_the_bit() {
     let scratch = Scratch::new("exact");
-    let plan = scratch.plan(Profile::State);
-    write(&plan, 0..400);
-    let mut recording = Recording::open(&plan.path).unwrap();
-    assert!(recording.told().is_whole);
-    assert_eq!(recording.told().episode, plan.episode);
-    assert_eq!(recording.told().roles, plan.roles);
+    let config = scratch.config(Profile::State);
+    write(&config, 0..400);
+    let mut recording = Recording::open(&config.path).unwrap();
+    assert!(recording.info().is_complete);
+    assert_eq!(recording.info().episode, config.episode);
+    assert_eq!(recording.info().roles, config.roles);
     let mut frame = 0;
     for segment in 0..recording.segments() {
         for read in recording.moments(segment).unwrap() {
@@ -137,7 +139,7 @@ fn what_was_recorded_is_read_to_the_bit() {
 #[test]
 fn motion_on_its_grid_takes_less_room_and_is_read_to_the_bit() {
     let scratch = Scratch::new("grid");
-    let plan = scratch.plan(Profile::State);
+    let config = scratch.config(Profile::State);
     let rounded = |frame: u64| {
         let mut moment = moment(frame);
         for state in &mut moment.actors {
@@ -148,14 +150,14 @@ fn motion_on_its_grid_takes_less_room_and_is_read_to_the_bit() {
         moment
     };
     let size = |of: &dyn Fn(u64) -> Moment| {
-        let mut writer = Writer::create(&plan).unwrap();
+        let mut writer = Writer::create(&config).unwrap();
         (0..200).for_each(|frame| writer.put(of(frame)).unwrap());
         writer.finish().unwrap();
-        fs::metadata(&plan.path).unwrap().len()
+        fs::metadata(&config.path).unwrap().len()
     };
     let (whole, less) = (size(&moment), size(&rounded));
     assert!(less * 10 < whole * 9, "{less} bytes, {whole} where nothing is rounded");
-    let mut recording = Recording::open(&plan.path).unwrap();
+    let mut recording = Recording::open(&config.path).unwrap();
     let mut frame = 0;
     for segment in 0..recording.segments() {
         for read in recording.moments(segment).unwrap() {
@@ -169,10 +171,10 @@ fn motion_on_its_grid_takes_less_room_and_is_read_to_the_bit() {
 #[test]
 fn any_second_can_be_read_first() {
     let scratch = Scratch::new("seek");
-    let plan = scratch.plan(Profile::State);
-    write(&plan, 0..400);
+    let config = scratch.config(Profile::State);
+    write(&config, 0..400);
     for segment in [19, 3, 4, 12, 0, 12, 13] {
-        let mut recording = Recording::open(&plan.path).unwrap();
+        let mut recording = Recording::open(&config.path).unwrap();
         for segment in [segment, segment / 2, segment] {
             let start = recording.start_nanos(segment);
             assert_eq!(recording.segment_at(start + 10), segment);
@@ -184,13 +186,13 @@ fn any_second_can_be_read_first() {
 #[test]
 fn a_file_that_was_cut_off_is_read_up_to_its_last_whole_second() {
     let scratch = Scratch::new("cut");
-    let plan = scratch.plan(Profile::State);
-    write(&plan, 0..200);
-    let bytes = fs::read(&plan.path).unwrap();
+    let config = scratch.config(Profile::State);
+    write(&config, 0..200);
+    let bytes = fs::read(&config.path).unwrap();
     let mut counts = Vec::new();
     for len in (0..bytes.len()).step_by(97) {
-        fs::write(&plan.path, &bytes[..len]).unwrap();
-        let Ok(mut recording) = Recording::open(&plan.path) else { continue };
+        fs::write(&config.path, &bytes[..len]).unwrap();
+        let Ok(mut recording) = Recording::open(&config.path) else { continue };
         let mut count = 0;
         for segment in 0..recording.segments() {
             for read in recording.moments(segment).unwrap() {
@@ -206,15 +208,15 @@ fn a_file_that_was_cut_off_is_read_up_to_its_last_whole_second() {
 #[test]
 fn changed_bytes_are_an_error_or_change_nothing() {
     let scratch = Scratch::new("flip");
-    let plan = scratch.plan(Profile::State);
-    write(&plan, 0..60);
-    let bytes = fs::read(&plan.path).unwrap();
+    let config = scratch.config(Profile::State);
+    write(&config, 0..60);
+    let bytes = fs::read(&config.path).unwrap();
     let mut refused = 0;
     for at in (0..bytes.len()).step_by(31) {
         let mut bad = bytes.clone();
         bad[at] ^= 1 << (at % 8);
-        fs::write(&plan.path, &bad).unwrap();
-        let read = Recording::open(&plan.path).and_then(|mut recording| {
+        fs::write(&config.path, &bad).unwrap();
+        let read = Recording::open(&config.path).and_then(|mut recording| {
             for segment in 0..recording.segments() {
                 for (read, frame) in recording.moments(segment)?.iter().zip(segment as u64 * 20..) {
                     check_same(read, &moment(frame));
@@ -232,22 +234,22 @@ fn other_files_are_refused_by_name() {
     let scratch = Scratch::new("strange");
     let path = scratch.0.join("strange.mcap");
     assert!(matches!(Recording::open(&path), Err(RecordError::File { .. })));
-    assert!(matches!(Recording::open(&scratch.0), Err(RecordError::Strange { .. })));
+    assert!(matches!(Recording::open(&scratch.0), Err(RecordError::NotARecording { .. })));
     let mut noise = vec![0u8; 5000];
     noise.iter_mut().enumerate().for_each(|(i, b)| *b = ((i * i) >> 3) as u8);
     for bytes in [&b""[..], b"hello", &noise, mcap::MAGIC] {
         fs::write(&path, bytes).unwrap();
         let Err(e) = Recording::open(&path) else { panic!("it was taken") };
-        assert!(matches!(e, RecordError::Strange { .. }), "{e}");
+        assert!(matches!(e, RecordError::NotARecording { .. }), "{e}");
     }
 }
 
 #[test]
 fn compact_places_are_within_a_centimetre_and_a_tenth_of_a_degree() {
     let scratch = Scratch::new("compact");
-    let plan = scratch.plan(Profile::Compact);
-    write(&plan, 0..200);
-    let mut recording = Recording::open(&plan.path).unwrap();
+    let config = scratch.config(Profile::Compact);
+    write(&config, 0..200);
+    let mut recording = Recording::open(&config.path).unwrap();
     let mut frame = 0;
     for segment in 0..recording.segments() {
         for read in recording.moments(segment).unwrap() {

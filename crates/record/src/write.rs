@@ -13,26 +13,29 @@ use mcap::{Attachment, Compression, WriteOptions, records::MessageHeader, record
 use protocol::ActorState;
 
 use crate::{
-    RecordError,
+    RecordError, RecordingConfig,
     columns::Encoder,
     compact::{Compact, quantised},
     grid::FRAMES_MAX,
     inputs,
     moment::{Moment, Profile, sum_of},
     predict::Exact,
-    recorder::Plan,
 };
 
 /// Changes whenever the meaning of the bytes does.
-pub(crate) const FORM: u32 = 4;
+pub(crate) const FORMAT_VERSION: u32 = 5;
 /// The channels of the file, by id.
 pub(crate) mod topic {
     pub(crate) const FRAMES: u16 = 1;
     pub(crate) const KEY: u16 = 2;
     pub(crate) const DELTA: u16 = 3;
     pub(crate) const WORLD: u16 = 4;
-    pub(crate) const NAMES: [(u16, &str); 4] =
-        [(FRAMES, "frames"), (KEY, "actors/key"), (DELTA, "actors/delta"), (WORLD, "world")];
+    pub(crate) const NAMES: [(u16, &str); 4] = [
+        (FRAMES, "frames"),
+        (KEY, "actors/keyframe"),
+        (DELTA, "actors/delta"),
+        (WORLD, "saved_state"),
+    ];
 }
 /// Simulated time of a segment.
 const SEGMENT_NANOS: u64 = 1_000_000_000;
@@ -64,12 +67,12 @@ pub struct Writer {
 
 impl Writer {
     /// Makes the file; one of that name is replaced.
-    pub fn create(plan: &Plan) -> Result<Writer, RecordError> {
-        let told = |e| RecordError::file(&plan.path, e);
-        if let Some(folder) = plan.path.parent().filter(|f| !f.as_os_str().is_empty()) {
+    pub fn create(config: &RecordingConfig) -> Result<Writer, RecordError> {
+        let told = |e| RecordError::file(&config.path, e);
+        if let Some(folder) = config.path.parent().filter(|f| !f.as_os_str().is_empty()) {
             std::fs::create_dir_all(folder).map_err(told)?;
         }
-        let file = File::create(&plan.path).map_err(told)?;
+        let file = File::create(&config.path).map_err(told)?;
         let options = WriteOptions::new()
             .profile("omnibus")
             .library(concat!("omnibus ", env!("CARGO_PKG_VERSION")))
@@ -79,9 +82,9 @@ impl Writer {
         for (id, name) in topic::NAMES {
             file.add_channel_with_id(id, 0, name, "omnibus", &BTreeMap::new())?;
         }
-        file.write_metadata(&metadata(plan))?;
-        let map = zstd::bulk::compress(plan.episode.open_drive.as_bytes(), 3)
-            .map_err(|e| RecordError::file(&plan.path, e))?;
+        file.write_metadata(&metadata(config))?;
+        let map = zstd::bulk::compress(config.episode.open_drive.as_bytes(), 3)
+            .map_err(|e| RecordError::file(&config.path, e))?;
         file.attach(&Attachment {
             log_time: 0,
             create_time: 0,
@@ -90,15 +93,15 @@ impl Writer {
             data: map.into(),
         })?;
         file.flush()?;
-        let states = match plan.profile {
+        let states = match config.profile {
             Profile::State => States::Exact(Encoder::new()),
             Profile::Inputs => States::None,
             Profile::Compact => States::Compact(Encoder::new()),
         };
         Ok(Writer {
             file,
-            path: plan.path.clone(),
-            profile: plan.profile,
+            path: config.path.clone(),
+            profile: config.profile,
             states,
             pending: Vec::new(),
             spent: Vec::new(),
@@ -215,17 +218,17 @@ impl Writer {
     }
 }
 
-fn metadata(plan: &Plan) -> Metadata {
+fn metadata(config: &RecordingConfig) -> Metadata {
     let date = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
-    let roles = plan.roles.iter().map(|(id, role)| format!("{} {role}", id.0));
+    let roles = config.roles.iter().map(|(id, role)| format!("{} {role}", id.0));
     let about = [
-        ("form", FORM.to_string()),
-        ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("profile", plan.profile.name().to_owned()),
-        ("map", plan.episode.map.clone()),
-        ("seed", plan.episode.seed.to_string()),
-        ("date", date.to_string()),
-        ("blueprints", plan.blueprints.join("\n")),
+        ("format_version", FORMAT_VERSION.to_string()),
+        ("omnibus_version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("profile", config.profile.name().to_owned()),
+        ("map", config.episode.map.clone()),
+        ("seed", config.episode.seed.to_string()),
+        ("unix_time_secs", date.to_string()),
+        ("blueprints", config.blueprints.join("\n")),
         ("roles", roles.collect::<Vec<_>>().join("\n")),
     ];
     Metadata {

@@ -2,8 +2,8 @@
 
 mod bake;
 mod coverage;
-mod heights;
 mod extras;
+mod heights;
 mod made;
 mod mutation;
 mod objects;

@@ -123,8 +123,8 @@ impl Host {
         let frame = self.barrier.frame();
         if self.recording.is_some() {
             match self.stop_recorder() {
-                Ok(_) => eprintln!("INFO sim-host {} the recording ends with its world", frame.0),
-                Err(why) => eprintln!("ERROR sim-host {} the recording ends: {why}", frame.0),
+                Ok(_) => log::info!("{} the recording ends with its world", frame.0),
+                Err(why) => log::error!("{} the recording ends: {why}", frame.0),
             }
         }
         self.replay = None;

@@ -1,7 +1,7 @@
 //! Handing each frame to the recorder.
 
 use protocol::{JournalEntry, SnapshotHeader, StartRecorder};
-use record::{Collision, Decision, Moment, Plan, Profile, Recorder};
+use record::{Collision, Decision, Moment, Profile, Recorder, RecordingConfig};
 
 use super::Host;
 
@@ -23,14 +23,14 @@ impl Host {
             .ok_or_else(|| format!("there is no recording profile {}", command.profile))?;
         // Who starts anew ends what went on.
         self.stop_recorder()?;
-        let plan = Plan {
+        let config = RecordingConfig {
             path: command.path.path().to_owned(),
             profile,
             episode: self.config.episode.clone(),
             blueprints: town::catalogue().iter().map(|b| b.id.to_owned()).collect(),
             roles: self.world.roles(),
         };
-        let recorder = Recorder::start(&plan).map_err(|e| e.to_string())?;
+        let recorder = Recorder::start(&config).map_err(|e| e.to_string())?;
         let next_world_nanos = profile.has_inputs().then_some(0);
         self.recording = Some(Recording { recorder, profile, next_world_nanos });
         Ok(0)
@@ -70,13 +70,13 @@ impl Host {
         match recording.recorder.put(moment) {
             Ok(waited) => {
                 if waited && recording.recorder.waits() == 1 {
-                    eprintln!(
-                        "WARN sim-host {frame} the recorder's disk is slower than the world; ticks wait for it"
+                    log::warn!(
+                        "{frame} the recorder's disk is slower than the world; ticks wait for it"
                     );
                 }
                 self.recording = Some(recording);
             }
-            Err(e) => eprintln!("ERROR sim-host {frame} the recording ends: {e}"),
+            Err(e) => log::error!("{frame} the recording ends: {e}"),
         }
     }
 

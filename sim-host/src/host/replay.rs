@@ -39,7 +39,7 @@ impl Host {
             Ok(replay) => replay,
             Err(why) => return Ok(Outcome::refused(&why)),
         };
-        let episode = &replay.recording.told().episode;
+        let episode = &replay.recording.info().episode;
         if map_sum(episode) != map_sum(&self.config.episode) {
             let next = match self.prepare_world(episode.clone()) {
                 Ok(next) => next,
@@ -92,7 +92,7 @@ impl Host {
                 self.replay = Some(replay);
             }
             Err(why) => {
-                eprintln!("ERROR sim-host {frame} the replay ends: {why}");
+                log::error!("{frame} the replay ends: {why}");
                 self.replay = Some(replay);
                 let _ = self.stop_replay(true);
             }
@@ -106,7 +106,7 @@ impl Replay {
         let mut recording =
             record::Recording::open(command.path.path()).map_err(|e| e.to_string())?;
         let name = recording.path().display().to_string();
-        if !recording.told().profile.has_states() {
+        if !recording.info().profile.has_states() {
             return Err(format!("{name} holds inputs, no states; simulate it again instead"));
         }
         let time_factor = command.time_factor;
@@ -215,7 +215,7 @@ fn between(mut now: Vec<ActorState>, next: &[ActorState], share: f32) -> Vec<Act
 
 /// Recorded actors of the role `hero`.
 fn heroes(recording: &mut record::Recording) -> Result<BTreeSet<ActorId>, RecordError> {
-    let roles = recording.told().roles.iter();
+    let roles = recording.info().roles.iter();
     let mut heroes: BTreeSet<_> =
         roles.filter(|(_, role)| role == "hero").map(|(id, _)| *id).collect();
     for segment in 0..recording.segments() {

@@ -157,8 +157,8 @@ impl Host {
     fn give_tick_back(&self, slot: usize) {
         if self.control.pass_tick(Some(slot), None) && self.settings.synchronous != 0 {
             let name = self.control.slot(slot).name();
-            eprintln!(
-                "INFO sim-host {} client {name:?} held the tick and is gone; the world waits for the next",
+            log::info!(
+                "{} client {name:?} held the tick and is gone; the world waits for the next",
                 self.barrier.frame().0
             );
         }
@@ -179,7 +179,7 @@ impl Host {
             self.control.leave_verdict_to_host();
             self.take_down(self.bundles.of(name));
             self.give_tick_back(slot);
-            eprintln!("INFO sim-host {} client {name:?} died", frame.0);
+            log::info!("{} client {name:?} died", frame.0);
             let state = if stuck == 0 { SlotState::Free } else { SlotState::Quarantined };
             self.control.slot(slot).reserve(state, 0);
             return Ok(());
@@ -202,7 +202,7 @@ impl Host {
             let who = role.name().to_owned();
             return Err(HostError::Died { who, why, deaths, frame });
         }
-        eprintln!("WARN sim-host {} {} died and is started anew: {why}", frame.0, role.name());
+        log::warn!("{} {} died and is started anew: {why}", frame.0, role.name());
         self.supervisor
             .start(role, slot)
             .map_err(|e| HostError::Start { role: role.name(), why: e.to_string() })

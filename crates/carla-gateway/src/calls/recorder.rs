@@ -139,7 +139,7 @@ fn recording_of(call: &mut Call, path: &Path) -> Result<Passing, Refusal> {
     let passing = Passing(path.with_added_extension(format!("{}.mcap", std::process::id())));
     let episode = call.bridge.statics.episode.clone();
     for blueprint in log::import(path, &passing.0, episode).map_err(refusal)? {
-        eprintln!("WARN gateway nothing here looks like {blueprint:?}; a replay leaves it out");
+        ::log::warn!("nothing here looks like {blueprint:?}; a replay leaves it out");
     }
     Ok(passing)
 }

@@ -19,7 +19,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ::record::{Plan, Profile, RecordError, Recording};
+use ::record::{Profile, RecordError, Recording, RecordingConfig};
 use anyhow::Context;
 use client_lib::{ActorId, Episode};
 
@@ -223,8 +223,8 @@ pub fn read(path: &Path, reader: &mut Reader<impl Read>) -> anyhow::Result<Optio
 }
 
 fn head_of(recording: &Recording) -> Head {
-    let told = recording.told();
-    Head { version: 1, date_secs: told.date_secs as i64, map: told.episode.map.clone() }
+    let told = recording.info();
+    Head { version: 1, date_secs: told.unix_time_secs as i64, map: told.episode.map.clone() }
 }
 
 fn each_of(
@@ -265,14 +265,14 @@ pub fn import(log: &Path, path: &Path, episode: Episode) -> anyhow::Result<Vec<S
         });
         roles.extend(named);
     })?;
-    let plan = Plan {
+    let config = RecordingConfig {
         path: path.to_owned(),
         profile: Profile::State,
         episode,
         blueprints: town::catalogue().iter().map(|b| b.id.to_owned()).collect(),
         roles,
     };
-    let mut writer = ::record::Writer::create(&plan)?;
+    let mut writer = ::record::Writer::create(&config)?;
     let mut showing = Showing::default();
     let mut reader = open(log)?;
     while let Some(frame) = read(log, &mut reader)? {

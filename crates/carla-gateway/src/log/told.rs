@@ -30,7 +30,7 @@ pub(crate) struct Telling {
 
 impl Telling {
     pub(crate) fn new(recording: &Recording) -> Telling {
-        let told = recording.told();
+        let told = recording.info();
         Telling {
             blueprints: told.blueprints.clone(),
             roles: told.roles.iter().cloned().collect(),

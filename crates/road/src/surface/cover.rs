@@ -2,7 +2,13 @@
 
 use glam::DVec3;
 
-use crate::{axes::RoadAxes, blend::{abreast, STOREY_M, WIDEST_M}, grid::Segment, lane::{Lane, LaneTypes}, network::Network};
+use crate::{
+    axes::RoadAxes,
+    blend::{STOREY_M, WIDEST_M, abreast},
+    grid::Segment,
+    lane::{Lane, LaneTypes},
+    network::Network,
+};
 
 /// And those that are nearer than this do not, whatever bends there are between.
 const SURE_M: f64 = 0.4;

@@ -3,8 +3,14 @@
 use glam::DVec3;
 use mesh::{Face, Mesh};
 
+use super::{
+    columns::{Look, Profile, Row},
+    cover::Cover,
+    faces::ASPHALT,
+    seam::Rim,
+    stations::{NEAR_M, stations},
+};
 use crate::{blend::Blend, network::Network};
-use super::{columns::{Look, Profile, Row}, cover::Cover, faces::ASPHALT, seam::Rim, stations::{stations, NEAR_M}};
 
 /// How far a surface reaches below the one that it meets, and how deep it ends.
 const TONGUE_M: f64 = 0.15;
