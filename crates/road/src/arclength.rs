@@ -1,18 +1,18 @@
-//! Lengths along parametric cubics, turned back into parameters.
+//! Arc lengths of parametric cubics, converted back into parameters.
 
 use crate::polynomial::{GAUSS_7, slope};
 
-/// The parameter of a parametric cubic as a function of the length travelled on it.
+/// The parameter of a parametric cubic as a function of the arc length.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ArcLength {
-    /// Travelled up to `KNOTS` equidistant parameters and the end.
+    /// Arc length at `KNOTS` equidistant parameters and at the end, metres.
     pub(crate) lengths: [f64; KNOTS + 1],
-    /// dp/ds at the knots.
+    /// Derivative dp/ds at the knots.
     pub(crate) rates: [f64; KNOTS + 1],
     pub(crate) u: [f64; 4],
     pub(crate) v: [f64; 4],
     pub(crate) p_end: f64,
-    /// The curve's own length over the length that the file declares.
+    /// The curve's actual length divided by the length that the file declares.
     pub(crate) stretch: f64,
 }
 
@@ -35,12 +35,12 @@ impl ArcLength {
         ArcLength { lengths, rates, u, v, p_end, stretch }
     }
 
-    /// The curve's own length, where the file declares this one.
+    /// Returns the curve's actual length where the file declares `declared_m`.
     pub(crate) fn own_length(&self, declared_m: f64) -> f64 {
         self.stretch * declared_m
     }
 
-    /// The parameter at `ds` metres of the declared length.
+    /// Returns the parameter at `ds` metres of the declared length.
     pub(crate) fn parameter(&self, ds: f64) -> f64 {
         let target = ds * self.stretch;
         let step = self.p_end / KNOTS as f64;
@@ -55,17 +55,17 @@ impl ArcLength {
                 break;
             }
             p -= wrong / speed;
-            // Newton's method squares what is wrong, over the scale on which the speed changes.
+            // Newton's method squares the error, relative to the scale on which the speed changes.
             if wrong.abs() < 1e-5 {
                 break;
             }
         }
-        // Beyond its ends a curve goes on a little, for queries with rounding in them.
+        // The curve continues a little beyond its ends, for queries with rounding errors.
         p.clamp(-0.1 * self.p_end.abs(), 1.1 * self.p_end.abs())
     }
 
-    /// The parameter after `length` of the `whole` between two knots: the cubic that has the
-    /// right slopes at both.
+    /// Returns the parameter after `length` of the `whole` length between two knots: the cubic with
+    /// the right slopes at both.
     fn first_guess(&self, knot: usize, length: f64, whole: f64) -> f64 {
         let step = self.p_end / KNOTS as f64;
         if whole <= 0.0 {
@@ -78,7 +78,7 @@ impl ArcLength {
         (x3 - 2.0 * x2 + x) * from + (3.0 * x2 - 2.0 * x3) * step + (x3 - x2) * to
     }
 
-    /// The parameter at which the curve has the length `length_m`.
+    /// Returns the parameter at which the curve has the length `length_m`.
     pub(crate) fn reach(u: [f64; 4], v: [f64; 4], length_m: f64) -> f64 {
         let mut p = length_m;
         for _ in 0..50 {

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use crate::cubic::Jet;
 
-/// The reference line at one s.
+/// The reference line at one s, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Station {
     pub(crate) x: f64,
@@ -37,7 +37,7 @@ impl RoadAxes {
         RoadAxes::along(position, DVec2::new(cos, sin), station.curvature, elevation, roll)
     }
 
-    /// A station whose heading is known by its direction.
+    /// Creates the axes of a station whose heading is given as a direction.
     pub(crate) fn along(
         position: DVec2,
         ahead: DVec2,
@@ -46,7 +46,7 @@ impl RoadAxes {
         roll: f64,
     ) -> RoadAxes {
         let (roll_sin, roll_cos) = if roll == 0.0 { (0.0, 1.0) } else { roll.sin_cos() };
-        // Of the pitch -atan(slope).
+        // The pitch is -atan(slope).
         let slope = elevation.slope;
         let pitch_cos = 1.0 / (1.0 + slope * slope).sqrt();
         RoadAxes {
@@ -61,9 +61,11 @@ impl RoadAxes {
         }
     }
 
-    /// The point at `t`, of which `level` metres lie on lanes that do not bank, `up` above the
-    /// road. The road banks about its own, climbing axis: of a banked metre, `roll_cos` shows to
-    /// the side, `roll_sin · pitch_cos` up and `roll_sin · pitch_sin` along.
+    /// Returns the point at `t`, of which `level` metres lie on lanes that do not bank, `up` metres
+    /// above the road.
+    ///
+    /// The road banks about its own, climbing axis: of a banked metre, `roll_cos` points to the
+    /// side, `roll_sin · pitch_cos` up and `roll_sin · pitch_sin` along the road.
     pub(crate) fn point(&self, t: f64, level: f64, up: f64) -> DVec3 {
         let banked = t - level;
         let beside = banked * self.roll_cos + level;
@@ -76,31 +78,32 @@ impl RoadAxes {
         )
     }
 
-    /// How far to the left of and above the reference line a point lies, where nothing banks.
+    /// Returns how far `point` lies to the left of the reference line and above it, for a road that
+    /// does not bank.
     pub(crate) fn beside(&self, point: DVec3) -> (f64, f64) {
         let offset = point - self.origin;
         (self.left().dot(offset), offset.z)
     }
 
-    /// How a path at `t` runs in `length` metres of s, in which it goes so far to the left and up
-    /// from the reference line, where nothing banks.
+    /// Returns the derivative of a path at `t`, scaled to `length` metres of s in which the path
+    /// moves `left` and `up` metres relative to the reference line, for a road that does not bank.
     pub(crate) fn tangent(&self, t: f64, (left, up): (f64, f64), length: f64) -> Vec3 {
         let slope = -self.pitch_sin / self.pitch_cos;
         let ahead = self.ahead() * (1.0 - self.curvature * t) + DVec3::Z * slope;
         (ahead * length + self.left() * left + DVec3::Z * up).as_vec3()
     }
 
-    /// The direction to the road's left, level.
+    /// Returns the horizontal direction to the road's left.
     pub(crate) fn left(&self) -> DVec3 {
         DVec3::new(-self.heading_sin, self.heading_cos, 0.0)
     }
 
-    /// How much longer a step along the path at `t` is than the same step of s.
+    /// Returns the length of a step along the path at `t` relative to the same step of s.
     pub(crate) fn stretch(&self, t: f64) -> f64 {
         (1.0 - self.curvature * t).max(0.1)
     }
 
-    /// The direction of the road, level.
+    /// Returns the horizontal direction of the road.
     pub(crate) fn ahead(&self) -> DVec3 {
         DVec3::new(self.heading_cos, self.heading_sin, 0.0)
     }

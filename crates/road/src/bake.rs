@@ -1,9 +1,9 @@
-//! A network as bytes, so that the next start need not read the text again.
+//! A network as bytes, so that the next start need not parse the text again.
 //!
-//! Two kinds of part: what the index is made of stays in the bytes and is used from there, and
-//! everything else is read field by field, lanes and roads on several cores. Bytes of any kind may
-//! be given; what does not fit is no network, and nothing is believed of a length before as many
-//! bytes are there.
+//! There are two kinds of parts. The index is used in place, from the bytes themselves. Everything
+//! else is decoded field by field, lanes and roads on several threads. Any bytes may be given:
+//! whatever is not a network is rejected, and no memory is reserved for a declared length before as
+//! many bytes are present.
 
 mod fields;
 mod rows;
@@ -16,35 +16,36 @@ use crate::{
     grid::LaneIndexGrid, lane::Lane, network::Network, parallel::threads, road::Road, slab::Lent,
 };
 use fields::Field;
-/// Changes whenever the layout changes.
+/// Increases whenever the layout changes.
 const VERSION: u64 = 2;
 
 const MAGIC: [u8; 8] = *b"omniroad";
 
-/// So many lanes or roads are read in one go.
+/// Number of lanes or roads in one block.
 const BLOCK: usize = 512;
 
-/// Parts begin at multiples of this.
+/// Alignment of the parts, in bytes.
 const ALIGN: usize = 16;
 
-/// The beginning of the bytes; blocks and slabs lie where it says.
+/// The header: says where blocks and slabs lie.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct Head {
     magic: [u8; 8],
     version: u64,
-    /// How many bytes there are.
+    /// Total length in bytes.
     length: u64,
     lanes: u64,
     roads: u64,
-    /// Where the table of blocks begins and ends: first lanes, then roads, then the rest.
+    /// Begin and end of the block table: lanes first, then roads, then the rest.
     blocks: [u64; 2],
-    /// Where the slabs of the index begin and end: segments, starts, entries.
+    /// Begin and end of the index's slabs: segments, starts, entries.
     slabs: [[u64; 2]; 3],
 }
 
 impl Network {
-    /// All of it, to be read by the same version on the same kind of machine.
+    /// Returns the whole network as bytes for [`Network::from_bytes`] of the same version on a
+    /// machine of the same byte order.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut head = Head {
             magic: MAGIC,
@@ -76,14 +77,16 @@ impl Network {
         bytes
     }
 
-    /// The network that [`Network::to_bytes`] wrote, which keeps `bytes` and answers from them; none
-    /// if they are anything else, or do not begin at a multiple of 8 in memory.
+    /// Restores the network that [`Network::to_bytes`] wrote. It keeps `bytes` and answers queries
+    /// from them.
+    ///
+    /// Returns `None` if they are anything else or do not begin at a multiple of 8 in memory.
     pub fn from_bytes(bytes: Lent) -> Option<Network> {
         read(bytes, threads())
     }
 }
 
-/// The same network for any number of threads.
+/// Restores a network on up to `threads` threads; the result does not depend on their number.
 pub(crate) fn read(lent: Lent, threads: usize) -> Option<Network> {
     let bytes = (*lent).as_ref();
     let head: Head = bytemuck::pod_read_unaligned(bytes.get(..size_of::<Head>())?);
@@ -97,7 +100,7 @@ pub(crate) fn read(lent: Lent, threads: usize) -> Option<Network> {
     let (others, rest) = others.split_at_checked(roads.div_ceil(BLOCK))?;
     let [rest] = rest else { return None };
     let slabs = head.slabs.map(|[from, to]| from as usize..to as usize);
-    // Roads have about as much in them as everything else.
+    // Roads take about as long as everything else together.
     let others_of = |threads: usize| {
         let mut network = rows::take_rest(rest)?;
         network.grid = LaneIndexGrid::lent(&lent, slabs.clone(), &network.grid, lanes)?;
@@ -119,7 +122,7 @@ pub(crate) fn read(lent: Lent, threads: usize) -> Option<Network> {
     Some(Network { roads: roads?, ..network? })
 }
 
-/// The bytes of each block.
+/// Returns the bytes of each block.
 fn blocks<'a>(bytes: &'a [u8], head: &Head) -> Option<Vec<&'a [u8]>> {
     let [from, to] = head.blocks.map(|at| usize::try_from(at).unwrap_or(usize::MAX));
     let (ends, []) = bytes.get(from..to)?.as_chunks::<8>() else { return None };
@@ -129,9 +132,9 @@ fn blocks<'a>(bytes: &'a [u8], head: &Head) -> Option<Vec<&'a [u8]>> {
         .collect()
 }
 
-/// So many things out of their blocks, on so many threads.
+/// Decodes `count` values from their blocks on up to `threads` threads.
 fn many<T: Field + Send>(blocks: &[&[u8]], count: usize, threads: usize) -> Option<Vec<T>> {
-    // The first thread reads to where all shall lie in the end.
+    // The first thread decodes into the vector that receives all values.
     let share = blocks.len().div_ceil(threads.max(1)).max(1);
     let (first, later) = blocks.split_at(share.min(blocks.len()));
     let of = |mut things: Vec<T>, blocks: &[&[u8]], before: usize| {
@@ -146,7 +149,7 @@ fn many<T: Field + Send>(blocks: &[&[u8]], count: usize, threads: usize) -> Opti
         }
         Some(things)
     };
-    // There are blocks for all of them, and at least a byte for each.
+    // There are enough blocks for `count` values, and each value takes at least one byte.
     let least: usize = blocks.iter().map(|block| block.len()).sum();
     let room = |count: usize| Vec::with_capacity(count.min(least));
     std::thread::scope(|scope| {
@@ -168,7 +171,7 @@ fn many<T: Field + Send>(blocks: &[&[u8]], count: usize, threads: usize) -> Opti
     })
 }
 
-/// Appends a part, and says where it begins and ends.
+/// Appends a part and returns where it begins and ends.
 fn append(bytes: &mut Vec<u8>, part: &[u8]) -> [u64; 2] {
     bytes.resize(bytes.len().next_multiple_of(ALIGN), 0);
     let from = bytes.len() as u64;

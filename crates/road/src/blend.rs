@@ -11,20 +11,20 @@ use crate::{
     placement::Placement,
 };
 
-/// Roads farther apart in height than this cross on a bridge.
+/// Roads farther apart in height than this cross on a bridge, metres.
 pub(crate) const STOREY_M: f64 = 0.6;
-/// A lane wider than twice this is not looked for.
+/// Half the width of the widest lane that is considered, metres.
 pub(crate) const WIDEST_M: f64 = 8.0;
 
 /// How a piece of the index passes a point.
 pub(crate) struct Pass {
     pub(crate) s: f64,
-    /// Of the piece's length.
+    /// Fraction of the piece's length.
     pub(crate) share: f64,
     pub(crate) beside_m: f64,
 }
 
-/// Where a piece of the index passes `point`, if it does so.
+/// Returns how a piece of the index passes `point`; `None` if the point lies beyond its ends.
 pub(crate) fn abreast(network: &Network, piece: &Segment, point: DVec3) -> Option<Pass> {
     let along = (piece.to - piece.from).truncate();
     let length = along.length_squared();
@@ -33,7 +33,7 @@ pub(crate) fn abreast(network: &Network, piece: &Segment, point: DVec3) -> Optio
     }
     let offset = (point - piece.from).truncate();
     let share = offset.dot(along) / length;
-    // Beside a bend the pieces' sectors gape; a little overlap closes them.
+    // On the outside of a bend the sectors of the pieces leave gaps; a small overlap closes them.
     let overlap = (0.6 / length.sqrt()).min(0.1);
     if !(-overlap..=1.0 + overlap).contains(&share) {
         return None;
@@ -101,7 +101,7 @@ impl<'a> Blend<'a> {
         (0..network.junctions().len() as u32).map(|index| Blend::new(network, index)).collect()
     }
 
-    /// Whether roads of the junction lie over each other at different heights.
+    /// Returns whether roads of the junction overlap at different heights.
     fn contradicts(&self, roads: &[u32]) -> bool {
         let level = |road: &u32| {
             let road = &self.network.roads()[*road as usize];
@@ -123,9 +123,9 @@ impl<'a> Blend<'a> {
         })
     }
 
-    /// The height of the junction's surface at a point of one of its roads.
+    /// Returns the height of the junction's surface at a point of one of its roads.
     pub(crate) fn height(&self, point: DVec3) -> f64 {
-        // Where each road passes, by its piece that comes nearest.
+        // For each road its nearest piece.
         let mut passes: Vec<(u32, f64, f64)> = Vec::new();
         self.network.grid.near(point.truncate(), WIDEST_M, |piece| {
             let lane = &self.network.lanes()[piece.lane as usize];
@@ -145,13 +145,14 @@ impl<'a> Blend<'a> {
                 None => passes.push((lane.road, s, away)),
             }
         });
-        // The index visits in its own order; sums must not depend on it.
+        // The index visits pieces in its own order; sums must not depend on it.
         passes.sort_by_key(|pass| pass.0);
         let (mut sum, mut weights) = (0.0, 0.0);
         for (road, s, _) in passes {
             let Some((height, inside_m, to_end_m)) = self.pass(road, s, point) else { continue };
             let beside = (inside_m.max(0.0) / RIM_M).min(1.0) + 1e-6;
-            // Where a road ends it meets one outside the junction, and no other road may move it.
+            // At its end a road meets one outside the junction, so no other road may shift its
+            // height.
             let weight = beside * (RIM_M / to_end_m.max(1e-6)).max(1.0);
             sum += weight * height;
             weights += weight;
@@ -159,8 +160,9 @@ impl<'a> Blend<'a> {
         if weights > 0.0 { sum / weights } else { point.z }
     }
 
-    /// The height of a road at `point`, which it passes at about `s`, and how far the point lies
-    /// from its paved sides and from its ends. None if the point does not lie on it.
+    /// Returns the height at `point` of a road that passes it at about `s`, and the distances of
+    /// the point from the road's paved sides and from its ends. `None` if the point does not lie on
+    /// the road.
     fn pass(&self, road: u32, s: f64, point: DVec3) -> Option<(f64, f64, f64)> {
         let road = &self.network.roads()[road as usize];
         let mut s = s.clamp(0.0, road.length_m);

@@ -1,4 +1,4 @@
-//! From records to a network: ids become indices, lanes find their neighbours.
+//! From records to a network: ids become indices, lanes get their neighbours.
 
 mod findings;
 mod links;
@@ -24,19 +24,24 @@ use crate::{
 };
 use findings::Findings;
 
-/// Roads that lie farther from the file's origin than this get an origin of their own: f32 still
-/// resolves 2 mm there.
+/// Roads farther from the file's origin than this get a local origin, metres: f32 still resolves 2
+/// mm at this distance.
 const FAR_M: f64 = 20_000.0;
 
 impl Network {
-    /// Reads an OpenDRIVE text.
+    /// Parses an OpenDRIVE text.
+    ///
+    /// # Errors
+    ///
+    /// Returns the first error that makes the file unusable, with its line. Contradictions that can
+    /// be worked around are in [`Network::findings`].
     pub fn parse(xml: &str) -> Result<Network, MapError> {
-        // A broken file may have any number of findings; the first ones are enough for a driver.
+        // A broken file may have any number of findings; a simulation needs only the first ones.
         built(xml, 1000, threads())
     }
 }
 
-/// The same network for any number of threads.
+/// Parses a text on up to `threads` threads; the result does not depend on their number.
 pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<Network, MapError> {
     let mut records = parse::records(text, threads)?;
     let mut findings = Findings::new(findings_max);
@@ -104,7 +109,7 @@ fn unique_roads(records: &Records, text: &str) -> Result<HashMap<String, u32>, M
     Ok(ids)
 }
 
-/// Shifts far roads to an origin of their own and says where it is.
+/// Moves distant roads to a local origin and returns its position in the file's coordinates.
 fn local_origin(records: &mut Records) -> DVec3 {
     let starts = records.roads.iter().flat_map(|road| &road.curves).map(|curve| curve.start());
     let (mut low, mut high) = (glam::DVec2::INFINITY, glam::DVec2::NEG_INFINITY);

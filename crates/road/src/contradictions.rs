@@ -1,9 +1,9 @@
-//! Which junctions contradict themselves in height.
+//! Junctions whose roads contradict each other in height.
 
 use std::sync::OnceLock;
 
-/// For each junction whether its roads contradict each other in height. Found on first use, as it
-/// takes long, and derived from the rest of the network: all values are equal.
+/// For each junction whether its roads contradict each other in height. Determined on first use,
+/// because it takes long. It follows from the rest of the network, so all values compare equal.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Contradictions(OnceLock<Vec<OnceLock<bool>>>);
 
@@ -14,8 +14,8 @@ impl PartialEq for Contradictions {
 }
 
 impl Contradictions {
-    /// Returns whether the roads of `junction`, one of `count`, contradict each other; `find` says
-    /// so the first time.
+    /// Returns whether the roads of `junction`, one of `count` junctions, contradict each other.
+    /// Calls `find` the first time.
     pub(crate) fn get(&self, junction: u32, count: usize, find: impl FnOnce() -> bool) -> bool {
         let known = self.0.get_or_init(|| vec![OnceLock::new(); count]);
         *known[junction as usize].get_or_init(find)

@@ -1,11 +1,11 @@
 //! Piecewise cubic functions of a length: elevation, widths, offsets.
 
-/// a + b·ds + c·ds² + d·ds³ with ds counted from `from_m`.
+/// The cubic a + b·ds + c·ds² + d·ds³, where ds counts from `from_m`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Cubic {
-    /// Where the piece begins.
+    /// Where the piece begins, metres.
     pub(crate) from_m: f64,
-    /// a, b, c, d.
+    /// The coefficients a, b, c, d.
     pub(crate) factors: [f64; 4],
 }
 
@@ -56,14 +56,15 @@ impl Cubic {
     }
 }
 
-/// Pieces in rising order; each holds until the next begins. Zero before the first and if empty.
+/// Cubics in rising order; each one applies until the next begins. Zero before the first one and if
+/// there is none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Profile {
     pub(crate) pieces: Vec<Cubic>,
 }
 
 impl Profile {
-    /// Sorts the pieces; of two that begin at one place, the later in the file holds.
+    /// Sorts the pieces. Of two that begin at the same place, the later one in the file applies.
     pub(crate) fn new(mut pieces: Vec<Cubic>) -> Profile {
         pieces.sort_by(|a, b| a.from_m.total_cmp(&b.from_m));
         Profile { pieces }
@@ -73,7 +74,7 @@ impl Profile {
         self.pieces.is_empty()
     }
 
-    /// Whether it is zero everywhere.
+    /// Returns whether it is zero everywhere.
     pub(crate) fn is_zero(&self) -> bool {
         self.pieces.iter().all(|piece| piece.factors == [0.0; 4])
     }
@@ -82,11 +83,12 @@ impl Profile {
         &self.pieces
     }
 
-    /// The lowest value from `from` to just before `to`, between which one piece holds.
+    /// Returns the lowest value from `from` to just before `to`, between which a single piece
+    /// applies.
     pub(crate) fn lowest(&self, from: f64, to: f64) -> f64 {
         let Some(piece) = self.piece(from) else { return 0.0 };
         let [_, b, c, d] = piece.factors;
-        // Where the slope b + 2c·x + 3d·x² vanishes.
+        // Roots of the slope b + 2c·x + 3d·x².
         let root = (c * c - 3.0 * b * d).max(0.0).sqrt();
         let turns = if d != 0.0 {
             [(-c + root) / (3.0 * d), (-c - root) / (3.0 * d)]
@@ -98,17 +100,17 @@ impl Profile {
         inside.chain([from, to]).map(|along| piece.at(along)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Where the pieces begin.
+    /// Returns where the pieces begin.
     pub(crate) fn knots(&self) -> impl Iterator<Item = f64> {
         self.pieces.iter().map(|piece| piece.from_m)
     }
 
-    /// Whether it has no bend at `along`.
+    /// Returns whether the piece at `along` is linear.
     pub(crate) fn is_straight(&self, along: f64) -> bool {
         self.piece(along).is_none_or(|piece| piece.factors[2] == 0.0 && piece.factors[3] == 0.0)
     }
 
-    /// The piece that holds at `along`. Before the first piece there is none.
+    /// Returns the piece that applies at `along`; `None` before the first piece.
     pub(crate) fn piece(&self, along: f64) -> Option<&Cubic> {
         match self.pieces.as_slice() {
             [] => None,
@@ -132,5 +134,5 @@ impl Profile {
     }
 }
 
-/// A first piece that begins this little after the start holds from the start.
+/// A first piece that begins this little after the start, metres, applies from the start.
 const EARLY_M: f64 = 1e-3;

@@ -1,4 +1,4 @@
-//! The plan view's curves: where the reference line runs in x and y.
+//! Curves of the plan view: the course of the reference line in x and y.
 
 use glam::DVec2;
 
@@ -12,7 +12,7 @@ use crate::{
 pub(crate) struct CurvePoint {
     pub(crate) position: DVec2,
     pub(crate) heading_rad: f64,
-    /// Positive turns left.
+    /// Positive to the left.
     pub(crate) curvature_per_m: f64,
     /// Change of the curvature per metre.
     pub(crate) curvature_slope: f64,
@@ -21,7 +21,7 @@ pub(crate) struct CurvePoint {
 /// One `<geometry>` of a plan view.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Curve {
-    /// Where it begins along the road.
+    /// Where it begins, metres of the road's s.
     pub(crate) from_m: f64,
     pub(crate) length_m: f64,
     pub(crate) start: DVec2,
@@ -31,7 +31,7 @@ pub(crate) struct Curve {
     pub(crate) shape: Shape,
 }
 
-/// What kind of curve.
+/// The kind of a curve, with its parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Shape {
     Line,
@@ -42,7 +42,7 @@ pub(crate) enum Shape {
         from: f64,
         slope: f64,
     },
-    /// u(p) and v(p); `arc` turns lengths into p.
+    /// u(p) and v(p); `arc` converts lengths into p.
     Cubic {
         u: [f64; 4],
         v: [f64; 4],
@@ -51,7 +51,8 @@ pub(crate) enum Shape {
 }
 
 impl Shape {
-    /// Curvature from `from` to `to` over the length.
+    /// Creates a spiral with curvatures `from` and `to` at its ends; a line or an arc where they
+    /// are equal.
     pub(crate) fn spiral(from: f64, to: f64, length_m: f64) -> Shape {
         let slope = if length_m > 0.0 { (to - from) / length_m } else { 0.0 };
         if slope.abs() < 1e-14 {
@@ -60,12 +61,12 @@ impl Shape {
         Shape::Spiral { from, slope }
     }
 
-    /// Polynomials over p from 0 to `p_end`, travelled by length.
+    /// Creates a parametric cubic over p from 0 to `p_end`, parametrised by length.
     pub(crate) fn cubic(u: [f64; 4], v: [f64; 4], p_end: f64, length_m: f64) -> Shape {
         Shape::Cubic { u, v, arc: Box::new(ArcLength::new(u, v, p_end, length_m)) }
     }
 
-    /// v as a polynomial of u, long enough that its arc measures `length_m`.
+    /// Creates v as a polynomial of u, up to the arc length `length_m`.
     pub(crate) fn poly3(v: [f64; 4], length_m: f64) -> Shape {
         let u = [0.0, 1.0, 0.0, 0.0];
         let u_end = ArcLength::reach(u, v, length_m);
@@ -94,7 +95,7 @@ impl Curve {
         self.start
     }
 
-    /// The point at `ds` metres from the curve's start.
+    /// Returns the point at `ds` metres from the curve's start.
     pub(crate) fn at(&self, ds: f64) -> CurvePoint {
         let (local, turn, curvature, slope) = self.shape.at(ds);
         CurvePoint {
@@ -105,7 +106,7 @@ impl Curve {
         }
     }
 
-    /// Position, direction and curvature at `ds` metres from the curve's start.
+    /// Returns position, direction and curvature at `ds` metres from the curve's start.
     pub(crate) fn ray(&self, ds: f64) -> (DVec2, DVec2, f64) {
         let (local, along, curvature) = match &self.shape {
             Shape::Line => (DVec2::new(ds, 0.0), DVec2::X, 0.0),
@@ -128,7 +129,7 @@ impl Curve {
         (self.start + self.ahead.rotate(local), self.ahead.rotate(along), curvature)
     }
 
-    /// How long the curve is by itself, where the file's word for it can be wrong.
+    /// Returns the curve's actual length for shapes whose declared length can be wrong.
     pub(crate) fn own_length(&self) -> Option<f64> {
         match &self.shape {
             Shape::Cubic { arc, .. } => Some(arc.own_length(self.length_m)),
@@ -136,14 +137,14 @@ impl Curve {
         }
     }
 
-    /// Whether it has no bend.
+    /// Returns whether the curve is a straight line.
     pub(crate) fn is_line(&self) -> bool {
         matches!(self.shape, Shape::Line)
     }
 }
 
 impl Shape {
-    /// Position, heading, curvature and its slope in the curve's own axes.
+    /// Returns position, heading, curvature and its slope in the curve's own axes.
     fn at(&self, ds: f64) -> (DVec2, f64, f64, f64) {
         match self {
             Shape::Line => (DVec2::new(ds, 0.0), 0.0, 0.0, 0.0),
@@ -173,7 +174,7 @@ impl Shape {
     }
 }
 
-/// Where an arc of length `ds` that turns by `turn` ends; stable for vanishing turns.
+/// Returns the end of an arc of length `ds` that turns by `turn`; stable for vanishing turns.
 fn chord(ds: f64, turn: f64) -> DVec2 {
     let half = 0.5 * turn;
     // sin(h)/h, by its series where the quotient would lose digits.
@@ -182,9 +183,9 @@ fn chord(ds: f64, turn: f64) -> DVec2 {
     DVec2::new(cos, sin) * (ds * sinc)
 }
 
-/// Where a clothoid of initial curvature `from` and curvature slope `slope` is after `ds`: the
-/// Fresnel integrals by Gauss-Legendre quadrature, in panels that turn little enough that seven
-/// nodes leave less than a nanometre on roads' lengths.
+/// Returns the end of a clothoid of initial curvature `from` and curvature slope `slope` after
+/// `ds`: the Fresnel integrals by Gauss-Legendre quadrature, in panels that turn so little that
+/// seven nodes leave less than a nanometre over the lengths of roads.
 fn clothoid(from: f64, slope: f64, ds: f64) -> DVec2 {
     let most = from.abs().max((from + slope * ds).abs());
     let panels = ((most * ds.abs()).min(1e4) / 1.0).ceil().max(1.0) as usize;

@@ -1,4 +1,4 @@
-//! From projected coordinates to latitude and longitude.
+//! Map projections: projected coordinates to latitude and longitude and back.
 
 use std::f64::consts::PI;
 
@@ -9,14 +9,14 @@ pub struct GeoPoint {
     pub latitude_deg: f64,
     /// East of Greenwich, degrees.
     pub longitude_deg: f64,
-    /// Metres, as the map counts them.
+    /// Altitude in metres, relative to the map's own zero.
     pub altitude_m: f64,
 }
 
-/// A transverse Mercator projection, as a PROJ string of `+proj=tmerc` or `+proj=utm` says it.
+/// A transverse Mercator projection as a PROJ string of `+proj=tmerc` or `+proj=utm` defines it.
 ///
-/// Krüger's series to the fourth order of the third flattening: within a tenth of a millimetre
-/// 1000 km round the meridian (Karney, "Transverse Mercator with an accuracy of a few
+/// Krüger's series to the fourth order of the third flattening: accurate to a tenth of a millimetre
+/// up to 1000 km from the meridian (Karney, "Transverse Mercator with an accuracy of a few
 /// nanometers", 2011, equations 7 to 15 and 35).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransverseMercator {
@@ -25,17 +25,17 @@ pub struct TransverseMercator {
     scale: f64,
     false_east_m: f64,
     false_north_m: f64,
-    /// Metres; of the whole meridian, divided by a turn.
+    /// Length of the whole meridian divided by 2π, metres.
     mean_radius_m: f64,
     eccentricity: f64,
-    /// From the conformal sphere to the projection.
+    /// Coefficients from the conformal sphere to the projection.
     alpha: [f64; 4],
-    /// And back.
+    /// Coefficients of the inverse.
     beta: [f64; 4],
 }
 
 impl TransverseMercator {
-    /// The projection of a PROJ string; none if it is of another kind.
+    /// Returns the projection of a PROJ string; `None` if it is of another kind.
     pub fn from_proj(text: &str) -> Option<TransverseMercator> {
         let value = |key: &str| {
             let words = text.split_whitespace().filter_map(|word| word.strip_prefix('+'));
@@ -44,7 +44,7 @@ impl TransverseMercator {
         let number = |key: &str| value(key)?.parse::<f64>().ok().filter(|x| x.is_finite());
         let has_flag = |flag: &str| text.split_whitespace().any(|word| word == flag);
         let is_utm = value("proj") == Some("utm");
-        // Old towns give no projection, just where their origin lies.
+        // Old towns give no projection, only the position of their origin.
         let is_bare = value("proj").is_none() && number("lat_0").is_some();
         if !(is_utm || is_bare || value("proj") == Some("tmerc")) {
             return None;
@@ -99,13 +99,13 @@ impl TransverseMercator {
                 4397.0 * n4 / 161_280.0,
             ],
         };
-        // The origin's northing on the meridian is what the series gives there.
+        // The series gives the northing of the origin on the meridian.
         let (_, north) = projection.unscaled(projection.lat_0_rad, 0.0);
         projection.false_north_m -= north * projection.scale * projection.mean_radius_m;
         projection
     }
 
-    /// Metres east and north from latitude and longitude.
+    /// Returns metres east and north from latitude and longitude.
     pub fn project(&self, point: GeoPoint) -> (f64, f64) {
         let turn = point.longitude_deg.to_radians() - self.lon_0_rad;
         let turn = turn - 2.0 * PI * (turn / (2.0 * PI)).round();
@@ -114,7 +114,7 @@ impl TransverseMercator {
         (self.false_east_m + east * metres, self.false_north_m + north * metres)
     }
 
-    /// Latitude and longitude from metres east and north.
+    /// Returns latitude and longitude from metres east and north.
     pub fn unproject(&self, east_m: f64, north_m: f64, altitude_m: f64) -> GeoPoint {
         let metres = self.scale * self.mean_radius_m;
         let (xi, eta) =
@@ -133,7 +133,7 @@ impl TransverseMercator {
         }
     }
 
-    /// Easting and northing over the mean radius.
+    /// Returns easting and northing divided by the mean radius.
     fn unscaled(&self, latitude: f64, turn: f64) -> (f64, f64) {
         let tau_s = self.conformal_tangent(latitude.tan());
         let xi = tau_s.atan2(turn.cos());
@@ -146,14 +146,14 @@ impl TransverseMercator {
         (east, north)
     }
 
-    /// The tangent of the conformal latitude from that of the latitude.
+    /// Returns the tangent of the conformal latitude from the tangent of the latitude.
     fn conformal_tangent(&self, tau: f64) -> f64 {
         let e = self.eccentricity;
         let sigma = (e * (e * tau / (1.0 + tau * tau).sqrt()).atanh()).sinh();
         tau * (1.0 + sigma * sigma).sqrt() - sigma * (1.0 + tau * tau).sqrt()
     }
 
-    /// And back, by Newton's method.
+    /// Returns the inverse of [`Self::conformal_tangent`] by Newton's method.
     fn tangent_of_conformal(&self, tau_s: f64) -> f64 {
         let flat = 1.0 - self.eccentricity * self.eccentricity;
         let mut tau = tau_s / flat;
@@ -171,7 +171,7 @@ impl TransverseMercator {
     }
 }
 
-/// What a projection is made of.
+/// Parameters of a projection.
 struct Origin {
     latitude_deg: f64,
     longitude_deg: f64,
@@ -182,21 +182,21 @@ struct Origin {
     flattening: f64,
 }
 
-/// CARLA's formula: a transverse Mercator of a sphere, whatever the map says but where its origin
-/// lies, and without the header's offset.
+/// CARLA's formula: a transverse Mercator projection of a sphere. It takes the position of the
+/// origin from the map, and ignores its projection and the header's offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CarlaMercator {
-    /// Degrees.
+    /// Latitude of the origin, degrees.
     pub latitude_deg: f64,
-    /// Degrees.
+    /// Longitude of the origin, degrees.
     pub longitude_deg: f64,
 }
 
-/// Metres: the Earth's equatorial radius times UTM's scale.
+/// The Earth's equatorial radius times the scale of UTM, metres.
 const CARLA_RADIUS_M: f64 = 6_378_137.0 * 0.9996;
 
 impl CarlaMercator {
-    /// What CARLA reads from a geoReference; without one it takes 42° north, 2° east.
+    /// Returns what CARLA reads from a geoReference; without one it assumes 42° north, 2° east.
     pub fn from_proj(text: &str) -> CarlaMercator {
         let number = |key: &str| {
             let word = text.split_whitespace().find_map(|word| word.strip_prefix(key));
@@ -210,8 +210,8 @@ impl CarlaMercator {
         }
     }
 
-    /// `x` and `y` as CARLA's formula takes them, that is with CARLA's own y: version 0.9.16 puts
-    /// what lies at positive y, to the right of x, in the north.
+    /// Returns latitude and longitude of `x` and `y` in CARLA's left-handed axes: version 0.9.16
+    /// maps positive y, to the right of x, to the north.
     pub fn unproject(&self, x: f64, y: f64, altitude_m: f64) -> GeoPoint {
         let (east, north) =
             (x / CARLA_RADIUS_M, y / CARLA_RADIUS_M + self.latitude_deg.to_radians());
@@ -222,7 +222,7 @@ impl CarlaMercator {
         }
     }
 
-    /// The inverse of [`CarlaMercator::unproject`].
+    /// Returns `x` and `y` of a place on Earth: the inverse of [`CarlaMercator::unproject`].
     pub fn project(&self, point: GeoPoint) -> (f64, f64) {
         let latitude = point.latitude_deg.to_radians();
         let turn = (point.longitude_deg - self.longitude_deg).to_radians();

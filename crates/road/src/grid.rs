@@ -1,4 +1,4 @@
-//! The grid of the spatial index: pieces of lane centres by the square cells that they cross.
+//! The grid of the spatial index: pieces of lane centres, by the square cells that they cross.
 
 use std::ops::Range;
 
@@ -7,24 +7,24 @@ use glam::{DVec2, DVec3, Vec3};
 
 use crate::slab::{Lent, Slab};
 
-/// A piece of a lane's centre.
+/// A piece of a lane's centre, in world space.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Segment {
     pub(crate) from: DVec3,
     pub(crate) to: DVec3,
-    /// Metres along the lane, in driving direction, at `from` and `to`.
+    /// Metres along the lane in driving direction at `from` and `to`.
     pub(crate) along: [f64; 2],
     pub(crate) lane: u32,
     pub(crate) types: u32,
-    /// The lane's centre lies nowhere farther from the piece than this.
+    /// Upper bound of the distance between the lane's centre and the piece, metres.
     pub(crate) sag_m: f32,
-    /// Nothing of the lane lies farther beside the piece than this.
+    /// No part of the lane lies farther beside the piece than this, metres.
     pub(crate) outside_m: f32,
-    /// Everything nearer beside it than this lies on the lane.
+    /// Every point nearer beside the piece than this lies on the lane, metres.
     pub(crate) inside_m: f32,
     pub(crate) shape: Shape,
-    /// How the centre runs at both ends, for the whole piece; of [`Shape::ARC`] only.
+    /// Derivatives of the centre at both ends, scaled to the whole piece; of [`Shape::ARC`] only.
     pub(crate) tangents: [Vec3; 2],
 }
 
@@ -34,17 +34,16 @@ pub(crate) struct Segment {
 pub(crate) struct Shape(u32);
 
 impl Shape {
-    /// It is the piece, run through evenly.
+    /// The centre is the piece, with constant speed.
     pub(crate) const STRAIGHT: Shape = Shape(0);
-    /// It is the cubic that has the ends and the tangents of the piece, but for a tenth of a
-    /// millimetre.
+    /// The centre is the cubic with the ends and tangents of the piece, to a tenth of a millimetre.
     pub(crate) const ARC: Shape = Shape(1);
-    /// Only the road itself knows.
+    /// The centre must be computed from the road.
     pub(crate) const FREE: Shape = Shape(2);
 }
 
-/// A segment as a cell of the grid knows it: where it is relative to the cell's lower corner, so
-/// that f32 holds a tenth of a millimetre. All that a cell has lies together in memory.
+/// A segment as stored in a cell of the grid: relative to the cell's lower corner, so that f32
+/// resolves a tenth of a millimetre. The entries of a cell are contiguous in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Entry {
@@ -58,25 +57,25 @@ pub(crate) struct Entry {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct LaneIndexGrid {
     pub(crate) segments: Slab<Segment>,
-    /// Of any segment.
+    /// Union of the types of all segments.
     pub(crate) types: u32,
     pub(crate) low: DVec2,
-    /// Heights of entries count from here.
+    /// The height that entries are relative to, metres.
     pub(crate) base_m: f64,
     pub(crate) cell_m: f64,
     pub(crate) columns: usize,
     pub(crate) rows: usize,
-    /// Where each cell's part of `entries` begins.
+    /// Index of each cell's first entry, and the number of entries.
     pub(crate) starts: Slab<u32>,
     pub(crate) entries: Slab<Entry>,
 }
 
 const CELL_M: f64 = 8.0;
 const CELLS_MAX: f64 = 5e5;
-/// Widths may swell this much between the places where they are looked at.
+/// Widths may exceed the sampled ones by this much between samples, metres.
 pub(crate) const SLACK_M: f64 = 0.1;
 impl LaneIndexGrid {
-    /// Corners of the box round all lanes.
+    /// Returns the corners of the bounding box of all lanes.
     pub(crate) fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for segment in &*self.segments {
@@ -126,7 +125,7 @@ impl LaneIndexGrid {
             starts[cell + 1] += starts[cell];
         }
         let mut entries = vec![Entry::default(); starts[columns * rows] as usize];
-        // Each cell's start becomes its end, which is the next one's start.
+        // Each cell's start becomes its end, which is the start of the next cell.
         for (segment, index) in segments.iter().zip(0..) {
             grid.each_cell(segment, |cell| {
                 entries[starts[cell] as usize] = grid.entry(segment, index, cell);
@@ -140,7 +139,7 @@ impl LaneIndexGrid {
         grid
     }
 
-    /// What it is made of, in the order of [`LaneIndexGrid::lent`].
+    /// Returns the slabs of the index in the order of [`LaneIndexGrid::lent`].
     pub(crate) fn slabs(&self) -> [&[u8]; 3] {
         let (segments, entries) = (&*self.segments, &*self.entries);
         [
@@ -150,7 +149,7 @@ impl LaneIndexGrid {
         ]
     }
 
-    /// This grid over the slabs that lie there in `lent`; none if they refer to what is not there.
+    /// Returns this grid over the slabs in `lent`; `None` if they contain an invalid reference.
     pub(crate) fn lent(
         lent: &Lent,
         [segments, starts, entries]: [Range<usize>; 3],
@@ -188,13 +187,13 @@ impl LaneIndexGrid {
         Entry { from: from.as_vec3(), along: along.as_vec3(), types: segment.types, segment: index }
     }
 
-    /// Where a cell counts its places from.
+    /// Returns the origin of a cell's coordinates.
     pub(crate) fn corner(&self, column: usize, row: usize) -> DVec3 {
         let corner = self.low + DVec2::new(column as f64, row as f64) * self.cell_m;
         corner.extend(self.base_m)
     }
 
-    /// The cell of a point, or the nearest one of the grid.
+    /// Returns the cell of a point, or the nearest cell of the grid.
     fn cell(&self, point: DVec2) -> (usize, usize) {
         let at = (point - self.low) / self.cell_m;
         (
@@ -211,7 +210,7 @@ impl LaneIndexGrid {
         for row in low..=high {
             let (mut left, mut right) = (a.0.min(b.0), a.0.max(b.0));
             if low < high && left < right {
-                // Where it enters and leaves the row.
+                // The x coordinates where the segment enters and leaves the row.
                 let ends = [row, row + 1].map(|row| {
                     let y = self.low.y + row as f64 * self.cell_m;
                     let share = ((y - from.y) / (to.y - from.y)).clamp(0.0, 1.0);
@@ -244,5 +243,5 @@ impl LaneIndexGrid {
     }
 }
 
-/// A segment that comes this near to a cell may be taken to cross it.
+/// A segment that comes this near to a cell may count as crossing it, metres.
 const EDGE_M: f64 = 1e-6;

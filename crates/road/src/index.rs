@@ -6,10 +6,10 @@ mod pieces;
 
 use crate::{grid::LaneIndexGrid, network::Network, road::Road};
 
-/// Roads of so many lanes are worth a thread.
+/// Fewest lanes for each thread.
 const LANES_MIN: usize = 500;
 
-/// The same index for any number of threads.
+/// Builds the index on up to `threads` threads; the result does not depend on their number.
 pub(crate) fn lane_grid(network: &Network, threads: usize) -> LaneIndexGrid {
     let total_m: f64 = network.lanes().iter().map(|lane| lane.length_m).sum();
     let roads = network.roads();

@@ -1,41 +1,41 @@
-/// Where roads meet.
+/// A junction: where roads meet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Junction {
     /// OpenDRIVE's id.
     pub id: String,
-    /// What people call it.
+    /// Name in the file.
     pub name: String,
-    /// Common, direct or virtual.
+    /// How the junction connects its roads.
     pub kind: JunctionKind,
-    /// Ways through.
+    /// Connections from incoming roads.
     pub connections: Vec<Connection>,
-    /// Roads that lie inside, each once, in the order of the file.
+    /// Indices of the roads inside, each once, in the order of the file.
     pub roads: Vec<u32>,
-    /// Controllers that rule its signals.
+    /// Indices of the controllers of its signals.
     pub controllers: Vec<u32>,
-    /// Which connecting road goes before which, by road index.
+    /// Pairs of road indices: the first connecting road has priority over the second.
     pub priorities: Vec<(u32, u32)>,
 }
 
-/// How a junction joins its roads.
+/// How a junction connects its roads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JunctionKind {
     /// By connecting roads.
     Common,
-    /// Roads touch each other.
+    /// Roads touch each other without connecting roads.
     Direct,
-    /// A road goes on, others join at its side.
+    /// A main road continues; others join it at its side.
     Virtual,
 }
 
 /// A place at the side of a road where a virtual connection begins or ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
-    /// Which of [`crate::Network::roads`].
+    /// Index into [`crate::Network::roads`].
     pub road: u32,
-    /// Metres of its s.
+    /// Position along that road, metres of s.
     pub s: f64,
-    /// Leads along rising s.
+    /// Whether it leads along rising s.
     pub forward: bool,
 }
 
@@ -44,29 +44,29 @@ pub struct Joint {
 pub struct JunctionGroup {
     /// OpenDRIVE's id.
     pub id: String,
-    /// What people call it.
+    /// Name in the file.
     pub name: String,
-    /// OpenDRIVE's word: roundabout, complexJunction, highwayInterchange, unknown.
+    /// OpenDRIVE's type: roundabout, complexJunction, highwayInterchange, unknown.
     pub kind: String,
-    /// Which of [`crate::Network::junctions`].
+    /// Indices into [`crate::Network::junctions`].
     pub junctions: Vec<u32>,
 }
 
-/// One way through a junction.
+/// One connection of a junction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Connection {
-    /// The road that leads in.
+    /// Index of the road that leads in.
     pub incoming: u32,
-    /// The road inside (common), or on the other side (direct).
+    /// Index of the road inside (common junction) or on the other side (direct junction).
     pub connecting: u32,
-    /// The connecting road is entered at its start, not at its end.
+    /// Whether the connecting road is entered at its start, not at its end.
     pub at_start: bool,
-    /// Lane ids, from the incoming to the connecting road.
+    /// Pairs of lane ids, from the incoming to the connecting road.
     pub lane_links: Vec<(i32, i32)>,
-    /// Of a virtual connection: where it leaves the road that goes on.
+    /// Of a virtual connection: where it leaves the main road.
     pub predecessor: Option<Joint>,
-    /// Of a virtual connection: where it joins the road that goes on.
+    /// Of a virtual connection: where it joins the main road.
     pub successor: Option<Joint>,
-    /// Where it stands in the text, in bytes.
+    /// Byte offset in the text.
     pub(crate) offset: usize,
 }

@@ -1,4 +1,4 @@
-//! Landmarks: signals as those see them who drive towards them.
+//! Landmarks: signals as approaching vehicles encounter them.
 
 use crate::{
     lane::{Lane, LaneIndex, LanePoint},
@@ -6,33 +6,34 @@ use crate::{
     signal::{Orientation, SignalUse},
 };
 
-/// A place where a signal rules: its own, or that of a reference to it.
+/// A place where a signal applies: its own, or that of a reference to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Landmark<'a> {
-    /// Which of [`Network::signals`].
+    /// Index into [`Network::signals`].
     pub signal: u32,
-    /// Where and for whom.
+    /// Where it applies, and to which lanes.
     pub rules: &'a SignalUse,
 }
 
-/// A landmark on the way.
+/// A landmark ahead of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LandmarkAhead<'a> {
-    /// Which.
+    /// The landmark.
     pub landmark: Landmark<'a>,
-    /// Where the way passes it.
+    /// The point on the lane beside the landmark.
     pub at: LanePoint,
-    /// Metres from where one asked.
+    /// Driving distance from the starting point, metres.
     pub distance_m: f64,
 }
 
 impl SignalUse {
-    /// Whether it rules no lane at all, as CARLA's towns write it: "0 to 0".
+    /// Returns whether it applies to no lane at all, which CARLA's towns write as "0 to 0".
     pub fn is_void(&self) -> bool {
         !self.validity.is_empty() && self.validity.iter().all(|range| *range == (0, 0))
     }
 
-    /// Whether it rules `lane` of its road: by the lanes that it names, else by direction.
+    /// Returns whether it applies to `lane` of its road: by the lanes that it names, or else by
+    /// direction.
     pub fn rules_lane(&self, lane: &Lane) -> bool {
         if self.validity.is_empty() {
             return match self.orientation {
@@ -46,7 +47,8 @@ impl SignalUse {
 }
 
 impl Network {
-    /// Every place where a signal rules a lane, by signal: CARLA's `get_all_landmarks`.
+    /// Returns every place where a signal applies to a lane, ordered by signal: CARLA's
+    /// `get_all_landmarks`.
     pub fn landmarks(&self) -> impl Iterator<Item = Landmark<'_>> {
         let with_index = self.signals().iter().zip(0u32..);
         with_index.flat_map(|(signal, index)| {
@@ -55,8 +57,8 @@ impl Network {
         })
     }
 
-    /// The landmarks that rule the way ahead of `at`, on every branch, within `distance_m`, each
-    /// once, nearest first. `stop_at_junction`: not on roads of junctions, unless one is there.
+    /// Returns the landmarks ahead of `at` on every branch, within `distance_m`, each once, nearest
+    /// first. `stop_at_junction` leaves out roads of junctions, unless `at` lies on one.
     pub fn landmarks_ahead(
         &self,
         at: LanePoint,
@@ -67,8 +69,8 @@ impl Network {
         if !(distance_m.is_finite() && distance_m >= 0.0) {
             return found;
         }
-        // Lanes with the distance driven before they begin; the first one begins behind us. A
-        // lane is looked at once, on the shortest way to it.
+        // Lanes with the distance driven before they begin; the first one begins behind `at`. Each
+        // lane is visited once, on the shortest path to it.
         let along = at.along_m.clamp(0.0, self.lane(at.lane).length_m);
         let mut open: Vec<(LaneIndex, f64)> = vec![(at.lane, -along)];
         let mut seen = std::collections::BTreeMap::new();
@@ -100,7 +102,7 @@ impl Network {
         found
     }
 
-    /// The landmarks that stand beside one lane and rule it, with metres along it.
+    /// Returns the landmarks beside one lane that apply to it, with metres along it.
     fn landmarks_on(&self, lane: &Lane) -> impl Iterator<Item = (Landmark<'_>, f64)> {
         let road = &self.roads()[lane.road as usize];
         self.uses_of_road(lane.road).filter_map(move |(signal, number)| {
@@ -113,13 +115,13 @@ impl Network {
         })
     }
 
-    /// Signals and which of their uses, for each that rules on one road.
+    /// Returns signal and use indices of the signals that apply on one road.
     fn uses_of_road(&self, road: u32) -> impl Iterator<Item = (u32, u32)> {
         let first = self.uses.partition_point(|entry| entry.0 < road);
         self.uses[first..].iter().take_while(move |e| e.0 == road).map(|e| (e.1, e.2))
     }
 
-    /// (road, signal, use) of every use of every signal, by road.
+    /// Returns (road, signal, use) of every use of every signal, ordered by road.
     pub(crate) fn sorted_uses(&self) -> Vec<(u32, u32, u32)> {
         let mut uses = Vec::new();
         for (signal, index) in self.signals().iter().zip(0u32..) {

@@ -1,10 +1,10 @@
 use crate::{cubic::Profile, mark::RoadMark};
 
-/// Which lane of [`crate::Network::lanes`].
+/// Index into [`crate::Network::lanes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LaneIndex(pub u32);
 
-/// A place on a lane's centre.
+/// A point on a lane's centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LanePoint {
     /// The lane.
@@ -13,48 +13,48 @@ pub struct LanePoint {
     pub along_m: f64,
 }
 
-/// One lane of one section; the centre lane 0 is none.
+/// One lane of one section. The centre lane 0 is not stored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lane {
-    /// Its own place in [`crate::Network::lanes`].
+    /// Its own index in [`crate::Network::lanes`].
     pub index: LaneIndex,
-    /// Which road of [`crate::Network::roads`].
+    /// Index into [`crate::Network::roads`].
     pub road: u32,
-    /// Which of the road's sections.
+    /// Index of the road's section.
     pub section: u32,
     /// OpenDRIVE's signed id; positive is left of the reference line.
     pub id: i32,
-    /// What it is for.
+    /// Type of the lane.
     pub kind: LaneType,
-    /// Metres of s.
+    /// Length in metres of s.
     pub length_m: f64,
-    /// Driven along rising s.
+    /// Whether it is driven along rising s.
     pub forward: bool,
-    /// Which of [`crate::Network::junctions`] its road belongs to.
+    /// Index into [`crate::Network::junctions`] of its road's junction.
     pub junction: Option<u32>,
-    /// Lanes that continue this one, seen in driving direction.
+    /// Lanes that continue this one in driving direction.
     pub successors: Vec<LaneIndex>,
-    /// Lanes that this one continues, seen in driving direction.
+    /// Lanes that lead into this one in driving direction.
     pub predecessors: Vec<LaneIndex>,
-    /// The neighbour to the left seen in driving direction, of any type and direction.
+    /// The neighbour to the left in driving direction, of any type and direction.
     pub left: Option<LaneIndex>,
-    /// The neighbour to the right seen in driving direction, of any type and direction.
+    /// The neighbour to the right in driving direction, of any type and direction.
     pub right: Option<LaneIndex>,
-    /// Markings somewhere allow to change to `left`, which is driven the same way.
+    /// Whether markings allow a change to `left` anywhere; `left` has the same direction then.
     pub left_change: bool,
-    /// Markings somewhere allow to change to `right`, which is driven the same way.
+    /// Whether markings allow a change to `right` anywhere; `right` has the same direction then.
     pub right_change: bool,
-    /// The limit where the lane begins: its own, or its road's.
+    /// Speed limit where the lane begins: the lane's own or its road's. Metres per second.
     pub speed_limit_mps: Option<f64>,
-    /// What is painted on its outer border, in rising order.
+    /// Marks on its outer border, in rising order.
     pub marks: Vec<RoadMark>,
-    /// Stays level where the road banks.
+    /// Whether it stays level where the road banks.
     pub level: bool,
-    /// What it is made of, in rising order.
+    /// Surface materials, in rising order.
     pub materials: Vec<LaneMaterial>,
-    /// Who may use it, in rising order.
+    /// Access restrictions, in rising order.
     pub access: Vec<LaneAccess>,
-    /// Rules in the writer's own words, in rising order.
+    /// Rules in free text, in rising order.
     pub rules: Vec<LaneRule>,
     pub(crate) widths: Profile,
     pub(crate) borders: Profile,
@@ -64,38 +64,38 @@ pub struct Lane {
 }
 
 impl Lane {
-    /// The lane's own limit `ds` metres into its section.
+    /// Returns the lane's own speed limit `ds` metres into its section.
     pub(crate) fn speed_limit_at(&self, ds: f64) -> Option<f64> {
         let after = self.speeds.partition_point(|speed| speed.from_m <= ds + 1e-6);
         self.speeds.get(after.max(1) - 1).and_then(|speed| speed.limit_mps)
     }
 }
 
-/// A `<material>` record: holds until the next one of the lane.
+/// A `<material>` record: applies until the next one of the lane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneMaterial {
     /// Metres of s from the start of the lane's section.
     pub from_m: f64,
-    /// The writer's own word.
+    /// The file's own name of the material.
     pub surface: String,
-    /// Of a tyre; zero where not said.
+    /// Friction coefficient of a tyre; zero if not given.
     pub friction: f64,
-    /// The writer's own measure; zero where not said.
+    /// Roughness in the file's own unit; zero if not given.
     pub roughness: f64,
 }
 
-/// An `<access>` record: holds until the next ones of the lane, which begin together.
+/// An `<access>` record: applies until the next ones of the lane, which begin together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneAccess {
     /// Metres of s from the start of the lane's section.
     pub from_m: f64,
-    /// "allow" or "deny"; "deny" before OpenDRIVE 1.5 knew the word.
+    /// "allow" or "deny"; "deny" before OpenDRIVE 1.5, which introduced the attribute.
     pub rule: String,
-    /// For whom: simulator, autonomousTraffic, pedestrian, passengerCar, bus, trucks ...
+    /// Participants: simulator, autonomousTraffic, pedestrian, passengerCar, bus, trucks ...
     pub restrictions: Vec<String>,
 }
 
-/// A `<rule>` record: holds until the next one of the lane.
+/// A `<rule>` record: applies until the next one of the lane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneRule {
     /// Metres of s from the start of the lane's section.
@@ -104,7 +104,7 @@ pub struct LaneRule {
     pub text: String,
 }
 
-/// A `<height>` record: how far the surface stands above the road's.
+/// A `<height>` record: height of the lane's surface above the road's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LaneHeight {
     pub(crate) from_m: f64,
@@ -119,32 +119,32 @@ pub(crate) struct LaneSpeed {
     pub(crate) limit_mps: Option<f64>,
 }
 
-/// What the file says of a lane's neighbours along s, before it is resolved.
+/// Predecessors and successors as the file declares them, before they are resolved.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct LaneLinks {
     pub(crate) predecessors: Vec<i32>,
     pub(crate) successors: Vec<i32>,
-    /// Where the lane stands in the text, in bytes.
+    /// Byte offset of the lane in the text.
     pub(crate) offset: usize,
 }
 
 macro_rules! lane_types {
     ($($(#[$doc:meta])* $variant:ident = $bit:literal, $name:ident, [$($text:literal),*];)*) => {
-        /// What a lane is for.
+        /// Type of a lane.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u32)]
         pub enum LaneType { $($(#[$doc])* $variant = $bit,)* }
 
         impl LaneType {
-            /// Every type.
+            /// All types.
             pub const ALL: &[LaneType] = &[$(LaneType::$variant,)*];
 
-            /// The type that OpenDRIVE calls `text`.
+            /// Returns the type that OpenDRIVE calls `text`; `None` if there is none.
             pub fn from_text(text: &str) -> Option<LaneType> {
                 match text { $($($text)|* => Some(LaneType::$variant),)* _ => None }
             }
 
-            /// OpenDRIVE's usual word for it.
+            /// Returns OpenDRIVE's usual name of the type.
             pub fn text(self) -> &'static str {
                 match self { $(LaneType::$variant => [$($text),*][0],)* }
             }
@@ -157,58 +157,58 @@ macro_rules! lane_types {
 }
 
 lane_types! {
-    /// No use at all; also what CARLA's towns call the strip behind the kerb.
+    /// Not used; CARLA's towns give this type to the strip behind the kerb.
     None = 0x1, NONE, ["none"];
-    /// Vehicles drive here.
+    /// For vehicles.
     Driving = 0x2, DRIVING, ["driving", "mwyEntry", "mwyExit", "connectingRamp", "slipLane", "bus", "taxi", "HOV"];
-    /// A hard shoulder to stop on in need.
+    /// Hard shoulder for emergency stops.
     Stop = 0x4, STOP, ["stop"];
-    /// The soft border of the road.
+    /// Soft border of the road.
     Shoulder = 0x8, SHOULDER, ["shoulder"];
-    /// Bicycles.
+    /// For bicycles.
     Biking = 0x10, BIKING, ["biking"];
-    /// People on foot.
+    /// For pedestrians.
     Sidewalk = 0x20, SIDEWALK, ["sidewalk", "walking"];
-    /// A hard border of the road, such as a gutter.
+    /// Hard border of the road, such as a gutter.
     Border = 0x40, BORDER, ["border", "curb"];
     /// Paved but not to be used.
     Restricted = 0x80, RESTRICTED, ["restricted"];
-    /// Parked vehicles.
+    /// For parked vehicles.
     Parking = 0x100, PARKING, ["parking"];
-    /// Driven both ways, such as a turning lane in the middle.
+    /// Driven in both directions, such as a turning lane in the middle.
     Bidirectional = 0x200, BIDIRECTIONAL, ["bidirectional"];
     /// Separates the directions.
     Median = 0x400, MEDIAN, ["median"];
-    /// For the user's own purposes.
+    /// For applications of the user.
     Special1 = 0x800, SPECIAL1, ["special1"];
-    /// For the user's own purposes.
+    /// For applications of the user.
     Special2 = 0x1000, SPECIAL2, ["special2"];
-    /// For the user's own purposes.
+    /// For applications of the user.
     Special3 = 0x2000, SPECIAL3, ["special3"];
     /// Road works.
     RoadWorks = 0x4000, ROAD_WORKS, ["roadWorks"];
-    /// Trams.
+    /// For trams.
     Tram = 0x8000, TRAM, ["tram"];
-    /// Trains.
+    /// For trains.
     Rail = 0x10000, RAIL, ["rail"];
-    /// Acceleration lanes.
+    /// Acceleration lane.
     Entry = 0x20000, ENTRY, ["entry"];
-    /// Deceleration lanes.
+    /// Deceleration lane.
     Exit = 0x40000, EXIT, ["exit"];
-    /// Ramps that leave a motorway.
+    /// Ramp that leaves a motorway.
     OffRamp = 0x80000, OFF_RAMP, ["offRamp"];
-    /// Ramps that join a motorway.
+    /// Ramp that joins a motorway.
     OnRamp = 0x100000, ON_RAMP, ["onRamp"];
 }
 
-/// A set of lane types, with the bits that CARLA gives them.
+/// A set of lane types as bits, which are CARLA's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LaneTypes(pub u32);
 
 impl LaneTypes {
-    /// Every type.
+    /// All types.
     pub const ANY: LaneTypes = LaneTypes(0x1f_ffff);
-    /// Everything that cars drive on in ordinary traffic.
+    /// Lanes that cars use in ordinary traffic.
     pub const DRIVABLE: LaneTypes = LaneTypes(
         LaneTypes::DRIVING.0
             | LaneTypes::BIDIRECTIONAL.0
@@ -227,12 +227,12 @@ impl LaneTypes {
                 | LaneTypes::RAIL.0),
     );
 
-    /// The set of one type.
+    /// Returns the set of one type.
     pub fn only(kind: LaneType) -> LaneTypes {
         LaneTypes(kind as u32)
     }
 
-    /// Whether `kind` is in the set.
+    /// Returns whether `kind` is in the set.
     pub fn contains(self, kind: LaneType) -> bool {
         self.0 & kind as u32 != 0
     }

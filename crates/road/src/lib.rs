@@ -1,10 +1,10 @@
-//! The road network: OpenDRIVE text in; lanes, waypoints and meshes out.
+//! The road network: OpenDRIVE text in; lanes, waypoints, routes and meshes out.
 //!
 //! Right-handed, z up, metres and radians, f64 around the map's own local origin; meshes are f32.
 //! No disk, no bus, no clock.
 //!
 //! ```text
-//! text ──xml──▶ parse ──records──▶ build ──▶ Network ──▶ place, walk, index, mesh
+//! text ──xml──▶ parse ──records──▶ build ──▶ Network ──▶ place, walk, index, surface
 //! ```
 
 mod arclength;

@@ -1,83 +1,83 @@
-//! Road marks: what is painted on a lane's border.
+//! Road marks: paint on the borders of lanes.
 
-/// One `<roadMark>`: holds from `from_m` until the next of the same lane begins.
+/// One `<roadMark>`: applies from `from_m` until the next one of the same lane begins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadMark {
     /// Metres of s from the start of the lane's section.
     pub from_m: f64,
-    /// What is drawn.
+    /// Type of the mark.
     pub kind: MarkKind,
-    /// In which colour.
+    /// Colour of the paint.
     pub color: MarkColor,
-    /// Metres; of each single line.
+    /// Width of each single line, metres.
     pub width_m: f64,
-    /// Drawn bold.
+    /// Whether it is drawn bold.
     pub bold: bool,
-    /// Who may cross it.
+    /// In which directions lanes may be changed across it.
     pub change: MarkChange,
-    /// Single lines, where the file says them.
+    /// Single lines, if the file lists them.
     pub lines: Vec<MarkLine>,
-    /// How it sways from the border, in rising order.
+    /// Lateral sway relative to the border, in rising order.
     pub sways: Vec<MarkSway>,
 }
 
-/// A `<sway>` record: how far a mark lies to the left of its border, as a cubic of the metres
-/// since it began to hold.
+/// A `<sway>` record: how far a mark lies to the left of its border, as a cubic of the metres since
+/// the mark began.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarkSway {
     /// Metres of s from the start of the mark.
     pub from_m: f64,
-    /// a, b, c, d.
+    /// The coefficients a, b, c, d.
     pub factors: [f64; 4],
 }
 
-/// One painted line of a mark, as the file says it.
+/// One painted line of a mark, as the file describes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarkLine {
-    /// Metres painted; the whole way if `space_m` is zero.
+    /// Length of a dash, metres; the line is continuous if `space_m` is zero.
     pub length_m: f64,
-    /// Metres left out after it.
+    /// Length of the gap after a dash, metres.
     pub space_m: f64,
-    /// Metres from the border to the line's middle, in t.
+    /// Distance from the border to the line's middle, metres of t.
     pub offset_t_m: f64,
-    /// Metres from the mark's start to the first dash.
+    /// Distance from the mark's start to the first dash, metres.
     pub offset_s_m: f64,
-    /// Metres.
+    /// Width in metres.
     pub width_m: f64,
-    /// Drawn once, not repeated.
+    /// Whether it is drawn once instead of being repeated.
     pub once: bool,
 }
 
-/// What is drawn.
+/// Type of a road mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MarkKind {
-    /// Nothing.
+    /// No mark.
     None,
-    /// One line.
+    /// One continuous line.
     Solid,
-    /// Dashes.
+    /// One dashed line.
     Broken,
-    /// Two lines.
+    /// Two continuous lines.
     SolidSolid,
-    /// Solid on the inner side, dashes on the outer one.
+    /// Continuous on the inner side, dashed on the outer one.
     SolidBroken,
-    /// Dashes on the inner side, solid on the outer one.
+    /// Dashed on the inner side, continuous on the outer one.
     BrokenSolid,
-    /// Two rows of dashes.
+    /// Two dashed lines.
     BrokenBroken,
     /// Raised dots.
     BottsDots,
-    /// Grass.
+    /// Edge of grass.
     Grass,
-    /// A kerb stone.
+    /// Kerb stone.
     Curb,
-    /// The edge of the pavement.
+    /// Edge of the pavement.
     Edge,
-    /// Something else.
+    /// Any other type.
     Other,
 }
 
-/// The paint.
+/// Colour of a road mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MarkColor {
     /// White, also where the file says "standard".
@@ -96,34 +96,34 @@ pub enum MarkColor {
     Violet,
     /// Black.
     Black,
-    /// The file does not say, or a colour that is none of these.
+    /// Not given, or a colour that is none of these.
     Other,
 }
 
-/// Who may cross a mark, by the lane's ids.
+/// In which directions lanes may be changed across a mark, by lane ids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MarkChange {
-    /// Nobody.
+    /// In no direction.
     None,
     /// Only towards rising lane ids.
     Increase,
     /// Only towards falling lane ids.
     Decrease,
-    /// Everybody.
+    /// In both directions.
     Both,
 }
 
-/// The mark that holds `ds` metres into the section.
+/// Returns the mark that applies `ds` metres into the section.
 pub(crate) fn mark_at(marks: &[RoadMark], ds: f64) -> Option<&RoadMark> {
     let after = marks.partition_point(|mark| mark.from_m <= ds + EARLY_M);
     after.checked_sub(1).map(|at| &marks[at])
 }
 
-/// A mark that begins this little ahead holds already: sums of lengths are rounded.
+/// A mark that begins this little ahead applies already, metres: sums of lengths are rounded.
 const EARLY_M: f64 = 1e-9;
 
 impl RoadMark {
-    /// Whether one may cross from lane `from` to lane `to`, by their ids.
+    /// Returns whether a change from lane `from` to lane `to`, given by their ids, is allowed.
     pub fn allows(&self, from: i32, to: i32) -> bool {
         match self.change {
             MarkChange::Both => true,
@@ -150,23 +150,24 @@ impl MarkKind {
         (MarkKind::Other, "custom"),
     ];
 
-    /// The kind of this number, in the order of the list above.
+    /// Returns the type with this number, in the order of declaration.
     pub fn from_number(number: u32) -> Option<MarkKind> {
         MarkKind::TEXTS.get(number as usize).map(|row| row.0)
     }
 
-    /// The kind that OpenDRIVE calls `text`.
+    /// Returns the type that OpenDRIVE calls `text`.
     pub fn from_text(text: &str) -> MarkKind {
         let row = MarkKind::TEXTS.iter().find(|row| row.1 == text);
         row.map_or(MarkKind::Other, |row| row.0)
     }
 
-    /// OpenDRIVE's word for it.
+    /// Returns OpenDRIVE's name of the type.
     pub fn text(self) -> &'static str {
         MarkKind::TEXTS[self as usize].1
     }
 
-    /// Who may cross such a mark where the file does not say.
+    /// Returns in which directions such a mark may be crossed if the file does not say.
+    /// `outer_falls` says whether ids fall towards the outside.
     pub fn usual_change(self, outer_falls: bool) -> MarkChange {
         let (outwards, inwards) = if outer_falls {
             (MarkChange::Decrease, MarkChange::Increase)
@@ -177,7 +178,7 @@ impl MarkKind {
             MarkKind::None | MarkKind::Broken | MarkKind::BrokenBroken | MarkKind::BottsDots => {
                 MarkChange::Both
             }
-            // Who stands beside the dashes may leave over them.
+            // A lane may be left across the dashes beside it.
             MarkKind::BrokenSolid => outwards,
             MarkKind::SolidBroken => inwards,
             _ => MarkChange::None,
@@ -199,25 +200,25 @@ impl MarkColor {
         (MarkColor::White, "standard"),
     ];
 
-    /// The colour of this number, in the order of the list above.
+    /// Returns the colour with this number, in the order of declaration.
     pub fn from_number(number: u32) -> Option<MarkColor> {
         MarkColor::TEXTS.get(number as usize).map(|row| row.0)
     }
 
-    /// The colour that OpenDRIVE calls `text`; "standard" is white.
+    /// Returns the colour that OpenDRIVE calls `text`; "standard" is white.
     pub fn from_text(text: &str) -> MarkColor {
         let row = MarkColor::TEXTS.iter().find(|row| row.1 == text);
         row.map_or(MarkColor::Other, |row| row.0)
     }
 
-    /// OpenDRIVE's word for it.
+    /// Returns OpenDRIVE's name of the colour.
     pub fn text(self) -> &'static str {
         MarkColor::TEXTS[self as usize].1
     }
 }
 
 impl MarkChange {
-    /// OpenDRIVE's word for it.
+    /// Returns OpenDRIVE's name of the value.
     pub fn text(self) -> &'static str {
         match self {
             MarkChange::None => "none",

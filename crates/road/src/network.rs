@@ -13,7 +13,7 @@ use crate::{
     signal::{Controller, Signal},
 };
 
-/// A road network; it does not change once parsed.
+/// A road network. It does not change once parsed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network {
     pub(crate) header: Header,
@@ -37,78 +37,78 @@ pub struct Network {
 }
 
 impl Network {
-    /// Every lane but the centre ones, of every section of every road.
+    /// Returns every lane except centre lanes, of every section of every road.
     pub fn lanes(&self) -> &[Lane] {
         &self.lanes
     }
 
-    /// One lane.
+    /// Returns one lane.
     pub fn lane(&self, index: LaneIndex) -> &Lane {
         &self.lanes[index.0 as usize]
     }
 
-    /// Every road, in the order of the file.
+    /// Returns every road, in the order of the file.
     pub fn roads(&self) -> &[Road] {
         &self.roads
     }
 
-    /// Every junction, in the order of the file.
+    /// Returns every junction, in the order of the file.
     pub fn junctions(&self) -> &[Junction] {
         &self.junctions
     }
 
-    /// Every sign and light, in the order of the file.
+    /// Returns every sign and traffic light, in the order of the file.
     pub fn signals(&self) -> &[Signal] {
         &self.signals
     }
 
-    /// Every controller, in the order of the file.
+    /// Returns every controller, in the order of the file.
     pub fn controllers(&self) -> &[Controller] {
         &self.controllers
     }
 
-    /// Every recorded object, in the order of the file.
+    /// Returns every object, in the order of the file.
     pub fn objects(&self) -> &[RoadObject] {
         &self.objects
     }
 
-    /// Every bridge and tunnel, in the order of the file.
+    /// Returns every bridge and tunnel, in the order of the file.
     pub fn spans(&self) -> &[Span] {
         &self.spans
     }
 
-    /// Objects that are of meaning to other roads than their own.
+    /// Returns references from roads to objects of other roads.
     pub fn object_references(&self) -> &[ObjectReference] {
         &self.object_references
     }
 
-    /// Junctions that belong together.
+    /// Returns groups of junctions that belong together.
     pub fn junction_groups(&self) -> &[JunctionGroup] {
         &self.junction_groups
     }
 
-    /// What the file says to programs that know it.
+    /// Returns the user data of the file.
     pub fn user_data(&self) -> &[UserData] {
         &self.user_data
     }
 
-    /// What the file says of itself.
+    /// Returns the header of the file.
     pub fn header(&self) -> &Header {
         &self.header
     }
 
-    /// What does not fit together in the file but was passed over.
+    /// Returns contradictions in the file that did not make it unusable.
     pub fn findings(&self) -> &[MapError] {
         &self.findings
     }
 
-    /// Where world space has its origin in the file's own coordinates. Zero unless the file keeps
-    /// its roads so far from its origin that f32 would not do.
+    /// Returns the origin of world space in the file's coordinates. Zero unless the file's roads
+    /// are so far from its origin that f32 would not resolve them.
     pub fn origin(&self) -> DVec3 {
         self.origin
     }
 
-    /// From world space to the projected coordinates that the header's geoReference speaks of.
+    /// Converts a point from world space to the projected coordinates of the header's geoReference.
     pub fn to_projected(&self, point: DVec3) -> DVec3 {
         let point = point + self.origin;
         let (sin, cos) = self.header.offset_heading_rad.sin_cos();
@@ -116,7 +116,7 @@ impl Network {
             + self.header.offset_m
     }
 
-    /// From projected coordinates to world space.
+    /// Converts a point from projected coordinates to world space.
     pub fn from_projected(&self, point: DVec3) -> DVec3 {
         let point = point - self.header.offset_m;
         let (sin, cos) = self.header.offset_heading_rad.sin_cos();
@@ -124,22 +124,23 @@ impl Network {
             - self.origin
     }
 
-    /// Latitude and longitude of a point of world space, by the header's projection; none if the
-    /// header has none, or one that is no transverse Mercator.
+    /// Returns latitude and longitude of a point in world space, by the header's projection; `None`
+    /// if the header has none, or one that is not a transverse Mercator projection.
     pub fn geo(&self, point: DVec3) -> Option<GeoPoint> {
         let projection = TransverseMercator::from_proj(&self.header.geo_reference)?;
         let projected = self.to_projected(point);
         Some(projection.unproject(projected.x, projected.y, projected.z))
     }
 
-    /// The point of world space at a latitude and longitude; the inverse of [`Network::geo`].
+    /// Returns the point in world space at a latitude and longitude: the inverse of
+    /// [`Network::geo`].
     pub fn from_geo(&self, point: GeoPoint) -> Option<DVec3> {
         let projection = TransverseMercator::from_proj(&self.header.geo_reference)?;
         let (east, north) = projection.project(point);
         Some(self.from_projected(DVec3::new(east, north, point.altitude_m)))
     }
 
-    /// A lane by OpenDRIVE's names for it; sections count from 0.
+    /// Returns a lane by OpenDRIVE's ids; sections count from 0.
     pub fn find_lane(&self, road_id: &str, section: usize, lane_id: i32) -> Option<LaneIndex> {
         let road = self.roads.iter().find(|road| road.id == road_id)?;
         self.lane_of(road, section, lane_id)
@@ -150,19 +151,20 @@ impl Network {
         section.lanes.iter().copied().find(|lane| self.lane(*lane).id == lane_id)
     }
 
-    /// Corners of the box round all lanes, lowest and highest.
+    /// Returns the lowest and highest corner of the bounding box of all lanes.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         self.bounds
     }
 
-    /// The road, section, lane id and s of a point.
+    /// Returns the road, section, lane id and s of a point.
     pub fn road_space(&self, at: LanePoint) -> (&Road, usize, i32, f64) {
         let lane = self.lane(at.lane);
         let s = self.s_of(lane, at.along_m);
         (&self.roads[lane.road as usize], lane.section as usize, lane.id, s)
     }
 
-    /// The point on the centre of a lane at the road's `s`; the inverse of [`Network::road_space`].
+    /// Returns the point on the centre of a lane at the road's `s`: the inverse of
+    /// [`Network::road_space`]. `None` if there is no such lane.
     pub fn lane_point(&self, road_id: &str, lane_id: i32, s: f64) -> Option<LanePoint> {
         let road = self.roads.iter().find(|road| road.id == road_id)?;
         if !(-1e-6..=road.length_m + 1e-6).contains(&s) {
@@ -179,7 +181,7 @@ impl Network {
         LanePoint { lane: lane.index, along_m }
     }
 
-    /// The road's s at `along_m`, kept inside the lane.
+    /// Returns the road's s at `along_m`, clamped to the lane.
     pub(crate) fn s_of(&self, lane: &Lane, along_m: f64) -> f64 {
         let start = self.roads()[lane.road as usize].sections[lane.section as usize].start_m;
         let along = along_m.clamp(0.0, lane.length_m);
@@ -192,7 +194,7 @@ impl Network {
         section.borders(self.lanes(), position, s - section.start_m)
     }
 
-    /// The roads in so many parts with about as many lanes.
+    /// Returns the roads as up to `parts` ranges with about equally many lanes.
     pub(crate) fn road_ranges(&self, parts: usize) -> Vec<std::ops::Range<usize>> {
         let roads = self.roads();
         let (mut shares, mut from, mut lanes) = (Vec::new(), 0, 0);

@@ -2,57 +2,57 @@ use glam::DVec3;
 
 use crate::{mark::MarkColor, signal::Orientation};
 
-/// A thing beside or on the road, as the file records it.
+/// An object on or beside a road, as the file records it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadObject {
     /// OpenDRIVE's id.
     pub id: String,
-    /// What people call it.
+    /// Name in the file.
     pub name: String,
-    /// OpenDRIVE's word: crosswalk, tree, pole, building, parkingSpace ...
+    /// OpenDRIVE's type: crosswalk, tree, pole, building, parkingSpace ...
     pub kind: String,
-    /// Which of [`crate::Network::roads`].
+    /// Index into [`crate::Network::roads`].
     pub road: u32,
-    /// Metres along the reference line.
+    /// Position along the reference line, metres of s.
     pub s: f64,
-    /// Metres to the left of it.
+    /// Position to the left of the reference line, metres.
     pub t: f64,
-    /// Metres above the road.
+    /// Height above the road, metres.
     pub z_offset_m: f64,
-    /// Relative to the road's heading.
+    /// Heading relative to the road's.
     pub heading_rad: f64,
-    /// For whom it is.
+    /// Direction of travel that it applies to.
     pub orientation: Orientation,
-    /// Metres along its own x; zero where not said.
+    /// Length along its own x, metres; zero if not given.
     pub length_m: f64,
-    /// Metres along its own y; zero where not said.
+    /// Width along its own y, metres; zero if not given.
     pub width_m: f64,
-    /// Metres; zero where not said.
+    /// Height in metres; zero if not given.
     pub height_m: f64,
-    /// Metres; zero where not said.
+    /// Radius in metres; zero if not given.
     pub radius_m: f64,
-    /// Polygons in world space; the first corner is not repeated.
+    /// Polygons in world space, metres; the first corner is not repeated.
     pub outlines: Vec<Vec<DVec3>>,
-    /// Where it stands, in world space, once for each repetition.
+    /// Poses in world space, one for each repetition.
     pub places: Vec<ObjectPlace>,
-    /// Who may park here; none if it is no parking space. OpenDRIVE's words: all, car, women ...
+    /// Vehicles that may park here, in OpenDRIVE's words: all, car, women ... `None` if it is not a
+    /// parking space.
     pub parking: Option<String>,
-    /// OpenDRIVE's second word.
+    /// OpenDRIVE's subtype.
     pub subtype: String,
-    /// Can change its place or form.
+    /// Whether it can change its pose or shape.
     pub dynamic: bool,
-    /// Lane ids from the first to the last, for which it is; all if empty.
+    /// First and last lane id of the ranges that it applies to; all lanes if empty.
     pub validity: Vec<(i32, i32)>,
-    /// What is painted along its outline.
+    /// Paint along its outline.
     pub markings: Vec<ObjectMarking>,
-    /// What frames it, such as kerb stones.
+    /// Borders along its outline, such as kerb stones.
     pub borders: Vec<ObjectBorder>,
-    /// Where it goes on without gaps: stations of each such repetition, at most
-    /// [`RoadObject::STATION_M`] apart.
+    /// Continuous repetitions: the stations of each, at most [`RoadObject::STATION_M`] apart.
     pub runs: Vec<Vec<ObjectPlace>>,
-    /// The ids that the file gives to the corners of each outline, where it does.
+    /// Ids of the corners of each outline, where the file gives them.
     pub corner_ids: Vec<Vec<u32>>,
-    /// What each outline is filled with, and how high.
+    /// Filling and heights of each outline.
     pub shapes: Vec<OutlineShape>,
     pub(crate) corners: Vec<Vec<Corner>>,
     pub(crate) repeats: Vec<Repeat>,
@@ -63,124 +63,124 @@ impl RoadObject {
     pub const STATION_M: f64 = 2.0;
 }
 
-/// What an `<outline>` says beside its corners.
+/// What an `<outline>` says besides its corners.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutlineShape {
-    /// OpenDRIVE's id, by which borders name it.
+    /// OpenDRIVE's id, by which borders refer to it.
     pub id: Option<u32>,
-    /// OpenDRIVE's word: grass, concrete, cobble, asphalt, pavement, gravel, soil; empty where not
-    /// said.
+    /// OpenDRIVE's fill type: grass, concrete, cobble, asphalt, pavement, gravel, soil; empty if
+    /// not given.
     pub fill: String,
-    /// An area, not a line.
+    /// Whether it encloses an area; otherwise it is a line.
     pub is_closed: bool,
-    /// How high the object stands above each corner, metres.
+    /// Height of the object above each corner, metres.
     pub heights_m: Vec<f64>,
 }
 
-/// A `<marking>` of an object: paint along a side of it or from corner to corner.
+/// A `<marking>` of an object: paint along one of its sides or from corner to corner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObjectMarking {
-    /// left, right, front, rear; empty where corners are named.
+    /// left, right, front, rear; empty if corners are listed.
     pub side: String,
-    /// The paint.
+    /// Colour of the paint.
     pub color: MarkColor,
-    /// Drawn bold.
+    /// Whether it is drawn bold.
     pub bold: bool,
-    /// Metres.
+    /// Width in metres.
     pub width_m: f64,
-    /// Metres above the ground.
+    /// Height above the ground, metres.
     pub z_offset_m: f64,
-    /// Metres painted; the whole way if `space_m` is zero.
+    /// Length of a dash, metres; the line is continuous if `space_m` is zero.
     pub length_m: f64,
-    /// Metres left out after it.
+    /// Length of the gap after a dash, metres.
     pub space_m: f64,
-    /// Metres left out before the first.
+    /// Length left out before the first dash, metres.
     pub start_offset_m: f64,
-    /// Metres left out behind the last.
+    /// Length left out after the last dash, metres.
     pub stop_offset_m: f64,
-    /// The corners that it leads along, by [`RoadObject::corner_ids`].
+    /// The corners that it connects, by [`RoadObject::corner_ids`].
     pub corners: Vec<u32>,
 }
 
-/// A `<border>` of an object: a frame along its outline.
+/// A `<border>` of an object: a kerb or paint along its outline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObjectBorder {
-    /// OpenDRIVE's word: concrete, curb, paint.
+    /// OpenDRIVE's type: concrete, curb, paint.
     pub kind: String,
-    /// Metres.
+    /// Width in metres.
     pub width_m: f64,
-    /// Which of the object's outlines.
+    /// Id of one of the object's outlines.
     pub outline: u32,
-    /// All round it.
+    /// Whether it surrounds the whole outline.
     pub is_complete: bool,
-    /// The corners that it leads along, by [`RoadObject::corner_ids`].
+    /// The corners that it connects, by [`RoadObject::corner_ids`].
     pub corners: Vec<u32>,
 }
 
-/// An `<objectReference>`: an object that is of meaning to another road as well.
+/// An `<objectReference>`: an object that applies to another road as well.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObjectReference {
-    /// Which of [`crate::Network::objects`].
+    /// Index into [`crate::Network::objects`].
     pub object: u32,
-    /// Which of [`crate::Network::roads`].
+    /// Index into [`crate::Network::roads`].
     pub road: u32,
-    /// Metres along that road's reference line.
+    /// Position along that road's reference line, metres of s.
     pub s: f64,
-    /// Metres to the left of it.
+    /// Position to the left of that reference line, metres.
     pub t: f64,
-    /// Metres above the road.
+    /// Height above the road, metres.
     pub z_offset_m: f64,
-    /// How far along the road it counts, metres.
+    /// Length along the road for which it applies, metres.
     pub valid_length_m: f64,
-    /// For whom it is.
+    /// Direction of travel that it applies to.
     pub orientation: Orientation,
-    /// Lane ids from the first to the last; all if empty.
+    /// First and last lane id of the ranges that it applies to; all lanes if empty.
     pub validity: Vec<(i32, i32)>,
 }
 
-/// A `<bridge>` or `<tunnel>`: the road runs over or through it for a while.
+/// A `<bridge>` or `<tunnel>`: a part of a road that runs over or through a structure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Span {
     /// OpenDRIVE's id.
     pub id: String,
-    /// What people call it.
+    /// Name in the file.
     pub name: String,
-    /// A tunnel, not a bridge.
+    /// Whether it is a tunnel; otherwise it is a bridge.
     pub is_tunnel: bool,
-    /// OpenDRIVE's word: concrete, steel, brick, wood; standard, underpass.
+    /// OpenDRIVE's type: concrete, steel, brick, wood; standard, underpass.
     pub kind: String,
-    /// Which of [`crate::Network::roads`].
+    /// Index into [`crate::Network::roads`].
     pub road: u32,
-    /// Where it begins, metres along the reference line.
+    /// Where it begins along the reference line, metres of s.
     pub s: f64,
-    /// Metres of s.
+    /// Length in metres of s.
     pub length_m: f64,
-    /// Lane ids from the first to the last, that it holds; all if empty.
+    /// First and last lane id of the ranges inside it; all lanes if empty.
     pub validity: Vec<(i32, i32)>,
-    /// Of a tunnel: how much artificial light there is, 0 to 1.
+    /// Of a tunnel: amount of artificial light, 0 to 1.
     pub lighting: Option<f64>,
-    /// Of a tunnel: how much daylight there is, 0 to 1.
+    /// Of a tunnel: amount of daylight, 0 to 1.
     pub daylight: Option<f64>,
 }
 
-/// One place of an object.
+/// Pose and size of one repetition of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectPlace {
-    /// World space.
+    /// Position in world space, metres.
     pub position: DVec3,
-    /// World space.
+    /// Heading in world space, from x towards y.
     pub heading_rad: f64,
-    /// Metres along its own x; zero where not said.
+    /// Length along its own x, metres; zero if not given.
     pub length_m: f64,
-    /// Metres along its own y; zero where not said.
+    /// Width along its own y, metres; zero if not given.
     pub width_m: f64,
-    /// Metres; zero where not said.
+    /// Height in metres; zero if not given.
     pub height_m: f64,
-    /// Metres; zero where not said.
+    /// Radius in metres; zero if not given.
     pub radius_m: f64,
 }
 
-/// A corner of an outline, in the road's or the object's coordinates.
+/// A corner of an outline, in the coordinates of the road or of the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Corner {
     Road { s: f64, t: f64, dz: f64 },
@@ -195,6 +195,6 @@ pub(crate) struct Repeat {
     pub(crate) distance_m: f64,
     pub(crate) t: [f64; 2],
     pub(crate) z_offset_m: [f64; 2],
-    /// Length, width, height and radius, at the start and the end.
+    /// Length, width, height and radius at the start and at the end, metres.
     pub(crate) sizes_m: [[f64; 2]; 4],
 }

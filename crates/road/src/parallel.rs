@@ -1,4 +1,4 @@
-//! Work shared among threads, whose results come back in order.
+//! Work that several threads share. The results come back in the order of the parts.
 
 use std::{
     sync::{
@@ -8,14 +8,14 @@ use std::{
     thread,
 };
 
-/// More would wait for each other.
+/// More threads would wait for each other.
 const THREADS_MAX: usize = 8;
 
 pub(crate) fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from).min(THREADS_MAX)
 }
 
-/// Does `work` for every part, each on a thread of its own.
+/// Calls `work` for every part, each on its own thread.
 pub(crate) fn each<P: Sync, R: Send>(
     parts: &[P],
     name: &str,
@@ -24,7 +24,8 @@ pub(crate) fn each<P: Sync, R: Send>(
     share(parts, parts.len(), name, work)
 }
 
-/// Does `work` for every part on so many threads; who is done takes the next part.
+/// Calls `work` for every part on `threads` threads. A thread that has finished a part takes the
+/// next one.
 pub(crate) fn share<P: Sync, R: Send>(
     parts: &[P],
     threads: usize,
@@ -49,7 +50,7 @@ pub(crate) fn share<P: Sync, R: Send>(
     };
     thread::scope(|scope| {
         for _ in 1..threads {
-            // Who cannot be had leaves more to the others.
+            // If a thread cannot be created, the others do its work.
             let _ = thread::Builder::new().name(name.to_owned()).spawn_scoped(scope, run);
         }
         run();

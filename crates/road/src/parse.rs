@@ -1,5 +1,5 @@
-//! OpenDRIVE text into records, as the file says them; what refers to other parts of the file is
-//! resolved by [`crate::build`].
+//! Reads OpenDRIVE text into records. References between parts of the file are resolved by
+//! [`crate::build`].
 
 mod elements;
 mod junctions;
@@ -18,7 +18,7 @@ use crate::{
 };
 use elements::anywhere;
 
-/// Reads a whole file, in so many parts at once; what comes out does not depend on how many.
+/// Reads a whole file in up to `threads` parts at once. The result does not depend on their number.
 pub(crate) fn records(text: &str, threads: usize) -> Result<Records, MapError> {
     let borders = borders(text, threads);
     let Some((first, later)) = borders.split_first() else { return alone(text) };
@@ -35,8 +35,8 @@ pub(crate) fn records(text: &str, threads: usize) -> Result<Records, MapError> {
             .collect();
         let mut whole = part(Cursor::new(text), *first)?;
         for (helper, from) in helpers.into_iter().zip(&borders) {
-            // Who did not stop at the border found that no road begins there, but that something
-            // else only looks so; what lies behind it was read in vain.
+            // A part that did not stop at the border shows that no road begins there, only
+            // something that looks like one. The parts after the border are useless then.
             if whole.ended != *from {
                 return alone(text);
             }
@@ -48,7 +48,8 @@ pub(crate) fn records(text: &str, threads: usize) -> Result<Records, MapError> {
     })
 }
 
-/// Places where a road seems to begin, so that the parts between them are about equally long.
+/// Returns byte offsets at which a road seems to begin, so that the parts between them have about
+/// equal lengths.
 fn borders(text: &str, threads: usize) -> Vec<usize> {
     let parts = threads.min(text.len() / PART_BYTES_MIN).max(1);
     let mut borders: Vec<usize> = Vec::new();
@@ -63,7 +64,7 @@ fn borders(text: &str, threads: usize) -> Vec<usize> {
     borders
 }
 
-/// Less is not worth a thread.
+/// Smallest part for which a thread is worthwhile, bytes.
 const PART_BYTES_MIN: usize = 200_000;
 
 const ROOT: &str = "OpenDRIVE";
@@ -72,8 +73,7 @@ fn alone(text: &str) -> Result<Records, MapError> {
     complete(part(Cursor::new(text), usize::MAX)?, text)
 }
 
-/// Reads elements of the root from where the cursor stands to the one that begins at `end` or
-/// behind it.
+/// Reads elements of the root from the cursor to the first one that begins at or after `end`.
 fn part(mut xml: Cursor, end: usize) -> Result<Records, MapError> {
     let mut records = Records::default();
     if xml.depth() == 0 && !enter(&mut xml)? {
@@ -110,7 +110,7 @@ fn part(mut xml: Cursor, end: usize) -> Result<Records, MapError> {
     }
 }
 
-/// Steps into the root; not if there is none.
+/// Enters the root element; returns `false` if there is none.
 fn enter(xml: &mut Cursor) -> Result<bool, MapError> {
     match xml.child(0)? {
         None => Ok(false),
@@ -119,7 +119,7 @@ fn enter(xml: &mut Cursor) -> Result<bool, MapError> {
     }
 }
 
-/// Returns the records if there is a road among them.
+/// Returns the records, or an error if they contain no road.
 fn complete(records: Records, text: &str) -> Result<Records, MapError> {
     if !records.roads.is_empty() {
         return Ok(records);

@@ -16,16 +16,16 @@ use crate::{
 pub(crate) struct Lateral {
     pub(crate) t: Jet,
     pub(crate) level: Jet,
-    /// The surface at the path does not bank.
+    /// Whether the surface at the path does not bank.
     pub(crate) flat: bool,
-    /// How far the surface stands above the road's.
+    /// Height of the surface above the road's, metres.
     pub(crate) rise_m: f64,
 }
 
 impl Network {
     /// Returns the pose `offset_left_m` to the left of the lane's centre as the file describes the
-    /// lane, whatever other roads of its junction say, and how far the lane's surface stands above
-    /// the road's there.
+    /// lane, whatever other roads of its junction say; and the height of the lane's surface above
+    /// the road's there, metres.
     pub(crate) fn lane_pose(
         &self,
         lane: LaneIndex,
@@ -42,14 +42,15 @@ impl Network {
         (if lane.forward { pose } else { pose.reversed() }, lateral.rise_m)
     }
 
-    /// The lane's width in metres.
+    /// Returns the lane's width in metres.
     pub fn width(&self, at: LanePoint) -> f64 {
         let lane = self.lane(at.lane);
         let borders = self.borders(lane, self.s_of(lane, at.along_m));
         borders.outer.value - borders.inner.value
     }
 
-    /// The centres of all lanes of a section at `s`, from left to right, with half their widths.
+    /// Computes the centres of all lanes of a section at `s`, from left to right, with half their
+    /// widths.
     pub(crate) fn centres(
         &self,
         road: &Road,
@@ -80,7 +81,7 @@ impl Network {
         side(&mut right.into_iter(), -1.0);
     }
 
-    /// The path at the lane's centre plus `offset_t`.
+    /// Returns the path at the lane's centre plus `offset_t`.
     pub(crate) fn lateral(&self, road: &Road, lane: &Lane, s: f64, offset_t: f64) -> Lateral {
         let borders = self.borders(lane, s);
         let sign = lane.sign();
@@ -102,7 +103,7 @@ impl Network {
 }
 
 impl Road {
-    /// The pose along rising s of a path at `lateral`.
+    /// Returns the pose of a path at `lateral`, along rising s.
     pub(crate) fn pose(&self, station: &Station, s: f64, lateral: &Lateral) -> Placement {
         let axes = RoadAxes::new(*station);
         let (sin, cos) = (axes.roll_sin, axes.roll_cos);
@@ -110,7 +111,7 @@ impl Road {
         let banked = lateral.t + lateral.level.scaled(-1.0);
         let tilt_slope = banked.slope * sin + banked.value * cos * roll.slope;
         let shove = banked.value * sin * axes.pitch_sin;
-        // How far the path lies from the reference line seen from above, and how that changes.
+        // Horizontal distance of the path from the reference line, with its derivatives.
         let beside = Jet {
             value: banked.value * cos + lateral.level.value,
             slope: banked.slope * cos - banked.value * sin * roll.slope + lateral.level.slope,
@@ -138,7 +139,7 @@ impl Road {
         }
     }
 
-    /// What crossfall and shapes add to the banking.
+    /// Returns the slope that crossfall and shapes add to the banking.
     fn side_slope(&self, s: f64, lateral: &Lateral) -> f64 {
         if self.is_even() {
             return 0.0;

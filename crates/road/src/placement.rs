@@ -2,35 +2,35 @@
 
 use glam::{DQuat, DVec3, EulerRot};
 
-/// A pose on the road. World space: right-handed, z up, metres and radians.
+/// A pose on a road. World space: right-handed, z up, metres and radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Placement {
-    /// Where.
+    /// Position in metres.
     pub position: DVec3,
-    /// About z, from x towards y.
+    /// Angle about z, from x towards y.
     pub heading_rad: f64,
-    /// About the left-pointing y: positive looks down.
+    /// Angle about the left-pointing y: positive looks down.
     pub pitch_rad: f64,
-    /// About the forward-pointing x: positive lifts the left side.
+    /// Angle about the forward-pointing x: positive lifts the left side.
     pub roll_rad: f64,
-    /// Of the path in driving direction, seen from above; positive turns left.
+    /// Curvature of the path in driving direction, seen from above; positive turns left.
     pub curvature_per_m: f64,
 }
 
 impl Placement {
-    /// `world_from_lane`: x along the lane, y to its left, z up from its surface.
+    /// Returns `world_from_lane`: x along the lane, y to its left, z up from its surface.
     pub fn rotation(&self) -> DQuat {
         DQuat::from_euler(EulerRot::ZYX, self.heading_rad, self.pitch_rad, self.roll_rad)
     }
 
-    /// The point `forward`, `left` and `up` of here.
+    /// Returns the point `forward`, `left` and `up` metres from this pose.
     pub fn point(&self, forward: f64, left: f64, up: f64) -> DVec3 {
         self.position + self.rotation() * DVec3::new(forward, left, up)
     }
 }
 
 impl Placement {
-    /// The same place looking the other way.
+    /// Returns the same position with the opposite direction.
     pub(crate) fn reversed(self) -> Placement {
         Placement {
             position: self.position,
@@ -42,7 +42,7 @@ impl Placement {
     }
 }
 
-/// The same angle from -π to π.
+/// Returns the equivalent angle between -π and π.
 pub(crate) fn wrapped(angle: f64) -> f64 {
     angle - std::f64::consts::TAU * (angle / std::f64::consts::TAU).round()
 }

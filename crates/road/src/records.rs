@@ -1,4 +1,4 @@
-//! What an OpenDRIVE text says, before references between its parts are resolved.
+//! The content of an OpenDRIVE text before references between its parts are resolved.
 
 use glam::DVec3;
 
@@ -10,12 +10,12 @@ use crate::{
     signal::{Signal, SignalUse},
 };
 
-/// Everything a file says.
+/// All records of a file.
 #[derive(Default)]
 pub(crate) struct Records {
     pub(crate) header: Header,
     pub(crate) roads: Vec<Road>,
-    /// Beside `roads`.
+    /// One for each of `roads`.
     pub(crate) road_extras: Vec<RoadExtra>,
     pub(crate) lanes: Vec<Lane>,
     pub(crate) junctions: Vec<RawJunction>,
@@ -27,62 +27,62 @@ pub(crate) struct Records {
     pub(crate) object_references: Vec<RawObjectReference>,
     pub(crate) groups: Vec<RawGroup>,
     pub(crate) user_data: Vec<UserData>,
-    /// Files that are to be read as well, and where that is said.
+    /// Names of files to be included, with byte offsets.
     pub(crate) includes: Vec<(String, usize)>,
-    /// Where the first element stands that was left to others, in bytes.
+    /// Byte offset of the first element that was left to the next part.
     pub(crate) ended: usize,
 }
 
-/// What a road says of others.
+/// What a road says about other parts of the file.
 #[derive(Default)]
 pub(crate) struct RoadExtra {
     pub(crate) junction: Option<String>,
     pub(crate) predecessor: Option<RawLink>,
     pub(crate) successor: Option<RawLink>,
-    /// The declared length, where the geometry ends well before it.
+    /// The declared length, if the geometry ends well before it.
     pub(crate) too_long: Option<f64>,
-    /// Where the road stands in the text, in bytes.
+    /// Byte offset of the road in the text.
     pub(crate) offset: usize,
 }
 
-/// What the file says of itself.
+/// The header of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Header {
     /// OpenDRIVE's version, such as (1, 4).
     pub revision: (u32, u32),
-    /// What the map is called.
+    /// Name of the map.
     pub name: String,
-    /// Who wrote it.
+    /// Vendor of the file.
     pub vendor: String,
     /// The projection, a PROJ string; empty if none.
     pub geo_reference: String,
-    /// Under which license the map may be used, by name.
+    /// Name of the map's license.
     pub license: String,
-    /// To be added to the file's coordinates to get projected ones, metres.
+    /// Added to the file's coordinates to get projected ones, metres.
     pub offset_m: DVec3,
-    /// To be added to the file's headings, about its origin.
+    /// Added to the file's headings, about its origin.
     pub offset_heading_rad: f64,
 }
 
-/// A `<userData>` record with a code: something for a program that knows it.
+/// A `<userData>` record with a code, for applications that support it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UserData {
-    /// Whose it is.
+    /// The part of the map that it belongs to.
     pub owner: Owner,
-    /// What it is.
+    /// Its code.
     pub code: String,
-    /// What it says.
+    /// Its value.
     pub value: String,
 }
 
-/// What user data belong to.
+/// The part of a map that user data belong to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
     /// The whole map.
     Map,
-    /// Which of [`crate::Network::roads`].
+    /// Index into [`crate::Network::roads`].
     Road(u32),
-    /// Which of [`crate::Network::junctions`].
+    /// Index into [`crate::Network::junctions`].
     Junction(u32),
 }
 
@@ -94,10 +94,11 @@ pub(crate) struct RawLink {
     pub(crate) at_start: bool,
 }
 
-/// Lengths in files are rounded, and reference lines may be drawn on by a little.
+/// Tolerance of road lengths, metres: files round them, and reference lines may be extended a
+/// little.
 pub(crate) const BEYOND_M: f64 = 1.0;
 
-/// A `<junction>` with ids not yet resolved.
+/// A `<junction>` with unresolved ids.
 pub(crate) struct RawJunction {
     pub(crate) id: String,
     pub(crate) name: String,
@@ -108,19 +109,19 @@ pub(crate) struct RawJunction {
     pub(crate) offset: usize,
 }
 
-/// A `<connection>` with ids not yet resolved.
+/// A `<connection>` with unresolved ids.
 pub(crate) struct RawConnection {
     pub(crate) incoming: String,
     pub(crate) connecting: String,
     pub(crate) at_start: bool,
     pub(crate) lane_links: Vec<(i32, i32)>,
-    /// Road id, s, along rising s.
+    /// Road id, s, and whether it leads along rising s.
     pub(crate) predecessor: Option<(String, f64, bool)>,
     pub(crate) successor: Option<(String, f64, bool)>,
     pub(crate) offset: usize,
 }
 
-/// A `<controller>` with ids not yet resolved.
+/// A `<controller>` with unresolved ids.
 pub(crate) struct RawController {
     pub(crate) id: String,
     pub(crate) name: String,
@@ -129,7 +130,7 @@ pub(crate) struct RawController {
     pub(crate) offset: usize,
 }
 
-/// A `<junctionGroup>` with ids not yet resolved.
+/// A `<junctionGroup>` with unresolved ids.
 pub(crate) struct RawGroup {
     pub(crate) id: String,
     pub(crate) name: String,
@@ -138,14 +139,14 @@ pub(crate) struct RawGroup {
     pub(crate) offset: usize,
 }
 
-/// An `<objectReference>` with its id not yet resolved.
+/// An `<objectReference>` with an unresolved id.
 pub(crate) struct RawObjectReference {
     pub(crate) id: String,
     pub(crate) offset: usize,
     pub(crate) reference: ObjectReference,
 }
 
-/// A `<signalReference>`: the signal rules here as well.
+/// A `<signalReference>`: the signal applies here as well.
 pub(crate) struct RawReference {
     pub(crate) signal: String,
     pub(crate) offset: usize,
@@ -153,7 +154,7 @@ pub(crate) struct RawReference {
 }
 
 impl Records {
-    /// Adds what stands behind it in the file.
+    /// Appends the records of the following part of the file.
     pub(crate) fn append(&mut self, mut next: Records) {
         let (roads, lanes) = (self.roads.len() as u32, self.lanes.len() as u32);
         let junctions = self.junctions.len() as u32;

@@ -7,28 +7,28 @@ use crate::{
     surface_strips::CrossSection,
 };
 
-/// One road: a reference line and lanes along it.
+/// A road: a reference line with lanes along it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Road {
     /// OpenDRIVE's id.
     pub id: String,
-    /// What people call it.
+    /// Name in the file.
     pub name: String,
-    /// Metres of s.
+    /// Length in metres of s.
     pub length_m: f64,
-    /// Which of [`crate::Network::junctions`] it belongs to.
+    /// Index into [`crate::Network::junctions`] of the junction that it belongs to.
     pub junction: Option<u32>,
-    /// Traffic keeps left.
+    /// Whether traffic keeps left.
     pub left_hand: bool,
-    /// In rising s.
+    /// Lane sections in rising s.
     pub sections: Vec<Section>,
-    /// What the road continues at its start.
+    /// What precedes the road at its start.
     pub predecessor: Option<RoadLink>,
-    /// What continues the road at its end.
+    /// What follows the road at its end.
     pub successor: Option<RoadLink>,
-    /// What kind of road, in rising s.
+    /// Types of the road, in rising s.
     pub types: Vec<RoadType>,
-    /// Of a railway, where trains change tracks.
+    /// Switches of a railway.
     pub switches: Vec<Switch>,
     pub(crate) curves: Vec<Curve>,
     pub(crate) elevation: Profile,
@@ -39,29 +39,29 @@ pub struct Road {
     pub(crate) lane_offset: Profile,
 }
 
-/// From one lane section to the next.
+/// A lane section: the part of a road up to the next section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
     /// Where it begins, metres of s.
     pub start_m: f64,
-    /// Metres of s.
+    /// Length in metres of s.
     pub length_m: f64,
-    /// From left to right, that is by falling id.
+    /// Lanes from left to right, that is by falling id.
     pub lanes: Vec<LaneIndex>,
-    /// What is painted on the reference line's lane, in rising order.
+    /// Marks on the centre lane, in rising order.
     pub marks: Vec<RoadMark>,
-    /// How many of `lanes` lie left of the centre.
+    /// Number of `lanes` left of the centre.
     pub(crate) left: usize,
 }
 
 /// A `<type>` record of a road.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadType {
-    /// Metres of s.
+    /// Where it begins, metres of s.
     pub from_m: f64,
-    /// OpenDRIVE's word: town, motorway, rural ...
+    /// OpenDRIVE's type: town, motorway, rural ...
     pub kind: String,
-    /// The limit on all lanes that have none of their own.
+    /// Speed limit of all lanes that have none of their own, metres per second.
     pub limit_mps: Option<f64>,
 }
 
@@ -70,53 +70,53 @@ pub struct RoadType {
 pub struct Switch {
     /// OpenDRIVE's id.
     pub id: String,
-    /// What people call it.
+    /// Name in the file.
     pub name: String,
-    /// OpenDRIVE's word: dynamic, straight, turn.
+    /// OpenDRIVE's position: dynamic, straight, turn.
     pub position: String,
-    /// Where it lies on its road, metres of s.
+    /// Position along its road, metres of s.
     pub s: f64,
-    /// The id of the road that it leads to, and its s there.
+    /// Id of the road that it leads to, and its s there in metres.
     pub side_track: (String, f64),
 }
 
-/// What stands at a road's end.
+/// What a road is connected to at one of its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoadLink {
-    /// Another road, by index, and whether its start is touched.
+    /// Another road.
     Road {
-        /// Which of [`crate::Network::roads`].
+        /// Index into [`crate::Network::roads`].
         road: u32,
-        /// Touched at its start, not at its end.
+        /// Whether it is connected at its start, not at its end.
         at_start: bool,
     },
-    /// A junction, by index.
+    /// Index into [`crate::Network::junctions`].
     Junction(u32),
 }
 
-/// A `<shape>` record: height over t, from `from_m` on, blended linearly to the next station.
+/// A `<shape>` record: height over t from `from_m` on, blended linearly to the next station.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Shape {
     pub(crate) from_m: f64,
     pub(crate) over_t: Profile,
 }
 
-/// A lane's borders at one s, as unsigned distances from the centre lane.
+/// A lane's borders at one s, as unsigned distances from the centre lane, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Borders {
     pub(crate) inner: Jet,
     pub(crate) outer: Jet,
-    /// How much of `inner` lies on lanes that stay level.
+    /// The part of `inner` on lanes that stay level.
     pub(crate) level: Jet,
 }
 
 impl Road {
-    /// The section that holds at `s`.
+    /// Returns the index of the section at `s`.
     pub fn section_at(&self, s: f64) -> usize {
         self.sections.partition_point(|section| section.start_m <= s).max(1) - 1
     }
 
-    /// The reference line at `s`.
+    /// Returns the reference line at `s`.
     pub(crate) fn station(&self, s: f64) -> Station {
         let after = self.curves.partition_point(|curve| curve.from_m <= s);
         let curve = &self.curves[after.max(1) - 1];
@@ -132,13 +132,14 @@ impl Road {
         }
     }
 
-    /// Whether the reference line is straight at `s`, seen from above.
+    /// Returns whether the reference line is straight at `s`, seen from above.
     pub(crate) fn is_line_at(&self, s: f64) -> bool {
         let after = self.curves.partition_point(|curve| curve.from_m <= s);
         self.curves[after.max(1) - 1].is_line()
     }
 
-    /// Where the reference line is at `s`, and how it bends there, seen from above and the side.
+    /// Returns the axes at `s`, and the curvature of the reference line seen from above and from
+    /// the side, per metre.
     pub(crate) fn axes_and_bend(&self, s: f64) -> (RoadAxes, f64) {
         let after = self.curves.partition_point(|curve| curve.from_m <= s);
         let curve = &self.curves[after.max(1) - 1];
@@ -149,19 +150,19 @@ impl Road {
         (axes, curvature.abs() + elevation.bend.abs())
     }
 
-    /// Whether the surface may bend across a lane.
+    /// Returns whether the surface may bend across a lane.
     pub(crate) fn bends_across(&self) -> bool {
         !self.shapes.is_empty() || !self.cross_section.is_empty()
     }
 
-    /// Whether the surface is the banked plane everywhere.
+    /// Returns whether the surface is the banked plane everywhere.
     pub(crate) fn is_even(&self) -> bool {
         self.shapes.is_empty()
             && self.cross_section.is_empty()
             && self.crossfall.iter().all(|side| side.is_empty())
     }
 
-    /// How far the surface stands above the banked plane at `t`: crossfall and shapes.
+    /// Returns the height of the surface above the banked plane at `t`: crossfall and shapes.
     pub(crate) fn unevenness(&self, s: f64, t: f64) -> f64 {
         let mut height = 0.0;
         let side = &self.crossfall[usize::from(t < 0.0)];
@@ -188,24 +189,24 @@ impl Road {
         height
     }
 
-    /// The limit of the road's type at `s`.
+    /// Returns the type record that applies at `s`.
     pub fn type_at(&self, s: f64) -> Option<&RoadType> {
         let after = self.types.partition_point(|kind| kind.from_m <= s + 1e-6);
         self.types.get(after.max(1) - 1)
     }
 }
 
-/// At a section's very end its own lane offset still holds, not the next one's.
+/// At a section's very end its own lane offset still applies, not the next one's. Metres.
 const BEFORE_END_M: f64 = 1e-5;
 
 impl Section {
-    /// The lane offset that belongs to this section's lanes at `s`.
+    /// Returns the lane offset of this section's lanes at `s`.
     pub(crate) fn lane_offset(&self, road: &Road, s: f64) -> Jet {
         let end = self.start_m + self.length_m - BEFORE_END_M;
         road.lane_offset.jet(s.min(end.max(self.start_m)))
     }
 
-    /// The borders of the lane at `position` of `lanes`, `ds` metres into the section.
+    /// Returns the borders of the lane at `position` of `lanes`, `ds` metres into the section.
     pub(crate) fn borders(&self, lanes: &[Lane], position: usize, ds: f64) -> Borders {
         let mut borders =
             Borders { inner: Jet::default(), outer: Jet::default(), level: Jet::default() };
@@ -231,11 +232,11 @@ impl Section {
 }
 
 impl Lane {
-    /// The outer border's distance from the centre, given the inner one's.
+    /// Returns the distance of the outer border from the centre, given that of the inner one.
     fn outer(&self, inner: Jet, ds: f64) -> Jet {
         if !self.widths.is_empty() {
             let width = self.widths.jet(ds);
-            // Rounding may leave a vanishing lane a little less than nothing wide.
+            // Rounding may give a vanishing lane a slightly negative width.
             return if width.value > 0.0 { inner + width } else { inner };
         }
         if !self.borders.is_empty() {
@@ -246,7 +247,7 @@ impl Lane {
         inner
     }
 
-    /// The lane's width where its inner border is `inner` metres from the centre.
+    /// Returns the lane's width where its inner border is `inner` metres from the centre.
     pub(crate) fn reach(&self, inner: f64, ds: f64) -> f64 {
         if !self.widths.is_empty() {
             self.widths.at(ds).max(0.0)
@@ -257,7 +258,7 @@ impl Lane {
         }
     }
 
-    /// How far the middle of the lane's surface stands above the road's.
+    /// Returns the height of the middle of the lane's surface above the road's.
     pub(crate) fn rise_at_centre(&self, ds: f64) -> f64 {
         if self.heights.is_empty() {
             return 0.0;
@@ -266,8 +267,8 @@ impl Lane {
         0.5 * (inner + outer)
     }
 
-    /// How far the lane's surface stands above the road's, at its inner and outer border; linear
-    /// between records.
+    /// Returns the heights of the lane's surface above the road's at its inner and outer border;
+    /// linear between records.
     pub(crate) fn rise(&self, ds: f64) -> (f64, f64) {
         let after = self.heights.partition_point(|height| height.from_m <= ds + 1e-6);
         let Some(here) = self.heights.get(after.max(1) - 1) else { return (0.0, 0.0) };
@@ -281,7 +282,7 @@ impl Lane {
         }
     }
 
-    /// +1 left of the reference line, -1 right of it.
+    /// Returns +1 left of the reference line, -1 right of it.
     pub(crate) fn sign(&self) -> f64 {
         if self.id > 0 { 1.0 } else { -1.0 }
     }

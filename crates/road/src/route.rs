@@ -1,4 +1,4 @@
-//! Routes: the shortest way along lanes, with changes between them where markings allow it.
+//! Routes: the shortest path along lanes, with lane changes where markings allow them.
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 
@@ -7,10 +7,10 @@ use crate::{
     network::Network,
 };
 
-/// The shortest way from one point to another.
+/// The shortest path from one point to another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Route {
-    /// Metres of s; a change of lane adds none.
+    /// Length in metres of s; a lane change adds none.
     pub length_m: f64,
     /// Lanes in the order of travel.
     pub legs: Vec<Leg>,
@@ -19,27 +19,27 @@ pub struct Route {
 /// One lane of a route.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg {
-    /// Which.
+    /// The lane.
     pub lane: LaneIndex,
     /// Where it is entered, metres along it.
     pub from_m: f64,
-    /// Where it is left.
+    /// Where it is left, metres along it.
     pub to_m: f64,
-    /// Left to a neighbour, not at its end.
+    /// Whether it is left to a neighbour instead of at its end.
     pub changes: bool,
 }
 
-/// A change of lane is worth a detour of so many metres.
+/// Cost of a lane change, metres of detour.
 const CHANGE_M: f64 = 20.0;
 
-/// A lane as it is reached: from its start, or where the route begins (or beside it).
+/// A lane by how it is reached: at its start, or where the route begins (or beside it).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Node {
     lane: LaneIndex,
     from_start: bool,
 }
 
-/// How a node is best reached.
+/// The best known way to reach a node.
 #[derive(Clone, Copy)]
 struct Reached {
     cost: f64,
@@ -47,15 +47,15 @@ struct Reached {
     is_final: bool,
 }
 
-/// Costs of finite, non-negative lengths order like their bits.
+/// Finite, non-negative floats sort like their bits.
 type Open = BinaryHeap<Reverse<(u64, Node)>>;
 
 impl Network {
-    /// The shortest way between two points; none if no way leads there.
+    /// Returns the shortest route between two points; `None` if there is none.
     pub fn route(&self, from: LanePoint, to: LanePoint) -> Option<Route> {
         let begin = from.along_m.clamp(0.0, self.lane(from.lane).length_m);
         let goal = to.along_m.clamp(0.0, self.lane(to.lane).length_m);
-        // Two for each lane, see `Node`. A cost is that of standing at the node's entry.
+        // Two for each lane, see `Node`. The cost is that of arriving at the node's entry.
         let mut reached: Vec<Option<Reached>> = vec![None; 2 * self.lanes().len()];
         let place = |node: Node| 2 * node.lane.0 as usize + usize::from(node.from_start);
         let mut open = Open::new();
@@ -107,7 +107,7 @@ impl Network {
         Some(self.legs(&nodes, begin, goal))
     }
 
-    /// Spreads the changes of a run of neighbours evenly over the way that they share.
+    /// Distributes the lane changes of a run of neighbours evenly over the length that they share.
     fn legs(&self, nodes: &[Node], begin: f64, goal: f64) -> Route {
         let mut route = Route { length_m: 0.0, legs: Vec::new() };
         let side_by_side = |a: &Node, b: &Node| {
@@ -138,7 +138,7 @@ impl Network {
 }
 
 impl Route {
-    /// Points every `every_m` metres along the route, its two ends among them.
+    /// Returns points every `every_m` metres along the route, including both ends.
     pub fn points(&self, every_m: f64) -> Vec<LanePoint> {
         let mut points = Vec::new();
         let every_m = if every_m.is_finite() { every_m.max(0.01) } else { 1.0 };

@@ -2,74 +2,74 @@ use glam::DVec3;
 
 use crate::{lane::LaneIndex, placement::Placement};
 
-/// A sign or a light.
+/// A traffic sign or traffic light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
     /// OpenDRIVE's id.
     pub id: String,
-    /// What people call it.
+    /// Name in the file.
     pub name: String,
-    /// Which of [`crate::Network::roads`] it stands at.
+    /// Index into [`crate::Network::roads`] of its road.
     pub road: u32,
-    /// Metres along the reference line.
+    /// Position along the reference line, metres of s.
     pub s: f64,
-    /// Metres to the left of it.
+    /// Position to the left of the reference line, metres.
     pub t: f64,
-    /// Metres above the road.
+    /// Height above the road, metres.
     pub z_offset_m: f64,
-    /// Heading relative to the road's, or to its reverse, see `orientation`.
+    /// Heading relative to the road's, or to its reverse; see `orientation`.
     pub h_offset_rad: f64,
-    /// Relative to the road's.
+    /// Pitch relative to the road's.
     pub pitch_rad: f64,
-    /// Relative to the road's.
+    /// Roll relative to the road's.
     pub roll_rad: f64,
-    /// The catalogue's number, for example 1000001 for a light with three lamps.
+    /// Type in the catalogue, for example 1000001 for a light with three lamps.
     pub kind: String,
-    /// The catalogue's second number.
+    /// Subtype in the catalogue.
     pub subtype: String,
-    /// Whose catalogue.
+    /// Country of the catalogue.
     pub country: String,
-    /// What the sign says, for example a speed.
+    /// Value on the sign, for example a speed.
     pub value: Option<f64>,
-    /// The unit of `value`.
+    /// Unit of `value`.
     pub unit: String,
-    /// What is written on it.
+    /// Text on the sign.
     pub text: String,
-    /// Changes its state.
+    /// Whether its state changes.
     pub dynamic: bool,
-    /// For whom it is.
+    /// Direction of travel that it applies to.
     pub orientation: Orientation,
-    /// Metres.
+    /// Width in metres.
     pub width_m: f64,
-    /// Metres.
+    /// Height in metres.
     pub height_m: f64,
-    /// Where it stands; x points the way its face looks.
+    /// Pose in world space; x is the direction that its face looks in.
     pub pose: Placement,
-    /// The lanes it rules, with the metres along each, in driving direction, where it stands.
+    /// The lanes that it applies to, with its distance along each in driving direction, metres.
     pub lanes: Vec<(LaneIndex, f64)>,
-    /// Ids of signals that depend on it, and how, in the writer's own words.
+    /// Ids of signals that depend on it, and the type of each dependency in the file's own words.
     pub dependencies: Vec<(String, String)>,
-    /// Objects and signals that it has to do with.
+    /// Objects and signals that it refers to.
     pub references: Vec<SignalReference>,
-    /// Which of [`crate::Network::controllers`] switches it.
+    /// Index into [`crate::Network::controllers`] of the controller that switches it.
     pub controller: Option<u32>,
     pub(crate) stands: Option<Stands>,
-    /// Where it rules: first at its own place, then wherever a signal reference repeats it.
+    /// Where it applies: its own place first, then the places of signal references.
     pub uses: Vec<SignalUse>,
 }
 
 /// A `<reference>` of a signal to something that belongs to it, such as a stop line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalReference {
-    /// What it points at: object or signal.
+    /// Kind of the element that it refers to: object or signal.
     pub element: String,
-    /// OpenDRIVE's id of that.
+    /// OpenDRIVE's id of that element.
     pub id: String,
-    /// The writer's own word for what they have to do with each other.
+    /// Type of the relation in the file's own words.
     pub kind: String,
 }
 
-/// Where a signal stands if not where it rules.
+/// Where a signal stands if not where it applies.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Stands {
     /// `<positionRoad>`: beside another road, by id.
@@ -78,7 +78,7 @@ pub(crate) enum Stands {
     Inertial { position: DVec3, heading_rad: f64 },
 }
 
-/// For which direction of travel a signal or object is.
+/// The direction of travel that a signal or object applies to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Orientation {
     /// Along rising s ("+").
@@ -89,34 +89,34 @@ pub enum Orientation {
     Both,
 }
 
-/// Where a signal rules: at its own place or through a reference.
+/// A place where a signal applies: its own, or that of a reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalUse {
-    /// Which of [`crate::Network::roads`].
+    /// Index into [`crate::Network::roads`].
     pub road: u32,
-    /// Metres along the reference line.
+    /// Position along the reference line, metres of s.
     pub s: f64,
-    /// Metres to the left of it.
+    /// Position to the left of the reference line, metres.
     pub t: f64,
-    /// For whom it is here.
+    /// Direction of travel that it applies to here.
     pub orientation: Orientation,
-    /// Lane ids from the first to the last; all that `orientation` means if empty. CARLA's towns
-    /// write "0 to 0" where they mean no lane at all.
+    /// First and last lane id of the ranges that it applies to; if empty, all lanes of
+    /// `orientation`. CARLA's towns write "0 to 0" for no lane at all.
     pub validity: Vec<(i32, i32)>,
-    /// Through a `<signalReference>`.
+    /// Whether it comes from a `<signalReference>`.
     pub is_reference: bool,
 }
 
-/// A group of signals that one box switches.
+/// A group of signals with one controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Controller {
     /// OpenDRIVE's id.
     pub id: String,
-    /// What people call it.
+    /// Name in the file.
     pub name: String,
-    /// Its place in the order of its junction's phases.
+    /// Its position in the sequence of its junction's phases.
     pub sequence: Option<i64>,
-    /// Which of [`crate::Network::signals`].
+    /// Indices into [`crate::Network::signals`].
     pub signals: Vec<u32>,
 }
 
@@ -129,7 +129,7 @@ impl Orientation {
         }
     }
 
-    /// OpenDRIVE's sign for it.
+    /// Returns OpenDRIVE's value.
     pub fn text(self) -> &'static str {
         match self {
             Orientation::Forward => "+",

@@ -1,4 +1,4 @@
-//! Rows of plain numbers that are their owner's, or lie in bytes that it was lent.
+//! Arrays of plain numbers, owned or borrowed from shared bytes.
 
 use std::{
     ops::{Deref, Range},
@@ -7,11 +7,10 @@ use std::{
 
 use bytemuck::Pod;
 
-/// Bytes that somebody else keeps for us, such as a file in memory. They must not change while they
-/// are lent.
+/// Bytes with shared ownership, such as a mapped file. They must not change while they are shared.
 pub type Lent = Arc<dyn AsRef<[u8]> + Send + Sync>;
 
-/// A row of plain numbers.
+/// An array of plain numbers.
 #[derive(Clone)]
 pub(crate) enum Slab<T> {
     Own(Vec<T>),
@@ -19,7 +18,8 @@ pub(crate) enum Slab<T> {
 }
 
 impl<T: Pod> Slab<T> {
-    /// Those that these bytes of `lent` are, if they can be any.
+    /// Returns the array that these bytes of `lent` are; `None` if range, size or alignment do not
+    /// fit.
     pub(crate) fn lent(lent: &Lent, range: Range<usize>) -> Option<Slab<T>> {
         let bytes = (**lent).as_ref().get(range.clone())?;
         bytemuck::try_cast_slice::<u8, T>(bytes).ok()?;

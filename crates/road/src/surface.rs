@@ -1,12 +1,12 @@
 //! The road surface as triangles.
 //!
 //! Every section becomes a grid: lines along the road (borders of lanes, edges of markings) and
-//! stations across it. A column between two lines is a strip of cells; a marking is a cell with
-//! another face, so nothing lies on top of anything. Neighbouring columns share their vertices.
-//! Where roads meet, short tongues reach below the other road and close what gap the file leaves;
-//! where they lie side by side with a narrow gap, seams do.
-//! Where roads overlap, everything that is not a lane for vehicles yields to those that are:
-//! the overlap is asphalt on asphalt, and it does not matter which of them a ray finds.
+//! stations across it. A column between two lines is a strip of cells. A marking is a cell with
+//! another face, so no two faces are coplanar. Neighbouring columns share their vertices. Where
+//! roads meet, short tongues reach below the other road and close the gaps that the file leaves;
+//! where they lie side by side with a narrow gap, seams do. Where roads overlap, everything that is
+//! not a lane for vehicles yields to those that are: the overlap is asphalt on asphalt, and it does
+//! not matter which of the two a ray hits.
 
 mod bodies;
 mod columns;
@@ -29,15 +29,15 @@ use mesh::Mesh;
 
 use crate::{blend::Blend, network::Network, parallel, structure::Structure};
 
-/// Every road's surface, with stations at most `spacing_m` apart, nearer in bends.
+/// Returns the surface of all roads, with stations at most `spacing_m` apart, closer in bends.
 ///
-/// Sidewalks and medians that the file leaves level are raised by a kerb of 12 cm. All faces are
-/// of object 0.
+/// Sidewalks and medians that the file leaves level are raised by a kerb of 12 cm. All faces are of
+/// object 0.
 pub fn surface_mesh(network: &Network, spacing_m: f64) -> Mesh {
     surface(network, spacing_m, parallel::threads())
 }
 
-/// The same mesh for any number of threads.
+/// Builds the mesh on up to `threads` threads; the result does not depend on their number.
 pub(crate) fn surface(network: &Network, spacing_m: f64, threads: usize) -> Mesh {
     let spacing = if spacing_m.is_finite() { spacing_m.clamp(0.25, 20.0) } else { 5.0 };
     let blends = Blend::of_junctions(network);
@@ -76,12 +76,12 @@ pub(crate) fn surface(network: &Network, spacing_m: f64, threads: usize) -> Mesh
     mesh
 }
 
-/// Roads of so many lanes are worth a thread.
+/// Fewest lanes for each thread.
 const LANES_MIN: usize = 100;
 
-/// What stands on and over roads by the file's word: guard rails, walls and fences that go on
-/// along them, tunnels with sides and roof, bridges with parapets and what carries them, and objects
-/// with an outline and a height.
+/// Returns the structures that the file describes on and over roads: guard rails, walls and fences
+/// along them, tunnels with sides and roof, bridges with parapets and piers, and objects with an
+/// outline and a height.
 pub fn structures(network: &Network) -> Vec<Structure> {
     let mut sweep = sweep::Sweep::new(network);
     for span in network.spans() {
@@ -94,9 +94,9 @@ pub fn structures(network: &Network) -> Vec<Structure> {
     sweep.into_structures()
 }
 
-/// What is painted on the ground for objects: their markings, the stripes of crosswalks. At the
-/// heights of the file's words; who lays it has to drape it over the ground. All faces are of
-/// object 0.
+/// Returns the paint of objects on the ground: their markings, the stripes of crosswalks. Heights
+/// are those of the file; the caller has to drape the mesh over the ground. All faces are of object
+/// 0.
 pub fn object_paint(network: &Network) -> Mesh {
     object_paint::paint(network)
 }

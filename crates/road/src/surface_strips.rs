@@ -1,24 +1,25 @@
-//! The cross section surface of OpenDRIVE 1.8: how the road's surface runs across, in strips.
+//! The cross section surface of OpenDRIVE 1.8: the shape of the road's surface across the road, in
+//! strips.
 
 use crate::cubic::Profile;
 
-/// Height over t, by strips that lie side by side from an offset outwards; for a whole road.
+/// Height over t of a whole road, by strips side by side from an offset outwards.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct CrossSection {
     pub(crate) t_offset: Profile,
-    /// From the offset to the left, nearest first.
+    /// Strips to the left of the offset, nearest first.
     pub(crate) left: Vec<Strip>,
-    /// From the offset to the right, nearest first.
+    /// Strips to the right of the offset, nearest first.
     pub(crate) right: Vec<Strip>,
 }
 
-/// One strip: a cubic in t whose factors are functions of s.
+/// One strip: a cubic in t whose coefficients are functions of s.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Strip {
     pub(crate) id: i32,
-    /// Begins at the height at which the strip before it ends.
+    /// Whether it begins at the height at which the previous strip ends.
     pub(crate) is_relative: bool,
-    /// The outermost strip may have none and goes on for ever.
+    /// The outermost strip may have no width and extends without limit.
     pub(crate) width: Profile,
     pub(crate) factors: [Profile; 4],
 }
@@ -28,7 +29,7 @@ impl CrossSection {
         self.left.is_empty() && self.right.is_empty()
     }
 
-    /// How far the surface stands above the road's plane.
+    /// Returns the height of the surface above the road's plane.
     pub(crate) fn height(&self, s: f64, t: f64) -> f64 {
         let t = t - self.t_offset.at(s);
         let strips = if t >= 0.0 { &self.left } else { &self.right };
@@ -38,7 +39,7 @@ impl CrossSection {
             let is_last = place + 1 == strips.len() || strip.width.is_empty();
             let across = if is_last { left } else { left.min(width) };
             let start = if strip.is_relative { base } else { 0.0 };
-            // Slopes are of rising t, on both sides.
+            // Slopes refer to rising t on both sides.
             let signed = across.copysign(t);
             let [a, b, c, d] = [0, 1, 2, 3].map(|power: usize| strip.factors[power].at(s));
             base = start + a + signed * (b + signed * (c + signed * d));

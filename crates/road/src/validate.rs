@@ -1,7 +1,7 @@
-//! What does not fit together in a map: everything that a drawer of maps would like to be told.
+//! Validation: everything in a map that is inconsistent, for authors of maps.
 //!
-//! The network that is judged is the one that everybody drives on. Where its parts stand in the
-//! text comes from a second reading, so that those who only drive do not pay for it.
+//! The network under validation is the one that simulations use. Positions in the text come from a
+//! second reading, so that a simulation does not pay for them.
 
 mod geometry;
 mod links;
@@ -17,8 +17,11 @@ use subject::Judged;
 
 pub use report::{Finding, Severity};
 
-/// Everything in an OpenDRIVE text that does not fit together, by line; an error if it is no map
-/// at all.
+/// Returns every inconsistency in an OpenDRIVE text, by line.
+///
+/// # Errors
+///
+/// Returns the error that makes the text unusable as a map.
 pub fn validate(xml: &str) -> Result<Vec<Finding>, MapError> {
     let mut network = built(xml, usize::MAX, 1)?;
     let unresolved = std::mem::take(&mut network.findings);
@@ -31,7 +34,7 @@ pub fn validate(xml: &str) -> Result<Vec<Finding>, MapError> {
             judged.joints(&mut report);
             judged.links(&mut report);
         }
-        // In a part that drivers pass over.
+        // In a part of the file that a simulation does not read.
         Err(error) => unreadable = Some(error),
     }
     let mut findings = report.with_lines(xml);

@@ -1,4 +1,4 @@
-//! Along lanes: what comes next, what came before, where vehicles may start.
+//! Walks along lanes: what comes next, what came before, where vehicles may start.
 
 use std::collections::BTreeMap;
 
@@ -9,17 +9,17 @@ use crate::{
     network::Network,
 };
 
-/// A walk that forks more often than this is cut there.
+/// A walk with more branches than this is cut off.
 const BRANCHES_MAX: usize = 4096;
 
 impl Network {
-    /// The points `distance_m` ahead, one for each way that the lanes fork.
-    /// A way that ends before is left out.
+    /// Returns the points `distance_m` ahead, one for each branch. A branch that ends before is
+    /// left out.
     pub fn advance(&self, at: LanePoint, distance_m: f64) -> Vec<LanePoint> {
         self.walk(at, distance_m, true)
     }
 
-    /// The points `distance_m` behind, one for each way that leads here.
+    /// Returns the points `distance_m` behind, one for each branch that leads here.
     pub fn retreat(&self, at: LanePoint, distance_m: f64) -> Vec<LanePoint> {
         self.walk(at, distance_m, false)
     }
@@ -29,7 +29,7 @@ impl Network {
         if !(distance_m.is_finite() && distance_m >= 0.0) {
             return found;
         }
-        // Lanes without length may form a ring; a walk that makes no way on so many lanes ends.
+        // Lanes without length may form a ring; a walk ends after this many lanes without progress.
         let patience = self.lanes().len() as u32 + 1;
         let first = self.lane(at.lane);
         let along = at.along_m.clamp(0.0, first.length_m);
@@ -58,7 +58,7 @@ impl Network {
         found
     }
 
-    /// Driving lanes and the driving lanes that continue them.
+    /// Returns pairs of driving lanes of which the second continues the first.
     pub fn topology(&self) -> Vec<(LaneIndex, LaneIndex)> {
         let drives = |lane: LaneIndex| LaneTypes::DRIVABLE.contains(self.lane(lane).kind);
         let lanes = self.lanes().iter().filter(|lane| drives(lane.index));
@@ -68,8 +68,8 @@ impl Network {
             .collect()
     }
 
-    /// Places on driving lanes outside junctions where a vehicle may be put: wide enough, with
-    /// room to drive on, and apart from each other.
+    /// Returns places on driving lanes outside junctions where a vehicle may spawn: wide enough,
+    /// with room to drive on, and apart from each other.
     pub fn spawn_points(&self) -> Vec<LanePoint> {
         let mut taken: BTreeMap<(i64, i64), Vec<DVec3>> = BTreeMap::new();
         let mut points = Vec::new();
@@ -98,7 +98,7 @@ const SPACING_M: f64 = 10.0;
 const WIDTH_MIN_M: f64 = 2.4;
 const APART_M: f64 = 2.6;
 
-/// Whether nothing is near `position`; it is then taken.
+/// Returns whether no other place is near `position`, and claims it.
 fn claim(taken: &mut BTreeMap<(i64, i64), Vec<DVec3>>, position: DVec3) -> bool {
     let cell = |value: f64| (value / APART_M).floor() as i64;
     let (x, y) = (cell(position.x), cell(position.y));

@@ -1,4 +1,4 @@
-//! What a waypoint is asked: its number, the markings beside it, the rest of its lane.
+//! Queries about a waypoint: its id, the markings beside it, the rest of its lane.
 
 use crate::{
     lane::{Lane, LanePoint, LaneTypes},
@@ -6,23 +6,23 @@ use crate::{
     network::Network,
 };
 
-/// The markings on either side of a point, seen in driving direction; none where the file says
-/// nothing of that border.
+/// The markings on either side of a point in driving direction; `None` where the file does not
+/// describe that border.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SideMarks<'a> {
     /// On the border to the left.
     pub left: Option<&'a RoadMark>,
     /// On the border to the right.
     pub right: Option<&'a RoadMark>,
-    /// The left one may be crossed from here, whatever lies beyond it.
+    /// Whether the left one may be crossed from here, whatever lies beyond it.
     pub left_change: bool,
-    /// The right one may be crossed from here, whatever lies beyond it.
+    /// Whether the right one may be crossed from here, whatever lies beyond it.
     pub right_change: bool,
 }
 
 impl Network {
-    /// Points on all lanes of `types`, every `every_m` metres of each road's s from its start:
-    /// CARLA's `generate_waypoints`. By road, s, section and falling lane id.
+    /// Returns points on all lanes of `types`, every `every_m` metres of each road's s from its
+    /// start: CARLA's `generate_waypoints`. Sorted by road, s, section and falling lane id.
     pub fn waypoints(&self, every_m: f64, types: LaneTypes) -> Vec<LanePoint> {
         let mut points = Vec::new();
         if !(every_m.is_finite() && every_m > 0.0) {
@@ -30,7 +30,8 @@ impl Network {
         }
         let every_m = every_m.max(self.total_m() / WAYPOINTS_MAX);
         for road in self.roads() {
-            // CARLA's own sum, so that rounding decides alike where a step hits a road's end.
+            // CARLA's own summation, so that rounding decides the same way where a step meets a
+            // road's end.
             let mut s = FIRST_M;
             while s < road.length_m - FIRST_M {
                 // Sections without length begin where the next one does.
@@ -50,7 +51,7 @@ impl Network {
         points
     }
 
-    /// The markings beside a point.
+    /// Returns the markings beside a point.
     pub fn marks(&self, at: LanePoint) -> SideMarks<'_> {
         let lane = self.lane(at.lane);
         let section = &self.roads()[lane.road as usize].sections[lane.section as usize];
@@ -85,7 +86,7 @@ impl Network {
         }
     }
 
-    /// The limit at a point: its lane's own, or its road's. Metres per second.
+    /// Returns the speed limit at a point: its lane's own or its road's. Metres per second.
     pub fn speed_limit(&self, at: LanePoint) -> Option<f64> {
         let lane = self.lane(at.lane);
         let road = &self.roads()[lane.road as usize];
@@ -94,14 +95,14 @@ impl Network {
         own.or_else(|| road.type_at(s).and_then(|kind| kind.limit_mps))
     }
 
-    /// The points every `every_m` metres ahead while the way is one and stays on the road, and
-    /// its last point: CARLA's `next_until_lane_end`.
+    /// Returns the points every `every_m` metres ahead as long as there is one branch and it stays
+    /// on the road, and its last point: CARLA's `next_until_lane_end`.
     pub fn advance_to_end(&self, at: LanePoint, every_m: f64) -> Vec<LanePoint> {
         self.along_road(at, every_m, true)
     }
 
-    /// The points every `every_m` metres behind while the way is one and stays on the road, and
-    /// its first point: CARLA's `previous_until_lane_start`.
+    /// Returns the points every `every_m` metres behind as long as there is one branch and it stays
+    /// on the road, and its first point: CARLA's `previous_until_lane_start`.
     pub fn retreat_to_start(&self, at: LanePoint, every_m: f64) -> Vec<LanePoint> {
         self.along_road(at, every_m, false)
     }
@@ -134,7 +135,7 @@ impl Network {
         points
     }
 
-    /// Where the way from here leaves the road or first forks.
+    /// Returns where the lanes from here leave the road or first fork.
     fn end_on_road(&self, from: LanePoint, ahead: bool) -> LanePoint {
         let mut lane = self.lane(from.lane);
         for _ in 0..self.roads()[lane.road as usize].sections.len() {
@@ -149,8 +150,8 @@ impl Network {
         LanePoint { lane: lane.index, along_m: if ahead { lane.length_m } else { 0.0 } }
     }
 
-    /// CARLA's number of a waypoint, the same within half a centimetre of s: its hash of road,
-    /// section, lane and s. Roads whose id is no number count as their place in the file.
+    /// Returns CARLA's id of a waypoint, the same within half a centimetre of s: its hash of road,
+    /// section, lane and s. Roads whose id is not a number count by their index in the file.
     pub fn waypoint_id(&self, at: LanePoint) -> u64 {
         let (road, section, lane, s) = self.road_space(at);
         let road = road.id.parse::<u32>().unwrap_or_else(|_| self.lane(at.lane).road);
@@ -166,15 +167,15 @@ impl Network {
             .fold(0, |seed: u64, part| scattered(seed.wrapping_add(0x9e37_79b9).wrapping_add(part)))
     }
 
-    /// Metres of s of all roads.
+    /// Returns the total length of all roads, metres of s.
     fn total_m(&self) -> f64 {
         self.roads().iter().map(|road| road.length_m).sum()
     }
 }
 
-/// More waypoints than this on one map are too many to be meant.
+/// Upper bound of waypoints on one map; a smaller spacing is increased.
 const WAYPOINTS_MAX: f64 = 2e7;
-/// How far from a road's start CARLA places its first waypoint.
+/// Distance of CARLA's first waypoint from a road's start, metres.
 const FIRST_M: f64 = 10.0 * f64::EPSILON;
 
 /// `boost::hash_detail::hash_mix` of Boost 1.81 and later.
@@ -188,7 +189,8 @@ fn scattered(mut x: u64) -> u64 {
 }
 
 impl Lane {
-    /// Whether its border away from the reference line lies to the right in driving direction.
+    /// Returns whether the border away from the reference line lies to the right in driving
+    /// direction.
     fn outer_is_right(&self) -> bool {
         self.forward == (self.id < 0)
     }

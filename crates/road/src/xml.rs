@@ -1,6 +1,6 @@
-//! A cursor over XML text that walks children of the open element and forgets the rest.
+//! A cursor over XML text that visits the children of the open element and skips the rest.
 //!
-//! It looks at each byte once, borrows names and values from the text, and builds no tree.
+//! It reads each byte once, borrows names and values from the text, and builds no tree.
 
 mod number;
 mod scan;
@@ -12,18 +12,19 @@ use scan::{end_of_tag, find, find_text, resolved};
 
 pub(crate) use scan::line_of;
 
-/// Stands on one element at a time; its attributes may be asked until the next step.
+/// A cursor on one element at a time. Its attributes can be queried until the next step.
 pub(crate) struct Cursor<'a> {
     text: &'a str,
-    /// What was not yet looked at begins here, in bytes.
+    /// Byte offset of what has not been read yet.
     at: usize,
-    /// The last tag begins here.
+    /// Byte offset of the last tag.
     tag: usize,
     open: Vec<&'a str>,
     attributes: Vec<(&'a str, &'a str)>,
-    /// Where the next attribute is looked for first: they are asked in the order of the file.
+    /// Where the next attribute is searched first: attributes are usually queried in the order of
+    /// the file.
     next: Cell<usize>,
-    /// The innermost open element was written as one that holds nothing.
+    /// Whether the innermost open element is an empty-element tag.
     closes: bool,
 }
 
@@ -40,24 +41,25 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A cursor that stands at `offset` of the text, inside an element called `root`.
+    /// Creates a cursor at `offset` of the text, inside an element called `root`.
     pub(crate) fn within(text: &'a str, offset: usize, root: &'a str) -> Cursor<'a> {
         Cursor { at: offset, tag: offset, open: vec![root], ..Cursor::new(text) }
     }
 
-    /// The current element's attributes, in the order of the file.
+    /// Returns the current element's attributes, in the order of the file.
     #[cfg(test)]
     pub(crate) fn attributes(&self) -> &[(&'a str, &'a str)] {
         &self.attributes
     }
 
-    /// How many elements are open. The children of the current element stand one deeper.
+    /// Returns the number of open elements. The children of the current element are one level
+    /// deeper.
     pub(crate) fn depth(&self) -> usize {
         self.open.len()
     }
 
-    /// Steps to the next element directly inside the one at `depth`, over whatever lies deeper.
-    /// None when that one closes.
+    /// Moves to the next element directly inside the one at `depth`, past all deeper ones. `None`
+    /// when that one closes.
     pub(crate) fn child(&mut self, depth: usize) -> Result<Option<&'a str>, MapError> {
         let bytes = self.text.as_bytes();
         while self.open.len() >= depth {
@@ -97,7 +99,7 @@ impl<'a> Cursor<'a> {
         Ok(None)
     }
 
-    /// The text inside the current element, up to its end.
+    /// Returns the text inside the current element, up to its end.
     pub(crate) fn content(&mut self) -> Result<String, MapError> {
         const CDATA: &str = "<![CDATA[";
         let mut content = String::new();
@@ -133,7 +135,7 @@ impl<'a> Cursor<'a> {
         Ok(content.trim().to_string())
     }
 
-    /// An attribute as it stands in the file.
+    /// Returns an attribute as written in the file.
     #[inline]
     pub(crate) fn raw(&self, key: &str) -> Option<&'a str> {
         let next = self.next.get();
@@ -152,12 +154,12 @@ impl<'a> Cursor<'a> {
         Some(self.attributes[place].1)
     }
 
-    /// An attribute with its entities resolved; empty if missing.
+    /// Returns an attribute with its entities resolved; empty if missing.
     pub(crate) fn string(&self, key: &str) -> String {
         resolved(self.raw(key).unwrap_or_default()).into_owned()
     }
 
-    /// An attribute that must be there.
+    /// Returns a required attribute.
     pub(crate) fn required(&self, key: &str) -> Result<String, MapError> {
         match self.raw(key) {
             Some(raw) => Ok(resolved(raw).into_owned()),
@@ -165,19 +167,19 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A finite number that must be there.
+    /// Returns a required finite number.
     #[inline]
     pub(crate) fn number(&self, key: &str) -> Result<f64, MapError> {
         self.optional_number(key)?.ok_or_else(|| self.missing(key))
     }
 
-    /// A finite number, or `default` if the attribute is missing.
+    /// Returns a finite number, or `default` if the attribute is missing.
     #[inline]
     pub(crate) fn number_or(&self, key: &str, default: f64) -> Result<f64, MapError> {
         Ok(self.optional_number(key)?.unwrap_or(default))
     }
 
-    /// A finite number, if the attribute is there and not empty.
+    /// Returns a finite number; `None` if the attribute is missing or empty.
     #[inline]
     pub(crate) fn optional_number(&self, key: &str) -> Result<Option<f64>, MapError> {
         match self.raw(key) {
@@ -208,7 +210,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A whole number that must be there.
+    /// Returns a required integer.
     pub(crate) fn integer(&self, key: &str) -> Result<i32, MapError> {
         let raw = self.raw(key).ok_or_else(|| self.missing(key))?;
         raw.trim().parse().map_err(|_| {
@@ -216,18 +218,17 @@ impl<'a> Cursor<'a> {
         })
     }
 
-    /// Where the current element begins, in bytes; [`line_of`] turns it into a line when one is
-    /// asked for.
+    /// Returns the byte offset of the current element; [`line_of`] converts it into a line.
     pub(crate) fn offset(&self) -> usize {
         self.tag
     }
 
-    /// An error on the line of the current element.
+    /// Returns an error on the line of the current element.
     pub(crate) fn error(&self, reason: String) -> MapError {
         MapError { line: line_of(self.text, self.tag), reason }
     }
 
-    /// An error on the line of an element that began at `offset`.
+    /// Returns an error on the line of the element at byte `offset`.
     pub(crate) fn error_at(&self, offset: usize, reason: String) -> MapError {
         MapError { line: line_of(self.text, offset), reason }
     }
@@ -248,7 +249,7 @@ impl<'a> Cursor<'a> {
         self.error(format!("this is not well-formed XML: <{}> has no end", self.here()))
     }
 
-    /// The name after the `<` of the current tag.
+    /// Reads the name after the `<` of the current tag.
     fn name(&mut self) -> Result<&'a str, MapError> {
         let bytes = self.text.as_bytes();
         let from = self.tag + 1;
@@ -279,7 +280,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Steps over a comment, a CDATA section, a processing instruction or a declaration.
+    /// Skips a comment, a CDATA section, a processing instruction or a declaration.
     fn pass_over(&mut self) -> Result<(), MapError> {
         let rest = &self.text.as_bytes()[self.tag..];
         let (what, end) = match rest {
@@ -342,8 +343,8 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Longer names are none.
+/// Longest name, bytes.
 const NAME_MAX: usize = 1000;
 
-/// Coordinates and lengths beyond this are a fault of the file, not a place on Earth.
+/// Coordinates and lengths beyond this are errors in the file, metres.
 const LARGEST: f64 = 1e9;

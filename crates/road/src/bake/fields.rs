@@ -1,16 +1,16 @@
-//! Fields as bytes, little end first, one behind the other.
+//! Fields as bytes, little-endian, without padding.
 
 use glam::{DVec2, DVec3};
 
-/// What can be a field of a baked thing.
+/// A value that can be part of a serialised network.
 pub(crate) trait Field: Sized {
-    /// Appends itself.
+    /// Appends the value to `bytes`.
     fn put(&self, bytes: &mut Vec<u8>);
-    /// Takes itself off the front.
+    /// Removes a value from the front of `bytes`; `None` if they do not begin with one.
     fn take(bytes: &mut &[u8]) -> Option<Self>;
 }
 
-/// Bakes a struct field by field; none may be left out.
+/// Implements [`Field`] for structs, field by field. A missing field is a compile error.
 macro_rules! baked {
     ($($type:ident { $($field:ident),* $(,)? })*) => { $(
         impl $crate::bake::fields::Field for $type {
@@ -27,7 +27,7 @@ macro_rules! baked {
     )* };
 }
 
-/// Bakes an enum: a number for each variant, then its fields.
+/// Implements [`Field`] for an enum: a number for each variant, then its fields.
 macro_rules! baked_enum {
     ($type:ident { $($tag:literal => $variant:ident $({ $($field:ident),* })? $(($inner:ident))?),* $(,)? }) => {
         impl $crate::bake::fields::Field for $type {
@@ -128,7 +128,7 @@ impl<T: Field> Field for Option<T> {
     }
 }
 
-/// A wrong count gets no room for more than this before it shows.
+/// Most elements that are reserved before they have been read, in case a count is wrong.
 const TRUSTED: usize = 64;
 
 impl<T: Field> Field for Vec<T> {

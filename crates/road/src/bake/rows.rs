@@ -1,4 +1,4 @@
-//! What every thing of a network is made of. A field that is missing here does not compile.
+//! The fields of every type in a network. A missing field is a compile error.
 
 use super::fields::{Field, baked, baked_enum};
 use crate::{
@@ -25,7 +25,7 @@ use crate::{
     surface_strips::{CrossSection, Strip},
 };
 
-/// Everything but lanes, roads and the slabs of the index.
+/// Appends everything except lanes, roads and the slabs of the index.
 pub(super) fn put_rest(network: &Network, bytes: &mut Vec<u8>) {
     let Network {
         header,
@@ -44,7 +44,7 @@ pub(super) fn put_rest(network: &Network, bytes: &mut Vec<u8>) {
         findings,
         grid,
         bounds,
-        // Found again on first use.
+        // Determined again on first use.
         contradictions: _,
     } = network;
     header.put(bytes);
@@ -63,7 +63,7 @@ pub(super) fn put_rest(network: &Network, bytes: &mut Vec<u8>) {
     bounds.put(bytes);
 }
 
-/// A network without lanes, roads and the slabs of its index.
+/// Reads a network without lanes, roads and the slabs of its index.
 pub(super) fn take_rest(mut bytes: &[u8]) -> Option<Network> {
     let bytes = &mut bytes;
     let network = Network {
@@ -106,12 +106,12 @@ impl Field for LaneType {
 
     #[inline]
     fn take(bytes: &mut &[u8]) -> Option<LaneType> {
-        // Each has a bit of its own, in this order.
+        // Each type has one bit, in this order.
         LaneType::ALL.get(usize::from(u8::take(bytes)?)).copied()
     }
 }
 
-/// But for its slabs.
+/// Everything except the slabs.
 impl Field for LaneIndexGrid {
     fn put(&self, bytes: &mut Vec<u8>) {
         self.types.put(bytes);

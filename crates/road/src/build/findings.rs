@@ -1,6 +1,6 @@
 use crate::{MapError, xml::line_of};
 
-/// Contradictions that a map can live with, by their places in the text.
+/// Contradictions that do not make a map unusable, with their byte offsets in the text.
 pub(super) struct Findings {
     most: usize,
     found: Vec<(usize, String)>,
@@ -18,7 +18,7 @@ impl Findings {
         }
     }
 
-    /// The findings with lines for bytes, in the order of the file.
+    /// Returns the findings with line numbers, in the order of the file.
     pub(super) fn with_lines(mut self, text: &str) -> Vec<MapError> {
         self.found.sort();
         let (mut line, mut counted) = (1, 0);

@@ -53,14 +53,16 @@ pub(super) fn join(
     connect(records, &declared);
 }
 
-/// Every pair of lane ends that the file says to touch, from the lane that says so.
+/// Returns every pair of lane ends that the file declares to be connected, each from the lane that
+/// declares it.
 fn declared(
     records: &Records,
     junctions: &[Junction],
     findings: &mut Findings,
 ) -> Vec<(LaneEnd, LaneEnd)> {
     let mut pairs = Vec::new();
-    // Ways out of each road's end into a junction: incoming road, junction, which of its ways.
+    // Connections from each road's end into a junction: incoming road, junction, index of the
+    // connection.
     let mut ways: Vec<(u32, u32, usize)> = Vec::new();
     for (junction, index) in junctions.iter().zip(0..) {
         let incoming = |(way, connection): (usize, &crate::junction::Connection)| {
@@ -135,7 +137,7 @@ fn declared(
             }
         }
     }
-    // A direct junction's ways may be written from one side only, and hold for both.
+    // A direct junction may declare its connections from one side only; they hold for both.
     for junction in junctions.iter().filter(|junction| junction.kind == JunctionKind::Direct) {
         let ids = |road: u32, at_start: bool| {
             let sections = records.roads[road as usize].sections.len();
@@ -175,7 +177,7 @@ fn no_such_lane(records: &Records, lane: LaneIndex, id: i32, road: u32, section:
     format!("lane {} of road {own} leads to lane {id}, but road {} {has}", lane.id, other.id)
 }
 
-/// Turns touching ends into successors and predecessors in driving direction.
+/// Converts connected ends into successors and predecessors in driving direction.
 fn connect(records: &mut Records, declared: &[(LaneEnd, LaneEnd)]) {
     let exit = |records: &Records, end: &LaneEnd| {
         records.lanes[end.lane.0 as usize].forward != end.at_start
@@ -186,7 +188,7 @@ fn connect(records: &mut Records, declared: &[(LaneEnd, LaneEnd)]) {
         match (exit(records, here), exit(records, other)) {
             (true, false) => forward.push((here.lane, other.lane)),
             (false, true) => backward.push((other.lane, here.lane)),
-            // Both lanes lead away from here, or both towards it: no way for traffic.
+            // Both lanes lead away from here, or both towards it: no connection for traffic.
             _ => {}
         }
     }
@@ -196,7 +198,7 @@ fn connect(records: &mut Records, declared: &[(LaneEnd, LaneEnd)]) {
             successors.push(*to);
         }
     }
-    // What only the lane behind says counts where the lane in front says nothing.
+    // A link that only the following lane declares counts if the preceding lane declares none.
     let silent: Vec<bool> = records.lanes.iter().map(|lane| lane.successors.is_empty()).collect();
     for (from, to) in &backward {
         let successors = &mut records.lanes[from.0 as usize].successors;

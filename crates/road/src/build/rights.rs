@@ -1,4 +1,4 @@
-//! Neighbours, the right to change to them, and speed limits.
+//! Neighbours of lanes, permission to change to them, and speed limits.
 
 use crate::{
     lane::{Lane, LaneIndex, LaneTypes},
@@ -44,7 +44,7 @@ pub(super) fn grant(records: &mut Records) {
     }
 }
 
-/// The marks on the border that two neighbours share.
+/// Returns the marks on the border that two neighbours share.
 fn between<'a>(lane: &'a Lane, other: &'a Lane, centre: &'a [RoadMark]) -> &'a [RoadMark] {
     if (lane.id > 0) != (other.id > 0) {
         centre

@@ -1,4 +1,4 @@
-//! Where signals and objects stand, and which lanes signals rule.
+//! Poses of signals and objects, and the lanes that signals apply to.
 
 use std::{collections::HashMap, f64::consts::PI};
 
@@ -16,7 +16,7 @@ use crate::{
     signal::{Orientation, Signal, SignalUse, Stands},
 };
 
-/// Adds what signal references say to the signals that they name.
+/// Adds the signal references to the signals that they name.
 pub(super) fn refer(network: &mut Network, references: Vec<RawReference>, findings: &mut Findings) {
     let ids: HashMap<String, usize> = network
         .signals
@@ -45,7 +45,7 @@ pub(super) fn refer(network: &mut Network, references: Vec<RawReference>, findin
     }
 }
 
-/// Finds the objects that object references name.
+/// Resolves the objects that object references name.
 pub(super) fn share(
     network: &mut Network,
     references: Vec<RawObjectReference>,
@@ -71,12 +71,12 @@ pub(super) fn share(
     }
 }
 
-/// Places signals and objects in world space.
+/// Computes the poses of signals and objects in world space.
 pub(super) fn stand(network: &mut Network) {
     for index in 0..network.signals.len() {
         let signal = &network.signals[index];
         let mut pose = standing(network, signal);
-        // A face looks at the traffic that it is for.
+        // A signal faces the traffic that it applies to.
         let turn = if signal.orientation == Orientation::Forward { PI } else { 0.0 };
         pose.heading_rad = wrapped(pose.heading_rad + turn);
         pose.pitch_rad = signal.pitch_rad;
@@ -107,7 +107,7 @@ pub(super) fn stand(network: &mut Network) {
     }
 }
 
-/// Where a signal stands, and its heading before it is turned to its traffic.
+/// Returns the pose of a signal before it is turned to its traffic.
 fn standing(network: &Network, signal: &Signal) -> Placement {
     let beside = |road: u32, s: f64, t: f64, up: f64, turn: f64| {
         let pose = on_road(network, road, s, t, up);
@@ -129,11 +129,13 @@ fn standing(network: &Network, signal: &Signal) -> Placement {
     }
 }
 
-/// Whether those who drive on the ruled lanes would see a face's back. Writers do not agree what
-/// a heading offset is relative to: RoadRunner's is to the road whatever the orientation.
+/// Returns whether traffic on the lanes of a signal would see its back. Authoring tools disagree
+/// about what a heading offset is relative to: RoadRunner's is relative to the road whatever the
+/// orientation.
 fn looks_away(network: &Network, pose: &Placement, lanes: &[(LaneIndex, f64)]) -> bool {
     let ways = lanes.iter().map(|(lane, along_m)| {
-        // A lane through a junction may end anywhere; it begins where drivers look at the signal.
+        // A lane through a junction may end in any direction; at its beginning drivers see the
+        // signal.
         let along_m = if network.lane(*lane).junction.is_some() { 0.0 } else { *along_m };
         DVec2::from_angle(network.lane_pose(*lane, along_m, 0.0).0.heading_rad)
     });
@@ -141,10 +143,10 @@ fn looks_away(network: &Network, pose: &Placement, lanes: &[(LaneIndex, f64)]) -
     way.dot(DVec2::from_angle(pose.heading_rad)) > SIDEWAYS * way.length()
 }
 
-/// The cosine of the angle within which a face that looks to the side is left as it is.
+/// Cosine of the angle within which a signal that faces sideways is left as it is.
 const SIDEWAYS: f64 = 0.3;
 
-/// The lanes that a signal rules at one place, and how far along each it stands.
+/// Returns the lanes that a signal applies to at one place, and its distance along each.
 fn ruled(network: &Network, rules: &SignalUse) -> Vec<(LaneIndex, f64)> {
     let road = &network.roads[rules.road as usize];
     let s = rules.s.clamp(0.0, road.length_m);
@@ -155,7 +157,7 @@ fn ruled(network: &Network, rules: &SignalUse) -> Vec<(LaneIndex, f64)> {
         if !LaneTypes::DRIVABLE.contains(lane.kind) {
             continue;
         }
-        // CARLA's towns write "0 to 0" where they mean no lane at all.
+        // CARLA's towns write "0 to 0" for no lane at all.
         let valid = rules.validity.is_empty()
             || rules.validity.iter().any(|(from, to)| (*from..=*to).contains(&lane.id));
         let faces = match rules.orientation {
@@ -167,12 +169,13 @@ fn ruled(network: &Network, rules: &SignalUse) -> Vec<(LaneIndex, f64)> {
             lanes.push((faces, (*index, network.point_at_s(lane, s).along_m)));
         }
     }
-    // CARLA's towns name lanes that are driven against the orientation; then the lanes are meant.
+    // CARLA's towns name lanes that are driven against the orientation; then the lanes take
+    // precedence.
     let contradicted = !rules.validity.is_empty() && lanes.iter().all(|(faces, _)| !faces);
     lanes.into_iter().filter(|(faces, _)| *faces || contradicted).map(|(_, lane)| lane).collect()
 }
 
-/// A pose at (s, t) of a road, along rising s.
+/// Returns the pose at (s, t) of a road, along rising s.
 fn on_road(network: &Network, road: u32, s: f64, t: f64, up: f64) -> Placement {
     let road = &network.roads[road as usize];
     let s = s.clamp(0.0, road.length_m);
@@ -180,10 +183,10 @@ fn on_road(network: &Network, road: u32, s: f64, t: f64, up: f64) -> Placement {
     road.pose(&road.station(s), s, &lateral)
 }
 
-/// At most so many repetitions of one object.
+/// Most repetitions of one object.
 const REPEATS_MAX: usize = 10_000;
 
-/// Where an object stands, and the stations of what goes on without gaps.
+/// Returns the poses of an object, and the stations of its continuous repetitions.
 fn object_places(network: &Network, index: usize) -> (Vec<ObjectPlace>, Vec<Vec<ObjectPlace>>) {
     let object = &network.objects[index];
     let (mut places, mut runs) = (Vec::new(), Vec::new());
@@ -225,7 +228,7 @@ fn own_place(network: &Network, object: &RoadObject) -> ObjectPlace {
     }
 }
 
-/// The object at `along` metres of a repetition, which is that share of it.
+/// Returns the object at `along` metres of a repetition, which is the fraction `share` of it.
 fn repeated(
     network: &Network,
     object: &RoadObject,
@@ -253,7 +256,7 @@ fn outlines(network: &Network, index: usize) -> Vec<Vec<DVec3>> {
             }
         };
         let mut outline: Vec<DVec3> = corners.iter().map(corner).collect();
-        // Some files say the first corner again at the end.
+        // Some files repeat the first corner at the end.
         if let [first, .., last] = outline.as_slice()
             && outline.len() > 3
             && first.distance(*last) < 1e-3

@@ -1,4 +1,4 @@
-//! The nearest lane: rough distances choose a few pieces, exact ones the lane.
+//! The nearest lane: approximate distances select a few pieces, exact ones the lane.
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -8,10 +8,10 @@ use crate::{
     network::Network,
 };
 
-/// Rough distances are wrong by at most this: pieces sag, and f32 rounds.
+/// Upper bound of the error of approximate distances, metres: pieces sag, and f32 rounds.
 const ROUGH_M: f32 = 0.1;
 
-/// What is looked through, and for what.
+/// The cells that are searched, and what for.
 struct Cells<'a> {
     starts: &'a [u32],
     entries: &'a [Entry],
@@ -25,7 +25,7 @@ impl LaneIndexGrid {
             return None;
         }
         let flat = point.truncate();
-        // The four cells round the corner that is nearest, then ring by ring those round them.
+        // The four cells around the nearest corner first, then ring by ring the cells around them.
         let corner = ((flat - self.low) / self.cell_m).round();
         let most = DVec2::new(self.columns as f64, self.rows as f64);
         let corner = corner.clamp(DVec2::ZERO, most).as_i64vec2();
@@ -59,7 +59,8 @@ impl LaneIndexGrid {
         self.choose(network, &few, point)
     }
 
-    /// How far the nearest cell outside of a block of cells is at least; infinite if there is none.
+    /// Returns a lower bound of the distance to any cell outside a block; infinite if there is
+    /// none.
     fn clearance(&self, point: DVec2, [left, right, low, high]: [i64; 4]) -> f64 {
         let mut clear = f64::INFINITY;
         let (columns, rows) = (self.columns as i64, self.rows as i64);
@@ -98,7 +99,7 @@ impl LaneIndexGrid {
     }
 
     fn choose(&self, network: &Network, few: &Few, point: DVec3) -> Option<LanePoint> {
-        // Of each lane its nearest piece.
+        // For each lane its nearest piece.
         let segments = &*self.segments;
         let mut near: [Option<(f32, &Segment)>; Few::MOST] = [None; Few::MOST];
         let mut lanes = 0;
@@ -123,7 +124,7 @@ impl LaneIndexGrid {
             let mut at = LanePoint { lane: LaneIndex(segment.lane), along_m };
             let mut exact = found;
             if segment.shape == Shape::FREE {
-                // Who sags too little to come before the best is not asked.
+                // A piece that cannot come before the best one in spite of its sag is skipped.
                 let least = f64::from(squared).sqrt() - f64::from(segment.sag_m) - ROUNDED_M;
                 if best.is_some_and(|(best, _)| least > 0.0 && least * least > best) {
                     continue;
@@ -145,11 +146,11 @@ impl LaneIndexGrid {
     }
 }
 
-/// What f32 may have rounded away.
+/// Rounding error of f32, metres.
 const ROUNDED_M: f64 = 1e-3;
 
 impl Entry {
-    /// The squared distance to a point that counts from the same corner.
+    /// Returns the squared distance to a point that is relative to the same corner.
     fn distance_squared(&self, point: Vec3) -> f32 {
         let offset = point - self.from;
         let share = offset.dot(self.along) / self.along.length_squared().max(1e-9);
@@ -158,7 +159,8 @@ impl Entry {
 }
 
 impl Segment {
-    /// The share of the piece at which it is nearest to `point`, and the squared distance there.
+    /// Returns the fraction of the piece at which it is nearest to `point`, and the squared
+    /// distance there.
     fn foot(&self, point: DVec3) -> (f64, f64) {
         let (chord, offset) = (self.to - self.from, point - self.from);
         let mut share = (offset.dot(chord) / chord.length_squared().max(1e-12)).clamp(0.0, 1.0);
@@ -174,7 +176,7 @@ impl Segment {
             let slope = (3.0 * d * share + 2.0 * c) * share + b;
             let bend = 6.0 * d * share + 2.0 * c;
             let steep = slope.length_squared();
-            // On the far side of a bend's centre there is no foot; whoever asks is not near.
+            // Beyond the centre of a bend there is no foot, but such a point is not near either.
             let step = away.dot(slope) / (steep - away.dot(bend)).max(0.2 * steep).max(1e-12);
             let next = (share + step).clamp(0.0, 1.0);
             if (next - share) * (next - share) * steep < FOOT_M * FOOT_M {
@@ -186,11 +188,11 @@ impl Segment {
     }
 }
 
-/// Feet are found to this length, in so many steps at most.
+/// Accuracy of feet in metres, and most iterations.
 const FOOT_M: f64 = 1e-5;
 const FEET_MAX: usize = 6;
 
-/// The nearest pieces of those seen so far.
+/// The nearest pieces found so far.
 #[derive(Clone, Copy)]
 struct Few {
     /// Squared distance and segment.
@@ -215,7 +217,7 @@ impl Few {
         if squared < self.best_squared {
             self.best_squared = squared;
             self.limit_squared = (squared.sqrt() + ROUGH_M).powi(2);
-            // Those that the new one has left too far behind make room.
+            // Pieces that are too far behind the new one are dropped.
             let mut kept = 0;
             for at in 0..self.count {
                 if self.list[at].0 <= self.limit_squared {
@@ -247,13 +249,15 @@ impl Few {
 }
 
 impl Network {
-    /// The point of the nearest lane centre, in three dimensions, among lanes of `types`.
-    /// None only if there is no such lane.
+    /// Returns the point of the nearest lane centre, in three dimensions, among lanes of `types`.
+    ///
+    /// Distances are those to the lanes as the file describes them. `None` if no lane has such a
+    /// type or `point` is not finite.
     pub fn nearest(&self, point: DVec3, types: LaneTypes) -> Option<LanePoint> {
         self.grid.nearest(self, point, types)
     }
 
-    /// The foot of `point` on the lane's exact centre, beginning from a place near it.
+    /// Returns the foot of `point` on the lane's exact centre, starting from a point near it.
     fn refined(&self, lane: &Lane, near: LanePoint, point: DVec3) -> LanePoint {
         let road = &self.roads()[lane.road as usize];
         let start = road.sections[lane.section as usize].start_m;

@@ -1,4 +1,4 @@
-//! Lane centres cut into pieces that are straight, or nearly so.
+//! Lane centres cut into pieces that are straight or almost straight.
 
 use glam::{DVec3, Vec3};
 
@@ -10,34 +10,34 @@ use crate::{
     road::{Road, Section},
 };
 
-/// Pieces may be so long where nothing bends.
+/// Longest piece where nothing bends, metres.
 const STRAIGHT_M: f64 = 24.0;
-/// Where something bends.
+/// Longest piece where the reference line bends, metres.
 const BENT_M: f64 = 6.0;
-/// Where widths or banking do, of which only the ends of a piece tell.
+/// Longest piece where widths or banking change, of which only the ends of a piece tell, metres.
 const SHAPED_M: f64 = 3.0;
-/// And nowhere shorter than this.
+/// Shortest piece, metres.
 const SHORTEST_M: f64 = 0.2;
-/// No lane's centre should lie farther from its pieces than this.
+/// Desired upper bound of the distance between a lane's centre and its pieces, metres.
 const SAG_M: f64 = 0.05;
-/// More pieces than this are made of a broken file only.
+/// Only a broken file yields more pieces than this.
 const PIECES_MAX: f64 = 1e6;
-/// What a width or a bank that bends may add to a sag.
+/// What a width or banking that changes may add to the sag, metres.
 const SHAPED_SAG_M: f64 = 0.02;
 
-/// Where a lane's centre is, and half its width.
+/// A point of a lane's centre, and half the lane's width.
 type Centre = (DVec3, f64);
 
-/// One end of the pieces between two places of a section.
+/// The ends of the pieces of all lanes at one s.
 struct Row {
     s: f64,
     axes: RoadAxes,
-    /// How much the reference line bends, per metre.
+    /// Curvature of the reference line, per metre.
     bend: f64,
     centres: Vec<Centre>,
 }
 
-/// Cuts the lanes of roads into pieces, in their order.
+/// Cuts the lanes of roads into pieces, in the order of the roads.
 pub(super) fn of_roads(network: &Network, roads: &[Road], total_m: f64) -> Vec<Segment> {
     let mut cutter = Cutter {
         network,
@@ -62,20 +62,20 @@ pub(super) fn of_roads(network: &Network, roads: &[Road], total_m: f64) -> Vec<S
 struct Cutter<'a> {
     network: &'a Network,
     segments: Vec<Segment>,
-    /// No piece that bends is shorter.
+    /// Shortest piece that bends, metres.
     finest: f64,
     rows: [Row; 2],
     knots: Vec<f64>,
 }
 
-/// What holds between two knots of a section.
+/// What applies between two knots of a section.
 #[derive(Clone, Copy, PartialEq)]
 enum Run {
-    /// Every lane's centre is straight, and run through evenly.
+    /// Every lane's centre is straight, with constant speed.
     Straight,
     /// Only the reference line bends.
     Bent,
-    /// Widths or banks bend as well.
+    /// Widths or banking change as well.
     Shaped,
 }
 
@@ -97,7 +97,7 @@ impl Cutter<'_> {
         }
     }
 
-    /// Where one polynomial ends and another begins; the section's start is the first.
+    /// Collects where one polynomial ends and another begins; the section's start is the first.
     fn find_knots(&mut self, road: &Road, section: &Section) {
         let (start, end) = (section.start_m, section.start_m + section.length_m);
         self.knots.clear();
@@ -138,7 +138,7 @@ impl Cutter<'_> {
     fn straight(&mut self, road: &Road, section: &Section, from: f64, to: f64) {
         let count = ((to - from) / STRAIGHT_M.max(self.finest)).ceil().clamp(1.0, 1e6) as usize;
         self.look(road, section, from, 0);
-        // What holds behind a knot does not yet hold here.
+        // What applies after a knot does not yet apply here.
         self.look(road, section, to.next_down().max(from), 1);
         for (place, lane) in section.lanes.iter().enumerate() {
             let lane = self.network.lane(*lane);
@@ -163,7 +163,7 @@ impl Cutter<'_> {
             }
             let mut step = most.min(fitting(self.rows[0].bend)).max(self.finest);
             loop {
-                // The last two are about equally long.
+                // The last two pieces have about the same length.
                 let left = to - here;
                 let next = if left <= step {
                     to
@@ -183,14 +183,14 @@ impl Cutter<'_> {
         }
     }
 
-    /// The pieces from the first row to the second.
+    /// Adds the pieces from the first row to the second.
     fn between(&mut self, section: &Section, run: Run) {
         let [from, to] = &self.rows;
         let bend = from.bend.max(to.bend);
         for (place, lane) in section.lanes.iter().enumerate() {
             let lane = self.network.lane(*lane);
             let ends = [from.centres[place], to.centres[place]];
-            // An arc's height over its chord is an eighth of length times turn.
+            // The sagitta of an arc is an eighth of length times turn.
             let turn = bend * (to.s - from.s);
             let sag_m = 1.5 * 0.125 * ends[0].0.distance(ends[1].0) * turn;
             let form = if run == Run::Bent && turn < TURN_MAX_RAD {
@@ -211,16 +211,16 @@ impl Cutter<'_> {
     }
 }
 
-/// Knots nearer than this are one.
+/// Knots nearer than this are one, metres.
 const KNOT_M: f64 = 1e-6;
 
-/// How long a piece may be that bends so much.
+/// Returns the longest piece for a given curvature.
 fn fitting(bend: f64) -> f64 {
     (8.0 * SAG_M / bend.max(1e-9)).sqrt()
 }
 
-/// How a lane's centre runs at both ends, for the whole length of s, where its distances from the
-/// reference line change evenly.
+/// Returns the derivatives of a lane's centre at both ends, scaled to the whole length of s, where
+/// its distances from the reference line change linearly.
 fn tangents([from, to]: [&Row; 2], ends: [Centre; 2]) -> [Vec3; 2] {
     let length = to.s - from.s;
     let beside = |row: &Row, end: Centre| row.axes.beside(end.0);
@@ -228,10 +228,10 @@ fn tangents([from, to]: [&Row; 2], ends: [Centre; 2]) -> [Vec3; 2] {
     [(from, a), (to, b)].map(|(row, (t, _))| row.axes.tangent(t, (b.0 - a.0, b.1 - a.1), length))
 }
 
-/// A cubic follows no arc that turns farther.
+/// A cubic does not follow an arc that turns more than this.
 const TURN_MAX_RAD: f64 = 0.8;
 
-/// What a piece says of the centre that it stands for.
+/// What a piece records about the centre that it stands for.
 struct Form {
     sag_m: f64,
     shape: Shape,

@@ -7,7 +7,7 @@ use crate::{
     xml::Cursor,
 };
 
-/// Takes what may stand anywhere: user data and includes.
+/// Reads elements that may occur anywhere: user data and includes.
 pub(super) fn anywhere(xml: &Cursor, name: &str, owner: Owner, records: &mut Records) {
     match name {
         "userData" => {
@@ -21,7 +21,7 @@ pub(super) fn anywhere(xml: &Cursor, name: &str, owner: Owner, records: &mut Rec
     }
 }
 
-/// Metres per second from a speed record's `max` and `unit`.
+/// Returns the limit of a speed record in metres per second, from `max` and `unit`.
 pub(super) fn limit(xml: &Cursor) -> Result<Option<f64>, MapError> {
     let max = xml.raw("max").unwrap_or_default().trim();
     if matches!(max, "" | "no limit" | "undefined") {
@@ -35,7 +35,7 @@ pub(super) fn limit(xml: &Cursor) -> Result<Option<f64>, MapError> {
     Ok(Some(xml.number("max")? * factor))
 }
 
-/// All children called `name` of the current element.
+/// Reads all children called `name` of the current element.
 pub(super) fn cubics(xml: &mut Cursor, name: &str, from: &str) -> Result<Profile, MapError> {
     let mut pieces = Vec::new();
     let here = xml.depth();
@@ -47,7 +47,7 @@ pub(super) fn cubics(xml: &mut Cursor, name: &str, from: &str) -> Result<Profile
     Ok(Profile::new(pieces))
 }
 
-/// The current element's a, b, c, d, and where they begin.
+/// Reads coefficients a, b, c, d and the start of the current element.
 pub(super) fn cubic(xml: &Cursor, from: &str) -> Result<Cubic, MapError> {
     Ok(Cubic {
         from_m: xml.number_or(from, 0.0)?,
@@ -60,7 +60,7 @@ pub(super) fn cubic(xml: &Cursor, from: &str) -> Result<Cubic, MapError> {
     })
 }
 
-/// The lanes of a `<validity>`, from the lower to the higher id.
+/// Reads the lane ids of a `<validity>`, the lower one first.
 pub(super) fn validity(xml: &Cursor) -> Result<(i32, i32), MapError> {
     let (from, to) = (xml.integer("fromLane")?, xml.integer("toLane")?);
     Ok((from.min(to), from.max(to)))

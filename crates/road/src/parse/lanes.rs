@@ -32,7 +32,7 @@ pub(super) fn lanes(
     Ok(())
 }
 
-/// Lengths follow from where the next section begins.
+/// Derives the lengths of sections and lanes from where the next section begins.
 fn close_sections(road: &mut Road, lanes: &mut [Lane]) {
     for index in 0..road.sections.len() {
         let end = match road.sections.get(index + 1) {

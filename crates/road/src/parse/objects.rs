@@ -66,7 +66,7 @@ fn span(xml: &mut Cursor, road: u32, is_tunnel: bool) -> Result<Span, MapError> 
     Ok(span)
 }
 
-/// The `<validity>` records directly inside the current element.
+/// Reads the `<validity>` records directly inside the current element.
 fn validities(xml: &mut Cursor) -> Result<Vec<(i32, i32)>, MapError> {
     let mut found = Vec::new();
     let here = xml.depth();
@@ -145,7 +145,8 @@ fn object(xml: &mut Cursor, road: u32) -> Result<RoadObject, MapError> {
     Ok(object)
 }
 
-/// A size at both ends of a repetition; what only one end says holds at the other as well.
+/// Reads a size at both ends of a repetition. A value that is given for one end only applies to
+/// both.
 fn ends(xml: &Cursor, keys: [&str; 2], own: f64) -> Result<[f64; 2], MapError> {
     let [start, end] = keys.map(|key| xml.optional_number(key));
     let (start, end) = (start?, end?);
@@ -209,7 +210,7 @@ fn corner_references(xml: &mut Cursor) -> Result<Vec<u32>, MapError> {
     Ok(found)
 }
 
-/// Nothing that stands beside a road is higher.
+/// Upper bound of the height of objects, metres.
 const HEIGHT_MAX_M: f64 = 500.0;
 
 fn outline(xml: &mut Cursor, object: &mut RoadObject) -> Result<(), MapError> {
@@ -217,7 +218,7 @@ fn outline(xml: &mut Cursor, object: &mut RoadObject) -> Result<(), MapError> {
     let mut shape = OutlineShape {
         id: xml.raw("id").and_then(|id| id.trim().parse().ok()),
         fill: xml.string("fillType"),
-        // Up to OpenDRIVE 1.4 nothing else was known.
+        // Up to OpenDRIVE 1.4 all outlines were closed.
         is_closed: xml.raw("closed") != Some("false"),
         heights_m: Vec::new(),
     };

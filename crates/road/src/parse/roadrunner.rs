@@ -1,4 +1,4 @@
-//! Signs that RoadRunner writes as objects, which is how CARLA's towns say their speed limits.
+//! Signs that RoadRunner writes as objects. CARLA's towns give their speed limits this way.
 
 use crate::{
     object::RoadObject,
@@ -8,8 +8,8 @@ use crate::{
     signal::{Orientation, Signal, SignalUse},
 };
 
-/// Adds a signal for each object, from the `first` on, that is a sign by its name: "Speed_30" is
-/// the German 274 with a limit in miles an hour.
+/// Adds a signal for each object from index `first` on whose name says that it is a sign:
+/// "Speed_30" is the German sign 274 with a limit in miles per hour.
 pub(super) fn signs(road: &Road, first: usize, records: &mut Records) {
     for index in first..records.objects.len() {
         let object = &records.objects[index];
@@ -24,8 +24,8 @@ pub(super) fn signs(road: &Road, first: usize, records: &mut Records) {
 }
 
 fn signal(road: &Road, object: &RoadObject, text: &str, limit: f64, records: &Records) -> Signal {
-    // Here the orientation says on which side of the reference line the lanes lie, not which way
-    // they are driven.
+    // Here the orientation says on which side of the reference line the lanes lie, not in which
+    // direction they are driven.
     let section = &road.sections[road.section_at(object.s)];
     let ids = || section.lanes.iter().map(|lane| records.lanes[lane.0 as usize].id);
     let left = ids().max().filter(|id| *id > 0).map(|last| (1, last));

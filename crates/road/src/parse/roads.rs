@@ -14,7 +14,7 @@ use crate::{
     xml::Cursor,
 };
 
-/// Roads beyond this are a fault of the file.
+/// Longer roads are errors in the file, metres.
 const LONGEST_M: f64 = 1e6;
 
 pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapError> {
@@ -87,8 +87,7 @@ pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapErr
     Ok(())
 }
 
-/// A road ends where its geometry does; says where it was declared to end instead, if that lies
-/// well beyond.
+/// Shortens a road to its geometry. Returns the declared length if it was well beyond.
 fn shorten(road: &mut Road) -> Option<f64> {
     let end = road.curves.last().map(|curve| curve.from_m + curve.length_m)?;
     let declared = road.length_m;
@@ -198,7 +197,7 @@ fn geometry(xml: &mut Cursor) -> Result<Curve, MapError> {
     }
 }
 
-/// Tighter than a centimetre's radius is no road.
+/// Rejects curvatures of radii below one centimetre.
 fn bounded(xml: &Cursor, curvature: f64) -> Result<f64, MapError> {
     if curvature.abs() <= 100.0 {
         return Ok(curvature);

@@ -97,7 +97,7 @@ fn signal(xml: &mut Cursor, road: u32) -> Result<Signal, MapError> {
     Ok(signal)
 }
 
-/// The current element's place and orientation; its `<validity>` records come after.
+/// Reads position and orientation of the current element; its `<validity>` records follow.
 fn rules(xml: &Cursor, road: u32, is_reference: bool) -> Result<SignalUse, MapError> {
     Ok(SignalUse {
         road,

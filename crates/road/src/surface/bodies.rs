@@ -12,17 +12,17 @@ use crate::{
     structure::Solid,
 };
 
-/// Lower ones are driven over.
+/// Lower bodies do not collide, metres.
 const SOLID_FROM_M: f64 = 0.25;
-/// How deep bodies reach into the ground, and how thick those are that are only a line.
+/// How deep bodies reach into the ground, and how thick bodies are that are only a line, metres.
 const FOOT_M: f64 = 0.2;
 const LINE_M: f64 = 0.15;
-/// How far areas without height lie above the ground.
+/// Height of flat areas above the ground, metres.
 const PATCH_M: f64 = 0.01;
-/// How high kerbs are that frame an object.
+/// Height of kerbs around an object, metres.
 const KERB_M: f64 = 0.1;
 
-/// Adds what of an object its outlines, its borders and its size say.
+/// Adds the bodies that an object's outlines, borders and size describe.
 pub(super) fn object(object: &RoadObject, sweep: &mut Sweep) {
     if object.is_crosswalk() {
         return;
@@ -53,7 +53,7 @@ pub(super) fn object(object: &RoadObject, sweep: &mut Sweep) {
             let [x, y, z] = [place.length_m, place.width_m, place.height_m];
             if x.min(y).min(z) > 0.0 && x.max(y).max(z) < 500.0 && sweep.admits(4) {
                 let corners = rectangle(place, x, y);
-                // What a file puts onto its lanes it does not mean as a building there.
+                // A building that the file places on lanes is not meant to stand there.
                 if !sweep.is_paved(object.road, place.position) {
                     let heights_m = vec![z; 4];
                     let shape =
@@ -65,7 +65,7 @@ pub(super) fn object(object: &RoadObject, sweep: &mut Sweep) {
     }
 }
 
-/// The corners of one of an object's outlines, once for each place where it is repeated.
+/// Returns the corners of one of an object's outlines, once for each repetition.
 pub(super) fn outlines(object: &RoadObject, number: usize) -> Vec<Vec<DVec3>> {
     let own = &object.outlines[number];
     let corners = &object.corners[number][..own.len()];
@@ -86,19 +86,19 @@ pub(super) fn outlines(object: &RoadObject, number: usize) -> Vec<Vec<DVec3>> {
     outlines.into_iter().filter(usable).collect()
 }
 
-/// From an object's own space to the world's.
+/// Transforms a point from an object's own space to world space.
 pub(super) fn at(place: &ObjectPlace, local: DVec3) -> DVec3 {
     let turned = DVec2::from_angle(place.heading_rad).rotate(local.truncate());
     place.position + turned.extend(local.z)
 }
 
-/// The corners of a place's box on the ground.
+/// Returns the corners of an object's bounding rectangle on the ground.
 pub(super) fn rectangle(place: &ObjectPlace, length_m: f64, width_m: f64) -> Vec<DVec3> {
     let (x, y) = (0.5 * length_m, 0.5 * width_m);
     [(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| at(place, DVec3::new(x, y, 0.0))).to_vec()
 }
 
-/// The way along an outline's corners that are named, or all round it.
+/// Returns the path along the listed corners of an outline, or around all of it.
 pub(super) fn path(corners: &[DVec3], ids: &[u32], named: &[u32], all: bool) -> Vec<DVec3> {
     if all || named.is_empty() {
         return corners.iter().chain(corners.first()).copied().collect();
@@ -111,7 +111,7 @@ fn outlined(object: &RoadObject, shape: &OutlineShape, corners: &[DVec3], sweep:
     let tallest = shape.heights_m.iter().copied().fold(0.0, f64::max);
     let height = |corner: usize| {
         let own = shape.heights_m.get(corner).copied().unwrap_or(0.0);
-        // An object may say it once for all its corners.
+        // An object may give one height for all its corners.
         if tallest > 0.0 { own } else { object.height_m.clamp(0.0, 500.0) }
     };
     let highest = (0..corners.len()).map(height).fold(0.0, f64::max);
@@ -138,7 +138,7 @@ fn outlined(object: &RoadObject, shape: &OutlineShape, corners: &[DVec3], sweep:
         (0..round.len()).map(|at| mesh.vertex(point(at))).collect()
     };
     if highest <= 0.0 {
-        // Without a height and without a filling it only says where something is.
+        // Without height and filling it only marks an area.
         if !shape.fill.is_empty() {
             let top = put(&mut mesh, &|_| PATCH_M);
             faces.iter().for_each(|face3| mesh.triangle(face3.map(|at| top[at]), face));
@@ -167,7 +167,7 @@ fn outlined(object: &RoadObject, shape: &OutlineShape, corners: &[DVec3], sweep:
     }
 }
 
-/// One box where the outline is nearly one, else a wall of boxes all round.
+/// Returns one box if the outline is almost a box, otherwise a wall of boxes around it.
 fn solids(round: &[DVec3], tops: &[f64]) -> Vec<Solid> {
     let sides = || (0..round.len()).map(|from| (from, (from + 1) % round.len()));
     let low = round.iter().map(|corner| corner.z).fold(f64::INFINITY, f64::min) - FOOT_M;
@@ -210,7 +210,7 @@ fn solids(round: &[DVec3], tops: &[f64]) -> Vec<Solid> {
         .collect()
 }
 
-/// A thin wall from corner to corner.
+/// Adds a thin wall from corner to corner.
 fn line(
     road: u32,
     corners: &[DVec3],
@@ -238,7 +238,7 @@ fn kerb(road: u32, path: &[DVec3], width_m: f64, sweep: &mut Sweep) {
     sweep.body(&BOX, &rows, road, face, |row| row[2].midpoint(row[3]) + DVec3::Z * FOOT_M);
 }
 
-/// Cross-sections at the corners of a way: from and to these heights.
+/// Returns cross-sections at the corners of a path, between these heights.
 fn sections(
     corners: &[DVec3],
     width_m: f64,
@@ -251,7 +251,7 @@ fn sections(
         let (before, after) =
             (if at == 0 { after } else { before }, if at == last { before } else { after });
         let middle = (before + after).normalize_or(after);
-        // As wide as its sides are, round a corner that is not too sharp.
+        // As wide as the adjacent sides, at corners that are not too sharp.
         let half = 0.5 * width_m / middle.dot(after).max(0.5);
         let left = (middle.perp() * half).extend(0.0);
         let (low, high) = heights(at);
@@ -261,7 +261,7 @@ fn sections(
     (0..corners.len()).map(row).collect()
 }
 
-/// What it is, and what it is made of.
+/// Returns tag and material of an object's body.
 fn looks(object: &RoadObject, shape: &OutlineShape, height: f64) -> (Tag, Material) {
     let filled = match shape.fill.as_str() {
         "grass" => Some(Material::Grass),

@@ -1,5 +1,5 @@
 //! The cross-section of a lane section: strips, the lines between them, and the columns of cells
-//! that the lines bound. From left to right, that is by falling t.
+//! between the lines. From left to right, that is by falling t.
 
 use glam::DVec3;
 use mesh::{Face, Material, Tag};
@@ -17,13 +17,13 @@ use crate::{
     road::{Road, Section},
 };
 
-/// How high a kerb is where the file does not say.
+/// Height of a kerb where the file does not say, metres.
 const KERB_M: f64 = 0.12;
-/// How wide a kerb stone is.
+/// Width of a kerb stone, metres.
 const STONE_M: f64 = 0.15;
-/// How wide cells are at most where heights are blended or bend across.
+/// Widest cells where heights are blended or bend across the road, metres.
 const FINE_M: f64 = 0.9;
-/// How deep the surface's outer edge reaches into the ground.
+/// How deep the outer edge of the surface reaches into the ground, metres.
 const SKIRT_M: f64 = 0.4;
 
 /// A lane, or the kerb stone at the road's outer edge.
@@ -32,11 +32,11 @@ pub(super) struct Strip {
     /// Position in the section's lanes.
     lane: Option<usize>,
     face: Face,
-    /// Vehicles' own surface: does not yield.
+    /// Whether it is a surface for vehicles, which does not yield.
     pub(super) paved: bool,
-    /// How far it is raised beyond what the file says.
+    /// How far it is raised beyond the file's height, metres.
     raise_m: f64,
-    /// Has heights of its own.
+    /// Whether it has heights of its own.
     uneven: bool,
 }
 
@@ -45,25 +45,25 @@ pub(super) struct Strip {
 pub(super) struct GridLine {
     border: usize,
     offset_m: f64,
-    /// And so much of the strip's width to the right of it.
+    /// Additional offset to the right, as a fraction of the strip's width.
     share: f64,
-    /// Whose surface it lies on.
+    /// The strip whose surface it lies on.
     pub(super) strip: usize,
     drop_m: f64,
-    /// Which of [`Profile::paints`] brings further stations.
+    /// Index into [`Profile::paints`] of the paint that requires further stations.
     pub(super) paint: Option<usize>,
 }
 
 /// What the cells between two lines show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Look {
-    /// The strip's own face.
+    /// The face of the strip.
     Plain,
-    /// A kerb stone's top.
+    /// Top of a kerb stone.
     Stone,
-    /// Upright, between strips of different heights.
+    /// Upright face between strips of different heights.
     Step,
-    /// Upright, at the road's outer edge.
+    /// Upright face at the road's outer edge.
     Skirt,
     /// Paint of one of [`Profile::paints`], at this offset from its border.
     Paint(usize, f64),
@@ -93,9 +93,9 @@ pub(super) struct Profile<'a> {
     pub(super) lines: Vec<GridLine>,
     pub(super) columns: Vec<Column>,
     pub(super) paints: Vec<Paint>,
-    /// Strips before the first lane.
+    /// Number of strips before the first lane.
     ahead: usize,
-    /// Where the junction's roads disagree about heights.
+    /// Present where the junction's roads contradict each other in height.
     blend: Option<&'a Blend<'a>>,
 }
 
@@ -146,7 +146,7 @@ impl<'a> Profile<'a> {
             uneven: false,
         };
         let kerbed = |marks: &[RoadMark]| marks.iter().any(|mark| mark.kind == MarkKind::Curb);
-        // A kerb beyond the last lane stands on its own.
+        // A kerb beyond the last lane is a strip of its own.
         let edge = |position: usize| {
             let lane = self.lane(position);
             LaneTypes::PAVED.contains(lane.kind)
@@ -176,7 +176,7 @@ impl<'a> Profile<'a> {
                 LaneType::None => behind_kerb && !in_junction,
                 _ => false,
             };
-            // A border or cycle track that the file itself raises is like a sidewalk.
+            // A border or cycle track that the file itself raises is treated like a sidewalk.
             let island = !LaneTypes::DRIVABLE.contains(lane.kind)
                 && !lane.heights.is_empty()
                 && lane.heights.iter().all(|height| height.inner_m.min(height.outer_m) > 0.05);
@@ -229,7 +229,7 @@ impl<'a> Profile<'a> {
         }
     }
 
-    /// How many cells a plain strip is wide.
+    /// Returns how many cells a plain strip is wide.
     pub(super) fn pieces(&self, strip: usize) -> usize {
         let follows = self.blend.is_some() || self.road.bends_across();
         let Some(position) = self.strips[strip].lane.filter(|_| follows) else { return 1 };
@@ -239,7 +239,7 @@ impl<'a> Profile<'a> {
         (width / FINE_M).ceil().clamp(1.0, 32.0) as usize
     }
 
-    /// Lines inside a strip, where its height follows other roads or bends by itself.
+    /// Adds lines inside a strip whose height follows other roads or bends by itself.
     fn fine_lines(&mut self, border: usize, strip: usize) {
         let pieces = self.pieces(strip);
         for piece in 1..pieces {
@@ -250,7 +250,7 @@ impl<'a> Profile<'a> {
         }
     }
 
-    /// A border in the middle of one surface.
+    /// Adds a border in the middle of one surface.
     fn shared_border(&mut self, border: usize, paint: Option<usize>, left: usize, right: usize) {
         let Some(index) = paint else { return self.line(border, 0.0, left, 0.0, None) };
         let offsets = self.offsets(index);
@@ -263,8 +263,8 @@ impl<'a> Profile<'a> {
         }
     }
 
-    /// What lies left of a border at which the left strip's surface ends, and the upright column
-    /// that begins there.
+    /// Adds what lies left of a border at which the left strip's surface ends, and the upright
+    /// column that begins there.
     fn border_from_left(&mut self, border: usize, paint: Option<usize>, strip: usize, step: bool) {
         if step && self.has_stone(strip) {
             self.line(border, STONE_M, strip, 0.0, None);
@@ -283,7 +283,7 @@ impl<'a> Profile<'a> {
         self.column(strip, if step { Look::Step } else { Look::Skirt });
     }
 
-    /// What lies right of a border at which the right strip's surface begins.
+    /// Adds what lies right of a border at which the right strip's surface begins.
     fn border_to_right(&mut self, border: usize, paint: Option<usize>, strip: usize, step: bool) {
         self.line(border, 0.0, strip, 0.0, paint);
         if let Some(index) = paint {
@@ -302,13 +302,13 @@ impl<'a> Profile<'a> {
         }
     }
 
-    /// Whether a kerb stone is drawn on the strip's edge.
+    /// Returns whether the strip's edge has a kerb stone.
     fn has_stone(&self, strip: usize) -> bool {
         let strip = &self.strips[strip];
         strip.lane.is_some() && !strip.paved && (strip.raise_m > 0.0 || strip.uneven)
     }
 
-    /// The edges of a border's lines, from left to right.
+    /// Returns the edges of a border's lines, from left to right.
     fn offsets(&self, paint: usize) -> Vec<f64> {
         let lines = &self.paints[paint].lines;
         let mut offsets: Vec<f64> =
@@ -329,12 +329,13 @@ impl<'a> Profile<'a> {
         self.lines.push(GridLine { border, offset_m, share: 0.0, strip, drop_m, paint });
     }
 
-    /// The column from the line before to whatever line comes next.
+    /// Adds the column from the previous line to the next one.
     fn column(&mut self, strip: usize, look: Look) {
         self.columns.push(Column { strip, look });
     }
 
-    /// The strip whose surface lies lower at the border of two, if they need a line each.
+    /// Returns the strip whose surface is the lower one at their common border, if they need a line
+    /// each.
     fn lower(&self, left: Option<usize>, right: Option<usize>) -> Option<usize> {
         let (left, right) = (left?, right?);
         let (a, b) = (&self.strips[left], &self.strips[right]);
@@ -354,7 +355,7 @@ impl<'a> Profile<'a> {
         })
     }
 
-    /// The marks of a border, moved beside it where it is a kerb or the road's edge.
+    /// Adds the marks of a border, moved beside it where it is a kerb or the road's edge.
     fn paint(
         &mut self,
         border: usize,
@@ -408,12 +409,12 @@ impl<'a> Profile<'a> {
 pub(super) struct Row {
     pub(super) s: f64,
     pub(super) axes: RoadAxes,
-    /// Of each border: t, and how much of it lies on level lanes.
+    /// For each border: t, and the part of it on level lanes.
     t: Vec<f64>,
     level: Vec<f64>,
-    /// Of each strip: how far its surface stands above the road's, at its left and right border.
+    /// For each strip: heights of its surface above the road's, at its left and right border.
     rise: Vec<[f64; 2]>,
-    /// Of each line, t.
+    /// For each line: t.
     lines: Vec<f64>,
 }
 
@@ -469,13 +470,13 @@ impl Profile<'_> {
         row
     }
 
-    /// A point of a line; `flat` where its strip has yielded to another road.
+    /// Returns a point of a line; `flat` where its strip has yielded to another road.
     pub(super) fn point(&self, row: &Row, line: usize, flat: bool) -> DVec3 {
         let GridLine { strip, drop_m, .. } = self.lines[line];
         self.strip_point(row, strip, row.lines[line], flat, -drop_m)
     }
 
-    /// A point of a strip's surface at a share of its width from the left.
+    /// Returns a point of a strip's surface at a fraction of its width from the left.
     pub(super) fn across(&self, row: &Row, strip: usize, share: f64, flat: bool) -> DVec3 {
         let t = row.t[strip] + (row.t[strip + 1] - row.t[strip]) * share;
         self.strip_point(row, strip, t, flat, 0.0)
@@ -493,17 +494,17 @@ impl Profile<'_> {
         DVec3::new(base.x, base.y, height + rise + up)
     }
 
-    /// The width of a strip.
+    /// Returns the width of a strip.
     pub(super) fn strip_width(&self, row: &Row, strip: usize) -> f64 {
         row.t[strip] - row.t[strip + 1]
     }
 
-    /// Whether a strip's surface stands above the road's.
+    /// Returns whether a strip's surface stands above the road's.
     pub(super) fn raised(&self, row: &Row, strip: usize) -> bool {
         row.rise[strip].iter().any(|rise| *rise > 0.01)
     }
 
-    /// The face of a cell of `column` whose middle is at `s`.
+    /// Returns the face of a cell of `column` whose middle is at `s`.
     pub(super) fn face(&self, column: &Column, s: f64, flat: bool, painted: bool) -> Face {
         let strip = &self.strips[column.strip];
         match column.look {
@@ -523,13 +524,13 @@ impl Profile<'_> {
         }
     }
 
-    /// The face of a strip's plain cells.
+    /// Returns the face of a strip's plain cells.
     pub(super) fn strip_face(&self, strip: usize) -> Face {
         self.strips[strip].face
     }
 }
 
-/// What people walk on.
+/// The face of sidewalks.
 const PAVEMENT: Face =
     Face { tag: Tag::SideWalks as u8, material: Material::Paving as u8, tint: 0, object: 0 };
 

@@ -1,4 +1,4 @@
-//! What other roads do where a road lies.
+//! Overlaps of roads: where another road covers a place.
 
 use glam::DVec3;
 
@@ -10,9 +10,9 @@ use crate::{
     network::Network,
 };
 
-/// And those that are nearer than this do not, whatever bends there are between.
+/// Roads nearer in height than this do not cross on a bridge, whatever bends lie between. Metres.
 const SURE_M: f64 = 0.4;
-/// A surface that reaches less far than this into another only touches it.
+/// A surface that reaches less far than this into another only touches it, metres.
 const TOUCH_M: f64 = 0.02;
 
 pub(super) struct Cover<'a> {
@@ -25,7 +25,7 @@ impl<'a> Cover<'a> {
         Cover { network, road }
     }
 
-    /// What may lie within `reach` of `point`.
+    /// Returns the pieces of other roads within `reach` of `point`.
     pub(super) fn near(&self, point: DVec3, reach: f64) -> Near<'a> {
         let mut pieces = Vec::new();
         self.network.grid.near(point.truncate(), reach + WIDEST_M, |piece| {
@@ -45,25 +45,25 @@ impl<'a> Cover<'a> {
         Near { network: self.network, pieces }
     }
 
-    /// Whether `point` lies on a paved lane of another road.
+    /// Returns whether `point` lies on a paved lane of another road.
     pub(super) fn paved(&self, point: DVec3) -> bool {
         self.near(point, 0.0).paved(point)
     }
 }
 
-/// Paved lanes of other roads round a place.
+/// Paved lanes of other roads near a place.
 pub(super) struct Near<'a> {
     network: &'a Network,
     pieces: Vec<Segment>,
 }
 
 impl Near<'_> {
-    /// Whether there are none.
+    /// Returns whether there are none.
     pub(super) fn is_empty(&self) -> bool {
         self.pieces.is_empty()
     }
 
-    /// Whether `point` lies on one of them.
+    /// Returns whether `point` lies on one of them.
     pub(super) fn paved(&self, point: DVec3) -> bool {
         self.pieces.iter().any(|piece| {
             let Some(pass) = abreast(self.network, piece, point) else { return false };

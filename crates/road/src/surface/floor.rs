@@ -1,4 +1,4 @@
-//! What lies between the lanes of a junction: a floor just below them that closes its gaps.
+//! The floor of a junction: a surface just below its lanes that closes the gaps between them.
 
 mod fringe;
 mod raster;
@@ -15,8 +15,8 @@ use crate::{
 use fringe::Fringe;
 use raster::Floor;
 
-/// The floors of all junctions with roads inside. `of_roads` says which triangles of `mesh` are
-/// whose.
+/// Returns the floors of all junctions with roads inside. `of_roads` gives the triangles of each
+/// road in `mesh`.
 pub(super) fn junctions(
     network: &Network,
     of_roads: &[Range<usize>],
@@ -24,7 +24,7 @@ pub(super) fn junctions(
     threads: usize,
 ) -> Vec<Mesh> {
     let junctions = network.junctions();
-    // Some have ten times as many triangles as others.
+    // Some junctions have ten times as many triangles as others.
     let share = (junctions.len() / (threads * 8)).max(JUNCTIONS_MIN);
     let parts: Vec<_> = junctions.chunks(share).collect();
     let lay = |part: &&[Junction]| {
@@ -35,7 +35,7 @@ pub(super) fn junctions(
     parallel::share(&parts, threads, "road-floor", lay)
 }
 
-/// So many are worth a piece of their own.
+/// Fewest junctions in one part of the work.
 const JUNCTIONS_MIN: usize = 4;
 
 fn lay(junction: &Junction, of_roads: &[Range<usize>], mesh: &Mesh, floors: &mut Mesh) {

@@ -1,4 +1,4 @@
-//! What is painted on the ground for objects: their markings, and the stripes of crosswalks.
+//! Paint on the ground that belongs to objects: their markings, and the stripes of crosswalks.
 
 use glam::{DVec2, DVec3};
 use mesh::{Face, Material, Mesh, Tag};
@@ -13,15 +13,15 @@ use crate::{
     object::{ObjectMarking, RoadObject},
 };
 
-/// Paint follows the ground in pieces of this length.
+/// Length of the pieces in which paint follows the ground, metres.
 const PIECE_M: f64 = 1.0;
-/// Stripes of a crosswalk, and the gaps between them.
+/// Width of a crosswalk's stripes and of the gaps between them, metres.
 const STRIPE_M: f64 = 0.5;
-/// A broken file may ask for any number; more triangles than this are not painted.
+/// Most triangles of paint; a broken file may ask for any number.
 const TRIANGLES_MAX: usize = 2_000_000;
-/// Lines that are longer are no markings.
+/// Longest marking, metres.
 const LONGEST_M: f64 = 2000.0;
-/// Shorter periods look like a whole line.
+/// Shorter periods are drawn as a continuous line, metres.
 const PERIOD_MIN_M: f64 = 0.1;
 
 pub(super) fn paint(network: &Network) -> Mesh {
@@ -43,7 +43,7 @@ pub(super) fn paint(network: &Network) -> Mesh {
     mesh
 }
 
-/// The ways along which a marking leads.
+/// Returns the paths of a marking.
 fn paths(object: &RoadObject, marking: &ObjectMarking) -> Vec<Vec<DVec3>> {
     if !marking.corners.is_empty() {
         let numbers = 0..object.shapes.len();
@@ -55,7 +55,7 @@ fn paths(object: &RoadObject, marking: &ObjectMarking) -> Vec<Vec<DVec3>> {
         });
         return outlines.filter(|path| path.len() > 1).collect();
     }
-    // A side of the object's box, from its front or from its left on.
+    // A side of the object's rectangle, beginning at its front or at its left.
     let sides = |corners: Vec<DVec3>| -> Option<Vec<DVec3>> {
         let [a, b, c, d] = corners[..] else { return None };
         match marking.side.as_str() {
@@ -73,7 +73,7 @@ fn paths(object: &RoadObject, marking: &ObjectMarking) -> Vec<Vec<DVec3>> {
     boxes.filter_map(sides).collect()
 }
 
-/// Paints a marking along its way.
+/// Paints a marking along its path.
 fn lines(path: &[DVec3], marking: &ObjectMarking, mesh: &mut Mesh) {
     let length: f64 = path.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
     let from = marking.start_offset_m.max(0.0);
@@ -103,7 +103,7 @@ fn lines(path: &[DVec3], marking: &ObjectMarking, mesh: &mut Mesh) {
     }
 }
 
-/// A straight line as wide as said, about its middle.
+/// Adds a straight line of this width about its middle.
 fn line(from: DVec3, to: DVec3, width_m: f64, face: Face, mesh: &mut Mesh) {
     let left = ((to - from).truncate().normalize_or_zero().perp() * (0.5 * width_m)).extend(0.0);
     let pieces = (from.distance(to) / PIECE_M).ceil().clamp(1.0, LONGEST_M) as usize;
@@ -120,7 +120,7 @@ fn line(from: DVec3, to: DVec3, width_m: f64, face: Face, mesh: &mut Mesh) {
     }
 }
 
-/// Borders of paint.
+/// Adds borders of paint.
 fn frames(object: &RoadObject, mesh: &mut Mesh) {
     for border in object.borders.iter().filter(|border| border.kind == "paint") {
         for (number, shape) in object.shapes.iter().enumerate() {
@@ -138,7 +138,7 @@ fn frames(object: &RoadObject, mesh: &mut Mesh) {
     }
 }
 
-/// Stripes along the road, side by side over the crosswalk's length.
+/// Adds stripes along the road, side by side over the crosswalk's length.
 fn crosswalk(object: &RoadObject, mesh: &mut Mesh) {
     for corners in &object.outlines {
         let usable = (3..=super::polygon::CORNERS_MAX).contains(&corners.len());
@@ -153,7 +153,7 @@ fn crosswalk(object: &RoadObject, mesh: &mut Mesh) {
         let sides = round.iter().zip(round.iter().cycle().skip(1));
         let long = sides.map(|(a, b)| (*b - *a).truncate());
         let Some(long) = long.max_by(|a, b| a.length().total_cmp(&b.length())) else { continue };
-        // People walk along the longest side; stripes lie across their way.
+        // Pedestrians walk along the longest side; stripes are perpendicular to it.
         let walk = long.normalize_or_zero();
         let reach = |axis: DVec2| {
             round
@@ -165,7 +165,7 @@ fn crosswalk(object: &RoadObject, mesh: &mut Mesh) {
         };
         let (begin, end) = reach(walk);
         let (low, high) = reach(walk.perp());
-        // The first and the last gap are alike.
+        // The first and the last gap have the same width.
         let stripes = ((end - begin - STRIPE_M) / (2.0 * STRIPE_M)).round().max(1.0);
         let period = (end - begin) / (stripes + 0.5);
         let pieces = ((high - low) / PIECE_M).ceil().clamp(1.0, 200.0);

@@ -4,10 +4,10 @@ use mesh::Material;
 
 use crate::mark::{MarkColor, MarkKind, RoadMark};
 
-/// One painted line on a border, where one mark holds.
+/// One painted line on a border, where one mark applies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Line {
-    /// From where to where the mark holds, metres of s.
+    /// Begin and end of the mark, metres of s.
     pub(super) from_m: f64,
     pub(super) to_m: f64,
     /// Edges of the line, metres of t from the border.
@@ -25,12 +25,13 @@ struct Dash {
     period_m: f64,
 }
 
-/// Painted and left out, where the file does not say: on motorways and elsewhere.
+/// Lengths of dashes and gaps where the file does not say, on motorways and elsewhere, metres.
 const DASH_FAST_M: (f64, f64) = (6.0, 12.0);
 const DASH_M: (f64, f64) = (3.0, 6.0);
 const DOT_M: (f64, f64) = (0.12, 0.9);
 
-/// The lines of a border's marks. `inwards` is +1 where the road's middle lies left of the border.
+/// Returns the lines of a border's marks. `inwards` is +1 where the road's middle lies left of the
+/// border.
 pub(super) fn lines(
     marks: &[RoadMark],
     start_m: f64,
@@ -74,10 +75,10 @@ pub(super) fn lines(
             (_, true) => DASH_FAST_M,
             _ => DASH_M,
         };
-        // Counted from the road's start, so that the rhythm goes on over sections.
+        // Counted from the road's start, so that the pattern continues over sections.
         let dashes = Some(Dash { phase_m: 0.0, length_m: length, period_m: length + space });
         let width = mark.width_m;
-        // Two lines stand a line's width apart, the first of the name on the inner side.
+        // Two lines have a gap of one line's width; the first of the name is on the inner side.
         let (inner, outer) = (inwards * width, -inwards * width);
         match mark.kind {
             MarkKind::Solid => add(0.0, width, None),
@@ -113,7 +114,7 @@ fn drawn(kind: MarkKind) -> bool {
 }
 
 impl Line {
-    /// Whether there is paint at `s`.
+    /// Returns whether there is paint at `s`.
     pub(super) fn paints(&self, s: f64) -> bool {
         if s < self.from_m || s > self.to_m {
             return false;
@@ -127,7 +128,7 @@ impl Line {
         }
     }
 
-    /// Where paint begins and ends, within the section.
+    /// Appends where paint begins and ends within the section.
     pub(super) fn ends(&self, out: &mut Vec<f64>) {
         out.push(self.from_m);
         out.push(self.to_m);

@@ -1,17 +1,17 @@
-//! Polygons in the plane: cut, and cut into triangles.
+//! Polygons in the plane: cutting and triangulation.
 
 use glam::{DVec2, DVec3};
 
-/// More corners than this no object has; a broken file may.
+/// Most corners of a polygon; a broken file may have any number.
 pub(super) const CORNERS_MAX: usize = 400;
 
-/// Twice the area, positive where the corners go round counter-clockwise.
+/// Returns twice the area, positive for counter-clockwise corners.
 pub(super) fn area(corners: &[DVec3]) -> f64 {
     let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
     pairs.map(|(a, b)| a.truncate().perp_dot(b.truncate())).sum()
 }
 
-/// A polygon's triangles, counter-clockwise as its corners have to be: ear by ear.
+/// Returns the triangles of a polygon with counter-clockwise corners, by ear clipping.
 pub(super) fn triangles(corners: &[DVec3]) -> Vec<[usize; 3]> {
     let mut left: Vec<usize> = (0..corners.len()).collect();
     let mut found = Vec::new();
@@ -26,7 +26,7 @@ pub(super) fn triangles(corners: &[DVec3]) -> Vec<[usize; 3]> {
                     ![a, b, c].contains(&other) && inside(at(other), [at(a), at(b), at(c)])
                 })
         });
-        // One that crosses itself has none at last.
+        // A polygon that crosses itself runs out of ears.
         let here = ear.unwrap_or(0);
         found.push([0, 1, 2].map(|on| left[(here + on) % count]));
         left.remove((here + 1) % count);
@@ -42,13 +42,13 @@ fn inside(point: DVec2, [a, b, c]: [DVec2; 3]) -> bool {
     side(a, b) >= 0.0 && side(b, c) >= 0.0 && side(c, a) >= 0.0
 }
 
-/// What of a polygon lies where `from <= axis . point <= to`.
+/// Returns the part of a polygon where `from <= axis . point <= to`.
 pub(super) fn slice(corners: &[DVec3], axis: DVec2, from: f64, to: f64) -> Vec<DVec3> {
     let above = half(corners, |point| axis.dot(point.truncate()) - from);
     half(&above, |point| to - axis.dot(point.truncate()))
 }
 
-/// What of a polygon lies where `depth` is not negative.
+/// Returns the part of a polygon where `depth` is not negative.
 fn half(corners: &[DVec3], depth: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
     let mut kept = Vec::new();
     for (at, &to) in corners.iter().enumerate() {

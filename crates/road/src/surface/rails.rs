@@ -8,14 +8,14 @@ use mesh::{Face, Material, Tag};
 use super::sweep::{BOX, Sweep, things};
 use crate::object::{ObjectPlace, RoadObject};
 
-/// What is built of an object.
+/// How a kind of object is built.
 #[derive(Clone, Copy)]
 struct Make {
     tag: Tag,
     material: Material,
     height_m: f64,
     width_m: f64,
-    /// How high the body is, where it hangs on posts.
+    /// Height of the body where it hangs on posts, metres.
     beam_m: Option<f64>,
 }
 
@@ -50,12 +50,12 @@ const WALL: Make = Make {
 const FENCE: Make =
     Make { tag: Tag::Fence, material: Material::Metal, height_m: 1.2, width_m: 0.05, beam_m: None };
 
-/// How thick a post is.
+/// Half the width of a post, metres.
 const POST_HALF_M: f64 = 0.05;
-/// How deep bodies reach into the ground.
+/// How deep bodies reach into the ground, metres.
 const FOOT_M: f64 = 0.2;
 
-/// Adds an object that goes on along its road.
+/// Adds an object that continues along its road.
 pub(super) fn object(object: &RoadObject, sweep: &mut Sweep) {
     let Some(make) = make(object) else { return };
     for run in &object.runs {
@@ -108,7 +108,7 @@ fn body(road: u32, run: &[ObjectPlace], part: Range<usize>, make: Make, sweep: &
     };
     sweep.begin(make.tag, false);
     let free = sweep.body(&BOX, &rows, road, face, low);
-    // Nobody slips through below a beam.
+    // The space below a beam collides too.
     let height = or(run[0].height_m, make.height_m);
     sweep.solid(&rows, &free, make.beam_m.map_or(0.0, |beam| (height - beam).max(0.0)));
     if make.beam_m.is_some() {

@@ -1,5 +1,5 @@
-//! What closes the narrow gaps that files leave between roads side by side: from the rim of one a
-//! seam reaches over to the rim of the other, and a little below it.
+//! Seams close the narrow gaps that files leave between roads side by side: from the rim of one
+//! road a seam reaches to the rim of the other, and a little below it.
 
 use glam::{DVec2, DVec3};
 use mesh::Mesh;
@@ -7,34 +7,36 @@ use mesh::Mesh;
 use super::{cover::Cover, faces::ASPHALT};
 use crate::{network::Network, parallel};
 
-/// Wider gaps are meant, on free roads and where one of the roads lies in a junction: there cells
-/// of the floor, a metre wide, end in such gaps.
+/// Wider gaps are intended, metres; on open roads, and where one of the roads lies in a junction:
+/// there cells of the floor, a metre wide, end in such gaps.
 const GAP_M: f64 = 0.3;
 const JUNCTION_GAP_M: f64 = 1.45;
-/// Roads whose rims differ more in height do not meet, and so much more for each metre between.
+/// Roads whose rims differ more in height do not meet, metres; and the additional tolerance for
+/// each metre between them.
 const STEP_M: f64 = 0.05;
 const SLOPE: f64 = 0.05;
 /// Rims on either side of a wider gap face each other: the cosine of their angle.
 const FACING: f64 = 0.9;
-/// Between places at which a gap is measured.
+/// Distance between the places at which a gap is measured, metres.
 const PIECE_M: f64 = 0.5;
-/// So many times a piece is halved to find where a gap begins.
+/// How often a piece is halved to find where a gap begins.
 const HALVES: u32 = 4;
-/// Rims this near to each other touch.
+/// Rims this near to each other touch, metres.
 const TOUCH_M: f64 = 0.1;
-/// How far a seam reaches below the other road, and how deep; and how much it lies below its rim.
+/// How far a seam reaches below the other road, how deep, and how far it lies below its rim,
+/// metres.
 const TONGUE_M: f64 = 0.1;
 const TONGUE_DEPTH_M: f64 = 0.015;
 const SINK_M: f64 = 0.002;
 
-/// An outer edge of what vehicles drive on, with the surface on its left.
+/// An outer edge of the surface for vehicles, with the surface on its left.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Rim {
     pub(super) road: u32,
     pub(super) points: Vec<DVec3>,
 }
 
-/// The seams between all these rims.
+/// Returns the seams between all these rims.
 pub(super) fn seams(network: &Network, rims: &[Rim], threads: usize) -> Vec<Mesh> {
     let grid = Grid::new(network, rims);
     let share = (rims.len() / (threads * 8)).max(RIMS_MIN);
@@ -50,7 +52,7 @@ pub(super) fn seams(network: &Network, rims: &[Rim], threads: usize) -> Vec<Mesh
     })
 }
 
-/// So many are worth a piece of their own.
+/// Fewest rims in one part of the work.
 const RIMS_MIN: usize = 64;
 
 /// A place on a rim, and what lies beyond it.
@@ -64,11 +66,12 @@ struct Place {
 
 #[derive(Clone, Copy, PartialEq)]
 enum Beyond {
-    /// Nothing that a seam could reach.
+    /// Nothing within the reach of a seam.
     Open,
     /// The place lies inside another road.
     Inside,
-    /// And so near its rim that a part of both may gape between corners.
+    /// The place lies inside another road and so near its rim that both may leave a gap between
+    /// corners.
     Touch(f64),
     /// The rim of another road.
     Rim(DVec3),
@@ -81,7 +84,7 @@ fn places(network: &Network, rim: &Rim, grid: &Grid) -> Vec<Place> {
         .windows(2)
         .map(|pair| -(pair[1] - pair[0]).truncate().normalize_or_zero().perp())
         .collect();
-    // At a bend the seam looks outwards between both sides, so that it does not gape.
+    // At a bend the seam points outwards between both sides, so that it leaves no gap.
     let out_at = |point: usize| {
         let before = outs[point.saturating_sub(1)];
         let after = outs[point.min(outs.len() - 1)];
@@ -105,7 +108,7 @@ fn places(network: &Network, rim: &Rim, grid: &Grid) -> Vec<Place> {
         };
         let first = place(0.0);
         match places.last_mut() {
-            // A corner's neighbours may be known to its second edge only.
+            // A corner's neighbour may be known only at its second edge.
             Some(corner) if corner.beyond == Beyond::Open => *corner = first,
             Some(_) => {}
             None => places.push(first),
@@ -120,7 +123,8 @@ fn places(network: &Network, rim: &Rim, grid: &Grid) -> Vec<Place> {
     places
 }
 
-/// Where what lies beyond changes between the last place and one to come, looks closer.
+/// Where what lies beyond changes between the last place and the next one, adds places between
+/// them.
 fn refine(
     [from, to]: [f64; 2],
     last: Beyond,
@@ -140,7 +144,7 @@ fn refine(
     refine([0.5 * (from + to), to], last, place, places, halves - 1);
 }
 
-/// What lies beyond a place of a rim, among the edges `near`.
+/// Returns what lies beyond a place of a rim, among the edges `near`.
 fn beyond(cover: &Cover, own: &Edge, point: DVec3, out: DVec2, near: &[Edge]) -> Beyond {
     let mut first: Option<(f64, Beyond)> = None;
     let mut touched = None;
@@ -149,7 +153,7 @@ fn beyond(cover: &Cover, own: &Edge, point: DVec3, out: DVec2, near: &[Edge]) ->
         let across = out.perp_dot(along);
         let offset = (edge.from - point).truncate();
         let away = offset.perp_dot(along) / across;
-        // What opens wide is no gap but a corner.
+        // A gap that widens quickly is a corner.
         let straight = if away > GAP_M { FACING } else { 0.2 };
         if across.abs() <= straight * along.length() {
             continue;
@@ -158,9 +162,9 @@ fn beyond(cover: &Cover, own: &Edge, point: DVec3, out: DVec2, near: &[Edge]) ->
         if !(0.0..=1.0).contains(&share) || away < -TOUCH_M {
             continue;
         }
-        // Its surface lies to its left: who comes from there goes out.
+        // The surface of the edge lies to its left; a ray from there leaves it.
         let is_exit = across > 0.0;
-        // A road may face itself, in the middle of a tight turn.
+        // A road may face itself in the middle of a tight turn.
         if edge.road == own.road && (is_exit || away < TOUCH_M) {
             continue;
         }
@@ -190,7 +194,7 @@ fn beyond(cover: &Cover, own: &Edge, point: DVec3, out: DVec2, near: &[Edge]) ->
     }
 }
 
-/// Leaves out what says no more than its neighbours.
+/// Removes places that lie on the line between their neighbours.
 fn thin(places: &mut Vec<Place>) {
     let all = std::mem::take(places);
     for (at, place) in all.iter().enumerate() {
@@ -215,7 +219,7 @@ fn thin(places: &mut Vec<Place>) {
     }
 }
 
-/// A foot this near to the line between its neighbours says nothing new.
+/// Largest distance of a removed place from the line between its neighbours, metres.
 const STRAIGHT_M: f64 = 0.0005;
 
 /// Joins neighbouring places by seams.
@@ -242,7 +246,7 @@ fn lay(places: &[Place], mesh: &mut Mesh) {
     }
 }
 
-/// Where the seam from a place ends, above its tongue. Where a gap closes that is its tip.
+/// Returns where the seam from a place ends, above its tongue; its tip where a gap closes.
 fn foot(place: &Place, beside: &Place) -> Option<DVec3> {
     let at = |z: f64| Some(place.point.truncate().extend(z));
     match (place.beyond, beside.beyond) {
@@ -254,7 +258,7 @@ fn foot(place: &Place, beside: &Place) -> Option<DVec3> {
     }
 }
 
-/// Of a rim, from corner to corner.
+/// One edge of a rim, from corner to corner.
 #[derive(Clone, Copy)]
 struct Edge {
     road: u32,
@@ -264,12 +268,12 @@ struct Edge {
 }
 
 impl Edge {
-    /// How wide a gap between two of them may be.
+    /// Returns how wide a gap between two edges may be.
     fn reach(&self, other: &Edge) -> f64 {
         if self.in_junction || other.in_junction { JUNCTION_GAP_M } else { GAP_M }
     }
 
-    /// Whether a seam may lead from one to the other, by their boxes.
+    /// Returns whether a seam may lead from one to the other, by their bounding boxes.
     fn is_near(&self, other: &Edge) -> bool {
         let reach = self.reach(other);
         let apart = |low: DVec3, high: DVec3| low.cmpgt(high + reach).any();
@@ -291,7 +295,7 @@ struct Grid {
 }
 
 const SQUARE_M: f64 = 4.0;
-/// More squares are not kept; on larger maps they are larger.
+/// Most squares; on larger maps squares are larger.
 const SQUARES_MAX: f64 = 4e6;
 
 impl Grid {
@@ -335,7 +339,7 @@ impl Grid {
         grid
     }
 
-    /// The edges that a seam from this one may reach.
+    /// Returns the edges that a seam from this one may reach.
     fn near(&self, edge: &Edge) -> Vec<Edge> {
         let mut found: Vec<u32> = Vec::new();
         for square in self.squares(edge, JUNCTION_GAP_M) {
@@ -348,7 +352,7 @@ impl Grid {
         found.into_iter().map(|number| self.edges[number as usize]).collect()
     }
 
-    /// The squares that an edge's box, wider by `margin`, touches.
+    /// Returns the squares that an edge's bounding box, extended by `margin`, touches.
     fn squares(&self, edge: &Edge, margin: f64) -> impl Iterator<Item = usize> + use<> {
         let at = |point: DVec3, margin: f64| {
             let place = ((point.truncate() - self.low + margin) / self.square_m).max(DVec2::ZERO);
@@ -361,7 +365,7 @@ impl Grid {
     }
 }
 
-/// A rim's edges in their order.
+/// Returns the edges of a rim in their order.
 fn edges(network: &Network, rim: &Rim) -> impl Iterator<Item = Edge> {
     let in_junction = network.roads()[rim.road as usize].junction.is_some();
     let road = rim.road;

@@ -7,19 +7,19 @@ use super::sweep::{BOX, GATE, Sweep, things};
 use crate::{axes::RoadAxes, lane::Lane, network::Network, object::Span, road::Road};
 
 const STATION_M: f64 = 2.0;
-/// How far a tunnel's walls stand from the lanes.
+/// Distance of a tunnel's walls from the lanes, metres.
 const BERM_M: f64 = 0.5;
-/// How thick walls and roofs are.
+/// Thickness of walls and roofs, metres.
 const WALL_M: f64 = 0.5;
-/// How high a tunnel is inside.
+/// Clear height of a tunnel, metres.
 const CLEAR_M: f64 = 5.0;
-/// How deep walls reach into the ground.
+/// How deep walls reach into the ground, metres.
 const FOOT_M: f64 = 0.4;
 const PARAPET_M: f64 = 1.0;
 const PARAPET_THICK_M: f64 = 0.25;
-/// How thick a bridge's deck is.
+/// Thickness of a bridge's deck, metres.
 const DECK_M: f64 = 0.7;
-/// The deck's top lies this much below the lanes that lie on it.
+/// How far the deck's top lies below the lanes on it, metres.
 const BELOW_M: f64 = 0.05;
 
 pub(super) fn span(network: &Network, span: &Span, sweep: &mut Sweep) {
@@ -40,7 +40,7 @@ pub(super) fn span(network: &Network, span: &Span, sweep: &mut Sweep) {
     }
 }
 
-/// A road's cross-section: where its outermost lanes end.
+/// A road's cross-section: the outer borders of its outermost lanes.
 struct Station {
     axes: RoadAxes,
     left: f64,
@@ -62,7 +62,7 @@ impl Station {
         Station { axes: RoadAxes::new(road.station(s)), left, right }
     }
 
-    /// A point `beside` the left edge, or the right one, outwards.
+    /// Returns a point `beside` metres outside the left edge; `right` does so for the right edge.
     fn left(&self, beside: f64, up: f64) -> DVec3 {
         self.axes.point(self.left + beside, 0.0, up)
     }
@@ -89,7 +89,7 @@ fn tunnel(road: u32, stations: &[Station], sweep: &mut Sweep) {
     let rows: Vec<[DVec3; 8]> = stations.iter().map(row).collect();
     let face = Face::new(Tag::Wall, Material::Concrete, 0);
     sweep.begin(Tag::Wall, false);
-    // Who drives into it from the side finds it open there.
+    // A road that enters the tunnel from the side finds its wall open.
     let foot = |row: &[DVec3; 8]| row[3].midpoint(row[2]) + DVec3::Z * FOOT_M;
     let free = sweep.body(&GATE, &rows, road, face, foot);
     for corners in [[7, 6, 5, 0], [4, 1, 2, 3]] {
@@ -131,6 +131,6 @@ fn bridge(road: u32, stations: &[Station], sweep: &mut Sweep) {
     };
     let rows: Vec<[DVec3; 4]> = stations.iter().map(row).collect();
     sweep.begin(Tag::Bridge, true);
-    // The deck lies below whatever road it carries.
+    // The deck lies below every road that it carries.
     sweep.body(&BOX, &rows, road, face, |row| row[0] - DVec3::Z * 100.0);
 }

@@ -1,4 +1,4 @@
-//! Where along a section the surface is sampled.
+//! Stations: where along a section the surface is sampled.
 
 use glam::DVec3;
 
@@ -8,14 +8,14 @@ use crate::{
     road::{Road, Section},
 };
 
-/// How far a straight piece may leave the curve that it stands for.
+/// Largest distance between a straight piece and the curve that it stands for, metres.
 const CHORD_M: f64 = 0.005;
 
-/// Two stations are never nearer than this, unless a section is that short.
+/// Smallest distance between two stations, unless a section is shorter, metres.
 pub(super) const NEAR_M: f64 = 0.02;
 
-/// s values in rising order, from the section's start to its end: `wanted` ones, and between them
-/// as many as the bends of the outer borders and the reference line ask for.
+/// Returns s values in rising order, from the section's start to its end: the `wanted` ones, and
+/// between them as many as the bends of the outer borders and the reference line require.
 pub(super) fn stations(
     network: &Network,
     road: &Road,
@@ -55,7 +55,7 @@ struct Outline<'a> {
 }
 
 impl Outline<'_> {
-    /// The leftmost border, the reference line and the rightmost border.
+    /// Returns the leftmost border, the reference line and the rightmost border.
     fn at(&self, s: f64) -> [DVec3; 3] {
         let axes = RoadAxes::new(self.road.station(s));
         let ds = s - self.section.start_m;
@@ -70,7 +70,7 @@ impl Outline<'_> {
         [left, centre, right].map(|t| axes.point(t, 0.0, 0.0))
     }
 
-    /// Adds `to`, and before it what the curve between needs.
+    /// Adds `to`, preceded by the stations that the curve before it requires.
     fn split(&self, from: f64, to: f64, first: [DVec3; 3], last: [DVec3; 3], found: &mut Vec<f64>) {
         if to - from > 2.0 * NEAR_M {
             let middle = 0.5 * (from + to);
@@ -85,7 +85,7 @@ impl Outline<'_> {
             let twist = (turn(from) - turn(to)).abs().max((turn(from) - turn(middle)).abs());
             let wide = first[0].distance(first[1]).max(first[1].distance(first[2]));
             let twisted = 0.25 * twist * wide > CHORD_M;
-            // An S-bend crosses its chord in the middle; the quarter tells it.
+            // An S-bend crosses its chord in the middle; the quarter reveals it.
             if twisted || off(0.5, &curve) || off(0.25, &self.at(0.75 * from + 0.25 * to)) {
                 self.split(from, middle, first, curve, found);
                 self.split(middle, to, curve, last, found);

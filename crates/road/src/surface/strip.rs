@@ -1,4 +1,4 @@
-//! One lane section's triangles.
+//! The triangles of one lane section.
 
 use glam::DVec3;
 use mesh::{Face, Mesh};
@@ -12,15 +12,15 @@ use super::{
 };
 use crate::{blend::Blend, network::Network};
 
-/// How far a surface reaches below the one that it meets, and how deep it ends.
+/// How far a surface reaches below the one that it meets, and how deep its end lies, metres.
 const TONGUE_M: f64 = 0.15;
 const TONGUE_DEPTH_M: f64 = 0.02;
 
-/// Where strips may have to yield or heights are blended, cells are at most this long.
+/// Longest cells where strips may have to yield, and where heights are blended, metres.
 const YIELD_SPACING_M: f64 = 1.5;
 const BLEND_SPACING_M: f64 = 0.9;
 
-/// A strip narrower than this does not part what lies beside it.
+/// A strip narrower than this does not separate its neighbours, metres.
 const RIM_M: f64 = 0.02;
 
 pub(super) fn section(
@@ -72,7 +72,8 @@ pub(super) fn section(
     weaver.end(&rows[rows.len() - 1], rows.len() - 2, 1.0, true);
 }
 
-/// Of each interval between stations, which strips lie where vehicles of another road drive.
+/// Returns for each interval between stations the strips that lie where vehicles of another road
+/// drive.
 fn yielding(profile: &Profile, rows: &[Row], cover: &Cover) -> Vec<Vec<bool>> {
     let covered = |from: &Row, to: &Row, strip: usize| {
         if profile.strips[strip].paved {
@@ -101,7 +102,7 @@ fn yielding(profile: &Profile, rows: &[Row], cover: &Cover) -> Vec<Vec<bool>> {
     rows.windows(2).map(of_interval).collect()
 }
 
-/// Of each interval between stations, the rows at the ends of paint inside it.
+/// Returns for each interval between stations the rows at the ends of paint inside it.
 fn further_rows(profile: &Profile, rows: &[Row], ends: &[f64]) -> Vec<Vec<Row>> {
     let mut next = 0;
     rows.windows(2)
@@ -125,7 +126,7 @@ struct Weaver<'a> {
     flat: &'a [Vec<bool>],
     /// Vertices at stations by line and station, as they are and flat.
     corners: Vec<[Option<u32>; 2]>,
-    /// Of each line, the rim along it that is still growing.
+    /// For each line the rim along it that is still being extended.
     rims: Vec<Vec<u32>>,
     road: u32,
     mesh: &'a mut Mesh,
@@ -147,7 +148,7 @@ impl Weaver<'_> {
         self.mesh.vertex(point.as_vec3().to_array())
     }
 
-    /// A triangle, unless two of its corners are one.
+    /// Adds a triangle unless two of its corners are equal.
     fn triangle(&mut self, corners: [u32; 3], face: Face) {
         let [a, b, c] = corners.map(|corner| self.mesh.positions[corner as usize]);
         if a != b && b != c && c != a {
@@ -155,7 +156,7 @@ impl Weaver<'_> {
         }
     }
 
-    /// All cells between two stations.
+    /// Adds all cells between two stations.
     fn interval(&mut self, interval: usize, further: &[Vec<Vec<Row>>], cover: &Cover) {
         let profile = self.profile;
         let mut right = self.chain(0, interval, further);
@@ -190,7 +191,7 @@ impl Weaver<'_> {
         }
     }
 
-    /// Goes on with the rim on one side of an upright column, if what vehicles drive on ends there.
+    /// Extends the rim on one side of an upright column, if the surface for vehicles ends there.
     fn rim(&mut self, column: usize, interval: usize, chain: &[u32], is_left: bool) {
         let columns = &self.profile.columns;
         let strip_at = |column: Option<usize>| column.and_then(|at| columns.get(at));
@@ -199,7 +200,7 @@ impl Weaver<'_> {
         let line = column + usize::from(!is_left);
         let drives = |strip: usize| self.profile.strips[strip].paved || self.flat[interval][strip];
         let ends = strip_at(inner).is_some_and(|inner| drives(inner.strip));
-        // A strip without width beyond it is no more than nothing.
+        // A strip without width beyond it does not count.
         let closed = strip_at(outer).is_some_and(|outer| {
             let rows = &self.rows[interval..interval + 2];
             rows.iter().any(|row| self.profile.strip_width(row, outer.strip) > RIM_M)
@@ -224,7 +225,7 @@ impl Weaver<'_> {
         let at = |corner: &u32| DVec3::from(self.mesh.positions[*corner as usize].map(f64::from));
         let mut points: Vec<DVec3> = chain.iter().map(at).collect();
         points.dedup();
-        // The upright column before a surface has it on the right of its way.
+        // The upright column before a surface has it on the right of its direction.
         let is_left = line > 0 && {
             let before = &self.profile.columns[line - 1];
             !matches!(before.look, Look::Step | Look::Skirt)
@@ -237,7 +238,7 @@ impl Weaver<'_> {
         }
     }
 
-    /// The vertices of a line from one station to the next.
+    /// Returns the vertices of a line from one station to the next.
     fn chain(&mut self, line: usize, interval: usize, further: &[Vec<Vec<Row>>]) -> Vec<u32> {
         let spec = &self.profile.lines[line];
         let flat = self.flat[interval][spec.strip];
@@ -251,11 +252,11 @@ impl Weaver<'_> {
         chain
     }
 
-    /// Fills the strip between two chains of vertices, left and right of it.
+    /// Fills the area between two chains of vertices, left and right of it.
     fn zip(&mut self, left: &[u32], right: &[u32], face: Face) {
         let (mut l, mut r) = (0, 0);
         while l + 1 < left.len() || r + 1 < right.len() {
-            // Step on the side that is less far on its way.
+            // Advances on the side that has progressed less.
             let left_share = (l + 1) as f64 / left.len() as f64;
             let right_share = (r + 1) as f64 / right.len() as f64;
             let step_left =
@@ -270,7 +271,7 @@ impl Weaver<'_> {
         }
     }
 
-    /// Upright faces across the road where a strip begins or ends to yield.
+    /// Adds upright faces across the road where a strip begins or ends to yield.
     fn steps_along(&mut self) {
         for station in 1..self.rows.len() - 1 {
             for index in 0..self.profile.columns.len() {
@@ -294,7 +295,7 @@ impl Weaver<'_> {
     }
 
     /// Closes an end of the section: `way` is +1 at its end and -1 at its start. Raised strips get
-    /// an upright face, and, where `tongue`, every strip reaches on below what comes next.
+    /// an upright face, and where `tongue` is set, every strip continues below the next surface.
     fn end(&mut self, row: &Row, interval: usize, way: f64, tongue: bool) {
         let onward = row.axes.ahead() * (way * TONGUE_M) - DVec3::Z * TONGUE_DEPTH_M;
         for strip in 0..self.profile.strips.len() {
@@ -302,7 +303,7 @@ impl Weaver<'_> {
                 continue;
             }
             let flat = self.flat[interval][strip];
-            // As finely as the surface that it continues, lest it stand above that.
+            // As finely as the surface that it continues; otherwise it might stand above that.
             let pieces = self.profile.pieces(strip);
             let share = |piece: usize| piece as f64 / pieces as f64;
             for piece in 0..pieces {

@@ -9,19 +9,20 @@ use crate::{
     structure::{Solid, Structure},
 };
 
-/// A broken file may ask for any number; more stations than this are not built.
+/// Most stations; a broken file may ask for any number.
 const STATIONS_MAX: usize = 200_000;
 
-/// Solid boxes are at most so long, may leave the way that they follow by so much, and climb so
-/// much. Metres.
+/// Largest length of solid boxes, their distance from the path that they follow, and their climb,
+/// metres.
 const SOLID_M: f64 = 16.0;
 const BEND_M: f64 = 0.04;
 const CLIMB_M: f64 = 0.15;
-/// Cross-sections of one thing: what goes on along a road is cut into things of this size, so that
-/// each has a box of its own that says where it is.
+/// Cross-sections of one structure: what continues along a road is cut into structures of this
+/// size, so that each has a bounding box that locates it.
 const THING: usize = 26;
 
-/// Where things begin and end among so many cross-sections, which they share at their ends.
+/// Returns where structures begin and end among this many cross-sections; neighbours share the one
+/// at their ends.
 pub(super) fn things(count: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
     (0..count.saturating_sub(1)).step_by(THING - 1).map(move |at| at..(at + THING).min(count))
 }
@@ -33,14 +34,14 @@ pub(super) struct Sweep<'a> {
     stations: usize,
 }
 
-/// A cross-section through a body: corners in a loop that, looked at along the way, begins at the
-/// left on top and goes on to the right; and the loops' quadrilaterals that close its ends, as
-/// they are seen from behind.
+/// A cross-section of a body: corners in a loop that, seen along the path, begins at the top left
+/// and proceeds to the right; and the loop's quadrilaterals that close its ends, as seen from
+/// behind.
 pub(super) struct Outline<const N: usize, const C: usize> {
     pub(super) caps: [[usize; 4]; C],
 }
 
-/// A plain box: left top, right top, right bottom, left bottom.
+/// A plain box: top left, top right, bottom right, bottom left.
 pub(super) const BOX: Outline<4, 1> = Outline { caps: [[3, 2, 1, 0]] };
 
 /// A gate: the outer left and right top, the outer and inner right foot, the inner right and left
@@ -57,20 +58,20 @@ impl<'a> Sweep<'a> {
         self.structures
     }
 
-    /// What follows is a thing of its own.
+    /// Begins a new structure.
     pub(super) fn begin(&mut self, tag: Tag, is_ground: bool) {
         let (mesh, solids) = (Mesh::default(), Vec::new());
         self.structures.push(Structure { tag, is_ground, mesh, solids });
     }
 
-    /// Whether there is room for so many stations more.
+    /// Returns whether this many more stations may be built.
     pub(super) fn admits(&mut self, stations: usize) -> bool {
         self.stations += stations;
         self.stations <= STATIONS_MAX
     }
 
-    /// A body through these cross-sections, but not where the `foot` of one would stand on a paved
-    /// lane of another road than `road`. Says which of them are free.
+    /// Adds a body through these cross-sections, except where the `foot` of one would stand on a
+    /// paved lane of another road than `road`. Returns which of them are free.
     pub(super) fn body<const N: usize, const C: usize>(
         &mut self,
         outline: &Outline<N, C>,
@@ -105,8 +106,8 @@ impl<'a> Sweep<'a> {
         free
     }
 
-    /// Makes what lies between these cross-sections of a box solid, and `below_m` below it, where
-    /// they are free: in boxes as long as the way is straight.
+    /// Makes the volume between these cross-sections of a box solid, and `below_m` below it, where
+    /// they are free: in boxes as long as the path is straight.
     pub(super) fn solid(&mut self, rows: &[[DVec3; 4]], free: &[bool], below_m: f64) {
         let middle = |at: usize| rows[at].iter().sum::<DVec3>() / 4.0;
         let straight = |from: usize, to: usize| {
@@ -154,7 +155,7 @@ impl<'a> Sweep<'a> {
         });
     }
 
-    /// A box on end, about `middle` of its foot.
+    /// Adds an upright box about `middle` of its foot.
     pub(super) fn post(&mut self, middle: DVec3, half_m: f64, height_m: f64, face: Face) {
         let corner = |x: f64, y: f64, up: f64| middle + DVec3::new(x * half_m, y * half_m, up);
         let row = |x: f64| {
@@ -171,21 +172,21 @@ impl<'a> Sweep<'a> {
         self.quad([d, c, b, a], face);
     }
 
-    /// Adds to the newest thing.
+    /// Adds a mesh to the newest structure.
     pub(super) fn add(&mut self, mesh: &Mesh) {
         if let Some(structure) = self.structures.last_mut() {
             structure.mesh.append(mesh);
         }
     }
 
-    /// Makes a box of the newest thing solid.
+    /// Adds a solid box to the newest structure.
     pub(super) fn add_box(&mut self, solid: Solid) {
         if let Some(structure) = self.structures.last_mut() {
             structure.solids.push(solid);
         }
     }
 
-    /// Whether a point lies on a paved lane of any road, `road` included.
+    /// Returns whether a point lies on a paved lane of any road, including `road`.
     pub(super) fn is_paved(&self, road: u32, point: DVec3) -> bool {
         let other = if road == 0 { 1 } else { 0 };
         Cover::new(self.network, road).paved(point) || Cover::new(self.network, other).paved(point)

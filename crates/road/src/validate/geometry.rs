@@ -1,4 +1,4 @@
-//! Whether lines and surfaces go on where one record ends and the next begins.
+//! Whether lines and surfaces are continuous where one record ends and the next begins.
 
 use std::collections::BTreeMap;
 
@@ -10,17 +10,17 @@ use crate::{
     road::{Road, Section},
 };
 
-/// What is farther apart than this, is.
+/// Smallest gap that is reported, metres.
 const GAP_M: f64 = 0.01;
-/// And so far that nobody could mean it.
+/// Smallest gap that is an error, metres.
 const BREACH_M: f64 = 0.1;
-/// What turns farther than this in one place has a kink.
+/// Smallest change of direction that is reported as a kink.
 const KINK_RAD: f64 = 0.01;
-/// Widths are negative only beyond this; sums are rounded.
+/// Widths above this are not reported as negative, metres: sums are rounded.
 const NEGATIVE_M: f64 = -1e-3;
 
 impl Judged<'_> {
-    /// Each road by itself.
+    /// Validates each road by itself.
     pub(super) fn geometry(&self, report: &mut Report) {
         for (road, index) in self.network.roads.iter().zip(0..) {
             self.reference_line(road, index, report);
@@ -77,7 +77,7 @@ impl Judged<'_> {
         }
         let end = road.curves.last().map_or(0.0, |last| last.from_m + last.length_m);
         let off = (places.length_m - end).abs();
-        // Longer ones are found where the road is read.
+        // Longer ones are reported where the road is read.
         if off > GAP_M && places.length_m <= end + crate::records::BEYOND_M {
             let reason =
                 format!("road {id} is {} m long, but its geometry ends at {end}", places.length_m);
@@ -95,7 +95,7 @@ impl Judged<'_> {
             }
         }
         for (s, step, _) in steps(&road.lane_offset, road.length_m) {
-            // A section that begins there may have other lanes, and all lie where they lay.
+            // A section that begins there may have other lanes without moving any.
             let at_section = road.sections.iter().any(|section| (section.start_m - s).abs() < 0.1);
             if step > GAP_M && !at_section {
                 let reason = format!(
@@ -168,9 +168,9 @@ impl Judged<'_> {
         }
     }
 
-    /// Where lanes go on into others.
+    /// Validates where lanes continue into others.
     pub(super) fn joints(&self, report: &mut Report) {
-        // Of each pair of sections the lanes that do not fit, by what is wrong with them.
+        // For each pair of sections the lanes that do not fit, by kind of fault.
         let mut wrong: BTreeMap<Joint, (f64, usize, String)> = BTreeMap::new();
         for lane in &self.network.lanes {
             for next in &lane.successors {
@@ -205,7 +205,7 @@ impl Judged<'_> {
         }
     }
 
-    /// What is wrong where a lane goes on into another, and how much.
+    /// Returns the faults where a lane continues into another, and their magnitude.
     fn faults(&self, lane: &Lane, next: &Lane) -> Vec<(Fault, f64, String)> {
         let network = self.network;
         let end = network.lane_pose(lane.index, lane.length_m, 0.0).0;
@@ -217,7 +217,7 @@ impl Judged<'_> {
         };
         let (from, to) = (whose(lane), whose(next));
         let mut faults = Vec::new();
-        // A lane may widen to one side where it goes on; then the middles lie apart.
+        // A lane may widen to one side where it continues; then the centres lie apart.
         let step = (widths[0] - widths[1]).abs();
         let gap = (end.position - start.position).truncate().length();
         if gap > GAP_M + 0.5 * step {
@@ -245,10 +245,10 @@ impl Judged<'_> {
     }
 }
 
-/// Road and section, the next road and section, and what is wrong between them.
+/// Road and section, the next road and section, and the kind of fault between them.
 type Joint = (u32, u32, u32, u32, Fault);
 
-/// What can be wrong where lanes meet.
+/// Kinds of faults where lanes meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Fault {
     Gap,
@@ -265,13 +265,14 @@ fn by_size(report: &mut Report, offset: usize, size_m: f64, reason: String) {
     }
 }
 
-/// Where pieces meet inside of `length_m`: the place, the step, and which piece begins there.
+/// Returns where pieces meet within `length_m`: the position, the step, and the index of the piece
+/// that begins there.
 fn steps(profile: &Profile, length_m: f64) -> Vec<(f64, f64, usize)> {
     let pieces = profile.pieces();
     let mut steps = Vec::new();
     for (later, pair) in pieces.windows(2).enumerate() {
         let [before, after] = pair else { continue };
-        // Two that begin at one place: the later one counts alone.
+        // Of two that begin at the same position, only the later one counts.
         if after.from_m > before.from_m && after.from_m < length_m - 1e-6 && after.from_m > 1e-6 {
             let step = (before.at(after.from_m) - after.at(after.from_m)).abs();
             steps.push((after.from_m, step, later + 1));
@@ -280,7 +281,7 @@ fn steps(profile: &Profile, length_m: f64) -> Vec<(f64, f64, usize)> {
     steps
 }
 
-/// From each piece's begin to its end, within `length_m`.
+/// Returns begin and end of each piece within `length_m`.
 fn intervals(profile: &Profile, length_m: f64) -> Vec<(f64, f64)> {
     let pieces = profile.pieces();
     let ends = pieces.iter().skip(1).map(|piece| piece.from_m).chain([length_m]);

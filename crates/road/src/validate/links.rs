@@ -1,4 +1,4 @@
-//! Whether those who are said to be joined agree.
+//! Whether links between roads and lanes agree at both ends.
 
 use super::{report::Report, subject::Judged};
 use crate::{
@@ -45,9 +45,9 @@ impl Judged<'_> {
         match self.link(other, other_at_start) {
             Some(RoadLink::Road { road: back, at_start: back_at_start })
                 if (back, back_at_start) == (index, at_start) => {}
-            // Ways through a junction begin where roads lead into it.
+            // Connections through a junction begin where roads lead into it.
             Some(RoadLink::Junction(junction)) if road.junction == Some(junction) => {}
-            // Who joins a virtual junction does so at the side of a road that goes on.
+            // A road that joins a virtual junction does so at the side of the main road.
             _ if self.is_virtual(road) || self.is_virtual(next) => {}
             Some(RoadLink::Road { road: back, at_start: back_at_start }) => {
                 let what = format!(
@@ -70,7 +70,8 @@ impl Judged<'_> {
         junction.is_some_and(|junction| junction.kind == JunctionKind::Virtual)
     }
 
-    /// Lanes of which one says that it leads to the other, and the other that it leads elsewhere.
+    /// Reports lanes of which one says that it leads to the other, and the other that it leads
+    /// elsewhere.
     fn lane_links(&self, report: &mut Report) {
         for lane in &self.network.lanes {
             for at_start in [true, false] {
@@ -85,8 +86,8 @@ impl Judged<'_> {
                 for id in ids(lane, at_start) {
                     let Some(next) = self.network.lane_of(road, section, id) else { continue };
                     let next = self.network.lane(next);
-                    // What a lane says where its road leads into a junction, or elsewhere, is no
-                    // word about this one.
+                    // Links of a lane whose road leads into a junction or elsewhere do not concern
+                    // this one.
                     let here = (lane.road, lane.section as usize, at_start);
                     if self.beyond(next, other_at_start) != Some(here) {
                         continue;
@@ -110,7 +111,7 @@ impl Judged<'_> {
         }
     }
 
-    /// Whether a lane beside `lane`, which `back` names, leads to lane `id` as well.
+    /// Returns whether a lane beside `lane`, which `back` names, leads to lane `id` as well.
     fn merges(&self, lane: &Lane, at_start: bool, id: i32, back: &[i32]) -> bool {
         let own = &self.network.roads[lane.road as usize];
         back.iter().any(|named| {
@@ -123,7 +124,8 @@ impl Judged<'_> {
         })
     }
 
-    /// Road, section and end that lie beyond a lane's end, if that is one road and no junction.
+    /// Returns road, section and end beyond a lane's end, if that is a single road and not a
+    /// junction.
     fn beyond(&self, lane: &Lane, at_start: bool) -> Option<(u32, usize, bool)> {
         let road = &self.network.roads[lane.road as usize];
         let section = lane.section as usize;

@@ -1,11 +1,11 @@
-//! Where the parts of a map stand in its text, and what is wrong with each by itself.
+//! Positions of a map's parts in its text, and faults of each part by itself.
 
 use std::collections::HashMap;
 
 use super::{report::Report, words};
 use crate::{MapError, xml::Cursor};
 
-/// Of the whole file. Roads are in the order of the file, and so are the parts of each.
+/// Positions in the whole file. Roads are in the order of the file, and so are the parts of each.
 #[derive(Default)]
 pub(super) struct Places {
     pub(super) roads: Vec<RoadPlaces>,
@@ -15,7 +15,7 @@ pub(super) struct Places {
 #[derive(Default)]
 pub(super) struct RoadPlaces {
     pub(super) offset: usize,
-    /// As the file says it.
+    /// As declared in the file, metres.
     pub(super) length_m: f64,
     pub(super) geometries: Vec<usize>,
     pub(super) elevations: Vec<usize>,
@@ -25,7 +25,7 @@ pub(super) struct RoadPlaces {
 #[derive(Default)]
 pub(super) struct SectionPlaces {
     pub(super) offset: usize,
-    /// Lane ids and where they stand.
+    /// Lane ids and their byte offsets.
     pub(super) lanes: Vec<(i32, usize)>,
 }
 
@@ -41,10 +41,10 @@ impl SectionPlaces {
     }
 }
 
-/// Elements lie no deeper than this.
+/// Deepest nesting of elements that is read.
 const DEPTH_MAX: usize = 16;
 
-/// A list of records in which each must begin where the one before does, or behind it.
+/// Lists of records that must be in rising order of an attribute.
 const LISTS: [(&str, &str); 10] = [
     ("elevation", "s"),
     ("superelevation", "s"),
@@ -58,7 +58,7 @@ const LISTS: [(&str, &str); 10] = [
     ("type", "s"),
 ];
 
-/// Things whose ids may not stand twice, each kind for itself.
+/// Elements whose ids must be unique among their kind.
 const WITH_ID: [&str; 5] = ["junction", "signal", "controller", "object", "junctionGroup"];
 
 impl Places {
@@ -73,7 +73,7 @@ impl Places {
 struct Reader<'a, 'r> {
     places: Places,
     report: &'r mut Report,
-    /// Kind and id, and where it stood first.
+    /// Kind and id, with the byte offset of the first occurrence.
     ids: HashMap<(&'static str, &'a str), usize>,
 }
 
@@ -106,7 +106,7 @@ impl<'a> Reader<'a, '_> {
 
     fn place(&mut self, xml: &Cursor<'a>, parent: &str, name: &str) -> Result<(), MapError> {
         let offset = xml.offset();
-        // Within a junction, a controller is a reference to one.
+        // Inside a junction, a controller is a reference.
         let is_reference = parent == "junction";
         if let Some(kind) = WITH_ID.into_iter().find(|kind| *kind == name && !is_reference)
             && let Some(id) = xml.raw("id").filter(|id| !id.is_empty())

@@ -1,27 +1,27 @@
 //! Findings about a map.
 
-/// How much it matters.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// The file contradicts itself, or what it says is nothing that could be driven on.
+    /// The file contradicts itself, or describes something that cannot be driven on.
     Error,
-    /// It can be driven on, but hardly as it was meant.
+    /// It can be driven on, but probably not as intended.
     Warning,
 }
 
-/// One thing that does not fit together.
+/// One inconsistency in a map.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// The line of the text, counted from 1.
+    /// Line of the text, counted from 1.
     pub line: usize,
-    /// How much it matters.
+    /// Severity of the finding.
     pub severity: Severity,
     /// What is wrong there.
     pub reason: String,
 }
 
 impl Severity {
-    /// One word for it.
+    /// Returns the severity as a word.
     pub fn text(self) -> &'static str {
         match self {
             Severity::Error => "error",
@@ -30,7 +30,7 @@ impl Severity {
     }
 }
 
-/// Findings by their places in the text.
+/// Findings with their byte offsets in the text.
 #[derive(Default)]
 pub(super) struct Report {
     found: Vec<(usize, Severity, String)>,
@@ -45,7 +45,7 @@ impl Report {
         self.found.push((offset, Severity::Warning, reason));
     }
 
-    /// The findings with lines for bytes.
+    /// Returns the findings with line numbers.
     pub(super) fn with_lines(mut self, text: &str) -> Vec<Finding> {
         self.found.sort_by_key(|found| found.0);
         let (mut line, mut counted) = (1, 0);

@@ -1,4 +1,4 @@
-//! Words of which the standard has a list.
+//! Attributes whose values the standard enumerates.
 
 use super::report::Report;
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
     xml::Cursor,
 };
 
-/// Element, attribute, and the words that it may have.
+/// Element, attribute, and its allowed values.
 const LISTS: [(&str, &str, &[&str]); 20] = [
     ("road", "rule", &["RHT", "LHT"]),
     ("predecessor", "elementType", &["road", "junction"]),
@@ -31,7 +31,7 @@ const LISTS: [(&str, &str, &[&str]); 20] = [
     ("access", "rule", &["allow", "deny"]),
 ];
 
-/// What the `type` of a road says.
+/// Allowed values of a road's `type`.
 const ROADS: [&str; 17] = [
     "unknown",
     "rural",
@@ -52,7 +52,7 @@ const ROADS: [&str; 17] = [
     "crossing",
 ];
 
-/// Tells of words that nobody knows in the current element.
+/// Reports unknown values of the current element's attributes.
 pub(super) fn check(xml: &Cursor, parent: &str, name: &str, report: &mut Report) {
     let mut unknown = |key: &str, word: &str, known: &[&str]| {
         let usual = if known.is_empty() {

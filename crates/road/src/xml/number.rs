@@ -1,8 +1,8 @@
-//! Decimal numbers, read exactly where that is cheap.
+//! Decimal numbers, parsed exactly where that is cheap.
 
-/// The number that is written plainly enough that one multiplication or division gives the f64
-/// nearest to it (Clinger, "How to read floating point numbers accurately", 1990); none where
-/// only the slow way knows.
+/// Returns the number if it is so plain that one multiplication or division gives the nearest f64
+/// (Clinger, "How to read floating point numbers accurately", 1990); `None` if only the general
+/// algorithm can decide.
 pub(super) fn decimal(text: &[u8]) -> Option<f64> {
     let (is_negative, text) = match text {
         [b'-', rest @ ..] => (true, rest),
@@ -19,7 +19,7 @@ pub(super) fn decimal(text: &[u8]) -> Option<f64> {
     if text.get(at) == Some(&b'.') {
         at += 1;
         let from = at;
-        // What zeros at the end add is not taken in.
+        // Trailing zeros are not included.
         let mut whole = mantissa;
         while let Some(digit) = digit(text, at) {
             whole = 10u64.wrapping_mul(whole).wrapping_add(digit);
@@ -31,7 +31,7 @@ pub(super) fn decimal(text: &[u8]) -> Option<f64> {
         }
         digits += at - from;
     }
-    // Eighteen digits fit into 64 bits whatever they are.
+    // Eighteen digits always fit into 64 bits.
     if digits == 0 || digits > 18 {
         return None;
     }
@@ -71,7 +71,7 @@ fn digit(text: &[u8], at: usize) -> Option<u64> {
     (digit < 10).then_some(u64::from(digit))
 }
 
-/// The powers of ten that an f64 holds exactly.
+/// The powers of ten that an f64 represents exactly.
 const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,

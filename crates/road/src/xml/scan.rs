@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-/// Where `needle` next stands at or after `from`; eight bytes a step.
+/// Returns the position of the first `needle` at or after `from`, eight bytes per step.
 pub(super) fn find(bytes: &[u8], from: usize, needle: u8) -> Option<usize> {
     const ONES: u64 = 0x0101_0101_0101_0101;
     let pattern = ONES * u64::from(needle);
@@ -10,7 +10,7 @@ pub(super) fn find(bytes: &[u8], from: usize, needle: u8) -> Option<usize> {
     let mut eights = bytes.get(from..)?.chunks_exact(8);
     for eight in &mut eights {
         let word = u64::from_le_bytes(eight.try_into().unwrap_or_default()) ^ pattern;
-        // The lowest bit that is set belongs to the first byte that is zero (Hacker's Delight, 6-1).
+        // The lowest set bit belongs to the first byte that is zero (Hacker's Delight, 6-1).
         let zeros = word.wrapping_sub(ONES) & !word & (ONES << 7);
         if zeros != 0 {
             return Some(at + zeros.trailing_zeros() as usize / 8);
@@ -20,7 +20,7 @@ pub(super) fn find(bytes: &[u8], from: usize, needle: u8) -> Option<usize> {
     eights.remainder().iter().position(|byte| *byte == needle).map(|place| at + place)
 }
 
-/// Where `needle` first stands.
+/// Returns the position of the first `needle`.
 pub(super) fn find_text(bytes: &[u8], needle: &[u8]) -> Option<usize> {
     let mut from = 0;
     loop {
@@ -32,8 +32,8 @@ pub(super) fn find_text(bytes: &[u8], needle: &[u8]) -> Option<usize> {
     }
 }
 
-/// Just after the `>` that ends the tag in which `from` lies, outside of quotes. There is at least
-/// one byte of a name before `from`.
+/// Returns the position after the `>` that ends the tag around `from`, outside of quotes. At least
+/// one byte of a name lies before `from`.
 pub(super) fn end_of_tag(bytes: &[u8], from: usize) -> Option<usize> {
     let mut at = from;
     loop {
@@ -45,7 +45,7 @@ pub(super) fn end_of_tag(bytes: &[u8], from: usize) -> Option<usize> {
     }
 }
 
-/// The length of a `<!...>` that may have a subset in brackets.
+/// Returns the length of a `<!...>` that may have a subset in brackets.
 pub(super) fn end_of_declaration(bytes: &[u8]) -> Option<usize> {
     let mut inside = 0usize;
     for (at, byte) in bytes.iter().enumerate() {
@@ -59,7 +59,7 @@ pub(super) fn end_of_declaration(bytes: &[u8]) -> Option<usize> {
     None
 }
 
-/// Key and value of the attribute that begins at `from`, and where it ends.
+/// Returns key and value of the attribute that begins at `from`, and where it ends.
 pub(super) fn attribute(text: &str, from: usize) -> Option<(&str, &str, usize)> {
     let bytes = text.as_bytes();
     let is_of_key = |byte: &u8| !matches!(byte, b'=' | b'>' | b'<' | b'"' | b'\'');
@@ -79,12 +79,12 @@ pub(super) fn attribute(text: &str, from: usize) -> Option<(&str, &str, usize)> 
         return None;
     }
     let close = find(bytes, open + 1, quote)?;
-    // The places of ASCII signs are borders of characters.
+    // ASCII characters are character boundaries.
     let key = text.get(from..equals)?.trim_ascii_end();
     Some((key, text.get(open + 1..close)?, close + 1))
 }
 
-/// A text with its entities resolved; those that nobody knows stay as they are.
+/// Returns a text with its entities resolved. Unknown entities remain as they are.
 pub(super) fn resolved(text: &str) -> Cow<'_, str> {
     if !text.contains('&') {
         return Cow::Borrowed(text);
@@ -111,7 +111,7 @@ pub(super) fn resolved(text: &str) -> Cow<'_, str> {
     Cow::Owned(whole)
 }
 
-/// What is longer is none.
+/// Longest entity, bytes.
 const LONGEST_ENTITY: usize = 12;
 
 fn character(entity: &str) -> Option<char> {
@@ -132,7 +132,7 @@ fn character(entity: &str) -> Option<char> {
     })
 }
 
-/// The line of a byte offset, counted from 1.
+/// Returns the line of a byte offset, counted from 1.
 pub(crate) fn line_of(text: &str, offset: usize) -> usize {
     let at = offset.min(text.len());
     1 + text.as_bytes()[..at].iter().filter(|&&byte| byte == b'\n').count()

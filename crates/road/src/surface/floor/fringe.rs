@@ -1,5 +1,5 @@
-//! Cells of a floor that reach beyond the road round it: they are laid in pieces as far as the gap
-//! goes.
+//! Cells of a floor that reach beyond the surrounding road. They are built in pieces as far as the
+//! gap extends.
 
 use std::ops::RangeInclusive;
 
@@ -8,7 +8,7 @@ use mesh::Mesh;
 use super::raster::{Corner, Floor, SINK_M};
 use crate::surface::faces::ASPHALT;
 
-/// Pieces of a cell, along each side.
+/// Pieces along each side of a cell.
 const PIECES: usize = 8;
 const SIDE: usize = PIECES + 1;
 
@@ -40,7 +40,7 @@ impl<'a> Fringe<'a> {
         Fringe { floor, cells }
     }
 
-    /// Marks what of the cells lies below or above a triangle.
+    /// Marks the parts of the cells that lie below or above a triangle.
     pub(super) fn cover(&mut self, mesh: &Mesh, triangle: usize) {
         let Floor { low, step, columns, rows, .. } = *self.floor;
         let [a, b, c] = mesh.triangles[triangle].map(|corner| {
@@ -95,7 +95,7 @@ impl<'a> Fringe<'a> {
         }
     }
 
-    /// What of a cell lies in the gap; none where the gap reaches the outside after all.
+    /// Returns the parts of a cell in the gap; `None` where the gap is connected to the outside.
     fn fill(&self, cell: &Cell) -> Option<[bool; SIDE * SIDE]> {
         let ends = [0, PIECES, SIDE * SIDE - 1, SIDE * PIECES];
         let kinds = self.floor.cell(cell.at).map(|corner| self.floor.corners[corner]);

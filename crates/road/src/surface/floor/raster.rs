@@ -6,17 +6,18 @@ use mesh::{Mesh, Tag};
 
 use crate::surface::faces::ASPHALT;
 
-/// Distance of the floor's corners, unless a junction is so large that they would be too many.
+/// Distance of the floor's corners in metres, and most corners; cells of a large junction are
+/// larger.
 const STEP_M: f64 = 1.0;
 const CORNERS_MAX: f64 = 250_000.0;
-/// How far the floor lies below the lanes that it joins.
+/// How far the floor lies below the lanes around it, metres.
 pub(super) const SINK_M: f64 = 0.012;
-/// Rounds in which the floor between known heights is smoothed.
+/// Iterations in which the floor between known heights is smoothed.
 const ROUNDS: usize = 60;
 
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Corner {
-    /// No road reaches here, and one can walk away from here without crossing any.
+    /// No road reaches here, and no road separates it from the rim.
     Outside,
     /// Between roads.
     Gap,
@@ -31,7 +32,7 @@ pub(super) struct Floor {
     pub(super) rows: usize,
     pub(super) corners: Vec<Corner>,
     pub(super) heights: Vec<f64>,
-    /// Heights that the roads say.
+    /// Whether the height is that of a road.
     fixed: Vec<bool>,
 }
 
@@ -68,7 +69,7 @@ impl Floor {
         })
     }
 
-    /// Takes the height of a triangle at all corners below or above it.
+    /// Takes over the height of a triangle at all corners below or above it.
     pub(super) fn cover(&mut self, mesh: &Mesh, triangle: usize) {
         let [a, b, c] =
             mesh.triangles[triangle].map(|corner| mesh.positions[corner as usize].map(f64::from));
@@ -109,7 +110,7 @@ impl Floor {
         }
     }
 
-    /// Tells gaps from the outside, beginning at the rim.
+    /// Separates gaps from the outside, beginning at the rim.
     pub(super) fn enclose(&mut self) {
         let mut open = Vec::new();
         for row in 0..self.rows {
@@ -142,7 +143,7 @@ impl Floor {
         }
     }
 
-    /// Finds the heights that no road says as the mean of those around.
+    /// Computes heights without a road as the mean of their neighbours.
     pub(super) fn smooth(&mut self) {
         let known: Vec<f64> = self
             .heights
@@ -180,8 +181,8 @@ impl Floor {
         }
     }
 
-    /// Where roads are steep, takes the lowest height around, so that no cell pokes through a road
-    /// that dips between its corners.
+    /// Where roads are steep, takes the lowest height around, so that no cell protrudes through a
+    /// road that dips between its corners.
     pub(super) fn sink(&mut self) {
         let heights = self.heights.clone();
         for row in 1..self.rows - 1 {
@@ -198,7 +199,7 @@ impl Floor {
         }
     }
 
-    /// The corners of the cell whose first is `at`.
+    /// Returns the corners of the cell whose first corner is `at`.
     pub(super) fn cell(&self, at: usize) -> [usize; 4] {
         [at, at + 1, at + 1 + self.columns, at + self.columns]
     }
