@@ -80,8 +80,9 @@ pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<N
     scenery::share(&mut network, records.object_references, &mut findings);
     group(&mut network, records.groups, &mut findings);
     for (file, offset) in records.includes {
-        let reason =
-            format!("\"{file}\" is to be included; put its text here, only one file is read");
+        let reason = format!(
+            "unsupported <include> of \"{file}\"; insert its text here, because only one file is read"
+        );
         findings.add(offset, reason);
     }
     control(&mut network, &records.controllers, &records.junctions, &mut findings);
@@ -102,7 +103,9 @@ fn unique_roads(records: &Records, text: &str) -> Result<HashMap<String, u32>, M
             let id = &road.id;
             return Err(MapError {
                 line,
-                reason: format!("a second road {id}; the first begins on line {first}"),
+                reason: format!(
+                    "duplicate road id {id}; the first road with it begins on line {first}"
+                ),
             });
         }
     }
@@ -158,7 +161,7 @@ fn junctions(
                 findings.add(
                     connection.offset,
                     format!(
-                        "junction {} connects road \"{}\" to road \"{}\"; not both exist",
+                        "junction {} connects road \"{}\" to road \"{}\", of which at least one does not exist",
                         raw.id, connection.incoming, connection.connecting
                     ),
                 );
@@ -207,7 +210,10 @@ fn group(network: &mut Network, groups: Vec<RawGroup>, findings: &mut Findings) 
                 Some(junction) => junctions.push(junction as u32),
                 None => findings.add(
                     raw.offset,
-                    format!("junction group {} has junction {id}, which does not exist", raw.id),
+                    format!(
+                        "junction group {} refers to junction {id}, which does not exist",
+                        raw.id
+                    ),
                 ),
             }
         }
@@ -228,8 +234,10 @@ fn control(
         let mut ruled: Vec<u32> = Vec::new();
         for id in &controller.signals {
             let Some(&signal) = signals.get(id) else {
-                let reason =
-                    format!("controller {} rules signal {id}, which does not exist", controller.id);
+                let reason = format!(
+                    "controller {} refers to signal {id}, which does not exist",
+                    controller.id
+                );
                 findings.add(controller.offset, reason);
                 continue;
             };
@@ -253,7 +261,7 @@ fn control(
                 Some(controller) => junction.controllers.push(*controller),
                 None => findings.add(
                     raw.offset,
-                    format!("junction {} has controller {id}, which does not exist", raw.id),
+                    format!("junction {} refers to controller {id}, which does not exist", raw.id),
                 ),
             }
         }

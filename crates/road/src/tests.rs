@@ -1,4 +1,4 @@
-//! Whole maps. Those of `OMNIBUS_MAPS`, a folder, are judged where that variable is set.
+//! Tests with whole maps. Those in the folder `OMNIBUS_MAPS` are tested where that variable is set.
 
 mod bake;
 mod coverage;
@@ -20,7 +20,8 @@ use std::path::PathBuf;
 
 use crate::Network;
 
-/// Name and text of every map in the folder that `OMNIBUS_MAPS` names, by name; none without it.
+/// Returns name and text of every map in the folder that `OMNIBUS_MAPS` names, sorted by name; none
+/// without it.
 pub(crate) fn shared_maps() -> Vec<(String, String)> {
     let Some(folder) = maps_folder() else { return Vec::new() };
     let mut maps = Vec::new();
@@ -76,7 +77,7 @@ fn every_shared_map_loads() {
 }
 
 #[test]
-fn lanes_go_on_where_sections_end() {
+fn lanes_continue_where_sections_end() {
     for (name, text) in shared_maps() {
         let network = Network::parse(&text).expect("a map that loads");
         let mut jumps = Vec::new();

@@ -70,9 +70,9 @@ impl<'a> Cursor<'a> {
             let Some(tag) = find(bytes, self.at, b'<') else {
                 self.at = bytes.len();
                 let Some(inner) = self.open.last() else { return Ok(None) };
-                return Err(
-                    self.error_here(format!("the file ends inside <{inner}>; is it cut off?"))
-                );
+                return Err(self.error_here(format!(
+                    "unexpected end of file inside <{inner}>; is the file truncated?"
+                )));
             };
             self.tag = tag;
             match bytes.get(tag + 1) {
@@ -111,7 +111,7 @@ impl<'a> Cursor<'a> {
             }
             let Some(tag) = find(self.text.as_bytes(), self.at, b'<') else {
                 self.at = self.text.len();
-                return Err(self.error_here("the file ends inside a text".into()));
+                return Err(self.error_here("unexpected end of file inside a text".into()));
             };
             content.push_str(&resolved(self.text.get(self.at..tag).unwrap_or_default()));
             self.tag = tag;
@@ -201,12 +201,11 @@ impl<'a> Cursor<'a> {
         match raw.parse::<f64>() {
             Ok(number) if number.is_finite() && number.abs() < LARGEST => Ok(Some(number)),
             Ok(_) => Err(self.error(format!(
-                "{key} of <{}> is {raw}, and numbers beyond {LARGEST:e} have no place in a map",
+                "attribute {key} of <{}> is {raw}, which is out of range; the limit is {LARGEST:e}",
                 self.here()
             ))),
-            Err(_) => {
-                Err(self.error(format!("{key} of <{}> is \"{raw}\", not a number", self.here())))
-            }
+            Err(_) => Err(self
+                .error(format!("attribute {key} of <{}> is \"{raw}\", not a number", self.here()))),
         }
     }
 
@@ -214,7 +213,7 @@ impl<'a> Cursor<'a> {
     pub(crate) fn integer(&self, key: &str) -> Result<i32, MapError> {
         let raw = self.raw(key).ok_or_else(|| self.missing(key))?;
         raw.trim().parse().map_err(|_| {
-            self.error(format!("{key} of <{}> is \"{raw}\", not a whole number", self.here()))
+            self.error(format!("attribute {key} of <{}> is \"{raw}\", not an integer", self.here()))
         })
     }
 
@@ -242,11 +241,11 @@ impl<'a> Cursor<'a> {
     }
 
     fn missing(&self, key: &str) -> MapError {
-        self.error(format!("<{}> has no {key}", self.here()))
+        self.error(format!("<{}> has no attribute {key}", self.here()))
     }
 
     fn cut_off(&self) -> MapError {
-        self.error(format!("this is not well-formed XML: <{}> has no end", self.here()))
+        self.error(format!("malformed XML: <{}> has no end", self.here()))
     }
 
     /// Reads the name after the `<` of the current tag.
@@ -258,11 +257,11 @@ impl<'a> Cursor<'a> {
             .position(|byte| matches!(byte, b' ' | b'\n' | b'\t' | b'\r' | b'/' | b'>' | b'<'));
         self.at = from + length.unwrap_or(bytes.len() - from);
         if self.at == from {
-            return Err(self.error("this is not well-formed XML: a \"<\" has no name".into()));
+            return Err(self.error("malformed XML: a \"<\" has no name".into()));
         }
         if self.at - from > NAME_MAX {
-            let reason = format!("the name of an element has {} bytes", self.at - from);
-            return Err(self.error(format!("this is not well-formed XML: {reason}")));
+            let reason = format!("an element name has {} bytes", self.at - from);
+            return Err(self.error(format!("malformed XML: {reason}")));
         }
         Ok(&self.text[from..self.at])
     }
@@ -276,7 +275,7 @@ impl<'a> Cursor<'a> {
         match self.open.pop() {
             Some(open) if open == name || open == name.trim_ascii_end() => Ok(()),
             Some(open) => Err(self.error(format!("<{open}> is closed by </{name}>"))),
-            None => Err(self.error(format!("</{name}> closes nothing"))),
+            None => Err(self.error(format!("</{name}> has no start tag"))),
         }
     }
 
@@ -300,7 +299,7 @@ impl<'a> Cursor<'a> {
                 self.at = self.tag + end;
                 Ok(())
             }
-            None => Err(self.error(format!("this is not well-formed XML: {what} has no end"))),
+            None => Err(self.error(format!("malformed XML: {what} has no end"))),
         }
     }
 
@@ -333,7 +332,7 @@ impl<'a> Cursor<'a> {
                 let start = rest.split([' ', '\n', '\r', '\t', '>']).next().unwrap_or_default();
                 let start: String = start.chars().take(40).collect();
                 return Err(self.error(format!(
-                    "<{}>: \"{start}\" is no attribute; they are written name=\"value\"",
+                    "<{}>: \"{start}\" is not an attribute of the form name=\"value\"",
                     self.here()
                 )));
             };

@@ -58,7 +58,7 @@ fn section(
         && start_m < last.start_m
     {
         return Err(xml.error(format!(
-            "a lane section of road {} begins at s {start_m}, the one before it at {}",
+            "a lane section of road {} begins at s {start_m}, but the previous one at {}",
             road.id, last.start_m
         )));
     }
@@ -96,7 +96,7 @@ fn section(
             } else if found.iter().any(|other| other.id == lane.id) {
                 return Err(xml.error_at(
                     lane.declared.offset,
-                    format!("lane {} of road {} stands twice in one section", lane.id, road.id),
+                    format!("duplicate lane {} of road {} in one section", lane.id, road.id),
                 ));
             } else {
                 found.push(lane);

@@ -46,7 +46,7 @@ pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapErr
     };
     if !(0.0..=LONGEST_M).contains(&road.length_m) {
         return Err(xml.error(format!(
-            "road {} is {} m long; from 0 to {LONGEST_M} is possible",
+            "road {} is {} m long; lengths from 0 to {LONGEST_M} are allowed",
             road.id, road.length_m
         )));
     }
@@ -138,7 +138,7 @@ fn plan_view(xml: &mut Cursor, road: &mut Road) -> Result<(), MapError> {
                 return Err(xml.error_at(
                     offset,
                     format!(
-                        "a geometry of road {} begins at s {}, the one before it at {}",
+                        "a geometry of road {} begins at s {}, but the previous one at {}",
                         road.id, curve.from_m, last.from_m
                     ),
                 ));
@@ -156,7 +156,7 @@ fn geometry(xml: &mut Cursor) -> Result<Curve, MapError> {
     let length_m = xml.number("length")?;
     if !(0.0..=LONGEST_M).contains(&length_m) {
         return Err(xml.error(format!(
-            "a <geometry> is {length_m} m long; from 0 to {LONGEST_M} is possible"
+            "a <geometry> is {length_m} m long; lengths from 0 to {LONGEST_M} are allowed"
         )));
     }
     let mut shape = None;
@@ -192,7 +192,7 @@ fn geometry(xml: &mut Cursor) -> Result<Curve, MapError> {
     match shape {
         Some(shape) => Ok(Curve::new(from_m, length_m, start, heading, shape)),
         None => Err(xml.error(
-            "a <geometry> has no shape; line, arc, spiral, poly3 and paramPoly3 are known".into(),
+            "unsupported <geometry>: it has no line, arc, spiral, poly3 or paramPoly3".into(),
         )),
     }
 }
@@ -202,7 +202,8 @@ fn bounded(xml: &Cursor, curvature: f64) -> Result<f64, MapError> {
     if curvature.abs() <= 100.0 {
         return Ok(curvature);
     }
-    Err(xml.error(format!("the curvature is {curvature}, tighter than a circle of 1 cm")))
+    Err(xml
+        .error(format!("the curvature {curvature} is out of range; the smallest radius is 1 cm")))
 }
 
 fn lateral_profile(xml: &mut Cursor, road: &mut Road) -> Result<(), MapError> {

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{Lent, Network, bake::read, build::built};
 
-/// Bytes that begin where numbers may.
+/// Bytes with the alignment of f64.
 struct Aligned {
     words: Vec<u64>,
     length: usize,
@@ -28,7 +28,7 @@ fn lent(bytes: &[u8]) -> Lent {
     Arc::new(Aligned { words, length: bytes.len() })
 }
 
-/// A little of what a map can have beside lanes.
+/// A map with a few elements of every kind.
 fn everything() -> String {
     text(JOINED)
         .replacen(
@@ -53,7 +53,7 @@ fn everything() -> String {
 }
 
 #[test]
-fn what_is_read_from_bytes_is_the_network() {
+fn a_network_survives_serialisation() {
     let mut maps = shared_maps();
     maps.push(("everything".to_owned(), everything()));
     for (name, text) in maps {
@@ -70,14 +70,14 @@ fn what_is_read_from_bytes_is_the_network() {
 }
 
 #[test]
-fn no_other_bytes_are_trusted() {
+fn damaged_bytes_are_rejected() {
     let whole = Network::parse(&everything()).expect("a map").to_bytes();
     for length in 0..whole.len() {
         assert!(Network::from_bytes(lent(&whole[..length])).is_none(), "{length} bytes");
     }
     assert!(Network::from_bytes(lent(&[&whole[..], b"more"].concat())).is_none());
-    // Numbers may change unseen: sums are the keeper's. But nothing breaks, and what is read
-    // refers to nothing that is not there where the index looks it up.
+    // Changed numbers may go unnoticed: checksums are the caller's task. But nothing panics, and
+    // the index never refers to a lane that does not exist.
     let mut refused = 0;
     for at in 0..whole.len() {
         for flip in [0x01, 0x80, 0xff] {
@@ -90,7 +90,7 @@ fn no_other_bytes_are_trusted() {
 }
 
 #[test]
-fn bytes_that_lie_askew_are_refused() {
+fn misaligned_bytes_are_rejected() {
     let bytes = Network::parse(&everything()).expect("a map").to_bytes();
     struct Askew(Vec<u64>, usize);
     impl AsRef<[u8]> for Askew {

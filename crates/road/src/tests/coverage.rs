@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 const PAGE: &str = include_str!("../../../../docs/opendrive-coverage.md");
 
-/// Everything that reads.
+/// The source files of the reader.
 const SOURCES: [&str; 9] = [
     include_str!("../parse.rs"),
     include_str!("../parse/elements.rs"),
@@ -17,7 +17,7 @@ const SOURCES: [&str; 9] = [
     include_str!("../xml.rs"),
 ];
 
-/// The page's elements by their path, and what is said of each.
+/// Returns the page's elements by their path, and what it says about each.
 fn page() -> BTreeMap<String, String> {
     let mut path: Vec<&str> = Vec::new();
     let mut found = BTreeMap::new();
@@ -34,7 +34,7 @@ fn page() -> BTreeMap<String, String> {
     found
 }
 
-/// Whether some source compares an element's name with `name`.
+/// Returns whether a source compares an element's name with `name`.
 fn is_read(name: &str) -> bool {
     let quoted = format!("\"{name}\"");
     SOURCES.iter().any(|source| {
@@ -50,23 +50,23 @@ fn is_read(name: &str) -> bool {
 }
 
 #[test]
-fn the_page_says_of_every_element_what_the_reader_does() {
+fn the_page_describes_every_element_as_the_reader_treats_it() {
     let page = page();
     assert!(page.len() > 90);
     let name = |path: &str| path.rsplit('/').next().unwrap_or_default().to_string();
-    let is_told = |word: &str| word != "no";
-    for (path, word) in page.iter().filter(|(_, word)| is_told(word)) {
+    let is_reported = |word: &str| word != "no";
+    for (path, word) in page.iter().filter(|(_, word)| is_reported(word)) {
         assert!(is_read(&name(path)), "{path} is said to be {word}, but nothing reads it");
     }
-    for (path, _) in page.iter().filter(|(_, word)| !is_told(word)) {
-        // Some names stand in several places, of which some are read.
-        let elsewhere = page.iter().any(|(p, word)| is_told(word) && name(p) == name(path));
+    for (path, _) in page.iter().filter(|(_, word)| !is_reported(word)) {
+        // Some names occur in several places, of which some are read.
+        let elsewhere = page.iter().any(|(p, word)| is_reported(word) && name(p) == name(path));
         assert!(elsewhere || !is_read(&name(path)), "{path} is said not to be read, but it is");
     }
 }
 
 #[test]
-fn every_element_that_the_reader_knows_is_on_the_page() {
+fn every_element_of_the_reader_is_on_the_page() {
     let page = page();
     let known: Vec<&str> = page.keys().filter_map(|path| path.rsplit('/').next()).collect();
     for source in SOURCES {
@@ -80,5 +80,5 @@ fn every_element_that_the_reader_knows_is_on_the_page() {
     }
 }
 
-/// Words that are matched but are no elements.
+/// Matched words that are not elements.
 const UNITS: [&str; 2] = ["km/h", "mph"];

@@ -1,17 +1,17 @@
-//! What few files say: one small map for each.
+//! Elements that few files contain: one small map for each.
 
 use glam::DVec3;
 
 use super::small::{JOINED, text};
 use crate::{JunctionKind, MarkColor, Network, Owner};
 
-/// The small map with `inside` at the end of its first road.
+/// Returns the small map with `inside` at the end of its first road.
 fn with(inside: &str) -> Network {
     let text = text(JOINED).replacen("</road>", &format!("{inside}</road>"), 1);
     Network::parse(&text).expect("a valid map")
 }
 
-/// The small map with `beside` behind its roads.
+/// Returns the small map with `beside` after its roads.
 fn beside(beside: &str) -> Network {
     let text = text(JOINED).replace("</OpenDRIVE>", &format!("{beside}</OpenDRIVE>"));
     Network::parse(&text).expect("a valid map")
@@ -34,7 +34,7 @@ fn repetitions_change_their_size_and_place() {
 }
 
 #[test]
-fn a_repetition_without_distance_goes_on_without_gaps() {
+fn a_repetition_without_distance_is_continuous() {
     let network = with(
         r#"<objects><object id="1" type="barrier" s="0" t="-6" height="0.8" width="0.1">
 <repeat s="0" length="9" distance="0" tStart="-6" tEnd="-6" heightEnd="0.5" heightStart="0.8"/></object></objects>"#,
@@ -73,7 +73,7 @@ fn markings_borders_and_validity_of_objects_are_kept() {
 }
 
 #[test]
-fn an_object_may_count_for_other_roads() {
+fn an_object_may_apply_to_other_roads() {
     let network = with(
         r#"<objects><object id="7" type="building" s="5" t="-8"/><objectReference id="7" s="9" t="-3" zOffset="1" validLength="4" orientation="+"><validity fromLane="1" toLane="1"/></objectReference><objectReference id="8" s="0" t="0"/></objects>"#,
     );
@@ -84,7 +84,7 @@ fn an_object_may_count_for_other_roads() {
 }
 
 #[test]
-fn bridges_and_tunnels_say_their_lanes_and_light() {
+fn bridges_and_tunnels_keep_their_lanes_and_light() {
     let network = with(
         r#"<objects><tunnel id="1" name="t" type="underpass" s="5" length="20" lighting="0.4" daylight="0.1"><validity fromLane="-1" toLane="1"/></tunnel><bridge id="2" type="steel" s="30" length="9"/></objects>"#,
     );
@@ -124,8 +124,8 @@ fn junctions_have_priorities_groups_and_virtual_joints() {
     assert_eq!(junction.connections[0].successor, None);
     let group = &network.junction_groups()[0];
     assert_eq!((group.kind.as_str(), group.junctions.as_slice()), ("roundabout", &[0][..]));
-    let told = |what: &str| network.findings().iter().any(|found| found.reason.contains(what));
-    assert!(told("junction 6, which does not exist"), "{:?}", network.findings());
+    let reason = |what: &str| network.findings().iter().any(|found| found.reason.contains(what));
+    assert!(reason("junction 6, which does not exist"), "{:?}", network.findings());
 }
 
 #[test]
@@ -163,7 +163,7 @@ fn a_cross_section_surface_lifts_the_road() {
     assert!((height(0.0) - -0.045).abs() < 1e-9, "{}", height(0.0));
     assert!((height(2.25) - 0.0).abs() < 1e-9, "{}", height(2.25));
     let walk = network.find_lane("1", 0, -2).expect("lane -2");
-    // Its middle lies at t = -4.5: 5 m right of the crown.
+    // The sidewalk's middle lies at t = -4.5: 5 m right of the crown.
     let z = network.place_at(walk, 20.0, 0.0).position.z;
     assert!((z - (-0.06 - 0.2)).abs() < 1e-9, "{z}");
     let mesh = crate::surface_mesh(&network, 2.0);
@@ -173,7 +173,7 @@ fn a_cross_section_surface_lifts_the_road() {
 }
 
 #[test]
-fn data_of_users_is_kept_with_its_owner() {
+fn user_data_are_kept_with_their_owner() {
     let data = r#"<userData code="a" value="1 &lt; 2"/>"#;
     let text = text(JOINED).replacen("</road>", &format!("{data}</road>"), 1).replace(
         "</OpenDRIVE>",
@@ -192,10 +192,10 @@ fn data_of_users_is_kept_with_its_owner() {
 }
 
 #[test]
-fn an_include_is_told_and_not_read() {
+fn an_include_is_reported_and_not_read() {
     let network = beside(r#"<include file="more.xodr"/>"#);
-    let told = &network.findings()[0].reason;
-    assert!(told.contains("\"more.xodr\" is to be included"), "{told}");
+    let reason = &network.findings()[0].reason;
+    assert!(reason.contains("unsupported <include> of \"more.xodr\""), "{reason}");
 }
 
 #[test]

@@ -11,8 +11,8 @@ const EVERY_M: f64 = 0.25;
 /// closely than this, metres.
 const NEAR_M: f64 = 0.05;
 
-/// Two roads that cross on the level ground by their plan view, while the second one's elevation
-/// rises by 0.4 m at the crossing.
+/// Two roads that cross in the plan view; the second one's elevation rises by 0.4 m at the
+/// crossing.
 fn contradiction() -> String {
     let road = |id: u32, geometry: &str, elevation: &str| {
         let lane = |id: i32| {
@@ -60,7 +60,7 @@ fn every_driving_lane_s_centre_lies_on_the_drive_surface() {
                     continue;
                 }
                 let centre = network.place(at).position;
-                // On the very seams a vertical ray may pass between two triangles.
+                // At seams a vertical ray may pass between two triangles.
                 let Some((z, _)) = caster.below(centre + DVec3::Z, 3.0) else { continue };
                 points += 1;
                 let apart_m = z - centre.z;

@@ -1,8 +1,8 @@
-//! Maps with all that surfaces can be made of, for machines without others.
+//! Hand-made maps with every feature of surfaces, for machines without other maps.
 
 use std::fmt::Write;
 
-/// Geometry, elevation and what else a road of `length` has.
+/// Parameters of one road.
 struct Way {
     id: u32,
     junction: i32,
@@ -82,7 +82,7 @@ fn long() -> String {
     file(&roads)
 }
 
-/// Four roads that meet in a junction of twelve ways.
+/// Four roads that meet in a junction with twelve connections.
 fn crossing() -> String {
     let constant = width(3.5, 0.0, 0.0, 0.0);
     let two_way =
@@ -157,13 +157,13 @@ fn crossing() -> String {
     file(&format!(r#"{roads}<junction id="9" name="">{connections}</junction>"#))
 }
 
-/// Their names and texts.
+/// Returns names and texts of the maps.
 pub(super) fn maps() -> Vec<(String, String)> {
     vec![("long".to_string(), long()), ("crossing".to_string(), crossing())]
 }
 
 #[test]
-fn they_are_good_maps() {
+fn hand_made_maps_have_no_errors() {
     for (name, text) in maps() {
         let found = crate::validate(&text).expect("a map");
         assert!(found.is_empty(), "{name}: {found:#?}");

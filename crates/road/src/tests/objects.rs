@@ -1,4 +1,4 @@
-//! Objects with outlines, and what is painted for them.
+//! Objects with outlines, and their paint.
 
 use glam::DVec3;
 use mesh::{Material, Mesh, Tag};
@@ -21,7 +21,7 @@ fn one(objects: &str) -> Structure {
     one.clone()
 }
 
-/// Height, tag and material of the topmost face over a place of the first road.
+/// Returns height, tag and material of the topmost face over a place of the first road.
 fn top(mesh: &Mesh, x: f64, y: f64) -> Option<(f64, Tag, u8)> {
     let (z, triangle) = Caster::new(mesh).below(DVec3::new(x, y, 50.0), 60.0)?;
     let face = mesh.faces[triangle];
@@ -49,8 +49,8 @@ fn an_outline_along_the_road_rises_to_the_height_of_each_corner() {
 }
 
 #[test]
-fn an_outline_with_a_corner_inwards_is_solid_along_its_sides_only() {
-    // Clockwise, and L-shaped about (20, -20).
+fn a_concave_outline_is_solid_along_its_sides_only() {
+    // Clockwise and L-shaped, about (20, -20).
     let corners = [(0, 0), (0, 8), (4, 8), (4, 4), (8, 4), (8, 0)];
     let corners: String = corners
         .iter()
@@ -69,7 +69,7 @@ fn an_outline_with_a_corner_inwards_is_solid_along_its_sides_only() {
 }
 
 #[test]
-fn an_open_outline_is_a_wall_and_one_without_height_a_patch() {
+fn an_open_outline_is_a_wall_and_a_flat_one_a_patch() {
     let wall = one(
         r#"<object id="1" type="wall" s="0" t="0"><outlines><outline id="0" closed="false">
 <cornerRoad s="10" t="9" height="2"/><cornerRoad s="20" t="9" height="2"/><cornerRoad s="20" t="14" height="2"/></outline></outlines></object>"#,
@@ -93,7 +93,7 @@ fn an_open_outline_is_a_wall_and_one_without_height_a_patch() {
 }
 
 #[test]
-fn an_outline_stands_wherever_its_object_is_repeated() {
+fn an_outline_is_repeated_with_its_object() {
     let all = structures(&network(
         r#"<object id="1" type="obstacle" s="5" t="-12"><repeat s="5" length="20" distance="10" tStart="-12" tEnd="-12"/>
 <outline id="0"><cornerLocal u="-1" v="-1" height="1"/><cornerLocal u="1" v="-1" height="1"/><cornerLocal u="1" v="1" height="1"/><cornerLocal u="-1" v="1" height="1"/></outline></object>"#,
@@ -129,8 +129,8 @@ fn markings_are_as_wide_and_broken_as_the_file_says() {
 }
 
 #[test]
-fn the_sides_of_a_space_are_its_own() {
-    // Its front looks along the road's left.
+fn the_sides_of_a_parking_space_follow_its_heading() {
+    // Its front faces the left of the road.
     let paint = object_paint(&network(
         r#"<object id="1" type="parkingSpace" s="20" t="-10" hdg="1.5707963267948966" length="5" width="2.4">
 <markings><marking side="left" color="white" width="0.1"/><marking side="front" color="white" width="0.1"/></markings></object>"#,
@@ -157,7 +157,7 @@ fn a_crosswalk_has_stripes_along_the_road() {
 }
 
 #[test]
-fn a_border_is_a_kerb_along_the_corners_that_it_names() {
+fn a_border_is_a_kerb_along_its_listed_corners() {
     let kerb = one(
         r#"<object id="1" type="none" s="0" t="0"><outlines><outline id="3"><cornerRoad id="0" s="10" t="9"/><cornerRoad id="1" s="20" t="9"/><cornerRoad id="2" s="20" t="14"/></outline></outlines>
 <borders><border type="curb" width="0.2" outlineId="3"><cornerReference id="0"/><cornerReference id="1"/></border></borders></object>"#,

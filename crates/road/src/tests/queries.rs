@@ -41,8 +41,8 @@ fn wide() -> Network {
 }
 
 #[test]
-fn waypoints_have_the_numbers_that_carla_gives_them() {
-    // What carla 0.9.16 says of road 253, section 0, lane -1, s 12 of its Town01.
+fn waypoint_ids_equal_those_of_carla() {
+    // Values of carla 0.9.16 for road 253, section 0, lane -1, s 12 of its Town01.
     let network =
         Network::parse(&text(JOINED).replace("\"1\" junction", "\"253\" junction")).expect("a map");
     let at = network.lane_point("253", -1, 12.0).expect("a lane");
@@ -50,7 +50,7 @@ fn waypoints_have_the_numbers_that_carla_gives_them() {
 }
 
 #[test]
-fn waypoints_stand_on_every_lane_at_every_step() {
+fn every_lane_has_a_waypoint_at_every_step() {
     let network = wide();
     let points = network.waypoints(10.0, LaneTypes::DRIVING);
     assert_eq!(points.len(), 40);
@@ -61,7 +61,7 @@ fn waypoints_stand_on_every_lane_at_every_step() {
 }
 
 #[test]
-fn markings_are_seen_in_driving_direction() {
+fn markings_refer_to_the_driving_direction() {
     let network = wide();
     for (lane, left, right) in [(-1, false, true), (-2, true, true), (1, false, true)] {
         let at = network.lane_point("7", lane, 10.0).expect("a lane");
@@ -86,7 +86,7 @@ fn the_rest_of_a_lane_ends_where_the_road_does() {
 }
 
 #[test]
-fn a_route_changes_lanes_where_the_goal_lies_beside() {
+fn a_route_changes_lanes_to_a_goal_beside_it() {
     let network = wide();
     let from = network.lane_point("7", -1, 10.0).expect("a lane");
     let to = network.lane_point("7", -2, 90.0).expect("a lane");
@@ -105,7 +105,7 @@ fn a_route_changes_lanes_where_the_goal_lies_beside() {
 }
 
 #[test]
-fn a_route_is_no_longer_than_any_way_that_a_walk_finds() {
+fn a_route_is_no_longer_than_any_walk() {
     for (name, text) in shared_maps().into_iter().filter(|(name, _)| name.contains("Town0")) {
         let network = Network::parse(&text).expect("a map that loads");
         let starts = network.spawn_points();
@@ -119,7 +119,7 @@ fn a_route_is_no_longer_than_any_way_that_a_walk_finds() {
 }
 
 #[test]
-fn a_landmark_ahead_is_seen_by_the_lanes_that_it_rules() {
+fn a_landmark_ahead_is_found_from_the_lanes_that_it_applies_to() {
     let network = wide();
     let at = network.lane_point("7", -2, 10.0).expect("a lane");
     let seen = network.landmarks_ahead(at, 100.0, false);
@@ -132,7 +132,7 @@ fn a_landmark_ahead_is_seen_by_the_lanes_that_it_rules() {
 }
 
 #[test]
-fn transverse_mercator_goes_both_ways_and_measures_the_meridian() {
+fn transverse_mercator_is_invertible_and_measures_the_meridian() {
     let utm = TransverseMercator::from_proj("+proj=utm +zone=32 +datum=WGS84").expect("UTM");
     for (latitude_deg, longitude_deg) in [(48.0, 11.0), (-33.9, 9.0), (0.0, 6.1), (80.0, 12.0)] {
         let point = GeoPoint { latitude_deg, longitude_deg, altitude_m: 3.0 };
@@ -151,8 +151,8 @@ fn transverse_mercator_goes_both_ways_and_measures_the_meridian() {
 }
 
 #[test]
-fn carla_s_formula_gives_carla_s_numbers() {
-    // What carla 0.9.16 says of x 1000, y -2000 with its origin at 49° N 8° E.
+fn the_formula_of_carla_gives_its_numbers() {
+    // Values of carla 0.9.16 for x 1000, y -2000 with its origin at 49° N 8° E.
     let mercator = CarlaMercator::from_proj("+lat_0=4.9e+1 +lon_0=8.0e+0");
     let point = mercator.unproject(1000.0, -2000.0, 0.0);
     assert!((point.latitude_deg - 48.982_025_694_678_5).abs() < 1e-12, "{point:?}");
@@ -164,7 +164,7 @@ fn carla_s_formula_gives_carla_s_numbers() {
 }
 
 #[test]
-fn world_space_and_earth_agree_both_ways() {
+fn world_space_to_earth_and_back_is_the_identity() {
     let header = r#"<header revMajor="1" revMinor="4" name="small"><geoReference>+proj=tmerc +lat_0=50 +lon_0=9</geoReference><offset x="1000" y="-500" z="2" hdg="0.3"/></header>"#;
     let text = text(JOINED).replace(r#"<header revMajor="1" revMinor="4" name="small"/>"#, header);
     let network = Network::parse(&text).expect("a valid map");
@@ -176,7 +176,7 @@ fn world_space_and_earth_agree_both_ways() {
 }
 
 #[test]
-fn no_lane_is_nearer_than_the_nearest() {
+fn no_lane_is_nearer_than_the_nearest_lane() {
     for (name, text) in shared_maps() {
         let network = Network::parse(&text).expect("a map that loads");
         // Every lane's centre, every half metre.

@@ -1,4 +1,4 @@
-//! Lane centres against esmini's, from `reference/<map>.esmini.csv` beside the maps.
+//! Lane centres against those of esmini, from `reference/<map>.esmini.csv` beside the maps.
 
 use std::collections::BTreeMap;
 
@@ -36,14 +36,14 @@ fn percentile(sorted: &[f64], share: f64) -> f64 {
     sorted.get(((sorted.len() as f64 - 1.0) * share) as usize).copied().unwrap_or(0.0)
 }
 
-/// Rows of one section at one s. Two sections may share an s when it is rounded.
+/// Groups rows of one section at one s. Two sections may share an s when it is rounded.
 fn stations(rows: &[Row]) -> Vec<&[Row]> {
     let same = |a: &Row, b: &Row| a.road == b.road && a.s == b.s && a.lane > b.lane;
     rows.chunk_by(same).collect()
 }
 
-/// The section with exactly the lanes of `rows`; the file's s is rounded, and sections may be
-/// shorter than that.
+/// Returns the section with exactly the lanes of `rows`; the file's s is rounded, and sections may
+/// be shorter than that.
 fn section_of(network: &Network, road: &Road, s: f64, rows: &[Row]) -> Option<usize> {
     [s, s - 6e-5, s + 6e-5].into_iter().map(|s| road.section_at(s)).find(|section| {
         let lanes = &road.sections[*section].lanes;
@@ -80,7 +80,7 @@ fn lane_centres_lie_within_5_mm_of_the_reference() {
                 let lane = network.lane_of(road, section, row.lane).expect("a lane of the section");
                 let lane = network.lane(lane);
                 let at = network.point_at_s(lane, row.s);
-                // As the file describes the lane: esmini knows no surface.
+                // As the file describes the lane: esmini does not blend heights.
                 let (pose, _) = network.lane_pose(at.lane, at.along_m, 0.0);
                 let ours = network.to_projected(pose.position);
                 let error = ours.distance(row.position);

@@ -1,4 +1,4 @@
-//! A map small enough to be written down here, for machines without others.
+//! A map small enough to be written here, for machines without other maps.
 
 use glam::DVec3;
 use mesh::Tag;
@@ -6,7 +6,7 @@ use mesh::Tag;
 use super::surface::Caster;
 use crate::{LaneTypes, Network, surface_mesh};
 
-/// A straight and a bend after it, with one lane each way and a sidewalk on the right.
+/// Returns a straight and a bend after it, with one lane each way and a sidewalk on the right.
 pub(super) fn text(successor: &str) -> String {
     let lanes = |successor: &str, predecessor: &str| {
         let link = format!("<link>{predecessor}{successor}</link>");
@@ -42,7 +42,7 @@ pub(super) fn text(successor: &str) -> String {
 pub(super) const JOINED: &str = r#"<successor id="ID"/>"#;
 
 #[test]
-fn lanes_lie_where_the_file_says_and_lead_into_each_other() {
+fn lanes_lie_as_in_the_file_and_are_connected() {
     let network = Network::parse(&text(JOINED)).expect("a valid map");
     assert!(network.findings().is_empty(), "{:?}", network.findings());
     let right = network.find_lane("1", 0, -1).expect("lane -1");
@@ -97,7 +97,7 @@ fn the_surface_is_closed_and_sidewalks_are_raised() {
 }
 
 #[test]
-fn a_broken_file_is_refused_with_its_line() {
+fn a_broken_file_is_rejected_with_its_line() {
     let whole = text(JOINED);
     let cut = Network::parse(&whole[..whole.len() / 2]).expect_err("half a map");
     assert!(cut.line > 1 && !cut.reason.is_empty(), "{cut}");

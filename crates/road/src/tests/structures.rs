@@ -25,7 +25,7 @@ fn together(things: &[Structure]) -> Mesh {
     mesh
 }
 
-/// Each edge of a closed body is passed once each way, if its corners are told by their places.
+/// Returns whether each edge is used once in each direction, with vertices identified by position.
 pub(super) fn is_closed(mesh: &Mesh) -> bool {
     let place = |corner: u32| mesh.positions[corner as usize].map(|x| (x * 1e4).round() as i64);
     let mut edges = std::collections::BTreeMap::new();
@@ -39,7 +39,7 @@ pub(super) fn is_closed(mesh: &Mesh) -> bool {
     edges.values().all(|sum| *sum == 0)
 }
 
-/// Six times the volume inside, which is positive where faces look outwards.
+/// Returns six times the enclosed volume, which is positive where faces point outwards.
 pub(super) fn volume(mesh: &Mesh) -> f64 {
     let of = |corners: &[u32; 3]| {
         let [a, b, c] =
@@ -57,7 +57,7 @@ fn tag(mesh: &Mesh, triangle: usize) -> Option<Tag> {
 fn a_tunnel_has_sides_and_a_roof() {
     let mesh = built(r#"<tunnel id="1" s="10" length="20" type="standard"/>"#);
     assert!(is_closed(&mesh));
-    // Half a metre round a room of 10 m (3.5, 3.5, 2 and two berms) by 5 m, 40 cm in the ground.
+    // Half a metre around a room of 10 m (3.5, 3.5, 2 and two berms) by 5 m, 40 cm in the ground.
     let solid = 20.0 * (11.0 * 5.9 - 10.0 * 5.4);
     assert!((volume(&mesh) - solid).abs() < 0.1, "{} for {solid}", volume(&mesh));
     let caster = Caster::new(&mesh);
@@ -83,7 +83,7 @@ fn a_bridge_has_parapets_and_a_deck() {
 }
 
 #[test]
-fn a_guard_rail_hangs_on_posts_and_a_wall_stands() {
+fn a_guard_rail_has_posts_and_a_wall_has_none() {
     let along = r#"<repeat s="5" length="30" distance="0" tStart="-7" tEnd="-7"/></object>"#;
     let rail =
         built(&format!(r#"<object id="1" type="barrier" subtype="guardRail" s="0" t="0">{along}"#));
@@ -101,14 +101,14 @@ fn a_guard_rail_hangs_on_posts_and_a_wall_stands() {
     let (top, triangle) =
         Caster::new(&wall).below(DVec3::new(20.0, -7.0, 9.0), 20.0).expect("a wall");
     assert!((top - 3.0).abs() < 1e-3 && tag(&wall, triangle) == Some(Tag::Wall));
-    // A tree is none.
+    // A tree is not a structure.
     assert!(
         built(&format!(r#"<object id="1" type="tree" s="0" t="0">{along}"#)).triangles.is_empty()
     );
 }
 
 #[test]
-fn nothing_stands_on_another_road() {
+fn no_structure_stands_on_another_road() {
     // A wall along the first road's end, over the second one's lanes.
     let mesh = built(
         r#"<object id="1" type="wall" s="0" t="0"><repeat s="40" length="10" distance="0" tStart="-3" tEnd="-3"/></object>"#,
@@ -125,7 +125,7 @@ fn nothing_stands_on_another_road() {
     assert!(!stands(22.5) && !stands(24.5));
 }
 
-/// Whether a place lies in a solid box of these.
+/// Returns whether a place lies in one of the solid boxes.
 pub(super) fn is_solid(things: &[Structure], at: DVec3) -> bool {
     things.iter().flat_map(|one| &one.solids).any(|solid| {
         let offset = at - solid.center;
@@ -137,7 +137,7 @@ pub(super) fn is_solid(things: &[Structure], at: DVec3) -> bool {
 }
 
 #[test]
-fn what_stands_is_solid_where_it_is_seen_and_nowhere_else() {
+fn structures_are_solid_exactly_where_they_are_visible() {
     let along = r#"<repeat s="5" length="30" distance="0" tStart="-7" tEnd="-7"/></object>"#;
     let rail = format!(r#"<object id="1" type="barrier" subtype="guardRail" s="0" t="0">{along}"#);
     let rail = things(&rail);
@@ -151,7 +151,7 @@ fn what_stands_is_solid_where_it_is_seen_and_nowhere_else() {
         assert!(!is_solid(&rail, DVec3::new(x, -6.7, 0.5)), "{x} beside it");
     }
     assert!(!is_solid(&rail, DVec3::new(4.5, -7.0, 0.5)));
-    // A straight one needs few boxes.
+    // A straight rail needs few boxes.
     assert!(rail.iter().map(|one| one.solids.len()).sum::<usize>() <= 3);
 
     let tunnel = things(r#"<tunnel id="1" s="10" length="20" type="standard"/>"#);

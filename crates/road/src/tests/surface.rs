@@ -46,7 +46,7 @@ impl<'a> Caster<'a> {
         caster
     }
 
-    /// Height and triangle of the first surface at most `reach` below `from`.
+    /// Returns height and triangle of the first surface at most `reach` below `from`.
     pub(super) fn below(&self, from: DVec3, reach: f64) -> Option<(f64, usize)> {
         let (x, y) = (from.x, from.y);
         let column = ((x as f32 - self.low[0]) / CELL_M) as usize;
@@ -78,12 +78,12 @@ impl<'a> Caster<'a> {
     }
 }
 
-/// Where a junction's roads contradict each other, its surface goes from one to the other across
-/// cells of this size, so that they bend what lies beside them.
+/// Where a junction's roads contradict each other, its surface blends their heights in cells of
+/// this size, metres, so that they bend what lies beside them.
 const CELL_OF_BLEND_M: f64 = 0.9;
 
-/// Whether several roads of one junction lie round `point` in different heights, and `z` between
-/// them.
+/// Returns whether several roads of one junction lie around `point` at different heights, and `z`
+/// is between them.
 fn between_lanes(network: &Network, point: DVec3, z: f64) -> bool {
     let (mut low, mut high) = (point.z, point.z);
     for lane in network.lanes().iter().filter(|lane| lane.junction.is_some()) {
@@ -129,7 +129,7 @@ fn rays_find_every_driving_lane_at_its_height_as_road() {
             }
             let steps = (lane.length_m / 0.9).ceil().max(1.0) as usize;
             for step in 0..=steps {
-                // Not on the very seams: where two surfaces meet, either may be found.
+                // Not exactly on seams: where two surfaces meet, a ray may find either.
                 let along_m = lane.length_m * (step as f64 + 0.137) / (steps as f64 + 0.3);
                 let width = network.width(LanePoint { lane: lane.index, along_m });
                 if width < 0.3 {
@@ -138,7 +138,8 @@ fn rays_find_every_driving_lane_at_its_height_as_road() {
                 for share in [-0.46, -0.21, 0.013, 0.24, 0.47] {
                     let offset = share * width;
                     let bend = network.place_at(lane.index, along_m, 0.0).curvature_per_m;
-                    // The inner side of a bend tighter than the lane is wide is nowhere.
+                    // The inner side of a bend that is tighter than the lane's width does not
+                    // exist.
                     if bend * offset > 0.8 {
                         continue;
                     }
@@ -187,7 +188,7 @@ fn rays_find_every_driving_lane_at_its_height_as_road() {
     assert!(failed.is_empty(), "{failed:?}");
 }
 
-/// Maps made here, and those of `OMNIBUS_MAPS`.
+/// Returns hand-made maps, and those of `OMNIBUS_MAPS`.
 fn maps() -> Vec<(String, String)> {
     let mut maps = made::maps();
     maps.push(("small".to_string(), small::text(small::JOINED)));
@@ -204,7 +205,7 @@ fn rays_find_a_surface_where_lanes_meet() {
         let caster = Caster::new(&mesh);
         let (mut rays, mut wrong, mut first) = (0, 0, None);
         for lane in network.lanes() {
-            // Where the file itself leaves a gap there is none to be closed by us.
+            // Gaps in the file itself are not closed.
             let ends = [lane.successors.first(), lane.predecessors.first()];
             let joined = |end: usize| {
                 let (Some(next), along) = (ends[end], [lane.length_m, 0.0][end]) else {
@@ -218,7 +219,7 @@ fn rays_find_a_surface_where_lanes_meet() {
                 continue;
             }
             for end in [0, 1].into_iter().filter(|end| joined(*end)) {
-                // Eight kilometres from the origin f32 rounds to half a millimetre.
+                // Eight kilometres from the origin f32 resolves half a millimetre.
                 for back in [1e-3, 0.003, 0.01, 0.05] {
                     let along_m = if end == 0 { lane.length_m - back } else { back };
                     let width = network.width(LanePoint { lane: lane.index, along_m });
@@ -254,9 +255,9 @@ fn rays_find_a_surface_where_lanes_meet() {
     assert!(failed.is_empty(), "{failed:?}");
 }
 
-/// A gap this narrow is a crack; what is wider lies between roads.
+/// Widest crack, metres; wider gaps lie between roads.
 const CRACK_M: f64 = 0.15;
-/// Edges are looked over at places this far from each other.
+/// Distance of the places at which edges are examined, metres.
 const EVERY_M: f64 = 0.2;
 
 #[test]
@@ -300,11 +301,11 @@ fn no_crack_runs_through_the_surface_of_roads() {
     assert!(failed.is_empty(), "{failed:?}");
 }
 
-/// Maps with cracks, and at how many edges: where a file's roads contradict each other in height
-/// or lie over each other by slivers that are narrower than what joins them.
+/// Maps with cracks, and the number of cracked edges: where a file's roads contradict each other in
+/// height or overlap by slivers that are narrower than what joins them.
 const CRACKS: [(&str, usize); 3] = [("carla2019__Town03", 7), ("Town06", 1), ("acosta", 7)];
 
-/// Edges of roads that only one of the triangles that lie has, in its direction.
+/// Returns the edges of roads that belong to only one horizontal triangle, in its direction.
 fn open_edges(mesh: &Mesh) -> Vec<(u32, u32)> {
     let road = [Tag::Roads as u8, Tag::RoadLine as u8];
     let mut edges = Vec::new();

@@ -1,9 +1,9 @@
-//! Texts that are read in several parts at once.
+//! Texts that are parsed in several parts at once.
 
 use super::shared_maps;
 use crate::{Network, build::built, surface::surface};
 
-/// A file of so many short roads in a row, with what stands between them.
+/// Returns a file of `count` short roads in a row, with `between` after each.
 fn row_of_roads(count: usize, between: &str) -> String {
     let mut text =
         String::from("<OpenDRIVE><header revMajor=\"1\" revMinor=\"6\" name=\"row\"/>\n");
@@ -58,7 +58,7 @@ fn the_number_of_threads_changes_nothing() {
 }
 
 #[test]
-fn what_only_looks_like_a_road_is_none() {
+fn text_that_only_looks_like_a_road_is_not_one() {
     let trap = format!("<!-- {} -->", "<road id=\"x\" length=\"1\"> ".repeat(20));
     let text = row_of_roads(1500, &trap);
     check("comments", &text);
@@ -72,7 +72,7 @@ fn what_only_looks_like_a_road_is_none() {
 }
 
 #[test]
-fn of_several_errors_the_first_is_told() {
+fn the_first_of_several_errors_is_reported() {
     let text = row_of_roads(3000, "");
     let broken = text.replace(r#"length="20" id="2900""#, r#"length="far" id="2900""#);
     check("an error", &broken);
@@ -80,6 +80,6 @@ fn of_several_errors_the_first_is_told() {
     let twice = broken.replace(r#"length="20" id="2000""#, r#"length="away" id="2000""#);
     let first = Network::parse(&twice).expect_err("no number").line;
     assert_eq!((first, line), (2 + 5 * 2000, 2 + 5 * 2900));
-    // A file that ends too early is told where it ends.
+    // A file that ends too early is reported at its end.
     check("cut off", &text[..text.len() / 2]);
 }

@@ -1,9 +1,9 @@
-//! Each thing that can be wrong, in a map that is right but for it.
+//! Each kind of inconsistency, in a map that is otherwise consistent.
 
 use super::shared_maps;
 use crate::{Severity, validate};
 
-/// Road 1 leads over way 2 of junction 9 into road 3.
+/// Road 1 leads through connection 2 of junction 9 into road 3.
 const GOOD: &str = r#"<OpenDRIVE>
 <header revMajor="1" revMinor="6" name="good"/>
 <road name="in" length="60" id="1" junction="-1" rule="RHT">
@@ -109,8 +109,8 @@ const GOOD: &str = r#"<OpenDRIVE>
 </OpenDRIVE>
 "#;
 
-/// Everything found in the good map with `old` replaced by `new`: severity, line, reason. A map
-/// that is refused has one error.
+/// Returns everything found in the good map with `old` replaced by `new`: severity, line, reason. A
+/// rejected map has one error.
 fn found(old: &str, new: &str) -> Vec<(Severity, usize, String)> {
     assert_eq!(GOOD.matches(old).count(), 1, "{old} should stand once");
     match validate(&GOOD.replace(old, new)) {
@@ -119,13 +119,16 @@ fn found(old: &str, new: &str) -> Vec<(Severity, usize, String)> {
     }
 }
 
-/// Replacing `old` by `new` is told on the line of `at`.
-fn check(old: &str, new: &str, at: &str, severity: Severity, told: &str) {
+/// Checks that replacing `old` by `new` is reported on the line of `at`.
+fn check(old: &str, new: &str, at: &str, severity: Severity, reason: &str) {
     let text = GOOD.replace(old, new);
     let line = 1 + text[..text.find(at).expect("a place")].matches('\n').count();
     let found = found(old, new);
-    let is_told = found.iter().any(|f| f.0 == severity && f.1 == line && f.2.contains(told));
-    assert!(is_told, "{new}: {severity:?} on line {line} with {told:?} is not among {found:#?}");
+    let is_reported = found.iter().any(|f| f.0 == severity && f.1 == line && f.2.contains(reason));
+    assert!(
+        is_reported,
+        "{new}: {severity:?} on line {line} with {reason:?} is not among {found:#?}"
+    );
 }
 
 use Severity::{Error, Warning};
@@ -136,26 +139,32 @@ fn a_good_map_has_no_findings() {
 }
 
 #[test]
-fn lines_that_do_not_go_on_are_told() {
+fn discontinuous_lines_are_reported() {
     let second = r#"<geometry s="40" x="40" y="0" hdg="0" length="20">"#;
     let at = r#"<geometry s="40"#;
     check(second, &second.replace(r#"x="40""#, r#"x="40.05""#), at, Warning, "begins 0.050 m from");
     check(second, &second.replace(r#"x="40""#, r#"x="41""#), at, Error, "begins 1.000 m from");
     check(second, &second.replace(r#"hdg="0""#, r#"hdg="0.02""#), at, Warning, "a kink of 0.020");
-    check(second, &second.replace("s=\"40", "s=\"40.5"), at, Error, "one before it ends at 40");
-    check(second, &second.replace("s=\"40", "s=\"-1"), "<geometry s=\"-1", Error, "before it at 0");
+    check(second, &second.replace("s=\"40", "s=\"40.5"), at, Error, "previous one ends at 40");
+    check(
+        second,
+        &second.replace("s=\"40", "s=\"-1"),
+        "<geometry s=\"-1",
+        Error,
+        "previous one at 0",
+    );
     let first = r#"<geometry s="0" x="0" y="0" hdg="0" length="40">"#;
     check(first, &first.replace("s=\"0", "s=\"1"), "<geometry s=\"1", Error, "begins at s 1");
     let step = r#"<elevation s="30" a="0.3""#;
-    check(step, r#"<elevation s="30" a="0.33""#, r#"<elevation s="30"#, Warning, "a step of 0.030");
-    check(step, r#"<elevation s="30" a="0.5""#, r#"<elevation s="30"#, Error, "a step of 0.200");
+    check(step, r#"<elevation s="30" a="0.33""#, r#"<elevation s="30"#, Warning, "step of 0.030");
+    check(step, r#"<elevation s="30" a="0.5""#, r#"<elevation s="30"#, Error, "step of 0.200");
     check(step, r#"<elevation s="-3" a="0.3""#, r#"<elevation s="-3"#, Error, "after one that");
     let jump = r#"<laneOffset s="10" a="0.5""#;
-    check(jump, r#"<laneOffset s="10" a="0.9""#, r#"<road name="in"#, Error, "jump 0.400 m aside");
+    check(jump, r#"<laneOffset s="10" a="0.9""#, r#"<road name="in"#, Error, "jumps by 0.400 m");
 }
 
 #[test]
-fn lengths_that_contradict_the_geometry_are_told() {
+fn lengths_that_contradict_the_geometry_are_reported() {
     let road = r#"<road name="in" length="60""#;
     check(road, r#"<road name="in" length="60.5""#, r#"<road name="in"#, Error, "ends at 60");
     check(road, r#"<road name="in" length="90""#, r#"<road name="in"#, Error, "ends at 60");
@@ -164,20 +173,14 @@ fn lengths_that_contradict_the_geometry_are_told() {
 }
 
 #[test]
-fn lanes_that_do_not_fit_are_told() {
+fn lanes_that_do_not_fit_are_reported() {
     let section = r#"<laneSection s="25">"#;
-    check(section, r#"<laneSection s="-25">"#, "<laneSection s=\"-25", Error, "one before it at 0");
+    check(section, r#"<laneSection s="-25">"#, "<laneSection s=\"-25", Error, "previous one at 0");
     check(section, r#"<laneSection s="65">"#, "<laneSection s=\"65", Error, "60 m long");
     let width = r#"<width sOffset="20" a="3" b="0" c="0" d="0"/>"#;
     let lane = r#"<lane id="-1" type="driving" level"#;
-    check(
-        width,
-        &width.replace("a=\"3\" b=\"0\"", "a=\"3\" b=\"-1\""),
-        lane,
-        Error,
-        "m wide between",
-    );
-    check(width, &width.replace("a=\"3\"", "a=\"3.05\""), lane, Warning, "its width by 0.050");
+    check(width, &width.replace("a=\"3\" b=\"0\"", "a=\"3\" b=\"-1\""), lane, Error, "m between");
+    check(width, &width.replace("a=\"3\"", "a=\"3.05\""), lane, Warning, "jumps by 0.050");
     check(
         width,
         &width.replace("sOffset=\"20\"", "sOffset=\"-2\""),
@@ -186,28 +189,28 @@ fn lanes_that_do_not_fit_are_told() {
         "after one",
     );
     let first = "<link><successor id=\"-1\"/></link>\n<width sOffset=\"0\"";
-    check(
-        first,
-        &first.replace("sOffset=\"0", "sOffset=\"2"),
-        lane,
-        Error,
-        "no width before its 2",
-    );
+    check(first, &first.replace("sOffset=\"0", "sOffset=\"2"), lane, Error, "no width before 2");
     let second = r#"<lane id="-2" type="sidewalk"><link><successor"#;
-    check(second, &second.replace("-2", "-3"), "<lane id=\"-3", Error, "follows on lane -1");
-    check(second, &second.replace("-2", "-1"), "<lane id=\"-1\" type=\"side", Error, "twice");
+    check(second, &second.replace("-2", "-3"), "<lane id=\"-3", Error, "follows -1");
+    check(
+        second,
+        &second.replace("-2", "-1"),
+        "<lane id=\"-1\" type=\"side",
+        Error,
+        "duplicate lane",
+    );
     let bare = "<lane id=\"-1\" type=\"driving\"><link/>\n<width sOffset=\"0\" a=\"3\" b=\"0\" c=\"0\" d=\"0\"/>";
     let at = "<lane id=\"-1\" type=\"driving\"><link/>";
     check(bare, at, at, Warning, "neither width nor border");
 }
 
 #[test]
-fn joints_that_gape_are_told() {
+fn gaps_between_lanes_are_reported() {
     let way = r#"<geometry s="0" x="60" y="0" hdg="0" length="20">"#;
     let before = r#"<laneSection s="25">"#;
     check(way, &way.replace("60", "60.03"), before, Warning, "ends 0.030 m from");
     check(way, &way.replace("y=\"0\"", "y=\"0.5\""), before, Error, "ends 0.500 m from");
-    check(way, &way.replace("hdg=\"0\"", "hdg=\"0.1\""), before, Warning, "0.100 rad aside");
+    check(way, &way.replace("hdg=\"0\"", "hdg=\"0.1\""), before, Warning, "0.100 rad from");
     let rise = r#"<elevation s="0" a="0.6""#;
     check(rise, r#"<elevation s="0" a="0.9""#, before, Error, "0.300 m above or below");
     let lane = "<link/>\n<width sOffset=\"0\" a=\"3\"";
@@ -216,12 +219,12 @@ fn joints_that_gape_are_told() {
     let text = GOOD.replace(lane, &wide);
     let section = text[..text.find(before).expect("the way")].rfind("<laneSection").expect("one");
     let line = 1 + text[..section].matches('\n').count();
-    let told = "begins 3.500 m wide";
-    assert!(found(lane, &wide).iter().any(|f| f.0 == Error && f.1 == line && f.2.contains(told)));
+    let reason = "begins 3.500 m wide";
+    assert!(found(lane, &wide).iter().any(|f| f.0 == Error && f.1 == line && f.2.contains(reason)));
 }
 
 #[test]
-fn links_that_lead_nowhere_or_elsewhere_are_told() {
+fn links_without_a_matching_counterpart_are_reported() {
     let out = r#"elementId="3" contactPoint="start""#;
     let way = r#"<road name="way"#;
     check(out, r#"elementId="7" contactPoint="start""#, way, Error, "road 7, which does not exist");
@@ -259,14 +262,14 @@ fn links_that_lead_nowhere_or_elsewhere_are_told() {
     );
     let member = r#"id="2" junction="9""#;
     check(member, r#"id="2" junction="7""#, way, Error, "junction 7, which does not exist");
-    check(member, r#"id="2" junction="-1""#, "<connection", Error, "does not lie in it");
+    check(member, r#"id="2" junction="-1""#, "<connection", Error, "does not belong to it");
     let connection = r#"incomingRoad="1" connectingRoad="2" contactPoint="start""#;
     check(
         connection,
         &connection.replace("Road=\"2", "Road=\"5"),
         "<connection",
         Error,
-        "not both exist",
+        "at least one does not exist",
     );
     check(
         connection,
@@ -286,7 +289,7 @@ fn links_that_lead_nowhere_or_elsewhere_are_told() {
 }
 
 #[test]
-fn what_stands_beyond_its_road_or_twice_is_told() {
+fn positions_beyond_the_road_and_duplicate_ids_are_reported() {
     check("id=\"s1\" s=\"50\"", "id=\"s1\" s=\"61\"", "<signal id=\"s1", Warning, "at s 61");
     check(
         "id=\"o2\" type=\"pole\" s=\"6\"",
@@ -307,29 +310,35 @@ fn what_stands_beyond_its_road_or_twice_is_told() {
         "<signal id=\"s1\"",
         "<signal id=\"s1\" s=\"55",
         Error,
-        "second signal",
+        "duplicate signal",
     );
     check(
         "id=\"o2\"",
         "id=\"o1\"",
         "<object id=\"o1\" type=\"pole\" s=\"6",
         Warning,
-        "second object",
+        "duplicate object",
     );
-    check("id=\"3\" junction", "id=\"1\" junction", "<road name=\"out", Error, "a second road 1");
+    check(
+        "id=\"3\" junction",
+        "id=\"1\" junction",
+        "<road name=\"out",
+        Error,
+        "duplicate road id 1",
+    );
     check(
         "</junction>",
         "</junction>\n<junction id=\"9\"/>",
         "<junction id=\"9\"/>",
         Error,
-        "second junction",
+        "duplicate junction",
     );
     check(
         "<junction id",
         "<controller id=\"c1\"/>\n<junction id",
         "<controller id=\"c1\"/>",
         Error,
-        "second controller",
+        "duplicate controller",
     );
     check(
         "<signalReference id=\"s2\"",
@@ -355,7 +364,7 @@ fn what_stands_beyond_its_road_or_twice_is_told() {
 }
 
 #[test]
-fn words_that_nobody_knows_are_told() {
+fn unknown_words_are_reported() {
     for (old, new) in [
         ("type=\"driving\" level", "type=\"diving\" level"),
         ("level=\"false\"", "level=\"maybe\""),
@@ -370,7 +379,7 @@ fn words_that_nobody_knows_are_told() {
         ("s=\"51\" t=\"-7\" orientation=\"+\"", "s=\"51\" t=\"-7\" orientation=\"?\""),
         ("elementId=\"1\" contactPoint=\"end\"", "elementId=\"1\" contactPoint=\"ending\""),
     ] {
-        check(old, new, new, Warning, "which nobody knows");
+        check(old, new, new, Warning, "unknown value");
     }
 }
 

@@ -1,11 +1,11 @@
-//! Our reader of XML beside quick-xml.
+//! This crate's XML reader against quick-xml.
 
 use quick_xml::events::Event;
 
 use super::shared_maps;
 use crate::{MapError, xml::Cursor};
 
-/// Every element that ours finds: its depth, its name, its attributes.
+/// Returns every element that this reader finds: its depth, name and attributes.
 fn ours(text: &str) -> Result<Vec<String>, MapError> {
     fn walk(xml: &mut Cursor, found: &mut Vec<String>) -> Result<(), MapError> {
         let here = xml.depth();
@@ -62,7 +62,7 @@ const TRICKY: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <?after it?>"#;
 
 #[test]
-fn it_finds_what_quick_xml_finds() {
+fn the_reader_finds_what_quick_xml_finds() {
     assert_eq!(ours(TRICKY).expect("well-formed XML"), theirs(TRICKY));
     for (name, text) in shared_maps() {
         let found = ours(&text).expect("well-formed XML");
@@ -82,20 +82,20 @@ fn texts_and_entities_are_resolved() {
 }
 
 #[test]
-fn what_is_not_well_formed_is_refused_where_it_stands() {
-    for (text, line, told) in [
+fn malformed_xml_is_rejected_on_its_line() {
+    for (text, line, wanted) in [
         ("<a>\n<b>\n</a>", 3, "<b> is closed by </a>"),
-        ("<a>\n<b x=1/></a>", 2, "\"x=1/\" is no attribute"),
-        ("<a>\n<b x=\"1/></a>", 2, "\"x=\"1/\" is no attribute"),
-        ("<a>\n<b x/></a>", 2, "\"x/\" is no attribute"),
+        ("<a>\n<b x=1/></a>", 2, "\"x=1/\" is not an attribute"),
+        ("<a>\n<b x=\"1/></a>", 2, "\"x=\"1/\" is not an attribute"),
+        ("<a>\n<b x/></a>", 2, "\"x/\" is not an attribute"),
         ("<a>\n\n<!-- </a>", 3, "a comment has no end"),
         ("<a>\n< b/></a>", 2, "a \"<\" has no name"),
-        ("<a>\n<b>", 2, "the file ends inside <b>; is it cut off?"),
+        ("<a>\n<b>", 2, "unexpected end of file inside <b>"),
         ("<a>\n<b", 2, "<b> has no end"),
-        ("</a>", 1, "</a> closes nothing"),
+        ("</a>", 1, "</a> has no start tag"),
     ] {
         let error = ours(text).expect_err(text);
         assert_eq!(error.line, line, "{text:?}: {error}");
-        assert!(error.reason.contains(told), "{text:?}: {error}");
+        assert!(error.reason.contains(wanted), "{text:?}: {error}");
     }
 }

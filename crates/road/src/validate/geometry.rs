@@ -45,7 +45,7 @@ impl Judged<'_> {
             let end_m = before.from_m + before.length_m;
             if (after.from_m - end_m).abs() > GAP_M {
                 let reason = format!(
-                    "a geometry of road {id} begins at s {}, and the one before it ends at {end_m}",
+                    "a geometry of road {id} begins at s {}, but the previous one ends at {end_m}",
                     after.from_m
                 );
                 report.error(offset, reason);
@@ -54,7 +54,7 @@ impl Judged<'_> {
             let gap = end.position.distance(start.position);
             if gap > GAP_M {
                 let reason = format!(
-                    "a geometry of road {id} begins {gap:.3} m from where the one before it ends"
+                    "a geometry of road {id} begins {gap:.3} m from where the previous one ends"
                 );
                 by_size(report, offset, gap, reason);
             }
@@ -69,7 +69,7 @@ impl Judged<'_> {
             let off = (own_m - curve.length_m).abs();
             if off > GAP_M.max(1e-3 * curve.length_m) {
                 let reason = format!(
-                    "a geometry of road {id} is said to be {} m long, and its curve is {own_m:.3} m",
+                    "a geometry of road {id} is declared {} m long, but its curve is {own_m:.3} m long",
                     curve.length_m
                 );
                 report.warn(place(number), reason);
@@ -90,7 +90,8 @@ impl Judged<'_> {
         for (s, step, piece) in steps(&road.elevation, road.length_m) {
             if step > GAP_M {
                 let offset = places.elevations.get(piece).copied().unwrap_or(places.offset);
-                let reason = format!("road {} has a step of {step:.3} m at s {s}", road.id);
+                let reason =
+                    format!("road {} has an elevation step of {step:.3} m at s {s}", road.id);
                 by_size(report, offset, step, reason);
             }
         }
@@ -98,10 +99,8 @@ impl Judged<'_> {
             // A section that begins there may have other lanes without moving any.
             let at_section = road.sections.iter().any(|section| (section.start_m - s).abs() < 0.1);
             if step > GAP_M && !at_section {
-                let reason = format!(
-                    "the lanes of road {} jump {step:.3} m aside at s {s}, by their offset",
-                    road.id
-                );
+                let reason =
+                    format!("the lane offset of road {} jumps by {step:.3} m at s {s}", road.id);
                 by_size(report, places.offset, step, reason);
             }
         }
@@ -125,7 +124,8 @@ impl Judged<'_> {
             let [lane, next] = [lane, next].map(|lane| self.network.lane(*lane).id);
             let step = if lane > 0 && next < 0 { 2 } else { 1 };
             if lane - next != step {
-                let reason = format!("lane {next} of road {id} follows on lane {lane}");
+                let reason =
+                    format!("lane ids of road {id} are not consecutive: {next} follows {lane}");
                 report.error(places.lane(next), reason);
             }
         }
@@ -143,26 +143,27 @@ impl Judged<'_> {
         offset: usize,
         report: &mut Report,
     ) {
-        let whose = format!("lane {} of road {}", lane.id, road.id);
+        let name = format!("lane {} of road {}", lane.id, road.id);
         if lane.widths.is_empty() && lane.borders.is_empty() {
-            return report.warn(offset, format!("{whose} has neither width nor border"));
+            return report.warn(offset, format!("{name} has neither width nor border"));
         }
         let first = lane.widths.knots().next().filter(|_| lane.borders.is_empty());
         if let Some(first) = first.filter(|first| *first > GAP_M) {
-            report.error(offset, format!("{whose} has no width before its {first} m"));
+            report.error(offset, format!("{name} has no width before {first} m"));
         }
         for (from, to) in intervals(&lane.widths, section.length_m) {
             let lowest = lane.widths.lowest(from, to);
             if lowest < NEGATIVE_M {
-                let reason = format!("{whose} is {lowest:.3} m wide between its {from} and {to} m");
+                let reason = format!(
+                    "{name} has a negative width of {lowest:.3} m between {from} and {to} m"
+                );
                 report.error(offset, reason);
                 break;
             }
         }
         for (ds, step, _) in steps(&lane.widths, section.length_m) {
             if step > GAP_M {
-                let reason =
-                    format!("{whose} changes its width by {step:.3} m at once at its {ds} m");
+                let reason = format!("the width of {name} jumps by {step:.3} m at {ds} m");
                 by_size(report, offset, step, reason);
             }
         }
@@ -175,9 +176,9 @@ impl Judged<'_> {
         for lane in &self.network.lanes {
             for next in &lane.successors {
                 let next = self.network.lane(*next);
-                for (fault, size, told) in self.faults(lane, next) {
+                for (fault, size, reason) in self.faults(lane, next) {
                     let key = (lane.road, lane.section, next.road, next.section, fault);
-                    let new = (size, 1, told);
+                    let new = (size, 1, reason);
                     wrong
                         .entry(key)
                         .and_modify(|old| {
@@ -191,13 +192,13 @@ impl Judged<'_> {
                 }
             }
         }
-        for ((road, section, _, _, fault), (size, lanes, told)) in wrong {
+        for ((road, section, _, _, fault), (size, lanes, reason)) in wrong {
             let places = &self.places.roads[road as usize];
             let places = places.sections.get(section as usize);
             let offset = places.map_or(0, |section| section.offset);
             let others =
                 if lanes > 1 { format!(", and {} more", lanes - 1) } else { String::new() };
-            let reason = format!("{told}{others}");
+            let reason = format!("{reason}{others}");
             match fault {
                 Fault::Kink => report.warn(offset, reason),
                 _ => by_size(report, offset, size, reason),
@@ -212,34 +213,36 @@ impl Judged<'_> {
         let start = network.lane_pose(next.index, 0.0, 0.0).0;
         let width = |lane: LaneIndex, along_m| network.width(LanePoint { lane, along_m });
         let widths = [width(lane.index, lane.length_m), width(next.index, 0.0)];
-        let whose = |lane: &Lane| {
+        let name = |lane: &Lane| {
             format!("lane {} of road {}", lane.id, network.roads[lane.road as usize].id)
         };
-        let (from, to) = (whose(lane), whose(next));
+        let (from, to) = (name(lane), name(next));
         let mut faults = Vec::new();
         // A lane may widen to one side where it continues; then the centres lie apart.
         let step = (widths[0] - widths[1]).abs();
         let gap = (end.position - start.position).truncate().length();
         if gap > GAP_M + 0.5 * step {
-            let told = format!("{from} ends {gap:.3} m from where {to} begins");
-            faults.push((Fault::Gap, gap, told));
+            let reason = format!("{from} ends {gap:.3} m from where {to} begins");
+            faults.push((Fault::Gap, gap, reason));
         }
         let rise = (end.position.z - start.position.z).abs();
         if rise > GAP_M {
-            let told = format!("{from} ends {rise:.3} m above or below where {to} begins");
-            faults.push((Fault::Step, rise, told));
+            let reason = format!("{from} ends {rise:.3} m above or below where {to} begins");
+            faults.push((Fault::Step, rise, reason));
         }
         if step > GAP_M {
-            let told = format!(
+            let reason = format!(
                 "{from} ends {:.3} m wide, and {to} begins {:.3} m wide",
                 widths[0], widths[1]
             );
-            faults.push((Fault::Width, step, told));
+            faults.push((Fault::Width, step, reason));
         }
         let turn = wrapped(end.heading_rad - start.heading_rad).abs();
         if turn > KINK_RAD && widths[0].max(widths[1]) > GAP_M {
-            let told = format!("{from} ends {turn:.3} rad aside of how {to} begins");
-            faults.push((Fault::Kink, turn, told));
+            let reason = format!(
+                "{from} ends with a heading {turn:.3} rad from that of {to} at its beginning"
+            );
+            faults.push((Fault::Kink, turn, reason));
         }
         faults
     }

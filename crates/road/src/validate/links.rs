@@ -61,7 +61,7 @@ impl Judged<'_> {
                 let junction = &self.network.junctions[junction as usize].id;
                 report.error(offset, says(format!("which leads into junction {junction}")));
             }
-            None => report.warn(offset, says("which leads nowhere".to_string())),
+            None => report.warn(offset, says("which has no link there".to_string())),
         }
     }
 
@@ -147,7 +147,7 @@ impl Judged<'_> {
             let places = &self.places.junctions[index as usize];
             let id = &junction.id;
             if junction.connections.is_empty() && places.connections.is_empty() {
-                report.warn(places.offset, format!("junction {id} connects nothing"));
+                report.warn(places.offset, format!("junction {id} has no connections"));
             }
             for connection in &junction.connections {
                 let offset = connection.offset;
@@ -156,7 +156,7 @@ impl Judged<'_> {
                 let way = &roads[connection.connecting as usize];
                 if junction.kind == JunctionKind::Common && way.junction != Some(index) {
                     let reason = format!(
-                        "junction {id} is crossed on road {}, which does not lie in it",
+                        "junction {id} has a connection on road {}, which does not belong to it",
                         way.id
                     );
                     report.error(offset, reason);
@@ -194,7 +194,7 @@ impl Judged<'_> {
                 let is_used = junction.connections.iter().any(|way| way.connecting == *road);
                 if !is_used && junction.kind == JunctionKind::Common {
                     let reason = format!(
-                        "road {} lies in junction {id}, and no connection uses it",
+                        "road {} lies in junction {id}, but no connection uses it",
                         self.network.roads[*road as usize].id
                     );
                     report.warn(self.places.roads[*road as usize].offset, reason);

@@ -114,9 +114,9 @@ impl<'a> Reader<'a, '_> {
             let seen = self.ids.insert((kind, id), offset).is_some();
             match (seen, kind) {
                 (true, "object") => {
-                    self.report.warn(offset, format!("a second object has the id {id}"));
+                    self.report.warn(offset, format!("duplicate object id {id}"));
                 }
-                (true, _) => self.report.error(offset, format!("a second {kind} has the id {id}")),
+                (true, _) => self.report.error(offset, format!("duplicate {kind} id {id}")),
                 _ => {}
             }
         }
@@ -147,7 +147,7 @@ impl<'a> Reader<'a, '_> {
                 let start = number("s").unwrap_or(0.0);
                 if start > road.length_m + 0.01 {
                     let reason = format!(
-                        "a lane section begins at s {start}, and its road is {} m long",
+                        "a lane section begins at s {start}, but its road is {} m long",
                         road.length_m
                     );
                     self.report.error(offset, reason);
@@ -164,7 +164,7 @@ impl<'a> Reader<'a, '_> {
                     let id = xml.raw("id").unwrap_or_default();
                     let what = if name == "signalReference" { "reference to signal" } else { name };
                     let reason = format!(
-                        "{what} {id} stands at s {at}, and its road is {} m long",
+                        "{what} {id} is at s {at}, but its road is {} m long",
                         road.length_m
                     );
                     self.report.warn(offset, reason);
@@ -174,7 +174,7 @@ impl<'a> Reader<'a, '_> {
                 let end = number("s").unwrap_or(0.0) + number("length").unwrap_or(0.0);
                 if end > road.length_m + 0.1 {
                     let reason = format!(
-                        "a {name} ends at s {end}, and its road is {} m long",
+                        "a {name} ends at s {end}, but its road is {} m long",
                         road.length_m
                     );
                     self.report.warn(offset, reason);

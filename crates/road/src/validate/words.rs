@@ -58,9 +58,9 @@ pub(super) fn check(xml: &Cursor, parent: &str, name: &str, report: &mut Report)
         let usual = if known.is_empty() {
             String::new()
         } else {
-            format!("; it can be {}", known.join(", "))
+            format!("; known values are {}", known.join(", "))
         };
-        let reason = format!("{key} of <{name}> is \"{word}\", which nobody knows{usual}");
+        let reason = format!("unknown value \"{word}\" of attribute {key} of <{name}>{usual}");
         report.warn(xml.offset(), reason);
     };
     for (element, key, known) in LISTS {
