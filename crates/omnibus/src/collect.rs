@@ -27,6 +27,7 @@ mod inspect;
 mod job;
 mod metadata;
 mod outline;
+mod pedestrians;
 mod progress;
 mod run;
 mod sensors;

@@ -27,9 +27,13 @@ const PAINTS: [[u8; 3]; 14] = [
 ];
 
 /// splitmix64 (Steele, Lea, Flood 2014).
-struct Random(u64);
+pub(super) struct Random(u64);
 
 impl Random {
+    pub(super) fn new(seed: u64) -> Random {
+        Random(seed)
+    }
+
     fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -38,11 +42,11 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    fn below(&mut self, end: usize) -> usize {
+    pub(super) fn below(&mut self, end: usize) -> usize {
         ((u128::from(self.next()) * end as u128) >> 64) as usize
     }
 
-    fn pick<'a, T>(&mut self, from: &'a [T]) -> &'a T {
+    pub(super) fn pick<'a, T>(&mut self, from: &'a [T]) -> &'a T {
         &from[self.below(from.len())]
     }
 }
@@ -54,11 +58,12 @@ pub(crate) fn assemble(
     map: &str,
     seed: u64,
     vehicles: u32,
-) -> Result<SpawnedActors, CollectError> {
+) -> Result<(SpawnedActors, Pose), CollectError> {
     let points = client.spawn_points()?;
     let mut places = shuffled(points, seed);
     let count = places.len();
     let mut spawned_actors = SpawnedActors::default();
+    let mut ego_pose = Pose::IDENTITY;
     let mut why = "no driving lane has room for a vehicle".to_owned();
     while spawned_actors.ego_actor_id == 0 {
         let Some(place) = places.pop() else {
@@ -73,7 +78,10 @@ pub(crate) fn assemble(
         };
         let outcomes = client.try_request("spawn", &[Command::Spawn(ego)])?;
         match outcomes[0].outcome.result() {
-            Ok(id) => spawned_actors.ego_actor_id = ActorId(id).0,
+            Ok(id) => {
+                spawned_actors.ego_actor_id = ActorId(id).0;
+                ego_pose = place;
+            }
             Err(refusal) => {
                 spawned_actors.spawns_refused += 1;
                 why = format!("{count} places were tried, the last was refused: {refusal}");
@@ -92,7 +100,7 @@ pub(crate) fn assemble(
             spawned_actors.spawns_refused += u32::from(!is_done);
         }
     }
-    Ok(spawned_actors)
+    Ok((spawned_actors, ego_pose))
 }
 
 /// Where vehicles are put, the first place first, for a run without a host.

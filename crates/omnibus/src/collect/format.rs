@@ -57,10 +57,20 @@ pub(crate) struct DataSetSettings {
     pub(crate) every_frames: u64,
     /// Vehicles requested for beside the ego.
     pub(crate) vehicles_requested: u32,
+    /// Pedestrians requested on the sidewalks ahead of the ego.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub(crate) walkers_requested: u32,
+    /// Altitudes of the sun, each for an equal part of the frames; empty: the default weather holds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) sun_altitudes_deg: Vec<f32>,
     /// What the ego is.
     pub(crate) ego_blueprint: String,
     /// The rig on the ego.
     pub(crate) sensors: Vec<Sensor>,
+}
+
+fn is_zero(count: &u32) -> bool {
+    *count == 0
 }
 
 /// One sensor of the rig.

@@ -23,6 +23,12 @@ pub(crate) struct Args {
     /// Vehicles in traffic, beside the ego
     #[arg(long, default_value_t = 50)]
     pub(crate) vehicles: u32,
+    /// Pedestrians on the sidewalks around the ego
+    #[arg(long, default_value_t = 0)]
+    pub(crate) walkers: u32,
+    /// Altitudes of the sun above the horizon, each for an equal part of the frames; else one clear afternoon
+    #[arg(long, value_name = "DEGREES,…", value_delimiter = ',', allow_hyphen_values = true)]
+    pub(crate) sun_altitudes_deg: Vec<f32>,
     /// Simulated seconds of one frame
     #[arg(long, value_name = "SECONDS", default_value_t = 0.05)]
     pub(crate) fixed_delta: f64,
@@ -54,6 +60,10 @@ impl Args {
         let delta = self.fixed_delta;
         let wrong = if self.frames == 0 {
             "--frames is 0; ask for at least one".to_owned()
+        } else if let Some(wrong) =
+            self.sun_altitudes_deg.iter().find(|deg| !(-90.0..=90.0).contains(*deg))
+        {
+            format!("--sun-altitudes-deg has {wrong}; use -90 to 90")
         } else if self.every == 0 {
             "--every is 0; 1 keeps every frame".to_owned()
         } else if !(0.001..=1.0).contains(&delta) {
@@ -66,6 +76,13 @@ impl Args {
             return Ok(());
         };
         Err(CollectError::Argument(wrong))
+    }
+
+    /// The sun's altitude for a frame that is kept, by its ordinal among them; none where it stays.
+    pub(crate) fn sun_altitude_rad(&self, kept: u64) -> Option<f32> {
+        let parts = self.sun_altitudes_deg.len() as u64;
+        let part = kept.min(self.frames - 1) * parts / self.frames;
+        self.sun_altitudes_deg.get(part as usize).map(|deg| deg.to_radians())
     }
 
     /// One frame.

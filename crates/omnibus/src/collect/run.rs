@@ -9,10 +9,10 @@ use std::{
 
 use bus::{ControlPageMapping, Role, clock};
 use client_lib::{Client, ClientError, Measurement, SensorBundle, Settings};
-use protocol::{ActorId, ActorState, Episode, Frame, SnapshotHeader};
+use protocol::{ActorId, ActorState, Command, Episode, Frame, SnapshotHeader, Weather};
 
 use crate::collect::{
-    CollectError, Job,
+    Args, CollectError, Job,
     actors::{self, EGO},
     contact_sheet,
     ego_sensors::{EgoSensors, ego_sensor_specs},
@@ -20,6 +20,7 @@ use crate::collect::{
     folder::write_atomically,
     format::{DataSetSettings, SpawnedActors, fnv1a64, hash_text, tracer_name},
     metadata::{self, difference},
+    pedestrians::Pedestrians,
     progress::Progress,
     sensors,
     stages::Stages,
@@ -116,6 +117,8 @@ pub(crate) fn collect(
         warmup_frames: args.warmup,
         every_frames: args.every,
         vehicles_requested: args.vehicles,
+        walkers_requested: args.walkers,
+        sun_altitudes_deg: args.sun_altitudes_deg.clone(),
         ego_blueprint: EGO.to_owned(),
         sensors: sensors.iter().chain(&ego_sensor_specs()).map(sensors::describe).collect(),
     };
@@ -127,8 +130,9 @@ pub(crate) fn collect(
     }
 
     let origin = client.frame();
-    let spawned = actors::assemble(client, &episode.map, episode.seed, args.vehicles)?;
+    let (spawned, ego_pose) = actors::assemble(client, &episode.map, episode.seed, args.vehicles)?;
     let ego = ActorId(spawned.ego_actor_id);
+    let pedestrians = Pedestrians::assemble(client, &ego_pose, episode.seed, args.walkers)?;
     let bundle = client.create_bundle("collect", ego, &sensors, FRAMES_IN_FLIGHT_MAX as u32)?;
     let physics_sensors = client.create_bundle("ego_sensors", ego, &ego_sensor_specs(), 1)?;
 
@@ -160,8 +164,12 @@ pub(crate) fn collect(
         awaited: VecDeque::new(),
         index: lines.len() as u64,
         wanted: args.frames,
+        first_kept: Frame(origin.0 + args.warmup),
+        pedestrians,
+        sun_altitude_rad: None,
         pipeline: args.pipeline as usize,
         every_nanos: args.every * delta_nanos,
+        args: args.clone(),
         stages: Stages { writers: threads as u32, ..Stages::default() },
         tracers: lines.iter().map(|line| line.tracer.clone()).collect(),
         progress: Progress::new(),
@@ -257,8 +265,14 @@ struct Run<'a> {
     awaited: VecDeque<Awaited>,
     index: u64,
     wanted: u64,
+    /// Frames after this one are kept.
+    first_kept: Frame,
+    pedestrians: Pedestrians,
+    /// The altitude that the sun was last set to.
+    sun_altitude_rad: Option<f32>,
     pipeline: usize,
     every_nanos: u64,
+    args: Args,
     stages: Stages,
     tracers: Vec<String>,
     progress: Progress,
@@ -275,6 +289,7 @@ impl Run<'_> {
     ) -> Result<(), ResumeError> {
         while client.frame() < frame {
             self.check_stop()?;
+            self.send_commands(client)?;
             let here = client.tick()?;
             self.receive_ego_sensors()?;
             self.ego_sensors.clear();
@@ -300,6 +315,7 @@ impl Run<'_> {
         let began = clock::now_nanos();
         while self.index + (self.awaited.len() as u64) < self.wanted {
             self.check_stop()?;
+            self.send_commands(client)?;
             client.tick()?;
             self.receive_ego_sensors()?;
             self.queue_snapshot(client);
@@ -322,6 +338,23 @@ impl Run<'_> {
             drop(permits);
         }
         self.stages.wall_nanos = clock::now_nanos() - began;
+        Ok(())
+    }
+
+    /// Sends the commands of the next frame: the sun's altitude and where pedestrians walk.
+    fn send_commands(&mut self, client: &mut Client) -> Result<(), CollectError> {
+        let mut commands = self.pedestrians.lead(client);
+        let kept = client.frame().0.saturating_sub(self.first_kept.0) / self.args.every;
+        let altitude = self.args.sun_altitude_rad(kept);
+        if altitude != self.sun_altitude_rad
+            && let Some(sun_altitude_rad) = altitude
+        {
+            commands.push(Command::SetWeather(Weather { sun_altitude_rad, ..Weather::default() }));
+            self.sun_altitude_rad = altitude;
+        }
+        if !commands.is_empty() {
+            client.send(&commands)?;
+        }
         Ok(())
     }
 

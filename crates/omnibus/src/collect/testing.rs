@@ -39,6 +39,8 @@ pub(crate) fn settings() -> DataSetSettings {
         warmup_frames: 40,
         every_frames: 1,
         vehicles_requested: 50,
+        walkers_requested: 0,
+        sun_altitudes_deg: Vec::new(),
         ego_blueprint: "vehicle.tesla.model3".to_owned(),
         sensors: sensors::default_sensors(800, 600).iter().map(sensors::describe).collect(),
     }
