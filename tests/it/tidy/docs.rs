@@ -137,9 +137,11 @@ fn a_shell_command_that_would_be_refused_is_found() {
     ] {
         assert!(shell_fault(line).is_some(), "{line}");
     }
-    for line in
-        ["OMNIBUS_MAPS=maps omnibus collect --frames 3 # three", "./run test", "omnibus run &"]
-    {
+    for line in [
+        "OMNIBUS_MAPS=maps omnibus collect --frames 3 --out data # three",
+        "./run test",
+        "omnibus run &",
+    ] {
         assert_eq!(shell_fault(line), None, "{line}");
     }
 }
