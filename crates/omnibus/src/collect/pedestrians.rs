@@ -41,7 +41,7 @@ impl Pedestrians {
         seed: u64,
         count: u32,
     ) -> Result<Pedestrians, CollectError> {
-        let network = client.shared_map()?;
+        let network = client.map()?;
         let mut pedestrians = Pedestrians { network, walking: Vec::new() };
         if count == 0 {
             return Ok(pedestrians);
