@@ -1,16 +1,16 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Quat, Vec3};
 
-/// The most actors that one snapshot holds.
+/// The most actors in one snapshot.
 pub const ACTORS_MAX: usize = 16_384;
 
-/// Names an actor. Never reused within an episode; 0 names nobody.
+/// The id of an actor. Ids are never reused within an episode; 0 is [`ActorId::NONE`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
 #[repr(C)]
 pub struct ActorId(pub u32);
 
 impl ActorId {
-    /// Nobody.
+    /// No actor.
     pub const NONE: ActorId = ActorId(0);
 }
 
@@ -24,9 +24,9 @@ impl std::fmt::Display for ActorId {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Pose {
-    /// Where the inner space's origin lies in the outer space.
+    /// Origin of the inner space in the outer space, metres.
     pub position_m: [f32; 3],
-    /// How the inner axes are turned in the outer space, as x, y, z, w. Unit length.
+    /// Rotation of the inner axes in the outer space as a unit quaternion x, y, z, w.
     pub rotation: [f32; 4],
 }
 
@@ -39,35 +39,35 @@ impl Default for Pose {
 }
 
 impl Pose {
-    /// Inner and outer space are the same.
+    /// The identity: inner and outer space coincide.
     pub const IDENTITY: Pose = Pose { position_m: [0.0; 3], rotation: [0.0, 0.0, 0.0, 1.0] };
 
-    /// From glam's types; `rotation` must be of unit length.
+    /// A pose of glam's types; `rotation` must have unit length.
     pub fn new(position: Vec3, rotation: Quat) -> Pose {
         Pose { position_m: position.to_array(), rotation: rotation.to_array() }
     }
 
-    /// A level pose: `yaw_rad` turns x towards y, about z.
+    /// A pose without pitch and roll. `yaw_rad` rotates x towards y, about z.
     pub fn level(position: Vec3, yaw_rad: f32) -> Pose {
         Pose::new(position, Quat::from_rotation_z(yaw_rad))
     }
 
-    /// The origin.
+    /// The origin of the inner space in the outer space, metres.
     pub fn position(&self) -> Vec3 {
         Vec3::from_array(self.position_m)
     }
 
-    /// The turn.
+    /// The rotation of the inner axes in the outer space.
     pub fn rotation(&self) -> Quat {
         Quat::from_array(self.rotation)
     }
 
-    /// Ready for arithmetic: `point_in_outer = affine * point_in_inner`.
+    /// The affine transform: `point_in_outer = affine * point_in_inner`.
     pub fn affine(&self) -> Affine3A {
         Affine3A::from_rotation_translation(self.rotation(), self.position())
     }
 
-    /// `outer_from_inner * inner_from_deeper`.
+    /// The product `outer_from_inner * inner_from_deeper`.
     pub fn then(&self, deeper: &Pose) -> Pose {
         Pose::new(
             self.position() + self.rotation() * deeper.position(),
@@ -75,7 +75,7 @@ impl Pose {
         )
     }
 
-    /// Every number is finite and the quaternion is of unit length within 1e-3.
+    /// Whether every number is finite and the quaternion has unit length within 1e-3.
     pub fn is_valid(&self) -> bool {
         self.position().is_finite()
             && self.rotation().is_finite()
@@ -83,7 +83,7 @@ impl Pose {
     }
 }
 
-/// What kind of thing an actor is.
+/// Values of [`ActorState::kind`].
 pub mod kind {
     /// A car, truck, bus, motorcycle or bicycle.
     pub const VEHICLE: u32 = 1;
@@ -91,98 +91,98 @@ pub mod kind {
     pub const WALKER: u32 = 2;
     /// A traffic light of the map.
     pub const TRAFFIC_LIGHT: u32 = 3;
-    /// Anything else that can stand in the world.
+    /// Any other actor: furniture, barriers, litter.
     pub const PROP: u32 = 4;
 }
 
 /// Bits of [`ActorState::flags`].
 pub mod flag {
-    /// The traffic room drives it.
+    /// Traffic drives it.
     pub const AUTOPILOT: u32 = 1 << 0;
-    /// Physics does not move it.
+    /// Commands alone move it; physics does not.
     pub const KINEMATIC: u32 = 1 << 1;
-    /// It touched something during this frame.
+    /// It touched another actor or a static object during this frame.
     pub const COLLIDING: u32 = 1 << 2;
     /// The handbrake is on.
     pub const HANDBRAKE: u32 = 1 << 3;
-    /// The driver asks for reverse gear.
+    /// The control asks for reverse gear.
     pub const REVERSE: u32 = 1 << 4;
-    /// It was put where it is by a teleport in this frame.
+    /// A teleport placed it in this frame.
     pub const TELEPORTED: u32 = 1 << 5;
-    /// A traffic light: it keeps its colour, whatever traffic plans.
+    /// Traffic lights: the phase stays, whatever the signal plan says.
     pub const FROZEN: u32 = 1 << 6;
-    /// A walker: it falls when it is hit. Said when it is spawned.
+    /// Walkers: a collision makes it fall. Set when it is spawned.
     pub const RAGDOLL_ON_HIT: u32 = 1 << 7;
-    /// A walker: it fell, and lies.
+    /// Walkers: it has fallen; the snapshot holds its limbs ([`crate::WalkerLimbs`]).
     pub const FALLEN: u32 = 1 << 8;
-    /// A walker: some of a pose that clients gave it shows.
+    /// Walkers: a pose set by a client is shown, at least in part.
     pub const POSED: u32 = 1 << 9;
 }
 
-/// Of a walker, [`ActorState::phase`] counts so many to a stride.
+/// Units of [`ActorState::phase`] in one stride of a walker.
 pub const STRIDE: u32 = 1 << 16;
 
-/// What physics publishes of motion is rounded to whole parts of a unit, far finer than a sensor
-/// measures: a recording of exact states is half as large.
+/// Resolution of published motion, in steps per unit. It is far finer than a sensor measures, and
+/// halves the size of a recording of exact states.
 pub mod parts {
-    /// Of a metre per second and of a radian per second.
+    /// Steps per metre per second and per radian per second.
     pub const MOTION: u32 = 16_384;
-    /// Of a revolution per minute.
+    /// Steps per revolution per minute.
     pub const ENGINE: u32 = 4;
-    /// Of a radian, for wheels.
+    /// Steps per radian, for wheels.
     pub const WHEEL: u32 = 8_192;
 }
 
-/// Bits of [`ActorState::lamps`]: CARLA's `VehicleLightState`.
+/// Bits of [`ActorState::lamps`], the same as CARLA's `VehicleLightState`.
 pub mod lamp {
-    /// Position lamps.
+    /// Position lights.
     pub const POSITION: u32 = 1 << 0;
-    /// Head lamps.
+    /// Low beam.
     pub const LOW_BEAM: u32 = 1 << 1;
-    /// The other head lamps.
+    /// High beam.
     pub const HIGH_BEAM: u32 = 1 << 2;
-    /// Brake lamps, whatever the pedal says.
+    /// Brake lights, independent of the pedal.
     pub const BRAKE: u32 = 1 << 3;
-    /// Indicators on the right.
+    /// Right indicators.
     pub const RIGHT_BLINKER: u32 = 1 << 4;
-    /// Indicators on the left.
+    /// Left indicators.
     pub const LEFT_BLINKER: u32 = 1 << 5;
-    /// Reversing lamps, whatever the gear is.
+    /// Reversing lights, independent of the gear.
     pub const REVERSE: u32 = 1 << 6;
-    /// Fog lamps.
+    /// Fog lights.
     pub const FOG: u32 = 1 << 7;
-    /// Inside.
+    /// Interior light.
     pub const INTERIOR: u32 = 1 << 8;
-    /// Beacons.
+    /// First special light: beacons of emergency vehicles.
     pub const SPECIAL1: u32 = 1 << 9;
-    /// The other beacons.
+    /// Second special light.
     pub const SPECIAL2: u32 = 1 << 10;
-    /// Of a control of traffic's: it says which lamps are on.
+    /// In a [`VehicleControl`] of traffic: its `lamps` field is valid.
     pub const SWITCHED: u32 = 1 << 31;
-    /// Every lamp there is.
+    /// Every light.
     pub const ALL: u32 = (1 << 11) - 1;
 }
 
-/// Values of [`ActorState::phase`] of a traffic light.
+/// Values of [`ActorState::phase`] for traffic lights.
 pub mod light {
-    /// Stop.
+    /// Red.
     pub const RED: u32 = 0;
-    /// Stop if you can.
+    /// Yellow.
     pub const YELLOW: u32 = 1;
-    /// Go.
+    /// Green.
     pub const GREEN: u32 = 2;
-    /// Dark: the priority signs rule.
+    /// Off: priority signs apply.
     pub const OFF: u32 = 3;
 }
 
-/// Where one actor is and how it moves, at one frame.
+/// The state of one actor at one frame.
 ///
 /// World space is right-handed: x east, y north, z up. Vehicle space is x forward, y left, z up,
 /// with its origin on the ground below the middle of the wheelbase.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ActorState {
-    /// Whose state this is.
+    /// The actor.
     pub actor_id: ActorId,
     /// Index into the blueprint catalogue (`town::catalogue`).
     pub blueprint: u32,
@@ -190,45 +190,47 @@ pub struct ActorState {
     pub kind: u32,
     /// Bits of [`flag`].
     pub flags: u32,
-    /// `world_from_actor`.
+    /// `world_from_actor`. For a fallen walker, the pose of its hips.
     pub pose: Pose,
-    /// Of the origin, in world space; in [`parts::MOTION`].
+    /// Velocity of the origin in world space, in steps of 1/[`parts::MOTION`].
     pub velocity_mps: [f32; 3],
-    /// In world space; in [`parts::MOTION`].
+    /// Angular velocity in world space, in steps of 1/[`parts::MOTION`].
     pub angular_velocity_radps: [f32; 3],
-    /// Mean over the frame, in world space, gravity not felt: what the published velocity gained.
+    /// Mean coordinate acceleration over the frame in world space: the change of the published
+    /// velocity.
     pub acceleration_mps2: [f32; 3],
-    /// Pedal, 0 to 1. This and the other fields of vehicles are 0 for other kinds of actors.
+    /// Vehicles: throttle pedal, 0 to 1. Other kinds: 0, here and in every field of vehicles.
     pub throttle: f32,
-    /// Pedal, 0 to 1.
+    /// Vehicles: brake pedal, 0 to 1.
     pub brake: f32,
-    /// Wheel, −1 (full right) to 1 (full left).
+    /// Vehicles: steering wheel, −1 (full right) to 1 (full left).
     pub steer: f32,
-    /// −1 reverse, 0 neutral, 1 and up forward.
+    /// Vehicles: −1 reverse, 0 neutral, 1 and up forward.
     pub gear: i32,
-    /// Engine speed, revolutions per minute; in [`parts::ENGINE`].
+    /// Vehicles: engine speed, revolutions per minute, in steps of 1/[`parts::ENGINE`].
     pub engine_rpm: f32,
-    /// How far the front wheels are turned, positive to the left; in [`parts::WHEEL`].
+    /// Vehicles: steering angle of the front wheels, positive to the left, in steps of
+    /// 1/[`parts::WHEEL`].
     pub wheel_steer_rad: f32,
-    /// How far the wheels have rolled, modulo one turn; in [`parts::WHEEL`].
+    /// Vehicles: rotation of the wheels modulo one turn, in steps of 1/[`parts::WHEEL`].
     pub wheel_spin_rad: f32,
-    /// A traffic light's colour (see [`light`]); how much of a walker's stride is done, in
-    /// [`STRIDE`]ths.
+    /// Traffic lights: one of [`light`]. Walkers: progress through the stride, 0 to [`STRIDE`].
+    /// Other kinds: 0.
     pub phase: u32,
-    /// A traffic light's signal: index into `road::Network::signals`. Else 0.
+    /// Traffic lights: index into `road::Network::signals`. Other kinds: 0.
     pub signal: u32,
-    /// Red, green, blue, 255, from the lowest byte: the paint.
+    /// Paint: red, green, blue, 255, from the lowest byte.
     pub color: u32,
-    /// Lamps that a client switched on, or traffic for it: bits of [`lamp`].
+    /// Vehicles: lights that a client or traffic has switched on, bits of [`lamp`].
     pub lamps: u32,
-    /// Doors that stand open, one bit each: front left, front right, rear left, rear right.
+    /// Vehicles: open doors, one bit each: front left, front right, rear left, rear right.
     pub doors: u32,
 }
 
 const _: () = assert!(size_of::<ActorState>() == 128);
 
 impl ActorState {
-    /// Metres per second over ground, in world space.
+    /// Velocity of the origin in world space, metres per second.
     pub fn velocity(&self) -> Vec3 {
         Vec3::from_array(self.velocity_mps)
     }
@@ -239,25 +241,25 @@ impl ActorState {
     }
 }
 
-/// Pedals and wheel of one vehicle; the latest holds.
+/// Pedals and steering wheel of one vehicle; the latest control holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleControl {
-    /// Whose pedals.
+    /// The vehicle.
     pub actor_id: ActorId,
     /// [`flag::HANDBRAKE`] and [`flag::REVERSE`].
     pub flags: u32,
-    /// 0 to 1.
+    /// Throttle pedal, 0 to 1.
     pub throttle: f32,
-    /// 0 to 1.
+    /// Brake pedal, 0 to 1.
     pub brake: f32,
-    /// −1 (full right) to 1 (full left).
+    /// Steering wheel, −1 (full right) to 1 (full left).
     pub steer: f32,
     /// With `manual_gear`: −1 reverse, 0 neutral, 1 and up forward.
     pub gear: i32,
-    /// 1: `gear` holds; 0: the gearbox shifts by itself.
+    /// 1: `gear` holds; 0: the gearbox shifts automatically.
     pub manual_gear: u32,
-    /// Traffic's alone: with [`lamp::SWITCHED`], which lamps it switches on, and all others off.
+    /// From traffic only: with [`lamp::SWITCHED`], the lights that are on; all others are off.
     pub lamps: u32,
 }
 

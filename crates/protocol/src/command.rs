@@ -13,27 +13,28 @@ use crate::{
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct BatchHeader {
-    /// The newest frame that the client had seen.
+    /// The newest frame that the client had received.
     pub stamp: Stamp,
-    /// The client's declared name; commands of one frame apply in the order of names.
+    /// The client's declared name; the commands of one frame apply in the order of names.
     pub client: Name,
-    /// Number of the first command; they count up within one client, without gaps.
+    /// Sequence number of the first command of the batch; a client's numbers have no gaps.
     pub sequence: u64,
-    /// 1: carry out now, between two frames, if the world stands still. 0: with the next tick.
+    /// 1: apply at once, between two frames, if the world waits for a tick. 0: with the next tick.
     pub now: u32,
-    /// The participant slot that the client holds.
+    /// The participant slot of the client.
     pub slot: u32,
 }
 
 const _: () = assert!(size_of::<BatchHeader>() == 80);
 
-/// A one-time command, never lost. [`Command`] is its readable form.
+/// A one-time request that changes the world, as it travels. [`Command`] is its typed form.
+/// Commands are never lost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RawCommand {
-    /// Which command.
+    /// The number of the command kind.
     kind: u32,
-    /// Zero.
+    /// Reserved; 0.
     reserved: u32,
     /// The command's own struct, padded with zeros.
     body: [u64; 25],
@@ -41,35 +42,35 @@ pub struct RawCommand {
 
 const _: () = assert!(size_of::<RawCommand>() == 208);
 
-/// How a command ended.
+/// Values of [`Outcome::status`].
 pub mod status {
-    /// It took effect.
+    /// The command took effect.
     pub const DONE: u32 = 0;
-    /// It did not; [`super::Outcome::text`] says why.
+    /// The command had no effect; [`super::Outcome::text`] holds the reason.
     pub const REFUSED: u32 = 1;
 }
 
-/// What became of a command.
+/// The result of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Outcome {
     /// One of [`status`].
     pub status: u32,
-    /// The actor or bundle that it made or changed.
+    /// The actor or bundle that the command created or changed.
     pub id: u32,
-    /// Why it was refused, as UTF-8, or what was asked for; padded with zeros.
+    /// The reason of a refusal as UTF-8, or a response; padded with zeros.
     pub text: [u8; 184],
 }
 
 const _: () = assert!(size_of::<Outcome>() == 192);
 
 impl Outcome {
-    /// It took effect on, or made, `id`.
+    /// The outcome of a command that took effect on, or created, `id`.
     pub fn done(id: u32) -> Outcome {
         Outcome { status: status::DONE, id, text: [0; 184] }
     }
 
-    /// What was asked for about `id`.
+    /// The outcome that carries a response about `id`.
     pub fn answer(id: u32, what: &impl Answer) -> Outcome {
         let mut text = [0; 184];
         let bytes = bytemuck::bytes_of(what);
@@ -77,13 +78,13 @@ impl Outcome {
         Outcome { status: status::DONE, id, text }
     }
 
-    /// The answer to an [`Ask`] for a `T`, or why there is none.
+    /// Returns the response to an [`Ask`] for a `T`, or the reason of the refusal.
     pub fn answered<T: Answer>(&self) -> Result<T, &str> {
         self.result()?;
         Ok(bytemuck::pod_read_unaligned(&self.text[..size_of::<T>()]))
     }
 
-    /// It did not take effect. `why` is cut after 184 bytes.
+    /// The outcome of a command that was refused. `why` is cut after 184 bytes.
     pub fn refused(why: &str) -> Outcome {
         let mut text = [0; 184];
         let mut end = why.len().min(184);
@@ -94,7 +95,7 @@ impl Outcome {
         Outcome { status: status::REFUSED, id: 0, text }
     }
 
-    /// The id, or why there is none.
+    /// Returns the id, or the reason of the refusal.
     pub fn result(&self) -> Result<u32, &str> {
         if self.status == status::DONE {
             return Ok(self.id);
@@ -104,7 +105,7 @@ impl Outcome {
     }
 }
 
-/// What an [`Outcome`] has room for.
+/// A struct that fits into an [`Outcome`].
 pub trait Answer: Pod {}
 
 macro_rules! answers {
@@ -121,7 +122,7 @@ answers! {
     AckermannSettings, BlendPose, ShapeReceipt, SetBones, WheelTelemetry
 }
 
-/// One line of a frame's journal: who requested what, and what became of it.
+/// One entry of a frame's journal: a command and its outcome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct JournalEntry {
@@ -191,255 +192,256 @@ macro_rules! commands {
 }
 
 commands! {
-    /// Put an actor into the world; the outcome names it.
+    /// Spawns an actor; the outcome holds its id.
     Spawn(Spawn) = 1,
-    /// Take an actor out of the world, and every bundle on it.
+    /// Destroys an actor and every sensor bundle attached to it.
     Destroy(ActorId) = 2,
-    /// Put an actor elsewhere, at rest.
+    /// Moves an actor to a pose, at rest.
     Teleport(Teleport) = 3,
-    /// Pedals and wheel; the latest holds.
+    /// Sets pedals and steering wheel; the latest control holds.
     Control(VehicleControl) = 4,
-    /// Hand an actor to the traffic room, or take it back.
+    /// Lets traffic drive an actor, or gives it back to clients.
     Autopilot(Autopilot) = 5,
-    /// Sun, clouds, rain, fog.
+    /// Sets the weather.
     SetWeather(Weather) = 6,
-    /// A new bundle; its `sensor_count` [`Command::Sensor`]s follow at once in the same batch.
+    /// Creates a sensor bundle. Its `sensor_count` [`Command::Sensor`]s follow directly in the same batch.
     CreateBundle(CreateBundle) = 7,
-    /// One sensor of the bundle before it.
+    /// Adds one sensor to the bundle before it.
     Sensor(SensorSpec) = 8,
-    /// Take a bundle away.
+    /// Destroys a sensor bundle.
     DestroyBundle(BundleId) = 9,
-    /// How time passes.
+    /// Changes time step, mode and pipelining.
     SetSettings(Settings) = 10,
-    /// How traffic drives.
+    /// Sets one parameter of traffic.
     TrafficParam(TrafficParam) = 11,
-    /// Change a vehicle's velocity.
+    /// Sets the velocity of an actor.
     SetVelocity(SetVelocity) = 12,
-    /// Keep a traffic light at one colour, or give it back to traffic's plan.
+    /// Freezes a traffic light in one phase, or returns it to the signal plan.
     SetTrafficLight(SetTrafficLight) = 13,
-    /// Let physics move an actor, or teleports and set velocities alone.
+    /// Switches between dynamic and kinematic motion of an actor.
     SetPhysics(SetPhysics) = 14,
-    /// Switch layers of the town off or on.
+    /// Hides or shows layers of the map.
     HideLayers(HideLayers) = 15,
-    /// Switch things of the town off or on.
+    /// Hides or shows static objects of the map.
     HideObjects(HideObjects) = 16,
-    /// Switch a vehicle's lamps.
+    /// Switches the lights of a vehicle.
     SetVehicleLights(SetVehicleLights) = 17,
-    /// Open and shut a vehicle's doors.
+    /// Opens and closes the doors of a vehicle.
     SetDoors(SetDoors) = 18,
-    /// Tell something of an actor that snapshots do not; the outcome does.
+    /// Returns properties of an actor that snapshots do not hold, in the outcome.
     Ask(Ask) = 30,
-    /// Change a vehicle's mass, air and centre of mass.
+    /// Sets mass, drag and centre of mass of a vehicle.
     SetBody(VehicleBody) = 31,
-    /// Change a vehicle's engine.
+    /// Sets the engine of a vehicle.
     SetEngine(VehicleEngine) = 32,
-    /// Change a vehicle's gearbox.
+    /// Sets the gearbox of a vehicle.
     SetGearbox(VehicleGearbox) = 33,
-    /// Change how far a vehicle's steering goes at speed.
+    /// Sets the steering curve of a vehicle over speed.
     SetSteering(VehicleSteering) = 34,
-    /// Change one of a vehicle's wheels.
+    /// Sets one wheel of a vehicle.
     SetWheel(VehicleWheel) = 35,
-    /// ApplyForce or twist an actor, for a moment or a frame.
+    /// Applies an impulse to an actor, or a force for one frame.
     ApplyForce(ApplyForce) = 36,
-    /// Let an actor fall, or not.
+    /// Switches gravity of an actor on or off.
     SetGravity(Switch) = 37,
-    /// Let an actor run into others, or not.
+    /// Switches collisions of an actor on or off.
     SetCollisions(Switch) = 38,
-    /// Drive a vehicle to a speed and a steering angle; the latest of this and pedals holds.
+    /// Drives a vehicle to a speed and a steering angle; the later of this and [`Command::Control`] holds.
     Ackermann(AckermannControl) = 39,
-    /// How a vehicle's controller does that.
+    /// Sets the gains of a vehicle's Ackermann controller.
     SetAckermann(AckermannSettings) = 40,
-    /// Let a walker jump.
+    /// Makes a walker jump.
     Jump(ActorId) = 41,
-    /// Let the sky decide how much wheels grip, or not.
+    /// Couples tyre grip to the weather, or decouples it.
     SetWeatherAffectsGrip(SetWeatherAffectsGrip) = 42,
-    /// Send a text by radio, with the next frame.
+    /// Transmits a text by radio with the next frame.
     Transmit(Transmit) = 43,
-    /// Tell a vehicle on autopilot where to go.
+    /// Sets or extends the route of a vehicle that traffic drives.
     RouteCommand(RouteCommand) = 50,
-    /// Draw a shape into the images of cameras; the outcome is a [`ShapeReceipt`], its id a number above
-    /// those of all shapes before.
+    /// Draws a debug shape into camera images. The outcome carries a [`ShapeReceipt`]; its id is
+    /// larger than those of all earlier shapes.
     Draw(Shape) = 44,
-    /// Forget what was drawn.
+    /// Removes debug shapes.
     EraseShapes(EraseShapes) = 45,
-    /// Set bones of the pose that a client gives a walker.
+    /// Sets bones of a walker's client pose.
     SetBones(SetBones) = 46,
-    /// How much of a given pose shows.
+    /// Sets the weight of a walker's client pose.
     BlendPose(BlendPose) = 47,
-    /// Let street lamps shine, or not.
+    /// Sets the state of street lights.
     SetStreetLights(SetStreetLights) = 48,
-    /// Write down what happens from the next frame on.
+    /// Starts a recording with the next frame.
     StartRecorder(StartRecorder) = 100,
-    /// Close the recording.
+    /// Ends the recording.
     StopRecorder(Nothing) = 101,
-    /// Write everything that decides the future into a file, between two frames.
+    /// Saves the complete simulation state to a file, between two frames.
     SaveState(FilePath) = 102,
-    /// Go on from such a file; what happened since is forgotten.
+    /// Restores a saved simulation state.
     LoadState(FilePath) = 103,
-    /// Show what was recorded, beside those who are there.
+    /// Replays a recording beside the actors of the world.
     StartReplay(StartReplay) = 104,
-    /// End the replay.
+    /// Ends the replay.
     StopReplay(StopReplay) = 105,
-    /// Destroy the world and load a map in its place, between two frames. The outcome's id is the
+    /// Destroys the world and loads a map in its place, between two frames. The outcome's id is the
     /// number of the new episode.
     LoadMap(LoadMap) = 106,
 }
 
-/// A command that needs no more words.
+/// The body of a command without parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Nothing {
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u64,
 }
 
-/// See [`Command::Spawn`].
+/// Parameters of [`Command::Spawn`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Spawn {
-    /// The blueprint's id, as `vehicle.tesla.model3`.
+    /// The blueprint's id, for example `vehicle.tesla.model3`.
     pub blueprint: Name,
     /// Bits of [`crate::flag`]: `AUTOPILOT`, `KINEMATIC`, `RAGDOLL_ON_HIT`.
     pub flags: u32,
-    /// `world_from_actor`. A vehicle is set onto the road below if it is at most 1 m above it.
+    /// `world_from_actor`. A vehicle at most 1 m above the road is placed on the road.
     pub pose: Pose,
-    /// Red, green, blue, 255; 0: the blueprint's own.
+    /// Paint: red, green, blue, 255; 0: the blueprint's default.
     pub color: u32,
-    /// What the user calls it: `hero`, `autopilot`.
+    /// The role name, for example `hero`.
     pub role: Name,
 }
 
-/// See [`Command::Teleport`].
+/// Parameters of [`Command::Teleport`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Teleport {
-    /// Who.
+    /// The actor.
     pub actor_id: ActorId,
     /// `world_from_actor`.
     pub pose: Pose,
 }
 
-/// See [`Command::SetVelocity`].
+/// Parameters of [`Command::SetVelocity`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetVelocity {
-    /// Who.
+    /// The actor.
     pub actor_id: ActorId,
-    /// In world space.
+    /// Linear velocity in world space.
     pub velocity_mps: [f32; 3],
-    /// In world space.
+    /// Angular velocity in world space.
     pub angular_velocity_radps: [f32; 3],
 }
 
-/// See [`Command::SetTrafficLight`].
+/// Parameters of [`Command::SetTrafficLight`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetTrafficLight {
-    /// Which light.
+    /// The traffic light.
     pub actor_id: ActorId,
-    /// 1: it keeps `phase`; 0: it shows what traffic plans.
+    /// 1: the light is frozen in `phase`; 0: it follows the signal plan.
     pub hold: u32,
     /// One of [`crate::light`].
     pub phase: u32,
 }
 
-/// See [`Command::SetPhysics`].
+/// Parameters of [`Command::SetPhysics`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetPhysics {
-    /// Who.
+    /// The actor.
     pub actor_id: ActorId,
-    /// 1: it falls, rolls and is pushed; 0: it is kinematic.
+    /// 1: dynamic: gravity, contacts and controls move it; 0: kinematic.
     pub on: u32,
 }
 
-/// See [`Command::HideLayers`].
+/// Parameters of [`Command::HideLayers`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct HideLayers {
-    /// Which: bits of [`layer`].
+    /// Bits of [`layer`].
     pub layers: u32,
-    /// 1: nobody sees them or runs into them; 0: they are there again.
+    /// 1: invisible and without collisions; 0: restored.
     pub hidden: u32,
 }
 
 /// Bits of [`HideLayers::layers`].
 pub mod layer {
-    /// Houses.
+    /// Buildings.
     pub const BUILDINGS: u32 = 1 << 0;
     /// Trees, bushes, hedges.
     pub const FOLIAGE: u32 = 1 << 1;
-    /// Cars that never move.
+    /// Parked cars.
     pub const PARKED_VEHICLES: u32 = 1 << 2;
     /// Benches, bins, signs and poles.
     pub const PROPS: u32 = 1 << 3;
-    /// Street lamps.
+    /// Street lights.
     pub const STREET_LIGHTS: u32 = 1 << 4;
     /// Walls and fences.
     pub const WALLS: u32 = 1 << 5;
-    /// All of them.
+    /// Every layer.
     pub const ALL: u32 = (1 << 6) - 1;
 }
 
-/// See [`Command::HideObjects`]. A thing's number is that of instance images without the highest bit.
+/// Parameters of [`Command::HideObjects`]: up to 1024 static objects with consecutive numbers. An
+/// object's number is its id in instance images without the highest bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct HideObjects {
-    /// The number of the first bit's thing, over 1024.
+    /// Number of the object of bit 0, divided by 1024.
     pub block: u32,
-    /// 1: nobody sees them or runs into them; 0: they are there again, where their layer is.
+    /// 1: invisible and without collisions; 0: restored, unless their layer is hidden.
     pub hidden: u32,
-    /// Which of the block's 1024.
+    /// A bit for each object of the block.
     pub bits: [u64; 16],
 }
 
-/// See [`Command::SetVehicleLights`].
+/// Parameters of [`Command::SetVehicleLights`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetVehicleLights {
-    /// Whose.
+    /// The vehicle.
     pub actor_id: ActorId,
-    /// Bits of [`crate::lamp`]: those that are on.
+    /// Lights that are on: bits of [`crate::lamp`].
     pub lamps: u32,
 }
 
-/// See [`Command::SetDoors`].
+/// Parameters of [`Command::SetDoors`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetDoors {
-    /// Whose.
+    /// The vehicle.
     pub actor_id: ActorId,
-    /// Those that stand open, as [`crate::ActorState::doors`] has them.
+    /// Open doors, in the bits of [`crate::ActorState::doors`].
     pub open: u32,
 }
 
-/// See [`Command::Autopilot`].
+/// Parameters of [`Command::Autopilot`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Autopilot {
-    /// Who.
+    /// The actor.
     pub actor_id: ActorId,
-    /// 1: traffic drives; 0: the client does.
+    /// 1: traffic drives it; 0: clients do.
     pub on: u32,
 }
 
-/// See [`Command::CreateBundle`].
+/// Parameters of [`Command::CreateBundle`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct CreateBundle {
-    /// The actor that carries it; nobody: it stands in the world.
+    /// The actor that the sensors are attached to; [`ActorId::NONE`]: they are fixed in the world.
     pub parent: ActorId,
-    /// How many sensors follow.
+    /// Number of sensors that follow.
     pub sensor_count: u32,
-    /// How many bundles a reader may hold at a time, 1 to 8.
+    /// Number of measurements that a reader may borrow at a time, 1 to 8.
     pub max_borrowed: u32,
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u32,
-    /// What the user calls it.
+    /// The name given by the user.
     pub name: Name,
 }
 
-/// See [`Command::SetWeather`]. Percentages as in CARLA.
+/// Parameters of [`Command::SetWeather`]. Percentages have the meaning that CARLA gives them.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Weather {
@@ -451,13 +453,13 @@ pub struct Weather {
     pub precipitation_deposits: f32,
     /// 0 to 100.
     pub wind_intensity: f32,
-    /// Counter-clockwise from x.
+    /// Azimuth of the sun, counter-clockwise from x.
     pub sun_azimuth_rad: f32,
-    /// Above the horizon.
+    /// Altitude of the sun above the horizon.
     pub sun_altitude_rad: f32,
     /// 0 to 100.
     pub fog_density: f32,
-    /// Where the fog begins.
+    /// Distance at which fog begins.
     pub fog_distance_m: f32,
     /// 0 to 100.
     pub wetness: f32,
@@ -480,19 +482,19 @@ impl Default for Weather {
     }
 }
 
-/// See [`Command::SetSettings`].
+/// Parameters of [`Command::SetSettings`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Settings {
-    /// Simulated time of one tick.
+    /// Simulated time of one tick, 0.1 ms to 10 s.
     pub delta_nanos: u64,
-    /// The longest physics substep.
+    /// Largest physics substep, 0.1 ms to 100 ms.
     pub substep_max_nanos: u64,
-    /// 1: the world advances when the ticking client asks; 0: on its own clock.
+    /// 1: synchronous: the world advances when the ticking client requests it; 0: asynchronous: on its own clock.
     pub synchronous: u32,
-    /// How many frames rendering may trail: 0 strict, up to [`crate::PIPELINE_MAX`].
+    /// Frames by which rendering may trail the world: 0 is strict, at most [`crate::PIPELINE_MAX`].
     pub pipeline: u32,
-    /// Asynchronous: simulated seconds per real second, in thousandths; 0: as fast as it can.
+    /// Asynchronous mode: simulated seconds per real second, in thousandths; 0: without pacing.
     pub real_time_permille: u32,
     /// 1: no sensor is rendered.
     pub no_rendering: u32,
@@ -512,49 +514,50 @@ impl Default for Settings {
     }
 }
 
-/// See [`Command::TrafficParam`].
+/// Parameters of [`Command::TrafficParam`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct TrafficParam {
-    /// Whom it concerns; nobody: everybody.
+    /// The vehicle; [`ActorId::NONE`]: every vehicle.
     pub actor_id: ActorId,
     /// One of [`param`].
     pub param: u32,
-    /// In the param's own unit.
+    /// The value, in the unit of the parameter.
     pub value: f32,
 }
 
-/// The most steps that one [`RouteCommand`] tells; a longer way takes several.
+/// The most steps in one [`RouteCommand`]; a longer route takes several.
 pub const ROUTE_STEPS: usize = 11;
 
-/// See [`Command::RouteCommand`]. When the last step is done, it goes where it likes again.
+/// Parameters of [`Command::RouteCommand`]. After the last step the vehicle chooses its turns at random
+/// again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RouteCommand {
-    /// Whom.
+    /// The vehicle.
     pub actor_id: ActorId,
-    /// 1: what it was told before is void; 0: this comes after it.
+    /// 1: replaces the earlier route; 0: continues it.
     pub anew: u32,
-    /// How many of `steps` count; with `anew` and no step it goes where it likes.
+    /// Number of valid `steps`; with `replace` and no step the route is removed.
     pub count: u32,
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u32,
-    /// One after the other.
+    /// The steps, in order.
     pub steps: [RouteStep; ROUTE_STEPS],
 }
 
-/// One thing that a guided vehicle does next.
+/// One step of a route.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RouteStep {
     /// One of [`guide`].
     pub kind: u32,
-    /// Of [`guide::PLACE`]: where, in the world, metres.
+    /// For [`guide::PLACE`]: the place in world space.
     pub position_m: [f32; 3],
 }
 
 impl RouteCommand {
-    /// A whole way, in as many parts as it takes; none of it: it goes where it likes.
+    /// The commands that set a whole route; an empty route removes the earlier one.
     pub fn way(actor_id: ActorId, steps: &[RouteStep]) -> Vec<RouteCommand> {
         let part = |nth: usize, some: &[RouteStep]| {
             let anew = u32::from(nth == 0);
@@ -575,12 +578,12 @@ impl RouteCommand {
 }
 
 impl RouteStep {
-    /// Comes by a place in the world, metres.
+    /// Drives by a place in world space, metres.
     pub fn place(position: Vec3) -> RouteStep {
         RouteStep { kind: guide::PLACE, position_m: position.to_array() }
     }
 
-    /// Does one of the other things of [`guide`].
+    /// A turn or lane change: one of the other values of [`guide`].
     pub fn turn(kind: u32) -> RouteStep {
         RouteStep { kind, ..RouteStep::default() }
     }
@@ -588,62 +591,62 @@ impl RouteStep {
 
 /// Values of [`RouteStep::kind`].
 pub mod guide {
-    /// Comes by a place: by the nearest lane, over the shortest way.
+    /// Drives by a place, on the nearest lane and the shortest way.
     pub const PLACE: u32 = 1;
-    /// Turns left at the next junction, from whatever lane that is done; if it offers none, takes
-    /// its straightest way.
+    /// Turns left at the next junction, changing lanes for it where needed; takes the straightest
+    /// connection where there is no turn to the left.
     pub const LEFT: u32 = 2;
-    /// Turns right, likewise.
+    /// Turns right at the next junction, with the same rules.
     pub const RIGHT: u32 = 3;
     /// Goes straight on at the next junction.
     pub const STRAIGHT: u32 = 4;
-    /// Goes over to the lane on the left, if there is one.
+    /// Changes to the lane on the left, if there is one.
     pub const LANE_LEFT: u32 = 5;
-    /// Goes over to the lane on the right, if there is one.
+    /// Changes to the lane on the right, if there is one.
     pub const LANE_RIGHT: u32 = 6;
 }
 
 /// Values of [`TrafficParam::param`].
 pub mod param {
-    /// How much slower than the limit to drive, as a share: 0.3 is 30 % slower, −0.2 faster.
+    /// Reduction of the speed limit as a fraction: 0.3 is 30 % slower, −0.2 is 20 % faster.
     pub const SPEED_REDUCTION: u32 = 1;
-    /// Metres to keep to the one in front, standing.
+    /// Gap to the leading vehicle at standstill, metres.
     pub const GAP_M: u32 = 2;
-    /// Share of red lights to ignore.
+    /// Fraction of red lights that are ignored.
     pub const IGNORE_LIGHTS: u32 = 3;
-    /// Metres per second to drive at whatever the limit is, curves allowing; takes the place of
-    /// [`SPEED_REDUCTION`], as that takes its place.
+    /// Desired speed in metres per second, independent of the limit but reduced in curves. The later
+    /// of this and [`SPEED_REDUCTION`] holds.
     pub const SPEED_MPS: u32 = 4;
-    /// Metres left of the middle of the lane; negative: right of it.
+    /// Lateral offset from the centre of the lane, metres, positive to the left.
     pub const OFFSET_LEFT_M: u32 = 5;
-    /// 1: changes lanes for its own ends, as everybody does; 0: does not.
+    /// 1: changes lanes where that is an advantage (the default); 0: never does.
     pub const CHANGES_LANES: u32 = 6;
-    /// To change lanes once, as soon as there is a lane beside, whoever is on it: 1 to the left,
-    /// -1 to the right.
+    /// Changes lanes once, as soon as there is a neighbouring lane, even if it is occupied: 1 to the
+    /// left, −1 to the right.
     pub const CHANGE_NOW: u32 = 7;
-    /// With what probability it changes to the right if that is safe, each time that it thinks of
-    /// lanes, which is about every 0.6 s.
+    /// Probability of a change to the right, if that is safe, at each lane decision, about every
+    /// 0.6 s.
     pub const KEEP_RIGHT: u32 = 8;
-    /// With what probability it changes to the left, likewise.
+    /// Probability of a change to the left, with the same rule.
     pub const CHANGE_LEFT: u32 = 9;
-    /// With what probability it changes to the right, likewise; it adds to [`KEEP_RIGHT`].
+    /// Probability of a change to the right, with the same rule; added to [`KEEP_RIGHT`].
     pub const CHANGE_RIGHT: u32 = 10;
-    /// Share of stop and yield signs to ignore.
+    /// Fraction of stop and yield signs that are ignored.
     pub const IGNORE_SIGNS: u32 = 11;
-    /// Share of other vehicles to ignore, drawn once for each.
+    /// Fraction of other vehicles that are ignored, drawn once for each.
     pub const IGNORE_VEHICLES: u32 = 12;
-    /// Share of walkers to ignore, drawn once for each.
+    /// Fraction of walkers that are ignored, drawn once for each.
     pub const IGNORE_WALKERS: u32 = 13;
-    /// Everybody's: random turns and whims are drawn anew from this whole number, 0 to 2^24, and
-    /// the seed of the world.
+    /// For every vehicle: the random streams of traffic restart from this integer, 0 to 2^24, and the
+    /// seed of the world.
     pub const SEED: u32 = 14;
-    /// 1: switches its lamps by itself: indicators, brake lights, and low beam, position and fog
-    /// lights as the weather asks.
+    /// 1: traffic switches the vehicle lights: indicators, brake lights, and low beam, position and
+    /// fog lights by the weather.
     pub const LAMPS: u32 = 15;
-    /// This and the number of an actor: 1 ignores that one, 0 does not, whatever the shares say.
+    /// Plus the id of an actor: 1 ignores that actor, 0 does not, whatever the fractions say.
     pub const IGNORE_ACTOR: u32 = 1 << 31;
 
-    /// The param whose place this one takes.
+    /// The parameter that this one replaces.
     pub const fn displaces(param: u32) -> Option<u32> {
         match param {
             SPEED_MPS => Some(SPEED_REDUCTION),
@@ -652,12 +655,12 @@ pub mod param {
         }
     }
 
-    /// Whether it is turned back by what it does.
+    /// Whether the parameter is reset when its action is done.
     pub const fn is_once(param: u32) -> bool {
         param == CHANGE_NOW
     }
 
-    /// Whether a param of `owner` is void once `gone` is no more.
+    /// Whether a parameter of `owner` ends when the actor `gone` is destroyed.
     pub fn ends_with(owner: super::ActorId, param: u32, gone: super::ActorId) -> bool {
         owner == gone || param == IGNORE_ACTOR.saturating_add(gone.0)
     }
