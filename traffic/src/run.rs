@@ -143,7 +143,7 @@ impl Driver {
             stamp: header.stamp,
             control_count: self.planner.controls().len() as u32,
             light_count: self.planner.lights().len() as u32,
-            mind_len: self.saved.len() as u64,
+            planner_len: self.saved.len() as u64,
             begin_nanos,
             end_nanos: clock::now_nanos(),
         };

@@ -235,7 +235,7 @@ impl Again {
             stamp: seen.stamp,
             control_count: controls.len() as u32,
             light_count: lights.len() as u32,
-            mind_len: planner.len() as u64,
+            planner_len: planner.len() as u64,
             ..TrafficHeader::default()
         };
         let mut blocks = vec![Block([0; 64]); header.layout().blocks];

@@ -1,4 +1,4 @@
-//! Poses that clients give walkers: the commands, and what of them stands.
+//! Client poses of walkers: the commands, and the state that follows from them.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::{ActorId, Command, Pose};
 /// The most bones that one command sets.
 pub const BONES_PER_COMMAND: usize = 6;
 
-/// How many bones a walker has; a place in this list is a bone's number. CARLA's names.
+/// Names of a walker's bones, the same as CARLA's; the index is the bone's number.
 #[rustfmt::skip]
 pub const BONES: [&str; 66] = [
     "crl_root", "crl_hips__C", "crl_spine__C", "crl_spine01__C",
@@ -31,36 +31,39 @@ pub const BONES: [&str; 66] = [
     "crl_handPinky__R", "crl_handPinky01__R", "crl_handPinky02__R", "crl_handPinkyEnd__R",
 ];
 
-/// See [`Command::SetBones`]; also what an [`crate::Ask`] for [`crate::part::BONES`] tells.
+/// Parameters of [`Command::SetBones`]; also the response to an [`crate::Ask`] for
+/// [`crate::part::BONES`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetBones {
-    /// Whose.
+    /// The actor.
     pub actor_id: ActorId,
-    /// The number of the first bone.
+    /// Number of the first bone.
     pub first: u32,
-    /// How many bones there are, from that one on: 1 to [`BONES_PER_COMMAND`].
+    /// Number of bones from the first one on: 1 to [`BONES_PER_COMMAND`].
     pub count: u32,
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u32,
-    /// `parent_from_bone`; the root's parent is the actor. At rest a bone's axes are the actor's.
+    /// `parent_from_bone`; the parent of the root is the actor. In the rest pose the axes of every bone
+    /// are those of the actor.
     pub parent_from_bones: [Pose; BONES_PER_COMMAND],
 }
 
 const _: () = assert!(size_of::<SetBones>() == 184);
 
-/// See [`Command::BlendPose`]; also what an [`crate::Ask`] for [`crate::part::BLEND`] tells.
+/// Parameters of [`Command::BlendPose`]; also the response to an [`crate::Ask`] for
+/// [`crate::part::BLEND`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct BlendPose {
-    /// Whose.
+    /// The actor.
     pub actor_id: ActorId,
-    /// How much of the given pose shows: 0 the walk alone, 1 the given pose alone.
+    /// Weight of the client pose: 0 shows the animation alone, 1 the client pose alone.
     pub share: f32,
 }
 
 impl SetBones {
-    /// The bones that it sets: the number of each, and `parent_from_bone`.
+    /// The bones that the command sets: number and `parent_from_bone`.
     pub fn bones(&self) -> impl Iterator<Item = (u32, &Pose)> {
         let count = (self.count as usize).min(BONES_PER_COMMAND);
         self.parent_from_bones[..count]
@@ -69,7 +72,7 @@ impl SetBones {
             .map(|(i, pose)| (self.first + i as u32, pose))
     }
 
-    /// As many as it takes for these, each a number and `parent_from_bone`, sorted by number.
+    /// The commands that set these bones, given as number and `parent_from_bone` and sorted by number.
     pub fn of(actor_id: ActorId, bones: &[(u32, Pose)]) -> Vec<SetBones> {
         let mut sets: Vec<SetBones> = Vec::new();
         for (bone, pose) in bones {
@@ -93,21 +96,21 @@ impl SetBones {
     }
 }
 
-/// A pose that clients gave a walker.
+/// The client pose of one walker.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GivenPose {
-    /// How much of it shows: 0 to 1.
+    /// Weight of the pose, 0 to 1.
     pub share: f32,
-    /// By bone, `parent_from_bone` of those that were set; the others are as at rest.
+    /// `parent_from_bone` by bone number; `None` for bones in their rest pose.
     pub bones: Vec<Option<(Vec3, Quat)>>,
 }
 
-/// The poses that clients gave, as the journal tells them.
+/// The client poses of all walkers, as the journal's commands set them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GivenPoses(BTreeMap<ActorId, GivenPose>);
 
 impl GivenPoses {
-    /// Takes in a command that was granted; most are about something else.
+    /// Applies a command that took effect. Commands without influence on poses are ignored.
     pub fn follow(&mut self, command: &Command) {
         match command {
             Command::SetBones(set) => {
@@ -126,18 +129,18 @@ impl GivenPoses {
             Command::Destroy(actor) => {
                 self.0.remove(actor);
             }
-            // What was saved with a state follows.
+            // The commands of the saved state follow.
             Command::LoadMap(_) | Command::LoadState(_) => self.0.clear(),
             _ => {}
         }
     }
 
-    /// The pose that an actor was given.
+    /// The client pose of an actor.
     pub fn of(&self, actor: ActorId) -> Option<&GivenPose> {
         self.0.get(&actor)
     }
 
-    /// The commands that give the same poses.
+    /// The commands that set the same poses.
     pub fn commands(&self) -> Vec<Command> {
         let mut commands = Vec::new();
         for (actor_id, given) in &self.0 {

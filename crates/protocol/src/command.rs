@@ -126,13 +126,13 @@ answers! {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct JournalEntry {
-    /// Who.
+    /// Name of the client that sent the command.
     pub client: Name,
-    /// Which of the client's commands.
+    /// Sequence number among the client's commands.
     pub sequence: u64,
-    /// What.
+    /// The command.
     pub command: RawCommand,
-    /// What became of it.
+    /// Its outcome.
     pub outcome: Outcome,
 }
 
@@ -142,14 +142,15 @@ const _: () = assert!(size_of::<JournalEntry>() == 448);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct JournalHeader {
-    /// The frame whose snapshot is the first to show these commands' effect.
+    /// The first frame whose snapshot shows the effect of these commands.
     pub stamp: Stamp,
-    /// Counts the parts of this host's life without gaps, so that a reader sees what it missed.
+    /// Counts the parts without gaps since the host started, so that a reader detects a lost part.
     pub serial: u64,
     /// Index of this part's first entry in the frame's journal.
     pub first: u32,
-    /// Not 0: not news but the standing state, for who joins; begin anew from it. How many parts
-    /// it takes, this one and the past journals that follow it.
+    /// 0: the commands of one frame. Otherwise a keyframe: the standing state from which a reader that
+    /// joined late starts, and the number of parts that belong to it, this one and the past journals
+    /// that follow it.
     pub keyframe: u32,
 }
 
@@ -157,7 +158,7 @@ const _: () = assert!(size_of::<JournalHeader>() == 40);
 
 macro_rules! commands {
     ($($(#[$doc:meta])* $name:ident($body:ty) = $kind:literal,)*) => {
-        /// What a client may command of the world.
+        /// A request that changes the world or its sensors.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Command { $($(#[$doc])* $name($body),)* }
 
@@ -177,7 +178,7 @@ macro_rules! commands {
         }
 
         impl RawCommand {
-            /// The command, or `None` if this is of no kind we know.
+            /// Returns the typed command, or `None` for an unknown command kind.
             pub fn decode(&self) -> Option<Command> {
                 let bytes = bytemuck::bytes_of(&self.body);
                 match self.kind {

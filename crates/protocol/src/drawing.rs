@@ -1,106 +1,104 @@
-//! What is drawn into images over the world: points, lines, arrows, boxes, texts.
+//! Debug shapes: points, lines, arrows, boxes and texts drawn over camera images.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::{Frame, Stamp, vehicle::within};
 
-/// The most shapes that stand at a time.
+/// The most shapes that exist at a time.
 pub const SHAPES_MAX: usize = 16_384;
-/// The most bytes of a drawn text.
+/// The most bytes of a text.
 pub const SHAPE_TEXT_BYTES: usize = 124;
-/// No place of a shape lies farther out. Metres.
+/// Largest coordinate of a shape, metres.
 const FAR_M: f32 = 1e5;
-/// No shape is larger or thicker. Metres.
+/// Largest size and thickness of a shape, metres.
 const LARGE_M: f32 = 1e4;
-/// No shape is so many pixels wide at least.
+/// Largest minimum line width, pixels.
 const PIXELS_MAX: f32 = 256.0;
 
 /// Values of [`Shape::kind`].
 pub mod shape {
-    /// A ball at `begin_m`.
+    /// A sphere at `begin_m`.
     pub const POINT: u32 = 1;
-    /// From `begin_m` to `end_m`.
+    /// A line from `begin_m` to `end_m`.
     pub const LINE: u32 = 2;
     /// A line with four barbs at its end, each `head_m` back and to the sides.
     pub const ARROW: u32 = 3;
-    /// The twelve edges of a box about `begin_m`, half as large as `end_m` says, turned by
+    /// The twelve edges of a box with centre `begin_m`, half extents `end_m` and orientation
     /// `rotation`.
     pub const BOX: u32 = 4;
-    /// Letters that face the camera, as large wherever they are, their middle at `begin_m`.
+    /// Text that faces the camera, centred at `begin_m`, of the same pixel size at every distance.
     pub const TEXT: u32 = 5;
 
-    /// [`super::Shape::life_nanos`]: until it is erased.
+    /// Value of [`super::Shape::life_nanos`]: the shape stays until it is erased.
     pub const FOR_EVER: u64 = u64::MAX;
 }
 
-/// See [`crate::Command::Draw`]. ShapeReceipt into the colours of cameras, behind what stands before it; no
-/// other output shows it, no lidar, and nobody runs into it.
+/// Parameters of [`crate::Command::Draw`]. Shapes appear in the colour output of cameras, hidden by nearer
+/// surfaces. No other output, no lidar and no collision is affected.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Shape {
-    /// How long it is shown, in simulated time from the first frame that shows it; 0: in one
-    /// frame; [`shape::FOR_EVER`].
+    /// Life time in simulated time from the first frame that shows the shape; 0: one frame only;
+    /// [`shape::FOR_EVER`].
     pub life_nanos: u64,
     /// One of [`shape`].
     pub kind: u32,
     /// Red, green, blue, 255; sRGB.
     pub color: u32,
-    /// In world space; a box's and a text's middle.
+    /// First point in world space; the centre of a box or text.
     pub begin_m: [f32; 3],
-    /// In world space; of a box half its size.
+    /// Second point in world space; the half extents of a box.
     pub end_m: [f32; 3],
-    /// Of a box: `world_from_box` as x, y, z, w.
+    /// Boxes: the rotation of `world_from_box` as x, y, z, w.
     pub rotation: [f32; 4],
-    /// How thick its lines are; of a point its diameter.
+    /// Thickness of lines; diameter of a point.
     pub size_m: f32,
-    /// In an image its lines are at least so wide.
+    /// Minimum width of lines in the image, pixels.
     pub pixels: f32,
-    /// How long an arrow's barbs are, along the arrow and to each side.
+    /// Arrows: length of the barbs along the arrow and to each side.
     pub head_m: f32,
-    /// Of a text: 1 for a dark shadow behind its letters.
+    /// Texts: 1 draws a dark shadow behind the letters.
     pub shadow: u32,
     /// UTF-8, padded with zeros.
     pub text: [u8; SHAPE_TEXT_BYTES],
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u32,
 }
 
 const _: () = assert!(size_of::<Shape>() == 200);
 
-/// What became of a [`Shape`] that was drawn: in the outcome of its command, under the id by which it
-/// is known.
+/// The response to [`crate::Command::Draw`], in the outcome whose id names the shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ShapeReceipt {
-    /// The first frame that shows it.
+    /// The first frame that shows the shape.
     pub frame: Frame,
-    /// Frames of this simulated time, and later ones, do not show it; 0: that one frame alone
-    /// does.
+    /// Simulated time from which the shape is no longer shown; 0: it is shown in one frame only.
     pub until_nanos: u64,
 }
 
-/// See [`crate::Command::EraseShapes`].
+/// Parameters of [`crate::Command::EraseShapes`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct EraseShapes {
-    /// 1: everything that is no text.
+    /// 1: removes all shapes other than texts.
     pub shapes: u32,
-    /// 1: all texts.
+    /// 1: removes all texts.
     pub texts: u32,
 }
 
 impl EraseShapes {
-    /// Everything.
+    /// Removes every shape.
     pub const ALL: EraseShapes = EraseShapes { shapes: 1, texts: 1 };
 
-    /// Whether it concerns this one.
+    /// Whether the command removes this shape.
     pub fn takes(&self, shape: &Shape) -> bool {
         if shape.kind == shape::TEXT { self.texts != 0 } else { self.shapes != 0 }
     }
 }
 
 impl Shape {
-    /// Nothing yet: white, thin, for ever.
+    /// A white, thin shape of the kind that is never removed, without coordinates.
     pub fn new(kind: u32) -> Shape {
         Shape {
             life_nanos: shape::FOR_EVER,
@@ -112,7 +110,7 @@ impl Shape {
         }
     }
 
-    /// Its letters.
+    /// The text.
     pub fn text(&self) -> &str {
         let end = self.text.iter().position(|&b| b == 0).unwrap_or(SHAPE_TEXT_BYTES);
         let valid = |e: std::str::Utf8Error| {
@@ -121,7 +119,7 @@ impl Shape {
         std::str::from_utf8(&self.text[..end]).unwrap_or_else(valid)
     }
 
-    /// The same with these letters; an error says how many bytes they have if they are too many.
+    /// Sets the text. The error states its length if it has more than [`SHAPE_TEXT_BYTES`] bytes.
     pub fn with_text(mut self, text: &str) -> Result<Shape, String> {
         let (len, most) = (text.len(), SHAPE_TEXT_BYTES);
         let room = self.text.get_mut(..len);
@@ -131,10 +129,10 @@ impl Shape {
         Ok(self)
     }
 
-    /// What is wrong with it.
+    /// Checks that every number is in its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), String> {
         if !(shape::POINT..=shape::TEXT).contains(&self.kind) {
-            return Err(format!("there is no shape of kind {}", self.kind));
+            return Err(format!("unknown shape kind {}", self.kind));
         }
         let all = |what: &str, values: &[f32], low: f32, high: f32| {
             values.iter().try_for_each(|value| within(what, *value, low, high))
@@ -154,7 +152,7 @@ impl Shape {
         within("an arrow's head", self.head_m, 0.0, LARGE_M)
     }
 
-    /// What becomes of it, if frame `stamp` is the first that shows it.
+    /// The response if the frame `stamp` is the first that shows the shape.
     pub fn drawn(&self, stamp: Stamp) -> ShapeReceipt {
         let until_nanos = match self.life_nanos {
             0 => 0,
@@ -165,7 +163,7 @@ impl Shape {
 }
 
 impl ShapeReceipt {
-    /// Whether a frame, the one of [`ShapeReceipt::frame`] or a later one, shows it.
+    /// Whether the frame `stamp`, not before [`ShapeReceipt::frame`], shows the shape.
     pub fn is_shown(&self, stamp: Stamp) -> bool {
         match self.until_nanos {
             0 => stamp.frame == self.frame,
@@ -173,7 +171,7 @@ impl ShapeReceipt {
         }
     }
 
-    /// Whether no frame after this one shows it.
+    /// Whether no frame after `stamp` shows the shape.
     pub fn is_over(&self, stamp: Stamp) -> bool {
         match self.until_nanos {
             0 => stamp.frame >= self.frame,

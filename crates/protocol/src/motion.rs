@@ -1,24 +1,24 @@
-//! Commands about how an actor moves, and questions about how it does.
+//! Commands that move an actor, and queries about its motion.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::{ActorId, vehicle::within};
 
-/// See [`crate::Command::Ask`].
+/// Parameters of [`crate::Command::Ask`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Ask {
-    /// Of whom.
+    /// The actor.
     pub actor_id: ActorId,
-    /// One of [`part`].
+    /// The kind of the query: one of [`part`].
     pub part: u32,
-    /// Which wheel.
+    /// Index of the wheel or first bone.
     pub index: u32,
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u32,
 }
 
-/// Values of [`Ask::part`], and what is answered.
+/// Values of [`Ask::part`]; each names the type of its response.
 pub mod part {
     /// [`crate::VehicleBody`].
     pub const BODY: u32 = 1;
@@ -36,78 +36,78 @@ pub mod part {
     pub const WHEEL_TELEMETRY: u32 = 7;
     /// [`crate::AckermannSettings`].
     pub const ACKERMANN: u32 = 8;
-    /// [`crate::SetBones`]: the given pose, six bones from the one that is asked for on.
+    /// [`crate::SetBones`]: six bones of the client pose, from `index` on.
     pub const BONES: u32 = 9;
     /// [`crate::BlendPose`].
     pub const BLEND: u32 = 10;
 }
 
-/// How a vehicle drives.
+/// Telemetry of a vehicle at the end of the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleTelemetry {
-    /// How many wheels it has.
+    /// Number of wheels.
     pub wheels: u32,
-    /// −1 reverse, 0 neutral, 1 and up forward.
+    /// Gear: −1 reverse, 0 neutral, 1 and up forward.
     pub gear: i32,
-    /// Forwards.
+    /// Speed along the vehicle's x axis.
     pub speed_mps: f32,
-    /// The wheel, −1 (full right) to 1 (full left).
+    /// Steering wheel, −1 (full right) to 1 (full left).
     pub steer: f32,
-    /// Pedal, 0 to 1.
+    /// Throttle pedal, 0 to 1.
     pub throttle: f32,
-    /// Pedal, 0 to 1.
+    /// Brake pedal, 0 to 1.
     pub brake: f32,
     /// Engine speed, revolutions per minute.
     pub engine_rpm: f32,
-    /// What the air holds it back with.
+    /// Aerodynamic drag force.
     pub drag_n: f32,
 }
 
-/// What one wheel feels, at the end of the last frame.
+/// Telemetry of one wheel at the end of the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct WheelTelemetry {
-    /// Grip of tyre and ground, as a multiple of the blueprint's own tyre's on dry asphalt.
+    /// Friction of tyre and ground relative to the blueprint's tyre on dry asphalt.
     pub grip: f32,
-    /// Slip angle, positive where the wheel slides to the left.
+    /// Slip angle, positive when the wheel slides to the left.
     pub slip_y_rad: f32,
-    /// Rim speed over ground speed, less 1; positive when it spins.
+    /// Longitudinal slip: rim speed over ground speed, minus 1.
     pub slip_x: f32,
-    /// Of the wheel, positive forwards.
+    /// Angular velocity of the wheel, positive when it rolls forwards.
     pub spin_radps: f32,
-    /// On the ground.
+    /// Vertical load.
     pub load_n: f32,
-    /// On the ground at rest.
+    /// Vertical load at rest.
     pub rest_load_n: f32,
-    /// Of engine and brakes together, positive forwards.
+    /// Sum of the torques of engine and brakes, positive forwards.
     pub torque_nm: f32,
-    /// The tyre's force along the wheel's heading.
+    /// Longitudinal tyre force.
     pub along_n: f32,
-    /// The tyre's force to the wheel's left.
+    /// Lateral tyre force, positive to the left.
     pub across_n: f32,
 }
 
-/// See [`crate::Command::Ackermann`].
+/// Parameters of [`crate::Command::Ackermann`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct AckermannControl {
-    /// Who.
+    /// The actor.
     pub actor_id: ActorId,
-    /// In the middle of the front axle, positive to the left.
+    /// Steering angle at the centre of the front axle, positive to the left.
     pub steer_rad: f32,
-    /// How fast the wheels turn there; 0: at once.
+    /// Rate of change of the steering angle; 0: unlimited.
     pub steer_radps: f32,
-    /// Negative: backwards.
+    /// Target speed; negative: backwards.
     pub speed_mps: f32,
-    /// The most acceleration and deceleration; 0: the controller's own limits.
+    /// Largest acceleration and deceleration; 0: the limits of the controller.
     pub acceleration_mps2: f32,
-    /// How fast the wanted acceleration changes at most; 0: at once.
+    /// Largest rate of change of the target acceleration; 0: unlimited.
     pub jerk_mps3: f32,
 }
 
 impl AckermannControl {
-    /// What is wrong with it.
+    /// Checks that every number is in its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), String> {
         within("steer_rad", self.steer_rad, -10.0, 10.0)?;
         within("steer_radps", self.steer_radps, -1000.0, 1000.0)?;
@@ -117,20 +117,20 @@ impl AckermannControl {
     }
 }
 
-/// See [`crate::Command::SetAckermann`]. Gains of the two controllers.
+/// Parameters of [`crate::Command::SetAckermann`]. Gains of the two PID controllers.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct AckermannSettings {
-    /// Whose.
+    /// The actor.
     pub actor_id: ActorId,
-    /// From speed to acceleration: proportional, integral, derivative.
+    /// Speed controller (speed error to acceleration): proportional, integral, derivative.
     pub speed: [f32; 3],
-    /// From acceleration to pedals.
+    /// Acceleration controller (acceleration error to pedals): proportional, integral, derivative.
     pub acceleration: [f32; 3],
 }
 
 impl Default for AckermannSettings {
-    /// CARLA's.
+    /// The defaults of CARLA.
     fn default() -> Self {
         AckermannSettings {
             actor_id: ActorId::NONE,
@@ -141,48 +141,47 @@ impl Default for AckermannSettings {
 }
 
 impl AckermannSettings {
-    /// What is wrong with it.
+    /// Checks that every number is in its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), String> {
         let gains = self.speed.iter().chain(&self.acceleration);
         gains.into_iter().try_for_each(|gain| within("a gain", *gain, 0.0, 1e4))
     }
 }
 
-/// See [`crate::Command::ApplyForce`].
+/// Parameters of [`crate::Command::ApplyForce`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ApplyForce {
-    /// Whom.
+    /// The actor.
     pub actor_id: ActorId,
-    /// 0: an impulse, newton seconds and newton metre seconds; 1: a force and a torque for the
-    /// next frame, newtons and newton metres.
+    /// 0: an impulse in N s and N m s; 1: a force and a torque during the next frame, in N and N m.
     pub lasts: u32,
-    /// In world space.
+    /// Linear impulse or force in world space.
     pub linear: [f32; 3],
-    /// In world space.
+    /// Angular impulse or torque in world space.
     pub angular: [f32; 3],
     /// 1: `linear` acts at `at_m`; 0: at the centre of mass.
     pub has_point: u32,
-    /// In world space.
+    /// Point of application in world space.
     pub at_m: [f32; 3],
 }
 
-/// See [`crate::Command::SetGravity`], [`crate::Command::SetCollisions`].
+/// Parameters of [`crate::Command::SetGravity`] and [`crate::Command::SetCollisions`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Switch {
-    /// Whose.
+    /// The actor.
     pub actor_id: ActorId,
-    /// 1: it has it; 0: not.
+    /// 1: on; 0: off.
     pub on: u32,
 }
 
-/// See [`crate::Command::SetWeatherAffectsGrip`].
+/// Parameters of [`crate::Command::SetWeatherAffectsGrip`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetWeatherAffectsGrip {
-    /// 1: wet roads are slippery; 0: roads grip as if they were dry.
+    /// 1: wet roads have less friction; 0: roads have the friction of dry ones.
     pub on: u32,
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u32,
 }

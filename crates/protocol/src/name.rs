@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 pub struct Name(pub [u8; 40]);
 
 impl Name {
-    /// Keeps the first 40 bytes of `text`, cut at a character's edge.
+    /// The first 40 bytes of `text`, cut at a character boundary.
     pub fn new(text: &str) -> Name {
         let mut bytes = [0; 40];
         let mut end = text.len().min(40);
@@ -19,7 +19,7 @@ impl Name {
         Name(bytes)
     }
 
-    /// The text, or an empty one if a stranger wrote something that is not UTF-8.
+    /// The text; empty if the bytes are not UTF-8.
     pub fn as_str(&self) -> &str {
         let end = self.0.iter().position(|&b| b == 0).unwrap_or(40);
         std::str::from_utf8(&self.0[..end]).unwrap_or("")

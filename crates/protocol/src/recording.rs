@@ -1,10 +1,10 @@
-//! Commands about recordings and saved states.
+//! Commands of recordings, replays and saved states.
 
 use std::path::Path;
 
 use bytemuck::{Pod, Zeroable};
 
-/// Where a file lies, for the host: an absolute path of at most 160 bytes, padded with zeros.
+/// An absolute path on the host, UTF-8, at most 160 bytes, padded with zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct FilePath(pub [u8; 160]);
@@ -12,7 +12,11 @@ pub struct FilePath(pub [u8; 160]);
 const _: () = assert!(size_of::<FilePath>() == 160);
 
 impl FilePath {
-    /// The path, or why it cannot be told.
+    /// Encodes a path.
+    ///
+    /// # Errors
+    ///
+    /// The path is not absolute, not UTF-8, or longer than 160 bytes.
     pub fn new(path: &Path) -> Result<FilePath, String> {
         let text = path.to_str().ok_or_else(|| format!("{}: it is not UTF-8", path.display()))?;
         let mut bytes = [0; 160];
@@ -21,13 +25,15 @@ impl FilePath {
         }
         let len = text.len();
         let room = bytes.get_mut(..len).ok_or_else(|| {
-            format!("{text}: it has {len} bytes, 160 are possible; use a folder nearer the root")
+            format!(
+                "{text}: the path has {len} bytes, at most 160 are possible; use a shorter path"
+            )
         })?;
         room.copy_from_slice(text.as_bytes());
         Ok(FilePath(bytes))
     }
 
-    /// The path; empty if a stranger wrote something that is not UTF-8.
+    /// The path; empty if the bytes are not UTF-8.
     pub fn path(&self) -> &Path {
         let end = self.0.iter().position(|&b| b == 0).unwrap_or(self.0.len());
         Path::new(std::str::from_utf8(&self.0[..end]).unwrap_or(""))
@@ -40,41 +46,41 @@ impl Default for FilePath {
     }
 }
 
-/// See [`crate::Command::StartRecorder`].
+/// Parameters of [`crate::Command::StartRecorder`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct StartRecorder {
-    /// Where to; a file of that name is replaced.
+    /// The file to write; an existing file is replaced.
     pub path: FilePath,
-    /// How much is kept: 0 state, 1 inputs, 2 compact.
+    /// Profile: 0 state, 1 inputs, 2 compact.
     pub profile: u32,
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u32,
 }
 
-/// See [`crate::Command::StartReplay`].
+/// Parameters of [`crate::Command::StartReplay`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct StartReplay {
-    /// From where.
+    /// The recording.
     pub path: FilePath,
-    /// Recorded time to begin at; below 0: counted from the end.
+    /// Recorded time at which the replay begins; negative: relative to the end.
     pub from_nanos: i64,
-    /// Recorded time to play; 0: to the end.
+    /// Recorded duration to replay; 0: to the end.
     pub duration_nanos: u64,
     /// Recorded seconds per simulated second.
     pub time_factor: f32,
-    /// 1: actors of the role `hero` are left out.
+    /// 1: actors with the role `hero` are left out.
     pub ignore_hero: u32,
 }
 
-/// See [`crate::Command::StopReplay`].
+/// Parameters of [`crate::Command::StopReplay`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct StopReplay {
-    /// 1: who was shown stays, vehicles on autopilot; 0: they go.
+    /// 1: replayed actors stay in the world, vehicles on autopilot; 0: they are destroyed.
     pub keep_actors: u32,
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u32,
 }
 

@@ -1,4 +1,4 @@
-//! Street lamps, switched by hand.
+//! State of street lights.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -6,43 +6,43 @@ use crate::vehicle::within;
 
 /// Values of [`SetStreetLights::mode`].
 pub mod shine {
-    /// Dark.
+    /// Off.
     pub const OFF: u32 = 0;
-    /// Day and night.
+    /// On, day and night.
     pub const ON: u32 = 1;
-    /// While it is dark: as all lamps do at first.
+    /// On while it is dark (the default).
     pub const AT_NIGHT: u32 = 2;
 }
 
-/// See [`crate::Command::SetStreetLights`]. A lamp's number is that of its pole in instance images,
-/// without the highest bit.
+/// Parameters of [`crate::Command::SetStreetLights`]: up to 1024 street lights with consecutive numbers.
+/// The number of a light is the id of its pole in instance images without the highest bit.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetStreetLights {
-    /// The number of the first bit's lamp, over 1024.
+    /// Number of the light of bit 0, divided by 1024.
     pub block: u32,
     /// One of [`shine`].
     pub mode: u32,
-    /// Red, green, blue, 255, sRGB; 0: each lamp's own.
+    /// Red, green, blue, 255; sRGB; 0: the default colour of each light.
     pub color: u32,
-    /// How bright, as a share of a lamp's own brightness.
+    /// Intensity relative to the default of each light.
     pub share: f32,
-    /// Which of the block's 1024.
+    /// A bit for each light of the block.
     pub bits: [u64; 16],
 }
 
 const _: () = assert!(size_of::<SetStreetLights>() == 144);
 
 impl SetStreetLights {
-    /// What is wrong with it.
+    /// Checks that every number is in its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), String> {
         if self.mode > shine::AT_NIGHT {
-            return Err(format!("a lamp has no mode {}", self.mode));
+            return Err(format!("unknown street light mode {}, not 0 to 2", self.mode));
         }
         within("a lamp's share of its brightness", self.share, 0.0, 100.0)
     }
 
-    /// The numbers of its lamps.
+    /// The numbers of the lights.
     pub fn numbers(&self) -> impl Iterator<Item = u32> {
         let bits = self.bits;
         let count = u64::BITS * bits.len() as u32;

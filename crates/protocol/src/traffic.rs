@@ -2,20 +2,21 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::{ActorId, Block, Stamp, VehicleControl};
 
-/// Header of traffic's one sample per frame: what it decided on `stamp.frame`, which acts in the
-/// next one. The payload holds controls, then lights, then the planner, each at a 64-byte edge.
+/// Header of the one message that traffic sends per frame: its decisions on `stamp.frame`, which act
+/// in the next frame. The payload holds controls, traffic lights and the planner's state, each
+/// aligned to 64 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct TrafficHeader {
-    /// The frame that was planned on.
+    /// The frame that the plan is based on.
     pub stamp: Stamp,
-    /// How many [`crate::VehicleControl`]s.
+    /// Number of [`crate::VehicleControl`]s.
     pub control_count: u32,
-    /// How many [`LightState`]s.
+    /// Number of [`LightState`]s.
     pub light_count: u32,
-    /// Bytes of the planner: all that traffic must know beyond the snapshot to go on as if nothing
-    /// had happened. Opaque to everybody else.
-    pub mind_len: u64,
+    /// Bytes of the planner's state: what a restarted planner needs beside the snapshot to continue
+    /// identically. Opaque to other crates.
+    pub planner_len: u64,
     /// Monotonic clock when planning began.
     pub begin_nanos: u64,
     /// Monotonic clock when planning ended.
@@ -24,36 +25,36 @@ pub struct TrafficHeader {
 
 const _: () = assert!(size_of::<TrafficHeader>() == 56);
 
-/// The colour that one traffic light shows from the next frame on.
+/// The phase of one traffic light from the next frame on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct LightState {
-    /// The light, an actor of the world.
+    /// The traffic light.
     pub actor_id: ActorId,
     /// One of [`crate::light`].
     pub phase: u32,
 }
 
-/// Where the three parts of a traffic sample lie, in bytes from the start of its payload.
+/// Offsets of the three parts of a traffic message, in bytes from the start of its payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TrafficLayout {
     lights_at: usize,
-    mind_at: usize,
-    /// Blocks in all.
+    planner_at: usize,
+    /// Length of the payload in blocks.
     pub blocks: usize,
 }
 
 impl TrafficHeader {
-    /// Where the parts lie.
+    /// The offsets of the parts.
     pub fn layout(&self) -> TrafficLayout {
         let controls = self.control_count as usize * size_of::<VehicleControl>();
         let lights = self.light_count as usize * size_of::<LightState>();
         let lights_at = controls.next_multiple_of(64);
-        let mind_at = lights_at + lights.next_multiple_of(64);
+        let planner_at = lights_at + lights.next_multiple_of(64);
         TrafficLayout {
             lights_at,
-            mind_at,
-            blocks: (mind_at + self.mind_len as usize).div_ceil(64),
+            planner_at,
+            blocks: (planner_at + self.planner_len as usize).div_ceil(64),
         }
     }
 
@@ -72,10 +73,11 @@ impl TrafficHeader {
         let lights: &[u8] = bytemuck::cast_slice(lights);
         bytes[..controls.len()].copy_from_slice(controls);
         bytes[layout.lights_at..][..lights.len()].copy_from_slice(lights);
-        bytes[layout.mind_at..][..planner.len()].copy_from_slice(planner);
+        bytes[layout.planner_at..][..planner.len()].copy_from_slice(planner);
     }
 
-    /// What a payload holds: controls, lights, planner. `None` if it is shorter than the header says.
+    /// The parts of a payload: controls, traffic lights, planner state. `None` if the payload is shorter
+    /// than the header states.
     pub fn parts<'a>(
         &self,
         payload: &'a [Block],
@@ -90,7 +92,7 @@ impl TrafficHeader {
         Some((
             bytemuck::cast_slice(&bytes[..controls]),
             bytemuck::cast_slice(&bytes[layout.lights_at..][..lights]),
-            &bytes[layout.mind_at..][..self.mind_len as usize],
+            &bytes[layout.planner_at..][..self.planner_len as usize],
         ))
     }
 }
