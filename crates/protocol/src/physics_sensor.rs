@@ -1,7 +1,7 @@
-//! Sensors born of physics: what they are told, and what they say.
+//! Sensors that the host measures during physics: their parameters and their readings.
 //!
-//! The host measures them in the midst of its substeps and sends a bundle's bundle before the
-//! snapshot's tick word is raised. Sensor space is x forward, y left, z up.
+//! The host accumulates them over its substeps and sends the measurements of a frame before it raises
+//! the frame's tick word. Sensor space is x forward, y left, z up.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -10,26 +10,26 @@ use crate::{
     vehicle::within,
 };
 
-/// The numbers of one kind of sensor; they stand in a [`crate::SensorSpec`].
+/// The parameters of one type of physics sensor, stored in a [`crate::SensorSpec`].
 pub trait PhysicsSensorSpec: Pod {
     /// One of [`sensor`].
     const KIND: u32;
-    /// Its one output.
+    /// The only output of this type.
     const OUTPUT: u32;
 
-    /// What is wrong with them.
+    /// Checks that every parameter is in its range; the error names the first that is not.
     fn check(&self) -> Result<(), String>;
 }
 
-/// What a sensor says.
+/// A reading of a physics sensor.
 pub trait Reading: Pod {
-    /// The output whose elements these are.
+    /// The output that consists of these readings.
     const OUTPUT: u32;
-    /// How many there may be in one frame.
+    /// The most readings in one frame.
     const MOST: u32;
 }
 
-macro_rules! born {
+macro_rules! physics_sensors {
     ($($spec:ident => $reading:ident, $name:ident, $most:literal, $check:expr;)*) => {
         $(
             impl PhysicsSensorSpec for $spec {
@@ -47,7 +47,7 @@ macro_rules! born {
             }
         )*
 
-        /// Bytes of one element of such an output, or 0.
+        /// Bytes of one reading of this output; 0 if it is not a physics output.
         pub(crate) fn element_bytes(output: u32) -> usize {
             match output {
                 $(<$reading>::OUTPUT => size_of::<$reading>(),)*
@@ -55,7 +55,7 @@ macro_rules! born {
             }
         }
 
-        /// How many elements such an output may have in one frame, or 0.
+        /// The most readings of this output in one frame; 0 if it is not a physics output.
         pub(crate) fn readings_max(output: u32) -> u32 {
             match output {
                 $(<$reading>::OUTPUT => <$reading>::MOST,)*
@@ -65,7 +65,7 @@ macro_rules! born {
     };
 }
 
-born! {
+physics_sensors! {
     ImuSpec => ImuReading, IMU, 1, ImuSpec::fault;
     GnssSpec => GnssReading, GNSS, 1, GnssSpec::fault;
     OdometrySpec => OdometryReading, ODOMETRY, 1, OdometrySpec::fault;
@@ -76,55 +76,56 @@ born! {
     MessageSpec => MessageReading, MESSAGE, 64, MessageSpec::fault;
 }
 
-/// What an inertial measurement unit gets wrong. All zeros: nothing.
+/// Error model of an inertial measurement unit; zeros are an ideal sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ImuSpec {
-    /// Standard deviation of each reading, by axis.
+    /// Standard deviation of the accelerometer's white noise, by axis.
     pub accelerometer_stddev_mps2: [f32; 3],
-    /// Standard deviation of each reading, by axis.
+    /// Standard deviation of the gyroscope's white noise, by axis.
     pub gyroscope_stddev_radps: [f32; 3],
-    /// Added to each reading, by axis.
+    /// Constant bias of the gyroscope, by axis.
     pub gyroscope_bias_radps: [f32; 3],
-    /// How fast the accelerometer's bias wanders off: m/s² after a second, growing with the root of
-    /// time.
+    /// Random walk of the accelerometer's bias: standard deviation in m/s² after one second, growing
+    /// with the square root of time.
     pub accelerometer_walk: f32,
-    /// How fast the gyroscope's bias wanders off: rad/s after a second, likewise.
+    /// Random walk of the gyroscope's bias: standard deviation in rad/s after one second, with the same
+    /// law.
     pub gyroscope_walk: f32,
-    /// What is felt at rest, upwards.
+    /// Specific force at rest, upwards.
     pub gravity_mps2: f32,
-    /// The accelerometer shows no more than this along an axis; 0: there is no limit.
+    /// Measurement range of the accelerometer along each axis; 0: unlimited.
     pub accelerometer_max_mps2: f32,
 }
 
 impl Default for ImuSpec {
-    /// Without errors, on the earth.
+    /// An ideal sensor on the earth.
     fn default() -> Self {
         ImuSpec { gravity_mps2: 9.81, ..ImuSpec::zeroed() }
     }
 }
 
-/// What a receiver of satellites gets wrong. All zeros: nothing.
+/// Error model of a GNSS receiver; zeros are an ideal receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct GnssSpec {
-    /// Standard deviation of each reading.
+    /// Standard deviation of the white noise.
     pub latitude_stddev_deg: f32,
-    /// Added to each reading.
+    /// Constant bias.
     pub latitude_bias_deg: f32,
-    /// Standard deviation of each reading.
+    /// Standard deviation of the white noise.
     pub longitude_stddev_deg: f32,
-    /// Added to each reading.
+    /// Constant bias.
     pub longitude_bias_deg: f32,
-    /// Standard deviation of each reading.
+    /// Standard deviation of the white noise.
     pub altitude_stddev_m: f32,
-    /// Added to each reading.
+    /// Constant bias.
     pub altitude_bias_m: f32,
-    /// Standard deviation of an error that wanders about, east and north.
+    /// Standard deviation of a slowly varying error, east and north (a first-order Gauss–Markov process).
     pub wander_m: f32,
-    /// The same, upwards.
+    /// Standard deviation of the slowly varying error, upwards.
     pub wander_up_m: f32,
-    /// How long that error stays what it is: it falls to 1/e in so many seconds.
+    /// Correlation time of the slowly varying error: its autocorrelation falls to 1/e in this time.
     pub wander_secs: f32,
     /// One of [`geodesy`].
     pub geodesy: u32,
@@ -132,158 +133,158 @@ pub struct GnssSpec {
 
 /// Values of [`GnssSpec::geodesy`].
 pub mod geodesy {
-    /// The map's own projection, on its own ellipsoid. A map that has none lies on a sphere about
-    /// 42 degrees north, 2 degrees east.
+    /// The projection and ellipsoid of the map. A map without one lies on a sphere at 42 degrees north,
+    /// 2 degrees east.
     pub const MAP: u32 = 0;
-    /// That of CARLA 0.9.16: a sphere about the map's origin, what lies to the right of x in the
-    /// north.
+    /// The projection of CARLA 0.9.16: a sphere at the map's origin, with the direction to the right of
+    /// x as north.
     pub const CARLA: u32 = 1;
 }
 
-/// What a speedometer gets wrong. All zeros: nothing.
+/// Error model of wheel odometry; zeros are an ideal sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct OdometrySpec {
-    /// How much more than the truth it shows, as a share: worn tyres show more.
+    /// Relative scale error of speeds; worn tyres read high.
     pub scale_error: f32,
-    /// Standard deviation of each reading of a speed.
+    /// Standard deviation of the white noise of speeds.
     pub stddev_mps: f32,
-    /// Speeds are shown in steps of this; 0: as they are.
+    /// Quantisation step of speeds; 0: none.
     pub step_mps: f32,
 }
 
-/// There is nothing to be told.
+/// A collision sensor; it has no parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct CollisionSpec {
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u32,
 }
 
-/// There is nothing to be told.
+/// A lane invasion sensor, which has no parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct LaneInvasionSpec {
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u32,
 }
 
-/// How far and how wide a sensor of obstacles looks.
+/// The volume that an obstacle sensor sweeps: a sphere moved along x.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ObstacleSpec {
-    /// How far along x.
+    /// Length of the sweep along x.
     pub distance_m: f32,
-    /// Of the ball that is pushed along there.
+    /// Radius of the sphere.
     pub hit_radius_m: f32,
-    /// 1: actors alone are seen; 0: what stands in the town and the ground, too.
+    /// 1: detects actors only; 0: static objects and the ground too.
     pub only_dynamics: u32,
 }
 
 impl Default for ObstacleSpec {
-    /// CARLA's.
+    /// The defaults of CARLA.
     fn default() -> Self {
         ObstacleSpec { distance_m: 5.0, hit_radius_m: 0.5, only_dynamics: 0 }
     }
 }
 
-/// What an inertial measurement unit says: means over the time since its last reading.
+/// Reading of an inertial measurement unit: means over the time since its last reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ImuReading {
-    /// In sensor space, what is felt: at rest gravity, upwards.
+    /// Specific force in sensor space; at rest it points upwards with the magnitude of gravity.
     pub accelerometer_mps2: [f32; 3],
-    /// In sensor space.
+    /// Angular velocity in sensor space.
     pub gyroscope_radps: [f32; 3],
-    /// Clockwise from north, which is world y, 0 to 2π.
+    /// Heading clockwise from north (world y), 0 to 2π.
     pub compass_rad: f32,
-    /// The time over which the means were taken.
+    /// Time over which the means were taken.
     pub over_secs: f32,
 }
 
-/// What a receiver of satellites says.
+/// Reading of a GNSS receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct GnssReading {
-    /// Northwards.
+    /// Latitude, positive to the north.
     pub latitude_deg: f64,
-    /// Eastwards.
+    /// Longitude, positive to the east.
     pub longitude_deg: f64,
-    /// Above the map's zero.
+    /// Altitude above the map's zero.
     pub altitude_m: f64,
 }
 
-/// What a speedometer says.
+/// Reading of an odometry sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct OdometryReading {
-    /// Of the sensor's place, along its own x; negative: backwards.
+    /// Speed of the sensor along its x axis; negative: backwards.
     pub speed_mps: f32,
-    /// Mean speed of the rims of all wheels: it differs where wheels spin or lock. Who has no
-    /// wheels: `speed_mps`.
+    /// Mean rim speed of all wheels, which differs from `speed_mps` when wheels spin or lock; equal to
+    /// `speed_mps` for actors without wheels.
     pub wheel_speed_mps: f32,
-    /// About the sensor's own z, to the left.
+    /// Angular velocity about the sensor's z axis, positive to the left.
     pub yaw_rate_radps: f32,
-    /// How far the front wheels are turned, to the left.
+    /// Steering angle of the front wheels, positive to the left.
     pub steer_rad: f32,
-    /// `wheel_speed_mps` summed up since the sensor was made, backwards counted as backwards.
+    /// Integral of `wheel_speed_mps` since the sensor was created; backwards counts negative.
     pub distance_m: f64,
 }
 
-/// Who touched the carrier during this frame, how hard.
+/// A contact of the parent actor during this frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct CollisionReading {
-    /// Who; nobody: it is a thing of the town.
+    /// The other actor; [`ActorId::NONE`]: a static object.
     pub other: ActorId,
-    /// Which thing of the town, as instance images have it; 0: it is an actor.
+    /// Id of the static object as in instance images; 0: an actor.
     pub object: u32,
-    /// The other's tag (`mesh::Tag`).
+    /// Semantic tag of the other (`mesh::Tag`).
     pub tag: u32,
-    /// 1: they did not touch in the frame before.
+    /// 1: there was no contact in the frame before.
     pub began: u32,
-    /// What the carrier was given during the frame, in world space. Newton seconds.
+    /// Impulse on the parent actor during the frame in world space, N s.
     pub impulse_ns: [f32; 3],
 }
 
-/// A marking that a corner of the carrier crossed during this frame.
+/// A lane marking that a corner of the parent actor crossed during this frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct LaneInvasionReading {
-    /// What is drawn: `road::MarkKind` as a number.
+    /// Type of the marking: `road::MarkKind` as a number.
     pub kind: u32,
-    /// In which colour: `road::MarkColor` as a number.
+    /// Colour of the marking: `road::MarkColor` as a number.
     pub color: u32,
-    /// Who may cross it: `road::MarkChange` as a number.
+    /// Permitted lane change: `road::MarkChange` as a number.
     pub change: u32,
-    /// Of a single line.
+    /// Width of a single line.
     pub width_m: f32,
-    /// Which corner: front left, front right, rear left, rear right.
+    /// The corner: 0 front left, 1 front right, 2 rear left, 3 rear right.
     pub corner: u32,
-    /// 1: it was crossed to the left of the lane that the corner came from; 0: to the right.
+    /// 1: the marking is on the left of the lane that the corner left; 0: on the right.
     pub to_left: u32,
-    /// The lane that the corner came from: index into `road::Network::lanes`.
+    /// The lane that the corner left: index into `road::Network::lanes`.
     pub from_lane: u32,
-    /// OpenDRIVE's id of that lane.
+    /// OpenDRIVE id of that lane.
     pub from_lane_id: i32,
 }
 
-/// What lies ahead.
+/// The nearest obstacle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ObstacleReading {
-    /// Who; nobody: it is a thing of the town, or the ground.
+    /// The actor; [`ActorId::NONE`]: a static object or the ground.
     pub other: ActorId,
-    /// Which thing of the town, as instance images have it; 0: it is an actor, or the ground.
+    /// Id of the static object as in instance images; 0: an actor or the ground.
     pub object: u32,
-    /// Its tag (`mesh::Tag`).
+    /// Semantic tag (`mesh::Tag`).
     pub tag: u32,
-    /// How far the ball got.
+    /// Distance that the sphere moved until it touched the obstacle.
     pub distance_m: f32,
 }
 
 impl SensorSpec {
-    /// What is wrong with a sensor that physics measures.
+    /// Checks the parameters of a physics sensor; the error names the first that is out of range.
     pub fn check_physics_sensor(&self) -> Result<(), String> {
         match self.kind {
             sensor::IMU => self.check_as::<ImuSpec>(),
@@ -294,14 +295,14 @@ impl SensorSpec {
             sensor::OBSTACLE => self.check_as::<ObstacleSpec>(),
             sensor::CAM => self.check_as::<CamSpec>(),
             sensor::MESSAGE => self.check_as::<MessageSpec>(),
-            other => Err(format!("kind {other} is none that there is")),
+            other => Err(format!("unknown sensor type {other}")),
         }
     }
 
     fn check_as<T: PhysicsSensorSpec>(&self) -> Result<(), String> {
         if self.outputs != T::OUTPUT {
             let (told, own) = (self.outputs, T::OUTPUT);
-            return Err(format!("outputs are {told:#x}, but it has {own:#x} and no other"));
+            return Err(format!("outputs are {told:#x}, but this sensor type has only {own:#x}"));
         }
         self.numbers::<T>().map_or(Ok(()), |numbers| numbers.check())
     }
@@ -352,7 +353,7 @@ impl ObstacleSpec {
     }
 }
 
-/// Whether all of them are numbers, and none beyond `most`.
+/// Checks that every value is finite and within ±`most`.
 pub(crate) fn fault_of(what: &str, values: &[f32], most: f32) -> Result<(), String> {
     values.iter().try_for_each(|value| within(what, *value, -most, most))
 }

@@ -7,7 +7,7 @@ use crate::{
     physics_sensor::{self, PhysicsSensorSpec},
 };
 
-/// Names a bundle: sensors that are measured together and handed over in one bundle.
+/// The id of a sensor bundle: sensors that are measured and delivered together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
 #[repr(C)]
 pub struct BundleId(pub u32);
@@ -22,50 +22,50 @@ pub mod sensor {
     pub const CAMERA: u32 = 1;
     /// A spinning lidar: `width` azimuth steps in one frame, `height` channels.
     pub const LIDAR: u32 = 2;
-    /// EgoSensors acceleration, turning and heading: [`crate::ImuSpec`].
+    /// Inertial measurement unit: [`crate::ImuSpec`].
     pub const IMU: u32 = 16;
-    /// A place on the earth: [`crate::GnssSpec`].
+    /// GNSS receiver: [`crate::GnssSpec`].
     pub const GNSS: u32 = 17;
-    /// How fast and how far: [`crate::OdometrySpec`].
+    /// Odometry: [`crate::OdometrySpec`].
     pub const ODOMETRY: u32 = 18;
-    /// Who touched the carrier: [`crate::CollisionSpec`].
+    /// Collisions of the parent actor: [`crate::CollisionSpec`].
     pub const COLLISION: u32 = 19;
-    /// Which markings the carrier crossed: [`crate::LaneInvasionSpec`].
+    /// Lane markings crossed by the parent actor: [`crate::LaneInvasionSpec`].
     pub const LANE_INVASION: u32 = 20;
-    /// What lies ahead: [`crate::ObstacleSpec`].
+    /// Nearest obstacle ahead: [`crate::ObstacleSpec`].
     pub const OBSTACLE: u32 = 21;
 
-    /// Cooperative awareness messages: [`crate::CamSpec`].
+    /// V2X radio for cooperative awareness messages: [`crate::CamSpec`].
     pub const CAM: u32 = 22;
-    /// Texts by radio: [`crate::MessageSpec`].
+    /// V2X radio for texts: [`crate::MessageSpec`].
     pub const MESSAGE: u32 = 23;
 
-    /// Whether a sensor is measured by the host, in the midst of physics, and not by rays.
+    /// Whether the host measures sensors of this type during physics, instead of the renderer by rays.
     pub const fn is_physics_sensor(kind: u32) -> bool {
         kind >= IMU
     }
 }
 
-/// What a sensor can give: bits of [`SensorSpec::outputs`], values of [`Plane::output`].
+/// Outputs of sensors: bits of [`SensorSpec::outputs`], values of [`Plane::output`].
 pub mod output {
-    /// 4 bytes a pixel: red, green, blue, 255; sRGB.
+    /// Four bytes per pixel: red, green, blue, 255; sRGB.
     pub const COLOR: u32 = 1 << 0;
-    /// f32 a pixel: metres along the optical axis; [`super::DEPTH_FAR_M`] where nothing is hit.
+    /// One `f32` per pixel: metres along the optical axis; [`super::DEPTH_FAR_M`] where nothing is hit.
     pub const DEPTH: u32 = 1 << 1;
-    /// u8 a pixel: CARLA's semantic tag (`mesh::Tag`).
+    /// One `u8` per pixel: CARLA's semantic tag (`mesh::Tag`).
     pub const TAG: u32 = 1 << 2;
-    /// u32 a pixel: an actor's id, or a static object's id with the top bit set; 0 is the sky.
+    /// One `u32` per pixel: an actor's id, or a static object's id with the top bit set; 0 for the sky.
     pub const INSTANCE: u32 = 1 << 3;
-    /// 4 f32 a ray: x, y, z in sensor space, intensity 0 to 1 (or see [`super::point_attribute`]); all four 0 where nothing is hit.
-    /// Ray `column * channels + channel`; channel 0 is the highest.
+    /// Four `f32` per ray: x, y, z in sensor space, and the attribute chosen by
+    /// [`super::point_attribute`]; zeros where nothing is hit. Ray `column * channels + channel`; channel 0 is the highest.
     pub const POINTS: u32 = 1 << 4;
-    /// 2 u32 a ray: instance, tag; both 0 where nothing is hit.
+    /// Two `u32` per ray: instance and tag; zeros where nothing is hit.
     pub const LABELS: u32 = 1 << 5;
-    /// 3 f32 a pixel: the surface's normal in sensor space, of unit length, towards the camera; all
-    /// three 0 where nothing is hit.
+    /// Three `f32` per pixel: the unit normal of the surface in sensor space, towards the camera; zeros
+    /// where nothing is hit.
     pub const NORMAL: u32 = 1 << 6;
-    /// 2 f32 a pixel: how far to the right and down, in pixels, what is seen there has moved in the
-    /// image since the frame before.
+    /// Two `f32` per pixel: optical flow, the displacement of the visible surface in the image since the
+    /// frame before, in pixels to the right and down.
     pub const FLOW: u32 = 1 << 7;
     /// One [`crate::ImuReading`].
     pub const IMU: u32 = 1 << 16;
@@ -73,22 +73,22 @@ pub mod output {
     pub const GNSS: u32 = 1 << 17;
     /// One [`crate::OdometryReading`].
     pub const ODOMETRY: u32 = 1 << 18;
-    /// A [`crate::CollisionReading`] for each who touched the carrier.
+    /// One [`crate::CollisionReading`] per contact.
     pub const COLLISION: u32 = 1 << 19;
-    /// A [`crate::LaneInvasionReading`] for each marking and corner.
+    /// One [`crate::LaneInvasionReading`] per marking and corner.
     pub const LANE_INVASION: u32 = 1 << 20;
     /// At most one [`crate::ObstacleReading`].
     pub const OBSTACLE: u32 = 1 << 21;
-    /// A [`crate::CamReading`] for each message that was received.
+    /// One [`crate::CamReading`] per received message.
     pub const CAM: u32 = 1 << 22;
-    /// A [`crate::MessageReading`] for each text that was received.
+    /// One [`crate::MessageReading`] per received text.
     pub const MESSAGE: u32 = 1 << 23;
 
-    /// All that a camera can give.
+    /// Every output of a camera.
     pub const OF_CAMERA: u32 = COLOR | DEPTH | TAG | INSTANCE | NORMAL | FLOW;
-    /// All that a lidar can give.
+    /// Every output of a lidar.
     pub const OF_LIDAR: u32 = POINTS | LABELS;
-    /// The outputs of sensors born of physics.
+    /// Every output of physics sensors.
     pub const PHYSICS: u32 = !0 << 16;
 }
 
@@ -100,14 +100,14 @@ pub mod point_attribute {
     pub const COS_INCIDENCE: u32 = 1;
 }
 
-/// The depth of a pixel that sees nothing but sky.
+/// Depth of a pixel where nothing is hit, metres.
 pub const DEPTH_FAR_M: f32 = 1000.0;
 
-/// One sensor of a bundle.
+/// The specification of one sensor of a bundle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SensorSpec {
-    /// What the user calls it; unique within the bundle.
+    /// Name given by the user; unique within the bundle.
     pub name: Name,
     /// One of [`sensor`].
     pub kind: u32,
@@ -115,15 +115,15 @@ pub struct SensorSpec {
     pub outputs: u32,
     /// `parent_from_sensor`: the parent is the bundle's actor, or the world.
     pub parent_from_sensor: Pose,
-    /// Zero.
+    /// Reserved; 0.
     pub reserved_word: u32,
-    /// Seed of the sensor's own noise.
+    /// Seed of the sensor's noise.
     pub seed: u64,
     /// Simulated time between two measurements; 0: every frame.
     pub period_nanos: u64,
-    /// Camera: pixels across. Lidar: azimuth steps in one frame.
+    /// Cameras: width in pixels. Lidars: azimuth steps per frame.
     pub width: u32,
-    /// Camera: pixels down. Lidar: channels.
+    /// Cameras: height in pixels. Lidars: channels.
     pub height: u32,
     /// Horizontal field of view; a full turn for most lidars.
     pub fov_rad: f32,
@@ -131,32 +131,32 @@ pub struct SensorSpec {
     pub upper_rad: f32,
     /// Lidar: elevation of the lowest channel.
     pub lower_rad: f32,
-    /// Lidar: nothing farther is seen.
+    /// Lidar: range.
     pub range_m: f32,
     /// Lidar: intensity falls as `exp(-attenuation * distance)`.
     pub attenuation_per_m: f32,
     /// Lidar: standard deviation of the range, along the ray.
     pub noise_m: f32,
-    /// Lidar: share of the returns that are lost, 0 to 1.
+    /// Lidar: fraction of the returns that are dropped at random, 0 to 1.
     pub dropoff: f32,
-    /// Lidar: turns per second. 0: the whole field of view at one instant, at every frame.
+    /// Lidar: revolutions per second; 0: the whole field of view at one instant in every frame.
     pub rotation_rate_hz: f32,
-    /// Lidar: what a point's point_attribute number is, one of [`point_attribute`].
+    /// Lidar: the fourth number of a point, one of [`point_attribute`].
     pub point_attribute: u32,
-    /// Zero.
+    /// Reserved; 0.
     pub reserved_half: u32,
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: [u64; 7],
 }
 
 const _: () = assert!(size_of::<SensorSpec>() == 200);
 const _: () = assert!(offset_of!(SensorSpec, width) == BORN_AT);
 
-/// From here on, which is `width`, a sensor born of physics keeps numbers of its own.
+/// Offset from which a physics sensor stores its own parameters: that of `width`.
 const BORN_AT: usize = 96;
 
 impl SensorSpec {
-    /// A sensor that the host measures, in the midst of physics.
+    /// A sensor that the host measures during physics.
     pub fn physics<T: PhysicsSensorSpec>(
         name: &str,
         parent_from_sensor: Pose,
@@ -174,7 +174,7 @@ impl SensorSpec {
         spec
     }
 
-    /// The numbers of a sensor born of physics; none if it is another one.
+    /// The parameters of a physics sensor of type `T`; `None` for another type.
     pub fn numbers<T: PhysicsSensorSpec>(&self) -> Option<T> {
         let bytes = &bytemuck::bytes_of(self)[BORN_AT..BORN_AT + size_of::<T>()];
         (self.kind == T::KIND).then(|| bytemuck::pod_read_unaligned(bytes))
@@ -183,39 +183,39 @@ impl SensorSpec {
 
 /// Values of [`BundleHeader::tracer`].
 pub mod tracer {
-    /// Writes nothing but headers: for measuring the hand-over alone.
+    /// Writes headers only, to measure the transport alone.
     pub const NULL: u32 = 1;
-    /// The SIMD tracer.
+    /// The SIMD tracer on the CPU.
     pub const CPU: u32 = 2;
-    /// The compute tracer.
+    /// The compute tracer on the GPU.
     pub const GPU: u32 = 3;
-    /// No rays: the host measured.
+    /// The host, for physics sensors.
     pub const HOST: u32 = 4;
 }
 
-/// Header of one bundle: all that one bundle measured at one frame.
+/// Header of a bundle's measurements of one frame.
 ///
-/// The payload starts with `plane_count` [`Plane`]s; each says where its bytes lie.
+/// The payload starts with `plane_count` [`Plane`]s, which locate the data of each output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct BundleHeader {
     /// The frame that was measured.
     pub stamp: Stamp,
-    /// Whose bundle this is.
+    /// The bundle.
     pub bundle: BundleId,
-    /// How many planes the table holds.
+    /// Number of planes in the table.
     pub plane_count: u32,
-    /// Bytes in use, the table included.
+    /// Used bytes, including the table.
     pub byte_len: u64,
-    /// The measured snapshot's hash.
+    /// State hash of the measured snapshot.
     pub state_hash: u64,
-    /// `world_from_parent` at that frame.
+    /// `world_from_parent` at the measured frame.
     pub world_from_parent: Pose,
-    /// The actor that carries the bundle, or nobody.
+    /// The actor that the bundle is attached to, or [`ActorId::NONE`].
     pub parent: ActorId,
     /// One of [`tracer`].
     pub tracer: u32,
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u32,
     /// Monotonic clock when measuring began.
     pub begin_nanos: u64,
@@ -225,7 +225,7 @@ pub struct BundleHeader {
 
 const _: () = assert!(size_of::<BundleHeader>() == 104);
 
-/// One output of one sensor, inside a bundle.
+/// Location and pose of one output of one sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Plane {
@@ -233,13 +233,13 @@ pub struct Plane {
     pub sensor: u32,
     /// One of [`output`].
     pub output: u32,
-    /// Elements across (see [`SensorSpec::width`]); of sensors born of physics, how many there are.
+    /// Elements per row (see [`SensorSpec::width`]); the number of readings of a physics sensor.
     pub width: u32,
-    /// Elements down.
+    /// Rows.
     pub height: u32,
-    /// Where the bytes begin, from the start of the payload; a multiple of 64.
+    /// Offset of the data from the start of the payload, a multiple of 64.
     pub offset: u64,
-    /// How many bytes.
+    /// Length of the data in bytes.
     pub byte_len: u64,
     /// `world_from_sensor` at the measured frame.
     pub world_from_sensor: Pose,
@@ -249,7 +249,7 @@ pub struct Plane {
 
 const _: () = assert!(size_of::<Plane>() == 64);
 
-/// Bytes of one element of `output`, or 0 if there is no such output.
+/// Bytes of one element of `output`; 0 for an unknown output.
 pub fn element_bytes(output: u32) -> usize {
     match output {
         output::COLOR | output::DEPTH | output::INSTANCE => 4,
@@ -261,9 +261,9 @@ pub fn element_bytes(output: u32) -> usize {
     }
 }
 
-/// Lays a bundle's planes out: the table first, then each plane at a 64-byte edge, sensors in order,
-/// outputs from the lowest bit. Returns the planes (poses still identity) and the bytes in all.
-/// Planes of sensors born of physics have room for the most readings of one frame.
+/// Computes the layout of a bundle's payload: the table, then each plane aligned to 64 bytes, in the
+/// order of sensors and, within a sensor, of output bits. Returns the planes, with identity poses, and
+/// the total length in bytes. Planes of physics sensors have room for the most readings of one frame.
 pub fn layout(sensors: &[SensorSpec]) -> (Vec<Plane>, u64) {
     let count: usize = sensors.iter().map(|s| s.outputs.count_ones() as usize).sum();
     let mut offset = (count * size_of::<Plane>()).next_multiple_of(64) as u64;

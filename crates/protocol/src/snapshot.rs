@@ -10,27 +10,27 @@ pub const PIPELINE_MAX: u32 = 3;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SnapshotHeader {
-    /// Which frame this is.
+    /// The frame.
     pub stamp: Stamp,
-    /// How much simulated time this frame took.
+    /// Simulated time of this frame.
     pub delta_nanos: u64,
-    /// Over everything that decides the future.
+    /// State hash: over everything that determines future frames.
     pub state_hash: u64,
-    /// How many entries this frame's journal has, in all its parts.
+    /// Number of entries of this frame's journal, in all its parts.
     pub journal_entries: u32,
-    /// How many collisions began in this frame.
+    /// Number of collisions in this frame.
     pub collisions: u32,
-    /// How many actors the payload holds.
+    /// Number of actors in the payload.
     pub actor_count: u32,
-    /// How many fallen walkers the payload holds the limbs of.
+    /// Number of fallen walkers in the payload.
     pub limbs_count: u32,
-    /// Stage clock, monotonic: the host began this frame.
+    /// Monotonic clock when the host began this frame.
     pub begin_nanos: u64,
-    /// Stage clock: commands were applied.
+    /// Monotonic clock when commands had been applied.
     pub applied_nanos: u64,
-    /// Stage clock: physics was done.
+    /// Monotonic clock when physics was done.
     pub stepped_nanos: u64,
-    /// Stage clock: the snapshot was sent.
+    /// Monotonic clock when the snapshot was sent.
     pub published_nanos: u64,
 }
 

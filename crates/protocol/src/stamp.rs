@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 /// The ordinal number of a simulation step.
 ///
-/// Frame 0 is the world as loaded; the n-th tick produces frame n. Frames grow for ever, across
+/// Frame 0 is the world as loaded; the n-th tick produces frame n. Frames keep counting across
 /// episodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
 #[repr(C)]
@@ -23,17 +23,17 @@ impl fmt::Display for Frame {
     }
 }
 
-/// When something on the bus is true. Every message begins with one.
+/// Frame, time and episode of a message. Every message begins with a stamp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Stamp {
-    /// The step it belongs to.
+    /// The frame.
     pub frame: Frame,
     /// Simulated time since the episode began, accumulated exactly.
     pub sim_time_nanos: u64,
-    /// Counts the worlds that this host has loaded; the first is 1.
+    /// Number of the episode; the first is 1.
     pub episode: u32,
-    /// Zero.
+    /// Reserved; 0.
     pub reserved: u32,
 }
 

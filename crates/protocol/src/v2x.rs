@@ -1,58 +1,58 @@
-//! Radios between vehicles: how they send and receive, and what they say.
+//! V2X radios: parameters and messages.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::{BundleId, physics_sensor::fault_of, vehicle::within};
 
-/// How a radio sends and receives.
+/// Parameters of a radio.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RadioSpec {
     /// Carrier frequency.
     pub frequency_ghz: f32,
-    /// What it sends with.
+    /// Transmit power.
     pub transmit_power_dbm: f32,
-    /// What is weaker is not received.
+    /// Weakest power that is received.
     pub sensitivity_dbm: f32,
-    /// Of the receiver's and the sender's antennas together.
+    /// Combined gain of both antennas.
     pub antenna_gain_db: f32,
-    /// How fast power falls behind houses, in the geometric model.
+    /// Path loss exponent behind buildings, in the geometric model.
     pub path_loss_exponent: f32,
-    /// Where that fall begins.
+    /// Reference distance of the path loss law.
     pub reference_m: f32,
-    /// Nothing farther is received.
+    /// Largest range.
     pub range_m: f32,
     /// Standard deviation of the shadow fading, without [`radio::ETSI_FADING`].
     pub fading_stddev_db: f32,
-    /// One of [`radio`]'s scenarios.
+    /// Scenario: one of [`radio`].
     pub scenario: u32,
-    /// [`radio::ETSI_FADING`], [`radio::GEOMETRIC`], [`radio::FIXED_RATE`],
+    /// Bits: [`radio::ETSI_FADING`], [`radio::GEOMETRIC`], [`radio::FIXED_RATE`],
     /// [`radio::AS_CARLA`].
     pub flags: u32,
 }
 
 /// Values of [`RadioSpec::scenario`] and bits of [`RadioSpec::flags`].
 pub mod radio {
-    /// A wide road without houses.
+    /// A motorway without buildings.
     pub const HIGHWAY: u32 = 0;
     /// Open country.
     pub const RURAL: u32 = 1;
-    /// Streets.
+    /// Streets between buildings.
     pub const URBAN: u32 = 2;
 
-    /// Shadow fading by ETSI's table.
+    /// Shadow fading by the table of ETSI.
     pub const ETSI_FADING: u32 = 1 << 0;
-    /// Two rays, knife edges and a log-distance law in the place of WINNER's formulas.
+    /// Two-ray ground reflection, knife edges and a log-distance law instead of the WINNER formulas.
     pub const GEOMETRIC: u32 = 1 << 1;
-    /// A message each least interval, whatever happens.
+    /// A message after each minimum interval, whatever the motion.
     pub const FIXED_RATE: u32 = 1 << 2;
-    /// As CARLA has it: latitude and longitude as [`crate::geodesy::CARLA`], and the heights of
-    /// vehicles in the way counted from the ground, not from the line of sight.
+    /// Conventions of CARLA: latitude and longitude as in [`crate::geodesy::CARLA`], and the height of
+    /// obstructing vehicles above the ground instead of above the line of sight.
     pub const AS_CARLA: u32 = 1 << 3;
 }
 
 impl Default for RadioSpec {
-    /// CARLA's.
+    /// The defaults of CARLA.
     fn default() -> Self {
         RadioSpec {
             frequency_ghz: 5.9,
@@ -69,44 +69,44 @@ impl Default for RadioSpec {
     }
 }
 
-/// A station that sends and receives cooperative awareness messages.
+/// Parameters of a station for cooperative awareness messages.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct CamSpec {
-    /// How it sends and receives.
+    /// The radio.
     pub radio: RadioSpec,
-    /// The least time between two messages.
+    /// Shortest time between two messages.
     pub interval_min_secs: f32,
-    /// The most.
+    /// Longest time between two messages.
     pub interval_max_secs: f32,
-    /// Standard deviation of what it says of itself.
+    /// Standard deviation of the transmitted latitude.
     pub latitude_stddev_deg: f32,
-    /// Added to what it says of itself.
+    /// Bias of the transmitted latitude.
     pub latitude_bias_deg: f32,
-    /// Standard deviation.
+    /// Standard deviation of the transmitted longitude.
     pub longitude_stddev_deg: f32,
-    /// Added.
+    /// Bias of the transmitted longitude.
     pub longitude_bias_deg: f32,
-    /// Standard deviation.
+    /// Standard deviation of the transmitted altitude.
     pub altitude_stddev_m: f32,
-    /// Added.
+    /// Bias of the transmitted altitude.
     pub altitude_bias_m: f32,
-    /// Standard deviation.
+    /// Standard deviation of the transmitted heading.
     pub heading_stddev_rad: f32,
-    /// Added.
+    /// Bias of the transmitted heading.
     pub heading_bias_rad: f32,
-    /// Standard deviation, ahead, left, up.
+    /// Standard deviation of the transmitted acceleration: forward, left, up.
     pub acceleration_stddev_mps2: [f32; 3],
-    /// Standard deviation.
+    /// Standard deviation of the transmitted yaw rate.
     pub yaw_rate_stddev_radps: f32,
-    /// Added.
+    /// Bias of the transmitted yaw rate.
     pub yaw_rate_bias_radps: f32,
-    /// Standard deviation.
+    /// Standard deviation of the transmitted speed.
     pub speed_stddev_mps: f32,
 }
 
 impl Default for CamSpec {
-    /// CARLA's.
+    /// The defaults of CARLA.
     fn default() -> Self {
         CamSpec {
             radio: RadioSpec::default(),
@@ -117,64 +117,63 @@ impl Default for CamSpec {
     }
 }
 
-/// A station that sends and receives texts.
+/// Parameters of a station for texts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct MessageSpec {
-    /// How it sends and receives.
+    /// The radio.
     pub radio: RadioSpec,
 }
 
-/// A cooperative awareness message, as ETSI EN 302 637-2 has it, that was received in this frame.
+/// A cooperative awareness message (ETSI EN 302 637-2) received in this frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct CamReading {
-    /// With what power it was received.
+    /// Received power.
     pub power_dbm: f32,
-    /// Who sent it: the carrier's id.
+    /// Id of the actor that carries the sender.
     pub station_id: u32,
-    /// ETSI's number of what the sender is: 5 a car, 6 a bus, 7 a truck, 1 a pedestrian, 15 a
-    /// roadside unit.
+    /// ETSI station type: 1 pedestrian, 5 passenger car, 6 bus, 7 truck, 15 roadside unit.
     pub station_type: u32,
-    /// Milliseconds of simulated time, modulo 65536.
+    /// Generation time: milliseconds of simulated time, modulo 65536.
     pub generation_delta_ms: u32,
-    /// Northwards.
+    /// Latitude, positive to the north.
     pub latitude_deg: f64,
-    /// Eastwards.
+    /// Longitude, positive to the east.
     pub longitude_deg: f64,
-    /// Above the map's zero.
+    /// Altitude above the map's zero.
     pub altitude_m: f64,
-    /// Clockwise from north, 0 to 2π.
+    /// Heading clockwise from north, 0 to 2π.
     pub heading_rad: f32,
-    /// Along the vehicle's x; never negative.
+    /// Speed along the vehicle's x axis, never negative.
     pub speed_mps: f32,
-    /// 0 forwards, 1 backwards.
+    /// Drive direction: 0 forwards, 1 backwards.
     pub drive_direction: u32,
-    /// Of its box.
+    /// Length of the bounding box.
     pub length_m: f32,
-    /// Of its box.
+    /// Width of the bounding box.
     pub width_m: f32,
-    /// Ahead, left, up; gravity not felt.
+    /// Coordinate acceleration: forward, left, up.
     pub acceleration_mps2: [f32; 3],
-    /// To the left.
+    /// Yaw rate, positive to the left.
     pub yaw_rate_radps: f32,
-    /// 1: role and lights are told, which is so twice a second; 0: they are not.
+    /// 1: the low-frequency container with role and lights is present (twice a second); 0: it is not.
     pub has_low_frequency: u32,
-    /// ETSI's number: 0 default, 1 public transport, 6 emergency.
+    /// ETSI vehicle role: 0 default, 1 public transport, 6 emergency.
     pub role: u32,
-    /// Its lamps: bits of [`crate::lamp`].
+    /// Exterior lights: bits of [`crate::lamp`].
     pub lamps: u32,
 }
 
-/// A text that was received in this frame.
+/// A text received in this frame.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct MessageReading {
-    /// With what power it was received.
+    /// Received power.
     pub power_dbm: f32,
-    /// Who sent it: the carrier's id.
+    /// Id of the actor that carries the sender.
     pub station_id: u32,
-    /// What was sent, padded with zeros.
+    /// The text, padded with zeros.
     pub text: [u8; TEXT_BYTES],
 }
 
@@ -182,7 +181,7 @@ pub struct MessageReading {
 pub const TEXT_BYTES: usize = 100;
 
 impl MessageReading {
-    /// What was sent, up to the first zero, as far as it is UTF-8.
+    /// The text up to the first zero, as far as it is UTF-8.
     pub fn text(&self) -> &str {
         let end = self.text.iter().position(|byte| *byte == 0).unwrap_or(TEXT_BYTES);
         let bytes = &self.text[..end];
@@ -191,15 +190,15 @@ impl MessageReading {
     }
 }
 
-/// See [`crate::Command::Transmit`].
+/// Parameters of [`crate::Command::Transmit`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Transmit {
-    /// On which bundle.
+    /// The bundle that the radio belongs to.
     pub bundle: BundleId,
-    /// Which of its sensors.
+    /// Index of the radio in the bundle.
     pub sensor: u32,
-    /// What is sent, padded with zeros.
+    /// The text, padded with zeros.
     pub text: [u8; TEXT_BYTES],
 }
 

@@ -1,8 +1,7 @@
-//! What a vehicle is built like, as clients read and change it, and what its wheels feel.
+//! The physics parameters of a vehicle, as clients read and change them.
 //!
-//! Each part is a command of its own and fits into one outcome, so that it is also what
-//! [`crate::Command::Ask`] answers. `check` says what is wrong with a part's numbers; the host asks it
-//! too.
+//! Each part is set by a command of its own and is also the response to a [`crate::Command::Ask`]. The
+//! host and the clients both validate the numbers with `check`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -13,25 +12,25 @@ pub const CURVE_POINTS_MAX: usize = 16;
 /// The most forward gears.
 pub const GEARS_MAX: usize = 12;
 
-/// Pairs, rising in their first number; linear between them, constant beyond.
+/// A piecewise linear function: points with increasing first coordinates; constant beyond its ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Curve {
-    /// How many of `points` there are.
+    /// Number of valid `points`.
     pub count: u32,
-    /// The others are zero.
+    /// The points; the rest are zero.
     pub points: [[f32; 2]; CURVE_POINTS_MAX],
 }
 
 impl Curve {
-    /// From pairs; `None` if they are more than [`CURVE_POINTS_MAX`].
+    /// A curve through these points; `None` for more than [`CURVE_POINTS_MAX`].
     pub fn new(pairs: &[[f32; 2]]) -> Option<Curve> {
         let mut points = [[0.0; 2]; CURVE_POINTS_MAX];
         points.get_mut(..pairs.len())?.copy_from_slice(pairs);
         Some(Curve { count: pairs.len() as u32, points })
     }
 
-    /// The pairs.
+    /// The points.
     pub fn pairs(&self) -> &[[f32; 2]] {
         &self.points[..(self.count as usize).min(CURVE_POINTS_MAX)]
     }
@@ -42,36 +41,39 @@ impl Curve {
             return Err(format!("{what} has {} points, not 1 to {CURVE_POINTS_MAX}", self.count));
         }
         for [at, value] in pairs {
-            within(&format!("{what}'s place"), *at, 0.0, most[0])?;
+            within(&format!("{what}'s argument"), *at, 0.0, most[0])?;
             within(&format!("{what}'s value"), *value, 0.0, most[1])?;
         }
         if let Some(pair) = pairs.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
-            return Err(format!("{what} goes from {} to {}, not up", pair[0][0], pair[1][0]));
+            return Err(format!(
+                "{what} has arguments {} and {}, which do not increase",
+                pair[0][0], pair[1][0]
+            ));
         }
         Ok(())
     }
 }
 
-/// See [`Command::SetBody`].
+/// Parameters of [`Command::SetBody`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleBody {
-    /// Whose.
+    /// The vehicle.
     pub actor_id: ActorId,
-    /// How many wheels it has: what cannot be changed.
+    /// Number of wheels; read-only.
     pub wheels: u32,
-    /// With its driver; inertia and suspension follow.
+    /// Mass including the driver; inertia and suspension scale with it.
     pub mass_kg: f32,
-    /// Of the air, about its frontal area.
+    /// Drag coefficient, relative to the frontal area.
     pub drag_coefficient: f32,
-    /// From the blueprint's own centre of mass, in vehicle space.
+    /// Offset from the blueprint's centre of mass in vehicle space.
     pub center_of_mass_m: [f32; 3],
-    /// CARLA's `use_sweep_wheel_collision`: kept, and without effect; wheels are discs anyway.
+    /// CARLA's `use_sweep_wheel_collision`: stored without effect, because wheels are always discs.
     pub sweep: u32,
 }
 
 impl VehicleBody {
-    /// What is wrong with it.
+    /// Checks that every number is in its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), String> {
         within("mass_kg", self.mass_kg, 1.0, 200_000.0)?;
         within("drag_coefficient", self.drag_coefficient, 0.0, 10.0)?;
@@ -79,28 +81,28 @@ impl VehicleBody {
     }
 }
 
-/// See [`Command::SetEngine`].
+/// Parameters of [`Command::SetEngine`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleEngine {
-    /// Whose.
+    /// The vehicle.
     pub actor_id: ActorId,
-    /// The rev limiter.
+    /// Speed of the rev limiter.
     pub max_rpm: f32,
-    /// Flywheel and crankshaft.
+    /// Moment of inertia of flywheel and crankshaft.
     pub inertia_kgm2: f32,
-    /// Drag with the throttle open. Newton metre seconds per radian.
+    /// Damping with the throttle open, N m s/rad.
     pub damping_full_nmsprad: f32,
-    /// The same with the throttle shut and a gear in.
+    /// Damping with the throttle closed and a gear engaged, N m s/rad.
     pub damping_geared_nmsprad: f32,
-    /// The same with the throttle shut, in neutral.
+    /// Damping with the throttle closed in neutral, N m s/rad.
     pub damping_neutral_nmsprad: f32,
-    /// Full-throttle torque in newton metres over revolutions per minute.
+    /// Torque at full throttle in N m over revolutions per minute.
     pub torque: Curve,
 }
 
 impl VehicleEngine {
-    /// What is wrong with it.
+    /// Checks that every number is in its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), String> {
         within("max_rpm", self.max_rpm, 10.0, 100_000.0)?;
         within("inertia_kgm2", self.inertia_kgm2, 1e-4, 1e3)?;
@@ -115,36 +117,36 @@ impl VehicleEngine {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Gear {
-    /// Engine turns per turn of the propeller shaft.
+    /// Revolutions of the engine per revolution of the propeller shaft.
     pub ratio: f32,
-    /// Below this share of `max_rpm` the gearbox shifts down, at half throttle.
+    /// Fraction of `max_rpm` below which the gearbox shifts down at half throttle.
     pub down: f32,
-    /// Above this share it shifts up, at half throttle.
+    /// Fraction of `max_rpm` above which the gearbox shifts up at half throttle.
     pub up: f32,
 }
 
-/// See [`Command::SetGearbox`].
+/// Parameters of [`Command::SetGearbox`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleGearbox {
-    /// Whose.
+    /// The vehicle.
     pub actor_id: ActorId,
-    /// 1: it shifts by itself; 0: the driver alone shifts.
+    /// 1: automatic; 0: manual.
     pub automatic: u32,
-    /// How long the clutch stays open at a shift.
+    /// Time for which the clutch is open during a shift.
     pub shift_s: f32,
-    /// The most torque that the clutch carries, at the engine.
+    /// Largest torque of the clutch, at the engine.
     pub clutch_nm: f32,
-    /// Turns of the propeller shaft per turn of the wheel.
+    /// Revolutions of the propeller shaft per revolution of the wheel.
     pub final_drive: f32,
-    /// How many of `forward` there are.
+    /// Number of valid entries of `forward`.
     pub count: u32,
-    /// First gear first; the others are zero.
+    /// Forward gears, first gear first; the rest are zero.
     pub forward: [Gear; GEARS_MAX],
 }
 
 impl VehicleGearbox {
-    /// Takes these gears; `None` if they are more than [`GEARS_MAX`].
+    /// Replaces the forward gears; `None` for more than [`GEARS_MAX`].
     pub fn with_gears(mut self, gears: &[Gear]) -> Option<VehicleGearbox> {
         self.forward = [Gear::default(); GEARS_MAX];
         self.forward.get_mut(..gears.len())?.copy_from_slice(gears);
@@ -152,12 +154,12 @@ impl VehicleGearbox {
         Some(self)
     }
 
-    /// The gears.
+    /// The forward gears.
     pub fn gears(&self) -> &[Gear] {
         &self.forward[..(self.count as usize).min(GEARS_MAX)]
     }
 
-    /// What is wrong with it.
+    /// Checks that every number is in its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), String> {
         within("shift_s", self.shift_s, 0.0, 60.0)?;
         within("clutch_nm", self.clutch_nm, 1.0, 1e6)?;
@@ -174,56 +176,55 @@ impl VehicleGearbox {
     }
 }
 
-/// See [`Command::SetSteering`].
+/// Parameters of [`Command::SetSteering`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleSteering {
-    /// Whose.
+    /// The vehicle.
     pub actor_id: ActorId,
-    /// Share of the wheels' largest angle that is available, over metres per second.
+    /// Available fraction of the largest steering angle over the speed in m/s.
     pub share: Curve,
 }
 
 impl VehicleSteering {
-    /// What is wrong with it.
+    /// Checks that every number is in its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), String> {
         self.share.check("the steering curve", [1000.0, 1.0])
     }
 }
 
-/// See [`Command::SetWheel`].
+/// Parameters of [`Command::SetWheel`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleWheel {
-    /// Whose.
+    /// The vehicle.
     pub actor_id: ActorId,
-    /// Which, in the blueprint's order.
+    /// Index of the wheel in the blueprint's order.
     pub index: u32,
-    /// Hub in vehicle space: what cannot be changed.
+    /// Position of the hub in vehicle space; read-only.
     pub hub_m: [f32; 3],
-    /// Grip, as a multiple of the blueprint's own tyre's.
+    /// Friction relative to the blueprint's tyre.
     pub grip: f32,
-    /// Drag of the bearing. Newton metre seconds per radian.
+    /// Damping of the bearing, N m s/rad.
     pub damping_nmsprad: f32,
-    /// The furthest that the steering turns it, or would in the middle of its axle; 0: it is not
-    /// steered.
+    /// Largest steering angle, at the centre of the axle; 0: not steered.
     pub steer_max_rad: f32,
     /// Rolling radius.
     pub radius_m: f32,
-    /// With the brake pedal fully down.
+    /// Brake torque with the pedal fully pressed.
     pub brake_torque_nm: f32,
-    /// With the handbrake on.
+    /// Brake torque of the handbrake.
     pub handbrake_torque_nm: f32,
-    /// Above this multiple of the load at rest, the force across per slip grows no more.
+    /// Multiple of the load at rest above which the lateral stiffness no longer grows.
     pub stiff_load: f32,
-    /// Force across for small slip: per radian of slip angle and newton of load.
+    /// Lateral stiffness: force per radian of slip angle and newton of load, for small slip.
     pub stiffness_y: f32,
-    /// Force along for small slip: per unit of slip and newton of load.
+    /// Longitudinal stiffness: force per unit of slip and newton of load, for small slip.
     pub stiffness_x: f32,
 }
 
 impl VehicleWheel {
-    /// What is wrong with it.
+    /// Checks that every number is in its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), String> {
         within("grip", self.grip, 0.0, 100.0)?;
         within("damping_nmsprad", self.damping_nmsprad, 0.0, 1000.0)?;
@@ -237,23 +238,23 @@ impl VehicleWheel {
     }
 }
 
-/// All that can be read and changed of how a vehicle is built.
+/// All physics parameters of a vehicle.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VehiclePhysics {
-    /// Mass, air, centre of mass.
+    /// Mass, drag and centre of mass.
     pub body: VehicleBody,
-    /// What turns the wheels.
+    /// Engine.
     pub engine: VehicleEngine,
-    /// What stands in between.
+    /// Gearbox, clutch and final drive.
     pub gearbox: VehicleGearbox,
-    /// How far the wheel turns at speed.
+    /// Steering curve.
     pub steering: VehicleSteering,
-    /// In the blueprint's order.
+    /// Wheels in the blueprint's order.
     pub wheels: Vec<VehicleWheel>,
 }
 
 impl VehiclePhysics {
-    /// What is wrong with it.
+    /// Checks that every number is in its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), String> {
         self.body.check()?;
         self.engine.check()?;
@@ -272,7 +273,7 @@ impl VehiclePhysics {
         Ok(())
     }
 
-    /// The commands that make a vehicle so.
+    /// The commands that set these parameters.
     pub fn commands(&self, actor_id: ActorId) -> Vec<Command> {
         let mut commands = vec![
             Command::SetBody(VehicleBody { actor_id, ..self.body }),
@@ -287,7 +288,7 @@ impl VehiclePhysics {
     }
 }
 
-/// That a number lies in its range, or which, what, and what it should be.
+/// Checks that a number is in its range.
 pub(crate) fn within(what: &str, value: f32, low: f32, high: f32) -> Result<(), String> {
     if (low..=high).contains(&value) {
         return Ok(());
