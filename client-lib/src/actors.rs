@@ -108,7 +108,7 @@ impl Client {
     /// [`ClientError::Refused`] if it does not exist, is no vehicle, or a place is not on the map.
     pub fn set_route(&mut self, actor_id: ActorId, steps: &[RouteStep]) -> Result<(), ClientError> {
         let commands: Vec<Command> =
-            RouteCommand::way(actor_id, steps).into_iter().map(Command::RouteCommand).collect();
+            RouteCommand::route(actor_id, steps).into_iter().map(Command::RouteCommand).collect();
         self.request("route", &commands).map(drop)
     }
 

@@ -28,7 +28,7 @@ impl Client {
 
     /// How much of its given pose a walker shows: 0 its walk alone, 1 the pose alone.
     pub fn blend_pose(&mut self, actor_id: ActorId, share: f32) -> Result<(), ClientError> {
-        let command = Command::BlendPose(BlendPose { actor_id, share });
+        let command = Command::BlendPose(BlendPose { actor_id, weight: share });
         self.request("blend_pose", &[command]).map(drop)
     }
 
@@ -47,7 +47,7 @@ impl Client {
             let set: SetBones = entry.outcome.answered().map_err(refused)?;
             bones.extend(set.bones().map(|(_, pose)| *pose));
         }
-        Ok((bones, blend.share))
+        Ok((bones, blend.weight))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Street lamps.
 
 use mesh::ObjectId;
-use protocol::{Command, SetStreetLights, shine};
+use protocol::{Command, SetStreetLights, street_light};
 
 use crate::{Client, ClientError};
 
@@ -11,22 +11,28 @@ pub struct StreetLightCommand(SetStreetLights);
 
 impl StreetLightCommand {
     fn of(mode: u32) -> StreetLightCommand {
-        StreetLightCommand(SetStreetLights { block: 0, mode, color: 0, share: 1.0, bits: [0; 16] })
+        StreetLightCommand(SetStreetLights {
+            block: 0,
+            mode,
+            color: 0,
+            intensity: 1.0,
+            bits: [0; 16],
+        })
     }
 
     /// Dark.
     pub fn off() -> StreetLightCommand {
-        StreetLightCommand::of(shine::OFF)
+        StreetLightCommand::of(street_light::OFF)
     }
 
     /// Day and night.
     pub fn on() -> StreetLightCommand {
-        StreetLightCommand::of(shine::ON)
+        StreetLightCommand::of(street_light::ON)
     }
 
     /// While it is dark: as all lamps do at first.
     pub fn at_night() -> StreetLightCommand {
-        StreetLightCommand::of(shine::AT_NIGHT)
+        StreetLightCommand::of(street_light::AT_NIGHT)
     }
 
     /// In this colour: red, green, blue.
@@ -37,7 +43,7 @@ impl StreetLightCommand {
 
     /// So bright, as a share of a lamp's own brightness, up to 100.
     pub fn share(mut self, share: f32) -> StreetLightCommand {
-        self.0.share = share;
+        self.0.intensity = share;
         self
     }
 

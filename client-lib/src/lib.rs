@@ -67,8 +67,8 @@ pub use protocol::{
     SetWeatherAffectsGrip, Settings, Shape, SnapshotHeader, Stamp, Switch, TEXT_BYTES, Teleport,
     TrafficParam, Transmit, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox,
     VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel, WalkerLimbs, Weather,
-    WheelTelemetry, flag, geodesy, guide, kind, lamp, layer, light, output, param, part,
-    point_attribute, radio, sensor, shape, shine, tracer,
+    WheelTelemetry, flag, geodesy, kind, lamp, layer, light, output, param, part, point_attribute,
+    radio, route_step, sensor, shape, street_light, tracer,
 };
 pub use sensor_bundle::{
     Measurement, SensorBundle, cam, camera, collision, gnss, imu, lane_invasion, lidar, message,

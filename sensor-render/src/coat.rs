@@ -1,6 +1,6 @@
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use mesh::Material;
-use protocol::{lamp, shine};
+use protocol::{lamp, street_light};
 
 use crate::echo::mixed;
 use crate::hit::NONE;
@@ -139,8 +139,8 @@ fn glow_of_lamp(told: &[Lamp], number: u32, dark: f32) -> Vec3 {
     let [r, g, b, _] = lamp.color.to_le_bytes().map(|part| f32::from(part) * (1.0 / 255.0));
     let glow = if lamp.color == 0 { own } else { linear(Vec3::new(r, g, b)) * 9.0 };
     let on = match lamp.mode {
-        shine::OFF => 0.0,
-        shine::ON => 1.0,
+        street_light::OFF => 0.0,
+        street_light::ON => 1.0,
         _ => dark,
     };
     glow * (on * lamp.share)

@@ -402,7 +402,8 @@ impl Renderer {
             }
             Some(Command::SetStreetLights(to)) => {
                 let mut lighting = std::mem::take(&mut self.lighting);
-                let shine = StreetLightState { mode: to.mode, color: to.color, share: to.share };
+                let shine =
+                    StreetLightState { mode: to.mode, color: to.color, share: to.intensity };
                 lighting.set(to.block, &to.bits, shine);
                 self.relight(lighting);
             }

@@ -214,7 +214,7 @@ fn posture_of<'a>(
         speed_mps: if is_walker { actor.velocity().truncate().length() } else { 0.0 },
         limbs: limbs.map(WalkerLimbs::rotations),
         given: if actor.has(flag::POSED) {
-            poses.of(actor.actor_id).map(|to| Given { share: to.share, bones: &to.bones })
+            poses.of(actor.actor_id).map(|to| Given { share: to.weight, bones: &to.bones })
         } else {
             None
         },

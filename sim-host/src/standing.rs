@@ -109,7 +109,7 @@ pub(crate) fn hiding(hidden: &Visibility) -> Vec<Command> {
 
 /// How it says lamps are to shine.
 pub(crate) fn shine(told: &SetStreetLights) -> StreetLightState {
-    StreetLightState { mode: told.mode, color: told.color, share: told.share }
+    StreetLightState { mode: told.mode, color: told.color, share: told.intensity }
 }
 
 /// What tells street lamps to shine as they do.
@@ -119,7 +119,7 @@ pub(crate) fn lit(lighting: &Lighting) -> Vec<SetStreetLights> {
         block,
         mode,
         color,
-        share,
+        intensity: share,
         bits,
     })
     .collect()
@@ -230,7 +230,7 @@ mod tests {
     fn poses_stand_until_their_walker_is_gone() {
         let mut standing = Standing::default();
         let set = |first| SetBones { actor_id: ActorId(3), first, count: 6, ..SetBones::default() };
-        let blend = Command::BlendPose(BlendPose { actor_id: ActorId(3), share: 1.0 });
+        let blend = Command::BlendPose(BlendPose { actor_id: ActorId(3), weight: 1.0 });
         let commands = [Command::SetBones(set(0)), Command::SetBones(set(6)), blend];
         standing.close(at(1), commands.iter().map(|command| entry(*command, 3)).collect());
         standing.close(at(2), vec![entry(Command::SetBones(set(6)), 3)]);

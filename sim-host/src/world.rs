@@ -7,7 +7,7 @@ use mesh::ObjectId;
 use protocol::{
     ACTORS_MAX, ActorId, ActorState, Command, GivenPoses, HideObjects, LightState, Name, Pose,
     ROUTE_STEPS, RouteCommand, STRIDE, SetWeatherAffectsGrip, Settings, Spawn, Stamp,
-    VehicleControl, WalkerLimbs, flag, guide, kind, lamp, light,
+    VehicleControl, WalkerLimbs, flag, kind, lamp, light, route_step,
 };
 use town::{Blueprint, Kind, Layer, Lighting, Town, Visibility};
 
@@ -394,7 +394,7 @@ impl World {
         for (nth, step) in steps.iter().enumerate() {
             let words = |why| format!("step {nth}: {why}");
             check_pose(&Pose { position_m: step.position_m, ..Pose::IDENTITY }).map_err(words)?;
-            if !(guide::PLACE..=guide::LANE_RIGHT).contains(&step.kind) {
+            if !(route_step::PLACE..=route_step::LANE_RIGHT).contains(&step.kind) {
                 return Err(format!("step {nth} is of kind {}; there are 1 to 6", step.kind));
             }
         }

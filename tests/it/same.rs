@@ -124,8 +124,12 @@ fn meddle(client: &mut Client, cars: &[ActorId], frame: usize) {
     physics.body.mass_kg *= 1.2;
     physics.wheels[0].grip = 0.7;
     let mut commands = physics.commands(one(0));
-    let push =
-        ApplyForce { actor_id: one(1), lasts: 1, linear: [0.0, 4e4, 0.0], ..ApplyForce::default() };
+    let push = ApplyForce {
+        actor_id: one(1),
+        is_force: 1,
+        linear: [0.0, 4e4, 0.0],
+        ..ApplyForce::default()
+    };
     commands.push(Command::ApplyForce(push));
     let on = u32::from(frame.is_multiple_of(100));
     commands.push(Command::SetGravity(Switch { actor_id: one(2), on }));

@@ -232,14 +232,14 @@ fn of_nobody(actor_id: ActorId, list: &mut List) {
     );
     dead("SetPhysics", Command::SetPhysics(SetPhysics { actor_id, on: 1 }));
     dead("SetVehicleLights", Command::SetVehicleLights(SetVehicleLights { actor_id, lamps: 1 }));
-    let to = protocol::RouteCommand { actor_id, anew: 1, ..Default::default() };
+    let to = protocol::RouteCommand { actor_id, replace: 1, ..Default::default() };
     dead("RouteCommand", Command::RouteCommand(to));
     dead("SetDoors", Command::SetDoors(SetDoors { actor_id, open: 0 }));
     dead(
         "SetBones",
         Command::SetBones(protocol::SetBones { actor_id, count: 1, ..Default::default() }),
     );
-    dead("BlendPose", Command::BlendPose(protocol::BlendPose { actor_id, share: 0.5 }));
+    dead("BlendPose", Command::BlendPose(protocol::BlendPose { actor_id, weight: 0.5 }));
     dead("Ask", Command::Ask(Ask { actor_id, part: part::BODY, ..Default::default() }));
     dead("SetBody", Command::SetBody(protocol::VehicleBody { actor_id, ..Default::default() }));
     dead(

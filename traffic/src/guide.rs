@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
 use bytemuck::Zeroable;
 use glam::Vec3;
-use protocol::{RouteCommand, RouteStep, guide};
+use protocol::{RouteCommand, RouteStep, route_step};
 
 use crate::grid::Grid;
 use crate::route::nearest;
@@ -65,7 +65,7 @@ impl Guides {
             }
         };
         let guided = &mut self.0[at];
-        if told.anew != 0 {
+        if told.replace != 0 {
             guided.steps.clear();
         }
         guided.steps.extend_from_slice(&told.steps[..(told.count as usize).min(told.steps.len())]);
@@ -195,7 +195,7 @@ impl Guided {
         self.steps.retain(|step| {
             let best = cheapest(&sources);
             let goals = goals(step, best, tracks, grid);
-            if step.kind != guide::PLACE {
+            if step.kind != route_step::PLACE {
                 sources = BTreeMap::from([(best, sources[&best])]);
             }
             let reached = search(&sources, &goals, tracks);
@@ -225,7 +225,7 @@ impl Guided {
             self.plan.extend(way.iter().map(leg));
             let last = self.plan.last_mut().expect("driven lanes");
             last.done += 1;
-            if step.kind == guide::PLACE {
+            if step.kind == route_step::PLACE {
                 let place = Vec3::from_array(step.position_m).truncate();
                 let hint_m = tracks.nearest_sample(last.lane, place).0;
                 let arc_m = tracks.project(last.lane, place, hint_m).arc_m;
@@ -239,11 +239,14 @@ impl Guided {
 /// The lanes that do a step for who comes from `from`.
 fn goals(step: &RouteStep, from: u32, tracks: &Tracks, grid: &Grid) -> BTreeSet<u32> {
     match step.kind {
-        guide::PLACE => lanes_by(Vec3::from_array(step.position_m), tracks, grid),
-        guide::LEFT | guide::RIGHT | guide::STRAIGHT => turns(step.kind, from, tracks),
-        guide::LANE_LEFT | guide::LANE_RIGHT => {
+        route_step::PLACE => lanes_by(Vec3::from_array(step.position_m), tracks, grid),
+        route_step::LEFT | route_step::RIGHT | route_step::STRAIGHT => {
+            turns(step.kind, from, tracks)
+        }
+        route_step::LANE_LEFT | route_step::LANE_RIGHT => {
             let Some(lane) = beyond_junction(from, tracks) else { return BTreeSet::new() };
-            let sides = if step.kind == guide::LANE_LEFT { &tracks.left } else { &tracks.right };
+            let sides =
+                if step.kind == route_step::LANE_LEFT { &tracks.left } else { &tracks.right };
             let side = sides[lane as usize];
             (side != NONE).then_some(side).into_iter().collect()
         }
@@ -306,8 +309,8 @@ fn turns(kind: u32, from: u32, tracks: &Tracks) -> BTreeSet<u32> {
     let fits = |way: u32| {
         let turn = tracks.turn_rad(way);
         match kind {
-            guide::LEFT => turn > TURN_RAD,
-            guide::RIGHT => turn < -TURN_RAD,
+            route_step::LEFT => turn > TURN_RAD,
+            route_step::RIGHT => turn < -TURN_RAD,
             _ => turn.abs() <= TURN_RAD,
         }
     };
@@ -326,7 +329,7 @@ fn turns(kind: u32, from: u32, tracks: &Tracks) -> BTreeSet<u32> {
 pub(crate) fn offers(kind: u32, from: u32, tracks: &Tracks) -> bool {
     turns(kind, from, tracks)
         .iter()
-        .any(|&way| (tracks.turn_rad(way).abs() > TURN_RAD) == (kind != guide::STRAIGHT))
+        .any(|&way| (tracks.turn_rad(way).abs() > TURN_RAD) == (kind != route_step::STRAIGHT))
 }
 
 /// The cheapest ways from `sources`, which cost something already, to all of `goals` that can be

@@ -4,7 +4,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use client_lib::{ActorId, Command, RouteCommand, RouteStep, TrafficParam, guide, param};
+use client_lib::{ActorId, Command, RouteCommand, RouteStep, TrafficParam, param, route_step};
 
 use crate::{
     args::{Args, Refusal},
@@ -168,11 +168,11 @@ fn path(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), Refusal> {
 fn route(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), Refusal> {
     let steps = args.bytes()?.iter().filter_map(|option| {
         Some(RouteStep::turn(match option {
-            1 => guide::LEFT,
-            2 => guide::RIGHT,
-            3 => guide::STRAIGHT,
-            5 => guide::LANE_LEFT,
-            6 => guide::LANE_RIGHT,
+            1 => route_step::LEFT,
+            2 => route_step::RIGHT,
+            3 => route_step::STRAIGHT,
+            5 => route_step::LANE_LEFT,
+            6 => route_step::LANE_RIGHT,
             _ => return None,
         }))
     });
@@ -181,7 +181,7 @@ fn route(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), Refusal> {
 }
 
 fn guide(bridge: &mut Bridge, id: u32, steps: &[RouteStep]) -> Result<(), Refusal> {
-    for part in RouteCommand::way(ActorId(id), steps) {
+    for part in RouteCommand::route(ActorId(id), steps) {
         bridge.command(Command::RouteCommand(part));
     }
     Ok(())

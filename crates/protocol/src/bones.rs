@@ -59,7 +59,7 @@ pub struct BlendPose {
     /// The actor.
     pub actor_id: ActorId,
     /// Weight of the client pose: 0 shows the animation alone, 1 the client pose alone.
-    pub share: f32,
+    pub weight: f32,
 }
 
 impl SetBones {
@@ -100,7 +100,7 @@ impl SetBones {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GivenPose {
     /// Weight of the pose, 0 to 1.
-    pub share: f32,
+    pub weight: f32,
     /// `parent_from_bone` by bone number; `None` for bones in their rest pose.
     pub bones: Vec<Option<(Vec3, Quat)>>,
 }
@@ -124,7 +124,7 @@ impl GivenPoses {
                 }
             }
             Command::BlendPose(blend) => {
-                self.0.entry(blend.actor_id).or_default().share = blend.share;
+                self.0.entry(blend.actor_id).or_default().weight = blend.weight;
             }
             Command::Destroy(actor) => {
                 self.0.remove(actor);
@@ -150,7 +150,7 @@ impl GivenPoses {
             let bones: Vec<_> = given.bones.iter().enumerate().filter_map(set).collect();
             commands.extend(SetBones::of(*actor_id, &bones).into_iter().map(Command::SetBones));
             commands
-                .push(Command::BlendPose(BlendPose { actor_id: *actor_id, share: given.share }));
+                .push(Command::BlendPose(BlendPose { actor_id: *actor_id, weight: given.weight }));
         }
         commands
     }
@@ -172,9 +172,9 @@ mod tests {
         );
         let mut poses = GivenPoses::default();
         sets.into_iter().map(Command::SetBones).for_each(|command| poses.follow(&command));
-        poses.follow(&Command::BlendPose(BlendPose { actor_id, share: 0.5 }));
+        poses.follow(&Command::BlendPose(BlendPose { actor_id, weight: 0.5 }));
         let given = poses.of(actor_id).unwrap();
-        assert_eq!((given.share, given.bones.len()), (0.5, 66));
+        assert_eq!((given.weight, given.bones.len()), (0.5, 66));
         assert_eq!(given.bones[8].unwrap().0, Vec3::X * 8.0);
         assert_eq!(given.bones[9], None);
 

@@ -538,7 +538,7 @@ pub struct RouteCommand {
     /// The vehicle.
     pub actor_id: ActorId,
     /// 1: replaces the earlier route; 0: continues it.
-    pub anew: u32,
+    pub replace: u32,
     /// Number of valid `steps`; with `replace` and no step the route is removed.
     pub count: u32,
     /// Reserved; 0.
@@ -551,20 +551,20 @@ pub struct RouteCommand {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RouteStep {
-    /// One of [`guide`].
+    /// One of [`route_step`].
     pub kind: u32,
-    /// For [`guide::PLACE`]: the place in world space.
+    /// For [`route_step::PLACE`]: the place in world space.
     pub position_m: [f32; 3],
 }
 
 impl RouteCommand {
     /// The commands that set a whole route; an empty route removes the earlier one.
-    pub fn way(actor_id: ActorId, steps: &[RouteStep]) -> Vec<RouteCommand> {
+    pub fn route(actor_id: ActorId, steps: &[RouteStep]) -> Vec<RouteCommand> {
         let part = |nth: usize, some: &[RouteStep]| {
-            let anew = u32::from(nth == 0);
+            let replace = u32::from(nth == 0);
             let mut guide = RouteCommand {
                 actor_id,
-                anew,
+                replace,
                 count: some.len() as u32,
                 ..RouteCommand::default()
             };
@@ -581,17 +581,17 @@ impl RouteCommand {
 impl RouteStep {
     /// Drives by a place in world space, metres.
     pub fn place(position: Vec3) -> RouteStep {
-        RouteStep { kind: guide::PLACE, position_m: position.to_array() }
+        RouteStep { kind: route_step::PLACE, position_m: position.to_array() }
     }
 
-    /// A turn or lane change: one of the other values of [`guide`].
+    /// A turn or lane change: one of the other values of [`route_step`].
     pub fn turn(kind: u32) -> RouteStep {
         RouteStep { kind, ..RouteStep::default() }
     }
 }
 
 /// Values of [`RouteStep::kind`].
-pub mod guide {
+pub mod route_step {
     /// Drives by a place, on the nearest lane and the shortest way.
     pub const PLACE: u32 = 1;
     /// Turns left at the next junction, changing lanes for it where needed; takes the straightest

@@ -32,7 +32,7 @@ pub use command::{
     Answer, Autopilot, BatchHeader, Command, CreateBundle, HideLayers, HideObjects, JournalEntry,
     JournalHeader, Nothing, Outcome, ROUTE_STEPS, RawCommand, RouteCommand, RouteStep, SetDoors,
     SetPhysics, SetTrafficLight, SetVehicleLights, SetVelocity, Settings, Spawn, Teleport,
-    TrafficParam, Weather, guide, layer, param, status,
+    TrafficParam, Weather, layer, param, route_step, status,
 };
 pub use drawing::{EraseShapes, SHAPE_TEXT_BYTES, SHAPES_MAX, Shape, ShapeReceipt, shape};
 pub use episode::{BlueprintInfo, Episode, LoadMap, load};
@@ -55,7 +55,7 @@ pub use sensor_spec::{
 };
 pub use snapshot::{PIPELINE_MAX, SnapshotHeader};
 pub use stamp::{Frame, Stamp};
-pub use street::{SetStreetLights, shine};
+pub use street::{SetStreetLights, street_light};
 pub use traffic::{LightState, TrafficHeader, TrafficLayout};
 pub use v2x::{
     CamReading, CamSpec, MessageReading, MessageSpec, RadioSpec, TEXT_BYTES, Transmit, radio,

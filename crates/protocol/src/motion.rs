@@ -155,7 +155,7 @@ pub struct ApplyForce {
     /// The actor.
     pub actor_id: ActorId,
     /// 0: an impulse in N s and N m s; 1: a force and a torque during the next frame, in N and N m.
-    pub lasts: u32,
+    pub is_force: u32,
     /// Linear impulse or force in world space.
     pub linear: [f32; 3],
     /// Angular impulse or torque in world space.

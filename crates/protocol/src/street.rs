@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use crate::vehicle::within;
 
 /// Values of [`SetStreetLights::mode`].
-pub mod shine {
+pub mod street_light {
     /// Off.
     pub const OFF: u32 = 0;
     /// On, day and night.
@@ -21,12 +21,12 @@ pub mod shine {
 pub struct SetStreetLights {
     /// Number of the light of bit 0, divided by 1024.
     pub block: u32,
-    /// One of [`shine`].
+    /// One of [`street_light`].
     pub mode: u32,
     /// Red, green, blue, 255; sRGB; 0: the default colour of each light.
     pub color: u32,
     /// Intensity relative to the default of each light.
-    pub share: f32,
+    pub intensity: f32,
     /// A bit for each light of the block.
     pub bits: [u64; 16],
 }
@@ -36,10 +36,10 @@ const _: () = assert!(size_of::<SetStreetLights>() == 144);
 impl SetStreetLights {
     /// Checks that every number is in its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), String> {
-        if self.mode > shine::AT_NIGHT {
+        if self.mode > street_light::AT_NIGHT {
             return Err(format!("unknown street light mode {}, not 0 to 2", self.mode));
         }
-        within("a lamp's share of its brightness", self.share, 0.0, 100.0)
+        within("a lamp's intensity of its brightness", self.intensity, 0.0, 100.0)
     }
 
     /// The numbers of the lights.

@@ -45,7 +45,7 @@ impl World {
 
     /// See [`Command::BlendPose`].
     pub(super) fn blend_pose(&mut self, to: &BlendPose) -> Result<u32, String> {
-        let (id, share) = (to.actor_id, to.share);
+        let (id, share) = (to.actor_id, to.weight);
         self.standing_walker(id)?;
         if !(0.0..=1.0).contains(&share) {
             return Err(format!("the pose of {id} is to show by {share}, not 0 to 1"));
@@ -78,8 +78,8 @@ impl World {
     /// How much of the pose shows that a walker was given.
     pub(super) fn tell_blend(&mut self, id: ActorId) -> Result<Outcome, String> {
         self.walker(id)?;
-        let share = self.poses.of(id).map_or(0.0, |given| given.share);
-        Ok(Outcome::answer(id.0, &BlendPose { actor_id: id, share }))
+        let share = self.poses.of(id).map_or(0.0, |given| given.weight);
+        Ok(Outcome::answer(id.0, &BlendPose { actor_id: id, weight: share }))
     }
 
     fn standing_walker(&mut self, id: ActorId) -> Result<&'static town::Skeleton, String> {

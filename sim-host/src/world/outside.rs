@@ -117,7 +117,7 @@ impl World {
         let id = self.there(push.actor_id)?;
         let [linear, angular, at] = [push.linear, push.angular, push.at_m].map(Vec3::from_array);
         let at = (push.has_point != 0).then_some(at);
-        if push.lasts == 0 {
+        if push.is_force == 0 {
             self.physics.impulse(id, linear, angular, at).map_err(words)?;
         } else {
             self.physics.force(id, linear, angular, at).map_err(words)?;

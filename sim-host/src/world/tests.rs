@@ -201,7 +201,7 @@ fn poses_are_given_to_walkers_alone_and_are_part_of_a_saved_state() {
         set.parent_from_bones[5] = bad;
         refused(set, "crl_arm__L");
     }
-    let blend = |share| Command::BlendPose(BlendPose { actor_id: walker, share });
+    let blend = |share| Command::BlendPose(BlendPose { actor_id: walker, weight: share });
     for bad in [-0.1, 1.1, f32::NAN, f32::INFINITY] {
         world.apply(&blend(bad)).unwrap_err();
     }

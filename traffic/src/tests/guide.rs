@@ -2,8 +2,8 @@
 
 use glam::{Vec2, Vec3};
 use protocol::{
-    ActorId, Command, JournalEntry, Name, Outcome, RawCommand, RouteCommand, RouteStep, guide,
-    lamp, param,
+    ActorId, Command, JournalEntry, Name, Outcome, RawCommand, RouteCommand, RouteStep, lamp,
+    param, route_step,
 };
 use road::{LaneIndex, LaneTypes};
 
@@ -19,7 +19,7 @@ fn told(steps: &[RouteStep]) -> Vec<JournalEntry> {
         command: RawCommand::from(Command::RouteCommand(guide)),
         outcome: Outcome::done(0),
     };
-    RouteCommand::way(ActorId(1), steps).into_iter().map(line).collect()
+    RouteCommand::route(ActorId(1), steps).into_iter().map(line).collect()
 }
 
 /// One car of a town, on the `nth` of its spawn points.
@@ -61,7 +61,7 @@ fn turned(course: &mut Course, first: &[JournalEntry], junctions: usize) -> Vec<
 fn a_turn_is_taken_wherever_the_junction_offers_it() {
     let (mut left, mut right) = (0, 0);
     for nth in 0..24 {
-        for (kind, side) in [(guide::LEFT, 1.0), (guide::RIGHT, -1.0)] {
+        for (kind, side) in [(route_step::LEFT, 1.0), (route_step::RIGHT, -1.0)] {
             let mut course = alone(7 * nth, 5);
             let lane =
                 course.network.nearest(course.cars[0].position.as_dvec3(), LaneTypes::DRIVABLE);
@@ -84,7 +84,7 @@ fn who_turns_indicates_it_before() {
     for nth in 0..12 {
         let mut course = alone(7 * nth, 5);
         let lamps = super::params::turned(param::LAMPS, 1.0);
-        let steps = [guide::LEFT, guide::RIGHT, guide::LEFT].map(RouteStep::turn);
+        let steps = [route_step::LEFT, route_step::RIGHT, route_step::LEFT].map(RouteStep::turn);
         let mut lines = [vec![lamps], told(&steps)].concat();
         let (mut shown, mut into) = (0, None);
         for _ in 0..20 * 240 {
@@ -117,7 +117,7 @@ fn turns_are_taken_one_after_the_other() {
     let mut rounds = 0;
     for nth in 0..12 {
         let mut course = alone(11 * nth, 3);
-        let ways = turned(&mut course, &told(&[RouteStep::turn(guide::RIGHT); 4]), 4);
+        let ways = turned(&mut course, &told(&[RouteStep::turn(route_step::RIGHT); 4]), 4);
         rounds += u32::from(ways.len() == 4 && ways.iter().all(|&way| way < -0.5));
     }
     assert!(rounds >= 3, "{rounds} of 12 came round the block");
@@ -164,7 +164,8 @@ fn places_are_come_by_in_their_order() {
 #[test]
 fn a_mind_that_is_restored_on_the_way_goes_on_the_same_way() {
     let mut course = alone(0, 9);
-    let steps = [guide::LEFT, guide::RIGHT, guide::STRAIGHT, guide::LEFT].map(RouteStep::turn);
+    let steps = [route_step::LEFT, route_step::RIGHT, route_step::STRAIGHT, route_step::LEFT]
+        .map(RouteStep::turn);
     course.tick_with(&told(&steps));
     (0..300).for_each(|_| course.tick());
     let mut second = Planner::new(course.network.clone(), 1);
@@ -188,7 +189,7 @@ fn a_mind_that_is_restored_on_the_way_goes_on_the_same_way() {
 fn who_is_told_nothing_more_goes_where_it_likes() {
     let mut free = alone(5, 2);
     let mut course = alone(5, 2);
-    let way = told(&[RouteStep::turn(guide::LEFT); 20]);
+    let way = told(&[RouteStep::turn(route_step::LEFT); 20]);
     course.tick_with(&[way, told(&[])].concat());
     free.tick();
     for _ in 0..400 {

@@ -84,7 +84,7 @@ pub(super) fn blend(call: &mut Call) -> Result<(), Refusal> {
     if !(0.0..=1.0).contains(&share) {
         return Err(format!("blend is {share}, not 0 to 1").into());
     }
-    call.bridge.command(Command::BlendPose(BlendPose { actor_id: ActorId(id), share }));
+    call.bridge.command(Command::BlendPose(BlendPose { actor_id: ActorId(id), weight: share }));
     Ok(())
 }
 

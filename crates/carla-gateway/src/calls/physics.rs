@@ -131,10 +131,10 @@ pub(super) fn force(call: &mut Call) -> Result<(), Refusal> {
     push(call, 1)
 }
 
-fn push(call: &mut Call, lasts: u32) -> Result<(), Refusal> {
+fn push(call: &mut Call, is_force: u32) -> Result<(), Refusal> {
     let (id, linear) = (call.args.u32()?, location(&mut call.args)?);
     let at = if call.args.len() > 0 { Some(location(&mut call.args)?) } else { None };
-    call.bridge.push(id, lasts, linear, at)
+    call.bridge.push(id, is_force, linear, at)
 }
 
 pub(super) fn angular_impulse(call: &mut Call) -> Result<(), Refusal> {
@@ -267,13 +267,13 @@ impl Bridge {
     pub(crate) fn push(
         &mut self,
         id: u32,
-        lasts: u32,
+        is_force: u32,
         linear: Vec3,
         at: Option<Vec3>,
     ) -> Result<(), Refusal> {
         let push = ApplyForce {
             actor_id: ActorId(id),
-            lasts,
+            is_force,
             linear: linear.to_array(),
             has_point: at.is_some().into(),
             at_m: at.unwrap_or_default().to_array(),
@@ -283,9 +283,14 @@ impl Bridge {
     }
 
     /// Newton metre seconds, or newton metres for the next frame, in CARLA's axes.
-    pub(crate) fn twist(&mut self, id: u32, lasts: u32, angular: [f32; 3]) -> Result<(), Refusal> {
+    pub(crate) fn twist(
+        &mut self,
+        id: u32,
+        is_force: u32,
+        angular: [f32; 3],
+    ) -> Result<(), Refusal> {
         let angular = flip_turn(angular);
-        let push = ApplyForce { actor_id: ActorId(id), lasts, angular, ..ApplyForce::default() };
+        let push = ApplyForce { actor_id: ActorId(id), is_force, angular, ..ApplyForce::default() };
         self.request_one("twist", Command::ApplyForce(push)).map(drop)
     }
 
