@@ -6,7 +6,7 @@ use glam::{Quat, Vec3};
 use mesh::Mesh;
 use protocol::{ActorId, ActorState, Pose, kind};
 use rayon::prelude::*;
-use town::{Looks, Rig};
+use town::{Geometry, Rig};
 
 use crate::bvh::{Hierarchy, Link, Node};
 use crate::wall::{Wall, find_walls};
@@ -16,7 +16,7 @@ use crate::wide::{WideNode, widen};
 pub(crate) const STATIC: u32 = mesh::ObjectId::STATIC_BIT;
 
 /// Other looks for a blueprint: its index, its looks, and how their pieces move.
-pub(crate) type Replaced = (u32, Looks, Rig);
+pub(crate) type Replaced = (u32, Geometry, Rig);
 
 /// One blueprint's looks, if it is one piece that does not move in itself.
 #[derive(Clone, Copy, Debug)]
@@ -177,7 +177,8 @@ impl Scene {
         replaced: &[Replaced],
     ) -> Scene {
         let (mut figures, kinds) = Figure::all(&parked);
-        let mut looks: Vec<&Looks> = town::catalogue().par_iter().map(|b| b.looks()).collect();
+        let mut looks: Vec<&Geometry> =
+            town::catalogue().par_iter().map(|b| b.geometry()).collect();
         for (index, found, rig) in replaced {
             looks[*index as usize] = found;
             figures[*index as usize].rig = Some(Cow::Owned(rig.clone()));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3};
 use protocol::{ActorState, GivenPoses, STRIDE, Stamp, WalkerLimbs, Weather, flag, kind, lamp};
-use town::{Given, Lighting, Posture, StreetLightState};
+use town::{GivenPose, Lighting, Posture, StreetLightState};
 
 use crate::bvh::{Hierarchy, Link, Node, moved_box};
 use crate::motion::Motions;
@@ -214,7 +214,7 @@ fn posture_of<'a>(
         speed_mps: if is_walker { actor.velocity().truncate().length() } else { 0.0 },
         limbs: limbs.map(WalkerLimbs::rotations),
         given: if actor.has(flag::POSED) {
-            poses.of(actor.actor_id).map(|to| Given { share: to.weight, bones: &to.bones })
+            poses.of(actor.actor_id).map(|to| GivenPose { weight: to.weight, bones: &to.bones })
         } else {
             None
         },

@@ -60,7 +60,7 @@ pub(crate) fn doors_of(blueprint: &Blueprint, open: u32) -> Vec<DoorModel> {
     if open == 0 {
         return Vec::new();
     }
-    let pieces = blueprint.rig().joints.iter().zip(&blueprint.looks().pieces);
+    let pieces = blueprint.rig().joints.iter().zip(&blueprint.geometry().pieces);
     let doors = pieces.filter_map(|(joint, mesh)| {
         let Motion::Door { number, hinge_m, axis, opens_rad } = joint.motion else { return None };
         let corners = || mesh.positions.iter().map(|p| Vec3::from_array(*p));

@@ -114,7 +114,7 @@ pub(crate) fn shine(told: &SetStreetLights) -> StreetLightState {
 
 /// What tells street lamps to shine as they do.
 pub(crate) fn lit(lighting: &Lighting) -> Vec<SetStreetLights> {
-    let told = lighting.told().into_iter();
+    let told = lighting.settings().into_iter();
     told.map(|(block, bits, StreetLightState { mode, color, share })| SetStreetLights {
         block,
         mode,

@@ -22,7 +22,7 @@ const TOWNS_PER_TOUCH: usize = 25;
 /// The town of a seed: characters in turn, sizes from the usual to half as large again.
 fn plan(seed: u64) -> Plan {
     let character = Character::ALL[(seed % 6) as usize];
-    let (size_m, relief_m) = character.usual_m();
+    let (size_m, relief_m) = character.default_size_and_relief_m();
     Plan {
         name: format!("{}-{seed}", character.name()),
         seed,

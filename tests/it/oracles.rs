@@ -23,7 +23,7 @@ fn texts() -> BTreeMap<String, String> {
     let seeds = if is_soak() { 10 } else { 2 };
     let plans = Character::ALL.into_iter().flat_map(|character| {
         (0..seeds).map(move |seed| {
-            let (size_m, relief_m) = character.usual_m();
+            let (size_m, relief_m) = character.default_size_and_relief_m();
             let name = format!("{}-{seed}", character.name());
             let size_m = size_m * (1.0 + 0.1 * (seed % 3) as f64);
             Plan { name, seed, size_m, character, relief_m }

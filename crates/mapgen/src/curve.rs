@@ -1,10 +1,10 @@
-//! Reference lines out of straight pieces and arcs.
+//! Reference lines made of straight pieces and arcs.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
-/// A place and a direction on the plane. Metres and radians.
+/// A position and a heading in the plane. Metres and radians.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pose {
     pub(crate) position: DVec2,
@@ -16,17 +16,17 @@ impl Pose {
         DVec2::from_angle(self.heading)
     }
 
-    /// The same place, looking back.
+    /// The pose at the same position with the opposite heading.
     pub(crate) fn turned(&self) -> Pose {
         Pose { position: self.position, heading: wrapped(self.heading + PI) }
     }
 
-    /// The same direction, `distance` metres ahead.
+    /// The pose `distance` metres ahead, with the same heading.
     pub(crate) fn ahead(&self, distance: f64) -> Pose {
         Pose { position: self.position + self.direction() * distance, heading: self.heading }
     }
 
-    /// The same direction, `offset` metres to the right.
+    /// The pose `offset` metres to the right, with the same heading.
     pub(crate) fn right(&self, offset: f64) -> Pose {
         Pose { position: self.position - self.direction().perp() * offset, heading: self.heading }
     }
@@ -41,12 +41,12 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
-    /// Where it ends.
+    /// The pose at the end of the piece.
     pub(crate) fn end(&self) -> Pose {
         self.at(self.length)
     }
 
-    /// Where it is after `along` metres.
+    /// The pose after `along` metres.
     pub(crate) fn at(&self, along: f64) -> Pose {
         let turn = self.curvature * along;
         let chord =
@@ -58,12 +58,12 @@ impl Piece {
         }
     }
 
-    /// The part between two places on it.
+    /// The part between two distances from the start.
     fn part(&self, from: f64, to: f64) -> Piece {
         Piece { start: self.at(from), length: to - from, curvature: self.curvature }
     }
 
-    /// How far along it is nearest to a point.
+    /// The distance from the start at which the piece is nearest to a point.
     fn nearest(&self, point: DVec2) -> f64 {
         let gap = point - self.start.position;
         let along = if self.curvature == 0.0 {
@@ -78,7 +78,7 @@ impl Piece {
     }
 }
 
-/// The line beside another, `left` metres to its left.
+/// The line parallel to another, `left` metres to its left.
 pub(crate) fn beside(pieces: &[Piece], left: f64) -> Vec<Piece> {
     let moved = pieces.iter().map(|piece| {
         let stretch = 1.0 - piece.curvature * left;
@@ -91,7 +91,7 @@ pub(crate) fn beside(pieces: &[Piece], left: f64) -> Vec<Piece> {
     moved.collect()
 }
 
-/// The same line, driven the other way.
+/// The same line in the opposite direction.
 pub(crate) fn reversed(pieces: &[Piece]) -> Vec<Piece> {
     let turned = pieces.iter().rev().map(|piece| Piece {
         start: piece.end().turned(),
@@ -101,7 +101,7 @@ pub(crate) fn reversed(pieces: &[Piece]) -> Vec<Piece> {
     turned.collect()
 }
 
-/// Where a line is after `along` metres.
+/// The pose after `along` metres of a line.
 pub(crate) fn at(pieces: &[Piece], mut along: f64) -> Pose {
     for piece in &pieces[..pieces.len() - 1] {
         if along <= piece.length {
@@ -112,12 +112,12 @@ pub(crate) fn at(pieces: &[Piece], mut along: f64) -> Pose {
     pieces[pieces.len() - 1].at(along)
 }
 
-/// How far along a line is nearest to a point.
+/// The distance from a line's start at which it is nearest to a point.
 pub(crate) fn nearest(pieces: &[Piece], point: DVec2) -> f64 {
     nearest_of(pieces, point, |_| true)
 }
 
-/// The same where the line is driven about in this direction.
+/// As [`nearest`], among the parts of the line whose heading is within 0.3 rad of `heading`.
 pub(crate) fn passing(pieces: &[Piece], point: DVec2, heading: f64) -> f64 {
     nearest_of(pieces, point, |at| wrapped(at - heading).abs() < 0.3)
 }
@@ -136,7 +136,7 @@ fn nearest_of(pieces: &[Piece], point: DVec2, fits: impl Fn(f64) -> bool) -> f64
     best.1
 }
 
-/// The part of a closed line from one place to another, over its beginning if need be.
+/// The part of a closed line between two distances; it may pass the line's start.
 pub(crate) fn cut(closed: &[Piece], from: f64, to: f64) -> Vec<Piece> {
     let total = length(closed);
     let to = if to <= from { to + total } else { to };
@@ -151,7 +151,7 @@ pub(crate) fn cut(closed: &[Piece], from: f64, to: f64) -> Vec<Piece> {
     pieces.0
 }
 
-/// A closed corner line with all corners rounded; it begins in the middle of its first side.
+/// A closed polygon with rounded corners; the line starts in the middle of the first side.
 pub(crate) fn closed(corners: &[DVec2], radius: f64) -> Vec<Piece> {
     let middle = (corners[0] + corners[1]) * 0.5;
     let mut line = vec![middle];
@@ -160,12 +160,12 @@ pub(crate) fn closed(corners: &[DVec2], radius: f64) -> Vec<Piece> {
     rounded(&line, &vec![radius; corners.len()])
 }
 
-/// What stays straight at an end, if there is so much. Metres.
+/// The length that stays straight at an end of a line if the side is long enough. Metres.
 const STRAIGHT_M: f64 = 14.0;
 
-/// A corner line with its inner corners rounded, as tangent pieces.
+/// A polyline with rounded inner corners, as tangent pieces.
 ///
-/// Each radius is cut down to what the neighbouring pieces have room for.
+/// Each radius is reduced to what the neighbouring sides have room for.
 pub(crate) fn rounded(corners: &[DVec2], radii: &[f64]) -> Vec<Piece> {
     let mut pieces = Pieces::default();
     let mut cut_before = 0.0;
@@ -176,7 +176,7 @@ pub(crate) fn rounded(corners: &[DVec2], radii: &[f64]) -> Vec<Piece> {
         let (mut cut_after, mut arc) = (0.0, None);
         if let Some(beyond) = corners.get(index + 2) {
             let turn = wrapped((*beyond - to).to_angle() - heading);
-            // A piece between two corners is shared by them; one at an end is not.
+            // Two corners share the side between them; a side at an end of the line has one corner.
             let room = |length: f64, is_end: bool| {
                 if is_end { (length - STRAIGHT_M).max(length * 0.48) } else { length * 0.48 }
             };
@@ -200,7 +200,7 @@ pub(crate) fn rounded(corners: &[DVec2], radii: &[f64]) -> Vec<Piece> {
     pieces.0
 }
 
-/// A smooth way from one pose to another: straight, arc, straight where that fits, else two arcs.
+/// A smooth line from one pose to another: straight, arc, straight where that fits, else two arcs.
 pub(crate) fn between(from: Pose, to: Pose) -> Vec<Piece> {
     let gap = to.position - from.position;
     let (ahead, beside) = (gap.dot(from.direction()), gap.perp_dot(from.direction()));
@@ -211,7 +211,7 @@ pub(crate) fn between(from: Pose, to: Pose) -> Vec<Piece> {
         return pieces.0;
     }
     if turn.abs() > 0.02 && turn.abs() < PI - 0.1 {
-        // Distances from both poses to the point where their tangents cross.
+        // Distances from both poses to the intersection of their tangents.
         let cross = from.direction().perp_dot(to.direction());
         let before = gap.perp_dot(to.direction()) / cross;
         let after = from.direction().perp_dot(gap) / cross;
@@ -233,7 +233,7 @@ pub(crate) fn between(from: Pose, to: Pose) -> Vec<Piece> {
     two_arcs(from, to)
 }
 
-/// Two arcs that meet where both have the same tangent length.
+/// Two arcs that meet at the point where both have the same tangent length.
 fn two_arcs(from: Pose, to: Pose) -> Vec<Piece> {
     let gap = to.position - from.position;
     let (t1, t2) = (from.direction(), to.direction());
@@ -266,7 +266,7 @@ fn two_arcs(from: Pose, to: Pose) -> Vec<Piece> {
 struct Pieces(Vec<Piece>);
 
 impl Pieces {
-    /// Adds a piece unless it is shorter than a millimetre.
+    /// Adds a piece unless it is shorter than one millimetre.
     fn push(&mut self, start: Pose, length: f64, curvature: f64) {
         if length > 1e-3 {
             self.0.push(Piece { start, length, curvature });
@@ -274,12 +274,12 @@ impl Pieces {
     }
 }
 
-/// The same angle within -π and π.
+/// The equivalent angle in [-π, π].
 pub(crate) fn wrapped(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }
 
-/// The whole way along.
+/// The length of a line. Metres.
 pub(crate) fn length(pieces: &[Piece]) -> f64 {
     pieces.iter().map(|piece| piece.length).sum()
 }

@@ -10,11 +10,11 @@ use crate::{
     write,
 };
 
-/// The OpenDRIVE 1.4 text of a town after this plan.
+/// Returns the OpenDRIVE 1.4 text of the town that `plan` describes.
 ///
-/// Every driving lane reaches every other; junctions carry signals with controllers, or yield or
-/// stop signs at their minor arms; where people live there are sidewalks and crosswalks; every
-/// street has a speed limit.
+/// Every driving lane is reachable from every other. Junctions have signals with controllers, or
+/// yield or stop signs on their minor arms. Streets in built-up areas have sidewalks and
+/// crosswalks. Every street has a speed limit.
 pub fn generate(plan: &Plan) -> String {
     let style = match plan.character {
         Character::Grid => Style::Grid(Blocks::Mixed),
@@ -27,13 +27,13 @@ pub fn generate(plan: &Plan) -> String {
         Character::Roundabouts => Style::Roundabouts,
         Character::Countryside => Style::Countryside,
     };
-    written(plan, style)
+    write_plan(plan, style)
 }
 
-/// The text of a plan in this style.
-pub(crate) fn written(plan: &Plan, style: Style) -> String {
-    let (least, most) = plan.character.sizes_m();
+/// Returns the text of a plan, drawn in this style.
+pub(crate) fn write_plan(plan: &Plan, style: Style) -> String {
+    let (least, most) = plan.character.size_range_m();
     let plan = Plan { size_m: plan.size_m.clamp(least, most), ..plan.clone() };
     let layout = layouts::layout(&plan, style);
-    write::document(&plan, &layout, &junction::junctions(&layout))
+    write::write(&plan, &layout, &junction::junctions(&layout))
 }

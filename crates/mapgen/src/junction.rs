@@ -1,4 +1,4 @@
-//! Crossings: where the arms end, which lane leads to which, who goes first.
+//! Crossings: where the arms end, which lane leads to which, and which arm has priority.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -10,116 +10,117 @@ use crate::{
     street::{Class, Control, Profile, Shape, Street, links_at},
 };
 
-/// A street's end at a junction.
+/// The end of a street at a junction.
 #[derive(Clone, Debug)]
 pub(crate) struct Arm {
     pub(crate) street: usize,
-    /// Which end of the street: 0 its start, 1 its end.
+    /// The end of the street: 0 its start, 1 its end.
     pub(crate) end: usize,
-    /// Where the street's reference line begins, looking away from the junction.
+    /// Where the street's reference line begins, heading away from the junction.
     pub(crate) mouth: Pose,
     pub(crate) profile: Profile,
-    /// Lanes that it has here beyond its profile, on the right of its start.
+    /// Driving lanes here beyond the profile's, on the right of the street's start.
     extra: usize,
 }
 
 impl Arm {
-    /// Lanes that lead into the junction.
+    /// The number of lanes that lead into the junction.
     pub(crate) fn ins(&self) -> usize {
         self.profile.lanes[self.in_side()] + if self.end == 1 { self.extra } else { 0 }
     }
 
-    /// Lanes that lead out of it.
+    /// The number of lanes that lead out of the junction.
     pub(crate) fn outs(&self) -> usize {
         self.profile.lanes[self.out_side()] + if self.end == 0 { self.extra } else { 0 }
     }
 
-    /// The street's side on which one arrives.
+    /// The side of the street on which traffic arrives.
     pub(crate) fn in_side(&self) -> usize {
         1 - self.end
     }
 
-    /// The street's side on which one leaves.
+    /// The side of the street on which traffic leaves.
     pub(crate) fn out_side(&self) -> usize {
         self.end
     }
 
-    /// The lane number of the `index`-th lane from the middle that leads into the junction.
+    /// The lane id of the `index`-th lane from the middle that leads into the junction.
     pub(crate) fn incoming(&self, index: usize) -> i32 {
         (index as i32 + 1) * if self.end == 1 { -1 } else { 1 }
     }
 
-    /// The lane number of the `index`-th lane from the middle that leads out of the junction.
+    /// The lane id of the `index`-th lane from the middle that leads out of the junction.
     pub(crate) fn outgoing(&self, index: usize) -> i32 {
         -self.incoming(index)
     }
 
-    /// The lane number of a side's sidewalk or shoulder.
+    /// The lane id of a side's sidewalk or shoulder.
     pub(crate) fn edge_lane(&self, side: usize) -> i32 {
         let extra = if side == 0 { self.extra as i32 } else { 0 };
         (self.profile.edge_id(side) + extra) * if side == 0 { -1 } else { 1 }
     }
 
-    /// How far left the two directions meet, for who leaves.
-    fn parting(&self) -> f64 {
-        self.profile.parting() * if self.end == 0 { 1.0 } else { -1.0 }
+    /// The offset of the line between the two directions, to the left of departing traffic. Metres.
+    fn division(&self) -> f64 {
+        self.profile.division() * if self.end == 0 { 1.0 } else { -1.0 }
     }
 
-    /// The left border of a lane on which one arrives, in driving direction.
+    /// The left border of an incoming lane, in driving direction.
     fn entry(&self, lane: usize) -> Pose {
-        self.mouth.turned().right(lane as f64 * self.profile.lane + self.parting())
+        self.mouth.turned().right(lane as f64 * self.profile.lane + self.division())
     }
 
-    /// The left border of a lane on which one leaves.
+    /// The left border of an outgoing lane, in driving direction.
     fn exit(&self, lane: usize) -> Pose {
-        self.mouth.right(lane as f64 * self.profile.lane - self.parting())
+        self.mouth.right(lane as f64 * self.profile.lane - self.division())
     }
 
-    /// How wide the sidewalk or shoulder of a side is where it meets the junction.
+    /// The width of a side's sidewalk or shoulder where it meets the junction. Metres.
     pub(crate) fn edge(&self, streets: &[Street], side: usize) -> f64 {
-        let pinched = side == 0 && streets[self.street].pinched[self.end];
-        if pinched { 0.0 } else { self.profile.edge(side) }
+        let without_shoulder = side == 0 && streets[self.street].without_shoulder[self.end];
+        if without_shoulder { 0.0 } else { self.profile.edge(side) }
     }
 }
 
-/// A way through a junction, for one lane or for those on foot.
+/// A connection through a junction, for one lane or for pedestrians.
 #[derive(Clone, Debug)]
 pub(crate) struct Turn {
     pub(crate) from: usize,
     pub(crate) to: usize,
-    /// Lanes from the middle; none where only a sidewalk goes round the corner.
+    /// The incoming and outgoing lane, counted from the middle; none where only a sidewalk
+    /// connects.
     pub(crate) lanes: Option<(usize, usize)>,
-    /// It carries the sidewalk or shoulder on its right, on its left.
+    /// Whether the connection carries the sidewalk or shoulder on its right, on its left.
     pub(crate) edges: [bool; 2],
     pub(crate) pieces: Vec<Piece>,
 }
 
-/// What a sign asks.
+/// What a sign demands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sign {
     Yield,
     Stop,
 }
 
-/// Who may go.
+/// What regulates a junction.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Rule {
-    /// Groups of arms that have green together.
+    /// Signals: groups of arms that have green at the same time.
     Signals(Vec<Vec<usize>>),
-    /// These arms obey a sign.
+    /// Signs: these arms have one.
     Signs(Sign, Vec<usize>),
 }
 
 #[derive(Clone, Debug)]
 pub(crate) struct Junction {
     pub(crate) node: usize,
-    /// Counter-clockwise.
+    /// The arms, in counter-clockwise order.
     pub(crate) arms: Vec<Arm>,
     pub(crate) turns: Vec<Turn>,
     pub(crate) rule: Rule,
 }
 
-/// All junctions, in the order of their nodes.
+/// Returns all junctions, in the order of their nodes.
 pub(crate) fn junctions(layout: &Layout) -> Vec<Junction> {
     let at = links_at(layout.nodes.len(), layout.streets.iter().map(|street| street.ends));
     (0..layout.nodes.len())
@@ -137,15 +138,15 @@ pub(crate) fn junctions(layout: &Layout) -> Vec<Junction> {
         .collect()
 }
 
-/// Between the mouths of a street. Metres.
+/// The least distance between the two mouths of a street. Metres.
 const ROOM_M: f64 = 16.0;
 
-/// No street of a town bends more tightly than this. Metres.
+/// The smallest radius of a bend in a town street. Metres.
 const BEND_MIN_M: f64 = 15.0;
 
-/// Whether the junctions leave every street that they cut some way to go: each mouth lies well
-/// before the other, and there is no kink between them.
-pub(crate) fn have_room(layout: &Layout) -> bool {
+/// Whether every street has enough length left between its two junctions: each mouth lies well
+/// before the other, and no bend between them is too tight.
+pub(crate) fn has_room(layout: &Layout) -> bool {
     layout.streets.iter().zip(mouths(layout)).all(|(street, mouths)| match mouths {
         [Some(start), Some(end)] if matches!(street.shape, Shape::Corners { .. }) => {
             let gap = end.position - start.position;
@@ -157,19 +158,20 @@ pub(crate) fn have_room(layout: &Layout) -> bool {
     })
 }
 
-/// The tightest curvature of a street.
+/// The tightest curvature of a street. 1/m.
 fn tightest(street: &Street, mouths: [Pose; 2]) -> f64 {
     line(street, mouths).iter().map(|piece| piece.curvature.abs()).fold(0.0, f64::max)
 }
 
-/// A bus or a fire engine is so wide, with what it leaves free; so much wider is what it sweeps over in a bend,
-/// for each curvature: half the square from its rear axle to its nose. Metres, square metres.
+/// The width of a bus or fire engine with clearance, and the additional width that it sweeps per
+/// curvature of a bend: half the square of the distance from its rear axle to its front. Metres,
+/// square metres.
 const BUS_M: f64 = 2.7;
 const BUS_SWEEP_M2: f64 = 34.0;
-/// No lane is made wider than this.
+/// The greatest width of a lane. Metres.
 const LANE_MAX_M: f64 = 4.6;
 
-/// Makes lanes so wide that two buses pass each other in a street's bends.
+/// Widens lanes so that two buses can pass each other in the bends of a street.
 pub(crate) fn widen_bends(layout: &mut Layout) {
     let mouths = mouths(layout);
     for (street, mouths) in layout.streets.iter_mut().zip(mouths) {
@@ -182,7 +184,7 @@ pub(crate) fn widen_bends(layout: &mut Layout) {
     }
 }
 
-/// Where each street begins and ends.
+/// The mouths of every street, at its start and its end.
 fn mouths(layout: &Layout) -> Vec<[Option<Pose>; 2]> {
     let at = links_at(layout.nodes.len(), layout.streets.iter().map(|street| street.ends));
     let mut mouths = vec![[None; 2]; layout.streets.len()];
@@ -194,16 +196,18 @@ fn mouths(layout: &Layout) -> Vec<[Option<Pose>; 2]> {
     mouths
 }
 
-/// From the kerb's corner to where its rounding begins, for a right angle. Metres.
+/// The distance from the corner of the kerb to where its rounding begins, for a right angle.
+/// Metres.
 const CORNER_ROOM: f64 = 2.5;
-/// A kerb's radius is no smaller than this where lanes are 3.5 m wide. Metres.
+/// The smallest radius of a kerb between lanes 3.5 m wide. Metres.
 const CORNER_MIN_M: f64 = 7.0;
-/// The same outside towns, where nobody drives at walking pace.
+/// As [`CORNER_ROOM`], outside towns, where vehicles turn faster.
 const WIDE_ROOM: f64 = 5.5;
-/// No mouth is nearer to the middle than this. Metres.
+/// The smallest distance of a mouth from the middle of the junction. Metres.
 const MOUTH_MIN: f64 = 9.0;
-/// From the middle of a turning loop to its mouth, the radius of its inner border, and that of the
-/// bends at its mouth, so wide that a bus that comes out leaves room for who drives in. Metres.
+/// Of a turning loop: the distance from its middle to its mouth, the radius of its inner border,
+/// and the radius of the bends at its mouth, which lets a bus leave beside an entering vehicle.
+/// Metres.
 const LOOP_M: (f64, f64, f64) = (23.4, 9.5, 24.0);
 
 fn arms(layout: &Layout, node: usize, streets: &[usize]) -> Vec<Arm> {
@@ -230,7 +234,7 @@ fn arms(layout: &Layout, node: usize, streets: &[usize]) -> Vec<Arm> {
     arms
 }
 
-/// How far from the middle an arm has to end so that its kerbs can be rounded.
+/// The distance from the middle at which an arm must end so that its kerbs can be rounded. Metres.
 fn mouth_m(arms: &[Arm], index: usize) -> f64 {
     let own = &arms[index];
     let mut distance: f64 = MOUTH_MIN;
@@ -245,7 +249,7 @@ fn mouth_m(arms: &[Arm], index: usize) -> f64 {
         let corner = (other_half + half * angle.cos()) / angle.sin();
         let town = own.profile.class == Class::Town && other.profile.class == Class::Town;
         let room = if town { CORNER_ROOM } else { WIDE_ROOM };
-        // The narrower the lane, the rounder the kerb that a truck needs.
+        // The narrower the lane, the larger the kerb radius that a truck needs.
         let narrow = own.profile.lane.min(other.profile.lane);
         let least = CORNER_MIN_M + (3.5 - narrow).max(0.0) * 5.0;
         let edge = own.profile.edge(side).max(other.profile.edge(beside));
@@ -266,7 +270,7 @@ fn turns(layout: &Layout, arms: &[Arm]) -> Vec<Turn> {
             if exits == 0 {
                 continue;
             }
-            // Seen by someone arriving: 0 ahead, positive to the left.
+            // The turn of an arriving vehicle: 0 straight ahead, positive to the left.
             let bend = bend(arms, from, to);
             if bend.abs() < FRAC_PI_2 * 0.5 {
                 ways.extend((0..lanes).map(|lane| (from, to, lane, lane.min(exits - 1))));
@@ -281,8 +285,8 @@ fn turns(layout: &Layout, arms: &[Arm]) -> Vec<Turn> {
     ways.dedup();
     let mut turns: Vec<Turn> = Vec::new();
     for (from, to, from_lane, to_lane) in ways {
-        // Streets keep right: the corner on the right of an arriving arm is the one before the
-        // next arm counter-clockwise from it.
+        // Traffic keeps right: the corner on the right of an arriving arm lies before the next arm
+        // in counter-clockwise order.
         let outer = to == (from + 1) % count;
         let edge = outer
             && from_lane == arms[from].ins() - 1
@@ -311,12 +315,12 @@ fn turns(layout: &Layout, arms: &[Arm]) -> Vec<Turn> {
     turns
 }
 
-/// By how much one turns to the left on the way from one arm to another.
+/// The angle by which the connection between two arms turns to the left. Radians.
 fn bend(arms: &[Arm], from: usize, to: usize) -> f64 {
     wrapped(arms[to].mouth.heading - arms[from].mouth.heading - PI)
 }
 
-/// Whether there is a sidewalk, or a shoulder, on both sides of the corner between two arms.
+/// Whether both sides of the corner between two arms have a sidewalk, or both a shoulder.
 fn edges_agree(layout: &Layout, arms: &[Arm], from: usize, to: usize) -> bool {
     let (a, b) = (&arms[from], &arms[to]);
     let (here, there) = (a.in_side(), b.out_side());
@@ -324,15 +328,14 @@ fn edges_agree(layout: &Layout, arms: &[Arm], from: usize, to: usize) -> bool {
     both && (a.profile.sidewalk[here] > 0.0) == (b.profile.sidewalk[there] > 0.0)
 }
 
-/// Adds ways until every lane that leaves the junction is reached, and every lane that arrives
-/// leads on.
+/// Adds connections until every outgoing lane is reached and every incoming lane leads on.
 fn feed_every_exit(arms: &[Arm], ways: &mut Vec<(usize, usize, usize, usize)>) {
     for to in 0..arms.len() {
         for lane in 0..arms[to].outs() {
             if ways.iter().any(|way| (way.1, way.3) == (to, lane)) {
                 continue;
             }
-            // From the arm most nearly opposite.
+            // From the arm that is most nearly opposite.
             let others = (0..arms.len()).filter(|from| *from != to && arms[*from].ins() > 0);
             let straightest =
                 others.min_by(|a, b| bend(arms, *a, to).abs().total_cmp(&bend(arms, *b, to).abs()));
@@ -346,7 +349,7 @@ fn feed_every_exit(arms: &[Arm], ways: &mut Vec<(usize, usize, usize, usize)>) {
             if ways.iter().any(|way| (way.0, way.2) == (from, lane)) {
                 continue;
             }
-            // The inner lane to the left, the outer one to the right.
+            // The inner lane turns left, the outer lane right.
             let others = (0..arms.len()).filter(|to| *to != from && arms[*to].outs() > 0);
             let side = if lane == 0 { 1.0 } else { -1.0 };
             let best = others.max_by(|a, b| {
@@ -359,7 +362,7 @@ fn feed_every_exit(arms: &[Arm], ways: &mut Vec<(usize, usize, usize, usize)>) {
     }
 }
 
-/// Lanes of the carriageway go on; a ramp leaves the outermost of them, or adds one.
+/// Connects the lanes of a carriageway; a ramp branches off the outermost lane, or adds a lane.
 fn weave(layout: &Layout, arms: &[Arm]) -> Vec<Turn> {
     let mut turns: Vec<Turn> = Vec::new();
     let mut go = |from: usize, to: usize, from_lane: usize, to_lane: usize| {
@@ -376,7 +379,7 @@ fn weave(layout: &Layout, arms: &[Arm]) -> Vec<Turn> {
     };
     if let (Some(from), Some(to)) = (find(false, |a| a.ins() > 0), find(false, |a| a.outs() > 0)) {
         let lanes = arms[from].ins();
-        // A deceleration lane leads to the exit alone.
+        // A deceleration lane leads to the exit only.
         (0..lanes - arms[from].extra).for_each(|lane| go(from, to, lane, lane));
         if let Some(exit) = find(true, |arm| arm.outs() > 0) {
             go(from, exit, lanes - 1, 0);
@@ -385,7 +388,7 @@ fn weave(layout: &Layout, arms: &[Arm]) -> Vec<Turn> {
             go(entry, to, 0, lanes);
         }
     }
-    // Shoulders go on along the outermost lanes.
+    // Shoulders continue along the outermost lanes.
     for turn in &mut turns {
         let (from, to) = (&arms[turn.from], &arms[turn.to]);
         let Some((from_lane, to_lane)) = turn.lanes else { continue };
@@ -398,7 +401,7 @@ fn weave(layout: &Layout, arms: &[Arm]) -> Vec<Turn> {
     turns
 }
 
-/// Round a loop and back.
+/// The connection round a turning loop and back.
 fn turning(arms: &[Arm]) -> Vec<Turn> {
     let (_, radius, bend) = LOOP_M;
     let angle = (bend / (bend + radius)).acos();
@@ -444,7 +447,7 @@ fn rule(control: Control, arms: &[Arm]) -> Rule {
     }
 }
 
-/// Arms that lie most nearly opposite each other have green together.
+/// Arms that are most nearly opposite each other have green together.
 fn groups(arms: &[Arm]) -> Vec<Vec<usize>> {
     let mut left: Vec<usize> = (0..arms.len()).filter(|arm| arms[*arm].ins() > 0).collect();
     let mut groups = Vec::new();
@@ -465,7 +468,7 @@ fn groups(arms: &[Arm]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Of three arms, the one that ends on the other two.
+/// Of three arms, the one that ends at the other two.
 fn stem(arms: &[Arm]) -> usize {
     let opposite = |arm: usize| {
         let bearing = |index: usize| arms[index % 3].mouth.heading;
@@ -475,7 +478,7 @@ fn stem(arms: &[Arm]) -> usize {
     (0..3).min_by(|a, b| opposite(*a).total_cmp(&opposite(*b))).unwrap_or(0)
 }
 
-/// A street's reference line, from mouth to mouth.
+/// The reference line of a street, from mouth to mouth.
 pub(crate) fn line(street: &Street, mouths: [Pose; 2]) -> Vec<Piece> {
     match &street.shape {
         Shape::Exact(pieces) => pieces.clone(),
@@ -486,7 +489,7 @@ pub(crate) fn line(street: &Street, mouths: [Pose; 2]) -> Vec<Piece> {
             };
             let mut hidden = [is_hidden(via.first(), mouths[0]), is_hidden(via.last(), mouths[1])];
             if via.len() == 1 && hidden != [false; 2] {
-                // Both ends look at the one corner: each gets one of its own.
+                // Both ends use the same corner: each gets a copy of its own.
                 via.push(via[0]);
                 radii.push(radii[0]);
                 hidden = [true; 2];
@@ -505,8 +508,8 @@ pub(crate) fn line(street: &Street, mouths: [Pose; 2]) -> Vec<Piece> {
     }
 }
 
-/// A junction may reach up to the first corner of a street, or beyond it: where less than this is
-/// left, the corner makes way. Metres.
+/// A junction may reach up to the first corner of a street or beyond it. Where less than this is
+/// left, the corner is moved. Metres.
 const HIDDEN_M: f64 = 3.0;
-/// To where it makes way, from the street's mouth. Metres.
+/// The distance from the street's mouth to which the corner is moved. Metres.
 const CORNER_M: f64 = 8.0;

@@ -1,50 +1,50 @@
-//! The bent, thinned-out grid from which most styles begin.
+//! The distorted, thinned-out grid from which most styles begin.
 
 use glam::{DVec2, dvec2};
 use mesh::RandomStream;
 
 use crate::street::{Control, Node, Profile, Shape, Street, links_at};
 
-/// Radius of the bend where two streets meet and no third: buses keep off the lamp posts. Metres.
+/// The radius of the bend at a node with only two streets; buses clear the lamp posts. Metres.
 const BEND_M: f64 = 48.0;
 
-/// How a grid is bent. Metres and radians.
+/// How a grid is distorted. Metres and radians.
 #[derive(Clone, Debug)]
 pub(crate) struct Bend {
     pub(crate) extent: DVec2,
     pub(crate) center: DVec2,
-    /// From street to street, on average.
+    /// The mean distance between two parallel streets.
     pub(crate) block: f64,
-    /// By how much corners are off.
+    /// The greatest random displacement of a node.
     pub(crate) jitter: f32,
-    /// By how much long streets swing to and fro.
+    /// The amplitude of the waves that long streets follow.
     pub(crate) sway: f64,
-    /// By how much the middle is turned against the edge.
+    /// The rotation of the middle against the edge.
     pub(crate) swirl: f64,
-    /// How many streets bend on their own, and how far, by their length.
+    /// The fraction of streets with a bow of their own, and the least and greatest bow per length.
     pub(crate) bows: (f32, f32, f32),
-    /// Of how many streets one is left out; 0 for none.
+    /// One of this many streets is left out; 0 keeps all.
     pub(crate) thinned: usize,
 }
 
-/// Which link of the grid.
+/// The position of a link in the grid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
-    /// Whether it runs along a row, not a column.
+    /// Whether the link runs along a row instead of a column.
     pub(crate) across: bool,
-    /// The number of the row or column that it is part of.
+    /// The index of its row or column.
     pub(crate) line: usize,
     /// The number of rows or columns.
     pub(crate) lines: usize,
 }
 
 impl Place {
-    /// Whether it is part of the line through the middle.
+    /// Whether the link belongs to the line through the middle.
     pub(crate) fn is_middle(&self) -> bool {
         self.line == self.lines / 2
     }
 
-    /// A name for the line.
+    /// The street name of the line.
     pub(crate) fn name(&self) -> String {
         const ACROSS: [&str; 12] = [
             "Quay", "Mill", "Market", "Church", "Station", "Garden", "School", "Bridge", "Castle",
@@ -60,7 +60,7 @@ impl Place {
     }
 }
 
-/// One link of the grid before bends are joined.
+/// One link of the grid before links are joined at bends.
 #[derive(Clone, Debug)]
 pub(crate) struct Link {
     pub(crate) ends: [usize; 2],
@@ -70,7 +70,7 @@ pub(crate) struct Link {
     pub(crate) alive: bool,
 }
 
-/// Nodes row by row, and what joins them.
+/// Nodes in rows, and the links between them.
 #[derive(Clone, Debug)]
 pub(crate) struct Lattice {
     pub(crate) nodes: Vec<DVec2>,
@@ -79,7 +79,7 @@ pub(crate) struct Lattice {
     pub(crate) rows: usize,
 }
 
-/// A grid bent like this, with streets as `profile` says.
+/// Builds a distorted grid whose streets have the profiles that `profile` returns.
 pub(crate) fn lattice(
     random: &mut RandomStream,
     bend: &Bend,
@@ -92,7 +92,7 @@ pub(crate) fn lattice(
     let mut nodes = Vec::new();
     for y in &ys {
         for x in &xs {
-            // The whole plan is bent a little, and no two corners are quite alike.
+            // Waves displace the whole plan a little, and jitter every node.
             let sway = dvec2((y / size * 4.0).sin(), (x / size * 3.2 + 0.6).sin()) * bend.sway;
             let mut off = || f64::from(random.between(-bend.jitter, bend.jitter));
             let jitter = dvec2(off(), off());
@@ -132,7 +132,7 @@ pub(crate) fn lattice(
     lattice
 }
 
-/// Street positions across the town: blocks between three and five quarters of the average.
+/// Returns street positions across the town; blocks measure three to five quarters of the mean.
 fn spread(random: &mut RandomStream, size: f64, block: f64) -> Vec<f64> {
     let blocks = ((size / block).round() as usize).max(2);
     let weights: Vec<f64> = (0..blocks).map(|_| f64::from(random.between(0.78, 1.28))).collect();
@@ -147,7 +147,7 @@ fn spread(random: &mut RandomStream, size: f64, block: f64) -> Vec<f64> {
 }
 
 impl Lattice {
-    /// Leaves out so many links, never so that one could not turn back without them.
+    /// Leaves out links; every link that remains is part of a loop.
     fn thin_out(&mut self, random: &mut RandomStream, wanted: usize) {
         let links = &mut self.links;
         let at = links_at(self.nodes.len(), links.iter().map(|link| link.ends));
@@ -159,7 +159,8 @@ impl Lattice {
             let chosen = random.remainder(links.len());
             let busy = |node: usize| at[node].iter().filter(|l| links[**l].alive).count();
             let link = &links[chosen];
-            // Both ends stay junctions: a bend in mid-town would be a kink in two streets.
+            // Both ends stay junctions: with two links, a node in the middle of the town would be a
+            // kink.
             let broad = link.profile.all_lanes() > 2;
             if !link.alive || broad || link.ends.iter().any(|end| busy(*end) < 4) {
                 continue;
@@ -173,8 +174,8 @@ impl Lattice {
         }
     }
 
-    /// Streets from junction to junction: links that meet at a node with no third are one street,
-    /// unless `keep` says that something else ends there.
+    /// Returns streets from junction to junction: two links that meet at a node without a third
+    /// become one street, unless `keep` holds for the node.
     pub(crate) fn streets(&self, keep: impl Fn(usize) -> bool) -> Vec<Street> {
         let links = &self.links;
         let mut at = links_at(self.nodes.len(), links.iter().map(|link| link.ends));
@@ -193,7 +194,7 @@ impl Lattice {
             let (mut via, mut radii) = (Vec::new(), Vec::new());
             loop {
                 used[link] = true;
-                // Beside a bend there is no room for another.
+                // The next corner has no room for another rounding.
                 let bent = links[link].ends.iter().any(|end| is_bend(*end));
                 if let Some(bow) = links[link].bow.filter(|_| !bent) {
                     via.push(bow);
@@ -215,25 +216,25 @@ impl Lattice {
         streets
     }
 
-    /// The nodes, all governed alike for now.
+    /// The nodes, all with the same control.
     pub(crate) fn nodes(&self, control: Control) -> Vec<Node> {
         self.nodes.iter().map(|at| Node::new(*at, control)).collect()
     }
 
-    /// The node in this row and column.
+    /// The index of the node in this row and column.
     pub(crate) fn node(&self, row: usize, column: usize) -> usize {
         row * self.columns + column
     }
 }
 
-/// No single link is the only way between two parts: depth-first, each node remembers the earliest
-/// one to which something behind it leads back (Tarjan 1974).
+/// Whether no single link is the only connection between two parts. Depth-first search; each node
+/// keeps the earliest node that a node behind it leads back to (Tarjan 1974).
 fn two_ways_round(links: &[Link], at: &[Vec<usize>]) -> bool {
     let nodes = at.len();
     let (mut found, mut earliest) = (vec![usize::MAX; nodes], vec![usize::MAX; nodes]);
     let mut count = 1;
     (found[0], earliest[0]) = (0, 0);
-    // Node, the link by which it was reached, how many of its links were looked at.
+    // Node, the link by which it was reached, how many of its links were visited.
     let mut path = vec![(0, usize::MAX, 0)];
     while let Some((node, from, looked)) = path.last_mut() {
         let (node, from) = (*node, *from);

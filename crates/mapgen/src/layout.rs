@@ -6,10 +6,10 @@ use crate::{
     street::{Node, Street},
 };
 
-/// Half of what is level on top of a hump. Metres.
+/// Half the length of the level top of a hump. Metres.
 const HUMP_FLAT_M: f64 = 40.0;
 
-/// A whole plan.
+/// A whole plan: nodes, streets and the ground below them.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     pub(crate) nodes: Vec<Node>,
@@ -18,17 +18,18 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// How high a node lies. Metres.
+    /// The height of a node. Metres.
     pub(crate) fn height(&self, node: usize) -> f64 {
         let node = &self.nodes[node];
         self.ground.height(node.level_with.unwrap_or(node.position)) + node.lift
     }
 
-    /// Heights along a street whose line is this: distance, height and slope, from end to end.
+    /// The elevation of a street along its reference line: distance, height and slope at each knot.
     pub(crate) fn heights(&self, street: &Street, line: &[Piece]) -> Vec<[f64; 3]> {
         let length = curve::length(line);
         let ends = street.ends.map(|end| self.height(end));
-        let count = if street.follows { (length / 45.0).round().max(1.0) as usize } else { 1 };
+        let count =
+            if street.follows_ground { (length / 45.0).round().max(1.0) as usize } else { 1 };
         let step = length / count as f64;
         let high = |k: usize| match k {
             0 => ends[0],

@@ -10,7 +10,7 @@ mod suburb;
 
 use crate::{layout::Layout, layouts::style::Style, plan::Plan};
 
-/// Draws it.
+/// Draws the layout of a plan in this style.
 pub(crate) fn layout(plan: &Plan, style: Style) -> Layout {
     match style {
         Style::Grid(blocks) => grid::layout(plan, blocks),

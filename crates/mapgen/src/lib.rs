@@ -2,7 +2,7 @@
 //!
 //! [`generate`] writes the OpenDRIVE text of a [`Plan`]; [`named`] writes the text of a town that
 //! ships under a name. A layout of streets is drawn first, its crossings become junctions, and both
-//! are written as OpenDRIVE 1.4. The same plan gives the same text on every machine.
+//! are write_plan as OpenDRIVE 1.4. The same plan gives the same text on every machine.
 //!
 //! The text is right-handed, z up; metres, radians and, where OpenDRIVE says so, kilometres per hour.
 

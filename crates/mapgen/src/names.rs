@@ -1,41 +1,42 @@
-//! Towns with names.
+//! Towns that ship under a name.
 
 use crate::{
-    generate::written,
+    generate::write_plan,
     layouts::style::{Blocks, Course, Style},
     plan::{Character, Plan},
 };
 
-/// The map that is used where none is named: its name and its OpenDRIVE text.
+/// Returns the default map: its name and its OpenDRIVE text.
 pub fn default_map() -> (&'static str, String) {
-    (OURS[0].name, OURS[0].text())
+    (OWN_TOWNS[0].name, OWN_TOWNS[0].text())
 }
 
-/// The OpenDRIVE text of a town with a name: one of [`names`], or one under a name of CARLA's.
+/// Returns the OpenDRIVE text of a named town: one of [`names`] or [`carla_names`], in any
+/// spelling.
 ///
-/// Under a name of CARLA's one gets a town of our own of the same kind, not CARLA's.
+/// Under a name of CARLA's stands a generated town of the same kind, not CARLA's map.
 pub fn named(name: &str) -> Option<String> {
-    OURS.iter().chain(&ALIKE).find(|row| row.is_called(name)).map(Row::text)
+    OWN_TOWNS.iter().chain(&CARLA_TOWNS).find(|row| row.has_name(name)).map(Row::text)
 }
 
-/// The names of our own towns; the first is the default.
+/// The names of the towns that ship; the first is the default.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    OURS.iter().map(|row| row.name)
+    OWN_TOWNS.iter().map(|row| row.name)
 }
 
-/// The names of CARLA's under which [`named`] knows towns of ours of the same kind.
+/// The names of CARLA's maps under which [`named`] returns generated towns of the same kind.
 pub fn carla_names() -> impl Iterator<Item = &'static str> {
-    ALIKE.iter().map(|row| row.name)
+    CARLA_TOWNS.iter().map(|row| row.name)
 }
 
-/// What a named town is like, in a few words.
+/// A short description of a named town.
 pub fn description(name: &str) -> Option<&'static str> {
-    OURS.iter().chain(&ALIKE).find(|row| row.is_called(name)).map(|row| row.about)
+    OWN_TOWNS.iter().chain(&CARLA_TOWNS).find(|row| row.has_name(name)).map(|row| row.description)
 }
 
 struct Row {
     name: &'static str,
-    about: &'static str,
+    description: &'static str,
     character: Character,
     style: Style,
     seed: u64,
@@ -44,8 +45,9 @@ struct Row {
 }
 
 impl Row {
-    /// Its name in any spelling, with or without CARLA's mark for layers that can be switched off.
-    fn is_called(&self, name: &str) -> bool {
+    /// Whether this is its name in any letter case, with or without CARLA's suffix `_Opt` of maps
+    /// with layers.
+    fn has_name(&self, name: &str) -> bool {
         let plain = name.len().checked_sub(4).and_then(|end| name.split_at_checked(end));
         let plain =
             plain.filter(|(_, mark)| mark.eq_ignore_ascii_case("_opt")).map(|(stem, _)| stem);
@@ -61,18 +63,18 @@ impl Row {
             character: self.character,
             relief_m: self.relief_m,
         };
-        written(&plan, self.style)
+        write_plan(&plan, self.style)
     }
 }
 
 const fn row(
-    (name, about): (&'static str, &'static str),
+    (name, description): (&'static str, &'static str),
     (character, style): (Character, Style),
     seed: u64,
     size_m: f64,
     relief_m: f64,
 ) -> Row {
-    Row { name, about, character, style, seed, size_m, relief_m }
+    Row { name, description, character, style, seed, size_m, relief_m }
 }
 
 const MIXED: (Character, Style) = (Character::Grid, Style::Grid(Blocks::Mixed));
@@ -88,7 +90,7 @@ const BROAD_RING: (Character, Style) =
 const EIGHT: (Character, Style) =
     (Character::Highway, Style::Highway(Course::Eight, Blocks::Mixed));
 
-const OURS: [Row; 8] = [
+const OWN_TOWNS: [Row; 8] = [
     row(("Millbrook", "city grid with avenues"), MIXED, 7, 640.0, 5.0),
     row(("Flatford", "small city grid, level"), MIXED, 3, 480.0, 0.0),
     row(("Greatmoor", "large city grid"), MIXED, 11, 1100.0, 12.0),
@@ -99,7 +101,7 @@ const OURS: [Row; 8] = [
     row(("Hollowdale", "villages and country roads over hills"), COUNTRY, 6, 1700.0, 40.0),
 ];
 
-const ALIKE: [Row; 8] = [
+const CARLA_TOWNS: [Row; 8] = [
     row(("Town01", "small town of T-junctions"), TEES, 1, 400.0, 0.0),
     row(("Town02", "smaller town of T-junctions"), TEES, 2, 270.0, 0.0),
     row(("Town03", "city with roundabouts"), ROUND, 3, 620.0, 6.0),

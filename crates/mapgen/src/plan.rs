@@ -3,26 +3,26 @@
 /// The smallest size that has room for a motorway and its interchanges. Metres.
 const MOTORWAY_SIZE_MIN_M: f64 = 1000.0;
 
-/// What kind of town to draw.
+/// The kind of a generated town.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Character {
-    /// Blocks of varied size between avenues and streets, lights at the crossings, a few bends.
+    /// Blocks of varied size between avenues and streets, with signals at the crossings.
     Grid,
-    /// Crooked narrow lanes round a market square, many of them one-way.
+    /// Narrow winding lanes round a market square, many of them one-way.
     OldTown,
-    /// Collector roads, curved residential loops between them, cul-de-sacs with turning loops.
+    /// Collector roads, curved residential streets between them, cul-de-sacs with turning loops.
     Suburb,
-    /// A motorway of two carriageways with ramps and overpasses round a small town; it crosses
-    /// itself where the seed is a multiple of three.
+    /// A motorway with ramps and overpasses round a small town. It crosses itself where the seed is
+    /// a multiple of three.
     Highway,
     /// Streets that meet at roundabouts.
     Roundabouts,
-    /// Long curved two-lane roads over hills, and villages where some of them meet.
+    /// Long curved two-lane roads over hills, and villages at some of their crossings.
     Countryside,
 }
 
 impl Character {
-    /// Every one, in the order of their names' list.
+    /// Every character, in the order of the documentation.
     pub const ALL: [Character; 6] = [
         Character::Grid,
         Character::OldTown,
@@ -32,7 +32,7 @@ impl Character {
         Character::Countryside,
     ];
 
-    /// What it is called: `old-town`.
+    /// The name on the command line, such as `old-town`.
     pub fn name(self) -> &'static str {
         match self {
             Character::Grid => "grid",
@@ -44,13 +44,13 @@ impl Character {
         }
     }
 
-    /// The one of this name.
+    /// The character of this name.
     pub fn by_name(name: &str) -> Option<Character> {
         Character::ALL.into_iter().find(|one| one.name() == name)
     }
 
-    /// From edge to edge, least and most. Metres.
-    pub fn sizes_m(self) -> (f64, f64) {
+    /// The smallest and the largest size, from edge to edge. Metres.
+    pub fn size_range_m(self) -> (f64, f64) {
         let least = match self {
             Character::Grid | Character::OldTown => 250.0,
             Character::Roundabouts | Character::Suburb => 400.0,
@@ -60,8 +60,8 @@ impl Character {
         (least, 3000.0)
     }
 
-    /// The size and the relief of a usual one. Metres.
-    pub fn usual_m(self) -> (f64, f64) {
+    /// The default size and relief. Metres.
+    pub fn default_size_and_relief_m(self) -> (f64, f64) {
         match self {
             Character::Grid | Character::Roundabouts => (640.0, 5.0),
             Character::OldTown => (500.0, 6.0),
@@ -72,17 +72,18 @@ impl Character {
     }
 }
 
-/// What to generate.
+/// A description of the town to generate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// Goes into the header.
+    /// The name in the header of the OpenDRIVE text.
     pub name: String,
-    /// Same seed, same town.
+    /// The seed: the same seed gives the same town.
     pub seed: u64,
-    /// From edge to edge. Metres; held within [`Character::sizes_m`].
+    /// The size from edge to edge. Metres; limited to [`Character::size_range_m`].
     pub size_m: f64,
-    /// The style.
+    /// The kind of town.
     pub character: Character,
-    /// From the lowest to the highest ground. Metres; held within 0 and what streets can climb.
+    /// The height of the highest ground above the lowest. Metres; limited to 0 and what streets can
+    /// climb.
     pub relief_m: f64,
 }

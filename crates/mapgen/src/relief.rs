@@ -8,12 +8,12 @@ use crate::{
     street::{Node, Street},
 };
 
-/// The steepest a street may be on average: its middle is half as steep again.
+/// The greatest mean slope of a street; the slope in its middle is 1.5 times as much.
 const CLIMB: f64 = 0.045;
-/// The steepest the ground may be where roads follow it.
+/// The greatest slope of the ground where roads follow it.
 const ROLL: f64 = 0.05;
 
-/// Waves in three directions. Metres.
+/// The height of the ground: a sum of waves in three directions. Metres.
 #[derive(Clone, Debug)]
 pub(crate) struct Ground {
     phase: [f64; 3],
@@ -22,7 +22,7 @@ pub(crate) struct Ground {
 }
 
 impl Ground {
-    /// As rolling as the plan says, but no steeper than streets can be.
+    /// Returns ground with the relief of the plan, limited to slopes that streets can have.
     pub(crate) fn new(plan: &Plan, size: f64, nodes: &[Node], streets: &[Street]) -> Ground {
         let mut random = RandomStream::named(plan.seed, 0x4e1);
         let phase = [0; 3].map(|_: i32| f64::from(random.between(0.0, std::f32::consts::TAU)));
@@ -35,7 +35,7 @@ impl Ground {
                 (high(a) - high(b)).abs() / (a.position.distance(b.position) - 30.0).max(20.0)
             })
             .fold(1e-9, f64::max);
-        if streets.iter().any(|street| street.follows) {
+        if streets.iter().any(|street| street.follows_ground) {
             let places = nodes.iter().map(|node| node.position);
             let (low, high) = places
                 .fold((DVec2::MAX, DVec2::MIN), |(low, high), at| (low.min(at), high.max(at)));
@@ -51,7 +51,7 @@ impl Ground {
         ground
     }
 
-    /// Above sea level. Metres.
+    /// The height at a position. Metres.
     pub(crate) fn height(&self, at: DVec2) -> f64 {
         let (p, phase) = (at / self.size, &self.phase);
         let wave = (p.x * 3.1 + phase[0]).sin()

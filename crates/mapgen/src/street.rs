@@ -1,17 +1,17 @@
-//! What every style draws: nodes, and the streets between them.
+//! The parts that every layout consists of: nodes, and the streets between them.
 
 use glam::DVec2;
 
 use crate::curve::{Piece, wrapped};
 
-/// Where streets meet.
+/// A point where streets meet or end.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     pub(crate) position: DVec2,
     pub(crate) control: Control,
-    /// Above the ground, for what stands on embankments and bridges. Metres.
+    /// The height above the ground, on embankments and bridges. Metres.
     pub(crate) lift: f64,
-    /// The ground that counts is that of this place, where it is not the node's own.
+    /// The position whose ground height the node has, where that is not the node's own.
     pub(crate) level_with: Option<DVec2>,
 }
 
@@ -21,27 +21,27 @@ impl Node {
     }
 }
 
-/// Who goes first where streets meet.
+/// The priority rule at a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Control {
-    /// Lights.
+    /// Traffic signals.
     Signals,
-    /// Who comes from a smaller street gives way.
+    /// Traffic from minor streets yields.
     Yield,
-    /// Who comes from a smaller street stops.
+    /// Traffic from minor streets stops.
     Stop,
-    /// Who enters a roundabout gives way.
+    /// Traffic that enters a roundabout yields.
     Ring,
-    /// Lanes part and join side by side.
+    /// Lanes diverge and merge without crossing.
     Weave,
-    /// The end of a street, with room to turn round.
+    /// The end of a street with a turning loop.
     Turning,
 }
 
-/// What kind of street.
+/// The class of a street.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Class {
-    /// The circle of a roundabout.
+    /// The carriageway of a roundabout.
     Ring,
     Town,
     Rural,
@@ -49,25 +49,25 @@ pub(crate) enum Class {
     Motorway,
 }
 
-/// What a street looks like across. Metres; of two values the first is for the side on the right
-/// of who goes from its start to its end, the second for the left.
+/// The cross section of a street. Metres. Of two values, the first is for the right side, seen from
+/// the street's start, and the second for the left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Profile {
     pub(crate) class: Class,
-    /// Driving lanes: forward, backward.
+    /// The number of driving lanes: forward, backward.
     pub(crate) lanes: [usize; 2],
     pub(crate) lane: f64,
-    /// 0 where nobody may park.
+    /// The width of the parking lane; 0 without one.
     pub(crate) parking: [f64; 2],
-    /// 0 where nobody walks.
+    /// The width of the sidewalk; 0 without one.
     pub(crate) sidewalk: [f64; 2],
-    /// 0 where the kerb is.
+    /// The width of the shoulder; 0 without one.
     pub(crate) shoulder: [f64; 2],
     pub(crate) limit_kmh: f64,
 }
 
 impl Profile {
-    /// A street with sidewalks and as many lanes either way.
+    /// The profile of a town street with sidewalks and the same number of lanes in both directions.
     pub(crate) const fn town(lanes: usize, lane: f64, sidewalk: f64, limit_kmh: f64) -> Profile {
         Profile {
             class: Class::Town,
@@ -80,43 +80,45 @@ impl Profile {
         }
     }
 
-    /// The same with cars parked on these sides.
+    /// The same profile with parking lanes of these widths.
     pub(crate) const fn parked(self, parking: [f64; 2], limit_kmh: f64) -> Profile {
         Profile { parking, limit_kmh, ..self }
     }
 
-    /// From the reference line, which is the middle, to the kerb, where nobody parks.
+    /// Half the width of all driving lanes: from the reference line in the middle to the kerb.
+    /// Metres.
     pub(crate) fn half(&self) -> f64 {
         (self.lanes[0] + self.lanes[1]) as f64 * self.lane * 0.5
     }
 
-    /// How far left of the reference line the two directions meet.
-    pub(crate) fn parting(&self) -> f64 {
+    /// The offset of the line between the two directions, to the left of the reference line.
+    /// Metres.
+    pub(crate) fn division(&self) -> f64 {
         (self.lanes[0] as f64 - self.lanes[1] as f64) * self.lane * 0.5
     }
 
-    /// Of the outermost lane of a side, be it sidewalk or shoulder; 0 without one.
+    /// The width of a side's sidewalk or shoulder; 0 without one. Metres.
     pub(crate) fn edge(&self, side: usize) -> f64 {
         self.sidewalk[side].max(self.shoulder[side])
     }
 
-    /// The lane number of a side's outermost lane, without its sign.
+    /// The absolute lane id of a side's outermost lane.
     pub(crate) fn edge_id(&self, side: usize) -> i32 {
         self.lanes[side] as i32 + 1 + i32::from(self.parking[side] > 0.0)
     }
 
-    /// All lanes that are driven on.
+    /// The number of driving lanes in both directions.
     pub(crate) fn all_lanes(&self) -> usize {
         self.lanes[0] + self.lanes[1]
     }
 }
 
-/// How a street gets from one end to the other.
+/// The course of a street between its ends.
 #[derive(Clone, Debug)]
 pub(crate) enum Shape {
-    /// Corners on the way, to be rounded with these radii.
+    /// A polyline through these corners, rounded with these radii.
     Corners { via: Vec<DVec2>, radii: Vec<f64> },
-    /// Exactly so, from mouth to mouth.
+    /// Exactly these pieces, from mouth to mouth.
     Exact(Vec<Piece>),
 }
 
@@ -124,56 +126,59 @@ pub(crate) enum Shape {
 #[derive(Clone, Debug)]
 pub(crate) struct Street {
     pub(crate) name: String,
-    /// Nodes at its start and end.
+    /// The nodes at its start and end.
     pub(crate) ends: [usize; 2],
     pub(crate) shape: Shape,
     pub(crate) profile: Profile,
-    /// Whether it goes up and down with the ground, not just from end to end.
-    pub(crate) follows: bool,
-    /// So far from its start it rises by so much, from and to so far away.
+    /// Whether its height follows the ground between its ends.
+    pub(crate) follows_ground: bool,
+    /// A hump: its distance from the start, its height, and the length of each slope. Metres.
     pub(crate) hump: Option<(f64, f64, f64)>,
-    /// An acceleration lane at its start: full width for the first, narrowing for the second length.
-    pub(crate) merge: Option<(f64, f64)>,
-    /// A deceleration lane at its end: widening for the first, full width for the second length.
-    pub(crate) leave: Option<(f64, f64)>,
-    /// Whether the right shoulder is nothing at its start, at its end: a ramp is too near.
-    pub(crate) pinched: [bool; 2],
-    /// How much broader its sidewalks are in the middle.
-    pub(crate) square: [f64; 2],
-    /// Half of what is carried by a bridge, about its middle.
+    /// An acceleration lane at its start: the length at full width, and the length of its taper.
+    /// Metres.
+    pub(crate) acceleration: Option<(f64, f64)>,
+    /// A deceleration lane at its end: the length of its taper, and the length at full width.
+    /// Metres.
+    pub(crate) deceleration: Option<(f64, f64)>,
+    /// Whether the right shoulder has no width at its start, at its end, because a ramp is too
+    /// close.
+    pub(crate) without_shoulder: [bool; 2],
+    /// How much wider each sidewalk is in the middle of the street. Metres.
+    pub(crate) extra_sidewalk: [f64; 2],
+    /// Half the length of the bridge about the street's middle; 0 without one. Metres.
     pub(crate) bridge: f64,
 }
 
 impl Street {
-    /// A straight one.
+    /// A straight street.
     pub(crate) fn new(name: String, ends: [usize; 2], profile: Profile) -> Street {
         Street {
             name,
             ends,
             shape: Shape::Corners { via: Vec::new(), radii: Vec::new() },
             profile,
-            follows: false,
+            follows_ground: false,
             hump: None,
-            merge: None,
-            leave: None,
-            pinched: [false; 2],
-            square: [0.0; 2],
+            acceleration: None,
+            deceleration: None,
+            without_shoulder: [false; 2],
+            extra_sidewalk: [0.0; 2],
             bridge: 0.0,
         }
     }
 
-    /// Over these corners.
+    /// The same street through these corners.
     pub(crate) fn over(self, via: Vec<DVec2>, radius: f64) -> Street {
         let radii = vec![radius; via.len()];
         Street { shape: Shape::Corners { via, radii }, ..self }
     }
 
-    /// Exactly along these pieces.
+    /// The same street along exactly these pieces.
     pub(crate) fn along(self, pieces: Vec<Piece>) -> Street {
         Street { shape: Shape::Exact(pieces), ..self }
     }
 
-    /// The bearing in which it leaves its start (0) or its end (1).
+    /// The bearing of the street at its start (0) or end (1), away from the node. Radians.
     pub(crate) fn bearing(&self, nodes: &[Node], end: usize) -> f64 {
         match &self.shape {
             Shape::Corners { via, .. } => {
@@ -187,13 +192,17 @@ impl Street {
         }
     }
 
-    /// How many driving lanes there are more at an end, on the right of its start.
+    /// The number of additional driving lanes at an end, on the right side.
     pub(crate) fn extra(&self, end: usize) -> usize {
-        usize::from(if end == 0 { self.merge.is_some() } else { self.leave.is_some() })
+        usize::from(if end == 0 {
+            self.acceleration.is_some()
+        } else {
+            self.deceleration.is_some()
+        })
     }
 }
 
-/// Streets by node: one list for each.
+/// The indices of the streets at each node.
 pub(crate) fn links_at(nodes: usize, ends: impl Iterator<Item = [usize; 2]>) -> Vec<Vec<usize>> {
     let mut at = vec![Vec::new(); nodes];
     for (link, [a, b]) in ends.enumerate() {

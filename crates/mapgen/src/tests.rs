@@ -9,8 +9,8 @@ use crate::*;
 fn plans() -> impl Iterator<Item = Plan> {
     Character::ALL.into_iter().flat_map(|character| {
         (0..6).map(move |seed| {
-            let (least, _) = character.sizes_m();
-            let (usual, relief) = character.usual_m();
+            let (least, _) = character.size_range_m();
+            let (usual, relief) = character.default_size_and_relief_m();
             let size_m = [least, usual, usual * 1.3][seed as usize % 3];
             let relief_m = if seed % 2 == 0 { relief * 2.0 } else { 0.0 };
             let name = format!("{}-{seed}", character.name());
@@ -34,7 +34,7 @@ fn the_same_plan_gives_the_same_text_and_another_seed_another() {
 }
 
 #[test]
-fn every_name_is_known_in_any_spelling_and_nothing_else_is() {
+fn named_towns_are_found_in_any_letter_case_and_unknown_names_are_not() {
     assert_eq!(named("TOWN04_Opt"), named("Town04"));
     assert_eq!(named("millbrook"), Some(default_map().1));
     for name in ["", "Town99", "Millbrook_Opt", "_Opt", "Tow\u{e9}_Opt"] {
@@ -44,9 +44,9 @@ fn every_name_is_known_in_any_spelling_and_nothing_else_is() {
 }
 
 #[test]
-fn the_largest_towns_have_no_two_roads_of_one_number() {
+fn road_ids_of_the_largest_towns_are_unique() {
     for character in Character::ALL {
-        let (_, size_m) = character.sizes_m();
+        let (_, size_m) = character.size_range_m();
         let name = character.name().to_string();
         let text = generate(&Plan { name, seed: 1, size_m, character, relief_m: 10.0 });
         let network = Network::parse(&text).unwrap();
@@ -59,7 +59,7 @@ fn the_largest_towns_have_no_two_roads_of_one_number() {
 }
 
 #[test]
-fn generated_towns_parse_without_a_finding() {
+fn generated_towns_validate_without_findings() {
     for (name, text) in texts() {
         let network = Network::parse(&text).unwrap();
         assert_eq!(network.findings(), [], "{name}");
@@ -73,10 +73,10 @@ fn generated_towns_parse_without_a_finding() {
 
 /// What `omnibus map validate` says of them: of more seeds than the other tests look at.
 #[test]
-fn nothing_is_found_in_many_towns() {
+fn towns_of_many_seeds_validate_without_findings() {
     let seeds = if std::env::var_os("OMNIBUS_SOAK").is_some() { 100 } else { 12 };
     for character in Character::ALL {
-        let (size_m, relief_m) = character.usual_m();
+        let (size_m, relief_m) = character.default_size_and_relief_m();
         for seed in 0..seeds {
             let name = format!("{}-{seed}", character.name());
             let plan = Plan { name: name.clone(), seed, size_m, character, relief_m };
@@ -114,9 +114,9 @@ fn every_driving_lane_reaches_every_other() {
         let (ahead, back) =
             (reached(&network, driving[0].index, false), reached(&network, driving[0].index, true));
         for lane in driving {
-            // An acceleration lane ends; who is on it changes to the left.
+            // An acceleration lane ends; its traffic changes to the left.
             let goes_on = !lane.successors.is_empty() || lane.left_change;
-            // And a deceleration lane begins; who leaves changes into it.
+            // A deceleration lane begins; departing traffic changes into it.
             let comes = !lane.predecessors.is_empty() || lane.left_change;
             assert!(goes_on && comes, "{name}: {lane:?}");
             let index = lane.index.0 as usize;
@@ -207,8 +207,8 @@ fn roads_keep_clear_of_each_other() {
 }
 
 #[test]
-fn who_leaves_or_joins_a_motorway_has_a_lane_for_it() {
-    let size_m = Character::Highway.usual_m().0;
+fn motorways_have_acceleration_and_deceleration_lanes() {
+    let size_m = Character::Highway.default_size_and_relief_m().0;
     for seed in [2, 3, 4] {
         let name = format!("highway {seed}");
         let plan = Plan { name, seed, size_m, character: Character::Highway, relief_m: 4.0 };
@@ -229,7 +229,7 @@ fn who_leaves_or_joins_a_motorway_has_a_lane_for_it() {
             let [lane] = network.lane(turn).predecessors[..] else { panic!("one lane") };
             let lane = network.lane(lane);
             assert!(called(lane.index, "Motorway"));
-            // Who goes on does not use it, and all change into it from the left.
+            // Through traffic does not use it; departing traffic enters it from the left.
             assert_eq!(lane.successors, [turn]);
             assert!(lane.predecessors.is_empty() && lane.length_m > 200.0, "{}", lane.length_m);
             assert!(width(lane.index, 0.0) < 0.1 && width(lane.index, 60.0) > 3.5);

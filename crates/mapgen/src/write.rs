@@ -1,7 +1,7 @@
 //! A layout as OpenDRIVE text.
 
 mod connect;
-mod sheet;
+mod document;
 mod street;
 
 use std::fmt::Write as _;
@@ -11,38 +11,40 @@ use crate::{
     junction::{self, Junction},
     layout::Layout,
     plan::Plan,
-    write::sheet::{Numbers, Sheet, put},
+    write::document::{Document, Numbers, put},
 };
 
-/// The whole document.
-pub(crate) fn document(plan: &Plan, layout: &Layout, junctions: &[Junction]) -> String {
-    let mut seats = vec![[(0, 0); 2]; layout.streets.len()];
+/// Returns the whole OpenDRIVE document.
+pub(crate) fn write(plan: &Plan, layout: &Layout, junctions: &[Junction]) -> String {
+    let mut arms_of_streets = vec![[(0, 0); 2]; layout.streets.len()];
     for (number, junction) in junctions.iter().enumerate() {
         for (index, arm) in junction.arms.iter().enumerate() {
-            seats[arm.street][arm.end] = (number, index);
+            arms_of_streets[arm.street][arm.end] = (number, index);
         }
     }
     let mouth = |(number, arm): (usize, usize)| -> Pose { junctions[number].arms[arm].mouth };
     let lines = layout.streets.iter().enumerate();
-    let lines = lines.map(|(index, street)| junction::line(street, seats[index].map(mouth)));
+    let lines =
+        lines.map(|(index, street)| junction::line(street, arms_of_streets[index].map(mouth)));
     let lines = lines.collect();
     let numbers = Numbers::new(layout, junctions);
-    let mut sheet = Sheet { layout, junctions, lines, seats, numbers, text: String::new() };
-    sheet.header(plan);
+    let mut document =
+        Document { layout, junctions, lines, arms_of_streets, numbers, text: String::new() };
+    document.header(plan);
     for street in 0..layout.streets.len() {
-        sheet.street(street);
+        document.street(street);
     }
     for (number, junction) in junctions.iter().enumerate() {
         for turn in 0..junction.turns.len() {
-            sheet.connecting(number, turn);
+            document.connecting(number, turn);
         }
     }
     for number in 0..junctions.len() {
-        sheet.controllers(number);
+        document.controllers(number);
     }
     for number in 0..junctions.len() {
-        sheet.junction(number);
+        document.junction(number);
     }
-    put!(sheet, "</OpenDRIVE>");
-    sheet.text
+    put!(document, "</OpenDRIVE>");
+    document.text
 }

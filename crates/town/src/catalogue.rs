@@ -1,19 +1,19 @@
-//! Everything that can be spawned: CARLA's ids, true sizes, procedural meshes.
+//! The catalogue of blueprints: CARLA's ids, real sizes, procedural meshes.
 //!
-//! Sizes are tables; what a thing looks like is made when somebody first asks.
+//! Sizes are tables. A mesh is built when it is first asked for.
 
 mod attribute;
 mod blueprint;
 mod car;
 mod fittings;
 mod fleet;
+mod geometry;
 mod gltf;
 mod heavy;
-mod looks;
+mod mesh_source;
 mod posture;
 mod profile;
 mod prop;
-mod recipe;
 mod rig;
 mod signal;
 mod silhouettes;
@@ -30,56 +30,55 @@ use std::sync::OnceLock;
 
 use mesh::Mesh;
 
-use crate::catalogue::recipe::Recipe;
+use crate::catalogue::mesh_source::MeshSource;
 pub use attribute::{Attribute, AttributeType};
 pub use blueprint::{Blueprint, Kind, Wheel};
-pub use gltf::{MeshFault, replaced};
-pub use looks::Looks;
-pub use posture::{Given, Posture};
+pub use geometry::Geometry;
+pub use gltf::{MeshError, replaced};
+pub use posture::{GivenPose, Posture};
 pub use rig::{Joint, Motion, Rig};
 pub use skeleton::{Bone, LIMB_BONES, Skeleton, stride_m};
 
 impl Blueprint {
-    /// The whole thing at rest, in actor space; every face is of object 0.
+    /// The whole mesh at rest, in actor space; every face has object 0.
     pub fn mesh(&self) -> &Mesh {
-        &self.looks().whole
+        &self.geometry().whole
     }
 
-    /// What it looks like, in the pieces that move by themselves: one for each of its
-    /// [`Blueprint::rig`]'s joints.
-    pub fn looks(&self) -> &Looks {
-        self.looks.get_or_init(|| {
-            let mesh = match self.recipe {
-                Recipe::Vehicle(row) => fleet::sculpt(row, self),
-                Recipe::Walker(number) => walker::sculpt(number),
-                Recipe::Prop(tag, size_m, shape) => prop::sculpt(tag, size_m, shape),
-                Recipe::Signal => signal::sculpt(),
+    /// The mesh in the pieces that move independently: one for each joint of [`Blueprint::rig`].
+    pub fn geometry(&self) -> &Geometry {
+        self.geometry.get_or_init(|| {
+            let mesh = match self.mesh_source {
+                MeshSource::Vehicle(row) => fleet::build_mesh(row, self),
+                MeshSource::Walker(number) => walker::build_mesh(number),
+                MeshSource::Prop(tag, size_m, shape) => prop::build_mesh(tag, size_m, shape),
+                MeshSource::Signal => signal::build_mesh(),
             };
-            Looks::of(self.rig(), mesh)
+            Geometry::of(self.rig(), mesh)
         })
     }
 
-    /// How its pieces move.
+    /// How the pieces move.
     pub fn rig(&self) -> &Rig {
-        self.rig.get_or_init(|| match self.recipe {
-            Recipe::Vehicle(row) => fleet::rig(row, self),
-            Recipe::Walker(number) => walker::rig(number),
-            Recipe::Prop(..) | Recipe::Signal => Rig::still(),
+        self.rig.get_or_init(|| match self.mesh_source {
+            MeshSource::Vehicle(row) => fleet::rig(row, self),
+            MeshSource::Walker(number) => walker::rig(number),
+            MeshSource::Prop(..) | MeshSource::Signal => Rig::still(),
         })
     }
 
-    /// A walker's bones.
+    /// The bones of a walker; `None` for other kinds.
     pub fn skeleton(&self) -> Option<&Skeleton> {
         self.rig().skeleton.as_ref()
     }
 
-    /// CARLA's attributes, in CARLA's order.
+    /// The attributes of this blueprint, in CARLA's order.
     pub fn attributes(&self) -> Vec<Attribute> {
         attribute::attributes_of(self)
     }
 }
 
-/// Every blueprint; the index is the number by which actors name theirs.
+/// Returns every blueprint. The index is [`Blueprint`]'s number in actor states.
 pub fn catalogue() -> &'static [Blueprint] {
     static CATALOGUE: OnceLock<Vec<Blueprint>> = OnceLock::new();
     CATALOGUE.get_or_init(|| {
@@ -91,7 +90,7 @@ pub fn catalogue() -> &'static [Blueprint] {
     })
 }
 
-/// The blueprint with this id, and its index.
+/// Returns the blueprint with this id, and its index.
 pub fn blueprint(id: &str) -> Option<(u32, &'static Blueprint)> {
     let index = catalogue().iter().position(|blueprint| blueprint.id == id)?;
     Some((index as u32, &catalogue()[index]))

@@ -1,7 +1,7 @@
-//! A whole town from a road network and a seed.
+//! Furnishing: a whole town from a road network and a seed.
 //!
-//! Roads are stamped into a raster of the plan; everything else asks the raster for room before it
-//! stands anywhere, and takes it. So nothing stands on a road or in another thing.
+//! Roads are stamped into a raster of the plan. Everything else is placed only where the raster is
+//! free, and then marked there, so no object stands on a road or inside another object.
 
 mod bridge;
 mod building;
@@ -14,12 +14,12 @@ mod lots;
 mod outline;
 mod parked;
 mod plan;
+mod prop;
 mod raster;
 mod relief;
 mod roof;
 mod scene;
 mod signals;
-mod stand;
 mod street;
 mod structures;
 mod terrain;
@@ -33,20 +33,20 @@ mod tests;
 use road::Network;
 
 use crate::{
-    furnish::{green::Nursery, plan::Plan, scene::Scene},
+    furnish::{green::TreeModels, plan::Plan, scene::Scene},
     static_world::{Detail, Town},
 };
 
-/// From this length of all its roads on a map is furnished in low detail. Metres.
+/// The total road length from which on a map is furnished in low detail. Metres.
 const CITY_M: f64 = 60_000.0;
 
-/// The town round these roads: the same network and seed give the same bytes.
+/// Returns the town around these roads: the same network and seed give the same bytes.
 pub fn furnish(network: &Network, seed: u64) -> Town {
     let length_m: f64 = network.roads().iter().map(|road| road.length_m).sum();
     furnish_with(network, seed, if length_m < CITY_M { Detail::Standard } else { Detail::Low })
 }
 
-/// As [`furnish`], as fine as asked for. What stands where does not depend on the detail.
+/// As [`furnish`], in a given detail. The positions of objects do not depend on the detail.
 pub fn furnish_with(network: &Network, seed: u64, detail: Detail) -> Town {
     let mut plan = Plan::new(network, seed, detail);
     let mut scene = Scene::new(plan.take_ground());
@@ -55,18 +55,18 @@ pub fn furnish_with(network: &Network, seed: u64, detail: Detail) -> Town {
     let frontages = frontage::frontages(network);
     let outlines = std::mem::take(&mut plan.outlines);
     let density = std::mem::take(&mut plan.density);
-    let nursery = Nursery::new(seed, detail);
+    let tree_models = TreeModels::new(seed, detail);
 
-    // Who comes first has the choice: signals stand where the map says.
+    // Earlier steps have priority: signals stand where the map says.
     signals::furnish(&mut plan, &mut scene);
     let gardens = lots::build(&mut plan, &mut scene, &outlines, &density);
     works::diggings(&mut plan, &mut scene, &frontages, &density);
-    street::furnish(&mut plan, &mut scene, &frontages, &density, &nursery);
+    street::furnish(&mut plan, &mut scene, &frontages, &density, &tree_models);
     parked::park(&mut plan, &mut scene, &gardens);
     works::sites(&mut plan, &mut scene, &gardens);
     leisure::backyards(&mut plan, &mut scene, &gardens);
     leisure::parks(&mut plan, &mut scene, &density);
-    green::gardens(&mut plan, &mut scene, &gardens, &nursery);
-    green::open_ground(&mut plan, &mut scene, &density, &nursery);
+    green::gardens(&mut plan, &mut scene, &gardens, &tree_models);
+    green::open_ground(&mut plan, &mut scene, &density, &tree_models);
     scene.finish()
 }

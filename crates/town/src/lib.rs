@@ -1,10 +1,10 @@
-//! The static world round the roads, and what can be spawned into it.
+//! The furnished world round a road network, and the catalogue of blueprints.
 //!
-//! [`furnish`] turns a road network into a whole town, [`catalogue`] lists every blueprint with
-//! its mesh.
+//! [`furnish`] turns a road network into a whole town; [`catalogue`] lists every blueprint with its
+//! mesh.
 //!
-//! Right-handed, z up, x forward, y left; metres and radians. No bus, no clock: the same
-//! (map, seed) gives the same bytes.
+//! Right-handed, z up, x forward, y left; metres and radians. No disk, bus or clock: the same map
+//! and seed give the same bytes.
 
 mod assembled;
 mod catalogue;
@@ -15,8 +15,8 @@ mod static_world;
 mod visibility;
 
 pub use catalogue::{
-    Attribute, AttributeType, Blueprint, Bone, Given, Joint, Kind, LIMB_BONES, Looks, MeshFault,
-    Motion, Posture, Rig, Skeleton, Wheel, blueprint, catalogue, replaced, stride_m,
+    Attribute, AttributeType, Blueprint, Bone, Geometry, GivenPose, Joint, Kind, LIMB_BONES,
+    MeshError, Motion, Posture, Rig, Skeleton, Wheel, blueprint, catalogue, replaced, stride_m,
 };
 pub use furnish::{furnish, furnish_with};
 pub use lighting::{Lighting, StreetLightState};

@@ -2,60 +2,60 @@ use std::collections::BTreeMap;
 
 use mesh::{ObjectBits, ObjectId};
 
-/// What street lamps were told. Lamps are named by their numbers, as things are in instance
-/// images: one more than their places in [`crate::Town::objects`].
+/// The states of street lights that clients have set. A light is named by the number of its object,
+/// as in [`mesh::ObjectId`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lighting {
     lamps: BTreeMap<u32, StreetLightState>,
 }
 
-/// How a lamp shines.
+/// The state of a street light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreetLightState {
-    /// 0: not at all; 1: always; 2: while it is dark.
+    /// The mode. 0: off; 1: on; 2: on while it is dark.
     pub mode: u32,
-    /// Red, green, blue, 255, sRGB; 0: its own.
+    /// The colour: red, green, blue, 255, sRGB; 0 for the light's own colour.
     pub color: u32,
-    /// Of its own brightness.
+    /// The intensity, as a fraction of the light's own intensity.
     pub share: f32,
 }
 
 impl StreetLightState {
-    /// As every lamp does that was told nothing.
+    /// The state of a street light that no client has set.
     pub const OWN: StreetLightState = StreetLightState { mode: 2, color: 0, share: 1.0 };
 }
 
 impl Lighting {
-    /// Tells the lamps of one block whose bits are set.
-    pub fn set(&mut self, block: u32, bits: &ObjectBits, shine: StreetLightState) {
+    /// Sets the lights of one block whose bits are set.
+    pub fn set(&mut self, block: u32, bits: &ObjectBits, state: StreetLightState) {
         for number in ObjectId::in_block(block, bits).map(ObjectId::number) {
-            if shine == StreetLightState::OWN {
+            if state == StreetLightState::OWN {
                 self.lamps.remove(&number);
             } else {
-                self.lamps.insert(number, shine);
+                self.lamps.insert(number, state);
             }
         }
     }
 
-    /// Those that do not shine as their own, rising.
+    /// The lights whose state differs from [`StreetLightState::OWN`], in rising order.
     pub fn lamps(&self) -> impl ExactSizeIterator<Item = (u32, &StreetLightState)> {
-        self.lamps.iter().map(|(number, shine)| (*number, shine))
+        self.lamps.iter().map(|(number, state)| (*number, state))
     }
 
-    /// What, told one after the other to lamps of their own, makes them as these are.
-    pub fn told(&self) -> Vec<(u32, ObjectBits, StreetLightState)> {
-        let mut told: Vec<(u32, ObjectBits, StreetLightState)> = Vec::new();
-        for (number, shine) in &self.lamps {
+    /// The settings (block, bits, state) that produce this state from an empty one.
+    pub fn settings(&self) -> Vec<(u32, ObjectBits, StreetLightState)> {
+        let mut settings: Vec<(u32, ObjectBits, StreetLightState)> = Vec::new();
+        for (number, state) in &self.lamps {
             let object = ObjectId::new(*number);
             let block = object.block();
-            let same = told.iter().rposition(|(b, _, s)| *b == block && s == shine);
+            let same = settings.iter().rposition(|(b, _, s)| *b == block && s == state);
             let at = same.unwrap_or_else(|| {
-                told.push((block, ObjectBits::default(), *shine));
-                told.len() - 1
+                settings.push((block, ObjectBits::default(), *state));
+                settings.len() - 1
             });
-            object.set_in(&mut told[at].1);
+            object.set_in(&mut settings[at].1);
         }
-        told
+        settings
     }
 }
 
@@ -80,12 +80,12 @@ mod tests {
         lighting.set(3, &bits(&[5]), red);
         lighting.set(0, &bits(&[2]), red);
         lighting.set(0, &bits(&[1]), StreetLightState::OWN);
-        let numbers: Vec<_> = lighting.lamps().map(|(number, shine)| (number, *shine)).collect();
+        let numbers: Vec<_> = lighting.lamps().map(|(number, state)| (number, *state)).collect();
         assert_eq!(numbers, [(2, red), (700, off), (3 * 1024 + 5, red)]);
         let mut again = Lighting::default();
-        let told = lighting.told();
-        told.iter().for_each(|(block, bits, shine)| again.set(*block, bits, *shine));
+        let settings = lighting.settings();
+        settings.iter().for_each(|(block, bits, state)| again.set(*block, bits, *state));
         assert_eq!(again, lighting);
-        assert_eq!(told.len(), 3);
+        assert_eq!(settings.len(), 3);
     }
 }

@@ -3,14 +3,14 @@ use std::f32::consts::TAU;
 use glam::{Quat, Vec3, vec3};
 use mesh::{Face, Material, Mesh, Tag};
 
-/// The band by which [`MeshBuilder::loft`] names the cap on its first ring.
+/// The band that [`MeshBuilder::loft`] passes for the cap on its first ring.
 pub(crate) const FIRST_CAP: usize = usize::MAX;
-/// The band by which [`MeshBuilder::loft`] names the cap on its last ring.
+/// The band that [`MeshBuilder::loft`] passes for the cap on its last ring.
 pub(crate) const LAST_CAP: usize = usize::MAX - 1;
 
-/// A mesh under construction: a few solids, all painted with the face that is current.
+/// A mesh under construction from solids. New triangles get the current face.
 ///
-/// Every solid is closed and its triangles are counter-clockwise seen from outside.
+/// Every solid is closed, and its triangles are counter-clockwise seen from outside.
 #[derive(Debug)]
 pub(crate) struct MeshBuilder {
     pub(crate) mesh: Mesh,
@@ -18,30 +18,30 @@ pub(crate) struct MeshBuilder {
 }
 
 impl MeshBuilder {
-    /// An empty mesh.
+    /// Starts an empty mesh.
     pub(crate) fn new(tag: Tag, material: Material, object: u32) -> MeshBuilder {
         MeshBuilder { mesh: Mesh::default(), face: Face::new(tag, material, object) }
     }
 
-    /// What follows is of this tag and material.
+    /// Sets the tag and the material of further triangles.
     pub(crate) fn paint(&mut self, tag: Tag, material: Material) -> &mut MeshBuilder {
         self.face = Face::new(tag, material, self.face.object);
         self
     }
 
-    /// What follows is of this material, in its own colour.
+    /// Sets the material of further triangles, in the material's own colour.
     pub(crate) fn material(&mut self, material: Material) -> &mut MeshBuilder {
         (self.face.material, self.face.tint) = (material as u8, 0);
         self
     }
 
-    /// What follows is of this material, in an sRGB colour.
+    /// Sets the material of further triangles, in an sRGB colour.
     pub(crate) fn tinted(&mut self, material: Material, rgb: [u8; 3]) -> &mut MeshBuilder {
         (self.face.material, self.face.tint) = (material as u8, Face::tint(rgb));
         self
     }
 
-    /// What follows belongs to this object.
+    /// Sets the object of further triangles.
     pub(crate) fn object(&mut self, object: u32) -> &mut MeshBuilder {
         self.face.object = object;
         self
@@ -51,7 +51,7 @@ impl MeshBuilder {
         self.mesh.vertex(point.to_array())
     }
 
-    /// A triangle between known corners; left out if two of them are the same point.
+    /// Adds a triangle between existing vertices, unless two of them coincide.
     pub(crate) fn triangle(&mut self, corners: [u32; 3]) {
         let [a, b, c] = corners.map(|corner| self.mesh.positions[corner as usize]);
         if a != b && b != c && c != a {
@@ -59,19 +59,19 @@ impl MeshBuilder {
         }
     }
 
-    /// A flat quadrilateral, counter-clockwise.
+    /// Adds a flat quadrilateral, given counter-clockwise.
     pub(crate) fn quad(&mut self, corners: [Vec3; 4]) {
         let [a, b, c, d] = corners.map(|corner| self.vertex(corner));
         self.triangle([a, b, c]);
         self.triangle([a, c, d]);
     }
 
-    /// An axis-aligned box.
+    /// Adds an axis-aligned box.
     pub(crate) fn block(&mut self, low: Vec3, high: Vec3) {
         self.block_at((low + high) * 0.5, (high - low) * 0.5, Quat::IDENTITY);
     }
 
-    /// A box about `center`, turned by `turn`.
+    /// Adds a box about `center`, rotated by `turn`.
     pub(crate) fn block_at(&mut self, center: Vec3, half: Vec3, turn: Quat) {
         let base = self.mesh.positions.len() as u32;
         for corner in 0..8u32 {
@@ -86,7 +86,7 @@ impl MeshBuilder {
         }
     }
 
-    /// What `build` makes is one closed solid: if it came out inside out, it is turned.
+    /// Adds the closed solid that `build` makes; reverses its triangles if they face inwards.
     pub(crate) fn solid(&mut self, build: impl FnOnce(&mut MeshBuilder)) {
         let first = self.mesh.triangles.len();
         build(self);
@@ -102,7 +102,7 @@ impl MeshBuilder {
         }
     }
 
-    /// A solid of revolution about an upright axis: (radius, height) from below to above.
+    /// Adds a solid of revolution about a vertical axis: (radius, height) from bottom to top.
     pub(crate) fn lathe(&mut self, foot: Vec3, profile: &[(f32, f32)], sides: u32) {
         let ring = |(radius, height): &(f32, f32)| -> Vec<Vec3> {
             (0..sides)
@@ -115,14 +115,14 @@ impl MeshBuilder {
         self.loft(&profile.iter().map(ring).collect::<Vec<_>>(), |_, _| None);
     }
 
-    /// A pipe along a polyline.
+    /// Adds a pipe along a polyline.
     pub(crate) fn pipe(&mut self, points: &[Vec3], radius: f32, sides: u32) {
         for pair in points.windows(2) {
             self.rod(pair[0], pair[1], radius, sides);
         }
     }
 
-    /// A finished mesh, `scale` times as large, as part of the current object.
+    /// Adds a finished mesh, scaled by `scale`, as part of the current object.
     pub(crate) fn append(&mut self, mesh: &Mesh, scale: f32) {
         let base = self.mesh.positions.len() as u32;
         self.mesh.positions.extend(mesh.positions.iter().map(|p| p.map(|x| x * scale)));
@@ -131,7 +131,7 @@ impl MeshBuilder {
         self.mesh.faces.extend(mesh.faces.iter().map(|face| Face { object, ..*face }));
     }
 
-    /// A cylinder or, with unequal radii, a truncated cone; a radius of 0 makes a tip.
+    /// Adds a cylinder or, with unequal radii, a truncated cone; a radius of 0 makes a tip.
     pub(crate) fn cone(&mut self, from: Vec3, to: Vec3, radii: [f32; 2], sides: u32) {
         let turn = Quat::from_rotation_arc(Vec3::Z, (to - from).normalize_or(Vec3::Z));
         let ring = |center: Vec3, radius: f32| -> Vec<Vec3> {
@@ -145,12 +145,12 @@ impl MeshBuilder {
         self.loft(&[ring(from, radii[0]), ring(to, radii[1])], |_, _| None);
     }
 
-    /// A cylinder.
+    /// Adds a cylinder.
     pub(crate) fn rod(&mut self, from: Vec3, to: Vec3, radius: f32, sides: u32) {
         self.cone(from, to, [radius; 2], sides);
     }
 
-    /// A ball stretched to `radii`, of `rings` × `sides` facets.
+    /// Adds an ellipsoid with these `radii`, of `rings` × `sides` facets.
     pub(crate) fn ball(&mut self, center: Vec3, radii: Vec3, rings: u32, sides: u32) {
         let stack: Vec<Vec<Vec3>> = (0..=rings)
             .map(|ring| {
@@ -171,12 +171,12 @@ impl MeshBuilder {
         self.loft(&stack, |_, _| None);
     }
 
-    /// A skin over closed rings of equally many points, with both ends capped.
+    /// Adds a surface over closed rings of equally many points, with caps at both ends.
     ///
-    /// Looking back from the last ring to the first, each runs counter-clockwise.
-    /// `paint(band, side)` may give another material to the facets between rings `band` and
-    /// `band + 1`, points `side` and `side + 1`; the caps are the bands [`FIRST_CAP`] and
-    /// [`LAST_CAP`], with side 0.
+    /// Seen from the last ring towards the first, each ring runs counter-clockwise. `paint(band,
+    /// side)` may return another material for the facets between rings `band` and `band + 1`,
+    /// points `side` and `side + 1`; the caps are the bands [`FIRST_CAP`] and [`LAST_CAP`], with
+    /// side 0.
     pub(crate) fn loft(
         &mut self,
         rings: &[Vec<Vec3>],
@@ -187,7 +187,7 @@ impl MeshBuilder {
         });
     }
 
-    /// As [`MeshBuilder::loft`]; `paint(usual, band, side)` says all of a facet's face.
+    /// As [`MeshBuilder::loft`]; `paint(usual, band, side)` returns the whole face of a facet.
     pub(crate) fn loft_with(
         &mut self,
         rings: &[Vec<Vec3>],
@@ -198,7 +198,7 @@ impl MeshBuilder {
         let indices: Vec<Vec<u32>> = rings
             .iter()
             .map(|ring| {
-                // A ring that is a point has one corner, so that its facets are triangles.
+                // A ring that is a point has one vertex, so its facets are triangles.
                 if ring.iter().all(|point| *point == ring[0]) {
                     vec![self.vertex(ring[0]); sides]
                 } else {
@@ -229,7 +229,7 @@ impl MeshBuilder {
     }
 }
 
-/// The corners' smallest and largest coordinates; zero for an empty mesh.
+/// The smallest and the largest coordinates of a mesh; zero for an empty mesh.
 pub(crate) fn bounds(mesh: &Mesh) -> (Vec3, Vec3) {
     let mut points = mesh.positions.iter().map(|point| Vec3::from_array(*point));
     let Some(first) = points.next() else { return (Vec3::ZERO, Vec3::ZERO) };

@@ -1,44 +1,44 @@
-//! What a town is made of.
+//! The static world: ground, objects, colliders, lamps.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use mesh::{Mesh, Tag};
 
-/// How finely trees and houses are modelled.
+/// The level of detail of trees and buildings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Detail {
-    /// For maps as large as whole cities: about a third of the triangles of the standard.
+    /// For maps of whole cities: about a third of the triangles of [`Detail::Standard`].
     Low,
-    /// For everyday work.
+    /// The default.
     Standard,
-    /// About three times as many triangles.
+    /// About three times the triangles of [`Detail::Standard`].
     High,
 }
 
-/// What an object belongs to; CARLA's map layers.
+/// The layer of an object: CARLA's map layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Layer {
-    /// Houses.
+    /// Buildings.
     Buildings,
-    /// Trees, bushes, hedges.
+    /// Trees, bushes and hedges.
     Foliage,
-    /// Cars that never move.
+    /// Parked cars.
     ParkedVehicles,
     /// Benches, bins, signs and signals.
     Props,
-    /// Street lamps.
+    /// Street lights.
     StreetLights,
     /// Walls and fences.
     Walls,
 }
 
 impl Layer {
-    /// As a mask for [`crate::Visibility::set_layers`].
+    /// The layer as a mask for [`crate::Visibility::set_layers`].
     pub fn bit(self) -> u32 {
         1 << self as u32
     }
 
-    /// The word for it in commands.
+    /// The name of the layer on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Layer::Buildings => "buildings",
@@ -50,7 +50,7 @@ impl Layer {
         }
     }
 
-    /// Every layer, in this order.
+    /// Every layer, in the order of their bits.
     pub const ALL: [Layer; 6] = [
         Layer::Buildings,
         Layer::Foliage,
@@ -61,38 +61,38 @@ impl Layer {
     ];
 }
 
-/// The static world.
+/// The static world around a road network.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Town {
-    /// Every static triangle: roads, terrain, buildings, trees. `Face.object` is 0 on roads and
-    /// ground, else one more than the index into `objects`.
+    /// All static triangles: roads, terrain, buildings, trees. `Face.object` is 0 on roads and
+    /// ground, otherwise one more than the index in `objects`.
     pub mesh: Mesh,
-    /// All that stands on the ground.
+    /// All objects on the ground.
     pub objects: Vec<Object>,
     /// Solid boxes: walls, trunks, poles.
     pub colliders: Vec<Collider>,
-    /// What shines at night.
+    /// The lights of street lamps.
     pub lamps: Vec<Lamp>,
-    /// Cars that never move. They are not in `mesh`.
+    /// Parked cars. They are not part of `mesh`.
     pub parked: Vec<Parked>,
-    /// Where lamp boxes of traffic lights hang, for actors of `traffic.traffic_light`.
+    /// The positions of traffic light boxes, for actors of `traffic.traffic_light`.
     pub heads: Vec<Head>,
 }
 
-/// A static thing. World space, metres and radians.
+/// A static object. World space, metres and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Object {
-    /// What a semantic camera calls it; its poles may carry a tag of their own.
+    /// The semantic tag of the object; its poles may have a tag of their own.
     pub tag: Tag,
-    /// What it can be switched off with.
+    /// The layer that hides it.
     pub layer: Layer,
-    /// The middle of its box.
+    /// The middle of its bounding box.
     pub center: Vec3,
-    /// Half the box's size along its own x, y and z.
+    /// Half the size of the box along its own x, y and z.
     pub half_extents_m: Vec3,
-    /// The box's turn about z.
+    /// The rotation of the box about z.
     pub yaw_rad: f32,
-    /// What `Material::CarPaint` means on it, sRGB.
+    /// The colour of `Material::CarPaint` on it, sRGB.
     pub color: [u8; 3],
 }
 
@@ -100,47 +100,47 @@ pub struct Object {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Collider {
-    /// Its middle.
+    /// The middle.
     pub center: Vec3,
-    /// Half its size along its own x, y and z.
+    /// Half the size along its own x, y and z.
     pub half_extents_m: Vec3,
-    /// Its turn about z.
+    /// The rotation about z.
     pub yaw_rad: f32,
-    /// Which of [`Town::objects`] it belongs to.
+    /// The index of its object in [`Town::objects`].
     pub object: u32,
 }
 
-/// A street lamp's light. World space, metres.
+/// The light of a street lamp. World space, metres.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Lamp {
-    /// Where the light comes from; it falls downwards.
+    /// The position of the light source; it shines downwards.
     pub position: Vec3,
-    /// Which of [`Town::objects`].
+    /// The index of its object in [`Town::objects`].
     pub object: u32,
 }
 
-/// Where a lamp box of a traffic light hangs. World space, metres and radians.
+/// The position of a traffic light's lamp box. World space, metres and radians.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Head {
-    /// Which of [`road::Network::signals`] it shows.
+    /// The index of its signal in [`road::Network::signals`].
     pub signal: u32,
-    /// Of the actor's origin: the middle of the box's lower edge, at its back.
+    /// The actor's origin: the middle of the lower edge of the box, at its back.
     pub position: Vec3,
-    /// The lamps look along this bearing.
+    /// The bearing that the lamps face.
     pub yaw_rad: f32,
 }
 
-/// A vehicle that never moves, seen as its blueprint looks. World space, metres.
+/// A parked vehicle, with the mesh of its blueprint. World space, metres.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Parked {
-    /// Index into [`crate::catalogue()`].
+    /// The index in [`crate::catalogue()`].
     pub blueprint: u32,
-    /// Which of [`Town::objects`]; the paint is there.
+    /// The index of its object in [`Town::objects`], which has the paint colour.
     pub object: u32,
-    /// Of the blueprint's origin.
+    /// The position of the blueprint's origin.
     pub position: Vec3,
     /// `world_from_actor` as a quaternion: x, y, z, w.
     pub rotation: [f32; 4],

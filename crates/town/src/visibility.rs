@@ -1,4 +1,4 @@
-//! Which things of a town are there.
+//! Which objects of a town are visible.
 
 use std::collections::BTreeMap;
 
@@ -6,25 +6,24 @@ use mesh::{Mesh, ObjectBits, ObjectId};
 
 use crate::static_world::{Layer, Object, Town};
 
-/// Layers and single objects that are switched off: nobody sees them or runs into them.
+/// Layers and single objects that are hidden: they are neither rendered nor collide.
 ///
-/// Objects go by their number in instance images without the highest bit: one more than the index
-/// into [`Town::objects`].
+/// Objects are named by [`ObjectId`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Visibility {
-    /// Bit n: the n-th of [`Layer::ALL`] is off.
+    /// Bit n: the n-th of [`Layer::ALL`] is hidden.
     layers: u32,
-    /// A bit for each object that is off, by [`ObjectId::block`].
+    /// A bit for each hidden object, by [`ObjectId::block`].
     objects: BTreeMap<u32, ObjectBits>,
 }
 
 impl Visibility {
-    /// Switches the layers of a mask off or on; single objects stay as they are.
+    /// Hides or shows the layers of a mask; single objects keep their state.
     pub fn set_layers(&mut self, mask: u32, hidden: bool) {
         self.layers = if hidden { self.layers | mask } else { self.layers & !mask };
     }
 
-    /// Switches the objects of one block whose bits are set off or on.
+    /// Hides or shows the objects of one block whose bits are set.
     pub fn set_objects(&mut self, block: u32, bits: &ObjectBits, hidden: bool) {
         let own = self.objects.entry(block).or_default();
         for (own, bits) in own.iter_mut().zip(bits) {
@@ -35,17 +34,17 @@ impl Visibility {
         }
     }
 
-    /// The mask of layers that are off.
+    /// The mask of hidden layers.
     pub fn hidden_layers(&self) -> u32 {
         self.layers
     }
 
-    /// Blocks with objects that are off, rising.
+    /// The blocks with hidden objects, in rising order.
     pub fn hidden_objects(&self) -> impl Iterator<Item = (u32, &ObjectBits)> {
         self.objects.iter().map(|(block, bits)| (*block, bits))
     }
 
-    /// Whether the object at this index of [`Town::objects`] is off.
+    /// Whether the object at this index of [`Town::objects`] is hidden.
     pub fn hides(&self, index: u32, layer: Layer) -> bool {
         let object = ObjectId::from_index(index);
         self.layers >> layer as u32 & 1 != 0
@@ -54,7 +53,7 @@ impl Visibility {
 }
 
 impl Town {
-    /// The town without what is switched off. Objects keep their numbers.
+    /// The town without its hidden objects. Objects keep their indices.
     pub fn visible(&self, visibility: &Visibility) -> Town {
         let hides = |index: usize, object: &Object| visibility.hides(index as u32, object.layer);
         let off: Vec<bool> =

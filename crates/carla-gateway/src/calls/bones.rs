@@ -4,7 +4,7 @@ use client_lib::{
     ActorId, ActorState, BlendPose, Command, Pose, WalkerLimbs, bone, bone_commands, flag, kind,
 };
 use glam::{Affine3A, Quat, Vec3};
-use town::{Blueprint, Given, Kind, Posture};
+use town::{Blueprint, GivenPose, Kind, Posture};
 
 use super::{Call, actors::unknown};
 use crate::{
@@ -188,7 +188,7 @@ fn posture_of<'a>(
         stride: if is_walker { state.phase as f32 / client_lib::STRIDE as f32 } else { 0.0 },
         speed_mps: state.velocity().truncate().length(),
         limbs: limbs.map(|limbs| limbs.rotations()),
-        given: given.map(|(share, bones)| Given { share: *share, bones }),
+        given: given.map(|(share, bones)| GivenPose { weight: *share, bones }),
     }
 }
 

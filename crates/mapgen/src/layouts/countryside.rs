@@ -1,4 +1,4 @@
-//! Countryside: long curved roads over hills, villages where some of them meet.
+//! Countryside: long curved roads over hills, and villages where some of them meet.
 
 use std::f64::consts::TAU;
 
@@ -25,9 +25,9 @@ const ROAD: Profile = Profile {
 const VILLAGE: Profile = Profile::town(1, 3.3, 2.0, 50.0);
 const LANE: Profile = Profile::town(1, 3.4, 1.8, 30.0);
 
-/// From the middle of a village to where it ends. Metres.
+/// The distance from the middle of a village to its edge. Metres.
 const VILLAGE_M: f64 = 115.0;
-/// Roads are straight so far from where they meet. Metres.
+/// The length over which roads are straight at their ends. Metres.
 const STRAIGHT_M: f64 = 75.0;
 
 pub(super) fn layout(plan: &Plan) -> Layout {
@@ -53,7 +53,7 @@ pub(super) fn layout(plan: &Plan) -> Layout {
         .map(|node| arms[node] > 2 && (random.chance(0.35) || node == middle))
         .collect();
     for street in &mut streets {
-        street.follows = true;
+        street.follows_ground = true;
         meander(&mut random, street, &nodes, &is_village);
     }
     for node in (0..nodes.len()).filter(|node| is_village[*node]).collect::<Vec<_>>() {
@@ -63,7 +63,7 @@ pub(super) fn layout(plan: &Plan) -> Layout {
     Layout { nodes, streets, ground }
 }
 
-/// Lets a road swing to and fro between its straight ends.
+/// Adds bends to a road between its straight ends.
 fn meander(random: &mut RandomStream, street: &mut Street, nodes: &[Node], is_village: &[bool]) {
     let Shape::Corners { via, .. } = &street.shape else { return };
     let mut corners = vec![nodes[street.ends[0]].position];
@@ -95,7 +95,7 @@ fn meander(random: &mut RandomStream, street: &mut Street, nodes: &[Node], is_vi
     street.shape = Shape::Corners { via: bends, radii };
 }
 
-/// Houses, kerbs and side lanes round a place where roads meet.
+/// Adds a main street, kerbs and side lanes round a node where roads meet.
 fn village(
     random: &mut RandomStream,
     nodes: &mut Vec<Node>,
@@ -113,7 +113,7 @@ fn village(
         nodes.push(Node::new(position, Control::Yield));
         streets[index].ends[end] = gate;
         let mut main = Street::new("High Street".to_string(), [node, gate], VILLAGE);
-        main.follows = true;
+        main.follows_ground = true;
         streets.push(main);
         gates.push((bearing.rem_euclid(TAU), gate));
     }
@@ -125,12 +125,12 @@ fn village(
         if !(0.9..2.4).contains(&angle) {
             continue;
         }
-        // Every gate keeps a lane, or it would be no junction.
+        // Every gate of the village keeps a lane; without one it would not be a junction.
         let middle = DVec2::from_angle(a.0 + angle * 0.5);
         let reach = VILLAGE_M / (angle * 0.5).cos() * f64::from(random.between(0.86, 0.98));
         let via = vec![center + middle * reach];
         let mut lane = Street::new("Back Lane".to_string(), [a.1, b.1], LANE).over(via, 60.0);
-        lane.follows = true;
+        lane.follows_ground = true;
         streets.push(lane);
         lanes += 1;
     }

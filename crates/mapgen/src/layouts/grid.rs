@@ -1,4 +1,4 @@
-//! Blocks between avenues and streets.
+//! A city grid of avenues and streets.
 
 use glam::{DVec2, dvec2};
 use mesh::RandomStream;
@@ -16,7 +16,7 @@ pub(super) const AVENUE: Profile = Profile::town(2, 3.5, 4.0, 50.0);
 pub(super) const STREET: Profile = Profile::town(1, 3.5, 3.0, 40.0);
 pub(super) const PARKED: Profile = STREET.parked([2.3; 2], 30.0);
 
-/// A city grid.
+/// Draws a city grid.
 pub(crate) fn layout(plan: &Plan, blocks: Blocks) -> Layout {
     let size = plan.size_m.clamp(250.0, 3000.0);
     let mut random = RandomStream::named(plan.seed, 0x61d);
@@ -25,7 +25,7 @@ pub(crate) fn layout(plan: &Plan, blocks: Blocks) -> Layout {
     Layout { nodes, streets, ground }
 }
 
-/// The nodes and streets of a grid, and the grid itself.
+/// Returns the nodes and streets of a grid, and the grid itself.
 pub(super) fn streets(
     random: &mut RandomStream,
     extent: DVec2,
@@ -56,7 +56,7 @@ pub(super) fn streets(
         }
     });
     if tees {
-        // As bricks are laid.
+        // Alternate rows are offset, as in a brick wall.
         let columns = grid.columns;
         for link in &mut grid.links {
             let (row, column) = (link.ends[0] / columns, link.ends[0] % columns);

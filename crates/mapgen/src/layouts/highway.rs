@@ -28,27 +28,27 @@ const RAMP: Profile = Profile {
 };
 const CROSS: Profile = Profile::town(1, 3.5, 2.0, 50.0);
 
-/// Half of the strip between the carriageways. Metres.
+/// Half the width of the median between the carriageways. Metres.
 const MEDIAN_M: f64 = 3.0;
-/// From the overpass to where lanes part and join, along the motorway. Metres.
+/// The distance along the motorway from the overpass to where ramps diverge and merge. Metres.
 const RAMP_M: f64 = 215.0;
-/// Half the length over which a ramp parts, and over which it joins. Metres.
+/// Half the length over which a ramp diverges, and over which it merges. Metres.
 const PART_M: f64 = 15.0;
 const JOIN_M: f64 = 15.0;
-/// From the middle of the motorway to where ramps and cross street meet. Metres.
+/// The distance from the middle of the motorway to where ramps and cross street meet. Metres.
 const TERMINAL_M: f64 = 72.0;
-/// From there to where ramps end. Metres.
+/// The distance from there to the ends of the ramps. Metres.
 const RAMP_MOUTH_M: f64 = 17.0;
-/// From there to the town: as far as the street needs to come down. Metres.
+/// The distance from there to the town, over which the street descends. Metres.
 const DESCENT_M: f64 = 185.0;
-/// Of a road over another. Metres.
+/// The height of a road above the road that it crosses. Metres.
 const CLEARANCE_M: f64 = 7.0;
-/// An acceleration lane: all of it, and its end. Metres.
-const MERGE_M: (f64, f64) = (170.0, 70.0);
-/// A deceleration lane: its beginning, and the rest. Metres.
-const LEAVE_M: (f64, f64) = (60.0, 150.0);
+/// An acceleration lane: its full length, and the length of its taper. Metres.
+const ACCELERATION_M: (f64, f64) = (170.0, 70.0);
+/// A deceleration lane: the length of its taper, and its full length. Metres.
+const DECELERATION_M: (f64, f64) = (60.0, 150.0);
 
-/// A motorway, and a town of such blocks in it.
+/// Draws a motorway, and a town of such blocks inside it.
 pub(crate) fn layout(plan: &Plan, course: Course, blocks: Blocks) -> Layout {
     let size = plan.size_m;
     let mut random = RandomStream::named(plan.seed, 0xa00);
@@ -86,17 +86,17 @@ pub(crate) fn layout(plan: &Plan, course: Course, blocks: Blocks) -> Layout {
     Layout { nodes, streets, ground }
 }
 
-/// Where a motorway runs, and what lies within.
+/// The course of a motorway, and what lies inside it.
 struct Route {
     axis: Vec<Piece>,
     exits: Vec<Exit>,
-    /// The town's middle and extent.
+    /// The middle and the extent of the town. Metres.
     town: (DVec2, DVec2),
-    /// Where it crosses itself, and the heading of the axis on the upper level there.
+    /// Where the motorway crosses itself, and the heading of the upper level there.
     crossing: Option<(DVec2, f64)>,
 }
 
-/// An interchange: where on the axis, and the axis' heading there.
+/// An interchange: its point on the axis, and the heading of the axis there.
 struct Exit {
     at: DVec2,
     heading: f64,
@@ -130,7 +130,7 @@ fn eight(size: f64) -> Route {
         at(-420.0, 430.0),
     ];
     let axis = curve::closed(&corners, 130.0 * size / 1280.0);
-    // Where the two long diagonals cross.
+    // The intersection of the two long diagonals.
     let (from, rise) = (corners[3], corners[4] - corners[3]);
     let (other, fall) = (corners[7], corners[0] - corners[7]);
     let crossing = from + rise * ((other - from).perp_dot(fall) / rise.perp_dot(fall));
@@ -140,7 +140,7 @@ fn eight(size: f64) -> Route {
     Route { axis, exits, town, crossing: Some((crossing, rise.to_angle())) }
 }
 
-/// The town's nodes that have no street outwards, corners left out.
+/// The nodes on the town's edge without a street outwards, except the corners.
 fn edge_nodes(rows: usize, columns: usize) -> Vec<usize> {
     (0..rows * columns)
         .filter(|node| {
@@ -163,8 +163,8 @@ impl Sketch {
         self.nodes.len() - 1
     }
 
-    /// The cross street of an interchange; answers where its ramps meet it, on the right and on
-    /// the left of the axis.
+    /// Adds the cross street of an interchange; returns the nodes where its ramps meet it, on the
+    /// right and on the left of the axis.
     fn exit(&mut self, exit: &Exit, edge: &[usize], heading: f64) -> [usize; 2] {
         let inward = DVec2::from_angle(heading).perp();
         let ends = [-1.0, 1.0].map(|side| {
@@ -190,9 +190,10 @@ impl Sketch {
         ends
     }
 
-    /// One direction of the motorway, cut where ramps part and join, with its ramps.
+    /// Adds one carriageway with its ramps, divided where ramps diverge and merge.
     fn carriageway(&mut self, line: &[Piece], side: usize, route: &Route, ends: &[[usize; 2]]) {
-        // Along the line: the node's place, half its length, the node, whether a ramp joins there.
+        // Along the line: the node's distance, half its length, the node, whether a ramp merges
+        // there.
         let mut cuts: Vec<(f64, f64, usize, bool)> = Vec::new();
         let aside = self.main.half() + RAMP.half();
         for (exit, terminals) in route.exits.iter().zip(ends) {
@@ -227,11 +228,12 @@ impl Sketch {
             let length = curve::length(&pieces);
             let name = format!("Motorway {}", if side == 0 { "A" } else { "B" });
             let mut street = Street::new(name, [from.2, to.2], self.main).along(pieces);
-            street.follows = true;
-            street.merge = from.3.then_some(MERGE_M);
-            let room = length - if from.3 { MERGE_M.0 + MERGE_M.1 } else { 0.0 };
-            street.leave = (!to.3 && room > LEAVE_M.0 + LEAVE_M.1 + 20.0).then_some(LEAVE_M);
-            street.pinched = [!from.3, to.3];
+            street.follows_ground = true;
+            street.acceleration = from.3.then_some(ACCELERATION_M);
+            let room = length - if from.3 { ACCELERATION_M.0 + ACCELERATION_M.1 } else { 0.0 };
+            street.deceleration = (!to.3 && room > DECELERATION_M.0 + DECELERATION_M.1 + 20.0)
+                .then_some(DECELERATION_M);
+            street.without_shoulder = [!from.3, to.3];
             street.hump = route.crossing.map(|(at, heading)| {
                 let heading = if side == 0 { heading } else { heading + PI };
                 let along = curve::passing(line, at, heading) - (from.0 + from.1);

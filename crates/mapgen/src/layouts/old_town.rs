@@ -4,7 +4,7 @@ use glam::{DVec2, dvec2};
 use mesh::RandomStream;
 
 use crate::{
-    junction::{have_room, widen_bends},
+    junction::{has_room, widen_bends},
     lattice::{Bend, Place, lattice},
     layout::Layout,
     plan::Plan,
@@ -17,28 +17,28 @@ const LANE: Profile = Profile::town(1, 3.3, 1.8, 30.0);
 const ONE_WAY: Profile = Profile { lanes: [1, 0], lane: 3.7, ..LANE };
 
 pub(super) fn layout(plan: &Plan) -> Layout {
-    // Where junctions would leave a street no room, the town is drawn again, less crooked.
-    let mut crooked = 1.0;
+    // Where junctions leave a street too little room, the town is drawn again, less distorted.
+    let mut crookedness = 1.0;
     loop {
-        let mut layout = drawn(plan, crooked);
+        let mut layout = drawn(plan, crookedness);
         widen_bends(&mut layout);
-        if crooked < 0.1 || have_room(&layout) {
+        if crookedness < 0.1 || has_room(&layout) {
             return layout;
         }
-        crooked *= 0.8;
+        crookedness *= 0.8;
     }
 }
 
-fn drawn(plan: &Plan, crooked: f64) -> Layout {
+fn drawn(plan: &Plan, crookedness: f64) -> Layout {
     let size = plan.size_m;
     let mut random = RandomStream::named(plan.seed, 0x01d);
     let bend = Bend {
         extent: dvec2(size, size),
         center: DVec2::ZERO,
         block: 86.0,
-        jitter: 9.0 * crooked as f32,
-        sway: size.min(700.0) * 0.07 * crooked,
-        swirl: crooked * if plan.seed.is_multiple_of(2) { 0.55 } else { -0.55 },
+        jitter: 9.0 * crookedness as f32,
+        sway: size.min(700.0) * 0.07 * crookedness,
+        swirl: crookedness * if plan.seed.is_multiple_of(2) { 0.55 } else { -0.55 },
         bows: (0.75, 0.04, 0.09),
         thinned: 5,
     };
@@ -54,14 +54,14 @@ fn drawn(plan: &Plan, crooked: f64) -> Layout {
             node.control = Control::Signals;
         }
     }
-    // The market: the streets on both sides of the block in the middle have broad pavements.
+    // The market square: the streets on both sides of the central block have wide sidewalks.
     let (row, column) = (grid.rows / 2, grid.columns / 2);
     for (south, side) in [(row - 1, 1), (row, 0)] {
         let ends = [grid.node(south, column - 1), grid.node(south, column)];
         let depth =
             grid.nodes[grid.node(row, column)].distance(grid.nodes[grid.node(row - 1, column)]);
         if let Some(street) = streets.iter_mut().find(|street| street.ends == ends) {
-            street.square[side] = (depth * 0.5 - 14.0).clamp(0.0, 26.0);
+            street.extra_sidewalk[side] = (depth * 0.5 - 14.0).clamp(0.0, 26.0);
             street.name = "Market Square".to_string();
         }
     }
@@ -69,8 +69,7 @@ fn drawn(plan: &Plan, crooked: f64) -> Layout {
     Layout { nodes, streets, ground }
 }
 
-/// Makes about half of the lanes one-way, never so that one could not get from any street to any
-/// other.
+/// Makes about half of the lanes one-way, but none that would make a street unreachable.
 fn make_one_way(random: &mut RandomStream, streets: &mut [Street], nodes: usize) {
     let at = links_at(nodes, streets.iter().map(|street| street.ends));
     for index in 0..streets.len() {
@@ -89,7 +88,7 @@ fn make_one_way(random: &mut RandomStream, streets: &mut [Street], nodes: usize)
     }
 }
 
-/// The same street from its end to its start.
+/// Reverses a street.
 fn turn(street: &mut Street) {
     street.ends.reverse();
     if let Shape::Corners { via, radii } = &mut street.shape {
@@ -98,9 +97,9 @@ fn turn(street: &mut Street) {
     }
 }
 
-/// Whether every direction of every street leads to every other without turning round.
+/// Whether every direction of every street is reachable from every other without a U-turn.
 fn is_connected(streets: &[Street], at: &[Vec<usize>]) -> bool {
-    // Driving a street from its start is number 2k, from its end 2k + 1.
+    // Direction 2k is street k from its start, 2k + 1 from its end.
     let open = |way: usize| streets[way / 2].profile.lanes[way % 2] > 0;
     let reach = |back: bool| {
         let mut seen = vec![false; streets.len() * 2];
@@ -108,7 +107,7 @@ fn is_connected(streets: &[Street], at: &[Vec<usize>]) -> bool {
         seen[first] = true;
         let mut waiting = vec![first];
         while let Some(way) = waiting.pop() {
-            // Where it leads to, or where it comes from.
+            // The node that it leads to, or comes from.
             let end = (way % 2 == 0) != back;
             let node = streets[way / 2].ends[usize::from(end)];
             for &street in &at[node] {

@@ -25,11 +25,11 @@ const CIRCLE: Profile = Profile {
     ..ROAD
 };
 
-/// On the circle, from where a street joins it to where the free arc begins. Metres.
+/// The length on the circle between the point where a street joins and the free arc. Metres.
 const JOIN_M: f64 = 12.5;
 /// The shortest free arc. Metres.
 const FREE_M: f64 = 4.0;
-/// A circle's smallest and largest radius. Metres.
+/// The smallest and the largest radius of a circle. Metres.
 const RADIUS_M: (f64, f64) = (17.0, 30.0);
 
 pub(super) fn layout(plan: &Plan) -> Layout {
@@ -66,8 +66,8 @@ pub(super) fn layout(plan: &Plan) -> Layout {
     Layout { nodes, streets, ground }
 }
 
-/// Makes a crossing a roundabout: a node for each arm on a circle, one-way streets between them.
-/// Where the arms are too close to each other, the crossing stays.
+/// Replaces a crossing by a roundabout: one node per arm on a circle, and one-way streets between
+/// them. The crossing stays where its arms are too close to each other.
 pub(super) fn ring(nodes: &mut Vec<Node>, streets: &mut Vec<Street>, node: usize) {
     let center = nodes[node].position;
     let mut arms: Vec<(f64, usize, usize)> = Vec::new();

@@ -1,6 +1,6 @@
 //! What distinguishes the layouts of one character.
 
-/// What exactly is drawn.
+/// A layout style.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Style {
     Grid(Blocks),
@@ -11,22 +11,22 @@ pub(crate) enum Style {
     Countryside,
 }
 
-/// How broad the streets are.
+/// The streets of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Blocks {
-    /// Avenues through the middle, streets between.
+    /// Avenues through the middle, streets elsewhere.
     Mixed,
-    /// Avenues everywhere.
+    /// Only avenues.
     Broad,
-    /// Streets only, and no two of them cross: every junction has three arms.
+    /// Only streets, and no two of them cross: every junction has three arms.
     Tees,
 }
 
-/// How the motorway runs.
+/// The course of the motorway.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Course {
-    /// Once round the town.
+    /// A ring round the town.
     Ring,
-    /// Round the town and round a loop beside it, over itself.
+    /// A figure of eight: round the town and round a second loop, crossing itself.
     Eight,
 }

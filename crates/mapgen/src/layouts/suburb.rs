@@ -30,7 +30,7 @@ pub(super) fn layout(plan: &Plan) -> Layout {
     };
     let grid = lattice(&mut random, &bend, |_, _| COLLECTOR);
     let mut suburb = Suburb { nodes: grid.nodes(Control::Yield), streets: Vec::new() };
-    // What joins each collector on its way: share of its length, and the node.
+    // The side streets of each collector: the fraction of its length, and the node.
     let mut joins: Vec<Vec<(f64, usize)>> = vec![Vec::new(); grid.links.len()];
     let across = |row: usize, column: usize| row * (grid.columns - 1) + column;
     let along =
@@ -60,7 +60,7 @@ pub(super) fn layout(plan: &Plan) -> Layout {
     layout
 }
 
-/// A block between four collectors: south-west, south-east, north-west, north-east.
+/// A block between four collectors; corners south-west, south-east, north-west, north-east.
 struct Quad([DVec2; 4]);
 
 impl Quad {
@@ -85,7 +85,7 @@ impl Suburb {
         self.streets.push(Street::new(name.to_string(), ends, HOME).over(via, 45.0));
     }
 
-    /// Streets of a block, joined to the collectors on its south and its west.
+    /// Adds the streets of a block, joined to the collectors on its south and west sides.
     fn fill(
         &mut self,
         random: &mut RandomStream,
@@ -96,7 +96,7 @@ impl Suburb {
     ) {
         let jig = |random: &mut RandomStream| f64::from(random.between(-0.03, 0.03));
         if random.chance(0.5) {
-            // A crescent off the south, a close off the west.
+            // A crescent from the south, a cul-de-sac from the west.
             let (a, b) = (0.22 + jig(random), 0.78 + jig(random));
             let start = self.node(quad.at(a, 0.0), Control::Yield);
             let end = self.node(quad.at(b, 0.0), Control::Yield);
@@ -115,7 +115,7 @@ impl Suburb {
                 self.home("Court", [start, close], Vec::new());
             }
         } else {
-            // A drive round the corner, with a close at its bend.
+            // A street round the corner, with a cul-de-sac at its bend.
             let (a, b) = (0.52 + jig(random), 0.5 + jig(random));
             let start = self.node(quad.at(a, 0.0), Control::Yield);
             let end = self.node(quad.at(0.0, b), Control::Yield);
@@ -129,7 +129,7 @@ impl Suburb {
         }
     }
 
-    /// Joins the two collectors that meet at a corner of the town with no third.
+    /// Joins the two collectors at a corner of the town that has no third.
     fn drop_bends(&mut self, corners: usize) {
         for node in 0..corners {
             let here: Vec<usize> =

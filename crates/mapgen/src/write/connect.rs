@@ -6,10 +6,10 @@ use crate::{
     curve,
     junction::{Arm, Rule, Turn},
     street::Class,
-    write::sheet::{Sheet, put, street_id, swell, width},
+    write::document::{Document, cubic_rise, put, street_id, width},
 };
 
-impl Sheet<'_> {
+impl Document<'_> {
     pub(super) fn connecting(&mut self, number: usize, turn: usize) {
         let (junctions, layout) = (self.junctions, self.layout);
         let junction = &junctions[number];
@@ -45,14 +45,14 @@ impl Sheet<'_> {
             put!(self, "</left>");
         }
         put!(self, "<center><lane id=\"0\" type=\"none\" level=\"false\">");
-        // Along the shoulder the line goes on.
+        // The line of the shoulder continues.
         if edges[1] {
             self.mark("solid", "white", 0.15, "none");
         }
         put!(self, "</lane></center><right>");
         let mut next = -1;
         if let Some((from_lane, to_lane)) = lanes {
-            let (c, d) = swell(to.profile.lane - from.profile.lane, length);
+            let (c, d) = cubic_rise(to.profile.lane - from.profile.lane, length);
             put!(self, "<lane id=\"-1\" type=\"driving\" level=\"false\">");
             self.links((from.incoming(from_lane), to.outgoing(to_lane)));
             put!(self, "{}", width(0.0, from.profile.lane, c, d));
@@ -80,7 +80,7 @@ impl Sheet<'_> {
         put!(self, "<link><predecessor id=\"{before}\"/><successor id=\"{after}\"/></link>");
     }
 
-    /// A sidewalk or a shoulder round a corner.
+    /// Writes a sidewalk or shoulder along a corner.
     fn edge(
         &mut self,
         id: i32,
@@ -91,7 +91,7 @@ impl Sheet<'_> {
     ) {
         let streets = &self.layout.streets;
         let (a, b) = (from.edge(streets, out), to.edge(streets, into));
-        let (c, d) = swell(b - a, length);
+        let (c, d) = cubic_rise(b - a, length);
         let walk = from.profile.sidewalk[out] > 0.0;
         let kind = if walk { "sidewalk" } else { "shoulder" };
         put!(self, "<lane id=\"{id}\" type=\"{kind}\" level=\"false\">");
@@ -104,7 +104,7 @@ impl Sheet<'_> {
         put!(self, "</lane>");
     }
 
-    /// One controller for each group of arms that have green together.
+    /// Writes one controller for each group of arms that have green together.
     pub(super) fn controllers(&mut self, number: usize) {
         let junctions = self.junctions;
         let junction = &junctions[number];

@@ -1,4 +1,4 @@
-//! Streets: their lanes, crosswalks, lights and signs.
+//! Streets: their lanes, crosswalks, signals and signs.
 
 use std::fmt::Write as _;
 
@@ -6,58 +6,59 @@ use crate::{
     curve,
     junction::{Rule, Sign},
     street::{Class, Profile, Street},
-    write::sheet::{Sheet, escaped, put, street_id, widths},
+    write::document::{Document, escaped, put, street_id, widths},
 };
 
-/// From the mouth of a junction to the line where vehicles stop. Metres.
+/// The distance from the mouth of a junction to the stop line. Metres.
 const STOP_M: f64 = 6.5;
-/// The same where nobody crosses on foot. Metres.
+/// The distance where no crosswalk lies before the junction. Metres.
 const BARE_STOP_M: f64 = 1.5;
-/// From the mouth to the middle of the crosswalk, and its depth. Metres.
+/// The distance from the mouth to the middle of the crosswalk, and the crosswalk's depth. Metres.
 const CROSSWALK_M: (f64, f64) = (3.4, 3.2);
-/// Streets shorter than this have no crosswalk. Metres.
+/// The length from which on streets have crosswalks. Metres.
 const CROSSED_MIN_M: f64 = 24.0;
-/// Over which a shoulder grows where a ramp parts. Metres.
+/// The length over which a shoulder widens next to a ramp. Metres.
 const GORE_M: f64 = 60.0;
 
-/// Half of the bridge where a motorway crosses itself. Metres.
+/// Half the length of the bridge where a motorway crosses itself. Metres.
 const HUMP_BRIDGE_M: f64 = 40.0;
 
-/// A part of a street in which the lanes are the same.
+/// A part of a street with the same lanes throughout.
 #[derive(Clone, Copy)]
 struct Stretch {
     from: f64,
     to: f64,
-    /// Whether there is a lane more, for those who come or leave.
-    beside: Beside,
-    /// The same of the stretches before and after it, if it has any.
-    before: Option<Beside>,
-    after: Option<Beside>,
+    /// The additional lane of this part, if it has one.
+    beside: ExtraLane,
+    /// The additional lanes of the parts before and after this one, where there are such parts.
+    before: Option<ExtraLane>,
+    after: Option<ExtraLane>,
 }
 
-/// A lane on the right of all others.
+/// A lane to the right of all others.
 #[derive(Clone, Copy, PartialEq)]
-enum Beside {
+enum ExtraLane {
     Nothing,
-    /// It ends with the stretch.
+    /// The lane ends with the part.
     Acceleration,
-    /// It begins with the stretch.
+    /// The lane begins with the part.
     Deceleration,
 }
 
-impl Beside {
+impl ExtraLane {
     fn lanes(self) -> i32 {
-        i32::from(self != Beside::Nothing)
+        i32::from(self != ExtraLane::Nothing)
     }
 }
 
-impl Sheet<'_> {
+impl Document<'_> {
     pub(super) fn street(&mut self, index: usize) {
         let layout = self.layout;
         let street = &layout.streets[index];
         let line = self.lines[index].clone();
         let length = curve::length(&line);
-        let [from, to] = [0, 1].map(|end| self.numbers.junction_id(self.seats[index][end].0));
+        let [from, to] =
+            [0, 1].map(|end| self.numbers.junction_id(self.arms_of_streets[index][end].0));
         put!(
             self,
             "<road name=\"{}\" length=\"{length:.9}\" id=\"{}\" junction=\"-1\">",
@@ -79,9 +80,9 @@ impl Sheet<'_> {
 
     fn lanes(&mut self, street: &Street, length: f64) {
         put!(self, "<lanes>");
-        let parting = street.profile.parting();
-        if parting != 0.0 {
-            put!(self, "<laneOffset s=\"0\" a=\"{parting:.6}\" b=\"0\" c=\"0\" d=\"0\"/>");
+        let division = street.profile.division();
+        if division != 0.0 {
+            put!(self, "<laneOffset s=\"0\" a=\"{division:.6}\" b=\"0\" c=\"0\" d=\"0\"/>");
         }
         let stretches = stretches(street, length);
         for (at, (from, to, beside)) in stretches.iter().enumerate() {
@@ -122,7 +123,7 @@ impl Sheet<'_> {
         let profile = &street.profile;
         let length = stretch.to - stretch.from;
         let driving = profile.lanes[side] as i32;
-        let beside = if side == 0 { stretch.beside } else { Beside::Nothing };
+        let beside = if side == 0 { stretch.beside } else { ExtraLane::Nothing };
         let extra = beside.lanes();
         let edge = profile.edge_id(side) + extra;
         let kind = match lane {
@@ -135,9 +136,9 @@ impl Sheet<'_> {
         put!(self, "<lane id=\"{}\" type=\"{kind}\" level=\"false\">", sign * lane);
         put!(self, "<link>");
         let added = extra > 0 && lane == driving + 1;
-        // The shoulder has another number where there is another lane.
+        // The shoulder has another lane id where an additional lane lies inside it.
         let moves = side == 0 && lane > driving + extra;
-        let number = |other: Beside| lane + if moves { other.lanes() - extra } else { 0 };
+        let number = |other: ExtraLane| lane + if moves { other.lanes() - extra } else { 0 };
         if let Some(before) = stretch.before.filter(|_| !added) {
             put!(self, "<predecessor id=\"{}\"/>", sign * number(before));
         }
@@ -148,12 +149,12 @@ impl Sheet<'_> {
         match kind {
             "driving" if added => {
                 let wide = profile.lane;
-                let places = if beside == Beside::Acceleration {
-                    let (full, taper) = street.merge.unwrap_or_default();
+                let places = if beside == ExtraLane::Acceleration {
+                    let (full, taper) = street.acceleration.unwrap_or_default();
                     let full = full.min(length * 0.7);
                     [(0.0, wide), (full, wide), ((full + taper).min(length), 0.0)]
                 } else {
-                    let (taper, _) = street.leave.unwrap_or_default();
+                    let (taper, _) = street.deceleration.unwrap_or_default();
                     [(0.0, 0.0), (taper.min(length * 0.3), wide), (length, wide)]
                 };
                 put!(self, "{}", widths(&places).trim_end());
@@ -173,7 +174,7 @@ impl Sheet<'_> {
                 }
             }
             "parking" => {
-                // The kerb comes forward at both ends, so that crossings are short.
+                // The kerb extends into the parking lane at both ends, which shortens crossings.
                 let (clear, taper) = ((length * 0.2).min(12.0), (length * 0.12).min(7.0));
                 let wide = profile.parking[side];
                 let places = [
@@ -221,7 +222,7 @@ impl Sheet<'_> {
             }
             put!(self, "</outline></object>");
         }
-        // A motorway that crosses itself is carried over the lower one.
+        // A motorway that crosses itself passes over its lower level on a bridge.
         let hump = street.hump.map(|(middle, ..)| (middle, HUMP_BRIDGE_M));
         let own = (street.bridge > 0.0).then_some((length * 0.5, street.bridge));
         for (middle, half) in hump.into_iter().chain(own) {
@@ -271,7 +272,7 @@ impl Sheet<'_> {
                     }
                 }
             }
-            // Who turns in here reads the limit a little further on.
+            // Traffic that turns into the street sees the speed limit a little further on.
             let told = index.is_multiple_of(3) || street.profile.class >= Class::Rural;
             if told && arm.outs() > 0 && length > 60.0 {
                 let last = arm.outs() - 1 - street.extra(end);
@@ -316,7 +317,7 @@ impl Sheet<'_> {
     }
 }
 
-/// What is painted between the two directions, or on the left of a street that has only one.
+/// The marking between the two directions, or on the left of a one-way street.
 fn middle(profile: &Profile) -> (&'static str, &'static str, f64) {
     match profile.class {
         Class::Motorway | Class::Ramp => ("solid", "white", 0.15),
@@ -324,42 +325,42 @@ fn middle(profile: &Profile) -> (&'static str, &'static str, f64) {
         _ if profile.lanes[1] == 0 => ("curb", "standard", 0.15),
         Class::Rural => ("broken", "white", 0.12),
         Class::Town if profile.all_lanes() > 2 => ("solid solid", "yellow", 0.12),
-        // Too narrow for a line.
+        // The street is too narrow for a centre line.
         Class::Town if profile.lane < 3.4 => ("none", "white", 0.12),
         Class::Town => ("broken", "white", 0.12),
     }
 }
 
-/// From where to where a street has which lane beside the others.
-fn stretches(street: &Street, length: f64) -> Vec<(f64, f64, Beside)> {
+/// The parts of a street, each with its additional lane.
+fn stretches(street: &Street, length: f64) -> Vec<(f64, f64, ExtraLane)> {
     let (mut from, mut to) = (0.0, length);
     let mut found = Vec::new();
-    if let Some((full, taper)) = street.merge {
+    if let Some((full, taper)) = street.acceleration {
         from = (full + taper).min(length);
-        found.push((0.0, from, Beside::Acceleration));
+        found.push((0.0, from, ExtraLane::Acceleration));
     }
-    if let Some((taper, full)) = street.leave {
+    if let Some((taper, full)) = street.deceleration {
         to = length - taper - full;
     }
-    // A short street is nothing but its acceleration lane.
+    // A short street consists of its acceleration lane only.
     if to - from > 1.0 || found.is_empty() {
-        found.push((from, to, Beside::Nothing));
+        found.push((from, to, ExtraLane::Nothing));
     } else if let Some(last) = found.last_mut() {
         last.1 = to;
     }
-    if street.leave.is_some() {
-        found.push((to, length, Beside::Deceleration));
+    if street.deceleration.is_some() {
+        found.push((to, length, ExtraLane::Deceleration));
     }
     found
 }
 
-/// How wide a sidewalk or shoulder is, from place to place.
+/// The width of a sidewalk or shoulder along the street.
 fn edge_places(street: &Street, side: usize, stretch: Stretch) -> Vec<(f64, f64)> {
     let (profile, length) = (&street.profile, stretch.to - stretch.from);
     let wide = profile.edge(side);
-    if street.square[side] > 0.0 {
+    if street.extra_sidewalk[side] > 0.0 {
         let (clear, taper) = (length * 0.08, length * 0.14);
-        let broad = wide + street.square[side];
+        let broad = wide + street.extra_sidewalk[side];
         return vec![
             (0.0, wide),
             (clear, wide),
@@ -371,12 +372,12 @@ fn edge_places(street: &Street, side: usize, stretch: Stretch) -> Vec<(f64, f64)
     }
     let gore = GORE_M.min(length * 0.4);
     let mut places = Vec::new();
-    if side == 0 && street.pinched[0] && stretch.before.is_none() {
+    if side == 0 && street.without_shoulder[0] && stretch.before.is_none() {
         places.extend([(0.0, 0.0), (gore, wide)]);
     } else {
         places.push((0.0, wide));
     }
-    if side == 0 && street.pinched[1] && stretch.after.is_none() {
+    if side == 0 && street.without_shoulder[1] && stretch.after.is_none() {
         places.extend([(length - gore, wide), (length, 0.0)]);
     } else {
         places.push((length, wide));
@@ -384,14 +385,14 @@ fn edge_places(street: &Street, side: usize, stretch: Stretch) -> Vec<(f64, f64)
     places
 }
 
-/// Whether people cross a street at its ends.
+/// Whether the street has crosswalks at its ends.
 fn is_crossed(street: &Street, length: f64) -> bool {
     let profile = &street.profile;
     let walked = profile.sidewalk.iter().all(|wide| *wide > 0.0);
     profile.class == Class::Town && walked && length > CROSSED_MIN_M
 }
 
-/// Where a pole for those who arrive at `end` stands: `s`, and `t` just behind their kerb.
+/// The position of a pole for traffic that arrives at `end`: `s`, and `t` just behind the kerb.
 fn beside(street: &Street, end: usize, length: f64, before_m: f64) -> (f64, f64) {
     let profile = &street.profile;
     let side = 1 - end;

@@ -37,7 +37,7 @@ fn character(name: &str) -> Result<Character, String> {
 /// Writes the town.
 pub(super) fn generate(args: &GenerateArgs) -> anyhow::Result<()> {
     let character = args.character;
-    let ((least, most), usual) = (character.sizes_m(), character.usual_m());
+    let ((least, most), usual) = (character.size_range_m(), character.default_size_and_relief_m());
     let (size_m, relief_m) = (args.size.unwrap_or(usual.0), args.relief.unwrap_or(usual.1));
     anyhow::ensure!(
         (least..=most).contains(&size_m),

@@ -1,4 +1,4 @@
-//! What CARLA's clients can read of a blueprint, and set before they spawn it.
+//! The attributes of blueprints that CARLA clients read, and set before a spawn.
 
 use super::{
     blueprint::{Blueprint, Kind},
@@ -11,18 +11,18 @@ use super::{
 pub enum AttributeType {
     /// `true` or `false`.
     Bool = 1,
-    /// A whole number.
+    /// An integer.
     Int = 2,
-    /// A number.
+    /// A floating-point number.
     Float = 3,
-    /// Text.
+    /// A string.
     Text = 4,
-    /// `red,green,blue`, 0 to 255.
+    /// A colour: `red,green,blue`, each 0 to 255.
     Color = 5,
 }
 
 impl AttributeType {
-    /// CARLA's word for it.
+    /// CARLA's name of the type.
     pub fn name(self) -> &'static str {
         ["", "bool", "int", "float", "string", "color"][self as usize]
     }
@@ -31,15 +31,15 @@ impl AttributeType {
 /// A property of a blueprint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
-    /// As `number_of_wheels`.
+    /// CARLA's id, such as `number_of_wheels`.
     pub id: &'static str,
-    /// Of its value.
+    /// The type of the value.
     pub kind: AttributeType,
-    /// The first is the default; the others of one that can be changed are recommended.
+    /// The values: the first is the default, the others are recommended for a modifiable attribute.
     pub values: Vec<String>,
-    /// Clients may change it.
+    /// Whether clients may change the value.
     pub is_modifiable: bool,
-    /// Nothing but the recommended values is taken.
+    /// Whether only recommended values are accepted.
     pub only_recommended: bool,
 }
 
@@ -64,7 +64,7 @@ pub(super) fn attributes_of(blueprint: &Blueprint) -> Vec<Attribute> {
     }
 }
 
-/// Paints that are recommended beside a vehicle's own: those of ambulances and the like are fixed.
+/// Paint colours recommended beside a vehicle's default colour.
 const PAINTS: [[u8; 3]; 5] =
     [[17, 37, 103], [180, 44, 43], [0, 0, 0], [255, 255, 255], [137, 137, 137]];
 

@@ -1,20 +1,20 @@
-//! What an actor is made from.
+//! What an actor is made from: sizes, masses, wheels.
 
 use std::sync::OnceLock;
 
 use glam::Vec3;
 use mesh::Tag;
 
-use super::{looks::Looks, recipe::Recipe, rig::Rig};
+use super::{geometry::Geometry, mesh_source::MeshSource, rig::Rig};
 
-/// What kind of thing a blueprint makes.
+/// The kind of actor that a blueprint makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Something with wheels and a driver.
+    /// A vehicle with wheels and a driver.
     Vehicle,
-    /// Someone on foot.
+    /// A pedestrian.
     Walker,
-    /// Anything that just stands there.
+    /// A static prop.
     Prop,
     /// The lamp box of a traffic light.
     TrafficLight,
@@ -23,56 +23,61 @@ pub enum Kind {
 /// A wheel of a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wheel {
-    /// The hub's middle at rest, in actor space. Metres.
+    /// The middle of the hub at rest, in actor space. Metres.
     pub position_m: Vec3,
-    /// Of the loaded tyre. Metres.
+    /// The radius of the loaded tyre. Metres.
     pub radius_m: f32,
-    /// Of the tyre. Metres.
+    /// The width of the tyre. Metres.
     pub width_m: f32,
-    /// The steering turns it.
+    /// Whether the steering turns it.
     pub steered: bool,
-    /// The engine turns it.
+    /// Whether the engine drives it.
     pub driven: bool,
 }
 
-/// What an actor is made from.
+/// A blueprint: what an actor is made from.
 ///
-/// Actor space: the origin lies on the ground below the middle of the wheelbase (of the feet, of
-/// the base), x forward, y left, z up.
+/// Actor space: the origin lies on the ground below the middle of the wheelbase (of the feet of a
+/// walker, of the base of a prop), x forward, y left, z up.
 #[derive(Debug)]
 pub struct Blueprint {
     /// CARLA's id, such as `vehicle.tesla.model3`.
     pub id: &'static str,
-    /// What it makes.
+    /// The kind of actor.
     pub kind: Kind,
-    /// What a semantic camera calls it; riders and glass may carry a tag of their own.
+    /// The semantic tag of the actor; riders and glass may have tags of their own.
     pub tag: Tag,
-    /// CARLA's `base_type`: car, truck, van, bus, motorcycle, bicycle; empty for what has none.
+    /// CARLA's `base_type`: car, truck, van, bus, motorcycle, bicycle; empty for other actors.
     pub base_type: &'static str,
-    /// CARLA's `special_type`: emergency, taxi, electric; empty for most.
+    /// CARLA's `special_type`: emergency, taxi, electric; empty for most vehicles.
     pub special_type: &'static str,
     /// CARLA's `generation`: 1 or 2.
     pub generation: u8,
-    /// Half of length, width (mirrors included) and height, doors shut and arms at rest. Metres.
+    /// Half of length, width (with mirrors) and height, with closed doors and hanging arms. Metres.
     pub half_extents_m: Vec3,
-    /// The middle of the box, in actor space. Metres.
+    /// The middle of the bounding box, in actor space. Metres.
     pub center_m: Vec3,
-    /// Front left, front right, rear left, rear right; front, rear on two wheels; else none.
+    /// Front left, front right, rear left, rear right; front, rear on two wheels; otherwise empty.
     pub wheels: Vec<Wheel>,
-    /// Ready to drive. Kilograms.
+    /// The mass, ready to drive. Kilograms.
     pub mass_kg: f32,
-    /// Between the axles; 0 without wheels. Metres.
+    /// The distance between the axles; 0 without wheels. Metres.
     pub wheelbase_m: f32,
-    /// Of the paint, sRGB.
+    /// The default colour of the paint, sRGB.
     pub default_color: [u8; 3],
-    pub(super) recipe: Recipe,
+    pub(super) mesh_source: MeshSource,
     pub(super) rig: OnceLock<Rig>,
-    pub(super) looks: OnceLock<Looks>,
+    pub(super) geometry: OnceLock<Geometry>,
 }
 
 impl Blueprint {
-    /// A blueprint without size, mass or wheels.
-    pub(super) fn new(id: &'static str, kind: Kind, tag: Tag, recipe: Recipe) -> Blueprint {
+    /// Returns a blueprint without size, mass and wheels.
+    pub(super) fn new(
+        id: &'static str,
+        kind: Kind,
+        tag: Tag,
+        mesh_source: MeshSource,
+    ) -> Blueprint {
         Blueprint {
             id,
             kind,
@@ -86,9 +91,9 @@ impl Blueprint {
             mass_kg: 0.0,
             wheelbase_m: 0.0,
             default_color: [128; 3],
-            recipe,
+            mesh_source,
             rig: OnceLock::new(),
-            looks: OnceLock::new(),
+            geometry: OnceLock::new(),
         }
     }
 }

@@ -15,16 +15,16 @@ use crate::{
     mesh_builder::{FIRST_CAP, LAST_CAP, MeshBuilder},
 };
 
-/// Colours of parts that are not the actor's own.
+/// Colours of parts that do not have the actor's own colour.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Livery {
-    /// Everything above the window sill.
+    /// The colour of everything above the window sill.
     pub(super) upper: Option<[u8; 3]>,
     pub(super) doors: Option<[u8; 3]>,
 }
 
-/// The body, without wheels; nose at `measure.nose_m`, mirrors included. Doors are objects of
-/// their own, after [`SHELL`], in CARLA's order.
+/// Builds the body with mirrors and without wheels; the nose lies at `measure.nose_m`. Doors are
+/// separate objects after [`SHELL`], in CARLA's order.
 pub(super) fn body(
     builder: &mut MeshBuilder,
     shape: &Silhouette,
@@ -32,7 +32,7 @@ pub(super) fn body(
     livery: Livery,
 ) {
     let stations = stations(shape, measure);
-    // Lamps and plates stand out by `RELIEF` and make up the full length.
+    // Lamps and plates protrude by `RELIEF`, which completes the full length.
     let rings: Vec<Vec<Vec3>> = stations.iter().map(|x| ring(shape, measure, *x)).collect();
     let doors = shape.door_cuts();
     let shell = if doors.is_empty() { 0 } else { SHELL };
@@ -79,7 +79,7 @@ pub(super) fn body(
     builder.object(shell);
 }
 
-/// What one sees behind the wheels instead of the other side of the street.
+/// Adds the wheel housings, which block the view through the wheel arches.
 fn linings(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure) {
     builder.material(Material::Plastic);
     for wheel in measure.wheels.iter().filter(|wheel| wheel.position_m.y > 0.0) {
@@ -91,7 +91,7 @@ fn linings(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure) {
     }
 }
 
-/// Floor, dashboard and seats: seen through an open door.
+/// Adds floor, dashboard and seats, which are visible through an open door.
 fn interior(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure) {
     builder.object(INTERIOR).material(Material::Plastic);
     let (half, height) = (measure.body_m * 0.5, measure.size_m.z);
@@ -129,7 +129,7 @@ fn interior(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure) {
     );
 }
 
-/// Where to cut the body, tail first.
+/// Returns the cross sections at which the body is cut, tail first.
 fn stations(shape: &Silhouette, measure: &Measure) -> Vec<f32> {
     let mut cuts: Vec<f32> = shape.top.iter().map(|point| point.0).collect();
     let doors = shape.door_cuts();
@@ -137,7 +137,7 @@ fn stations(shape: &Silhouette, measure: &Measure) -> Vec<f32> {
     cuts.extend([shape.windows.0, shape.windows.1]);
     cuts.extend(shape.pillars.iter().flat_map(|pillar| [pillar - PILLAR, pillar + PILLAR]));
     cuts.extend(shape.plan.iter().map(|point| point.0));
-    // Least wanted last: of two cuts that nearly coincide the earlier in this list stays.
+    // Least important cuts last: of two cuts that nearly coincide, the earlier one is kept.
     for wheel in measure.wheels.iter().filter(|wheel| wheel.position_m.y > 0.0) {
         let reach = arch_radius(wheel);
         let hub = measure.nose_m - wheel.position_m.x;
@@ -166,9 +166,9 @@ fn arch_radius(wheel: &Wheel) -> f32 {
     wheel.radius_m * 1.14
 }
 
-/// Height of the lower edge: the ground clearance, raised over wheels.
+/// The height of the lower edge: the ground clearance, raised over wheels. Metres.
 fn sill(shape: &Silhouette, measure: &Measure, x_m: f32, share: f32) -> f32 {
-    // Nose and tail sweep up a little, as bumpers do.
+    // The lower edge rises a little at nose and tail, as bumpers do.
     let sweep = (0.04 - share).max(share - 0.95).max(0.0) * 1.2;
     measure
         .wheels
@@ -181,7 +181,7 @@ fn sill(shape: &Silhouette, measure: &Measure, x_m: f32, share: f32) -> f32 {
         .fold(shape.clearance_m + sweep, f32::max)
 }
 
-/// Points of a ring: 15 up the left side, 13 down the right.
+/// Points of a ring: 15 up the left side, 13 down the right side.
 const RING: usize = 28;
 
 /// The outline across the car at one station.
@@ -194,7 +194,7 @@ fn ring(shape: &Silhouette, measure: &Measure, share: f32) -> Vec<Vec3> {
     let usual_sill = shape.clearance_m.min(belt - 0.06);
     let waist = (usual_sill + (belt - usual_sill) * 0.55).max(sill + (belt - sill) * 0.30);
 
-    // How much of the greenhouse stands here: 0 on the bonnet, 1 under the roof.
+    // How much of the cabin rises here: 0 on the bonnet, 1 below the roof.
     let rise = ((top - belt) / (height * 0.30)).clamp(0.0, 1.0);
     let roof = half * (0.86 + (shape.roof - 0.86) * rise);
     let crown = if shape.is_angular { 0.008 } else { 0.020 + 0.012 * rise }.min((top - belt) * 0.4);

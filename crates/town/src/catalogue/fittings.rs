@@ -1,4 +1,4 @@
-//! Parts that several kinds of vehicles carry: mirrors, door handles, light bars, taxi signs.
+//! Parts that several kinds of vehicles have: mirrors, door handles, light bars, taxi signs.
 
 use glam::{Vec3, vec3};
 use mesh::Material;
@@ -8,7 +8,7 @@ use crate::{
     mesh_builder::MeshBuilder,
 };
 
-/// Mirrors and handles belong to their doors, where doors open.
+/// Adds mirrors and handles. They belong to their doors, where doors open.
 pub(super) fn mirrors_and_handles(
     builder: &mut MeshBuilder,
     shape: &Silhouette,
@@ -60,7 +60,7 @@ pub(super) fn mirrors_and_handles(
     builder.object(if cuts.is_empty() { 0 } else { SHELL });
 }
 
-/// A light bar whose upper edge is `top`.
+/// Adds a light bar whose upper edge is at `top`.
 pub(super) fn beacons(builder: &mut MeshBuilder, top: Vec3, half_width: f32, height: f32) {
     let lens = height * 0.62;
     for (from, to, rgb) in
@@ -79,7 +79,7 @@ pub(super) fn beacons(builder: &mut MeshBuilder, top: Vec3, half_width: f32, hei
     );
 }
 
-/// A taxi sign whose upper edge is `top`.
+/// Adds a taxi sign whose upper edge is at `top`.
 pub(super) fn taxi_sign(builder: &mut MeshBuilder, top: Vec3, height: f32) {
     builder.material(Material::LampWhite);
     builder

@@ -10,8 +10,8 @@ use crate::{
         blueprint::{Blueprint, Kind, Wheel},
         car::{self, Livery},
         heavy::{self, Heavy},
+        mesh_source::MeshSource,
         profile::{Measure, SHELL, Silhouette},
-        recipe::Recipe,
         rig::{Joint, Motion, Rig},
         silhouettes,
         trim::{self, Extra, Grille, Lamps, Tail, Trim},
@@ -21,7 +21,7 @@ use crate::{
     mesh_builder::{self, MeshBuilder},
 };
 
-/// How a vehicle is built.
+/// How the mesh of a vehicle is built.
 enum Build {
     Car(&'static Silhouette, Trim),
     Heavy(Heavy),
@@ -29,7 +29,7 @@ enum Build {
 }
 use Build::Car;
 
-/// Which axles the engine turns.
+/// The driven axles.
 #[derive(Clone, Copy, PartialEq)]
 enum Drive {
     Front,
@@ -39,7 +39,7 @@ enum Drive {
 }
 use Drive::{All, Front, Legs, Rear};
 
-/// A row of the table.
+/// A row of the table of vehicles.
 struct Row(
     &'static str,
     Build,
@@ -109,7 +109,7 @@ static TABLE: [Row; 40] = [
     Row("vehicle.yamaha.yzf", Build::Bike(two_wheels::SPORT), [2.209, 0.867, 1.530], 1.0, 1.510, 0.5, 0.340, 290.0, Rear, BLUE, ""),
 ];
 
-/// CARLA's second generation.
+/// The ids of CARLA's second generation of vehicles.
 const SECOND: [&str; 14] = [
     "vehicle.carlamotors.european_hgv",
     "vehicle.carlamotors.firetruck",
@@ -127,7 +127,7 @@ const SECOND: [&str; 14] = [
     "vehicle.volkswagen.t2_2021",
 ];
 
-/// Every vehicle, sorted by id.
+/// Returns every vehicle, sorted by id.
 pub(super) fn vehicles() -> Vec<Blueprint> {
     let mut all: Vec<Blueprint> = (0..TABLE.len()).map(build).collect();
     all.sort_by_key(|blueprint| blueprint.id);
@@ -160,22 +160,22 @@ fn build(number: usize) -> Blueprint {
         mass_kg: mass,
         wheelbase_m: wheelbase,
         default_color: color,
-        ..Blueprint::new(id, Kind::Vehicle, tag, Recipe::Vehicle(number))
+        ..Blueprint::new(id, Kind::Vehicle, tag, MeshSource::Vehicle(number))
     }
 }
 
 fn measure<'a>(row: &Row, blueprint: &'a Blueprint) -> Measure<'a> {
     let size = Vec3::from_array(row.2);
     let nose_m = blueprint.center_m.x + size.x * 0.5;
-    // The roof's burden is part of the height, what hangs behind the tail of the length.
+    // Loads on the roof count towards the height, parts behind the tail towards the length.
     let size_m = match &row.1 {
-        Car(_, trim) => size - vec3(trim.3.trailing_m(), 0.0, trim.3.burden_m()),
+        Car(_, trim) => size - vec3(trim.3.trailing_m(), 0.0, trim.3.roof_load_m()),
         _ => size,
     };
     Measure { size_m, body_m: size.y * row.3, nose_m, wheels: &blueprint.wheels }
 }
 
-/// How the pieces of a vehicle move: the body, its wheels, then what else it has.
+/// Returns the rig of a vehicle: the body, its wheels, then its other joints.
 pub(super) fn rig(number: usize, blueprint: &Blueprint) -> Rig {
     let row = &TABLE[number];
     let measure = measure(row, blueprint);
@@ -213,8 +213,8 @@ pub(super) fn rig(number: usize, blueprint: &Blueprint) -> Rig {
     Rig { joints, skeleton: None }
 }
 
-/// The mesh, whose faces name their joints.
-pub(super) fn sculpt(number: usize, blueprint: &Blueprint) -> Mesh {
+/// Builds the mesh; each face names its joint as its object.
+pub(super) fn build_mesh(number: usize, blueprint: &Blueprint) -> Mesh {
     let row = &TABLE[number];
     let measure = measure(row, blueprint);
     let mut builder = MeshBuilder::new(blueprint.tag, mesh::Material::CarPaint, 0);
@@ -237,13 +237,13 @@ pub(super) fn sculpt(number: usize, blueprint: &Blueprint) -> Mesh {
     let mut mesh = fitted(builder.mesh, blueprint);
     for (one, joint) in blueprint.wheels.iter().zip(1..) {
         let mut builder = MeshBuilder::new(blueprint.tag, mesh::Material::Rubber, joint);
-        wheel::tyre(&mut builder, one, 18);
+        wheel::car_wheel(&mut builder, one, 18);
         mesh.append(&builder.mesh);
     }
     mesh
 }
 
-/// Stretched by the little that makes it exactly as long, broad and high as the table says.
+/// Scales the mesh slightly, to exactly the length, width and height of the table.
 fn fitted(mut mesh: Mesh, blueprint: &Blueprint) -> Mesh {
     let (low, high) = mesh_builder::bounds(&mesh);
     let (half, center) = (blueprint.half_extents_m, blueprint.center_m);
@@ -274,7 +274,7 @@ fn four_wheels(size: Vec3, body: f32, wheelbase: f32, radius: f32, drive: Drive)
         .to_vec()
 }
 
-/// The sizes that the table promises, for the tests.
+/// The sizes of the table, for the tests.
 #[cfg(test)]
 pub(super) fn promised() -> Vec<(&'static str, Vec3)> {
     TABLE.iter().map(|row| (row.0, Vec3::from_array(row.2))).collect()

@@ -1,8 +1,8 @@
-//! glTF 2.0 files in the place of procedural meshes.
+//! glTF 2.0 files that replace procedural meshes.
 //!
-//! glTF is right-handed with y up and looks along z: its z, x, y are our x, y, z. A node that is
-//! called as a joint of the blueprint's rig (`wheel_fl`, `door_rr`, `crl_thigh__L`), and what lies
-//! below it, moves as that joint, about the node's own origin; everything else is the body.
+//! glTF is right-handed with y up and z forward: its z, x, y are x, y, z here. A node that has the
+//! name of a joint of the blueprint's rig (`wheel_fl`, `door_rr`, `crl_thigh__L`) moves as that
+//! joint about the node's origin, together with the nodes below it. All other nodes are the body.
 
 use std::borrow::Cow;
 
@@ -14,67 +14,67 @@ use mesh::{Face, Material, Mesh, Tag};
 
 use super::{
     blueprint::Blueprint,
-    looks::Looks,
+    geometry::Geometry,
     rig::{Motion, Rig},
 };
 
-/// Why a file cannot take a mesh's place.
+/// Why a glTF file cannot replace a mesh.
 #[derive(Debug, thiserror::Error)]
-pub enum MeshFault {
-    /// It is no glTF.
-    #[error("it is no binary glTF 2.0: {0}")]
+pub enum MeshError {
+    /// The bytes are not glTF.
+    #[error("not a binary glTF 2.0 file: {0}")]
     Syntax(#[from] ::gltf::Error),
-    /// It refers to another file.
-    #[error("its buffer {0} lies in another file; export it as one .glb")]
+    /// A buffer is in another file.
+    #[error("buffer {0} is in another file; export the model as one .glb")]
     Elsewhere(usize),
-    /// A part of it is missing.
-    #[error("{0} holds {1}, which ends beyond the file's {2} bytes")]
+    /// The file ends before one of its parts.
+    #[error("{0} contains {1}, which ends beyond the file's {2} bytes")]
     Short(Cow<'static, str>, usize, usize),
-    /// A number that names nothing.
-    #[error("it names {0} that it does not hold")]
+    /// An index has no target.
+    #[error("dangling reference to {0}")]
     Dangling(&'static str),
-    /// Nodes within nodes within nodes.
-    #[error("its nodes hold each other, or are more than {NODES_MAX}")]
+    /// The nodes form a cycle, or there are too many.
+    #[error("the nodes form a cycle, or are more than {NODES_MAX}")]
     Endless,
-    /// Nothing to see.
-    #[error("it holds no triangle")]
+    /// The file has no triangles.
+    #[error("no triangles")]
     Empty,
-    /// Too much to see.
-    #[error("it holds {0} triangles, {TRIANGLES_MAX} is the most; decimate it")]
+    /// The file has too many triangles.
+    #[error("too many triangles: {0}, the maximum is {TRIANGLES_MAX}; decimate the model")]
     Large(usize),
-    /// A corner nowhere.
-    #[error("node {0} has a corner that is not finite, or further than 1 km from its origin")]
+    /// A vertex is not finite or too far away.
+    #[error("node {0} has a vertex that is not finite, or further than 1 km from the origin")]
     Far(String),
-    /// Numbers of another type than glTF asks for.
-    #[error("the {1} of node {0} are not {2}")]
+    /// An accessor has another component type than glTF demands.
+    #[error("unsupported type of the {1} of node {0}: expected {2}")]
     Type(String, &'static str, &'static str),
-    /// Indices beyond the corners.
-    #[error("node {0} names corner {1} of {2}")]
+    /// An index exceeds the number of vertices.
+    #[error("vertex index out of range in node {0}: {1} of {2} vertices")]
     Corner(String, u32, usize),
 }
 
-/// The most triangles that a file may bring.
+/// The most triangles that a file may have.
 const TRIANGLES_MAX: usize = 200_000;
-/// The most nodes, counted as often as they are placed.
+/// The most nodes, counted once for each time they are placed.
 const NODES_MAX: u32 = 10_000;
 
-/// What a blueprint looks like with the meshes of a file, and how it moves then.
-pub fn replaced(blueprint: &Blueprint, glb: &[u8]) -> Result<(Looks, Rig), MeshFault> {
-    // The crate's own checks take for granted what they check.
+/// Returns the geometry of a blueprint with the meshes of a file, and the rig that moves it.
+pub fn replaced(blueprint: &Blueprint, glb: &[u8]) -> Result<(Geometry, Rig), MeshError> {
+    // Validation in the glTF crate itself assumes what is checked here first.
     let Gltf { document, blob } = Gltf::from_slice_without_validation(glb)?;
     if let Some(what) = dangling(document.as_json()) {
-        return Err(MeshFault::Dangling(what));
+        return Err(MeshError::Dangling(what));
     }
     let blob = blob.unwrap_or_default();
     for buffer in document.buffers() {
         if !matches!(buffer.source(), ::gltf::buffer::Source::Bin) {
-            return Err(MeshFault::Elsewhere(buffer.index()));
+            return Err(MeshError::Elsewhere(buffer.index()));
         }
     }
     for view in document.views() {
         let end = view.offset().saturating_add(view.length());
         if end > blob.len() {
-            return Err(MeshFault::Short("a view".into(), end, blob.len()));
+            return Err(MeshError::Short("a view".into(), end, blob.len()));
         }
     }
     check_accessors(&document)?;
@@ -92,13 +92,13 @@ pub fn replaced(blueprint: &Blueprint, glb: &[u8]) -> Result<(Looks, Rig), MeshF
     }
     let count = taker.mesh.triangles.len();
     match count {
-        0 => Err(MeshFault::Empty),
-        1..=TRIANGLES_MAX => Ok((Looks::of(&taker.rig, taker.mesh), taker.rig)),
-        _ => Err(MeshFault::Large(count)),
+        0 => Err(MeshError::Empty),
+        1..=TRIANGLES_MAX => Ok((Geometry::of(&taker.rig, taker.mesh), taker.rig)),
+        _ => Err(MeshError::Large(count)),
     }
 }
 
-/// What a file refers to that it does not hold, or cannot hold.
+/// Checks that everything the file refers to is in the file.
 fn dangling(root: &Root) -> Option<&'static str> {
     let [nodes, meshes, accessors] = [root.nodes.len(), root.meshes.len(), root.accessors.len()];
     let (views, buffers, materials) =
@@ -145,15 +145,15 @@ fn dangling(root: &Root) -> Option<&'static str> {
     found.into_iter().find(|(_, is_there)| !is_there).map(|(what, _)| what)
 }
 
-/// That every accessor lies within its view: the reader takes it for granted.
-fn check_accessors(document: &Document) -> Result<(), MeshFault> {
+/// Checks that every accessor lies within its buffer view, which the reader assumes.
+fn check_accessors(document: &Document) -> Result<(), MeshError> {
     for accessor in document.accessors() {
         let Some(view) = accessor.view() else { continue };
         let stride = view.stride().unwrap_or(accessor.size());
         let rows = accessor.count().saturating_sub(1).saturating_mul(stride);
         let end = accessor.offset().saturating_add(rows).saturating_add(accessor.size());
         if accessor.count() > 0 && end > view.length() {
-            return Err(MeshFault::Short("an accessor".into(), end, view.length()));
+            return Err(MeshError::Short("an accessor".into(), end, view.length()));
         }
     }
     Ok(())
@@ -173,11 +173,11 @@ impl Taker<'_> {
         shell.unwrap_or(0) as u32
     }
 
-    /// A node and what lies below it.
-    fn take(&mut self, node: &Node, above: Mat4, joint: u32, depth: u32) -> Result<(), MeshFault> {
+    /// Reads a node and the nodes below it.
+    fn take(&mut self, node: &Node, above: Mat4, joint: u32, depth: u32) -> Result<(), MeshError> {
         self.nodes += 1;
         if depth > 64 || self.nodes > NODES_MAX {
-            return Err(MeshFault::Endless);
+            return Err(MeshError::Endless);
         }
         let placed = above * Mat4::from_cols_array_2d(&node.transform().matrix());
         let name = node.name().unwrap_or_default();
@@ -195,7 +195,7 @@ impl Taker<'_> {
         node.children().try_for_each(|child| self.take(&child, placed, joint, depth + 1))
     }
 
-    /// A joint turns about its node's origin, unless that is the whole file's.
+    /// A joint turns about the origin of its node, unless that is the origin of the whole file.
     fn pivot(&mut self, joint: usize, origin: Vec3) {
         if origin == Vec3::ZERO {
             return;
@@ -214,17 +214,17 @@ impl Taker<'_> {
         placed: Mat4,
         joint: u32,
         name: &str,
-    ) -> Result<(), MeshFault> {
+    ) -> Result<(), MeshError> {
         let is = |accessor: &Accessor, types: &[DataType], shape: Dimensions| {
             types.contains(&accessor.data_type()) && accessor.dimensions() == shape
         };
         let corners = primitive.get(&Semantic::Positions);
         if !corners.is_some_and(|a| is(&a, &[DataType::F32], Dimensions::Vec3)) {
-            return Err(MeshFault::Type(name.to_owned(), "corners", "three floats"));
+            return Err(MeshError::Type(name.to_owned(), "corners", "three floats"));
         }
         let whole = [DataType::U8, DataType::U16, DataType::U32];
         if primitive.indices().is_some_and(|a| !is(&a, &whole, Dimensions::Scalar)) {
-            return Err(MeshFault::Type(name.to_owned(), "indices", "whole numbers"));
+            return Err(MeshError::Type(name.to_owned(), "indices", "whole numbers"));
         }
         let reader = primitive.reader(|_| Some(self.blob));
         let base = self.mesh.positions.len() as u32;
@@ -232,7 +232,7 @@ impl Taker<'_> {
         for position in reader.read_positions().into_iter().flatten() {
             let point = ours(placed.transform_point3(Vec3::from_array(position)));
             if !point.is_finite() || point.abs().max_element() > 1000.0 {
-                return Err(MeshFault::Far(name.to_owned()));
+                return Err(MeshError::Far(name.to_owned()));
             }
             self.mesh.vertex(point.to_array());
             count += 1;
@@ -242,9 +242,9 @@ impl Taker<'_> {
             None => (0..count).collect(),
         };
         if let Some(wrong) = indices.iter().find(|index| **index >= count) {
-            return Err(MeshFault::Corner(name.to_owned(), *wrong, count as usize));
+            return Err(MeshError::Corner(name.to_owned(), *wrong, count as usize));
         }
-        // A mirrored node turns its triangles inside out.
+        // A mirroring transform reverses the winding of triangles.
         let is_mirrored = placed.determinant() < 0.0;
         let face = face_of(&primitive.material(), self.blueprint.tag, joint);
         for corners in indices.chunks_exact(3) {
@@ -259,20 +259,20 @@ fn ours(point: Vec3) -> Vec3 {
     vec3(point.z, point.x, point.y)
 }
 
-/// A material that is called as one of ours is that one; any other is metal, glass or plastic of
-/// its base colour.
+/// A material named like a [`Material`] is that material; any other becomes metal, glass or plastic
+/// of its base colour.
 fn face_of(material: &::gltf::Material, tag: Tag, joint: u32) -> Face {
     let name = material.name().unwrap_or_default();
     let known = Material::ALL.iter().find(|m| format!("{m:?}").eq_ignore_ascii_case(name));
     if let Some(known) = known {
         return Face::new(tag, *known, joint);
     }
-    let looks = material.pbr_metallic_roughness();
-    let [red, green, blue, alpha] = looks.base_color_factor();
+    let pbr = material.pbr_metallic_roughness();
+    let [red, green, blue, alpha] = pbr.base_color_factor();
     if alpha < 0.7 {
         return Face::new(tag, Material::Glass, joint);
     }
-    let coat = if looks.metallic_factor() > 0.5 && material.index().is_some() {
+    let coat = if pbr.metallic_factor() > 0.5 && material.index().is_some() {
         Material::Metal
     } else {
         Material::Plastic

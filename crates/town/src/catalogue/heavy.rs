@@ -1,4 +1,4 @@
-//! Trucks, buses and what sits on roofs.
+//! Trucks and buses.
 
 use glam::{Vec3, vec3};
 use mesh::{Material, Tag};
@@ -14,7 +14,7 @@ use crate::{
     mesh_builder::MeshBuilder,
 };
 
-/// How a large vehicle is put together.
+/// How a large vehicle is composed.
 #[derive(Debug)]
 pub(super) struct Heavy {
     pub(super) tag: Tag,
@@ -22,16 +22,17 @@ pub(super) struct Heavy {
     load: Load,
 }
 
-/// What stands behind the cab.
+/// The part behind the cab.
 #[derive(Debug, PartialEq)]
 enum Load {
-    /// Nothing: one body with windows all along.
+    /// None: one body with windows along its whole length.
     Seats,
-    /// A closed box of this material; the second number is the cab's share of the height.
+    /// A closed box of this material; the second number is the fraction of the height that the cab
+    /// has.
     Box(f32, f32, Material),
     /// Pumps, lockers and a ladder.
     Fire(f32, f32),
-    /// A sick bay with beacons.
+    /// A patient compartment with beacons.
     Bay(f32, f32),
 }
 
@@ -67,7 +68,7 @@ const CAB: Silhouette = Silhouette {
     is_angular: false,
 };
 
-/// A bonneted cab, as vans have.
+/// A cab with a bonnet, as on vans.
 const SNOUT: Silhouette = Silhouette {
     top: &[
         (0.0, 0.36, Skin::Paint),
@@ -89,7 +90,7 @@ const SNOUT: Silhouette = Silhouette {
     is_angular: false,
 };
 
-/// The cab that is lofted, if not all of it is; and its measure.
+/// The part of the vehicle that is lofted, and its dimensions.
 pub(super) fn cab<'a>(heavy: &Heavy, measure: &Measure<'a>) -> (&'static Silhouette, Measure<'a>) {
     let (shape, share, height) = match heavy.load {
         Load::Seats => (&silhouettes::COACH, 1.0, 1.0),
@@ -101,7 +102,7 @@ pub(super) fn cab<'a>(heavy: &Heavy, measure: &Measure<'a>) -> (&'static Silhoue
     (shape, Measure { size_m, wheels, ..*measure })
 }
 
-/// The body, without wheels.
+/// Builds the body, without wheels.
 pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure) {
     let (shape, front) = cab(heavy, measure);
     let livery = match heavy.load {
@@ -130,7 +131,7 @@ pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure) 
             crate_of(builder, low, high);
             stripes(builder, low, high, if material == Material::Metal { 5 } else { 0 });
             if material == Material::CarPaint {
-                // The wave that a soft drink has on its side.
+                // The wave of a soft drink's logo, on both sides.
                 builder.tinted(Material::Sign, [240, 238, 234]);
                 for side in [low.y, high.y] {
                     let out = 0.006 * side.signum();
@@ -192,7 +193,7 @@ pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure) 
     }
 }
 
-/// A box with broken edges.
+/// A box with bevelled edges.
 fn crate_of(builder: &mut MeshBuilder, low: Vec3, high: Vec3) {
     let ring = |x: f32, cut: f32| {
         let (y, c) = (high.y - cut, 0.06);
@@ -221,7 +222,7 @@ fn cross(builder: &mut MeshBuilder, low: Vec3, high: Vec3) {
     }
 }
 
-/// What only a bus has: a door on the right, a destination, a box on the roof.
+/// Adds the parts that only a bus has: a door on the right, a destination sign, a box on the roof.
 fn seats(builder: &mut MeshBuilder, measure: &Measure) {
     let (half, height) = (measure.body_m * 0.5, measure.size_m.z);
     builder.material(Material::Glass);

@@ -1,33 +1,33 @@
-//! What decides where the pieces of an actor are.
+//! The inputs that decide where the pieces of an actor are.
 
 use glam::{Quat, Vec3};
 
-/// What decides how an actor holds itself.
+/// The posture of an actor: everything that moves its pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Posture<'a> {
-    /// How far steered wheels are turned, positive to the left.
+    /// The angle of the steered wheels, positive to the left.
     pub steer_rad: f32,
-    /// How far wheels have rolled, modulo one turn.
+    /// The rotation of the wheels, modulo one turn.
     pub spin_rad: f32,
     /// Open doors, one bit each.
     pub doors: u32,
-    /// How much of the present stride (two steps) is done, 0 to 1.
+    /// The phase of the current stride (two steps), 0 to 1.
     pub stride: f32,
-    /// Over ground. Metres per second.
+    /// The speed over ground. Metres per second.
     pub speed_mps: f32,
-    /// Of a walker who fell: how each limb is turned against the one that carries it, in the order
-    /// of [`LIMB_BONES`](crate::LIMB_BONES).
+    /// For a fallen walker: the rotation of each limb relative to its parent, in the order of
+    /// [`LIMB_BONES`](crate::LIMB_BONES).
     pub limbs: Option<[Quat; 10]>,
-    /// What a walker was told to hold beside its walk.
-    pub given: Option<Given<'a>>,
+    /// A pose set by a client, blended with the walk.
+    pub given: Option<GivenPose<'a>>,
 }
 
-/// A pose that a walker was given.
+/// A pose that a client set for a walker.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Given<'a> {
-    /// How much of it shows: 0 the walk alone, 1 it alone.
-    pub share: f32,
-    /// By bone, `parent_from_bone` of those that were set: where it begins, and how it is turned.
-    /// The others are as at rest.
+pub struct GivenPose<'a> {
+    /// The weight of the pose: 0 shows only the walk, 1 only the pose.
+    pub weight: f32,
+    /// By bone, `parent_from_bone` as origin and rotation for the bones that were set. The others
+    /// are at rest.
     pub bones: &'a [Option<(Vec3, Quat)>],
 }

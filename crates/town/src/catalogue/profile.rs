@@ -1,17 +1,17 @@
-//! The profiles of car bodies: what a silhouette says at a share of the length.
+//! The profiles of car bodies.
 //!
-//! Tables are in shares: x from 0 at the nose to 1 at the tail, heights of the whole height, widths
-//! of the body's half width. Smooth curves run through their points, straight lines through those
-//! of angular bodies.
+//! Tables are in fractions: x from 0 at the nose to 1 at the tail, heights of the whole height,
+//! widths of the body's half width. Smooth curves pass through the points; angular bodies use
+//! straight lines.
 
 use glam::Vec3;
 
 use crate::catalogue::blueprint::Wheel;
 
-/// What the upper skin is made of from one point of the profile to the next.
+/// The material of the upper skin from one point of the profile to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Skin {
-    /// Painted sheet.
+    /// Painted sheet metal.
     Paint,
     /// Windscreen or rear window.
     Pane,
@@ -21,29 +21,29 @@ use Skin::Paint;
 /// The silhouette of a class of cars.
 #[derive(Debug)]
 pub(super) struct Silhouette {
-    /// Upper edge seen from the side, nose to tail.
+    /// The upper edge in side view, nose to tail.
     pub(super) top: &'static [(f32, f32, Skin)],
-    /// Height of the window sill.
+    /// The height of the window sill.
     pub(super) belt: &'static [(f32, f32)],
-    /// Half width seen from above.
+    /// The half width in top view.
     pub(super) plan: &'static [(f32, f32)],
-    /// Half width of the roof.
+    /// The half width of the roof.
     pub(super) roof: f32,
-    /// Where the side windows begin and end.
+    /// The start and end of the side windows.
     pub(super) windows: (f32, f32),
-    /// Pillars that divide them.
+    /// The pillars between the side windows.
     pub(super) pillars: &'static [f32],
-    /// Where the mirrors sit.
+    /// The position of the mirrors.
     pub(super) mirror: f32,
-    /// Ground clearance. Metres.
+    /// The ground clearance. Metres.
     pub(super) clearance_m: f32,
-    /// How many doors open: 0, 2 or 4.
+    /// The number of doors that open: 0, 2 or 4.
     pub(super) doors: u8,
-    /// Drawn with straight lines.
+    /// Whether straight lines connect the points of the tables.
     pub(super) is_angular: bool,
 }
 
-/// How big, and where the wheels are.
+/// The dimensions of a vehicle, and its wheels.
 pub(super) struct Measure<'a> {
     /// Length, width with mirrors, height. Metres.
     pub(super) size_m: Vec3,
@@ -55,8 +55,8 @@ pub(super) struct Measure<'a> {
     pub(super) wheels: &'a [Wheel],
 }
 
-/// A curve through the points of a table sorted by x, flat beyond its ends: monotone cubics
-/// (Fritsch and Butland 1984), so that nothing bulges between two points, or straight lines.
+/// A curve through the points of a table sorted by x, constant beyond its ends: monotone cubics
+/// (Fritsch and Butland 1984), which do not overshoot between two points, or straight lines.
 fn curve(points: &[(f32, f32)], x: f32, is_angular: bool) -> f32 {
     let last = points.len() - 1;
     if x <= points[0].0 {
@@ -95,18 +95,18 @@ fn curve(points: &[(f32, f32)], x: f32, is_angular: bool) -> f32 {
 }
 
 impl Silhouette {
-    /// Upper edge, as a share of the height.
+    /// The upper edge, as a fraction of the height.
     pub(super) fn top(&self, share: f32) -> f32 {
         let points: Vec<(f32, f32)> = self.top.iter().map(|point| (point.0, point.1)).collect();
         curve(&points, share, self.is_angular)
     }
 
-    /// Window sill, as a share of the height.
+    /// The window sill, as a fraction of the height.
     pub(super) fn belt(&self, share: f32) -> f32 {
         curve(self.belt, share, self.is_angular)
     }
 
-    /// Half width, as a share of the body's.
+    /// The half width, as a fraction of the body's half width.
     pub(super) fn plan(&self, share: f32) -> f32 {
         curve(self.plan, share, self.is_angular)
     }
@@ -123,7 +123,7 @@ impl Silhouette {
         self.pillars.iter().any(|pillar| (x - pillar).abs() < PILLAR)
     }
 
-    /// From where to where each of the left doors goes, front first.
+    /// The start and end of each left door, front first.
     pub(super) fn door_cuts(&self) -> Vec<(f32, f32)> {
         let first =
             (self.windows.0 - 0.012, self.pillars.first().copied().unwrap_or(self.windows.1));
@@ -137,17 +137,17 @@ impl Silhouette {
 }
 
 impl Measure<'_> {
-    /// x of a share of the length. Metres.
+    /// The x coordinate at a fraction of the length. Metres.
     pub(super) fn at(&self, share: f32) -> f32 {
         self.nose_m - RELIEF - share * (self.size_m.x - 2.0 * RELIEF)
     }
 }
 
-/// By how much lamps and plates stand out of the body. Metres.
+/// The distance by which lamps and plates protrude from the body. Metres.
 pub(super) const RELIEF: f32 = 0.012;
-/// Half the share of the length that a pillar takes.
+/// Half the width of a pillar, as a fraction of the length.
 pub(super) const PILLAR: f32 = 0.010;
-/// The share of the length that the gap between a door and its frame takes.
+/// The width of the gap between a door and its frame, as a fraction of the length.
 pub(super) const SEAM: f32 = 0.0035;
-/// The object of the body beside its doors, if it has any, and of the first door.
+/// The object of the body without its doors, if it has doors; the objects of the doors follow.
 pub(super) const SHELL: u32 = 5;

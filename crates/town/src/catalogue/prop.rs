@@ -1,4 +1,4 @@
-//! Things that just stand there: CARLA's 95 ids, each of a size that such a thing has.
+//! Static props: CARLA's 95 ids, each with a realistic size.
 
 mod garden;
 mod litter;
@@ -11,8 +11,8 @@ use mesh::{Material, Mesh, Tag};
 use crate::{
     catalogue::{
         blueprint::{Blueprint, Kind},
+        mesh_source::{MeshSource, Shape},
         prop::parts::Row,
-        recipe::{Recipe, Shape},
     },
     mesh_builder::{self, MeshBuilder},
 };
@@ -21,7 +21,7 @@ fn rows() -> impl Iterator<Item = &'static Row> {
     litter::ROWS.iter().chain(garden::ROWS).chain(street::ROWS)
 }
 
-/// All props, by id.
+/// Returns all props, sorted by id.
 pub(super) fn props() -> Vec<Blueprint> {
     let mut all: Vec<Blueprint> = rows().map(prop).collect();
     all.sort_by_key(|blueprint| blueprint.id);
@@ -35,12 +35,12 @@ fn prop(&(id, tag, size_m, mass_kg, shape): &Row) -> Blueprint {
         center_m: Vec3::Z * size.z * 0.5,
         mass_kg,
         default_color: [200, 90, 30],
-        ..Blueprint::new(id, Kind::Prop, tag, Recipe::Prop(tag, size_m, shape))
+        ..Blueprint::new(id, Kind::Prop, tag, MeshSource::Prop(tag, size_m, shape))
     }
 }
 
-/// The mesh of a prop: centred over the origin, standing on the ground, of exactly that size.
-pub(super) fn sculpt(tag: Tag, size_m: [f32; 3], shape: Shape) -> Mesh {
+/// Builds the mesh of a prop of exactly this size: centred over the origin, standing on the ground.
+pub(super) fn build_mesh(tag: Tag, size_m: [f32; 3], shape: Shape) -> Mesh {
     let mut builder = MeshBuilder::new(tag, Material::Plastic, 0);
     shape(&mut builder);
     let (low, high) = mesh_builder::bounds(&builder.mesh);

@@ -1,4 +1,4 @@
-//! How the pieces of a blueprint move: a pure function of what an actor's state says.
+//! How the pieces of a blueprint move: a pure function of an actor's posture.
 
 use glam::{Affine3A, Quat, Vec2, Vec3, vec2, vec3};
 
@@ -7,94 +7,96 @@ use super::{
     skeleton::{BODY_BONES, Skeleton},
 };
 
-/// The object of faces that are seen only while a door is open.
+/// The object of faces that are visible only while a door is open.
 pub(crate) const INTERIOR: u32 = 1000;
 
-/// The pieces that a blueprint is made of.
+/// The joints of a blueprint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rig {
-    /// One for each piece.
+    /// One joint for each piece.
     pub joints: Vec<Joint>,
-    /// Of a walker.
+    /// The skeleton of a walker.
     pub(crate) skeleton: Option<Skeleton>,
 }
 
-/// One piece and how it moves.
+/// One piece and its motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// As `wheel_fl`, `door_rr`, `crl_thigh__L`.
+    /// The name, such as `wheel_fl`, `door_rr`, `crl_thigh__L`.
     pub name: &'static str,
-    /// How.
+    /// The motion of the piece.
     pub motion: Motion,
 }
 
-/// How a piece moves. Points and axes are in actor space at rest.
+/// The motion of a piece. Points and axes are in actor space at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
-    /// Not at all.
+    /// Does not move.
     Still,
-    /// Not at all; seen while every door is shut. It holds the doors.
+    /// Does not move; visible while all doors are closed. It includes the doors.
     Shut,
-    /// Not at all; seen while a door is open.
+    /// Does not move; visible while a door is open.
     Ajar,
-    /// About its hinge; seen while any door is open.
+    /// Turns about a hinge; visible while any door is open.
     Door {
-        /// Bit of [`Posture::doors`]: CARLA's order, front left, front right, rear left, rear right.
+        /// The bit in [`Posture::doors`], in CARLA's order: front left, front right, rear left,
+        /// rear right.
         number: u32,
-        /// A point of the hinge's axis.
+        /// A point on the axis of the hinge.
         hinge_m: Vec3,
-        /// Of unit length.
+        /// The axis, of unit length.
         axis: Vec3,
-        /// How far it opens.
+        /// The angle of the open door.
         opens_rad: f32,
     },
-    /// Rolls about its hub, after the steering turned it.
+    /// Rolls about its hub, after the steering has turned it.
     Wheel {
-        /// Its middle.
+        /// The middle of the hub.
         hub_m: Vec3,
-        /// What steering turns it about; zero: it is not steered.
+        /// The steering axis; zero for a wheel that is not steered.
         steers_about: Vec3,
     },
     /// Turns with the steering: handlebar and fork.
     Steer {
-        /// A point of the axis.
+        /// A point on the axis.
         pivot_m: Vec3,
-        /// Of unit length.
+        /// The axis, of unit length.
         axis: Vec3,
     },
-    /// Pedals go round with the wheels.
+    /// Turns with the wheels: pedals.
     Crank {
-        /// Their axle.
+        /// The axle of the crank.
         axle_m: Vec3,
     },
-    /// A cyclist's thigh or shin, whose foot stays on its pedal.
+    /// Moves as a cyclist's thigh or shin; the foot stays on its pedal.
     Leg {
         /// The leg at rest.
         leg: PedalLeg,
-        /// Below the knee.
+        /// Whether the piece is the shin.
         is_shin: bool,
     },
-    /// Follows a walker's bone of this number.
+    /// Follows the walker's bone of this index.
     Bone(usize),
 }
 
-/// A leg that pedals, seen from the side: (x, z).
+/// A pedalling leg in side view: (x, z).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PedalLeg {
-    /// The hip.
+    /// The hip joint.
     pub hip_m: Vec2,
-    /// The crank's axle.
+    /// The axle of the crank.
     pub axle_m: Vec2,
     /// From the axle to the pedal, at rest.
     pub arm_m: Vec2,
     /// From the pedal to the ankle.
     pub ankle_m: Vec2,
-    /// Of thigh and shin.
+    /// The lengths of thigh and shin.
     pub lengths_m: Vec2,
 }
 
 impl Joint {
-    /// What it turns about, in actor space at rest; the origin if it does not turn.
+    /// The point about which the piece turns, in actor space at rest; the origin if it does not
+    /// turn.
     pub fn pivot_m(&self) -> Vec3 {
         match self.motion {
             Motion::Door { hinge_m, .. } => hinge_m,
@@ -111,22 +113,22 @@ impl Joint {
 }
 
 impl Rig {
-    /// One piece that does not move.
+    /// A rig of one piece that does not move.
     pub(crate) fn still() -> Rig {
         Rig { joints: vec![Joint { name: "body", motion: Motion::Still }], skeleton: None }
     }
 
-    /// Whether it is one piece that does not move.
+    /// Whether the rig is one piece that does not move.
     pub fn is_still(&self) -> bool {
         matches!(self.joints[..], [Joint { motion: Motion::Still, .. }])
     }
 
-    /// How many doors open.
+    /// The number of doors that open.
     pub fn door_count(&self) -> usize {
         self.joints.iter().filter(|joint| matches!(joint.motion, Motion::Door { .. })).count()
     }
 
-    /// Says of each piece that is seen where it is: `show(piece, actor_from_piece)`.
+    /// Calls `show(piece, actor_from_piece)` for each piece that is visible in this posture.
     pub fn place(&self, posture: &Posture, mut show: impl FnMut(usize, Affine3A)) {
         let is_ajar = posture.doors != 0;
         let mut bones = [Affine3A::IDENTITY; BODY_BONES];
@@ -164,7 +166,7 @@ impl Rig {
     }
 }
 
-/// A turn about an axis through a point.
+/// A rotation about an axis through a point.
 fn turned(point: Vec3, axis: Vec3, angle_rad: f32) -> Affine3A {
     about(point, Quat::from_axis_angle(axis, angle_rad))
 }
@@ -174,10 +176,10 @@ fn about(point: Vec3, turn: Quat) -> Affine3A {
 }
 
 impl PedalLeg {
-    /// Where the knee is when the crank has turned so far.
+    /// The positions of knee and ankle when the crank has turned by this angle.
     pub(crate) fn knee(&self, turn_rad: f32) -> (Vec2, Vec2) {
         let (sin, cos) = turn_rad.sin_cos();
-        // About y, x goes down and z forward.
+        // A positive rotation about y turns z towards x.
         let arm =
             vec2(self.arm_m.x * cos + self.arm_m.y * sin, self.arm_m.y * cos - self.arm_m.x * sin);
         let ankle = self.axle_m + arm + self.ankle_m;
@@ -187,7 +189,7 @@ impl PedalLeg {
         let along = (thigh * thigh - shin * shin + far * far) / (2.0 * far);
         let aside = (thigh * thigh - along * along).max(0.0).sqrt();
         let ahead = reach / reach.length().max(1e-6);
-        // The knee is on the side of the front.
+        // The knee bends to the front.
         let knee = self.hip_m + ahead * along + vec2(-ahead.y, ahead.x) * aside;
         (knee, self.hip_m + ahead * far)
     }
@@ -200,7 +202,7 @@ impl PedalLeg {
             (self.hip_m, knee0, self.hip_m, knee)
         };
         let (a, b) = (to0 - from0, to - from);
-        // From x towards z is a negative turn about y.
+        // A rotation from x towards z is negative about y.
         let turn = Quat::from_rotation_y(-(a.perp_dot(b)).atan2(a.dot(b)));
         let pivot = vec3(from0.x, 0.0, from0.y);
         let shift = vec3(from.x - from0.x, 0.0, from.y - from0.y);

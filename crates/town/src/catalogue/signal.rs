@@ -4,16 +4,16 @@ use mesh::{Material, Mesh, Tag};
 use crate::{
     catalogue::{
         blueprint::{Blueprint, Kind},
-        recipe::Recipe,
+        mesh_source::MeshSource,
     },
     mesh_builder::MeshBuilder,
 };
 
-/// Height of the lamp box. Metres.
+/// The height of the lamp box. Metres.
 pub(crate) const HEAD_HEIGHT_M: f32 = 0.96;
 
-/// A lamp box with three lamps. The origin is the middle of its lower edge, at its back, where the
-/// pole holds it; the lamps look along x.
+/// Returns the blueprint of a lamp box with three lamps. The origin is the middle of its lower edge
+/// at its back, where the pole holds it. The lamps face along x.
 pub(super) fn traffic_light() -> Blueprint {
     let (low, high) = (
         vec3(0.0, -HALF_M - 0.10, -0.10),
@@ -28,19 +28,19 @@ pub(super) fn traffic_light() -> Blueprint {
             "traffic.traffic_light",
             Kind::TrafficLight,
             Tag::TrafficLight,
-            Recipe::Signal,
+            MeshSource::Signal,
         )
     }
 }
 
-/// Of the box, without its backing board. Metres.
+/// Half the width and the depth of the box, without its backing board. Metres.
 const HALF_M: f32 = 0.16;
 const DEPTH_M: f32 = 0.22;
 
-pub(super) fn sculpt() -> Mesh {
+pub(super) fn build_mesh() -> Mesh {
     let mut builder = MeshBuilder::new(Tag::TrafficLight, Material::Plastic, 0);
     builder.block(vec3(0.0, -HALF_M, 0.0), vec3(DEPTH_M, HALF_M, HEAD_HEIGHT_M));
-    // A backing board makes the head stand out against the sky.
+    // A backing board makes the lamps visible against the sky.
     builder
         .block(vec3(0.02, -HALF_M - 0.10, -0.10), vec3(0.04, HALF_M + 0.10, HEAD_HEIGHT_M + 0.10));
     for (row, material) in
@@ -55,7 +55,7 @@ pub(super) fn sculpt() -> Mesh {
     builder.mesh
 }
 
-/// A hood over a lamp, open below; seen from both sides.
+/// A hood over a lamp, open below and visible from both sides.
 fn visor(builder: &mut MeshBuilder, center: Vec3, radius: f32, reach: f32) {
     let at = |step: u32, x: f32, radius: f32| {
         let angle = -0.35 + (std::f32::consts::PI + 0.7) * step as f32 / 8.0;

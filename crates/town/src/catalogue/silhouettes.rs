@@ -301,7 +301,7 @@ pub(super) const COACH: Silhouette = Silhouette {
     is_angular: false,
 };
 
-/// A long old saloon: bonnet and boot of one height, an upright glasshouse between.
+/// A long classic saloon: bonnet and boot of the same height, an upright cabin between them.
 pub(super) const CLASSIC: Silhouette = Silhouette {
     top: &[
         (0.0, 0.48, Paint),
@@ -346,7 +346,7 @@ pub(super) const CLASSIC: Silhouette = Silhouette {
     doors: 4,
     is_angular: false,
 };
-/// A short-tailed fastback with a long bonnet.
+/// A fastback with a short tail and a long bonnet.
 pub(super) const FASTBACK: Silhouette = Silhouette {
     top: &[
         (0.0, 0.46, Paint),
@@ -392,7 +392,7 @@ pub(super) const FASTBACK: Silhouette = Silhouette {
     doors: 2,
     is_angular: false,
 };
-/// A sports coupe like half an egg.
+/// A sports coupe with a domed roof.
 pub(super) const DOME: Silhouette = Silhouette {
     top: &[
         (0.0, 0.38, Paint),
@@ -428,7 +428,7 @@ pub(super) const DOME: Silhouette = Silhouette {
     doors: 2,
     is_angular: false,
 };
-/// A saloon whose roof runs down to a high tail in one sweep.
+/// A saloon whose roof slopes down to a high tail in one line.
 pub(super) const LIFTBACK: Silhouette = Silhouette {
     top: &[
         (0.0, 0.36, Paint),

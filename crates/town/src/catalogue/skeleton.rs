@@ -1,43 +1,44 @@
-//! Walkers' bones, by CARLA's names, and how they walk.
+//! The bones of walkers, under CARLA's names, and the walk.
 //!
-//! At rest a walker stands upright with hanging arms, and the axes of every bone are the actor's.
+//! At rest a walker stands upright with hanging arms, and the axes of every bone are those of the
+//! actor.
 
 use std::f32::consts::TAU;
 
 use glam::{Affine3A, Quat, Vec3, vec3};
 
-use crate::catalogue::posture::{Given, Posture};
+use crate::catalogue::posture::{GivenPose, Posture};
 
 /// A bone at rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bone {
-    /// CARLA's name, as `crl_foreArm__L`.
+    /// CARLA's name, such as `crl_foreArm__L`.
     pub name: String,
-    /// Its parent's place in the list, always before its own; the root is its own.
+    /// The index of the parent, lower than its own; the root is its own parent.
     pub parent: usize,
-    /// Where it begins, in actor space.
+    /// The origin of the bone, in actor space at rest.
     pub at_m: Vec3,
 }
 
 /// All bones of a walker.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skeleton {
-    /// Parents before children; the body's come first, then fingers.
+    /// The bones, parents before children; the body's bones come first, then the fingers.
     pub bones: Vec<Bone>,
     height_m: f32,
 }
 
-/// How many bones there are without fingers.
+/// The number of bones without fingers.
 pub(crate) const BODY_BONES: usize = 26;
 
-/// How many limbs of one who fell turn.
+/// The number of limbs of a fallen walker that rotate.
 const LIMBS: usize = 10;
 
-/// The bones that the limbs of one who fell turn about: chest, head, left arm and forearm, right
-/// ones, left thigh and shin, right ones.
+/// The bones about which the limbs of a fallen walker rotate: chest, head, left upper arm and
+/// forearm, the same on the right, left thigh and shin, the same on the right.
 pub const LIMB_BONES: [usize; LIMBS] = [2, 12, 5, 6, 9, 10, 16, 17, 21, 22];
 
-/// Names, parents, and (forward, aside, up) in shares of the height.
+/// Names, parents, and (forward, left, up) as fractions of the height.
 #[rustfmt::skip]
 const BODY: [(&str, usize, [f32; 3]); BODY_BONES] = [
     ("crl_root", 0, [0.0, 0.0, 0.0]),
@@ -68,7 +69,7 @@ const BODY: [(&str, usize, [f32; 3]); BODY_BONES] = [
     ("crl_toeEnd__R", 24, [0.115, -0.056, 0.014]),
 ];
 
-/// Places in [`BODY`].
+/// Indices into [`BODY`].
 pub(crate) mod bone {
     pub(crate) const HIPS: usize = 1;
     pub(crate) const SPINE: usize = 2;
@@ -90,13 +91,13 @@ const FINGERS: [(&str, f32, f32); 5] = [
     ("Pinky", -0.013, 0.8),
 ];
 
-/// The ground that two steps cover at a speed, for somebody so tall. Metres.
+/// The distance that two steps cover at a speed, for a walker of this height. Metres.
 pub fn stride_m(height_m: f32, speed_mps: f32) -> f32 {
     height_m * (0.42 + 0.30 * speed_mps * (1.75 / height_m.max(0.5))).clamp(0.42, 2.0)
 }
 
 impl Skeleton {
-    /// Of somebody so tall, and so broad for their height.
+    /// The skeleton of a walker of this height and of this relative breadth.
     pub(crate) fn new(height_m: f32, girth: f32) -> Skeleton {
         let at = |[x, y, z]: [f32; 3], wide: f32| vec3(x, y * wide, z) * height_m;
         let mut bones: Vec<Bone> = BODY
@@ -123,8 +124,9 @@ impl Skeleton {
         Skeleton { bones, height_m }
     }
 
-    /// `actor_from_bone` of as many bones as there is room for, where a bone's space is the
-    /// actor's while it rests: what is fixed to the bone moves so.
+    /// Writes `actor_from_bone` of the bones that fit into the slice. The space of a bone is the
+    /// actor's while the bone is at rest, so a mesh in actor space is fixed to its bone by this
+    /// transform.
     pub fn pose(&self, posture: &Posture, actor_from_rest: &mut [Affine3A]) {
         let gait = match posture.limbs {
             Some(_) => Gait::none(),
@@ -157,8 +159,8 @@ impl Skeleton {
         }
     }
 
-    /// Turns and shifts each bone against its parent towards the given pose.
-    fn blend(&self, given: &Given, actor_from_rest: &mut [Affine3A]) {
+    /// Rotates and shifts each bone relative to its parent towards the given pose.
+    fn blend(&self, given: &GivenPose, actor_from_rest: &mut [Affine3A]) {
         let walk = actor_from_rest.to_vec();
         for index in 0..walk.len() {
             let Bone { parent, at_m, .. } = self.bones[index];
@@ -168,20 +170,20 @@ impl Skeleton {
             } else {
                 (self.bones[parent].at_m, walk[parent].inverse())
             };
-            // Where it begins and how it is turned, against the parent.
+            // The origin and rotation relative to the parent.
             let own = parent_from_actor * walk[index];
             let turn = Quat::from_mat3a(&own.matrix3);
             let at = own.transform_point3(at_m) - begins;
             let set = given.bones.get(index).copied().flatten();
             let (to, to_turn) = set.unwrap_or((at_m - begins, Quat::IDENTITY));
-            let turn = turn.slerp(to_turn.normalize(), given.share).normalize();
-            let at = at.lerp(to, given.share) + begins;
+            let turn = turn.slerp(to_turn.normalize(), given.weight).normalize();
+            let at = at.lerp(to, given.weight) + begins;
             let own = Affine3A::from_rotation_translation(turn, at - turn * at_m);
             actor_from_rest[index] = if is_root { own } else { actor_from_rest[parent] * own };
         }
     }
 
-    /// `parent_from_bone` of every bone as it is held: where it begins, and how it is turned.
+    /// `parent_from_bone` of every bone in its current pose, as origin and rotation.
     pub fn parent_from_bones(&self, posture: &Posture) -> Vec<(Vec3, Quat)> {
         let placed = self.actor_from_bones(posture);
         let against = |(index, bone): (usize, &Bone)| {
@@ -196,7 +198,7 @@ impl Skeleton {
         self.bones.iter().enumerate().map(against).collect()
     }
 
-    /// Where every bone is: `actor_from_bone`, with its origin where the bone begins.
+    /// `actor_from_bone` of every bone, with its origin at the origin of the bone.
     pub fn actor_from_bones(&self, posture: &Posture) -> Vec<Affine3A> {
         let mut placed = vec![Affine3A::IDENTITY; self.bones.len()];
         self.pose(posture, &mut placed);
@@ -206,19 +208,19 @@ impl Skeleton {
     }
 }
 
-/// One moment of a stride.
+/// The state of the walk at one phase of a stride.
 struct Gait {
-    /// 0 standing, 1 walking or running.
+    /// The amount of motion: 0 standing, 1 walking or running.
     amount: f32,
-    /// 0 walking, 1 running.
+    /// The gait: 0 walking, 1 running.
     run: f32,
-    /// Of the thighs, forwards.
+    /// The swing of the thighs, positive forwards.
     swing_rad: f32,
     phase_rad: f32,
 }
 
 impl Gait {
-    /// Nobody walks.
+    /// The state of a standing walker.
     fn none() -> Gait {
         Gait { amount: 0.0, run: 0.0, swing_rad: 0.0, phase_rad: 0.0 }
     }
@@ -226,7 +228,7 @@ impl Gait {
     fn of(posture: &Posture, height_m: f32) -> Gait {
         let speed = posture.speed_mps;
         let amount = ((speed - 0.05) / 0.5).clamp(0.0, 1.0);
-        // Legs are half of the height; a stride is four times their reach.
+        // Legs have half of the height; a stride is four times their reach.
         let reach = stride_m(height_m, speed) / (2.0 * height_m);
         Gait {
             amount,
@@ -236,13 +238,13 @@ impl Gait {
         }
     }
 
-    /// How a bone is turned against its parent.
+    /// The rotation of a bone relative to its parent.
     fn turn(&self, index: usize) -> Quat {
         if self.amount == 0.0 {
             return Quat::IDENTITY;
         }
         let side_of = |pair: [usize; 2]| pair.iter().position(|bone| *bone == index);
-        // The right leg is half a stride behind.
+        // The right leg lags by half a stride.
         let phase = |side: usize| self.phase_rad + side as f32 * TAU * 0.5;
         let forwards = |angle: f32| Quat::from_rotation_y(-angle);
         let knee = |side: usize| {

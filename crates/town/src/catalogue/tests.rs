@@ -22,7 +22,7 @@ fn outer_dimensions_are_within_two_percent_of_the_table() {
 }
 
 #[test]
-fn everything_fills_its_box() {
+fn every_mesh_fills_its_bounding_box() {
     for one in catalogue() {
         let (low, high) = mesh_builder::bounds(one.mesh());
         let slack = (one.half_extents_m * 0.04).max(Vec3::splat(0.004));
@@ -36,7 +36,7 @@ fn everything_fills_its_box() {
 }
 
 #[test]
-fn everything_stands_on_the_ground() {
+fn every_mesh_stands_on_the_ground() {
     for one in catalogue().iter().filter(|one| one.kind != Kind::TrafficLight) {
         let lowest = mesh_builder::bounds(one.mesh()).0.z;
         assert!(lowest.abs() < 0.02, "{}: lowest point at {lowest} m", one.id);
@@ -79,7 +79,7 @@ fn meshes_are_sound_and_of_a_reasonable_size() {
 
 /// A closed, outward skin has a positive volume: the sum of signed tetrahedra.
 #[test]
-fn skins_face_outwards() {
+fn triangles_face_outwards() {
     for one in catalogue() {
         let volume: f32 = one
             .mesh()
@@ -106,7 +106,7 @@ fn ids_are_unique_and_found() {
 }
 
 #[test]
-fn attributes_are_carlas() {
+fn attributes_match_those_of_carla() {
     let of = |id: &str| {
         let (_, one) = blueprint(id).unwrap();
         one.attributes().into_iter().map(|a| (a.id, a.values[0].clone())).collect::<Vec<_>>()
@@ -165,9 +165,9 @@ fn attributes_are_carlas() {
 }
 
 #[test]
-fn making_the_list_makes_no_mesh() {
-    // Sizes are tables: who only asks for sizes must not wait for meshes.
+fn building_the_catalogue_builds_no_mesh() {
+    // Sizes are tables: a caller that asks only for sizes must not wait for meshes.
     let made = super::fleet::vehicles();
-    assert!(made.iter().all(|one| one.looks.get().is_none()));
+    assert!(made.iter().all(|one| one.geometry.get().is_none()));
     assert!(made.iter().all(|one| one.half_extents_m.min_element() > 0.1));
 }

@@ -1,5 +1,4 @@
-//! What is fixed to a car's body: lamps, grille, plates, mirrors, door handles, and what makes one
-//! model differ from the next.
+//! The parts of a car's body that distinguish models: lamps, grille, plates, additions.
 
 use glam::{Vec3, vec3};
 use mesh::Material;
@@ -15,34 +14,34 @@ use crate::{
 /// Head lamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Lamps {
-    /// Narrow ones that run round the corner.
+    /// Narrow lamps that wrap round the corner.
     Slim,
-    /// Broad ones that run round the corner.
+    /// Wide lamps that wrap round the corner.
     Wide,
-    /// High ones at the corners.
+    /// Tall lamps at the corners.
     Tall,
-    /// A round one on each side.
+    /// One round lamp on each side.
     Round,
-    /// Two round ones on each side.
+    /// Two round lamps on each side.
     Twin,
-    /// One band from side to side.
+    /// One band across the whole front.
     Bar,
 }
 
-/// What lies between the head lamps.
+/// The part between the head lamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Grille {
-    /// Nothing.
+    /// None.
     Bare,
-    /// A low broad opening.
+    /// A low, wide opening.
     Wide,
-    /// A frame from the bonnet's edge to the bumper.
+    /// A frame from the edge of the bonnet to the bumper.
     Frame,
-    /// Two, side by side.
+    /// Two openings side by side.
     Kidneys,
-    /// Seven upright slots.
+    /// Seven vertical slots.
     Slots,
-    /// Chrome from lamp to lamp.
+    /// A chrome band from lamp to lamp.
     Chrome,
     /// A round badge on a plain front.
     Badge,
@@ -51,17 +50,17 @@ pub(super) enum Grille {
 /// Tail lamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Tail {
-    /// Round the corner.
+    /// Lamps that wrap round the corner.
     Corner,
-    /// From side to side.
+    /// One band across the whole tail.
     Bar,
-    /// Upright ones at the edges.
+    /// Upright lamps at the edges.
     Upright,
-    /// Round ones.
+    /// Round lamps.
     Round,
 }
 
-/// What only some have.
+/// An addition of some models.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Extra {
     Nothing,
@@ -69,32 +68,32 @@ pub(super) enum Extra {
     Rails,
     /// A rack on the roof with cases.
     Rack,
-    /// A wing over the tail.
+    /// A rear spoiler.
     Spoiler,
-    /// A wheel on the tail.
+    /// A spare wheel on the tail.
     Spare,
-    /// Two bands over bonnet, roof and boot, in this colour.
+    /// Two stripes of this colour over bonnet, roof and boot.
     Stripes([u8; 3]),
-    /// The upper half in this colour.
+    /// An upper half of this colour.
     Roof([u8; 3]),
-    /// A light bar, doors in this colour, and a ram bar.
+    /// A light bar, doors of this colour, and a push bumper.
     Police([u8; 3]),
     /// A sign on the roof.
     Taxi,
 }
 
-/// All of it.
+/// The trim of a model.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trim(pub(super) Lamps, pub(super) Grille, pub(super) Tail, pub(super) Extra);
 
 impl Extra {
-    /// How much of the length stands behind the tail. Metres.
+    /// The length that protrudes behind the tail. Metres.
     pub(super) fn trailing_m(self) -> f32 {
         if self == Extra::Spare { 0.18 } else { 0.0 }
     }
 
-    /// How much of the height stands on the roof. Metres.
-    pub(super) fn burden_m(self) -> f32 {
+    /// The height that stands on the roof. Metres.
+    pub(super) fn roof_load_m(self) -> f32 {
         match self {
             Extra::Police(_) => 0.12,
             Extra::Taxi => 0.14,
@@ -105,10 +104,10 @@ impl Extra {
     }
 }
 
-/// By how much lamps stand out of the body. Metres.
+/// The distance by which lamps protrude from the body. Metres.
 const OUT_M: f32 = 0.012;
 
-/// A car's front or rear end.
+/// The front or rear end of a car.
 struct End<'a> {
     shape: &'a Silhouette,
     measure: &'a Measure<'a>,
@@ -116,7 +115,8 @@ struct End<'a> {
 }
 
 impl End<'_> {
-    /// Where the body is `u` half widths wide, and which way it looks there: x and y of both.
+    /// The point where the body is `u` half widths wide, and its outward normal there: x and y of
+    /// both.
     fn place(&self, u: f32) -> ([f32; 2], [f32; 2]) {
         let from_end = |depth: f32| if self.is_front { depth } else { 1.0 - depth };
         let half = self.measure.body_m * 0.5;
@@ -136,15 +136,15 @@ impl End<'_> {
             if depth > 0.005 { (wide(depth + 0.004) - wide(depth - 0.004)) * half } else { 0.0 };
         let normal = glam::vec2(run.max(0.0), 0.008 * length).normalize_or(glam::Vec2::Y);
         let forward = if self.is_front { 1.0 } else { -1.0 };
-        // Across the end the surface looks straight ahead; round the corner it looks aside.
+        // Across the end the surface faces forward; at the corner it faces sideways.
         let ahead = if depth > 0.005 { normal.x.max(0.15) } else { 1.0 };
         let aside = if depth > 0.005 { normal.y } else { 0.0 };
         let sum = (ahead * ahead + aside * aside).sqrt();
         ([self.measure.at(from_end(depth)), u * half * 0.985], [forward * ahead / sum, aside / sum])
     }
 
-    /// A band round the end on one side (1 left, −1 right), between two shares of the half width
-    /// and two heights.
+    /// Adds a band round the end on one side (1 left, −1 right), between two fractions of the half
+    /// width and two heights.
     fn wrap(&self, builder: &mut MeshBuilder, side: f32, u: [f32; 2], z: [f32; 2]) {
         let steps = 5;
         let rings: Vec<Vec<Vec3>> = (0..=steps)
@@ -164,7 +164,7 @@ impl End<'_> {
         builder.solid(|builder| builder.loft(&rings, |_, _| None));
     }
 
-    /// A disc that looks ahead and stands out so far.
+    /// Adds a forward-facing disc that protrudes by this distance.
     fn disc(&self, builder: &mut MeshBuilder, side: f32, [u, z]: [f32; 2], radius: f32, out: f32) {
         let ([x, y], _) = self.place(u);
         let forward = if self.is_front { 1.0 } else { -1.0 };
@@ -177,7 +177,7 @@ impl End<'_> {
         );
     }
 
-    /// An upright plate across the middle, standing out a little.
+    /// Adds an upright plate across the middle that protrudes slightly.
     fn plate(&self, builder: &mut MeshBuilder, half: f32, z: [f32; 2], out: f32) {
         let x = self.place(0.0).0[0];
         let forward = if self.is_front { 1.0 } else { -1.0 };
@@ -186,14 +186,14 @@ impl End<'_> {
     }
 }
 
-/// Everything but mirrors and handles.
+/// Adds everything but mirrors and handles.
 pub(super) fn fit(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, trim: &Trim) {
     front(builder, shape, measure, trim);
     rear(builder, shape, measure, trim);
     extra(builder, shape, measure, trim.3);
 }
 
-/// The front end alone.
+/// Adds the front end only.
 pub(super) fn front(
     builder: &mut MeshBuilder,
     shape: &Silhouette,
@@ -299,7 +299,7 @@ pub(super) fn front(
                     vec3(x + 0.004, y + half * 0.035, middle + tall * 0.22),
                 );
             }
-            // A bumper of its own.
+            // A separate bumper.
             builder.block(
                 vec3(x - 0.06, -half * 0.90, low - 0.03),
                 vec3(x + 0.006, half * 0.90, low + 0.13),
@@ -488,8 +488,8 @@ fn extra(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, extra
             }
         }
         Extra::Police(_) => {
-            let center = vec3(measure.at(0.50), 0.0, height + extra.burden_m());
-            fittings::beacons(builder, center, 0.55, extra.burden_m() + 0.02);
+            let center = vec3(measure.at(0.50), 0.0, height + extra.roof_load_m());
+            fittings::beacons(builder, center, 0.55, extra.roof_load_m() + 0.02);
             builder.material(Material::Metal);
             let x = measure.nose_m;
             let top = shape.top(0.01) * height;
@@ -507,8 +507,8 @@ fn extra(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, extra
             );
         }
         Extra::Taxi => {
-            let center = vec3(measure.at(0.50), 0.0, height + extra.burden_m());
-            fittings::taxi_sign(builder, center, extra.burden_m() + 0.02);
+            let center = vec3(measure.at(0.50), 0.0, height + extra.roof_load_m());
+            fittings::taxi_sign(builder, center, extra.roof_load_m() + 0.02);
         }
     }
 }

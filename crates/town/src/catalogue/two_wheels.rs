@@ -13,7 +13,7 @@ use crate::{
     mesh_builder::MeshBuilder,
 };
 
-/// A two-wheeler's posture: points in the vehicle's middle plane, (x, z) in metres.
+/// The geometry of a two-wheeler: points in the vehicle's middle plane, (x, z) in metres.
 #[derive(Debug)]
 pub(super) struct Bike {
     seat: (f32, f32),
@@ -26,11 +26,11 @@ pub(super) struct Bike {
 
 #[derive(Debug)]
 enum Frame {
-    /// Tubes; the flag asks for a straight upper tube.
+    /// A tubular frame; the flag selects a straight top tube.
     Tubes(bool),
-    /// Fairing, tank, exhaust.
+    /// A fairing with tank and exhaust.
     Fairing,
-    /// Leg shield, footboard, bulging flanks.
+    /// A leg shield, a footboard and wide flanks.
     Scooter,
 }
 
@@ -49,9 +49,9 @@ pub(super) const SCOOTER: Bike = Bike { seat: (-0.30, 0.78), grip: (0.36, 1.02),
 const FORK: u32 = 3;
 /// The joint of the pedals; thigh and shin follow, left then right.
 const CRANK: u32 = 4;
-/// Of a rider's thigh and shin. Metres.
+/// The lengths of a rider's thigh and shin. Metres.
 const LEG_M: Vec2 = vec2(0.44, 0.43);
-/// The crank's arm when wheels have not turned: ahead and down on the left.
+/// The arm of the crank at zero wheel rotation: forward and down on the left.
 const ARM_M: Vec2 = vec2(0.15, -0.06);
 
 impl Bike {
@@ -63,7 +63,7 @@ impl Bike {
         vec3(self.foot.0 - 0.02, 0.0, front.radius_m - 0.05)
     }
 
-    /// Seen from the side; left is 1, right −1.
+    /// The geometry on one side; left is 1, right −1.
     fn leg(&self, front: &Wheel, side: f32) -> PedalLeg {
         let axle = self.crank(front);
         PedalLeg {
@@ -75,13 +75,13 @@ impl Bike {
         }
     }
 
-    /// What steering turns: the line from the front hub to the grips.
+    /// The steering axis: the line from the front hub to the grips.
     fn steering(&self, front: &Wheel) -> Vec3 {
         (vec3(self.grip.0, 0.0, self.grip.1) - front.position_m).normalize_or(Vec3::Z)
     }
 }
 
-/// Body, wheels, fork, and what pedals.
+/// The joints: body, wheels, fork, and the pedalling legs.
 pub(super) fn rig(bike: &Bike, measure: &Measure) -> Rig {
     let (front, rear) = (&measure.wheels[0], &measure.wheels[1]);
     let axis = bike.steering(front);
@@ -103,7 +103,7 @@ pub(super) fn rig(bike: &Bike, measure: &Measure) -> Rig {
     Rig { joints, skeleton: None }
 }
 
-/// Front and rear.
+/// The front and the rear wheel.
 pub(super) fn wheels(bike: &Bike, wheelbase: f32, radius: f32) -> Vec<Wheel> {
     let one = |x: f32, front: bool| Wheel {
         position_m: vec3(x, 0.0, radius),
@@ -115,14 +115,14 @@ pub(super) fn wheels(bike: &Bike, wheelbase: f32, radius: f32) -> Vec<Wheel> {
     vec![one(wheelbase * 0.5, true), one(-wheelbase * 0.5, false)]
 }
 
-/// Wheels, frame and rider.
+/// Builds wheels, frame and rider.
 pub(super) fn body(builder: &mut MeshBuilder, bike: &Bike, measure: &Measure) {
     let (front, rear) = (measure.wheels[0], measure.wheels[1]);
     let tag = if matches!(bike.frame, Frame::Tubes(_)) { Tag::Bicycle } else { Tag::Motorcycle };
     builder.paint(tag, Material::Rubber);
     for (one, joint) in [(&front, 1), (&rear, 2)] {
         builder.object(joint);
-        wheel::hoop(builder, one, 24, if tag == Tag::Bicycle { 14 } else { 6 });
+        wheel::spoked_wheel(builder, one, 24, if tag == Tag::Bicycle { 14 } else { 6 });
     }
     builder.object(0);
     match bike.frame {
@@ -143,7 +143,7 @@ fn handlebar(builder: &mut MeshBuilder, bike: &Bike, half_width: f32) {
         let end = grip + vec3(-0.06, side * half_width, 0.0);
         builder.rod(grip + vec3(0.02, 0.0, -0.02), end - Vec3::Y * side * 0.12, 0.013, 6);
         builder.material(Material::Rubber);
-        // The rod's own corners reach past its axis only across it, so the end is exact.
+        // A rod extends beyond its axis only sideways, so the end is exact.
         builder.rod(end - Vec3::Y * side * 0.13, end, 0.018, 6);
         builder.material(Material::Metal);
     }
@@ -185,7 +185,7 @@ fn tubes(builder: &mut MeshBuilder, bike: &Bike, front: &Wheel, rear: &Wheel, st
     builder.material(Material::LampWhite);
     builder.block(head + vec3(0.03, -0.03, 0.0), head + vec3(0.08, 0.03, 0.06));
     if !straight {
-        // A rack and mudguard, as a city bicycle has.
+        // A rack and a mudguard, as on a city bicycle.
         builder.material(Material::Metal);
         let top = rear.position_m + vec3(0.0, 0.0, rear.radius_m + 0.06);
         builder.block(top - vec3(0.20, 0.07, 0.01), top + vec3(0.16, 0.07, 0.01));
@@ -257,7 +257,7 @@ fn scooter(builder: &mut MeshBuilder, bike: &Bike, front: &Wheel, rear: &Wheel, 
     builder.material(Material::CarPaint);
     builder.ball(vec3(bike.grip.0 + 0.05, 0.0, bike.grip.1 - 0.02), vec3(0.11, 0.14, 0.08), 5, 8);
     mudguard(builder, front, 0.10);
-    // The mudguard's tip carries the length to the full.
+    // The tip of the mudguard completes the full length.
     let nose = measure.size_m.x * 0.5;
     builder.block(vec3(nose - 0.16, -0.03, 0.40), vec3(nose, 0.03, 0.46));
     lamps(builder, vec3(bike.grip.0 + 0.15, 0.0, bike.grip.1), vec3(tail + 0.01, 0.0, 0.60), 0.06);
@@ -270,7 +270,7 @@ fn scooter(builder: &mut MeshBuilder, bike: &Bike, front: &Wheel, rear: &Wheel, 
     );
 }
 
-/// A closed trunk over outlines (x, lower, upper, half width), tail first.
+/// A closed solid over outlines (x, lower, upper, half width), tail first.
 fn hull(builder: &mut MeshBuilder, outlines: &[(f32, f32, f32, f32)], material: Material) {
     let rings: Vec<Vec<Vec3>> = outlines
         .iter()
@@ -322,7 +322,7 @@ fn rider(builder: &mut MeshBuilder, bike: &Bike, measure: &Measure) {
     let grip = vec3(bike.grip.0 - 0.06, 0.0, bike.grip.1 + 0.02);
     let top = measure.size_m.z;
     let head = 0.125;
-    // The nearer and lower the grips, the further the trunk leans.
+    // The nearer and lower the grips, the further the rider leans.
     let lean = ((top - grip.z) * 0.18 + (grip.x - hip.x) * 0.42).clamp(0.10, 0.38);
     let shoulder = vec3(hip.x + lean, 0.0, top - 2.0 * head - 0.07);
     builder.material(Material::CarPaint);

@@ -1,5 +1,4 @@
-//! People on foot: CARLA's 49 ids, adults and children of several builds, each in clothes of
-//! their own.
+//! Pedestrians: CARLA's 49 ids, adults and children of several builds, each with different clothes.
 
 use glam::{Quat, Vec3, vec3};
 use mesh::{Material, Mesh, Tag};
@@ -7,27 +6,27 @@ use mesh::{Material, Mesh, Tag};
 use crate::{
     catalogue::{
         blueprint::{Blueprint, Kind},
-        recipe::Recipe,
+        mesh_source::MeshSource,
         rig::{Joint, Motion, Rig},
         skeleton::{Skeleton, bone},
     },
     mesh_builder::MeshBuilder,
 };
 
-/// Who a walker is.
+/// The description of a walker.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Person {
     id: &'static str,
     pub(super) is_female: bool,
     pub(super) is_child: bool,
     height_m: f32,
-    /// Breadth against the usual one.
+    /// The breadth relative to an average person.
     girth: f32,
     top: Top,
     bottom: Bottom,
     hair: Hair,
     carries: Carries,
-    /// Index into [`COLORS`]: upper garment, lower garment, hair, skin.
+    /// Indices into [`COLORS`]: upper garment, lower garment, hair, skin.
     colors: [usize; 4],
 }
 
@@ -64,7 +63,7 @@ enum Carries {
     Handbag,
 }
 
-/// sRGB.
+/// Colours, sRGB.
 #[rustfmt::skip]
 const COLORS: [[u8; 3]; 24] = [
     [232, 230, 224], [34, 36, 42], [128, 130, 134], [172, 34, 34], [36, 70, 132], [44, 96, 60], [226, 178, 52], [110, 74, 50],
@@ -147,15 +146,15 @@ const PEOPLE: [Person; 49] = people!(
     "0049" female child 1.26 0.92 Sleeves Dress    Bun   Backpack [11 11 16 21]
 );
 
-/// All walkers, by id.
+/// Returns all walkers, sorted by id.
 pub(super) fn walkers() -> Vec<Blueprint> {
     (0..PEOPLE.len()).map(walker).collect()
 }
 
-/// Who this blueprint is.
+/// The description of a walker's blueprint.
 pub(super) fn person(blueprint: &Blueprint) -> &'static Person {
-    match blueprint.recipe {
-        Recipe::Walker(number) => &PEOPLE[number],
+    match blueprint.mesh_source {
+        MeshSource::Walker(number) => &PEOPLE[number],
         _ => &PEOPLE[0],
     }
 }
@@ -169,7 +168,7 @@ fn walker(number: usize) -> Blueprint {
         center_m: vec3(middle_x, 0.0, half_m.z),
         mass_kg: 22.0 * girth * girth * height_m * height_m,
         default_color: COLORS[colors[0]],
-        ..Blueprint::new(id, Kind::Walker, Tag::Pedestrian, Recipe::Walker(number))
+        ..Blueprint::new(id, Kind::Walker, Tag::Pedestrian, MeshSource::Walker(number))
     }
 }
 
@@ -194,13 +193,13 @@ pub(super) fn rig(number: usize) -> Rig {
     Rig { joints: PIECES.map(joint).to_vec(), skeleton: Some(Skeleton::new(height_m, girth)) }
 }
 
-pub(super) fn sculpt(number: usize) -> Mesh {
+pub(super) fn build_mesh(number: usize) -> Mesh {
     let mut builder = MeshBuilder::new(Tag::Pedestrian, Material::Cloth, 0);
-    Figure::new(number).sculpt(&mut builder);
+    Figure::new(number).build_mesh(&mut builder);
     builder.mesh
 }
 
-/// Someone at rest, looking along x.
+/// Builds a person at rest, facing along x.
 struct Figure {
     person: &'static Person,
     bones: Skeleton,
@@ -218,12 +217,12 @@ impl Figure {
         self.bones.bones[bone].at_m
     }
 
-    /// Of the head, from chin to crown; children's are large for their size.
+    /// The height of the head from chin to crown; larger relative to the body for children.
     fn head_m(&self) -> f32 {
         (self.height * 0.125).max(0.185)
     }
 
-    /// Half the size of the figure at rest, and the middle of its length.
+    /// Half the depth of the figure at rest, and the middle of that depth.
     fn half_size(&self) -> (Vec3, f32) {
         let cuff = if self.is_bare() { 0.015 } else { 0.019 } * self.sleeve();
         let aside = self.at(bone::HAND[0]).y + HAND_M[1].max(cuff) * self.height;
@@ -237,8 +236,8 @@ impl Figure {
         (vec3((front - back) * 0.5, aside, self.height * 0.5), (front + back) * 0.5)
     }
 
-    /// Of a skirt or a coat: how high it ends, how far it reaches there, in shares of the height;
-    /// and whether it is of the upper garment.
+    /// Of a skirt or coat: the height and the reach of its hem as fractions of the height, and
+    /// whether it belongs to the upper garment.
     fn hem(&self) -> Option<(f32, f32, bool)> {
         match (self.person.bottom, self.person.top) {
             (Bottom::Skirt, _) => Some((0.33, 0.110, false)),
@@ -252,12 +251,12 @@ impl Figure {
         matches!(self.person.top, Top::Jacket | Top::Coat)
     }
 
-    /// Forearms are seen.
+    /// Whether the forearms are bare.
     fn is_bare(&self) -> bool {
         matches!(self.person.top, Top::Shirt | Top::Vest)
     }
 
-    /// How thick arms are against the usual.
+    /// The thickness of the arms relative to an average person.
     fn sleeve(&self) -> f32 {
         (0.5 + 0.5 * self.person.girth) * if self.is_bulky() { 1.18 } else { 1.0 }
     }
@@ -266,7 +265,7 @@ impl Figure {
         COLORS[self.person.colors[which]]
     }
 
-    fn sculpt(&self, builder: &mut MeshBuilder) {
+    fn build_mesh(&self, builder: &mut MeshBuilder) {
         self.hips(builder);
         self.chest(builder);
         self.head(builder);
@@ -293,8 +292,8 @@ impl Figure {
         builder.tinted(Material::Skin, self.color(3));
     }
 
-    /// Rings of an upright trunk: (height, half breadth, half depth, forward), all in shares of
-    /// the body's height.
+    /// The rings of an upright trunk: (height, half breadth, half depth, forward), all as fractions
+    /// of the body's height.
     fn trunk(&self, builder: &mut MeshBuilder, rings: &[[f32; 4]]) {
         let sides = 12;
         let (h, wide) = (self.height, self.person.girth);
@@ -304,7 +303,7 @@ impl Figure {
                 (0..sides)
                     .map(|side| {
                         let angle = std::f32::consts::TAU * side as f32 / sides as f32;
-                        // Between an ellipse and a box.
+                        // Between an ellipse and a rectangle.
                         let square = |v: f32| v.signum() * v.abs().powf(0.8);
                         vec3(
                             (x * wide * square(angle.cos()) + ahead) * h,
@@ -374,7 +373,7 @@ impl Figure {
         let h = self.height;
         match self.person.top {
             Top::Jacket | Top::Coat => {
-                // An open front, and what is worn below.
+                // An open front with the garment below it.
                 builder.tinted(Material::Cloth, self.color(1).map(|c| c / 2 + 110));
                 let front = (0.0725 + bust) * self.person.girth;
                 builder.block(vec3(0.040, -0.018, 0.60) * h, vec3(front, 0.018, 0.775) * h);
@@ -575,7 +574,7 @@ impl Figure {
                 );
             }
         }
-        // Nothing but hair, hats and hoods is the highest point: it is the height.
+        // Only hair, hats and hoods may be the highest point, which is the height.
         builder.rod(
             vec3(center.x - 0.08 * half, 0.0, h - 0.03 * h),
             vec3(center.x - 0.08 * half, 0.0, h),
@@ -657,7 +656,7 @@ impl Figure {
         let calf = knee.lerp(ankle, 0.35) - Vec3::X * 0.006 * h;
         builder.cone(knee, calf, [radius(0.031), radius(0.032)], 9);
         builder.cone(calf, ankle, [radius(0.032), radius(if covered { 0.026 } else { 0.018 })], 12);
-        // The shoe belongs to the shin: at a walk the ankle hardly bends.
+        // The shoe belongs to the shin: the ankle hardly bends while walking.
         builder.tinted(Material::Rubber, COLORS[if self.person.is_child { 0 } else { 1 }]);
         let turn = Quat::from_rotation_z(if side == 0 { 0.10 } else { -0.10 });
         let [ahead, long] = FOOT_M;
@@ -693,7 +692,7 @@ impl Figure {
     }
 }
 
-/// Half the size of a hand, in shares of the height.
+/// Half the size of a hand, as a fraction of the height.
 const HAND_M: [f32; 3] = [0.017, 0.011, 0.042];
-/// Middle of a shoe before its ankle, and half its length, in shares of the height.
+/// The distance from a shoe's middle to the ankle, and half its length, as fractions of the height.
 const FOOT_M: [f32; 2] = [0.042, 0.078];

@@ -5,8 +5,8 @@ use mesh::Material;
 
 use crate::{catalogue::blueprint::Wheel, mesh_builder::MeshBuilder};
 
-/// A car's wheel: a tyre with rounded shoulders and a dished rim on both sides.
-pub(super) fn tyre(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32) {
+/// Adds a car's wheel: a tyre with rounded shoulders and a dished rim on both sides.
+pub(super) fn car_wheel(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32) {
     let (radius, half) = (wheel.radius_m, wheel.width_m * 0.5);
     // (distance along the axle, radius, material of the band that starts here)
     let profile = [
@@ -35,7 +35,7 @@ pub(super) fn tyre(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32) {
         .collect();
     builder.material(Material::Metal);
     builder.loft(&rings, |band, _| profile.get(band).map(|point| point.2));
-    // Holes between the spokes, on the outer side: what shows that the wheel turns.
+    // Holes between the spokes on the outer side make rotation visible.
     let out = if wheel.position_m.y < 0.0 { -1.0 } else { 1.0 };
     builder.material(Material::Rubber);
     for hole in 0..5 {
@@ -55,8 +55,8 @@ pub(super) fn tyre(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32) {
     }
 }
 
-/// A two-wheeler's wheel: a tyre as a ring, and crossed spokes.
-pub(super) fn hoop(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32, spokes: u32) {
+/// Adds the wheel of a two-wheeler: a tyre as a ring, and crossed spokes.
+pub(super) fn spoked_wheel(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32, spokes: u32) {
     let (outer, half) = (wheel.radius_m, wheel.width_m * 0.5);
     let inner = outer - wheel.width_m.max(0.03) * 1.1;
     let ring = |angle: f32| -> Vec<Vec3> {

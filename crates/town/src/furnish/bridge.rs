@@ -1,4 +1,4 @@
-//! Which parts of the road surface are carried in the air, and what carries them.
+//! Which parts of the road surface are bridges, and their undersides.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,14 +7,15 @@ use mesh::{Face, Material, Mesh, Tag};
 
 use crate::furnish::index::TriangleIndex;
 
-/// A surface this much above another one is a bridge. Metres.
+/// The height above another surface from which on a surface is a bridge. Metres.
 const HEADROOM_M: f32 = 2.6;
-/// How thick bridges are. Metres.
+/// The thickness of bridges. Metres.
 const DECK_M: f32 = 0.7;
 
-/// For each triangle of the roads: whether it is part of a bridge.
+/// Returns for each triangle of the roads whether it is part of a bridge.
 ///
-/// That is what lies over another road, and the approaches to it as far as earth cannot be heaped
+/// A bridge is a surface above another road, and its approaches as far as an embankment would cover
+/// the lower road.
 /// up beside the lower road.
 pub(super) fn bridges(roads: &Mesh) -> Vec<bool> {
     let count = roads.triangles.len();
@@ -62,7 +63,7 @@ pub(super) fn bridges(roads: &Mesh) -> Vec<bool> {
         .collect()
 }
 
-/// The lowest corner of any triangle that reaches into a square of the plan.
+/// The lowest vertex of any triangle that reaches into a cell of the plan.
 struct Floor {
     low: Vec2,
     columns: usize,
@@ -103,7 +104,7 @@ impl Floor {
     }
 }
 
-/// Spans by squares of the plan, each in every square that it may reach.
+/// Spans by cell of the plan; each is listed in every cell that it may reach.
 struct Buckets {
     members: BTreeMap<(i32, i32), Vec<usize>>,
 }
@@ -131,10 +132,10 @@ impl Buckets {
     }
 }
 
-/// How far below a bridge the ground lies at its ends. Metres.
+/// The depth of the ground below a bridge at its ends. Metres.
 pub(super) const ABUTMENT_M: f32 = DECK_M - 0.1;
 
-/// Where bridges have their corners, as bits of x and y.
+/// The vertices of bridges, as bits of x and y.
 pub(super) fn abutments(roads: &Mesh, decks: &[bool]) -> BTreeSet<(u32, u32)> {
     let triangles = roads.triangles.iter().zip(decks).filter(|(_, deck)| **deck);
     triangles
@@ -146,7 +147,7 @@ pub(super) fn abutments(roads: &Mesh, decks: &[bool]) -> BTreeSet<(u32, u32)> {
         .collect()
 }
 
-/// The underside and the flanks of every bridge, as faces of object 0.
+/// The undersides and sides of all bridges, as faces of object 0.
 pub(super) fn undersides(roads: &Mesh, decks: &[bool], borders: &[[u32; 2]]) -> Mesh {
     let mut mesh = Mesh::default();
     let face = Face::new(Tag::Bridge, Material::Concrete, 0);

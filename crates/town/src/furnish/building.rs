@@ -1,5 +1,5 @@
-//! Houses. Their own space: x along the street, y towards it, the origin in the middle of the
-//! footprint on the ground.
+//! Buildings. In a building's own space, x runs along the street, y points to the street, and the
+//! origin is the middle of the footprint on the ground.
 
 use glam::{Quat, Vec3, vec3};
 use mesh::{Material, RandomStream, Tag};
@@ -13,27 +13,26 @@ use crate::{
     static_world::Detail,
 };
 
-/// What kind of house.
+/// The style of a building.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Style {
     /// Offices or flats above shops, with a flat roof.
     Block,
-    /// Many floors in several steps.
+    /// A tower of many floors in several steps.
     Tower,
-    /// Flats above shops, wall to wall with its neighbours and under a steep roof: what the centre
-    /// of an old town is made of.
+    /// Flats above shops in a closed row under a steep roof, as in the centre of an old town.
     Row,
-    /// One of a row, with a pitched roof.
+    /// A terraced house with a pitched roof.
     Terrace,
-    /// Stands alone in a garden.
+    /// A detached house in a garden.
     Villa,
     /// A workshop or a warehouse.
     Hall,
-    /// Not finished yet: columns, floors, a scaffold.
+    /// An unfinished building: columns, floors, a scaffold.
     Shell,
 }
 
-/// What is decided before the house is modelled.
+/// The parameters of a building, decided before its mesh is built.
 #[derive(Clone, Debug)]
 pub(super) struct House {
     pub(super) style: Style,
@@ -44,7 +43,7 @@ pub(super) struct House {
     pub(super) detail: Detail,
 }
 
-/// What old houses are washed with. sRGB.
+/// Colours of the plaster of old buildings, sRGB.
 const PLASTER: [[u8; 3]; 7] = [
     [214, 178, 112],
     [224, 205, 168],
@@ -55,14 +54,14 @@ const PLASTER: [[u8; 3]; 7] = [
     [184, 192, 200],
 ];
 
-/// Of a floor, and of a ground floor with shops. Metres.
+/// The height of a floor, and of a ground floor with shops. Metres.
 const FLOOR_M: f32 = 3.1;
 const SHOP_M: f32 = 3.9;
-/// How far walls go down into the ground, for slopes. Metres.
+/// The depth of walls below the ground, for slopes. Metres.
 const FOOTING_M: f32 = 3.0;
 
 impl House {
-    /// From the ground to the eaves. Metres.
+    /// The height from the ground to the eaves. Metres.
     pub(super) fn eaves_m(&self) -> f32 {
         match self.style {
             Style::Block | Style::Row | Style::Tower | Style::Shell => {
@@ -73,7 +72,7 @@ impl House {
         }
     }
 
-    /// Models it.
+    /// Builds the mesh.
     pub(super) fn model(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         builder.paint(Tag::Building, self.facade);
         if self.detail == Detail::Low {
@@ -90,7 +89,7 @@ impl House {
         }
     }
 
-    /// Walls, a strip of glass for each floor, a door and a roof.
+    /// Adds walls, a strip of glass for each floor, a door and a roof.
     fn plain(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
         builder.block(vec3(-x, -y, -FOOTING_M), vec3(x, y, eaves));
@@ -173,7 +172,7 @@ impl House {
             builder.material(self.facade);
         }
         builder.block(vec3(-x, -y, 0.58), vec3(x, y, eaves));
-        // A ledge above the shops, and a cornice that carries the roof.
+        // A ledge above the shops, and a cornice below the roof.
         builder.material(Material::Concrete);
         for (z, out) in [(SHOP_M, 0.10), (eaves - 0.25, 0.28)] {
             builder.block(vec3(-x, -y - out, z - 0.1), vec3(x, y + out, z + 0.14));
@@ -200,7 +199,7 @@ impl House {
         self.walls(builder, 0.5, eaves);
         let door = random.between(-0.6, 0.6) * (x - 1.2).max(0.0);
         self.entrance(builder, door, 0.5, false);
-        // Its sides stand against those of the neighbours.
+        // Its side walls touch those of the neighbouring buildings.
         self.windows(builder, 0.5, 0.5 + FLOOR_M, Some(door), &[0]);
         self.windows(builder, 0.5 + FLOOR_M, eaves, None, &[0]);
         self.windows(builder, 0.5, eaves, None, &[2]);
@@ -215,7 +214,7 @@ impl House {
     fn villa(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
         let hipped = random.chance(0.4);
-        // A wing that stands forward makes the plan an L.
+        // A projecting wing makes the plan an L.
         let wing = random.chance(0.5);
         self.walls(builder, 0.5, eaves);
         roof::pitched(builder, [x, y], eaves, random.between(0.55, 0.85), self.facade, hipped);
@@ -300,17 +299,17 @@ impl House {
         for i in 0..=bays[0] {
             for j in 0..=bays[1] {
                 let at = vec3(column(i, bays[0], x), column(j, bays[1], y), 0.0);
-                // The columns of the next floor stand already.
+                // The columns of the next floor already stand.
                 let high = if random.chance(0.8) { top + 1.1 } else { top };
                 builder.block(at - vec3(0.2, 0.2, 0.0), at + vec3(0.2, 0.2, high));
             }
         }
-        // The staircase comes first.
+        // The staircase is built first.
         builder.block(vec3(-1.6, -y + 0.4, 0.0), vec3(1.6, -y + 4.0, top + 2.2));
         scaffold(builder, x, y, top);
     }
 
-    /// The box of the house, with a plinth of another stuff below `plinth`.
+    /// Adds the box of the building, with a plinth of another material below `plinth`.
     fn walls(&self, builder: &mut MeshBuilder, plinth: f32, eaves: f32) {
         let [x, y] = self.half;
         builder.material(Material::Concrete);
@@ -320,7 +319,7 @@ impl House {
         builder.block(vec3(-x, -y, plinth - 0.02), vec3(x, y, eaves));
     }
 
-    /// Bands between floors, and pilasters at the corners.
+    /// Adds bands between floors, and pilasters at the corners.
     fn courses(&self, builder: &mut MeshBuilder, low: f32, eaves: f32, random: &mut RandomStream) {
         let [x, y] = self.half;
         let every =
@@ -341,7 +340,7 @@ impl House {
         }
     }
 
-    /// Windows on some of the walls, on every floor between two heights.
+    /// Adds windows to some of the walls, on every floor between two heights.
     fn windows(
         &self,
         builder: &mut MeshBuilder,
@@ -361,7 +360,7 @@ impl House {
             },
             detail: self.detail,
         };
-        // The plinth of a block stands out.
+        // The plinth of an apartment block protrudes.
         let half = if low < 0.4 { self.half.map(|half| half + 0.06) } else { self.half };
         let mut sill = low + 0.95;
         while sill + 1.7 < high {
@@ -372,7 +371,7 @@ impl House {
         }
     }
 
-    /// Floors and windows as strips round the whole house.
+    /// Adds floors and windows as strips round the whole building.
     fn bands(&self, builder: &mut MeshBuilder, half: [f32; 2], low: f32, high: f32) {
         let glass = self.facade == Material::FacadeGlass;
         builder.material(if glass { Material::Metal } else { Material::Glass });
@@ -388,7 +387,7 @@ impl House {
         }
     }
 
-    /// Shop windows, doors and awnings along the street.
+    /// Adds shop windows, doors and awnings along the street.
     fn shops(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         let [x, y] = self.half;
         let count = ((x * 2.0 / 5.0) as u32).max(1);
@@ -438,7 +437,7 @@ impl House {
         }
     }
 
-    /// A door with steps; with a canopy if wanted.
+    /// Adds a door with steps, and optionally a canopy.
     fn entrance(&self, builder: &mut MeshBuilder, x: f32, sill: f32, canopy: bool) {
         let y = self.half[1] + 0.06;
         builder.material(Material::Wood);
@@ -460,7 +459,7 @@ impl House {
         }
     }
 
-    /// Balconies on the street side.
+    /// Adds balconies on the street side.
     fn balconies(&self, builder: &mut MeshBuilder, eaves: f32, random: &mut RandomStream) {
         if !random.chance(0.5) {
             return;
@@ -493,7 +492,7 @@ impl House {
     }
 }
 
-/// Poles, planks and rails before the street side.
+/// Adds poles, planks and rails in front of the street side.
 fn scaffold(builder: &mut MeshBuilder, x: f32, y: f32, top: f32) {
     let (near, far) = (y + 0.12, y + 0.9);
     let bays = (x * 2.0 / 2.5).ceil().max(1.0) as u32;
@@ -516,7 +515,7 @@ fn scaffold(builder: &mut MeshBuilder, x: f32, y: f32, top: f32) {
     }
 }
 
-/// Upright ribs round a box.
+/// Adds vertical ribs round a box.
 fn fins(builder: &mut MeshBuilder, [x, y]: [f32; 2], low: f32, high: f32, pitch: f32) {
     builder.material(Material::Metal);
     for side in 0..4 {

@@ -2,7 +2,7 @@ use glam::Vec2;
 
 use crate::furnish::frontage::{Frontage, STEP_M, Station};
 
-/// How much of a city each place is: 0 in the open country, 1 in the middle of a dense grid.
+/// The urban density of each place: 0 in the open country, 1 in the middle of a dense grid.
 #[derive(Debug, Default)]
 pub(super) struct Density {
     low: Vec2,
@@ -15,9 +15,9 @@ pub(super) struct Density {
 }
 
 const CELL_M: f32 = 30.0;
-/// Slow roads beside which people live, in metres of frontage per hectare, where a city is dense.
+/// The frontage of slow residential roads at density 1. Metres per hectare.
 const DENSE: f32 = 290.0;
-/// Nobody lives beside faster roads. Metres per second.
+/// The speed from which on a road has no residential frontage. Metres per second.
 pub(super) const FAST_MPS: f32 = 21.0;
 
 impl Density {
@@ -46,7 +46,7 @@ impl Density {
         Density { low, columns, rows, cells, middle, radius_m, phase }
     }
 
-    /// At a point.
+    /// The density at a point.
     pub(super) fn at(&self, point: Vec2) -> f32 {
         let p = ((point - self.low) / CELL_M).max(Vec2::ZERO);
         let cell =

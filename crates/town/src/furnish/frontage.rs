@@ -1,28 +1,28 @@
-//! The edges of the roads, as those who build beside them see them.
+//! Frontages: the outer edges of roads, along which buildings stand.
 
 use glam::{DVec3, Vec2};
 use road::{LaneType, LaneTypes, Network};
 
-/// Between two stations of a frontage. Metres.
+/// The distance between two stations of a frontage. Metres.
 pub(super) const STEP_M: f32 = 2.0;
 
-/// One point on the outer edge of a road.
+/// A point on the outer edge of a road.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Station {
-    /// On the edge.
+    /// The position on the edge.
     pub(super) edge: Vec2,
-    /// Away from the road.
+    /// The direction away from the road.
     pub(super) out: Vec2,
-    /// From the kerb to the edge; 0 without a sidewalk. Metres.
+    /// The distance from the kerb to the edge; 0 without a sidewalk. Metres.
     pub(super) walk_m: f32,
-    /// Metres per second.
+    /// The speed limit. Metres per second.
     pub(super) limit_mps: f32,
 }
 
-/// One side of one road outside junctions, in the direction of s.
+/// One side of a road outside junctions, in the direction of s.
 pub(super) type Frontage = Vec<Station>;
 
-/// Every frontage, in the order of roads; the right side of each comes first.
+/// Returns every frontage, in the order of roads; the right side of each road comes first.
 pub(super) fn frontages(network: &Network) -> Vec<Frontage> {
     let mut all = Vec::new();
     for road in network.roads().iter().filter(|road| road.junction.is_none()) {
@@ -46,7 +46,8 @@ pub(super) fn frontages(network: &Network) -> Vec<Frontage> {
                     let along_m = if outer.forward { s } else { outer.length_m - s };
                     let at = road::LanePoint { lane: outer.index, along_m };
                     let middle = network.place(at);
-                    // The outer side lies to the right of those who drive along s on the right.
+                    // The outer side is on the right of traffic in the direction of s on the right
+                    // side.
                     let to_right = outer.forward == right;
                     let out = middle.heading_rad
                         + if to_right {

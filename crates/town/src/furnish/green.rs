@@ -1,4 +1,4 @@
-//! Trees, hedges and fences where nobody builds.
+//! Trees, hedges and fences on unbuilt ground.
 
 use glam::{Vec2, vec2, vec3};
 use mesh::{Material, RandomStream, Tag};
@@ -10,30 +10,30 @@ use crate::{
         lots::Garden,
         plan::Plan,
         raster::{ground, rectangle, square},
-        scene::{Brief, Place, Scene},
-        tree::{Finish, Sapling, Species, nursery},
+        scene::{ObjectProperties, Place, Scene},
+        tree::{Finish, Species, TreeModel, tree_models},
     },
     static_world::{Detail, Layer},
 };
 
-/// All saplings of the town.
-pub(super) struct Nursery {
-    near: Vec<Sapling>,
-    far: Vec<Sapling>,
+/// All tree models of the town.
+pub(super) struct TreeModels {
+    near: Vec<TreeModel>,
+    far: Vec<TreeModel>,
 }
 
-/// Nobody drives within this distance of trees of the far kind. Metres.
+/// The least distance of simplified trees from roads. Metres.
 const FAR_M: f32 = 18.0;
 
-impl Nursery {
-    pub(super) fn new(seed: u64, detail: Detail) -> Nursery {
-        Nursery {
-            near: nursery(seed, Finish::near(detail)),
-            far: nursery(seed, Finish::far(detail)),
+impl TreeModels {
+    pub(super) fn new(seed: u64, detail: Detail) -> TreeModels {
+        TreeModels {
+            near: tree_models(seed, Finish::near(detail)),
+            far: tree_models(seed, Finish::far(detail)),
         }
     }
 
-    /// Plants one if its trunk has room: on a sidewalk or in the open, never among others.
+    /// Plants a tree if its trunk has room: on a sidewalk or in the open, not among other objects.
     pub(super) fn plant(
         &self,
         plan: &mut Plan,
@@ -45,15 +45,16 @@ impl Nursery {
     ) -> bool {
         let choice = random.remainder(4);
         let turn = random.between(0.0, std::f32::consts::TAU);
-        let saplings = if is_far(plan, at) { &self.far } else { &self.near };
-        let Some(sapling) = saplings.iter().filter(|one| one.species == species).nth(choice) else {
+        let tree_model = if is_far(plan, at) { &self.far } else { &self.near };
+        let Some(tree_model) = tree_model.iter().filter(|one| one.species == species).nth(choice)
+        else {
             return false;
         };
-        let trunk = (sapling.trunk_radius * scale).max(0.3);
+        let trunk = (tree_model.trunk_radius * scale).max(0.3);
         let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
-        // Crowns hang over sidewalks above people's heads, and those that are trimmed for it over
-        // roads, but never into houses.
-        let crown = sapling.crown_radius * scale;
+        // Crowns may extend over sidewalks above head height, and pruned crowns over roads, but not
+        // into buildings.
+        let crown = tree_model.crown_radius * scale;
         let low_crown = matches!(species, Species::Spruce | Species::Bush);
         let room = if low_crown { crown } else { trunk };
         let over = if species == Species::Plane { trunk } else { crown * 0.95 };
@@ -65,16 +66,21 @@ impl Nursery {
         }
         plan.raster.stamp(&square(at, (crown * 0.7).max(0.5)), ground::FURNITURE);
         let place = Place { foot: plan.foot(at), yaw_rad: turn };
-        let brief = Brief { tag: Tag::Vegetation, layer: Layer::Foliage, color: [70, 110, 50] };
-        scene.add(brief, place, |builder| builder.append(&sapling.mesh, scale));
-        if sapling.trunk_radius > 0.0 {
-            scene.solid_post(&place, sapling.trunk_radius * scale, sapling.height * scale * 0.6);
+        let properties =
+            ObjectProperties { tag: Tag::Vegetation, layer: Layer::Foliage, color: [70, 110, 50] };
+        scene.add(properties, place, |builder| builder.append(&tree_model.mesh, scale));
+        if tree_model.trunk_radius > 0.0 {
+            scene.solid_post(
+                &place,
+                tree_model.trunk_radius * scale,
+                tree_model.height * scale * 0.6,
+            );
         }
         true
     }
 }
 
-/// Whether no road comes near a point.
+/// Whether no road is near a point.
 fn is_far(plan: &Plan, at: Vec2) -> bool {
     let ring = |radius: f32, count: u32| {
         (0..count).all(|step| {
@@ -85,8 +91,13 @@ fn is_far(plan: &Plan, at: Vec2) -> bool {
     ring(FAR_M / 3.0, 6) && ring(FAR_M * 2.0 / 3.0, 12) && ring(FAR_M, 18)
 }
 
-/// Hedges and fences in front of houses, and trees before and behind them.
-pub(super) fn gardens(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden], nursery: &Nursery) {
+/// Plants hedges and fences in front of houses, and trees before and behind them.
+pub(super) fn gardens(
+    plan: &mut Plan,
+    scene: &mut Scene,
+    gardens: &[Garden],
+    tree_models: &TreeModels,
+) {
     for (number, garden) in gardens.iter().enumerate() {
         let mut random = RandomStream::named(plan.seed, 0x6a4d + number as u64 * 16);
         let along = garden.out.perp();
@@ -123,12 +134,12 @@ pub(super) fn gardens(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden], nu
                 Species::Bush,
                 Species::Bush,
             ]);
-            nursery.plant(plan, scene, species, at, random.between(0.55, 0.9), &mut random);
+            tree_models.plant(plan, scene, species, at, random.between(0.55, 0.9), &mut random);
         }
     }
 }
 
-/// A hedge, a wall or a fence along the street, with a gap before the door.
+/// Adds a hedge, a wall or a fence along the street, with a gap in front of the door.
 fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut RandomStream) {
     let along = garden.out.perp();
     let dice = random.unit();
@@ -146,24 +157,29 @@ fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Ran
             continue;
         }
         plan.raster.stamp(&outline, ground::FURNITURE);
-        // Both ends stand on the ground, however it slopes.
+        // Both ends stand on the ground, whatever its slope.
         let heights = [-1.0, 1.0].map(|end| plan.height(middle + along * length * end));
         let foot = middle.extend(heights[0].min(heights[1]));
         let slope = (heights[1] - heights[0]).abs();
         let place = Place { foot, yaw_rad };
         let detail = plan.detail;
         if dice < 0.45 {
-            let brief = Brief { tag: Tag::Vegetation, layer: Layer::Foliage, color: [60, 100, 48] };
+            let properties = ObjectProperties {
+                tag: Tag::Vegetation,
+                layer: Layer::Foliage,
+                color: [60, 100, 48],
+            };
             let top = slope + random.between(0.9, 1.5);
-            scene.add(brief, place, |builder| {
+            scene.add(properties, place, |builder| {
                 builder.material(Material::Leaves);
                 builder.block(vec3(-length, -0.28, -0.3), vec3(length, 0.28, top));
             });
             scene.solid(&place, vec3(-length, -0.28, -0.3), vec3(length, 0.28, top));
         } else if dice < 0.65 {
-            let brief = Brief { tag: Tag::Wall, layer: Layer::Walls, color: [150, 140, 130] };
+            let properties =
+                ObjectProperties { tag: Tag::Wall, layer: Layer::Walls, color: [150, 140, 130] };
             let (top, brick) = (slope + 0.85, random.chance(0.6));
-            scene.add(brief, place, |builder| {
+            scene.add(properties, place, |builder| {
                 builder.material(if brick {
                     Material::FacadeBrick
                 } else {
@@ -177,9 +193,10 @@ fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Ran
             });
             scene.solid(&place, vec3(-length, -0.2, -0.4), vec3(length, 0.2, top + 0.07));
         } else {
-            let brief = Brief { tag: Tag::Fence, layer: Layer::Walls, color: [150, 120, 90] };
+            let properties =
+                ObjectProperties { tag: Tag::Fence, layer: Layer::Walls, color: [150, 120, 90] };
             let top = slope + 1.05;
-            scene.add(brief, place, |builder| {
+            scene.add(properties, place, |builder| {
                 builder.material(Material::Wood);
                 for z in [slope + 0.25, slope + 0.8] {
                     builder.block(vec3(-length, -0.03, z), vec3(length, 0.03, z + 0.08));
@@ -200,17 +217,17 @@ fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Ran
     }
 }
 
-/// Trees in the open: courtyards, parks, and woods round the town.
+/// Plants trees in courtyards, in parks, and in woods round the town.
 pub(super) fn open_ground(
     plan: &mut Plan,
     scene: &mut Scene,
     density: &Density,
-    nursery: &Nursery,
+    tree_models: &TreeModels,
 ) {
     let (low, high) = plan.town;
     let mut random = RandomStream::named(plan.seed, 0x9e0);
     let size = high - low;
-    // On large maps woods are sparser, so that they do not outgrow the town.
+    // On large maps woods are sparser, which limits the number of triangles.
     let area = size.x * size.y;
     let pitch = (area / 14_000.0).sqrt().max(9.0);
     let (rows, columns) = ((size.y / pitch) as i32, (size.x / pitch) as i32);
@@ -235,9 +252,9 @@ pub(super) fn open_ground(
                 dice if dice < 0.85 => Species::Spruce,
                 _ => Species::Bush,
             };
-            // A step away from roads, so that branches do not scrape along cars.
+            // A distance from roads keeps branches off cars.
             if plan.raster.is_free(&square(at, 2.5), ground::CARRIAGEWAY | ground::BUILT) {
-                nursery.plant(plan, scene, species, at, random.between(0.7, 1.15), &mut random);
+                tree_models.plant(plan, scene, species, at, random.between(0.7, 1.15), &mut random);
             }
         }
     }

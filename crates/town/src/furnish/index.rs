@@ -1,9 +1,9 @@
 use glam::{IVec2, Vec2, Vec3};
 use mesh::Mesh;
 
-/// Finds the triangles over or under a point of the plan.
+/// Finds the triangles above or below a point of the plan.
 ///
-/// Grids of cells, each coarser than the one before; a triangle lies in the finest one of which it
+/// A hierarchy of grids of growing cell size; a triangle is listed in the finest grid in which it
 /// covers few cells.
 #[derive(Debug)]
 pub(super) struct TriangleIndex {
@@ -17,18 +17,18 @@ struct Grid {
     cell_m: f32,
     columns: usize,
     rows: usize,
-    /// Where each cell's list begins in `members`.
+    /// The start of each cell's list in `members`.
     starts: Vec<u32>,
     members: Vec<u32>,
 }
 
-/// A triangle lies in at most so many rows and columns of cells.
+/// The most rows and columns of cells in which a triangle is listed.
 const SPAN_MAX: usize = 6;
-/// From one grid to the next coarser one.
+/// The ratio of the cell sizes of two consecutive grids.
 const COARSER: f32 = 5.0;
 
 impl TriangleIndex {
-    /// Over the triangles of `mesh` that face up and that `keep` wants, by their number.
+    /// Creates the index of the upward triangles of `mesh` for whose numbers `keep` holds.
     pub(super) fn new(mesh: &Mesh, keep: impl Fn(usize) -> bool) -> TriangleIndex {
         let mut corners = Vec::with_capacity(mesh.triangles.len());
         for (number, triangle) in mesh.triangles.iter().enumerate() {
@@ -42,7 +42,7 @@ impl TriangleIndex {
             (low, high) = (low.min(corner.truncate()), high.max(corner.truncate()));
         }
         let size = (high - low).max(Vec2::ONE);
-        // Roads fill a small part of the plan, in several layers where they meet.
+        // Roads cover a small part of the plan, in several layers where they cross.
         let mut cell_m =
             (size.x * size.y / (corners.len() as f32 + 1.0) * 0.4).sqrt().clamp(0.8, 25.0);
         let mut grids = Vec::new();
@@ -62,7 +62,7 @@ impl TriangleIndex {
         TriangleIndex { low, grids, corners }
     }
 
-    /// Calls `visit` with the height of every triangle that covers `point`, its border included.
+    /// Calls `visit` with the height of every triangle that covers `point`, borders included.
     pub(super) fn heights(&self, point: Vec2, visit: impl FnMut(f32)) {
         self.found(point).for_each(visit);
     }
@@ -85,14 +85,14 @@ impl TriangleIndex {
         self.found(point).next().is_some()
     }
 
-    /// The lowest triangle's height at `point`.
+    /// The height of the lowest triangle at `point`.
     pub(super) fn lowest(&self, point: Vec2) -> Option<f32> {
         let mut lowest = None;
         self.heights(point, |z| lowest = Some(lowest.map_or(z, |other: f32| other.min(z))));
         lowest
     }
 
-    /// The highest triangle's height at `point` that is not above `limit`.
+    /// The height of the highest triangle at `point` that is not above `limit`.
     pub(super) fn topmost(&self, point: Vec2, limit: f32) -> Option<f32> {
         let mut topmost: Option<f32> = None;
         self.heights(point, |z| {
@@ -153,7 +153,7 @@ impl Grid {
         Grid { cell_m, columns, rows, starts, members }
     }
 
-    /// Whose boxes may hold a point, seen from the lowest corner.
+    /// The triangles whose boxes may contain a point, given relative to the lowest corner.
     fn at(&self, point: Vec2) -> &[u32] {
         let p = point / self.cell_m;
         if p.x < 0.0 || p.y < 0.0 || p.x as usize >= self.columns || p.y as usize >= self.rows {

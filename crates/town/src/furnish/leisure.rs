@@ -1,4 +1,4 @@
-//! What lies between and behind houses: playgrounds, picnic lawns, car parks, gardens.
+//! The ground between and behind houses: playgrounds, picnic lawns, car parks, gardens.
 
 use std::f32::consts::TAU;
 
@@ -11,18 +11,18 @@ use super::{
     lots::Garden,
     parked::{self, slab},
     plan::Plan,
+    prop::place_prop,
     raster::{ground, rectangle},
     scene::Scene,
-    stand::stand,
 };
 
-/// Below this density nobody comes to play.
+/// The density from which on there are playgrounds.
 const LIVED_IN: f32 = 0.22;
 
-/// Between places that are looked at. Metres.
+/// The distance between the places that are examined. Metres.
 const PITCH_M: f32 = 46.0;
 
-/// Puts a car park, a playground or a picnic lawn where there is room between houses.
+/// Adds a car park, a playground or a picnic lawn where there is room between houses.
 pub(super) fn parks(plan: &mut Plan, scene: &mut Scene, density: &Density) {
     let (low, high) = plan.town;
     let size = ((high - low) / PITCH_M).as_uvec2();
@@ -75,7 +75,7 @@ fn picnic(plan: &mut Plan, scene: &mut Scene, at: Vec2, yaw: f32, random: &mut R
     arrange(plan, scene, at, yaw, &things[..some]);
 }
 
-/// What stands behind houses.
+/// Adds the objects behind houses.
 pub(super) fn backyards(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) {
     const THINGS: [&str; 10] = [
         "static.prop.doghouse",
@@ -97,16 +97,16 @@ pub(super) fn backyards(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) 
             let at = garden.gate
                 + garden.out * (garden.back_m + random.between(2.5, 7.0))
                 + garden.out.perp() * random.between(-0.4, 0.4) * garden.width_m;
-            stand(plan, scene, id, (at, random.between(0.0, TAU)), ground::ANY);
+            place_prop(plan, scene, id, (at, random.between(0.0, TAU)), ground::ANY);
         }
     }
 }
 
-/// Puts things down at places and bearings of a space about `at`.
+/// Places objects at positions and bearings in a space about `at`.
 fn arrange(plan: &mut Plan, scene: &mut Scene, at: Vec2, yaw: f32, things: &[(&str, Vec2, f32)]) {
     for (id, offset, turn) in things {
         let place = (at + Vec2::from_angle(yaw).rotate(*offset), yaw + turn);
-        // The lawn was free; what was laid on it may be stood upon.
-        stand(plan, scene, id, place, ground::ROAD | ground::BUILT | ground::CLEAR);
+        // The lawn was free, and objects may stand on it.
+        place_prop(plan, scene, id, place, ground::ROAD | ground::BUILT | ground::CLEAR);
     }
 }

@@ -1,5 +1,5 @@
-//! Houses along the streets: each frontage is cut into lots, each lot gets the house it has room
-//! for.
+//! Buildings along streets: each frontage is divided into lots, and each lot gets a building that
+//! fits.
 
 use glam::{Vec2, Vec3, vec2, vec3};
 use mesh::{Material, RandomStream, Tag};
@@ -11,23 +11,23 @@ use crate::{
         frontage::{Frontage, STEP_M, Station},
         plan::Plan,
         raster::{ground, rectangle},
-        scene::{Brief, Place, Scene},
+        scene::{ObjectProperties, Place, Scene},
     },
     static_world::Layer,
 };
 
-/// What is kept free round a house. Metres.
+/// The clearance round a building. Metres.
 const MARGIN_M: f32 = 0.5;
-/// No roof or awning reaches farther out than this. Metres.
+/// The greatest overhang of a roof or awning. Metres.
 const ROOF_M: f32 = 1.5;
-/// Below this density nobody builds a row.
+/// The density from which on terraced houses are built.
 const OPEN_COUNTRY: f32 = 0.06;
-/// How many houses are not finished.
+/// The fraction of buildings that are unfinished.
 const UNFINISHED: f32 = 0.035;
-/// From this density on gaps are filled.
+/// The density from which on gaps are filled.
 const BUILT_UP: f32 = 0.35;
 
-/// Builds along every outline; says where gardens are, as rectangles of ground before and behind
+/// Builds along every outline; returns the gardens, as rectangles of ground before and behind
 /// houses.
 pub(super) fn build(
     plan: &mut Plan,
@@ -37,7 +37,7 @@ pub(super) fn build(
 ) -> Vec<Garden> {
     let mut gardens = Vec::new();
     for (number, outline) in outlines.iter().enumerate() {
-        // First whoever wants to build, then small houses in the gaps.
+        // First the planned buildings, then small houses in the gaps.
         for (pass, narrow) in [(0, false), (1, true)] {
             let mut random = RandomStream::named(plan.seed, 0x107 + number as u64 * 16 + pass);
             line(plan, scene, outline, density, narrow, &mut random, &mut gardens);
@@ -49,15 +49,15 @@ pub(super) fn build(
 /// The ground that belongs to a house.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Garden {
-    /// On the street's edge, before the middle of the house.
+    /// The point on the edge of the street in front of the middle of the house.
     pub(super) gate: Vec2,
-    /// Away from the street.
+    /// The direction away from the street.
     pub(super) out: Vec2,
-    /// Metres along the street.
+    /// The width along the street. Metres.
     pub(super) width_m: f32,
-    /// From the street to the house. Metres.
+    /// The distance from the street to the house. Metres.
     pub(super) front_m: f32,
-    /// From the street to the far wall of the house. Metres.
+    /// The distance from the street to the rear wall of the house. Metres.
     pub(super) back_m: f32,
     pub(super) style: Style,
 }
@@ -75,7 +75,7 @@ fn line(
     while start + 2 < frontage.len() {
         let here = frontage[start];
         let dense = density.at(here.edge + here.out * 12.0);
-        // Nobody lives beside a motorway; but where people walk, they live.
+        // There are no houses beside a motorway, but there are beside any road with a sidewalk.
         let fast = here.limit_mps >= FAST_MPS && here.walk_m < 0.5;
         if fast || dense < OPEN_COUNTRY || random.chance(0.03) {
             start += 4;
@@ -105,7 +105,7 @@ fn line(
     }
 }
 
-/// Between neighbours. Metres.
+/// The gap between neighbouring buildings. Metres.
 fn gap(style: Style) -> f32 {
     match style {
         Style::Block => 0.4,
@@ -118,7 +118,7 @@ fn gap(style: Style) -> f32 {
     }
 }
 
-/// What somebody would build in a place as dense as this.
+/// Returns the building for a place of this density.
 fn draw(dense: f32, is_old: bool, random: &mut RandomStream) -> House {
     let detail = crate::static_world::Detail::Standard;
     let dice = random.unit();
@@ -192,7 +192,8 @@ fn draw(dense: f32, is_old: bool, random: &mut RandomStream) -> House {
     House { style, half: [width * 0.5, depth * 0.5], floors, facade, detail }
 }
 
-/// Puts the house behind the stations if there is room, else a shallower one, else none.
+/// Places a building behind the stations: with the given depth if it fits, else a shallower one,
+/// else none.
 fn place(
     plan: &mut Plan,
     scene: &mut Scene,
@@ -216,7 +217,7 @@ fn place(
     let front = match house.style {
         Style::Block if dense > 0.6 && first.walk_m > 1.5 => random.between(0.8, 1.6),
         Style::Block | Style::Tower => random.between(1.5, 5.0),
-        // Along the street they stand in one line.
+        // The buildings stand in one line along the street.
         Style::Row => 0.6,
         Style::Shell => random.between(4.5, 7.0),
         Style::Terrace => random.between(1.2, 3.5),
@@ -229,10 +230,10 @@ fn place(
         if house.half[1] < 3.0 {
             continue;
         }
-        // Steps, awnings and wings reach towards the street.
+        // Steps, awnings and wings extend towards the street.
         let front = front + back;
         let center = gate + out * (front + house.half[1]);
-        // The house's x runs so that its y points to the street.
+        // The building's x is chosen so that its y points to the street.
         let yaw_rad = (-out).to_angle() - std::f32::consts::FRAC_PI_2;
         let taken = rectangle(center, vec2(house.half[0], house.half[1]) + MARGIN_M, yaw_rad);
         let roof = rectangle(center, vec2(house.half[0], house.half[1]) + ROOF_M, yaw_rad);
@@ -262,7 +263,7 @@ fn erect(
     mut place: Place,
     random: &mut RandomStream,
 ) {
-    // It stands as high as the highest ground at its corners allows a door to be.
+    // The building stands as high as the highest ground at its corners permits a door to be.
     let [x, y] = house.half;
     let highest = [(x, y), (-x, y), (x, -y), (-x, -y)]
         .map(|(x, y)| plan.height(place.point(vec3(x, y, 0.0)).truncate()))
@@ -270,10 +271,14 @@ fn erect(
         .fold(place.foot.z, f32::max);
     place.foot.z = (place.foot.z + highest) * 0.5;
     let colors = [[150, 36, 32], [30, 70, 120], [40, 96, 64], [196, 150, 40], [70, 70, 76]];
-    let brief = Brief { tag: Tag::Building, layer: Layer::Buildings, color: *random.pick(&colors) };
-    // A stream of its own: what a finer model draws changes nothing of what comes after.
+    let properties = ObjectProperties {
+        tag: Tag::Building,
+        layer: Layer::Buildings,
+        color: *random.pick(&colors),
+    };
+    // A separate stream: numbers drawn by a finer model do not change later decisions.
     let mut inside = RandomStream::named(random.bits(), 0x40);
-    scene.add(brief, place, |builder| house.model(builder, &mut inside));
+    scene.add(properties, place, |builder| house.model(builder, &mut inside));
     let low = Vec3::new(-x, -y, -3.0);
     scene.solid(&place, low, Vec3::new(x, y, house.eaves_m()));
 }

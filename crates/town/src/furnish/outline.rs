@@ -1,4 +1,4 @@
-//! The outer edges of all roads, junctions included, as closed lines round blocks and town.
+//! The outer edges of all roads, junctions included, as closed lines round blocks and the town.
 
 use std::collections::BTreeSet;
 
@@ -12,14 +12,14 @@ use super::{
     relief::Relief,
 };
 
-/// Loops shorter than this lie round traffic islands. Metres.
+/// Shorter loops surround traffic islands. Metres.
 const SHORTEST_M: f32 = 60.0;
-/// Sidewalks are measured up to this width. Metres.
+/// The greatest width of a sidewalk that is measured. Metres.
 const WALK_MAX_M: f32 = 6.0;
-/// Where no lane says how fast one may drive. Metres per second.
+/// The speed limit where no lane specifies one. Metres per second.
 const USUAL_MPS: f32 = 14.0;
 
-/// Every outline, in the order of its lowest corner; the road lies to the left.
+/// Returns every outline, in the order of its lowest corner; the road lies on the left.
 pub(super) fn outlines(network: &Network, raster: &Raster, relief: &Relief) -> Vec<Frontage> {
     let line = |contour: &Vec<Vec2>| {
         let line = smoothed(contour);
@@ -50,7 +50,7 @@ fn frontage(network: &Network, raster: &Raster, relief: &Relief, line: &[Vec2]) 
         let walk_m = walk_width(raster, edge, out);
         let inside = edge - out * (walk_m + 1.5);
         let probe = inside.extend(relief.at(inside)).as_dvec3();
-        // Lanes inside junctions seldom say; there the limit of before goes on.
+        // Lanes inside junctions seldom specify a limit; the previous limit continues.
         if let Some(lane) = network.nearest(probe, LaneTypes::DRIVABLE)
             && let Some(limit) = network.lane(lane.lane).speed_limit_mps
         {
@@ -61,7 +61,7 @@ fn frontage(network: &Network, raster: &Raster, relief: &Relief, line: &[Vec2]) 
     frontage
 }
 
-/// How far one walks from the edge to the carriageway.
+/// The walking distance from the edge to the carriageway. Metres.
 fn walk_width(raster: &Raster, edge: Vec2, out: Vec2) -> f32 {
     let steps = (WALK_MAX_M * 2.0) as usize;
     let first = (1..=steps).find(|step| {
@@ -74,11 +74,12 @@ fn walk_width(raster: &Raster, edge: Vec2, out: Vec2) -> f32 {
     if walked && width > 1.0 { width - 0.5 } else { 0.0 }
 }
 
-/// Where cells of the road meet others: closed chains of cell corners, the road to the left.
+/// The borders between road cells and other cells: closed chains of cell corners, the road on the
+/// left.
 fn contours(raster: &Raster) -> Vec<Vec<Vec2>> {
     let road = |column: i32, row: i32| raster.cell(column, row) & ground::ROAD != 0;
     let (columns, rows) = raster.size();
-    // Edges that run east have the road above them; each closed chain has some.
+    // Edges that run east have the road above them; each closed chain has such an edge.
     let mut seen = BTreeSet::new();
     let mut all = Vec::new();
     for row in 0..rows {
@@ -95,7 +96,7 @@ fn contours(raster: &Raster) -> Vec<Vec<Vec2>> {
                 }
                 chain.push(raster.corner(vec2(x as f32, y as f32)));
                 (x, y) = (x + dx, y + dy);
-                // The two cells ahead of the corner that is reached now.
+                // The two cells ahead of the corner that was reached.
                 let ahead = |side: i32| {
                     let (px, py) = (dx - side * dy, dy + side * dx);
                     road(x + (px - 1).div_euclid(2), y + (py - 1).div_euclid(2))
@@ -112,7 +113,7 @@ fn contours(raster: &Raster) -> Vec<Vec<Vec2>> {
     all
 }
 
-/// The closed chain without its staircase, begun and ended at the same place.
+/// A closed chain without its staircase; it starts and ends at the same point.
 fn smoothed(chain: &[Vec2]) -> Vec<Vec2> {
     const REACH: usize = 4;
     let count = chain.len();

@@ -1,4 +1,4 @@
-//! Cars that stand: on parking lanes and spaces of the map, in drives and before halls.
+//! Parked cars: on parking lanes and spaces of the map, on drives and in front of halls.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -17,18 +17,18 @@ use crate::{
     },
 };
 
-/// How many of the places are taken.
+/// The fraction of places that are occupied.
 const TAKEN: f32 = 0.55;
-/// From either end of a parking lane. Metres.
+/// The distance from either end of a parking lane. Metres.
 const CLEAR_ENDS_M: f64 = 6.0;
-/// Along the kerb, for one car. Metres.
+/// The length of one place along the kerb. Metres.
 const PLACE_M: f64 = 6.2;
-/// Side by side, for one car. Metres.
+/// The width of one place in a row of bays. Metres.
 const BAY_M: f32 = 2.7;
-/// What lies on the ground lies so much above it. Metres.
+/// The height of slabs and paint above the ground. Metres.
 const SLAB_M: f32 = 0.04;
 
-/// Parks cars everywhere.
+/// Parks cars at all places.
 pub(super) fn park(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) {
     let fleet = Fleet::new();
     lanes(plan, scene, &fleet);
@@ -43,7 +43,7 @@ pub(super) fn park(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) {
     }
 }
 
-/// What people own.
+/// The vehicles that are parked.
 struct Fleet(Vec<(u32, &'static Blueprint)>);
 
 impl Fleet {
@@ -56,7 +56,7 @@ impl Fleet {
         Fleet((0..).zip(catalogue::catalogue()).filter(own).collect())
     }
 
-    /// One that fits: half of length and width at most. Metres.
+    /// A vehicle that fits; the limits are half of length and width. Metres.
     fn pick(&self, half: Vec2, random: &mut RandomStream) -> Option<(u32, &'static Blueprint)> {
         let fits =
             |one: &&(u32, &'static Blueprint)| one.1.half_extents_m.truncate().cmple(half).all();
@@ -75,7 +75,7 @@ fn lanes(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
         let mut along_m = CLEAR_ENDS_M;
         while along_m + CLEAR_ENDS_M < lane.length_m {
             let width = network.width(LanePoint { lane: lane.index, along_m });
-            // Wide lanes are for parking side by side.
+            // Wide lanes are for perpendicular parking.
             let across = width > 4.2;
             let half = if across {
                 vec2(width as f32 * 0.5, BAY_M * 0.5 - 0.2)
@@ -105,7 +105,7 @@ fn lanes(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
     }
 }
 
-/// Parking spaces that the map records one by one.
+/// Parks cars on parking spaces that are objects of the map.
 fn spaces(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
     let network = plan.network;
     let mut random = RandomStream::named(plan.seed, 0x9a6);
@@ -123,7 +123,7 @@ fn spaces(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
         });
         let all: Vec<_> = drawn.chain(placed).collect();
         for (at, heading_rad, size) in all {
-            // The longer side is the car's.
+            // The car is parallel to the longer side.
             let turned = size.y > size.x;
             let half = if turned { vec2(size.y, size.x) } else { size } * 0.5;
             let yaw = heading_rad + if turned { FRAC_PI_2 } else { 0.0 };
@@ -135,7 +135,7 @@ fn spaces(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
     }
 }
 
-/// A drive beside the door, from the street to the house, with a car on it more often than not.
+/// Adds a drive beside the door, from the street to the house, most with a car on it.
 fn drive(
     plan: &mut Plan,
     scene: &mut Scene,
@@ -158,7 +158,7 @@ fn drive(
     }
 }
 
-/// A row of bays along the wall of a hall.
+/// Adds a row of bays along the wall of a hall.
 fn forecourt(
     plan: &mut Plan,
     scene: &mut Scene,
@@ -188,7 +188,8 @@ fn forecourt(
 /// Half of a car park's length and width. Metres.
 pub(super) const LOT_M: Vec2 = vec2(11.0, 8.5);
 
-/// A car park: two rows of bays along a lane between them, lines of paint between the bays.
+/// Adds a car park: two rows of bays along a lane between them, with painted lines between the
+/// bays.
 pub(super) fn lot(
     plan: &mut Plan,
     scene: &mut Scene,
@@ -227,8 +228,8 @@ pub(super) fn lot(
     }
 }
 
-/// Lays a slab, from a street to a wall for example, if the ground between is free. `half`: along the bearing
-/// and across. Metres.
+/// Adds a slab, for example from a street to a wall, if the ground between them is free. `half`:
+/// along the bearing and across. Metres.
 pub(super) fn slab(
     plan: &mut Plan,
     scene: &mut Scene,
@@ -258,23 +259,23 @@ pub(super) fn slab(
     true
 }
 
-/// From a parked car to the lanes of those who drive: buses need it in bends. Metres.
+/// The distance from a parked car to driving lanes, which buses need in bends. Metres.
 const APART_M: f64 = 0.35;
-/// Nobody parks where lanes bend more. Per metre.
+/// The curvature of lanes from which on no cars are parked beside them. 1/m.
 const BEND_MAX: f64 = 1.0 / 40.0;
 
-/// Room for one car.
+/// A place for one car.
 struct Spot {
     at: Vec2,
     yaw: f32,
-    /// Along the car and across. Metres.
+    /// The size along the car and across. Metres.
     half: Vec2,
-    /// Towards the kerb, where cars stand close to it; else zero.
+    /// The direction to the kerb that cars stand close to; otherwise zero.
     out: Vec2,
 }
 
 impl Spot {
-    /// Parks a car that fits, if none of `taken` is there.
+    /// Parks a car that fits, if the place has none of the bits in `taken`.
     fn fill(
         &self,
         plan: &mut Plan,
@@ -299,7 +300,7 @@ impl Spot {
         let half = car.half_extents_m;
         let forward = Vec2::from_angle(self.yaw);
         let at = self.at + self.out * (self.half.y - half.y);
-        // The middle of the box stands on the spot, not the origin.
+        // The middle of the vehicle's box stands at the place, not its origin.
         let origin = at - forward * car.center_m.x;
         let outline = rectangle(at, half.truncate(), self.yaw);
         if !plan.raster.is_free(&outline, taken) || !is_beside_the_lanes(plan, &outline) {
@@ -312,7 +313,7 @@ impl Spot {
     }
 }
 
-/// Whether a car lies beside all lanes on which vehicles drive.
+/// Whether a car lies outside all driving lanes.
 fn is_beside_the_lanes(plan: &Plan, [a, b, c, d]: &[Vec2; 4]) -> bool {
     [*a, *b, *c, *d, (a + b) * 0.5, (c + d) * 0.5].into_iter().all(|corner| {
         let point = plan.foot(corner).as_dvec3();
@@ -323,7 +324,7 @@ fn is_beside_the_lanes(plan: &Plan, [a, b, c, d]: &[Vec2; 4]) -> bool {
     })
 }
 
-/// As the ground under the wheels lies.
+/// The rotation of the ground below the wheels.
 fn lean(plan: &Plan, origin: Vec2, forward: Vec2, half: Vec3) -> Quat {
     let point = |x: f32, y: f32| {
         let at = origin + forward * (x * half.x * 0.6) + forward.perp() * (y * half.y * 0.8);

@@ -17,19 +17,19 @@ use crate::{
     static_world::Detail,
 };
 
-/// How far the town reaches beyond its roads. Metres.
+/// The margin of the town beyond its roads. Metres.
 const FRINGE_M: f32 = 70.0;
-/// Between stations of the road surface. Metres.
+/// The distance between stations of the road surface. Metres.
 const STATION_M: f64 = 4.0;
-/// Patches between lanes up to this size are traffic islands, not lawns. Square metres.
+/// Areas between lanes up to this size are traffic islands instead of lawns. Square metres.
 const ISLAND_M2: f32 = 60.0;
-/// Blocks up to this size are paved where the town is dense, and so dense. Square metres.
+/// Blocks up to this size are paved at this density or above. Square metres.
 const BLOCK_M2: f32 = 14_000.0;
 const PAVED_FROM: f32 = 0.62;
-/// About so many points make the open ground of a large map.
+/// The approximate number of points of the open ground of a large map.
 const OPEN_POINTS: f32 = 150_000.0;
 
-/// What all who furnish the town share: the roads, what is taken, and how the land lies.
+/// The state that all furnishing steps share: roads, occupied ground, and relief.
 pub(super) struct Plan<'a> {
     pub(super) network: &'a Network,
     pub(super) seed: u64,
@@ -37,12 +37,12 @@ pub(super) struct Plan<'a> {
     pub(super) raster: Raster,
     /// The corners of the town.
     pub(super) town: (Vec2, Vec2),
-    /// Outer edges of roads.
+    /// The outer edges of roads.
     pub(super) outlines: Vec<Frontage>,
     pub(super) density: Density,
-    /// Streets are slow and crooked, as before there were cars.
+    /// Whether streets are slow and irregular, as in an old town.
     pub(super) is_old: bool,
-    /// Everything one can stand on: roads, and the ground between them.
+    /// All ground that objects stand on: roads, and the ground between them.
     surface: [TriangleIndex; 2],
     relief: Relief,
     ground: Mesh,
@@ -53,14 +53,14 @@ impl Plan<'_> {
         let mut roads = road::surface_mesh(network, STATION_M);
         let (low, high) = crate::mesh_builder::bounds(&roads);
         let (low, high) = (low.truncate() - FRINGE_M, high.truncate() + FRINGE_M);
-        // Kerbs and flanks stand upright; the ground joins what lies.
+        // Kerbs and sides are vertical; only flat faces join the ground.
         let is_bridge = bridge::bridges(&roads);
         let lying = |want: bool| -> Vec<bool> {
             let lies = |number: usize| is_bridge[number] == want && lies(&roads, number);
             (0..is_bridge.len()).into_par_iter().map(lies).collect()
         };
         let (grounded, decks) = (lying(false), lying(true));
-        // What the plan shows, and what stands on it, know nothing of each other.
+        // The raster and the index are independent, so they are built in parallel.
         let drawn = || {
             let mut raster = stamped(&roads, low, high);
             let on_ground = roads.triangles.iter().zip(&grounded).filter(|(_, lies)| **lies);
@@ -96,7 +96,7 @@ impl Plan<'_> {
             town: (low, high),
             spacing_m: if detail == Detail::High { 5.0 } else { coarse.max(8.0) },
         });
-        // Nobody stands on the hills round the town, whose triangles are long and thin.
+        // No objects stand on the hills round the town, whose triangles are long and thin.
         let in_town = |number: usize| {
             terrain.triangles[number].iter().all(|corner| {
                 let [x, y, _] = terrain.positions[*corner as usize];
@@ -125,18 +125,18 @@ impl Plan<'_> {
         }
     }
 
-    /// The roads and the terrain, once.
+    /// Takes the mesh of roads and terrain; empty after the first call.
     pub(super) fn take_ground(&mut self) -> Mesh {
         std::mem::take(&mut self.ground)
     }
 
-    /// The height of the ground, bridges not counted.
+    /// The height of the ground without bridges.
     pub(super) fn height(&self, point: Vec2) -> f32 {
         let near = self.relief.at(point);
         TriangleIndex::nearest_of(&self.surface, point, near).unwrap_or(near)
     }
 
-    /// The height of the highest ground up to `limit`, if there is any.
+    /// The height of the highest ground up to `limit`.
     pub(super) fn topmost(&self, point: Vec2, limit: f32) -> Option<f32> {
         let tops = self.surface.iter().filter_map(|index| index.topmost(point, limit));
         tops.reduce(f32::max)
@@ -148,15 +148,15 @@ impl Plan<'_> {
     }
 }
 
-/// Up to this limit streets are those of an old town, or nearly all are: the share of their length.
-/// Metres per second.
+/// The speed limit of the streets of an old town, and the fraction of the total length that must
+/// have it. Metres per second.
 const SLOW_MPS: f64 = 12.0;
 const SLOW_SHARE: f64 = 0.95;
-/// How far streets may run along and across one another: 1 where all of them do, 0 where they run
-/// every way.
+/// The limit of the alignment of an old town's streets: 1 where all are parallel or perpendicular,
+/// 0 where bearings are uniformly distributed.
 const SQUARE: f64 = 0.6;
 
-/// Whether the streets are slow, and run this way and that.
+/// Whether the streets are slow and irregular.
 fn is_old(network: &Network) -> bool {
     let (mut length, mut slow, mut square) = (0.0, 0.0, DVec2::ZERO);
     for lane in network.lanes() {
@@ -167,7 +167,7 @@ fn is_old(network: &Network) -> bool {
         for step in 0..steps as usize {
             let along_m = lane.length_m * (step as f64 + 0.5) / steps;
             let heading = network.place_at(lane.index, along_m, 0.0).heading_rad;
-            // Four times the angle is the same along and across.
+            // Multiplied by four, the angles of parallel and perpendicular streets are equal.
             square += DVec2::from_angle(4.0 * heading) * (lane.length_m / steps);
         }
         length += lane.length_m;
@@ -178,16 +178,16 @@ fn is_old(network: &Network) -> bool {
     slow > SLOW_SHARE * length && square.length() < SQUARE * length
 }
 
-/// Between places where a street is asked for its bearing. Metres.
+/// The distance between samples of a street's bearing. Metres.
 const HEADING_M: f64 = 15.0;
 
-/// Whether a triangle faces up, more or less.
+/// Whether a triangle faces up.
 fn lies(mesh: &Mesh, number: usize) -> bool {
     let [a, b, c] = mesh.triangles[number].map(|i| Vec3::from_array(mesh.positions[i as usize]));
     (b - a).cross(c - a).normalize_or_zero().z > 0.3
 }
 
-/// The raster with all roads in it, on whatever level they lie.
+/// The raster with all roads, on any level.
 fn stamped(roads: &Mesh, low: Vec2, high: Vec2) -> Raster {
     let mut raster = Raster::new(low, high);
     for (triangle, face) in roads.triangles.iter().zip(&roads.faces) {

@@ -1,31 +1,31 @@
 use glam::{DVec2, Vec2, dvec2, vec2};
 
-/// What stands in a cell, as bits.
+/// The use of a cell, as bits.
 pub(super) mod ground {
-    /// Vehicles move here.
+    /// Carriageways.
     pub(crate) const CARRIAGEWAY: u8 = 1;
-    /// People walk here.
+    /// Sidewalks.
     pub(crate) const WALK: u8 = 2;
-    /// Green strips and islands that belong to a road.
+    /// Verges and islands that belong to a road.
     pub(crate) const VERGE: u8 = 4;
-    /// A house, or its yard.
+    /// A building, or its yard.
     pub(crate) const BUILT: u8 = 8;
     /// A tree, a pole, a bench.
     pub(crate) const FURNITURE: u8 = 16;
-    /// To be kept free for sight or for walking.
+    /// Ground that stays free for sight or for walking.
     pub(crate) const CLEAR: u8 = 32;
 
-    /// Covered with slabs; everything may stand here.
+    /// Paved ground, on which objects may stand.
     pub(crate) const PAVED: u8 = 64;
 
-    /// All that belongs to a road.
+    /// All parts of a road.
     pub(crate) const ROAD: u8 = CARRIAGEWAY | WALK | VERGE;
-    /// All that stands in the way.
+    /// Everything that blocks an object.
     pub(crate) const ANY: u8 = ROAD | BUILT | FURNITURE | CLEAR;
 }
 
-/// The plan of the town as small square cells. A cell counts as covered by whatever touches it, so
-/// that what the raster calls free is free.
+/// The plan of the town as small square cells. An object covers every cell that it touches, so a
+/// free cell is entirely free.
 #[derive(Debug)]
 pub(super) struct Raster {
     low: Vec2,
@@ -35,12 +35,12 @@ pub(super) struct Raster {
     cells: Vec<u8>,
 }
 
-/// The finest cell. Metres.
+/// The smallest cell size. Metres.
 const FINEST_M: f32 = 0.5;
-/// The most cells; larger towns get larger cells.
+/// The most cells; larger towns have larger cells.
 const CELLS_MAX: f32 = 3.2e7;
 
-/// Outlines of so many corners are no work to keep.
+/// The number of corners up to which outlines need no allocation.
 const FEW: usize = 8;
 
 impl Raster {
@@ -52,8 +52,8 @@ impl Raster {
         Raster { low, cell_m, columns, rows, cells: vec![0; columns * rows] }
     }
 
-    /// Calls `visit` with each run of cells that a convex outline touches, until it says no; false
-    /// if the outline leaves the raster.
+    /// Calls `visit` with each run of cells that a convex outline touches, until it returns false;
+    /// returns false if the outline leaves the raster.
     fn runs(
         &self,
         outline: &[Vec2],
@@ -85,7 +85,7 @@ impl Raster {
                 if b.y < band_low || a.y > band_high {
                     continue;
                 }
-                // A clipped edge is extreme in x where it enters or leaves the band.
+                // A clipped edge has its extreme x where it enters or leaves the band.
                 for y in [a.y.max(band_low), b.y.min(band_high)] {
                     let share = if b.y > a.y { (y - a.y) / (b.y - a.y) } else { 0.0 };
                     let x = a.x + (b.x - a.x) * share;
@@ -147,16 +147,16 @@ impl Raster {
         if inside { self.cells[row as usize * self.columns + column as usize] } else { 0 }
     }
 
-    /// Where the corner of cells with this column and row lies.
+    /// The position of the corner of cells at this column and row.
     pub(super) fn corner(&self, at: Vec2) -> Vec2 {
         self.low + at * self.cell_m
     }
 
-    /// Marks the free cells of each patch that the roads enclose with what `bits` says for the
-    /// patch's area in square metres and its middle.
+    /// Marks the free cells of each area enclosed by roads with the bits that `bits` returns for
+    /// its size in square metres and its middle.
     pub(super) fn stamp_patches(&mut self, bits: impl Fn(f32, Vec2) -> u8) {
         let runs = self.free_runs();
-        // Each run knows another of its patch, at last the first one.
+        // Each run points to another run of its area, and finally to the first one.
         let mut first: Vec<usize> = (0..runs.len()).collect();
         let mut above = 0;
         for (number, run) in runs.iter().enumerate() {
@@ -195,7 +195,7 @@ impl Raster {
         }
     }
 
-    /// The longest rows of cells that no road touches.
+    /// The longest runs of cells that no road touches, row by row.
     fn free_runs(&self) -> Vec<Run> {
         let mut runs = Vec::new();
         for (row, cells) in self.cells.chunks_exact(self.columns).enumerate() {
@@ -213,14 +213,14 @@ impl Raster {
     }
 }
 
-/// Neighbouring cells of one row.
+/// Adjacent cells of one row.
 struct Run {
     row: usize,
     start: usize,
     end: usize,
 }
 
-/// The first run of the patch of `run`.
+/// The first run of the area that contains `run`.
 fn root(first: &mut [usize], mut run: usize) -> usize {
     while first[run] != run {
         first[run] = first[first[run]];
@@ -235,7 +235,7 @@ pub(super) fn rectangle(center: Vec2, half: Vec2, yaw_rad: f32) -> [Vec2; 4] {
     [center - x - y, center + x - y, center + x + y, center - x + y]
 }
 
-/// A square about `center`, for things that are round.
+/// A square about `center`, for round objects.
 pub(super) fn square(center: Vec2, half: f32) -> [Vec2; 4] {
     rectangle(center, Vec2::splat(half), 0.0)
 }

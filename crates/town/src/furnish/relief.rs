@@ -1,6 +1,6 @@
 use glam::{Vec2, vec2};
 
-/// The lie of the land: a height for every point, taken from the roads and carried on between them.
+/// The relief: a height at every point, taken from the roads and interpolated between them.
 #[derive(Debug)]
 pub(super) struct Relief {
     low: Vec2,
@@ -11,7 +11,7 @@ pub(super) struct Relief {
 }
 
 impl Relief {
-    /// From points on roads, over the plan from `low` to `high`.
+    /// Creates the relief from points on roads, over the plan from `low` to `high`.
     pub(super) fn new(low: Vec2, high: Vec2, points: impl Iterator<Item = (Vec2, f32)>) -> Relief {
         let size = high - low;
         let cell_m = (size.max_element() / 512.0).max(6.0);
@@ -29,7 +29,7 @@ impl Relief {
         }
         let mut heights = fill(&sums, columns, rows);
         let mut relief = Relief { low, cell_m, columns, rows, heights: Vec::new() };
-        // Relaxing lets the land between roads swing over evenly.
+        // Relaxation makes the ground between roads smooth.
         for _ in 0..24 {
             relief.relax(&mut heights, &known);
         }
@@ -53,7 +53,7 @@ impl Relief {
         }
     }
 
-    /// The height at a point; that of the nearest edge outside.
+    /// The height at a point; outside the plan, that of the nearest edge.
     pub(super) fn at(&self, point: Vec2) -> f32 {
         let most = vec2(self.columns as f32 - 1.001, self.rows as f32 - 1.001);
         // Heights belong to the middles of cells.
@@ -71,7 +71,7 @@ impl Relief {
     }
 }
 
-/// Gives every cell a height: averages go up a pyramid until all is known, and come down again.
+/// Gives every cell a height: averages go up a pyramid until all cells are known, then down again.
 fn fill(sums: &[(f32, f32)], columns: usize, rows: usize) -> Vec<f32> {
     if sums.iter().all(|sum| sum.1 > 0.0) {
         return sums.iter().map(|sum| sum.0).collect();

@@ -1,11 +1,11 @@
-//! What closes houses above.
+//! Roofs.
 
 use glam::{Vec3, vec3};
 use mesh::{Material, RandomStream};
 
 use crate::{mesh_builder::MeshBuilder, static_world::Detail};
 
-/// A flat roof with a parapet, and what stands on it.
+/// Adds a flat roof with a parapet and equipment.
 pub(super) fn flat(
     builder: &mut MeshBuilder,
     [x, y]: [f32; 2],
@@ -15,7 +15,7 @@ pub(super) fn flat(
 ) {
     builder.material(Material::RoofFlat);
     builder.block(vec3(-x, -y, top - 0.02), vec3(x, y, top + 0.06));
-    // The cornice stands out, the parapet stands on it.
+    // The cornice protrudes, and the parapet stands on it.
     builder.material(Material::Concrete);
     let (out, thick, high) = (0.22, 0.30, top + 0.95);
     for side in [-1.0f32, 1.0] {
@@ -49,13 +49,14 @@ pub(super) fn flat(
     builder.rod(vent, vent + Vec3::Z * 1.1, 0.16, 6);
 }
 
-/// An antenna in the middle.
+/// Adds an antenna in the middle.
 pub(super) fn mast(builder: &mut MeshBuilder, top: f32, height: f32) {
     builder.material(Material::Metal);
     builder.cone(Vec3::Z * top, Vec3::Z * (top + height), [0.28, 0.06], 6);
 }
 
-/// Two slopes with the ridge along the street, or four; `pitch` is height over half the depth.
+/// Adds a gable roof with the ridge along the street, or a hip roof; `pitch` is height over half
+/// the depth.
 pub(super) fn pitched(
     builder: &mut MeshBuilder,
     [x, y]: [f32; 2],
@@ -134,7 +135,7 @@ pub(super) fn pitched(
     }
 }
 
-/// A gable roof over a wing: ridge along y.
+/// Adds a gable roof over a wing, with the ridge along y.
 pub(super) fn prism(builder: &mut MeshBuilder, x: [f32; 2], y: [f32; 2], eaves: f32, ridge: f32) {
     let middle = (x[0] + x[1]) * 0.5;
     let rings = [y[1], y[0]]
@@ -142,7 +143,7 @@ pub(super) fn prism(builder: &mut MeshBuilder, x: [f32; 2], y: [f32; 2], eaves: 
     builder.loft(&rings, |_, _| None);
 }
 
-/// Chimneys on the ridge.
+/// Adds chimneys on the ridge.
 pub(super) fn chimneys(
     builder: &mut MeshBuilder,
     [x, y]: [f32; 2],
@@ -160,7 +161,7 @@ pub(super) fn chimneys(
     }
 }
 
-/// Dormer windows on the street side.
+/// Adds dormer windows on the street side.
 pub(super) fn dormers(
     builder: &mut MeshBuilder,
     [x, y]: [f32; 2],

@@ -7,21 +7,21 @@ use crate::{
     static_world::{Collider, Head, Lamp, Layer, Object, Parked, Town},
 };
 
-/// The town so far.
+/// The town while it is built.
 pub(super) struct Scene {
     builder: MeshBuilder,
     town: Town,
 }
 
-/// What is known of an object before it is modelled.
+/// The properties of an object that do not depend on its mesh.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Brief {
+pub(super) struct ObjectProperties {
     pub(super) tag: Tag,
     pub(super) layer: Layer,
     pub(super) color: [u8; 3],
 }
 
-/// Where an object stands: the origin of its own space, and the bearing of its x.
+/// The pose of an object: the origin of its own space, and the bearing of its x axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub(super) foot: Vec3,
@@ -29,18 +29,18 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// From the object's space to the world's.
+    /// Transforms a point from the object's space to world space.
     pub(super) fn point(&self, local: Vec3) -> Vec3 {
         self.foot + Quat::from_rotation_z(self.yaw_rad) * local
     }
 }
 
 impl Scene {
-    /// On top of roads and terrain.
+    /// Starts a town on roads and terrain.
     pub(super) fn new(ground: Mesh) -> Scene {
         let mut builder = MeshBuilder::new(Tag::Static, Material::Concrete, 0);
         builder.mesh = ground;
-        // Growing step by step would copy a large mesh again and again.
+        // Incremental growth would copy a large mesh repeatedly.
         let more = builder.mesh.triangles.len() * 3;
         builder.mesh.positions.reserve(more);
         builder.mesh.triangles.reserve(more);
@@ -48,16 +48,16 @@ impl Scene {
         Scene { builder, town: Town::default() }
     }
 
-    /// Adds what `model` makes in its own space; says its index and its box.
+    /// Adds an object that `model` builds in its own space; returns its index and its box.
     pub(super) fn add(
         &mut self,
-        brief: Brief,
+        properties: ObjectProperties,
         place: Place,
         model: impl FnOnce(&mut MeshBuilder),
     ) -> (u32, Object) {
         let number = self.town.objects.len() as u32;
         let first = self.builder.mesh.positions.len();
-        self.builder.object(number + 1).paint(brief.tag, Material::Concrete);
+        self.builder.object(number + 1).paint(properties.tag, Material::Concrete);
         model(&mut self.builder);
         let (sin, cos) = place.yaw_rad.sin_cos();
         let (mut low, mut high) = (Vec3::MAX, Vec3::MIN);
@@ -69,18 +69,18 @@ impl Scene {
             *position = (place.foot + turned).to_array();
         }
         let object = Object {
-            tag: brief.tag,
-            layer: brief.layer,
+            tag: properties.tag,
+            layer: properties.layer,
             center: place.point((low + high) * 0.5),
             half_extents_m: (high - low) * 0.5,
             yaw_rad: place.yaw_rad,
-            color: brief.color,
+            color: properties.color,
         };
         self.town.objects.push(object);
         (number, object)
     }
 
-    /// Adds an object that is modelled already, with what of it is solid. World space.
+    /// Adds an object with a finished mesh, and its solid parts. World space.
     pub(super) fn adopt(
         &mut self,
         object: Object,
@@ -97,17 +97,17 @@ impl Scene {
         self.town.colliders.extend(solids.map(|solid| Collider { object: number, ..solid }));
     }
 
-    /// Adds to the ground. World space.
+    /// Adds a mesh to the ground. World space.
     pub(super) fn lay(&mut self, mesh: &Mesh) {
         self.builder.mesh.append(mesh);
     }
 
-    /// Lays a quadrilateral of ground, counter-clockwise seen from above. World space.
+    /// Adds a quadrilateral of ground, counter-clockwise seen from above. World space.
     pub(super) fn ground(&mut self, material: Material, corners: [Vec3; 4]) {
         self.builder.object(0).paint(Tag::Ground, material).quad(corners);
     }
 
-    /// Parks a vehicle for good; its origin stands at the place's foot.
+    /// Parks a vehicle permanently; its origin is the foot of the place.
     pub(super) fn park(
         &mut self,
         number: u32,
@@ -134,7 +134,7 @@ impl Scene {
         self.solid(&place, center - half, center + half);
     }
 
-    /// Makes a box of the newest object solid, given in the object's space.
+    /// Adds a solid box to the newest object, in the object's space.
     pub(super) fn solid(&mut self, place: &Place, low: Vec3, high: Vec3) {
         self.town.colliders.push(Collider {
             center: place.point((low + high) * 0.5),
@@ -144,7 +144,7 @@ impl Scene {
         });
     }
 
-    /// Makes a post of the newest object solid, from half a metre below its foot up.
+    /// Adds a solid post to the newest object, from half a metre below its foot.
     pub(super) fn solid_post(&mut self, place: &Place, radius: f32, height: f32) {
         self.solid(place, vec3(-radius, -radius, -0.5), vec3(radius, radius, height));
     }

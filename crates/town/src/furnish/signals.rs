@@ -1,4 +1,4 @@
-//! Poles for the lights and signs that the map records, and where lamp boxes hang.
+//! Poles for the signals and signs of the map, and the positions of lamp boxes.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -10,24 +10,24 @@ use crate::{
     furnish::{
         plan::Plan,
         raster::{ground, square},
-        scene::{Brief, Place, Scene},
+        scene::{ObjectProperties, Place, Scene},
     },
     mesh_builder::MeshBuilder,
     static_world::{Head, Layer},
 };
 
-/// Of a lamp box's lower edge beside the road, and over it. Metres.
+/// The height of a lamp box's lower edge beside the road, and above it. Metres.
 const HEAD_BESIDE_M: f32 = 2.6;
 const HEAD_OVER_M: f32 = 5.0;
-/// Of a sign's lower edge where the map does not say. Metres.
+/// The height of a sign's lower edge where the map has none. Metres.
 const PLATE_M: f32 = 2.0;
 
-/// Furnishes every signal of the map.
+/// Adds poles and signs for all signals of the map.
 pub(super) fn furnish(plan: &mut Plan, scene: &mut Scene) {
     let network = plan.network;
     for (number, signal) in network.signals().iter().enumerate() {
         let kind = signal.kind.as_str();
-        // Stop lines and the like are painted, not put up.
+        // Stop lines and the like are painted and need no pole.
         let painted = signal.height_m < 0.05 && matches!(kind, "294" | "-1" | "1000003");
         if signal.dynamic {
             light(plan, scene, signal, number as u32);
@@ -37,12 +37,12 @@ pub(super) fn furnish(plan: &mut Plan, scene: &mut Scene) {
     }
 }
 
-/// Where the signal stands on the plan, and the bearing in which its face looks.
-fn stand(signal: &Signal) -> (Vec2, f32) {
+/// The position of the signal on the plan, and the bearing of its face.
+fn pose_of(signal: &Signal) -> (Vec2, f32) {
     (signal.pose.position.truncate().as_vec2(), signal.pose.heading_rad as f32)
 }
 
-/// The nearest place for a pole: where the signal is, or beside the road that it hangs over.
+/// The nearest position for a pole: at the signal, or beside the road above which the signal hangs.
 fn pole_place(plan: &Plan, at: Vec2) -> Option<Vec2> {
     let free =
         |point: Vec2| plan.raster.is_free(&square(point, 0.2), ground::CARRIAGEWAY | ground::BUILT);
@@ -63,7 +63,7 @@ fn pole_place(plan: &Plan, at: Vec2) -> Option<Vec2> {
 }
 
 fn light(plan: &mut Plan, scene: &mut Scene, signal: &Signal, number: u32) {
-    let (at, yaw_rad) = stand(signal);
+    let (at, yaw_rad) = pose_of(signal);
     let pole = pole_place(plan, at);
     let gap = pole.map_or(f32::INFINITY, |pole| pole.distance(at));
     let low = match signal.z_offset_m as f32 {
@@ -73,19 +73,19 @@ fn light(plan: &mut Plan, scene: &mut Scene, signal: &Signal, number: u32) {
     };
     let base = signal.pose.position.z as f32 - signal.z_offset_m as f32;
     let ground = pole.map_or(base, |pole| plan.height(pole));
-    // The box hangs before the pole, or before the arm that reaches over the road.
+    // The box hangs in front of the pole, or of the arm above the road.
     let clear = Vec2::from_angle(yaw_rad) * 0.12;
     let head = (at + clear).extend(base.max(ground) + low);
     scene.head(Head { signal: number, position: head, yaw_rad });
 
-    // Far from every edge it hangs on a wire that nobody sees.
+    // Far from all edges the box hangs on a wire that is not modelled.
     let Some(pole) = pole else { return };
     let foot = pole.extend(ground);
     let beam = head.z - foot.z + 0.5;
     let arm = at - pole;
     let place = Place { foot, yaw_rad: if gap > 0.6 { arm.to_angle() } else { yaw_rad } };
-    let brief = Brief { tag: Tag::Pole, layer: Layer::Props, color: [70, 74, 76] };
-    scene.add(brief, place, |builder| {
+    let properties = ObjectProperties { tag: Tag::Pole, layer: Layer::Props, color: [70, 74, 76] };
+    scene.add(properties, place, |builder| {
         builder.material(Material::Metal);
         builder.cone(Vec3::Z * -0.5, Vec3::Z * 0.35, [0.16, 0.12], 8);
         builder.cone(Vec3::Z * 0.35, Vec3::Z * (beam + 0.5), [0.08, 0.06], 8);
@@ -107,7 +107,7 @@ fn light(plan: &mut Plan, scene: &mut Scene, signal: &Signal, number: u32) {
 }
 
 fn sign(plan: &mut Plan, scene: &mut Scene, signal: &Signal) {
-    let (at, yaw_rad) = stand(signal);
+    let (at, yaw_rad) = pose_of(signal);
     let Some(pole) = pole_place(plan, at) else { return };
     if pole.distance(at) > 6.0 {
         return;
@@ -118,8 +118,9 @@ fn sign(plan: &mut Plan, scene: &mut Scene, signal: &Signal) {
     let half = [size[0] * 0.5, size[1] * 0.5];
     let center = Vec3::Z * (low + half[1]);
     let place = Place { foot, yaw_rad };
-    let brief = Brief { tag: Tag::TrafficSign, layer: Layer::Props, color: [200, 30, 30] };
-    scene.add(brief, place, |builder| {
+    let properties =
+        ObjectProperties { tag: Tag::TrafficSign, layer: Layer::Props, color: [200, 30, 30] };
+    scene.add(properties, place, |builder| {
         builder.paint(Tag::Pole, Material::Metal);
         builder.rod(Vec3::Z * -0.5, Vec3::Z * (low + size[1] * 0.9), 0.035, 6);
         builder.paint(Tag::TrafficSign, Material::Sign);
@@ -129,7 +130,7 @@ fn sign(plan: &mut Plan, scene: &mut Scene, signal: &Signal) {
     plan.raster.stamp(&square(pole, 0.5), ground::FURNITURE);
 }
 
-/// A plate that looks along x, in the shape that its number stands for.
+/// Adds a plate facing along x, in the shape of the sign's type.
 fn plate(builder: &mut MeshBuilder, kind: &str, center: Vec3, [half_y, half_z]: [f32; 2]) {
     let disc = half_y.min(half_z).clamp(0.3, 0.5);
     // (corners, angle of the first one, radius, border)
@@ -171,7 +172,7 @@ fn plate(builder: &mut MeshBuilder, kind: &str, center: Vec3, [half_y, half_z]: 
         builder.material(if kind == "306" { Material::LampAmber } else { Material::Sign });
         builder.loft(&[ring(inner, 0.055), ring(inner, 0.06)], |_, _| None);
         if kind == "274" {
-            // Two dark strokes in place of figures.
+            // Two dark strokes replace the figures.
             builder.material(Material::Plastic);
             for y in [-0.32f32, 0.06] {
                 builder.block(

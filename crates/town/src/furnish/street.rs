@@ -1,4 +1,4 @@
-//! What stands on sidewalks: lamps, trees in a row, benches, bins, hydrants, bus stops.
+//! Objects on sidewalks: street lights, rows of trees, benches, bins, hydrants, bus stops.
 
 use glam::{Vec3, vec3};
 use mesh::{Material, RandomStream, Tag};
@@ -7,19 +7,19 @@ use crate::{
     furnish::{
         density::{Density, FAST_MPS},
         frontage::{Frontage, STEP_M, Station},
-        green::Nursery,
+        green::TreeModels,
         plan::Plan,
+        prop::place_prop,
         raster::{ground, square},
-        scene::{Brief, Place, Scene},
-        stand::stand,
+        scene::{ObjectProperties, Place, Scene},
         tree::Species,
     },
     static_world::{Detail, Lamp, Layer},
 };
 
-/// From the kerb to the middle of what stands behind it. Metres.
+/// The distance from the kerb to the middle of objects behind it. Metres.
 const BEHIND_KERB_M: f32 = 0.7;
-/// A sidewalk must be this wide before trees are planted on it. Metres.
+/// The width of a sidewalk from which on trees are planted. Metres.
 const TREE_WALK_M: f32 = 2.8;
 
 /// Furnishes every sidewalk.
@@ -28,14 +28,14 @@ pub(super) fn furnish(
     scene: &mut Scene,
     frontages: &[Frontage],
     density: &Density,
-    nursery: &Nursery,
+    tree_models: &TreeModels,
 ) {
     for (number, frontage) in frontages.iter().enumerate() {
         let mut random = RandomStream::named(plan.seed, 0x57e + number as u64 * 16);
         let species =
             *random.pick(&[Species::Plane, Species::Plane, Species::Plane, Species::Poplar]);
         let planted = random.chance(0.7);
-        // Lamps alternate between the sides of a street.
+        // Street lights alternate between the sides of a street.
         let mut next_lamp = if number % 2 == 0 { 10.0 } else { 24.0 };
         let mut next_tree = 6.0;
         for (step, station) in frontage.iter().enumerate() {
@@ -49,7 +49,7 @@ pub(super) fn furnish(
                 let at = station.edge - station.out * (station.walk_m - BEHIND_KERB_M - 0.5);
                 let scale = if species == Species::Plane { 1.0 } else { 0.75 };
                 let scale = scale * random.between(0.92, 1.1);
-                nursery.plant(plan, scene, species, at, scale, &mut random);
+                tree_models.plant(plan, scene, species, at, scale, &mut random);
             } else if station.walk_m > 1.8 && random.chance(0.05 * density.at(station.edge)) {
                 prop(plan, scene, station, &mut random);
             }
@@ -57,7 +57,7 @@ pub(super) fn furnish(
     }
 }
 
-/// A lamp behind the kerb, its arm over the road; false if something else stands there.
+/// Adds a street light behind the kerb with its arm over the road; false if the place is occupied.
 fn lamp(plan: &mut Plan, scene: &mut Scene, station: &Station) -> bool {
     let behind = if station.walk_m > 1.2 { BEHIND_KERB_M - station.walk_m } else { 1.0 };
     let at = station.edge + station.out * behind;
@@ -68,9 +68,10 @@ fn lamp(plan: &mut Plan, scene: &mut Scene, station: &Station) -> bool {
     plan.raster.stamp(&square(at, 0.6), ground::FURNITURE);
     let tall = if station.limit_mps < FAST_MPS { 7.0 } else { 10.5 };
     let place = Place { foot: plan.foot(at), yaw_rad: (-station.out).to_angle() };
-    let brief = Brief { tag: Tag::Pole, layer: Layer::StreetLights, color: [90, 92, 94] };
+    let properties =
+        ObjectProperties { tag: Tag::Pole, layer: Layer::StreetLights, color: [90, 92, 94] };
     let reach = 1.9;
-    let (object, _) = scene.add(brief, place, |builder| {
+    let (object, _) = scene.add(properties, place, |builder| {
         builder.material(Material::Metal);
         let (sides, arm_sides) = if plan.detail == Detail::Low { (4, 3) } else { (8, 6) };
         builder.cone(Vec3::Z * -0.5, Vec3::Z * 1.2, [0.13, 0.11], sides);
@@ -86,7 +87,7 @@ fn lamp(plan: &mut Plan, scene: &mut Scene, station: &Station) -> bool {
     true
 }
 
-/// A bench, a bin, a hydrant, a bus stop or the like, as the catalogue has them.
+/// Adds a bench, a bin, a hydrant, a bus stop or a similar prop of the catalogue.
 fn prop(plan: &mut Plan, scene: &mut Scene, station: &Station, random: &mut RandomStream) {
     const IDS: [&str; 17] = [
         "static.prop.bin",
@@ -113,8 +114,8 @@ fn prop(plan: &mut Plan, scene: &mut Scene, station: &Station, random: &mut Rand
     if deep * 2.0 + 1.2 > station.walk_m {
         return;
     }
-    // Along the house side of the sidewalk, looking at the road.
+    // Along the building side of the sidewalk, facing the road.
     let at = station.edge - station.out * (deep + 0.15);
     let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
-    stand(plan, scene, id, (at, (-station.out).to_angle()), taken);
+    place_prop(plan, scene, id, (at, (-station.out).to_angle()), taken);
 }

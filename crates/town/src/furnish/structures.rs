@@ -1,5 +1,5 @@
-//! What the file says stands on and along roads, and what is painted on them: rails, walls, tunnels,
-//! parapets, buildings; parking spaces and crosswalks.
+//! Structures and paint that the map's file describes: rails, walls, tunnels, parapets, buildings;
+//! parking spaces and crosswalks.
 
 use glam::{Quat, Vec3};
 use mesh::{Mesh, Tag};
@@ -14,15 +14,15 @@ use crate::{
     static_world::{Collider, Layer, Object},
 };
 
-/// What nobody told the colour of is like concrete. sRGB.
+/// The colour of structures without a colour of their own: concrete. sRGB.
 const GREY: [u8; 3] = [150, 150, 148];
 
-/// How far paint lies above what it is painted on, and how far that may be from where the file says.
-/// Metres.
+/// The height of paint above the surface below it, and the greatest distance of that surface from
+/// the height in the file. Metres.
 const COAT_M: f32 = 0.004;
 const ASTRAY_M: f32 = 0.3;
 
-/// Adds all of them; nothing else will stand where they are.
+/// Adds all structures; no other objects are placed on them.
 pub(super) fn raise(plan: &mut Plan, scene: &mut Scene, structures: Vec<Structure>) {
     for structure in structures {
         if structure.is_ground {
@@ -55,7 +55,7 @@ pub(super) fn raise(plan: &mut Plan, scene: &mut Scene, structures: Vec<Structur
     }
 }
 
-/// Paints the ground.
+/// Adds the paint.
 pub(super) fn paint(plan: &Plan, scene: &mut Scene, mut paint: Mesh) {
     for position in &mut paint.positions {
         let at = Vec3::from_array(*position);
@@ -75,7 +75,7 @@ fn layer(tag: Tag) -> Layer {
     }
 }
 
-/// The scene says which object it belongs to.
+/// The scene sets the object of the faces.
 fn collider(solid: &Solid) -> Collider {
     Collider {
         center: solid.center.as_vec3(),

@@ -1,7 +1,7 @@
-//! The ground between the roads, joined to their edges.
+//! The ground between roads, joined to their edges.
 //!
-//! The edges of the roads on the ground are constraints of a Delaunay triangulation, whose faces
-//! under roads are left out. So terrain and road share corners, and no grass shows through asphalt.
+//! The edges of roads on the ground are constraints of a Delaunay triangulation, whose faces below
+//! roads are left out. Terrain and roads share vertices, so there are neither gaps nor overlaps.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,8 +17,8 @@ use super::{
     relief::Relief,
 };
 
-/// Edges that only one of the kept triangles has, in that triangle's direction, as corner numbers
-/// of `mesh`. Corners that lie within half a millimetre of each other count as one.
+/// Returns the edges that belong to only one of the kept triangles, in that triangle's direction,
+/// as vertex indices of `mesh`. Vertices within half a millimetre of each other count as one.
 pub(super) fn borders(mesh: &Mesh, keep: &[bool]) -> Vec<[u32; 2]> {
     let key = |corner: u32| mesh.positions[corner as usize].map(|x| (x * 1024.0).round() as i32);
     let mut corners: Vec<([i32; 3], u32)> =
@@ -32,7 +32,7 @@ pub(super) fn borders(mesh: &Mesh, keep: &[bool]) -> Vec<[u32; 2]> {
         }
         same[*corner as usize] = corners[first].1;
     }
-    // Each edge under its smaller corner, marked with its direction, in one number.
+    // Each edge under its smaller vertex, with its direction, in one number.
     let mut edges: Vec<u64> = Vec::with_capacity(mesh.triangles.len() * 3);
     for (triangle, _) in mesh.triangles.iter().zip(keep).filter(|(_, keep)| **keep) {
         let [a, b, c] = triangle.map(|corner| same[corner as usize]);
@@ -68,27 +68,27 @@ impl HasPosition for Corner {
     }
 }
 
-/// How far roads reach below each other where they meet. Metres.
+/// The greatest depth by which roads reach below each other where they meet. Metres.
 const TONGUE_M: f32 = 0.6;
 
-/// What the terrain is made from.
+/// The input of the terrain.
 pub(super) struct Site<'a> {
     pub(super) roads: &'a Mesh,
-    /// Edges of the roads that lie on the ground.
+    /// The edges of the roads that lie on the ground.
     pub(super) edges: &'a [[u32; 2]],
-    /// Corners of bridges, as bits of x and y: there the ground stays below.
+    /// The vertices of bridges, as bits of x and y; the ground passes below them.
     pub(super) sunk: &'a BTreeSet<(u32, u32)>,
-    /// Roads on the ground.
+    /// The roads on the ground.
     pub(super) covered: &'a TriangleIndex,
     pub(super) relief: &'a Relief,
     pub(super) raster: &'a Raster,
     /// The corners of the town.
     pub(super) town: (Vec2, Vec2),
-    /// Between points of the open ground. Metres.
+    /// The distance between points of the open ground. Metres.
     pub(super) spacing_m: f32,
 }
 
-/// The ground as faces of object 0: grass, and paving on islands between lanes.
+/// Returns the ground as faces of object 0: grass, and paving on islands between lanes.
 pub(super) fn terrain(site: &Site) -> Mesh {
     let mut builder = Builder::default();
     let joined =
@@ -97,7 +97,7 @@ pub(super) fn terrain(site: &Site) -> Mesh {
             if !borders_open_ground(site, ends.map(|[x, y, _]| vec2(x, y))) {
                 return None;
             }
-            // What reaches below another road is not to be seen: the ground joins the upper one.
+            // An edge below another road is hidden: the ground joins the upper road.
             Some(ends.map(|[x, y, z]| {
                 [x, y, site.covered.topmost(vec2(x, y), z + TONGUE_M).unwrap_or(z)]
             }))
@@ -114,13 +114,13 @@ pub(super) fn terrain(site: &Site) -> Mesh {
     builder.mesh(site)
 }
 
-/// Whether just outside the edge from a to b (road on its left) there is no other road.
+/// Whether no other road lies just outside the edge from a to b, which has its road on the left.
 fn borders_open_ground(site: &Site, [a, b]: [Vec2; 2]) -> bool {
     let out = -(b - a).perp().normalize_or_zero() * 0.03;
     [0.08, 0.5, 0.92].iter().any(|share| !site.covered.covers(a + (b - a) * *share + out))
 }
 
-/// Points on a grid wherever no road is near.
+/// Returns points of a grid wherever no road is near.
 fn open_ground(site: &Site, builder: &mut Builder) {
     let (low, high) = site.town;
     let step = site.spacing_m;
@@ -128,7 +128,7 @@ fn open_ground(site: &Site, builder: &mut Builder) {
     let columns = ((high.x - low.x) / step) as i32;
     for row in 0..=rows {
         for column in 0..=columns {
-            // Every other row is shifted, so that triangles are nearly equal-sided.
+            // Every other row is shifted, which makes triangles nearly equilateral.
             let shift = if row % 2 == 0 { 0.0 } else { 0.5 };
             let point = low + vec2(column as f32 + shift, row as f32) * step;
             let near = [(0.0, 0.0), (0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5)];
@@ -142,7 +142,7 @@ fn open_ground(site: &Site, builder: &mut Builder) {
     }
 }
 
-/// Rings round the town, out to hills on the horizon.
+/// Returns rings of points round the town, out to hills at the horizon.
 fn far_ground(site: &Site, builder: &mut Builder) {
     let (low, high) = site.town;
     let (middle, half) = ((low + high) * 0.5, (high - low) * 0.5);
@@ -171,14 +171,14 @@ fn far_ground(site: &Site, builder: &mut Builder) {
 #[derive(Default)]
 struct Builder {
     corners: Vec<[f32; 3]>,
-    /// By the bits of x and y, so that no two corners share a place.
+    /// Vertices by the bits of x and y, so that no two vertices coincide.
     places: BTreeMap<(u32, u32), usize>,
     edges: Vec<[usize; 2]>,
 }
 
 impl Builder {
     fn corner(&mut self, position: [f32; 3]) -> usize {
-        // Adding zero makes -0 the same place as 0.
+        // Adding zero turns -0 into 0.
         let place = ((position[0] + 0.0).to_bits(), (position[1] + 0.0).to_bits());
         let corner = *self.places.entry(place).or_insert_with(|| {
             self.corners.push(position);
@@ -212,7 +212,7 @@ impl Builder {
                 crossing.push(edge);
             },
         );
-        // Corners are finite and of moderate size, so loading cannot be refused.
+        // Vertices are finite and of moderate size, so bulk loading cannot fail.
         let Ok(mut plan) = loaded else { return Mesh::default() };
         for [from, to] in crossing {
             let handle = spade::handles::FixedVertexHandle::from_index;
@@ -252,7 +252,7 @@ impl Builder {
 }
 
 fn cover(raster: &Raster, at: Vec2) -> Face {
-    // Beside a road the cell itself belongs to the road; its neighbours tell what the ground is.
+    // Beside a road the cell itself belongs to the road; its neighbours decide the kind of ground.
     let round = [(0.0, 0.0), (1.2, 0.0), (0.0, 1.2), (-1.2, 0.0), (0.0, -1.2)];
     let bits = round.iter().fold(0, |bits, (x, y)| bits | raster.at(at + vec2(*x, *y)));
     if bits & ground::CLEAR != 0 {

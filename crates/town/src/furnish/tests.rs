@@ -59,7 +59,7 @@ fn the_default_town_is_as_large_as_promised() {
 }
 
 #[test]
-fn detail_changes_how_things_look_but_not_where_houses_stand() {
+fn detail_changes_meshes_but_not_the_positions_of_buildings() {
     let network = Network::parse(&named("Flatford").expect("one of ours")).expect("our own map");
     let (plain, fine) = (furnish(&network, 1), furnish_with(&network, 1, Detail::High));
     let coarse = furnish_with(&network, 1, Detail::Low);
@@ -109,7 +109,7 @@ fn apart(one: &[Vec2; 4], other: &[Vec2; 4]) -> bool {
 }
 
 #[test]
-fn no_house_stands_in_another() {
+fn no_two_buildings_overlap() {
     let (_, town) = default_town();
     let outlines: Vec<[Vec2; 4]> = walls(&town).map(corners).collect();
     for (number, one) in outlines.iter().enumerate() {
@@ -191,7 +191,7 @@ fn obstacles(network: &Network, town: &Town) -> Vec<String> {
 }
 
 #[test]
-fn nothing_stands_on_a_driving_lane() {
+fn no_object_stands_on_a_driving_lane() {
     let (network, town) = default_town();
     let found = obstacles(&network, &town);
     assert!(found.is_empty(), "{} places: {:?}", found.len(), &found[..found.len().min(5)]);
@@ -233,7 +233,7 @@ fn parked_cars_stand_on_the_ground_and_not_in_each_other() {
 
 /// A prop that the catalogue does not have would silently be left out.
 #[test]
-fn every_prop_that_towns_ask_for_is_in_the_catalogue() {
+fn every_prop_that_furnishing_uses_is_in_the_catalogue() {
     let sources = [include_str!("leisure.rs"), include_str!("street.rs"), include_str!("works.rs")];
     let mut asked = 0;
     for quoted in sources.iter().flat_map(|source| source.split('"').skip(1).step_by(2)) {
@@ -246,7 +246,7 @@ fn every_prop_that_towns_ask_for_is_in_the_catalogue() {
 }
 
 #[test]
-fn a_town_holds_what_towns_hold() {
+fn a_town_has_objects_of_every_common_kind() {
     let (_, town) = default_town();
     for layer in Layer::ALL {
         let count = town.objects.iter().filter(|object| object.layer == layer).count();
@@ -259,7 +259,7 @@ fn a_town_holds_what_towns_hold() {
 }
 
 #[test]
-fn every_light_of_the_map_has_one_head() {
+fn every_signal_of_the_map_has_one_head() {
     let (network, town) = default_town();
     assert!(!town.heads.is_empty());
     check_heads(&network, &town);
@@ -336,7 +336,7 @@ fn every_shared_map_becomes_a_town() {
 }
 
 #[test]
-fn town10hd_in_high_detail_is_a_scene_to_measure_with() {
+fn town10hd_in_high_detail_is_large_enough_for_benchmarks() {
     let maps = shared_maps();
     let Some((_, text)) = maps.iter().find(|(name, _)| name.ends_with("Town10HD")) else { return };
     let network = Network::parse(text).expect("a map that loads");
@@ -353,10 +353,10 @@ fn town10hd_in_high_detail_is_a_scene_to_measure_with() {
 }
 
 #[test]
-fn a_tunnel_of_the_file_stands_in_the_town() {
+fn a_tunnel_of_the_map_is_an_object_of_the_town() {
     let text = default_map().1;
     let tunnel = r#"<objects><tunnel id="t" s="1" length="9" type="standard"/></objects></road>"#;
-    // What the file says stands before everything else.
+    // Structures of the map are the first objects.
     let town = furnish(&Network::parse(&text.replacen("</road>", tunnel, 1)).expect("a map"), 1);
     assert!((town.objects[0].tag, town.objects[0].layer) == (Tag::Wall, crate::Layer::Walls));
     let is_wall = |face: &&mesh::Face| face.tag == Tag::Wall as u8 && face.object == 1;
@@ -388,7 +388,7 @@ fn crosswalks_are_painted_on_the_ground_itself() {
                 next = next.max(z);
             }
         });
-        // The paint is what is seen, and hardly thicker than paint.
+        // The paint is the visible surface, and hardly above the ground.
         assert!(
             (0.0005..0.012).contains(&(top - next)),
             "{} over the road at {middle}",
@@ -398,10 +398,10 @@ fn crosswalks_are_painted_on_the_ground_itself() {
 }
 
 #[test]
-fn an_old_town_is_built_of_rows_under_steep_roofs() {
+fn an_old_town_consists_of_rows_under_steep_roofs() {
     use mapgen::{Character, Plan, generate};
     let built = |character: Character, seed: u64| {
-        let (size_m, relief_m) = character.usual_m();
+        let (size_m, relief_m) = character.default_size_and_relief_m();
         let plan = Plan { name: "built".to_string(), seed, size_m, character, relief_m };
         let town = furnish(&Network::parse(&generate(&plan)).expect("a generated town"), 1);
         let houses = || town.objects.iter().filter(|one| one.tag == Tag::Building);
@@ -421,7 +421,7 @@ fn an_old_town_is_built_of_rows_under_steep_roofs() {
         let (tallest, glass, tiled) = built(Character::OldTown, seed);
         assert!(tallest < 35.0 && glass == 0 && tiled > 0.85, "{tallest} m, {glass}, {tiled}");
     }
-    // A city of our days is another thing.
+    // A modern city differs.
     let (tallest, glass, _) = built(Character::Grid, 1);
     assert!(tallest > 35.0 && glass > 0, "{tallest} m, {glass}");
 }

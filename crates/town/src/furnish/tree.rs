@@ -1,47 +1,47 @@
-//! Trees and bushes, modelled a few times per town and planted turned and scaled.
+//! Trees and bushes: a few models per town, planted with different rotations and scales.
 
 use glam::{Vec3, vec3};
 use mesh::{Material, Mesh, RandomStream, Tag};
 
 use crate::{mesh_builder::MeshBuilder, static_world::Detail};
 
-/// What grows.
+/// The species of a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Species {
-    /// Trimmed for streets: the crown begins above trucks.
+    /// A street tree, pruned so that the crown starts above trucks.
     Plane,
     /// A round crown on a short trunk.
     Lime,
-    /// Slender and tall.
+    /// A slender, tall tree.
     Poplar,
-    /// A cone of needles down to the ground.
+    /// A conifer with needles down to the ground.
     Spruce,
-    /// Broad, with several crowns.
+    /// A broad tree with several crowns.
     Oak,
-    /// Waist-high.
+    /// A bush of waist height.
     Bush,
 }
 
-/// A tree that waits to be planted: its foot at the origin.
+/// A model of a tree with its foot at the origin.
 #[derive(Debug)]
-pub(super) struct Sapling {
+pub(super) struct TreeModel {
     pub(super) species: Species,
     pub(super) mesh: Mesh,
-    /// Metres.
+    /// The radius of the crown. Metres.
     pub(super) height: f32,
     pub(super) crown_radius: f32,
     pub(super) trunk_radius: f32,
 }
 
-/// How finely trees are modelled.
+/// The level of detail of trees.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Finish {
-    /// Balls of a crown are multiplied with this, and never more than `balls_max`.
+    /// The factor for the number of balls in a crown; the result is limited to `balls_max`.
     balls: u32,
     balls_max: u32,
     rings: u32,
     sides: u32,
-    /// Whorls of a conifer, and their sides.
+    /// The number of whorls of a conifer, and of their sides.
     tiers: [u32; 2],
     trunk_sides: u32,
 }
@@ -61,7 +61,7 @@ impl Finish {
         }
     }
 
-    /// For trees that nobody comes near.
+    /// For trees far from roads.
     pub(super) fn far(detail: Detail) -> Finish {
         match detail {
             Detail::Low => {
@@ -75,20 +75,20 @@ impl Finish {
     }
 }
 
-/// A few of each species.
-pub(super) fn nursery(seed: u64, finish: Finish) -> Vec<Sapling> {
+/// Returns a few models of each species.
+pub(super) fn tree_models(seed: u64, finish: Finish) -> Vec<TreeModel> {
     use Species::{Bush, Lime, Oak, Plane, Poplar, Spruce};
     let mut random = RandomStream::named(seed, 0x72ee);
     let mut all = Vec::new();
     for species in [Plane, Lime, Poplar, Spruce, Oak, Bush] {
         for _ in 0..4 {
-            all.push(sapling(species, finish, &mut random));
+            all.push(tree_model(species, finish, &mut random));
         }
     }
     all
 }
 
-fn sapling(species: Species, finish: Finish, random: &mut RandomStream) -> Sapling {
+fn tree_model(species: Species, finish: Finish, random: &mut RandomStream) -> TreeModel {
     let mut builder = MeshBuilder::new(Tag::Vegetation, Material::Bark, 0);
     let grow = random.between(0.85, 1.2);
     let mut crown = Crown { finish, random };
@@ -136,7 +136,7 @@ fn sapling(species: Species, finish: Finish, random: &mut RandomStream) -> Sapli
             (height, 1.0, 0.0)
         }
     };
-    Sapling { species, mesh: builder.mesh, height, crown_radius, trunk_radius }
+    TreeModel { species, mesh: builder.mesh, height, crown_radius, trunk_radius }
 }
 
 fn trunk(builder: &mut MeshBuilder, height: f32, radius: f32, finish: Finish) {
@@ -161,7 +161,7 @@ struct Crown<'a> {
 }
 
 impl Crown<'_> {
-    /// Foliage as a heap of dented balls that fills an ellipsoid.
+    /// Adds foliage as irregular balls that fill an ellipsoid.
     fn cloud(&mut self, builder: &mut MeshBuilder, center: Vec3, radii: Vec3, balls: u32) {
         let Finish { rings, sides, .. } = self.finish;
         let balls = (balls * self.finish.balls).min(self.finish.balls_max);
@@ -183,7 +183,7 @@ impl Crown<'_> {
         }
     }
 
-    /// Whorls of branches, one above the other.
+    /// Adds whorls of branches, one above the other.
     fn tiers(&mut self, builder: &mut MeshBuilder, height: f32, radius: f32) {
         let [tiers, sides] = self.finish.tiers;
         for tier in 0..tiers {
@@ -201,7 +201,7 @@ impl Crown<'_> {
         }
     }
 
-    /// Moves points towards and away from `center`, so that no two crowns are alike.
+    /// Moves points towards and away from `center`, so that all crowns differ.
     fn dent(&mut self, points: &mut [[f32; 3]], center: Vec3, by: f32) {
         for point in points {
             let p = Vec3::from_array(*point);

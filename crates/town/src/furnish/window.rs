@@ -1,4 +1,4 @@
-//! Windows: panes a little before the wall, with a frame behind them and a sill below.
+//! Windows: panes slightly in front of the wall, with a frame behind them and a sill below.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -7,23 +7,23 @@ use mesh::Material;
 
 use crate::{mesh_builder::MeshBuilder, static_world::Detail};
 
-/// One wall of a house: the first looks to the street, the others follow to the left.
+/// One wall of a building: the first faces the street, the others follow to the left.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wall {
     turn: Quat,
-    /// Half its width, and how far it stands from the middle of the house. Metres.
+    /// Half the width of the wall, and its distance from the middle of the building. Metres.
     half: f32,
     out: f32,
 }
 
 impl Wall {
-    /// Number `side` of a house with these half sizes.
+    /// The wall number `side` of a building with these half sizes.
     pub(super) fn new([x, y]: [f32; 2], side: usize) -> Wall {
         let (half, out) = if side.is_multiple_of(2) { (x, y) } else { (y, x) };
         Wall { turn: Quat::from_rotation_z(FRAC_PI_2 * side as f32), half, out }
     }
 
-    /// A rectangle `before` the wall, from `x` to `x` and from `z` to `z`.
+    /// Adds a rectangle `before` the wall, over a range of x and a range of z.
     pub(super) fn patch(&self, builder: &mut MeshBuilder, x: [f32; 2], z: [f32; 2], before: f32) {
         let y = self.out + before;
         builder.quad(
@@ -32,13 +32,13 @@ impl Wall {
         );
     }
 
-    /// A strip all along the wall, as glass between slabs or as slabs between glass.
+    /// Adds a strip along the whole wall: glass between slabs, or slabs between glass.
     pub(super) fn band(&self, builder: &mut MeshBuilder, z: [f32; 2], inset: f32) {
         let reach = self.half - inset;
         self.patch(builder, [-reach, reach], z, 0.02);
     }
 
-    /// A row of windows with their sills at `sill`; none nearer to `door` than a step.
+    /// Adds a row of windows with their sills at `sill`, with a gap round `door`.
     pub(super) fn row(
         &self,
         builder: &mut MeshBuilder,
@@ -75,12 +75,12 @@ impl Wall {
     }
 }
 
-/// What the windows of a house are like.
+/// The windows of a building.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Windows {
-    /// From one to the next. Metres.
+    /// The distance from one window to the next. Metres.
     pub(super) pitch_m: f32,
-    /// Width and height of the pane.
+    /// The width and height of the pane. Metres.
     pub(super) size_m: [f32; 2],
     pub(super) frame: Material,
     pub(super) detail: Detail,

@@ -1,4 +1,4 @@
-//! Building sites: what stands round unfinished houses, and sidewalks that are dug up.
+//! Construction sites: the ground round unfinished buildings, and excavated sidewalks.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -12,19 +12,19 @@ use crate::{
         frontage::Frontage,
         lots::Garden,
         plan::Plan,
+        prop::place_prop,
         raster::{ground, rectangle},
-        scene::{Brief, Place, Scene},
-        stand::stand,
+        scene::{ObjectProperties, Place, Scene},
     },
     static_world::{Detail, Layer},
 };
 
-/// Of a panel of a fence. Metres.
+/// The length of a fence panel. Metres.
 const PANEL_M: f32 = 2.4;
-/// Sidewalks narrower than this are not dug up. Metres.
+/// The least width of a sidewalk that is dug up. Metres.
 const WIDE_WALK_M: f32 = 2.4;
 
-/// Furnishes the ground before every unfinished house.
+/// Furnishes the ground in front of every unfinished building.
 pub(super) fn sites(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) {
     let sites = gardens.iter().enumerate().filter(|(_, one)| one.style == Style::Shell);
     for (number, garden) in sites {
@@ -46,7 +46,7 @@ pub(super) fn sites(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) {
                 let at = garden.gate
                     + garden.out * random.between(1.6, garden.front_m - 1.6)
                     + along * across;
-                if stand(plan, scene, id, (at, yaw), ground::ANY) {
+                if place_prop(plan, scene, id, (at, yaw), ground::ANY) {
                     break;
                 }
             }
@@ -54,7 +54,7 @@ pub(super) fn sites(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) {
     }
 }
 
-/// A fence of wire along the street, open where lorries come in.
+/// Adds a wire fence along the street, with an opening for lorries.
 fn fence(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut RandomStream) {
     let along = garden.out.perp();
     let count = (garden.width_m / PANEL_M) as u32;
@@ -69,9 +69,10 @@ fn fence(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Rando
         }
         plan.raster.stamp(&outline, ground::FURNITURE);
         let place = Place { foot: plan.foot(middle), yaw_rad };
-        let brief = Brief { tag: Tag::Fence, layer: Layer::Walls, color: [160, 164, 168] };
+        let properties =
+            ObjectProperties { tag: Tag::Fence, layer: Layer::Walls, color: [160, 164, 168] };
         let half = PANEL_M * 0.49;
-        scene.add(brief, place, |builder| {
+        scene.add(properties, place, |builder| {
             builder.material(Material::Concrete);
             for side in [-half, half] {
                 builder.block(vec3(side - 0.15, -0.3, -0.1), vec3(side + 0.15, 0.3, 0.12));
@@ -95,7 +96,7 @@ fn fence(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Rando
     }
 }
 
-/// Digs up a sidewalk here and there; half of its width stays for those who walk.
+/// Digs up a sidewalk here and there; half of its width stays free for pedestrians.
 pub(super) fn diggings(
     plan: &mut Plan,
     scene: &mut Scene,
@@ -117,10 +118,11 @@ pub(super) fn diggings(
             if !plan.raster.is_free(&rectangle(center, half + vec2(0.8, 0.1), yaw_rad), taken) {
                 continue;
             }
-            // Earth beside a trench, barriers at both ends, cones towards those who walk.
+            // Soil beside a trench, barriers at both ends, cones towards pedestrians.
             let foot = plan.foot(center);
-            let brief = Brief { tag: Tag::Static, layer: Layer::Props, color: [90, 70, 50] };
-            scene.add(brief, Place { foot, yaw_rad }, |builder| {
+            let properties =
+                ObjectProperties { tag: Tag::Static, layer: Layer::Props, color: [90, 70, 50] };
+            scene.add(properties, Place { foot, yaw_rad }, |builder| {
                 builder.material(Material::Soil);
                 builder.block(vec3(-half.x, -half.y, -0.1), vec3(half.x, half.y, 0.02));
                 let heap = vec3(0.25 * half.x, 0.0, 0.0);
@@ -131,14 +133,14 @@ pub(super) fn diggings(
             });
             for (end, turn) in [(-1.0f32, PI), (1.0, 0.0)] {
                 let at = center + along * end * (half.x + 0.45);
-                stand(plan, scene, "static.prop.streetbarrier", (at, yaw_rad + turn), taken);
+                place_prop(plan, scene, "static.prop.streetbarrier", (at, yaw_rad + turn), taken);
             }
             let count = (half.x * 2.0 / 1.2) as i32;
             for step in 0..=count {
                 let across = -half.x + 2.0 * half.x * step as f32 / count.max(1) as f32;
                 let at = center + along * across - station.out * (half.y + 0.2);
                 let cone = "static.prop.constructioncone";
-                stand(plan, scene, cone, (at, yaw_rad + FRAC_PI_2), taken);
+                place_prop(plan, scene, cone, (at, yaw_rad + FRAC_PI_2), taken);
             }
             plan.raster.stamp(&rectangle(center, half, yaw_rad), ground::FURNITURE);
         }

@@ -1,4 +1,4 @@
-//! Parks and gardens.
+//! Props of parks and gardens.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -42,10 +42,10 @@ pub(super) const ROWS: &[Row] = &[
     ("static.prop.plantpot08", S, [0.70, 0.70, 2.10], 70.0, |c| pot(c, 8)),
 ];
 
-/// Benches of three makes; the street's are here too.
+/// Three kinds of benches, one of them for streets.
 pub(super) fn bench(builder: &mut MeshBuilder, make: u32) {
     if make == 2 {
-        // Without a back, on blocks of stone.
+        // A bench without a back, on stone blocks.
         builder.tinted(Material::Concrete, STONE);
         for y in [-0.6, 0.6] {
             slab(builder, [0.0, y, 0.20], [0.42, 0.20, 0.40]);

@@ -1,4 +1,4 @@
-//! Containers, garbage, and what people carry.
+//! Containers, rubbish, and portable items.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -123,7 +123,7 @@ fn wheeled_container(builder: &mut MeshBuilder) {
         }
     }
     builder.tinted(Material::Plastic, DARK);
-    // A lid, round at its back.
+    // A lid with a rounded rear edge.
     let arc = |x: f32| -> Vec<Vec3> {
         (0..=10)
             .map(|step| {
@@ -180,7 +180,7 @@ fn carton(builder: &mut MeshBuilder, height: f32, flaps: f32) {
     }
 }
 
-/// A box that somebody sat on.
+/// A crushed box.
 fn creased(builder: &mut MeshBuilder, number: u32) {
     builder.tinted(Material::Wood, CARTON);
     let sag = [0.0, 0.12, 0.22, 0.34][number as usize];
@@ -244,7 +244,7 @@ fn garbage(builder: &mut MeshBuilder, number: u32) {
     slab(builder, [0.0, 0.0, 0.01], [0.3, 0.3, 0.02]);
 }
 
-/// A pallet with bags on it.
+/// A pallet with bags.
 fn platform(builder: &mut MeshBuilder) {
     builder.material(Material::Wood);
     for y in [-0.42, -0.21, 0.0, 0.21, 0.42] {
@@ -569,7 +569,7 @@ fn bike_helmet(builder: &mut MeshBuilder) {
     slab(builder, [0.155, 0.0, 0.035], [0.05, 0.14, 0.012]);
 }
 
-/// The upper half of an egg, open below only to who looks closely.
+/// The upper half of an ellipsoid; its flat side is open.
 fn shell(builder: &mut MeshBuilder, radii: Vec3, lift: f32) {
     let stack: Vec<Vec<Vec3>> = (0..=7)
         .map(|ring| {

@@ -1,14 +1,14 @@
-//! What the tables of props share: their rows, colours, and shapes that many props need.
+//! What the tables of props share: the type of a row, colours, and common shapes.
 
 use glam::{Vec3, vec3};
 use mesh::Tag;
 
-use crate::{catalogue::recipe::Shape, mesh_builder::MeshBuilder};
+use crate::{catalogue::mesh_source::Shape, mesh_builder::MeshBuilder};
 
-/// Id, tag, length, width and height in metres, mass in kilograms, and what shapes it.
+/// Id, tag, length, width and height in metres, mass in kilograms, and the function that builds it.
 pub(super) type Row = (&'static str, Tag, [f32; 3], f32, Shape);
 
-/// sRGB.
+/// Colours, sRGB.
 pub(super) mod hue {
     pub(crate) const WHITE: [u8; 3] = [236, 236, 232];
     pub(crate) const BLACK: [u8; 3] = [26, 26, 28];
@@ -30,20 +30,20 @@ pub(super) mod hue {
     pub(crate) const STONE: [u8; 3] = [150, 146, 138];
 }
 
-/// A box about a middle, by its whole size.
+/// A box of this size about a centre.
 pub(super) fn slab(builder: &mut MeshBuilder, center: [f32; 3], size: [f32; 3]) {
     let (center, half) = (Vec3::from_array(center), Vec3::from_array(size) * 0.5);
     builder.block(center - half, center + half);
 }
 
-/// Four upright legs, or as many as there are signs.
+/// Four upright legs, one in each quadrant.
 pub(super) fn legs(builder: &mut MeshBuilder, x: f32, y: f32, top: f32, radius: f32) {
     for (sx, sy) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
         builder.rod(vec3(sx * x, sy * y, 0.0), vec3(sx * x, sy * y, top), radius, 6);
     }
 }
 
-/// A heap: a ball cut off at the ground, bent out of shape by fixed numbers.
+/// A heap: the upper half of an ellipsoid, with fixed irregularities.
 pub(super) fn heap(builder: &mut MeshBuilder, center: [f32; 2], radii: [f32; 3], seed: u32) {
     let bump = |ring: u32, side: u32| {
         let mut x = seed.wrapping_mul(747_796_405) ^ ring.wrapping_mul(2_891_336_453) ^ (side * 97);

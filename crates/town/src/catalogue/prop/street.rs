@@ -1,4 +1,4 @@
-//! Roads and sidewalks.
+//! Props of roads and sidewalks.
 
 use std::f32::consts::{FRAC_PI_4, PI, TAU};
 
@@ -52,7 +52,7 @@ pub(super) const ROWS: &[Row] = &[
     ("static.prop.mailbox", S, [0.52, 0.52, 1.25], 60.0, mailbox),
     ("static.prop.streetfountain", S, [0.50, 0.40, 1.10], 90.0, street_fountain),
     ("static.prop.vendingmachine", S, [0.85, 1.00, 1.85], 320.0, vending_machine),
-    // Not in CARLA's catalogue.
+    // Not part of CARLA's catalogue.
     ("static.prop.hydrant", S, [0.40, 0.40, 0.75], 90.0, hydrant),
     ("static.prop.calibrator", D, [0.60, 1.20, 1.60], 20.0, calibrator),
 ];
@@ -90,7 +90,7 @@ fn cone(builder: &mut MeshBuilder, bands: u32) {
     }
 }
 
-/// A slim post on a heavy foot.
+/// A slim post on a heavy base.
 fn delineator(builder: &mut MeshBuilder) {
     builder.material(Material::Rubber);
     builder.lathe(Vec3::ZERO, &[(0.20, 0.0), (0.20, 0.05), (0.08, 0.09)], 12);
@@ -155,7 +155,7 @@ fn iron_plank(builder: &mut MeshBuilder) {
     }
 }
 
-/// A triangle on folding legs.
+/// A triangular sign on folding legs.
 fn folding_sign(builder: &mut MeshBuilder, hue: [u8; 3]) {
     let corner =
         |angle: f32, reach: f32, x: f32| vec3(x, angle.sin() * reach, 0.56 + angle.cos() * reach);
@@ -168,7 +168,7 @@ fn folding_sign(builder: &mut MeshBuilder, hue: [u8; 3]) {
     builder.loft(&[ring(0.36, 0.008), ring(0.36, 0.014)], |_, _| None);
     builder.tinted(Material::Plastic, BLACK);
     if hue == ORANGE {
-        // A man with a shovel, near enough.
+        // A simplified pictogram of a man with a shovel.
         builder.ball(vec3(0.015, 0.02, 0.70), vec3(0.006, 0.03, 0.035), 3, 8);
         slab(builder, [0.016, 0.0, 0.60], [0.004, 0.05, 0.14]);
         builder.block_at(
@@ -221,7 +221,7 @@ fn debris(builder: &mut MeshBuilder, number: u32) {
     }
 }
 
-/// A trailer with a board of lamps that point aside.
+/// A trailer with a board of arrow lamps.
 fn arrow_trailer(builder: &mut MeshBuilder) {
     builder.tinted(Material::Metal, ORANGE);
     slab(builder, [-0.2, 0.0, 0.55], [1.6, 1.5, 0.16]);
@@ -314,7 +314,7 @@ fn food_cart(builder: &mut MeshBuilder) {
     for (x, y) in [(0.9, 0.42), (0.9, -0.42), (-0.9, 0.42), (-0.9, -0.42)] {
         builder.rod(vec3(x, y, 1.15), vec3(x, y, 2.1), 0.02, 6);
     }
-    // A canopy in stripes.
+    // A striped canopy.
     for stripe in 0..8 {
         builder.tinted(Material::Cloth, if stripe % 2 == 0 { RED } else { WHITE });
         let (from, to) = (-1.1 + 0.275 * stripe as f32, -1.1 + 0.275 * (stripe + 1) as f32);
@@ -482,7 +482,7 @@ fn street_sign(builder: &mut MeshBuilder, make: u32) {
         };
     match make {
         0 => {
-            // Two names that cross.
+            // Two street names at right angles.
             builder.tinted(Material::Sign, BLUE);
             slab(builder, [0.0, 0.0, 2.42], [0.02, 0.9, 0.2]);
             slab(builder, [0.0, 0.0, 2.18], [0.9, 0.02, 0.2]);

@@ -4,14 +4,14 @@ use std::f32::consts::PI;
 
 use glam::{Affine3A, Quat, Vec3};
 
-use crate::catalogue::{Given, Kind, Motion, Posture, blueprint, catalogue, stride_m};
+use crate::catalogue::{GivenPose, Kind, Motion, Posture, blueprint, catalogue, stride_m};
 
 /// The corners of the pieces that are seen, by the name of their joint.
 fn seen(id: &str, posture: &Posture) -> Vec<(&'static str, Vec<Vec3>)> {
     let (_, one) = blueprint(id).unwrap();
     let mut all = Vec::new();
     one.rig().place(posture, |piece, placed| {
-        let corners = &one.looks().pieces[piece].positions;
+        let corners = &one.geometry().pieces[piece].positions;
         let moved = corners.iter().map(|p| placed.transform_point3(Vec3::from_array(*p)));
         all.push((one.rig().joints[piece].name, moved.collect()));
     });
@@ -25,18 +25,18 @@ fn part(id: &str, name: &str, posture: &Posture) -> Vec<Vec3> {
 const MODEL3: &str = "vehicle.tesla.model3";
 
 #[test]
-fn at_rest_the_pieces_are_the_whole() {
+fn the_pieces_at_rest_make_up_the_whole_mesh() {
     for one in catalogue() {
-        let (rig, looks) = (one.rig(), one.looks());
-        assert_eq!(rig.joints.len(), looks.pieces.len(), "{}", one.id);
+        let (rig, geometry) = (one.rig(), one.geometry());
+        assert_eq!(rig.joints.len(), geometry.pieces.len(), "{}", one.id);
         let mut triangles = 0;
         let rest = Posture { stride: 0.3, ..Posture::default() };
         rig.place(&rest, |piece, placed| {
-            triangles += looks.pieces[piece].triangles.len();
+            triangles += geometry.pieces[piece].triangles.len();
             assert!(placed.abs_diff_eq(Affine3A::IDENTITY, 1e-5), "{}: {piece}", one.id);
         });
-        assert_eq!(triangles, looks.whole.triangles.len(), "{}", one.id);
-        for (piece, joint) in looks.pieces.iter().zip(&rig.joints) {
+        assert_eq!(triangles, geometry.whole.triangles.len(), "{}", one.id);
+        for (piece, joint) in geometry.pieces.iter().zip(&rig.joints) {
             assert!(!piece.triangles.is_empty(), "{}: {} is empty", one.id, joint.name);
         }
     }
@@ -109,7 +109,7 @@ fn a_walker_has_carlas_bones() {
 }
 
 #[test]
-fn steps_are_as_long_as_the_ground_that_they_cover() {
+fn a_step_covers_as_much_ground_as_its_length() {
     for id in ["walker.pedestrian.0004", "walker.pedestrian.0013"] {
         let (_, one) = blueprint(id).unwrap();
         let (skeleton, height) = (one.skeleton().unwrap(), 2.0 * one.half_extents_m.z);
@@ -148,18 +148,18 @@ fn a_cyclists_feet_stay_on_the_pedals() {
 }
 
 #[test]
-fn a_given_pose_shows_by_its_share_and_the_pieces_follow_the_bones() {
+fn a_given_pose_is_blended_by_its_weight_and_the_pieces_follow_the_bones() {
     let (_, one) = blueprint("walker.pedestrian.0002").unwrap();
     let skeleton = one.skeleton().unwrap();
     let number = |name: &str| skeleton.bones.iter().position(|bone| bone.name == name).unwrap();
     let (arm, hand) = (number("crl_arm__L"), number("crl_hand__L"));
     let walk = Posture { stride: 0.2, speed_mps: 1.4, ..Posture::default() };
     let shoulder = skeleton.bones[skeleton.bones[arm].parent].at_m;
-    // Straight up; nobody may say where it begins but who gives the pose.
+    // Straight up. The origin of the bone comes with the pose.
     let mut bones = vec![None; arm + 1];
     let up = Quat::from_rotation_x(PI);
     bones[arm] = Some((skeleton.bones[arm].at_m - shoulder + Vec3::Z * 0.01, up));
-    let with = |share: f32| Posture { given: Some(Given { share, bones: &bones }), ..walk };
+    let with = |weight: f32| Posture { given: Some(GivenPose { weight, bones: &bones }), ..walk };
     let placed = |posture: &Posture| skeleton.actor_from_bones(posture);
 
     for (a, b) in placed(&walk).iter().zip(placed(&with(0.0))) {
@@ -174,9 +174,10 @@ fn a_given_pose_shows_by_its_share_and_the_pieces_follow_the_bones() {
     let lift = |pose: &[Affine3A]| pose[hand].translation.z - pose[arm].translation.z;
     assert!(lift(&placed(&walk)) < -0.4 && lift(&half).abs() < 0.3, "{}", lift(&half));
 
-    // What is told against parents makes the same pose again.
+    // Transforms relative to the parents give the same pose again.
     let told: Vec<_> = skeleton.parent_from_bones(&walk).into_iter().map(Some).collect();
-    let still = Posture { given: Some(Given { share: 1.0, bones: &told }), ..Posture::default() };
+    let still =
+        Posture { given: Some(GivenPose { weight: 1.0, bones: &told }), ..Posture::default() };
     for (a, b) in placed(&walk).iter().zip(placed(&still)) {
         assert!(a.abs_diff_eq(b, 1e-4), "{a} {b}");
     }

@@ -67,7 +67,7 @@ fn tables() -> String {
 }
 
 #[test]
-fn the_page_of_blueprints_is_the_catalogue() {
+fn the_documentation_page_lists_the_catalogue() {
     let page = std::fs::read_to_string(PAGE).unwrap();
     let (head, found) = page.split_once(BEGIN).expect("the page has its tables");
     let right = tables();

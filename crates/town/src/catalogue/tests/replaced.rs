@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::{
-    catalogue::{MeshFault, Motion, Posture, blueprint, replaced},
+    catalogue::{MeshError, Motion, Posture, blueprint, replaced},
     mesh_builder,
 };
 
@@ -47,18 +47,18 @@ const RED: &str =
 #[test]
 fn nodes_named_as_wheels_become_wheels_and_the_rest_the_body() {
     let (_, one) = blueprint("vehicle.tesla.model3").unwrap();
-    // glTF looks along z, with y up and x to the left.
+    // In glTF z is forward, y up and x left.
     let file = glb(&[("chassis", [0.0, 0.5, 0.0]), ("wheel_fl", [0.8, 0.3, 1.4])], RED);
-    let (looks, rig) = replaced(one, &file).unwrap();
-    assert_eq!(looks.whole.triangles.len(), 2);
+    let (geometry, rig) = replaced(one, &file).unwrap();
+    assert_eq!(geometry.whole.triangles.len(), 2);
     let wheel = rig.joints.iter().position(|joint| joint.name == "wheel_fl").unwrap();
     let Motion::Wheel { hub_m, .. } = rig.joints[wheel].motion else { panic!("no wheel") };
     assert_eq!(hub_m, Vec3::new(1.4, 0.8, 0.3));
-    let (low, high) = mesh_builder::bounds(&looks.pieces[wheel]);
+    let (low, high) = mesh_builder::bounds(&geometry.pieces[wheel]);
     assert!((low - Vec3::new(1.4, 0.8, 0.0)).length() < 1e-5, "{low}");
     assert!((high - Vec3::new(1.8, 0.8, 0.6)).length() < 1e-5, "{high}");
-    assert_eq!(looks.pieces[0].triangles.len(), 1, "the body is seen while doors are shut");
-    let face = looks.pieces[0].faces[0];
+    assert_eq!(geometry.pieces[0].triangles.len(), 1, "the body is seen while doors are shut");
+    let face = geometry.pieces[0].faces[0];
     assert_eq!(face.tint >> 11, 31, "pure red stays red");
     let mut shown = 0;
     rig.place(&Posture { spin_rad: 1.0, ..Posture::default() }, |_, _| shown += 1);
@@ -66,18 +66,18 @@ fn nodes_named_as_wheels_become_wheels_and_the_rest_the_body() {
 }
 
 #[test]
-fn a_material_called_as_one_of_ours_is_that_one() {
+fn a_material_named_like_one_of_the_catalogue_is_that_material() {
     let (_, one) = blueprint("static.prop.barrel").unwrap();
     let file = glb(&[("x", [0.0, 0.3, 0.0])], r#"{"name":"carpaint"}"#);
-    let (looks, _) = replaced(one, &file).unwrap();
-    assert_eq!(looks.whole.faces[0].material, mesh::Material::CarPaint as u8);
-    assert_eq!(looks.whole.faces[0].tint, 0);
+    let (geometry, _) = replaced(one, &file).unwrap();
+    assert_eq!(geometry.whole.faces[0].material, mesh::Material::CarPaint as u8);
+    assert_eq!(geometry.whole.faces[0].tint, 0);
 }
 
 #[test]
 fn a_broken_file_is_refused_and_never_panics() {
     let (_, one) = blueprint("vehicle.tesla.model3").unwrap();
-    assert!(matches!(replaced(one, b"no glTF at all"), Err(MeshFault::Syntax(_))));
+    assert!(matches!(replaced(one, b"no glTF at all"), Err(MeshError::Syntax(_))));
     let whole = glb(&[("body", [0.0, 0.5, 0.0])], RED);
     assert!(replaced(one, &whole).is_ok());
     for end in 0..whole.len() {

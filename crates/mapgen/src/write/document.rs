@@ -1,4 +1,4 @@
-//! The OpenDRIVE elements that every road shares.
+//! The OpenDRIVE elements that all roads share, and the ids of everything.
 
 use std::fmt::Write as _;
 
@@ -10,24 +10,24 @@ use crate::{
     street::Class,
 };
 
-/// Of the sidewalk above the road. Metres.
+/// The height of sidewalks above the road. Metres.
 const KERB_M: f64 = 0.12;
 
-/// Writes one file.
-pub(super) struct Sheet<'a> {
+/// The document while it is write_plan.
+pub(super) struct Document<'a> {
     pub(super) layout: &'a Layout,
     pub(super) junctions: &'a [Junction],
-    /// Each street's reference line, between the mouths of its junctions.
+    /// The reference line of each street, between the mouths of its junctions.
     pub(super) lines: Vec<Vec<Piece>>,
-    /// By street: the junction at its start and at its end, and its arm there.
-    pub(super) seats: Vec<[(usize, usize); 2]>,
+    /// By street: the junctions at its start and end, each with the index of the street's arm.
+    pub(super) arms_of_streets: Vec<[(usize, usize); 2]>,
     pub(super) numbers: Numbers,
     pub(super) text: String,
 }
 
-/// Where each kind of number begins, so that no two things share one.
+/// The first id of each kind of element. The ranges do not overlap.
 pub(super) struct Numbers {
-    /// By junction: of its first connecting road.
+    /// By junction: the id of its first connecting road.
     pub(super) connecting: Vec<usize>,
     pub(super) junction: usize,
     pub(super) crosswalk: usize,
@@ -55,14 +55,14 @@ impl Numbers {
 }
 
 macro_rules! put {
-    ($sheet:expr, $($format:tt)*) => {
+    ($document:expr, $($format:tt)*) => {
         // Writing to a String cannot fail.
-        let _ = writeln!($sheet.text, $($format)*);
+        let _ = writeln!($document.text, $($format)*);
     };
 }
 pub(super) use put;
 
-impl Sheet<'_> {
+impl Document<'_> {
     pub(super) fn header(&mut self, plan: &Plan) {
         let (mut low, mut high) = (glam::DVec2::MAX, glam::DVec2::MIN);
         for piece in self.lines.iter().flatten() {
@@ -123,7 +123,7 @@ impl Sheet<'_> {
         put!(self, "</planView>");
     }
 
-    /// Cubics through heights and slopes.
+    /// Writes cubics through these distances, heights and slopes.
     pub(super) fn elevation(&mut self, knots: &[[f64; 3]]) {
         put!(self, "<elevationProfile>");
         for pair in knots.windows(2) {
@@ -153,9 +153,9 @@ impl Sheet<'_> {
         put!(self, "<height sOffset=\"0\" inner=\"{KERB_M}\" outer=\"{KERB_M}\"/>");
     }
 
-    /// The junction at a street's end, and the street's arm of it.
+    /// The junction at an end of a street, and the street's arm there.
     pub(super) fn arm(&self, street: usize, end: usize) -> (usize, &Arm) {
-        let (number, arm) = self.seats[street][end];
+        let (number, arm) = self.arms_of_streets[street][end];
         (number, &self.junctions[number].arms[arm])
     }
 }
@@ -182,8 +182,8 @@ pub(super) fn street_id(street: usize) -> usize {
     street + 1
 }
 
-/// Coefficients c and d of a cubic that grows by `by` over `length` with level ends.
-pub(super) fn swell(by: f64, length: f64) -> (f64, f64) {
+/// Coefficients c and d of a cubic that rises by `by` over `length`, level at both ends.
+pub(super) fn cubic_rise(by: f64, length: f64) -> (f64, f64) {
     (3.0 * by / length.powi(2), -2.0 * by / length.powi(3))
 }
 
@@ -191,12 +191,12 @@ pub(super) fn width(offset: f64, a: f64, c: f64, d: f64) -> String {
     format!("<width sOffset=\"{offset:.6}\" a=\"{a:.6}\" b=\"0\" c=\"{c:.12}\" d=\"{d:.14}\"/>")
 }
 
-/// Width records through these places: offset and width, level at each.
+/// Width records through pairs of offset and width, level at each.
 pub(super) fn widths(places: &[(f64, f64)]) -> String {
     let mut text = String::new();
     for pair in places.windows(2) {
         let ((from, a), (to, b)) = (pair[0], pair[1]);
-        let (c, d) = if a == b { (0.0, 0.0) } else { swell(b - a, to - from) };
+        let (c, d) = if a == b { (0.0, 0.0) } else { cubic_rise(b - a, to - from) };
         let _ = writeln!(text, "{}", width(from, a, c, d));
     }
     text

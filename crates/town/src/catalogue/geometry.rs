@@ -2,23 +2,23 @@ use mesh::{Face, Mesh};
 
 use crate::catalogue::rig::{INTERIOR, Motion, Rig};
 
-/// What a blueprint looks like.
+/// The meshes of a blueprint.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Looks {
-    /// All of it at rest, doors shut.
+pub struct Geometry {
+    /// The whole mesh at rest, with closed doors.
     pub whole: Mesh,
-    /// The mesh of each joint of the rig, in actor space at rest.
+    /// One mesh for each joint of the rig, in actor space at rest.
     pub pieces: Vec<Mesh>,
 }
 
-impl Looks {
-    /// Takes a mesh apart whose faces name their joint as their object. What a joint shows whose
-    /// doors are shut is the shell with its doors.
-    pub(crate) fn of(rig: &Rig, mesh: Mesh) -> Looks {
+impl Geometry {
+    /// Splits a mesh whose faces name their joints as their objects. The piece of a `Shut` joint is
+    /// the shell together with its doors.
+    pub(crate) fn of(rig: &Rig, mesh: Mesh) -> Geometry {
         if rig.joints.len() == 1 {
             let mut whole = mesh;
             whole.faces.iter_mut().for_each(|face| face.object = 0);
-            return Looks { pieces: vec![whole.clone()], whole };
+            return Geometry { pieces: vec![whole.clone()], whole };
         }
         let motion = |object: u32| rig.joints.get(object as usize).map(|joint| &joint.motion);
         let is_shell = |object: u32| {
@@ -34,11 +34,11 @@ impl Looks {
                 _ => part(&mesh, |object| object == number),
             })
             .collect();
-        Looks { whole: part(&mesh, |object| object != INTERIOR), pieces }
+        Geometry { whole: part(&mesh, |object| object != INTERIOR), pieces }
     }
 }
 
-/// The faces of some objects, with the corners that they need.
+/// The faces of some objects, with the vertices that they use.
 fn part(mesh: &Mesh, wanted: impl Fn(u32) -> bool) -> Mesh {
     let mut place = vec![u32::MAX; mesh.positions.len()];
     let mut part = Mesh::default();
