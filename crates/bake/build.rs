@@ -1,4 +1,4 @@
-//! Hashes the sources of the code that bakes, so that a baked thing of another build is not found.
+//! Hashes the sources of the code that bakes, so that a baked item of another build is not found.
 //!
 //! The sources are those of this crate and of every crate of the workspace that it depends on.
 

@@ -1,4 +1,4 @@
-//! A folder of baked things.
+//! A folder of baked items.
 
 use std::{
     env,
@@ -26,13 +26,13 @@ const BYTES_MAX: u64 = 2_000_000_000;
 /// How the names of cache files begin; nothing else in the folder is touched.
 const PREFIX: &str = "baked-";
 
-/// A folder of baked things, or a disabled cache.
+/// A folder of baked items, or a disabled cache.
 #[derive(Clone, Debug)]
 pub struct Cache {
     folder: Option<PathBuf>,
 }
 
-/// Identifies a baked thing: its kind, the map, the seed, the detail, and the code that baked it.
+/// Identifies a baked item: its kind, the map, the seed, the detail, and the code that baked it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key {
     kind: &'static str,
@@ -40,7 +40,7 @@ pub struct Key {
 }
 
 impl Key {
-    /// The key of the thing called `kind` that is baked from this map. `code` identifies the code
+    /// The key of the item called `kind` that is baked from this map. `code` identifies the code
     /// that bakes it outside the crates whose sources the key always covers.
     pub fn new(kind: &'static str, code: &str, open_drive: &str, seed: u64, detail: Detail) -> Key {
         let mut sum = Checksum::new();
@@ -81,18 +81,18 @@ impl Cache {
         self.folder.is_some()
     }
 
-    /// The thing that was kept under `key`, to be read in the order in which it was kept.
+    /// The item that was kept under `key`, to be read in the order in which it was kept.
     pub fn find(&self, key: Key) -> Option<Parts> {
         Parts::open(&self.folder.as_ref()?.join(key.file_name()), key.sums)
     }
 
     /// Keeps `parts` under `key`, unless an intact file exists already or the folder cannot be
-    /// written. The file appears whole or not at all, even if other processes keep the same thing
+    /// written. The file appears whole or not at all, even if other processes keep the same item
     /// at the same time.
     pub fn keep(&self, key: Key, parts: &[&[u8]]) {
         let Some(folder) = &self.folder else { return };
         if self.find(key).is_none_or(|mut parts| !parts.is_intact()) {
-            // Without a writable folder the next start builds the thing again.
+            // Without a writable folder the next start builds the item again.
             let _ = keep_in(folder, key, parts);
         }
     }

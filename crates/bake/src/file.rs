@@ -34,7 +34,7 @@ struct Row {
     sum: [u64; 2],
 }
 
-/// The parts of a baked thing, read in the order in which they were kept.
+/// The parts of a baked item, read in the order in which they were kept.
 #[derive(Debug)]
 pub struct Parts {
     file: File,

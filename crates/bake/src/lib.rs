@@ -2,7 +2,7 @@
 //!
 //! [`Cache::network`] and [`Cache::town`] answer from a file where a matching one exists, and
 //! otherwise build what is asked for from the OpenDRIVE text. [`Cache::find`] and [`Cache::keep`]
-//! serve things that other crates bake, such as the renderer's scenes.
+//! serve items that other crates bake, such as the renderer's scenes.
 //!
 //! A cache only saves time. A damaged, foreign or unreadable file is a miss; where nothing can be
 //! written, nothing is kept. The key of a file covers the map's text, the seed, the detail, and the

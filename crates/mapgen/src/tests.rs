@@ -19,7 +19,7 @@ fn plans() -> impl Iterator<Item = Plan> {
     })
 }
 
-/// All of them, and those with names.
+/// The texts of all plans and of all named towns.
 fn texts() -> impl Iterator<Item = (String, String)> {
     let named = names().chain(carla_names()).map(|name| (name.to_string(), named(name).unwrap()));
     plans().map(|plan| (plan.name.clone(), generate(&plan))).chain(named)
@@ -71,7 +71,7 @@ fn generated_towns_validate_without_findings() {
     }
 }
 
-/// What `omnibus map validate` says of them: of more seeds than the other tests look at.
+/// The findings of `omnibus map validate`, for more seeds than in the other tests.
 #[test]
 fn towns_of_many_seeds_validate_without_findings() {
     let seeds = if std::env::var_os("OMNIBUS_SOAK").is_some() { 100 } else { 12 };
@@ -86,7 +86,7 @@ fn towns_of_many_seeds_validate_without_findings() {
     }
 }
 
-/// Which lanes can be reached from the first one, changing lanes where that is allowed.
+/// The lanes that can be reached from the first one, with lane changes where they are allowed.
 fn reached(network: &Network, start: LaneIndex, back: bool) -> Vec<bool> {
     let mut seen = vec![false; network.lanes().len()];
     let mut open = vec![start];
@@ -125,7 +125,7 @@ fn every_driving_lane_reaches_every_other() {
     }
 }
 
-/// A lane begins where the lanes before it end: within a centimetre and half a degree.
+/// A lane starts where the lanes before it end: within one centimetre and half a degree.
 #[test]
 fn lanes_meet_without_a_step() {
     for (name, text) in texts() {
@@ -143,7 +143,7 @@ fn lanes_meet_without_a_step() {
     }
 }
 
-/// Nobody can drive round a corner that is tighter than this, or up a slope that is steeper.
+/// The tightest curvature and the steepest slope that vehicles can drive.
 #[test]
 fn lanes_are_no_tighter_and_no_steeper_than_vehicles_can_drive() {
     for (name, text) in texts() {
@@ -162,16 +162,16 @@ fn lanes_are_no_tighter_and_no_steeper_than_vehicles_can_drive() {
     }
 }
 
-/// A place in the middle of a lane, half the lane's width, its road and junction.
+/// A point in the middle of a lane, half the lane's width, its road and junction.
 type Sample = (DVec3, f64, u32, Option<u32>);
 
-/// What is driven on lies beside or far above everything else that is, except where roads meet.
+/// Driving lanes lie beside or well above all others, except where roads meet.
 #[test]
 fn roads_keep_clear_of_each_other() {
     for (name, text) in texts() {
         let network = Network::parse(&text).unwrap();
         let mut squares: BTreeMap<(i32, i32), Vec<Sample>> = BTreeMap::new();
-        // Which roads lead to which junctions.
+        // The roads that lead to each junction.
         let mut leads = BTreeSet::new();
         for lane in network.lanes().iter().filter(|l| LaneTypes::DRIVING.contains(l.kind)) {
             for next in lane.successors.iter().chain(&lane.predecessors) {

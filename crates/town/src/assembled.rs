@@ -1,4 +1,4 @@
-//! A town in one mesh, for programs that know no actors.
+//! A town in one mesh, for programs without actors.
 
 use glam::{Affine3A, Quat, Vec3};
 use mesh::{Face, Mesh};

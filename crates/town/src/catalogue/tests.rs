@@ -77,7 +77,7 @@ fn meshes_are_sound_and_of_a_reasonable_size() {
     }
 }
 
-/// A closed, outward skin has a positive volume: the sum of signed tetrahedra.
+/// A closed, outward-facing surface has a positive volume: the sum of signed tetrahedra.
 #[test]
 fn triangles_face_outwards() {
     for one in catalogue() {

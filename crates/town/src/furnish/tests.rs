@@ -12,12 +12,13 @@ use crate::{
 use mapgen::{default_map, named};
 
 fn default_town() -> (Network, Town) {
-    let network = Network::parse(&default_map().1).expect("our own map");
+    let network = Network::parse(&default_map().1).expect("a valid map");
     let town = furnish(&network, 1);
     (network, town)
 }
 
-/// Name and text of every map in the folder that `OMNIBUS_MAPS` names, by name; none without it.
+/// Name and text of every map in the folder that `OMNIBUS_MAPS` names, sorted by name; empty
+/// without it.
 fn shared_maps() -> Vec<(String, String)> {
     let Some(folder) = std::env::var_os("OMNIBUS_MAPS").map(PathBuf::from) else {
         note_skipped("OMNIBUS_MAPS names no folder");
@@ -36,7 +37,7 @@ fn shared_maps() -> Vec<(String, String)> {
     maps
 }
 
-/// Notes that the running test skips what it cannot do; `./run test` counts and lists these notes.
+/// Notes that the running test skips a part; `./run test` counts and lists these notes.
 fn note_skipped(why: &str) {
     let thread = std::thread::current();
     let test = thread.name().unwrap_or_default().rsplit("::").next().unwrap_or_default().to_owned();
@@ -60,7 +61,7 @@ fn the_default_town_is_as_large_as_promised() {
 
 #[test]
 fn detail_changes_meshes_but_not_the_positions_of_buildings() {
-    let network = Network::parse(&named("Flatford").expect("one of ours")).expect("our own map");
+    let network = Network::parse(&named("Flatford").expect("a named town")).expect("a valid map");
     let (plain, fine) = (furnish(&network, 1), furnish_with(&network, 1, Detail::High));
     let coarse = furnish_with(&network, 1, Detail::Low);
     let walls = |town: &Town| -> Vec<Collider> { walls(town).copied().collect() };
@@ -73,7 +74,7 @@ fn detail_changes_meshes_but_not_the_positions_of_buildings() {
     assert!(fine.mesh.triangles.len() > 2 * plain.mesh.triangles.len());
 }
 
-/// The colliders of houses.
+/// The colliders of buildings.
 fn walls(town: &Town) -> impl Iterator<Item = &Collider> {
     town.colliders.iter().filter(|one| one.half_extents_m.xy().min_element() > 2.5)
 }
@@ -100,7 +101,7 @@ fn corners(one: &Collider) -> [Vec2; 4] {
     super::raster::rectangle(one.center.truncate(), one.half_extents_m.truncate(), one.yaw_rad)
 }
 
-/// Whether a side of the first outline has all of the other before it.
+/// Whether one side of the first outline separates it from the other.
 fn apart(one: &[Vec2; 4], other: &[Vec2; 4]) -> bool {
     (0..4).any(|side| {
         let out = -(one[(side + 1) % 4] - one[side]).perp();
@@ -138,10 +139,10 @@ fn no_house_stands_on_a_road_or_a_sidewalk() {
     }
 }
 
-/// What hangs lower than this over a lane is in the way.
+/// The clearance above a lane below which an object is in the way. Metres.
 const CLEARANCE_M: f32 = 3.4;
 
-/// Places on driving lanes where something stands, hangs too low or is missing.
+/// Points on driving lanes at which an object stands, hangs too low, or the road is missing.
 fn obstacles(network: &Network, town: &Town) -> Vec<String> {
     let things = TriangleIndex::new(&town.mesh, |number| town.mesh.faces[number].object != 0);
     let ground = TriangleIndex::new(&town.mesh, |number| town.mesh.faces[number].object == 0);
@@ -231,7 +232,7 @@ fn parked_cars_stand_on_the_ground_and_not_in_each_other() {
     }
 }
 
-/// A prop that the catalogue does not have would silently be left out.
+/// A prop that is missing in the catalogue would be left out silently.
 #[test]
 fn every_prop_that_furnishing_uses_is_in_the_catalogue() {
     let sources = [include_str!("leisure.rs"), include_str!("street.rs"), include_str!("works.rs")];
@@ -282,7 +283,7 @@ fn check_heads(network: &Network, town: &Town) {
     }
 }
 
-/// The ground is closed: every vertical ray within the town finds some.
+/// The ground is closed: every vertical ray within the town hits it.
 #[test]
 fn the_ground_has_no_gaps() {
     let (_, town) = default_town();

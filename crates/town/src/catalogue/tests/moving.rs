@@ -1,4 +1,4 @@
-//! Parts move as the state of their actor says, and rest where the whole mesh shows them.
+//! Parts move as the posture of their actor demands; at rest they match the whole mesh.
 
 use std::f32::consts::PI;
 
@@ -6,7 +6,7 @@ use glam::{Affine3A, Quat, Vec3};
 
 use crate::catalogue::{GivenPose, Kind, Motion, Posture, blueprint, catalogue, stride_m};
 
-/// The corners of the pieces that are seen, by the name of their joint.
+/// The vertices of the visible pieces, by the name of their joint.
 fn seen(id: &str, posture: &Posture) -> Vec<(&'static str, Vec<Vec3>)> {
     let (_, one) = blueprint(id).unwrap();
     let mut all = Vec::new();
@@ -52,7 +52,7 @@ fn every_wheel_is_a_part_that_turns_about_its_hub() {
     }
 }
 
-/// Which corner lies furthest along an axis.
+/// The index of the vertex that lies furthest along an axis.
 fn furthest(corners: &[Vec3], axis: usize) -> usize {
     let by = |a: &usize, b: &usize| corners[*a][axis].total_cmp(&corners[*b][axis]);
     (0..corners.len()).max_by(by).unwrap()
@@ -169,7 +169,7 @@ fn a_given_pose_is_blended_by_its_weight_and_the_pieces_follow_the_bones() {
     assert!(given[hand].translation.z > given[arm].translation.z + 0.4, "{}", given[hand]);
     let thigh = number("crl_thigh__L");
     let at_rest = Affine3A::from_translation(skeleton.bones[thigh].at_m);
-    assert!(given[thigh].abs_diff_eq(at_rest, 1e-5), "what nobody set is as at rest");
+    assert!(given[thigh].abs_diff_eq(at_rest, 1e-5), "a bone that was not set is at rest");
     let half = placed(&with(0.5));
     let lift = |pose: &[Affine3A]| pose[hand].translation.z - pose[arm].translation.z;
     assert!(lift(&placed(&walk)) < -0.4 && lift(&half).abs() < 0.3, "{}", lift(&half));

@@ -1,4 +1,4 @@
-//! `docs/blueprints.md` says what the code says. `UPDATE_PAGES=1` writes its tables anew.
+//! The tables of `docs/blueprints.md` match the catalogue. `UPDATE_PAGES=1` rewrites them.
 
 use std::fmt::Write;
 
@@ -76,11 +76,11 @@ fn the_documentation_page_lists_the_catalogue() {
         return;
     }
     let differs = found.lines().zip(right.lines()).find(|(a, b)| a != b);
-    assert_eq!(differs, None, "UPDATE_PAGES=1 writes docs/blueprints.md anew");
+    assert_eq!(differs, None, "outdated table; UPDATE_PAGES=1 rewrites docs/blueprints.md");
     assert_eq!(found.len(), right.len());
     for motion in
         ["wheel_fl", "door_fl", "crl_thigh__L", "VehicleLightState", "--meshes", "--sheet"]
     {
-        assert!(head.contains(motion), "the page does not say what {motion} is");
+        assert!(head.contains(motion), "docs/blueprints.md does not explain {motion}");
     }
 }

@@ -1,4 +1,4 @@
-//! glTF files in the place of meshes.
+//! glTF files that replace meshes.
 
 use glam::Vec3;
 
@@ -7,7 +7,7 @@ use crate::{
     mesh_builder,
 };
 
-/// A binary glTF of these nodes, all with one triangle about their origin.
+/// Returns a binary glTF with these nodes, each with one triangle about its origin.
 fn glb(nodes: &[(&str, [f32; 3])], material: &str) -> Vec<u8> {
     let corners: [[f32; 3]; 3] = [[0.0, -0.3, 0.0], [0.0, 0.3, 0.0], [0.0, 0.0, 0.4]];
     let mut bin: Vec<u8> = corners.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();

@@ -1,10 +1,10 @@
-//! Draws meshes of this room into a PNG, to be looked at while they are being shaped.
+//! Draws the meshes of this crate into PNG files, for a look while they are developed.
 //!
-//! `clay fleet OUT.png` draws the catalogue as a contact sheet, `clay blueprint ID OUT.png` one of
-//! it from four sides, `clay roads MAP OUT.png` the roads of a named town or of a file,
-//! `clay plan MAP OUT.png` the furnished town from above, `clay part MAP X Y REACH OUT.png` a part
-//! of it at a slant, `clay street MAP FIRST OUT.png` six streets as drivers see them.
-//! `clay time MAP` says how long loading takes, best of five.
+//! `preview fleet OUT.png` draws a contact sheet of the catalogue, `preview blueprint ID OUT.png`
+//! one blueprint from four sides, `preview roads MAP OUT.png` the roads of a named town or of a
+//! file, `preview plan MAP OUT.png` the furnished town from above, `preview part MAP X Y REACH
+//! OUT.png` a part of it from an oblique angle, `preview street MAP FIRST OUT.png` six streets from
+//! the driver's position. `preview time MAP` measures loading, best of five.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -26,7 +26,7 @@ fn main() {
         ["part", map, x, y, reach, out] => part(&furnished(map).mesh, [x, y, reach], out),
         ["street", map, lane, out] => street(map, lane, out),
         ["time", map] => time(map),
-        _ => eprintln!("see the head of examples/clay.rs"),
+        _ => eprintln!("see the head of examples/preview.rs"),
     }
 }
 
@@ -153,7 +153,7 @@ fn part(mesh: &Mesh, numbers: [&str; 3], out: &str) {
     picture.save(out);
 }
 
-/// From a driver's eye on the spawn points, from number `first` on.
+/// From the driver's position at the spawn points, from number `first` on.
 fn street(map: &str, first: &str, out: &str) {
     let network = network(map);
     let town = furnished(map);
@@ -220,7 +220,7 @@ impl Picture {
                 });
                 let [a, b, c] = pixel;
                 let area = (b - a).truncate().perp_dot((c - a).truncate());
-                // A face seen from behind is drawn in magenta: it should not exist.
+                // A face seen from behind is drawn in magenta: closed meshes have none.
                 let shade = 0.42 + 0.58 * normal.dot(sun).max(0.0);
                 let base = if area > 0.0 {
                     [255, 0, 255]
@@ -277,7 +277,7 @@ impl Picture {
     }
 }
 
-/// The part of a triangle that lies before the near plane.
+/// The part of a triangle in front of the near plane.
 fn before_the_eye(corners: [Vec4; 3]) -> Vec<Vec4> {
     let mut kept = Vec::with_capacity(4);
     for index in 0..3 {
