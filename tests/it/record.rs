@@ -374,12 +374,12 @@ fn what_is_no_recording_of_ours_is_refused_in_one_line() {
             assert!(said.contains(word), "{said:?} does not say {word:?}");
         }
     };
-    refused("empty", b"", &["no recording"]);
-    refused("text", b"hello, world: this is text", &["no recording"]);
-    refused("magic", &bytes[..8], &["no recording"]);
+    refused("empty", b"", &["not a recording"]);
+    refused("text", b"hello, world: this is text", &["not a recording"]);
+    refused("magic", &bytes[..8], &["not a recording"]);
     refused("head", &bytes[..600], &[]);
     let noise: Vec<u8> = (0..50_000u64).map(|n| (n.wrapping_mul(n) >> 7) as u8).collect();
-    refused("noise", &noise, &["no recording"]);
+    refused("noise", &noise, &["not a recording"]);
     let mut torn = bytes.clone();
     let middle = torn.len() / 2;
     torn[middle..middle + 40].fill(0xa5);

@@ -1,4 +1,4 @@
-//! `omnibus blueprints`: what can be spawned, with its attributes, and what it looks like.
+//! `omnibus blueprints`: lists what can be spawned, with attributes, or draws it.
 
 mod pictures;
 
@@ -7,30 +7,30 @@ use std::path::PathBuf;
 use serde_json::json;
 use town::Blueprint;
 
-/// What `omnibus blueprints` takes.
+/// Arguments of `omnibus blueprints`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct BlueprintsArgs {
-    /// Only those whose id holds this, as `vehicle` or `cone`
+    /// List only ids that contain this text, such as `vehicle` or `cone`
     #[arg(value_name = "TEXT")]
     text: Option<String>,
-    /// All that is known of each, one JSON object a line
+    /// Print everything about each blueprint, one JSON object per line
     #[arg(long)]
     json: bool,
-    /// Write a picture of each, and a contact sheet of each kind, into this folder
+    /// Write a picture of each blueprint, and a contact sheet of each kind, to this folder
     #[arg(long, value_name = "DIR")]
     sheet: Option<PathBuf>,
-    /// Files that replace meshes, one line each: id = "file.glb"
+    /// A list of glTF files that replace meshes, one per line: id = "file.glb"
     #[arg(long, value_name = "FILE")]
     meshes: Option<PathBuf>,
 }
 
-/// Lists, or draws.
+/// Lists or draws blueprints.
 pub(crate) fn blueprints(args: &BlueprintsArgs) -> anyhow::Result<()> {
     let wanted = args.text.as_deref().unwrap_or_default();
     let all: Vec<&Blueprint> = town::catalogue().iter().filter(|b| b.id.contains(wanted)).collect();
     anyhow::ensure!(
         !all.is_empty(),
-        "no id holds {wanted:?}; omnibus blueprints without it lists all {}",
+        "no blueprint id contains {wanted:?}; `omnibus blueprints` lists all {}",
         town::catalogue().len()
     );
     if let Some(folder) = &args.sheet {
@@ -46,7 +46,7 @@ pub(crate) fn blueprints(args: &BlueprintsArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The id, size and mass, and what tells it from others.
+/// Returns the id, size and mass, and the attributes that differ from the usual ones.
 fn line(blueprint: &Blueprint) -> String {
     let [x, y, z] = (blueprint.half_extents_m * 2.0).to_array();
     let mut line =

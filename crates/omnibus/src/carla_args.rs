@@ -1,11 +1,11 @@
-//! CARLA's own command line for `omnibus run`: its words, translated into ours before they are
-//! parsed. Unreal's switches begin with one dash and carry values after `=`, in any case.
+//! CARLA's command line for `omnibus run`: its switches are translated into options before parsing.
+//! Unreal's switches begin with one dash, carry values after `=`, and ignore case.
 
 use std::ffi::OsString;
 
 use anyhow::{Context, bail, ensure};
 
-/// Switches that say how a window looks or sounds; there is none, so they say nothing.
+/// Switches about a window or sound. They are accepted and have no effect.
 const NOTHING: [&str; 9] = [
     "carla-server",
     "renderoffscreen",
@@ -18,7 +18,7 @@ const NOTHING: [&str; 9] = [
     "nohmd",
 ];
 
-/// The arguments with CARLA's replaced; those of other commands, and ours, stay as they are.
+/// Translates CARLA's switches; all other arguments stay as they are.
 pub(crate) fn translate(args: impl Iterator<Item = OsString>) -> anyhow::Result<Vec<OsString>> {
     let args: Vec<OsString> = args.collect();
     if args.get(1).is_none_or(|verb| verb != "run") {
@@ -45,25 +45,26 @@ pub(crate) fn translate(args: impl Iterator<Item = OsString>) -> anyhow::Result<
             "fps" => fps = Some(value.to_owned()),
             "resx" | "resy" => {}
             _ if NOTHING.contains(&name) => {}
-            // Not CARLA's: clap says what is wrong with it.
+            // Not a switch of CARLA: clap reports the error.
             _ => told.push(arg),
         }
     }
     match (is_benchmark, fps) {
         (true, Some(fps)) => {
-            let rate: f64 = fps.parse().with_context(|| format!("-fps is {fps:?}, no number"))?;
+            let rate: f64 =
+                fps.parse().with_context(|| format!("-fps is {fps:?}, not a number"))?;
             ensure!((1.0..=1e4).contains(&rate), "-fps is {fps}; use 1 to 10000");
             let delta = (1.0 / rate).to_string();
             told.extend(["--fixed-delta", &delta, "--real-time-factor", "0"].map(Into::into));
         }
-        (true, None) => bail!("-benchmark needs the frames of a simulated second: -fps=N"),
+        (true, None) => bail!("-benchmark needs the frames per simulated second: -fps=N"),
         (false, Some(fps)) => bail!("-fps={fps} has a meaning only together with -benchmark"),
         (false, None) => {}
     }
     Ok(told)
 }
 
-/// An argument with one dash, without it and in lower case.
+/// Returns an argument that begins with one dash, without the dash and in lower case.
 fn switch(arg: &OsString) -> Option<String> {
     let switch = arg.to_str()?.strip_prefix('-')?;
     (!switch.starts_with('-')).then(|| switch.to_ascii_lowercase())
@@ -80,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn carla_s_words_become_ours() {
+    fn switches_of_carla_become_options() {
         for (given, ours) in [
             ("omnibus run -carla-server", "omnibus run"),
             ("omnibus run -carla-rpc-port=2010", "omnibus run --carla-port 2010"),
@@ -98,20 +99,20 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_carla_s_stays() {
+    fn other_arguments_stay_as_they_are() {
         for line in ["omnibus run -h", "omnibus run -x=1", "omnibus maps -benchmark", "omnibus"] {
             assert_eq!(told(line).as_deref(), Ok(line));
         }
     }
 
     #[test]
-    fn what_makes_no_sense_is_refused() {
+    fn an_invalid_value_is_refused() {
         for (line, word) in [
             ("omnibus run -quality-level=High", "Low or Epic"),
             ("omnibus run -benchmark", "-fps=N"),
             ("omnibus run -fps=20", "-benchmark"),
             ("omnibus run -benchmark -fps=0", "1 to 10000"),
-            ("omnibus run -benchmark -fps=fast", "no number"),
+            ("omnibus run -benchmark -fps=fast", "not a number"),
         ] {
             let refusal = told(line).unwrap_err();
             assert!(refusal.contains(word), "{line}: {refusal}");

@@ -1,16 +1,16 @@
-//! `omnibus collect`: drives an ego through traffic and writes down what its sensors measure.
+//! `omnibus collect`: drives an ego through traffic and writes a data set.
 //!
 //! ```text
 //! tick ──▶ snapshot ─┐
-//!      ──▶ bundle ───┴▶ shot ──▶ crew of encoders ──▶ front/color/000123.png ...
-//!                        │            │ all files of a frame complete
-//!      a permit is free ◀┘            ▼
-//!                                  frames.jsonl
+//!      ──▶ bundle ───┴▶ frame data ──▶ encoders ──▶ front/color/000123.png ...
+//!                      │              │ all files of a frame complete
+//!      a permit is free ◀┘              ▼
+//!                                frames.jsonl
 //! ```
 //!
-//! Each frame's measurements stay in the renderer's own memory until its last file is written. A
-//! frame stands in `frames.jsonl` when all its files are complete, so that a run that was killed
-//! can be resumed: the simulation is the same, so it is simulated up to there again, unseen.
+//! The measurements of a frame stay in the renderer's memory until the last file is written.
+//! `frames.jsonl` lists a frame when all its files are complete, so that a killed run can be
+//! resumed: the same simulation runs again up to that frame, without rendering.
 
 mod actors;
 mod boxes;

@@ -1,4 +1,4 @@
-//! The CARLA door beside a host: a process of its own, started again when it dies.
+//! The CARLA server beside a host: a process of its own that is restarted when it dies.
 
 use std::{
     net::{IpAddr, Ipv4Addr},
@@ -16,21 +16,21 @@ use bus::Instance;
 use carla_gateway::{Door, DoorConfig};
 use client_lib::Client;
 
-/// What `omnibus role` calls it.
+/// The name of the role in `omnibus role`.
 pub(crate) const ROLE: &str = "gateway";
 
-/// A door that could not be opened would not open the next time either.
+/// Exit code of a server that cannot listen; a restart would fail too.
 const EXIT_CANNOT_LISTEN: i32 = 3;
-/// A door that held for so long is opened again at once.
+/// A server that ran at least this long is restarted without delay.
 const STABLE_AFTER: Duration = Duration::from_secs(5);
 
-/// Where CARLA's clients find the simulator.
+/// The address at which CARLA clients reach the simulator.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct CarlaServerArgs {
-    /// Where CARLA's clients connect; streams go through the next port. 0: any free ports
+    /// The port for CARLA clients; streams use the next port. 0: any free ports
     #[arg(long, default_value_t = 2000)]
     carla_port: u16,
-    /// Let no CARLA client in
+    /// Do not start the CARLA server
     #[arg(long)]
     no_carla: bool,
     /// The address to listen on; CARLA's protocol has no authentication
@@ -44,9 +44,9 @@ impl CarlaServerArgs {
     }
 }
 
-/// The door's process, until its host ends.
+/// Runs the process of the CARLA server until its host ends.
 pub(crate) fn run_process(args: &CarlaServerArgs, instance: &str) -> anyhow::Result<()> {
-    // The host is there before the door, so what is wrong is wrong with the ports.
+    // The host exists before this process, so an error here concerns the ports.
     let door = match Door::open(&args.config()) {
         Ok(door) => door,
         Err(e) => {
@@ -58,14 +58,14 @@ pub(crate) fn run_process(args: &CarlaServerArgs, instance: &str) -> anyhow::Res
     Ok(())
 }
 
-/// Who opens the door again.
+/// Keeps the CARLA server running.
 pub(crate) struct GatewaySupervisor {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl GatewaySupervisor {
-    /// Opens the door, unless nobody is to be let in.
+    /// Starts the server, unless `--no-carla` is given.
     pub(crate) fn start(
         args: &CarlaServerArgs,
         instance: &Instance,
@@ -90,7 +90,7 @@ impl GatewaySupervisor {
         Ok(GatewaySupervisor { stop, thread: Some(thread) })
     }
 
-    /// After the host: the door ends with it.
+    /// Waits for the server's end, which follows the host's.
     pub(crate) fn end(self) {
         self.stop.store(true, Ordering::Release);
         if let Some(thread) = self.thread {
@@ -100,13 +100,13 @@ impl GatewaySupervisor {
     }
 }
 
-/// As threads of this process.
+/// Runs the server in threads of this process.
 fn serve(args: &CarlaServerArgs, instance: &Instance) -> anyhow::Result<()> {
     let door = Door::open(&args.config())?;
     Ok(door.serve(Client::connect_in_process(instance, ROLE)?)?)
 }
 
-/// As a process, started again when it dies.
+/// Runs the server as a process and restarts it when it dies.
 fn supervise(args: &CarlaServerArgs, instance: &Instance, stop: &AtomicBool) -> anyhow::Result<()> {
     while !stop.load(Ordering::Acquire) {
         let begun = Instant::now();
@@ -134,7 +134,7 @@ fn supervise(args: &CarlaServerArgs, instance: &Instance, stop: &AtomicBool) -> 
     Ok(())
 }
 
-/// It sees its host end; who does not is helped.
+/// Waits for the child, which sees its host end; kills it after a second.
 fn stop_child(child: &mut Child) -> anyhow::Result<()> {
     for _ in 0..100 {
         if child.try_wait()?.is_some() {
@@ -154,7 +154,7 @@ fn spawn(args: &CarlaServerArgs, instance: &Instance) -> std::io::Result<Child> 
         .args(["--carla-port", &args.carla_port.to_string()])
         .args(["--listen", &args.listen.to_string()])
         .stdin(Stdio::null())
-        // A Ctrl-C on the terminal is for the host alone.
+        // Ctrl-C on the terminal reaches the host alone.
         .process_group(0)
         .spawn()
 }

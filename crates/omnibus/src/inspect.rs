@@ -1,4 +1,4 @@
-//! `omnibus inspect`: what a data set, a map or a running simulator is.
+//! `omnibus inspect`: describes a data set, a recording, a map, or the running simulators.
 
 use std::{
     fs::File,
@@ -18,33 +18,33 @@ use carla_gateway::{
 
 use crate::{collect, launch::WorldArgs, saved::existing_recording};
 
-/// What `omnibus inspect` takes.
+/// Arguments of `omnibus inspect`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct InspectArgs {
-    /// A data set's folder, a recording, an OpenDRIVE file, or a map's name; none: the simulators
-    /// that run
+    /// The folder of a data set, a recording, an OpenDRIVE file, or the name of a map; default: the
+    /// running simulators
     what: Option<PathBuf>,
-    /// Of a recording: CARLA's table of what is in it
+    /// Recording: print CARLA's table of its contents
     #[arg(long, group = "table")]
     info: bool,
-    /// With --info: every position too
+    /// With --info: print every position too
     #[arg(long, requires = "info")]
     all: bool,
-    /// Of a recording: CARLA's table of collisions between two kinds of h, v, w, t, o, a, as `v,a`
+    /// Recording: print CARLA's table of collisions between two kinds of h, v, w, t, o, a, as `v,a`
     #[arg(long, group = "table", value_name = "KINDS")]
     collisions: Option<String>,
-    /// Of a recording: CARLA's table of who stood still: seconds, centimetres, as `30,10`
+    /// Recording: print CARLA's table of blocked actors: seconds, centimetres, as `30,10`
     #[arg(long, group = "table", value_name = "LIMITS")]
     blocked: Option<String>,
-    /// Of a recording: how fast it is read, from its start and at random places
+    /// Recording: measure how fast it is read, from its start and at random positions
     #[arg(long, group = "table")]
     speed: bool,
-    /// Of a recording: one JSON object
+    /// Recording: print one JSON object
     #[arg(long)]
     json: bool,
 }
 
-/// Says what it is, and checks it.
+/// Describes and checks what the argument names.
 pub(crate) fn inspect(args: &InspectArgs) -> anyhow::Result<()> {
     match &args.what {
         None => running(),
@@ -67,7 +67,7 @@ impl InspectArgs {
     }
 }
 
-/// Whether it begins as MCAP files or CARLA's logs do.
+/// Returns whether a file begins as MCAP files or CARLA logs do.
 fn is_recording(path: &Path) -> bool {
     let mut magic = [0; 5];
     let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
@@ -79,7 +79,7 @@ fn inspect_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
     if let Some(kinds) = &args.collisions {
         let kinds: Vec<char> = kinds.split(',').flat_map(str::chars).collect();
         let kinds = <[char; 2]>::try_from(kinds)
-            .map_err(|_| anyhow!("--collisions: name two kinds of h, v, w, t, o, a, as v,a"))?;
+            .map_err(|_| anyhow!("--collisions needs two kinds of h, v, w, t, o, a, as v,a"))?;
         let found = tables::collisions(&mut source, kinds)?;
         print_result(args.json, || found.json(), || found.text());
         return Ok(());
@@ -87,7 +87,7 @@ fn inspect_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
     if let Some(limits) = &args.blocked {
         let limits = limits.split_once(',').map(|(time, way)| (time.parse(), way.parse()));
         let Some((Ok(time_s), Ok(distance_cm))) = limits else {
-            return Err(anyhow!("--blocked: say seconds and centimetres, as 30,10"));
+            return Err(anyhow!("--blocked needs seconds and centimetres, as 30,10"));
         };
         let found = tables::blocked(&mut source, time_s, distance_cm)?;
         print_result(args.json, || found.json(), || found.text());
@@ -144,7 +144,7 @@ fn inspect_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
 }
 
 fn inspect_log(args: &InspectArgs, path: &Path, mut source: Source) -> anyhow::Result<()> {
-    ensure!(!args.speed, "--speed is of a recording; {} is a log of CARLA's", path.display());
+    ensure!(!args.speed, "--speed needs a recording; {} is a CARLA log", path.display());
     let (mut frames, mut actors, mut seconds) = (0u64, 0, 0.0);
     source.each(|frame| {
         frames += 1;
@@ -173,14 +173,14 @@ fn inspect_log(args: &InspectArgs, path: &Path, mut source: Source) -> anyhow::R
     Ok(())
 }
 
-/// How fast a recording is read.
+/// The reading speed of a recording.
 struct Speed {
     times_real_time: f64,
-    /// Milliseconds to a random second, sorted.
+    /// Milliseconds to read a random segment, sorted.
     seeks_ms: Vec<f64>,
 }
 
-/// Random places that are sought.
+/// The number of random segments that are read.
 const SEEKS: u64 = 500;
 
 impl Speed {

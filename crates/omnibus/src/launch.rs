@@ -1,5 +1,5 @@
-//! The composition root: which function each role is, as a process of this very program or as a
-//! thread of it.
+//! The composition root: maps each role to its function, run as a process of this program or as a
+//! thread.
 
 use std::{
     any::Any,
@@ -23,43 +23,44 @@ use crate::{
     maps,
 };
 
-/// What every command that starts a simulator takes.
+/// Arguments of every command that starts a simulator.
 #[derive(Clone, Debug, clap::Args)]
 pub struct WorldArgs {
     /// An OpenDRIVE file, or the name of a map (see `omnibus maps`)
     #[arg(long)]
     pub map: Option<String>,
-    /// A folder of OpenDRIVE files, for maps by name; else the one that OMNIBUS_MAPS names
+    /// A folder of OpenDRIVE files that maps are found in by name; default: OMNIBUS_MAPS
     #[arg(long, value_name = "DIR")]
     pub maps: Option<PathBuf>,
-    /// Decides scenery and traffic
+    /// The seed of scenery and traffic
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// The instance's name, for running several
+    /// The name of the instance, to run several
     #[arg(long)]
     pub name: Option<String>,
-    /// What traces the rays: auto, cpu, gpu:N, or null (measures nothing, for benchmarks)
+    /// The tracer: auto, cpu, gpu:N, or null (measures nothing, for benchmarks)
     #[arg(long, default_value = "auto")]
     pub device: String,
-    /// ThreadLauncher of the CPU tracer; 0: one for each core
+    /// Threads of the CPU tracer; 0: one per core
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
-    /// A list of glTF files that replace meshes, a line each: id = "file.glb"
+    /// A list of glTF files that replace meshes, one per line: id = "file.glb"
     #[arg(long, value_name = "FILE")]
     pub meshes: Option<PathBuf>,
     /// How processes wait: latency, balanced or batch
     #[arg(long, default_value = "balanced")]
     pub wait: String,
-    /// How long a tick waits for a participant; 0: for ever
+    /// Seconds that a tick waits for a participant; 0: no limit
     #[arg(long, default_value_t = 10.0)]
     pub deadline_secs: f64,
-    /// End the run when a stage dies
+    /// End the run when a stage dies instead of restarting the stage
     #[arg(long)]
     pub no_restart: bool,
     /// Run the stages as threads of one process
     #[arg(long)]
     pub single_process: bool,
-    /// Leave these out of the town: buildings, foliage, parked-vehicles, props, street-lights, walls
+    /// Layers to leave out of the town: buildings, foliage, parked-vehicles, props, street-lights,
+    /// walls
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',')]
     pub hide: Vec<String>,
 }
@@ -69,7 +70,7 @@ pub(crate) const SIMULATOR_OPTIONS: [&str; 7] =
     ["name", "meshes", "wait", "deadline-secs", "no-restart", "hide", "single-process"];
 
 impl WorldArgs {
-    /// One map, all else as it comes.
+    /// Returns the arguments of this map with defaults for everything else.
     pub fn of_map(map: &str) -> WorldArgs {
         WorldArgs {
             map: Some(map.to_owned()),
@@ -87,7 +88,7 @@ impl WorldArgs {
         }
     }
 
-    /// Refuses what only a running simulator heeds.
+    /// Returns an error if an option is given that only a running simulator uses.
     pub(crate) fn expect_no_simulator(&self, what: &str) -> anyhow::Result<()> {
         let usual = WorldArgs::of_map("");
         // In the order of `SIMULATOR_OPTIONS`.
@@ -106,13 +107,13 @@ impl WorldArgs {
         }
     }
 
-    /// The map's roads.
+    /// Returns the roads of the map.
     pub(crate) fn network(&self) -> anyhow::Result<road::Network> {
         let Episode { map, open_drive, .. } = self.episode()?;
         Ok(bake::Cache::from_environment().network(&map, &open_drive)?)
     }
 
-    /// The map's text, by file or by name.
+    /// Returns the map's name, text and seed.
     pub(crate) fn episode(&self) -> anyhow::Result<Episode> {
         let (map, open_drive) = match &self.map {
             None => {
@@ -124,28 +125,28 @@ impl WorldArgs {
         Ok(Episode { map, seed: self.seed, open_drive })
     }
 
-    /// What `--hide` says, as bits.
+    /// Returns the layers of `--hide` as bits.
     fn hidden_layers(&self) -> anyhow::Result<u32> {
         let bit = |name: &String| {
             let layer = town::Layer::ALL.into_iter().find(|layer| layer.name() == name);
             layer.map(town::Layer::bit).ok_or_else(|| {
                 let all = town::Layer::ALL.map(town::Layer::name).join(", ");
-                anyhow!("--hide {name:?}: there are {all}")
+                anyhow!("unknown layer --hide {name:?}; use {all}")
             })
         };
         self.hide.iter().map(bit).try_fold(0, |sum, bit| Ok(sum | bit?))
     }
 
-    /// What `--device` and `--threads` say.
+    /// Returns the renderer's configuration from `--device`, `--threads` and `--meshes`.
     pub(crate) fn render(&self) -> anyhow::Result<RenderConfig> {
         if let Some(list) = &self.meshes {
-            // Before anything starts: a list with a fault is refused, a file with one is not.
+            // A list with an error is rejected before anything starts; a broken file in it is not.
             MeshList::read(list).context("--meshes")?;
         }
         render_config(&self.device, self.threads, self.meshes.clone())
     }
 
-    /// Starts a host; `stop` ends it.
+    /// Starts a host that runs until `stop` is set.
     pub(crate) fn host(&self, settings: Settings, stop: Arc<AtomicBool>) -> anyhow::Result<Host> {
         let strategy = Strategy::by_name(&self.wait)
             .ok_or_else(|| anyhow!("--wait {:?}: use latency, balanced or batch", self.wait))?;
@@ -191,10 +192,10 @@ fn render_config(
     Ok(RenderConfig { device, null, threads, meshes })
 }
 
-/// More than any machine has cores for.
+/// More threads than any machine has cores.
 const THREADS_MAX: usize = 1024;
 
-/// Stages as processes: this program, told its role.
+/// Starts stages as processes of this program.
 struct ProcessLauncher {
     device: String,
     threads: usize,
@@ -216,13 +217,13 @@ impl Launcher for ProcessLauncher {
             .args(["--slot", &slot.to_string()])
             .args(["--device", &self.device, "--threads", &self.threads.to_string()])
             .env("OMNIBUS_LIFE", life.to_string())
-            // A Ctrl-C on the terminal is for the host alone; it tells the others.
+            // Ctrl-C on the terminal reaches the host alone, which ends the others.
             .process_group(0);
         if let Some(meshes) = &self.meshes {
             command.arg("--meshes").arg(meshes);
         }
         if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
-            // Else Mesa complains of it on standard error, though it opens no window.
+            // Without it Mesa prints a warning, although no window is opened.
             command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
         }
         Ok(Stage::Process(command.spawn()?))
@@ -233,7 +234,7 @@ impl Launcher for ProcessLauncher {
     }
 }
 
-/// Stages as threads of this process.
+/// Starts stages as threads of this process.
 struct ThreadLauncher {
     render: RenderConfig,
 }
@@ -260,7 +261,8 @@ impl Launcher for ThreadLauncher {
     }
 }
 
-/// Like [`run_role`]; why it ended early, a panic too, is told to the host before the slot is left.
+/// Runs [`run_role`] and reports an early end, a panic included, to the host before the slot is
+/// free.
 fn run_role_reporting(
     role: Role,
     instance: &Instance,
@@ -272,7 +274,7 @@ fn run_role_reporting(
     let ended = told.unwrap_or_else(|panic| Err(anyhow!("panicked: {}", panic_message(&*panic))));
     let Err(e) = ended else { return Ok(()) };
     if instance.control().map_or(true, |control| control.is_ending()) {
-        // Whatever it was, it was the end of the host.
+        // Any error here is a consequence of the host's end.
         return Ok(());
     }
     instance.write_exit_message(slot, &format!("{e:#}"));
@@ -281,10 +283,10 @@ fn run_role_reporting(
 
 fn panic_message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no words")
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("unknown panic")
 }
 
-/// One stage, until its host ends.
+/// Runs one stage until its host ends.
 fn run_role(
     role: Role,
     instance: &Instance,
@@ -295,11 +297,11 @@ fn run_role(
     match role {
         Role::Traffic => Ok(traffic::run(instance, slot, in_process)?),
         Role::Render => Ok(sensor_render::run(instance, slot, in_process, render)?),
-        Role::Host | Role::Client => Err(anyhow!("{} is no stage", role.name())),
+        Role::Host | Role::Client => Err(anyhow!("{} is not a stage", role.name())),
     }
 }
 
-/// What a stage's process is told.
+/// Arguments of the process of a stage.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct RoleArgs {
     role: String,
@@ -317,7 +319,7 @@ pub(crate) struct RoleArgs {
     meshes: Option<PathBuf>,
 }
 
-/// A stage's process.
+/// Runs the process of a stage.
 pub(crate) fn run_role_process(args: &RoleArgs) -> anyhow::Result<()> {
     if args.role == gateway::ROLE {
         return gateway::run_process(&args.carla, &args.instance);
@@ -325,11 +327,11 @@ pub(crate) fn run_role_process(args: &RoleArgs) -> anyhow::Result<()> {
     let role = [Role::Traffic, Role::Render]
         .into_iter()
         .find(|r| r.name() == args.role)
-        .ok_or_else(|| anyhow!("there is no role {:?}", args.role))?;
+        .ok_or_else(|| anyhow!("unknown role {:?}", args.role))?;
     let instance = Instance::named(&args.instance)?;
     let render = render_config(&args.device, args.threads, args.meshes.clone())?;
     if run_role_reporting(role, &instance, args.slot, false, render).is_err() {
-        // The host says why.
+        // The host prints the reason.
         std::process::exit(1);
     }
     Ok(())

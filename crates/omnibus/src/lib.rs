@@ -1,6 +1,6 @@
-//! `omnibus`: a driving simulator that is a shared-memory bus.
+//! The `omnibus` command: a driving simulator whose processes share memory.
 
-/// Prints a line; who closed the pipe has heard enough.
+/// Prints a line to standard output. A closed pipe is not an error.
 macro_rules! print_line {
     ($($text:tt)*) => {{
         let _ = std::io::Write::write_fmt(
@@ -32,7 +32,7 @@ pub use run::BackgroundHost;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
-/// A driving simulator that is a shared-memory bus.
+/// A driving simulator that is a shared-memory bus
 #[derive(Parser, Debug)]
 #[command(name = "omnibus", version, about, max_term_width = 100)]
 struct Cli {
@@ -44,23 +44,23 @@ struct Cli {
 enum Verb {
     /// Runs a simulator until Ctrl-C
     Run(run::RunArgs),
-    /// Drives a car through traffic and writes down what its sensors measure
+    /// Drives a car through traffic and writes the measurements of its sensors to a data set
     Collect(run::CollectArgs),
-    /// Writes down what happens in traffic, frame by frame
+    /// Records traffic in a simulator of its own, frame by frame
     Record(record::RecordArgs),
-    /// Shows a recording again, or simulates it again
+    /// Replays a recording, or simulates it again
     Replay(replay::ReplayArgs),
-    /// Says what a data set, a map or the running simulators are, and checks it
+    /// Describes and checks a data set, a recording, a map, or the running simulators
     Inspect(inspect::InspectArgs),
     /// Runs one stage alone at full speed and prints how long its frames take
     Stage(stage::StageArgs),
-    /// Says what a map holds, checks, draws, converts or generates one
+    /// Describes, checks, draws, converts or generates a map
     Map(map::MapArgs),
-    /// Lists every map that has a name, and where it comes from
+    /// Lists every named map and its source
     Maps(maps::MapsArgs),
-    /// Says what can be spawned, and what it looks like
+    /// Lists the blueprints that can be spawned, or draws them
     Blueprints(blueprints::BlueprintsArgs),
-    /// One stage's process; the host starts these
+    /// Runs the process of one stage; the host starts these
     #[command(hide = true)]
     Role(launch::RoleArgs),
 }
@@ -73,13 +73,13 @@ fn command() -> clap::Command {
 ///
 /// # Errors
 ///
-/// Returns what the program would say before it ends with code 2.
+/// Returns the message that the program would print before it ends with code 2.
 pub fn check_args(args: impl IntoIterator<Item = std::ffi::OsString>) -> Result<(), String> {
     let args = carla_args::translate(args.into_iter()).map_err(|e| format!("{e:#}"))?;
     command().try_get_matches_from(args).map(drop).map_err(|e| e.to_string())
 }
 
-/// Runs the command that this process was started with.
+/// Runs the command of this process's command line.
 pub fn main() -> std::process::ExitCode {
     let args = match logging::init().and_then(|()| carla_args::translate(std::env::args_os())) {
         Ok(args) => args,

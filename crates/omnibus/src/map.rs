@@ -1,4 +1,4 @@
-//! `omnibus map`: what a map is and says, for people and for outside checkers.
+//! `omnibus map`: describes a map, for people and for external checkers.
 
 mod canvas;
 mod export;
@@ -18,7 +18,7 @@ use clap::Subcommand;
 
 use crate::map::source::Source;
 
-/// What `omnibus map` takes.
+/// Arguments of `omnibus map`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct MapArgs {
     #[command(subcommand)]
@@ -27,31 +27,31 @@ pub(crate) struct MapArgs {
 
 #[derive(Clone, Debug, Subcommand)]
 enum Verb {
-    /// Says what a map holds
+    /// Describes what a map contains
     Info(Source),
-    /// Lists everything that does not fit together, each with its line; fails if there are errors
+    /// Lists every contradiction in the map with its line; fails if there are errors
     Validate(Source),
-    /// Waypoints as JSON lines
+    /// Prints waypoints as JSON lines
     Waypoints(lines::WaypointArgs),
-    /// Which driving lane goes on into which, as JSON lines
+    /// Prints which driving lane continues in which, as JSON lines
     Topology(Source),
-    /// Signs and lights, and where they rule, as JSON lines
+    /// Prints signs and traffic lights, and the positions where they apply, as JSON lines
     Landmarks(Source),
-    /// Crosswalks, as JSON lines
+    /// Prints crosswalks as JSON lines
     Crosswalks(Source),
-    /// What is at given points, as JSON lines
+    /// Prints what lies at given points, as JSON lines
     Query(query::QueryArgs),
-    /// The shortest way from A to B
+    /// Prints the shortest route from A to B
     Route(route::RouteArgs),
     /// Draws the map as seen from above
     Render(render::RenderArgs),
-    /// Writes the OpenDRIVE of a town that nobody has drawn
+    /// Generates a town and writes its OpenDRIVE
     Generate(generate::GenerateArgs),
     /// Writes the furnished town as glTF (.glb) or OBJ (.obj)
     Export(export::ExportArgs),
 }
 
-/// Does what was asked.
+/// Runs the subcommand.
 pub(crate) fn map(args: &MapArgs) -> anyhow::Result<()> {
     match &args.verb {
         Verb::Info(source) => info::info(source),

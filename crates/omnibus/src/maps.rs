@@ -1,4 +1,4 @@
-//! Maps by name: files of the user's, towns of our own, and towns of our own under CARLA's names.
+//! Maps by name: files of the user, generated towns, and generated towns under CARLA's names.
 
 use std::{
     fs, io,
@@ -8,29 +8,29 @@ use std::{
 
 use anyhow::{Context, anyhow};
 
-/// Where else the user keeps maps.
+/// The environment variable that names the folder of maps.
 const MAPS_VARIABLE: &str = "OMNIBUS_MAPS";
 
-/// What `omnibus maps` takes.
+/// Arguments of `omnibus maps`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct MapsArgs {
-    /// A folder of OpenDRIVE files; else the one that OMNIBUS_MAPS names
+    /// A folder of OpenDRIVE files; default: OMNIBUS_MAPS
     #[arg(long, value_name = "DIR")]
     maps: Option<PathBuf>,
 }
 
-/// Prints every name that `--map` takes, and where the map comes from.
+/// Prints every name that `--map` takes, with the source of the map.
 pub(crate) fn list(args: &MapsArgs) -> anyhow::Result<()> {
     let files = files(args.maps.as_deref())?;
     let mut lines: Vec<(String, String)> = Vec::new();
     for name in mapgen::names() {
         let about = mapgen::description(name).unwrap_or_default();
-        lines.push((name.to_owned(), format!("ours: {about}")));
+        lines.push((name.to_owned(), format!("generated: {about}")));
     }
     for name in mapgen::carla_names() {
         if file_of(&files, name).is_none() {
             let about = mapgen::description(name).unwrap_or_default();
-            lines.push((name.to_owned(), format!("ours, in place of CARLA's: {about}")));
+            lines.push((name.to_owned(), format!("generated, in place of CARLA's: {about}")));
         }
     }
     for file in &files {
@@ -42,9 +42,9 @@ pub(crate) fn list(args: &MapsArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Where a simulator that runs finds other maps.
+/// Finds the maps that a running simulator loads by name.
 pub(crate) struct MapLibrary {
-    /// What `--maps` says.
+    /// The folder of `--maps`.
     pub(crate) folder: Option<PathBuf>,
 }
 
@@ -65,12 +65,12 @@ impl sim_host::Maps for MapLibrary {
     }
 }
 
-/// A name without the folder that CARLA keeps its maps in.
+/// Returns a name without the folder in which CARLA keeps its maps.
 fn without_carla_folder(name: &str) -> &str {
     name.rsplit_once("Carla/Maps/").map_or(name, |(_, plain)| plain)
 }
 
-/// A name without `.xodr`, unless it is a path: `Town10HD.xodr` means the map `Town10HD`.
+/// Returns a name without `.xodr`, unless it is a path: `Town10HD.xodr` means the map `Town10HD`.
 fn without_extension(name: &str) -> &str {
     let stem = name.len().checked_sub(5).and_then(|at| name.split_at_checked(at));
     match stem {
@@ -83,8 +83,8 @@ fn without_extension(name: &str) -> &str {
     }
 }
 
-/// The text of a map: of a town of our own, of a file in the folder of maps, of a file; and where
-/// nothing else has one of CARLA's names, of a town of our own of the same kind.
+/// Returns the OpenDRIVE text of a map. In this order: a generated town, a file in the folder of
+/// maps, a generated town in place of one of CARLA's, the file at this path.
 pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> {
     let name = without_carla_folder(name);
     let name = if Path::new(name).is_file() { name } else { without_extension(name) };
@@ -113,7 +113,9 @@ pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> 
     match read(Path::new(name)) {
         Err(e) if is_plain && is_missing(&e) => {
             let known = mapgen::names().chain(mapgen::carla_names()).collect::<Vec<_>>().join(", ");
-            Err(anyhow!("no map is named {name:?} and no file is; there are {known}"))
+            Err(anyhow!(
+                "no map is named {name:?}, and there is no such file; the named maps are {known}"
+            ))
         }
         read => read,
     }
@@ -132,7 +134,7 @@ fn read(file: &Path) -> anyhow::Result<String> {
     })
 }
 
-/// Every OpenDRIVE file in the folder of maps, by name; none where no folder is named.
+/// Returns the OpenDRIVE files in the folder of maps, sorted; none if no folder is given.
 fn files(folder: Option<&Path>) -> anyhow::Result<Vec<PathBuf>> {
     let told = folder.map(Path::to_path_buf);
     let Some(folder) = told.or_else(|| std::env::var_os(MAPS_VARIABLE).map(PathBuf::from)) else {
@@ -149,13 +151,13 @@ fn files(folder: Option<&Path>) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// What a file's map is display_name: what its name says after a source and two underscores.
+/// Returns the name of the map in a file: the file's stem after a source and two underscores.
 fn display_name(file: &Path) -> &str {
     let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     stem.rsplit("__").next().unwrap_or(stem)
 }
 
-/// The file of a map, by its whole name or what it is display_name, with or without CARLA's `_Opt`.
+/// Returns the file of a map, by its stem or by its map's name, with or without CARLA's `_Opt`.
 fn file_of<'a>(files: &'a [PathBuf], name: &str) -> Option<&'a Path> {
     let stem = |file: &&PathBuf| file.file_stem().is_some_and(|s| s.eq_ignore_ascii_case(name));
     let end = name.len().saturating_sub(4);
@@ -177,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_of_the_user_s_goes_before_a_look_alike_but_not_before_our_own_towns() {
+    fn a_file_of_the_user_replaces_a_town_in_place_of_carla_s_but_not_a_generated_town() {
         let folder =
             folder("maps", &["carla__Town04.xodr", "Town03.xodr", "Millbrook.xodr", "b.txt"]);
         let text = |name: &str| super::text(name, Some(&folder)).unwrap();
@@ -192,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn carla_s_folder_in_front_of_a_name_says_nothing() {
+    fn the_folder_of_carla_s_maps_is_ignored_in_a_name() {
         let folder = folder("prefix", &[]);
         for spelling in ["Carla/Maps/Town02", "/Game/Carla/Maps/Town02", "Town02_Opt"] {
             assert_eq!(text(spelling, Some(&folder)).unwrap(), mapgen::named("Town02").unwrap());
@@ -215,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_said() {
+    fn a_missing_map_file_or_folder_is_named() {
         let folder = folder("none", &[]);
         let said = |name: &str| format!("{:#}", text(name, Some(&folder)).unwrap_err());
         assert!(said("Town99").contains("no map is named \"Town99\""), "{}", said("Town99"));

@@ -1,4 +1,4 @@
-//! `omnibus record`: traffic in a simulator of its own, written down.
+//! `omnibus record`: records traffic in a simulator of its own.
 
 use std::{path::PathBuf, sync::atomic::Ordering};
 
@@ -14,7 +14,7 @@ use crate::{
     run::{BackgroundHost, nanos, stop_on_signals},
 };
 
-/// What `omnibus record` takes.
+/// Arguments of `omnibus record`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct RecordArgs {
     #[command(flatten)]
@@ -28,19 +28,19 @@ pub(crate) struct RecordArgs {
     /// Frames to simulate before the first that is recorded
     #[arg(long, default_value_t = 0)]
     warmup: u64,
-    /// Simulated seconds of one tick
+    /// Simulated seconds per tick
     #[arg(long, default_value_t = 0.05)]
     fixed_delta: f64,
-    /// The file; a name without a folder goes to the folder for recordings
+    /// The file to write; a name without a folder goes to the folder for recordings
     #[arg(long, required_unless_present = "carla_log")]
     out: Option<PathBuf>,
-    /// Write CARLA's own log as well, or alone
+    /// Also write CARLA's log to this file; without --out, write only the log
     #[arg(long, value_name = "FILE")]
     carla_log: Option<PathBuf>,
-    /// How much is kept
+    /// How much of each frame is kept
     #[arg(long, value_enum, default_value_t = ProfileArg::State)]
     profile: ProfileArg,
-    /// One JSON object instead of a sentence
+    /// Print one JSON object instead of a sentence
     #[arg(long)]
     json: bool,
 }
@@ -49,11 +49,11 @@ pub(crate) struct RecordArgs {
 enum ProfileArg {
     /// Every published field, exactly
     State,
-    /// What was requested and decided: exact by re-simulation
+    /// Commands and decisions: exact by re-simulation
     Inputs,
-    /// Places within 1 cm and 0.1 degrees
+    /// Positions within 1 cm and 0.1 degrees
     Compact,
-    /// Nothing: for measuring what recording costs
+    /// Nothing: measures the cost of recording
     None,
 }
 
@@ -68,7 +68,7 @@ impl ProfileArg {
     }
 }
 
-/// Records a drive.
+/// Records a run.
 pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
     ensure!(args.frames > 0, "--frames is 0; ask for at least one");
     let delta_nanos = nanos(args.fixed_delta)?;
@@ -130,11 +130,11 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Where things go.
+/// The files of a run.
 struct Files {
-    /// As the client is told.
+    /// The path that the client passes to the host.
     recording: String,
-    /// The recording is only made for its log.
+    /// Whether the recording is removed after its log is written.
     is_temporary: bool,
     log: Option<PathBuf>,
 }
@@ -164,7 +164,7 @@ impl Files {
         Ok(Files { recording, is_temporary: args.out.is_none(), log })
     }
 
-    /// Makes the log, if one is wanted; answers the file that stays.
+    /// Writes the log, if requested, and returns the file that stays.
     fn finish(self, path: Option<PathBuf>) -> anyhow::Result<Option<PathBuf>> {
         let (Some(log), Some(recorded)) = (self.log, &path) else { return Ok(path) };
         carla_gateway::log::export(&mut Recording::open(recorded)?, &log)?;
@@ -176,7 +176,7 @@ impl Files {
     }
 }
 
-/// Vehicles on autopilot, as many as find room.
+/// Spawns vehicles on autopilot and returns how many were accepted.
 fn spawn(client: &mut Client, places: Vec<protocol::Pose>) -> anyhow::Result<usize> {
     let commands: Vec<_> = places
         .into_iter()

@@ -1,4 +1,4 @@
-//! `omnibus replay`: a recording shown again, or simulated again.
+//! `omnibus replay`: replays a recording, or simulates it again.
 
 use std::{
     path::{Path, PathBuf},
@@ -19,42 +19,43 @@ use crate::{
     saved::existing_recording,
 };
 
-/// What `omnibus replay` takes.
+/// Arguments of `omnibus replay`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ReplayArgs {
-    /// The recording; a name without a folder is searched in the folder for recordings, then here
+    /// The recording; a name without a folder is searched in the folder for recordings, then in
+    /// this folder
     file: PathBuf,
-    /// Seconds to skip at its start; below 0: counted from its end
+    /// Seconds to skip at the start; negative: counted from the end
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     from: f64,
-    /// Seconds to play; 0: to its end
+    /// Seconds to play; 0: to the end
     #[arg(long, default_value_t = 0.0)]
     duration: f64,
     /// Recorded seconds per simulated second
     #[arg(long, default_value_t = 1.0)]
     time_factor: f32,
-    /// Leave out actors of the role hero
+    /// Leave out actors with the role name hero
     #[arg(long)]
     ignore_hero: bool,
     /// Simulate the recorded inputs again instead of showing the recorded states
     #[arg(long)]
     resimulate: bool,
-    /// Check every frame: what a simulator shows, or with --resimulate the state hashes
+    /// Verify every frame: the shown states, or with --resimulate the state hashes
     #[arg(long, conflicts_with_all = ["time_factor", "ignore_hero"])]
     verify: bool,
-    /// Of a log of CARLA's, which has only a map's name: the map, a name or a file
+    /// The map of a CARLA log, which names but does not contain it: a name or a file
     #[arg(long)]
     map: Option<String>,
     /// The simulator's name, for clients that watch
     #[arg(long)]
     name: Option<String>,
-    /// What traces the rays of clients that watch: auto, cpu, gpu:N, or null
+    /// The tracer for clients that watch: auto, cpu, gpu:N, or null
     #[arg(long, default_value = "auto")]
     device: String,
 }
 
 impl ReplayArgs {
-    /// The recorded time that is meant.
+    /// Returns the selected span of recorded time, in nanoseconds.
     fn span(&self, recording: &mut Recording) -> anyhow::Result<(u64, u64)> {
         ensure!(
             self.from.is_finite() && (0.0..=1e9).contains(&self.duration),
@@ -87,16 +88,16 @@ impl ReplayArgs {
     }
 }
 
-/// Plays it.
+/// Replays the recording, or simulates it again.
 pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
     let path = existing_recording(&args.file)?;
     if !log::is_log(&path) {
-        ensure!(args.map.is_none(), "{} carries its own map; leave --map out", path.display());
+        ensure!(args.map.is_none(), "{} contains its map; leave --map out", path.display());
         return replay_recording(args, path);
     }
     ensure!(
         !args.resimulate && !args.verify,
-        "{} is a log of CARLA's: it keeps no inputs and no exact states to check",
+        "{} is a CARLA log, which has no inputs and no exact states to verify",
         path.display()
     );
     let imported = TemporaryFile::new("mcap");
@@ -104,7 +105,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
     let map = args.map.as_deref().or(map.rsplit('/').next()).unwrap_or_default();
     let episode = WorldArgs::of_map(map).episode()?;
     for blueprint in log::import(&path, &imported.0, episode)? {
-        ::log::warn!("nothing here looks like {blueprint:?}; it is left out");
+        ::log::warn!("unknown blueprint {blueprint:?}; its actors are left out");
     }
     replay_recording(args, imported.0.clone())
 }
@@ -121,7 +122,7 @@ fn replay_recording(args: &ReplayArgs, path: PathBuf) -> anyhow::Result<()> {
         path.display(),
         recording.info().profile.name()
     );
-    // For a simulator's stages.
+    // The stages read the map from a file.
     let map = TemporaryFile::new("xodr");
     std::fs::write(&map.0, &recording.info().episode.open_drive)
         .with_context(|| map.0.display().to_string())?;
@@ -137,7 +138,7 @@ fn replay_recording(args: &ReplayArgs, path: PathBuf) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A file that is there while something is replayed.
+/// A file that exists while a recording is replayed.
 struct TemporaryFile(PathBuf);
 
 impl TemporaryFile {
@@ -153,7 +154,7 @@ impl Drop for TemporaryFile {
     }
 }
 
-/// A simulator of the recorded world.
+/// Starts a simulator of the recorded world.
 fn simulator(
     args: &ReplayArgs,
     recording: &Recording,
@@ -171,7 +172,7 @@ fn simulator(
     BackgroundHost::start(&world, settings)
 }
 
-/// In real time, for clients that look on.
+/// Replays in real time, for clients that watch.
 fn watch(
     client: &mut Client,
     args: &ReplayArgs,
@@ -194,7 +195,7 @@ fn watch(
     Ok(())
 }
 
-/// As fast as it goes: what the simulator shows is what was recorded, to the bit.
+/// Replays at full speed and compares every shown frame with the recording.
 fn verify_replay(
     client: &mut Client,
     args: &ReplayArgs,

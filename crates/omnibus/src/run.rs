@@ -1,4 +1,5 @@
-//! `omnibus run`: a simulator until Ctrl-C; `omnibus collect`: one with a collector host it.
+//! `omnibus run`: a simulator until Ctrl-C. `omnibus collect`: a simulator with one collecting
+//! client.
 
 use std::{
     sync::{Arc, atomic::AtomicBool},
@@ -16,24 +17,24 @@ use crate::{
     launch::WorldArgs,
 };
 
-/// What `omnibus run` takes.
+/// Arguments of `omnibus run`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct RunArgs {
     #[command(flatten)]
     world: WorldArgs,
-    /// Wait for a ticking client
+    /// Wait for a client that ticks
     #[arg(long)]
     synchronous: bool,
-    /// Simulated seconds of one tick
+    /// Simulated seconds per tick
     #[arg(long, default_value_t = 0.05)]
     fixed_delta: f64,
-    /// Asynchronous: simulated seconds per real second; 0: as fast as it can
+    /// Asynchronous: simulated seconds per real second; 0 runs as fast as possible
     #[arg(long, default_value_t = 1.0)]
     real_time_factor: f64,
-    /// Synchronous: frames that rendering may trail, 0 to 3
+    /// Synchronous: frames that rendering may lag behind, 0 to 3
     #[arg(long, default_value_t = 0)]
     pipeline: u32,
-    /// Render nothing
+    /// Start without rendering
     #[arg(long)]
     no_rendering: bool,
     #[command(flatten)]
@@ -73,7 +74,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What `omnibus collect` takes.
+/// Arguments of `omnibus collect`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct CollectArgs {
     #[command(flatten)]
@@ -84,7 +85,7 @@ pub(crate) struct CollectArgs {
 
 /// Collects a data set in a simulator of its own.
 pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
-    // What can be wrong with the map is said before a folder is made.
+    // Errors in the map are reported before a folder is created.
     args.world.network()?;
     let job = dataset::Job::prepare(&args.job)?;
     let stop = stop_on_signals()?;
@@ -100,7 +101,7 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
             print_line!("{summary}");
             Ok(())
         }
-        // Why the host ended is the cause of what its client says.
+        // The reason why the host ended causes the client's error.
         Err(told) => match ended {
             Err(cause) => Err(cause.context(told.to_string())),
             Ok(_) => Err(told.into()),
@@ -108,7 +109,7 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
     }
 }
 
-/// Seconds into nanoseconds, in_process what the host takes.
+/// Converts seconds to nanoseconds, within the range that the host accepts.
 pub(crate) fn nanos(seconds: f64) -> anyhow::Result<u64> {
     anyhow::ensure!(
         (1e-4..=10.0).contains(&seconds),
@@ -117,7 +118,7 @@ pub(crate) fn nanos(seconds: f64) -> anyhow::Result<u64> {
     Ok((seconds * 1e9).round() as u64)
 }
 
-/// A flag that Ctrl-C and SIGTERM set.
+/// Returns a flag that Ctrl-C and SIGTERM set.
 pub(crate) fn stop_on_signals() -> anyhow::Result<Arc<AtomicBool>> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
@@ -126,7 +127,7 @@ pub(crate) fn stop_on_signals() -> anyhow::Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-/// A simulator host us, in a thread of this process: for commands that are its only client.
+/// A simulator whose host runs in a thread of this process, for commands that are its only client.
 pub struct BackgroundHost {
     instance: Instance,
     in_process: bool,
@@ -135,7 +136,7 @@ pub struct BackgroundHost {
 }
 
 impl BackgroundHost {
-    /// Starts it.
+    /// Starts the host and waits until it accepts clients.
     pub fn start(args: &WorldArgs, settings: Settings) -> anyhow::Result<BackgroundHost> {
         let stop = Arc::new(AtomicBool::new(false));
         let (tell, told) = crossbeam::channel::bounded(1);
@@ -157,7 +158,7 @@ impl BackgroundHost {
         Ok(BackgroundHost { instance, in_process: args.single_process, stop, host: Some(host) })
     }
 
-    /// A client of it.
+    /// Connects a client of this name.
     pub fn connect(&self, name: &str) -> anyhow::Result<client_lib::Client> {
         if self.in_process {
             return Ok(client_lib::Client::connect_in_process(&self.instance, name)?);
@@ -165,7 +166,7 @@ impl BackgroundHost {
         Ok(client_lib::Client::connect(Some(self.instance.id()), name)?)
     }
 
-    /// Ends it and says how it ended.
+    /// Stops the host and returns the last frame, or the host's error.
     pub fn end(mut self) -> anyhow::Result<Frame> {
         self.stop.store(true, std::sync::atomic::Ordering::Release);
         let host = self.host.take().expect("it ends once");

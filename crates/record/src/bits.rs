@@ -1,8 +1,8 @@
-//! Numbers of few bits, packed.
+//! Packs numbers of few bits.
 
 use crate::error::Damage;
 
-/// More zeros than this before a number's one are not counted.
+/// A number with more leading zeros than this is stored whole.
 const ZEROS_MAX: u32 = 16;
 
 /// Packs numbers from the lowest bit on.
@@ -14,7 +14,7 @@ pub(crate) struct BitWriter {
 }
 
 impl BitWriter {
-    /// The lowest `bits` (at most 32) of `value`; the others must be 0.
+    /// Appends the lowest `bits` (at most 32) of `value`; the other bits must be 0.
     #[inline]
     fn push(&mut self, value: u32, bits: u32) {
         self.open |= u64::from(value) << self.count;
@@ -26,8 +26,8 @@ impl BitWriter {
         }
     }
 
-    /// A number whose lowest `width` (at most 31) bits are stored as they are, the rest as so many
-    /// zeros before a one; if that were too many, all of it.
+    /// Appends a number: the lowest `width` (at most 31) bits as they are, the rest as that many
+    /// zeros before a one, or the whole number if there were too many zeros.
     #[inline]
     pub(crate) fn push_rice(&mut self, number: u32, width: u32) {
         let rest = number >> width;
@@ -40,7 +40,7 @@ impl BitWriter {
         self.push(number & ((1 << width) - 1), width);
     }
 
-    /// All of them, with room behind for reading eight bytes at a time.
+    /// Returns the bytes, padded so that eight can be read at a time.
     pub(crate) fn finish(mut self) -> Vec<u8> {
         self.bytes.extend_from_slice(&self.open.to_le_bytes());
         self.bytes.extend_from_slice(&[0; 8]);
@@ -48,10 +48,10 @@ impl BitWriter {
     }
 }
 
-/// How many rows of bits are read side by side.
+/// The number of bit streams that are read side by side.
 pub(crate) const STREAMS: usize = 4;
 
-/// Unpacks them: several rows of bits side by side, so that one need not wait for the other.
+/// Unpacks several streams side by side, so that they do not wait for each other.
 #[derive(Default)]
 pub(crate) struct BitReader<'a> {
     bytes: &'a [u8],
@@ -60,7 +60,7 @@ pub(crate) struct BitReader<'a> {
 }
 
 impl<'a> BitReader<'a> {
-    /// Rows that follow one another, each of this many bytes.
+    /// Reads consecutive streams of these lengths in bytes.
     pub(crate) fn new(bytes: &'a [u8], lens: [usize; STREAMS]) -> BitReader<'a> {
         let mut end = 0usize;
         let at = lens.map(|len| {
@@ -71,7 +71,7 @@ impl<'a> BitReader<'a> {
         BitReader { bytes, at, has_ended: false }
     }
 
-    /// The next number of that width; 0 behind the end, of which [`BitReader::check`] tells.
+    /// Returns the next number of that width; 0 past the end, which [`BitReader::check`] reports.
     #[inline(always)]
     pub(crate) fn pull_rice(&mut self, stream: usize, width: u32) -> u32 {
         let at = &mut self.at[stream];
@@ -80,7 +80,7 @@ impl<'a> BitReader<'a> {
             self.has_ended = true;
             return 0;
         };
-        // 57 bits at least, and no number but one that is stored whole has more than 47.
+        // At least 57 bits; only numbers that are stored whole have more than 47.
         let window = u64::from_le_bytes(*window) >> (*at & 7);
         let zeros = window.trailing_zeros();
         if zeros >= ZEROS_MAX {
@@ -92,13 +92,13 @@ impl<'a> BitReader<'a> {
         (low | u64::from(zeros) << width) as u32
     }
 
-    /// Whether all numbers so far were there.
+    /// Returns an error if a number was read past the end.
     pub(crate) fn check(&self) -> Result<(), Damage> {
         if self.has_ended { Err(Damage("its bits end early")) } else { Ok(()) }
     }
 }
 
-/// The width at which numbers take the least room.
+/// Returns the width at which the numbers take the least room.
 pub(crate) fn best_width<I: Iterator<Item = u32>>(numbers: impl Fn() -> I) -> u32 {
     let cost = |width: u32| -> u32 {
         let of = |n: u32| {
@@ -113,25 +113,25 @@ pub(crate) fn best_width<I: Iterator<Item = u32>>(numbers: impl Fn() -> I) -> u3
     near.min_by_key(|width| cost(*width)).unwrap_or(0)
 }
 
-/// Small differences, of either sign, become small numbers.
+/// Maps small differences of either sign to small numbers.
 #[inline]
 pub(crate) fn fold(difference: i32) -> u32 {
     ((difference << 1) ^ (difference >> 31)) as u32
 }
 
-/// And back.
+/// Inverts [`fold`].
 #[inline]
 pub(crate) fn unfold(number: u32) -> i32 {
     ((number >> 1) as i32) ^ -((number & 1) as i32)
 }
 
-/// How many bits a number has.
+/// Returns the number of bits of a number.
 #[inline]
 pub(crate) fn class(number: u32) -> u32 {
     32 - number.leading_zeros()
 }
 
-/// Floats in the order of their values: neighbours differ by 1.
+/// Maps floats to integers in the order of their values: neighbours differ by 1.
 #[inline]
 pub(crate) fn ordered(bits: u32) -> u32 {
     bits ^ ((((bits as i32) >> 31) as u32) >> 1)
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_packed_is_unpacked() {
+    fn packed_numbers_are_unpacked() {
         let numbers = [(5u32, 3u32), (0, 0), (u32::MAX, 31), (1, 1), (0x1234, 9), (7, 0), (16, 0)];
         let [first, second] = [0, 3].map(|skipped| {
             let mut writer = BitWriter::default();
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn the_best_width_is_near_the_numbers_own() {
+    fn the_best_width_is_near_the_width_of_the_numbers() {
         for (numbers, width) in [(&[0, 0, 0][..], 0), (&[900, 1000, 1100], 9), (&[u32::MAX], 30)] {
             let found = best_width(|| numbers.iter().copied());
             assert!(found.abs_diff(width) <= 1, "{numbers:?}: {found}");

@@ -1,9 +1,8 @@
-//! Stays as bytes: each value as its difference to a prediction.
+//! Encodes the presence of an actor in a segment: each value as its difference to a prediction.
 //!
-//! A difference is a Rice code: its lower bits as they are, how often they overflow in zeros. How
-//! many lower bits there are is chosen for each actor, word and segment. Who writes and who reads
-//! walk over a block by the same code, which is given one [`Pass`] or the other: they cannot
-//! predict differently.
+//! A difference is a Rice code: its lower bits, and the overflow as a number of zeros. The number
+//! of lower bits is chosen for each actor, word and segment. Writer and reader walk over a block by
+//! the same code, with one [`Pass`] or the other, so that they cannot predict differently.
 
 use std::{marker::PhantomData, mem::take, panic::resume_unwind, thread};
 
@@ -16,31 +15,31 @@ use crate::{
     space::Space,
 };
 
-/// Words that are predicted together: at most this many, each in a row of bits of its own.
+/// The most words that are predicted together, each in a bit stream of its own.
 const GROUP_MAX: usize = STREAMS;
-/// In the place of a width: all differences of the word are 0.
+/// In place of a width: all differences of the word are 0.
 const NONE: u32 = 32;
 
-/// How a group of words is predicted in a stay.
+/// How a group of words is predicted.
 pub(crate) mod mode {
-    /// All of it is as it was.
+    /// The whole group is unchanged.
     pub(crate) const STILL: u8 = 0;
-    /// As it was.
+    /// Each value is the last one.
     pub(crate) const LAST: u8 = 1;
-    /// It goes on as before.
+    /// Each value continues linearly.
     pub(crate) const LINEAR: u8 = 2;
-    /// By the laws of motion; up to three of them.
+    /// By the laws of motion, up to three of them.
     pub(crate) const MOTION: u8 = 3;
     pub(crate) const MOTION_LAST: u8 = 5;
     /// In whole steps of the word's grid, on which all its values lie.
     pub(crate) const ON_GRID: u8 = 8;
 }
 
-/// A frame's length.
+/// The duration of a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
     pub(crate) delta_s: f32,
-    /// As the host computes it.
+    /// Frames per second, as the host computes it.
     pub(crate) per_second: f32,
 }
 
@@ -61,13 +60,13 @@ pub(crate) struct Span<'a> {
     /// From here on two slots before are known.
     pub(crate) both: usize,
     pub(crate) end: usize,
-    /// Of the frames, by slot less [`PAST`].
+    /// The durations of the frames, by slot minus [`PAST`].
     pub(crate) steps: &'a [Step],
 }
 
 impl<'a> Span<'a> {
     fn of(row: &Row, steps: &'a [Step]) -> Span<'a> {
-        // Who is new is told as it is first.
+        // The first state of a new actor is stored whole.
         let start = if row.known == 0 { PAST + 1 } else { PAST };
         let both = if row.known == PAST { start } else { start + 1 };
         let steps = &steps[row.from..][..row.len];
@@ -80,27 +79,28 @@ impl<'a> Span<'a> {
     }
 }
 
-/// What is done with each value and its guess. Loops take it out and put it back: what they own
-/// stays in registers.
+/// What is done with each value and its prediction. Loops move it out and back, so that its fields
+/// stay in registers.
 pub(crate) trait Pass: Default {
-    /// `place`: of the word in its group. Answers the value as a number.
+    /// Handles one value; `place` is the index of the word in its group. Returns the value as a
+    /// number.
     fn value<S: Space>(&mut self, cell: &mut u32, guess: u32, place: usize) -> u32;
 }
 
 /// Which words are kept, and how they are predicted.
 pub(crate) trait Scheme {
-    /// Words that are kept, in groups of neighbours. What a group is predicted from comes before
-    /// it; of itself, only earlier frames.
+    /// The kept words, in groups of neighbours. A group is predicted from groups before it, and
+    /// from its own earlier frames.
     const GROUPS: &[&[usize]];
-    /// How hard all but the numbers is compressed.
+    /// The compression level of everything except the numbers.
     const LEVEL: i32;
-    /// Actors are dealt out to so many parts, which are read side by side.
+    /// The number of parts that actors are distributed to, which are read side by side.
     const PARTS: usize;
-    /// Which modes are worth a try for a group that begins with this word.
+    /// Returns the modes worth trying for a group that begins with this word.
     fn modes(word: usize) -> &'static [u8];
-    /// Whether all values lie on the grid that the group has, if it has one.
+    /// Returns whether all values lie on the grid of the group, if it has one.
     fn is_on_grid(group: &[usize], block: &Block, slots: std::ops::Range<usize>) -> bool;
-    /// Walks over a group's values, frame by frame; false: there is no such mode.
+    /// Walks over the values of a group, frame by frame; returns false for an unknown mode.
     fn walk<P: Pass>(
         pass: &mut P,
         block: &mut Block,
@@ -110,7 +110,7 @@ pub(crate) trait Scheme {
     ) -> bool;
 }
 
-/// As they were, or going on as before: `N` words from `word` on, the first at `place`.
+/// Predicts unchanged or linear values: `N` words from `word` on, the first at `place`.
 #[inline]
 pub(crate) fn straight<S: Space, P: Pass, const N: usize>(
     pass: &mut P,
@@ -145,7 +145,7 @@ pub(crate) fn straight<S: Space, P: Pass, const N: usize>(
     is_straight || mode & !mode::ON_GRID == mode::LAST
 }
 
-/// By a rule, which sees the block up to the slot that it guesses: `N` words from `word` on.
+/// Predicts by a rule that sees the block up to the predicted slot: `N` words from `word` on.
 #[inline]
 pub(crate) fn by_rule<S: Space, P: Pass, const N: usize>(
     pass: &mut P,
@@ -166,12 +166,12 @@ pub(crate) fn by_rule<S: Space, P: Pass, const N: usize>(
     true
 }
 
-/// A difference, and the place of its word in the group.
-type RecordingInfo = (u32, usize);
+/// A difference, and the index of its word in the group.
+type Difference = (u32, usize);
 
 /// Collects the differences.
 #[derive(Default)]
-struct Telling(Vec<RecordingInfo>);
+struct Telling(Vec<Difference>);
 
 impl Pass for Telling {
     #[inline]
@@ -182,7 +182,7 @@ impl Pass for Telling {
     }
 }
 
-/// Applies them.
+/// Applies the differences.
 #[derive(Default)]
 struct Taking<'a> {
     bits: BitReader<'a>,
@@ -200,15 +200,15 @@ impl Pass for Taking<'_> {
     }
 }
 
-/// Words that a scheme keeps.
+/// Returns the words that a scheme keeps.
 fn kept<S: Scheme>() -> impl Iterator<Item = usize> {
     S::GROUPS.iter().flat_map(|group| group.iter().copied())
 }
 
-/// Nobody has more bytes in a segment.
+/// The largest size of an actor's numbers in a segment, in bytes.
 const BYTES_MAX: usize = 1 << 26;
 
-/// Writes segments; each but a key segment builds on the one before.
+/// Encodes segments; each except a key segment builds on the one before.
 pub(crate) struct Encoder<S>(Vec<PartEncoder<S>>);
 
 impl<S: Scheme> Encoder<S> {
@@ -216,7 +216,7 @@ impl<S: Scheme> Encoder<S> {
         Encoder((0..S::PARTS).map(|_| PartEncoder::new()).collect())
     }
 
-    /// One segment; `is_key`: it can be read without those before it.
+    /// Encodes one segment; with `is_key` it can be read without the ones before.
     pub(crate) fn encode(
         &mut self,
         frames: &[&[ActorState]],
@@ -237,7 +237,7 @@ impl<S: Scheme> Encoder<S> {
     }
 }
 
-/// Writes one part of the actors.
+/// Encodes one part of the actors.
 struct PartEncoder<S> {
     past: Past,
     block: Box<Block>,
@@ -304,7 +304,7 @@ impl<S: Scheme> PartEncoder<S> {
         rows.iter().for_each(|row| put(row.len));
         head.append(&mut modes);
         head.append(&mut widths);
-        // Byte by byte of each word: what they have in common stands together.
+        // Byte planes: equal bytes of a word lie side by side.
         let count = kept::<S>().count();
         for word in 0..count {
             for byte in 0..4 {
@@ -324,7 +324,7 @@ impl<S: Scheme> PartEncoder<S> {
     }
 }
 
-/// The mode that takes the fewest bits, and the numbers it leaves; none if all is as it was.
+/// Returns the mode that takes the fewest bits, and its differences; `None` if nothing changed.
 fn choose<S: Scheme>(
     block: &mut Block,
     span: &Span,
@@ -356,7 +356,7 @@ fn choose<S: Scheme>(
     Some(cheapest.1)
 }
 
-/// Making one takes as long as unpacking a second of a world.
+/// A decompressor, reused because creating one takes as long as unpacking a second of a world.
 pub(crate) type Unpacker = zstd::bulk::Decompressor<'static>;
 
 /// Takes numbers off the front of bytes.
@@ -380,7 +380,7 @@ impl<'a> Front<'a> {
         Ok(bytes.as_chunks::<4>().0.iter().map(number).collect())
     }
 
-    /// What [`zstd`] packed into the next `len` bytes.
+    /// Unpacks the next `len` bytes, which [`zstd`] compressed.
     pub(crate) fn unpacked(
         &mut self,
         len: usize,
@@ -396,18 +396,18 @@ impl<'a> Front<'a> {
     }
 }
 
-/// One segment, to be read.
+/// An encoded segment.
 pub(crate) struct Written<'a> {
     pub(crate) bytes: &'a [u8],
-    /// Lengths of its frames.
+    /// The durations of its frames.
     pub(crate) deltas: Vec<u64>,
     pub(crate) is_key: bool,
 }
 
-/// Which segment is damaged, and how.
+/// The damaged segment, and the damage.
 pub(crate) type DamageIn = (usize, Damage);
 
-/// Reads them in the same order.
+/// Decodes segments in the same order.
 pub(crate) struct Decoder<S>(Vec<PartDecoder<S>>);
 
 impl<S: Scheme + Send> Decoder<S> {
@@ -415,8 +415,8 @@ impl<S: Scheme + Send> Decoder<S> {
         Decoder((0..S::PARTS).map(|_| PartDecoder::new()).collect())
     }
 
-    /// Segments that follow one another; the last one's frames are put into `out`, whose lists are
-    /// used again.
+    /// Decodes consecutive segments and puts the frames of the last one into `out`, whose memory is
+    /// reused.
     pub(crate) fn decode(
         &mut self,
         segments: &[Written],
@@ -448,7 +448,7 @@ impl<S: Scheme + Send> Decoder<S> {
     }
 }
 
-/// Puts what the parts read into one list a frame, by id.
+/// Merges the actors of the parts into one list per frame, sorted by id.
 fn merge<S>(parts: &mut [PartDecoder<S>], out: &mut Vec<Vec<ActorState>>) {
     let frames = parts[0].out.len();
     if let [only] = parts {
@@ -468,7 +468,7 @@ fn merge<S>(parts: &mut [PartDecoder<S>], out: &mut Vec<Vec<ActorState>>) {
     }
 }
 
-/// Reads one part of the actors.
+/// Decodes one part of the actors.
 struct PartDecoder<S> {
     past: Past,
     block: Box<Block>,
@@ -489,7 +489,7 @@ impl<S: Scheme> PartDecoder<S> {
         }
     }
 
-    /// Its bytes of all segments; of the last one the frames are kept.
+    /// Decodes the part's bytes of all segments and keeps the frames of the last one.
     fn decode_all(&mut self, segments: &[Written], bytes: &[&[u8]]) -> Result<(), DamageIn> {
         for (index, (segment, bytes)) in segments.iter().zip(bytes).enumerate() {
             let mut frames = take(&mut self.out);
@@ -501,7 +501,7 @@ impl<S: Scheme> PartDecoder<S> {
         Ok(())
     }
 
-    /// One segment's frames. Without `out` only what the next segment builds on is kept.
+    /// Decodes one segment. Without `out` only what the next segment builds on is kept.
     fn decode(
         &mut self,
         bytes: &[u8],
@@ -558,7 +558,7 @@ impl<S: Scheme> PartDecoder<S> {
             }
             let span = Span::of(row, &steps);
             if modes[index..].iter().step_by(count).all(|mode| *mode == mode::STILL) {
-                // A light, or who stands: all of it at once.
+                // An unchanged row, such as a light or a resting vehicle: all words at once.
                 let mut words = block.take(span.start - 1);
                 block.put(row.len, &words);
                 block.put(row.len + 1, &words);
@@ -600,7 +600,7 @@ impl<S: Scheme> PartDecoder<S> {
         }
         self.past.turn();
         pass.bits.check()?;
-        // Who comes and goes has several rows.
+        // An actor that leaves and returns has several rows.
         for frame in out.into_iter().flatten().filter(|f| !f.is_sorted_by_key(|s| s.actor_id)) {
             frame.sort_unstable_by_key(|state| state.actor_id);
         }

@@ -1,4 +1,4 @@
-//! Places only: centimetres and fifths of a degree.
+//! Positions only: centimetres and fifths of a degree.
 
 use glam::{EulerRot, Quat, Vec3};
 use protocol::{ActorState, Pose};
@@ -10,12 +10,12 @@ use crate::{
     space::Whole,
 };
 
-/// A step of a coordinate: half of it off at most on each axis, 9 mm in space.
+/// Grid of a coordinate: at most half a step of error on each axis, 9 mm in space.
 const STEP_M: f32 = 0.01;
-/// A step of an angle: half of it off at most.
+/// Grid of an angle: at most half a step of error.
 const STEP_RAD: f32 = std::f32::consts::PI / 900.0;
 
-/// Whole steps, which go on as before.
+/// Whole steps, predicted linearly.
 pub(crate) enum Compact {}
 
 impl Scheme for Compact {
@@ -50,7 +50,7 @@ impl Scheme for Compact {
     }
 }
 
-/// What is kept of a state, as whole steps in the words of the fields themselves.
+/// Rounds a state to whole steps, stored in the words of the fields.
 pub(crate) fn quantised(state: &ActorState) -> ActorState {
     let (yaw, pitch, roll) = state.pose.rotation().to_euler(EulerRot::ZYX);
     let mut words = [0u32; crate::grid::WORDS];
@@ -67,7 +67,7 @@ pub(crate) fn quantised(state: &ActorState) -> ActorState {
     bytemuck::cast(words)
 }
 
-/// And back, as near as it was kept.
+/// Inverts [`quantised`] within the rounding error.
 pub(crate) fn restored(kept: &ActorState) -> ActorState {
     let words: &crate::grid::Words = crate::grid::words_of(kept);
     let step = |word: usize| words[word] as i32 as f32;

@@ -3,63 +3,63 @@ use std::path::PathBuf;
 /// Why a recording cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The file system.
+    /// The file system reported an error.
     #[error("{path}: {why}", path = path.display())]
     File {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What it said.
+        /// The error.
         why: std::io::Error,
     },
-    /// It is something else.
-    #[error("{path} is no recording of this simulator: {why}", path = path.display())]
+    /// The file is not a recording.
+    #[error("{path} is not a recording of this simulator: {why}", path = path.display())]
     NotARecording {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What is there instead.
+        /// What the file is instead.
         why: String,
     },
-    /// It was written by a build that writes another form.
+    /// The recording has another format version.
     #[error(
         "{path} is a recording of format version {found}, this build reads format version {supported}; \
          read it with the build that wrote it, or record it again",
         path = path.display()
     )]
     Version {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// The form it has.
+        /// The version of the file.
         found: String,
-        /// The form that is read.
+        /// The version that this build reads.
         supported: u32,
     },
-    /// It contradicts itself.
+    /// The recording contradicts itself.
     #[error("{path} is damaged: {why}", path = path.display())]
     Damaged {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Where, and what.
+        /// Where, and what is wrong.
         why: String,
     },
-    /// Its profile lacks what was asked for.
+    /// The profile does not keep what was requested.
     #[error("{path} is a recording of profile {profile}; {what}", path = path.display())]
     NotInProfile {
-        /// Which file.
+        /// The file.
         path: PathBuf,
         /// Its profile.
         profile: &'static str,
-        /// What is not in it.
+        /// What is missing.
         what: &'static str,
     },
-    /// The container.
+    /// The MCAP container is faulty.
     #[error("MCAP: {0}")]
     Container(#[from] mcap::McapError),
-    /// The thread that writes.
+    /// The writer thread ended early.
     #[error("the recording ended early: {0}")]
     Ended(String),
 }
 
-/// Bytes that contradict themselves; where is said by who knows the file.
+/// Bytes that contradict themselves. The caller adds the file and the position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Damage(pub(crate) &'static str);
 

@@ -1,5 +1,5 @@
-//! Frames of actors turned into blocks: for each word of a state its values frame by frame, two
-//! earlier ones before them. A block holds one actor's stay and fits into the nearest cache.
+//! Turns frames of actors into blocks: the values of each word frame by frame, after two earlier
+//! ones. A block holds one actor's presence in a segment and fits into the first-level cache.
 
 use std::collections::BTreeMap;
 
@@ -9,34 +9,34 @@ use crate::error::Damage;
 
 /// Words of an [`ActorState`].
 pub(crate) const WORDS: usize = 32;
-/// Earlier frames that a prediction may look at.
+/// Earlier frames that a prediction may use.
 pub(crate) const PAST: usize = 2;
-/// Frames of a segment at most.
+/// The most frames in a segment.
 pub(crate) const FRAMES_MAX: usize = 64;
 
 /// Slots of a block.
 pub(crate) const SLOTS: usize = PAST + FRAMES_MAX;
 
-/// One actor's state as words.
+/// The state of an actor as words.
 pub(crate) type Words = [u32; WORDS];
 
 pub(crate) fn words_of(state: &ActorState) -> &Words {
     bytemuck::cast_ref(state)
 }
 
-/// One actor's stay within a segment.
+/// The presence of one actor within a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Row {
     pub(crate) actor: u32,
     /// Its first frame in the segment.
     pub(crate) from: usize,
-    /// Frames that it is there; never 0.
+    /// The number of frames; never 0.
     pub(crate) len: usize,
     /// How many of its earlier frames are known, up to [`PAST`].
     pub(crate) known: usize,
 }
 
-/// One stay's values: the first [`PAST`] slots of a word are those before it.
+/// The values of one row: the first [`PAST`] slots of a word are earlier ones.
 pub(crate) struct Block {
     pub(crate) cells: [[u32; SLOTS]; WORDS],
 }
@@ -67,16 +67,16 @@ impl Block {
     }
 }
 
-/// What is known of each actor's last frames, newest last.
+/// The last frames of each actor, newest last.
 #[derive(Clone, Default)]
 pub(crate) struct Past {
-    /// By id.
+    /// Sorted by id.
     last: Vec<(u32, usize, [Words; PAST])>,
     next: Vec<(u32, usize, [Words; PAST])>,
 }
 
 impl Past {
-    /// Nobody is known.
+    /// Forgets all actors.
     pub(crate) fn forget(&mut self) {
         self.last.clear();
     }
@@ -86,21 +86,21 @@ impl Past {
         Some(&self.last[at])
     }
 
-    /// A stay with what is known before it.
+    /// Returns a row with the number of known earlier frames.
     pub(crate) fn row(&self, actor: u32, from: usize, len: usize) -> Row {
-        // Who was away has no past.
+        // An actor that was away has no past.
         let known = if from == 0 { self.find(actor).map_or(0, |(_, n, _)| *n) } else { 0 };
         Row { actor, from, len, known }
     }
 
-    /// Puts what is known into the slots before the stay.
+    /// Copies the known frames into the slots before the row.
     pub(crate) fn fill(&self, row: &Row, block: &mut Block) {
         if let (1.., Some((_, _, states))) = (row.known, self.find(row.actor)) {
             states.iter().enumerate().for_each(|(slot, words)| block.put(slot, words));
         }
     }
 
-    /// What the next segment of `frames` may know of this stay.
+    /// Notes the last frames of a row for the next segment.
     pub(crate) fn note(&mut self, row: &Row, block: &Block, frames: usize) {
         if row.from + row.len == frames {
             let states = std::array::from_fn(|slot| block.take(row.len + slot));
@@ -108,7 +108,7 @@ impl Past {
         }
     }
 
-    /// All stays of the segment are noted.
+    /// Ends a segment: all its rows are noted.
     pub(crate) fn turn(&mut self) {
         if !self.next.is_sorted_by_key(|(id, ..)| *id) {
             self.next.sort_unstable_by_key(|(id, ..)| *id);
@@ -118,7 +118,7 @@ impl Past {
     }
 }
 
-/// The stays of actors in frames, each sorted by id.
+/// Returns the rows of actors in frames, each sorted by id.
 pub(crate) fn stays(frames: &[&[ActorState]], past: &Past) -> Vec<Row> {
     let mut stays: Vec<(u32, usize, usize)> = Vec::new();
     let mut open: BTreeMap<u32, usize> = BTreeMap::new();
@@ -137,7 +137,7 @@ pub(crate) fn stays(frames: &[&[ActorState]], past: &Past) -> Vec<Row> {
     stays.into_iter().map(|(id, from, len)| past.row(id, from, len)).collect()
 }
 
-/// Nobody is in a frame twice; each is sorted by id.
+/// Checks that each frame is sorted by id without duplicates.
 pub(crate) fn settle(frames: &[Vec<ActorState>]) -> Result<(), Damage> {
     let twice = |frame: &Vec<ActorState>| frame.windows(2).any(|p| p[0].actor_id == p[1].actor_id);
     if frames.iter().any(twice) { Err(Damage("an actor is there twice")) } else { Ok(()) }

@@ -1,5 +1,5 @@
-//! All of a segment but the actors: what each frame is, its journal, what traffic decided, who
-//! touched whom.
+//! Encodes everything in a segment except the actors: stamps, journal, decisions of traffic,
+//! contacts.
 
 use bytemuck::{Pod, Zeroable};
 use protocol::{Frame, JournalEntry, Stamp, TrafficHeader, WalkerLimbs};
@@ -10,8 +10,8 @@ use crate::{
     moment::{Collision, Decision, Moment},
 };
 
-/// A frame in numbers. Written column by column, each as second differences: what counts up
-/// becomes zeros.
+/// The numbers of a frame. They are written column by column as second differences, so that
+/// counters become zeros.
 const COLUMNS: usize = 13;
 
 fn numbers(moment: &Moment) -> [u64; COLUMNS] {
@@ -26,7 +26,7 @@ fn numbers(moment: &Moment) -> [u64; COLUMNS] {
         u64::from(moment.early) << 32 | moment.journal.len() as u64,
         moment.collisions.len() as u64,
         moment.limbs.len() as u64,
-        // Hashes: nothing is saved on these.
+        // Hashes do not compress.
         moment.state_hash,
         moment.shown,
         moment.decision.hash,
@@ -43,7 +43,8 @@ struct Lengths {
     reserved: u32,
 }
 
-/// Of all but `actors` and `world`. `whole`: with journal, decision and collisions.
+/// Encodes everything except `actors` and `world`. With `whole`, also journal, decision and
+/// collisions.
 pub(crate) fn encode(moments: &[Moment], whole: bool) -> Vec<u8> {
     let lengths = Lengths { frames: moments.len() as u32, reserved: 0 };
     let mut bytes = bytemuck::bytes_of(&lengths).to_vec();
@@ -78,7 +79,7 @@ pub(crate) fn encode(moments: &[Moment], whole: bool) -> Vec<u8> {
     bytes
 }
 
-/// Back to moments without actors.
+/// Decodes moments without actors.
 pub(crate) fn decode(bytes: &[u8]) -> Result<Vec<Moment>, Damage> {
     let mut front = Front(bytes);
     let lengths: Lengths = pod(front.bytes(size_of::<Lengths>())?);

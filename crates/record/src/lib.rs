@@ -1,4 +1,4 @@
-//! Recordings: what happened in a world, frame by frame, in one file.
+//! Recordings of a world, frame by frame, in one MCAP file.
 //!
 //! ```text
 //! Host ──Moment──▶ Recorder (a thread) ──▶ Writer ──segments──▶ MCAP file
@@ -6,8 +6,8 @@
 //! replay, queries, re-simulation ◀──Moments── Recording ◀──────────┘
 //! ```
 //!
-//! A segment is at most a second of frames and one chunk of the file, so that a killed process
-//! costs no more than that. Spaces and units are the bus's: right-handed, z up, SI, radians.
+//! A segment holds at most a second of frames and is one chunk of the file, so that a killed
+//! process loses no more than that. Spaces are right-handed with z up; SI units, radians.
 //! Start reading at `moment.rs`.
 
 mod bits;

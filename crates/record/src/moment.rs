@@ -1,25 +1,25 @@
-//! What is kept of one frame.
+//! What is recorded of one frame.
 
 use bytemuck::{Pod, Zeroable};
 use protocol::{ActorId, ActorState, Frame, JournalEntry, Stamp, TrafficHeader, WalkerLimbs};
 
-/// How much of a run is kept.
+/// How much of each frame is recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Profile {
     /// Every published field of every actor, exactly, and the inputs.
     #[default]
     State,
-    /// What was requested and decided, and the whole world now and then: exact by re-simulation.
+    /// Commands and decisions, and the whole world at intervals: exact by re-simulation.
     Inputs,
-    /// Places within 1 cm and 0.1 degrees, flags, colours of lights; no inputs.
+    /// Positions within 1 cm and 0.1 degrees, flags, colours of lights; no inputs.
     Compact,
 }
 
 impl Profile {
-    /// All there are.
+    /// All profiles.
     pub const ALL: [Profile; 3] = [Profile::State, Profile::Inputs, Profile::Compact];
 
-    /// As on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Profile::State => "state",
@@ -28,89 +28,89 @@ impl Profile {
         }
     }
 
-    /// The profile of this name.
+    /// Returns the profile of this name.
     pub fn by_name(name: &str) -> Option<Profile> {
         Profile::ALL.into_iter().find(|p| p.name() == name)
     }
 
-    /// Its number on the bus.
+    /// Returns the code on the bus.
     pub fn code(self) -> u32 {
         self as u32
     }
 
-    /// The profile of this number.
+    /// Returns the profile of this code.
     pub fn by_code(code: u32) -> Option<Profile> {
         Profile::ALL.into_iter().find(|p| p.code() == code)
     }
 
-    /// Whether where everybody was can be read from it.
+    /// Returns whether the recording holds the states of actors.
     pub fn has_states(self) -> bool {
         self != Profile::Inputs
     }
 
-    /// Whether it can be simulated again.
+    /// Returns whether the recording can be simulated again.
     pub fn has_inputs(self) -> bool {
         self != Profile::Compact
     }
 }
 
-/// Two that touched during a frame.
+/// A contact between two actors during a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Collision {
-    /// The one with the lower id.
+    /// The actor with the lower id.
     pub actor: ActorId,
-    /// The other; nobody: a building, a pole, a trunk.
+    /// The other actor; `ActorId::NONE` for the ground, a building or another static object.
     pub other: ActorId,
-    /// What `actor` was given over the frame, in world space. Newton seconds.
+    /// Impulse on `actor` over the frame, in world space. Newton seconds.
     pub impulse_ns: [f32; 3],
-    /// 1: they did not touch at the end of the frame before.
+    /// 1 if the two did not touch at the end of the frame before.
     pub began: u32,
 }
 
-/// What traffic decided that acts in a frame.
+/// The decision of traffic that acts in a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Decision {
-    /// The frame that it was planned on; 0: nothing was decided yet.
+    /// The frame it was planned on; 0 before the first decision.
     pub frame: Frame,
-    /// Over its payload.
+    /// Hash of its payload.
     pub hash: u64,
-    /// Header and payload, where they do not follow from planning on every frame in turn.
+    /// Header and payload, if they do not follow from planning on every frame in turn.
     pub whole: Option<(TrafficHeader, Vec<u8>)>,
 }
 
-/// All that is kept of one frame.
+/// Everything that is recorded of one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Moment {
-    /// Which frame.
+    /// Frame, simulated time and episode.
     pub stamp: Stamp,
-    /// How much simulated time it took.
+    /// Simulated time of the frame.
     pub delta_nanos: u64,
     /// The longest physics substep.
     pub substep_max_nanos: u64,
-    /// Over everything that decides the future.
+    /// Hash of everything that decides the future.
     pub state_hash: u64,
-    /// What traffic had decided.
+    /// The decision of traffic.
     pub decision: Decision,
-    /// How many lines of the journal were carried out before traffic's decision was taken in.
+    /// The number of journal entries that were executed before the decision of traffic was applied.
     pub early: u32,
-    /// What was requested, and what became of it.
+    /// Commands and their outcomes.
     pub journal: Vec<JournalEntry>,
-    /// Who touched whom.
+    /// The contacts during the frame.
     pub collisions: Vec<Collision>,
-    /// Everybody, by id.
+    /// All actors, sorted by id.
     pub actors: Vec<ActorState>,
-    /// The limbs of every fallen walker, by id.
+    /// The limbs of every fallen walker, sorted by id.
     pub limbs: Vec<WalkerLimbs>,
-    /// Over `actors`.
+    /// Hash of `actors`.
     pub shown: u64,
     /// The whole world at the end of this frame, as the host saves it.
     pub world: Option<Vec<u8>>,
 }
 
-/// The sum over what a frame showed, for `Moment::shown`.
+/// Returns the hash of the actors of a frame, for `Moment::shown`.
 pub(crate) fn sum_of(actors: &[ActorState]) -> u64 {
-    // Four lanes at a time: the multiplications overlap.
+    // Four independent lanes, so that the multiplications overlap.
     let mut lanes = [0xcbf2_9ce4_8422_2325u64, 1, 2, 3];
     let words = actors_as_words(actors).as_flattened();
     for group in words.as_chunks::<8>().0 {

@@ -1,8 +1,8 @@
-//! What the next value of a word will be, from what is known by then.
+//! Predicts the next value of a word from the values known by then.
 //!
-//! Plain IEEE arithmetic without fused operations: whoever reads predicts the same bits as who
-//! wrote. Words are coded in an order such that a prediction may use those before its own, of the
-//! same frame too.
+//! Plain IEEE arithmetic without fused operations, so that reader and writer predict the same bits.
+//! Words are coded in an order such that a prediction may use the words before its own, also of the
+//! same frame.
 
 use std::{f32::consts::TAU, mem::take, ops::Range};
 
@@ -14,7 +14,7 @@ use crate::{
     space::{Floats, Grid, Space, Whole},
 };
 
-/// Word of [`protocol::ActorState`] at which a field begins.
+/// The word of [`protocol::ActorState`] at which a field begins.
 pub(crate) mod word {
     pub(crate) const POSITION: usize = 4;
     pub(crate) const ROTATION: usize = 7;
@@ -30,10 +30,10 @@ pub(crate) mod word {
 }
 use word::*;
 
-/// Share of the new velocity in the way, by mode.
+/// The weight of the new velocity in the displacement, by mode.
 const SHARE: [f32; 3] = [0.5, 0.525, 0.6];
 
-/// As the host rounds what it publishes; what it does not round takes more room.
+/// The grid on which the host rounds what it publishes; other values take more room.
 type Motions = Grid<{ parts::MOTION }>;
 type Engines = Grid<{ parts::ENGINE }>;
 type Angles = Grid<{ parts::WHEEL }>;
@@ -106,7 +106,7 @@ impl Scheme for Exact {
     }
 }
 
-/// By the mean velocity.
+/// Predicts from the mean velocity.
 #[inline]
 fn moved<P: Pass>(pass: &mut P, block: &mut Block, span: &Span, share: f32) -> bool {
     by_rule::<Floats, P, 3>(pass, block, span, POSITION, |block, slot, step| {
@@ -120,7 +120,7 @@ fn moved<P: Pass>(pass: &mut P, block: &mut Block, span: &Span, share: f32) -> b
     })
 }
 
-/// By the velocity gained.
+/// Predicts from the velocity gained.
 #[inline]
 fn pushed<P: Pass>(pass: &mut P, block: &mut Block, span: &Span) -> bool {
     by_rule::<Floats, P, 3>(pass, block, span, ACCELERATION, |block, slot, step| {
@@ -134,7 +134,7 @@ fn pushed<P: Pass>(pass: &mut P, block: &mut Block, span: &Span) -> bool {
     })
 }
 
-/// What follows from how fast the vehicle goes and how it is steered.
+/// Predicts from the speed and the steering of the vehicle.
 #[inline]
 fn carried<E: Space, A: Space, P: Pass>(
     pass: &mut P,
@@ -156,7 +156,7 @@ fn carried<E: Space, A: Space, P: Pass>(
         let mut angle = block.float(WHEEL_SPIN, slot - 1);
         if slot >= span.both {
             let mut step = angle - block.float(WHEEL_SPIN, slot - 2);
-            // Forwards the angle wraps from a full turn to 0.
+            // Driving forwards, the angle wraps from a full turn to 0.
             if step < 0.0 {
                 step += TAU;
             }
@@ -193,7 +193,8 @@ fn ratio(after: f32, before: f32) -> f32 {
     if ratio.is_finite() { ratio } else { 1.0 }
 }
 
-/// The rotation after a frame of the mean spin. Its largest part follows from the others.
+/// Predicts the rotation after a frame with the mean spin. The largest component follows from the
+/// others.
 #[inline]
 fn turned<P: Pass>(pass: &mut P, block: &mut Block, span: &Span, share: f32) -> bool {
     let turns = turns(block, span, share);
@@ -217,7 +218,7 @@ fn turned<P: Pass>(pass: &mut P, block: &mut Block, span: &Span, share: f32) -> 
                 missing -= f64::from(was[place]) * f64::from(was[place]);
             }
         }
-        // One step of Newton's towards unit length.
+        // One Newton step towards unit length.
         let guess = guess[largest] + missing as f32 * share;
         let cell = &mut block.cells[ROTATION + largest][slot];
         own.value::<Floats>(cell, Floats::number(guess.to_bits()), largest);
@@ -227,7 +228,7 @@ fn turned<P: Pass>(pass: &mut P, block: &mut Block, span: &Span, share: f32) -> 
     true
 }
 
-/// By slot, how far the mean spin turns in its frame, as x, y, z, w.
+/// Returns the rotation by the mean spin in each slot's frame, as x, y, z, w.
 #[inline]
 fn turns(block: &Block, span: &Span, share: f32) -> [[f32; 4]; SLOTS] {
     let mut turns = [[0.0; 4]; SLOTS];
@@ -239,7 +240,7 @@ fn turns(block: &Block, span: &Span, share: f32) -> [[f32; 4]; SLOTS] {
         };
         let (x, y, z) = (half(SPIN), half(SPIN + 1), half(SPIN + 2));
         let square = x * x + y * y + z * z;
-        // Sine over angle and cosine; the turn of a frame is small.
+        // Sine over angle and cosine by series; the rotation in a frame is small.
         let sine = 1.0 - square / 6.0 + square * square / 120.0;
         let cosine = 1.0 - square / 2.0 + square * square / 24.0;
         *turn = [x * sine, y * sine, z * sine, cosine];
@@ -247,7 +248,7 @@ fn turns(block: &Block, span: &Span, share: f32) -> [[f32; 4]; SLOTS] {
     turns
 }
 
-/// Of two rotations, of unit length again.
+/// Returns the product of two rotations, normalised.
 #[inline]
 fn product([tx, ty, tz, tw]: &[f32; 4], [x, y, z, w]: &[f32; 4]) -> [f32; 4] {
     let (rx, ry, rz, rw) = (

@@ -1,4 +1,4 @@
-//! Reading: a segment at a time, from anywhere.
+//! Reads a recording, a segment at a time, from any position.
 
 use std::{
     fs::File,
@@ -19,25 +19,25 @@ use crate::{
     write::{FORMAT_VERSION, topic},
 };
 
-/// No map is larger.
+/// The largest size of an unpacked map, in bytes.
 const MAP_MAX: usize = 1 << 30;
 
-/// What a recording tells of itself.
+/// The metadata of a recording.
 #[derive(Clone, Debug)]
 pub struct RecordingInfo {
-    /// How much of the run it keeps.
+    /// How much of each frame is recorded.
     pub profile: Profile,
-    /// The world: map, seed, and the map itself.
+    /// Map name, seed and OpenDRIVE text.
     pub episode: Episode,
-    /// When it was begun, seconds since 1970.
+    /// When the recording began, in seconds since 1970.
     pub unix_time_secs: u64,
-    /// The build that wrote it.
+    /// The version of the program that wrote it.
     pub omnibus_version: String,
-    /// The catalogue: ids of blueprints, by their index.
+    /// The ids of the blueprint catalogue, by their index.
     pub blueprints: Vec<String>,
-    /// What those who were there at the start were called, if anything.
+    /// The roles of the actors that existed at the start and had one.
     pub roles: Vec<(ActorId, String)>,
-    /// It was closed in order; else its writer was killed, and up to a second is missing.
+    /// Whether the file was closed; otherwise its writer was killed, and up to a second is missing.
     pub is_complete: bool,
 }
 
@@ -47,7 +47,7 @@ enum States {
     Compact(Decoder<Compact>),
 }
 
-/// A recording that is read.
+/// An open recording.
 pub struct Recording {
     path: PathBuf,
     file: File,
@@ -55,15 +55,20 @@ pub struct Recording {
     segments: Vec<Segment>,
     decoder: States,
     unpacker: Unpacker,
-    /// The segment whose end the decoder knows.
+    /// The last segment that the decoder has read.
     decoded: Option<usize>,
     moments: Vec<Moment>,
-    /// The segment that `moments` hold.
+    /// The segment in `moments`.
     held: Option<usize>,
 }
 
 impl Recording {
-    /// Opens it and finds its segments; whether they are sound is seen when they are read.
+    /// Opens a recording and finds its segments. Damage inside a segment is found when it is read.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the file cannot be read, is not a recording, or has another format
+    /// version.
     pub fn open(path: &Path) -> Result<Recording, RecordError> {
         let file = File::open(path).map_err(|e| RecordError::file(path, e))?;
         if file.metadata().is_ok_and(|m| m.is_dir()) {
@@ -72,7 +77,7 @@ impl Recording {
         }
         let Scan { about, map, segments, is_complete } = scan(path, &file)?;
         let field = |name: &str| about.get(name).map_or("", String::as_str);
-        // Versions up to 4 named themselves under another key.
+        // Versions up to 4 are named under another key.
         let version = about.get("format_version").or(about.get("form")).map_or("", String::as_str);
         if version != FORMAT_VERSION.to_string() {
             let (path, found) = (path.to_owned(), version.to_owned());
@@ -80,8 +85,8 @@ impl Recording {
         }
         let damaged =
             |why: &str| RecordError::Damaged { path: path.to_owned(), why: why.to_owned() };
-        let profile = Profile::by_name(field("profile"))
-            .ok_or_else(|| damaged("it names no profile that we know"))?;
+        let profile =
+            Profile::by_name(field("profile")).ok_or_else(|| damaged("unknown profile"))?;
         let open_drive = unpacked(&map).ok_or_else(|| damaged("its map cannot be unpacked"))?;
         let roles = field("roles").lines().filter_map(|line| {
             let (id, role) = line.split_once(' ')?;
@@ -91,7 +96,7 @@ impl Recording {
             profile,
             episode: Episode {
                 map: field("map").to_owned(),
-                seed: field("seed").parse().map_err(|_| damaged("it names no seed"))?,
+                seed: field("seed").parse().map_err(|_| damaged("its seed is not a number"))?,
                 open_drive,
             },
             unix_time_secs: field("unix_time_secs").parse().unwrap_or(0),
@@ -120,32 +125,36 @@ impl Recording {
         })
     }
 
-    /// What it tells of itself.
+    /// Returns the metadata.
     pub fn info(&self) -> &RecordingInfo {
         &self.info
     }
 
-    /// Where it lies.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// How many segments there are; never 0.
+    /// Returns the number of segments, at least 1.
     pub fn segments(&self) -> usize {
         self.segments.len()
     }
 
-    /// Recorded time at a segment's first frame: 0 for the first.
+    /// Returns the recorded time at the first frame of a segment; 0 for the first segment.
     pub fn start_nanos(&self, segment: usize) -> u64 {
         self.segments[segment].start_nanos
     }
 
-    /// The segment that holds this recorded time, or the last one.
+    /// Returns the segment at this recorded time, or the last one.
     pub fn segment_at(&self, nanos: u64) -> usize {
         self.segments.partition_point(|s| s.start_nanos <= nanos).saturating_sub(1)
     }
 
-    /// Recorded time in all.
+    /// Returns the duration of the recording.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the last segment cannot be read.
     pub fn duration_nanos(&mut self) -> Result<u64, RecordError> {
         let last = self.segments.len() - 1;
         let start = self.start_nanos(last);
@@ -153,19 +162,28 @@ impl Recording {
         Ok(start + inside)
     }
 
-    /// A segment's frames, without actors.
+    /// Returns the frames of a segment, without actors.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the segment cannot be read.
     pub fn frames(&mut self, segment: usize) -> Result<Vec<Moment>, RecordError> {
         let messages = read(&self.path, &self.file, &self.segments[segment], &mut self.unpacker)?;
         let frames = messages.of(topic::FRAMES).ok_or(Damage("its frames are missing"));
         frames.and_then(inputs::decode).map_err(|e| self.damaged(segment, e))
     }
 
-    /// The last segment up to `segment` that begins with the whole world.
+    /// Returns the last segment up to `segment` that begins with the whole world.
     pub fn world_before(&self, segment: usize) -> Option<usize> {
         (0..=segment).rev().find(|i| self.segments[*i].has_world)
     }
 
-    /// A segment's frames with all that its profile keeps; those before it are read if need be.
+    /// Returns the frames of a segment with everything that the profile keeps; reads earlier
+    /// segments if needed.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a segment cannot be read.
     pub fn moments(&mut self, segment: usize) -> Result<&[Moment], RecordError> {
         if self.held != Some(segment) {
             self.held = None;
@@ -181,12 +199,13 @@ impl Recording {
         Ok(&self.moments)
     }
 
-    /// Forgets what was read: the next second is read from the file.
+    /// Drops the decoded segments, so that the next one is read from the file.
     pub fn forget(&mut self) {
         (self.decoded, self.held) = (None, None);
     }
 
-    /// Reads `last` into `moments`; of those from `first` on only what the next one builds on.
+    /// Reads segment `last` into `moments`, and of the segments from `first` on only what it builds
+    /// on.
     fn load(&mut self, first: usize, last: usize) -> Result<(), RecordError> {
         let mut read_all = Vec::new();
         for segment in &self.segments[first..=last] {
@@ -211,7 +230,7 @@ impl Recording {
                 is_key: self.segments[first + index].is_key,
             });
         }
-        // The lists of the frames that were read before are used again.
+        // Reuses the memory of the frames that were read before.
         let mut states: Vec<_> = self.moments.drain(..).map(|moment| moment.actors).collect();
         match &mut self.decoder {
             States::None => states.clear(),
@@ -244,7 +263,8 @@ impl Recording {
 }
 
 impl Moment {
-    /// Whether the actors are those that were shown. Only the profile `state` keeps that exactly.
+    /// Returns whether the actors are exactly those that were shown. Only the profile `state` keeps
+    /// that.
     pub fn is_as_shown(&self) -> bool {
         sum_of(&self.actors) == self.shown
     }

@@ -1,4 +1,4 @@
-//! The thread that writes, so that a tick does not.
+//! The thread that writes a recording, so that a tick does not wait for the disk.
 
 use std::{thread::JoinHandle, time::Duration};
 
@@ -9,10 +9,10 @@ use crate::{Moment, RecordError, RecordingConfig, Writer};
 
 /// Frames that may wait to be written before a tick waits for the disk: 25 s at 20 Hz.
 const QUEUE: usize = 512;
-/// What is pending is written after this much real time, however little it is.
+/// Pending frames are written after this much real time, even if the segment is not full.
 const PENDING_NANOS: u64 = 1_000_000_000;
 
-/// Takes moments and writes them on its own thread.
+/// Takes moments and writes them on a thread of its own.
 pub struct Recorder {
     to: Option<Sender<Moment>>,
     spent: Receiver<Moment>,
@@ -21,7 +21,11 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Makes the file and starts the thread.
+    /// Creates the file and starts the thread.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the file cannot be written or the thread cannot be started.
     pub fn start(config: &RecordingConfig) -> Result<Recorder, RecordError> {
         let writer = Writer::create(config)?;
         let (to, moments) = bounded(QUEUE);
@@ -33,13 +37,17 @@ impl Recorder {
         Ok(Recorder { to: Some(to), spent, thread: Some(thread), waits: 0 })
     }
 
-    /// One that was written, to be filled anew.
+    /// Returns an empty moment, or a written one whose memory is to be reused.
     pub fn blank(&self) -> Moment {
         self.spent.try_recv().unwrap_or_default()
     }
 
-    /// Hands a frame over. It waits only if [`Recorder`]'s queue is full: a recording has no holes.
-    /// True if it waited.
+    /// Queues a frame. Blocks if the queue is full, because a recording has no holes, and returns
+    /// whether it blocked.
+    ///
+    /// # Errors
+    ///
+    /// Returns the reason if the writer has ended.
     pub fn put(&mut self, moment: Moment) -> Result<bool, RecordError> {
         let Some(to) = &self.to else { return Ok(false) };
         let (sent, waited) = match to.try_send(moment) {
@@ -51,12 +59,16 @@ impl Recorder {
         if sent { Ok(waited) } else { Err(self.why()) }
     }
 
-    /// How many ticks had to wait for the disk.
+    /// Returns how often a tick waited for the disk.
     pub fn waits(&self) -> u64 {
         self.waits
     }
 
-    /// Writes the rest and the index; says how many frames there are in all.
+    /// Writes the remaining frames and the index, and returns the number of recorded frames.
+    ///
+    /// # Errors
+    ///
+    /// Returns the reason if the writer has ended early.
     pub fn stop(mut self) -> Result<u64, RecordError> {
         self.join()
     }
@@ -108,7 +120,7 @@ fn write(
             (true, due) => due,
         };
         for spent in writer.spent() {
-            // Who has enough of them drops them.
+            // A full channel has enough moments to reuse.
             let _ = back.try_send(spent);
         }
     }

@@ -1,4 +1,4 @@
-//! Finding the segments of a file: also of one whose writer was killed.
+//! Finds the segments of a file, including one whose writer was killed.
 
 use std::{collections::BTreeMap, fs::File, os::unix::fs::FileExt, path::Path};
 
@@ -10,51 +10,51 @@ use mcap::{
 
 use crate::{RecordError, columns::Unpacker, write::topic};
 
-/// One chunk of the file: at most a second.
+/// One chunk of the file, at most a second.
 #[derive(Clone, Debug)]
 pub(crate) struct Segment {
-    /// Where the chunk's body begins.
+    /// Offset of the chunk's body.
     at: u64,
     len: u64,
     /// Recorded time at its first frame.
     pub(crate) start_nanos: u64,
-    /// Its actors can be read without those before it.
+    /// Whether its actors can be read without the segments before it.
     pub(crate) is_key: bool,
-    /// It begins with the whole world.
+    /// Whether it begins with the whole world.
     pub(crate) has_world: bool,
 }
 
-/// What a file holds.
+/// The contents of a file.
 pub(crate) struct Scan {
     pub(crate) about: BTreeMap<String, String>,
-    /// The map, packed by zstd.
+    /// The map, compressed by zstd.
     pub(crate) map: Vec<u8>,
     pub(crate) segments: Vec<Segment>,
-    /// It was closed in order.
+    /// Whether the file was closed.
     pub(crate) is_complete: bool,
 }
 
-/// A segment's messages.
+/// The messages of a segment.
 pub(crate) struct Messages {
     bytes: Vec<u8>,
-    /// Each one's channel, and where its data lies.
+    /// The channel of each message, and the range of its data.
     places: Vec<(u16, std::ops::Range<usize>)>,
 }
 
 impl Messages {
-    /// The first on this channel.
+    /// Returns the first message on a channel.
     pub(crate) fn of(&self, topic: u16) -> Option<&[u8]> {
         let (_, place) = self.places.iter().find(|(of, _)| *of == topic)?;
         Some(&self.bytes[place.clone()])
     }
 }
 
-/// A second of a world has no more bytes.
+/// The largest size of a chunk, in bytes.
 const CHUNK_MAX: usize = 1 << 28;
-/// Nor has any other record.
+/// The largest size of any other record, in bytes.
 const RECORD_MAX: u64 = 1 << 30;
 
-/// Walks over the file's records without reading the chunks' bodies.
+/// Walks over the records of the file without reading the bodies of chunks.
 pub(crate) fn scan(path: &Path, file: &File) -> Result<Scan, RecordError> {
     let told = |e| RecordError::file(path, e);
     let strange =
@@ -67,7 +67,7 @@ pub(crate) fn scan(path: &Path, file: &File) -> Result<Scan, RecordError> {
     let mut found =
         Scan { about: BTreeMap::new(), map: Vec::new(), segments: Vec::new(), is_complete: false };
     let mut at = 8;
-    // Channels of the last segment, as its indexes tell them.
+    // Whether the indexes of the last segment were found.
     let mut indexed = true;
     while at + 9 <= len {
         let mut head = [0; 9];
@@ -80,7 +80,7 @@ pub(crate) fn scan(path: &Path, file: &File) -> Result<Scan, RecordError> {
         at = body + size;
         match opcode {
             op::CHUNK => {
-                settle(path, file, &mut found, indexed)?;
+                finish_last_chunk(path, file, &mut found, indexed)?;
                 let mut times = [0; 8];
                 if size < 40 || file.read_exact_at(&mut times, body).is_err() {
                     break;
@@ -99,7 +99,7 @@ pub(crate) fn scan(path: &Path, file: &File) -> Result<Scan, RecordError> {
                 file.read_exact_at(&mut id, body).map_err(told)?;
                 if let Some(segment) = found.segments.last_mut() {
                     segment.note(u16::from_le_bytes(id));
-                    // The actors' index is the last one of a chunk.
+                    // The index of the actors is the last one of a chunk.
                     indexed = true;
                 }
             }
@@ -125,7 +125,7 @@ pub(crate) fn scan(path: &Path, file: &File) -> Result<Scan, RecordError> {
         }
     }
     let known = indexed && found.is_complete;
-    settle(path, file, &mut found, known)?;
+    finish_last_chunk(path, file, &mut found, known)?;
     if found.about.is_empty() {
         return Err(strange(
             "it is an MCAP file of another kind, or was cut off at its very start",
@@ -134,8 +134,13 @@ pub(crate) fn scan(path: &Path, file: &File) -> Result<Scan, RecordError> {
     Ok(found)
 }
 
-/// A chunk whose indexes were cut off is looked into; if it is cut off itself, it does not count.
-fn settle(path: &Path, file: &File, found: &mut Scan, known: bool) -> Result<(), RecordError> {
+/// Reads a chunk whose indexes were cut off; drops the chunk if it is cut off itself.
+fn finish_last_chunk(
+    path: &Path,
+    file: &File,
+    found: &mut Scan,
+    known: bool,
+) -> Result<(), RecordError> {
     if known {
         return Ok(());
     }
@@ -157,7 +162,7 @@ impl Segment {
     }
 }
 
-/// A segment's messages, checked against their sum.
+/// Reads the messages of a segment and checks their CRC.
 pub(crate) fn read(
     path: &Path,
     file: &File,
@@ -195,7 +200,7 @@ pub(crate) fn read(
         let (body, _) = body.ok_or_else(|| damage("a record of it ends early"))?;
         let begin = at + head.len();
         at = begin + body.len();
-        // Channel, sequence and two times come before the data.
+        // Channel, sequence and two times precede the data.
         if head[0] == op::MESSAGE && body.len() >= 22 {
             places.push((u16::from_le_bytes([body[0], body[1]]), begin + 22..at));
         }

@@ -1,16 +1,16 @@
-//! How a word's values are counted: neighbours differ by 1.
+//! How the values of a word are counted: neighbours differ by 1.
 
 use crate::bits::ordered;
 
-/// Values as numbers, and back.
+/// Maps values to numbers and back.
 pub(crate) trait Space {
     fn number(bits: u32) -> u32;
     fn bits(number: u32) -> u32;
-    /// The number after these two, on a straight line.
+    /// Continues a straight line through these two numbers.
     fn beyond(before: u32, last: u32) -> u32;
 }
 
-/// Whole numbers as they are.
+/// Whole numbers.
 pub(crate) enum Whole {}
 
 impl Space for Whole {
@@ -55,7 +55,7 @@ impl Space for Floats {
 pub(crate) enum Grid<const PARTS: u32> {}
 
 impl<const PARTS: u32> Grid<PARTS> {
-    /// Whether this value is one, and its number gives the same bits back.
+    /// Returns whether this value is on the grid, and its number gives the same bits.
     pub(crate) fn has(bits: u32) -> bool {
         Self::bits(Self::number(bits)) == bits
     }
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_on_a_grid_come_back_and_others_are_not_on_it() {
+    fn values_on_a_grid_are_restored_and_others_are_not_on_it() {
         type Quarters = Grid<4>;
         for value in [0.0f32, 0.25, -7.75, 4096.5, 1_048_575.75, -1e6] {
             assert!(Quarters::has(value.to_bits()), "{value}");

@@ -37,7 +37,8 @@ impl Drop for Scratch {
     }
 }
 
-/// Twelve cars on circles; one goes and one comes every seven frames; one is all but a number.
+/// Twelve cars on circles; one leaves and one arrives every seven frames; one has a value that is
+/// not a number.
 fn moment(frame: u64) -> Moment {
     let time = frame as f32 * 0.05;
     let gone = (frame / 7) as u32;
@@ -107,7 +108,7 @@ fn write(config: &RecordingConfig, frames: std::ops::Range<u64>) {
     assert_eq!(writer.finish().unwrap(), frames.end - frames.start);
 }
 
-/// Floats by their bits, and the sum, which the reader alone knows.
+/// Compares floats by their bits, and the hash, which only the reader computes.
 fn check_same(read: &Moment, wanted: &Moment) {
     let bits = |m: &Moment| bytemuck::cast_slice::<ActorState, [u32; 32]>(&m.actors).to_vec();
     assert_eq!(bits(read), bits(wanted), "{:?}", wanted.stamp);
@@ -116,7 +117,7 @@ fn check_same(read: &Moment, wanted: &Moment) {
 }
 
 #[test]
-fn what_was_recorded_is_read_to_the_bit() {
+fn a_recording_is_read_to_the_bit() {
     let scratch = Scratch::new("exact");
     let config = scratch.config(Profile::State);
     write(&config, 0..400);
@@ -169,7 +170,7 @@ fn motion_on_its_grid_takes_less_room_and_is_read_to_the_bit() {
 }
 
 #[test]
-fn any_second_can_be_read_first() {
+fn any_segment_can_be_read_first() {
     let scratch = Scratch::new("seek");
     let config = scratch.config(Profile::State);
     write(&config, 0..400);
@@ -184,7 +185,7 @@ fn any_second_can_be_read_first() {
 }
 
 #[test]
-fn a_file_that_was_cut_off_is_read_up_to_its_last_whole_second() {
+fn a_file_that_was_cut_off_is_read_up_to_its_last_complete_segment() {
     let scratch = Scratch::new("cut");
     let config = scratch.config(Profile::State);
     write(&config, 0..200);
@@ -245,7 +246,7 @@ fn other_files_are_refused_by_name() {
 }
 
 #[test]
-fn compact_places_are_within_a_centimetre_and_a_tenth_of_a_degree() {
+fn compact_poses_are_within_a_centimetre_and_a_tenth_of_a_degree() {
     let scratch = Scratch::new("compact");
     let config = scratch.config(Profile::Compact);
     write(&config, 0..200);
@@ -270,7 +271,7 @@ fn compact_places_are_within_a_centimetre_and_a_tenth_of_a_degree() {
 }
 
 #[test]
-fn a_frame_in_which_nobody_is_there_has_a_sum_too() {
+fn a_frame_without_actors_has_a_hash_too() {
     assert_eq!(crate::moment::sum_of(&[]), crate::moment::sum_of(&Vec::new()));
     assert_ne!(crate::moment::sum_of(&[]), crate::moment::sum_of(&[ActorState::default()]));
 }

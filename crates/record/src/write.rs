@@ -1,4 +1,4 @@
-//! Writing: moments in, segments out, each one chunk of an MCAP file.
+//! Writes moments as segments, each one chunk of an MCAP file.
 
 use std::{
     collections::BTreeMap,
@@ -22,7 +22,7 @@ use crate::{
     predict::Exact,
 };
 
-/// Changes whenever the meaning of the bytes does.
+/// The version of the format. Changes whenever the meaning of the bytes does.
 pub(crate) const FORMAT_VERSION: u32 = 5;
 /// The channels of the file, by id.
 pub(crate) mod topic {
@@ -39,9 +39,9 @@ pub(crate) mod topic {
 }
 /// Simulated time of a segment.
 const SEGMENT_NANOS: u64 = 1_000_000_000;
-/// Recorded time between segments that need none before them.
+/// Recorded time between segments that can be read without the ones before.
 const KEY_NANOS: u64 = 10_000_000_000;
-/// The file is written in pieces of this.
+/// Size of the write buffer, in bytes.
 const BUFFER: usize = 1 << 20;
 
 enum States {
@@ -58,7 +58,7 @@ pub struct Writer {
     states: States,
     pending: Vec<Moment>,
     spent: Vec<Moment>,
-    /// Recorded time up to the first frame that is pending.
+    /// Recorded time up to the first pending frame.
     elapsed_nanos: u64,
     pending_nanos: u64,
     next_key_nanos: u64,
@@ -66,7 +66,11 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Makes the file; one of that name is replaced.
+    /// Creates the file and replaces one of the same name.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the file cannot be written.
     pub fn create(config: &RecordingConfig) -> Result<Writer, RecordError> {
         let told = |e| RecordError::file(&config.path, e);
         if let Some(folder) = config.path.parent().filter(|f| !f.as_os_str().is_empty()) {
@@ -112,7 +116,11 @@ impl Writer {
         })
     }
 
-    /// Adds a frame. A segment that is full with it is written.
+    /// Adds a frame, and writes the segment if it is full.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the file cannot be written.
     pub fn put(&mut self, mut moment: Moment) -> Result<(), RecordError> {
         let last = self.pending.last().map(|m| m.stamp);
         let goes_on = last.is_none_or(|last| {
@@ -137,7 +145,11 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes the frames that wait as a segment of their own.
+    /// Writes the pending frames as a segment of their own.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the file cannot be written.
     pub fn cut(&mut self) -> Result<(), RecordError> {
         let mut moments = take(&mut self.pending);
         let (Some(first), false) = (moments.first(), moments.is_empty()) else { return Ok(()) };
@@ -190,27 +202,31 @@ impl Writer {
         Ok(())
     }
 
-    /// Moments that are written, to be used again.
+    /// Returns written moments, whose memory can be reused.
     pub fn spent(&mut self) -> impl Iterator<Item = Moment> + '_ {
         self.spent.drain(..)
     }
 
-    /// Whether frames wait for their segment to be full.
+    /// Returns whether frames wait for their segment to be full.
     pub fn is_pending(&self) -> bool {
         !self.pending.is_empty()
     }
 
-    /// Frames that are written.
+    /// Returns the number of written frames.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Where it goes.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Writes the rest, and the index.
+    /// Writes the remaining frames and the index, and returns the number of frames.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the file cannot be written.
     pub fn finish(mut self) -> Result<u64, RecordError> {
         self.cut()?;
         self.file.finish()?;

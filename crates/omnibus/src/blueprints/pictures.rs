@@ -1,4 +1,4 @@
-//! Pictures of blueprints, by the same tracer that cameras use.
+//! Pictures of blueprints, drawn by the tracer that also serves cameras.
 
 use std::{fs, io::BufWriter, path::Path};
 
@@ -14,14 +14,14 @@ use town::{Blueprint, Kind};
 
 use crate::map::glyphs;
 
-/// Of one picture.
+/// Width and height of one picture, in pixels.
 const SIZE: [u32; 2] = [480, 360];
-/// Of one picture in a sheet, without its id.
+/// Width and height of one picture in a contact sheet, without its id.
 const TILE: [usize; 2] = [240, 180];
-/// Height of an id in a sheet.
+/// Height of an id in a contact sheet, in pixels.
 const WORDS: usize = 16;
 
-/// Draws each into `folder`/id.png, and a sheet of each kind.
+/// Draws each blueprint into `folder`/id.png, and a contact sheet of each kind.
 pub(super) fn draw(all: &[&Blueprint], folder: &Path, meshes: Option<&Path>) -> anyhow::Result<()> {
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let mut studio = Studio::open(meshes)?;
@@ -45,7 +45,7 @@ pub(super) fn draw(all: &[&Blueprint], folder: &Path, meshes: Option<&Path>) -> 
     Ok(())
 }
 
-/// A floor in the sun, and a camera.
+/// A floor in sunlight, and a camera.
 struct Studio {
     scene: Scene,
     tracer: Tracer,
@@ -65,8 +65,8 @@ impl Studio {
         Ok(Studio { scene, tracer: Tracer::open(Device::Cpu, 0)?, world: World::new() })
     }
 
-    /// From ahead and the right, a little above; vehicles steer and show their lamps, walkers
-    /// walk. Red, green, blue.
+    /// Draws a blueprint from ahead and the right, a little above, as RGB. Vehicles steer with
+    /// their lights on; walkers walk.
     fn portrait(&mut self, blueprint: &Blueprint) -> anyhow::Result<Vec<u8>> {
         let (index, _) = town::blueprint(blueprint.id).context("not in the catalogue")?;
         let [r, g, b] = blueprint.default_color;
@@ -133,7 +133,7 @@ impl Studio {
     }
 }
 
-/// Many pictures in one.
+/// Pictures side by side in one image.
 struct Sheet {
     columns: usize,
     size: [u32; 2],
@@ -165,7 +165,7 @@ impl Sheet {
                 self.dot(left + x, top + y, [mean(0), mean(1), mean(2)]);
             }
         }
-        // What all of a kind share is left out.
+        // The prefix that all ids of a kind share is left out.
         let short = id.trim_start_matches("vehicle.").trim_start_matches("static.prop.");
         let short = short.trim_start_matches("walker.pedestrian.");
         let [across, down] = glyphs::SIZE;

@@ -1,14 +1,14 @@
-//! Who takes part: the ego and the traffic around it, chosen by the seed.
+//! The ego and the traffic around it, chosen by the seed.
 
 use client_lib::Client;
 use protocol::{ActorId, Command, Name, Pose, Spawn, flag, status};
 
 use crate::collect::{CollectError, format::SpawnedActors};
 
-/// What the ego is.
+/// The blueprint of the ego.
 pub(crate) const EGO: &str = "vehicle.tesla.model3";
 
-/// Paints of cars as one meets them, sRGB.
+/// Common paints of cars, sRGB.
 const PAINTS: [[u8; 3]; 14] = [
     [236, 236, 234],
     [236, 236, 234],
@@ -51,8 +51,8 @@ impl Random {
     }
 }
 
-/// Puts the ego and up to `vehicles` others into the world, all driven by traffic. Places where the
-/// host refuses a vehicle are passed over.
+/// Spawns the ego and up to `vehicles` others, all driven by traffic. Spawn points where the host
+/// refuses a vehicle are skipped.
 pub(crate) fn assemble(
     client: &mut Client,
     map: &str,
@@ -84,7 +84,7 @@ pub(crate) fn assemble(
             }
             Err(refusal) => {
                 spawned_actors.spawns_refused += 1;
-                why = format!("{count} places were tried, the last was refused: {refusal}");
+                why = format!("{count} spawn points were tried, the last was refused: {refusal}");
             }
         }
     }
@@ -103,7 +103,7 @@ pub(crate) fn assemble(
     Ok((spawned_actors, ego_pose))
 }
 
-/// Where vehicles are put, the first place first, for a run without a host.
+/// Returns the spawn points in the order in which vehicles take them, for a run without a host.
 pub(crate) fn places(network: &road::Network, seed: u64) -> Vec<Pose> {
     let mut places = shuffled(client_lib::spawn_poses(network), seed);
     places.reverse();
@@ -118,7 +118,7 @@ fn shuffled(mut points: Vec<Pose>, seed: u64) -> Vec<Pose> {
     points
 }
 
-/// One of the other road users: mostly cars, in the paints that cars have.
+/// Returns one of the other vehicles: mostly cars, in common paints.
 fn vehicle(pose: Pose, random: &mut Random) -> Spawn {
     let kind = match random.below(100) {
         0..86 => &["car", "van"][..],
@@ -128,7 +128,7 @@ fn vehicle(pose: Pose, random: &mut Random) -> Spawn {
     let choice: Vec<_> = town::catalogue().iter().filter(|b| kind.contains(&b.base_type)).collect();
     let blueprint = random.pick(&choice);
     let [r, g, b] = *random.pick(&PAINTS);
-    // A police car, a taxi or a fire engine keeps its own.
+    // Police cars, taxis and fire engines keep their livery.
     let has_livery = matches!(blueprint.special_type, "emergency" | "taxi");
     let color = if has_livery { 0 } else { u32::from_le_bytes([r, g, b, 255]) };
     Spawn {
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seed_decides_the_order_and_another_seed_another() {
+    fn the_seed_decides_the_order_of_spawn_points() {
         let once = shuffled(points(), 7);
         assert_eq!(once, shuffled(points(), 7));
         assert_ne!(once, shuffled(points(), 8));
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn most_are_cars_of_many_kinds_and_paints() {
+    fn most_vehicles_are_cars_of_many_kinds_and_paints() {
         let mut random = Random(1);
         let all: Vec<_> = (0..1000).map(|_| vehicle(Pose::IDENTITY, &mut random)).collect();
         let base = |s: &Spawn| town::blueprint(s.blueprint.as_str()).unwrap().1.base_type;

@@ -1,4 +1,4 @@
-//! Who is in the measurements, and where: counted in instance images and lidar labels.
+//! The actors in the measurements, counted in instance images and lidar labels.
 
 use std::collections::BTreeMap;
 
@@ -13,15 +13,15 @@ use crate::collect::{
     silhouette::Silhouette,
 };
 
-/// What an image shows of one actor.
+/// The pixels of one actor in an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Seen {
     pub(crate) pixels: u32,
-    /// Left, top, right, bottom edge.
+    /// Left, top, right, bottom edge; right and bottom are exclusive.
     pub(crate) edges_px: [u32; 4],
 }
 
-/// What an instance image shows of each of `actors` (sorted by id).
+/// Returns the pixels of each of `actors` (sorted by id) in an instance image.
 pub(crate) fn seen(ids: &[u32], width: usize, actors: &[ActorState]) -> Vec<Option<Seen>> {
     let mut found: Vec<Option<Seen>> = vec![None; actors.len()];
     for (row, line) in (0..).zip(ids.chunks_exact(width)) {
@@ -40,7 +40,7 @@ pub(crate) fn seen(ids: &[u32], width: usize, actors: &[ActorState]) -> Vec<Opti
     found
 }
 
-/// How many returns of a lidar each of `actors` (sorted by id) gave.
+/// Returns the number of lidar returns of each of `actors` (sorted by id).
 pub(crate) fn returns(labels: &[[u32; 2]], actors: &[ActorState]) -> Vec<u32> {
     let mut counts = vec![0; actors.len()];
     for run in labels.chunk_by(|a, b| a[0] == b[0]) {
@@ -51,7 +51,7 @@ pub(crate) fn returns(labels: &[[u32; 2]], actors: &[ActorState]) -> Vec<u32> {
     counts
 }
 
-/// The place of an actor's id in the list; static objects and the sky have none.
+/// Returns the index of an actor in the list; static objects and the sky have none.
 fn index_of(id: u32, actors: &[ActorState]) -> Option<usize> {
     if id == 0 || id >> 31 == 1 {
         return None;
@@ -59,7 +59,7 @@ fn index_of(id: u32, actors: &[ActorState]) -> Option<usize> {
     actors.binary_search_by_key(&ActorId(id), |a| a.actor_id).ok()
 }
 
-/// One camera's part.
+/// The image of one camera.
 pub(crate) struct CameraView<'a> {
     pub(crate) name: &'a str,
     pub(crate) camera: Pinhole,
@@ -67,13 +67,13 @@ pub(crate) struct CameraView<'a> {
     pub(crate) seen: Vec<Option<Seen>>,
 }
 
-/// One lidar's part.
+/// The returns of one lidar.
 pub(crate) struct LidarView<'a> {
     pub(crate) name: &'a str,
     pub(crate) returns: Vec<u32>,
 }
 
-/// The boxes of all whom a sensor saw, `ego` left out.
+/// Returns the boxes of all actors that a sensor saw, without `ego`.
 pub(crate) fn boxes(
     actors: &[ActorState],
     ego: ActorId,
@@ -134,7 +134,7 @@ fn view(
         }
         None => 0,
     };
-    // Turned wheels reach a pixel beyond the mesh as it is drawn here.
+    // Steered wheels reach a pixel beyond the mesh that is drawn here.
     let silhouette = silhouette.max(seen.pixels);
     let (_, rotation, position) = optical_from_box.to_scale_rotation_translation();
     View {
@@ -148,7 +148,7 @@ fn view(
     }
 }
 
-/// `Car` of 14.
+/// Returns the name of a semantic tag: `Car` for 14.
 pub(crate) fn tag_name(code: u8) -> String {
     Tag::from_code(code).map_or_else(|| code.to_string(), |tag| format!("{tag:?}"))
 }
@@ -182,14 +182,14 @@ mod tests {
     }
 
     #[test]
-    fn a_static_object_is_no_actor_though_its_low_bits_are_ones_id() {
+    fn a_static_object_is_not_the_actor_with_the_same_low_bits() {
         assert_eq!(seen(&[0x8000_0007], 1, &[actor(7)]), [None]);
         assert_eq!(returns(&[[0x8000_0007, 3], [7, 14], [7, 14], [0, 0]], &[actor(7)]), [2]);
     }
 
     /// A camera at the origin that looks along x at a car 10 m ahead, and one beside the image.
     #[test]
-    fn a_car_ahead_is_boxed_where_it_is_drawn() {
+    fn the_box_of_a_car_ahead_encloses_its_pixels() {
         let (index, made) = town::blueprint("vehicle.tesla.model3").unwrap();
         let blueprints: Vec<_> = town::catalogue()
             .iter()

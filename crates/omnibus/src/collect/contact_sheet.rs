@@ -1,6 +1,6 @@
-//! The contact sheet: some frames of a data set in one picture, for a person.
+//! The contact sheet: an overview of some frames of a data set in one picture.
 //!
-//! A row is a frame: colour with the boxes of what is visible, depth, tags, and the lidar from
+//! A row is a frame: colour with the boxes of visible actors, depth, tags, and the lidar from
 //! above.
 
 use std::{fs, path::PathBuf};
@@ -21,10 +21,10 @@ const ROWS: usize = 5;
 const TILE_WIDTH: usize = 400;
 const GAP: usize = 4;
 const BACKGROUND: [u8; 3] = [24, 24, 26];
-/// Half the side of the square that a lidar tile shows.
+/// Half the side of the square that a lidar tile shows, in metres.
 const LIDAR_SHOWN_M: f32 = 45.0;
 
-/// Writes the sheet of a data set; says where.
+/// Writes the contact sheet of a data set and returns its path.
 pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, CollectError> {
     let (lines, _) = frame_list::read(&folder.frames())?;
     let rows = lines.len().min(ROWS);
@@ -35,7 +35,7 @@ pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, Coll
         .map_or(TILE_WIDTH * 3 / 4, |c| TILE_WIDTH * c.height_px as usize / c.width_px as usize);
     let mut sheet = Sheet::new(4, rows, [TILE_WIDTH, height.max(1)]);
     for row in 0..rows {
-        // Evenly over the whole set, the first and the last included.
+        // Evenly over the whole set, including the first and the last frame.
         let line = &lines[row * (lines.len() - 1) / (rows - 1).max(1)];
         if let Some(camera) = camera {
             draw_camera(&mut sheet, row, folder, camera, line)?;
@@ -114,7 +114,7 @@ fn read_image(folder: &Folder, output: &str, frame: u64) -> Result<Image, Collec
     decode::png(&file).map_err(|e| CollectError::damaged(&path, e))
 }
 
-/// The mean colour of the pixels below a tile's pixel.
+/// Returns the mean colour of the pixels below a pixel of a tile.
 fn mean(image: &Image, [x, y]: [usize; 2], scale: f32) -> [u8; 3] {
     let span = |p: usize, end: usize| {
         let from = ((p as f32 * scale) as usize).min(end - 1);
@@ -133,7 +133,7 @@ fn mean(image: &Image, [x, y]: [usize; 2], scale: f32) -> [u8; 3] {
     sum.map(|total| (total / count) as u8)
 }
 
-/// White is near, black is far; each tenfold distance is as much darker.
+/// Returns the grey of a depth: white is near, each tenfold distance is equally darker.
 fn depth_shade(steps: u16) -> [u8; 3] {
     if steps == DEPTH_FAR {
         return [10, 12, 30];
@@ -142,12 +142,12 @@ fn depth_shade(steps: u16) -> [u8; 3] {
     [(255.0 * (1.0 - metres.log10() / 2.9).clamp(0.0, 1.0)) as u8; 3]
 }
 
-/// The tag's colour in the CityScapes palette, as CARLA's users know it.
+/// Returns the colour of a tag in the CityScapes palette, which CARLA uses.
 fn tag_color(code: u8) -> [u8; 3] {
     Tag::from_code(code).map_or([0; 3], Tag::color)
 }
 
-/// Tiles on paper.
+/// Tiles on a background.
 struct Sheet {
     width: usize,
     height: usize,
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tile_lies_where_its_row_and_column_say() {
+    fn a_tile_lies_in_its_row_and_column() {
         let mut sheet = Sheet::new(2, 2, [3, 2]);
         sheet.dot(1, 1, [2, 1], [255, 0, 0]);
         let (x, y) = (GAP + 3 + GAP + 2, GAP + 2 + GAP + 1);

@@ -1,4 +1,4 @@
-//! The bytes of files back into numbers, for the contact sheet, `inspect` and tests.
+//! Decodes the files of a data set, for the contact sheet, `inspect` and tests.
 
 use png::Decoder;
 
@@ -7,17 +7,17 @@ use png::Decoder;
 pub(crate) struct Image {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// As PNG has them: 16-bit samples begin with their high byte.
+    /// As in PNG: the high byte of a 16-bit sample comes first.
     pub(crate) bytes: Vec<u8>,
 }
 
 impl Image {
-    /// 16-bit samples.
+    /// Returns the samples of a 16-bit image.
     pub(crate) fn sixteen(&self) -> Vec<u16> {
         self.bytes.chunks_exact(2).map(|b| u16::from_be_bytes([b[0], b[1]])).collect()
     }
 
-    /// Ids of three bytes.
+    /// Returns the ids of an instance image.
     #[cfg(test)]
     pub(crate) fn ids(&self) -> Vec<u32> {
         self.bytes.chunks_exact(3).map(|b| u32::from_le_bytes([b[0], b[1], b[2], 0])).collect()
@@ -36,13 +36,13 @@ pub(crate) fn png(file: &[u8]) -> Result<Image, String> {
     decode().map_err(|e: png::DecodingError| e.to_string())
 }
 
-/// Little-endian f32.
+/// Decodes little-endian f32 values.
 pub(crate) fn floats(bytes: &[u8]) -> Vec<f32> {
     let four = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
     bytes.chunks_exact(4).map(four).collect()
 }
 
-/// Little-endian u32.
+/// Decodes little-endian u32 values.
 #[cfg(test)]
 pub(crate) fn words(bytes: &[u8]) -> Vec<u32> {
     let four = |b: &[u8]| u32::from_le_bytes([b[0], b[1], b[2], b[3]]);

@@ -1,4 +1,4 @@
-//! What the ego feels: the sensors that physics measures, at every frame, kept or not.
+//! The ego's physics sensors, read at every frame, kept or not.
 
 use client_lib::{
     CollisionReading, GnssSpec, ImuSpec, LaneInvasionReading, Measurement, OdometrySpec, collision,
@@ -9,15 +9,15 @@ use mesh::Tag;
 use protocol::{Pose, SensorSpec};
 use serde::{Deserialize, Serialize};
 
-/// Places in the rig.
+/// Indices of the sensors in the bundle.
 const IMU: usize = 0;
 const GNSS: usize = 1;
 const ODOMETRY: usize = 2;
 const COLLISIONS: usize = 3;
 const LANES: usize = 4;
 
-/// The rig on the ego, beside that of cameras and lidars. Its readings are without errors: who
-/// wants some adds their own.
+/// Returns the ego's physics sensors, a bundle of their own. Their readings have no errors; users
+/// add those that they need.
 pub(crate) fn ego_sensor_specs() -> Vec<SensorSpec> {
     let middle = Pose::new(Vec3::Z, Quat::IDENTITY);
     let roof = Pose::new(Vec3::new(0.0, 0.0, 1.5), Quat::IDENTITY);
@@ -30,7 +30,7 @@ pub(crate) fn ego_sensor_specs() -> Vec<SensorSpec> {
     ]
 }
 
-/// What the ego felt during one frame.
+/// The readings of one frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EgoSensors {
     pub(crate) frame: u64,
@@ -52,7 +52,7 @@ pub(crate) struct Imu {
     pub(crate) compass_rad: f32,
 }
 
-/// By the map's own projection.
+/// Position by the projection of the map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Gnss {
     pub(crate) latitude_deg: f64,
@@ -60,44 +60,44 @@ pub(crate) struct Gnss {
     pub(crate) altitude_m: f64,
 }
 
-/// At the vehicle's origin.
+/// Motion at the vehicle's origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Odometry {
     pub(crate) speed_mps: f32,
     pub(crate) wheel_speed_mps: f32,
     pub(crate) yaw_rate_radps: f32,
     pub(crate) steer_rad: f32,
-    /// Since the ego was spawned.
+    /// Distance since the ego was spawned.
     pub(crate) distance_m: f64,
 }
 
-/// Who touched the ego.
+/// A contact of the ego during one frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Collision {
-    /// As in images: an actor, or a static object of the town.
+    /// The id as in images: of an actor, or of a static object of the town.
     pub(crate) id: u32,
     pub(crate) tag_name: String,
-    /// They did not touch in the frame before.
+    /// Whether the two did not touch in the frame before.
     pub(crate) is_first_contact: bool,
-    /// What the ego was given, in world space.
+    /// The impulse on the ego, in world space. Newton seconds.
     pub(crate) impulse_newton_s: [f32; 3],
 }
 
 /// A marking that a corner of the ego crossed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LaneInvasion {
-    /// OpenDRIVE's word for what is drawn.
+    /// OpenDRIVE's name of the type of road mark.
     pub(crate) marking_type: String,
-    /// OpenDRIVE's word for its colour.
+    /// OpenDRIVE's name of the colour of the road mark.
     pub(crate) marking_color: String,
     pub(crate) corner: String,
     pub(crate) to_left: bool,
-    /// OpenDRIVE's id of the lane that the corner came from.
+    /// OpenDRIVE's id of the lane that the corner left.
     pub(crate) from_lane_id: i32,
 }
 
 impl EgoSensors {
-    /// Of a bundle; nothing if it is not that of [`ego_sensor_specs`].
+    /// Returns the readings of a bundle, or `None` if it is not of [`ego_sensor_specs`].
     pub(crate) fn of(measured: &Measurement) -> Option<EgoSensors> {
         let stamp = measured.header().stamp;
         let felt = measured.imu(IMU)?;
@@ -131,7 +131,7 @@ impl EgoSensors {
 
 fn touch(reading: &CollisionReading) -> Collision {
     let tag = Tag::from_code(reading.tag as u8).unwrap_or(Tag::Unlabeled);
-    // As in the data set's images, where a static object's id has bit 23 set.
+    // As in the images of the data set, where bit 23 marks the id of a static object.
     let object = reading.object & 0x7f_ffff | 0x80_0000;
     Collision {
         id: if reading.object == 0 { reading.other.0 } else { object },

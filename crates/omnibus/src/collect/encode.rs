@@ -1,4 +1,4 @@
-//! Planes of memory into the bytes of files.
+//! Encodes the planes of a measurement as files.
 
 use mesh::ObjectId;
 use png::{BitDepth, ColorType, Compression, Filter};
@@ -6,53 +6,53 @@ use protocol::DEPTH_FAR_M;
 
 use crate::collect::CollectError;
 
-/// Depth in files: this many steps a metre.
+/// Steps per metre of the depth in files.
 pub(crate) const DEPTH_STEPS_PER_M: f32 = 100.0;
 
-/// The depth of what is too far for the file, and of the sky.
+/// The depth of the sky, and of everything beyond the range of the file.
 pub(crate) const DEPTH_FAR: u16 = u16::MAX;
 
-/// Set in the ids of static objects, in files. In memory it is the top bit.
+/// The bit that marks the id of a static object in files; in memory it is the top bit.
 pub(crate) const STATIC_BIT: u32 = 1 << 23;
 
-/// Turns images into PNG files; keeps its memory from one to the next.
+/// Encodes images as PNG and reuses its memory.
 #[derive(Default)]
 pub(crate) struct Encoder {
     pixels: Vec<u8>,
-    /// The last file's bytes.
+    /// The bytes of the last file.
     pub(crate) file: Vec<u8>,
 }
 
 impl Encoder {
-    /// RGB of red, green, blue, 255.
+    /// Encodes red, green, blue, 255 as RGB.
     pub(crate) fn color(&mut self, size: [u32; 2], rgba: &[u8]) -> Result<(), CollectError> {
         self.pixels.clear();
         self.pixels.extend(rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]));
         self.png(size, ColorType::Rgb, BitDepth::Eight, Filter::Sub)
     }
 
-    /// RGB as it is.
+    /// Encodes RGB.
     pub(crate) fn picture(&mut self, size: [u32; 2], rgb: &[u8]) -> Result<(), CollectError> {
         self.pixels.clear();
         self.pixels.extend_from_slice(rgb);
         self.png(size, ColorType::Rgb, BitDepth::Eight, Filter::Sub)
     }
 
-    /// 16-bit steps of metres, native order, as [`protocol::output::DEPTH`].
+    /// Encodes depth, metres in native order as in [`protocol::output::DEPTH`], as 16-bit steps.
     pub(crate) fn depth(&mut self, size: [u32; 2], metres: &[f32]) -> Result<(), CollectError> {
         self.pixels.clear();
         self.pixels.extend(metres.iter().flat_map(|m| depth_steps(*m).to_be_bytes()));
         self.png(size, ColorType::Grayscale, BitDepth::Sixteen, Filter::Paeth)
     }
 
-    /// Tags as they are.
+    /// Encodes tags.
     pub(crate) fn tag(&mut self, size: [u32; 2], tags: &[u8]) -> Result<(), CollectError> {
         self.pixels.clear();
         self.pixels.extend_from_slice(tags);
         self.png(size, ColorType::Grayscale, BitDepth::Eight, Filter::Up)
     }
 
-    /// Ids as three bytes, the lowest first.
+    /// Encodes ids as three bytes, the lowest first.
     pub(crate) fn instance(&mut self, size: [u32; 2], ids: &[u32]) -> Result<(), CollectError> {
         self.pixels.clear();
         let bytes = |id: &u32| {
@@ -75,7 +75,8 @@ impl Encoder {
         encoder.set_color(color);
         encoder.set_depth(depth);
         encoder.set_compression(Compression::Fast);
-        // One filter for the whole image: choosing for each row costs a fifth and gains a twentieth.
+        // One filter for the whole image: a choice per row costs a fifth of the time and saves a
+        // twentieth.
         encoder.set_filter(filter);
         let write = || {
             let mut writer = encoder.write_header()?;
@@ -86,12 +87,12 @@ impl Encoder {
     }
 }
 
-/// Metres in steps of the file.
+/// Converts metres to steps of the file.
 pub(crate) fn depth_steps(metres: f32) -> u16 {
     if metres >= DEPTH_FAR_M { DEPTH_FAR } else { (metres * DEPTH_STEPS_PER_M + 0.5) as u16 }
 }
 
-/// The id of an actor or object as it stands in files: 24 bits.
+/// Returns the 24-bit id of an actor or object in files.
 pub(crate) fn file_id(id: u32) -> u32 {
     match ObjectId::from_instance(id) {
         Some(object) => object.number() & (STATIC_BIT - 1) | STATIC_BIT,
@@ -99,7 +100,7 @@ pub(crate) fn file_id(id: u32) -> u32 {
     }
 }
 
-/// The returns of a lidar without the rays that met nothing: points, labels. Says how many.
+/// Writes the points and labels of all rays that hit something, and returns their number.
 pub(crate) fn returns(
     rays: &[[f32; 4]],
     met: &[[u32; 2]],
@@ -125,7 +126,7 @@ mod tests {
     use crate::collect::decode;
 
     #[test]
-    fn colour_comes_back_without_its_fourth_byte() {
+    fn colour_is_decoded_without_its_fourth_byte() {
         let mut encoder = Encoder::default();
         encoder.color([2, 1], &[1, 2, 3, 255, 40, 50, 60, 255]).unwrap();
         let image = decode::png(&encoder.file).unwrap();
@@ -133,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn depth_comes_back_within_half_a_centimetre() {
+    fn depth_is_decoded_within_half_a_centimetre() {
         let metres = [0.0, 0.004, 0.126, 12.345, 655.3, 655.36, 999.0, DEPTH_FAR_M];
         let mut encoder = Encoder::default();
         encoder.depth([4, 2], &metres).unwrap();
@@ -148,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn ids_and_tags_come_back_as_they_were() {
+    fn ids_and_tags_are_decoded_unchanged() {
         let ids = [0, 1, 70_000, 8_388_607, 0x8000_0000, 0x8000_0000 | 513];
         let mut encoder = Encoder::default();
         encoder.instance([3, 2], &ids).unwrap();
@@ -159,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_that_met_nothing_are_left_out() {
+    fn rays_that_hit_nothing_are_left_out() {
         let rays = [[0.0; 4], [1.0, -2.0, 0.5, 0.25], [0.0; 4], [3.0, 0.0, 0.0, 0.0]];
         let met = [[0, 0], [17, 14], [0, 0], [0x8000_0000, 1]];
         let (mut points, mut labels) = (vec![9], vec![9]);

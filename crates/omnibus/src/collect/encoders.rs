@@ -1,8 +1,8 @@
-//! The threads that encode and write, beside the tick's path.
+//! The threads that encode and write files, so that a tick does not wait for them.
 //!
-//! A data is shared by all tasks of its frame and description the renderer's own memory; when the last
-//! task is done the memory goes back and the frame enters the frame_list. How many shots there may be
-//! at a time is the only bound, and waiting for one the only back pressure.
+//! All tasks of a frame share its data, which holds the renderer's memory. The last task releases
+//! the memory and appends the frame to the list. The number of frames in flight is the only bound,
+//! and waiting for a permit the only back pressure.
 
 use std::{
     collections::BTreeMap,
@@ -31,25 +31,25 @@ use crate::collect::{
     silhouette::Silhouette,
 };
 
-/// Bytes in which the planes of a data lie.
+/// The bytes that hold the planes of a frame.
 pub(crate) type Bytes = Box<dyn AsRef<[u8]> + Send + Sync>;
 
-/// Everything of one frame that is to be kept.
+/// Everything that is kept of one frame.
 pub(crate) struct FrameData {
-    /// Its index in the frame_list.
+    /// Position of the frame in the list.
     pub(crate) index: u64,
     pub(crate) header: BundleHeader,
     pub(crate) planes: Vec<Plane>,
-    /// Where the planes' offsets point.
+    /// The bytes that the offsets of the planes refer to.
     pub(crate) bytes: Bytes,
-    /// Everybody, at that frame.
+    /// All actors at that frame, sorted by id.
     pub(crate) actors: Vec<ActorState>,
-    /// What the ego ego_sensors since the data before.
+    /// Readings of the physics sensors since the frame before that was kept.
     pub(crate) ego_sensors: Vec<EgoSensors>,
     pub(crate) counts: FrameCounts,
 }
 
-/// What the tasks of a frame found.
+/// What the tasks of a frame counted.
 #[derive(Default)]
 pub(crate) struct FrameCounts {
     done: AtomicU64,
@@ -77,7 +77,7 @@ impl FrameData {
     }
 }
 
-/// What every thread of the encoders knows.
+/// What all encoder threads share.
 pub(crate) struct DataSetContext {
     pub(crate) folder: Folder,
     pub(crate) sensors: Vec<SensorSpec>,
@@ -95,7 +95,7 @@ struct Shared {
     images: AtomicU64,
 }
 
-/// The threads, and the way to them.
+/// The encoder threads and their queue.
 pub(crate) struct EncoderPool {
     shared: Arc<Shared>,
     jobs: Option<Sender<(Arc<FrameData>, usize)>>,
@@ -103,7 +103,7 @@ pub(crate) struct EncoderPool {
     threads: Vec<JoinHandle<()>>,
 }
 
-/// Leave to lock one data.
+/// Permission to hold the memory of one frame; dropping it frees the place.
 pub(crate) struct Permit(Sender<()>);
 
 impl Drop for Permit {
@@ -112,7 +112,7 @@ impl Drop for Permit {
     }
 }
 
-/// What the encoders did.
+/// The work of the encoders.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Work {
     pub(crate) busy_nanos: u64,
@@ -121,7 +121,7 @@ pub(crate) struct Work {
 }
 
 impl EncoderPool {
-    /// Starts `threads` threads that lock at most `frames_max` shots.
+    /// Starts `threads` threads; at most `frames_max` frames are in flight.
     pub(crate) fn start(
         context: DataSetContext,
         frame_list: FrameList,
@@ -158,34 +158,35 @@ impl EncoderPool {
         Ok(encoders)
     }
 
-    /// Waits until there is room for one more data.
+    /// Waits until one more frame may be in flight.
     pub(crate) fn permit(&self) -> Permit {
-        // The other end is ours: it is never gone.
+        // This pool owns the other end, so the channel is open.
         let _ = self.permits.1.recv();
         Permit(self.permits.0.clone())
     }
 
-    /// Hands over a frame; its bytes must lock its permit.
+    /// Queues the tasks of a frame; the frame's bytes must hold its permit.
     pub(crate) fn submit(&self, data: FrameData) {
         let data = Arc::new(data);
         let jobs = self.jobs.as_ref().expect("open until the end");
         for task in 0..self.shared.context.tasks.len() {
-            // There is room for all tasks of all shots, and the threads live as long as this.
+            // The queue has room for all tasks of all frames, and the threads live as long as the
+            // pool.
             let _ = jobs.send((Arc::clone(&data), task));
         }
     }
 
-    /// Something could not be written; nothing more will be.
+    /// Returns whether a task failed; nothing more is written then.
     pub(crate) fn has_failed(&self) -> bool {
         self.shared.failure.get().is_some()
     }
 
-    /// How many frames are complete.
+    /// Returns the number of complete frames.
     pub(crate) fn complete(&self) -> u64 {
         self.shared.frame_list().complete()
     }
 
-    /// What was done so far.
+    /// Returns the work so far.
     pub(crate) fn work(&self) -> Work {
         let read = |word: &AtomicU64| word.load(Ordering::Relaxed);
         let shared = &self.shared;
@@ -196,8 +197,8 @@ impl EncoderPool {
         }
     }
 
-    /// Waits for everything that was handed over. Says what was done, how many frames are
-    /// complete, and why not all.
+    /// Waits for all queued tasks. Returns the work, the number of complete frames, and the first
+    /// error.
     pub(crate) fn finish(mut self) -> (Work, u64, Result<(), CollectError>) {
         self.jobs = None;
         for thread in self.threads.drain(..) {
@@ -216,7 +217,7 @@ impl Shared {
     }
 }
 
-/// A thread's own buffers.
+/// Memory that a thread reuses.
 #[derive(Default)]
 struct WorkerBuffers {
     encoder: Encoder,
@@ -372,7 +373,7 @@ impl Shared {
     }
 }
 
-/// Makes the folders into which the tasks write.
+/// Creates the folders that the tasks write to.
 pub(crate) fn make_folders(folder: &Folder, sensors: &[SensorSpec]) -> Result<(), CollectError> {
     for output in sensors::outputs(sensors) {
         let path = folder.root().join(output.folder);

@@ -1,4 +1,4 @@
-//! Where the files of a data set lie, and how they get there whole.
+//! The paths of a data set, and how files are written atomically.
 
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
@@ -11,10 +11,10 @@ use crate::collect::{
     format::{FORMAT, Metadata},
 };
 
-/// What marks a file that is being written. Such files mean nothing.
+/// The suffix of a file that is being written. Such files are ignored.
 const PARTIAL: &str = ".partial";
 
-/// Locked for as long as somebody writes in the folder.
+/// The file that is locked while a process writes to the folder.
 const LOCK: &str = ".lock";
 
 /// The part of `metadata.json` that every version of the format shares.
@@ -30,33 +30,33 @@ pub(crate) struct Folder {
 }
 
 impl Folder {
-    /// The data set at `root`, which need not exist.
+    /// Returns the data set at `root`, which need not exist.
     pub(crate) fn new(root: &Path) -> Folder {
         Folder { root: root.to_owned() }
     }
 
-    /// Its path.
+    /// Returns the path of the data set.
     pub(crate) fn root(&self) -> &Path {
         &self.root
     }
 
-    /// One line for each complete frame.
+    /// Returns the path of the list of complete frames.
     pub(crate) fn frames(&self) -> PathBuf {
         self.root.join("frames.jsonl")
     }
 
-    /// What the data set is.
+    /// Returns the path of the metadata.
     pub(crate) fn metadata(&self) -> PathBuf {
         self.root.join("metadata.json")
     }
 
-    /// A file of one frame: `front/color` and `png` make `front/color/000123.png`.
+    /// Returns a file of one frame: `front/color` and `png` give `front/color/000123.png`.
     pub(crate) fn frame_file(&self, output: &str, frame: u64, extension: &str) -> PathBuf {
         self.root.join(output).join(format!("{frame:06}.{extension}"))
     }
 
-    /// Takes the folder: makes it if it is not there, proves that it can be written, and locks it
-    /// for as long as the answer lives.
+    /// Creates the folder if needed, checks that it is writable, and locks it for the life of the
+    /// returned value.
     pub(crate) fn lock(&self) -> Result<FolderLock, CollectError> {
         let is_new = !self.root.exists();
         if !is_new && !self.root.is_dir() {
@@ -73,8 +73,8 @@ impl Folder {
         }
     }
 
-    /// How many things lie in the folder. What a run has made that was killed before it knew what
-    /// to collect does not count: the lock, an empty frame_list, half a file.
+    /// Counts the entries of the folder. Traces of a run that was killed before its first frame do
+    /// not count: the lock, an empty list, a partial file.
     pub(crate) fn count(&self) -> Result<usize, CollectError> {
         let counts = |entry: &fs::DirEntry| {
             let name = entry.file_name();
@@ -89,7 +89,7 @@ impl Folder {
         }
     }
 
-    /// What the data set says of itself; nothing if there is none.
+    /// Reads the metadata; `None` if there is none.
     pub(crate) fn read_metadata(&self) -> Result<Option<Metadata>, CollectError> {
         let path = self.metadata();
         let text = match fs::read_to_string(&path) {
@@ -98,7 +98,7 @@ impl Folder {
             Err(e) => return Err(CollectError::io(&path, e)),
         };
         let damaged = |e| CollectError::damaged(&path, e);
-        // The version comes first: the keys of another one have other names.
+        // The version comes first: other versions have other keys.
         let Head { format } = serde_json::from_str(&text).map_err(damaged)?;
         if format != FORMAT {
             return Err(CollectError::OtherFormat { path, format });
@@ -106,14 +106,14 @@ impl Folder {
         serde_json::from_str(&text).map(Some).map_err(damaged)
     }
 
-    /// Writes what the data set says of itself.
+    /// Writes the metadata.
     pub(crate) fn write_metadata(&self, metadata: &Metadata) -> Result<(), CollectError> {
         let mut text = serde_json::to_vec_pretty(metadata).expect("plain data has a JSON form");
         text.push(b'\n');
         write_atomically(&self.metadata(), &text)
     }
 
-    /// Removes what a killed run left half written in these output folders and at the top.
+    /// Removes partial files from these output folders and from the root.
     pub(crate) fn remove_partial_files<'a>(
         &self,
         outputs: impl IntoIterator<Item = &'a str>,
@@ -136,7 +136,8 @@ fn is_empty(file: &Path) -> bool {
     fs::metadata(file).is_ok_and(|m| m.is_file() && m.len() == 0)
 }
 
-/// The lock on a data set's folder. When nothing was collected, nothing is left.
+/// The lock on the folder of a data set. If nothing was collected, dropping it leaves nothing
+/// behind.
 pub(crate) struct FolderLock {
     folder: Folder,
     is_new: bool,
@@ -151,13 +152,13 @@ impl Drop for FolderLock {
         }
         let _ = fs::remove_file(root.join(LOCK));
         if self.is_new {
-            // Only an empty folder goes.
+            // Removes the folder only if it is empty.
             let _ = fs::remove_dir(root);
         }
     }
 }
 
-/// Writes a file so that it is there whole or not at all, whenever the process is killed.
+/// Writes a file that is either complete or absent, even if the process is killed.
 pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), CollectError> {
     let mut name = path.file_name().expect("a file has a name").to_owned();
     name.push(PARTIAL);
@@ -179,7 +180,7 @@ mod tests {
     use crate::collect::testing::Scratch;
 
     #[test]
-    fn a_file_that_cannot_be_finished_leaves_nothing() {
+    fn a_file_that_cannot_be_written_leaves_nothing() {
         let scratch = Scratch::new("whole");
         let path = scratch.path().join("a.bin");
         fs::create_dir(&path).unwrap();
@@ -190,12 +191,12 @@ mod tests {
 
     #[test]
     fn a_full_disk_is_named_as_such() {
-        let error = write_whole_to_full();
+        let error = error_of_a_full_disk();
         assert!(matches!(error, CollectError::DiskFull { .. }), "{error}");
     }
 
     /// `/dev/full` answers every write with "no space left on device".
-    fn write_whole_to_full() -> CollectError {
+    fn error_of_a_full_disk() -> CollectError {
         let path = Path::new("/dev/full");
         let written = OpenOptions::new().write(true).open(path).and_then(|mut f| f.write_all(b"x"));
         CollectError::io(path, written.unwrap_err())
@@ -205,7 +206,7 @@ mod tests {
     fn a_data_set_of_another_version_is_rejected_by_name() {
         let scratch = Scratch::new("version");
         let folder = Folder::new(scratch.path());
-        // Only the version is known of other versions.
+        // Other versions share only the key of the version.
         fs::write(folder.metadata(), r#"{"format": "omnibus-dataset-1", "recipe": {}}"#).unwrap();
         let error = folder.read_metadata().unwrap_err();
         assert!(
@@ -234,7 +235,7 @@ mod tests {
         fs::write(folder.frames(), "").unwrap();
         drop(lock);
         assert!(!folder.root().exists());
-        // A folder that was there before stays.
+        // A folder that existed before stays.
         drop(Folder::new(scratch.path()).lock().unwrap());
         assert!(scratch.path().exists());
     }
@@ -252,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_half_written_is_swept() {
+    fn partial_files_are_removed() {
         let scratch = Scratch::new("swept");
         let folder = Folder::new(scratch.path());
         fs::create_dir_all(scratch.path().join("front/color")).unwrap();

@@ -1,4 +1,4 @@
-//! What a data set says of itself: the forms of `metadata.json`, `frames.jsonl` and `boxes/`.
+//! The data-set format: `metadata.json`, `frames.jsonl` and `boxes/`.
 //!
 //! Names carry units. Quaternions are x, y, z, w; matrices are lists of rows.
 
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::collect::ego_sensors::EgoSensors;
 
-/// The version of everything in this file.
+/// The version of the format.
 pub(crate) const FORMAT: &str = "omnibus-dataset-2";
 
 /// `metadata.json`.
@@ -18,44 +18,45 @@ pub(crate) const FORMAT: &str = "omnibus-dataset-2";
 pub(crate) struct Metadata {
     /// [`FORMAT`].
     pub(crate) format: String,
-    /// The version of omnibus that made it.
+    /// The version of the program that wrote the data set.
     pub(crate) omnibus_version: String,
-    /// Every wanted frame is there.
+    /// Whether all requested frames are complete.
     pub(crate) complete: bool,
-    /// How many frames were asked for.
+    /// The number of requested frames.
     pub(crate) frames_requested: u64,
-    /// How many there were when this was written.
+    /// The number of complete frames when this was written.
     pub(crate) frames_complete: u64,
-    /// What traced the rays; more than one if it had to change in mid-run.
+    /// What traced the rays; more than one if the tracer changed during the run.
     pub(crate) tracers: Vec<String>,
-    /// All that decides what the frames show.
+    /// Everything that decides what the frames show.
     pub(crate) settings: DataSetSettings,
-    /// Who was there at the start.
+    /// The actors at the start.
     pub(crate) spawned_actors: SpawnedActors,
-    /// What each file description.
+    /// The contents of each folder.
     pub(crate) outputs: Vec<Output>,
-    /// How to read numbers.
+    /// How to read the numbers.
     pub(crate) conventions: BTreeMap<String, String>,
     /// Codes of the semantic tags.
     pub(crate) tags: BTreeMap<u8, String>,
 }
 
-/// All that decides what the frames show: the same settings and build make the same data set.
+/// Everything that decides what the frames show: the same settings and build give the same data
+/// set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct DataSetSettings {
-    /// The map's name.
+    /// The name of the map.
     pub(crate) map: String,
-    /// FNV-1a of the OpenDRIVE text, which lies in `map.xodr`.
+    /// FNV-1a of the OpenDRIVE text in `map.xodr`.
     pub(crate) map_fnv1a64: String,
-    /// Decides scenery, traffic, places and paint.
+    /// The seed of scenery, traffic, spawn points and paint.
     pub(crate) seed: u64,
-    /// Simulated time of one frame.
+    /// Simulated time per frame.
     pub(crate) fixed_delta_nanos: u64,
     /// Frames simulated before the first that is kept.
     pub(crate) warmup_frames: u64,
-    /// Of so many frames one is kept.
+    /// One in this many frames is kept.
     pub(crate) every_frames: u64,
-    /// Vehicles requested for beside the ego.
+    /// Vehicles requested in addition to the ego.
     pub(crate) vehicles_requested: u32,
     /// Pedestrians requested on the sidewalks ahead of the ego.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -63,9 +64,9 @@ pub(crate) struct DataSetSettings {
     /// Altitudes of the sun, each for an equal part of the frames; empty: the default weather holds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) sun_altitudes_deg: Vec<f32>,
-    /// What the ego is.
+    /// The blueprint of the ego.
     pub(crate) ego_blueprint: String,
-    /// The rig on the ego.
+    /// The sensors on the ego.
     pub(crate) sensors: Vec<Sensor>,
 }
 
@@ -73,7 +74,7 @@ fn is_zero(count: &u32) -> bool {
     *count == 0
 }
 
-/// One sensor of the rig.
+/// One sensor on the ego.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sensor {
     pub(crate) name: String,
@@ -88,7 +89,7 @@ pub(crate) struct Sensor {
     pub(crate) lidar: Option<Lidar>,
 }
 
-/// Rows.
+/// A 4 × 4 matrix by rows.
 pub(crate) type Matrix4 = [[f64; 4]; 4];
 
 /// A pinhole without distortion.
@@ -103,7 +104,7 @@ pub(crate) struct Camera {
     pub(crate) vehicle_from_optical: Matrix4,
 }
 
-/// A lidar that sees its whole turn at one instant.
+/// A lidar that measures its whole turn at one instant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Lidar {
     pub(crate) channels: u32,
@@ -114,20 +115,20 @@ pub(crate) struct Lidar {
     pub(crate) attenuation_per_m: f64,
 }
 
-/// Who was there at the start.
+/// The actors at the start.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SpawnedActors {
     pub(crate) ego_actor_id: u32,
-    /// Vehicles that stand on the map, the ego not counted.
+    /// Vehicles on the map, without the ego.
     pub(crate) vehicles_spawned: u32,
-    /// Places where the host would not put one.
+    /// Spawn points where the host refused a vehicle.
     pub(crate) spawns_refused: u32,
 }
 
-/// What the files of one folder lock.
+/// The contents of the files of one folder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Output {
-    /// As `front/color`.
+    /// As in `front/color`.
     pub(crate) folder: String,
     pub(crate) extension: String,
     pub(crate) description: String,
@@ -137,18 +138,18 @@ pub(crate) struct Output {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct FrameLine {
     pub(crate) frame: u64,
-    /// Since the world began.
+    /// Simulated time since the world began.
     pub(crate) sim_time_nanos: u64,
-    /// Over everything that decides the future, as hexadecimal.
+    /// Hash of everything that decides the future, in hexadecimal.
     pub(crate) state_hash: String,
     pub(crate) tracer: String,
     pub(crate) ego: Ego,
     pub(crate) sensors: Vec<SensorPose>,
-    /// Actors in `boxes/`.
+    /// The number of actors in `boxes/`.
     pub(crate) box_count: u64,
-    /// Returns in each lidar's files.
+    /// The number of returns in the files of each lidar.
     pub(crate) point_counts: BTreeMap<String, u64>,
-    /// What the ego ego_sensors, at each frame since the one before that was kept.
+    /// Readings of the physics sensors, at each frame since the frame before that was kept.
     #[serde(default)]
     pub(crate) ego_sensors: Vec<EgoSensors>,
 }
@@ -166,7 +167,7 @@ impl From<&Pose> for Transform {
     }
 }
 
-/// The ego's own state.
+/// The state of the ego.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Ego {
     pub(crate) actor_id: u32,
@@ -177,7 +178,7 @@ pub(crate) struct Ego {
     pub(crate) control: Control,
 }
 
-/// Pedals and wheel as they were.
+/// Pedals, steering and gear.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Control {
     /// 0 to 1.
@@ -211,14 +212,14 @@ impl From<&ActorState> for Ego {
     }
 }
 
-/// Where a sensor was.
+/// The pose of a sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SensorPose {
     pub(crate) name: String,
     pub(crate) world_from_sensor: Transform,
 }
 
-/// A file of `boxes/`: every actor that a sensor of the rig saw, the ego left out.
+/// A file of `boxes/`: every actor except the ego that a sensor saw.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Boxes {
     pub(crate) frame: u64,
@@ -234,12 +235,12 @@ pub(crate) struct ActorBox {
     pub(crate) tag_name: String,
     /// Length, width, height.
     pub(crate) size_m: [f32; 3],
-    /// The box's middle; its x axis is the actor's forward.
+    /// The centre of the box; its x axis is the actor's forward.
     pub(crate) world_from_box: Transform,
     pub(crate) velocity_mps: [f32; 3],
-    /// Returns on it, for each lidar that met it.
+    /// The number of returns on the actor, for each lidar that hit it.
     pub(crate) lidar_points: BTreeMap<String, u32>,
-    /// What each camera that saw it saw.
+    /// The actor in the image of each camera that saw it.
     pub(crate) cameras: BTreeMap<String, View>,
 }
 
@@ -250,36 +251,36 @@ pub(crate) struct View {
     pub(crate) optical_from_box: Transform,
     /// Left, top, right, bottom edge of its visible pixels.
     pub(crate) visible_box_px: [u32; 4],
-    /// Left, top, right, bottom edge of the projected box, cut at the image's edge.
+    /// Left, top, right, bottom edge of the projected box, clipped to the image.
     pub(crate) projected_box_px: [f32; 4],
-    /// Pixels that show it.
+    /// Pixels that show the actor.
     pub(crate) visible_px: u32,
-    /// Pixels that would show it if nothing stood before it.
+    /// Pixels that would show the actor if nothing occluded it.
     pub(crate) unoccluded_px: u32,
     /// `1 − visible_px / unoccluded_px`, not below 0.
     pub(crate) occluded_fraction: f32,
-    /// Share of the projected box that lies outside the image.
+    /// Fraction of the projected box that lies outside the image.
     pub(crate) truncated_fraction: f32,
 }
 
-/// As rows.
+/// Returns the rows of a transform.
 pub(crate) fn matrix4(transform: &Affine3A) -> Matrix4 {
     let rows = Mat4::from(*transform).transpose().to_cols_array_2d();
     rows.map(|row| row.map(shortest_decimal))
 }
 
-/// The shortest decimal that is the same f32: no digits that mean nothing.
+/// Returns the number with the shortest decimal text of the same f32.
 pub(crate) fn shortest_decimal(value: f32) -> f64 {
     let text = (value + 0.0).to_string();
     text.parse().expect("a number's own text")
 }
 
-/// A state hash as it stands in files.
+/// Returns a state hash as written in files.
 pub(crate) fn hash_text(hash: u64) -> String {
     format!("{hash:016x}")
 }
 
-/// What a bundle's tracer is called.
+/// Returns the name of a tracer.
 pub(crate) fn tracer_name(code: u32) -> &'static str {
     match code {
         tracer::NULL => "null",
@@ -289,7 +290,7 @@ pub(crate) fn tracer_name(code: u32) -> &'static str {
     }
 }
 
-/// FNV-1a, 64 bits: tells two maps apart.
+/// Returns the 64-bit FNV-1a hash of bytes, which tells two maps apart.
 pub(crate) fn fnv1a64(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
@@ -302,7 +303,7 @@ mod tests {
     use glam::{Quat, Vec3};
 
     #[test]
-    fn fnv1a64_agrees_with_its_published_vectors() {
+    fn fnv1a64_agrees_with_the_published_vectors() {
         assert_eq!(fnv1a64(b""), 0xcbf29ce484222325);
         assert_eq!(fnv1a64(b"a"), 0xaf63dc4c8601ec8c);
         assert_eq!(fnv1a64(b"foobar"), 0x85944171f73967e8);

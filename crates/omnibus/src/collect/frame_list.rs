@@ -1,4 +1,4 @@
-//! `frames.jsonl`: a frame stands there when, and only when, all its files are complete.
+//! `frames.jsonl`: lists a frame if and only if all its files are complete.
 
 use std::{
     collections::BTreeMap,
@@ -9,21 +9,21 @@ use std::{
 
 use crate::collect::{CollectError, format::FrameLine};
 
-/// The list of complete frames, as it grows.
+/// The list of complete frames, which grows in order.
 pub(crate) struct FrameList {
     path: PathBuf,
     file: File,
-    /// Bytes of whole lines.
+    /// Bytes of complete lines.
     len: u64,
-    /// The index in line of the next frame to append.
+    /// The position of the next frame to append.
     next: u64,
-    /// Frames that were complete before their turn.
+    /// Frames that were complete before the frames ahead of them.
     early: BTreeMap<u64, String>,
 }
 
 impl FrameList {
-    /// Goes on after the whole lines that `path` description; a torn last one is cut off. Says what they
-    /// are.
+    /// Continues after the complete lines of `path`; a torn last line is cut off. Returns the
+    /// lines.
     pub(crate) fn open(path: &Path) -> Result<(FrameList, Vec<FrameLine>), CollectError> {
         let (lines, len) = read(path)?;
         let open = OpenOptions::new().create(true).append(true).open(path);
@@ -35,19 +35,19 @@ impl FrameList {
         Ok((frame_list, lines))
     }
 
-    /// How many frames are complete.
+    /// Returns the number of complete frames.
     pub(crate) fn complete(&self) -> u64 {
         self.next
     }
 
-    /// The frame whose index in line is `index` is complete. It is appended once all before it are.
+    /// Notes that the frame at position `index` is complete; it is written once all before it are.
     pub(crate) fn append(&mut self, index: u64, line: &FrameLine) -> Result<(), CollectError> {
         let mut text = serde_json::to_string(line).expect("plain data has a JSON form");
         text.push('\n');
         self.early.insert(index, text);
         while let Some(text) = self.early.remove(&self.next) {
             if let Err(e) = self.file.write_all(text.as_bytes()) {
-                // Half a line would be cut off by the next run; a reader should not meet it.
+                // A torn line would be cut off by the next run; readers should not see it.
                 let _ = self.file.set_len(self.len);
                 return Err(CollectError::io(&self.path, e));
             }
@@ -58,7 +58,7 @@ impl FrameList {
     }
 }
 
-/// The whole lines of a frame_list, and their bytes. No file is no line.
+/// Reads the complete lines of a list and their length in bytes. A missing file has no lines.
 pub(crate) fn read(path: &Path) -> Result<(Vec<FrameLine>, u64), CollectError> {
     let text = match fs::read_to_string(path) {
         Ok(text) => text,
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_does_not_stand_there_before_the_one_before_it() {
+    fn a_frame_is_not_listed_before_the_one_ahead_of_it() {
         let scratch = Scratch::new("gap");
         let path = scratch.path().join("frames.jsonl");
         let (mut frame_list, _) = FrameList::open(&path).unwrap();
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_torn_line_is_cut_off_and_the_next_follows_the_whole_ones() {
+    fn a_torn_line_is_cut_off_and_the_list_continues_after_the_complete_ones() {
         let scratch = Scratch::new("torn");
         let path = scratch.path().join("frames.jsonl");
         let (mut frame_list, _) = FrameList::open(&path).unwrap();
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_is_no_frame_is_named_by_its_number() {
+    fn a_line_that_is_not_a_frame_is_named_by_its_number() {
         let scratch = Scratch::new("damaged");
         let path = scratch.path().join("frames.jsonl");
         let good = serde_json::to_string(&line(5)).unwrap();

@@ -1,4 +1,4 @@
-//! Whether a data set is what it says of itself: every file of every listed frame.
+//! Checks a data set against its own lists: every file of every listed frame.
 
 use std::{collections::BTreeMap, fmt, fs, path::Path};
 
@@ -10,7 +10,7 @@ use crate::collect::{
     sensors::BOXES,
 };
 
-/// What a data set description.
+/// The contents of a data set.
 pub(crate) struct Report {
     metadata: Metadata,
     count: usize,
@@ -20,17 +20,20 @@ pub(crate) struct Report {
     points: u64,
 }
 
-/// Reads every file of the data set in `dir`. The first fault and how many there are, if there is
-/// one.
+/// Reads every file of the data set in `dir`.
+///
+/// # Errors
+///
+/// Returns the first fault and the number of faults.
 pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
     let folder = Folder::new(dir);
     let Some(metadata) = folder.read_metadata()? else {
-        let why = "it is not there; is this a data set of omnibus collect?";
+        let why = "no such file; is this a data set of omnibus collect?";
         return Err(CollectError::damaged(&folder.metadata(), why));
     };
     let (lines, _) = frame_list::read(&folder.frames())?;
     let mut faults = Vec::new();
-    // A run that was killed did not come to say how far it was.
+    // A run that was killed did not write how far it got.
     if metadata.complete && lines.len() as u64 != metadata.frames_complete {
         let (listed, said) = (lines.len(), metadata.frames_complete);
         faults.push(format!("frames.jsonl lists {listed} frames, metadata.json says {said}"));
@@ -71,7 +74,7 @@ pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
     }
 }
 
-/// Checks one file against what its frame's line says; answers its length.
+/// Checks one file against the line of its frame and returns its length.
 fn check(metadata: &Metadata, folder: &str, line: &FrameLine, file: &[u8]) -> Result<u64, String> {
     let (name, output) = folder.split_once('/').unwrap_or((folder, ""));
     let sensor = metadata.settings.sensors.iter().find(|s| s.name == name);
@@ -87,7 +90,7 @@ fn check(metadata: &Metadata, folder: &str, line: &FrameLine, file: &[u8]) -> Re
         let size = if output == "points" { 16 } else { 8 };
         expect("bytes", file.len() as u64, points * size)?;
     } else {
-        return Err("no sensor of metadata.json makes it".to_owned());
+        return Err("no sensor in metadata.json writes it".to_owned());
     }
     Ok(file.len() as u64)
 }

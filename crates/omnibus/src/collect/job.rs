@@ -1,4 +1,4 @@
-//! What is asked for, and whether it can be done, before a simulator is started for it.
+//! The arguments of `omnibus collect`, checked before a simulator starts.
 
 use std::path::PathBuf;
 
@@ -11,16 +11,16 @@ use crate::collect::{
     frame_list::FrameList,
 };
 
-/// What to collect, and where to.
+/// What to collect, and where to write it.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Args {
-    /// The folder for the data set; made if it is not there
+    /// The folder of the data set; created if missing
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// How many frames to keep
+    /// The number of frames to keep
     #[arg(long, default_value_t = 300)]
     pub(crate) frames: u64,
-    /// Vehicles in traffic, beside the ego
+    /// Vehicles in traffic, in addition to the ego
     #[arg(long, default_value_t = 50)]
     pub(crate) vehicles: u32,
     /// Pedestrians on the sidewalks around the ego
@@ -29,28 +29,28 @@ pub(crate) struct Args {
     /// Altitudes of the sun above the horizon, each for an equal part of the frames; else one clear afternoon
     #[arg(long, value_name = "DEGREES,…", value_delimiter = ',', allow_hyphen_values = true)]
     pub(crate) sun_altitudes_deg: Vec<f32>,
-    /// Simulated seconds of one frame
+    /// Simulated seconds per frame
     #[arg(long, value_name = "SECONDS", default_value_t = 0.05)]
     pub(crate) fixed_delta: f64,
-    /// Keep one frame of so many
+    /// Keep one in this many frames
     #[arg(long, value_name = "FRAMES", default_value_t = 1)]
     pub(crate) every: u64,
     /// Frames to simulate before the first that is kept
     #[arg(long, value_name = "FRAMES", default_value_t = 40)]
     pub(crate) warmup: u64,
-    /// The camera's pixels across
+    /// Width of the camera's images
     #[arg(long, value_name = "PIXELS", default_value_t = 800)]
     pub(crate) width: u32,
-    /// The camera's pixels down
+    /// Height of the camera's images
     #[arg(long, value_name = "PIXELS", default_value_t = 600)]
     pub(crate) height: u32,
-    /// How many frames rendering may trail behind the simulation, 0 to 3; the data are the same
+    /// How many frames rendering may lag behind the simulation, 0 to 3; the data are the same
     #[arg(long, value_name = "FRAMES", default_value_t = 1)]
     pub(crate) pipeline: u32,
-    /// Threads that encode and write; 0: one for each core
+    /// Threads that encode and write; 0: one per core
     #[arg(long, value_name = "THREADS", default_value_t = 0)]
     pub(crate) writers: usize,
-    /// Continue a data set that was cut short; the other settings must be the same
+    /// Continue a data set that was interrupted; all other settings must be the same
     #[arg(long)]
     pub(crate) resume: bool,
 }
@@ -85,12 +85,12 @@ impl Args {
         self.sun_altitudes_deg.get(part as usize).map(|deg| deg.to_radians())
     }
 
-    /// One frame.
+    /// Returns the simulated time per frame.
     pub(crate) fn delta_nanos(&self) -> u64 {
         (self.fixed_delta * 1e9).round() as u64
     }
 
-    /// How many threads encode.
+    /// Returns the number of encoder threads.
     pub(crate) fn threads(&self) -> usize {
         match self.writers {
             0 => std::thread::available_parallelism().map_or(2, usize::from).min(16),
@@ -99,24 +99,24 @@ impl Args {
     }
 }
 
-/// A data set that is to be written, its folder taken.
+/// A data set to be written, with its locked folder.
 pub(crate) struct Job {
     pub(crate) args: Args,
     pub(crate) folder: Folder,
     pub(crate) frame_list: FrameList,
     /// Frames that are complete already.
     pub(crate) lines: Vec<FrameLine>,
-    /// What the data set says of itself already.
+    /// The metadata of the data set that is resumed.
     pub(crate) before: Option<Metadata>,
     pub(crate) lock: FolderLock,
 }
 
 impl Job {
-    /// Checks the arguments, and takes the folder: empty, or what is to be resumed.
+    /// Checks the arguments and locks the folder, which must be empty or hold a data set to resume.
     pub(crate) fn prepare(args: &Args) -> Result<Job, CollectError> {
         args.check()?;
         let folder = Folder::new(&args.out);
-        // First of all: what another run is about to write is not looked at.
+        // First of all: another run may be about to write what is read here.
         let lock = folder.lock()?;
         let content = folder.count()?;
         let dir = folder.root().to_owned();
@@ -137,15 +137,14 @@ impl Job {
                     let (have, wanted) = (lines.len(), m.frames_requested);
                     (format!("an unfinished data set, {have} of {wanted} frames"), ON_OR_ELSEWHERE)
                 }
-                None => (format!("{content} files or folders that are no data set"), ELSEWHERE),
+                None => (format!("{content} files or folders that are not a data set"), ELSEWHERE),
             };
             return Err(CollectError::Occupied { dir, what, advice });
         }
         let (frame_list, lines) = FrameList::open(&folder.frames())?;
         if lines.len() as u64 > args.frames {
             let (dir, have, wanted) = (dir.display(), lines.len(), args.frames);
-            let wrong =
-                format!("{dir} description {have} frames already, --frames asks for {wanted}");
+            let wrong = format!("{dir} holds {have} frames already, --frames asks for {wanted}");
             return Err(CollectError::Argument(wrong));
         }
         Ok(Job { args: args.clone(), folder, frame_list, lines, before, lock })

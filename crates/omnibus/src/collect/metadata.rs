@@ -1,4 +1,4 @@
-//! `metadata.json` as a run begins it, and how two recipes differ.
+//! The initial `metadata.json`, and how two settings differ.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::collect::{
     sensors,
 };
 
-/// What a data set says of itself before its first frame.
+/// Returns the metadata of a data set before its first frame.
 pub(crate) fn of(
     settings: DataSetSettings,
     spawned_actors: SpawnedActors,
@@ -48,10 +48,10 @@ fn conventions() -> BTreeMap<String, String> {
         ("rotation_xyzw", "unit quaternion, the real part last"),
         (
             "pixels",
-            "(0, 0) is the top left corner of the image; the first pixel's middle is (0.5, 0.5)",
+            "(0, 0) is the top left corner of the image; the centre of the first pixel is (0.5, 0.5)",
         ),
-        ("boxes_px", "left, top, right, bottom edge; right and bottom lie just outside"),
-        ("files", "named by the frame, the ordinal of the simulation's step"),
+        ("boxes_px", "left, top, right, bottom edge; right and bottom are exclusive"),
+        ("files", "named by the frame, the ordinal of the simulation step"),
         (
             "ids",
             "the same in images, labels and boxes: 0 the sky, below 8388608 an actor, from 8388608 \
@@ -65,12 +65,12 @@ fn conventions() -> BTreeMap<String, String> {
     all.into_iter().map(|(key, text)| (key.to_owned(), text.to_owned())).collect()
 }
 
-/// The first thing in which two recipes differ: its path, and both values.
+/// Returns the path of the first difference between two settings, and both values.
 pub(crate) fn difference(
     recorded: &DataSetSettings,
     asked: &DataSetSettings,
 ) -> Option<(String, String, String)> {
-    // Through text, as the recorded one went: what is written is what is compared.
+    // Compares the written text, because the recorded settings were read from text.
     let value = |settings: &DataSetSettings| -> Value {
         let text = serde_json::to_string(settings).expect("plain data has a JSON form");
         serde_json::from_str(&text).expect("what was written can be read")
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recipe_that_was_written_and_read_is_still_the_same() {
+    fn settings_that_were_written_and_read_are_unchanged() {
         let first = settings();
         let text = serde_json::to_string_pretty(&first).unwrap();
         let read: DataSetSettings = serde_json::from_str(&text).unwrap();

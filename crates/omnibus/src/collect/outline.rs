@@ -1,4 +1,4 @@
-//! The outline of a box in an image: where its corners' convex hull lies.
+//! The outline of a box in an image: the convex hull of its projected corners.
 
 use glam::{Affine3A, Vec3, Vec3A};
 
@@ -7,13 +7,13 @@ use crate::collect::{sensors::Pinhole, silhouette::NEAR_M};
 /// A projected box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Outline {
-    /// Left, top, right, bottom edge within the image. Pixels.
+    /// Left, top, right, bottom edge within the image, in pixels.
     pub(crate) edges_px: [f32; 4],
-    /// Share of its area that lies outside the image.
+    /// Fraction of its area that lies outside the image.
     pub(crate) truncated: f32,
 }
 
-/// The outline of a box around the origin, as a camera sees it; none if it is not in the image.
+/// Returns the outline of a box around the origin, as a camera sees it; `None` outside the image.
 pub(crate) fn outline(
     half_extents: Vec3,
     optical_from_box: &Affine3A,
@@ -29,7 +29,7 @@ pub(crate) fn outline(
         if here.z >= NEAR_M {
             points.push(camera.project(*here));
         }
-        // Each edge once, where it passes through the nearest plane.
+        // Each edge once, where it crosses the near plane.
         for other in [1, 2, 4].map(|bit| index | bit).into_iter().filter(|o| *o != index) {
             let there = corners[other];
             if (here.z >= NEAR_M) != (there.z >= NEAR_M) {
@@ -50,7 +50,7 @@ pub(crate) fn outline(
     Some(Outline { edges_px: [min(0), min(1), max(0), max(1)], truncated })
 }
 
-/// The convex hull, counter-clockwise in a space of y up (Andrew's monotone chain).
+/// Returns the convex hull, counter-clockwise with y up (Andrew's monotone chain).
 fn hull(mut points: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     points.dedup();
@@ -78,7 +78,7 @@ fn hull(mut points: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
     around
 }
 
-/// Cuts a convex polygon to the image (Sutherland and Hodgman).
+/// Clips a convex polygon to the image (Sutherland and Hodgman).
 fn clip(polygon: &[[f32; 2]], width: f32, height: f32) -> Vec<[f32; 2]> {
     let mut kept = polygon.to_vec();
     for (axis, limit, sign) in [(0, 0.0, 1.0), (0, width, -1.0), (1, 0.0, 1.0), (1, height, -1.0)] {
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn half_of_a_box_at_the_edge_is_truncated() {
-        // Its middle plane is the right edge's plane of sight; near and far parts differ.
+        // Its centre plane is the image's right edge; the near and the far half differ.
         let seen = at(5.0, 0.0, 5.0).unwrap();
         assert!((seen.truncated - 0.5).abs() < 0.2, "{seen:?}");
         assert_eq!(seen.edges_px[2], 200.0);
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_that_begins_behind_the_camera_is_cut_not_mirrored() {
+    fn a_box_that_reaches_behind_the_camera_is_clipped_not_mirrored() {
         let seen = at(2.0, 0.0, 0.5).unwrap();
         let [left, _, right, _] = seen.edges_px;
         assert!(left > 100.0 && right == 200.0, "it is on the right: {seen:?}");

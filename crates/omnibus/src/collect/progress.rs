@@ -1,4 +1,4 @@
-//! What a person sees while it runs: one line that is drawn anew, or a line now and then.
+//! The progress of a run on standard error: one line that is redrawn, or a line every few seconds.
 
 use std::io::{IsTerminal, Write, stderr};
 
@@ -10,19 +10,19 @@ const REDRAW_NANOS: u64 = 100_000_000;
 const LINE_INTERVAL_NANOS: u64 = 5_000_000_000;
 const BAR: u64 = 24;
 
-/// The bar on standard error.
+/// The progress bar on standard error.
 pub(crate) struct Progress {
     is_terminal: bool,
     last_nanos: u64,
 }
 
 impl Progress {
-    /// Nothing is drawn yet.
+    /// Starts without drawing.
     pub(crate) fn new() -> Progress {
         Progress { is_terminal: stderr().is_terminal(), last_nanos: clock::now_nanos() }
     }
 
-    /// Shows that `done` of `wanted` frames are complete, if it is time to. `stages` are of this
+    /// Redraws the bar if it is time: `done` of `wanted` frames are complete. `stages` is of this
     /// run alone.
     pub(crate) fn show(&mut self, done: u64, wanted: u64, stages: &Stages) {
         if self.is_time() {
@@ -30,10 +30,10 @@ impl Progress {
         }
     }
 
-    /// Shows how far a resumed run is on the way to where it stopped, if it is time to.
+    /// Redraws how far a resumed run is from the frame where it stopped, if it is time.
     pub(crate) fn show_resume(&mut self, frame: u64, to: u64) {
         if self.is_time() {
-            self.draw(&format!("simulating up to where it stopped: frame {frame} of {to}"));
+            self.draw(&format!("simulating up to the last complete frame: {frame} of {to}"));
         }
     }
 
@@ -48,7 +48,7 @@ impl Progress {
     }
 
     fn draw(&self, text: &str) {
-        // Back to the line's begin, and wipe what is left of the last one.
+        // Returns to the start of the line and clears the last text.
         let (begin, end) = if self.is_terminal { ("\r\x1b[K", "") } else { ("", "\n") };
         let _ = write!(stderr(), "{begin}{text}{end}");
     }
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_line_says_how_far_how_fast_and_how_long_still() {
+    fn the_line_holds_progress_rate_and_time_left() {
         let stages = Stages { frames: 30, wall_nanos: 2_000_000_000, ..Stages::default() };
         let text = line(75, 300, &stages);
         assert!(
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn before_the_first_frame_there_is_a_line_too() {
+    fn there_is_a_line_before_the_first_frame() {
         assert!(line(0, 300, &Stages::default()).contains("0/300 frames, 0.0 frames/s"));
     }
 }

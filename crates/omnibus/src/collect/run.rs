@@ -1,4 +1,4 @@
-//! The run itself: tick, match each bundle with its snapshot, hand both to the encoders.
+//! The run: ticks, matches each bundle with its snapshot, and queues both for the encoders.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -26,13 +26,13 @@ use crate::collect::{
     stages::Stages,
 };
 
-/// Shots that wait for the writers, or are with them. What a reader may lock is 8.
+/// Frames that the encoders hold or that wait for them. A reader may hold 8.
 const FRAMES_IN_FLIGHT_MAX: usize = 6;
 
-/// What a run did.
+/// The result of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Summary {
-    /// Where.
+    /// The folder of the data set.
     pub(crate) dir: PathBuf,
     /// Frames of the whole data set.
     pub(crate) frames: u64,
@@ -42,13 +42,13 @@ pub(crate) struct Summary {
     pub(crate) bytes: u64,
     /// Where the time of this run went.
     pub(crate) stages: Stages,
-    /// Who took part.
+    /// The actors at the start.
     pub(crate) spawned: SpawnedActors,
-    /// How many others were requested for.
+    /// The number of requested vehicles.
     pub(crate) vehicles: u32,
     /// What traced the rays.
     pub(crate) tracers: Vec<String>,
-    /// A picture of twelve frames.
+    /// The path of the contact sheet.
     pub(crate) contact_sheet: PathBuf,
 }
 
@@ -59,7 +59,7 @@ impl fmt::Display for Summary {
         let megabytes = self.bytes as f64 / 1e6;
         let per_sec = |amount: f64| if secs > 0.0 { amount / secs } else { 0.0 };
         if stages.frames == 0 {
-            writeln!(f, "all {} frames were there already", self.frames)?;
+            writeln!(f, "all {} frames were complete already", self.frames)?;
             writeln!(f, "data set: {}", self.dir.display())?;
             return write!(f, "picture:  {}", self.contact_sheet.display());
         }
@@ -75,22 +75,25 @@ impl fmt::Display for Summary {
         let (bound, share) = stages.bound();
         writeln!(f, "bound by {bound} ({share:.0} % of the time): {stages}")?;
         if self.frames != stages.frames {
-            writeln!(f, "{} frames in all, the earlier ones included", self.frames)?;
+            writeln!(f, "{} frames in total, including earlier runs", self.frames)?;
         }
         if spawned.vehicles_spawned < self.vehicles {
             let (stand, requested) = (spawned.vehicles_spawned, self.vehicles);
-            writeln!(f, "the map has places for {stand} of {requested} vehicles")?;
+            writeln!(f, "the map has spawn points for {stand} of {requested} vehicles")?;
         }
         if let [first, .., last] = &self.tracers[..] {
-            writeln!(f, "the tracer changed in mid-run, from {first} to {last}: see frames.jsonl")?;
+            writeln!(
+                f,
+                "the tracer changed during the run, from {first} to {last}: see frames.jsonl"
+            )?;
         }
         writeln!(f, "data set: {}", self.dir.display())?;
         write!(f, "picture:  {}", self.contact_sheet.display())
     }
 }
 
-/// Collects a data set from a world that stands still and that this client ticks. `stop` ends the
-/// run early, with whole files.
+/// Collects a data set from a synchronous world that this client ticks. `stop` ends the run early,
+/// with complete files.
 pub(crate) fn collect(
     job: Job,
     client: &mut Client,
@@ -136,7 +139,7 @@ pub(crate) fn collect(
     let bundle = client.create_bundle("collect", ego, &sensors, FRAMES_IN_FLIGHT_MAX as u32)?;
     let physics_sensors = client.create_bundle("ego_sensors", ego, &ego_sensor_specs(), 1)?;
 
-    // First what makes it a data set: a run that is killed from here on can be resumed.
+    // The metadata comes first: a run that is killed from here on can be resumed.
     let mut metadata = metadata::of(settings, spawned, &sensors, args.frames);
     metadata.frames_complete = lines.len() as u64;
     folder.write_metadata(&metadata)?;
@@ -195,7 +198,7 @@ pub(crate) fn collect(
     stages.writing_nanos = work.busy_nanos;
     metadata.frames_complete = complete;
     metadata.tracers = tracers;
-    // What could not be written is the cause of whatever else ended the run.
+    // A failed write is the cause of any other error.
     if let Err(why) = written.and(ended) {
         let _ = folder.write_metadata(&metadata);
         let (why, dir) = (Box::new(why), folder.root().to_owned());
@@ -224,14 +227,14 @@ fn write_map(folder: &super::folder::Folder, episode: &Episode) -> Result<(), Co
     write_atomically(&folder.root().join("map.xodr"), episode.open_drive.as_bytes())
 }
 
-/// A snapshot whose bundle has not come yet.
+/// A snapshot whose bundle has not arrived.
 struct Awaited {
     header: SnapshotHeader,
     actors: Vec<ActorState>,
     ego_sensors: Vec<EgoSensors>,
 }
 
-/// A measurement, and the leave to lock it. They go in this order.
+/// A measurement and the permit to hold it, dropped in this order.
 struct HeldMeasurement {
     measurement: Measurement,
     _permit: Permit,
@@ -259,7 +262,7 @@ struct Run<'a> {
     traffic: Option<usize>,
     bundle: SensorBundle,
     physics_sensors: SensorBundle,
-    /// Since the last frame that is measured.
+    /// Readings since the last frame that was kept.
     ego_sensors: Vec<EgoSensors>,
     encoders: EncoderPool,
     awaited: VecDeque<Awaited>,
@@ -280,7 +283,8 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Simulates up to `frame` unseen, and compares what comes by with what was recorded.
+    /// Simulates up to `frame` without rendering and compares the state hashes with the recorded
+    /// ones.
     fn resimulate_to(
         &mut self,
         client: &mut Client,
@@ -306,7 +310,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Keeps frames until there are as many as wanted.
+    /// Keeps frames until there are as many as requested.
     fn measure(&mut self, client: &mut Client, settings: Settings) -> Result<(), CollectError> {
         if self.index >= self.wanted {
             return Ok(());
@@ -332,7 +336,7 @@ impl Run<'_> {
             self.submit(measurement, permit)?;
         }
         while self.encoders.complete() < self.wanted && !self.encoders.has_failed() {
-            // The last shots are with the writers: a permit comes back with each.
+            // Each of the last frames in flight returns a permit.
             let permits: Vec<_> = (0..FRAMES_IN_FLIGHT_MAX).map(|_| self.permit()).collect();
             self.show_progress(began);
             drop(permits);
@@ -359,12 +363,12 @@ impl Run<'_> {
     }
 
     fn check_stop(&self) -> Result<(), CollectError> {
-        // What failed there is told by the encoders when it finishes.
+        // The encoders report the error when they finish.
         let must_stop = self.stop.load(Ordering::Relaxed) || self.encoders.has_failed();
         if must_stop { Err(CollectError::Stopped) } else { Ok(()) }
     }
 
-    /// Takes in what the ego ego_sensors during the frame.
+    /// Receives the readings of the ego's physics sensors.
     fn receive_ego_sensors(&mut self) -> Result<(), CollectError> {
         while let Some(measured) = self.physics_sensors.receive()? {
             self.ego_sensors.extend(EgoSensors::of(&measured));
@@ -372,7 +376,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Remembers the snapshot of a frame that is measured.
+    /// Queues the snapshot of a frame that is kept.
     fn queue_snapshot(&mut self, client: &Client) {
         let header = *client.world().header();
         self.stages.add_snapshot(&header);
@@ -387,7 +391,7 @@ impl Run<'_> {
         }
     }
 
-    /// Takes in every bundle that has come.
+    /// Receives every bundle that has arrived.
     fn receive_bundles(&mut self) -> Result<(), CollectError> {
         while !self.awaited.is_empty() {
             let permit = self.permit();
@@ -404,7 +408,7 @@ impl Run<'_> {
         permit
     }
 
-    /// Hands a bundle and its snapshot to the encoders. They must be of the same frame and state.
+    /// Queues a bundle and its snapshot for the encoders. Both must be of the same frame and state.
     fn submit(&mut self, measurement: Measurement, permit: Permit) -> Result<(), CollectError> {
         let header = *measurement.header();
         let due = self.awaited.front().expect("only what is awaited is taken in").header;
@@ -451,7 +455,7 @@ impl Run<'_> {
     }
 }
 
-/// Whether the bundle measures at this frame: the renderer's own rule for a sensor's period.
+/// Returns whether a sensor with this period measures at this frame, by the renderer's rule.
 fn is_due(header: &SnapshotHeader, period_nanos: u64) -> bool {
     let now = header.stamp.sim_time_nanos;
     let before = now.saturating_sub(header.delta_nanos);

@@ -1,4 +1,4 @@
-//! The default rig: one camera with everything it can see, one lidar on the roof.
+//! The default sensors: a camera with all outputs, and a lidar on the roof.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -7,12 +7,13 @@ use protocol::{Pose, SensorSpec, output, sensor};
 
 use crate::collect::format::{Camera, Lidar, Output, Sensor, matrix4, shortest_decimal};
 
-/// Outputs of the camera.
+/// The outputs of the camera.
 const SEES: u32 = output::COLOR | output::DEPTH | output::TAG | output::INSTANCE;
 
-/// The sensors of the default rig, on a car.
+/// Returns the default sensors on a car.
 pub(crate) fn default_sensors(width_px: u32, height_px: u32) -> Vec<SensorSpec> {
-    // Above the windscreen: with 74 degrees of height the bonnet stays just out of the image.
+    // Above the windscreen: with a vertical field of view of 74 degrees the bonnet is just out of
+    // view.
     let windscreen = Pose::new(Vec3::new(1.5, 0.0, 2.0), glam::Quat::IDENTITY);
     // High enough that the lowest channel clears the roof's edge.
     let roof = Pose::new(Vec3::new(0.0, 0.0, 2.4), glam::Quat::IDENTITY);
@@ -32,13 +33,13 @@ pub(crate) struct Pinhole {
 }
 
 impl Pinhole {
-    /// Of a camera.
+    /// Returns the pinhole of a camera.
     pub(crate) fn of(spec: &SensorSpec) -> Pinhole {
         let focal_px = spec.width as f32 * 0.5 / (spec.fov_rad * 0.5).tan();
         Pinhole { width: spec.width, height: spec.height, focal_px }
     }
 
-    /// The pixel of a point before the camera.
+    /// Returns the pixel of a point in front of the camera.
     pub(crate) fn project(&self, optical: Vec3A) -> [f32; 2] {
         let scale = self.focal_px / optical.z;
         let [cx, cy] = self.center();
@@ -50,19 +51,19 @@ impl Pinhole {
     }
 }
 
-/// Turns optical axes into the sensor's own.
+/// Returns the transform from optical axes to sensor axes.
 pub(crate) fn sensor_from_optical() -> Affine3A {
     Affine3A::from_mat3(Mat3A::from_cols(Vec3A::NEG_Y, Vec3A::NEG_Z, Vec3A::X).into())
 }
 
-/// A sensor as the data set describes it.
+/// Returns a sensor's entry in `metadata.json`.
 pub(crate) fn describe(spec: &SensorSpec) -> Sensor {
     let vehicle_from_sensor = spec.parent_from_sensor.affine();
     let is_camera = spec.kind == sensor::CAMERA;
     let camera = is_camera.then(|| {
         let half_turn = f64::from(spec.fov_rad) * 0.5;
         let focal = f64::from(spec.width) * 0.5 / half_turn.tan();
-        // A field of view of 90 degrees makes a round number, not 400.0000349.
+        // A field of view of 90 degrees gives a round number, not 400.0000349.
         let focal = (focal * 1e4).round() / 1e4;
         let [cx, cy] = [f64::from(spec.width) * 0.5, f64::from(spec.height) * 0.5];
         Camera {
@@ -109,16 +110,16 @@ fn kind_name(kind: u32) -> &'static str {
 pub(crate) enum Task {
     /// An image of one output of one camera.
     Image { sensor: usize, output: u32, folder: String },
-    /// The returns of one lidar, and what they met.
+    /// The returns of one lidar, with the id and tag of each.
     Points { sensor: usize, points: String, labels: String },
-    /// The boxes of what the rig saw.
+    /// The boxes of the actors that the sensors saw.
     Boxes,
 }
 
-/// Where the boxes lie.
+/// The folder of the boxes.
 pub(crate) const BOXES: &str = "boxes";
 
-/// All that is to be written for every frame, the heaviest first.
+/// Returns everything to write for every frame, the slowest first.
 pub(crate) fn tasks(sensors: &[SensorSpec]) -> Vec<Task> {
     let mut tasks = Vec::new();
     for (index, spec) in sensors.iter().enumerate() {
@@ -149,7 +150,7 @@ const IMAGES: [(u32, &str); 4] = [
     (output::TAG, "tag"),
 ];
 
-/// What each folder of the data set description.
+/// Returns the contents of each folder of the data set.
 pub(crate) fn outputs(sensors: &[SensorSpec]) -> Vec<Output> {
     let mut all = Vec::new();
     let mut add = |folder: &str, extension: &str, description: &str| {
@@ -206,7 +207,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_lies_ahead_of_the_car_is_in_the_middle_of_the_image() {
+    fn a_point_ahead_of_the_car_is_in_the_centre_of_the_image() {
         let spec = &default_sensors(800, 600)[0];
         let optical_from_vehicle =
             (spec.parent_from_sensor.affine() * sensor_from_optical()).inverse();
@@ -223,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn the_written_matrices_say_the_same_as_the_pinhole() {
+    fn the_written_matrices_agree_with_the_pinhole() {
         let spec = &default_sensors(640, 480)[0];
         let camera = describe(spec).camera.unwrap();
         let pinhole = Pinhole::of(spec);
@@ -237,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn every_output_of_the_rig_has_its_folder() {
+    fn every_output_of_the_sensors_has_its_folder() {
         let outputs = outputs(&default_sensors(800, 600));
         let folders: Vec<_> = outputs.iter().map(|o| o.folder.as_str()).collect();
         assert_eq!(

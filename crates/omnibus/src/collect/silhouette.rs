@@ -1,14 +1,14 @@
-//! How many pixels of a camera a thing would fill if nothing stood before it: its mesh drawn alone.
+//! The number of pixels that an actor would cover if nothing occluded it: its mesh drawn alone.
 
 use glam::{Affine3A, Vec3A};
 use mesh::Mesh;
 
 use crate::collect::sensors::Pinhole;
 
-/// Nothing nearer than this is drawn.
+/// The near plane, in metres.
 pub(crate) const NEAR_M: f32 = 0.05;
 
-/// A drawing raster of one bit a pixel, kept from one thing to the next.
+/// A raster of one bit per pixel, reused between drawings.
 #[derive(Default)]
 pub(crate) struct Silhouette {
     bits: Vec<u64>,
@@ -18,8 +18,8 @@ pub(crate) struct Silhouette {
 }
 
 impl Silhouette {
-    /// Pixels whose middle lies on the mesh, as the camera sees it. The same rule by which rays
-    /// are cast.
+    /// Counts the pixels whose centre lies on the mesh, as the camera sees it. Rays are cast by the
+    /// same rule.
     pub(crate) fn pixels(
         &mut self,
         mesh: &Mesh,
@@ -59,7 +59,7 @@ impl Silhouette {
         }
     }
 
-    /// Sets the pixels whose middles lie between the edges, row by row.
+    /// Sets the pixels whose centres lie between the edges, row by row.
     fn fill(&mut self, corners: [[f32; 2]; 3], camera: &Pinhole) {
         let ys = corners.map(|c| c[1]);
         let top = ys.iter().copied().fold(f32::INFINITY, f32::min);
@@ -95,7 +95,7 @@ impl Silhouette {
         }
     }
 
-    /// Counts what is drawn and makes the raster empty again.
+    /// Counts the set pixels and clears the raster.
     fn wipe(&mut self) -> u32 {
         let [first, end] = self.rows;
         if first >= end {
@@ -116,7 +116,7 @@ mod tests {
 
     const CAMERA: Pinhole = Pinhole { width: 200, height: 100, focal_px: 100.0 };
 
-    /// A wall of 2 m by 1 m, its middle at the origin, facing −z.
+    /// A wall of 2 m by 1 m, centred at the origin, facing −z.
     fn wall() -> Mesh {
         let mut mesh = Mesh::default();
         let face = Face::new(Tag::Wall, Material::Concrete, 0);
@@ -141,14 +141,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_outside_or_behind_does_not_count() {
+    fn pixels_outside_or_behind_do_not_count() {
         assert_eq!(pixels(4.0, 0.0, 4.0), 25 * 25, "its right half is beyond the right edge");
         assert_eq!(pixels(-30.0, 0.0, 4.0), 0);
         assert_eq!(pixels(0.0, 0.0, -4.0), 0);
     }
 
     #[test]
-    fn a_thing_that_begins_behind_the_camera_is_cut_not_mirrored() {
+    fn a_mesh_that_reaches_behind_the_camera_is_clipped_not_mirrored() {
         // A floor 0.5 m below, from 1 m behind to 1 m ahead: it fills the bottom of the image.
         let turn = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
         let floor = Affine3A::from_rotation_translation(turn, Vec3::new(0.0, 0.25, 0.0));
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_drawing_begins_on_an_empty_board() {
+    fn a_second_drawing_begins_on_an_empty_raster() {
         let mut raster = Silhouette::default();
         let at = Affine3A::from_translation(Vec3::new(0.0, 0.0, 4.0));
         let first = raster.pixels(&wall(), &at, &CAMERA);

@@ -1,43 +1,43 @@
-//! Where the time of a run goes, by the stages' own clocks.
+//! Where the time of a run goes, by the clocks of the stages.
 
 use std::fmt;
 
 use protocol::{BundleHeader, SnapshotHeader};
 
-/// Nanoseconds that each stage worked, over some frames. Traffic and rendering work at the same
-/// time, and the writers beside everything, so the shares need not add up to one.
+/// Nanoseconds that each stage worked, over some frames. Traffic and rendering run at the same
+/// time, and the writers beside everything, so the percentages need not add up to 100.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Stages {
     /// Frames that were kept.
     pub(crate) frames: u64,
-    /// All of it, by the wall.
+    /// Elapsed wall-clock time.
     pub(crate) wall_nanos: u64,
-    /// The host: commands, physics, publishing.
+    /// Work of the host: commands, physics, publishing.
     pub(crate) simulating_nanos: u64,
-    /// Traffic, planning.
+    /// Work of traffic: planning.
     pub(crate) planning_nanos: u64,
-    /// The renderer, measuring.
+    /// Work of the renderer: measuring.
     pub(crate) rendering_nanos: u64,
-    /// The collector, waiting for its writers.
+    /// Time that the collector waited for its writers.
     pub(crate) waiting_nanos: u64,
-    /// The writers, encoding and writing, all threads together.
+    /// Work of the writers, encoding and writing, summed over all threads.
     pub(crate) writing_nanos: u64,
-    /// How many writers there are.
+    /// The number of writers.
     pub(crate) writers: u32,
 }
 
 impl Stages {
-    /// Adds what a frame's snapshot says.
+    /// Adds the times of a frame's snapshot.
     pub(crate) fn add_snapshot(&mut self, header: &SnapshotHeader) {
         self.simulating_nanos += header.published_nanos.saturating_sub(header.begin_nanos);
     }
 
-    /// Adds what a frame's bundle says.
+    /// Adds the times of a frame's bundle.
     pub(crate) fn add_bundle(&mut self, header: &BundleHeader) {
         self.rendering_nanos += header.end_nanos.saturating_sub(header.begin_nanos);
     }
 
-    /// Kept frames a second.
+    /// Returns the kept frames per second.
     pub(crate) fn rate_hz(&self) -> f64 {
         self.frames as f64 / (self.wall_nanos.max(1) as f64 / 1e9)
     }
@@ -50,13 +50,13 @@ impl Stages {
         self.share(self.writing_nanos) / f64::from(self.writers.max(1))
     }
 
-    /// The stage that the others wait for, and its share of the time in percent.
+    /// Returns the stage that limits the run, and its percentage of the time.
     pub(crate) fn bound(&self) -> (&'static str, f64) {
         let stages = [
             ("simulating", self.share(self.simulating_nanos)),
             ("planning traffic", self.share(self.planning_nanos)),
             ("rendering", self.share(self.rendering_nanos)),
-            // Who waits for the writers is bound by all of their work.
+            // A collector that waits for the writers is limited by all of their work.
             (
                 "writing",
                 if self.share(self.waiting_nanos) > 10.0 { self.writers_share() } else { 0.0 },
@@ -116,7 +116,11 @@ mod tests {
     fn a_run_is_bound_by_writing_only_if_it_waits_for_the_writers() {
         assert_eq!(RUN.bound().0, "rendering");
         let slow_disk = Stages { writing_nanos: 3_900_000_000, ..RUN };
-        assert_eq!(slow_disk.bound().0, "rendering", "they are busy, but nobody waits for them");
+        assert_eq!(
+            slow_disk.bound().0,
+            "rendering",
+            "they are busy, but the collector does not wait for them"
+        );
         let waiting = Stages { waiting_nanos: 800_000_000, ..slow_disk };
         assert_eq!(waiting.bound().0, "writing");
     }

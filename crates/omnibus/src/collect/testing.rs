@@ -1,4 +1,4 @@
-//! What the tests of this module share.
+//! Fixtures of the tests of this module.
 
 use std::{
     collections::BTreeMap,
@@ -14,7 +14,7 @@ use crate::collect::{
     sensors,
 };
 
-/// A line of the ledger.
+/// Returns a line of the frame list.
 pub(crate) fn line(frame: u64) -> FrameLine {
     FrameLine {
         frame,
@@ -29,7 +29,7 @@ pub(crate) fn line(frame: u64) -> FrameLine {
     }
 }
 
-/// What a run was asked for.
+/// Returns the settings of a run.
 pub(crate) fn settings() -> DataSetSettings {
     DataSetSettings {
         map: "Millbrook".to_owned(),

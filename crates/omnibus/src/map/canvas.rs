@@ -1,4 +1,4 @@
-//! A drawing of flat shapes, and how it becomes a PNG or an SVG.
+//! A drawing of flat shapes, written as PNG or SVG.
 
 use std::io::Write;
 
@@ -6,22 +6,22 @@ use glam::DVec2;
 
 use crate::map::glyphs;
 
-/// sRGB and how much it covers, 0 to 255.
+/// sRGB and opacity, 0 to 255.
 pub(super) type Color = [u8; 4];
 
-/// One shape. Metres; what lies later lies on top.
+/// One shape, in metres. Later shapes cover earlier ones.
 pub(super) enum Shape {
     /// A filled polygon.
     Area { corners: Vec<DVec2>, color: Color },
-    /// A line through points, so wide in metres, but at least so wide in pixels.
+    /// A line through points, with a width in metres and a minimum width in pixels.
     Line { points: Vec<DVec2>, width_m: f64, width_px: f64, color: Color },
-    /// A filled circle of so many pixels.
+    /// A filled circle with a radius in pixels.
     Dot { at: DVec2, radius_px: f64, color: Color },
-    /// Words with their middle at a point, dots of letters so many pixels large.
+    /// Text centred at a point; one dot of a letter is `dot_px` pixels wide.
     Words { at: DVec2, text: String, dot_px: f64, color: Color },
 }
 
-/// What is drawn, and which part of the world the picture shows: y is up.
+/// The shapes, and the part of the world that the picture shows; y points up.
 pub(super) struct Drawing {
     pub(super) low: DVec2,
     pub(super) size: [u32; 2],
@@ -30,17 +30,17 @@ pub(super) struct Drawing {
     pub(super) shapes: Vec<Shape>,
 }
 
-/// Each pixel is the mean of so many by so many.
+/// Each pixel is the mean of this many by this many samples.
 const FINE: usize = 2;
 
 impl Drawing {
-    /// From metres to pixels; y is down.
+    /// Converts metres to pixels; y points down.
     fn pixel(&self, at: DVec2) -> DVec2 {
         let from_low = (at - self.low) * self.pixels_per_m;
         DVec2::new(from_low.x, f64::from(self.size[1]) - from_low.y)
     }
 
-    /// Writes a PNG.
+    /// Writes the drawing as PNG.
     pub(super) fn write_png(&self, file: &mut dyn Write) -> anyhow::Result<()> {
         let mut raster = Raster::new(self.size, self.background);
         for shape in &self.shapes {
@@ -76,7 +76,7 @@ impl Drawing {
         Ok(())
     }
 
-    /// Writes an SVG.
+    /// Writes the drawing as SVG.
     pub(super) fn write_svg(&self, file: &mut dyn Write) -> anyhow::Result<()> {
         let [width, height] = self.size;
         let paint = |color: &Color| {
@@ -142,12 +142,12 @@ impl Drawing {
     }
 }
 
-/// Pixels in a finer grid than the picture's.
+/// Samples in a grid finer than the picture.
 struct Raster {
     width: usize,
     height: usize,
     fine: Vec<[u8; 3]>,
-    /// Where outlines cross a row, and whether downwards (1) or upwards (-1).
+    /// Positions where outlines cross a row, with the direction: 1 downwards, -1 upwards.
     crossings: Vec<(f64, i32)>,
 }
 
@@ -157,8 +157,7 @@ impl Raster {
         Raster { width, height, fine: vec![[r, g, b]; width * height], crossings: Vec::new() }
     }
 
-    /// Fills a polygon, by the non-zero rule: a road that crosses over itself is whole there, as
-    /// in SVG.
+    /// Fills a polygon by the non-zero rule, as SVG does: a road that crosses itself has no hole.
     fn area(&mut self, corners: &[DVec2], color: Color) {
         let fine = FINE as f64;
         let top = corners.iter().fold(f64::INFINITY, |top, at| top.min(at.y)) * fine;
@@ -197,7 +196,7 @@ impl Raster {
         }
     }
 
-    /// A straight line.
+    /// Draws a straight line.
     fn bar(&mut self, from: DVec2, to: DVec2, half: f64, color: Color) {
         let side = (to - from).normalize_or_zero().perp() * half;
         self.area(&[from + side, to + side, to - side, from - side], color);
@@ -221,7 +220,7 @@ impl Raster {
         }
     }
 
-    /// The picture, rows from the top, three bytes a pixel.
+    /// Returns the picture: rows from the top, three bytes per pixel.
     fn pixels(&self) -> Vec<u8> {
         let (width, height) = (self.width / FINE, self.height / FINE);
         let mut pixels = Vec::with_capacity(width * height * 3);
@@ -251,8 +250,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_shape_that_lies_over_itself_has_no_hole_there() {
-        // Round the same square twice, in the same direction.
+    fn a_shape_that_overlaps_itself_has_no_hole() {
+        // The same square twice, in the same direction.
         let square = [(2.0, 2.0), (8.0, 2.0), (8.0, 8.0), (2.0, 8.0)];
         let twice: Vec<DVec2> =
             square.iter().chain(&square).map(|(x, y)| DVec2::new(*x, *y)).collect();

@@ -1,7 +1,7 @@
 //! `omnibus map export`: the furnished town, with parked cars and traffic lights, for other
 //! programs.
 //!
-//! glTF is right-handed with y up; world x, y, z become x, -z, y there. OBJ keeps z up.
+//! glTF is right-handed with y up: world (x, y, z) becomes (x, -z, y). OBJ keeps z up.
 
 use std::{
     collections::BTreeMap,
@@ -17,7 +17,7 @@ use crate::map::{
     source::{Loaded, Source},
 };
 
-/// What `omnibus map export` takes.
+/// Arguments of `omnibus map export`.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct ExportArgs {
     #[command(flatten)]
@@ -25,15 +25,15 @@ pub(super) struct ExportArgs {
     /// The file to write, .glb or .obj
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Decides the scenery
+    /// The seed of the scenery
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Only the roads' own surface
+    /// Export only the surface of the roads
     #[arg(long)]
     roads_only: bool,
 }
 
-/// Writes the town.
+/// Writes the town to a file.
 pub(super) fn export(args: &ExportArgs) -> anyhow::Result<()> {
     let extension = args.out.extension().and_then(|e| e.to_str()).unwrap_or_default();
     let write: fn(&Parts, &mut dyn Write) -> anyhow::Result<()> =
@@ -60,10 +60,10 @@ pub(super) fn export(args: &ExportArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Between stations of bare roads.
+/// Distance between stations along bare roads, in metres.
 const SPACING_M: f64 = 2.0;
 
-/// A mesh by what its faces are: each part is of one tag and material.
+/// A mesh grouped by its faces: each part has one tag and material.
 struct Parts<'a> {
     name: &'a str,
     mesh: &'a Mesh,
@@ -88,7 +88,7 @@ fn part_name((tag, material): (u8, u8)) -> String {
     }
 }
 
-/// sRGB, roughly as the renderer shows it.
+/// Returns the sRGB colour of a part, roughly as the renderer shows it.
 fn color_of((tag, material): (u8, u8)) -> [u8; 3] {
     match Material::from_code(material) {
         Some(Material::Asphalt) => [74, 75, 78],

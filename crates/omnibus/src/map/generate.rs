@@ -1,4 +1,4 @@
-//! `omnibus map generate`: a town that nobody has drawn, as OpenDRIVE.
+//! `omnibus map generate`: generates a town and writes its OpenDRIVE.
 
 use std::path::PathBuf;
 
@@ -6,25 +6,25 @@ use mapgen::Character;
 
 use crate::map::output::{write_file, write_stdout};
 
-/// What `omnibus map generate` takes.
+/// Arguments of `omnibus map generate`.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct GenerateArgs {
-    /// Same seed, same town
+    /// The seed; the same seed generates the same town
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// What kind of town: grid, old-town, suburb, highway, roundabouts or countryside
+    /// The character of the town: grid, old-town, suburb, highway, roundabouts or countryside
     #[arg(long, default_value = "grid", value_parser = character)]
     character: Character,
-    /// From edge to edge, up to 3000; else what is usual for the character
+    /// The width of the town in metres, up to 3000; default: by character
     #[arg(long, value_name = "METRES")]
     size: Option<f64>,
-    /// From the lowest to the highest ground; else what is usual for the character
+    /// The difference between the highest and the lowest ground in metres; default: by character
     #[arg(long, value_name = "METRES")]
     relief: Option<f64>,
-    /// What it is called; else CHARACTER-SEED
+    /// The name of the map; default: CHARACTER-SEED
     #[arg(long)]
     name: Option<String>,
-    /// The file to write; else standard output
+    /// The file to write; default: standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -34,7 +34,7 @@ fn character(name: &str) -> Result<Character, String> {
     Character::by_name(name).ok_or_else(|| format!("use one of {}", known()))
 }
 
-/// Writes the town.
+/// Generates the town.
 pub(super) fn generate(args: &GenerateArgs) -> anyhow::Result<()> {
     let character = args.character;
     let ((least, most), usual) = (character.size_range_m(), character.default_size_and_relief_m());

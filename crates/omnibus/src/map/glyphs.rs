@@ -1,9 +1,9 @@
-//! Letters for numbers and names on a drawn map: 3 by 5 dots.
+//! Letters of 3 by 5 dots for numbers and names on a drawn map.
 
 /// Dots across and down.
 pub(crate) const SIZE: [usize; 2] = [3, 5];
 
-/// Rows from top to bottom, three bits each, of every letter that there is.
+/// The rows of every letter, from top to bottom, three bits each.
 const LETTERS: [(char, [u8; 5]); 40] = [
     ('0', [7, 5, 5, 5, 7]),
     ('1', [2, 6, 2, 2, 7]),
@@ -47,7 +47,7 @@ const LETTERS: [(char, [u8; 5]); 40] = [
     ('z', [7, 1, 2, 4, 7]),
 ];
 
-/// Whether the dot of a letter is set; what is no letter is blank.
+/// Returns whether the dot of a letter is set; unknown letters are blank.
 pub(crate) fn is_set(letter: char, column: usize, row: usize) -> bool {
     let letter = letter.to_ascii_lowercase();
     let rows = LETTERS.iter().find(|entry| entry.0 == letter).map(|entry| entry.1);

@@ -1,14 +1,14 @@
-//! What lies under a point: the topmost triangle of roads and terrain, found through a grid.
+//! The ground below a point: the topmost triangle of roads and terrain, found through a grid.
 
 use glam::{DVec2, Vec3};
 use mesh::{Mesh, Tag};
 
-/// Edge of a cell.
+/// Edge of a grid cell, in metres.
 const CELL_M: f64 = 4.0;
-/// Who stands at most so far under a surface stands on it.
+/// A point at most this far below a surface stands on it, in metres.
 const STEP_M: f64 = 0.5;
 
-/// Triangles that look up, by the cells that they cross.
+/// Upward-facing triangles, by the cells that they cross.
 pub(super) struct Ground {
     triangles: Vec<([Vec3; 3], Tag)>,
     low: DVec2,
@@ -17,16 +17,16 @@ pub(super) struct Ground {
     cells: Vec<Vec<u32>>,
 }
 
-/// What was found.
+/// The ground at a point.
 pub(super) struct Hit {
     pub(super) height_m: f64,
-    /// Unit length, upwards.
+    /// Unit normal, pointing up.
     pub(super) normal: Vec3,
     pub(super) tag: Tag,
 }
 
 impl Ground {
-    /// Of all faces of object 0 that look up.
+    /// Builds the grid of the upward-facing triangles of object 0.
     pub(super) fn new(mesh: &Mesh) -> Ground {
         let mut triangles = Vec::new();
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
@@ -61,7 +61,7 @@ impl Ground {
         ground
     }
 
-    /// The topmost surface under (x, y), or the topmost that is not above `z`.
+    /// Returns the topmost surface at (x, y), or the topmost one that is not above `z`.
     pub(super) fn below(&self, x: f64, y: f64, z: Option<f64>) -> Option<Hit> {
         let at = (DVec2::new(x, y) - self.low) / CELL_M;
         if at.min_element() < 0.0 || at.x >= self.columns as f64 || at.y >= self.rows as f64 {
@@ -83,7 +83,7 @@ impl Ground {
     }
 }
 
-/// The triangle's height at a point inside it, its edges included.
+/// Returns the height of the triangle at a point inside it, edges included.
 fn height(points: &[Vec3; 3], at: DVec2) -> Option<f64> {
     let [a, b, c] = points.map(|point| point.as_dvec3());
     let part =

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, time::Instant};
 use crate::map::source::{Loaded, Source};
 use road::{JunctionKind, Network};
 
-/// Says what a map holds.
+/// Prints what a map contains.
 pub(super) fn info(source: &Source) -> anyhow::Result<()> {
     let Loaded { name, text, network } = source.load()?;
     let begun = Instant::now();

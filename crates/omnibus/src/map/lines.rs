@@ -1,4 +1,4 @@
-//! JSON lines for outside checkers. World space is right-handed, z up; metres and radians.
+//! JSON lines for external checkers. World space is right-handed with z up; metres and radians.
 
 use road::{LanePoint, LaneType, LaneTypes, Network, RoadMark};
 use serde::Serialize;
@@ -8,23 +8,23 @@ use crate::map::{
     source::{Loaded, Source},
 };
 
-/// What `omnibus map waypoints` takes.
+/// Arguments of `omnibus map waypoints`.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct WaypointArgs {
     #[command(flatten)]
     source: Source,
-    /// Metres of s between waypoints
+    /// Distance between waypoints along s, in metres
     #[arg(long, value_name = "METRES", default_value_t = 2.0)]
     every: f64,
     /// Lane types, such as driving,sidewalk, or any
     #[arg(long, default_value = "driving", value_delimiter = ',')]
     types: Vec<String>,
-    /// Also say the waypoints so far ahead and behind, on every branch
+    /// Also print the waypoints this far ahead and behind, on every branch
     #[arg(long, value_name = "METRES")]
     step: Option<f64>,
 }
 
-/// A lane by OpenDRIVE's names.
+/// A lane, by its OpenDRIVE ids.
 #[derive(Serialize)]
 pub(super) struct LaneName<'a> {
     road: &'a str,
@@ -32,7 +32,7 @@ pub(super) struct LaneName<'a> {
     lane: i32,
 }
 
-/// A point on a lane's centre by OpenDRIVE's names.
+/// A point on the centre of a lane, by OpenDRIVE ids and s.
 #[derive(Serialize)]
 pub(super) struct PointName<'a> {
     road: &'a str,
@@ -41,7 +41,7 @@ pub(super) struct PointName<'a> {
     s_m: f64,
 }
 
-/// A marking.
+/// A road marking.
 #[derive(Serialize)]
 struct MarkLine {
     #[serde(rename = "type")]
@@ -51,7 +51,7 @@ struct MarkLine {
     change: &'static str,
 }
 
-/// All about a waypoint.
+/// Everything about a waypoint.
 #[derive(Serialize)]
 pub(super) struct WaypointLine<'a> {
     #[serde(flatten)]
@@ -69,7 +69,7 @@ pub(super) struct WaypointLine<'a> {
     kind: &'static str,
     forward: bool,
     junction: Option<&'a str>,
-    /// What the markings allow, whatever lies beyond them.
+    /// The lane changes that the markings allow, whatever lies beyond them.
     lane_change: &'static str,
     /// Lane ids of the neighbours.
     left: Option<i32>,
@@ -84,19 +84,19 @@ pub(super) struct WaypointLine<'a> {
     previous: Option<Vec<PointName<'a>>>,
 }
 
-/// OpenDRIVE's names of a lane.
+/// Returns the OpenDRIVE ids of a lane.
 pub(super) fn lane_name(network: &Network, lane: road::LaneIndex) -> LaneName<'_> {
     let lane = network.lane(lane);
     LaneName { road: &network.roads()[lane.road as usize].id, section: lane.section, lane: lane.id }
 }
 
-/// OpenDRIVE's names of a point.
+/// Returns the OpenDRIVE ids and s of a point.
 pub(super) fn point_name(network: &Network, at: LanePoint) -> PointName<'_> {
     let (road, section, lane, s_m) = network.road_space(at);
     PointName { road: &road.id, section: section as u32, lane, s_m }
 }
 
-/// The types of `--types`.
+/// Parses the lane types of `--types`.
 pub(super) fn lane_types(words: &[String]) -> anyhow::Result<LaneTypes> {
     let mut types = LaneTypes(0);
     for word in words {
@@ -113,7 +113,7 @@ pub(super) fn lane_types(words: &[String]) -> anyhow::Result<LaneTypes> {
     Ok(types)
 }
 
-/// Waypoints every so many metres.
+/// Prints waypoints at equal distances.
 pub(super) fn waypoints(args: &WaypointArgs) -> anyhow::Result<()> {
     for (name, metres) in [("--every", Some(args.every)), ("--step", args.step)] {
         let fits = metres.is_none_or(|metres| (1e-3..=1e6).contains(&metres));
@@ -130,7 +130,7 @@ pub(super) fn waypoints(args: &WaypointArgs) -> anyhow::Result<()> {
     })
 }
 
-/// What is said of one waypoint.
+/// Describes one waypoint.
 pub(super) fn waypoint_line(
     network: &Network,
     at: LanePoint,
@@ -184,7 +184,7 @@ fn mark_line(mark: &RoadMark) -> MarkLine {
     }
 }
 
-/// Which driving lane goes on into which; into null where a lane ends.
+/// Prints each pair of connected driving lanes; the second is null where a lane ends.
 pub(super) fn topology(source: &Source) -> anyhow::Result<()> {
     #[derive(Serialize)]
     struct Line<'a> {
@@ -209,7 +209,7 @@ pub(super) fn topology(source: &Source) -> anyhow::Result<()> {
     })
 }
 
-/// Every place where a sign or light rules.
+/// Prints every position where a sign or traffic light applies.
 pub(super) fn landmarks(source: &Source) -> anyhow::Result<()> {
     #[derive(Serialize)]
     struct Line<'a> {
@@ -301,7 +301,7 @@ pub(super) fn landmarks(source: &Source) -> anyhow::Result<()> {
     })
 }
 
-/// Every crosswalk's outline.
+/// Prints the outline of every crosswalk.
 pub(super) fn crosswalks(source: &Source) -> anyhow::Result<()> {
     #[derive(Serialize)]
     struct Line<'a> {

@@ -7,7 +7,7 @@ use std::{
 
 use anyhow::Context;
 
-/// A new file, whole or not at all: it gets its name when all of it is there.
+/// Writes a file atomically: it gets its name when it is complete.
 pub(crate) fn write_file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
@@ -28,7 +28,7 @@ pub(crate) fn write_file(
     written.with_context(|| format!("writing {}", path.display()))
 }
 
-/// Standard output for many lines. Who closes the pipe has heard enough.
+/// Writes many lines to standard output. A closed pipe is not an error.
 pub(crate) fn write_stdout(
     fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> anyhow::Result<()> {

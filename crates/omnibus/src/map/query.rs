@@ -1,4 +1,4 @@
-//! `omnibus map query`: what is at given points.
+//! `omnibus map query`: describes given points.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ use crate::map::{
     source::{Loaded, Source},
 };
 
-/// What `omnibus map query` takes.
+/// Arguments of `omnibus map query`.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct QueryArgs {
     #[command(flatten)]
@@ -21,30 +21,30 @@ pub(super) struct QueryArgs {
     /// A CSV file of x,y or x,y,z, metres; "-" reads standard input
     #[arg(long, value_name = "CSV")]
     points: PathBuf,
-    /// Lane types among which the nearest waypoint is looked for
+    /// Lane types among which the nearest waypoint is searched
     #[arg(long, default_value = "driving", value_delimiter = ',')]
     types: Vec<String>,
-    /// Decides the terrain beside the roads
+    /// The seed of the terrain beside the roads
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
 
-/// What is at one point. Null where there is no such lane, or no ground.
+/// What lies at one point. Null where there is no such lane, or no ground.
 #[derive(Serialize)]
 struct Line<'a> {
     x_m: f64,
     y_m: f64,
     waypoint: Option<WaypointLine<'a>>,
-    /// From the waypoint, to the left seen in driving direction.
+    /// Distance from the waypoint to the left, as seen in driving direction.
     left_m: Option<f64>,
-    /// The point lies on the waypoint's lane, seen from above.
+    /// Whether the point lies on the lane of the waypoint, seen from above.
     on_lane: bool,
     ground_m: Option<f64>,
     normal: Option<[f32; 3]>,
     tag: Option<String>,
 }
 
-/// Says what is at each point. Without z, the topmost ground counts, and the lane nearest to it.
+/// Describes each point. Without z the topmost ground is used, and the lane nearest to it.
 pub(super) fn query(args: &QueryArgs) -> anyhow::Result<()> {
     let types = lane_types(&args.types)?;
     let points = points(args)?;
@@ -101,7 +101,7 @@ fn points(args: &QueryArgs) -> anyhow::Result<Vec<Point>> {
         match values.as_deref() {
             Some([x, y]) => points.push((*x, *y, None)),
             Some([x, y, z]) => points.push((*x, *y, Some(*z))),
-            // A first line of names is none of ours, an empty one nobody's.
+            // The first line may hold column names; empty lines are skipped.
             None if number == 1 => {}
             _ if line.trim().is_empty() => {}
             _ => anyhow::bail!("{name}:{number}: {line:?} is not x,y or x,y,z in metres"),

@@ -1,4 +1,4 @@
-//! `omnibus map render`: the map as seen from above.
+//! `omnibus map render`: draws the map as seen from above.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use crate::map::{
     source::{Loaded, Source},
 };
 
-/// What `omnibus map render` takes.
+/// Arguments of `omnibus map render`.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct RenderArgs {
     #[command(flatten)]
@@ -19,10 +19,10 @@ pub(super) struct RenderArgs {
     /// The picture to write, .png or .svg
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Pixels of its longer side, 64 to 16384
+    /// Pixels of the longer side, 64 to 16384
     #[arg(long, default_value_t = 2048)]
     pixels: u32,
-    /// Only what lies round a point: X,Y,METRES from side to side
+    /// Draw only a square around a point: X,Y,METRES of its side
     #[arg(long, value_name = "X,Y,METRES", allow_hyphen_values = true, value_delimiter = ',')]
     around: Vec<f64>,
     /// Leave out numbers, signals and spawn points
@@ -74,12 +74,12 @@ pub(super) fn render(args: &RenderArgs) -> anyhow::Result<()> {
 }
 
 const MARGIN_M: f64 = 15.0;
-/// Letters and dots are drawn where a metre has so many pixels.
+/// Letters and dots are drawn from this scale on, in pixels per metre.
 const LANE_WORDS_FROM: f64 = 8.0;
 
 fn shapes(network: &Network, window: (DVec2, DVec2), pixels_per_m: f64, plain: bool) -> Vec<Shape> {
     let step_m = (4.0 / pixels_per_m).clamp(0.5, 10.0);
-    // Lanes for vehicles lie over what else crosses a junction.
+    // Driving lanes cover everything else in a junction.
     let mut below = Vec::new();
     let mut above = Vec::new();
     let mut lines = Vec::new();
@@ -111,7 +111,7 @@ fn shapes(network: &Network, window: (DVec2, DVec2), pixels_per_m: f64, plain: b
     shapes
 }
 
-/// A lane's two borders along rising s.
+/// The two borders of a lane, along increasing s.
 struct Edges {
     left: Vec<DVec2>,
     right: Vec<DVec2>,
@@ -146,7 +146,8 @@ impl Edges {
     }
 }
 
-/// What is painted on a lane's outer border, and on the road's middle beside lane -1 or 1.
+/// Returns the markings on a lane's outer border, and on the road's centre line beside lane -1 or
+/// 1.
 fn marks(network: &Network, lane: &Lane, edges: &Edges, in_junction: bool, lines: &mut Vec<Shape>) {
     let road = &network.roads()[lane.road as usize];
     let section = &road.sections[lane.section as usize];
@@ -186,7 +187,7 @@ fn marks(network: &Network, lane: &Lane, edges: &Edges, in_junction: bool, lines
     }
 }
 
-/// Numbers of roads and lanes, directions, signals and spawn points.
+/// Draws numbers of roads and lanes, directions, signals and spawn points.
 fn words(network: &Network, pixels_per_m: f64, shapes: &mut Vec<Shape>) {
     if pixels_per_m >= 1.5 {
         for lane in network.lanes() {
@@ -242,7 +243,7 @@ fn label(network: &Network, road: &Road, shapes: &mut Vec<Shape>) {
     }
 }
 
-/// Which way a lane is driven, and its id where there is room.
+/// Draws the driving direction of a lane, and its id where there is room.
 fn arrow(network: &Network, lane: &Lane, pixels_per_m: f64, shapes: &mut Vec<Shape>) {
     if lane.kind != LaneType::Driving || lane.length_m < 4.0 {
         return;

@@ -1,4 +1,4 @@
-//! `omnibus map route`: the shortest way between two points.
+//! `omnibus map route`: the shortest route between two points.
 
 use glam::DVec3;
 use road::{LanePoint, LaneTypes, Network};
@@ -10,26 +10,26 @@ use crate::map::{
     source::{Loaded, Source},
 };
 
-/// What `omnibus map route` takes.
+/// Arguments of `omnibus map route`.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct RouteArgs {
     #[command(flatten)]
     source: Source,
-    /// From where: ROAD:LANE:S, or X,Y in metres
+    /// The start: ROAD:LANE:S, or X,Y in metres
     #[arg(allow_hyphen_values = true)]
     from: String,
-    /// To where, likewise
+    /// The destination: ROAD:LANE:S, or X,Y in metres
     #[arg(allow_hyphen_values = true)]
     to: String,
-    /// Say the lanes as JSON lines
+    /// Print the lanes as JSON lines
     #[arg(long)]
     json: bool,
-    /// Say waypoints so many metres apart as JSON lines
+    /// Print waypoints at this distance as JSON lines
     #[arg(long, value_name = "METRES")]
     every: Option<f64>,
 }
 
-/// One lane of the way.
+/// One lane of the route.
 #[derive(Serialize)]
 struct Line<'a> {
     from: PointName<'a>,
@@ -37,7 +37,7 @@ struct Line<'a> {
     changes_lane: bool,
 }
 
-/// Says the way.
+/// Prints the route.
 pub(super) fn route(args: &RouteArgs) -> anyhow::Result<()> {
     let fits = args.every.is_none_or(|every| (0.01..=1e6).contains(&every));
     anyhow::ensure!(fits, "--every is {}; use 0.01 to 1000000", args.every.unwrap_or(0.0));
@@ -83,7 +83,7 @@ pub(super) fn route(args: &RouteArgs) -> anyhow::Result<()> {
     })
 }
 
-/// A point by OpenDRIVE's names or by its place.
+/// Returns a point from OpenDRIVE ids and s, or from its position.
 fn place(network: &Network, text: &str) -> anyhow::Result<LanePoint> {
     let named: Vec<&str> = text.split(':').collect();
     if let [road, lane, s] = named.as_slice()

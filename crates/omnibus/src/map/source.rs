@@ -7,17 +7,17 @@ use road::Network;
 
 use crate::launch::WorldArgs;
 
-/// Which map.
+/// The map that a subcommand works on.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Source {
     /// An OpenDRIVE file, or the name of a map (see `omnibus maps`)
     pub(crate) map: String,
-    /// A folder of OpenDRIVE files, for maps by name; else the one that OMNIBUS_MAPS names
+    /// A folder of OpenDRIVE files that maps are found in by name; default: OMNIBUS_MAPS
     #[arg(long, value_name = "DIR")]
     pub(crate) maps: Option<PathBuf>,
 }
 
-/// A map that was read.
+/// A parsed map.
 pub(crate) struct Loaded {
     pub(crate) name: String,
     pub(crate) text: String,

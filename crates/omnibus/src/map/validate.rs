@@ -5,7 +5,7 @@ use crate::map::{output::write_stdout, source::Source};
 use anyhow::anyhow;
 use road::Severity;
 
-/// Lists everything that does not fit together; fails if there are errors.
+/// Lists every contradiction in the map; fails if there are errors.
 pub(super) fn validate(source: &Source) -> anyhow::Result<()> {
     let episode = WorldArgs::of_map(&source.map).episode()?;
     let name = &episode.map;
