@@ -1,4 +1,4 @@
-//! One stage by itself, and the tick without sensors: what `omnibus stage` measures.
+//! `omnibus stage`: one stage alone, and the tick without sensors.
 
 use crate::kit::{omnibus, small_map};
 
@@ -12,7 +12,7 @@ fn measured(stage: &str, more: &[&str]) -> serde_json::Value {
 }
 
 #[test]
-fn each_stage_and_the_tick_say_their_percentiles() {
+fn each_stage_and_the_tick_report_percentiles() {
     for (stage, more) in [
         ("physics", &["--vehicles", "3"][..]),
         ("traffic", &["--vehicles", "3"]),
@@ -29,7 +29,7 @@ fn each_stage_and_the_tick_say_their_percentiles() {
 }
 
 #[test]
-fn a_world_is_made_of_three_parts_that_take_their_time() {
+fn a_world_is_built_in_three_timed_parts() {
     let told = measured("world", &[]);
     assert_eq!((&told["stage"], &told["n"]), (&"world".into(), &12.into()), "{told}");
     let [network, town, scene, all] =

@@ -1,5 +1,5 @@
-//! Poses that clients give walkers: seen from the next frame on, by whoever renders it, and part of
-//! what is saved.
+//! Poses that clients set for walkers: rendered from the next frame on, by a restarted renderer
+//! too, and part of saved states.
 
 use std::f32::consts::PI;
 
@@ -17,7 +17,7 @@ fn skeleton() -> &'static town::Skeleton {
     town::blueprint(WALKER).unwrap().1.skeleton().unwrap()
 }
 
-/// A walker, and a camera that stands two metres before it.
+/// A walker, and a camera two metres in front of it.
 fn with_walker(client: &mut Client) -> (ActorId, SensorBundle) {
     let place = client.spawn_points().unwrap()[0];
     let walker = client.spawn(Spawn::new(WALKER, place)).unwrap();
@@ -37,13 +37,13 @@ fn digest(measured: &Measurement) -> Digest {
     digest
 }
 
-/// Rows of the picture, from its top, to the walker's highest pixel.
+/// Returns the rows from the top of the image to the walker's highest pixel.
 fn top(measured: &Measurement, walker: ActorId) -> usize {
     let seen = measured.instances(0).unwrap().iter().position(|id| *id == walker.0);
     seen.expect("it is in sight") / 160
 }
 
-/// The left arm, straight up.
+/// Raises the left arm straight up.
 fn raised() -> [(u32, Pose); 1] {
     let arm = bone("crl_arm__L").unwrap();
     let at = |bone: usize| skeleton().bones[bone].at_m;
@@ -60,7 +60,7 @@ fn the_bones_of_the_bus_are_those_of_walkers() {
 }
 
 #[test]
-fn an_arm_is_raised_by_its_share_and_whoever_renders_later_knows() {
+fn an_arm_is_raised_by_its_weight_and_stays_raised_in_a_restarted_renderer() {
     let scratch = Scratch::new();
     let path = scratch.path().join("state");
     let sim = Sim::start(&[]);
@@ -84,7 +84,7 @@ fn an_arm_is_raised_by_its_share_and_whoever_renders_later_knows() {
     assert!(half != up && half != rest);
     client.save_state_to(&path).unwrap();
 
-    // The successor of a renderer learns it from the standing state.
+    // The restarted renderer reads it from the standing state.
     let renderer = sim.pid(Role::Render).unwrap();
     kill(renderer, Signal::KILL);
     eventually("its end", || !lives(renderer));

@@ -1,9 +1,9 @@
-//! The CARLA door, judged by the official `carla` package: what its members do, and what comes of
-//! strangers who speak something else.
+//! The CARLA server, judged by the official `carla` package: what its members do, and how malformed
+//! requests are handled.
 //!
-//! The package comes from the Python registry once, into a folder of its own. Where there is no
-//! Python or no registry the test says that it was skipped; `OMNIBUS_CARLA=require` makes that a
-//! failure, `OMNIBUS_CARLA_PYTHON` names an interpreter that has the package.
+//! The package is installed once into a folder of its own. Without Python or a package registry the
+//! test is skipped and says so; `OMNIBUS_CARLA=require` makes that a failure, and
+//! `OMNIBUS_CARLA_PYTHON` names an interpreter that has the package.
 
 use std::{
     fmt::Write as _,
@@ -21,10 +21,10 @@ use crate::kit::{Scratch, Sim, eventually, kill, note_retried, note_skipped};
 
 const SCRIPTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/carla");
 const TABLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/carla-compatibility.md");
-/// What the table begins with, up to its rows.
+/// The text before the rows of the table.
 const ABOVE: &str = include_str!("../carla/compatibility-head.md");
 
-/// An interpreter that has the package, or why there is none.
+/// Returns an interpreter that has the package, or why there is none.
 fn python() -> Result<PathBuf, String> {
     static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     FOUND.get_or_init(find_python).clone()
@@ -37,7 +37,7 @@ fn find_python() -> Result<PathBuf, String> {
     environment("omnibus-it-carla-0.9.16", &["carla==0.9.16", "numpy"], "import carla, numpy")
 }
 
-/// The interpreter of a Python environment in a folder of its own, which is made and filled once;
+/// Returns the interpreter of a Python environment in a folder of its own, which is created once;
 /// or why there is none.
 pub(crate) fn environment(name: &str, packages: &[&str], check: &str) -> Result<PathBuf, String> {
     let folder = std::env::temp_dir().join(name);
@@ -65,7 +65,7 @@ pub(crate) fn environment(name: &str, packages: &[&str], check: &str) -> Result<
     if has_packages() { Ok(inner) } else { Err("the packages do not import".to_owned()) }
 }
 
-/// The interpreter; none, and the test is skipped.
+/// Returns the interpreter; without one the test is skipped.
 pub(crate) fn python_or_skip(test: &str) -> Option<PathBuf> {
     match python() {
         Ok(python) => Some(python),
@@ -78,14 +78,14 @@ pub(crate) fn python_or_skip(test: &str) -> Option<PathBuf> {
     }
 }
 
-/// A simulator that CARLA's clients find, and the port.
+/// A simulator with a CARLA server, and its port.
 fn with_door(args: &[&str]) -> (Sim, u16) {
     let sim = Sim::start(&[&["--carla-port", "0"], args].concat());
     let port = door_of(&sim, 1);
     (sim, port)
 }
 
-/// The port of the door that was opened for the `nth` time.
+/// Returns the port of the `nth` start of the server.
 fn door_of(sim: &Sim, nth: usize) -> u16 {
     let told = || {
         let log = sim.log();
@@ -106,16 +106,16 @@ fn play(python: &PathBuf, script: &str, port: u16, more: &[&str]) -> Output {
 }
 
 #[test]
-fn the_official_package_finds_what_the_table_says() {
-    let Some(python) = python_or_skip("the_official_package_finds_what_the_table_says") else {
+fn the_official_package_works_as_the_table_says() {
+    let Some(python) = python_or_skip("the_official_package_works_as_the_table_says") else {
         return;
     };
     let (mut sim, mut port) = with_door(&[]);
     let mut output = play(&python, "effects.py", port, &[]);
-    // Once in some fifty runs a thread of the package closes a socket that is closed.
+    // In about one of fifty runs a thread of the package closes a socket that is already closed.
     if String::from_utf8_lossy(&output.stderr).contains("close: Bad file descriptor") {
         note_retried(
-            "the_official_package_finds_what_the_table_says",
+            "the_official_package_works_as_the_table_says",
             "a thread of the package aborted with \"close: Bad file descriptor\"",
         );
         sim.end();
@@ -143,7 +143,7 @@ fn the_official_package_finds_what_the_table_says() {
     sim.end();
 }
 
-/// One line for each member.
+/// One line per member.
 fn table(lines: &[Value]) -> String {
     let count = |verdict: &str| lines.iter().filter(|l| l["verdict"] == verdict).count();
     let mut text = ABOVE.to_owned();
@@ -213,7 +213,7 @@ fn programs_of_carla_0_8_run_with_one_import_changed() {
     sim.end();
 }
 
-/// A call as the official client makes it.
+/// Encodes a call as the official client does.
 fn call(stream: &mut TcpStream, request: &[u8]) -> Option<Vec<u8>> {
     stream.write_all(request).ok()?;
     let mut answer = vec![0; 4096];
@@ -225,7 +225,7 @@ fn call(stream: &mut TcpStream, request: &[u8]) -> Option<Vec<u8>> {
 const VERSION: &[u8] = b"\x94\x00\x01\xa7version\x91\x91\xc2";
 
 #[test]
-fn strangers_who_speak_nonsense_disturb_nobody() {
+fn malformed_requests_do_not_disturb_other_clients() {
     let (sim, port) = with_door(&[]);
     let mut client = sim.ticker();
     let open = |port: u16| {
@@ -243,14 +243,14 @@ fn strangers_who_speak_nonsense_disturb_nobody() {
         let mut stranger = open(port);
         let mut bytes: Vec<u8> = (0..200).map(|_| random()).collect();
         if round % 2 == 0 {
-            // Well begun: a known call, whose arguments are nonsense.
+            // A known call with malformed arguments.
             let names: [&[u8]; 3] = [b"\xabspawn_actor", b"\xabapply_batch", b"\xa8tick_cue"];
             let name = names[round / 2 % 3];
             bytes = [b"\x94\x00\x01", name, b"\x93\x91\xc2", &bytes[..]].concat();
         }
         let _ = stranger.write_all(&bytes);
     }
-    // Giant lengths, and lists in lists.
+    // Huge lengths, and nested lists.
     for bytes in [&b"\xdd\xff\xff\xff\xff"[..], b"\xdb\xff\xff\xff\xff", &[0x91; 5000]] {
         let mut stranger = open(port);
         let _ = stranger.write_all(bytes);
@@ -266,7 +266,7 @@ fn strangers_who_speak_nonsense_disturb_nobody() {
 }
 
 #[test]
-fn a_door_that_is_killed_is_opened_again() {
+fn a_killed_carla_server_is_restarted() {
     let (sim, port) = with_door(&[]);
     let mut client = sim.ticker();
     client.tick().unwrap();
@@ -288,7 +288,7 @@ fn a_door_that_is_killed_is_opened_again() {
     sim.end();
 }
 
-/// CARLA's repository is not ours to hand on: `OMNIBUS_CARLA_EXAMPLES` names its PythonAPI folder.
+/// CARLA's repository is not part of this one: `OMNIBUS_CARLA_EXAMPLES` names its PythonAPI folder.
 #[test]
 fn carla_s_own_examples_run_unmodified() {
     let Some(api) = std::env::var_os("OMNIBUS_CARLA_EXAMPLES").map(PathBuf::from) else {
@@ -331,7 +331,7 @@ fn carla_s_own_examples_run_unmodified() {
 
 const EXAMPLES_TABLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/carla-examples.md");
 const EXAMPLES_ABOVE: &str = include_str!("../carla/examples-head.md");
-/// What CARLA's scripts import.
+/// Packages that CARLA's scripts import.
 const EXAMPLES_NEED: &[&str] = &[
     "carla==0.9.16",
     "numpy",
@@ -346,6 +346,5 @@ const EXAMPLES_NEED: &[&str] = &[
     "python-tr",
     "setuptools<80",
 ];
-/// These ask for a screen, or compare nothing to a number in a line that comes before the simulator
-/// is asked.
+/// These need a screen, or compare a number before they contact the simulator.
 const KNOWN_TO_FAIL: &[&str] = &["open3d_lidar", "config_default"];

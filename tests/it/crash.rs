@@ -1,4 +1,4 @@
-//! kill -9 at every point where it could hurt, and at random: the run goes on.
+//! Processes are killed with SIGKILL at every fault point and at random; the run continues.
 
 use std::sync::OnceLock;
 
@@ -15,13 +15,13 @@ fn deaths_wanted() -> usize {
     if is_soak() { 60 } else { 20 }
 }
 
-/// A run that is judged frame by frame.
+/// A run whose every frame is compared.
 struct Judge {
     client: Client,
     bundle: SensorBundle,
 }
 
-/// What a frame was: state and pictures.
+/// State hash and image digest of a frame.
 type Seen = (u64, u64);
 
 impl Judge {
@@ -40,7 +40,7 @@ impl Judge {
         Judge { client, bundle }
     }
 
-    /// A tick; its one measurement must be there.
+    /// Ticks; the frame's measurement must have arrived.
     fn tick(&mut self) -> Seen {
         let (frame, measured) = self.client.tick_and_collect(&mut [&mut self.bundle]).unwrap();
         let measured = measured[0].as_ref().unwrap_or_else(|| panic!("{frame} was not measured"));
@@ -53,7 +53,7 @@ impl Judge {
     }
 }
 
-/// The same run with nobody dying, made once and long enough for every test.
+/// The same run without deaths, made once and long enough for every test.
 fn undisturbed(frames: usize) -> &'static [Seen] {
     static RUN: OnceLock<Vec<Seen>> = OnceLock::new();
     let seen = RUN.get_or_init(|| {
@@ -71,16 +71,16 @@ fn deaths(log: &str) -> usize {
     log.lines().filter(|line| line.contains("died and is started anew")).count()
 }
 
-/// Files and bytes in shared memory and the host's resident bytes, when nobody is dead.
+/// Files and bytes in shared memory and the resident bytes of the host, while both stages live.
 fn footprint(sim: &Sim) -> (usize, u64, u64) {
-    // Who has just died may not have been missed yet: what is seen must be seen twice.
+    // A death may not have been noticed yet, so two counts must agree.
     let count = || {
         let stages = [Role::Render, Role::Traffic].map(|role| sim.pid(role).filter(|p| lives(*p)));
         let files = sim.shared_memory();
         (stages, files.len(), files.iter().map(|(_, len)| len).sum())
     };
     let mut last = count();
-    eventually("both stages, and nobody coming or going", || {
+    eventually("both stages, and a steady count", || {
         std::thread::sleep(std::time::Duration::from_millis(50));
         let before = std::mem::replace(&mut last, count());
         last == before && last.0.iter().all(Option::is_some)
@@ -95,7 +95,8 @@ fn flat(name: &str, early: (usize, u64, u64), late: (usize, u64, u64)) {
     assert!(late.2 <= early.2 + (16 << 20), "{name}: the host grows: {early:?} -> {late:?}");
 }
 
-/// Runs with a fault plan until enough have died; every frame must be what it is undisturbed.
+/// Runs with a fault plan until enough processes have died; every frame must equal the undisturbed
+/// run's.
 fn dies_at(role: Role, point: &str) {
     const EVERY: usize = 4;
     let wanted = deaths_wanted();
@@ -120,12 +121,12 @@ fn dies_at(role: Role, point: &str) {
     let count = deaths(&sim.log());
     drop(judge);
     sim.end();
-    assert!(seen == *undisturbed(seen.len()), "{plan}: the run is another one");
+    assert!(seen == *undisturbed(seen.len()), "{plan}: the run differs");
     println!("{plan}: {count} deaths in {} frames, none lost", seen.len());
     flat(&plan, early.unwrap(), late);
 }
 
-/// Kills the stage again and again from outside; each second new one dies while it joins.
+/// Kills the stage from outside; every second successor dies while it joins.
 fn dies_joining(role: Role) {
     let wanted = deaths_wanted();
     let plan = format!("{}:joining:1", role.name());
@@ -147,13 +148,13 @@ fn dies_joining(role: Role) {
     drop(judge);
     sim.end();
     let other = undisturbed(seen.len()).iter().zip(&seen).position(|(a, b)| a != b);
-    assert_eq!(other, None, "{plan}: the run is another one from that frame on");
+    assert_eq!(other, None, "{plan}: the run differs from that frame on");
     println!("{plan}: {count} deaths, half of them while joining, in {} frames", seen.len());
     flat(&plan, early.unwrap(), late);
 }
 
 #[test]
-fn the_renderer_may_die_anywhere() {
+fn the_renderer_may_die_at_every_fault_point() {
     for point in ["loan_held", "sent", "acked"] {
         dies_at(Role::Render, point);
     }
@@ -161,7 +162,7 @@ fn the_renderer_may_die_anywhere() {
 }
 
 #[test]
-fn a_pipelined_renderer_may_die_and_its_unread_frames_still_come() {
+fn frames_of_a_dead_pipelined_renderer_still_arrive() {
     let wanted = deaths_wanted();
     let sim = Sim::start_with(&[], &[("OMNIBUS_FAULT", "sensor-render:acked:7")]);
     let mut judge = Judge::new(&sim);
@@ -171,7 +172,7 @@ fn a_pipelined_renderer_may_die_and_its_unread_frames_still_come() {
     while deaths(&sim.log()) < wanted {
         judge.client.tick().unwrap();
         ticks += 1;
-        // It reads late, as the frames trail: the dead have sent what it has not read.
+        // It reads late because frames lag: a dead renderer has sent what is not yet read.
         std::thread::sleep(std::time::Duration::from_millis(ticks % 5));
         while judge.bundle.receive().unwrap().is_some() {
             measured += 1;
@@ -188,7 +189,7 @@ fn a_pipelined_renderer_may_die_and_its_unread_frames_still_come() {
 }
 
 #[test]
-fn traffic_may_die_anywhere_and_forgets_nothing() {
+fn traffic_may_die_at_every_fault_point_without_losing_state() {
     dies_joining(Role::Traffic);
     for point in ["loan_held", "sent", "acked"] {
         dies_at(Role::Traffic, point);
@@ -196,7 +197,7 @@ fn traffic_may_die_anywhere_and_forgets_nothing() {
 }
 
 #[test]
-fn clients_may_die_anywhere_even_while_they_hold_the_tick() {
+fn clients_may_die_at_every_fault_point_even_while_they_hold_the_tick() {
     let sim = Sim::start(&[]);
     let mut judge = Judge::new(&sim);
     judge.tick();
@@ -205,7 +206,7 @@ fn clients_may_die_anywhere_even_while_they_hold_the_tick() {
     let points = ["joining", "requesting", "requested", "loan_held", "leaving"];
     for (place, point) in points.into_iter().enumerate() {
         for round in 0..deaths_wanted() {
-            // It takes the tick; whoever held it before must have let go.
+            // It takes the tick; a holder that died before must have released it.
             release(&mut judge, &sim);
             let every = if point == "leaving" { 1 } else { 3 };
             let fault = format!("client:{point}:{every}");
@@ -220,7 +221,8 @@ fn clients_may_die_anywhere_even_while_they_hold_the_tick() {
             assert!(why.is_empty(), "{fault}: {why}");
             eventually("the tick comes back", || judge.client.take_tick().is_ok());
             judge.tick();
-            // A dead client's cars stay, as in CARLA; here they would make the messages longer.
+            // The cars of a dead client stay, as in CARLA; here they would make the messages
+            // longer.
             let cars =
                 judge.client.world().actors().iter().filter(|a| a.kind == protocol::kind::VEHICLE);
             for car in cars.map(|a| a.actor_id).filter(|id| !own.contains(id)).collect::<Vec<_>>() {
@@ -234,8 +236,8 @@ fn clients_may_die_anywhere_even_while_they_hold_the_tick() {
             let log = sim.log();
             log.lines().filter(|l| l.contains("client \"mortal") && l.contains("died")).count()
         };
-        // The last one is buried when the host next looks around.
-        eventually("everybody is dead", || dead() >= deaths_wanted() * (place + 1));
+        // The host removes the last one when it next checks.
+        eventually("every client is dead", || dead() >= deaths_wanted() * (place + 1));
         println!("client:{point}: {} deaths so far", dead());
         assert_eq!(dead(), deaths_wanted() * (place + 1), "{point}: too many died");
     }
@@ -244,7 +246,7 @@ fn clients_may_die_anywhere_even_while_they_hold_the_tick() {
     sim.end();
 }
 
-/// Lets the tick go, so that the next client can take it.
+/// Releases the tick, so that the next client can take it.
 fn release(judge: &mut Judge, sim: &Sim) {
     let control = sim.instance().control().unwrap();
     control.pass_tick(control.ticker(), None);
@@ -252,7 +254,7 @@ fn release(judge: &mut Judge, sim: &Sim) {
 }
 
 #[test]
-fn at_random_times_anybody_may_die() {
+fn every_process_may_die_at_random_times() {
     let wanted = if is_soak() { 600 } else { 40 };
     let sim = Sim::start(&[]);
     let mut judge = Judge::new(&sim);
@@ -279,7 +281,7 @@ fn at_random_times_anybody_may_die() {
         killer.join().unwrap();
         eventually("its successor", || sim.pid(role).is_some_and(|new| new != pid));
         if count == wanted / 4 {
-            // With a tick after the last death: its successor has made all that it needs.
+            // With a tick after the last death: its successor has created everything it needs.
             seen.push(judge.tick());
             early = Some(footprint(&sim));
         }
@@ -298,7 +300,7 @@ fn at_random_times_anybody_may_die() {
 }
 
 #[test]
-fn what_was_wished_between_two_frames_is_known_to_a_successor() {
+fn a_command_between_two_frames_reaches_a_restarted_stage() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     client.tick().unwrap();
@@ -316,7 +318,7 @@ fn what_was_wished_between_two_frames_is_known_to_a_successor() {
 }
 
 #[test]
-fn without_restart_a_death_ends_the_run_with_an_account() {
+fn without_restart_a_death_ends_the_run_with_its_reason() {
     let mut sim = Sim::start_with(&["--no-restart"], &[("OMNIBUS_FAULT", "traffic:sent:5")]);
     let mut judge = Judge::new(&sim);
     let ended = (0..20).find_map(|_| judge.client.tick().err()).expect("traffic dies at frame 5");
@@ -329,8 +331,8 @@ fn without_restart_a_death_ends_the_run_with_an_account() {
 }
 
 #[test]
-fn a_stage_that_dies_again_and_again_is_given_up_with_its_last_words() {
-    // A GPU that is not there: the renderer ends as soon as it starts.
+fn a_stage_that_keeps_dying_ends_the_run_with_its_last_error() {
+    // A GPU that does not exist: the renderer ends as soon as it starts.
     let output = omnibus()
         .args(["run", "--device", "gpu:63", "--map", crate::kit::small_map()])
         .output()

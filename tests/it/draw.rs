@@ -1,4 +1,4 @@
-//! What is drawn over the world: cameras show it where it is, as long as it lives, whoever dies.
+//! Debug drawings: cameras show them in place for their lifetime, also after a stage died.
 
 use bus::Role;
 use client_lib::{ActorId, Client, Draw, Measurement, Pose, SensorBundle, camera};
@@ -10,7 +10,7 @@ use crate::kit::{Scratch, Sim, eventually, kill, lives};
 
 const SIZE: [u32; 2] = [320, 240];
 const FOV_RAD: f32 = 1.4;
-/// High above the town, so that nothing is in the way but what the tests put there.
+/// High above the town, where only the tests' own shapes are in view.
 const EYE: Vec3 = Vec3::new(10.0, 20.0, 300.0);
 const RED: [u8; 4] = [255, 0, 0, 255];
 
@@ -25,7 +25,7 @@ fn look(client: &mut Client, bundle: &mut SensorBundle) -> Measurement {
     measured.pop().flatten().expect("a measurement of this frame")
 }
 
-/// The columns and rows of all red pixels.
+/// Returns the columns and rows of all red pixels.
 fn red(measured: &Measurement) -> Vec<[f32; 2]> {
     let color = measured.color(0).unwrap().iter().enumerate();
     let red = color.filter(|(_, pixel)| **pixel == RED);
@@ -33,7 +33,7 @@ fn red(measured: &Measurement) -> Vec<[f32; 2]> {
     red.map(|(at, _)| [(at % width) as f32 + 0.5, (at / width) as f32 + 0.5]).collect()
 }
 
-/// As docs/sensors.md says.
+/// By the formula in docs/sensors.md.
 fn pinhole(at: Vec3) -> [f32; 2] {
     let focal = SIZE[0] as f32 / (2.0 * (FOV_RAD / 2.0).tan());
     let at = at - EYE;
@@ -50,7 +50,7 @@ fn drawn() -> Draw {
 }
 
 #[test]
-fn a_line_is_where_the_pinhole_puts_it_until_its_time_is_over() {
+fn a_line_is_drawn_by_the_pinhole_formula_until_it_expires() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let mut bundle = bundle(&mut client);
@@ -79,7 +79,7 @@ fn a_line_is_where_the_pinhole_puts_it_until_its_time_is_over() {
 }
 
 #[test]
-fn who_is_started_anew_draws_what_stands() {
+fn a_restarted_renderer_draws_the_standing_shapes() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let mut bundle = bundle(&mut client);
@@ -103,7 +103,7 @@ fn who_is_started_anew_draws_what_stands() {
 }
 
 #[test]
-fn what_stands_is_part_of_a_saved_state_and_of_no_other_world() {
+fn shapes_are_part_of_a_saved_state_and_of_no_other_world() {
     let scratch = Scratch::new();
     let path = scratch.path().join("state");
     let sim = Sim::start(&[]);
@@ -132,7 +132,7 @@ fn what_stands_is_part_of_a_saved_state_and_of_no_other_world() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_refused_by_name() {
+fn an_invalid_shape_is_refused_by_name() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let nowhere = Draw::point(vec3(0.0, f32::NAN, 0.0));

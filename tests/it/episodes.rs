@@ -1,4 +1,5 @@
-//! Another map in a running simulator: a world destroyed, a world built, nobody left behind.
+//! Another map in a running simulator: the old world is removed, the new one is that of a fresh
+//! start.
 
 use std::{fs, path::Path, sync::atomic::AtomicBool, sync::atomic::Ordering};
 
@@ -36,7 +37,7 @@ fn bundle(client: &mut Client) -> SensorBundle {
     client.create_bundle("above", ActorId::NONE, &sensors, 2).unwrap()
 }
 
-/// A bustling life from now on: states and pictures of every frame.
+/// Runs busy traffic from now on and returns states and images of every frame.
 fn live(client: &mut Client, frames: usize) -> Vec<(Seen, Digest)> {
     let mut bustle = Bustle::new(client);
     let mut bundle = bundle(client);
@@ -61,7 +62,7 @@ fn check_same(a: &[(Seen, Digest)], b: &[(Seen, Digest)], what: &str) {
     assert_eq!(a.len(), b.len(), "{what}");
 }
 
-/// Everything that a user may have changed.
+/// Changes everything that a client can change.
 fn stir(client: &mut Client) {
     live(client, 30);
     client.set_weather(Weather { wetness: 70.0, ..Weather::default() }).unwrap();
@@ -70,7 +71,7 @@ fn stir(client: &mut Client) {
 }
 
 #[test]
-fn whether_the_weather_is_felt_is_a_setting_that_another_map_keeps() {
+fn whether_weather_affects_grip_is_a_setting_that_another_map_keeps() {
     let sim = Sim::start(&["--map", small_map(), "--seed", "3"]);
     let mut client = sim.ticker();
     let mut reload = |felt: Option<bool>| {
@@ -146,7 +147,7 @@ fn a_map_that_cannot_be_loaded_leaves_the_world_as_it_is() {
 }
 
 #[test]
-fn a_rig_says_that_it_went_with_its_world_and_a_recording_ends_with_it() {
+fn a_bundle_reports_that_its_world_is_gone_and_a_recording_ends_with_it() {
     let scratch = Scratch::new();
     let thorp = other_map(scratch.path());
     let sim = Sim::start(&[]);
@@ -175,7 +176,7 @@ fn a_rig_says_that_it_went_with_its_world_and_a_recording_ends_with_it() {
 }
 
 #[test]
-fn who_ticks_without_pause_sees_worlds_change_and_never_hangs() {
+fn a_client_that_ticks_without_pause_sees_worlds_change_and_never_hangs() {
     let scratch = Scratch::new();
     let maps = [other_map(scratch.path()), small_map().to_owned()];
     let sim = Sim::start(&["--pipeline", "2"]);
@@ -212,7 +213,7 @@ fn who_ticks_without_pause_sees_worlds_change_and_never_hangs() {
 }
 
 #[test]
-fn a_stage_that_is_killed_while_worlds_change_comes_back_in_the_right_one() {
+fn a_stage_that_is_killed_while_worlds_change_restarts_in_the_right_one() {
     let scratch = Scratch::new();
     let thorp = other_map(scratch.path());
     let frames = 40;
@@ -242,7 +243,7 @@ fn a_stage_that_is_killed_while_worlds_change_comes_back_in_the_right_one() {
 }
 
 #[test]
-fn a_rig_that_goes_before_its_first_frame_disturbs_nobody() {
+fn a_bundle_destroyed_before_its_first_frame_disturbs_no_other() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     for _ in 0..3 {

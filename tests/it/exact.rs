@@ -1,4 +1,4 @@
-//! Every sensor of every frame shows that frame: judged by what it measured, not by its header.
+//! Every sensor shows exactly its frame, judged by the measured values and not by the header.
 
 use client_lib::{
     Client, Frame, Measurement, Pose, SensorBundle, SensorSpec, Settings, Spawn, camera, lidar,
@@ -8,13 +8,13 @@ use protocol::{ActorId, Command, Teleport, output};
 
 use crate::kit::{DELTA_NANOS, Digest, Sim, is_soak, note_skipped, omnibus, small_map};
 
-/// High above every roof: nothing else is in sight.
+/// High above every roof, where only the marker is in view.
 const MIDDLE: Vec3 = Vec3::new(0.0, 0.0, 150.0);
 const RANGE_M: f32 = 60.0;
 const CAMERAS: usize = 4;
 const MARKER: &str = "static.prop.container";
 
-/// Four cameras that look inwards from the corners of a square, and a lidar beside its middle.
+/// Four cameras that look inwards from the corners of a square, and a lidar beside its centre.
 fn sensors() -> Vec<SensorSpec> {
     let mut all = Vec::new();
     for index in 0..CAMERAS {
@@ -28,17 +28,17 @@ fn sensors() -> Vec<SensorSpec> {
     all
 }
 
-/// Where the marker is put for a frame: about a metre and some degrees from frame to frame.
+/// Pose of the marker at a frame: it moves by about a metre and some degrees per frame.
 fn place(frame: u64) -> Pose {
     let phase = frame as f32 * 0.13;
     let at = MIDDLE + Vec3::new(7.0 * phase.sin(), 7.0 * (1.7 * phase).cos(), (0.9 * phase).sin());
     Pose::new(at, Quat::from_rotation_z(0.9 * phase))
 }
 
-/// How far rounding may move an outline: a tenth of what is promised.
+/// How far rounding may move an outline: a tenth of the promised accuracy.
 const SLACK_PX: f32 = 0.05;
 
-/// Where a pixel is probed: its middle, and around it.
+/// Where a pixel is probed: at its centre, and around it.
 const PROBES: [Vec2; 5] = [
     Vec2::ZERO,
     Vec2::new(SLACK_PX, 0.0),
@@ -47,8 +47,8 @@ const PROBES: [Vec2; 5] = [
     Vec2::new(0.0, -SLACK_PX),
 ];
 
-/// Which probes of each pixel the marker covers, a bit each, and its least depth, by the pinhole
-/// formula alone.
+/// Returns the probes of each pixel that the marker covers, a bit each, and its least depth, by the
+/// pinhole formula alone.
 fn projected(spec: &SensorSpec, pose: &Pose) -> (Vec<u8>, f32) {
     let (_, blueprint) = town::blueprint(MARKER).unwrap();
     let [width, height] = [spec.width as f32, spec.height as f32];
@@ -82,7 +82,7 @@ fn projected(spec: &SensorSpec, pose: &Pose) -> (Vec<u8>, f32) {
     (covered, near)
 }
 
-/// From a point to the nearest triangle.
+/// Returns the distance from a point to the nearest triangle.
 fn distance(mesh: &mesh::Mesh, point: Vec3) -> f32 {
     let corners = |triangle: &[u32; 3]| {
         triangle.map(|corner| Vec3::from_array(mesh.positions[corner as usize]))
@@ -104,7 +104,7 @@ fn distance(mesh: &mesh::Mesh, point: Vec3) -> f32 {
     nearest.fold(f32::MAX, f32::min)
 }
 
-/// What is wrong with a measurement, if the marker stood at `pose`.
+/// Returns what is wrong with a measurement if the marker was at `pose`.
 fn disagreement(measured: &Measurement, marker: ActorId, pose: &Pose) -> Option<String> {
     let specs = sensors();
     for (index, spec) in specs.iter().enumerate().take(CAMERAS) {
@@ -125,7 +125,7 @@ fn disagreement(measured: &Measurement, marker: ActorId, pose: &Pose) -> Option<
                 "camera {index}: {wrong} pixels on the wrong side of its outline"
             ));
         }
-        // The nearest pixel lies on the marker, within what a pixel spans there.
+        // The nearest pixel lies on the marker, within the size of a pixel there.
         if !(-1e-3..=0.25).contains(&(near - due_near)) {
             return Some(format!("camera {index}: nearest {near} m, due {due_near} m"));
         }
@@ -190,7 +190,7 @@ fn digest(measured: &Measurement) -> u64 {
 }
 
 #[test]
-fn every_sensor_of_every_frame_shows_that_frame_though_the_renderer_dawdles() {
+fn every_sensor_shows_exactly_its_frame_even_with_a_delayed_renderer() {
     let frames = if is_soak() { 5000 } else { 1000 };
     let sim = Sim::start_with(&[], &[("OMNIBUS_DELAY", "sensor-render:3000")]);
     let mut stage = Stage::set(&sim, 0);
@@ -203,7 +203,8 @@ fn every_sensor_of_every_frame_shows_that_frame_though_the_renderer_dawdles() {
         if let Some(wrong) = disagreement(&measured, stage.marker, &place(frame.0)) {
             panic!("{frame}: {wrong}");
         }
-        // The judge can tell one frame from the next: else the above would prove nothing.
+        // The comparison distinguishes one frame from the next; without that the above would prove
+        // nothing.
         assert!(disagreement(&measured, stage.marker, &place(frame.0 - 1)).is_some(), "{frame}");
         assert!(stage.bundle.receive().unwrap().is_none(), "none comes twice");
         strict.push(digest(&measured));
@@ -250,7 +251,7 @@ fn a_view_of_a_measurement_lies_in_the_renderers_own_memory() {
     });
     let row = row.expect("it is mapped");
     assert!(row.contains("/dev/shm/") && row.contains(sim.instance().id()), "{row}");
-    // Made by the renderer: it has the same file open.
+    // Written by the renderer, which has the same file open.
     let file = row.split_whitespace().last().unwrap().to_owned();
     let renderer = sim.pid(bus::Role::Render).unwrap();
     let theirs = std::fs::read_to_string(format!("/proc/{renderer}/maps")).unwrap();
@@ -274,7 +275,7 @@ fn a_graphics_processor_writes_exact_frames_into_shared_memory() {
     assert!(tried.status.success(), "{said}");
     let sim = Sim::start(&["--device", "gpu:0"]);
     let mut stage = Stage::set(&sim, 0);
-    // Bundles come and go: memory that the device writes into is let go of in time.
+    // Bundles come and go: memory that the device writes into is released in time.
     for life in 0..3 {
         for _ in 0..8 {
             let frame = stage.tick();
@@ -295,7 +296,7 @@ fn a_graphics_processor_writes_exact_frames_into_shared_memory() {
 }
 
 #[test]
-fn a_sensor_measures_when_its_period_says_and_not_in_between() {
+fn a_sensor_measures_at_its_period_and_not_in_between() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let mut slow = camera("slow", Pose::new(MIDDLE, Quat::IDENTITY), 32, 24, 1.5, output::DEPTH);

@@ -1,5 +1,5 @@
-//! One who is hit falls limb by limb: what is seen of it is in snapshots, recordings and saved
-//! states, to the bit.
+//! A walker that is hit falls as a jointed body; snapshots, recordings and saved states hold its
+//! limbs to the bit.
 
 use client_lib::{
     ActorId, Client, Command, Pose, Profile, Replay, SensorBundle, SetVelocity, Spawn,
@@ -13,7 +13,7 @@ use crate::{
     record::seen,
 };
 
-/// A walker in the way of a car at 40 km/h, and a camera that stands in the world beside them.
+/// A walker in the path of a car at 40 km/h, and a static camera beside them.
 fn scene(client: &mut Client) -> (ActorId, ActorId) {
     let place = client.spawn_points().unwrap()[0];
     let ahead = place.then(&Pose::new(Vec3::X * 9.0, Quat::from_rotation_z(1.0)));
@@ -54,7 +54,7 @@ fn limbs(client: &Client, walker: ActorId) -> Option<WalkerLimbs> {
 }
 
 #[test]
-fn a_fall_is_replayed_as_it_looked_and_goes_on_from_a_saved_state() {
+fn a_fall_is_replayed_exactly_and_continues_from_a_saved_state() {
     let scratch = Scratch::new();
     let (path, saved) = (scratch.path().join("fall.mcap"), scratch.path().join("state"));
     let sim = Sim::start(&[]);
@@ -89,7 +89,7 @@ fn a_fall_is_replayed_as_it_looked_and_goes_on_from_a_saved_state() {
     assert_eq!(states[99].0.pose, states[95].0.pose, "it has come to rest");
     assert!(looks[20..40].windows(2).filter(|two| two[0] != two[1]).count() > 10);
 
-    // What happens after it was saved in mid-fall happens again.
+    // After loading a state saved during the fall, the fall repeats exactly.
     client.load_state_from(&saved).unwrap();
     for frame in 22..100 {
         let again = look(&mut client, &mut bundle);

@@ -1,4 +1,4 @@
-//! Saved states: what happens after loading one is what would have happened.
+//! Saved states: after loading one, the simulation continues as it did before.
 
 use client_lib::{Client, Spawn, Weather};
 use protocol::{Command, TrafficParam, param};
@@ -8,7 +8,7 @@ use crate::{
     record::{Bustle, Seen, seen},
 };
 
-/// Ticks, doing nothing else.
+/// Ticks without any commands.
 fn run(client: &mut Client, frames: usize) -> Vec<Seen> {
     (0..frames)
         .map(|_| {
@@ -29,7 +29,7 @@ fn check_same(a: &[Seen], b: &[Seen], what: &str) {
     );
 }
 
-/// Thirty cars that bustled for a while, under a sky and params of their own.
+/// Thirty cars in busy traffic, with their own weather and parameters.
 fn lively(client: &mut Client) -> Bustle {
     let mut bustle = Bustle::new(client);
     client.set_weather(Weather { wetness: 40.0, ..Weather::default() }).unwrap();
@@ -44,18 +44,18 @@ fn lively(client: &mut Client) -> Bustle {
 }
 
 #[test]
-fn the_future_of_a_loaded_state_is_the_one_it_had() {
+fn a_loaded_state_has_the_future_it_had_when_saved() {
     let sim = Sim::start(&["--seed", "3"]);
     let mut client = sim.ticker();
     lively(&mut client);
-    // What waits for the next frame is part of the state.
+    // Commands that wait for the next frame are part of the state.
     let first = client.world().actors().iter().find(|a| a.kind == 1).unwrap().actor_id;
     let mut other = sim.client("other");
     other.send(&[Command::Destroy(first)]).unwrap();
     let state = client.save_state().unwrap();
     let future = run(&mut client, 200);
     assert!(future[0].actors.iter().all(|a| a[0] != first.0), "the command was carried out");
-    // The same from where it is now, and after other things have happened.
+    // The same from the present state, and after other commands.
     for detour in [0, 40] {
         client.load_state(&state).unwrap();
         run(&mut client, detour);
@@ -95,7 +95,7 @@ fn saving_in_the_middle_changes_nothing() {
 }
 
 #[test]
-fn a_state_goes_on_in_another_process() {
+fn a_state_continues_in_another_process() {
     let scratch = Scratch::new();
     let path = scratch.path().join("state");
     let sim = Sim::start(&["--seed", "3"]);
@@ -125,7 +125,7 @@ fn many_branches_of_one_state_need_no_more_memory() {
     let mut early = (0, 0);
     for branch in 0..branches {
         client.load_state(&state).unwrap();
-        // Each branch goes its own way after the first common frames.
+        // Each branch diverges after the first common frames.
         let common = run(&mut client, 3);
         check_same(first.get_or_insert_with(|| common.clone()), &common, "a branch");
         let place = client.spawn_points().unwrap()[branch % 20];
@@ -146,7 +146,7 @@ fn many_branches_of_one_state_need_no_more_memory() {
 }
 
 #[test]
-fn a_bad_state_is_refused_and_the_world_goes_on() {
+fn an_invalid_state_is_refused_and_the_world_goes_on() {
     let scratch = Scratch::new();
     let sim = Sim::start(&["--seed", "3"]);
     let mut client = sim.ticker();

@@ -1,8 +1,8 @@
-//! Towns that nobody has drawn, driven through: traffic neither leaves their roads nor locks up.
+//! Generated towns: traffic stays on their roads and does not jam.
 //!
-//! A town of each character but the grid, which other tests drive in, a hundred vehicles, ten
-//! simulated minutes, in closed loop with physics; `OMNIBUS_SOAK=1` drives through a hundred towns,
-//! in which now and then two may touch.
+//! A town of each character except the grid, which other tests use, with a hundred vehicles for ten
+//! simulated minutes, in closed loop with physics. `OMNIBUS_SOAK=1` uses a hundred towns, where
+//! rare contacts are allowed.
 
 use std::sync::{
     Arc, Mutex,
@@ -16,10 +16,11 @@ use crate::kit::{is_soak, thread};
 
 const VEHICLES: usize = 100;
 const SECONDS: u64 = 600;
-/// Two may touch in one town of so many.
+/// One contact is allowed per this many towns.
 const TOWNS_PER_TOUCH: usize = 25;
 
-/// The town of a seed: characters in turn, sizes from the usual to half as large again.
+/// Returns the plan of a seed: characters in turn, sizes from the usual one to one and a half times
+/// that.
 fn plan(seed: u64) -> Plan {
     let character = Character::ALL[(seed % 6) as usize];
     let (size_m, relief_m) = character.default_size_and_relief_m();
@@ -32,7 +33,7 @@ fn plan(seed: u64) -> Plan {
     }
 }
 
-/// Drives through a town; answers what went wrong, and says how it went.
+/// Simulates a town, prints a summary and returns the faults.
 fn drive(plan: &Plan) -> Vec<String> {
     let network = Arc::new(road::Network::parse(&mapgen::generate(plan)).unwrap());
     let places = network.spawn_points().len();
@@ -55,13 +56,13 @@ fn drive(plan: &Plan) -> Vec<String> {
         faults.push(format!("{vehicles} vehicles drove {driven_m:.0} m together"));
     }
     let faults = faults.into_iter().map(|fault| format!("{}: {fault}", plan.name));
-    // A soak is long: who waits for its end sees what it finds.
+    // A soak takes long, so each result is printed at once.
     faults.inspect(|fault| println!("{fault}")).collect()
 }
 
 #[test]
-fn traffic_stays_on_the_roads_of_generated_towns_and_never_locks_up() {
-    // Old town, suburb, highway, roundabouts, countryside; the soak has grids too.
+fn traffic_stays_on_the_roads_of_generated_towns_and_never_jams() {
+    // Old town, suburb, highway, roundabouts, countryside; the soak includes grids.
     let seeds: std::ops::Range<usize> = if is_soak() { 0..100 } else { 1..6 };
     let next = Arc::new(AtomicUsize::new(seeds.start));
     let faults = Arc::new(Mutex::new(Vec::new()));

@@ -1,4 +1,4 @@
-//! What of the town is switched off: nobody sees it, nobody runs into it, from one frame on.
+//! Hidden parts of the town are neither seen nor hit, from one frame on.
 
 use bus::Role;
 use client_lib::{ActorId, Client, Frame, Measurement, Pose, SensorBundle, Spawn, camera};
@@ -16,7 +16,7 @@ fn the_town() -> town::Town {
     town::furnish(&road::Network::parse(&text).unwrap(), 1)
 }
 
-/// From high above, over the whole town.
+/// A camera high above the whole town.
 fn bundle(client: &mut Client) -> SensorBundle {
     let down = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
     let outputs = output::COLOR | output::TAG | output::INSTANCE;
@@ -45,7 +45,7 @@ fn digest(measured: &Measurement) -> Digest {
     digest
 }
 
-/// A house that the camera sees well, its number, and where its solid box stands.
+/// A house in good view of the camera: its object number, and the position of its collision box.
 fn house(measured: &Measurement, town: &town::Town) -> (u32, Vec3) {
     let houses =
         town.objects.iter().zip(1..).filter(|(one, _)| one.layer == town::Layer::Buildings);
@@ -56,7 +56,7 @@ fn house(measured: &Measurement, town: &town::Town) -> (u32, Vec3) {
 }
 
 #[test]
-fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
+fn a_hidden_house_is_neither_seen_nor_hit() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let mut bundle = bundle(&mut client);
@@ -93,7 +93,7 @@ fn a_house_that_is_off_is_neither_seen_nor_in_the_way() {
 }
 
 #[test]
-fn layers_go_and_come_back_and_whoever_joins_late_knows() {
+fn layers_are_hidden_and_shown_and_a_late_client_sees_the_same() {
     let sim = Sim::start(&["--hide", "foliage,walls"]);
     let mut client = sim.ticker();
     let mut bundle = bundle(&mut client);
@@ -108,7 +108,7 @@ fn layers_go_and_come_back_and_whoever_joins_late_knows() {
     assert_eq!(tagged(&green, mesh::Tag::Building), 0);
     let green = digest(&green);
 
-    // The successor of a renderer learns it from the standing state.
+    // The restarted renderer reads it from the standing state.
     let renderer = sim.pid(Role::Render).unwrap();
     kill(renderer, Signal::KILL);
     eventually("its end", || !lives(renderer));
@@ -119,7 +119,7 @@ fn layers_go_and_come_back_and_whoever_joins_late_knows() {
 }
 
 #[test]
-fn what_is_off_is_part_of_the_state() {
+fn hidden_parts_are_part_of_the_state() {
     let scratch = Scratch::new();
     let path = scratch.path().join("state");
     let sim = Sim::start(&[]);

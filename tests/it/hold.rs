@@ -1,4 +1,4 @@
-//! A crowd for minutes: nobody sinks, flies, flips without cause, or is anywhere but on the map.
+//! Many actors for minutes: none sinks, flies, overturns without cause, or leaves the map.
 
 use client_lib::{Client, Spawn};
 use glam::Vec3;
@@ -6,12 +6,12 @@ use protocol::{ActorState, Command, SetVelocity, kind};
 
 use crate::kit::{Sim, is_soak};
 
-/// Nobody is higher above, or deeper below, the road beside them.
+/// The largest height above or depth below the road beside an actor, in metres.
 const OFF_ROAD_M: f32 = 6.0;
-/// Faster than any car of the catalogue on these roads.
+/// Faster than any vehicle of the catalogue on these roads.
 const SPEED_MAX_MPS: f32 = 70.0;
 
-/// What is wrong with somebody, if anything.
+/// Returns what is wrong with an actor, if anything.
 fn fault(client: &mut Client, actor: &ActorState) -> Option<String> {
     let position = actor.pose.position();
     let who = |what: String| Some(format!("{} at {position}: {what}", actor.actor_id));
@@ -35,7 +35,7 @@ fn is_upright(actor: &ActorState) -> bool {
 }
 
 #[test]
-fn a_crowd_stays_on_its_wheels_and_feet() {
+fn many_actors_stay_on_their_wheels_and_feet() {
     let (vehicles, walkers, seconds) = if is_soak() { (500, 100, 600) } else { (60, 20, 60) };
     let size = if is_soak() { "1500" } else { "500" };
     let scratch = crate::kit::Scratch::new();

@@ -1,4 +1,4 @@
-//! What every scenario needs: a simulator in processes of its own, on a small map.
+//! The fixture of every scenario: a simulator in processes of its own, on a small map.
 
 use std::{
     fs,
@@ -16,18 +16,18 @@ use bus::Role;
 use client_lib::{Client, Instance};
 use rustix::process::{Pid, Signal, kill_process};
 
-/// One tick.
+/// Simulated time of a tick.
 pub(crate) const DELTA_NANOS: u64 = 50_000_000;
 
-/// The program under test.
+/// Returns a command that starts the program under test.
 pub(crate) fn omnibus() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_role"));
-    // What it bakes stays out of the user's own cache.
+    // Its cache stays out of the user's own.
     command.env("OMNIBUS_CACHE", std::env::temp_dir().join("omnibus-it-cache"));
     command
 }
 
-/// Whether the full counts are wanted.
+/// Returns whether the long versions of tests were requested.
 pub(crate) fn is_soak() -> bool {
     std::env::var_os("OMNIBUS_SOAK").is_some()
 }
@@ -51,7 +51,7 @@ fn note(line: &str) {
     }
 }
 
-/// A folder that goes with the test.
+/// A folder that is removed with the test.
 pub(crate) struct Scratch(PathBuf);
 
 impl Scratch {
@@ -77,7 +77,7 @@ fn unique(stem: &str) -> String {
     format!("{stem}-{}-{}", std::process::id() % 100_000, COUNT.fetch_add(1, Ordering::Relaxed))
 }
 
-/// A small town: the stages build it quickly.
+/// Returns a small town, which the stages build quickly.
 pub(crate) fn small_map() -> &'static str {
     static MAP: OnceLock<String> = OnceLock::new();
     MAP.get_or_init(|| {
@@ -88,7 +88,8 @@ pub(crate) fn small_map() -> &'static str {
             character: mapgen::Character::Grid,
             relief_m: 2.0,
         };
-        // BackgroundHost this very binary: one file for all tests, and for those who look at a failure.
+        // Next to this test's other files: one map for all tests, kept for inspection after a
+        // failure.
         let folder = std::env::temp_dir().join(format!("omnibus-it-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
         let path = folder.join("hamlet.xodr");
@@ -106,12 +107,12 @@ pub(crate) struct Sim {
 }
 
 impl Sim {
-    /// On the small map, traced by the processor, waiting for a ticking client.
+    /// Starts a synchronous simulator on the small map, with the CPU tracer.
     pub(crate) fn start(args: &[&str]) -> Sim {
         Sim::start_with(args, &[])
     }
 
-    /// With variables.
+    /// Starts a simulator with additional environment variables.
     pub(crate) fn start_with(args: &[&str], variables: &[(&str, &str)]) -> Sim {
         let name = unique("t");
         let mut command = omnibus();
@@ -152,29 +153,29 @@ impl Sim {
         Ok(Sim { child, instance, log, reader: Some(reader) })
     }
 
-    /// Its place.
+    /// Returns the instance.
     pub(crate) fn instance(&self) -> &Instance {
         &self.instance
     }
 
-    /// A client of it.
+    /// Connects a client.
     pub(crate) fn client(&self, name: &str) -> Client {
         Client::connect(Some(self.instance.id()), name).unwrap()
     }
 
-    /// A client that ticks it.
+    /// Connects a client that holds the tick.
     pub(crate) fn ticker(&self) -> Client {
         let mut client = self.client("ticker");
         client.synchronise(DELTA_NANOS).unwrap();
         client
     }
 
-    /// What it said on standard error so far.
+    /// Returns standard error so far.
     pub(crate) fn log(&self) -> String {
         self.log.lock().unwrap().clone()
     }
 
-    /// The process that plays this role now; nothing while there is none.
+    /// Returns the process that plays this role now, if there is one.
     pub(crate) fn pid(&self, role: Role) -> Option<u32> {
         let control = self.instance.control().unwrap();
         let slot = (0..bus::SLOTS)
@@ -183,12 +184,12 @@ impl Sim {
         Some(slot.pid()).filter(|pid| *pid != 0)
     }
 
-    /// The host's process.
+    /// Returns the process of the host.
     pub(crate) fn host_pid(&self) -> u32 {
         self.child.id()
     }
 
-    /// Everything of it in shared memory, with sizes.
+    /// Returns everything of the instance in shared memory, with sizes.
     pub(crate) fn shared_memory(&self) -> Vec<(String, u64)> {
         let mut files = Vec::new();
         list(&self.instance.root(), &mut files);
@@ -205,7 +206,7 @@ impl Sim {
         self.wait()
     }
 
-    /// Waits for its end; says what it said.
+    /// Waits for the end and returns standard error.
     pub(crate) fn wait(&mut self) -> (ExitStatus, String) {
         let mut rest = String::new();
         let _ = self.child.stdout.take().map(|mut out| out.read_to_string(&mut rest));
@@ -216,7 +217,7 @@ impl Sim {
         (status, self.log() + &rest)
     }
 
-    /// Ends it as Ctrl-C does, and proves that nothing is left.
+    /// Ends the simulator as Ctrl-C does, and asserts that nothing is left behind.
     pub(crate) fn end(mut self) -> String {
         kill(self.host_pid(), Signal::INT);
         let (status, log) = self.wait();
@@ -228,7 +229,7 @@ impl Sim {
 
 impl Drop for Sim {
     fn drop(&mut self) {
-        // A test that failed in mid-run.
+        // A test failed during the run.
         if matches!(self.child.try_wait(), Ok(None)) {
             kill(self.host_pid(), Signal::TERM);
             let (_, log) = self.wait();
@@ -253,19 +254,19 @@ pub(crate) fn kill(pid: u32, signal: Signal) {
     let _ = kill_process(pid, signal);
 }
 
-/// Whether a process is there and no zombie.
+/// Returns whether a process exists and is not a zombie.
 pub(crate) fn lives(pid: u32) -> bool {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     stat.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with('Z'))
 }
 
-/// Resident memory of a process.
+/// Returns the resident memory of a process, in bytes.
 pub(crate) fn resident_bytes(pid: u32) -> u64 {
     let statm = fs::read_to_string(format!("/proc/{pid}/statm")).unwrap_or_default();
     statm.split(' ').nth(1).and_then(|pages| pages.parse::<u64>().ok()).unwrap_or(0) * 4096
 }
 
-/// Waits until something is so; panics with `what` if it is not within a minute.
+/// Waits until a condition holds; panics with `what` after a minute.
 pub(crate) fn eventually(what: &str, mut is_so: impl FnMut() -> bool) {
     for _ in 0..6000 {
         if is_so() {
@@ -276,7 +277,7 @@ pub(crate) fn eventually(what: &str, mut is_so: impl FnMut() -> bool) {
     panic!("{what} did not come about within a minute");
 }
 
-/// FNV-1a over anything.
+/// FNV-1a over bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Digest(pub(crate) u64);
 
@@ -286,7 +287,7 @@ impl Digest {
     }
 
     pub(crate) fn add(&mut self, bytes: &[u8]) {
-        // Eight bytes at a time: pictures are long.
+        // Eight bytes at a time, because images are large.
         let (words, rest) = bytes.as_chunks::<8>();
         for word in words {
             self.step(u64::from_le_bytes(*word));
@@ -299,7 +300,7 @@ impl Digest {
     }
 }
 
-/// A thread of a test.
+/// Starts a thread of a test.
 pub(crate) fn thread<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> JoinHandle<T> {

@@ -1,4 +1,4 @@
-//! Street lamps: at dusk they go on by themselves, by hand at any time.
+//! Street lights: switched on automatically at dusk, and by commands at any time.
 
 use bus::Role;
 use client_lib::{ActorId, Client, Measurement, Pose, SensorBundle, StreetLightCommand, camera};
@@ -8,7 +8,7 @@ use rustix::process::Signal;
 
 use crate::kit::{Scratch, Sim, eventually, kill, lives, small_map};
 
-/// The number of a lamp's pole, and where its light comes from.
+/// The object number of a lamp's pole, and the position of its light.
 fn lamp() -> (u32, Vec3) {
     let text = std::fs::read_to_string(small_map()).unwrap();
     let town = town::furnish(&road::Network::parse(&text).unwrap(), 1);
@@ -16,7 +16,7 @@ fn lamp() -> (u32, Vec3) {
     (lamp.object + 1, lamp.position)
 }
 
-/// From 2 m below the lamp, upwards.
+/// A camera 2 m below the lamp, looking up.
 fn bundle(client: &mut Client, lamp: Vec3) -> SensorBundle {
     let up = Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2);
     let pose = Pose::new(lamp - Vec3::Z * 2.0, up);
@@ -29,7 +29,7 @@ fn look(client: &mut Client, bundle: &mut SensorBundle) -> Measurement {
     measured.pop().flatten().expect("a measurement of this frame")
 }
 
-/// The brightest pixel of the lamp, and its reddest.
+/// Returns the brightest and the reddest pixel of the lamp.
 fn shines(measured: &Measurement, number: u32) -> (u8, u8) {
     let ids = measured.instances(0).unwrap().iter();
     let own = ids
@@ -41,7 +41,7 @@ fn shines(measured: &Measurement, number: u32) -> (u8, u8) {
 }
 
 #[test]
-fn a_lamp_is_switched_by_hand_and_by_the_dusk() {
+fn a_street_light_is_switched_by_commands_and_at_dusk() {
     let scratch = Scratch::new();
     let path = scratch.path().join("state");
     let sim = Sim::start(&[]);

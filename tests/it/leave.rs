@@ -1,4 +1,4 @@
-//! However it ends, nothing is left.
+//! However a simulator ends, nothing is left behind.
 
 use bus::Role;
 use rustix::process::Signal;
@@ -49,12 +49,12 @@ fn a_killed_host_ends_the_others_at_once_and_the_next_start_removes_what_it_left
 }
 
 #[test]
-fn a_client_that_goes_leaves_its_place_free() {
+fn a_client_that_leaves_frees_its_slot() {
     let sim = Sim::start(&[]);
     let mut ticker = sim.ticker();
     let mut files = Vec::new();
     for round in 0..60 {
-        // More than there are slots, so none may be lost.
+        // More clients than slots, so none may be lost.
         drop(sim.client("visitor"));
         ticker.tick().unwrap();
         if round % 20 == 19 {

@@ -1,4 +1,4 @@
-//! `omnibus map` on a town that nobody has drawn.
+//! `omnibus map` on a generated town.
 
 use std::{path::Path, process::Output};
 
@@ -10,7 +10,7 @@ fn map(args: &[&str]) -> Output {
     omnibus().arg("map").args(args).output().unwrap()
 }
 
-/// What it says, line by line; it must have succeeded.
+/// Returns the output lines of a successful command.
 fn said(args: &[&str]) -> Vec<String> {
     let ended = map(args);
     assert!(ended.status.success(), "{args:?}: {}", String::from_utf8_lossy(&ended.stderr));
@@ -29,7 +29,7 @@ fn generated(folder: &Path) -> String {
 }
 
 #[test]
-fn a_generated_map_answers_every_question() {
+fn every_subcommand_works_on_a_generated_map() {
     let scratch = Scratch::new();
     let town = generated(scratch.path());
     assert!(said(&["info", &town]).iter().any(|line| line.contains("spawn points")));
@@ -70,7 +70,7 @@ fn a_generated_map_answers_every_question() {
 }
 
 #[test]
-fn pictures_and_models_are_what_they_are_called() {
+fn pictures_and_models_have_the_format_of_their_extension() {
     let scratch = Scratch::new();
     let town = generated(scratch.path());
     for (verb, name, magic) in [
@@ -92,7 +92,7 @@ fn pictures_and_models_are_what_they_are_called() {
 }
 
 #[test]
-fn what_is_wrong_is_said_with_its_line() {
+fn an_error_in_a_map_is_reported_with_its_line() {
     let scratch = Scratch::new();
     let town = generated(scratch.path());
     let text = std::fs::read_to_string(&town).unwrap();

@@ -1,4 +1,4 @@
-//! Real maps, where there are any: each becomes a world in which a car drives and is measured.
+//! Real maps, if there are any: on each a car drives and is measured.
 
 use crate::kit::{Scratch, note_skipped, omnibus};
 
@@ -28,7 +28,7 @@ fn every_map_there_is_becomes_a_data_set() {
             .output()
             .unwrap();
         let said = String::from_utf8_lossy(&ended.stderr);
-        // A map may hold no lane to drive on: then that is what is said.
+        // A map may have no driving lane; then the error says so.
         let is_undrivable = said.contains("no driving lane has room for a vehicle");
         assert!(ended.status.success() || is_undrivable, "{}: {said}", map.display());
         let what = if is_undrivable { "nowhere to drive" } else { "collected" };

@@ -1,4 +1,4 @@
-//! Synchronous, pipelined, asynchronous; agents in lockstep; switching in mid-run.
+//! Synchronous, pipelined and asynchronous mode, agents in lockstep, and changes during a run.
 
 use client_lib::{Client, Pose, Settings, Spawn, VehicleControl, camera};
 use glam::{Quat, Vec3};
@@ -13,7 +13,7 @@ fn lookout(client: &mut Client) -> client_lib::SensorBundle {
 }
 
 #[test]
-fn a_strict_tick_returns_with_every_measurement_and_simulated_time_adds_up() {
+fn a_synchronous_tick_returns_with_every_measurement_and_simulated_time_adds_up() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let mut bundle = lookout(&mut client);
@@ -56,7 +56,7 @@ fn without_a_tick_a_synchronous_world_stands_still_and_an_asynchronous_one_runs(
 }
 
 #[test]
-fn a_slow_renderer_holds_up_no_asynchronous_world_and_shows_whole_frames() {
+fn a_slow_renderer_does_not_slow_an_asynchronous_world_and_shows_complete_frames() {
     let slow = [("OMNIBUS_DELAY", "sensor-render:60000")];
     let sim = Sim::start_with(&[], &slow);
     let mut client = sim.client("watcher");
@@ -83,7 +83,7 @@ fn a_slow_renderer_holds_up_no_asynchronous_world_and_shows_whole_frames() {
 }
 
 #[test]
-fn a_pipelined_renderer_trails_by_no_more_than_it_may() {
+fn a_pipelined_renderer_lags_by_at_most_the_configured_frames() {
     let sim = Sim::start_with(&[], &[("OMNIBUS_DELAY", "sensor-render:8000")]);
     let mut client = sim.ticker();
     let mut bundle = lookout(&mut client);
@@ -114,7 +114,7 @@ fn a_pipelined_renderer_trails_by_no_more_than_it_may() {
 }
 
 #[test]
-fn agents_that_take_part_are_waited_for_and_steer_each_frame() {
+fn agents_that_take_part_are_waited_for_and_steer_every_frame() {
     const TICKS: u64 = 200;
     let sim = Sim::start(&[]);
     let mut ticker = sim.ticker();
@@ -127,7 +127,7 @@ fn agents_that_take_part_are_waited_for_and_steer_each_frame() {
         for _ in 0..TICKS {
             let frame = agent.await_frame().unwrap();
             seen.push(frame);
-            // It dawdles, and still no frame goes by.
+            // It is delayed, and still no frame is skipped.
             std::thread::sleep(std::time::Duration::from_millis(frame.0 % 3));
             let throttle = (frame.0 % 10) as f32 * 0.1;
             let control = VehicleControl { actor_id: car, throttle, ..VehicleControl::default() };
@@ -158,7 +158,7 @@ fn an_agent_that_dies_degrades_its_frame_and_no_other() {
     let sim = Sim::start(&[]);
     let mut ticker = sim.ticker();
     ticker.tick().unwrap();
-    // A part-taker in this process that never arrives: the frame ends late, and names it.
+    // A participant in this process that never arrives: the frame ends late and names it.
     let late = Sim::start(&["--deadline-secs", "0.3"]);
     let mut other = late.ticker();
     let mut idle = late.client("idle");
@@ -191,7 +191,7 @@ fn no_rendering_renders_nothing_and_can_be_switched() {
 }
 
 #[test]
-fn a_client_that_steers_for_long_can_still_wish() {
+fn a_client_that_steers_for_long_can_still_send_commands() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let place = client.spawn_points().unwrap()[0];

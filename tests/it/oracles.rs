@@ -1,7 +1,7 @@
-//! Maps out of a seed, read by strangers: ASAM's checker, CARLA's own client, SUMO's netconvert.
+//! Generated maps, read by other programs: ASAM's checker, CARLA's client, SUMO's netconvert.
 //!
-//! They come from the Python registry once, into a folder of their own; without a Python or a
-//! registry the test says that it was skipped.
+//! The programs are installed once into a folder of their own; without Python or a package registry
+//! the test is skipped and says so.
 
 use std::{collections::BTreeMap, fs, path::PathBuf, process::Command};
 
@@ -18,7 +18,7 @@ const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/oracle/judge_maps.py"
 const PACKAGES: [&str; 3] = ["carla==0.9.16", "asam-qc-opendrive==1.0.0", "eclipse-sumo==1.28.0"];
 const CHECK: &str = "import carla, qc_opendrive, sumo";
 
-/// Each character in several seeds and sizes, and every town with a name.
+/// Returns each character in several seeds and sizes, and every named town.
 fn texts() -> BTreeMap<String, String> {
     let seeds = if is_soak() { 10 } else { 2 };
     let plans = Character::ALL.into_iter().flat_map(|character| {
@@ -69,7 +69,7 @@ fn generated_maps_are_read_without_error_by_asam_s_checker_carla_and_sumo() {
         }
         let network = Network::parse(&texts[name]).unwrap();
         let driving = LaneTypes::only(LaneType::Driving);
-        // CARLA pairs the beginning of a lane that leads nowhere with its end.
+        // CARLA pairs the start of a lane that leads nowhere with its end.
         let ends = network
             .lanes()
             .iter()

@@ -1,4 +1,4 @@
-//! CARLA's own client as the judge of maps, where there is a Python that has it.
+//! Compares maps with CARLA's own client, if a Python has it.
 
 use std::process::Command;
 

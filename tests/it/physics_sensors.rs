@@ -1,4 +1,4 @@
-//! Sensors born of physics, over the bus: every frame exact, the world none the wiser.
+//! Physics sensors over the bus: every frame is exact, and they do not change the world.
 
 use client_lib::{
     ActorId, Client, GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, SensorSpec, SetVelocity, Spawn,
@@ -11,7 +11,7 @@ use crate::kit::{DELTA_NANOS, Scratch, Sim, omnibus, small_map};
 
 const TESLA: &str = "vehicle.tesla.model3";
 
-/// One of each; the receiver speaks every second frame.
+/// One sensor of each kind; the receiver measures every second frame.
 fn sensors() -> Vec<SensorSpec> {
     let mast = Pose::new(Vec3::new(0.5, 0.2, 1.5), Quat::IDENTITY);
     let errors = ImuSpec { accelerometer_stddev_mps2: [0.02; 3], ..ImuSpec::default() };
@@ -29,7 +29,7 @@ fn sensors() -> Vec<SensorSpec> {
     ]
 }
 
-/// A car that drives into one that stands 12 m ahead.
+/// A car that drives into a car parked 12 m ahead.
 fn scene(client: &mut Client) -> (ActorId, ActorId) {
     let place = client.spawn_points().unwrap()[0];
     let ahead = place.then(&Pose::new(Vec3::new(14.0, 0.0, 0.0), Quat::IDENTITY));
@@ -45,7 +45,7 @@ fn go(client: &mut Client, hero: ActorId) {
     client.request("velocity", &[Command::SetVelocity(to)]).unwrap();
 }
 
-/// The state hash of each frame, and what was measured, as bytes.
+/// Returns the state hash of each frame, and the measurements as bytes.
 fn run(with_sensors: bool) -> (Vec<u64>, Vec<Vec<u8>>) {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
@@ -77,7 +77,7 @@ fn run(with_sensors: bool) -> (Vec<u64>, Vec<Vec<u8>>) {
         let is_second = header.stamp.sim_time_nanos.is_multiple_of(2 * DELTA_NANOS);
         assert_eq!(felt.gnss(1).is_some(), is_second);
         let up = felt.imu(0).unwrap().accelerometer_mps2[2];
-        // From the spawn's little drop until it goes, it stands.
+        // It stands from the drop at the spawn until it drives off.
         assert!(!(15..20).contains(&tick) || (up - 9.81).abs() < 0.3, "{up}");
         touches += felt.collisions(3).iter().filter(|hit| hit.other == other).count();
         if let Some(ObstacleReading { distance_m, other: seen, .. }) = felt.obstacle(5) {
@@ -98,7 +98,7 @@ fn run(with_sensors: bool) -> (Vec<u64>, Vec<Vec<u8>>) {
 }
 
 #[test]
-fn who_measures_changes_no_bit_and_is_told_the_same_twice() {
+fn physics_sensors_change_no_bit_of_the_state_and_are_reproducible() {
     let (alone, _) = run(false);
     let (measured, said) = run(true);
     assert_eq!(alone, measured);
@@ -106,7 +106,7 @@ fn who_measures_changes_no_bit_and_is_told_the_same_twice() {
 }
 
 #[test]
-fn a_rig_is_of_rays_or_of_physics_and_each_number_is_checked() {
+fn a_bundle_has_rendered_or_physics_sensors_and_each_number_is_checked() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let (hero, _) = scene(&mut client);
@@ -123,7 +123,7 @@ fn a_rig_is_of_rays_or_of_physics_and_each_number_is_checked() {
     refused(&mut client, &[odd], &["\"hit\"", "outputs are"]);
     refused(&mut client, &[SensorSpec { kind: 99, ..eye }], &["kind 99"]);
 
-    // Both at one tick; and what goes with its carrier leaves nothing behind.
+    // Both at one tick; sensors are removed with their carrier.
     let mut seen = client.create_bundle("seen", hero, &[eye], 2).unwrap();
     let mut felt = client.create_bundle("felt", hero, &sensors(), 2).unwrap();
     for _ in 0..5 {
@@ -136,7 +136,7 @@ fn a_rig_is_of_rays_or_of_physics_and_each_number_is_checked() {
         client.tick().unwrap();
         assert!(felt.receive().unwrap().is_none());
     }
-    // A map that is loaded anew has its own roads to look at.
+    // A map that is loaded again has its own roads.
     client.reload_map().unwrap();
     let (hero, _) = scene(&mut client);
     let mut felt = client.create_bundle("felt", hero, &sensors(), 2).unwrap();
@@ -147,7 +147,7 @@ fn a_rig_is_of_rays_or_of_physics_and_each_number_is_checked() {
     sim.end();
 }
 
-/// Lines of a data set's ledger.
+/// Returns the lines of a data set's frame list.
 fn collected(folder: &std::path::Path, frames: &str, more: &[&str]) -> String {
     let small = ["--vehicles", "3", "--width", "64", "--height", "48", "--every", "3"];
     let output = omnibus()
@@ -162,7 +162,7 @@ fn collected(folder: &std::path::Path, frames: &str, more: &[&str]) -> String {
 }
 
 #[test]
-fn a_data_set_has_what_the_ego_felt_at_every_frame() {
+fn a_data_set_has_the_ego_sensors_of_every_frame() {
     let scratch = Scratch::new();
     let whole = collected(&scratch.path().join("whole"), "4", &[]);
     let mut last = None;
@@ -187,7 +187,7 @@ fn a_data_set_has_what_the_ego_felt_at_every_frame() {
         let yaw = newest["odometry"]["yaw_rate_radps"].as_f64().unwrap();
         assert!((turn - yaw).abs() < 0.1, "{turn} {yaw}");
     }
-    // One that goes on where another ended is the same.
+    // A resumed data set is the same.
     let parts = scratch.path().join("parts");
     collected(&parts, "2", &[]);
     assert_eq!(collected(&parts, "4", &["--resume", "--pipeline", "3"]), whole);

@@ -1,4 +1,4 @@
-//! What was recorded: read, simulated again, cut off, refused.
+//! Recordings: read, simulated again, cut off, refused.
 
 use std::{
     fs,
@@ -15,7 +15,7 @@ use crate::kit::{Scratch, Sim, eventually, is_soak, omnibus, small_map};
 
 const FRAMES: u64 = 300;
 
-/// What a frame was.
+/// State hash and actors of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Seen {
     pub(crate) hash: u64,
@@ -28,7 +28,7 @@ pub(crate) fn seen(client: &Client) -> Seen {
     Seen { hash: world.header().state_hash, actors: world.actors().iter().map(bits).collect() }
 }
 
-/// Thirty cars in traffic, and ten of them new in every frame.
+/// Thirty cars in traffic, and ten new ones in every frame.
 pub(crate) struct Bustle {
     places: Vec<client_lib::Pose>,
     next: usize,
@@ -44,7 +44,7 @@ impl Bustle {
         Bustle { places, next: 0, brief: Vec::new() }
     }
 
-    /// What the client does before the next tick.
+    /// The client's commands before the next tick.
     pub(crate) fn act(&mut self, client: &mut Client) {
         let mut commands: Vec<_> = self.brief.drain(..).map(Command::Destroy).collect();
         let cars: Vec<_> = client.world().actors().iter().filter(|a| a.kind == 1).collect();
@@ -70,7 +70,7 @@ impl Bustle {
     }
 }
 
-/// Records a bustling run; answers what every recorded frame was.
+/// Records a busy run and returns every recorded frame.
 fn record(sim: &Sim, profile: Profile, path: &Path, frames: u64) -> Vec<Seen> {
     let mut client = sim.ticker();
     let mut bustle = Bustle::new(&mut client);
@@ -107,7 +107,7 @@ fn check_same(recording: &mut Recording, run: &[Seen], with_actors: bool) -> usi
 }
 
 #[test]
-fn a_recording_is_what_was_shown_and_can_be_simulated_again() {
+fn a_recording_equals_the_shown_states_and_can_be_simulated_again() {
     let scratch = Scratch::new();
     for (profile, threads) in [(Profile::State, "1"), (Profile::Inputs, "2")] {
         let sim = Sim::start(&["--seed", "3", "--threads", threads]);
@@ -136,7 +136,7 @@ fn a_recording_is_what_was_shown_and_can_be_simulated_again() {
 }
 
 #[test]
-fn a_replay_shows_the_recorded_beside_those_who_are_there() {
+fn a_replay_shows_recorded_actors_beside_existing_ones() {
     let scratch = Scratch::new();
     let path = scratch.path().join("shown.mcap");
     let name = path.to_str().unwrap();
@@ -152,14 +152,14 @@ fn a_replay_shows_the_recorded_beside_those_who_are_there() {
     client.start_replay(name, Replay::default()).unwrap();
     for recorded in &run {
         client.tick().unwrap();
-        // Ids that are taken are not taken away: all others are as recorded.
+        // Ids in use are not reassigned; all others are as recorded.
         let shown = seen(&client).actors;
         let missing = recorded.actors.iter().filter(|a| !shown.contains(a)).count();
         let has_own = recorded.actors.iter().any(|a| a[0] == own.0);
         assert_eq!(missing, usize::from(has_own));
     }
     assert!(client.world().actor(own).unwrap().pose.position().z < 299.0, "it went on");
-    // At its end the vehicles drive on.
+    // At the end of the replay the vehicles drive on.
     let last = run.last().unwrap().actors.len();
     for _ in 0..40 {
         client.tick().unwrap();
@@ -199,7 +199,7 @@ fn a_replay_of_another_world_loads_it_first() {
     client.spawn(Spawn::new("vehicle.audi.tt", place)).unwrap();
     client.tick().unwrap();
     let replay = |from_s| Replay { from_s, ..Replay::default() };
-    // What is refused destroys nothing.
+    // A refused replay destroys nothing.
     let first = client.episode();
     let said = client.start_replay(path.to_str().unwrap(), replay(99.0)).unwrap_err().to_string();
     assert!(said.contains("1.50 s") && client.episode() == first, "{said}");
@@ -215,9 +215,9 @@ fn a_replay_of_another_world_loads_it_first() {
     sim.end();
 }
 
-/// In CARLA's log places are centimetres and degrees.
+/// CARLA's log has centimetres and degrees.
 #[test]
-fn carlas_log_says_what_the_recording_says_and_is_shown() {
+fn a_carla_log_equals_the_recording_and_can_be_replayed() {
     let scratch = Scratch::new();
     let [log, path, again] = ["run.log", "run.mcap", "again.mcap"].map(|f| scratch.path().join(f));
     let told = |args: &[&str]| {
@@ -272,7 +272,7 @@ fn carlas_log_says_what_the_recording_says_and_is_shown() {
     }
     assert!(seen > 60 * 8, "{seen}");
 
-    // Alone, its recording does not stay.
+    // With the log alone, the recording is removed.
     let alone = scratch.path().join("alone.log");
     let mut args = vec!["record", "--carla-log", alone.to_str().unwrap()];
     args.extend(small);
@@ -281,7 +281,7 @@ fn carlas_log_says_what_the_recording_says_and_is_shown() {
 }
 
 #[test]
-fn a_killed_simulator_leaves_a_recording_to_its_last_second() {
+fn a_killed_simulator_leaves_a_recording_up_to_its_last_second() {
     let scratch = Scratch::new();
     let path = scratch.path().join("killed.mcap");
     let sim = Sim::start(&["--seed", "3"]);
@@ -294,7 +294,7 @@ fn a_killed_simulator_leaves_a_recording_to_its_last_second() {
         client.tick().unwrap();
         run.push(seen(&client));
     }
-    // What waits for its second to be full is written after a second of real time at most.
+    // Frames of an incomplete segment are written after at most a second of real time.
     let whole = run.len() as u64 / 20 * 20;
     eventually("the last full second", || {
         Recording::open(&path).is_ok_and(|mut r| frames(&mut r) >= whole)
@@ -312,7 +312,7 @@ fn frames(recording: &mut Recording) -> u64 {
 }
 
 #[test]
-fn a_changed_run_is_told_from_the_recorded_one_by_frame_and_actor() {
+fn the_first_difference_of_a_changed_run_is_named_by_frame_and_actor() {
     let scratch = Scratch::new();
     let path = scratch.path().join("run.mcap");
     let sim = Sim::start(&["--seed", "3"]);
@@ -331,7 +331,7 @@ fn a_changed_run_is_told_from_the_recorded_one_by_frame_and_actor() {
     for segment in 0..recording.segments() {
         for moment in recording.moments(segment).unwrap() {
             let mut moment = moment.clone();
-            // A car of the first thirty: the others are gone after a frame.
+            // One of the first thirty cars; the others exist for one frame only.
             if changed.is_none()
                 && moment.stamp.frame.0 > 50
                 && let Some(car) = moment.actors.iter_mut().find(|a| a.kind == 1)
@@ -356,7 +356,7 @@ fn a_changed_run_is_told_from_the_recorded_one_by_frame_and_actor() {
 }
 
 #[test]
-fn what_is_no_recording_of_ours_is_refused_in_one_line() {
+fn a_file_that_is_not_a_recording_is_refused_in_one_line() {
     let scratch = Scratch::new();
     let good = scratch.path().join("good.mcap");
     let sim = Sim::start(&["--seed", "3"]);
@@ -397,7 +397,7 @@ fn find(bytes: &[u8], part: &[u8]) -> Option<usize> {
 }
 
 #[test]
-fn a_recorder_that_cannot_write_says_so_and_harms_nothing() {
+fn a_recorder_that_cannot_write_reports_it_and_the_world_goes_on() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     for bad in ["/proc/no/such", "/dev/null/x"] {
@@ -427,7 +427,7 @@ fn the_tables_have_carlas_layout() {
     client.tick().unwrap();
     let other = client.spawn(Spawn::new("vehicle.audi.tt", places[1])).unwrap();
     client.tick().unwrap();
-    // Head on.
+    // A head-on collision.
     let ahead = places[0].rotation() * glam::Vec3::X;
     let facing = places[0].rotation() * glam::Quat::from_rotation_z(std::f32::consts::PI);
     let at = places[0].position() + ahead * 6.0;

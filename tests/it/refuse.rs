@@ -1,4 +1,4 @@
-//! Bad input gets one clear error; nothing hangs, nothing is lost.
+//! Invalid input gives one clear error; nothing hangs, nothing is lost.
 
 use std::{fs, process::Output};
 
@@ -12,7 +12,7 @@ fn run(args: &[&str]) -> Output {
     omnibus().args(args).output().unwrap()
 }
 
-/// The one line that a refused command says.
+/// Returns the one line of error that a refused command prints.
 fn refusal(args: &[&str]) -> String {
     let output = run(args);
     assert!(!output.status.success(), "{args:?} was not refused");
@@ -50,7 +50,7 @@ fn a_bad_map_is_named_with_its_line() {
 }
 
 #[test]
-fn bad_arguments_are_named_with_what_would_do() {
+fn invalid_arguments_are_named_with_the_valid_ones() {
     names(&refusal(&["run", "--device", "tpu"]), &["--device", "tpu"]);
     names(&refusal(&["run", "--threads", "100000"]), &["--threads is 100000", "1024"]);
     names(&refusal(&["run", "--wait", "never"]), &["never", "balanced"]);
@@ -86,7 +86,7 @@ fn a_recording_is_never_written_over() {
 }
 
 #[test]
-fn a_name_that_is_taken_is_refused_and_the_other_goes_on() {
+fn a_name_in_use_is_refused_and_the_other_simulator_goes_on() {
     let sim = Sim::start(&[]);
     let said = refusal(&["run", "--name", sim.instance().id(), "--map", small_map()]);
     names(&said, &[sim.instance().id(), "already runs"]);
@@ -95,7 +95,7 @@ fn a_name_that_is_taken_is_refused_and_the_other_goes_on() {
 }
 
 #[test]
-fn a_refused_wish_is_named_and_the_world_goes_on() {
+fn a_refused_command_is_named_and_the_world_goes_on() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let place = client.spawn_points().unwrap()[0];
@@ -156,7 +156,7 @@ fn a_refused_wish_is_named_and_the_world_goes_on() {
 }
 
 #[test]
-fn a_stage_of_another_build_is_not_let_in() {
+fn a_stage_of_another_build_is_refused() {
     let sim = Sim::start(&[]);
     let control = sim.instance().control().unwrap();
     let ours = sim.client("before");
@@ -170,7 +170,7 @@ fn a_stage_of_another_build_is_not_let_in() {
 }
 
 #[test]
-fn a_client_that_stops_reading_loses_its_own_frames_and_nobody_elses() {
+fn a_client_that_stops_reading_loses_only_its_own_frames() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let at = Pose::new(Vec3::Z * 60.0, glam::Quat::IDENTITY);
@@ -178,7 +178,7 @@ fn a_client_that_stops_reading_loses_its_own_frames_and_nobody_elses() {
     let mut sleeper = sim.client("sleeper");
     let mut asleep = sleeper.create_bundle("asleep", ActorId::NONE, &[spec], 2).unwrap();
     let mut awake = client.create_bundle("awake", ActorId::NONE, &[spec], 2).unwrap();
-    // It holds as many as it may, and never gives them back.
+    // It holds as many measurements as allowed, and never returns them.
     let mut held = Vec::new();
     for _ in 0..300 {
         let (frame, measured) = client.tick_and_collect(&mut [&mut awake]).unwrap();
@@ -193,7 +193,7 @@ fn a_client_that_stops_reading_loses_its_own_frames_and_nobody_elses() {
     held.clear();
     let next = asleep.receive().unwrap().unwrap();
     assert!(asleep.missed() > 200 && next.frame().0 > 250, "{}", asleep.missed());
-    // Its snapshots too are the newest when it wakes.
+    // Its next snapshot is the newest one.
     sleeper.refresh().unwrap();
     assert_eq!(sleeper.frame(), client.frame());
     drop((client, sleeper, awake, asleep, next));
@@ -236,13 +236,13 @@ fn a_data_set_is_never_overwritten_and_a_folder_that_cannot_be_written_is_named(
     fs::write(&file, "").unwrap();
     names(&refusal(&with(&small, &["--frames", "4", "--out", file.to_str().unwrap()])), &["file"]);
     names(&refusal(&with(&small, &["--frames", "0", "--out", out])), &["--frames"]);
-    // A bad map leaves no folder behind.
+    // An invalid map leaves no folder behind.
     let fresh = scratch.path().join("fresh");
     refusal(&["collect", "--map", "/no/such.xodr", "--out", fresh.to_str().unwrap()]);
     assert!(!fresh.exists());
 }
 
-/// Runs `omnibus` with a small file system mounted at `at`, for it alone; nothing where that is
+/// Runs `omnibus` with a small file system mounted at `at`, for it alone; `None` where mounting is
 /// not allowed.
 fn with_little_room(at: &str, size: &str, args: &[&str]) -> Option<(bool, String)> {
     let mount = format!("mount -t tmpfs -o size={size} tmpfs {at} && exec \"$0\" \"$@\"");
@@ -267,7 +267,7 @@ fn with_little_room(at: &str, size: &str, args: &[&str]) -> Option<(bool, String
 }
 
 #[test]
-fn too_little_shared_memory_is_refused_before_anything_is_made() {
+fn too_little_shared_memory_is_refused_before_anything_is_created() {
     let args = ["run", "--map", small_map(), "--device", "cpu"];
     let Some((went_well, said)) = with_little_room("/dev/shm", "16m", &args) else { return };
     assert!(!went_well);
@@ -276,7 +276,7 @@ fn too_little_shared_memory_is_refused_before_anything_is_made() {
 }
 
 #[test]
-fn a_full_disk_ends_a_collection_with_one_error_and_whole_frames() {
+fn a_full_disk_ends_a_collection_with_one_error_and_complete_frames() {
     let scratch = Scratch::new();
     let out = scratch.path().join("set");
     let (room, out) = (scratch.path().to_str().unwrap(), out.to_str().unwrap());

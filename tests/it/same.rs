@@ -1,4 +1,4 @@
-//! Same seed, same run: whatever runs where, with whom, and how fast.
+//! The same seed gives the same run: across process layouts, observers and process speeds.
 
 use client_lib::{Client, Pose, Spawn, camera, lidar};
 use glam::{Quat, Vec3};
@@ -12,27 +12,27 @@ use crate::kit::{DELTA_NANOS, Digest, Sim, small_map};
 const FRAMES: u64 = 2000;
 const VEHICLES: usize = 100;
 
-/// What a run was.
+/// The result of a run.
 #[derive(Debug, PartialEq)]
 struct Run {
     hashes: Vec<u64>,
     collisions: u32,
     vehicles: usize,
-    /// Over depth, tags and ids of every measured frame.
+    /// Digests of depth, tags and ids of every measured frame.
     measured: Vec<u64>,
-    /// The first frame that was measured.
+    /// The first measured frame.
     first: u64,
 }
 
-/// How a run is looked at; none of it may change what happens.
+/// How a run is observed; none of it may change the result.
 #[derive(Clone, Copy, Default)]
 struct Look {
     measuring: bool,
     pipeline: u32,
 }
 
-/// A fixed play: a hundred cars in traffic; every 40 frames one is hurled against another; one is
-/// destroyed and a new one comes every 60.
+/// A fixed scenario: a hundred cars in traffic; every 40 frames one is thrown against another;
+/// every 60 frames one is destroyed and a new one is spawned.
 fn play(client: &mut Client, look: Look) -> Run {
     client.synchronise(DELTA_NANOS).unwrap();
     let settings = Settings { pipeline: look.pipeline, ..client.settings() };
@@ -116,8 +116,8 @@ fn play(client: &mut Client, look: Look) -> Run {
     run
 }
 
-/// One car is built otherwise, one pushed, one let go of the ground, one driven by a controller; and
-/// somebody stands in the way.
+/// One car gets other physics, one is pushed, one has no gravity, one is driven by a controller,
+/// and a walker stands in the way.
 fn meddle(client: &mut Client, cars: &[ActorId], frame: usize) {
     let one = |nth: usize| cars[(frame / 50 * 7 + nth) % cars.len()];
     let mut physics = client.vehicle_physics(one(0)).unwrap();
@@ -140,7 +140,7 @@ fn meddle(client: &mut Client, cars: &[ActorId], frame: usize) {
     if let Some(car) = client.world().actor(one(5)) {
         let ahead = car.pose.position() + car.pose.rotation() * Vec3::X * 6.0;
         let walker = Spawn::new("walker.pedestrian.0001", Pose::level(ahead, 0.0)).ragdoll_on_hit();
-        // There may be no room.
+        // There may be no free spawn point.
         if let Ok(walker) = client.spawn(walker) {
             client.send(&[Command::Jump(walker)]).unwrap();
         }
@@ -168,10 +168,10 @@ fn as_one_process(look: Look) -> Run {
     args.seed = 3;
     args.device = "cpu".to_owned();
     args.name = Some(format!("one-{}", std::process::id() % 100_000));
-    let beside =
+    let host =
         BackgroundHost::start(&args, Settings { synchronous: 1, ..Settings::default() }).unwrap();
-    let run = play(&mut beside.connect("player").unwrap(), look);
-    beside.end().unwrap();
+    let run = play(&mut host.connect("player").unwrap(), look);
+    host.end().unwrap();
     run
 }
 
@@ -180,7 +180,7 @@ fn first_difference(a: &Run, b: &Run) -> Option<usize> {
 }
 
 #[test]
-fn two_runs_of_one_seed_are_the_same_frame_by_frame() {
+fn two_runs_with_one_seed_are_identical_frame_by_frame() {
     let first = as_processes(&["--seed", "3"], &[], Look::default());
     assert_eq!(first.hashes.len(), FRAMES as usize);
     assert!(first.collisions >= 20, "{} collisions", first.collisions);

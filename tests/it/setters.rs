@@ -1,5 +1,5 @@
-//! Every command with a number in it, with numbers that cannot be and actors that are not there: each
-//! is refused by name, and the world goes on as if nobody had spoken.
+//! Every command with a number, with invalid numbers and unknown actors: each is refused by name,
+//! and the world goes on unchanged.
 
 use client_lib::{Client, Pose, Spawn, camera, lidar};
 use glam::{Quat, Vec3};
@@ -14,21 +14,21 @@ use crate::kit::Sim;
 
 const BAD: [f32; 5] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30];
 
-/// A number of a struct, and its name.
+/// A number in a struct, and its name.
 type Number<T> = (&'static str, fn(&mut T) -> &mut f32);
 
-/// One command that must be refused, and what it is about.
+/// A command that must be refused, and its subject.
 struct Bad {
     what: String,
     commands: Vec<Command>,
 }
 
-/// All of them.
+/// Returns all of them.
 #[derive(Default)]
 struct List(Vec<Bad>);
 
 impl List {
-    /// The good struct with each number in turn made bad.
+    /// Returns the valid struct with each number in turn made invalid.
     fn numbers<T: Copy>(
         &mut self,
         name: &str,
@@ -216,7 +216,7 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
     list
 }
 
-/// Everything that names an actor, with one that is not there.
+/// Returns every command that names an actor, with an unknown actor.
 fn of_nobody(actor_id: ActorId, list: &mut List) {
     let mut dead =
         |what: &str, command: Command| list.one(&format!("{what} of {actor_id}"), command);
@@ -286,8 +286,8 @@ fn bad_sensors(client: &mut Client, car: ActorId) {
     }
 }
 
-/// The hashes of twenty frames, with or without all the nonsense in between.
-fn play(is_spoken: bool) -> Vec<u64> {
+/// Returns the hashes of twenty frames, with or without the invalid commands in between.
+fn play(with_commands: bool) -> Vec<u64> {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let places = client.spawn_points().unwrap();
@@ -301,7 +301,7 @@ fn play(is_spoken: bool) -> Vec<u64> {
     client.tick().unwrap();
     client.destroy(gone).unwrap();
     let mut list = List::default();
-    if is_spoken {
+    if with_commands {
         list = bad_numbers(&mut client, cars[0]);
         for nobody in [ActorId::NONE, gone, ActorId(99_999), ActorId(u32::MAX)] {
             of_nobody(nobody, &mut list);
@@ -333,6 +333,6 @@ fn play(is_spoken: bool) -> Vec<u64> {
 }
 
 #[test]
-fn every_wish_with_a_number_that_cannot_be_is_refused_and_changes_nothing() {
+fn every_command_with_an_invalid_number_is_refused_and_changes_nothing() {
     assert_eq!(play(true), play(false));
 }

@@ -1,4 +1,4 @@
-//! Worlds come and go for long: nothing grows.
+//! Worlds are created and destroyed for a long time; memory does not grow.
 
 use bus::Role;
 use client_lib::{Client, Pose, SensorBundle, Spawn, camera, output};
@@ -6,20 +6,20 @@ use glam::vec3;
 
 use crate::kit::{Sim, is_soak, resident_bytes};
 
-/// Worlds, and ticks of each.
+/// Worlds, and ticks per world.
 fn counts() -> (usize, usize) {
     if is_soak() { (10_000, 100) } else { (1000, 50) }
 }
 
-/// How often is looked.
+/// The number of samples.
 const SAMPLES: usize = 40;
-/// Of the samples, those before this one are not judged: caches fill.
+/// Samples before this one are not judged, because caches fill.
 const SETTLED: usize = 8;
-/// What may come on top of the most that was seen in the first half, in bytes and in parts.
+/// Allowed growth over the maximum of the first half, in bytes and as a fraction.
 const SLACK_BYTES: u64 = 2 << 20;
 const SLACK: f64 = 0.03;
 
-/// What is held at one time. Bytes but for the count.
+/// Resource use at one time, in bytes except for the count.
 #[derive(Clone, Copy, Debug)]
 struct Held {
     resets: usize,
@@ -52,7 +52,7 @@ impl Held {
     }
 }
 
-/// Five cars under traffic, one with a small camera.
+/// Five cars in traffic, one with a small camera.
 fn furnish(client: &mut Client) -> SensorBundle {
     let places = client.spawn_points().unwrap();
     let spread = places.len() / 5;
@@ -90,7 +90,7 @@ fn many_worlds_and_ticks_need_no_more_memory() {
     }
     let (early, late) = samples[SETTLED..].split_at((SAMPLES - SETTLED) / 2);
     for (index, name) in NAMES.into_iter().enumerate() {
-        // This process runs other tests beside this one, but for the soak.
+        // Other tests run in this process, except in the soak.
         if name == "client" && !is_soak() {
             continue;
         }

@@ -1,11 +1,11 @@
-//! Two of something.
+//! Two simulators, two clients, two tickers.
 
 use client_lib::Spawn;
 
 use crate::kit::Sim;
 
 #[test]
-fn two_simulations_side_by_side_do_not_see_each_other() {
+fn two_simulators_on_one_machine_are_isolated() {
     let (left, right) = (Sim::start(&["--seed", "1"]), Sim::start(&["--seed", "1"]));
     let (mut a, mut b) = (left.ticker(), right.ticker());
     let place = a.spawn_points().unwrap()[0];
@@ -25,7 +25,7 @@ fn two_simulations_side_by_side_do_not_see_each_other() {
 }
 
 #[test]
-fn a_second_ticker_is_refused_by_name_unless_the_first_hands_over() {
+fn a_second_ticking_client_is_refused_by_name_unless_the_first_hands_over() {
     let sim = Sim::start(&[]);
     let mut first = sim.client("first");
     first.synchronise(50_000_000).unwrap();
@@ -45,7 +45,7 @@ fn a_second_ticker_is_refused_by_name_unless_the_first_hands_over() {
 }
 
 #[test]
-fn two_clients_of_one_name_get_their_own_answers() {
+fn two_clients_with_one_name_get_their_own_responses() {
     let sim = Sim::start(&[]);
     let (a, b) = (sim.client("twin"), sim.client("twin"));
     let places = a.spawn_points().unwrap();

@@ -1,5 +1,5 @@
-//! Traffic in closed loop with physics, without processes and without the bus: everything that
-//! happens to the vehicles is taken down, for examples and tests to judge.
+//! Traffic in closed loop with physics, without processes and without the bus. Records everything
+//! that happens to the vehicles, for examples and tests to judge.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -16,51 +16,51 @@ use traffic::{Outlook, Planner};
 const DELTA_NANOS: u64 = 50_000_000;
 const DELTA_S: f32 = 0.05;
 const SUBSTEP_NANOS: u64 = 10_000_000;
-/// Who does not get so far on stands in a jam.
+/// A vehicle that advances less than this is in a jam. Metres.
 const JAM_M: f32 = 5.0;
-/// Who touch again so soon are still in the same collision.
+/// Contacts within this time belong to the same collision.
 const SAME_CRASH_S: f32 = 10.0;
 const JAM_MAX_S: f32 = 120.0;
-/// Who stands for longer than this though his way is free has given up.
+/// A vehicle that stands longer than this with a free path has given up.
 const IDLE_MAX_S: f32 = 180.0;
-/// Who is in one place for longer than this when all ends is in a jam for good.
+/// A vehicle in one place for longer than this at the end is in a permanent jam.
 const BLOCKED_MAX_S: f32 = 300.0;
 const FREE_SHARE_MIN: f32 = 0.6;
 const DRIVEN_MIN_KMPH: f32 = 5.0;
 
-/// How far a wheel's middle may be beside the road: over a kerb that is cut. Metres.
+/// How far the centre of a wheel may be beside the road, over a cut kerb. Metres.
 const BESIDE_M: f32 = 0.75;
-/// How finely that is measured. Metres.
+/// Resolution of that measurement. Metres.
 const BESIDE_STEP_M: f32 = 0.25;
 
-/// Who drives.
+/// The vehicles of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Cast {
-    /// As many as find room.
+    /// The requested number; as many are spawned as there is room for.
     pub vehicles: usize,
-    /// Decides scenery, traffic, and who begins where.
+    /// The seed of scenery, traffic and spawn points.
     pub seed: u64,
     /// Sedans only, instead of a mixture of cars, vans, trucks, buses and two-wheelers.
     pub sedans: bool,
 }
 
-/// What was seen of one vehicle.
+/// Observations of one vehicle.
 #[derive(Default)]
 struct Record {
     blueprint: &'static str,
     driven_m: f32,
     free_s: f32,
     free_share_s: f32,
-    /// The same, curves left out.
+    /// Without curves.
     straight_s: f32,
     straight_share_s: f32,
-    /// Where and since when it has not got on.
+    /// Where, and since when, it has not advanced.
     anchor: Vec3,
     anchored_s: f32,
     longest_s: f32,
     longest_at: Vec3,
     longest_from_s: f32,
-    /// How long it has stood though nothing is in its way, now and at most.
+    /// How long it has stood with a free path, now and at most.
     idle_s: f32,
     idle_longest_s: f32,
     /// How far a wheel was beside the road, at most.
@@ -75,7 +75,7 @@ struct Record {
     toppled_s: f32,
 }
 
-/// Two who touched, and what they reckoned with just before.
+/// Two vehicles that touched, and what they planned with just before.
 struct Crash {
     time_s: f32,
     who: (ActorId, ActorId),
@@ -90,12 +90,12 @@ pub struct World {
     asphalt: Ground,
     planner: Planner,
     stamp: Stamp,
-    /// By id: lights, then vehicles.
+    /// Sorted by id: lights, then vehicles.
     actors: Vec<ActorState>,
     vehicles_from: usize,
     records: Vec<Record>,
     crashes: Vec<Crash>,
-    /// When two touched last.
+    /// The last contact of each pair.
     touched_s: BTreeMap<(ActorId, ActorId), f32>,
     refused: usize,
     teleports: usize,
@@ -104,7 +104,7 @@ pub struct World {
 }
 
 impl World {
-    /// Furnishes a map and puts the vehicles onto it.
+    /// Furnishes a map and spawns the vehicles.
     pub fn new(network: Arc<Network>, cast: &Cast) -> World {
         let town = town::furnish(&network, cast.seed);
         let boxes: Vec<StaticBox> = town
@@ -147,7 +147,7 @@ impl World {
         world
     }
 
-    /// As a data set's cast is chosen: mostly cars, at shuffled places.
+    /// Chooses vehicles as `omnibus collect` does: mostly cars, at shuffled spawn points.
     fn populate(&mut self, cast: &Cast) {
         let mut random = Random(cast.seed);
         let mut places = self.network.spawn_points();
@@ -214,7 +214,7 @@ impl World {
         self.stamp.sim_time_nanos as f32 * 1e-9
     }
 
-    /// Takes down how the vehicles drove, in terms of what their minds reckon with.
+    /// Records how the vehicles drove, in terms of the planner.
     fn look(&mut self) {
         let time_s = self.time_s();
         let from = self.vehicles_from;
@@ -245,7 +245,7 @@ impl World {
         }
     }
 
-    /// Takes down what happened to the vehicles.
+    /// Records what happened to the vehicles.
     fn judge(&mut self) {
         let time_s = self.time_s();
         for (record, actor) in self.records.iter_mut().zip(&self.actors[self.vehicles_from..]) {
@@ -265,7 +265,7 @@ impl World {
                 record.toppled_s += DELTA_S;
             }
             self.teleports += usize::from(actor.has(flag::TELEPORTED));
-            // Not in every frame: it takes longer than all else that is looked at.
+            // Not in every frame, because it takes longer than all other observations.
             if self.stamp.frame.0.is_multiple_of(10) {
                 let beside_m = beside(&self.asphalt, actor);
                 if beside_m > record.beside_m {
@@ -291,14 +291,14 @@ impl World {
         }
     }
 
-    /// Prints what these vehicles reckon with.
+    /// Prints what the planner assumes about these vehicles.
     pub fn print(&self, watch: &[u32]) {
         for outlook in self.planner.outlooks().filter(|o| watch.contains(&o.actor_id.0)) {
             println!("{:.2} {}", self.time_s(), self.describe(&outlook));
         }
     }
 
-    /// A line for each light and vehicle.
+    /// Writes a line for each light and vehicle.
     pub fn write(&self, trace: &mut BufWriter<File>) -> std::io::Result<()> {
         for light in &self.actors[..self.vehicles_from] {
             let (at, phase) = (light.pose.position(), light.phase);
@@ -369,7 +369,7 @@ impl World {
         )
     }
 
-    /// Prints all figures, and says whether every goal is met.
+    /// Prints all figures, and returns whether every goal is met.
     pub fn report(&self, name: &str, wall_s: f64) -> bool {
         let records = &self.records;
         let frames = self.stamp.frame.0.max(1);
@@ -415,10 +415,10 @@ impl World {
             && self.physics.len() == records.len()
     }
 
-    /// What must not happen to anybody on a town of our own: nobody leaves the road, topples or
-    /// touches another; nobody stands for long though his way is free, and nobody is in a jam at
-    /// the end. A sentence for each that did. Who brushes a lamp post is counted by
-    /// [`World::brushes`]: a bus's corner swings out over the kerb.
+    /// Returns the faults on a generated town, a sentence each: a vehicle leaves the road,
+    /// overturns or touches another, stands for long with a free path, or is in a jam at the end.
+    /// [`World::brushes`] counts contacts with lamp posts: the corner of a bus swings over the
+    /// kerb.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
         for (row, record) in self.records.iter().enumerate() {
@@ -461,12 +461,12 @@ impl World {
         faults
     }
 
-    /// How often somebody touched what is fixed.
+    /// Returns the number of contacts with static objects.
     pub fn brushes(&self) -> usize {
         self.crashes.iter().filter(|crash| crash.who.1 == ActorId::NONE).count()
     }
 
-    /// How many drive, how far all of them got together in metres, and the longest stay in one
+    /// Returns the number of vehicles, their total distance in metres, and the longest stay in one
     /// place in seconds.
     pub fn figures(&self) -> (usize, f32, f32) {
         let driven = self.records.iter().map(|record| record.driven_m).sum();
@@ -517,7 +517,7 @@ impl World {
     }
 }
 
-/// What vehicles drive on, without all else that they could.
+/// The surface that vehicles drive on.
 fn asphalt(mesh: &Mesh) -> Ground {
     let road = [Tag::Roads, Tag::RoadLine].map(|tag| tag as u8);
     let keep: Vec<usize> =
@@ -529,7 +529,7 @@ fn asphalt(mesh: &Mesh) -> Ground {
     })
 }
 
-/// How far the wheel that is farthest out is beside the asphalt.
+/// Returns how far the outermost wheel is beside the asphalt.
 fn beside(asphalt: &Ground, actor: &ActorState) -> f32 {
     let (origin, rotation) = (actor.pose.position(), actor.pose.rotation());
     let wheels = &town::catalogue()[actor.blueprint as usize].wheels;

@@ -1,4 +1,4 @@
-//! What scenarios and examples share.
+//! Fixtures that scenarios and examples share.
 
 pub mod closed_loop;
 
