@@ -21,7 +21,7 @@ mod glyphs;
 mod gpu;
 mod heuristic;
 mod hit;
-mod lanes;
+mod simd;
 mod light;
 mod meshes;
 mod motion;

@@ -2,7 +2,7 @@ use glam::Vec3;
 use mesh::Tag;
 
 use crate::hit::NONE;
-use crate::lanes::{Float, LANES, Mask, V3, Word};
+use crate::simd::{Float, LANES, Mask, V3, Word};
 use crate::scene::STATIC;
 use crate::{Scene, World};
 

@@ -1,7 +1,7 @@
 use glam::Vec3;
 
 use super::walk::Probe;
-use crate::lanes::{Eight, Float, V3};
+use crate::simd::{Float8, Float, V3};
 use crate::wide::WideNode;
 
 /// The space that a packet of rays can reach, between six planes.
@@ -119,7 +119,7 @@ impl Beam {
 
 impl Probe for Beam {
     #[inline(always)]
-    fn touch<E: Eight>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
+    fn touch<E: Float8>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
         let row = |row: usize| E::load(&node.bounds[row & 7]);
         let mut inside = E::splat(0.0);
         for (number, plane) in self.planes.iter().enumerate() {

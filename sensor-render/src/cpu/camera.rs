@@ -5,8 +5,7 @@ use super::geometry::{flows, normals};
 use super::pencil::{Hits, Pencil};
 use super::shade::Shade;
 use super::walk::Stack;
-use crate::lanes::on_each_isa;
-use crate::lanes::{Float, LANES, V3, Word};
+use crate::simd::{Float, Kernel, LANES, V3, Word};
 use crate::light::Light;
 use crate::outputs::{PIECE_ROWS, Piece};
 use crate::rays::Camera;
@@ -22,15 +21,22 @@ const COARSE: f32 = 0.0105;
 
 const _: () = assert!(PIECE_ROWS == 8);
 
-on_each_isa! {
-    /// Sees some rows of an image.
-    fn see(
-        scene: &Scene,
-        world: &World,
-        light: &Light,
-        camera: &Camera,
-        piece: &mut Piece,
-    ) = rows;
+/// Rows of one image, to be rendered.
+pub(crate) struct CameraRows<'a, 'b> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) world: &'a World,
+    pub(crate) light: &'a Light,
+    pub(crate) camera: &'a Camera,
+    pub(crate) piece: &'a mut Piece<'b>,
+}
+
+impl Kernel for CameraRows<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Float>(self) {
+        rows::<F>(self.scene, self.world, self.light, self.camera, self.piece);
+    }
 }
 
 #[inline(always)]

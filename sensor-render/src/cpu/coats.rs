@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::grain::noise;
 use crate::coat::Coat;
-use crate::lanes::{Float, LANES, Mask, V3, Word};
+use crate::simd::{Float, LANES, Mask, V3, Word};
 use crate::light::Light;
 use crate::{Scene, World};
 

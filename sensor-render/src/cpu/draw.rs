@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::glyphs::{ADVANCE, GLYPHS, SIZE};
 use crate::hit::T_MIN;
-use crate::lanes::LANES;
+use crate::simd::LANES;
 use crate::overlay::{Overlay, Rod, Text};
 use crate::rays::Camera;
 

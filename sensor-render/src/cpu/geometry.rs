@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::World;
-use crate::lanes::{Float, LANES, Mask, V3, Word};
+use crate::simd::{Float, LANES, Mask, V3, Word};
 use crate::rays::Camera;
 use crate::surface::Seen;
 

@@ -1,6 +1,6 @@
 //! What has no lines: grain, stains, randomness. The twin of grain.wgsl.
 
-use crate::lanes::{Float, Word};
+use crate::simd::{Float, Word};
 
 /// 0 at `low`, 1 at `high`, smooth between; `low` may be the larger.
 #[inline(always)]

@@ -3,15 +3,27 @@ use glam::Vec3;
 use super::pencil::Pencil;
 use super::walk::Stack;
 use crate::echo::Echo;
-use crate::lanes::{Float, LANES, Mask, V3, Word, on_each_isa};
+use crate::simd::{Float, Kernel, LANES, Mask, V3, Word};
 use crate::outputs::Piece;
 use crate::rays::Lidar;
 use crate::surface::Seen;
 use crate::{Scene, World};
 
-on_each_isa! {
-    /// Sweeps some columns of a lidar.
-    fn sweep(scene: &Scene, world: &World, lidar: &Lidar, piece: &mut Piece) = columns;
+/// Columns of one lidar, to be measured.
+pub(crate) struct LidarColumns<'a, 'b> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) world: &'a World,
+    pub(crate) lidar: &'a Lidar,
+    pub(crate) piece: &'a mut Piece<'b>,
+}
+
+impl Kernel for LidarColumns<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Float>(self) {
+        columns::<F>(self.scene, self.world, self.lidar, self.piece);
+    }
 }
 
 #[inline(always)]

@@ -3,7 +3,7 @@
 use super::coats::Coats;
 use super::grain::{hash, share, smooth};
 use crate::coat::pattern;
-use crate::lanes::{Float, Mask, V3, Word};
+use crate::simd::{Float, Mask, V3, Word};
 
 /// Metres.
 const FLOOR: f32 = 3.1;

@@ -4,7 +4,7 @@ use super::beam::Beam;
 use super::solo::Solo;
 use super::walk::{Stack, Visitor, walk};
 use crate::hit::{EDGE_SLACK, Hit, NONE, T_MIN};
-use crate::lanes::{Float, LANES, Mask, V3, Word};
+use crate::simd::{Float, LANES, Mask, V3, Word};
 use crate::scene::Triangle;
 use crate::world::Instance;
 use crate::{Scene, World};
@@ -62,11 +62,11 @@ impl<F: Float, const G: usize> Pencil<F, G> {
         let mut hits = Hits::none(t_max);
         let beam = Beam::pencil(self.origin, &self.corners, self.axis, scene.reach);
         let mut town = Level { scene, pencil: self, instance: NONE, hits: &mut hits };
-        walk::<F::Eight, _, _>(&scene.wide, scene.ground.wide_root, &beam, t_max, stack, &mut town);
+        walk::<F::Float8, _, _>(&scene.wide, scene.ground.wide_root, &beam, t_max, stack, &mut town);
         if let Some(root) = world.wide_root {
             let limit = hits.farthest();
             let mut actors = Actors { scene, world, pencil: self, hits: &mut hits };
-            walk::<F::Eight, _, _>(&world.wide, root, &beam, limit, stack, &mut actors);
+            walk::<F::Float8, _, _>(&world.wide, root, &beam, limit, stack, &mut actors);
         }
         hits
     }
@@ -89,7 +89,7 @@ impl<F: Float, const G: usize> Pencil<F, G> {
                 let direction = Vec3::new(x[lane], y[lane], z[lane]);
                 let ray = Solo::new(self.origin, direction, scene.reach);
                 let mut hit = Hit::none(t_max);
-                ray.closest::<F::Eight>(scene, world, stack, &mut hit);
+                ray.closest::<F::Float8>(scene, world, stack, &mut hit);
                 (t[lane], triangle[lane], instance[lane]) = (hit.t, hit.triangle, hit.instance);
             }
             hits.t[group] = F::from_array(t);
@@ -204,7 +204,7 @@ impl<F: Float, const G: usize> Visitor for Actors<'_, F, G> {
             let limit = self.hits.farthest();
             let mut level =
                 Level { scene: self.scene, pencil: &pencil, instance: index, hits: self.hits };
-            walk::<F::Eight, _, _>(&self.scene.wide, root, &beam, limit, stack, &mut level);
+            walk::<F::Float8, _, _>(&self.scene.wide, root, &beam, limit, stack, &mut level);
         }
         self.hits.farthest()
     }

@@ -7,7 +7,7 @@ use super::pencil::Hits;
 use super::shadow::Shadow;
 use super::sky::{ambient, develop, mirrored, sky, splat, veil};
 use super::walk::Stack;
-use crate::lanes::{Float, Mask, V3, Word};
+use crate::simd::{Float, Mask, V3, Word};
 use crate::light::Light;
 use crate::rays::Camera;
 use crate::surface::Seen;

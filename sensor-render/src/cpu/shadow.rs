@@ -3,7 +3,7 @@ use glam::Vec3;
 use super::beam::Beam;
 use super::solo::Solo;
 use super::walk::{Stack, Visitor, walk};
-use crate::lanes::{Float, LANES, Mask, V3};
+use crate::simd::{Float, LANES, Mask, V3};
 use crate::scene::Triangle;
 use crate::world::Instance;
 use crate::{Scene, World};
@@ -31,12 +31,12 @@ impl<F: Float> Shadow<F> {
         let mut open = self.active;
         let beam = self.beam(scene.reach);
         let mut town = Level { scene, shadow: self, open: &mut open };
-        walk::<F::Eight, _, _>(&scene.wide, scene.ground.wide_root, &beam, 0.0, stack, &mut town);
+        walk::<F::Float8, _, _>(&scene.wide, scene.ground.wide_root, &beam, 0.0, stack, &mut town);
         if let Some(root) = world.wide_root
             && open.any()
         {
             let mut actors = Actors { scene, world, shadow: self, open: &mut open };
-            walk::<F::Eight, _, _>(&world.wide, root, &beam, 0.0, stack, &mut actors);
+            walk::<F::Float8, _, _>(&world.wide, root, &beam, 0.0, stack, &mut actors);
         }
         self.active & !open
     }
@@ -52,7 +52,7 @@ impl<F: Float> Shadow<F> {
             left &= left - 1;
             let origin = Vec3::new(x[lane], y[lane], z[lane]);
             let ray = Solo::new(origin, self.direction, scene.reach);
-            let is_blocked = ray.is_blocked::<F::Eight>(scene, world, stack, f32::INFINITY);
+            let is_blocked = ray.is_blocked::<F::Float8>(scene, world, stack, f32::INFINITY);
             blocked |= u16::from(is_blocked) << lane;
         }
         F::Mask::from_bits(blocked)
@@ -160,7 +160,7 @@ impl<F: Float> Visitor for Actors<'_, F> {
             let shadow = Shadow { active: *self.open, ..self.shadow.seen_from(instance) };
             let beam = shadow.beam(self.scene.reach);
             let mut level = Level { scene: self.scene, shadow: &shadow, open: self.open };
-            walk::<F::Eight, _, _>(&self.scene.wide, root, &beam, 0.0, stack, &mut level);
+            walk::<F::Float8, _, _>(&self.scene.wide, root, &beam, 0.0, stack, &mut level);
         }
         limit::<F>(*self.open)
     }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::grain::{noise, smooth};
-use crate::lanes::{Float, V3, Word};
+use crate::simd::{Float, V3, Word};
 use crate::light::Light;
 
 #[inline(always)]

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::walk::{Probe, Stack, Visitor, walk};
 use crate::hit::{EDGE_SLACK, Hit, NONE, T_MIN};
-use crate::lanes::Eight;
+use crate::simd::Float8;
 use crate::scene::Triangle;
 use crate::wide::WideNode;
 use crate::world::Instance;
@@ -54,7 +54,7 @@ impl Solo {
 
     /// Lowers `hit` to the first thing that the ray meets before it.
     #[inline(always)]
-    pub(crate) fn closest<E: Eight>(
+    pub(crate) fn closest<E: Float8>(
         &self,
         scene: &Scene,
         world: &World,
@@ -73,7 +73,7 @@ impl Solo {
 
     /// Whether the ray meets anything before `t_max`.
     #[inline(always)]
-    pub(crate) fn is_blocked<E: Eight>(
+    pub(crate) fn is_blocked<E: Float8>(
         &self,
         scene: &Scene,
         world: &World,
@@ -114,7 +114,7 @@ impl Solo {
 
 impl Probe for Solo {
     #[inline(always)]
-    fn touch<E: Eight>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
+    fn touch<E: Float8>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
         let row = |row: usize| E::load(&node.bounds[row & 7]);
         let mut near = E::splat(0.0);
         let mut far = E::splat(limit);
@@ -186,7 +186,7 @@ struct Actors<'a, E> {
     lanes: PhantomData<E>,
 }
 
-impl<E: Eight> Visitor for Actors<'_, E> {
+impl<E: Float8> Visitor for Actors<'_, E> {
     #[inline(always)]
     fn visit(&mut self, stack: &mut Stack, first: u32, count: u32) -> f32 {
         for index in first..first + count {

@@ -8,7 +8,7 @@ use protocol::{Frame, Name, Plane, Pose, SensorSpec, Stamp, Weather, layout, out
 use super::CpuTracer;
 use super::shadow::Shadow;
 use super::walk::Stack;
-use crate::lanes::{Float, Isa, LANES, Mask, V3, on_each_isa};
+use crate::simd::{Float, Isa, Kernel, LANES, Mask, V3};
 use crate::rays::{Camera, Lidar, Sensor, rays};
 use crate::reference::{Ray, closest};
 use crate::{BundleJob, Scene, World, pose_planes, sample};
@@ -166,31 +166,28 @@ fn beam_of(lidar: &Lidar, beam: usize) -> Ray {
     Ray { origin: lidar.origin, direction: lidar.axes * in_sensor }
 }
 
-/// Asks for the shadows of sixteen points at once.
-fn ask<F: Float>(
-    scene: &Scene,
-    world: &World,
-    points: &[Vec3; LANES],
+/// Shadow rays from sixteen points at once; the result has one bit for each blocked ray.
+struct ShadowRays<'a> {
+    scene: &'a Scene,
+    world: &'a World,
+    points: &'a [Vec3; LANES],
     sun: Vec3,
-    blocked: &mut u16,
-) {
-    let lanes = |axis: usize| F::from_array(std::array::from_fn(|lane| points[lane][axis]));
-    let shadow = Shadow::<F> {
-        direction: sun,
-        origins: V3 { x: lanes(0), y: lanes(1), z: lanes(2) },
-        active: F::Mask::from_bits(u16::MAX),
-    };
-    *blocked = shadow.blocked(scene, world, &mut Stack::new()).bits();
 }
 
-on_each_isa! {
-    fn ask_on(
-        scene: &Scene,
-        world: &World,
-        points: &[Vec3; LANES],
-        sun: Vec3,
-        blocked: &mut u16,
-    ) = ask;
+impl Kernel for ShadowRays<'_> {
+    type Output = u16;
+
+    #[inline(always)]
+    fn run<F: Float>(self) -> u16 {
+        let lanes =
+            |axis: usize| F::from_array(std::array::from_fn(|lane| self.points[lane][axis]));
+        let shadow = Shadow::<F> {
+            direction: self.sun,
+            origins: V3 { x: lanes(0), y: lanes(1), z: lanes(2) },
+            active: F::Mask::from_bits(u16::MAX),
+        };
+        shadow.blocked(self.scene, self.world, &mut Stack::new()).bits()
+    }
 }
 
 #[test]
@@ -205,11 +202,11 @@ fn shadow_packets_find_what_single_rays_find() {
             foot + vec3((lane % 4) as f32, (lane / 4) as f32, 0.0) * step_m
         });
         for isa in Isa::all() {
-            let mut blocked = 0;
-            ask_on(isa, &scene, &world, &points, sun, &mut blocked);
-            for (lane, origin) in points.into_iter().enumerate() {
+            let (scene, world, points) = (&scene, &world, &points);
+            let blocked = isa.run(ShadowRays { scene, world, points, sun });
+            for (lane, origin) in points.iter().copied().enumerate() {
                 let ray = Ray { origin, direction: sun };
-                let is_dark = closest(&scene, &world, ray, f32::INFINITY).is_some();
+                let is_dark = closest(scene, world, ray, f32::INFINITY).is_some();
                 asked += 1;
                 dark += usize::from(is_dark);
                 wrong += usize::from(is_dark != (blocked >> lane & 1 != 0));

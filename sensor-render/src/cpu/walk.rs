@@ -1,5 +1,5 @@
 use crate::bvh::{DEPTH_MAX, Link, TOP_DEPTH_MAX};
-use crate::lanes::Eight;
+use crate::simd::Float8;
 use crate::wide::WideNode;
 
 /// What is left to visit; one for all walks of a thread, since a walk of an actor's level begins
@@ -29,7 +29,7 @@ impl Stack {
 pub(crate) trait Probe {
     /// Which of a node's children it may touch before `limit`, one bit each, and how far along
     /// each begins.
-    fn touch<E: Eight>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]);
+    fn touch<E: Float8>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]);
 }
 
 /// What happens at the leaves.
@@ -42,7 +42,7 @@ pub(crate) trait Visitor {
 /// Takes `visitor` to the leaves below `root` that `probe` touches before `limit`, near ones
 /// first.
 #[inline(always)]
-pub(crate) fn walk<E: Eight, P: Probe, V: Visitor>(
+pub(crate) fn walk<E: Float8, P: Probe, V: Visitor>(
     nodes: &[WideNode],
     root: Link,
     probe: &P,

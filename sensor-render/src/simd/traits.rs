@@ -1,28 +1,10 @@
-//! Sixteen rays side by side.
-//!
-//! One body of code, generic over [`Float`], serves every instruction set: it is compiled into
-//! functions that enable AVX-512 or AVX2 with FMA, chosen at run time, and once for any machine.
-//! For that to work each generic function is `#[inline(always)]`, and each way in is a
-//! `#[target_feature]` function that [`on_each_isa`] makes.
-
-#[cfg(target_arch = "x86_64")]
-pub(crate) mod avx2;
-#[cfg(target_arch = "x86_64")]
-pub(crate) mod avx512;
-mod isa;
-pub(crate) mod portable;
-mod vector;
-
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-pub(crate) use isa::{Isa, on_each_isa};
-pub(crate) use vector::V3;
-
-/// How many rays go side by side.
+/// Rays that one packet traces side by side.
 pub(crate) const LANES: usize = 16;
 
-/// Sixteen numbers.
+/// Sixteen `f32`, one per lane.
 pub(crate) trait Float:
     Copy
     + Debug
@@ -34,8 +16,9 @@ pub(crate) trait Float:
 {
     type Mask: Mask;
     type Word: Word<Mask = Self::Mask, Float = Self>;
-    type Eight: Eight;
+    type Float8: Float8;
 
+    /// Returns `x` in every lane.
     fn splat(x: f32) -> Self;
     fn from_array(lanes: [f32; LANES]) -> Self;
     fn to_array(self) -> [f32; LANES];
@@ -44,16 +27,19 @@ pub(crate) trait Float:
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;
     fn floor(self) -> Self;
-    /// `self * a + b`, in one rounding where the machine can.
+    /// Returns `self * a + b`, with a single rounding where the processor has FMA.
     fn mul_add(self, a: Self, b: Self) -> Self;
     fn lt(self, other: Self) -> Self::Mask;
     fn ge(self, other: Self) -> Self::Mask;
-    /// `self` where the mask is set, else `other`.
+    /// Returns `self` where the mask is set, else `other`.
     fn or(self, mask: Self::Mask, other: Self) -> Self;
-    /// Towards zero; what does not fit into an i32 gives anything.
+    /// Rounds toward zero; the result is unspecified for values outside of `i32`.
     fn to_int(self) -> Self::Word;
+    /// Returns the bit patterns.
     fn bits(self) -> Self::Word;
+    /// Returns the largest lane.
     fn largest(self) -> f32;
+    /// Returns the smallest lane.
     fn smallest(self) -> f32;
 
     #[inline(always)]
@@ -61,14 +47,14 @@ pub(crate) trait Float:
         self.max(Self::splat(0.0)).min(Self::splat(1.0))
     }
 
-    /// `self + (to - self) * share`.
+    /// Returns `self + (to - self) * share`.
     #[inline(always)]
     fn lerp(self, to: Self, share: Self) -> Self {
         (to - self).mul_add(share, self)
     }
 }
 
-/// Sixteen words of 32 bits.
+/// Sixteen `u32`, one per lane.
 pub(crate) trait Word:
     Copy
     + Debug
@@ -87,28 +73,28 @@ pub(crate) trait Word:
     fn shl<const BITS: u32>(self) -> Self;
     fn shr<const BITS: u32>(self) -> Self;
     fn eq(self, other: Self) -> Self::Mask;
-    /// `self` where the mask is set, else `other`.
+    /// Returns `self` where the mask is set, else `other`.
     fn or(self, mask: Self::Mask, other: Self) -> Self;
-    /// Read as i32.
+    /// Converts lanes read as `i32` to `f32`.
     fn to_float(self) -> Self::Float;
-    /// The same bits.
+    /// Reinterprets the bit patterns as `f32`.
     fn as_float(self) -> Self::Float;
 }
 
-/// Eight numbers: a wide node's children side by side.
-pub(crate) trait Eight: Copy {
+/// Eight `f32`: one bound of the eight children of a [`crate::wide::WideNode`].
+pub(crate) trait Float8: Copy {
     fn splat(x: f32) -> Self;
     fn load(from: &[f32; 8]) -> Self;
     fn to_array(self) -> [f32; 8];
-    /// `self * a + b`.
+    /// Returns `self * a + b`.
     fn mul_add(self, a: Self, b: Self) -> Self;
     fn min(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
-    /// One bit for each lane with `self >= other`.
+    /// Returns one bit per lane, set where `self >= other`.
     fn ge(self, other: Self) -> u32;
 }
 
-/// Sixteen yes or no.
+/// Sixteen booleans, one per lane.
 pub(crate) trait Mask:
     Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
@@ -120,6 +106,3 @@ pub(crate) trait Mask:
         self.bits() != 0
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -17,9 +17,11 @@ mod solo;
 mod tests;
 mod walk;
 
+use camera::CameraRows;
+use lidar::LidarColumns;
 use rayon::prelude::*;
 
-use crate::lanes::Isa;
+use crate::simd::Isa;
 use crate::light::Light;
 use crate::outputs::split;
 use crate::rays::Sensor;
@@ -62,9 +64,12 @@ impl CpuTracer {
             work.pieces.into_par_iter().with_max_len(1).for_each(|mut piece| {
                 match &sensors[piece.sensor] {
                     Sensor::Camera(camera) => {
-                        camera::see(isa, scene, world, &light, camera, &mut piece);
+                        let (light, piece) = (&light, &mut piece);
+                        isa.run(CameraRows { scene, world, light, camera, piece });
                     }
-                    Sensor::Lidar(lidar) => lidar::sweep(isa, scene, world, lidar, &mut piece),
+                    Sensor::Lidar(lidar) => {
+                        isa.run(LidarColumns { scene, world, lidar, piece: &mut piece });
+                    }
                 }
             });
         });

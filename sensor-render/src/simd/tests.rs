@@ -1,13 +1,14 @@
-//! Every instruction set computes what plain arithmetic does.
+//! Every instruction set computes the same values as plain arithmetic.
 
-use super::{Float, Isa, LANES, Mask, Word, on_each_isa};
+use super::{Float, Isa, Kernel, LANES, Mask, Word};
 
 const A: [f32; LANES] =
     [0.0, 1.0, -1.0, 2.5, -2.5, 0.1, 1e6, -1e6, 3.99, -3.99, 7.0, 8.0, 9.0, -0.5, 0.5, 100.25];
 const B: [f32; LANES] =
     [1.0, -1.0, 4.0, 2.5, 0.5, 10.0, 1e-3, 3.0, -2.0, 2.0, 7.0, -8.0, 0.25, 0.5, -0.5, 3.0];
 
-fn check<F: Float>(done: &mut bool) {
+/// Compares every operation with plain arithmetic; returns the name of the vector type.
+fn check<F: Float>() -> &'static str {
     let (a, b) = (F::from_array(A), F::from_array(B));
     let lanes =
         |f: &dyn Fn(f32, f32) -> f32| -> [f32; LANES] { std::array::from_fn(|i| f(A[i], B[i])) };
@@ -50,18 +51,51 @@ fn check<F: Float>(done: &mut bool) {
     assert_eq!(w.shr::<9>().to_float().to_array(), words.map(|w| (w >> 9) as f32));
     assert_eq!(a.to_int().to_array(), A.map(|a| a as i32 as u32));
     assert_eq!(a.bits().as_float().to_array(), A);
-    *done = true;
+    std::any::type_name::<F>()
 }
 
-on_each_isa! {
-    fn check_on(done: &mut bool) = check;
+struct Check;
+
+impl Kernel for Check {
+    type Output = &'static str;
+
+    #[inline(always)]
+    fn run<F: Float>(self) -> &'static str {
+        check::<F>()
+    }
 }
 
 #[test]
 fn every_instruction_set_computes_the_same() {
     for isa in Isa::all() {
-        let mut done = false;
-        check_on(isa, &mut done);
-        assert!(done, "{}", isa.name());
+        assert!(!isa.run(Check).is_empty(), "{}", isa.name());
+    }
+}
+
+#[test]
+fn an_instruction_set_runs_only_where_the_processor_has_it() {
+    let types: Vec<&str> = Isa::all().into_iter().map(|isa| isa.run(Check)).collect();
+    let runs = |module: &str| types.iter().any(|name| name.contains(&format!("::{module}::")));
+    assert!(runs("portable"));
+    #[cfg(target_arch = "x86_64")]
+    {
+        let has_avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+        assert!(!runs("avx2") || has_avx2);
+        assert!(!runs("avx512") || (has_avx2 && is_x86_feature_detected!("avx512f")));
+    }
+}
+
+/// Safe functions of `avx2.rs` and `avx512.rs` run instructions that the processor may lack. They
+/// are sound because only `isa.rs`, which detects the processor's features, can name their types,
+/// and because only `isa.rs` can make an `Isa`.
+#[test]
+fn vector_types_and_the_detection_token_are_private_to_isa() {
+    let isa = include_str!("isa.rs");
+    for private in ["\nmod avx2;", "\nmod avx512;", "struct Isa(Level);", "\nenum Level {"] {
+        assert!(isa.contains(private), "isa.rs has no line {private:?}");
+    }
+    assert!(!isa.contains("use avx"), "isa.rs exports no vector type");
+    for text in [include_str!("isa/avx2.rs"), include_str!("isa/avx512.rs")] {
+        assert!(!text.contains("pub(crate)") && !text.contains("pub struct"));
     }
 }

@@ -2,9 +2,9 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use glam::Vec3;
 
-use super::Float;
+use crate::simd::traits::Float;
 
-/// Sixteen vectors, or colours.
+/// Sixteen three-dimensional vectors, or colours.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct V3<F> {
     pub(crate) x: F,
@@ -18,7 +18,7 @@ impl<F: Float> V3<F> {
         V3 { x: F::splat(v.x), y: F::splat(v.y), z: F::splat(v.z) }
     }
 
-    /// x, y or z.
+    /// Returns component `number`: x, y or z.
     #[inline(always)]
     pub(crate) fn axis(self, number: usize) -> F {
         match number {
@@ -38,7 +38,7 @@ impl<F: Float> V3<F> {
         V3 { x: self.x.mul_add(a, b.x), y: self.y.mul_add(a, b.y), z: self.z.mul_add(a, b.z) }
     }
 
-    /// Component by component.
+    /// Multiplies component by component.
     #[inline(always)]
     pub(crate) fn times(self, other: Self) -> Self {
         V3 { x: self.x * other.x, y: self.y * other.y, z: self.z * other.z }
@@ -49,7 +49,7 @@ impl<F: Float> V3<F> {
         V3 { x: self.x.lerp(to.x, share), y: self.y.lerp(to.y, share), z: self.z.lerp(to.z, share) }
     }
 
-    /// `self` where the mask is set, else `other`.
+    /// Returns `self` where the mask is set, else `other`.
     #[inline(always)]
     pub(crate) fn or(self, mask: F::Mask, other: Self) -> Self {
         V3 { x: self.x.or(mask, other.x), y: self.y.or(mask, other.y), z: self.z.or(mask, other.z) }
