@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let filter = arguments.get(2).map_or("", String::as_str);
     let town = sample::Sample::heavy()?;
     let begin = Instant::now();
-    let scene = Scene::of_town(&town.town);
+    let scene = Scene::of_town(&town.town)?;
     let built_ms = begin.elapsed().as_secs_f64() * 1e3;
     let actors = town.traffic(100, 3);
     let instanced: usize =

@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let town = sample::Sample::heavy()?;
     let begin = Instant::now();
-    let scene = Scene::of_town(&town.town);
+    let scene = Scene::of_town(&town.town)?;
     let built_ms = begin.elapsed().as_secs_f64() * 1e3;
     let actors = town.traffic(100, 3);
     let instanced: usize =
@@ -293,7 +293,7 @@ fn compare_all(gpu: &mut Tracer) -> Result<bool, Box<dyn Error>> {
     let mut right = true;
     for name in sample::towns() {
         let town = sample::Sample::named(&name)?;
-        let scene = Scene::of_town(&town.town);
+        let scene = Scene::of_town(&town.town)?;
         let mut world = World::new();
         let stamp = Stamp { frame: Frame(1), sim_time_nanos: 50_000_000, ..Default::default() };
         let actors = town.traffic(100, 3);

@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let size = argument(2, "800x600");
     let (width, height) = size.split_once('x').ok_or("the size is WIDTHxHEIGHT")?;
     let (width, height) = (width.parse()?, height.parse()?);
-    let scene = Scene::of_town(&town.town);
+    let scene = Scene::of_town(&town.town)?;
     let mut tracer = Tracer::open(argument(4, "cpu").parse()?, 0)?;
     std::fs::create_dir_all(&folder)?;
     let actors = town.traffic(100, 3);

@@ -1,43 +1,50 @@
-//! A scene's place in the cache of baked things.
+//! Scenes in the cache of baked data.
 
-use bake::{Cache, Key, MapError, Parts};
+use bake::{Cache, Key, Parts};
 use protocol::Episode;
 
-use crate::Scene;
-use crate::scene::{Figure, Level, new_serial};
+use crate::{
+    run_error::RenderError,
+    scene::{Blas, BlueprintGeometry, Scene, SceneError, new_serial},
+};
 
-/// What decides how a scene is built: one by other code is not ours.
+/// Source code that determines the contents of a scene. It is part of the cache key, so that a
+/// scene built by other code is not used.
 const CODE: &str = concat!(
     include_str!("baked.rs"),
     include_str!("bvh.rs"),
-    include_str!("divide.rs"),
+    include_str!("parallel_build.rs"),
     include_str!("scene.rs"),
+    include_str!("triangle.rs"),
     include_str!("wall.rs"),
     include_str!("wide.rs"),
 );
 
-/// The scene of a map: its town, and every blueprint's looks.
-pub fn scene_of(network: &road::Network, seed: u64) -> Scene {
+/// Builds the scene of a map: its town, and the geometry of every blueprint.
+///
+/// # Errors
+/// As [`Scene::new`].
+pub fn scene_of(network: &road::Network, seed: u64) -> Result<Scene, SceneError> {
     Scene::of_town(&town::furnish(network, seed))
 }
 
-/// As [`scene_of`], out of the cache where it is there; and whether it had to be built.
-pub(crate) fn cached_scene(cache: &Cache, episode: &Episode) -> Result<(Scene, bool), MapError> {
+/// As [`scene_of`], from the cache if possible. Also returns whether the scene had to be built.
+pub(crate) fn cached_scene(cache: &Cache, episode: &Episode) -> Result<(Scene, bool), RenderError> {
     let baked = cache.find(key(episode));
-    if let Some(scene) = baked.and_then(|mut parts| take(&mut parts)) {
+    if let Some(scene) = baked.and_then(|mut parts| load_scene(&mut parts)) {
         return Ok((scene, false));
     }
     let Episode { map, open_drive, seed } = episode;
-    Ok((Scene::of_town(&cache.town(map, open_drive, *seed)?), true))
+    Ok((Scene::of_town(&cache.town(map, open_drive, *seed)?)?, true))
 }
 
-/// Keeps a scene for the next start.
-pub(crate) fn keep_scene(cache: &Cache, episode: &Episode, scene: &Scene) {
-    let levels: Vec<Level> = [&[scene.ground], &*scene.levels].concat();
+/// Stores a scene in the cache.
+pub(crate) fn store_scene(cache: &Cache, episode: &Episode, scene: &Scene) {
+    let blases: Vec<Blas> = [&[scene.town_blas], &*scene.blases].concat();
     cache.keep(
         key(episode),
         &[
-            bytemuck::cast_slice(&levels),
+            bytemuck::cast_slice(&blases),
             bytemuck::cast_slice(&[scene.reach]),
             bytemuck::cast_slice(&scene.town_ends),
             bytemuck::cast_slice(&scene.parked),
@@ -53,18 +60,18 @@ fn key(episode: &Episode) -> Key {
     Key::new("scene", CODE, &episode.open_drive, episode.seed, town::Detail::Standard)
 }
 
-fn take(parts: &mut Parts) -> Option<Scene> {
-    let mut levels = parts.take::<Level>()?.into_iter();
-    let (ground, levels) = (levels.next()?, levels.collect());
+fn load_scene(parts: &mut Parts) -> Option<Scene> {
+    let mut blases = parts.take::<Blas>()?.into_iter();
+    let (town_blas, blases) = (blases.next()?, blases.collect());
     let reach = *parts.take::<f32>()?.first()?;
     let town_ends = *parts.take::<[u32; 3]>()?.first()?;
     let parked = parts.take()?;
     Some(Scene {
         serial: new_serial(),
-        ground,
+        town_blas,
         town_ends,
-        levels,
-        figures: Figure::all(&parked).0,
+        blases,
+        geometries: BlueprintGeometry::all(&parked).0,
         reach,
         parked,
         walls: parts.take()?,

@@ -1,86 +1,91 @@
-//! The bundles of the world as the renderer knows them from the journal.
+//! Sensor bundles, as the journal describes them.
 
 use std::collections::BTreeMap;
 
-use protocol::{ActorId, ActorState, BundleId, Plane, Pose, SensorSpec, SnapshotHeader, output};
+use bus::Writer;
+use protocol::{
+    ActorId, ActorState, BundleHeader, BundleId, Page, Plane, Pose, SensorSpec, SnapshotHeader,
+    output,
+};
 
-use crate::run::RigWriter;
+/// Writing end of the channel of one bundle.
+pub(crate) type BundleWriter = Writer<BundleHeader, Page>;
 
 #[derive(Default)]
 pub(crate) struct Bundles {
     bundles: BTreeMap<BundleId, SensorBundle>,
-    /// Writers of bundles that a keyframe may bring back.
-    spare: BTreeMap<BundleId, RigWriter>,
+    /// Writers of bundles that the next keyframe may name again.
+    spare_writers: BTreeMap<BundleId, BundleWriter>,
 }
 
 struct SensorBundle {
     parent: ActorId,
     sensor_count: u32,
     sensors: Vec<SensorSpec>,
-    /// There once all sensors are.
-    mounted: Option<Mounted>,
+    /// Set once all sensors of the bundle are known.
+    active: Option<ActiveBundle>,
 }
 
-struct Mounted {
+struct ActiveBundle {
     planes: Vec<Plane>,
     byte_len: u64,
-    writer: RigWriter,
+    writer: BundleWriter,
 }
 
-/// A bundle that measures in this frame.
-pub(crate) struct Due {
+/// A bundle that measures at the current frame.
+pub(crate) struct DueBundle {
     pub(crate) id: BundleId,
     pub(crate) parent: ActorId,
     pub(crate) world_from_parent: Pose,
-    /// Those of the sensors whose turn it is.
+    /// Planes of the sensors that are due.
     pub(crate) planes: Vec<Plane>,
     pub(crate) byte_len: u64,
 }
 
 impl Bundles {
-    pub(crate) fn begin_anew(&mut self) {
+    pub(crate) fn reset(&mut self) {
         for (id, bundle) in std::mem::take(&mut self.bundles) {
-            if let Some(mounted) = bundle.mounted {
-                self.spare.insert(id, mounted.writer);
+            if let Some(active) = bundle.active {
+                self.spare_writers.insert(id, active.writer);
             }
         }
     }
 
-    pub(crate) fn announce(&mut self, id: BundleId, parent: ActorId, sensor_count: u32) {
+    pub(crate) fn create(&mut self, id: BundleId, parent: ActorId, sensor_count: u32) {
         self.bundles
-            .insert(id, SensorBundle { parent, sensor_count, sensors: Vec::new(), mounted: None });
+            .insert(id, SensorBundle { parent, sensor_count, sensors: Vec::new(), active: None });
     }
 
-    /// Adds a sensor; says all of them once they are complete.
+    /// Adds a sensor; returns all sensors of the bundle once they are complete.
     pub(crate) fn add(&mut self, id: BundleId, spec: SensorSpec) -> Option<&[SensorSpec]> {
         let bundle = self.bundles.get_mut(&id)?;
         bundle.sensors.push(spec);
         (bundle.sensors.len() == bundle.sensor_count as usize).then_some(&bundle.sensors[..])
     }
 
-    pub(crate) fn take_writer(&mut self, id: BundleId) -> Option<RigWriter> {
-        self.spare.remove(&id)
+    pub(crate) fn take_writer(&mut self, id: BundleId) -> Option<BundleWriter> {
+        self.spare_writers.remove(&id)
     }
 
-    pub(crate) fn mount(
+    pub(crate) fn activate(
         &mut self,
         id: BundleId,
         planes: Vec<Plane>,
         byte_len: u64,
-        writer: RigWriter,
+        writer: BundleWriter,
     ) {
         if let Some(bundle) = self.bundles.get_mut(&id) {
-            bundle.mounted = Some(Mounted { planes, byte_len, writer });
+            bundle.active = Some(ActiveBundle { planes, byte_len, writer });
         }
     }
 
     pub(crate) fn remove(&mut self, id: BundleId) {
         self.bundles.remove(&id);
-        self.spare.remove(&id);
+        self.spare_writers.remove(&id);
     }
 
-    /// Whether any sensor shows how things move.
-    pub(crate) fn ask_for_flow(&self) -> bool {
+    /// Returns whether any sensor measures optical flow.
+    pub(crate) fn measures_flow(&self) -> bool {
         let flows = |spec: &SensorSpec| spec.outputs & output::FLOW != 0;
         self.bundles.values().any(|bundle| bundle.sensors.iter().any(flows))
     }
@@ -89,15 +94,16 @@ impl Bundles {
         &self.bundles[&id].sensors
     }
 
-    pub(crate) fn writer(&self, id: BundleId) -> &RigWriter {
-        &self.bundles[&id].mounted.as_ref().expect("only a mounted bundle is due").writer
+    pub(crate) fn writer(&self, id: BundleId) -> &BundleWriter {
+        &self.bundles[&id].active.as_ref().expect("only a mounted bundle is due").writer
     }
 
-    /// The bundles that measure in this frame, by id. One whose carrier is gone does not.
-    pub(crate) fn due(&self, header: &SnapshotHeader, actors: &[ActorState]) -> Vec<Due> {
+    /// Returns the bundles that measure at this frame, by id. A bundle whose parent no longer
+    /// exists does not measure.
+    pub(crate) fn due(&self, header: &SnapshotHeader, actors: &[ActorState]) -> Vec<DueBundle> {
         let mut due = Vec::new();
         for (id, bundle) in &self.bundles {
-            let Some(mounted) = &bundle.mounted else { continue };
+            let Some(active) = &bundle.active else { continue };
             let world_from_parent = if bundle.parent == ActorId::NONE {
                 Pose::IDENTITY
             } else {
@@ -106,15 +112,16 @@ impl Bundles {
                     Err(_) => continue,
                 }
             };
-            let is_due = |plane: &Plane| measures(&bundle.sensors[plane.sensor as usize], header);
-            let planes: Vec<_> = mounted.planes.iter().copied().filter(is_due).collect();
+            let plane_is_due =
+                |plane: &Plane| is_due(&bundle.sensors[plane.sensor as usize], header);
+            let planes: Vec<_> = active.planes.iter().copied().filter(plane_is_due).collect();
             if !planes.is_empty() {
-                due.push(Due {
+                due.push(DueBundle {
                     id: *id,
                     parent: bundle.parent,
                     world_from_parent,
                     planes,
-                    byte_len: mounted.byte_len,
+                    byte_len: active.byte_len,
                 });
             }
         }
@@ -122,9 +129,9 @@ impl Bundles {
     }
 }
 
-/// Whether a sensor's turn has come: simulated time has passed a multiple of its period within
-/// this frame. No drift, whatever the delta.
-fn measures(spec: &SensorSpec, header: &SnapshotHeader) -> bool {
+/// Returns whether a sensor is due: simulated time has passed a multiple of its period within this
+/// frame. The rule does not drift with any delta.
+fn is_due(spec: &SensorSpec, header: &SnapshotHeader) -> bool {
     if spec.period_nanos == 0 {
         return true;
     }
@@ -144,7 +151,7 @@ mod tests {
         let times: Vec<_> = (1..=28)
             .filter(|frame| {
                 let stamp = Stamp { sim_time_nanos: frame * 50_000_000, ..Stamp::default() };
-                measures(
+                is_due(
                     &spec,
                     &SnapshotHeader { stamp, delta_nanos: 50_000_000, ..Default::default() },
                 )

@@ -5,31 +5,31 @@ use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::triangle::Triangle;
 use obvhs::{BvhBuildParams, bvh2::node::Bvh2Node};
 
-use crate::{
-    divide::{Box3, Corners, divided},
-    heuristic,
-};
+/// Lowest and highest corner of an axis-aligned box.
+pub(crate) type Box3 = (Vec3, Vec3);
 
-/// The deepest hierarchies of triangles and of actors that a tracer's stack can walk. Together they
-/// are the shaders' stack (reference.wgsl), which the device clears for every ray: it is short.
+/// Depth limits of a bottom-level and of a top-level hierarchy. Their sum is the length of the
+/// traversal stack of the shaders (reference.wgsl), which the device clears for every ray and which
+/// is therefore short.
 pub(crate) const DEPTH_MAX: usize = 46;
 pub(crate) const TOP_DEPTH_MAX: usize = 18;
 
-/// The most primitives in one leaf.
+/// Maximum number of primitives in one leaf.
 pub(crate) const LEAF_MAX: u32 = 4;
 
-/// What lies below a node: another node, or a run of primitives.
+/// Reference to an inner node, or to a leaf with its range of primitives.
 ///
-/// Bit 31 marks a leaf; then bits 26 to 30 count its primitives and bits 0 to 25 name the first.
+/// Bit 31 marks a leaf; then bits 26 to 30 are the number of its primitives and bits 0 to 25 the
+/// index of the first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub(crate) struct Link(pub(crate) u32);
 
 impl Link {
-    /// A leaf without primitives.
+    /// Leaf without primitives.
     pub(crate) const EMPTY: Link = Link(1 << 31);
 
-    /// How many primitives one hierarchy can name.
+    /// Number of primitives that a leaf can address.
     pub(crate) const PRIMITIVES_MAX: usize = 1 << 26;
 
     pub(crate) fn leaf(first: u32, count: u32) -> Link {
@@ -42,13 +42,14 @@ impl Link {
         self.0 >> 31 != 0
     }
 
-    /// First primitive of a leaf, and how many.
+    /// Returns the first primitive of a leaf, and the number of primitives.
     #[inline(always)]
     pub(crate) fn primitives(self) -> (u32, u32) {
         (self.0 & 0x3ff_ffff, self.0 >> 26 & 31)
     }
 
-    /// The same link, with so many more nodes and primitives before; fewer, if these wrap round.
+    /// Returns the link after `nodes` nodes and `primitives` primitives were inserted before it.
+    /// The sums wrap, so that a wrapped negative number moves the link back.
     pub(crate) fn moved(self, nodes: u32, primitives: u32) -> Link {
         if self.is_leaf() {
             match self.primitives() {
@@ -61,7 +62,8 @@ impl Link {
     }
 }
 
-/// An inner node with the boxes of both children. The shaders read the same 64 bytes.
+/// Inner node of a binary hierarchy, with the boxes of both children. The shaders read the same 64
+/// bytes.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(16))]
 pub(crate) struct Node {
@@ -78,7 +80,7 @@ pub(crate) struct Node {
 const _: () = assert!(size_of::<Node>() == 64);
 
 impl Node {
-    /// The same node, see [`Link::moved`].
+    /// Returns the node with both links moved; see [`Link::moved`].
     pub(crate) fn moved(&self, nodes: u32, primitives: u32) -> Node {
         Node {
             child0: self.child0.moved(nodes, primitives),
@@ -88,25 +90,23 @@ impl Node {
     }
 }
 
-/// A hierarchy over primitives that the caller keeps in `order`.
+/// Bounding volume hierarchy over primitives that the caller stores in `order`.
 pub(crate) struct Hierarchy {
-    /// Parents before children.
+    /// Inner nodes; a parent lies before its children.
     pub(crate) nodes: Vec<Node>,
     pub(crate) root: Link,
-    /// Leaf position → the primitive's index in the builder's input.
+    /// Index of each primitive in the input of the builder, in the order of the leaves.
     pub(crate) order: Vec<u32>,
 }
 
 impl Hierarchy {
-    /// Over those of the triangles 0 to `count` that are finite, built with care: it will be walked
-    /// for a whole episode. And the box round them.
-    pub(crate) fn over_triangles(count: usize, corners: &impl Corners) -> (Hierarchy, Box3) {
-        divided(count, corners)
-    }
-
-    /// Over as many triangles as one thread builds at once; no deeper than `depth_max`. In haste,
-    /// if they are a share of very many.
-    pub(crate) fn over_share(corners: &[[Vec3; 3]], depth_max: usize, in_haste: bool) -> Hierarchy {
+    /// Builds a hierarchy over triangles on the calling thread, no deeper than `depth_max`. With
+    /// `fast`, the build is quicker and the rays are slower.
+    pub(crate) fn over_triangles_serial(
+        corners: &[[Vec3; 3]],
+        depth_max: usize,
+        fast: bool,
+    ) -> Hierarchy {
         if corners.is_empty() {
             return Hierarchy { nodes: Vec::new(), root: Link::EMPTY, order: Vec::new() };
         }
@@ -115,24 +115,16 @@ impl Hierarchy {
             .map(|[a, b, c]| Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() })
             .collect();
         let mut config =
-            if in_haste { BvhBuildParams::fast_build() } else { BvhBuildParams::medium_build() };
+            if fast { BvhBuildParams::fast_build() } else { BvhBuildParams::medium_build() };
         config.max_prims_per_leaf = LEAF_MAX;
         let tree = build_bvh2_from_tris(&triangles, config, &mut Default::default());
         let boxes: Vec<_> = corners.iter().map(bounds).collect();
-        Hierarchy::shallow(&tree, &boxes, depth_max)
+        Hierarchy::limited_to_depth(&tree, &boxes, depth_max)
     }
 
-    /// Over boxes, one to a leaf, built in haste: it lives for one frame.
-    pub(crate) fn over_boxes(boxes: &[(Vec3, Vec3)]) -> Hierarchy {
-        if boxes.is_empty() {
-            return Hierarchy { nodes: Vec::new(), root: Link::EMPTY, order: Vec::new() };
-        }
-        heuristic::over(boxes, TOP_DEPTH_MAX)
-    }
-
-    /// Takes `tree`; if it is too deep, as it may be where primitives lie in one heap, what is
-    /// far below its root is built anew by halving.
-    fn shallow(tree: &Bvh2, boxes: &[(Vec3, Vec3)], depth_max: usize) -> Hierarchy {
+    /// Converts `tree`. If it is too deep, which happens where many primitives coincide, the nodes
+    /// far below its root are rebuilt by halving.
+    fn limited_to_depth(tree: &Bvh2, boxes: &[Box3], depth_max: usize) -> Hierarchy {
         let (hierarchy, depth) = flatten(tree, boxes, usize::MAX);
         if depth <= depth_max {
             return hierarchy;
@@ -141,7 +133,8 @@ impl Hierarchy {
         flatten(tree, boxes, depth_max.saturating_sub(halving_depth)).0
     }
 
-    /// Appends `self` behind what is there; its primitives begin at `first_primitive`.
+    /// Appends the nodes to `nodes` and returns the root; the primitives begin at
+    /// `first_primitive`.
     pub(crate) fn append_to(self, nodes: &mut Vec<Node>, first_primitive: u32) -> Link {
         if nodes.is_empty() && first_primitive == 0 {
             *nodes = self.nodes;
@@ -152,7 +145,7 @@ impl Hierarchy {
         self.copy_to(&mut nodes[base..], base as u32, first_primitive)
     }
 
-    /// Copies its nodes to where `base` others lie before.
+    /// Copies the nodes to `nodes`, which lie behind `base` other nodes, and returns the root.
     pub(crate) fn copy_to(&self, nodes: &mut [Node], base: u32, first_primitive: u32) -> Link {
         for (to, node) in nodes.iter_mut().zip(&self.nodes) {
             *to = node.moved(base, first_primitive);
@@ -161,24 +154,25 @@ impl Hierarchy {
     }
 }
 
-/// The smallest box around a triangle.
-pub(crate) fn bounds([a, b, c]: &[Vec3; 3]) -> (Vec3, Vec3) {
+/// Returns the bounding box of a triangle.
+pub(crate) fn bounds([a, b, c]: &[Vec3; 3]) -> Box3 {
     (a.min(*b).min(*c), a.max(*b).max(*c))
 }
 
-/// Copies the tree in depth-first order, and says how deep it is; inner nodes at `graft_depth` are
-/// replaced by a hierarchy that halves what lies below them.
-fn flatten(tree: &Bvh2, boxes: &[(Vec3, Vec3)], graft_depth: usize) -> (Hierarchy, usize) {
+/// Copies the tree in depth-first order and returns its depth. Inner nodes at `graft_depth` are
+/// replaced by a hierarchy that halves the primitives below them.
+fn flatten(tree: &Bvh2, boxes: &[Box3], graft_depth: usize) -> (Hierarchy, usize) {
     let mut nodes: Vec<Node> = Vec::with_capacity(tree.nodes.len() / 2);
     let mut order = Vec::with_capacity(boxes.len());
     let mut root = Link::EMPTY;
     let mut depth_max = 0;
-    // Each entry: a node of the tree, the parent that waits for its index, which child, depth.
+    // Each entry: node of the tree, index of its parent in `nodes`, which child it is, and its
+    // depth.
     let mut stack = vec![(0usize, usize::MAX, 0, 1)];
     while let Some((at, parent, side, depth)) = stack.pop() {
         let node = &tree.nodes[at];
-        let is_grafted = !node.is_leaf() && depth >= graft_depth;
-        let own = if is_grafted {
+        let is_rebuilt = !node.is_leaf() && depth >= graft_depth;
+        let own = if is_rebuilt {
             let first = order.len();
             collect(tree, node, &mut order);
             halve(boxes, &mut nodes, &mut order[first..], first).0
@@ -194,7 +188,7 @@ fn flatten(tree: &Bvh2, boxes: &[(Vec3, Vec3)], graft_depth: usize) -> (Hierarch
             Some(parent) if side == 0 => parent.child0 = own,
             Some(parent) => parent.child1 = own,
         }
-        if is_grafted || node.is_leaf() {
+        if is_rebuilt || node.is_leaf() {
             continue;
         }
         depth_max = depth_max.max(depth);
@@ -207,7 +201,7 @@ fn flatten(tree: &Bvh2, boxes: &[(Vec3, Vec3)], graft_depth: usize) -> (Hierarch
     (Hierarchy { nodes, root, order }, depth_max)
 }
 
-/// Appends the primitives below a node of the tree.
+/// Appends the primitives below a node of the tree to `order`.
 fn collect(tree: &Bvh2, node: &Bvh2Node, order: &mut Vec<u32>) {
     let mut stack = vec![*node];
     while let Some(node) = stack.pop() {
@@ -233,11 +227,11 @@ pub(crate) fn node_of(low0: Vec3, high0: Vec3, low1: Vec3, high1: Vec3) -> Node 
     }
 }
 
-/// Halves the primitives from position `first` of `order` on, by count along the longest axis,
-/// until they fit into leaves: never deep, whatever they are. Returns the root and its box.
-/// `run` lies at place `first` of the order.
+/// Halves the primitives of `run` by count along the longest axis until they fit into leaves, so
+/// that the depth is logarithmic for any input. `run` begins at position `first` of the order.
+/// Returns the root and its box.
 pub(crate) fn halve(
-    boxes: &[(Vec3, Vec3)],
+    boxes: &[Box3],
     nodes: &mut Vec<Node>,
     run: &mut [u32],
     first: usize,
@@ -264,8 +258,8 @@ pub(crate) fn halve(
     (Link(own as u32), around)
 }
 
-/// The box around `low` to `high` after `affine`.
-pub(crate) fn moved_box(affine: &glam::Affine3A, low: Vec3, high: Vec3) -> (Vec3, Vec3) {
+/// Returns the bounding box of the box from `low` to `high` after `affine`.
+pub(crate) fn transformed_box(affine: &glam::Affine3A, low: Vec3, high: Vec3) -> Box3 {
     let (center, half) = (Vec3A::from(low + high) * 0.5, Vec3A::from(high - low) * 0.5);
     let center = affine.transform_point3a(center);
     let m = &affine.matrix3;
@@ -273,39 +267,21 @@ pub(crate) fn moved_box(affine: &glam::Affine3A, low: Vec3, high: Vec3) -> (Vec3
     ((center - half).to_vec3(), (center + half).to_vec3())
 }
 
+/// Appends the primitives below `link` to `seen`; returns the depth of the hierarchy below it.
 #[cfg(test)]
-pub(crate) mod tests {
+pub(crate) fn count(nodes: &[Node], link: Link, depth: usize, seen: &mut Vec<u32>) -> usize {
+    if link.is_leaf() {
+        let (first, count) = link.primitives();
+        seen.extend(first..first + count);
+        return depth;
+    }
+    let node = &nodes[link.0 as usize];
+    count(nodes, node.child0, depth + 1, seen).max(count(nodes, node.child1, depth + 1, seen))
+}
+
+#[cfg(test)]
+mod tests {
     use super::*;
-
-    pub(crate) fn count(nodes: &[Node], link: Link, depth: usize, seen: &mut Vec<u32>) -> usize {
-        if link.is_leaf() {
-            let (first, count) = link.primitives();
-            seen.extend(first..first + count);
-            return depth;
-        }
-        let node = &nodes[link.0 as usize];
-        count(nodes, node.child0, depth + 1, seen).max(count(nodes, node.child1, depth + 1, seen))
-    }
-
-    #[test]
-    fn a_heap_of_equal_triangles_is_not_too_deep_and_loses_none() {
-        let corners = vec![[Vec3::ZERO, Vec3::X, Vec3::Y]; 5000];
-        let (hierarchy, _) =
-            Hierarchy::over_triangles(corners.len(), &|at: u32| corners[at as usize]);
-        let mut seen = Vec::new();
-        let depth = count(&hierarchy.nodes, hierarchy.root, 0, &mut seen);
-        seen.sort_unstable();
-        assert!(depth <= DEPTH_MAX, "depth {depth}");
-        assert_eq!(seen, (0..5000).collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn as_many_actors_as_there_may_be_on_one_spot_are_not_too_deep() {
-        let boxes = vec![(Vec3::ZERO, Vec3::ONE); protocol::ACTORS_MAX];
-        let hierarchy = Hierarchy::over_boxes(&boxes);
-        let depth = count(&hierarchy.nodes, hierarchy.root, 0, &mut Vec::new());
-        assert!(depth <= TOP_DEPTH_MAX, "depth {depth}");
-    }
 
     #[test]
     fn halving_keeps_every_triangle_inside_its_leaf() {
@@ -315,7 +291,7 @@ pub(crate) mod tests {
                 [at, at + Vec3::X, at + Vec3::Y]
             })
             .collect();
-        let boxes: Vec<(Vec3, Vec3)> = corners.iter().map(bounds).collect();
+        let boxes: Vec<Box3> = corners.iter().map(bounds).collect();
         let (mut nodes, mut order) = (Vec::new(), (0..300).collect::<Vec<u32>>());
         let (root, ..) = halve(&boxes, &mut nodes, &mut order, 0);
         let hierarchy = Hierarchy { nodes, root, order };

@@ -1,34 +1,34 @@
-//! The tracer that needs no driver: packets of rays that travel as one beam.
+//! CPU tracer: packets of rays, no driver required.
 
 mod beam;
 mod camera;
-mod coats;
-mod draw;
 mod geometry;
 mod grain;
 mod lidar;
+mod overlay_raster;
 mod pattern;
-mod pencil;
+mod ray_packet;
 mod shade;
 mod shadow;
+mod single_ray;
 mod sky;
-mod solo;
+mod surface_materials;
 #[cfg(test)]
 mod tests;
-mod walk;
+mod traversal;
 
 use camera::CameraRows;
 use lidar::LidarColumns;
 use rayon::prelude::*;
 
-use crate::simd::Isa;
 use crate::light::Light;
 use crate::outputs::split;
 use crate::rays::Sensor;
+use crate::simd::Isa;
 use crate::workers::Workers;
-use crate::{BundleJob, Scene, TraceError, World};
+use crate::{error::TraceError, job::BundleJob, scene::Scene, world::World};
 
-/// Casts rays on the processor, on its own threads.
+/// Tracer on the CPU, with its own threads.
 #[derive(Debug)]
 pub struct CpuTracer {
     workers: Workers,
@@ -36,12 +36,15 @@ pub struct CpuTracer {
 }
 
 impl CpuTracer {
-    /// A tracer with `threads` threads; 0: one for each core that this process may use.
+    /// Returns a tracer with `threads` threads; 0 means one per core that this process may use.
+    ///
+    /// # Errors
+    /// [`TraceError::Threads`] if the threads cannot be started.
     pub fn new(threads: usize) -> Result<CpuTracer, TraceError> {
         Ok(CpuTracer { workers: Workers::new(threads)?, isa: Isa::detect() })
     }
 
-    /// The same with another instruction set.
+    /// Returns a tracer that uses the given instruction set.
     #[cfg(test)]
     pub(crate) fn with_isa(threads: usize, isa: Isa) -> CpuTracer {
         CpuTracer { isa, ..CpuTracer::new(threads).unwrap() }
@@ -61,14 +64,14 @@ impl CpuTracer {
         let (isa, sensors) = (self.isa, &work.sensors);
         let light = Light::new(&world.weather, world.stamp.sim_time_nanos);
         self.workers.run(|| {
-            work.pieces.into_par_iter().with_max_len(1).for_each(|mut piece| {
-                match &sensors[piece.sensor] {
+            work.tiles.into_par_iter().with_max_len(1).for_each(|mut tile| {
+                match &sensors[tile.sensor] {
                     Sensor::Camera(camera) => {
-                        let (light, piece) = (&light, &mut piece);
-                        isa.run(CameraRows { scene, world, light, camera, piece });
+                        let (light, tile) = (&light, &mut tile);
+                        isa.run(CameraRows { scene, world, light, camera, tile });
                     }
                     Sensor::Lidar(lidar) => {
-                        isa.run(LidarColumns { scene, world, lidar, piece: &mut piece });
+                        isa.run(LidarColumns { scene, world, lidar, tile: &mut tile });
                     }
                 }
             });

@@ -1,15 +1,15 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// What traces the rays: `auto`, `cpu` or `gpu:0`, `gpu:1`, …
+/// Device that traces the rays: `auto`, `cpu` or `gpu:0`, `gpu:1`, …
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Device {
-    /// The first graphics processor that is one; else the processor.
+    /// The first adapter that is a hardware GPU; the CPU if there is none.
     #[default]
     Auto,
-    /// The processor.
+    /// The CPU.
     Cpu,
-    /// The adapter of this number, software adapters included.
+    /// The adapter with this number; software adapters count too.
     Gpu(usize),
 }
 

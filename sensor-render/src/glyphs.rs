@@ -1,13 +1,13 @@
-//! Letters for texts that are drawn into images: 5 by 7 dots.
+//! Bitmap font for texts in images: glyphs of 5 by 7 dots.
 
-/// Dots across and down, without the gap to the next.
+/// Width and height of a glyph in dots, without the gap to the next.
 pub(crate) const SIZE: [u32; 2] = [5, 7];
-/// Dots from one letter's begin to the next one's.
+/// Dots from the begin of one letter to the begin of the next.
 pub(crate) const ADVANCE: u32 = 6;
-/// How many there are: those from the blank to the tilde, and one for all others.
+/// Number of glyphs: ASCII from blank to tilde, and one for all other characters.
 pub(crate) const COUNT: usize = 96;
 
-/// Rows from top to bottom, five bits each, the leftmost dot in the highest.
+/// Rows of each glyph from top to bottom; five bits each, the leftmost dot in the highest.
 #[rustfmt::skip]
 const ROWS: [[u8; 7]; COUNT] = [
     [0; 7], [4, 4, 4, 4, 4, 0, 4], [10, 10, 0, 0, 0, 0, 0], [10, 10, 31, 10, 31, 10, 10],
@@ -47,16 +47,16 @@ const ROWS: [[u8; 7]; COUNT] = [
     [0, 0, 14, 16, 14, 1, 30], [8, 8, 28, 8, 8, 9, 6], [0, 0, 17, 17, 17, 19, 13],
     [0, 0, 17, 17, 17, 10, 4], [0, 0, 17, 17, 21, 21, 10], [0, 0, 17, 10, 4, 10, 17],
     [0, 0, 17, 17, 15, 1, 14], [0, 0, 31, 2, 4, 8, 31],
-    // { | } ~, and a frame
+    // { | } ~, and a box
     [2, 4, 4, 8, 4, 4, 2], [4, 4, 4, 4, 4, 4, 4], [8, 4, 4, 2, 4, 4, 8],
     [0, 0, 8, 21, 2, 0, 0], [31, 17, 17, 17, 17, 17, 31],
 ];
 
-/// Bit `5 row + column` of these is set where the letter has a dot.
+/// Returns a glyph as bits: bit `5 row + column` is set where the glyph has a dot.
 const fn dots(rows: [u8; 7]) -> u64 {
     let (mut dots, mut row) = (0, 0);
     while row < 7 {
-        // The highest of five bits comes first.
+        // The highest of the five bits is the leftmost dot.
         let first = (rows[row].reverse_bits() >> 3) as u64;
         dots |= first << (5 * row);
         row += 1;
@@ -64,7 +64,7 @@ const fn dots(rows: [u8; 7]) -> u64 {
     dots
 }
 
-/// Each letter's dots, for shaders as two words.
+/// Bits of each glyph; shaders read them as two words.
 pub(crate) const GLYPHS: [u64; COUNT] = {
     let (mut glyphs, mut at) = ([0; COUNT], 0);
     while at < COUNT {
@@ -74,8 +74,8 @@ pub(crate) const GLYPHS: [u64; COUNT] = {
     glyphs
 };
 
-/// Which glyph shows a letter.
-pub(crate) fn number(letter: char) -> u8 {
+/// Returns the index of the glyph of a character.
+pub(crate) fn glyph_index(letter: char) -> u8 {
     match letter {
         ' '..='~' => letter as u8 - b' ',
         _ => (COUNT - 1) as u8,
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     fn drawn(letter: char) -> String {
-        let glyph = GLYPHS[number(letter) as usize];
+        let glyph = GLYPHS[glyph_index(letter) as usize];
         let dot = |at: u32| if glyph >> at & 1 != 0 { '#' } else { '.' };
         let row = |row: u32| (0..5).map(|column| dot(row * 5 + column)).collect::<String>();
         (0..7).map(row).collect::<Vec<_>>().join("/")

@@ -1,17 +1,18 @@
-//! The compute tracer, over Vulkan.
+//! GPU tracer: compute shaders over Vulkan.
 //!
-//! One submission measures a batch of sensors: one dispatch for all cameras' pixels, one for all
-//! lidars' beams, one that packs tags into bytes. The device writes into its own memory; its copy
-//! engine then carries the bytes into the reader's memory, if that can be imported, or into a
-//! staging buffer, whence they are copied.
+//! One submission measures a batch of sensors: one dispatch for the pixels of all cameras, one for
+//! debug shapes, one for the beams of all lidars, and one that packs tags into bytes. The device
+//! writes into its own memory; its copy engine then copies the bytes into the subscriber's memory
+//! if that can be imported, else into a staging buffer from which the CPU copies them.
 
 mod batch;
+mod bounds;
 mod import;
 mod instance;
 mod kernels;
 mod open;
 mod readback;
-mod resident;
+mod resources;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -20,106 +21,113 @@ use std::time::Duration;
 
 use wgpu::{Buffer, CommandEncoderDescriptor, ComputePassDescriptor, PollType, SubmissionIndex};
 
-use crate::outputs::need_cpu;
-use crate::{BundleJob, CpuTracer, Scene, TraceError, World};
+use crate::outputs::needs_cpu;
+use crate::{cpu::CpuTracer, error::TraceError, job::BundleJob, scene::Scene, world::World};
 use batch::{Batch, Window, batches};
 use kernels::Kernels;
 use open::Gpu;
 use readback::Readback;
-use resident::{GROUPS_ACROSS, Resident};
+use resources::{GROUPS_ACROSS, GpuResources};
 
-/// The most that one submission writes: word offsets are 32 bits wide, and staging is as long.
+/// Maximum output of one submission in bytes: word offsets have 32 bits, and the staging buffer has
+/// the same length.
 const BATCH_BYTES_MAX: u64 = 1 << 30;
 
-/// A device that has not answered for so long is lost.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// Time after which a device that has not finished a batch counts as lost.
+const DEVICE_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// Casts rays on a graphics processor.
+/// Tracer on a GPU.
 #[derive(Debug)]
 pub struct GpuTracer {
     gpu: Gpu,
     kernels: Kernels,
-    resident: Resident,
+    resources: GpuResources,
     readback: Readback,
-    /// Payloads as buffers of the device, by address; `None`: nobody allowed to import them.
+    /// Imported payloads by address; `None` while imports are not allowed.
     imported: Option<BTreeMap<usize, Import>>,
-    /// Measures bundles with outputs that the shaders lack, once there is one; on so many threads.
-    beside: Option<CpuTracer>,
+    /// CPU tracer for bundles with outputs that the shaders lack, created on first use, and its
+    /// number of threads.
+    cpu_fallback: Option<CpuTracer>,
     threads: usize,
 }
 
-/// The same job for a shorter time.
-fn again<'a>(job: &'a mut BundleJob<'_>) -> BundleJob<'a> {
+/// Reborrows a job.
+fn reborrow<'a>(job: &'a mut BundleJob<'_>) -> BundleJob<'a> {
     BundleJob { out: &mut *job.out, ..*job }
 }
 
-/// What became of the attempt to import one payload.
+/// Result of importing one payload.
 #[derive(Debug)]
 struct Import {
     len: usize,
-    /// `None`: the driver refused.
+    /// `None` if the driver refused the import.
     buffer: Option<Buffer>,
 }
 
-/// A batch on its way.
-struct Flight {
+/// Submitted batch.
+struct InFlight {
     submission: SubmissionIndex,
-    /// Where the windows that could not be imported arrive.
+    /// Staging buffer, and the windows that are copied from it.
     staging: Option<(Buffer, Vec<Window>)>,
 }
 
 impl GpuTracer {
-    /// Opens adapter `number`, or, with `None`, the first that is hardware; `Ok(None)` if there is
-    /// none. `threads` of this process (0: one a core) copy what cannot be imported.
+    /// Opens adapter `number`, or, with `None`, the first hardware adapter. Returns `Ok(None)` if
+    /// there is no such adapter. `threads` CPU threads (0 means one per core) copy payloads that
+    /// cannot be imported.
+    ///
+    /// # Errors
+    /// [`TraceError`] if the adapter does not exist or cannot be opened.
     pub fn open(number: Option<usize>, threads: usize) -> Result<Option<GpuTracer>, TraceError> {
         let Some(gpu) = open::open(number, threads)? else { return Ok(None) };
         let kernels = Kernels::new(&gpu.device);
-        let resident = Resident::new(&gpu);
+        let resources = GpuResources::new(&gpu);
         gpu.check()?;
         let readback = Readback::default();
         Ok(Some(GpuTracer {
             gpu,
             kernels,
-            resident,
+            resources,
             readback,
             imported: None,
-            beside: None,
+            cpu_fallback: None,
             threads,
         }))
     }
 
-    /// The adapter's name.
+    /// Returns the name of the adapter.
     pub fn adapter(&self) -> &str {
         &self.gpu.name
     }
 
-    /// Whether the driver can write into this process's memory.
+    /// Returns whether the driver can import memory of this process.
     pub fn can_import(&self) -> bool {
         self.gpu.imports
     }
 
-    /// From now on payloads that are whole pages are imported, each once: the device writes into
-    /// them, and they are found again by address.
+    /// Allows imports: payloads that are whole pages are imported once each and found again by
+    /// address, and the device writes into them.
     ///
     /// # Safety
-    /// Every `out` that [`crate::Tracer::measure`] is given must stay mapped, at the same physical
-    /// pages, until [`GpuTracer::forget_imports`] or the end of this tracer. Samples of a shared
-    /// memory pool with static allocation do, as long as their publisher lives.
+    /// Every `out` that is passed to [`crate::Tracer::measure`] must stay mapped, at the same
+    /// physical pages, until [`GpuTracer::forget_imports`] is called or this tracer is dropped.
+    /// Samples of a shared-memory pool with static allocation do, as long as their publisher lives.
     #[expect(unsafe_code, reason = "the device writes into memory whose lifetime it cannot see")]
     pub unsafe fn import_payloads(&mut self) {
         self.imported = self.gpu.imports.then(BTreeMap::new);
     }
 
-    /// Lets go of all imported memory, and imports no more until [`GpuTracer::import_payloads`] is
-    /// called again. To be called before any of it is unmapped.
+    /// Releases all imported memory, and allows no more imports until
+    /// [`GpuTracer::import_payloads`] is called again. Call it before any imported memory is
+    /// unmapped.
     pub fn forget_imports(&mut self) {
         if self.imported.take().is_some() {
-            // Buffers live until the device has seen that they are gone.
+            // The device frees the buffers when it is polled.
             let _ = self.gpu.device.poll(PollType::Poll);
         }
     }
 
-    /// How many payloads the device writes into.
+    /// Returns the number of imported payloads.
     pub fn imported_count(&self) -> usize {
         let imported = self.imported.iter().flat_map(BTreeMap::values);
         imported.filter(|import| import.buffer.is_some()).count()
@@ -131,21 +139,22 @@ impl GpuTracer {
         world: &World,
         jobs: &mut [BundleJob],
     ) -> Result<(), TraceError> {
-        if !jobs.iter().any(|job| need_cpu(job.planes)) {
+        if !jobs.iter().any(|job| needs_cpu(job.planes)) {
             return self.dispatch(scene, world, jobs);
         }
-        let (beside, own): (Vec<_>, Vec<_>) = jobs.iter_mut().partition(|j| need_cpu(j.planes));
-        let mut own: Vec<BundleJob> = own.into_iter().map(again).collect();
+        let (cpu_fallback, own): (Vec<_>, Vec<_>) =
+            jobs.iter_mut().partition(|j| needs_cpu(j.planes));
+        let mut own: Vec<BundleJob> = own.into_iter().map(reborrow).collect();
         self.dispatch(scene, world, &mut own)?;
-        let mut beside: Vec<BundleJob> = beside.into_iter().map(again).collect();
-        let tracer = match &mut self.beside {
+        let mut cpu_fallback: Vec<BundleJob> = cpu_fallback.into_iter().map(reborrow).collect();
+        let tracer = match &mut self.cpu_fallback {
             Some(tracer) => tracer,
             none => none.insert(CpuTracer::new(self.threads)?),
         };
-        tracer.measure(scene, world, &mut beside)
+        tracer.measure(scene, world, &mut cpu_fallback)
     }
 
-    /// Measures what the shaders can give.
+    /// Measures bundles whose outputs the shaders have.
     fn dispatch(
         &mut self,
         scene: &Scene,
@@ -156,43 +165,51 @@ impl GpuTracer {
         let limits = self.gpu.device.limits();
         let bytes_max = limits.max_storage_buffer_binding_size.min(BATCH_BYTES_MAX) & !255;
         let batches = batches(world, jobs, bytes_max)?;
-        self.resident.take_scene(&self.gpu, scene)?;
-        let mut flights = VecDeque::new();
+        self.resources.upload_scene(&self.gpu, scene)?;
+        bounds::check_world(scene, world).map_err(|why| self.gpu.error(why))?;
         for batch in &batches {
-            if flights.len() == 2 {
-                self.land(flights.pop_front(), jobs)?;
-            }
-            flights.push_back(self.launch(scene, world, batch, jobs));
+            bounds::check_batch(batch).map_err(|why| self.gpu.error(why))?;
         }
-        while !flights.is_empty() {
-            self.land(flights.pop_front(), jobs)?;
+        let mut in_flight = VecDeque::new();
+        for batch in &batches {
+            if in_flight.len() == 2 {
+                self.finish_readback(in_flight.pop_front(), jobs)?;
+            }
+            in_flight.push_back(self.submit(scene, world, batch, jobs));
+        }
+        while !in_flight.is_empty() {
+            self.finish_readback(in_flight.pop_front(), jobs)?;
         }
         self.gpu.check()
     }
 
     /// Submits a batch.
-    fn launch(
+    fn submit(
         &mut self,
         scene: &Scene,
         world: &World,
         batch: &Batch,
         jobs: &mut [BundleJob],
-    ) -> Flight {
-        self.resident.take_batch(&self.gpu, scene, world, batch);
+    ) -> InFlight {
+        self.resources.upload_batch(&self.gpu, scene, world, batch);
         let descriptor = CommandEncoderDescriptor { label: Some("batch") };
         let mut encoder = self.gpu.device.create_command_encoder(&descriptor);
-        if self.resident.is_new_plan(batch) {
-            encoder.clear_buffer(self.resident.out(), 0, None);
+        if self.resources.layout_changed(batch) {
+            encoder.clear_buffer(self.resources.out(), 0, None);
         }
         {
             let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-            pass.set_bind_group(0, self.resident.group(&self.gpu, &self.kernels), &[]);
-            let Kernels { see, draw_over, sweep, pack, .. } = &self.kernels;
+            pass.set_bind_group(0, self.resources.group(&self.gpu, &self.kernels), &[]);
+            let Kernels { trace_cameras, draw_overlay, trace_lidars, pack_tags, .. } =
+                &self.kernels;
             let [cameras, lidars, packing] = batch.groups;
             let drawn = if world.overlay.is_empty() { 0 } else { cameras };
-            for (kernel, groups) in
-                [(see, cameras), (draw_over, drawn), (sweep, lidars), (pack, packing)]
-            {
+            for (kernel, groups) in [
+                (trace_cameras, cameras),
+                (draw_overlay, drawn),
+                (trace_lidars, lidars),
+                (pack_tags, packing),
+            ] {
                 if groups > 0 {
                     pass.set_pipeline(kernel);
                     let rows = groups.div_ceil(GROUPS_ACROSS);
@@ -200,7 +217,7 @@ impl GpuTracer {
                 }
             }
         }
-        let out = self.resident.out().clone();
+        let out = self.resources.out().clone();
         let mut staged = Vec::new();
         for window in &batch.windows {
             let whole = (window.end - window.begin).next_multiple_of(4);
@@ -223,23 +240,30 @@ impl GpuTracer {
         if let Some((buffer, _)) = &staging {
             Readback::map(buffer, batch.byte_len);
         }
-        Flight { submission, staging }
+        InFlight { submission, staging }
     }
 
-    /// Waits for a batch, and brings home what was staged.
-    fn land(&mut self, flight: Option<Flight>, jobs: &mut [BundleJob]) -> Result<(), TraceError> {
-        let Some(flight) = flight else { return Ok(()) };
-        let wait =
-            PollType::Wait { submission_index: Some(flight.submission), timeout: Some(PATIENCE) };
+    /// Waits for a batch and copies its staged windows to the payloads.
+    fn finish_readback(
+        &mut self,
+        batch: Option<InFlight>,
+        jobs: &mut [BundleJob],
+    ) -> Result<(), TraceError> {
+        let Some(batch) = batch else { return Ok(()) };
+        let wait = PollType::Wait {
+            submission_index: Some(batch.submission),
+            timeout: Some(DEVICE_TIMEOUT),
+        };
         self.gpu.device.poll(wait).map_err(|why| self.gpu.error(why.to_string()))?;
         self.gpu.check()?;
-        if let Some((buffer, windows)) = flight.staging {
+        if let Some((buffer, windows)) = batch.staging {
             Readback::deliver(&self.gpu, &buffer, &windows, jobs)?;
         }
         Ok(())
     }
 
-    /// The payload as a buffer of the device, if it may be and can be one.
+    /// Returns the payload as a buffer of the device, if imports are allowed and the driver accepts
+    /// it.
     fn imported_payload(&mut self, out: &mut [u8]) -> Option<&Buffer> {
         let imported = self.imported.as_mut()?;
         let len = out.len() - out.len() % import::ALIGNMENT;
@@ -250,7 +274,7 @@ impl GpuTracer {
         if !known {
             #[expect(unsafe_code, reason = "import_payloads' caller has promised what it takes")]
             // SAFETY: the caller of `import_payloads` promised that payloads stay mapped.
-            let buffer = unsafe { import::import(&self.gpu, out.as_mut_ptr(), len) }.ok();
+            let buffer = unsafe { import::import(&self.gpu.device, out.as_mut_ptr(), len) }.ok();
             imported.insert(out.as_ptr().addr(), Import { len, buffer });
         }
         imported.get(&out.as_ptr().addr())?.buffer.as_ref()

@@ -1,39 +1,46 @@
-//! The sensors: snapshots in, measurements out.
+//! Sensor renderer: snapshots in, measurements out.
 //!
-//! Every sensor is a ray generator. A [`Scene`] holds what stands still and what blueprints look
-//! like, a [`World`] holds one frame's actors and weather, and a [`Tracer`] casts the rays of all
-//! sensors of all bundles and writes what they see straight into the caller's bytes.
+//! Every sensor is a ray generator. A [`Scene`] holds the town and the geometry of every blueprint,
+//! which stay the same for an episode. A [`World`] holds the actors and the weather of one frame. A
+//! [`Tracer`] casts the rays of all sensors of all bundles and writes the measurements into the
+//! memory of the caller.
 //!
-//! World space is right-handed, z up, metres; sensor space is x forward, y left, z up. Angles are
-//! radians, positive to the left. The same scene and world give the same bytes, whatever the
-//! number of threads.
+//! World space is right-handed, z up, in metres. Sensor space is x forward, y left, z up. Angles
+//! are radians, positive to the left. On one machine, the same scene and world give the same bytes
+//! with any number of threads.
 
 mod baked;
 mod bundles;
 mod bvh;
-mod coat;
 mod cpu;
+mod debug_shapes;
 mod device;
-mod divide;
-mod echo;
-mod gallery;
+mod error;
 mod glyphs;
 mod gpu;
-mod heuristic;
 mod hit;
-mod simd;
+mod instance;
+mod job;
+mod lidar_return;
 mod light;
 mod meshes;
 mod motion;
 mod outputs;
 mod overlay;
+mod parallel_build;
+mod pieces;
 mod rays;
 #[cfg(test)]
 mod reference;
 mod run;
+mod run_error;
+mod sah_build;
 mod scene;
-mod surface;
+mod simd;
+mod surface_material;
+mod surface_sample;
 mod tracer;
+mod triangle;
 mod wall;
 mod wide;
 mod workers;
@@ -48,11 +55,14 @@ mod tests;
 pub use baked::scene_of;
 pub use cpu::CpuTracer;
 pub use device::Device;
+pub use error::TraceError;
 pub use gpu::GpuTracer;
+pub use job::BundleJob;
 pub use meshes::{MeshList, MeshListError, scene_with};
 pub use overlay::Overlay;
 pub use rays::pose_planes;
-pub use run::{RenderConfig, RenderError, run};
-pub use scene::{BlueprintMesh, Scene};
-pub use tracer::{BundleJob, TraceError, Tracer};
+pub use run::{RenderConfig, run};
+pub use run_error::RenderError;
+pub use scene::{BlueprintMesh, Scene, SceneError};
+pub use tracer::Tracer;
 pub use world::World;

@@ -2,26 +2,26 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use protocol::Weather;
 
-/// Sun, sky and air of one frame, ready for shading. The shaders read the same 128 bytes.
+/// Sun, sky and atmosphere of one frame, for shading. The shaders read the same 128 bytes.
 ///
-/// Radiances are linear, in units in which white paper in full sun is about 1.
+/// Radiances are linear; a white diffuse surface in full sunlight has a radiance of about 1.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Light {
-    /// Towards the sun or, by night, the moon; w: 1 if it casts shadows.
+    /// Direction to the sun, or at night to the moon; w: 1 if it casts shadows.
     pub(crate) sun: Vec4,
-    /// What it sheds on a surface that faces it; w: brightness of its disc.
+    /// Irradiance of a surface that faces it; w: brightness of its disc.
     pub(crate) sun_color: Vec4,
-    /// Of the sky overhead; w: share of the sky that clouds cover.
+    /// Radiance of the sky at the zenith; w: share of the sky that clouds cover.
     pub(crate) zenith: Vec4,
-    /// Of the sky at the horizon; w: how dark it is, from 0 by day to 1 by night.
+    /// Radiance of the sky at the horizon; w: darkness, from 0 by day to 1 at night.
     pub(crate) horizon: Vec4,
-    /// What the ground throws back upwards; w: how wet surfaces are, 0 to 1.
+    /// Radiance that the ground reflects upwards; w: wetness of surfaces, 0 to 1.
     pub(crate) ground: Vec4,
-    /// Of the air, where it is thick; w: metres to where fog begins.
+    /// Radiance of haze; w: distance in metres at which fog begins.
     pub(crate) haze: Vec4,
-    /// x: extinction by haze per metre; y: share of ground under puddles; z: exposure;
-    /// w: simulated seconds, for drifting clouds.
+    /// x: extinction by haze per metre; y: share of the ground under puddles; z: exposure; w:
+    /// simulated time scaled by the wind, for drifting clouds.
     pub(crate) air: Vec4,
     /// Zero.
     pub(crate) reserved: Vec4,
@@ -30,7 +30,7 @@ pub(crate) struct Light {
 const _: () = assert!(size_of::<Light>() == 128);
 
 impl Light {
-    /// What this weather looks like at this simulated time.
+    /// Returns the light for a weather at a simulated time.
     pub(crate) fn new(weather: &Weather, sim_time_nanos: u64) -> Light {
         let share = |percent: f32| (percent / 100.0).clamp(0.0, 1.0);
         let (sin_altitude, cos_altitude) = weather.sun_altitude_rad.sin_cos();
@@ -38,7 +38,7 @@ impl Light {
         let sun = Vec3::new(cos_altitude * cos_azimuth, cos_altitude * sin_azimuth, sin_altitude);
         let sun = sun.try_normalize().filter(|s| s.is_finite()).unwrap_or(Vec3::Z);
 
-        // How far the day has come: 0 by night, 1 when the sun stands clear of the horizon.
+        // Daylight: 0 at night, 1 when the sun is clear of the horizon.
         let day = smooth(-0.12, 0.18, sun.z);
         let low = 1.0 - smooth(0.0, 0.45, sun.z);
         let clouds = share(weather.cloudiness);
@@ -49,7 +49,7 @@ impl Light {
         let moonlight = Vec3::new(0.05, 0.06, 0.09);
         let by_day = noon.lerp(dusk, low) * smooth(-0.04, 0.2, sun.z) * (1.0 - 0.93 * overcast);
         let by_night = moonlight * (1.0 - day) * (1.0 - 0.8 * overcast);
-        // By night the moon stands where the sun is not.
+        // At night the moon is opposite to the sun.
         let (sun, sun_color) = if sun.z > -0.04 {
             (sun, by_day)
         } else {
@@ -92,7 +92,7 @@ impl Light {
     }
 }
 
-/// 0 below `low`, 1 above `high`, smooth between.
+/// Returns 0 below `low`, 1 above `high`, and a smooth transition between.
 fn smooth(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

@@ -1,4 +1,4 @@
-//! Files in the place of procedural meshes: a list in TOML, one line for each blueprint.
+//! Mesh list: glTF files that replace procedural meshes, in TOML, one line per blueprint.
 //!
 //! ```toml
 //! vehicle.tesla.model3 = "model3.glb"
@@ -10,35 +10,40 @@ use std::path::{Path, PathBuf};
 
 use mesh::Mesh;
 
-use crate::Scene;
-use crate::scene::Replaced;
+use crate::scene::{Replaced, Scene, SceneError};
 
-/// Which files replace which blueprints' meshes.
+/// Files that replace the meshes of blueprints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshList {
-    /// Index into the catalogue, and the file.
+    /// Index into the catalogue, and path of the file.
     entries: Vec<(u32, PathBuf)>,
 }
 
-/// Why a list of meshes cannot be used.
+/// Reason why a mesh list cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshListError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("{0}: {1}")]
     Read(PathBuf, std::io::Error),
-    /// It is no list.
+    /// The file is not valid TOML.
     #[error("{0}: {1}")]
     Syntax(PathBuf, toml::de::Error),
-    /// It gives something else than a file.
+    /// A value is not a string.
     #[error("{0}: {1} is {2}, not the name of a file in quotes")]
     NoFile(PathBuf, String, String),
-    /// It names what nobody can spawn.
+    /// A key is not the id of a blueprint.
     #[error("{0}: no blueprint is called {1:?} (omnibus blueprints)")]
     Unknown(PathBuf, String),
+    /// The scene cannot be built with these meshes.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
 }
 
 impl MeshList {
-    /// Reads a list; files are sought from its folder on.
+    /// Reads a mesh list. File names are relative to its folder.
+    ///
+    /// # Errors
+    /// [`MeshListError`] if the file cannot be read or a line is invalid.
     pub fn read(path: &Path) -> Result<MeshList, MeshListError> {
         let text = fs::read_to_string(path).map_err(|e| MeshListError::Read(path.into(), e))?;
         let table: toml::Table = text.parse().map_err(|e| MeshListError::Syntax(path.into(), e))?;
@@ -47,7 +52,7 @@ impl MeshList {
         let mut left = vec![(String::new(), toml::Value::Table(table))];
         while let Some((id, value)) = left.pop() {
             match value {
-                // Dots in a name without quotes make tables within tables.
+                // Dots in a key without quotes make nested tables.
                 toml::Value::Table(table) => left.extend(table.into_iter().map(|(key, value)| {
                     (if id.is_empty() { key } else { format!("{id}.{key}") }, value)
                 })),
@@ -64,8 +69,8 @@ impl MeshList {
         Ok(MeshList { entries })
     }
 
-    /// The looks that the files give. A file that gives none is named on standard error: its
-    /// blueprint keeps its own.
+    /// Loads the files. A file that cannot be used is reported on standard error, and its blueprint
+    /// keeps its own mesh.
     pub(crate) fn load(&self) -> Vec<Replaced> {
         let mut found = Vec::new();
         for (index, file) in &self.entries {
@@ -84,8 +89,11 @@ impl MeshList {
     }
 }
 
-/// A scene around this mesh with the whole catalogue, some of it out of files.
+/// Builds a scene of a static mesh and the whole catalogue, with some blueprints from files.
+///
+/// # Errors
+/// [`MeshListError`] if the list is invalid or the scene cannot be built.
 pub fn scene_with(static_mesh: &Mesh, list: Option<&Path>) -> Result<Scene, MeshListError> {
     let replaced = list.map(MeshList::read).transpose()?.map_or(Vec::new(), |list| list.load());
-    Ok(Scene::with_catalogue(static_mesh, Vec::new(), &replaced))
+    Ok(Scene::with_catalogue(static_mesh, Vec::new(), &replaced)?)
 }

@@ -1,36 +1,41 @@
-//! How the world has moved since the frame before: what optical flow is made of.
+//! Motion of the world since the previous frame, from which optical flow is computed.
 
 use std::collections::BTreeMap;
 
 use glam::{Affine3A, Vec3, Vec4};
-use protocol::{ActorId, ActorState, WalkerLimbs, flag};
+use protocol::{ActorId, ActorState, GivenPoses, WalkerLimbs, flag};
 
-use crate::world::pieces;
-use crate::{Scene, World};
+use crate::{instance::Instance, pieces::pieces, scene::Scene};
 
-/// `before_from_now` of all that has moved, in world space. Empty where nobody asked.
+/// `before_from_now` of everything that has moved, in world space. Empty unless a sensor measures
+/// optical flow.
 #[derive(Debug, Default)]
 pub(crate) struct Motions {
-    /// Of the world's instances, in their order.
+    /// Motions of the instances of the world, in their order.
     instances: Vec<Option<Affine3A>>,
     actors: BTreeMap<ActorId, Affine3A>,
 }
 
 impl Motions {
-    /// Where a point of an instance, as it is now, was before; none if it has not moved.
+    /// Returns the previous position of a point of an instance; `None` if the instance has not
+    /// moved.
     #[inline(always)]
     pub(crate) fn before(&self, instance: u32, now: Vec3) -> Option<Vec3> {
         let before_from_now = self.instances.get(instance as usize)?.as_ref()?;
         Some(before_from_now.transform_point3(now))
     }
-}
 
-impl World {
-    /// After [`World::place`]: notes how `actors` have moved since they were as in `before`. Who
-    /// was not there, or was teleported since, counts as not moved.
-    pub fn follow(&mut self, scene: &Scene, before: &[ActorState], actors: &[ActorState]) {
+    /// Computes the motion of `actors` since `before`; see [`crate::World::follow`]. `poses` are
+    /// the bone poses of the previous frame; `instances` are those of this frame.
+    pub(crate) fn between(
+        scene: &Scene,
+        (poses, limbs): (&GivenPoses, &[WalkerLimbs]),
+        before: &[ActorState],
+        actors: &[ActorState],
+        instances: &[Instance],
+    ) -> Motions {
+        let mut moved = BTreeMap::new();
         let mut stood = BTreeMap::new();
-        self.motions.actors.clear();
         for actor in actors.iter().filter(|actor| !actor.has(flag::TELEPORTED)) {
             let Ok(at) = before.binary_search_by_key(&actor.actor_id, |a| a.actor_id) else {
                 continue;
@@ -42,25 +47,24 @@ impl World {
             let is_still = was.pose == actor.pose;
             if !is_still {
                 let before_from_now = was.pose.affine() * actor.pose.affine().inverse();
-                self.motions.actors.insert(actor.actor_id, before_from_now);
+                moved.insert(actor.actor_id, before_from_now);
             }
-            let poses = self.poses_before.as_ref().unwrap_or(&self.poses);
-            let limbs = WalkerLimbs::find(&self.limbs_before, actor.actor_id);
-            pieces(scene, was, (poses, limbs), false, |level, world_from_piece| {
-                stood.insert((actor.actor_id.0, level), *world_from_piece);
+            let limbs = WalkerLimbs::find(limbs, actor.actor_id);
+            pieces(scene, was, (poses, limbs), false, |blas, world_from_piece| {
+                stood.insert((actor.actor_id.0, blas), *world_from_piece);
             });
         }
-        let of = |instance: &crate::world::Instance| {
-            let world_from_piece = stood.get(&(instance.id, instance.level))?;
+        let of = |instance: &Instance| {
+            let world_from_piece = stood.get(&(instance.id, instance.blas))?;
             let [x, y, z] = instance.actor_from_world.map(Vec4::from);
             let piece_from_world = glam::Mat4::from_cols(x, y, z, Vec4::W).transpose();
             Some(*world_from_piece * Affine3A::from_mat4(piece_from_world))
         };
-        self.motions.instances = self.instances.iter().map(of).collect();
+        Motions { instances: instances.iter().map(of).collect(), actors: moved }
     }
 
-    /// How a carrier has moved; none if it has not, or nobody asked.
-    pub(crate) fn motion(&self, carrier: ActorId) -> Option<&Affine3A> {
-        self.motions.actors.get(&carrier)
+    /// Returns `before_from_now` of an actor; `None` if it has not moved.
+    pub(crate) fn of_actor(&self, carrier: ActorId) -> Option<&Affine3A> {
+        self.actors.get(&carrier)
     }
 }

@@ -1,31 +1,39 @@
 use protocol::{Plane, SensorSpec, element_bytes, output, sensor};
 
-use crate::rays::{Sensor, first_azimuth_rad, rays};
-use crate::{BundleJob, TraceError, World};
+use crate::{
+    error::TraceError,
+    job::BundleJob,
+    rays::{Sensor, first_azimuth_rad, rays},
+    world::World,
+};
 
-/// Rows of a camera image in one piece; packets are as high or a divisor of it.
-pub(crate) const PIECE_ROWS: u32 = 8;
+/// Rows of a camera image in one tile; the height of a packet divides it.
+pub(crate) const TILE_ROWS: u32 = 8;
 
-/// Rays of a lidar in one piece, about.
-const PIECE_RAYS: u32 = 4096;
+/// Maximum width and height of a camera image, and maximum columns and channels of a lidar. Tracers
+/// count the rays and words of a sensor in 32 bits.
+const SIDE_MAX: u32 = 8192;
 
-/// A run of whole rows (camera) or columns (lidar) of one sensor, with the bytes they fill.
+/// Approximate number of rays of a lidar in one tile.
+const TILE_RAYS: u32 = 4096;
+
+/// Run of whole rows (camera) or columns (lidar) of one sensor, with the memory that they fill.
 ///
-/// Pieces are what threads share out. Their borders depend on nothing but the sensor.
+/// Tiles are the work items of the threads. Their borders depend only on the sensor.
 #[derive(Debug)]
-pub(crate) struct Piece<'a> {
+pub(crate) struct Tile<'a> {
     /// Index into [`Work::sensors`].
     pub(crate) sensor: usize,
     /// First row or column.
     pub(crate) first: u32,
-    /// How many.
+    /// Number of rows or columns.
     pub(crate) count: u32,
-    pub(crate) sheets: Sheets<'a>,
+    pub(crate) slices: OutputSlices<'a>,
 }
 
-/// Each output's elements; empty where nobody wants them.
+/// Elements of each output; empty if the sensor does not measure it.
 #[derive(Debug, Default)]
-pub(crate) struct Sheets<'a> {
+pub(crate) struct OutputSlices<'a> {
     pub(crate) color: &'a mut [[u8; 4]],
     pub(crate) depth: &'a mut [f32],
     pub(crate) tag: &'a mut [u8],
@@ -36,50 +44,54 @@ pub(crate) struct Sheets<'a> {
     pub(crate) labels: &'a mut [[u32; 2]],
 }
 
-/// All rays of a batch, and all bytes.
+/// Ray generators of a batch, and the memory for their measurements.
 #[derive(Debug)]
 pub(crate) struct Work<'a> {
     pub(crate) sensors: Vec<Sensor>,
-    pub(crate) pieces: Vec<Piece<'a>>,
+    pub(crate) tiles: Vec<Tile<'a>>,
 }
 
-/// Checks a batch, writes each bundle's table of planes, and cuts the rest into pieces.
+/// Checks a batch, writes each bundle's table of planes, and divides the measurements into tiles.
 pub(crate) fn split<'a>(world: &World, jobs: &'a mut [BundleJob]) -> Result<Work<'a>, TraceError> {
-    let mut work = Work { sensors: Vec::new(), pieces: Vec::new() };
+    let mut work = Work { sensors: Vec::new(), tiles: Vec::new() };
     for job in jobs {
         let planes = check(job)?;
         let (table, mut rest) = job.out.split_at_mut(size_of_val(planes));
         write_table(world, job.sensors, planes, table);
         let mut at = table.len();
-        let mut sheets: Vec<Sheets> = job.sensors.iter().map(|_| Sheets::default()).collect();
+        let mut slices: Vec<OutputSlices> =
+            job.sensors.iter().map(|_| OutputSlices::default()).collect();
         for plane in planes {
             let (_, from_here) = rest.split_at_mut(plane.offset as usize - at);
             let (bytes, behind) = from_here.split_at_mut(plane.byte_len as usize);
             (rest, at) = (behind, (plane.offset + plane.byte_len) as usize);
-            sheets[plane.sensor as usize].put(plane.output, bytes);
+            slices[plane.sensor as usize].put(plane.output, bytes);
         }
-        for (index, (spec, sheets)) in job.sensors.iter().zip(sheets).enumerate() {
+        for (index, (spec, slices)) in job.sensors.iter().zip(slices).enumerate() {
             let Some(plane) = planes.iter().find(|plane| plane.sensor as usize == index) else {
                 continue;
             };
             let pose = &plane.world_from_sensor;
             let mut sensor = rays(spec, pose, world.stamp, world.delta_nanos)?;
-            if let (Sensor::Camera(camera), Some(moved)) = (&mut sensor, world.motion(job.parent)) {
+            if let (Sensor::Camera(camera), Some(moved)) =
+                (&mut sensor, world.motion_of(job.parent))
+            {
                 camera.before = Some(camera.moved(moved));
             }
             work.sensors.push(sensor);
-            sheets.cut(spec, work.sensors.len() - 1, &mut work.pieces);
+            slices.cut(spec, work.sensors.len() - 1, &mut work.tiles);
         }
     }
     Ok(work)
 }
 
-/// Whether the shaders lack one of these outputs, so that the processor measures them all.
-pub(crate) fn need_cpu(planes: &[Plane]) -> bool {
+/// Returns whether the shaders lack one of these outputs, so that the CPU tracer must measure the
+/// bundle.
+pub(crate) fn needs_cpu(planes: &[Plane]) -> bool {
     planes.iter().any(|plane| plane.output & (output::NORMAL | output::FLOW) != 0)
 }
 
-/// Writes `planes` into the first bytes of a payload, with their lidars' first azimuths.
+/// Writes `planes` to the first bytes of a payload, with the first azimuths of lidars.
 pub(crate) fn write_table(
     world: &World,
     sensors: &[SensorSpec],
@@ -93,7 +105,8 @@ pub(crate) fn write_table(
     }
 }
 
-/// The planes of a job, if each fits its sensor, the one before it and the payload.
+/// Returns the planes of a job after checking that each fits its sensor, the plane before it and
+/// the payload.
 pub(crate) fn check<'a>(job: &BundleJob<'a>) -> Result<&'a [Plane], TraceError> {
     if !job.out.as_ptr().addr().is_multiple_of(16) {
         return Err(TraceError::Unaligned);
@@ -120,6 +133,10 @@ pub(crate) fn check<'a>(job: &BundleJob<'a>) -> Result<&'a [Plane], TraceError> 
             let (sensor, kind) = (spec.name, spec.kind);
             return Err(TraceError::WrongOutput { sensor, kind, output: plane.output });
         }
+        if spec.width > SIDE_MAX || spec.height > SIDE_MAX {
+            let (sensor, width, height) = (spec.name, spec.width, spec.height);
+            return Err(TraceError::SensorSize { sensor, width, height, max: SIDE_MAX });
+        }
         let elements = u64::from(spec.width) * u64::from(spec.height);
         let needed = elements * element_bytes(plane.output) as u64;
         if plane.byte_len != needed {
@@ -142,8 +159,9 @@ pub(crate) fn check<'a>(job: &BundleJob<'a>) -> Result<&'a [Plane], TraceError> 
     Ok(job.planes)
 }
 
-impl<'a> Sheets<'a> {
-    /// Offsets are multiples of 64 from an aligned start, so the casts hold.
+impl<'a> OutputSlices<'a> {
+    /// Assigns the bytes of one output. Offsets are multiples of 64 from an aligned start, so the
+    /// casts cannot fail.
     fn put(&mut self, output: u32, bytes: &'a mut [u8]) {
         match output {
             output::COLOR => self.color = bytemuck::cast_slice_mut(bytes),
@@ -157,29 +175,25 @@ impl<'a> Sheets<'a> {
         }
     }
 
-    fn cut(mut self, spec: &SensorSpec, sensor: usize, pieces: &mut Vec<Piece<'a>>) {
-        // A camera's rows lie one after the other in memory, a lidar's columns do.
+    fn cut(mut self, spec: &SensorSpec, sensor: usize, tiles: &mut Vec<Tile<'a>>) {
+        // A camera's rows are contiguous in memory; a lidar's columns are.
         let (runs, run_len, step) = if spec.kind == sensor::CAMERA {
-            (spec.height, spec.width, PIECE_ROWS)
+            (spec.height, spec.width, TILE_ROWS)
         } else {
-            (
-                spec.width,
-                spec.height,
-                (PIECE_RAYS / spec.height.max(1)).next_multiple_of(16).max(16),
-            )
+            (spec.width, spec.height, (TILE_RAYS / spec.height.max(1)).next_multiple_of(16).max(16))
         };
         if run_len == 0 {
             return;
         }
         for first in (0..runs).step_by(step as usize) {
             let count = step.min(runs - first);
-            let sheets = self.take(count as usize * run_len as usize);
-            pieces.push(Piece { sensor, first, count, sheets });
+            let slices = self.take(count as usize * run_len as usize);
+            tiles.push(Tile { sensor, first, count, slices });
         }
     }
 
-    fn take(&mut self, elements: usize) -> Sheets<'a> {
-        Sheets {
+    fn take(&mut self, elements: usize) -> OutputSlices<'a> {
+        OutputSlices {
             color: first(&mut self.color, elements),
             depth: first(&mut self.depth, elements),
             tag: first(&mut self.tag, elements),
@@ -192,7 +206,7 @@ impl<'a> Sheets<'a> {
     }
 }
 
-/// Takes the first `count` elements off, or none of an empty slice.
+/// Splits off the first `count` elements, or none of an empty slice.
 fn first<'a, T>(slice: &mut &'a mut [T], count: usize) -> &'a mut [T] {
     let (first, rest) = std::mem::take(slice).split_at_mut_checked(count).unwrap_or_default();
     *slice = rest;

@@ -1,33 +1,36 @@
-//! What is drawn over the world, ready for rays: rods in a hierarchy, and texts.
+//! Debug shapes in the form that tracers draw: capsules in a hierarchy, and texts.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
 use protocol::{Shape, shape};
 
-use crate::bvh::{Hierarchy, Link, Node};
-use crate::glyphs;
+use crate::{
+    bvh::{Link, Node},
+    glyphs,
+    sah_build::over_boxes,
+};
 
-/// A line with round ends; a point is one without length. The shaders read the same 48 bytes.
+/// Capsule: a line with round ends; a point has length 0. The shaders read the same 48 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct Rod {
+pub(crate) struct Capsule {
     pub(crate) begin: [f32; 3],
-    /// Half its thickness. Metres.
+    /// Radius in metres.
     pub(crate) radius: f32,
     pub(crate) end: [f32; 3],
-    /// Half its thickness is at least so many pixels.
+    /// Minimum radius in pixels.
     pub(crate) pixels: f32,
-    /// Red in bits 0 to 7, green, blue, 255.
+    /// Colour: red in bits 0 to 7, green, blue, 255.
     pub(crate) color: u32,
     pub(crate) reserved: [u32; 3],
 }
 
-const _: () = assert!(size_of::<Rod>() == 48);
+const _: () = assert!(size_of::<Capsule>() == 48);
 
-/// The most letters of a text.
+/// Maximum number of letters of a text.
 pub(crate) const LETTERS_MAX: usize = 128;
 
-/// Letters about a place. The shaders read the same 160 bytes.
+/// Text at a point of the world. The shaders read the same 160 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Text {
@@ -35,24 +38,24 @@ pub(crate) struct Text {
     /// Red in bits 0 to 7, green, blue, 255.
     pub(crate) color: u32,
     pub(crate) count: u32,
-    /// 1: dark dots lie behind its own, below to the right.
+    /// 1 if the text has a black shadow, one dot to the right and below.
     pub(crate) shadow: u32,
     pub(crate) reserved: [u32; 2],
-    /// Numbers of glyphs.
+    /// Indices of glyphs.
     pub(crate) letters: [u8; LETTERS_MAX],
 }
 
 const _: () = assert!(size_of::<Text>() == 160);
 const _: () = assert!(protocol::SHAPE_TEXT_BYTES <= LETTERS_MAX);
 
-/// Shapes as tracers see them.
+/// Debug shapes in the form that tracers draw.
 #[derive(Debug)]
 pub struct Overlay {
-    /// In the order of the hierarchy's leaves.
-    pub(crate) rods: Vec<Rod>,
+    /// Capsules in the order of the leaves of the hierarchy.
+    pub(crate) capsules: Vec<Capsule>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) root: Link,
-    /// Of all rods the most [`Rod::pixels`].
+    /// Largest [`Capsule::pixels`].
     pub(crate) pixels: f32,
     pub(crate) texts: Vec<Text>,
 }
@@ -64,50 +67,50 @@ impl Default for Overlay {
 }
 
 impl Overlay {
-    /// Those of the shapes that are what [`Shape::check`] asks for.
+    /// Converts the shapes; those that [`Shape::check`] rejects are left out.
     pub fn new<'a>(shapes: impl IntoIterator<Item = &'a Shape>) -> Overlay {
-        let (mut rods, mut texts) = (Vec::new(), Vec::new());
+        let (mut capsules, mut texts) = (Vec::new(), Vec::new());
         for shape in shapes {
             if shape.check().is_ok() {
-                add(shape, &mut rods, &mut texts);
+                add(shape, &mut capsules, &mut texts);
             }
         }
-        let boxes: Vec<_> = rods.iter().map(bounds).collect();
-        let tree = Hierarchy::over_boxes(&boxes);
-        let pixels = rods.iter().map(|rod| rod.pixels).fold(0.0, f32::max);
-        let rods = tree.order.iter().map(|at| rods[*at as usize]).collect();
-        Overlay { rods, nodes: tree.nodes, root: tree.root, pixels, texts }
+        let boxes: Vec<_> = capsules.iter().map(bounds).collect();
+        let tree = over_boxes(&boxes);
+        let pixels = capsules.iter().map(|capsule| capsule.pixels).fold(0.0, f32::max);
+        let capsules = tree.order.iter().map(|at| capsules[*at as usize]).collect();
+        Overlay { capsules, nodes: tree.nodes, root: tree.root, pixels, texts }
     }
 
-    /// Nothing is drawn.
+    /// Returns whether there is nothing to draw.
     pub fn is_empty(&self) -> bool {
-        self.rods.is_empty() && self.texts.is_empty()
+        self.capsules.is_empty() && self.texts.is_empty()
     }
 }
 
-fn bounds(rod: &Rod) -> (Vec3, Vec3) {
-    let (begin, end) = (Vec3::from(rod.begin), Vec3::from(rod.end));
-    (begin.min(end) - rod.radius, begin.max(end) + rod.radius)
+fn bounds(capsule: &Capsule) -> (Vec3, Vec3) {
+    let (begin, end) = (Vec3::from(capsule.begin), Vec3::from(capsule.end));
+    (begin.min(end) - capsule.radius, begin.max(end) + capsule.radius)
 }
 
-fn add(shape: &Shape, rods: &mut Vec<Rod>, texts: &mut Vec<Text>) {
+fn add(shape: &Shape, capsules: &mut Vec<Capsule>, texts: &mut Vec<Text>) {
     let color = shape.color | 0xff00_0000;
     let (begin, end) = (Vec3::from(shape.begin_m), Vec3::from(shape.end_m));
     let (radius, pixels) = (shape.size_m * 0.5, shape.pixels * 0.5);
-    let mut rod = |begin: Vec3, end: Vec3| {
+    let mut capsule = |begin: Vec3, end: Vec3| {
         let (begin, end) = (begin.to_array(), end.to_array());
-        rods.push(Rod { begin, radius, end, pixels, color, reserved: [0; 3] });
+        capsules.push(Capsule { begin, radius, end, pixels, color, reserved: [0; 3] });
     };
     match shape.kind {
-        shape::POINT => rod(begin, begin),
-        shape::LINE => rod(begin, end),
+        shape::POINT => capsule(begin, begin),
+        shape::LINE => capsule(begin, end),
         shape::ARROW => {
-            rod(begin, end);
+            capsule(begin, end);
             let ahead = (end - begin).normalize_or(Vec3::X);
             let left = Vec3::Z.cross(ahead).try_normalize().unwrap_or(Vec3::Y);
             let up = ahead.cross(left);
             for (left, up) in [(left, up), (left, -up), (-left, up), (-left, -up)] {
-                rod(end + (left + up - ahead) * shape.head_m, end);
+                capsule(end + (left + up - ahead) * shape.head_m, end);
             }
         }
         shape::BOX => {
@@ -119,7 +122,7 @@ fn add(shape: &Shape, rods: &mut Vec<Rod>, texts: &mut Vec<Text>) {
             for at in 0..8 {
                 for bit in [1, 2, 4] {
                     if at & bit == 0 {
-                        rod(corner(at), corner(at | bit));
+                        capsule(corner(at), corner(at | bit));
                     }
                 }
             }
@@ -128,7 +131,7 @@ fn add(shape: &Shape, rods: &mut Vec<Rod>, texts: &mut Vec<Text>) {
             let mut letters = [0; LETTERS_MAX];
             let mut count = 0;
             for (room, letter) in letters.iter_mut().zip(shape.text().chars()) {
-                *room = glyphs::number(letter);
+                *room = glyphs::glyph_index(letter);
                 count += 1;
             }
             let (at, shadow) = (begin.to_array(), shape.shadow);

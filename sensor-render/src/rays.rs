@@ -3,9 +3,9 @@ use std::f64::consts::{PI, TAU};
 use glam::{Affine3A, Mat3, Vec3};
 use protocol::{Plane, Pose, SensorSpec, Stamp, point_attribute, sensor};
 
-use crate::TraceError;
+use crate::error::TraceError;
 
-/// Fills each plane's `world_from_sensor` from where the bundle's parent is.
+/// Sets each plane's `world_from_sensor` for the given pose of the bundle's parent.
 pub fn pose_planes(planes: &mut [Plane], sensors: &[SensorSpec], world_from_parent: &Pose) {
     for plane in planes {
         if let Some(spec) = sensors.get(plane.sensor as usize) {
@@ -14,34 +14,34 @@ pub fn pose_planes(planes: &mut [Plane], sensors: &[SensorSpec], world_from_pare
     }
 }
 
-/// A sensor as rays.
+/// Ray generator of a sensor.
 #[derive(Clone, Debug)]
 pub(crate) enum Sensor {
     Camera(Camera),
     Lidar(Lidar),
 }
 
-/// A pinhole: one ray through the centre of each pixel. Its direction's component along the
-/// optical axis is 1, so that the ray's parameter is the depth.
+/// Pinhole camera: one ray through the centre of each pixel. The component of each direction along
+/// the optical axis is 1, so that the ray parameter is the depth.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Camera {
     pub(crate) width: u32,
     pub(crate) height: u32,
-    /// In world space, as are the directions.
+    /// Position in world space. The directions are in world space too.
     pub(crate) origin: Vec3,
     pub(crate) forward: Vec3,
-    /// From one pixel's centre to the next one's, at depth 1.
+    /// Vector from the centre of a pixel to that of its right neighbour, at depth 1.
     pub(crate) right: Vec3,
     pub(crate) down: Vec3,
-    /// The principal point, in pixels from the centre of pixel (0, 0).
+    /// Principal point, in pixels from the centre of pixel (0, 0).
     pub(crate) center: [f32; 2],
-    /// The side of a pixel at depth 1.
+    /// Side length of a pixel at depth 1. Metres.
     pub(crate) pixel: f32,
-    /// Where it was a frame ago, if it has moved since.
+    /// View of the previous frame, if the camera has moved since.
     pub(crate) before: Option<View>,
 }
 
-/// A camera's place and axes, as long as the camera's own.
+/// Position and axes of a camera, scaled as in [`Camera`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     pub(crate) origin: Vec3,
@@ -71,7 +71,7 @@ impl Camera {
         })
     }
 
-    /// The view from where `moved` brings it.
+    /// Returns the view after the transform `moved`.
     pub(crate) fn moved(&self, moved: &Affine3A) -> View {
         View {
             origin: moved.transform_point3(self.origin),
@@ -82,34 +82,34 @@ impl Camera {
     }
 }
 
-/// A spinning lidar: `columns` azimuth steps of `channels` beams each, as unit directions.
+/// Lidar: `columns` azimuth steps of `channels` beams each, with unit directions.
 ///
-/// Sines and cosines are tabulated here, in double precision, so that every tracer casts the very
-/// same rays.
+/// Sines and cosines are computed here in double precision, so that every tracer casts identical
+/// rays.
 #[derive(Clone, Debug)]
 pub(crate) struct Lidar {
     pub(crate) columns: u32,
     pub(crate) channels: u32,
-    /// In world space.
+    /// Position in world space.
     pub(crate) origin: Vec3,
-    /// `world_from_sensor`'s turn.
+    /// Rotation of `world_from_sensor`.
     pub(crate) axes: Mat3,
-    /// Cosine and sine of each column's azimuth; two zeros: the laser is off.
+    /// Cosine and sine of each column's azimuth; two zeros mean that the laser is off.
     pub(crate) azimuths: Vec<[f32; 2]>,
     /// Cosine and sine of each channel's elevation; channel 0 is the highest.
     pub(crate) elevations: Vec<[f32; 2]>,
-    /// Columns that a packet of 16 beams spans, so that it is about as wide as high: 1, 2, 4, 8
-    /// or 16.
+    /// Columns that a packet of 16 beams spans, so that the packet is about as wide as high: 1, 2,
+    /// 4, 8 or 16.
     pub(crate) packet_columns: u32,
     pub(crate) range_m: f32,
     pub(crate) attenuation_per_m: f32,
     pub(crate) noise_m: f32,
     pub(crate) dropoff: f32,
-    /// Of the noise of this frame.
+    /// Seed of the noise of this frame.
     pub(crate) seed: u32,
 }
 
-/// In the place of an attenuation: the cosine of incidence is told instead of an intensity.
+/// In place of an attenuation: points report the cosine of incidence instead of an intensity.
 const COS_INCIDENCE: f32 = -1.0;
 
 impl Lidar {
@@ -153,19 +153,20 @@ impl Lidar {
     }
 }
 
-/// Which azimuths a lidar's columns look at in one frame.
+/// Azimuths of the columns of a lidar in one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Sweep {
-    /// Of column 0, positive to the left.
+    /// Azimuth of column 0, positive to the left.
     first_rad: f64,
-    /// From one column to the next, to the left.
+    /// Azimuth step from one column to the next, positive to the left.
     step_rad: f64,
 }
 
 impl Sweep {
-    /// Without rotation the columns share the field of view, symmetrically about straight ahead.
-    /// With it they share the turn since the last frame: the laser points straight ahead at
-    /// simulated time 0 and turns to the left.
+    /// Returns the sweep of one frame. Without rotation, the columns share the field of view,
+    /// symmetrically about straight ahead. With rotation, they share the angle that the lidar has
+    /// turned since the last frame: the laser points straight ahead at simulated time 0 and turns
+    /// to the left.
     fn of(spec: &SensorSpec, stamp: Stamp, delta_nanos: u64) -> Sweep {
         let columns = f64::from(spec.width.max(1));
         if spec.rotation_rate_hz > 0.0 {
@@ -183,7 +184,7 @@ impl Sweep {
     }
 }
 
-/// The azimuth of a lidar's column 0 at this frame; 0 for other sensors.
+/// Returns the azimuth of column 0 of a lidar at this frame; 0 for other sensors.
 pub(crate) fn first_azimuth_rad(spec: &SensorSpec, stamp: Stamp, delta_nanos: u64) -> f32 {
     match spec.kind {
         sensor::LIDAR => Sweep::of(spec, stamp, delta_nanos).first_rad as f32,
@@ -191,7 +192,11 @@ pub(crate) fn first_azimuth_rad(spec: &SensorSpec, stamp: Stamp, delta_nanos: u6
     }
 }
 
-/// The rays of one sensor of a bundle.
+/// Returns the ray generator of one sensor of a bundle.
+///
+/// # Errors
+/// [`TraceError`] if the pose is not rigid, the kind is unsupported, or the field of view is out of
+/// range.
 pub(crate) fn rays(
     spec: &SensorSpec,
     pose: &Pose,
@@ -208,7 +213,7 @@ pub(crate) fn rays(
     }
 }
 
-/// Mixes a sensor's seed with the frame (splitmix64).
+/// Mixes the seed of a sensor with the frame (splitmix64).
 fn frame_seed(seed: u64, frame: u64) -> u32 {
     let mut z = seed ^ frame.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

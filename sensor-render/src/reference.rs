@@ -1,24 +1,25 @@
-//! One ray at a time, in plain words: what both tracers must agree with.
+//! Reference implementation, one ray at a time, that both tracers must agree with.
 
 use glam::Vec3;
 
 use crate::bvh::{Link, Node};
 use crate::hit::{EDGE_SLACK, Hit, NONE, T_MIN};
-use crate::scene::Triangle;
-use crate::world::Instance;
-use crate::{Scene, World};
+use crate::instance::Instance;
+use crate::scene::Scene;
+use crate::triangle::Triangle;
+use crate::world::World;
 
-/// The first thing that a ray meets before `t_max`.
+/// Returns the first intersection of a ray before `t_max`.
 pub(crate) fn closest(scene: &Scene, world: &World, ray: Ray, t_max: f32) -> Hit {
     let mut hit = Hit::none(t_max);
-    walk(&scene.nodes, scene.ground.root, &ray, &mut hit, &mut |first, count, hit| {
+    walk(&scene.nodes, scene.town_blas.root, &ray, &mut hit, &mut |first, count, hit| {
         meet(&scene.triangles, first, count, &ray, NONE, hit);
     });
     if let Some(root) = world.root {
         walk(&world.nodes, root, &ray, &mut hit, &mut |first, count, hit| {
             for index in first..first + count {
                 let instance = &world.instances[index as usize];
-                let ray = ray.seen_from(instance);
+                let ray = ray.to_instance_space(instance);
                 walk(&scene.nodes, instance.root, &ray, hit, &mut |first, count, hit| {
                     meet(&scene.triangles, first, count, &ray, index, hit);
                 });
@@ -28,7 +29,7 @@ pub(crate) fn closest(scene: &Scene, world: &World, ray: Ray, t_max: f32) -> Hit
     hit
 }
 
-/// A half-line; its parameter counts lengths of `direction`.
+/// Ray; its parameter counts lengths of `direction`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ray {
     pub(crate) origin: Vec3,
@@ -36,8 +37,8 @@ pub(crate) struct Ray {
 }
 
 impl Ray {
-    /// The same ray in the actor's space; its parameter stays.
-    fn seen_from(&self, instance: &Instance) -> Ray {
+    /// Returns the ray in the space of an instance, with the same parameter.
+    fn to_instance_space(&self, instance: &Instance) -> Ray {
         let rows = instance.actor_from_world;
         let turn = |row: [f32; 4], v: Vec3| row[0] * v.x + row[1] * v.y + row[2] * v.z;
         Ray {
@@ -81,14 +82,14 @@ fn walk(
     }
 }
 
-/// Where the ray enters the box before `t_max`, or infinity.
+/// Returns the ray parameter at which the ray enters the box before `t_max`, or infinity.
 fn enter(low: &[f32; 3], high: &[f32; 3], origin: Vec3, inverse: Vec3, t_max: f32) -> f32 {
     let (a, b) = ((Vec3::from(*low) - origin) * inverse, (Vec3::from(*high) - origin) * inverse);
     let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element().min(t_max));
     if near <= far { near } else { f32::INFINITY }
 }
 
-/// Möller and Trumbore 1997, both sides.
+/// Intersects the ray with both sides of triangles (Möller and Trumbore 1997).
 fn meet(triangles: &[Triangle], first: u32, count: u32, ray: &Ray, instance: u32, hit: &mut Hit) {
     for index in first..first + count {
         let triangle = &triangles[index as usize];

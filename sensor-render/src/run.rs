@@ -1,57 +1,52 @@
-//! The renderer's process: a snapshot in, a bundle for every bundle that is due, out.
+//! Process of the renderer: receives snapshots and sends one sample for every bundle that is due.
 
 use std::{path::PathBuf, sync::Arc};
 
-use bake::{Cache, MapError};
-use bus::{
-    Event, Instance, Interrupted, Participant, RenderPorts, Role, Snapshot, Writer, clock, fault,
-};
+use bake::Cache;
+use bus::{Event, Instance, Interrupted, Participant, RenderPorts, Role, Snapshot, clock, fault};
 use protocol::{
     ActorState, BundleHeader, BundleId, Command, Episode, Frame, GivenPoses, JournalEntry, Name,
-    Page, SensorSpec, SnapshotHeader, Weather, layout, sensor, status,
+    SensorSpec, SnapshotHeader, Weather, layout, sensor, status,
 };
 use town::{Lighting, StreetLightState, Visibility};
 
 use crate::{
-    BundleJob, Device, MeshList, Scene, Tracer, World,
-    baked::{cached_scene, keep_scene},
-    bundles::{Bundles, Due},
-    gallery::Gallery,
-    pose_planes,
-    scene::Replaced,
+    baked::{cached_scene, store_scene},
+    bundles::{Bundles, DueBundle},
+    debug_shapes::DebugShapes,
+    device::Device,
+    job::BundleJob,
+    meshes::MeshList,
+    rays::pose_planes,
+    run_error::RenderError,
+    scene::{Replaced, Scene},
+    tracer::Tracer,
+    world::World,
 };
 
-/// How the renderer is started.
+/// Time after which the host is woken again if a requested keyframe has not arrived. Nanoseconds.
+const KEYFRAME_NANOS: u64 = 100_000_000;
+
+/// Start-up options of the renderer.
 #[derive(Clone, Debug, Default)]
 pub struct RenderConfig {
-    /// What traces the rays.
+    /// Device that traces the rays.
     pub device: Device,
-    /// Trace nothing: bundles hold their table and whatever was in memory.
+    /// Trace nothing: samples hold the table of planes, and their other bytes are unspecified.
     pub null: bool,
-    /// Threads of the CPU tracer; 0: one for each core.
+    /// Number of threads of the CPU tracer; 0 means one per core.
     pub threads: usize,
-    /// A list of files that replace meshes.
+    /// TOML list of glTF files that replace the meshes of blueprints.
     pub meshes: Option<PathBuf>,
 }
 
-/// Why the renderer ended before its host did.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    /// The bus.
-    #[error(transparent)]
-    Bus(#[from] bus::BusError),
-    /// The tracer.
-    #[error(transparent)]
-    Trace(#[from] crate::TraceError),
-    /// The list of files that replace meshes.
-    #[error(transparent)]
-    Meshes(#[from] crate::MeshListError),
-    /// The map, which the host could read.
-    #[error("{0}")]
-    Map(String),
-}
-
-/// Renders for the host of `instance` until it ends.
+/// Renders for the host of `instance` until the host ends.
+///
+/// `slot` is the slot on the control page that the host reserved. With `within`, the renderer is a
+/// thread of the process of the host.
+///
+/// # Errors
+/// [`RenderError`] if the bus, the map, the mesh list or the tracer fails.
 pub fn run(
     instance: &Instance,
     slot: usize,
@@ -91,7 +86,7 @@ pub fn run(
         is_replaced,
         replaced,
         bundles: Bundles::default(),
-        gallery: Gallery::default(),
+        debug_shapes: DebugShapes::default(),
         lighting: Lighting::default(),
         before: Vec::new(),
         is_rendering: true,
@@ -108,7 +103,8 @@ pub fn run(
 }
 
 struct Renderer {
-    /// Dropped before the memory that it may have imported.
+    /// Declared before `bundles`, so that it is dropped before the memory that it may have
+    /// imported.
     tracer: Tracer,
     participant: Participant,
     ports: RenderPorts,
@@ -116,36 +112,36 @@ struct Renderer {
     world: World,
     weather: Weather,
     cache: Cache,
-    /// Which of its host's worlds is shown.
+    /// Number of the episode that is rendered.
     number: u32,
     episode: Episode,
-    /// What of the town is switched off, and what was when the scene was built.
+    /// Layers and objects that are hidden now, and those that are hidden in `scene`.
     hidden: Visibility,
     hidden_in_scene: Visibility,
-    /// Looks out of files, if a list of them was given.
+    /// Whether a mesh list was given, and the geometry that was loaded from it.
     is_replaced: bool,
     replaced: Vec<Replaced>,
     bundles: Bundles,
-    /// What is drawn over the world.
-    gallery: Gallery,
-    /// What street lamps were told.
+    /// Debug shapes that the journal has drawn.
+    debug_shapes: DebugShapes,
+    /// Switched street lights.
     lighting: Lighting,
-    /// The actors of the frame before, while anybody asks how they move.
+    /// Actors of the previous frame; kept while a sensor measures optical flow.
     before: Vec<ActorState>,
     is_rendering: bool,
-    /// Everything up to here is measured.
+    /// Last frame that was measured.
     done: Frame,
-    /// The first frame of this life.
+    /// First frame after this process joined.
     first: Frame,
 }
 
 impl Renderer {
-    /// Payloads are written where their readers find them, where the device can.
+    /// Lets the device write into the payloads themselves, if it can import host memory.
     fn import_payloads(&mut self) {
         #[expect(unsafe_code, reason = "a promise about the memory of bundles")]
-        // SAFETY: a bundle's bundles lie in one pool of static allocation, which stays mapped as long
-        // as its writer lives; before a writer goes (`remove`), and before `self` does, all
-        // imports are forgotten.
+        // SAFETY: the samples of a bundle lie in one pool of static allocation, which stays mapped
+        // as long as its writer lives. Imports are forgotten before a writer is dropped (`remove`)
+        // and before `self` is.
         unsafe {
             self.tracer.import_payloads();
         }
@@ -157,7 +153,7 @@ impl Renderer {
         self.import_payloads();
     }
 
-    /// Measures every frame that has come; in asynchronous mode only the newest.
+    /// Measures every published frame up to `newest`; in asynchronous mode only the newest.
     fn work_up_to(&mut self, newest: Frame) -> Result<(), RenderError> {
         let every = self.participant.control().is_synchronous();
         let mut latest = None;
@@ -165,9 +161,10 @@ impl Renderer {
             let Some(snapshot) = self.ports.snapshot.receive()? else { break };
             let frame = snapshot.header().stamp.frame;
             if frame <= self.done {
-                // A predecessor measured it.
-                self.remember(&snapshot);
-                // What was given then is not known; most likely it is what stands now.
+                // A previous renderer process has measured this frame.
+                self.remember_actors(&snapshot);
+                // The poses given at that frame are unknown; the current ones are the best
+                // estimate.
                 self.world.poses_before = None;
                 continue;
             }
@@ -181,7 +178,7 @@ impl Renderer {
         if let Some(snapshot) = latest {
             self.measure(&snapshot)?;
         }
-        // What was overrun before we could read it is not to come.
+        // Snapshots that were overwritten before they were read will not arrive.
         if self.done < newest {
             self.participant.words().add_missed(newest.0 - self.done.0);
             self.arrive(newest);
@@ -200,12 +197,12 @@ impl Renderer {
         self.participant.begin();
         let begin_nanos = clock::now_nanos();
         fault::delay(Role::Render, frame);
-        self.follow_journal(frame)?;
-        self.gallery.begin(header.stamp);
+        self.apply_journal(frame)?;
+        self.debug_shapes.begin(header.stamp);
         if self.is_rendering {
-            self.measure_rigs(snapshot, begin_nanos)?;
-            if self.bundles.ask_for_flow() {
-                self.remember(snapshot);
+            self.measure_bundles(snapshot, begin_nanos)?;
+            if self.bundles.measures_flow() {
+                self.remember_actors(snapshot);
             }
         }
         fault::point(Role::Render, "sent", frame, self.first);
@@ -214,7 +211,7 @@ impl Renderer {
         Ok(())
     }
 
-    fn remember(&mut self, snapshot: &Snapshot) {
+    fn remember_actors(&mut self, snapshot: &Snapshot) {
         self.before.clear();
         self.before.extend_from_slice(snapshot.actors());
         self.world.limbs_before.clear();
@@ -222,7 +219,11 @@ impl Renderer {
         self.world.poses_before = Some(self.world.poses.clone());
     }
 
-    fn measure_rigs(&mut self, snapshot: &Snapshot, begin_nanos: u64) -> Result<(), RenderError> {
+    fn measure_bundles(
+        &mut self,
+        snapshot: &Snapshot,
+        begin_nanos: u64,
+    ) -> Result<(), RenderError> {
         let header = snapshot.header();
         let mut due = self.bundles.due(header, snapshot.actors());
         if due.is_empty() {
@@ -244,10 +245,10 @@ impl Renderer {
                 [r, g, b]
             },
         );
-        if self.bundles.ask_for_flow() {
-            self.world.follow(&self.scene, &self.before, snapshot.actors());
+        if self.bundles.measures_flow() {
+            self.world.track_motion(&self.scene, &self.before, snapshot.actors());
         }
-        self.world.draw(self.gallery.overlay());
+        self.world.set_overlay(self.debug_shapes.overlay());
         let mut loans = Vec::with_capacity(due.len());
         for bundle in &due {
             let writer = self.bundles.writer(bundle.id);
@@ -272,14 +273,14 @@ impl Renderer {
         Ok(())
     }
 
-    /// Another world was loaded; the bundles of the old one were taken away before.
+    /// Starts episode `number`. The bundles of the previous episode were destroyed before.
     fn begin_episode(&mut self, number: u32) -> Result<(), RenderError> {
         self.weather = Weather::default();
         self.hidden = Visibility::default();
-        self.gallery.clear();
-        self.relight(Lighting::default());
+        self.debug_shapes.clear();
+        self.set_lighting(Lighting::default());
         self.before.clear();
-        // One that was started since then has read the map already.
+        // A renderer that started after the map was loaded has read the map already.
         if number == self.number {
             return Ok(());
         }
@@ -293,14 +294,16 @@ impl Renderer {
         Ok(())
     }
 
-    /// The scene without what is switched off.
+    /// Rebuilds the scene without the hidden layers and objects.
     fn build_scene(&mut self) -> Result<(), RenderError> {
         let Episode { map, open_drive, seed } = &self.episode;
-        let town = self.cache.town(map, open_drive, *seed).map_err(map_error)?;
+        let town = self.cache.town(map, open_drive, *seed)?;
         let town = town.visible(&self.hidden);
-        // What blueprints look like has not changed.
-        let scene = self.scene.refurnished(&town);
-        let scene = scene.unwrap_or_else(|| Scene::furnished(&town, &self.replaced));
+        // The geometry of the blueprints is unchanged and is reused.
+        let scene = match self.scene.with_town(&town)? {
+            Some(scene) => scene,
+            None => Scene::of_town_with(&town, &self.replaced)?,
+        };
         self.scene = Arc::new(scene);
         self.hidden_in_scene = self.hidden.clone();
         Ok(())
@@ -309,7 +312,7 @@ impl Renderer {
     fn bundle_header(
         &self,
         header: &SnapshotHeader,
-        bundle: &Due,
+        bundle: &DueBundle,
         begin_nanos: u64,
     ) -> BundleHeader {
         BundleHeader {
@@ -327,24 +330,41 @@ impl Renderer {
         }
     }
 
-    /// Takes in what was requested up to `frame`. If parts were missed, asks for the standing state.
-    fn follow_journal(&mut self, frame: Frame) -> Result<(), RenderError> {
+    /// Waits until the requested keyframe has arrived or the host ends.
+    fn await_keyframe(&mut self) -> Result<(), RenderError> {
+        let Renderer { participant, ports, .. } = self;
+        loop {
+            let deadline = clock::now_nanos() + KEYFRAME_NANOS;
+            let answer = participant.await_answer(deadline, || match ports.journal.poll() {
+                Ok(true) => None,
+                Ok(false) => Some(Ok(())),
+                Err(error) => Some(Err(error)),
+            });
+            match answer {
+                Ok(polled) => return Ok(polled?),
+                Err(Interrupted::HostEnds) => return Ok(()),
+                Err(Interrupted::Deadline) => participant.control().host.ring(),
+            }
+        }
+    }
+
+    /// Applies the journal up to `frame`. If entries were lost, requests a keyframe and waits for
+    /// it.
+    fn apply_journal(&mut self, frame: Frame) -> Result<(), RenderError> {
         if self.ports.journal.poll()? {
             self.participant.words().request_keyframe();
             self.participant.control().host.ring();
-            while self.ports.journal.poll()? && !self.participant.is_over() {
-                std::thread::sleep(std::time::Duration::from_micros(200));
-            }
+            self.await_keyframe()?;
         }
         for event in self.ports.journal.until(frame) {
             match event {
                 Event::Anew => {
-                    self.bundles.begin_anew();
+                    self.bundles.reset();
                     self.weather = Weather::default();
                     self.hidden = Visibility::default();
-                    self.gallery.clear();
+                    self.debug_shapes.clear();
                     self.world.poses = GivenPoses::default();
-                    self.relight(Lighting::default());
+                    self.set_lighting(Lighting::default());
                 }
                 Event::Entry(_, entry) if entry.outcome.status == status::DONE => {
                     self.obey(&entry)?;
@@ -355,8 +375,8 @@ impl Renderer {
         Ok(())
     }
 
-    fn relight(&mut self, lighting: Lighting) {
-        self.world.light(&lighting);
+    fn set_lighting(&mut self, lighting: Lighting) {
+        self.world.set_street_lights(&lighting);
         self.lighting = lighting;
     }
 
@@ -366,9 +386,9 @@ impl Renderer {
         command.iter().for_each(|command| self.world.poses.follow(command));
         match command {
             Some(Command::CreateBundle(bundle)) => {
-                self.bundles.announce(id, bundle.parent, bundle.sensor_count)
+                self.bundles.create(id, bundle.parent, bundle.sensor_count)
             }
-            // The host measures these itself.
+            // The host measures physics sensors.
             Some(Command::Sensor(spec)) if sensor::is_physics_sensor(spec.kind) => {
                 self.bundles.remove(id)
             }
@@ -379,12 +399,13 @@ impl Renderer {
                         Some(writer) => writer,
                         None => match self.ports.bundle(id, byte_len) {
                             Ok(writer) => writer,
-                            // Taken away before its first frame: a line that says so follows.
+                            // The bundle was destroyed before its first frame; a later entry says
+                            // so.
                             Err(e) if e.is_missing_channel() => return Ok(()),
                             Err(e) => return Err(e.into()),
                         },
                     };
-                    self.bundles.mount(id, planes, byte_len, writer);
+                    self.bundles.activate(id, planes, byte_len, writer);
                 }
             }
             Some(Command::DestroyBundle(bundle)) => self.remove(bundle),
@@ -394,21 +415,21 @@ impl Renderer {
             Some(Command::HideObjects(to)) => {
                 self.hidden.set_objects(to.block, &to.bits, to.hidden != 0);
             }
-            // What was saved with the state follows.
+            // The entries of the saved state follow.
             Some(Command::LoadState(_)) => {
                 self.hidden = Visibility::default();
-                self.gallery.clear();
-                self.relight(Lighting::default());
+                self.debug_shapes.clear();
+                self.set_lighting(Lighting::default());
             }
             Some(Command::SetStreetLights(to)) => {
                 let mut lighting = std::mem::take(&mut self.lighting);
                 let shine =
                     StreetLightState { mode: to.mode, color: to.color, share: to.intensity };
                 lighting.set(to.block, &to.bits, shine);
-                self.relight(lighting);
+                self.set_lighting(lighting);
             }
-            Some(Command::Draw(shape)) => self.gallery.draw(&shape, entry),
-            Some(Command::EraseShapes(erase)) => self.gallery.erase(&erase),
+            Some(Command::Draw(shape)) => self.debug_shapes.draw(&shape, entry),
+            Some(Command::EraseShapes(erase)) => self.debug_shapes.erase(&erase),
             Some(Command::SetSettings(settings)) => self.is_rendering = settings.no_rendering == 0,
             _ => {}
         }
@@ -416,7 +437,8 @@ impl Renderer {
     }
 }
 
-/// The scene of a world, out of the cache where it is there; `replaced`: with looks out of files.
+/// Returns the scene of an episode, from the cache if possible. With `replaced`, builds it with the
+/// geometry of the mesh list.
 fn scene_for(
     cache: &Cache,
     episode: &Episode,
@@ -424,20 +446,13 @@ fn scene_for(
 ) -> Result<Scene, RenderError> {
     if let Some(replaced) = replaced {
         let Episode { map, open_drive, seed } = episode;
-        let town = cache.town(map, open_drive, *seed).map_err(map_error)?;
-        return Ok(Scene::furnished(&town, replaced));
+        let town = cache.town(map, open_drive, *seed)?;
+        return Ok(Scene::of_town_with(&town, replaced)?);
     }
-    let (scene, is_new) = cached_scene(cache, episode).map_err(map_error)?;
+    let (scene, is_new) = cached_scene(cache, episode)?;
     if is_new {
-        // At once: who is stopped a second later has not built it in vain.
-        keep_scene(cache, episode, &scene);
+        // Stored at once, so that the work is kept even if this process is stopped soon after.
+        store_scene(cache, episode, &scene);
     }
     Ok(scene)
 }
-
-fn map_error(error: MapError) -> RenderError {
-    RenderError::Map(error.to_string())
-}
-
-/// A bundle's writing end.
-pub(crate) type RigWriter = Writer<BundleHeader, Page>;

@@ -8,188 +8,194 @@ use protocol::{ActorId, ActorState, Pose, kind};
 use rayon::prelude::*;
 use town::{Geometry, Rig};
 
-use crate::bvh::{Hierarchy, Link, Node};
-use crate::wall::{Wall, find_walls};
-use crate::wide::{WideNode, widen};
+use crate::{
+    bvh::{Hierarchy, Link, Node},
+    parallel_build::over_triangles,
+    triangle::Triangle,
+    wall::{Wall, find_walls},
+    wide::{WideNode, widen},
+};
 
-/// Marks the ids of static objects in images.
-pub(crate) const STATIC: u32 = mesh::ObjectId::STATIC_BIT;
-
-/// Other looks for a blueprint: its index, its looks, and how their pieces move.
+/// Replacement geometry of a blueprint: its index in the catalogue, its meshes, and its skeleton.
 pub(crate) type Replaced = (u32, Geometry, Rig);
 
-/// One blueprint's looks, if it is one piece that does not move in itself.
+/// Geometry of a blueprint that consists of one rigid piece.
 #[derive(Clone, Copy, Debug)]
 pub struct BlueprintMesh<'a> {
-    /// In actor space; an empty mesh is never seen.
+    /// Mesh in actor space; an actor with an empty mesh is invisible.
     pub mesh: &'a Mesh,
 }
 
-/// The pieces of one blueprint, and how they move.
+/// Bottom-level hierarchies of one blueprint, and how its pieces move.
 #[derive(Clone, Debug)]
-pub(crate) struct Figure {
-    /// Of the pieces' bottom levels, one for each joint.
-    pub(crate) first_level: u32,
-    /// None: it is one piece that does not move.
+pub(crate) struct BlueprintGeometry {
+    /// Index of the first piece in [`Scene::blases`]; there is one piece for each joint.
+    pub(crate) first_blas: u32,
+    /// Skeleton; `None` if the blueprint is one rigid piece.
     pub(crate) rig: Option<Cow<'static, Rig>>,
-    /// Of all of it at rest, for those that never move.
+    /// Index of the hierarchy of the whole blueprint at rest, for parked vehicles.
     pub(crate) whole: Option<u32>,
 }
 
-impl Figure {
-    /// Those of the catalogue, whose bottom levels follow each other; and which blueprints are
-    /// parked, whose levels in one piece come after them.
-    pub(crate) fn all(parked: &[ActorState]) -> (Vec<Figure>, Vec<u32>) {
-        let mut first_level = 0;
-        let mut figures: Vec<Figure> = town::catalogue()
+impl BlueprintGeometry {
+    /// Returns the geometry of every blueprint of the catalogue, with consecutive pieces, and the
+    /// blueprints of the parked vehicles, whose whole hierarchies follow all pieces.
+    pub(crate) fn all(parked: &[ActorState]) -> (Vec<BlueprintGeometry>, Vec<u32>) {
+        let mut first_blas = 0;
+        let mut geometries: Vec<BlueprintGeometry> = town::catalogue()
             .iter()
             .map(|blueprint| {
                 let rig = blueprint.rig();
                 let rig_of = (!rig.is_still()).then_some(Cow::Borrowed(rig));
-                let figure = Figure { first_level, rig: rig_of, whole: None };
-                first_level += rig.joints.len() as u32;
-                figure
+                let geometry = BlueprintGeometry { first_blas, rig: rig_of, whole: None };
+                first_blas += rig.joints.len() as u32;
+                geometry
             })
             .collect();
         let mut kinds: Vec<u32> = parked.iter().map(|one| one.blueprint).collect();
         kinds.sort_unstable();
         kinds.dedup();
-        for (kind, level) in kinds.iter().zip(first_level..) {
-            figures[*kind as usize].whole = Some(level);
+        for (kind, blas) in kinds.iter().zip(first_blas..) {
+            geometries[*kind as usize].whole = Some(blas);
         }
-        (figures, kinds)
+        (geometries, kinds)
     }
 }
 
-/// One triangle with all that a hit needs to know. The shaders read the same 48 bytes.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C, align(16))]
-pub(crate) struct Triangle {
-    pub(crate) corner: [f32; 3],
-    /// Tag in bits 0 to 7, material in bits 8 to 15, tint in bits 16 to 31 ([`mesh::Face::tint`]).
-    pub(crate) face: u32,
-    pub(crate) edge1: [f32; 3],
-    pub(crate) object: u32,
-    pub(crate) edge2: [f32; 3],
-    /// Index into the scene's walls; 0: none.
-    pub(crate) wall: u32,
+/// Maximum number of triangles of a scene: a leaf names its first triangle with 26 bits.
+const TRIANGLES_MAX: usize = Link::PRIMITIVES_MAX - 1;
+
+/// Reason why a scene cannot be built.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The meshes of the map and of the blueprints have too many triangles together.
+    #[error(
+        "too many triangles: the map and the blueprints have {count} triangles, the renderer \
+         takes at most {max}; try a smaller map or simpler meshes"
+    )]
+    TooManyTriangles {
+        /// Number of triangles of the map and of all blueprints.
+        count: usize,
+        /// Maximum number of triangles.
+        max: usize,
+    },
 }
 
-const _: () = assert!(size_of::<Triangle>() == 48);
-
-impl Triangle {
-    #[cfg(test)]
-    pub(crate) fn tag(&self) -> u8 {
-        self.face as u8
-    }
-
-    #[inline(always)]
-    pub(crate) fn material(&self) -> u8 {
-        (self.face >> 8) as u8
-    }
-
-    /// A colour in the material's place; 0: the material's own.
-    #[inline(always)]
-    pub(crate) fn tint(&self) -> u16 {
-        (self.face >> 16) as u16
-    }
+/// Checks the number of triangles before any of them is copied.
+fn check_count(count: usize, max: usize) -> Result<(), SceneError> {
+    if count > max { Err(SceneError::TooManyTriangles { count, max }) } else { Ok(()) }
 }
 
-/// The bottom level of one mesh.
+/// Bottom-level acceleration structure (BLAS) of one mesh.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct Level {
+pub(crate) struct Blas {
     pub(crate) root: Link,
-    /// In the wide hierarchy.
+    /// Root in the hierarchy with eight children per node.
     pub(crate) wide_root: Link,
     pub(crate) low: Vec3,
     pub(crate) high: Vec3,
 }
 
-impl Level {
-    const EMPTY: Level =
-        Level { root: Link::EMPTY, wide_root: Link::EMPTY, low: Vec3::ZERO, high: Vec3::ZERO };
+impl Blas {
+    const EMPTY: Blas =
+        Blas { root: Link::EMPTY, wide_root: Link::EMPTY, low: Vec3::ZERO, high: Vec3::ZERO };
 
     pub(crate) fn is_empty(&self) -> bool {
         self.root == Link::EMPTY
     }
 
-    /// No coordinate is larger than this.
+    /// Returns the largest absolute coordinate.
     fn reach(&self) -> f32 {
         if self.is_empty() { 0.0 } else { self.low.abs().max(self.high.abs()).max_element() }
     }
 }
 
-/// All that stays the same for an episode: the town and the looks of every blueprint.
+/// Everything that stays the same for an episode: the town and the geometry of every blueprint.
 ///
-/// Triangles lie in the order of the leaves of one bottom level for the town and one for each piece
-/// of a blueprint.
+/// Triangles are stored in the order of the leaves. There is one bottom-level hierarchy for the
+/// town and one for each piece of each blueprint.
 #[derive(Debug)]
 pub struct Scene {
-    /// No two scenes of a process have the same.
+    /// Number that identifies this scene within the process.
     pub(crate) serial: u64,
     pub(crate) nodes: Vec<Node>,
-    /// The same hierarchies, eight children to a node.
+    /// The same hierarchies with eight children per node.
     pub(crate) wide: Vec<WideNode>,
-    /// No coordinate of the town or a blueprint is larger than this.
+    /// Largest absolute coordinate of the town and of the blueprints, at least 1000 m. Bounds
+    /// rounding errors.
     pub(crate) reach: f32,
     pub(crate) triangles: Vec<Triangle>,
-    /// The first is none.
+    /// Walls with windows; index 0 is [`Wall::NONE`].
     pub(crate) walls: Vec<Wall>,
-    pub(crate) ground: Level,
-    /// Where the town's nodes, wide nodes and triangles end; the blueprints' follow.
+    pub(crate) town_blas: Blas,
+    /// Numbers of nodes, wide nodes and triangles of the town; those of the blueprints follow.
     pub(crate) town_ends: [u32; 3],
-    /// Of every piece of every blueprint, then of all of each that is parked.
-    pub(crate) levels: Vec<Level>,
-    /// By blueprint.
-    pub(crate) figures: Vec<Figure>,
-    /// Vehicles that never move.
+    /// Hierarchies of every piece of every blueprint, then those of whole parked blueprints.
+    pub(crate) blases: Vec<Blas>,
+    /// Geometry by index of the blueprint.
+    pub(crate) geometries: Vec<BlueprintGeometry>,
+    /// Parked vehicles, which never move.
     pub(crate) parked: Vec<ActorState>,
 }
 
 impl Scene {
-    /// Builds the bottom levels. Triangles with a corner that is not finite cannot be hit and are
-    /// left out.
+    /// Builds the scene of a static mesh and of blueprints that are one rigid piece each. Triangles
+    /// with a corner that is not finite are left out.
     ///
-    /// # Panics
-    /// If all meshes together hold 2²⁶ triangles or more.
-    pub fn new(static_mesh: &Mesh, blueprints: &[BlueprintMesh]) -> Scene {
+    /// # Errors
+    /// [`SceneError::TooManyTriangles`] if all meshes together hold 2²⁶ triangles or more.
+    pub fn new(static_mesh: &Mesh, blueprints: &[BlueprintMesh]) -> Result<Scene, SceneError> {
         let meshes: Vec<&Mesh> = blueprints.iter().map(|blueprint| blueprint.mesh).collect();
-        let figure = |first_level| Figure { first_level, rig: None, whole: None };
-        Scene::of_pieces(static_mesh, &meshes, (0..meshes.len() as u32).map(figure).collect())
+        let geometry = |first_blas| BlueprintGeometry { first_blas, rig: None, whole: None };
+        Scene::from_pieces(static_mesh, &meshes, (0..meshes.len() as u32).map(geometry).collect())
     }
 
-    /// The scene of a town and of every blueprint that can be spawned in it.
-    pub fn of_town(town: &town::Town) -> Scene {
-        Scene::furnished(town, &[])
+    /// Builds the scene of a town and of every blueprint of the catalogue.
+    ///
+    /// # Errors
+    /// As [`Scene::new`].
+    pub fn of_town(town: &town::Town) -> Result<Scene, SceneError> {
+        Scene::of_town_with(town, &[])
     }
 
-    /// As [`Scene::of_town`], with other looks for some blueprints.
-    pub(crate) fn furnished(town: &town::Town, replaced: &[Replaced]) -> Scene {
-        let parked = town.parked.iter().map(|one| stand(town, one)).collect();
+    /// As [`Scene::of_town`], with replaced geometry for some blueprints.
+    pub(crate) fn of_town_with(
+        town: &town::Town,
+        replaced: &[Replaced],
+    ) -> Result<Scene, SceneError> {
+        let parked = town.parked.iter().map(|one| parked_actor(town, one)).collect();
         Scene::with_catalogue(&town.mesh, parked, replaced)
     }
 
-    /// Every blueprint of the catalogue, in the pieces that move.
+    /// Builds the scene of a static mesh and of every blueprint of the catalogue, in the pieces
+    /// that move.
     pub(crate) fn with_catalogue(
         static_mesh: &Mesh,
         parked: Vec<ActorState>,
         replaced: &[Replaced],
-    ) -> Scene {
-        let (mut figures, kinds) = Figure::all(&parked);
+    ) -> Result<Scene, SceneError> {
+        let (mut geometries, kinds) = BlueprintGeometry::all(&parked);
         let mut looks: Vec<&Geometry> =
             town::catalogue().par_iter().map(|b| b.geometry()).collect();
         for (index, found, rig) in replaced {
             looks[*index as usize] = found;
-            figures[*index as usize].rig = Some(Cow::Owned(rig.clone()));
+            geometries[*index as usize].rig = Some(Cow::Owned(rig.clone()));
         }
         let wholes = kinds.iter().map(|kind| &looks[*kind as usize].whole);
         let meshes: Vec<&Mesh> =
             looks.iter().flat_map(|looks| &looks.pieces).chain(wholes).collect();
-        Scene { parked, ..Scene::of_pieces(static_mesh, &meshes, figures) }
+        Ok(Scene { parked, ..Scene::from_pieces(static_mesh, &meshes, geometries)? })
     }
 
-    fn of_pieces(static_mesh: &Mesh, pieces: &[&Mesh], figures: Vec<Figure>) -> Scene {
+    fn from_pieces(
+        static_mesh: &Mesh,
+        pieces: &[&Mesh],
+        geometries: Vec<BlueprintGeometry>,
+    ) -> Result<Scene, SceneError> {
+        let counts = pieces.iter().map(|piece| piece.triangles.len());
+        check_count(static_mesh.triangles.len() + counts.sum::<usize>(), TRIANGLES_MAX)?;
         let mut scene = Scene {
             serial: new_serial(),
             nodes: Vec::new(),
@@ -197,62 +203,68 @@ impl Scene {
             reach: 1000.0,
             triangles: Vec::new(),
             walls: vec![Wall::NONE],
-            ground: Level::EMPTY,
+            town_blas: Blas::EMPTY,
             town_ends: [0; 3],
-            levels: Vec::with_capacity(pieces.len()),
-            figures,
+            blases: Vec::with_capacity(pieces.len()),
+            geometries,
             parked: Vec::new(),
         };
-        let (ground, looks) = rayon::join(
+        let (town_blas, looks) = rayon::join(
             || Part::new(static_mesh),
             || pieces.par_iter().map(|mesh| Part::new(mesh)).collect::<Vec<_>>(),
         );
-        scene.ground = scene.add(ground);
+        scene.town_blas = scene.add(town_blas);
         let ends = [scene.nodes.len(), scene.triangles.len()].map(|end| end as u32);
-        scene.levels = looks.into_iter().map(|part| scene.add(part)).collect();
-        let town_wide = scene.finish_town(ends[1]);
-        let Scene { nodes, wide, levels, .. } = &mut scene;
-        for level in levels {
-            level.wide_root = widen(nodes, level.root, wide);
+        scene.blases = looks.into_iter().map(|part| scene.add(part)).collect();
+        let town_wide = scene.widen_town(ends[1]);
+        let Scene { nodes, wide, blases, .. } = &mut scene;
+        for blas in blases {
+            blas.wide_root = widen(nodes, blas.root, wide);
         }
         scene.town_ends = [ends[0], town_wide, ends[1]];
-        scene
+        Ok(scene)
     }
 
-    /// Widens the town's hierarchy and finds its walls; says where its wide nodes end.
-    fn finish_town(&mut self, triangle_end: u32) -> u32 {
-        let Scene { nodes, wide, triangles, walls, ground, .. } = self;
+    /// Builds the town's wide hierarchy and finds its walls. Returns the number of its wide nodes.
+    fn widen_town(&mut self, triangle_end: u32) -> u32 {
+        let Scene { nodes, wide, triangles, walls, town_blas, .. } = self;
         let own = &mut triangles[..triangle_end as usize];
         rayon::join(
-            || ground.wide_root = widen(nodes, ground.root, wide),
+            || town_blas.wide_root = widen(nodes, town_blas.root, wide),
             || find_walls(own, walls),
         );
         wide.len() as u32
     }
 
-    /// As [`Scene::furnished`] for another state of the same town, with the blueprints' bottom
-    /// levels of this scene; none if the town parks what this scene does not hold in one piece.
-    pub(crate) fn refurnished(&self, town: &town::Town) -> Option<Scene> {
-        let is_known = |one: &town::Parked| self.figures[one.blueprint as usize].whole.is_some();
+    /// Builds the scene of another state of the same town, and reuses the blueprint geometry of
+    /// this scene. Returns `None` if the town parks a blueprint whose whole hierarchy this scene
+    /// lacks.
+    ///
+    /// # Errors
+    /// As [`Scene::new`].
+    pub(crate) fn with_town(&self, town: &town::Town) -> Result<Option<Scene>, SceneError> {
+        let is_known = |one: &town::Parked| self.geometries[one.blueprint as usize].whole.is_some();
         if !town.parked.iter().all(is_known) {
-            return None;
+            return Ok(None);
         }
+        let blueprints = self.triangles.len() - self.town_ends[2] as usize;
+        check_count(town.mesh.triangles.len() + blueprints, TRIANGLES_MAX)?;
         let mut scene = Scene {
             serial: new_serial(),
             nodes: Vec::new(),
             wide: Vec::new(),
-            reach: self.levels.iter().fold(1000.0, |reach, level| reach.max(level.reach())),
+            reach: self.blases.iter().fold(1000.0, |reach, blas| reach.max(blas.reach())),
             triangles: Vec::new(),
             walls: vec![Wall::NONE],
-            ground: Level::EMPTY,
+            town_blas: Blas::EMPTY,
             town_ends: [0; 3],
-            levels: Vec::new(),
-            figures: self.figures.clone(),
-            parked: town.parked.iter().map(|one| stand(town, one)).collect(),
+            blases: Vec::new(),
+            geometries: self.geometries.clone(),
+            parked: town.parked.iter().map(|one| parked_actor(town, one)).collect(),
         };
-        scene.ground = scene.add(Part::new(&town.mesh));
+        scene.town_blas = scene.add(Part::new(&town.mesh));
         let triangle_end = scene.triangles.len() as u32;
-        let wide_end = scene.finish_town(triangle_end);
+        let wide_end = scene.widen_town(triangle_end);
         scene.town_ends = [scene.nodes.len() as u32, wide_end, triangle_end];
         let [nodes, wide, triangles] = self.town_ends.map(|end| end as usize);
         let [by_nodes, by_wide, by_triangles] =
@@ -261,44 +273,39 @@ impl Scene {
         scene.nodes.extend(self.nodes[nodes..].iter().map(node));
         scene.wide.extend(self.wide[wide..].iter().map(|node| node.moved(by_wide, by_triangles)));
         scene.triangles.extend_from_slice(&self.triangles[triangles..]);
-        let level = |level: &Level| Level {
-            root: level.root.moved(by_nodes, by_triangles),
-            wide_root: level.wide_root.moved(by_wide, by_triangles),
-            ..*level
+        let blas = |blas: &Blas| Blas {
+            root: blas.root.moved(by_nodes, by_triangles),
+            wide_root: blas.wide_root.moved(by_wide, by_triangles),
+            ..*blas
         };
-        scene.levels = self.levels.iter().map(level).collect();
-        Some(scene)
+        scene.blases = self.blases.iter().map(blas).collect();
+        Ok(Some(scene))
     }
 
-    /// How many triangles lie in memory: the town's and each blueprint's once.
+    /// Returns the number of triangles in memory: those of the town, and those of each blueprint
+    /// once.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
     }
 
-    /// Appends the bottom level of a mesh; it is not widened yet.
-    fn add(&mut self, part: Part) -> Level {
+    /// Appends the hierarchy of a mesh; its wide hierarchy is built later.
+    fn add(&mut self, part: Part) -> Blas {
         let first = self.triangles.len();
-        assert!(
-            first + part.triangles.len() < Link::PRIMITIVES_MAX,
-            "the scene holds {} triangles, {} is the most",
-            first + part.triangles.len(),
-            Link::PRIMITIVES_MAX - 1
-        );
         let Part { hierarchy, mut triangles, low, high } = part;
         let root = hierarchy.append_to(&mut self.nodes, first as u32);
-        let level = Level { root, wide_root: Link::EMPTY, low, high };
-        self.reach = self.reach.max(level.reach());
+        let blas = Blas { root, wide_root: Link::EMPTY, low, high };
+        self.reach = self.reach.max(blas.reach());
         if first == 0 {
             self.triangles = triangles;
         } else {
             self.triangles.append(&mut triangles);
         }
-        level
+        blas
     }
 }
 
-/// A parked vehicle as an actor; its id is that of the static object.
-fn stand(town: &town::Town, parked: &town::Parked) -> ActorState {
+/// Returns a parked vehicle as an actor; its id is that of the static object.
+fn parked_actor(town: &town::Town, parked: &town::Parked) -> ActorState {
     let [r, g, b] = town.objects[parked.object as usize].color;
     ActorState {
         actor_id: ActorId(mesh::ObjectId::from_index(parked.object).instance()),
@@ -316,10 +323,10 @@ pub(crate) fn new_serial() -> u64 {
     SERIAL.fetch_add(1, Ordering::Relaxed)
 }
 
-/// What one mesh brings into the scene.
+/// Hierarchy and triangles of one mesh.
 struct Part {
     hierarchy: Hierarchy,
-    /// In the order of the leaves.
+    /// Triangles in the order of the leaves.
     triangles: Vec<Triangle>,
     low: Vec3,
     high: Vec3,
@@ -330,7 +337,7 @@ impl Part {
         let corners = |at: u32| {
             mesh.triangles[at as usize].map(|i| Vec3::from_array(mesh.positions[i as usize]))
         };
-        let (hierarchy, (low, high)) = Hierarchy::over_triangles(mesh.triangles.len(), &corners);
+        let (hierarchy, (low, high)) = over_triangles(mesh.triangles.len(), &corners);
         let triangle = |at: &u32| {
             let [a, b, c] = corners(*at);
             let face = mesh.faces[*at as usize];
@@ -347,5 +354,21 @@ impl Part {
         };
         let triangles = hierarchy.order.par_iter().map(triangle).collect();
         Part { hierarchy, triangles, low, high }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn too_many_triangles_are_an_error_and_not_a_panic() {
+        assert_eq!(check_count(TRIANGLES_MAX, TRIANGLES_MAX), Ok(()));
+        let error = check_count(TRIANGLES_MAX + 1, TRIANGLES_MAX).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "too many triangles: the map and the blueprints have 67108864 triangles, the renderer \
+             takes at most 67108863; try a smaller map or simpler meshes"
+        );
     }
 }

@@ -10,10 +10,10 @@ use protocol::{
 };
 
 mod baked;
-mod drawn;
-mod lit;
 mod motion;
-mod parts;
+mod overlay;
+mod pieces;
+mod street_lights;
 
 use crate::{BlueprintMesh, BundleJob, CpuTracer, Scene, TraceError, Tracer, World, pose_planes};
 
@@ -55,7 +55,7 @@ fn car() -> Mesh {
 }
 
 fn scene() -> Scene {
-    Scene::new(&town(), &[BlueprintMesh { mesh: &car() }])
+    Scene::new(&town(), &[BlueprintMesh { mesh: &car() }]).unwrap()
 }
 
 fn actor(id: u32, pose: Pose) -> ActorState {
@@ -106,18 +106,18 @@ fn lidar(columns: u32, channels: u32) -> SensorSpec {
 }
 
 /// A bundle's payload, aligned as the bus aligns it.
-struct BundleSample {
+struct MeasuredBundle {
     planes: Vec<Plane>,
     words: Vec<[u64; 8]>,
 }
 
-impl BundleSample {
+impl MeasuredBundle {
     fn measure(
         tracer: &mut Tracer,
         scene: &Scene,
         world: &World,
         sensors: &[SensorSpec],
-    ) -> BundleSample {
+    ) -> MeasuredBundle {
         let (mut planes, byte_len) = layout(sensors);
         pose_planes(&mut planes, sensors, &Pose::IDENTITY);
         let mut words = vec![[0xa5a5_a5a5_a5a5_a5a5; 8]; byte_len as usize / 64 + 1];
@@ -126,7 +126,7 @@ impl BundleSample {
             [BundleJob { parent: protocol::ActorId::NONE, sensors, planes: &planes, out }];
         tracer.measure(scene, world, &mut jobs).unwrap();
         let table: &[Plane] = &bytemuck::cast_slice(&words)[..planes.len()];
-        BundleSample { planes: table.to_vec(), words }
+        MeasuredBundle { planes: table.to_vec(), words }
     }
 
     fn bytes(&self) -> &[u8] {
@@ -147,24 +147,24 @@ fn cpu(threads: usize) -> Tracer {
 fn a_wall_ahead_is_where_it_is() {
     let scene = scene();
     let world = world_with(&scene, &[]);
-    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
+    let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
     let at = 30 * 81 + 40;
-    assert!((seen.plane::<f32>(0, output::DEPTH)[at] - 20.).abs() < 1e-4);
-    assert_eq!(seen.plane::<u8>(0, output::TAG)[at], Tag::Building as u8);
-    assert_eq!(seen.plane::<u32>(0, output::INSTANCE)[at], 0x8000_0007);
-    assert_eq!(seen.plane::<u8>(0, output::COLOR)[at * 4 + 3], 255);
+    assert!((measured.plane::<f32>(0, output::DEPTH)[at] - 20.).abs() < 1e-4);
+    assert_eq!(measured.plane::<u8>(0, output::TAG)[at], Tag::Building as u8);
+    assert_eq!(measured.plane::<u32>(0, output::INSTANCE)[at], 0x8000_0007);
+    assert_eq!(measured.plane::<u8>(0, output::COLOR)[at * 4 + 3], 255);
     // The wall is 6 m high and the camera 1 m above ground: at 20 m, 40.5 pixels a unit of depth,
     // its top edge lies 5 / 20 * 40.5 = 10.1 pixels above the middle.
-    let tags = seen.plane::<u8>(0, output::TAG);
+    let tags = measured.plane::<u8>(0, output::TAG);
     assert_eq!(tags[(30 - 10) * 81 + 40], Tag::Building as u8);
     assert_eq!(tags[(30 - 11) * 81 + 40], Tag::Sky as u8);
-    assert_eq!(seen.plane::<f32>(0, output::DEPTH)[40], protocol::DEPTH_FAR_M);
-    assert_eq!(seen.plane::<u32>(0, output::INSTANCE)[40], 0);
+    assert_eq!(measured.plane::<f32>(0, output::DEPTH)[40], protocol::DEPTH_FAR_M);
+    assert_eq!(measured.plane::<u32>(0, output::INSTANCE)[40], 0);
     // And its foot 2 pixels below, with the floor before it.
     assert_eq!(tags[(30 + 2) * 81 + 40], Tag::Building as u8);
     assert_eq!(tags[(30 + 3) * 81 + 40], Tag::Roads as u8);
     assert_eq!(
-        seen.plane::<u32>(0, output::INSTANCE)[33 * 81 + 40],
+        measured.plane::<u32>(0, output::INSTANCE)[33 * 81 + 40],
         mesh::ObjectId::GROUND.instance()
     );
 }
@@ -192,13 +192,13 @@ fn a_parked_car_is_seen_as_its_blueprint_under_its_objects_number() {
         }],
         ..Default::default()
     };
-    let scene = Scene::of_town(&town);
+    let scene = Scene::of_town(&town).unwrap();
     let world = world_with(&scene, &[]);
-    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
+    let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
     let at = 31 * 81 + 40;
-    assert_eq!(seen.plane::<u8>(0, output::TAG)[at], Tag::Car as u8);
-    assert_eq!(seen.plane::<u32>(0, output::INSTANCE)[at], 0x8000_0001);
-    let near = seen.plane::<f32>(0, output::DEPTH)[at];
+    assert_eq!(measured.plane::<u8>(0, output::TAG)[at], Tag::Car as u8);
+    assert_eq!(measured.plane::<u32>(0, output::INSTANCE)[at], 0x8000_0001);
+    let near = measured.plane::<f32>(0, output::DEPTH)[at];
     assert!((near - (12. + car.center_m.x - car.half_extents_m.x)).abs() < 0.6, "{near}");
 }
 
@@ -206,8 +206,8 @@ fn a_parked_car_is_seen_as_its_blueprint_under_its_objects_number() {
 fn left_in_the_world_is_left_in_the_image() {
     let scene = scene();
     let world = world_with(&scene, &[actor(41, Pose::level(Vec3::new(10., 5., 0.), 0.))]);
-    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
-    let instances = seen.plane::<u32>(0, output::INSTANCE);
+    let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
+    let instances = measured.plane::<u32>(0, output::INSTANCE);
     let columns: Vec<usize> =
         (0..instances.len()).filter(|i| instances[*i] == 41).map(|i| i % 81).collect();
     // Its right edge passes at y = 4, x = 12: a third of 40.5 pixels left of the middle.
@@ -220,19 +220,19 @@ fn a_turned_actor_is_met_on_its_near_side() {
     let scene = scene();
     let pose = Pose::level(Vec3::new(10., 0., 0.), FRAC_PI_2);
     let world = world_with(&scene, &[actor(3, pose)]);
-    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(9, 9)]);
-    assert!((seen.plane::<f32>(0, output::DEPTH)[40] - 9.).abs() < 1e-4);
-    assert_eq!(seen.plane::<u32>(0, output::INSTANCE)[40], 3);
-    assert_eq!(seen.plane::<u8>(0, output::TAG)[40], Tag::Car as u8);
+    let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[camera(9, 9)]);
+    assert!((measured.plane::<f32>(0, output::DEPTH)[40] - 9.).abs() < 1e-4);
+    assert_eq!(measured.plane::<u32>(0, output::INSTANCE)[40], 3);
+    assert_eq!(measured.plane::<u8>(0, output::TAG)[40], Tag::Car as u8);
 }
 
 #[test]
 fn a_lidar_return_is_a_point_on_the_thing_it_met() {
     let scene = scene();
     let world = world_with(&scene, &[actor(5, Pose::level(Vec3::new(0., 12., 0.), 0.))]);
-    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[lidar(361, 5)]);
-    let points = seen.plane::<[f32; 4]>(0, output::POINTS);
-    let labels = seen.plane::<[u32; 2]>(0, output::LABELS);
+    let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[lidar(361, 5)]);
+    let points = measured.plane::<[f32; 4]>(0, output::POINTS);
+    let labels = measured.plane::<[u32; 2]>(0, output::LABELS);
     // 361 columns over a turn: column 180 looks straight ahead, channel 2 lies level.
     let ahead = 180 * 5 + 2;
     assert!((Vec3::from_slice(&points[ahead][..3]) - Vec3::new(20., 0., 0.)).length() < 1e-4);
@@ -259,8 +259,8 @@ fn a_spinning_lidar_goes_on_where_it_stopped() {
         let stamp =
             Stamp { frame: Frame(frame), sim_time_nanos: frame * 50_000_000, ..Default::default() };
         world.place(&scene, stamp, 50_000_000, &Weather::default(), &[], |_| [0; 3]);
-        let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
-        first_of_frame.push(f64::from(seen.planes[0].first_azimuth_rad));
+        let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+        first_of_frame.push(f64::from(measured.planes[0].first_azimuth_rad));
     }
     let sweep = std::f64::consts::TAU * 7.3 * 0.05;
     for pair in first_of_frame.windows(2) {
@@ -281,9 +281,9 @@ fn the_number_of_threads_does_not_show() {
     let world = world_with(&scene, &actors);
     let spec = SensorSpec { noise_m: 0.02, dropoff: 0.1, seed: 4, ..lidar(512, 32) };
     let sensors = [camera(203, 97), spec, camera(84, 84)];
-    let one = BundleSample::measure(&mut cpu(1), &scene, &world, &sensors);
-    let two = BundleSample::measure(&mut cpu(2), &scene, &world, &sensors);
-    let again = BundleSample::measure(&mut cpu(2), &scene, &world, &sensors);
+    let one = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &sensors);
+    let two = MeasuredBundle::measure(&mut cpu(2), &scene, &world, &sensors);
+    let again = MeasuredBundle::measure(&mut cpu(2), &scene, &world, &sensors);
     assert!(one.bytes() == two.bytes() && two.bytes() == again.bytes());
 }
 
@@ -291,9 +291,11 @@ fn the_number_of_threads_does_not_show() {
 fn the_null_tracer_writes_the_table_and_nothing_else() {
     let scene = scene();
     let world = world_with(&scene, &[]);
-    let seen = BundleSample::measure(&mut Tracer::Null, &scene, &world, &[camera(8, 8)]);
-    assert_eq!(seen.planes[1].output, output::DEPTH);
-    assert!(seen.bytes()[seen.planes[0].offset as usize..].iter().all(|byte| *byte == 0xa5));
+    let measured = MeasuredBundle::measure(&mut Tracer::Null, &scene, &world, &[camera(8, 8)]);
+    assert_eq!(measured.planes[1].output, output::DEPTH);
+    assert!(
+        measured.bytes()[measured.planes[0].offset as usize..].iter().all(|byte| *byte == 0xa5)
+    );
 }
 
 #[test]
@@ -327,6 +329,10 @@ fn what_a_sensor_cannot_be_is_refused_by_name() {
         refusal(SensorSpec { outputs: output::POINTS, ..camera(8, 8) }, 0),
         "sensor front: a sensor of kind 1 has no output 0x10"
     );
+    assert_eq!(
+        refusal(camera(8193, 1), 0),
+        "sensor front: 8193 x 1 is too large; width and height are at most 8192"
+    );
     assert!(refusal(camera(8, 8), 64).contains("the payload holds"));
     let short = TraceError::Unaligned.to_string();
     assert_eq!(short, "the payload begins at an address that is no multiple of 16");
@@ -334,24 +340,25 @@ fn what_a_sensor_cannot_be_is_refused_by_name() {
 
 #[test]
 fn nothing_is_not_seen_and_breaks_nothing() {
-    let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &Mesh::default() }]);
+    let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &Mesh::default() }]).unwrap();
     let lost = Pose { position_m: [f32::NAN; 3], ..Pose::IDENTITY };
     let nowhere = ActorState { blueprint: 77, ..actor(2, Pose::IDENTITY) };
     let world = world_with(&scene, &[actor(1, Pose::IDENTITY), nowhere, actor(3, lost)]);
-    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(8, 8), lidar(8, 4)]);
-    assert!(seen.plane::<u32>(0, output::INSTANCE).iter().all(|id| *id == 0));
-    assert!(seen.plane::<[f32; 4]>(1, output::POINTS).iter().all(|point| *point == [0.; 4]));
+    let measured =
+        MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[camera(8, 8), lidar(8, 4)]);
+    assert!(measured.plane::<u32>(0, output::INSTANCE).iter().all(|id| *id == 0));
+    assert!(measured.plane::<[f32; 4]>(1, output::POINTS).iter().all(|point| *point == [0.; 4]));
 }
 
 #[test]
 fn the_same_actor_looks_the_same_wherever_the_world_is_turned() {
-    let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &car() }]);
+    let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &car() }]).unwrap();
     let look = |turn: Quat, shift: Vec3| {
         let pose = Pose::new(turn * Vec3::new(9., 1., 0.) + shift, turn);
         let world = world_with(&scene, &[actor(1, pose)]);
         let spec = SensorSpec { parent_from_sensor: Pose::new(shift, turn), ..camera(64, 64) };
-        let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
-        seen.plane::<f32>(0, output::DEPTH).to_vec()
+        let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+        measured.plane::<f32>(0, output::DEPTH).to_vec()
     };
     let plain = look(Quat::IDENTITY, Vec3::ZERO);
     let turned =
@@ -371,9 +378,9 @@ fn ten_cameras_in_one_job_see_what_ten_jobs_see() {
             ..camera(61 + 7 * i, 45 + i)
         })
         .collect();
-    let together = BundleSample::measure(&mut cpu(2), &scene, &world, &cameras);
+    let together = MeasuredBundle::measure(&mut cpu(2), &scene, &world, &cameras);
     for (index, camera) in (0..).zip(&cameras) {
-        let alone = BundleSample::measure(&mut cpu(2), &scene, &world, &[*camera]);
+        let alone = MeasuredBundle::measure(&mut cpu(2), &scene, &world, &[*camera]);
         for which in [output::COLOR, output::DEPTH, output::TAG, output::INSTANCE] {
             assert!(together.plane::<u8>(index, which) == alone.plane::<u8>(0, which));
         }
@@ -381,8 +388,8 @@ fn ten_cameras_in_one_job_see_what_ten_jobs_see() {
 }
 
 /// Columns and rows of the pixels that show this instance.
-fn extent(seen: &BundleSample, id: u32, width: usize) -> [usize; 4] {
-    let ids = seen.plane::<u32>(0, output::INSTANCE);
+fn extent(measured: &MeasuredBundle, id: u32, width: usize) -> [usize; 4] {
+    let ids = measured.plane::<u32>(0, output::INSTANCE);
     let at = |i: &usize| (i % width, i / width);
     let shown: Vec<(usize, usize)> =
         (0..ids.len()).filter(|i| ids[*i] == id).map(|i| at(&i)).collect();
@@ -399,11 +406,12 @@ fn the_field_of_view_ends_at_the_outer_edges_of_the_outer_pixels() {
     let edge = 10. * (1. - 2. / width as f32);
     let face = Face::new(Tag::Pole, Material::Metal, 3);
     block(&mut mesh, [10., edge + 0.01, -20.], [10.0001, 10. - 0.01, 20.], face);
-    let scene = Scene::new(&mesh, &[]);
+    let scene = Scene::new(&mesh, &[]).unwrap();
     let world = world_with(&scene, &[]);
     for (width, height, outer) in [(width as u32, height as u32, true), (32, 24, false)] {
-        let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(width, height)]);
-        let ids = seen.plane::<u32>(0, output::INSTANCE);
+        let measured =
+            MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[camera(width, height)]);
+        let ids = measured.plane::<u32>(0, output::INSTANCE);
         let columns: Vec<usize> =
             (0..ids.len()).filter(|i| ids[*i] != 0).map(|i| i % width as usize).collect();
         // Half as many columns are twice as wide: the middle of the outer one is where the post
@@ -422,7 +430,7 @@ fn a_marker_lies_within_half_a_pixel_of_where_the_pinhole_puts_it() {
         [0.001, 0.5, 0.5],
         Face::new(Tag::Dynamic, Material::Sign, 0),
     );
-    let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &plate }]);
+    let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &plate }]).unwrap();
     let (width, height) = (640u32, 480u32);
     for step in 0..40 {
         let step = step as f32;
@@ -436,20 +444,20 @@ fn a_marker_lies_within_half_a_pixel_of_where_the_pinhole_puts_it() {
             parent_from_sensor: Pose::new(stand, turn),
             ..camera(width, height)
         };
-        let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
+        let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[spec]);
         let focal = width as f32 / 2. / (1.4f32 / 2.).tan();
         // Pixel centres lie at whole numbers plus a half.
         let column = |y: f32| width as f32 / 2. - y / (at.x - 0.001) * focal;
         let row = |z: f32| height as f32 / 2. - z / (at.x - 0.001) * focal;
         let wanted =
             [column(at.y + 0.5), column(at.y - 0.5) - 1., row(at.z + 0.5), row(at.z - 0.5) - 1.];
-        let got = extent(&seen, 77, width as usize);
+        let got = extent(&measured, 77, width as usize);
         for (got, wanted) in got.into_iter().zip(wanted) {
             assert!((got as f32 - wanted).abs() <= 0.51, "{got} against {wanted} at {at}");
         }
         let middle = (row(at.z) as usize) * width as usize + column(at.y) as usize;
-        assert!((seen.plane::<f32>(0, output::DEPTH)[middle] - at.x).abs() < 2e-3);
-        assert_eq!(seen.plane::<u8>(0, output::TAG)[middle], Tag::Dynamic as u8);
+        assert!((measured.plane::<f32>(0, output::DEPTH)[middle] - at.x).abs() < 2e-3);
+        assert_eq!(measured.plane::<u8>(0, output::TAG)[middle], Tag::Dynamic as u8);
     }
 }
 
@@ -459,7 +467,7 @@ fn rings_and_columns_point_where_the_lidar_says() {
     let mut mesh = Mesh::default();
     let face = Face::new(Tag::Building, Material::Concrete, 2);
     block(&mut mesh, [-30., -30., -30.], [30., 30., 30.], face);
-    let scene = Scene::new(&mesh, &[]);
+    let scene = Scene::new(&mesh, &[]).unwrap();
     let world = world_with(&scene, &[]);
     let spec = SensorSpec {
         upper_rad: 0.3,
@@ -467,8 +475,8 @@ fn rings_and_columns_point_where_the_lidar_says() {
         parent_from_sensor: Pose::level(Vec3::new(1., 2., 3.), 0.7),
         ..lidar(90, 9)
     };
-    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
-    for (beam, point) in seen.plane::<[f32; 4]>(0, output::POINTS).iter().enumerate() {
+    let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+    for (beam, point) in measured.plane::<[f32; 4]>(0, output::POINTS).iter().enumerate() {
         let (column, channel) = (beam / 9, beam % 9);
         let at = Vec3::from_slice(point);
         let elevation = 0.3 - 0.8 * channel as f32 / 8.;
@@ -486,9 +494,9 @@ fn intensity_falls_off_by_the_law_that_is_written_down() {
     let scene = scene();
     let world = world_with(&scene, &[]);
     let spec = SensorSpec { attenuation_per_m: 0.03, ..lidar(361, 5) };
-    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
-    let points = seen.plane::<[f32; 4]>(0, output::POINTS);
-    let [rho, diffuse] = crate::echo::REFLECTIVITIES[Material::FacadeBrick as usize];
+    let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+    let points = measured.plane::<[f32; 4]>(0, output::POINTS);
+    let [rho, diffuse] = crate::lidar_return::REFLECTIVITIES[Material::FacadeBrick as usize];
     for column in 170..190 {
         let point = points[column * 5 + 2];
         let d = Vec3::from_slice(&point).length();
@@ -504,8 +512,8 @@ fn a_lidar_that_is_asked_for_it_tells_the_cosine_of_incidence() {
     let world = world_with(&scene, &[]);
     let spec =
         SensorSpec { point_attribute: protocol::point_attribute::COS_INCIDENCE, ..lidar(361, 5) };
-    let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
-    let points = seen.plane::<[f32; 4]>(0, output::POINTS);
+    let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+    let points = measured.plane::<[f32; 4]>(0, output::POINTS);
     for column in 170..190 {
         let point = points[column * 5 + 2];
         // The wall ahead stands at 20 m, square to the sensor.
@@ -520,8 +528,8 @@ fn a_return_beyond_the_range_is_none() {
     let world = world_with(&scene, &[]);
     for (range_m, heard) in [(19.9, false), (20.1, true)] {
         let spec = SensorSpec { range_m, ..lidar(361, 5) };
-        let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[spec]);
-        let ahead = seen.plane::<[f32; 4]>(0, output::POINTS)[180 * 5 + 2];
+        let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+        let ahead = measured.plane::<[f32; 4]>(0, output::POINTS)[180 * 5 + 2];
         assert_eq!(ahead != [0.; 4], heard);
     }
 }
@@ -533,11 +541,11 @@ fn brightness_from_above(scene: &Scene, world: &World, at: Vec3) -> u32 {
         parent_from_sensor: Pose::new(Vec3::new(0., 0., 40.), down),
         ..camera(400, 400)
     };
-    let seen = BundleSample::measure(&mut cpu(1), scene, world, &[spec]);
+    let measured = MeasuredBundle::measure(&mut cpu(1), scene, world, &[spec]);
     let in_sensor = down.inverse() * (at - Vec3::new(0., 0., 40.));
     let pixel = |across: f32| (200. - across / in_sensor.x * 200.) as usize;
     let index = pixel(in_sensor.z) * 400 + pixel(in_sensor.y);
-    seen.plane::<[u8; 4]>(0, output::COLOR)[index][..3].iter().map(|c| u32::from(*c)).sum()
+    measured.plane::<[u8; 4]>(0, output::COLOR)[index][..3].iter().map(|c| u32::from(*c)).sum()
 }
 
 #[test]
@@ -578,16 +586,16 @@ fn lamps_show_what_the_actor_does() {
         block(&mut signal, [0., -1., z], [1., 1., z + 1.], face);
     }
     let meshes = [BlueprintMesh { mesh: &lamp }, BlueprintMesh { mesh: &signal }];
-    let scene = Scene::new(&Mesh::default(), &meshes);
+    let scene = Scene::new(&Mesh::default(), &meshes).unwrap();
     let reds = |brake: f32| {
         let car = ActorState { brake, ..actor(1, Pose::level(Vec3::new(6., 0., 0.), 0.)) };
-        let seen = BundleSample::measure(
+        let measured = MeasuredBundle::measure(
             &mut cpu(1),
             &scene,
             &world_with(&scene, &[car]),
             &[camera(9, 9)],
         );
-        seen.plane::<[u8; 4]>(0, output::COLOR)[40][0]
+        measured.plane::<[u8; 4]>(0, output::COLOR)[40][0]
     };
     assert!(reds(1.0) > reds(0.0) + 30, "{} against {}", reds(1.0), reds(0.0));
     for phase in [
@@ -603,8 +611,8 @@ fn lamps_show_what_the_actor_does() {
             ..actor(1, Pose::level(Vec3::new(4., 0., -0.5), 0.))
         };
         let world = world_with(&scene, &[light]);
-        let seen = BundleSample::measure(&mut cpu(1), &scene, &world, &[camera(90, 90)]);
-        let colors = seen.plane::<[u8; 4]>(0, output::COLOR);
+        let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[camera(90, 90)]);
+        let colors = measured.plane::<[u8; 4]>(0, output::COLOR);
         // The middles of the three lamps, 0, 1 and 2 m over the camera's feet, 4 m ahead.
         let bright = [0., 1., 2.].map(|z: f32| {
             let row = (45. - (z - 1.0) / 4. * 45.) as usize;

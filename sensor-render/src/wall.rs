@@ -3,25 +3,27 @@ use glam::Vec3;
 use mesh::Material;
 use rayon::prelude::*;
 
-use crate::scene::Triangle;
+use crate::triangle::Triangle;
 
-/// One plane side of a building, on which windows are laid out: where it begins along itself,
-/// how wide it is, its foot's height and how high it is. Metres.
+/// Plane part of a façade, on which windows are laid out: horizontal begin, width, height of its
+/// foot, and height of the wall. Metres.
 ///
-/// "Along itself" counts from the world's origin in the direction (−y, x) of its outward normal.
+/// Horizontal positions are measured from the world's origin along the direction (−y, x) of the
+/// outward normal.
 #[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
 #[repr(transparent)]
 pub(crate) struct Wall(pub(crate) [f32; 4]);
 
 impl Wall {
-    /// What is no wall, or too small for a window, has no size.
+    /// Wall without size: anything that is not a façade.
     pub(crate) const NONE: Wall = Wall([0.0; 4]);
 }
 
-/// A wall's plane: object, direction and distance of its outward normal, in steps.
+/// Plane of a wall: object, quantized x and y of its outward normal, and quantized distance.
 type Key = (u32, i32, i32, i32);
 
-/// Finds the walls that have windows, appends them to `walls` and writes each triangle's number.
+/// Finds the walls that have windows, appends them to `walls` and writes each triangle's wall
+/// index.
 pub(crate) fn find_walls(triangles: &mut [Triangle], walls: &mut Vec<Wall>) {
     let found = |(at, triangle): (usize, &Triangle)| {
         let (key, along) = key(triangle)?;
@@ -44,15 +46,16 @@ pub(crate) fn find_walls(triangles: &mut [Triangle], walls: &mut Vec<Wall>) {
     }
 }
 
-/// Lowest and highest along a wall, and lowest and highest upwards.
+/// Empty extent: lowest and highest horizontal position, lowest and highest z.
 const NOTHING: [f32; 4] = [f32::MAX, f32::MIN, f32::MAX, f32::MIN];
 
 fn united(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
 }
 
-/// The plane of a triangle that is half an upright rectangle of a facade, and the direction along
-/// it. Gables are none: a window in their corner would be cut.
+/// Returns the plane of a triangle that is half an upright rectangle of a façade, and the
+/// horizontal direction in it. Gables return `None`, since windows in their corners would be cut
+/// off.
 fn key(triangle: &Triangle) -> Option<(Key, Vec3)> {
     const FACADES: [u8; 4] = [
         Material::FacadeBrick as u8,

@@ -3,11 +3,11 @@ use glam::Vec3;
 
 use crate::bvh::{Link, Node};
 
-/// A node with eight children, for beams of rays: the rows of `bounds` are x low, x high, y low,
-/// y high, z low, z high, each for all children.
+/// Node with eight children, for packets of rays. The rows of `bounds` are low x, high x, low y,
+/// high y, low z, high z, each for all children.
 ///
-/// The rest is [`Link::EMPTY`] with a box that nothing touches. The last row is never read: with
-/// it any row number masked to three bits exists.
+/// Unused children are [`Link::EMPTY`] with a box that no ray hits. The last two rows are never
+/// read; with them, every row number masked to three bits is a valid index.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct WideNode {
@@ -16,25 +16,25 @@ pub(crate) struct WideNode {
     pub(crate) reserved: [u32; 8],
 }
 
-/// Far outside of any scene.
-const NOWHERE: f32 = 1e30;
+/// A coordinate far outside of any scene.
+const OUTSIDE: f32 = 1e30;
 
 impl WideNode {
     fn empty() -> WideNode {
-        let mut bounds = [[NOWHERE; 8]; 8];
+        let mut bounds = [[OUTSIDE; 8]; 8];
         for axis in 0..3 {
-            bounds[2 * axis + 1] = [-NOWHERE; 8];
+            bounds[2 * axis + 1] = [-OUTSIDE; 8];
         }
         WideNode { bounds, children: [Link::EMPTY; 8], reserved: [0; 8] }
     }
 
-    /// The same node, see [`Link::moved`].
+    /// Returns the node with all links moved; see [`Link::moved`].
     pub(crate) fn moved(&self, nodes: u32, primitives: u32) -> WideNode {
         let children = self.children.map(|child| child.moved(nodes, primitives));
         WideNode { children, ..*self }
     }
 
-    fn put(&mut self, slot: usize, child: &Child, link: Link) {
+    fn set_child(&mut self, slot: usize, child: &Child, link: Link) {
         for axis in 0..3 {
             self.bounds[2 * axis][slot] = child.low[axis];
             self.bounds[2 * axis + 1][slot] = child.high[axis];
@@ -43,7 +43,7 @@ impl WideNode {
     }
 }
 
-/// A node of the binary hierarchy as its parent sees it.
+/// Child of a binary node, with its box.
 #[derive(Clone, Copy)]
 struct Child {
     link: Link,
@@ -61,14 +61,16 @@ impl Child {
         [child(node.child0, node.low0, node.high0), child(node.child1, node.low1, node.high1)]
     }
 
-    /// Half the surface: proportional to how likely a ray is to pass.
+    /// Returns half the surface area, which is proportional to the probability that a ray hits the
+    /// box.
     fn half_area(&self) -> f32 {
         let size = self.high - self.low;
         size.x * size.y + size.y * size.z + size.z * size.x
     }
 }
 
-/// Appends the hierarchy below `root`, widened, to `wide`; its leaves stay as they are.
+/// Converts the binary hierarchy below `root` to nodes with eight children, appends these to `wide`
+/// and returns the new root. Leaves stay the same.
 pub(crate) fn widen(nodes: &[Node], root: Link, wide: &mut Vec<WideNode>) -> Link {
     if root.is_leaf() {
         return root;
@@ -80,7 +82,7 @@ pub(crate) fn widen(nodes: &[Node], root: Link, wide: &mut Vec<WideNode>) -> Lin
         let mut children = [Child { link: Link::EMPTY, low: Vec3::ZERO, high: Vec3::ZERO }; 8];
         children[..2].copy_from_slice(&Child::both(&nodes[link.0 as usize]));
         let mut count = 2;
-        // Opens the largest inner child until there are eight.
+        // Replaces the largest inner child by its two children until there are eight.
         while count < 8 {
             let open = (0..count).filter(|i| !children[*i].link.is_leaf());
             let Some(largest) =
@@ -100,7 +102,7 @@ pub(crate) fn widen(nodes: &[Node], root: Link, wide: &mut Vec<WideNode>) -> Lin
                 wide.push(WideNode::empty());
                 todo.push((child.link, link.0 as usize));
             }
-            wide[at].put(slot, child, link);
+            wide[at].set_child(slot, child, link);
         }
     }
     Link(base as u32)

@@ -2,14 +2,14 @@ use std::sync::Arc;
 
 use rayon::ThreadPool;
 
-use crate::TraceError;
+use crate::error::TraceError;
 
-/// The threads of one tracer.
+/// Thread pool of one tracer.
 #[derive(Clone, Debug)]
 pub(crate) struct Workers(Arc<ThreadPool>);
 
 impl Workers {
-    /// `threads` of them; 0: one for each core that this process may use.
+    /// Starts `threads` threads; 0 means one per core that this process may use.
     pub(crate) fn new(threads: usize) -> Result<Workers, TraceError> {
         let available = || std::thread::available_parallelism().map_or(1, |cores| cores.get());
         let threads = if threads == 0 { available() } else { threads };
@@ -21,12 +21,12 @@ impl Workers {
             .map_err(|why| TraceError::Threads { threads, why: why.to_string() })
     }
 
-    /// Runs `work` on them and waits for it.
+    /// Runs `work` on the pool and waits for its result.
     pub(crate) fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         self.0.install(work)
     }
 
-    /// How many there are.
+    /// Returns the number of threads.
     pub(crate) fn count(&self) -> usize {
         self.0.current_num_threads()
     }

@@ -1,121 +1,77 @@
 use std::iter::repeat;
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, Vec3};
-use protocol::{ActorState, GivenPoses, STRIDE, Stamp, WalkerLimbs, Weather, flag, kind, lamp};
-use town::{GivenPose, Lighting, Posture, StreetLightState};
+use protocol::{ActorId, ActorState, GivenPoses, Stamp, WalkerLimbs, Weather, kind, lamp};
+use town::Lighting;
 
-use crate::bvh::{Hierarchy, Link, Node, moved_box};
-use crate::motion::Motions;
-use crate::wide::{WideNode, widen};
-use crate::{Overlay, Scene};
+use crate::{
+    bvh::{Link, Node, transformed_box},
+    instance::{Instance, StreetLight, lights},
+    motion::Motions,
+    overlay::Overlay,
+    pieces::pieces,
+    sah_build::over_boxes,
+    scene::Scene,
+    wide::{WideNode, widen},
+};
 
-/// Bits of [`Instance::lights`]: those of [`protocol::lamp`], indicators and beacons while they shine;
-/// and a traffic light's.
-pub(crate) mod lights {
-    /// It is a traffic light, whose phase begins at [`PHASE_SHIFT`].
-    pub(crate) const SIGNAL: u32 = 1 << 31;
-    /// Where the phase begins.
-    pub(crate) const PHASE_SHIFT: u32 = 16;
-    /// Of the phase.
-    pub(crate) const PHASE_MASK: u32 = 3;
-}
-
-/// One piece of an actor, ready for rays. The shaders read the same 80 bytes.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C, align(16))]
-pub(crate) struct Instance {
-    /// Rows of `piece_from_world`, where a piece's space is its actor's at rest.
-    pub(crate) actor_from_world: [[f32; 4]; 3],
-    /// Of the piece's bottom level.
-    pub(crate) root: Link,
-    /// The actor's id.
-    pub(crate) id: u32,
-    /// Red in bits 0 to 7, green, blue; sRGB.
-    pub(crate) color: u32,
-    /// Bits of [`lights`].
-    pub(crate) lights: u32,
-    /// Index into the scene's levels.
-    pub(crate) level: u32,
-    pub(crate) reserved: [u32; 3],
-}
-
-const _: () = assert!(size_of::<Instance>() == 80);
-
-/// How a street lamp shines that was told so. The shaders read the same 16 bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct Lamp {
-    pub(crate) number: u32,
-    pub(crate) mode: u32,
-    /// sRGB, as [`Instance::color`]; 0: its own.
-    pub(crate) color: u32,
-    pub(crate) share: f32,
-}
-
-impl Lamp {
-    fn of((number, shine): (u32, &StreetLightState)) -> Lamp {
-        let StreetLightState { mode, color, share } = *shine;
-        Lamp { number, mode, color, share }
-    }
-}
-
-/// What moves: one frame's actors, its weather and its time.
+/// What changes every frame: actors, weather and time.
 #[derive(Debug, Default)]
 pub struct World {
     pub(crate) stamp: Stamp,
     pub(crate) delta_nanos: u64,
     pub(crate) weather: Weather,
-    /// In the order of the top level's leaves.
+    /// Pieces of actors, in the order of the leaves of the top-level hierarchy.
     pub(crate) instances: Vec<Instance>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) root: Option<Link>,
-    /// The same top level, eight children to a node.
+    /// The same top-level hierarchy with eight children per node.
     pub(crate) wide: Vec<WideNode>,
     pub(crate) wide_root: Option<Link>,
-    /// How each instance has moved, if anybody asked.
+    /// Motion of each instance since the previous frame; empty unless a sensor measures optical
+    /// flow.
     pub(crate) motions: Motions,
-    /// What is drawn over all that.
+    /// Debug shapes, drawn over the images.
     pub(crate) overlay: Arc<Overlay>,
-    /// The poses that clients gave walkers.
+    /// Poses of walkers' bones that clients have set.
     pub(crate) poses: GivenPoses,
-    /// Those of the frame before, if they were others.
+    /// Poses of the previous frame, if they differ.
     pub(crate) poses_before: Option<GivenPoses>,
-    /// The limbs of fallen walkers, by id.
+    /// Limbs of fallen walkers, by actor id.
     pub(crate) limbs: Vec<WalkerLimbs>,
-    /// Those of the frame before.
+    /// Limbs in the previous frame.
     pub(crate) limbs_before: Vec<WalkerLimbs>,
-    /// Street lamps that do not shine as their own, rising by their numbers.
-    pub(crate) lamps: Arc<Vec<Lamp>>,
+    /// Street lights that a command has set, in ascending order of their numbers.
+    pub(crate) street_lights: Arc<Vec<StreetLight>>,
 }
 
 impl World {
-    /// An empty world, before its first frame.
+    /// Returns an empty world, before its first frame.
     pub fn new() -> World {
         World::default()
     }
 
-    /// The frame that the actors stand in.
+    /// Returns the stamp of the frame that was placed last.
     pub fn stamp(&self) -> Stamp {
         self.stamp
     }
 
-    /// From now on cameras' colours show this over what is there.
-    pub fn draw(&mut self, overlay: Arc<Overlay>) {
+    /// Sets the debug shapes that colour images show.
+    pub fn set_overlay(&mut self, overlay: Arc<Overlay>) {
         self.overlay = overlay;
     }
 
-    /// From now on street lamps shine as they were told.
-    pub fn light(&mut self, lighting: &Lighting) {
-        self.lamps = Arc::new(lighting.lamps().map(Lamp::of).collect());
+    /// Sets the states of the street lights.
+    pub fn set_street_lights(&mut self, lighting: &Lighting) {
+        self.street_lights = Arc::new(lighting.lamps().map(StreetLight::of).collect());
     }
 
-    /// Puts the actors of one snapshot where they are, and rebuilds the top level over them.
+    /// Places the actors of one snapshot and rebuilds the top-level hierarchy over them.
     ///
-    /// `delta_nanos` is the simulated time that the frame took; spinning lidars sweep as far.
-    /// `paint` says the paint of a vehicle as red, green and blue. Actors whose blueprint has no
-    /// mesh, or is not in the scene, are not seen; nor are those with an invalid pose.
+    /// `delta_nanos` is the simulated time of the frame; it determines the sweep of spinning
+    /// lidars. `paint` returns the colour of a vehicle as red, green and blue. Actors are invisible
+    /// if their blueprint has no mesh or is not in the scene, or if their pose is invalid.
     pub fn place(
         &mut self,
         scene: &Scene,
@@ -131,7 +87,7 @@ impl World {
         self.motions = Motions::default();
         let mut instances = Vec::with_capacity(actors.len() + scene.parked.len());
         let mut boxes: Vec<(Vec3, Vec3)> = Vec::with_capacity(actors.len() + scene.parked.len());
-        let lamps = Lamps::at(stamp.sim_time_nanos);
+        let blink = BlinkPhase::at(stamp.sim_time_nanos);
         for (actor, is_parked) in
             actors.iter().zip(repeat(false)).chain(scene.parked.iter().zip(repeat(true)))
         {
@@ -141,19 +97,19 @@ impl World {
                 root: Link::EMPTY,
                 id: actor.actor_id.0,
                 color: u32::from_le_bytes([red, green, blue, 255]),
-                lights: lamps.of(actor),
-                level: 0,
+                lights: blink.of(actor),
+                blas: 0,
                 reserved: [0; 3],
             };
             let limbs = WalkerLimbs::find(&self.limbs, actor.actor_id);
-            pieces(scene, actor, (&self.poses, limbs), is_parked, |level, world_from_piece| {
-                let bottom = &scene.levels[level as usize];
-                boxes.push(moved_box(world_from_piece, bottom.low, bottom.high));
+            pieces(scene, actor, (&self.poses, limbs), is_parked, |blas, world_from_piece| {
+                let bottom = &scene.blases[blas as usize];
+                boxes.push(transformed_box(world_from_piece, bottom.low, bottom.high));
                 let actor_from_world = rows(&world_from_piece.inverse());
-                instances.push(Instance { actor_from_world, root: bottom.root, level, ..looks });
+                instances.push(Instance { actor_from_world, root: bottom.root, blas, ..looks });
             });
         }
-        let top = Hierarchy::over_boxes(&boxes);
+        let top = over_boxes(&boxes);
         self.instances.clear();
         self.instances.extend(top.order.iter().map(|&at| instances[at as usize]));
         self.root = (!instances.is_empty()).then_some(top.root);
@@ -162,81 +118,40 @@ impl World {
         self.wide_root = (!instances.is_empty()).then_some(wide_root);
         self.nodes = top.nodes;
     }
-}
 
-/// Says where each piece of an actor that has a surface is: its level, and `world_from_piece`.
-pub(crate) fn pieces(
-    scene: &Scene,
-    actor: &ActorState,
-    (poses, limbs): (&GivenPoses, Option<&WalkerLimbs>),
-    is_parked: bool,
-    mut show: impl FnMut(u32, &Affine3A),
-) {
-    let Some(figure) = scene.figures.get(actor.blueprint as usize) else { return };
-    if !actor.pose.is_valid() {
-        return;
+    /// Computes the motion of `actors` since `before`, for optical flow. Call it after
+    /// [`World::place`]. Actors that did not exist before, or were teleported since, count as not
+    /// moved.
+    pub fn track_motion(&mut self, scene: &Scene, before: &[ActorState], actors: &[ActorState]) {
+        let poses = self.poses_before.as_ref().unwrap_or(&self.poses);
+        let joints = (poses, &self.limbs_before[..]);
+        self.motions = Motions::between(scene, joints, before, actors, &self.instances);
     }
-    let world_from_actor = actor.pose.affine();
-    let mut show = |level: u32, world_from_piece: &Affine3A| {
-        if !scene.levels[level as usize].is_empty() {
-            show(level, world_from_piece);
-        }
-    };
-    let first = figure.first_level;
-    match (&figure.rig, figure.whole.filter(|_| is_parked)) {
-        (_, Some(whole)) => show(whole, &world_from_actor),
-        (None, None) => show(first, &world_from_actor),
-        (Some(rig), None) => {
-            rig.place(&posture_of(actor, poses, limbs), |piece, actor_from_piece| {
-                let level = first + piece as u32;
-                if actor_from_piece == Affine3A::IDENTITY {
-                    show(level, &world_from_actor);
-                } else {
-                    show(level, &(world_from_actor * actor_from_piece));
-                }
-            })
-        }
+
+    /// Returns `before_from_now` of an actor in world space; `None` if it has not moved or motion
+    /// was not computed.
+    pub(crate) fn motion_of(&self, carrier: ActorId) -> Option<&Affine3A> {
+        self.motions.of_actor(carrier)
     }
 }
 
-/// How an actor holds itself.
-fn posture_of<'a>(
-    actor: &ActorState,
-    poses: &'a GivenPoses,
-    limbs: Option<&WalkerLimbs>,
-) -> Posture<'a> {
-    let is_walker = actor.kind == kind::WALKER;
-    Posture {
-        steer_rad: actor.wheel_steer_rad,
-        spin_rad: actor.wheel_spin_rad,
-        doors: actor.doors,
-        stride: if is_walker { actor.phase as f32 / STRIDE as f32 } else { 0.0 },
-        speed_mps: if is_walker { actor.velocity().truncate().length() } else { 0.0 },
-        limbs: limbs.map(WalkerLimbs::rotations),
-        given: if actor.has(flag::POSED) {
-            poses.of(actor.actor_id).map(|to| GivenPose { weight: to.weight, bones: &to.bones })
-        } else {
-            None
-        },
-    }
-}
-
-/// What blinks, at one time.
-struct Lamps {
-    /// Bits of [`lamp`] that are dark just now.
+/// State of blinking lamps at one time.
+struct BlinkPhase {
+    /// Bits of [`lamp`] that are dark at this moment.
     dark: u32,
 }
 
-impl Lamps {
-    /// Indicators blink 90 times a minute, beacons in turns twice as fast.
-    fn at(sim_time_nanos: u64) -> Lamps {
+impl BlinkPhase {
+    /// Returns the state at a simulated time. Indicators blink 90 times per minute; the two beacons
+    /// alternate at twice that rate.
+    fn at(sim_time_nanos: u64) -> BlinkPhase {
         let half = |nanos: u64| sim_time_nanos / nanos % 2 == 1;
         let mut dark = 0;
         if half(333_333_333) {
             dark |= lamp::LEFT_BLINKER | lamp::RIGHT_BLINKER;
         }
         dark |= if half(166_666_667) { lamp::SPECIAL1 } else { lamp::SPECIAL2 };
-        Lamps { dark }
+        BlinkPhase { dark }
     }
 
     fn of(&self, actor: &ActorState) -> u32 {
@@ -262,7 +177,7 @@ impl Lamps {
     }
 }
 
-/// The three rows of an affine transform.
+/// Returns the three rows of an affine transform.
 fn rows(affine: &Affine3A) -> [[f32; 4]; 3] {
     let (m, t) = (&affine.matrix3, affine.translation);
     [0, 1, 2].map(|row| [m.x_axis[row], m.y_axis[row], m.z_axis[row], t[row]])

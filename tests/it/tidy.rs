@@ -90,7 +90,6 @@ const CYCLIC: &[&str] = &[
     "omnibus",
     "protocol",
     "record",
-    "sensor-render",
     "sim-host",
     "town",
     "traffic",

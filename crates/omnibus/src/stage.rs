@@ -225,7 +225,7 @@ impl Captured {
     /// The default bundle on the first vehicle, at every snapshot.
     fn render(&self, args: &StageArgs) -> anyhow::Result<Vec<u64>> {
         let config = args.world.render()?;
-        let scene = scene_of(&self.network, self.seed);
+        let scene = scene_of(&self.network, self.seed)?;
         let mut tracer =
             if config.null { Tracer::Null } else { Tracer::open(config.device, config.threads)? };
         let sensors = default_sensors(args.width, args.height);

@@ -1,24 +1,25 @@
 use glam::Vec3;
 
-use super::walk::Probe;
-use crate::simd::{Float8, Float, V3};
+use super::traversal::Probe;
+use crate::simd::{Float, Float8, V3};
 use crate::wide::WideNode;
 
-/// The space that a packet of rays can reach, between six planes.
+/// Volume that a packet of rays can reach, bounded by six planes.
 ///
-/// Each plane is parallel to one axis of space, so it has two components: in each of the three
-/// coordinate planes the packet's shadow lies between two lines. For a thin beam that is the very
-/// test of a ray against a box, for eight boxes at once and for all rays of the packet.
+/// Each plane is parallel to one coordinate axis, so it has two coefficients: projected to each of
+/// the three coordinate planes, the packet lies between two lines. For a thin beam this equals the
+/// test of a ray against a box, for eight boxes and all rays of the packet at once.
 #[derive(Clone, Debug)]
 pub(crate) struct Beam {
     planes: [Plane; 6],
-    /// Along this the near side of a box is measured, from the packet's origin.
+    /// Axis along which the near side of a box is measured, from the origin of the packet.
     axis: [f32; 3],
     axis_rows: [usize; 3],
     axis_offset: f32,
 }
 
-/// `a * x + b * y + offset >= 0` for some corner of a box; the rows name the best corner.
+/// Half-space `a * x + b * y + offset >= 0`. A box touches it if its best corner does; the rows
+/// name that corner.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
     a: f32,
@@ -29,7 +30,7 @@ struct Plane {
 }
 
 impl Plane {
-    /// Says yes to everything.
+    /// Half-space that contains everything.
     const OPEN: Plane = Plane { a: 0.0, b: 0.0, offset: 1.0, row_a: 0, row_b: 0 };
 
     #[inline(always)]
@@ -39,18 +40,19 @@ impl Plane {
     }
 }
 
-/// The coordinate planes.
+/// Axes of the coordinate planes.
 const PAIRS: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
-/// What rounding may move a point by, as a share of the largest coordinate.
+/// Bound on the rounding error of a point, as a share of the largest coordinate.
 const ROUNDING: f32 = 6e-7;
 
 impl Beam {
-    /// Rays from one origin. `corners` are four directions whose convex hull holds all rays';
-    /// `axis · direction <= 1` for each ray, so that a box's distance along the axis bounds the
-    /// ray's parameter. No coordinate in this space is larger than `reach`.
+    /// Returns the beam of rays from one origin. `corners` are four directions whose convex hull
+    /// contains all rays' directions. `axis · direction <= 1` for each ray, so that the distance of
+    /// a box along the axis bounds the ray parameter. `reach` is the largest coordinate in this
+    /// space.
     #[inline(always)]
-    pub(crate) fn pencil(origin: Vec3, corners: &[Vec3; 4], axis: Vec3, reach: f32) -> Beam {
+    pub(crate) fn from_origin(origin: Vec3, corners: &[Vec3; 4], axis: Vec3, reach: f32) -> Beam {
         let mut planes = [Plane::OPEN; 6];
         let sum = corners[0] + corners[1] + corners[2] + corners[3];
         let slack = ROUNDING * reach;
@@ -85,8 +87,8 @@ impl Beam {
         Beam::with_axis(planes, axis, -axis.dot(origin) - slack)
     }
 
-    /// Rays of one direction. The near side of a box is what must not lie behind the origins: it
-    /// is at most 0 where the box reaches before them.
+    /// Returns the beam of parallel rays. The near side of a box, measured against the direction,
+    /// is at most 0 where the box reaches in front of an origin.
     #[inline(always)]
     pub(crate) fn parallel<F: Float>(
         origins: &[V3<F>],
@@ -136,7 +138,7 @@ impl Probe for Beam {
     }
 }
 
-/// The least and the most of `scales · (axis 0, axis 1)` over the active lanes.
+/// Returns the minimum and the maximum of `scales · (axis 0, axis 1)` over the active lanes.
 #[inline(always)]
 fn spread<F: Float>(
     points: &[V3<F>],

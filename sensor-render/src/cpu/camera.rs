@@ -1,33 +1,34 @@
 use protocol::DEPTH_FAR_M;
 
-use super::draw::Brush;
 use super::geometry::{flows, normals};
-use super::pencil::{Hits, Pencil};
+use super::overlay_raster::OverlayRaster;
+use super::ray_packet::{Hits, RayPacket};
 use super::shade::Shade;
-use super::walk::Stack;
-use crate::simd::{Float, Kernel, LANES, V3, Word};
+use super::traversal::Stack;
 use crate::light::Light;
-use crate::outputs::{PIECE_ROWS, Piece};
+use crate::outputs::{TILE_ROWS, Tile};
 use crate::rays::Camera;
-use crate::surface::Seen;
-use crate::{Scene, World};
+use crate::scene::Scene;
+use crate::simd::{Float, Kernel, LANES, V3, Word};
+use crate::surface_sample::SurfaceSample;
+use crate::world::World;
 
-/// Groups of 4 × 4 pixels in a packet of 8 × 8.
+/// Groups of 4 × 4 pixels in a packet of 8 × 8 pixels.
 const GROUPS: usize = 4;
 
-/// From this side of a pixel at depth 1 on, rays travel alone: most of what lies between them is
-/// met by none.
+/// Side of a pixel at depth 1 from which on rays are traversed separately, because most boxes
+/// between such rays are hit by none of them.
 const COARSE: f32 = 0.0105;
 
-const _: () = assert!(PIECE_ROWS == 8);
+const _: () = assert!(TILE_ROWS == 8);
 
-/// Rows of one image, to be rendered.
+/// Kernel that renders some rows of an image.
 pub(crate) struct CameraRows<'a, 'b> {
     pub(crate) scene: &'a Scene,
     pub(crate) world: &'a World,
     pub(crate) light: &'a Light,
     pub(crate) camera: &'a Camera,
-    pub(crate) piece: &'a mut Piece<'b>,
+    pub(crate) tile: &'a mut Tile<'b>,
 }
 
 impl Kernel for CameraRows<'_, '_> {
@@ -35,33 +36,33 @@ impl Kernel for CameraRows<'_, '_> {
 
     #[inline(always)]
     fn run<F: Float>(self) {
-        rows::<F>(self.scene, self.world, self.light, self.camera, self.piece);
+        rows::<F>(self.scene, self.world, self.light, self.camera, self.tile);
     }
 }
 
 #[inline(always)]
-fn rows<F: Float>(scene: &Scene, world: &World, light: &Light, camera: &Camera, piece: &mut Piece) {
+fn rows<F: Float>(scene: &Scene, world: &World, light: &Light, camera: &Camera, tile: &mut Tile) {
     let mut stack = Stack::new();
-    let mut brush = match piece.sheets.color.is_empty() {
+    let mut raster = match tile.slices.color.is_empty() {
         true => None,
-        false => Brush::new(&world.overlay, camera),
+        false => OverlayRaster::new(&world.overlay, camera),
     };
     let mut x = 0;
     while x < camera.width {
-        let pencil = packet::<F>(camera, x, piece.first);
+        let packet = packet::<F>(camera, x, tile.first);
         let hits = if camera.pixel < COARSE {
-            pencil.closest(scene, world, &mut stack, f32::INFINITY)
+            packet.closest(scene, world, &mut stack, f32::INFINITY)
         } else {
-            pencil.closest_apart(scene, world, &mut stack, f32::INFINITY)
+            packet.closest_separately(scene, world, &mut stack, f32::INFINITY)
         };
-        let brush = brush.as_mut();
-        let brush = brush.and_then(|b| b.look_at(x, piece.first).then_some(&*b));
+        let raster = raster.as_mut();
+        let raster = raster.and_then(|r| r.find_shapes(x, tile.first).then_some(&*r));
         for group in 0..GROUPS {
-            let at = Place::new(camera, piece, x, group);
+            let at = GroupPixels::new(camera, tile, x, group);
             if at.columns > 0 && at.rows > 0 {
                 write(
-                    scene, world, light, camera, &pencil, &hits, group, at, brush, &mut stack,
-                    piece,
+                    scene, world, light, camera, &packet, &hits, group, at, raster, &mut stack,
+                    tile,
                 );
             }
         }
@@ -69,9 +70,9 @@ fn rows<F: Float>(scene: &Scene, world: &World, light: &Light, camera: &Camera, 
     }
 }
 
-/// The rays through 8 × 8 pixels from (x, y) on; some may lie outside of the image.
+/// Returns the rays through 8 × 8 pixels from (x, y) on; some may lie outside of the image.
 #[inline(always)]
-fn packet<F: Float>(camera: &Camera, x: u32, y: u32) -> Pencil<F, GROUPS> {
+fn packet<F: Float>(camera: &Camera, x: u32, y: u32) -> RayPacket<F, GROUPS> {
     let [x, y] = [x as f32 - camera.center[0], y as f32 - camera.center[1]];
     let lane_x: [f32; LANES] = std::array::from_fn(|lane| (lane % 4) as f32);
     let lane_y: [f32; LANES] = std::array::from_fn(|lane| (lane / 4) as f32);
@@ -84,10 +85,10 @@ fn packet<F: Float>(camera: &Camera, x: u32, y: u32) -> Pencil<F, GROUPS> {
         let y = lane_y + F::splat(y + (group / 2 * 4) as f32);
         *direction = down.mul_add(y, right.mul_add(x, forward));
     }
-    // A little wider than the outermost rays, so that rounding loses none.
+    // Slightly wider than the outermost rays, to allow for rounding.
     let corner = |x: f32, y: f32| camera.forward + camera.right * x + camera.down * y;
     let (left, top, right, bottom) = (x - 0.02, y - 0.02, x + 7.02, y + 7.02);
-    Pencil {
+    RayPacket {
         origin: camera.origin,
         corners: [
             corner(left, top),
@@ -100,10 +101,10 @@ fn packet<F: Float>(camera: &Camera, x: u32, y: u32) -> Pencil<F, GROUPS> {
     }
 }
 
-/// Where a group's pixels lie in its piece.
+/// Position of a group of 4 × 4 pixels in its tile.
 #[derive(Clone, Copy)]
-struct Place {
-    /// In the image.
+struct GroupPixels {
+    /// Pixel in the image.
     x: u32,
     y: u32,
     first: usize,
@@ -112,23 +113,23 @@ struct Place {
     rows: usize,
 }
 
-impl Place {
+impl GroupPixels {
     #[inline(always)]
-    fn new(camera: &Camera, piece: &Piece, x: u32, group: usize) -> Place {
+    fn new(camera: &Camera, tile: &Tile, x: u32, group: usize) -> GroupPixels {
         let (right, down) = (group % 2 * 4, group / 2 * 4);
         let (x, y) = (x as usize + right, down);
         let width = camera.width as usize;
-        Place {
+        GroupPixels {
             x: x as u32,
-            y: piece.first + y as u32,
+            y: tile.first + y as u32,
             first: y * width + x,
             width,
             columns: width.saturating_sub(x).min(4),
-            rows: (piece.count as usize).saturating_sub(y).min(4),
+            rows: (tile.count as usize).saturating_sub(y).min(4),
         }
     }
 
-    /// Copies the lanes that are pixels.
+    /// Copies the lanes that lie within the image.
     #[inline(always)]
     fn put<T: Copy>(self, plane: &mut [T], lanes: &[T; LANES]) {
         for row in 0..self.rows {
@@ -145,43 +146,48 @@ fn write<F: Float>(
     world: &World,
     light: &Light,
     camera: &Camera,
-    pencil: &Pencil<F, GROUPS>,
+    packet: &RayPacket<F, GROUPS>,
     hits: &Hits<F, GROUPS>,
     group: usize,
-    at: Place,
-    brush: Option<&Brush>,
+    at: GroupPixels,
+    raster: Option<&OverlayRaster>,
     stack: &mut Stack,
-    piece: &mut Piece,
+    tile: &mut Tile,
 ) {
-    let seen =
-        Seen::<F>::new(scene, world, hits.t[group], hits.triangle[group], hits.instance[group]);
-    let sheets = &mut piece.sheets;
-    if !sheets.depth.is_empty() {
+    let sample = SurfaceSample::<F>::new(
+        scene,
+        world,
+        hits.t[group],
+        hits.triangle[group],
+        hits.instance[group],
+    );
+    let slices = &mut tile.slices;
+    if !slices.depth.is_empty() {
         let depth = hits.t[group].min(F::splat(DEPTH_FAR_M));
-        at.put(sheets.depth, &depth.to_array());
+        at.put(slices.depth, &depth.to_array());
     }
-    if !sheets.tag.is_empty() {
-        at.put(sheets.tag, &seen.face.to_array().map(|face| face as u8));
+    if !slices.tag.is_empty() {
+        at.put(slices.tag, &sample.face.to_array().map(|face| face as u8));
     }
-    if !sheets.instance.is_empty() {
-        at.put(sheets.instance, &seen.id.to_array());
+    if !slices.instance.is_empty() {
+        at.put(slices.instance, &sample.id.to_array());
     }
-    if !sheets.normal.is_empty() {
-        at.put(sheets.normal, &normals(camera, &pencil.directions[group], &seen));
+    if !slices.normal.is_empty() {
+        at.put(slices.normal, &normals(camera, &packet.directions[group], &sample));
     }
-    if !sheets.flow.is_empty() {
-        let directions = &pencil.directions[group];
-        let flows = flows(world, camera, directions, &seen, hits.instance[group]);
-        at.put(sheets.flow, &flows);
+    if !slices.flow.is_empty() {
+        let directions = &packet.directions[group];
+        let flows = flows(world, camera, directions, &sample, hits.instance[group]);
+        at.put(slices.flow, &flows);
     }
-    if !sheets.color.is_empty() {
-        let direction = pencil.directions[group];
+    if !slices.color.is_empty() {
+        let direction = packet.directions[group];
         let shade = Shade { scene, world, light, camera };
-        let color = shade.colors(direction, hits, group, &seen, stack);
+        let color = shade.colors(direction, hits, group, &sample, stack);
         let mut colors = color.to_array().map(u32::to_le_bytes);
-        if let Some(brush) = brush {
-            brush.paint(at.x, at.y, &hits.t[group].to_array(), &mut colors);
+        if let Some(raster) = raster {
+            raster.draw(at.x, at.y, &hits.t[group].to_array(), &mut colors);
         }
-        at.put(sheets.color, &colors);
+        at.put(slices.color, &colors);
     }
 }

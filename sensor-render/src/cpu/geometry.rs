@@ -1,24 +1,24 @@
-//! Normals and optical flow: what a pixel's surface does, without its colour.
+//! Normals and optical flow of surfaces.
 
 use glam::Vec3;
 
-use crate::World;
-use crate::simd::{Float, LANES, Mask, V3, Word};
 use crate::rays::Camera;
-use crate::surface::Seen;
+use crate::simd::{Float, LANES, Mask, V3, Word};
+use crate::surface_sample::SurfaceSample;
+use crate::world::World;
 
-/// Nearer than this to a camera's plane nothing has a place in its image. Metres.
+/// Minimum depth at which a point is projected. Metres.
 const NEAR_M: f32 = 1e-3;
 
-/// The normals of sixteen pixels, in sensor space and towards the camera.
+/// Returns the normals at sixteen pixels, in sensor space, facing the camera.
 #[inline(always)]
 pub(crate) fn normals<F: Float>(
     camera: &Camera,
     directions: &V3<F>,
-    seen: &Seen<F>,
+    sample: &SurfaceSample<F>,
 ) -> [[f32; 3]; LANES] {
-    let hit = seen.hit.bits();
-    let (normals, directions) = (vectors(&seen.normal), vectors(directions));
+    let hit = sample.hit.bits();
+    let (normals, directions) = (vectors(&sample.normal), vectors(directions));
     let per_pixel = 1.0 / camera.pixel;
     std::array::from_fn(|lane| {
         if hit >> lane & 1 == 0 {
@@ -32,17 +32,19 @@ pub(crate) fn normals<F: Float>(
     })
 }
 
-/// How far sixteen pixels' surfaces have moved in the image since the frame before.
+/// Returns the image-space motion, in pixels, of the surfaces at sixteen pixels since the previous
+/// frame.
 #[inline(always)]
 pub(crate) fn flows<F: Float>(
     world: &World,
     camera: &Camera,
     directions: &V3<F>,
-    seen: &Seen<F>,
+    sample: &SurfaceSample<F>,
     instances: F::Word,
 ) -> [[f32; 2]; LANES] {
-    let hit = seen.hit.bits();
-    let (t, instances, directions) = (seen.t.to_array(), instances.to_array(), vectors(directions));
+    let hit = sample.hit.bits();
+    let (t, instances, directions) =
+        (sample.t.to_array(), instances.to_array(), vectors(directions));
     std::array::from_fn(|lane| {
         let (direction, instance) = (directions[lane], instances[lane]);
         let is_hit = hit >> lane & 1 != 0;
@@ -55,13 +57,13 @@ pub(crate) fn flows<F: Float>(
             Some(view) => (view.origin, [view.forward, view.right, view.down]),
             None => (camera.origin, [camera.forward, camera.right, camera.down]),
         };
-        // The sky is too far away to come nearer.
+        // The sky is at infinity: only its direction changes.
         let to = if is_hit { before.unwrap_or(now) - origin } else { direction };
         let depth = to.dot(forward);
         if depth < NEAR_M {
             return [0.0; 2];
         }
-        // A pixel's vectors are as long as its side at depth 1.
+        // The pixel vectors have the length of a pixel's side at depth 1.
         let scale = 1.0 / (camera.pixel * camera.pixel);
         let now = [camera.right, camera.down].map(|axis| direction.dot(axis) * scale);
         let before = [right, down].map(|axis| to.dot(axis) * scale / depth);

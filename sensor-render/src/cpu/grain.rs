@@ -1,15 +1,15 @@
-//! What has no lines: grain, stains, randomness. The twin of grain.wgsl.
+//! Noise and hashes for irregular patterns. Twin of grain.wgsl.
 
 use crate::simd::{Float, Word};
 
-/// 0 at `low`, 1 at `high`, smooth between; `low` may be the larger.
+/// Returns 0 at `low`, 1 at `high`, and a smooth transition between; `low` may be the larger.
 #[inline(always)]
 pub(crate) fn smooth<F: Float>(low: F, high: F, x: F) -> F {
     let t = ((x - low) / (high - low)).clamp01();
     ease(t)
 }
 
-/// A hash of a cell.
+/// Returns a hash of a cell.
 #[inline(always)]
 pub(crate) fn hash<F: Float>(x: F::Word, y: F::Word, seed: F::Word) -> F::Word {
     let h = x * F::Word::splat(0x9e37_79b1) + y * F::Word::splat(0x85eb_ca77) + seed;
@@ -18,13 +18,13 @@ pub(crate) fn hash<F: Float>(x: F::Word, y: F::Word, seed: F::Word) -> F::Word {
     h ^ h.shr::<15>()
 }
 
-/// A word as a number from 0 to 1.
+/// Converts a word to a number from 0 to 1.
 #[inline(always)]
 pub(crate) fn share<F: Float>(word: F::Word) -> F {
     word.shr::<8>().to_float() * F::splat(1.0 / 16_777_216.0)
 }
 
-/// Smooth noise from 0 to 1, one spot to a unit square.
+/// Returns smooth noise from 0 to 1, with one lattice cell per unit square.
 #[inline(always)]
 pub(crate) fn noise<F: Float>(x: F, y: F, seed: F::Word) -> F {
     let (left, low) = (x.floor(), y.floor());

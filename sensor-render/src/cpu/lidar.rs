@@ -1,20 +1,21 @@
 use glam::Vec3;
 
-use super::pencil::Pencil;
-use super::walk::Stack;
-use crate::echo::Echo;
-use crate::simd::{Float, Kernel, LANES, Mask, V3, Word};
-use crate::outputs::Piece;
+use super::ray_packet::RayPacket;
+use super::traversal::Stack;
+use crate::lidar_return::LidarReturn;
+use crate::outputs::Tile;
 use crate::rays::Lidar;
-use crate::surface::Seen;
-use crate::{Scene, World};
+use crate::scene::Scene;
+use crate::simd::{Float, Kernel, LANES, Mask, V3, Word};
+use crate::surface_sample::SurfaceSample;
+use crate::world::World;
 
-/// Columns of one lidar, to be measured.
+/// Kernel that measures some columns of a lidar.
 pub(crate) struct LidarColumns<'a, 'b> {
     pub(crate) scene: &'a Scene,
     pub(crate) world: &'a World,
     pub(crate) lidar: &'a Lidar,
-    pub(crate) piece: &'a mut Piece<'b>,
+    pub(crate) tile: &'a mut Tile<'b>,
 }
 
 impl Kernel for LidarColumns<'_, '_> {
@@ -22,19 +23,19 @@ impl Kernel for LidarColumns<'_, '_> {
 
     #[inline(always)]
     fn run<F: Float>(self) {
-        columns::<F>(self.scene, self.world, self.lidar, self.piece);
+        columns::<F>(self.scene, self.world, self.lidar, self.tile);
     }
 }
 
 #[inline(always)]
-fn columns<F: Float>(scene: &Scene, world: &World, lidar: &Lidar, piece: &mut Piece) {
+fn columns<F: Float>(scene: &Scene, world: &World, lidar: &Lidar, tile: &mut Tile) {
     let mut stack = Stack::new();
     let across = lidar.packet_columns;
     let down = LANES as u32 / across;
-    for column in (0..piece.count).step_by(across as usize) {
+    for column in (0..tile.count).step_by(across as usize) {
         for channel in (0..lidar.channels).step_by(down as usize) {
-            let beams = Beams { lidar, piece_column: column, channel, across, count: piece.count };
-            beams.listen::<F>(scene, world, &mut stack, piece);
+            let beams = Beams { lidar, tile_column: column, channel, across, count: tile.count };
+            beams.listen::<F>(scene, world, &mut stack, tile);
         }
     }
 }
@@ -42,32 +43,32 @@ fn columns<F: Float>(scene: &Scene, world: &World, lidar: &Lidar, piece: &mut Pi
 /// Sixteen neighbouring beams.
 struct Beams<'a> {
     lidar: &'a Lidar,
-    /// First column, from the piece's first.
-    piece_column: u32,
+    /// First column, relative to the tile.
+    tile_column: u32,
     /// First channel.
     channel: u32,
     across: u32,
-    /// Columns of the piece.
+    /// Number of columns of the tile.
     count: u32,
 }
 
 impl Beams<'_> {
-    /// Column in the piece and channel of a lane, if there is such a beam.
+    /// Returns the column in the tile and the channel of a lane; `None` if there is no such beam.
     #[inline(always)]
     fn beam(&self, lane: u32) -> Option<(u32, u32)> {
-        let column = self.piece_column + lane % self.across;
+        let column = self.tile_column + lane % self.across;
         let channel = self.channel + lane / self.across;
         (column < self.count && channel < self.lidar.channels).then_some((column, channel))
     }
 
     #[inline(always)]
-    fn listen<F: Float>(&self, scene: &Scene, world: &World, stack: &mut Stack, piece: &mut Piece) {
+    fn listen<F: Float>(&self, scene: &Scene, world: &World, stack: &mut Stack, tile: &mut Tile) {
         let lidar = self.lidar;
         let mut in_sensor = [Vec3::ZERO; LANES];
         let mut on = 0u16;
         for lane in 0..LANES as u32 {
             if let Some((column, channel)) = self.beam(lane) {
-                let azimuth = lidar.azimuths[(piece.first + column) as usize];
+                let azimuth = lidar.azimuths[(tile.first + column) as usize];
                 let elevation = lidar.elevations[channel as usize];
                 if azimuth != [0.0; 2] {
                     let [cos, sin] = elevation;
@@ -77,17 +78,18 @@ impl Beams<'_> {
             }
         }
         let in_world = in_sensor.map(|direction| lidar.axes * direction);
-        let mut seen: Option<Seen<F>> = None;
+        let mut sample: Option<SurfaceSample<F>> = None;
         let mut cosines = [0.0; LANES];
         let mut left = on;
-        // One packet if the beams lie close together, else one for each beam.
+        // One packet if the beams are close together, else one packet per beam.
         while left != 0 {
-            let (members, pencil) = pencil::<F>(lidar, &in_world, left, on == left);
-            let hits = pencil.closest(scene, world, stack, lidar.range_m);
-            let looked = Seen::new(scene, world, hits.t[0], hits.triangle[0], hits.instance[0]);
-            let cosine = looked.normal.dot(pencil.directions[0]).abs().to_array();
+            let (members, packet) = packet::<F>(lidar, &in_world, left, on == left);
+            let hits = packet.closest(scene, world, stack, lidar.range_m);
+            let looked =
+                SurfaceSample::new(scene, world, hits.t[0], hits.triangle[0], hits.instance[0]);
+            let cosine = looked.normal.dot(packet.directions[0]).abs().to_array();
             let members_mask = F::Mask::from_bits(members);
-            seen = Some(match seen {
+            sample = Some(match sample {
                 None => looked,
                 Some(before) => looked.or(members_mask, &before),
             });
@@ -98,7 +100,7 @@ impl Beams<'_> {
             }
             left &= !members;
         }
-        self.write(&in_sensor, on, seen.as_ref(), &cosines, piece);
+        self.write(&in_sensor, on, sample.as_ref(), &cosines, tile);
     }
 
     #[inline(always)]
@@ -106,46 +108,47 @@ impl Beams<'_> {
         &self,
         in_sensor: &[Vec3; LANES],
         on: u16,
-        seen: Option<&Seen<F>>,
+        sample: Option<&SurfaceSample<F>>,
         cosines: &[f32; LANES],
-        piece: &mut Piece,
+        tile: &mut Tile,
     ) {
         let lidar = self.lidar;
-        let hit = seen.map_or(0, |seen| seen.hit.bits()) & on;
-        let t = seen.map_or([0.0; LANES], |seen| seen.t.to_array());
-        let face = seen.map_or([0; LANES], |seen| seen.face.to_array());
-        let id = seen.map_or([0; LANES], |seen| seen.id.to_array());
+        let hit = sample.map_or(0, |sample| sample.hit.bits()) & on;
+        let t = sample.map_or([0.0; LANES], |sample| sample.t.to_array());
+        let face = sample.map_or([0; LANES], |sample| sample.face.to_array());
+        let id = sample.map_or([0; LANES], |sample| sample.id.to_array());
         for lane in 0..LANES {
             let Some((column, channel)) = self.beam(lane as u32) else { continue };
             let at = (column * lidar.channels + channel) as usize;
-            let beam = (piece.first + column) * lidar.channels + channel;
-            let echo = if hit >> lane & 1 != 0 {
-                Echo::of(lidar, beam, t[lane], cosines[lane], (face[lane] >> 8) as u8)
+            let beam = (tile.first + column) * lidar.channels + channel;
+            let returned = if hit >> lane & 1 != 0 {
+                LidarReturn::of(lidar, beam, t[lane], cosines[lane], (face[lane] >> 8) as u8)
             } else {
                 None
             };
-            if let Some(point) = piece.sheets.points.get_mut(at) {
-                *point = echo.map_or([0.0; 4], |echo| {
-                    let [x, y, z] = (in_sensor[lane] * echo.distance_m).to_array();
-                    [x, y, z, echo.intensity]
+            if let Some(point) = tile.slices.points.get_mut(at) {
+                *point = returned.map_or([0.0; 4], |returned| {
+                    let [x, y, z] = (in_sensor[lane] * returned.distance_m).to_array();
+                    [x, y, z, returned.intensity]
                 });
             }
-            if let Some(label) = piece.sheets.labels.get_mut(at) {
-                *label = if echo.is_some() { [id[lane], face[lane] & 0xff] } else { [0; 2] };
+            if let Some(label) = tile.slices.labels.get_mut(at) {
+                *label = if returned.is_some() { [id[lane], face[lane] & 0xff] } else { [0; 2] };
             }
         }
     }
 }
 
-/// A packet of the lanes in `wanted`, and which of them it holds: all, if `together` and one
-/// narrow beam can hold them, else the first alone. The other lanes repeat one of them.
+/// Returns a packet of the lanes in `wanted`, and the lanes that it contains: all of them if
+/// `together` and they fit one narrow beam, else only the first. The other lanes repeat one of
+/// them.
 #[inline(always)]
-fn pencil<F: Float>(
+fn packet<F: Float>(
     lidar: &Lidar,
     in_world: &[Vec3; LANES],
     wanted: u16,
     together: bool,
-) -> (u16, Pencil<F, 1>) {
+) -> (u16, RayPacket<F, 1>) {
     let first = in_world[wanted.trailing_zeros() as usize % LANES];
     let held = |lane: usize, members: u16| {
         if members >> lane & 1 != 0 { in_world[lane] } else { first }
@@ -164,7 +167,7 @@ fn pencil<F: Float>(
         members = wanted & wanted.wrapping_neg();
         middle = first;
     }
-    // The beams' bounds on the plane at distance 1 along the middle.
+    // Bounds of the beams on the plane at distance 1 along their mean direction.
     let across = middle.any_orthonormal_vector();
     let up = middle.cross(across);
     let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
@@ -184,7 +187,7 @@ fn pencil<F: Float>(
     let wide = |from: f32, to: f32| 1e-5 + 0.01 * (to - from);
     let (wide_x, wide_y) = (wide(low[0], high[0]), wide(low[1], high[1]));
     let corner = |x: f32, y: f32| middle + across * x + up * y;
-    let pencil = Pencil {
+    let packet = RayPacket {
         origin: lidar.origin,
         corners: [
             corner(low[0] - wide_x, low[1] - wide_y),
@@ -195,5 +198,5 @@ fn pencil<F: Float>(
         axis: middle / (longest * 1.000_001),
         directions: [V3 { x: F::from_array(x), y: F::from_array(y), z: F::from_array(z) }],
     };
-    (members, pencil)
+    (members, packet)
 }

@@ -1,49 +1,57 @@
 use glam::Vec3;
 
 use super::beam::Beam;
-use super::solo::Solo;
-use super::walk::{Stack, Visitor, walk};
+use super::single_ray::SingleRay;
+use super::traversal::{Stack, Visitor, walk};
+use crate::instance::Instance;
+use crate::scene::Scene;
 use crate::simd::{Float, LANES, Mask, V3};
-use crate::scene::Triangle;
-use crate::world::Instance;
-use crate::{Scene, World};
+use crate::triangle::Triangle;
+use crate::world::World;
 
-/// Rays whose origins lie farther apart have little in common on their way. Metres.
+/// Extent of the origins above which shadow rays are traversed separately. Metres.
 const SPREAD_MAX: f32 = 2.0;
 
-/// Rays of one direction, sixteen: is anything in the way?
+/// Sixteen parallel shadow rays.
 #[derive(Clone, Debug)]
 pub(crate) struct Shadow<F: Float> {
-    /// Of unit length.
+    /// Direction to the light, of unit length.
     pub(crate) direction: Vec3,
     pub(crate) origins: V3<F>,
-    /// Which rays are asked for.
+    /// Rays that are traced.
     pub(crate) active: F::Mask,
 }
 
 impl<F: Float> Shadow<F> {
-    /// The rays that meet anything.
+    /// Returns the rays that hit anything.
     #[inline(always)]
     pub(crate) fn blocked(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F::Mask {
         if self.spread() > SPREAD_MAX {
-            return self.blocked_apart(scene, world, stack);
+            return self.blocked_separately(scene, world, stack);
         }
         let mut open = self.active;
         let beam = self.beam(scene.reach);
-        let mut town = Level { scene, shadow: self, open: &mut open };
-        walk::<F::Float8, _, _>(&scene.wide, scene.ground.wide_root, &beam, 0.0, stack, &mut town);
+        let mut town = TriangleVisitor { scene, shadow: self, open: &mut open };
+        walk::<F::Float8, _, _>(
+            &scene.wide,
+            scene.town_blas.wide_root,
+            &beam,
+            0.0,
+            stack,
+            &mut town,
+        );
         if let Some(root) = world.wide_root
             && open.any()
         {
-            let mut actors = Actors { scene, world, shadow: self, open: &mut open };
+            let mut actors = InstanceVisitor { scene, world, shadow: self, open: &mut open };
             walk::<F::Float8, _, _>(&world.wide, root, &beam, 0.0, stack, &mut actors);
         }
         self.active & !open
     }
 
-    /// Each ray for itself.
+    /// Traverses each ray separately.
     #[inline(always)]
-    fn blocked_apart(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F::Mask {
+    fn blocked_separately(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F::Mask {
         let [x, y, z] = [self.origins.x, self.origins.y, self.origins.z].map(F::to_array);
         let mut left = self.active.bits();
         let mut blocked = 0u16;
@@ -51,14 +59,14 @@ impl<F: Float> Shadow<F> {
             let lane = left.trailing_zeros() as usize % LANES;
             left &= left - 1;
             let origin = Vec3::new(x[lane], y[lane], z[lane]);
-            let ray = Solo::new(origin, self.direction, scene.reach);
+            let ray = SingleRay::new(origin, self.direction, scene.reach);
             let is_blocked = ray.is_blocked::<F::Float8>(scene, world, stack, f32::INFINITY);
             blocked |= u16::from(is_blocked) << lane;
         }
         F::Mask::from_bits(blocked)
     }
 
-    /// Side of the box that the origins fill. Metres.
+    /// Returns the longest side of the bounding box of the origins. Metres.
     #[inline(always)]
     fn spread(&self) -> f32 {
         let mut most = 0.0f32;
@@ -75,9 +83,9 @@ impl<F: Float> Shadow<F> {
         Beam::parallel(&[self.origins], &[self.active], self.direction, reach)
     }
 
-    /// The same rays in the actor's space.
+    /// Returns the rays in the space of an instance.
     #[inline(always)]
-    fn seen_from(&self, instance: &Instance) -> Self {
+    fn to_instance_space(&self, instance: &Instance) -> Self {
         let [x, y, z] = instance.actor_from_world;
         let turn = |row: [f32; 4]| Vec3::new(row[0], row[1], row[2]).dot(self.direction);
         let row = |row: [f32; 4]| {
@@ -93,21 +101,21 @@ impl<F: Float> Shadow<F> {
     }
 }
 
-/// The walk goes on while rays are open.
+/// Returns the limit of a traversal, which goes on while any ray is unblocked.
 #[inline(always)]
 fn limit<F: Float>(open: F::Mask) -> f32 {
     if open.any() { 0.0 } else { f32::NEG_INFINITY }
 }
 
-/// Visits the triangles of one bottom level.
-struct Level<'a, F: Float> {
+/// Intersects the triangles of one bottom-level hierarchy.
+struct TriangleVisitor<'a, F: Float> {
     scene: &'a Scene,
     shadow: &'a Shadow<F>,
-    /// Rays that have met nothing.
+    /// Rays that have not hit anything.
     open: &'a mut F::Mask,
 }
 
-impl<F: Float> Visitor for Level<'_, F> {
+impl<F: Float> Visitor for TriangleVisitor<'_, F> {
     #[inline(always)]
     fn visit(&mut self, _: &mut Stack, first: u32, count: u32) -> f32 {
         for triangle in &self.scene.triangles[first as usize..(first + count) as usize] {
@@ -117,9 +125,9 @@ impl<F: Float> Visitor for Level<'_, F> {
     }
 }
 
-impl<F: Float> Level<'_, F> {
-    /// Möller and Trumbore 1997, rearranged for rays of one direction: all but three dot products
-    /// depends on the triangle alone.
+impl<F: Float> TriangleVisitor<'_, F> {
+    /// Möller and Trumbore 1997, rearranged for rays of one direction: everything but three dot
+    /// products depends on the triangle alone.
     #[inline(always)]
     fn meet(&mut self, triangle: &Triangle) {
         let [corner, edge1, edge2] =
@@ -140,15 +148,15 @@ impl<F: Float> Level<'_, F> {
     }
 }
 
-/// Visits the actors of the top level.
-struct Actors<'a, F: Float> {
+/// Visits the instances of the top-level hierarchy.
+struct InstanceVisitor<'a, F: Float> {
     scene: &'a Scene,
     world: &'a World,
     shadow: &'a Shadow<F>,
     open: &'a mut F::Mask,
 }
 
-impl<F: Float> Visitor for Actors<'_, F> {
+impl<F: Float> Visitor for InstanceVisitor<'_, F> {
     #[inline(always)]
     fn visit(&mut self, stack: &mut Stack, first: u32, count: u32) -> f32 {
         for index in first..first + count {
@@ -156,11 +164,12 @@ impl<F: Float> Visitor for Actors<'_, F> {
                 break;
             }
             let instance = &self.world.instances[index as usize];
-            let root = self.scene.levels[instance.level as usize].wide_root;
-            let shadow = Shadow { active: *self.open, ..self.shadow.seen_from(instance) };
+            let root = self.scene.blases[instance.blas as usize].wide_root;
+            let shadow = Shadow { active: *self.open, ..self.shadow.to_instance_space(instance) };
             let beam = shadow.beam(self.scene.reach);
-            let mut level = Level { scene: self.scene, shadow: &shadow, open: self.open };
-            walk::<F::Float8, _, _>(&self.scene.wide, root, &beam, 0.0, stack, &mut level);
+            let mut triangles =
+                TriangleVisitor { scene: self.scene, shadow: &shadow, open: self.open };
+            walk::<F::Float8, _, _>(&self.scene.wide, root, &beam, 0.0, stack, &mut triangles);
         }
         limit::<F>(*self.open)
     }

@@ -1,17 +1,17 @@
-//! Sky, air and the curve of the film: the twin of sky.wgsl.
+//! Sky, atmosphere and tone mapping. Twin of sky.wgsl.
 
 use glam::Vec3;
 
 use super::grain::{noise, smooth};
-use crate::simd::{Float, V3, Word};
 use crate::light::Light;
+use crate::simd::{Float, V3, Word};
 
 #[inline(always)]
 pub(crate) fn splat<F: Float>(v: glam::Vec4) -> V3<F> {
     V3::splat(v.truncate())
 }
 
-/// The clear sky towards a direction whose height is `z`.
+/// Returns the radiance of the clear sky in a direction with vertical component `z`.
 #[inline(always)]
 pub(crate) fn gradient<F: Float>(light: &Light, z: F) -> V3<F> {
     let low = F::splat(1.0) - z.clamp01();
@@ -19,7 +19,7 @@ pub(crate) fn gradient<F: Float>(light: &Light, z: F) -> V3<F> {
     splat::<F>(light.zenith).lerp(splat(light.horizon), low * low)
 }
 
-/// The sky as a camera sees it, with sun and clouds.
+/// Returns the radiance of the sky with sun, clouds and haze.
 #[inline(always)]
 pub(crate) fn sky<F: Float>(light: &Light, view: V3<F>) -> V3<F> {
     let one = F::splat(1.0);
@@ -46,25 +46,26 @@ pub(crate) fn sky<F: Float>(light: &Light, view: V3<F>) -> V3<F> {
         let white = V3::splat(white) * (sum.mul_add(F::splat(-0.3), F::splat(1.1)));
         color = color.lerp(white, thick * fade * F::splat(0.9));
     }
-    // Haze lies over the horizon.
-    let veil = veil(light, F::splat(500.0) / view.z.max(F::splat(0.0)).mul_add(F::splat(9.0), one));
-    color.lerp(splat(light.haze), veil)
+    // Haze near the horizon.
+    let haze_share =
+        haze_share(light, F::splat(500.0) / view.z.max(F::splat(0.0)).mul_add(F::splat(9.0), one));
+    color.lerp(splat(light.haze), haze_share)
 }
 
-/// How much of what lies at this distance in metres is hidden by the air.
+/// Returns the share of radiance that the atmosphere replaces at a distance in metres.
 #[inline(always)]
-pub(crate) fn veil<F: Float>(light: &Light, distance: F) -> F {
+pub(crate) fn haze_share<F: Float>(light: &Light, distance: F) -> F {
     let one = F::splat(1.0);
     let through = (distance - F::splat(light.haze.w)).max(F::splat(0.0));
     let x = through * F::splat(light.air.x);
-    // A sum that is near to the exponential function where it matters.
+    // Truncated series of the exponential function.
     let growth = x.mul_add(x.mul_add(x.mul_add(F::splat(0.2), F::splat(0.5)), one), one);
     one - one / growth
 }
 
-/// From linear radiance to bytes: red in bits 0 to 7, green, blue, 255.
+/// Converts linear radiance to bytes: red in bits 0 to 7, green, blue, 255.
 #[inline(always)]
-pub(crate) fn develop<F: Float>(light: &Light, color: V3<F>) -> F::Word {
+pub(crate) fn tone_map<F: Float>(light: &Light, color: V3<F>) -> F::Word {
     let exposure = F::splat(light.air.z);
     let opaque = F::Word::splat(0xff00_0000);
     let red = byte(color.x * exposure);
@@ -88,9 +89,10 @@ fn byte<F: Float>(x: F) -> F::Word {
     y.clamp01().mul_add(F::splat(255.0), F::splat(0.5)).to_int()
 }
 
-/// What a mirror that looks along `r` sees: the sky above the roofs, dim houses below.
+/// Returns the environment that a mirror reflects along `r`: the sky above, dim buildings and
+/// ground below.
 #[inline(always)]
-pub(crate) fn mirrored<F: Float>(light: &Light, r: V3<F>) -> V3<F> {
+pub(crate) fn reflection<F: Float>(light: &Light, r: V3<F>) -> V3<F> {
     let houses = light.horizon.truncate() * 0.28 + light.ground.truncate() * 0.5;
     let above = smooth(F::splat(0.02), F::splat(0.42), r.z);
     let below = smooth(F::splat(-0.25), F::splat(0.0), r.z);
@@ -98,7 +100,8 @@ pub(crate) fn mirrored<F: Float>(light: &Light, r: V3<F>) -> V3<F> {
     city.lerp(gradient(light, r.z), above)
 }
 
-/// The light of the whole sky, and from below, on a surface whose normal's height is `z`.
+/// Returns the ambient light of the sky and the ground on a surface whose normal has vertical
+/// component `z`.
 #[inline(always)]
 pub(crate) fn ambient<F: Float>(light: &Light, z: F) -> V3<F> {
     let sky: Vec3 = light.zenith.truncate() * 0.3 + light.horizon.truncate() * 0.52;

@@ -7,15 +7,15 @@ use protocol::{Frame, Name, Plane, Pose, SensorSpec, Stamp, Weather, layout, out
 
 use super::CpuTracer;
 use super::shadow::Shadow;
-use super::walk::Stack;
-use crate::simd::{Float, Isa, Kernel, LANES, Mask, V3};
+use super::traversal::Stack;
 use crate::rays::{Camera, Lidar, Sensor, rays};
 use crate::reference::{Ray, closest};
+use crate::simd::{Float, Isa, Kernel, LANES, Mask, V3};
 use crate::{BundleJob, Scene, World, pose_planes, sample};
 
 fn town() -> (sample::Sample, Scene) {
     let town = sample::Sample::named("Flatford").unwrap();
-    let scene = Scene::of_town(&town.town);
+    let scene = Scene::of_town(&town.town).unwrap();
     (town, scene)
 }
 
@@ -92,11 +92,11 @@ fn packets_see_what_single_rays_see() {
             unreachable!()
         };
         for isa in Isa::all() {
-            let seen = measure(isa, &scene, &world, spec, &pose);
+            let measured = measure(isa, &scene, &world, spec, &pose);
             let (depths, tags, ids) = (
-                plane::<f32>(&seen, output::DEPTH),
-                plane::<u8>(&seen, output::TAG),
-                plane::<u32>(&seen, output::INSTANCE),
+                plane::<f32>(&measured, output::DEPTH),
+                plane::<u8>(&measured, output::TAG),
+                plane::<u32>(&measured, output::INSTANCE),
             );
             let (mut wrong_depths, mut wrong_things) = (0, 0);
             for y in 0..spec.height {
@@ -143,9 +143,9 @@ fn laser_packets_see_what_single_rays_see() {
     let pose = town.street_pose(5).then(&Pose::level(vec3(0.0, 0.0, 0.7), 1.0));
     let Sensor::Lidar(lidar) = rays(&spec, &pose, world.stamp, 0).unwrap() else { unreachable!() };
     for isa in Isa::all() {
-        let seen = measure(isa, &scene, &world, &spec, &pose);
-        let points = plane::<[f32; 4]>(&seen, output::POINTS);
-        let labels = plane::<[u32; 2]>(&seen, output::LABELS);
+        let measured = measure(isa, &scene, &world, &spec, &pose);
+        let points = plane::<[f32; 4]>(&measured, output::POINTS);
+        let labels = plane::<[u32; 2]>(&measured, output::LABELS);
         let mut wrong = 0;
         for beam in 0..(spec.width * spec.height) as usize {
             let ray = beam_of(&lidar, beam);

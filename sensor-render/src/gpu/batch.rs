@@ -3,85 +3,89 @@ use glam::Vec3;
 use protocol::output;
 
 use crate::rays::{Camera, Lidar, Sensor, rays};
-use crate::{BundleJob, TraceError, World, outputs};
+use crate::{error::TraceError, job::BundleJob, outputs, world::World};
 
-/// No such plane.
-const NONE: u32 = u32::MAX;
+/// In place of the offset of a plane: the sensor does not have it.
+pub(crate) const NONE: u32 = u32::MAX;
 
-/// The twin of `Camera` in scene.wgsl.
+/// Camera as the shaders read it. Twin of `Camera` in scene.wgsl.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct GpuCamera {
-    origin: [f32; 4],
-    forward: [f32; 4],
-    right: [f32; 4],
-    down: [f32; 4],
-    center: [f32; 2],
-    width: u32,
-    height: u32,
-    first_group: u32,
-    groups_across: u32,
-    color: u32,
-    depth: u32,
-    instance: u32,
-    tag: u32,
-    first_tag: u32,
-    first_packing_group: u32,
+    pub(crate) origin: [f32; 4],
+    pub(crate) forward: [f32; 4],
+    pub(crate) right: [f32; 4],
+    pub(crate) down: [f32; 4],
+    pub(crate) center: [f32; 2],
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) first_group: u32,
+    pub(crate) groups_across: u32,
+    pub(crate) color: u32,
+    pub(crate) depth: u32,
+    pub(crate) instance: u32,
+    pub(crate) tag: u32,
+    pub(crate) first_tag: u32,
+    pub(crate) first_packing_group: u32,
 }
 
 const _: () = assert!(size_of::<GpuCamera>() == 112);
 
-/// The twin of `Lidar` in scene.wgsl.
+/// Lidar as the shaders read it. Twin of `Lidar` in scene.wgsl.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct GpuLidar {
-    origin: [f32; 4],
-    x_axis: [f32; 4],
-    y_axis: [f32; 4],
-    z_axis: [f32; 4],
-    columns: u32,
-    channels: u32,
-    azimuths: u32,
-    elevations: u32,
-    first_group: u32,
-    points: u32,
-    labels: u32,
-    seed: u32,
+    pub(crate) origin: [f32; 4],
+    pub(crate) x_axis: [f32; 4],
+    pub(crate) y_axis: [f32; 4],
+    pub(crate) z_axis: [f32; 4],
+    pub(crate) columns: u32,
+    pub(crate) channels: u32,
+    pub(crate) azimuths: u32,
+    pub(crate) elevations: u32,
+    pub(crate) first_group: u32,
+    pub(crate) points: u32,
+    pub(crate) labels: u32,
+    pub(crate) seed: u32,
 }
 
 const _: () = assert!(size_of::<GpuLidar>() == 96);
 
-/// A run of whole sensors of one bundle, as bytes of its payload and of the device's output.
+/// Consecutive sensors of one bundle: a range of its payload, and the place of that range in the
+/// output of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Window {
     /// Index of the job.
     pub(crate) job: usize,
     /// First byte in the payload; a multiple of 64.
     pub(crate) begin: u64,
-    /// Behind the last byte in the payload.
+    /// End of the range in the payload, exclusive.
     pub(crate) end: u64,
-    /// First byte in the device's output; a multiple of 64.
+    /// First byte in the output of the device; a multiple of 64.
     pub(crate) base: u64,
 }
 
-/// What one submission measures.
+/// Sensors of one submission.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Batch {
     pub(crate) cameras: Vec<GpuCamera>,
     pub(crate) lidars: Vec<GpuLidar>,
-    /// Cosines and sines of all lidars.
+    /// Cosines and sines of the azimuths and elevations of all lidars.
     pub(crate) circles: Vec<[f32; 2]>,
     pub(crate) windows: Vec<Window>,
     /// Bytes of output.
     pub(crate) byte_len: u64,
-    /// Words of unpacked tags.
+    /// Number of unpacked tags, one word each.
     pub(crate) tag_len: u32,
-    /// Workgroups of the camera, lidar and packing passes.
+    /// Numbers of workgroups of the camera, lidar and packing passes.
     pub(crate) groups: [u32; 3],
 }
 
-/// Checks the jobs, writes their tables of planes, and deals their sensors out to batches whose
-/// output is at most `bytes_max` long.
+/// Checks the jobs, writes their tables of planes, and distributes their sensors to batches with at
+/// most `bytes_max` bytes of output each.
+///
+/// # Errors
+/// [`TraceError`] if a job is invalid or one sensor exceeds `bytes_max`.
 pub(crate) fn batches(
     world: &World,
     jobs: &mut [BundleJob],
@@ -119,8 +123,8 @@ pub(crate) fn batches(
                 plane.map_or(NONE, |plane| ((base + plane.offset - begin) / 4) as u32)
             };
             match sensor {
-                Sensor::Camera(camera) => batch.see(&camera, plane),
-                Sensor::Lidar(lidar) => batch.sweep(&lidar, plane),
+                Sensor::Camera(camera) => batch.add_camera(&camera, plane),
+                Sensor::Lidar(lidar) => batch.add_lidar(&lidar, plane),
             }
             batch.extend(Window { job: job_index, begin, end, base });
             batch.byte_len = base + byte_len;
@@ -131,15 +135,15 @@ pub(crate) fn batches(
 }
 
 impl Batch {
-    fn see(&mut self, camera: &Camera, plane: impl Fn(u32) -> u32) {
+    fn add_camera(&mut self, camera: &Camera, plane: impl Fn(u32) -> u32) {
         let pixels = camera.width * camera.height;
         let across = camera.width.div_ceil(8);
         let tag = plane(output::TAG);
         self.cameras.push(GpuCamera {
-            origin: with(camera.origin, camera.pixel),
-            forward: with(camera.forward, 0.0),
-            right: with(camera.right, 0.0),
-            down: with(camera.down, 0.0),
+            origin: extended(camera.origin, camera.pixel),
+            forward: extended(camera.forward, 0.0),
+            right: extended(camera.right, 0.0),
+            down: extended(camera.down, 0.0),
             center: camera.center,
             width: camera.width,
             height: camera.height,
@@ -159,16 +163,16 @@ impl Batch {
         }
     }
 
-    fn sweep(&mut self, lidar: &Lidar, plane: impl Fn(u32) -> u32) {
+    fn add_lidar(&mut self, lidar: &Lidar, plane: impl Fn(u32) -> u32) {
         let azimuths = self.circles.len() as u32;
         self.circles.extend_from_slice(&lidar.azimuths);
         let elevations = self.circles.len() as u32;
         self.circles.extend_from_slice(&lidar.elevations);
         self.lidars.push(GpuLidar {
-            origin: with(lidar.origin, lidar.range_m),
-            x_axis: with(lidar.axes.x_axis, lidar.attenuation_per_m),
-            y_axis: with(lidar.axes.y_axis, lidar.noise_m),
-            z_axis: with(lidar.axes.z_axis, lidar.dropoff),
+            origin: extended(lidar.origin, lidar.range_m),
+            x_axis: extended(lidar.axes.x_axis, lidar.attenuation_per_m),
+            y_axis: extended(lidar.axes.y_axis, lidar.noise_m),
+            z_axis: extended(lidar.axes.z_axis, lidar.dropoff),
             columns: lidar.columns,
             channels: lidar.channels,
             azimuths,
@@ -181,11 +185,11 @@ impl Batch {
         self.groups[1] += (lidar.columns * lidar.channels).div_ceil(64);
     }
 
-    /// A number that changes with the layout of the output.
-    pub(crate) fn plan(&self) -> u64 {
-        let mut plan = self.byte_len | 1 << 63;
+    /// Returns a hash of the layout of the output.
+    pub(crate) fn layout_hash(&self) -> u64 {
+        let mut hash = self.byte_len | 1 << 63;
         let mut mix =
-            |word: u64| plan = (plan ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1 << 63;
+            |word: u64| hash = (hash ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1 << 63;
         for camera in &self.cameras {
             let GpuCamera { color, depth, instance, tag, width, height, .. } = *camera;
             for word in [color, depth, instance, tag, width, height] {
@@ -197,10 +201,10 @@ impl Batch {
                 mix(word.into());
             }
         }
-        plan
+        hash
     }
 
-    /// Adds a window, or lengthens the one before if it goes on there.
+    /// Adds a window, or extends the last one if the new one continues it.
     fn extend(&mut self, window: Window) {
         if let Some(last) = self.windows.last_mut() {
             let gap = last.end.next_multiple_of(64);
@@ -216,6 +220,6 @@ impl Batch {
     }
 }
 
-fn with(v: Vec3, w: f32) -> [f32; 4] {
+fn extended(v: Vec3, w: f32) -> [f32; 4] {
     [v.x, v.y, v.z, w]
 }

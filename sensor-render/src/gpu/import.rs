@@ -1,5 +1,5 @@
-//! Memory of this process as a buffer of the device (VK_EXT_external_memory_host), so that the
-//! device's copy engine writes measurements where their reader finds them.
+//! Import of memory of this process as a buffer of the device (VK_EXT_external_memory_host), so
+//! that the device's copy engine writes measurements directly into shared memory.
 #![expect(unsafe_code, reason = "wgpu has no safe way to import host memory")]
 
 use ash::ext::external_memory_host;
@@ -7,22 +7,20 @@ use ash::vk;
 use wgpu::hal::api::Vulkan;
 use wgpu::{Adapter, Buffer, BufferDescriptor, BufferUsages, DeviceDescriptor};
 
-use super::open::Gpu;
-
-/// Addresses and lengths of imported memory are multiples of this; no driver asks for more.
+/// Alignment of addresses and lengths of imported memory; no driver requires more.
 pub(crate) const ALIGNMENT: usize = 4096;
 
-/// Opens the device with the extension, if it has it.
+/// Opens the device with the extension; `None` if the adapter lacks it.
 pub(crate) fn open(
     adapter: &Adapter,
     descriptor: &DeviceDescriptor,
 ) -> Option<(wgpu::Device, wgpu::Queue)> {
-    // SAFETY: the handle is only used to open a device; nothing is destroyed by hand.
+    // SAFETY: the handle is only used to open a device; nothing is destroyed through it.
     let hal = unsafe { adapter.as_hal::<Vulkan>() }?;
     if !hal.physical_device_capabilities().supports_extension(external_memory_host::NAME) {
         return None;
     }
-    // SAFETY: the adapter has just said that it supports the one extension that is added.
+    // SAFETY: the adapter supports the one extension that is added.
     let opened = unsafe {
         hal.open_with_callback(
             descriptor.required_features,
@@ -31,30 +29,34 @@ pub(crate) fn open(
             Some(Box::new(|arguments| arguments.extensions.push(external_memory_host::NAME))),
         )
     };
-    // SAFETY: `opened` comes from this very adapter, with the descriptor's features and limits.
+    // SAFETY: `opened` was opened from this adapter, with the descriptor's features and limits.
     unsafe { adapter.create_device_from_hal(opened.ok()?, descriptor) }.ok()
 }
 
-/// The memory from `address` on as a buffer that can be copied into.
+/// Imports `len` bytes from `address` on as a buffer that can be copied into.
 ///
 /// # Safety
-/// `len` bytes from `address` on must stay mapped, at the same physical pages, until the buffer
-/// is gone and the device idle.
-pub(crate) unsafe fn import(gpu: &Gpu, address: *mut u8, len: usize) -> Result<Buffer, String> {
+/// These bytes must stay mapped, at the same physical pages, until the buffer is dropped and the
+/// device is idle.
+pub(crate) unsafe fn import(
+    device: &wgpu::Device,
+    address: *mut u8,
+    len: usize,
+) -> Result<Buffer, String> {
     if !address.addr().is_multiple_of(ALIGNMENT) || !len.is_multiple_of(ALIGNMENT) || len == 0 {
         return Err(format!("{len} bytes at {address:p} are no whole pages"));
     }
     let size = len as u64;
     let kind = vk::ExternalMemoryHandleTypeFlags::HOST_ALLOCATION_EXT;
-    // SAFETY: the handles are only used below, while `gpu` lives; what is created is either
-    // handed to wgpu, which destroys it, or destroyed here.
+    // SAFETY: the handles are only used below, while `device` lives; every object created is either
+    // passed to wgpu, which destroys it, or destroyed here.
     unsafe {
-        let hal = gpu.device.as_hal::<Vulkan>().ok_or("the device is not Vulkan's")?;
-        let (device, instance) = (hal.raw_device(), hal.shared_instance().raw_instance());
-        let extension = external_memory_host::Device::new(instance, device);
+        let hal = device.as_hal::<Vulkan>().ok_or("the device is not Vulkan's")?;
+        let (raw, instance) = (hal.raw_device(), hal.shared_instance().raw_instance());
+        let extension = external_memory_host::Device::new(instance, raw);
         let mut pointer = vk::MemoryHostPointerPropertiesEXT::default();
         (extension.fp().get_memory_host_pointer_properties_ext)(
-            device.handle(),
+            raw.handle(),
             kind,
             address.cast(),
             &mut pointer,
@@ -66,11 +68,11 @@ pub(crate) unsafe fn import(gpu: &Gpu, address: *mut u8, len: usize) -> Result<B
             .size(size)
             .usage(vk::BufferUsageFlags::TRANSFER_DST)
             .push_next(&mut external);
-        let buffer = device.create_buffer(&info, None).map_err(|why| why.to_string())?;
+        let buffer = raw.create_buffer(&info, None).map_err(|why| why.to_string())?;
         let memory = bind(&hal, buffer, pointer.memory_type_bits, address, size);
-        let memory = memory.inspect_err(|_| device.destroy_buffer(buffer, None))?;
+        let memory = memory.inspect_err(|_| raw.destroy_buffer(buffer, None))?;
         let managed = wgpu::hal::vulkan::Buffer::from_raw_managed(buffer, memory, 0, size);
-        Ok(gpu.device.create_buffer_from_hal::<Vulkan>(
+        Ok(device.create_buffer_from_hal::<Vulkan>(
             managed,
             &BufferDescriptor {
                 label: Some("imported"),
@@ -93,7 +95,7 @@ unsafe fn bind(
     address: *mut u8,
     size: u64,
 ) -> Result<vk::DeviceMemory, String> {
-    // SAFETY: as the caller promises; `buffer` is a live buffer of this device.
+    // SAFETY: guaranteed by the caller; `buffer` is a live buffer of this device.
     unsafe {
         let (device, instance) = (hal.raw_device(), hal.shared_instance().raw_instance());
         let needed = device.get_buffer_memory_requirements(buffer);
@@ -103,7 +105,7 @@ unsafe fn bind(
         let properties = instance.get_physical_device_memory_properties(hal.raw_physical_device());
         let usable = |index: &u32| needed.memory_type_bits & importable & (1 << index) != 0;
         let flags = |index: &u32| properties.memory_types[*index as usize].property_flags;
-        // Coherent: what the device wrote is there without a flush. Cached: reading it is fast.
+        // Coherent memory needs no flush after the device wrote it. Cached memory is fast to read.
         let coherent = |index: &u32| flags(index).contains(vk::MemoryPropertyFlags::HOST_COHERENT);
         let cached = |index: &u32| flags(index).contains(vk::MemoryPropertyFlags::HOST_CACHED);
         let types = || (0..properties.memory_type_count).filter(usable).filter(coherent);

@@ -4,8 +4,9 @@ use ash::khr::{wayland_surface, xcb_surface, xlib_surface};
 use wgpu::hal::api::Vulkan;
 use wgpu::{Adapter, Backends, Instance, InstanceFlags};
 
-/// Every Vulkan adapter, software or not. No window system is named to the loader: with one,
-/// Mesa's layers look for a desktop session, and complain on stderr where there is none.
+/// Returns every Vulkan adapter, including software adapters. No window-system extension is
+/// requested: with one, Mesa's layers look for a desktop session and print warnings where there is
+/// none.
 pub(crate) fn adapters() -> Vec<Adapter> {
     let descriptor = wgpu::hal::InstanceDescriptor {
         name: "sensor-render",
@@ -16,8 +17,8 @@ pub(crate) fn adapters() -> Vec<Adapter> {
         display: None,
     };
     let window_systems = [wayland_surface::NAME, xcb_surface::NAME, xlib_surface::NAME];
-    // SAFETY: what is left out serves windows alone, and none is ever made; everything else is as
-    // the backend wants it.
+    // SAFETY: the removed extensions serve windows only, and no window is ever created; everything
+    // else is as the backend requests it.
     let instance = unsafe {
         wgpu::hal::vulkan::Instance::init_with_callback(
             &descriptor,
@@ -26,9 +27,9 @@ pub(crate) fn adapters() -> Vec<Adapter> {
             })),
         )
     };
-    // No loader, no adapter.
+    // Without a Vulkan loader there is no adapter.
     let Ok(instance) = instance else { return Vec::new() };
-    // SAFETY: the instance was just made, and is given away.
+    // SAFETY: the instance was created above and ownership is passed on.
     let instance = unsafe { Instance::from_hal::<Vulkan>(instance) };
     pollster::block_on(instance.enumerate_adapters(Backends::VULKAN))
 }

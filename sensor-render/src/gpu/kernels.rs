@@ -5,35 +5,36 @@ use wgpu::{
     ShaderRuntimeChecks, ShaderSource, ShaderStages,
 };
 
-/// The bindings of the shaders, in their order (scene.wgsl, echo.wgsl, coat.wgsl and draw.wgsl).
+/// Number of bindings of the shaders (scene.wgsl, lidar_return.wgsl, surface_material.wgsl and
+/// overlay_raster.wgsl).
 pub(crate) const BINDINGS: usize = 15;
 
 const SHADER: &str = concat!(
     include_str!("../shader/scene.wgsl"),
     include_str!("../shader/reference.wgsl"),
-    include_str!("../shader/echo.wgsl"),
+    include_str!("../shader/lidar_return.wgsl"),
     include_str!("../shader/grain.wgsl"),
     include_str!("../shader/sky.wgsl"),
-    include_str!("../shader/coat.wgsl"),
+    include_str!("../shader/surface_material.wgsl"),
     include_str!("../shader/pattern.wgsl"),
-    include_str!("../shader/surface.wgsl"),
+    include_str!("../shader/shade.wgsl"),
     include_str!("../shader/camera.wgsl"),
-    include_str!("../shader/draw.wgsl"),
+    include_str!("../shader/overlay_raster.wgsl"),
     include_str!("../shader/lidar.wgsl"),
 );
 
-/// The compiled shaders.
+/// Compiled shaders.
 #[derive(Debug)]
 pub(crate) struct Kernels {
     layout: BindGroupLayout,
-    /// All cameras' pixels.
-    pub(crate) see: ComputePipeline,
-    /// What is drawn over the world, into all cameras' colours.
-    pub(crate) draw_over: ComputePipeline,
-    /// All cameras' tags, four a word.
-    pub(crate) pack: ComputePipeline,
-    /// All lidars' beams.
-    pub(crate) sweep: ComputePipeline,
+    /// Renders the pixels of all cameras.
+    pub(crate) trace_cameras: ComputePipeline,
+    /// Draws debug shapes into the colours of all cameras.
+    pub(crate) draw_overlay: ComputePipeline,
+    /// Packs the tags of all cameras, four per word.
+    pub(crate) pack_tags: ComputePipeline,
+    /// Traces the beams of all lidars.
+    pub(crate) trace_lidars: ComputePipeline,
 }
 
 impl Kernels {
@@ -68,9 +69,11 @@ impl Kernels {
             source: ShaderSource::Wgsl(SHADER.into()),
         };
         #[expect(unsafe_code, reason = "a check at every step of every ray costs a tenth")]
-        // SAFETY: every index is of our own making: hierarchies are no deeper than the
-        // shaders' stack is long, their links stay within what is uploaded with them, planes lie
-        // within the output that `Resident` has grown for them, and every loop ends with its tree.
+        // SAFETY: `bounds` checks everything that a shader indexes with before it is uploaded:
+        // hierarchies end and are no deeper than the shaders' stack, their links stay within the
+        // buffers that are uploaded with them, instances belong to the scene, and planes lie within
+        // the output that `Resident` grows to the length of the batch. Material codes are clamped
+        // in the shaders.
         let module = unsafe {
             device.create_shader_module_trusted(descriptor, ShaderRuntimeChecks::unchecked())
         };
@@ -84,8 +87,9 @@ impl Kernels {
                 cache: None,
             })
         };
-        let [see, draw_over, pack, sweep] = ["see", "draw_over", "pack", "sweep"].map(pipeline);
-        Kernels { layout, see, draw_over, pack, sweep }
+        let [trace_cameras, draw_overlay, pack_tags, trace_lidars] =
+            ["trace_cameras", "draw_overlay", "pack_tags", "trace_lidars"].map(pipeline);
+        Kernels { layout, trace_cameras, draw_overlay, pack_tags, trace_lidars }
     }
 
     pub(crate) fn bind(&self, device: &Device, buffers: [&Buffer; BINDINGS]) -> BindGroup {
@@ -102,5 +106,25 @@ impl Kernels {
             layout: &self.layout,
             entries: &entries,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use wgpu::naga::{
+        front::wgsl,
+        valid::{Capabilities, ValidationFlags, Validator},
+    };
+
+    use super::SHADER;
+
+    #[test]
+    fn the_shaders_are_valid_without_a_device() {
+        let module =
+            wgsl::parse_str(SHADER).unwrap_or_else(|e| panic!("{}", e.emit_to_string(SHADER)));
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+        validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(SHADER)));
+        let names: Vec<_> = module.entry_points.iter().map(|entry| &*entry.name).collect();
+        assert_eq!(names, ["trace_cameras", "pack_tags", "draw_overlay", "trace_lidars"]);
     }
 }

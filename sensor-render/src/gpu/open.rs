@@ -6,23 +6,24 @@ use wgpu::{
 
 use super::import;
 use super::instance::adapters;
-use crate::TraceError;
+use crate::error::TraceError;
 use crate::workers::Workers;
 
-/// A device with its queue, and the first thing that went wrong on it.
+/// Open device, its queue, and the first error that it reported.
 #[derive(Debug)]
 pub(crate) struct Gpu {
     pub(crate) name: String,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    /// Whether memory of this process can be written by the device (VK_EXT_external_memory_host).
+    /// Whether the device can import memory of this process (VK_EXT_external_memory_host).
     pub(crate) imports: bool,
-    /// Who copies what was staged.
+    /// Threads that copy staged measurements.
     pub(crate) workers: Workers,
     fault: Arc<Mutex<Option<String>>>,
 }
 
-/// Opens adapter `number`, or, with `None`, the first that is hardware. `Ok(None)`: there is none.
+/// Opens adapter `number`, or, with `None`, the first hardware adapter. Returns `Ok(None)` if there
+/// is none.
 pub(crate) fn open(number: Option<usize>, threads: usize) -> Result<Option<Gpu>, TraceError> {
     let adapters = adapters();
     let chosen = match number {
@@ -71,7 +72,7 @@ fn open_adapter(adapter: &Adapter, workers: Workers) -> Result<Gpu, TraceError> 
 }
 
 impl Gpu {
-    /// The first thing that went wrong, if anything did.
+    /// Returns the first error that the device reported, if any.
     pub(crate) fn check(&self) -> Result<(), TraceError> {
         match self.fault.lock().unwrap_or_else(PoisonError::into_inner).clone() {
             Some(why) => Err(self.error(why)),

@@ -2,16 +2,16 @@ use wgpu::{Buffer, BufferDescriptor, BufferUsages, MapMode};
 
 use super::batch::Window;
 use super::open::Gpu;
-use crate::{BundleJob, TraceError};
+use crate::{error::TraceError, job::BundleJob};
 
-/// How many batches may be on their way at once.
+/// Number of staging buffers, one more than batches in flight.
 const SLOTS: usize = 3;
 
-/// Bytes that one thread copies at a time.
+/// Bytes per parallel copy.
 const CHUNK: usize = 1 << 20;
 
-/// Mapped staging memory for measurements whose readers' memory cannot be imported: a ring of
-/// slots, each filled by the device, then read here.
+/// Ring of mapped staging buffers for payloads that cannot be imported. The device fills a buffer,
+/// then the CPU reads it.
 #[derive(Debug, Default)]
 pub(crate) struct Readback {
     slots: Vec<Option<Buffer>>,
@@ -19,7 +19,8 @@ pub(crate) struct Readback {
 }
 
 impl Readback {
-    /// A buffer of at least `byte_len` bytes that no batch uses, if at most two are on their way.
+    /// Returns a buffer of at least `byte_len` bytes that is not in use, provided that at most two
+    /// batches are in flight.
     pub(crate) fn slot(&mut self, gpu: &Gpu, byte_len: u64) -> Buffer {
         self.slots.resize_with(SLOTS, || None);
         self.next = (self.next + 1) % SLOTS;
@@ -37,13 +38,13 @@ impl Readback {
         }
     }
 
-    /// Lets the next poll map the first `byte_len` bytes.
+    /// Requests the mapping of the first `byte_len` bytes; the next poll executes it.
     pub(crate) fn map(buffer: &Buffer, byte_len: u64) {
-        // What goes wrong shows when the range is asked for.
+        // An error shows when the mapped range is requested.
         buffer.map_async(MapMode::Read, 0..byte_len, |_| ());
     }
 
-    /// Copies each window's bytes from the mapped buffer to where they belong.
+    /// Copies each window from the mapped buffer to its payload.
     pub(crate) fn deliver(
         gpu: &Gpu,
         buffer: &Buffer,

@@ -36,7 +36,7 @@ fn note_skipped(why: &str) {
 
 fn town() -> (sample::Sample, Scene) {
     let town = sample::Sample::named("Flatford").unwrap();
-    let scene = Scene::of_town(&town.town);
+    let scene = Scene::of_town(&town.town).unwrap();
     (town, scene)
 }
 
@@ -68,16 +68,16 @@ fn weathers() -> [Weather; 3] {
     [clear, night, rain]
 }
 
-struct BundleSample {
+struct MeasuredBundle {
     planes: Vec<Plane>,
     words: Vec<[u64; 8]>,
 }
 
-impl BundleSample {
-    fn new(sensors: &[SensorSpec], world_from_parent: Pose) -> BundleSample {
+impl MeasuredBundle {
+    fn new(sensors: &[SensorSpec], world_from_parent: Pose) -> MeasuredBundle {
         let (mut planes, byte_len) = layout(sensors);
         pose_planes(&mut planes, sensors, &world_from_parent);
-        BundleSample { planes, words: vec![[0; 8]; byte_len as usize / 64] }
+        MeasuredBundle { planes, words: vec![[0; 8]; byte_len as usize / 64] }
     }
 
     fn plane<T: bytemuck::Pod>(&self, index: usize) -> &[T] {
@@ -91,9 +91,9 @@ fn measure(
     scene: &Scene,
     world: &World,
     sensors: &[(&[SensorSpec], Pose)],
-) -> Vec<BundleSample> {
-    let mut bundles: Vec<BundleSample> =
-        sensors.iter().map(|(sensors, pose)| BundleSample::new(sensors, *pose)).collect();
+) -> Vec<MeasuredBundle> {
+    let mut bundles: Vec<MeasuredBundle> =
+        sensors.iter().map(|(sensors, pose)| MeasuredBundle::new(sensors, *pose)).collect();
     let mut jobs: Vec<BundleJob> = bundles
         .iter_mut()
         .zip(sensors)
@@ -109,10 +109,15 @@ fn measure(
 }
 
 /// How many elements two planes of one output disagree on, beyond rounding.
-fn disagreements(output: u32, a: &BundleSample, b: &BundleSample, index: usize) -> (usize, usize) {
+fn disagreements(
+    output: u32,
+    a: &MeasuredBundle,
+    b: &MeasuredBundle,
+    index: usize,
+) -> (usize, usize) {
     fn count<T: bytemuck::Pod>(
-        a: &BundleSample,
-        b: &BundleSample,
+        a: &MeasuredBundle,
+        b: &MeasuredBundle,
         index: usize,
         differ: impl Fn(&T, &T) -> bool,
     ) -> (usize, usize) {

@@ -1,9 +1,10 @@
-// One thread a pixel, 8 x 8 pixels a workgroup, all cameras in one dispatch.
+// Cameras: one thread per pixel, 8 x 8 pixels per workgroup, all cameras in one dispatch. Twin of
+// cpu/camera.rs.
 
 const DEPTH_FAR_M = 1000.0;
 const SKY = 11u;
 
-// The last camera whose first group is not behind `group`.
+// Returns the last camera whose first group is at most `group`.
 fn camera_of(group: u32) -> u32 {
     var low = 0u;
     var high = frame.roots.z - 1u;
@@ -19,7 +20,7 @@ fn camera_of(group: u32) -> u32 {
 }
 
 @compute @workgroup_size(8, 8)
-fn see(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
+fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
     let group = group_number(group_at);
     if (group >= frame.groups.x) {
         return;
@@ -61,7 +62,7 @@ fn see(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thr
     }
 }
 
-// The last camera whose first packing group is not behind `group`.
+// Returns the last camera whose first packing group is at most `group`.
 fn packed_camera_of(group: u32) -> u32 {
     var low = 0u;
     var high = frame.roots.z - 1u;
@@ -76,9 +77,9 @@ fn packed_camera_of(group: u32) -> u32 {
     return low;
 }
 
-// Four tags a word; fills each plane up to its 64-byte edge with zeros.
+// Packs four tags per word; fills each plane with zeros up to a multiple of 64 bytes.
 @compute @workgroup_size(64)
-fn pack(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
+fn pack_tags(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
     let group = group_number(group_at);
     if (group >= frame.groups.z) {
         return;

@@ -1,4 +1,4 @@
-// What has no lines: grain, stains, randomness. The twin of grain.rs.
+// Noise and hashes for irregular patterns. Twin of grain.rs.
 
 fn smoothly(low: f32, high: f32, x: f32) -> f32 {
     let t = clamp((x - low) / (high - low), 0.0, 1.0);
@@ -12,7 +12,7 @@ fn hash_of(x: u32, y: u32, seed: u32) -> u32 {
     return h ^ (h >> 15u);
 }
 
-// A word as a number from 0 to 1.
+// Converts a word to a number from 0 to 1.
 fn share_of(word: u32) -> f32 {
     return f32(word >> 8u) * (1.0 / 16777216.0);
 }
@@ -21,7 +21,7 @@ fn cell_of(x: f32) -> u32 {
     return bitcast<u32>(i32(x));
 }
 
-// Smooth noise from 0 to 1, one spot to a unit square.
+// Smooth noise from 0 to 1, with one lattice cell per unit square.
 fn noise_at(x: f32, y: f32, seed: u32) -> f32 {
     let low = floor(vec2f(x, y));
     let part = vec2f(x, y) - low;

@@ -1,4 +1,4 @@
-// One thread a ray, all lidars in one dispatch: the twin of lidar.rs.
+// Lidars: one thread per ray, all lidars in one dispatch. Twin of cpu/lidar.rs.
 
 fn lidar_of(group: u32) -> u32 {
     var low = 0u;
@@ -15,7 +15,7 @@ fn lidar_of(group: u32) -> u32 {
 }
 
 @compute @workgroup_size(64)
-fn sweep(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
+fn trace_lidars(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
     let group = group_number(group_at);
     if (group >= frame.groups.y) {
         return;
@@ -38,9 +38,9 @@ fn sweep(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) t
     var point = vec4f(0.0);
     var label = vec2u(0u);
     if (hit.triangle != NONE) {
-        let echo = echo_of(index, beam, hit, direction);
-        if (echo.y > 0.0) {
-            point = vec4f(in_sensor * echo.x, echo.y);
+        let returned = lidar_return_of(index, beam, hit, direction);
+        if (returned.y > 0.0) {
+            point = vec4f(in_sensor * returned.x, returned.y);
             label = vec2u(id_of(hit), tag_of(hit));
         }
     }

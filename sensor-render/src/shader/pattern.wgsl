@@ -1,4 +1,4 @@
-// What has lines: windows, bricks, slabs, tiles. The twin of pattern.rs.
+// Regular patterns: windows, bricks, slabs, tiles. Twin of pattern.rs.
 
 const FLOOR_M = 3.1;
 const BAY_M = 3.64;
@@ -7,48 +7,48 @@ fn cover_of(inside: f32, pixel: f32) -> f32 {
     return clamp(inside / pixel + 0.5, 0.0, 1.0);
 }
 
-fn draw(coat: ptr<function, Coat>, pixel: f32) {
-    let pattern = (*coat).pattern;
-    let along = (*coat).along;
-    let up = (*coat).up;
+fn draw(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
+    let pattern = (*surface).pattern;
+    let along = (*surface).along;
+    let up = (*surface).up;
     if ((pattern & 4u) != 0u) {
         let row = floor(up * (1.0 / 0.075));
         let shift = (row * 0.5 - floor(row * 0.5)) * 0.25 + along;
-        lines(coat, vec2f(shift, up), vec2f(0.25, 0.075), 0.012, 0.22, 0.5, pixel);
+        lines(surface, vec2f(shift, up), vec2f(0.25, 0.075), 0.012, 0.22, 0.5, pixel);
     }
     if ((pattern & 8u) != 0u) {
-        lines(coat, vec2f(along, up), vec2f(0.6, 0.6), 0.012, 0.08, -0.35, pixel);
+        lines(surface, vec2f(along, up), vec2f(0.6, 0.6), 0.012, 0.08, -0.35, pixel);
     }
     if ((pattern & 16u) != 0u) {
-        lines(coat, vec2f(along, up), vec2f(0.3, 0.36), 0.03, 0.2, -0.35, pixel);
+        lines(surface, vec2f(along, up), vec2f(0.3, 0.36), 0.03, 0.2, -0.35, pixel);
     }
     if ((pattern & 1u) != 0u) {
-        panes(coat, vec2f(BAY_M, FLOOR_M), vec2f(0.62, 0.78), 1.75, pixel);
+        panes(surface, vec2f(BAY_M, FLOOR_M), vec2f(0.62, 0.78), 1.75, pixel);
     }
     if ((pattern & 2u) != 0u) {
-        panes(coat, vec2f(1.7, 1.55), vec2f(0.5, 0.735), 0.775, pixel);
+        panes(surface, vec2f(1.7, 1.55), vec2f(0.5, 0.735), 0.775, pixel);
     }
 }
 
 fn lines(
-    coat: ptr<function, Coat>, at: vec2f, size: vec2f, joint: f32, vary: f32, bright: f32,
+    surface: ptr<function, SurfaceMaterial>, at: vec2f, size: vec2f, joint: f32, vary: f32, bright: f32,
     pixel: f32,
 ) {
     let cells = at * (1.0 / size);
     let cell = floor(cells);
     let edges = (0.5 - abs(cells - cell - 0.5)) * size;
     let in_joint = 1.0 - cover_of(min(edges.x, edges.y) - joint * 0.5, pixel);
-    let tone = share_of(hash_of(cell_of(cell.x), cell_of(cell.y), (*coat).seed)) - 0.5;
+    let tone = share_of(hash_of(cell_of(cell.x), cell_of(cell.y), (*surface).seed)) - 0.5;
     let sharp = clamp(1.6 - pixel * (1.6 / min(size.x, size.y)), 0.0, 1.0);
-    (*coat).albedo *= 1.0 + (tone * 2.0 * vary + in_joint * bright) * sharp;
+    (*surface).albedo *= 1.0 + (tone * 2.0 * vary + in_joint * bright) * sharp;
 }
 
-fn panes(coat: ptr<function, Coat>, cell_size: vec2f, half: vec2f, middle: f32, pixel: f32) {
-    let wall = (*coat).wall;
+fn panes(surface: ptr<function, SurfaceMaterial>, cell_size: vec2f, half: vec2f, middle: f32, pixel: f32) {
+    let wall = (*surface).wall;
     let columns = max(floor(wall.y * (1.0 / cell_size.x)), 1.0);
     let pitch = wall.y / columns;
-    let x = ((*coat).along - wall.x) / max(pitch, 0.01);
-    let y = ((*coat).height - wall.z) * (1.0 / cell_size.y);
+    let x = ((*surface).along - wall.x) / max(pitch, 0.01);
+    let y = ((*surface).height - wall.z) * (1.0 / cell_size.y);
     let column = floor(x);
     let row = floor(y);
     let across = abs((x - column - 0.5) * pitch);
@@ -64,16 +64,16 @@ fn panes(coat: ptr<function, Coat>, cell_size: vec2f, half: vec2f, middle: f32, 
     let blurred = smoothly(0.8, 2.6, pixel);
     let edge = mix(cover_of(inside, pixel), even, blurred);
     let pane = mix(cover_of(inside - 0.07, pixel), even * 0.85, blurred);
-    let word = hash_of(cell_of(column), cell_of(row), (*coat).seed);
+    let word = hash_of(cell_of(column), cell_of(row), (*surface).seed);
     let tone = share_of(word);
     let lit = share_of(word * 0x9e3779b1u);
     let cloth = mix(smoothly(0.55, 0.95, tone), 0.2, blurred);
     let glass = mix(vec3f(0.02, 0.026, 0.03), vec3f(0.30, 0.28, 0.25), cloth);
-    let white = mix(vec3f(0.5), (*coat).albedo, 0.3);
-    (*coat).albedo = mix(mix((*coat).albedo, white, edge), glass, pane);
-    (*coat).shine = mix((*coat).shine, 0.09, pane);
-    (*coat).rough = mix((*coat).rough, 0.04, pane);
+    let white = mix(vec3f(0.5), (*surface).albedo, 0.3);
+    (*surface).albedo = mix(mix((*surface).albedo, white, edge), glass, pane);
+    (*surface).specular = mix((*surface).specular, 0.09, pane);
+    (*surface).roughness = mix((*surface).roughness, 0.04, pane);
     let lamp = mix(smoothly(0.62, 0.66, lit), 0.36, blurred) * pane * frame.horizon.w
         * (0.3 + 0.7 * tone);
-    (*coat).glow += vec3f(1.5, 1.0, 0.5) * lamp;
+    (*surface).emission += vec3f(1.5, 1.0, 0.5) * lamp;
 }

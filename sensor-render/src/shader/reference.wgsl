@@ -1,4 +1,4 @@
-// One ray at a time: the twin of reference.rs.
+// Intersection of one ray at a time. Twin of reference.rs.
 
 const EDGE_SLACK = 1e-6;
 const T_MIN = 1e-3;
@@ -26,7 +26,7 @@ fn inverse_of(direction: vec3f) -> vec3f {
     return 1.0 / select(direction, tiny, abs(direction) < vec3f(1e-12));
 }
 
-// Where the ray enters the box before t_max, or FAR_AWAY.
+// Returns the ray parameter at which the ray enters the box before t_max, or FAR_AWAY.
 fn enter(low: vec3f, high: vec3f, origin: vec3f, inverse: vec3f, t_max: f32) -> f32 {
     let a = (low - origin) * inverse;
     let b = (high - origin) * inverse;
@@ -54,14 +54,14 @@ fn meet(index: u32, ray: Ray, instance: u32, hit: ptr<function, Hit>) {
     }
 }
 
-// Links still to be followed: the top level's, and above them those of the bottom level that is
-// walked. One for both, and outside of all functions: a variable of a function would be filled
-// with zeros at every call. As long as DEPTH_MAX and TOP_DEPTH_MAX of bvh.rs together.
+// Links to visit: those of the top level, and above them those of the bottom level that is being
+// traversed. One stack serves both, outside of all functions, since a variable of a function would
+// be zeroed at every call. Its length is DEPTH_MAX + TOP_DEPTH_MAX of bvh.rs.
 var<private> stack: array<u32, 64>;
 
-// Walks a bottom level with what lies on the stack from `floor` on; with `any`, stops at the first
-// triangle that is met.
-fn walk_level(
+// Traverses a bottom-level hierarchy with the stack from `floor` on; with `any`, stops at the first
+// triangle that is hit.
+fn traverse_blas(
     root: u32, ray: Ray, instance: u32, any: bool, floor: u32, hit: ptr<function, Hit>
 ) {
     let inverse = inverse_of(ray.direction);
@@ -110,7 +110,7 @@ fn walk_level(
     }
 }
 
-fn seen_from(ray: Ray, index: u32) -> Ray {
+fn to_instance_space(ray: Ray, index: u32) -> Ray {
     let rows = instances[index].actor_from_world;
     let origin = vec4f(ray.origin, 1.0);
     let direction = vec4f(ray.direction, 0.0);
@@ -120,10 +120,10 @@ fn seen_from(ray: Ray, index: u32) -> Ray {
     );
 }
 
-// The first thing that a ray meets before t_max; with `any`, whatever it meets.
+// Returns the first intersection of a ray before t_max; with `any`, an arbitrary one.
 fn closest(ray: Ray, t_max: f32, any: bool) -> Hit {
     var hit = no_hit(t_max);
-    walk_level(frame.roots.x, ray, NONE, any, 0u, &hit);
+    traverse_blas(frame.roots.x, ray, NONE, any, 0u, &hit);
     if (any && hit.triangle != NONE) {
         return hit;
     }
@@ -135,8 +135,8 @@ fn closest(ray: Ray, t_max: f32, any: bool) -> Hit {
             let first = link & 0x3ffffffu;
             let end = first + ((link >> 26u) & 31u);
             for (var index = first; index < end; index++) {
-                let seen = seen_from(ray, index);
-                walk_level(instances[index].root, seen, index, any, height, &hit);
+                let seen = to_instance_space(ray, index);
+                traverse_blas(instances[index].root, seen, index, any, height, &hit);
                 if (any && hit.triangle != NONE) {
                     return hit;
                 }
@@ -175,7 +175,7 @@ fn closest(ray: Ray, t_max: f32, any: bool) -> Hit {
     return hit;
 }
 
-// The tag of what was hit.
+// Tag of the surface that was hit.
 fn tag_of(hit: Hit) -> u32 {
     return bitcast<u32>(triangles[hit.triangle * 3u].w) & 255u;
 }
@@ -184,7 +184,7 @@ fn material_of(hit: Hit) -> u32 {
     return (bitcast<u32>(triangles[hit.triangle * 3u].w) >> 8u) & 255u;
 }
 
-// The instance id of what was hit.
+// Instance id of the surface that was hit.
 fn id_of(hit: Hit) -> u32 {
     if (hit.instance != NONE) {
         return instances[hit.instance].id;
@@ -192,7 +192,7 @@ fn id_of(hit: Hit) -> u32 {
     return 0x80000000u | bitcast<u32>(triangles[hit.triangle * 3u + 1u].w);
 }
 
-// In world space, against the ray.
+// Normal in world space, facing the origin of the ray.
 fn normal_of(hit: Hit, direction: vec3f) -> vec3f {
     let edge1 = triangles[hit.triangle * 3u + 1u].xyz;
     let edge2 = triangles[hit.triangle * 3u + 2u].xyz;

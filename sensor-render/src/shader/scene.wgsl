@@ -1,9 +1,9 @@
-// Everything that a ray can meet, and the light that falls on it.
+// Buffers: geometry, light, sensors and outputs.
 
 const NONE = 0xffffffffu;
 const LEAF = 0x80000000u;
 
-struct Frame {
+struct FrameUniforms {
     sun: vec4f,
     sun_color: vec4f,
     zenith: vec4f,
@@ -12,11 +12,11 @@ struct Frame {
     haze: vec4f,
     air: vec4f,
     reserved: vec4f,
-    // Root of the town's bottom level, root of the top level, cameras, lidars.
+    // Root of the town's hierarchy, root of the top level, number of cameras, number of lidars.
     roots: vec4u,
-    // Groups of the camera pass, of the lidar pass, of the packing pass, groups in one row.
+    // Workgroups of the camera, lidar and packing passes, and workgroups in one row of a dispatch.
     groups: vec4u,
-    // Of what is drawn: root, first rod, first text, texts; see draw.wgsl.
+    // Debug shapes: root, first capsule, first text, number of texts; see overlay_raster.wgsl.
     overlay: vec4u,
 }
 
@@ -26,14 +26,14 @@ struct Instance {
     id: u32,
     color: u32,
     lights: u32,
-    level: u32,
+    blas: u32,
     reserved0: u32,
     reserved1: u32,
     reserved2: u32,
 }
 
 struct Camera {
-    // w: the side of a pixel at depth 1.
+    // w: side of a pixel at depth 1.
     origin: vec4f,
     forward: vec4f,
     right: vec4f,
@@ -43,28 +43,28 @@ struct Camera {
     height: u32,
     first_group: u32,
     groups_across: u32,
-    // Where the planes begin, in words of `bytes_out`; NONE: nobody wants it.
+    // Offsets of the planes in words of `bytes_out`; NONE if the camera does not have the output.
     color: u32,
     depth: u32,
     instance: u32,
     tag: u32,
-    // Where its tags begin in `tags`, and its first group of the packing pass.
+    // Offset of its tags in `tags`, and its first workgroup of the packing pass.
     first_tag: u32,
     first_packing_group: u32,
 }
 
 struct Lidar {
-    // w: range.
+    // w: range in metres.
     origin: vec4f,
-    // w: attenuation per metre; negative: it tells the angle of incidence.
+    // w: attenuation per metre; negative if points report the cosine of incidence.
     x_axis: vec4f,
     // w: standard deviation of the range.
     y_axis: vec4f,
-    // w: share of lost returns.
+    // w: share of dropped returns.
     z_axis: vec4f,
     columns: u32,
     channels: u32,
-    // Where its cosines and sines begin in `circles`.
+    // Offsets of its cosines and sines in `circles`.
     azimuths: u32,
     elevations: u32,
     first_group: u32,
@@ -73,10 +73,10 @@ struct Lidar {
     seed: u32,
 }
 
-@group(0) @binding(0) var<uniform> frame: Frame;
-// Four words of 16 bytes each: see Node in bvh.rs.
+@group(0) @binding(0) var<uniform> frame: FrameUniforms;
+// Four vectors each: see Node in bvh.rs.
 @group(0) @binding(1) var<storage, read> nodes: array<vec4f>;
-// Three words of 16 bytes each: see Triangle in scene.rs.
+// Three vectors each: see Triangle in triangle.rs.
 @group(0) @binding(2) var<storage, read> triangles: array<vec4f>;
 @group(0) @binding(3) var<storage, read> walls: array<vec4f>;
 @group(0) @binding(4) var<storage, read> top_nodes: array<vec4f>;
@@ -87,7 +87,7 @@ struct Lidar {
 @group(0) @binding(9) var<storage, read_write> tags: array<u32>;
 @group(0) @binding(10) var<storage, read_write> bytes_out: array<u32>;
 
-// The workgroup's number, counted through all rows of the dispatch.
+// Number of the workgroup, counted through all rows of the dispatch.
 fn group_number(group: vec3u) -> u32 {
     return group.y * frame.groups.w + group.x;
 }

@@ -1,11 +1,11 @@
-// Sky, air and the curve of the film: the twin of sky.rs.
+// Sky, atmosphere and tone mapping. Twin of sky.rs.
 
 fn gradient(z: f32) -> vec3f {
     let low = 1.0 - clamp(z, 0.0, 1.0);
     return mix(frame.zenith.xyz, frame.horizon.xyz, low * low * (low * low));
 }
 
-// The sky as a camera sees it, with sun and clouds.
+// Radiance of the sky with sun, clouds and haze.
 fn sky_of(view: vec3f) -> vec3f {
     var color = gradient(view.z);
     let apart = 1.0 - dot(view, frame.sun.xyz);
@@ -28,16 +28,16 @@ fn sky_of(view: vec3f) -> vec3f {
         let white = (frame.horizon.xyz * 0.75 + frame.sun_color.xyz * 0.16) * (1.1 - 0.3 * sum);
         color = mix(color, white, thick * fade * 0.9);
     }
-    return mix(color, frame.haze.xyz, veil(500.0 / (1.0 + 9.0 * height)));
+    return mix(color, frame.haze.xyz, haze_share(500.0 / (1.0 + 9.0 * height)));
 }
 
-// How much of what lies at this distance in metres is hidden by the air.
-fn veil(distance: f32) -> f32 {
+// Share of radiance that the atmosphere replaces at a distance in metres.
+fn haze_share(distance: f32) -> f32 {
     let x = max(distance - frame.haze.w, 0.0) * frame.air.x;
     return 1.0 - 1.0 / (1.0 + x * (1.0 + x * (0.5 + 0.2 * x)));
 }
 
-fn develop(radiance: vec3f) -> u32 {
+fn tone_map(radiance: vec3f) -> u32 {
     let c = max(radiance * frame.air.z, vec3f(0.0));
     let film = min(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), vec3f(1.0));
     let a = sqrt(film);
@@ -47,14 +47,14 @@ fn develop(radiance: vec3f) -> u32 {
     return bytes.x | bytes.y << 8u | bytes.z << 16u | 0xff000000u;
 }
 
-// What a mirror that looks along `r` sees: the sky above the roofs, dim houses below.
-fn mirrored(r: vec3f) -> vec3f {
+// Environment that a mirror reflects along `r`: the sky above, dim buildings and ground below.
+fn reflection(r: vec3f) -> vec3f {
     let houses = frame.horizon.xyz * 0.28 + frame.ground.xyz * 0.5;
     let city = mix(frame.ground.xyz, houses, smoothly(-0.25, 0.0, r.z));
     return mix(city, gradient(r.z), smoothly(0.02, 0.42, r.z));
 }
 
-// The light of the whole sky, and from below, on a surface whose normal's height is `z`.
+// Ambient light of the sky and the ground on a surface whose normal has vertical component `z`.
 fn ambient(z: f32) -> vec3f {
     let sky = frame.zenith.xyz * 0.3 + frame.horizon.xyz * 0.52;
     return mix(frame.ground.xyz, sky, 0.5 * z + 0.5);

@@ -7,7 +7,7 @@ use protocol::Episode;
 use town::{Layer, Visibility};
 
 use super::*;
-use crate::baked::{cached_scene, keep_scene};
+use crate::baked::{cached_scene, store_scene};
 use crate::scene_of;
 
 fn map() -> String {
@@ -25,14 +25,14 @@ fn episode(open_drive: &str, seed: u64) -> Episode {
 }
 
 /// What a camera above the middle of the town sees, and the cars in front of it.
-fn picture(scene: &Scene) -> BundleSample {
+fn picture(scene: &Scene) -> MeasuredBundle {
     let car = Pose::level(Vec3::new(12., 2., 15.), 1.);
     let world = world_with(scene, &[actor(3, car)]);
     let sensor = SensorSpec {
         parent_from_sensor: Pose::level(Vec3::new(0., 0., 16.), 0.4),
         ..camera(320, 240)
     };
-    BundleSample::measure(&mut cpu(2), scene, &world, &[sensor])
+    MeasuredBundle::measure(&mut cpu(2), scene, &world, &[sensor])
 }
 
 struct Folder(PathBuf);
@@ -47,12 +47,12 @@ impl Drop for Folder {
 fn a_scene_from_the_cache_gives_the_same_bytes_and_a_damaged_one_is_built_anew() {
     let folder = Folder(std::env::temp_dir().join(format!("omnibus-scene-{}", std::process::id())));
     let (map, cache) = (map(), Cache::in_folder(&folder.0));
-    let built = scene_of(&road::Network::parse(&map).unwrap(), 1);
+    let built = scene_of(&road::Network::parse(&map).unwrap(), 1).unwrap();
     let right = picture(&built);
     let tags = right.plane::<u8>(0, output::TAG);
     assert!(tags.contains(&(Tag::Building as u8)) && tags.contains(&(Tag::Car as u8)));
     assert!(cached_scene(&cache, &episode(&map, 1)).unwrap().1, "nothing is kept yet");
-    keep_scene(&cache, &episode(&map, 1), &built);
+    store_scene(&cache, &episode(&map, 1), &built);
     assert!(!cached_scene(&Cache::in_folder(&folder.0), &episode(&map, 1)).unwrap().1);
     assert!(cached_scene(&cache, &episode(&map, 2)).unwrap().1, "another seed is another scene");
     assert!(cached_scene(&Cache::disabled(), &episode(&map, 1)).unwrap().1);
@@ -77,7 +77,7 @@ fn a_scene_from_the_cache_gives_the_same_bytes_and_a_damaged_one_is_built_anew()
     fs::write(&file, &whole[..whole.len() / 2]).unwrap();
     let (scene, is_new) = cached_scene(&cache, &episode(&map, 1)).unwrap();
     assert!(is_new && picture(&scene).bytes() == right.bytes());
-    keep_scene(&cache, &episode(&map, 1), &scene);
+    store_scene(&cache, &episode(&map, 1), &scene);
     assert!(fs::read(&file).unwrap() == whole);
 }
 
@@ -85,21 +85,22 @@ fn a_scene_from_the_cache_gives_the_same_bytes_and_a_damaged_one_is_built_anew()
 fn a_scene_without_a_layer_is_the_same_with_the_blueprints_of_the_one_before() {
     let map = map();
     let town = town::furnish(&road::Network::parse(&map).unwrap(), 1);
-    let whole = Scene::of_town(&town);
+    let whole = Scene::of_town(&town).unwrap();
     let mut without = Visibility::default();
     let bits = [Layer::Buildings, Layer::ParkedVehicles].map(Layer::bit);
     without.set_layers(bits[0] | bits[1], true);
     let without = town.visible(&without);
-    let [new, kept] = [Scene::of_town(&without), whole.refurnished(&without).unwrap()];
+    let [new, kept] =
+        [Scene::of_town(&without).unwrap(), whole.with_town(&without).unwrap().unwrap()];
     assert!(kept.triangle_count() < whole.triangle_count());
     assert!(picture(&kept).bytes() == picture(&new).bytes());
     assert!(picture(&kept).bytes() != picture(&whole).bytes());
-    let again = kept.refurnished(&town).unwrap();
+    let again = kept.with_town(&town).unwrap().unwrap();
     assert!(picture(&again).bytes() == picture(&whole).bytes());
     let bytes = |scene: &Scene| {
         [bytemuck::cast_slice::<_, u8>(&scene.nodes), bytemuck::cast_slice(&scene.wide)].concat()
     };
     assert!(bytes(&again) == bytes(&whole));
     assert!(again.reach == whole.reach && again.town_ends == whole.town_ends);
-    assert!(new.refurnished(&town).is_none(), "it holds no parked car in one piece");
+    assert!(new.with_town(&town).unwrap().is_none(), "it holds no parked car in one piece");
 }

@@ -64,10 +64,15 @@ fn close(a: Vec2, b: Vec2) {
 }
 
 /// What `now` shows of a world that was as `before` a frame ago.
-fn seen(tracer: &mut Tracer, carrier: u32, before: &[ActorState], now: &[ActorState]) -> Picture {
+fn measured(
+    tracer: &mut Tracer,
+    carrier: u32,
+    before: &[ActorState],
+    now: &[ActorState],
+) -> Picture {
     let scene = scene();
     let mut world = world_with(&scene, now);
-    world.follow(&scene, before, now);
+    world.track_motion(&scene, before, now);
     let of_carrier = now.iter().find(|a| a.actor_id == ActorId(carrier));
     let carrier = of_carrier.copied().unwrap_or(nobody(Pose::IDENTITY));
     Picture::of(tracer, &scene, &world, &carrier)
@@ -84,13 +89,13 @@ fn carrier_at(x: f32, y: f32, yaw_rad: f32) -> ActorState {
 
 #[test]
 fn a_normal_points_from_the_surface_towards_the_camera() {
-    let picture = seen(&mut cpu(1), 0, &[], &[]);
+    let picture = measured(&mut cpu(1), 0, &[], &[]);
     assert!((picture.normal([40, 28]) - Vec3::NEG_X).length() < 1e-5, "the wall ahead");
     assert!((picture.normal([40, 50]) - Vec3::Z).length() < 1e-5, "the floor");
     assert_eq!(picture.normal([40, 0]), Vec3::ZERO, "the sky");
     // In the camera's space: turned a quarter to the left, the wall's side lies to its right.
     let turned = [carrier_at(22.0, -12.0, std::f32::consts::FRAC_PI_4)];
-    let picture = seen(&mut cpu(1), 9, &turned, &turned);
+    let picture = measured(&mut cpu(1), 9, &turned, &turned);
     let side = Vec3::NEG_Y;
     let of_wall = Quat::from_rotation_z(-std::f32::consts::FRAC_PI_4) * side;
     let close = (0..SIZE[0]).any(|x| (picture.normal([x, 28]) - of_wall).length() < 1e-4);
@@ -100,7 +105,7 @@ fn a_normal_points_from_the_surface_towards_the_camera() {
 #[test]
 fn what_stands_still_before_a_camera_that_does_has_no_flow() {
     let now = [car_at(8.0, 0.0)];
-    let picture = seen(&mut cpu(1), 0, &now, &now);
+    let picture = measured(&mut cpu(1), 0, &now, &now);
     for y in 0..SIZE[1] {
         for x in 0..SIZE[0] {
             assert!(picture.flow([x, y]).length() < 1e-3, "({x}, {y}) {}", picture.flow([x, y]));
@@ -111,7 +116,7 @@ fn what_stands_still_before_a_camera_that_does_has_no_flow() {
 #[test]
 fn a_car_that_went_to_the_left_flows_to_the_left_and_the_wall_behind_it_does_not() {
     let (before, now) = ([car_at(8.0, 0.0)], [car_at(8.0, 0.5)]);
-    let picture = seen(&mut cpu(1), 0, &before, &now);
+    let picture = measured(&mut cpu(1), 0, &before, &now);
     let on_car = [38, 30];
     assert!((picture.depth(on_car) - 6.0).abs() < 1e-3);
     close(picture.flow(on_car), Vec2::new(-0.5 / (6.0 * SIDE), 0.0));
@@ -121,7 +126,7 @@ fn a_car_that_went_to_the_left_flows_to_the_left_and_the_wall_behind_it_does_not
 #[test]
 fn a_camera_that_goes_ahead_sees_everything_flow_from_the_middle() {
     let (before, now) = ([carrier_at(-1.0, 0.0, 0.0)], [carrier_at(0.0, 0.0, 0.0)]);
-    let picture = seen(&mut cpu(1), 9, &before, &now);
+    let picture = measured(&mut cpu(1), 9, &before, &now);
     for pixel in [[10, 50], [40, 50], [54, 28], [70, 45]] {
         let from = from_middle(pixel);
         close(
@@ -135,7 +140,7 @@ fn a_camera_that_goes_ahead_sees_everything_flow_from_the_middle() {
 #[test]
 fn a_camera_that_turns_left_sees_even_the_sky_flow_to_the_right() {
     let (before, now) = ([carrier_at(0.0, 0.0, 0.0)], [carrier_at(0.0, 0.0, 0.05)]);
-    let picture = seen(&mut cpu(1), 9, &before, &now);
+    let picture = measured(&mut cpu(1), 9, &before, &now);
     // The middle's direction lay 0.05 rad to the left of straight ahead.
     close(picture.flow([40, 28]), Vec2::new(0.05f32.tan() / SIDE, picture.flow([40, 28]).y));
     let sky = [40, 1];
@@ -150,7 +155,7 @@ fn a_camera_that_turns_left_sees_even_the_sky_flow_to_the_right() {
 fn who_was_teleported_or_was_not_there_has_no_flow() {
     let jumped = ActorState { flags: flag::TELEPORTED, ..car_at(8.0, 0.5) };
     for before in [vec![car_at(8.0, -3.0)], vec![]] {
-        assert_eq!(seen(&mut cpu(1), 0, &before, &[jumped]).flow([38, 30]), Vec2::ZERO);
+        assert_eq!(measured(&mut cpu(1), 0, &before, &[jumped]).flow([38, 30]), Vec2::ZERO);
     }
 }
 
@@ -158,6 +163,6 @@ fn who_was_teleported_or_was_not_there_has_no_flow() {
 fn where_the_shaders_lack_an_output_the_processor_gives_the_same_bytes() {
     let Some(mut gpu) = crate::gpu::tests::gpu() else { return };
     let (before, now) = ([car_at(8.0, 0.0)], [car_at(8.0, 0.5)]);
-    let (a, b) = (seen(&mut gpu, 0, &before, &now), seen(&mut cpu(2), 0, &before, &now));
+    let (a, b) = (measured(&mut gpu, 0, &before, &now), measured(&mut cpu(2), 0, &before, &now));
     assert!(a.0 == b.0);
 }

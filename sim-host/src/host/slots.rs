@@ -137,6 +137,7 @@ impl Host {
         for (frame, entries) in after {
             self.pen.publish_again(&self.ports, frame, &entries)?;
         }
+        self.control.complete.notify_all();
         Ok(())
     }
 

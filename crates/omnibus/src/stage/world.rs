@@ -43,7 +43,7 @@ pub(super) fn measure(args: &StageArgs, rounds: u64) -> anyhow::Result<Made> {
         lap(0);
         let town = town::furnish(&network, seed);
         lap(1);
-        let scene = Scene::of_town(&town);
+        let scene = Scene::of_town(&town)?;
         lap(2);
         (made.triangles, made.objects) = (scene.triangle_count(), town.objects.len());
     }

@@ -1,20 +1,28 @@
-//! A hierarchy over boxes for one frame: top down, by the surface area heuristic over bins.
+//! Builder of top-level hierarchies, which are used for one frame: top down, with the binned
+//! surface area heuristic.
 //!
 //! I. Wald, *On fast Construction of SAH-based Bounding Volume Hierarchies*, 2007.
 
 use glam::Vec3;
 
-use crate::bvh::{Hierarchy, Link, Node, halve, node_of};
+use crate::bvh::{Box3, Hierarchy, Link, Node, TOP_DEPTH_MAX, halve, node_of};
 
-/// Places along each axis at which a division is tried, and one more; for few members fewer.
+/// Maximum number of bins along each axis; partitions are tried between neighbouring bins.
 const BINS: usize = 16;
-
-type Box3 = (Vec3, Vec3);
 
 const NOTHING: Box3 = (Vec3::INFINITY, Vec3::NEG_INFINITY);
 
-/// Over all the boxes, one to a leaf where that is not deeper than `depth_max`.
-pub(crate) fn over(boxes: &[Box3], depth_max: usize) -> Hierarchy {
+/// Builds a hierarchy over boxes, one per leaf, with a fast builder, since it is used for one
+/// frame.
+pub(crate) fn over_boxes(boxes: &[Box3]) -> Hierarchy {
+    if boxes.is_empty() {
+        return Hierarchy { nodes: Vec::new(), root: Link::EMPTY, order: Vec::new() };
+    }
+    over(boxes, TOP_DEPTH_MAX)
+}
+
+/// Builds a hierarchy over boxes, one per leaf where that is not deeper than `depth_max`.
+fn over(boxes: &[Box3], depth_max: usize) -> Hierarchy {
     let mut builder = Builder { boxes, nodes: Vec::with_capacity(boxes.len()), sides: Vec::new() };
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
     let root = builder.divide(&mut order, 0, depth_max).0;
@@ -24,18 +32,18 @@ pub(crate) fn over(boxes: &[Box3], depth_max: usize) -> Hierarchy {
 struct Builder<'a> {
     boxes: &'a [Box3],
     nodes: Vec<Node>,
-    /// Members of the upper side while they are parted.
+    /// Scratch buffer: members of the upper group during a partition.
     sides: Vec<u32>,
 }
 
-/// Where members are divided: those whose middle lies in the bins up to `last` go first.
-struct Cut {
+/// A partition: members whose centre lies in bins up to `last` form the first group.
+struct Partition {
     axis: usize,
     bins: Bins,
     last: usize,
 }
 
-/// Equal intervals of one coordinate of twice the boxes' middles.
+/// Equal intervals of one coordinate of the doubled centres of the boxes.
 #[derive(Clone, Copy)]
 struct Bins {
     low: f32,
@@ -50,32 +58,34 @@ impl Bins {
 }
 
 impl Builder<'_> {
-    /// The members, which begin at place `first` of the order: their root, and the box round them.
+    /// Builds the hierarchy over `members`, which begin at position `first` of the order. Returns
+    /// its root and its box.
     fn divide(&mut self, members: &mut [u32], first: usize, depth_left: usize) -> (Link, Box3) {
         if let [one] = members {
             return (Link::leaf(first as u32, 1), self.boxes[*one as usize]);
         }
         let halving_depth = members.len().next_power_of_two().ilog2() as usize;
-        let cut = if depth_left < halving_depth { None } else { self.cut(members) };
-        let Some(cut) = cut else {
+        let best_partition =
+            if depth_left < halving_depth { None } else { self.best_partition(members) };
+        let Some(best_partition) = best_partition else {
             return halve(self.boxes, &mut self.nodes, members, first);
         };
-        let count = self.part(members, &cut);
+        let count = self.partition(members, &best_partition);
         let own = self.nodes.len();
         self.nodes.push(node_of(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO));
         let (lower, upper) = members.split_at_mut(count);
         let (child0, box0) = self.divide(lower, first, depth_left - 1);
         let (child1, box1) = self.divide(upper, first + count, depth_left - 1);
         self.nodes[own] = Node { child0, child1, ..node_of(box0.0, box0.1, box1.0, box1.1) };
-        (Link(own as u32), both(box0, box1))
+        (Link(own as u32), union(box0, box1))
     }
 
-    /// The division that rays are expected to pay least for; none where all middles are one.
-    fn cut(&self, members: &[u32]) -> Option<Cut> {
+    /// Returns the partition with the lowest expected ray cost, or `None` if all centres coincide.
+    fn best_partition(&self, members: &[u32]) -> Option<Partition> {
         let middles = members.iter().map(|at| middle(&self.boxes[*at as usize]));
         let (low, high) = middles.fold(NOTHING, |(low, high), m| (low.min(m), high.max(m)));
         let count = (2 * members.len()).min(BINS);
-        let mut best: Option<(f32, Cut)> = None;
+        let mut best: Option<(f32, Partition)> = None;
         for axis in 0..3 {
             let per_unit = count as f32 / (high[axis] - low[axis]);
             if !per_unit.is_finite() {
@@ -87,25 +97,26 @@ impl Builder<'_> {
                 let one = &self.boxes[*at as usize];
                 let (number, around) = &mut held[bins.of(middle(one)[axis])];
                 *number += 1;
-                *around = both(*around, *one);
+                *around = union(*around, *one);
             }
             for (last, cost) in costs(&held[..count]) {
                 if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                    best = Some((cost, Cut { axis, bins, last }));
+                    best = Some((cost, Partition { axis, bins, last }));
                 }
             }
         }
-        best.map(|(_, cut)| cut)
+        best.map(|(_, best_partition)| best_partition)
     }
 
-    /// Puts the lower side before the upper, each in the order it had, and counts it.
-    fn part(&mut self, members: &mut [u32], cut: &Cut) -> usize {
+    /// Moves the first group before the second, keeping the order within each. Returns the size of
+    /// the first group.
+    fn partition(&mut self, members: &mut [u32], best_partition: &Partition) -> usize {
         self.sides.clear();
         let mut count = 0;
         for at in 0..members.len() {
             let member = members[at];
-            let middle = middle(&self.boxes[member as usize])[cut.axis];
-            if cut.bins.of(middle) <= cut.last {
+            let middle = middle(&self.boxes[member as usize])[best_partition.axis];
+            if best_partition.bins.of(middle) <= best_partition.last {
                 members[count] = member;
                 count += 1;
             } else {
@@ -117,17 +128,18 @@ impl Builder<'_> {
     }
 }
 
-/// What each division of the bins into two that are not empty would cost: areas times counts.
+/// Returns, for each partition into two groups that are not empty, its last lower bin and its cost:
+/// the sum of area times count of both groups.
 fn costs(held: &[(u32, Box3)]) -> impl Iterator<Item = (usize, f32)> {
     let mut above = [(0, 0.0); BINS];
     let mut sum = (0, NOTHING);
     for (bin, (count, around)) in held.iter().enumerate().rev() {
-        sum = (sum.0 + count, both(sum.1, *around));
+        sum = (sum.0 + count, union(sum.1, *around));
         above[bin] = (sum.0, half_area(&sum.1) * sum.0 as f32);
     }
     let mut sum = (0, NOTHING);
     (0..held.len() - 1).filter_map(move |last| {
-        sum = (sum.0 + held[last].0, both(sum.1, held[last].1));
+        sum = (sum.0 + held[last].0, union(sum.1, held[last].1));
         let (count, cost) = above[last + 1];
         let is_division = sum.0 > 0 && count > 0;
         is_division.then(|| (last, half_area(&sum.1) * sum.0 as f32 + cost))
@@ -138,11 +150,11 @@ fn middle((low, high): &Box3) -> Vec3 {
     *low + *high
 }
 
-fn both(a: Box3, b: Box3) -> Box3 {
+fn union(a: Box3, b: Box3) -> Box3 {
     (a.0.min(b.0), a.1.max(b.1))
 }
 
-/// Of a box that holds something; else 0.
+/// Returns half the surface area of a box; 0 for an empty box.
 fn half_area((low, high): &Box3) -> f32 {
     let size = (*high - *low).max(Vec3::ZERO);
     size.x * size.y + size.y * size.z + size.z * size.x
@@ -151,7 +163,7 @@ fn half_area((low, high): &Box3) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::tests::count;
+    use crate::bvh::count;
 
     fn scattered(number: u32) -> Vec<Box3> {
         let part = |at: u32, of: u32| (at * 7919 * (of + 1) % 1009) as f32 / 1009.0;
@@ -208,7 +220,8 @@ mod tests {
 
     #[test]
     fn it_is_not_deeper_than_it_may_be() {
-        // Each next box twice as far away: the heuristic alone would cut off one at a time.
+        // Each box is 1.5 times as far away as the one before: the heuristic alone would separate
+        // one box per level.
         let far: Vec<Box3> = (0..100)
             .map(|at| (Vec3::X * 1.5f32.powi(at), Vec3::ONE + Vec3::X * 1.5f32.powi(at)))
             .collect();
@@ -217,5 +230,13 @@ mod tests {
         let depth = count(&hierarchy.nodes, hierarchy.root, 0, &mut seen);
         assert!(depth <= 9, "depth {depth}");
         assert_eq!(seen.len(), 100);
+    }
+
+    #[test]
+    fn as_many_actors_as_there_may_be_on_one_spot_are_not_too_deep() {
+        let boxes = vec![(Vec3::ZERO, Vec3::ONE); protocol::ACTORS_MAX];
+        let hierarchy = over_boxes(&boxes);
+        let depth = count(&hierarchy.nodes, hierarchy.root, 0, &mut Vec::new());
+        assert!(depth <= TOP_DEPTH_MAX, "depth {depth}");
     }
 }

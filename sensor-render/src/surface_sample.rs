@@ -1,35 +1,38 @@
 use glam::Vec3;
-use mesh::Tag;
+use mesh::{ObjectId, Tag};
 
-use crate::hit::NONE;
-use crate::simd::{Float, LANES, Mask, V3, Word};
-use crate::scene::STATIC;
-use crate::{Scene, World};
+use crate::{
+    hit::NONE,
+    scene::Scene,
+    simd::{Float, LANES, Mask, V3, Word},
+    world::World,
+};
 
-/// The material code of no surface.
+/// Material code of the sky.
 pub(crate) const NO_MATERIAL: u32 = 255;
 
-/// What sixteen rays see.
+/// Surfaces that sixteen rays hit.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen<F: Float> {
-    /// Which of them see a surface.
+pub(crate) struct SurfaceSample<F: Float> {
+    /// Rays that hit a surface.
     pub(crate) hit: F::Mask,
-    /// Along the ray.
+    /// Ray parameters of the hits.
     pub(crate) t: F,
     /// Tag in bits 0 to 7, material in bits 8 to 15.
     pub(crate) face: F::Word,
-    /// The instance id.
+    /// Instance ids.
     pub(crate) id: F::Word,
-    /// In world space, of unit length.
+    /// Normals in world space, of unit length.
     pub(crate) normal: V3<F>,
-    /// Of an actor, in sRGB.
+    /// Colours of actors, in sRGB.
     pub(crate) color: F::Word,
-    /// Of an actor.
+    /// Light bits of actors.
     pub(crate) lights: F::Word,
 }
 
-impl<F: Float> Seen<F> {
-    /// Looks up what was hit, once for each triangle that any of the rays met: there are few.
+impl<F: Float> SurfaceSample<F> {
+    /// Looks up the triangles that were hit, each of them once, since neighbouring rays often hit
+    /// the same.
     #[inline(always)]
     pub(crate) fn new(
         scene: &Scene,
@@ -41,7 +44,7 @@ impl<F: Float> Seen<F> {
         let missed = triangle.eq(F::Word::splat(NONE));
         let zero = F::Word::splat(0);
         let sky = F::Word::splat(Tag::Sky as u32 | NO_MATERIAL << 8);
-        let mut seen = Seen {
+        let mut sample = SurfaceSample {
             hit: !missed,
             t,
             face: sky,
@@ -51,7 +54,7 @@ impl<F: Float> Seen<F> {
             lights: zero,
         };
         let (triangles, instances) = (triangle.to_array(), instance.to_array());
-        let mut left = seen.hit.bits();
+        let mut left = sample.hit.bits();
         while left != 0 {
             let lane = left.trailing_zeros() as usize % LANES;
             let (index, of) = (triangles[lane], instances[lane]);
@@ -59,27 +62,27 @@ impl<F: Float> Seen<F> {
             left &= !same.bits();
             let triangle = &scene.triangles[index as usize];
             let mut normal = Vec3::from(triangle.edge1).cross(Vec3::from(triangle.edge2));
-            let mut id = STATIC | triangle.object;
+            let mut id = ObjectId::new(triangle.object).instance();
             if of != NONE {
                 let actor = &world.instances[of as usize];
                 let [x, y, z] = actor.actor_from_world.map(|r| Vec3::new(r[0], r[1], r[2]));
                 normal = x * normal.x + y * normal.y + z * normal.z;
                 id = actor.id;
-                seen.color = F::Word::splat(actor.color).or(same, seen.color);
-                seen.lights = F::Word::splat(actor.lights).or(same, seen.lights);
+                sample.color = F::Word::splat(actor.color).or(same, sample.color);
+                sample.lights = F::Word::splat(actor.lights).or(same, sample.lights);
             }
             let normal = normal * (1.0 / normal.length_squared().max(1e-30).sqrt());
-            seen.face = F::Word::splat(triangle.face).or(same, seen.face);
-            seen.id = F::Word::splat(id).or(same, seen.id);
-            seen.normal = V3::splat(normal).or(same, seen.normal);
+            sample.face = F::Word::splat(triangle.face).or(same, sample.face);
+            sample.id = F::Word::splat(id).or(same, sample.id);
+            sample.normal = V3::splat(normal).or(same, sample.normal);
         }
-        seen
+        sample
     }
 
-    /// `self` where the mask is set, else `other`.
+    /// Returns `self` where the mask is set, else `other`.
     #[inline(always)]
     pub(crate) fn or(&self, mask: F::Mask, other: &Self) -> Self {
-        Seen {
+        SurfaceSample {
             hit: self.hit & mask | other.hit & !mask,
             t: self.t.or(mask, other.t),
             face: self.face.or(mask, other.face),

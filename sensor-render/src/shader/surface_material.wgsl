@@ -1,6 +1,6 @@
-// What a triangle is painted with: the twin of coat.rs.
+// Shading parameters of a triangle. Twin of surface_material.rs.
 
-// Three words of 16 bytes for each material: see MATERIALS in coat.rs.
+// Three vectors per material: see MATERIALS in surface_material.rs.
 @group(0) @binding(12) var<uniform> materials: array<vec4f, 120>;
 
 const CAR_PAINT = 19u;
@@ -23,17 +23,17 @@ const NEEDLES = 16u;
 const PAINTS = array<u32, 8>(
     0x2a2a8cu, 0x6e4628u, 0x3c5a2du, 0x28282au, 0x969696u, 0x1e82b4u, 0x50286eu, 0xb4bebeu);
 
-struct Coat {
+struct SurfaceMaterial {
     albedo: vec3f,
-    shine: f32,
-    glow: vec3f,
-    rough: f32,
+    specular: f32,
+    emission: vec3f,
+    roughness: f32,
     wrap: f32,
     pattern: u32,
     grain: vec4f,
     wall: vec4f,
     seed: u32,
-    // Metres along the surface and up it, and over the ground.
+    // Position along the surface and up the surface, and height above z = 0. Metres.
     along: f32,
     up: f32,
     height: f32,
@@ -49,13 +49,13 @@ fn shines(lights: u32, bits: u32) -> f32 {
     return select(0.0, 1.0, (lights & IS_SIGNAL) == 0u && (lights & bits) != 0u);
 }
 
-// From sRGB, near enough to its curve.
+// Converts from sRGB to linear, with a polynomial approximation of the curve.
 fn linear_of(c: vec3f) -> vec3f {
     return c * (c * (c * 0.30530601 + 0.6821711) + 0.012522878);
 }
 
-// Bits of `lamp` in bus/src/actor.rs.
-fn glow_of_actor(code: u32, lights: u32, albedo: vec3f) -> vec3f {
+// Radiance of a lamp of an actor. Bits are those of `lamp` in the protocol crate.
+fn actor_emission(code: u32, lights: u32, albedo: vec3f) -> vec3f {
     let dark = frame.horizon.w;
     let amber = vec3f(3.6, 1.5, 0.08);
     switch (code) {
@@ -85,49 +85,50 @@ fn glow_of_actor(code: u32, lights: u32, albedo: vec3f) -> vec3f {
     }
 }
 
-// The first word is how many there are; then a word for each, rising by their numbers.
-@group(0) @binding(14) var<storage, read> lamps_told: array<vec4u>;
+// The first entry holds the number of street lights in x; the others are in ascending order of
+// their numbers.
+@group(0) @binding(14) var<storage, read> street_lights: array<vec4u>;
 
-// What a street lamp gives off.
-fn glow_of_lamp(number: u32) -> vec3f {
+// Radiance of a street light.
+fn street_light_emission(number: u32) -> vec3f {
     let own = vec3f(9.0, 7.5, 5.0);
     let dark = frame.horizon.w;
     var low = 1u;
-    var high = lamps_told[0].x + 1u;
+    var high = street_lights[0].x + 1u;
     while (low < high) {
         let middle = (low + high) / 2u;
-        if (lamps_told[middle].x < number) {
+        if (street_lights[middle].x < number) {
             low = middle + 1u;
         } else {
             high = middle;
         }
     }
-    if (low > lamps_told[0].x || lamps_told[low].x != number) {
+    if (low > street_lights[0].x || street_lights[low].x != number) {
         return own * dark;
     }
-    let lamp = lamps_told[low];
-    var glow = own;
+    let lamp = street_lights[low];
+    var emission = own;
     if (lamp.z != 0u) {
-        glow = linear_of(unpack4x8unorm(lamp.z).xyz) * 9.0;
+        emission = linear_of(unpack4x8unorm(lamp.z).xyz) * 9.0;
     }
     let on = select(select(dark, 1.0, lamp.y == 1u), 0.0, lamp.y == 0u);
-    return glow * (on * bitcast<f32>(lamp.w));
+    return emission * (on * bitcast<f32>(lamp.w));
 }
 
-fn coat_of(hit: Hit, at: vec3f) -> Coat {
+fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
     let row1 = triangles[hit.triangle * 3u + 1u];
     let row2 = triangles[hit.triangle * 3u + 2u];
     let code = min(material_of(hit), 39u);
     let color = materials[code * 3u];
-    let stuff = materials[code * 3u + 1u];
+    let parameters = materials[code * 3u + 1u];
     let is_actor = hit.instance != NONE;
     var owner = bitcast<u32>(row1.w);
     if (is_actor) {
         owner = instances[hit.instance].id;
     }
     let seed = mixed(owner);
-    let pale = (f32(seed & 255u) * (1.0 / 255.0) - 0.5) * stuff.w;
-    let warm = (f32((seed >> 8u) & 255u) * (1.0 / 255.0) - 0.5) * stuff.w;
+    let pale = (f32(seed & 255u) * (1.0 / 255.0) - 0.5) * parameters.w;
+    let warm = (f32((seed >> 8u) & 255u) * (1.0 / 255.0) - 0.5) * parameters.w;
     var albedo = color.xyz * vec3f(1.0 + pale + warm * 0.4, 1.0 + pale, 1.0 + pale - warm * 0.6);
     if (code == CAR_PAINT) {
         var paints = PAINTS;
@@ -161,32 +162,32 @@ fn coat_of(hit: Hit, at: vec3f) -> Coat {
         along = vec3f(-normal.y, normal.x, 0.0) * (1.0 / sqrt(flat_));
         up = cross(normal, along) * (1.0 / sqrt(flat_ + normal.z * normal.z));
     }
-    var coat = Coat(
-        albedo, color.w, vec3f(0.0), stuff.x, stuff.y, u32(stuff.z), materials[code * 3u + 2u],
+    var surface = SurfaceMaterial(
+        albedo, color.w, vec3f(0.0), parameters.x, parameters.y, u32(parameters.z), materials[code * 3u + 2u],
         walls[bitcast<u32>(row2.w)], seed, dot(at, along), dot(at, up), at.z,
     );
     if (is_actor) {
-        coat.pattern = 0u;
-        coat.grain = vec4f(0.0);
-        coat.glow = glow_of_actor(code, instances[hit.instance].lights, albedo);
+        surface.pattern = 0u;
+        surface.grain = vec4f(0.0);
+        surface.emission = actor_emission(code, instances[hit.instance].lights, albedo);
     } else if (code == LAMP_WHITE) {
-        coat.glow = glow_of_lamp(owner);
+        surface.emission = street_light_emission(owner);
     }
-    return coat;
+    return surface;
 }
 
-// Makes the albedo grainy where a pixel, `pixel` metres wide on the surface, can show it.
-fn roughen(coat: ptr<function, Coat>, pixel: f32) {
-    let grain = (*coat).grain;
+// Adds grain to the albedo where a pixel, `pixel` metres wide on the surface, can resolve it.
+fn apply_grain(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
+    let grain = (*surface).grain;
     var wave = 1.0;
     for (var octave = 0u; octave < 2u; octave++) {
         let per_m = select(grain.y, grain.w, octave == 1u);
         let strength =
             select(grain.x, grain.z, octave == 1u) * clamp(1.5 - pixel * per_m, 0.0, 1.0);
         if (strength > 0.0) {
-            let spot = noise_at((*coat).along * per_m, (*coat).up * per_m, 3u);
+            let spot = noise_at((*surface).along * per_m, (*surface).up * per_m, 3u);
             wave += (spot - 0.5) * (strength * 2.0);
         }
     }
-    (*coat).albedo *= max(wave, 0.05);
+    (*surface).albedo *= max(wave, 0.05);
 }

@@ -1,39 +1,41 @@
-//! One ray alone, against eight boxes at once: for rays that have too little in common with their
-//! neighbours to travel as a beam.
+//! Single ray, tested against eight boxes at once; for rays that diverge too much to be traversed
+//! as one beam.
 
 use std::marker::PhantomData;
 
 use glam::Vec3;
 
-use super::walk::{Probe, Stack, Visitor, walk};
+use super::traversal::{Probe, Stack, Visitor, walk};
 use crate::hit::{EDGE_SLACK, Hit, NONE, T_MIN};
+use crate::instance::Instance;
+use crate::scene::Scene;
 use crate::simd::Float8;
-use crate::scene::Triangle;
+use crate::triangle::Triangle;
 use crate::wide::WideNode;
-use crate::world::Instance;
-use crate::{Scene, World};
+use crate::world::World;
 
-/// What rounding may move the side of a box by, as a share of the largest coordinate.
+/// Bound on the rounding error of the side of a box, as a share of the largest coordinate.
 const ROUNDING: f32 = 3e-7;
 
-/// A half-line; its parameter counts lengths of `direction`.
+/// Ray; its parameter counts lengths of `direction`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Solo {
+pub(crate) struct SingleRay {
     origin: Vec3,
     direction: Vec3,
-    /// `side * inverse + near` is where the ray enters between two sides, `+ far` where it leaves.
+    /// `side * inverse + near` is the parameter at which the ray enters between two sides, `side *
+    /// inverse + far` the one at which it leaves.
     inverse: Vec3,
     near: Vec3,
     far: Vec3,
-    /// Rows of a node's bounds that the ray meets first.
+    /// Rows of a node's bounds that the ray reaches first, by axis.
     rows: [usize; 3],
     reach: f32,
 }
 
-impl Solo {
-    /// No coordinate in this space is larger than `reach`.
+impl SingleRay {
+    /// Returns a ray. `reach` is the largest coordinate in this space.
     #[inline(always)]
-    pub(crate) fn new(origin: Vec3, direction: Vec3, reach: f32) -> Solo {
+    pub(crate) fn new(origin: Vec3, direction: Vec3, reach: f32) -> SingleRay {
         let inverse = Vec3::from(
             direction
                 .to_array()
@@ -41,7 +43,7 @@ impl Solo {
         );
         let (shift, slack) = (-origin * inverse, inverse.abs() * (ROUNDING * reach));
         let first = |axis: usize| 2 * axis + usize::from(inverse[axis] < 0.0);
-        Solo {
+        SingleRay {
             origin,
             direction,
             inverse,
@@ -52,7 +54,7 @@ impl Solo {
         }
     }
 
-    /// Lowers `hit` to the first thing that the ray meets before it.
+    /// Replaces `hit` by the first intersection before it, if there is one.
     #[inline(always)]
     pub(crate) fn closest<E: Float8>(
         &self,
@@ -61,17 +63,23 @@ impl Solo {
         stack: &mut Stack,
         hit: &mut Hit,
     ) {
-        let mut town = Level { scene, ray: self, instance: NONE, hit, any: false };
-        walk::<E, _, _>(&scene.wide, scene.ground.wide_root, self, town.hit.t, stack, &mut town);
+        let mut town = TriangleVisitor { scene, ray: self, instance: NONE, hit, any: false };
+        walk::<E, _, _>(&scene.wide, scene.town_blas.wide_root, self, town.hit.t, stack, &mut town);
         if let Some(root) = world.wide_root {
             let limit = hit.t;
-            let mut actors =
-                Actors::<E> { scene, world, ray: self, hit, any: false, lanes: PhantomData };
+            let mut actors = InstanceVisitor::<E> {
+                scene,
+                world,
+                ray: self,
+                hit,
+                any: false,
+                lanes: PhantomData,
+            };
             walk::<E, _, _>(&world.wide, root, self, limit, stack, &mut actors);
         }
     }
 
-    /// Whether the ray meets anything before `t_max`.
+    /// Returns whether the ray hits anything before `t_max`.
     #[inline(always)]
     pub(crate) fn is_blocked<E: Float8>(
         &self,
@@ -81,12 +89,13 @@ impl Solo {
         t_max: f32,
     ) -> bool {
         let mut hit = Hit::none(t_max);
-        let mut town = Level { scene, ray: self, instance: NONE, hit: &mut hit, any: true };
-        walk::<E, _, _>(&scene.wide, scene.ground.wide_root, self, t_max, stack, &mut town);
+        let mut town =
+            TriangleVisitor { scene, ray: self, instance: NONE, hit: &mut hit, any: true };
+        walk::<E, _, _>(&scene.wide, scene.town_blas.wide_root, self, t_max, stack, &mut town);
         if let Some(root) = world.wide_root
             && !hit.is_some()
         {
-            let mut actors = Actors::<E> {
+            let mut actors = InstanceVisitor::<E> {
                 scene,
                 world,
                 ray: self,
@@ -99,12 +108,12 @@ impl Solo {
         hit.is_some()
     }
 
-    /// The same ray in the actor's space; its parameter stays.
+    /// Returns the ray in the space of an instance, with the same parameter.
     #[inline(always)]
-    fn seen_from(&self, instance: &Instance) -> Solo {
+    fn to_instance_space(&self, instance: &Instance) -> SingleRay {
         let rows = instance.actor_from_world;
         let turn = |row: [f32; 4], v: Vec3| row[0] * v.x + row[1] * v.y + row[2] * v.z;
-        Solo::new(
+        SingleRay::new(
             Vec3::from(rows.map(|row| turn(row, self.origin) + row[3])),
             Vec3::from(rows.map(|row| turn(row, self.direction))),
             self.reach,
@@ -112,7 +121,7 @@ impl Solo {
     }
 }
 
-impl Probe for Solo {
+impl Probe for SingleRay {
     #[inline(always)]
     fn touch<E: Float8>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
         let row = |row: usize| E::load(&node.bounds[row & 7]);
@@ -128,17 +137,17 @@ impl Probe for Solo {
     }
 }
 
-/// Visits the triangles of one bottom level.
-struct Level<'a> {
+/// Intersects the triangles of one bottom-level hierarchy.
+struct TriangleVisitor<'a> {
     scene: &'a Scene,
-    ray: &'a Solo,
+    ray: &'a SingleRay,
     instance: u32,
     hit: &'a mut Hit,
-    /// Whether the first hit that is found will do.
+    /// Whether any hit ends the search.
     any: bool,
 }
 
-impl Visitor for Level<'_> {
+impl Visitor for TriangleVisitor<'_> {
     #[inline(always)]
     fn visit(&mut self, _: &mut Stack, first: u32, count: u32) -> f32 {
         for index in first..first + count {
@@ -153,8 +162,8 @@ fn limit(any: bool, hit: &Hit) -> f32 {
     if any && hit.is_some() { f32::NEG_INFINITY } else { hit.t }
 }
 
-impl Level<'_> {
-    /// Möller and Trumbore 1997, in the terms of [`super::pencil`].
+impl TriangleVisitor<'_> {
+    /// Möller and Trumbore 1997, with the signs of [`super::ray_packet`].
     #[inline(always)]
     fn meet(&mut self, triangle: &Triangle, index: u32) {
         let [corner, edge1, edge2] =
@@ -176,27 +185,32 @@ impl Level<'_> {
     }
 }
 
-/// Visits the actors of the top level.
-struct Actors<'a, E> {
+/// Visits the instances of the top-level hierarchy.
+struct InstanceVisitor<'a, E> {
     scene: &'a Scene,
     world: &'a World,
-    ray: &'a Solo,
+    ray: &'a SingleRay,
     hit: &'a mut Hit,
     any: bool,
     lanes: PhantomData<E>,
 }
 
-impl<E: Float8> Visitor for Actors<'_, E> {
+impl<E: Float8> Visitor for InstanceVisitor<'_, E> {
     #[inline(always)]
     fn visit(&mut self, stack: &mut Stack, first: u32, count: u32) -> f32 {
         for index in first..first + count {
             let instance = &self.world.instances[index as usize];
-            let root = self.scene.levels[instance.level as usize].wide_root;
-            let ray = self.ray.seen_from(instance);
+            let root = self.scene.blases[instance.blas as usize].wide_root;
+            let ray = self.ray.to_instance_space(instance);
             let (any, limit) = (self.any, self.hit.t);
-            let mut level =
-                Level { scene: self.scene, ray: &ray, instance: index, hit: self.hit, any };
-            walk::<E, _, _>(&self.scene.wide, root, &ray, limit, stack, &mut level);
+            let mut triangles = TriangleVisitor {
+                scene: self.scene,
+                ray: &ray,
+                instance: index,
+                hit: self.hit,
+                any,
+            };
+            walk::<E, _, _>(&self.scene.wide, root, &ray, limit, stack, &mut triangles);
             if self.any && self.hit.is_some() {
                 break;
             }

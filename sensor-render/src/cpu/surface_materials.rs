@@ -1,31 +1,32 @@
 use glam::Vec3;
 
 use super::grain::noise;
-use crate::coat::Coat;
-use crate::simd::{Float, LANES, Mask, V3, Word};
 use crate::light::Light;
-use crate::{Scene, World};
+use crate::scene::Scene;
+use crate::simd::{Float, LANES, Mask, V3, Word};
+use crate::surface_material::SurfaceMaterial;
+use crate::world::World;
 
-/// The coats of sixteen points, and where the points lie on their surfaces.
+/// Shading parameters at sixteen points, and the positions of the points on their surfaces.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Coats<F: Float> {
+pub(crate) struct SurfaceMaterials<F: Float> {
     pub(crate) albedo: V3<F>,
-    pub(crate) shine: F,
-    pub(crate) glow: V3<F>,
-    pub(crate) rough: F,
+    pub(crate) specular: F,
+    pub(crate) emission: V3<F>,
+    pub(crate) roughness: F,
     pub(crate) wrap: F,
     pub(crate) pattern: F::Word,
     pub(crate) grain: [F; 4],
     pub(crate) wall: [F; 4],
     pub(crate) seed: F::Word,
-    /// Metres along the surface and up it, and over the ground.
+    /// Position along the surface and up the surface, and height above z = 0. Metres.
     pub(crate) along: F,
     pub(crate) up: F,
     pub(crate) height: F,
 }
 
-impl<F: Float> Coats<F> {
-    /// Looks up the coats of what was hit, once for each triangle.
+impl<F: Float> SurfaceMaterials<F> {
+    /// Looks up the shading parameters of the hits, once per triangle.
     #[inline(always)]
     pub(crate) fn new(
         scene: &Scene,
@@ -37,11 +38,11 @@ impl<F: Float> Coats<F> {
         at: V3<F>,
     ) -> Self {
         let (zero, black) = (F::splat(0.0), V3::splat(Vec3::ZERO));
-        let mut coats = Coats {
+        let mut surfaces = SurfaceMaterials {
             albedo: black,
-            shine: zero,
-            glow: black,
-            rough: F::splat(1.0),
+            specular: zero,
+            emission: black,
+            roughness: F::splat(1.0),
             wrap: zero,
             pattern: F::Word::splat(0),
             grain: [zero; 4],
@@ -58,27 +59,29 @@ impl<F: Float> Coats<F> {
             let (index, of) = (triangles[lane], instances[lane]);
             let same = triangle.eq(F::Word::splat(index)) & instance.eq(F::Word::splat(of));
             left &= !same.bits();
-            let coat = Coat::new(scene, world, light, index, of);
-            coats.albedo = V3::splat(coat.albedo).or(same, coats.albedo);
-            coats.glow = V3::splat(coat.glow).or(same, coats.glow);
-            coats.shine = F::splat(coat.shine).or(same, coats.shine);
-            coats.rough = F::splat(coat.rough).or(same, coats.rough);
-            coats.wrap = F::splat(coat.wrap).or(same, coats.wrap);
-            coats.pattern = F::Word::splat(coat.pattern).or(same, coats.pattern);
-            coats.seed = F::Word::splat(coat.seed).or(same, coats.seed);
-            coats.along = at.dot(V3::splat(coat.along)).or(same, coats.along);
-            coats.up = at.dot(V3::splat(coat.up)).or(same, coats.up);
+            let surface = SurfaceMaterial::new(scene, world, light, index, of);
+            surfaces.albedo = V3::splat(surface.albedo).or(same, surfaces.albedo);
+            surfaces.emission = V3::splat(surface.emission).or(same, surfaces.emission);
+            surfaces.specular = F::splat(surface.specular).or(same, surfaces.specular);
+            surfaces.roughness = F::splat(surface.roughness).or(same, surfaces.roughness);
+            surfaces.wrap = F::splat(surface.wrap).or(same, surfaces.wrap);
+            surfaces.pattern = F::Word::splat(surface.pattern).or(same, surfaces.pattern);
+            surfaces.seed = F::Word::splat(surface.seed).or(same, surfaces.seed);
+            surfaces.along = at.dot(V3::splat(surface.along)).or(same, surfaces.along);
+            surfaces.up = at.dot(V3::splat(surface.up)).or(same, surfaces.up);
             for number in 0..4 {
-                coats.grain[number] = F::splat(coat.grain[number]).or(same, coats.grain[number]);
-                coats.wall[number] = F::splat(coat.wall[number]).or(same, coats.wall[number]);
+                surfaces.grain[number] =
+                    F::splat(surface.grain[number]).or(same, surfaces.grain[number]);
+                surfaces.wall[number] =
+                    F::splat(surface.wall[number]).or(same, surfaces.wall[number]);
             }
         }
-        coats
+        surfaces
     }
 
-    /// Makes the albedo grainy where a pixel, `pixel` metres wide on the surface, can show it.
+    /// Adds grain to the albedo where a pixel, `pixel` metres wide on the surface, can resolve it.
     #[inline(always)]
-    pub(crate) fn roughen(&mut self, pixel: F) {
+    pub(crate) fn apply_grain(&mut self, pixel: F) {
         let [fine, fine_per_m, coarse, coarse_per_m] = self.grain;
         let mut wave = F::splat(1.0);
         for (strength, per_m) in [(fine, fine_per_m), (coarse, coarse_per_m)] {

@@ -1,26 +1,27 @@
 use glam::Vec3;
 
 use super::beam::Beam;
-use super::solo::Solo;
-use super::walk::{Stack, Visitor, walk};
+use super::single_ray::SingleRay;
+use super::traversal::{Stack, Visitor, walk};
 use crate::hit::{EDGE_SLACK, Hit, NONE, T_MIN};
+use crate::instance::Instance;
+use crate::scene::Scene;
 use crate::simd::{Float, LANES, Mask, V3, Word};
-use crate::scene::Triangle;
-use crate::world::Instance;
-use crate::{Scene, World};
+use crate::triangle::Triangle;
+use crate::world::World;
 
-/// Rays from one origin, `G` times sixteen.
+/// Packet of `G` × 16 rays from one origin.
 #[derive(Clone, Debug)]
-pub(crate) struct Pencil<F: Float, const G: usize> {
+pub(crate) struct RayPacket<F: Float, const G: usize> {
     pub(crate) origin: Vec3,
-    /// Directions whose convex hull holds all rays'.
+    /// Directions whose convex hull contains all rays' directions.
     pub(crate) corners: [Vec3; 4],
-    /// `axis · direction <= 1` for each ray.
+    /// Axis with `axis · direction <= 1` for each ray.
     pub(crate) axis: Vec3,
     pub(crate) directions: [V3<F>; G],
 }
 
-/// What each ray met first; see [`crate::hit::Hit`].
+/// First intersection of each ray; see [`crate::hit::Hit`].
 #[derive(Clone, Debug)]
 pub(crate) struct Hits<F: Float, const G: usize> {
     pub(crate) t: [F; G],
@@ -29,7 +30,7 @@ pub(crate) struct Hits<F: Float, const G: usize> {
 }
 
 impl<F: Float, const G: usize> Hits<F, G> {
-    /// Nothing before `t_max`.
+    /// Returns misses, for rays that end at `t_max`.
     #[inline(always)]
     pub(crate) fn none(t_max: f32) -> Self {
         Hits {
@@ -49,8 +50,9 @@ impl<F: Float, const G: usize> Hits<F, G> {
     }
 }
 
-impl<F: Float, const G: usize> Pencil<F, G> {
-    /// Finds the first thing that each ray meets before `t_max`, all together as one beam.
+impl<F: Float, const G: usize> RayPacket<F, G> {
+    /// Returns the first intersection of each ray before `t_max`. The packet is traversed as one
+    /// beam.
     #[inline(always)]
     pub(crate) fn closest(
         &self,
@@ -60,20 +62,27 @@ impl<F: Float, const G: usize> Pencil<F, G> {
         t_max: f32,
     ) -> Hits<F, G> {
         let mut hits = Hits::none(t_max);
-        let beam = Beam::pencil(self.origin, &self.corners, self.axis, scene.reach);
-        let mut town = Level { scene, pencil: self, instance: NONE, hits: &mut hits };
-        walk::<F::Float8, _, _>(&scene.wide, scene.ground.wide_root, &beam, t_max, stack, &mut town);
+        let beam = Beam::from_origin(self.origin, &self.corners, self.axis, scene.reach);
+        let mut town = TriangleVisitor { scene, packet: self, instance: NONE, hits: &mut hits };
+        walk::<F::Float8, _, _>(
+            &scene.wide,
+            scene.town_blas.wide_root,
+            &beam,
+            t_max,
+            stack,
+            &mut town,
+        );
         if let Some(root) = world.wide_root {
             let limit = hits.farthest();
-            let mut actors = Actors { scene, world, pencil: self, hits: &mut hits };
+            let mut actors = InstanceVisitor { scene, world, packet: self, hits: &mut hits };
             walk::<F::Float8, _, _>(&world.wide, root, &beam, limit, stack, &mut actors);
         }
         hits
     }
 
-    /// The same, each ray for itself.
+    /// As [`RayPacket::closest`], but traverses each ray separately.
     #[inline(always)]
-    pub(crate) fn closest_apart(
+    pub(crate) fn closest_separately(
         &self,
         scene: &Scene,
         world: &World,
@@ -87,7 +96,7 @@ impl<F: Float, const G: usize> Pencil<F, G> {
                 ([t_max; LANES], [NONE; LANES], [NONE; LANES]);
             for lane in 0..LANES {
                 let direction = Vec3::new(x[lane], y[lane], z[lane]);
-                let ray = Solo::new(self.origin, direction, scene.reach);
+                let ray = SingleRay::new(self.origin, direction, scene.reach);
                 let mut hit = Hit::none(t_max);
                 ray.closest::<F::Float8>(scene, world, stack, &mut hit);
                 (t[lane], triangle[lane], instance[lane]) = (hit.t, hit.triangle, hit.instance);
@@ -99,9 +108,9 @@ impl<F: Float, const G: usize> Pencil<F, G> {
         hits
     }
 
-    /// The same rays in the actor's space; their parameters stay.
+    /// Returns the rays in the space of an instance, with the same parameters.
     #[inline(always)]
-    fn seen_from(&self, instance: &Instance) -> Self {
+    fn to_instance_space(&self, instance: &Instance) -> Self {
         let [x, y, z] = instance.actor_from_world;
         let turn = |v: Vec3| {
             let along = |row: [f32; 4]| row[0] * v.x + row[1] * v.y + row[2] * v.z;
@@ -115,7 +124,7 @@ impl<F: Float, const G: usize> Pencil<F, G> {
                 z: row(z).dot(*direction),
             };
         }
-        Pencil {
+        RayPacket {
             origin: turn(self.origin) + Vec3::new(x[3], y[3], z[3]),
             corners: [0, 1, 2, 3].map(|corner| turn(self.corners[corner])),
             axis: turn(self.axis),
@@ -124,21 +133,21 @@ impl<F: Float, const G: usize> Pencil<F, G> {
     }
 }
 
-/// A row of a rotation, for all lanes.
+/// Broadcasts a row of a rotation to all lanes.
 #[inline(always)]
 fn row<F: Float>(row: [f32; 4]) -> V3<F> {
     V3 { x: F::splat(row[0]), y: F::splat(row[1]), z: F::splat(row[2]) }
 }
 
-/// Visits the triangles of one bottom level.
-struct Level<'a, F: Float, const G: usize> {
+/// Intersects the triangles of one bottom-level hierarchy.
+struct TriangleVisitor<'a, F: Float, const G: usize> {
     scene: &'a Scene,
-    pencil: &'a Pencil<F, G>,
+    packet: &'a RayPacket<F, G>,
     instance: u32,
     hits: &'a mut Hits<F, G>,
 }
 
-impl<F: Float, const G: usize> Visitor for Level<'_, F, G> {
+impl<F: Float, const G: usize> Visitor for TriangleVisitor<'_, F, G> {
     #[inline(always)]
     fn visit(&mut self, _: &mut Stack, first: u32, count: u32) -> f32 {
         for index in first..first + count {
@@ -149,24 +158,25 @@ impl<F: Float, const G: usize> Visitor for Level<'_, F, G> {
     }
 }
 
-impl<F: Float, const G: usize> Level<'_, F, G> {
-    /// Möller and Trumbore 1997, rearranged for rays from one origin: all but three dot products
-    /// depends on the triangle alone, and the division waits until something is hit.
+impl<F: Float, const G: usize> TriangleVisitor<'_, F, G> {
+    /// Möller and Trumbore 1997, rearranged for rays from one origin: everything but three dot
+    /// products depends on the triangle alone, and the division is done only for hits.
     #[inline(always)]
     fn meet(&mut self, triangle: &Triangle, index: u32) {
         let [corner, edge1, edge2] =
             [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
-        let from_corner = self.pencil.origin - corner;
+        let from_corner = self.packet.origin - corner;
         let along = from_corner.cross(edge1);
         let height = edge2.dot(along);
-        // The origin's side decides the signs: seen from there the determinant is positive.
+        // Signs are chosen by the side of the origin, so that the determinant is positive for a
+        // hit.
         let side = if height < 0.0 { -1.0 } else { 1.0 };
         let for_det = V3::<F>::splat(edge2.cross(edge1) * side);
         let for_u = V3::<F>::splat(edge2.cross(from_corner) * side);
         let for_v = V3::<F>::splat(along * side);
         let height = F::splat(height * side);
         for group in 0..G {
-            let direction = self.pencil.directions[group];
+            let direction = self.packet.directions[group];
             let det = direction.dot(for_det);
             let u = direction.dot(for_u);
             let v = direction.dot(for_v);
@@ -185,26 +195,31 @@ impl<F: Float, const G: usize> Level<'_, F, G> {
     }
 }
 
-/// Visits the actors of the top level.
-struct Actors<'a, F: Float, const G: usize> {
+/// Visits the instances of the top-level hierarchy.
+struct InstanceVisitor<'a, F: Float, const G: usize> {
     scene: &'a Scene,
     world: &'a World,
-    pencil: &'a Pencil<F, G>,
+    packet: &'a RayPacket<F, G>,
     hits: &'a mut Hits<F, G>,
 }
 
-impl<F: Float, const G: usize> Visitor for Actors<'_, F, G> {
+impl<F: Float, const G: usize> Visitor for InstanceVisitor<'_, F, G> {
     #[inline(always)]
     fn visit(&mut self, stack: &mut Stack, first: u32, count: u32) -> f32 {
         for index in first..first + count {
             let instance = &self.world.instances[index as usize];
-            let root = self.scene.levels[instance.level as usize].wide_root;
-            let pencil = self.pencil.seen_from(instance);
-            let beam = Beam::pencil(pencil.origin, &pencil.corners, pencil.axis, self.scene.reach);
+            let root = self.scene.blases[instance.blas as usize].wide_root;
+            let packet = self.packet.to_instance_space(instance);
+            let beam =
+                Beam::from_origin(packet.origin, &packet.corners, packet.axis, self.scene.reach);
             let limit = self.hits.farthest();
-            let mut level =
-                Level { scene: self.scene, pencil: &pencil, instance: index, hits: self.hits };
-            walk::<F::Float8, _, _>(&self.scene.wide, root, &beam, limit, stack, &mut level);
+            let mut triangles = TriangleVisitor {
+                scene: self.scene,
+                packet: &packet,
+                instance: index,
+                hits: self.hits,
+            };
+            walk::<F::Float8, _, _>(&self.scene.wide, root, &beam, limit, stack, &mut triangles);
         }
         self.hits.farthest()
     }

@@ -1,25 +1,25 @@
-//! What the journal says is drawn, and has not ended.
+//! Debug shapes that commands have drawn and that have not expired.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use protocol::{EraseShapes, JournalEntry, Shape, ShapeReceipt, Stamp};
 
-use crate::Overlay;
+use crate::overlay::Overlay;
 
-/// Shapes by their numbers, and what tracers see of them.
+/// Shapes by id, and their converted form.
 #[derive(Debug)]
-pub(crate) struct Gallery {
+pub(crate) struct DebugShapes {
     shapes: BTreeMap<u32, (Shape, ShapeReceipt)>,
     overlay: Arc<Overlay>,
     is_stale: bool,
-    /// None of them ends before.
+    /// Simulated time at which the first shape expires.
     soonest_nanos: u64,
 }
 
-impl Default for Gallery {
-    fn default() -> Gallery {
-        Gallery {
+impl Default for DebugShapes {
+    fn default() -> DebugShapes {
+        DebugShapes {
             shapes: BTreeMap::new(),
             overlay: Arc::default(),
             is_stale: false,
@@ -28,7 +28,7 @@ impl Default for Gallery {
     }
 }
 
-impl Gallery {
+impl DebugShapes {
     pub(crate) fn draw(&mut self, shape: &Shape, entry: &JournalEntry) {
         if let Ok(drawn) = entry.outcome.answered::<ShapeReceipt>() {
             self.shapes.insert(entry.outcome.id, (*shape, drawn));
@@ -45,7 +45,7 @@ impl Gallery {
         self.erase(&EraseShapes::ALL);
     }
 
-    /// This frame is measured next: forgets what it does not show.
+    /// Removes the shapes that have expired at this frame.
     pub(crate) fn begin(&mut self, stamp: Stamp) {
         if self.soonest_nanos <= stamp.sim_time_nanos {
             self.keep(|_, drawn| drawn.is_shown(stamp));
@@ -60,7 +60,7 @@ impl Gallery {
         self.soonest_nanos = ends.min().unwrap_or(u64::MAX);
     }
 
-    /// What tracers see.
+    /// Returns the form that tracers draw.
     pub(crate) fn overlay(&mut self) -> Arc<Overlay> {
         if std::mem::take(&mut self.is_stale) {
             self.overlay = Arc::new(Overlay::new(self.shapes.values().map(|(shape, _)| shape)));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Quat, Vec3};
 use protocol::{Pose, SensorSpec, Shape, output, shape};
 
-use super::{BundleSample, camera, cpu, lidar, scene, world_with};
+use super::{MeasuredBundle, camera, cpu, lidar, scene, world_with};
 use crate::{Overlay, Tracer};
 
 const SIZE: [usize; 2] = [161, 121];
@@ -19,11 +19,11 @@ fn sensors() -> [SensorSpec; 2] {
     [camera, lidar(90, 8)]
 }
 
-fn seen(tracer: &mut Tracer, shapes: &[Shape]) -> BundleSample {
+fn measured(tracer: &mut Tracer, shapes: &[Shape]) -> MeasuredBundle {
     let scene = scene();
     let mut world = world_with(&scene, &[]);
-    world.draw(Arc::new(Overlay::new(shapes)));
-    BundleSample::measure(tracer, &scene, &world, &sensors())
+    world.set_overlay(Arc::new(Overlay::new(shapes)));
+    MeasuredBundle::measure(tracer, &scene, &world, &sensors())
 }
 
 fn red(begin: Vec3, end: Vec3) -> Shape {
@@ -36,7 +36,7 @@ fn red(begin: Vec3, end: Vec3) -> Shape {
 }
 
 /// The pixels of pure red.
-fn marked(bundle: &BundleSample) -> Vec<[usize; 2]> {
+fn marked(bundle: &MeasuredBundle) -> Vec<[usize; 2]> {
     let colors = bundle.plane::<[u8; 4]>(0, output::COLOR).iter().enumerate();
     let red = colors.filter(|(_, color)| u32::from_le_bytes(**color) == RED);
     red.map(|(at, _)| [at % SIZE[0], at / SIZE[0]]).collect()
@@ -50,7 +50,7 @@ fn pixel(at: Vec3) -> [f32; 2] {
 #[test]
 fn a_line_is_seen_where_the_pinhole_puts_it_and_nowhere_else() {
     let (begin, end) = (Vec3::new(6.0, 3.0, 0.5), Vec3::new(15.0, -6.0, 4.0));
-    let bundle = seen(&mut cpu(1), &[red(begin, end)]);
+    let bundle = measured(&mut cpu(1), &[red(begin, end)]);
     let marked = marked(&bundle);
     let share = |at: [usize; 2]| {
         let [[u0, v0], [u1, v1]] = [pixel(begin), pixel(end)];
@@ -71,7 +71,7 @@ fn a_line_is_seen_where_the_pinhole_puts_it_and_nowhere_else() {
 #[test]
 fn colours_alone_show_it() {
     let line = red(Vec3::new(6.0, 3.0, 0.5), Vec3::new(6.0, -3.0, 2.0));
-    let (bare, drawn) = (seen(&mut cpu(1), &[]), seen(&mut cpu(1), &[line]));
+    let (bare, drawn) = (measured(&mut cpu(1), &[]), measured(&mut cpu(1), &[line]));
     for plane in &bare.planes {
         let range = plane.offset as usize..(plane.offset + plane.byte_len) as usize;
         let is_same = bare.bytes()[range.clone()] == drawn.bytes()[range];
@@ -83,22 +83,22 @@ fn colours_alone_show_it() {
 fn what_stands_before_it_hides_it() {
     let wall_x = 20.0;
     let behind = red(Vec3::new(wall_x + 8.0, -3.0, 1.0), Vec3::new(wall_x + 8.0, 3.0, 1.0));
-    assert_eq!(marked(&seen(&mut cpu(1), &[behind])).len(), 0);
+    assert_eq!(marked(&measured(&mut cpu(1), &[behind])).len(), 0);
     let before = red(Vec3::new(wall_x - 1.0, -3.0, 1.0), Vec3::new(wall_x - 1.0, 3.0, 1.0));
-    assert!(marked(&seen(&mut cpu(1), &[before])).len() > 20);
+    assert!(marked(&measured(&mut cpu(1), &[before])).len() > 20);
     // Nothing hides what is drawn in front of the sky.
     let high = red(Vec3::new(2000.0, -300.0, 900.0), Vec3::new(2000.0, 300.0, 900.0));
-    assert!(marked(&seen(&mut cpu(1), &[high])).len() > 20);
+    assert!(marked(&measured(&mut cpu(1), &[high])).len() > 20);
     // And a camera does not see what lies behind it.
     let back = red(Vec3::new(-5.0, -3.0, 1.0), Vec3::new(-5.0, 3.0, 1.0));
-    assert_eq!(marked(&seen(&mut cpu(1), &[back])).len(), 0);
+    assert_eq!(marked(&measured(&mut cpu(1), &[back])).len(), 0);
 }
 
 #[test]
 fn a_line_is_as_thick_as_it_is_and_never_thinner_than_its_pixels() {
     let rows = |size_m: f32, pixels: f32| {
         let line = red(Vec3::new(10.0, -3.0, 3.0), Vec3::new(10.0, 3.0, 3.0));
-        let marked = marked(&seen(&mut cpu(1), &[Shape { size_m, pixels, ..line }]));
+        let marked = marked(&measured(&mut cpu(1), &[Shape { size_m, pixels, ..line }]));
         marked.iter().filter(|[x, _]| *x == 80).count() as f32
     };
     assert!((rows(1.0, 1.0) - FOCAL / 10.0).abs() <= 1.0, "{}", rows(1.0, 1.0));
@@ -129,7 +129,7 @@ fn a_box_has_its_corners_and_an_arrow_its_barbs() {
     for (shape, ends) in
         [(cuboid, corners.collect::<Vec<_>>()), (arrow, [&barbs[..], &[begin, end]].concat())]
     {
-        let marked = marked(&seen(&mut cpu(1), &[shape]));
+        let marked = marked(&measured(&mut cpu(1), &[shape]));
         for place in ends {
             let [u, v] = pixel(place);
             let near =
@@ -143,7 +143,7 @@ fn a_box_has_its_corners_and_an_arrow_its_barbs() {
 fn a_text_faces_the_camera_in_the_middle_of_its_place() {
     let at = Vec3::new(12.0, 1.0, 3.0);
     let text = Shape { begin_m: at.to_array(), color: RED, ..Shape::new(shape::TEXT) };
-    let bundle = seen(&mut cpu(1), &[text.with_text("T-").unwrap()]);
+    let bundle = measured(&mut cpu(1), &[text.with_text("T-").unwrap()]);
     let marked = marked(&bundle);
     let [u, v] = pixel(at);
     let row = |y: usize| marked.iter().filter(|at| at[1] == y).map(|at| at[0]).collect::<Vec<_>>();
@@ -158,7 +158,7 @@ fn a_text_faces_the_camera_in_the_middle_of_its_place() {
     assert_eq!(row(top + 3), dash);
     assert_eq!(marked.len(), 5 + 6 + 5);
     let shaded = Shape { shadow: 1, ..text }.with_text("T-").unwrap();
-    let shaded = seen(&mut cpu(1), &[shaded]);
+    let shaded = measured(&mut cpu(1), &[shaded]);
     let colors = shaded.plane::<[u8; 4]>(0, output::COLOR);
     assert_eq!(colors[(top + 1) * SIZE[0] + bar[0] + 1], [0, 0, 0, 255]);
 }
@@ -173,9 +173,9 @@ fn many_shapes_are_those_that_few_are() {
     let shapes: Vec<Shape> = (0..120)
         .map(|at| Shape { size_m: 0.1, ..red(place(at), place(at) + Vec3::new(0.2, 0.3, -0.2)) })
         .collect();
-    let together = marked(&seen(&mut cpu(2), &shapes));
+    let together = marked(&measured(&mut cpu(2), &shapes));
     let mut apart: Vec<_> =
-        shapes.iter().flat_map(|shape| marked(&seen(&mut cpu(1), &[*shape]))).collect();
+        shapes.iter().flat_map(|shape| marked(&measured(&mut cpu(1), &[*shape]))).collect();
     apart.sort_unstable_by_key(|[x, y]| [*y, *x]);
     apart.dedup();
     assert_eq!(together, apart);
@@ -200,16 +200,16 @@ fn a_gpu_draws_the_same() {
     }
     let scene = scene();
     let mut world = world_with(&scene, &[]);
-    world.draw(Arc::new(Overlay::new(&shapes)));
+    world.set_overlay(Arc::new(Overlay::new(&shapes)));
     let front = SensorSpec {
         outputs: output::COLOR | output::TAG,
         parent_from_sensor: Pose::level(Vec3::new(0.1, 0.05, 1.3), 0.03),
         ..camera(321, 243)
     };
-    let by_cpu = BundleSample::measure(&mut cpu(2), &scene, &world, &[front]);
-    let by_gpu = BundleSample::measure(&mut gpu, &scene, &world, &[front]);
-    world.draw(Arc::default());
-    let bare = BundleSample::measure(&mut gpu, &scene, &world, &[front]);
+    let by_cpu = MeasuredBundle::measure(&mut cpu(2), &scene, &world, &[front]);
+    let by_gpu = MeasuredBundle::measure(&mut gpu, &scene, &world, &[front]);
+    world.set_overlay(Arc::default());
+    let bare = MeasuredBundle::measure(&mut gpu, &scene, &world, &[front]);
     let [a, b, bare] =
         [&by_cpu, &by_gpu, &bare].map(|bundle| bundle.plane::<[u8; 4]>(0, output::COLOR));
     let differ = |a: &[[u8; 4]], b: &[[u8; 4]]| {

@@ -2,45 +2,52 @@ use mesh::Material;
 
 use crate::rays::Lidar;
 
-/// How strong a laser pulse comes back from a surface.
+/// Return of a laser pulse from a surface.
 ///
 /// `intensity = ρ · (1 − s + s · cos θ) · exp(−a · d)`, where ρ is the material's reflectivity at
-/// 905 nm, s the share of it that is diffuse (a sign's sheeting sends light back whence it came,
-/// whatever the angle), θ the angle of incidence, a the sensor's attenuation per metre and d the
-/// distance in metres.
+/// 905 nm, s its diffuse share (retroreflective sheeting of a sign reflects towards the sensor at
+/// any angle), θ the angle of incidence, a the sensor's attenuation per metre and d the distance in
+/// metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Echo {
-    /// Metres, with the sensor's noise.
+pub(crate) struct LidarReturn {
+    /// Distance in metres, including the range noise of the sensor.
     pub(crate) distance_m: f32,
-    /// Above 0, up to 1; of a lidar that tells it, the cosine of incidence.
+    /// Intensity above 0, up to 1; or the cosine of incidence, if the sensor reports that.
     pub(crate) intensity: f32,
 }
 
-impl Echo {
-    /// What beam number `beam` hears of a surface `t` metres away, whose normal makes an angle of
-    /// the given cosine with the beam; `None` if the return is lost.
-    pub(crate) fn of(lidar: &Lidar, beam: u32, t: f32, cosine: f32, material: u8) -> Option<Echo> {
+impl LidarReturn {
+    /// Returns the return of beam number `beam` from a surface at distance `t` in metres, whose
+    /// normal makes an angle with the given cosine with the beam; `None` if the return is dropped.
+    pub(crate) fn of(
+        lidar: &Lidar,
+        beam: u32,
+        t: f32,
+        cosine: f32,
+        material: u8,
+    ) -> Option<LidarReturn> {
         let start = mixed(lidar.seed ^ beam);
         let [a, b, c] = [1, 2, 3].map(|step| mixed(start.wrapping_add(step)));
         if (a >> 8) as f32 * (1.0 / 16_777_216.0) < lidar.dropoff {
             return None;
         }
-        // A sum of four uniform numbers: bell-shaped, and never beyond 3.5 standard deviations.
+        // The sum of four uniform numbers approximates a normal distribution and never exceeds 3.5
+        // standard deviations.
         let sum = ((b & 0xffff) + (b >> 16) + (c & 0xffff) + (c >> 16)) as f32;
         let noise = (sum * (1.0 / 65_536.0) - 2.0) * 1.732_050_8;
         if lidar.attenuation_per_m < 0.0 {
             let distance_m = t + noise * lidar.noise_m;
-            return Some(Echo { distance_m, intensity: cosine.clamp(1e-6, 1.0) });
+            return Some(LidarReturn { distance_m, intensity: cosine.clamp(1e-6, 1.0) });
         }
         let [reflectivity, diffuse] =
             REFLECTIVITIES[usize::from(material).min(REFLECTIVITIES.len() - 1)];
         let facing = 1.0 - diffuse + diffuse * cosine;
         let intensity = reflectivity * facing * (-lidar.attenuation_per_m * t).exp();
-        Some(Echo { distance_m: t + noise * lidar.noise_m, intensity: intensity.max(1e-6) })
+        Some(LidarReturn { distance_m: t + noise * lidar.noise_m, intensity: intensity.max(1e-6) })
     }
 }
 
-/// A good hash of one word, by Wellons' search for low bias.
+/// Returns a hash of one word: Wellons' low-bias 32-bit hash.
 pub(crate) fn mixed(word: u32) -> u32 {
     let mut x = word;
     x ^= x >> 16;
@@ -50,7 +57,7 @@ pub(crate) fn mixed(word: u32) -> u32 {
     x ^ x >> 16
 }
 
-/// ρ and s by [`Material`]'s code.
+/// Reflectivity ρ and diffuse share s, by the code of the [`Material`].
 pub(crate) const REFLECTIVITIES: [[f32; 2]; Material::ALL.len()] = {
     let mut table = [[0.3, 0.9]; Material::ALL.len()];
     let mut index = 0;

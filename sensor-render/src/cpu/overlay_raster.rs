@@ -1,70 +1,71 @@
-//! What is drawn over the world, into the colours of cameras: the twin of draw.wgsl.
+//! Draws debug shapes into the colour images of cameras. Twin of overlay_raster.wgsl.
 
 use glam::Vec3;
 
 use crate::glyphs::{ADVANCE, GLYPHS, SIZE};
 use crate::hit::T_MIN;
-use crate::simd::LANES;
-use crate::overlay::{Overlay, Rod, Text};
+use crate::overlay::{Capsule, Overlay, Text};
 use crate::rays::Camera;
+use crate::simd::LANES;
 
-/// A text as high as this share of an image's rows has dots of one pixel.
+/// Number of image rows per pixel of a glyph's dot.
 const ROWS_PER_DOT: u32 = 240;
-/// Nearer than this to a camera's plane no text is shown. Metres.
+/// Minimum depth of a text. Metres.
 const NEAR_M: f32 = 0.05;
 const BLACK: u32 = 0xff00_0000;
 
-/// Draws into one piece of an image.
-pub(crate) struct Brush<'a> {
+/// Rasterizer for one tile of an image.
+pub(crate) struct OverlayRaster<'a> {
     overlay: &'a Overlay,
     camera: &'a Camera,
-    texts: Vec<Placed<'a>>,
-    /// Rods that may be seen in the packet.
+    texts: Vec<ScreenText<'a>>,
+    /// Capsules that may be visible in the current packet.
     near: Vec<u32>,
     stack: Vec<crate::bvh::Link>,
 }
 
-/// A text in an image.
-struct Placed<'a> {
+/// Text in image space.
+struct ScreenText<'a> {
     text: &'a Text,
     depth: f32,
     left: f32,
     top: f32,
-    /// Pixels of a dot.
+    /// Side length of a dot. Pixels.
     side: f32,
 }
 
-/// What is drawn at a pixel.
+/// Nearest shape at a pixel.
 #[derive(Clone, Copy)]
-struct Mark {
+struct Fragment {
     t: f32,
     color: u32,
 }
 
-impl Mark {
-    /// The nearer of two; of those as near, one that does not depend on their order.
+impl Fragment {
+    /// Returns the nearer of two; at equal distance one that does not depend on their order.
     #[inline(always)]
-    fn nearer(self, t: f32, color: u32) -> Mark {
-        if t < self.t || (t == self.t && color < self.color) { Mark { t, color } } else { self }
+    fn nearer(self, t: f32, color: u32) -> Fragment {
+        if t < self.t || (t == self.t && color < self.color) { Fragment { t, color } } else { self }
     }
 }
 
-impl<'a> Brush<'a> {
-    /// Nobody, if nothing is drawn.
-    pub(crate) fn new(overlay: &'a Overlay, camera: &'a Camera) -> Option<Brush<'a>> {
+impl<'a> OverlayRaster<'a> {
+    /// Returns a rasterizer; `None` if there are no shapes.
+    pub(crate) fn new(overlay: &'a Overlay, camera: &'a Camera) -> Option<OverlayRaster<'a>> {
         if overlay.is_empty() {
             return None;
         }
         let texts = overlay.texts.iter().filter_map(|text| place(text, camera)).collect();
-        Some(Brush { overlay, camera, texts, near: Vec::new(), stack: Vec::new() })
+        Some(OverlayRaster { overlay, camera, texts, near: Vec::new(), stack: Vec::new() })
     }
 
-    /// Finds what may be seen in the 8 by 8 pixels from (x, y) on. Says whether there is anything.
+    /// Finds the shapes that may be visible in the 8 × 8 pixels from (x, y) on. Returns whether
+    /// there are any.
     #[inline(never)]
-    pub(crate) fn look_at(&mut self, x: u32, y: u32) -> bool {
-        let Brush { overlay, camera, .. } = *self;
+    pub(crate) fn find_shapes(&mut self, x: u32, y: u32) -> bool {
+        let OverlayRaster { overlay, camera, .. } = *self;
         self.near.clear();
-        if !overlay.rods.is_empty() {
+        if !overlay.capsules.is_empty() {
             let direction = |x: u32, y: u32| direction(camera, x, y).normalize_or(camera.forward);
             let corners = [(0, 0), (7, 0), (0, 7), (7, 7)].map(|(r, d)| direction(x + r, y + d));
             let axis = corners.iter().sum::<Vec3>().normalize_or(camera.forward);
@@ -96,7 +97,7 @@ impl<'a> Brush<'a> {
                 }
             }
         }
-        let is_close = |text: &Placed| {
+        let is_close = |text: &ScreenText| {
             let [right, bottom] = [text.left + text.width(), text.top + text.height()];
             let (x, y) = (x as f32, y as f32);
             x + 8.0 >= text.left && x <= right && y + 8.0 >= text.top && y <= bottom
@@ -104,9 +105,10 @@ impl<'a> Brush<'a> {
         !self.near.is_empty() || self.texts.iter().any(is_close)
     }
 
-    /// Draws over the colours of 4 by 4 pixels from (x, y) on, where nothing nearer than `depths`.
+    /// Draws over the colours of 4 × 4 pixels from (x, y) on, where no surface is nearer than the
+    /// shape.
     #[inline(never)]
-    pub(crate) fn paint(
+    pub(crate) fn draw(
         &self,
         x: u32,
         y: u32,
@@ -116,38 +118,39 @@ impl<'a> Brush<'a> {
         for lane in 0..LANES as u32 {
             let (x, y) = (x + lane % 4, y + lane / 4);
             let direction = direction(self.camera, x, y);
-            let mut mark = Mark { t: f32::INFINITY, color: !0 };
+            let mut fragment = Fragment { t: f32::INFINITY, color: !0 };
             for at in &self.near {
-                let rod = &self.overlay.rods[*at as usize];
-                if let Some(t) = meet(rod, self.camera, direction) {
-                    mark = mark.nearer(t, rod.color);
+                let capsule = &self.overlay.capsules[*at as usize];
+                if let Some(t) = meet(capsule, self.camera, direction) {
+                    fragment = fragment.nearer(t, capsule.color);
                 }
             }
             for text in &self.texts {
                 if let Some(color) = text.dot(x as f32, y as f32) {
-                    mark = mark.nearer(text.depth, color);
+                    fragment = fragment.nearer(text.depth, color);
                 }
             }
-            // Sky is infinitely far away.
-            if mark.t < depths[lane as usize] {
-                colors[lane as usize] = mark.color.to_le_bytes();
+            // The depth of the sky is infinite.
+            if fragment.t < depths[lane as usize] {
+                colors[lane as usize] = fragment.color.to_le_bytes();
             }
         }
     }
 }
 
-/// As long as the depth of 1.
+/// Returns the direction of a pixel's ray, at depth 1.
 #[inline(always)]
 fn direction(camera: &Camera, x: u32, y: u32) -> Vec3 {
     let (x, y) = (x as f32 - camera.center[0], y as f32 - camera.center[1]);
     camera.forward + camera.right * x + camera.down * y
 }
 
-/// Where a ray meets the rod: where both are closest, and thence half the rod's thickness nearer.
+/// Returns the ray parameter of the hit: the point of closest approach, moved towards the camera by
+/// half the chord through the capsule.
 #[inline(always)]
-fn meet(rod: &Rod, camera: &Camera, direction: Vec3) -> Option<f32> {
-    let begin = Vec3::from(rod.begin);
-    let along = Vec3::from(rod.end) - begin;
+fn meet(capsule: &Capsule, camera: &Camera, direction: Vec3) -> Option<f32> {
+    let begin = Vec3::from(capsule.begin);
+    let along = Vec3::from(capsule.end) - begin;
     let from_begin = camera.origin - begin;
     let (a, b, c) = (direction.dot(direction), direction.dot(along), along.dot(along));
     let (d, e) = (direction.dot(from_begin), along.dot(from_begin));
@@ -155,13 +158,13 @@ fn meet(rod: &Rod, camera: &Camera, direction: Vec3) -> Option<f32> {
     let share = if apart > 1e-6 * a * c { ((a * e - b * d) / apart).clamp(0.0, 1.0) } else { 0.0 };
     let t = (b * share - d) / a;
     let gap = from_begin + direction * t - along * share;
-    let reach = rod.radius.max(rod.pixels * camera.pixel * t);
+    let reach = capsule.radius.max(capsule.pixels * camera.pixel * t);
     let room = reach * reach - gap.dot(gap);
     let front = t - (room.max(0.0) / a).sqrt();
     (t > T_MIN && room >= 0.0).then(|| front.max(T_MIN))
 }
 
-fn place<'a>(text: &'a Text, camera: &Camera) -> Option<Placed<'a>> {
+fn place<'a>(text: &'a Text, camera: &Camera) -> Option<ScreenText<'a>> {
     let to = Vec3::from(text.at) - camera.origin;
     let depth = to.dot(camera.forward);
     if depth < NEAR_M || text.count == 0 {
@@ -172,10 +175,10 @@ fn place<'a>(text: &'a Text, camera: &Camera) -> Option<Placed<'a>> {
     let across = to.dot(camera.right) * scale + camera.center[0];
     let down = to.dot(camera.down) * scale + camera.center[1];
     let half = [(text.count * ADVANCE - 1) as f32, SIZE[1] as f32].map(|dots| dots * side * 0.5);
-    Some(Placed { text, depth, left: across - half[0], top: down - half[1], side })
+    Some(ScreenText { text, depth, left: across - half[0], top: down - half[1], side })
 }
 
-impl Placed<'_> {
+impl ScreenText<'_> {
     fn width(&self) -> f32 {
         (self.text.count * ADVANCE) as f32 * self.side
     }
@@ -184,7 +187,7 @@ impl Placed<'_> {
         (SIZE[1] + 1) as f32 * self.side
     }
 
-    /// What it has at a pixel.
+    /// Returns the colour at a pixel, if the text covers it.
     #[inline(always)]
     fn dot(&self, x: f32, y: f32) -> Option<u32> {
         let column = ((x - self.left) / self.side).floor() as i32;

@@ -2,56 +2,59 @@ use glam::{Vec3, Vec4, Vec4Swizzles};
 use mesh::Material;
 use protocol::{lamp, street_light};
 
-use crate::echo::mixed;
-use crate::hit::NONE;
-use crate::light::Light;
-use crate::world::{Lamp, lights};
-use crate::{Scene, World};
+use crate::{
+    hit::NONE,
+    instance::{StreetLight, lights},
+    lidar_return::mixed,
+    light::Light,
+    scene::Scene,
+    world::World,
+};
 
-/// Bits of [`Coat::pattern`].
+/// Bits of [`SurfaceMaterial::pattern`].
 pub(crate) mod pattern {
-    /// Windows in rows.
+    /// Windows in rows, with wall between them.
     pub(crate) const WINDOWS: u32 = 1 << 0;
-    /// Nothing but window panes.
+    /// Curtain wall: window panes only.
     pub(crate) const CURTAIN: u32 = 1 << 1;
     /// Courses of bricks.
     pub(crate) const BRICKS: u32 = 1 << 2;
-    /// Square slabs.
+    /// Square paving slabs.
     pub(crate) const SLABS: u32 = 1 << 3;
-    /// Rows of tiles.
+    /// Rows of roof tiles.
     pub(crate) const TILES: u32 = 1 << 4;
 }
 
-/// What a triangle is painted with: all that is the same at each of its points.
+/// Shading parameters that are constant over a triangle.
 ///
-/// Twin of `coat_of` in coat.wgsl.
+/// Twin of `surface_material_of` in surface_material.wgsl.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Coat {
-    /// Share of the light that it scatters, linear.
+pub(crate) struct SurfaceMaterial {
+    /// Diffuse albedo, linear.
     pub(crate) albedo: Vec3,
-    /// Share that it mirrors when looked at straight.
-    pub(crate) shine: f32,
-    /// What it gives off by itself, linear.
-    pub(crate) glow: Vec3,
-    /// Of the mirror: 0 is perfect.
-    pub(crate) rough: f32,
-    /// How far light goes round the edge, as through leaves.
+    /// Specular reflectance at normal incidence.
+    pub(crate) specular: f32,
+    /// Emitted radiance, linear.
+    pub(crate) emission: Vec3,
+    /// Roughness of the specular reflection; 0 is a perfect mirror.
+    pub(crate) roughness: f32,
+    /// Wrap lighting: how far diffuse light reaches around the edge, as through leaves.
     pub(crate) wrap: f32,
     /// Bits of [`pattern`].
     pub(crate) pattern: u32,
-    /// Strength and spots per metre of the fine grain, then of the coarse.
+    /// Strength and spots per metre of the fine grain, then of the coarse grain.
     pub(crate) grain: Vec4,
-    /// Axes on the surface: along it and up it, or x and y where it lies flat.
+    /// Axes on the surface: horizontal and upward; on level surfaces world x and y.
     pub(crate) along: Vec3,
     pub(crate) up: Vec3,
-    /// The wall that the triangle is part of; see [`crate::wall::Wall`].
+    /// Wall that the triangle is part of; see [`crate::wall::Wall`].
     pub(crate) wall: [f32; 4],
-    /// A number of the object's own.
+    /// Hash of the object's id, for random variation.
     pub(crate) seed: u32,
 }
 
-impl Coat {
-    /// The coat of a triangle of the town, or of an instance.
+impl SurfaceMaterial {
+    /// Returns the shading parameters of a triangle of the town, or of an instance.
     #[inline]
     pub(crate) fn new(
         scene: &Scene,
@@ -59,14 +62,14 @@ impl Coat {
         light: &Light,
         triangle: u32,
         instance: u32,
-    ) -> Coat {
+    ) -> SurfaceMaterial {
         let triangle = &scene.triangles[triangle as usize];
         let actor = (instance != NONE).then(|| &world.instances[instance as usize]);
         let code = usize::from(triangle.material()).min(MATERIALS.len() - 1);
-        let [color, stuff, grain] = MATERIALS[code].map(Vec4::from);
+        let [color, parameters, grain] = MATERIALS[code].map(Vec4::from);
         let seed = mixed(actor.map_or(triangle.object, |actor| actor.id));
         let share = |bits: u32| (bits & 0xff) as f32 * (1.0 / 255.0) - 0.5;
-        let (pale, warm) = (share(seed) * stuff.w, share(seed >> 8) * stuff.w);
+        let (pale, warm) = (share(seed) * parameters.w, share(seed >> 8) * parameters.w);
         let tint = Vec3::new(1.0 + pale + warm * 0.4, 1.0 + pale, 1.0 + pale - warm * 0.6);
         let mut albedo = color.xyz() * tint;
         if code == Material::CarPaint as usize {
@@ -88,10 +91,10 @@ impl Coat {
         let normal = Vec3::from(triangle.edge1).cross(Vec3::from(triangle.edge2));
         let (mut along, mut up) = (Vec3::X, Vec3::Y);
         let flat = normal.x * normal.x + normal.y * normal.y;
-        // Flatter than about 26 degrees.
+        // Surfaces steeper than about 26 degrees have an upward axis.
         let foliage = code == Material::Leaves as usize || code == Material::Needles as usize;
         if foliage {
-            // Neighbouring facets of a crown share their axes.
+            // Neighbouring facets of a tree crown share their axes.
             let [x, y, z] = normal.abs().to_array();
             if x >= y.max(z) {
                 (along, up) = (Vec3::Y, Vec3::Z);
@@ -102,20 +105,20 @@ impl Coat {
             along = Vec3::new(-normal.y, normal.x, 0.0) * (1.0 / flat.sqrt());
             up = normal.cross(along) * (1.0 / (flat + normal.z * normal.z).sqrt());
         }
-        let (mut glow, mut pattern, mut grain) = (Vec3::ZERO, stuff.z as u32, grain);
+        let (mut emission, mut pattern, mut grain) = (Vec3::ZERO, parameters.z as u32, grain);
         let dark = light.horizon.w;
         if let Some(actor) = actor {
             (pattern, grain) = (0, Vec4::ZERO);
-            glow = glow_of_actor(code, actor.lights, dark, albedo);
+            emission = actor_emission(code, actor.lights, dark, albedo);
         } else if code == Material::LampWhite as usize {
-            glow = glow_of_lamp(&world.lamps, triangle.object, dark);
+            emission = street_light_emission(&world.street_lights, triangle.object, dark);
         }
-        Coat {
+        SurfaceMaterial {
             albedo,
-            shine: color.w,
-            glow,
-            rough: stuff.x,
-            wrap: stuff.y,
+            specular: color.w,
+            emission,
+            roughness: parameters.x,
+            wrap: parameters.y,
             pattern,
             grain,
             along,
@@ -126,28 +129,31 @@ impl Coat {
     }
 }
 
-/// From sRGB, near enough to its curve.
+/// Converts from sRGB to linear, with a polynomial approximation of the curve.
 fn linear(c: Vec3) -> Vec3 {
     c * (c * (c * 0.305_306_01 + 0.682_171_1) + 0.012_522_878)
 }
 
-/// What a street lamp gives off.
-fn glow_of_lamp(told: &[Lamp], number: u32, dark: f32) -> Vec3 {
+/// Returns the radiance that a street light emits. `dark` is 1 at night.
+fn street_light_emission(overrides: &[StreetLight], number: u32, dark: f32) -> Vec3 {
     let own = Vec3::new(9.0, 7.5, 5.0);
-    let Ok(at) = told.binary_search_by_key(&number, |lamp| lamp.number) else { return own * dark };
-    let lamp = told[at];
+    let Ok(at) = overrides.binary_search_by_key(&number, |lamp| lamp.number) else {
+        return own * dark;
+    };
+    let lamp = overrides[at];
     let [r, g, b, _] = lamp.color.to_le_bytes().map(|part| f32::from(part) * (1.0 / 255.0));
-    let glow = if lamp.color == 0 { own } else { linear(Vec3::new(r, g, b)) * 9.0 };
+    let emission = if lamp.color == 0 { own } else { linear(Vec3::new(r, g, b)) * 9.0 };
     let on = match lamp.mode {
         street_light::OFF => 0.0,
         street_light::ON => 1.0,
         _ => dark,
     };
-    glow * (on * lamp.share)
+    emission * (on * lamp.share)
 }
 
-/// What an actor's lamps give off. By night, head and tail lamps shine without being asked.
-fn glow_of_actor(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
+/// Returns the radiance that a lamp of an actor emits. At night, head and tail lamps shine even if
+/// they are not switched on.
+fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
     const LAMP_WHITE: usize = Material::LampWhite as usize;
     const LAMP_RED: usize = Material::LampRed as usize;
     const LAMP_AMBER: usize = Material::LampAmber as usize;
@@ -186,7 +192,7 @@ fn glow_of_actor(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
         INDICATOR_RIGHT => amber * shines(lamp::RIGHT_BLINKER),
         LAMP_AMBER => amber * 0.5,
         BEACON => {
-            // Blue ones are the second kind.
+            // Blue beacons belong to the second special light.
             let is_second = albedo.z > albedo.x;
             albedo * 9.0 * shines(if is_second { lamp::SPECIAL2 } else { lamp::SPECIAL1 })
         }
@@ -197,23 +203,24 @@ fn glow_of_actor(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
     }
 }
 
-/// What `CarPaint` means on things that stand still, sRGB.
+/// Colours of `CarPaint` on static objects, sRGB.
 pub(crate) const PAINTS: [u32; 8] =
     [0x2a2a8c, 0x6e4628, 0x3c5a2d, 0x28282a, 0x969696, 0x1e82b4, 0x50286e, 0xb4bebe];
 
-/// By [`Material`]'s code: albedo and shine; rough, wrap, pattern, tint; the grain.
+/// By the code of the [`Material`]: albedo and specular; roughness, wrap, pattern, variation of the
+/// tint; grain.
 pub(crate) const MATERIALS: [[[f32; 4]; 3]; Material::ALL.len()] = {
     let mut table = [[[0.3, 0.3, 0.3, 0.02], [0.6, 0.0, 0.0, 0.0], [0.0; 4]]; Material::ALL.len()];
     let mut index = 0;
     while index < Material::ALL.len() {
         let material = Material::ALL[index];
-        table[material as usize] = looks(material);
+        table[material as usize] = parameters_of(material);
         index += 1;
     }
     table
 };
 
-const fn looks(material: Material) -> [[f32; 4]; 3] {
+const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
     const WINDOWS: f32 = pattern::WINDOWS as f32;
     const CURTAIN: f32 = pattern::CURTAIN as f32;
     const BRICKS: f32 = pattern::BRICKS as f32;

@@ -1,6 +1,6 @@
-// How strong a laser pulse comes back: the twin of echo.rs.
+// Return of a laser pulse. Twin of lidar_return.rs.
 
-// Reflectivity and the share of it that depends on the angle, by material.
+// Reflectivity and its diffuse share, by material.
 @group(0) @binding(11) var<uniform> reflectivities: array<vec4f, 40>;
 
 fn mixed(word: u32) -> u32 {
@@ -13,8 +13,8 @@ fn mixed(word: u32) -> u32 {
     return x;
 }
 
-// Distance in metres and intensity; an intensity of 0 says that the return is lost.
-fn echo_of(index: u32, beam: u32, hit: Hit, direction: vec3f) -> vec2f {
+// Distance in metres and intensity; an intensity of 0 means that the return is dropped.
+fn lidar_return_of(index: u32, beam: u32, hit: Hit, direction: vec3f) -> vec2f {
     let start = mixed(lidars[index].seed ^ beam);
     let a = mixed(start + 1u);
     let b = mixed(start + 2u);
@@ -27,10 +27,10 @@ fn echo_of(index: u32, beam: u32, hit: Hit, direction: vec3f) -> vec2f {
     let distance = hit.t + noise * lidars[index].y_axis.w;
     let cosine = abs(dot(normal_of(hit, direction), direction));
     if (lidars[index].x_axis.w < 0.0) {
-        // It tells the angle of incidence.
+        // Points report the cosine of incidence instead of an intensity.
         return vec2f(distance, clamp(cosine, 1e-6, 1.0));
     }
-    let surface = reflectivities[material_of(hit)];
+    let surface = reflectivities[min(material_of(hit), 39u)];
     let facing = 1.0 - surface.y + surface.y * cosine;
     let intensity = surface.x * facing * exp(-lidars[index].x_axis.w * hit.t);
     return vec2f(distance, max(intensity, 1e-6));

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 use mesh::Mesh;
 use protocol::{ActorId, ActorState, Frame, Pose, STRIDE, Stamp, Weather, kind, lamp, output};
 
-use super::{BundleSample, camera, cpu};
+use super::{MeasuredBundle, camera, cpu};
 use crate::{Scene, World};
 
 fn actor(id: &str, pose: Pose) -> ActorState {
@@ -17,14 +17,14 @@ fn actor(id: &str, pose: Pose) -> ActorState {
 }
 
 /// From a metre above the ground at the origin, along x.
-fn look(scene: &Scene, actor: ActorState, sim_time_nanos: u64) -> BundleSample {
+fn look(scene: &Scene, actor: ActorState, sim_time_nanos: u64) -> MeasuredBundle {
     let mut world = World::new();
     let stamp = Stamp { frame: Frame(1), sim_time_nanos, episode: 1, reserved: 0 };
     world.place(scene, stamp, 50_000_000, &Weather::default(), &[actor], |_| [40, 40, 160]);
-    BundleSample::measure(&mut cpu(1), scene, &world, &[camera(320, 240)])
+    MeasuredBundle::measure(&mut cpu(1), scene, &world, &[camera(320, 240)])
 }
 
-fn columns_of(picture: &BundleSample, wanted: impl Fn([u8; 4]) -> bool) -> Vec<usize> {
+fn columns_of(picture: &MeasuredBundle, wanted: impl Fn([u8; 4]) -> bool) -> Vec<usize> {
     let pixels = picture.plane::<[u8; 4]>(0, output::COLOR);
     (0..pixels.len()).filter(|at| wanted(pixels[*at])).map(|at| at % 320).collect()
 }
@@ -39,7 +39,7 @@ const AMBER: fn([u8; 4]) -> bool = |[r, g, b, _]| r > 220 && (110..235).contains
 
 #[test]
 fn lamps_shine_when_their_bits_say_so() {
-    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]);
+    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
     let with = |lamps: u32| look(&scene, ActorState { lamps, ..tail() }, 0);
     let dark = with(0);
     assert!(columns_of(&dark, MODEL3_RED).is_empty() && columns_of(&dark, AMBER).is_empty());
@@ -52,13 +52,13 @@ fn lamps_shine_when_their_bits_say_so() {
     assert!(left.len() > 5 && left.iter().all(|x| *x < 160), "{left:?}");
     assert!(right.len() > 5 && right.iter().all(|x| *x > 160), "{right:?}");
     let white =
-        |picture: &BundleSample| columns_of(picture, |[r, g, b, _]| r.min(g).min(b) > 235).len();
+        |picture: &MeasuredBundle| columns_of(picture, |[r, g, b, _]| r.min(g).min(b) > 235).len();
     assert!(white(&with(lamp::REVERSE)) > white(&dark) + 5);
 }
 
 #[test]
 fn indicators_blink_with_simulated_time() {
-    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]);
+    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
     let lit = |millis: u64| {
         let actor = ActorState { lamps: lamp::LEFT_BLINKER, ..tail() };
         !columns_of(&look(&scene, actor, millis * 1_000_000), AMBER).is_empty()
@@ -68,14 +68,14 @@ fn indicators_blink_with_simulated_time() {
 
 #[test]
 fn wheels_turn_in_the_picture_and_nothing_else_does() {
-    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]);
+    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
     let side = Pose::level(Vec3::new(5.0, 0.0, 0.0), std::f32::consts::FRAC_PI_2);
     let still = actor("vehicle.tesla.model3", side);
     let rest = look(&scene, still, 0);
     let rolled = look(&scene, ActorState { wheel_spin_rad: 0.6, ..still }, 0);
     let ids = rest.plane::<u32>(0, output::INSTANCE);
     assert!(ids.iter().all(|id| *id == 0 || *id == 7), "every part has the actor's id");
-    let color = |picture: &BundleSample| picture.plane::<[u8; 4]>(0, output::COLOR).to_vec();
+    let color = |picture: &MeasuredBundle| picture.plane::<[u8; 4]>(0, output::COLOR).to_vec();
     let changed: Vec<usize> = color(&rest)
         .iter()
         .zip(color(&rolled))
@@ -90,7 +90,7 @@ fn wheels_turn_in_the_picture_and_nothing_else_does() {
 
 #[test]
 fn an_open_door_is_seen_beside_the_car() {
-    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]);
+    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
     let widest = |doors: u32| {
         let picture = look(&scene, ActorState { doors, ..tail() }, 0);
         let ids = picture.plane::<u32>(0, output::INSTANCE);
@@ -104,14 +104,14 @@ fn an_open_door_is_seen_beside_the_car() {
 
 #[test]
 fn a_walker_strides_when_it_walks_and_stands_when_it_stands() {
-    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]);
+    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
     let pose = Pose::new(Vec3::new(4.0, 0.0, 0.0), Quat::from_rotation_z(1.5));
     let still = actor("walker.pedestrian.0002", pose);
     let at = |phase: u32, speed: f32| {
         look(&scene, ActorState { phase, velocity_mps: [0.0, speed, 0.0], ..still }, 0)
     };
     assert_eq!(at(0, 0.0).bytes(), at(STRIDE / 4, 0.0).bytes());
-    let width = |picture: &BundleSample| {
+    let width = |picture: &MeasuredBundle| {
         let ids = picture.plane::<u32>(0, output::INSTANCE);
         let columns: Vec<usize> =
             (0..ids.len()).filter(|i| ids[*i] == 7).map(|i| i % 320).collect();

@@ -2,15 +2,15 @@ use crate::bvh::{DEPTH_MAX, Link, TOP_DEPTH_MAX};
 use crate::simd::Float8;
 use crate::wide::WideNode;
 
-/// What is left to visit; one for all walks of a thread, since a walk of an actor's level begins
-/// within a walk of the top level.
+/// Stack of links to visit. All traversals of a thread share one, because the traversal of an
+/// instance's hierarchy begins within that of the top level.
 #[derive(Debug)]
 pub(crate) struct Stack {
     entries: Box<[Entry; STACK]>,
     height: usize,
 }
 
-/// Each step down leaves at most seven behind; there are two levels.
+/// Each level leaves at most seven entries on the stack; two hierarchies are traversed at once.
 const STACK: usize = 8 * (DEPTH_MAX + TOP_DEPTH_MAX + 2);
 
 #[derive(Clone, Copy, Debug)]
@@ -25,21 +25,21 @@ impl Stack {
     }
 }
 
-/// What may touch boxes: a beam or a single ray.
+/// Object that is tested against boxes: a beam or a single ray.
 pub(crate) trait Probe {
-    /// Which of a node's children it may touch before `limit`, one bit each, and how far along
-    /// each begins.
+    /// Returns which of a node's children may be hit before `limit`, one bit each, and the
+    /// parameter at which each begins.
     fn touch<E: Float8>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]);
 }
 
-/// What happens at the leaves.
+/// Action at the leaves of a traversal.
 pub(crate) trait Visitor {
-    /// Meets the primitives of a leaf; returns how far along the beam's axis anything is still of
-    /// interest, or minus infinity to end the walk.
+    /// Intersects the primitives of a leaf. Returns the new limit along the beam's axis, or minus
+    /// infinity to end the traversal.
     fn visit(&mut self, stack: &mut Stack, first: u32, count: u32) -> f32;
 }
 
-/// Takes `visitor` to the leaves below `root` that `probe` touches before `limit`, near ones
+/// Calls `visitor` for the leaves below `root` that `probe` touches before `limit`, near ones
 /// first.
 #[inline(always)]
 pub(crate) fn walk<E: Float8, P: Probe, V: Visitor>(

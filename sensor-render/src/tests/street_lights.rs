@@ -4,7 +4,7 @@ use mesh::{Face, Material, Tag};
 use protocol::output;
 use town::{Lighting, StreetLightState};
 
-use super::{BundleSample, block, camera, cpu, town, world_with};
+use super::{MeasuredBundle, block, camera, cpu, town, world_with};
 use crate::{Scene, Tracer};
 
 /// Three heads before the wall, objects 9, 10 and 11, from the left to the right.
@@ -14,7 +14,7 @@ fn scene() -> Scene {
         let face = Face::new(Tag::Pole, Material::LampWhite, object);
         block(&mut mesh, [10.0, y - 1.0, 1.0], [10.5, y + 1.0, 2.0], face);
     }
-    Scene::new(&mesh, &[])
+    Scene::new(&mesh, &[]).unwrap()
 }
 
 fn told(lighting: &mut Lighting, number: u32, shine: StreetLightState) {
@@ -24,12 +24,12 @@ fn told(lighting: &mut Lighting, number: u32, shine: StreetLightState) {
 }
 
 /// The colours in the middle of the three.
-fn seen(tracer: &mut Tracer, lighting: &Lighting, sun_altitude_rad: f32) -> [[u8; 4]; 3] {
+fn measured(tracer: &mut Tracer, lighting: &Lighting, sun_altitude_rad: f32) -> [[u8; 4]; 3] {
     let scene = scene();
     let mut world = world_with(&scene, &[]);
     world.weather.sun_altitude_rad = sun_altitude_rad;
-    world.light(lighting);
-    let bundle = BundleSample::measure(tracer, &scene, &world, &[camera(161, 121)]);
+    world.set_street_lights(lighting);
+    let bundle = MeasuredBundle::measure(tracer, &scene, &world, &[camera(161, 121)]);
     let colors = bundle.plane::<[u8; 4]>(0, output::COLOR);
     [4.0, 0.0, -4.0].map(|y: f32| colors[56 * 161 + (80.0 - 80.5 * y / 10.0) as usize])
 }
@@ -48,12 +48,12 @@ fn lighting() -> Lighting {
 #[test]
 fn a_lamp_shines_by_night_if_it_was_told_nothing_and_as_it_was_told_else() {
     let own = Lighting::default();
-    let by_day = seen(&mut cpu(1), &own, DAY);
-    let by_night = seen(&mut cpu(1), &own, NIGHT);
+    let by_day = measured(&mut cpu(1), &own, DAY);
+    let by_night = measured(&mut cpu(1), &own, NIGHT);
     assert!(by_night.iter().all(|[r, g, b, _]| *r > 240 && *g > 220 && *b > 190), "{by_night:?}");
     let told = lighting();
     for (sun, plain) in [(DAY, by_day), (NIGHT, by_night)] {
-        let [red, same, off] = seen(&mut cpu(1), &told, sun);
+        let [red, same, off] = measured(&mut cpu(1), &told, sun);
         assert!(red[0] > 240 && red[0] - red[1] > 60, "{red:?}");
         assert_eq!(same, plain[1]);
         assert!(sun == DAY || off[0] < 100, "{off:?}");
@@ -62,7 +62,7 @@ fn a_lamp_shines_by_night_if_it_was_told_nothing_and_as_it_was_told_else() {
     let mut weak = Lighting::default();
     let dim = StreetLightState { share: 0.02, ..StreetLightState::OWN };
     self::told(&mut weak, 10, dim);
-    assert!(seen(&mut cpu(1), &weak, NIGHT)[1][0] < 200);
+    assert!(measured(&mut cpu(1), &weak, NIGHT)[1][0] < 200);
 }
 
 #[test]
@@ -70,8 +70,8 @@ fn a_gpu_lets_them_shine_the_same() {
     let Some(mut gpu) = crate::gpu::tests::gpu() else { return };
     for lighting in [Lighting::default(), lighting(), Lighting::default()] {
         for sun in [DAY, NIGHT] {
-            let by_gpu = seen(&mut gpu, &lighting, sun);
-            let by_cpu = seen(&mut cpu(1), &lighting, sun);
+            let by_gpu = measured(&mut gpu, &lighting, sun);
+            let by_cpu = measured(&mut cpu(1), &lighting, sun);
             let apart = by_cpu.iter().flatten().zip(by_gpu.iter().flatten());
             assert!(apart.clone().all(|(a, b)| a.abs_diff(*b) <= 2), "{by_cpu:?} {by_gpu:?}");
         }

@@ -1,5 +1,5 @@
-// What is drawn over the world, into the colours of cameras: the twin of draw.rs. Nothing of it
-// runs while nothing is drawn.
+// Draws debug shapes into the colours of cameras. Twin of overlay_raster.rs. Runs only if there are
+// shapes.
 
 const ROWS_PER_DOT = 240u;
 const NEAR_M = 0.05;
@@ -7,24 +7,25 @@ const BLACK = 0xff000000u;
 const ADVANCE = 6;
 const GLYPH_SIZE = vec2i(5, 7);
 
-// The most pixels; then 96 glyphs of two words, nodes, rods, texts: see `Resident::take_overlay`.
+// Largest minimum radius in pixels; then 96 glyphs of two words, nodes, capsules and texts: see
+// `GpuResources::upload_overlay`.
 @group(0) @binding(13) var<storage, read> overlay: array<vec4u>;
 const FIRST_GLYPH = 1u;
 const FIRST_OVERLAY_NODE = 49u;
 
-struct Mark {
+struct Fragment {
     t: f32,
     color: u32,
 }
 
-fn nearer(mark: Mark, t: f32, color: u32) -> Mark {
-    if (t < mark.t || (t == mark.t && color < mark.color)) {
-        return Mark(t, color);
+fn nearer(fragment: Fragment, t: f32, color: u32) -> Fragment {
+    if (t < fragment.t || (t == fragment.t && color < fragment.color)) {
+        return Fragment(t, color);
     }
-    return mark;
+    return fragment;
 }
 
-fn meet_rod(index: u32, ray: Ray, pixel: f32, mark: Mark) -> Mark {
+fn meet_capsule(index: u32, ray: Ray, pixel: f32, fragment: Fragment) -> Fragment {
     let place = frame.overlay.y + index * 3u;
     let first = bitcast<vec4f>(overlay[place]);
     let second = bitcast<vec4f>(overlay[place + 1u]);
@@ -45,12 +46,13 @@ fn meet_rod(index: u32, ray: Ray, pixel: f32, mark: Mark) -> Mark {
     let reach = max(first.w, second.w * pixel * t);
     let room = reach * reach - dot(gap, gap);
     if (t > T_MIN && room >= 0.0) {
-        return nearer(mark, max(t - sqrt(room / a), T_MIN), overlay[place + 2u].x);
+        return nearer(fragment, max(t - sqrt(room / a), T_MIN), overlay[place + 2u].x);
     }
-    return mark;
+    return fragment;
 }
 
-// Where the ray enters a box that is as much wider as its rods may be.
+// Returns whether the ray enters a box after widening it by the largest minimum radius of its
+// capsules.
 fn enter_widened(low: vec3f, high: vec3f, ray: Ray, inverse: vec3f, pixel: f32) -> bool {
     let half = length(high - low) * 0.5;
     let far = length((low + high) * 0.5 - ray.origin) + half;
@@ -58,8 +60,8 @@ fn enter_widened(low: vec3f, high: vec3f, ray: Ray, inverse: vec3f, pixel: f32) 
     return enter(low - more, high + more, ray.origin, inverse, FAR_AWAY) < FAR_AWAY;
 }
 
-fn meet_rods(ray: Ray, pixel: f32) -> Mark {
-    var mark = Mark(FAR_AWAY, NONE);
+fn meet_capsules(ray: Ray, pixel: f32) -> Fragment {
+    var fragment = Fragment(FAR_AWAY, NONE);
     let inverse = inverse_of(ray.direction);
     var height = 0u;
     var link = frame.overlay.x;
@@ -68,7 +70,7 @@ fn meet_rods(ray: Ray, pixel: f32) -> Mark {
             let first = link & 0x3ffffffu;
             let end = first + ((link >> 26u) & 31u);
             for (var index = first; index < end; index++) {
-                mark = meet_rod(index, ray, pixel, mark);
+                fragment = meet_capsule(index, ray, pixel, fragment);
             }
         } else {
             let place = FIRST_OVERLAY_NODE + link * 4u;
@@ -86,12 +88,12 @@ fn meet_rods(ray: Ray, pixel: f32) -> Mark {
             }
         }
         if (height == 0u) {
-            return mark;
+            return fragment;
         }
         height--;
         link = stack[height];
     }
-    return mark;
+    return fragment;
 }
 
 fn is_dot(place: u32, column: i32, row: i32) -> bool {
@@ -113,12 +115,12 @@ fn is_dot(place: u32, column: i32, row: i32) -> bool {
     return ((words[(glyph % 2u) * 2u + 1u] >> (bit - 32u)) & 1u) != 0u;
 }
 
-fn meet_text(place: u32, camera: u32, x: u32, y: u32, mark: Mark) -> Mark {
+fn meet_text(place: u32, camera: u32, x: u32, y: u32, fragment: Fragment) -> Fragment {
     let to = bitcast<vec3f>(overlay[place].xyz) - cameras[camera].origin.xyz;
     let depth = dot(to, cameras[camera].forward.xyz);
     let count = overlay[place + 1u].x;
     if (depth < NEAR_M || count == 0u) {
-        return mark;
+        return fragment;
     }
     let side = f32(max(cameras[camera].height / ROWS_PER_DOT, 1u));
     let pixel = cameras[camera].origin.w;
@@ -128,17 +130,17 @@ fn meet_text(place: u32, camera: u32, x: u32, y: u32, mark: Mark) -> Mark {
     let half = vec2f(f32(count * u32(ADVANCE) - 1u), f32(GLYPH_SIZE.y)) * side * 0.5;
     let at = vec2i(floor((vec2f(f32(x), f32(y)) - (middle - half)) / side));
     if (is_dot(place, at.x, at.y)) {
-        return nearer(mark, depth, overlay[place].w);
+        return nearer(fragment, depth, overlay[place].w);
     }
     if (overlay[place + 1u].y != 0u && is_dot(place, at.x - 1, at.y - 1)) {
-        return nearer(mark, depth, BLACK);
+        return nearer(fragment, depth, BLACK);
     }
-    return mark;
+    return fragment;
 }
 
 // One thread a pixel, as `see`, after it.
 @compute @workgroup_size(8, 8)
-fn draw_over(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
+fn draw_overlay(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
     let group = group_number(group_at);
     if (group >= frame.groups.x) {
         return;
@@ -156,12 +158,12 @@ fn draw_over(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_i
     let direction = cameras[index].forward.xyz + cameras[index].right.xyz * from_center.x
         + cameras[index].down.xyz * from_center.y;
     let ray = Ray(cameras[index].origin.xyz, direction);
-    var mark = meet_rods(ray, cameras[index].origin.w);
+    var fragment = meet_capsules(ray, cameras[index].origin.w);
     for (var text = 0u; text < frame.overlay.w; text++) {
-        mark = meet_text(frame.overlay.z + text * 10u, index, x, y, mark);
+        fragment = meet_text(frame.overlay.z + text * 10u, index, x, y, fragment);
     }
-    // Whatever is nearer hides it.
-    if (mark.t < FAR_AWAY && closest(ray, mark.t, true).triangle == NONE) {
-        bytes_out[cameras[index].color + y * width + x] = mark.color;
+    // Nearer surfaces hide the shape.
+    if (fragment.t < FAR_AWAY && closest(ray, fragment.t, true).triangle == NONE) {
+        bytes_out[cameras[index].color + y * width + x] = fragment.color;
     }
 }

@@ -1,0 +1,54 @@
+use bytemuck::{Pod, Zeroable};
+use town::StreetLightState;
+
+use crate::bvh::Link;
+
+/// Bits of [`Instance::lights`]. Vehicles have those of [`protocol::lamp`] that shine at this
+/// moment; traffic lights have the bits below.
+pub(crate) mod lights {
+    /// The instance is a traffic light; its phase begins at bit [`PHASE_SHIFT`].
+    pub(crate) const SIGNAL: u32 = 1 << 31;
+    /// Lowest bit of the phase.
+    pub(crate) const PHASE_SHIFT: u32 = 16;
+    /// Bits of the phase, after the shift.
+    pub(crate) const PHASE_MASK: u32 = 3;
+}
+
+/// One piece of an actor in the top-level hierarchy. The shaders read the same 80 bytes.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(16))]
+pub(crate) struct Instance {
+    /// Rows of `piece_from_world`; the space of a piece is that of its actor at rest.
+    pub(crate) actor_from_world: [[f32; 4]; 3],
+    /// Root of the piece's bottom-level hierarchy.
+    pub(crate) root: Link,
+    /// Id of the actor.
+    pub(crate) id: u32,
+    /// Colour in sRGB: red in bits 0 to 7, green in bits 8 to 15, blue in bits 16 to 23.
+    pub(crate) color: u32,
+    /// Bits of [`lights`] and of [`protocol::lamp`].
+    pub(crate) lights: u32,
+    /// Index into the bottom-level hierarchies of the scene.
+    pub(crate) blas: u32,
+    pub(crate) reserved: [u32; 3],
+}
+
+const _: () = assert!(size_of::<Instance>() == 80);
+
+/// State of a street light that a command has set. The shaders read the same 16 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct StreetLight {
+    pub(crate) number: u32,
+    pub(crate) mode: u32,
+    /// Colour in sRGB, as [`Instance::color`]; 0 means the colour of the lamp.
+    pub(crate) color: u32,
+    pub(crate) share: f32,
+}
+
+impl StreetLight {
+    pub(crate) fn of((number, shine): (u32, &StreetLightState)) -> StreetLight {
+        let StreetLightState { mode, color, share } = *shine;
+        StreetLight { number, mode, color, share }
+    }
+}
