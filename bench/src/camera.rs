@@ -1,4 +1,4 @@
-//! `camera` and `lidar`: what the renderer delivers, at fixed poses in a street with traffic.
+//! `camera` and `lidar`: the throughput of the renderer, at fixed poses in a street with traffic.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -14,7 +14,7 @@ use crate::{
 };
 
 const ROUNDS: usize = 3;
-/// Measurements of a new bundle that touch its memory first.
+/// Measurements of a new bundle that are discarded because they touch its memory first.
 const WARM_UP: usize = 4;
 const DRIVEN_FRAMES: usize = 100;
 const GPU_NAMES: [&str; 3] =
@@ -23,15 +23,15 @@ const GPU_NAMES: [&str; 3] =
 /// What is measured together, and how it is counted.
 struct Job {
     name: &'static str,
-    /// One after another, each for as long.
+    /// The bundles, measured in sequence for equal times.
     bundles: Vec<Vec<SensorSpec>>,
     what: &'static str,
-    /// How many of them one measurement of a bundle is.
+    /// What one measurement counts as, in the figure's unit.
     count: f64,
     text: String,
 }
 
-/// Takes the figures.
+/// Measures the camera figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let mut street = Street::start(effort, "cpu")?;
     let poses = street.poses.clone();
@@ -48,7 +48,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     street.take(effort, sink, &ring(GPU_NAMES[2], &poses))
 }
 
-/// Takes the figures.
+/// Measures the lidar figures.
 pub(crate) fn measure_lidar(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let mut street = Street::start(effort, "cpu")?;
     let (channels, columns) = (32, 1800);
@@ -65,7 +65,7 @@ pub(crate) fn measure_lidar(effort: Effort, sink: &mut Sink) -> anyhow::Result<(
     street.take(effort, sink, &job)
 }
 
-/// One camera at a time.
+/// Returns the job of one camera at a time.
 fn single(name: &'static str, poses: &[Pose]) -> Job {
     let bundle = |at: &Pose| vec![camera("front", *at, 800, 600, FRAC_PI_2, output::COLOR)];
     Job {
@@ -77,7 +77,7 @@ fn single(name: &'static str, poses: &[Pose]) -> Job {
     }
 }
 
-/// One bundle of many small cameras: from every pose into `turns` directions.
+/// Returns the job of many small cameras in one bundle: from every pose into `turns` directions.
 fn small(name: &'static str, poses: &[Pose], turns: usize) -> Job {
     let eyes: Vec<SensorSpec> = poses
         .iter()
@@ -95,7 +95,7 @@ fn small(name: &'static str, poses: &[Pose], turns: usize) -> Job {
     }
 }
 
-/// Six cameras round a car, as one bundle.
+/// Returns the job of six cameras around a car, as one bundle.
 fn ring(name: &'static str, poses: &[Pose]) -> Job {
     let bundle = |at: &Pose| {
         let eye = |turn: usize| {
@@ -123,14 +123,14 @@ struct Street {
     poses: Vec<Pose>,
     title: String,
     machine: Machine,
-    // Last: it ends after its client has left.
+    // The last field: the simulator ends after its client has left.
     _sim: Sim,
 }
 
-/// What rounds of one job gave.
+/// The rounds of one job.
 #[derive(Default)]
 struct Taken {
-    /// Each measurement, by the renderer's own clock.
+    /// Each measurement, by the renderer's clock.
     nanos: Vec<Vec<u64>>,
     by_renderer: Vec<f64>,
     by_wall: Vec<f64>,
@@ -151,7 +151,7 @@ impl Street {
         Ok(Street { client, poses, title, machine, _sim: sim })
     }
 
-    /// Measures a job and says the figure.
+    /// Measures a job and reports the figure.
     fn take(&mut self, effort: Effort, sink: &mut Sink, job: &Job) -> anyhow::Result<()> {
         let not_sky = self.share_not_sky(job)?;
         let render = pid_of(&self.client, "sensor-render")?;
@@ -202,7 +202,7 @@ impl Street {
         sink.put(&figure, &self.machine)
     }
 
-    /// How much of a job's images shows something; nothing for a lidar.
+    /// Returns the fraction of a job's pixels that show something; `None` for a lidar.
     fn share_not_sky(&mut self, job: &Job) -> anyhow::Result<Option<f64>> {
         let (mut sky, mut all) = (0, 0);
         for sensors in &job.bundles {
@@ -226,7 +226,7 @@ impl Street {
         Ok(Some(1.0 - sky as f64 / all.max(1) as f64))
     }
 
-    /// What traces the rays.
+    /// Returns the tracer of the renderer.
     fn tracer(&mut self) -> anyhow::Result<u32> {
         let sensors = [camera("look", self.poses[0], 16, 16, FRAC_PI_2, output::TAG)];
         let mut bundle = self.client.create_bundle("look", ActorId::NONE, &sensors, 2)?;

@@ -1,5 +1,5 @@
-//! `carla-client`: the official `carla` package through the CARLA door, and client-lib doing the
-//! same beside it, in one simulator, in turn.
+//! `carla-client`: the official `carla` package through the CARLA server, alternating with the same
+//! by client-lib, in one simulator.
 
 use std::{ffi::OsString, net::TcpListener, process::Command};
 
@@ -21,10 +21,10 @@ const TICKS: usize = 2_000;
 const IMAGES: usize = 300;
 const CARS: usize = 100;
 
-/// Nanoseconds of each measurement, round by round.
+/// Nanoseconds of each measurement, by round.
 type Rounds = Vec<Vec<u64>>;
 
-/// Takes the figures.
+/// Measures the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let machine = Machine::look();
     let map = scene::one_road()?;
@@ -84,7 +84,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     put("carla.call", "the smallest question: the version, or the settings".to_owned(), both)
 }
 
-/// The same by both, round by round; the one who does not measure is not connected.
+/// Measures both, round by round; the other client is not connected.
 fn in_turn(
     rounds: usize,
     sim: &Sim,
@@ -105,7 +105,7 @@ fn in_turn(
     Ok((official, own))
 }
 
-/// The door gives the tick back when its last caller has hung up.
+/// The server releases the tick when its last client has disconnected.
 fn take_tick(client: &mut Client) -> anyhow::Result<()> {
     for _ in 0..1000 {
         if client.take_tick().is_ok() {
@@ -126,7 +126,7 @@ fn timed(count: usize, mut work: impl FnMut() -> anyhow::Result<()>) -> anyhow::
     Ok(times)
 }
 
-/// Nanoseconds of each of the official package's measurements.
+/// Returns the nanoseconds of each measurement of the official package.
 fn official_package(port: u16, job: &str, count: usize) -> anyhow::Result<Vec<u64>> {
     let python =
         std::env::var_os("OMNIBUS_CARLA_PYTHON").unwrap_or_else(|| OsString::from("python3"));
@@ -144,7 +144,7 @@ fn official_package(port: u16, job: &str, count: usize) -> anyhow::Result<Vec<u6
     Ok(seconds.into_iter().map(|secs| (secs * 1e9) as u64).collect())
 }
 
-/// Props far from the road, until there are so many.
+/// Spawns props far from the road, up to this number.
 fn fill(client: &mut Client, props: usize) -> anyhow::Result<()> {
     let is_prop = |id: &str| id.starts_with("static.");
     let blueprint = client.blueprints().iter().find(|b| is_prop(&b.id)).context("no prop")?;
@@ -158,7 +158,7 @@ fn fill(client: &mut Client, props: usize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Cars in the air, for their pedals.
+/// Spawns cars in the air, to receive controls.
 fn cars(client: &mut Client) -> anyhow::Result<Vec<ActorId>> {
     let is_car = |a: &&client_lib::ActorState| a.kind == client_lib::kind::VEHICLE;
     let there = client.world().actors().iter().filter(is_car).count();
@@ -171,7 +171,7 @@ fn cars(client: &mut Client) -> anyhow::Result<Vec<ActorId>> {
     Ok(client.world().actors().iter().filter(is_car).map(|a| a.actor_id).collect())
 }
 
-/// A port that is free, with the next one, as far as one can know.
+/// Returns a port that is free, as is the next one, at the time of the call.
 fn free_port() -> anyhow::Result<u16> {
     for _ in 0..100 {
         let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();

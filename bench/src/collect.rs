@@ -1,4 +1,4 @@
-//! `collect`: the main job, from its first kept frame to its last file.
+//! `collect`: `omnibus collect` from its first kept frame to its last file.
 
 use std::{fs, process::Command};
 
@@ -16,7 +16,7 @@ use crate::{
 const ROUNDS: usize = 3;
 const FRAMES: usize = 120;
 
-/// Takes the figure.
+/// Measures the figure.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let machine = Machine::look();
     let frames = effort.count(FRAMES);
@@ -63,18 +63,18 @@ fn run(frames: usize) -> anyhow::Result<Run> {
         let why = String::from_utf8_lossy(&output.stderr);
         return Err(anyhow!("omnibus collect: {}", why.trim()));
     }
-    let told = String::from_utf8_lossy(&output.stdout).into_owned();
-    let rate_hz = rate_of(&told).with_context(|| format!("no frames/s in: {told}"))?;
-    let bound = told.lines().find(|line| line.starts_with("bound by")).unwrap_or_default();
+    let report = String::from_utf8_lossy(&output.stdout).into_owned();
+    let rate_hz = rate_of(&report).with_context(|| format!("no frames/s in: {report}"))?;
+    let bound = report.lines().find(|line| line.starts_with("bound by")).unwrap_or_default();
     let metadata = fs::read(out.join("metadata.json")).unwrap_or_default();
     let metadata: Value = serde_json::from_slice(&metadata).unwrap_or_default();
     let tracer = metadata["tracers"][0].as_str().unwrap_or("unknown").to_owned();
     Ok(Run { rate_hz, bound: bound.to_owned(), tracer })
 }
 
-/// Out of `120 frames in 5.0 s: 24.0 frames/s, …`.
-fn rate_of(told: &str) -> Option<f64> {
-    let (before, _) = told.split_once(" frames/s")?;
+/// Returns the rate in `120 frames in 5.0 s: 24.0 frames/s, …`.
+fn rate_of(report: &str) -> Option<f64> {
+    let (before, _) = report.split_once(" frames/s")?;
     before.rsplit(' ').next()?.parse().ok()
 }
 

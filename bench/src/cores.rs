@@ -1,4 +1,4 @@
-//! Who runs where, and what that costs.
+//! CPU affinity and CPU time of processes.
 
 use std::fs;
 
@@ -7,13 +7,13 @@ use rustix::{
     thread::{CpuSet, sched_getaffinity, sched_setaffinity},
 };
 
-/// Cores that this process may use.
+/// Returns the cores that this process may use.
 fn allowed() -> Vec<usize> {
     let Ok(set) = sched_getaffinity(None) else { return Vec::new() };
     (0..CpuSet::MAX_CPU).filter(|core| set.is_set(*core)).collect()
 }
 
-/// Two different cores, or nothing on a machine of one.
+/// Returns two different cores, or `None` on a machine with one.
 pub(crate) fn two() -> Option<[usize; 2]> {
     match allowed()[..] {
         [first, .., last] => Some([first, last]),
@@ -21,7 +21,7 @@ pub(crate) fn two() -> Option<[usize; 2]> {
     }
 }
 
-/// Keeps this thread on the given cores while it lives, and lets it go where it could before.
+/// Keeps this thread on the given cores until it is dropped.
 pub(crate) struct Pinned(CpuSet);
 
 impl Pinned {
@@ -38,7 +38,7 @@ impl Drop for Pinned {
     }
 }
 
-/// Puts every thread of a process onto one core.
+/// Moves every thread of a process to one core.
 pub(crate) fn pin_process(pid: u32, core: usize) -> anyhow::Result<()> {
     for thread in threads(pid) {
         let thread = Pid::from_raw(thread as i32);
@@ -58,7 +58,7 @@ fn threads(pid: u32) -> Vec<u32> {
     entries.filter_map(|e| e.file_name().to_str()?.parse().ok()).collect()
 }
 
-/// Nanoseconds that the living threads of a process spent on any core, in user and kernel mode.
+/// Returns the CPU time of a process's live threads, user and kernel, in nanoseconds.
 pub(crate) fn cpu_nanos(pid: u32) -> u64 {
     let of_thread = |thread: u32| {
         let text = fs::read_to_string(format!("/proc/{pid}/task/{thread}/schedstat"));

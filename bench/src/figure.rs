@@ -1,4 +1,4 @@
-//! A figure: what was measured, how it spread, and what the peer did in the same run.
+//! A figure: what was measured, its spread, and the peer's value in the same run.
 
 use std::{fmt, fs::File, io::Write, path::Path};
 
@@ -7,42 +7,42 @@ use serde_json::json;
 
 use crate::machine::Machine;
 
-/// Something else that did the same, on the same machine, in the same run.
+/// Another program that did the same, on the same machine, in the same run.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Peer {
     pub(crate) name: &'static str,
-    /// In the figure's unit.
+    /// The value, in the figure's unit.
     pub(crate) value: f64,
 }
 
 /// One line of the results.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Figure {
-    /// Fixed for ever.
+    /// The name, which never changes.
     pub(crate) name: &'static str,
-    /// What was done, with its sizes.
+    /// The workload, with its sizes.
     pub(crate) workload: String,
     /// The unit of all numbers here.
     pub(crate) unit: Unit,
-    /// The figure: the median of the rounds.
+    /// The value: the median over the rounds.
     pub(crate) value: f64,
-    /// How single measurements spread.
+    /// The spread of single measurements.
     pub(crate) spread: Spread,
     pub(crate) peer: Option<Peer>,
 }
 
-/// What a figure counts.
+/// The unit of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unit {
-    /// Less is better.
+    /// Lower is better.
     Micros,
-    /// Less is better.
+    /// Lower is better.
     Millis,
-    /// Less is better.
+    /// Lower is better.
     MegabytesAnHour,
-    /// More is better.
+    /// Higher is better.
     TimesRealTime,
-    /// More is better.
+    /// Higher is better.
     PerSecond(&'static str),
 }
 
@@ -58,19 +58,19 @@ impl fmt::Display for Unit {
     }
 }
 
-/// Percentiles of single measurements. Of a rate: what 50, 90 and 99 % of the measurements reach.
+/// Percentiles of single measurements. For a rate, the values that 50, 90 and 99 % reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Spread {
     pub(crate) p50: f64,
     pub(crate) p90: f64,
     pub(crate) p99: f64,
-    /// How many measurements there were, over all rounds.
+    /// The number of measurements over all rounds.
     pub(crate) n: usize,
 }
 
 impl Spread {
-    /// Of rounds of nanoseconds, in units of `scale_nanos`: each percentile is the median of what
-    /// the rounds say.
+    /// Returns the percentiles of rounds of nanoseconds, in units of `scale_nanos`; each is the
+    /// median over the rounds.
     pub(crate) fn of_rounds(rounds: &[Vec<u64>], scale_nanos: f64) -> Spread {
         let at = |share: f64| {
             let of_round = |round: &Vec<u64>| percentile(round, share) / scale_nanos;
@@ -80,14 +80,14 @@ impl Spread {
         Spread { p50: at(0.5), p90: at(0.9), p99: at(0.99), n }
     }
 
-    /// Of times, as rates: `amount` of something in each.
+    /// Converts times to rates: `amount` of something in each.
     pub(crate) fn as_rates(self, amount: f64) -> Spread {
         let rate = |time: f64| if time > 0.0 { amount / time } else { 0.0 };
         Spread { p50: rate(self.p50), p90: rate(self.p90), p99: rate(self.p99), n: self.n }
     }
 }
 
-/// The measured time that `share` of all kept.
+/// Returns the measured time that the fraction `share` of all did not exceed.
 fn percentile(nanos: &[u64], share: f64) -> f64 {
     let mut sorted = nanos.to_vec();
     sorted.sort_unstable();
@@ -95,7 +95,7 @@ fn percentile(nanos: &[u64], share: f64) -> f64 {
     sorted[index.clamp(1, sorted.len()) - 1] as f64
 }
 
-/// The middle one; of an even number the mean of the middle two; of none 0.
+/// Returns the median; 0 for no values.
 pub(crate) fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -107,7 +107,7 @@ pub(crate) fn median(values: &[f64]) -> f64 {
 }
 
 impl Figure {
-    /// How many times better than the peer.
+    /// Returns how many times better the figure is than its peer.
     fn ratio(&self) -> Option<f64> {
         let peer = self.peer.as_ref()?.value;
         let (more, less) = match self.unit {
@@ -149,7 +149,7 @@ impl fmt::Display for Figure {
     }
 }
 
-/// Three digits, as people read them.
+/// Formats a number with three digits.
 pub(crate) fn brief(value: f64) -> String {
     match value.abs() {
         size if size >= 100.0 => format!("{value:.0}"),
@@ -159,7 +159,7 @@ pub(crate) fn brief(value: f64) -> String {
     }
 }
 
-/// Six digits say more than any stopwatch knows.
+/// Rounds to six digits, more than a clock resolves.
 fn round(value: f64) -> f64 {
     if value == 0.0 || !value.is_finite() {
         return 0.0;
@@ -168,13 +168,13 @@ fn round(value: f64) -> f64 {
     (value * scale).round() / scale
 }
 
-/// Where figures go.
+/// Where figures are written.
 pub(crate) struct Sink {
     file: Option<File>,
 }
 
 impl Sink {
-    /// Standard output, and a file if one is named; it is begun anew.
+    /// Opens standard output, and a new file if one is named.
     pub(crate) fn open(json: Option<&Path>) -> anyhow::Result<Sink> {
         let open = |path: &Path| {
             if let Some(dir) = path.parent() {
@@ -186,7 +186,7 @@ impl Sink {
         Ok(Sink { file: json.map(open).transpose()? })
     }
 
-    /// Says it. `machine` was looked at before the measurement.
+    /// Writes a figure. `machine` was sampled before the measurement.
     pub(crate) fn put(&mut self, figure: &Figure, machine: &Machine) -> anyhow::Result<()> {
         println!("{figure}");
         if let Some(file) = &mut self.file {
@@ -195,7 +195,7 @@ impl Sink {
         Ok(())
     }
 
-    /// Says why there is no figure.
+    /// Reports why a figure is missing.
     pub(crate) fn skip(&mut self, name: &str, why: &str) {
         println!("{name}: {why}");
     }
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_percentile_is_a_time_that_was_measured_and_the_median_of_the_rounds() {
+    fn a_percentile_is_a_measured_time_and_the_median_over_the_rounds() {
         let round = |shift: u64| (1..=100).rev().map(|n| n * 1000 + shift).collect::<Vec<_>>();
         let spread = Spread::of_rounds(&[round(0), round(900_000), round(1)], 1000.0);
         assert_eq!([spread.p50, spread.p90, spread.p99], [50.001, 90.001, 99.001]);

@@ -1,5 +1,5 @@
-//! `handover`: an image that nobody traces, from the renderer's last clock reading to the view in
-//! the client's hand.
+//! `handover`: an image without tracing, from the renderer's last clock reading to the client's
+//! view.
 
 use std::hint::black_box;
 
@@ -19,14 +19,14 @@ use crate::{
 const ROUNDS: usize = 5;
 const IMAGES: usize = 2_000;
 const PEER_IMAGES: usize = 300;
-/// Every chunk of the bundle's memory has been touched by then.
+/// Every chunk of the bundle's memory has been touched after this many images.
 const WARM_UP: usize = 100;
-/// A reader that sees nothing for so long gives up.
+/// How long a reader waits for an image before it gives up.
 const PATIENCE_NANOS: u64 = 10_000_000_000;
 
 const SIZES: [(u32, u32); 2] = [(800, 600), (1920, 1080)];
 
-/// Takes the figures.
+/// Measures the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let Some(cores) = cores::two() else {
         for name in [
@@ -50,8 +50,8 @@ fn sensors((width, height): (u32, u32)) -> Vec<SensorSpec> {
     vec![camera("front", Pose::IDENTITY, width, height, 1.5, output::COLOR)]
 }
 
-/// The client looks without sleeping, on a core of its own; the world runs on its own clock. A
-/// seldom image finds the renderer's caches cold, a frequent one finds them warm.
+/// The client polls without sleeping, on a core of its own; the world runs on its own clock. A rare
+/// image finds the renderer's caches cold, a frequent one finds them warm.
 fn polling(
     effort: Effort,
     sink: &mut Sink,
@@ -111,7 +111,7 @@ fn polling(
     Ok(())
 }
 
-/// The client sleeps until its tick is over; everybody sleeps at once (`--wait batch`).
+/// The client sleeps until its tick is over; every process sleeps at once (`--wait batch`).
 fn woken(
     effort: Effort,
     sink: &mut Sink,
@@ -166,13 +166,13 @@ fn put(
     sink.put(&figure, machine)
 }
 
-/// Host and stages on one core.
+/// Moves host and stages to one core.
 fn pin_all(sim: &Sim, client: &Client, core: usize) -> anyhow::Result<()> {
     let stages = [pid_of(client, "traffic")?, pid_of(client, "sensor-render")?];
     [sim.host_pid()].into_iter().chain(stages).try_for_each(|pid| cores::pin_process(pid, core))
 }
 
-/// Looks until the next image is there, as the bus's own waiters do: some looks, then a yield.
+/// Polls until the next image has arrived, as the waiters of the bus do: some polls, then a yield.
 fn poll(bundle: &mut SensorBundle) -> anyhow::Result<u64> {
     let begin = clock::now_nanos();
     loop {
@@ -191,7 +191,7 @@ fn poll(bundle: &mut SensorBundle) -> anyhow::Result<u64> {
     }
 }
 
-/// How long ago the renderer was done, as soon as the pixels can be read.
+/// Returns the time since the renderer finished, as soon as the pixels can be read.
 fn in_hand(measurement: &Measurement) -> u64 {
     black_box(measurement.color(0));
     clock::now_nanos().saturating_sub(measurement.header().end_nanos)

@@ -1,4 +1,4 @@
-//! `host`: what the host does in a tick, stage by stage, by the clocks in the snapshot's header.
+//! `host`: the steps of the host in a tick, by the timestamps in the snapshot's header.
 
 use crate::{
     Effort,
@@ -10,14 +10,14 @@ use crate::{
 
 /// Large enough for a thousand cars.
 const MAP: &str = "Greatmoor";
-/// Frames in which traffic spreads out first.
+/// Frames in which traffic spreads out, before the first that counts.
 const WARM_UP: usize = 200;
 const ROUNDS: usize = 5;
-/// Of a round, by cars.
+/// Ticks per round, by the number of cars.
 const CROWDS: [(usize, usize, &str); 3] =
     [(0, 5000, "host.empty"), (100, 500, "host.cars_100"), (1000, 100, "host.cars_1000")];
 
-/// Takes the figures.
+/// Measures the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     CROWDS.into_iter().try_for_each(|crowd| of_crowd(effort, sink, crowd))
 }
@@ -33,7 +33,7 @@ fn of_crowd(
     client.synchronise(scene::DELTA_NANOS)?;
     let cars = scene::populate(&mut client, cars, effort.count(WARM_UP))?;
     let others = client.world().actors().len() - cars;
-    // Commands, physics, snapshot, all of them; then until the last stage has arrived.
+    // Commands, physics, snapshot, the sum; then until the last stage has arrived.
     let mut spans = [const { Vec::new() }; 5];
     for _ in 0..effort.rounds(ROUNDS) {
         let mut rounds = [const { Vec::new() }; 5];
@@ -58,17 +58,17 @@ fn of_crowd(
     }
     let [commands, physics, snapshot, all, arrivals] =
         spans.each_ref().map(|rounds| Spread::of_rounds(rounds, 1e3));
-    let told = |spread: Spread| format!("{} (p99 {})", brief(spread.p50), brief(spread.p99));
+    let report = |spread: Spread| format!("{} (p99 {})", brief(spread.p50), brief(spread.p99));
     let figure = Figure {
         name,
         workload: format!(
             "sim-host's part of a tick, {MAP}, {cars} cars in traffic and {others} lights, substeps \
              of 10 ms, no sensor: commands {}, physics {}, snapshot and journal {} us; then until \
              traffic has planned and the client sees the frame {} us",
-            told(commands),
-            told(physics),
-            told(snapshot),
-            told(arrivals)
+            report(commands),
+            report(physics),
+            report(snapshot),
+            report(arrivals)
         ),
         unit: Unit::Micros,
         value: all.p50,

@@ -1,4 +1,4 @@
-//! `latency`: from a snapshot's publication to the agent's answer in force.
+//! `latency`: from the publication of a snapshot until the agent's control takes effect.
 
 use client_lib::{Client, Spawn, VehicleControl, clock};
 
@@ -15,7 +15,7 @@ const TICKS: usize = 4_000;
 const WARM_UP: usize = 500;
 const EGO: &str = "vehicle.tesla.model3";
 
-/// Takes the figure.
+/// Measures the figure.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let machine = Machine::look();
     let map = scene::one_road()?;
@@ -52,7 +52,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     sink.put(&figure, &machine)
 }
 
-/// Who reads a snapshot and answers with pedals.
+/// An agent that reads a snapshot and answers with a control.
 struct Agent {
     client: Client,
     ego: client_lib::ActorId,
@@ -65,14 +65,14 @@ struct Turn {
 }
 
 impl Agent {
-    /// Reads the snapshot that is there, answers, ticks, and finds the answer in the next.
+    /// Reads the snapshot, answers, ticks, and finds the answer in the next snapshot.
     fn turn(&mut self) -> anyhow::Result<Turn> {
         let published = self.client.world().header().published_nanos;
         let car = self.client.world().actor(self.ego);
         anyhow::ensure!(car.is_some(), "the car is gone");
         let read_nanos = clock::now_nanos() - published;
         self.turns += 1;
-        // Each answer is another than the one before.
+        // Each answer differs from the one before.
         let steer = (self.turns % 512) as f32 / 1024.0;
         let control =
             VehicleControl { actor_id: self.ego, brake: 1.0, steer, ..VehicleControl::default() };

@@ -1,23 +1,23 @@
-//! What the figures were taken on, and how busy it was with other work.
+//! The machine that figures are measured on, and its other load.
 
 use std::{fs, process::Command, time::Duration};
 
 use serde_json::json;
 
-/// The machine at the beginning of a figure.
+/// The machine before a figure.
 #[derive(Clone, Debug)]
 pub(crate) struct Machine {
     cpu: String,
     cores: usize,
     memory_gib: f64,
     kernel: String,
-    /// What others took of all cores, right before the measurement. Percent.
+    /// Load of other processes on all cores, right before the measurement. Percent.
     others_percent: f64,
     pub(crate) commit: String,
 }
 
 impl Machine {
-    /// Looks, for half a second during which we do nothing.
+    /// Samples the load for half a second in which the benchmark is idle.
     pub(crate) fn look() -> Machine {
         let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
         let field = |text: &str, key: &str| {
@@ -55,7 +55,7 @@ fn others_percent() -> f64 {
     (busy.saturating_sub(busy_before) as f64 * 100.0 / all).round()
 }
 
-/// Busy, and all there were, since the machine was started.
+/// Returns busy and total CPU time since the machine was started.
 fn jiffies() -> (u64, u64) {
     let text = fs::read_to_string("/proc/stat").unwrap_or_default();
     let line = text.lines().next().unwrap_or_default();
@@ -67,13 +67,13 @@ fn jiffies() -> (u64, u64) {
     (all - idle, all)
 }
 
-/// Of the checkout that this program was built in.
+/// Returns the commit that this program was built from.
 fn commit() -> String {
-    let told = std::env::current_exe().ok().and_then(|exe| {
+    let report = std::env::current_exe().ok().and_then(|exe| {
         let mut git = Command::new("git");
         git.arg("-C").arg(exe.parent()?).args(["rev-parse", "--short", "HEAD"]);
         let output = git.output().ok().filter(|o| o.status.success())?;
         String::from_utf8(output.stdout).ok()
     });
-    told.map_or_else(|| "unknown".to_owned(), |text| text.trim().to_owned())
+    report.map_or_else(|| "unknown".to_owned(), |text| text.trim().to_owned())
 }

@@ -1,6 +1,6 @@
-//! `bench`: the stopwatch. Every figure is taken from outside, as an honest client, of the
-//! `omnibus` program that lies beside this one, but for `map`, which asks the crate `road`; what
-//! is timed from where to where stands in README.md.
+//! `bench`: benchmarks. Every figure is measured from outside, as a client of the `omnibus`
+//! program beside this one, except `map`, which calls the crate `road`. README.md defines what is
+//! timed.
 //!
 //! ```text
 //!   bench ──spawns──▶ omnibus run ──▶ traffic, sensor-render
@@ -34,7 +34,7 @@ use clap::{Parser, Subcommand};
 
 use figure::Sink;
 
-/// Measures Omnibus from outside: one line for each figure.
+/// Measures Omnibus from outside and prints one line per figure
 #[derive(Parser, Debug)]
 #[command(name = "bench", version, about, max_term_width = 100)]
 struct Cli {
@@ -42,18 +42,18 @@ struct Cli {
     verb: Verb,
     #[command(flatten)]
     effort: Effort,
-    /// Also write one JSON object a line
+    /// Also write one JSON object per line to this file
     #[arg(long, global = true, value_name = "FILE")]
     json: Option<PathBuf>,
 }
 
-/// How long is measured.
+/// The duration of measurements.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct Effort {
-    /// How long a figure is measured, about; some need more
+    /// Approximate seconds per figure; some need more
     #[arg(long, global = true, default_value_t = 20.0)]
     pub(crate) seconds: f64,
-    /// One short round of everything: to see that it runs, not for figures
+    /// One short round of everything: a check, not for figures
     #[arg(long, global = true)]
     pub(crate) quick: bool,
 }
@@ -64,12 +64,12 @@ impl Effort {
         if self.quick { 1 } else { usual }
     }
 
-    /// A count of something, or a twentieth of it.
+    /// Returns a count, or a twentieth of it with `--quick`.
     pub(crate) fn count(self, usual: usize) -> usize {
         if self.quick { usual.div_ceil(20) } else { usual }
     }
 
-    /// Seconds for one figure in all.
+    /// Seconds per figure in total.
     pub(crate) fn seconds(self) -> f64 {
         if self.quick { self.seconds.min(2.0) } else { self.seconds }
     }
@@ -79,35 +79,35 @@ impl Effort {
 enum Verb {
     /// An empty tick of four processes
     Tick,
-    /// What the host does in a tick, by stage: empty, 100 and 1000 cars
+    /// The steps of the host in a tick: empty, 100 and 1000 cars
     Host,
-    /// What 500 props that do nothing cost a tick
+    /// The cost of 500 idle props per tick
     Rest,
     /// From the renderer's last write to the client's view
     Handover,
-    /// Images a second
+    /// Images per second
     Camera,
-    /// Lidar rays a second
+    /// Lidar rays per second
     Lidar,
     /// One step of physics
     Physics,
     /// One plan of traffic
     Traffic,
-    /// Frames to disk, by the main job
+    /// Frames to disk by `omnibus collect`
     Collect,
-    /// What recording costs a tick, takes on disk, and how fast it is read
+    /// The cost of recording per tick, its size on disk, and its reading speed
     Record,
     /// Process start to first image
     Start,
-    /// Snapshot to agent to control
+    /// From a snapshot to the agent's control in effect
     Latency,
-    /// The official carla package through the CARLA door
+    /// The official carla package through the CARLA server
     CarlaClient,
-    /// From OpenDRIVE text to a network that answers
+    /// From OpenDRIVE text to a network that answers queries
     Map,
-    /// From OpenDRIVE text to a furnished town that rays hit
+    /// From OpenDRIVE text to a furnished town for ray tracing
     World,
-    /// All of them, but for the carla package's
+    /// All of them, except carla-client
     All,
     /// One end of an exchange over loopback TCP; bench starts these
     #[command(hide = true)]
@@ -150,7 +150,7 @@ fn main() -> std::process::ExitCode {
     }
 }
 
-/// One verb, or all of them; a figure that cannot be taken does not keep the others from it.
+/// Runs one benchmark or all; a figure that fails does not stop the others.
 fn measure(verb: &str, cli: &Cli) -> anyhow::Result<()> {
     anyhow::ensure!(
         (0.1..=3600.0).contains(&cli.effort.seconds),

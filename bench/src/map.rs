@@ -1,4 +1,4 @@
-//! `map`: from OpenDRIVE text to a network that answers, and its answers to "which lane is here".
+//! `map`: from OpenDRIVE text to a network, and its queries for the nearest lane.
 
 use std::{
     io::Write,
@@ -22,14 +22,14 @@ use crate::{
 const ROUNDS: usize = 5;
 const LOADS: usize = 20;
 const QUESTIONS: usize = 200_000;
-/// The folder of the maps that do not ship.
+/// The environment variable of the folder of maps that are not included.
 const MAPS: &str = "OMNIBUS_MAPS";
-/// A Python that has the `carla` wheel, version 0.9.16.
+/// The environment variable of a Python that has the `carla` wheel, version 0.9.16.
 const PEER: &str = "OMNIBUS_CARLA_PYTHON";
-/// So often the netconvert city stands beside itself to weigh 11 MB, and 38 MB.
+/// How often the netconvert city is repeated to reach 11 MB, and 38 MB.
 const COPIES: [usize; 2] = [11, 38];
 
-/// One map to be loaded.
+/// One map to load.
 struct Task {
     load: &'static str,
     mapped: &'static str,
@@ -38,7 +38,7 @@ struct Task {
     text: String,
 }
 
-/// Takes the figures.
+/// Measures the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let tasks = tasks(sink)?;
     for task in &tasks {
@@ -123,7 +123,7 @@ fn load(
     sink.put(&figure, machine)
 }
 
-/// From the cache of baked things, of which each process has its own view.
+/// Measures loading from the cache, which each process maps for itself.
 fn mapped(effort: Effort, sink: &mut Sink, task: &Task, machine: &Machine) -> anyhow::Result<()> {
     let folder = Folder(std::env::temp_dir().join(format!("bench-{}-cache", std::process::id())));
     let cache = Cache::in_folder(&folder.0);
@@ -158,12 +158,12 @@ fn mapped(effort: Effort, sink: &mut Sink, task: &Task, machine: &Machine) -> an
     sink.put(&figure, machine)
 }
 
-/// A folder that goes with what lies in it.
+/// A folder that is removed when it is dropped.
 struct Folder(PathBuf);
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // It lies where the system cleans up by itself.
+        // In a folder that the system cleans up.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }
@@ -179,7 +179,7 @@ fn nearest(
     let points = points(&network, effort.count(QUESTIONS));
     let mut rounds = Vec::new();
     for _ in 0..effort.rounds(ROUNDS) {
-        // A clock takes as long as an answer: a hundred answers for each look at it.
+        // Reading the clock takes as long as a query, so a hundred queries are timed together.
         let mut nanos = Vec::new();
         for hundred in points.chunks(100) {
             let begun = Instant::now();
@@ -208,7 +208,7 @@ fn nearest(
     sink.put(&figure, machine)
 }
 
-/// Points beside lanes, the same in each run.
+/// Returns points beside lanes, the same in each run.
 fn points(network: &Network, count: usize) -> Vec<DVec3> {
     let mut state = 7u64;
     let mut share = || {
@@ -226,7 +226,7 @@ fn points(network: &Network, count: usize) -> Vec<DVec3> {
     (0..if lanes.is_empty() { 0 } else { count }).map(point).collect()
 }
 
-/// What CARLA's own client takes for the same: milliseconds to load, microseconds to find a lane.
+/// Measures the same with CARLA's client: milliseconds to load, microseconds to find a lane.
 fn peer(effort: Effort, task: &Task) -> anyhow::Result<Option<[f64; 2]>> {
     let Some(python) = std::env::var_os(PEER) else { return Ok(None) };
     let network = Network::parse(&task.text)?;
@@ -266,7 +266,7 @@ nearest = (time.perf_counter() - begun) / len(points)
 print(json.dumps({"load_ms": statistics.median(loads) * 1e3, "nearest_us": nearest * 1e6}))
 "#;
 
-/// A netconvert city of 11 MB; none where OMNIBUS_MAPS names no folder.
+/// Returns a netconvert city of 11 MB; `None` if OMNIBUS_MAPS names no folder.
 pub(crate) fn city() -> anyhow::Result<Option<String>> {
     let Some(folder) = std::env::var_os(MAPS).map(PathBuf::from) else { return Ok(None) };
     let path = folder.join("sumo__acosta.xodr");
@@ -274,7 +274,7 @@ pub(crate) fn city() -> anyhow::Result<Option<String>> {
     Ok(Some(side_by_side(&acosta, COPIES[0])))
 }
 
-/// The same map so many times, each east of the one before, under ids of its own.
+/// Repeats a map, each copy east of the one before, with ids of its own.
 fn side_by_side(text: &str, copies: usize) -> String {
     const APART_M: f64 = 3000.0;
     let Some(end) = text.rfind("</OpenDRIVE>") else { return text.to_owned() };
@@ -316,14 +316,14 @@ fn renamed(line: &str, copy: usize) -> String {
         if let Some((before, id, after)) = attribute(&line, key)
             && id != "-1"
         {
-            // Numbers stay numbers: CARLA reads no others.
+            // Ids stay numbers, because CARLA reads no others.
             line = format!("{before}{}{id}{after}", copy + 1);
         }
     }
     line
 }
 
-/// What stands before, in and after the first attribute of that key.
+/// Splits a line at the first attribute of that key: before, value, after.
 fn attribute<'a>(line: &'a str, key: &str) -> Option<(&'a str, &'a str, &'a str)> {
     let from = line.find(key)? + key.len();
     let to = from + line[from..].find('"')?;
@@ -335,7 +335,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_map_beside_itself_has_as_many_roads_as_copies() {
+    fn a_repeated_map_has_the_roads_of_every_copy() {
         let (_, text) = mapgen::default_map();
         let one = Network::parse(&text).unwrap();
         let three = Network::parse(&side_by_side(&text, 3)).unwrap();

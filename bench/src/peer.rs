@@ -1,4 +1,4 @@
-//! What others do: the same exchanges over loopback TCP, Nagle's delay off, blocking reads.
+//! The peers: the same exchanges over loopback TCP, without Nagle's delay, with blocking reads.
 
 use std::{
     io::{ErrorKind, Read, Write},
@@ -10,19 +10,19 @@ use std::{
 use anyhow::Context;
 use client_lib::clock;
 
-/// Bytes of an empty world's snapshot: its header.
+/// Size of an empty world's snapshot: its header.
 const SNAPSHOT_BYTES: usize = size_of::<client_lib::SnapshotHeader>();
-/// Bytes of an arrival.
+/// Size of an arrival message.
 const ARRIVAL_BYTES: usize = 8;
 
-/// What a peer's process is told.
+/// Arguments of a peer's process.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Args {
     role: Part,
-    /// Where bench, or the peer's host, listens
+    /// The port where bench, or the peer's host, listens
     #[arg(long)]
     port: u16,
-    /// Of a sender: bytes of one image
+    /// The size of one image, for a sender
     #[arg(long, default_value_t = 0)]
     bytes: usize,
 }
@@ -34,7 +34,7 @@ enum Part {
     Sender,
 }
 
-/// One process's part, until its connection closes.
+/// Runs one process until its connection closes.
 pub(crate) fn play(args: &Args) -> anyhow::Result<()> {
     let stream = connect(args.port)?;
     let ended = match args.role {
@@ -43,7 +43,7 @@ pub(crate) fn play(args: &Args) -> anyhow::Result<()> {
         Part::Sender => send_images(stream, args.bytes),
     };
     match ended {
-        // Whoever asked is done.
+        // The other end has closed the connection.
         Err(e)
             if matches!(
                 e.kind(),
@@ -62,7 +62,7 @@ fn connect(port: u16) -> anyhow::Result<TcpStream> {
     Ok(stream)
 }
 
-/// A request in, a snapshot to both stages, two arrivals in, the snapshot out.
+/// Receives a request, sends a snapshot to both stages, receives two arrivals, sends the snapshot.
 fn host(mut client: TcpStream) -> std::io::Result<()> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?;
     let port = listener.local_addr()?.port();
@@ -95,7 +95,7 @@ fn stage(mut host: TcpStream) -> std::io::Result<()> {
     }
 }
 
-/// A millisecond after each request: the clock, then an image.
+/// A millisecond after each request: sends the clock, then an image.
 fn send_images(mut reader: TcpStream, bytes: usize) -> std::io::Result<()> {
     let mut message = vec![7; ARRIVAL_BYTES + bytes];
     let mut request = [0];
@@ -107,7 +107,7 @@ fn send_images(mut reader: TcpStream, bytes: usize) -> std::io::Result<()> {
     }
 }
 
-/// A peer's process; dropped, it is ended.
+/// A peer's process, which ends when it is dropped.
 struct Spawned(Child);
 
 impl Spawned {
@@ -141,22 +141,22 @@ impl Peer {
         Ok(Peer { stream, process })
     }
 
-    /// A host with two stages.
+    /// Starts a host with two stages.
     pub(crate) fn ticking() -> anyhow::Result<Peer> {
         Peer::start("host", 0)
     }
 
-    /// Who sends images of so many bytes.
+    /// Starts a sender of images of this size.
     pub(crate) fn sending(bytes: usize) -> anyhow::Result<Peer> {
         Peer::start("sender", bytes)
     }
 
-    /// Its process.
+    /// Returns the process.
     pub(crate) fn pid(&self) -> u32 {
         self.process.0.id()
     }
 
-    /// One tick: nanoseconds from request to snapshot.
+    /// Runs one tick and returns the nanoseconds from request to snapshot.
     pub(crate) fn tick(&mut self) -> anyhow::Result<u64> {
         let mut snapshot = [0; SNAPSHOT_BYTES];
         let begin = clock::now_nanos();
@@ -165,8 +165,8 @@ impl Peer {
         Ok(clock::now_nanos() - begin)
     }
 
-    /// One image: nanoseconds from its first byte sent to its last byte read. `is_polling`: looks
-    /// without sleeping.
+    /// Receives one image and returns the nanoseconds from its first byte sent to its last byte
+    /// read. With `is_polling` it reads without sleeping.
     pub(crate) fn receive(&mut self, image: &mut [u8], is_polling: bool) -> anyhow::Result<u64> {
         self.stream.set_nonblocking(false)?;
         self.stream.write_all(&[1])?;

@@ -1,4 +1,4 @@
-//! `record`: what a recorder costs the tick, what it takes on disk, how fast it is read.
+//! `record`: the cost of a recorder per tick, its size on disk, and its reading speed.
 
 use std::{path::Path, process::Command};
 
@@ -14,18 +14,18 @@ use crate::{
     sim::{self, Sim},
 };
 
-/// Ticks with and without a recorder take turns.
+/// Ticks with and without a recorder alternate in groups of this size.
 const TURNS: usize = 16;
 const TICKS: usize = 250;
-/// Recorded frames from which an hour is told.
+/// Recorded frames from which the size per hour is computed.
 const FRAMES: usize = 6000;
-/// Frames in which traffic spreads out first.
+/// Frames in which traffic spreads out, before the first that counts.
 const WARM_UP: usize = 400;
 
 const PROFILES: [(&str, Profile); 3] =
     [("state", Profile::State), ("inputs", Profile::Inputs), ("compact", Profile::Compact)];
 
-/// Takes the figures.
+/// Measures the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let machine = Machine::look();
     let map = scene::bench_map()?;
@@ -54,7 +54,7 @@ fn ticks(client: &mut Client, count: usize) -> anyhow::Result<Vec<u64>> {
     (0..count).map(tick).collect()
 }
 
-/// Of the client's tick, with the recorder on and off in turns.
+/// Measures the client's tick, with the recorder on and off alternately.
 fn cost(
     effort: Effort,
     sink: &mut Sink,
@@ -93,7 +93,7 @@ fn cost(
     sink.put(&figure, machine)
 }
 
-/// Of one recording of some minutes.
+/// Measures the size of a recording of some minutes.
 fn size(
     effort: Effort,
     sink: &mut Sink,
@@ -120,7 +120,7 @@ fn size(
         },
         workload: format!(
             "profile {name}, {cars} vehicles in traffic and {lights} lights at 20 Hz: {:.2} MB for \
-             {seconds:.0} s, told for an hour",
+             {seconds:.0} s, extrapolated to an hour",
             bytes / 1e6
         ),
         unit: Unit::MegabytesAnHour,
@@ -131,9 +131,9 @@ fn size(
     sink.put(&figure, machine)
 }
 
-/// By `omnibus inspect --speed`.
+/// Measures the reading speed by `omnibus inspect --speed`.
 fn reading(sink: &mut Sink, machine: &Machine, name: &str, file: &Path) -> anyhow::Result<()> {
-    let mut told = Vec::new();
+    let mut report = Vec::new();
     for _ in 0..3 {
         let output = Command::new(sim::omnibus()?)
             .arg("inspect")
@@ -143,13 +143,13 @@ fn reading(sink: &mut Sink, machine: &Machine, name: &str, file: &Path) -> anyho
         if !output.status.success() {
             return Err(anyhow!("{}", String::from_utf8_lossy(&output.stderr).trim()));
         }
-        told.push(serde_json::from_slice::<Value>(&output.stdout)?);
+        report.push(serde_json::from_slice::<Value>(&output.stdout)?);
     }
     let middle = |key: &str| {
-        let values: Option<Vec<f64>> = told.iter().map(|line| line[key].as_f64()).collect();
+        let values: Option<Vec<f64>> = report.iter().map(|line| line[key].as_f64()).collect();
         values.map(|values| median(&values)).with_context(|| format!("no {key}"))
     };
-    let n = middle("n")? as usize * told.len();
+    let n = middle("n")? as usize * report.len();
     let is_exact = name == "state";
     let spread = Spread {
         p50: middle("seek_p50_ms")?,
@@ -172,7 +172,7 @@ fn reading(sink: &mut Sink, machine: &Machine, name: &str, file: &Path) -> anyho
         workload: format!("every frame's actors read in order, profile {name}"),
         unit: Unit::TimesRealTime,
         value: rate,
-        spread: Spread { p50: rate, p90: rate, p99: rate, n: told.len() },
+        spread: Spread { p50: rate, p90: rate, p99: rate, n: report.len() },
         peer: None,
     };
     sink.put(&figure, machine)

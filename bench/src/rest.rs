@@ -1,4 +1,4 @@
-//! `rest`: what an actor that does nothing costs a tick.
+//! `rest`: the cost of an idle actor per tick.
 
 use anyhow::Context;
 use client_lib::{ActorId, Client, ClientError, Pose, Spawn};
@@ -18,10 +18,10 @@ const ROUNDS: usize = 7;
 const TICKS: usize = 4_000;
 /// Ticks after a change of the world, before the first that counts.
 const SETTLE: usize = 200;
-/// Of [`tick::Parts`].
+/// Names of [`tick::Parts`].
 const PARTS: [&str; 5] = ["request", "commands", "physics", "snapshot", "arrivals and return"];
 
-/// Takes the figure.
+/// Measures the figure.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let machine = Machine::look();
     let map = scene::one_road()?;
@@ -63,7 +63,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     )
 }
 
-/// Nanoseconds of ticks, by round; and of their parts.
+/// Nanoseconds of ticks by round, and of their parts.
 #[derive(Default)]
 struct Times {
     ticks: Vec<Vec<u64>>,
@@ -87,13 +87,13 @@ impl Times {
         Spread::of_rounds(&self.ticks, 1e3)
     }
 
-    /// Microseconds.
+    /// Converts to microseconds.
     fn part(&self, part: usize) -> f64 {
         median(&self.parts[part].iter().map(|nanos| *nanos as f64 / 1e3).collect::<Vec<_>>())
     }
 }
 
-/// In rows, where there is room.
+/// Spawns props in rows, where there is room.
 fn beside_the_road(client: &mut Client) -> anyhow::Result<Vec<ActorId>> {
     let cone = client.blueprints().iter().find(|b| b.id == "static.prop.constructioncone");
     let cone = cone.context("there is no cone")?.id.clone();
@@ -102,7 +102,7 @@ fn beside_the_road(client: &mut Client) -> anyhow::Result<Vec<ActorId>> {
     for at in places.take(4 * PROPS) {
         match client.spawn(Spawn::new(&cone, Pose::level(at, 0.0)).kinematic()) {
             Ok(id) => props.push(id),
-            // A house or a tree stands there.
+            // A house or a tree is in the way.
             Err(ClientError::Refused { .. }) => {}
             Err(e) => return Err(e.into()),
         }

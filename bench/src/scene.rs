@@ -1,4 +1,4 @@
-//! What is measured on: maps, cars, street poses.
+//! The scenes of the benchmarks: maps, cars, street poses.
 
 use std::{
     fs,
@@ -9,21 +9,21 @@ use anyhow::Context;
 use client_lib::{Client, ClientError, Pose, Settings, Spawn};
 use glam::Vec3;
 
-/// One tick.
+/// Simulated time of a tick.
 pub(crate) const DELTA_NANOS: u64 = 50_000_000;
 /// Cars of the bench scene.
 pub(crate) const CARS: usize = 100;
-/// Poses of the bench scene.
+/// Camera poses of the bench scene.
 pub(crate) const POSES: usize = 16;
-/// The folder of the maps that do not ship.
+/// The environment variable of the folder of maps that are not included.
 const MAPS: &str = "OMNIBUS_MAPS";
 const TOWN: &str = "carla2021-scenic__Town10HD.xodr";
-/// A camera's height above the road, and a little more than a car's. Metres.
+/// A camera's height above the road, a little more than a car's. Metres.
 const EYES_M: f32 = 2.0;
-/// [`Client::spawn_points`] lie this far above the road. Metres.
+/// Height of [`Client::spawn_points`] above the road. Metres.
 const SPAWN_HEIGHT_M: f32 = 0.5;
 
-/// A folder that goes with its owner.
+/// A folder that is removed when it is dropped.
 pub(crate) struct Scratch(PathBuf);
 
 impl Scratch {
@@ -44,14 +44,14 @@ impl Drop for Scratch {
     }
 }
 
-/// A map: what `--map` is told, and what people call it.
+/// A map: its `--map` argument, and its title.
 pub(crate) struct Map {
     pub(crate) arg: String,
     pub(crate) title: String,
     _home: Option<Scratch>,
 }
 
-/// One straight road of 200 m: no actor, not even a traffic light.
+/// Returns one straight road of 200 m without actors, not even a traffic light.
 pub(crate) fn one_road() -> anyhow::Result<Map> {
     let home = Scratch::new()?;
     let path = home.path().join("one-road.xodr");
@@ -60,7 +60,7 @@ pub(crate) fn one_road() -> anyhow::Result<Map> {
     Ok(Map { arg, title: "one road".to_owned(), _home: Some(home) })
 }
 
-/// Town10HD where OMNIBUS_MAPS says it lies, else the map that ships.
+/// Returns Town10HD if OMNIBUS_MAPS has it, or the default map.
 pub(crate) fn bench_map() -> anyhow::Result<Map> {
     let Some(folder) = std::env::var_os(MAPS) else {
         let (name, _) = mapgen::default_map();
@@ -72,7 +72,7 @@ pub(crate) fn bench_map() -> anyhow::Result<Map> {
     Ok(Map { arg, title: "Town10HD".to_owned(), _home: None })
 }
 
-/// Fills a world that the client ticks with cars, and drives them for a while, unseen.
+/// Spawns cars into a world that the client ticks, and simulates some time without rendering.
 pub(crate) fn populate(client: &mut Client, cars: usize, frames: usize) -> anyhow::Result<usize> {
     let points = client.spawn_points()?;
     let car = mesh::Tag::Car as u8;
@@ -85,17 +85,17 @@ pub(crate) fn populate(client: &mut Client, cars: usize, frames: usize) -> anyho
         .collect();
     anyhow::ensure!(!blueprints.is_empty() && !points.is_empty(), "no car finds a place here");
     let stride = (points.len() / cars.max(1)).max(1);
-    // Every stride-th place, then the places between them.
+    // Every stride-th spawn point, then the ones in between.
     let order = (0..stride).flat_map(|first| (first..points.len()).step_by(stride));
     let mut spawned = 0;
-    // One that is refused everywhere must not keep the others away.
+    // A vehicle that is refused everywhere must not keep the others away.
     for (index, blueprint) in order.zip(blueprints.iter().cycle()) {
         if spawned == cars {
             break;
         }
         match client.spawn(Spawn::new(blueprint, points[index]).autopilot()) {
             Ok(_) => spawned += 1,
-            // Somebody stands there.
+            // The spawn point is occupied.
             Err(ClientError::Refused { .. }) => {}
             Err(e) => return Err(e.into()),
         }
@@ -109,7 +109,7 @@ pub(crate) fn populate(client: &mut Client, cars: usize, frames: usize) -> anyho
     Ok(spawned)
 }
 
-/// Eyes above the lanes, all over the map, looking where the lane leads.
+/// Returns camera poses above the lanes, across the map, looking along the lane.
 pub(crate) fn street_poses(client: &mut Client) -> anyhow::Result<Vec<Pose>> {
     let points = client.spawn_points()?;
     anyhow::ensure!(!points.is_empty(), "this map has no lane to look from");

@@ -13,7 +13,7 @@ use anyhow::{Context, anyhow};
 use client_lib::Client;
 use rustix::process::{Pid, Signal, kill_process};
 
-/// Where the program is.
+/// Returns the path of the program.
 pub(crate) fn omnibus() -> anyhow::Result<PathBuf> {
     let own = std::env::current_exe().context("where is this program?")?;
     let path = own.with_file_name("omnibus");
@@ -23,14 +23,14 @@ pub(crate) fn omnibus() -> anyhow::Result<PathBuf> {
     Err(anyhow!("{} is not there; build it: cargo build --release", path.display()))
 }
 
-/// A name that no other simulator has.
+/// Returns a name that no other simulator has.
 pub(crate) fn unique_name() -> String {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let count = COUNT.fetch_add(1, Ordering::Relaxed);
     format!("bench-{}-{count}", std::process::id() % 1_000_000)
 }
 
-/// A running `omnibus run`. Dropped, it ends as by Ctrl-C.
+/// A running `omnibus run`. Dropping it ends it as Ctrl-C does.
 pub(crate) struct Sim {
     child: Child,
     name: String,
@@ -38,7 +38,7 @@ pub(crate) struct Sim {
 }
 
 impl Sim {
-    /// Begins to start one; a client may try to connect.
+    /// Spawns the process; clients may try to connect.
     pub(crate) fn spawn(args: &[&str]) -> anyhow::Result<Sim> {
         let name = unique_name();
         let mut child = Command::new(omnibus()?)
@@ -59,7 +59,7 @@ impl Sim {
         Ok(Sim { child, name, said: Some(said) })
     }
 
-    /// Starts one, and waits until it runs.
+    /// Starts a simulator and waits until it runs.
     pub(crate) fn start(args: &[&str]) -> anyhow::Result<Sim> {
         let mut sim = Sim::spawn(args)?;
         let mut line = String::new();
@@ -72,29 +72,29 @@ impl Sim {
         Err(anyhow!("omnibus run {}: {}", args.join(" "), why.trim()))
     }
 
-    /// Its name.
+    /// Returns its name.
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
-    /// A client of it.
+    /// Connects a client.
     pub(crate) fn client(&self) -> anyhow::Result<Client> {
         Ok(Client::connect(Some(&self.name), "bench")?)
     }
 
-    /// The host's process.
+    /// Returns the host's process.
     pub(crate) fn host_pid(&self) -> u32 {
         self.child.id()
     }
 
-    /// Whether it has ended by itself, and what it said.
+    /// Returns standard error if the process has ended.
     pub(crate) fn has_ended(&mut self) -> Option<String> {
         self.child.try_wait().ok()??;
         Some(self.said.take().and_then(|said| said.join().ok()).unwrap_or_default())
     }
 }
 
-/// The process that plays a role in the client's simulator.
+/// Returns the process that plays a role in the client's simulator.
 pub(crate) fn pid_of(client: &Client, role: &str) -> anyhow::Result<u32> {
     let control = client.instance().control()?;
     let slots = control.slots().iter();

@@ -15,7 +15,7 @@ use crate::{
 const ROUNDS: usize = 3;
 const FRAMES: usize = 1000;
 
-/// Takes the figure.
+/// Measures the figure.
 pub(crate) fn physics(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     measure(
         effort,
@@ -27,18 +27,18 @@ pub(crate) fn physics(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     beside_peers(effort, sink)
 }
 
-/// One car's share of one substep, beside what others take for theirs.
+/// Compares one car's share of one substep with the peers'.
 fn beside_peers(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     const SUBSTEPS: f64 = 5.0;
     let machine = Machine::look();
     let map = scene::bench_map()?;
     let (frames, vehicles) = (effort.count(FRAMES).to_string(), scene::CARS.to_string());
     let args = ["stage", "physics", "--json", "--map", &map.arg, "--frames", &frames, "--vehicles"];
-    // Product and peers take turns.
+    // Product and peers alternate.
     let (mut own, mut peers) = (Vec::new(), Vec::new());
     for _ in 0..effort.rounds(ROUNDS) {
-        let told = ask(&[&args[..], &[&vehicles]].concat())?;
-        let number = |key: &str| told[key].as_f64().with_context(|| format!("no {key}: {told}"));
+        let report = ask(&[&args[..], &[&vehicles]].concat())?;
+        let number = |key: &str| report[key].as_f64().with_context(|| format!("no {key}: {report}"));
         let per_car = 1e3 / SUBSTEPS / number("vehicles")?;
         let n = number("n")? as usize;
         let [p50, p90, p99] = ["p50_ms", "p90_ms", "p99_ms"].map(number);
@@ -56,7 +56,7 @@ fn beside_peers(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
         ("physics.car_substep.mujoco", "MuJoCo", "mujoco"),
         ("physics.car_substep.pybullet", "PyBullet", "pybullet"),
     ] {
-        let values: Option<Vec<f64>> = peers.iter().map(|told| told[key].as_f64()).collect();
+        let values: Option<Vec<f64>> = peers.iter().map(|report| report[key].as_f64()).collect();
         let Some(values) = values else {
             sink.skip(name, &format!("{peer} is not in the Python of OMNIBUS_PEERS_PYTHON"));
             continue;
@@ -77,7 +77,7 @@ fn beside_peers(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
 const PEERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/physics_peers.py");
 const PEER_CARS: usize = 20;
 
-/// What MuJoCo and PyBullet take, in microseconds; null for one that is not installed.
+/// Returns the times of MuJoCo and PyBullet in microseconds; null for one that is not installed.
 fn ask_peers(substeps: usize) -> anyhow::Result<Value> {
     let python = std::env::var_os("OMNIBUS_PEERS_PYTHON").unwrap_or_else(|| "python3".into());
     let output = Command::new(python)
@@ -85,14 +85,14 @@ fn ask_peers(substeps: usize) -> anyhow::Result<Value> {
         .output()
         .context("Python; OMNIBUS_PEERS_PYTHON names one that has mujoco and pybullet")?;
     let said = String::from_utf8_lossy(&output.stderr);
-    let why = said.lines().last().unwrap_or("no words");
+    let why = said.lines().last().unwrap_or("no output");
     anyhow::ensure!(output.status.success(), "{PEERS}: {why}");
-    let told = String::from_utf8_lossy(&output.stdout);
-    // PyBullet greets whoever loads it.
-    Ok(serde_json::from_str(told.lines().last().unwrap_or_default())?)
+    let report = String::from_utf8_lossy(&output.stdout);
+    // PyBullet prints a greeting when it is loaded.
+    Ok(serde_json::from_str(report.lines().last().unwrap_or_default())?)
 }
 
-/// Takes the figure.
+/// Measures the figure.
 pub(crate) fn traffic(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     measure(effort, sink, "traffic.plan", "traffic", "one plan of traffic")
 }
@@ -110,20 +110,20 @@ fn measure(
     let vehicles = scene::CARS.to_string();
     let args =
         ["stage", stage, "--json", "--map", &map.arg, "--frames", &frames, "--vehicles", &vehicles];
-    let told = (0..effort.rounds(ROUNDS)).map(|_| ask(&args));
-    let told = told.collect::<anyhow::Result<Vec<_>>>()?;
+    let report = (0..effort.rounds(ROUNDS)).map(|_| ask(&args));
+    let report = report.collect::<anyhow::Result<Vec<_>>>()?;
     let number = |line: &Value, key: &str| {
         line[key].as_f64().with_context(|| format!("omnibus stage {stage} says no {key}: {line}"))
     };
     let middle = |key: &str| {
-        let values = told.iter().map(|line| number(line, key));
+        let values = report.iter().map(|line| number(line, key));
         Ok::<_, anyhow::Error>(median(&values.collect::<anyhow::Result<Vec<_>>>()?))
     };
     let spread = Spread {
         p50: middle("p50_ms")?,
         p90: middle("p90_ms")?,
         p99: middle("p99_ms")?,
-        n: (middle("n")? as usize) * told.len(),
+        n: (middle("n")? as usize) * report.len(),
     };
     let cars = middle("vehicles")?;
     let workload = format!("{what}, {cars} vehicles driven by traffic, {}, one thread", map.title);
@@ -132,7 +132,7 @@ fn measure(
     sink.put(&figure, &machine)
 }
 
-/// What `omnibus` prints as JSON.
+/// Returns the JSON that `omnibus` prints.
 pub(crate) fn ask(args: &[&str]) -> anyhow::Result<Value> {
     let output = Command::new(sim::omnibus()?).args(args).output()?;
     if !output.status.success() {

@@ -1,5 +1,5 @@
-//! `start`: from the start of the process to the first image in a client's hand; and how long a
-//! running simulator takes to change its map.
+//! `start`: from the start of the process to the first image at the client, and the time in which a
+//! running simulator loads another map.
 
 use std::{f32::consts::FRAC_PI_2, time::Duration};
 
@@ -19,7 +19,7 @@ const STARTS: usize = 5;
 const CHANGES: usize = 15;
 const PATIENCE_NANOS: u64 = 120_000_000_000;
 
-/// Takes the figure.
+/// Measures the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let machine = Machine::look();
     let starts = (0..effort.rounds(STARTS)).map(|_| start());
@@ -38,7 +38,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let [other, same] = changes(effort.rounds(CHANGES))?;
     for (name, what, nanos) in [
         ("start.other_map", "between Town01 and Town02, both baked before", other),
-        ("start.same_map", "the map that runs, anew", same),
+        ("start.same_map", "the running map again", same),
     ] {
         let spread = Spread::of_rounds(&[nanos], 1e6);
         let workload = format!(
@@ -51,7 +51,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Loads: another map, the same.
+/// Measures loading another map, and the same map.
 fn changes(rounds: usize) -> anyhow::Result<[Vec<u64>; 2]> {
     let begin = clock::now_nanos();
     let mut sim = Sim::spawn(&["--synchronous", "--device", "cpu", "--map", "Town01"])?;
@@ -92,7 +92,7 @@ fn start() -> anyhow::Result<Start> {
     Ok(Start { connected_nanos, image_nanos: clock::now_nanos() - begin })
 }
 
-/// Tries every millisecond.
+/// Connects, trying every millisecond.
 fn connect(sim: &mut Sim, begin: u64) -> anyhow::Result<Client> {
     loop {
         let refused = match Client::connect(Some(sim.name()), "bench") {

@@ -18,11 +18,11 @@ const TICKS: usize = 20_000;
 const WARM_UP: usize = 2_000;
 const PEER_TICKS: usize = 2_000;
 
-/// From the client's call: until the host begins, has carried out commands, has stepped, has
+/// From the client's call: until the host begins, has executed commands, has stepped, has
 /// published, and until the call returns. Nanoseconds of each tick.
 pub(crate) type Parts = [Vec<u64>; 5];
 
-/// One tick: what it took, nanoseconds, and by the snapshot's stage clock its parts.
+/// Runs one tick: its nanoseconds, and its parts by the snapshot's timestamps.
 pub(crate) fn timed(client: &mut Client, parts: &mut Parts) -> Result<u64, ClientError> {
     let begin = clock::now_nanos();
     client.tick()?;
@@ -42,7 +42,7 @@ pub(crate) fn timed(client: &mut Client, parts: &mut Parts) -> Result<u64, Clien
     Ok(end - begin)
 }
 
-/// Takes the figures.
+/// Measures the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let machine = Machine::look();
     let map = scene::one_road()?;
@@ -62,7 +62,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let mut parts = [const { Vec::new() }; 5];
     for _ in 0..effort.rounds(ROUNDS) {
         let mut round = Vec::with_capacity(TICKS);
-        // Those behind the peer's round have gone to sleep.
+        // The processes have gone to sleep during the peer's round.
         for _ in 0..100 {
             client.tick()?;
         }
@@ -96,8 +96,8 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     in_one_process(effort, sink, &machine, &map, tcp.p50)
 }
 
-/// The same world with its stages and its client as threads of the host's process: measured there,
-/// by `omnibus stage tick`.
+/// The same world with stages and client as threads of the host's process, measured there by
+/// `omnibus stage tick`.
 fn in_one_process(
     effort: Effort,
     sink: &mut Sink,
@@ -113,8 +113,8 @@ fn in_one_process(
         .output()
         .context("omnibus stage tick")?;
     ensure!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr).trim());
-    let told: serde_json::Value = serde_json::from_slice(&output.stdout)?;
-    let micros = |key: &str| told[key].as_f64().map(|ms| ms * 1e3).context("a percentile");
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout)?;
+    let micros = |key: &str| report[key].as_f64().map(|ms| ms * 1e3).context("a percentile");
     let p50 = micros("p50_ms")?;
     let spread = Spread { p50, p90: micros("p90_ms")?, p99: micros("p99_ms")?, n: frames };
     let workload = format!(

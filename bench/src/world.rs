@@ -1,4 +1,4 @@
-//! `world`: from OpenDRIVE text to a furnished town that rays hit, by `omnibus stage world`.
+//! `world`: from OpenDRIVE text to a furnished town for ray tracing, by `omnibus stage world`.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ use crate::{
 
 const ROUNDS: usize = 5;
 
-/// Takes the figures.
+/// Measures the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let town = scene::bench_map()?;
     figure(effort, sink, "world.town", &town.title, &town.arg)?;
@@ -28,12 +28,12 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     figure(effort, sink, "world.city", "a netconvert city", arg)
 }
 
-/// A file that goes when its owner does.
+/// A file that is removed when it is dropped.
 struct Scratch(PathBuf);
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // It lies where the system cleans up by itself.
+        // In a folder that the system cleans up.
         let _ = std::fs::remove_file(&self.0);
     }
 }
@@ -47,9 +47,9 @@ fn figure(
 ) -> anyhow::Result<()> {
     let machine = Machine::look();
     let rounds = effort.rounds(ROUNDS).to_string();
-    let told = stage::ask(&["stage", "world", "--json", "--map", arg, "--frames", &rounds])?;
+    let report = stage::ask(&["stage", "world", "--json", "--map", arg, "--frames", &rounds])?;
     let number = |key: &str| {
-        told[key].as_f64().with_context(|| format!("omnibus stage world says no {key}: {told}"))
+        report[key].as_f64().with_context(|| format!("omnibus stage world reports no {key}: {report}"))
     };
     let workload = format!(
         "{title}, {:.2} MB: network {} ms, town {} ms, scene {} ms; {} triangles, {} objects; at \

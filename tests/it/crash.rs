@@ -293,7 +293,7 @@ fn every_process_may_die_at_random_times() {
     let (late, count) = (footprint(&sim), deaths(&sim.log()));
     drop(judge);
     sim.end();
-    assert_eq!(count, wanted, "not everybody died");
+    assert_eq!(count, wanted, "too few died");
     assert!(seen == *undisturbed(seen.len()), "the run is another one");
     println!("at random: {count} deaths in {} frames, none lost", seen.len());
     flat("at random", early.unwrap(), late);

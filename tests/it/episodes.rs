@@ -110,7 +110,7 @@ fn a_loaded_world_is_the_one_that_a_simulator_starts_with() {
     let header = *client.world().header();
     assert_eq!((header.stamp.episode, header.stamp.sim_time_nanos), (2, 0));
     let is_of_the_map = |a: &client_lib::ActorState| a.kind == kind::TRAFFIC_LIGHT;
-    assert!(client.world().actors().iter().all(is_of_the_map), "somebody is left");
+    assert!(client.world().actors().iter().all(is_of_the_map), "an actor of the old world is left");
     check_same(&live(&mut client, frames), &in_thorp, "another map");
     stir(&mut client);
     client.reload_map().unwrap();

@@ -217,7 +217,7 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
 }
 
 /// Returns every command that names an actor, with an unknown actor.
-fn of_nobody(actor_id: ActorId, list: &mut List) {
+fn of_unknown(actor_id: ActorId, list: &mut List) {
     let mut dead =
         |what: &str, command: Command| list.one(&format!("{what} of {actor_id}"), command);
     let velocity = SetVelocity { actor_id, ..Default::default() };
@@ -303,8 +303,8 @@ fn play(with_commands: bool) -> Vec<u64> {
     let mut list = List::default();
     if with_commands {
         list = bad_numbers(&mut client, cars[0]);
-        for nobody in [ActorId::NONE, gone, ActorId(99_999), ActorId(u32::MAX)] {
-            of_nobody(nobody, &mut list);
+        for unknown in [ActorId::NONE, gone, ActorId(99_999), ActorId(u32::MAX)] {
+            of_unknown(unknown, &mut list);
         }
         bad_sensors(&mut client, cars[0]);
     }

@@ -32,8 +32,8 @@ fn a_second_ticking_client_is_refused_by_name_unless_the_first_hands_over() {
     let mut second = sim.client("second");
     let refused = second.tick().unwrap_err().to_string();
     assert!(refused.contains("\"first\"") && refused.contains("hand"), "{refused}");
-    let nobody = first.hand_tick_to("third").unwrap_err().to_string();
-    assert!(nobody.contains("third"), "{nobody}");
+    let unknown = first.hand_tick_to("third").unwrap_err().to_string();
+    assert!(unknown.contains("third"), "{unknown}");
     first.hand_tick_to("second").unwrap();
     assert_eq!(second.tick().unwrap().0, 1);
     let refused = first.tick().unwrap_err().to_string();

@@ -6,7 +6,7 @@ use std::ffi::OsString;
 use anyhow::{Context, bail, ensure};
 
 /// Switches about a window or sound. They are accepted and have no effect.
-const NOTHING: [&str; 9] = [
+const WITHOUT_EFFECT: [&str; 9] = [
     "carla-server",
     "renderoffscreen",
     "windowed",
@@ -24,29 +24,29 @@ pub(crate) fn translate(args: impl Iterator<Item = OsString>) -> anyhow::Result<
     if args.get(1).is_none_or(|verb| verb != "run") {
         return Ok(args);
     }
-    let mut told: Vec<OsString> = Vec::new();
+    let mut result: Vec<OsString> = Vec::new();
     let (mut is_benchmark, mut fps) = (false, None);
     for arg in args {
         let Some(switch) = switch(&arg) else {
-            told.push(arg);
+            result.push(arg);
             continue;
         };
         let (name, value) = switch.split_once('=').unwrap_or((&switch, ""));
         match name {
             "carla-rpc-port" | "carla-port" | "carla-world-port" => {
-                told.extend(["--carla-port".into(), value.into()]);
+                result.extend(["--carla-port".into(), value.into()]);
             }
             "quality-level" => ensure!(
                 ["low", "epic"].contains(&value),
                 "-quality-level is {value:?}; use Low or Epic"
             ),
-            "no-rendering" | "nullrhi" => told.push("--no-rendering".into()),
+            "no-rendering" | "nullrhi" => result.push("--no-rendering".into()),
             "benchmark" => is_benchmark = true,
             "fps" => fps = Some(value.to_owned()),
             "resx" | "resy" => {}
-            _ if NOTHING.contains(&name) => {}
+            _ if WITHOUT_EFFECT.contains(&name) => {}
             // Not a switch of CARLA: clap reports the error.
-            _ => told.push(arg),
+            _ => result.push(arg),
         }
     }
     match (is_benchmark, fps) {
@@ -55,13 +55,13 @@ pub(crate) fn translate(args: impl Iterator<Item = OsString>) -> anyhow::Result<
                 fps.parse().with_context(|| format!("-fps is {fps:?}, not a number"))?;
             ensure!((1.0..=1e4).contains(&rate), "-fps is {fps}; use 1 to 10000");
             let delta = (1.0 / rate).to_string();
-            told.extend(["--fixed-delta", &delta, "--real-time-factor", "0"].map(Into::into));
+            result.extend(["--fixed-delta", &delta, "--real-time-factor", "0"].map(Into::into));
         }
         (true, None) => bail!("-benchmark needs the frames per simulated second: -fps=N"),
         (false, Some(fps)) => bail!("-fps={fps} has a meaning only together with -benchmark"),
         (false, None) => {}
     }
-    Ok(told)
+    Ok(result)
 }
 
 /// Returns an argument that begins with one dash, without the dash and in lower case.
@@ -74,10 +74,10 @@ fn switch(arg: &OsString) -> Option<String> {
 mod tests {
     use super::*;
 
-    fn told(line: &str) -> Result<String, String> {
+    fn result(line: &str) -> Result<String, String> {
         let args = line.split(' ').map(OsString::from);
-        let told = translate(args).map_err(|e| e.to_string())?;
-        Ok(told.iter().map(|a| a.to_str().unwrap()).collect::<Vec<_>>().join(" "))
+        let result = translate(args).map_err(|e| e.to_string())?;
+        Ok(result.iter().map(|a| a.to_str().unwrap()).collect::<Vec<_>>().join(" "))
     }
 
     #[test]
@@ -94,14 +94,14 @@ mod tests {
                 "omnibus run --fixed-delta 0.05 --real-time-factor 0",
             ),
         ] {
-            assert_eq!(told(given).as_deref(), Ok(ours), "{given}");
+            assert_eq!(result(given).as_deref(), Ok(ours), "{given}");
         }
     }
 
     #[test]
     fn other_arguments_stay_as_they_are() {
         for line in ["omnibus run -h", "omnibus run -x=1", "omnibus maps -benchmark", "omnibus"] {
-            assert_eq!(told(line).as_deref(), Ok(line));
+            assert_eq!(result(line).as_deref(), Ok(line));
         }
     }
 
@@ -114,7 +114,7 @@ mod tests {
             ("omnibus run -benchmark -fps=0", "1 to 10000"),
             ("omnibus run -benchmark -fps=fast", "not a number"),
         ] {
-            let refusal = told(line).unwrap_err();
+            let refusal = result(line).unwrap_err();
             assert!(refusal.contains(word), "{line}: {refusal}");
         }
     }

@@ -270,8 +270,8 @@ fn run_role_reporting(
     in_process: bool,
     render: RenderConfig,
 ) -> anyhow::Result<()> {
-    let told = catch_unwind(|| run_role(role, instance, slot, in_process, render));
-    let ended = told.unwrap_or_else(|panic| Err(anyhow!("panicked: {}", panic_message(&*panic))));
+    let outcome = catch_unwind(|| run_role(role, instance, slot, in_process, render));
+    let ended = outcome.unwrap_or_else(|panic| Err(anyhow!("panicked: {}", panic_message(&*panic))));
     let Err(e) = ended else { return Ok(()) };
     if instance.control().map_or(true, |control| control.is_ending()) {
         // Any error here is a consequence of the host's end.

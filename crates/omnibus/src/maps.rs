@@ -84,7 +84,7 @@ fn without_extension(name: &str) -> &str {
 }
 
 /// Returns the OpenDRIVE text of a map. In this order: a generated town, a file in the folder of
-/// maps, a generated town in place of one of CARLA's, the file at this path.
+/// maps, the file at this path, a generated town in place of one of CARLA's.
 pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> {
     let name = without_carla_folder(name);
     let name = if Path::new(name).is_file() { name } else { without_extension(name) };
@@ -99,8 +99,8 @@ pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> 
         if !Path::new(name).is_file()
             && let Some(text) = mapgen::named(name)
         {
-            static SAID: Once = Once::new();
-            SAID.call_once(|| {
+            static LOGGED: Once = Once::new();
+            LOGGED.call_once(|| {
                 let about = mapgen::description(name).unwrap_or_default();
                 log::warn!(
                     "{name} is a generated town in place of CARLA's ({about}); to load CARLA's, put \
@@ -136,8 +136,8 @@ fn read(file: &Path) -> anyhow::Result<String> {
 
 /// Returns the OpenDRIVE files in the folder of maps, sorted; none if no folder is given.
 fn files(folder: Option<&Path>) -> anyhow::Result<Vec<PathBuf>> {
-    let told = folder.map(Path::to_path_buf);
-    let Some(folder) = told.or_else(|| std::env::var_os(MAPS_VARIABLE).map(PathBuf::from)) else {
+    let chosen = folder.map(Path::to_path_buf);
+    let Some(folder) = chosen.or_else(|| std::env::var_os(MAPS_VARIABLE).map(PathBuf::from)) else {
         return Ok(Vec::new());
     };
     let entries =
@@ -219,10 +219,10 @@ mod tests {
     #[test]
     fn a_missing_map_file_or_folder_is_named() {
         let folder = folder("none", &[]);
-        let said = |name: &str| format!("{:#}", text(name, Some(&folder)).unwrap_err());
-        assert!(said("Town99").contains("no map is named \"Town99\""), "{}", said("Town99"));
-        assert!(said("a/b.xodr").starts_with("map a/b.xodr"), "{}", said("a/b.xodr"));
+        let error_of = |name: &str| format!("{:#}", text(name, Some(&folder)).unwrap_err());
+        assert!(error_of("Town99").contains("no map is named \"Town99\""), "{}", error_of("Town99"));
+        assert!(error_of("a/b.xodr").starts_with("map a/b.xodr"), "{}", error_of("a/b.xodr"));
         fs::remove_dir_all(&folder).unwrap();
-        assert!(said("Town04").contains("folder of maps"), "{}", said("Town04"));
+        assert!(error_of("Town04").contains("folder of maps"), "{}", error_of("Town04"));
     }
 }

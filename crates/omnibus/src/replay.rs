@@ -264,15 +264,15 @@ fn first_difference(moment: &Moment, shown: &[ActorState]) -> Option<String> {
 
 fn run_resimulation(recording: &mut Recording, from: u64, until: u64) -> anyhow::Result<()> {
     let begin = clock::now_nanos();
-    let told = resimulate(recording, from, until)?;
+    let result = resimulate(recording, from, until)?;
     let seconds = (clock::now_nanos() - begin) as f64 / 1e9;
-    if let Some(difference) = told.difference {
+    if let Some(difference) = result.difference {
         return Err(anyhow!("{}: {difference}", recording.path().display()));
     }
     print_line!(
         "{} frames simulated again, every state hash as recorded; {:.1} s in {seconds:.1} s",
-        told.frames,
-        told.sim_nanos as f64 / 1e9,
+        result.frames,
+        result.sim_nanos as f64 / 1e9,
     );
     Ok(())
 }

@@ -102,9 +102,9 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
             Ok(())
         }
         // The reason why the host ended causes the client's error.
-        Err(told) => match ended {
-            Err(cause) => Err(cause.context(told.to_string())),
-            Ok(_) => Err(told.into()),
+        Err(error) => match ended {
+            Err(cause) => Err(cause.context(error.to_string())),
+            Ok(_) => Err(error.into()),
         },
     }
 }
@@ -139,22 +139,22 @@ impl BackgroundHost {
     /// Starts the host and waits until it accepts clients.
     pub fn start(args: &WorldArgs, settings: Settings) -> anyhow::Result<BackgroundHost> {
         let stop = Arc::new(AtomicBool::new(false));
-        let (tell, told) = crossbeam::channel::bounded(1);
+        let (sender, receiver) = crossbeam::channel::bounded(1);
         let (world, flag) = (args.clone(), Arc::clone(&stop));
         let host =
             std::thread::Builder::new().name("sim-host".into()).spawn(move || {
                 match world.host(settings, flag) {
                     Ok(host) => {
-                        let _ = tell.send(Ok(host.instance().clone()));
+                        let _ = sender.send(Ok(host.instance().clone()));
                         host.run()
                     }
                     Err(e) => {
-                        let _ = tell.send(Err(e));
+                        let _ = sender.send(Err(e));
                         Ok(Frame(0))
                     }
                 }
             })?;
-        let instance = told.recv().context("the host ended while it started")??;
+        let instance = receiver.recv().context("the host ended while it started")??;
         Ok(BackgroundHost { instance, in_process: args.single_process, stop, host: Some(host) })
     }
 
