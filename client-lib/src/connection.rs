@@ -170,7 +170,7 @@ impl Connection {
         loan.send(header)?;
         drop(writer);
         if now {
-            self.participant.control().host.ring();
+            self.participant.control().host.notify();
         }
         Ok(header.sequence)
     }

@@ -221,7 +221,7 @@ impl Controller {
         let participant = &self.connection.participant;
         let words = participant.words();
         words.request_barrier(is_wanted);
-        participant.control().host.ring();
+        participant.control().host.notify();
         let waited = self.deadlines.answer;
         let is_granted = || (words.in_barrier() == is_wanted).then_some(());
         let granted = participant.await_answer(after(waited), is_granted);

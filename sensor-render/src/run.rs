@@ -343,7 +343,7 @@ impl Renderer {
             match answer {
                 Ok(polled) => return Ok(polled?),
                 Err(Interrupted::HostEnds) => return Ok(()),
-                Err(Interrupted::Deadline) => participant.control().host.ring(),
+                Err(Interrupted::Deadline) => participant.control().host.notify(),
             }
         }
     }
@@ -353,12 +353,12 @@ impl Renderer {
     fn apply_journal(&mut self, frame: Frame) -> Result<(), RenderError> {
         if self.ports.journal.poll()? {
             self.participant.words().request_keyframe();
-            self.participant.control().host.ring();
+            self.participant.control().host.notify();
             self.await_keyframe()?;
         }
         for event in self.ports.journal.until(frame) {
             match event {
-                Event::Anew => {
+                Event::Reset => {
                     self.bundles.reset();
                     self.weather = Weather::default();
                     self.hidden = Visibility::default();

@@ -185,9 +185,9 @@ impl Supervisor {
 
 /// A process has ended: the barrier must know before anything else happens.
 fn report(control: &ControlPageMapping, obituary: &Sender<usize>, slot: usize) {
-    control.bury(slot);
+    control.mark_dead(slot);
     let _ = obituary.try_send(slot);
-    control.host.ring();
+    control.host.notify();
 }
 
 /// The cleaner works apart from the tick, because the transport may need milliseconds, or, at a

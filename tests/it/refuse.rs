@@ -160,7 +160,7 @@ fn a_stage_of_another_build_is_refused() {
     let sim = Sim::start(&[]);
     let control = sim.instance().control().unwrap();
     let ours = sim.client("before");
-    control.pretend_protocol(99);
+    control.override_protocol(99);
     let said =
         client_lib::Client::connect(Some(sim.instance().id()), "late").err().unwrap().to_string();
     println!("other build -> {said}");

@@ -212,7 +212,7 @@ impl Driver {
     fn journal_of(&mut self, frame: Frame) -> Result<Vec<(Frame, JournalEntry)>, TrafficError> {
         if self.ports.journal.poll()? {
             self.participant.words().request_keyframe();
-            self.participant.control().host.ring();
+            self.participant.control().host.notify();
             while self.ports.journal.poll()? && !self.participant.is_over() {
                 std::thread::sleep(std::time::Duration::from_micros(200));
             }
@@ -220,7 +220,7 @@ impl Driver {
         // Traffic's params are its own: what a keyframe repeats changes nothing.
         let entries = self.ports.journal.until(frame).into_iter().filter_map(|event| match event {
             Event::Entry(at, entry) => Some((at, entry)),
-            Event::Anew => None,
+            Event::Reset => None,
         });
         Ok(entries.collect())
     }

@@ -1,45 +1,45 @@
-//! The table of channels: the whole bus on one page.
+//! The table of channels.
 
 use crate::{Role, Role::*};
 
-/// What it means when a reader is too slow.
+/// What happens when a reader is too slow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
     /// Never lost: the writer waits, up to a deadline.
     Never,
-    /// The oldest unread ones go; frame stamps and serials tell how many.
+    /// The oldest unread messages are dropped; frame stamps and serial numbers show how many.
     OldestGoes,
 }
 
 /// One named stream of messages.
 #[derive(Clone, Copy, Debug)]
 pub struct Channel {
-    /// The service name under which it is opened. A bundle's own is `bundle/<id>`.
+    /// The service name. The channel of a sensor bundle is `bundle/<id>`.
     pub name: &'static str,
-    /// What one message is: header and payload.
+    /// Types of header and payload.
     pub carries: &'static str,
-    /// Who may write it.
+    /// Roles that write.
     pub writers: &'static [Role],
-    /// Who may read it.
+    /// Roles that read.
     pub readers: &'static [Role],
-    /// Messages that wait unread for one reader.
+    /// Unread messages kept for one reader.
     pub depth: usize,
-    /// How many writers it takes, the dead ones included that nobody cleaned up after yet.
+    /// Largest number of writers, including dead ones that are not cleaned up yet.
     pub writers_max: usize,
-    /// How many readers it takes, likewise.
+    /// Largest number of readers, including dead ones that are not cleaned up yet.
     pub readers_max: usize,
-    /// Messages that one reader may hold; a bundle's client chooses, up to this.
+    /// Messages that one reader may borrow; for a bundle the client chooses, up to this number.
     pub held: usize,
-    /// Messages that a newcomer finds.
+    /// Messages that a reader receives when it joins.
     pub history: usize,
     /// What happens to a slow reader.
     pub loss: Loss,
 }
 
-/// One for each slot, and some for the dead whom nobody cleaned up after yet.
+/// One for each slot, and some for dead processes that are not cleaned up yet.
 const MANY: usize = crate::control::SLOTS + 4;
 
-/// The whole bus, in the order in which a tick uses it.
+/// All channels, in the order in which a tick uses them.
 #[rustfmt::skip]
 pub const CHANNELS: [Channel; 7] = [
     Channel { name: "command",  carries: "BatchHeader, [Command]",         writers: &[Client],  readers: &[Host],                    depth: 16, writers_max: MANY, readers_max: 1, held: 2, history: 0, loss: Loss::Never },
@@ -51,7 +51,7 @@ pub const CHANNELS: [Channel; 7] = [
     Channel { name: "bundle",      carries: "BundleHeader, [Page]",           writers: &[Render, Host], readers: &[Client],                  depth: 4,  writers_max: 4, readers_max: 2, held: 8, history: 1, loss: Loss::OldestGoes },
 ];
 
-/// The row of this name.
+/// The channel of this name.
 pub fn channel(name: &str) -> &'static Channel {
     CHANNELS.iter().find(|c| c.name == name).expect("a row of CHANNELS")
 }

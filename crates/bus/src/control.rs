@@ -1,18 +1,19 @@
 //! The control page: the tick barrier's words, beside the channels.
 //!
-//! One small file per instance, mapped by everybody. Each word has one writer at a time, and what
-//! it says only grows, so that a process killed at any instruction leaves nothing to repair:
+//! One small file per instance, mapped by every process. Each word has one writer at a time. The words
+//! of the barrier only increase, and settings are stored in two copies with a version, so that a process
+//! killed at any instruction leaves nothing to repair:
 //!
 //! ```text
 //!   words       written by          means
 //!   tick        host                frame N is published; work on it
-//!   complete    host                frame N is over for everybody
-//!   request     the ticking client  please make frame N
+//!   complete    host                frame N is complete
+//!   request     the ticking client  advance to frame N
 //!   ack         each participant    my work for frame N is done
-//!   alive       host                who is waited for
+//!   alive       host                the participants that the barrier waits for
 //! ```
 //!
-//! A slot passes from hand to hand by its state; only the hand that holds it writes it:
+//! The state of a slot says which process may write it:
 //! joiner `Free → Claimed → Waiting`, host `→ Admitted`, joiner `→ Ready`, host `→ Live`,
 //! and when its process is gone, host `→ Dead → Free`.
 
@@ -21,30 +22,30 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use crate::{Notify, SequenceEvent, Strategy, clock, versioned::Versioned};
 use protocol::{Frame, Name, Settings};
 
-/// Raised with every change of a message, a channel or this page.
+/// Version of the protocol; increased with every change of a message, a channel or this page.
 pub const PROTOCOL: u32 = 6;
 
-/// How many participants and clients an instance can have at a time.
+/// The most participants and clients of an instance.
 pub const SLOTS: usize = 32;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"omnibus\x01");
 
-/// What a process on the bus is.
+/// The role of a process on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u32)]
 pub enum Role {
-    /// Owns the world and the tick.
+    /// The simulation host.
     Host = 1,
-    /// Drives the other road users.
+    /// The traffic planner.
     Traffic = 2,
-    /// Turns snapshots into measurements.
+    /// The sensor renderer.
     Render = 3,
-    /// Anyone outside: a script, a driving stack, a benchmark.
+    /// A client: a script, a driving stack, a benchmark.
     Client = 4,
 }
 
 impl Role {
-    /// The room's name.
+    /// The name of the crate that runs the role.
     pub fn name(self) -> &'static str {
         match self {
             Role::Host => "sim-host",
@@ -61,27 +62,27 @@ impl Role {
     }
 }
 
-/// Who holds a slot, and how far it is.
+/// The state of a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u32)]
 pub enum SlotState {
-    /// Nobody's.
+    /// Free.
     Free = 0,
-    /// A joiner writes its identity.
+    /// Claimed by a joining process, which writes its identity.
     Claimed = 1,
-    /// The joiner asks the host to watch it.
+    /// The joining process waits for the host to watch it.
     Waiting = 2,
-    /// The host watches it; it may make its ports.
+    /// The host watches the process, which may create its ports.
     Admitted = 3,
-    /// Its ports are made.
+    /// The ports are created.
     Ready = 4,
-    /// It takes part.
+    /// The process participates.
     Live = 5,
-    /// It goes of its own will; its ports are gone.
+    /// The process leaves; its ports are dropped.
     Leaving = 6,
-    /// Its process is gone; the host cleans up.
+    /// The process has died; the host cleans up.
     Dead = 7,
-    /// Something of it could not be removed; not used again.
+    /// Resources of the process could not be removed; the slot is not used again.
     Quarantined = 8,
 }
 
@@ -95,124 +96,124 @@ impl SlotState {
     }
 }
 
-/// One participant's words.
+/// The words of one participant.
 #[derive(Debug, Default)]
 #[repr(C, align(64))]
 pub struct Slot {
-    /// The state in the low half, the process id of its holder in the high half: one word, so
-    /// that a joiner killed right after its claim can still be found dead.
+    /// State in the low half, process id of the holder in the high half: one word, so that the death of
+    /// a process killed right after its claim is still detected.
     owner: AtomicU64,
-    /// When that process was started: a process id may be used again.
+    /// Start time of that process, because process ids are reused.
     start_time: AtomicU64,
     role: AtomicU32,
-    /// 1: the barrier waits for it.
+    /// 1: the barrier waits for the participant.
     waited_for: AtomicU32,
-    /// How many frames it may trail.
+    /// Frames that the participant may trail.
     lag: AtomicU64,
-    /// Its work up to this frame is done.
+    /// The last frame whose work is done.
     ack: AtomicU64,
-    /// Stage clock of the last frame: work began.
+    /// Monotonic clock when the work of the last frame began.
     begin_nanos: AtomicU64,
-    /// Stage clock of the last frame: work ended.
+    /// Monotonic clock when the work of the last frame ended.
     end_nanos: AtomicU64,
-    /// The frame that it, a ticking client, wants made.
+    /// The frame that a ticking client requests.
     request: AtomicU64,
     name: [AtomicU64; 5],
-    /// Counts its calls for a journal keyframe.
+    /// Number of requests for a journal keyframe.
     resync: AtomicU64,
-    /// Frames that it never saw.
+    /// Number of frames that the participant never received.
     missed: AtomicU64,
-    /// 1: its holder wants the barrier to wait for it.
+    /// 1: the holder asks the barrier to wait for it.
     wants_barrier: AtomicU64,
 }
 
 const _: () = assert!(size_of::<Slot>() == 128);
 
 impl Slot {
-    /// How far its holder is.
+    /// The state of the slot.
     pub fn state(&self) -> SlotState {
         SlotState::from_code(self.owner.load(Ordering::Acquire) as u32)
     }
 
-    /// The process that holds it; 0 if nobody does.
+    /// Id of the process that holds the slot; 0 if it is free.
     pub fn pid(&self) -> u32 {
         (self.owner.load(Ordering::Acquire) >> 32) as u32
     }
 
-    /// When that process was started.
+    /// Start time of that process.
     pub fn start_time(&self) -> u64 {
         self.start_time.load(Ordering::Acquire)
     }
 
-    /// What it is.
+    /// The role of the holder.
     pub fn role(&self) -> Option<Role> {
         Role::from_code(self.role.load(Ordering::Acquire))
     }
 
-    /// What it calls itself.
+    /// The name of the holder.
     pub fn name(&self) -> Name {
         let words: [u64; 5] = std::array::from_fn(|i| self.name[i].load(Ordering::Relaxed));
         Name(bytemuck::cast(words))
     }
 
-    /// Its work up to this frame is done.
+    /// The last frame whose work is done.
     pub fn ack(&self) -> Frame {
         Frame(self.ack.load(Ordering::Acquire))
     }
 
-    /// How many frames it may trail.
+    /// Frames that the participant may trail.
     pub fn lag(&self) -> u64 {
         self.lag.load(Ordering::Relaxed)
     }
 
-    /// Begin and end of its last frame's work, nanoseconds of the monotonic clock.
+    /// Begin and end of the work of the last frame, nanoseconds of the monotonic clock.
     pub fn work_nanos(&self) -> (u64, u64) {
         (self.begin_nanos.load(Ordering::Relaxed), self.end_nanos.load(Ordering::Relaxed))
     }
 
-    /// The frame that it wants made.
+    /// The frame that a ticking client requests.
     pub fn request(&self) -> Frame {
         Frame(self.request.load(Ordering::Acquire))
     }
 
-    /// How often it asked for a journal keyframe.
+    /// Number of requests for a journal keyframe.
     pub fn resync(&self) -> u64 {
         self.resync.load(Ordering::Acquire)
     }
 
-    /// Frames that it never saw.
+    /// Number of frames that the participant never received.
     pub fn missed(&self) -> u64 {
         self.missed.load(Ordering::Relaxed)
     }
 
-    /// Whether its holder wants the barrier to wait for it.
+    /// Whether the holder asks the barrier to wait for it.
     pub fn wants_barrier(&self) -> bool {
         self.wants_barrier.load(Ordering::Acquire) != 0
     }
 
-    /// Whether the barrier waits for it.
+    /// Whether the barrier waits for the participant.
     pub fn in_barrier(&self) -> bool {
         self.waited_for.load(Ordering::Acquire) != 0
     }
 
-    /// For who holds the slot: hands it on.
+    /// For the holder of the slot: sets its state.
     pub fn set_state(&self, state: SlotState) {
         let pid = self.owner.load(Ordering::Relaxed) >> 32;
         self.owner.store(pid << 32 | u64::from(state as u32), Ordering::Release);
     }
 
-    /// For a joiner: takes a free slot. The word says the process at once.
+    /// For a joining process: claims a free slot and stores the process id in one step.
     pub fn claim(&self, pid: u32) -> bool {
         let claimed = u64::from(pid) << 32 | u64::from(SlotState::Claimed as u32);
         self.owner.compare_exchange(0, claimed, Ordering::AcqRel, Ordering::Relaxed).is_ok()
     }
 
-    /// For the host: the slot is for the process that it is about to start, or nobody's (pid 0).
+    /// For the host: reserves the slot for a process that it starts, or frees it (`pid` 0).
     pub fn reserve(&self, state: SlotState, pid: u32) {
         self.owner.store(u64::from(pid) << 32 | u64::from(state as u32), Ordering::Release);
     }
 
-    /// For its holder, before `Waiting`: who it is.
+    /// For the holder, before `Waiting`: stores role, name and start time.
     pub fn introduce(&self, role: Role, name: Name, start_time: u64) {
         let words: [u64; 5] = bytemuck::cast(name.0);
         for (slot, word) in self.name.iter().zip(words) {
@@ -227,54 +228,55 @@ impl Slot {
         self.waited_for.store(0, Ordering::Relaxed);
     }
 
-    /// For its holder, a client: whether the barrier should wait for it.
+    /// For a client that holds the slot: asks the barrier to wait for it, or not.
     pub fn request_barrier(&self, wanted: bool) {
         self.wants_barrier.store(wanted.into(), Ordering::Release);
     }
 
-    /// For the host: how the barrier treats it, and from which frame on it owes work.
+    /// For the host: sets whether the barrier waits for the participant, its lag, and the frame after
+    /// which its work is due.
     pub fn admit(&self, waited_for: bool, lag: u64, done: Frame) {
         self.lag.store(lag, Ordering::Relaxed);
         self.ack.store(done.0, Ordering::Release);
         self.waited_for.store(waited_for.into(), Ordering::Release);
     }
 
-    /// For the host: how many frames it may trail from now on.
+    /// For the host: sets the number of frames that the participant may trail.
     pub fn set_lag(&self, lag: u64) {
         self.lag.store(lag, Ordering::Release);
     }
 
-    /// For its holder: a frame's work begins.
+    /// For the holder: the work of a frame begins.
     pub fn begin(&self) {
         self.begin_nanos.store(clock::now_nanos(), Ordering::Relaxed);
     }
 
-    /// For its holder: a journal part was missed.
+    /// For the holder: requests a journal keyframe after a lost part.
     pub fn request_keyframe(&self) {
         self.resync.fetch_add(1, Ordering::Release);
     }
 
-    /// For its holder: `count` frames went by unseen.
+    /// For the holder: counts frames that it never received.
     pub fn add_missed(&self, count: u64) {
         self.missed.fetch_add(count, Ordering::Relaxed);
     }
 }
 
-/// How the last complete frame ended.
+/// How a frame ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// Everybody arrived.
+    /// Every participant arrived.
     Complete,
-    /// The deadline passed; the mask says whom it waited for.
+    /// The deadline passed; the mask holds the slots that had not arrived.
     Late(u64),
-    /// Somebody died and was not brought back; the mask says who.
+    /// Participants died and were not restarted; the mask holds their slots.
     Degraded(u64),
 }
 
-/// No mask of members: the host decides how the frame ends.
+/// Value of `members` when the host decides how the frame ends.
 const UNKNOWN: u64 = u64::MAX;
 
-/// The words of one instance.
+/// The control page of one instance.
 #[derive(Debug)]
 #[repr(C, align(64))]
 pub struct ControlPage {
@@ -283,51 +285,51 @@ pub struct ControlPage {
     host_pid: AtomicU32,
     host_start_time: AtomicU64,
     spin_nanos: AtomicU64,
-    /// 1: the host is on its way out.
+    /// 1: the host is shutting down.
     ending: AtomicU32,
     synchronous: AtomicU32,
     /// The slot that holds the tick, plus one.
     ticker: AtomicU32,
     ending_kind: AtomicU32,
     ending_mask: AtomicU64,
-    /// Rises when a new frame is published.
+    /// The newest published frame.
     pub tick: SequenceEvent,
-    /// Rises when a frame is over for everybody.
+    /// The newest complete frame.
     pub complete: SequenceEvent,
-    /// Rung for the host: arrivals, requests, joiners.
+    /// Notifies the host of arrivals, requests and joining processes.
     pub host: Notify,
     alive: AtomicU64,
-    /// The frame that the host waits for.
+    /// The frame whose arrivals are counted.
     awaited: AtomicU64,
-    /// Who was to work on it, a bit per slot.
+    /// The slots that work on that frame, one bit each.
     members: AtomicU64,
-    /// How time passes: [`Settings`].
+    /// [`Settings`].
     settings: Versioned<4>,
-    /// Counts the worlds that the host has loaded.
+    /// Number of the episode.
     episode: AtomicU64,
     slots: [Slot; SLOTS],
 }
 
-/// Why a control page cannot be used.
+/// The reason why a control page cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PageError {
-    /// It is not one of ours, or its host has not finished writing it.
-    #[error("the control file is not one of a running host")]
+    /// The file is not a control page, or its host has not finished writing it.
+    #[error("bad magic: the control file does not belong to a running host")]
     Foreign,
-    /// Another version of this crate.
+    /// The host uses another version of this crate.
     #[error(
         "this program speaks bus protocol {ours}, the host {theirs}; build both from one checkout"
     )]
     Protocol {
-        /// Of this program.
+        /// Version of this program.
         ours: u32,
-        /// Of the host.
+        /// Version of the host.
         theirs: u32,
     },
 }
 
 impl ControlPage {
-    /// For the host, on a page of zeros: makes it valid. `done` is the frame that the world is at.
+    /// For the host, on a page of zeros: makes the page valid.
     pub fn initialise(&self, pid: u32, start_time: u64, strategy: Strategy) {
         self.host_pid.store(pid, Ordering::Relaxed);
         self.host_start_time.store(start_time, Ordering::Relaxed);
@@ -336,7 +338,7 @@ impl ControlPage {
         self.magic.store(MAGIC, Ordering::Release);
     }
 
-    /// For everybody else: whether we understand it.
+    /// For other processes: checks that the page is valid and of the same protocol version.
     pub fn check(&self) -> Result<(), PageError> {
         if self.magic.load(Ordering::Acquire) != MAGIC {
             return Err(PageError::Foreign);
@@ -348,70 +350,70 @@ impl ControlPage {
         Ok(())
     }
 
-    /// For a test of strangers: pretends to be another version.
+    /// For tests: stores another protocol version.
     #[doc(hidden)]
-    pub fn pretend_protocol(&self, protocol: u32) {
+    pub fn override_protocol(&self, protocol: u32) {
         self.protocol.store(protocol, Ordering::Release);
     }
 
-    /// The host's process and when it was started.
+    /// Process id and start time of the host.
     pub fn host_process(&self) -> (u32, u64) {
         (self.host_pid.load(Ordering::Relaxed), self.host_start_time.load(Ordering::Relaxed))
     }
 
-    /// How everybody waits.
+    /// The wait strategy of the instance.
     pub fn strategy(&self) -> Strategy {
         Strategy { spin_nanos: self.spin_nanos.load(Ordering::Relaxed) }
     }
 
-    /// Whether the host is on its way out.
+    /// Whether the host is shutting down.
     pub fn is_ending(&self) -> bool {
         self.ending.load(Ordering::Acquire) != 0
     }
 
-    /// For the host: everybody go home.
+    /// For the host: tells every process to end, and wakes it.
     pub fn end(&self) {
         self.ending.store(1, Ordering::Release);
         self.tick.notify_all();
         self.complete.notify_all();
-        self.host.ring();
+        self.host.notify();
     }
 
-    /// Whether the world waits for a ticking client.
+    /// Whether the world is in synchronous mode.
     pub fn is_synchronous(&self) -> bool {
         self.synchronous.load(Ordering::Acquire) != 0
     }
 
-    /// For the host: how time passes from now on.
+    /// For the host: stores the settings.
     pub fn set_settings(&self, settings: &Settings) {
         self.settings.store(bytemuck::cast(*settings));
         self.synchronous.store(settings.synchronous, Ordering::Release);
         self.complete.notify_all();
     }
 
-    /// How time passes.
+    /// The current settings.
     pub fn settings(&self) -> Settings {
         bytemuck::cast(self.settings.load())
     }
 
-    /// For the host: this world stands from now on.
+    /// For the host: stores the number of the current episode.
     pub fn set_episode(&self, number: u32) {
         self.episode.store(number.into(), Ordering::Release);
         self.complete.notify_all();
     }
 
-    /// Counts the worlds that the host has loaded; the first is 1.
+    /// Number of the current episode; the first is 1.
     pub fn episode(&self) -> u32 {
         self.episode.load(Ordering::Acquire) as u32
     }
 
-    /// The slot that holds the tick.
+    /// The slot of the ticking client.
     pub fn ticker(&self) -> Option<usize> {
         (self.ticker.load(Ordering::Acquire) as usize).checked_sub(1)
     }
 
-    /// A client takes the tick if nobody has it, or hands it over, or gives it back. Returns
-    /// whether `from` held it.
+    /// Passes the right to tick from one slot to another; `None` is nobody. Returns whether `from` held
+    /// it.
     pub fn pass_tick(&self, from: Option<usize>, to: Option<usize>) -> bool {
         let code = |slot: Option<usize>| slot.map_or(0, |s| s as u32 + 1);
         self.ticker
@@ -419,49 +421,49 @@ impl ControlPage {
             .is_ok()
     }
 
-    /// A participant's words.
+    /// The words of the participant in slot `index`.
     pub fn slot(&self, index: usize) -> &Slot {
         &self.slots[index]
     }
 
-    /// All of them.
+    /// The words of every slot.
     pub fn slots(&self) -> &[Slot; SLOTS] {
         &self.slots
     }
 
-    /// Who is waited for, a bit per slot.
+    /// The slots that the barrier waits for, one bit each.
     pub fn alive(&self) -> u64 {
         self.alive.load(Ordering::Acquire)
     }
 
-    /// For the host: it is waited for from now on.
-    pub fn revive(&self, slot: usize) {
+    /// For the host: the barrier waits for the slot from now on.
+    pub fn mark_alive(&self, slot: usize) {
         self.alive.fetch_or(1 << slot, Ordering::AcqRel);
     }
 
-    /// For the host's watcher: it is not waited for any more.
-    pub fn bury(&self, slot: usize) {
+    /// For the host's watcher: the barrier no longer waits for the slot.
+    pub fn mark_dead(&self, slot: usize) {
         self.alive.fetch_and(!(1 << slot), Ordering::AcqRel);
     }
 
-    /// The living who have not arrived at `frame`, their lag allowed for.
+    /// The live slots that have not arrived at `frame`, with their lag taken into account.
     pub fn missing(&self, frame: Frame) -> u64 {
         self.behind(self.alive(), frame, |slot| slot.in_barrier())
     }
 
-    /// For the host, before it raises `tick`: the frame that arrivals are counted for, and whose.
+    /// For the host, before it raises `tick`: stores the frame and the slots whose arrivals are counted.
     pub fn set_awaited(&self, frame: Frame, members: u64) {
         self.members.store(members, Ordering::Relaxed);
         self.awaited.store(frame.0, Ordering::Release);
     }
 
-    /// For the host, when a member is lost: how this frame ends is not to be seen from the words.
+    /// For the host, after it lost a participant: the end of this frame cannot be derived from the words.
     pub fn leave_verdict_to_host(&self) {
         self.members.store(UNKNOWN, Ordering::Relaxed);
     }
 
-    /// Whether all who were to work on `frame` have: seen from their words, a moment before the
-    /// host sees it.
+    /// Whether every slot that works on `frame` has arrived, derived from the words before the host has
+    /// noticed it.
     pub fn have_all_arrived(&self, frame: Frame) -> bool {
         if self.tick.get() < frame.0 {
             return false;
@@ -470,7 +472,7 @@ impl ControlPage {
         members != UNKNOWN && self.behind(members, frame, |_| true) == 0
     }
 
-    /// Who of `mask` has not arrived at `frame`.
+    /// The slots of `mask` that have not arrived at `frame`.
     fn behind(&self, mask: u64, frame: Frame, is_waited_for: impl Fn(&Slot) -> bool) -> u64 {
         let (mut left, mut behind) = (mask, 0);
         while left != 0 {
@@ -484,8 +486,7 @@ impl ControlPage {
         behind
     }
 
-    /// For the holder of `slot`: its work up to `frame` is done. Whoever arrives last wakes the
-    /// host.
+    /// For the holder of `slot`: its work up to `frame` is done. The last arrival wakes the host.
     pub fn arrive(&self, slot: usize, frame: Frame) {
         let words = &self.slots[slot];
         words.end_nanos.store(clock::now_nanos(), Ordering::Relaxed);
@@ -494,13 +495,13 @@ impl ControlPage {
         self.host.notify_if(|| self.missing(awaited()) == 0);
     }
 
-    /// For the holder of the tick: asks for `frame`.
+    /// For the ticking client: requests `frame`.
     pub fn request(&self, slot: usize, frame: Frame) {
         self.slots[slot].request.store(frame.0, Ordering::Release);
-        self.host.ring();
+        self.host.notify();
     }
 
-    /// For the host: `frame` is over, and how.
+    /// For the host: completes `frame`.
     pub fn close(&self, frame: Frame, ending: Ending) {
         let (kind, mask) = match ending {
             Ending::Complete => (0, 0),
@@ -512,7 +513,7 @@ impl ControlPage {
         self.complete.raise(frame.0);
     }
 
-    /// How the last complete frame ended.
+    /// How a frame ended.
     pub fn ending(&self) -> Ending {
         let mask = self.ending_mask.load(Ordering::Relaxed);
         match self.ending_kind.load(Ordering::Relaxed) {
@@ -522,7 +523,7 @@ impl ControlPage {
         }
     }
 
-    /// `sensor-render, client "agent"`: the names of a mask's slots.
+    /// The names of the slots in a mask, for example `sensor-render, client "agent"`.
     pub fn names(&self, mask: u64) -> String {
         let name = |index: usize| match self.slots[index].role() {
             Some(Role::Client) => format!("client {:?}", self.slots[index].name()),

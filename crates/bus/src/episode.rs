@@ -1,4 +1,5 @@
-//! What world an instance runs: files in its folder, written by the host before anybody joins.
+//! The files in an instance's folder that describe its world; the host writes them before other
+//! processes join.
 
 use std::{fs, str::FromStr};
 
@@ -15,8 +16,8 @@ fn error(what: impl Into<String>) -> BusError {
 }
 
 impl Instance {
-    /// For the host: tells the stages what world to build. It is there whole or not at all, and
-    /// that before it is there a while longer, for who is just reading.
+    /// For the host: writes the inputs of the world. The files are replaced atomically; those of the
+    /// previous episode stay for readers that are still at it.
     pub fn write_episode(&self, number: u32, episode: &Episode) -> Result<(), BusError> {
         let root = self.root();
         let write = || {
@@ -32,18 +33,18 @@ impl Instance {
         Ok(())
     }
 
-    /// For the host: the names of the maps that it loads.
+    /// For the host: writes the names of the maps that it can load.
     pub fn write_maps(&self, names: &[String]) -> Result<(), BusError> {
         let path = self.root().join("maps");
         fs::write(&path, names.join("\n")).map_err(|e| error(format!("{}: {e}", path.display())))
     }
 
-    /// The names of the maps that its host loads.
+    /// The names of the maps that the host can load.
     pub fn maps(&self) -> Result<Vec<String>, BusError> {
         Ok(self.read("maps")?.lines().map(str::to_owned).collect())
     }
 
-    /// For the host: tells clients what can stand in its worlds.
+    /// For the host: writes the list of blueprints.
     pub fn write_blueprints(&self, blueprints: &[BlueprintInfo]) -> Result<(), BusError> {
         let mut list = String::new();
         for b in blueprints {
@@ -60,12 +61,12 @@ impl Instance {
         fs::read_to_string(&path).map_err(|e| error(format!("{}: {e}", path.display())))
     }
 
-    /// What world it runs.
+    /// The inputs of the current world.
     pub fn episode(&self) -> Result<Episode, BusError> {
         self.numbered_episode().map(|(_, episode)| episode)
     }
 
-    /// The same, and how many worlds its host has loaded.
+    /// The number of the current episode, and its inputs.
     pub fn numbered_episode(&self) -> Result<(u32, Episode), BusError> {
         let mut last = 0;
         loop {
@@ -74,24 +75,27 @@ impl Instance {
             let number = lines.next().and_then(|word| word.parse().ok());
             let seed = lines.next().and_then(|word| word.parse().ok());
             let (Some(number), Some(seed), Some(map)) = (number, seed, lines.next()) else {
-                return Err(error(format!("{}/episode is damaged", self.root().display())));
+                return Err(error(format!(
+                    "{}/episode is damaged: it does not hold a number, a seed and a name",
+                    self.root().display()
+                )));
             };
             match self.read(&map_file(number)) {
                 Ok(open_drive) => {
                     let map = map.trim_end().to_owned();
                     return Ok((number, Episode { map, seed, open_drive }));
                 }
-                // Two worlds were loaded since the line above.
+                // The host has loaded two worlds since the line above.
                 Err(_) if number > last => last = number,
                 Err(e) => return Err(e),
             }
         }
     }
 
-    /// What can stand in it.
+    /// The list of blueprints.
     pub fn blueprints(&self) -> Result<Vec<BlueprintInfo>, BusError> {
         let parse = |line: &str| -> Option<BlueprintInfo> {
-            // One of CARLA's ids has a space in it.
+            // One id of CARLA contains a space.
             let mut words: Vec<&str> = line.rsplitn(8, ' ').collect();
             words.reverse();
             let [id, tag, ref numbers @ ..] = words[..] else { return None };
@@ -103,6 +107,11 @@ impl Instance {
         };
         let text = self.read("blueprints")?;
         let all: Option<Vec<_>> = text.lines().map(parse).collect();
-        all.ok_or_else(|| error(format!("{}/blueprints is damaged", self.root().display())))
+        all.ok_or_else(|| {
+            error(format!(
+                "{}/blueprints is damaged: a line does not hold an id, a tag and six numbers",
+                self.root().display()
+            ))
+        })
     }
 }

@@ -1,50 +1,54 @@
 use std::fmt::Debug;
 
-/// Why the bus did not do what it should.
+/// An error of the transport.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BusError {
-    /// A channel could not be made or opened.
-    #[error("channel {name:?} cannot be opened: {why}; is this program of the host's build?")]
+    /// A channel could not be created or opened.
+    #[error(
+        "channel {name:?} cannot be opened: {why}; was this program built from the same checkout as the host?"
+    )]
     Channel {
-        /// Which.
+        /// The channel.
         name: String,
-        /// The transport's own word for it.
+        /// The transport's error.
         why: String,
     },
-    /// An end of a channel could not be made or used.
+    /// A port could not be created or used.
     #[error("{what} {name:?}: {why}")]
     Port {
-        /// Which end.
+        /// The kind of the port.
         what: &'static str,
-        /// Of which channel.
+        /// The channel.
         name: String,
-        /// The transport's own word for it.
+        /// The transport's error.
         why: String,
     },
-    /// No room to write a message.
+    /// There is no memory to write a message.
     #[error(
-        "no room to write a message: {why}; a reader holds too many, or the message is longer than its channel allows"
+        "no memory to write a message: {why}; a reader borrows too many messages, or the message is longer than its channel allows"
     )]
     Loan {
-        /// The transport's own word for it.
+        /// The transport's error.
         why: String,
     },
-    /// The reader holds as many messages as it may.
-    #[error("this reader holds as many messages as it may; drop one before receiving the next")]
-    HoldsTooMany,
+    /// The reader borrows the largest number of messages.
+    #[error(
+        "this reader borrows the largest number of messages; drop one before receiving the next"
+    )]
+    TooManyBorrowed,
     /// The control page is not usable.
     #[error(transparent)]
     Page(#[from] crate::control::PageError),
     /// The host ended while this process joined.
     #[error("the host ended while this process joined")]
     HostEnds,
-    /// An instance could not be made, found or joined.
+    /// An instance could not be created, found or joined.
     #[error("{0}")]
     Instance(String),
 }
 
 impl BusError {
-    /// Whether it is that there is no such channel.
+    /// Whether the error is that the channel does not exist.
     pub fn is_missing_channel(&self) -> bool {
         matches!(self, BusError::Channel { why, .. } if why == "DoesNotExist")
     }
@@ -59,7 +63,7 @@ impl BusError {
 
     pub(crate) fn receive(why: iceoryx2::port::ReceiveError) -> BusError {
         match why {
-            iceoryx2::port::ReceiveError::ExceedsMaxBorrows => BusError::HoldsTooMany,
+            iceoryx2::port::ReceiveError::ExceedsMaxBorrows => BusError::TooManyBorrowed,
             other => BusError::port("receive", "", other),
         }
     }

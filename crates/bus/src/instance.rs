@@ -1,5 +1,4 @@
-//! Instances: each running host has a name, a folder of its own, and nothing in common with
-//! another.
+//! Instances: each running host has a name and a folder, and shares nothing with another.
 
 use std::{
     fs::{self, File, OpenOptions},
@@ -14,17 +13,17 @@ use rustix::fs::{FlockOperation, flock};
 
 use crate::{BusError, BusNode, CONTROL_LEN, ControlPageMapping};
 
-/// Where shared memory lives.
+/// The folder of shared memory.
 const SHM: &str = "/dev/shm";
 const FOLDER: &str = "omnibus-";
 
-/// A running host's place in the file system: `/dev/shm/omnibus-<id>/`.
+/// The folder of one host: `/dev/shm/omnibus-<id>/`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Instance {
     id: String,
 }
 
-/// The host's hold on its instance; dropped, everything of the instance is removed.
+/// The instance that this process hosts. Dropping it removes every file of the instance.
 pub struct OwnedInstance {
     instance: Instance,
     _lock: File,
@@ -35,7 +34,7 @@ fn error(what: impl Into<String>) -> BusError {
 }
 
 impl Instance {
-    /// The instance of this name, whether it runs or not.
+    /// The instance of this name, running or not.
     pub fn named(id: &str) -> Result<Instance, BusError> {
         let fits = (1..=16).contains(&id.len())
             && id.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-');
@@ -48,12 +47,12 @@ impl Instance {
         Ok(Instance { id: id.to_owned() })
     }
 
-    /// The running instances, by name.
+    /// The running instances, sorted by name.
     pub fn running() -> Vec<Instance> {
         Instance::all().into_iter().filter(Instance::is_running).collect()
     }
 
-    /// The one that is meant: the named one, or the only one that runs.
+    /// The running instance of this name; without a name, the only one that runs.
     pub fn find(id: Option<&str>) -> Result<Instance, BusError> {
         if let Some(id) = id {
             let instance = Instance::named(id)?;
@@ -79,17 +78,17 @@ impl Instance {
         }
     }
 
-    /// Its name.
+    /// The name of the instance.
     pub fn id(&self) -> &str {
         &self.id
     }
 
-    /// Its folder.
+    /// The folder of the instance.
     pub fn root(&self) -> PathBuf {
         Path::new(SHM).join(format!("{FOLDER}{}", self.id))
     }
 
-    /// What all its shared-memory files begin with.
+    /// The prefix of its shared-memory files.
     fn prefix(&self) -> String {
         format!("omnibus.{}.", self.id)
     }
@@ -107,21 +106,21 @@ impl Instance {
         found
     }
 
-    /// Whether its host lives: a living host holds the lock file.
+    /// Whether the host is alive: a live host holds the lock file.
     fn is_running(&self) -> bool {
         let Ok(file) = File::open(self.root().join("lock")) else { return false };
         flock(&file, FlockOperation::NonBlockingLockExclusive).is_err()
     }
 
-    /// Removes what killed hosts left behind; says whose it was.
+    /// Removes the files of dead hosts; returns their names.
     pub fn sweep() -> Vec<String> {
         let mut swept = Vec::new();
         for instance in Instance::all() {
             let age = fs::metadata(instance.root()).and_then(|m| m.modified()).ok();
-            // A folder without a lock may belong to a host that is just being born.
-            let is_newborn = !instance.root().join("lock").exists()
+            // A folder without a lock may belong to a host that is starting.
+            let is_starting = !instance.root().join("lock").exists()
                 && age.is_some_and(|t| t.elapsed().is_ok_and(|e| e < Duration::from_secs(5)));
-            if !is_newborn && !instance.is_running() {
+            if !is_starting && !instance.is_running() {
                 instance.remove();
                 swept.push(instance.id);
             }
@@ -136,24 +135,24 @@ impl Instance {
         let _ = fs::remove_dir_all(self.root());
     }
 
-    /// Says why the process in `slot` is about to end; its host reads it.
+    /// Stores the reason why the process in `slot` is about to end, for the host.
     pub fn write_exit_message(&self, slot: usize, words: &str) {
-        let _ = fs::write(self.last_words_path(slot), words);
+        let _ = fs::write(self.exit_message_path(slot), words);
     }
 
-    /// What the process in `slot` said last, once.
+    /// Returns and removes the reason that the process in `slot` stored.
     pub fn take_exit_message(&self, slot: usize) -> Option<String> {
-        let path = self.last_words_path(slot);
+        let path = self.exit_message_path(slot);
         let words = fs::read_to_string(&path).ok()?;
         let _ = fs::remove_file(&path);
         Some(words)
     }
 
-    fn last_words_path(&self, slot: usize) -> PathBuf {
-        self.root().join(format!("last-words.{slot}"))
+    fn exit_message_path(&self, slot: usize) -> PathBuf {
+        self.root().join(format!("exit-message.{slot}"))
     }
 
-    /// Its shared-memory files.
+    /// The shared-memory files of the instance.
     pub fn segments(&self) -> Vec<PathBuf> {
         let prefix = self.prefix();
         let Ok(entries) = fs::read_dir(SHM) else { return Vec::new() };
@@ -166,8 +165,8 @@ impl Instance {
         files
     }
 
-    /// For the host, before it cleans up after the dead: a segment whose maker was killed before
-    /// it had a size keeps every opener waiting for ever. Removes those that had none at two looks.
+    /// For the host, before it cleans up after dead processes: a segment whose creator was killed before
+    /// it had a size blocks every process that opens it. Removes segments that were empty twice in a row.
     pub fn sweep_unfinished_segments(&self) -> usize {
         let empty = |path: &PathBuf| fs::metadata(path).is_ok_and(|m| m.size() == 0);
         let inode = |path: &PathBuf| fs::metadata(path).map(|m| m.ino()).unwrap_or(0);
@@ -181,15 +180,15 @@ impl Instance {
         still.filter(|(_, p)| fs::remove_file(p).is_ok()).count()
     }
 
-    /// For the host, when the transport could not remove a dead process's node: its half-made tag
-    /// files block its folder.
+    /// For the host, when the transport could not remove the node of a dead process because of its
+    /// incomplete tag files: removes them.
     pub fn sweep_stuck_nodes(&self, is_alive: impl Fn(u32) -> bool) -> usize {
         let Ok(nodes) = fs::read_dir(self.root().join("nodes")) else { return 0 };
         let mut removed = 0;
         for node in nodes.flatten() {
             let path = node.path();
             let name = node.file_name().to_string_lossy().into_owned();
-            // The id's low 32 bits are the process's.
+            // The low 32 bits of the id are the process id.
             let digits: String = name.chars().take_while(char::is_ascii_digit).collect();
             let Ok(id) = digits.parse::<u128>() else { continue };
             if !is_alive(id as u32) && path.is_dir() && fs::remove_dir_all(&path).is_ok() {
@@ -199,8 +198,8 @@ impl Instance {
         removed
     }
 
-    /// The transport's settings for this instance. Nobody cleans up as a side effect: the host
-    /// alone does, when it means to.
+    /// The transport's configuration for this instance. Clean-up as a side effect is off: only the host
+    /// cleans up, explicitly.
     fn config(&self) -> Config {
         let mut config = Config::default();
         let root = format!("{}/", self.root().display());
@@ -217,12 +216,12 @@ impl Instance {
         config
     }
 
-    /// A place on this instance's bus; `in_process`: for threads of this process.
+    /// Opens a node; `in_process`: on the heap of this process instead of shared memory.
     pub fn node(&self, name: &str, in_process: bool) -> Result<BusNode, BusError> {
         BusNode::new(name, &self.config(), in_process)
     }
 
-    /// Its control page, checked.
+    /// Maps the control page and checks it.
     pub fn control(&self) -> Result<ControlPageMapping, BusError> {
         let path = self.root().join("control");
         let map =
@@ -232,8 +231,8 @@ impl Instance {
         Ok(control)
     }
 
-    /// Founds a new instance: removes the dead, makes folder, lock and a blank control page.
-    /// Without a name it gets one from the process id.
+    /// Creates an instance: removes the files of dead hosts, creates folder, lock and a blank control
+    /// page. Without a name, the name is made from the process id.
     pub fn create(id: Option<&str>) -> Result<OwnedInstance, BusError> {
         Instance::sweep();
         let own = format!("p{}", std::process::id());
@@ -285,8 +284,8 @@ impl OwnedInstance {
         map().map_err(|e| error(format!("{}: {e}", path.display())))
     }
 
-    /// The host's own place on the bus. A host that cleans up needs the instance's settings as the
-    /// process-wide ones, which can be set once: a second instance in one process is refused.
+    /// Opens the host's node. A host that cleans up needs the instance's configuration as the
+    /// process-wide one, which can be set once; a second instance in one process is refused.
     pub fn node(&self, in_process: bool) -> Result<BusNode, BusError> {
         if !in_process {
             let file = format!("{}/bus.toml", self.instance.root().display());
@@ -310,7 +309,7 @@ impl Drop for OwnedInstance {
     }
 }
 
-/// Bytes that shared memory still has room for.
+/// Free bytes of shared memory.
 pub fn free_bytes() -> std::io::Result<u64> {
     let stat = rustix::fs::statvfs(SHM)?;
     Ok(stat.f_bavail * stat.f_frsize)

@@ -1,11 +1,11 @@
-//! Reading the journal without gaps: parts in, whole frames out.
+//! Reading the journal without gaps: parts in, complete frames out.
 
 use std::collections::VecDeque;
 
 use crate::{BusError, Reader};
 use protocol::{Frame, JournalEntry, JournalHeader};
 
-/// The reading end of the journal.
+/// The reading end of the journal channel.
 pub struct Journal {
     reader: Reader<JournalHeader, JournalEntry>,
     inbox: Inbox,
@@ -16,7 +16,7 @@ impl Journal {
         Journal { reader, inbox: Inbox::default() }
     }
 
-    /// Takes in what has come. True if something was missed and a keyframe is needed.
+    /// Receives the parts that have arrived. Returns true if a part was lost and a keyframe is needed.
     pub fn poll(&mut self) -> Result<bool, BusError> {
         while let Some(part) = self.reader.receive()? {
             self.inbox.take_in(part.header(), part.payload());
@@ -24,44 +24,44 @@ impl Journal {
         Ok(self.inbox.is_lost())
     }
 
-    /// The entries up to and including `frame` that were not given out yet. A reader that begins
-    /// anew finds the standing state first.
+    /// Returns the entries up to and including `frame` that were not returned yet. After a reset the
+    /// standing state comes first.
     pub fn until(&mut self, frame: Frame) -> Vec<Event> {
         self.inbox.until(frame)
     }
 
-    /// For one who waits only for what comes: what came so far, or was missed, does not matter.
+    /// Discards everything received so far, including losses, for a reader of new entries only.
     pub fn begin_here(&mut self) -> Result<(), BusError> {
         while self.reader.receive()?.is_some() {}
         self.inbox = Inbox::default();
         Ok(())
     }
 
-    /// For a newcomer to the standing state: nothing before the next keyframe counts.
+    /// Ignores everything before the next keyframe, for a reader that needs the standing state.
     pub fn await_keyframe(&mut self) {
         self.inbox.lost = true;
     }
 }
 
-/// What a reader of the journal is told.
+/// An event of the journal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "the large one is the usual one")]
 pub enum Event {
-    /// Forget what you know; the standing state follows.
-    Anew,
-    /// A command took effect or was refused, first seen in this frame.
+    /// The standing state follows; earlier entries are void.
+    Reset,
+    /// A command and its outcome, and the first frame that shows its effect.
     Entry(Frame, JournalEntry),
 }
 
 #[derive(Default)]
 struct Inbox {
-    /// The serial that comes next; `None` before the first part.
+    /// The next expected serial; `None` before the first part.
     next: Option<u64>,
-    /// Parts are worthless until a keyframe comes.
+    /// A part was lost; parts are ignored until a keyframe arrives.
     lost: bool,
     /// The serial after the last part that belongs to the keyframe.
     whole_at: u64,
-    /// Everything up to here is in `events` or was given out.
+    /// Everything up to here is in `events` or was returned.
     known: (Frame, u32),
     events: VecDeque<(Frame, Event)>,
 }
@@ -82,13 +82,13 @@ impl Inbox {
                 self.lost = false;
                 self.whole_at = header.serial + u64::from(header.keyframe);
                 self.events.clear();
-                self.events.push_back((frame, Event::Anew));
+                self.events.push_back((frame, Event::Reset));
                 self.known = (frame, u32::MAX);
                 self.push(frame, entries);
             }
             return;
         }
-        // What a newcomer is served again, the others know.
+        // Parts that are repeated for a new reader are known to the others.
         let last = header.first + entries.len() as u32;
         if self.lost || (frame, last) <= self.known {
             return;
@@ -112,8 +112,8 @@ mod tests {
     use super::*;
     use protocol::{ActorId, Command, Name, Outcome, Stamp};
 
-    /// Plays `serial:frame.first+count` and `serial:Kframe+count&follow` parts; answers what is given out
-    /// up to frame 9 as `anew`, `frame`, `lost`.
+    /// Feeds `serial:frame.first+count` and `serial:Kframe+count&follow` parts and compares what is
+    /// returned up to frame 9, written as `reset`, a frame number, or `lost`.
     fn check(script: &str, outcome: &str) {
         let entry = JournalEntry {
             client: Name::new("tester"),
@@ -126,7 +126,7 @@ mod tests {
             let (serial, rest) = word.split_once(':').unwrap();
             let (at, count) = rest.split_once('+').unwrap();
             let keyframe = at.starts_with('K');
-            // `+2&1`: two entries, and one part more belongs to it.
+            // `+2&1`: two entries, and one more part belongs to the keyframe.
             let (count, follow) = count.split_once('&').unwrap_or((count, "0"));
             let follow: u32 = follow.parse().unwrap();
             let (frame, first) = at
@@ -145,7 +145,7 @@ mod tests {
             .until(Frame(9))
             .into_iter()
             .map(|e| match e {
-                Event::Anew => "anew".to_owned(),
+                Event::Reset => "reset".to_owned(),
                 Event::Entry(frame, _) => frame.0.to_string(),
             })
             .collect();
@@ -163,15 +163,15 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_makes_all_worthless_until_a_keyframe() {
+    fn after_a_gap_parts_are_ignored_until_a_keyframe() {
         check("0:1+1 2:3+1", "1 lost");
-        check("0:1+1 2:3+1 3:K3+2 4:4+1", "anew 3 3 4");
-        check("0:1+1 2:3+1 3:K2+1&1", "anew 2 lost");
-        check("0:1+1 2:3+1 3:K2+1&1 4:3+1", "anew 2 3");
+        check("0:1+1 2:3+1 3:K3+2 4:4+1", "reset 3 3 4");
+        check("0:1+1 2:3+1 3:K2+1&1", "reset 2 lost");
+        check("0:1+1 2:3+1 3:K2+1&1 4:3+1", "reset 2 3");
     }
 
     #[test]
-    fn who_knows_all_ignores_a_newcomers_keyframe_and_what_it_is_served_again() {
+    fn a_reader_without_a_gap_ignores_keyframes_and_repeated_parts() {
         check("0:1+1 1:2+1 2:K1+1 3:2+1 4:3+1", "1 2 3");
     }
 }

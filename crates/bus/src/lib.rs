@@ -1,9 +1,9 @@
-//! The bus: what is said, where, and by whom.
+//! The transport between processes: channels, ports and the tick barrier.
 //!
-//! This crate is the contract between processes. It holds plain data, the table of channels and
-//! their ports, and the words of the tick barrier; it makes no decisions.
-//!
-//! Everything is SI and radians, right-handed, z up; names carry their units.
+//! [`CHANNELS`] lists every channel; [`HostPorts`], [`TrafficPorts`], [`RenderPorts`] and
+//! [`ClientPorts`] give each role its ends of them; [`ControlPage`] holds the words of the tick barrier
+//! and [`SequenceEvent`] and [`Notify`] are the ways to wait for them. The messages themselves are those
+//! of the `protocol` crate.
 
 mod atoms;
 mod channel;

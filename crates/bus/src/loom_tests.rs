@@ -1,4 +1,4 @@
-//! `wait.rs`, compiled once more against loom's atomics, through every interleaving.
+//! Checks `wait.rs` and `versioned.rs` in every interleaving, compiled against loom's atomics.
 
 use loom::thread;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ mod atoms {
 
     pub(super) use loom::sync::atomic::{AtomicU32, AtomicU64, Ordering, fence};
 
-    // The kernel's queue of sleepers: under its lock it looks at the word once more.
+    // The kernel's queue of sleepers, which reads the word again under its lock.
     loom::thread_local! {
         static QUEUE: RefCell<Option<std::sync::Arc<Kernel>>> = RefCell::new(None);
     }
@@ -75,7 +75,7 @@ mod versioned;
 
 use versioned::Versioned;
 
-/// Every interleaving with at most three preemptions: published lost-wake-up bugs need one or two.
+/// Explores every interleaving with at most three preemptions; known lost-wake-up bugs need one or two.
 fn check(scenario: impl Fn() + Sync + Send + 'static) {
     let mut model = loom::model::Builder::new();
     model.preemption_bound = Some(3);
@@ -83,7 +83,7 @@ fn check(scenario: impl Fn() + Sync + Send + 'static) {
 }
 
 #[test]
-fn a_waiter_at_a_gate_is_never_left_asleep() {
+fn a_waiter_for_a_sequence_number_is_never_left_asleep() {
     check(|| {
         let kernel = atoms::Kernel::new();
         let gate = Arc::new(SequenceEvent::default());
@@ -128,7 +128,7 @@ fn the_last_of_two_arrivals_wakes_the_host() {
 }
 
 #[test]
-fn what_was_written_before_a_raise_is_seen_after_the_wait() {
+fn writes_before_a_raise_are_visible_after_the_wait() {
     use loom::sync::atomic::{AtomicU64, Ordering};
     check(|| {
         let kernel = atoms::Kernel::new();

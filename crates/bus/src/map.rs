@@ -1,4 +1,4 @@
-//! The control page in memory: the only place that turns mapped bytes into words.
+//! The memory mapping of the control page.
 #![expect(unsafe_code, reason = "a file is mapped and seen as the control page")]
 
 use std::{fs::File, ops::Deref, sync::Arc};
@@ -7,19 +7,19 @@ use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
 
 use crate::ControlPage;
 
-/// Bytes of the control file.
+/// Length of the control file in bytes.
 pub const CONTROL_LEN: usize = size_of::<ControlPage>().next_multiple_of(4096);
 
 struct Mapping(*mut std::ffi::c_void);
 
-// SAFETY: the mapping is only ever seen as a `ControlPage`, which consists of atomics.
+// SAFETY: the mapping is accessed only as a `ControlPage`, which consists of atomics.
 unsafe impl Send for Mapping {}
 // SAFETY: as above.
 unsafe impl Sync for Mapping {}
 
 impl Drop for Mapping {
     fn drop(&mut self) {
-        // SAFETY: the address and length are those that `mmap` gave, and nobody else unmaps them.
+        // SAFETY: the address and length are those that `mmap` returned, and only this drop unmaps them.
         let _ = unsafe { munmap(self.0, CONTROL_LEN) };
     }
 }

@@ -1,4 +1,4 @@
-//! Joining an instance: a slot, a watch on the host, and the words that go with it.
+//! Joining an instance: a slot, its words, and a watch on the host.
 
 use std::sync::{
     Arc,
@@ -14,7 +14,7 @@ use protocol::{Frame, Name};
 /// How long a process that joins waits for the host to admit it.
 pub const ADMISSION_SECS: u64 = 60;
 
-/// A process's (or thread's) part in an instance. Dropped, it leaves.
+/// The participation of a process or thread in an instance. Dropping it leaves the instance.
 pub struct Participant {
     instance: Instance,
     control: ControlPageMapping,
@@ -24,18 +24,18 @@ pub struct Participant {
     in_process: bool,
 }
 
-/// Why a wait ended without its frame.
+/// The reason why a wait ended early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interrupted {
-    /// The host is on its way out, or gone.
+    /// The host is shutting down or has ended.
     HostEnds,
     /// The deadline passed.
     Deadline,
 }
 
 impl Participant {
-    /// Joins as `role`. A stage is told its slot by the host; others take a free one. `in_process`: the
-    /// host is in this process.
+    /// Joins as `role`. The host assigns the slot of a stage; other processes claim a free one.
+    /// `in_process`: the host runs in this process.
     pub fn join(
         instance: &Instance,
         role: Role,
@@ -53,7 +53,7 @@ impl Participant {
             }
             None => (0..SLOTS).find(|&i| control.slot(i).claim(pid)).ok_or_else(|| {
                 BusError::Instance(format!(
-                    "all {SLOTS} places of simulator {:?} are taken; end a client",
+                    "all {SLOTS} slots of simulator {:?} are in use; end a client",
                     instance.id()
                 ))
             })?,
@@ -73,7 +73,7 @@ impl Participant {
         };
         participant.words().introduce(role, name, started);
         participant.words().set_state(SlotState::Waiting);
-        participant.control.host.ring();
+        participant.control.host.notify();
         participant.await_state(SlotState::Admitted)?;
         Ok(participant)
     }
@@ -91,26 +91,26 @@ impl Participant {
             return Ok(());
         }
         Err(BusError::Instance(format!(
-            "simulator {:?} did not let this process in in_process {} s; is its host alive?",
+            "simulator {:?} did not admit this process within {} s; is its host alive?",
             self.instance.id(),
             ADMISSION_SECS
         )))
     }
 
-    /// Its own place on the bus.
+    /// Opens the node of this participant.
     pub fn node(&self) -> Result<BusNode, BusError> {
         let role = self.words().role().map_or("participant", Role::name);
         self.instance.node(role, self.in_process)
     }
 
-    /// Its ports are made; from here on it takes part.
+    /// Reports that the ports are created; participation begins.
     pub fn ready(&self) -> Result<(), BusError> {
         self.words().set_state(SlotState::Ready);
-        self.control.host.ring();
+        self.control.host.notify();
         self.await_state(SlotState::Live)
     }
 
-    /// Waits until a frame after `done` is published; says the newest.
+    /// Waits until a frame after `done` is published and returns the newest.
     pub fn next_frame(&self, done: Frame, deadline: Option<u64>) -> Result<Frame, Interrupted> {
         let gate = &self.control.tick;
         if gate.wait(done.0 + 1, self.strategy, deadline, || self.is_over()) {
@@ -119,8 +119,8 @@ impl Participant {
         Err(if self.is_over() { Interrupted::HostEnds } else { Interrupted::Deadline })
     }
 
-    /// Waits until `frame` is over for everybody, and says how it ended. Who looks rather than
-    /// sleeps sees the last arrival itself and need not wait for the host to see it.
+    /// Waits until `frame` is complete and returns how it ended. While it spins, it detects the last
+    /// arrival itself without waiting for the host.
     pub fn await_complete(
         &self,
         frame: Frame,
@@ -138,8 +138,8 @@ impl Participant {
         Err(if self.is_over() { Interrupted::HostEnds } else { Interrupted::Deadline })
     }
 
-    /// Waits until `look` has an answer; it is asked whenever a frame completes, and whenever
-    /// something comes that no frame waits for.
+    /// Waits until `look` returns a value. `look` is called whenever a frame completes and whenever
+    /// the host notifies clients between frames.
     pub fn await_answer<T>(
         &self,
         deadline: u64,
@@ -151,62 +151,62 @@ impl Participant {
         found.unwrap_or(Err(Interrupted::Deadline))
     }
 
-    /// Its work for `frame` begins.
+    /// Reports that the work of a frame begins.
     pub fn begin(&self) {
         self.words().begin();
     }
 
-    /// Its work for `frame` is done.
+    /// Reports that the work of `frame` is done.
     pub fn arrive(&self, frame: Frame) {
         self.control.arrive(self.slot, frame);
         if self.words().lag() > 0 {
-            // No frame waits for this one, but a reader may.
+            // The barrier does not wait for this frame, but a reader may.
             self.control.complete.notify_all();
         }
     }
 
-    /// Whether the host is on its way out, or gone.
+    /// Whether the host is shutting down or has ended.
     pub fn is_over(&self) -> bool {
         self.host_gone.load(Ordering::Acquire) || self.control.is_ending()
     }
 
-    /// For another thread of this process: waits for frames without taking them in.
+    /// A handle for another thread, which waits for frames without receiving them.
     pub fn watch(&self) -> Watch {
         Watch { control: self.control.clone(), host_gone: Arc::clone(&self.host_gone) }
     }
 
-    /// Its words.
+    /// The words of the slot.
     pub fn words(&self) -> &Slot {
         self.control.slot(self.slot)
     }
 
-    /// The number of its slot.
+    /// The number of the slot.
     pub fn slot(&self) -> usize {
         self.slot
     }
 
-    /// How it waits.
+    /// The wait strategy.
     pub fn strategy(&self) -> Strategy {
         self.strategy
     }
 
-    /// Sets how it waits: at first as the host was told.
+    /// Sets the wait strategy; the initial one is that of the instance.
     pub fn set_strategy(&mut self, strategy: Strategy) {
         self.strategy = strategy;
     }
 
-    /// Everybody's words.
+    /// The control page.
     pub fn control(&self) -> &ControlPageMapping {
         &self.control
     }
 
-    /// The instance it is part of.
+    /// The instance.
     pub fn instance(&self) -> &Instance {
         &self.instance
     }
 }
 
-/// Sees frames come, beside the participant that it was made from. It sleeps rather than spins.
+/// Waits for frames beside the participant that created it. It sleeps instead of spinning.
 #[derive(Clone)]
 pub struct Watch {
     control: ControlPageMapping,
@@ -214,7 +214,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Waits until a frame after `done` is published; says the newest.
+    /// Waits until a frame after `done` is published and returns the newest.
     pub fn next_frame(&self, done: Frame, deadline: Option<u64>) -> Result<Frame, Interrupted> {
         let gate = &self.control.tick;
         if gate.wait(done.0 + 1, Strategy::BATCH, deadline, || self.is_over()) {
@@ -223,7 +223,7 @@ impl Watch {
         Err(if self.is_over() { Interrupted::HostEnds } else { Interrupted::Deadline })
     }
 
-    /// Whether the host is on its way out, or gone.
+    /// Whether the host is shutting down or has ended.
     pub fn is_over(&self) -> bool {
         self.host_gone.load(Ordering::Acquire) || self.control.is_ending()
     }
@@ -232,11 +232,11 @@ impl Watch {
 impl Drop for Participant {
     fn drop(&mut self) {
         self.words().set_state(SlotState::Leaving);
-        self.control.host.ring();
+        self.control.host.notify();
     }
 }
 
-/// A thread that sleeps until the host's process ends, then rouses whoever waits here.
+/// Starts a thread that sleeps until the host ends and then wakes every waiting thread.
 fn watch_host(control: &ControlPageMapping, gone: Arc<AtomicBool>) -> Result<(), BusError> {
     let (pid, started) = control.host_process();
     let Some(fd) = process::watch(pid, started) else {
@@ -253,5 +253,7 @@ fn watch_host(control: &ControlPageMapping, gone: Arc<AtomicBool>) -> Result<(),
             control.complete.notify_all();
         })
         .map(drop)
-        .map_err(|e| BusError::Instance(format!("no thread to watch the host with: {e}")))
+        .map_err(|e| {
+            BusError::Instance(format!("cannot start the thread that watches the host: {e}"))
+        })
 }

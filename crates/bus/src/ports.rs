@@ -1,5 +1,4 @@
-//! What each role may hold of the bus. A room is handed its own bundle and cannot name another's:
-//! traffic has no way to write a snapshot.
+//! The ports of each role. A role receives its own ports only: traffic cannot write a snapshot.
 
 use std::collections::BTreeMap;
 
@@ -14,31 +13,31 @@ use protocol::{
     SnapshotHeader, TrafficHeader, VehicleControl,
 };
 
-/// Blocks of 64 bytes that a snapshot and traffic's sample have room for before they must grow.
+/// Initial capacity of a snapshot and of traffic's message in blocks of 64 bytes.
 const BLOCKS_AT_FIRST: usize = 1024;
 
-/// A received bundle of one bundle's measurements.
+/// The measurements of one sensor bundle at one frame, as received.
 pub type BundleSample = Sample<BundleHeader, Page>;
-/// What traffic decided, received.
+/// Traffic's decisions of one frame, as received.
 pub type TrafficSample = Sample<TrafficHeader, Block>;
 
 fn bundle_name(bundle: BundleId) -> String {
     format!("bundle/{}", bundle.0)
 }
 
-/// The host's ends. OwnedInstance them makes the channels.
+/// The ports of the host, which creates the channels.
 pub struct HostPorts {
-    /// The truth.
+    /// Snapshots of the world.
     pub snapshot: SnapshotWriter,
-    /// What was requested, and what became of it.
+    /// Commands and their outcomes.
     pub journal: Writer<JournalHeader, JournalEntry>,
-    /// A restarted traffic's own planner.
+    /// The planner state for a restarted traffic process.
     pub resume: Writer<TrafficHeader, Block>,
     /// Commands.
     pub command: Reader<BatchHeader, RawCommand>,
-    /// Pedals.
+    /// Vehicle controls.
     pub control: Reader<BatchHeader, VehicleControl>,
-    /// What traffic decided.
+    /// Traffic's decisions.
     pub traffic: Reader<TrafficHeader, Block>,
     bundles: BTreeMap<BundleId, OwnedService<BundleHeader, Page>>,
     node: BusNode,
@@ -46,7 +45,7 @@ pub struct HostPorts {
 }
 
 impl HostPorts {
-    /// Makes every channel of the instance and the host's ends of them.
+    /// Creates every channel of the instance and the host's ports.
     pub fn create(node: BusNode) -> Result<HostPorts, BusError> {
         let row = channel;
         let owned = Box::new((
@@ -88,14 +87,14 @@ impl HostPorts {
         })
     }
 
-    /// Makes a bundle's channel, whose readers may hold `held` bundles each.
+    /// Creates the channel of a bundle, whose readers may borrow `held` messages each.
     pub fn create_bundle(&mut self, bundle: BundleId, held: usize) -> Result<(), BusError> {
         let owned = self.node.create(channel("bundle"), &bundle_name(bundle), held)?;
         self.bundles.insert(bundle, owned);
         Ok(())
     }
 
-    /// The end into which the host's own bundles of a bundle go, at most `bundle_bytes` each.
+    /// A writer for a bundle that the host measures, of at most `bundle_bytes` per message.
     pub fn bundle(
         &self,
         bundle: BundleId,
@@ -104,42 +103,42 @@ impl HostPorts {
         self.node.bundle_writer(bundle, bundle_bytes)
     }
 
-    /// Gives a bundle's channel up; it goes when its last port goes.
+    /// Releases the channel of a bundle; it is removed with its last port.
     pub fn remove_bundle(&mut self, bundle: BundleId) {
         self.bundles.remove(&bundle);
     }
 
-    /// Shared memory that a bundle of `bundle_bytes` may come to need, every queue full.
+    /// Shared memory that the channel of a bundle of `bundle_bytes` needs when every queue is full.
     pub fn bundle_channel_bytes(bundle_bytes: u64, held: usize) -> u64 {
         let row = channel("bundle");
         let chunks = row.readers_max * (row.depth + held) + row.history + BUNDLE_LOANS;
         bundle_bytes.next_multiple_of(4096) * chunks as u64
     }
 
-    /// The host's place on the bus, for cleaning up.
+    /// The host's node, for cleaning up after dead processes.
     pub fn node(&self) -> &BusNode {
         &self.node
     }
 }
 
-/// Bundles of one bundle that may be in the making at a time.
+/// Messages of one bundle that may be written at a time.
 const BUNDLE_LOANS: usize = protocol::PIPELINE_MAX as usize + 1;
 
-/// Traffic's ends.
+/// The ports of traffic.
 pub struct TrafficPorts {
-    /// The truth.
+    /// Snapshots of the world.
     pub snapshot: SnapshotReader,
-    /// What was requested, and what became of it.
+    /// Commands and their outcomes.
     pub journal: Journal,
-    /// Its own planner, if this is not its first life.
+    /// The planner state, after a restart.
     pub resume: Reader<TrafficHeader, Block>,
-    /// What it decides.
+    /// Traffic's decisions.
     pub decided: Writer<TrafficHeader, Block>,
     _node: BusNode,
 }
 
 impl TrafficPorts {
-    /// Opens them.
+    /// Opens the ports.
     pub fn open(node: BusNode) -> Result<TrafficPorts, BusError> {
         Ok(TrafficPorts {
             snapshot: SnapshotReader(node.reader(channel("snapshot"), "snapshot")?),
@@ -151,17 +150,17 @@ impl TrafficPorts {
     }
 }
 
-/// The renderer's ends.
+/// The ports of the renderer.
 pub struct RenderPorts {
-    /// The truth.
+    /// Snapshots of the world.
     pub snapshot: SnapshotReader,
-    /// What was requested, and what became of it.
+    /// Commands and their outcomes.
     pub journal: Journal,
     node: BusNode,
 }
 
 impl RenderPorts {
-    /// Opens them.
+    /// Opens the ports.
     pub fn open(node: BusNode) -> Result<RenderPorts, BusError> {
         Ok(RenderPorts {
             snapshot: SnapshotReader(node.reader(channel("snapshot"), "snapshot")?),
@@ -170,7 +169,7 @@ impl RenderPorts {
         })
     }
 
-    /// The end into which a bundle's bundles of at most `bundle_bytes` go.
+    /// A writer for a bundle of at most `bundle_bytes` per message.
     pub fn bundle(
         &self,
         bundle: BundleId,

@@ -1,4 +1,4 @@
-//! Processes: which one is meant, and whether it still lives.
+//! Identity and end of processes.
 
 use std::os::fd::OwnedFd;
 
@@ -7,21 +7,21 @@ use rustix::{
     process::{Pid, PidfdFlags, pidfd_open},
 };
 
-/// This process's id.
+/// The id of this process.
 pub fn own_pid() -> u32 {
     std::process::id()
 }
 
-/// When process `pid` was started, in clock ticks since boot; `None` if there is no such process.
+/// Start time of process `pid` in clock ticks since boot; `None` if there is no such process.
 pub fn start_time(pid: u32) -> Option<u64> {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-    // The second field is the command in brackets and may hold anything; field 22 is ours.
+    // The second field is the command in brackets and may hold any byte; field 22 is the start time.
     let (_, after) = stat.rsplit_once(')')?;
     after.split_whitespace().nth(19)?.parse().ok()
 }
 
-/// A descriptor that becomes readable when process `pid`, started at `start_time`, has ended.
-/// `None` if it has.
+/// A descriptor that becomes readable when process `pid`, started at `start_time`, ends; `None` if it has
+/// ended.
 pub fn watch(pid: u32, started: u64) -> Option<OwnedFd> {
     let fd = pidfd_open(Pid::from_raw(pid as i32)?, PidfdFlags::empty()).ok()?;
     (start_time(pid)? == started).then_some(fd)

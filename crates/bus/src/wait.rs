@@ -1,8 +1,8 @@
 //! How to wait for a number in shared memory: spin a little, then sleep in the kernel.
 //!
-//! The one danger is the lost wake-up: a waiter looks, sees nothing, goes to sleep, and the
-//! writer, who looked for sleepers a moment earlier, does not wake it. Both sides therefore write
-//! their own word first, then pass a sequentially consistent fence, then read the other's:
+//! The danger is the lost wake-up: a waiter reads the old value and goes to sleep, and the writer, which
+//! checked for sleepers just before, does not wake it. Both sides therefore write their own word first,
+//! then execute a sequentially consistent fence, then read the word of the other side:
 //!
 //! ```text
 //!   waiter                         writer
@@ -12,11 +12,11 @@
 //!   sleep while word is the same   wake if there are any
 //! ```
 //!
-//! Of two fences one comes first; the side behind the later one sees the other's write. All other
-//! accesses need only release and acquire. `loom_tests` runs this very file through every order.
+//! Of the two fences one comes first, and the side of the later one sees the other side's write. All
+//! other accesses need only release and acquire. `loom_tests` checks this file in every interleaving.
 //!
-//! A process that is killed asleep leaves `sleepers` one too high: that costs a system call per
-//! write and nothing else.
+//! A process that is killed while it sleeps leaves `sleepers` one too high, which costs one system call
+//! per write.
 
 use std::time::Duration;
 
@@ -24,26 +24,26 @@ use super::atoms::{
     AtomicU32, AtomicU64, Ordering, fence, now_nanos, sleep_on, wake_all, yield_core,
 };
 
-/// Looks between two yields: more of them keep the core from who is waited for.
+/// Reads between two yields; more would keep the core from the process that is waited for.
 const LOOKS: u32 = 2;
 
-/// How long a waiter looks before it sleeps. It yields the core between looks: with fewer cores
-/// than processes, spinning without yielding is worse than sleeping at once.
+/// How long a waiter spins before it sleeps. It yields the core while it spins: with fewer cores than
+/// processes, spinning without yielding is worse than sleeping at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Strategy {
-    /// Nanoseconds of looking.
+    /// Spinning time in nanoseconds.
     pub spin_nanos: u64,
 }
 
 impl Strategy {
-    /// A dedicated machine: 1 ms.
+    /// For a dedicated machine: spins for 1 ms.
     pub const LATENCY: Strategy = Strategy { spin_nanos: 1_000_000 };
-    /// The default: 50 µs.
+    /// The default: spins for 50 µs.
     pub const BALANCED: Strategy = Strategy { spin_nanos: 50_000 };
-    /// Many instances on one machine: not at all.
+    /// For many instances on one machine: does not spin.
     pub const BATCH: Strategy = Strategy { spin_nanos: 0 };
 
-    /// By its name on the command line.
+    /// The strategy of this name: `latency`, `balanced` or `batch`.
     pub fn by_name(name: &str) -> Option<Strategy> {
         match name {
             "latency" => Some(Strategy::LATENCY),
@@ -54,7 +54,7 @@ impl Strategy {
     }
 }
 
-/// A number that one process raises and many wait for.
+/// A sequence number that one process raises and others wait for.
 #[derive(Debug, Default)]
 #[repr(C, align(64))]
 pub struct SequenceEvent {
@@ -64,19 +64,19 @@ pub struct SequenceEvent {
 }
 
 impl SequenceEvent {
-    /// Where it stands.
+    /// The current number.
     pub fn get(&self) -> u64 {
         self.value.load(Ordering::Acquire)
     }
 
-    /// Raises the number and wakes who waits for it. Only its owner may call this. What was
-    /// written before is visible to who sees the new number.
+    /// Raises the number and wakes the waiters. Only the owner may call this. Writes before the call are
+    /// visible to a process that reads the new number.
     pub fn raise(&self, value: u64) {
         self.value.store(value, Ordering::Release);
         self.notify_all();
     }
 
-    /// Wakes every sleeper to look around, without raising anything.
+    /// Wakes every waiter without raising the number.
     pub fn notify_all(&self) {
         self.word.fetch_add(1, Ordering::Release);
         fence(Ordering::SeqCst);
@@ -85,8 +85,8 @@ impl SequenceEvent {
         }
     }
 
-    /// Returns when the number has reached `value` (true), when `give_up` says so after somebody
-    /// roused us, or when `deadline_nanos` of the monotonic clock has passed (both false).
+    /// Waits for the number to reach `value` and returns true. Returns false when `give_up` returns true
+    /// after a wake-up, or when `deadline_nanos` of the monotonic clock has passed.
     pub fn wait(
         &self,
         value: u64,
@@ -106,8 +106,8 @@ impl SequenceEvent {
         .unwrap_or(false)
     }
 
-    /// Returns the first answer that `look` gives, asked whenever the number is raised or somebody
-    /// rouses; `None` when the deadline has passed.
+    /// Returns the first value that `look` returns; `look` is called after each raise and wake-up. `None`
+    /// when the deadline has passed.
     pub fn listen<T>(
         &self,
         strategy: Strategy,
@@ -118,7 +118,7 @@ impl SequenceEvent {
     }
 }
 
-/// What many ring and one waits for.
+/// A notification that many processes send and one waits for.
 #[derive(Debug, Default)]
 #[repr(C, align(64))]
 pub struct Notify {
@@ -127,8 +127,8 @@ pub struct Notify {
 }
 
 impl Notify {
-    /// Makes the listener look, if it sleeps. What was written before is visible to it.
-    pub fn ring(&self) {
+    /// Wakes the listener if it sleeps. Writes before the call are visible to it.
+    pub fn notify(&self) {
         self.word.fetch_add(1, Ordering::Release);
         fence(Ordering::SeqCst);
         if self.sleepers.load(Ordering::Relaxed) > 0 {
@@ -136,8 +136,8 @@ impl Notify {
         }
     }
 
-    /// Like [`Notify::ring`], but a listener that sleeps is left asleep while `is_due` says no.
-    /// `is_due` reads words that the other ringers write; whoever of them comes last sees all.
+    /// Like [`Notify::notify`], but wakes a sleeping listener only if `is_due` returns true. `is_due` reads
+    /// words that the other notifiers write; the last of them sees all writes.
     pub fn notify_if(&self, is_due: impl Fn() -> bool) {
         fence(Ordering::SeqCst);
         if self.sleepers.load(Ordering::Relaxed) > 0 && is_due() {
@@ -146,12 +146,12 @@ impl Notify {
         }
     }
 
-    /// How often it was rung: a listener that remembers the count sees any ring since.
+    /// The number of notifications; a listener compares it with an earlier count.
     pub fn count(&self) -> u32 {
         self.word.load(Ordering::Acquire)
     }
 
-    /// Returns the first answer that `look` gives, or `None` when the deadline has passed.
+    /// Returns the first value that `look` returns, or `None` when the deadline has passed.
     pub fn listen<T>(
         &self,
         strategy: Strategy,

@@ -84,7 +84,7 @@ impl Host {
             {
                 self.ports.resume.send(*decided.header(), decided.payload())?;
             }
-            self.control.revive(slot);
+            self.control.mark_alive(slot);
         } else {
             self.control.slot(slot).admit(false, 0, self.barrier.frame());
         }
@@ -108,7 +108,7 @@ impl Host {
                 let name = format!("client {:?}", words.name());
                 self.barrier.join(slot, &name, OnDeath::Drop, 0, frame);
                 words.admit(true, 0, frame);
-                self.control.revive(slot);
+                self.control.mark_alive(slot);
                 self.control.complete.notify_all();
             }
             (false, true) => {
@@ -122,7 +122,7 @@ impl Host {
 
     fn unseat(&mut self, slot: usize) {
         self.barrier.leave(slot);
-        self.control.bury(slot);
+        self.control.mark_dead(slot);
     }
 
     /// The journal as one finds it whose work is done up to `done`.
