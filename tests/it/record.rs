@@ -249,7 +249,7 @@ fn a_carla_log_equals_the_recording_and_can_be_replayed() {
     told(&["replay", log_name, "--map", small_map(), "--time-factor", "4", "--device", "null"]);
 
     let mut recording = Recording::open(&path).unwrap();
-    carla_gateway::log::import(&log, &again, recording.info().episode.clone()).unwrap();
+    carla_gateway::carla_log::import(&log, &again, recording.info().episode.clone()).unwrap();
     let mut imported = Recording::open(&again).unwrap();
     assert_eq!(imported.segments(), recording.segments());
     let mut seen = 0;

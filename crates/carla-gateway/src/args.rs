@@ -1,32 +1,32 @@
-//! What a caller gives: the values of one list, taken one by one.
+//! The arguments of a call: the values of a list, read one after the other.
 
 use client_lib::ClientError;
 
 use crate::msgpack::Value;
 
-/// Why a call is not carried out, in words for the caller.
+/// Why a call failed, as text for the caller.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Refusal(pub(crate) String);
+pub(crate) struct RpcError(pub(crate) String);
 
-impl From<&str> for Refusal {
-    fn from(why: &str) -> Refusal {
-        Refusal(why.to_owned())
+impl From<&str> for RpcError {
+    fn from(why: &str) -> RpcError {
+        RpcError(why.to_owned())
     }
 }
 
-impl From<String> for Refusal {
-    fn from(why: String) -> Refusal {
-        Refusal(why)
+impl From<String> for RpcError {
+    fn from(why: String) -> RpcError {
+        RpcError(why)
     }
 }
 
-impl From<ClientError> for Refusal {
-    fn from(why: ClientError) -> Refusal {
-        Refusal(why.to_string())
+impl From<ClientError> for RpcError {
+    fn from(why: ClientError) -> RpcError {
+        RpcError(why.to_string())
     }
 }
 
-/// A list that is read from its front.
+/// A list of arguments, read from its front.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Args<'a> {
     values: &'a [Value],
@@ -37,98 +37,104 @@ impl<'a> Args<'a> {
         Args { values }
     }
 
-    /// How many are left.
+    /// Returns the number of values that are left.
     pub(crate) fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// The next value as it is.
-    pub(crate) fn next(&mut self) -> Result<&'a Value, Refusal> {
+    /// Returns the next value.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if no value is left.
+    pub(crate) fn next(&mut self) -> Result<&'a Value, RpcError> {
         let (first, rest) =
-            self.values.split_first().ok_or("the call has too few arguments or fields")?;
+            self.values.split_first().ok_or("too few arguments or fields in the call")?;
         self.values = rest;
         Ok(first)
     }
 
-    pub(crate) fn f64(&mut self) -> Result<f64, Refusal> {
+    pub(crate) fn f64(&mut self) -> Result<f64, RpcError> {
         match self.next()? {
             Value::Float(value) => Ok(*value),
             Value::Int(value) => Ok(*value as f64),
-            other => Err(wanted("a number", other)),
+            other => Err(type_error("a number", other)),
         }
     }
 
-    pub(crate) fn f32(&mut self) -> Result<f32, Refusal> {
+    pub(crate) fn f32(&mut self) -> Result<f32, RpcError> {
         self.f64().map(|value| value as f32)
     }
 
-    pub(crate) fn int(&mut self) -> Result<i64, Refusal> {
+    pub(crate) fn int(&mut self) -> Result<i64, RpcError> {
         match self.next()? {
             Value::Int(value) => Ok(*value),
-            other => Err(wanted("a whole number", other)),
+            other => Err(type_error("an integer", other)),
         }
     }
 
-    pub(crate) fn u32(&mut self) -> Result<u32, Refusal> {
+    pub(crate) fn u32(&mut self) -> Result<u32, RpcError> {
         let value = self.int()?;
-        u32::try_from(value).map_err(|_| Refusal(format!("{value} is not 0 to {}", u32::MAX)))
+        u32::try_from(value)
+            .map_err(|_| RpcError(format!("{value} is out of range 0 to {}", u32::MAX)))
     }
 
-    pub(crate) fn bool(&mut self) -> Result<bool, Refusal> {
+    pub(crate) fn bool(&mut self) -> Result<bool, RpcError> {
         match self.next()? {
             Value::Bool(value) => Ok(*value),
-            other => Err(wanted("true or false", other)),
+            other => Err(type_error("a boolean", other)),
         }
     }
 
-    pub(crate) fn text(&mut self) -> Result<&'a str, Refusal> {
+    pub(crate) fn text(&mut self) -> Result<&'a str, RpcError> {
         match self.next()? {
             Value::Text(text) => Ok(text),
-            other => Err(wanted("a text", other)),
+            other => Err(type_error("a string", other)),
         }
     }
 
-    pub(crate) fn bytes(&mut self) -> Result<&'a [u8], Refusal> {
+    pub(crate) fn bytes(&mut self) -> Result<&'a [u8], RpcError> {
         match self.next()? {
             Value::Bytes(bytes) => Ok(bytes),
-            other => Err(wanted("bytes", other)),
+            other => Err(type_error("bytes", other)),
         }
     }
 
-    /// A list within the list.
-    pub(crate) fn list(&mut self) -> Result<Args<'a>, Refusal> {
+    /// Returns the next value, which must be a list, as arguments of its own.
+    pub(crate) fn list(&mut self) -> Result<Args<'a>, RpcError> {
         match self.next()? {
             Value::List(values) => Ok(Args { values }),
-            other => Err(wanted("a list", other)),
+            other => Err(type_error("a list", other)),
         }
     }
 
-    /// `[false]`, or `[true, value]`, whose value is read next from what this gives.
-    pub(crate) fn optional(&mut self) -> Result<Option<Args<'a>>, Refusal> {
+    /// Reads `[false]` or `[true, value]`. In the second case, the value is the next one of the
+    /// result.
+    pub(crate) fn optional(&mut self) -> Result<Option<Args<'a>>, RpcError> {
         let mut list = self.list()?;
         Ok(if list.bool()? { Some(list) } else { None })
     }
 
-    /// Three numbers.
-    pub(crate) fn vector(&mut self) -> Result<[f32; 3], Refusal> {
+    /// Reads three finite numbers.
+    pub(crate) fn vector(&mut self) -> Result<[f32; 3], RpcError> {
         let mut list = self.list()?;
         let vector = [list.f32()?, list.f32()?, list.f32()?];
         if vector.iter().all(|v| v.is_finite()) {
             return Ok(vector);
         }
-        Err(format!("{vector:?} is not finite").into())
+        Err(format!("vector {vector:?} is not finite").into())
     }
 }
 
-fn wanted(what: &str, got: &Value) -> Refusal {
+fn type_error(what: &str, got: &Value) -> RpcError {
     let kind = match got {
-        Value::Nil => "nothing",
-        Value::Bool(_) => "a truth value",
-        Value::Int(_) => "a whole number",
+        Value::Nil => "nil",
+        Value::Bool(_) => "a boolean",
+        Value::Int(_) => "an integer",
         Value::Float(_) => "a number",
-        Value::Text(_) => "a text",
+        Value::Text(_) => "a string",
         Value::Bytes(_) => "bytes",
         Value::List(_) => "a list",
     };
-    Refusal(format!("an argument is {kind}, not {what}"))
+    RpcError(format!("expected {what} as an argument, found {kind}"))
 }

@@ -1,4 +1,4 @@
-//! What CARLA's clients can spawn: the catalogue of the town, and sensors.
+//! The blueprints that CARLA's clients can spawn: the catalogue of the town, and sensors.
 
 use std::sync::OnceLock;
 
@@ -9,7 +9,8 @@ use crate::{
     wire::{Attribute, Description},
 };
 
-/// Every sensor's attributes: `blueprint,attribute,type,values,only`, the first value the default.
+/// The attributes of every sensor: `blueprint,attribute,type,values,only_recommended`. The first
+/// value is the default.
 const SENSORS: &str = include_str!("sensors.csv");
 const ROLES: &str = "default|front|back|left|right|front_left|front_right|back_left|back_right";
 
@@ -36,7 +37,7 @@ impl Definition {
         Definition { uid, id: id.to_owned(), tags: id.replace('.', ","), attributes: Vec::new() }
     }
 
-    fn vary(&mut self, id: &str, kind: u8, values: &str, only_recommended: bool) {
+    fn add_variable(&mut self, id: &str, kind: u8, values: &str, only_recommended: bool) {
         let recommended: Vec<String> = values.split('|').map(str::to_owned).collect();
         self.attributes.push(Variation {
             attribute: Attribute { id: id.to_owned(), kind, value: recommended[0].clone() },
@@ -46,8 +47,8 @@ impl Definition {
         });
     }
 
-    /// As the catalogue has it.
-    fn take(&mut self, found: town::Attribute) {
+    /// Adds an attribute of the catalogue.
+    fn add_attribute(&mut self, found: town::Attribute) {
         let value = found.values.first().cloned().unwrap_or_default();
         self.attributes.push(Variation {
             attribute: Attribute { id: found.id.to_owned(), kind: found.kind as u8, value },
@@ -57,7 +58,7 @@ impl Definition {
         });
     }
 
-    /// As if it were spawned without any change.
+    /// Returns the description of an actor that is spawned with all default values.
     pub(crate) fn describe(&self) -> Description {
         let attributes = self.attributes.iter().map(|v| v.attribute.clone()).collect();
         Description { uid: self.uid, id: self.id.clone(), attributes }
@@ -77,7 +78,7 @@ impl Definition {
     }
 }
 
-/// Every blueprint that can be spawned.
+/// Returns every blueprint that can be spawned.
 pub(crate) fn definitions() -> &'static [Definition] {
     static ALL: OnceLock<Vec<Definition>> = OnceLock::new();
     ALL.get_or_init(|| {
@@ -87,18 +88,21 @@ pub(crate) fn definitions() -> &'static [Definition] {
                 continue;
             }
             let mut definition = Definition::new(index as u32 + 1, blueprint.id);
-            blueprint.attributes().into_iter().for_each(|attribute| definition.take(attribute));
+            blueprint
+                .attributes()
+                .into_iter()
+                .for_each(|attribute| definition.add_attribute(attribute));
             all.push(definition);
         }
         let mut controller = Definition::new(all.len() as u32 + 100, "controller.ai.walker");
-        controller.vary("role_name", STRING, "default", false);
+        controller.add_variable("role_name", STRING, "default", false);
         all.push(controller);
         sensors(&mut all);
         all
     })
 }
 
-/// The blueprint with this id.
+/// Returns the blueprint with this id.
 pub(crate) fn definition(id: &str) -> Option<&'static Definition> {
     definitions().iter().find(|d| d.id == id)
 }
@@ -110,13 +114,13 @@ fn sensors(all: &mut Vec<Definition>) {
         let [blueprint, attribute, kind, values, only] = fields[..] else { continue };
         if all.last().is_none_or(|d| d.id != blueprint) {
             let mut d = Definition::new(first + all.len() as u32, blueprint);
-            d.vary("role_name", STRING, ROLES, false);
-            d.vary("ros_name", STRING, blueprint, false);
-            d.vary("sensor_tick", FLOAT, "0.0", false);
+            d.add_variable("role_name", STRING, ROLES, false);
+            d.add_variable("ros_name", STRING, blueprint, false);
+            d.add_variable("sensor_tick", FLOAT, "0.0", false);
             all.push(d);
         }
         if let (Some(d), false) = (all.last_mut(), attribute.is_empty()) {
-            d.vary(attribute, kind.parse().unwrap_or(STRING), values, only == "1");
+            d.add_variable(attribute, kind.parse().unwrap_or(STRING), values, only == "1");
         }
     }
 }

@@ -1,11 +1,11 @@
-//! Motions that hold until they are taken back: constant velocities.
+//! Constant velocities, which hold until a client releases them.
 
 use std::collections::BTreeMap;
 
 use client_lib::{ActorId, Command, SetVelocity, World};
 use glam::Vec3;
 
-/// Who is to move how.
+/// The actors that move with a constant velocity.
 #[derive(Debug, Default)]
 pub(crate) struct Motions {
     /// Metres per second in the actor's own space.
@@ -21,13 +21,13 @@ impl Motions {
         self.constant.remove(&id);
     }
 
-    /// What is to be requested for the next frame.
+    /// Returns the commands for the next frame. Actors that no longer exist are released.
     pub(crate) fn commands(&mut self, world: &World) -> Vec<Command> {
         self.constant.retain(|id, _| world.actor(ActorId(*id)).is_some());
         let command = |(id, velocity): (&u32, &Vec3)| {
             let actor = world.actor(ActorId(*id))?;
             let mut velocity = actor.pose.rotation() * *velocity;
-            // It still falls.
+            // The vertical velocity stays that of gravity.
             velocity.z = actor.velocity_mps[2];
             Some(Command::SetVelocity(SetVelocity {
                 actor_id: ActorId(*id),

@@ -1,31 +1,14 @@
-//! Messagepack, as much of it as CARLA's clients speak: values in from a stream, bytes out.
+//! MessagePack, as far as CARLA's clients use it: values from a stream, and bytes to send.
 //!
-//! What comes in is hostile until it is read: nothing is reserved by a length that a stranger
-//! claims, nesting is bounded, and what exceeds a request's budget is read past, not kept.
+//! Input is not trusted: no memory is reserved by a length that a client claims, nesting is
+//! limited, and what exceeds the budget of a request is read and discarded.
 
 mod decode;
 mod encode;
 #[cfg(test)]
 mod tests;
+mod value;
 
 pub use decode::{Budget, DecodeError, read};
 pub use encode::Pack;
-
-/// One value.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Value {
-    /// Nothing.
-    Nil,
-    /// A truth value.
-    Bool(bool),
-    /// A whole number; those beyond i64 are clamped, nobody sends them.
-    Int(i64),
-    /// A number.
-    Float(f64),
-    /// Text, or what was sent as such.
-    Text(String),
-    /// Bytes.
-    Bytes(Vec<u8>),
-    /// Several values; a map comes as its keys and values in turn.
-    List(Vec<Value>),
-}
+pub use value::Value;

@@ -1,19 +1,18 @@
-//! Radios between vehicles, in CARLA's layouts: whole C structs of words of eight bytes, whose
+//! Radios between vehicles, in CARLA's layouts: C structs of words of eight bytes, whose C++
 //! vectors are sent as zeros.
 
 use client_lib::{CamReading, CamSpec, MessageReading, MessageSpec, RadioSpec, lamp, radio};
 
 use crate::{
-    args::Refusal,
-    sensor::Kind,
+    args::RpcError,
     wire::{Bytes, Description},
 };
 
-/// Bytes of one awareness message, and of one text.
+/// Bytes of one cooperative awareness message, and of one text message.
 pub(crate) const CAM_BYTES: usize = 464;
 pub(crate) const TEXT_BYTES: usize = 136;
 
-/// ETSI's words for what is not known.
+/// The values that ETSI TS 102 894-2 defines for "unavailable".
 mod unknown {
     pub(super) const SEMI_AXIS: i64 = 4095;
     pub(super) const HEADING: i64 = 3601;
@@ -30,12 +29,12 @@ mod unknown {
 const PROTOCOL_VERSION: i64 = 2;
 const CAM: i64 = 2;
 const CUSTOM: i64 = 0;
-/// CARLA's messages have gravity in their vertical acceleration.
+/// The vertical acceleration in CARLA's messages includes gravity.
 const GRAVITY_MPS2: f32 = 9.81;
 const SPEED_MAX_CMPS: f32 = 16_382.0;
 
-/// How a radio of CARLA's sends and receives.
-fn radio_of(d: &Description) -> Result<RadioSpec, Refusal> {
+/// Returns how a radio with these attributes sends and receives.
+fn radio_of(d: &Description) -> Result<RadioSpec, RpcError> {
     let number = |id: &str, otherwise: f32| d.number(id, otherwise);
     let bit = |id: &str, otherwise: bool, bit: u32| {
         let is_on = if d.get(id).is_some() { d.flag(id) } else { otherwise };
@@ -63,8 +62,8 @@ fn radio_of(d: &Description) -> Result<RadioSpec, Refusal> {
     })
 }
 
-/// A station of CARLA's that sends awareness messages.
-pub(crate) fn cam_spec(d: &Description) -> Result<CamSpec, Refusal> {
+/// Returns the specification of a station that sends cooperative awareness messages.
+pub(crate) fn cam_spec(d: &Description) -> Result<CamSpec, RpcError> {
     let number = |id: &str| d.number(id, 0.0);
     let deviation = |id: &str| d.number(id, 0.0).map(f32::abs);
     Ok(CamSpec {
@@ -85,23 +84,18 @@ pub(crate) fn cam_spec(d: &Description) -> Result<CamSpec, Refusal> {
             deviation("noise_accel_stddev_z")?,
         ],
         yaw_rate_stddev_radps: deviation("noise_yawrate_stddev")?,
-        // CARLA's turns clockwise.
+        // CARLA's yaw rate is positive clockwise.
         yaw_rate_bias_radps: -number("noise_yawrate_bias")?,
         speed_stddev_mps: deviation("noise_vel_stddev_x")?,
     })
 }
 
-/// A station of CARLA's that sends texts.
-pub(crate) fn text_spec(d: &Description) -> Result<MessageSpec, Refusal> {
+/// Returns the specification of a station that sends text messages.
+pub(crate) fn text_spec(d: &Description) -> Result<MessageSpec, RpcError> {
     Ok(MessageSpec { radio: radio_of(d)? })
 }
 
-/// Whether a sensor sends, listened to or not.
-pub(crate) fn is_radio(kind: Kind) -> bool {
-    matches!(kind, Kind::V2x | Kind::V2xCustom)
-}
-
-/// The body of a message: all that was received in a frame.
+/// Appends all awareness messages that were received in a frame.
 pub(crate) fn cams(mut bytes: Bytes, readings: &[CamReading]) -> Bytes {
     for reading in readings {
         let at = bytes.0.len();
@@ -111,7 +105,7 @@ pub(crate) fn cams(mut bytes: Bytes, readings: &[CamReading]) -> Bytes {
     bytes
 }
 
-/// Likewise, of texts.
+/// Appends all text messages that were received in a frame.
 pub(crate) fn texts(mut bytes: Bytes, readings: &[MessageReading]) -> Bytes {
     for reading in readings {
         let at = bytes.0.len();
@@ -121,7 +115,7 @@ pub(crate) fn texts(mut bytes: Bytes, readings: &[MessageReading]) -> Bytes {
         for (at, word) in [(8, PROTOCOL_VERSION), (16, CUSTOM), (24, reading.station_id.into())] {
             out[at..at + 8].copy_from_slice(&word.to_le_bytes());
         }
-        // The last byte stays zero: clients read up to there.
+        // The last byte stays zero: clients read up to a zero byte.
         out[32..131].copy_from_slice(&reading.text[..99]);
     }
     bytes
@@ -138,7 +132,7 @@ fn write_cam(out: &mut [u8], cam: &CamReading) {
     put(16, CAM);
     put(24, cam.station_id.into());
     put(32, cam.generation_delta_ms.into());
-    // Who and where: tenths of a microdegree, centimetres.
+    // Station type and reference position: tenths of a microdegree, centimetres.
     put(40, cam.station_type.into());
     put(48, (cam.latitude_deg * 1e6).round() as i64 * 10);
     put(56, (cam.longitude_deg * 1e6).round() as i64 * 10);
@@ -152,7 +146,7 @@ fn write_cam(out: &mut [u8], cam: &CamReading) {
         out[..4].copy_from_slice(&cam.power_dbm.to_le_bytes());
         return;
     }
-    // How it moves.
+    // High-frequency container: motion.
     put(104, 1);
     put(112, (cam.heading_rad.to_degrees() * 10.0).round() as i64);
     put(120, 10);
@@ -167,7 +161,7 @@ fn write_cam(out: &mut [u8], cam: &CamReading) {
     put(184, unknown::ACCELERATION_CONFIDENCE);
     put(192, unknown::CURVATURE);
     put(200, unknown::CURVATURE_CONFIDENCE);
-    // CARLA's left hand: its y is to the right, its turns are clockwise.
+    // CARLA's axes are left-handed: y to the right, yaw positive clockwise.
     let yaw_rate = (-cam.yaw_rate_radps.to_degrees() * 100.0).round();
     put(216, if yaw_rate.abs() <= 32_766.0 { yaw_rate as i64 } else { unknown::YAW_RATE });
     put(224, unknown::YAW_RATE_CONFIDENCE);
@@ -180,14 +174,14 @@ fn write_cam(out: &mut [u8], cam: &CamReading) {
         put(416, cam.role.into());
         out[424] = exterior_lights(cam.lamps);
     }
-    // Lateral and vertical acceleration are there.
+    // Lateral and vertical acceleration are present.
     (out[272], out[296]) = (1, 1);
     out[..4].copy_from_slice(&cam.power_dbm.to_le_bytes());
 }
 
 const ROADSIDE_UNIT: u32 = 15;
 
-/// ETSI's bits, the first one highest.
+/// Returns ETSI's `ExteriorLights`, whose first bit is the highest.
 fn exterior_lights(lamps: u32) -> u8 {
     let bits = [
         (lamp::LOW_BEAM, 0),

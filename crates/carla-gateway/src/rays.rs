@@ -1,31 +1,28 @@
-//! Rays through the static world, for clients that ask what lies between two places.
+//! Ray casts through the static world and the boxes of actors.
 //!
-//! Triangles are sorted into the cells of a level grid; a ray walks the cells below it.
-
-use std::sync::OnceLock;
+//! Triangles are sorted into the cells of a horizontal grid; a ray tests the triangles of the cells
+//! that it crosses.
 
 use client_lib::{BlueprintInfo, World};
 use glam::{IVec2, Vec2, Vec3};
 use mesh::Mesh;
 
-use crate::statics::Statics;
-
-/// Metres.
+/// Edge of a cell. Metres.
 const CELL_M: f32 = 8.0;
-/// Cells that a grid has at most on a side: beyond it, they are larger.
+/// Largest number of cells on a side of a grid; the cells of larger maps are larger.
 const SIDE_MAX: f32 = 2048.0;
-/// Rays longer than this are cut.
+/// Longest ray; longer ones are shortened. Metres.
 const REACH_M: f32 = 20_000.0;
-/// Hits nearer to each other than this are one.
+/// Hits nearer to each other than this are one hit. Metres.
 const APART_M: f32 = 0.01;
 
-/// The static world's triangles, by cell.
+/// The triangles of the static world, by cell.
 pub(crate) struct Rays<'a> {
     mesh: &'a Mesh,
     grid: &'a Grid,
 }
 
-/// Which triangles touch which cell: those of cell `i` are `triangles[starts[i]..starts[i + 1]]`.
+/// The triangles that touch each cell: those of cell `i` are `triangles[starts[i]..starts[i + 1]]`.
 pub(crate) struct Grid {
     low: Vec2,
     cell_m: f32,
@@ -35,16 +32,15 @@ pub(crate) struct Grid {
     triangles: Vec<u32>,
 }
 
-impl Rays<'_> {
-    /// Over the town of an episode; sorted when first needed.
-    pub(crate) fn of(statics: &Statics) -> Rays<'_> {
-        let mesh = &statics.town().mesh;
-        let cell: &OnceLock<Grid> = &statics.grid;
-        Rays { mesh, grid: cell.get_or_init(|| Grid::new(mesh)) }
+impl<'a> Rays<'a> {
+    /// Creates a ray caster over a mesh and the grid of its triangles.
+    pub(crate) fn new(mesh: &'a Mesh, grid: &'a Grid) -> Rays<'a> {
+        Rays { mesh, grid }
     }
 
-    /// All hits on the way from one place to another, as shares of the way, with their tags.
-    pub(crate) fn all(
+    /// Returns all hits between two points, nearest first: the fraction of the distance, and the
+    /// tag.
+    pub(crate) fn hits(
         &self,
         from: Vec3,
         to: Vec3,
@@ -53,21 +49,25 @@ impl Rays<'_> {
     ) -> Vec<(f32, u8)> {
         let along = (to - from).clamp_length_max(REACH_M);
         let mut hits = Vec::new();
-        for triangle in self.grid.below(from.truncate(), (from + along).truncate()) {
+        for triangle in self.grid.triangles_near(from.truncate(), (from + along).truncate()) {
             let corner = |i: usize| {
                 let index = self.mesh.triangles[triangle as usize][i];
                 Vec3::from_array(self.mesh.positions[index as usize])
             };
-            if let Some(share) = meet(from, along, [corner(0), corner(1), corner(2)]) {
-                hits.push((share, self.mesh.faces[triangle as usize].tag));
+            if let Some(fraction) =
+                intersect_triangle(from, along, [corner(0), corner(1), corner(2)])
+            {
+                hits.push((fraction, self.mesh.faces[triangle as usize].tag));
             }
         }
         for actor in world.actors() {
             let Some(info) = blueprints.get(actor.blueprint as usize) else { continue };
             let half = Vec3::from_array(info.half_extents_m);
             let center = actor.pose.affine().transform_point3(Vec3::from_array(info.center_m));
-            if let Some(share) = enter(from, along, 1.0, center, actor.pose.rotation(), half) {
-                hits.push((share, info.tag));
+            if let Some(fraction) =
+                intersect_box(from, along, 1.0, center, actor.pose.rotation(), half)
+            {
+                hits.push((fraction, info.tag));
             }
         }
         hits.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -124,14 +124,14 @@ impl Grid {
         cell.clamp(IVec2::ZERO, IVec2::new(self.columns - 1, self.rows - 1))
     }
 
-    /// The triangles in the cells that a way crosses, each once.
-    fn below(&self, from: Vec2, to: Vec2) -> Vec<u32> {
+    /// Returns the triangles in the cells that a segment crosses, each once.
+    fn triangles_near(&self, from: Vec2, to: Vec2) -> Vec<u32> {
         let mut found = Vec::new();
         let steps = ((to - from).length() / (self.cell_m * 0.5)).ceil().max(1.0) as u32;
         let mut cells = Vec::new();
         for step in 0..=steps {
             let at = self.cell(from.lerp(to, step as f32 / steps as f32));
-            // Half a cell's step may cut a corner; its neighbours are looked at too.
+            // A step of half a cell may skip a cell at its corner, so neighbours are included.
             for offset in [IVec2::ZERO, IVec2::X, IVec2::Y, IVec2::NEG_X, IVec2::NEG_Y] {
                 let near =
                     (at + offset).clamp(IVec2::ZERO, IVec2::new(self.columns - 1, self.rows - 1));
@@ -150,8 +150,9 @@ impl Grid {
     }
 }
 
-/// Where on the way a triangle is met, from either side (Möller and Trumbore).
-fn meet(from: Vec3, along: Vec3, [a, b, c]: [Vec3; 3]) -> Option<f32> {
+/// Returns the fraction of a segment at which it meets a triangle, from either side (Möller and
+/// Trumbore, "Fast, minimum storage ray-triangle intersection", 1997).
+fn intersect_triangle(from: Vec3, along: Vec3, [a, b, c]: [Vec3; 3]) -> Option<f32> {
     let (edge, other) = (b - a, c - a);
     let p = along.cross(other);
     let determinant = edge.dot(p);
@@ -162,13 +163,14 @@ fn meet(from: Vec3, along: Vec3, [a, b, c]: [Vec3; 3]) -> Option<f32> {
     let u = t.dot(p) / determinant;
     let q = t.cross(edge);
     let v = along.dot(q) / determinant;
-    let share = other.dot(q) / determinant;
+    let fraction = other.dot(q) / determinant;
     let is_inside = u >= -1e-5 && v >= -1e-5 && u + v <= 1.0 + 1e-5;
-    (is_inside && (0.0..=1.0).contains(&share)).then_some(share)
+    (is_inside && (0.0..=1.0).contains(&fraction)).then_some(fraction)
 }
 
-/// After how many times `along`, at most `reach`, a turned box is entered.
-fn enter(
+/// Returns the fraction of a segment, at most `reach`, at which it enters a rotated box (slab
+/// method).
+fn intersect_box(
     from: Vec3,
     along: Vec3,
     reach: f32,
@@ -206,14 +208,16 @@ mod tests {
         let corner = |x: f32, y: f32| [x * 100.0, y * 100.0, 2.0];
         mesh.quad([corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)], face);
         let grid = Grid::new(&mesh);
-        let near = grid.below(Vec2::new(33.0, 60.0), Vec2::new(33.0, 60.0));
+        let near = grid.triangles_near(Vec2::new(33.0, 60.0), Vec2::new(33.0, 60.0));
         assert!(!near.is_empty());
         let from = Vec3::new(33.0, 60.0, 10.0);
         let corners = |t: u32| {
             mesh.triangles[t as usize].map(|c| Vec3::from_array(mesh.positions[c as usize]))
         };
-        let hits: Vec<f32> =
-            near.iter().filter_map(|t| meet(from, Vec3::NEG_Z * 16.0, corners(*t))).collect();
-        assert!(hits.iter().any(|share| (share - 0.5).abs() < 1e-5), "{hits:?}");
+        let hits: Vec<f32> = near
+            .iter()
+            .filter_map(|t| intersect_triangle(from, Vec3::NEG_Z * 16.0, corners(*t)))
+            .collect();
+        assert!(hits.iter().any(|fraction| (fraction - 0.5).abs() < 1e-5), "{hits:?}");
     }
 }

@@ -1,12 +1,13 @@
-//! What the next replay is to be like, and whom the spectator follows while one goes on.
+//! The settings of the next replay, and the actor that the spectator follows during a replay.
 
 use client_lib::{ActorId, Pose, World};
 
-/// Where CARLA's spectator is put behind whom it follows, and how high. Metres.
+/// Where CARLA puts the spectator: this far behind the actor that it follows, and this high.
+/// Metres.
 pub(crate) const SPECTATOR_BACK_M: f32 = 10.0;
 pub(crate) const SPECTATOR_UP_M: f32 = 5.0;
 
-/// CARLA's replayer, as far as it is set from outside.
+/// The settings of CARLA's replayer.
 pub(crate) struct Replayer {
     pub(crate) time_factor: f32,
     pub(crate) ignore_hero: bool,
@@ -19,18 +20,18 @@ impl Default for Replayer {
     }
 }
 
-/// Whom the spectator follows.
+/// The actor that the spectator follows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Follow {
     pub(crate) actor: u32,
     /// `actor_from_spectator`.
     pub(crate) offset: Pose,
-    /// The replay's end, in simulated time.
+    /// The simulated time at which the replay ends. Nanoseconds.
     pub(crate) until_nanos: u64,
 }
 
 impl Replayer {
-    /// Where the spectator stands in this frame, if it follows somebody who is there.
+    /// Returns the pose of the spectator in this frame if it follows an actor that exists.
     pub(crate) fn spectator(&mut self, world: &World) -> Option<Pose> {
         let follow = self.follow?;
         if world.header().stamp.sim_time_nanos > follow.until_nanos {

@@ -1,4 +1,4 @@
-//! Calls over TCP: a thread for each connection, its calls carried out in their order.
+//! Remote calls over TCP: a thread for each connection, whose calls are executed in order.
 
 use std::{
     io::{self, BufReader, Read, Write},
@@ -16,48 +16,50 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::msgpack::{Budget, DecodeError, Pack, Value, read};
 
-/// Connections at a time; one more is closed at once.
+/// Most simultaneous connections; another one is closed at once.
 const CONNECTIONS_MAX: usize = 1024;
-/// Values that one request may keep: a batch of some ten thousand commands.
+/// Most values of one request: a batch of about ten thousand commands.
 const VALUES_MAX: usize = 1 << 21;
-/// Bytes of text that one request may keep: an OpenDRIVE map.
+/// Most bytes of text in one request: an OpenDRIVE map.
 const BYTES_MAX: usize = 256 << 20;
-/// Answers that are put off while more requests lie ready.
+/// Most bytes of answers that are collected while more requests wait to be read.
 const ANSWERS_MAX: usize = 64 << 10;
-/// A caller is looked out for as much longer than one of our own.
-const WAKINGS: u64 = 4;
-/// A client that takes nothing for so long is gone.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// A connection is polled this many times as long as a participant of the bus, whose clients need
+/// not wake other threads first.
+const POLL_FACTOR: u64 = 4;
+/// A connection that accepts no bytes for this long is closed.
+const WRITE_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// Who calls.
+/// A connected client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Peer {
-    /// Counts connections.
+    /// The number of the connection, counted from 1.
     pub(crate) number: u64,
-    /// Where it is.
+    /// The address of the client.
     pub(crate) address: SocketAddr,
-    /// Under which address of ours it found us.
+    /// The local address to which the client has connected.
     pub(crate) local: SocketAddr,
 }
 
-/// What can be called.
-pub(crate) trait Callee: Send + Sync + 'static {
-    /// Carries out a call and writes the error and the result, one of them nil.
+/// A server's calls.
+pub(crate) trait Handler: Send + Sync + 'static {
+    /// Executes a call and writes the error and the result, one of which is nil.
     fn call(&self, peer: &Peer, method: &str, params: &[Value], out: &mut Pack);
 
-    /// This caller has hung up.
-    fn hung_up(&self, _peer: &Peer) {}
+    /// Called when a connection is closed.
+    fn on_disconnect(&self, _peer: &Peer) {}
 }
 
-/// Answers calls on this port until the process ends. Who has got an answer is waited for as
-/// `strategy` says; it has threads of its own to wake before it calls again.
-pub(crate) fn serve<C: Callee>(
+/// Answers calls on this port until the process ends.
+///
+/// After an answer, the connection is polled as `strategy` says, a few times as long.
+pub(crate) fn serve<C: Handler>(
     listener: TcpListener,
     name: &'static str,
     strategy: Strategy,
-    callee: Arc<C>,
+    handler: Arc<C>,
 ) -> io::Result<()> {
-    let look_nanos = WAKINGS * strategy.spin_nanos;
+    let spin_nanos = POLL_FACTOR * strategy.spin_nanos;
     let (count, last) = (Arc::new(AtomicUsize::new(0)), AtomicU64::new(0));
     let work = move || {
         for stream in listener.incoming().flatten() {
@@ -70,18 +72,18 @@ pub(crate) fn serve<C: Callee>(
             let number = last.fetch_add(1, Ordering::Relaxed) + 1;
             let peer = Peer { number, address, local };
             count.fetch_add(1, Ordering::Relaxed);
-            let (callee, inner) = (Arc::clone(&callee), Arc::clone(&count));
-            let converse = move || {
-                if let Err(e) = converse(&stream, &peer, look_nanos, &*callee) {
-                    ::log::warn!("{name}: {} is cut off: {e}", peer.address);
+            let (handler, inner) = (Arc::clone(&handler), Arc::clone(&count));
+            let serve_connection = move || {
+                if let Err(e) = serve_connection(&stream, &peer, spin_nanos, &*handler) {
+                    log::warn!("{name}: {} is disconnected: {e}", peer.address);
                 }
-                callee.hung_up(&peer);
+                handler.on_disconnect(&peer);
                 inner.fetch_sub(1, Ordering::Relaxed);
             };
             let spawned = thread::Builder::new()
                 .name(format!("{name}-{number}"))
                 .stack_size(1 << 20)
-                .spawn(converse);
+                .spawn(serve_connection);
             if spawned.is_err() {
                 count.fetch_sub(1, Ordering::Relaxed);
             }
@@ -90,17 +92,17 @@ pub(crate) fn serve<C: Callee>(
     thread::Builder::new().name(name.into()).spawn(work).map(drop)
 }
 
-/// A connection that is looked at for a while before its reader sleeps: who calls in a loop calls
-/// again soon, and to be woken costs more than a call.
-struct Eager<'a> {
+/// A reader that polls its connection before it sleeps: a client that calls in a loop calls again
+/// soon, and waking a thread costs more than a call.
+struct SpinningReader<'a> {
     stream: &'a TcpStream,
-    look_nanos: u64,
+    spin_nanos: u64,
 }
 
-impl Read for Eager<'_> {
+impl Read for SpinningReader<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let begun = clock::now_nanos();
-        while clock::now_nanos() - begun < self.look_nanos {
+        while clock::now_nanos() - begun < self.spin_nanos {
             let mut fds = [PollFd::new(self.stream, PollFlags::IN)];
             if poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: 0 }))? > 0 {
                 break;
@@ -111,19 +113,19 @@ impl Read for Eager<'_> {
     }
 }
 
-/// Answers one caller until it hangs up.
-fn converse(
+/// Answers the calls of one connection until it is closed.
+fn serve_connection(
     stream: &TcpStream,
     peer: &Peer,
-    look_nanos: u64,
-    callee: &dyn Callee,
+    spin_nanos: u64,
+    handler: &dyn Handler,
 ) -> Result<(), DecodeError> {
     let set = || {
         stream.set_nodelay(true)?;
-        stream.set_write_timeout(Some(PATIENCE))
+        stream.set_write_timeout(Some(WRITE_TIMEOUT))
     };
     set().map_err(DecodeError::Io)?;
-    let mut input = BufReader::with_capacity(64 << 10, Eager { stream, look_nanos });
+    let mut input = BufReader::with_capacity(64 << 10, SpinningReader { stream, spin_nanos });
     let mut answers = Pack::new();
     loop {
         let request = match next(&mut input) {
@@ -131,10 +133,10 @@ fn converse(
             Err(DecodeError::Io(e)) if e.kind() == io::ErrorKind::ConnectionReset => return Ok(()),
             other => other?,
         };
-        answer(&request, peer, callee, &mut answers);
+        answer(&request, peer, handler, &mut answers);
         if input.buffer().is_empty() || answers.bytes().len() > ANSWERS_MAX {
             let mut output = stream;
-            // Who does not take its answers is not served further.
+            // A client that does not accept its answers is not served further.
             if output.write_all(answers.bytes()).is_err() {
                 return Ok(());
             }
@@ -143,7 +145,8 @@ fn converse(
     }
 }
 
-/// One request, and whether all of it was kept.
+/// Reads one request, and returns with it whether parts were discarded because it exceeds the
+/// limits.
 fn next(input: &mut impl Read) -> Result<(Value, bool), DecodeError> {
     let mut budget = Budget::new(VALUES_MAX, BYTES_MAX);
     let value = read(input, &mut budget)?;
@@ -153,7 +156,7 @@ fn next(input: &mut impl Read) -> Result<(Value, bool), DecodeError> {
 fn answer(
     (request, is_exceeded): &(Value, bool),
     peer: &Peer,
-    callee: &dyn Callee,
+    handler: &dyn Handler,
     out: &mut Pack,
 ) {
     let Value::List(parts) = request else { return };
@@ -164,8 +167,8 @@ fn answer(
     };
     out.list(4).uint(1).uint(*id as u64);
     if *is_exceeded {
-        out.text("the request is larger than this server takes").nil();
+        out.text("request too large: the limits are 2097152 values and 256 MiB of text").nil();
         return;
     }
-    callee.call(peer, method, params, out);
+    handler.call(peer, method, params, out);
 }

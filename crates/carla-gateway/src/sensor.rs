@@ -1,127 +1,50 @@
-//! Sensors that CARLA's clients spawn, and what of the simulator measures for them.
+//! The sensors that CARLA's clients spawn, and the bundles that measure for them.
 
 use std::{collections::BTreeMap, f32::consts::TAU};
 
 use client_lib::{
-    EventCamera, EventCameraSpec, Pose, SensorBundle, SensorSpec, camera, lidar, output,
-    point_attribute,
+    EventCamera, EventCameraSpec, Pose, SensorBundle, SensorSpec, camera, lidar, point_attribute,
 };
 
-use crate::{args::Refusal, born, stream::Streams, textures, wire::Description};
+use crate::{
+    args::RpcError, physics_sensors, sensor_kind::Kind, stream::Streams, textures,
+    wire::Description,
+};
 
-/// What a sensor's measurements are made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    Rgb,
-    Depth,
-    Semantic,
-    Instance,
-    Normals,
-    Flow,
-    Events,
-    Lidar,
-    SemanticLidar,
-    Radar,
-    Imu,
-    Gnss,
-    Collision,
-    Obstacle,
-    LaneInvasion,
-    V2x,
-    V2xCustom,
-}
-
-impl Kind {
-    fn of(id: &str) -> Option<Kind> {
-        Some(match id {
-            "sensor.camera.rgb" => Kind::Rgb,
-            "sensor.camera.depth" => Kind::Depth,
-            "sensor.camera.semantic_segmentation" => Kind::Semantic,
-            "sensor.camera.instance_segmentation" => Kind::Instance,
-            "sensor.camera.normals" => Kind::Normals,
-            "sensor.camera.optical_flow" => Kind::Flow,
-            "sensor.camera.dvs" => Kind::Events,
-            "sensor.lidar.ray_cast" => Kind::Lidar,
-            "sensor.lidar.ray_cast_semantic" => Kind::SemanticLidar,
-            "sensor.other.radar" => Kind::Radar,
-            "sensor.other.imu" => Kind::Imu,
-            "sensor.other.gnss" => Kind::Gnss,
-            "sensor.other.collision" => Kind::Collision,
-            "sensor.other.obstacle" => Kind::Obstacle,
-            "sensor.other.lane_invasion" => Kind::LaneInvasion,
-            "sensor.other.v2x" => Kind::V2x,
-            "sensor.other.v2x_custom" => Kind::V2xCustom,
-            _ => return None,
-        })
-    }
-
-    /// The number by which a client knows how to read a message. A wrong one ends the client.
-    pub(crate) fn type_id(self) -> u64 {
-        match self {
-            Kind::Collision => 0,
-            Kind::Depth => 1,
-            Kind::Normals => 2,
-            Kind::Events => 3,
-            Kind::Gnss => 4,
-            Kind::Imu => 5,
-            Kind::LaneInvasion => 6,
-            Kind::Obstacle => 7,
-            Kind::Flow => 8,
-            Kind::Radar => 9,
-            Kind::SemanticLidar => 10,
-            Kind::Lidar => 11,
-            Kind::Rgb => 13,
-            Kind::Semantic => 14,
-            Kind::Instance => 15,
-            Kind::V2x => 20,
-            Kind::V2xCustom => 21,
-        }
-    }
-
-    fn outputs(self) -> u32 {
-        match self {
-            Kind::Rgb | Kind::Events => output::COLOR,
-            Kind::Normals => output::NORMAL,
-            Kind::Flow => output::FLOW,
-            Kind::Depth => output::DEPTH,
-            Kind::Semantic => output::TAG,
-            Kind::Instance => output::TAG | output::INSTANCE,
-            Kind::Lidar => output::POINTS,
-            Kind::SemanticLidar | Kind::Radar => output::POINTS | output::LABELS,
-            _ => 0,
-        }
-    }
-}
-
-/// How far apart the rays lie among which a radar's points are drawn: a quarter of a degree.
+/// Angle between the rays of the grid from which the points of a radar are taken: a quarter of a
+/// degree. Radians.
 const RADAR_STEP_RAD: f32 = 0.25 * TAU / 360.0;
 
-/// A sensor.
+/// A sensor of one of CARLA's clients.
 pub(crate) struct Sensor {
     pub(crate) kind: Kind,
     pub(crate) stream: u32,
     pub(crate) description: Description,
     pub(crate) period_nanos: u64,
-    /// What measures, while somebody listens.
+    /// The bundle that measures while a client listens.
     pub(crate) bundle: Option<SensorBundle>,
-    /// The length of a tick for which the bundle was made.
-    pub(crate) rig_delta_nanos: u64,
-    /// Frames for which nobody listened.
+    /// The length of a tick for which the bundle was created. Nanoseconds.
+    pub(crate) bundle_delta_nanos: u64,
+    /// The number of frames without a listener.
     pub(crate) idle_frames: u32,
-    /// Of a camera: the streams of its textures, by their numbers.
+    /// The streams of a camera's textures, by texture.
     pub(crate) textures: BTreeMap<u32, u32>,
-    /// What the bundle was made to give.
-    pub(crate) rig_outputs: u32,
-    /// Of a sensor of events: what it has seen.
+    /// The outputs with which the bundle was created.
+    pub(crate) bundle_outputs: u32,
+    /// The state of an event camera.
     pub(crate) events: Option<EventCamera>,
 }
 
 impl Sensor {
-    /// Not measuring yet; refused are those that nothing here can measure.
-    pub(crate) fn new(description: Description, stream: u32) -> Result<Sensor, Refusal> {
+    /// Creates a sensor without a bundle.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the simulator cannot measure this sensor or an attribute is invalid.
+    pub(crate) fn new(description: Description, stream: u32) -> Result<Sensor, RpcError> {
         let Some(kind) = Kind::of(&description.id) else {
             let id = &description.id;
-            return Err(format!("{id} is not measured by this simulator").into());
+            return Err(format!("unsupported sensor type {id}").into());
         };
         let period_nanos = (description.number("sensor_tick", 0.0)?.max(0.0) * 1e9) as u64;
         let mut sensor = Sensor {
@@ -129,14 +52,14 @@ impl Sensor {
             stream,
             period_nanos,
             bundle: None,
-            rig_delta_nanos: 0,
+            bundle_delta_nanos: 0,
             idle_frames: 0,
             textures: BTreeMap::new(),
-            rig_outputs: 0,
+            bundle_outputs: 0,
             events: None,
             description,
         };
-        // What is wrong with an attribute is said now, not when somebody listens.
+        // Invalid attributes are reported now rather than when a client listens.
         sensor.spec(Pose::IDENTITY, 50_000_000, 9.81)?;
         if kind == Kind::Events {
             sensor.events = Some(EventCamera::new(event_spec(&sensor.description)?));
@@ -144,50 +67,51 @@ impl Sensor {
         Ok(sensor)
     }
 
-    /// Whether somebody listens to it, or to one of its textures.
+    /// Returns whether a client listens to the sensor or to one of its textures.
     pub(crate) fn is_wanted(&self, streams: &Streams) -> bool {
         let mut all = std::iter::once(&self.stream).chain(self.textures.values());
         all.any(|stream| streams.is_wanted(*stream))
     }
 
-    /// What its textures take beyond its own image.
+    /// Returns the outputs that its textures need in addition to its own image.
     pub(crate) fn texture_outputs(&self, streams: &Streams) -> u32 {
         let wanted = self.textures.iter().filter(|(_, stream)| streams.is_wanted(**stream));
         wanted.fold(0, |sum, (texture, _)| sum | textures::outputs(*texture))
     }
 
-    /// Fields of view of a radar, across and up.
-    pub(crate) fn radar_fov_rad(&self) -> Result<[f32; 2], Refusal> {
+    /// Returns the horizontal and vertical fields of view of a radar. Radians.
+    pub(crate) fn radar_fov_rad(&self) -> Result<[f32; 2], RpcError> {
         let number = |id: &str, most: f32| {
             self.description.number(id, 30.0).map(|fov| fov.clamp(1.0, most).to_radians())
         };
         Ok([number("horizontal_fov", 170.0)?, number("vertical_fov", 170.0)?])
     }
 
-    /// How many points a radar throws in one of its measurements.
-    pub(crate) fn radar_points(&self) -> Result<usize, Refusal> {
-        let secs = self.rig_delta_nanos.max(self.period_nanos) as f32 * 1e-9;
+    /// Returns the number of points that a radar measures at once.
+    pub(crate) fn radar_points(&self) -> Result<usize, RpcError> {
+        let secs = self.bundle_delta_nanos.max(self.period_nanos) as f32 * 1e-9;
         let points = self.description.number("points_per_second", 1500.0)? * secs;
         Ok(points.clamp(0.0, 1e6) as usize)
     }
 
-    /// Whether rays measure it.
-    pub(crate) fn is_of_rays(&self) -> bool {
+    /// Returns whether the renderer measures this sensor.
+    pub(crate) fn is_rendered(&self) -> bool {
         self.kind.outputs() != 0
     }
 
-    /// Whether its measurements go through a stream; lane invasions are found by the clients.
+    /// Returns whether the measurements are streamed; clients find lane invasions themselves.
     pub(crate) fn is_streamed(&self) -> bool {
         self.kind != Kind::LaneInvasion
     }
 
-    /// What the renderer or the host is to measure for it; nothing if its clients do that.
+    /// Returns what the renderer or the host measures for the sensor, or `None` if its clients
+    /// measure it.
     pub(crate) fn spec(
         &self,
         parent_from_sensor: Pose,
         delta_nanos: u64,
         gravity_mps2: f32,
-    ) -> Result<Option<SensorSpec>, Refusal> {
+    ) -> Result<Option<SensorSpec>, RpcError> {
         let d = &self.description;
         let number = |id: &str, otherwise: f32| d.number(id, otherwise);
         let spec = match self.kind {
@@ -221,7 +145,7 @@ impl Sensor {
                 );
                 spec.fov_rad = fov * TAU;
                 let rate_hz = number("rotation_frequency", 10.0)?.max(0.0);
-                // From one turn in a tick on, the whole field of view is seen in each.
+                // With one rotation per tick or more, each tick covers the whole field of view.
                 spec.rotation_rate_hz = if rate_hz * secs < 0.9999 { rate_hz } else { 0.0 };
                 spec.attenuation_per_m = number("atmosphere_attenuation_rate", 0.004)?;
                 if self.kind == Kind::Lidar {
@@ -250,7 +174,7 @@ impl Sensor {
                 spec.outputs = self.kind.outputs();
                 spec
             }
-            born => match born::spec(born, d, parent_from_sensor, gravity_mps2)? {
+            kind => match physics_sensors::spec(kind, d, parent_from_sensor, gravity_mps2)? {
                 Some(spec) => spec,
                 None => return Ok(None),
             },
@@ -259,11 +183,15 @@ impl Sensor {
     }
 }
 
-/// How a sensor of events sees.
-fn event_spec(d: &Description) -> Result<EventCameraSpec, Refusal> {
-    let threshold = |id: &str| -> Result<f32, Refusal> {
+/// Returns the specification of an event camera.
+fn event_spec(d: &Description) -> Result<EventCameraSpec, RpcError> {
+    let threshold = |id: &str| -> Result<f32, RpcError> {
         let value = d.number(id, 0.3)?;
-        if value > 0.0 { Ok(value) } else { Err(format!("{id} is {value}, not above 0").into()) }
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(format!("attribute {id} is {value}, must be greater than 0").into())
+        }
     };
     let log_eps = d.number("log_eps", 0.001)?.max(1e-9);
     let is_linear = d.get("use_log").is_some() && !d.flag("use_log");

@@ -1,18 +1,18 @@
-//! How time passes, in CARLA's words.
+//! The settings of an episode, in CARLA's terms.
 
 use client_lib::Settings;
 
 use crate::{
-    args::{Args, Refusal},
+    args::{Args, RpcError},
     msgpack::Pack,
 };
 
-/// CARLA's settings that say nothing to the bus are kept and given back.
+/// CARLA's episode settings. Those without a counterpart on the bus are stored and returned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EpisodeSettings {
     pub(crate) is_synchronous: bool,
     pub(crate) no_rendering: bool,
-    /// Simulated seconds of a tick; none: the server chooses.
+    /// Simulated seconds of a tick; `None`: the server chooses.
     pub(crate) fixed_delta_secs: Option<f64>,
     substepping: bool,
     substep_max_secs: f64,
@@ -24,11 +24,11 @@ pub(crate) struct EpisodeSettings {
     spectator_as_ego: bool,
 }
 
-/// How long a tick is whose length nobody fixed.
+/// The length of a tick without a fixed delta. Nanoseconds.
 const DELTA_NANOS: u64 = 50_000_000;
 
 impl EpisodeSettings {
-    /// What holds when nobody has said anything.
+    /// Returns the settings of a client that has set none.
     pub(crate) fn of(bus: &Settings) -> EpisodeSettings {
         let is_synchronous = bus.synchronous != 0;
         EpisodeSettings {
@@ -46,7 +46,7 @@ impl EpisodeSettings {
         }
     }
 
-    /// What others changed on the bus in the meantime.
+    /// Takes over what other clients of the bus have changed.
     pub(crate) fn follow(&mut self, bus: &Settings) {
         self.is_synchronous = bus.synchronous != 0;
         self.no_rendering = bus.no_rendering != 0;
@@ -55,13 +55,17 @@ impl EpisodeSettings {
         }
     }
 
-    /// For the bus. The pace of an asynchronous world stays as it is.
-    pub(crate) fn to_bus(self, now: &Settings) -> Result<Settings, Refusal> {
+    /// Converts the settings for the bus. The pace of an asynchronous world stays as it is.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the fixed delta is out of range.
+    pub(crate) fn to_bus(self, now: &Settings) -> Result<Settings, RpcError> {
         let nanos = |secs: f64| (secs * 1e9).round() as u64;
         let mut delta_nanos = DELTA_NANOS;
         if let Some(secs) = self.fixed_delta_secs.filter(|secs| *secs > 0.0) {
             if !(1e-4..=10.0).contains(&secs) {
-                return Err(format!("fixed_delta_seconds is {secs}, not 0.0001 to 10").into());
+                return Err(format!("fixed_delta_seconds is {secs}, must be 0.0001 to 10").into());
             }
             delta_nanos = nanos(secs);
         }
@@ -79,7 +83,7 @@ impl EpisodeSettings {
         })
     }
 
-    pub(crate) fn read(args: &mut Args) -> Result<EpisodeSettings, Refusal> {
+    pub(crate) fn read(args: &mut Args) -> Result<EpisodeSettings, RpcError> {
         let mut f = args.list()?;
         Ok(EpisodeSettings {
             is_synchronous: f.bool()?,

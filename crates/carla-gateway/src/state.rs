@@ -1,39 +1,39 @@
-//! Stream 1: the state of every actor at one frame.
+//! The message of stream 1: the state of every actor at one frame.
 
 use client_lib::{ActorState, Pose, flag, kind, light};
 
 use crate::wire::{Bytes, flip, flip_turn, message};
 
-/// The type of the message; a client that is told another reads it as an image.
+/// The type of the message; a client reads a message of an unknown type as an image.
 const TYPE: u64 = 17;
 const HEADER: usize = 36;
 const ACTOR: usize = 119;
-/// Where the part begins whose meaning depends on the kind of actor.
+/// The offset of the part whose meaning depends on the kind of actor. Bytes.
 const UNION: usize = 65;
 
-/// What the header says beside the frame.
+/// The contents of the header beside the frame.
 pub(crate) struct Moment {
     pub(crate) frame: u64,
     pub(crate) sim_time_nanos: u64,
     pub(crate) delta_nanos: u64,
     pub(crate) episode: u64,
-    /// Since this process began, by the clock on the wall.
+    /// Wall-clock time since the server started. Seconds.
     pub(crate) platform_secs: f64,
     /// The map has changed.
     pub(crate) is_new_map: bool,
-    /// Street lights were switched.
+    /// Street lights have changed.
     pub(crate) has_new_lights: bool,
 }
 
-/// What a vehicle's surroundings tell its driver.
+/// The speed limit and the traffic light that apply to a vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Roadside {
+pub(crate) struct RoadContext {
     pub(crate) speed_limit_kmh: f32,
-    /// The light it stands at, and its phase.
+    /// The light at whose stop line the vehicle is, and its phase.
     pub(crate) light: Option<(u32, u32)>,
 }
 
-/// How a light is timed, as far as clients can ask.
+/// The timing of a traffic light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Timing {
     pub(crate) green_secs: f32,
@@ -43,7 +43,7 @@ pub(crate) struct Timing {
     pub(crate) is_frozen: bool,
 }
 
-/// A message in the making.
+/// A message that is being written.
 pub(crate) struct StateMessage {
     bytes: Bytes,
 }
@@ -58,18 +58,18 @@ impl StateMessage {
         StateMessage { bytes }
     }
 
-    /// An actor that stands still and does nothing: a sensor, a sign, the spectator.
+    /// Appends an actor without state of its own: a sensor, a traffic sign, the spectator.
     pub(crate) fn fixture(&mut self, id: u32, pose: &Pose, velocity: [f32; 3], sign: &str) {
         self.bytes.u32(id).put([1]).transform(pose).vector(flip(velocity)).put([0; 24]);
         self.sign(sign);
         self.bytes.put([0; ACTOR - UNION - 32]);
     }
 
-    /// An actor of the world.
-    pub(crate) fn actor(&mut self, actor: &ActorState, roadside: Roadside) {
+    /// Appends an actor of the bus.
+    pub(crate) fn actor(&mut self, actor: &ActorState, road_context: RoadContext) {
         self.moving(actor);
         match actor.kind {
-            kind::VEHICLE => self.vehicle(actor, roadside),
+            kind::VEHICLE => self.vehicle(actor, road_context),
             kind::WALKER => self.walker(actor),
             _ => {
                 self.bytes.put([0; ACTOR - UNION]);
@@ -77,7 +77,7 @@ impl StateMessage {
         }
     }
 
-    /// A traffic light of the map.
+    /// Appends a traffic light.
     pub(crate) fn light(&mut self, actor: &ActorState, sign: &str, pole: u32, timing: &Timing) {
         self.moving(actor);
         self.sign(sign);
@@ -93,13 +93,13 @@ impl StateMessage {
         self.bytes.vector(flip(actor.acceleration_mps2));
     }
 
-    fn vehicle(&mut self, actor: &ActorState, roadside: Roadside) {
+    fn vehicle(&mut self, actor: &ActorState, road_context: RoadContext) {
         let is = |bit: u32| u8::from(actor.has(bit));
         self.bytes.f32(actor.throttle).f32(-actor.steer).f32(actor.brake);
         self.bytes.put([is(flag::HANDBRAKE), is(flag::REVERSE), 0]);
-        self.bytes.put(actor.gear.to_le_bytes()).f32(roadside.speed_limit_kmh);
-        let (id, phase) = roadside.light.unwrap_or((0, light::GREEN));
-        self.bytes.put([light_state(phase), roadside.light.is_some().into()]).u32(id);
+        self.bytes.put(actor.gear.to_le_bytes()).f32(road_context.speed_limit_kmh);
+        let (id, phase) = road_context.light.unwrap_or((0, light::GREEN));
+        self.bytes.put([light_state(phase), road_context.light.is_some().into()]).u32(id);
         self.bytes.put([0; 1 + ACTOR - UNION - 30]);
     }
 
@@ -123,7 +123,7 @@ impl StateMessage {
     }
 }
 
-/// CARLA's number of a colour.
+/// Returns CARLA's number of a phase.
 pub(crate) fn light_state(phase: u32) -> u8 {
     match phase {
         light::RED => 0,
@@ -161,7 +161,7 @@ mod tests {
         state.fixture(1, &Pose::IDENTITY, [0.0; 3], long);
         state.light(&ActorState::default(), long, 0, &timing);
         for kind in [kind::VEHICLE, kind::WALKER, kind::PROP] {
-            state.actor(&ActorState { kind, ..ActorState::default() }, Roadside::default());
+            state.actor(&ActorState { kind, ..ActorState::default() }, RoadContext::default());
         }
         let message = state.into_message();
         assert_eq!(message.len(), 4 + 48 + HEADER + 5 * ACTOR);

@@ -1,71 +1,104 @@
-//! The static world, furnished here as every stage does, when it is first asked after.
+//! What does not change within an episode: the map, its town, and data computed from both.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
 use bake::Cache;
 use client_lib::Episode;
 use road::Network;
 use town::Town;
 
-use crate::{navigation, rays::Grid};
+use crate::{
+    navigation,
+    rays::{Grid, Rays},
+};
 
-/// A map and what stands round its roads.
+/// The map and the town of an episode.
 pub(crate) struct Statics {
     pub(crate) episode: Episode,
     network: Arc<Network>,
     town: OnceLock<Town>,
-    /// The town's triangles, sorted for rays.
-    pub(crate) grid: OnceLock<Grid>,
-    walks: OnceLock<Option<Walks>>,
+    /// The triangles of the town, sorted for ray casts.
+    grid: OnceLock<Grid>,
+    navigation: OnceLock<Option<NavigationFile>>,
 }
 
-/// Where people walk.
-pub(crate) struct Walks {
-    /// Under this name clients keep it: another content, another name.
+/// The navigation mesh of pedestrians, as a file.
+pub(crate) struct NavigationFile {
+    /// The name under which clients store the file; it contains a checksum of the contents.
     pub(crate) name: String,
     pub(crate) file: Vec<u8>,
 }
 
 impl Statics {
     pub(crate) fn new(episode: Episode, network: Arc<Network>) -> Statics {
-        let (town, grid, walks) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        Statics { episode, network, town, grid, walks }
+        let (town, grid, navigation) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        Statics { episode, network, town, grid, navigation }
     }
 
-    /// The map's plain name: a file's without its folder and ending.
+    /// Returns the road network.
+    pub(crate) fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// Returns the name of the map: the file name without folder and extension.
     pub(crate) fn map_name(&self) -> &str {
         let name = self.episode.map.rsplit('/').next().unwrap_or_default();
         name.strip_suffix(".xodr").unwrap_or(name)
     }
 
-    /// Where people walk; nothing on a map without sidewalks.
-    pub(crate) fn walks(&self) -> Option<&Walks> {
+    /// Returns the navigation mesh, or `None` on a map without sidewalks.
+    pub(crate) fn navigation(&self) -> Option<&NavigationFile> {
         let make = || {
             let file = navigation::file(&self.network, self.town())?;
             let sum = file.iter().fold(0xcbf2_9ce4_8422_2325, |sum: u64, byte| {
                 (sum ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
             });
             let name = format!("Carla/Maps/Nav/{}-{sum:016x}.bin", self.map_name());
-            Some(Walks { name, file })
+            Some(NavigationFile { name, file })
         };
-        self.walks.get_or_init(make).as_ref()
+        self.navigation.get_or_init(make).as_ref()
     }
 
-    /// Makes what clients ask for first, before they do.
+    /// Starts a thread that computes what clients ask for first.
     pub(crate) fn prepare(self: &Arc<Statics>) {
         let statics = Arc::clone(self);
         let work = move || {
-            statics.walks();
+            statics.navigation();
         };
-        // Without a thread it is made when it is asked for.
-        let _ = std::thread::Builder::new().name("carla-walks".into()).spawn(work);
+        // Without this thread, the first call computes it.
+        let _ = std::thread::Builder::new().name("carla-navigation".into()).spawn(work);
     }
 
-    /// The town.
+    /// Returns a ray caster over the town. Its grid is built at the first call.
+    pub(crate) fn rays(&self) -> Rays<'_> {
+        let mesh = &self.town().mesh;
+        Rays::new(mesh, self.grid.get_or_init(|| Grid::new(mesh)))
+    }
+
+    /// Returns the town. It is loaded at the first call.
     pub(crate) fn town(&self) -> &Town {
         self.town.get_or_init(|| {
             let Episode { open_drive, seed, .. } = &self.episode;
             Cache::from_environment().town_around(&self.network, open_drive, *seed)
         })
+    }
+}
+
+/// The statics of the current episode, readable without the lock of the bridge.
+pub(crate) struct SharedStatics(RwLock<Arc<Statics>>);
+
+impl SharedStatics {
+    pub(crate) fn new(statics: Arc<Statics>) -> SharedStatics {
+        SharedStatics(RwLock::new(statics))
+    }
+
+    /// Returns the statics of the current episode.
+    pub(crate) fn get(&self) -> Arc<Statics> {
+        Arc::clone(&self.0.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Replaces the statics when another episode begins.
+    pub(crate) fn set(&self, statics: Arc<Statics>) {
+        *self.0.write().unwrap_or_else(PoisonError::into_inner) = statics;
     }
 }

@@ -1,8 +1,7 @@
-//! The streaming port: who listens to which stream, and what is on its way to whom.
+//! The streaming port: sends the messages of each stream to its listeners.
 //!
-//! A listener connects, says the number of its stream, and takes messages until it hangs up. Each
-//! has a queue and a thread of its own: who is slow loses messages of its own stream and nothing
-//! else.
+//! A listener connects, sends the number of its stream, and receives messages until it disconnects.
+//! Each listener has its own queue and thread: a slow one loses messages of its own stream only.
 
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
@@ -17,39 +16,40 @@ use std::{
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-/// Listeners at a time; one more is closed at once.
+/// Most simultaneous listeners; another one is closed at once.
 const LISTENERS_MAX: usize = 1024;
-/// Bytes that may wait for one listener, unless a single message is longer.
+/// Most bytes that wait for one listener, unless a single message is longer.
 const BACKLOG_MAX: usize = 64 << 20;
-/// Messages up to this length are sent by who has them, if nothing waits before them.
-const SHORT: usize = 32 << 10;
-/// A listener that takes nothing for so long is gone.
-const PATIENCE: Duration = Duration::from_secs(30);
-/// After a new episode has begun, who listened to the old one hears nothing for so long: the client
-/// that asked for it takes its old listener down, and crashes if that hears of the new episode.
-const CHANGE: Duration = Duration::from_secs(2);
-/// How often an idle listener is looked after.
+/// Messages up to this length are sent by the publishing thread if no other message waits.
+const DIRECT_SEND_MAX: usize = 32 << 10;
+/// A listener that accepts no bytes for this long is disconnected.
+const WRITE_TIMEOUT: Duration = Duration::from_secs(30);
+/// How long listeners to the state of an old episode receive nothing after a new one has begun. The
+/// client that has loaded it closes its old listener, and crashes if that listener receives the new
+/// episode.
+const EPISODE_MUTE: Duration = Duration::from_secs(2);
+/// Time between two checks whether an idle listener is still connected.
 const IDLE: Duration = Duration::from_millis(500);
 
 /// The number of the stream of episode states.
 pub(crate) const WORLD: u32 = 1;
 
-/// A message, its length in front: one copy for all listeners.
+/// A message that begins with its length, shared by all listeners.
 pub(crate) type Message = Arc<Vec<u8>>;
 
-/// All streams.
+/// All streams and their listeners.
 #[derive(Default)]
 pub(crate) struct Streams {
     listening: Mutex<Listening>,
-    come: Condvar,
+    connected: Condvar,
 }
 
 #[derive(Default)]
 struct Listening {
     by_stream: BTreeMap<u32, Vec<Arc<Session>>>,
-    /// Streams that somebody asked the way to and did not come to yet.
+    /// Streams for which a client has asked and to which it has not connected yet.
     expected: BTreeSet<u32>,
-    /// The newest state of the world: a newcomer gets it at once.
+    /// The newest state of the world, which a new listener receives at once.
     state: Option<Message>,
 }
 
@@ -65,15 +65,15 @@ impl Streams {
                 }
                 count.fetch_add(1, Ordering::Relaxed);
                 let (streams, inner) = (Arc::clone(&streams), Arc::clone(&count));
-                let attend = move || {
-                    // However it ends, the listener has gone.
-                    let _ = streams.attend(socket);
+                let serve_listener = move || {
+                    // Any error means that the listener is gone.
+                    let _ = streams.serve_listener(socket);
                     inner.fetch_sub(1, Ordering::Relaxed);
                 };
                 let spawned = std::thread::Builder::new()
                     .name("carla-listener".into())
                     .stack_size(256 << 10)
-                    .spawn(attend);
+                    .spawn(serve_listener);
                 if spawned.is_err() {
                     count.fetch_sub(1, Ordering::Relaxed);
                 }
@@ -82,9 +82,9 @@ impl Streams {
         std::thread::Builder::new().name("carla-streams".into()).spawn(work).map(drop)
     }
 
-    fn attend(&self, mut socket: TcpStream) -> io::Result<()> {
+    fn serve_listener(&self, mut socket: TcpStream) -> io::Result<()> {
         socket.set_nodelay(true)?;
-        socket.set_read_timeout(Some(PATIENCE))?;
+        socket.set_read_timeout(Some(WRITE_TIMEOUT))?;
         let mut id = [0; 4];
         socket.read_exact(&mut id)?;
         let stream = u32::from_le_bytes(id);
@@ -99,9 +99,9 @@ impl Streams {
             {
                 session.send(state);
             }
-            self.come.notify_all();
+            self.connected.notify_all();
         }
-        let ended = session.work();
+        let ended = session.send_queued();
         session.is_closed.store(true, Ordering::Relaxed);
         let mut listening = self.lock();
         if let Some(sessions) = listening.by_stream.get_mut(&stream) {
@@ -113,7 +113,7 @@ impl Streams {
         ended
     }
 
-    /// Hands a message to everybody who listens to a stream.
+    /// Sends a message to all listeners of a stream.
     pub(crate) fn publish(&self, stream: u32, message: Message) {
         let mut listening = self.lock();
         if let Some(sessions) = listening.by_stream.get(&stream) {
@@ -124,36 +124,38 @@ impl Streams {
         }
     }
 
-    /// A new episode begins: the states that come are not for those who listen now, for a while.
+    /// Mutes the present listeners of the world's stream for a while, because a new episode has
+    /// begun.
     pub(crate) fn begin_episode(&self) {
         let mut listening = self.lock();
         listening.state = None;
         for session in listening.by_stream.get(&WORLD).into_iter().flatten() {
-            session.lock().quiet = Some((Instant::now() + CHANGE, None));
+            session.lock().muted = Some((Instant::now() + EPISODE_MUTE, None));
         }
     }
 
-    /// Whether somebody listens to a stream, or is on the way.
+    /// Returns whether a stream has a listener or expects one.
     pub(crate) fn is_wanted(&self, stream: u32) -> bool {
         let listening = self.lock();
         listening.by_stream.contains_key(&stream) || listening.expected.contains(&stream)
     }
 
-    /// Whether a message of so many bytes would reach anybody: if not, it need not be made.
+    /// Returns whether any listener would receive a message of this length. If not, the message
+    /// need not be made.
     pub(crate) fn has_room(&self, stream: u32, bytes: usize) -> bool {
         let listening = self.lock();
         let sessions = listening.by_stream.get(&stream).into_iter().flatten();
-        // Each is asked: who loses a message is told of it.
+        // Every listener is asked, so that each one counts its loss.
         sessions.filter(|session| session.has_room(bytes)).count() > 0
     }
 
-    /// Somebody was told the way to a stream.
+    /// Expects a listener: a client has asked for the stream.
     pub(crate) fn expect(&self, stream: u32) {
         self.lock().expected.insert(stream);
     }
 
-    /// Waits until everybody has come who was told the way, but not for long: a client subscribes
-    /// on a connection of its own, and its next call must not overtake that.
+    /// Waits until all expected listeners have connected, at most for this long: a client
+    /// subscribes on another connection, which its next call must not overtake.
     pub(crate) fn await_expected(&self, at_most: Duration) {
         let deadline = Instant::now() + at_most;
         let mut listening = self.lock();
@@ -163,7 +165,7 @@ impl Streams {
                 listening.expected.clear();
                 return;
             }
-            let waited = self.come.wait_timeout(listening, left);
+            let waited = self.connected.wait_timeout(listening, left);
             listening = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
@@ -173,28 +175,28 @@ impl Streams {
     }
 }
 
-/// One listener.
+/// A listener.
 struct Session {
     socket: TcpStream,
-    waiting: Mutex<Waiting>,
+    waiting: Mutex<Queue>,
     more: Condvar,
     is_closed: AtomicBool,
 }
 
 #[derive(Default)]
-struct Waiting {
+struct Queue {
     messages: VecDeque<Message>,
     /// Bytes of the first message that are already sent.
     sent: usize,
     bytes: usize,
-    /// The thread is at the first message.
+    /// The thread is sending the first message.
     is_writing: bool,
     dropped: u64,
-    /// Until when nothing is sent, and what is sent then.
-    quiet: Option<(Instant, Option<Message>)>,
+    /// Until when nothing is sent, and the message to send then.
+    muted: Option<(Instant, Option<Message>)>,
 }
 
-impl Waiting {
+impl Queue {
     fn is_full(&self, bytes: usize) -> bool {
         !self.messages.is_empty() && self.bytes + bytes > BACKLOG_MAX
     }
@@ -210,7 +212,7 @@ impl Session {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
+    fn lock(&self) -> MutexGuard<'_, Queue> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -223,29 +225,29 @@ impl Session {
         !is_full
     }
 
-    fn note_loss(&self, waiting: &mut Waiting) {
+    fn note_loss(&self, waiting: &mut Queue) {
         waiting.dropped += 1;
         if waiting.dropped == 1 {
             let peer = self.socket.peer_addr().map_or_else(|_| "?".into(), |a| a.to_string());
-            ::log::warn!("listener {peer} is too slow; it loses messages");
+            log::warn!("listener {peer} is too slow: messages are dropped");
         }
     }
 
-    /// Never waits.
+    /// Queues a message, or sends it at once. Never blocks.
     fn send(&self, message: &Message) {
         if self.is_closed.load(Ordering::Relaxed) {
             return;
         }
         let mut waiting = self.lock();
-        if let Some((until, newest)) = &mut waiting.quiet {
+        if let Some((until, newest)) = &mut waiting.muted {
             if Instant::now() < *until {
                 *newest = Some(Arc::clone(message));
                 return;
             }
-            waiting.quiet = None;
+            waiting.muted = None;
         }
         let mut sent = 0;
-        if waiting.messages.is_empty() && !waiting.is_writing && message.len() <= SHORT {
+        if waiting.messages.is_empty() && !waiting.is_writing && message.len() <= DIRECT_SEND_MAX {
             sent = (&self.socket).write(message).unwrap_or(0);
             if sent == message.len() {
                 return;
@@ -264,8 +266,8 @@ impl Session {
         self.more.notify_one();
     }
 
-    /// Sends what waits, until the listener hangs up.
-    fn work(&self) -> io::Result<()> {
+    /// Sends queued messages until the listener disconnects.
+    fn send_queued(&self) -> io::Result<()> {
         loop {
             let mut waiting = self.lock();
             if waiting.messages.is_empty() {
@@ -273,10 +275,10 @@ impl Session {
                 waiting = slept.unwrap_or_else(PoisonError::into_inner).0;
             }
             let Some(message) = waiting.messages.pop_front() else {
-                let is_over = waiting.quiet.as_ref().is_some_and(|(u, _)| Instant::now() >= *u);
-                let held = if is_over { waiting.quiet.take() } else { None };
+                let is_over = waiting.muted.as_ref().is_some_and(|(u, _)| Instant::now() >= *u);
+                let held = if is_over { waiting.muted.take() } else { None };
                 drop(waiting);
-                self.is_there()?;
+                self.check_connected()?;
                 if let Some((_, Some(message))) = held {
                     self.send(&message);
                 }
@@ -293,13 +295,13 @@ impl Session {
     }
 
     fn write(&self, mut bytes: &[u8]) -> io::Result<()> {
-        let mut deadline = Instant::now() + PATIENCE;
+        let mut deadline = Instant::now() + WRITE_TIMEOUT;
         while !bytes.is_empty() {
             match (&self.socket).write(bytes) {
                 Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
                 Ok(len) => {
                     bytes = &bytes[len..];
-                    deadline = Instant::now() + PATIENCE;
+                    deadline = Instant::now() + WRITE_TIMEOUT;
                 }
                 Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
                 Err(e) if e.kind() == io::ErrorKind::WouldBlock => {
@@ -316,8 +318,9 @@ impl Session {
         Ok(())
     }
 
-    /// A listener says nothing after its first word; if there is something to read, it is the end.
-    fn is_there(&self) -> io::Result<()> {
+    /// Returns an error if the listener has disconnected. It sends nothing after the number of its
+    /// stream, so anything to read is an error too.
+    fn check_connected(&self) -> io::Result<()> {
         match self.socket.peek(&mut [0]) {
             Ok(0) => Err(io::ErrorKind::UnexpectedEof.into()),
             Ok(_) => Err(io::ErrorKind::InvalidData.into()),
@@ -327,7 +330,8 @@ impl Session {
     }
 }
 
-/// The way to a stream, as the official client reads it: at the address of its RPC host.
+/// Returns the token of a stream, which tells the official client to connect to the address of its
+/// server.
 pub(crate) fn token(stream: u32, port: u16) -> [u8; 24] {
     let mut token = [0; 24];
     token[..4].copy_from_slice(&stream.to_le_bytes());

@@ -1,6 +1,8 @@
-//! What is in a recording, in CARLA's own words: the tables of `show_recorder_file_info`,
+//! The tables of a recording in CARLA's format: `show_recorder_file_info`,
 //! `show_recorder_collisions` and `show_recorder_actors_blocked`, which programs parse, and the
-//! same as JSON. Centimetres, degrees and the left hand, as CARLA writes them.
+//! same as JSON.
+//!
+//! Units are CARLA's: centimetres, degrees, left-handed axes.
 
 mod number;
 
@@ -12,23 +14,20 @@ use std::{
 use anyhow::ensure;
 use serde_json::{Value, json};
 
-use crate::log::{Created, Frame, Source};
+use crate::carla_log::{CreatedActor, Frame, NO_ACTOR, Source};
 use number::{date, general};
 
-/// What CARLA calls who is no actor.
-const NOBODY: u32 = u32::MAX;
-
-/// Who somebody is, for the tables.
-struct Known {
+/// What the tables show of an actor.
+struct ActorInfo {
     blueprint: String,
     letter: char,
     is_hero: bool,
 }
 
-/// Everybody who was ever there.
+/// All actors up to a frame.
 #[derive(Default)]
-struct Cast {
-    known: BTreeMap<u32, Known>,
+struct ActorTable {
+    known: BTreeMap<u32, ActorInfo>,
     there: BTreeSet<u32>,
     frames: u64,
     elapsed_s: f64,
@@ -36,15 +35,15 @@ struct Cast {
 
 const LETTERS: [char; 4] = ['o', 'v', 'w', 't'];
 
-impl Cast {
-    fn turn(&mut self, frame: &Frame) {
+impl ActorTable {
+    fn update(&mut self, frame: &Frame) {
         (self.frames, self.elapsed_s) = (frame.number, frame.elapsed_s);
         for id in &frame.destroyed {
             self.there.remove(id);
         }
         for created in &frame.created {
             self.there.insert(created.id);
-            let known = Known {
+            let known = ActorInfo {
                 blueprint: created.blueprint.clone(),
                 letter: LETTERS.get(usize::from(created.kind)).copied().unwrap_or('o'),
                 is_hero: created.attribute("role_name") == Some("hero"),
@@ -67,7 +66,7 @@ impl Cast {
 }
 
 fn head(source: &Source) -> anyhow::Result<String> {
-    let head = source.head()?;
+    let head = source.header()?;
     let date = date(head.date_secs.max(0) as u64);
     Ok(format!("Version: {}\nMap: {}\nDate: {date}\n\n", head.version, head.map))
 }
@@ -77,29 +76,29 @@ fn check(source: &Source, what: &str, needs_inputs: bool) -> anyhow::Result<()> 
     let profile = recording.info().profile;
     ensure!(
         profile.has_states() && (profile.has_inputs() || !needs_inputs),
-        "{} is a recording of profile {}, which keeps no {what}; record with --profile state",
+        "{} is a recording with profile {}, which contains no {what}; record with --profile state",
         recording.path().display(),
         profile.name()
     );
     Ok(())
 }
 
-/// The table of `show_recorder_file_info`; `all`: with every position.
+/// Returns the table of `show_recorder_file_info`; `all`: with every position.
 pub fn file_info(source: &mut Source, all: bool) -> anyhow::Result<String> {
     check(source, "states", false)?;
     let mut text = head(source)?;
-    let mut cast = Cast::default();
+    let mut actors = ActorTable::default();
     source.each(|frame| {
-        cast.turn(frame);
+        actors.update(frame);
         let mut lines = String::new();
-        frame.created.iter().for_each(|created| tell_new(&mut lines, created));
+        frame.created.iter().for_each(|created| write_created(&mut lines, created));
         for id in &frame.destroyed {
             let _ = writeln!(lines, " Destroy {id}");
         }
         for [child, parent] in &frame.parents {
             let _ = writeln!(lines, " Parenting {child} with {parent} (parent)");
         }
-        for touch in &frame.touches {
+        for touch in &frame.collisions {
             let [first, second] = touch.heroes.map(|hero| if hero { " (hero) " } else { "" });
             let _ = writeln!(
                 lines,
@@ -108,7 +107,7 @@ pub fn file_info(source: &mut Source, all: bool) -> anyhow::Result<String> {
             );
         }
         if all {
-            tell_all(&mut lines, frame);
+            write_lists(&mut lines, frame);
         }
         if all || !lines.is_empty() {
             let _ =
@@ -116,22 +115,26 @@ pub fn file_info(source: &mut Source, all: bool) -> anyhow::Result<String> {
             text.push_str(&lines);
         }
     })?;
-    let _ =
-        write!(text, "\nFrames: {}\nDuration: {} seconds\n", cast.frames, general(cast.elapsed_s));
+    let _ = write!(
+        text,
+        "\nFrames: {}\nDuration: {} seconds\n",
+        actors.frames,
+        general(actors.elapsed_s)
+    );
     Ok(text)
 }
 
-fn tell_new(lines: &mut String, created: &Created) {
+fn write_created(lines: &mut String, created: &CreatedActor) {
     let [x, y, z] = created.location.map(general);
-    let Created { id, blueprint, kind, .. } = created;
+    let CreatedActor { id, blueprint, kind, .. } = created;
     let _ = writeln!(lines, " Create {id}: {blueprint} ({kind}) at ({x}, {y}, {z})");
     for (_, name, value) in &created.attributes {
         let _ = writeln!(lines, "  {name} = {value}");
     }
 }
 
-/// Everything of a frame, list by list.
-fn tell_all(lines: &mut String, frame: &Frame) {
+/// Writes all lists of a frame.
+fn write_lists(lines: &mut String, frame: &Frame) {
     let _ = writeln!(lines, " Positions: {}", frame.places.len());
     for place in &frame.places {
         let [x, y, z] = place.location.map(general);
@@ -172,59 +175,66 @@ fn tell_all(lines: &mut String, frame: &Frame) {
     }
 }
 
-/// One collision as it begins.
-struct Began {
+/// The first frame of a collision.
+struct CollisionStart {
     time_s: f64,
     letters: [char; 2],
     ids: [u32; 2],
     names: [String; 2],
 }
 
-/// Collisions between two kinds: `h` hero, `v` vehicle, `w` walker, `t` traffic light, `o` other,
-/// `a` any.
+/// The collisions between two kinds of actors, and the totals of the recording.
 pub struct Collisions {
-    rows: Vec<Began>,
+    rows: Vec<CollisionStart>,
     head: String,
     frames: u64,
     elapsed_s: f64,
 }
 
-/// The collisions of a recording between two kinds of actors.
+/// Returns the collisions between two kinds: `h` hero, `v` vehicle, `w` walker, `t` traffic light,
+/// `o` other, `a` any.
+///
+/// # Errors
+///
+/// Returns an error for another kind, or if the recording contains no inputs or cannot be read.
 pub fn collisions(source: &mut Source, kinds: [char; 2]) -> anyhow::Result<Collisions> {
     check(source, "collisions", true)?;
     for kind in kinds {
-        ensure!("hvwtoa".contains(kind), "a kind of collision is {kind:?}, not h, v, w, t, o or a");
+        ensure!(
+            "hvwtoa".contains(kind),
+            "unknown kind of actor {kind:?}, must be h, v, w, t, o or a"
+        );
     }
     let head = head(source)?;
-    let mut cast = Cast::default();
+    let mut actors = ActorTable::default();
     let (mut rows, mut before) = (Vec::new(), BTreeSet::new());
     source.each(|frame| {
-        cast.turn(frame);
+        actors.update(frame);
         let mut now = BTreeSet::new();
-        for ends in frame.touches.iter().map(|touch| touch.actors) {
+        for ends in frame.collisions.iter().map(|touch| touch.actors) {
             let fits = ends.iter().zip(kinds).all(|(id, kind)| {
-                kind == 'a' || kind == cast.letter(*id) || (kind == 'h' && cast.is_hero(*id))
+                kind == 'a' || kind == actors.letter(*id) || (kind == 'h' && actors.is_hero(*id))
             });
             if !fits {
                 continue;
             }
             if !before.contains(&ends) {
-                rows.push(Began {
-                    time_s: cast.elapsed_s,
-                    letters: ends.map(|id| cast.letter(id)),
+                rows.push(CollisionStart {
+                    time_s: actors.elapsed_s,
+                    letters: ends.map(|id| actors.letter(id)),
                     ids: ends,
-                    names: ends.map(|id| cast.blueprint(id).to_owned()),
+                    names: ends.map(|id| actors.blueprint(id).to_owned()),
                 });
             }
             now.insert(ends);
         }
         before = now;
     })?;
-    Ok(Collisions { rows, head, frames: cast.frames, elapsed_s: cast.elapsed_s })
+    Ok(Collisions { rows, head, frames: actors.frames, elapsed_s: actors.elapsed_s })
 }
 
 impl Collisions {
-    /// The table of `show_recorder_collisions`.
+    /// Returns the table of `show_recorder_collisions`.
     pub fn text(&self) -> String {
         let mut text = self.head.clone();
         let _ = writeln!(
@@ -242,7 +252,7 @@ impl Collisions {
                 row.time_s
             );
         }
-        // A row sets the precision of all that follows, in CARLA's own stream.
+        // In CARLA's stream, the precision of a row holds for the total after it.
         let seconds = if self.rows.is_empty() {
             general(self.elapsed_s)
         } else {
@@ -252,10 +262,10 @@ impl Collisions {
         text
     }
 
-    /// The same.
+    /// Returns the collisions as JSON.
     pub fn json(&self) -> Value {
         let rows = self.rows.iter().map(|row| {
-            let ids = row.ids.map(|id| (id != NOBODY).then_some(id));
+            let ids = row.ids.map(|id| (id != NO_ACTOR).then_some(id));
             json!({ "time_s": row.time_s, "kinds": row.letters.map(String::from), "actor_ids": ids,
                 "blueprints": row.names })
         });
@@ -264,68 +274,72 @@ impl Collisions {
     }
 }
 
-/// Somebody who stood still.
+/// An actor that did not move.
 #[derive(Clone)]
-struct Stood {
+struct BlockedActor {
     since_s: f64,
     id: u32,
     name: String,
     seconds: f64,
 }
 
-/// Those who stood still for long.
+/// The actors that did not move for a while, and the totals of the recording.
 pub struct Blocked {
-    rows: Vec<Stood>,
+    rows: Vec<BlockedActor>,
     head: String,
     frames: u64,
     elapsed_s: f64,
 }
 
-/// Those who moved less than `distance_cm` between frames for at least `time_s`.
+/// Returns the actors that moved less than `distance_cm` between frames for at least `time_s`.
+///
+/// # Errors
+///
+/// Returns an error if the recording contains no states or cannot be read.
 pub fn blocked(source: &mut Source, time_s: f64, distance_cm: f64) -> anyhow::Result<Blocked> {
     check(source, "states", false)?;
     let head = head(source)?;
-    let mut cast = Cast::default();
-    let mut rows: Vec<Stood> = Vec::new();
-    let mut standing: BTreeMap<u32, ([f32; 3], Stood)> = BTreeMap::new();
+    let mut actors = ActorTable::default();
+    let mut rows: Vec<BlockedActor> = Vec::new();
+    let mut standing: BTreeMap<u32, ([f32; 3], BlockedActor)> = BTreeMap::new();
     source.each(|frame| {
-        let delta_s = if cast.frames == 0 { 0.0 } else { frame.duration_s };
-        cast.turn(frame);
-        standing.retain(|id, _| cast.there.contains(id));
+        let delta_s = if actors.frames == 0 { 0.0 } else { frame.duration_s };
+        actors.update(frame);
+        standing.retain(|id, _| actors.there.contains(id));
         for place in &frame.places {
             let id = place.id;
-            let (last, stood) = standing.entry(id).or_insert_with(|| {
-                let name = cast.blueprint(id).to_owned();
-                ([0.0; 3], Stood { since_s: 0.0, id, name, seconds: 0.0 })
+            let (last, blocked) = standing.entry(id).or_insert_with(|| {
+                let name = actors.blueprint(id).to_owned();
+                ([0.0; 3], BlockedActor { since_s: 0.0, id, name, seconds: 0.0 })
             });
             let at = place.location;
             let off_cm = at.iter().zip(&*last).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>();
             if off_cm.sqrt() < distance_cm {
-                if stood.seconds == 0.0 {
-                    stood.since_s = cast.elapsed_s;
+                if blocked.seconds == 0.0 {
+                    blocked.since_s = actors.elapsed_s;
                 }
-                stood.seconds += delta_s;
+                blocked.seconds += delta_s;
                 continue;
             }
-            if stood.seconds >= time_s {
-                rows.push(stood.clone());
+            if blocked.seconds >= time_s {
+                rows.push(blocked.clone());
             }
-            stood.seconds = 0.0;
+            blocked.seconds = 0.0;
             *last = at;
         }
     })?;
-    let still = standing.into_values().map(|(_, stood)| stood);
-    rows.extend(still.filter(|stood| stood.seconds >= time_s));
+    let still = standing.into_values().map(|(_, blocked)| blocked);
+    rows.extend(still.filter(|blocked| blocked.seconds >= time_s));
     rows.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
-    Ok(Blocked { rows, head, frames: cast.frames, elapsed_s: cast.elapsed_s })
+    Ok(Blocked { rows, head, frames: actors.frames, elapsed_s: actors.elapsed_s })
 }
 
 impl Blocked {
-    /// The table of `show_recorder_actors_blocked`.
+    /// Returns the table of `show_recorder_actors_blocked`.
     pub fn text(&self) -> String {
         let mut text = self.head.clone();
         let _ = writeln!(text, "{:>8} {:>6} {:<35} {:>10}", "Time", "Id", "Actor", "Duration");
-        for Stood { since_s, id, name, seconds } in &self.rows {
+        for BlockedActor { since_s, id, name, seconds } in &self.rows {
             let _ = writeln!(text, "{since_s:>8.0} {id:>6} {name:<35} {seconds:>10.0}");
         }
         let seconds = general(self.elapsed_s);
@@ -333,7 +347,7 @@ impl Blocked {
         text
     }
 
-    /// The same.
+    /// Returns the blocked actors as JSON.
     pub fn json(&self) -> Value {
         let rows = self.rows.iter().map(|row| {
             json!({ "time_s": row.since_s, "actor_id": row.id, "blueprint": row.name,

@@ -1,7 +1,8 @@
-//! What a camera's image is made of, as CARLA's GBuffer textures: 8-bit images beside the image.
+//! A camera's image as CARLA's GBuffer textures: 8-bit images beside the image itself.
 //!
-//! Unreal's textures come to clients as blue, green, red, alpha of 8 bits, whatever they hold. One
-//! that a scene does not have comes black; here that are those that hold how Unreal shades.
+//! Clients receive Unreal's textures as blue, green, red and alpha of 8 bits, whatever they
+//! contain. A texture that a scene does not have is black; here, those are the textures of Unreal's
+//! shading model.
 
 use std::sync::OnceLock;
 
@@ -9,16 +10,16 @@ use client_lib::{Measurement, output};
 use glam::{Mat3, Vec3};
 
 use crate::{
-    measure::{bgra, pixels},
+    pixels::{bgra, pixels},
     stream::Message,
     wire::{flip, message},
 };
 
-/// How many textures there are.
+/// The number of textures.
 pub(crate) const COUNT: u32 = 13;
-/// The number by which clients know how to read them.
+/// The number of the message type.
 const TYPE_ID: u64 = 18;
-/// Depth that is white, as Unreal has it.
+/// The depth that is white in Unreal. Metres.
 const WHITE_M: f32 = 160.0;
 
 const SCENE_COLOR: u32 = 0;
@@ -30,7 +31,7 @@ const VELOCITY: u32 = 9;
 const CUSTOM_DEPTH: u32 = 11;
 const CUSTOM_STENCIL: u32 = 12;
 
-/// What is to be measured for a texture.
+/// Returns the output that the renderer must measure for a texture.
 pub(crate) fn outputs(texture: u32) -> u32 {
     match texture {
         SCENE_DEPTH | CUSTOM_DEPTH => output::DEPTH,
@@ -41,7 +42,7 @@ pub(crate) fn outputs(texture: u32) -> u32 {
     }
 }
 
-/// A texture of what was measured; nothing if the bundle lacks it.
+/// Returns the message of a texture, or `None` if the bundle lacks its output.
 pub(crate) fn message_of(texture: u32, measured: &Measurement, fov_deg: f32) -> Option<Message> {
     let plane = measured.planes().first()?;
     let stamp = measured.header().stamp;
@@ -54,8 +55,8 @@ pub(crate) fn message_of(texture: u32, measured: &Measurement, fov_deg: f32) -> 
         SCENE_DEPTH | CUSTOM_DEPTH => {
             let greys = greys();
             let grey = |depth: &f32| {
-                let share = (depth * (1.0 / WHITE_M)).clamp(0.0, 1.0);
-                bgra([greys[(share * GREYS as f32) as usize]; 4])
+                let fraction = (depth * (1.0 / WHITE_M)).clamp(0.0, 1.0);
+                bgra([greys[(fraction * GREYS as f32) as usize]; 4])
             };
             pixels(bytes, measured.depth(0)?.iter(), grey)
         }
@@ -70,7 +71,7 @@ pub(crate) fn message_of(texture: u32, measured: &Measurement, fov_deg: f32) -> 
             })
         }
         VELOCITY => {
-            // Upwards, as Unreal counts.
+            // Positive upwards, as in Unreal.
             let scale = [2.0 / plane.width as f32, -2.0 / plane.height as f32];
             pixels(bytes, measured.flow(0)?.iter(), |flow| {
                 let [x, y] = [0, 1].map(|axis| velocity(flow[axis] * scale[axis]));
@@ -82,29 +83,29 @@ pub(crate) fn message_of(texture: u32, measured: &Measurement, fov_deg: f32) -> 
     Some(bytes.into_message())
 }
 
-/// Steps from black to white that are told apart.
+/// The resolution of the table of greys.
 const GREYS: usize = 1 << 14;
 
-/// Of each step its grey.
+/// Returns the grey of each step from black to white.
 fn greys() -> &'static [u8] {
     static TABLE: OnceLock<Vec<u8>> = OnceLock::new();
     TABLE.get_or_init(|| (0..=GREYS).map(|step| grey(step as f32 / GREYS as f32)).collect())
 }
 
-/// A share of light as a byte of sRGB.
-fn grey(share: f32) -> u8 {
-    let share = share.clamp(0.0, 1.0);
+/// Returns a linear intensity as a byte of sRGB (IEC 61966-2-1).
+fn grey(intensity: f32) -> u8 {
+    let linear = intensity.clamp(0.0, 1.0);
     let curved =
-        if share <= 0.003_130_8 { share * 12.92 } else { 1.055 * share.powf(1.0 / 2.4) - 0.055 };
+        if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (curved * 255.0 + 0.5) as u8
 }
 
-/// -1 as 0, 1 as 255.
-fn signed(share: f32) -> u8 {
-    ((share * 0.5 + 0.5).clamp(0.0, 1.0) * 255.0 + 0.5) as u8
+/// Returns −1 to 1 as 0 to 255.
+fn signed(value: f32) -> u8 {
+    ((value * 0.5 + 0.5).clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }
 
-/// -2 to 2 of half an image as a byte: Unreal's code, a half where nothing moves.
+/// Returns a velocity of −2 to 2 half images as a byte, in Unreal's encoding: 127.5 is no motion.
 fn velocity(halves: f32) -> u8 {
     ((halves.clamp(-2.0, 2.0) * 0.499 * 0.5 + 0.5) * 255.0 + 0.5) as u8
 }
@@ -114,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn depth_is_light_and_light_is_curved() {
+    fn depth_is_encoded_as_srgb_grey() {
         assert_eq!([0.0, 0.5, 1.0, 9.0].map(grey), [0, 188, 255, 255]);
         assert_eq!(signed(-1.0), 0);
         assert_eq!(signed(1.0), 255);
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn every_texture_has_something_to_be_measured() {
+    fn every_texture_needs_exactly_one_output() {
         assert!((0..COUNT).all(|texture| outputs(texture).count_ones() == 1));
     }
 }

@@ -1,14 +1,15 @@
-//! The weather in CARLA's words: 14 numbers, angles in degrees, the sun turning clockwise.
+//! CARLA's weather: 14 numbers, angles in degrees, azimuth positive clockwise.
 
 use client_lib::Weather;
 
 use crate::{
-    args::{Args, Refusal},
+    args::{Args, RpcError},
     msgpack::Pack,
 };
 
-/// In CARLA's order: cloudiness, precipitation, deposits, wind, sun's azimuth and altitude, fog's
-/// density, distance and falloff, wetness, three of scattering, dust.
+/// CARLA's weather parameters in CARLA's order: cloudiness, precipitation, precipitation deposits,
+/// wind intensity, sun azimuth and altitude, fog density, distance and falloff, wetness, scattering
+/// intensity, Mie and Rayleigh scattering scale, dust storm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CarlaWeather([f32; 14]);
 
@@ -47,7 +48,7 @@ impl CarlaWeather {
         }
     }
 
-    pub(crate) fn read(args: &mut Args) -> Result<CarlaWeather, Refusal> {
+    pub(crate) fn read(args: &mut Args) -> Result<CarlaWeather, RpcError> {
         let mut fields = args.list()?;
         let mut weather = [0.0; 14];
         for value in &mut weather {

@@ -1,23 +1,23 @@
-//! CARLA's structs as lists of their fields: metres, degrees, left-handed.
+//! CARLA's structs as lists of their fields: metres, degrees, left-handed axes.
 
 use client_lib::{Pose, carla_axes::CarlaTransform};
 use glam::Vec3;
 
 use crate::{
-    args::{Args, Refusal},
+    args::{Args, RpcError},
     msgpack::Pack,
 };
 
-/// An attribute of an actor: its name, its type, its value as text.
+/// An attribute of an actor: name, type, and value as text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Attribute {
     pub(crate) id: String,
-    /// 1 bool, 2 int, 3 float, 4 string, 5 colour.
+    /// 1 bool, 2 int, 3 float, 4 string, 5 color.
     pub(crate) kind: u8,
     pub(crate) value: String,
 }
 
-/// What an actor was made from.
+/// The blueprint and attributes from which an actor was spawned.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Description {
     pub(crate) uid: u32,
@@ -26,7 +26,7 @@ pub(crate) struct Description {
 }
 
 impl Description {
-    pub(crate) fn read(args: &mut Args) -> Result<Description, Refusal> {
+    pub(crate) fn read(args: &mut Args) -> Result<Description, RpcError> {
         let mut fields = args.list()?;
         let (uid, id) = (fields.u32()?, fields.text()?.to_owned());
         let mut list = fields.list()?;
@@ -49,36 +49,43 @@ impl Description {
         }
     }
 
-    /// The value of an attribute.
+    /// Returns the value of an attribute.
     pub(crate) fn get(&self, id: &str) -> Option<&str> {
         self.attributes.iter().find(|a| a.id == id).map(|a| a.value.as_str())
     }
 
-    /// Whether an attribute is true.
+    /// Returns whether an attribute is true.
     pub(crate) fn flag(&self, id: &str) -> bool {
         self.get(id).is_some_and(|text| text.eq_ignore_ascii_case("true") || text == "1")
     }
 
-    /// A number among the attributes; `otherwise` where it is absent.
-    pub(crate) fn number(&self, id: &str, otherwise: f32) -> Result<f32, Refusal> {
+    /// Returns an attribute as a number, or `otherwise` if it is absent.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the value is not a finite number.
+    pub(crate) fn number(&self, id: &str, otherwise: f32) -> Result<f32, RpcError> {
         let Some(text) = self.get(id) else { return Ok(otherwise) };
         match text.trim().parse::<f32>() {
             Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(format!("attribute {id} of {} is {text:?}, not a number", self.id).into()),
+            _ => {
+                Err(format!("attribute {id} of {} is {text:?}, which is not a number", self.id)
+                    .into())
+            }
         }
     }
 }
 
-/// An actor as clients hold it.
+/// An actor as clients know it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Actor {
     pub(crate) id: u32,
-    /// 0: nobody.
+    /// The id of the parent; 0: none.
     pub(crate) parent: u32,
     pub(crate) description: Description,
     pub(crate) bounds: Bounds,
     pub(crate) tag: u8,
-    /// 24 bytes if it is a sensor whose measurements are streamed.
+    /// The token of the stream, for sensors whose measurements are streamed.
     pub(crate) token: Option<[u8; 24]>,
 }
 
@@ -91,7 +98,7 @@ impl Actor {
     }
 }
 
-/// A box, in our axes.
+/// A bounding box in our axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Bounds {
     pub(crate) center_m: [f32; 3],
@@ -107,19 +114,19 @@ impl Bounds {
     }
 }
 
-/// Between our axes and CARLA's: a vector, either way.
+/// Converts a vector between our axes and CARLA's, in either direction.
 pub(crate) fn flip([x, y, z]: [f32; 3]) -> [f32; 3] {
     [x, -y, z]
 }
 
-/// Between our axes and CARLA's: an angular velocity, either way. Mirrored, it turns the other
-/// way about every axis but the mirrored one.
+/// Converts an angular velocity between our axes and CARLA's, in either direction. A reflection
+/// reverses the rotation about every axis but the reflected one.
 pub(crate) fn flip_turn([x, y, z]: [f32; 3]) -> [f32; 3] {
     [-x, y, -z]
 }
 
-/// A transform as CARLA writes it.
-pub(crate) fn transform(args: &mut Args) -> Result<Pose, Refusal> {
+/// Reads a transform.
+pub(crate) fn transform(args: &mut Args) -> Result<Pose, RpcError> {
     let mut fields = args.list()?;
     let location_m = fields.vector()?;
     let [pitch_deg, yaw_deg, roll_deg] = fields.vector()?;
@@ -131,12 +138,12 @@ pub(crate) fn write_transform(pose: &Pose, out: &mut Pack) {
     out.list(2).vector(carla.location_m).vector([carla.pitch_deg, carla.yaw_deg, carla.roll_deg]);
 }
 
-/// A location as CARLA writes it.
-pub(crate) fn location(args: &mut Args) -> Result<Vec3, Refusal> {
+/// Reads a location.
+pub(crate) fn location(args: &mut Args) -> Result<Vec3, RpcError> {
     args.vector().map(|v| Vec3::from_array(flip(v)))
 }
 
-/// Little-endian numbers of a stream's message.
+/// A stream's message that is being written: little-endian numbers.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bytes(pub(crate) Vec<u8>);
 
@@ -167,7 +174,7 @@ impl Bytes {
         self.vector(carla.location_m).vector([carla.pitch_deg, carla.yaw_deg, carla.roll_deg])
     }
 
-    /// Writes the length of what follows into the first four bytes.
+    /// Writes the length of the rest into the first four bytes.
     pub(crate) fn into_message(mut self) -> crate::stream::Message {
         let len = (self.0.len() - 4) as u32;
         self.0[..4].copy_from_slice(&len.to_le_bytes());
@@ -175,7 +182,7 @@ impl Bytes {
     }
 }
 
-/// Begins a message of a stream: room for its length, and the header that each has.
+/// Begins a stream's message: four bytes for its length, and the header that all messages have.
 pub(crate) fn message(
     type_id: u64,
     frame: u64,

@@ -13,7 +13,7 @@ use std::{
 
 use anyhow::Context;
 use bus::Instance;
-use carla_gateway::{Door, DoorConfig};
+use carla_gateway::{CarlaServer, CarlaServerConfig};
 use client_lib::Client;
 
 /// The name of the role in `omnibus role`.
@@ -39,22 +39,22 @@ pub(crate) struct CarlaServerArgs {
 }
 
 impl CarlaServerArgs {
-    fn config(&self) -> DoorConfig {
-        DoorConfig { port: self.carla_port, listen: self.listen }
+    fn config(&self) -> CarlaServerConfig {
+        CarlaServerConfig { port: self.carla_port, listen: self.listen }
     }
 }
 
 /// Runs the process of the CARLA server until its host ends.
 pub(crate) fn run_process(args: &CarlaServerArgs, instance: &str) -> anyhow::Result<()> {
     // The host exists before this process, so an error here concerns the ports.
-    let door = match Door::open(&args.config()) {
-        Ok(door) => door,
+    let server = match CarlaServer::open(&args.config()) {
+        Ok(server) => server,
         Err(e) => {
             log::warn!("{e}");
             std::process::exit(EXIT_CANNOT_LISTEN);
         }
     };
-    door.serve(Client::connect(Some(instance), ROLE)?)?;
+    server.serve(Client::connect(Some(instance), ROLE)?)?;
     Ok(())
 }
 
@@ -102,8 +102,8 @@ impl GatewaySupervisor {
 
 /// Runs the server in threads of this process.
 fn serve(args: &CarlaServerArgs, instance: &Instance) -> anyhow::Result<()> {
-    let door = Door::open(&args.config())?;
-    Ok(door.serve(Client::connect_in_process(instance, ROLE)?)?)
+    let server = CarlaServer::open(&args.config())?;
+    Ok(server.serve(Client::connect_in_process(instance, ROLE)?)?)
 }
 
 /// Runs the server as a process and restarts it when it dies.

@@ -12,7 +12,7 @@ use bus::{Instance, SLOTS, SlotState, clock};
 use serde_json::{Value, json};
 
 use carla_gateway::{
-    log::{self, Source},
+    carla_log::{self, Source},
     tables,
 };
 
@@ -71,7 +71,7 @@ impl InspectArgs {
 fn is_recording(path: &Path) -> bool {
     let mut magic = [0; 5];
     let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
-    read.is_ok() && magic == *b"\x89MCAP" || log::is_log(path)
+    read.is_ok() && magic == *b"\x89MCAP" || carla_log::is_log(path)
 }
 
 fn inspect_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
@@ -151,7 +151,7 @@ fn inspect_log(args: &InspectArgs, path: &Path, mut source: Source) -> anyhow::R
         actors += frame.created.len();
         seconds = frame.elapsed_s;
     })?;
-    let head = source.head()?;
+    let head = source.header()?;
     let bytes = path.metadata()?.len();
     print_result(
         args.json,

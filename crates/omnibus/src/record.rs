@@ -167,7 +167,7 @@ impl Files {
     /// Writes the log, if requested, and returns the file that stays.
     fn finish(self, path: Option<PathBuf>) -> anyhow::Result<Option<PathBuf>> {
         let (Some(log), Some(recorded)) = (self.log, &path) else { return Ok(path) };
-        carla_gateway::log::export(&mut Recording::open(recorded)?, &log)?;
+        carla_gateway::carla_log::export(&mut Recording::open(recorded)?, &log)?;
         if !self.is_temporary {
             return Ok(path);
         }

@@ -8,7 +8,7 @@ use std::{
 use ::record::{Moment, Profile, Recording};
 use anyhow::{Context, anyhow, ensure};
 use bus::clock;
-use carla_gateway::log;
+use carla_gateway::carla_log;
 use client_lib::{Client, Replay};
 use protocol::{ActorState, Settings};
 
@@ -91,7 +91,7 @@ impl ReplayArgs {
 /// Replays the recording, or simulates it again.
 pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
     let path = existing_recording(&args.file)?;
-    if !log::is_log(&path) {
+    if !carla_log::is_log(&path) {
         ensure!(args.map.is_none(), "{} contains its map; leave --map out", path.display());
         return replay_recording(args, path);
     }
@@ -101,11 +101,11 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
         path.display()
     );
     let imported = TemporaryFile::new("mcap");
-    let map = log::open(&path)?.head().map.clone();
+    let map = carla_log::open(&path)?.header().map.clone();
     let map = args.map.as_deref().or(map.rsplit('/').next()).unwrap_or_default();
     let episode = WorldArgs::of_map(map).episode()?;
-    for blueprint in log::import(&path, &imported.0, episode)? {
-        ::log::warn!("unknown blueprint {blueprint:?}; its actors are left out");
+    for blueprint in carla_log::import(&path, &imported.0, episode)? {
+        log::warn!("unknown blueprint {blueprint:?}; its actors are left out");
     }
     replay_recording(args, imported.0.clone())
 }

@@ -1,4 +1,4 @@
-//! Bones of walkers, and the parts of vehicles that move, as clients see them.
+//! The bones of walkers and the moving parts of vehicles, as clients see them.
 
 use client_lib::{
     ActorId, ActorState, BlendPose, Command, Pose, WalkerLimbs, bone, bone_commands, flag, kind,
@@ -6,23 +6,23 @@ use client_lib::{
 use glam::{Affine3A, Quat, Vec3};
 use town::{Blueprint, GivenPose, Kind, Posture};
 
-use super::{Call, actors::unknown};
 use crate::{
-    args::Refusal,
+    args::RpcError,
+    calls::{actors::unknown, call::Call},
     wire::{transform, write_transform},
 };
 
-/// A given pose: how much of it shows, and `parent_from_bone` of each bone.
-type Held = (f32, Vec<Option<(Vec3, Quat)>>);
+/// A pose that clients have set: its weight, and `parent_from_bone` of each bone.
+type SetPose = (f32, Vec<Option<(Vec3, Quat)>>);
 
-/// A bone: its name, and its pose in the actor and against its parent.
+/// A bone: its name, and its pose in the actor and in its parent.
 struct Bone {
     name: String,
     actor_from_bone: Affine3A,
     parent_from_bone: Affine3A,
 }
 
-pub(super) fn names(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn names(call: &mut Call) -> Result<(), RpcError> {
     let (_, bones) = bones(call, "get_actor_bone_names")?;
     call.out.list(bones.len());
     for bone in &bones {
@@ -31,7 +31,7 @@ pub(super) fn names(call: &mut Call) -> Result<(), Refusal> {
     Ok(())
 }
 
-pub(super) fn in_world(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn in_world(call: &mut Call) -> Result<(), RpcError> {
     let (pose, bones) = bones(call, "get_actor_bone_world_transforms")?;
     call.out.list(bones.len());
     for bone in &bones {
@@ -40,7 +40,7 @@ pub(super) fn in_world(call: &mut Call) -> Result<(), Refusal> {
     Ok(())
 }
 
-pub(super) fn relative(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn relative(call: &mut Call) -> Result<(), RpcError> {
     let (_, bones) = bones(call, "get_actor_bone_relative_transforms")?;
     call.out.list(bones.len());
     for bone in &bones {
@@ -49,8 +49,9 @@ pub(super) fn relative(call: &mut Call) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// `WalkerBoneControlOut`: name, in the world, in the actor, against the parent.
-pub(super) fn all(call: &mut Call) -> Result<(), Refusal> {
+/// Writes `WalkerBoneControlOut`: name, and transforms in the world, in the actor and in the
+/// parent.
+pub(super) fn all(call: &mut Call) -> Result<(), RpcError> {
     let (pose, bones) = bones(call, "get_bones_transform")?;
     call.out.list(1).list(bones.len());
     for bone in &bones {
@@ -62,64 +63,64 @@ pub(super) fn all(call: &mut Call) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// `WalkerBoneControlIn`: names, each with its transform against the parent.
-pub(super) fn set(call: &mut Call) -> Result<(), Refusal> {
+/// Reads `WalkerBoneControlIn`: names and transforms in the parent.
+pub(super) fn set(call: &mut Call) -> Result<(), RpcError> {
     let id = walker(call, "set_bones_transform")?;
     let mut list = call.args.list()?.list()?;
     let mut bones = Vec::with_capacity(list.len());
     while list.len() > 0 {
         let mut one = list.list()?;
         let name = one.text()?;
-        let number = bone(name).ok_or_else(|| format!("walkers have no bone {name:?}"))?;
+        let number = bone(name).ok_or_else(|| format!("unknown bone {name:?} of a walker"))?;
         bones.push((number, transform(&mut one)?));
     }
     bone_commands(ActorId(id), &bones).into_iter().for_each(|command| call.bridge.command(command));
     Ok(())
 }
 
-/// How much of the given pose shows.
-pub(super) fn blend(call: &mut Call) -> Result<(), Refusal> {
+/// Sets the weight of the pose that clients have set.
+pub(super) fn blend(call: &mut Call) -> Result<(), RpcError> {
     let id = walker(call, "blend_pose")?;
-    let share = call.args.f32()?;
-    if !(0.0..=1.0).contains(&share) {
-        return Err(format!("blend is {share}, not 0 to 1").into());
+    let weight = call.args.f32()?;
+    if !(0.0..=1.0).contains(&weight) {
+        return Err(format!("blend is {weight}, must be 0 to 1").into());
     }
-    call.bridge.command(Command::BlendPose(BlendPose { actor_id: ActorId(id), weight: share }));
+    call.bridge.command(Command::BlendPose(BlendPose { actor_id: ActorId(id), weight }));
     Ok(())
 }
 
-/// The pose that the walk has just now is the given one.
-pub(super) fn keep(call: &mut Call) -> Result<(), Refusal> {
+/// Sets the present pose of the walking animation as the pose of the walker.
+pub(super) fn set_from_animation(call: &mut Call) -> Result<(), RpcError> {
     let id = walker(call, "get_pose_from_animation")?;
-    let (state, blueprint) = who(call, "get_pose_from_animation", id)?;
-    let skeleton = blueprint.skeleton().ok_or("it has no bones")?;
-    let held =
+    let (state, blueprint) = state_and_blueprint(call, "get_pose_from_animation", id)?;
+    let skeleton = blueprint.skeleton().ok_or("the actor has no skeleton")?;
+    let bones =
         skeleton.parent_from_bones(&posture_of(blueprint, &state, call.bridge.limbs(id), None));
     let bones: Vec<_> =
-        held.iter().zip(0..).map(|((at, turn), bone)| (bone, Pose::new(*at, *turn))).collect();
+        bones.iter().zip(0..).map(|((at, turn), bone)| (bone, Pose::new(*at, *turn))).collect();
     bone_commands(ActorId(id), &bones).into_iter().for_each(|command| call.bridge.command(command));
     Ok(())
 }
 
-/// The walker that a call is about; one that no snapshot shows yet is known by its blueprint.
-fn walker(call: &mut Call, function: &str) -> Result<u32, Refusal> {
+/// Returns the walker that a call concerns; before a snapshot shows it, its blueprint is known.
+fn walker(call: &mut Call, function: &str) -> Result<u32, RpcError> {
     let id = call.args.u32()?;
-    let (_, blueprint) = who(call, function, id)?;
+    let (_, blueprint) = state_and_blueprint(call, function, id)?;
     if blueprint.kind != Kind::Walker {
-        return Err(format!("{function}: {id} is no walker").into());
+        return Err(format!("{function}: actor {id} is not a walker").into());
     }
     Ok(id)
 }
 
-fn bones(call: &mut Call, function: &str) -> Result<(Pose, Vec<Bone>), Refusal> {
+fn bones(call: &mut Call, function: &str) -> Result<(Pose, Vec<Bone>), RpcError> {
     let id = call.args.u32()?;
-    let (state, blueprint) = who(call, function, id)?;
-    let given = given(call, &state)?;
+    let (state, blueprint) = state_and_blueprint(call, function, id)?;
+    let given = set_pose(call, &state)?;
     Ok((state.pose, bones_of(blueprint, &state, call.bridge.limbs(id), given.as_ref())))
 }
 
-/// The pose that clients gave a walker, if any of it shows: the host knows it.
-fn given(call: &mut Call, state: &ActorState) -> Result<Option<Held>, Refusal> {
+/// Returns the pose that clients have set, which the host stores, if its weight is not 0.
+fn set_pose(call: &mut Call, state: &ActorState) -> Result<Option<SetPose>, RpcError> {
     if state.kind != kind::WALKER || !state.has(flag::POSED) {
         return Ok(None);
     }
@@ -128,17 +129,17 @@ fn given(call: &mut Call, state: &ActorState) -> Result<Option<Held>, Refusal> {
     Ok(Some((share, bones)))
 }
 
-fn who(
+fn state_and_blueprint(
     call: &mut Call,
     function: &str,
     id: u32,
-) -> Result<(ActorState, &'static Blueprint), Refusal> {
-    let state = call.bridge.state(id).ok_or_else(|| unknown(function, id))?;
+) -> Result<(ActorState, &'static Blueprint), RpcError> {
+    let state = call.bridge.actor_state(id).ok_or_else(|| unknown(function, id))?;
     let blueprint = call
         .bridge
-        .known_id(id)
+        .blueprint_id(id)
         .and_then(|name| town::blueprint(&name))
-        .ok_or("it has no body, so it has no bones")?
+        .ok_or("the actor has no body and therefore no bones")?
         .1;
     Ok((state, blueprint))
 }
@@ -147,7 +148,7 @@ fn bones_of(
     blueprint: &Blueprint,
     state: &ActorState,
     limbs: Option<WalkerLimbs>,
-    given: Option<&Held>,
+    given: Option<&SetPose>,
 ) -> Vec<Bone> {
     let posture = posture_of(blueprint, state, limbs, given);
     if let Some(skeleton) = blueprint.skeleton() {
@@ -178,7 +179,7 @@ fn posture_of<'a>(
     blueprint: &Blueprint,
     state: &ActorState,
     limbs: Option<WalkerLimbs>,
-    given: Option<&'a Held>,
+    given: Option<&'a SetPose>,
 ) -> Posture<'a> {
     let is_walker = blueprint.kind == Kind::Walker;
     Posture {

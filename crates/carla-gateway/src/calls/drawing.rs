@@ -1,35 +1,35 @@
-//! What clients draw over the world.
+//! Debug shapes that clients draw.
 
 use client_lib::{Command, EraseShapes, Shape, carla_axes::CarlaTransform, shape};
 
-use super::Call;
 use crate::{
-    args::{Args, Refusal},
+    args::{Args, RpcError},
+    calls::call::Call,
     wire::location,
 };
 
-/// Points are so many pixels across for each metre of their size, however far away.
+/// The diameter of a point in pixels for each metre of its size, at any distance.
 const PIXELS_PER_M: f32 = 100.0;
-/// And never more.
+/// The largest diameter of a point. Pixels.
 const PIXELS_MAX: f32 = 256.0;
 
-/// `[[kind, primitive], colour, life_time, persistent_lines]`; the last says nothing in CARLA.
-pub(super) fn draw(call: &mut Call) -> Result<(), Refusal> {
+/// Draws `[[kind, primitive], colour, life_time, persistent_lines]`. CARLA ignores the last field.
+pub(super) fn draw(call: &mut Call) -> Result<(), RpcError> {
     let mut fields = call.args.list()?;
     let mut variant = fields.list()?;
     let kind = variant.u32()?;
     let Some(drawn) = primitive(kind, variant.list()?)? else {
-        // For the window that CARLA's server has: no camera sees it.
+        // The shape is for the window of CARLA's server; no camera sees it.
         return Ok(());
     };
     let mut color = fields.list()?;
     let color = [color.u32()? as u8, color.u32()? as u8, color.u32()? as u8, 255];
     let life_secs = fields.f64()?;
-    // Unreal's lines end only if they were given a life.
+    // Shapes without a life time stay until they are erased.
     let life_nanos = match life_secs {
-        secs if secs.is_nan() => return Err("the life time is NaN".into()),
+        secs if secs.is_nan() => return Err("life_time is NaN".into()),
         secs if secs <= 0.0 => shape::FOR_EVER,
-        // What was a float of theirs is a whole number of microseconds.
+        // The client sends single precision, so the time is rounded to microseconds.
         secs => ((secs * 1e6).round() as u64).saturating_mul(1000),
     };
     let drawn = Shape { color: u32::from_le_bytes(color), life_nanos, ..drawn };
@@ -38,9 +38,9 @@ pub(super) fn draw(call: &mut Call) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// A shape that cameras see; nothing for the others.
-fn primitive(kind: u32, mut fields: Args) -> Result<Option<Shape>, Refusal> {
-    let begin_and_end = |line: &mut Args, kind: u32| -> Result<Shape, Refusal> {
+/// Returns a shape that cameras see, or `None` for other shapes.
+fn primitive(kind: u32, mut fields: Args) -> Result<Option<Shape>, RpcError> {
+    let begin_and_end = |line: &mut Args, kind: u32| -> Result<Shape, RpcError> {
         let [begin_m, end_m] = [location(line)?, location(line)?].map(|place| place.to_array());
         let size_m = line.f32()?;
         Ok(Shape { begin_m, end_m, size_m, ..Shape::new(kind) })
@@ -71,17 +71,17 @@ fn primitive(kind: u32, mut fields: Args) -> Result<Option<Shape>, Refusal> {
             Shape { shadow: fields.bool()?.into(), ..text }
         }
         5..=8 => return Ok(None),
-        other => return Err(format!("there is no debug shape of kind {other}").into()),
+        other => return Err(format!("unknown kind of debug shape {other}").into()),
     };
     Ok(Some(drawn))
 }
 
-pub(super) fn clear_shapes(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn clear_shapes(call: &mut Call) -> Result<(), RpcError> {
     call.bridge.command(Command::EraseShapes(EraseShapes { shapes: 1, texts: 0 }));
     Ok(())
 }
 
-pub(super) fn clear_texts(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn clear_texts(call: &mut Call) -> Result<(), RpcError> {
     call.bridge.command(Command::EraseShapes(EraseShapes { shapes: 0, texts: 1 }));
     Ok(())
 }

@@ -1,8 +1,8 @@
-//! How vehicles are built, driven by a controller, and pushed; what their wheels feel.
+//! The physics of vehicles: parameters, controllers, forces and telemetry.
 //!
-//! CARLA's numbers where they mean the same here: degrees, centimetres, newton metres. A tyre of
-//! CARLA's default friction, 3.5, is the blueprint's own tyre; clutch strength is the torque that
-//! the clutch carries at 50 rad/s of slip.
+//! Numbers are CARLA's where their meaning is the same: degrees, centimetres, newton metres.
+//! CARLA's default friction, 3.5, is the friction of the blueprint's tyre. Clutch strength is the
+//! torque of the clutch at a slip of 50 rad/s.
 
 use client_lib::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, Command, Curve, Gear, Switch,
@@ -10,26 +10,26 @@ use client_lib::{
 };
 use glam::Vec3;
 
-use super::Call;
 use crate::{
-    args::{Args, Refusal},
+    args::{Args, RpcError},
     bridge::Bridge,
-    cast::Cast,
+    calls::call::Call,
     msgpack::Pack,
+    proxy_actors::ProxyActors,
     wire::{flip, flip_turn, location},
 };
 
 /// CARLA's default friction.
 const FRICTION: f32 = 3.5;
-/// The slip at which a clutch's strength is told.
+/// The slip at which clutch strength is measured. Radians per second.
 const CLUTCH_SLIP_RADPS: f32 = 50.0;
 const KMH_PER_MPS: f32 = 3.6;
 
-pub(super) fn control(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn control(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
     call.bridge.vehicle("get_physics_control", id)?;
     let physics = call.bridge.physics_of(id)?;
-    let pose = call.bridge.state(id).map(|state| state.pose).unwrap_or_default();
+    let pose = call.bridge.actor_state(id).map(|state| state.pose).unwrap_or_default();
     let out = &mut *call.out;
     out.list(17);
     write_pairs(out, physics.engine.torque.pairs(), 1.0);
@@ -47,22 +47,22 @@ pub(super) fn control(call: &mut Call) -> Result<(), Refusal> {
     out.f32(body.mass_kg).f32(body.drag_coefficient).vector(flip(body.center_of_mass_m));
     write_pairs(out, physics.steering.share.pairs(), KMH_PER_MPS);
     out.list(physics.wheels.len());
-    let carried_kg = share_kg(&physics);
+    let carried_kg = mass_per_wheel_kg(&physics);
     for wheel in &physics.wheels {
         let at = pose.affine().transform_point3(Vec3::from_array(wheel.hub_m)) * 100.0;
         out.list(10).f32(wheel.grip * FRICTION).f32(wheel.damping_nmsprad);
         out.f32(wheel.steer_max_rad.to_degrees()).f32(wheel.radius_m * 100.0);
         out.f32(wheel.brake_torque_nm).f32(wheel.handbrake_torque_nm);
         out.f32(wheel.stiff_load).f32(wheel.stiffness_y).f32(wheel.stiffness_x * carried_kg);
-        // Centimetres, unlike all other positions.
+        // Centimetres, unlike all other positions of this struct.
         out.vector(flip(at.to_array()));
     }
     out.bool(body.sweep != 0);
     Ok(())
 }
 
-/// What each wheel carries of the vehicle: CARLA's stiffness along is per gravity.
-fn share_kg(physics: &VehiclePhysics) -> f32 {
+/// Returns the mass that each wheel carries: CARLA's longitudinal stiffness is per unit of gravity.
+fn mass_per_wheel_kg(physics: &VehiclePhysics) -> f32 {
     physics.body.mass_kg / physics.wheels.len().max(1) as f32
 }
 
@@ -73,15 +73,15 @@ fn write_pairs(out: &mut Pack, pairs: &[[f32; 2]], scale: f32) {
     }
 }
 
-pub(super) fn apply_control(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn apply_control(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
     call.bridge.set_physics(id, &mut call.args)
 }
 
-pub(super) fn telemetry(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn telemetry(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
     call.bridge.vehicle("get_telemetry_data", id)?;
-    call.bridge.settle()?;
+    call.bridge.flush_and_wait()?;
     let (vehicle, wheels) = call.bridge.client.telemetry(ActorId(id))?;
     let out = &mut *call.out;
     out.list(8).f32(vehicle.speed_mps).f32(-vehicle.steer).f32(vehicle.throttle);
@@ -98,103 +98,102 @@ pub(super) fn telemetry(call: &mut Call) -> Result<(), Refusal> {
     Ok(())
 }
 
-pub(super) fn ackermann(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn ackermann(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
-    call.bridge.drive_to(id, &mut call.args)
+    call.bridge.apply_ackermann(id, &mut call.args)
 }
 
-pub(super) fn ackermann_settings(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn ackermann_settings(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
     call.bridge.vehicle("get_ackermann_controller_settings", id)?;
-    call.bridge.settle()?;
-    let told = call.bridge.client.ackermann_settings(ActorId(id))?;
+    call.bridge.flush_and_wait()?;
+    let settings = call.bridge.client.ackermann_settings(ActorId(id))?;
     call.out.list(6);
-    for gain in told.speed.iter().chain(&told.acceleration) {
+    for gain in settings.speed.iter().chain(&settings.acceleration) {
         call.out.f32(*gain);
     }
     Ok(())
 }
 
-pub(super) fn set_ackermann_settings(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn set_ackermann_settings(call: &mut Call) -> Result<(), RpcError> {
     let actor_id = ActorId(call.args.u32()?);
     let mut gains = call.args.list()?;
-    let mut three = || Ok::<_, Refusal>([gains.f32()?, gains.f32()?, gains.f32()?]);
+    let mut three = || Ok::<_, RpcError>([gains.f32()?, gains.f32()?, gains.f32()?]);
     let settings = AckermannSettings { actor_id, speed: three()?, acceleration: three()? };
     call.bridge.request_one("Ackermann settings", Command::SetAckermann(settings)).map(drop)
 }
 
-pub(super) fn impulse(call: &mut Call) -> Result<(), Refusal> {
-    push(call, 0)
+pub(super) fn impulse(call: &mut Call) -> Result<(), RpcError> {
+    apply_force(call, 0)
 }
 
-pub(super) fn force(call: &mut Call) -> Result<(), Refusal> {
-    push(call, 1)
+pub(super) fn force(call: &mut Call) -> Result<(), RpcError> {
+    apply_force(call, 1)
 }
 
-fn push(call: &mut Call, is_force: u32) -> Result<(), Refusal> {
+fn apply_force(call: &mut Call, is_force: u32) -> Result<(), RpcError> {
     let (id, linear) = (call.args.u32()?, location(&mut call.args)?);
     let at = if call.args.len() > 0 { Some(location(&mut call.args)?) } else { None };
-    call.bridge.push(id, is_force, linear, at)
+    call.bridge.apply_force(id, is_force, linear, at)
 }
 
-pub(super) fn angular_impulse(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn angular_impulse(call: &mut Call) -> Result<(), RpcError> {
     let (id, impulse) = (call.args.u32()?, call.args.vector()?);
-    call.bridge.twist(id, 0, impulse)
+    call.bridge.apply_torque(id, 0, impulse)
 }
 
-pub(super) fn torque(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn torque(call: &mut Call) -> Result<(), RpcError> {
     let (id, torque) = (call.args.u32()?, call.args.vector()?);
-    call.bridge.twist(id, 1, torque)
+    call.bridge.apply_torque(id, 1, torque)
 }
 
-/// What inertial sensors feel at rest. Metres per second squared.
-pub(super) fn imu_gravity(call: &mut Call) -> Result<(), Refusal> {
+/// Sets the acceleration that inertial sensors at rest measure. Metres per second squared.
+pub(super) fn imu_gravity(call: &mut Call) -> Result<(), RpcError> {
     let mps2 = call.args.f32()?;
     if !(-1000.0..=1000.0).contains(&mps2) {
-        return Err(format!("gravity is {mps2}, not -1000 to 1000").into());
+        return Err(format!("gravity is {mps2}, must be -1000 to 1000").into());
     }
     call.bridge.set_imu_gravity(mps2);
     Ok(())
 }
 
-pub(super) fn gravity(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn gravity(call: &mut Call) -> Result<(), RpcError> {
     let (id, on) = (call.args.u32()?, call.args.bool()?);
     call.bridge.set_gravity(id, on)
 }
 
-pub(super) fn collisions(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn collisions(call: &mut Call) -> Result<(), RpcError> {
     let (id, on) = (call.args.u32()?, call.args.bool()?);
-    if Cast::is_own(id) {
+    if ProxyActors::is_proxy(id) {
         return Ok(());
     }
     let switch = Switch { actor_id: ActorId(id), on: on.into() };
     call.bridge.request_one("collisions", Command::SetCollisions(switch)).map(drop)
 }
 
-fn pairs(args: &mut Args, what: &str, scale: f32) -> Result<Curve, Refusal> {
+fn pairs(args: &mut Args, what: &str, scale: f32) -> Result<Curve, RpcError> {
     let mut list = args.list()?;
     let mut pairs = Vec::new();
     while list.len() > 0 {
         let mut pair = list.list()?;
         pairs.push([pair.f32()? * scale, pair.f32()?]);
     }
-    let many = || format!("the {what} has {} points; 16 is the limit", pairs.len());
+    let many = || format!("{what} has {} points; the limit is 16", pairs.len());
     Ok(Curve::new(&pairs).ok_or_else(many)?)
 }
 
 impl Bridge {
-    fn physics_of(&mut self, id: u32) -> Result<VehiclePhysics, Refusal> {
-        self.settle()?;
+    fn physics_of(&mut self, id: u32) -> Result<VehiclePhysics, RpcError> {
+        self.flush_and_wait()?;
         Ok(self.client.vehicle_physics(ActorId(id))?)
     }
 
-    /// What was requested before is carried out.
-    fn settle(&mut self) -> Result<(), Refusal> {
-        self.request("commands", &[]).map(drop)
-    }
-
-    /// A `VehiclePhysicsControl` for a vehicle.
-    pub(crate) fn set_physics(&mut self, id: u32, args: &mut Args) -> Result<(), Refusal> {
+    /// Applies a `VehiclePhysicsControl`.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a value is invalid or the number of wheels differs from the blueprint's.
+    pub(crate) fn set_physics(&mut self, id: u32, args: &mut Args) -> Result<(), RpcError> {
         self.vehicle("apply_physics_control", id)?;
         let mut physics = self.physics_of(id)?;
         let mut f = args.list()?;
@@ -213,7 +212,7 @@ impl Bridge {
             let mut gear = list.list()?;
             gears.push(Gear { ratio: gear.f32()?, down: gear.f32()?, up: gear.f32()? });
         }
-        let many = || format!("there are {} forward_gears; 12 is the limit", gears.len());
+        let many = || format!("there are {} forward_gears; the limit is 12", gears.len());
         *gearbox = gearbox.with_gears(&gears).ok_or_else(many)?;
         (physics.body.mass_kg, physics.body.drag_coefficient) = (f.f32()?, f.f32()?);
         physics.body.center_of_mass_m = flip(f.vector()?);
@@ -221,9 +220,13 @@ impl Bridge {
         let mut wheels = f.list()?;
         let count = physics.wheels.len();
         if wheels.len() != count {
-            return Err(format!("there are {} wheels; it has {count}", wheels.len()).into());
+            return Err(format!(
+                "there are {} wheels in the physics control, but the vehicle has {count}",
+                wheels.len()
+            )
+            .into());
         }
-        let carried_kg = share_kg(&physics).max(1e-3);
+        let carried_kg = mass_per_wheel_kg(&physics).max(1e-3);
         for wheel in &mut physics.wheels {
             let mut w = wheels.list()?;
             *wheel = VehicleWheel {
@@ -236,7 +239,7 @@ impl Bridge {
                 stiff_load: w.f32()?,
                 stiffness_y: w.f32()?,
                 stiffness_x: w.f32()? / carried_kg,
-                // Where it sits is the blueprint's.
+                // The position of the wheel is that of the blueprint.
                 ..*wheel
             };
         }
@@ -245,11 +248,11 @@ impl Bridge {
         let outcomes = self.request("physics control", &physics.commands(ActorId(id)))?;
         outcomes
             .iter()
-            .try_for_each(|entry| entry.outcome.result().map(drop).map_err(Refusal::from))
+            .try_for_each(|entry| entry.outcome.result().map(drop).map_err(RpcError::from))
     }
 
-    /// A `VehicleAckermannControl` for a vehicle: steered to the right is positive.
-    pub(crate) fn drive_to(&mut self, id: u32, args: &mut Args) -> Result<(), Refusal> {
+    /// Applies a `VehicleAckermannControl`, whose steering is positive to the right.
+    pub(crate) fn apply_ackermann(&mut self, id: u32, args: &mut Args) -> Result<(), RpcError> {
         self.vehicle("apply_ackermann_control_to_vehicle", id)?;
         let mut f = args.list()?;
         let control = AckermannControl {
@@ -263,14 +266,14 @@ impl Bridge {
         self.request_one("Ackermann control", Command::Ackermann(control)).map(drop)
     }
 
-    /// Newton seconds, or newtons for the next frame.
-    pub(crate) fn push(
+    /// Applies an impulse in newton seconds, or a force in newtons for the next frame.
+    pub(crate) fn apply_force(
         &mut self,
         id: u32,
         is_force: u32,
         linear: Vec3,
         at: Option<Vec3>,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), RpcError> {
         let push = ApplyForce {
             actor_id: ActorId(id),
             is_force,
@@ -282,21 +285,22 @@ impl Bridge {
         self.request_one("push", Command::ApplyForce(push)).map(drop)
     }
 
-    /// Newton metre seconds, or newton metres for the next frame, in CARLA's axes.
-    pub(crate) fn twist(
+    /// Applies an angular impulse in newton metre seconds, or a torque in newton metres for the
+    /// next frame, in CARLA's axes.
+    pub(crate) fn apply_torque(
         &mut self,
         id: u32,
         is_force: u32,
         angular: [f32; 3],
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), RpcError> {
         let angular = flip_turn(angular);
         let push = ApplyForce { actor_id: ActorId(id), is_force, angular, ..ApplyForce::default() };
         self.request_one("twist", Command::ApplyForce(push)).map(drop)
     }
 
-    /// Lets an actor fall, or not.
-    pub(crate) fn set_gravity(&mut self, id: u32, on: bool) -> Result<(), Refusal> {
-        if Cast::is_own(id) {
+    /// Sets whether gravity acts on an actor.
+    pub(crate) fn set_gravity(&mut self, id: u32, on: bool) -> Result<(), RpcError> {
+        if ProxyActors::is_proxy(id) {
             return Ok(());
         }
         let switch = Switch { actor_id: ActorId(id), on: on.into() };

@@ -1,16 +1,15 @@
-//! Traffic lights of the map.
+//! The traffic lights of the map.
 
 use client_lib::ActorId;
 
-use super::Call;
-use crate::{args::Refusal, bridge::Bridge, wire::Bounds};
+use crate::{args::RpcError, bridge::Bridge, calls::call::Call, wire::Bounds};
 
-/// Half the size of one lamp box. Metres.
+/// Half the size of a light box. Metres.
 const BOX_M: [f32; 3] = [0.2, 0.2, 0.5];
 
-fn light(call: &mut Call, function: &str) -> Result<u32, Refusal> {
+fn light(call: &mut Call, function: &str) -> Result<u32, RpcError> {
     let id = call.args.u32()?;
-    if call.bridge.lights.contains(id) {
+    if call.bridge.episode.traffic_lights.contains(id) {
         return Ok(id);
     }
     Err(format!(
@@ -19,9 +18,9 @@ fn light(call: &mut Call, function: &str) -> Result<u32, Refusal> {
     .into())
 }
 
-pub(super) fn group(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn group(call: &mut Call) -> Result<(), RpcError> {
     let id = light(call, "get_group_traffic_lights")?;
-    let group = call.bridge.lights.group(id);
+    let group = call.bridge.episode.traffic_lights.group(id);
     call.out.list(group.len());
     for id in group {
         call.out.uint(id.into());
@@ -29,9 +28,14 @@ pub(super) fn group(call: &mut Call) -> Result<(), Refusal> {
     Ok(())
 }
 
-pub(super) fn boxes(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn boxes(call: &mut Call) -> Result<(), RpcError> {
     let id = light(call, "get_light_boxes")?;
-    let actor = call.bridge.client.world().actor(ActorId(id)).ok_or("it is not there")?;
+    let actor = call
+        .bridge
+        .client
+        .world()
+        .actor(ActorId(id))
+        .ok_or("the traffic light is not in the snapshot")?;
     let position = actor.pose.position() + glam::Vec3::Z * BOX_M[2];
     let ahead = actor.pose.rotation() * glam::Vec3::X;
     let yaw_rad = ahead.y.atan2(ahead.x);
@@ -41,58 +45,58 @@ pub(super) fn boxes(call: &mut Call) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// For how long a colour that a client switches on is shown, and what clients are told.
-pub(super) fn set_secs(call: &mut Call, colour: usize) -> Result<(), Refusal> {
+/// Sets how long a phase is shown after a client has switched to it.
+pub(super) fn set_secs(call: &mut Call, colour: usize) -> Result<(), RpcError> {
     let id = light(call, "set_traffic_light_time")?;
     let secs = call.args.f32()?;
-    call.bridge.lights.set_secs(id, colour, secs);
+    call.bridge.episode.traffic_lights.set_secs(id, colour, secs);
     Ok(())
 }
 
-pub(super) fn set_state(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn set_state(call: &mut Call) -> Result<(), RpcError> {
     let id = light(call, "set_traffic_light_state")?;
     let state = call.args.u32()?;
-    call.bridge.set_light(id, state)
+    call.bridge.set_traffic_light(id, state)
 }
 
-pub(super) fn freeze_all(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn freeze_all(call: &mut Call) -> Result<(), RpcError> {
     let on = call.args.bool()?;
-    let commands = call.bridge.lights.freeze(on);
+    let commands = call.bridge.episode.traffic_lights.freeze(on);
     commands.into_iter().for_each(|command| call.bridge.command(command));
     Ok(())
 }
 
-/// CARLA's client never sends it: freezing one light freezes all.
-pub(super) fn freeze(call: &mut Call) -> Result<(), Refusal> {
+/// CARLA's client does not send this call: freezing one light freezes all.
+pub(super) fn freeze(call: &mut Call) -> Result<(), RpcError> {
     light(call, "freeze_traffic_light")?;
     freeze_all(call)
 }
 
-pub(super) fn reset_all(call: &mut Call) -> Result<(), Refusal> {
-    let ids = call.bridge.lights.ids();
+pub(super) fn reset_all(call: &mut Call) -> Result<(), RpcError> {
+    let ids = call.bridge.episode.traffic_lights.ids();
     reset(call, &ids);
     Ok(())
 }
 
-pub(super) fn reset_group(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn reset_group(call: &mut Call) -> Result<(), RpcError> {
     let id = light(call, "reset_traffic_light_group")?;
-    let ids = call.bridge.lights.group(id);
+    let ids = call.bridge.episode.traffic_lights.group(id);
     reset(call, &ids);
     Ok(())
 }
 
 fn reset(call: &mut Call, ids: &[u32]) {
-    let commands = call.bridge.lights.reset(ids);
+    let commands = call.bridge.episode.traffic_lights.reset(ids);
     commands.into_iter().for_each(|command| call.bridge.command(command));
 }
 
 impl Bridge {
     /// Switches a light: 0 red, 1 yellow, 2 green, 3 off.
-    pub(crate) fn set_light(&mut self, id: u32, state: u32) -> Result<(), Refusal> {
+    pub(crate) fn set_traffic_light(&mut self, id: u32, state: u32) -> Result<(), RpcError> {
         if state > 3 {
-            return Err(format!("a traffic light has no state {state}").into());
+            return Err(format!("unknown traffic light state {state}").into());
         }
-        let commands = self.lights.switch(id, state, self.client.world());
+        let commands = self.episode.traffic_lights.switch(id, state, self.client.world());
         if commands.is_empty() {
             return Err("Actor is not a traffic light".into());
         }

@@ -1,26 +1,27 @@
-//! Vehicles: pedals, lamps, and what they are built like.
+//! Controls, lights and doors of vehicles.
 
 use client_lib::{ActorId, Command, SetDoors, SetVehicleLights, VehicleControl, flag, kind};
 
-use super::{Call, actors::unknown};
 use crate::{
-    args::{Args, Refusal},
+    args::{Args, RpcError},
     bridge::Bridge,
+    calls::{actors::unknown, call::Call},
 };
 
-pub(super) fn control(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn control(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
-    let control = pedals(id, &mut call.args)?;
-    call.bridge.drive(control)
+    let control = read_control(id, &mut call.args)?;
+    call.bridge.apply_control(control)
 }
 
-/// Throttle, steer, brake, handbrake, reverse, manual gear, gear: steered to the right is positive.
-pub(crate) fn pedals(id: u32, args: &mut Args) -> Result<VehicleControl, Refusal> {
+/// Reads throttle, steer, brake, handbrake, reverse, manual gear and gear. Steering is positive to
+/// the right.
+pub(crate) fn read_control(id: u32, args: &mut Args) -> Result<VehicleControl, RpcError> {
     let mut f = args.list()?;
-    let share = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 };
-    let throttle = share(f.f32()?);
+    let clamped = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 };
+    let throttle = clamped(f.f32()?);
     let steer = f.f32()?;
-    let brake = share(f.f32()?);
+    let brake = clamped(f.f32()?);
     let mut flags = 0;
     for bit in [flag::HANDBRAKE, flag::REVERSE] {
         flags |= if f.bool()? { bit } else { 0 };
@@ -31,61 +32,62 @@ pub(crate) fn pedals(id: u32, args: &mut Args) -> Result<VehicleControl, Refusal
     Ok(VehicleControl { actor_id, flags, throttle, brake, steer, gear, manual_gear, lamps: 0 })
 }
 
-pub(super) fn autopilot(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn autopilot(call: &mut Call) -> Result<(), RpcError> {
     let (id, on) = (call.args.u32()?, call.args.bool()?);
     call.bridge.set_autopilot(id, on)
 }
 
-pub(super) fn light_state(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn light_state(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
-    let lamps = call.bridge.lamps_of(id);
+    let lamps = call.bridge.vehicle_lights(id);
     call.out.list(1).uint(lamps.into());
     Ok(())
 }
 
-pub(super) fn light_states(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn light_states(call: &mut Call) -> Result<(), RpcError> {
     let actors = call.bridge.client.world().actors().iter();
     let ids: Vec<u32> = actors.filter(|a| a.kind == kind::VEHICLE).map(|a| a.actor_id.0).collect();
     call.out.list(ids.len());
     for id in ids {
-        let lamps = call.bridge.lamps_of(id);
+        let lamps = call.bridge.vehicle_lights(id);
         call.out.list(2).uint(id.into()).uint(lamps.into());
     }
     Ok(())
 }
 
-pub(super) fn set_light_state(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn set_light_state(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
     let lamps = call.args.list()?.u32()?;
-    call.bridge.set_lamps(id, lamps)
+    call.bridge.set_vehicle_lights(id, lamps)
 }
 
-pub(super) fn open_door(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn open_door(call: &mut Call) -> Result<(), RpcError> {
     move_doors(call, true)
 }
 
-pub(super) fn close_door(call: &mut Call) -> Result<(), Refusal> {
+pub(super) fn close_door(call: &mut Call) -> Result<(), RpcError> {
     move_doors(call, false)
 }
 
-/// Front left, front right, rear left, rear right; bonnet and boot stay shut, 6 is every door.
-fn move_doors(call: &mut Call, open: bool) -> Result<(), Refusal> {
+/// Opens or closes doors: 0 front left, 1 front right, 2 rear left, 3 rear right, 6 all. Hood and
+/// trunk do not move.
+fn move_doors(call: &mut Call, open: bool) -> Result<(), RpcError> {
     const ALL: u32 = 6;
     let (id, door) = (call.args.u32()?, call.args.u32()?);
     let function = if open { "open_vehicle_door" } else { "close_vehicle_door" };
     let blueprint = call.bridge.vehicle(function, id)?;
-    let there = (1u32 << blueprint.rig().door_count()) - 1;
-    let meant = if door == ALL { there } else { there & 1u32.checked_shl(door).unwrap_or(0) };
+    let all = (1u32 << blueprint.rig().door_count()) - 1;
+    let selected = if door == ALL { all } else { all & 1u32.checked_shl(door).unwrap_or(0) };
     let state = call.bridge.client.world().actor(ActorId(id)).copied().unwrap_or_default();
-    let before = call.bridge.doors.get(&id).copied().unwrap_or(state.doors);
-    let doors = if open { before | meant } else { before & !meant };
-    call.bridge.doors.insert(id, doors);
+    let before = call.bridge.episode.vehicles.doors(id).unwrap_or(state.doors);
+    let doors = if open { before | selected } else { before & !selected };
+    call.bridge.episode.vehicles.set_doors(id, doors);
     let command = Command::SetDoors(SetDoors { actor_id: ActorId(id), open: doors });
     call.bridge.request_one("doors", command).map(drop)
 }
 
-/// Degrees, positive to the right.
-pub(super) fn wheel_angle(call: &mut Call) -> Result<(), Refusal> {
+/// Returns the steering angle of a wheel. Degrees, positive to the right.
+pub(super) fn wheel_angle(call: &mut Call) -> Result<(), RpcError> {
     let (id, wheel) = (call.args.u32()?, call.args.u32()?);
     let blueprint = call.bridge.vehicle("get_wheel_steer_angle", id)?;
     let is_steered = blueprint.wheels.get(wheel as usize).is_some_and(|w| w.steered);
@@ -95,35 +97,39 @@ pub(super) fn wheel_angle(call: &mut Call) -> Result<(), Refusal> {
 }
 
 impl Bridge {
-    /// Which lamps of a vehicle are on; those that were just switched count already.
-    fn lamps_of(&self, id: u32) -> u32 {
+    /// Returns the lights of a vehicle that are on, including those just switched.
+    fn vehicle_lights(&self, id: u32) -> u32 {
         let shown = || self.client.world().actor(ActorId(id)).map_or(0, |state| state.lamps);
-        self.lamps.get(&id).map_or_else(shown, |(lamps, _)| *lamps)
+        self.episode.vehicles.lights(id).unwrap_or_else(shown)
     }
 
-    /// Switches the lamps of a vehicle.
-    pub(crate) fn set_lamps(&mut self, id: u32, lamps: u32) -> Result<(), Refusal> {
-        self.lamps.insert(id, (lamps, 0));
+    /// Switches the lights of a vehicle.
+    pub(crate) fn set_vehicle_lights(&mut self, id: u32, lamps: u32) -> Result<(), RpcError> {
+        self.episode.vehicles.set_lights(id, lamps);
         let command = Command::SetVehicleLights(SetVehicleLights { actor_id: ActorId(id), lamps });
         self.request_one("lamps", command).map(drop)
     }
 
-    /// Pedals of a vehicle that is there.
-    pub(crate) fn drive(&mut self, control: VehicleControl) -> Result<(), Refusal> {
-        if !self.is_there(control.actor_id.0) {
+    /// Sets the control of an existing vehicle.
+    pub(crate) fn apply_control(&mut self, control: VehicleControl) -> Result<(), RpcError> {
+        if !self.exists(control.actor_id.0) {
             return Err(unknown("apply_control_to_vehicle", control.actor_id.0));
         }
-        self.steer(control);
+        self.set_control(control);
         Ok(())
     }
 
-    /// What a vehicle was made from.
+    /// Returns the blueprint of a vehicle.
+    ///
+    /// # Errors
+    ///
+    /// Returns CARLA's error if the actor does not exist or is not a vehicle.
     pub(crate) fn vehicle(
         &mut self,
         function: &str,
         id: u32,
-    ) -> Result<&'static town::Blueprint, Refusal> {
-        let name = self.known_id(id).ok_or_else(|| unknown(function, id))?;
+    ) -> Result<&'static town::Blueprint, RpcError> {
+        let name = self.blueprint_id(id).ok_or_else(|| unknown(function, id))?;
         let found = town::blueprint(&name).filter(|(_, b)| b.kind == town::Kind::Vehicle);
         let not_one = || {
             format!(
@@ -134,8 +140,8 @@ impl Bridge {
     }
 }
 
-/// A text by radio.
-pub(super) fn send_text(call: &mut Call) -> Result<(), Refusal> {
+/// Sends a text by radio.
+pub(super) fn send_text(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
     let text = call.args.text()?;
     call.bridge.transmit(id, text)

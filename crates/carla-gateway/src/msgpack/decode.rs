@@ -1,57 +1,61 @@
 use std::io::{self, Read};
 
-use super::Value;
+use crate::msgpack::value::Value;
 
-/// The deepest nesting of lists: a batch command with commands in it nests 12 deep.
+/// The deepest nesting of lists; a batch with commands after spawns nests 12 deep.
 const DEPTH_MAX: usize = 64;
-/// The most bytes of one request, kept or read past.
+/// Most bytes of one request, including discarded ones.
 const READ_MAX: u64 = 1 << 30;
-/// Room that is made at once for what somebody claims to send.
+/// Most bytes that are allocated before they are received.
 const CHUNK: usize = 1 << 16;
 
-/// How much of one request is kept.
+/// How much of one request is kept in memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
-    /// Values that may yet be kept.
+    /// The number of values that may still be kept.
     pub values: usize,
-    /// Bytes of texts that may yet be kept.
+    /// The number of bytes of text that may still be kept.
     pub bytes: usize,
-    /// Something was read past.
+    /// Something was discarded.
     pub is_exceeded: bool,
     read: u64,
 }
 
 impl Budget {
-    /// So many values, so many bytes of text.
+    /// Creates a budget for one request.
     pub fn new(values: usize, bytes: usize) -> Budget {
         Budget { values, bytes, is_exceeded: false, read: 0 }
     }
 }
 
-/// Why no value could be read. The stream is of no more use.
+/// Why no value could be read. The stream cannot be used any longer.
 #[derive(Debug, thiserror::Error)]
 pub enum DecodeError {
     /// The stream ended between two values.
     #[error("the stream has ended")]
     Ended,
-    /// The stream ended in the middle of a value.
-    #[error("the stream ended in the middle of a value")]
+    /// The stream ended within a value.
+    #[error("the stream ended within a value")]
     Truncated,
-    /// It cannot be read.
+    /// The stream cannot be read.
     #[error(transparent)]
     Io(io::Error),
-    /// Lists in lists in lists.
+    /// Lists are nested too deeply.
     #[error("lists are nested deeper than {DEPTH_MAX}")]
     TooDeep,
-    /// More than anybody needs to say.
-    #[error("one value is longer than {READ_MAX} bytes")]
+    /// A request is too long.
+    #[error("request is longer than {READ_MAX} bytes")]
     TooLong,
-    /// Extension types and the byte that messagepack never uses.
-    #[error("byte {0:#04x} begins nothing that is spoken here")]
+    /// An extension type, or the byte that MessagePack does not use.
+    #[error("unsupported MessagePack type {0:#04x}")]
     Unknown(u8),
 }
 
 /// Reads one value.
+///
+/// # Errors
+///
+/// Returns an error if the stream ends or the value is malformed or too large.
 pub fn read(input: &mut impl Read, budget: &mut Budget) -> Result<Value, DecodeError> {
     let mut first = [0];
     loop {
@@ -147,7 +151,7 @@ impl<R: Read> Decoder<'_, R> {
         })
     }
 
-    /// `len` bytes, or none of them if they exceed the budget.
+    /// Reads `len` bytes; returns none of them if they exceed the budget.
     fn run(&mut self, len: u64) -> Result<Vec<u8>, DecodeError> {
         self.spend(len)?;
         let is_kept = len as usize <= self.budget.bytes;

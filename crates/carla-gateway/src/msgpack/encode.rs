@@ -1,31 +1,31 @@
-/// Bytes in the making. Lists are begun with their length; their values follow.
+/// MessagePack bytes that are being written. A list begins with its length; its values follow.
 #[derive(Clone, Debug, Default)]
 pub struct Pack {
     bytes: Vec<u8>,
 }
 
 impl Pack {
-    /// Nothing yet.
+    /// Creates an empty buffer.
     pub fn new() -> Pack {
         Pack::default()
     }
 
-    /// What was written.
+    /// Returns the bytes that were written.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// What was written.
+    /// Converts the buffer into its bytes.
     pub fn into_bytes(self) -> Vec<u8> {
         self.bytes
     }
 
-    /// Forgets everything after the first `len` bytes.
+    /// Removes everything after the first `len` bytes.
     pub fn truncate(&mut self, len: usize) {
         self.bytes.truncate(len);
     }
 
-    /// A list of `len` values, which follow.
+    /// Begins a list of `len` values, which follow.
     pub fn list(&mut self, len: usize) -> &mut Pack {
         match len {
             0..=15 => self.bytes.push(0x90 | len as u8),
@@ -35,19 +35,19 @@ impl Pack {
         self
     }
 
-    /// Nothing.
+    /// Writes nil.
     pub fn nil(&mut self) -> &mut Pack {
         self.bytes.push(0xc0);
         self
     }
 
-    /// A truth value.
+    /// Writes a boolean.
     pub fn bool(&mut self, value: bool) -> &mut Pack {
         self.bytes.push(0xc2 | u8::from(value));
         self
     }
 
-    /// A whole number, in its shortest form.
+    /// Writes an unsigned integer in its shortest form.
     pub fn uint(&mut self, value: u64) -> &mut Pack {
         match value {
             0..=0x7f => self.bytes.push(value as u8),
@@ -59,7 +59,7 @@ impl Pack {
         self
     }
 
-    /// A whole number that may be negative.
+    /// Writes a signed integer.
     pub fn int(&mut self, value: i64) -> &mut Pack {
         match value {
             0.. => self.uint(value as u64),
@@ -74,19 +74,19 @@ impl Pack {
         }
     }
 
-    /// A number of single precision.
+    /// Writes a number of single precision.
     pub fn f32(&mut self, value: f32) -> &mut Pack {
         self.head(0xca, &value.to_be_bytes());
         self
     }
 
-    /// A number of double precision.
+    /// Writes a number of double precision.
     pub fn f64(&mut self, value: f64) -> &mut Pack {
         self.head(0xcb, &value.to_be_bytes());
         self
     }
 
-    /// Text.
+    /// Writes a string.
     pub fn text(&mut self, text: &str) -> &mut Pack {
         match text.len() {
             len @ 0..=31 => self.bytes.push(0xa0 | len as u8),
@@ -98,7 +98,7 @@ impl Pack {
         self
     }
 
-    /// Bytes.
+    /// Writes bytes.
     pub fn bin(&mut self, bytes: &[u8]) -> &mut Pack {
         match bytes.len() {
             len @ 0..=0xff => self.head(0xc4, &[len as u8]),
@@ -109,7 +109,7 @@ impl Pack {
         self
     }
 
-    /// Three numbers of single precision, as a list.
+    /// Writes three numbers of single precision as a list.
     pub fn vector(&mut self, [x, y, z]: [f32; 3]) -> &mut Pack {
         self.list(3).f32(x).f32(y).f32(z)
     }

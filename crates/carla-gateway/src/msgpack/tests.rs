@@ -15,7 +15,7 @@ fn a_request_of_the_official_client_is_read() {
 }
 
 #[test]
-fn what_is_packed_comes_out_the_same() {
+fn packed_values_are_read_back() {
     let mut pack = Pack::new();
     pack.list(9).nil().bool(true).uint(70_000).int(-7).int(-70_000).f32(0.5).f64(1e300);
     pack.text(&"x".repeat(300)).bin(&[7; 400]);
@@ -35,7 +35,7 @@ fn every_truncation_of_a_request_is_an_error() {
 }
 
 #[test]
-fn lengths_that_nobody_sends_reserve_nothing() {
+fn a_claimed_length_reserves_no_memory() {
     for head in [0xdd, 0xdf, 0xdb, 0xc6] {
         let ended = decode(&[head, 0xff, 0xff, 0xff, 0xff, 1, 2, 3]);
         assert!(
@@ -46,12 +46,12 @@ fn lengths_that_nobody_sends_reserve_nothing() {
 }
 
 #[test]
-fn lists_that_are_nested_too_deep_are_refused() {
+fn lists_that_are_nested_too_deeply_are_rejected() {
     assert!(matches!(decode(&[0x91; 1000]), Err(DecodeError::TooDeep)));
 }
 
 #[test]
-fn what_exceeds_the_budget_is_read_past_and_the_next_request_is_found() {
+fn the_request_after_one_that_exceeds_the_budget_is_read() {
     let mut pack = Pack::new();
     pack.list(2).text(&"x".repeat(5000)).list(3000);
     for i in 0..3000 {

@@ -1,4 +1,4 @@
-//! Walkable ground as triangles that know their neighbours.
+//! Walkable ground as a triangulation with neighbours.
 
 use std::collections::BTreeMap;
 
@@ -9,42 +9,42 @@ use spade::{
 };
 
 use super::{
-    Area,
+    area::Area,
     cut::cut,
     outline::{Loop, crossing, sides},
 };
 
-/// Outlines of all that decides where people walk.
+/// The outlines that define walkable ground.
 #[derive(Default)]
 pub(super) struct Ground {
     pub(super) sidewalks: Vec<Loop>,
     pub(super) crosswalks: Vec<Loop>,
-    /// What stands in the way.
+    /// Obstacles.
     pub(super) holes: Vec<Loop>,
 }
 
-/// Corners and triangles, counter-clockwise from above.
+/// Vertices and triangles, counter-clockwise from above.
 #[derive(Debug, Default)]
 pub(super) struct Cells {
-    pub(super) places: Vec<DVec3>,
+    pub(super) positions: Vec<DVec3>,
     pub(super) triangles: Vec<Cell>,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
     pub(super) corners: [u32; 3],
-    /// The triangle beyond the side that begins at each corner.
-    pub(super) beyond: [Option<u32>; 3],
+    /// By corner: the triangle beyond the side that begins there.
+    pub(super) neighbours: [Option<u32>; 3],
     pub(super) area: Area,
 }
 
-/// Corners of outlines nearer than this are one. Metres.
+/// Vertices of outlines nearer than this are merged. Metres.
 const WELD_M: f64 = 0.02;
 
 #[derive(Clone, Copy)]
 struct Corner {
     at: Point2<f64>,
-    /// NaN where two outlines cross, and of what stands in the way.
+    /// NaN where two outlines cross, and for obstacles.
     z: f64,
 }
 
@@ -57,7 +57,7 @@ impl HasPosition for Corner {
 }
 
 impl Cells {
-    /// `height` says how high the pavement lies, where there is any.
+    /// Triangulates the ground. `height` returns the height of the sidewalk where there is one.
     pub(super) fn of(ground: &Ground, height: impl Fn(DVec2) -> Option<f64>) -> Cells {
         let mut plane = ConstrainedDelaunayTriangulation::<Corner>::new();
         let mut known = BTreeMap::new();
@@ -66,7 +66,7 @@ impl Cells {
             let corners: Vec<_> =
                 line.iter().filter_map(|at| corner(&mut plane, &mut known, *at)).collect();
             for pair in corners.windows(2).filter(|pair| pair[0] != pair[1]) {
-                // One that still crosses another by the width of a weld decides nothing.
+                // A line that still crosses another one within the merging distance is skipped.
                 let _ = plane.try_add_constraint(pair[0], pair[1]);
             }
         }
@@ -91,15 +91,15 @@ impl Cells {
                 let from = side.from();
                 let index = from.fix().index();
                 *corners.entry(index).or_insert_with(|| {
-                    cells.places.push(place(from.position()).extend(heights[index]));
-                    cells.places.len() as u32 - 1
+                    cells.positions.push(place(from.position()).extend(heights[index]));
+                    cells.positions.len() as u32 - 1
                 })
             });
-            let beyond = sides.map(|side| {
+            let neighbours = sides.map(|side| {
                 let other = side.rev().face().as_inner()?;
                 numbers.get(&other.fix().index()).copied()
             });
-            cells.triangles.push(Cell { corners, beyond, area: *area });
+            cells.triangles.push(Cell { corners, neighbours, area: *area });
         }
         cells
     }
@@ -125,7 +125,8 @@ fn place(at: Point2<f64>) -> DVec2 {
     DVec2::new(at.x, at.y)
 }
 
-/// The height of every corner; where neither it nor `height` knows, the mean of those around.
+/// Returns the height of every vertex. Where neither the vertex nor `height` defines one, it is the
+/// mean of its neighbours, weighted by inverse distance.
 fn heights(
     plane: &ConstrainedDelaunayTriangulation<Corner>,
     height: impl Fn(DVec2) -> Option<f64>,
@@ -160,7 +161,7 @@ fn heights(
     heights.into_iter().map(|z| if z.is_nan() { 0.0 } else { z }).collect()
 }
 
-/// Sides of outlines by the metre of y that they pass.
+/// The sides of outlines, by the integer rows of y that they cross.
 pub(super) struct Areas {
     rows: BTreeMap<i64, Vec<(DVec2, DVec2, Kind)>>,
 }
@@ -190,7 +191,7 @@ impl Areas {
         Areas { rows }
     }
 
-    /// What people may walk on here, if anything.
+    /// Returns the kind of walkable ground at a point, if any, by winding numbers.
     pub(super) fn at(&self, at: DVec2) -> Option<Area> {
         let row = self.rows.get(&(at.y.floor() as i64))?;
         let mut windings = [0; 3];

@@ -1,16 +1,16 @@
-//! Lines that cross each other, cut where they do.
+//! Splits line segments at their intersections.
 
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3, Vec3Swizzles};
 
-/// Edge of a cell in which lines are compared. Metres.
+/// Edge of a cell within which lines are compared. Metres.
 const CELL_M: f64 = 4.0;
 /// An end that lies this near to another line lies on it. Metres.
 const TOUCH_M: f64 = 0.02;
 
-/// Each line as the points that it passes, its ends included. The height of a point where two
-/// cross is not known: NaN, but for the end of one.
+/// Returns each line as a list of points, its ends and intersections included. The height of an
+/// intersection is NaN, unless it is the end of a line.
 pub(super) fn cut(lines: &[(DVec3, DVec3)]) -> Vec<Vec<DVec3>> {
     let mut cells: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
     for (index, (a, b)) in lines.iter().enumerate() {
@@ -22,11 +22,11 @@ pub(super) fn cut(lines: &[(DVec3, DVec3)]) -> Vec<Vec<DVec3>> {
             }
         }
     }
-    // By line: how far along, and the point.
+    // By line: the fraction of the line, and the point.
     let mut cuts: Vec<Vec<(f64, DVec3)>> = vec![Vec::new(); lines.len()];
-    for inhabitants in cells.values() {
-        for (at, first) in inhabitants.iter().enumerate() {
-            for second in &inhabitants[at + 1..] {
+    for lines_of_cell in cells.values() {
+        for (at, first) in lines_of_cell.iter().enumerate() {
+            for second in &lines_of_cell[at + 1..] {
                 for (one, other) in [(first, second), (second, first)] {
                     let (line, through) = (lines[*one], lines[*other]);
                     for end in [through.0, through.1] {
@@ -56,7 +56,7 @@ fn cell(at: DVec2) -> [i64; 2] {
     (at / CELL_M).floor().to_array().map(|v| v as i64)
 }
 
-/// How far along a line a point lies beside which it passes, but not at its ends.
+/// Returns the fraction of a line at which a point lies on it, unless the point is at an end.
 fn touch((a, b): (DVec3, DVec3), at: DVec2) -> Option<f64> {
     let way = b.xy() - a.xy();
     let along = (at - a.xy()).dot(way) / way.length_squared().max(1e-12);
@@ -65,7 +65,7 @@ fn touch((a, b): (DVec3, DVec3), at: DVec2) -> Option<f64> {
     ((0.0..=1.0).contains(&along) && is_inner && near.distance(at) < TOUCH_M).then_some(along)
 }
 
-/// How far along each of two lines they cross, if both do so between their ends.
+/// Returns the fractions of two lines at which they cross, if both cross between their ends.
 fn cross(one: (DVec3, DVec3), other: (DVec3, DVec3)) -> Option<(f64, f64)> {
     let (a, c) = (one.0.xy(), other.0.xy());
     let (way, through) = (one.1.xy() - a, other.1.xy() - c);

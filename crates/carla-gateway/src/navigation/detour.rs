@@ -1,35 +1,35 @@
-//! The file: one tile of Detour's, version 7 with references of 32 bits, in CARLA's set of tiles.
+//! The file: one Detour tile, version 7 with 32-bit references, in CARLA's set of tiles.
 //!
-//! Detour's x, y, z are CARLA's x, z, y: metres, y up. In them our counter-clockwise triangles,
-//! seen from above, turn as Detour wants them.
+//! Detour's x, y, z are CARLA's x, z, y: metres, y up. In these axes, our triangles, which are
+//! counter-clockwise from above, have the winding that Detour requires.
 
 use glam::{Vec3, vec3};
 
-use super::cells::{Cell, Cells};
+use crate::navigation::cells::{Cell, Cells};
 
 const SET_MAGIC: i32 = i32::from_be_bytes(*b"MSET");
 const SET_VERSION: i32 = 1;
 const TILE_MAGIC: i32 = i32::from_be_bytes(*b"DNAV");
 const TILE_VERSION: i32 = 7;
-/// Neighbours are counted in 15 bits.
+/// Neighbours are numbered in 15 bits.
 const POLYS_MAX: usize = 0x7ffe;
-/// Corners are counted in 16 bits.
+/// Vertices are numbered in 16 bits.
 const CORNERS_MAX: usize = 0xfffe;
 /// No link.
 const NONE: u16 = 0;
 
 const WALKER_HEIGHT_M: f32 = 2.0;
 const WALKER_RADIUS_M: f32 = 0.3;
-/// A kerb and a bit.
+/// The height of a kerb and a margin.
 const WALKER_CLIMB_M: f32 = 0.5;
 
-/// The file's bytes. Of ground with more corners than a tile has numbers for, the first.
+/// Returns the bytes of the file. Ground with more vertices than a tile can number is truncated.
 pub(super) fn file(cells: &Cells) -> Vec<u8> {
-    let last = cells.places.len().min(CORNERS_MAX) as u32;
+    let last = cells.positions.len().min(CORNERS_MAX) as u32;
     let fits = |cell: &&Cell| cell.corners.iter().all(|corner| *corner < last);
-    // Corners are numbered as triangles need them, so those that fit are the first ones.
+    // Vertices are numbered in the order of the triangles, so those that fit are the first ones.
     let count = cells.triangles.iter().take_while(fits).count().min(POLYS_MAX);
-    let tile = tile(&cells.places, &cells.triangles[..count]);
+    let tile = tile(&cells.positions, &cells.triangles[..count]);
     let (low, high) = bounds(cells);
     let mut out = Out::default();
     out.i32(SET_MAGIC).i32(SET_VERSION).i32(1);
@@ -40,7 +40,7 @@ pub(super) fn file(cells: &Cells) -> Vec<u8> {
     out.0
 }
 
-/// The reference of the tile: a salt of 1 above the bits that its polygons take.
+/// Returns the reference of the tile: a salt of 1 above the bits of its polygon indices.
 fn first_reference(polys: usize) -> u32 {
     1 << polys.next_power_of_two().trailing_zeros()
 }
@@ -50,14 +50,14 @@ fn point(place: glam::DVec3) -> Vec3 {
 }
 
 fn bounds(cells: &Cells) -> (Vec3, Vec3) {
-    let low = cells.places.iter().fold(Vec3::INFINITY, |low, at| low.min(point(*at)));
-    let high = cells.places.iter().fold(Vec3::NEG_INFINITY, |high, at| high.max(point(*at)));
+    let low = cells.positions.iter().fold(Vec3::INFINITY, |low, at| low.min(point(*at)));
+    let high = cells.positions.iter().fold(Vec3::NEG_INFINITY, |high, at| high.max(point(*at)));
     (low - Vec3::Y, high + Vec3::splat(0.01) + Vec3::Y)
 }
 
-fn tile(places: &[glam::DVec3], triangles: &[Cell]) -> Vec<u8> {
+fn tile(positions: &[glam::DVec3], triangles: &[Cell]) -> Vec<u8> {
     let used = triangles.iter().flat_map(|cell| cell.corners).max().map_or(0, |last| last + 1);
-    let corners: Vec<Vec3> = places[..used as usize].iter().map(|at| point(*at)).collect();
+    let corners: Vec<Vec3> = positions[..used as usize].iter().map(|at| point(*at)).collect();
     let low = corners.iter().fold(Vec3::INFINITY, |low, at| low.min(*at)) - Vec3::Y;
     let high = corners.iter().fold(Vec3::NEG_INFINITY, |high, at| high.max(*at)) + Vec3::Y;
     let scale = 65_000.0 / (high - low).max_element();
@@ -66,7 +66,7 @@ fn tile(places: &[glam::DVec3], triangles: &[Cell]) -> Vec<u8> {
     let mut out = Out::default();
     out.i32(TILE_MAGIC).i32(TILE_VERSION).i32(0).i32(0).i32(0).u32(0);
     out.i32(count).i32(corners.len() as i32);
-    // A link for every side, and as many to spare.
+    // Two links for every side: one is needed.
     out.i32(count * 6).i32(count).i32(0).i32(count);
     out.i32(nodes.len() as i32).i32(0).i32(count);
     out.f32(WALKER_HEIGHT_M).f32(WALKER_RADIUS_M).f32(WALKER_CLIMB_M);
@@ -80,19 +80,19 @@ fn tile(places: &[glam::DVec3], triangles: &[Cell]) -> Vec<u8> {
             out.u16(cell.corners.get(index).map_or(0, |corner| *corner as u16));
         }
         for index in 0..6 {
-            let beyond = cell.beyond.get(index).copied().flatten();
-            let is_there = |other: &u32| (*other as usize) < triangles.len();
-            out.u16(beyond.filter(is_there).map_or(NONE, |other| other as u16 + 1));
+            let neighbours = cell.neighbours.get(index).copied().flatten();
+            let exists = |other: &u32| (*other as usize) < triangles.len();
+            out.u16(neighbours.filter(exists).map_or(NONE, |other| other as u16 + 1));
         }
         out.u16(cell.area.flag()).u8(3).u8(cell.area as u8);
     }
     out.zeros(triangles.len() * 6 * 12);
     for index in 0..triangles.len() {
-        // Of its own corners, no more; one triangle.
+        // The detail mesh of a polygon is its own triangle.
         out.u32(0).u32(index as u32).u8(0).u8(1).u16(0);
     }
     for _ in triangles {
-        // All three sides are the polygon's own.
+        // All three sides are sides of the polygon.
         out.u8(0).u8(1).u8(2).u8(0b01_0101);
     }
     for node in nodes {
@@ -104,11 +104,11 @@ fn tile(places: &[glam::DVec3], triangles: &[Cell]) -> Vec<u8> {
     out.0
 }
 
-/// A box of the tree by which polygons are found; written in the order in which it is walked.
+/// A node of the bounding volume tree, in depth-first order.
 struct Node {
     low: [u16; 3],
     high: [u16; 3],
-    /// A polygon's, or how many nodes to pass over, negative.
+    /// The index of a polygon, or minus the number of nodes to skip.
     index: i32,
 }
 
@@ -153,7 +153,7 @@ fn subdivide(leaves: &mut [Node], nodes: &mut Vec<Node>) {
     nodes[at].index = -((nodes.len() - at) as i32);
 }
 
-/// Little-endian bytes in the making.
+/// Little-endian bytes that are being written.
 #[derive(Default)]
 struct Out(Vec<u8>);
 

@@ -1,23 +1,23 @@
-//! The edges of sidewalks: out of the town's triangles, moved inwards, made simple.
+//! The outlines of sidewalks: extracted from the triangles of the town, inset, simplified.
 
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3, Vec3Swizzles};
 use mesh::{Material, Mesh, Tag};
 
-/// Corners of a closed line; what it encloses lies to its left.
+/// The vertices of a closed line whose inside is to its left.
 pub(super) type Loop = Vec<DVec3>;
 
-/// Corners nearer than this are one. Metres.
+/// Vertices nearer than this are merged. Metres.
 const WELD_M: f64 = 0.01;
-/// A corner that lies this near to the line between its neighbours is left out. Metres.
+/// A vertex this near to the line between its neighbours is removed. Metres.
 const STRAIGHT_M: f64 = 0.05;
 /// Shorter loops are slivers between two triangles. Metres.
 const LOOP_MIN_M: f64 = 2.0;
-/// Steeper faces are walls of kerbs.
+/// Steeper faces are the sides of kerbs.
 const NORMAL_Z_MIN: f32 = 0.7;
 
-/// The edges of all paved ground for people, `inset_m` inwards; and how high it lies.
+/// Returns the outlines of all sidewalks, inset by `inset_m`, and the height of the sidewalks.
 pub(super) fn sidewalks(mesh: &Mesh, inset_m: f64) -> (Vec<Loop>, Relief) {
     let mut relief = Relief::default();
     let mut weld = Weld::default();
@@ -37,17 +37,18 @@ pub(super) fn sidewalks(mesh: &Mesh, inset_m: f64) -> (Vec<Loop>, Relief) {
         relief.add(corners.map(|corner| corner.as_dvec3()));
         let [a, b, c] = corners.map(|corner| weld.index(corner.as_dvec3()));
         for edge in [(a, b), (b, c), (c, a)] {
-            // An edge that two triangles share is none of the outline.
+            // An edge that two triangles share is not part of the outline.
             if edge.0 != edge.1 && edges.remove(&(edge.1, edge.0)).is_none() {
                 edges.insert(edge, ());
             }
         }
     }
     let loops = chain(edges.into_keys().collect());
-    let places = |line: Vec<usize>| line.into_iter().map(|at| weld.places[at]).collect::<Loop>();
+    let positions =
+        |line: Vec<usize>| line.into_iter().map(|at| weld.positions[at]).collect::<Loop>();
     let loops = loops
         .into_iter()
-        .map(places)
+        .map(positions)
         .filter(|line| length_m(line) > LOOP_MIN_M)
         .map(|line| straighten(inset(&line, inset_m)))
         .filter(|line| line.len() >= 3)
@@ -55,7 +56,7 @@ pub(super) fn sidewalks(mesh: &Mesh, inset_m: f64) -> (Vec<Loop>, Relief) {
     (loops, relief)
 }
 
-/// Paved triangles by the cells that they lie in.
+/// The triangles of sidewalks, by the cells that they touch.
 #[derive(Default)]
 pub(super) struct Relief {
     triangles: Vec<[DVec3; 3]>,
@@ -78,7 +79,7 @@ impl Relief {
         self.triangles.push(corners);
     }
 
-    /// How high the pavement lies here, if there is any.
+    /// Returns the height of the sidewalk at a point, if there is one.
     pub(super) fn height(&self, at: DVec2) -> Option<f64> {
         let cell = (at / CELL_M).floor().to_array().map(|v| v as i64);
         let near = self.cells.get(&cell)?.iter().map(|index| self.triangles[*index]);
@@ -93,7 +94,7 @@ impl Relief {
     }
 }
 
-/// The same corners, so that what they enclose lies to the left.
+/// Returns the loop with its inside to its left.
 pub(super) fn counter_clockwise(mut line: Loop) -> Loop {
     if sides(&line).map(|(a, b)| a.xy().perp_dot(b.xy())).sum::<f64>() < 0.0 {
         line.reverse();
@@ -101,7 +102,7 @@ pub(super) fn counter_clockwise(mut line: Loop) -> Loop {
     line
 }
 
-/// 1 if the side passes upwards right of the point, −1 if downwards.
+/// Returns 1 if the side passes upwards to the right of the point, −1 if downwards, otherwise 0.
 pub(super) fn crossing(at: DVec2, a: DVec2, b: DVec2) -> i32 {
     let rises = a.y <= at.y && b.y > at.y;
     let falls = b.y <= at.y && a.y > at.y;
@@ -115,7 +116,7 @@ pub(super) fn crossing(at: DVec2, a: DVec2, b: DVec2) -> i32 {
     }
 }
 
-/// Each side of a loop, from corner to corner.
+/// Returns each side of a loop.
 pub(super) fn sides(line: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
     line.iter().zip(line.iter().cycle().skip(1)).map(|(a, b)| (*a, *b))
 }
@@ -124,24 +125,24 @@ fn length_m(line: &Loop) -> f64 {
     sides(line).map(|(a, b)| a.distance(b)).sum()
 }
 
-/// Places of corners, each once.
+/// The positions of vertices, merged.
 #[derive(Default)]
 struct Weld {
     by_cell: BTreeMap<[i64; 3], usize>,
-    places: Vec<DVec3>,
+    positions: Vec<DVec3>,
 }
 
 impl Weld {
     fn index(&mut self, place: DVec3) -> usize {
         let cell = (place / WELD_M).round().to_array().map(|v| v as i64);
         *self.by_cell.entry(cell).or_insert_with(|| {
-            self.places.push(place);
-            self.places.len() - 1
+            self.positions.push(place);
+            self.positions.len() - 1
         })
     }
 }
 
-/// Closed lines out of directed edges.
+/// Joins directed edges into closed lines.
 fn chain(edges: Vec<(usize, usize)>) -> Vec<Vec<usize>> {
     let mut from: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (a, b) in edges {
@@ -167,21 +168,21 @@ fn chain(edges: Vec<(usize, usize)>) -> Vec<Vec<usize>> {
     loops
 }
 
-/// Every corner `by_m` to the left of the line through it.
+/// Moves every vertex by `by_m` to the left of the line.
 fn inset(line: &[DVec3], by_m: f64) -> Loop {
     let count = line.len();
     let moved = (0..count).map(|i| {
         let (before, at, after) = (line[(i + count - 1) % count], line[i], line[(i + 1) % count]);
         let [a, b] = [at - before, after - at].map(|edge| edge.xy().normalize_or_zero().perp());
         let bisector = (a + b).normalize_or_zero();
-        // At a sharp corner not farther than twice the way.
+        // At a sharp corner, at most twice the distance.
         let way_m = by_m / bisector.dot(b).max(0.5);
         at + (bisector * way_m).extend(0.0)
     });
     moved.collect()
 }
 
-/// Without the corners that hardly turn.
+/// Removes vertices at which the line hardly turns.
 fn straighten(line: Loop) -> Loop {
     let mut kept: Loop = Vec::with_capacity(line.len());
     let mut skipped: Vec<DVec3> = Vec::new();

@@ -1,7 +1,7 @@
 use glam::dvec3;
 
 use super::{
-    Area,
+    area::Area,
     cells::{Cells, Ground},
     detour, outline,
 };
@@ -13,7 +13,7 @@ fn square(low: [f64; 2], high: [f64; 2]) -> outline::Loop {
 
 fn area_m2(cells: &Cells, of: Area) -> f64 {
     let twice = |corners: [u32; 3]| {
-        let [a, b, c] = corners.map(|at| cells.places[at as usize].truncate());
+        let [a, b, c] = corners.map(|at| cells.positions[at as usize].truncate());
         (b - a).perp_dot(c - a)
     };
     let all = cells.triangles.iter().filter(|cell| cell.area == of);
@@ -34,14 +34,16 @@ fn two_sidewalks_and_a_crosswalk_are_one_ground_with_a_hole() {
     let mut next = vec![0];
     while let Some(at) = next.pop() {
         if !std::mem::replace(&mut reached[at], true) {
-            next.extend(cells.triangles[at].beyond.iter().flatten().map(|other| *other as usize));
+            next.extend(
+                cells.triangles[at].neighbours.iter().flatten().map(|other| *other as usize),
+            );
         }
     }
-    assert!(reached.iter().all(|is| *is), "people reach all of it");
+    assert!(reached.iter().all(|is| *is), "not all of the ground is connected");
     for (index, cell) in cells.triangles.iter().enumerate() {
-        for other in cell.beyond.iter().flatten() {
-            let back = cells.triangles[*other as usize].beyond;
-            assert!(back.contains(&Some(index as u32)), "{index} and {other} know each other");
+        for other in cell.neighbours.iter().flatten() {
+            let back = cells.triangles[*other as usize].neighbours;
+            assert!(back.contains(&Some(index as u32)), "{index} is not a neighbour of {other}");
         }
     }
 }
@@ -55,7 +57,7 @@ fn the_sidewalks_of_a_town_keep_off_its_roads() {
     assert!(area_m2(&cells, Area::Sidewalk) > 5_000.0);
     assert!(area_m2(&cells, Area::Crosswalk) > 500.0);
     for cell in cells.triangles.iter().filter(|cell| cell.area == Area::Sidewalk) {
-        let corners = cell.corners.map(|at| cells.places[at as usize]);
+        let corners = cell.corners.map(|at| cells.positions[at as usize]);
         let middle = corners.iter().sum::<glam::DVec3>() / 3.0;
         let Some(at) = network.nearest(middle, road::LaneTypes::DRIVING) else { continue };
         let place = network.place(at);
@@ -65,7 +67,7 @@ fn the_sidewalks_of_a_town_keep_off_its_roads() {
     let file = detour::file(&cells);
     let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap());
     assert_eq!(word(0), 0x4d53_4554);
-    // The tile is as long as it says, and the file ends with it.
+    // The length of the tile in the header matches, and the file ends with the tile.
     let head = 4 * 3 + 4 * 7 + 8;
     assert_eq!(file.len(), head + word(head - 4) as usize);
 }

@@ -1,6 +1,6 @@
-//! Numbers and dates as C's libraries write them.
+//! Numbers and dates in the formats of C's standard library.
 
-/// As `%g`: six digits, no zeros behind them.
+/// Returns a number as `%g`: six significant digits without trailing zeros.
 pub(crate) fn general(value: impl Into<f64>) -> String {
     let value = value.into();
     if value == 0.0 || !value.is_finite() {
@@ -20,10 +20,11 @@ pub(crate) fn general(value: impl Into<f64>) -> String {
     format!("{}e{sign}{:02}", trim(digits), exponent.abs())
 }
 
-/// As `%x %X` in the C locale, universal time.
+/// Returns seconds since 1970 as `%x %X` in the C locale, in UTC.
 pub(crate) fn date(secs: u64) -> String {
     let (days, second) = ((secs / 86_400) as i64, secs % 86_400);
-    // Howard Hinnant's `civil_from_days`: years begin in March.
+    // Howard Hinnant, "chrono-compatible low-level date algorithms", `civil_from_days`: years begin
+    // in March.
     let day = days + 719_468;
     let era = day.div_euclid(146_097);
     let of_era = day.rem_euclid(146_097);
@@ -42,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_written_as_c_does() {
+    fn numbers_have_the_format_of_printf_g() {
         for (value, text) in [
             (0.0, "0"),
             (46.0, "46"),
@@ -59,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn dates_are_written_as_c_does() {
+    fn dates_have_the_format_of_strftime() {
         assert_eq!(date(0), "01/01/70 00:00:00");
         assert_eq!(date(1_550_745_980), "02/21/19 10:46:20");
         assert_eq!(date(1_709_164_799), "02/28/24 23:59:59");

@@ -1,4 +1,4 @@
-//! Traffic lights as clients see them: names, groups, and for how long they have shown a colour.
+//! Traffic lights as clients see them: names, groups, and how long they have shown a phase.
 
 use std::collections::BTreeMap;
 
@@ -7,38 +7,38 @@ use road::Network;
 
 use crate::state::{Moment, Timing};
 
-/// How long a light shows each colour where nothing better is known.
+/// The durations of phases that no client has set. Seconds.
 const GREEN_SECS: f32 = 10.0;
 const YELLOW_SECS: f32 = 3.0;
 const RED_SECS: f32 = 2.0;
 
-/// All lights of the map.
-pub(crate) struct Lights {
-    /// OpenDRIVE's id and the controller of each signal.
+/// All traffic lights of a map.
+pub(crate) struct TrafficLights {
+    /// The OpenDRIVE id and the controller of each signal.
     signals: Vec<(String, Option<u32>)>,
     by_actor: BTreeMap<u32, Light>,
     pub(crate) is_frozen: bool,
 }
 
-/// One lamp box.
+/// The state of one light box.
 #[derive(Clone, Copy, Debug)]
 struct Light {
     signal: u32,
     phase: u32,
     since_nanos: u64,
-    /// Green, yellow, red, as clients were told or set.
+    /// The durations of green, yellow and red that clients have set, or the defaults. Seconds.
     secs: [f32; 3],
-    /// A client switched it, and until when that holds.
+    /// The simulated time until which a client's switch holds; `None`: traffic controls the light.
     held_until_nanos: Option<u64>,
 }
 
-impl Lights {
-    pub(crate) fn new(network: &Network) -> Lights {
+impl TrafficLights {
+    pub(crate) fn new(network: &Network) -> TrafficLights {
         let signals = network.signals().iter().map(|s| (s.id.clone(), s.controller));
-        Lights { signals: signals.collect(), by_actor: BTreeMap::new(), is_frozen: false }
+        TrafficLights { signals: signals.collect(), by_actor: BTreeMap::new(), is_frozen: false }
     }
 
-    /// Takes in the colours of a frame.
+    /// Takes over the phases of a frame.
     pub(crate) fn follow(&mut self, world: &World) {
         let now = world.header().stamp.sim_time_nanos;
         for actor in world.actors().iter().filter(|a| a.kind == kind::TRAFFIC_LIGHT) {
@@ -55,7 +55,7 @@ impl Lights {
         }
     }
 
-    /// The name, the place in its group, and the timing of a light.
+    /// Returns the name of a light, its index in its group, and its timing.
     pub(crate) fn of(&self, actor: &ActorState, moment: &Moment) -> (&str, u32, Timing) {
         let name = self.signals.get(actor.signal as usize).map_or("", |(name, _)| name.as_str());
         let light = self.by_actor.get(&actor.actor_id.0);
@@ -73,7 +73,7 @@ impl Lights {
         (name, pole as u32, timing)
     }
 
-    /// The lights that are switched together with one, itself among them.
+    /// Returns the lights of the same controller, including the light itself.
     pub(crate) fn group(&self, id: u32) -> Vec<u32> {
         let controller =
             |light: &Light| self.signals.get(light.signal as usize).and_then(|(_, c)| *c);
@@ -83,20 +83,20 @@ impl Lights {
         members.map(|(id, _)| *id).collect()
     }
 
-    /// Whether this actor is a light of the map.
+    /// Returns whether an actor is a traffic light.
     pub(crate) fn contains(&self, id: u32) -> bool {
         self.by_actor.contains_key(&id)
     }
 
-    /// What clients are told of the length of a colour: 0 green, 1 yellow, 2 red.
+    /// Sets the duration of a phase, which clients can read: 0 green, 1 yellow, 2 red.
     pub(crate) fn set_secs(&mut self, id: u32, colour: usize, secs: f32) {
         if let Some(light) = self.by_actor.get_mut(&id) {
             light.secs[colour] = secs;
         }
     }
 
-    /// Shows a colour for as long as that colour's time is, or for ever while all are frozen; on
-    /// every box that hangs for the same signal.
+    /// Switches all boxes of a light's signal to a phase for the duration of that phase, or without
+    /// limit while all lights are frozen. Returns the commands.
     pub(crate) fn switch(&mut self, id: u32, phase: u32, world: &World) -> Vec<Command> {
         let signal = self.by_actor.get(&id).map(|light| light.signal);
         let boxes = self.by_actor.iter().filter(|(_, light)| Some(light.signal) == signal);
@@ -120,7 +120,7 @@ impl Lights {
         Some(hold(id, phase))
     }
 
-    /// Every light keeps its colour, or goes on.
+    /// Freezes all lights in their phases, or lets them continue. Returns the commands.
     pub(crate) fn freeze(&mut self, on: bool) -> Vec<Command> {
         self.is_frozen = on;
         let each = self.by_actor.iter_mut().map(|(id, light)| {
@@ -130,7 +130,7 @@ impl Lights {
         each.collect()
     }
 
-    /// These lights go on as traffic plans.
+    /// Lets traffic control these lights again. Returns the commands.
     pub(crate) fn reset(&mut self, ids: &[u32]) -> Vec<Command> {
         for id in ids {
             if let Some(light) = self.by_actor.get_mut(id) {
@@ -140,12 +140,12 @@ impl Lights {
         ids.iter().map(|id| release(*id)).collect()
     }
 
-    /// All lights.
+    /// Returns the ids of all lights.
     pub(crate) fn ids(&self) -> Vec<u32> {
         self.by_actor.keys().copied().collect()
     }
 
-    /// What is to be requested for lights whose time is over.
+    /// Returns the commands for lights whose switch has expired.
     pub(crate) fn commands(&mut self, world: &World) -> Vec<Command> {
         let now = world.header().stamp.sim_time_nanos;
         let mut commands = Vec::new();

@@ -1,39 +1,39 @@
-//! A recording's moments in CARLA's words.
+//! Converts the moments of a recording to frames of CARLA's log.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ::record::{Moment, Recording};
 use client_lib::{ActorId, ActorState, Command, carla_axes::CarlaTransform, flag, kind};
+use record::{Moment, Recording};
 
-use super::{Created, Frame, Light, Motion, Pedals, Place, Touch};
+use crate::carla_log::frame::{
+    Collision, CreatedActor, Frame, Kinematics, NO_ACTOR, Position, TrafficLight, VehicleAnimation,
+};
 
-/// What CARLA calls who is no actor.
-pub(crate) const NOBODY: u32 = u32::MAX;
 /// CARLA's types of attributes.
 const TEXT: u8 = 3;
 const COLOR: u8 = 4;
-/// Doors of an actor.
+/// The number of doors of a vehicle.
 const DOORS: u8 = 4;
 
-/// A pass over a recording's moments, with what is known of their actors.
-pub(crate) struct Telling {
+/// A pass over the moments of a recording.
+pub(crate) struct FrameBuilder {
     blueprints: Vec<String>,
     roles: BTreeMap<ActorId, String>,
     there: BTreeSet<ActorId>,
     heroes: BTreeSet<ActorId>,
-    /// A light's state, and since when.
+    /// By light: its phase, and since when. Seconds.
     phases: BTreeMap<ActorId, (u32, f64)>,
     lamps: BTreeMap<ActorId, u32>,
     doors: BTreeMap<ActorId, u32>,
     frame: Frame,
 }
 
-impl Telling {
-    pub(crate) fn new(recording: &Recording) -> Telling {
-        let told = recording.info();
-        Telling {
-            blueprints: told.blueprints.clone(),
-            roles: told.roles.iter().cloned().collect(),
+impl FrameBuilder {
+    pub(crate) fn new(recording: &Recording) -> FrameBuilder {
+        let info = recording.info();
+        FrameBuilder {
+            blueprints: info.blueprints.clone(),
+            roles: info.roles.iter().cloned().collect(),
             there: BTreeSet::new(),
             heroes: BTreeSet::new(),
             phases: BTreeMap::new(),
@@ -43,8 +43,8 @@ impl Telling {
         }
     }
 
-    /// The next moment. CARLA counts from 1; time counts from the first frame.
-    pub(crate) fn turn(&mut self, moment: &Moment) -> &Frame {
+    /// Returns the frame of the next moment. Frames count from 1; time counts from the first frame.
+    pub(crate) fn frame(&mut self, moment: &Moment) -> &Frame {
         let duration_s = moment.delta_nanos as f64 / 1e9;
         let Frame { number, elapsed_s, .. } = self.frame;
         let elapsed_s = if number == 0 { 0.0 } else { elapsed_s + duration_s };
@@ -56,20 +56,20 @@ impl Telling {
                 self.roles.insert(ActorId(entry.outcome.id), spawn.role.to_string());
             }
         }
-        self.come_and_go(moment);
+        self.update_actors(moment);
         let hero = |id: ActorId| self.heroes.contains(&id);
-        let touches = moment.collisions.iter().zip(0..).map(|(hit, id)| Touch {
+        let collisions = moment.collisions.iter().zip(0..).map(|(hit, id)| Collision {
             id,
             actors: [hit.actor, hit.other]
-                .map(|id| if id == ActorId::NONE { NOBODY } else { id.0 }),
+                .map(|id| if id == ActorId::NONE { NO_ACTOR } else { id.0 }),
             heroes: [hero(hit.actor), hero(hit.other)],
         });
-        self.frame.touches = touches.collect();
-        moment.actors.iter().for_each(|state| self.tell(state));
+        self.frame.collisions = collisions.collect();
+        moment.actors.iter().for_each(|state| self.add_state(state));
         &self.frame
     }
 
-    fn come_and_go(&mut self, moment: &Moment) {
+    fn update_actors(&mut self, moment: &Moment) {
         let now: BTreeSet<_> = moment.actors.iter().map(|a| a.actor_id).collect();
         self.frame.destroyed = self.there.difference(&now).map(|id| id.0).collect();
         for state in moment.actors.iter().filter(|a| !self.there.contains(&a.actor_id)) {
@@ -88,7 +88,7 @@ impl Telling {
             if let Some(role) = role.or(autopilot) {
                 attributes.push((TEXT, "role_name".to_owned(), role.to_owned()));
             }
-            self.frame.created.push(Created {
+            self.frame.created.push(CreatedActor {
                 id: id.0,
                 kind: kind_of(state),
                 location: place.location,
@@ -105,14 +105,14 @@ impl Telling {
         self.there = now;
     }
 
-    fn tell(&mut self, state: &ActorState) {
+    fn add_state(&mut self, state: &ActorState) {
         let (id, frame) = (state.actor_id, &mut self.frame);
         if state.kind == kind::TRAFFIC_LIGHT {
             let since = self.phases.entry(id).or_insert((state.phase, frame.elapsed_s));
             if since.0 != state.phase {
                 *since = (state.phase, frame.elapsed_s);
             }
-            frame.lights.push(Light {
+            frame.lights.push(TrafficLight {
                 id: id.0,
                 frozen: state.has(flag::FROZEN),
                 elapsed_s: (frame.elapsed_s - since.1) as f32,
@@ -124,10 +124,10 @@ impl Telling {
         let [x, y, z] = state.velocity_mps;
         let [roll, pitch, yaw] = state.angular_velocity_radps.map(f32::to_degrees);
         let spin = [roll, 0.0 - pitch, 0.0 - yaw];
-        frame.motions.push(Motion { id: id.0, velocity: [x, 0.0 - y, z], spin });
+        frame.motions.push(Kinematics { id: id.0, velocity: [x, 0.0 - y, z], spin });
         match state.kind {
             kind::VEHICLE => {
-                frame.pedals.push(Pedals {
+                frame.pedals.push(VehicleAnimation {
                     id: id.0,
                     steer: 0.0 - state.steer,
                     throttle: state.throttle,
@@ -150,9 +150,9 @@ impl Telling {
     }
 }
 
-fn place(state: &ActorState) -> Place {
+fn place(state: &ActorState) -> Position {
     let turn = CarlaTransform::from_pose(&state.pose);
-    Place {
+    Position {
         id: state.actor_id.0,
         location: turn.location_m.map(|m| m * 100.0),
         rotation: [turn.roll_deg, turn.pitch_deg, turn.yaw_deg],

@@ -1,12 +1,14 @@
-//! Where people walk, as the file that CARLA's clients steer their walkers by.
+//! The navigation mesh by which CARLA's clients steer pedestrians.
 //!
 //! ```text
 //!  town's ground ──sidewalks, inset──▶ outline ─▶ cells ─▶ detour ──▶ request_file
-//!  map's crosswalks, drawn longer ──────────┘     (triangles)  (a tile of Detour's)
+//!  map's crosswalks, extended ──────────────┘    (triangles)  (a Detour tile)
 //! ```
 //!
-//! Sidewalks and crosswalks are one plane of triangles, each of which knows its neighbours.
+//! Sidewalks and crosswalks form one planar triangulation in which each triangle has its
+//! neighbours.
 
+mod area;
 mod cells;
 mod cut;
 mod detour;
@@ -19,37 +21,24 @@ use glam::{DVec2, DVec3, Vec3Swizzles};
 use road::{LaneTypes, Network};
 use town::Town;
 
-use cells::{Areas, Cells, Ground};
-use outline::Loop;
+use self::{
+    cells::{Areas, Cells, Ground},
+    outline::Loop,
+};
 
-/// A walker's middle stays so far from the kerb. Metres.
+/// The distance of the mesh from the kerb. Metres.
 const INSET_M: f64 = 0.3;
-/// Crosswalks reach so far into the sidewalks at their ends. Metres.
+/// How far crosswalks extend into the sidewalks at their ends. Metres.
 const REACH_M: f64 = 1.5;
-/// Shorter sides of a crosswalk say nothing of its direction. Metres.
+/// Sides of a crosswalk shorter than this do not define its direction. Metres.
 const SIDE_MIN_M: f64 = 1.0;
-/// Round what stands on a sidewalk. Metres.
+/// The clearance around obstacles on a sidewalk. Metres.
 const CLEARANCE_M: f64 = 0.25;
 
-/// A height that those around decide.
+/// A height that is interpolated from the surroundings.
 const UNKNOWN: f64 = f64::NAN;
 
-/// What part of the ground it is; the value is Detour's area in CARLA's files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(u8)]
-pub(crate) enum Area {
-    Sidewalk = 1,
-    Crosswalk = 2,
-}
-
-impl Area {
-    /// The bit by which CARLA's clients choose.
-    fn flag(self) -> u16 {
-        1 << self as u16
-    }
-}
-
-/// The file of a map's walkable ground; nothing where there is none.
+/// Returns the navigation mesh of a map as a file, or `None` if there is no walkable ground.
 pub(crate) fn file(network: &Network, town: &Town) -> Option<Vec<u8>> {
     let cells = cells(network, town);
     (!cells.triangles.is_empty()).then(|| detour::file(&cells))
@@ -60,21 +49,22 @@ fn cells(network: &Network, town: &Town) -> Cells {
     let crosswalks: Vec<Loop> = network
         .crosswalks()
         .filter(|walk| walk.corners.len() >= 3)
-        .map(|walk| drawn_longer(network, walk.corners))
+        .map(|walk| extended(network, walk.corners))
         .collect();
     let mut ground = Ground { sidewalks, ..Ground::default() };
-    ground.holes = solids_on(&Areas::of(&ground), town);
+    ground.holes = obstacles_on(&Areas::of(&ground), town);
     ground.crosswalks = crosswalks;
     Cells::of(&ground, |at| relief.height(at))
 }
 
-/// A crosswalk's outline, its ends moved into the sidewalks.
-fn drawn_longer(network: &Network, corners: &[DVec3]) -> Loop {
+/// Returns the outline of a crosswalk, its ends extended into the sidewalks.
+fn extended(network: &Network, corners: &[DVec3]) -> Loop {
     let center = corners.iter().sum::<DVec3>() / corners.len() as f64;
     let road = network.nearest(center, LaneTypes::DRIVING).map(|at| network.place(at));
     let heading = road.map_or(0.0, |place| place.heading_rad);
     let across = DVec2::from_angle(heading).perp();
-    // Along its own sides, which may not be square to the road.
+    // The crosswalk's own sides define the direction, since they may not be perpendicular to the
+    // road.
     let along = |(a, b): (DVec3, DVec3)| (b - a).xy().normalize_or_zero();
     let across = outline::sides(corners)
         .filter(|(a, b)| a.distance(*b) > SIDE_MIN_M)
@@ -91,8 +81,8 @@ fn drawn_longer(network: &Network, corners: &[DVec3]) -> Loop {
     outline::counter_clockwise(points)
 }
 
-/// Outlines of what stands on sidewalks: poles, trunks, bins.
-fn solids_on(sidewalks: &Areas, town: &Town) -> Vec<Loop> {
+/// Returns the outlines of obstacles on sidewalks: poles, trunks, bins.
+fn obstacles_on(sidewalks: &Areas, town: &Town) -> Vec<Loop> {
     let solids = town.colliders.iter().filter(|solid| solid.half_extents_m.max_element() < 20.0);
     let near = |at: DVec2| sidewalks.at(at).is_some();
     let outlines = solids.filter_map(|solid| {

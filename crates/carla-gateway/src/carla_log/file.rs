@@ -1,14 +1,16 @@
-//! Frames as CARLA writes them.
+//! Reads and writes logs in CARLA's format.
 
 use std::io::{self, ErrorKind, Read, Write};
 
-use super::{Created, Frame, Head, Light, Motion, Pedals, Place, Touch};
+use crate::carla_log::frame::{
+    Collision, CreatedActor, Frame, Header, Kinematics, Position, TrafficLight, VehicleAnimation,
+};
 
 const MAGIC: &str = "CARLA_RECORDER";
-/// No packet has more bytes.
+/// Most bytes of a packet.
 const PACKET_MAX: u32 = 1 << 28;
 
-/// Numbers of packets; others are skipped.
+/// The numbers of packets; others are skipped.
 mod id {
     pub(super) const FRAME_START: u8 = 0;
     pub(super) const FRAME_END: u8 = 1;
@@ -28,31 +30,31 @@ mod id {
 /// Why a log cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
-    /// The file system.
+    /// The file system has failed.
     #[error(transparent)]
     File(#[from] io::Error),
-    /// It is something else.
-    #[error("it does not begin as a log of CARLA's does")]
-    Strange,
-    /// It contradicts itself.
-    #[error("packet {packet} of frame {frame} {why}")]
+    /// The file is not a log of CARLA.
+    #[error("bad magic: not a log of CARLA's recorder")]
+    BadMagic,
+    /// A packet is invalid.
+    #[error("packet {packet} of frame {frame} is damaged: {why}")]
     Damaged {
-        /// Its number.
+        /// The number of the packet.
         packet: u8,
-        /// The frame that was begun last.
+        /// The number of the frame.
         frame: u64,
-        /// What is wrong.
+        /// What is wrong with the packet.
         why: &'static str,
     },
 }
 
-/// Something that a packet has a list of.
+/// An element of the list in a packet.
 trait Item: Sized {
     fn put(&self, to: &mut Vec<u8>);
     fn take(from: &mut Bytes) -> Option<Self>;
 }
 
-/// What is left of a packet.
+/// The rest of a packet.
 struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
@@ -117,14 +119,14 @@ fn put_vector(to: &mut Vec<u8>, vector: &[f32; 3]) {
     vector.iter().for_each(|v| put_u32(to, v.to_bits()));
 }
 
-/// Longer ones are cut.
+/// Appends a text with its length; longer texts than the length can express are truncated.
 fn put_text(to: &mut Vec<u8>, text: &str) {
     let len = text.len().min(u16::MAX.into());
     to.extend_from_slice(&(len as u16).to_le_bytes());
     to.extend_from_slice(&text.as_bytes()[..len]);
 }
 
-impl Item for Created {
+impl Item for CreatedActor {
     fn put(&self, to: &mut Vec<u8>) {
         put_u32(to, self.id);
         to.push(self.kind);
@@ -140,8 +142,8 @@ impl Item for Created {
         }
     }
 
-    fn take(from: &mut Bytes) -> Option<Created> {
-        let mut created = Created {
+    fn take(from: &mut Bytes) -> Option<CreatedActor> {
+        let mut created = CreatedActor {
             id: from.u32()?,
             kind: from.u8()?,
             location: from.vector()?,
@@ -177,15 +179,15 @@ impl Item for [u32; 2] {
     }
 }
 
-impl Item for Touch {
+impl Item for Collision {
     fn put(&self, to: &mut Vec<u8>) {
         put_u32(to, self.id);
         self.actors.put(to);
         to.extend(self.heroes.map(u8::from));
     }
 
-    fn take(from: &mut Bytes) -> Option<Touch> {
-        Some(Touch {
+    fn take(from: &mut Bytes) -> Option<Collision> {
+        Some(Collision {
             id: from.u32()?,
             actors: Item::take(from)?,
             heroes: [from.bool()?, from.bool()?],
@@ -193,19 +195,19 @@ impl Item for Touch {
     }
 }
 
-impl Item for Place {
+impl Item for Position {
     fn put(&self, to: &mut Vec<u8>) {
         put_u32(to, self.id);
         put_vector(to, &self.location);
         put_vector(to, &self.rotation);
     }
 
-    fn take(from: &mut Bytes) -> Option<Place> {
-        Some(Place { id: from.u32()?, location: from.vector()?, rotation: from.vector()? })
+    fn take(from: &mut Bytes) -> Option<Position> {
+        Some(Position { id: from.u32()?, location: from.vector()?, rotation: from.vector()? })
     }
 }
 
-impl Item for Light {
+impl Item for TrafficLight {
     fn put(&self, to: &mut Vec<u8>) {
         put_u32(to, self.id);
         to.push(self.frozen.into());
@@ -213,13 +215,13 @@ impl Item for Light {
         to.push(self.state);
     }
 
-    fn take(from: &mut Bytes) -> Option<Light> {
+    fn take(from: &mut Bytes) -> Option<TrafficLight> {
         let (id, frozen) = (from.u32()?, from.bool()?);
-        Some(Light { id, frozen, elapsed_s: from.f32()?, state: from.u8()? })
+        Some(TrafficLight { id, frozen, elapsed_s: from.f32()?, state: from.u8()? })
     }
 }
 
-impl Item for Pedals {
+impl Item for VehicleAnimation {
     fn put(&self, to: &mut Vec<u8>) {
         put_u32(to, self.id);
         put_vector(to, &[self.steer, self.throttle, self.brake]);
@@ -227,10 +229,10 @@ impl Item for Pedals {
         put_u32(to, self.gear as u32);
     }
 
-    fn take(from: &mut Bytes) -> Option<Pedals> {
+    fn take(from: &mut Bytes) -> Option<VehicleAnimation> {
         let (id, [steer, throttle, brake]) = (from.u32()?, from.vector()?);
         let (handbrake, gear) = (from.bool()?, from.u32()? as i32);
-        Some(Pedals { id, steer, throttle, brake, handbrake, gear })
+        Some(VehicleAnimation { id, steer, throttle, brake, handbrake, gear })
     }
 }
 
@@ -265,15 +267,15 @@ impl Item for (u32, u8, bool) {
     }
 }
 
-impl Item for Motion {
+impl Item for Kinematics {
     fn put(&self, to: &mut Vec<u8>) {
         put_u32(to, self.id);
         put_vector(to, &self.velocity);
         put_vector(to, &self.spin);
     }
 
-    fn take(from: &mut Bytes) -> Option<Motion> {
-        Some(Motion { id: from.u32()?, velocity: from.vector()?, spin: from.vector()? })
+    fn take(from: &mut Bytes) -> Option<Kinematics> {
+        Some(Kinematics { id: from.u32()?, velocity: from.vector()?, spin: from.vector()? })
     }
 }
 
@@ -284,8 +286,12 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Begins it.
-    pub fn new(mut to: W, head: &Head) -> io::Result<Writer<W>> {
+    /// Writes the header.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the output fails.
+    pub fn new(mut to: W, head: &Header) -> io::Result<Writer<W>> {
         let mut bytes = head.version.to_le_bytes().to_vec();
         put_text(&mut bytes, MAGIC);
         bytes.extend_from_slice(&head.date_secs.to_le_bytes());
@@ -294,7 +300,11 @@ impl<W: Write> Writer<W> {
         Ok(Writer { to, bytes })
     }
 
-    /// Adds a frame: packets in CARLA's order, lists that are empty left out, but for places.
+    /// Writes a frame: packets in CARLA's order, without empty lists.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the output fails.
     pub fn put(&mut self, frame: &Frame) -> io::Result<()> {
         self.bytes.clear();
         let mut start = frame.number.to_le_bytes().to_vec();
@@ -304,7 +314,7 @@ impl<W: Write> Writer<W> {
         self.list(id::EVENT_ADD, &frame.created);
         self.list(id::EVENT_DEL, &frame.destroyed);
         self.list(id::EVENT_PARENT, &frame.parents);
-        self.list(id::COLLISION, &frame.touches);
+        self.list(id::COLLISION, &frame.collisions);
         self.list(id::POSITION, &frame.places);
         self.list(id::STATE, &frame.lights);
         self.list(id::ANIM_VEHICLE, &frame.pedals);
@@ -325,7 +335,7 @@ impl<W: Write> Writer<W> {
         self.bytes[at..at + 4].copy_from_slice(&len.to_le_bytes());
     }
 
-    /// What does not fit into a count of 16 bits goes into a packet of its own.
+    /// Appends a list; one that exceeds a count of 16 bits is split into several packets.
     fn list<T: Item>(&mut self, number: u8, items: &[T]) {
         for items in items.chunks(u16::MAX.into()) {
             self.packet(number, |to| {
@@ -335,7 +345,11 @@ impl<W: Write> Writer<W> {
         }
     }
 
-    /// Where it went.
+    /// Flushes and returns the output.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the output fails.
     pub fn finish(mut self) -> io::Result<W> {
         self.to.flush()?;
         Ok(self.to)
@@ -345,28 +359,36 @@ impl<W: Write> Writer<W> {
 /// Reads a log.
 pub struct Reader<R: Read> {
     from: R,
-    head: Head,
+    head: Header,
     frame: u64,
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads what it begins with.
+    /// Reads the header.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the input fails or is not a log of CARLA.
     pub fn new(mut from: R) -> Result<Reader<R>, LogError> {
         let version = u16::from_le_bytes(array(&mut from)?);
         if text(&mut from)? != MAGIC {
-            return Err(LogError::Strange);
+            return Err(LogError::BadMagic);
         }
         let date_secs = i64::from_le_bytes(array(&mut from)?);
         let map = text(&mut from)?;
-        Ok(Reader { from, head: Head { version, date_secs, map }, frame: 0 })
+        Ok(Reader { from, head: Header { version, date_secs, map }, frame: 0 })
     }
 
-    /// What it begins with.
-    pub fn head(&self) -> &Head {
+    /// Returns the header.
+    pub fn header(&self) -> &Header {
         &self.head
     }
 
-    /// The next frame; none at its end. A frame that was cut off does not count.
+    /// Reads the next frame; `None` at the end of the log. A truncated last frame is ignored.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the input fails or a packet is damaged.
     pub fn frame(&mut self) -> Result<Option<Frame>, LogError> {
         let mut begun: Option<Frame> = None;
         loop {
@@ -380,15 +402,15 @@ impl<R: Read> Reader<R> {
             if packet == id::FRAME_START {
                 let (number, duration_s, elapsed_s) =
                     (|| Some((bytes.u64()?, bytes.f64()?, bytes.f64()?)))()
-                        .ok_or(damaged("ends early"))?;
+                        .ok_or(damaged("it is shorter than its contents"))?;
                 if !(elapsed_s.is_finite() && duration_s.is_finite() && duration_s >= 0.0) {
-                    return Err(damaged("tells of no time that there is"));
+                    return Err(damaged("its time is not finite or its duration is negative"));
                 }
                 self.frame = number;
                 begun = Some(Frame { number, duration_s, elapsed_s, ..Frame::default() });
                 continue;
             }
-            // What stands before the first frame is nobody's.
+            // Packets before the first frame belong to none.
             let Some(mut open) = begun.take() else { continue };
             if packet == id::FRAME_END {
                 return Ok(Some(open));
@@ -397,7 +419,7 @@ impl<R: Read> Reader<R> {
                 id::EVENT_ADD => bytes.list(&mut open.created),
                 id::EVENT_DEL => bytes.list(&mut open.destroyed),
                 id::EVENT_PARENT => bytes.list(&mut open.parents),
-                id::COLLISION => bytes.list(&mut open.touches),
+                id::COLLISION => bytes.list(&mut open.collisions),
                 id::POSITION => bytes.list(&mut open.places),
                 id::STATE => bytes.list(&mut open.lights),
                 id::ANIM_VEHICLE => bytes.list(&mut open.pedals),
@@ -407,7 +429,7 @@ impl<R: Read> Reader<R> {
                 id::KINEMATICS => bytes.list(&mut open.motions),
                 _ => Some(()),
             }
-            .ok_or(damaged("ends early"))?;
+            .ok_or(damaged("it is shorter than its contents"))?;
             begun = Some(open);
         }
     }
@@ -416,7 +438,7 @@ impl<R: Read> Reader<R> {
         let [packet] = array(&mut self.from)?;
         let len = u32::from_le_bytes(array(&mut self.from)?);
         if len > PACKET_MAX {
-            let why = "is of an absurd length";
+            let why = "its length exceeds the limit";
             return Err(LogError::Damaged { packet, frame: self.frame, why });
         }
         let mut bytes = Vec::new();

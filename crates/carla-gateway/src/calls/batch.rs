@@ -1,42 +1,43 @@
-//! Many commands in one call: each with its own outcome.
+//! Many commands in one call, each with its own outcome.
 
 use client_lib::ActorId;
 
 use crate::{
-    args::{Args, Refusal},
+    args::{Args, RpcError},
     bridge::Bridge,
-    calls::{Call, pedals},
+    calls::{call::Call, vehicles::read_control},
     wire::{Description, location, transform},
 };
 
-/// Commands within commands: what is to be done after a spawn may spawn itself.
+/// The deepest nesting of commands: commands after a spawn may be spawns.
 const DEPTH_MAX: u32 = 8;
 
-/// `apply_batch`: the outcomes in the order of the commands.
-pub(crate) fn apply(call: &mut Call) -> Result<(), Refusal> {
+/// `apply_batch`: writes the outcomes in the order of the commands.
+pub(crate) fn apply(call: &mut Call) -> Result<(), RpcError> {
     let mut commands = call.args.list()?;
     let is_ticking = call.args.bool().unwrap_or(false);
     call.out.list(commands.len());
     while commands.len() > 0 {
-        let outcome = commands.list().and_then(|c| carry_out(call.bridge, c, None, 0));
+        let outcome = commands.list().and_then(|c| execute(call.bridge, c, None, 0));
         match outcome {
             Ok(id) => call.out.list(1).list(2).uint(1).uint(id.into()),
-            Err(Refusal(why)) => call.out.list(1).list(2).uint(0).list(1).text(&why),
+            Err(RpcError(why)) => call.out.list(1).list(2).uint(0).list(1).text(&why),
         };
     }
-    if is_ticking && let Err(Refusal(why)) = call.bridge.tick(call.peer) {
-        ::log::warn!("the tick after a batch: {why}");
+    if is_ticking && let Err(RpcError(why)) = call.bridge.tick(call.peer) {
+        log::warn!("the tick after a batch failed: {why}");
     }
     Ok(())
 }
 
-/// One command, on the actor `of` if it was just spawned by the command before.
-fn carry_out(
+/// Executes one command and returns the id of its actor: `of` if the actor was spawned by the
+/// enclosing command.
+fn execute(
     bridge: &mut Bridge,
     mut command: Args,
     of: Option<u32>,
     depth: u32,
-) -> Result<u32, Refusal> {
+) -> Result<u32, RpcError> {
     let mut variant = command.list()?;
     let (index, mut body) = (variant.int()?, variant.list()?);
     if index == 0 {
@@ -50,22 +51,22 @@ fn carry_out(
     match index {
         1 => bridge.destroy(id)?,
         2 => {
-            let control = pedals(id, &mut body)?;
-            bridge.drive(control)?;
+            let control = read_control(id, &mut body)?;
+            bridge.apply_control(control)?;
         }
-        3 => bridge.drive_to(id, &mut body)?,
+        3 => bridge.apply_ackermann(id, &mut body)?,
         4 => {
             let mut control = body.list()?;
-            bridge.walk(id, &mut control)?;
+            bridge.apply_walker_control(id, &mut control)?;
         }
         5 => bridge.set_physics(id, &mut body)?,
         6 => {
             let pose = transform(&mut body)?;
-            bridge.put(id, pose)?;
+            bridge.teleport(id, pose)?;
         }
         7 => {
             let (pose, speed_mps) = (transform(&mut body)?, body.f32()?);
-            bridge.lead(id, pose, speed_mps)?;
+            bridge.set_walker_state(id, pose, speed_mps)?;
         }
         8 => {
             let velocity = location(&mut body)?;
@@ -73,27 +74,27 @@ fn carry_out(
         }
         9 => {
             let turn = body.vector()?;
-            bridge.set_turn(id, turn)?;
+            bridge.set_angular_velocity(id, turn)?;
         }
         10 => {
             let impulse = location(&mut body)?;
-            bridge.push(id, 0, impulse, None)?;
+            bridge.apply_force(id, 0, impulse, None)?;
         }
         11 => {
             let force = location(&mut body)?;
-            bridge.push(id, 1, force, None)?;
+            bridge.apply_force(id, 1, force, None)?;
         }
         12 => {
             let impulse = body.vector()?;
-            bridge.twist(id, 0, impulse)?;
+            bridge.apply_torque(id, 0, impulse)?;
         }
         13 => {
             let torque = body.vector()?;
-            bridge.twist(id, 1, torque)?;
+            bridge.apply_torque(id, 1, torque)?;
         }
         14 => {
             let on = body.bool()?;
-            bridge.simulate_physics(id, on)?;
+            bridge.set_simulate_physics(id, on)?;
         }
         15 => {
             let on = body.bool()?;
@@ -102,40 +103,40 @@ fn carry_out(
         // The client itself registers the vehicle with the traffic manager.
         16 => {
             body.bool()?;
-            if bridge.client.world().actor(ActorId(id)).is_none() && !bridge.is_there(id) {
+            if bridge.client.world().actor(ActorId(id)).is_none() && !bridge.exists(id) {
                 return Err("Actor could not be found in the registry".into());
             }
         }
         17 => {}
         18 => {
             let lamps = body.u32()?;
-            bridge.set_lamps(id, lamps)?;
+            bridge.set_vehicle_lights(id, lamps)?;
         }
         19 => {
             let to = location(&mut body)?;
-            bridge.put_at(id, to)?;
+            bridge.move_to(id, to)?;
         }
         21 => {
             let state = body.u32()?;
-            bridge.set_light(id, state)?;
+            bridge.set_traffic_light(id, state)?;
         }
-        other => return Err(format!("command {other} is none that this server knows").into()),
+        other => return Err(format!("unknown batch command {other}").into()),
     }
     Ok(id)
 }
 
-fn spawn(bridge: &mut Bridge, mut body: Args, depth: u32) -> Result<u32, Refusal> {
+fn spawn(bridge: &mut Bridge, mut body: Args, depth: u32) -> Result<u32, RpcError> {
     let description = Description::read(&mut body)?;
     let pose = transform(&mut body)?;
     let parent = body.optional()?.map(|mut p| p.u32()).transpose()?.unwrap_or(0);
-    // How it is attached is uninitialised memory in the official client if there is no parent.
+    // Without a parent, the official client sends uninitialised memory as the type of attachment.
     body.next()?;
     body.next()?;
     let mut after = body.list()?;
     let id = bridge.spawn(description, pose, parent)?;
     while after.len() > 0 && depth < DEPTH_MAX {
-        // As in CARLA, nobody hears what became of these.
-        let _ = after.list().and_then(|c| carry_out(bridge, c, Some(id), depth + 1));
+        // As in CARLA, the outcomes of these commands are not reported.
+        let _ = after.list().and_then(|c| execute(bridge, c, Some(id), depth + 1));
     }
     Ok(id)
 }

@@ -1,53 +1,54 @@
-//! What the road tells a vehicle: its speed limit, and the light that it stands at.
+//! The speed limit and the traffic light that apply to a vehicle.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use client_lib::{ActorState, World, kind};
 use road::{LaneIndex, LaneTypes, Network};
 
-use crate::state::Roadside;
+use crate::state::RoadContext;
 
-/// A vehicle is asked after every so many frames.
-const EVERY: u64 = 4;
-/// Where no limit is posted.
+/// The context of a vehicle is computed every this many frames.
+const FRAMES_BETWEEN: u64 = 4;
+/// The limit of roads that define none. Kilometres per hour.
 const LIMIT_KMH: f32 = 30.0;
-/// So far before the line a light begins to matter to CARLA's clients. Metres.
+/// The distance before a stop line from which a light applies to a vehicle. Metres.
 const BEFORE_M: f64 = 8.0;
-/// So far behind it, it still does. Metres.
+/// The distance behind a stop line up to which a light applies to a vehicle. Metres.
 const BEHIND_M: f64 = 1.0;
 
-/// The map's limits and stop lines, and what vehicles were last told.
-pub(crate) struct Roadsides {
-    network: Network,
-    /// Where each lane's lights stop traffic, and which signal that is.
+/// The limits and stop lines of a map, and the last context of each vehicle.
+pub(crate) struct RoadContexts {
+    network: Arc<Network>,
+    /// By lane: where lights stop traffic, and the signals.
     stops: BTreeMap<LaneIndex, Vec<(f64, u32)>>,
-    told: BTreeMap<u32, (f32, Option<u32>)>,
+    cached: BTreeMap<u32, (f32, Option<u32>)>,
 }
 
-impl Roadsides {
-    pub(crate) fn new(network: &Network) -> Roadsides {
+impl RoadContexts {
+    pub(crate) fn new(network: &Arc<Network>) -> RoadContexts {
         let mut stops: BTreeMap<LaneIndex, Vec<(f64, u32)>> = BTreeMap::new();
         for (index, signal) in network.signals().iter().enumerate().filter(|(_, s)| s.dynamic) {
             for (lane, along_m) in &signal.lanes {
                 stops.entry(*lane).or_default().push((*along_m, index as u32));
             }
         }
-        Roadsides { network: network.clone(), stops, told: BTreeMap::new() }
+        RoadContexts { network: Arc::clone(network), stops, cached: BTreeMap::new() }
     }
 
-    /// For one vehicle at this frame.
-    pub(crate) fn of(&mut self, actor: &ActorState, world: &World, frame: u64) -> Roadside {
+    /// Returns the context of a vehicle at this frame.
+    pub(crate) fn of(&mut self, actor: &ActorState, world: &World, frame: u64) -> RoadContext {
         let id = actor.actor_id.0;
-        if (frame + u64::from(id)).is_multiple_of(EVERY) || !self.told.contains_key(&id) {
-            let told = self.look(actor, world);
-            self.told.insert(id, told);
+        if (frame + u64::from(id)).is_multiple_of(FRAMES_BETWEEN) || !self.cached.contains_key(&id)
+        {
+            let context = self.find(actor, world);
+            self.cached.insert(id, context);
         }
-        let (speed_limit_kmh, light) = self.told[&id];
+        let (speed_limit_kmh, light) = self.cached[&id];
         let phase = |id: u32| world.actor(client_lib::ActorId(id)).map(|light| (id, light.phase));
-        Roadside { speed_limit_kmh, light: light.and_then(phase) }
+        RoadContext { speed_limit_kmh, light: light.and_then(phase) }
     }
 
-    fn look(&self, actor: &ActorState, world: &World) -> (f32, Option<u32>) {
+    fn find(&self, actor: &ActorState, world: &World) -> (f32, Option<u32>) {
         let at = actor.pose.position().as_dvec3();
         let Some(point) = self.network.nearest(at, LaneTypes::DRIVING) else {
             return (LIMIT_KMH, None);

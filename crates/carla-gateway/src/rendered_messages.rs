@@ -1,20 +1,24 @@
-//! What a bundle measured, as messages in CARLA's layouts: BGRA images, points with y to the right.
+//! Measurements of cameras, lidars and radars as CARLA's messages: BGRA images, and points with y
+//! to the right.
 
 use std::f32::consts::TAU;
 
 use client_lib::{ActorId, Measurement, World};
 use glam::Vec3;
+use mesh::RandomStream;
 
 use crate::{
-    sensor::{Kind, Sensor},
+    pixels::{OPAQUE, bgra, pixels},
+    sensor::Sensor,
+    sensor_kind::Kind,
     stream::Message,
     wire::{Bytes, message},
 };
 
-/// Depth 1.0 in a depth image.
+/// The depth that the value 1.0 of a depth image stands for. Metres.
 const DEPTH_FULL_M: f32 = 1000.0;
 
-/// The message of one measurement; nothing if the bundle lacks what the sensor gives.
+/// Returns the message of one measurement, or `None` if the bundle lacks what the sensor outputs.
 pub(crate) fn message_of(
     sensor: &mut Sensor,
     measured: &Measurement,
@@ -57,7 +61,7 @@ pub(crate) fn message_of(
             let mut bytes = image();
             let scale = [2.0 / width as f32, -2.0 / height as f32];
             for flow in measured.flow(0)? {
-                // Shares of half the image, upwards, as far as CARLA's go.
+                // Fractions of half the image, positive upwards, within CARLA's range.
                 let [x, y] = [0, 1].map(|axis| (flow[axis] * scale[axis]).clamp(-2.0, 2.0));
                 bytes.f32(x).f32(y);
             }
@@ -82,7 +86,7 @@ pub(crate) fn message_of(
             let mut bytes = begin(8 + 4 * height + each * width * height);
             let azimuth = -plane.first_azimuth_rad;
             bytes.f32(azimuth.rem_euclid(std::f32::consts::TAU)).u32(plane.height);
-            sweep(bytes, measured, [width, height], sensor.kind)?
+            append_lidar(bytes, measured, [width, height], sensor.kind)?
         }
         Kind::Radar => radar(begin(16 * sensor.radar_points().ok()?), sensor, measured, world)?,
         _ => return None,
@@ -90,43 +94,23 @@ pub(crate) fn message_of(
     Some(bytes.into_message())
 }
 
-/// Blue in the lowest byte, alpha in the highest: whole words, which the compiler turns into lanes.
-pub(crate) fn pixels<T>(
-    mut bytes: Bytes,
-    from: impl ExactSizeIterator<Item = T>,
-    pixel: impl Fn(T) -> u32,
-) -> Bytes {
-    let begin = bytes.0.len();
-    bytes.0.resize(begin + 4 * from.len(), 0);
-    let (into, _) = bytes.0[begin..].as_chunks_mut::<4>();
-    for (into, from) in into.iter_mut().zip(from) {
-        *into = pixel(from).to_le_bytes();
-    }
-    bytes
-}
-
-const OPAQUE: u32 = 0xff00_0000;
-
-pub(crate) fn bgra(rgba: [u8; 4]) -> u32 {
-    let word = u32::from_le_bytes(rgba);
-    OPAQUE | (word & 0xff) << 16 | word & 0xff00 | word >> 16 & 0xff
-}
-
-/// Metres as a share of a thousand, in 24 bits: red lowest, blue highest.
+/// Returns a depth pixel: metres as a fraction of 1000 m in 24 bits, the lowest in red, the highest
+/// in blue.
 fn depth_pixel(depth_m: f32) -> u32 {
-    let share = f64::from(depth_m.clamp(0.0, DEPTH_FULL_M)) / f64::from(DEPTH_FULL_M);
-    let code = (share * 16_777_215.0 + 0.5) as u32;
+    let fraction = f64::from(depth_m.clamp(0.0, DEPTH_FULL_M)) / f64::from(DEPTH_FULL_M);
+    let code = (fraction * 16_777_215.0 + 0.5) as u32;
     OPAQUE | (code & 0xff) << 16 | code & 0xff00 | code >> 16 & 0xff
 }
 
-/// The three axes of the camera, y to the right, as red, green and blue: -1 is 0, 1 is 255.
+/// Returns a normal pixel: the axes of the camera, y to the right, as red, green and blue. −1 is 0,
+/// 1 is 255.
 fn normal_pixel([x, y, z]: [f32; 3]) -> u32 {
-    let code = |share: f32| ((share * 0.5 + 0.5).clamp(0.0, 1.0) * 255.0 + 0.5) as u32;
+    let code = |fraction: f32| ((fraction * 0.5 + 0.5).clamp(0.0, 1.0) * 255.0 + 0.5) as u32;
     OPAQUE | code(x) << 16 | code(-y) << 8 | code(z)
 }
 
-/// The returns of a lidar, channel by channel, and how many each channel has.
-fn sweep(
+/// Appends the returns of a lidar, channel by channel, after the number of returns of each channel.
+fn append_lidar(
     mut bytes: Bytes,
     measured: &Measurement,
     [columns, channels]: [usize; 2],
@@ -150,7 +134,7 @@ fn sweep(
                 bytes.f32(intensity);
             } else {
                 let [id, tag] = *labels?.get(ray)?;
-                // The point_attribute number of this kind is the cosine of incidence.
+                // The point attribute of a semantic lidar is the cosine of incidence.
                 bytes.f32(intensity).u32(id).u32(tag);
             }
         }
@@ -160,8 +144,10 @@ fn sweep(
     Some(bytes)
 }
 
-/// Detections: how fast what was hit goes away, and where it is. Of all rays of the grid those are
-/// taken that lie next to CARLA's random points: in an elliptic cone, denser in its middle.
+/// Appends the detections of a radar: radial velocity, azimuth, altitude and depth.
+///
+/// CARLA draws random points in an elliptic cone, denser in its middle. Of the rays of the grid,
+/// those nearest to such points are used.
 fn radar(
     mut bytes: Bytes,
     sensor: &Sensor,
@@ -176,10 +162,13 @@ fn radar(
     let fov_rad = sensor.radar_fov_rad().ok()?;
     let grid = [plane.width, plane.height];
     let seed = sensor.description.number("noise_seed", 0.0).ok()? as u64;
-    let mut dice = Dice::new(seed, measured.header().stamp.sim_time_nanos);
+    let time_nanos = measured.header().stamp.sim_time_nanos;
+    // Each frame has other numbers, and each run the same ones.
+    let state = seed.wrapping_mul(0xd134_2543_de82_ef95) ^ time_nanos;
+    let mut random = RandomStream::from_state(state);
     for _ in 0..sensor.radar_points().ok()? {
-        let [radius, turn] = [dice.roll(), dice.roll()];
-        let ray = ray_next_to(radius, turn * TAU, fov_rad, grid);
+        let [radius, turn] = [random.unit(), random.unit()];
+        let ray = ray_nearest_to(radius, turn * TAU, fov_rad, grid);
         let ([x, y, z, _], [id, _]) = (*points.get(ray)?, *labels.get(ray)?);
         let to = Vec3::new(x, y, z);
         let depth = to.length();
@@ -194,9 +183,14 @@ fn radar(
     Some(bytes)
 }
 
-/// The ray of a grid of columns and rows that lies next to a point of the cone's section: `radius`
-/// of 1 is its edge.
-fn ray_next_to(radius: f32, turn_rad: f32, fov_rad: [f32; 2], [columns, rows]: [u32; 2]) -> usize {
+/// Returns the ray of a grid of columns and rows nearest to a point of the cone's section, where a
+/// `radius` of 1 is the edge.
+fn ray_nearest_to(
+    radius: f32,
+    turn_rad: f32,
+    fov_rad: [f32; 2],
+    [columns, rows]: [u32; 2],
+) -> usize {
     let [half_h, half_v] = fov_rad.map(|fov| fov / 2.0);
     let left = half_h.tan() * radius * turn_rad.cos();
     let up = half_v.tan() * radius * turn_rad.sin();
@@ -207,37 +201,19 @@ fn ray_next_to(radius: f32, turn_rad: f32, fov_rad: [f32; 2], [columns, rows]: [
     (column.min(columns - 1) * rows + row.min(rows - 1)) as usize
 }
 
-/// Random numbers of one moment: splitmix64.
-struct Dice(u64);
-
-impl Dice {
-    fn new(seed: u64, nanos: u64) -> Dice {
-        Dice(seed.wrapping_mul(0xd134_2543_de82_ef95) ^ nanos)
-    }
-
-    /// 0 to 1.
-    fn roll(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ z >> 31) >> 40) as f32 / (1 << 24) as f32
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Back from a ray to where it points, by the lidar's own formula.
+    /// Converts a ray back to its direction by the formula of the lidar.
     #[test]
-    fn a_radars_ray_lies_within_a_step_of_the_drawn_point() {
+    fn the_ray_of_a_radar_lies_within_a_step_of_its_point() {
         let (fov_rad, grid) = ([0.6f32, 0.4], [137u32, 92]);
-        let mut dice = Dice::new(1, 2);
+        let mut random = RandomStream::from_state(0xd134_2543_de82_ef95 ^ 2);
         let mut inner = 0;
         for _ in 0..4000 {
-            let (radius, turn) = (dice.roll(), dice.roll() * TAU);
-            let ray = ray_next_to(radius, turn, fov_rad, grid) as u32;
+            let (radius, turn) = (random.unit(), random.unit() * TAU);
+            let ray = ray_nearest_to(radius, turn, fov_rad, grid) as u32;
             let (column, row) = (ray / grid[1], ray % grid[1]);
             let azimuth = (column as f32 + 0.5) * fov_rad[0] / grid[0] as f32 - fov_rad[0] / 2.0;
             let elevation = fov_rad[1] / 2.0 - fov_rad[1] * row as f32 / (grid[1] - 1) as f32;
@@ -248,12 +224,12 @@ mod tests {
             assert!((height - up).abs() < 0.004, "{elevation} {up}");
             inner += u32::from(radius < 0.5);
         }
-        // Half of them within a quarter of the section: denser in the middle.
+        // Half of the points lie within a quarter of the section.
         assert!((1850..2150).contains(&inner), "{inner}");
     }
 
     #[test]
-    fn red_and_blue_change_places() {
+    fn red_and_blue_are_swapped() {
         assert_eq!(bgra([1, 2, 3, 4]).to_le_bytes(), [3, 2, 1, 255]);
     }
 

@@ -1,24 +1,23 @@
-//! A log's frames as moments, to be shown.
+//! Converts frames of CARLA's log to the moments of a recording.
 
 use std::collections::BTreeMap;
 
-use ::record::{Collision, Moment};
 use client_lib::{ActorId, ActorState, Stamp, carla_axes::CarlaTransform, flag, kind};
+use record::Moment;
 
-use super::{Created, Frame, told::NOBODY};
+use crate::carla_log::frame::{CreatedActor, Frame, NO_ACTOR};
 
-/// A pass over a log's frames: who is there, and how they were last told.
+/// A pass over the frames of a log: the last known state of each actor.
 #[derive(Default)]
-pub struct Showing {
+pub struct MomentBuilder {
     there: BTreeMap<u32, ActorState>,
-    strange: Vec<String>,
+    unknown_blueprints: Vec<String>,
     nanos: u64,
 }
 
-impl Showing {
-    /// The next frame. Whom no blueprint of ours stands for is left out; lights whose place is not
-    /// one of the world's are not shown.
-    pub fn turn(&mut self, frame: &Frame) -> Moment {
+impl MomentBuilder {
+    /// Returns the moment of the next frame. Actors whose blueprint has no counterpart are omitted.
+    pub fn moment(&mut self, frame: &Frame) -> Moment {
         let delta_nanos = (frame.duration_s * 1e9).round().clamp(1.0, 1e10) as u64;
         self.nanos += delta_nanos;
         let mut moment = Moment {
@@ -35,34 +34,34 @@ impl Showing {
             self.there.remove(id);
         }
         for created in &frame.created {
-            match begun(created) {
+            match initial_state(created) {
                 Some(state) => {
                     self.there.insert(created.id, state);
                 }
-                None => self.strange.push(created.blueprint.clone()),
+                None => self.unknown_blueprints.push(created.blueprint.clone()),
             }
         }
-        self.take(frame);
-        let known = |id: u32| if id == NOBODY { ActorId::NONE } else { ActorId(id) };
+        self.apply(frame);
+        let known = |id: u32| if id == NO_ACTOR { ActorId::NONE } else { ActorId(id) };
         moment.collisions = frame
-            .touches
+            .collisions
             .iter()
-            .map(|touch| Collision {
+            .map(|touch| record::Collision {
                 actor: known(touch.actors[0]),
                 other: known(touch.actors[1]),
-                ..Collision::default()
+                ..record::Collision::default()
             })
             .collect();
         moment.actors = self.there.values().copied().collect();
         moment
     }
 
-    /// Blueprints of whom was left out.
-    pub fn strange(&self) -> &[String] {
-        &self.strange
+    /// Returns the blueprints of actors that were omitted.
+    pub fn unknown_blueprints(&self) -> &[String] {
+        &self.unknown_blueprints
     }
 
-    fn take(&mut self, frame: &Frame) {
+    fn apply(&mut self, frame: &Frame) {
         let there = &mut self.there;
         for place in &frame.places {
             if let Some(state) = there.get_mut(&place.id) {
@@ -99,7 +98,7 @@ impl Showing {
         }
         for (id, door, open) in &frame.doors {
             if let Some(state) = there.get_mut(id) {
-                // CARLA's last one is all of them.
+                // CARLA's last door means all doors.
                 let bits = if *door < 4 { 1 << door } else { 0xf };
                 state.doors = state.doors & !bits | if *open { bits } else { 0 };
             }
@@ -113,9 +112,9 @@ fn pose(location: [f32; 3], [roll_deg, pitch_deg, yaw_deg]: [f32; 3]) -> client_
     if pose.is_valid() { pose } else { client_lib::Pose::IDENTITY }
 }
 
-/// Its state as it comes. Who has a blueprint of another catalogue looks like the first of its
-/// kind.
-fn begun(created: &Created) -> Option<ActorState> {
+/// Returns the state of an actor when it is spawned. An unknown blueprint is replaced by the
+/// default one of its kind.
+fn initial_state(created: &CreatedActor) -> Option<ActorState> {
     let (kind, usual) = match created.kind {
         1 => (kind::VEHICLE, "vehicle.tesla.model3"),
         2 => (kind::WALKER, "walker.pedestrian.0001"),

@@ -1,0 +1,32 @@
+//! What the function of a call works with.
+
+use std::sync::Arc;
+
+use crate::{args::Args, bridge::Bridge, msgpack::Pack, rpc::Peer, statics::Statics};
+
+/// A call that reads or changes the world, through the locked bridge.
+pub(crate) struct Call<'a> {
+    pub(crate) bridge: &'a mut Bridge,
+    pub(crate) args: Args<'a>,
+    /// The value of the answer, if it has one.
+    pub(crate) out: &'a mut Pack,
+    pub(crate) peer: &'a Peer,
+    pub(crate) ports: Ports,
+}
+
+/// A call that depends on the map at most, and that needs no bridge.
+pub(crate) struct StaticCall<'a> {
+    pub(crate) statics: Arc<Statics>,
+    pub(crate) args: Args<'a>,
+    /// The value of the answer, if it has one.
+    pub(crate) out: &'a mut Pack,
+    pub(crate) peer: &'a Peer,
+    pub(crate) ports: Ports,
+}
+
+/// The ports on which this process listens.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ports {
+    pub(crate) streams: u16,
+    pub(crate) manager: u16,
+}

@@ -1,0 +1,114 @@
+//! What is fixed for an episode: the map, its objects, the blueprints, and files for clients.
+
+use crate::{
+    args::RpcError,
+    blueprints,
+    calls::call::StaticCall,
+    wire::{Bounds, write_transform},
+};
+
+/// The folder of CARLA's maps.
+pub(super) const FOLDER: &str = "Carla/Maps/";
+/// CARLA's tag that matches every object.
+const ANY: u32 = 255;
+
+pub(super) fn definitions(call: &mut StaticCall) -> Result<(), RpcError> {
+    let all = blueprints::definitions();
+    call.out.list(all.len());
+    all.iter().for_each(|definition| definition.write(call.out));
+    Ok(())
+}
+
+pub(super) fn info(call: &mut StaticCall) -> Result<(), RpcError> {
+    let points = client_lib::spawn_poses(call.statics.network());
+    let name = call.statics.map_name();
+    call.out.list(2).text(&format!("{FOLDER}{name}")).list(points.len());
+    points.iter().for_each(|pose| write_transform(pose, call.out));
+    Ok(())
+}
+
+pub(super) fn open_drive(call: &mut StaticCall) -> Result<(), RpcError> {
+    call.out.text(&call.statics.episode.open_drive);
+    Ok(())
+}
+
+/// Returns the names of files that clients store on their own disk: the navigation mesh.
+pub(super) fn files(call: &mut StaticCall) -> Result<(), RpcError> {
+    let folder = call.args.text()?;
+    match call.statics.navigation().filter(|_| folder.contains("Nav")) {
+        Some(navigation) => call.out.list(1).text(&navigation.name),
+        None => call.out.list(0),
+    };
+    Ok(())
+}
+
+pub(super) fn file(call: &mut StaticCall) -> Result<(), RpcError> {
+    let name = call.args.text()?;
+    let statics = &call.statics;
+    let navigation = statics
+        .navigation()
+        .filter(|navigation| navigation.name.ends_with(name) && !name.is_empty());
+    let navigation = navigation.ok_or_else(|| RpcError::from(format!("unknown file {name:?}")))?;
+    call.out.bin(&navigation.file);
+    Ok(())
+}
+
+pub(super) fn navigation_mesh(call: &mut StaticCall) -> Result<(), RpcError> {
+    call.out.bin(call.statics.navigation().map_or(&[], |navigation| &navigation.file));
+    Ok(())
+}
+
+/// Returns the traffic manager's address and port: the address to which this client has connected.
+pub(super) fn traffic_manager(call: &mut StaticCall) -> Result<(), RpcError> {
+    call.out.list(2).text(&call.peer.local.ip().to_string()).uint(call.ports.manager.into());
+    Ok(())
+}
+
+fn bounds(object: &town::Object) -> Bounds {
+    Bounds {
+        center_m: object.center.to_array(),
+        half_extents_m: object.half_extents_m.to_array(),
+        yaw_rad: object.yaw_rad,
+        actor: 0,
+    }
+}
+
+/// Returns the bounding boxes of all objects with a tag, in world space.
+pub(super) fn level_boxes(call: &mut StaticCall) -> Result<(), RpcError> {
+    let tag = call.args.u32()?;
+    let objects = &call.statics.town().objects;
+    let those: Vec<_> =
+        objects.iter().filter(|o| tag == ANY || o.tag as u32 == tag).map(bounds).collect();
+    call.out.list(those.len());
+    those.iter().for_each(|b| b.write(call.out));
+    Ok(())
+}
+
+pub(super) fn environment_objects(call: &mut StaticCall) -> Result<(), RpcError> {
+    let tag = call.args.u32()?;
+    let objects = &call.statics.town().objects;
+    let those = objects.iter().enumerate().filter(|(_, o)| tag == ANY || o.tag as u32 == tag);
+    let those: Vec<_> = those.collect();
+    call.out.list(those.len());
+    for (index, object) in those {
+        let pose = client_lib::Pose::level(object.center, object.yaw_rad);
+        call.out.list(5);
+        write_transform(&pose, call.out);
+        bounds(object).write(call.out);
+        call.out.uint(index as u64 + 1).text(&name(index, object)).uint(object.tag as u64);
+    }
+    Ok(())
+}
+
+pub(super) fn object_names(call: &mut StaticCall) -> Result<(), RpcError> {
+    let objects = &call.statics.town().objects;
+    call.out.list(objects.len());
+    for (index, object) in objects.iter().enumerate() {
+        call.out.text(&name(index, object));
+    }
+    Ok(())
+}
+
+fn name(index: usize, object: &town::Object) -> String {
+    format!("{:?}_{:?}_{index}", object.layer, object.tag)
+}

@@ -1,0 +1,199 @@
+//! The server of the traffic manager's port: CARLA's parameters as those of our traffic.
+//!
+//! Its calls have no metadata and no wrapper; an error is one of the call itself.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use client_lib::{ActorId, Command, RouteCommand, RouteStep, TrafficParam, param, route_step};
+
+use crate::{
+    args::{Args, RpcError},
+    bridge::Bridge,
+    msgpack::{Pack, Value},
+    rpc::{Handler, Peer},
+    wire,
+};
+
+/// The traffic manager, which is always running.
+pub(crate) struct TrafficManager {
+    pub(crate) bridge: Arc<Mutex<Bridge>>,
+}
+
+impl Handler for TrafficManager {
+    fn call(&self, _: &Peer, method: &str, params: &[Value], out: &mut Pack) {
+        let mut bridge = self.bridge.lock().unwrap_or_else(PoisonError::into_inner);
+        let ended = execute(&mut bridge, method, Args::new(params));
+        bridge.flush_after_call();
+        match ended {
+            Ok(()) => out.nil().nil(),
+            Err(RpcError(why)) => {
+                log::warn!("traffic manager: {method}: {why}");
+                out.text(&why).nil()
+            }
+        };
+    }
+}
+
+fn execute(bridge: &mut Bridge, method: &str, mut args: Args) -> Result<(), RpcError> {
+    match method {
+        "register_vehicle" => autopilot(bridge, args, true),
+        "unregister_vehicle" => autopilot(bridge, args, false),
+        "set_percentage_speed_difference" => {
+            let id = actor_id(&mut args)?;
+            set_param(bridge, id, param::SPEED_REDUCTION, args.f32()? / 100.0)
+        }
+        "set_global_percentage_speed_difference" => {
+            set_param(bridge, 0, param::SPEED_REDUCTION, args.f32()? / 100.0)
+        }
+        "set_distance_to_leading_vehicle" => {
+            let id = actor_id(&mut args)?;
+            set_param(bridge, id, param::GAP_M, args.f32()?)
+        }
+        "set_global_distance_to_leading_vehicle" => set_param(bridge, 0, param::GAP_M, args.f32()?),
+        "set_percentage_running_light" => set_percentage(bridge, args, param::IGNORE_LIGHTS),
+        "set_desired_speed" => {
+            let id = actor_id(&mut args)?;
+            set_param(bridge, id, param::SPEED_MPS, args.f32()? / 3.6)
+        }
+        // CARLA's offset is positive to the right.
+        "set_lane_offset" => {
+            let id = actor_id(&mut args)?;
+            set_param(bridge, id, param::OFFSET_LEFT_M, -args.f32()?)
+        }
+        "set_global_lane_offset" => set_param(bridge, 0, param::OFFSET_LEFT_M, -args.f32()?),
+        "set_auto_lane_change" => {
+            let id = actor_id(&mut args)?;
+            set_param(bridge, id, param::CHANGES_LANES, f32::from(args.bool()?))
+        }
+        // True means to the right.
+        "set_force_lane_change" => {
+            let id = actor_id(&mut args)?;
+            set_param(bridge, id, param::CHANGE_NOW, if args.bool()? { -1.0 } else { 1.0 })
+        }
+        "set_collision_detection" => {
+            let (id, other) = (actor_id(&mut args)?, actor_id(&mut args)?);
+            let ignores = f32::from(!args.bool()?);
+            set_param(bridge, id, param::IGNORE_ACTOR.saturating_add(other), ignores)
+        }
+        "set_percentage_ignore_walkers" => set_percentage(bridge, args, param::IGNORE_WALKERS),
+        "set_percentage_ignore_vehicles" => set_percentage(bridge, args, param::IGNORE_VEHICLES),
+        "set_percentage_running_sign" => set_percentage(bridge, args, param::IGNORE_SIGNS),
+        "keep_slow_lane_rule_percentage" | "set_percentage_keep_slow_lane_rule" => {
+            set_percentage(bridge, args, param::KEEP_RIGHT)
+        }
+        "random_left_lanechange_percentage" | "set_percentage_random_left_lanechange" => {
+            set_percentage(bridge, args, param::CHANGE_LEFT)
+        }
+        "random_right_lanechange_percentage" | "set_percentage_random_right_lanechange" => {
+            set_percentage(bridge, args, param::CHANGE_RIGHT)
+        }
+        // A parameter is an f32, which holds integers of 24 bits.
+        "set_random_device_seed" => {
+            let seed = args.int()? as u64;
+            set_param(
+                bridge,
+                0,
+                param::SEED,
+                ((seed ^ (seed >> 24) ^ (seed >> 48)) & 0xff_ffff) as f32,
+            )
+        }
+        "update_vehicle_lights" => {
+            let id = actor_id(&mut args)?;
+            set_param(bridge, id, param::LAMPS, f32::from(args.bool()?))
+        }
+        "set_path" => {
+            let id = actor_id(&mut args)?;
+            set_path(bridge, id, args)
+        }
+        "update_custom_path" => {
+            let id = args.u32()?;
+            set_path(bridge, id, args)
+        }
+        "set_imported_route" => {
+            let id = actor_id(&mut args)?;
+            set_route(bridge, id, args)
+        }
+        "update_imported_route" => {
+            let id = args.u32()?;
+            set_route(bridge, id, args)
+        }
+        "remove_custom_path" | "remove_imported_route" => {
+            let id = args.u32()?;
+            send_route(bridge, id, &[])
+        }
+        // Traffic is always in step with the world and drives all vehicles with full physics.
+        "health_check_remote_TM"
+        | "set_synchronous_mode"
+        | "set_synchronous_mode_timeout_in_milisecond"
+        | "synchronous_tick"
+        | "set_hybrid_physics_mode"
+        | "set_hybrid_physics_radius"
+        | "set_osm_mode"
+        | "set_respawn_dormant_vehicles"
+        | "set_boundaries_respawn_dormant_vehicles"
+        | "set_max_boundaries"
+        | "get_next_action"
+        | "get_all_actions"
+        | "shut_down" => Ok(()),
+        _ => Err(format!("rpclib: server could not find function '{method}'").into()),
+    }
+}
+
+/// Reads an actor and returns its id.
+fn actor_id(args: &mut Args) -> Result<u32, RpcError> {
+    args.list()?.u32()
+}
+
+fn autopilot(bridge: &mut Bridge, mut args: Args, on: bool) -> Result<(), RpcError> {
+    let mut list = args.list()?;
+    while list.len() > 0 {
+        let id = actor_id(&mut list)?;
+        bridge.set_autopilot(id, on)?;
+    }
+    Ok(())
+}
+
+/// Sets a parameter of one vehicle from a percentage.
+fn set_percentage(bridge: &mut Bridge, mut args: Args, param: u32) -> Result<(), RpcError> {
+    let id = actor_id(&mut args)?;
+    set_param(bridge, id, param, args.f32()? / 100.0)
+}
+
+/// Sets the path of a vehicle: a list of CARLA's locations.
+fn set_path(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), RpcError> {
+    let mut list = args.list()?;
+    let mut steps = Vec::with_capacity(list.len());
+    while list.len() > 0 {
+        steps.push(RouteStep::place(wire::location(&mut list)?));
+    }
+    send_route(bridge, id, &steps)
+}
+
+/// Sets the route of a vehicle: a list of CARLA's `RoadOption`s. Options without a manoeuvre are
+/// skipped.
+fn set_route(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), RpcError> {
+    let steps = args.bytes()?.iter().filter_map(|option| {
+        Some(RouteStep::turn(match option {
+            1 => route_step::LEFT,
+            2 => route_step::RIGHT,
+            3 => route_step::STRAIGHT,
+            5 => route_step::LANE_LEFT,
+            6 => route_step::LANE_RIGHT,
+            _ => return None,
+        }))
+    });
+    let steps: Vec<RouteStep> = steps.collect();
+    send_route(bridge, id, &steps)
+}
+
+fn send_route(bridge: &mut Bridge, id: u32, steps: &[RouteStep]) -> Result<(), RpcError> {
+    for part in RouteCommand::route(ActorId(id), steps) {
+        bridge.command(Command::RouteCommand(part));
+    }
+    Ok(())
+}
+
+fn set_param(bridge: &mut Bridge, id: u32, param: u32, value: f32) -> Result<(), RpcError> {
+    bridge.command(Command::TrafficParam(TrafficParam { actor_id: ActorId(id), param, value }));
+    Ok(())
+}
