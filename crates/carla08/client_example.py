@@ -16,7 +16,7 @@ from carla08.util import print_over_same_line, retry_until_served
 
 
 def settings_of(args):
-    """What the episode is asked to be; a file comes first."""
+    """Returns the settings of the episode, from a file if one is given."""
     if args.carla_settings is not None:
         with open(args.carla_settings, encoding="utf-8") as file:
             return file.read()
@@ -46,7 +46,7 @@ def settings_of(args):
 
 
 def run_carla_client(args):
-    """All episodes, in one connection."""
+    """Runs all episodes in one connection."""
     with make_carla_client(args.host, args.port) as client:
         print("CarlaClient connected")
         for episode in range(args.episodes):
@@ -62,8 +62,8 @@ def run_carla_client(args):
                         filename = args.out_filename_format.format(episode, name, frame)
                         measurement.save_to_disk(filename)
                 if args.autopilot:
-                    # The server has told what its autopilot would do; sending it back lets it
-                    # drive. Some noise makes the data worth more.
+                    # autopilot_control is the control of the autopilot; sending it back lets it
+                    # drive. Noise adds variety to the data.
                     control = measurements.player_measurements.autopilot_control
                     control.steer += random.uniform(-0.1, 0.1)
                     client.send_control(control)
@@ -74,7 +74,7 @@ def run_carla_client(args):
 
 
 def print_measurements(measurements):
-    """One line, over the last one."""
+    """Prints one line over the previous one."""
     player = measurements.player_measurements
     print_over_same_line(
         f"Vehicle at ({player.transform.location.x:.1f}, {player.transform.location.y:.1f}), "
@@ -87,13 +87,13 @@ def print_measurements(measurements):
 
 
 def size(text):
-    """WIDTHxHEIGHT."""
+    """Parses Parses WIDTHxHEIGHT.."""
     width, height = (int(part) for part in text.split("x"))
     return width, height
 
 
 def main():
-    """Reads the flags, and tries until the server is up."""
+    """Parses the flags, and retries until the server is up."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("-v", "--verbose", action="store_true", dest="debug",
                         help="print debug information")
@@ -110,11 +110,11 @@ def main():
     parser.add_argument("-c", "--carla-settings", metavar="PATH", default=None,
                         help="path to a 'CarlaSettings.ini' file")
     parser.add_argument("--episodes", metavar="N", default=3, type=int,
-                        help="how many (default: 3)")
+                        help="number of episodes (default: 3)")
     parser.add_argument("--frames", metavar="N", default=300, type=int,
-                        help="of an episode (default: 300)")
+                        help="frames of an episode (default: 300)")
     parser.add_argument("--size", metavar="WxH", default=(800, 600), type=size,
-                        help="of an image (default: 800x600)")
+                        help="size of an image (default: 800x600)")
     args = parser.parse_args()
     args.out_filename_format = "_out/episode_{:0>4d}/{:s}/{:0>6d}"
     logging.basicConfig(format="%(levelname)s: %(message)s",

@@ -29,12 +29,12 @@ from carla08.util import retry_until_served
 
 WINDOW = (800, 600)
 MINI = (200, 150)
-# Metres at the edge of the lidar's and the map's small pictures.
+# Metres at the edge of the small lidar and map images.
 LIDAR_M, MAP_M = 50.0, 120.0
 
 
 def settings_of(args):
-    """A crowded town, and what the window shows."""
+    """Returns the settings of a town with traffic, and the sensors of the window."""
     settings = CarlaSettings()
     settings.set(SynchronousMode=False, SendNonPlayerAgentsInfo=True, NumberOfVehicles=15,
                  NumberOfPedestrians=30, WeatherId=random.choice([1, 3, 7, 8, 14]),
@@ -57,7 +57,7 @@ def settings_of(args):
 
 
 class Game:
-    """A window on one client."""
+    """The window of one client."""
 
     def __init__(self, client, args):
         self._client, self._args = client, args
@@ -68,7 +68,7 @@ class Game:
         self._told = 0.0
 
     def run(self):
-        """Until Escape."""
+        """Runs until the escape key is pressed."""
         pygame.init()
         try:
             self._window = pygame.display.set_mode(WINDOW)
@@ -144,7 +144,7 @@ class Game:
             small.append(image_converter.labels_to_cityscapes_palette(images["CameraSemSeg"]))
         if "Lidar32" in images:
             points = images["Lidar32"].data[:, :2]
-            # Ahead is up.
+            # Forward is up.
             small.append(dots(numpy.stack([points[:, 1], -points[:, 0]], 1), LIDAR_M))
         if self._lanes is not None:
             at = measurements.player_measurements.transform.location
@@ -161,7 +161,7 @@ class Game:
 
 
 def dots(points, reach_m):
-    """Points round the car as a small picture."""
+    """Returns the points around the vehicle as a small image."""
     picture = numpy.zeros((MINI[1], MINI[0], 3), numpy.uint8)
     scale = MINI[1] / 2.0 / reach_m
     x = (points[:, 0] * scale + MINI[0] / 2.0).astype(int)
@@ -173,7 +173,7 @@ def dots(points, reach_m):
 
 
 def main():
-    """Reads the flags, and tries until the server is up."""
+    """Parses the flags, and retries until the server is up."""
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-v", "--verbose", action="store_true", dest="debug",
@@ -187,9 +187,9 @@ def main():
     parser.add_argument("-q", "--quality-level", choices=["Low", "Epic"], default="Epic",
                         type=lambda s: s.title(), help="graphics quality level")
     parser.add_argument("-m", "--map", nargs="?", const=True, default=None,
-                        help="show the map round the car")
+                        help="show the map around the vehicle")
     parser.add_argument("--frames", metavar="N", default=0, type=int,
-                        help="end after so many (default: never)")
+                        help="frames after which to end (default: never)")
     args = parser.parse_args()
     logging.basicConfig(format="%(levelname)s: %(message)s",
                         level=logging.DEBUG if args.debug else logging.INFO)

@@ -17,7 +17,7 @@ from carla08.util import StopWatch, print_over_same_line, retry_until_served
 
 
 def run_carla_client(args):
-    """One episode."""
+    """Runs one episode."""
     width, height = args.size
     with make_carla_client(args.host, args.port) as client:
         print("CarlaClient connected")
@@ -41,7 +41,7 @@ def run_carla_client(args):
             player = measurements.player_measurements
             if frame % args.every == args.every - 1:
                 watch = StopWatch()
-                # max_depth leaves out the sky and what is far away.
+                # max_depth excludes the sky and distant points.
                 cloud = depth_to_local_point_cloud(
                     sensor_data["CameraDepth"], to_rgb_array(sensor_data["CameraRGB"]),
                     max_depth=args.far)
@@ -55,13 +55,13 @@ def run_carla_client(args):
 
 
 def size(text):
-    """WIDTHxHEIGHT."""
+    """Parses Parses WIDTHxHEIGHT.."""
     width, height = (int(part) for part in text.split("x"))
     return width, height
 
 
 def main():
-    """Reads the flags, and tries until the server is up."""
+    """Parses the flags, and retries until the server is up."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("-v", "--verbose", action="store_true", dest="debug",
                         help="print debug information")
@@ -70,13 +70,13 @@ def main():
     parser.add_argument("-p", "--port", metavar="P", default=2000, type=int,
                         help="TCP port to listen to (default: 2000)")
     parser.add_argument("--frames", metavar="N", default=3000, type=int,
-                        help="how many (default: 3000)")
+                        help="number of episodes (default: 3000)")
     parser.add_argument("--every", metavar="N", default=100, type=int,
                         help="frames between two files (default: 100)")
     parser.add_argument("--far", metavar="D", default=0.07, type=float,
                         help="depth at which points end, of 1000 m (default: 0.07)")
     parser.add_argument("--size", metavar="WxH", default=(800, 600), type=size,
-                        help="of an image (default: 800x600)")
+                        help="size of an image (default: 800x600)")
     args = parser.parse_args()
     logging.basicConfig(format="%(levelname)s: %(message)s",
                         level=logging.DEBUG if args.debug else logging.INFO)

@@ -13,15 +13,15 @@ from carla08.driving_benchmark import BasicExperimentSuite, CoRL2017, run_drivin
 
 
 def size(text):
-    """WIDTHxHEIGHT."""
+    """Parses Parses WIDTHxHEIGHT.."""
     return tuple(int(part) for part in text.split("x"))
 
 
 def main():
-    """Reads the flags and runs."""
+    """Parses the flags and runs the benchmark."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("-v", "--verbose", action="store_true",
-                        help="tell of each episode")
+                        help="log each episode")
     parser.add_argument("-db", "--debug", action="store_true", help="print debug information")
     parser.add_argument("--host", metavar="H", default="localhost",
                         help="IP of the host server (default: localhost)")
@@ -35,13 +35,13 @@ def main():
     parser.add_argument("--corl-2017", action="store_true",
                         help="the whole suite, 600 episodes, instead of one of each task")
     parser.add_argument("--continue-experiment", action="store_true",
-                        help="go on with the log of that name")
+                        help="continue the log of that name")
     parser.add_argument("--agent", choices=["forward", "autopilot"], default="forward",
-                        help="who drives (default: forward)")
+                        help="the agent (default: forward)")
     parser.add_argument("--limit", metavar="N", type=int, default=None,
-                        help="drive no more than so many episodes now")
+                        help="most episodes to run now")
     parser.add_argument("--size", metavar="WxH", default=None, type=size,
-                        help="of the camera's image (default: 800x600)")
+                        help="size of the camera's image (default: 800x600)")
     args = parser.parse_args()
     level = logging.DEBUG if args.debug else logging.INFO if args.verbose else logging.WARNING
     logging.basicConfig(format="%(levelname)s: %(message)s", level=level)

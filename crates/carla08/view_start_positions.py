@@ -15,18 +15,18 @@ from carla08.util import retry_until_served
 
 
 def wanted(text, count):
-    """Indices of "all", "5" or "1,2,30"."""
+    """Parses "all", "5" or "1,2,30" into indices."""
     if text == "all":
         return list(range(count))
     found = [int(part) for part in text.split(",")]
     for index in found:
         if not 0 <= index < count:
-            raise SystemExit(f"start position {index}: there are {count}, from 0 on")
+            raise SystemExit(f"start position {index} is not 0 to {count - 1}")
     return found
 
 
 def lines_of(road_map):
-    """Centres of all lanes, as lists of (x, y)."""
+    """Returns the centre lines of all lanes as lists of (x, y)."""
     lines = []
     for before, _ in road_map.get_topology():
         points = [before, *before.next_until_lane_end(4.0)]
@@ -35,7 +35,7 @@ def lines_of(road_map):
 
 
 def write_svg(path, lines, spots, chosen, labels):
-    """A drawing that any browser shows; x to the right, y down, as the map's own."""
+    """Writes an SVG drawing; x to the right, y down, as on the map."""
     xs = [x for line in lines for x, _ in line]
     ys = [y for line in lines for _, y in line]
     left, top = min(xs) - 20, min(ys) - 20
@@ -62,7 +62,7 @@ def write_svg(path, lines, spots, chosen, labels):
 
 
 def show(lines, spots, chosen, labels):
-    """A window, and a PDF file."""
+    """Shows a window and writes a PDF file."""
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(figsize=(12, 12))
@@ -82,7 +82,7 @@ def show(lines, spots, chosen, labels):
 
 
 def view_start_positions(args):
-    """Asks for the scene, and draws."""
+    """Requests the scene and draws it."""
     with make_carla_client(args.host, args.port) as client:
         scene = client.load_settings(
             CarlaSettings(NumberOfVehicles=0, NumberOfPedestrians=0))
@@ -99,7 +99,7 @@ def view_start_positions(args):
 
 
 def main():
-    """Reads the flags, and tries until the server is up."""
+    """Parses the flags, and retries until the server is up."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("-v", "--verbose", action="store_true", dest="debug",
                         help="print debug information")
@@ -108,10 +108,10 @@ def main():
     parser.add_argument("-p", "--port", metavar="P", default=2000, type=int,
                         help="TCP port to listen to (default: 2000)")
     parser.add_argument("-pos", "--positions", metavar="P", default="all",
-                        help="which to draw: 5 or 1,2,30 (default: all)")
-    parser.add_argument("--no-labels", action="store_true", help="without numbers")
+                        help="positions to draw: 5 or 1,2,30 (default: all)")
+    parser.add_argument("--no-labels", action="store_true", help="draw no numbers")
     parser.add_argument("--svg", metavar="PATH", default=None,
-                        help="write an SVG file, also where matplotlib is installed")
+                        help="write an SVG file even if matplotlib is installed")
     args = parser.parse_args()
     logging.basicConfig(format="%(levelname)s: %(message)s",
                         level=logging.DEBUG if args.debug else logging.INFO)

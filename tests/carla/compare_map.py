@@ -48,7 +48,7 @@ CLASSES = {
 
 
 def carla_module(venv):
-    """The wheel, from here or from the virtual environment."""
+    """Imports the package, from here or from the virtual environment."""
     try:
         import carla
         return carla
@@ -65,12 +65,12 @@ def carla_module(venv):
 
 
 def turn_deg(a, b):
-    """The angle between two directions."""
+    """Returns the angle between two directions."""
     return abs((a - b + 180.0) % 360.0 - 180.0)
 
 
 class Ours:
-    """`omnibus map` on one file."""
+    """Runs `omnibus map` on one file."""
 
     def __init__(self, program, path):
         self.program, self.path = program, path
@@ -86,7 +86,7 @@ class Ours:
 
 
 class Tally:
-    """Points compared, and those that differ by class."""
+    """The number of compared points, and of differences by class."""
 
     def __init__(self):
         self.points = 0
@@ -97,7 +97,7 @@ class Tally:
         self.worst_deg = 0.0
 
     def point(self, found, what):
-        """One point with its differences, (class, words)."""
+        """Adds a point with its differences, as (class, description)."""
         self.points += 1
         if not found:
             return
@@ -117,14 +117,14 @@ def key(road, section, lane, s):
 
 
 def place_of(waypoint):
-    """Position in our axes."""
+    """Returns a position in our axes."""
     at = waypoint.transform.location
     return at.x, -at.y, at.z
 
 
 def own_directions(world, waypoint):
-    """Headings and pitches in degrees of the way that CARLA's own positions take here, in driving
-    direction, with how well each is known: behind and ahead of the point, and both."""
+    """Returns headings and pitches of the path of CARLA's positions in driving direction, in
+    degrees, with their uncertainties: behind and ahead of the point, and over both."""
     def near(s):
         found = world.get_waypoint_xodr(waypoint.road_id, waypoint.lane_id, s) if s >= 0 else None
         return found if found and found.section_id == waypoint.section_id else None
@@ -147,7 +147,7 @@ def own_directions(world, waypoint):
 
 
 def same_places(world, theirs, ours):
-    """Whether two lists of waypoints name the same places."""
+    """Returns whether two lists of waypoints contain the same positions."""
     def points(found):
         places = []
         for item in found:
@@ -164,7 +164,7 @@ def same_places(world, theirs, ours):
 
 
 def nearby(world, road, lane, s):
-    """The waypoint at s or just beside it."""
+    """Returns the waypoint at s or next to it."""
     for at in (s, s - 1e-4, s + 1e-4, s - 1e-3, s + 1e-3):
         if at >= 0.0:
             found = world.get_waypoint_xodr(road, lane, at)
@@ -187,22 +187,22 @@ def mark_words(mark):
         kind = plain(mark["type"])
         color = plain(mark["color"])
         kind = KINDS.get(kind, kind)
-        # CARLA knows no more colours.
+        # CARLA has no other colors.
         color = color if color in ("white", "blue", "green", "red", "yellow") else "other"
         width = mark["width_m"]
     else:
         kind, color, width = plain(mark.type), plain(mark.color), mark.width
-    # What is not painted has neither colour nor width.
+    # A marking that is not painted has neither color nor width.
     return ("none",) if kind == "none" else (kind, color, round(width, 3))
 
 
 def compare_waypoint(world, theirs, ours, tally, with_walk):
-    """One waypoint of ours with CARLA's of the same road, section, lane and s."""
+    """Compares a waypoint with CARLA's at the same road, section, lane and s."""
     found = []
     x, y, z = place_of(theirs)
     away = math.dist((x, y, z), (ours["x_m"], ours["y_m"], ours["z_m"]))
     if away > POSITION_M:
-        # Ours lie on the surface, which has one height where roads of a junction overlap.
+        # Our waypoints are on the surface, which has one height where roads of a junction overlap.
         is_height = (ours["junction"] is not None and abs(z - ours["z_m"]) < OVERLAP_M
                      and math.hypot(x - ours["x_m"], y - ours["y_m"]) <= POSITION_M)
         is_bank = abs(ours["roll_rad"]) > 1e-6
@@ -241,7 +241,7 @@ def compare_waypoint(world, theirs, ours, tally, with_walk):
 
     beside = None
     def at_joint(pick, ours_value):
-        """Whether CARLA says the same a millimetre before or after."""
+        """Returns whether CARLA's answer a millimetre before or after is the same."""
         nonlocal beside
         if beside is None:
             near = [world.get_waypoint_xodr(theirs.road_id, theirs.lane_id, theirs.s + step)
@@ -277,7 +277,7 @@ def compare_waypoint(world, theirs, ours, tally, with_walk):
 
 
 def compare_waypoints(world, ours):
-    """Every point that CARLA's generate_waypoints gives, by all that can be asked of it."""
+    """Compares all properties of every waypoint of CARLA's generate_waypoints."""
     tally = Tally()
     listed = ours.lines("waypoints", "--every", str(STEP_M), "--step", str(STEP_M))
     ours_at = {key(w["road"], w["section"], w["lane"], w["s_m"]): w for w in listed}
@@ -297,7 +297,7 @@ def compare_waypoints(world, ours):
 
 
 def compare_other_lanes(world, ours):
-    """Points on all lanes that are not for driving."""
+    """Compares points on all lanes that are not driving lanes."""
     tally = Tally()
     for own in ours.lines("waypoints", "--every", str(STEP_M), "--types", "any"):
         if own["type"] == "driving":
@@ -365,13 +365,13 @@ def compare_landmarks(world, ours):
 
 
 def compare_signal_place(theirs, mine):
-    """CARLA's signals look the way traffic drives, ours at the drivers."""
+    """Compares signals. CARLA's face in driving direction, ours face the drivers."""
     at, rotation = theirs.transform.location, theirs.transform.rotation
     x, y, z = at.x, -at.y, at.z
     yaw = -rotation.yaw
     is_light = theirs.type == "1000001"
     if is_light:
-        # CARLA sets lamp boxes 0.25 m before their post.
+        # CARLA places light boxes 0.25 m before their pole.
         x -= 0.25 * math.cos(math.radians(yaw))
         y -= 0.25 * math.sin(math.radians(yaw))
     away = math.dist((x, y, z), (mine["x_m"], mine["y_m"], mine["z_m"]))
@@ -387,7 +387,7 @@ def compare_signal_place(theirs, mine):
 
 
 def compare_crosswalks(world, ours):
-    """CARLA gives one list of corners, in which the first of each outline comes again."""
+    """Compares crosswalks. CARLA returns one list of corners; each outline repeats its first one."""
     tally = Tally()
     outlines, outline = [], []
     for corner in world.get_crosswalks():
@@ -425,7 +425,7 @@ def compare_crosswalks(world, ours):
 
 
 def compare_nearest(world, ours, carla):
-    """The nearest driving lane of points all over the map, and a little beside lanes."""
+    """Compares the nearest driving lane of points all over the map and beside lanes."""
     tally = Tally()
     rng = random.Random(1)
     lanes = world.generate_waypoints(5.0)
@@ -442,7 +442,7 @@ def compare_nearest(world, ours, carla):
         if math.dist(place_of(theirs), here) <= 0.05:
             tally.point([], name)
             continue
-        # Who is nearer is right; where several are equally near, nobody is wrong.
+        # The nearer lane is correct; where several are equally near, each one is.
         gap = math.dist(place_of(theirs), (x, y, z)) - math.dist(here, (x, y, z))
         same_lane = (str(theirs.road_id), theirs.lane_id) == (mine["road"], mine["lane"])
         kind = "coarse" if same_lane else "far"
@@ -452,7 +452,7 @@ def compare_nearest(world, ours, carla):
 
 
 def mercator(latitude, longitude, x, y):
-    """CARLA's formula, written anew from what its client answers."""
+    """CARLA's formula, reconstructed from the answers of its client."""
     radius = 6378137.0 * 0.9996
     north = y / radius + math.radians(latitude)
     east = x / radius
@@ -461,7 +461,7 @@ def mercator(latitude, longitude, x, y):
 
 
 def compare_geo(world, carla, text):
-    """The formula that road::CarlaMercator uses, by what CARLA answers."""
+    """Compares the formula of road::CarlaMercator with CARLA's answers."""
     tally = Tally()
     number = lambda name: float(text.split(f"+{name}=")[1].split()[0].split("]")[0])
     try:
@@ -474,13 +474,13 @@ def compare_geo(world, carla, text):
         theirs = world.transform_to_geolocation(carla.Location(x, y, 1.0))
         latitude, longitude = mercator(*origin, x, y)
         off = max(abs(theirs.latitude - latitude), abs(theirs.longitude - longitude))
-        # A location is f32: so much of a degree is a tenth of a millimetre.
+        # A location is f32; this many degrees are a tenth of a millimetre.
         tally.point([("unexplained", f"{off} degrees apart")] if off > 2e-9 else [], (x, y))
     return tally
 
 
 def compare(carla, program, path):
-    """All tallies of one map, by what was compared."""
+    """Returns the tallies of one map, by what was compared."""
     text = open(path, encoding="utf-8").read()
     name = os.path.basename(path).removesuffix(".xodr").split("__")[-1]
     begun = time.perf_counter()

@@ -1,16 +1,11 @@
-"""How vehicles are built, driven and pushed, and walkers hit: what the official package sees."""
+"""Checks of vehicle physics, forces and telemetry, and of walkers that jump and fall."""
 
 import math
 
 import carla
 
-from ledger import check, works, differs
-
-DELTA = 0.05
-
-
-def near(a, b, tolerance):
-    assert abs(a - b) <= tolerance, f"{a} is not {b} within {tolerance}"
+from effects_kit import DELTA, near
+from ledger import check, differs, works
 
 
 def speed(car):
@@ -25,7 +20,7 @@ def distance_in(c, car, seconds):
 
 
 def numbers(physics):
-    """All of a VehiclePhysicsControl but where its wheels are."""
+    """Returns all numbers of a VehiclePhysicsControl except the positions of its wheels."""
     wheels = [
         [w.tire_friction, w.damping_rate, w.max_steer_angle, w.radius, w.max_brake_torque,
          w.max_handbrake_torque, w.lat_stiff_max_load, w.lat_stiff_value, w.long_stiff_value]
@@ -47,11 +42,12 @@ def same(a, b, path=""):
         for index, (x, y) in enumerate(zip(a, b)):
             same(x, y, f"{path}[{index}]")
     else:
-        assert abs(a - b) <= 1e-4 * max(1.0, abs(a)), f"{path}: {a} is not {b}"
+        assert abs(a - b) <= 1e-4 * max(1.0, abs(a)), f"{path}: {a} differs from {b}"
 
 
 def launch(c, change):
-    """Metres that a car gets in three seconds of full throttle from its first place."""
+    """Changes the physics of a vehicle; returns how many metres it drives in three seconds of full
+    throttle, and the physics that were set and read."""
     car = c.car()
     physics = car.get_physics_control()
     change(physics)
@@ -65,7 +61,7 @@ def launch(c, change):
 
 
 @check
-def is_built_otherwise(c):
+def physics_control(c):
     plain, _, before = launch(c, lambda physics: None)
 
     def every_number(p):
@@ -94,15 +90,16 @@ def is_built_otherwise(c):
         p.wheels = wheels
         p.use_sweep_wheel_collision = True
 
-    slow, wished, read = launch(c, every_number)
-    same(numbers(wished), numbers(read))
+    slow, written, read = launch(c, every_number)
+    same(numbers(written), numbers(read))
     assert slow < 0.8 * plain, f"{slow} m instead of {plain} m"
     assert before.wheels[0].max_steer_angle > before.wheels[2].max_steer_angle == 0.0
     differs("Vehicle.get_physics_control Vehicle.apply_physics_control "
             "command.ApplyVehiclePhysicsControl",
-            "each number read as it was set, and a heavy, weak car got less far; friction 3.5 is "
-            "the blueprint's own tyre, gears shift at their ratios at half throttle, wheels stay "
-            "where they are, `use_sweep_wheel_collision` has no effect")
+            "every number was read as it was set, and a heavy vehicle with a weak engine "
+            "accelerated less; a friction of 3.5 is the blueprint's own tyre, gears shift at "
+            "their ratios at half throttle, wheel positions are fixed, "
+            "`use_sweep_wheel_collision` has no effect")
 
     car = c.car()
     good = numbers(car.get_physics_control())
@@ -126,7 +123,7 @@ def is_built_otherwise(c):
 
 
 @check
-def is_driven_to_a_speed(c):
+def ackermann_control(c):
     car = c.car()
     assert car.get_ackermann_controller_settings().speed_kp > 0.1
     settings = carla.AckermannControllerSettings(
@@ -135,7 +132,7 @@ def is_driven_to_a_speed(c):
     c.ticks(1)
     near(car.get_ackermann_controller_settings().speed_kp, 0.2, 1e-6)
     works("Vehicle.get_ackermann_controller_settings Vehicle.apply_ackermann_controller_settings",
-          "read as they were set")
+          "the settings were read as they were set")
     car.apply_ackermann_control(carla.VehicleAckermannControl(speed=3.0))
     c.ticks(160)
     near(speed(car), 3.0, 0.5)
@@ -148,7 +145,7 @@ def is_driven_to_a_speed(c):
     assert speed(car) < 0.05, speed(car)
     works("Vehicle.apply_ackermann_control command.ApplyVehicleAckermannControl "
           "VehicleAckermannControl.steer VehicleAckermannControl.speed",
-          "it drove 3 m/s, turned its wheels 0.2 rad to the right, and stopped")
+          "the vehicle drove 3 m/s, turned its wheels 0.2 rad to the right, and stopped")
     c.client.apply_batch_sync([carla.command.ApplyVehicleAckermannControl(
         car, carla.VehicleAckermannControl(speed=2.0))])
     c.ticks(120)
@@ -157,7 +154,7 @@ def is_driven_to_a_speed(c):
 
 
 @check
-def is_pushed_and_let_go(c):
+def forces_gravity_and_collisions(c):
     car = c.car()
     physics = car.get_physics_control()
     ahead = car.get_transform().get_forward_vector()
@@ -172,7 +169,8 @@ def is_pushed_and_let_go(c):
     c.world.tick()
     near(speed(car), 5.0, 0.5)
     works("Actor.add_impulse Actor.add_force",
-          "five metres per second for five times its mass, or that over one tick")
+          "an impulse of five times the mass, or an equal force over one tick, changed the speed "
+          "by 5 m/s")
     car.apply_control(carla.VehicleControl(brake=1.0))
     c.ticks(60)
     car.set_enable_gravity(False)
@@ -184,15 +182,16 @@ def is_pushed_and_let_go(c):
     car.add_angular_impulse(carla.Vector3D(z=2000.0))
     c.ticks(2)
     spun = math.radians(car.get_angular_velocity().z)
-    # Some 3000 kg m² about the upright axis.
+    # About 3000 kg m² about the vertical axis.
     assert 0.3 < spun < 1.5, spun
     differs("Actor.add_angular_impulse Actor.add_torque",
-            "newton metre seconds about the body's own inertia; the official client sends both "
-            "as an impulse")
+            "newton metre seconds about the body's own inertia; the official client sends both as"
+            " an impulse")
     car.set_enable_gravity(True)
     c.ticks(40)
     assert car.get_location().z < high - 3.0
-    works("Actor.set_enable_gravity command.SetEnableGravity", "it hung in the air, and fell")
+    works("Actor.set_enable_gravity command.SetEnableGravity",
+          "the actor stayed in the air without gravity and fell with it")
     car.destroy()
     c.ticks(1)
 
@@ -204,38 +203,38 @@ def is_pushed_and_let_go(c):
     c.ticks(20)
     near(stood.distance(other.get_location()), 0.0, 0.05)
     near(one.get_location().distance(other.get_location()), 0.0, 0.5)
-    works("Actor.set_collisions", "two cars stood in one place; the ground carried both")
+    works("Actor.set_collisions", "two vehicles stood at one place on the ground")
     one.destroy()
     other.destroy()
 
 
 @check
-def tells_what_wheels_feel(c):
+def telemetry(c):
     car = c.car()
     c.ticks(40)
     weight = car.get_physics_control().mass * 9.81
-    told = car.get_telemetry_data()
-    near(sum(w.tire_load for w in told.wheels) / weight, 1.0, 0.03)
+    data = car.get_telemetry_data()
+    near(sum(w.tire_load for w in data.wheels) / weight, 1.0, 0.03)
     car.apply_control(carla.VehicleControl(throttle=1.0))
     c.ticks(20)
-    told = car.get_telemetry_data()
-    assert told.engine_rpm > 500.0 and told.throttle == 1.0 and told.gear >= 1
-    near(told.speed, speed(car), 0.3)
-    along = sum(w.long_force for w in told.wheels)
+    data = car.get_telemetry_data()
+    assert data.engine_rpm > 500.0 and data.throttle == 1.0 and data.gear >= 1
+    near(data.speed, speed(car), 0.3)
+    along = sum(w.long_force for w in data.wheels)
     assert along > 0.1 * weight, along
-    assert any(w.long_slip > 0.0 and w.torque > 50.0 and w.omega > 5.0 for w in told.wheels)
+    assert any(w.long_slip > 0.0 and w.torque > 50.0 and w.omega > 5.0 for w in data.wheels)
     car.apply_control(carla.VehicleControl(throttle=0.3, steer=0.5))
     c.ticks(15)
-    told = car.get_telemetry_data()
-    assert all(w.lat_force > 0.0 for w in told.wheels), [w.lat_force for w in told.wheels]
+    data = car.get_telemetry_data()
+    assert all(w.lat_force > 0.0 for w in data.wheels), [w.lat_force for w in data.wheels]
     differs("Vehicle.get_telemetry_data",
-            "loads carry the car, forces accelerate and turn it; normalised forces are shares of "
-            "the load")
+            "tyre loads added up to the weight, forces accelerated and turned the vehicle; "
+            "normalised forces are fractions of the load")
     car.destroy()
 
 
 @check
-def jumps_and_falls(c):
+def jump_and_ragdoll(c):
     car = c.car()
     c.ticks(20)
     ahead = car.get_transform().get_forward_vector()
@@ -253,7 +252,7 @@ def jumps_and_falls(c):
         highest = max(highest, walker.get_location().z - ground)
     assert 0.5 < highest < 1.3, highest
     near(walker.get_location().z, ground, 0.1)
-    works("WalkerControl.jump", "0.9 m high, and down again")
+    works("WalkerControl.jump", "the walker jumped 0.9 m high and landed")
     car.set_target_velocity(11.0 * ahead)
     car.apply_control(carla.VehicleControl(brake=0.4))
     c.ticks(80)
@@ -267,6 +266,7 @@ def jumps_and_falls(c):
     c.ticks(20)
     assert walker.get_location().distance(rests.location) < 0.01
     works("walker.is_invincible",
-          "one who is not falls when hit, limb by limb, and lies still; the car drives on")
+          "with `false`, a walker hit by a vehicle fell as a ragdoll and lay still; the vehicle "
+          "drove on")
     walker.destroy()
     car.destroy()

@@ -23,7 +23,7 @@ import carla
 
 
 class Look:
-    """What an observer saw of the world while a script ran."""
+    """What was observed of the world while a script ran."""
 
     def __init__(self, port):
         self.port = port
@@ -69,7 +69,7 @@ class Look:
                 at = world.get_spectator().get_location()
                 self.spectators.add((round(at.x), round(at.y)))
             except RuntimeError:
-                # The world was just changed.
+                # Another world was loaded.
                 pass
 
     def end(self):
@@ -77,8 +77,8 @@ class Look:
         self.thread.join(40.0)
 
 
-class Ran:
-    """A script that has run."""
+class Result:
+    """The result of a script."""
 
     def __init__(self, code, said, look, out):
         self.code, self.said, self.look, self.out = code, said, look, out
@@ -86,13 +86,13 @@ class Ran:
     def files(self, pattern, least=1, bytes_least=1000):
         found = [f for f in glob.glob(os.path.join(self.out, pattern))
                  if os.path.getsize(f) >= bytes_least]
-        assert len(found) >= least, f"{len(found)} files {pattern}, not {least}"
+        assert len(found) >= least, f"{len(found)} files {pattern}, expected {least}"
         return f"{len(found)} files {pattern}"
 
     def says(self, pattern, least=1):
         found = re.findall(pattern, self.said, re.M)
-        assert len(found) >= least, f"{len(found)} times {pattern!r}, not {least}"
-        return f"{len(found)} times {pattern!r}" if least > 1 else f"it says {str(found[0])!r}"
+        assert len(found) >= least, f"{len(found)} times {pattern!r}, expected {least}"
+        return f"{len(found)} times {pattern!r}" if least > 1 else f"prints {str(found[0])!r}"
 
     def drove(self, least_m):
         assert self.look.moved >= least_m, f"vehicles moved {self.look.moved:.1f} m"
@@ -101,17 +101,17 @@ class Ran:
     def had(self, **least):
         for group, count in least.items():
             most = self.look.most.get(group, 0)
-            assert most >= count, f"at most {most} {group}s, not {count}: {self.look.most}"
+            assert most >= count, f"at most {most} {group}s, expected {count}: {self.look.most}"
         return ", ".join(f"{self.look.most[group]} {group}s" for group in least)
 
     def kinds(self, *wanted):
         missing = [one for one in wanted if one not in self.look.kinds]
-        assert not missing, f"never seen: {missing}"
+        assert not missing, f"not observed: {missing}"
         return f"{len(wanted)} kinds of sensors"
 
 
 def clean(ran):
-    """It ended by itself or by what the stage hand did, and complained of nothing."""
+    """Asserts that the script ended without an error, by itself or by the script runner."""
     assert ran.code == 0, f"exit {ran.code}: {tail(ran.said)}"
     assert "Traceback" not in ran.said, tail(ran.said)
 
@@ -182,13 +182,13 @@ def vehicle_physics(ran):
 @example("examples/dynamic_weather.py", "-s 20", seconds=12.0)
 def dynamic_weather(ran):
     assert len(ran.look.weathers) > 5, ran.look.weathers
-    return f"{len(ran.look.weathers)} skies"
+    return f"{len(ran.look.weathers)} weather states"
 
 
 @example("examples/vehicle_gallery.py", seconds=25.0)
 def vehicle_gallery(ran):
     assert len(ran.look.spectators) > 5, ran.look.spectators
-    return ran.says(r"vehicle\.\S+") + ", the spectator goes round"
+    return ran.says(r"vehicle\.\S+") + ", the spectator moves around it"
 
 
 @example("examples/start_recording.py", "-n 10 -t 8 -f {out}/drive.log", seconds=40.0)
@@ -220,7 +220,7 @@ def start_replaying(ran):
          "--generation 2", seconds=45.0,
          keys="f1,w*80,c,tab,l,o,o,g,n,n,n,n,n,n,n,n,n,n,n,n,n,n,p,v", limit=150.0)
 def manual_control(ran):
-    assert len(ran.look.lights) > 1, "lights were never switched"
+    assert len(ran.look.lights) > 1, "vehicle lights were not switched"
     # `n` goes through all fourteen cameras and lidars; normals are the last.
     return ran.drove(3.0) + ", " + ran.kinds(
         "sensor.camera.rgb", "sensor.other.gnss", "sensor.other.imu", "sensor.other.collision",
@@ -243,7 +243,7 @@ def automatic_control_basic(ran):
          seconds=15.0, keys="h,i,tab")
 def no_rendering_mode(ran):
     assert any(no_rendering for _, _, no_rendering in ran.look.settings)
-    return "rendering goes off, the map is drawn"
+    return "rendering is switched off, the map is drawn"
 
 
 @example("examples/visualize_multiple_sensors.py", "--sync --res 640x360", seconds=30.0)
@@ -292,32 +292,32 @@ def config_list_blueprints(ran):
 @example("util/config.py", "--map Town02 --delta-seconds 0.04 --weather HardRainNoon")
 def config_map(ran):
     assert any(delta is not None and abs(delta - 0.04) < 1e-6
-               for _, delta, _ in now(ran)), "no such delta"
-    return "the map is loaded, the delta set, the sky rains"
+               for _, delta, _ in now(ran)), "the delta was not set"
+    return "the map is loaded, the delta and rain are set"
 
 
 @example("util/config.py", "--reload-map --fps 25")
 def config_reload(ran):
     assert any(delta is not None and abs(delta - 0.04) < 1e-6 for _, delta, _ in now(ran))
-    return "the map is loaded anew, 25 frames a second"
+    return "the map is reloaded, 25 frames per second"
 
 
 @example("util/config.py", "--no-rendering --no-sync")
 def config_no_rendering(ran):
     assert any(no_rendering for _, _, no_rendering in now(ran))
-    return "rendering goes off"
+    return "rendering is switched off"
 
 
 @example("util/config.py", "--default")
 def config_default(ran):
     assert not any(synchronous for synchronous, _, _ in now(ran))
-    return "settings are the usual ones"
+    return "the settings are the defaults"
 
 
 @example("util/config.py", "--xodr-path {out}/own.xodr")
 def config_xodr(ran):
     assert client_of(ran).get_world().get_map().name.endswith("OpenDriveMap")
-    return "a file's map is loaded"
+    return "the map of the file is loaded"
 
 
 @example("util/environment.py", "--sun night --weather rain --cars Position --lights on",
@@ -336,7 +336,7 @@ def performance_benchmark(ran):
 @example("util/lane_explorer.py", "-t 0.1", seconds=10.0)
 def lane_explorer(ran):
     return ran.says(r"(?i)Initial location|roadId|laneId|->|Location|Exit") if ran.said.strip() \
-        else "it explores until it is stopped"
+        else "explores until it is stopped"
 
 
 @example("util/raycast_sensor_testing.py", "--sync -ln 1 -lp 50000 -rn 1 -sln 1 --profiling "
@@ -372,7 +372,7 @@ def play(port, api, out, entry):
     if not os.path.exists(script):
         return {"example": name, "script": path, "missing": "no such script"}
     if world is not None:
-        # Whatever the one before left behind is gone.
+        # Actors of the previous script are gone.
         client = carla.Client("127.0.0.1", port)
         client.set_timeout(60.0)
         text = client.load_world(world).get_map().to_opendrive()
@@ -381,7 +381,7 @@ def play(port, api, out, entry):
     shutil.rmtree(os.path.join(out, "_out"), ignore_errors=True)
     look = Look(port)
     filled = [word.replace("{out}", out).replace("{api}", api) for word in arguments]
-    command = [sys.executable, "-u", os.path.join(HERE, "stage_hand.py"), str(port), str(seconds),
+    command = [sys.executable, "-u", os.path.join(HERE, "script_runner.py"), str(port), str(seconds),
                keys, script] + filled
     environment = dict(os.environ)
     environment["PYTHONPATH"] = os.path.join(api, "carla")
@@ -394,7 +394,7 @@ def play(port, api, out, entry):
         code, said = -1, (late.stdout or b"").decode(errors="replace")
         said += f"\nnot over after {limit} s"
     look.end()
-    ran = Ran(code, said, look, out)
+    ran = Result(code, said, look, out)
     with open(os.path.join(out, f"{name}.txt"), "w", encoding="utf-8") as kept:
         kept.write(said)
     told = {"example": name, "script": path, "arguments": " ".join(arguments),
@@ -418,5 +418,5 @@ def main():
 
 if __name__ == "__main__":
     main()
-    # The package aborts now and then while its threads end.
+    # The package sometimes aborts while its threads end.
     os._exit(0)

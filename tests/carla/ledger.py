@@ -1,15 +1,15 @@
-"""Which members of CARLA's Python API were called through the official package, with what effect."""
+"""The ledger: which members of CARLA's Python API were called, and what was observed."""
 
 import json
 import traceback
 
-CHECKS = []
+REGISTERED = []
 ROWS = {}
 
 
 def check(function):
-    """A check: it calls members, observes effects, and enters members into the ledger."""
-    CHECKS.append(function)
+    """Registers a check, which calls members, observes effects, and enters members."""
+    REGISTERED.append(function)
     return function
 
 
@@ -19,38 +19,42 @@ def enter(verdict, members, note):
 
 
 def works(members, effect):
-    """These members did what CARLA does; `effect` says what was observed."""
+    """Enters members whose effect is CARLA's own; `effect` describes what was observed."""
     enter("works", members, effect)
 
 
 def differs(members, how):
-    """These members do something, but not quite what CARLA does."""
+    """Enters members whose effect differs from CARLA's; `how` describes the difference."""
     enter("differs", members, how)
 
 
-def refuses(words, calls):
-    """Each call raises CARLA's error with these words."""
+def refuses(words, calls, note=None):
+    """Enters members whose calls raise an error that contains `words`.
+
+    The note is the text of the error, unless another one is given.
+    """
     for member, call in calls.items():
         try:
             call()
-        except Exception as error:  # The package raises RuntimeError and its own kinds.
-            assert words in str(error), f"{member}: {error!r} does not say {words!r}"
-            enter("error", member, str(error).strip())
+        except Exception as error:  # The package raises RuntimeError and types of its own.
+            assert words in str(error), f"{member}: {error!r} does not contain {words!r}"
+            enter("error", member, note or str(error).strip())
             continue
         raise AssertionError(f"{member}: no error")
 
 
 def ignored(words, calls):
-    """The client waits for no answer to these; nothing happens, and the log says why."""
+    """Enters members whose calls succeed without effect; the simulator logs the reason."""
     for member, call in calls.items():
         call()
         enter("nothing", member, words)
 
 
-def run(context):
-    """All checks in order; one JSON line for each member, and the failures."""
-    failures = []
-    for function in CHECKS:
+def run(context, checks):
+    """Runs the checks in order; prints one JSON line for each member and for each failure."""
+    missing = [function.__name__ for function in REGISTERED if function not in checks]
+    failures = [f"checks that are registered but not run: {missing}"] if missing else []
+    for function in checks:
         try:
             function(context)
         except Exception:

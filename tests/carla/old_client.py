@@ -1,6 +1,6 @@
-"""Programs of CARLA 0.8, on the module that has its classes.
+"""Runs programs of CARLA 0.8 on the module `carla08`.
 
-Usage: old_client.py PORT FOLDER, where FOLDER takes what they write.
+Usage: old_client.py PORT FOLDER. The programs write to FOLDER.
 """
 
 import os
@@ -17,7 +17,7 @@ OLD = os.path.join(HERE, "..", "..", "crates", "carla08")
 sys.path.insert(0, OLD)
 sys.dont_write_bytecode = True
 
-# How an agent of that time began, with `carla` changed into `carla08`.
+# The imports of an agent for CARLA 0.8, with `carla` replaced by `carla08`.
 from carla08 import image_converter
 from carla08.client import VehicleControl, make_carla_client
 from carla08.sensor import Camera, Lidar
@@ -31,7 +31,7 @@ SIZE = (64, 48)
 
 
 def play(folder, program, *args):
-    """Runs one of the programs; returns what it printed."""
+    """Runs one of the programs and returns its output."""
     ended = subprocess.run(
         [sys.executable, "-B", os.path.join(OLD, program), *args], cwd=folder,
         capture_output=True, text=True, check=False)
@@ -40,7 +40,7 @@ def play(folder, program, *args):
 
 
 def png(path):
-    """The pixels of a PNG file without filters, checked by its sums."""
+    """Returns the pixels of a PNG file without filters; checks its checksums."""
     with open(path, "rb") as file:
         data = file.read()
     assert data[:8] == b"\x89PNG\r\n\x1a\n", path
@@ -48,8 +48,8 @@ def png(path):
     while at < len(data):
         length, kind = struct.unpack(">I4s", data[at:at + 8])
         body = data[at + 8:at + 8 + length]
-        (told,) = struct.unpack(">I", data[at + 8 + length:at + 12 + length])
-        assert zlib.crc32(kind + body) == told, f"{path}: {kind}"
+        (checksum,) = struct.unpack(">I", data[at + 8 + length:at + 12 + length])
+        assert zlib.crc32(kind + body) == checksum, f"{path}: wrong checksum of chunk {kind}"
         found[kind] = body
         at += 12 + length
     assert b"IEND" in found, path
@@ -58,7 +58,7 @@ def png(path):
     return rows.reshape(height, 1 + 3 * width)[:, 1:].reshape(height, width, 3)
 
 
-def the_example_writes_what_it_wrote(port, folder):
+def the_example_writes_its_files(port, folder):
     """Two episodes of ten frames, an image of each camera for each."""
     said = play(folder, "client_example.py", "-p", port, "--autopilot", "--images-to-disk",
                 "--lidar", "--episodes", "2", "--frames", "10", "--size", "%dx%d" % SIZE)
@@ -70,7 +70,7 @@ def the_example_writes_what_it_wrote(port, folder):
             assert files == [f"{i:06d}.png" for i in range(10)], files
             pixels = [png(os.path.join(inside, file)) for file in files]
             assert all(p.shape == (SIZE[1], SIZE[0], 3) for p in pixels)
-            assert all(len(numpy.unique(p)) > 8 for p in pixels), f"{name} shows nothing"
+            assert all(len(numpy.unique(p)) > 8 for p in pixels), f"the images of {name} are uniform"
             pictures.append(pixels)
         assert any((a != b).any() for a, b in zip(pictures[0], pictures[0][1:]))
         inside = os.path.join(folder, "_out", f"episode_{episode:04d}", "Lidar32")
@@ -85,8 +85,8 @@ def the_example_writes_what_it_wrote(port, folder):
     assert min(agents) > 20, agents
 
 
-def an_agent_of_that_time_drives(host, port):
-    """The loop of the paper's agents: read, think, send."""
+def an_agent_drives(host, port):
+    """The control loop of the paper's agents: read, decide, send."""
     with make_carla_client(host, port) as client:
         settings = CarlaSettings()
         settings.set(SynchronousMode=True, SendNonPlayerAgentsInfo=True, NumberOfVehicles=5,
@@ -100,7 +100,7 @@ def an_agent_of_that_time_drives(host, port):
         lidar = Lidar("Lidar32", Channels=16)
         lidar.set_position(0, 0, 2.5)
         settings.add_sensor(lidar)
-        # Settings travel as an ini file did.
+        # Settings as the text of an ini file.
         scene = client.load_settings(str(settings))
         assert len(scene.player_start_spots) > 10 and len(scene.sensors) == 3
         for start in (3, 8):
@@ -115,8 +115,8 @@ def an_agent_of_that_time_drives(host, port):
                     assert abs(at.x - began.x) + abs(at.y - began.y) < 1.0
                 else:
                     way += ((at.x - last.x) ** 2 + (at.y - last.y) ** 2) ** 0.5
-                    assert measurements.game_timestamp > told
-                last, told = at, measurements.game_timestamp
+                    assert measurements.game_timestamp > last_time
+                last, last_time = at, measurements.game_timestamp
                 assert set(sensor_data) == {"CameraDepth", "CameraSemSeg", "Lidar32"}
                 assert {s.frame_number for s in sensor_data.values()} == {frame + 1}
                 fastest = max(fastest, player.forward_speed)
@@ -132,7 +132,7 @@ def an_agent_of_that_time_drives(host, port):
 
 
 def check_sensors(sensor_data, depth, player):
-    """Labels are 0.8's; depth, carried into the world, lies on the road that the car is on."""
+    """Labels are those of 0.8; depth points, transformed to the world, are on the road."""
     image = sensor_data["CameraSemSeg"]
     found = image_converter.labels_to_array(image)
     assert found.max() <= 12 and (found[-8:] == 7).any(), numpy.unique(found)
@@ -140,7 +140,7 @@ def check_sensors(sensor_data, depth, player):
     image = sensor_data["CameraDepth"]
     grey = image_converter.depth_to_logarithmic_grayscale(image)
     assert 0.0 <= grey.min() < grey.max() <= 255.0
-    # The road just ahead: the middle of the lower rows.
+    # The road ahead: the middle of the lower rows.
     rows = image_converter.depth_to_array(image)
     cloud = image_converter.depth_to_local_point_cloud(image, max_depth=1.0)
     assert len(cloud) == rows.size
@@ -153,22 +153,22 @@ def check_sensors(sensor_data, depth, player):
         along, aside, ahead, at)
     points = sensor_data["Lidar32"].data
     low = points[numpy.hypot(points[:, 0], points[:, 1]) < 10.0]
-    assert abs(numpy.median(low[:, 2]) + 2.5) < 0.5, "the lidar hangs 2.5 m above the road"
+    assert abs(numpy.median(low[:, 2]) + 2.5) < 0.5, "the lidar is not 2.5 m above the road"
 
 
-def a_server_that_is_not_there_is_told():
-    """As the connection error that the old programs wait upon."""
+def a_missing_server_is_an_error():
+    """The connection error is the one after which the programs try again."""
     from carla08.client import CarlaClient
 
     try:
         CarlaClient("127.0.0.1", 1).connect(connection_attempts=1)
     except TCPConnectionError:
         return
-    raise AssertionError("it connected to nobody")
+    raise AssertionError("connected without a server")
 
 
-def a_benchmark_goes_on_where_it_ended(port, folder):
-    """One episode, then one more: the log holds both, and the figures."""
+def a_benchmark_continues(port, folder):
+    """Drives one episode, then another one: the log contains both, and the metrics."""
     common = ("-p", port, "--agent", "autopilot", "--size", "16x16", "--limit", "1")
     play(folder, "run_benchmark.py", *common)
     said = play(folder, "run_benchmark.py", *common, "--continue-experiment")
@@ -182,7 +182,7 @@ def a_benchmark_goes_on_where_it_ended(port, folder):
 
 
 def start_positions_and_points_are_written(port, folder):
-    """A drawing with the spots that were asked for; points with colours."""
+    """A drawing contains the requested positions; points have colors."""
     play(folder, "view_start_positions.py", "-p", port, "-pos", "0,3", "--svg", "spots.svg")
     with open(os.path.join(folder, "spots.svg"), encoding="utf-8") as file:
         assert file.read().count('class="spot"') == 2
@@ -195,11 +195,11 @@ def start_positions_and_points_are_written(port, folder):
 
 def main():
     port, folder = sys.argv[1], sys.argv[2]
-    a_server_that_is_not_there_is_told()
-    the_example_writes_what_it_wrote(port, folder)
-    an_agent_of_that_time_drives("127.0.0.1", int(port))
+    a_missing_server_is_an_error()
+    the_example_writes_its_files(port, folder)
+    an_agent_drives("127.0.0.1", int(port))
     start_positions_and_points_are_written(port, folder)
-    a_benchmark_goes_on_where_it_ended(port, folder)
+    a_benchmark_continues(port, folder)
     print("all of it")
     sys.stdout.flush()
     os._exit(0)

@@ -1,4 +1,4 @@
-"""The loop that every data collector runs: ticks, and a queue for each sensor.
+"""A data collection loop: ticks, and a queue for each sensor.
 
 Usage: synchronous.py PORT TICKS.
 """
@@ -55,11 +55,11 @@ def main():
     begun = time.perf_counter()
     for _ in range(ticks):
         frame = world.tick()
-        assert frame == last + 1, f"frame {frame} follows {last}"
+        assert frame == last + 1, f"frame {frame} came after frame {last}"
         last = frame
         for sensor, measured in sensors:
             data = measured.get(timeout=TIMEOUT)
-            assert data.frame == frame, f"{sensor.type_id}: {data.frame} at {frame}"
+            assert data.frame == frame, f"{sensor.type_id}: measured frame {data.frame} at frame {frame}"
             assert abs(data.timestamp - world.get_snapshot().timestamp.elapsed_seconds) < 1e-6
     seconds = time.perf_counter() - begun
     assert all(measured.empty() for _, measured in sensors)
@@ -67,7 +67,7 @@ def main():
     for sensor, _ in sensors:
         sensor.stop()
         sensor.destroy()
-    print(f"{ticks} ticks, {len(sensors)} sensors: {1e3 * seconds / ticks:.2f} ms a tick")
+    print(f"{ticks} ticks, {len(sensors)} sensors: {1e3 * seconds / ticks:.2f} ms per tick")
     sys.stdout.flush()
     os._exit(0)
 

@@ -1,20 +1,20 @@
-"""The official package's own walkers: twenty walk for a while on the map's navigation mesh.
+"""Twenty walkers of the official package walk on the map's navigation mesh.
 
-Usage: walkers.py PORT SECONDS. Says how far they came, and what was under their feet.
+Usage: walkers.py PORT SECONDS. Prints how far they walked and on which surfaces.
 """
 
 import os
 import sys
 import tempfile
 
-# The package keeps navigation meshes for ever; a test must not find those of another.
+# The package caches navigation meshes without limit; a test must not use those of another run.
 os.environ["CARLA_CACHE_DIR"] = tempfile.mkdtemp(prefix="carla-cache-")
 
 import carla
 
 DELTA = 0.05
 COUNT = 20
-# Where CARLA's people may be, by the label of the surface below.
+# The surfaces on which walkers are expected.
 FINE = {carla.CityObjectLabel.Sidewalks}
 LABELS = carla.CityObjectLabel
 GROUND = {LABELS.Sidewalks, LABELS.Roads, LABELS.RoadLines, LABELS.Terrain, LABELS.Ground,
@@ -44,8 +44,8 @@ def main(port, seconds):
             walkers.append(walker)
     world.tick()
     for walker in walkers:
-        brain = library.find("controller.ai.walker")
-        controllers.append(world.spawn_actor(brain, carla.Transform(), attach_to=walker))
+        controller = library.find("controller.ai.walker")
+        controllers.append(world.spawn_actor(controller, carla.Transform(), attach_to=walker))
     world.tick()
     goals = []
     for index, controller in enumerate(controllers):
@@ -71,7 +71,7 @@ def main(port, seconds):
             looked += 1
             down = world.cast_ray(at + carla.Location(z=1.0), at - carla.Location(z=3.0))
             solid = [hit for hit in down if hit.label in GROUND]
-            assert solid, f"nothing is below {at}"
+            assert solid, f"no ground below {at}"
             below = solid[0]
             assert abs(below.location.z - at.z) < 0.4, f"{at} is not on {below.location}"
             if below.label in FINE:
@@ -81,23 +81,23 @@ def main(port, seconds):
             else:
                 on_road.append((walker.id, at.x, at.y, str(below.label)))
     moving = sum(one > 5.0 for one in way)
-    assert moving >= COUNT * 0.9, f"only {moving} of {COUNT} walk: {way}"
+    assert moving >= COUNT * 0.9, f"only {moving} of {COUNT} walkers moved: {way}"
     for index, distance in enumerate(way):
-        # Who is in another's way is pushed aside a little besides.
+        # A walker may be pushed aside by another one, so the limit has a margin.
         speed, wanted = distance / seconds, 1.0 + 0.05 * index
-        assert speed < 1.15 * wanted, f"walker {index} walks at {speed} m/s, told {wanted}"
-    assert not on_road, f"{len(on_road)} of {looked} looks: {on_road[:5]}"
-    assert crossing > 0 or seconds < 30, "nobody crosses"
+        assert speed < 1.15 * wanted, f"walker {index} walks at {speed} m/s, set to {wanted} m/s"
+    assert not on_road, f"on a road in {len(on_road)} of {looked} samples: {on_road[:5]}"
+    assert crossing > 0 or seconds < 30, "no walker used a crosswalk"
     speeds = [walker.get_velocity().length() for walker in walkers]
     assert sum(speed > 0.3 for speed in speeds) > COUNT / 2, speeds
     for controller in controllers:
         controller.stop()
-    print(f"{moving} of {COUNT} walked {sum(way):.0f} m in all, {crossing} of {looked} looks on "
+    print(f"{moving} of {COUNT} walked {sum(way):.0f} m in total, {crossing} of {looked} samples on "
           "crosswalks, none on a road")
 
 
 def outlines(points):
-    """Closed polygons out of CARLA's one list, each of which ends where it began."""
+    """Splits CARLA's list of points into polygons; each one ends at its first point."""
     polygons, line = [], []
     for point in points:
         if line and point.distance(line[0]) < 1e-3:
@@ -109,7 +109,7 @@ def outlines(points):
 
 
 def within(at, outline):
-    """Whether a point is in a polygon, or half a metre beside it."""
+    """Returns whether a point is in a polygon or within half a metre of it."""
     inside = False
     for a, b in zip(outline, outline[1:] + outline[:1]):
         if (a.y > at.y) != (b.y > at.y) and at.x < a.x + (at.y - a.y) * (b.x - a.x) / (b.y - a.y):
@@ -126,5 +126,5 @@ def within(at, outline):
 if __name__ == "__main__":
     main(int(sys.argv[1]), float(sys.argv[2]))
     sys.stdout.flush()
-    # The package aborts now and then while its threads end.
+    # The package sometimes aborts while its threads end.
     os._exit(0)

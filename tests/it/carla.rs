@@ -1,8 +1,7 @@
-//! The CARLA server, judged by the official `carla` package: what its members do, and how malformed
-//! requests are handled.
+//! The CARLA server, tested with the official `carla` package and with malformed requests.
 //!
-//! The package is installed once into a folder of its own. Without Python or a package registry the
-//! test is skipped and says so; `OMNIBUS_CARLA=require` makes that a failure, and
+//! The package is installed once from the Python registry, into a folder of its own. Without Python
+//! or the registry the tests are skipped; `OMNIBUS_CARLA=require` makes that a failure, and
 //! `OMNIBUS_CARLA_PYTHON` names an interpreter that has the package.
 
 use std::{
@@ -79,20 +78,20 @@ pub(crate) fn python_or_skip(test: &str) -> Option<PathBuf> {
 }
 
 /// A simulator with a CARLA server, and its port.
-fn with_door(args: &[&str]) -> (Sim, u16) {
+fn with_carla_server(args: &[&str]) -> (Sim, u16) {
     let sim = Sim::start(&[&["--carla-port", "0"], args].concat());
-    let port = door_of(&sim, 1);
+    let port = carla_port(&sim, 1);
     (sim, port)
 }
 
 /// Returns the port of the `nth` start of the server.
-fn door_of(sim: &Sim, nth: usize) -> u16 {
+fn carla_port(sim: &Sim, nth: usize) -> u16 {
     let told = || {
         let log = sim.log();
         let line = log.lines().filter(|l| l.contains("CARLA's clients connect to")).nth(nth - 1)?;
         line.rsplit(':').next()?.trim().parse().ok()
     };
-    eventually("the door is open", || told().is_some());
+    eventually("the CARLA server listens", || told().is_some());
     told().unwrap()
 }
 
@@ -110,7 +109,7 @@ fn the_official_package_works_as_the_table_says() {
     let Some(python) = python_or_skip("the_official_package_works_as_the_table_says") else {
         return;
     };
-    let (mut sim, mut port) = with_door(&[]);
+    let (mut sim, mut port) = with_carla_server(&[]);
     let mut output = play(&python, "effects.py", port, &[]);
     // In about one of fifty runs a thread of the package closes a socket that is already closed.
     if String::from_utf8_lossy(&output.stderr).contains("close: Bad file descriptor") {
@@ -119,7 +118,7 @@ fn the_official_package_works_as_the_table_says() {
             "a thread of the package aborted with \"close: Bad file descriptor\"",
         );
         sim.end();
-        (sim, port) = with_door(&[]);
+        (sim, port) = with_carla_server(&[]);
         output = play(&python, "effects.py", port, &[]);
     }
     let said = String::from_utf8_lossy(&output.stdout);
@@ -137,8 +136,8 @@ fn the_official_package_works_as_the_table_says() {
     let gone = kept.lines().find(|line| !table.contains(line));
     assert!(
         kept == table,
-        "docs/carla-compatibility.md is of another day; UPDATE_DOCS=1 renews it: {found:?} is \
-         found and not written, {gone:?} is written and not found"
+        "docs/carla-compatibility.md is out of date, UPDATE_DOCS=1 updates it: {found:?} was \
+         observed and is not on the page, {gone:?} is on the page and was not observed"
     );
     sim.end();
 }
@@ -150,8 +149,8 @@ fn table(lines: &[Value]) -> String {
     let [works, differs, nothing, errors] = ["works", "differs", "nothing", "error"].map(count);
     let _ = writeln!(
         text,
-        "{works} members work, {differs} work with a difference, {nothing} are taken without \
-         effect, {errors} answer an error.\n"
+        "{works} members work, {differs} work with a difference, {nothing} have no effect, \
+         {errors} answer an error.\n"
     );
     text += "| member | verdict | what was observed |\n|---|---|---|\n";
     for line in lines.iter().filter(|line| line["member"].is_string()) {
@@ -173,7 +172,7 @@ fn a_queue_for_each_sensor_holds_every_frame_exactly_once() {
     else {
         return;
     };
-    let (sim, port) = with_door(&[]);
+    let (sim, port) = with_carla_server(&[]);
     let ticks = if crate::kit::is_soak() { "10000" } else { "500" };
     let output = play(&python, "synchronous.py", port, &[ticks]);
     let words = String::from_utf8_lossy(&output.stderr);
@@ -188,7 +187,7 @@ fn the_package_s_own_walkers_keep_to_sidewalks_and_crosswalks() {
     else {
         return;
     };
-    let (sim, port) = with_door(&["--map", "Greatmoor"]);
+    let (sim, port) = with_carla_server(&["--map", "Greatmoor"]);
     let seconds = if crate::kit::is_soak() { "600" } else { "60" };
     let output = play(&python, "walkers.py", port, &[seconds]);
     let words = String::from_utf8_lossy(&output.stderr);
@@ -203,7 +202,7 @@ fn programs_of_carla_0_8_run_with_one_import_changed() {
     let Some(python) = python_or_skip("programs_of_carla_0_8_run_with_one_import_changed") else {
         return;
     };
-    let (sim, port) = with_door(&[]);
+    let (sim, port) = with_carla_server(&[]);
     let scratch = Scratch::new();
     let output = play(&python, "old_client.py", port, &[scratch.path().to_str().unwrap()]);
     let words = String::from_utf8_lossy(&output.stderr);
@@ -226,7 +225,7 @@ const VERSION: &[u8] = b"\x94\x00\x01\xa7version\x91\x91\xc2";
 
 #[test]
 fn malformed_requests_do_not_disturb_other_clients() {
-    let (sim, port) = with_door(&[]);
+    let (sim, port) = with_carla_server(&[]);
     let mut client = sim.ticker();
     let open = |port: u16| {
         let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
@@ -267,19 +266,19 @@ fn malformed_requests_do_not_disturb_other_clients() {
 
 #[test]
 fn a_killed_carla_server_is_restarted() {
-    let (sim, port) = with_door(&[]);
+    let (sim, port) = with_carla_server(&[]);
     let mut client = sim.ticker();
     client.tick().unwrap();
     let control = sim.instance().control().unwrap();
-    let door = || {
+    let server = || {
         let slots = control.slots().iter();
         slots
             .filter(|s| s.name() == protocol::Name::new("gateway"))
             .map(|s| s.pid())
             .find(|p| *p != 0)
     };
-    kill(door().unwrap(), rustix::process::Signal::KILL);
-    let again = door_of(&sim, 2);
+    kill(server().unwrap(), rustix::process::Signal::KILL);
+    let again = carla_port(&sim, 2);
     let mut stream = TcpStream::connect(("127.0.0.1", again)).unwrap();
     assert!(call(&mut stream, VERSION).unwrap().ends_with(b"0.9.16"));
     client.tick().unwrap();
@@ -301,7 +300,7 @@ fn carla_s_own_examples_run_unmodified() {
     let python = environment("omnibus-it-carla-examples", EXAMPLES_NEED, "import carla, pygame");
     let python = python.unwrap_or_else(|why| panic!("what the examples need is not there: {why}"));
     let scratch = Scratch::new();
-    let (sim, port) = with_door(&["--map", "Town03"]);
+    let (sim, port) = with_carla_server(&["--map", "Town03"]);
     let (api, out) = (api.to_str().unwrap(), scratch.path().to_str().unwrap());
     let output = play(&python, "examples.py", port, &[api, out]);
     let said = String::from_utf8_lossy(&output.stdout);

@@ -1,4 +1,4 @@
-"""A BMW 320i after the CommonRoad multi-body model: the reference that our vehicle is held against.
+"""A BMW 320i of the CommonRoad multi-body model: the reference for our vehicle model.
 
     python drive_bmw.py OUT.csv
 
@@ -22,12 +22,12 @@ STEER_RATE = 0.4
 
 
 def step_steer(kmh, angle):
-    """The wheel is turned after half a second, and kept."""
+    """A step of the steering wheel after half a second."""
     return kmh / 3.6, 5.0, lambda t: angle if t >= 0.5 else 0.0, lambda t, v: 0.0
 
 
 def sine_with_dwell(kmh, angle):
-    """A sine of 0.7 Hz that waits for half a second at its second peak."""
+    """A sine of 0.7 Hz with a dwell of half a second at its second peak."""
     def steer(t):
         t -= 0.5
         period = 1.0 / 0.7
@@ -40,17 +40,17 @@ def sine_with_dwell(kmh, angle):
 
 
 def braking():
-    """Straight on, 8 m/s² after half a second: the most before the rear wheels lock."""
+    """Braking straight ahead, 8 m/s² after half a second: the limit before the rear wheels lock."""
     return 100.0 / 3.6, 3.0, lambda t: 0.0, lambda t, v: -8.0 if t >= 0.5 else 0.0
 
 
 def accelerating():
-    """Straight on, full power after half a second."""
+    """Full throttle straight ahead after half a second."""
     return 20.0, 6.0, lambda t: 0.0, lambda t, v: 11.5 if t >= 0.5 else 0.0
 
 
 def skidpad(speed, angle):
-    """A circle at one speed, held by the pedal."""
+    """A circle at constant speed, controlled by the pedal."""
     return speed, 8.0, lambda t: angle if t >= 0.5 else 0.0, lambda t, v: 2.0 * (speed - v)
 
 

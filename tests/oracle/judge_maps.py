@@ -1,4 +1,4 @@
-"""Three strangers read OpenDRIVE files: ASAM's checker, CARLA's own client, SUMO's netconvert.
+"""Reads OpenDRIVE files with ASAM's checker, CARLA's own client and SUMO's netconvert.
 
 A JSON line for each file:
 
@@ -29,7 +29,7 @@ CONFIG = """<?xml version="1.0" encoding="UTF-8"?>
 
 
 def asam(path, folder):
-    """Issues of the ASAM checker; those of level 1 are errors."""
+    """Returns the issues of the ASAM checker; those of level 1 are errors."""
     config, result = folder / "config.xml", folder / "result.xqar"
     config.write_text(CONFIG.format(map=path, result=result))
     ended = subprocess.run(
@@ -44,14 +44,14 @@ def asam(path, folder):
             where = re.search(r'<Locations description="([^"]*)"', issue)
             rule = re.search(r'ruleUID="([^"]*)"', head)
             found.append(f"{rule and rule.group(1)}: {where and where.group(1)}")
-    # It skips what it cannot do after an error; without errors it must have done all.
+    # After an error the checker skips rules; without errors it must have applied all.
     if not found and "lane.link" not in ended.stdout + ended.stderr:
         found.append("it did not get as far as the lanes")
     return found
 
 
 def netconvert(path, folder):
-    """What netconvert calls an error."""
+    """Returns the errors of netconvert."""
     ended = subprocess.run(
         [BIN / "netconvert", "--opendrive-files", path, "-o", folder / "net.xml"],
         capture_output=True,
@@ -66,7 +66,7 @@ def netconvert(path, folder):
 def judge(path):
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
-        # `carla.Map` says nothing of a map that it cannot read; it raises, or is empty.
+        # `carla.Map` does not report a map that it cannot read; it raises or is empty.
         try:
             there = carla.Map(path.stem, path.read_text())
             waypoints, topology = there.generate_waypoints(5.0), there.get_topology()

@@ -1,4 +1,4 @@
-"""Draws docs/vehicle-model/: our BMW 320i over CommonRoad's, and the table of differences.
+"""Draws docs/vehicle-model/: our BMW 320i and CommonRoad's, and the table of differences.
 
     OMNIBUS_BMW=ours.csv cargo test --release -p sim-host commonroad
     python plot_bmw.py ../../sim-host/src/physics/tests/bmw.csv ours.csv ../../docs/vehicle-model
@@ -40,7 +40,7 @@ def read(path):
 
 
 def difference(ours, theirs, what):
-    """In percent: of the last second's mean, and the worst moment of the largest value."""
+    """Returns differences in percent: of the mean of the last second, and the largest one."""
     most = max(abs(row[what]) for row in theirs)
     end = [sum(row[what] for row in run[-ROWS:]) / ROWS for run in (ours, theirs)]
     worst = max(abs(a[what] - b[what]) for a, b in zip(ours, theirs))
@@ -76,7 +76,7 @@ def main():
     theirs, ours = read(sys.argv[1]), read(sys.argv[2])
     folder = pathlib.Path(sys.argv[3])
     folder.mkdir(parents=True, exist_ok=True)
-    # The same names in every file, so that it changes only when a curve does.
+    # Fixed names, so that a file changes only when a curve does.
     plt.rcParams["svg.hashsalt"] = "omnibus"
     print("| manoeuvre | yaw rate at the end | at worst | slip at the end | at worst "
           "| speed at worst |")

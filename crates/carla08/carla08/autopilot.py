@@ -13,16 +13,16 @@ from .measurements import Control
 
 STEP_M = 2.0
 AHEAD_M = 60.0
-# 0.8's autopilot went no faster than this, whatever the road allows.
+# The largest speed of 0.8's autopilot, whatever the road allows.
 CRUISE_MPS = 30.0 / 3.6
-# What a passenger finds comfortable, to the side and ahead.
+# Comfortable lateral and longitudinal accelerations.
 LATERAL_MPS2, BRAKING_MPS2 = 2.0, 3.0
-# How far wheels turn until the car has shown how far its own do.
+# The largest wheel angle before it has been estimated.
 STEER_MAX_RAD = math.radians(35.0)
 
 
 class Autopilot:
-    """Looks at the player's car and the others; says a control."""
+    """Computes a control from the states of the player vehicle and other actors."""
 
     def __init__(self, road_map, actor, seed):
         self._map, self._actor = road_map, actor
@@ -34,12 +34,12 @@ class Autopilot:
         self._steer_max = STEER_MAX_RAD
 
     def follow(self, route):
-        """Drives along these waypoints, 2 m apart, and stops at the last."""
+        """Sets a route of waypoints 2 m apart; the vehicle stops at the last one."""
         self._route = list(route)
         self._path = []
 
     def control(self, player, others):
-        """For this frame."""
+        """Returns the control of this frame."""
         at = carla.Location(player.transform.location.x, player.transform.location.y,
                             player.transform.location.z)
         self._look_ahead(at)
@@ -56,7 +56,7 @@ class Autopilot:
         return Control(steer=steer, throttle=0.0 if brake else throttle, brake=brake)
 
     def _look_ahead(self, at):
-        """Keeps a path of points from beside the car to some way ahead."""
+        """Updates the path of points from the vehicle to some distance ahead."""
         while len(self._path) > 1 and (
                 self._path[1].transform.location.distance(at)
                 <= self._path[0].transform.location.distance(at)):
@@ -80,7 +80,7 @@ class Autopilot:
             self._path.append(ways[0] if len(ways) == 1 else self._chance.choice(ways))
 
     def _steer(self, player, at, speed):
-        """Pure pursuit of a point on the path, from the rear axle."""
+        """Returns the steering of pure pursuit from the rear axle."""
         reach = min(max(4.0, 0.7 * speed + 2.0), 14.0)
         goal = self._path[-1].transform.location
         for point in self._path:
@@ -98,7 +98,7 @@ class Autopilot:
         return min(max(angle / self._steer_max, -1.0), 1.0)
 
     def _learn_steering(self):
-        """Compares what was sent with how far the wheels turned for it."""
+        """Estimates the largest wheel angle from the sent and the measured steering."""
         sent = self._actor.get_control().steer
         if abs(sent) > 0.1:
             turned = math.radians(
@@ -107,7 +107,7 @@ class Autopilot:
             self._steer_max += 0.05 * (shown - self._steer_max)
 
     def _speed(self, player, others):
-        """The speed to have: cruising, in a bend, behind somebody, before a light."""
+        """Returns the target speed: cruising, in bends, behind actors, before traffic lights."""
         limit = self._actor.get_speed_limit() / 3.6
         target = min(CRUISE_MPS, limit if limit > 1.0 else CRUISE_MPS)
         points = [point.transform for point in self._path]
@@ -127,7 +127,7 @@ class Autopilot:
         return min(target, math.sqrt(2.0 * BRAKING_MPS2 * max(room, 0.0)))
 
     def _room(self, player, points, others):
-        """Metres of free path ahead of the bumper."""
+        """Returns the length of free path ahead of the bumper in metres."""
         at = player.transform.location
         room = AHEAD_M
         for other in others:

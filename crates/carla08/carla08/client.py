@@ -1,4 +1,4 @@
-"""0.8's client: episodes of one player, on today's world of actors."""
+"""The client of 0.8: episodes of one player vehicle."""
 
 import contextlib
 import logging
@@ -24,22 +24,22 @@ WEATHERS = (
     "WetCloudySunset", "MidRainSunset", "HardRainSunset", "SoftRainSunset",
 )
 
-# By this name an actor that a killed client left behind is known and removed.
+# The role of all actors of this module, by which those of a killed client are found.
 ROLE = "carla08"
 
-# Seconds of a frame where neither the settings nor the server name a length.
+# Seconds of a frame if neither the settings nor the server define a length.
 DELTA_SECONDS = 0.05
 
 
 @contextlib.contextmanager
 def make_carla_client(host, world_port=2000, timeout=15):
-    """A connected client inside the `with` block; raises TCPConnectionError without a server."""
+    """Yields a connected client; raises TCPConnectionError if there is no server."""
     with make_connection(CarlaClient, host, world_port, timeout) as client:
         yield client
 
 
 class Scene:
-    """Where an episode can begin."""
+    """The map and its start positions."""
 
     def __init__(self, map_name, player_start_spots, sensors):
         self.map_name = map_name
@@ -48,7 +48,7 @@ class Scene:
 
 
 class CarlaClient:
-    """load_settings, start_episode, then read_data and send_control in turns."""
+    """Call load_settings and start_episode, then read_data and send_control in turns."""
 
     _manager_port = 8000
 
@@ -65,7 +65,7 @@ class CarlaClient:
 
     @told_as_connection_error
     def connect(self, connection_attempts=10):
-        """Connects; tries so many times, a second apart."""
+        """Connects; retries once a second, up to `connection_attempts` times."""
         for attempt in range(connection_attempts):
             try:
                 wait_for_server(self._host, self._port, self._timeout)
@@ -80,7 +80,7 @@ class CarlaClient:
         self.map = self.world.get_map()
 
     def disconnect(self):
-        """Takes our actors along and gives the world its own pace back."""
+        """Destroys the actors of this client and restores the settings of the world."""
         if not self.connected():
             return
         try:
@@ -96,12 +96,12 @@ class CarlaClient:
         self._settings = self._before = None
 
     def connected(self):
-        """Whether there is a connection."""
+        """Returns whether the client is connected."""
         return self._client is not None
 
     @told_as_connection_error
     def load_settings(self, carla_settings):
-        """Asks for an episode: CarlaSettings, or the text of an ini file. Returns the scene."""
+        """Sets up an episode from CarlaSettings or the text of an ini file; returns the scene."""
         self._need_connection()
         if isinstance(carla_settings, CarlaSettings):
             self._settings = carla_settings
@@ -115,17 +115,17 @@ class CarlaClient:
 
     @told_as_connection_error
     def start_episode(self, player_start_index):
-        """Begins at one of the scene's start spots; also again, with the same settings."""
+        """Starts an episode at a start position of the scene; may be called again."""
         self._need_connection()
         if self._settings is None:
-            raise TCPConnectionError("start_episode comes after load_settings")
+            raise TCPConnectionError("call load_settings before start_episode")
         spots = self.map.get_spawn_points()
         if not 0 <= player_start_index < len(spots):
-            raise ValueError(f"start spot {player_start_index}: there are {len(spots)}")
+            raise ValueError(f"start position {player_start_index} is not 0 to {len(spots) - 1}")
         settings = self._settings
         self._end_episode()
         self._set_pace(settings)
-        # What was removed leaves the world with the next frame, and its place is free then.
+        # Destroyed actors leave the world with the next frame.
         self._step()
         weather = WEATHERS[settings.WeatherId]
         self.world.set_weather(getattr(carla.WeatherParameters, weather))
@@ -137,16 +137,16 @@ class CarlaClient:
         self.autopilot = Autopilot(self.map, self._player.actor, settings.SeedVehicles)
         self._sensors = [self._mount(added) for added in settings.sensors]
         self._started = self._step().timestamp.elapsed_seconds
-        # What was mounted now measures from here on; the fall onto the wheels is over.
+        # The sensors measure from here on; the vehicle has settled on its wheels.
         self._player.forget_collisions()
         self._frame = 0
 
     @told_as_connection_error
     def read_data(self):
-        """The next frame: measurements, and a dictionary of what the sensors measured."""
+        """Returns the measurements of the next frame, and a dictionary of sensor data."""
         self._need_connection()
         if self._player is None:
-            raise TCPConnectionError("read_data comes after start_episode")
+            raise TCPConnectionError("call start_episode before read_data")
         snapshot = self._step()
         self._crowd.walk()
         self._frame += 1
@@ -165,10 +165,10 @@ class CarlaClient:
 
     @told_as_connection_error
     def send_control(self, *args, **kwargs):
-        """Drives: a control, or its fields by name; holds until the next."""
+        """Sends a control, or its fields by name, which holds until the next one."""
         self._need_connection()
         if self._player is None:
-            raise TCPConnectionError("send_control comes after start_episode")
+            raise TCPConnectionError("call start_episode before send_control")
         control = args[0] if args and not isinstance(args[0], (int, float)) else None
         if control is None:
             names = ("steer", "throttle", "brake", "hand_brake", "reverse")
@@ -200,7 +200,7 @@ class CarlaClient:
         self.world.apply_settings(pace)
 
     def _step(self):
-        """One frame: made in synchronous mode, waited for otherwise."""
+        """Advances the world by a frame in synchronous mode, otherwise waits for one."""
         if self._settings.SynchronousMode:
             frame = self.world.tick(float(self._timeout))
             snapshot = self.world.get_snapshot()
@@ -224,7 +224,7 @@ class CarlaClient:
         return added, Listener(actor, measured.put), measured
 
     def _sensor_data(self, frame):
-        """Of this frame exactly in synchronous mode; otherwise what is there by now."""
+        """Returns data of this frame in synchronous mode, otherwise the newest data."""
         found = {}
         for added, _, measured in self._sensors:
             data = None

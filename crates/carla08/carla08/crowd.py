@@ -1,4 +1,4 @@
-"""The others: cars with the server's own drivers, and people who walk along sidewalks."""
+"""Non-player agents: vehicles on autopilot, and pedestrians on sidewalks."""
 
 import logging
 import random
@@ -18,7 +18,7 @@ STEPS_OF_A_WALKER = 10
 
 
 class Crowd:
-    """Vehicles and pedestrians of an episode; the same seeds give the same ones."""
+    """The vehicles and pedestrians of an episode, which the seeds determine."""
 
     def __init__(self, client, world, road_map, settings, spots, taken, manager_port):
         self._client, self._world, self._map = client, world, road_map
@@ -36,7 +36,7 @@ class Crowd:
             b for b in self._world.get_blueprint_library().filter("vehicle.*")
             if not settings.DisableTwoWheeledVehicles
             or b.get_attribute("number_of_wheels").as_int() == 4]
-        # Near the player first, so that a large map does not look deserted.
+        # Positions near the player first, so that a large map does not look empty.
         free = [s for s in spots if s.location.distance(taken.location) > 8.0]
         chance.shuffle(free)
         free.sort(key=lambda s: s.location.distance(taken.location) > 400.0)
@@ -79,7 +79,7 @@ class Crowd:
         return found
 
     def walk(self):
-        """Lets everybody on foot go on along the sidewalk."""
+        """Lets the pedestrians follow their sidewalks."""
         self._frames += 1
         if not self._walkers or self._frames % STEPS_OF_A_WALKER != 1:
             return
@@ -102,12 +102,12 @@ class Crowd:
         self._client.apply_batch(commands)
 
     def others(self, snapshot):
-        """Poses and speeds of all that moves and is ours, for the autopilot."""
+        """Returns the poses and speeds of the vehicles and pedestrians, for the autopilot."""
         states = (snapshot.find(ident) for ident in self._vehicles + self._walkers)
         return [state for state in states if state is not None]
 
     def agents(self, snapshot, player):
-        """Everybody but the player, and the lights and signs, as 0.8's agents."""
+        """Returns all non-player agents, traffic lights and signs."""
         fresh = [s for s in snapshot if s.id != player and s.id not in self._known]
         if fresh:
             self._known.update((a.id, a) for a in self._world.get_actors([s.id for s in fresh]))
@@ -142,7 +142,7 @@ class Crowd:
         return None
 
     def destroy(self):
-        """Takes everybody away."""
+        """Destroys the vehicles and pedestrians."""
         gone = [carla.command.DestroyActor(i) for i in self._vehicles + self._walkers]
         if gone:
             self._client.apply_batch_sync(gone, False)

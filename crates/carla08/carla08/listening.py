@@ -7,12 +7,12 @@ interpreter has ended by then, the process aborts; so `end_all` waits until they
 import threading
 import weakref
 
-# Seconds to wait for a callback that is in use for ever.
+# Longest time to wait for a running callback. Seconds.
 PATIENCE_SECONDS = 2.0
 
 
 class _Callback:
-    """Held by the package alone."""
+    """An object that only the package keeps alive."""
 
     def __init__(self, take):
         self._take = take
@@ -22,7 +22,7 @@ class _Callback:
 
 
 class Listener:
-    """A sensor, and who takes what it measures."""
+    """A sensor and the function that receives its data."""
 
     def __init__(self, actor, take):
         self._actor = actor
@@ -32,17 +32,17 @@ class Listener:
         actor.listen(callback)
 
     def stop(self):
-        """Measures no more."""
+        """Stops the sensor."""
         self._actor.stop()
         self._actor.destroy()
 
     def wait(self):
-        """Until nobody calls back any more."""
+        """Waits until no callback is running."""
         return self._gone.wait(PATIENCE_SECONDS)
 
 
 def end_all(listeners):
-    """Stops all, then waits for all."""
+    """Stops all sensors, then waits for their callbacks."""
     for listener in listeners:
         listener.stop()
     for listener in listeners:

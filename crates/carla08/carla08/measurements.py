@@ -27,7 +27,7 @@ class Record:
 
 
 class Vector3D(Record):
-    """Metres, or what the field says."""
+    """A vector, in metres unless the field defines another unit."""
 
     FIELDS = {"x": float, "y": float, "z": float}
 
@@ -39,26 +39,26 @@ class Rotation3D(Record):
 
 
 class Transform(Record):
-    """A pose; `orientation` is the unit vector ahead."""
+    """A pose; `orientation` is the forward unit vector."""
 
     FIELDS = {"location": Vector3D, "orientation": Vector3D, "rotation": Rotation3D}
 
 
 class BoundingBox(Record):
-    """Half extents in metres, round a centre in the space of what it bounds."""
+    """Half extents in metres, around a centre in the space of the actor."""
 
     FIELDS = {"transform": Transform, "extent": Vector3D}
 
 
 class Control(Record):
-    """Pedals and wheel; steer is positive to the right."""
+    """A control; steering is positive to the right."""
 
     FIELDS = {"steer": float, "throttle": float, "brake": float, "hand_brake": bool,
               "reverse": bool}
 
 
 class PlayerMeasurements(Record):
-    """The player's car: m/s, m/s^2, collisions in kg m/s since the episode began."""
+    """The player vehicle: m/s, m/s^2, collisions in kg m/s since the episode began."""
 
     FIELDS = {
         "transform": Transform,
@@ -75,30 +75,30 @@ class PlayerMeasurements(Record):
 
 
 class Vehicle(Record):
-    """Another car; forward speed in m/s."""
+    """A vehicle; forward speed in m/s."""
 
     FIELDS = {"transform": Transform, "bounding_box": BoundingBox, "forward_speed": float}
 
 
 class Pedestrian(Vehicle):
-    """Somebody on foot."""
+    """A pedestrian; forward speed in m/s."""
 
 
 class TrafficLight(Record):
-    """A light, and its colour as one of the three numbers."""
+    """A traffic light and its state."""
 
     GREEN, YELLOW, RED = 0, 1, 2
     FIELDS = {"transform": Transform, "bounding_box": BoundingBox, "state": int}
 
 
 class SpeedLimitSign(Record):
-    """A sign; the limit in m/s."""
+    """A speed limit sign; the limit in m/s."""
 
     FIELDS = {"transform": Transform, "speed_limit": float}
 
 
 class Agent:
-    """One of the others: exactly one of its four kinds is there."""
+    """A non-player agent, which has exactly one of four kinds."""
 
     KINDS = ("vehicle", "pedestrian", "traffic_light", "speed_limit_sign")
 
@@ -108,11 +108,11 @@ class Agent:
         setattr(self, kind, what)
 
     def HasField(self, kind):  # pylint: disable=invalid-name
-        """Whether it is of this kind."""
+        """Returns whether the agent is of this kind."""
         return kind == self._kind
 
     def WhichOneof(self, _group="agent"):  # pylint: disable=invalid-name
-        """Its kind."""
+        """Returns the kind of the agent."""
         return self._kind
 
 
@@ -129,7 +129,7 @@ class Measurements(Record):
 
 
 def transform_of(pose):
-    """0.8's transform of a `carla.Transform`."""
+    """Converts a `carla.Transform`."""
     ahead = pose.get_forward_vector()
     turn = pose.rotation
     return Transform(
@@ -139,11 +139,11 @@ def transform_of(pose):
 
 
 def vector_of(vector):
-    """0.8's vector of a `carla.Vector3D`."""
+    """Converts a `carla.Vector3D`."""
     return Vector3D(x=vector.x, y=vector.y, z=vector.z)
 
 
 def box_of(box):
-    """0.8's box of a `carla.BoundingBox`."""
+    """Converts a `carla.BoundingBox`."""
     return BoundingBox(
         transform=Transform(location=vector_of(box.location)), extent=vector_of(box.extent))

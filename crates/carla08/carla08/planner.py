@@ -1,4 +1,4 @@
-"""Shortest ways over the lanes, and what 0.8's planner says at each place of them."""
+"""Shortest routes over the lanes, and the commands of 0.8's planner along them."""
 
 import collections
 import heapq
@@ -9,19 +9,19 @@ import carla
 REACH_GOAL, LANE_FOLLOW, TURN_LEFT, TURN_RIGHT, GO_STRAIGHT = 0.0, 2.0, 3.0, 4.0, 5.0
 
 STEP_M = 2.0
-# Degrees that a way through a junction turns before it is called a turn.
+# Degrees from which a route through a junction is a turn.
 TURN_DEG = 30.0
-# Metres before a junction at which its command is told.
+# Metres before a junction at which its command begins.
 TELL_M = 30.0
 
 
 def key_of(waypoint):
-    """The lane piece that it lies on."""
+    """Returns the key of the lane segment of a waypoint."""
     return waypoint.road_id, waypoint.section_id, waypoint.lane_id
 
 
 class Planner:
-    """Over one map."""
+    """A planner for one map."""
 
     def __init__(self, road_map):
         self.map = road_map
@@ -34,7 +34,7 @@ class Planner:
         self._shape = {}
 
     def shape(self, key):
-        """Length in metres and turn in degrees, positive to the right."""
+        """Returns the length in metres and the turn in degrees, positive to the right."""
         if key not in self._shape:
             points = self.entry[key].next_until_lane_end(STEP_M)
             first, last = self.entry[key], points[-1] if points else self.entry[key]
@@ -43,11 +43,11 @@ class Planner:
         return self._shape[key]
 
     def turns(self, key):
-        """Whether this piece is a turn in a junction."""
+        """Returns whether a lane segment is a turn in a junction."""
         return self.entry[key].is_junction and abs(self.shape(key)[1]) > TURN_DEG
 
     def tree(self, start):
-        """Shortest ways from a piece to all: key -> (metres, turns, key before)."""
+        """Returns shortest routes from a lane segment: key -> (metres, turns, previous key)."""
         found, heap = {}, [(0.0, 0, start, None)]
         while heap:
             metres, turns, key, before = heapq.heappop(heap)
@@ -61,7 +61,8 @@ class Planner:
         return found
 
     def route(self, start, goal):
-        """Waypoints 2 m apart from start to goal (locations); empty if there is no way."""
+        """Returns waypoints 2 m apart from start to goal (locations); empty if there is no
+        route."""
         begin, end = self.map.get_waypoint(start), self.map.get_waypoint(goal)
         tree = self.tree(key_of(begin))
         if key_of(end) not in tree:
@@ -86,7 +87,7 @@ class Planner:
             route.append(place)
 
     def command(self, route, location):
-        """What to do here, on the way along a route."""
+        """Returns the command at this place of a route."""
         if not route:
             return REACH_GOAL
         near = min(range(len(route)), key=lambda i: route[i].transform.location.distance(location))
@@ -106,12 +107,12 @@ class Planner:
 
 
 def length_m(route):
-    """Of a route, in metres."""
+    """Returns the length of a route in metres."""
     return STEP_M * max(len(route) - 1, 0)
 
 
 def location(transform):
-    """Today's location of one of 0.8's transforms."""
+    """Converts the location of a transform of 0.8."""
     at = transform.location
     return carla.Location(at.x, at.y, at.z)
 
@@ -121,7 +122,7 @@ def _turn(before_deg, after_deg):
 
 
 def _is_beside(place, end):
-    """Whether the goal is reached: within a step, or passed by less than one."""
+    """Returns whether the goal is reached or was passed within one step."""
     offset = end.transform.location - place.transform.location
     along = offset.dot(place.transform.get_forward_vector())
     return -STEP_M < along <= STEP_M and math.hypot(offset.x, offset.y) < 2.0 * STEP_M

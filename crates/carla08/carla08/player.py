@@ -1,4 +1,4 @@
-"""The player's car, and what 0.8 measured of it."""
+"""The player vehicle and its measurements."""
 
 import logging
 import threading
@@ -8,12 +8,12 @@ import carla
 from . import measurements as told
 from .listening import Listener
 
-# Samples of the car's outline, along and across, for what of it is off its lane.
+# Samples along and across the vehicle's outline, for the fraction off its lane.
 ALONG, ACROSS = 7, 5
 
 
 class Player:
-    """One car with a collision sensor."""
+    """A vehicle with a collision sensor."""
 
     def __init__(self, world, road_map, wanted, spot):
         library = world.get_blueprint_library()
@@ -30,23 +30,23 @@ class Player:
         self.collisions = Listener(sensor, self._collide)
 
     def _collide(self, event):
-        """Adds an impulse to the sum of its kind."""
+        """Adds an impulse to the sum of its kind of actor. of actor."""
         other = event.other_actor.type_id if event.other_actor is not None else ""
         kind = {"vehicle": "vehicles", "walker": "pedestrians"}.get(other.split(".")[0], "other")
         with self._lock:
             self._collided[kind] += event.normal_impulse.length()
 
     def forget_collisions(self):
-        """Begins the sums anew."""
+        """Resets the sums."""
         with self._lock:
             for kind in self._collided:
                 self._collided[kind] = 0.0
 
     def measure(self, snapshot):
-        """The measurements of this frame, without the autopilot's control."""
+        """Returns the measurements of this frame, without the control of the autopilot."""
         state = snapshot.find(self.actor.id)
         if state is None:
-            raise RuntimeError("the player's car is gone; somebody else removed it")
+            raise RuntimeError("the player vehicle was destroyed by another client")
         pose, velocity = state.get_transform(), state.get_velocity()
         ahead = pose.get_forward_vector()
         other_lane, off_road = self._strays(pose)
@@ -64,7 +64,7 @@ class Player:
             intersection_offroad=off_road)
 
     def _strays(self, pose):
-        """Which fractions of the car's outline lie in oncoming lanes and off the road."""
+        """Returns the fractions of the vehicle's outline in oncoming lanes and off the road."""
         ahead = pose.get_forward_vector()
         other_lane = off_road = 0
         extent = self._box.extent
@@ -83,17 +83,17 @@ class Player:
         return other_lane / (ALONG * ACROSS), off_road / (ALONG * ACROSS)
 
     def destroy(self):
-        """Takes the car away; its sensors have ended."""
+        """Destroys the vehicle, after its sensors were stopped."""
         self.actor.destroy()
 
 
 def _blueprint(library, wanted):
-    """0.8's asset path or today's id; the Mustang without a wish."""
+    """Returns the blueprint of an asset path of 0.8 or an id; the default is the Mustang."""
     if not wanted:
         return library.find("vehicle.ford.mustang")
     name = str(wanted).rsplit("/", 1)[-1].split(".")[0] if "/" in str(wanted) else str(wanted)
     for blueprint in library.filter("vehicle.*"):
         if blueprint.id == name or name.lower() in blueprint.id.replace("_", "").lower():
             return blueprint
-    logging.warning("PlayerVehicle %r is not in the catalogue; taking the Mustang", wanted)
+    logging.warning("PlayerVehicle %r is not in the catalogue; using the Mustang", wanted)
     return library.find("vehicle.ford.mustang")

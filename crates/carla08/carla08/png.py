@@ -8,7 +8,7 @@ import numpy
 
 
 def write(path, pixels):
-    """Writes H x W x 3 bytes, or H x W bytes of grey; makes the folder."""
+    """Writes H x W x 3 bytes, or H x W bytes of grey; creates the folder."""
     pixels = numpy.ascontiguousarray(pixels, dtype=numpy.uint8)
     height, width = pixels.shape[:2]
     colour = 2 if pixels.ndim == 3 else 0

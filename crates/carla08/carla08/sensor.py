@@ -1,4 +1,4 @@
-"""Sensors as they are asked for, and what they measured."""
+"""Specifications of sensors, and their data."""
 
 import os
 
@@ -7,7 +7,7 @@ import numpy
 from . import image_converter, png
 from .transform import Rotation, Scale, Transform, Translation
 
-# Today's tags as 0.8's thirteen labels; what is not named is 0, none.
+# The labels of 0.8 by the tags of 0.9.16; other tags are 0, none.
 LABELS = numpy.zeros(256, numpy.uint8)
 for _new, _old in {
     1: 7, 2: 8, 3: 1, 4: 11, 5: 2, 6: 5, 7: 12, 8: 12, 9: 9, 10: 9, 12: 4, 13: 4, 14: 10, 15: 10,
@@ -17,7 +17,7 @@ for _new, _old in {
 
 
 class Sensor:
-    """A name, and a mount in the player's car: metres, degrees, left-handed."""
+    """A name, and a pose in the player vehicle: metres, degrees, left-handed."""
 
     def __init__(self, name, sensor_type):
         self.SensorName = name
@@ -30,7 +30,7 @@ class Sensor:
         self.RotationYaw = 0.0
 
     def set(self, **given):
-        """Changes some; a name that is not there is an error."""
+        """Changes attributes by name; raises ValueError for an unknown name."""
         for name, value in given.items():
             name = {"CameraFOV": "FOV"}.get(name, name)
             if name not in self.__dict__:
@@ -38,7 +38,7 @@ class Sensor:
             setattr(self, name, value)
 
     def set_position(self, x, y, z):
-        """Metres ahead, to the right, up."""
+        """Sets the position: metres forward, right, up."""
         self.PositionX, self.PositionY, self.PositionZ = x, y, z
 
     def set_rotation(self, pitch, yaw, roll):
@@ -46,17 +46,17 @@ class Sensor:
         self.RotationPitch, self.RotationYaw, self.RotationRoll = pitch, yaw, roll
 
     def get_transform(self):
-        """From the sensor's space into the car's."""
+        """Returns vehicle_from_sensor."""
         return Transform(
             Translation(self.PositionX, self.PositionY, self.PositionZ),
             Rotation(self.RotationPitch, self.RotationYaw, self.RotationRoll))
 
     def get_unreal_transform(self):
-        """From the space of `depth_to_local_point_cloud` into the car's."""
+        """Returns the transform from the space of `depth_to_local_point_cloud` to the vehicle."""
         return self.get_transform() * Transform(Rotation(roll=-90, yaw=90), Scale(x=-1))
 
     def fields(self):
-        """What the ini file says of it."""
+        """Returns the section of the ini file."""
         return {name: value for name, value in self.__dict__.items() if name != "SensorName"}
 
 
@@ -83,7 +83,7 @@ class Camera(Sensor):
         self.ImageSizeX, self.ImageSizeY = pixels_x, pixels_y
 
     def blueprint(self):
-        """Today's blueprint and its attributes."""
+        """Returns the blueprint of 0.9.16 and its attributes."""
         kind = str(self.PostProcessing)
         if kind not in self.BLUEPRINTS:
             raise ValueError(f"{self.SensorName}: PostProcessing is {kind!r}, not one of "
@@ -92,13 +92,13 @@ class Camera(Sensor):
             "image_size_x": self.ImageSizeX, "image_size_y": self.ImageSizeY, "fov": self.FOV}
 
     def measurement(self, data, frame_number):
-        """0.8's image of today's."""
+        """Converts an image of 0.9.16."""
         return Image(frame_number, data.width, data.height, str(self.PostProcessing), data.fov,
                      bytes(data.raw_data))
 
 
 class Lidar(Sensor):
-    """A turning lidar; metres, degrees, turns a second."""
+    """A rotating lidar; metres, degrees, rotations per second."""
 
     def __init__(self, name, **given):
         super().__init__(name, "LIDAR_RAY_CAST")
@@ -112,7 +112,7 @@ class Lidar(Sensor):
         self.set(**given)
 
     def blueprint(self):
-        """Today's blueprint and its attributes; every point is kept, as in 0.8."""
+        """Returns the blueprint of 0.9.16 and its attributes; no points are dropped, as in 0.8."""
         return "sensor.lidar.ray_cast", {
             "channels": self.Channels, "range": self.Range,
             "points_per_second": self.PointsPerSecond,
@@ -121,7 +121,7 @@ class Lidar(Sensor):
             "dropoff_intensity_limit": 1.0, "dropoff_zero_intensity": 0.0}
 
     def measurement(self, data, frame_number):
-        """0.8's point cloud of today's."""
+        """Converts a point cloud of 0.9.16."""
         points = numpy.frombuffer(data.raw_data, dtype=numpy.float32).reshape(-1, 4)[:, :3]
         counts = numpy.array([data.get_point_count(i) for i in range(data.channels)])
         return LidarMeasurement(frame_number, data.horizontal_angle, data.channels, counts,
@@ -129,19 +129,19 @@ class Lidar(Sensor):
 
 
 class SensorData:
-    """What every measurement has."""
+    """Base class of sensor data."""
 
     def __init__(self, frame_number):
         self.frame_number = frame_number
 
 
 class Image(SensorData):
-    """A picture: BGRA bytes in `raw_data`, converted by what it shows in `data`."""
+    """An image: BGRA bytes in `raw_data`, and its converted contents in `data`."""
 
     def __init__(self, frame_number, width, height, image_type, fov, raw_data):
         super().__init__(frame_number)
         if len(raw_data) != 4 * width * height:
-            raise ValueError(f"{len(raw_data)} bytes are no image of {width} x {height}")
+            raise ValueError(f"{len(raw_data)} bytes are not an image of {width} x {height}")
         if image_type == "SemanticSegmentation":
             pixels = numpy.frombuffer(raw_data, numpy.uint8).reshape(-1, 4).copy()
             pixels[:, 2] = LABELS[pixels[:, 2]]
@@ -154,7 +154,7 @@ class Image(SensorData):
 
     @property
     def data(self):
-        """Depth from 0 to 1, labels, or red, green and blue."""
+        """Returns depth from 0 to 1, labels, or red, green and blue."""
         if self._converted is None:
             convert = {
                 "Depth": image_converter.depth_to_array,
@@ -167,7 +167,7 @@ class Image(SensorData):
         return self.data[key]
 
     def save_to_disk(self, filename, format=".png"):
-        """Writes the bytes as they came (depth and labels too), as a PNG file."""
+        """Writes the unconverted bytes as a PNG file, depth and labels too."""
         if not filename.lower().endswith(format.lower()):
             filename += format
         if not filename.lower().endswith(".png"):
@@ -176,7 +176,7 @@ class Image(SensorData):
 
 
 class PointCloud(SensorData):
-    """Points, N x 3 metres, and their colours if there are any."""
+    """Points, N x 3 in metres, with optional colors."""
 
     def __init__(self, frame_number, array, color_array=None):
         super().__init__(frame_number)
@@ -185,11 +185,11 @@ class PointCloud(SensorData):
         self.has_colors = color_array is not None
 
     def keys(self):
-        """x, y and z of each are read by name."""
+        """Returns a point, whose x, y and z can be read by name."""
         return ("x", "y", "z")
 
     def apply_transform(self, transformation):
-        """Moves every point."""
+        """Transforms every point."""
         self.array = transformation.transform_points(self.array)
 
     def save_to_disk(self, filename, format=".ply"):
@@ -221,7 +221,7 @@ class PointCloud(SensorData):
 
 
 class LidarMeasurement(SensorData):
-    """Points in the sensor's space: x ahead, y to the right, z up."""
+    """Points in sensor space: x forward, y right, z up."""
 
     def __init__(self, frame_number, horizontal_angle, channels, counts, point_cloud):
         super().__init__(frame_number)
@@ -232,12 +232,12 @@ class LidarMeasurement(SensorData):
 
     @property
     def size_in_bytes(self):
-        """Of the points."""
+        """Returns the number of points."""
         return self.point_cloud.array.nbytes
 
     @property
     def data(self):
-        """N x 3 points."""
+        """Returns the points, N x 3."""
         return self.point_cloud.array
 
     def save_to_disk(self, filename, format=".ply"):

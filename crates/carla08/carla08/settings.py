@@ -1,4 +1,4 @@
-"""What an episode is asked to be."""
+"""The settings of an episode."""
 
 import configparser
 import io
@@ -33,7 +33,7 @@ class CarlaSettings:
         self._sensors = []
 
     def set(self, **given):
-        """Changes some; a name that is not there is an error."""
+        """Changes attributes by name; raises ValueError for an unknown name."""
         for name, value in given.items():
             if name.startswith("_") or name not in self.__dict__:
                 raise ValueError(f"CarlaSettings: no key named {name!r}")
@@ -42,25 +42,25 @@ class CarlaSettings:
             setattr(self, name, value)
 
     def randomize_seeds(self):
-        """Other vehicles and pedestrians than last time."""
+        """Randomizes the seeds of vehicles and pedestrians."""
         self.SeedVehicles = random.getrandbits(16)
         self.SeedPedestrians = random.getrandbits(16)
 
     def randomize_weather(self):
-        """One of the fifteen weathers."""
+        """Selects a random one of the fifteen weathers."""
         self.WeatherId = random.randint(0, MAX_NUMBER_OF_WEATHER_IDS)
 
     def add_sensor(self, added):
-        """Mounts a camera or a lidar on the player's car."""
+        """Adds a camera or a lidar to the player vehicle."""
         if not isinstance(added, (sensor.Camera, sensor.Lidar)):
-            raise ValueError(f"{added!r} is no Camera or Lidar")
+            raise ValueError(f"{added!r} is not a Camera or Lidar")
         if any(added.SensorName == known.SensorName for known in self._sensors):
             raise ValueError(f"there are two sensors named {added.SensorName!r}; rename one")
         self._sensors.append(added)
 
     @property
     def sensors(self):
-        """What was added, in that order."""
+        """Returns the sensors in the order in which they were added."""
         return list(self._sensors)
 
     SECTIONS = {
@@ -72,7 +72,7 @@ class CarlaSettings:
     }
 
     def __str__(self):
-        """As `CarlaSettings.ini`."""
+        """Returns the text of a `CarlaSettings.ini`."""
         ini = _parser()
         for section, names in self.SECTIONS.items():
             ini.add_section(section)
@@ -94,7 +94,7 @@ class CarlaSettings:
 
     @classmethod
     def parse(cls, text):
-        """Of the text of an ini file; keys that say nothing to an episode are passed over."""
+        """Returns settings from the text of an ini file; unknown keys are ignored."""
         ini = _parser()
         try:
             ini.read_string(text)

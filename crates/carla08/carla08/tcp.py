@@ -1,27 +1,27 @@
-"""Why a client cannot go on: what 0.8's programs catch before they try again."""
+"""The connection error, after which the programs of 0.8 retry."""
 
 import functools
 import socket
 
 
 class TCPConnectionError(Exception):
-    """The server is not there, or no longer."""
+    """The server cannot be reached."""
 
 
 def wait_for_server(host, port, timeout):
-    """Raises at once when nobody listens, without the long time-out of a call."""
+    """Raises at once if no server listens, without the timeout of a call."""
     try:
         socket.create_connection((host, port), timeout).close()
     except OSError as error:
         raise TCPConnectionError(f"no server at {host}:{port}: {error}") from error
 
 
-# How the package, and the door of a simulator that ends, say that nobody is there.
+# Messages of the package, and of a simulator that ends, that mean a lost connection.
 LOST = ("time-out", "timeout", "connection", "host has ended")
 
 
 def told_as_connection_error(method):
-    """The package says RuntimeError when a call is not answered."""
+    """Converts the RuntimeError of an unanswered call."""
 
     @functools.wraps(method)
     def wrapped(*args, **kwargs):

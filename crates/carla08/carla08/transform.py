@@ -1,4 +1,4 @@
-"""0.8's transforms: 4x4 matrices that chain and move points."""
+"""Transforms of 0.8: 4x4 matrices."""
 
 import math
 
@@ -36,7 +36,8 @@ class Scale(Record):
 
 
 class Transform:
-    """Made of a pose of a measurement, or of translation, rotation and scale in any order."""
+    """A transform from a pose of a measurement, or from translation, rotation and scale in any
+    order."""
 
     def __init__(self, *parts):
         self.matrix = numpy.identity(4)
@@ -55,16 +56,16 @@ class Transform:
             elif isinstance(part, Translation):
                 self.matrix[:3, 3] = (part.x, part.y, part.z)
             else:
-                raise TypeError(f"{part!r} is no translation, rotation or scale")
+                raise TypeError(f"{part!r} is not a translation, rotation or scale")
         self.matrix[:3, :3] = _turned(turn) * (scale.x, scale.y, scale.z)
 
     def transform_points(self, points):
-        """N points, N x 3, moved."""
+        """Returns transformed points, N x 3."""
         points = numpy.asarray(points)
         return points @ self.matrix[:3, :3].T + self.matrix[:3, 3]
 
     def inverse(self):
-        """The way back."""
+        """Returns the inverse transform."""
         back = Transform()
         back.matrix = numpy.linalg.inv(self.matrix)
         return back
@@ -79,7 +80,7 @@ class Transform:
 
 
 def _turned(turn):
-    """The axes of a left-handed space with z up, turned by roll, pitch and yaw."""
+    """Returns the rotation matrix of a left-handed space with z up from roll, pitch and yaw."""
     cr, sr = math.cos(math.radians(turn.roll)), math.sin(math.radians(turn.roll))
     cp, sp = math.cos(math.radians(turn.pitch)), math.sin(math.radians(turn.pitch))
     cy, sy = math.cos(math.radians(turn.yaw)), math.sin(math.radians(turn.yaw))

@@ -1,4 +1,4 @@
-"""Small things that 0.8's programs import."""
+"""Helpers that the programs of 0.8 import."""
 
 import contextlib
 import sys
@@ -9,7 +9,7 @@ from .tcp import TCPConnectionError
 
 @contextlib.contextmanager
 def make_connection(client_type, *args, **kwargs):
-    """A client that is connected inside the `with` block."""
+    """Yields a connected client."""
     client = client_type(*args, **kwargs)
     try:
         client.connect()
@@ -19,7 +19,7 @@ def make_connection(client_type, *args, **kwargs):
 
 
 def print_over_same_line(text):
-    """Prints over what was printed last."""
+    """Prints over the previous line."""
     width = max(len(text), getattr(print_over_same_line, "width", 0))
     sys.stdout.write("\r" + text.ljust(width))
     sys.stdout.flush()
@@ -27,7 +27,7 @@ def print_over_same_line(text):
 
 
 def retry_until_served(work, log, seconds=1.0):
-    """Runs `work` again, once a second, for as long as the server is not there."""
+    """Runs `work`; retries once a second while the server cannot be reached."""
     while True:
         try:
             return work()
@@ -43,17 +43,17 @@ class StopWatch:
         self.restart()
 
     def restart(self):
-        """Starts anew."""
+        """Restarts the watch."""
         self.start, self.end = time.time(), None
 
     def stop(self):
-        """Holds the time."""
+        """Stops the watch."""
         self.end = time.time()
 
     def seconds(self):
-        """Seconds between start and stop."""
+        """Returns the seconds between start and stop."""
         return (self.end or time.time()) - self.start
 
     def milliseconds(self):
-        """Milliseconds between start and stop."""
+        """Returns the milliseconds between start and stop."""
         return 1000.0 * self.seconds()

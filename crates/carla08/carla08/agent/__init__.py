@@ -1,4 +1,4 @@
-"""Agents: what a benchmark asks for a control at each frame."""
+"""Agents, which return a control for each frame of a benchmark."""
 
 import abc
 
@@ -6,25 +6,25 @@ from ..measurements import Control
 
 
 class Agent(abc.ABC):
-    """Derive from it."""
+    """Base class of agents."""
 
     @abc.abstractmethod
     def run_step(self, measurements, sensor_data, directions, target):
-        """A control. `directions` is one of the planner's commands, `target` the goal's pose."""
+        """Returns a control. `directions` is a command of the planner, `target` the goal's pose."""
 
     def reset(self):
-        """A new episode begins."""
+        """Called when a new episode begins."""
 
 
 class ForwardAgent(Agent):
-    """Goes straight on, whatever comes."""
+    """Always drives straight ahead."""
 
     def run_step(self, measurements, sensor_data, directions, target):
         return Control(throttle=0.9)
 
 
 class AutopilotAgent(Agent):
-    """Does what the server's autopilot would do, which knows the route."""
+    """Returns the control of the autopilot, which follows the route."""
 
     def run_step(self, measurements, sensor_data, directions, target):
         return measurements.player_measurements.autopilot_control

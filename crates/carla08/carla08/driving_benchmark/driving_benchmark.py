@@ -1,4 +1,4 @@
-"""Drives the episodes of a suite with an agent, and records them."""
+"""Runs the episodes of a suite with an agent, and records them."""
 
 import logging
 
@@ -14,7 +14,7 @@ SUCCESS_M = 2.0
 
 
 class DrivingBenchmark:
-    """One run; with `continue_experiment` it goes on where an earlier one ended."""
+    """One run; `continue_experiment` continues an earlier one."""
 
     def __init__(self, city_name="Town01", name_to_save="Test", continue_experiment=False,
                  limit=None, distance_for_success=SUCCESS_M):
@@ -23,10 +23,10 @@ class DrivingBenchmark:
         self._continue = continue_experiment
 
     def benchmark_agent(self, suite, agent, client):
-        """Drives what is not driven yet; returns the metrics."""
+        """Runs the remaining episodes; returns the metrics."""
         name = f"{self._name}_{type(suite).__name__}_{self._city_name}"
         recording = Recording(name, self._continue)
-        # A server that comes back finds the run begun.
+        # The run continues after the server was restarted.
         self._continue = True
         planner = Planner(client.map)
         scene = client.load_settings(CarlaSettings())
@@ -71,7 +71,7 @@ class DrivingBenchmark:
             measurements, sensor_data = client.read_data()
             player = measurements.player_measurements
             at = location(player.transform)
-            # On the plane: a spot hangs above the road.
+            # In the plane: a start position is above the road.
             at.z = target.z
             distance = at.distance(target)
             seconds = measurements.game_timestamp / 1000.0
@@ -110,7 +110,8 @@ def _frame(measurements, control):
 
 def run_driving_benchmark(agent, experiment_suite, city_name="Town01", log_name="Test",
                           continue_experiment=False, host="127.0.0.1", port=2000, limit=None):
-    """All of it, going on when the server has been away; prints and returns the metrics."""
+    """Runs a benchmark, and continues it after the server was restarted; prints and returns the
+    metrics."""
     benchmark = DrivingBenchmark(city_name, log_name, continue_experiment, limit)
 
     def work():

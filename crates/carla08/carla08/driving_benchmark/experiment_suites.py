@@ -1,4 +1,4 @@
-"""What is driven: tasks, weathers, pairs of start and goal."""
+"""Suites of experiments: tasks, weathers, pairs of start and goal."""
 
 import random
 
@@ -8,7 +8,7 @@ from ..settings import CarlaSettings
 
 
 class Experiment:
-    """One task in one weather: pairs of start spots, each driven `Repetitions` times."""
+    """One task in one weather: pairs of start positions, each driven `Repetitions` times."""
 
     def __init__(self, **given):
         self.Task, self.TaskName = 0, ""
@@ -18,7 +18,7 @@ class Experiment:
         self.set(**given)
 
     def set(self, **given):
-        """Changes some; a name that is not there is an error."""
+        """Changes attributes by name; raises ValueError for an unknown name."""
         for name, value in given.items():
             if name not in self.__dict__:
                 raise ValueError(f"Experiment: no key named {name!r}")
@@ -32,7 +32,7 @@ class Experiment:
 
 
 class ExperimentSuite:
-    """Derive from it; `build_experiments` and the two lists of weathers are asked for."""
+    """Base class of suites; override `build_experiments` and the two lists of weathers."""
 
     train_weathers = ()
     test_weathers = ()
@@ -43,17 +43,17 @@ class ExperimentSuite:
         self._experiments = None
 
     def get_experiments(self, planner, spots):
-        """All of them; made once, since they depend on the map."""
+        """Returns all experiments; they are built once, since they depend on the map."""
         if self._experiments is None:
             self._experiments = self.build_experiments(planner, spots)
         return self._experiments
 
     def build_experiments(self, planner, spots):
-        """A list of experiments on this map."""
+        """Returns a list of experiments on this map."""
         raise NotImplementedError
 
     def calculate_time_out(self, path_m):
-        """Seconds for a way of so many metres: 10 km/h, and ten seconds."""
+        """Returns the time limit of a route in seconds: 10 km/h, and ten seconds."""
         return path_m / 1000.0 / 10.0 * 3600.0 + 10.0
 
     @property
@@ -70,7 +70,7 @@ class ExperimentSuite:
 
 
 def camera():
-    """The one camera of the benchmark."""
+    """Returns the camera of the benchmark."""
     mounted = Camera("CameraRGB")
     mounted.set(FOV=100)
     mounted.set_image_size(800, 600)
@@ -126,7 +126,7 @@ class CoRL2017(ExperimentSuite):
 
 
 class BasicExperimentSuite(CoRL2017):
-    """One weather, the first pair of each task: to see that everything works."""
+    """One weather, the first pair of each task: a short check."""
 
     train_weathers = (1,)
     test_weathers = (1,)
@@ -139,7 +139,7 @@ class BasicExperimentSuite(CoRL2017):
 
 
 def find_poses(planner, spots):
-    """Pairs for: no turn, one turn, two turns or more."""
+    """Returns pairs for no turn, one turn, and two or more turns."""
     chance = random.Random(2017)
     spots = [location(spot) for spot in spots]
     lanes = [key_of(planner.map.get_waypoint(spot)) for spot in spots]

@@ -1,4 +1,4 @@
-"""The paper's figures, out of the two tables."""
+"""The metrics of the paper, computed from the two tables."""
 
 import collections
 
@@ -7,7 +7,7 @@ COUNTED = ("intersection_offroad", "intersection_otherlane", "collision_other",
 
 
 def compute(parameters, experiments, summary, measurements):
-    """Figures by weather and task: lists over tasks' names."""
+    """Returns metrics by weather and task."""
     names = {i: e.task_name for i, e in enumerate(experiments)}
     frames = collections.defaultdict(list)
     for row in measurements:
@@ -45,13 +45,14 @@ def _figures(parameters, rows, frames):
     }
     for name in COUNTED:
         figures[name] = counts[name]
-        # Kilometres between two; without any, at least what was driven.
+        # Kilometres between two infractions; without any, at least the driven distance.
         figures[f"km_between_{name}"] = km / max(counts[name], 1)
     return figures
 
 
 def _onsets(values, threshold, frames_skip, frames_recount):
-    """How often a fraction rises above the threshold; once more for each time it stays so."""
+    """Counts how often a fraction exceeds the threshold, again after each interval in which it
+    stays above."""
     count, quiet_until, since = 0, 0, None
     for i, value in enumerate(values):
         if value <= threshold:
@@ -68,7 +69,7 @@ def _onsets(values, threshold, frames_skip, frames_recount):
 
 
 def _jumps(values, threshold, frames_skip, frames_recount):
-    """How often a sum of impulses grows by more than the threshold within a few frames."""
+    """Counts how often a sum of impulses grows by more than the threshold within a few frames."""
     count, quiet_until = 0, 0
     for i in range(1, len(values)):
         if i >= quiet_until and values[i] - values[max(i - frames_skip, 0)] > threshold:
@@ -88,7 +89,7 @@ def _episode(row):
 
 
 def summary_text(result):
-    """For people."""
+    """Returns the metrics as text."""
     lines = []
     for weather in sorted(result, key=int):
         lines.append(f"Weather {weather}")

@@ -1,4 +1,4 @@
-"""What was driven, as tables; and where to go on."""
+"""The tables of a run, and the episode at which to continue it."""
 
 import csv
 import json
@@ -13,7 +13,7 @@ MEASUREMENTS = ("exp_id", "rep", "weather", "start_point", "end_point", "collisi
 
 
 class Recording:
-    """A folder for one run: summary.csv, measurements.csv, metrics.json."""
+    """The folder of one run: summary.csv, measurements.csv, metrics.json."""
 
     def __init__(self, name, continue_experiment, root="_benchmarks_results"):
         self.folder = os.path.join(root, name)
@@ -39,21 +39,21 @@ class Recording:
         return _rows(self._measurements)
 
     def done(self):
-        """The episodes that need not be driven again."""
+        """Returns the episodes that are complete."""
         return {_episode(row) for row in self.summary()}
 
     def write(self, summary, frames):
-        """An episode: its frames first, so that a row of the summary says that all is there."""
+        """Writes an episode, its frames first: a row of the summary means that it is complete."""
         _append(self._measurements, MEASUREMENTS, frames)
         _append(self._summary, SUMMARY, [summary])
 
     def write_metrics(self, metrics):
-        """The verdict."""
+        """Writes the metrics."""
         with open(os.path.join(self.folder, "metrics.json"), "w", encoding="utf-8") as file:
             json.dump(metrics, file, indent=2, sort_keys=True)
 
     def _drop_unfinished(self):
-        """Frames of an episode that was cut short."""
+        """Removes the frames of an incomplete episode."""
         done, rows = self.done(), self.measurements()
         kept = [row for row in rows if _episode(row) in done]
         if len(kept) < len(rows):

@@ -1,8 +1,8 @@
-"""Runs one of CARLA's scripts as it is, without a screen and with nobody at the keys.
+"""Runs one of CARLA's scripts unmodified, without a screen, with simulated key presses.
 
-Usage: stage_hand.py PORT SECONDS KEYS SCRIPT [ARGUMENT...]. The script finds the simulator at PORT
-wherever it looks for port 2000; KEYS are pressed one after the other (`w*40` holds one for 40
-looks); after SECONDS the window is closed, and Ctrl-C comes two seconds later.
+Usage: script_runner.py PORT SECONDS KEYS SCRIPT [ARGUMENT...]. Connections to port 2000 go to PORT;
+KEYS are pressed one after the other (`w*40` holds one for 40 polls of events); after SECONDS the
+window is closed, and two seconds later the script is interrupted.
 """
 
 import os
@@ -19,7 +19,7 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 import carla
 import numpy
 
-# The scripts are of the time of numpy 1.18.
+# The scripts were written for numpy 1.18.
 numpy.int = int
 
 
@@ -30,7 +30,7 @@ def main():
     port, seconds, keys, script = int(sys.argv[1]), float(sys.argv[2]), sys.argv[3], sys.argv[4]
     sys.argv = sys.argv[4:]
     sys.path.insert(0, os.path.dirname(os.path.abspath(script)))
-    find_us(port)
+    redirect(port)
     end = time.monotonic() + seconds
     if "pygame" in open(script, encoding="utf-8").read():
         press(keys, end)
@@ -39,29 +39,29 @@ def main():
     try:
         runpy.run_path(script, run_name="__main__")
     except KeyboardInterrupt:
-        print("stage hand: Ctrl-C")
+        print("script runner: interrupted")
     except SystemExit as leave:
         code = leave.code if isinstance(leave.code, int) else int(leave.code is not None)
         if code or isinstance(leave.code, str):
-            print(f"stage hand: exit {leave.code}", file=sys.stderr)
+            print(f"script runner: exit {leave.code}", file=sys.stderr)
     except BaseException:
         import traceback
         traceback.print_exc()
         code = 1
     sys.stdout.flush()
     sys.stderr.flush()
-    # The package aborts now and then while its threads end.
+    # The package sometimes aborts while its threads end.
     os._exit(code)
 
 
-def find_us(port):
-    """Scripts that name no port find the simulator too."""
+def redirect(port):
+    """Redirects connections to CARLA's default port to this one."""
     connect = carla.Client
 
     def client(host="127.0.0.1", wanted=2000, *more, **named):
         wanted = named.pop("port", wanted)
         made = connect(named.pop("host", host), port if wanted == 2000 else wanted, *more, **named)
-        # What outlives its client may abort the package: none is given up before the end.
+        # The package may abort if an object outlives its client, so clients are kept to the end.
         CLIENTS.append(made)
         return made
 
@@ -76,7 +76,7 @@ def interrupt(at):
 
 
 def press(keys, end):
-    """Gives the window its events: keys, and in the end that it is closed."""
+    """Sends events to the window: key presses, and at the end the request to close it."""
     import pygame
 
     script = []
@@ -86,15 +86,15 @@ def press(keys, end):
         key = pygame.key.key_code(name.removeprefix("shift+"))
         script.append((key, pygame.KMOD_SHIFT if shift else 0, int(times or 1)))
     get, pressed, mods = pygame.event.get, pygame.key.get_pressed, pygame.key.get_mods
-    state = {"looks": 0, "held": None, "left": 0, "mods": 0}
+    state = {"polls": 0, "held": None, "left": 0, "mods": 0}
 
     def events(*arguments, **named):
         found = list(get(*arguments, **named))
-        state["looks"] += 1
+        state["polls"] += 1
         if time.monotonic() > end:
             return found + [pygame.event.Event(pygame.QUIT)]
-        # The first pictures should be there before anybody presses anything.
-        if state["looks"] < 10:
+        # Images should have arrived before the first key press.
+        if state["polls"] < 10:
             return found
         if state["left"] > 0:
             state["left"] -= 1
@@ -103,8 +103,8 @@ def press(keys, end):
             found.append(pygame.event.Event(pygame.KEYUP, key=state["held"], mod=state["mods"]))
             state["held"] = None
         elif script:
-            key, modifiers, looks = script.pop(0)
-            state.update(held=key, left=looks, mods=modifiers)
+            key, modifiers, polls = script.pop(0)
+            state.update(held=key, left=polls, mods=modifiers)
             found.append(pygame.event.Event(pygame.KEYDOWN, key=key, mod=modifiers, unicode=""))
         return found
 
