@@ -13,7 +13,8 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 
 use crate::{
-    grid::LaneIndexGrid, lane::Lane, network::Network, parallel::threads, road::Road, slab::Lent,
+    grid::LaneIndexGrid, lane::Lane, network::Network, parallel::threads, road::Road,
+    slab::SharedBytes,
 };
 use fields::Field;
 /// Increases whenever the layout changes.
@@ -81,13 +82,13 @@ impl Network {
     /// from them.
     ///
     /// Returns `None` if they are anything else or do not begin at a multiple of 8 in memory.
-    pub fn from_bytes(bytes: Lent) -> Option<Network> {
+    pub fn from_bytes(bytes: SharedBytes) -> Option<Network> {
         read(bytes, threads())
     }
 }
 
 /// Restores a network on up to `threads` threads; the result does not depend on their number.
-pub(crate) fn read(lent: Lent, threads: usize) -> Option<Network> {
+pub(crate) fn read(lent: SharedBytes, threads: usize) -> Option<Network> {
     let bytes = (*lent).as_ref();
     let head: Head = bytemuck::pod_read_unaligned(bytes.get(..size_of::<Head>())?);
     let is_ours = head.magic == MAGIC && head.version == VERSION;
@@ -103,7 +104,7 @@ pub(crate) fn read(lent: Lent, threads: usize) -> Option<Network> {
     // Roads take about as long as everything else together.
     let others_of = |threads: usize| {
         let mut network = rows::take_rest(rest)?;
-        network.grid = LaneIndexGrid::lent(&lent, slabs.clone(), &network.grid, lanes)?;
+        network.grid = LaneIndexGrid::shared(&lent, slabs.clone(), &network.grid, lanes)?;
         network.lanes = many::<Lane>(own, lanes, threads)?;
         Some(network)
     };

@@ -25,7 +25,7 @@ pub(crate) struct Pass {
 }
 
 /// Returns how a piece of the index passes `point`; `None` if the point lies beyond its ends.
-pub(crate) fn abreast(network: &Network, piece: &Segment, point: DVec3) -> Option<Pass> {
+pub(crate) fn pass_of(network: &Network, piece: &Segment, point: DVec3) -> Option<Pass> {
     let along = (piece.to - piece.from).truncate();
     let length = along.length_squared();
     if length <= 0.0 {
@@ -132,7 +132,7 @@ impl<'a> Blend<'a> {
             if lane.junction != Some(self.junction) {
                 return;
             }
-            let Some(Pass { s, beside_m, .. }) = abreast(self.network, piece, point) else {
+            let Some(Pass { s, beside_m, .. }) = pass_of(self.network, piece, point) else {
                 return;
             };
             if beside_m > f64::from(piece.outside_m) {

@@ -2,7 +2,7 @@
 
 mod findings;
 mod links;
-mod rights;
+mod neighbours;
 mod scenery;
 
 use std::collections::HashMap;
@@ -56,7 +56,7 @@ pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<N
     }
     let junctions = junctions(&mut records, &road_ids, &mut findings);
     links::join(&mut records, &road_ids, &junctions, &mut findings);
-    rights::grant(&mut records);
+    neighbours::connect(&mut records);
     let mut network = Network {
         header: records.header,
         origin,
@@ -76,8 +76,8 @@ pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<N
         bounds: (DVec3::ZERO, DVec3::ZERO),
         contradictions: Contradictions::default(),
     };
-    scenery::refer(&mut network, records.references, &mut findings);
-    scenery::share(&mut network, records.object_references, &mut findings);
+    scenery::resolve_signal_references(&mut network, records.references, &mut findings);
+    scenery::resolve_object_references(&mut network, records.object_references, &mut findings);
     group(&mut network, records.groups, &mut findings);
     for (file, offset) in records.includes {
         let reason = format!(
@@ -86,7 +86,7 @@ pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<N
         findings.add(offset, reason);
     }
     control(&mut network, &records.controllers, &records.junctions, &mut findings);
-    scenery::stand(&mut network);
+    scenery::compute_poses(&mut network);
     network.uses = network.sorted_uses();
     network.grid = lane_grid(&network, threads);
     network.bounds = network.grid.bounds().unwrap_or_default();
@@ -231,7 +231,7 @@ fn control(
     let signals: HashMap<String, u32> =
         network.signals.iter().zip(0..).map(|(signal, index)| (signal.id.clone(), index)).collect();
     for (controller, index) in raw.iter().zip(0..) {
-        let mut ruled: Vec<u32> = Vec::new();
+        let mut signals_of_controller: Vec<u32> = Vec::new();
         for id in &controller.signals {
             let Some(&signal) = signals.get(id) else {
                 let reason = format!(
@@ -241,8 +241,8 @@ fn control(
                 findings.add(controller.offset, reason);
                 continue;
             };
-            if !ruled.contains(&signal) {
-                ruled.push(signal);
+            if !signals_of_controller.contains(&signal) {
+                signals_of_controller.push(signal);
                 network.signals[signal as usize].controller.get_or_insert(index);
             }
         }
@@ -250,7 +250,7 @@ fn control(
             id: controller.id.clone(),
             name: controller.name.clone(),
             sequence: controller.sequence,
-            signals: ruled,
+            signals: signals_of_controller,
         });
     }
     let ids: HashMap<&str, u32> =

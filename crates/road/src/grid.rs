@@ -5,7 +5,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, Vec3};
 
-use crate::slab::{Lent, Slab};
+use crate::slab::{SharedBytes, Slab};
 
 /// A piece of a lane's centre, in world space.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -134,12 +134,12 @@ impl LaneIndexGrid {
         }
         starts.pop();
         starts.insert(0, 0);
-        grid.segments = Slab::Own(segments);
-        (grid.starts, grid.entries) = (Slab::Own(starts), Slab::Own(entries));
+        grid.segments = Slab::Owned(segments);
+        (grid.starts, grid.entries) = (Slab::Owned(starts), Slab::Owned(entries));
         grid
     }
 
-    /// Returns the slabs of the index in the order of [`LaneIndexGrid::lent`].
+    /// Returns the slabs of the index in the order of [`LaneIndexGrid::shared`].
     pub(crate) fn slabs(&self) -> [&[u8]; 3] {
         let (segments, entries) = (&*self.segments, &*self.entries);
         [
@@ -149,17 +149,17 @@ impl LaneIndexGrid {
         ]
     }
 
-    /// Returns this grid over the slabs in `lent`; `None` if they contain an invalid reference.
-    pub(crate) fn lent(
-        lent: &Lent,
+    /// Returns this grid over the slabs in `bytes`; `None` if they contain an invalid reference.
+    pub(crate) fn shared(
+        bytes: &SharedBytes,
         [segments, starts, entries]: [Range<usize>; 3],
         grid: &LaneIndexGrid,
         lanes: usize,
     ) -> Option<LaneIndexGrid> {
         let grid = LaneIndexGrid {
-            segments: Slab::lent(lent, segments)?,
-            starts: Slab::lent(lent, starts)?,
-            entries: Slab::lent(lent, entries)?,
+            segments: Slab::shared(bytes, segments)?,
+            starts: Slab::shared(bytes, starts)?,
+            entries: Slab::shared(bytes, entries)?,
             ..grid.clone()
         };
         grid.is_sound(lanes).then_some(grid)

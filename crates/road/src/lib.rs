@@ -64,7 +64,7 @@ pub use records::{Header, Owner, UserData};
 pub use road::{Road, RoadLink, RoadType, Section, Switch};
 pub use route::{Leg, Route};
 pub use signal::{Controller, Orientation, Signal, SignalReference, SignalUse};
-pub use slab::Lent;
+pub use slab::SharedBytes;
 pub use structure::{Solid, Structure};
 pub use surface::{object_paint, structures, surface_mesh};
 pub use validate::{Finding, Severity, validate};

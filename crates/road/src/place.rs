@@ -68,7 +68,7 @@ impl Network {
             let (mut inner, mut level) = (0.0, 0.0);
             for place in places {
                 let lane = self.lane(section.lanes[place]);
-                let width = lane.reach(inner, ds);
+                let width = lane.width_from(inner, ds);
                 let t = offset + sign * (inner + 0.5 * width);
                 let level_t = sign * (level + if lane.level { 0.5 * width } else { 0.0 });
                 let up = road.unevenness(s, t) + lane.rise_at_centre(ds);

@@ -248,7 +248,7 @@ impl Lane {
     }
 
     /// Returns the lane's width where its inner border is `inner` metres from the centre.
-    pub(crate) fn reach(&self, inner: f64, ds: f64) -> f64 {
+    pub(crate) fn width_from(&self, inner: f64, ds: f64) -> f64 {
         if !self.widths.is_empty() {
             self.widths.at(ds).max(0.0)
         } else if !self.borders.is_empty() {

@@ -53,7 +53,7 @@ pub struct Signal {
     pub references: Vec<SignalReference>,
     /// Index into [`crate::Network::controllers`] of the controller that switches it.
     pub controller: Option<u32>,
-    pub(crate) stands: Option<Stands>,
+    pub(crate) position: Option<SignalPosition>,
     /// Where it applies: its own place first, then the places of signal references.
     pub uses: Vec<SignalUse>,
 }
@@ -71,7 +71,7 @@ pub struct SignalReference {
 
 /// Where a signal stands if not where it applies.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Stands {
+pub(crate) enum SignalPosition {
     /// `<positionRoad>`: beside another road, by id.
     Road { road: String, s: f64, t: f64, z_offset_m: f64, h_offset_rad: f64 },
     /// `<positionInertial>`: in the file's own coordinates.

@@ -8,22 +8,22 @@ use std::{
 use bytemuck::Pod;
 
 /// Bytes with shared ownership, such as a mapped file. They must not change while they are shared.
-pub type Lent = Arc<dyn AsRef<[u8]> + Send + Sync>;
+pub type SharedBytes = Arc<dyn AsRef<[u8]> + Send + Sync>;
 
 /// An array of plain numbers.
 #[derive(Clone)]
 pub(crate) enum Slab<T> {
-    Own(Vec<T>),
-    Lent(Lent, Range<usize>),
+    Owned(Vec<T>),
+    Shared(SharedBytes, Range<usize>),
 }
 
 impl<T: Pod> Slab<T> {
-    /// Returns the array that these bytes of `lent` are; `None` if range, size or alignment do not
+    /// Returns the array that `range` of `bytes` is; `None` if range, size or alignment do not
     /// fit.
-    pub(crate) fn lent(lent: &Lent, range: Range<usize>) -> Option<Slab<T>> {
-        let bytes = (**lent).as_ref().get(range.clone())?;
-        bytemuck::try_cast_slice::<u8, T>(bytes).ok()?;
-        Some(Slab::Lent(lent.clone(), range))
+    pub(crate) fn shared(bytes: &SharedBytes, range: Range<usize>) -> Option<Slab<T>> {
+        let own = (**bytes).as_ref().get(range.clone())?;
+        bytemuck::try_cast_slice::<u8, T>(own).ok()?;
+        Some(Slab::Shared(bytes.clone(), range))
     }
 }
 
@@ -33,15 +33,15 @@ impl<T: Pod> Deref for Slab<T> {
     #[inline]
     fn deref(&self) -> &[T] {
         match self {
-            Slab::Own(own) => own,
-            Slab::Lent(lent, range) => bytemuck::cast_slice(&(**lent).as_ref()[range.clone()]),
+            Slab::Owned(own) => own,
+            Slab::Shared(bytes, range) => bytemuck::cast_slice(&(**bytes).as_ref()[range.clone()]),
         }
     }
 }
 
 impl<T> Default for Slab<T> {
     fn default() -> Self {
-        Slab::Own(Vec::new())
+        Slab::Owned(Vec::new())
     }
 }
 

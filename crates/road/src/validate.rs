@@ -5,15 +5,15 @@
 
 mod geometry;
 mod links;
-mod places;
+mod positions;
 mod report;
 mod subject;
 mod words;
 
 use crate::{MapError, build::built};
-use places::Places;
+use positions::Positions;
 use report::Report;
-use subject::Judged;
+use subject::Subject;
 
 pub use report::{Finding, Severity};
 
@@ -27,12 +27,12 @@ pub fn validate(xml: &str) -> Result<Vec<Finding>, MapError> {
     let unresolved = std::mem::take(&mut network.findings);
     let mut report = Report::default();
     let mut unreadable = None;
-    match Places::read(xml, &mut report) {
-        Ok(places) => {
-            let judged = Judged { network: &network, places: &places };
-            judged.geometry(&mut report);
-            judged.joints(&mut report);
-            judged.links(&mut report);
+    match Positions::read(xml, &mut report) {
+        Ok(positions) => {
+            let subject = Subject { network: &network, positions: &positions };
+            subject.geometry(&mut report);
+            subject.joints(&mut report);
+            subject.links(&mut report);
         }
         // In a part of the file that a simulation does not read.
         Err(error) => unreadable = Some(error),

@@ -30,13 +30,13 @@ impl Network {
             return found;
         }
         // Lanes without length may form a ring; a walk ends after this many lanes without progress.
-        let patience = self.lanes().len() as u32 + 1;
+        let idle_lanes = self.lanes().len() as u32 + 1;
         let first = self.lane(at.lane);
         let along = at.along_m.clamp(0.0, first.length_m);
         let before = if ahead { along } else { first.length_m - along };
-        let mut open = vec![(at.lane, before + distance_m, patience)];
+        let mut open = vec![(at.lane, before + distance_m, idle_lanes)];
         let mut steps = 0;
-        while let Some((index, from_start, patience)) = open.pop() {
+        while let Some((index, from_start, idle_lanes)) = open.pop() {
             let lane = self.lane(index);
             if from_start <= lane.length_m {
                 let along_m = if ahead { from_start } else { lane.length_m - from_start };
@@ -47,13 +47,13 @@ impl Network {
             if found.len() + open.len() > BRANCHES_MAX || steps > 64 * BRANCHES_MAX {
                 break;
             }
-            let patience = if lane.length_m > 0.0 { patience } else { patience - 1 };
-            if patience == 0 {
+            let idle_lanes = if lane.length_m > 0.0 { idle_lanes } else { idle_lanes - 1 };
+            if idle_lanes == 0 {
                 continue;
             }
             let next = if ahead { &lane.successors } else { &lane.predecessors };
             let rest = from_start - lane.length_m;
-            open.extend(next.iter().rev().map(|next| (*next, rest, patience)));
+            open.extend(next.iter().rev().map(|next| (*next, rest, idle_lanes)));
         }
         found
     }

@@ -164,7 +164,7 @@ impl Network {
         ];
         parts
             .into_iter()
-            .fold(0, |seed: u64, part| scattered(seed.wrapping_add(0x9e37_79b9).wrapping_add(part)))
+            .fold(0, |seed: u64, part| hash_mix(seed.wrapping_add(0x9e37_79b9).wrapping_add(part)))
     }
 
     /// Returns the total length of all roads, metres of s.
@@ -179,7 +179,7 @@ const WAYPOINTS_MAX: f64 = 2e7;
 const FIRST_M: f64 = 10.0 * f64::EPSILON;
 
 /// `boost::hash_detail::hash_mix` of Boost 1.81 and later.
-fn scattered(mut x: u64) -> u64 {
+fn hash_mix(mut x: u64) -> u64 {
     const FACTOR: u64 = 0x0e98_46af_9b1a_615d;
     x ^= x >> 32;
     x = x.wrapping_mul(FACTOR);

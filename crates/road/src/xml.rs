@@ -77,13 +77,13 @@ impl<'a> Cursor<'a> {
             self.tag = tag;
             match bytes.get(tag + 1) {
                 Some(b'/') => self.close()?,
-                Some(b'!' | b'?') => self.pass_over()?,
+                Some(b'!' | b'?') => self.skip()?,
                 _ => {
                     let is_wanted = self.open.len() == depth;
                     let name = self.name()?;
                     self.open.push(name);
                     if is_wanted {
-                        self.take_attributes()?;
+                        self.read_attributes()?;
                         return Ok(Some(name));
                     }
                     self.at = match end_of_tag(bytes, self.at) {
@@ -119,7 +119,7 @@ impl<'a> Cursor<'a> {
             match rest.as_bytes().get(1) {
                 Some(b'/') => self.close()?,
                 Some(b'!' | b'?') => {
-                    self.pass_over()?;
+                    self.skip()?;
                     let passed = &self.text[tag..self.at];
                     if let Some(inside) = passed.strip_prefix(CDATA) {
                         content.push_str(inside.strip_suffix("]]>").unwrap_or(inside));
@@ -128,7 +128,7 @@ impl<'a> Cursor<'a> {
                 _ => {
                     let name = self.name()?;
                     self.open.push(name);
-                    self.take_attributes()?;
+                    self.read_attributes()?;
                 }
             }
         }
@@ -280,7 +280,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Skips a comment, a CDATA section, a processing instruction or a declaration.
-    fn pass_over(&mut self) -> Result<(), MapError> {
+    fn skip(&mut self) -> Result<(), MapError> {
         let rest = &self.text.as_bytes()[self.tag..];
         let (what, end) = match rest {
             [b'<', b'!', b'-', b'-', inside @ ..] => {
@@ -304,7 +304,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Reads the current tag from after its name to its end.
-    fn take_attributes(&mut self) -> Result<(), MapError> {
+    fn read_attributes(&mut self) -> Result<(), MapError> {
         self.attributes.clear();
         self.next.set(0);
         let bytes = self.text.as_bytes();

@@ -21,7 +21,7 @@ use crate::{
     placement::Placement,
     records::{Header, Owner, UserData},
     road::{Road, RoadLink, RoadType, Section, Shape, Switch},
-    signal::{Controller, Orientation, Signal, SignalReference, SignalUse, Stands},
+    signal::{Controller, Orientation, Signal, SignalPosition, SignalReference, SignalUse},
     surface_strips::{CrossSection, Strip},
 };
 
@@ -172,7 +172,7 @@ baked! {
     Signal {
         id, name, road, s, t, z_offset_m, h_offset_rad, pitch_rad, roll_rad, kind, subtype, country,
         value, unit, text, dynamic, orientation, width_m, height_m, pose, lanes, dependencies,
-        references, controller, stands, uses,
+        references, controller, position, uses,
     }
     SignalReference { element, id, kind }
     SignalUse { road, s, t, orientation, validity, is_reference }
@@ -212,7 +212,7 @@ baked_enum! { MarkChange { 0 => None, 1 => Increase, 2 => Decrease, 3 => Both } 
 baked_enum! { RoadLink { 0 => Road { road, at_start }, 1 => Junction(junction) } }
 baked_enum! { JunctionKind { 0 => Common, 1 => Direct, 2 => Virtual } }
 baked_enum! { Orientation { 0 => Forward, 1 => Backward, 2 => Both } }
-baked_enum! { Stands {
+baked_enum! { SignalPosition {
     0 => Road { road, s, t, z_offset_m, h_offset_rad }, 1 => Inertial { position, heading_rad },
 } }
 baked_enum! { Corner { 0 => Road { s, t, dz }, 1 => Local { u, v, z } } }

@@ -13,11 +13,15 @@ use crate::{
     place::Lateral,
     placement::{Placement, wrapped},
     records::{RawObjectReference, RawReference},
-    signal::{Orientation, Signal, SignalUse, Stands},
+    signal::{Orientation, Signal, SignalPosition, SignalUse},
 };
 
 /// Adds the signal references to the signals that they name.
-pub(super) fn refer(network: &mut Network, references: Vec<RawReference>, findings: &mut Findings) {
+pub(super) fn resolve_signal_references(
+    network: &mut Network,
+    references: Vec<RawReference>,
+    findings: &mut Findings,
+) {
     let ids: HashMap<String, usize> = network
         .signals
         .iter()
@@ -46,7 +50,7 @@ pub(super) fn refer(network: &mut Network, references: Vec<RawReference>, findin
 }
 
 /// Resolves the objects that object references name.
-pub(super) fn share(
+pub(super) fn resolve_object_references(
     network: &mut Network,
     references: Vec<RawObjectReference>,
     findings: &mut Findings,
@@ -72,10 +76,10 @@ pub(super) fn share(
 }
 
 /// Computes the poses of signals and objects in world space.
-pub(super) fn stand(network: &mut Network) {
+pub(super) fn compute_poses(network: &mut Network) {
     for index in 0..network.signals.len() {
         let signal = &network.signals[index];
-        let mut pose = standing(network, signal);
+        let mut pose = signal_pose(network, signal);
         // A signal faces the traffic that it applies to.
         let turn = if signal.orientation == Orientation::Forward { PI } else { 0.0 };
         pose.heading_rad = wrapped(pose.heading_rad + turn);
@@ -83,13 +87,13 @@ pub(super) fn stand(network: &mut Network) {
         pose.roll_rad = signal.roll_rad;
         let mut lanes: Vec<(LaneIndex, f64)> = Vec::new();
         for rules in &signal.uses {
-            for ruled in ruled(network, rules) {
-                if !lanes.iter().any(|(lane, _)| *lane == ruled.0) {
-                    lanes.push(ruled);
+            for lane in lanes_of_use(network, rules) {
+                if !lanes.iter().any(|(known, _)| *known == lane.0) {
+                    lanes.push(lane);
                 }
             }
         }
-        if looks_away(network, &pose, &lanes) {
+        if faces_away(network, &pose, &lanes) {
             pose.heading_rad = wrapped(pose.heading_rad + PI);
         }
         let signal = &mut network.signals[index];
@@ -108,19 +112,19 @@ pub(super) fn stand(network: &mut Network) {
 }
 
 /// Returns the pose of a signal before it is turned to its traffic.
-fn standing(network: &Network, signal: &Signal) -> Placement {
+fn signal_pose(network: &Network, signal: &Signal) -> Placement {
     let beside = |road: u32, s: f64, t: f64, up: f64, turn: f64| {
         let pose = on_road(network, road, s, t, up);
         Placement { heading_rad: pose.heading_rad + turn, ..pose }
     };
     let own = |_| beside(signal.road, signal.s, signal.t, signal.z_offset_m, signal.h_offset_rad);
-    match &signal.stands {
-        Some(Stands::Road { road, s, t, z_offset_m, h_offset_rad }) => {
+    match &signal.position {
+        Some(SignalPosition::Road { road, s, t, z_offset_m, h_offset_rad }) => {
             let other = network.roads.iter().position(|other| other.id == *road);
             let stand = |road| beside(road as u32, *s, *t, *z_offset_m, *h_offset_rad);
             other.map_or_else(|| own(()), stand)
         }
-        Some(Stands::Inertial { position, heading_rad }) => Placement {
+        Some(SignalPosition::Inertial { position, heading_rad }) => Placement {
             position: *position - network.origin,
             heading_rad: *heading_rad,
             ..Placement::default()
@@ -132,7 +136,7 @@ fn standing(network: &Network, signal: &Signal) -> Placement {
 /// Returns whether traffic on the lanes of a signal would see its back. Authoring tools disagree
 /// about what a heading offset is relative to: RoadRunner's is relative to the road whatever the
 /// orientation.
-fn looks_away(network: &Network, pose: &Placement, lanes: &[(LaneIndex, f64)]) -> bool {
+fn faces_away(network: &Network, pose: &Placement, lanes: &[(LaneIndex, f64)]) -> bool {
     let ways = lanes.iter().map(|(lane, along_m)| {
         // A lane through a junction may end in any direction; at its beginning drivers see the
         // signal.
@@ -147,7 +151,7 @@ fn looks_away(network: &Network, pose: &Placement, lanes: &[(LaneIndex, f64)]) -
 const SIDEWAYS: f64 = 0.3;
 
 /// Returns the lanes that a signal applies to at one place, and its distance along each.
-fn ruled(network: &Network, rules: &SignalUse) -> Vec<(LaneIndex, f64)> {
+fn lanes_of_use(network: &Network, rules: &SignalUse) -> Vec<(LaneIndex, f64)> {
     let road = &network.roads[rules.road as usize];
     let s = rules.s.clamp(0.0, road.length_m);
     let section = &road.sections[road.section_at(s)];

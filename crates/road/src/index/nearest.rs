@@ -1,4 +1,4 @@
-//! The nearest lane: approximate distances select a few pieces, exact ones the lane.
+//! The nearest lane: approximate distances select a candidates pieces, exact ones the lane.
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -29,7 +29,7 @@ impl LaneIndexGrid {
         let corner = ((flat - self.low) / self.cell_m).round();
         let most = DVec2::new(self.columns as f64, self.rows as f64);
         let corner = corner.clamp(DVec2::ZERO, most).as_i64vec2();
-        let mut few = Few::default();
+        let mut candidates = Candidates::default();
         let cells = Cells { starts: &self.starts, entries: &self.entries, point, types };
         let mut seen: Option<[i64; 4]> = None;
         for ring in 1.. {
@@ -43,20 +43,20 @@ impl LaneIndexGrid {
             for row in block[2]..block[3] {
                 match seen {
                     Some([left, right, low, high]) if (low..high).contains(&row) => {
-                        self.row(&cells, row, block[0]..left, &mut few);
-                        self.row(&cells, row, right..block[1], &mut few);
+                        self.row(&cells, row, block[0]..left, &mut candidates);
+                        self.row(&cells, row, right..block[1], &mut candidates);
                     }
-                    _ => self.row(&cells, row, block[0]..block[1], &mut few),
+                    _ => self.row(&cells, row, block[0]..block[1], &mut candidates),
                 }
             }
             // Nothing outside the block can be nearer than its edge.
             let clear = self.clearance(flat, block);
-            if clear * clear > f64::from(few.limit_squared) || clear == f64::INFINITY {
+            if clear * clear > f64::from(candidates.limit_squared) || clear == f64::INFINITY {
                 break;
             }
             seen = Some(block);
         }
-        self.choose(network, &few, point)
+        self.choose(network, &candidates, point)
     }
 
     /// Returns a lower bound of the distance to any cell outside a block; infinite if there is
@@ -78,7 +78,13 @@ impl LaneIndexGrid {
         clear
     }
 
-    fn row(&self, cells: &Cells, row: i64, columns: std::ops::Range<i64>, few: &mut Few) {
+    fn row(
+        &self,
+        cells: &Cells,
+        row: i64,
+        columns: std::ops::Range<i64>,
+        candidates: &mut Candidates,
+    ) {
         let Cells { starts, entries, point, types } = *cells;
         for column in columns {
             let cell = row as usize * self.columns + column as usize;
@@ -90,20 +96,27 @@ impl LaneIndexGrid {
             for entry in &entries[from..to] {
                 if entry.types & types.0 != 0 {
                     let squared = entry.distance_squared(here);
-                    if squared <= few.limit_squared {
-                        few.offer(squared, entry.segment);
+                    if squared <= candidates.limit_squared {
+                        candidates.offer(squared, entry.segment);
                     }
                 }
             }
         }
     }
 
-    fn choose(&self, network: &Network, few: &Few, point: DVec3) -> Option<LanePoint> {
+    fn choose(
+        &self,
+        network: &Network,
+        candidates: &Candidates,
+        point: DVec3,
+    ) -> Option<LanePoint> {
         // For each lane its nearest piece.
         let segments = &*self.segments;
-        let mut near: [Option<(f32, &Segment)>; Few::MOST] = [None; Few::MOST];
+        let mut near: [Option<(f32, &Segment)>; Candidates::MOST] = [None; Candidates::MOST];
         let mut lanes = 0;
-        for (squared, segment) in few.found().filter(|found| found.0 <= few.limit_squared) {
+        for (squared, segment) in
+            candidates.found().filter(|found| found.0 <= candidates.limit_squared)
+        {
             let segment = &segments[segment as usize];
             let own = near[..lanes].iter_mut().flatten().find(|old| old.1.lane == segment.lane);
             match own {
@@ -194,23 +207,28 @@ const FEET_MAX: usize = 6;
 
 /// The nearest pieces found so far.
 #[derive(Clone, Copy)]
-struct Few {
+struct Candidates {
     /// Squared distance and segment.
-    list: [(f32, u32); Few::MOST],
+    list: [(f32, u32); Candidates::MOST],
     count: usize,
     best_squared: f32,
     /// No piece farther than this can be the nearest.
     limit_squared: f32,
 }
 
-impl Default for Few {
+impl Default for Candidates {
     fn default() -> Self {
         let far = f32::INFINITY;
-        Few { list: [(far, 0); Few::MOST], count: 0, best_squared: far, limit_squared: far }
+        Candidates {
+            list: [(far, 0); Candidates::MOST],
+            count: 0,
+            best_squared: far,
+            limit_squared: far,
+        }
     }
 }
 
-impl Few {
+impl Candidates {
     const MOST: usize = 8;
 
     fn offer(&mut self, squared: f32, segment: u32) {
@@ -230,7 +248,7 @@ impl Few {
         if self.list[..self.count].iter().any(|found| found.1 == segment) {
             return;
         }
-        if self.count < Few::MOST {
+        if self.count < Candidates::MOST {
             self.list[self.count] = (squared, segment);
             self.count += 1;
             return;

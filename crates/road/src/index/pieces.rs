@@ -137,9 +137,9 @@ impl Cutter<'_> {
 
     fn straight(&mut self, road: &Road, section: &Section, from: f64, to: f64) {
         let count = ((to - from) / STRAIGHT_M.max(self.finest)).ceil().clamp(1.0, 1e6) as usize;
-        self.look(road, section, from, 0);
+        self.sample(road, section, from, 0);
         // What applies after a knot does not yet apply here.
-        self.look(road, section, to.next_down().max(from), 1);
+        self.sample(road, section, to.next_down().max(from), 1);
         for (place, lane) in section.lanes.iter().enumerate() {
             let lane = self.network.lane(*lane);
             let [a, b] = [0, 1].map(|row: usize| self.rows[row].centres[place]);
@@ -155,7 +155,7 @@ impl Cutter<'_> {
 
     fn bent(&mut self, road: &Road, section: &Section, from: f64, to: f64, run: Run) {
         let most = if run == Run::Bent { BENT_M } else { SHAPED_M }.max(self.finest);
-        self.look(road, section, from, 0);
+        self.sample(road, section, from, 0);
         loop {
             let here = self.rows[0].s;
             if here >= to {
@@ -170,7 +170,7 @@ impl Cutter<'_> {
                 } else {
                     here + if left < 2.0 * step { 0.5 * left } else { step }
                 };
-                self.look(road, section, if next == to { to.next_down() } else { next }, 1);
+                self.sample(road, section, if next == to { to.next_down() } else { next }, 1);
                 let fits = fitting(self.rows[1].bend);
                 if next - here <= 1.5 * fits || step <= self.finest {
                     self.rows[1].s = next;
@@ -203,7 +203,7 @@ impl Cutter<'_> {
         }
     }
 
-    fn look(&mut self, road: &Road, section: &Section, s: f64, row: usize) {
+    fn sample(&mut self, road: &Road, section: &Section, s: f64, row: usize) {
         let (axes, bend) = road.axes_and_bend(s);
         let row = &mut self.rows[row];
         (row.s, row.axes, row.bend) = (s, axes, bend);

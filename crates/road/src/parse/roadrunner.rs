@@ -69,6 +69,6 @@ fn signal(road: &Road, object: &RoadObject, text: &str, limit: f64, records: &Re
         uses: vec![rules],
         dependencies: Vec::new(),
         references: Vec::new(),
-        stands: None,
+        position: None,
     }
 }

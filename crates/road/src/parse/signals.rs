@@ -5,7 +5,7 @@ use crate::{
     MapError,
     placement::Placement,
     records::{RawReference, Records},
-    signal::{Orientation, Signal, SignalReference, SignalUse, Stands},
+    signal::{Orientation, Signal, SignalPosition, SignalReference, SignalUse},
     xml::Cursor,
 };
 
@@ -61,7 +61,7 @@ fn signal(xml: &mut Cursor, road: u32) -> Result<Signal, MapError> {
         uses: Vec::new(),
         dependencies: Vec::new(),
         references: Vec::new(),
-        stands: None,
+        position: None,
     };
     let mut rules = rules(xml, road, false)?;
     let here = xml.depth();
@@ -75,7 +75,7 @@ fn signal(xml: &mut Cursor, road: u32) -> Result<Signal, MapError> {
                 kind: xml.string("type"),
             }),
             "positionRoad" => {
-                signal.stands = Some(Stands::Road {
+                signal.position = Some(SignalPosition::Road {
                     road: xml.string("roadId"),
                     s: xml.number("s")?,
                     t: xml.number("t")?,
@@ -85,7 +85,7 @@ fn signal(xml: &mut Cursor, road: u32) -> Result<Signal, MapError> {
             }
             "positionInertial" => {
                 let (x, y) = (xml.number("x")?, xml.number("y")?);
-                signal.stands = Some(Stands::Inertial {
+                signal.position = Some(SignalPosition::Inertial {
                     position: DVec3::new(x, y, xml.number_or("z", 0.0)?),
                     heading_rad: xml.number_or("hdg", 0.0)?,
                 });

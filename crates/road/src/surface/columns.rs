@@ -234,7 +234,8 @@ impl<'a> Profile<'a> {
         let follows = self.blend.is_some() || self.road.bends_across();
         let Some(position) = self.strips[strip].lane.filter(|_| follows) else { return 1 };
         let lane = self.lane(position);
-        let widths = [0.0, 0.5, 1.0].map(|share| lane.reach(0.0, share * self.section.length_m));
+        let widths =
+            [0.0, 0.5, 1.0].map(|share| lane.width_from(0.0, share * self.section.length_m));
         let width = widths.into_iter().fold(0.0, f64::max);
         (width / FINE_M).ceil().clamp(1.0, 32.0) as usize
     }
@@ -427,7 +428,7 @@ impl Profile<'_> {
         let (mut t, mut level) = (vec![centre; count + 1], vec![0.0; count + 1]);
         let mut lay = |position: usize, inner: usize, outer: usize, sign: f64| {
             let lane = &lanes[self.section.lanes[position].0 as usize];
-            let width = lane.reach((t[inner] - centre).abs(), ds);
+            let width = lane.width_from((t[inner] - centre).abs(), ds);
             t[outer] = t[inner] + sign * width;
             level[outer] = level[inner] + if lane.level { sign * width } else { 0.0 };
         };

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::{
     axes::RoadAxes,
-    blend::{STOREY_M, WIDEST_M, abreast},
+    blend::{STOREY_M, WIDEST_M, pass_of},
     grid::Segment,
     lane::{Lane, LaneTypes},
     network::Network,
@@ -66,7 +66,7 @@ impl Near<'_> {
     /// Returns whether `point` lies on one of them.
     pub(super) fn paved(&self, point: DVec3) -> bool {
         self.pieces.iter().any(|piece| {
-            let Some(pass) = abreast(self.network, piece, point) else { return false };
+            let Some(pass) = pass_of(self.network, piece, point) else { return false };
             if pass.beside_m > f64::from(piece.outside_m) {
                 return false;
             }

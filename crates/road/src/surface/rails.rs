@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 use mesh::{Face, Material, Tag};
 
-use super::sweep::{BOX, Sweep, things};
+use super::sweep::{BOX, Sweep, structure_ranges};
 use crate::object::{ObjectPlace, RoadObject};
 
 /// How a kind of object is built.
@@ -62,7 +62,7 @@ pub(super) fn object(object: &RoadObject, sweep: &mut Sweep) {
         if !sweep.admits(run.len()) {
             return;
         }
-        things(run.len()).for_each(|part| body(object.road, run, part, make, sweep));
+        structure_ranges(run.len()).for_each(|part| body(object.road, run, part, make, sweep));
     }
 }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mesh::{Face, Material, Tag};
 
-use super::sweep::{BOX, GATE, Sweep, things};
+use super::sweep::{BOX, GATE, Sweep, structure_ranges};
 use crate::{axes::RoadAxes, lane::Lane, network::Network, object::Span, road::Road};
 
 const STATION_M: f64 = 2.0;
@@ -34,7 +34,7 @@ pub(super) fn span(network: &Network, span: &Span, sweep: &mut Sweep) {
         .map(|step| Station::new(network, road, from + (to - from) * step as f64 / steps as f64))
         .collect();
     if span.is_tunnel {
-        things(stations.len()).for_each(|part| tunnel(span.road, &stations[part], sweep));
+        structure_ranges(stations.len()).for_each(|part| tunnel(span.road, &stations[part], sweep));
     } else {
         bridge(span.road, &stations, sweep);
     }
@@ -53,7 +53,7 @@ impl Station {
         let offset = section.lane_offset(road, s).value;
         let ds = s - section.start_m;
         let reach = |lanes: &mut dyn Iterator<Item = &Lane>| {
-            lanes.fold(0.0, |inner, lane| inner + lane.reach(inner, ds))
+            lanes.fold(0.0, |inner, lane| inner + lane.width_from(inner, ds))
         };
         let lanes = || section.lanes.iter().map(|lane| network.lane(*lane));
         let left =
@@ -114,7 +114,7 @@ fn bridge(road: u32, stations: &[Station], sweep: &mut Sweep) {
             ]
         };
         let foot = |row: &[DVec3; 4]| row[2].midpoint(row[3]) + DVec3::Z * DECK_M;
-        for part in things(stations.len()) {
+        for part in structure_ranges(stations.len()) {
             let rows: Vec<[DVec3; 4]> = stations[part].iter().map(row).collect();
             sweep.begin(Tag::Bridge, false);
             let free = sweep.body(&BOX, &rows, road, face, foot);

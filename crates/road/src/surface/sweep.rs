@@ -19,12 +19,14 @@ const BEND_M: f64 = 0.04;
 const CLIMB_M: f64 = 0.15;
 /// Cross-sections of one structure: what continues along a road is cut into structures of this
 /// size, so that each has a bounding box that locates it.
-const THING: usize = 26;
+const STATIONS_PER_STRUCTURE: usize = 26;
 
 /// Returns where structures begin and end among this many cross-sections; neighbours share the one
 /// at their ends.
-pub(super) fn things(count: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
-    (0..count.saturating_sub(1)).step_by(THING - 1).map(move |at| at..(at + THING).min(count))
+pub(super) fn structure_ranges(count: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+    (0..count.saturating_sub(1))
+        .step_by(STATIONS_PER_STRUCTURE - 1)
+        .map(move |at| at..(at + STATIONS_PER_STRUCTURE).min(count))
 }
 
 /// Collects bodies.

@@ -8,7 +8,7 @@ use super::{
     shared_maps,
     small::{JOINED, text},
 };
-use crate::{Lent, Network, bake::read, build::built};
+use crate::{Network, SharedBytes, bake::read, build::built};
 
 /// Bytes with the alignment of f64.
 struct Aligned {
@@ -22,7 +22,7 @@ impl AsRef<[u8]> for Aligned {
     }
 }
 
-fn lent(bytes: &[u8]) -> Lent {
+fn lent(bytes: &[u8]) -> SharedBytes {
     let mut words = vec![0u64; bytes.len().div_ceil(8)];
     cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
     Arc::new(Aligned { words, length: bytes.len() })

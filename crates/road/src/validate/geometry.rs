@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{report::Report, subject::Judged};
+use super::{report::Report, subject::Subject};
 use crate::{
     cubic::Profile,
     lane::{Lane, LaneIndex, LanePoint},
@@ -19,7 +19,7 @@ const KINK_RAD: f64 = 0.01;
 /// Widths above this are not reported as negative, metres: sums are rounded.
 const NEGATIVE_M: f64 = -1e-3;
 
-impl Judged<'_> {
+impl Subject<'_> {
     /// Validates each road by itself.
     pub(super) fn geometry(&self, report: &mut Report) {
         for (road, index) in self.network.roads.iter().zip(0..) {
@@ -32,8 +32,9 @@ impl Judged<'_> {
     }
 
     fn reference_line(&self, road: &Road, index: usize, report: &mut Report) {
-        let places = &self.places.roads[index];
-        let place = |curve: usize| places.geometries.get(curve).copied().unwrap_or(places.offset);
+        let positions = &self.positions.roads[index];
+        let place =
+            |curve: usize| positions.geometries.get(curve).copied().unwrap_or(positions.offset);
         let id = &road.id;
         if let Some(first) = road.curves.first().filter(|first| first.from_m.abs() > GAP_M) {
             let reason = format!("the first geometry of road {id} begins at s {}", first.from_m);
@@ -76,20 +77,22 @@ impl Judged<'_> {
             }
         }
         let end = road.curves.last().map_or(0.0, |last| last.from_m + last.length_m);
-        let off = (places.length_m - end).abs();
+        let off = (positions.length_m - end).abs();
         // Longer ones are reported where the road is read.
-        if off > GAP_M && places.length_m <= end + crate::records::BEYOND_M {
-            let reason =
-                format!("road {id} is {} m long, but its geometry ends at {end}", places.length_m);
-            by_size(report, places.offset, off, reason);
+        if off > GAP_M && positions.length_m <= end + crate::records::BEYOND_M {
+            let reason = format!(
+                "road {id} is {} m long, but its geometry ends at {end}",
+                positions.length_m
+            );
+            by_size(report, positions.offset, off, reason);
         }
     }
 
     fn elevation(&self, road: &Road, index: usize, report: &mut Report) {
-        let places = &self.places.roads[index];
+        let positions = &self.positions.roads[index];
         for (s, step, piece) in steps(&road.elevation, road.length_m) {
             if step > GAP_M {
-                let offset = places.elevations.get(piece).copied().unwrap_or(places.offset);
+                let offset = positions.elevations.get(piece).copied().unwrap_or(positions.offset);
                 let reason =
                     format!("road {} has an elevation step of {step:.3} m at s {s}", road.id);
                 by_size(report, offset, step, reason);
@@ -101,24 +104,24 @@ impl Judged<'_> {
             if step > GAP_M && !at_section {
                 let reason =
                     format!("the lane offset of road {} jumps by {step:.3} m at s {s}", road.id);
-                by_size(report, places.offset, step, reason);
+                by_size(report, positions.offset, step, reason);
             }
         }
     }
 
     fn section(&self, road: &Road, index: usize, number: usize, report: &mut Report) {
         let section = &road.sections[number];
-        let Some(places) = self.places.roads[index].sections.get(number) else { return };
+        let Some(positions) = self.positions.roads[index].sections.get(number) else { return };
         let id = &road.id;
         if number == 0 && section.start_m.abs() > GAP_M {
             let reason =
                 format!("the first lane section of road {id} begins at s {}", section.start_m);
-            report.error(places.offset, reason);
+            report.error(positions.offset, reason);
         }
         if section.length_m <= 0.0 && road.length_m > 0.0 {
             let reason =
                 format!("the lane section of road {id} at s {} has no length", section.start_m);
-            report.warn(places.offset, reason);
+            report.warn(positions.offset, reason);
         }
         for (lane, next) in section.lanes.iter().zip(section.lanes.iter().skip(1)) {
             let [lane, next] = [lane, next].map(|lane| self.network.lane(*lane).id);
@@ -126,12 +129,12 @@ impl Judged<'_> {
             if lane - next != step {
                 let reason =
                     format!("lane ids of road {id} are not consecutive: {next} follows {lane}");
-                report.error(places.lane(next), reason);
+                report.error(positions.lane(next), reason);
             }
         }
         for lane in &section.lanes {
             let lane = self.network.lane(*lane);
-            self.widths(road, section, lane, places.lane(lane.id), report);
+            self.widths(road, section, lane, positions.lane(lane.id), report);
         }
     }
 
@@ -193,9 +196,9 @@ impl Judged<'_> {
             }
         }
         for ((road, section, _, _, fault), (size, lanes, reason)) in wrong {
-            let places = &self.places.roads[road as usize];
-            let places = places.sections.get(section as usize);
-            let offset = places.map_or(0, |section| section.offset);
+            let positions = &self.positions.roads[road as usize];
+            let positions = positions.sections.get(section as usize);
+            let offset = positions.map_or(0, |section| section.offset);
             let others =
                 if lanes > 1 { format!(", and {} more", lanes - 1) } else { String::new() };
             let reason = format!("{reason}{others}");

@@ -1,13 +1,13 @@
 //! Whether links between roads and lanes agree at both ends.
 
-use super::{report::Report, subject::Judged};
+use super::{report::Report, subject::Subject};
 use crate::{
     junction::JunctionKind,
     lane::Lane,
     road::{Road, RoadLink},
 };
 
-impl Judged<'_> {
+impl Subject<'_> {
     pub(super) fn links(&self, report: &mut Report) {
         for index in 0..self.network.roads.len() as u32 {
             for at_start in [true, false] {
@@ -41,7 +41,7 @@ impl Judged<'_> {
                 next.id
             )
         };
-        let offset = self.places.roads[index as usize].offset;
+        let offset = self.positions.roads[index as usize].offset;
         match self.link(other, other_at_start) {
             Some(RoadLink::Road { road: back, at_start: back_at_start })
                 if (back, back_at_start) == (index, at_start) => {}
@@ -144,10 +144,10 @@ impl Judged<'_> {
 
     fn junctions(&self, report: &mut Report) {
         for (junction, index) in self.network.junctions.iter().zip(0..) {
-            let places = &self.places.junctions[index as usize];
+            let positions = &self.positions.junctions[index as usize];
             let id = &junction.id;
-            if junction.connections.is_empty() && places.connections.is_empty() {
-                report.warn(places.offset, format!("junction {id} has no connections"));
+            if junction.connections.is_empty() && positions.connections.is_empty() {
+                report.warn(positions.offset, format!("junction {id} has no connections"));
             }
             for connection in &junction.connections {
                 let offset = connection.offset;
@@ -197,7 +197,7 @@ impl Judged<'_> {
                         "road {} lies in junction {id}, but no connection uses it",
                         self.network.roads[*road as usize].id
                     );
-                    report.warn(self.places.roads[*road as usize].offset, reason);
+                    report.warn(self.positions.roads[*road as usize].offset, reason);
                 }
             }
         }

@@ -6,7 +6,7 @@ use crate::{
     records::Records,
 };
 
-pub(super) fn grant(records: &mut Records) {
+pub(super) fn connect(records: &mut Records) {
     for road in &records.roads {
         for section in &road.sections {
             for (position, index) in section.lanes.iter().enumerate() {
@@ -15,18 +15,18 @@ pub(super) fn grant(records: &mut Records) {
                 let right_of_s = section.lanes.get(position + 1).copied();
                 let (left, right) =
                     if lane.forward { (left_of_s, right_of_s) } else { (right_of_s, left_of_s) };
-                let may = |other: Option<LaneIndex>| {
+                let may_change_to = |other: Option<LaneIndex>| {
                     let Some(other) = other.map(|other| &records.lanes[other.0 as usize]) else {
                         return false;
                     };
-                    let driven = |lane: &Lane| LaneTypes::DRIVABLE.contains(lane.kind);
-                    if !driven(lane) || !driven(other) || lane.forward != other.forward {
+                    let is_driven = |lane: &Lane| LaneTypes::DRIVABLE.contains(lane.kind);
+                    if !is_driven(lane) || !is_driven(other) || lane.forward != other.forward {
                         return false;
                     }
                     let marks = between(lane, other, &section.marks);
                     marks.is_empty() || marks.iter().any(|mark| mark.allows(lane.id, other.id))
                 };
-                let (left_change, right_change) = (may(left), may(right));
+                let (left_change, right_change) = (may_change_to(left), may_change_to(right));
                 let speed_limit_mps = lane.speed_limit_at(0.0).or_else(|| {
                     let s = if lane.forward {
                         section.start_m

@@ -7,35 +7,35 @@ use crate::{MapError, xml::Cursor};
 
 /// Positions in the whole file. Roads are in the order of the file, and so are the parts of each.
 #[derive(Default)]
-pub(super) struct Places {
-    pub(super) roads: Vec<RoadPlaces>,
-    pub(super) junctions: Vec<JunctionPlaces>,
+pub(super) struct Positions {
+    pub(super) roads: Vec<RoadPositions>,
+    pub(super) junctions: Vec<JunctionPositions>,
 }
 
 #[derive(Default)]
-pub(super) struct RoadPlaces {
+pub(super) struct RoadPositions {
     pub(super) offset: usize,
     /// As declared in the file, metres.
     pub(super) length_m: f64,
     pub(super) geometries: Vec<usize>,
     pub(super) elevations: Vec<usize>,
-    pub(super) sections: Vec<SectionPlaces>,
+    pub(super) sections: Vec<SectionPositions>,
 }
 
 #[derive(Default)]
-pub(super) struct SectionPlaces {
+pub(super) struct SectionPositions {
     pub(super) offset: usize,
     /// Lane ids and their byte offsets.
     pub(super) lanes: Vec<(i32, usize)>,
 }
 
 #[derive(Default)]
-pub(super) struct JunctionPlaces {
+pub(super) struct JunctionPositions {
     pub(super) offset: usize,
     pub(super) connections: Vec<usize>,
 }
 
-impl SectionPlaces {
+impl SectionPositions {
     pub(super) fn lane(&self, id: i32) -> usize {
         self.lanes.iter().find(|lane| lane.0 == id).map_or(self.offset, |lane| lane.1)
     }
@@ -61,17 +61,17 @@ const LISTS: [(&str, &str); 10] = [
 /// Elements whose ids must be unique among their kind.
 const WITH_ID: [&str; 5] = ["junction", "signal", "controller", "object", "junctionGroup"];
 
-impl Places {
-    pub(super) fn read(text: &str, report: &mut Report) -> Result<Places, MapError> {
+impl Positions {
+    pub(super) fn read(text: &str, report: &mut Report) -> Result<Positions, MapError> {
         let mut xml = Cursor::new(text);
-        let mut reader = Reader { places: Places::default(), report, ids: HashMap::new() };
+        let mut reader = Reader { positions: Positions::default(), report, ids: HashMap::new() };
         reader.children(&mut xml, "")?;
-        Ok(reader.places)
+        Ok(reader.positions)
     }
 }
 
 struct Reader<'a, 'r> {
-    places: Places,
+    positions: Positions,
     report: &'r mut Report,
     /// Kind and id, with the byte offset of the first occurrence.
     ids: HashMap<(&'static str, &'a str), usize>,
@@ -98,13 +98,13 @@ impl<'a> Reader<'a, '_> {
                 }
                 last[list].0 = at;
             }
-            self.place(xml, parent, name)?;
+            self.record(xml, parent, name)?;
             self.children(xml, name)?;
         }
         Ok(())
     }
 
-    fn place(&mut self, xml: &Cursor<'a>, parent: &str, name: &str) -> Result<(), MapError> {
+    fn record(&mut self, xml: &Cursor<'a>, parent: &str, name: &str) -> Result<(), MapError> {
         let offset = xml.offset();
         // Inside a junction, a controller is a reference.
         let is_reference = parent == "junction";
@@ -121,15 +121,21 @@ impl<'a> Reader<'a, '_> {
             }
         }
         let number = |key: &str| xml.optional_number(key).ok().flatten();
-        let at_junction = self.places.junctions.last_mut();
+        let at_junction = self.positions.junctions.last_mut();
         match (name, parent) {
             ("road", "OpenDRIVE") => {
                 let length_m = number("length").unwrap_or(0.0);
-                self.places.roads.push(RoadPlaces { offset, length_m, ..RoadPlaces::default() });
+                self.positions.roads.push(RoadPositions {
+                    offset,
+                    length_m,
+                    ..RoadPositions::default()
+                });
                 return Ok(());
             }
             ("junction", "OpenDRIVE") => {
-                self.places.junctions.push(JunctionPlaces { offset, connections: Vec::new() });
+                self.positions
+                    .junctions
+                    .push(JunctionPositions { offset, connections: Vec::new() });
                 return Ok(());
             }
             ("connection", "junction") => {
@@ -138,12 +144,12 @@ impl<'a> Reader<'a, '_> {
             }
             _ => {}
         }
-        let Some(road) = self.places.roads.last_mut() else { return Ok(()) };
+        let Some(road) = self.positions.roads.last_mut() else { return Ok(()) };
         match (name, parent) {
             ("geometry", _) => road.geometries.push(offset),
             ("elevation", _) => road.elevations.push(offset),
             ("laneSection", _) => {
-                road.sections.push(SectionPlaces { offset, lanes: Vec::new() });
+                road.sections.push(SectionPositions { offset, lanes: Vec::new() });
                 let start = number("s").unwrap_or(0.0);
                 if start > road.length_m + 0.01 {
                     let reason = format!(
