@@ -3,6 +3,8 @@
 //! Nothing is stored but the counts, so a restored planner draws what the lost one would have drawn,
 //! and one vehicle's draws never move another's.
 
+use mesh::{RandomStream, first_of};
+
 /// What a draw is for. Streams of different purposes are independent.
 #[derive(Clone, Copy)]
 pub(crate) enum Purpose {
@@ -22,26 +24,23 @@ pub(crate) enum Purpose {
 
 /// The `count`-th draw of a stream, uniform over all of u64.
 pub(crate) fn draw(seed: u64, actor: u32, purpose: Purpose, count: u64) -> u64 {
-    let stream = mix(seed ^ mix(u64::from(actor) << 8 | purpose as u64));
-    mix(stream.wrapping_add(count.wrapping_mul(0x9e37_79b9_7f4a_7c15)))
+    stream(seed, actor, purpose, count).bits()
 }
 
 /// The `count`-th draw of a stream, uniform in 0..1.
 pub(crate) fn unit(seed: u64, actor: u32, purpose: Purpose, count: u64) -> f32 {
-    (draw(seed, actor, purpose, count) >> 40) as f32 / (1u64 << 24) as f32
+    stream(seed, actor, purpose, count).unit()
+}
+
+/// The stream of (seed, actor, purpose) after `count` draws.
+fn stream(seed: u64, actor: u32, purpose: Purpose, count: u64) -> RandomStream {
+    let state = mixed(seed, u64::from(actor) << 8 | purpose as u64);
+    RandomStream::from_state(state).skip(count)
 }
 
 /// Another seed, of two.
 pub(crate) fn mixed(seed: u64, other: u64) -> u64 {
-    mix(seed ^ mix(other))
-}
-
-/// The finaliser of splitmix64 (Steele, Lea and Flood, OOPSLA 2014).
-fn mix(seed: u64) -> u64 {
-    let z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+    first_of(seed ^ first_of(other))
 }
 
 #[cfg(test)]

@@ -1,41 +1,28 @@
 //! Noise that is drawn from (seed, simulated time, which number): what a sensor says at a moment
 //! does not depend on when it was made, and a state that is loaded has its noise again.
 
-use std::f64::consts::TAU;
+use mesh::RandomStream;
 
-/// A well of one moment.
+/// The random stream of one moment.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Noise {
-    state: u64,
-}
+pub(super) struct Noise(RandomStream);
 
 impl Noise {
-    /// Of a sensor's seed at a moment.
+    /// Returns the stream of a sensor's seed at a simulated time.
     pub(super) fn at(seed: u64, sim_time_nanos: u64) -> Noise {
-        Noise { state: mixed(seed ^ mixed(sim_time_nanos.wrapping_add(GOLDEN))) }
+        Noise(RandomStream::named(seed, sim_time_nanos))
     }
 
-    /// Above 0, up to 1.
+    /// Draws from (0, 1].
     pub(super) fn uniform(&mut self) -> f64 {
-        self.state = self.state.wrapping_add(GOLDEN);
-        ((mixed(self.state) >> 11) + 1) as f64 / (1u64 << 53) as f64
+        self.0.positive_unit()
     }
 
-    /// Of normal distribution, by Box's and Muller's way. Two numbers are drawn whatever
-    /// `deviation` is, so that one of 0 shifts no other.
+    /// Draws from a normal distribution with mean 0. Takes two draws from the stream whatever
+    /// `deviation` is, so that a deviation of 0 does not shift later numbers.
     pub(super) fn normal(&mut self, deviation: f32) -> f64 {
-        let (radius, turn) = (self.uniform(), self.uniform());
-        f64::from(deviation) * (-2.0 * radius.ln()).sqrt() * (TAU * turn).cos()
+        self.0.normal(f64::from(deviation))
     }
-}
-
-const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
-
-/// The last step of splitmix64.
-fn mixed(mut z: u64) -> u64 {
-    z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ z >> 31
 }
 
 #[cfg(test)]
