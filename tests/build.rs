@@ -63,8 +63,10 @@ fn rust_blocks(page: &str) -> Vec<(usize, String, String)> {
 }
 
 fn doctest(block: &str, given: &str) -> String {
+    // Pages name the package as users do; this package renames it.
+    let block = &block.replace("omnibus_client_lib", "client_lib");
     if block.contains("fn main") {
-        return block.to_owned();
+        return block.clone();
     }
     format!(
         "#[allow(unused, reason = \"a fragment\")]\n\
