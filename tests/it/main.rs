@@ -7,6 +7,7 @@ mod bones;
 mod carla;
 mod client;
 mod crash;
+mod demo;
 mod draw;
 mod episodes;
 mod exact;

@@ -16,7 +16,7 @@ const LOOKAHEAD_M: f64 = 2.0;
 /// Distance between two pedestrians where they start, at least.
 const SPACING_M: f64 = 2.5;
 /// Pedestrians start within this distance of the ego.
-const RANGE_M: f32 = 120.0;
+const RANGE_M: f32 = 200.0;
 /// Height of a pedestrian's centre above the ground at the start.
 const START_HEIGHT_M: f32 = 1.0;
 
