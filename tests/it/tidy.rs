@@ -84,16 +84,8 @@ const OWNED: &[(&str, &str)] = &[
 ];
 
 /// Crates whose modules still read each other in cycles. It only becomes shorter.
-const CYCLIC: &[&str] = &[
-    "bus",
-    "carla-gateway",
-    "omnibus",
-    "protocol",
-    "record",
-    "sim-host",
-    "town",
-    "traffic",
-];
+const CYCLIC: &[&str] =
+    &["bus", "carla-gateway", "omnibus", "protocol", "record", "sim-host", "town", "traffic"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
