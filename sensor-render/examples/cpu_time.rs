@@ -1,7 +1,7 @@
-//! How long the CPU tracer takes: `cpu_time [THREADS] [FRAMES] [FILTER]`.
+//! Times the CPU tracer: `cpu_time [THREADS] [FRAMES] [FILTER]`.
 //!
-//! Prints wall and processor time for each workload on the heavy town with 100 cars, over the
-//! same 16 street poses.
+//! Prints wall time and CPU time for each workload on the largest town with 100 cars, at the same
+//! 16 street poses.
 
 #![expect(unsafe_code, reason = "asks the kernel for processor time")]
 
@@ -128,9 +128,9 @@ fn time(
     Ok(())
 }
 
-/// User time of this process so far.
+/// Returns the user CPU time of this process in seconds.
 fn cpu_seconds() -> f64 {
-    // SAFETY: the kernel fills the whole struct, which is plain numbers.
+    // SAFETY: the kernel fills the whole struct, which consists of numbers.
     let usage = unsafe {
         let mut usage: libc::rusage = std::mem::zeroed();
         libc::getrusage(libc::RUSAGE_SELF, &mut usage);

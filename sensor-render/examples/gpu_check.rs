@@ -1,9 +1,9 @@
-//! Is the GPU right, and how fast is it? `gpu_check [auto|gpu:N] [FRAMES]`.
+//! Checks and times the GPU tracer: `gpu_check [auto|gpu:N] [FRAMES]`.
 //!
-//! Compares it with the CPU tracer pixel by pixel; lets it write into shared memory that another
-//! process reads; times whole frames from the world to bytes in shared memory, by staging and by
-//! import. Ends with 1 if the tracers or the bytes disagree. The scene is Town10HD if OMNIBUS_MAPS
-//! leads to it, else a town of our own. With 0 frames nothing is timed.
+//! Compares it with the CPU tracer pixel by pixel, lets it write into shared memory that another
+//! process reads, and times whole frames from the world to bytes in shared memory, by staging and
+//! by import. Exits with 1 if the tracers or the bytes disagree. The scene is Town10HD if
+//! OMNIBUS_MAPS names a folder that has it, else a generated town. With 0 frames nothing is timed.
 
 #![expect(unsafe_code, reason = "maps shared memory and lends it to the device")]
 
@@ -69,22 +69,22 @@ fn main() -> Result<(), Box<dyn Error>> {
         "\n{:<26}{:>10}{:>10}{:>10}{:>12}",
         "whole frame, ms", "p50", "p90", "min", "per second"
     );
-    for (name, rigs) in workloads(&town) {
-        time(&format!("{name} staged"), &rigs, &scene, &world, &mut gpu, frames)?;
+    for (name, sensor_sets) in workloads(&town) {
+        time(&format!("{name} staged"), &sensor_sets, &scene, &world, &mut gpu, frames)?;
         if imports {
             let Tracer::Gpu(tracer) = &mut gpu else { unreachable!() };
-            // SAFETY: `time` keeps its pages until it has made the tracer forget them.
+            // SAFETY: `time` keeps its pages until the tracer has forgotten them.
             unsafe { tracer.import_payloads() };
-            time(&format!("{name} imported"), &rigs, &scene, &world, &mut gpu, frames)?;
+            time(&format!("{name} imported"), &sensor_sets, &scene, &world, &mut gpu, frames)?;
         }
     }
     verdict
 }
 
-type Rig = (Vec<SensorSpec>, Pose);
+type PosedSensors = (Vec<SensorSpec>, Pose);
 
-fn workloads(town: &sample::Sample) -> Vec<(&'static str, Vec<Rig>)> {
-    // Agents that share a bundle: 16 rigs of 64 cameras, each somewhere else.
+fn workloads(town: &sample::Sample) -> Vec<(&'static str, Vec<PosedSensors>)> {
+    // 16 bundles of 64 cameras each, all at different poses.
     let agents = |turn: Quat| {
         let agent = |index: usize| {
             let pose = town.street_pose(index);
@@ -95,7 +95,9 @@ fn workloads(town: &sample::Sample) -> Vec<(&'static str, Vec<Rig>)> {
             }
         };
         (0..16)
-            .map(|rig| ((0..64).map(|camera| agent(rig * 64 + camera)).collect(), Pose::IDENTITY))
+            .map(|bundle| {
+                ((0..64).map(|camera| agent(bundle * 64 + camera)).collect(), Pose::IDENTITY)
+            })
             .collect()
     };
     let up = Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2);
@@ -105,7 +107,7 @@ fn workloads(town: &sample::Sample) -> Vec<(&'static str, Vec<Rig>)> {
     let here = town.street_pose(0);
     vec![
         ("1024x84x84 colour", agents(Quat::IDENTITY)),
-        // Hardly a ray meets anything: what is left is everything else.
+        // Almost no ray hits anything, so this measures everything but the hits.
         ("1024x84x84 of the sky", agents(up)),
         ("6x1600x900 colour", vec![(color(sample::ring(1600, 900)), here)]),
         ("6x1600x900 all", vec![(sample::ring(1600, 900), here)]),
@@ -115,8 +117,8 @@ fn workloads(town: &sample::Sample) -> Vec<(&'static str, Vec<Rig>)> {
     ]
 }
 
-/// Measures one rig by staging, and once more into shared memory of a file that another process
-/// then reads; says whether that process saw the same bytes.
+/// Measures one bundle by staging, and once more into shared memory that another process then
+/// reads. Returns whether that process read the same bytes.
 fn hand_over(
     town: &sample::Sample,
     scene: &Scene,
@@ -129,13 +131,13 @@ fn hand_over(
         return Ok(true);
     }
     let sensors = vec![sample::camera("front", 640, 480), sample::lidar("roof", 512, 32)];
-    let rigs = [(sensors, town.street_pose(1))];
-    let (mut staged, mut shared) = (bundles(&rigs)?, bundles(&rigs)?);
-    tracer.measure(scene, world, &mut jobs(&rigs, &mut staged))?;
+    let sensor_sets = [(sensors, town.street_pose(1))];
+    let (mut staged, mut shared) = (bundles(&sensor_sets)?, bundles(&sensor_sets)?);
+    tracer.measure(scene, world, &mut jobs(&sensor_sets, &mut staged))?;
     let Tracer::Gpu(gpu) = tracer else { unreachable!() };
     // SAFETY: `shared` lives until the tracer has forgotten it.
     unsafe { gpu.import_payloads() };
-    tracer.measure(scene, world, &mut jobs(&rigs, &mut shared))?;
+    tracer.measure(scene, world, &mut jobs(&sensor_sets, &mut shared))?;
     let Tracer::Gpu(gpu) = tracer else { unreachable!() };
     let imported = gpu.imported_count();
     let planes = staged[0].planes.clone();
@@ -158,7 +160,7 @@ fn hand_over(
     Ok(right)
 }
 
-/// The other process: prints the digest of these ranges of the file.
+/// Body of the other process: prints the digest of these ranges of the file.
 fn read(path: &str, ranges: &[String]) -> Result<(), Box<dyn Error>> {
     let bytes = std::fs::read(path)?;
     let mut sum = 0xcbf2_9ce4_8422_2325;
@@ -170,12 +172,12 @@ fn read(path: &str, ranges: &[String]) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Fowler, Noll and Vo's hash, continued.
+/// Continues an FNV-1a hash (Fowler, Noll, Vo).
 fn digest(sum: u64, bytes: &[u8]) -> u64 {
     bytes.iter().fold(sum, |sum, byte| (sum ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3))
 }
 
-/// Shared memory as a publisher's pool would give it: a file in /dev/shm, mapped.
+/// Mapped file in /dev/shm, like the pool of a publisher.
 struct Pages {
     path: String,
     address: *mut u8,
@@ -204,7 +206,7 @@ impl Pages {
     }
 
     fn bytes(&mut self) -> &mut [u8] {
-        // SAFETY: the mapping lives as long as `self`, and nobody else writes to it.
+        // SAFETY: the mapping lives as long as `self`, and nothing else writes to it.
         unsafe { std::slice::from_raw_parts_mut(self.address, self.len) }
     }
 }
@@ -213,7 +215,7 @@ impl Drop for Pages {
     fn drop(&mut self) {
         // SAFETY: mapped in `new`, unmapped once.
         unsafe { libc::munmap(self.address.cast(), self.len) };
-        // Nothing to be done if it is gone already.
+        // An error means that the file does not exist any more.
         let _ = std::fs::remove_file(&self.path);
     }
 }
@@ -223,8 +225,9 @@ struct Bundle {
     pages: Pages,
 }
 
-fn bundles(rigs: &[Rig]) -> Result<Vec<Bundle>, Box<dyn Error>> {
-    rigs.iter()
+fn bundles(sensor_sets: &[PosedSensors]) -> Result<Vec<Bundle>, Box<dyn Error>> {
+    sensor_sets
+        .iter()
         .map(|(sensors, pose)| {
             let (mut planes, byte_len) = layout(sensors);
             pose_planes(&mut planes, sensors, pose);
@@ -233,8 +236,9 @@ fn bundles(rigs: &[Rig]) -> Result<Vec<Bundle>, Box<dyn Error>> {
         .collect()
 }
 
-fn jobs<'a>(rigs: &'a [Rig], bundles: &'a mut [Bundle]) -> Vec<BundleJob<'a>> {
-    rigs.iter()
+fn jobs<'a>(sensor_sets: &'a [PosedSensors], bundles: &'a mut [Bundle]) -> Vec<BundleJob<'a>> {
+    sensor_sets
+        .iter()
         .zip(bundles)
         .map(|((sensors, _), bundle)| BundleJob {
             parent: protocol::ActorId::NONE,
@@ -247,14 +251,14 @@ fn jobs<'a>(rigs: &'a [Rig], bundles: &'a mut [Bundle]) -> Vec<BundleJob<'a>> {
 
 fn time(
     name: &str,
-    rigs: &[Rig],
+    sensor_sets: &[PosedSensors],
     scene: &Scene,
     world: &World,
     tracer: &mut Tracer,
     frames: usize,
 ) -> Result<(), Box<dyn Error>> {
-    let mut bundles = bundles(rigs)?;
-    let mut jobs = jobs(rigs, &mut bundles);
+    let mut bundles = bundles(sensor_sets)?;
+    let mut jobs = jobs(sensor_sets, &mut bundles);
     for _ in 0..5 {
         tracer.measure(scene, world, &mut jobs)?;
     }
@@ -269,9 +273,12 @@ fn time(
     gpu.forget_imports();
     millis.sort_by(f64::total_cmp);
     let at = |share: f64| millis[((millis.len() - 1) as f64 * share).round() as usize];
-    // Agents count by image, other rigs as a whole.
-    let count =
-        if rigs.len() > 1 { rigs.iter().map(|(sensors, _)| sensors.len()).sum() } else { 1 };
+    // Agents are counted per image, other bundles as a whole.
+    let count = if sensor_sets.len() > 1 {
+        sensor_sets.iter().map(|(sensors, _)| sensors.len()).sum()
+    } else {
+        1
+    };
     println!(
         "{name:<26}{:>10.3}{:>10.3}{:>10.3}{:>12.0}  {imported} payloads imported",
         at(0.5),
@@ -282,7 +289,8 @@ fn time(
     Ok(())
 }
 
-/// Measures 8 poses in each of several towns by both tracers, and prints how many elements differ.
+/// Measures 8 poses in each of several towns with both tracers, and prints how many elements
+/// differ.
 fn compare_all(gpu: &mut Tracer) -> Result<bool, Box<dyn Error>> {
     println!("\nCPU against GPU, 8 poses of 640x480 and of a lidar of 32x512: how many differ");
     print!("{:<12}", "");
@@ -303,7 +311,7 @@ fn compare_all(gpu: &mut Tracer) -> Result<bool, Box<dyn Error>> {
     Ok(right)
 }
 
-/// In the order of their bits: what differs, and one in how many may.
+/// Outputs in the order of their bits: what is compared, and the denominator of the allowed share.
 const OUTPUTS: [(&str, u64); 6] = [
     ("colour (> 2/255)", 1000),
     ("depth (> 1e-4)", 10_000),
@@ -324,10 +332,10 @@ fn compare(
     let mut of = [0u64; 6];
     for index in 0..8 {
         let sensors = vec![sample::camera("front", 640, 480), sample::lidar("roof", 512, 32)];
-        let rigs = [(sensors, town.street_pose(index))];
-        let (mut by_cpu, mut by_gpu) = (bundles(&rigs)?, bundles(&rigs)?);
-        cpu.measure(scene, world, &mut jobs(&rigs, &mut by_cpu))?;
-        gpu.measure(scene, world, &mut jobs(&rigs, &mut by_gpu))?;
+        let sensor_sets = [(sensors, town.street_pose(index))];
+        let (mut by_cpu, mut by_gpu) = (bundles(&sensor_sets)?, bundles(&sensor_sets)?);
+        cpu.measure(scene, world, &mut jobs(&sensor_sets, &mut by_cpu))?;
+        gpu.measure(scene, world, &mut jobs(&sensor_sets, &mut by_gpu))?;
         for plane in by_cpu[0].planes.clone() {
             let range = plane.offset as usize..(plane.offset + plane.byte_len) as usize;
             let (a, b) = (&by_cpu[0].pages.bytes()[range.clone()], &by_gpu[0].pages.bytes()[range]);

@@ -5,19 +5,21 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum TraceError {
     /// There is no ray generator for this kind of sensor.
-    #[error("sensor {sensor}: there is no kind {kind}; cameras are 1, lidars 2")]
+    #[error(
+        "sensor {sensor}: unsupported sensor type {kind}; the renderer measures cameras (1) and lidars (2)"
+    )]
     UnknownKind {
-        /// Its name.
+        /// Name of the sensor.
         sensor: Name,
         /// Kind of the sensor.
         kind: u32,
     },
     /// The field of view of a camera is out of range.
     #[error(
-        "sensor {sensor}: a camera's field of view lies between 0 and pi rad, this one's is {fov_rad}"
+        "sensor {sensor}: field of view {fov_rad} rad is out of range; a camera's lies between 0 and pi"
     )]
     FieldOfView {
-        /// Its name.
+        /// Name of the sensor.
         sensor: Name,
         /// Horizontal field of view. Radians.
         fov_rad: f32,
@@ -26,13 +28,13 @@ pub enum TraceError {
     /// length.
     #[error("sensor {sensor}: its pose is not a rigid transform")]
     InvalidPose {
-        /// Its name.
+        /// Name of the sensor.
         sensor: Name,
     },
     /// The sensor does not have this output.
-    #[error("sensor {sensor}: a sensor of kind {kind} has no output {output:#x}")]
+    #[error("sensor {sensor}: unsupported output {output:#x} for sensor type {kind}")]
     WrongOutput {
-        /// Its name.
+        /// Name of the sensor.
         sensor: Name,
         /// Kind of the sensor.
         kind: u32,
@@ -42,7 +44,7 @@ pub enum TraceError {
     /// The sensor has more rows or columns than a tracer supports.
     #[error("sensor {sensor}: {width} x {height} is too large; width and height are at most {max}")]
     SensorSize {
-        /// Its name.
+        /// Name of the sensor.
         sensor: Name,
         /// Width, or columns.
         width: u32,
@@ -53,7 +55,7 @@ pub enum TraceError {
     },
     /// A plane does not fit its sensor or the payload.
     #[error(
-        "plane {plane} wants {byte_len} bytes at {offset}, but {why}; lay planes out by protocol::layout"
+        "plane {plane}: invalid range of {byte_len} bytes at offset {offset}: {why}; use protocol::layout"
     )]
     Plane {
         /// Index of the plane.
@@ -66,7 +68,7 @@ pub enum TraceError {
         why: String,
     },
     /// The payload is not aligned to 16 bytes.
-    #[error("the payload begins at an address that is no multiple of 16")]
+    #[error("the payload is not aligned to 16 bytes")]
     Unaligned,
     /// There is no adapter with this number.
     #[error("--device gpu:{number}: {}", one_of(adapters))]
@@ -77,20 +79,20 @@ pub enum TraceError {
         adapters: Vec<String>,
     },
     /// The GPU or its driver failed.
-    #[error("{adapter}: {why}; --device cpu needs no driver")]
+    #[error("{adapter}: {why}; try --device cpu, which needs no driver")]
     Gpu {
-        /// Its name.
+        /// Name of the adapter.
         adapter: String,
         /// Error message.
         why: String,
     },
     /// One sensor has more bytes than the device can write at once.
     #[error(
-        "sensor {sensor} gives {byte_len} bytes a frame, the device writes at most {bytes_max}; \
-         ask for a smaller image or for --device cpu"
+        "sensor {sensor}: {byte_len} bytes per frame exceed the {bytes_max} bytes that the device can \
+         write at once; try a smaller image or --device cpu"
     )]
     TooLarge {
-        /// Its name.
+        /// Name of the sensor.
         sensor: Name,
         /// Bytes of the sensor per frame.
         byte_len: u64,
@@ -98,7 +100,7 @@ pub enum TraceError {
         bytes_max: u64,
     },
     /// The worker threads cannot be started.
-    #[error("{threads} render threads cannot be started: {why}")]
+    #[error("cannot start {threads} render threads: {why}")]
     Threads {
         /// Requested number of threads.
         threads: usize,

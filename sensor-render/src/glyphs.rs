@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn no_two_letters_look_the_same() {
+    fn no_two_glyphs_are_equal() {
         let mut all = GLYPHS.to_vec();
         all.sort_unstable();
         all.dedup();

@@ -29,10 +29,10 @@ pub enum MeshListError {
     #[error("{0}: {1}")]
     Syntax(PathBuf, toml::de::Error),
     /// A value is not a string.
-    #[error("{0}: {1} is {2}, not the name of a file in quotes")]
+    #[error("{0}: the value of {1} is {2}, expected a file name in quotes")]
     NoFile(PathBuf, String, String),
     /// A key is not the id of a blueprint.
-    #[error("{0}: no blueprint is called {1:?} (omnibus blueprints)")]
+    #[error("{0}: unknown blueprint {1:?}; `omnibus blueprints` lists all")]
     Unknown(PathBuf, String),
     /// The scene cannot be built with these meshes.
     #[error(transparent)]
@@ -79,7 +79,7 @@ impl MeshList {
             let taken =
                 read.and_then(|bytes| town::replaced(blueprint, &bytes).map_err(|e| e.to_string()));
             match taken {
-                Ok((looks, bundle)) => found.push((*index, looks, bundle)),
+                Ok((geometry, skeleton)) => found.push((*index, geometry, skeleton)),
                 Err(why) => {
                     log::warn!("{}: {why}; {} keeps its own mesh", file.display(), blueprint.id)
                 }

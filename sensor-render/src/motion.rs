@@ -25,8 +25,8 @@ impl Motions {
         Some(before_from_now.transform_point3(now))
     }
 
-    /// Computes the motion of `actors` since `before`; see [`crate::World::follow`]. `poses` are
-    /// the bone poses of the previous frame; `instances` are those of this frame.
+    /// Computes the motion of `actors` since `before`; see [`crate::World::track_motion`]. `poses`
+    /// and `limbs` are those of the previous frame; `instances` are those of this frame.
     pub(crate) fn between(
         scene: &Scene,
         (poses, limbs): (&GivenPoses, &[WalkerLimbs]),

@@ -119,10 +119,7 @@ pub(crate) fn check<'a>(job: &BundleJob<'a>) -> Result<&'a [Plane], TraceError> 
         };
         let Some(spec) = job.sensors.get(plane.sensor as usize) else {
             let count = job.sensors.len();
-            return refuse(format!(
-                "the bundle has {count} sensors, this is of number {}",
-                plane.sensor
-            ));
+            return refuse(format!("it names sensor {} of {count}", plane.sensor));
         };
         let of_kind = match spec.kind {
             sensor::CAMERA => output::OF_CAMERA,
@@ -140,20 +137,21 @@ pub(crate) fn check<'a>(job: &BundleJob<'a>) -> Result<&'a [Plane], TraceError> 
         let elements = u64::from(spec.width) * u64::from(spec.height);
         let needed = elements * element_bytes(plane.output) as u64;
         if plane.byte_len != needed {
-            return refuse(format!("{} x {} elements take {needed}", spec.width, spec.height));
+            return refuse(format!(
+                "{} x {} elements take {needed} bytes",
+                spec.width, spec.height
+            ));
         }
         if plane.offset < end || !plane.offset.is_multiple_of(64) {
-            return refuse(format!(
-                "what is before it ends at {end}, and edges are at multiples of 64"
-            ));
+            return refuse(format!("it must begin at a multiple of 64, not before {end}"));
         }
         end = plane.offset + plane.byte_len;
         if end > job.out.len() as u64 {
-            return refuse(format!("the payload holds {}", job.out.len()));
+            return refuse(format!("the payload holds {} bytes", job.out.len()));
         }
     }
     if end > job.out.len() as u64 {
-        let why = format!("the payload holds {}, less than the table", job.out.len());
+        let why = format!("the payload holds {} bytes, less than the table", job.out.len());
         return Err(TraceError::Plane { plane: 0, offset: 0, byte_len: end, why });
     }
     Ok(job.planes)

@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_heap_of_equal_triangles_is_not_too_deep_and_loses_none() {
+    fn equal_triangles_are_all_kept_and_not_too_deep() {
         let corners = vec![[Vec3::ZERO, Vec3::X, Vec3::Y]; 5000];
         let (hierarchy, _) = over_triangles(corners.len(), &|at: u32| corners[at as usize]);
         let mut seen = Vec::new();

@@ -367,7 +367,7 @@ impl Renderer {
                     self.set_lighting(Lighting::default());
                 }
                 Event::Entry(_, entry) if entry.outcome.status == status::DONE => {
-                    self.obey(&entry)?;
+                    self.apply(&entry)?;
                 }
                 Event::Entry(..) => {}
             }
@@ -380,7 +380,7 @@ impl Renderer {
         self.lighting = lighting;
     }
 
-    fn obey(&mut self, entry: &JournalEntry) -> Result<(), RenderError> {
+    fn apply(&mut self, entry: &JournalEntry) -> Result<(), RenderError> {
         let id = BundleId(entry.outcome.id);
         let command = entry.command.decode();
         command.iter().for_each(|command| self.world.poses.follow(command));

@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn every_box_lies_in_one_leaf_of_its_own_and_in_all_boxes_above() {
+    fn every_box_has_its_own_leaf_and_lies_in_all_boxes_above() {
         for number in [1, 2, 3, 17, 500] {
             let boxes = scattered(number);
             let hierarchy = over(&boxes, 18);
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_are_divided_from_those_far_away() {
+    fn distant_groups_are_separated_first() {
         let near: Vec<Box3> =
             (0..8).map(|at| (Vec3::X * at as f32, Vec3::ONE * at as f32)).collect();
         let far = near.iter().map(|(l, h)| (*l + Vec3::Y * 900.0, *h + Vec3::Y * 900.0));
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_not_deeper_than_it_may_be() {
+    fn the_depth_limit_holds() {
         // Each box is 1.5 times as far away as the one before: the heuristic alone would separate
         // one box per level.
         let far: Vec<Box3> = (0..100)
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn as_many_actors_as_there_may_be_on_one_spot_are_not_too_deep() {
+    fn the_most_actors_at_one_position_are_not_too_deep() {
         let boxes = vec![(Vec3::ZERO, Vec3::ONE); protocol::ACTORS_MAX];
         let hierarchy = over_boxes(&boxes);
         let depth = count(&hierarchy.nodes, hierarchy.root, 0, &mut Vec::new());

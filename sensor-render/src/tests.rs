@@ -1,4 +1,4 @@
-//! What stands in the world is what the bytes show.
+//! Measurements agree with the geometry of the world.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -17,7 +17,7 @@ mod street_lights;
 
 use crate::{BlueprintMesh, BundleJob, CpuTracer, Scene, TraceError, Tracer, World, pose_planes};
 
-/// A box with corners at `low` and `high`.
+/// Adds a box with corners at `low` and `high`.
 fn block(mesh: &mut Mesh, low: [f32; 3], high: [f32; 3], face: Face) {
     let p =
         |x: usize, y: usize, z: usize| [[low, high][x][0], [low, high][y][1], [low, high][z][2]];
@@ -33,7 +33,7 @@ fn block(mesh: &mut Mesh, low: [f32; 3], high: [f32; 3], face: Face) {
     }
 }
 
-/// A floor at z = 0 and a wall whose near side lies at x = 20.
+/// Returns a floor at z = 0 and a wall whose near side is at x = 20.
 fn town() -> Mesh {
     let mut mesh = Mesh::default();
     let floor = Face::new(Tag::Roads, Material::Asphalt, 0);
@@ -47,7 +47,7 @@ fn town() -> Mesh {
     mesh
 }
 
-/// A car of 4 m by 2 m by 1.5 m, with its origin on the ground below its middle.
+/// Returns a car of 4 m by 2 m by 1.5 m, with its origin on the ground below its centre.
 fn car() -> Mesh {
     let mut mesh = Mesh::default();
     block(&mut mesh, [-2., -1., 0.], [2., 1., 1.5], Face::new(Tag::Car, Material::CarPaint, 0));
@@ -105,7 +105,7 @@ fn lidar(columns: u32, channels: u32) -> SensorSpec {
     }
 }
 
-/// A bundle's payload, aligned as the bus aligns it.
+/// Payload of a bundle, aligned as on the bus.
 struct MeasuredBundle {
     planes: Vec<Plane>,
     words: Vec<[u64; 8]>,
@@ -144,7 +144,7 @@ fn cpu(threads: usize) -> Tracer {
 }
 
 #[test]
-fn a_wall_ahead_is_where_it_is() {
+fn a_wall_appears_at_its_distance_height_and_id() {
     let scene = scene();
     let world = world_with(&scene, &[]);
     let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[camera(81, 61)]);
@@ -153,14 +153,14 @@ fn a_wall_ahead_is_where_it_is() {
     assert_eq!(measured.plane::<u8>(0, output::TAG)[at], Tag::Building as u8);
     assert_eq!(measured.plane::<u32>(0, output::INSTANCE)[at], 0x8000_0007);
     assert_eq!(measured.plane::<u8>(0, output::COLOR)[at * 4 + 3], 255);
-    // The wall is 6 m high and the camera 1 m above ground: at 20 m, 40.5 pixels a unit of depth,
-    // its top edge lies 5 / 20 * 40.5 = 10.1 pixels above the middle.
+    // The wall is 6 m high and the camera 1 m above ground. At 20 m, with 40.5 pixels per unit of
+    // slope, its top edge lies 5 / 20 * 40.5 = 10.1 pixels above the centre.
     let tags = measured.plane::<u8>(0, output::TAG);
     assert_eq!(tags[(30 - 10) * 81 + 40], Tag::Building as u8);
     assert_eq!(tags[(30 - 11) * 81 + 40], Tag::Sky as u8);
     assert_eq!(measured.plane::<f32>(0, output::DEPTH)[40], protocol::DEPTH_FAR_M);
     assert_eq!(measured.plane::<u32>(0, output::INSTANCE)[40], 0);
-    // And its foot 2 pixels below, with the floor before it.
+    // Its foot lies 2 pixels below the centre, with the floor in front of it.
     assert_eq!(tags[(30 + 2) * 81 + 40], Tag::Building as u8);
     assert_eq!(tags[(30 + 3) * 81 + 40], Tag::Roads as u8);
     assert_eq!(
@@ -170,7 +170,7 @@ fn a_wall_ahead_is_where_it_is() {
 }
 
 #[test]
-fn a_parked_car_is_seen_as_its_blueprint_under_its_objects_number() {
+fn a_parked_car_has_the_mesh_of_its_blueprint_and_the_id_of_its_object() {
     let number = town::blueprint("vehicle.tesla.model3").expect("an id of the catalogue").0;
     let car = &town::catalogue()[number as usize];
     let position = Vec3::new(12., 0., 0.);
@@ -210,13 +210,13 @@ fn left_in_the_world_is_left_in_the_image() {
     let instances = measured.plane::<u32>(0, output::INSTANCE);
     let columns: Vec<usize> =
         (0..instances.len()).filter(|i| instances[*i] == 41).map(|i| i % 81).collect();
-    // Its right edge passes at y = 4, x = 12: a third of 40.5 pixels left of the middle.
+    // Its right edge passes through y = 4, x = 12: a third of 40.5 pixels left of the centre.
     assert_eq!(columns.iter().max(), Some(&26));
     assert!(columns.iter().min() >= Some(&8));
 }
 
 #[test]
-fn a_turned_actor_is_met_on_its_near_side() {
+fn a_turned_actor_is_hit_on_its_near_side() {
     let scene = scene();
     let pose = Pose::level(Vec3::new(10., 0., 0.), FRAC_PI_2);
     let world = world_with(&scene, &[actor(3, pose)]);
@@ -227,30 +227,30 @@ fn a_turned_actor_is_met_on_its_near_side() {
 }
 
 #[test]
-fn a_lidar_return_is_a_point_on_the_thing_it_met() {
+fn a_lidar_point_lies_on_the_surface_that_was_hit() {
     let scene = scene();
     let world = world_with(&scene, &[actor(5, Pose::level(Vec3::new(0., 12., 0.), 0.))]);
     let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[lidar(361, 5)]);
     let points = measured.plane::<[f32; 4]>(0, output::POINTS);
     let labels = measured.plane::<[u32; 2]>(0, output::LABELS);
-    // 361 columns over a turn: column 180 looks straight ahead, channel 2 lies level.
+    // 361 columns over a full turn: column 180 points straight ahead, channel 2 is level.
     let ahead = 180 * 5 + 2;
     assert!((Vec3::from_slice(&points[ahead][..3]) - Vec3::new(20., 0., 0.)).length() < 1e-4);
     assert_eq!(labels[ahead], [0x8000_0007, Tag::Building as u32]);
     assert!(points[ahead][3] > 0. && points[ahead][3] < (-0.004f32 * 20.).exp() + 1e-6);
-    // A quarter turn to the left, and down: the car's near side at y = 11, 0.55 m below.
+    // A quarter turn to the left and downward: the car's near side at y = 11, 0.55 m below.
     let left = (180 + 90) * 5 + 3;
     assert_eq!(labels[left], [5, Tag::Car as u32]);
     assert!((points[left][1] - 11.).abs() < 0.01, "{:?}", points[left]);
     for (point, label) in points.iter().zip(labels) {
         assert_eq!(*label == [0; 2], *point == [0.; 4]);
     }
-    // The highest channel sees the sky behind: nothing.
+    // The highest channel misses everything behind the sensor.
     assert_eq!(points[0], [0.; 4]);
 }
 
 #[test]
-fn a_spinning_lidar_goes_on_where_it_stopped() {
+fn a_spinning_lidar_continues_its_sweep_in_the_next_frame() {
     let spec = SensorSpec { rotation_rate_hz: 7.3, ..lidar(100, 4) };
     let scene = scene();
     let mut first_of_frame = Vec::new();
@@ -270,7 +270,7 @@ fn a_spinning_lidar_goes_on_where_it_stopped() {
 }
 
 #[test]
-fn the_number_of_threads_does_not_show() {
+fn the_number_of_threads_does_not_change_the_bytes() {
     let scene = scene();
     let actors: Vec<ActorState> = (0..30)
         .map(|i| {
@@ -299,7 +299,7 @@ fn the_null_tracer_writes_the_table_and_nothing_else() {
 }
 
 #[test]
-fn what_a_sensor_cannot_be_is_refused_by_name() {
+fn an_invalid_sensor_is_rejected_by_name() {
     let scene = scene();
     let world = world_with(&scene, &[]);
     let refusal = |spec: SensorSpec, cut: usize| {
@@ -319,15 +319,15 @@ fn what_a_sensor_cannot_be_is_refused_by_name() {
     };
     assert_eq!(
         refusal(SensorSpec { fov_rad: 4.0, ..camera(8, 8) }, 0),
-        "sensor front: a camera's field of view lies between 0 and pi rad, this one's is 4"
+        "sensor front: field of view 4 rad is out of range; a camera's lies between 0 and pi"
     );
     assert_eq!(
         refusal(SensorSpec { kind: 9, ..camera(8, 8) }, 0),
-        "sensor front: there is no kind 9; cameras are 1, lidars 2"
+        "sensor front: unsupported sensor type 9; the renderer measures cameras (1) and lidars (2)"
     );
     assert_eq!(
         refusal(SensorSpec { outputs: output::POINTS, ..camera(8, 8) }, 0),
-        "sensor front: a sensor of kind 1 has no output 0x10"
+        "sensor front: unsupported output 0x10 for sensor type 1"
     );
     assert_eq!(
         refusal(camera(8193, 1), 0),
@@ -335,11 +335,11 @@ fn what_a_sensor_cannot_be_is_refused_by_name() {
     );
     assert!(refusal(camera(8, 8), 64).contains("the payload holds"));
     let short = TraceError::Unaligned.to_string();
-    assert_eq!(short, "the payload begins at an address that is no multiple of 16");
+    assert_eq!(short, "the payload is not aligned to 16 bytes");
 }
 
 #[test]
-fn nothing_is_not_seen_and_breaks_nothing() {
+fn empty_meshes_and_invalid_poses_are_invisible() {
     let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &Mesh::default() }]).unwrap();
     let lost = Pose { position_m: [f32::NAN; 3], ..Pose::IDENTITY };
     let nowhere = ActorState { blueprint: 77, ..actor(2, Pose::IDENTITY) };
@@ -368,7 +368,7 @@ fn the_same_actor_looks_the_same_wherever_the_world_is_turned() {
 }
 
 #[test]
-fn ten_cameras_in_one_job_see_what_ten_jobs_see() {
+fn ten_cameras_in_one_job_measure_the_same_as_ten_jobs() {
     let scene = scene();
     let actors = [actor(4, Pose::level(Vec3::new(9., 2., 0.), 0.4))];
     let world = world_with(&scene, &actors);
@@ -387,7 +387,7 @@ fn ten_cameras_in_one_job_see_what_ten_jobs_see() {
     }
 }
 
-/// Columns and rows of the pixels that show this instance.
+/// Returns columns and rows of the pixels of this instance.
 fn extent(measured: &MeasuredBundle, id: u32, width: usize) -> [usize; 4] {
     let ids = measured.plane::<u32>(0, output::INSTANCE);
     let at = |i: &usize| (i % width, i / width);
@@ -414,15 +414,15 @@ fn the_field_of_view_ends_at_the_outer_edges_of_the_outer_pixels() {
         let ids = measured.plane::<u32>(0, output::INSTANCE);
         let columns: Vec<usize> =
             (0..ids.len()).filter(|i| ids[*i] != 0).map(|i| i % width as usize).collect();
-        // Half as many columns are twice as wide: the middle of the outer one is where the post
-        // begins, 0.01 beside it.
+        // Half as many columns are twice as wide: the centre of the outer one is 0.01 beside the
+        // begin of the post.
         assert_eq!(columns.len(), if outer { height as usize } else { 0 });
         assert!(columns.iter().all(|column| *column == 0));
     }
 }
 
 #[test]
-fn a_marker_lies_within_half_a_pixel_of_where_the_pinhole_puts_it() {
+fn a_marker_lies_within_half_a_pixel_of_its_projection() {
     let mut plate = Mesh::default();
     block(
         &mut plate,
@@ -435,7 +435,7 @@ fn a_marker_lies_within_half_a_pixel_of_where_the_pinhole_puts_it() {
     for step in 0..40 {
         let step = step as f32;
         let at = Vec3::new(5. + step * 0.37, (step * 0.9).sin() * 3.1, (step * 1.7).cos() * 2.2);
-        // The camera stands somewhere and looks somewhere; the plate is square to it.
+        // The camera has an arbitrary pose; the plate is perpendicular to its axis.
         let turn = Quat::from_euler(glam::EulerRot::ZYX, 0.4 * step, 0.3 * step.sin(), 0.);
         let stand = Vec3::new(100. * step.cos(), 50. * step.sin(), 3.);
         let world = world_with(&scene, &[actor(77, Pose::new(stand + turn * at, turn))]);
@@ -446,7 +446,7 @@ fn a_marker_lies_within_half_a_pixel_of_where_the_pinhole_puts_it() {
         };
         let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[spec]);
         let focal = width as f32 / 2. / (1.4f32 / 2.).tan();
-        // Pixel centres lie at whole numbers plus a half.
+        // Pixel centres lie at whole numbers plus one half.
         let column = |y: f32| width as f32 / 2. - y / (at.x - 0.001) * focal;
         let row = |z: f32| height as f32 / 2. - z / (at.x - 0.001) * focal;
         let wanted =
@@ -462,8 +462,8 @@ fn a_marker_lies_within_half_a_pixel_of_where_the_pinhole_puts_it() {
 }
 
 #[test]
-fn rings_and_columns_point_where_the_lidar_says() {
-    // A box all round, seen from inside.
+fn lidar_channels_and_columns_have_the_specified_angles() {
+    // A box around the sensor.
     let mut mesh = Mesh::default();
     let face = Face::new(Tag::Building, Material::Concrete, 2);
     block(&mut mesh, [-30., -30., -30.], [30., 30., 30.], face);
@@ -483,14 +483,14 @@ fn rings_and_columns_point_where_the_lidar_says() {
         let azimuth = -TAU / 2. + TAU * (column as f32 + 0.5) / 90.;
         assert!((at.z.atan2(at.truncate().length()) - elevation).abs() < 1e-5);
         assert!((at.y.atan2(at.x) - azimuth).abs() < 1e-5, "{column}");
-        // And the point lies on the box.
+        // The point lies on the box.
         let in_world = spec.parent_from_sensor.affine().transform_point3(at);
         assert!((in_world.abs().max_element() - 30.).abs() < 1e-3, "{in_world}");
     }
 }
 
 #[test]
-fn intensity_falls_off_by_the_law_that_is_written_down() {
+fn lidar_intensity_follows_the_documented_formula() {
     let scene = scene();
     let world = world_with(&scene, &[]);
     let spec = SensorSpec { attenuation_per_m: 0.03, ..lidar(361, 5) };
@@ -507,7 +507,7 @@ fn intensity_falls_off_by_the_law_that_is_written_down() {
 }
 
 #[test]
-fn a_lidar_that_is_asked_for_it_tells_the_cosine_of_incidence() {
+fn a_lidar_reports_the_cosine_of_incidence_on_request() {
     let scene = scene();
     let world = world_with(&scene, &[]);
     let spec =
@@ -516,14 +516,14 @@ fn a_lidar_that_is_asked_for_it_tells_the_cosine_of_incidence() {
     let points = measured.plane::<[f32; 4]>(0, output::POINTS);
     for column in 170..190 {
         let point = points[column * 5 + 2];
-        // The wall ahead stands at 20 m, square to the sensor.
+        // The wall ahead is at 20 m, perpendicular to the sensor's axis.
         let wanted = 20. / Vec3::from_slice(&point).length();
         assert!((point[3] - wanted).abs() < 1e-5, "{point:?} against {wanted}");
     }
 }
 
 #[test]
-fn a_return_beyond_the_range_is_none() {
+fn a_surface_beyond_the_range_gives_no_return() {
     let scene = scene();
     let world = world_with(&scene, &[]);
     for (range_m, heard) in [(19.9, false), (20.1, true)] {
@@ -534,7 +534,8 @@ fn a_return_beyond_the_range_is_none() {
     }
 }
 
-/// Brightness of the pixel in which the point of the world lies, seen from high above.
+/// Returns the brightness of the pixel that shows this point of the world, from a camera high above
+/// it.
 fn brightness_from_above(scene: &Scene, world: &World, at: Vec3) -> u32 {
     let down = Quat::from_rotation_y(FRAC_PI_2);
     let spec = SensorSpec {
@@ -574,7 +575,7 @@ fn shadows_fall_away_from_the_sun() {
 }
 
 #[test]
-fn lamps_show_what_the_actor_does() {
+fn lamps_show_the_state_of_the_actor() {
     let mut lamp = Mesh::default();
     block(&mut lamp, [0., -1., 0.], [1., 1., 2.], Face::new(Tag::Car, Material::LampRed, 0));
     let mut signal = Mesh::default();
@@ -613,7 +614,8 @@ fn lamps_show_what_the_actor_does() {
         let world = world_with(&scene, &[light]);
         let measured = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[camera(90, 90)]);
         let colors = measured.plane::<[u8; 4]>(0, output::COLOR);
-        // The middles of the three lamps, 0, 1 and 2 m over the camera's feet, 4 m ahead.
+        // The centres of the three lamps are 0, 1 and 2 m above the ground below the camera, 4 m
+        // ahead.
         let bright = [0., 1., 2.].map(|z: f32| {
             let row = (45. - (z - 1.0) / 4. * 45.) as usize;
             colors[row * 90 + 45][..3].iter().copied().max() > Some(180)

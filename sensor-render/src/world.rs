@@ -92,7 +92,7 @@ impl World {
             actors.iter().zip(repeat(false)).chain(scene.parked.iter().zip(repeat(true)))
         {
             let [red, green, blue] = paint(actor);
-            let looks = Instance {
+            let geometry = Instance {
                 actor_from_world: [[0.0; 4]; 3],
                 root: Link::EMPTY,
                 id: actor.actor_id.0,
@@ -106,7 +106,7 @@ impl World {
                 let bottom = &scene.blases[blas as usize];
                 boxes.push(transformed_box(world_from_piece, bottom.low, bottom.high));
                 let actor_from_world = rows(&world_from_piece.inverse());
-                instances.push(Instance { actor_from_world, root: bottom.root, blas, ..looks });
+                instances.push(Instance { actor_from_world, root: bottom.root, blas, ..geometry });
             });
         }
         let top = over_boxes(&boxes);

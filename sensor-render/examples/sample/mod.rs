@@ -1,4 +1,4 @@
-//! A town with cars, and places to look at it from, for tests and measurements.
+//! Town with cars and camera poses, for tests and measurements.
 
 #![allow(
     dead_code,
@@ -15,10 +15,11 @@ use protocol::{ActorId, ActorState, Name, Pose, SensorSpec, kind, light, output,
 use road::{LanePoint, Network};
 use town::{Detail, Kind};
 
-/// The map that figures are measured on, in the folder that OMNIBUS_MAPS names.
+/// Map that benchmark figures refer to, in the folder that OMNIBUS_MAPS names.
 const HEAVY: &str = "carla2021-scenic__Town10HD.xodr";
 
-/// Five of CARLA's towns, as paths, if OMNIBUS_MAPS leads to them; else our own.
+/// Returns the paths of five CARLA towns if the folder OMNIBUS_MAPS has them, else the names of the
+/// generated towns.
 pub fn towns() -> Vec<String> {
     let in_folder = |folder: std::ffi::OsString| -> Option<Vec<String>> {
         let names = ["2021-scenic__Town01", "2021-scenic__Town02", "2019__Town03"];
@@ -31,18 +32,18 @@ pub fn towns() -> Vec<String> {
         .unwrap_or_else(|| mapgen::names().map(String::from).collect())
 }
 
-/// A furnished town.
+/// Furnished town.
 pub struct Sample {
     pub name: String,
     pub network: Network,
     pub town: town::Town,
-    /// Where cars can stand, outside of junctions.
+    /// Spawn points, outside of junctions.
     stands: Vec<LanePoint>,
     center: DVec3,
 }
 
 impl Sample {
-    /// Town10HD if OMNIBUS_MAPS leads to it, else the largest of our own towns.
+    /// Returns Town10HD if the folder OMNIBUS_MAPS has it, else the largest generated town.
     pub fn heavy() -> Result<Sample, Box<dyn Error>> {
         if let Some(folder) = std::env::var_os("OMNIBUS_MAPS") {
             let path = Path::new(&folder).join(HEAVY);
@@ -55,7 +56,7 @@ impl Sample {
         Sample::of("Greatmoor", &text, Detail::Standard)
     }
 
-    /// One of our own towns, or the map of this path.
+    /// Returns the generated town of this name, or the map at this path.
     pub fn named(name: &str) -> Result<Sample, Box<dyn Error>> {
         match mapgen::named(name) {
             Some(text) => Sample::of(name, &text, Detail::Standard),
@@ -79,8 +80,8 @@ impl Sample {
         Ok(Sample { name: name.into(), network, town, stands, center: (low + high) * 0.5 })
     }
 
-    /// `count` vehicles of every kind on the roads, the nearest to the middle of the town, and its
-    /// traffic lights. Another frame deals them out otherwise.
+    /// Returns `count` vehicles of all blueprints on the roads nearest to the centre of the town,
+    /// and its traffic lights. Positions depend on `frame`.
     pub fn traffic(&self, count: usize, frame: u64) -> Vec<ActorState> {
         let vehicles: Vec<u32> = (0..)
             .zip(town::catalogue())
@@ -132,8 +133,8 @@ impl Sample {
         actors
     }
 
-    /// Where a camera on the roof of a car sees the town, looking ahead; poses are spread over
-    /// the middle of the town.
+    /// Returns the pose of a camera on the roof of a car, looking ahead. Poses are spread over the
+    /// centre of the town.
     pub fn street_pose(&self, index: usize) -> Pose {
         let (low, high) = self.network.bounds();
         let reach = (high - low).truncate().max_element() * 0.35;
@@ -153,17 +154,17 @@ impl Sample {
     }
 }
 
-/// The paint of a vehicle, as the world wants it.
+/// Returns the colour of a vehicle, for `World::place`.
 pub fn paint(actor: &ActorState) -> [u8; 3] {
     let [red, green, blue, _] = actor.color.to_le_bytes();
     [red, green, blue]
 }
 
-/// From the lowest byte: red, green, blue.
+/// Colours: red in the lowest byte, then green and blue.
 const PAINTS: [u32; 8] =
     [0x1816b0, 0xe4e6e6, 0x1c1816, 0x827c78, 0x823c18, 0x28a0c4, 0x465a3c, 0x142896];
 
-/// A good hash (splitmix64).
+/// Returns a hash of a word (splitmix64).
 fn mixed(word: u64) -> u64 {
     let mut z = (word + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -171,7 +172,7 @@ fn mixed(word: u64) -> u64 {
     z ^ z >> 31
 }
 
-/// A pinhole with every output.
+/// Returns a camera with colour, depth, tag and instance outputs.
 pub fn camera(name: &str, width: u32, height: u32) -> SensorSpec {
     SensorSpec {
         name: Name::new(name),
@@ -184,7 +185,7 @@ pub fn camera(name: &str, width: u32, height: u32) -> SensorSpec {
     }
 }
 
-/// Six pinholes that look all round.
+/// Returns six cameras that together cover a full turn.
 pub fn ring(width: u32, height: u32) -> Vec<SensorSpec> {
     (0..6)
         .map(|side| SensorSpec {
@@ -195,7 +196,7 @@ pub fn ring(width: u32, height: u32) -> Vec<SensorSpec> {
         .collect()
 }
 
-/// A full turn at one instant.
+/// Returns a lidar that measures a full turn at one instant.
 pub fn lidar(name: &str, columns: u32, channels: u32) -> SensorSpec {
     SensorSpec {
         name: Name::new(name),

@@ -1,4 +1,4 @@
-//! Packets, lone rays and every instruction set see what one plain ray at a time sees.
+//! Packets, single rays and every instruction set agree with the reference implementation.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -63,7 +63,7 @@ fn camera(width: u32, height: u32, fov_rad: f32) -> SensorSpec {
     }
 }
 
-/// What the plain ray sees: depth, tag and id.
+/// Returns depth, tag and id of a reference ray.
 fn looked(scene: &Scene, world: &World, ray: Ray, far: f32) -> (f32, u8, u32) {
     let hit = closest(scene, world, ray, f32::INFINITY);
     if !hit.is_some() {
@@ -78,10 +78,11 @@ fn looked(scene: &Scene, world: &World, ray: Ray, far: f32) -> (f32, u8, u32) {
 }
 
 #[test]
-fn packets_see_what_single_rays_see() {
+fn camera_packets_agree_with_the_reference() {
     let (town, scene) = town();
     let world = world(&town, &scene);
-    // A fine image by beams, a wide one, and a coarse one by lone rays; none is a multiple of 8.
+    // A fine and a wide image, traced as beams, and a coarse one, traced as single rays; no size is
+    // a multiple of 8.
     for (index, spec) in
         [camera(341, 253, FRAC_PI_2), camera(250, 61, 2.4), camera(84, 84, FRAC_PI_2)]
             .iter()
@@ -126,7 +127,7 @@ fn direction(camera: &Camera, x: u32, y: u32) -> Vec3 {
 }
 
 #[test]
-fn laser_packets_see_what_single_rays_see() {
+fn lidar_packets_agree_with_the_reference() {
     let (town, scene) = town();
     let world = world(&town, &scene);
     let spec = SensorSpec {
@@ -191,7 +192,7 @@ impl Kernel for ShadowRays<'_> {
 }
 
 #[test]
-fn shadow_packets_find_what_single_rays_find() {
+fn shadow_packets_agree_with_the_reference() {
     let (town, scene) = town();
     let world = world(&town, &scene);
     let sun = vec3(0.5, 0.3, 0.6).normalize_or(Vec3::Z);

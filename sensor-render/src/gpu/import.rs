@@ -44,14 +44,14 @@ pub(crate) unsafe fn import(
     len: usize,
 ) -> Result<Buffer, String> {
     if !address.addr().is_multiple_of(ALIGNMENT) || !len.is_multiple_of(ALIGNMENT) || len == 0 {
-        return Err(format!("{len} bytes at {address:p} are no whole pages"));
+        return Err(format!("{len} bytes at {address:p} are not whole pages"));
     }
     let size = len as u64;
     let kind = vk::ExternalMemoryHandleTypeFlags::HOST_ALLOCATION_EXT;
     // SAFETY: the handles are only used below, while `device` lives; every object created is either
     // passed to wgpu, which destroys it, or destroyed here.
     unsafe {
-        let hal = device.as_hal::<Vulkan>().ok_or("the device is not Vulkan's")?;
+        let hal = device.as_hal::<Vulkan>().ok_or("the device is not a Vulkan device")?;
         let (raw, instance) = (hal.raw_device(), hal.shared_instance().raw_instance());
         let extension = external_memory_host::Device::new(instance, raw);
         let mut pointer = vk::MemoryHostPointerPropertiesEXT::default();
@@ -100,7 +100,7 @@ unsafe fn bind(
         let (device, instance) = (hal.raw_device(), hal.shared_instance().raw_instance());
         let needed = device.get_buffer_memory_requirements(buffer);
         if needed.size > size {
-            return Err(format!("the driver wants {} bytes for {size}", needed.size));
+            return Err(format!("the driver needs {} bytes for {size}", needed.size));
         }
         let properties = instance.get_physical_device_memory_properties(hal.raw_physical_device());
         let usable = |index: &u32| needed.memory_type_bits & importable & (1 << index) != 0;

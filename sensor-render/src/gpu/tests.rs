@@ -1,6 +1,7 @@
-//! The contract: both tracers see the same world. Depth agrees within 1e-4, tags and ids on all
-//! but 1 pixel in 10 000, colours within 2 of 255 on all but 1 in 1000; what is left are rays that graze an edge, where the two round
-//! differently. Without a Vulkan adapter these tests say so and check nothing.
+//! The CPU and the GPU tracer agree. Depths agree within a relative 1e-4, tags and ids in all but 1
+//! of 10 000 pixels, colours within 2 of 255 in all but 1 of 1000 pixels. The rest are rays that
+//! graze an edge, where the tracers round differently. Without a Vulkan adapter these tests are
+//! skipped with a note.
 
 use glam::{Vec3, vec3};
 use protocol::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
@@ -8,7 +9,7 @@ use protocol::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
 use super::GpuTracer;
 use crate::{BundleJob, CpuTracer, Scene, TraceError, Tracer, World, pose_planes, sample};
 
-/// The tracer on the first adapter, software or not.
+/// Returns the tracer on the first adapter, hardware or software.
 pub(crate) fn gpu() -> Option<Tracer> {
     match GpuTracer::open(Some(0), 0) {
         Ok(Some(tracer)) => Some(Tracer::Gpu(Box::new(tracer))),
@@ -21,7 +22,7 @@ pub(crate) fn gpu() -> Option<Tracer> {
     }
 }
 
-/// Notes that the running test skips what it cannot do; `./run test` counts and lists these notes.
+/// Records that the running test is skipped; `./run test` counts and lists these notes.
 fn note_skipped(why: &str) {
     let thread = std::thread::current();
     let test = thread.name().unwrap_or_default().rsplit("::").next().unwrap_or_default().to_owned();
@@ -53,7 +54,7 @@ fn world_in(town: &sample::Sample, scene: &Scene, frame: u64, weather: &Weather)
     world
 }
 
-/// Clear by day, by night, and in the rain.
+/// Returns clear weather by day, clear weather at night, and rain.
 fn weathers() -> [Weather; 3] {
     let clear = Weather::default();
     let night = Weather { sun_altitude_rad: -0.4, ..clear };
@@ -108,7 +109,7 @@ fn measure(
     bundles
 }
 
-/// How many elements two planes of one output disagree on, beyond rounding.
+/// Returns how many elements of two planes differ beyond rounding, and how many there are.
 fn disagreements(
     output: u32,
     a: &MeasuredBundle,
@@ -140,7 +141,7 @@ fn disagreements(
 }
 
 #[test]
-fn both_tracers_see_the_same() {
+fn both_tracers_measure_the_same() {
     let Some(mut gpu) = gpu() else { return };
     let mut cpu = Tracer::Cpu(CpuTracer::new(0).unwrap());
     let (town, scene) = town();
@@ -173,7 +174,7 @@ fn both_tracers_see_the_same() {
 }
 
 #[test]
-fn the_gpu_repeats_itself_bit_for_bit() {
+fn the_gpu_gives_the_same_bytes_again() {
     let Some(mut gpu) = gpu() else { return };
     let (town, scene) = town();
     let sensors = [sample::camera("odd", 123, 77), sample::lidar("top", 300, 16)];
@@ -188,7 +189,7 @@ fn the_gpu_repeats_itself_bit_for_bit() {
 }
 
 #[test]
-fn imported_pages_hold_the_same_bytes_as_staged_ones() {
+fn imported_pages_have_the_same_bytes_as_staged_ones() {
     let Some(mut gpu) = gpu() else { return };
     let (town, scene) = town();
     let world = world(&town, &scene, 2);
@@ -231,7 +232,7 @@ fn imported_pages_hold_the_same_bytes_as_staged_ones() {
 struct Page([u8; 4096]);
 
 #[test]
-fn an_adapter_that_is_not_there_is_refused_with_those_that_are() {
+fn a_missing_adapter_is_rejected_with_a_list_of_the_available_ones() {
     let refusal = GpuTracer::open(Some(97), 0).unwrap_err().to_string();
     assert!(refusal.starts_with("--device gpu:97: there "), "{refusal}");
 }

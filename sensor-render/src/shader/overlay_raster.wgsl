@@ -138,7 +138,7 @@ fn meet_text(place: u32, camera: u32, x: u32, y: u32, fragment: Fragment) -> Fra
     return fragment;
 }
 
-// One thread a pixel, as `see`, after it.
+// One thread per pixel, in the layout of `trace_cameras`; dispatched after it.
 @compute @workgroup_size(8, 8)
 fn draw_overlay(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
     let group = group_number(group_at);

@@ -24,7 +24,7 @@ fn episode(open_drive: &str, seed: u64) -> Episode {
     Episode { map: "Small".into(), open_drive: open_drive.into(), seed }
 }
 
-/// What a camera above the middle of the town sees, and the cars in front of it.
+/// Returns the image of a camera above the centre of the town, with a car in front of it.
 fn picture(scene: &Scene) -> MeasuredBundle {
     let car = Pose::level(Vec3::new(12., 2., 15.), 1.);
     let world = world_with(scene, &[actor(3, car)]);
@@ -44,7 +44,7 @@ impl Drop for Folder {
 }
 
 #[test]
-fn a_scene_from_the_cache_gives_the_same_bytes_and_a_damaged_one_is_built_anew() {
+fn a_cached_scene_gives_the_same_bytes_and_a_damaged_one_is_rebuilt() {
     let folder = Folder(std::env::temp_dir().join(format!("omnibus-scene-{}", std::process::id())));
     let (map, cache) = (map(), Cache::in_folder(&folder.0));
     let built = scene_of(&road::Network::parse(&map).unwrap(), 1).unwrap();
@@ -82,7 +82,7 @@ fn a_scene_from_the_cache_gives_the_same_bytes_and_a_damaged_one_is_built_anew()
 }
 
 #[test]
-fn a_scene_without_a_layer_is_the_same_with_the_blueprints_of_the_one_before() {
+fn a_scene_without_a_layer_is_the_same_with_reused_blueprints() {
     let map = map();
     let town = town::furnish(&road::Network::parse(&map).unwrap(), 1);
     let whole = Scene::of_town(&town).unwrap();

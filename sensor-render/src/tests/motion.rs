@@ -1,4 +1,4 @@
-//! Normals and optical flow.
+//! Normals and optical flow agree with the motion of actors and cameras.
 
 use glam::{Quat, Vec2, Vec3};
 use protocol::{ActorId, ActorState, Plane, Pose, SensorSpec, flag, layout, output};
@@ -6,11 +6,11 @@ use protocol::{ActorId, ActorState, Plane, Pose, SensorSpec, flag, layout, outpu
 use super::{actor, camera, cpu, scene, world_with};
 use crate::{BundleJob, Scene, Tracer, World, pose_planes};
 
-/// Pixels across and down, and a pixel's side at depth 1: 81 pixels over 90 degrees.
+/// Image size, and a pixel's side at depth 1: 81 pixels over 90 degrees.
 const SIZE: [usize; 2] = [81, 61];
 const SIDE: f32 = 2.0 / 81.0;
 
-/// One camera, and the planes that it gave.
+/// Measurement of one camera.
 struct Picture(Vec<(u32, Vec<f32>)>);
 
 impl Picture {
@@ -54,7 +54,7 @@ fn nobody(pose: Pose) -> ActorState {
     ActorState { pose, ..actor(0, pose) }
 }
 
-/// From the middle of the image, in pixels to the right and down.
+/// Offset from the centre of the image, in pixels to the right and down.
 fn from_middle([x, y]: [usize; 2]) -> Vec2 {
     Vec2::new(x as f32 - 40.0, y as f32 - 30.0)
 }
@@ -63,7 +63,7 @@ fn close(a: Vec2, b: Vec2) {
     assert!((a - b).length() < 0.01, "{a} is not {b}");
 }
 
-/// What `now` shows of a world that was as `before` a frame ago.
+/// Measures the world `now` whose previous frame was `before`.
 fn measured(
     tracer: &mut Tracer,
     carrier: u32,
@@ -82,7 +82,7 @@ fn car_at(x: f32, y: f32) -> ActorState {
     actor(5, Pose::level(Vec3::new(x, y, 0.0), 0.0))
 }
 
-/// A carrier that nobody sees: its blueprint has no mesh.
+/// Parent of the camera, which is invisible because its blueprint has no mesh.
 fn carrier_at(x: f32, y: f32, yaw_rad: f32) -> ActorState {
     ActorState { blueprint: 999, ..actor(9, Pose::level(Vec3::new(x, y, 0.0), yaw_rad)) }
 }
@@ -93,7 +93,7 @@ fn a_normal_points_from_the_surface_towards_the_camera() {
     assert!((picture.normal([40, 28]) - Vec3::NEG_X).length() < 1e-5, "the wall ahead");
     assert!((picture.normal([40, 50]) - Vec3::Z).length() < 1e-5, "the floor");
     assert_eq!(picture.normal([40, 0]), Vec3::ZERO, "the sky");
-    // In the camera's space: turned a quarter to the left, the wall's side lies to its right.
+    // The camera is turned a quarter to the left, so the side of the wall is to its right.
     let turned = [carrier_at(22.0, -12.0, std::f32::consts::FRAC_PI_4)];
     let picture = measured(&mut cpu(1), 9, &turned, &turned);
     let side = Vec3::NEG_Y;
@@ -103,7 +103,7 @@ fn a_normal_points_from_the_surface_towards_the_camera() {
 }
 
 #[test]
-fn what_stands_still_before_a_camera_that_does_has_no_flow() {
+fn a_resting_object_has_no_flow_for_a_resting_camera() {
     let now = [car_at(8.0, 0.0)];
     let picture = measured(&mut cpu(1), 0, &now, &now);
     for y in 0..SIZE[1] {
@@ -114,7 +114,7 @@ fn what_stands_still_before_a_camera_that_does_has_no_flow() {
 }
 
 #[test]
-fn a_car_that_went_to_the_left_flows_to_the_left_and_the_wall_behind_it_does_not() {
+fn a_car_that_moves_left_flows_left_and_the_wall_behind_it_does_not() {
     let (before, now) = ([car_at(8.0, 0.0)], [car_at(8.0, 0.5)]);
     let picture = measured(&mut cpu(1), 0, &before, &now);
     let on_car = [38, 30];
@@ -124,7 +124,7 @@ fn a_car_that_went_to_the_left_flows_to_the_left_and_the_wall_behind_it_does_not
 }
 
 #[test]
-fn a_camera_that_goes_ahead_sees_everything_flow_from_the_middle() {
+fn a_camera_that_moves_ahead_measures_flow_away_from_the_centre() {
     let (before, now) = ([carrier_at(-1.0, 0.0, 0.0)], [carrier_at(0.0, 0.0, 0.0)]);
     let picture = measured(&mut cpu(1), 9, &before, &now);
     for pixel in [[10, 50], [40, 50], [54, 28], [70, 45]] {
@@ -138,10 +138,10 @@ fn a_camera_that_goes_ahead_sees_everything_flow_from_the_middle() {
 }
 
 #[test]
-fn a_camera_that_turns_left_sees_even_the_sky_flow_to_the_right() {
+fn a_camera_that_turns_left_measures_flow_to_the_right_even_in_the_sky() {
     let (before, now) = ([carrier_at(0.0, 0.0, 0.0)], [carrier_at(0.0, 0.0, 0.05)]);
     let picture = measured(&mut cpu(1), 9, &before, &now);
-    // The middle's direction lay 0.05 rad to the left of straight ahead.
+    // The direction of the centre was 0.05 rad to the left of straight ahead.
     close(picture.flow([40, 28]), Vec2::new(0.05f32.tan() / SIDE, picture.flow([40, 28]).y));
     let sky = [40, 1];
     assert_eq!(picture.normal(sky), Vec3::ZERO);
@@ -152,7 +152,7 @@ fn a_camera_that_turns_left_sees_even_the_sky_flow_to_the_right() {
 }
 
 #[test]
-fn who_was_teleported_or_was_not_there_has_no_flow() {
+fn a_teleported_or_new_actor_has_no_flow() {
     let jumped = ActorState { flags: flag::TELEPORTED, ..car_at(8.0, 0.5) };
     for before in [vec![car_at(8.0, -3.0)], vec![]] {
         assert_eq!(measured(&mut cpu(1), 0, &before, &[jumped]).flow([38, 30]), Vec2::ZERO);
@@ -160,7 +160,7 @@ fn who_was_teleported_or_was_not_there_has_no_flow() {
 }
 
 #[test]
-fn where_the_shaders_lack_an_output_the_processor_gives_the_same_bytes() {
+fn outputs_that_the_shaders_lack_come_from_the_cpu_tracer() {
     let Some(mut gpu) = crate::gpu::tests::gpu() else { return };
     let (before, now) = ([car_at(8.0, 0.0)], [car_at(8.0, 0.5)]);
     let (a, b) = (measured(&mut gpu, 0, &before, &now), measured(&mut cpu(2), 0, &before, &now));

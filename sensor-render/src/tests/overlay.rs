@@ -1,4 +1,4 @@
-//! What is drawn over the world is seen where the pinhole puts it, in colours alone.
+//! Debug shapes appear where a pinhole camera projects them, and only in colour images.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use super::{MeasuredBundle, camera, cpu, lidar, scene, world_with};
 use crate::{Overlay, Tracer};
 
 const SIZE: [usize; 2] = [161, 121];
-/// Pixels of a metre at a distance of a metre: 161 pixels over 90 degrees.
+/// Pixels per metre at a distance of 1 m: 161 pixels over 90 degrees.
 const FOCAL: f32 = 80.5;
 const RED: u32 = u32::from_le_bytes([255, 0, 0, 255]);
 
@@ -35,20 +35,20 @@ fn red(begin: Vec3, end: Vec3) -> Shape {
     }
 }
 
-/// The pixels of pure red.
+/// Returns the pixels that are pure red.
 fn marked(bundle: &MeasuredBundle) -> Vec<[usize; 2]> {
     let colors = bundle.plane::<[u8; 4]>(0, output::COLOR).iter().enumerate();
     let red = colors.filter(|(_, color)| u32::from_le_bytes(**color) == RED);
     red.map(|(at, _)| [at % SIZE[0], at / SIZE[0]]).collect()
 }
 
-/// Where a place of the world lies in the image of the camera, which is 1 m above the ground.
+/// Projects a point of the world into the image of the camera, which is 1 m above the ground.
 fn pixel(at: Vec3) -> [f32; 2] {
     [80.0 - FOCAL * at.y / at.x, 60.0 - FOCAL * (at.z - 1.0) / at.x]
 }
 
 #[test]
-fn a_line_is_seen_where_the_pinhole_puts_it_and_nowhere_else() {
+fn a_line_appears_at_its_projection_only() {
     let (begin, end) = (Vec3::new(6.0, 3.0, 0.5), Vec3::new(15.0, -6.0, 4.0));
     let bundle = measured(&mut cpu(1), &[red(begin, end)]);
     let marked = marked(&bundle);
@@ -69,7 +69,7 @@ fn a_line_is_seen_where_the_pinhole_puts_it_and_nowhere_else() {
 }
 
 #[test]
-fn colours_alone_show_it() {
+fn only_colour_images_show_debug_shapes() {
     let line = red(Vec3::new(6.0, 3.0, 0.5), Vec3::new(6.0, -3.0, 2.0));
     let (bare, drawn) = (measured(&mut cpu(1), &[]), measured(&mut cpu(1), &[line]));
     for plane in &bare.planes {
@@ -80,22 +80,22 @@ fn colours_alone_show_it() {
 }
 
 #[test]
-fn what_stands_before_it_hides_it() {
+fn nearer_surfaces_hide_debug_shapes() {
     let wall_x = 20.0;
     let behind = red(Vec3::new(wall_x + 8.0, -3.0, 1.0), Vec3::new(wall_x + 8.0, 3.0, 1.0));
     assert_eq!(marked(&measured(&mut cpu(1), &[behind])).len(), 0);
     let before = red(Vec3::new(wall_x - 1.0, -3.0, 1.0), Vec3::new(wall_x - 1.0, 3.0, 1.0));
     assert!(marked(&measured(&mut cpu(1), &[before])).len() > 20);
-    // Nothing hides what is drawn in front of the sky.
+    // Nothing hides a shape in front of the sky.
     let high = red(Vec3::new(2000.0, -300.0, 900.0), Vec3::new(2000.0, 300.0, 900.0));
     assert!(marked(&measured(&mut cpu(1), &[high])).len() > 20);
-    // And a camera does not see what lies behind it.
+    // A shape behind the camera is not visible.
     let back = red(Vec3::new(-5.0, -3.0, 1.0), Vec3::new(-5.0, 3.0, 1.0));
     assert_eq!(marked(&measured(&mut cpu(1), &[back])).len(), 0);
 }
 
 #[test]
-fn a_line_is_as_thick_as_it_is_and_never_thinner_than_its_pixels() {
+fn a_line_has_its_thickness_and_at_least_its_minimum_pixels() {
     let rows = |size_m: f32, pixels: f32| {
         let line = red(Vec3::new(10.0, -3.0, 3.0), Vec3::new(10.0, 3.0, 3.0));
         let marked = marked(&measured(&mut cpu(1), &[Shape { size_m, pixels, ..line }]));
@@ -140,7 +140,7 @@ fn a_box_has_its_corners_and_an_arrow_its_barbs() {
 }
 
 #[test]
-fn a_text_faces_the_camera_in_the_middle_of_its_place() {
+fn a_text_faces_the_camera_and_is_centred_on_its_position() {
     let at = Vec3::new(12.0, 1.0, 3.0);
     let text = Shape { begin_m: at.to_array(), color: RED, ..Shape::new(shape::TEXT) };
     let bundle = measured(&mut cpu(1), &[text.with_text("T-").unwrap()]);
@@ -148,7 +148,7 @@ fn a_text_faces_the_camera_in_the_middle_of_its_place() {
     let [u, v] = pixel(at);
     let row = |y: usize| marked.iter().filter(|at| at[1] == y).map(|at| at[0]).collect::<Vec<_>>();
     let top = marked.iter().map(|at| at[1]).min().unwrap();
-    // A bar over a stem, and a dash beside its middle.
+    // The letter T is a bar over a stem; the dash is beside its centre.
     assert!((top as f32 + 3.0 - v).abs() <= 1.0, "{top} {v}");
     let bar = row(top);
     assert_eq!(bar.len(), 5);
@@ -164,8 +164,9 @@ fn a_text_faces_the_camera_in_the_middle_of_its_place() {
 }
 
 #[test]
-fn many_shapes_are_those_that_few_are() {
-    // All of a hierarchy's leaves are found: each on its own gives what all together give.
+fn many_shapes_cover_the_same_pixels_as_each_of_them_alone() {
+    // Every leaf of the hierarchy is found: single shapes cover the same pixels as all shapes
+    // together.
     let place = |at: u32| {
         let (x, y) = (at % 12, at / 12);
         Vec3::new(4.0 + 1.2 * x as f32, y as f32 - 5.0, 0.3 + (at * 7 % 5) as f32)
@@ -183,7 +184,7 @@ fn many_shapes_are_those_that_few_are() {
 }
 
 #[test]
-fn a_gpu_draws_the_same() {
+fn the_gpu_draws_the_same_shapes() {
     let Some(mut gpu) = crate::gpu::tests::gpu() else { return };
     let mut shapes = Vec::new();
     for at in 0..40u32 {

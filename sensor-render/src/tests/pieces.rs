@@ -1,4 +1,4 @@
-//! Parts of actors: each where its actor's state puts it, all under the actor's own id.
+//! Pieces of actors are placed by the actor's state and carry the actor's id.
 
 use glam::{Quat, Vec3};
 use mesh::Mesh;
@@ -16,7 +16,7 @@ fn actor(id: &str, pose: Pose) -> ActorState {
     ActorState { actor_id: ActorId(7), blueprint, kind, pose, ..ActorState::default() }
 }
 
-/// From a metre above the ground at the origin, along x.
+/// Measures from 1 m above the ground at the origin, along x.
 fn look(scene: &Scene, actor: ActorState, sim_time_nanos: u64) -> MeasuredBundle {
     let mut world = World::new();
     let stamp = Stamp { frame: Frame(1), sim_time_nanos, episode: 1, reserved: 0 };
@@ -29,7 +29,7 @@ fn columns_of(picture: &MeasuredBundle, wanted: impl Fn([u8; 4]) -> bool) -> Vec
     (0..pixels.len()).filter(|at| wanted(pixels[*at])).map(|at| at % 320).collect()
 }
 
-/// With its tail towards the camera.
+/// Returns a car with its rear towards the camera.
 fn tail() -> ActorState {
     actor("vehicle.tesla.model3", Pose::level(Vec3::new(6.0, 0.0, 0.0), 0.0))
 }
@@ -38,7 +38,7 @@ const MODEL3_RED: fn([u8; 4]) -> bool = |[r, g, b, _]| r > 200 && g < 120 && b <
 const AMBER: fn([u8; 4]) -> bool = |[r, g, b, _]| r > 220 && (110..235).contains(&g) && b < 140;
 
 #[test]
-fn lamps_shine_when_their_bits_say_so() {
+fn lamps_shine_if_their_bits_are_set() {
     let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
     let with = |lamps: u32| look(&scene, ActorState { lamps, ..tail() }, 0);
     let dark = with(0);
@@ -46,7 +46,7 @@ fn lamps_shine_when_their_bits_say_so() {
     assert!(columns_of(&with(lamp::BRAKE), MODEL3_RED).len() > 40);
     let pedal = look(&scene, ActorState { brake: 0.4, ..tail() }, 0);
     assert_eq!(pedal.bytes(), with(lamp::BRAKE).bytes(), "the pedal is as good as the bit");
-    // Seen from behind, left is left.
+    // From behind, the left indicator is on the left of the image.
     let left = columns_of(&with(lamp::LEFT_BLINKER), AMBER);
     let right = columns_of(&with(lamp::RIGHT_BLINKER), AMBER);
     assert!(left.len() > 5 && left.iter().all(|x| *x < 160), "{left:?}");
@@ -67,7 +67,7 @@ fn indicators_blink_with_simulated_time() {
 }
 
 #[test]
-fn wheels_turn_in_the_picture_and_nothing_else_does() {
+fn only_the_wheels_of_a_rolling_car_change_in_the_image() {
     let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
     let side = Pose::level(Vec3::new(5.0, 0.0, 0.0), std::f32::consts::FRAC_PI_2);
     let still = actor("vehicle.tesla.model3", side);
@@ -84,12 +84,12 @@ fn wheels_turn_in_the_picture_and_nothing_else_does() {
         .map(|(at, _)| at)
         .collect();
     assert!(changed.len() > 100, "{} pixels changed", changed.len());
-    // The camera looks level from 1 m: wheels, 0.7 m high, lie below the middle.
+    // The camera is level, 1 m above ground: wheels, 0.7 m high, are below the centre.
     assert!(changed.iter().all(|at| at / 320 > 120));
 }
 
 #[test]
-fn an_open_door_is_seen_beside_the_car() {
+fn an_open_door_widens_the_silhouette_of_the_car() {
     let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
     let widest = |doors: u32| {
         let picture = look(&scene, ActorState { doors, ..tail() }, 0);
@@ -103,7 +103,7 @@ fn an_open_door_is_seen_beside_the_car() {
 }
 
 #[test]
-fn a_walker_strides_when_it_walks_and_stands_when_it_stands() {
+fn a_walking_pedestrian_strides_and_a_standing_one_does_not() {
     let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
     let pose = Pose::new(Vec3::new(4.0, 0.0, 0.0), Quat::from_rotation_z(1.5));
     let still = actor("walker.pedestrian.0002", pose);

@@ -1,4 +1,4 @@
-//! Street lamps shine as they were told.
+//! Street lights shine as commands have set them.
 
 use mesh::{Face, Material, Tag};
 use protocol::output;
@@ -7,7 +7,7 @@ use town::{Lighting, StreetLightState};
 use super::{MeasuredBundle, block, camera, cpu, town, world_with};
 use crate::{Scene, Tracer};
 
-/// Three heads before the wall, objects 9, 10 and 11, from the left to the right.
+/// Returns three lamps in front of the wall, objects 9, 10 and 11 from left to right.
 fn scene() -> Scene {
     let mut mesh = town();
     for (object, y) in [(9, 4.0), (10, 0.0), (11, -4.0)] {
@@ -17,13 +17,13 @@ fn scene() -> Scene {
     Scene::new(&mesh, &[]).unwrap()
 }
 
-fn told(lighting: &mut Lighting, number: u32, shine: StreetLightState) {
+fn set(lighting: &mut Lighting, number: u32, shine: StreetLightState) {
     let mut bits = [0; 16];
     bits[0] = 1 << number;
     lighting.set(0, &bits, shine);
 }
 
-/// The colours in the middle of the three.
+/// Returns the colours at the centres of the three lamps.
 fn measured(tracer: &mut Tracer, lighting: &Lighting, sun_altitude_rad: f32) -> [[u8; 4]; 3] {
     let scene = scene();
     let mut world = world_with(&scene, &[]);
@@ -40,20 +40,20 @@ const NIGHT: f32 = -0.6;
 fn lighting() -> Lighting {
     let mut lighting = Lighting::default();
     let red = u32::from_le_bytes([255, 0, 0, 255]);
-    told(&mut lighting, 9, StreetLightState { mode: 1, color: red, share: 1.0 });
-    told(&mut lighting, 11, StreetLightState { mode: 0, ..StreetLightState::OWN });
+    set(&mut lighting, 9, StreetLightState { mode: 1, color: red, share: 1.0 });
+    set(&mut lighting, 11, StreetLightState { mode: 0, ..StreetLightState::OWN });
     lighting
 }
 
 #[test]
-fn a_lamp_shines_by_night_if_it_was_told_nothing_and_as_it_was_told_else() {
+fn a_street_light_shines_at_night_unless_a_command_has_set_it() {
     let own = Lighting::default();
     let by_day = measured(&mut cpu(1), &own, DAY);
     let by_night = measured(&mut cpu(1), &own, NIGHT);
     assert!(by_night.iter().all(|[r, g, b, _]| *r > 240 && *g > 220 && *b > 190), "{by_night:?}");
-    let told = lighting();
+    let lighting = lighting();
     for (sun, plain) in [(DAY, by_day), (NIGHT, by_night)] {
-        let [red, same, off] = measured(&mut cpu(1), &told, sun);
+        let [red, same, off] = measured(&mut cpu(1), &lighting, sun);
         assert!(red[0] > 240 && red[0] - red[1] > 60, "{red:?}");
         assert_eq!(same, plain[1]);
         assert!(sun == DAY || off[0] < 100, "{off:?}");
@@ -61,12 +61,12 @@ fn a_lamp_shines_by_night_if_it_was_told_nothing_and_as_it_was_told_else() {
     }
     let mut weak = Lighting::default();
     let dim = StreetLightState { share: 0.02, ..StreetLightState::OWN };
-    self::told(&mut weak, 10, dim);
+    set(&mut weak, 10, dim);
     assert!(measured(&mut cpu(1), &weak, NIGHT)[1][0] < 200);
 }
 
 #[test]
-fn a_gpu_lets_them_shine_the_same() {
+fn the_gpu_renders_the_same_street_lights() {
     let Some(mut gpu) = crate::gpu::tests::gpu() else { return };
     for lighting in [Lighting::default(), lighting(), Lighting::default()] {
         for sun in [DAY, NIGHT] {
