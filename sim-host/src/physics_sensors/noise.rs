@@ -13,11 +13,6 @@ impl Noise {
         Noise(RandomStream::named(seed, sim_time_nanos))
     }
 
-    /// Draws from (0, 1].
-    pub(super) fn uniform(&mut self) -> f64 {
-        self.0.positive_unit()
-    }
-
     /// Draws from a normal distribution with mean 0. Takes two draws from the stream whatever
     /// `deviation` is, so that a deviation of 0 does not shift later numbers.
     pub(super) fn normal(&mut self, deviation: f32) -> f64 {
