@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Drives three episodes of 300 frames; writes what the sensors see, if asked to.
+"""Drives three episodes of 300 frames; optionally writes the sensor data.
 
 The program of CARLA 0.8, with its flags and its files:
-_out/episode_0000/CameraRGB/000001.png and so on.
+_out/episode_0000/CameraRGB/000001.png etc.
 """
 
 import argparse

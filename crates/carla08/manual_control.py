@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drives a car by hand, in a window.
+"""Drives a vehicle with the keyboard, in a window.
 
     W or up     : throttle            Q     : toggle reverse
     S or down   : brake               Space : hand brake

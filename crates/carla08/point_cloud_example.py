@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Turns depth images into point clouds in the world; writes one each 100 frames, as PLY.
+"""Converts depth images to point clouds in world space; writes one per 100 frames as PLY.
 
-The program of CARLA 0.8, with its flags; files are _out/episode_0000/00000.ply and so on.
+The program of CARLA 0.8, with its flags; writes _out/episode_0000/00000.ply etc.
 """
 
 import argparse

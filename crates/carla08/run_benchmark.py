@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Drives the CoRL'17 benchmark with an agent that goes straight on, and prints its figures.
+"""Drives the CoRL'17 benchmark with an agent that drives straight ahead, and prints its metrics.
 
-The program of CARLA 0.8, with its flags; summary.csv, measurements.csv and metrics.json lie in
+The program of CARLA 0.8, with its flags; summary.csv, measurements.csv and metrics.json are written to
 _benchmarks_results/<log>_<suite>_<city>/.
 """
 

@@ -1,7 +1,7 @@
-"""What the autopilot would do: 0.8's server told its control with every frame.
+"""The autopilot's control, which the server of 0.8 sent with every frame.
 
 It follows its lane (or a route that it is given), keeps the limit, slows in bends, stops for
-whoever is in its way and for red lights. It does not drive: the client does, by sending it back.
+actors in its way and for red lights. It does not drive the vehicle: the client sends the control.
 """
 
 import math

@@ -1,7 +1,7 @@
-"""Sensors that are listened to, and let go of so that Python can end.
+"""Sensors with callbacks, stopped so that Python can exit.
 
-The package drops a callback in a thread of its own, some time after `stop()`. Where the
-interpreter has ended by then, the process aborts; so `end_all` waits until they are gone.
+The package drops a callback in a thread of its own, some time after `stop()`. If the
+interpreter has exited by then, the process aborts; `end_all` therefore waits for them.
 """
 
 import threading

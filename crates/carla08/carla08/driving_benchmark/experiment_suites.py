@@ -58,8 +58,8 @@ class ExperimentSuite:
 
     @property
     def metrics_parameters(self):
-        """Which fraction, or which impulse in kg m/s, is an infraction, and for how many frames
-        after it nothing is counted anew."""
+        """Returns the fraction, or the impulse in kg m/s, that is an infraction, and the number of
+        frames after it in which no other one is counted."""
         return {
             "intersection_offroad": {"frames_skip": 10, "frames_recount": 20, "threshold": 0.3},
             "intersection_otherlane": {"frames_skip": 10, "frames_recount": 20, "threshold": 0.4},
