@@ -2,7 +2,7 @@
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-use client_lib::{ActorId, Client, Pose, SensorSpec, camera, clock, lidar, output, tracer};
+use client_lib::{ActorId, Client, Pose, SensorSpec, camera, clock, lidar, wire::{output, tracer}};
 use glam::{Quat, Vec3};
 
 use crate::{
@@ -144,7 +144,7 @@ impl Street {
         let map = scene::bench_map()?;
         let sim = Sim::start(&["--synchronous", "--map", &map.arg, "--device", device])?;
         let mut client = sim.client()?;
-        client.synchronise(scene::DELTA_NANOS)?;
+        client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
         let cars = scene::populate(&mut client, scene::CARS, effort.count(DRIVEN_FRAMES))?;
         let poses = scene::street_poses(&mut client)?;
         let title = format!("{}, {cars} cars, {} street poses", map.title, poses.len());

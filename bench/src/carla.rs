@@ -4,7 +4,7 @@
 use std::{ffi::OsString, net::TcpListener, process::Command};
 
 use anyhow::{Context, ensure};
-use client_lib::{ActorId, Client, Pose, Spawn, VehicleControl, camera, clock, output};
+use client_lib::{ActorId, Client, Pose, Spawn, camera, clock, wire::{VehicleControl, output}};
 use glam::{Quat, Vec3};
 
 use crate::{
@@ -77,7 +77,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     put("carla.batch", format!("pedals of {CARS} cars in one batch"), both)?;
     let both = in_turn(rounds, &sim, port, "call", ticks, |client| {
         timed(ticks, || {
-            std::hint::black_box(client.settings());
+            std::hint::black_box(client.wire_settings());
             Ok(())
         })
     })?;
@@ -97,7 +97,7 @@ fn in_turn(
     for _ in 0..rounds {
         let mut client = sim.client()?;
         take_tick(&mut client)?;
-        client.synchronise(scene::DELTA_NANOS)?;
+        client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
         own.push(ours(&mut client)?);
         drop(client);
         official.push(official_package(port, job, count)?);
@@ -150,7 +150,7 @@ fn fill(client: &mut Client, props: usize) -> anyhow::Result<()> {
     let blueprint = client.blueprints().iter().find(|b| is_prop(&b.id)).context("no prop")?;
     let blueprint = blueprint.id.clone();
     client.tick()?;
-    for index in client.world().actors().len()..props {
+    for index in client.world().states().len()..props {
         let at = Vec3::new(index as f32 * 10.0, 3000.0, 300.0);
         client.spawn(Spawn::new(&blueprint, Pose::new(at, Quat::IDENTITY)).kinematic())?;
     }
@@ -160,15 +160,15 @@ fn fill(client: &mut Client, props: usize) -> anyhow::Result<()> {
 
 /// Spawns cars in the air, to receive controls.
 fn cars(client: &mut Client) -> anyhow::Result<Vec<ActorId>> {
-    let is_car = |a: &&client_lib::ActorState| a.kind == client_lib::kind::VEHICLE;
-    let there = client.world().actors().iter().filter(is_car).count();
+    let is_car = |a: &&client_lib::wire::ActorState| a.kind == client_lib::wire::kind::VEHICLE;
+    let there = client.world().states().iter().filter(is_car).count();
     for index in there..CARS {
         let at = Vec3::new(index as f32 * 10.0, -3000.0, 300.0);
         let spawn = Spawn::new("vehicle.audi.tt", Pose::new(at, Quat::IDENTITY));
         client.spawn(spawn.kinematic())?;
     }
     client.tick()?;
-    Ok(client.world().actors().iter().filter(is_car).map(|a| a.actor_id).collect())
+    Ok(client.world().states().iter().filter(is_car).map(|a| a.actor_id).collect())
 }
 
 /// Returns a port that is free, as is the next one, at the time of the call.

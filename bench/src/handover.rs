@@ -3,9 +3,7 @@
 
 use std::hint::black_box;
 
-use client_lib::{
-    ActorId, Client, Measurement, Pose, SensorBundle, SensorSpec, camera, clock, output,
-};
+use client_lib::{ActorId, Client, Measurement, Pose, SensorBundle, SensorSpec, camera, clock, wire::output};
 
 use crate::{
     Effort,
@@ -125,7 +123,7 @@ fn woken(
     let mut client = sim.client()?;
     pin_all(&sim, &client, theirs)?;
     let _pinned = Pinned::to(ours)?;
-    client.synchronise(scene::DELTA_NANOS)?;
+    client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
     let size = SIZES[0];
     let mut bundle = client.create_bundle("handover", ActorId::NONE, &sensors(size), 2)?;
     for _ in 0..WARM_UP {

@@ -30,9 +30,9 @@ fn of_crowd(
     let machine = Machine::look();
     let sim = Sim::start(&["--synchronous", "--map", MAP, "--device", "null"])?;
     let mut client = sim.client()?;
-    client.synchronise(scene::DELTA_NANOS)?;
+    client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
     let cars = scene::populate(&mut client, cars, effort.count(WARM_UP))?;
-    let others = client.world().actors().len() - cars;
+    let others = client.world().states().len() - cars;
     // Commands, physics, snapshot, the sum; then until the last stage has arrived.
     let mut spans = [const { Vec::new() }; 5];
     for _ in 0..effort.rounds(ROUNDS) {

@@ -1,6 +1,6 @@
 //! `latency`: from the publication of a snapshot until the agent's control takes effect.
 
-use client_lib::{Client, Spawn, VehicleControl, clock};
+use client_lib::{Client, Spawn, clock, wire::VehicleControl};
 
 use crate::{
     Effort,
@@ -22,7 +22,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let sim =
         Sim::start(&["--synchronous", "--map", &map.arg, "--device", "null", "--wait", "latency"])?;
     let mut client = sim.client()?;
-    client.synchronise(scene::DELTA_NANOS)?;
+    client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
     let place = client.spawn_points()?[0];
     let ego = client.spawn(Spawn::new(EGO, place))?;
     client.tick()?;
@@ -68,7 +68,7 @@ impl Agent {
     /// Reads the snapshot, answers, ticks, and finds the answer in the next snapshot.
     fn turn(&mut self) -> anyhow::Result<Turn> {
         let published = self.client.world().header().published_nanos;
-        let car = self.client.world().actor(self.ego);
+        let car = self.client.world().state(self.ego);
         anyhow::ensure!(car.is_some(), "the car is gone");
         let read_nanos = clock::now_nanos() - published;
         self.turns += 1;
@@ -78,7 +78,7 @@ impl Agent {
             VehicleControl { actor_id: self.ego, brake: 1.0, steer, ..VehicleControl::default() };
         self.client.control(&[control])?;
         let frame = self.client.tick()?;
-        let found = self.client.world().actor(self.ego).map(|car| car.steer);
+        let found = self.client.world().state(self.ego).map(|car| car.steer);
         anyhow::ensure!(
             found == Some(steer),
             "{frame} shows steer {found:?}, the agent said {steer}"

@@ -11,7 +11,7 @@ use anyhow::Context;
 use client_lib::clock;
 
 /// Size of an empty world's snapshot: its header.
-const SNAPSHOT_BYTES: usize = size_of::<client_lib::SnapshotHeader>();
+const SNAPSHOT_BYTES: usize = size_of::<client_lib::wire::SnapshotHeader>();
 /// Size of an arrival message.
 const ARRIVAL_BYTES: usize = 8;
 

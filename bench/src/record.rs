@@ -32,7 +32,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let home = scene::Scratch::new()?;
     let sim = Sim::start(&["--synchronous", "--map", &map.arg, "--device", "null"])?;
     let mut client = sim.client()?;
-    client.synchronise(scene::DELTA_NANOS)?;
+    client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
     let cars = scene::populate(&mut client, scene::CARS, effort.count(WARM_UP))?;
     for (name, profile) in PROFILES {
         let file = home.path().join(format!("{name}.mcap"));
@@ -104,7 +104,7 @@ fn size(
     cars: usize,
 ) -> anyhow::Result<()> {
     let path = file.to_str().context("the temporary folder's name is not UTF-8")?;
-    let lights = client.world().actors().len() - cars;
+    let lights = client.world().states().len() - cars;
     let frames = effort.count(FRAMES);
     client.start_recorder(path, profile)?;
     ticks(client, frames)?;

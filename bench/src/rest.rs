@@ -28,7 +28,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let sim =
         Sim::start(&["--synchronous", "--map", &map.arg, "--device", "null", "--wait", "latency"])?;
     let mut client = sim.client()?;
-    client.synchronise(scene::DELTA_NANOS)?;
+    client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
     let (mut empty, mut full) = (Times::default(), Times::default());
     for _ in 0..effort.rounds(ROUNDS) {
         empty.round(&mut client, effort.count(TICKS))?;

@@ -6,7 +6,7 @@ use std::{
 };
 
 use anyhow::Context;
-use client_lib::{Client, ClientError, Pose, Settings, Spawn};
+use client_lib::{Client, ClientError, Pose, Spawn, wire::Settings};
 use glam::Vec3;
 
 /// Simulated time of a tick.
@@ -100,12 +100,12 @@ pub(crate) fn populate(client: &mut Client, cars: usize, frames: usize) -> anyho
             Err(e) => return Err(e.into()),
         }
     }
-    let settings = client.settings();
-    client.apply_settings(Settings { no_rendering: 1, ..settings })?;
+    let settings = client.wire_settings();
+    client.apply_wire_settings(Settings { no_rendering: 1, ..settings })?;
     for _ in 0..frames {
         client.tick()?;
     }
-    client.apply_settings(Settings { no_rendering: 0, ..settings })?;
+    client.apply_wire_settings(Settings { no_rendering: 0, ..settings })?;
     Ok(spawned)
 }
 

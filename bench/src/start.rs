@@ -4,7 +4,7 @@
 use std::{f32::consts::FRAC_PI_2, time::Duration};
 
 use anyhow::anyhow;
-use client_lib::{ActorId, Client, Pose, camera, clock, output};
+use client_lib::{ActorId, Client, Pose, camera, clock, wire::output};
 use glam::Vec3;
 
 use crate::{
@@ -56,7 +56,7 @@ fn changes(rounds: usize) -> anyhow::Result<[Vec<u64>; 2]> {
     let begin = clock::now_nanos();
     let mut sim = Sim::spawn(&["--synchronous", "--device", "cpu", "--map", "Town01"])?;
     let mut client = connect(&mut sim, begin)?;
-    client.synchronise(scene::DELTA_NANOS)?;
+    client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
     client.load_map("Town02")?;
     let mut nanos = [Vec::new(), Vec::new()];
     for round in 0..2 * rounds {
@@ -83,7 +83,7 @@ fn start() -> anyhow::Result<Start> {
     let mut sim = Sim::spawn(&["--synchronous", "--device", "cpu"])?;
     let mut client = connect(&mut sim, begin)?;
     let connected_nanos = clock::now_nanos() - begin;
-    client.synchronise(scene::DELTA_NANOS)?;
+    client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
     let at = Pose::level(Vec3::Z * 20.0, 0.0);
     let sensors = [camera("front", at, 800, 600, FRAC_PI_2, output::COLOR)];
     let mut bundle = client.create_bundle("start", ActorId::NONE, &sensors, 2)?;

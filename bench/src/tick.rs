@@ -49,7 +49,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let sim =
         Sim::start(&["--synchronous", "--map", &map.arg, "--device", "null", "--wait", "latency"])?;
     let mut client = sim.client()?;
-    client.synchronise(scene::DELTA_NANOS)?;
+    client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
     let mut peer = peer::Peer::ticking()?;
     for _ in 0..effort.count(WARM_UP) {
         client.tick()?;
@@ -57,7 +57,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     for _ in 0..effort.count(PEER_TICKS / 10) {
         peer.tick()?;
     }
-    let actors = client.world().actors().len();
+    let actors = client.world().states().len();
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     let mut parts = [const { Vec::new() }; 5];
     for _ in 0..effort.rounds(ROUNDS) {

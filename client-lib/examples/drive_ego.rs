@@ -9,11 +9,15 @@
 //! R. C. Coulter, CMU-RI-TR-92-01, 1992) and holds a speed that the bends allow. It looks neither
 //! at lights nor at others.
 
-use glam::{Vec3, Vec3Swizzles};
-use omnibus_client_lib::{ActorState, Client, ClientError, Spawn, VehicleControl, clock};
-use road::{LanePoint, Network};
+use std::time::Duration;
 
-const DELTA_NANOS: u64 = 50_000_000;
+use omnibus_client_lib::{
+    Actor, Client, ClientError, Spawn, VehicleControl, clock,
+    glam::{Vec3, Vec3Swizzles},
+    road::{LanePoint, Network},
+};
+
+const DELTA: Duration = Duration::from_millis(50);
 const TICKS: u64 = 600;
 const SPACING_M: f64 = 1.0;
 /// Axle to axle, of the car below.
@@ -25,16 +29,16 @@ const LATERAL_MPS2: f32 = 2.0;
 const BRAKING_MPS2: f32 = 2.0;
 
 fn main() {
-    if let Err(why) = drive() {
+    if let Err(why) = run(None) {
         eprintln!("drive_ego: {why}");
         std::process::exit(1);
     }
 }
 
-fn drive() -> Result<(), ClientError> {
-    let mut client = Client::connect(None, "drive_ego")?;
+pub(crate) fn run(instance: Option<&str>) -> Result<(), ClientError> {
+    let mut client = Client::connect(instance, "drive_ego")?;
     let before = client.settings();
-    client.synchronise(DELTA_NANOS)?;
+    client.synchronise(DELTA)?;
     let route = Route::from(&*client.map()?);
     let place = client.spawn_points()?[0];
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place))?;
@@ -50,12 +54,12 @@ fn drive() -> Result<(), ClientError> {
             break;
         }
         client.control(&[route.steer(at, &state)])?;
-        latencies_nanos.push(clock::now_nanos() - client.world().header().published_nanos);
+        latencies_nanos.push(clock::now_nanos() - client.world().published_nanos());
         if tick % 20 == 0 {
             println!(
                 "{:5.1} s: {:5.2} m/s, the lane's centre {:5.2} m to the left; {:6.1} us from snapshot to control",
-                client.world().header().stamp.sim_time_nanos as f64 * 1e-9,
-                state.velocity().length(),
+                client.world().sim_time().as_secs_f64(),
+                state.speed_mps(),
                 route.offset_m(at, &state),
                 *latencies_nanos.last().unwrap_or(&0) as f64 * 1e-3,
             );
@@ -106,29 +110,29 @@ impl Route {
     }
 
     /// The point abeam of the car, at or after `from`.
-    fn nearest(&self, from: usize, car: &ActorState) -> usize {
-        let distance = |i: usize| self.points[i].position.distance_squared(car.pose.position());
+    fn nearest(&self, from: usize, car: &Actor) -> usize {
+        let distance = |i: usize| self.points[i].position.distance_squared(car.position());
         let ahead = from..(from + 20).min(self.points.len());
         ahead.min_by(|a, b| distance(*a).total_cmp(&distance(*b))).unwrap_or(from)
     }
 
     /// How far the lane's centre lies to the left of the car.
-    fn offset_m(&self, at: usize, car: &ActorState) -> f32 {
-        car.pose.affine().inverse().transform_point3(self.points[at].position).y
+    fn offset_m(&self, at: usize, car: &Actor) -> f32 {
+        car.pose().affine().inverse().transform_point3(self.points[at].position).y
     }
 
-    fn steer(&self, at: usize, car: &ActorState) -> VehicleControl {
-        let speed_mps = car.velocity().length();
+    fn steer(&self, at: usize, car: &Actor) -> VehicleControl {
+        let speed_mps = car.speed_mps();
         let ahead = at + (4.0 + 0.8 * speed_mps) as usize;
         let target = self.points[ahead.min(self.points.len() - 1)].position;
         // Seen from the rear axle, x forward and y left: the circle through both has this curvature.
-        let vehicle_from_world = car.pose.affine().inverse();
+        let vehicle_from_world = car.pose().affine().inverse();
         let goal = vehicle_from_world.transform_point3(target) + Vec3::X * (WHEELBASE_M / 2.0);
         let curvature_per_m = 2.0 * goal.y / goal.xy().length_squared().max(1.0);
         let wheel_rad = (WHEELBASE_M * curvature_per_m).atan();
         let missing_mps = self.points[at].speed_max_mps - speed_mps;
         VehicleControl {
-            actor_id: car.actor_id,
+            actor_id: car.id(),
             throttle: (0.2 + 0.3 * missing_mps).clamp(0.0, 0.8),
             brake: (-0.2 * missing_mps - 0.1).clamp(0.0, 1.0),
             steer: (wheel_rad / STEER_MAX_RAD).clamp(-1.0, 1.0),

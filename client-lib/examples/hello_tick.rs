@@ -1,42 +1,44 @@
-//! Ticks a running simulator and prints what each frame says of itself.
+//! Ticks a running simulator and prints the state of a vehicle at each frame.
 //!
 //! ```text
 //! omnibus run
 //! cargo run --release -p omnibus-client-lib --example hello_tick     # in a second terminal
 //! ```
 
+use std::time::Duration;
+
 use omnibus_client_lib::{Client, ClientError, Spawn};
 
 /// One tick.
-const DELTA_NANOS: u64 = 50_000_000;
+const DELTA: Duration = Duration::from_millis(50);
 
 fn main() {
-    if let Err(why) = hello() {
+    if let Err(why) = run(None) {
         eprintln!("hello_tick: {why}");
         std::process::exit(1);
     }
 }
 
-fn hello() -> Result<(), ClientError> {
-    let mut client = Client::connect(None, "hello_tick")?;
+pub(crate) fn run(instance: Option<&str>) -> Result<(), ClientError> {
+    let mut client = Client::connect(instance, "hello_tick")?;
     let before = client.settings();
-    client.synchronise(DELTA_NANOS)?;
+    client.synchronise(DELTA)?;
     let place = client.spawn_points()?[0];
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot())?;
     for _ in 0..40 {
         let frame = client.tick()?;
-        // The world of that very frame, read where the host wrote it.
+        // The world of that frame, read in the host's memory.
         let world = client.world();
         let state = world.actor(car).expect("it was spawned");
-        let [x, y, z] = state.pose.position_m;
+        let [x, y, z] = state.position().to_array();
         println!(
             "{frame}, {:.2} s: the car is at ({x:.2}, {y:.2}, {z:.2}) m and drives {:.2} m/s; state {:016x}",
-            world.header().stamp.sim_time_nanos as f64 * 1e-9,
-            state.velocity().length(),
-            world.header().state_hash,
+            world.sim_time().as_secs_f64(),
+            state.speed_mps(),
+            world.state_hash(),
         );
     }
     client.destroy(car)?;
-    // The world goes on as it did before.
+    // Other clients find the settings as they were.
     client.apply_settings(before)
 }

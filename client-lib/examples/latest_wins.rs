@@ -8,27 +8,29 @@
 
 use std::{thread::sleep, time::Duration};
 
-use glam::{Quat, Vec3};
-use omnibus_client_lib::{Client, ClientError, Frame, Pose, Settings, Spawn, camera, output};
+use omnibus_client_lib::{
+    Client, ClientError, Frame, Outputs, Pace, Pose, Spawn, camera,
+    glam::{Quat, Vec3},
+};
 
-/// How long the agent thinks about one image: three to four frames of 50 ms go by.
-const THINKING: Duration = Duration::from_millis(170);
+/// How long the agent works on one image: three to four frames of 50 ms pass.
+const WORK: Duration = Duration::from_millis(170);
 
 fn main() {
-    if let Err(why) = think() {
+    if let Err(why) = run(None) {
         eprintln!("latest_wins: {why}");
         std::process::exit(1);
     }
 }
 
-fn think() -> Result<(), ClientError> {
-    let mut client = Client::connect(None, "latest_wins")?;
-    // The world runs on its own clock and waits for nobody.
-    client.apply_settings(Settings { synchronous: 0, ..client.settings() })?;
+pub(crate) fn run(instance: Option<&str>) -> Result<(), ClientError> {
+    let mut client = Client::connect(instance, "latest_wins")?;
+    // The world runs on its own clock and does not wait for clients.
+    client.apply_settings(client.settings().with_pace(Pace::RealTime(1.0)))?;
     let place = client.spawn_points()?[0];
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot())?;
     let windscreen = Pose::new(Vec3::new(1.5, 0.0, 2.0), Quat::IDENTITY);
-    let eye = camera("eye", windscreen, 320, 240, 1.5, output::DEPTH);
+    let eye = camera("eye", windscreen, 320, 240, 1.5, Outputs::DEPTH);
     // One image is held while the next is looked for.
     let mut bundle = client.create_bundle("eye", car, &[eye], 2)?;
 
@@ -40,14 +42,14 @@ fn think() -> Result<(), ClientError> {
             newest = newer;
         }
         let frame = newest.frame();
-        let went_by = last.map_or(0, |last| frame.0 - last.0 - 1);
-        missed += went_by;
+        let passed = last.map_or(0, |last| frame.0 - last.0 - 1);
+        missed += passed;
         last = Some(frame);
         let nearest = newest.depth(0).into_iter().flatten().copied().fold(f32::MAX, f32::min);
         println!(
-            "{frame}: the nearest thing is {nearest:.2} m away; {went_by} frames went by unseen"
+            "{frame}: the nearest thing is {nearest:.2} m away; {passed} frames passed unseen"
         );
-        sleep(THINKING);
+        sleep(WORK);
     }
     println!("{missed} frames missed in all");
     client.destroy_bundle(bundle)?;

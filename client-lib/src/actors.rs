@@ -1,12 +1,10 @@
 //! Actors: spawned, destroyed, moved.
 
 use glam::Vec3;
-use protocol::{
-    ActorId, Autopilot, Command, Name, Pose, RouteCommand, RouteStep, Teleport, Weather, flag,
-};
+use protocol::{ActorId, Name, Pose, Weather, flag};
 use road::Network;
 
-use crate::{Client, ClientError};
+use crate::{Client, ClientError, Command};
 
 /// What to spawn, and where.
 #[derive(Clone, Copy, Debug)]
@@ -53,10 +51,16 @@ impl Spawn {
         self
     }
 
-    /// The command, for a batch.
+    /// The command in the protocol's layout.
     #[must_use]
-    pub fn command(self) -> Command {
-        Command::Spawn(self.0)
+    pub fn wire(self) -> protocol::Command {
+        protocol::Command::Spawn(self.0)
+    }
+}
+
+impl From<Spawn> for Command {
+    fn from(spawn: Spawn) -> Command {
+        Command(spawn.wire())
     }
 }
 
@@ -68,7 +72,7 @@ impl Client {
     /// [`ClientError::Refused`]: the place is occupied, the blueprint is unknown, or the pose is
     /// not finite; and as for [`Controller::try_request`](crate::Controller::try_request).
     pub fn spawn(&mut self, spawn: Spawn) -> Result<ActorId, ClientError> {
-        self.request_one("spawn", spawn.command()).map(ActorId)
+        self.request_one("spawn", spawn.wire()).map(ActorId)
     }
 
     /// Destroys an actor, and every bundle on it.
@@ -77,7 +81,7 @@ impl Client {
     ///
     /// [`ClientError::Refused`] if it does not exist.
     pub fn destroy(&mut self, actor: ActorId) -> Result<(), ClientError> {
-        self.request_one("destroy", Command::Destroy(actor)).map(drop)
+        self.request_one("destroy", Command::destroy(actor).0).map(drop)
     }
 
     /// Moves an actor to `world_from_actor`, at rest.
@@ -86,7 +90,7 @@ impl Client {
     ///
     /// [`ClientError::Refused`] if it does not exist, or the pose is not finite.
     pub fn teleport(&mut self, actor_id: ActorId, pose: Pose) -> Result<(), ClientError> {
-        self.request_one("teleport", Command::Teleport(Teleport { actor_id, pose })).map(drop)
+        self.request_one("teleport", Command::teleport(actor_id, pose).0).map(drop)
     }
 
     /// Hands a vehicle or walker to traffic, or takes it back.
@@ -95,21 +99,7 @@ impl Client {
     ///
     /// [`ClientError::Refused`] if it does not exist or is neither.
     pub fn set_autopilot(&mut self, actor_id: ActorId, on: bool) -> Result<(), ClientError> {
-        let command = Command::Autopilot(Autopilot { actor_id, on: on.into() });
-        self.request_one("autopilot", command).map(drop)
-    }
-
-    /// Gives a vehicle on autopilot a route: places that it passes over the shortest way, and turns
-    /// that it takes at the junctions that come next. It changes lanes for them where that is safe.
-    /// After the last step, and without steps, it chooses its own way.
-    ///
-    /// # Errors
-    ///
-    /// [`ClientError::Refused`] if it does not exist, is no vehicle, or a place is not on the map.
-    pub fn set_route(&mut self, actor_id: ActorId, steps: &[RouteStep]) -> Result<(), ClientError> {
-        let commands: Vec<Command> =
-            RouteCommand::route(actor_id, steps).into_iter().map(Command::RouteCommand).collect();
-        self.request("route", &commands).map(drop)
+        self.request_one("autopilot", Command::set_autopilot(actor_id, on).0).map(drop)
     }
 
     /// Sets sun, clouds, rain and fog.
@@ -118,7 +108,7 @@ impl Client {
     ///
     /// [`ClientError::Refused`] if a value is not finite.
     pub fn set_weather(&mut self, weather: Weather) -> Result<(), ClientError> {
-        self.request_one("weather", Command::SetWeather(weather)).map(drop)
+        self.request_one("weather", Command::set_weather(weather).0).map(drop)
     }
 
     /// Returns poses for vehicles, half a metre above the road.

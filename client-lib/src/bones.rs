@@ -1,6 +1,11 @@
 //! Poses that a client gives walkers.
 
-use protocol::{ActorId, Ask, BONES, BONES_PER_COMMAND, BlendPose, Command, Pose, SetBones, part};
+use glam::Affine3A;
+use protocol::{
+    ActorId, Ask, BONES, BONES_PER_COMMAND, BlendPose, Command, Pose, STRIDE, SetBones, flag, kind,
+    part,
+};
+use town::{GivenPose, Posture};
 
 use crate::{Client, ClientError};
 
@@ -27,8 +32,8 @@ impl Client {
     }
 
     /// How much of its given pose a walker shows: 0 its walk alone, 1 the pose alone.
-    pub fn blend_pose(&mut self, actor_id: ActorId, share: f32) -> Result<(), ClientError> {
-        let command = Command::BlendPose(BlendPose { actor_id, weight: share });
+    pub fn blend_pose(&mut self, actor_id: ActorId, weight: f32) -> Result<(), ClientError> {
+        let command = Command::BlendPose(BlendPose { actor_id, weight });
         self.request("blend_pose", &[command]).map(drop)
     }
 
@@ -39,7 +44,7 @@ impl Client {
         let blocks = (0..BONES.len()).step_by(BONES_PER_COMMAND);
         let mut asks = vec![ask(part::BLEND, 0)];
         asks.extend(blocks.map(|first| ask(part::BONES, first as u32)));
-        let told = self.try_request("given_pose", &asks)?;
+        let told = self.try_wire_request("given_pose", &asks)?;
         let refused = |why: &str| ClientError::refused("given_pose", why);
         let blend: BlendPose = told[0].outcome.answered().map_err(refused)?;
         let mut bones = Vec::with_capacity(BONES.len());
@@ -49,6 +54,90 @@ impl Client {
         }
         Ok((bones, blend.weight))
     }
+}
+
+/// Where one bone of a walker, or one moving part of a vehicle, is.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct BoneTransform {
+    /// Its name; a walker's bones have CARLA's names.
+    pub name: String,
+    /// Its pose in world space.
+    pub world_from_bone: Pose,
+    /// Its pose in the space of its parent; of a bone without one, and of a vehicle's part, in the
+    /// actor's space.
+    pub parent_from_bone: Pose,
+}
+
+impl Client {
+    /// Returns the bones of a walker, or the moving parts of a vehicle, at the frame that was taken
+    /// in last.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::NoSuchActor`] if no actor with a body has this id at that frame; as for
+    /// [`Client::given_pose`], which is asked if a client set a pose.
+    pub fn bone_transforms(
+        &mut self,
+        actor_id: ActorId,
+    ) -> Result<Vec<BoneTransform>, ClientError> {
+        let missing = ClientError::NoSuchActor { actor_id };
+        let Some(state) = self.world().state(actor_id).copied() else { return Err(missing) };
+        let limbs = self.world().limbs().iter().find(|limbs| limbs.actor_id == actor_id).copied();
+        let Some(blueprint) = town::catalogue().get(state.blueprint as usize) else {
+            return Err(missing);
+        };
+        let is_walker = state.kind == kind::WALKER;
+        let given = if is_walker && state.has(flag::POSED) {
+            let (bones, weight) = self.given_pose(actor_id)?;
+            let bones: Vec<_> =
+                bones.iter().map(|pose| Some((pose.position(), pose.rotation()))).collect();
+            Some((bones, weight))
+        } else {
+            None
+        };
+        let posture = Posture {
+            steer_rad: state.wheel_steer_rad,
+            spin_rad: state.wheel_spin_rad,
+            doors: state.doors,
+            stride: if is_walker { state.phase as f32 / STRIDE as f32 } else { 0.0 },
+            speed_mps: state.velocity().truncate().length(),
+            limbs: limbs.map(|limbs| limbs.rotations()),
+            given: given.as_ref().map(|(bones, weight)| GivenPose { weight: *weight, bones }),
+        };
+        let world_from_actor = state.pose.affine();
+        let transform =
+            |name: &str, actor_from_bone: Affine3A, parent_from_bone: Affine3A| BoneTransform {
+                name: name.to_owned(),
+                world_from_bone: pose_of(&(world_from_actor * actor_from_bone)),
+                parent_from_bone: pose_of(&parent_from_bone),
+            };
+        let mut all = Vec::new();
+        if let Some(skeleton) = blueprint.skeleton() {
+            let placed = skeleton.actor_from_bones(&posture);
+            for (index, bone) in skeleton.bones.iter().enumerate() {
+                let parent = if index == bone.parent {
+                    placed[index]
+                } else {
+                    placed[bone.parent].inverse() * placed[index]
+                };
+                all.push(transform(&bone.name, placed[index], parent));
+            }
+            return Ok(all);
+        }
+        let rig = blueprint.rig();
+        rig.place(&posture, |piece, placed| {
+            let joint = &rig.joints[piece];
+            let actor_from_bone = placed * Affine3A::from_translation(joint.pivot_m());
+            all.push(transform(joint.name, actor_from_bone, actor_from_bone));
+        });
+        Ok(all)
+    }
+}
+
+fn pose_of(affine: &Affine3A) -> Pose {
+    let (_, rotation, position) = affine.to_scale_rotation_translation();
+    Pose::new(position, rotation.normalize())
 }
 
 /// The commands that set bones; see [`Client::set_bones`].

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use bus::{Instance, Strategy, Watch};
-use protocol::{BlueprintInfo, BundleId, Command, Frame, JournalEntry, Settings, VehicleControl};
+use protocol::{BlueprintInfo, BundleId, Frame, SensorSpec};
 use road::Network;
 
 use crate::{
-    ClientError, Controller, Deadlines, Measurement, Observer, SensorBundle, Ticket, World,
-    connection::Connection,
+    ClientError, Command, Controller, Deadlines, Measurement, Observer, Outcome, SensorBundle,
+    Settings, Ticket, World, connection::Connection, wire,
 };
 
 /// A connection to a running simulator.
@@ -330,7 +330,10 @@ impl Client {
     /// # Errors
     ///
     /// As for [`Controller::control`].
-    pub fn control(&mut self, controls: &[VehicleControl]) -> Result<(), ClientError> {
+    pub fn control<C: Copy + Into<wire::VehicleControl>>(
+        &mut self,
+        controls: &[C],
+    ) -> Result<(), ClientError> {
         self.controller.control(controls)
     }
 
@@ -339,7 +342,7 @@ impl Client {
     /// # Errors
     ///
     /// As for [`Controller::send`].
-    pub fn send(&mut self, commands: &[Command]) -> Result<(), ClientError> {
+    pub fn send<C: Copy + Into<Command>>(&mut self, commands: &[C]) -> Result<(), ClientError> {
         self.controller.send(commands)
     }
 
@@ -348,10 +351,10 @@ impl Client {
     /// # Errors
     ///
     /// As for [`Controller::submit`].
-    pub fn submit(
+    pub fn submit<C: Copy + Into<Command>>(
         &mut self,
         what: &'static str,
-        commands: &[Command],
+        commands: &[C],
     ) -> Result<Ticket, ClientError> {
         self.controller.submit(what, commands)
     }
@@ -361,7 +364,7 @@ impl Client {
     /// # Errors
     ///
     /// As for [`Controller::poll`].
-    pub fn poll(&mut self, ticket: &Ticket) -> Result<Option<Vec<JournalEntry>>, ClientError> {
+    pub fn poll(&mut self, ticket: &Ticket) -> Result<Option<Vec<Outcome>>, ClientError> {
         self.controller.poll(ticket)
     }
 
@@ -370,11 +373,11 @@ impl Client {
     /// # Errors
     ///
     /// As for [`Controller::try_request`].
-    pub fn try_request(
+    pub fn try_request<C: Copy + Into<Command>>(
         &mut self,
         what: &'static str,
-        commands: &[Command],
-    ) -> Result<Vec<JournalEntry>, ClientError> {
+        commands: &[C],
+    ) -> Result<Vec<Outcome>, ClientError> {
         self.controller.try_request(what, commands)
     }
 
@@ -385,48 +388,44 @@ impl Client {
     ///
     /// As for [`Controller::try_request`]; the first refusal is [`ClientError::Refused`], though
     /// the other commands were carried out.
-    pub fn request(
+    pub fn request<C: Copy + Into<Command>>(
         &mut self,
         what: &'static str,
-        commands: &[Command],
+        commands: &[C],
     ) -> Result<Vec<u32>, ClientError> {
         let outcomes = self.try_request(what, commands)?;
-        outcomes.iter().map(|entry| id_of(what, entry)).collect()
+        outcomes.iter().map(Outcome::id).collect()
     }
 
     /// Sends one command and waits until it was carried out.
     pub(crate) fn request_one(
         &mut self,
         what: &'static str,
-        command: Command,
+        command: protocol::Command,
     ) -> Result<u32, ClientError> {
         let outcomes = self.try_request(what, &[command])?;
-        id_of(what, &outcomes[0])
+        outcomes[0].id()
     }
 
     /// As [`Client::request_one`], for a command that may load a world.
     pub(crate) fn request_world(
         &mut self,
         what: &'static str,
-        command: Command,
+        command: protocol::Command,
     ) -> Result<u32, ClientError> {
         let deadline = self.deadlines().world;
         let outcomes = self.controller.request_within(what, &[command], deadline)?;
-        id_of(what, &outcomes[0])
+        outcomes[0].id()
     }
 
     pub(crate) fn open_bundle(
         &self,
         id: BundleId,
-        sensors: &[protocol::SensorSpec],
+        sensors: &[SensorSpec],
     ) -> Result<SensorBundle, ClientError> {
         let connection = self.connection();
         let reader = connection.bundles.open(id)?;
         let owner = Arc::downgrade(connection);
-        Ok(SensorBundle::new(id, self.episode(), sensors.to_vec(), reader, owner))
+        Ok(SensorBundle::new(id, self.episode(), sensors.into(), reader, owner))
     }
-}
-
-fn id_of(what: &'static str, entry: &JournalEntry) -> Result<u32, ClientError> {
-    entry.outcome.result().map_err(|why| ClientError::refused(what, why))
 }

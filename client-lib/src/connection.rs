@@ -15,7 +15,7 @@ use bus::{
 use protocol::{BatchHeader, BlueprintInfo, Frame, Name, RawCommand, Stamp, VehicleControl};
 use road::Network;
 
-use crate::{ClientError, outcomes::Inbox};
+use crate::{ClientError, outcomes::Inbox, static_world::StaticWorld};
 
 /// How long calls wait before they fail with [`ClientError::Timeout`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +76,8 @@ pub(crate) struct Connection {
     pub(crate) bundles: bus::BundleReaders,
     /// The parsed map, and the number of its world.
     network: Mutex<Option<(u32, Arc<Network>)>>,
+    /// The furnished town, and the number of its world.
+    static_world: Mutex<Option<(u32, Arc<StaticWorld>)>>,
     pub(crate) blueprints: Vec<BlueprintInfo>,
     name: Name,
     sequence: AtomicU64,
@@ -114,6 +116,7 @@ impl Connection {
             inbox: Mutex::new(Inbox::new(journal)),
             bundles,
             network: Mutex::new(None),
+            static_world: Mutex::new(None),
             blueprints: instance.blueprints()?,
             name,
             sequence: AtomicU64::new(0),
@@ -189,6 +192,24 @@ impl Connection {
         let network = Arc::new(network);
         *known = Some((number, Arc::clone(&network)));
         Ok(network)
+    }
+
+    /// The town of the world that is running, read from the cache or furnished once for each.
+    pub(crate) fn static_world(&self) -> Result<Arc<StaticWorld>, ClientError> {
+        let mut known = lock(&self.static_world);
+        let standing = self.episode();
+        if let Some((number, world)) = &*known
+            && *number == standing
+        {
+            return Ok(Arc::clone(world));
+        }
+        let network = self.network()?;
+        let (number, episode) = self.participant.instance().numbered_episode()?;
+        let cache = Cache::from_environment();
+        let town = cache.town_around(&network, &episode.open_drive, episode.seed);
+        let world = Arc::new(StaticWorld::new(town));
+        *known = Some((number, Arc::clone(&world)));
+        Ok(world)
     }
 
     pub(crate) fn host_ended(&self) -> ClientError {

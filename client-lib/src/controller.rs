@@ -3,18 +3,19 @@
 use std::{sync::Arc, time::Duration};
 
 use bus::{Ending, Role, Writer, fault};
-use protocol::{BatchHeader, Command, Frame, JournalEntry, Name, RawCommand, VehicleControl};
+use protocol::{BatchHeader, Frame, Name, RawCommand};
 
 use crate::{
-    ClientError, Deadlines, Ticket,
+    ClientError, Command, Deadlines, Incompleteness, Outcome, Ticket,
     connection::{Connection, after},
+    wire,
 };
 
 /// Sends controls and commands and advances the world: one half of a
 /// [`Client`](crate::Client::split). It is `Send`, so that it can act on another thread than its
 /// [`Observer`](crate::Observer).
 pub struct Controller {
-    control: Writer<BatchHeader, VehicleControl>,
+    control: Writer<BatchHeader, wire::VehicleControl>,
     deadlines: Deadlines,
     connection: Arc<Connection>,
 }
@@ -22,7 +23,7 @@ pub struct Controller {
 impl Controller {
     pub(crate) fn new(
         connection: Arc<Connection>,
-        control: Writer<BatchHeader, VehicleControl>,
+        control: Writer<BatchHeader, wire::VehicleControl>,
         deadlines: Deadlines,
     ) -> Controller {
         Controller { control, deadlines, connection }
@@ -48,9 +49,13 @@ impl Controller {
     /// # Errors
     ///
     /// [`ClientError::Bus`] if the channel has no room.
-    pub fn control(&mut self, controls: &[VehicleControl]) -> Result<(), ClientError> {
+    pub fn control<C: Copy + Into<wire::VehicleControl>>(
+        &mut self,
+        controls: &[C],
+    ) -> Result<(), ClientError> {
         let mut loan = self.control.loan(controls.len())?;
-        loan.payload_mut().copy_from_slice(controls);
+        let rooms = loan.payload_mut().iter_mut();
+        rooms.zip(controls).for_each(|(room, control)| *room = (*control).into());
         let header = self.connection.batch(controls.len(), false);
         Ok(loan.send(header)?)
     }
@@ -61,10 +66,8 @@ impl Controller {
     /// # Errors
     ///
     /// [`ClientError::Bus`] if the host has not taken earlier commands for 2 s.
-    pub fn send(&mut self, commands: &[Command]) -> Result<(), ClientError> {
-        self.connection
-            .send(commands.iter().map(|command| RawCommand::from(*command)), false)
-            .map(drop)
+    pub fn send<C: Copy + Into<Command>>(&mut self, commands: &[C]) -> Result<(), ClientError> {
+        self.connection.send(commands.iter().map(|command| raw(*command)), false).map(drop)
     }
 
     /// Sends commands that are carried out at once if the world stands still, else with its next
@@ -73,16 +76,14 @@ impl Controller {
     /// # Errors
     ///
     /// [`ClientError::Bus`] if the host has not taken earlier commands for 2 s.
-    pub fn submit(
+    pub fn submit<C: Copy + Into<Command>>(
         &mut self,
         what: &'static str,
-        commands: &[Command],
+        commands: &[C],
     ) -> Result<Ticket, ClientError> {
         let mut inbox = self.connection.inbox();
         inbox.prepare(self.connection.name())?;
-        let first = self
-            .connection
-            .send(commands.iter().map(|command| RawCommand::from(*command)), true)?;
+        let first = self.connection.send(commands.iter().map(|command| raw(*command)), true)?;
         inbox.open(first, commands.len());
         drop(inbox);
         Ok(Ticket::new(&self.connection, what, first, commands.len()))
@@ -95,7 +96,7 @@ impl Controller {
     ///
     /// [`ClientError::JournalOverrun`] if this client did not poll for so long that outcomes were
     /// overwritten.
-    pub fn poll(&mut self, ticket: &Ticket) -> Result<Option<Vec<JournalEntry>>, ClientError> {
+    pub fn poll(&mut self, ticket: &Ticket) -> Result<Option<Vec<Outcome>>, ClientError> {
         poll(&self.connection, ticket)
     }
 
@@ -109,7 +110,7 @@ impl Controller {
         &mut self,
         ticket: &Ticket,
         deadline: Duration,
-    ) -> Result<Vec<JournalEntry>, ClientError> {
+    ) -> Result<Vec<Outcome>, ClientError> {
         let connection = &self.connection;
         let answered = connection
             .participant
@@ -123,20 +124,20 @@ impl Controller {
     /// # Errors
     ///
     /// As for [`Controller::wait`]. A refused command is an outcome, not an error.
-    pub fn try_request(
+    pub fn try_request<C: Copy + Into<Command>>(
         &mut self,
         what: &'static str,
-        commands: &[Command],
-    ) -> Result<Vec<JournalEntry>, ClientError> {
+        commands: &[C],
+    ) -> Result<Vec<Outcome>, ClientError> {
         self.request_within(what, commands, self.deadlines.answer)
     }
 
-    pub(crate) fn request_within(
+    pub(crate) fn request_within<C: Copy + Into<Command>>(
         &mut self,
         what: &'static str,
-        commands: &[Command],
+        commands: &[C],
         deadline: Duration,
-    ) -> Result<Vec<JournalEntry>, ClientError> {
+    ) -> Result<Vec<Outcome>, ClientError> {
         let ticket = self.submit(what, commands)?;
         self.wait(&ticket, deadline)
     }
@@ -270,13 +271,13 @@ impl Controller {
 
     /// Whether all participants took part in a frame.
     pub(crate) fn check_ending(&self, frame: Frame, ending: Ending) -> Result<(), ClientError> {
-        let (how, mask) = match ending {
+        let (cause, mask) = match ending {
             Ending::Complete => return Ok(()),
-            Ending::Late(mask) => ("late", mask),
-            Ending::Degraded(mask) => ("degraded", mask),
+            Ending::Late(mask) => (Incompleteness::Late, mask),
+            Ending::Degraded(mask) => (Incompleteness::Degraded, mask),
         };
-        let who = self.connection.participant.control().names(mask);
-        Err(ClientError::Incomplete { frame, how, who })
+        let missing = self.connection.participant.control().names(mask);
+        Err(ClientError::Incomplete { frame, cause, missing })
     }
 }
 
@@ -289,10 +290,12 @@ impl std::fmt::Debug for Controller {
     }
 }
 
-fn poll(
-    connection: &Connection,
-    ticket: &Ticket,
-) -> Result<Option<Vec<JournalEntry>>, ClientError> {
+fn raw(command: impl Into<Command>) -> RawCommand {
+    let Command(command) = command.into();
+    command.into()
+}
+
+fn poll(connection: &Connection, ticket: &Ticket) -> Result<Option<Vec<Outcome>>, ClientError> {
     let mut inbox = connection.inbox();
     inbox.take_in(connection.name())?;
     inbox.outcomes(ticket)

@@ -103,9 +103,16 @@ impl Draw {
         self
     }
 
-    /// For a batch: see [`Client::try_request`].
-    pub fn command(self) -> Command {
+    /// The command in the protocol's layout.
+    #[must_use]
+    pub fn wire(self) -> Command {
         Command::Draw(self.0)
+    }
+}
+
+impl From<Draw> for crate::Command {
+    fn from(draw: Draw) -> crate::Command {
+        crate::Command(draw.wire())
     }
 }
 
@@ -118,8 +125,7 @@ impl Client {
         if shapes.is_empty() {
             return Ok(());
         }
-        let commands: Vec<Command> = shapes.iter().map(|shape| shape.command()).collect();
-        self.request("draw", &commands).map(drop)
+        self.request("draw", shapes).map(drop)
     }
 
     /// Forgets everything that anybody drew.

@@ -2,7 +2,26 @@ use std::{io, path::PathBuf, time::Duration};
 
 use bake::MapError;
 use bus::BusError;
-use protocol::{BundleId, Frame};
+use protocol::{ActorId, BundleId, Frame};
+
+/// Why a frame ended before every participant had done its work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Incompleteness {
+    /// The host's deadline passed.
+    Late,
+    /// A participant's process ended and was not restarted.
+    Degraded,
+}
+
+impl std::fmt::Display for Incompleteness {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Incompleteness::Late => "late",
+            Incompleteness::Degraded => "degraded",
+        })
+    }
+}
 
 /// Why a call of this library failed.
 #[derive(Debug, thiserror::Error)]
@@ -54,18 +73,25 @@ pub enum ClientError {
         /// The name.
         name: String,
     },
+    /// No actor has this id at the frame that was taken in last.
+    #[error("{actor_id} does not exist at the frame that was taken in last")]
+    NoSuchActor {
+        /// The id.
+        actor_id: ActorId,
+    },
     /// The world is not in synchronous mode.
     #[error("the world runs on its own clock; call Client::synchronise to tick it")]
     Asynchronous,
     /// A frame ended without a participant.
-    #[error("{frame} ended {how}: {who}")]
+    #[error("{frame} ended {cause}: {missing}")]
+    #[non_exhaustive]
     Incomplete {
         /// The frame.
         frame: Frame,
-        /// `late`: the deadline of the host passed. `degraded`: a process died.
-        how: &'static str,
+        /// Why it ended without them.
+        cause: Incompleteness,
         /// The names of the missing participants.
-        who: String,
+        missing: String,
     },
     /// The host has ended.
     #[error("the host has ended; the last frame seen is {last}")]

@@ -103,7 +103,7 @@ impl Observer {
     pub fn follow_events(&mut self) -> Result<(), ClientError> {
         self.connection().inbox().follow_others()?;
         let mut follower = Follower::default();
-        follower.compare(self.frame(), self.world().actors());
+        follower.compare(self.frame(), self.world().states());
         self.set_follower(Some(follower));
         Ok(())
     }

@@ -1,28 +1,37 @@
-//! The door for people and scripts: the world as a client sees it.
+//! The typed interface of the simulator for programs: connect, spawn, tick, measure, drive.
 //!
 //! ```no_run
+//! use std::time::Duration;
+//!
 //! use omnibus_client_lib::{Client, Spawn};
 //!
 //! let mut client = Client::connect(None, "hello")?;
-//! client.synchronise(50_000_000)?;
+//! client.synchronise(Duration::from_millis(50))?;
 //! let place = client.spawn_points()?[0];
 //! let ego = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot())?;
 //! for _ in 0..100 {
 //!     client.tick()?;
 //!     let car = client.world().actor(ego).expect("it was spawned");
-//!     println!("{:?} at {:?}", car.actor_id, car.pose.position());
+//!     println!("{} at {}, {:.1} m/s", car.id(), car.position(), car.speed_mps());
 //! }
 //! # Ok::<(), omnibus_client_lib::ClientError>(())
 //! ```
 //!
-//! Metres, radians, seconds; right-handed, x forward, y left, z up. `carla_axes` alone knows
-//! CARLA's left hand and degrees.
+//! Metres, radians, seconds; right-handed, x forward, y left, z up. Left-handed axes and degrees exist
+//! in [`carla_axes`] only.
+//!
+//! [`Client`], its halves [`Observer`] and [`Controller`], [`SensorBundle`], [`Measurement`] and
+//! [`World`] are `Send`; the last two are `Sync`. The loop of [`Client::control`], [`Client::tick`],
+//! [`Client::world`] and [`SensorBundle::receive`] allocates nothing on the heap.
 
+mod actor_view;
 mod actors;
 mod bones;
 pub mod carla_axes;
 mod client;
+mod command;
 mod connection;
+mod control;
 mod controller;
 mod draw;
 mod error;
@@ -30,48 +39,64 @@ mod event_camera;
 mod event_fd;
 mod events;
 mod file;
-mod hide;
-mod lamps;
+mod flags;
+mod image;
 mod observer;
 mod outcomes;
-mod physics;
+mod rays;
 mod recorder;
 mod sensor_bundle;
+mod settings;
+mod static_world;
+mod street_lights;
+mod traffic;
+mod vehicle_physics;
+mod vehicles;
+mod visibility;
+pub mod wire;
 mod world;
 mod worlds;
 
+pub use actor_view::{Actor, TrafficLightState, VehicleState};
 pub use actors::{Spawn, spawn_poses};
-pub use bones::{bone, bone_commands};
-pub use bus::{BusError, Instance, Interrupted, Strategy, Watch, clock};
+pub use bake::MapError;
+pub use bones::{BoneTransform, bone, bone_commands};
+pub use bus::{BusError, Instance, Interrupted, SequenceEvent, Strategy, Watch, clock};
 pub use client::{Client, ConnectOptions};
+pub use command::Command;
 pub use connection::Deadlines;
+pub use control::VehicleControl;
 pub use controller::Controller;
 pub use draw::Draw;
-pub use error::ClientError;
+pub use error::{ClientError, Incompleteness};
 pub use event_camera::{EventCamera, EventCameraSpec, PixelEvent};
 pub use event_fd::EventFd;
 pub use events::Event;
 pub use file::{Profile, Replay, saved_folder, saved_path};
-pub use hide::hide_objects;
-pub use lamps::StreetLightCommand;
+pub use flags::{ActorFlags, ActorKind, Doors, Layers, LightPhase, Outputs, VehicleLights};
+pub use glam;
+pub use image::{Image, Intrinsics, PointCloud};
+pub use mesh::Tag;
 pub use observer::Observer;
-pub use outcomes::Ticket;
+pub use outcomes::{Outcome, Ticket};
+/// Plain records of numbers and ids, the same in this interface and in the protocol.
 pub use protocol::{
-    AckermannControl, AckermannSettings, ActorId, ActorState, ApplyForce, Ask, Autopilot, BONES,
-    BlendPose, BlueprintInfo, BundleId, CamReading, CamSpec, CollisionReading, Command, Curve,
-    DEPTH_FAR_M, Episode, EraseShapes, Frame, Gear, GnssReading, GnssSpec, HideLayers, HideObjects,
-    ImuReading, ImuSpec, JournalEntry, LaneInvasionReading, LoadMap, MessageReading, MessageSpec,
-    Name, ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, RadioSpec,
-    RouteCommand, RouteStep, SHAPE_TEXT_BYTES, SHAPES_MAX, STRIDE, SensorSpec, SetBones, SetDoors,
-    SetPhysics, SetStreetLights, SetTrafficLight, SetVehicleLights, SetVelocity,
-    SetWeatherAffectsGrip, Settings, Shape, SnapshotHeader, Stamp, Switch, TEXT_BYTES, Teleport,
-    TrafficParam, Transmit, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox,
-    VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel, WalkerLimbs, Weather,
-    WheelTelemetry, flag, geodesy, kind, lamp, layer, light, output, param, part, point_attribute,
-    radio, route_step, sensor, shape, street_light, tracer,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, BONES, BlueprintInfo, BundleId,
+    CamReading, CamSpec, CollisionReading, Curve, DEPTH_FAR_M, Frame, Gear, GnssReading, GnssSpec,
+    ImuReading, ImuSpec, LaneInvasionReading, MessageReading, MessageSpec, ObstacleReading,
+    ObstacleSpec, OdometryReading, OdometrySpec, Pose, RadioSpec, SHAPE_TEXT_BYTES, SHAPES_MAX,
+    SensorSpec, TEXT_BYTES, VehicleBody, VehicleEngine, VehicleGearbox, VehiclePhysics,
+    VehicleSteering, VehicleTelemetry, VehicleWheel, Weather, WheelTelemetry, geodesy, radio,
 };
+pub use rays::{RayGrid, RayHit};
+pub use road;
 pub use sensor_bundle::{
     Measurement, SensorBundle, cam, camera, collision, gnss, imu, lane_invasion, lidar, message,
     obstacle, odometry,
 };
+pub use settings::{Pace, Settings};
+pub use static_world::{MapObject, StreetLight};
+pub use street_lights::StreetLightCommand;
+pub use traffic::{RouteStep, TrafficParam};
+pub use visibility::hide_objects;
 pub use world::World;

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use bus::{Instance, SnapshotReader, Watch};
-use protocol::{BlueprintInfo, Frame, Settings};
+use protocol::{BlueprintInfo, Frame};
 use road::Network;
 
 use crate::{
-    ClientError, Deadlines, Measurement, SensorBundle, World,
+    ClientError, Deadlines, Measurement, SensorBundle, Settings, World,
     connection::{Connection, after},
     events::Follower,
 };
@@ -82,7 +82,7 @@ impl Observer {
     /// Returns how time passes now.
     #[must_use]
     pub fn settings(&self) -> Settings {
-        self.connection.participant.control().settings()
+        Settings::from(self.connection.participant.control().settings())
     }
 
     /// Returns the road network of the running map. It is read once for each map that is loaded,

@@ -6,7 +6,7 @@ use std::{
 };
 
 use bus::Journal;
-use protocol::{Frame, JournalEntry, Name};
+use protocol::{ActorId, Frame, JournalEntry, Name};
 
 use crate::{ClientError, connection::Connection};
 
@@ -44,6 +44,42 @@ impl Drop for Ticket {
         if let Some(connection) = self.connection.upgrade() {
             connection.inbox().open.remove(&self.first);
         }
+    }
+}
+
+/// What became of one command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use]
+pub struct Outcome {
+    what: &'static str,
+    entry: JournalEntry,
+}
+
+impl Outcome {
+    pub(crate) fn new(what: &'static str, entry: JournalEntry) -> Outcome {
+        Outcome { what, entry }
+    }
+
+    /// Returns the id of what the command made or changed: an actor's, a bundle's, or 0.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`].
+    pub fn id(&self) -> Result<u32, ClientError> {
+        self.entry.outcome.result().map_err(|why| ClientError::refused(self.what, why))
+    }
+
+    /// Returns the actor that the command spawned or changed.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`].
+    pub fn actor(&self) -> Result<ActorId, ClientError> {
+        self.id().map(ActorId)
+    }
+
+    pub(crate) fn into_entry(self) -> JournalEntry {
+        self.entry
     }
 }
 
@@ -148,11 +184,12 @@ impl Inbox {
     pub(crate) fn outcomes(
         &mut self,
         ticket: &Ticket,
-    ) -> Result<Option<Vec<JournalEntry>>, ClientError> {
+    ) -> Result<Option<Vec<Outcome>>, ClientError> {
         let Some(awaited) = self.open.get(&ticket.first) else { return Ok(None) };
         if awaited.outcomes.len() == awaited.count {
             let awaited = self.open.remove(&ticket.first);
-            return Ok(awaited.map(|awaited| awaited.outcomes));
+            let typed = |entry| Outcome::new(ticket.what, entry);
+            return Ok(awaited.map(|a| a.outcomes.into_iter().map(typed).collect()));
         }
         if awaited.is_lost {
             self.open.remove(&ticket.first);

@@ -1,6 +1,9 @@
 //! Sensor bundles and their measurements, read in the renderer's own memory.
 
-use std::sync::Weak;
+use std::{
+    sync::{Arc, Weak},
+    time::Duration,
+};
 
 use bus::{BundleSample, Reader};
 use protocol::{
@@ -20,12 +23,12 @@ pub fn camera(
     width: u32,
     height: u32,
     fov_rad: f32,
-    outputs: u32,
+    outputs: impl Into<u32>,
 ) -> SensorSpec {
     SensorSpec {
         name: Name::new(name),
         kind: sensor::CAMERA,
-        outputs,
+        outputs: outputs.into(),
         parent_from_sensor,
         width,
         height,
@@ -112,7 +115,7 @@ pub struct SensorBundle {
     id: BundleId,
     /// The number of the world that it was made in.
     episode: u32,
-    sensors: Vec<SensorSpec>,
+    sensors: Arc<[SensorSpec]>,
     reader: Reader<BundleHeader, Page>,
     last: Frame,
     missed: u64,
@@ -124,7 +127,7 @@ impl SensorBundle {
     pub(crate) fn new(
         id: BundleId,
         episode: u32,
-        sensors: Vec<SensorSpec>,
+        sensors: Arc<[SensorSpec]>,
         reader: Reader<BundleHeader, Page>,
         owner: Weak<Connection>,
     ) -> SensorBundle {
@@ -159,7 +162,8 @@ impl SensorBundle {
                     self.missed += frame.0 - self.last.0 - 1;
                 }
                 self.last = frame;
-                return Ok(Some(Measurement { bundle }));
+                let sensors = Arc::clone(&self.sensors);
+                return Ok(Some(Measurement { bundle, sensors }));
             }
         }
         Ok(None)
@@ -291,12 +295,23 @@ impl Client {
 /// dropped, so hold no more than the bundle's `max_borrowed`.
 pub struct Measurement {
     bundle: BundleSample,
+    sensors: Arc<[SensorSpec]>,
 }
 
 impl Measurement {
     /// Which frame, which tracer, when.
     pub fn header(&self) -> &BundleHeader {
         self.bundle.header()
+    }
+
+    pub(crate) fn sensors(&self) -> &[SensorSpec] {
+        &self.sensors
+    }
+
+    /// Simulated time of the measured frame.
+    #[must_use]
+    pub fn sim_time(&self) -> Duration {
+        Duration::from_nanos(self.header().stamp.sim_time_nanos)
     }
 
     /// The frame that was measured.

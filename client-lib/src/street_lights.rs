@@ -42,8 +42,8 @@ impl StreetLightCommand {
     }
 
     /// So bright, as a share of a lamp's own brightness, up to 100.
-    pub fn share(mut self, share: f32) -> StreetLightCommand {
-        self.0.intensity = share;
+    pub fn intensity(mut self, intensity: f32) -> StreetLightCommand {
+        self.0.intensity = intensity;
         self
     }
 
@@ -57,18 +57,22 @@ impl StreetLightCommand {
 }
 
 impl Client {
-    /// Lets street lamps shine so from the next frame on. A lamp is named by the number that
-    /// instance images show of its pole, with or without its highest bit; what is no lamp is
-    /// refused.
-    pub fn switch_lamps(
+    /// Switches street lights from the next frame on. A light is named by its number: see
+    /// [`Client::street_lights`], and the numbers that instance images show of its pole, with or
+    /// without the highest bit.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if a number is no street light's.
+    pub fn switch_street_lights(
         &mut self,
-        lamps: &[u32],
-        shining: StreetLightCommand,
+        lights: &[u32],
+        command: StreetLightCommand,
     ) -> Result<(), ClientError> {
-        let commands = shining.commands(lamps);
+        let commands = command.commands(lights);
         if commands.is_empty() {
             return Ok(());
         }
-        self.request("switch_lamps", &commands).map(drop)
+        self.request("switch_street_lights", &commands).map(drop)
     }
 }

@@ -121,7 +121,7 @@ impl Client {
         what: &'static str,
         asks: &[Command],
     ) -> Result<Vec<protocol::Outcome>, ClientError> {
-        let entries = self.try_request(what, asks)?;
+        let entries = self.try_wire_request(what, asks)?;
         Ok(entries.into_iter().map(|entry| entry.outcome).collect())
     }
 }

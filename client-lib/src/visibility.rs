@@ -3,13 +3,13 @@
 use mesh::ObjectId;
 use protocol::{Command, HideLayers, HideObjects};
 
-use crate::{Client, ClientError};
+use crate::{Client, ClientError, Layers};
 
 impl Client {
-    /// Switches layers of the town off, or on again: bits of [`layer`](crate::layer). What is off
+    /// Switches layers of the town off, or on again: the named ones. What is off
     /// is neither seen nor run into, from the next frame on.
-    pub fn hide_layers(&mut self, layers: u32, hidden: bool) -> Result<(), ClientError> {
-        let command = HideLayers { layers, hidden: hidden.into() };
+    pub fn hide_layers(&mut self, layers: Layers, hidden: bool) -> Result<(), ClientError> {
+        let command = HideLayers { layers: layers.bits(), hidden: hidden.into() };
         self.request("hide_layers", &[Command::HideLayers(command)]).map(drop)
     }
 

@@ -1,7 +1,14 @@
-use bus::Snapshot;
-use protocol::{ActorId, ActorState, SnapshotHeader, WalkerLimbs};
+//! The world at one frame.
 
-/// The world at one frame: the host's own memory, read in place.
+use std::time::Duration;
+
+use bus::Snapshot;
+use bytemuck::TransparentWrapper;
+use protocol::{ActorId, ActorState, Frame, SnapshotHeader, WalkerLimbs};
+
+use crate::Actor;
+
+/// A snapshot: the world at one frame, read in the host's own memory. It is `Send` and `Sync`.
 pub struct World {
     snapshot: Snapshot,
 }
@@ -11,25 +18,65 @@ impl World {
         World { snapshot }
     }
 
-    /// Which frame, its hash, its stage clock.
+    /// The frame.
+    #[must_use]
+    pub fn frame(&self) -> Frame {
+        self.header().stamp.frame
+    }
+
+    /// Simulated time since the world was loaded.
+    #[must_use]
+    pub fn sim_time(&self) -> Duration {
+        Duration::from_nanos(self.header().stamp.sim_time_nanos)
+    }
+
+    /// A hash of everything that decides the future: two worlds with the same hash go on alike.
+    #[must_use]
+    pub fn state_hash(&self) -> u64 {
+        self.header().state_hash
+    }
+
+    /// When the snapshot was published: nanoseconds of [`clock`](crate::clock).
+    #[must_use]
+    pub fn published_nanos(&self) -> u64 {
+        self.header().published_nanos
+    }
+
+    /// Every actor, sorted by id.
+    #[must_use]
+    pub fn actors(&self) -> &[Actor] {
+        Actor::wrap_slice(self.states())
+    }
+
+    /// One actor; `None` if it does not exist at this frame.
+    #[must_use]
+    pub fn actor(&self, id: ActorId) -> Option<&Actor> {
+        self.state(id).map(Actor::wrap_ref)
+    }
+
+    /// The header in the protocol's layout: stage clocks and counts.
+    #[must_use]
     pub fn header(&self) -> &SnapshotHeader {
         self.snapshot.header()
     }
 
-    /// Every actor, sorted by id.
-    pub fn actors(&self) -> &[ActorState] {
+    /// Every actor in the protocol's layout, sorted by id.
+    #[must_use]
+    pub fn states(&self) -> &[ActorState] {
         self.snapshot.actors()
     }
 
-    /// The limbs of every fallen walker, sorted by id.
-    pub fn limbs(&self) -> &[WalkerLimbs] {
-        self.snapshot.limbs()
+    /// One actor in the protocol's layout.
+    #[must_use]
+    pub fn state(&self, id: ActorId) -> Option<&ActorState> {
+        let states = self.states();
+        states.binary_search_by_key(&id, |a| a.actor_id).ok().map(|index| &states[index])
     }
 
-    /// One actor.
-    pub fn actor(&self, id: ActorId) -> Option<&ActorState> {
-        let actors = self.actors();
-        actors.binary_search_by_key(&id, |a| a.actor_id).ok().map(|index| &actors[index])
+    /// The limbs of every fallen walker in the protocol's layout, sorted by id.
+    #[must_use]
+    pub fn limbs(&self) -> &[WalkerLimbs] {
+        self.snapshot.limbs()
     }
 }
 

@@ -3,12 +3,13 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    time::Duration,
 };
 
-use protocol::{Command, FilePath, Frame, LoadMap, Settings, load};
+use protocol::{Command, FilePath, Frame, LoadMap, load};
 
 use crate::{
-    Client, ClientError,
+    Client, ClientError, Layers, Pace, Settings,
     file::{absolute, file_error, read, wire_path},
 };
 
@@ -32,7 +33,7 @@ impl Client {
     /// [`ClientError::Refused`] if the map cannot be loaded: the old world stays.
     /// [`ClientError::Timeout`] after [`Deadlines::world`](crate::Deadlines::world).
     pub fn load_map(&mut self, name: &str) -> Result<Frame, ClientError> {
-        self.load_world(name, None, 0)
+        self.load_world(name, None, Layers::empty())
     }
 
     /// Loads the running map again.
@@ -41,7 +42,7 @@ impl Client {
     ///
     /// As for [`Client::load_map`].
     pub fn reload_map(&mut self) -> Result<Frame, ClientError> {
-        self.load_world("", None, 0)
+        self.load_world("", None, Layers::empty())
     }
 
     /// As [`Client::load_map`], an empty name for the running map; with another seed, or without
@@ -54,7 +55,7 @@ impl Client {
         &mut self,
         name: &str,
         seed: Option<u64>,
-        hidden_layers: u32,
+        hidden_layers: Layers,
     ) -> Result<Frame, ClientError> {
         let is_path = name.ends_with(".xodr") || Path::new(name).is_absolute();
         let map = match name {
@@ -63,7 +64,12 @@ impl Client {
             _ => wire_path(Path::new(name))?,
         };
         let flags = if seed.is_some() { load::SEED } else { 0 };
-        let command = LoadMap { map, seed: seed.unwrap_or_default(), hidden_layers, flags };
+        let command = LoadMap {
+            map,
+            seed: seed.unwrap_or_default(),
+            hidden_layers: hidden_layers.bits(),
+            flags,
+        };
         let number = self.request_world("load_map", Command::LoadMap(command))?;
         self.await_world(number)
     }
@@ -85,17 +91,19 @@ impl Client {
     ///
     /// [`ClientError::Refused`] if a value is out of range.
     pub fn apply_settings(&mut self, settings: Settings) -> Result<(), ClientError> {
-        self.request_one("settings", Command::SetSettings(settings)).map(drop)
+        let permille = self.wire_settings().real_time_permille;
+        self.apply_wire_settings(settings.to_wire(permille))
     }
 
-    /// Takes the tick and makes the world wait for it; each tick is `delta_nanos` long.
+    /// Takes the tick and makes the world wait for it; each tick is `delta` of simulated time long.
     ///
     /// # Errors
     ///
     /// As for [`Client::take_tick`] and [`Client::apply_settings`].
-    pub fn synchronise(&mut self, delta_nanos: u64) -> Result<(), ClientError> {
+    pub fn synchronise(&mut self, delta: Duration) -> Result<(), ClientError> {
         self.take_tick()?;
-        self.apply_settings(Settings { synchronous: 1, delta_nanos, ..self.settings() })
+        let settings = self.settings().with_pace(Pace::Synchronous);
+        self.apply_settings(settings.with_delta(delta))
     }
 
     /// Returns everything that decides the future, between two frames: actors, traffic, and the

@@ -76,7 +76,7 @@ fn an_arm_is_raised_by_its_weight_and_stays_raised_in_a_restarted_renderer() {
     assert_eq!(unseen, rest, "a pose that does not show changes nothing");
     client.blend_pose(walker, 1.0).unwrap();
     let up = look(&mut client, &mut bundle);
-    assert!(client.world().actor(walker).unwrap().has(flag::POSED));
+    assert!(client.world().state(walker).unwrap().has(flag::POSED));
     assert!(top(&up, walker) + 5 < head, "row {} and {head}", top(&up, walker));
     let up = digest(&up);
     client.blend_pose(walker, 0.5).unwrap();

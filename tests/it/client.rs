@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use client_lib::{Client, ClientError, Deadlines, Pose, SensorBundle, Settings, camera};
+use client_lib::{Client, ClientError, Deadlines, Pose, SensorBundle, camera, wire::Settings};
 use glam::{Quat, Vec3};
 use protocol::{ActorId, output};
 use rustix::process::Signal;
@@ -20,7 +20,7 @@ fn measurements_of_other_frames_are_counted_as_missed() {
     // A renderer that trails by up to two frames: a tick finds measurements of earlier frames.
     let sim = Sim::start_with(&[], &[("OMNIBUS_DELAY", "sensor-render:8000")]);
     let mut client = sim.ticker();
-    client.apply_settings(Settings { pipeline: 2, ..client.settings() }).unwrap();
+    client.apply_wire_settings(Settings { pipeline: 2, ..client.wire_settings() }).unwrap();
     let mut bundle = lookout(&mut client);
     let mut received = 0;
     for _ in 0..30 {

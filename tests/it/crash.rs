@@ -166,8 +166,8 @@ fn frames_of_a_dead_pipelined_renderer_still_arrive() {
     let wanted = deaths_wanted();
     let sim = Sim::start_with(&[], &[("OMNIBUS_FAULT", "sensor-render:acked:7")]);
     let mut judge = Judge::new(&sim);
-    let settings = client_lib::Settings { pipeline: 3, ..judge.client.settings() };
-    judge.client.apply_settings(settings).unwrap();
+    let settings = client_lib::wire::Settings { pipeline: 3, ..judge.client.wire_settings() };
+    judge.client.apply_wire_settings(settings).unwrap();
     let (mut ticks, mut measured) = (0, 0);
     while deaths(&sim.log()) < wanted {
         judge.client.tick().unwrap();
@@ -201,7 +201,7 @@ fn clients_may_die_at_every_fault_point_even_while_they_hold_the_tick() {
     let sim = Sim::start(&[]);
     let mut judge = Judge::new(&sim);
     judge.tick();
-    let own: Vec<_> = judge.client.world().actors().iter().map(|a| a.actor_id).collect();
+    let own: Vec<_> = judge.client.world().states().iter().map(|a| a.actor_id).collect();
     let mut early = None;
     let points = ["joining", "requesting", "requested", "loan_held", "leaving"];
     for (place, point) in points.into_iter().enumerate() {
@@ -224,7 +224,7 @@ fn clients_may_die_at_every_fault_point_even_while_they_hold_the_tick() {
             // The cars of a dead client stay, as in CARLA; here they would make the messages
             // longer.
             let cars =
-                judge.client.world().actors().iter().filter(|a| a.kind == protocol::kind::VEHICLE);
+                judge.client.world().states().iter().filter(|a| a.kind == protocol::kind::VEHICLE);
             for car in cars.map(|a| a.actor_id).filter(|id| !own.contains(id)).collect::<Vec<_>>() {
                 judge.client.destroy(car).unwrap();
             }

@@ -4,9 +4,7 @@
 use std::{fs, path::Path, sync::atomic::AtomicBool, sync::atomic::Ordering};
 
 use bus::Role;
-use client_lib::{
-    Client, ClientError, Pose, Profile, SensorBundle, Spawn, Weather, camera, kind, layer,
-};
+use client_lib::{Client, ClientError, Pose, Profile, SensorBundle, Spawn, Weather, camera, wire::{kind, layer}};
 use glam::{Quat, Vec3};
 use protocol::{ActorId, output};
 use rustix::process::Signal;
@@ -66,7 +64,7 @@ fn check_same(a: &[(Seen, Digest)], b: &[(Seen, Digest)], what: &str) {
 fn stir(client: &mut Client) {
     live(client, 30);
     client.set_weather(Weather { wetness: 70.0, ..Weather::default() }).unwrap();
-    client.hide_layers(layer::BUILDINGS, true).unwrap();
+    client.hide_layers(client_lib::Layers::from_bits_retain(layer::BUILDINGS), true).unwrap();
     client.tick().unwrap();
 }
 
@@ -109,8 +107,8 @@ fn a_loaded_world_is_the_one_that_a_simulator_starts_with() {
     assert!(first > before, "{first} after {before}");
     let header = *client.world().header();
     assert_eq!((header.stamp.episode, header.stamp.sim_time_nanos), (2, 0));
-    let is_of_the_map = |a: &client_lib::ActorState| a.kind == kind::TRAFFIC_LIGHT;
-    assert!(client.world().actors().iter().all(is_of_the_map), "an actor of the old world is left");
+    let is_of_the_map = |a: &client_lib::wire::ActorState| a.kind == kind::TRAFFIC_LIGHT;
+    assert!(client.world().states().iter().all(is_of_the_map), "an actor of the old world is left");
     check_same(&live(&mut client, frames), &in_thorp, "another map");
     stir(&mut client);
     client.reload_map().unwrap();
@@ -264,19 +262,22 @@ fn a_world_that_runs_by_itself_can_be_changed_too() {
     let thorp = other_map(scratch.path());
     let sim = Sim::start(&[]);
     let mut client = sim.client("watcher");
-    let settings =
-        client_lib::Settings { synchronous: 0, delta_nanos: DELTA_NANOS, ..client.settings() };
-    client.apply_settings(settings).unwrap();
+    let settings = client_lib::wire::Settings {
+        synchronous: 0,
+        delta_nanos: DELTA_NANOS,
+        ..client.wire_settings()
+    };
+    client.apply_wire_settings(settings).unwrap();
     let place = client.spawn_points().unwrap()[0];
     client.spawn(Spawn::new("vehicle.tesla.model3", place)).unwrap();
     client.await_frame().unwrap();
     let before = client.frame();
     client.load_map(&thorp).unwrap();
     assert!(client.frame() > before);
-    assert_eq!(client.settings(), settings, "time passes as before");
+    assert_eq!(client.wire_settings(), settings, "time passes as before");
     let loaded = client.frame();
     eventually("frames go on", || client.await_frame().unwrap().0 > loaded.0 + 5);
-    assert!(client.world().actors().iter().all(|a| a.kind == kind::TRAFFIC_LIGHT));
+    assert!(client.world().states().iter().all(|a| a.kind == kind::TRAFFIC_LIGHT));
     assert!(client.available_maps().unwrap().iter().any(|name| name == "Town03"));
     drop(client);
     sim.end();

@@ -1,8 +1,6 @@
 //! Every sensor shows exactly its frame, judged by the measured values and not by the header.
 
-use client_lib::{
-    Client, Frame, Measurement, Pose, SensorBundle, SensorSpec, Settings, Spawn, camera, lidar,
-};
+use client_lib::{Client, Frame, Measurement, Pose, SensorBundle, SensorSpec, Spawn, camera, lidar, wire::Settings};
 use glam::{Quat, Vec2, Vec3};
 use protocol::{ActorId, Command, Teleport, output};
 
@@ -159,8 +157,8 @@ struct Stage {
 impl Stage {
     fn set(sim: &Sim, pipeline: u32) -> Stage {
         let mut client = sim.ticker();
-        let settings = Settings { pipeline, ..client.settings() };
-        client.apply_settings(settings).unwrap();
+        let settings = Settings { pipeline, ..client.wire_settings() };
+        client.apply_wire_settings(settings).unwrap();
         let marker = client.spawn(Spawn::new(MARKER, place(0)).kinematic()).unwrap();
         let bundle = client.create_bundle("square", ActorId::NONE, &sensors(), 4).unwrap();
         Stage { client, bundle, marker }
@@ -172,7 +170,7 @@ impl Stage {
         self.client.send(&[Command::Teleport(teleport)]).unwrap();
         let frame = self.client.tick().unwrap();
         assert_eq!(frame, next, "no frame was left out");
-        let stands = self.client.world().actor(self.marker).unwrap().pose;
+        let stands = self.client.world().state(self.marker).unwrap().pose;
         let due = place(frame.0);
         let same = stands.position_m == due.position_m
             && stands.rotation().abs_diff_eq(due.rotation(), 1e-6);

@@ -1,10 +1,7 @@
 //! A walker that is hit falls as a jointed body; snapshots, recordings and saved states hold its
 //! limbs to the bit.
 
-use client_lib::{
-    ActorId, Client, Command, Pose, Profile, Replay, SensorBundle, SetVelocity, Spawn,
-    VehicleControl, camera,
-};
+use client_lib::{ActorId, Client, Pose, Profile, Replay, SensorBundle, Spawn, camera, wire::{Command, SetVelocity, VehicleControl}};
 use glam::{Quat, Vec3};
 use protocol::{ActorState, WalkerLimbs, flag, output};
 
@@ -46,7 +43,7 @@ fn look(client: &mut Client, bundle: &mut SensorBundle) -> Digest {
 }
 
 fn lies(client: &Client, walker: ActorId) -> ActorState {
-    *client.world().actor(walker).expect("it is there")
+    *client.world().state(walker).expect("it is there")
 }
 
 fn limbs(client: &Client, walker: ActorId) -> Option<WalkerLimbs> {

@@ -49,7 +49,7 @@ fn a_loaded_state_has_the_future_it_had_when_saved() {
     let mut client = sim.ticker();
     lively(&mut client);
     // Commands that wait for the next frame are part of the state.
-    let first = client.world().actors().iter().find(|a| a.kind == 1).unwrap().actor_id;
+    let first = client.world().states().iter().find(|a| a.kind == 1).unwrap().actor_id;
     let mut other = sim.client("other");
     other.send(&[Command::Destroy(first)]).unwrap();
     let state = client.save_state().unwrap();
@@ -108,7 +108,7 @@ fn a_state_continues_in_another_process() {
     let sim = Sim::start(&["--seed", "3", "--threads", "2"]);
     let mut client = sim.ticker();
     client.load_state_from(&path).unwrap();
-    assert_eq!(client.settings().delta_nanos, crate::kit::DELTA_NANOS);
+    assert_eq!(client.wire_settings().delta_nanos, crate::kit::DELTA_NANOS);
     check_same(&run(&mut client, 100), &future, "in another process");
     drop(client);
     sim.end();

@@ -101,8 +101,8 @@ fn layers_are_hidden_and_shown_and_a_late_client_sees_the_same() {
     assert_eq!(tagged(&bare, mesh::Tag::Vegetation), 0);
     assert!(tagged(&bare, mesh::Tag::Building) > 500);
     drop(bare);
-    client.hide_layers(layer::FOLIAGE, false).unwrap();
-    client.hide_layers(layer::BUILDINGS, true).unwrap();
+    client.hide_layers(client_lib::Layers::from_bits_retain(layer::FOLIAGE), false).unwrap();
+    client.hide_layers(client_lib::Layers::from_bits_retain(layer::BUILDINGS), true).unwrap();
     let (_, green) = look(&mut client, &mut bundle);
     assert!(tagged(&green, mesh::Tag::Vegetation) > 50);
     assert_eq!(tagged(&green, mesh::Tag::Building), 0);
@@ -125,13 +125,15 @@ fn hidden_parts_are_part_of_the_state() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
     let mut bundle = bundle(&mut client);
-    client.hide_layers(layer::BUILDINGS | layer::PROPS, true).unwrap();
+    client
+        .hide_layers(client_lib::Layers::from_bits_retain(layer::BUILDINGS | layer::PROPS), true)
+        .unwrap();
     client.hide_objects(&[1, 2, 3, 700], true).unwrap();
     let off = digest(&look(&mut client, &mut bundle).1);
     client.save_state_to(&path).unwrap();
     client.tick().unwrap();
     let future = seen(&client);
-    client.hide_layers(layer::ALL, false).unwrap();
+    client.hide_layers(client_lib::Layers::from_bits_retain(layer::ALL), false).unwrap();
     assert_ne!(digest(&look(&mut client, &mut bundle).1), off);
     client.load_state_from(&path).unwrap();
     client.tick().unwrap();

@@ -90,7 +90,7 @@ fn many_actors_stay_on_their_wheels_and_feet() {
             client.send(&commands.collect::<Vec<_>>()).unwrap();
         }
         client.tick().unwrap();
-        let actors: Vec<_> = client.world().actors().to_vec();
+        let actors: Vec<_> = client.world().states().to_vec();
         for actor in actors.iter().filter(|a| a.kind != kind::TRAFFIC_LIGHT) {
             if actor.has(protocol::flag::COLLIDING) {
                 hit.insert(actor.actor_id);

@@ -166,7 +166,7 @@ impl Sim {
     /// Connects a client that holds the tick.
     pub(crate) fn ticker(&self) -> Client {
         let mut client = self.client("ticker");
-        client.synchronise(DELTA_NANOS).unwrap();
+        client.synchronise(std::time::Duration::from_nanos(DELTA_NANOS)).unwrap();
         client
     }
 

@@ -54,10 +54,10 @@ fn a_street_light_is_switched_by_commands_and_at_dusk() {
     let (by_night, _) = shines(&look(&mut client, &mut bundle), number);
     assert!(by_night > 200 && by_day < 190, "{by_day} {by_night}");
 
-    client.switch_lamps(&[number], StreetLightCommand::off()).unwrap();
+    client.switch_street_lights(&[number], StreetLightCommand::off()).unwrap();
     assert!(shines(&look(&mut client, &mut bundle), number).0 < 60);
     client
-        .switch_lamps(
+        .switch_street_lights(
             &[mesh::ObjectId::new(number).instance()],
             StreetLightCommand::on().color([255, 0, 0]),
         )
@@ -72,7 +72,7 @@ fn a_street_light_is_switched_by_commands_and_at_dusk() {
     assert_eq!(shines(&look(&mut client, &mut bundle), number).1, red, "its successor knows");
     client.set_weather(Weather::default()).unwrap();
     assert!(shines(&look(&mut client, &mut bundle), number).1 > 60, "on by day too");
-    client.switch_lamps(&[number], StreetLightCommand::at_night()).unwrap();
+    client.switch_street_lights(&[number], StreetLightCommand::at_night()).unwrap();
     assert_eq!(shines(&look(&mut client, &mut bundle), number).0, by_day);
 
     client.load_state_from(&path).unwrap();
@@ -81,9 +81,9 @@ fn a_street_light_is_switched_by_commands_and_at_dusk() {
     for (numbers, shining, words) in [
         (vec![number, 0], StreetLightCommand::off(), "thing 0 is none of the town's"),
         (vec![4_000_000], StreetLightCommand::on(), "thing 4000000 is none of the town's"),
-        (vec![number], StreetLightCommand::on().share(f32::NAN), "brightness is NaN"),
+        (vec![number], StreetLightCommand::on().intensity(f32::NAN), "brightness is NaN"),
     ] {
-        let why = client.switch_lamps(&numbers, shining).unwrap_err().to_string();
+        let why = client.switch_street_lights(&numbers, shining).unwrap_err().to_string();
         assert!(why.contains(words), "{why}");
     }
     drop((bundle, client));

@@ -1,5 +1,8 @@
 //! The one integration test binary: real processes, whole scenarios.
 
+// The examples name the client library by its package.
+extern crate client_lib as omnibus_client_lib;
+
 mod kit;
 
 mod alone;
@@ -11,6 +14,7 @@ mod demo;
 mod draw;
 mod episodes;
 mod exact;
+mod examples;
 mod fall;
 mod fork;
 mod generated;

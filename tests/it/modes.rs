@@ -1,6 +1,6 @@
 //! Synchronous, pipelined and asynchronous mode, agents in lockstep, and changes during a run.
 
-use client_lib::{Client, Pose, Settings, Spawn, VehicleControl, camera};
+use client_lib::{Client, Pose, Spawn, camera, wire::{Settings, VehicleControl}};
 use glam::{Quat, Vec3};
 use protocol::{ActorId, output};
 
@@ -37,8 +37,8 @@ fn without_a_tick_a_synchronous_world_stands_still_and_an_asynchronous_one_runs(
     std::thread::sleep(std::time::Duration::from_millis(300));
     client.refresh().unwrap();
     assert_eq!(client.frame(), frame);
-    let running = Settings { synchronous: 0, real_time_permille: 0, ..client.settings() };
-    client.apply_settings(running).unwrap();
+    let running = Settings { synchronous: 0, real_time_permille: 0, ..client.wire_settings() };
+    client.apply_wire_settings(running).unwrap();
     let mut last = frame;
     for _ in 0..20 {
         let next = client.await_frame().unwrap();
@@ -47,7 +47,7 @@ fn without_a_tick_a_synchronous_world_stands_still_and_an_asynchronous_one_runs(
     }
     let refused = client.tick().unwrap_err().to_string();
     assert!(refused.contains("own clock"), "{refused}");
-    client.synchronise(DELTA_NANOS).unwrap();
+    client.synchronise(std::time::Duration::from_nanos(DELTA_NANOS)).unwrap();
     client.refresh().unwrap();
     let still = client.frame();
     assert_eq!(client.tick().unwrap().0, still.0 + 1, "it waits for ticks again");
@@ -65,9 +65,9 @@ fn a_slow_renderer_does_not_slow_an_asynchronous_world_and_shows_complete_frames
         synchronous: 0,
         delta_nanos: 10_000_000,
         real_time_permille: 1000,
-        ..client.settings()
+        ..client.wire_settings()
     };
-    client.apply_settings(settings).unwrap();
+    client.apply_wire_settings(settings).unwrap();
     let from = client.await_frame().unwrap();
     let mut frames = Vec::new();
     while frames.len() < 20 {
@@ -90,7 +90,7 @@ fn a_pipelined_renderer_lags_by_at_most_the_configured_frames() {
     let mut trailed = false;
     let mut first = None;
     for depth in [2, 0, 3, 1] {
-        client.apply_settings(Settings { pipeline: depth, ..client.settings() }).unwrap();
+        client.apply_wire_settings(Settings { pipeline: depth, ..client.wire_settings() }).unwrap();
         for _ in 0..30 {
             let frame = client.tick().unwrap();
             while let Some(measured) = bundle.receive().unwrap() {
@@ -140,7 +140,7 @@ fn agents_that_take_part_are_waited_for_and_steer_every_frame() {
     let mut throttles = Vec::new();
     for _ in 0..TICKS {
         let frame = ticker.tick().unwrap();
-        throttles.push((frame, ticker.world().actor(car).unwrap().throttle));
+        throttles.push((frame, ticker.world().state(car).unwrap().throttle));
     }
     let seen = at_work.join().unwrap();
     assert_eq!(seen, throttles.iter().map(|(frame, _)| *frame).collect::<Vec<_>>());
@@ -179,12 +179,12 @@ fn no_rendering_renders_nothing_and_can_be_switched() {
     let sim = Sim::start(&["--no-rendering"]);
     let mut client = sim.ticker();
     let mut bundle = lookout(&mut client);
-    let off = Settings { no_rendering: 1, ..client.settings() };
-    client.apply_settings(off).unwrap();
+    let off = Settings { no_rendering: 1, ..client.wire_settings() };
+    client.apply_wire_settings(off).unwrap();
     for _ in 0..10 {
         assert!(client.tick_and_collect(&mut [&mut bundle]).unwrap().1[0].is_none());
     }
-    client.apply_settings(Settings { no_rendering: 0, ..off }).unwrap();
+    client.apply_wire_settings(Settings { no_rendering: 0, ..off }).unwrap();
     assert!(client.tick_and_collect(&mut [&mut bundle]).unwrap().1[0].is_some());
     drop((client, bundle));
     sim.end();

@@ -1,9 +1,6 @@
 //! Physics sensors over the bus: every frame is exact, and they do not change the world.
 
-use client_lib::{
-    ActorId, Client, GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, SensorSpec, SetVelocity, Spawn,
-    camera, collision, gnss, imu, lane_invasion, obstacle, odometry, output, tracer,
-};
+use client_lib::{ActorId, Client, GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, SensorSpec, Spawn, camera, collision, gnss, imu, lane_invasion, obstacle, odometry, wire::{SetVelocity, output, tracer}};
 use glam::{Quat, Vec3};
 use protocol::{Command, Name, ObstacleReading, Pose};
 
@@ -39,7 +36,7 @@ fn scene(client: &mut Client) -> (ActorId, ActorId) {
 }
 
 fn go(client: &mut Client, hero: ActorId) {
-    let ahead = client.world().actor(hero).unwrap().pose.rotation() * Vec3::X;
+    let ahead = client.world().state(hero).unwrap().pose.rotation() * Vec3::X;
     let velocity_mps = (ahead * 8.0).to_array();
     let to = SetVelocity { actor_id: hero, velocity_mps, ..SetVelocity::default() };
     client.request("velocity", &[Command::SetVelocity(to)]).unwrap();
@@ -69,7 +66,7 @@ fn run(with_sensors: bool) -> (Vec<u64>, Vec<Vec<u8>>) {
             (felt.header().state_hash, felt.header().tracer),
             (header.state_hash, tracer::HOST)
         );
-        let car = *client.world().actor(hero).unwrap();
+        let car = *client.world().state(hero).unwrap();
         assert_eq!(felt.header().world_from_parent, car.pose);
         let speed = felt.odometry(2).unwrap().speed_mps;
         let truth = car.velocity().dot(car.pose.rotation() * Vec3::X);

@@ -25,7 +25,7 @@ pub(crate) struct Seen {
 pub(crate) fn seen(client: &Client) -> Seen {
     let bits = |state: &ActorState| -> [u32; 32] { bytemuck::cast(*state) };
     let world = client.world();
-    Seen { hash: world.header().state_hash, actors: world.actors().iter().map(bits).collect() }
+    Seen { hash: world.header().state_hash, actors: world.states().iter().map(bits).collect() }
 }
 
 /// Thirty cars in traffic, and ten new ones in every frame.
@@ -47,7 +47,7 @@ impl Bustle {
     /// The client's commands before the next tick.
     pub(crate) fn act(&mut self, client: &mut Client) {
         let mut commands: Vec<_> = self.brief.drain(..).map(Command::Destroy).collect();
-        let cars: Vec<_> = client.world().actors().iter().filter(|a| a.kind == 1).collect();
+        let cars: Vec<_> = client.world().states().iter().filter(|a| a.kind == 1).collect();
         if let Some(car) = cars.get(self.next % cars.len().max(1)) {
             commands.push(Command::SetVelocity(SetVelocity {
                 actor_id: car.actor_id,
@@ -61,10 +61,10 @@ impl Bustle {
                 self.next += 1;
                 let place = self.places[(self.next * 7 + n) % self.places.len()];
                 let blueprint = ["vehicle.audi.tt", "vehicle.tesla.model3"][n % 2];
-                Spawn::new(blueprint, place).autopilot().command()
+                Spawn::new(blueprint, place).autopilot().wire()
             })
             .collect();
-        let outcomes = client.try_request("spawn", &spawns).unwrap();
+        let outcomes = client.try_wire_request("spawn", &spawns).unwrap();
         let ids = outcomes.iter().filter_map(|entry| entry.outcome.result().ok());
         self.brief = ids.map(ActorId).collect();
     }
@@ -158,23 +158,23 @@ fn a_replay_shows_recorded_actors_beside_existing_ones() {
         let has_own = recorded.actors.iter().any(|a| a[0] == own.0);
         assert_eq!(missing, usize::from(has_own));
     }
-    assert!(client.world().actor(own).unwrap().pose.position().z < 299.0, "it went on");
+    assert!(client.world().state(own).unwrap().pose.position().z < 299.0, "it went on");
     // At the end of the replay the vehicles drive on.
     let last = run.last().unwrap().actors.len();
     for _ in 0..40 {
         client.tick().unwrap();
     }
-    let driven = client.world().actors().iter().filter(|a| a.kind == 1 && a.has(1) && !a.has(2));
-    assert!(driven.count() > 20 && client.world().actors().len() >= last);
+    let driven = client.world().states().iter().filter(|a| a.kind == 1 && a.has(1) && !a.has(2));
+    assert!(driven.count() > 20 && client.world().states().len() >= last);
     // Again from the middle, twice as fast, and stopped.
     let replay = Replay { from_s: -1.5, time_factor: 2.0, ..Replay::default() };
     client.start_replay(name, replay).unwrap();
-    let before = client.world().actors().len();
+    let before = client.world().states().len();
     client.tick().unwrap();
-    assert!(client.world().actors().len() > before);
+    assert!(client.world().states().len() > before);
     client.stop_replay(false).unwrap();
     client.tick().unwrap();
-    assert_eq!(client.world().actors().len(), before);
+    assert_eq!(client.world().states().len(), before);
     for (replay, word) in [
         (Replay { from_s: 99.0, ..Replay::default() }, "3.00 s"),
         (Replay { time_factor: f32::NAN, ..Replay::default() }, "time_factor"),

@@ -34,9 +34,9 @@ struct Look {
 /// A fixed scenario: a hundred cars in traffic; every 40 frames one is thrown against another;
 /// every 60 frames one is destroyed and a new one is spawned.
 fn play(client: &mut Client, look: Look) -> Run {
-    client.synchronise(DELTA_NANOS).unwrap();
-    let settings = Settings { pipeline: look.pipeline, ..client.settings() };
-    client.apply_settings(settings).unwrap();
+    client.synchronise(std::time::Duration::from_nanos(DELTA_NANOS)).unwrap();
+    let settings = Settings { pipeline: look.pipeline, ..client.wire_settings() };
+    client.apply_wire_settings(settings).unwrap();
     let places = client.spawn_points().unwrap();
     let mut places = places.iter().cycle();
     let mut cars = Vec::new();
@@ -65,7 +65,7 @@ fn play(client: &mut Client, look: Look) -> Run {
         if frame % 40 == 0 {
             let [target, bullet] =
                 [frame / 40, frame / 40 + 37].map(|n| cars[n as usize % VEHICLES]);
-            if let Some(pose) = client.world().actor(target).map(|a| a.pose) {
+            if let Some(pose) = client.world().state(target).map(|a| a.pose) {
                 let ahead = pose.rotation() * Vec3::X;
                 let facing = pose.rotation() * Quat::from_rotation_z(std::f32::consts::PI);
                 let at = pose.position() + ahead * 8.0 + Vec3::Z * 0.2;
@@ -112,7 +112,7 @@ fn play(client: &mut Client, look: Look) -> Run {
         }
     }
     run.vehicles =
-        client.world().actors().iter().filter(|a| a.kind == protocol::kind::VEHICLE).count();
+        client.world().states().iter().filter(|a| a.kind == protocol::kind::VEHICLE).count();
     run
 }
 
@@ -137,7 +137,7 @@ fn meddle(client: &mut Client, cars: &[ActorId], frame: usize) {
     let drive = AckermannControl { actor_id: one(4), speed_mps: 6.0, ..Default::default() };
     commands.push(Command::Ackermann(drive));
     client.send(&commands).unwrap();
-    if let Some(car) = client.world().actor(one(5)) {
+    if let Some(car) = client.world().state(one(5)) {
         let ahead = car.pose.position() + car.pose.rotation() * Vec3::X * 6.0;
         let walker = Spawn::new("walker.pedestrian.0001", Pose::level(ahead, 0.0)).ragdoll_on_hit();
         // There may be no free spawn point.

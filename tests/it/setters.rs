@@ -197,7 +197,7 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
     list.one("three wheels", Command::SetBody(protocol::VehicleBody { wheels: 3, ..body }));
 
     for (delta_nanos, substep_max_nanos) in [(0, 1), (u64::MAX, 1), (50_000_000, 0)] {
-        let settings = Settings { delta_nanos, substep_max_nanos, ..client.settings() };
+        let settings = Settings { delta_nanos, substep_max_nanos, ..client.wire_settings() };
         list.one(&format!("a delta of {delta_nanos}"), Command::SetSettings(settings));
     }
     let light = ActorId(1);

@@ -29,7 +29,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
     ("sim-host", &["bake", "bus", "mapgen", "mesh", "protocol", "record", "road", "town"]),
     ("traffic", &["bake", "bus", "mapgen", "mesh", "protocol", "road", "town"]),
     ("sensor-render", &["bake", "bus", "mapgen", "mesh", "protocol", "road", "town"]),
-    ("client-lib", &["bake", "bus", "mesh", "protocol", "road"]),
+    ("client-lib", &["bake", "bus", "mesh", "protocol", "road", "town"]),
     ("carla-gateway", &["bake", "client-lib", "mapgen", "mesh", "record", "road", "town"]),
     ("bench", &["bake", "client-lib", "mapgen", "mesh", "road", "town"]),
     (

@@ -9,14 +9,14 @@ fn two_simulators_on_one_machine_are_isolated() {
     let (left, right) = (Sim::start(&["--seed", "1"]), Sim::start(&["--seed", "1"]));
     let (mut a, mut b) = (left.ticker(), right.ticker());
     let place = a.spawn_points().unwrap()[0];
-    let empty = b.world().actors().len();
+    let empty = b.world().states().len();
     a.spawn(Spawn::new("vehicle.audi.tt", place)).unwrap();
     for _ in 0..50 {
         a.tick().unwrap();
     }
     assert_eq!(b.tick().unwrap().0, 1, "the other's ticks are its own");
-    assert_eq!(b.world().actors().len(), empty);
-    assert_eq!(a.world().actors().len(), empty + 1);
+    assert_eq!(b.world().states().len(), empty);
+    assert_eq!(a.world().states().len(), empty + 1);
     let ambiguous = client_lib::Client::connect(None, "lost").err().map(|e| e.to_string());
     assert!(ambiguous.is_some_and(|e| e.contains("say which by name")));
     drop((a, b));
@@ -28,7 +28,7 @@ fn two_simulators_on_one_machine_are_isolated() {
 fn a_second_ticking_client_is_refused_by_name_unless_the_first_hands_over() {
     let sim = Sim::start(&[]);
     let mut first = sim.client("first");
-    first.synchronise(50_000_000).unwrap();
+    first.synchronise(std::time::Duration::from_nanos(50_000_000)).unwrap();
     let mut second = sim.client("second");
     let refused = second.tick().unwrap_err().to_string();
     assert!(refused.contains("\"first\"") && refused.contains("hand"), "{refused}");
@@ -73,8 +73,10 @@ fn two_clients_with_one_name_get_their_own_responses() {
 fn a_client_that_connects_leaves_the_settings_as_they_are() {
     let sim = Sim::start(&["--pipeline", "2", "--fixed-delta", "0.02", "--no-rendering"]);
     let mut client = sim.client("late");
-    client.synchronise(client.settings().delta_nanos).unwrap();
-    let settings = client.settings();
+    client
+        .synchronise(std::time::Duration::from_nanos(client.wire_settings().delta_nanos))
+        .unwrap();
+    let settings = client.wire_settings();
     assert_eq!((settings.pipeline, settings.no_rendering), (2, 1));
     client.tick().unwrap();
     assert_eq!(client.world().header().delta_nanos, 20_000_000);

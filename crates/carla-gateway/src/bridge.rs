@@ -21,10 +21,7 @@ pub(crate) mod tickers;
 
 use std::{sync::Arc, time::Duration};
 
-use client_lib::{
-    ActorId, ActorState, Client, ClientError, Command, JournalEntry, Pose, SensorBundle,
-    VehicleControl, WalkerLimbs,
-};
+use client_lib::{ActorId, Client, ClientError, Pose, SensorBundle, wire::{ActorState, Command, JournalEntry, VehicleControl, WalkerLimbs}};
 
 use self::{
     bundles::{BundleContext, Bundles},
@@ -73,7 +70,7 @@ impl Bridge {
         shared_statics: Arc<SharedStatics>,
         stream_port: u16,
     ) -> Result<Bridge, ClientError> {
-        let settings = EpisodeSettings::of(&client.settings());
+        let settings = EpisodeSettings::of(&client.wire_settings());
         let number = snapshot_episode(&client);
         let network = client.map()?;
         let actors = ProxyActors::new(&network, stream_port);
@@ -95,7 +92,7 @@ impl Bridge {
 
     /// Returns whether the world waits for a client to tick it.
     pub(crate) fn is_synchronous(&self) -> bool {
-        self.client.settings().synchronous != 0
+        self.client.wire_settings().synchronous != 0
     }
 
     /// Returns whether CARLA's clients tick the world.
@@ -180,7 +177,7 @@ impl Bridge {
         if all.is_empty() {
             return Ok(Vec::new());
         }
-        let mut outcomes = self.client.try_request(what, &all)?;
+        let mut outcomes = self.client.try_wire_request(what, &all)?;
         Ok(outcomes.split_off(before.min(outcomes.len())))
     }
 
@@ -214,7 +211,7 @@ impl Bridge {
     pub(crate) fn actor_state(&self, id: u32) -> Option<ActorState> {
         let actor_id = ActorId(id);
         let at_rest = |pose| ActorState { actor_id, pose, ..ActorState::default() };
-        let shown = self.client.world().actor(actor_id).copied();
+        let shown = self.client.world().state(actor_id).copied();
         shown.or_else(|| self.episode.spawned.pose(id).map(at_rest))
     }
 
@@ -225,7 +222,7 @@ impl Bridge {
 
     /// Returns whether an actor is on the bus, whether or not a snapshot shows it yet.
     pub(crate) fn exists(&self, id: u32) -> bool {
-        self.episode.spawned.contains(id) || self.client.world().actor(ActorId(id)).is_some()
+        self.episode.spawned.contains(id) || self.client.world().state(ActorId(id)).is_some()
     }
 
     /// Publishes what is new in a world that another client ticks or that ticks by itself.
@@ -350,7 +347,7 @@ impl Bridge {
         let actors = self.episode.actors.for_map(&network);
         self.episode = EpisodeState::new(self.episode.number, &network, actors);
         self.episode.is_new_map = true;
-        self.settings.follow(&self.client.settings());
+        self.settings.follow(&self.client.wire_settings());
         self.outbox.clear();
         self.streams.begin_episode();
         Ok(())
@@ -362,7 +359,7 @@ impl Bridge {
     ///
     /// Returns an error if the host refuses the map.
     pub(crate) fn load_world(&mut self, name: &str, hidden_layers: u32) -> Result<(), RpcError> {
-        self.client.load_world(name, None, hidden_layers)?;
+        self.client.load_world(name, None, client_lib::Layers::from_bits_retain(hidden_layers))?;
         self.publish();
         Ok(())
     }

@@ -308,7 +308,7 @@ mod tests {
     fn calls_about_the_map_are_answered_while_the_bridge_is_locked() {
         let open_drive = mapgen::named("Town01").unwrap();
         let network = Arc::new(road::Network::parse(&open_drive).unwrap());
-        let episode = client_lib::Episode {
+        let episode = client_lib::wire::Episode {
             map: "maps/Town01.xodr".into(),
             open_drive: open_drive.clone(),
             seed: 1,

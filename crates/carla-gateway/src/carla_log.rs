@@ -21,7 +21,7 @@ use std::{
 };
 
 use anyhow::Context;
-use client_lib::{ActorId, Episode};
+use client_lib::{ActorId, wire::Episode};
 use record::{Profile, RecordError, Recording, RecordingConfig};
 
 pub use file::{Reader, Writer};

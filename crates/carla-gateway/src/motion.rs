@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use client_lib::{ActorId, Command, SetVelocity, World};
+use client_lib::{ActorId, World, wire::{Command, SetVelocity}};
 use glam::Vec3;
 
 /// The actors that move with a constant velocity.
@@ -23,9 +23,9 @@ impl Motions {
 
     /// Returns the commands for the next frame. Actors that no longer exist are released.
     pub(crate) fn commands(&mut self, world: &World) -> Vec<Command> {
-        self.constant.retain(|id, _| world.actor(ActorId(*id)).is_some());
+        self.constant.retain(|id, _| world.state(ActorId(*id)).is_some());
         let command = |(id, velocity): (&u32, &Vec3)| {
-            let actor = world.actor(ActorId(*id))?;
+            let actor = world.state(ActorId(*id))?;
             let mut velocity = actor.pose.rotation() * *velocity;
             // The vertical velocity stays that of gravity.
             velocity.z = actor.velocity_mps[2];

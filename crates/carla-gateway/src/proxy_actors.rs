@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, btree_map::Entry};
 
-use client_lib::{ActorId, ActorState, BlueprintInfo, Pose, World};
+use client_lib::{ActorId, BlueprintInfo, Pose, World, wire::ActorState};
 use road::Network;
 
 use crate::{
@@ -118,7 +118,7 @@ impl ProxyActors {
         blueprints: &[BlueprintInfo],
     ) -> Option<&Actor> {
         if let Entry::Vacant(room) = self.known.entry(id) {
-            let state = world.actor(ActorId(id))?;
+            let state = world.state(ActorId(id))?;
             let info = blueprints.get(state.blueprint as usize)?;
             room.insert(on_bus(id, describe(state, info), info));
         }
@@ -154,7 +154,7 @@ impl ProxyActors {
         is_expected: impl Fn(u32) -> bool,
     ) -> Vec<Proxy> {
         let is_gone =
-            |id: u32| id < FIRST_PROXY && world.actor(ActorId(id)).is_none() && !is_expected(id);
+            |id: u32| id < FIRST_PROXY && world.state(ActorId(id)).is_none() && !is_expected(id);
         let gone: Vec<u32> = self.known.keys().copied().filter(|id| is_gone(*id)).collect();
         let parents = self.proxies.values().map(|proxy| proxy.parent);
         let orphaned: Vec<u32> = parents.filter(|id| *id != 0 && is_gone(*id)).collect();
@@ -166,7 +166,7 @@ impl ProxyActors {
         if let Some(carrier) = self.proxies.get(&proxy.parent) {
             return (carrier.pose.then(&proxy.pose), [0.0; 3]);
         }
-        match world.actor(ActorId(proxy.parent)) {
+        match world.state(ActorId(proxy.parent)) {
             Some(carrier) => (carrier.pose.then(&proxy.pose), carrier.velocity_mps),
             None => (proxy.pose, [0.0; 3]),
         }

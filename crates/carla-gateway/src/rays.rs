@@ -60,7 +60,7 @@ impl<'a> Rays<'a> {
                 hits.push((fraction, self.mesh.faces[triangle as usize].tag));
             }
         }
-        for actor in world.actors() {
+        for actor in world.states() {
             let Some(info) = blueprints.get(actor.blueprint as usize) else { continue };
             let half = Vec3::from_array(info.half_extents_m);
             let center = actor.pose.affine().transform_point3(Vec3::from_array(info.center_m));

@@ -157,7 +157,7 @@ fn radar(
     let plane = measured.planes().first()?;
     let (points, labels) = (measured.points(0)?, measured.labels(0)?);
     let velocity_of =
-        |id: u32| world.actor(ActorId(id)).map_or(Vec3::ZERO, |actor| actor.velocity());
+        |id: u32| world.state(ActorId(id)).map_or(Vec3::ZERO, |actor| actor.velocity());
     let own = velocity_of(measured.header().parent.0);
     let fov_rad = sensor.radar_fov_rad().ok()?;
     let grid = [plane.width, plane.height];

@@ -38,7 +38,7 @@ impl Replayer {
             self.follow = None;
             return None;
         }
-        let at = world.actor(ActorId(follow.actor))?.pose;
+        let at = world.state(ActorId(follow.actor))?.pose;
         let (_, rotation, position) =
             (at.affine() * follow.offset.affine()).to_scale_rotation_translation();
         Some(Pose::new(position, rotation))

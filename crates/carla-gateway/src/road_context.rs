@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use client_lib::{ActorState, World, kind};
+use client_lib::{World, wire::{ActorState, kind}};
 use road::{LaneIndex, LaneTypes, Network};
 
 use crate::state::RoadContext;
@@ -44,7 +44,7 @@ impl RoadContexts {
             self.cached.insert(id, context);
         }
         let (speed_limit_kmh, light) = self.cached[&id];
-        let phase = |id: u32| world.actor(client_lib::ActorId(id)).map(|light| (id, light.phase));
+        let phase = |id: u32| world.state(client_lib::ActorId(id)).map(|light| (id, light.phase));
         RoadContext { speed_limit_kmh, light: light.and_then(phase) }
     }
 
@@ -59,7 +59,7 @@ impl RoadContexts {
         let ahead = |along: f64| (-BEHIND_M..=BEFORE_M).contains(&(along - point.along_m));
         let signal = stops.filter(|(along, _)| ahead(*along)).map(|(_, signal)| *signal).next();
         let shows = |signal: u32| {
-            let mut lights = world.actors().iter().filter(|a| a.kind == kind::TRAFFIC_LIGHT);
+            let mut lights = world.states().iter().filter(|a| a.kind == kind::TRAFFIC_LIGHT);
             lights.find(|light| light.signal == signal).map(|light| light.actor_id.0)
         };
         (limit, signal.and_then(shows))

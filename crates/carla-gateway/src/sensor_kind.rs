@@ -1,6 +1,6 @@
 //! The kinds of sensors: CARLA's blueprints, message types and measured outputs.
 
-use client_lib::output;
+use client_lib::wire::output;
 
 /// A kind of sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! The settings of an episode, in CARLA's terms.
 
-use client_lib::Settings;
+use client_lib::wire::Settings;
 
 use crate::{
     args::{Args, RpcError},

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use client_lib::{Command, StreetLightCommand};
+use client_lib::{StreetLightCommand, wire::Command};
 
 use crate::{
     args::{Args, RpcError},
@@ -141,7 +141,7 @@ impl StreetLights {
                 Some(false) => StreetLightCommand::off(),
             };
             let colored = if state.color == COLOR { command } else { command.color(state.color) };
-            colored.share(state.lumens / LUMENS).commands(&ids)
+            colored.intensity(state.lumens / LUMENS).commands(&ids)
         };
         groups.into_iter().flat_map(of).collect()
     }

@@ -6,7 +6,7 @@
 
 use std::sync::OnceLock;
 
-use client_lib::{Measurement, output};
+use client_lib::{Measurement, wire::output};
 use glam::{Mat3, Vec3};
 
 use crate::{

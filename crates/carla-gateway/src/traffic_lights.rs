@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use client_lib::{ActorId, ActorState, Command, SetTrafficLight, World, kind, light};
+use client_lib::{ActorId, World, wire::{ActorState, Command, SetTrafficLight, kind, light}};
 use road::Network;
 
 use crate::state::{Moment, Timing};
@@ -41,7 +41,7 @@ impl TrafficLights {
     /// Takes over the phases of a frame.
     pub(crate) fn follow(&mut self, world: &World) {
         let now = world.header().stamp.sim_time_nanos;
-        for actor in world.actors().iter().filter(|a| a.kind == kind::TRAFFIC_LIGHT) {
+        for actor in world.states().iter().filter(|a| a.kind == kind::TRAFFIC_LIGHT) {
             let light = self.by_actor.entry(actor.actor_id.0).or_insert(Light {
                 signal: actor.signal,
                 phase: actor.phase,

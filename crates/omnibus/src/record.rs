@@ -192,7 +192,7 @@ fn spawn(client: &mut Client, places: Vec<protocol::Pose>) -> anyhow::Result<usi
     if commands.is_empty() {
         return Ok(0);
     }
-    let outcomes = client.try_request("spawn", &commands)?;
+    let outcomes = client.try_wire_request("spawn", &commands)?;
     let ids = outcomes.iter().filter_map(|entry| entry.outcome.result().ok());
     let count = ids.filter(|id| ActorId(*id) != ActorId::NONE).count();
     ensure!(count > 0, "no vehicle finds a place on this map");

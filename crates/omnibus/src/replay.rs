@@ -205,7 +205,7 @@ fn verify_replay(
     let path = recording.path().to_owned();
     let name = path.to_string_lossy().into_owned();
     let exact = recording.info().profile == Profile::State;
-    let settings = client.settings();
+    let settings = client.wire_settings();
     client.start_replay(&name, args.decode())?;
     let begin = clock::now_nanos();
     let (mut frames, mut at) = (0u64, 0);
@@ -226,14 +226,17 @@ fn verify_replay(
                 args.from
             );
             started = true;
-            if client.settings().delta_nanos != moment.delta_nanos {
-                client.apply_settings(Settings { delta_nanos: moment.delta_nanos, ..settings })?;
+            if client.wire_settings().delta_nanos != moment.delta_nanos {
+                client.apply_wire_settings(Settings {
+                    delta_nanos: moment.delta_nanos,
+                    ..settings
+                })?;
             }
             client.tick()?;
             if exact {
                 ensure!(moment.is_as_shown(), "{name}: {} is not as recorded", moment.stamp.frame);
             }
-            if let Some(what) = first_difference(moment, client.world().actors()) {
+            if let Some(what) = first_difference(moment, client.world().states()) {
                 return Err(anyhow!("{name}: {} differs: {what}", moment.stamp.frame));
             }
             frames += 1;

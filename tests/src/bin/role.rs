@@ -1,6 +1,6 @@
 //! The program that the tests start: `omnibus` with its fault points armed, or a client that dies.
 
-use client_lib::{Client, ClientError, Pose, Spawn, camera, output};
+use client_lib::{Client, ClientError, Pose, Spawn, camera, wire::output};
 use protocol::flag;
 
 fn main() -> std::process::ExitCode {
@@ -21,7 +21,7 @@ fn main() -> std::process::ExitCode {
 /// Ticks a world that holds a car and a camera of this client.
 fn client(instance: &str, ticks: u64) -> Result<(), ClientError> {
     let mut client = Client::connect(Some(instance), "mortal")?;
-    client.synchronise(50_000_000)?;
+    client.synchronise(std::time::Duration::from_nanos(50_000_000))?;
     // Clients that died before left their cars at the first spawn points.
     let mut places = client.spawn_points()?.into_iter();
     let car = loop {
@@ -37,7 +37,7 @@ fn client(instance: &str, ticks: u64) -> Result<(), ClientError> {
         let (_, measured) = client.tick_and_collect(&mut [&mut bundle])?;
         assert!(
             measured[0].is_some()
-                && client.world().actor(car).is_some_and(|a| a.has(flag::AUTOPILOT))
+                && client.world().state(car).is_some_and(|a| a.has(flag::AUTOPILOT))
         );
     }
     client.destroy(car)

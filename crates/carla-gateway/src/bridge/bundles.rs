@@ -1,6 +1,6 @@
 //! Creates and destroys the sensor bundles that measure for CARLA's sensors.
 
-use client_lib::{ActorId, Client, Command, SensorBundle, TEXT_BYTES, Transmit};
+use client_lib::{ActorId, Client, SensorBundle, TEXT_BYTES, wire::{Command, Transmit}};
 
 use crate::{
     args::RpcError,
@@ -51,7 +51,7 @@ impl Bundles {
     pub(crate) fn update(&self, with: &mut BundleContext, frame: u64) {
         let mut missing = Vec::new();
         let mut obsolete = Vec::new();
-        let delta_nanos = with.client.settings().delta_nanos;
+        let delta_nanos = with.client.wire_settings().delta_nanos;
         for (id, proxy) in &mut with.episode.actors.proxies {
             let Some(sensor) = &mut proxy.sensor else { continue };
             // Radios send whether or not a client listens.
@@ -85,7 +85,7 @@ impl Bundles {
     ///
     /// Returns an error if an attribute of the sensor is invalid or the host refuses the bundle.
     pub(crate) fn create(&self, with: &mut BundleContext, id: u32) -> Result<(), RpcError> {
-        let delta_nanos = with.client.settings().delta_nanos;
+        let delta_nanos = with.client.wire_settings().delta_nanos;
         let actors = &with.episode.actors;
         let Some(proxy) = actors.proxies.get(&id) else { return Ok(()) };
         // The host does not know proxies: a sensor on one is fixed in the world.
@@ -103,7 +103,7 @@ impl Bundles {
         spec.outputs |= sensor.texture_outputs(with.streams);
         let commands = with.outbox.take_commands();
         if !commands.is_empty() {
-            with.client.try_request("commands", &commands)?;
+            with.client.try_wire_request("commands", &commands)?;
         }
         let bundle = with.client.create_bundle(&format!("carla-{id}"), carrier, &[spec], 2)?;
         let proxy = with.episode.actors.proxies.get_mut(&id);

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use client_lib::{Command, Pose, Weather, World};
+use client_lib::{Pose, Weather, World, wire::Command};
 use road::Network;
 
 use crate::{

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use client_lib::{Client, Measurement, kind};
+use client_lib::{Client, Measurement, wire::kind};
 
 use crate::{
     bridge::episode_state::EpisodeState,
@@ -56,9 +56,9 @@ impl Publisher {
             spectator.pose = pose;
         }
         let spectator = proxies.get(&SPECTATOR).map_or_else(Default::default, |s| s.pose);
-        let count = world.actors().len() + proxies.len();
+        let count = world.states().len() + proxies.len();
         let mut state = StateMessage::new(&moment, &spectator, count);
-        for actor in world.actors() {
+        for actor in world.states() {
             match actor.kind {
                 kind::TRAFFIC_LIGHT => {
                     let (sign, pole, timing) = episode.traffic_lights.of(actor, &moment);

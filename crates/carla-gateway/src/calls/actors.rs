@@ -1,6 +1,6 @@
 //! Spawns, destroys and describes actors.
 
-use client_lib::{ActorId, Autopilot, Command, Pose, Spawn};
+use client_lib::{ActorId, Pose, Spawn, wire::{Autopilot, Command}};
 
 use crate::{
     args::RpcError,
@@ -121,7 +121,7 @@ impl Bridge {
         if description.get("is_invincible") == Some("false") {
             spawn = spawn.ragdoll_on_hit();
         }
-        let id = self.request_one("spawn", spawn.command()).map_err(spawn_error)?;
+        let id = self.request_one("spawn", spawn.wire()).map_err(spawn_error)?;
         let infos = self.client.blueprints();
         if let Some(info) = infos.iter().find(|info| info.id == description.id) {
             self.episode.actors.add(id, description, info);

@@ -103,7 +103,7 @@ fn execute(
         // The client itself registers the vehicle with the traffic manager.
         16 => {
             body.bool()?;
-            if bridge.client.world().actor(ActorId(id)).is_none() && !bridge.exists(id) {
+            if bridge.client.world().state(ActorId(id)).is_none() && !bridge.exists(id) {
                 return Err("Actor could not be found in the registry".into());
             }
         }

@@ -1,8 +1,6 @@
 //! The bones of walkers and the moving parts of vehicles, as clients see them.
 
-use client_lib::{
-    ActorId, ActorState, BlendPose, Command, Pose, WalkerLimbs, bone, bone_commands, flag, kind,
-};
+use client_lib::{ActorId, Pose, bone, bone_commands, wire::{ActorState, BlendPose, Command, WalkerLimbs, flag, kind}};
 use glam::{Affine3A, Quat, Vec3};
 use town::{Blueprint, GivenPose, Kind, Posture};
 
@@ -186,7 +184,7 @@ fn posture_of<'a>(
         steer_rad: state.wheel_steer_rad,
         spin_rad: state.wheel_spin_rad,
         doors: state.doors,
-        stride: if is_walker { state.phase as f32 / client_lib::STRIDE as f32 } else { 0.0 },
+        stride: if is_walker { state.phase as f32 / client_lib::wire::STRIDE as f32 } else { 0.0 },
         speed_mps: state.velocity().truncate().length(),
         limbs: limbs.map(|limbs| limbs.rotations()),
         given: given.map(|(share, bones)| GivenPose { weight: *share, bones }),

@@ -1,6 +1,6 @@
 //! Debug shapes that clients draw.
 
-use client_lib::{Command, EraseShapes, Shape, carla_axes::CarlaTransform, shape};
+use client_lib::{carla_axes::CarlaTransform, wire::{Command, EraseShapes, Shape, shape}};
 
 use crate::{
     args::{Args, RpcError},

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use client_lib::Command;
+use client_lib::wire::Command;
 
 use crate::{
     args::RpcError,
@@ -76,13 +76,13 @@ pub(super) fn load(call: &mut Call) -> Result<(), RpcError> {
     };
     call.bridge.load_world(name, hidden_layers)?;
     if reset_settings {
-        change(call, EpisodeSettings::of(&client_lib::Settings::default()))?;
+        change(call, EpisodeSettings::of(&client_lib::wire::Settings::default()))?;
     }
     Ok(())
 }
 
 pub(super) fn settings(call: &mut Call) -> Result<(), RpcError> {
-    let bus = call.bridge.client.settings();
+    let bus = call.bridge.client.wire_settings();
     call.bridge.settings.follow(&bus);
     call.bridge.settings.write(call.out);
     Ok(())
@@ -96,7 +96,7 @@ pub(super) fn set_settings(call: &mut Call) -> Result<(), RpcError> {
 }
 
 fn change(call: &mut Call, wanted: EpisodeSettings) -> Result<(), RpcError> {
-    let now = call.bridge.client.settings();
+    let now = call.bridge.client.wire_settings();
     let settings = wanted.to_bus(&now)?;
     if settings != now {
         if wanted.is_synchronous {

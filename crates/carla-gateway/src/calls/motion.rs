@@ -1,6 +1,6 @@
 //! Teleports actors, sets their velocities, and controls walkers.
 
-use client_lib::{ActorId, ActorState, Command, Pose, SetPhysics, SetVelocity, Teleport};
+use client_lib::{ActorId, Pose, wire::{ActorState, Command, SetPhysics, SetVelocity, Teleport}};
 use glam::Vec3;
 
 use crate::{
@@ -90,7 +90,7 @@ impl Bridge {
         speed_mps: f32,
     ) -> Result<(), RpcError> {
         let velocity = pose.rotation() * Vec3::X * speed_mps;
-        let step = velocity * (self.client.settings().delta_nanos as f32 * 1e-9);
+        let step = velocity * (self.client.wire_settings().delta_nanos as f32 * 1e-9);
         self.teleport(id, Pose::new(pose.position() - step, pose.rotation()))?;
         self.set_velocity(id, velocity)
     }

@@ -34,7 +34,7 @@ pub(super) fn boxes(call: &mut Call) -> Result<(), RpcError> {
         .bridge
         .client
         .world()
-        .actor(ActorId(id))
+        .state(ActorId(id))
         .ok_or("the traffic light is not in the snapshot")?;
     let position = actor.pose.position() + glam::Vec3::Z * BOX_M[2];
     let ahead = actor.pose.rotation() * glam::Vec3::X;

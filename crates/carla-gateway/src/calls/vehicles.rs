@@ -1,6 +1,6 @@
 //! Controls, lights and doors of vehicles.
 
-use client_lib::{ActorId, Command, SetDoors, SetVehicleLights, VehicleControl, flag, kind};
+use client_lib::{ActorId, wire::{Command, SetDoors, SetVehicleLights, VehicleControl, flag, kind}};
 
 use crate::{
     args::{Args, RpcError},
@@ -45,7 +45,7 @@ pub(super) fn light_state(call: &mut Call) -> Result<(), RpcError> {
 }
 
 pub(super) fn light_states(call: &mut Call) -> Result<(), RpcError> {
-    let actors = call.bridge.client.world().actors().iter();
+    let actors = call.bridge.client.world().states().iter();
     let ids: Vec<u32> = actors.filter(|a| a.kind == kind::VEHICLE).map(|a| a.actor_id.0).collect();
     call.out.list(ids.len());
     for id in ids {
@@ -78,7 +78,7 @@ fn move_doors(call: &mut Call, open: bool) -> Result<(), RpcError> {
     let blueprint = call.bridge.vehicle(function, id)?;
     let all = (1u32 << blueprint.rig().door_count()) - 1;
     let selected = if door == ALL { all } else { all & 1u32.checked_shl(door).unwrap_or(0) };
-    let state = call.bridge.client.world().actor(ActorId(id)).copied().unwrap_or_default();
+    let state = call.bridge.client.world().state(ActorId(id)).copied().unwrap_or_default();
     let before = call.bridge.episode.vehicles.doors(id).unwrap_or(state.doors);
     let doors = if open { before | selected } else { before & !selected };
     call.bridge.episode.vehicles.set_doors(id, doors);
@@ -91,7 +91,7 @@ pub(super) fn wheel_angle(call: &mut Call) -> Result<(), RpcError> {
     let (id, wheel) = (call.args.u32()?, call.args.u32()?);
     let blueprint = call.bridge.vehicle("get_wheel_steer_angle", id)?;
     let is_steered = blueprint.wheels.get(wheel as usize).is_some_and(|w| w.steered);
-    let state = call.bridge.client.world().actor(ActorId(id)).copied().unwrap_or_default();
+    let state = call.bridge.client.world().state(ActorId(id)).copied().unwrap_or_default();
     call.out.f32(if is_steered { -state.wheel_steer_rad.to_degrees() } else { 0.0 });
     Ok(())
 }
@@ -99,7 +99,7 @@ pub(super) fn wheel_angle(call: &mut Call) -> Result<(), RpcError> {
 impl Bridge {
     /// Returns the lights of a vehicle that are on, including those just switched.
     fn vehicle_lights(&self, id: u32) -> u32 {
-        let shown = || self.client.world().actor(ActorId(id)).map_or(0, |state| state.lamps);
+        let shown = || self.client.world().state(ActorId(id)).map_or(0, |state| state.lamps);
         self.episode.vehicles.lights(id).unwrap_or_else(shown)
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use client_lib::{ActorId, ActorState, Command, carla_axes::CarlaTransform, flag, kind};
+use client_lib::{ActorId, carla_axes::CarlaTransform, wire::{ActorState, Command, flag, kind}};
 use record::{Moment, Recording};
 
 use crate::carla_log::frame::{

@@ -76,7 +76,7 @@ pub(crate) fn assemble(
             role: Name::new("hero"),
             ..Spawn::default()
         };
-        let outcomes = client.try_request("spawn", &[Command::Spawn(ego)])?;
+        let outcomes = client.try_wire_request("spawn", &[Command::Spawn(ego)])?;
         match outcomes[0].outcome.result() {
             Ok(id) => {
                 spawned_actors.ego_actor_id = ActorId(id).0;
@@ -94,7 +94,7 @@ pub(crate) fn assemble(
         let batch: Vec<_> = places.drain(places.len().saturating_sub(wanted)..).rev().collect();
         let commands: Vec<_> =
             batch.iter().map(|at| Command::Spawn(vehicle(*at, &mut random))).collect();
-        for entry in client.try_request("spawn", &commands)? {
+        for entry in client.try_wire_request("spawn", &commands)? {
             let is_done = entry.outcome.status == status::DONE;
             spawned_actors.vehicles_spawned += u32::from(is_done);
             spawned_actors.spawns_refused += u32::from(!is_done);

@@ -58,7 +58,7 @@ impl Pedestrians {
                 role: Name::new("pedestrian"),
                 ..Spawn::default()
             };
-            let outcomes = client.try_request("spawn", &[Command::Spawn(spawn)])?;
+            let outcomes = client.try_wire_request("spawn", &[Command::Spawn(spawn)])?;
             let speed_mps = 1.0 + random.below(60) as f32 / 100.0;
             let is_reversed = random.below(2) == 1;
             if outcomes[0].outcome.status == status::DONE
@@ -98,7 +98,7 @@ impl Pedestrians {
     }
 
     fn step(&self, client: &Client, one: &Walking) -> Option<SetVelocity> {
-        let position = client.world().actor(one.actor)?.pose.position().as_dvec3();
+        let position = client.world().state(one.actor)?.pose.position().as_dvec3();
         let sidewalks = LaneTypes::only(LaneType::Sidewalk);
         let here = self.network.place(self.network.nearest(position, sidewalks)?);
         let forward = DVec3::new(here.heading_rad.cos(), here.heading_rad.sin(), 0.0);

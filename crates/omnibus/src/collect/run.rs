@@ -8,7 +8,7 @@ use std::{
 };
 
 use bus::{ControlPageMapping, Role, clock};
-use client_lib::{Client, ClientError, Measurement, SensorBundle, Settings};
+use client_lib::{Client, ClientError, Measurement, SensorBundle, wire::Settings};
 use protocol::{ActorId, ActorState, Command, Episode, Frame, SnapshotHeader, Weather};
 
 use crate::collect::{
@@ -101,9 +101,9 @@ pub(crate) fn collect(
 ) -> Result<Summary, CollectError> {
     let Job { args, folder, frame_list, lines, before, lock: _lock } = job;
     let delta_nanos = args.delta_nanos();
-    client.synchronise(delta_nanos)?;
-    let still = Settings { pipeline: args.pipeline, no_rendering: 1, ..client.settings() };
-    client.apply_settings(still)?;
+    client.synchronise(std::time::Duration::from_nanos(delta_nanos))?;
+    let still = Settings { pipeline: args.pipeline, no_rendering: 1, ..client.wire_settings() };
+    client.apply_wire_settings(still)?;
 
     let episode = client.instance().episode().map_err(ClientError::from)?;
     let mut sensors = sensors::default_sensors(args.width, args.height);
@@ -315,7 +315,7 @@ impl Run<'_> {
         if self.index >= self.wanted {
             return Ok(());
         }
-        client.apply_settings(settings)?;
+        client.apply_wire_settings(settings)?;
         let began = clock::now_nanos();
         while self.index + (self.awaited.len() as u64) < self.wanted {
             self.check_stop()?;
@@ -386,7 +386,7 @@ impl Run<'_> {
         }
         if is_due(&header, self.every_nanos) {
             let (actors, ego_sensors) =
-                (client.world().actors().to_vec(), std::mem::take(&mut self.ego_sensors));
+                (client.world().states().to_vec(), std::mem::take(&mut self.ego_sensors));
             self.awaited.push_back(Awaited { header, actors, ego_sensors });
         }
     }

@@ -20,7 +20,7 @@ pub(super) fn measure(args: &StageArgs) -> anyhow::Result<(Vec<u64>, usize)> {
     let mut client = beside.connect("stage")?;
     let mut vehicles = 0;
     if !spawns.is_empty() {
-        let outcomes = client.try_request("spawn", &spawns)?;
+        let outcomes = client.try_wire_request("spawn", &spawns)?;
         vehicles = outcomes.iter().filter(|entry| entry.outcome.result().is_ok()).count();
         ensure!(vehicles > 0, "no vehicle finds a place on this map");
     }
