@@ -48,7 +48,7 @@ pub(crate) struct StreetLight {
 
 impl StreetLight {
     pub(crate) fn of((number, shine): (u32, &StreetLightState)) -> StreetLight {
-        let StreetLightState { mode, color, share } = *shine;
+        let StreetLightState { mode, color, intensity: share } = *shine;
         StreetLight { number, mode, color, share }
     }
 }

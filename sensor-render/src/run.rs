@@ -424,7 +424,7 @@ impl Renderer {
             Some(Command::SetStreetLights(to)) => {
                 let mut lighting = std::mem::take(&mut self.lighting);
                 let shine =
-                    StreetLightState { mode: to.mode, color: to.color, share: to.intensity };
+                    StreetLightState { mode: to.mode, color: to.color, intensity: to.intensity };
                 lighting.set(to.block, &to.bits, shine);
                 self.set_lighting(lighting);
             }

@@ -109,17 +109,17 @@ pub(crate) fn hiding(hidden: &Visibility) -> Vec<Command> {
 
 /// How it says lamps are to shine.
 pub(crate) fn shine(told: &SetStreetLights) -> StreetLightState {
-    StreetLightState { mode: told.mode, color: told.color, share: told.intensity }
+    StreetLightState { mode: told.mode, color: told.color, intensity: told.intensity }
 }
 
 /// What tells street lamps to shine as they do.
 pub(crate) fn lit(lighting: &Lighting) -> Vec<SetStreetLights> {
     let told = lighting.settings().into_iter();
-    told.map(|(block, bits, StreetLightState { mode, color, share })| SetStreetLights {
+    told.map(|(block, bits, StreetLightState { mode, color, intensity })| SetStreetLights {
         block,
         mode,
         color,
-        intensity: share,
+        intensity,
         bits,
     })
     .collect()

@@ -40,8 +40,8 @@ impl Ground {
             let (low, high) = places
                 .fold((DVec2::MAX, DVec2::MIN), |(low, high), at| (low.min(at), high.max(at)));
             for step in 0..40 * 40 {
-                let share = dvec2(f64::from(step % 40), f64::from(step / 40)) / 39.0;
-                let at = low + (high - low) * share;
+                let fraction = dvec2(f64::from(step % 40), f64::from(step / 40)) / 39.0;
+                let at = low + (high - low) * fraction;
                 let rise = |along: DVec2| ground.height(at + along) - ground.height(at - along);
                 let slope = dvec2(rise(DVec2::X), rise(DVec2::Y)).length() * 0.5;
                 steepest = steepest.max(slope * CLIMB / ROLL);

@@ -17,12 +17,12 @@ pub struct StreetLightState {
     /// The colour: red, green, blue, 255, sRGB; 0 for the light's own colour.
     pub color: u32,
     /// The intensity, as a fraction of the light's own intensity.
-    pub share: f32,
+    pub intensity: f32,
 }
 
 impl StreetLightState {
     /// The state of a street light that no client has set.
-    pub const OWN: StreetLightState = StreetLightState { mode: 2, color: 0, share: 1.0 };
+    pub const OWN: StreetLightState = StreetLightState { mode: 2, color: 0, intensity: 1.0 };
 }
 
 impl Lighting {

@@ -40,7 +40,7 @@ const NIGHT: f32 = -0.6;
 fn lighting() -> Lighting {
     let mut lighting = Lighting::default();
     let red = u32::from_le_bytes([255, 0, 0, 255]);
-    set(&mut lighting, 9, StreetLightState { mode: 1, color: red, share: 1.0 });
+    set(&mut lighting, 9, StreetLightState { mode: 1, color: red, intensity: 1.0 });
     set(&mut lighting, 11, StreetLightState { mode: 0, ..StreetLightState::OWN });
     lighting
 }
@@ -60,7 +60,7 @@ fn a_street_light_shines_at_night_unless_a_command_has_set_it() {
         assert!(sun == NIGHT || off == plain[2], "{off:?}");
     }
     let mut weak = Lighting::default();
-    let dim = StreetLightState { share: 0.02, ..StreetLightState::OWN };
+    let dim = StreetLightState { intensity: 0.02, ..StreetLightState::OWN };
     set(&mut weak, 10, dim);
     assert!(measured(&mut cpu(1), &weak, NIGHT)[1][0] < 200);
 }

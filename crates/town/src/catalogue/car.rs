@@ -99,7 +99,7 @@ fn interior(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure) {
     let (front, rear) = (cuts[0].0, cuts[cuts.len() - 1].1);
     let floor = shape.clearance_m + 0.10;
     let belt = shape.belt(front) * height;
-    let x = |share: f32| measure.at(share);
+    let x = |fraction: f32| measure.at(fraction);
     builder.block(
         vec3(x(rear + 0.03), -half * 0.9, floor - 0.04),
         vec3(x(front - 0.03), half * 0.9, floor),
@@ -167,9 +167,9 @@ fn arch_radius(wheel: &Wheel) -> f32 {
 }
 
 /// The height of the lower edge: the ground clearance, raised over wheels. Metres.
-fn sill(shape: &Silhouette, measure: &Measure, x_m: f32, share: f32) -> f32 {
+fn sill(shape: &Silhouette, measure: &Measure, x_m: f32, fraction: f32) -> f32 {
     // The lower edge rises a little at nose and tail, as bumpers do.
-    let sweep = (0.04 - share).max(share - 0.95).max(0.0) * 1.2;
+    let sweep = (0.04 - fraction).max(fraction - 0.95).max(0.0) * 1.2;
     measure
         .wheels
         .iter()
@@ -185,12 +185,12 @@ fn sill(shape: &Silhouette, measure: &Measure, x_m: f32, share: f32) -> f32 {
 const RING: usize = 28;
 
 /// The outline across the car at one station.
-fn ring(shape: &Silhouette, measure: &Measure, share: f32) -> Vec<Vec3> {
-    let (x_m, height) = (measure.at(share), measure.size_m.z);
-    let top = shape.top(share) * height;
-    let belt = (shape.belt(share) * height).min(top - 0.03);
-    let half = shape.plan(share) * measure.body_m * 0.5;
-    let sill = sill(shape, measure, x_m, share).min(belt - 0.06);
+fn ring(shape: &Silhouette, measure: &Measure, fraction: f32) -> Vec<Vec3> {
+    let (x_m, height) = (measure.at(fraction), measure.size_m.z);
+    let top = shape.top(fraction) * height;
+    let belt = (shape.belt(fraction) * height).min(top - 0.03);
+    let half = shape.plan(fraction) * measure.body_m * 0.5;
+    let sill = sill(shape, measure, x_m, fraction).min(belt - 0.06);
     let usual_sill = shape.clearance_m.min(belt - 0.06);
     let waist = (usual_sill + (belt - usual_sill) * 0.55).max(sill + (belt - sill) * 0.30);
 

@@ -14,7 +14,7 @@ pub(super) fn mirrors_and_handles(
     shape: &Silhouette,
     measure: &Measure,
 ) {
-    let belt = |share: f32| shape.belt(share) * measure.size_m.z;
+    let belt = |fraction: f32| shape.belt(fraction) * measure.size_m.z;
     let (half, full) = (measure.body_m * 0.5, measure.size_m.y * 0.5);
     let cuts = shape.door_cuts();
     for (right, side) in [(0, 1.0f32), (1, -1.0)] {

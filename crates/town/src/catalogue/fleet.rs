@@ -44,9 +44,9 @@ struct Row(
     &'static str,
     Build,
     [f32; 3], // size_m: length, width with mirrors, height
-    f32,      // width without mirrors as a share of the width with them
+    f32,      // width without mirrors as a fraction of the width with them
     f32,      // wheelbase_m
-    f32,      // share of the overhangs that lies in front
+    f32,      // fraction of the overhangs that lies in front
     f32,      // wheel radius_m
     f32,      // mass_kg
     Drive,

@@ -92,13 +92,13 @@ const SNOUT: Silhouette = Silhouette {
 
 /// The part of the vehicle that is lofted, and its dimensions.
 pub(super) fn cab<'a>(heavy: &Heavy, measure: &Measure<'a>) -> (&'static Silhouette, Measure<'a>) {
-    let (shape, share, height) = match heavy.load {
+    let (shape, fraction, height) = match heavy.load {
         Load::Seats => (&silhouettes::COACH, 1.0, 1.0),
-        Load::Box(share, height, _) | Load::Fire(share, height) => (&CAB, share, height),
-        Load::Bay(share, height) => (&SNOUT, share, height),
+        Load::Box(fraction, height, _) | Load::Fire(fraction, height) => (&CAB, fraction, height),
+        Load::Bay(fraction, height) => (&SNOUT, fraction, height),
     };
-    let size_m = vec3(measure.size_m.x * share, measure.size_m.y, measure.size_m.z * height);
-    let wheels = if share < 1.0 { &measure.wheels[..2] } else { measure.wheels };
+    let size_m = vec3(measure.size_m.x * fraction, measure.size_m.y, measure.size_m.z * height);
+    let wheels = if fraction < 1.0 { &measure.wheels[..2] } else { measure.wheels };
     (shape, Measure { size_m, wheels, ..*measure })
 }
 
@@ -137,10 +137,10 @@ pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure) 
                     let out = 0.006 * side.signum();
                     let mut before = None;
                     for step in 0..=16 {
-                        let share = step as f32 / 16.0;
-                        let x = low.x + 0.15 + (high.x - low.x - 0.3) * share;
-                        let z = low.z + (high.z - low.z) * (0.48 + 0.16 * (share * 7.0).sin());
-                        let wide = 0.07 + 0.10 * share;
+                        let fraction = step as f32 / 16.0;
+                        let x = low.x + 0.15 + (high.x - low.x - 0.3) * fraction;
+                        let z = low.z + (high.z - low.z) * (0.48 + 0.16 * (fraction * 7.0).sin());
+                        let wide = 0.07 + 0.10 * fraction;
                         let here = (vec3(x, side + out, z - wide), vec3(x, side + out, z + wide));
                         if let Some((a, b)) = before.replace(here) {
                             let corners: [Vec3; 4] = [a, here.0, here.1, b];
@@ -174,7 +174,7 @@ pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure) 
                 fittings::beacons(builder, roof + reach * end, measure.body_m * 0.42, 0.14);
             }
         }
-        Load::Fire(share, height) => {
+        Load::Fire(fraction, height) => {
             let (low, high) = load_space(measure, rear, 0.84);
             builder.material(Material::CarPaint);
             crate_of(builder, low, high);
@@ -186,7 +186,7 @@ pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure) 
                 measure.size_m.z,
             );
             tail_lamps(builder, low, measure);
-            let front = measure.nose_m - measure.size_m.x * share * 0.62;
+            let front = measure.nose_m - measure.size_m.x * fraction * 0.62;
             let top = measure.size_m.z * height + 0.16;
             fittings::beacons(builder, vec3(front, 0.0, top), measure.body_m * 0.40, 0.18);
         }
@@ -226,8 +226,8 @@ fn cross(builder: &mut MeshBuilder, low: Vec3, high: Vec3) {
 fn seats(builder: &mut MeshBuilder, measure: &Measure) {
     let (half, height) = (measure.body_m * 0.5, measure.size_m.z);
     builder.material(Material::Glass);
-    for share in [0.075, 0.46] {
-        let x = measure.at(share);
+    for fraction in [0.075, 0.46] {
+        let x = measure.at(fraction);
         for leaf in [-0.34, 0.02] {
             builder.block(
                 vec3(x + leaf, -half - 0.006, 0.42),
@@ -247,11 +247,11 @@ fn seats(builder: &mut MeshBuilder, measure: &Measure) {
     );
 }
 
-fn load_space(measure: &Measure, cab_rear: f32, share: f32) -> (Vec3, Vec3) {
+fn load_space(measure: &Measure, cab_rear: f32, fraction: f32) -> (Vec3, Vec3) {
     let half = measure.body_m * 0.5;
     let floor = measure.wheels[2].radius_m * 2.0 + 0.10;
     let tail = measure.nose_m - measure.size_m.x;
-    (vec3(tail + 0.02, -half, floor), vec3(cab_rear - 0.12, half, measure.size_m.z * share))
+    (vec3(tail + 0.02, -half, floor), vec3(cab_rear - 0.12, half, measure.size_m.z * fraction))
 }
 
 /// Frame rails, side guards and mud flaps.

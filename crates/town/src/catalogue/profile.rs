@@ -96,19 +96,19 @@ fn curve(points: &[(f32, f32)], x: f32, is_angular: bool) -> f32 {
 
 impl Silhouette {
     /// The upper edge, as a fraction of the height.
-    pub(super) fn top(&self, share: f32) -> f32 {
+    pub(super) fn top(&self, fraction: f32) -> f32 {
         let points: Vec<(f32, f32)> = self.top.iter().map(|point| (point.0, point.1)).collect();
-        curve(&points, share, self.is_angular)
+        curve(&points, fraction, self.is_angular)
     }
 
     /// The window sill, as a fraction of the height.
-    pub(super) fn belt(&self, share: f32) -> f32 {
-        curve(self.belt, share, self.is_angular)
+    pub(super) fn belt(&self, fraction: f32) -> f32 {
+        curve(self.belt, fraction, self.is_angular)
     }
 
     /// The half width, as a fraction of the body's half width.
-    pub(super) fn plan(&self, share: f32) -> f32 {
-        curve(self.plan, share, self.is_angular)
+    pub(super) fn plan(&self, fraction: f32) -> f32 {
+        curve(self.plan, fraction, self.is_angular)
     }
 
     pub(super) fn skin(&self, x: f32) -> Skin {
@@ -138,8 +138,8 @@ impl Silhouette {
 
 impl Measure<'_> {
     /// The x coordinate at a fraction of the length. Metres.
-    pub(super) fn at(&self, share: f32) -> f32 {
-        self.nose_m - RELIEF - share * (self.size_m.x - 2.0 * RELIEF)
+    pub(super) fn at(&self, fraction: f32) -> f32 {
+        self.nose_m - RELIEF - fraction * (self.size_m.x - 2.0 * RELIEF)
     }
 }
 

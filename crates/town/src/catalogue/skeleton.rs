@@ -103,9 +103,9 @@ impl Skeleton {
         let mut bones: Vec<Bone> = BODY
             .iter()
             .enumerate()
-            .map(|(index, (name, parent, share))| {
+            .map(|(index, (name, parent, fraction))| {
                 let wide = if (4..12).contains(&index) { 0.45 + 0.55 * girth } else { girth };
-                Bone { name: (*name).to_owned(), parent: *parent, at_m: at(*share, wide) }
+                Bone { name: (*name).to_owned(), parent: *parent, at_m: at(*fraction, wide) }
             })
             .collect();
         for (side, hand) in ["L", "R"].into_iter().zip(bone::HAND) {

@@ -149,8 +149,8 @@ impl End<'_> {
         let steps = 5;
         let rings: Vec<Vec<Vec3>> = (0..=steps)
             .map(|step| {
-                let share = u[0] + (u[1] - u[0]) * step as f32 / steps as f32;
-                let ([x, y], [nx, ny]) = self.place(share);
+                let fraction = u[0] + (u[1] - u[0]) * step as f32 / steps as f32;
+                let ([x, y], [nx, ny]) = self.place(fraction);
                 let (base, out) = (vec3(x, y * side, 0.0), vec3(nx, ny * side, 0.0));
                 let (inner, outer) = (base - out * 0.06, base + out * OUT_M);
                 vec![
@@ -365,7 +365,7 @@ fn rear(
             }
             Tail::Upright => {
                 let (from, to) = (top - tall * 0.72, top - 0.04);
-                let at = |share: f32| from + (to - from) * share;
+                let at = |fraction: f32| from + (to - from) * fraction;
                 for (material, z) in [
                     (Material::LampReverse, [at(0.0), at(0.22)]),
                     (indicator, [at(0.22), at(0.48)]),
@@ -416,9 +416,9 @@ fn extra(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, extra
             for y in [roof * 0.90, -roof * 0.90] {
                 let points: Vec<Vec3> = (0..=6)
                     .map(|step| {
-                        let share = roof_from + (roof_to - roof_from) * step as f32 / 6.0;
+                        let fraction = roof_from + (roof_to - roof_from) * step as f32 / 6.0;
                         let lift = if step == 0 || step == 6 { -0.03 } else { 0.022 };
-                        vec3(measure.at(share), y, shape.top(share) * height + lift)
+                        vec3(measure.at(fraction), y, shape.top(fraction) * height + lift)
                     })
                     .collect();
                 builder.pipe(&points, 0.017, 6);
@@ -447,8 +447,8 @@ fn extra(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, extra
         }
         Extra::Spoiler => {
             builder.material(Material::CarPaint);
-            let share = 0.955;
-            let (x, z) = (measure.at(share), shape.top(share) * height);
+            let fraction = 0.955;
+            let (x, z) = (measure.at(fraction), shape.top(fraction) * height);
             builder.block(
                 vec3(x - 0.10, -half * 0.72, z + 0.07),
                 vec3(x + 0.10, half * 0.72, z + 0.095),
@@ -473,12 +473,12 @@ fn extra(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, extra
             for y in [half * 0.22, -half * 0.22] {
                 let mut before: Option<(Vec3, Vec3)> = None;
                 for step in 0..=40 {
-                    let share = 0.03 + 0.94 * step as f32 / 40.0;
+                    let fraction = 0.03 + 0.94 * step as f32 / 40.0;
                     let is_glass = shape.top.windows(2).any(|pair| {
-                        pair[0].2 == Skin::Pane && share > pair[0].0 && share < pair[1].0
+                        pair[0].2 == Skin::Pane && fraction > pair[0].0 && fraction < pair[1].0
                     });
-                    let z = shape.top(share) * height + 0.004;
-                    let x = measure.at(share);
+                    let z = shape.top(fraction) * height + 0.004;
+                    let x = measure.at(fraction);
                     let here = (vec3(x, y + half * 0.10, z), vec3(x, y - half * 0.10, z));
                     if let Some(last) = before.filter(|_| !is_glass) {
                         builder.quad([here.0, here.1, last.1, last.0]);

@@ -587,7 +587,7 @@ impl Figure {
         let h = self.height;
         let (shoulder, elbow, hand) =
             (self.at(bone::ARM[side]), self.at(bone::FOREARM[side]), self.at(bone::HAND[side]));
-        let radius = |share: f32| share * h * self.sleeve();
+        let radius = |fraction: f32| fraction * h * self.sleeve();
         builder.object(3 + 2 * side as u32);
         if self.person.top == Top::Vest {
             self.skin(builder)
@@ -627,7 +627,7 @@ impl Figure {
         let (h, wide) = (self.height, 0.4 + 0.6 * self.person.girth);
         let (hip, knee, ankle) =
             (self.at(bone::THIGH[side]), self.at(bone::LEG[side]), self.at(bone::FOOT[side]));
-        let radius = |share: f32| share * h * wide;
+        let radius = |fraction: f32| fraction * h * wide;
         let covered = self.person.bottom == Bottom::Trousers;
         builder.object(7 + 2 * side as u32);
         match self.person.bottom {

@@ -87,8 +87,8 @@ impl Raster {
                 }
                 // A clipped edge has its extreme x where it enters or leaves the band.
                 for y in [a.y.max(band_low), b.y.min(band_high)] {
-                    let share = if b.y > a.y { (y - a.y) / (b.y - a.y) } else { 0.0 };
-                    let x = a.x + (b.x - a.x) * share;
+                    let fraction = if b.y > a.y { (y - a.y) / (b.y - a.y) } else { 0.0 };
+                    let x = a.x + (b.x - a.x) * fraction;
                     (left, right) = (left.min(x), right.max(x));
                 }
                 if a.y == b.y {

@@ -117,7 +117,7 @@ pub(super) fn terrain(site: &Site) -> Mesh {
 /// Whether no other road lies just outside the edge from a to b, which has its road on the left.
 fn borders_open_ground(site: &Site, [a, b]: [Vec2; 2]) -> bool {
     let out = -(b - a).perp().normalize_or_zero() * 0.03;
-    [0.08, 0.5, 0.92].iter().any(|share| !site.covered.covers(a + (b - a) * *share + out))
+    [0.08, 0.5, 0.92].iter().any(|fraction| !site.covered.covers(a + (b - a) * *fraction + out))
 }
 
 /// Returns points of a grid wherever no road is near.

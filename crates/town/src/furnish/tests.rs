@@ -155,8 +155,9 @@ fn obstacles(network: &Network, town: &Town) -> Vec<String> {
         for step in 0..steps {
             let along_m = lane.length_m * (step as f64 + 0.5) / steps as f64;
             let width = network.width(LanePoint { lane: lane.index, along_m });
-            for share in [-0.4, 0.0, 0.4] {
-                let point = network.place_at(lane.index, along_m, share * width).position.as_vec3();
+            for fraction in [-0.4, 0.0, 0.4] {
+                let point =
+                    network.place_at(lane.index, along_m, fraction * width).position.as_vec3();
                 let at = point.truncate();
                 things.heights(at, |z| {
                     if (0.2..CLEARANCE_M).contains(&(z - point.z)) {
@@ -415,8 +416,8 @@ fn an_old_town_consists_of_rows_under_steep_roofs() {
             .filter(|face| face.material == mesh::Material::RoofTiles as u8)
             .map(|face| face.object)
             .collect();
-        let share = tiled.len() as f32 / houses().count() as f32;
-        (tallest, town.mesh.faces.iter().filter(glass).count(), share)
+        let fraction = tiled.len() as f32 / houses().count() as f32;
+        (tallest, town.mesh.faces.iter().filter(glass).count(), fraction)
     };
     for seed in [1, 2, 3] {
         let (tallest, glass, tiled) = built(Character::OldTown, seed);

@@ -187,14 +187,14 @@ impl Crown<'_> {
     fn tiers(&mut self, builder: &mut MeshBuilder, height: f32, radius: f32) {
         let [tiers, sides] = self.finish.tiers;
         for tier in 0..tiers {
-            let share = tier as f32 / tiers as f32;
-            let low = 0.9 + (height - 1.2) * share;
+            let fraction = tier as f32 / tiers as f32;
+            let low = 0.9 + (height - 1.2) * fraction;
             let high = (low + (height - 1.2) / tiers as f32 * 1.9).min(height);
             let first = builder.mesh.positions.len();
             builder.cone(
                 Vec3::Z * low,
                 Vec3::Z * high,
-                [radius * (1.0 - share * 0.86), 0.0],
+                [radius * (1.0 - fraction * 0.86), 0.0],
                 sides,
             );
             self.dent(&mut builder.mesh.positions[first..], Vec3::Z * high, 0.10);

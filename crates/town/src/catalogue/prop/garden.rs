@@ -183,8 +183,8 @@ fn slide(builder: &mut MeshBuilder) {
     }
     builder.tinted(Material::Metal, BLUE);
     for rung in 0..5 {
-        let share = 0.14 + 0.19 * rung as f32;
-        let at = vec3(-1.25, 0.0, 0.0).lerp(vec3(-0.58, 0.0, 1.30), share);
+        let fraction = 0.14 + 0.19 * rung as f32;
+        let at = vec3(-1.25, 0.0, 0.0).lerp(vec3(-0.58, 0.0, 1.30), fraction);
         builder.rod(at - Vec3::Y * 0.26, at + Vec3::Y * 0.26, 0.022, 6);
     }
 }

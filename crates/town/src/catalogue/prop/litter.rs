@@ -380,19 +380,21 @@ fn shopping_cart(builder: &mut MeshBuilder) {
     for side in 0..4 {
         let next = (side + 1) % 4;
         for bar in 0..5 {
-            let share = bar as f32 / 4.0;
-            let (a, b) = (low[side].lerp(high[side], share), low[next].lerp(high[next], share));
+            let fraction = bar as f32 / 4.0;
+            let (a, b) =
+                (low[side].lerp(high[side], fraction), low[next].lerp(high[next], fraction));
             builder.rod(a, b, if bar == 4 { 0.013 } else { 0.007 }, 5);
         }
         for bar in 0..7 {
-            let share = bar as f32 / 7.0;
-            let (a, b) = (low[side].lerp(low[next], share), high[side].lerp(high[next], share));
+            let fraction = bar as f32 / 7.0;
+            let (a, b) =
+                (low[side].lerp(low[next], fraction), high[side].lerp(high[next], fraction));
             builder.rod(a, b, 0.005, 4);
         }
     }
     for bar in 0..6 {
-        let share = bar as f32 / 5.0;
-        builder.rod(low[0].lerp(low[3], share), low[1].lerp(low[2], share), 0.006, 4);
+        let fraction = bar as f32 / 5.0;
+        builder.rod(low[0].lerp(low[3], fraction), low[1].lerp(low[2], fraction), 0.006, 4);
     }
     for y in [-0.22, 0.22f32] {
         builder.pipe(

@@ -78,14 +78,14 @@ fn cone(builder: &mut MeshBuilder, bands: u32) {
     builder.loft(&[ring(0.0, 0.18), ring(0.03, 0.18), ring(0.04, 0.14)], |_, _| None);
     let parts = bands * 2 + 1;
     for part in 0..parts {
-        let radius = |share: f32| 0.13 - 0.105 * share;
+        let radius = |fraction: f32| 0.13 - 0.105 * fraction;
         let (from, to) = (part as f32 / parts as f32, (part + 1) as f32 / parts as f32);
         if part % 2 == 0 {
             builder.tinted(Material::Plastic, ORANGE);
         } else {
             builder.tinted(Material::Sign, WHITE);
         }
-        let at = |share: f32| Vec3::Z * (0.04 + 0.66 * share);
+        let at = |fraction: f32| Vec3::Z * (0.04 + 0.66 * fraction);
         builder.cone(at(from), at(to), [radius(from), radius(to)], 18);
     }
 }
