@@ -72,7 +72,7 @@ impl Kernels {
         // SAFETY: `bounds` checks everything that a shader indexes with before it is uploaded:
         // hierarchies end and are no deeper than the shaders' stack, their links stay within the
         // buffers that are uploaded with them, instances belong to the scene, and planes lie within
-        // the output that `Resident` grows to the length of the batch. Material codes are clamped
+        // the output that `GpuResources` grows to the length of the batch. Material codes are clamped
         // in the shaders.
         let module = unsafe {
             device.create_shader_module_trusted(descriptor, ShaderRuntimeChecks::unchecked())
