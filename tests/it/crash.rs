@@ -68,7 +68,7 @@ fn undisturbed(frames: usize) -> &'static [Seen] {
 }
 
 fn deaths(log: &str) -> usize {
-    log.lines().filter(|line| line.contains("died and is started anew")).count()
+    log.lines().filter(|line| line.contains(" died and is ")).count()
 }
 
 /// Files and bytes in shared memory and the resident bytes of the host, while both stages live.

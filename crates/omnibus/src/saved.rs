@@ -11,5 +11,22 @@ use client_lib::{ClientError, saved_path};
 /// its path here.
 pub(crate) fn existing_recording(name: &Path) -> Result<PathBuf, ClientError> {
     let saved = saved_path(&name.to_string_lossy())?;
-    Ok(if !saved.exists() && name.exists() { name.to_owned() } else { saved })
+    if saved.exists() || !name.exists() {
+        return Ok(saved);
+    }
+    // The host, which opens the file too, takes a name without a folder for a saved one.
+    Ok(std::path::absolute(name).unwrap_or_else(|_| name.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_means_a_saved_recording_or_else_a_file_in_the_current_folder() {
+        let here = existing_recording(Path::new("Cargo.toml")).unwrap();
+        assert!(here.is_absolute() && here.is_file(), "{}", here.display());
+        let missing = existing_recording(Path::new("no-such-recording.mcap")).unwrap();
+        assert_eq!(missing, saved_path("no-such-recording.mcap").unwrap());
+    }
 }
