@@ -2,7 +2,10 @@
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-use client_lib::{ActorId, Client, Pose, SensorSpec, camera, clock, lidar, wire::{output, tracer}};
+use client_lib::{
+    ActorId, Client, Pose, SensorSpec, camera, clock, lidar,
+    wire::{output, tracer},
+};
 use glam::{Quat, Vec3};
 
 use crate::{

@@ -4,7 +4,10 @@
 use std::{ffi::OsString, net::TcpListener, process::Command};
 
 use anyhow::{Context, ensure};
-use client_lib::{ActorId, Client, Pose, Spawn, camera, clock, wire::{VehicleControl, output}};
+use client_lib::{
+    ActorId, Client, Pose, Spawn, camera, clock,
+    wire::{VehicleControl, output},
+};
 use glam::{Quat, Vec3};
 
 use crate::{

@@ -3,7 +3,9 @@
 
 use std::hint::black_box;
 
-use client_lib::{ActorId, Client, Measurement, Pose, SensorBundle, SensorSpec, camera, clock, wire::output};
+use client_lib::{
+    ActorId, Client, Measurement, Pose, SensorBundle, SensorSpec, camera, clock, wire::output,
+};
 
 use crate::{
     Effort,

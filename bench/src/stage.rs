@@ -38,7 +38,8 @@ fn beside_peers(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let (mut own, mut peers) = (Vec::new(), Vec::new());
     for _ in 0..effort.rounds(ROUNDS) {
         let report = ask(&[&args[..], &[&vehicles]].concat())?;
-        let number = |key: &str| report[key].as_f64().with_context(|| format!("no {key}: {report}"));
+        let number =
+            |key: &str| report[key].as_f64().with_context(|| format!("no {key}: {report}"));
         let per_car = 1e3 / SUBSTEPS / number("vehicles")?;
         let n = number("n")? as usize;
         let [p50, p90, p99] = ["p50_ms", "p90_ms", "p99_ms"].map(number);

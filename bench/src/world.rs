@@ -49,7 +49,9 @@ fn figure(
     let rounds = effort.rounds(ROUNDS).to_string();
     let report = stage::ask(&["stage", "world", "--json", "--map", arg, "--frames", &rounds])?;
     let number = |key: &str| {
-        report[key].as_f64().with_context(|| format!("omnibus stage world reports no {key}: {report}"))
+        report[key]
+            .as_f64()
+            .with_context(|| format!("omnibus stage world reports no {key}: {report}"))
     };
     let workload = format!(
         "{title}, {:.2} MB: network {} ms, town {} ms, scene {} ms; {} triangles, {} objects; at \

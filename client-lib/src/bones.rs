@@ -2,8 +2,8 @@
 
 use glam::Affine3A;
 use protocol::{
-    ActorId, Ask, BONES, BONES_PER_COMMAND, BlendPose, Command, Pose, STRIDE, SetBones, flag, kind,
-    part,
+    ActorId, BONES, BONES_PER_COMMAND, BlendPose, Command, Pose, Query, QueryKind, STRIDE,
+    SetBones, flag, kind,
 };
 use town::{GivenPose, Posture};
 
@@ -40,18 +40,12 @@ impl Client {
     /// The pose that a walker was given, `parent_from_bone` of every bone, and how much of it
     /// shows.
     pub fn given_pose(&mut self, actor_id: ActorId) -> Result<(Vec<Pose>, f32), ClientError> {
-        let ask = |part, index| Command::Ask(Ask { actor_id, part, index, reserved: 0 });
+        let blend: BlendPose = self.query_one("given_pose", actor_id, 0)?;
         let blocks = (0..BONES.len()).step_by(BONES_PER_COMMAND);
-        let mut asks = vec![ask(part::BLEND, 0)];
-        asks.extend(blocks.map(|first| ask(part::BONES, first as u32)));
-        let told = self.try_wire_request("given_pose", &asks)?;
-        let refused = |why: &str| ClientError::refused("given_pose", why);
-        let blend: BlendPose = told[0].outcome.answered().map_err(refused)?;
-        let mut bones = Vec::with_capacity(BONES.len());
-        for entry in &told[1..] {
-            let set: SetBones = entry.outcome.answered().map_err(refused)?;
-            bones.extend(set.bones().map(|(_, pose)| *pose));
-        }
+        let query = |first| Query::new(QueryKind::Bones, actor_id, first as u32);
+        let queries: Vec<_> = blocks.map(query).collect();
+        let sets: Vec<SetBones> = self.query("given_pose", &queries)?;
+        let bones = sets.iter().flat_map(|set| set.bones().map(|(_, pose)| *pose)).collect();
         Ok((bones, blend.weight))
     }
 }

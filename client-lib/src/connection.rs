@@ -10,9 +10,13 @@ use std::{
 
 use bake::Cache;
 use bus::{
-    ClientPorts, Instance, Interrupted, Participant, Role, SnapshotReader, Writer, clock, fault,
+    ClientPorts, Instance, Interrupted, Participant, Reader, Role, SnapshotReader, Writer, clock,
+    fault,
 };
-use protocol::{BatchHeader, BlueprintInfo, Frame, Name, RawCommand, Stamp, VehicleControl};
+use protocol::{
+    BatchHeader, BlueprintInfo, Frame, Name, Query, QueryHeader, RawCommand, Response, Stamp,
+    VehicleControl,
+};
 use road::Network;
 
 use crate::{ClientError, outcomes::Inbox, static_world::StaticWorld};
@@ -69,10 +73,19 @@ pub(crate) struct OwnPorts {
     pub(crate) control: Writer<BatchHeader, VehicleControl>,
 }
 
+/// The channels of queries and their responses.
+struct Queries {
+    query: Writer<QueryHeader, Query>,
+    response: Reader<QueryHeader, Response>,
+    /// The number of the last batch.
+    sequence: u64,
+}
+
 /// A slot of the control page, and what goes with it. The last half that is dropped leaves.
 pub(crate) struct Connection {
     command: Mutex<Writer<BatchHeader, RawCommand>>,
     inbox: Mutex<Inbox>,
+    queries: Mutex<Queries>,
     pub(crate) bundles: bus::BundleReaders,
     /// The parsed map, and the number of its world.
     network: Mutex<Option<(u32, Arc<Network>)>>,
@@ -107,13 +120,14 @@ impl Connection {
             participant.set_strategy(strategy);
         }
         fault::joining(Role::Client);
-        let ClientPorts { snapshot, journal, command, control, bundles } =
+        let ClientPorts { snapshot, journal, command, control, query, response, bundles } =
             ClientPorts::open(participant.node()?)?;
         participant.ready()?;
         let first = participant.words().ack();
         let connection = Connection {
             command: Mutex::new(command),
             inbox: Mutex::new(Inbox::new(journal)),
+            queries: Mutex::new(Queries { query, response, sequence: 0 }),
             bundles,
             network: Mutex::new(None),
             static_world: Mutex::new(None),
@@ -176,6 +190,38 @@ impl Connection {
             self.participant.control().host.notify();
         }
         Ok(header.sequence)
+    }
+
+    /// Sends queries and waits for the response to each, in their order.
+    pub(crate) fn query(
+        &self,
+        what: &'static str,
+        queries: &[Query],
+        deadline: Duration,
+    ) -> Result<Vec<Response>, ClientError> {
+        let mut ports = lock(&self.queries);
+        ports.sequence += 1;
+        // Responses to other clients' queries, and to own ones that timed out.
+        while ports.response.receive()?.is_some() {}
+        let (client, sequence) = (self.name, ports.sequence);
+        let stamp = Stamp { frame: self.frame(), ..Stamp::default() };
+        ports.query.send(QueryHeader { stamp, client, sequence }, queries)?;
+        self.participant.control().host.notify();
+        let answered = self.participant.await_answer(after(deadline), || {
+            loop {
+                match ports.response.receive() {
+                    Ok(Some(sample)) => {
+                        let header = sample.header();
+                        if header.client == client && header.sequence == sequence {
+                            return Some(Ok(sample.payload().to_vec()));
+                        }
+                    }
+                    Ok(None) => return None,
+                    Err(e) => return Some(Err(e)),
+                }
+            }
+        });
+        Ok(answered.map_err(|why| self.interrupted(why, what, deadline))??)
     }
 
     /// The road network of the world that stands, parsed or read from the cache once for each.

@@ -1,8 +1,8 @@
 //! How a vehicle is built and driven from outside: read, and changed while it drives.
 
 use protocol::{
-    AckermannControl, AckermannSettings, ActorId, ApplyForce, Ask, Command, SetWeatherAffectsGrip,
-    Switch, VehiclePhysics, VehicleTelemetry, WheelTelemetry, part,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, Command, Query, QueryKind,
+    ResponseBody, SetWeatherAffectsGrip, Switch, VehiclePhysics, VehicleTelemetry, WheelTelemetry,
 };
 
 use crate::{Client, ClientError};
@@ -10,18 +10,16 @@ use crate::{Client, ClientError};
 impl Client {
     /// How a vehicle is built now.
     pub fn vehicle_physics(&mut self, actor_id: ActorId) -> Result<VehiclePhysics, ClientError> {
-        let ask = |part, index| Command::Ask(Ask { actor_id, part, index, reserved: 0 });
-        let parts = [part::BODY, part::ENGINE, part::GEARBOX, part::STEERING];
-        let mut physics = VehiclePhysics::default();
-        let told = self.ask("vehicle_physics", &parts.map(|part| ask(part, 0)))?;
-        let bad = |why: &str| refused("vehicle_physics", why);
-        physics.body = told[0].answered().map_err(bad)?;
-        physics.engine = told[1].answered().map_err(bad)?;
-        physics.gearbox = told[2].answered().map_err(bad)?;
-        physics.steering = told[3].answered().map_err(bad)?;
-        let wheels: Vec<_> = (0..physics.body.wheels).map(|i| ask(part::WHEEL, i)).collect();
-        for told in self.ask("vehicle_physics", &wheels)? {
-            physics.wheels.push(told.answered().map_err(bad)?);
+        let what = "vehicle_physics";
+        let mut physics = VehiclePhysics {
+            body: self.query_one(what, actor_id, 0)?,
+            engine: self.query_one(what, actor_id, 0)?,
+            gearbox: self.query_one(what, actor_id, 0)?,
+            steering: self.query_one(what, actor_id, 0)?,
+            ..VehiclePhysics::default()
+        };
+        for index in 0..physics.body.wheels {
+            physics.wheels.push(self.query_one(what, actor_id, index)?);
         }
         Ok(physics)
     }
@@ -34,9 +32,7 @@ impl Client {
         physics: &VehiclePhysics,
     ) -> Result<(), ClientError> {
         let what = "set_vehicle_physics";
-        let ask = Command::Ask(Ask { actor_id, part: part::BODY, index: 0, reserved: 0 });
-        let body: protocol::VehicleBody =
-            self.ask(what, &[ask])?[0].answered().map_err(|why| refused(what, why))?;
+        let body: protocol::VehicleBody = self.query_one(what, actor_id, 0)?;
         if physics.wheels.len() != body.wheels as usize {
             let (given, has) = (physics.wheels.len(), body.wheels);
             return Err(refused(what, &format!("{actor_id} has {has} wheels, not {given}")));
@@ -52,14 +48,10 @@ impl Client {
         &mut self,
         actor_id: ActorId,
     ) -> Result<(VehicleTelemetry, Vec<WheelTelemetry>), ClientError> {
-        let ask = |part, index| Command::Ask(Ask { actor_id, part, index, reserved: 0 });
-        let bad = |why: &str| refused("telemetry", why);
-        let told = self.ask("telemetry", &[ask(part::TELEMETRY, 0)])?;
-        let vehicle: VehicleTelemetry = told[0].answered().map_err(bad)?;
-        let asks: Vec<_> = (0..vehicle.wheels).map(|i| ask(part::WHEEL_TELEMETRY, i)).collect();
-        let told = self.ask("telemetry", &asks)?;
-        let wheels = told.iter().map(|outcome| outcome.answered().map_err(bad));
-        Ok((vehicle, wheels.collect::<Result<_, _>>()?))
+        let vehicle: VehicleTelemetry = self.query_one("telemetry", actor_id, 0)?;
+        let query = |index| Query::new(QueryKind::WheelTelemetry, actor_id, index);
+        let queries: Vec<_> = (0..vehicle.wheels).map(query).collect();
+        Ok((vehicle, self.query("telemetry", &queries)?))
     }
 
     /// Drives a vehicle to a speed and a steering angle, from the next frame on. The latest of
@@ -73,9 +65,7 @@ impl Client {
         &mut self,
         actor_id: ActorId,
     ) -> Result<AckermannSettings, ClientError> {
-        let ask = Command::Ask(Ask { actor_id, part: part::ACKERMANN, index: 0, reserved: 0 });
-        let told = self.ask("ackermann_settings", &[ask])?;
-        told[0].answered().map_err(|why| refused("ackermann_settings", why))
+        self.query_one("ackermann_settings", actor_id, 0)
     }
 
     /// Changes them.
@@ -116,13 +106,29 @@ impl Client {
         self.request("set_weather_affects_grip", &[command]).map(drop)
     }
 
-    fn ask(
+    /// Sends one query and waits for its response.
+    pub(crate) fn query_one<T: ResponseBody>(
         &mut self,
         what: &'static str,
-        asks: &[Command],
-    ) -> Result<Vec<protocol::Outcome>, ClientError> {
-        let entries = self.try_wire_request(what, asks)?;
-        Ok(entries.into_iter().map(|entry| entry.outcome).collect())
+        actor_id: ActorId,
+        index: u32,
+    ) -> Result<T, ClientError> {
+        let mut bodies = self.query(what, &[Query::new(T::KIND, actor_id, index)])?;
+        bodies.pop().ok_or_else(|| refused(what, "there is no response"))
+    }
+
+    /// Sends queries of one kind and waits for their responses, in their order.
+    pub(crate) fn query<T: ResponseBody>(
+        &mut self,
+        what: &'static str,
+        queries: &[Query],
+    ) -> Result<Vec<T>, ClientError> {
+        if queries.is_empty() {
+            return Ok(Vec::new());
+        }
+        let deadline = self.deadlines().answer;
+        let responses = self.connection().query(what, queries, deadline)?;
+        responses.iter().map(|one| one.body().map_err(|why| refused(what, &why))).collect()
     }
 }
 

@@ -4,13 +4,12 @@
 //! shared memory; fields are added with the protocol's version, without a period of deprecation.
 
 pub use protocol::{
-    ActorState, ApplyForce, Ask, Autopilot, BlendPose, BundleHeader, Command, Episode, EraseShapes,
+    ActorState, ApplyForce, Autopilot, BlendPose, BundleHeader, Command, Episode, EraseShapes,
     HideLayers, HideObjects, JournalEntry, LoadMap, Name, Outcome, Plane, RouteCommand, RouteStep,
     STRIDE, SensorSpec, SetBones, SetDoors, SetPhysics, SetStreetLights, SetTrafficLight,
     SetVehicleLights, SetVelocity, SetWeatherAffectsGrip, Settings, Shape, SnapshotHeader, Stamp,
     Switch, Teleport, TrafficParam, Transmit, VehicleControl, WalkerLimbs, flag, kind, lamp, layer,
-    light, output, param, part, point_attribute, route_step, sensor, shape, status, street_light,
-    tracer,
+    light, output, param, point_attribute, route_step, sensor, shape, status, street_light, tracer,
 };
 
 use crate::{Client, ClientError, Outcome as TypedOutcome};

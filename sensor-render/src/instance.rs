@@ -1,5 +1,5 @@
 use bytemuck::{Pod, Zeroable};
-use town::StreetLightState;
+use protocol::StreetLightState;
 
 use crate::bvh::Link;
 

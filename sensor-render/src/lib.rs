@@ -13,7 +13,6 @@ mod baked;
 mod bundles;
 mod bvh;
 mod cpu;
-mod debug_shapes;
 mod device;
 mod error;
 mod glyphs;

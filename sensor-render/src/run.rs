@@ -5,18 +5,18 @@ use std::{path::PathBuf, sync::Arc};
 use bake::Cache;
 use bus::{Event, Instance, Interrupted, Participant, RenderPorts, Role, Snapshot, clock, fault};
 use protocol::{
-    ActorState, BundleHeader, BundleId, Command, Episode, Frame, GivenPoses, JournalEntry, Name,
-    SensorSpec, SnapshotHeader, Weather, layout, sensor, status,
+    ActorState, BundleHeader, BundleId, Command, CommandGroup, Episode, Frame, HiddenObjects,
+    JournalEntry, Name, SensorSpec, SnapshotHeader, StandingState, WorldCommand, layout, sensor,
+    status,
 };
-use town::{Lighting, StreetLightState, Visibility};
 
 use crate::{
     baked::{cached_scene, store_scene},
     bundles::{Bundles, DueBundle},
-    debug_shapes::DebugShapes,
     device::Device,
     job::BundleJob,
     meshes::MeshList,
+    overlay::Overlay,
     rays::pose_planes,
     run_error::RenderError,
     scene::{Replaced, Scene},
@@ -77,19 +77,16 @@ pub fn run(
         ports,
         scene,
         world: World::new(),
-        weather: Weather::default(),
+        standing: StandingState::default(),
         cache,
         number,
         episode,
-        hidden: Visibility::default(),
-        hidden_in_scene: Visibility::default(),
+        hidden_in_scene: HiddenObjects::default(),
         is_replaced,
         replaced,
         bundles: Bundles::default(),
-        debug_shapes: DebugShapes::default(),
-        lighting: Lighting::default(),
+        drawn_revision: 0,
         before: Vec::new(),
-        is_rendering: true,
         done,
         first,
     };
@@ -110,25 +107,22 @@ struct Renderer {
     ports: RenderPorts,
     scene: Arc<Scene>,
     world: World,
-    weather: Weather,
+    /// The persistent switches, as the journal sets them.
+    standing: StandingState,
     cache: Cache,
     /// Number of the episode that is rendered.
     number: u32,
     episode: Episode,
-    /// Layers and objects that are hidden now, and those that are hidden in `scene`.
-    hidden: Visibility,
-    hidden_in_scene: Visibility,
+    /// Layers and objects that are hidden in `scene`.
+    hidden_in_scene: HiddenObjects,
     /// Whether a mesh list was given, and the geometry that was loaded from it.
     is_replaced: bool,
     replaced: Vec<Replaced>,
     bundles: Bundles,
-    /// Debug shapes that the journal has drawn.
-    debug_shapes: DebugShapes,
-    /// Switched street lights.
-    lighting: Lighting,
+    /// [`protocol::DebugShapes::revision`] of the shapes that the tracer draws.
+    drawn_revision: u64,
     /// Actors of the previous frame; kept while a sensor measures optical flow.
     before: Vec<ActorState>,
-    is_rendering: bool,
     /// Last frame that was measured.
     done: Frame,
     /// First frame after this process joined.
@@ -198,8 +192,8 @@ impl Renderer {
         let begin_nanos = clock::now_nanos();
         fault::delay(Role::Render, frame);
         self.apply_journal(frame)?;
-        self.debug_shapes.begin(header.stamp);
-        if self.is_rendering {
+        self.standing.shapes.begin_frame(header.stamp);
+        if self.standing.settings.no_rendering == 0 {
             self.measure_bundles(snapshot, begin_nanos)?;
             if self.bundles.measures_flow() {
                 self.remember_actors(snapshot);
@@ -229,7 +223,7 @@ impl Renderer {
         if due.is_empty() {
             return Ok(());
         }
-        if self.hidden != self.hidden_in_scene {
+        if self.standing.hidden != self.hidden_in_scene {
             self.build_scene()?;
         }
         self.world.limbs.clear();
@@ -238,7 +232,7 @@ impl Renderer {
             &self.scene,
             header.stamp,
             header.delta_nanos,
-            &self.weather,
+            &self.standing.weather,
             snapshot.actors(),
             |actor| {
                 let [r, g, b, _] = actor.color.to_le_bytes();
@@ -248,7 +242,11 @@ impl Renderer {
         if self.bundles.measures_flow() {
             self.world.track_motion(&self.scene, &self.before, snapshot.actors());
         }
-        self.world.set_overlay(self.debug_shapes.overlay());
+        let shapes = &self.standing.shapes;
+        if self.drawn_revision != shapes.revision() {
+            self.drawn_revision = shapes.revision();
+            self.world.set_overlay(Arc::new(Overlay::new(shapes.shapes())));
+        }
         let mut loans = Vec::with_capacity(due.len());
         for bundle in &due {
             let writer = self.bundles.writer(bundle.id);
@@ -275,10 +273,6 @@ impl Renderer {
 
     /// Starts episode `number`. The bundles of the previous episode were destroyed before.
     fn begin_episode(&mut self, number: u32) -> Result<(), RenderError> {
-        self.weather = Weather::default();
-        self.hidden = Visibility::default();
-        self.debug_shapes.clear();
-        self.set_lighting(Lighting::default());
         self.before.clear();
         // A renderer that started after the map was loaded has read the map already.
         if number == self.number {
@@ -288,7 +282,7 @@ impl Renderer {
         if episode != self.episode {
             let replaced = self.is_replaced.then_some(&self.replaced[..]);
             self.scene = Arc::new(scene_for(&self.cache, &episode, replaced)?);
-            self.hidden_in_scene = Visibility::default();
+            self.hidden_in_scene = HiddenObjects::default();
         }
         (self.number, self.episode) = (number, episode);
         Ok(())
@@ -298,14 +292,15 @@ impl Renderer {
     fn build_scene(&mut self) -> Result<(), RenderError> {
         let Episode { map, open_drive, seed } = &self.episode;
         let town = self.cache.town(map, open_drive, *seed)?;
-        let town = town.visible(&self.hidden);
+        let hidden = &self.standing.hidden;
+        let town = town.visible(|number, layer| hidden.hides(number, layer.bit()));
         // The geometry of the blueprints is unchanged and is reused.
         let scene = match self.scene.with_town(&town)? {
             Some(scene) => scene,
             None => Scene::of_town_with(&town, &self.replaced)?,
         };
         self.scene = Arc::new(scene);
-        self.hidden_in_scene = self.hidden.clone();
+        self.hidden_in_scene = self.standing.hidden.clone();
         Ok(())
     }
 
@@ -360,11 +355,9 @@ impl Renderer {
             match event {
                 Event::Reset => {
                     self.bundles.reset();
-                    self.weather = Weather::default();
-                    self.hidden = Visibility::default();
-                    self.debug_shapes.clear();
-                    self.world.poses = GivenPoses::default();
-                    self.set_lighting(Lighting::default());
+                    self.standing = StandingState::default();
+                    self.drawn_revision = u64::MAX;
+                    self.show_standing();
                 }
                 Event::Entry(_, entry) if entry.outcome.status == status::DONE => {
                     self.apply(&entry)?;
@@ -375,15 +368,24 @@ impl Renderer {
         Ok(())
     }
 
-    fn set_lighting(&mut self, lighting: Lighting) {
-        self.world.set_street_lights(&lighting);
-        self.lighting = lighting;
+    /// Gives the world what it shows of the persistent switches.
+    fn show_standing(&mut self) {
+        self.world.set_street_lights(&self.standing.street_lights);
+        self.world.poses = self.standing.poses.clone();
     }
 
     fn apply(&mut self, entry: &JournalEntry) -> Result<(), RenderError> {
         let id = BundleId(entry.outcome.id);
         let command = entry.command.decode();
-        command.iter().for_each(|command| self.world.poses.follow(command));
+        if let Some(command) = &command {
+            self.standing.apply(command, &entry.outcome);
+            match command.group() {
+                CommandGroup::Standing(_)
+                | CommandGroup::Service(_)
+                | CommandGroup::World(WorldCommand::Destroy(_)) => self.show_standing(),
+                CommandGroup::World(_) | CommandGroup::Sensor(_) => {}
+            }
+        }
         match command {
             Some(Command::CreateBundle(bundle)) => {
                 self.bundles.create(id, bundle.parent, bundle.sensor_count)
@@ -410,27 +412,6 @@ impl Renderer {
             }
             Some(Command::DestroyBundle(bundle)) => self.remove(bundle),
             Some(Command::LoadMap(_)) => self.begin_episode(entry.outcome.id)?,
-            Some(Command::SetWeather(weather)) => self.weather = weather,
-            Some(Command::HideLayers(to)) => self.hidden.set_layers(to.layers, to.hidden != 0),
-            Some(Command::HideObjects(to)) => {
-                self.hidden.set_objects(to.block, &to.bits, to.hidden != 0);
-            }
-            // The entries of the saved state follow.
-            Some(Command::LoadState(_)) => {
-                self.hidden = Visibility::default();
-                self.debug_shapes.clear();
-                self.set_lighting(Lighting::default());
-            }
-            Some(Command::SetStreetLights(to)) => {
-                let mut lighting = std::mem::take(&mut self.lighting);
-                let shine =
-                    StreetLightState { mode: to.mode, color: to.color, intensity: to.intensity };
-                lighting.set(to.block, &to.bits, shine);
-                self.set_lighting(lighting);
-            }
-            Some(Command::Draw(shape)) => self.debug_shapes.draw(&shape, entry),
-            Some(Command::EraseShapes(erase)) => self.debug_shapes.erase(&erase),
-            Some(Command::SetSettings(settings)) => self.is_rendering = settings.no_rendering == 0,
             _ => {}
         }
         Ok(())

@@ -2,8 +2,9 @@ use std::iter::repeat;
 use std::sync::Arc;
 
 use glam::{Affine3A, Vec3};
-use protocol::{ActorId, ActorState, GivenPoses, Stamp, WalkerLimbs, Weather, kind, lamp};
-use town::Lighting;
+use protocol::{
+    ActorId, ActorState, GivenPoses, Stamp, StreetLights, WalkerLimbs, Weather, kind, lamp,
+};
 
 use crate::{
     bvh::{Link, Node, transformed_box},
@@ -63,8 +64,8 @@ impl World {
     }
 
     /// Sets the states of the street lights.
-    pub fn set_street_lights(&mut self, lighting: &Lighting) {
-        self.street_lights = Arc::new(lighting.lamps().map(StreetLight::of).collect());
+    pub fn set_street_lights(&mut self, lights: &StreetLights) {
+        self.street_lights = Arc::new(lights.lamps().map(StreetLight::of).collect());
     }
 
     /// Places the actors of one snapshot and rebuilds the top-level hierarchy over them.

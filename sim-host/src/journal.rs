@@ -2,11 +2,10 @@
 
 use bus::{BusError, HostPorts};
 use protocol::{
-    BatchHeader, Command, Frame, JournalEntry, JournalHeader, Name, Outcome, RawCommand, Stamp,
-    VehicleControl,
+    BatchHeader, Command, Frame, JournalEntry, JournalHeader, RawCommand, Stamp, VehicleControl,
 };
 
-use crate::saved::Pending;
+use crate::request::{Pending, Request};
 
 /// One client's batch, kept until its time.
 pub(crate) struct Batch {
@@ -94,7 +93,7 @@ impl Inbox {
     }
 
     /// Waits with these instead of what waited, which is given back.
-    pub(crate) fn begin_anew(&mut self, pending: &[Pending]) -> Vec<Request> {
+    pub(crate) fn replace(&mut self, pending: &[Pending]) -> Vec<Request> {
         let dropped = self.take();
         for command in pending {
             let header = BatchHeader {
@@ -118,35 +117,6 @@ fn push(requests: &mut Vec<Request>, header: &BatchHeader, commands: &[RawComman
             sequence: header.sequence + index as u64,
             command: *command,
         });
-    }
-}
-
-/// One command of one client.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Request {
-    /// Who.
-    pub client: Name,
-    /// Which of the client's.
-    pub sequence: u64,
-    /// What.
-    pub command: RawCommand,
-}
-
-impl Request {
-    /// What the host itself does, for the record.
-    pub(crate) fn of_host(command: Command) -> Request {
-        Request { client: Name::new("sim-host"), sequence: 0, command: command.into() }
-    }
-
-    fn pending(&self, is_control: bool) -> Pending {
-        let Request { client, sequence, command } = *self;
-        Pending { client, sequence, command, is_control: is_control.into() }
-    }
-
-    /// Its line in the journal.
-    pub(crate) fn ended(self, outcome: Outcome) -> JournalEntry {
-        let Request { client, sequence, command } = self;
-        JournalEntry { client, sequence, command, outcome }
     }
 }
 
@@ -207,11 +177,6 @@ impl JournalWriter {
     /// The lines of the coming frame that are out already.
     pub(crate) fn published(&self) -> &[JournalEntry] {
         &self.entries[..self.published]
-    }
-
-    /// All lines of the coming frame so far.
-    pub(crate) fn entries(&self) -> &[JournalEntry] {
-        &self.entries
     }
 
     /// How many lines the frame has so far.

@@ -5,16 +5,15 @@
 
 use bytemuck::{Pod, Zeroable};
 use protocol::{
-    ActorState, BlendPose, Command, Episode, GivenPoses, HideObjects, LightState, Name, RawCommand,
-    SetBones, SetStreetLights, Settings, Stamp, TrafficHeader, TrafficParam, VehicleControl,
-    WalkerLimbs, Weather,
+    ActorState, Episode, JournalEntry, LightState, Name, Stamp, TrafficHeader, VehicleControl,
+    WalkerLimbs,
 };
 
-use crate::{drawings::SavedShape, hash::StateHash};
+use crate::{hash::StateHash, request::Pending};
 
-/// `omnistat`, and the form of what follows.
+/// The magic number of a saved state, and the version of its layout.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnistat");
-const FORM: u32 = 6;
+const VERSION: u32 = 7;
 
 /// Everything that decides the future.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,26 +22,10 @@ pub struct SavedState {
     pub stamp: Stamp,
     /// Over the map and the seed: it is good for no other.
     pub map: u64,
-    /// How time passed.
-    pub settings: Settings,
-    /// The sky, if anybody ever set it.
-    pub weather: Option<Weather>,
-    /// How traffic was told to drive.
-    pub params: Vec<TrafficParam>,
-    /// The sky decides how much wheels grip.
-    pub weather_affects_grip: bool,
-    /// Layers of the town that are switched off, as bits.
-    pub hidden_layers: u32,
-    /// Things of the town that are switched off.
-    pub hidden_objects: Vec<HideObjects>,
-    /// What street lamps were told.
-    pub lamps: Vec<SetStreetLights>,
-    /// What is drawn over the world.
-    pub shapes: Vec<SavedShape>,
-    /// Poses that clients gave walkers, and how much of each shows.
-    pub bones: Vec<SetBones>,
-    /// The latter.
-    pub blends: Vec<BlendPose>,
+    /// Commands that make the default [`protocol::StandingState`] into the saved one.
+    pub standing: Vec<JournalEntry>,
+    /// The number of the debug shape that was drawn last.
+    pub last_shape: u32,
     /// The id given out last.
     pub last_actor: u32,
     /// Every actor, by id.
@@ -59,26 +42,12 @@ pub struct SavedState {
     pub pending: Vec<Pending>,
 }
 
-/// A command that waits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Pending {
-    /// Whose.
-    pub client: Name,
-    /// Which of the client's.
-    pub sequence: u64,
-    /// What.
-    pub command: RawCommand,
-    /// 1: pedals, which come after commands.
-    pub is_control: u64,
-}
-
 /// Why bytes are no state of this world.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StateError {
     /// They are something else, or of another build.
     #[error("it is no saved state of this build: {0}")]
-    Strange(&'static str),
+    Strange(String),
     /// It was saved on another map or with another seed.
     #[error("it was saved on another map or seed; start the simulator as it ran then")]
     OtherMap,
@@ -91,21 +60,13 @@ pub enum StateError {
 #[repr(C)]
 struct Head {
     magic: u64,
-    form: u32,
+    version: u32,
     last_actor: u32,
     map: u64,
     stamp: Stamp,
-    settings: Settings,
-    weather: Weather,
-    has_weather: u32,
-    hidden_layers: u32,
-    weather_affects_grip: u32,
-    hidden_objects: u64,
-    bones: u64,
-    blends: u64,
-    params: u64,
-    lamps: u64,
-    shapes: u64,
+    standing: u64,
+    last_shape: u32,
+    reserved: u32,
     actors: u64,
     limbs: u64,
     physics: u64,
@@ -140,21 +101,13 @@ impl SavedState {
         );
         let mut head = Head {
             magic: MAGIC,
-            form: FORM,
+            version: VERSION,
             last_actor: self.last_actor,
             map: self.map,
             stamp: self.stamp,
-            settings: self.settings,
-            weather: self.weather.unwrap_or(Weather::zeroed()),
-            has_weather: self.weather.is_some().into(),
-            hidden_layers: self.hidden_layers,
-            weather_affects_grip: self.weather_affects_grip.into(),
-            hidden_objects: self.hidden_objects.len() as u64,
-            bones: self.bones.len() as u64,
-            blends: self.blends.len() as u64,
-            params: self.params.len() as u64,
-            lamps: self.lamps.len() as u64,
-            shapes: self.shapes.len() as u64,
+            standing: self.standing.len() as u64,
+            last_shape: self.last_shape,
+            reserved: 0,
             actors: self.actors.len() as u64,
             limbs: self.limbs.len() as u64,
             physics: self.physics.len() as u64,
@@ -163,13 +116,8 @@ impl SavedState {
             header,
             sum: 0,
         };
-        let parts: [&[u8]; 12] = [
-            bytemuck::cast_slice(&self.hidden_objects),
-            bytemuck::cast_slice(&self.bones),
-            bytemuck::cast_slice(&self.blends),
-            bytemuck::cast_slice(&self.params),
-            bytemuck::cast_slice(&self.lamps),
-            bytemuck::cast_slice(&self.shapes),
+        let parts: [&[u8]; 7] = [
+            bytemuck::cast_slice(&self.standing),
             bytemuck::cast_slice(&self.actors),
             bytemuck::cast_slice(&self.roles),
             bytemuck::cast_slice(&self.limbs),
@@ -186,13 +134,14 @@ impl SavedState {
     pub fn from_bytes(bytes: &[u8], map: u64) -> Result<SavedState, StateError> {
         let (head, body) = bytes
             .split_at_checked(size_of::<Head>())
-            .ok_or(StateError::Strange("it is shorter than a state's head"))?;
+            .ok_or(StateError::Strange("shorter than the header".to_owned()))?;
         let head: Head = bytemuck::pod_read_unaligned(head);
         if head.magic != MAGIC {
-            return Err(StateError::Strange("it begins differently"));
+            return Err(StateError::Strange("bad magic".to_owned()));
         }
-        if head.form != FORM {
-            return Err(StateError::Strange("its form has another number"));
+        if head.version != VERSION {
+            let version = head.version;
+            return Err(StateError::Strange(format!("version {version}, expected {VERSION}")));
         }
         if head.sum != sum(&Head { sum: 0, ..head }, body) {
             return Err(StateError::Damaged("its sum is wrong; was it cut off?".to_owned()));
@@ -201,12 +150,7 @@ impl SavedState {
             return Err(StateError::OtherMap);
         }
         let mut rest = body;
-        let hidden_objects = list(&mut rest, head.hidden_objects)?;
-        let bones = list(&mut rest, head.bones)?;
-        let blends = list(&mut rest, head.blends)?;
-        let params = list(&mut rest, head.params)?;
-        let lamps = list(&mut rest, head.lamps)?;
-        let shapes = list(&mut rest, head.shapes)?;
+        let standing = list(&mut rest, head.standing)?;
         let actors: Vec<ActorState> = list(&mut rest, head.actors)?;
         let roles = list(&mut rest, head.actors)?;
         let limbs = list(&mut rest, head.limbs)?;
@@ -219,16 +163,8 @@ impl SavedState {
         Ok(SavedState {
             stamp: head.stamp,
             map,
-            settings: head.settings,
-            weather: (head.has_weather != 0).then_some(head.weather),
-            weather_affects_grip: head.weather_affects_grip != 0,
-            hidden_layers: head.hidden_layers,
-            hidden_objects,
-            bones,
-            blends,
-            params,
-            lamps,
-            shapes,
+            standing,
+            last_shape: head.last_shape,
             last_actor: head.last_actor,
             actors,
             roles,
@@ -237,23 +173,6 @@ impl SavedState {
             decision: (head.decision != 0).then_some((head.header, payload)),
             pending,
         })
-    }
-
-    /// Keeps the poses that clients gave walkers.
-    pub(crate) fn set_poses(&mut self, poses: &GivenPoses) {
-        for command in poses.commands() {
-            match command {
-                Command::SetBones(set) => self.bones.push(set),
-                Command::BlendPose(blend) => self.blends.push(blend),
-                _ => {}
-            }
-        }
-    }
-
-    /// The commands that give these poses again.
-    pub(crate) fn poses(&self) -> impl Iterator<Item = Command> {
-        let bones = self.bones.iter().copied().map(Command::SetBones);
-        bones.chain(self.blends.iter().copied().map(Command::BlendPose))
     }
 
     /// What traffic decided: controls, lights, planner.
@@ -288,15 +207,8 @@ mod tests {
     fn state() -> SavedState {
         SavedState {
             map: 7,
-            weather_affects_grip: true,
-            hidden_layers: 3,
-            hidden_objects: vec![HideObjects::default(); 2],
-            params: vec![TrafficParam::default()],
-            lamps: vec![bytemuck::Zeroable::zeroed()],
-            shapes: vec![bytemuck::Zeroable::zeroed(); 2],
-            bones: vec![SetBones::default(); 2],
-            blends: vec![BlendPose::default()],
-            weather: Some(Weather::default()),
+            standing: vec![bytemuck::Zeroable::zeroed(); 3],
+            last_shape: 4,
             actors: vec![ActorState::default(); 2],
             roles: vec![Name::new("a"), Name::new("b")],
             limbs: vec![WalkerLimbs::default()],

@@ -7,37 +7,23 @@
 //!                                └─────snapshot N───────────────────────────────▶ client
 //! ```
 //!
-//! What traffic decides on frame N acts in N+1: a fact of the world, not of process speed.
+//! What traffic decides on frame N acts in N+1, whatever the speed of the processes.
 
 use bus::clock;
-use protocol::{Frame, SnapshotHeader};
+use protocol::Frame;
 
-use crate::{
-    HostError,
-    host::{Host, ending},
-};
+use crate::{HostError, host::Host, shell::ending};
 
 impl Host {
     /// Advances the world by one tick. All of a tick is on this page.
     pub(crate) fn tick(&mut self) -> Result<Frame, HostError> {
-        let begin_nanos = clock::now_nanos();
-        let frame = self.barrier.advance();
-        self.take_in_what_traffic_decided()?;
-        self.apply_commands()?;
-        let applied_nanos = clock::now_nanos();
-        self.step();
-        self.show_recorded();
-        let stepped_nanos = clock::now_nanos();
-        self.publish(SnapshotHeader {
-            stamp: self.stamp(frame),
-            delta_nanos: self.settings.delta_nanos,
-            begin_nanos,
-            applied_nanos,
-            stepped_nanos,
-            ..SnapshotHeader::default()
-        })?;
-        let verdict = self.await_arrivals(frame)?;
-        self.control.close(frame, ending(&verdict));
+        self.shell.tick.begin_nanos = clock::now_nanos();
+        let frame = self.shell.barrier.advance();
+        let requests = self.drain_inputs()?;
+        let outputs = self.step(&requests)?;
+        self.shell.publish(&self.sim, &outputs)?;
+        let verdict = self.shell.await_arrivals(frame)?;
+        self.shell.control.close(frame, ending(&verdict));
         Ok(frame)
     }
 }

@@ -5,47 +5,38 @@ use std::{collections::BTreeSet, sync::Arc};
 use glam::Vec3;
 use mesh::ObjectId;
 use protocol::{
-    ACTORS_MAX, ActorId, ActorState, Command, GivenPoses, HideObjects, LightState, Name, Pose,
-    ROUTE_STEPS, RouteCommand, STRIDE, SetWeatherAffectsGrip, Settings, Spawn, Stamp,
-    VehicleControl, WalkerLimbs, flag, kind, lamp, light, route_step,
+    ACTORS_MAX, ActorId, ActorState, BLOCK_OBJECTS, HiddenObjects, HideLayers, HideObjects,
+    LightState, Name, Pose, ROUTE_STEPS, RouteCommand, STRIDE, SetStreetLights, Settings, Spawn,
+    StandingState, VehicleControl, WalkerLimbs, WorldCommand, flag, kind, lamp, light, route_step,
 };
-use town::{Blueprint, Kind, Layer, Lighting, Town, Visibility};
+use town::{Blueprint, Kind, Layer, Town};
 
 use crate::{
     hash::StateHash,
     models::{Models, doors_of},
     physics::{Collision, Ground, Physics, PhysicsError, StaticBox},
     saved::{SavedState, StateError},
-    standing::{lit, shine},
 };
-use cast::Cast;
+use actors::ActorTable;
 
+mod actors;
 mod bones;
-mod cast;
 mod outside;
-#[cfg(test)]
-mod tests;
+mod queries;
+mod tuning;
 
 /// A recorded light is the map's own if it stood where that one stands.
 const LIGHT_WITHIN_M: f32 = 0.5;
 
-/// All that an episode's actors are.
+/// The actors of an episode and their bodies, in world space.
 pub struct World {
     physics: Physics,
     models: Models,
-    actors: Cast,
+    actors: ActorTable,
+    /// The id that was given out last.
     last_actor: u32,
     seed: u64,
     place: Arc<Place>,
-    visibility: Visibility,
-    /// The poses that clients gave walkers.
-    poses: GivenPoses,
-    /// What street lamps were told.
-    lighting: Lighting,
-    /// The sky decides how much wheels grip.
-    weather_affects_grip: bool,
-    /// What they would grip then.
-    weather_grip: f32,
 }
 
 /// What of a town stays as it is, whatever happens in it.
@@ -86,18 +77,9 @@ impl World {
         World::on(Arc::new(place), seed)
     }
 
-    /// The world of frame 0 once more.
-    pub(crate) fn anew(&self) -> World {
+    /// Returns the same world as it was at frame 0.
+    pub(crate) fn at_start(&self) -> World {
         World::on(Arc::clone(&self.place), self.seed)
-    }
-
-    /// Takes over from the world before it what is no part of a world but says how it works.
-    pub(crate) fn succeed(&mut self, before: &World) {
-        let on = before.weather_affects_grip;
-        let _ = self.apply(&Command::SetWeatherAffectsGrip(SetWeatherAffectsGrip {
-            on: on.into(),
-            reserved: 0,
-        }));
     }
 
     fn on(place: Arc<Place>, seed: u64) -> World {
@@ -105,15 +87,10 @@ impl World {
         let mut world = World {
             physics,
             models: Models::default(),
-            actors: Cast::default(),
+            actors: ActorTable::default(),
             last_actor: 0,
             seed,
             place,
-            visibility: Visibility::default(),
-            poses: GivenPoses::default(),
-            lighting: Lighting::default(),
-            weather_affects_grip: false,
-            weather_grip: 1.0,
         };
         world.place_lights();
         world
@@ -143,26 +120,26 @@ impl World {
         ActorId(self.last_actor)
     }
 
-    /// Carries out a command about actors. Says the id concerned, or why not.
-    pub fn apply(&mut self, command: &Command) -> Result<u32, String> {
+    /// Carries out a command about actors and returns the id concerned, or why it is refused.
+    pub(crate) fn apply(&mut self, command: &WorldCommand) -> Result<u32, String> {
         match command {
-            Command::Spawn(spawn) => self.spawn(spawn).map(|id| id.0),
-            Command::Destroy(id) => self.destroy(*id).map(|()| id.0),
-            Command::Teleport(to) => {
+            WorldCommand::Spawn(spawn) => self.spawn(spawn).map(|id| id.0),
+            WorldCommand::Destroy(id) => self.destroy(*id).map(|()| id.0),
+            WorldCommand::Teleport(to) => {
                 check_pose(&to.pose)?;
                 self.movable(to.actor_id)?;
                 self.physics.teleport(to.actor_id, &to.pose).map_err(|e| e.to_string())?;
                 self.movable(to.actor_id)?.pose = to.pose;
                 Ok(to.actor_id.0)
             }
-            Command::SetVelocity(to) => {
+            WorldCommand::SetVelocity(to) => {
                 let [linear, turn] =
                     [to.velocity_mps, to.angular_velocity_radps].map(Vec3::from_array);
                 self.movable(to.actor_id)?;
                 self.physics.set_velocity(to.actor_id, linear, turn).map_err(|e| e.to_string())?;
                 Ok(to.actor_id.0)
             }
-            Command::Control(control) => {
+            WorldCommand::Control(control) => {
                 check_control(control)?;
                 let actor = self.movable(control.actor_id)?;
                 if actor.kind != kind::VEHICLE {
@@ -171,21 +148,21 @@ impl World {
                 self.steer(control)?;
                 Ok(control.actor_id.0)
             }
-            Command::Autopilot(to) => {
+            WorldCommand::Autopilot(to) => {
                 let actor = self.movable(to.actor_id)?;
                 set(&mut actor.flags, flag::AUTOPILOT, to.on != 0);
                 Ok(to.actor_id.0)
             }
-            Command::SetPhysics(to) => {
+            WorldCommand::SetPhysics(to) => {
                 self.movable(to.actor_id)?;
                 self.physics.set_kinematic(to.actor_id, to.on == 0).map_err(|e| e.to_string())?;
                 Ok(to.actor_id.0)
             }
-            Command::SetVehicleLights(to) => {
+            WorldCommand::SetVehicleLights(to) => {
                 self.vehicle(to.actor_id, "lamps")?.lamps = to.lamps & lamp::ALL;
                 Ok(to.actor_id.0)
             }
-            Command::SetDoors(to) => {
+            WorldCommand::SetDoors(to) => {
                 let state = self.vehicle(to.actor_id, "doors")?;
                 let blueprint = &town::catalogue()[state.blueprint as usize];
                 let doors = blueprint.rig().door_count() as u32;
@@ -201,9 +178,7 @@ impl World {
                 self.movable(to.actor_id)?.doors = open;
                 Ok(to.actor_id.0)
             }
-            Command::SetBones(to) => self.set_bones(to),
-            Command::BlendPose(to) => self.blend_pose(to),
-            Command::SetTrafficLight(to) => {
+            WorldCommand::SetTrafficLight(to) => {
                 let actor = self.actors.get_mut(to.actor_id);
                 let light = actor
                     .filter(|a| a.kind == kind::TRAFFIC_LIGHT)
@@ -217,111 +192,133 @@ impl World {
                 }
                 Ok(to.actor_id.0)
             }
-            Command::HideLayers(to) => {
-                let all = Layer::ALL.len() as u32;
-                if to.layers >> all != 0 {
-                    return Err(format!(
-                        "layers are {:#x}; there are {all}, one bit each",
-                        to.layers
-                    ));
-                }
-                self.visibility.set_layers(to.layers, to.hidden != 0);
-                self.see_to_solids();
-                Ok(0)
+            WorldCommand::SetBody(to) => {
+                self.rebuild(to.actor_id, |physics| tuning::with_body(physics, to))
             }
-            Command::SetStreetLights(to) => {
-                to.check()?;
-                if let Some(other) = to.numbers().find(|number| !self.place.lamps.contains(number))
-                {
-                    let lamps = self.place.lamps.len();
-                    return Err(format!(
-                        "thing {other} is none of the town's {lamps} street lamps"
-                    ));
-                }
-                self.lighting.set(to.block, &to.bits, shine(to));
-                Ok(0)
+            WorldCommand::SetEngine(to) => self.rebuild(to.actor_id, |physics| {
+                physics.engine = *to;
+                Ok(())
+            }),
+            WorldCommand::SetGearbox(to) => self.rebuild(to.actor_id, |physics| {
+                physics.gearbox = *to;
+                Ok(())
+            }),
+            WorldCommand::SetSteering(to) => self.rebuild(to.actor_id, |physics| {
+                physics.steering = *to;
+                Ok(())
+            }),
+            WorldCommand::SetWheel(to) => {
+                self.rebuild(to.actor_id, |physics| tuning::with_wheel(physics, to))
             }
-            Command::HideObjects(to) => {
-                let last = to.bits.iter().rposition(|bits| *bits != 0).map(|word| {
-                    let bit = 63 - to.bits[word].leading_zeros();
-                    u64::from(to.block) * u64::from(ObjectId::PER_BLOCK)
-                        + word as u64 * 64
-                        + u64::from(bit)
-                });
-                if to.block == 0 && to.bits[0] & 1 != 0 {
-                    return Err("thing 0 is the ground; it stays".to_owned());
-                }
-                if last.is_some_and(|last| last > u64::from(self.place.objects)) {
-                    return Err(format!(
-                        "thing {} is not among the {} of the town",
-                        last.unwrap_or_default(),
-                        self.place.objects
-                    ));
-                }
-                self.visibility.set_objects(to.block, &to.bits, to.hidden != 0);
-                self.see_to_solids();
-                Ok(0)
+            WorldCommand::ApplyForce(force) => self.apply_force(force),
+            WorldCommand::SetGravity(to) => {
+                self.movable(to.actor_id)?;
+                self.physics.set_gravity(to.actor_id, to.on != 0).map_err(|e| e.to_string())?;
+                Ok(to.actor_id.0)
             }
-            other => self
-                .apply_outside(other)
-                .unwrap_or_else(|| Err("this is no command about an actor".to_owned())),
+            WorldCommand::SetCollisions(to) => {
+                self.movable(to.actor_id)?;
+                self.physics.set_collisions(to.actor_id, to.on != 0).map_err(|e| e.to_string())?;
+                Ok(to.actor_id.0)
+            }
+            WorldCommand::Jump(id) => {
+                self.movable(*id)?;
+                self.physics.jump(*id).map_err(|e| e.to_string())?;
+                Ok(id.0)
+            }
+            WorldCommand::Ackermann(control) => {
+                self.vehicle(control.actor_id, "engine")?;
+                self.physics.ackermann(control).map_err(|e| e.to_string())?;
+                Ok(control.actor_id.0)
+            }
+            WorldCommand::SetAckermann(settings) => {
+                self.vehicle(settings.actor_id, "engine")?;
+                self.physics.set_ackermann(settings).map_err(|e| e.to_string())?;
+                Ok(settings.actor_id.0)
+            }
+            WorldCommand::RouteCommand(route) => {
+                self.check_route(route)?;
+                Ok(route.actor_id.0)
+            }
         }
     }
 
-    /// What of the town is switched off.
-    pub(crate) fn visibility(&self) -> &Visibility {
-        &self.visibility
+    /// Whether there are such layers.
+    pub(crate) fn check_layers(to: &HideLayers) -> Result<(), String> {
+        let all = Layer::ALL.len() as u32;
+        if to.layers >> all != 0 {
+            return Err(format!("layers are {:#x}; there are {all}, one bit each", to.layers));
+        }
+        Ok(())
     }
 
-    /// What street lamps were told.
-    pub(crate) fn lighting(&self) -> &Lighting {
-        &self.lighting
+    /// Whether the town has these objects, and they can be hidden.
+    pub(crate) fn check_objects(&self, to: &HideObjects) -> Result<(), String> {
+        let last = to.bits.iter().rposition(|bits| *bits != 0).map(|word| {
+            let bit = 63 - to.bits[word].leading_zeros();
+            u64::from(to.block) * u64::from(BLOCK_OBJECTS) + word as u64 * 64 + u64::from(bit)
+        });
+        if to.block == 0 && to.bits[0] & 1 != 0 {
+            return Err("object 0 is the ground; it cannot be hidden".to_owned());
+        }
+        if last.is_some_and(|last| last > u64::from(self.place.objects)) {
+            return Err(format!(
+                "thing {} is not among the {} of the town",
+                last.unwrap_or_default(),
+                self.place.objects
+            ));
+        }
+        Ok(())
     }
 
-    /// Nobody runs into what is switched off.
-    fn see_to_solids(&mut self) {
+    /// Whether the town has these street lamps, and they can shine so.
+    pub(crate) fn check_street_lights(&self, to: &SetStreetLights) -> Result<(), String> {
+        to.check()?;
+        match to.numbers().find(|number| !self.place.lamps.contains(number)) {
+            Some(other) => {
+                let lamps = self.place.lamps.len();
+                Err(format!("thing {other} is none of the town's {lamps} street lamps"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Takes the boxes of hidden objects out of physics and puts the others back.
+    pub(crate) fn hide(&mut self, hidden: &HiddenObjects) {
         for (index, (object, layer)) in self.place.solids.iter().enumerate() {
-            self.physics.set_static(index, !self.visibility.hides(*object, *layer));
+            self.physics.set_static(index, !hidden.hides(object + 1, layer.bit()));
         }
     }
 
-    /// Whether [`World::apply`] is for this command; the others concern who looks, and time.
-    pub fn is_about_actors(command: &Command) -> bool {
-        !matches!(
-            command,
-            Command::Ask(_)
-                | Command::CreateBundle(_)
-                | Command::Sensor(_)
-                | Command::DestroyBundle(_)
-                | Command::SetSettings(_)
-                | Command::TrafficParam(_)
-                | Command::RouteCommand(_)
-                | Command::Transmit(_)
-                | Command::Draw(_)
-                | Command::EraseShapes(_)
-                | Command::StartRecorder(_)
-                | Command::StopRecorder(_)
-                | Command::SaveState(_)
-                | Command::LoadState(_)
-                | Command::StartReplay(_)
-                | Command::StopReplay(_)
-                | Command::LoadMap(_)
-        )
+    /// Sets the share of the dry ground's friction that wheels find.
+    pub(crate) fn set_grip(&mut self, share: f32) {
+        self.physics.set_grip(share);
     }
 
-    /// The state of somebody who has such parts.
+    /// The state of a vehicle, for a change; `parts` names what another actor lacks.
     fn vehicle(&mut self, id: ActorId, parts: &str) -> Result<&mut ActorState, String> {
-        let state = self.movable(id)?;
-        if state.kind != kind::VEHICLE {
+        self.check_vehicle(id, parts)?;
+        self.movable(id)
+    }
+
+    /// Whether an actor is a vehicle; `parts` names what another actor lacks.
+    fn check_vehicle(&self, id: ActorId, parts: &str) -> Result<(), String> {
+        if self.actor(id)?.kind != kind::VEHICLE {
             return Err(format!("{id} is no vehicle; it has no {parts}"));
         }
-        Ok(state)
+        Ok(())
     }
 
+    /// The state of an actor that is no traffic light, for a change.
     fn movable(&mut self, id: ActorId) -> Result<&mut ActorState, String> {
-        let last = self.last_actor;
-        let actor = self.actors.get_mut(id).ok_or_else(|| {
-            let was = id.0 > 0 && id.0 <= last;
+        self.actor(id)?;
+        self.actors.get_mut(id).ok_or_else(|| format!("{id} was destroyed"))
+    }
+
+    /// The state of an actor that is no traffic light.
+    fn actor(&self, id: ActorId) -> Result<&ActorState, String> {
+        let actor = self.actors.get(id).ok_or_else(|| {
+            let was = id.0 > 0 && id.0 <= self.last_actor;
             format!("{id} {}", if was { "was destroyed" } else { "was never spawned" })
         })?;
         if actor.kind == kind::TRAFFIC_LIGHT {
@@ -374,7 +371,6 @@ impl World {
     fn destroy(&mut self, id: ActorId) -> Result<(), String> {
         self.movable(id)?;
         self.actors.remove(id);
-        self.poses.follow(&Command::Destroy(id));
         self.physics.destroy(id).map_err(|e| e.to_string())
     }
 
@@ -382,8 +378,8 @@ impl World {
         self.physics.control(control).map_err(|e| e.to_string())
     }
 
-    /// Whether a vehicle can be told this; traffic, which reads it in the journal, does it.
-    pub(crate) fn can_be_guided(&mut self, told: &RouteCommand) -> Result<(), String> {
+    /// Whether a vehicle can take this route; traffic, which reads it in the journal, follows it.
+    fn check_route(&mut self, told: &RouteCommand) -> Result<(), String> {
         self.vehicle(told.actor_id, "way")?;
         let count = told.count as usize;
         let steps = told.steps.get(..count).ok_or_else(|| {
@@ -427,14 +423,9 @@ impl World {
         }
     }
 
-    /// Physics.
-    pub fn step(&mut self, settings: &Settings) {
-        self.step_seen(settings, |_, _| {});
-    }
-
-    /// Physics, for one who looks: see [`Physics::step_seen`].
-    pub(crate) fn step_seen(&mut self, settings: &Settings, see: impl FnMut(&Physics, f32)) {
-        self.physics.step_seen(settings.delta_nanos, settings.substep_max_nanos, see);
+    /// Advances physics by one frame; `observe` as in [`Physics::step_seen`].
+    pub(crate) fn step(&mut self, settings: &Settings, observe: impl FnMut(&Physics, f32)) {
+        self.physics.step_seen(settings.delta_nanos, settings.substep_max_nanos, observe);
         let World { physics, actors, .. } = self;
         actors.renew(physics.stirred(), |state| {
             physics.fill(state);
@@ -448,8 +439,8 @@ impl World {
         });
     }
 
-    /// The bodies, for who looks.
-    pub(crate) fn physics(&self) -> &Physics {
+    /// The bodies.
+    pub fn physics(&self) -> &Physics {
         &self.physics
     }
 
@@ -465,7 +456,7 @@ impl World {
         (object, self.place.tags.get(index).copied().unwrap_or_default())
     }
 
-    /// How many collisions this frame had.
+    /// The number of collisions during the newest frame.
     pub fn collisions(&self) -> usize {
         self.physics.collisions().len()
     }
@@ -483,19 +474,6 @@ impl World {
     /// One actor.
     pub fn state(&self, id: ActorId) -> Option<&ActorState> {
         self.actors.get(id)
-    }
-
-    /// Over everything that decides the future: time, the world, and what traffic decided. The
-    /// numbers of the frame and the episode are not part of it: they only count.
-    pub fn state_hash(&self, stamp: &Stamp, settings: &Settings, decided_hash: u64) -> u64 {
-        let mut hash = StateHash::new();
-        hash.word(stamp.sim_time_nanos);
-        // Who waits for whom, and whether anybody looks, changes nothing.
-        hash.word(settings.delta_nanos);
-        hash.word(settings.substep_max_nanos);
-        hash.word(decided_hash);
-        self.hash(&mut hash);
-        hash.value()
     }
 
     /// Puts a recorded actor into the world, moved by [`World::show`] alone. It keeps its id if
@@ -562,27 +540,20 @@ impl World {
         let _ = self.physics.set_velocity(id, linear, turn);
     }
 
-    /// Writes what decides the future into a state.
-    pub fn save_into(&self, state: &mut SavedState) {
+    /// Writes the actors and their bodies into a state.
+    pub(crate) fn save_into(&self, state: &mut SavedState) {
         state.last_actor = self.last_actor;
-        state.weather_affects_grip = self.weather_affects_grip;
-        state.hidden_layers = self.visibility.hidden_layers();
-        let hidden = self.visibility.hidden_objects();
-        state.hidden_objects =
-            hidden.map(|(block, bits)| HideObjects { block, hidden: 1, bits: *bits }).collect();
-        state.lamps = lit(&self.lighting);
         state.actors = self.states().to_vec();
         state.roles = self.actors.roles().to_vec();
         state.limbs = self.limbs().to_vec();
-        state.set_poses(&self.poses);
         state.physics = self.physics.save();
     }
 
     /// Goes on from a state; on an error the world is as it was.
-    pub fn restore(&mut self, state: &SavedState) -> Result<(), StateError> {
+    pub(crate) fn restore(&mut self, state: &SavedState) -> Result<(), StateError> {
         let damaged = |e: PhysicsError| StateError::Damaged(e.to_string());
         self.physics.restore(&state.physics).map_err(damaged)?;
-        self.actors = Cast::default();
+        self.actors = ActorTable::default();
         for (actor, role) in state.actors.iter().zip(&state.roles) {
             self.actors.insert(*actor, *role);
         }
@@ -590,19 +561,6 @@ impl World {
             self.actors.set_limbs(limbs.actor_id, Some(*limbs));
         }
         self.last_actor = state.last_actor;
-        self.poses = GivenPoses::default();
-        state.poses().for_each(|command| self.poses.follow(&command));
-        self.lighting = Lighting::default();
-        for told in &state.lamps {
-            self.lighting.set(told.block, &told.bits, shine(told));
-        }
-        self.visibility = Visibility::default();
-        self.visibility.set_layers(state.hidden_layers, true);
-        self.weather_affects_grip = state.weather_affects_grip;
-        self.weather_grip = state.weather.as_ref().map_or(1.0, outside::grip_under);
-        for hide in &state.hidden_objects {
-            self.visibility.set_objects(hide.block, &hide.bits, true);
-        }
         Ok(())
     }
 
@@ -618,13 +576,14 @@ impl World {
         self.physics.collisions().iter()
     }
 
-    /// Takes in all that decides the future: bodies, drivetrains, flags, roles, ids to come.
-    fn hash(&self, hash: &mut StateHash) {
+    /// Takes in all that decides the future: bodies, drivetrains, flags, roles, ids to come, and
+    /// the switches that physics obeys.
+    pub(crate) fn hash(&self, hash: &mut StateHash, standing: &StandingState) {
         hash.word(self.seed);
         hash.word(self.last_actor.into());
-        hash.word(self.weather_affects_grip.into());
-        hash.word(self.visibility.hidden_layers().into());
-        for (block, bits) in self.visibility.hidden_objects() {
+        hash.word(standing.weather_affects_grip.into());
+        hash.word(standing.hidden.hidden_layers().into());
+        for (block, bits) in standing.hidden.hidden_objects() {
             hash.word(block.into());
             bits.iter().for_each(|word| hash.word(*word));
         }

@@ -4,7 +4,10 @@
 use std::{fs, path::Path, sync::atomic::AtomicBool, sync::atomic::Ordering};
 
 use bus::Role;
-use client_lib::{Client, ClientError, Pose, Profile, SensorBundle, Spawn, Weather, camera, wire::{kind, layer}};
+use client_lib::{
+    Client, ClientError, Pose, Profile, SensorBundle, Spawn, Weather, camera,
+    wire::{kind, layer},
+};
 use glam::{Quat, Vec3};
 use protocol::{ActorId, output};
 use rustix::process::Signal;

@@ -1,6 +1,9 @@
 //! Every sensor shows exactly its frame, judged by the measured values and not by the header.
 
-use client_lib::{Client, Frame, Measurement, Pose, SensorBundle, SensorSpec, Spawn, camera, lidar, wire::Settings};
+use client_lib::{
+    Client, Frame, Measurement, Pose, SensorBundle, SensorSpec, Spawn, camera, lidar,
+    wire::Settings,
+};
 use glam::{Quat, Vec2, Vec3};
 use protocol::{ActorId, Command, Teleport, output};
 

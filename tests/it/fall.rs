@@ -1,7 +1,10 @@
 //! A walker that is hit falls as a jointed body; snapshots, recordings and saved states hold its
 //! limbs to the bit.
 
-use client_lib::{ActorId, Client, Pose, Profile, Replay, SensorBundle, Spawn, camera, wire::{Command, SetVelocity, VehicleControl}};
+use client_lib::{
+    ActorId, Client, Pose, Profile, Replay, SensorBundle, Spawn, camera,
+    wire::{Command, SetVelocity, VehicleControl},
+};
 use glam::{Quat, Vec3};
 use protocol::{ActorState, WalkerLimbs, flag, output};
 

@@ -161,7 +161,7 @@ fn an_invalid_state_is_refused_and_the_world_goes_on() {
         (&state[..100], "no saved state"),
         (&state[..state.len() - 1], "damaged"),
         (&flipped, "damaged"),
-        (&[9; 4096], "begins differently"),
+        (&[9; 4096], "bad magic"),
     ] {
         let said = client.load_state(bytes).unwrap_err().to_string();
         assert!(said.contains(words), "{said}");

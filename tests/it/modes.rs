@@ -1,6 +1,9 @@
 //! Synchronous, pipelined and asynchronous mode, agents in lockstep, and changes during a run.
 
-use client_lib::{Client, Pose, Spawn, camera, wire::{Settings, VehicleControl}};
+use client_lib::{
+    Client, Pose, Spawn, camera,
+    wire::{Settings, VehicleControl},
+};
 use glam::{Quat, Vec3};
 use protocol::{ActorId, output};
 

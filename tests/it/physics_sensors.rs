@@ -1,6 +1,10 @@
 //! Physics sensors over the bus: every frame is exact, and they do not change the world.
 
-use client_lib::{ActorId, Client, GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, SensorSpec, Spawn, camera, collision, gnss, imu, lane_invasion, obstacle, odometry, wire::{SetVelocity, output, tracer}};
+use client_lib::{
+    ActorId, Client, GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, SensorSpec, Spawn, camera,
+    collision, gnss, imu, lane_invasion, obstacle, odometry,
+    wire::{SetVelocity, output, tracer},
+};
 use glam::{Quat, Vec3};
 use protocol::{Command, Name, ObstacleReading, Pose};
 

@@ -4,10 +4,9 @@
 use client_lib::{Client, Pose, Spawn, camera, lidar};
 use glam::{Quat, Vec3};
 use protocol::{
-    AckermannControl, AckermannSettings, ActorId, ApplyForce, Ask, Autopilot, Command, Curve, Gear,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, Autopilot, Command, Curve, Gear,
     HideLayers, HideObjects, SensorSpec, SetDoors, SetPhysics, SetTrafficLight, SetVehicleLights,
     SetVelocity, Settings, StartReplay, Switch, Teleport, TrafficParam, VehicleControl, Weather,
-    part,
 };
 
 use crate::kit::Sim;
@@ -209,8 +208,6 @@ fn bad_numbers(client: &mut Client, car: ActorId) -> List {
     let hide = HideObjects { block: u32::MAX, hidden: 1, bits: [u64::MAX; 16] };
     list.one("thing 4 billion", Command::HideObjects(hide));
     list.one("door 31", Command::SetDoors(SetDoors { actor_id, open: 1 << 31 }));
-    let ask = Ask { actor_id, part: 99, ..Default::default() };
-    list.one("part 99", Command::Ask(ask));
     let replay = StartReplay { time_factor: f32::NAN, ..bytemuck::Zeroable::zeroed() };
     list.one("a replay of nothing", Command::StartReplay(replay));
     list
@@ -240,7 +237,6 @@ fn of_unknown(actor_id: ActorId, list: &mut List) {
         Command::SetBones(protocol::SetBones { actor_id, count: 1, ..Default::default() }),
     );
     dead("BlendPose", Command::BlendPose(protocol::BlendPose { actor_id, weight: 0.5 }));
-    dead("Ask", Command::Ask(Ask { actor_id, part: part::BODY, ..Default::default() }));
     dead("SetBody", Command::SetBody(protocol::VehicleBody { actor_id, ..Default::default() }));
     dead(
         "SetEngine",

@@ -8,14 +8,13 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use mesh::{Mesh, Tag};
-use protocol::{ActorId, ActorState, Frame, Pose, Stamp, flag, kind, light};
+use protocol::{ActorId, ActorState, Name, Pose, Spawn, WorldCommand, flag};
 use road::{LanePoint, Network};
-use sim_host::physics::{Ground, Physics, StaticBox, VehicleModel};
+use sim_host::{Decision, Inputs, NoServices, Sim, physics::Ground};
 use traffic::{Outlook, Planner};
 
 const DELTA_NANOS: u64 = 50_000_000;
 const DELTA_S: f32 = 0.05;
-const SUBSTEP_NANOS: u64 = 10_000_000;
 /// A vehicle that advances less than this is in a jam. Metres.
 const JAM_M: f32 = 5.0;
 /// Contacts within this time belong to the same collision.
@@ -86,12 +85,10 @@ struct Crash {
 /// Vehicles on autopilot on a map, with everything that happened to them.
 pub struct World {
     network: Arc<Network>,
-    physics: Physics,
+    sim: Sim,
     asphalt: Ground,
     planner: Planner,
-    stamp: Stamp,
-    /// Sorted by id: lights, then vehicles.
-    actors: Vec<ActorState>,
+    /// The actors before this index are traffic lights, those from it on vehicles, by id.
     vehicles_from: usize,
     records: Vec<Record>,
     crashes: Vec<Crash>,
@@ -107,22 +104,11 @@ impl World {
     /// Furnishes a map and spawns the vehicles.
     pub fn new(network: Arc<Network>, cast: &Cast) -> World {
         let town = town::furnish(&network, cast.seed);
-        let boxes: Vec<StaticBox> = town
-            .colliders
-            .iter()
-            .map(|c| StaticBox {
-                center: c.center,
-                half_extents_m: c.half_extents_m,
-                yaw_rad: c.yaw_rad,
-            })
-            .collect();
         let mut world = World {
-            physics: Physics::new(Arc::new(Ground::new(&town.mesh)), &boxes),
+            sim: Sim::new(&town, cast.seed),
             asphalt: asphalt(&town.mesh),
             planner: Planner::new(network.clone(), cast.seed),
             network,
-            stamp: Stamp { episode: 1, ..Stamp::default() },
-            actors: Vec::new(),
             vehicles_from: town.heads.len(),
             records: Vec::new(),
             crashes: Vec::new(),
@@ -132,17 +118,6 @@ impl World {
             physics_nanos: 0,
             mind_nanos: 0,
         };
-        for (index, head) in town.heads.iter().enumerate() {
-            world.actors.push(ActorState {
-                actor_id: ActorId(index as u32 + 1),
-                kind: kind::TRAFFIC_LIGHT,
-                flags: flag::KINEMATIC,
-                pose: Pose::level(head.position, head.yaw_rad),
-                phase: light::RED,
-                signal: head.signal,
-                ..ActorState::default()
-            });
-        }
         world.populate(cast);
         world
     }
@@ -154,30 +129,22 @@ impl World {
         for last in (1..places.len()).rev() {
             places.swap(last, random.below(last + 1));
         }
-        let mut models: BTreeMap<&str, Arc<VehicleModel>> = BTreeMap::new();
         while self.records.len() < cast.vehicles {
             let Some(place) = places.pop() else { break };
-            let (index, blueprint) = if cast.sedans {
-                town::blueprint("vehicle.tesla.model3").expect("it is in the catalogue")
-            } else {
-                random.vehicle()
+            let blueprint = if cast.sedans { "vehicle.tesla.model3" } else { random.vehicle().id };
+            let (_, blueprint) = town::blueprint(blueprint).expect("it is in the catalogue");
+            let spawn = Spawn {
+                blueprint: Name::new(blueprint.id),
+                flags: flag::AUTOPILOT,
+                pose: pose(&self.network, place),
+                ..Spawn::default()
             };
-            let model =
-                models.entry(blueprint.id).or_insert_with(|| Arc::new(VehicleModel::of(blueprint)));
-            let id = ActorId(self.actors.len() as u32 + 1);
-            match self.physics.spawn_vehicle(id, model, &pose(&self.network, place), false) {
-                Ok(pose) => {
-                    self.actors.push(ActorState {
-                        actor_id: id,
-                        blueprint: index,
-                        kind: kind::VEHICLE,
-                        flags: flag::AUTOPILOT,
-                        pose,
-                        ..ActorState::default()
-                    });
+            match self.sim.apply_world(&WorldCommand::Spawn(spawn)) {
+                Ok(id) => {
+                    let state = self.sim.world().state(ActorId(id)).expect("it was spawned");
                     self.records.push(Record {
                         blueprint: blueprint.id,
-                        anchor: pose.position(),
+                        anchor: state.pose.position(),
                         ..Record::default()
                     });
                 }
@@ -186,32 +153,22 @@ impl World {
         }
     }
 
-    /// One frame, in the host's order: what was decided on the last frame acts, then physics.
+    /// Advances by one frame: traffic plans on the newest snapshot, and the simulation core steps.
     pub fn tick(&mut self) {
         let begin = bus::clock::now_nanos();
-        self.planner.plan(&self.stamp, DELTA_NANOS, &self.actors, &[]);
-        let planned = bus::clock::now_nanos();
-        self.mind_nanos += planned - begin;
+        self.planner.plan(&self.sim.stamp(), DELTA_NANOS, self.sim.states(), &[]);
+        self.mind_nanos += bus::clock::now_nanos() - begin;
         self.look();
-        for control in self.planner.controls() {
-            self.physics.control(control).expect("it was spawned");
-        }
-        for light in self.planner.lights() {
-            self.actors[light.actor_id.0 as usize - 1].phase = light.phase;
-        }
+        let (controls, lights) = (self.planner.controls(), self.planner.lights());
+        let decision = Some(Decision { controls, lights, hash: 0 });
         let begin = bus::clock::now_nanos();
-        self.physics.step(DELTA_NANOS, SUBSTEP_NANOS);
+        let Ok(_) = self.sim.step(&Inputs { decision, requests: &[] }, &mut NoServices::default());
         self.physics_nanos += bus::clock::now_nanos() - begin;
-        for actor in &mut self.actors[self.vehicles_from..] {
-            self.physics.fill(actor);
-        }
-        self.stamp.frame = Frame(self.stamp.frame.0 + 1);
-        self.stamp.sim_time_nanos += DELTA_NANOS;
         self.judge();
     }
 
     fn time_s(&self) -> f32 {
-        self.stamp.sim_time_nanos as f32 * 1e-9
+        self.sim.stamp().sim_time_nanos as f32 * 1e-9
     }
 
     /// Records how the vehicles drove, in terms of the planner.
@@ -223,7 +180,7 @@ impl World {
         }
         for outlook in self.planner.outlooks() {
             let row = outlook.actor_id.0 as usize - 1 - from;
-            let (record, actor) = (&mut self.records[row], &self.actors[from + row]);
+            let (record, actor) = (&mut self.records[row], &self.sim.states()[from + row]);
             record.lost_s -= DELTA_S;
             let stands = outlook.is_free() && actor.velocity().length() < 0.2;
             record.idle_s = if stands { record.idle_s + DELTA_S } else { 0.0 };
@@ -248,7 +205,8 @@ impl World {
     /// Records what happened to the vehicles.
     fn judge(&mut self) {
         let time_s = self.time_s();
-        for (record, actor) in self.records.iter_mut().zip(&self.actors[self.vehicles_from..]) {
+        for (record, actor) in self.records.iter_mut().zip(&self.sim.states()[self.vehicles_from..])
+        {
             let (place, speed) = (actor.pose.position(), actor.velocity().length());
             record.driven_m += speed * DELTA_S;
             record.top_mps = record.top_mps.max(speed);
@@ -266,7 +224,7 @@ impl World {
             }
             self.teleports += usize::from(actor.has(flag::TELEPORTED));
             // Not in every frame, because it takes longer than all other observations.
-            if self.stamp.frame.0.is_multiple_of(10) {
+            if self.sim.stamp().frame.0.is_multiple_of(10) {
                 let beside_m = beside(&self.asphalt, actor);
                 if beside_m > record.beside_m {
                     record.beside_m = beside_m;
@@ -274,7 +232,7 @@ impl World {
                 }
             }
         }
-        for collision in self.physics.collisions().to_vec() {
+        for collision in self.sim.world().physics().collisions().to_vec() {
             let who = (collision.actor, collision.other);
             let last_s = self.touched_s.insert(who, time_s);
             if last_s.is_none_or(|last_s| time_s - last_s > SAME_CRASH_S) {
@@ -300,13 +258,13 @@ impl World {
 
     /// Writes a line for each light and vehicle.
     pub fn write(&self, trace: &mut BufWriter<File>) -> std::io::Result<()> {
-        for light in &self.actors[..self.vehicles_from] {
+        for light in &self.sim.states()[..self.vehicles_from] {
             let (at, phase) = (light.pose.position(), light.phase);
             let (time_s, id) = (self.time_s(), light.actor_id.0);
             writeln!(trace, "{time_s:.0},{id},{:.1},{:.1},,,,,,,,,,,,,,,{phase}", at.x, at.y)?;
         }
         for o in self.planner.outlooks() {
-            let actor = &self.actors[o.actor_id.0 as usize - 1];
+            let actor = &self.sim.states()[o.actor_id.0 as usize - 1];
             let (at, nose) = (actor.pose.position(), actor.pose.rotation() * Vec3::X);
             let on = LanePoint { lane: o.lane, along_m: 0.0 };
             writeln!(
@@ -336,7 +294,7 @@ impl World {
     }
 
     fn describe(&self, outlook: &Outlook) -> String {
-        let actor = &self.actors[outlook.actor_id.0 as usize - 1];
+        let actor = &self.sim.states()[outlook.actor_id.0 as usize - 1];
         let at = LanePoint { lane: outlook.lane, along_m: 0.0 };
         let (road, section, lane, _) = self.network.road_space(at);
         format!(
@@ -372,7 +330,7 @@ impl World {
     /// Prints all figures, and returns whether every goal is met.
     pub fn report(&self, name: &str, wall_s: f64) -> bool {
         let records = &self.records;
-        let frames = self.stamp.frame.0.max(1);
+        let frames = self.sim.stamp().frame.0.max(1);
         let hours = self.time_s() / 3600.0;
         let free_s: f32 = records.iter().map(|r| r.free_s).sum();
         let share = records.iter().map(|r| r.free_share_s).sum::<f32>() / free_s.max(1.0);
@@ -396,7 +354,7 @@ impl World {
             self.time_s(),
             self.physics_nanos as f64 / 1e3 / frames as f64,
             self.mind_nanos as f64 / 1e3 / frames as f64,
-            self.physics.hash(),
+            self.sim.world().physics().hash(),
         );
         println!(
             "{name}: free {:.1} % of the limit over {:.0} % of the time, {:.1} % where there is no curve; driven mean {mean:.0}, least {:.0} m, {short} short; \
@@ -412,7 +370,7 @@ impl World {
         self.name_the_worst();
         straight >= FREE_SHARE_MIN
             && short + jams + toppled + self.teleports + self.crashes.len() == 0
-            && self.physics.len() == records.len()
+            && self.sim.world().physics().len() == records.len()
     }
 
     /// Returns the faults on a generated town, a sentence each: a vehicle leaves the road,
@@ -455,7 +413,7 @@ impl World {
                 crash.story.join("; ")
             ));
         }
-        if self.teleports > 0 || self.physics.len() != self.records.len() {
+        if self.teleports > 0 || self.sim.world().physics().len() != self.records.len() {
             faults.push(format!("{} were teleported or removed", self.teleports));
         }
         faults
@@ -563,18 +521,14 @@ impl Random {
         ((u128::from(z ^ (z >> 31)) * end as u128) >> 64) as usize
     }
 
-    fn vehicle(&mut self) -> (u32, &'static town::Blueprint) {
+    fn vehicle(&mut self) -> &'static town::Blueprint {
         let kinds = match self.below(100) {
             0..86 => &["car", "van"][..],
             86..94 => &["truck", "bus"],
             _ => &["motorcycle", "bicycle"],
         };
-        let choice: Vec<_> = town::catalogue()
-            .iter()
-            .enumerate()
-            .filter(|(_, b)| kinds.contains(&b.base_type))
-            .collect();
-        let (index, blueprint) = choice[self.below(choice.len())];
-        (index as u32, blueprint)
+        let choice: Vec<_> =
+            town::catalogue().iter().filter(|b| kinds.contains(&b.base_type)).collect();
+        choice[self.below(choice.len())]
     }
 }

@@ -41,9 +41,11 @@ const MANY: usize = crate::control::SLOTS + 4;
 
 /// All channels, in the order in which a tick uses them.
 #[rustfmt::skip]
-pub const CHANNELS: [Channel; 7] = [
+pub const CHANNELS: [Channel; 9] = [
     Channel { name: "command",  carries: "BatchHeader, [Command]",         writers: &[Client],  readers: &[Host],                    depth: 16, writers_max: MANY, readers_max: 1, held: 2, history: 0, loss: Loss::Never },
     Channel { name: "control",  carries: "BatchHeader, [VehicleControl]",  writers: &[Client],  readers: &[Host],                    depth: 8,  writers_max: MANY, readers_max: 1, held: 2, history: 0, loss: Loss::OldestGoes },
+    Channel { name: "query",    carries: "QueryHeader, [Query]",           writers: &[Client],  readers: &[Host],                    depth: 8,  writers_max: MANY, readers_max: 1, held: 2, history: 0, loss: Loss::Never },
+    Channel { name: "response", carries: "QueryHeader, [Response]",        writers: &[Host],    readers: &[Client],                  depth: 8,  writers_max: 1, readers_max: MANY, held: 2, history: 0, loss: Loss::OldestGoes },
     Channel { name: "journal",  carries: "JournalHeader, [JournalEntry]",  writers: &[Host],    readers: &[Traffic, Render, Client], depth: 64, writers_max: 1, readers_max: MANY, held: 2, history: 0, loss: Loss::OldestGoes },
     Channel { name: "snapshot", carries: "SnapshotHeader, [ActorState]",   writers: &[Host],    readers: &[Traffic, Render, Client], depth: 5,  writers_max: 1, readers_max: MANY, held: 3, history: 4, loss: Loss::OldestGoes },
     Channel { name: "resume",   carries: "TrafficHeader, [Block]",         writers: &[Host],    readers: &[Traffic],                 depth: 1,  writers_max: 1, readers_max: 8, held: 1, history: 1, loss: Loss::OldestGoes },
@@ -71,7 +73,7 @@ mod tests {
 
     #[test]
     fn only_the_host_tells_what_is_true() {
-        for name in ["snapshot", "journal"] {
+        for name in ["snapshot", "journal", "response"] {
             assert_eq!(channel(name).writers, [Host]);
         }
     }

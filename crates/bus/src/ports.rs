@@ -9,8 +9,8 @@ use crate::{
     snapshot::{SnapshotReader, SnapshotWriter},
 };
 use protocol::{
-    BatchHeader, Block, BundleHeader, BundleId, JournalEntry, JournalHeader, Page, RawCommand,
-    SnapshotHeader, TrafficHeader, VehicleControl,
+    BatchHeader, Block, BundleHeader, BundleId, JournalEntry, JournalHeader, Page, Query,
+    QueryHeader, RawCommand, Response, SnapshotHeader, TrafficHeader, VehicleControl,
 };
 
 /// Initial capacity of a snapshot and of traffic's message in blocks of 64 bytes.
@@ -37,6 +37,10 @@ pub struct HostPorts {
     pub command: Reader<BatchHeader, RawCommand>,
     /// Vehicle controls.
     pub control: Reader<BatchHeader, VehicleControl>,
+    /// Queries.
+    pub query: Reader<QueryHeader, Query>,
+    /// The responses to queries.
+    pub response: Writer<QueryHeader, Response>,
     /// Traffic's decisions.
     pub traffic: Reader<TrafficHeader, Block>,
     bundles: BTreeMap<BundleId, OwnedService<BundleHeader, Page>>,
@@ -54,6 +58,12 @@ impl HostPorts {
                 row("control"),
                 "control",
                 row("control").held,
+            )?,
+            node.create::<QueryHeader, Query>(row("query"), "query", row("query").held)?,
+            node.create::<QueryHeader, Response>(
+                row("response"),
+                "response",
+                row("response").held,
             )?,
             node.create::<JournalHeader, JournalEntry>(
                 row("journal"),
@@ -80,6 +90,8 @@ impl HostPorts {
             resume: node.writer(row("resume"), "resume", BLOCKS_AT_FIRST, true, 1)?,
             command: node.reader(row("command"), "command")?,
             control: node.reader(row("control"), "control")?,
+            query: node.reader(row("query"), "query")?,
+            response: node.writer(row("response"), "response", 16, true, 1)?,
             traffic: node.reader(row("traffic"), "traffic")?,
             bundles: BTreeMap::new(),
             node,
@@ -200,6 +212,10 @@ pub struct ClientPorts {
     pub command: Writer<BatchHeader, RawCommand>,
     /// Pedals and wheels.
     pub control: Writer<BatchHeader, VehicleControl>,
+    /// Queries.
+    pub query: Writer<QueryHeader, Query>,
+    /// The responses to the queries of all clients.
+    pub response: Reader<QueryHeader, Response>,
     /// Measurements of the client's bundles.
     pub bundles: BundleReaders,
 }
@@ -212,6 +228,8 @@ impl ClientPorts {
             journal: Journal::new(node.reader(channel("journal"), "journal")?),
             command: node.writer(channel("command"), "command", 4, true, 2)?,
             control: node.writer(channel("control"), "control", 4, true, 2)?,
+            query: node.writer(channel("query"), "query", 16, true, 1)?,
+            response: node.reader(channel("response"), "response")?,
             bundles: BundleReaders(node),
         })
     }

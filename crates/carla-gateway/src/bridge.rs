@@ -21,7 +21,10 @@ pub(crate) mod tickers;
 
 use std::{sync::Arc, time::Duration};
 
-use client_lib::{ActorId, Client, ClientError, Pose, SensorBundle, wire::{ActorState, Command, JournalEntry, VehicleControl, WalkerLimbs}};
+use client_lib::{
+    ActorId, Client, ClientError, Pose, SensorBundle,
+    wire::{ActorState, Command, JournalEntry, VehicleControl, WalkerLimbs},
+};
 
 use self::{
     bundles::{BundleContext, Bundles},

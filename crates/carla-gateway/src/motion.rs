@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use client_lib::{ActorId, World, wire::{Command, SetVelocity}};
+use client_lib::{
+    ActorId, World,
+    wire::{Command, SetVelocity},
+};
 use glam::Vec3;
 
 /// The actors that move with a constant velocity.

@@ -1,6 +1,8 @@
 //! The sensors that the host measures during physics, specified by CARLA's attributes.
 
-use client_lib::{GnssSpec, ImuSpec, ObstacleSpec, Pose, SensorSpec, cam, collision, geodesy, gnss, imu, obstacle};
+use client_lib::{
+    GnssSpec, ImuSpec, ObstacleSpec, Pose, SensorSpec, cam, collision, geodesy, gnss, imu, obstacle,
+};
 
 use crate::{
     args::RpcError,

@@ -2,7 +2,10 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use client_lib::{World, wire::{ActorState, kind}};
+use client_lib::{
+    World,
+    wire::{ActorState, kind},
+};
 use road::{LaneIndex, LaneTypes, Network};
 
 use crate::state::RoadContext;

@@ -2,7 +2,10 @@
 
 use std::{collections::BTreeMap, f32::consts::TAU};
 
-use client_lib::{EventCamera, EventCameraSpec, Pose, SensorBundle, SensorSpec, camera, lidar, wire::point_attribute};
+use client_lib::{
+    EventCamera, EventCameraSpec, Pose, SensorBundle, SensorSpec, camera, lidar,
+    wire::point_attribute,
+};
 
 use crate::{
     args::RpcError, physics_sensors, sensor_kind::Kind, stream::Streams, textures,

@@ -1,6 +1,9 @@
 //! The message of stream 1: the state of every actor at one frame.
 
-use client_lib::{Pose, wire::{ActorState, flag, kind, light}};
+use client_lib::{
+    Pose,
+    wire::{ActorState, flag, kind, light},
+};
 
 use crate::wire::{Bytes, flip, flip_turn, message};
 

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
 use bake::Cache;
-use client_lib::{RayGrid, wire::Episode};
+use client_lib::wire::Episode;
 use road::Network;
 use town::Town;
 

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use client_lib::{ActorId, World, wire::{ActorState, Command, SetTrafficLight, kind, light}};
+use client_lib::{
+    ActorId, World,
+    wire::{ActorState, Command, SetTrafficLight, kind, light},
+};
 use road::Network;
 
 use crate::state::{Moment, Timing};

@@ -4,7 +4,10 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use client_lib::{ActorId, wire::{Command, RouteCommand, RouteStep, TrafficParam, param, route_step}};
+use client_lib::{
+    ActorId,
+    wire::{Command, RouteCommand, RouteStep, TrafficParam, param, route_step},
+};
 
 use crate::{
     args::{Args, RpcError},

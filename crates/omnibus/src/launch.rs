@@ -271,7 +271,8 @@ fn run_role_reporting(
     render: RenderConfig,
 ) -> anyhow::Result<()> {
     let outcome = catch_unwind(|| run_role(role, instance, slot, in_process, render));
-    let ended = outcome.unwrap_or_else(|panic| Err(anyhow!("panicked: {}", panic_message(&*panic))));
+    let ended =
+        outcome.unwrap_or_else(|panic| Err(anyhow!("panicked: {}", panic_message(&*panic))));
     let Err(e) = ended else { return Ok(()) };
     if instance.control().map_or(true, |control| control.is_ending()) {
         // Any error here is a consequence of the host's end.

@@ -220,7 +220,11 @@ mod tests {
     fn a_missing_map_file_or_folder_is_named() {
         let folder = folder("none", &[]);
         let error_of = |name: &str| format!("{:#}", text(name, Some(&folder)).unwrap_err());
-        assert!(error_of("Town99").contains("no map is named \"Town99\""), "{}", error_of("Town99"));
+        assert!(
+            error_of("Town99").contains("no map is named \"Town99\""),
+            "{}",
+            error_of("Town99")
+        );
         assert!(error_of("a/b.xodr").starts_with("map a/b.xodr"), "{}", error_of("a/b.xodr"));
         fs::remove_dir_all(&folder).unwrap();
         assert!(error_of("Town04").contains("folder of maps"), "{}", error_of("Town04"));

@@ -6,10 +6,10 @@ use std::{collections::VecDeque, fmt, sync::Arc};
 use ::record::{Moment, Recording};
 use anyhow::{Context, anyhow};
 use protocol::{
-    ActorState, Block, Command, Frame, JournalEntry, LightState, Settings, Stamp, TrafficHeader,
-    VehicleControl, status,
+    ActorState, Block, Command, CommandGroup, Frame, JournalEntry, LightState, Stamp,
+    TrafficHeader, VehicleControl, status,
 };
-use sim_host::{SavedState, World, decision_hash, map_sum};
+use sim_host::{Inputs, NoServices, Request, SavedState, Sim, decision_hash, map_sum};
 use traffic::Planner;
 
 /// How far a re-simulation came.
@@ -111,8 +111,9 @@ struct Seen {
     journal: Vec<JournalEntry>,
 }
 
+/// The simulation that runs again, and traffic.
 struct Again {
-    world: World,
+    sim: Sim,
     planner: Planner,
     blank: Vec<u8>,
     map: u64,
@@ -123,12 +124,12 @@ struct Again {
 impl Again {
     fn new(episode: &protocol::Episode) -> anyhow::Result<Again> {
         let network = bake::Cache::from_environment().network(&episode.map, &episode.open_drive)?;
-        let world = World::new(&town::furnish(&network, episode.seed), episode.seed);
+        let sim = Sim::new(&town::furnish(&network, episode.seed), episode.seed);
         let planner = Planner::new(Arc::new(network), episode.seed);
         let blank = planner.save();
         let map = map_sum(episode);
         Ok(Again {
-            world,
+            sim,
             planner,
             blank,
             map,
@@ -141,7 +142,7 @@ impl Again {
     fn begin(&mut self, moment: &Moment) -> anyhow::Result<Option<String>> {
         let bytes = moment.world.as_ref().context("its first frame lacks the whole world")?;
         let state = SavedState::from_bytes(bytes, self.map)?;
-        self.world.restore(&state)?;
+        self.sim.restore(&state)?;
         self.waiting.clear();
         match &state.decision {
             Some((header, payload)) => self.take(header, payload, true)?,
@@ -150,14 +151,18 @@ impl Again {
                 self.planner.restore(&self.blank)?;
             }
         }
-        Ok(self.close(moment, &settings(moment)))
+        Ok(self.close(moment))
     }
 
+    /// Advances by one frame, in the host's order: commands that were carried out between two
+    /// frames, then [`Sim::step`] with the decision of traffic and the frame's own commands.
     fn step(&mut self, moment: &Moment) -> anyhow::Result<Option<String>> {
-        let settings = settings(moment);
         let (early, late) =
             moment.journal.split_at_checked(moment.early as usize).context("bad journal")?;
-        if let Some(what) = self.apply(early) {
+        let (early, late) = (simulated(early), simulated(late));
+        let mut services = NoServices::default();
+        let Ok(()) = self.sim.apply_between_frames(&requests(&early), &mut services);
+        if let Some(what) = differing_outcome(&early, &services.journal) {
             return Ok(Some(what));
         }
         if let Some((header, payload)) = &moment.decision.whole {
@@ -168,19 +173,23 @@ impl Again {
         if self.decided.hash != moment.decision.hash {
             return Ok(Some(format!("what traffic decided on {}", self.decided.frame)));
         }
-        self.world.follow_traffic(&self.decided.controls, &self.decided.lights);
-        if let Some(what) = self.apply(late) {
+        let Decided { controls, lights, hash, .. } = &self.decided;
+        let decision = sim_host::Decision { controls, lights, hash: *hash };
+        let requests = requests(&late);
+        let inputs = Inputs { decision: Some(decision), requests: &requests };
+        let mut services = NoServices::default();
+        let Ok(_) = self.sim.step(&inputs, &mut services);
+        if let Some(what) = differing_outcome(&late, &services.journal) {
             return Ok(Some(what));
         }
-        self.world.step(&settings);
-        Ok(self.close(moment, &settings))
+        Ok(self.close(moment))
     }
 
     /// Compares, and lets traffic see the frame.
-    fn close(&mut self, moment: &Moment, settings: &Settings) -> Option<String> {
-        let actors = self.world.states().to_vec();
+    fn close(&mut self, moment: &Moment) -> Option<String> {
+        let actors = self.sim.states().to_vec();
         let found = differing(&moment.actors, &actors).or_else(|| {
-            let hash = self.world.state_hash(&moment.stamp, settings, self.decided.hash);
+            let hash = self.sim.state_hash();
             (hash != moment.state_hash)
                 .then(|| format!("state hash {hash:016x}, recorded {:016x}", moment.state_hash))
         });
@@ -242,34 +251,36 @@ impl Again {
         header.fill(&mut blocks, controls, lights, &planner);
         self.take(&header, bytemuck::cast_slice(&blocks), false)
     }
-
-    /// Carries commands out again; says which one ended otherwise than it did.
-    fn apply(&mut self, entries: &[JournalEntry]) -> Option<String> {
-        for entry in entries {
-            let Some(command) = entry.command.decode() else { continue };
-            if !World::is_about_actors(&command) {
-                continue;
-            }
-            let (now, then) = (self.world.apply(&command), entry.outcome.result());
-            let is_same = match (&now, then) {
-                (Ok(now), Ok(then)) => *now == then,
-                (Err(_), Err(_)) => true,
-                _ => false,
-            };
-            if !is_same {
-                return Some(format!("{command:?} ended as {now:?}, recorded {then:?}"));
-            }
-        }
-        None
-    }
 }
 
-fn settings(moment: &Moment) -> Settings {
-    Settings {
-        delta_nanos: moment.delta_nanos,
-        substep_max_nanos: moment.substep_max_nanos,
-        ..Settings::default()
-    }
+/// The lines of a journal whose commands the simulation carries out; the host's own services are
+/// no part of what is simulated again.
+fn simulated(entries: &[JournalEntry]) -> Vec<JournalEntry> {
+    let is_simulated = |entry: &&JournalEntry| {
+        entry.command.decode().is_some_and(|command| match command.group() {
+            CommandGroup::World(_) | CommandGroup::Standing(_) => true,
+            CommandGroup::Sensor(_) | CommandGroup::Service(_) => false,
+        })
+    };
+    entries.iter().filter(is_simulated).copied().collect()
+}
+
+fn requests(entries: &[JournalEntry]) -> Vec<Request> {
+    entries.iter().map(Request::from).collect()
+}
+
+/// The first command that ended otherwise than it was recorded.
+fn differing_outcome(recorded: &[JournalEntry], now: &[JournalEntry]) -> Option<String> {
+    recorded.iter().zip(now).find_map(|(recorded, now)| {
+        let (then, now) = (recorded.outcome.result(), now.outcome.result());
+        let is_same = match (now, then) {
+            (Ok(now), Ok(then)) => now == then,
+            (Err(_), Err(_)) => true,
+            _ => false,
+        };
+        let command = recorded.command.decode();
+        (!is_same).then(|| format!("{command:?} ended as {now:?}, recorded {then:?}"))
+    })
 }
 
 /// The first actor that is not as it was recorded; a recording of inputs keeps none.

@@ -4,15 +4,16 @@
 mod tick;
 mod world;
 
-use std::sync::Arc;
+use std::{convert::Infallible, sync::Arc};
 
 use anyhow::{Context, anyhow};
 use bus::clock;
 use protocol::{
-    ActorState, Command, Frame, Name, Settings, Spawn, Stamp, VehicleControl, Weather, flag, layout,
+    ActorState, Frame, LightState, Name, Settings, Spawn, Stamp, VehicleControl, Weather,
+    WorldCommand, flag, layout,
 };
 use sensor_render::{BundleJob, Tracer, pose_planes, scene_of};
-use sim_host::World;
+use sim_host::{Decision, Inputs, NoServices, Services, Sim};
 use traffic::Planner;
 
 use crate::{
@@ -149,7 +150,7 @@ impl Captured {
             warmup: args.warmup as usize,
             network,
         };
-        let mut world = captured.empty_world();
+        let mut sim = captured.empty_world();
         for pose in places(&captured.network, seed) {
             if captured.vehicles.len() == args.vehicles {
                 break;
@@ -160,25 +161,25 @@ impl Captured {
                 pose,
                 ..Spawn::default()
             };
-            if world.apply(&Command::Spawn(spawn)).is_ok() {
+            if sim.apply_world(&WorldCommand::Spawn(spawn)).is_ok() {
                 captured.vehicles.push(spawn);
             }
         }
         anyhow::ensure!(!captured.vehicles.is_empty(), "no vehicle finds a place on this map");
         let mut planner = Planner::new(Arc::clone(&captured.network), seed);
         for frame in 1..=args.warmup + args.frames() {
-            world.step(&captured.settings);
-            let actors = world.states().to_vec();
+            let (controls, lights) = (planner.controls(), planner.lights());
+            step(&mut sim, controls, lights, &mut NoServices::default())?;
+            let actors = sim.states().to_vec();
             planner.plan(&captured.stamp(frame), captured.settings.delta_nanos, &actors, &[]);
-            world.follow_traffic(planner.controls(), planner.lights());
             captured.controls.push(planner.controls().to_vec());
             captured.snapshots.push(actors);
         }
         Ok(captured)
     }
 
-    fn empty_world(&self) -> World {
-        World::new(&town::furnish(&self.network, self.seed), self.seed)
+    fn empty_world(&self) -> Sim {
+        Sim::new(&town::furnish(&self.network, self.seed), self.seed)
     }
 
     fn stamp(&self, frame: u64) -> Stamp {
@@ -186,22 +187,24 @@ impl Captured {
         Stamp { frame: Frame(frame), sim_time_nanos, episode: 1, reserved: 0 }
     }
 
-    /// The same drive again, with the pedals of the first.
+    /// The time that physics takes on the same drive, with the controls of the first.
     fn physics(&self) -> anyhow::Result<Vec<u64>> {
-        let mut world = self.empty_world();
+        let mut sim = self.empty_world();
         for spawn in &self.vehicles {
-            world.apply(&Command::Spawn(*spawn)).map_err(|why| anyhow!("spawn: {why}"))?;
+            let spawned = sim.apply_world(&WorldCommand::Spawn(*spawn));
+            spawned.map_err(|why| anyhow!("spawn: {why}"))?;
         }
         let mut nanos = Vec::new();
-        for (index, controls) in self.controls.iter().enumerate() {
-            let begin = clock::now_nanos();
-            world.step(&self.settings);
+        let mut controls: &[VehicleControl] = &[];
+        for (index, next) in self.controls.iter().enumerate() {
+            let mut stopwatch = Stopwatch::default();
+            step(&mut sim, controls, &[], &mut stopwatch)?;
             if index >= self.warmup {
-                nanos.push(clock::now_nanos() - begin);
+                nanos.push(stopwatch.nanos);
             }
-            world.follow_traffic(controls, &[]);
+            controls = next;
         }
-        let same = world.states().iter().zip(self.snapshots.last().context("no frame")?);
+        let same = sim.states().iter().zip(self.snapshots.last().context("no frame")?);
         let differing = same.filter(|(a, b)| a.pose != b.pose).count();
         anyhow::ensure!(differing == 0, "{differing} actors went elsewhere the second time");
         Ok(nanos)
@@ -258,6 +261,36 @@ impl Captured {
         }
         Ok(nanos)
     }
+}
+
+/// Measures the physics of one frame.
+#[derive(Default)]
+struct Stopwatch {
+    begin_nanos: u64,
+    nanos: u64,
+}
+
+impl Services for Stopwatch {
+    type Error = Infallible;
+
+    fn commands_applied(&mut self) {
+        self.begin_nanos = clock::now_nanos();
+    }
+
+    fn physics_stepped(&mut self, _sim: &mut Sim) {
+        self.nanos = clock::now_nanos() - self.begin_nanos;
+    }
+}
+
+/// Advances the simulation core by one frame.
+fn step<S: Services>(
+    sim: &mut Sim,
+    controls: &[VehicleControl],
+    lights: &[LightState],
+    services: &mut S,
+) -> Result<(), S::Error> {
+    let decision = Some(Decision { controls, lights, hash: 0 });
+    sim.step(&Inputs { decision, requests: &[] }, services).map(drop)
 }
 
 /// How long frames took.

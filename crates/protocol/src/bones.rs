@@ -31,8 +31,7 @@ pub const BONES: [&str; 66] = [
     "crl_handPinky__R", "crl_handPinky01__R", "crl_handPinky02__R", "crl_handPinkyEnd__R",
 ];
 
-/// Parameters of [`Command::SetBones`]; also the response to an [`crate::Ask`] for
-/// [`crate::part::BONES`].
+/// Parameters of [`Command::SetBones`]; also the response to [`crate::QueryKind::Bones`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SetBones {
@@ -51,8 +50,7 @@ pub struct SetBones {
 
 const _: () = assert!(size_of::<SetBones>() == 184);
 
-/// Parameters of [`Command::BlendPose`]; also the response to an [`crate::Ask`] for
-/// [`crate::part::BLEND`].
+/// Parameters of [`Command::BlendPose`]; also the response to [`crate::QueryKind::Blend`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct BlendPose {
@@ -110,37 +108,34 @@ pub struct GivenPose {
 pub struct GivenPoses(BTreeMap<ActorId, GivenPose>);
 
 impl GivenPoses {
-    /// Applies a command that took effect. Commands without influence on poses are ignored.
-    pub fn follow(&mut self, command: &Command) {
-        match command {
-            Command::SetBones(set) => {
-                let bones = &mut self.0.entry(set.actor_id).or_default().bones;
-                for (bone, pose) in set.bones() {
-                    let bone = bone as usize;
-                    if bone < BONES.len() {
-                        bones.resize(bones.len().max(bone + 1), None);
-                        bones[bone] = Some((pose.position(), pose.rotation()));
-                    }
-                }
+    /// Sets the bones that a command names.
+    pub fn set_bones(&mut self, set: &SetBones) {
+        let bones = &mut self.0.entry(set.actor_id).or_default().bones;
+        for (bone, pose) in set.bones() {
+            let bone = bone as usize;
+            if bone < BONES.len() {
+                bones.resize(bones.len().max(bone + 1), None);
+                bones[bone] = Some((pose.position(), pose.rotation()));
             }
-            Command::BlendPose(blend) => {
-                self.0.entry(blend.actor_id).or_default().weight = blend.weight;
-            }
-            Command::Destroy(actor) => {
-                self.0.remove(actor);
-            }
-            // The commands of the saved state follow.
-            Command::LoadMap(_) | Command::LoadState(_) => self.0.clear(),
-            _ => {}
         }
     }
 
-    /// The client pose of an actor.
+    /// Sets how much of an actor's given pose shows.
+    pub fn blend(&mut self, blend: &BlendPose) {
+        self.0.entry(blend.actor_id).or_default().weight = blend.weight;
+    }
+
+    /// Forgets the pose of an actor that was destroyed.
+    pub fn remove(&mut self, actor: ActorId) {
+        self.0.remove(&actor);
+    }
+
+    /// Returns the pose that an actor was given.
     pub fn of(&self, actor: ActorId) -> Option<&GivenPose> {
         self.0.get(&actor)
     }
 
-    /// The commands that set the same poses.
+    /// Returns the commands that give the same poses.
     pub fn commands(&self) -> Vec<Command> {
         let mut commands = Vec::new();
         for (actor_id, given) in &self.0 {
@@ -161,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wishes_tell_a_pose_whole_and_destroying_ends_it() {
+    fn commands_give_a_whole_pose_and_destroying_the_actor_ends_it() {
         let pose = |x: f32| Pose::new(Vec3::X * x, Quat::from_rotation_y(x));
         let actor_id = ActorId(7);
         let bones: Vec<_> = (0..9).chain([20, 65]).map(|bone| (bone, pose(bone as f32))).collect();
@@ -171,17 +166,23 @@ mod tests {
             [(0, 6), (6, 3), (20, 1), (65, 1)]
         );
         let mut poses = GivenPoses::default();
-        sets.into_iter().map(Command::SetBones).for_each(|command| poses.follow(&command));
-        poses.follow(&Command::BlendPose(BlendPose { actor_id, weight: 0.5 }));
+        sets.iter().for_each(|set| poses.set_bones(set));
+        poses.blend(&BlendPose { actor_id, weight: 0.5 });
         let given = poses.of(actor_id).unwrap();
         assert_eq!((given.weight, given.bones.len()), (0.5, 66));
         assert_eq!(given.bones[8].unwrap().0, Vec3::X * 8.0);
         assert_eq!(given.bones[9], None);
 
         let mut again = GivenPoses::default();
-        poses.commands().iter().for_each(|command| again.follow(command));
+        for command in poses.commands() {
+            match command {
+                Command::SetBones(set) => again.set_bones(&set),
+                Command::BlendPose(blend) => again.blend(&blend),
+                other => panic!("{other:?}"),
+            }
+        }
         assert_eq!(again, poses);
-        again.follow(&Command::Destroy(actor_id));
+        again.remove(actor_id);
         assert_eq!(again, GivenPoses::default());
     }
 }

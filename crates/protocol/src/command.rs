@@ -2,11 +2,10 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use crate::{
-    AckermannControl, AckermannSettings, ActorId, ApplyForce, Ask, BlendPose, BundleId,
-    EraseShapes, FilePath, LoadMap, Name, Pose, SensorSpec, SetBones, SetStreetLights,
-    SetWeatherAffectsGrip, Shape, ShapeReceipt, Stamp, StartRecorder, StartReplay, StopReplay,
-    Switch, Transmit, VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehicleSteering,
-    VehicleTelemetry, VehicleWheel, WheelTelemetry,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, BlendPose, BundleId, EraseShapes,
+    FilePath, LoadMap, Name, Pose, SensorSpec, SetBones, SetStreetLights, SetWeatherAffectsGrip,
+    Shape, ShapeReceipt, Stamp, StartRecorder, StartReplay, StopReplay, Switch, Transmit,
+    VehicleBody, VehicleControl, VehicleEngine, VehicleGearbox, VehicleSteering, VehicleWheel,
 };
 
 /// Header of a batch of [`RawCommand`]s or [`VehicleControl`]s from one client.
@@ -70,7 +69,7 @@ impl Outcome {
         Outcome { status: status::DONE, id, text: [0; 184] }
     }
 
-    /// The outcome that carries a response about `id`.
+    /// It took effect, and made `id` with this receipt.
     pub fn answer(id: u32, what: &impl Answer) -> Outcome {
         let mut text = [0; 184];
         let bytes = bytemuck::bytes_of(what);
@@ -78,7 +77,7 @@ impl Outcome {
         Outcome { status: status::DONE, id, text }
     }
 
-    /// Returns the response to an [`Ask`] for a `T`, or the reason of the refusal.
+    /// The receipt of a command that made something, or why there is none.
     pub fn answered<T: Answer>(&self) -> Result<T, &str> {
         self.result()?;
         Ok(bytemuck::pod_read_unaligned(&self.text[..size_of::<T>()]))
@@ -118,8 +117,7 @@ macro_rules! answers {
 }
 
 answers! {
-    VehicleBody, VehicleEngine, VehicleGearbox, VehicleSteering, VehicleWheel, VehicleTelemetry,
-    AckermannSettings, BlendPose, ShapeReceipt, SetBones, WheelTelemetry
+    ShapeReceipt
 }
 
 /// One entry of a frame's journal: a command and its outcome.
@@ -157,34 +155,64 @@ pub struct JournalHeader {
 const _: () = assert!(size_of::<JournalHeader>() == 40);
 
 macro_rules! commands {
-    ($($(#[$doc:meta])* $name:ident($body:ty) = $kind:literal,)*) => {
-        /// A request that changes the world or its sensors.
+    ($(
+        $(#[$group_doc:meta])* $group:ident($enum:ident) {
+            $($(#[$doc:meta])* $name:ident($body:ty) = $kind:literal,)*
+        }
+    )*) => {
+        /// A command: what a client may change in the world or in its sensors.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum Command { $($(#[$doc])* $name($body),)* }
+        pub enum Command { $($($(#[$doc])* $name($body),)*)* }
+
+        /// A [`Command`] by the part of the host that carries it out. Each part matches its own
+        /// group without a wildcard, so that a new command which is not handled does not compile.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum CommandGroup { $($(#[$group_doc])* $group($enum),)* }
+
+        $(
+            $(#[$group_doc])*
+            #[derive(Clone, Copy, Debug, PartialEq)]
+            pub enum $enum { $($(#[$doc])* $name($body),)* }
+
+            impl From<$enum> for Command {
+                fn from(command: $enum) -> Command {
+                    match command { $($enum::$name(body) => Command::$name(body),)* }
+                }
+            }
+        )*
+
+        impl Command {
+            /// Returns the command as a member of its group.
+            pub fn group(self) -> CommandGroup {
+                match self {
+                    $($(Command::$name(body) => CommandGroup::$group($enum::$name(body)),)*)*
+                }
+            }
+        }
 
         impl From<Command> for RawCommand {
             fn from(command: Command) -> RawCommand {
                 let mut raw = RawCommand::default();
                 match command {
-                    $(Command::$name(body) => {
+                    $($(Command::$name(body) => {
                         const { assert!(size_of::<$body>() <= 200) };
                         raw.kind = $kind;
                         bytemuck::bytes_of_mut(&mut raw.body)[..size_of::<$body>()]
                             .copy_from_slice(bytemuck::bytes_of(&body));
-                    })*
+                    })*)*
                 }
                 raw
             }
         }
 
         impl RawCommand {
-            /// Returns the typed command, or `None` for an unknown command kind.
+            /// Returns the command, or `None` if its kind is unknown.
             pub fn decode(&self) -> Option<Command> {
                 let bytes = bytemuck::bytes_of(&self.body);
                 match self.kind {
-                    $($kind => Some(Command::$name(
+                    $($($kind => Some(Command::$name(
                         bytemuck::pod_read_unaligned(&bytes[..size_of::<$body>()]),
-                    )),)*
+                    )),)*)*
                     _ => None,
                 }
             }
@@ -193,98 +221,110 @@ macro_rules! commands {
 }
 
 commands! {
-    /// Spawns an actor; the outcome holds its id.
-    Spawn(Spawn) = 1,
-    /// Destroys an actor and every sensor bundle attached to it.
-    Destroy(ActorId) = 2,
-    /// Moves an actor to a pose, at rest.
-    Teleport(Teleport) = 3,
-    /// Sets pedals and steering wheel; the latest control holds.
-    Control(VehicleControl) = 4,
-    /// Lets traffic drive an actor, or gives it back to clients.
-    Autopilot(Autopilot) = 5,
-    /// Sets the weather.
-    SetWeather(Weather) = 6,
-    /// Creates a sensor bundle. Its `sensor_count` [`Command::Sensor`]s follow directly in the same batch.
-    CreateBundle(CreateBundle) = 7,
-    /// Adds one sensor to the bundle before it.
-    Sensor(SensorSpec) = 8,
-    /// Destroys a sensor bundle.
-    DestroyBundle(BundleId) = 9,
-    /// Changes time step, mode and pipelining.
-    SetSettings(Settings) = 10,
-    /// Sets one parameter of traffic.
-    TrafficParam(TrafficParam) = 11,
-    /// Sets the velocity of an actor.
-    SetVelocity(SetVelocity) = 12,
-    /// Freezes a traffic light in one phase, or returns it to the signal plan.
-    SetTrafficLight(SetTrafficLight) = 13,
-    /// Switches between dynamic and kinematic motion of an actor.
-    SetPhysics(SetPhysics) = 14,
-    /// Hides or shows layers of the map.
-    HideLayers(HideLayers) = 15,
-    /// Hides or shows static objects of the map.
-    HideObjects(HideObjects) = 16,
-    /// Switches the lights of a vehicle.
-    SetVehicleLights(SetVehicleLights) = 17,
-    /// Opens and closes the doors of a vehicle.
-    SetDoors(SetDoors) = 18,
-    /// Returns properties of an actor that snapshots do not hold, in the outcome.
-    Ask(Ask) = 30,
-    /// Sets mass, drag and centre of mass of a vehicle.
-    SetBody(VehicleBody) = 31,
-    /// Sets the engine of a vehicle.
-    SetEngine(VehicleEngine) = 32,
-    /// Sets the gearbox of a vehicle.
-    SetGearbox(VehicleGearbox) = 33,
-    /// Sets the steering curve of a vehicle over speed.
-    SetSteering(VehicleSteering) = 34,
-    /// Sets one wheel of a vehicle.
-    SetWheel(VehicleWheel) = 35,
-    /// Applies an impulse to an actor, or a force for one frame.
-    ApplyForce(ApplyForce) = 36,
-    /// Switches gravity of an actor on or off.
-    SetGravity(Switch) = 37,
-    /// Switches collisions of an actor on or off.
-    SetCollisions(Switch) = 38,
-    /// Drives a vehicle to a speed and a steering angle; the later of this and [`Command::Control`] holds.
-    Ackermann(AckermannControl) = 39,
-    /// Sets the gains of a vehicle's Ackermann controller.
-    SetAckermann(AckermannSettings) = 40,
-    /// Makes a walker jump.
-    Jump(ActorId) = 41,
-    /// Couples tyre grip to the weather, or decouples it.
-    SetWeatherAffectsGrip(SetWeatherAffectsGrip) = 42,
-    /// Transmits a text by radio with the next frame.
-    Transmit(Transmit) = 43,
-    /// Sets or extends the route of a vehicle that traffic drives.
-    RouteCommand(RouteCommand) = 50,
-    /// Draws a debug shape into camera images. The outcome carries a [`ShapeReceipt`]; its id is
-    /// larger than those of all earlier shapes.
-    Draw(Shape) = 44,
-    /// Removes debug shapes.
-    EraseShapes(EraseShapes) = 45,
-    /// Sets bones of a walker's client pose.
-    SetBones(SetBones) = 46,
-    /// Sets the weight of a walker's client pose.
-    BlendPose(BlendPose) = 47,
-    /// Sets the state of street lights.
-    SetStreetLights(SetStreetLights) = 48,
-    /// Starts a recording with the next frame.
-    StartRecorder(StartRecorder) = 100,
-    /// Ends the recording.
-    StopRecorder(Nothing) = 101,
-    /// Saves the complete simulation state to a file, between two frames.
-    SaveState(FilePath) = 102,
-    /// Restores a saved simulation state.
-    LoadState(FilePath) = 103,
-    /// Replays a recording beside the actors of the world.
-    StartReplay(StartReplay) = 104,
-    /// Ends the replay.
-    StopReplay(StopReplay) = 105,
-    /// Destroys the world and loads a map in its place, between two frames. The outcome's id is the
-    /// number of the new episode.
-    LoadMap(LoadMap) = 106,
+    /// Commands that change actors. Their effect is part of the state hash.
+    World(WorldCommand) {
+        /// Spawns an actor; the outcome holds its id.
+        Spawn(Spawn) = 1,
+        /// Destroys an actor and every sensor bundle attached to it.
+        Destroy(ActorId) = 2,
+        /// Moves an actor to a pose, at rest.
+        Teleport(Teleport) = 3,
+        /// Sets pedals and steering wheel; the latest control holds.
+        Control(VehicleControl) = 4,
+        /// Lets traffic drive an actor, or gives it back to clients.
+        Autopilot(Autopilot) = 5,
+        /// Sets the velocity of an actor.
+        SetVelocity(SetVelocity) = 12,
+        /// Freezes a traffic light in one phase, or returns it to the signal plan.
+        SetTrafficLight(SetTrafficLight) = 13,
+        /// Switches between dynamic and kinematic motion of an actor.
+        SetPhysics(SetPhysics) = 14,
+        /// Switches the lights of a vehicle.
+        SetVehicleLights(SetVehicleLights) = 17,
+        /// Opens and closes the doors of a vehicle.
+        SetDoors(SetDoors) = 18,
+        /// Sets mass, drag and centre of mass of a vehicle.
+        SetBody(VehicleBody) = 31,
+        /// Sets the engine of a vehicle.
+        SetEngine(VehicleEngine) = 32,
+        /// Sets the gearbox of a vehicle.
+        SetGearbox(VehicleGearbox) = 33,
+        /// Sets the steering curve of a vehicle over speed.
+        SetSteering(VehicleSteering) = 34,
+        /// Sets one wheel of a vehicle.
+        SetWheel(VehicleWheel) = 35,
+        /// Applies an impulse to an actor, or a force for one frame.
+        ApplyForce(ApplyForce) = 36,
+        /// Switches gravity of an actor on or off.
+        SetGravity(Switch) = 37,
+        /// Switches collisions of an actor on or off.
+        SetCollisions(Switch) = 38,
+        /// Drives a vehicle to a speed and a steering angle; the later of this and [`Command::Control`] holds.
+        Ackermann(AckermannControl) = 39,
+        /// Sets the gains of a vehicle's Ackermann controller.
+        SetAckermann(AckermannSettings) = 40,
+        /// Makes a walker jump.
+        Jump(ActorId) = 41,
+        /// Sets or extends the route of a vehicle that traffic drives.
+        RouteCommand(RouteCommand) = 50,
+    }
+    /// Commands whose effect holds until another command changes it; [`crate::StandingState`] is
+    /// the sum of them.
+    Standing(StandingCommand) {
+        /// Sets the weather.
+        SetWeather(Weather) = 6,
+        /// Changes time step, mode and pipelining.
+        SetSettings(Settings) = 10,
+        /// Sets one parameter of traffic.
+        TrafficParam(TrafficParam) = 11,
+        /// Hides or shows layers of the map.
+        HideLayers(HideLayers) = 15,
+        /// Hides or shows static objects of the map.
+        HideObjects(HideObjects) = 16,
+        /// Couples tyre grip to the weather, or decouples it.
+        SetWeatherAffectsGrip(SetWeatherAffectsGrip) = 42,
+        /// Draws a debug shape into camera images. The outcome carries a [`ShapeReceipt`]; its id is
+        /// larger than those of all earlier shapes.
+        Draw(Shape) = 44,
+        /// Removes debug shapes.
+        EraseShapes(EraseShapes) = 45,
+        /// Sets bones of a walker's client pose.
+        SetBones(SetBones) = 46,
+        /// Sets the weight of a walker's client pose.
+        BlendPose(BlendPose) = 47,
+        /// Sets the state of street lights.
+        SetStreetLights(SetStreetLights) = 48,
+    }
+    /// Commands about sensor bundles and the messages that their sensors send.
+    Sensor(SensorCommand) {
+        /// Creates a sensor bundle. Its `sensor_count` [`Command::Sensor`]s follow directly in the same batch.
+        CreateBundle(CreateBundle) = 7,
+        /// Adds one sensor to the bundle before it.
+        Sensor(SensorSpec) = 8,
+        /// Destroys a sensor bundle.
+        DestroyBundle(BundleId) = 9,
+        /// Transmits a text by radio with the next frame.
+        Transmit(Transmit) = 43,
+    }
+    /// Commands that the host process executes outside the simulation: recordings, saved states,
+    /// replays, maps.
+    Service(ServiceCommand) {
+        /// Starts a recording with the next frame.
+        StartRecorder(StartRecorder) = 100,
+        /// Ends the recording.
+        StopRecorder(Nothing) = 101,
+        /// Saves the complete simulation state to a file, between two frames.
+        SaveState(FilePath) = 102,
+        /// Restores a saved simulation state.
+        LoadState(FilePath) = 103,
+        /// Replays a recording beside the actors of the world.
+        StartReplay(StartReplay) = 104,
+        /// Ends the replay.
+        StopReplay(StopReplay) = 105,
+        /// Destroys the world and loads a map in its place, between two frames. The outcome's id is the
+        /// number of the new episode.
+        LoadMap(LoadMap) = 106,
+    }
 }
 
 /// The body of a command without parameters.

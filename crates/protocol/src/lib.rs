@@ -8,18 +8,23 @@
 mod actor;
 mod bones;
 mod command;
+mod debug_shapes;
 mod drawing;
 mod episode;
+mod hidden_objects;
 mod limbs;
 mod motion;
 mod name;
 mod payload;
 mod physics_sensor;
+mod query;
 mod recording;
 mod sensor_spec;
 mod snapshot;
 mod stamp;
+mod standing_state;
 mod street;
+mod street_lights;
 mod traffic;
 mod v2x;
 mod vehicle;
@@ -29,17 +34,20 @@ pub use actor::{
 };
 pub use bones::{BONES, BONES_PER_COMMAND, BlendPose, GivenPose, GivenPoses, SetBones};
 pub use command::{
-    Answer, Autopilot, BatchHeader, Command, CreateBundle, HideLayers, HideObjects, JournalEntry,
-    JournalHeader, Nothing, Outcome, ROUTE_STEPS, RawCommand, RouteCommand, RouteStep, SetDoors,
-    SetPhysics, SetTrafficLight, SetVehicleLights, SetVelocity, Settings, Spawn, Teleport,
-    TrafficParam, Weather, layer, param, route_step, status,
+    Answer, Autopilot, BatchHeader, Command, CommandGroup, CreateBundle, HideLayers, HideObjects,
+    JournalEntry, JournalHeader, Nothing, Outcome, ROUTE_STEPS, RawCommand, RouteCommand,
+    RouteStep, SensorCommand, ServiceCommand, SetDoors, SetPhysics, SetTrafficLight,
+    SetVehicleLights, SetVelocity, Settings, Spawn, StandingCommand, Teleport, TrafficParam,
+    Weather, WorldCommand, layer, param, route_step, status,
 };
+pub use debug_shapes::DebugShapes;
 pub use drawing::{EraseShapes, SHAPE_TEXT_BYTES, SHAPES_MAX, Shape, ShapeReceipt, shape};
 pub use episode::{BlueprintInfo, Episode, LoadMap, load};
+pub use hidden_objects::{BLOCK_OBJECTS, HiddenObjects};
 pub use limbs::{LIMBS, WalkerLimbs};
 pub use motion::{
-    AckermannControl, AckermannSettings, ApplyForce, Ask, SetWeatherAffectsGrip, Switch,
-    VehicleTelemetry, WheelTelemetry, part,
+    AckermannControl, AckermannSettings, ApplyForce, SetWeatherAffectsGrip, Switch,
+    VehicleTelemetry, WheelTelemetry,
 };
 pub use name::Name;
 pub use payload::{Block, Page};
@@ -48,6 +56,7 @@ pub use physics_sensor::{
     LaneInvasionReading, LaneInvasionSpec, ObstacleReading, ObstacleSpec, OdometryReading,
     OdometrySpec, PhysicsSensorSpec, Reading, geodesy,
 };
+pub use query::{Query, QueryHeader, QueryKind, Response, ResponseBody};
 pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};
 pub use sensor_spec::{
     BundleHeader, BundleId, DEPTH_FAR_M, Plane, SENSORS_MAX, SensorSpec, element_bytes, layout,
@@ -55,7 +64,9 @@ pub use sensor_spec::{
 };
 pub use snapshot::{PIPELINE_MAX, SnapshotHeader};
 pub use stamp::{Frame, Stamp};
+pub use standing_state::StandingState;
 pub use street::{SetStreetLights, street_light};
+pub use street_lights::{StreetLightState, StreetLights};
 pub use traffic::{LightState, TrafficHeader, TrafficLayout};
 pub use v2x::{
     CamReading, CamSpec, MessageReading, MessageSpec, RadioSpec, TEXT_BYTES, Transmit, radio,

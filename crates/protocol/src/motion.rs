@@ -1,46 +1,8 @@
-//! Commands that move an actor, and queries about its motion.
+//! Commands that move an actor, and the responses to queries about its motion.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::{ActorId, vehicle::within};
-
-/// Parameters of [`crate::Command::Ask`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Ask {
-    /// The actor.
-    pub actor_id: ActorId,
-    /// The kind of the query: one of [`part`].
-    pub part: u32,
-    /// Index of the wheel or first bone.
-    pub index: u32,
-    /// Reserved; 0.
-    pub reserved: u32,
-}
-
-/// Values of [`Ask::part`]; each names the type of its response.
-pub mod part {
-    /// [`crate::VehicleBody`].
-    pub const BODY: u32 = 1;
-    /// [`crate::VehicleEngine`].
-    pub const ENGINE: u32 = 2;
-    /// [`crate::VehicleGearbox`].
-    pub const GEARBOX: u32 = 3;
-    /// [`crate::VehicleSteering`].
-    pub const STEERING: u32 = 4;
-    /// [`crate::VehicleWheel`].
-    pub const WHEEL: u32 = 5;
-    /// [`crate::VehicleTelemetry`].
-    pub const TELEMETRY: u32 = 6;
-    /// [`crate::WheelTelemetry`].
-    pub const WHEEL_TELEMETRY: u32 = 7;
-    /// [`crate::AckermannSettings`].
-    pub const ACKERMANN: u32 = 8;
-    /// [`crate::SetBones`]: six bones of the client pose, from `index` on.
-    pub const BONES: u32 = 9;
-    /// [`crate::BlendPose`].
-    pub const BLEND: u32 = 10;
-}
 
 /// Telemetry of a vehicle at the end of the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

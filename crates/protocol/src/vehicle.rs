@@ -1,6 +1,6 @@
 //! The physics parameters of a vehicle, as clients read and change them.
 //!
-//! Each part is set by a command of its own and is also the response to a [`crate::Command::Ask`]. The
+//! Each part is set by a command of its own and is also the response to a [`crate::Query`]. The
 //! host and the clients both validate the numbers with `check`.
 
 use bytemuck::{Pod, Zeroable};

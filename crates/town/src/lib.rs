@@ -9,16 +9,13 @@
 mod assembled;
 mod catalogue;
 mod furnish;
-mod lighting;
 mod mesh_builder;
 mod static_world;
-mod visibility;
+mod visible;
 
 pub use catalogue::{
     Attribute, AttributeType, Blueprint, Bone, Geometry, GivenPose, Joint, Kind, LIMB_BONES,
     MeshError, Motion, Posture, Rig, Skeleton, Wheel, blueprint, catalogue, replaced, stride_m,
 };
 pub use furnish::{furnish, furnish_with};
-pub use lighting::{Lighting, StreetLightState};
 pub use static_world::{Collider, Detail, Head, Lamp, Layer, Object, Parked, Town};
-pub use visibility::Visibility;

@@ -33,7 +33,7 @@ pub enum Layer {
 }
 
 impl Layer {
-    /// The layer as a mask for [`crate::Visibility::set_layers`].
+    /// The layer as a mask with one bit: its place in [`Layer::ALL`].
     pub fn bit(self) -> u32 {
         1 << self as u32
     }

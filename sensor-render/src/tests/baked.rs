@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use bake::Cache;
 use mapgen::{Character, Plan, generate};
 use protocol::Episode;
-use town::{Layer, Visibility};
+use town::Layer;
 
 use super::*;
 use crate::baked::{cached_scene, store_scene};
@@ -86,10 +86,8 @@ fn a_scene_without_a_layer_is_the_same_with_reused_blueprints() {
     let map = map();
     let town = town::furnish(&road::Network::parse(&map).unwrap(), 1);
     let whole = Scene::of_town(&town).unwrap();
-    let mut without = Visibility::default();
-    let bits = [Layer::Buildings, Layer::ParkedVehicles].map(Layer::bit);
-    without.set_layers(bits[0] | bits[1], true);
-    let without = town.visible(&without);
+    let hidden = [Layer::Buildings, Layer::ParkedVehicles];
+    let without = town.visible(|_, layer| hidden.contains(&layer));
     let [new, kept] =
         [Scene::of_town(&without).unwrap(), whole.with_town(&without).unwrap().unwrap()];
     assert!(kept.triangle_count() < whole.triangle_count());

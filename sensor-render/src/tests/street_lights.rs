@@ -1,8 +1,7 @@
 //! Street lights shine as commands have set them.
 
 use mesh::{Face, Material, Tag};
-use protocol::output;
-use town::{Lighting, StreetLightState};
+use protocol::{StreetLightState, StreetLights, output};
 
 use super::{MeasuredBundle, block, camera, cpu, town, world_with};
 use crate::{Scene, Tracer};
@@ -17,14 +16,14 @@ fn scene() -> Scene {
     Scene::new(&mesh, &[]).unwrap()
 }
 
-fn set(lighting: &mut Lighting, number: u32, shine: StreetLightState) {
+fn set(lighting: &mut StreetLights, number: u32, shine: StreetLightState) {
     let mut bits = [0; 16];
     bits[0] = 1 << number;
     lighting.set(0, &bits, shine);
 }
 
 /// Returns the colours at the centres of the three lamps.
-fn measured(tracer: &mut Tracer, lighting: &Lighting, sun_altitude_rad: f32) -> [[u8; 4]; 3] {
+fn measured(tracer: &mut Tracer, lighting: &StreetLights, sun_altitude_rad: f32) -> [[u8; 4]; 3] {
     let scene = scene();
     let mut world = world_with(&scene, &[]);
     world.weather.sun_altitude_rad = sun_altitude_rad;
@@ -37,8 +36,8 @@ fn measured(tracer: &mut Tracer, lighting: &Lighting, sun_altitude_rad: f32) -> 
 const DAY: f32 = 0.85;
 const NIGHT: f32 = -0.6;
 
-fn lighting() -> Lighting {
-    let mut lighting = Lighting::default();
+fn lighting() -> StreetLights {
+    let mut lighting = StreetLights::default();
     let red = u32::from_le_bytes([255, 0, 0, 255]);
     set(&mut lighting, 9, StreetLightState { mode: 1, color: red, intensity: 1.0 });
     set(&mut lighting, 11, StreetLightState { mode: 0, ..StreetLightState::OWN });
@@ -47,7 +46,7 @@ fn lighting() -> Lighting {
 
 #[test]
 fn a_street_light_shines_at_night_unless_a_command_has_set_it() {
-    let own = Lighting::default();
+    let own = StreetLights::default();
     let by_day = measured(&mut cpu(1), &own, DAY);
     let by_night = measured(&mut cpu(1), &own, NIGHT);
     assert!(by_night.iter().all(|[r, g, b, _]| *r > 240 && *g > 220 && *b > 190), "{by_night:?}");
@@ -59,7 +58,7 @@ fn a_street_light_shines_at_night_unless_a_command_has_set_it() {
         assert!(sun == DAY || off[0] < 100, "{off:?}");
         assert!(sun == NIGHT || off == plain[2], "{off:?}");
     }
-    let mut weak = Lighting::default();
+    let mut weak = StreetLights::default();
     let dim = StreetLightState { intensity: 0.02, ..StreetLightState::OWN };
     set(&mut weak, 10, dim);
     assert!(measured(&mut cpu(1), &weak, NIGHT)[1][0] < 200);
@@ -68,7 +67,7 @@ fn a_street_light_shines_at_night_unless_a_command_has_set_it() {
 #[test]
 fn the_gpu_renders_the_same_street_lights() {
     let Some(mut gpu) = crate::gpu::tests::gpu() else { return };
-    for lighting in [Lighting::default(), lighting(), Lighting::default()] {
+    for lighting in [StreetLights::default(), lighting(), StreetLights::default()] {
         for sun in [DAY, NIGHT] {
             let by_gpu = measured(&mut gpu, &lighting, sun);
             let by_cpu = measured(&mut cpu(1), &lighting, sun);

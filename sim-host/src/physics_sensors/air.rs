@@ -9,6 +9,7 @@ use super::{
     cam::Cam,
     noise::Noise,
     path_loss::{Sight, Span, loss_db},
+    scene::Scene,
 };
 use crate::world::World;
 
@@ -87,7 +88,7 @@ impl Station {
     /// Adds what it sends in this frame.
     pub(super) fn send(
         &mut self,
-        scene: &super::Scene,
+        scene: &Scene,
         world_from_sensor: &Pose,
         noise: &mut Noise,
         air: &mut Vec<Sent>,
@@ -116,7 +117,7 @@ impl Station {
     /// What it hears of it, as bytes of its own readings.
     pub(super) fn hear(
         &self,
-        scene: &super::Scene,
+        scene: &Scene,
         world_from_sensor: &Pose,
         seed: u64,
         air: &[Sent],

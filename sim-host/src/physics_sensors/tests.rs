@@ -2,9 +2,10 @@
 
 use glam::{Quat, Vec3};
 use protocol::{
-    ActorId, CollisionReading, CollisionSpec, Command, GnssReading, GnssSpec, ImuReading, ImuSpec,
-    Name, ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, Reading, SensorSpec,
-    SetVelocity, Settings, SnapshotHeader, Spawn, Stamp, Teleport, VehicleControl, flag,
+    ActorId, CollisionReading, CollisionSpec, GnssReading, GnssSpec, ImuReading, ImuSpec, Name,
+    ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Pose, Reading, SensorSpec,
+    SetVelocity, Settings, SnapshotHeader, Spawn, Stamp, Teleport, VehicleControl, WorldCommand,
+    flag,
 };
 use road::Network;
 
@@ -76,7 +77,7 @@ impl Bench {
     /// One frame; what each sensor says, as bytes.
     pub(super) fn tick(&mut self) -> Vec<Vec<u8>> {
         let (physics_sensors, carrier) = (&mut self.physics_sensors, self.carrier);
-        self.world.step_seen(&self.settings, |physics, dt| {
+        self.world.step(&self.settings, |physics, dt| {
             for sense in physics_sensors.iter_mut() {
                 if let (State::Imu(imu), Some(moving)) = (&mut sense.state, physics.moving(carrier))
                 {
@@ -107,18 +108,20 @@ impl Bench {
     fn control(&mut self, throttle: f32, steer: f32) {
         let control =
             VehicleControl { actor_id: self.carrier, throttle, steer, ..Default::default() };
-        self.world.apply(&Command::Control(control)).unwrap();
+        self.world.apply(&WorldCommand::Control(control)).unwrap();
     }
 
     fn velocity(&mut self, velocity_mps: [f32; 3]) {
         let to = SetVelocity { actor_id: self.carrier, velocity_mps, ..Default::default() };
-        self.world.apply(&Command::SetVelocity(to)).unwrap();
+        self.world.apply(&WorldCommand::SetVelocity(to)).unwrap();
     }
 }
 
 pub(super) fn spawn(world: &mut World, pose: Pose) -> ActorId {
     let blueprint = Name::new("vehicle.tesla.model3");
-    ActorId(world.apply(&Command::Spawn(Spawn { blueprint, pose, ..Spawn::default() })).unwrap())
+    ActorId(
+        world.apply(&WorldCommand::Spawn(Spawn { blueprint, pose, ..Spawn::default() })).unwrap(),
+    )
 }
 
 fn only<T: Reading>(bytes: &[u8]) -> T {
@@ -137,7 +140,7 @@ fn an_imus_readings_add_up_to_its_own_motion() {
     let away = Pose::level(Vec3::new(-300.0, -100.0, 0.0), 0.0);
     bench
         .world
-        .apply(&Command::Teleport(Teleport { actor_id: bench.carrier, pose: away }))
+        .apply(&WorldCommand::Teleport(Teleport { actor_id: bench.carrier, pose: away }))
         .unwrap();
     (0..20).for_each(|_| drop(bench.tick()));
     let arm = Vec3::new(1.5, -0.8, 1.2);
@@ -182,7 +185,7 @@ fn a_teleport_is_felt_by_nobody() {
     (0..10).for_each(|_| drop(bench.tick()));
     let away = Pose::level(Vec3::new(-100.0, 80.0, 0.0), 2.0);
     let to = Teleport { actor_id: bench.carrier, pose: away };
-    bench.world.apply(&Command::Teleport(to)).unwrap();
+    bench.world.apply(&WorldCommand::Teleport(to)).unwrap();
     for _ in 0..5 {
         let felt: ImuReading = only(&bench.tick()[0]);
         let extra = Vec3::from(felt.accelerometer_mps2) - Vec3::Z * 9.81;
@@ -367,7 +370,9 @@ fn whether_anybody_measures_changes_no_bit_and_the_same_seed_says_the_same() {
             bench.control(0.8, 0.1);
             said.extend(bench.tick());
         }
-        let hash = bench.world.state_hash(&Stamp::default(), &bench.settings, 0);
+        let mut hash = crate::hash::StateHash::new();
+        bench.world.hash(&mut hash, &protocol::StandingState::default());
+        let hash = hash.value();
         (hash, said)
     };
     let (alone, _) = run(None);

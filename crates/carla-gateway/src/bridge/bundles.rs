@@ -1,6 +1,9 @@
 //! Creates and destroys the sensor bundles that measure for CARLA's sensors.
 
-use client_lib::{ActorId, Client, SensorBundle, TEXT_BYTES, wire::{Command, Transmit}};
+use client_lib::{
+    ActorId, Client, SensorBundle, TEXT_BYTES,
+    wire::{Command, Transmit},
+};
 
 use crate::{
     args::RpcError,

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use client_lib::{Client, wire::{Command, VehicleControl}};
+use client_lib::{
+    Client,
+    wire::{Command, VehicleControl},
+};
 
 /// Most batches that are sent within one frame of an asynchronous world.
 const BATCHES_PER_FRAME_MAX: u32 = 6;

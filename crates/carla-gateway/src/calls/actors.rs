@@ -1,6 +1,9 @@
 //! Spawns, destroys and describes actors.
 
-use client_lib::{ActorId, Pose, Spawn, wire::{Autopilot, Command}};
+use client_lib::{
+    ActorId, Pose, Spawn,
+    wire::{Autopilot, Command},
+};
 
 use crate::{
     args::RpcError,

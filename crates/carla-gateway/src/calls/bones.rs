@@ -1,6 +1,9 @@
 //! The bones of walkers and the moving parts of vehicles, as clients see them.
 
-use client_lib::{ActorId, Pose, bone, bone_commands, wire::{ActorState, BlendPose, Command, WalkerLimbs, flag, kind}};
+use client_lib::{
+    ActorId, Pose, bone, bone_commands,
+    wire::{ActorState, BlendPose, Command, WalkerLimbs, flag, kind},
+};
 use glam::{Affine3A, Quat, Vec3};
 use town::{Blueprint, GivenPose, Kind, Posture};
 

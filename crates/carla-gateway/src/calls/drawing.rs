@@ -1,6 +1,9 @@
 //! Debug shapes that clients draw.
 
-use client_lib::{carla_axes::CarlaTransform, wire::{Command, EraseShapes, Shape, shape}};
+use client_lib::{
+    carla_axes::CarlaTransform,
+    wire::{Command, EraseShapes, Shape, shape},
+};
 
 use crate::{
     args::{Args, RpcError},

@@ -1,6 +1,9 @@
 //! Teleports actors, sets their velocities, and controls walkers.
 
-use client_lib::{ActorId, Pose, wire::{ActorState, Command, SetPhysics, SetVelocity, Teleport}};
+use client_lib::{
+    ActorId, Pose,
+    wire::{ActorState, Command, SetPhysics, SetVelocity, Teleport},
+};
 use glam::Vec3;
 
 use crate::{

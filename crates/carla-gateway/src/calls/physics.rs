@@ -4,7 +4,11 @@
 //! CARLA's default friction, 3.5, is the friction of the blueprint's tyre. Clutch strength is the
 //! torque of the clutch at a slip of 50 rad/s.
 
-use client_lib::{AckermannControl, AckermannSettings, ActorId, ApplyForce, Curve, Gear, VehiclePhysics, VehicleWheel, wire::{Command, Switch}};
+use client_lib::{
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, Curve, Gear, VehiclePhysics,
+    VehicleWheel,
+    wire::{Command, Switch},
+};
 use glam::Vec3;
 
 use crate::{

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use client_lib::{hide_objects, wire::{Command, HideLayers, layer}};
+use client_lib::{
+    hide_objects,
+    wire::{Command, HideLayers, layer},
+};
 use glam::Vec3;
 
 use crate::{

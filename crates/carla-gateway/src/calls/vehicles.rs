@@ -1,6 +1,9 @@
 //! Controls, lights and doors of vehicles.
 
-use client_lib::{ActorId, wire::{Command, SetDoors, SetVehicleLights, VehicleControl, flag, kind}};
+use client_lib::{
+    ActorId,
+    wire::{Command, SetDoors, SetVehicleLights, VehicleControl, flag, kind},
+};
 
 use crate::{
     args::{Args, RpcError},

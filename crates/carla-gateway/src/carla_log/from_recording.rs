@@ -2,7 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use client_lib::{ActorId, carla_axes::CarlaTransform, wire::{ActorState, Command, flag, kind}};
+use client_lib::{
+    ActorId,
+    carla_axes::CarlaTransform,
+    wire::{ActorState, Command, flag, kind},
+};
 use record::{Moment, Recording};
 
 use crate::carla_log::frame::{

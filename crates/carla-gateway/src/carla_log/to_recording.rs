@@ -2,7 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use client_lib::{ActorId, carla_axes::CarlaTransform, wire::{ActorState, Stamp, flag, kind}};
+use client_lib::{
+    ActorId,
+    carla_axes::CarlaTransform,
+    wire::{ActorState, Stamp, flag, kind},
+};
 use record::Moment;
 
 use crate::carla_log::frame::{CreatedActor, Frame, NO_ACTOR};

@@ -1,6 +1,9 @@
 //! The ego's physics sensors, read at every frame, kept or not.
 
-use client_lib::{CollisionReading, GnssSpec, ImuSpec, LaneInvasionReading, Measurement, OdometrySpec, collision, gnss, imu, lane_invasion, odometry};
+use client_lib::{
+    CollisionReading, GnssSpec, ImuSpec, LaneInvasionReading, Measurement, OdometrySpec, collision,
+    gnss, imu, lane_invasion, odometry,
+};
 use glam::{Quat, Vec3};
 use mesh::Tag;
 use protocol::{Pose, SensorSpec};

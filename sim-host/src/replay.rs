@@ -6,19 +6,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Quat, Vec3};
-use protocol::{
-    ActorId, ActorState, Command, LoadMap, Outcome, StartReplay, WalkerLimbs, kind, load, status,
-};
+use protocol::{ActorId, ActorState, Command, Episode, StartReplay, WalkerLimbs, kind, status};
 use record::{Moment, RecordError};
 
-use super::Host;
-use crate::{HostError, journal::Request, saved::map_sum, world::World};
+use crate::world::World;
 
 /// Beyond this factor states are shown as they were recorded, not between two.
 const SMOOTH_FACTOR_MAX: f32 = 2.0;
 
 /// A replay that goes on.
-pub(super) struct Replay {
+pub(crate) struct Replay {
     recording: record::Recording,
     /// Recorded time that the next frame shows.
     at_nanos: u64,
@@ -32,77 +29,29 @@ pub(super) struct Replay {
     shown: BTreeMap<ActorId, ActorId>,
 }
 
-impl Host {
-    /// See [`protocol::Command::StartReplay`]. The recording's world is loaded first, if it is another.
-    pub(super) fn start_replay(&mut self, command: &StartReplay) -> Result<Outcome, HostError> {
-        let replay = match Replay::of(command) {
-            Ok(replay) => replay,
-            Err(why) => return Ok(Outcome::refused(&why)),
-        };
-        let episode = &replay.recording.info().episode;
-        if map_sum(episode) != map_sum(&self.config.episode) {
-            let next = match self.prepare_world(episode.clone()) {
-                Ok(next) => next,
-                Err(why) => return Ok(Outcome::refused(&why)),
-            };
-            let line = LoadMap { seed: episode.seed, flags: load::SEED, ..LoadMap::default() };
-            self.begin_episode(Request::of_host(Command::LoadMap(line)), next)?;
-        } else if let Err(why) = self.stop_replay(false) {
-            return Ok(Outcome::refused(&why));
-        }
-        self.replay = Some(replay);
-        Ok(Outcome::done(0))
-    }
-
-    /// See [`protocol::Command::StopReplay`].
-    pub(super) fn stop_replay(&mut self, keep_actors: bool) -> Result<u32, String> {
-        let Some(replay) = self.replay.take() else { return Ok(0) };
-        for id in replay.shown.into_values() {
-            if keep_actors {
-                self.world.let_go(id);
-            } else {
-                self.take_out(id);
-            }
-        }
-        Ok(0)
-    }
-
-    fn take_out(&mut self, id: ActorId) {
-        // A client may have destroyed it.
-        if self.world.apply(&Command::Destroy(id)).is_ok() {
-            self.take_down(self.bundles.on(id));
-        }
-    }
-
-    /// After physics: recorded actors stand where they stood.
-    pub(crate) fn show_recorded(&mut self) {
-        let Some(mut replay) = self.replay.take() else { return };
-        if replay.at_nanos >= replay.until_nanos {
-            // CARLA's rule: at the end they are on their own.
-            self.replay = Some(replay);
-            let _ = self.stop_replay(true);
-            return;
-        }
-        let frame = self.barrier.frame().0;
-        match replay.show(&mut self.world) {
-            Ok(gone) => {
-                gone.into_iter().for_each(|id| self.take_out(id));
-                let step = self.settings.delta_nanos as f64 * f64::from(replay.time_factor);
-                replay.at_nanos += step as u64;
-                self.replay = Some(replay);
-            }
-            Err(why) => {
-                log::error!("{frame} the replay ends: {why}");
-                self.replay = Some(replay);
-                let _ = self.stop_replay(true);
-            }
-        }
-    }
-}
-
 impl Replay {
+    /// The episode that was recorded.
+    pub(crate) fn episode(&self) -> &Episode {
+        &self.recording.info().episode
+    }
+
+    /// Whether everything that was requested is shown.
+    pub(crate) fn is_over(&self) -> bool {
+        self.at_nanos >= self.until_nanos
+    }
+
+    /// Goes on by one frame of `delta_nanos`.
+    pub(crate) fn advance(&mut self, delta_nanos: u64) {
+        self.at_nanos += (delta_nanos as f64 * f64::from(self.time_factor)) as u64;
+    }
+
+    /// Returns the ids of the actors that showed recorded ones.
+    pub(crate) fn into_shown(self) -> impl Iterator<Item = ActorId> {
+        self.shown.into_values()
+    }
+
     /// As it is requested, if the recording has what it takes.
-    fn of(command: &StartReplay) -> Result<Replay, String> {
+    pub(crate) fn of(command: &StartReplay) -> Result<Replay, String> {
         let mut recording =
             record::Recording::open(command.path.path()).map_err(|e| e.to_string())?;
         let name = recording.path().display().to_string();
@@ -138,7 +87,7 @@ impl Replay {
     }
 
     /// Shows the moment that is due; answers whom the recording no longer has.
-    fn show(&mut self, world: &mut World) -> Result<Vec<ActorId>, String> {
+    pub(crate) fn show(&mut self, world: &mut World) -> Result<Vec<ActorId>, String> {
         let (actors, limbs) = self.actors().map_err(|e| e.to_string())?;
         let mut there = BTreeSet::new();
         for recorded in &actors {

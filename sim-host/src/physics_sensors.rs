@@ -14,6 +14,7 @@ mod odometry;
 mod path_loss;
 #[cfg(test)]
 mod radio_tests;
+mod scene;
 #[cfg(test)]
 mod tests;
 
@@ -36,6 +37,7 @@ use self::{
     lanes::Corners,
     noise::Noise,
     odometry::Odometry,
+    scene::Scene,
 };
 use crate::{
     physics::{Met, Physics},
@@ -237,14 +239,6 @@ impl SensorBundle {
         }
         world.state(self.parent).map(|state| state.pose)
     }
-}
-
-/// What a sensor looks at.
-struct Scene<'a> {
-    world: &'a World,
-    network: Option<&'a Network>,
-    parent: ActorId,
-    header: &'a SnapshotHeader,
 }
 
 impl PhysicsSensor {

@@ -1,34 +1,31 @@
 //! Handing each frame to the recorder.
 
-use protocol::{JournalEntry, SnapshotHeader, StartRecorder};
+use protocol::{Frame, JournalEntry, SnapshotHeader, StartRecorder};
 use record::{Collision, Decision, Moment, Profile, Recorder, RecordingConfig};
 
-use super::Host;
+use super::Shell;
+use crate::{recording::Recording, sim::Sim};
 
 /// Simulated time between two whole worlds in a recording of inputs.
 const WORLD_NANOS: u64 = 60_000_000_000;
 
-/// The recording that goes on.
-pub(super) struct Recording {
-    recorder: Recorder,
-    profile: Profile,
-    /// Simulated time at which the whole world is kept again; none: never.
-    next_world_nanos: Option<u64>,
-}
-
-impl Host {
+impl Shell {
     /// See [`protocol::Command::StartRecorder`].
-    pub(super) fn start_recorder(&mut self, command: &StartRecorder) -> Result<u32, String> {
+    pub(super) fn start_recorder(
+        &mut self,
+        sim: &Sim,
+        command: &StartRecorder,
+    ) -> Result<u32, String> {
         let profile = Profile::by_code(command.profile)
             .ok_or_else(|| format!("there is no recording profile {}", command.profile))?;
-        // Who starts anew ends what went on.
+        // A new recording ends the one that goes on.
         self.stop_recorder()?;
         let config = RecordingConfig {
             path: command.path.path().to_owned(),
             profile,
             episode: self.config.episode.clone(),
             blueprints: town::catalogue().iter().map(|b| b.id.to_owned()).collect(),
-            roles: self.world.roles(),
+            roles: sim.world().roles(),
         };
         let recorder = Recorder::start(&config).map_err(|e| e.to_string())?;
         let next_world_nanos = profile.has_inputs().then_some(0);
@@ -53,13 +50,13 @@ impl Host {
 
     /// Hands over the frame that was just published. A recording that cannot go on ends; the world
     /// does not.
-    pub(super) fn record(&mut self, header: &SnapshotHeader, journal: &[JournalEntry]) {
+    pub(super) fn record(&mut self, sim: &Sim, header: &SnapshotHeader, journal: &[JournalEntry]) {
         let Some(mut recording) = self.recording.take() else { return };
         let now_nanos = header.stamp.sim_time_nanos;
         let is_due = recording.next_world_nanos.is_some_and(|due| now_nanos >= due);
         let mut moment = recording.recorder.blank();
-        self.fill(&mut moment, &recording, header, journal);
-        moment.world = is_due.then(|| self.state().to_bytes());
+        self.fill(sim, &mut moment, &recording, header, journal);
+        moment.world = is_due.then(|| self.state(sim).to_bytes());
         if is_due {
             // A recording of states is simulated again from its start; its states need no worlds.
             let again = recording.profile == Profile::Inputs;
@@ -82,14 +79,15 @@ impl Host {
 
     fn fill(
         &self,
+        sim: &Sim,
         moment: &mut Moment,
         recording: &Recording,
         header: &SnapshotHeader,
         journal: &[JournalEntry],
     ) {
         moment.stamp = header.stamp;
-        moment.delta_nanos = self.settings.delta_nanos;
-        moment.substep_max_nanos = self.settings.substep_max_nanos;
+        moment.delta_nanos = sim.settings().delta_nanos;
+        moment.substep_max_nanos = sim.settings().substep_max_nanos;
         moment.state_hash = header.state_hash;
         moment.early = self.early as u32;
         moment.actors.clear();
@@ -97,25 +95,25 @@ impl Host {
         moment.journal.clear();
         moment.collisions.clear();
         if recording.profile.has_states() {
-            moment.actors.extend(self.world.states());
-            moment.limbs.extend(self.world.limbs());
+            moment.actors.extend(sim.states());
+            moment.limbs.extend(sim.world().limbs());
         }
         if !recording.profile.has_inputs() {
             moment.decision = Decision::default();
             return;
         }
         moment.journal.extend_from_slice(journal);
-        moment.collisions.extend(self.world.touches().map(|c| Collision {
+        moment.collisions.extend(sim.world().touches().map(|c| Collision {
             actor: c.actor,
             other: c.other,
             impulse_ns: c.impulse_ns.to_array(),
             began: c.began.into(),
         }));
-        let frame = self.decided.as_ref().map_or(protocol::Frame(0), |d| d.header().stamp.frame);
+        let frame = self.decided.as_ref().map_or(Frame(0), |d| d.header().stamp.frame);
         let follows = frame == self.recorded_decision || frame == self.recorded_decision.next();
         moment.decision = Decision {
             frame,
-            hash: self.decided_hash,
+            hash: sim.decision_hash(),
             whole: if follows { None } else { self.decided.as_ref().map(|d| d.to_owned()) },
         };
     }

@@ -7,7 +7,7 @@ use crate::hash::StateHash;
 /// Every actor's published state and role, by id; of who does not change, the digest of both is
 /// kept.
 #[derive(Default)]
-pub(super) struct Cast {
+pub(super) struct ActorTable {
     ids: Vec<ActorId>,
     states: Vec<ActorState>,
     roles: Vec<Name>,
@@ -16,7 +16,7 @@ pub(super) struct Cast {
     limbs: Vec<WalkerLimbs>,
 }
 
-impl Cast {
+impl ActorTable {
     pub(super) fn len(&self) -> usize {
         self.ids.len()
     }

@@ -3,17 +3,17 @@
 use bus::{Role, SLOTS, SlotState, process};
 use protocol::Frame;
 
-use super::Host;
+use super::Shell;
 use crate::{HostError, barrier::OnDeath, supervisor::Death};
 
 /// How often a stage may die in one frame before it is given up.
 const DEATHS_MAX: u32 = 5;
 
-impl Host {
+impl Shell {
     /// Deaths, joins, leavings: what every process's slot asks for.
     pub(crate) fn look_after_slots(&mut self) -> Result<(), HostError> {
         while let Some((slot, death)) = self.supervisor.next_death() {
-            self.bury(slot, death)?;
+            self.clean_up_dead(slot, death)?;
         }
         for slot in 0..SLOTS {
             let words = self.control.slot(slot);
@@ -24,17 +24,17 @@ impl Host {
                 | SlotState::Dead => {}
                 SlotState::Claimed => self.free_if_gone(slot),
                 SlotState::Waiting => self.admit(slot),
-                SlotState::Ready => self.enlist(slot)?,
+                SlotState::Ready => self.start_participating(slot)?,
                 SlotState::Live => {
                     let asked = words.resync();
                     let done = words.ack();
-                    self.seat(slot);
+                    self.update_barrier(slot);
                     if asked > *self.resyncs.get(&slot).unwrap_or(&0) {
                         self.resyncs.insert(slot, asked);
                         self.serve_state(done)?;
                     }
                 }
-                SlotState::Leaving => self.dismiss(slot)?,
+                SlotState::Leaving => self.leave(slot)?,
             }
         }
         Ok(())
@@ -60,7 +60,7 @@ impl Host {
     }
 
     /// Its ports are made: serves it the standing state and lets it take part.
-    fn enlist(&mut self, slot: usize) -> Result<(), HostError> {
+    fn start_participating(&mut self, slot: usize) -> Result<(), HostError> {
         self.ports.journal.connect_readers()?;
         if let Some(role) = self.roles.get(&slot).copied() {
             let frame = self.barrier.frame();
@@ -96,7 +96,7 @@ impl Host {
     }
 
     /// A client may want the tick to wait for it. Who ticks is never waited for.
-    fn seat(&mut self, slot: usize) {
+    fn update_barrier(&mut self, slot: usize) {
         if self.roles.contains_key(&slot) {
             return;
         }
@@ -112,7 +112,7 @@ impl Host {
                 self.control.complete.notify_all();
             }
             (false, true) => {
-                self.unseat(slot);
+                self.leave_barrier(slot);
                 self.control.slot(slot).admit(false, 0, frame);
                 self.control.complete.notify_all();
             }
@@ -120,36 +120,36 @@ impl Host {
         }
     }
 
-    fn unseat(&mut self, slot: usize) {
+    fn leave_barrier(&mut self, slot: usize) {
         self.barrier.leave(slot);
         self.control.mark_dead(slot);
     }
 
     /// The journal as one finds it whose work is done up to `done`.
     fn serve_state(&mut self, done: Frame) -> Result<(), HostError> {
-        let ((frame, entries), mut after) = self.standing.since(done);
+        let ((frame, entries), mut after) = self.keyframes.since(done);
         // What was carried out between two frames belongs to the next one.
-        let coming = self.pen.published();
+        let coming = self.journal.published();
         if !coming.is_empty() {
             after.push((self.barrier.frame().next(), coming.to_vec()));
         }
-        self.pen.publish_keyframe(&self.ports, frame, &entries, after.len())?;
+        self.journal.publish_keyframe(&self.ports, frame, &entries, after.len())?;
         for (frame, entries) in after {
-            self.pen.publish_again(&self.ports, frame, &entries)?;
+            self.journal.publish_again(&self.ports, frame, &entries)?;
         }
         self.control.complete.notify_all();
         Ok(())
     }
 
     /// It goes of its own will.
-    fn dismiss(&mut self, slot: usize) -> Result<(), HostError> {
+    fn leave(&mut self, slot: usize) -> Result<(), HostError> {
         if self.roles.contains_key(&slot) {
             // A stage that leaves ends its process: the watcher tells.
             return Ok(());
         }
         self.supervisor.unwatch(slot);
-        self.take_down(self.bundles.of(self.control.slot(slot).name()));
-        self.unseat(slot);
+        self.remove_bundles(self.bundles.of(self.control.slot(slot).name()));
+        self.leave_barrier(slot);
         self.give_tick_back(slot);
         self.control.slot(slot).reserve(SlotState::Free, 0);
         Ok(())
@@ -165,7 +165,7 @@ impl Host {
         }
     }
 
-    fn bury(&mut self, slot: usize, death: Death) -> Result<(), HostError> {
+    fn clean_up_dead(&mut self, slot: usize, death: Death) -> Result<(), HostError> {
         let Death { why, told } = death;
         let words = self.control.slot(slot);
         let (role, name) = (self.roles.get(&slot).copied(), words.name());
@@ -178,7 +178,7 @@ impl Host {
         let Some(role) = role else {
             self.barrier.dies(slot);
             self.control.leave_verdict_to_host();
-            self.take_down(self.bundles.of(name));
+            self.remove_bundles(self.bundles.of(name));
             self.give_tick_back(slot);
             log::info!("{} client {name:?} died", frame.0);
             let state = if stuck == 0 { SlotState::Free } else { SlotState::Quarantined };

@@ -1,78 +1,97 @@
 use glam::Vec3;
 use protocol::{
-    Autopilot, BlendPose, Command, GivenPoses, Name, Pose, SetBones, SetDoors, SetPhysics,
-    SetVehicleLights, SetVelocity, SetWeatherAffectsGrip, Settings, Spawn, Stamp, Switch, Teleport,
-    VehicleControl, Weather, flag, lamp,
+    Autopilot, BlendPose, Command, CommandGroup, GivenPoses, Name, Pose, Query, QueryKind,
+    SetBones, SetDoors, SetPhysics, SetVehicleLights, SetVelocity, SetWeatherAffectsGrip, Spawn,
+    Switch, Teleport, VehicleBody, VehicleControl, Weather, flag, lamp,
 };
 
-use super::World;
+use super::{Inputs, NoServices, Sim};
 use crate::saved::SavedState;
 
+/// Any command of the simulation itself.
+trait CarryOut {
+    fn carry_out(&mut self, command: &Command) -> Result<u32, String>;
+}
+
+impl CarryOut for Sim {
+    fn carry_out(&mut self, command: &Command) -> Result<u32, String> {
+        match command.group() {
+            CommandGroup::World(command) => self.apply_world(&command),
+            CommandGroup::Standing(command) => {
+                self.apply_standing(&command, self.coming()).map(|outcome| outcome.id)
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
 /// A town of one floor, and nothing in it.
-fn plain() -> World {
+fn plain() -> Sim {
     let mut town = town::Town::default();
     let corner = |x: f32, y: f32| [x * 500.0, y * 500.0, 0.0];
     let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     town.mesh
         .quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], face);
-    World::new(&town, 1)
+    Sim::new(&town, 1)
 }
 
-fn run(world: &mut World, frames: u32) {
-    (0..frames).for_each(|_| world.step(&Settings::default()));
+fn run(world: &mut Sim, frames: u32) {
+    for _ in 0..frames {
+        let Ok(_) = world.step(&Inputs::default(), &mut NoServices::default());
+    }
 }
 
 /// Metres from 20 m/s to rest.
-fn stopping(world: &mut World) -> f32 {
+fn stopping(world: &mut Sim) -> f32 {
     let name = Name::new("vehicle.tesla.model3");
     let spawn = Spawn { blueprint: name, pose: Pose::IDENTITY, ..Spawn::default() };
-    let id = protocol::ActorId(world.apply(&Command::Spawn(spawn)).unwrap());
+    let id = protocol::ActorId(world.carry_out(&Command::Spawn(spawn)).unwrap());
     run(world, 10);
     let velocity_mps = [20.0, 0.0, 0.0];
     world
-        .apply(&Command::SetVelocity(SetVelocity {
+        .carry_out(&Command::SetVelocity(SetVelocity {
             actor_id: id,
             velocity_mps,
             ..Default::default()
         }))
         .unwrap();
     let brake = VehicleControl { actor_id: id, brake: 1.0, ..VehicleControl::default() };
-    world.apply(&Command::Control(brake)).unwrap();
-    let from = world.state(id).unwrap().pose.position();
+    world.carry_out(&Command::Control(brake)).unwrap();
+    let from = world.world().state(id).unwrap().pose.position();
     run(world, 200);
-    let state = world.state(id).unwrap();
+    let state = world.world().state(id).unwrap();
     assert!(state.velocity().length() < 0.01 && !state.has(flag::COLLIDING));
     let meters = (state.pose.position() - from).dot(Vec3::X);
-    world.apply(&Command::Destroy(id)).unwrap();
+    world.carry_out(&Command::Destroy(id)).unwrap();
     meters
 }
 
 #[test]
-fn wet_roads_are_slippery_only_where_the_weather_is_felt() {
+fn wet_roads_are_slippery_only_where_the_weather_affects_grip() {
     let mut world = plain();
     let dry = stopping(&mut world);
     let rain = Weather { wetness: 100.0, precipitation_deposits: 50.0, ..Weather::default() };
-    world.apply(&Command::SetWeather(rain)).unwrap();
+    world.carry_out(&Command::SetWeather(rain)).unwrap();
     assert_eq!(stopping(&mut world), dry);
     world
-        .apply(&Command::SetWeatherAffectsGrip(SetWeatherAffectsGrip { on: 1, reserved: 0 }))
+        .carry_out(&Command::SetWeatherAffectsGrip(SetWeatherAffectsGrip { on: 1, reserved: 0 }))
         .unwrap();
     let wet = stopping(&mut world);
     println!("{dry} m dry, {wet} m wet");
     assert!((1.4..2.0).contains(&(wet / dry)), "{dry} m dry, {wet} m wet");
 
-    let mut state = SavedState { weather: Some(rain), ..SavedState::default() };
+    let mut state = SavedState::default();
     world.save_into(&mut state);
     let mut other = plain();
     other.restore(&state).unwrap();
     assert_eq!(stopping(&mut other), stopping(&mut world));
 
-    world.apply(&Command::SetWeather(Weather::default())).unwrap();
+    world.carry_out(&Command::SetWeather(Weather::default())).unwrap();
     assert!((stopping(&mut world) / dry - 1.0).abs() < 0.01);
 }
 
 /// Three that stand, physics does not move them: a box, a car, somebody on foot.
-fn standing() -> World {
+fn standing() -> Sim {
     let mut world = plain();
     for (k, name) in ["static.prop.box01", "vehicle.tesla.model3", "walker.pedestrian.0001"]
         .into_iter()
@@ -81,15 +100,15 @@ fn standing() -> World {
         let pose = Pose::level(Vec3::new(10.0 * k as f32, 0.0, 0.0), 0.3);
         let name = Name::new(name);
         let spawn = Spawn { blueprint: name, pose, flags: flag::KINEMATIC, ..Spawn::default() };
-        let id = protocol::ActorId(world.apply(&Command::Spawn(spawn)).unwrap());
-        world.apply(&Command::SetPhysics(SetPhysics { actor_id: id, on: 0 })).unwrap();
+        let id = protocol::ActorId(world.carry_out(&Command::Spawn(spawn)).unwrap());
+        world.carry_out(&Command::SetPhysics(SetPhysics { actor_id: id, on: 0 })).unwrap();
     }
     run(&mut world, 4);
     world
 }
 
 /// The same, of which nobody has rested yet.
-fn afresh(of: &World) -> World {
+fn afresh(of: &Sim) -> Sim {
     let mut state = SavedState::default();
     of.save_into(&mut state);
     let mut other = plain();
@@ -97,12 +116,12 @@ fn afresh(of: &World) -> World {
     other
 }
 
-fn hash(world: &World) -> u64 {
-    world.state_hash(&Stamp::default(), &Settings::default(), 0)
+fn hash(world: &Sim) -> u64 {
+    world.state_hash()
 }
 
 #[test]
-fn who_rests_wakes_for_every_wish() {
+fn a_resting_actor_wakes_for_every_command() {
     let id = |k: u32| protocol::ActorId(k + 1);
     let on = |k: u32, on: u32| Switch { actor_id: id(k), on };
     let moved = Teleport { actor_id: id(0), pose: Pose::level(Vec3::new(-5.0, 1.0, 0.0), 0.0) };
@@ -132,7 +151,7 @@ fn who_rests_wakes_for_every_wish() {
         let mut fresh = afresh(&rested);
         assert_eq!(hash(&fresh), before, "to rest changes nothing");
         for world in [&mut rested, &mut fresh] {
-            world.apply(&command).unwrap();
+            world.carry_out(&command).unwrap();
         }
         assert_ne!(hash(&rested), before, "{command:?}");
         for frame in 0..4 {
@@ -145,31 +164,36 @@ fn who_rests_wakes_for_every_wish() {
 }
 
 #[test]
-fn who_is_run_into_at_rest_says_so() {
+fn a_resting_actor_that_is_run_into_is_marked() {
     let mut world = standing();
     let name = Name::new("vehicle.tesla.model3");
     let pose = Pose::level(Vec3::new(0.0, 6.0, 0.0), -std::f32::consts::FRAC_PI_2);
     let spawn = Spawn { blueprint: name, pose, ..Spawn::default() };
-    let actor_id = protocol::ActorId(world.apply(&Command::Spawn(spawn)).unwrap());
+    let actor_id = protocol::ActorId(world.carry_out(&Command::Spawn(spawn)).unwrap());
     let velocity_mps = [0.0, -8.0, 0.0];
     world
-        .apply(&Command::SetVelocity(SetVelocity { actor_id, velocity_mps, ..Default::default() }))
+        .carry_out(&Command::SetVelocity(SetVelocity {
+            actor_id,
+            velocity_mps,
+            ..Default::default()
+        }))
         .unwrap();
-    let is_hit = |world: &World| world.state(protocol::ActorId(1)).unwrap().has(flag::COLLIDING);
+    let is_hit =
+        |world: &Sim| world.world().state(protocol::ActorId(1)).unwrap().has(flag::COLLIDING);
     let hits = (0..40).filter(|_| {
         run(&mut world, 1);
         is_hit(&world)
     });
     assert!(hits.count() > 0);
-    world.apply(&Command::Destroy(actor_id)).unwrap();
+    world.carry_out(&Command::Destroy(actor_id)).unwrap();
     run(&mut world, 1);
     assert!(!is_hit(&world));
 }
 
-fn spawned(world: &mut World, blueprint: &str, x: f32) -> protocol::ActorId {
+fn spawned(world: &mut Sim, blueprint: &str, x: f32) -> protocol::ActorId {
     let pose = Pose::new(Vec3::X * x, glam::Quat::IDENTITY);
     let spawn = Spawn { blueprint: Name::new(blueprint), pose, ..Spawn::default() };
-    protocol::ActorId(world.apply(&Command::Spawn(spawn)).unwrap())
+    protocol::ActorId(world.carry_out(&Command::Spawn(spawn)).unwrap())
 }
 
 #[test]
@@ -177,12 +201,12 @@ fn poses_are_given_to_walkers_alone_and_are_part_of_a_saved_state() {
     let mut world = plain();
     let walker = spawned(&mut world, "walker.pedestrian.0001", 0.0);
     let car = spawned(&mut world, "vehicle.tesla.model3", 10.0);
-    let hash = |world: &World| world.physics().hash();
+    let hash = |world: &Sim| world.world().physics().hash();
     let before = hash(&world);
     let up = Pose::new(Vec3::Y * 0.1, glam::Quat::from_rotation_x(3.0));
     let good = SetBones { parent_from_bones: [up; 6], count: 6, ..SetBones::default() };
     let mut refused = |set: SetBones, why: &str| {
-        let said = world.apply(&Command::SetBones(set)).unwrap_err();
+        let said = world.carry_out(&Command::SetBones(set)).unwrap_err();
         assert!(said.contains(why), "{said}");
     };
     refused(SetBones { actor_id: car, ..good }, "no walker");
@@ -203,30 +227,47 @@ fn poses_are_given_to_walkers_alone_and_are_part_of_a_saved_state() {
     }
     let blend = |share| Command::BlendPose(BlendPose { actor_id: walker, weight: share });
     for bad in [-0.1, 1.1, f32::NAN, f32::INFINITY] {
-        world.apply(&blend(bad)).unwrap_err();
+        world.carry_out(&blend(bad)).unwrap_err();
     }
-    assert_eq!(world.poses(), &GivenPoses::default(), "what was refused left nothing");
+    assert_eq!(world.standing().poses, GivenPoses::default(), "what was refused left nothing");
 
-    world.apply(&Command::SetBones(SetBones { first: 5, count: 1, ..good })).unwrap();
-    world.apply(&blend(0.25)).unwrap();
-    assert!(world.state(walker).unwrap().has(flag::POSED));
+    world.carry_out(&Command::SetBones(SetBones { first: 5, count: 1, ..good })).unwrap();
+    world.carry_out(&blend(0.25)).unwrap();
+    assert!(world.world().state(walker).unwrap().has(flag::POSED));
     assert_eq!(hash(&world), before, "bodies do not feel it");
-    let told: SetBones = world.tell_bones(walker, 0).unwrap().answered().unwrap();
+    let bones = |sim: &Sim, id, first| {
+        sim.answer(&Query::new(QueryKind::Bones, id, first)).body::<SetBones>()
+    };
+    let told = bones(&world, walker, 0).unwrap();
     assert_eq!((told.count, told.parent_from_bones[5]), (6, up));
-    let rest: SetBones = world.tell_bones(walker, 60).unwrap().answered().unwrap();
+    let rest = bones(&world, walker, 60).unwrap();
     assert_eq!((rest.count, rest.parent_from_bones[0].rotation()), (6, glam::Quat::IDENTITY));
-    assert!(world.tell_bones(walker, 66).is_err() && world.tell_bones(car, 0).is_err());
+    assert!(bones(&world, walker, 66).is_err() && bones(&world, car, 0).is_err());
 
     let mut state = SavedState::default();
     world.save_into(&mut state);
     let state = SavedState::from_bytes(&state.to_bytes(), 0).unwrap();
     let mut other = plain();
     other.restore(&state).unwrap();
-    assert_eq!(other.poses(), world.poses());
-    assert!(other.state(walker).unwrap().has(flag::POSED));
+    assert_eq!(other.standing().poses, world.standing().poses);
+    assert!(other.world().state(walker).unwrap().has(flag::POSED));
 
-    world.apply(&blend(0.0)).unwrap();
-    assert!(!world.state(walker).unwrap().has(flag::POSED));
-    world.apply(&Command::Destroy(walker)).unwrap();
-    assert_eq!(world.poses(), &GivenPoses::default());
+    world.carry_out(&blend(0.0)).unwrap();
+    assert!(!world.world().state(walker).unwrap().has(flag::POSED));
+    world.carry_out(&Command::Destroy(walker)).unwrap();
+    assert_eq!(world.standing().poses, GivenPoses::default());
+}
+
+#[test]
+fn a_query_of_an_unknown_kind_or_about_a_missing_actor_is_refused() {
+    let mut world = plain();
+    let car = spawned(&mut world, "vehicle.tesla.model3", 0.0);
+    let body = Query::new(QueryKind::VehicleBody, car, 0);
+    assert!(world.answer(&body).body::<VehicleBody>().is_ok());
+    let unknown = Query { kind: 99, ..body };
+    let why = world.answer(&unknown).body::<VehicleBody>().unwrap_err();
+    assert_eq!(why, "unknown kind of query 99");
+    let missing = Query { actor_id: protocol::ActorId(7), ..body };
+    let why = world.answer(&missing).body::<VehicleBody>().unwrap_err();
+    assert!(why.contains("was never spawned"), "{why}");
 }

@@ -1,0 +1,21 @@
+//! Where worlds come from.
+
+use bake::LoadedTown;
+use town::Town;
+
+use crate::world::World;
+
+/// Where maps come from: only the composition root knows files and names.
+pub trait Maps: Send {
+    /// Returns the name of a map and its OpenDRIVE text, or why there is none.
+    fn find(&self, name: &str) -> Result<(String, String), String>;
+
+    /// Returns the names of all maps.
+    fn names(&self) -> Vec<String>;
+}
+
+/// Returns the world of frame 0, and its town if the town is not in the cache yet.
+pub(crate) fn build_world(loaded: LoadedTown, seed: u64) -> (World, Option<Town>) {
+    let LoadedTown { town, is_new } = loaded;
+    (World::new(&town, seed), is_new.then_some(town))
+}

@@ -1,0 +1,432 @@
+//! The host process around the simulation core: participants, channels, the journal, sensor
+//! bundles, recordings, replays and saved states.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, atomic::AtomicBool},
+};
+
+use bake::Cache;
+use bus::{ControlPageMapping, Ending, HostPorts, OwnedInstance, Role, Strategy, clock};
+use protocol::{
+    ActorId, BundleId, Command, CreateBundle, Episode, Frame, JournalEntry, Name, Outcome,
+    QueryHeader, SensorSpec, ServiceCommand, Settings, SnapshotHeader, Transmit, layout,
+};
+
+use crate::{
+    HostError,
+    barrier::{Barrier, Verdict},
+    bundles::Bundles,
+    decision::Decided,
+    journal::{Inbox, JournalWriter},
+    keyframes::Keyframes,
+    maps::Maps,
+    physics::Physics,
+    physics_sensors::{PhysicsSensors, are_physics_sensors, needs_roads},
+    recording::Recording,
+    replay::Replay,
+    request::Request,
+    sim::{Outputs, Services, Sim},
+    supervisor::Supervisor,
+};
+
+mod episode;
+mod recorder;
+mod replays;
+mod slots;
+mod states;
+
+/// What a host is started with.
+pub struct HostConfig {
+    /// The instance's name; none: one from the process id.
+    pub name: Option<String>,
+    /// What world.
+    pub episode: Episode,
+    /// Where other worlds come from.
+    pub maps: Box<dyn Maps>,
+    /// How time passes at first.
+    pub settings: Settings,
+    /// Layers of the town that are switched off at first, as bits of [`protocol::layer`].
+    pub hidden_layers: u32,
+    /// How everybody waits.
+    pub strategy: Strategy,
+    /// How long a tick waits for a participant; none: for ever.
+    pub deadline_nanos: Option<u64>,
+    /// Whether a stage that dies is started anew.
+    pub restart: bool,
+    /// Which stages there are.
+    pub stages: Vec<Role>,
+    /// Set by whoever wants the host to end.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// How long an idle host sleeps at most before it looks at its participants again.
+pub(crate) const IDLE_NANOS: u64 = 100_000_000;
+/// How long a stage may take until it is ready: it builds its own copy of the town.
+pub(crate) const START_NANOS: u64 = 60_000_000_000;
+
+/// The host process around the simulation core.
+pub(crate) struct Shell {
+    pub control: ControlPageMapping,
+    pub barrier: Barrier,
+    /// The settings that participants see on the control page.
+    pub settings: Settings,
+    pub ports: HostPorts,
+    pub supervisor: Supervisor,
+    pub inbox: Inbox,
+    pub journal: JournalWriter,
+    pub keyframes: Keyframes,
+    pub bundles: Bundles,
+    pub physics_sensors: PhysicsSensors,
+    /// The newest decision of traffic: a restarted traffic goes on from it.
+    pub decided: Option<Decided>,
+    pub recording: Option<Recording>,
+    /// The frame of the decision that acted in the frame recorded last.
+    pub recorded_decision: Frame,
+    pub replay: Option<Replay>,
+    /// Lines of the coming frame's journal that were carried out before its tick began.
+    pub early: usize,
+    pub tick: TickTimes,
+    /// Whether a tick is under way: commands that belong between two frames wait.
+    pub is_ticking: bool,
+    /// Commands that came with a tick and belong between two frames.
+    pub deferred: Vec<Request>,
+    /// Counts the worlds that were loaded.
+    pub episode_number: u32,
+    pub cache: Cache,
+    /// How many of each slot's requests for a keyframe are answered.
+    pub resyncs: BTreeMap<usize, u64>,
+    pub roles: BTreeMap<usize, Role>,
+    /// How often each stage died in the frame of its last death.
+    pub deaths: BTreeMap<usize, (Frame, u32)>,
+    pub config: HostConfig,
+    // Last, so that the files go after the ports.
+    pub owned_instance: OwnedInstance,
+}
+
+/// When the parts of a tick ended, on the host's clock.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct TickTimes {
+    pub begin_nanos: u64,
+    pub applied_nanos: u64,
+    pub stepped_nanos: u64,
+}
+
+impl Services for Shell {
+    type Error = HostError;
+
+    fn journal(&mut self, entry: JournalEntry) {
+        self.journal.write(entry);
+    }
+
+    fn create_bundle(
+        &mut self,
+        client: Name,
+        bundle: &CreateBundle,
+        sensors: &[SensorSpec],
+    ) -> Result<BundleId, String> {
+        let id = self.bundles.create(client, bundle, sensors, &mut self.ports)?;
+        match self.mount(id, bundle, sensors) {
+            Ok(()) => Ok(id),
+            Err(why) => {
+                let _ = self.bundles.destroy(id, &mut self.ports);
+                Err(why)
+            }
+        }
+    }
+
+    fn destroy_bundle(&mut self, bundle: BundleId) -> Result<(), String> {
+        self.physics_sensors.unmount(bundle);
+        self.bundles.destroy(bundle, &mut self.ports)
+    }
+
+    fn actor_destroyed(&mut self, actor: ActorId) {
+        self.remove_bundles(self.bundles.on(actor));
+    }
+
+    fn transmit(&mut self, command: &Transmit) -> Result<u32, String> {
+        self.physics_sensors.transmit(command)
+    }
+
+    fn execute(
+        &mut self,
+        sim: &mut Sim,
+        request: Request,
+        command: &ServiceCommand,
+    ) -> Result<(), HostError> {
+        self.show_settings(sim.settings());
+        let result = match command {
+            ServiceCommand::SaveState(_)
+            | ServiceCommand::LoadState(_)
+            | ServiceCommand::LoadMap(_)
+            | ServiceCommand::StartReplay(_)
+                if self.is_ticking =>
+            {
+                self.deferred.push(request);
+                return Ok(());
+            }
+            ServiceCommand::LoadMap(command) => return self.load_map(sim, request, command),
+            ServiceCommand::LoadState(file) => return self.load_state(sim, request, file),
+            ServiceCommand::StartReplay(command) => self.start_replay(sim, command)?,
+            ServiceCommand::SaveState(file) => self.save_state(sim, file),
+            ServiceCommand::StopReplay(command) => {
+                self.stop_replay(sim, command.keep_actors != 0);
+                Ok(0)
+            }
+            ServiceCommand::StartRecorder(command) => self.start_recorder(sim, command),
+            ServiceCommand::StopRecorder(_) => self.stop_recorder(),
+        };
+        let outcome = result.map_or_else(|why| Outcome::refused(&why), Outcome::done);
+        self.journal.write(request.ended(outcome));
+        Ok(())
+    }
+
+    fn commands_applied(&mut self) {
+        self.tick.applied_nanos = clock::now_nanos();
+    }
+
+    fn observe(&mut self, physics: &Physics, dt_s: f32) {
+        if !self.physics_sensors.is_empty() {
+            self.physics_sensors.feel(physics, dt_s);
+        }
+    }
+
+    fn physics_stepped(&mut self, sim: &mut Sim) {
+        self.show_recorded(sim);
+        self.tick.stepped_nanos = clock::now_nanos();
+    }
+}
+
+impl Shell {
+    /// Whether the host was told to end.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.config.stop.load(std::sync::atomic::Ordering::Acquire) || self.control.is_ending()
+    }
+
+    /// Whether the ticking client asked for a frame that is not made yet.
+    pub(crate) fn is_requested(&self) -> bool {
+        let ticker = self.control.ticker();
+        ticker.is_some_and(|slot| self.control.slot(slot).request() > self.barrier.frame())
+    }
+
+    /// Takes in the decisions of traffic that have come; the newest counts.
+    pub(crate) fn receive_decided(&mut self) -> Result<(), HostError> {
+        while let Some(sample) = self.ports.traffic.receive()? {
+            let last = self.decided.as_ref().map(|last| last.header().stamp.frame);
+            if last.is_none_or(|last| sample.header().stamp.frame > last) {
+                self.decided = Some(Decided::Received(sample));
+            }
+        }
+        Ok(())
+    }
+
+    /// Answers the queries that have come. They change nothing, and no journal holds them.
+    pub(crate) fn answer_queries(&mut self, sim: &Sim) -> Result<(), HostError> {
+        while let Some(batch) = self.ports.query.receive()? {
+            let responses: Vec<_> = batch.payload().iter().map(|one| sim.answer(one)).collect();
+            let header = QueryHeader { stamp: sim.stamp(), ..*batch.header() };
+            self.ports.response.send(header, &responses)?;
+            self.control.complete.notify_all();
+        }
+        Ok(())
+    }
+
+    /// Mounts a bundle whose sensors the host measures itself.
+    fn mount(
+        &mut self,
+        id: BundleId,
+        bundle: &CreateBundle,
+        specs: &[SensorSpec],
+    ) -> Result<(), String> {
+        if !are_physics_sensors(specs) {
+            return Ok(());
+        }
+        if specs.iter().any(needs_roads) && !self.physics_sensors.has_roads() {
+            let Episode { map, open_drive, .. } = &self.config.episode;
+            let network = self.cache.network(map, open_drive).map_err(|e| e.to_string())?;
+            self.physics_sensors.set_roads(network);
+        }
+        let (_, bytes) = layout(specs);
+        let writer = self.ports.bundle(id, bytes).map_err(|e| e.to_string())?;
+        self.physics_sensors.mount(id, bundle.parent, specs, writer);
+        Ok(())
+    }
+
+    /// Removes bundles whose actor or client is gone.
+    pub(crate) fn remove_bundles(&mut self, bundles: Vec<BundleId>) {
+        for bundle in bundles {
+            self.physics_sensors.unmount(bundle);
+            let _ = self.bundles.destroy(bundle, &mut self.ports);
+            let line = Request::of_host(Command::DestroyBundle(bundle));
+            self.journal.write(line.ended(Outcome::done(bundle.0)));
+        }
+    }
+
+    /// Lets participants see the settings, if a command changed them.
+    pub(crate) fn show_settings(&mut self, settings: &Settings) {
+        if self.settings != *settings {
+            self.settings = *settings;
+            self.set_lags(|shell, role| shell.lag(role));
+            self.control.set_settings(settings);
+        }
+    }
+
+    /// By how many frames a stage may trail.
+    pub(crate) fn lag(&self, role: Role) -> u64 {
+        match (role, self.settings.synchronous != 0) {
+            (Role::Render, true) => self.settings.pipeline.into(),
+            (_, true) => 0,
+            // An asynchronous world waits for no stage.
+            (_, false) => u64::MAX / 2,
+        }
+    }
+
+    pub(crate) fn set_lags(&mut self, lag: impl Fn(&Shell, Role) -> u64) {
+        for (slot, role) in self.roles.clone() {
+            let lag = lag(self, role);
+            self.control.slot(slot).set_lag(lag);
+            self.barrier.set_lag(slot, lag);
+        }
+    }
+
+    /// Publishes the journal, then the snapshot and the measurements of physics sensors, and
+    /// raises the tick word last: a participant that sees the word finds all of it.
+    pub(crate) fn publish(&mut self, sim: &Sim, outputs: &Outputs) -> Result<(), HostError> {
+        let stamp = outputs.stamp;
+        self.show_settings(sim.settings());
+        self.journal.publish(&self.ports, stamp)?;
+        let journal_entries = self.journal.len() as u32;
+        let header = self.send_snapshot(sim, outputs, journal_entries)?;
+        self.physics_sensors.send(sim.world(), &header)?;
+        let entries = self.journal.take_frame();
+        let kept = if self.recording.is_some() { entries.clone() } else { Vec::new() };
+        self.keyframes.close(stamp, entries);
+        self.record(sim, &header, &kept);
+        self.control.set_awaited(stamp.frame, self.barrier.mask());
+        self.control.tick.raise(stamp.frame.0);
+        Ok(())
+    }
+
+    /// Publishes the lines of the coming frame's journal that are written so far.
+    pub(crate) fn publish_early(&mut self, sim: &Sim) -> Result<(), HostError> {
+        self.show_settings(sim.settings());
+        let stamp = protocol::Stamp { frame: sim.stamp().frame.next(), ..sim.stamp() };
+        self.journal.publish(&self.ports, stamp)?;
+        self.control.complete.notify_all();
+        Ok(())
+    }
+
+    /// Publishes the snapshot of the newest frame, and returns its header.
+    pub(crate) fn send_snapshot(
+        &mut self,
+        sim: &Sim,
+        outputs: &Outputs,
+        journal_entries: u32,
+    ) -> Result<SnapshotHeader, HostError> {
+        let states = sim.states();
+        let limbs = sim.world().limbs();
+        let mut loan = self.ports.snapshot.loan(states.len(), limbs.len())?;
+        let (actors_out, limbs_out) = loan.parts_mut();
+        actors_out.copy_from_slice(states);
+        limbs_out.copy_from_slice(limbs);
+        let TickTimes { begin_nanos, applied_nanos, stepped_nanos } = self.tick;
+        let header = SnapshotHeader {
+            stamp: outputs.stamp,
+            delta_nanos: outputs.delta_nanos,
+            begin_nanos,
+            applied_nanos,
+            stepped_nanos,
+            published_nanos: clock::now_nanos(),
+            state_hash: outputs.state_hash,
+            collisions: outputs.collisions,
+            journal_entries,
+            ..SnapshotHeader::default()
+        };
+        loan.send(header)?;
+        Ok(header)
+    }
+
+    /// Waits until every stage has joined.
+    pub(crate) fn await_stages(&mut self) -> Result<(), HostError> {
+        let deadline = clock::now_nanos() + START_NANOS;
+        loop {
+            self.look_after_slots()?;
+            let all = (1u64 << self.roles.len()) - 1;
+            if self.control.alive() & all == all || self.is_stopped() {
+                return Ok(());
+            }
+            if clock::now_nanos() > deadline {
+                let missing =
+                    self.roles.iter().find(|(slot, _)| self.control.alive() & 1 << **slot == 0);
+                return Err(HostError::Start {
+                    role: missing.map_or("a stage", |(_, role)| role.name()),
+                    why: format!("it was not ready after {} s", START_NANOS / 1_000_000_000),
+                });
+            }
+            self.control
+                .host
+                .listen(Strategy::BATCH, Some(clock::now_nanos() + 5_000_000), || None::<()>);
+        }
+    }
+
+    pub(crate) fn await_arrivals(&mut self, frame: Frame) -> Result<Verdict, HostError> {
+        // Asynchronous: nobody is waited for.
+        self.await_all(frame, self.config.deadline_nanos, 0)
+    }
+
+    /// Waits until everybody has arrived at `frame`, or in an asynchronous world those of `mask`.
+    fn await_all(
+        &mut self,
+        frame: Frame,
+        patience_nanos: Option<u64>,
+        mask: u64,
+    ) -> Result<Verdict, HostError> {
+        let is_synchronous = self.settings.synchronous != 0;
+        let deadline = patience_nanos.map(|d| clock::now_nanos() + d);
+        let mut heard = self.control.host.count();
+        loop {
+            let members: Vec<_> = self.barrier.slots().collect();
+            for slot in members {
+                self.barrier.arrive(slot, self.control.slot(slot).ack());
+            }
+            let now = clock::now_nanos();
+            let is_enough = !is_synchronous && self.barrier.missing() & mask == 0;
+            let is_late = is_enough || deadline.is_some_and(|d| now >= d);
+            let verdict = self.barrier.verdict(is_late);
+            if verdict != Verdict::Open || self.is_stopped() {
+                if let Verdict::Late(mask) = verdict
+                    && is_synchronous
+                {
+                    log::warn!(
+                        "{} {} has not arrived after {:.1} s; is it alive? --deadline-secs 0 waits for ever",
+                        frame.0,
+                        self.barrier.names(mask),
+                        patience_nanos.unwrap_or(0) as f64 / 1e9
+                    );
+                }
+                return Ok(if is_synchronous { verdict } else { Verdict::Complete });
+            }
+            let (control, last) = (&self.control, heard);
+            let look_again = Some(deadline.unwrap_or(u64::MAX).min(now + IDLE_NANOS));
+            let rung = control.host.listen(self.config.strategy, look_again, || {
+                let count = control.host.count();
+                (count != last || control.missing(frame) == 0).then_some(count)
+            });
+            heard = rung.unwrap_or(heard);
+            if control.missing(frame) != 0
+                || (self.control.alive().count_ones() as usize) < self.barrier.slots().len()
+            {
+                self.look_after_slots()?;
+            }
+        }
+    }
+}
+
+/// The verdict of a frame as the control page shows it.
+pub(crate) fn ending(verdict: &Verdict) -> Ending {
+    match *verdict {
+        Verdict::Late(mask) => Ending::Late(mask),
+        Verdict::Degraded(mask) => Ending::Degraded(mask),
+        Verdict::Open | Verdict::Complete => Ending::Complete,
+    }
+}

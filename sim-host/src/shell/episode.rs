@@ -1,0 +1,138 @@
+//! Loading a map: the world is destroyed and built again from a map.
+//!
+//! It happens between two frames and makes a frame of its own, the new world as it was loaded. Its
+//! journal has the `LoadMap` line, at which every stage begins again, and the load is over when all
+//! of them have arrived at that frame. A map is checked before anything is destroyed.
+
+use bake::TownSource;
+use bus::clock;
+use protocol::{Episode, Frame, HideLayers, LoadMap, Outcome, load};
+use town::Town;
+
+use super::{START_NANOS, Shell, TickTimes, ending};
+use crate::{
+    HostError,
+    barrier::Verdict,
+    maps::build_world,
+    request::Request,
+    sim::{Outputs, Sim},
+    world::World,
+};
+
+/// A world that could be built, before the old one is destroyed.
+pub(super) struct Next {
+    episode: Episode,
+    world: World,
+    hidden: HideLayers,
+    /// The town, if it is to be kept in the cache.
+    town: Option<Town>,
+}
+
+impl Shell {
+    /// Carries out [`protocol::Command::LoadMap`]; on a refusal the world is as it was.
+    pub(super) fn load_map(
+        &mut self,
+        sim: &mut Sim,
+        request: Request,
+        command: &LoadMap,
+    ) -> Result<(), HostError> {
+        match self.prepare(sim, command) {
+            Ok(next) => self.begin_episode(sim, request, next),
+            Err(why) => {
+                self.journal.write(request.ended(Outcome::refused(&why)));
+                Ok(())
+            }
+        }
+    }
+
+    fn prepare(&self, sim: &Sim, command: &LoadMap) -> Result<Next, String> {
+        let now = &self.config.episode;
+        let name = command.map.path().to_string_lossy();
+        let mut episode = now.clone();
+        if !name.is_empty() {
+            (episode.map, episode.open_drive) = self.config.maps.find(&name)?;
+        }
+        if command.flags & load::SEED != 0 {
+            episode.seed = command.seed;
+        }
+        let mut next = self.prepare_world(sim, episode)?;
+        next.hidden = HideLayers { layers: command.hidden_layers, hidden: 1 };
+        World::check_layers(&next.hidden)?;
+        Ok(next)
+    }
+
+    /// The world of an episode as it is loaded.
+    pub(super) fn prepare_world(&self, sim: &Sim, episode: Episode) -> Result<Next, String> {
+        let now = &self.config.episode;
+        let is_same = episode.seed == now.seed && episode.open_drive == now.open_drive;
+        let (world, town) = if is_same {
+            (sim.world().at_start(), None)
+        } else {
+            let Episode { map, open_drive, seed } = &episode;
+            let source = self.cache.town_source(map, open_drive, *seed);
+            build_world(source.and_then(TownSource::load).map_err(|e| e.to_string())?, *seed)
+        };
+        Ok(Next { episode, world, hidden: HideLayers { layers: 0, hidden: 1 }, town })
+    }
+
+    pub(super) fn begin_episode(
+        &mut self,
+        sim: &mut Sim,
+        request: Request,
+        next: Next,
+    ) -> Result<(), HostError> {
+        self.end_what_goes_on()?;
+        let Next { episode, world, hidden, town } = next;
+        if let Some(town) = town {
+            // Before the renderer looks for it.
+            self.cache.keep_town(&episode.open_drive, episode.seed, &town);
+        }
+        self.episode_number += 1;
+        self.owned_instance.instance().write_episode(self.episode_number, &episode)?;
+        self.control.set_episode(self.episode_number);
+        self.config.episode = episode;
+        self.decided = None;
+        self.recorded_decision = Frame(0);
+        self.remove_bundles(self.bundles.all());
+        self.physics_sensors.begin_episode();
+        for pending in self.inbox.replace(&[]) {
+            let why = "another world was loaded before this was carried out";
+            self.journal.write(pending.ended(Outcome::refused(why)));
+        }
+        let frame = self.barrier.advance();
+        sim.begin_episode(world, self.episode_number, &hidden);
+        self.journal.write(request.ended(Outcome::done(self.episode_number)));
+        for command in sim.standing().hidden.commands() {
+            self.journal.write(Request::of_host(command).ended(Outcome::done(0)));
+        }
+        let now = clock::now_nanos();
+        self.tick = TickTimes { begin_nanos: now, applied_nanos: now, stepped_nanos: now };
+        self.publish(sim, &Outputs { delta_nanos: 0, ..sim.outputs() })?;
+        let verdict = self.await_stages_at(frame)?;
+        self.control.close(frame, ending(&verdict));
+        self.set_lags(|shell, role| shell.lag(role));
+        Ok(())
+    }
+
+    /// A recording is of one world; shown actors and trailing stages belong to the old one.
+    fn end_what_goes_on(&mut self) -> Result<(), HostError> {
+        let frame = self.barrier.frame();
+        if self.recording.is_some() {
+            match self.stop_recorder() {
+                Ok(_) => log::info!("{} the recording ends with its world", frame.0),
+                Err(why) => log::error!("{} the recording ends: {why}", frame.0),
+            }
+        }
+        self.replay = None;
+        self.await_stages_at(frame)?;
+        self.receive_decided()
+    }
+
+    /// Waits until all stages have arrived at this frame, in an asynchronous world too.
+    fn await_stages_at(&mut self, frame: Frame) -> Result<Verdict, HostError> {
+        self.set_lags(|_, _| 0);
+        let stages = self.roles.keys().fold(0, |mask, slot| mask | 1 << slot);
+        let patience = self.config.deadline_nanos.map(|nanos| nanos.max(START_NANOS));
+        self.await_all(frame, patience, stages)
+    }
+}

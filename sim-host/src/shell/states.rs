@@ -1,0 +1,111 @@
+//! Saving the state, and going on from a saved one, between two frames.
+
+use std::{fs, path::Path};
+
+use protocol::{
+    ActorId, Block, Command, FilePath, Outcome, Settings, StandingState, TrafficHeader, Weather,
+};
+
+use super::Shell;
+use crate::{
+    HostError,
+    decision::Decided,
+    request::Request,
+    saved::{SavedState, map_sum},
+    sim::Sim,
+};
+
+impl Shell {
+    /// Returns everything that decides the future.
+    pub(super) fn state(&self, sim: &Sim) -> SavedState {
+        let mut state = SavedState {
+            map: map_sum(&self.config.episode),
+            decision: self.decided.as_ref().map(Decided::to_owned),
+            pending: self.inbox.waiting(),
+            ..SavedState::default()
+        };
+        sim.save_into(&mut state);
+        state
+    }
+
+    /// Carries out [`Command::SaveState`].
+    pub(super) fn save_state(&mut self, sim: &Sim, file: &FilePath) -> Result<u32, String> {
+        self.receive_decided().map_err(|e| e.to_string())?;
+        let path = file.path();
+        let told = |e| format!("{}: {e}", path.display());
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder).map_err(told)?;
+        }
+        // A reader finds all of it or nothing.
+        let part = path.with_added_extension("part");
+        fs::write(&part, self.state(sim).to_bytes()).map_err(told)?;
+        fs::rename(&part, path).map_err(told)?;
+        Ok(0)
+    }
+
+    /// Carries out [`Command::LoadState`]; on a refusal the world is as it was.
+    pub(super) fn load_state(
+        &mut self,
+        sim: &mut Sim,
+        request: Request,
+        file: &FilePath,
+    ) -> Result<(), HostError> {
+        match self.load_file(sim, file.path()) {
+            Ok(()) => {
+                let lost =
+                    self.bundles.orphans(|parent: ActorId| sim.world().state(parent).is_some());
+                self.remove_bundles(lost);
+                self.journal.write(request.ended(Outcome::done(0)));
+                self.write_standing(sim.standing());
+                self.restart_recording();
+            }
+            Err(why) => self.journal.write(request.ended(Outcome::refused(&why))),
+        }
+        Ok(())
+    }
+
+    fn load_file(&mut self, sim: &mut Sim, path: &Path) -> Result<(), String> {
+        let state = read(path, map_sum(&self.config.episode))?;
+        self.receive_decided().map_err(|e| e.to_string())?;
+        sim.load(&state).map_err(|e| format!("{}: {e}", path.display()))?;
+        // The actors that a replay showed are gone, or are actors of the state.
+        self.replay = None;
+        // Frames go on: the saved decision counts as one on the newest frame.
+        let stamp = sim.stamp();
+        self.decided = state.decision.as_ref().map(|(header, payload)| {
+            let blocks = bytemuck::pod_collect_to_vec::<u8, Block>(payload);
+            Decided::Restored(TrafficHeader { stamp, ..*header }, blocks)
+        });
+        // A planner of no bytes: begin again.
+        let blank = TrafficHeader { stamp, ..TrafficHeader::default() };
+        let (header, payload) =
+            self.decided.as_ref().map_or((blank, &[][..]), |d| (*d.header(), d.payload()));
+        self.ports.resume.send(header, payload).map_err(|e| e.to_string())?;
+        for request in self.inbox.replace(&state.pending) {
+            let why = "the world went on from a saved state before this was carried out";
+            self.journal.write(request.ended(Outcome::refused(why)));
+        }
+        Ok(())
+    }
+
+    /// Writes the lines by which other participants learn the standing state of a loaded one.
+    fn write_standing(&mut self, standing: &StandingState) {
+        let mut commands = standing.commands();
+        // Readers keep these over a load: they are told default ones as well.
+        if standing.weather == Weather::default() {
+            commands.push((Command::SetWeather(standing.weather), Outcome::done(0)));
+        }
+        if standing.settings == Settings::default() {
+            commands.push((Command::SetSettings(standing.settings), Outcome::done(0)));
+        }
+        for (command, outcome) in commands {
+            self.journal.write(Request::of_host(command).ended(outcome));
+        }
+    }
+}
+
+fn read(path: &Path, map: u64) -> Result<SavedState, String> {
+    let told = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    let bytes = fs::read(path).map_err(|e| told(&e))?;
+    SavedState::from_bytes(&bytes, map).map_err(|e| told(&e))
+}

@@ -1,0 +1,557 @@
+//! The simulation core: everything that decides the next frame, and nothing else.
+//!
+//! ```text
+//! decision of traffic, commands ──Inputs──▶ Sim::step ──Outputs──▶ stamp, state hash
+//!                                            │    ▲
+//!                         commands of other groups, observers of physics
+//!                                            ▼    │
+//!                                           Services
+//! ```
+//!
+//! [`Sim`] does no I/O and reads no clock: the same calls give the same bits. The running host,
+//! the re-simulation of a recording, benchmarks of one stage and closed-loop tests all call
+//! [`Sim::step`]. Commands that need more than the simulation go to the caller's [`Services`].
+//! Every command is matched by its group without a wildcard ([`protocol::CommandGroup`]).
+
+use std::convert::Infallible;
+
+use protocol::{
+    ActorId, ActorState, BundleId, Command, CommandGroup, CreateBundle, HideLayers, JournalEntry,
+    LightState, LoadMap, Name, Outcome, PIPELINE_MAX, Query, Response, SensorCommand, SensorSpec,
+    ServiceCommand, Settings, Stamp, StandingCommand, StandingState, Transmit, VehicleControl,
+    Weather, WorldCommand,
+};
+use town::Town;
+
+use crate::{
+    hash::StateHash,
+    physics::Physics,
+    request::Request,
+    saved::{SavedState, StateError, decision_hash},
+    world::World,
+};
+
+#[cfg(test)]
+mod tests;
+
+/// The largest magnitude of a number in the weather or in a traffic parameter.
+const NUMBER_MAX: f32 = 1e6;
+
+/// What traffic decided: it acts in the next frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Decision<'a> {
+    /// The controls of the vehicles that traffic drives.
+    pub controls: &'a [VehicleControl],
+    /// The phases of traffic lights.
+    pub lights: &'a [LightState],
+    /// [`decision_hash`] over the decision and the planner's state.
+    pub hash: u64,
+}
+
+/// All that decides one frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Inputs<'a> {
+    /// The newest decision of traffic; `None` before its first.
+    pub decision: Option<Decision<'a>>,
+    /// The commands of the frame, in the order in which they apply.
+    pub requests: &'a [Request],
+}
+
+/// What one frame came to. The actors are in [`Sim::states`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outputs {
+    /// The frame, the simulated time and the episode.
+    pub stamp: Stamp,
+    /// Simulated time that the frame took.
+    pub delta_nanos: u64,
+    /// The hash over everything that decides the future.
+    pub state_hash: u64,
+    /// The number of collisions during the frame.
+    pub collisions: u32,
+}
+
+/// What a caller of [`Sim`] provides: the journal, commands that need more than the simulation, and
+/// observers. By default there is none of them, as for a simulation that runs alone.
+pub trait Services {
+    /// An error that ends the run.
+    type Error;
+
+    /// Takes a line of the frame's journal; lines come in the order of commands.
+    fn journal(&mut self, _entry: JournalEntry) {}
+
+    /// Creates a sensor bundle and returns its id, or why there is none.
+    fn create_bundle(
+        &mut self,
+        _client: Name,
+        _bundle: &CreateBundle,
+        _sensors: &[SensorSpec],
+    ) -> Result<BundleId, String> {
+        Err("this simulation runs without sensors".to_owned())
+    }
+
+    /// Removes a sensor bundle.
+    fn destroy_bundle(&mut self, bundle: BundleId) -> Result<(), String> {
+        Err(format!("there is no bundle {}", bundle.0))
+    }
+
+    /// Removes the bundles on an actor that was destroyed.
+    fn actor_destroyed(&mut self, _actor: ActorId) {}
+
+    /// Sends a text from a sensor with the next frame and returns the bundle's id.
+    fn transmit(&mut self, _command: &Transmit) -> Result<u32, String> {
+        Err("this simulation runs without sensors".to_owned())
+    }
+
+    /// Carries out a command of the host process, and takes its line of the journal.
+    fn execute(
+        &mut self,
+        _sim: &mut Sim,
+        request: Request,
+        _command: &ServiceCommand,
+    ) -> Result<(), Self::Error> {
+        self.journal(request.ended(Outcome::refused("this simulation runs without a host")));
+        Ok(())
+    }
+
+    /// Called when the frame's commands are applied, before physics.
+    fn commands_applied(&mut self) {}
+
+    /// Called before the first substep of physics with 0, and after each with its length in
+    /// seconds.
+    fn observe(&mut self, _physics: &Physics, _dt_s: f32) {}
+
+    /// Called after physics, before the state hash: a replay places recorded actors.
+    fn physics_stepped(&mut self, _sim: &mut Sim) {}
+}
+
+/// The services of a simulation that runs alone: they keep the journal.
+#[derive(Clone, Debug, Default)]
+pub struct NoServices {
+    /// The lines of the journal so far.
+    pub journal: Vec<JournalEntry>,
+}
+
+impl Services for NoServices {
+    type Error = Infallible;
+
+    fn journal(&mut self, entry: JournalEntry) {
+        self.journal.push(entry);
+    }
+}
+
+/// When commands are carried out.
+#[derive(Clone, Copy)]
+enum When {
+    /// As part of a frame, which is the first that shows them.
+    InFrame,
+    /// Before the next frame, which is the first that shows them.
+    BetweenFrames,
+}
+
+/// The simulated world of one episode, and its switches.
+pub struct Sim {
+    stamp: Stamp,
+    world: World,
+    standing: StandingState,
+    decision_hash: u64,
+}
+
+impl Sim {
+    /// A simulation at frame 0 of its first episode, with the traffic lights of a map as its only
+    /// actors.
+    pub fn new(town: &Town, seed: u64) -> Sim {
+        Sim::of(World::new(town, seed))
+    }
+
+    /// A simulation at frame 0 of its first episode.
+    pub(crate) fn of(world: World) -> Sim {
+        Sim {
+            stamp: Stamp { episode: 1, ..Stamp::default() },
+            world,
+            standing: StandingState::default(),
+            decision_hash: 0,
+        }
+    }
+
+    /// Advances by one frame: the decision of traffic acts, then commands, then physics.
+    ///
+    /// # Errors
+    /// Those of `services`.
+    pub fn step<S: Services>(
+        &mut self,
+        inputs: &Inputs<'_>,
+        services: &mut S,
+    ) -> Result<Outputs, S::Error> {
+        self.stamp = self.coming();
+        if let Some(decision) = &inputs.decision {
+            self.decision_hash = decision.hash;
+            self.world.follow_traffic(decision.controls, decision.lights);
+        }
+        self.apply(inputs.requests, When::InFrame, services)?;
+        services.commands_applied();
+        let settings = self.standing.settings;
+        self.world.step(&settings, |physics, dt_s| services.observe(physics, dt_s));
+        services.physics_stepped(self);
+        self.standing.end_frame(self.stamp);
+        Ok(self.outputs())
+    }
+
+    /// Carries out commands between two frames; the next frame is the first that shows them.
+    ///
+    /// # Errors
+    /// Those of `services`.
+    pub fn apply_between_frames<S: Services>(
+        &mut self,
+        requests: &[Request],
+        services: &mut S,
+    ) -> Result<(), S::Error> {
+        self.apply(requests, When::BetweenFrames, services)
+    }
+
+    /// The stamp of the next frame.
+    pub fn coming(&self) -> Stamp {
+        let Stamp { frame, sim_time_nanos, .. } = self.stamp;
+        let sim_time_nanos = sim_time_nanos + self.standing.settings.delta_nanos;
+        Stamp { frame: frame.next(), sim_time_nanos, ..self.stamp }
+    }
+
+    fn apply<S: Services>(
+        &mut self,
+        requests: &[Request],
+        when: When,
+        services: &mut S,
+    ) -> Result<(), S::Error> {
+        let mut index = 0;
+        while index < requests.len() {
+            let request = requests[index];
+            index += 1;
+            let Some(command) = request.command.decode() else {
+                services.journal(request.ended(Outcome::refused("unknown kind of command")));
+                continue;
+            };
+            let result = match command.group() {
+                CommandGroup::World(command) => {
+                    let result = self.apply_world(&command);
+                    if let (Ok(_), WorldCommand::Destroy(actor)) = (&result, command) {
+                        services.actor_destroyed(actor);
+                    }
+                    result.map(Outcome::done)
+                }
+                CommandGroup::Standing(command) => {
+                    let first = match when {
+                        When::InFrame => self.stamp,
+                        When::BetweenFrames => self.coming(),
+                    };
+                    self.apply_standing(&command, first)
+                }
+                CommandGroup::Sensor(command) => match command {
+                    SensorCommand::CreateBundle(bundle) => {
+                        let specs = sensors_of(&bundle, request.client, &requests[index..]);
+                        let result = self.create_bundle(request.client, &bundle, &specs, services);
+                        let outcome = ended(result.map(|id| Outcome::done(id.0)));
+                        services.journal(request.ended(outcome));
+                        for request in &requests[index..index + specs.len()] {
+                            services.journal(request.ended(outcome));
+                        }
+                        index += specs.len();
+                        continue;
+                    }
+                    SensorCommand::Sensor(spec) => {
+                        Err(format!("sensor {:?} follows no bundle that announced it", spec.name))
+                    }
+                    SensorCommand::DestroyBundle(bundle) => {
+                        services.destroy_bundle(bundle).map(|()| Outcome::done(bundle.0))
+                    }
+                    SensorCommand::Transmit(command) => {
+                        services.transmit(&command).map(Outcome::done)
+                    }
+                },
+                CommandGroup::Service(command) => {
+                    services.execute(self, request, &command)?;
+                    continue;
+                }
+            };
+            services.journal(request.ended(ended(result)));
+        }
+        Ok(())
+    }
+
+    fn create_bundle<S: Services>(
+        &self,
+        client: Name,
+        bundle: &CreateBundle,
+        sensors: &[SensorSpec],
+        services: &mut S,
+    ) -> Result<BundleId, String> {
+        if bundle.parent != ActorId::NONE && self.world.state(bundle.parent).is_none() {
+            return Err(format!("{} is not there to carry a bundle", bundle.parent));
+        }
+        services.create_bundle(client, bundle, sensors)
+    }
+
+    /// Carries out a command about actors and returns the id concerned.
+    ///
+    /// # Errors
+    /// Says why the command is refused; the world is as it was.
+    pub fn apply_world(&mut self, command: &WorldCommand) -> Result<u32, String> {
+        let id = self.world.apply(command)?;
+        self.standing.apply(&(*command).into(), &Outcome::done(id));
+        Ok(id)
+    }
+
+    /// Carries out a command about the standing state; `first` is the first frame that shows it.
+    ///
+    /// # Errors
+    /// Says why the command is refused; the state is as it was.
+    pub fn apply_standing(
+        &mut self,
+        command: &StandingCommand,
+        first: Stamp,
+    ) -> Result<Outcome, String> {
+        let outcome = match command {
+            StandingCommand::SetWeather(weather) => {
+                check_weather(weather)?;
+                Outcome::done(0)
+            }
+            StandingCommand::SetSettings(settings) => {
+                check_settings(settings)?;
+                Outcome::done(0)
+            }
+            StandingCommand::TrafficParam(set) => {
+                if !(set.value.abs() <= NUMBER_MAX) {
+                    return Err(format!(
+                        "traffic param {} is {}, not a number within ±{NUMBER_MAX}",
+                        set.param, set.value
+                    ));
+                }
+                Outcome::done(set.actor_id.0)
+            }
+            StandingCommand::HideLayers(to) => {
+                World::check_layers(to)?;
+                Outcome::done(0)
+            }
+            StandingCommand::HideObjects(to) => {
+                self.world.check_objects(to)?;
+                Outcome::done(0)
+            }
+            StandingCommand::SetStreetLights(to) => {
+                self.world.check_street_lights(to)?;
+                Outcome::done(0)
+            }
+            StandingCommand::SetBones(to) => {
+                self.world.check_bones(to)?;
+                Outcome::done(to.actor_id.0)
+            }
+            StandingCommand::BlendPose(to) => {
+                self.world.check_blend(to)?;
+                Outcome::done(to.actor_id.0)
+            }
+            StandingCommand::Draw(shape) => self.standing.shapes.admit(shape, first)?,
+            StandingCommand::SetWeatherAffectsGrip(_) | StandingCommand::EraseShapes(_) => {
+                Outcome::done(0)
+            }
+        };
+        self.standing.apply(&(*command).into(), &outcome);
+        match command {
+            StandingCommand::HideLayers(_) | StandingCommand::HideObjects(_) => {
+                self.world.hide(&self.standing.hidden);
+            }
+            StandingCommand::SetWeather(_) | StandingCommand::SetWeatherAffectsGrip(_) => {
+                self.update_grip();
+            }
+            StandingCommand::BlendPose(to) => self.world.set_posed(to.actor_id, to.weight > 0.0),
+            StandingCommand::SetSettings(_)
+            | StandingCommand::TrafficParam(_)
+            | StandingCommand::SetStreetLights(_)
+            | StandingCommand::SetBones(_)
+            | StandingCommand::Draw(_)
+            | StandingCommand::EraseShapes(_) => {}
+        }
+        Ok(outcome)
+    }
+
+    /// Returns the response to a query. It changes nothing.
+    pub fn answer(&self, query: &Query) -> Response {
+        let response = self.world.answer(&self.standing.poses, query);
+        response.unwrap_or_else(|why| Response::refused(&why))
+    }
+
+    fn update_grip(&mut self) {
+        let StandingState { weather, weather_affects_grip, .. } = &self.standing;
+        self.world.set_grip(if *weather_affects_grip { grip_under(weather) } else { 1.0 });
+    }
+
+    /// What the newest frame came to.
+    pub fn outputs(&self) -> Outputs {
+        Outputs {
+            stamp: self.stamp,
+            delta_nanos: self.standing.settings.delta_nanos,
+            state_hash: self.state_hash(),
+            collisions: self.world.collisions() as u32,
+        }
+    }
+
+    /// The frame, the simulated time and the episode.
+    pub fn stamp(&self) -> Stamp {
+        self.stamp
+    }
+
+    /// The hash of the decision of traffic that acted in the newest frame; 0: none did.
+    pub fn decision_hash(&self) -> u64 {
+        self.decision_hash
+    }
+
+    /// How time passes.
+    pub fn settings(&self) -> &Settings {
+        &self.standing.settings
+    }
+
+    /// The persistent switches.
+    pub fn standing(&self) -> &StandingState {
+        &self.standing
+    }
+
+    /// The actors and their bodies.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The actors and their bodies, for a replay that places recorded actors.
+    pub(crate) fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
+    /// Every actor, by id.
+    pub fn states(&self) -> &[ActorState] {
+        self.world.states()
+    }
+
+    /// The hash over everything that decides the future: time, the world, and what traffic
+    /// decided. The numbers of the frame and the episode are no part of it: they only count.
+    pub fn state_hash(&self) -> u64 {
+        let Settings { delta_nanos, substep_max_nanos, .. } = self.standing.settings;
+        let mut hash = StateHash::new();
+        hash.word(self.stamp.sim_time_nanos);
+        // The other settings say how a run is driven and watched; they change no bit of it.
+        hash.word(delta_nanos);
+        hash.word(substep_max_nanos);
+        hash.word(self.decision_hash);
+        self.world.hash(&mut hash, &self.standing);
+        hash.value()
+    }
+
+    /// Replaces the world by that of another episode, as it is loaded, in a frame of its own.
+    pub(crate) fn begin_episode(&mut self, world: World, episode: u32, hidden: &HideLayers) {
+        let loaded = Command::LoadMap(LoadMap::default());
+        self.standing.apply(&loaded, &Outcome::done(episode));
+        self.standing.apply(&Command::HideLayers(*hidden), &Outcome::done(0));
+        let frame = self.stamp.frame.next();
+        self.stamp = Stamp { frame, sim_time_nanos: 0, episode, ..self.stamp };
+        self.world = world;
+        self.decision_hash = 0;
+        self.world.hide(&self.standing.hidden);
+        self.update_grip();
+    }
+
+    /// Writes what decides the future into a state, but for what traffic decided and what waits.
+    pub fn save_into(&self, state: &mut SavedState) {
+        state.stamp = self.stamp;
+        let is_lasting = |(command, outcome): &(Command, Outcome)| match command {
+            Command::Draw(_) => outcome
+                .answered::<protocol::ShapeReceipt>()
+                .is_ok_and(|receipt| receipt.until_nanos != 0),
+            _ => true,
+        };
+        let standing = self.standing.commands().into_iter().filter(is_lasting);
+        state.standing =
+            standing.map(|(command, outcome)| Request::of_host(command).ended(outcome)).collect();
+        state.last_shape = self.standing.shapes.last_number();
+        self.world.save_into(state);
+    }
+
+    /// Goes on exactly from a state.
+    ///
+    /// # Errors
+    /// The state contradicts itself; the simulation is as it was.
+    pub fn restore(&mut self, state: &SavedState) -> Result<(), StateError> {
+        self.world.restore(state)?;
+        self.standing = StandingState::default();
+        for entry in &state.standing {
+            if let Some(command) = entry.command.decode() {
+                self.standing.apply(&command, &entry.outcome);
+            }
+        }
+        self.standing.shapes.skip_numbers(state.last_shape);
+        self.stamp = state.stamp;
+        self.decision_hash =
+            state.decision.as_ref().map_or(0, |(_, payload)| decision_hash(payload));
+        Ok(())
+    }
+
+    /// Goes on from a state in a run whose frames, episodes and shape numbers go on, and in which
+    /// time passes as before but for the length of a frame and its substeps.
+    ///
+    /// # Errors
+    /// The state contradicts itself; the simulation is as it was.
+    pub(crate) fn load(&mut self, state: &SavedState) -> Result<(), StateError> {
+        let Stamp { frame, episode, .. } = self.stamp;
+        let (settings, last_shape) = (self.standing.settings, self.standing.shapes.last_number());
+        self.restore(state)?;
+        self.stamp = Stamp { frame, episode, ..self.stamp };
+        let Settings { delta_nanos, substep_max_nanos, .. } = self.standing.settings;
+        let loaded = Settings { delta_nanos, substep_max_nanos, ..settings };
+        self.standing.settings = if check_settings(&loaded).is_ok() { loaded } else { settings };
+        self.standing.shapes.skip_numbers(last_shape);
+        self.standing.shapes.renumber(frame.next());
+        Ok(())
+    }
+}
+
+fn ended(result: Result<Outcome, String>) -> Outcome {
+    result.unwrap_or_else(|why| Outcome::refused(&why))
+}
+
+/// The sensors that follow a new bundle in the same client's commands, as many as it announces.
+fn sensors_of(bundle: &CreateBundle, client: Name, rest: &[Request]) -> Vec<SensorSpec> {
+    rest.iter()
+        .take(bundle.sensor_count as usize)
+        .take_while(|request| request.client == client)
+        .map_while(|request| match request.command.decode() {
+            Some(Command::Sensor(spec)) => Some(spec),
+            _ => None,
+        })
+        .collect()
+}
+
+/// The share of the dry ground's friction that wheels find under this weather.
+///
+/// Wet asphalt has some 70 % of the friction that dry asphalt has, and standing water takes as much
+/// again (Wong, Theory of Ground Vehicles, 4th ed., table 1.8).
+fn grip_under(weather: &Weather) -> f32 {
+    let share = |percent: f32| (percent / 100.0).clamp(0.0, 1.0);
+    (1.0 - 0.3 * share(weather.wetness)) * (1.0 - 0.3 * share(weather.precipitation_deposits))
+}
+
+fn check_weather(weather: &Weather) -> Result<(), String> {
+    let values: &[f32] = bytemuck::cast_slice(std::slice::from_ref(weather));
+    match values.iter().find(|v| !v.is_finite() || v.abs() > NUMBER_MAX) {
+        Some(value) => {
+            Err(format!("the weather holds {value}, which is not a number within ±{NUMBER_MAX}"))
+        }
+        None => Ok(()),
+    }
+}
+
+fn check_settings(settings: &Settings) -> Result<(), String> {
+    let (delta, substep) = (settings.delta_nanos, settings.substep_max_nanos);
+    if !(100_000..=10_000_000_000).contains(&delta) {
+        return Err(format!("delta_nanos is {delta}, not 100000 to 10000000000 (0.1 ms to 10 s)"));
+    }
+    if !(100_000..=100_000_000).contains(&substep) {
+        return Err(format!("substep_max_nanos is {substep}, not 100000 to 100000000"));
+    }
+    if settings.pipeline > PIPELINE_MAX {
+        return Err(format!("pipeline is {}, PIPELINE_MAX is {PIPELINE_MAX}", settings.pipeline));
+    }
+    Ok(())
+}

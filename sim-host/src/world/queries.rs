@@ -1,0 +1,77 @@
+//! Queries about actors. They change nothing.
+
+use protocol::{
+    ActorId, BONES_PER_COMMAND, BlendPose, GivenPoses, Pose, Query, QueryKind, Response, SetBones,
+    VehiclePhysics,
+};
+
+use super::{
+    World,
+    tuning::{no_wheel, words},
+};
+
+impl World {
+    /// Returns the response to a query, or why it is refused. `poses` are those that clients gave
+    /// walkers.
+    pub(crate) fn answer(&self, poses: &GivenPoses, query: &Query) -> Result<Response, String> {
+        let Query { actor_id: id, index, .. } = *query;
+        let kind = QueryKind::of(query.kind)
+            .ok_or_else(|| format!("unknown kind of query {}", query.kind))?;
+        Ok(match kind {
+            QueryKind::VehicleBody => Response::new(&self.built(id)?.body),
+            QueryKind::VehicleEngine => Response::new(&self.built(id)?.engine),
+            QueryKind::VehicleGearbox => Response::new(&self.built(id)?.gearbox),
+            QueryKind::VehicleSteering => Response::new(&self.built(id)?.steering),
+            QueryKind::VehicleWheel => {
+                let physics = self.built(id)?;
+                let wheel = physics.wheels.get(index as usize);
+                Response::new(wheel.ok_or_else(|| no_wheel(id, index, &physics))?)
+            }
+            QueryKind::VehicleTelemetry => {
+                self.check_vehicle(id, "engine")?;
+                Response::new(&self.physics.telemetry(id).map_err(words)?)
+            }
+            QueryKind::WheelTelemetry => {
+                self.check_vehicle(id, "engine")?;
+                Response::new(&self.physics.wheel_telemetry(id, index).map_err(words)?)
+            }
+            QueryKind::AckermannSettings => {
+                self.check_vehicle(id, "engine")?;
+                Response::new(&self.physics.ackermann_settings(id).map_err(words)?)
+            }
+            QueryKind::Bones => Response::new(&self.bones(poses, id, index)?),
+            QueryKind::Blend => {
+                self.walker(id)?;
+                let share = poses.of(id).map_or(0.0, |given| given.weight);
+                Response::new(&BlendPose { actor_id: id, weight: share })
+            }
+        })
+    }
+
+    /// How a vehicle is built.
+    fn built(&self, id: ActorId) -> Result<VehiclePhysics, String> {
+        self.check_vehicle(id, "engine")?;
+        self.physics.vehicle_physics(id).map_err(words)
+    }
+
+    /// Returns up to [`BONES_PER_COMMAND`] bones of the pose that a walker was given, from `first`
+    /// on.
+    fn bones(&self, poses: &GivenPoses, id: ActorId, first: u32) -> Result<SetBones, String> {
+        let skeleton = self.walker(id)?;
+        let bones = skeleton.bones.iter().enumerate().skip(first as usize).take(BONES_PER_COMMAND);
+        let given = poses.of(id);
+        let mut set = SetBones { actor_id: id, first, ..SetBones::default() };
+        for (room, (index, bone)) in set.parent_from_bones.iter_mut().zip(bones) {
+            let begins = skeleton.bones[bone.parent].at_m;
+            let at_m = if index == bone.parent { bone.at_m } else { bone.at_m - begins };
+            let own = given.and_then(|given| given.bones.get(index).copied().flatten());
+            let (at, turn) = own.unwrap_or((at_m, glam::Quat::IDENTITY));
+            *room = Pose::new(at, turn);
+            set.count += 1;
+        }
+        if set.count == 0 {
+            return Err(format!("{id} has {} bones; there is no {first}", skeleton.bones.len()));
+        }
+        Ok(set)
+    }
+}
