@@ -21,8 +21,7 @@
 //! in [`carla_axes`] only.
 //!
 //! [`Client`], its halves [`Observer`] and [`Controller`], [`SensorBundle`], [`Measurement`] and
-//! [`World`] are `Send`; the last two are `Sync`. The loop of [`Client::control`], [`Client::tick`],
-//! [`Client::world`] and [`SensorBundle::receive`] allocates nothing on the heap.
+//! [`World`] are `Send`; the last two are `Sync`.
 
 mod actor_view;
 mod actors;

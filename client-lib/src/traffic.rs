@@ -127,11 +127,7 @@ impl Client {
     /// # Errors
     ///
     /// [`ClientError::Refused`] if it does not exist, is no vehicle, or a place is not on the map.
-    pub fn set_route<S: Copy + Into<protocol::RouteStep>>(
-        &mut self,
-        actor_id: ActorId,
-        steps: &[S],
-    ) -> Result<(), ClientError> {
+    pub fn set_route(&mut self, actor_id: ActorId, steps: &[RouteStep]) -> Result<(), ClientError> {
         let steps: Vec<protocol::RouteStep> = steps.iter().map(|step| (*step).into()).collect();
         let parts = protocol::RouteCommand::route(actor_id, &steps).into_iter();
         let commands: Vec<_> = parts.map(protocol::Command::RouteCommand).collect();
