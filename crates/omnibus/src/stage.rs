@@ -1,6 +1,7 @@
 //! `omnibus stage`: one stage alone at full speed, on input captured from a short run, or the tick
 //! that holds them together, or what a start makes of a map.
 
+mod percentile;
 mod tick;
 mod world;
 
@@ -91,15 +92,17 @@ pub(crate) fn stage(args: &StageArgs) -> anyhow::Result<()> {
     }
     let (name, (nanos, vehicles)) = match args.stage {
         Which::World => {
-            let made = world::measure(args, args.frames.unwrap_or(WORLDS))?;
+            let made = world::measure(&args.world, args.frames.unwrap_or(WORLDS))?;
             if args.json {
-                print_line!("{}", made.json(args));
+                print_line!("{}", made.json(args.world.map.as_deref()));
             } else {
                 print_line!("{}", made.sentence());
             }
             return Ok(());
         }
-        Which::Tick => ("tick", tick::measure(args)?),
+        Which::Tick => {
+            ("tick", tick::measure(&args.world, args.vehicles, args.warmup, args.frames())?)
+        }
         Which::Physics => ("physics", alone(args, |captured| captured.physics())?),
         Which::Traffic => ("traffic", alone(args, |captured| Ok(captured.traffic()))?),
         Which::Render => ("render", alone(args, |captured| captured.render(args))?),
@@ -306,8 +309,7 @@ impl Percentiles {
 
     /// The time that `share` of all frames kept, in milliseconds.
     fn at(&self, share: f64) -> f64 {
-        let index = (self.sorted.len() as f64 * share).ceil() as usize;
-        self.sorted[index.clamp(1, self.sorted.len()) - 1] as f64 / 1e6
+        percentile::percentile_ms(&self.sorted, share)
     }
 
     fn rate_hz(&self) -> f64 {

@@ -1,15 +1,15 @@
-//! `omnibus stage world`: what a start makes of a map's text before its first frame.
+//! `omnibus stage world`: the time to build a world from the text of a map.
 
 use anyhow::anyhow;
 use bus::clock;
 use protocol::Episode;
 use sensor_render::Scene;
 
-use super::{Percentiles, StageArgs};
+use crate::{launch::WorldArgs, stage::percentile::percentile_ms};
 
-/// The parts of a world, and how long each took, again and again.
-pub(super) struct Made {
-    /// Network, town, scene.
+/// The parts of a world, and the times of building each.
+pub(super) struct Built {
+    /// Nanoseconds of network, town and scene, by round.
     nanos: [Vec<u64>; 3],
     megabytes: f64,
     triangles: usize,
@@ -19,24 +19,24 @@ pub(super) struct Made {
 
 const PARTS: [&str; 3] = ["network", "town", "scene"];
 
-/// Makes the world `rounds` times, without the cache.
-pub(super) fn measure(args: &StageArgs, rounds: u64) -> anyhow::Result<Made> {
-    args.world.expect_no_simulator("a stage alone; `stage tick` runs a whole simulator")?;
-    let Episode { map, open_drive, seed } = args.world.episode()?;
-    let mut made = Made {
+/// Builds the world `rounds` times, without the cache.
+pub(super) fn measure(world: &WorldArgs, rounds: u64) -> anyhow::Result<Built> {
+    world.expect_no_simulator("a stage alone; `stage tick` runs a whole simulator")?;
+    let Episode { map, open_drive, seed } = world.episode()?;
+    let mut built = Built {
         nanos: Default::default(),
         megabytes: open_drive.len() as f64 / 1e6,
         triangles: 0,
         objects: 0,
         peak_mb: 0.0,
     };
-    // The catalogue is made once a process, whatever the map.
+    // The catalogue is built once per process, for all maps.
     town::catalogue();
     for _ in 0..rounds {
         let mut begin = clock::now_nanos();
         let mut lap = |part: usize| {
             let now = clock::now_nanos();
-            made.nanos[part].push(now - begin);
+            built.nanos[part].push(now - begin);
             begin = now;
         };
         let network = road::Network::parse(&open_drive).map_err(|e| anyhow!("{map}: {e}"))?;
@@ -45,16 +45,16 @@ pub(super) fn measure(args: &StageArgs, rounds: u64) -> anyhow::Result<Made> {
         lap(1);
         let scene = Scene::of_town(&town)?;
         lap(2);
-        (made.triangles, made.objects) = (scene.triangle_count(), town.objects.len());
+        (built.triangles, built.objects) = (scene.triangle_count(), town.objects.len());
     }
-    made.peak_mb = peak_mb();
-    Ok(made)
+    built.peak_mb = peak_mb();
+    Ok(built)
 }
 
-impl Made {
-    /// Medians of each part, in milliseconds.
+impl Built {
+    /// Returns the median of each part, in milliseconds.
     fn medians(&self) -> [f64; 3] {
-        self.nanos.each_ref().map(|nanos| Percentiles::of(nanos.clone()).at(0.5))
+        self.nanos.each_ref().map(|nanos| percentile_ms(&sorted(nanos.clone()), 0.5))
     }
 
     pub(super) fn sentence(&self) -> String {
@@ -70,10 +70,10 @@ impl Made {
         )
     }
 
-    pub(super) fn json(&self, args: &StageArgs) -> serde_json::Value {
-        let mut told = serde_json::json!({
+    pub(super) fn json(&self, map: Option<&str>) -> serde_json::Value {
+        let mut json = serde_json::json!({
             "stage": "world",
-            "map": args.world.map,
+            "map": map,
             "megabytes": self.megabytes,
             "n": self.nanos[0].len(),
             "triangles": self.triangles,
@@ -83,18 +83,23 @@ impl Made {
         let sum: Vec<u64> = (0..self.nanos[0].len())
             .map(|round| self.nanos.iter().map(|part| part[round]).sum())
             .collect();
-        let sum = Percentiles::of(sum);
+        let sum = sorted(sum);
         for (key, share) in [("p50_ms", 0.5), ("p90_ms", 0.9), ("p99_ms", 0.99)] {
-            told[key] = sum.at(share).into();
+            json[key] = percentile_ms(&sum, share).into();
         }
         for (part, median) in PARTS.iter().zip(self.medians()) {
-            told[format!("{part}_ms")] = median.into();
+            json[format!("{part}_ms")] = median.into();
         }
-        told
+        json
     }
 }
 
-/// The most memory that this process has held; 0 where the system does not say.
+fn sorted(mut nanos: Vec<u64>) -> Vec<u64> {
+    nanos.sort_unstable();
+    nanos
+}
+
+/// Returns the peak memory of this process in megabytes; 0 where the system does not tell.
 fn peak_mb() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
