@@ -50,9 +50,11 @@ impl StreetLights {
 
     /// Returns the commands that set the same lamps where all lamps shine in the default way.
     pub fn commands(&self) -> impl Iterator<Item = Command> {
-        self.blocks().into_iter().map(|(block, bits, StreetLightState { mode, color, intensity })| {
-            Command::SetStreetLights(SetStreetLights { block, mode, color, intensity, bits })
-        })
+        self.blocks().into_iter().map(
+            |(block, bits, StreetLightState { mode, color, intensity })| {
+                Command::SetStreetLights(SetStreetLights { block, mode, color, intensity, bits })
+            },
+        )
     }
 
     fn blocks(&self) -> Vec<(u32, [u64; 16], StreetLightState)> {
