@@ -38,7 +38,7 @@ pub(crate) struct Ray {
 
 impl Ray {
     /// Returns the ray in the space of an instance, with the same parameter.
-    fn to_instance_space(&self, instance: &Instance) -> Ray {
+    fn to_instance_space(self, instance: &Instance) -> Ray {
         let rows = instance.actor_from_world;
         let turn = |row: [f32; 4], v: Vec3| row[0] * v.x + row[1] * v.y + row[2] * v.z;
         Ray {

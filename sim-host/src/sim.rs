@@ -318,7 +318,7 @@ impl Sim {
                 Outcome::done(0)
             }
             StandingCommand::TrafficParam(set) => {
-                if !(set.value.abs() <= NUMBER_MAX) {
+                if set.value.is_nan() || set.value.abs() > NUMBER_MAX {
                     return Err(format!(
                         "traffic param {} is {}, not a number within ±{NUMBER_MAX}",
                         set.param, set.value

@@ -113,7 +113,7 @@ fn a_bundle_has_rendered_or_physics_sensors_and_each_number_is_checked() {
     let (hero, _) = scene(&mut client);
     let eye = camera("eye", Pose::IDENTITY, 64, 48, 1.0, output::COLOR);
     let refused = |client: &mut Client, specs: &[SensorSpec], words: &[&str]| {
-        let said = client.create_bundle("r", hero, specs, 2).err().expect("refused").to_string();
+        let said = client.create_bundle("r", hero, specs, 2).expect_err("refused").to_string();
         words.iter().for_each(|word| assert!(said.contains(word), "{said} lacks {word}"));
     };
     let bad =

@@ -181,7 +181,7 @@ fn publisher<S: Service, H: Header, T: Element>(
     elements: usize,
     grows: bool,
     loans: usize,
-) -> Result<Publisher<S, [Wire<T>], Wire<H>>, BusError> {
+) -> Result<PublisherOf<S, H, T>, BusError> {
     let strategy = if grows { AllocationStrategy::PowerOfTwo } else { AllocationStrategy::Static };
     let mut builder = factory
         .publisher_builder()
@@ -203,7 +203,7 @@ fn publisher<S: Service, H: Header, T: Element>(
 fn subscriber<S: Service, H: Header, T: Element>(
     factory: Factory<S, H, T>,
     name: &str,
-) -> Result<Subscriber<S, [Wire<T>], Wire<H>>, BusError> {
+) -> Result<SubscriberOf<S, H, T>, BusError> {
     factory.subscriber_builder().create().map_err(|e| BusError::port("reader", name, e))
 }
 

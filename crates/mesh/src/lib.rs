@@ -7,7 +7,6 @@
 mod code;
 mod hash;
 mod material;
-#[expect(clippy::module_inception, reason = "the crate is named for its main type")]
 mod mesh;
 mod object;
 mod random;

@@ -110,7 +110,7 @@ impl SingleRay {
 
     /// Returns the ray in the space of an instance, with the same parameter.
     #[inline(always)]
-    fn to_instance_space(&self, instance: &Instance) -> SingleRay {
+    fn to_instance_space(self, instance: &Instance) -> SingleRay {
         let rows = instance.actor_from_world;
         let turn = |row: [f32; 4], v: Vec3| row[0] * v.x + row[1] * v.y + row[2] * v.z;
         SingleRay::new(
