@@ -1,11 +1,11 @@
-//! Street lamps.
+//! Street lights.
 
 use mesh::ObjectId;
 use protocol::{Command, SetStreetLights, street_light};
 
 use crate::{Client, ClientError};
 
-/// How street lamps are to shine: see [`Client::switch_lamps`].
+/// A state that street lights are set to by [`Client::switch_street_lights`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreetLightCommand(SetStreetLights);
 

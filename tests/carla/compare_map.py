@@ -446,7 +446,11 @@ def compare_nearest(world, ours, carla):
         gap = math.dist(place_of(theirs), (x, y, z)) - math.dist(here, (x, y, z))
         same_lane = (str(theirs.road_id), theirs.lane_id) == (mine["road"], mine["lane"])
         kind = "coarse" if same_lane else "far"
-        found = [(kind if gap > -0.01 else "unexplained", f"ours is {-gap:.3f} m farther")]
+        if gap <= -0.01:
+            # Ours is on the surface, which has one height where roads of a junction overlap.
+            level = math.dist(place_of(theirs)[:2], (x, y)) - math.dist(here[:2], (x, y))
+            kind = "height" if mine["junction"] is not None and level > -0.01 else "unexplained"
+        found = [(kind, f"ours is {-gap:.3f} m farther")]
         tally.point(found, name)
     return tally
 

@@ -122,7 +122,7 @@ fn a_bundle_has_rendered_or_physics_sensors_and_each_number_is_checked() {
     refused(&mut client, &[collision("hit"), eye], &["\"r\"", "make a bundle of each"]);
     let odd = SensorSpec { outputs: output::IMU, ..collision("hit") };
     refused(&mut client, &[odd], &["\"hit\"", "outputs are"]);
-    refused(&mut client, &[SensorSpec { kind: 99, ..eye }], &["kind 99"]);
+    refused(&mut client, &[SensorSpec { kind: 99, ..eye }], &["unknown sensor type 99"]);
 
     // Both at one tick; sensors are removed with their carrier.
     let mut seen = client.create_bundle("seen", hero, &[eye], 2).unwrap();

@@ -189,7 +189,7 @@ fn a_client_that_stops_reading_loses_only_its_own_frames() {
     }
     let over = asleep.receive().map(|m| m.is_some()).unwrap_err().to_string();
     println!("a reader that holds all -> {over}");
-    names(&over, &["holds as many"]);
+    names(&over, &["borrows the largest number"]);
     held.clear();
     let next = asleep.receive().unwrap().unwrap();
     assert!(asleep.missed() > 200 && next.frame().0 > 250, "{}", asleep.missed());

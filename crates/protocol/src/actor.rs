@@ -157,7 +157,7 @@ pub mod lamp {
     pub const SPECIAL1: u32 = 1 << 9;
     /// Second special light.
     pub const SPECIAL2: u32 = 1 << 10;
-    /// In a [`VehicleControl`] of traffic: its `lamps` field is valid.
+    /// In a [`super::VehicleControl`] of traffic: its `lamps` field is valid.
     pub const SWITCHED: u32 = 1 << 31;
     /// Every light.
     pub const ALL: u32 = (1 << 11) - 1;
