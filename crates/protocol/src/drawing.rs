@@ -2,7 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::{Frame, Stamp, vehicle::within};
+use crate::{
+    Frame, Stamp,
+    outcome::Answer,
+    range::{each, within},
+};
 
 /// The most shapes that exist at a time.
 pub const SHAPES_MAX: usize = 16_384;
@@ -134,14 +138,11 @@ impl Shape {
         if !(shape::POINT..=shape::TEXT).contains(&self.kind) {
             return Err(format!("unknown shape kind {}", self.kind));
         }
-        let all = |what: &str, values: &[f32], low: f32, high: f32| {
-            values.iter().try_for_each(|value| within(what, *value, low, high))
-        };
-        all("a shape's place", &self.begin_m, -FAR_M, FAR_M)?;
+        each("a shape's place", &self.begin_m, -FAR_M, FAR_M)?;
         match self.kind {
-            shape::LINE | shape::ARROW => all("a shape's end", &self.end_m, -FAR_M, FAR_M)?,
+            shape::LINE | shape::ARROW => each("a shape's end", &self.end_m, -FAR_M, FAR_M)?,
             shape::BOX => {
-                all("half a box's size", &self.end_m, 0.0, LARGE_M)?;
+                each("half a box's size", &self.end_m, 0.0, LARGE_M)?;
                 let square: f32 = self.rotation.iter().map(|part| part * part).sum();
                 within("the square of a box's rotation", square, 0.99, 1.01)?;
             }
@@ -161,6 +162,8 @@ impl Shape {
         ShapeReceipt { frame: stamp.frame, until_nanos }
     }
 }
+
+impl Answer for ShapeReceipt {}
 
 impl ShapeReceipt {
     /// Whether the frame `stamp`, not before [`ShapeReceipt::frame`], shows the shape.

@@ -6,50 +6,67 @@
 //! [`SensorSpec`] what a sensor measures.
 
 mod actor;
+mod actor_command;
 mod bones;
 mod command;
 mod debug_shapes;
 mod drawing;
 mod episode;
+mod given_poses;
 mod hidden_objects;
+mod journal;
 mod limbs;
+mod map_layer;
 mod motion;
 mod name;
+mod outcome;
 mod payload;
 mod physics_sensor;
 mod query;
+mod range;
 mod recording;
+mod route;
+mod sensor;
 mod sensor_spec;
+mod settings;
 mod snapshot;
 mod stamp;
 mod standing_state;
 mod street;
 mod street_lights;
 mod traffic;
+mod traffic_param;
 mod v2x;
 mod vehicle;
+mod vehicle_physics;
+mod weather;
 
 pub use actor::{
     ACTORS_MAX, ActorId, ActorState, Pose, STRIDE, VehicleControl, flag, kind, lamp, light, parts,
 };
-pub use bones::{BONES, BONES_PER_COMMAND, BlendPose, GivenPose, GivenPoses, SetBones};
+pub use actor_command::{
+    Autopilot, SetDoors, SetPhysics, SetTrafficLight, SetVehicleLights, SetVelocity, Spawn,
+    Teleport,
+};
+pub use bones::{BONES, BONES_PER_COMMAND, BlendPose, SetBones};
 pub use command::{
-    Answer, Autopilot, BatchHeader, Command, CommandGroup, CreateBundle, HideLayers, HideObjects,
-    JournalEntry, JournalHeader, Nothing, Outcome, ROUTE_STEPS, RawCommand, RouteCommand,
-    RouteStep, SensorCommand, ServiceCommand, SetDoors, SetPhysics, SetTrafficLight,
-    SetVehicleLights, SetVelocity, Settings, Spawn, StandingCommand, Teleport, TrafficParam,
-    Weather, WorldCommand, layer, param, route_step, status,
+    BatchHeader, Command, CommandGroup, Nothing, RawCommand, SensorCommand, ServiceCommand,
+    StandingCommand, WorldCommand,
 };
 pub use debug_shapes::DebugShapes;
 pub use drawing::{EraseShapes, SHAPE_TEXT_BYTES, SHAPES_MAX, Shape, ShapeReceipt, shape};
 pub use episode::{BlueprintInfo, Episode, LoadMap, load};
+pub use given_poses::{GivenPose, GivenPoses};
 pub use hidden_objects::{BLOCK_OBJECTS, HiddenObjects};
+pub use journal::{JournalEntry, JournalHeader};
 pub use limbs::{LIMBS, WalkerLimbs};
+pub use map_layer::{HideLayers, HideObjects, layer};
 pub use motion::{
     AckermannControl, AckermannSettings, ApplyForce, SetWeatherAffectsGrip, Switch,
     VehicleTelemetry, WheelTelemetry,
 };
 pub use name::Name;
+pub use outcome::{Answer, Outcome, status};
 pub use payload::{Block, Page};
 pub use physics_sensor::{
     CollisionReading, CollisionSpec, GnssReading, GnssSpec, ImuReading, ImuSpec,
@@ -58,20 +75,25 @@ pub use physics_sensor::{
 };
 pub use query::{Query, QueryHeader, QueryKind, Response, ResponseBody};
 pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};
-pub use sensor_spec::{
-    BundleHeader, BundleId, DEPTH_FAR_M, Plane, SENSORS_MAX, SensorSpec, element_bytes, layout,
-    output, point_attribute, sensor, tracer,
+pub use route::{ROUTE_STEPS, RouteCommand, RouteStep, route_step};
+pub use sensor::{
+    BundleId, CreateBundle, DEPTH_FAR_M, SENSORS_MAX, output, point_attribute, sensor, tracer,
 };
+pub use sensor_spec::{BundleHeader, Plane, SensorSpec, element_bytes, layout};
+pub use settings::Settings;
 pub use snapshot::{PIPELINE_MAX, SnapshotHeader};
 pub use stamp::{Frame, Stamp};
 pub use standing_state::StandingState;
 pub use street::{SetStreetLights, street_light};
 pub use street_lights::{StreetLightState, StreetLights};
 pub use traffic::{LightState, TrafficHeader, TrafficLayout};
+pub use traffic_param::{TrafficParam, param};
 pub use v2x::{
     CamReading, CamSpec, MessageReading, MessageSpec, RadioSpec, TEXT_BYTES, Transmit, radio,
 };
 pub use vehicle::{
     CURVE_POINTS_MAX, Curve, GEARS_MAX, Gear, VehicleBody, VehicleEngine, VehicleGearbox,
-    VehiclePhysics, VehicleSteering, VehicleWheel,
+    VehicleSteering, VehicleWheel,
 };
+pub use vehicle_physics::VehiclePhysics;
+pub use weather::Weather;

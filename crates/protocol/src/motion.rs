@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::{ActorId, vehicle::within};
+use crate::{ActorId, range::within};
 
 /// Telemetry of a vehicle at the end of the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

@@ -6,8 +6,9 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::{
-    ActorId, CamReading, CamSpec, MessageReading, MessageSpec, SensorSpec, output, sensor,
-    vehicle::within,
+    ActorId, CamReading, CamSpec, MessageReading, MessageSpec,
+    range::{each, within},
+    sensor::{output, sensor},
 };
 
 /// The parameters of one type of physics sensor, stored in a [`crate::SensorSpec`].
@@ -283,36 +284,11 @@ pub struct ObstacleReading {
     pub distance_m: f32,
 }
 
-impl SensorSpec {
-    /// Checks the parameters of a physics sensor; the error names the first that is out of range.
-    pub fn check_physics_sensor(&self) -> Result<(), String> {
-        match self.kind {
-            sensor::IMU => self.check_as::<ImuSpec>(),
-            sensor::GNSS => self.check_as::<GnssSpec>(),
-            sensor::ODOMETRY => self.check_as::<OdometrySpec>(),
-            sensor::COLLISION => self.check_as::<CollisionSpec>(),
-            sensor::LANE_INVASION => self.check_as::<LaneInvasionSpec>(),
-            sensor::OBSTACLE => self.check_as::<ObstacleSpec>(),
-            sensor::CAM => self.check_as::<CamSpec>(),
-            sensor::MESSAGE => self.check_as::<MessageSpec>(),
-            other => Err(format!("unknown sensor type {other}")),
-        }
-    }
-
-    fn check_as<T: PhysicsSensorSpec>(&self) -> Result<(), String> {
-        if self.outputs != T::OUTPUT {
-            let (told, own) = (self.outputs, T::OUTPUT);
-            return Err(format!("outputs are {told:#x}, but this sensor type has only {own:#x}"));
-        }
-        self.numbers::<T>().map_or(Ok(()), |numbers| numbers.check())
-    }
-}
-
 impl ImuSpec {
     fn fault(&self) -> Result<(), String> {
-        within_all("accelerometer_stddev_mps2", &self.accelerometer_stddev_mps2, 0.0, 1e3)?;
-        within_all("gyroscope_stddev_radps", &self.gyroscope_stddev_radps, 0.0, 1e3)?;
-        within_all("gyroscope_bias_radps", &self.gyroscope_bias_radps, -1e3, 1e3)?;
+        each("accelerometer_stddev_mps2", &self.accelerometer_stddev_mps2, 0.0, 1e3)?;
+        each("gyroscope_stddev_radps", &self.gyroscope_stddev_radps, 0.0, 1e3)?;
+        each("gyroscope_bias_radps", &self.gyroscope_bias_radps, -1e3, 1e3)?;
         within("accelerometer_walk", self.accelerometer_walk, 0.0, 1e3)?;
         within("gyroscope_walk", self.gyroscope_walk, 0.0, 1e3)?;
         within("gravity_mps2", self.gravity_mps2, -1e3, 1e3)?;
@@ -351,13 +327,4 @@ impl ObstacleSpec {
         within("distance_m", self.distance_m, 0.01, 1e4)?;
         within("hit_radius_m", self.hit_radius_m, 0.001, 100.0)
     }
-}
-
-/// Checks that every value is finite and within ±`most`.
-pub(crate) fn fault_of(what: &str, values: &[f32], most: f32) -> Result<(), String> {
-    values.iter().try_for_each(|value| within(what, *value, -most, most))
-}
-
-fn within_all(what: &str, values: &[f32; 3], low: f32, high: f32) -> Result<(), String> {
-    values.iter().try_for_each(|value| within(what, *value, low, high))
 }

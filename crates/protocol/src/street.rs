@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::vehicle::within;
+use crate::range::within;
 
 /// Values of [`SetStreetLights::mode`].
 pub mod street_light {

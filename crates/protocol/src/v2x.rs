@@ -2,7 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::{BundleId, physics_sensor::fault_of, vehicle::within};
+use crate::{
+    BundleId,
+    range::{each, within},
+};
 
 /// Parameters of a radio.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -225,7 +228,7 @@ impl CamSpec {
         within("interval_min_secs", self.interval_min_secs, 0.0, 1000.0)?;
         within("interval_max_secs", self.interval_max_secs, 0.0, 1000.0)?;
         let errors: [f32; 14] = bytemuck::cast_slice(&[*self])[12..26].try_into().expect("14 are");
-        fault_of("what it says of itself", &errors, 1e6)
+        each("what it says of itself", &errors, -1e6, 1e6)
     }
 }
 

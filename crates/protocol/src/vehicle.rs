@@ -5,7 +5,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::{ActorId, Command};
+use crate::{
+    ActorId,
+    range::{each, within},
+};
 
 /// The most points of a [`Curve`].
 pub const CURVE_POINTS_MAX: usize = 16;
@@ -54,7 +57,7 @@ impl Curve {
     }
 }
 
-/// Parameters of [`Command::SetBody`].
+/// Parameters of [`crate::Command::SetBody`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleBody {
@@ -81,7 +84,7 @@ impl VehicleBody {
     }
 }
 
-/// Parameters of [`Command::SetEngine`].
+/// Parameters of [`crate::Command::SetEngine`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleEngine {
@@ -125,7 +128,7 @@ pub struct Gear {
     pub up: f32,
 }
 
-/// Parameters of [`Command::SetGearbox`].
+/// Parameters of [`crate::Command::SetGearbox`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleGearbox {
@@ -176,7 +179,7 @@ impl VehicleGearbox {
     }
 }
 
-/// Parameters of [`Command::SetSteering`].
+/// Parameters of [`crate::Command::SetSteering`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleSteering {
@@ -193,7 +196,7 @@ impl VehicleSteering {
     }
 }
 
-/// Parameters of [`Command::SetWheel`].
+/// Parameters of [`crate::Command::SetWheel`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VehicleWheel {
@@ -236,66 +239,4 @@ impl VehicleWheel {
         within("stiffness_y", self.stiffness_y, 0.01, 1000.0)?;
         within("stiffness_x", self.stiffness_x, 0.01, 1000.0)
     }
-}
-
-/// All physics parameters of a vehicle.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct VehiclePhysics {
-    /// Mass, drag and centre of mass.
-    pub body: VehicleBody,
-    /// Engine.
-    pub engine: VehicleEngine,
-    /// Gearbox, clutch and final drive.
-    pub gearbox: VehicleGearbox,
-    /// Steering curve.
-    pub steering: VehicleSteering,
-    /// Wheels in the blueprint's order.
-    pub wheels: Vec<VehicleWheel>,
-}
-
-impl VehiclePhysics {
-    /// Checks that every number is in its range; the error names the first that is not.
-    pub fn check(&self) -> Result<(), String> {
-        self.body.check()?;
-        self.engine.check()?;
-        self.gearbox.check()?;
-        self.steering.check()?;
-        if self.wheels.len() != self.body.wheels as usize {
-            return Err(format!(
-                "there are {} wheels; the vehicle has {}",
-                self.wheels.len(),
-                self.body.wheels
-            ));
-        }
-        for wheel in &self.wheels {
-            wheel.check().map_err(|why| format!("wheel {}: {why}", wheel.index))?;
-        }
-        Ok(())
-    }
-
-    /// The commands that set these parameters.
-    pub fn commands(&self, actor_id: ActorId) -> Vec<Command> {
-        let mut commands = vec![
-            Command::SetBody(VehicleBody { actor_id, ..self.body }),
-            Command::SetEngine(VehicleEngine { actor_id, ..self.engine }),
-            Command::SetGearbox(VehicleGearbox { actor_id, ..self.gearbox }),
-            Command::SetSteering(VehicleSteering { actor_id, ..self.steering }),
-        ];
-        for (index, wheel) in (0..).zip(&self.wheels) {
-            commands.push(Command::SetWheel(VehicleWheel { actor_id, index, ..*wheel }));
-        }
-        commands
-    }
-}
-
-/// Checks that a number is in its range.
-pub(crate) fn within(what: &str, value: f32, low: f32, high: f32) -> Result<(), String> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    Err(format!("{what} is {value}, not {low} to {high}"))
-}
-
-fn each(what: &str, values: &[f32], low: f32, high: f32) -> Result<(), String> {
-    values.iter().try_for_each(|value| within(what, *value, low, high))
 }
