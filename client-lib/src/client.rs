@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bus::{Instance, Strategy, Watch};
-use protocol::{BlueprintInfo, BundleId, Frame, SensorSpec};
+use protocol::{BlueprintInfo, Frame};
 use road::Network;
 
 use crate::{
@@ -416,16 +416,5 @@ impl Client {
         let deadline = self.deadlines().world;
         let outcomes = self.controller.request_within(what, &[command], deadline)?;
         outcomes[0].id()
-    }
-
-    pub(crate) fn open_bundle(
-        &self,
-        id: BundleId,
-        sensors: &[SensorSpec],
-    ) -> Result<SensorBundle, ClientError> {
-        let connection = self.connection();
-        let reader = connection.bundles.open(id)?;
-        let owner = Arc::downgrade(connection);
-        Ok(SensorBundle::new(id, self.episode(), sensors.into(), reader, owner))
     }
 }

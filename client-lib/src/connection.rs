@@ -19,7 +19,7 @@ use protocol::{
 };
 use road::Network;
 
-use crate::{ClientError, outcomes::Inbox, static_world::StaticWorld};
+use crate::{ClientError, inbox::Inbox, static_world::StaticWorld};
 
 /// How long calls wait before they fail with [`ClientError::Timeout`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -298,5 +298,7 @@ fn raw(command: impl Into<Command>) -> RawCommand {
 fn poll(connection: &Connection, ticket: &Ticket) -> Result<Option<Vec<Outcome>>, ClientError> {
     let mut inbox = connection.inbox();
     inbox.take_in(connection.name())?;
-    inbox.outcomes(ticket)
+    let entries = inbox.take(ticket.first)?;
+    let outcome = |entry| Outcome::new(ticket.what, entry);
+    Ok(entries.map(|entries| entries.into_iter().map(outcome).collect()))
 }

@@ -26,6 +26,7 @@
 mod actor_view;
 mod actors;
 mod bones;
+mod bundles;
 pub mod carla_axes;
 mod client;
 mod command;
@@ -36,23 +37,31 @@ mod draw;
 mod error;
 mod event_camera;
 mod event_fd;
+mod event_stream;
 mod events;
 mod file;
 mod flags;
 mod image;
+mod inbox;
+mod map_objects;
+mod measurement;
 mod observer;
-mod outcomes;
+mod outcome;
 mod rays;
 mod recorder;
 mod sensor_bundle;
+mod sensors;
 mod settings;
 mod static_world;
 mod street_lights;
+mod ticket;
 mod traffic;
+mod traffic_param;
 mod vehicle_physics;
 mod vehicles;
 mod visibility;
 pub mod wire;
+mod wire_requests;
 mod world;
 mod worlds;
 
@@ -75,9 +84,10 @@ pub use file::{Profile, Replay, saved_folder, saved_path};
 pub use flags::{ActorFlags, ActorKind, Doors, Layers, LightPhase, Outputs, VehicleLights};
 pub use glam;
 pub use image::{Image, Intrinsics, PointCloud};
+pub use measurement::Measurement;
 pub use mesh::Tag;
 pub use observer::Observer;
-pub use outcomes::{Outcome, Ticket};
+pub use outcome::Outcome;
 /// Plain records of numbers and ids, the same in this interface and in the protocol.
 pub use protocol::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, BONES, BlueprintInfo, BundleId,
@@ -89,13 +99,14 @@ pub use protocol::{
 };
 pub use rays::{RayGrid, RayHit};
 pub use road;
-pub use sensor_bundle::{
-    Measurement, SensorBundle, cam, camera, collision, gnss, imu, lane_invasion, lidar, message,
-    obstacle, odometry,
+pub use sensor_bundle::SensorBundle;
+pub use sensors::{
+    cam, camera, collision, gnss, imu, lane_invasion, lidar, message, obstacle, odometry,
 };
 pub use settings::{Pace, Settings};
 pub use static_world::{MapObject, StreetLight};
 pub use street_lights::StreetLightCommand;
-pub use traffic::{RouteStep, TrafficParam};
+pub use ticket::Ticket;
+pub use traffic_param::{RouteStep, TrafficParam};
 pub use visibility::hide_objects;
 pub use world::World;

@@ -1,87 +1,12 @@
-//! What became of commands: read from the journal, and kept until it is polled.
+//! The reading end of the journal: outcomes of this client's commands, kept until they are polled, and
+//! the commands of other participants.
 
-use std::{
-    collections::{BTreeMap, VecDeque},
-    sync::{Arc, Weak},
-};
+use std::collections::{BTreeMap, VecDeque};
 
 use bus::Journal;
-use protocol::{ActorId, Frame, JournalEntry, Name};
+use protocol::{Frame, JournalEntry, Name};
 
-use crate::{ClientError, connection::Connection};
-
-/// Commands that were sent and whose outcome was not taken yet: see
-/// [`Controller::submit`](crate::Controller::submit). Dropped, the outcome is forgotten; the
-/// commands are carried out all the same.
-#[derive(Debug)]
-#[must_use = "the outcome is polled with the ticket"]
-pub struct Ticket {
-    pub(crate) what: &'static str,
-    pub(crate) first: u64,
-    pub(crate) count: usize,
-    connection: Weak<Connection>,
-}
-
-impl Ticket {
-    pub(crate) fn new(
-        connection: &Arc<Connection>,
-        what: &'static str,
-        first: u64,
-        count: usize,
-    ) -> Ticket {
-        Ticket { what, first, count, connection: Arc::downgrade(connection) }
-    }
-
-    /// How many commands it stands for.
-    #[must_use]
-    pub fn count(&self) -> usize {
-        self.count
-    }
-}
-
-impl Drop for Ticket {
-    fn drop(&mut self) {
-        if let Some(connection) = self.connection.upgrade() {
-            connection.inbox().open.remove(&self.first);
-        }
-    }
-}
-
-/// What became of one command.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[must_use]
-pub struct Outcome {
-    what: &'static str,
-    entry: JournalEntry,
-}
-
-impl Outcome {
-    pub(crate) fn new(what: &'static str, entry: JournalEntry) -> Outcome {
-        Outcome { what, entry }
-    }
-
-    /// Returns the id of what the command made or changed: an actor's, a bundle's, or 0.
-    ///
-    /// # Errors
-    ///
-    /// [`ClientError::Refused`].
-    pub fn id(&self) -> Result<u32, ClientError> {
-        self.entry.outcome.result().map_err(|why| ClientError::refused(self.what, why))
-    }
-
-    /// Returns the actor that the command spawned or changed.
-    ///
-    /// # Errors
-    ///
-    /// [`ClientError::Refused`].
-    pub fn actor(&self) -> Result<ActorId, ClientError> {
-        self.id().map(ActorId)
-    }
-
-    pub(crate) fn into_entry(self) -> JournalEntry {
-        self.entry
-    }
-}
+use crate::ClientError;
 
 /// The commands of one ticket.
 struct Awaited {
@@ -180,19 +105,19 @@ impl Inbox {
         Ok(())
     }
 
-    /// The outcomes of a ticket's commands, when all are there.
-    pub(crate) fn outcomes(
-        &mut self,
-        ticket: &Ticket,
-    ) -> Result<Option<Vec<Outcome>>, ClientError> {
-        let Some(awaited) = self.open.get(&ticket.first) else { return Ok(None) };
+    /// Awaits the commands numbered from `first` no longer.
+    pub(crate) fn close(&mut self, first: u64) {
+        self.open.remove(&first);
+    }
+
+    /// Returns the entries of the commands numbered from `first`, once, when all of them have come.
+    pub(crate) fn take(&mut self, first: u64) -> Result<Option<Vec<JournalEntry>>, ClientError> {
+        let Some(awaited) = self.open.get(&first) else { return Ok(None) };
         if awaited.outcomes.len() == awaited.count {
-            let awaited = self.open.remove(&ticket.first);
-            let typed = |entry| Outcome::new(ticket.what, entry);
-            return Ok(awaited.map(|a| a.outcomes.into_iter().map(typed).collect()));
+            return Ok(self.open.remove(&first).map(|awaited| awaited.outcomes));
         }
         if awaited.is_lost {
-            self.open.remove(&ticket.first);
+            self.open.remove(&first);
             return Err(ClientError::JournalOverrun);
         }
         Ok(None)

@@ -1,0 +1,73 @@
+//! Bundles of a client: created, destroyed, and texts sent by their radios.
+
+use std::sync::Arc;
+
+use protocol::{ActorId, BundleId, Command, CreateBundle, Name, SensorSpec, TEXT_BYTES, Transmit};
+
+use crate::{Client, ClientError, SensorBundle};
+
+impl Client {
+    /// Mounts sensors on an actor, or in the world (`ActorId::NONE`), as one bundle: measured
+    /// together, delivered together. `max_borrowed` measurements may be held at a time, 1 to 8.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if the actor does not exist, a sensor is not possible, or shared
+    /// memory has no room.
+    pub fn create_bundle(
+        &mut self,
+        name: &str,
+        parent: ActorId,
+        sensors: &[SensorSpec],
+        max_borrowed: u32,
+    ) -> Result<SensorBundle, ClientError> {
+        let bundle = CreateBundle {
+            parent,
+            sensor_count: sensors.len() as u32,
+            max_borrowed,
+            reserved: 0,
+            name: Name::new(name),
+        };
+        let mut commands = vec![Command::CreateBundle(bundle)];
+        commands.extend(sensors.iter().map(|s| Command::Sensor(*s)));
+        let id = BundleId(self.request("bundle", &commands)?[0]);
+        let connection = self.connection();
+        let reader = connection.bundles.open(id)?;
+        let owner = Arc::downgrade(connection);
+        Ok(SensorBundle::new(id, self.episode(), sensors.into(), reader, owner))
+    }
+
+    /// Destroys a bundle and waits until that was carried out. Dropping it destroys it, too,
+    /// without waiting.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if it was destroyed with its actor or world.
+    pub fn destroy_bundle(&mut self, bundle: SensorBundle) -> Result<(), ClientError> {
+        self.request_one("bundle", Command::DestroyBundle(bundle.release())).map(drop)
+    }
+
+    /// Sends a text by radio with the next frame, from a [`message`](crate::message) sensor of a bundle; at most
+    /// [`TEXT_BYTES`] bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::BadArgument`] if the text is longer; [`ClientError::Refused`] if there is no
+    /// such sensor.
+    pub fn transmit(
+        &mut self,
+        bundle: &SensorBundle,
+        sensor: usize,
+        text: &str,
+    ) -> Result<(), ClientError> {
+        let mut bytes = [0; TEXT_BYTES];
+        let room = bytes.get_mut(..text.len()).ok_or_else(|| {
+            let len = text.len();
+            let why = format!("the text has {len} bytes; {TEXT_BYTES} is the limit");
+            ClientError::bad_argument("transmit", why)
+        })?;
+        room.copy_from_slice(text.as_bytes());
+        let transmit = Transmit { bundle: bundle.id(), sensor: sensor as u32, text: bytes };
+        self.request_one("transmit", Command::Transmit(transmit)).map(drop)
+    }
+}
