@@ -26,7 +26,7 @@ mod query;
 mod range;
 mod recording;
 mod route;
-mod sensor;
+mod sensor_code;
 mod sensor_spec;
 mod settings;
 mod snapshot;
@@ -76,7 +76,7 @@ pub use physics_sensor::{
 pub use query::{Query, QueryHeader, QueryKind, Response, ResponseBody};
 pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};
 pub use route::{ROUTE_STEPS, RouteCommand, RouteStep, route_step};
-pub use sensor::{
+pub use sensor_code::{
     BundleId, CreateBundle, DEPTH_FAR_M, SENSORS_MAX, output, point_attribute, sensor, tracer,
 };
 pub use sensor_spec::{BundleHeader, Plane, SensorSpec, element_bytes, layout};

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use crate::{
     ActorId, CamReading, CamSpec, MessageReading, MessageSpec,
     range::{each, within},
-    sensor::{output, sensor},
+    sensor_code::{output, sensor},
 };
 
 /// The parameters of one type of physics sensor, stored in a [`crate::SensorSpec`].

@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use crate::{
     ActorId, BundleId, CamSpec, CollisionSpec, GnssSpec, ImuSpec, LaneInvasionSpec, MessageSpec,
     Name, ObstacleSpec, OdometrySpec, PhysicsSensorSpec, Pose, Stamp, physics_sensor,
-    sensor::{output, sensor},
+    sensor_code::{output, sensor},
 };
 
 /// The specification of one sensor of a bundle.
