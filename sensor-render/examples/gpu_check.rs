@@ -143,12 +143,13 @@ fn hand_over(
     let planes = staged[0].planes.clone();
     let mut reader = std::process::Command::new(std::env::current_exe()?);
     reader.arg("read").arg(&shared[0].pages.path);
-    let mut wanted = 0xcbf2_9ce4_8422_2325;
+    let mut wanted = mesh::Fnv1a64::new();
     for plane in &planes {
         let (begin, end) = (plane.offset as usize, (plane.offset + plane.byte_len) as usize);
         reader.arg(format!("{begin}-{end}"));
-        wanted = digest(wanted, &staged[0].pages.bytes()[begin..end]);
+        wanted.write(&staged[0].pages.bytes()[begin..end]);
     }
+    let wanted = wanted.value();
     let answer = reader.output()?;
     gpu.forget_imports();
     let got = String::from_utf8_lossy(&answer.stdout).trim().to_string();
@@ -163,18 +164,13 @@ fn hand_over(
 /// Body of the other process: prints the digest of these ranges of the file.
 fn read(path: &str, ranges: &[String]) -> Result<(), Box<dyn Error>> {
     let bytes = std::fs::read(path)?;
-    let mut sum = 0xcbf2_9ce4_8422_2325;
+    let mut sum = mesh::Fnv1a64::new();
     for range in ranges {
         let (begin, end) = range.split_once('-').ok_or("a range is BEGIN-END")?;
-        sum = digest(sum, &bytes[begin.parse()?..end.parse()?]);
+        sum.write(&bytes[begin.parse()?..end.parse()?]);
     }
-    println!("{sum:016x}");
+    println!("{:016x}", sum.value());
     Ok(())
-}
-
-/// Continues an FNV-1a hash (Fowler, Noll, Vo).
-fn digest(sum: u64, bytes: &[u8]) -> u64 {
-    bytes.iter().fold(sum, |sum, byte| (sum ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3))
 }
 
 /// Mapped file in /dev/shm, like the pool of a publisher.

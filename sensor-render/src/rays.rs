@@ -213,10 +213,7 @@ pub(crate) fn rays(
     }
 }
 
-/// Mixes the seed of a sensor with the frame (splitmix64).
+/// Mixes the seed of a sensor with the frame.
 fn frame_seed(seed: u64, frame: u64) -> u32 {
-    let mut z = seed ^ frame.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    (z ^ z >> 31) as u32
+    mesh::mix64(seed ^ frame.wrapping_mul(mesh::GOLDEN_GAMMA)) as u32
 }

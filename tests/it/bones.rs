@@ -6,10 +6,11 @@ use std::f32::consts::PI;
 use bus::Role;
 use client_lib::{ActorId, Client, Measurement, Pose, SensorBundle, Spawn, bone, camera};
 use glam::{Quat, Vec3};
+use mesh::WordHash;
 use protocol::{BONES, flag, output};
 use rustix::process::Signal;
 
-use crate::kit::{Digest, Scratch, Sim, eventually, kill, lives};
+use crate::kit::{Scratch, Sim, eventually, kill, lives};
 
 const WALKER: &str = "walker.pedestrian.0002";
 
@@ -31,9 +32,9 @@ fn look(client: &mut Client, bundle: &mut SensorBundle) -> Measurement {
     measured.pop().flatten().expect("a measurement of this frame")
 }
 
-fn digest(measured: &Measurement) -> Digest {
-    let mut digest = Digest::new();
-    digest.add(bytemuck::cast_slice(measured.instances(0).unwrap()));
+fn digest(measured: &Measurement) -> WordHash {
+    let mut digest = WordHash::new();
+    digest.bytes(bytemuck::cast_slice(measured.instances(0).unwrap()));
     digest
 }
 

@@ -5,10 +5,11 @@ use std::sync::OnceLock;
 use bus::Role;
 use client_lib::{Client, Pose, SensorBundle, Spawn, camera};
 use glam::{Quat, Vec3};
+use mesh::WordHash;
 use protocol::{ActorId, output};
 use rustix::process::Signal;
 
-use crate::kit::{Digest, Sim, eventually, is_soak, kill, lives, omnibus, resident_bytes};
+use crate::kit::{Sim, eventually, is_soak, kill, lives, omnibus, resident_bytes};
 
 /// Deaths at each point.
 fn deaths_wanted() -> usize {
@@ -46,10 +47,10 @@ impl Judge {
         let measured = measured[0].as_ref().unwrap_or_else(|| panic!("{frame} was not measured"));
         let header = self.client.world().header();
         assert_eq!(measured.header().state_hash, header.state_hash, "{frame}");
-        let mut digest = Digest::new();
-        digest.add(measured.data(0, output::DEPTH).unwrap());
-        digest.add(measured.data(0, output::INSTANCE).unwrap());
-        (header.state_hash, digest.0)
+        let mut digest = WordHash::new();
+        digest.bytes(measured.data(0, output::DEPTH).unwrap());
+        digest.bytes(measured.data(0, output::INSTANCE).unwrap());
+        (header.state_hash, digest.value())
     }
 }
 

@@ -9,11 +9,12 @@ use client_lib::{
     wire::{kind, layer},
 };
 use glam::{Quat, Vec3};
+use mesh::WordHash;
 use protocol::{ActorId, output};
 use rustix::process::Signal;
 
 use crate::{
-    kit::{DELTA_NANOS, Digest, Scratch, Sim, eventually, is_soak, kill, small_map, thread},
+    kit::{DELTA_NANOS, Scratch, Sim, eventually, is_soak, kill, small_map, thread},
     record::{Bustle, Seen, seen},
 };
 
@@ -39,7 +40,7 @@ fn bundle(client: &mut Client) -> SensorBundle {
 }
 
 /// Runs busy traffic from now on and returns states and images of every frame.
-fn live(client: &mut Client, frames: usize) -> Vec<(Seen, Digest)> {
+fn live(client: &mut Client, frames: usize) -> Vec<(Seen, WordHash)> {
     let mut bustle = Bustle::new(client);
     let mut bundle = bundle(client);
     (0..frames)
@@ -47,15 +48,15 @@ fn live(client: &mut Client, frames: usize) -> Vec<(Seen, Digest)> {
             bustle.act(client);
             let (frame, measured) = client.tick_and_collect(&mut [&mut bundle]).unwrap();
             let measured = measured[0].as_ref().unwrap_or_else(|| panic!("{frame} has no picture"));
-            let mut digest = Digest::new();
-            digest.add(measured.data(0, output::COLOR).unwrap());
-            digest.add(measured.data(0, output::INSTANCE).unwrap());
+            let mut digest = WordHash::new();
+            digest.bytes(measured.data(0, output::COLOR).unwrap());
+            digest.bytes(measured.data(0, output::INSTANCE).unwrap());
             (seen(client), digest)
         })
         .collect()
 }
 
-fn check_same(a: &[(Seen, Digest)], b: &[(Seen, Digest)], what: &str) {
+fn check_same(a: &[(Seen, WordHash)], b: &[(Seen, WordHash)], what: &str) {
     let at = a.iter().zip(b).position(|(a, b)| a.0 != b.0);
     assert_eq!(at, None, "{what}: the first frame whose state differs");
     let at = a.iter().zip(b).position(|(a, b)| a.1 != b.1);

@@ -5,9 +5,10 @@ use client_lib::{
     wire::Settings,
 };
 use glam::{Quat, Vec2, Vec3};
+use mesh::WordHash;
 use protocol::{ActorId, Command, Teleport, output};
 
-use crate::kit::{DELTA_NANOS, Digest, Sim, is_soak, note_skipped, omnibus, small_map};
+use crate::kit::{DELTA_NANOS, Sim, is_soak, note_skipped, omnibus, small_map};
 
 /// High above every roof, where only the marker is in view.
 const MIDDLE: Vec3 = Vec3::new(0.0, 0.0, 150.0);
@@ -183,11 +184,11 @@ impl Stage {
 }
 
 fn digest(measured: &Measurement) -> u64 {
-    let mut digest = Digest::new();
+    let mut digest = WordHash::new();
     for plane in measured.planes() {
-        digest.add(measured.data(plane.sensor as usize, plane.output).unwrap());
+        digest.bytes(measured.data(plane.sensor as usize, plane.output).unwrap());
     }
-    digest.0
+    digest.value()
 }
 
 #[test]

@@ -6,10 +6,11 @@ use client_lib::{
     wire::{Command, SetVelocity, VehicleControl},
 };
 use glam::{Quat, Vec3};
+use mesh::WordHash;
 use protocol::{ActorState, WalkerLimbs, flag, output};
 
 use crate::{
-    kit::{Digest, Scratch, Sim},
+    kit::{Scratch, Sim},
     record::seen,
 };
 
@@ -37,11 +38,11 @@ fn beside(client: &mut Client) -> SensorBundle {
     client.create_bundle("beside", ActorId::NONE, &sensors, 2).unwrap()
 }
 
-fn look(client: &mut Client, bundle: &mut SensorBundle) -> Digest {
+fn look(client: &mut Client, bundle: &mut SensorBundle) -> WordHash {
     let (_, mut measured) = client.tick_and_collect(&mut [bundle]).unwrap();
     let measured = measured.pop().flatten().expect("a measurement of this frame");
-    let mut digest = Digest::new();
-    digest.add(bytemuck::cast_slice(measured.instances(0).unwrap()));
+    let mut digest = WordHash::new();
+    digest.bytes(bytemuck::cast_slice(measured.instances(0).unwrap()));
     digest
 }
 

@@ -3,11 +3,12 @@
 use bus::Role;
 use client_lib::{ActorId, Client, Frame, Measurement, Pose, SensorBundle, Spawn, camera};
 use glam::{Quat, Vec3, vec3};
+use mesh::WordHash;
 use protocol::{layer, output};
 use rustix::process::Signal;
 
 use crate::{
-    kit::{Digest, Scratch, Sim, eventually, kill, lives, small_map},
+    kit::{Scratch, Sim, eventually, kill, lives, small_map},
     record::seen,
 };
 
@@ -38,10 +39,10 @@ fn tagged(measured: &Measurement, tag: mesh::Tag) -> usize {
     measured.tags(0).unwrap().iter().filter(|code| **code == tag as u8).count()
 }
 
-fn digest(measured: &Measurement) -> Digest {
-    let mut digest = Digest::new();
-    digest.add(bytemuck::cast_slice(measured.color(0).unwrap()));
-    digest.add(bytemuck::cast_slice(measured.instances(0).unwrap()));
+fn digest(measured: &Measurement) -> WordHash {
+    let mut digest = WordHash::new();
+    digest.bytes(bytemuck::cast_slice(measured.color(0).unwrap()));
+    digest.bytes(bytemuck::cast_slice(measured.instances(0).unwrap()));
     digest
 }
 

@@ -277,29 +277,6 @@ pub(crate) fn eventually(what: &str, mut is_so: impl FnMut() -> bool) {
     panic!("{what} did not come about within a minute");
 }
 
-/// FNV-1a over bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Digest(pub(crate) u64);
-
-impl Digest {
-    pub(crate) fn new() -> Digest {
-        Digest(0xcbf2_9ce4_8422_2325)
-    }
-
-    pub(crate) fn add(&mut self, bytes: &[u8]) {
-        // Eight bytes at a time, because images are large.
-        let (words, rest) = bytes.as_chunks::<8>();
-        for word in words {
-            self.step(u64::from_le_bytes(*word));
-        }
-        rest.iter().for_each(|byte| self.step(u64::from(*byte)));
-    }
-
-    fn step(&mut self, word: u64) {
-        self.0 = (self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(23);
-    }
-}
-
 /// Starts a thread of a test.
 pub(crate) fn thread<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,

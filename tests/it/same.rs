@@ -2,12 +2,13 @@
 
 use client_lib::{Client, Pose, Spawn, camera, lidar};
 use glam::{Quat, Vec3};
+use mesh::WordHash;
 use omnibus::{BackgroundHost, WorldArgs};
 use protocol::{
     AckermannControl, ActorId, ApplyForce, Command, SetVelocity, Settings, Switch, Teleport, output,
 };
 
-use crate::kit::{DELTA_NANOS, Digest, Sim, small_map};
+use crate::kit::{DELTA_NANOS, Sim, small_map};
 
 const FRAMES: u64 = 2000;
 const VEHICLES: usize = 100;
@@ -18,7 +19,7 @@ struct Run {
     hashes: Vec<u64>,
     collisions: u32,
     vehicles: usize,
-    /// Digests of depth, tags and ids of every measured frame.
+    /// Hashes of depth, tags and ids of every measured frame.
     measured: Vec<u64>,
     /// The first measured frame.
     first: u64,
@@ -148,11 +149,11 @@ fn meddle(client: &mut Client, cars: &[ActorId], frame: usize) {
 }
 
 fn digest(measured: &client_lib::Measurement) -> u64 {
-    let mut digest = Digest::new();
+    let mut digest = WordHash::new();
     for plane in measured.planes() {
-        digest.add(measured.data(plane.sensor as usize, plane.output).unwrap());
+        digest.bytes(measured.data(plane.sensor as usize, plane.output).unwrap());
     }
-    digest.0
+    digest.value()
 }
 
 fn as_processes(args: &[&str], variables: &[(&str, &str)], look: Look) -> Run {

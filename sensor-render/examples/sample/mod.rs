@@ -164,12 +164,9 @@ pub fn paint(actor: &ActorState) -> [u8; 3] {
 const PAINTS: [u32; 8] =
     [0x1816b0, 0xe4e6e6, 0x1c1816, 0x827c78, 0x823c18, 0x28a0c4, 0x465a3c, 0x142896];
 
-/// Returns a hash of a word (splitmix64).
+/// Returns a hash of a word.
 fn mixed(word: u64) -> u64 {
-    let mut z = (word + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ z >> 31
+    mesh::mix64((word + 1).wrapping_mul(mesh::GOLDEN_GAMMA))
 }
 
 /// Returns a camera with colour, depth, tag and instance outputs.

@@ -188,8 +188,7 @@ impl Batch {
     /// Returns a hash of the layout of the output.
     pub(crate) fn layout_hash(&self) -> u64 {
         let mut hash = self.byte_len | 1 << 63;
-        let mut mix =
-            |word: u64| hash = (hash ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1 << 63;
+        let mut mix = |word: u64| hash = mesh::fold_word(hash, word) | 1 << 63;
         for camera in &self.cameras {
             let GpuCamera { color, depth, instance, tag, width, height, .. } = *camera;
             for word in [color, depth, instance, tag, width, height] {
