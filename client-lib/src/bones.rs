@@ -2,10 +2,10 @@
 
 use glam::Affine3A;
 use protocol::{
-    ActorId, BONES, BONES_PER_COMMAND, BlendPose, Command, Pose, Query, QueryKind, STRIDE,
-    SetBones, flag, kind,
+    ActorId, ActorState, BONES, BONES_PER_COMMAND, BlendPose, Command, Pose, Query, QueryKind,
+    STRIDE, SetBones, WalkerLimbs, flag, kind,
 };
-use town::{GivenPose, Posture};
+use town::{Blueprint, GivenPose, Posture};
 
 use crate::{Client, ClientError};
 
@@ -50,16 +50,18 @@ impl Client {
     }
 }
 
-/// Where one bone of a walker, or one moving part of a vehicle, is.
+/// The pose of a walker's bone, or of a moving part of a vehicle.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BoneTransform {
-    /// Its name; a walker's bones have CARLA's names.
+    /// Name; a walker's bones have CARLA's names.
     pub name: String,
-    /// Its pose in world space.
+    /// Pose in world space.
     pub world_from_bone: Pose,
-    /// Its pose in the space of its parent; of a bone without one, and of a vehicle's part, in the
-    /// actor's space.
+    /// Pose in the actor's space.
+    pub actor_from_bone: Pose,
+    /// Pose in the space of the parent bone; in the actor's space for a bone without a parent and
+    /// for a part of a vehicle.
     pub parent_from_bone: Pose,
 }
 
@@ -70,62 +72,93 @@ impl Client {
     /// # Errors
     ///
     /// [`ClientError::NoSuchActor`] if no actor with a body has this id at that frame; as for
-    /// [`Client::given_pose`], which is asked if a client set a pose.
+    /// [`Client::given_pose`], which is called if a client has set a pose.
     pub fn bone_transforms(
         &mut self,
         actor_id: ActorId,
     ) -> Result<Vec<BoneTransform>, ClientError> {
         let missing = ClientError::NoSuchActor { actor_id };
         let Some(state) = self.world().state(actor_id).copied() else { return Err(missing) };
-        let limbs = self.world().limbs().iter().find(|limbs| limbs.actor_id == actor_id).copied();
+        let limbs = WalkerLimbs::find(self.world().limbs(), actor_id).copied();
         let Some(blueprint) = town::catalogue().get(state.blueprint as usize) else {
             return Err(missing);
         };
-        let is_walker = state.kind == kind::WALKER;
-        let given = if is_walker && state.has(flag::POSED) {
-            let (bones, weight) = self.given_pose(actor_id)?;
-            let bones: Vec<_> =
-                bones.iter().map(|pose| Some((pose.position(), pose.rotation()))).collect();
-            Some((bones, weight))
-        } else {
-            None
+        let is_posed = state.kind == kind::WALKER && state.has(flag::POSED);
+        let given = if is_posed { Some(self.given_pose(actor_id)?) } else { None };
+        Ok(bone_transforms(blueprint, &state, limbs.as_ref(), given))
+    }
+}
+
+/// Returns the bones of an actor with this blueprint and state, as [`Client::bone_transforms`] does.
+///
+/// `limbs` are those of a fallen walker. `given` is the pose that clients have set, with its weight,
+/// as returned by [`Client::given_pose`].
+#[must_use]
+pub fn bone_transforms(
+    blueprint: &Blueprint,
+    state: &ActorState,
+    limbs: Option<&WalkerLimbs>,
+    given: Option<(Vec<Pose>, f32)>,
+) -> Vec<BoneTransform> {
+    let given = given.map(|(bones, weight)| {
+        let bones = bones.iter().map(|pose| Some((pose.position(), pose.rotation())));
+        (bones.collect::<Vec<_>>(), weight)
+    });
+    let given = given.as_ref().map(|(bones, weight)| GivenPose { weight: *weight, bones });
+    let posture = Posture { given, ..posture_of(state, limbs) };
+    let world_from_actor = state.pose.affine();
+    let transform =
+        |name: &str, actor_from_bone: Affine3A, parent_from_bone: Affine3A| BoneTransform {
+            name: name.to_owned(),
+            world_from_bone: pose_of(&(world_from_actor * actor_from_bone)),
+            actor_from_bone: pose_of(&actor_from_bone),
+            parent_from_bone: pose_of(&parent_from_bone),
         };
-        let posture = Posture {
-            steer_rad: state.wheel_steer_rad,
-            spin_rad: state.wheel_spin_rad,
-            doors: state.doors,
-            stride: if is_walker { state.phase as f32 / STRIDE as f32 } else { 0.0 },
-            speed_mps: state.velocity().truncate().length(),
-            limbs: limbs.map(|limbs| limbs.rotations()),
-            given: given.as_ref().map(|(bones, weight)| GivenPose { weight: *weight, bones }),
-        };
-        let world_from_actor = state.pose.affine();
-        let transform =
-            |name: &str, actor_from_bone: Affine3A, parent_from_bone: Affine3A| BoneTransform {
-                name: name.to_owned(),
-                world_from_bone: pose_of(&(world_from_actor * actor_from_bone)),
-                parent_from_bone: pose_of(&parent_from_bone),
+    let mut all = Vec::new();
+    if let Some(skeleton) = blueprint.skeleton() {
+        let placed = skeleton.actor_from_bones(&posture);
+        for (index, bone) in skeleton.bones.iter().enumerate() {
+            let parent = if index == bone.parent {
+                placed[index]
+            } else {
+                placed[bone.parent].inverse() * placed[index]
             };
-        let mut all = Vec::new();
-        if let Some(skeleton) = blueprint.skeleton() {
-            let placed = skeleton.actor_from_bones(&posture);
-            for (index, bone) in skeleton.bones.iter().enumerate() {
-                let parent = if index == bone.parent {
-                    placed[index]
-                } else {
-                    placed[bone.parent].inverse() * placed[index]
-                };
-                all.push(transform(&bone.name, placed[index], parent));
-            }
-            return Ok(all);
+            all.push(transform(&bone.name, placed[index], parent));
         }
-        let rig = blueprint.rig();
-        rig.place(&posture, |piece, placed| {
-            let joint = &rig.joints[piece];
-            let actor_from_bone = placed * Affine3A::from_translation(joint.pivot_m());
-            all.push(transform(joint.name, actor_from_bone, actor_from_bone));
-        });
-        Ok(all)
+        return all;
+    }
+    let rig = blueprint.rig();
+    rig.place(&posture, |piece, placed| {
+        let joint = &rig.joints[piece];
+        let actor_from_bone = placed * Affine3A::from_translation(joint.pivot_m());
+        all.push(transform(joint.name, actor_from_bone, actor_from_bone));
+    });
+    all
+}
+
+/// Returns the bones of a walker in its walking animation, without a pose that clients have set:
+/// the number of each bone and `parent_from_bone`, as [`Client::set_bones`] takes them. `None` for
+/// an actor without a skeleton.
+#[must_use]
+pub fn animation_pose(
+    blueprint: &Blueprint,
+    state: &ActorState,
+    limbs: Option<&WalkerLimbs>,
+) -> Option<Vec<(u32, Pose)>> {
+    let bones = blueprint.skeleton()?.parent_from_bones(&posture_of(state, limbs));
+    Some((0..).zip(bones).map(|(bone, (at, turn))| (bone, Pose::new(at, turn))).collect())
+}
+
+fn posture_of(state: &ActorState, limbs: Option<&WalkerLimbs>) -> Posture<'static> {
+    let is_walker = state.kind == kind::WALKER;
+    Posture {
+        steer_rad: state.wheel_steer_rad,
+        spin_rad: state.wheel_spin_rad,
+        doors: state.doors,
+        stride: if is_walker { state.phase as f32 / STRIDE as f32 } else { 0.0 },
+        speed_mps: state.velocity().truncate().length(),
+        limbs: limbs.map(WalkerLimbs::rotations),
+        given: None,
     }
 }
 

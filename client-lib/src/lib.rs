@@ -68,7 +68,7 @@ mod worlds;
 pub use actor_view::{Actor, TrafficLightState, VehicleState};
 pub use actors::{Spawn, spawn_poses};
 pub use bake::MapError;
-pub use bones::{BoneTransform, bone, bone_commands};
+pub use bones::{BoneTransform, animation_pose, bone, bone_commands, bone_transforms};
 pub use bus::{BusError, Instance, Interrupted, SequenceEvent, Strategy, Watch, clock};
 pub use client::{Client, ConnectOptions};
 pub use command::Command;

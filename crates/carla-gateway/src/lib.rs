@@ -22,7 +22,6 @@ mod physics_sensors;
 mod pixels;
 mod proxy_actors;
 mod radio;
-mod rays;
 mod rendered_messages;
 mod replay;
 mod road_context;

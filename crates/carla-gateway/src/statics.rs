@@ -3,14 +3,12 @@
 use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
 use bake::Cache;
-use client_lib::wire::Episode;
+use client_lib::{BlueprintInfo, RayGrid, RayHit, World, wire::Episode};
+use glam::Vec3;
 use road::Network;
 use town::Town;
 
-use crate::{
-    navigation,
-    rays::{Grid, Rays},
-};
+use crate::navigation;
 
 /// The map and the town of an episode.
 pub(crate) struct Statics {
@@ -18,7 +16,7 @@ pub(crate) struct Statics {
     network: Arc<Network>,
     town: OnceLock<Town>,
     /// The triangles of the town, sorted for ray casts.
-    grid: OnceLock<Grid>,
+    grid: OnceLock<RayGrid>,
     navigation: OnceLock<Option<NavigationFile>>,
 }
 
@@ -69,10 +67,17 @@ impl Statics {
         let _ = std::thread::Builder::new().name("carla-navigation".into()).spawn(work);
     }
 
-    /// Returns a ray caster over the town. Its grid is built at the first call.
-    pub(crate) fn rays(&self) -> Rays<'_> {
+    /// Returns everything that a segment in world space hits, nearest first. The grid of the town's
+    /// triangles is built at the first call.
+    pub(crate) fn cast_ray(
+        &self,
+        segment: [Vec3; 2],
+        world: &World,
+        blueprints: &[BlueprintInfo],
+    ) -> Vec<RayHit> {
         let mesh = &self.town().mesh;
-        Rays::new(mesh, self.grid.get_or_init(|| Grid::new(mesh)))
+        let grid = self.grid.get_or_init(|| RayGrid::new(mesh));
+        grid.cast(mesh, segment, world, blueprints)
     }
 
     /// Returns the town. It is loaded at the first call.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use client_lib::{
-    hide_objects,
+    RayHit, hide_objects,
     wire::{Command, HideLayers, layer},
 };
 use glam::Vec3;
@@ -93,14 +93,13 @@ pub(super) fn queue_light_commands(call: &mut Call, commands: Vec<Command>) {
     call.bridge.episode.has_new_lights = true;
 }
 
-/// Returns everything that a segment meets.
+/// Returns everything that a segment hits.
 pub(super) fn cast_ray(call: &mut Call) -> Result<(), RpcError> {
     let (from, to) = (location(&mut call.args)?, location(&mut call.args)?);
-    let rays = call.bridge.statics.rays();
-    let hits = rays.hits(from, to, call.bridge.client.world(), call.bridge.client.blueprints());
+    let hits = hits(call, [from, to]);
     call.out.list(hits.len());
-    for (fraction, tag) in hits {
-        point(call, from.lerp(to, fraction), tag);
+    for hit in hits {
+        write_point(call, hit.position, hit.tag);
     }
     Ok(())
 }
@@ -112,15 +111,18 @@ pub(super) fn project_point(call: &mut Call) -> Result<(), RpcError> {
     if !reach.is_finite() {
         return Err("search_distance is not finite".into());
     }
-    let to = from + direction.normalize_or_zero() * reach;
-    let rays = call.bridge.statics.rays();
-    let hits = rays.hits(from, to, call.bridge.client.world(), call.bridge.client.blueprints());
+    let hits = hits(call, [from, from + direction.normalize_or_zero() * reach]);
     call.out.list(2).bool(!hits.is_empty());
-    let (fraction, tag) = hits.first().copied().unwrap_or((0.0, 0));
-    point(call, from.lerp(to, fraction), tag);
+    let (position, tag) = hits.first().map_or((from, 0), |hit| (hit.position, hit.tag));
+    write_point(call, position, tag);
     Ok(())
 }
 
-fn point(call: &mut Call, at: Vec3, tag: u8) {
-    call.out.list(2).vector(flip(at.to_array())).uint(tag.into());
+fn hits(call: &Call, segment: [Vec3; 2]) -> Vec<RayHit> {
+    let client = &call.bridge.client;
+    call.bridge.statics.cast_ray(segment, client.world(), client.blueprints())
+}
+
+fn write_point(call: &mut Call, position: Vec3, tag: u8) {
+    call.out.list(2).vector(flip(position.to_array())).uint(tag.into());
 }
