@@ -7,7 +7,7 @@ use std::io::{BufWriter, Write};
 use std::sync::Arc;
 
 use glam::Vec3;
-use mesh::{Mesh, Tag};
+use mesh::{Mesh, RandomStream, Tag};
 use protocol::{ActorId, ActorState, Name, Pose, Spawn, WorldCommand, flag};
 use road::{LanePoint, Network};
 use sim_host::{Decision, Inputs, NoServices, Sim, physics::Ground};
@@ -124,14 +124,15 @@ impl World {
 
     /// Chooses vehicles as `omnibus collect` does: mostly cars, at shuffled spawn points.
     fn populate(&mut self, cast: &Cast) {
-        let mut random = Random(cast.seed);
+        let mut random = RandomStream::from_state(cast.seed);
         let mut places = self.network.spawn_points();
         for last in (1..places.len()).rev() {
             places.swap(last, random.below(last + 1));
         }
         while self.records.len() < cast.vehicles {
             let Some(place) = places.pop() else { break };
-            let blueprint = if cast.sedans { "vehicle.tesla.model3" } else { random.vehicle().id };
+            let blueprint =
+                if cast.sedans { "vehicle.tesla.model3" } else { vehicle(&mut random).id };
             let (_, blueprint) = town::blueprint(blueprint).expect("it is in the catalogue");
             let spawn = Spawn {
                 blueprint: Name::new(blueprint.id),
@@ -509,26 +510,14 @@ fn pose(network: &Network, at: LanePoint) -> Pose {
     Pose::new(place.position.as_vec3() + Vec3::Z * 0.5, place.rotation().as_quat())
 }
 
-/// splitmix64 (Steele, Lea, Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, end: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((u128::from(z ^ (z >> 31)) * end as u128) >> 64) as usize
-    }
-
-    fn vehicle(&mut self) -> &'static town::Blueprint {
-        let kinds = match self.below(100) {
-            0..86 => &["car", "van"][..],
-            86..94 => &["truck", "bus"],
-            _ => &["motorcycle", "bicycle"],
-        };
-        let choice: Vec<_> =
-            town::catalogue().iter().filter(|b| kinds.contains(&b.base_type)).collect();
-        choice[self.below(choice.len())]
-    }
+/// Draws a blueprint: mostly cars.
+fn vehicle(random: &mut RandomStream) -> &'static town::Blueprint {
+    let kinds = match random.below(100) {
+        0..86 => &["car", "van"][..],
+        86..94 => &["truck", "bus"],
+        _ => &["motorcycle", "bicycle"],
+    };
+    let choice: Vec<_> =
+        town::catalogue().iter().filter(|b| kinds.contains(&b.base_type)).collect();
+    random.choose(&choice)
 }

@@ -48,9 +48,7 @@ impl Statics {
     pub(crate) fn navigation(&self) -> Option<&NavigationFile> {
         let make = || {
             let file = navigation::file(&self.network, self.town())?;
-            let sum = file.iter().fold(0xcbf2_9ce4_8422_2325, |sum: u64, byte| {
-                (sum ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
-            });
+            let sum = mesh::fnv1a64(&file);
             let name = format!("Carla/Maps/Nav/{}-{sum:016x}.bin", self.map_name());
             Some(NavigationFile { name, file })
         };

@@ -106,6 +106,16 @@ impl RandomStream {
         &choices[self.remainder(choices.len())]
     }
 
+    /// Draws one of `choices` as [`RandomStream::below`] does.
+    ///
+    /// # Panics
+    ///
+    /// Panics if there are none.
+    #[inline]
+    pub const fn choose<'a, T>(&mut self, choices: &'a [T]) -> &'a T {
+        &choices[self.below(choices.len())]
+    }
+
     /// Draws `true` with this probability.
     #[inline]
     pub const fn chance(&mut self, probability: f32) -> bool {

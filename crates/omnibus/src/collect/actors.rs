@@ -1,6 +1,7 @@
 //! The ego and the traffic around it, chosen by the seed.
 
 use client_lib::Client;
+use mesh::RandomStream;
 use protocol::{ActorId, Command, Name, Pose, Spawn, flag, status};
 
 use crate::collect::{CollectError, format::SpawnedActors};
@@ -25,31 +26,6 @@ const PAINTS: [[u8; 3]; 14] = [
     [150, 122, 84],
     [214, 170, 40],
 ];
-
-/// splitmix64 (Steele, Lea, Flood 2014).
-pub(super) struct Random(u64);
-
-impl Random {
-    pub(super) fn new(seed: u64) -> Random {
-        Random(seed)
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub(super) fn below(&mut self, end: usize) -> usize {
-        ((u128::from(self.next()) * end as u128) >> 64) as usize
-    }
-
-    pub(super) fn pick<'a, T>(&mut self, from: &'a [T]) -> &'a T {
-        &from[self.below(from.len())]
-    }
-}
 
 /// Spawns the ego and up to `vehicles` others, all driven by traffic. Spawn points where the host
 /// refuses a vehicle are skipped.
@@ -88,7 +64,7 @@ pub(crate) fn assemble(
             }
         }
     }
-    let mut random = Random(seed ^ 0x7ca4_fe11_0b5e_55ed);
+    let mut random = RandomStream::from_state(seed ^ 0x7ca4_fe11_0b5e_55ed);
     while spawned_actors.vehicles_spawned < vehicles && !places.is_empty() {
         let wanted = (vehicles - spawned_actors.vehicles_spawned) as usize;
         let batch: Vec<_> = places.drain(places.len().saturating_sub(wanted)..).rev().collect();
@@ -111,7 +87,7 @@ pub(crate) fn places(network: &road::Network, seed: u64) -> Vec<Pose> {
 }
 
 fn shuffled(mut points: Vec<Pose>, seed: u64) -> Vec<Pose> {
-    let mut random = Random(seed);
+    let mut random = RandomStream::from_state(seed);
     for last in (1..points.len()).rev() {
         points.swap(last, random.below(last + 1));
     }
@@ -119,15 +95,15 @@ fn shuffled(mut points: Vec<Pose>, seed: u64) -> Vec<Pose> {
 }
 
 /// Returns one of the other vehicles: mostly cars, in common paints.
-fn vehicle(pose: Pose, random: &mut Random) -> Spawn {
+fn vehicle(pose: Pose, random: &mut RandomStream) -> Spawn {
     let kind = match random.below(100) {
         0..86 => &["car", "van"][..],
         86..94 => &["truck", "bus"],
         _ => &["motorcycle", "bicycle"],
     };
     let choice: Vec<_> = town::catalogue().iter().filter(|b| kind.contains(&b.base_type)).collect();
-    let blueprint = random.pick(&choice);
-    let [r, g, b] = *random.pick(&PAINTS);
+    let blueprint = random.choose(&choice);
+    let [r, g, b] = *random.choose(&PAINTS);
     // Police cars, taxis and fire engines keep their livery.
     let has_livery = matches!(blueprint.special_type, "emergency" | "taxi");
     let color = if has_livery { 0 } else { u32::from_le_bytes([r, g, b, 255]) };
@@ -162,7 +138,7 @@ mod tests {
 
     #[test]
     fn most_vehicles_are_cars_of_many_kinds_and_paints() {
-        let mut random = Random(1);
+        let mut random = RandomStream::from_state(1);
         let all: Vec<_> = (0..1000).map(|_| vehicle(Pose::IDENTITY, &mut random)).collect();
         let base = |s: &Spawn| town::blueprint(s.blueprint.as_str()).unwrap().1.base_type;
         let cars = all.iter().filter(|s| matches!(base(s), "car" | "van")).count();

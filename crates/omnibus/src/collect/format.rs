@@ -290,24 +290,10 @@ pub(crate) fn tracer_name(code: u32) -> &'static str {
     }
 }
 
-/// Returns the 64-bit FNV-1a hash of bytes, which tells two maps apart.
-pub(crate) fn fnv1a64(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::{Quat, Vec3};
-
-    #[test]
-    fn fnv1a64_agrees_with_the_published_vectors() {
-        assert_eq!(fnv1a64(b""), 0xcbf29ce484222325);
-        assert_eq!(fnv1a64(b"a"), 0xaf63dc4c8601ec8c);
-        assert_eq!(fnv1a64(b"foobar"), 0x85944171f73967e8);
-    }
 
     #[test]
     fn a_matrix_is_written_by_rows() {

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use client_lib::Client;
 use glam::{DVec3, Vec3};
+use mesh::RandomStream;
 use protocol::{ActorId, Command, Name, Pose, SetVelocity, Spawn, status};
 use road::{LaneType, LaneTypes, Network};
 
-use crate::collect::{CollectError, actors::Random};
+use crate::collect::CollectError;
 
 /// Frames between two corrections of the direction of walking.
 const CORRECTION_FRAMES: u64 = 10;
@@ -46,14 +47,14 @@ impl Pedestrians {
         if count == 0 {
             return Ok(pedestrians);
         }
-        let mut random = Random::new(seed ^ 0x9ede_5712_1a95_3cc1);
+        let mut random = RandomStream::from_state(seed ^ 0x9ede_5712_1a95_3cc1);
         let mut places = pedestrians.places(ego);
         let blueprints: Vec<_> =
             town::catalogue().iter().filter(|b| b.id.starts_with("walker.")).collect();
         while pedestrians.walking.len() < count as usize && !places.is_empty() {
             let pose = places.swap_remove(random.below(places.len()));
             let spawn = Spawn {
-                blueprint: Name::new(random.pick(&blueprints).id),
+                blueprint: Name::new(random.choose(&blueprints).id),
                 pose,
                 role: Name::new("pedestrian"),
                 ..Spawn::default()

@@ -18,7 +18,7 @@ use crate::collect::{
     ego_sensors::{EgoSensors, ego_sensor_specs},
     encoders::{Bytes, DataSetContext, EncoderPool, FrameCounts, FrameData, Permit, make_folders},
     folder::write_atomically,
-    format::{DataSetSettings, SpawnedActors, fnv1a64, hash_text, tracer_name},
+    format::{DataSetSettings, SpawnedActors, hash_text, tracer_name},
     metadata::{self, difference},
     pedestrians::Pedestrians,
     progress::Progress,
@@ -114,7 +114,7 @@ pub(crate) fn collect(
     }
     let settings = DataSetSettings {
         map: episode.map.clone(),
-        map_fnv1a64: hash_text(fnv1a64(episode.open_drive.as_bytes())),
+        map_fnv1a64: hash_text(mesh::fnv1a64(episode.open_drive.as_bytes())),
         seed: episode.seed,
         fixed_delta_nanos: delta_nanos,
         warmup_frames: args.warmup,
