@@ -8,6 +8,7 @@ use std::{
 
 use ::record::Recording;
 use anyhow::{anyhow, ensure};
+use bake::Cache;
 use bus::{Instance, SLOTS, SlotState, clock};
 use serde_json::{Value, json};
 
@@ -263,8 +264,9 @@ fn running() -> anyhow::Result<()> {
 fn inspect_map(map: &Path) -> anyhow::Result<()> {
     let world = WorldArgs::of_map(&map.to_string_lossy());
     let episode = world.episode()?;
-    let network = world.network()?;
-    let town = town::furnish(&network, episode.seed);
+    let cache = Cache::from_environment();
+    let network = cache.network(&episode.map, &episode.open_drive)?;
+    let town = cache.town_around(&network, &episode.open_drive, episode.seed);
     let (low, high) = network.bounds();
     let size = high - low;
     print_line!("{}: {:.0} m by {:.0} m", episode.map, size.x, size.y);

@@ -5,6 +5,7 @@ use std::{collections::VecDeque, fmt, sync::Arc};
 
 use ::record::{Moment, Recording};
 use anyhow::{Context, anyhow};
+use bake::Cache;
 use protocol::{
     ActorState, Block, Command, CommandGroup, Frame, JournalEntry, LightState, Stamp,
     TrafficHeader, VehicleControl, status,
@@ -123,8 +124,10 @@ struct Again {
 
 impl Again {
     fn new(episode: &protocol::Episode) -> anyhow::Result<Again> {
-        let network = bake::Cache::from_environment().network(&episode.map, &episode.open_drive)?;
-        let sim = Sim::new(&town::furnish(&network, episode.seed), episode.seed);
+        let cache = Cache::from_environment();
+        let network = cache.network(&episode.map, &episode.open_drive)?;
+        let town = cache.town_around(&network, &episode.open_drive, episode.seed);
+        let sim = Sim::new(&town, episode.seed);
         let planner = Planner::new(Arc::new(network), episode.seed);
         let blank = planner.save();
         let map = map_sum(episode);

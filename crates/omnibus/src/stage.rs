@@ -8,13 +8,15 @@ mod world;
 use std::{convert::Infallible, sync::Arc};
 
 use anyhow::{Context, anyhow};
+use bake::Cache;
 use bus::clock;
 use protocol::{
-    ActorState, Frame, LightState, Name, Settings, Spawn, Stamp, VehicleControl, Weather,
+    ActorState, Episode, Frame, LightState, Name, Settings, Spawn, Stamp, VehicleControl, Weather,
     WorldCommand, flag, layout,
 };
-use sensor_render::{BundleJob, Tracer, pose_planes, scene_of};
+use sensor_render::{BundleJob, Scene, Tracer, pose_planes};
 use sim_host::{Decision, Inputs, NoServices, Services, Sim};
+use town::Town;
 use traffic::Planner;
 
 use crate::{
@@ -130,6 +132,7 @@ fn alone(
 /// A run of physics and traffic in one thread, without the bus: every stage's input.
 struct Captured {
     network: Arc<road::Network>,
+    town: Town,
     seed: u64,
     settings: Settings,
     vehicles: Vec<Spawn>,
@@ -142,9 +145,11 @@ struct Captured {
 
 impl Captured {
     fn from_run(args: &StageArgs) -> anyhow::Result<Captured> {
-        let seed = args.world.seed;
-        let network = Arc::new(args.world.network()?);
+        let Episode { map, open_drive, seed } = args.world.episode()?;
+        let cache = Cache::from_environment();
+        let network = Arc::new(cache.network(&map, &open_drive)?);
         let mut captured = Captured {
+            town: cache.town_around(&network, &open_drive, seed),
             seed,
             settings: Settings::default(),
             vehicles: Vec::new(),
@@ -182,7 +187,7 @@ impl Captured {
     }
 
     fn empty_world(&self) -> Sim {
-        Sim::new(&town::furnish(&self.network, self.seed), self.seed)
+        Sim::new(&self.town, self.seed)
     }
 
     fn stamp(&self, frame: u64) -> Stamp {
@@ -231,7 +236,7 @@ impl Captured {
     /// The default bundle on the first vehicle, at every snapshot.
     fn render(&self, args: &StageArgs) -> anyhow::Result<Vec<u64>> {
         let config = args.world.render()?;
-        let scene = scene_of(&self.network, self.seed)?;
+        let scene = Scene::of_town(&self.town)?;
         let mut tracer =
             if config.null { Tracer::Null } else { Tracer::open(config.device, config.threads)? };
         let sensors = default_sensors(args.width, args.height);
