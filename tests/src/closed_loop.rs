@@ -519,5 +519,5 @@ fn vehicle(random: &mut RandomStream) -> &'static town::Blueprint {
     };
     let choice: Vec<_> =
         town::catalogue().iter().filter(|b| kinds.contains(&b.base_type)).collect();
-    random.choose(&choice)
+    choice[random.below(choice.len())]
 }
