@@ -2,9 +2,11 @@
 
 use road::{LaneIndex, Network, Signal};
 
-use crate::conflict::Conflicts;
-use crate::roundabout;
-use crate::tracks::{NONE, Tracks};
+use crate::{
+    conflict::Conflicts,
+    roundabout,
+    tracks::{NONE, Tracks},
+};
 
 /// How far before a junction a signal still means the junction.
 const SIGNAL_REACH_M: f32 = 60.0;

@@ -3,15 +3,19 @@
 //! Decisions are made one vehicle after the other in the order of ids, and a vehicle that changes
 //! claims its place on the new lane at once, so that two never take the same gap.
 
-use crate::follow::{GAP_M, Leader, first_ahead, free, idm, route_end};
-use crate::guide::Guides;
-use crate::map::Map;
-use crate::params::Dials;
-use crate::perceive::{Crowd, Occupancy};
-use crate::random::{Purpose, unit};
-use crate::route;
-use crate::rows::{Route, Rows};
-use crate::tracks::NONE;
+use crate::{
+    agents::Crowd,
+    follow::{free, idm, route_end},
+    guide::Guides,
+    leader::{Leader, first_ahead},
+    map::Map,
+    occupancy::Occupancy,
+    params::{Dials, GAP_M},
+    random::{Purpose, unit},
+    route,
+    rows::{Route, Rows},
+    tracks::NONE,
+};
 
 /// Seconds between two thoughts of changing.
 const THINK_S: f32 = 0.6;

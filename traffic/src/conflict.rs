@@ -8,8 +8,10 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::swath::{self, BUS_M, CAR_M, Station};
-use crate::tracks::{NONE, Tracks};
+use crate::{
+    swath::{self, BUS_M, CAR_M, Station},
+    tracks::{NONE, Tracks},
+};
 
 /// Left free between two cars that pass each other, and if one is as large as a bus.
 const CLEARANCE_M: [f32; 2] = [0.3, 0.15];

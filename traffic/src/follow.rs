@@ -1,10 +1,7 @@
 //! How fast: the intelligent driver model behind whoever is in front, with an eye on curves,
 //! limits and lines.
 
-use crate::junction::Halt;
-use crate::perceive::{Crowd, Occupancy};
-use crate::rows::Rows;
-use crate::tracks::Tracks;
+use crate::{constraint::Halt, leader::Leader, rows::Rows, tracks::Tracks};
 
 /// Full acceleration from standstill.
 pub(crate) const GAIN_MPS2: f32 = 3.4;
@@ -16,34 +13,8 @@ const HEADWAY_S: f32 = 1.2;
 const EASE_MPS2: f32 = 2.5;
 /// The hardest braking.
 pub(crate) const BRAKE_MAX_MPS2: f32 = 7.0;
-/// Free distance kept at standstill, unless dialled otherwise.
-pub(crate) const GAP_M: f32 = 2.0;
 /// How far a stop line's standing leader stands behind the line.
 const LINE_GAP_M: f32 = 0.6;
-
-/// Whoever is in front.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Leader {
-    /// Between the bumpers; infinity if nobody is near.
-    pub(crate) gap_m: f32,
-    /// Along the follower's track.
-    pub(crate) speed_mps: f32,
-    /// Index into the crowd.
-    pub(crate) body: u32,
-    /// Cosine of the angle between his nose and the track.
-    pub(crate) aligned: f32,
-}
-
-impl Leader {
-    /// Nobody.
-    pub(crate) const NONE: Leader =
-        Leader { gap_m: f32::INFINITY, speed_mps: 0.0, body: u32::MAX, aligned: 1.0 };
-
-    /// The nearer one of two.
-    pub(crate) fn nearer(self, other: Leader) -> Leader {
-        if other.gap_m < self.gap_m { other } else { self }
-    }
-}
 
 /// The acceleration of the intelligent driver model behind a leader, m/s² (Treiber, Hennecke and
 /// Helbing 2000, in the form in which free driving and interaction do not add up).
@@ -127,67 +98,6 @@ pub(crate) fn route_end(rows: &Rows, row: usize, tracks: &Tracks, front_m: f32) 
     length + tracks.usable_m[last as usize] - rows.arc_m[row] - front_m
 }
 
-/// Who is in front on the route, within `horizon_m` of the bumper.
-///
-/// In front is whose nose is farther along: of two who squeeze into one lane side by side, the
-/// one behind yields.
-pub(crate) fn leader(
-    rows: &Rows,
-    row: usize,
-    tracks: &Tracks,
-    crowd: &Crowd,
-    occupancy: &Occupancy,
-    horizon_m: f32,
-) -> Leader {
-    let own = crowd.driven[row];
-    let front = rows.arc_m[row] + crowd.body[own as usize].front_m;
-    let mut begins = -front;
-    let mut found = Leader::NONE;
-    for (k, &lane) in rows.route[row].lanes().iter().enumerate() {
-        if begins > horizon_m {
-            break;
-        }
-        let from = if k == 0 { rows.arc_m[row] } else { f32::NEG_INFINITY };
-        found = found.nearer(first_ahead(occupancy, lane, own, begins, from));
-        if found.gap_m < begins + tracks.length(lane) - 10.0 {
-            break;
-        }
-        begins += tracks.length(lane);
-    }
-    found
-}
-
-/// The nearest occupant of `lane` whose nose is ahead of the bumper, which is `-begins` along.
-pub(crate) fn first_ahead(
-    occupancy: &Occupancy,
-    lane: u32,
-    own: u32,
-    begins: f32,
-    middle_from: f32,
-) -> Leader {
-    let mut found = Leader::NONE;
-    for occupant in occupancy.on(lane) {
-        let nose = begins + occupant.front_m;
-        let middle = 0.5 * (occupant.front_m + occupant.rear_m);
-        if !occupancy.minds(own, occupant.body) || middle < middle_from {
-            continue;
-        }
-        if nose < 0.0 || (nose == 0.0 && occupant.body > own) {
-            continue;
-        }
-        let gap_m = begins + occupant.rear_m;
-        if gap_m < found.gap_m {
-            found = Leader {
-                gap_m,
-                speed_mps: occupant.speed_mps,
-                body: occupant.body,
-                aligned: occupant.aligned,
-            };
-        }
-    }
-    found
-}
-
 /// The acceleration that limits, leaders and lines together allow.
 pub(crate) fn accelerate(
     speed: f32,
@@ -230,6 +140,7 @@ fn stop(speed: f32, line_m: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::params::GAP_M;
 
     #[test]
     fn the_model_keeps_its_equilibrium_gap() {

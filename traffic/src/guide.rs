@@ -11,10 +11,11 @@ use bytemuck::Zeroable;
 use glam::Vec3;
 use protocol::{RouteCommand, RouteStep, route_step};
 
-use crate::grid::Grid;
-use crate::route::nearest;
-use crate::rows::Rows;
-use crate::tracks::{NONE, TURN_RAD, Tracks};
+use crate::{
+    grid::Grid,
+    rows::Rows,
+    tracks::{NONE, TURN_RAD, Tracks},
+};
 
 /// Lanes that are nearer to a place than the nearest one and this, metres, lead by it as well.
 const ALIKE_M: f32 = 0.75;
@@ -265,7 +266,7 @@ fn lanes_by(place: Vec3, tracks: &Tracks, grid: &Grid) -> BTreeSet<u32> {
         near.push((seat.left_m.hypot(beyond) + 3.0 * above, lane));
     }
     if near.is_empty() {
-        near.extend(nearest(tracks, flat).map(|(lane, _)| (0.0, lane)));
+        near.extend(tracks.nearest(flat).map(|(lane, _)| (0.0, lane)));
     }
     let least = near.iter().map(|&(distance, _)| distance).fold(f32::INFINITY, f32::min);
     near.iter()

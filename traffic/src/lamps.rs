@@ -4,8 +4,10 @@
 
 use protocol::{VehicleControl, Weather, flag, lamp};
 
-use crate::rows::Rows;
-use crate::tracks::{TURN_RAD, Tracks};
+use crate::{
+    rows::Rows,
+    tracks::{TURN_RAD, Tracks},
+};
 
 /// The sun stands so low when head lamps are lit, radians (15 degrees); and position lamps (35).
 const DUSK_RAD: f32 = 0.262;

@@ -12,22 +12,26 @@
 //! SI and radians; world space is right-handed with z up. Distances along lanes are arc lengths in
 //! driving direction, lateral offsets are positive to the left.
 
+mod agents;
 mod approach;
 mod body;
 mod change;
 mod conflict;
+mod constraint;
 mod demand;
+mod detectors;
 mod follow;
 mod grid;
 mod guide;
 mod junction;
 mod lamps;
+mod leader;
 mod map;
 mod memory;
+mod occupancy;
 mod outlook;
 mod params;
 mod pedals;
-mod perceive;
 mod planner;
 mod random;
 mod recover;
@@ -43,7 +47,8 @@ mod sweep;
 mod tests;
 mod tracks;
 
+pub use constraint::Wait;
 pub use memory::MindError;
-pub use outlook::{Outlook, Wait};
+pub use outlook::Outlook;
 pub use planner::Planner;
 pub use run::{TrafficError, run};

@@ -2,12 +2,10 @@
 
 use road::Network;
 
-use crate::approach::Approaches;
-use crate::body::Bodies;
-use crate::conflict::Conflicts;
-use crate::grid::Grid;
-use crate::signals::SignalPlan;
-use crate::tracks::Tracks;
+use crate::{
+    approach::Approaches, body::Bodies, conflict::Conflicts, grid::Grid, signals::SignalPlan,
+    tracks::Tracks,
+};
 
 /// The map as minds see it. Never changes.
 pub(crate) struct Map {

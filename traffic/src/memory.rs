@@ -5,9 +5,7 @@
 use bytemuck::{Pod, Zeroable};
 use protocol::{Command, RawCommand, Weather, status};
 
-use crate::guide::Guides;
-use crate::params::Dials;
-use crate::rows::Rows;
+use crate::{guide::Guides, params::Dials, rows::Rows};
 
 /// `omnimind`, and the version of what follows.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnimind");

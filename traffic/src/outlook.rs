@@ -3,30 +3,12 @@
 use protocol::ActorId;
 use road::LaneIndex;
 
-use crate::Planner;
+use crate::constraint::Wait;
 
 /// A leader farther away than this does not slow anybody down.
 const LEADER_FREE_M: f32 = 60.0;
 /// Nor does a stop line farther away than this.
 const STOP_FREE_M: f32 = 200.0;
-
-/// Why a vehicle must not pass the next junction yet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Wait {
-    /// It may, or none is near.
-    #[default]
-    No,
-    /// A light, or a sign that asks for a full stop.
-    Light,
-    /// Somebody before it on its own lane.
-    Queue,
-    /// No room to stand beyond the junction.
-    Room,
-    /// Others whose paths cross.
-    Others,
-    /// Somebody stands where its nose or tail would sweep.
-    Sweep,
-}
 
 /// What the planner of one vehicle reckoned with in the frame that was planned last. Distances are
 /// from its front bumper along its route, in metres; infinity where there is nothing.
@@ -79,14 +61,5 @@ impl Outlook {
     /// Whether a curve or a lower limit ahead keeps it below the limit that holds here.
     pub fn is_in_curve(&self) -> bool {
         self.desired_speed_mps < 0.95 * self.limit_mps
-    }
-}
-
-impl Planner {
-    /// What every vehicle on autopilot reckoned with in the last frame, ascending by actor id.
-    /// Vehicles that no road is near are left out.
-    pub fn outlooks(&self) -> impl Iterator<Item = Outlook> + '_ {
-        let rows = &self.memory.rows;
-        (0..self.controls().len()).filter(|&row| rows.placed[row] == 1).map(|row| self.outlook(row))
     }
 }

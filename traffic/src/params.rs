@@ -3,8 +3,10 @@
 use bytemuck::Zeroable;
 use protocol::{ActorId, TrafficParam, param};
 
-use crate::follow::GAP_M;
 use crate::random::{Purpose, mixed, unit};
+
+/// Free distance kept at standstill, unless set otherwise.
+pub(crate) const GAP_M: f32 = 2.0;
 
 /// All params that were ever turned, sorted by actor and param; actor 0 is everybody.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -4,20 +4,23 @@ use std::sync::Arc;
 
 use protocol::{ActorState, JournalEntry, LightState, Stamp, VehicleControl, flag, kind, lamp};
 
-use crate::change;
-use crate::demand::Demand;
-use crate::follow::{self, Leader, Pace};
-use crate::junction::{self, Halt, Junctions};
-use crate::lamps;
-use crate::map::Map;
-use crate::memory::{Memory, MindError};
-use crate::outlook::Outlook;
-use crate::pedals;
-use crate::perceive::{Crowd, Occupancy};
-use crate::recover;
-use crate::route;
-use crate::steer;
-use crate::sweep::{self, Obstacle};
+use crate::{
+    agents::Crowd,
+    change,
+    constraint::Halt,
+    demand::Demand,
+    detectors,
+    follow::{self, Pace},
+    junction::{self, Junctions},
+    lamps,
+    leader::{self, Leader},
+    map::Map,
+    memory::{Memory, MindError},
+    occupancy::Occupancy,
+    outlook::Outlook,
+    pedals, recover, route, steer,
+    sweep::{self, Obstacle},
+};
 
 /// Frames of delay between a decision and the middle of its effect: it acts in the next frame,
 /// for one frame.
@@ -137,7 +140,14 @@ impl Planner {
         Ok(())
     }
 
-    pub(crate) fn outlook(&self, row: usize) -> Outlook {
+    /// What every vehicle on autopilot reckoned with in the last frame, ascending by actor id.
+    /// Vehicles that no road is near are left out.
+    pub fn outlooks(&self) -> impl Iterator<Item = Outlook> + '_ {
+        let rows = &self.memory.rows;
+        (0..self.controls().len()).filter(|&row| rows.placed[row] == 1).map(|row| self.outlook(row))
+    }
+
+    fn outlook(&self, row: usize) -> Outlook {
         let (rows, tracks, scratch) = (&self.memory.rows, &self.map.tracks, &self.scratch);
         let (leader, halt) = (&scratch.leaders[row], &scratch.junctions.halts[row]);
         let lane = rows.route[row].lane();
@@ -277,7 +287,7 @@ impl Planner {
             let desired =
                 follow::desired_pace(rows, row, tracks, speed, scratch.paces[row], curve_share);
             scratch.desired_speeds.push(desired);
-            scratch.leaders.push(follow::leader(
+            scratch.leaders.push(leader::leader(
                 rows,
                 row,
                 tracks,
@@ -435,7 +445,7 @@ impl Planner {
             let scale = tracks.length(beside) / tracks.length(lane).max(0.1);
             let from = if begins < 0.0 { rows.arc_m[row] * scale } else { f32::NEG_INFINITY };
             let start = if begins < 0.0 { -rows.arc_m[row] * scale - body.front_m } else { begins };
-            let old = follow::first_ahead(&scratch.occupancy, beside, own, start, from);
+            let old = leader::first_ahead(&scratch.occupancy, beside, own, start, from);
             if old.gap_m.is_finite() {
                 let (there, _) = route::shift_at(rows, row, old.gap_m.max(0.0));
                 let apart = full.abs() - there.abs();
@@ -449,7 +459,8 @@ impl Planner {
 
     fn plan_lights(&mut self, actors: &[ActorState], delta_nanos: u64) {
         let scratch = &mut self.scratch;
-        scratch.demand.count(
+        detectors::count(
+            &mut scratch.demand,
             &self.map,
             &self.memory.rows,
             &scratch.crowd,

@@ -2,10 +2,7 @@
 
 use glam::Vec2;
 
-use crate::follow::Leader;
-use crate::perceive::Crowd;
-use crate::rows::Rows;
-use crate::steer::Deviation;
+use crate::{agents::Crowd, leader::Leader, rows::Rows, steer::Deviation};
 
 /// Farther off its line than this, a vehicle is in trouble.
 const ASTRAY_M: f32 = 1.3;

@@ -1,13 +1,14 @@
 //! Where each vehicle is on its route, and where it goes next.
 
-use glam::Vec2;
-
-use crate::grid::Grid;
-use crate::guide::Guides;
-use crate::perceive::{Crowd, Occupancy};
-use crate::random::{Purpose, draw};
-use crate::rows::{Route, Rows};
-use crate::tracks::{NONE, Tracks};
+use crate::{
+    agents::Crowd,
+    grid::Grid,
+    guide::Guides,
+    occupancy::Occupancy,
+    random::{Purpose, draw},
+    rows::{Route, Rows},
+    tracks::{NONE, Tracks},
+};
 
 /// Routes reach at least so far ahead, as far as lanes go.
 const AHEAD_M: f32 = 320.0;
@@ -188,7 +189,7 @@ fn find(rows: &mut Rows, row: usize, tracks: &Tracks, grid: &Grid, crowd: &Crowd
     }
     if best.is_none() {
         // Far from every road, which is rare: look at all of them.
-        if let Some((lane, hint_m)) = nearest(tracks, flat) {
+        if let Some((lane, hint_m)) = tracks.nearest(flat) {
             let seat = tracks.project(lane, flat, hint_m);
             best = Some((0.0, lane, seat.arc_m));
         }
@@ -198,18 +199,6 @@ fn find(rows: &mut Rows, row: usize, tracks: &Tracks, grid: &Grid, crowd: &Crowd
         rows.arc_m[row] = arc_m.clamp(0.0, tracks.length(lane));
         rows.placed[row] = 1;
     }
-}
-
-/// The track nearest to a point, however far, and the arc length there.
-pub(crate) fn nearest(tracks: &Tracks, point: Vec2) -> Option<(u32, f32)> {
-    let mut best: Option<(f32, u32, f32)> = None;
-    for lane in (0..tracks.count() as u32).filter(|&lane| tracks.has(lane)) {
-        let (arc_m, distance) = tracks.nearest_sample(lane, point);
-        if best.is_none_or(|(least, ..)| distance < least) {
-            best = Some((distance, lane, arc_m));
-        }
-    }
-    best.map(|(_, lane, arc_m)| (lane, arc_m))
 }
 
 /// Takes the turns that a client asked for, else draws some, until the route reaches far enough.

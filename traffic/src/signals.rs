@@ -12,10 +12,12 @@ use glam::Vec2;
 use protocol::light;
 use road::Network;
 
-use crate::approach::{Approaches, is_vehicle_light};
-use crate::conflict::Conflicts;
-use crate::demand::Demand;
-use crate::tracks::{NONE, Tracks};
+use crate::{
+    approach::{Approaches, is_vehicle_light},
+    conflict::Conflicts,
+    demand::Demand,
+    tracks::{NONE, Tracks},
+};
 
 /// Part of a phase's clock that is green. Green that ends early jumps to the end of it.
 const GREEN_NANOS: u64 = 40_000_000_000;

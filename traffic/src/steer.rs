@@ -8,11 +8,13 @@
 
 use glam::Vec2;
 
-use crate::body::Body;
-use crate::perceive::Crowd;
-use crate::route::{ahead, shift_at};
-use crate::rows::Rows;
-use crate::tracks::Tracks;
+use crate::{
+    agents::Crowd,
+    body::Body,
+    route::{ahead, shift_at},
+    rows::Rows,
+    tracks::Tracks,
+};
 
 /// Largest angle between where the feedback aims and the track.
 const AIM_RAD: f32 = 0.6;

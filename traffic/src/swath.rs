@@ -3,8 +3,7 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::body::Body;
-use crate::tracks::Tracks;
+use crate::{body::Body, tracks::Tracks};
 
 /// Half the width of a car, and of a bus.
 pub(crate) const CAR_M: f32 = 1.05;

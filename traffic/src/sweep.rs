@@ -3,13 +3,15 @@
 
 use glam::Vec2;
 
-use crate::body::Body;
-use crate::follow::Leader;
-use crate::perceive::Crowd;
-use crate::route::{ahead, shift_at};
-use crate::rows::Rows;
-use crate::steer::keeps_left;
-use crate::tracks::{NONE, Tracks};
+use crate::{
+    agents::Crowd,
+    body::Body,
+    leader::Leader,
+    route::{ahead, shift_at},
+    rows::Rows,
+    steer::keeps_left,
+    tracks::{NONE, Tracks},
+};
 
 /// Left free beside whoever stands there.
 const MARGIN_M: f32 = 0.25;

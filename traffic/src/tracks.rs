@@ -300,6 +300,18 @@ impl Tracks {
         best
     }
 
+    /// The track nearest to a point, however far, and the arc length there.
+    pub(crate) fn nearest(&self, point: Vec2) -> Option<(u32, f32)> {
+        let mut best: Option<(f32, u32, f32)> = None;
+        for lane in (0..self.count() as u32).filter(|&lane| self.has(lane)) {
+            let (arc_m, distance) = self.nearest_sample(lane, point);
+            if best.is_none_or(|(least, ..)| distance < least) {
+                best = Some((distance, lane, arc_m));
+            }
+        }
+        best.map(|(_, lane, arc_m)| (lane, arc_m))
+    }
+
     /// Samples one lane: finely along s, then evenly along the arc.
     fn sample(&mut self, network: &Network, index: LaneIndex) {
         let lane = network.lane(index);

@@ -2,15 +2,17 @@
 
 use protocol::light;
 
-use super::{
+use super::state::{
     BRAKE_MPS2, Junctions, LINE_GAP_M, Request, STANDING_GAP_M, View, YELLOW_BRAKE_MPS2, pass_end,
 };
-use crate::approach::Sign;
-use crate::perceive::ordered;
-use crate::random::{Purpose, unit};
-use crate::rows::Rows;
-use crate::signals::LEFT_TURN_RAD;
-use crate::tracks::NONE;
+use crate::{
+    approach::Sign,
+    occupancy::ordered,
+    random::{Purpose, unit},
+    rows::Rows,
+    signals::LEFT_TURN_RAD,
+    tracks::NONE,
+};
 
 /// After so long at the line, rank does not matter any more.
 const PATIENCE_S: f32 = 15.0;

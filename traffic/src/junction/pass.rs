@@ -1,12 +1,7 @@
 //! Whether someone may pass now, and to whom he gives way once he may.
 
-use super::presence::present;
-use super::{BRAKE_MPS2, Junctions, Request, STANDING_GAP_M, View, pass_end, way};
-use crate::approach::Sign;
-use crate::outlook::Wait;
-use crate::rows::Rows;
-use crate::swath::RUN_OUT_M;
-use crate::tracks::NONE;
+use super::state::{BRAKE_MPS2, Junctions, Request, STANDING_GAP_M, View, pass_end, present, way};
+use crate::{approach::Sign, constraint::Wait, rows::Rows, swath::RUN_OUT_M, tracks::NONE};
 
 /// Seconds between two who use the same place one after the other.
 const MARGIN_S: f32 = 0.8;

@@ -1,24 +1,10 @@
 //! Who is in a junction or will be soon, and when he will be where.
 
-use super::{BRAKE_MPS2, Junctions, View, pass_end, way};
-use crate::rows::Rows;
-use crate::tracks::NONE;
+use super::state::{BRAKE_MPS2, Junctions, Presence, View, pass_end, way};
+use crate::{rows::Rows, tracks::NONE};
 
 /// By how much a vehicle may exceed what curves allow, at most.
 const PACE_OVERSHOOT: f32 = 1.2;
-
-/// Someone's presence on a lane of a junction, now or soon.
-#[derive(Clone, Copy)]
-pub(super) struct Presence {
-    pub(super) lane: u32,
-    /// Index into the crowd.
-    pub(super) body: u32,
-    /// From its front bumper to the lane's start.
-    pub(super) start_m: f32,
-    pub(super) rank: i32,
-    /// It cannot come faster: no lane on its way there allows it.
-    pub(super) top_mps: f32,
-}
 
 impl Junctions {
     pub(super) fn list_presences(&mut self, rows: &Rows, view: &View) {
@@ -137,13 +123,6 @@ impl Junctions {
         let (late, gain) = (brisk.min(0.85 * pace), if brisk < 10.0 { 0.7 } else { 1.2 });
         (travel_s(enter, speed, top_mps.min(limit * 1.1), 3.0), late_s(leave, speed, late, gain))
     }
-}
-
-/// The entries of one lane in a list sorted by lane.
-pub(super) fn present(list: &[Presence], lane: u32) -> &[Presence] {
-    let begin = list.partition_point(|p| p.lane < lane);
-    let end = begin + list[begin..].partition_point(|p| p.lane == lane);
-    &list[begin..end]
 }
 
 /// Seconds to drive `distance_m` from `speed`, gaining `gain` m/s² up to `top`. Not positive if the

@@ -4,10 +4,12 @@
 //! junction itself, for room that a third takes, and so on round to the first, nobody could ever
 //! go. But if the heads of all these queues go at once, each leaves the room that another needs.
 
-use super::{Junctions, Request, View};
-use crate::outlook::Wait;
-use crate::rows::Rows;
-use crate::tracks::NONE;
+use super::state::{Junctions, Request, View};
+use crate::{
+    constraint::{Halt, Wait},
+    rows::Rows,
+    tracks::NONE,
+};
 
 /// Waiting for so long for room makes one think of a ring.
 const PATIENCE_S: f32 = 12.0;
@@ -50,7 +52,7 @@ impl Junctions {
             if ring.iter().all(|&head| self.is_clear(rows, &heads[head].0, view).is_ok()) {
                 for &head in &ring {
                     self.grant(rows, orders, &heads[head].0, view);
-                    self.halts[heads[head].0.row] = super::FREE;
+                    self.halts[heads[head].0.row] = Halt::FREE;
                 }
             }
         }

@@ -6,12 +6,13 @@
 //! goes before all of these, if none of them is in the way yet.
 
 use super::pass::is_wide;
-use super::presence::present;
-use super::{Junctions, Request, View, pass_end};
-use crate::follow;
-use crate::outlook::Wait;
-use crate::rows::Rows;
-use crate::tracks::NONE;
+use super::state::{Junctions, Request, View, pass_end, present};
+use crate::{
+    constraint::{Halt, Wait},
+    leader,
+    rows::Rows,
+    tracks::NONE,
+};
 
 /// Waiting for so long for others makes one think of a ring.
 const PATIENCE_S: f32 = 4.0;
@@ -140,7 +141,7 @@ impl Junctions {
         let yields = rows.order[row] != 0 && self.yields[row] != NONE;
         let asked = if yields { self.yields[row] } else { self.blockers[row] };
         let (tracks, crowd) = (&view.map.tracks, view.crowd);
-        let mut leader = follow::leader(rows, row, tracks, crowd, view.occupancy, BEHIND_M);
+        let mut leader = leader::leader(rows, row, tracks, crowd, view.occupancy, BEHIND_M);
         for obstacle in view.obstacles.iter().filter(|obstacle| obstacle.row == row) {
             leader = leader.nearer(obstacle.leader);
         }
@@ -170,6 +171,6 @@ impl Junctions {
         rows.idle_s[request.row] = 0.0;
         self.recall_behind(rows, request);
         self.grant(rows, orders, request, view);
-        self.halts[request.row] = super::FREE;
+        self.halts[request.row] = Halt::FREE;
     }
 }

@@ -9,9 +9,11 @@ use protocol::{
 };
 use road::{LaneIndex, LaneTypes, Network};
 
-use crate::Planner;
-use crate::body::{Body, CAR};
-use crate::tracks::NONE;
+use crate::{
+    Planner,
+    body::{Body, CAR},
+    tracks::NONE,
+};
 
 pub(super) const DELTA_NANOS: u64 = 50_000_000;
 pub(super) const DELTA_S: f32 = 0.05;

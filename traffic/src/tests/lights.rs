@@ -2,8 +2,7 @@
 
 use protocol::light;
 
-use crate::demand::Demand;
-use crate::signals::SignalPlan;
+use crate::{demand::Demand, signals::SignalPlan};
 
 const TICK_NANOS: u64 = 50_000_000;
 

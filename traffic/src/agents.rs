@@ -1,0 +1,114 @@
+//! The agents of a snapshot: vehicles, walkers and props.
+
+use glam::{Vec2, Vec3};
+use protocol::{ActorState, flag, kind};
+
+use crate::{
+    body::{Bodies, Body},
+    tracks::NONE,
+};
+
+/// All bodies of a snapshot, structure of arrays, in the snapshot's order (ascending by actor id).
+#[derive(Default)]
+pub(crate) struct Crowd {
+    pub(crate) id: Vec<u32>,
+    pub(crate) position: Vec<Vec3>,
+    /// Unit vector forward, in the plane.
+    pub(crate) forward: Vec<Vec2>,
+    pub(crate) velocity: Vec<Vec2>,
+    /// About z.
+    pub(crate) yaw_rate: Vec<f32>,
+    /// Coordinate acceleration along `forward`.
+    pub(crate) acceleration: Vec<f32>,
+    /// Sine of the angle by which the nose points up.
+    pub(crate) climb: Vec<f32>,
+    pub(crate) body: Vec<Body>,
+    pub(crate) walks: Vec<bool>,
+    pub(crate) flags: Vec<u32>,
+    /// The row of those that this room drives, else [`NONE`].
+    pub(crate) row: Vec<u32>,
+    /// By row: its index in the crowd.
+    pub(crate) driven: Vec<u32>,
+}
+
+impl Crowd {
+    /// How many.
+    pub(crate) fn count(&self) -> usize {
+        self.id.len()
+    }
+
+    /// Reads a snapshot. Rows are numbered in the order in which they come.
+    pub(crate) fn read(&mut self, actors: &[ActorState], bodies: &Bodies) {
+        self.clear();
+        for actor in actors {
+            let vehicle = actor.kind == kind::VEHICLE;
+            let thing = actor.kind == kind::WALKER || actor.kind == kind::PROP;
+            if !(vehicle || thing) || !actor.pose.position().is_finite() {
+                continue;
+            }
+            let ours = vehicle && actor.has(flag::AUTOPILOT) && !actor.has(flag::KINEMATIC);
+            let forward = actor.pose.rotation() * Vec3::X;
+            let flat = forward.truncate().try_normalize().unwrap_or(Vec2::X);
+            let acceleration = Vec3::from_array(actor.acceleration_mps2);
+            self.id.push(actor.actor_id.0);
+            self.position.push(actor.pose.position());
+            self.forward.push(flat);
+            self.velocity.push(actor.velocity().truncate());
+            self.yaw_rate.push(actor.angular_velocity_radps[2]);
+            self.acceleration.push(acceleration.dot(forward));
+            self.climb.push(forward.z);
+            self.body.push(bodies.of(actor.blueprint));
+            self.walks.push(actor.kind == kind::WALKER);
+            self.flags.push(actor.flags);
+            self.row.push(if ours { self.driven.len() as u32 } else { NONE });
+            if ours {
+                self.driven.push(self.row.len() as u32 - 1);
+            }
+        }
+    }
+
+    fn clear(&mut self) {
+        self.id.clear();
+        self.position.clear();
+        self.forward.clear();
+        self.velocity.clear();
+        self.yaw_rate.clear();
+        self.acceleration.clear();
+        self.climb.clear();
+        self.body.clear();
+        self.walks.clear();
+        self.flags.clear();
+        self.row.clear();
+        self.driven.clear();
+    }
+
+    /// All that decides on which tracks a body lies, and how.
+    pub(crate) fn lies(&self, body: usize) -> [u32; 13] {
+        let [x, y, z] = self.position[body].to_array();
+        let [ahead_x, ahead_y] = self.forward[body].to_array();
+        let [to_x, to_y] = self.velocity[body].to_array();
+        let Body { front_m, rear_m, half_width_m, wheelbase_m, lock_rad, brisk_mps } =
+            self.body[body];
+        [
+            x,
+            y,
+            z,
+            ahead_x,
+            ahead_y,
+            to_x,
+            to_y,
+            front_m,
+            rear_m,
+            half_width_m,
+            wheelbase_m,
+            lock_rad,
+            brisk_mps,
+        ]
+        .map(f32::to_bits)
+    }
+
+    /// Signed speed along the nose.
+    pub(crate) fn speed(&self, body: usize) -> f32 {
+        self.velocity[body].dot(self.forward[body])
+    }
+}

@@ -1,0 +1,88 @@
+//! The leader of a vehicle: the nearest agent ahead of it on its route.
+
+use crate::{agents::Crowd, occupancy::Occupancy, rows::Rows, tracks::Tracks};
+
+/// Whoever is in front.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Leader {
+    /// Between the bumpers; infinity if nobody is near.
+    pub(crate) gap_m: f32,
+    /// Along the follower's track.
+    pub(crate) speed_mps: f32,
+    /// Index into the crowd.
+    pub(crate) body: u32,
+    /// Cosine of the angle between his nose and the track.
+    pub(crate) aligned: f32,
+}
+
+impl Leader {
+    /// Nobody.
+    pub(crate) const NONE: Leader =
+        Leader { gap_m: f32::INFINITY, speed_mps: 0.0, body: u32::MAX, aligned: 1.0 };
+
+    /// The nearer one of two.
+    pub(crate) fn nearer(self, other: Leader) -> Leader {
+        if other.gap_m < self.gap_m { other } else { self }
+    }
+}
+
+/// Who is in front on the route, within `horizon_m` of the bumper.
+///
+/// In front is whose nose is farther along: of two who squeeze into one lane side by side, the
+/// one behind yields.
+pub(crate) fn leader(
+    rows: &Rows,
+    row: usize,
+    tracks: &Tracks,
+    crowd: &Crowd,
+    occupancy: &Occupancy,
+    horizon_m: f32,
+) -> Leader {
+    let own = crowd.driven[row];
+    let front = rows.arc_m[row] + crowd.body[own as usize].front_m;
+    let mut begins = -front;
+    let mut found = Leader::NONE;
+    for (k, &lane) in rows.route[row].lanes().iter().enumerate() {
+        if begins > horizon_m {
+            break;
+        }
+        let from = if k == 0 { rows.arc_m[row] } else { f32::NEG_INFINITY };
+        found = found.nearer(first_ahead(occupancy, lane, own, begins, from));
+        if found.gap_m < begins + tracks.length(lane) - 10.0 {
+            break;
+        }
+        begins += tracks.length(lane);
+    }
+    found
+}
+
+/// The nearest occupant of `lane` whose nose is ahead of the bumper, which is `-begins` along.
+pub(crate) fn first_ahead(
+    occupancy: &Occupancy,
+    lane: u32,
+    own: u32,
+    begins: f32,
+    middle_from: f32,
+) -> Leader {
+    let mut found = Leader::NONE;
+    for occupant in occupancy.on(lane) {
+        let nose = begins + occupant.front_m;
+        let middle = 0.5 * (occupant.front_m + occupant.rear_m);
+        if !occupancy.minds(own, occupant.body) || middle < middle_from {
+            continue;
+        }
+        if nose < 0.0 || (nose == 0.0 && occupant.body > own) {
+            continue;
+        }
+        let gap_m = begins + occupant.rear_m;
+        if gap_m < found.gap_m {
+            found = Leader {
+                gap_m,
+                speed_mps: occupant.speed_mps,
+                body: occupant.body,
+                aligned: occupant.aligned,
+            };
+        }
+    }
+    found
+}
