@@ -16,7 +16,6 @@ mod barrier;
 mod bundles;
 mod decision;
 mod error;
-mod hash;
 mod host;
 mod journal;
 mod keyframes;

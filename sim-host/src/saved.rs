@@ -4,12 +4,13 @@
 //! and the map that made it.
 
 use bytemuck::{Pod, Zeroable};
+use mesh::WordHash;
 use protocol::{
     ActorState, Episode, JournalEntry, LightState, Name, Stamp, TrafficHeader, VehicleControl,
     WalkerLimbs,
 };
 
-use crate::{hash::StateHash, request::Pending};
+use crate::request::Pending;
 
 /// The magic number of a saved state, and the version of its layout.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnistat");
@@ -79,7 +80,7 @@ struct Head {
 
 /// What names a world: over its map and seed.
 pub fn map_sum(episode: &Episode) -> u64 {
-    let mut hash = StateHash::new();
+    let mut hash = WordHash::new();
     hash.word(episode.seed);
     hash.bytes(episode.open_drive.as_bytes());
     hash.value()
@@ -87,7 +88,7 @@ pub fn map_sum(episode: &Episode) -> u64 {
 
 /// The hash over what traffic decided, as it enters the state hash.
 pub fn decision_hash(payload: &[u8]) -> u64 {
-    let mut hash = StateHash::new();
+    let mut hash = WordHash::new();
     hash.bytes(payload);
     hash.value()
 }
@@ -185,7 +186,7 @@ impl SavedState {
 }
 
 fn sum(head: &Head, body: &[u8]) -> u64 {
-    let mut hash = StateHash::new();
+    let mut hash = WordHash::new();
     hash.bytes(bytemuck::bytes_of(head));
     hash.bytes(body);
     hash.value()

@@ -15,6 +15,7 @@
 
 use std::convert::Infallible;
 
+use mesh::WordHash;
 use protocol::{
     ActorId, ActorState, BundleId, Command, CommandGroup, CreateBundle, HideLayers, JournalEntry,
     LightState, LoadMap, Name, Outcome, PIPELINE_MAX, Query, Response, SensorCommand, SensorSpec,
@@ -24,7 +25,6 @@ use protocol::{
 use town::Town;
 
 use crate::{
-    hash::StateHash,
     physics::Physics,
     request::Request,
     saved::{SavedState, StateError, decision_hash},
@@ -430,7 +430,7 @@ impl Sim {
     /// decided. The numbers of the frame and the episode are no part of it: they only count.
     pub fn state_hash(&self) -> u64 {
         let Settings { delta_nanos, substep_max_nanos, .. } = self.standing.settings;
-        let mut hash = StateHash::new();
+        let mut hash = WordHash::new();
         hash.word(self.stamp.sim_time_nanos);
         // The other settings say how a run is driven and watched; they change no bit of it.
         hash.word(delta_nanos);

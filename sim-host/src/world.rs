@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, sync::Arc};
 
 use glam::Vec3;
-use mesh::ObjectId;
+use mesh::{ObjectId, WordHash};
 use protocol::{
     ACTORS_MAX, ActorId, ActorState, BLOCK_OBJECTS, HiddenObjects, HideLayers, HideObjects,
     LightState, Name, Pose, ROUTE_STEPS, RouteCommand, STRIDE, SetStreetLights, Settings, Spawn,
@@ -12,7 +12,6 @@ use protocol::{
 use town::{Blueprint, Kind, Layer, Town};
 
 use crate::{
-    hash::StateHash,
     models::{Models, doors_of},
     physics::{Collision, Ground, Physics, PhysicsError, StaticBox},
     saved::{SavedState, StateError},
@@ -578,7 +577,7 @@ impl World {
 
     /// Takes in all that decides the future: bodies, drivetrains, flags, roles, ids to come, and
     /// the switches that physics obeys.
-    pub(crate) fn hash(&self, hash: &mut StateHash, standing: &StandingState) {
+    pub(crate) fn hash(&self, hash: &mut WordHash, standing: &StandingState) {
         hash.word(self.seed);
         hash.word(self.last_actor.into());
         hash.word(standing.weather_affects_grip.into());

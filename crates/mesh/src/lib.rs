@@ -12,7 +12,7 @@ mod object;
 mod random;
 mod tag;
 
-pub use hash::{Fnv1a64, WordHash, fnv1a64, fold_word};
+pub use hash::{Fnv1a64, WordHash, fnv1a64, fold_word, mix_word};
 pub use material::Material;
 pub use mesh::{Face, Mesh};
 pub use object::{ObjectBits, ObjectId};

@@ -1,42 +1,45 @@
-//! A fast sum over state. No protection against malice, only against difference.
+//! The digest of a physics state. It tells states apart; it does not resist an attacker.
 
 use glam::Vec3;
+use mesh::mix_word;
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 
-/// Mixes words, one multiplication each.
+/// A digest over words ([`mesh::mix_word`]).
 #[derive(Default)]
 pub(super) struct Digest {
     sum: u64,
-    /// Bytes that do not make a word yet.
+    /// The bytes of an incomplete word, and their number.
     partial: u64,
     bytes: u32,
 }
 
 impl Digest {
+    /// Returns the digest of the input so far.
     pub(super) fn sum(&self) -> u64 {
         self.sum
     }
 
+    /// Appends one word.
     #[inline]
     pub(super) fn word(&mut self, word: u64) {
-        self.sum = (self.sum ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
-        self.sum = (self.sum ^ (self.sum >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        self.sum ^= self.sum >> 32;
+        self.sum = mix_word(self.sum, word);
     }
 
+    /// Appends two half words as one word.
     #[inline]
     pub(super) fn pair(&mut self, low: u32, high: u32) {
         self.word(u64::from(low) | u64::from(high) << 32);
     }
 
+    /// Appends the bits of a vector.
     #[inline]
     pub(super) fn vector(&mut self, v: Vec3) {
         self.pair(v.x.to_bits(), v.y.to_bits());
         self.word(u64::from(v.z.to_bits()));
     }
 
-    /// Every field of a value: what is saved is hashed.
+    /// Appends every field of a value that is saved, in the order of its serialisation.
     pub(super) fn all_of(&mut self, value: &impl Serialize) {
         postcard::serialize_with_flavor(value, Bytes(self)).expect("a digest takes everything");
         let (partial, bytes) = (self.partial, self.bytes);
@@ -45,7 +48,7 @@ impl Digest {
     }
 }
 
-/// The digest of bytes.
+/// Returns the digest of bytes.
 pub(super) fn digest(bytes: &[u8]) -> u64 {
     let mut digest = Digest::default();
     let (words, rest) = bytes.as_chunks::<8>();

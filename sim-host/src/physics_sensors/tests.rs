@@ -370,7 +370,7 @@ fn whether_anybody_measures_changes_no_bit_and_the_same_seed_says_the_same() {
             bench.control(0.8, 0.1);
             said.extend(bench.tick());
         }
-        let mut hash = crate::hash::StateHash::new();
+        let mut hash = mesh::WordHash::new();
         bench.world.hash(&mut hash, &protocol::StandingState::default());
         let hash = hash.value();
         (hash, said)

@@ -1,8 +1,7 @@
 //! Everybody as the bus sees them, side by side in memory as a snapshot has them.
 
+use mesh::WordHash;
 use protocol::{ActorId, ActorState, Name, WalkerLimbs};
-
-use crate::hash::StateHash;
 
 /// Every actor's published state and role, by id; of who does not change, the digest of both is
 /// kept.
@@ -107,14 +106,14 @@ impl ActorTable {
         }
     }
 
-    pub(super) fn hash(&self, hash: &mut StateHash) {
+    pub(super) fn hash(&self, hash: &mut WordHash) {
         for (index, digest) in self.digests.iter().enumerate() {
             hash.word(digest.unwrap_or_else(|| self.digest(index)));
         }
     }
 
     fn digest(&self, index: usize) -> u64 {
-        let mut hash = StateHash::new();
+        let mut hash = WordHash::new();
         hash.bytes(bytemuck::bytes_of(&self.states[index]));
         hash.bytes(&self.roles[index].0);
         if let Some(limbs) = WalkerLimbs::find(&self.limbs, self.ids[index]) {
