@@ -10,7 +10,7 @@
 use protocol::{AckermannControl, AckermannSettings};
 use serde::{Deserialize, Serialize};
 
-use super::vehicle::Pedals;
+use super::pedals::Pedals;
 
 /// The time for which the gains are meant.
 const CYCLE_S: f32 = 0.01;

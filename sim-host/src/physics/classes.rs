@@ -2,11 +2,13 @@
 
 use glam::Vec3;
 
-use super::model::{
-    Class, EngineModel, GRAVITY_MPS2, GearModel, GearboxModel, LeanModel, VehicleModel, WHEELS_MAX,
-    WheelModel, WheelPlace,
+use super::{
+    model::{
+        Class, EngineModel, GRAVITY_MPS2, GearModel, GearboxModel, LeanModel, VehicleModel,
+        WHEELS_MAX, WheelModel, WheelPlace,
+    },
+    tyre::TyreModel,
 };
-use super::tyre::TyreModel;
 
 /// What distinguishes the classes.
 struct Defaults {

@@ -5,8 +5,10 @@
 
 use glam::Vec3;
 
-use super::ground::Ground;
-use super::motion::{ApplyForce, Motion};
+use super::{
+    ground::Ground,
+    motion::{ApplyForce, Motion},
+};
 
 /// How stiffly a body stands on its corners. Radians per second, with the whole mass.
 const STIFFNESS_RADPS: f32 = 60.0;

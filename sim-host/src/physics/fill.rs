@@ -1,13 +1,14 @@
 //! What others see of an actor, and the hash over everything that decides the future.
 
-use glam::Vec3;
 use protocol::{ActorId, ActorState, Pose, WalkerLimbs, flag, kind, parts};
-use rapier3d::prelude::RigidBody;
 
-use super::digest::Digest;
-use super::tuning;
-use super::walker::Walker;
-use super::world::{Actor, Kind, Physics, origin_mps};
+use super::{
+    actor::{Actor, Kind, digest_of},
+    digest::Digest,
+    rigid_body::{rounded, shown_mps},
+    walker::Walker,
+    world::Physics,
+};
 
 impl Physics {
     /// Writes into `state` all that physics knows of `state.actor_id`, and returns whether it
@@ -103,57 +104,5 @@ impl Physics {
             }
         }
         digest.sum()
-    }
-}
-
-/// Over all of an actor and its body that decides the future.
-pub(super) fn digest_of(body: &RigidBody, actor: &Actor) -> u64 {
-    let mut digest = Digest::default();
-    let (arena, generation) = actor.body.into_raw_parts();
-    digest.pair(actor.id, arena);
-    digest.pair(generation, u32::from(actor.kinematic));
-    digest.vector(body.translation());
-    let turn = body.rotation();
-    digest.pair(turn.x.to_bits(), turn.y.to_bits());
-    digest.pair(turn.z.to_bits(), turn.w.to_bits());
-    digest.vector(body.linvel());
-    digest.vector(body.angvel());
-    if actor.kinematic {
-        digest.vector(actor.glide.0);
-        digest.vector(actor.glide.1);
-    }
-    digest.pair(actor.is_weightless.into(), actor.is_ghost.into());
-    digest.vector(actor.pushed.0);
-    digest.vector(actor.pushed.1);
-    match &actor.kind {
-        Kind::Vehicle(vehicle) => {
-            digest.all_of(&vehicle.state);
-            if let Some(tuning) = &vehicle.tuning {
-                digest.all_of(&tuning::to_bytes(tuning));
-            }
-        }
-        Kind::Walker(walker) => digest.all_of(walker),
-        Kind::Prop(prop) => digest.all_of(prop),
-    }
-    digest.sum()
-}
-
-/// The velocity of a body's origin as it is published.
-pub(super) fn shown_mps(body: &RigidBody) -> Vec3 {
-    Vec3::from_array(origin_mps(body).to_array().map(|v| rounded(v, parts::MOTION)))
-}
-
-/// To whole parts of a unit, never to a negative 0.
-fn rounded(value: f32, parts: u32) -> f32 {
-    /// From here on numbers have no fraction: to add it is to round.
-    const WHOLE: f32 = 8_388_608.0;
-    let parts = parts as f32;
-    let scaled = (value * parts).abs();
-    // Larger numbers are whole parts already, if they are numbers.
-    if scaled < WHOLE {
-        let whole = (scaled + WHOLE) - WHOLE;
-        (whole / parts).copysign(value) + 0.0
-    } else {
-        value
     }
 }

@@ -7,13 +7,10 @@ use protocol::{
 };
 use rapier3d::prelude::MassProperties;
 
-use super::ackermann::Ackermann;
-use super::actors::check_length;
-use super::error::PhysicsError;
-use super::tuning;
-use super::vehicle::Vehicle;
-use super::walker::Walker;
-use super::world::{Kind, Physics, motion_of};
+use super::{
+    ackermann::Ackermann, actor::Kind, error::PhysicsError, limits::check_length,
+    rigid_body::motion_of, tuning, vehicle::Vehicle, walker::Walker, world::Physics,
+};
 
 /// The hardest push: a change of velocity in one frame that the solver bears.
 const IMPULSE_MAX: f32 = 1e8;

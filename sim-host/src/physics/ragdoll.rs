@@ -14,10 +14,11 @@ use rapier3d::prelude::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::actors::PropModel;
-use super::ground::{Ground, Hit};
-use super::walker::WalkerModel;
-use super::world::{Actor, Kind};
+use super::{
+    ground::{Ground, Hit},
+    prop::PropModel,
+    walker_model::WalkerModel,
+};
 
 /// How fast a joint that is left alone stops turning, per second: flesh is no bearing.
 const STIFF_PER_S: f32 = 9.0;
@@ -37,9 +38,6 @@ const SPIN_DAMPING_PER_S: f32 = 0.4;
 const FLOOR_HALF_M: Vec3 = Vec3::new(0.9, 0.9, 0.5);
 const FLOOR_REACH_M: f32 = 0.4;
 
-/// All that is solid, but for limbs and their floors.
-pub(super) const SOLID: InteractionGroups =
-    InteractionGroups::new(Group::GROUP_1, Group::ALL, InteractionTestMode::And);
 const FLOOR: Group = Group::GROUP_2;
 /// The first part's; the others' follow.
 const PART: u32 = 8;
@@ -208,17 +206,6 @@ fn floor_pose(x: f32, y: f32, hit: &Hit) -> Pose {
     let turn = Quat::from_rotation_arc(Vec3::Z, hit.normal);
     let top = Vec3::new(x, y, hit.height_m);
     Pose::from_parts(top - hit.normal * FLOOR_HALF_M.z, turn)
-}
-
-impl Actor {
-    /// Its body, and those of limbs that hang on it.
-    pub(super) fn bodies(&self) -> impl Iterator<Item = RigidBodyHandle> + use<> {
-        let limbs = match &self.kind {
-            Kind::Walker(walker) => walker.limbs.map(|limbs| limbs.bodies),
-            _ => None,
-        };
-        std::iter::once(self.body).chain(limbs.into_iter().flatten())
-    }
 }
 
 impl Limbs {

@@ -6,8 +6,7 @@
 
 use std::ops::Deref;
 
-use super::digest::Digest;
-use super::world::Actor;
+use super::{actor::Actor, digest::Digest};
 
 /// Everybody, sorted by id.
 #[derive(Default)]

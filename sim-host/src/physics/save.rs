@@ -1,22 +1,25 @@
 //! The whole state as bytes, and back: what a fork, a recording's keyframe and a restarted host
 //! need to go on bit for bit.
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use glam::Vec3;
 use rapier3d::prelude::{ColliderHandle, PhysicsWorld, RigidBodyHandle};
 use serde::{Deserialize, Serialize};
 
-use super::actors::Prop;
-use super::digest::digest;
-use super::error::PhysicsError;
-use super::model::VehicleModel;
-use super::rest::Actors;
-use super::tuning;
-use super::vehicle::{Prepared, Vehicle, VehicleState};
-use super::walker::Walker;
-use super::world::{Actor, Kind, Pair, Physics};
+use super::{
+    actor::{Actor, Kind},
+    collision::Pair,
+    digest::digest,
+    error::PhysicsError,
+    model::VehicleModel,
+    prop::Prop,
+    rest::Actors,
+    tuning,
+    vehicle::{Prepared, Vehicle, VehicleState},
+    walker::Walker,
+    world::Physics,
+};
 
 /// Changes whenever the bytes' meaning does.
 const VERSION: u32 = 5;

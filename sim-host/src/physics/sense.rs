@@ -2,11 +2,15 @@
 
 use glam::Vec3;
 use protocol::{ActorId, Pose as BusPose};
-use rapier3d::parry::query::{Ray, ShapeCastOptions, cast_shapes};
-use rapier3d::parry::shape::{Ball, Shape};
-use rapier3d::prelude::Pose;
+use rapier3d::{
+    parry::{
+        query::{Ray, ShapeCastOptions, cast_shapes},
+        shape::{Ball, Shape},
+    },
+    prelude::Pose,
+};
 
-use super::world::{Kind, Physics, origin_mps};
+use super::{actor::Kind, rigid_body::origin_mps, world::Physics};
 
 /// How a body moves at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,9 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use protocol::{ActorId, Pose, VehicleControl};
 
-use super::ground::Ground;
-use super::model::VehicleModel;
-use super::world::Physics;
+use super::{ground::Ground, model::VehicleModel, world::Physics};
 
 /// Cars that drive about on a bumpy plain, changing pedals and steering all the time.
 pub struct Stage {

@@ -1,7 +1,9 @@
 //! Spring, damper, bump stop: from the wheels' places in the body to their loads.
 
-use super::lanes::{Lanes, select};
-use super::model::WheelModel;
+use super::{
+    lanes::{Lanes, select},
+    model::WheelModel,
+};
 
 /// The bump stop is this many times stiffer than the spring.
 const BUMP_STOP_STIFFNESS: f32 = 8.0;

@@ -3,8 +3,11 @@
 use glam::Vec3;
 use protocol::{VehicleTelemetry, WheelTelemetry};
 
-use super::motion::{ApplyForce, Motion};
-use super::vehicle::{Vehicle, air};
+use super::{
+    aerodynamics::air,
+    motion::{ApplyForce, Motion},
+    vehicle::Vehicle,
+};
 
 /// Slower than this, slip is told as if it were this fast.
 const SLIP_BELOW_MPS: f32 = 0.5;

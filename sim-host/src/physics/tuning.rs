@@ -7,8 +7,10 @@ use protocol::{
     VehicleWheel,
 };
 
-use super::classes::loads;
-use super::model::{GearModel, VehicleModel};
+use super::{
+    classes::loads,
+    model::{GearModel, VehicleModel},
+};
 
 /// What a client reads of a model that nobody changed.
 pub(super) fn told(model: &VehicleModel) -> VehiclePhysics {

@@ -3,24 +3,27 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use protocol::{VehicleControl, VehiclePhysics, flag};
+use protocol::VehiclePhysics;
 use serde::{Deserialize, Serialize};
 
-use super::ackermann::Ackermann;
-use super::contact::Corners;
-use super::doors::{DoorModel, OpenDoor};
-use super::drivetrain::{Demand, Drivetrain};
-use super::ground::Foothold;
-use super::model::{GRAVITY_MPS2, VehicleModel, WheelModel};
-use super::motion::{ApplyForce, Motion};
-use super::tuning::tuned;
-use super::wheels::{Bank, BankState, Braking, Footing, Surface, banks, order};
+use super::{
+    ackermann::Ackermann,
+    aerodynamics::air,
+    contact::Corners,
+    door_model::{DoorModel, OpenDoor},
+    drivetrain::{Demand, Drivetrain},
+    ground::CachedTriangle,
+    model::{GRAVITY_MPS2, VehicleModel, WheelModel},
+    motion::{ApplyForce, Motion},
+    pedals::Pedals,
+    tuning::tuned,
+    wheels::{Bank, BankState, Braking, Footing, Surface, banks, order},
+};
 
 /// The longest sub-iteration.
 const ITERATION_MAX_S: f32 = 0.0026;
 /// Leaning further than this (cosine of the tilt), wheels do not carry.
 const CARRY_UP_MIN: f32 = 0.3;
-pub(super) const AIR_DENSITY_KGPM3: f32 = 1.2;
 /// [`super::WHEELS_MAX`] wheels in banks of four.
 const BANKS_MAX: usize = 2;
 
@@ -79,32 +82,6 @@ pub(super) struct VehicleState {
     pub doors: Vec<OpenDoor>,
 }
 
-/// The driver's commands, checked.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Pedals {
-    pub throttle: f32,
-    pub brake: f32,
-    pub steer: f32,
-    pub handbrake: bool,
-    pub reverse: bool,
-    pub manual: Option<i32>,
-}
-
-impl Pedals {
-    /// Cut to their ranges; what is not a number is 0.
-    pub(super) fn new(control: &VehicleControl) -> Pedals {
-        let cut = |value: f32, low: f32| if value.is_nan() { 0.0 } else { value.clamp(low, 1.0) };
-        Pedals {
-            throttle: cut(control.throttle, 0.0),
-            brake: cut(control.brake, 0.0),
-            steer: cut(control.steer, -1.0),
-            handbrake: control.flags & flag::HANDBRAKE != 0,
-            reverse: control.flags & flag::REVERSE != 0,
-            manual: (control.manual_gear != 0).then_some(control.gear),
-        }
-    }
-}
-
 /// A vehicle, without its body.
 #[derive(Clone, Debug)]
 pub(super) struct Vehicle {
@@ -115,16 +92,16 @@ pub(super) struct Vehicle {
     /// How clients changed it.
     pub tuning: Option<Box<VehiclePhysics>>,
     pub state: VehicleState,
-    /// Where each bank's wheels stood: no state, what they find is the same without.
-    footholds: Vec<[Option<Foothold>; 4]>,
+    /// The ground under the wheels of each bank: a cache that changes no result, and no state.
+    cached_ground: Vec<[Option<CachedTriangle>; 4]>,
 }
 
 impl Vehicle {
     pub(super) fn new(prepared: Arc<Prepared>) -> Vehicle {
         let state = VehicleState::at_rest(&prepared);
         let own = Arc::clone(&prepared.model);
-        let footholds = vec![[None; 4]; prepared.banks.len()];
-        Vehicle { own, tuning: None, prepared, state, footholds }
+        let cached_ground = vec![[None; 4]; prepared.banks.len()];
+        Vehicle { own, tuning: None, prepared, state, cached_ground }
     }
 
     /// Is built otherwise from now on, and drives on.
@@ -167,7 +144,7 @@ impl Vehicle {
         outside: &ApplyForce,
         dt: f32,
     ) -> ApplyForce {
-        let Vehicle { prepared, state, footholds, .. } = self;
+        let Vehicle { prepared, state, cached_ground, .. } = self;
         let model = &*prepared.model;
         let forward_mps = start.velocity_mps.dot(start.axes.x_axis);
         if let Some(controller) = &mut state.ackermann {
@@ -188,7 +165,7 @@ impl Vehicle {
         for (index, bank) in prepared.banks.iter().enumerate() {
             let state = &mut state.banks[index];
             if start.axes.z_axis.z > CARRY_UP_MIN {
-                let holds = &mut footholds[index];
+                let holds = &mut cached_ground[index];
                 footings[index] = bank.footing(state, holds, surface, start, curvature, dt);
             }
             carried &= bank.all_touch(&footings[index]);
@@ -269,14 +246,6 @@ impl VehicleState {
         let rate = model.steer_rate_radps * dt;
         self.steer_rad += (target - self.steer_rad).clamp(-rate, rate);
     }
-}
-
-pub(super) fn air(model: &VehicleModel, motion: &Motion, push: &mut ApplyForce) {
-    let speed = motion.velocity_mps.length();
-    let pressure = 0.5 * AIR_DENSITY_KGPM3 * speed;
-    let drag_area_m2 = model.drag_coefficient * model.frontal_m2;
-    push.force_n -= motion.velocity_mps * (pressure * drag_area_m2)
-        + motion.axes.z_axis * (pressure * speed * model.downforce_area_m2);
 }
 
 /// The rider's balance: a torque about the length axis towards the lean that the curve asks for.

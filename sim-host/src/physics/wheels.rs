@@ -6,13 +6,15 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::drivetrain::Drive;
-use super::ground::{Foothold, Ground};
-use super::lanes::{Lanes, Lanes3, neighbours, select};
-use super::model::{VehicleModel, WheelModel};
-use super::motion::{ApplyForce, Motion};
-use super::suspension::Suspensions;
-use super::tyre::{Patches, Sliding, Tyres};
+use super::{
+    drivetrain::Drive,
+    ground::{CachedTriangle, Ground},
+    lanes::{Lanes, Lanes3, neighbours, select},
+    model::{VehicleModel, WheelModel},
+    motion::{ApplyForce, Motion},
+    suspension::Suspensions,
+    tyre::{Patches, Sliding, Tyres},
+};
 
 /// The ray that seeks the ground starts this far above the hub at rest.
 const RAY_ABOVE_M: f32 = 0.6;
@@ -199,7 +201,7 @@ impl Bank {
     pub(super) fn footing(
         &self,
         state: &mut BankState,
-        footholds: &mut [Option<Foothold>; 4],
+        cached_ground: &mut [Option<CachedTriangle>; 4],
         surface: &Surface,
         start: &Motion,
         curvature_per_m: f32,
@@ -223,8 +225,8 @@ impl Bank {
         let (guess_x, guess_y, hub_z) = (guess.x.to_array(), guess.y.to_array(), hub.z.to_array());
         for lane in 0..self.count {
             let z_from = hub_z[lane] + RAY_ABOVE_M * axes.z_axis.z;
-            let hold = &mut footholds[lane];
-            let hit = surface.ground.below_again(guess_x[lane], guess_y[lane], z_from, hold);
+            let cached = &mut cached_ground[lane];
+            let hit = surface.ground.below_cached(guess_x[lane], guess_y[lane], z_from, cached);
             on_ground_m.z.as_mut_array()[lane] = hit.height_m;
             normal.set(lane, hit.normal);
             friction.as_mut_array()[lane] = hit.friction;

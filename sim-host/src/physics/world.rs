@@ -1,99 +1,32 @@
 //! The world of bodies, and its step.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use glam::{Mat3, Quat, Vec3};
 use protocol::ActorId;
 use rapier3d::prelude::{
-    ColliderBuilder, ColliderHandle, PhysicsWorld, Pose, RigidBody, RigidBodyHandle,
+    ColliderBuilder, ColliderHandle, PhysicsWorld, Pose, RigidBody, SharedShape,
 };
-use serde::{Deserialize, Serialize};
 
-use super::actors::Prop;
-use super::contact::Corners;
-use super::doors::DoorModel;
-use super::fill::{digest_of, shown_mps};
-use super::ground::Ground;
-use super::model::GRAVITY_MPS2;
-use super::motion::{ApplyForce, Motion};
-use super::overlap::Statics;
-use super::ragdoll::Limbs;
-use super::rest::Actors;
-use super::vehicle::Vehicle;
-use super::walker::{Obstacle, Walker};
-use super::wheels::Surface;
-
-/// A solid box that never moves: a building, a pole, a trunk.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StaticBox {
-    /// In world space.
-    pub center: Vec3,
-    /// Half the edges, in the box's axes.
-    pub half_extents_m: Vec3,
-    /// About z.
-    pub yaw_rad: f32,
-}
-
-impl StaticBox {
-    pub(super) fn pose(&self) -> Pose {
-        Pose::from_parts(self.center, Quat::from_rotation_z(self.yaw_rad))
-    }
-}
-
-/// Two that touched during a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Collision {
-    /// The one with the lower id.
-    pub actor: ActorId,
-    /// The other; [`ActorId::NONE`] if it is a static box.
-    pub other: ActorId,
-    /// Which static box.
-    pub static_box: Option<u32>,
-    /// What `actor` was given over the frame, in world space. Newton seconds.
-    pub impulse_ns: Vec3,
-    /// They did not touch at the end of the frame before.
-    pub began: bool,
-}
-
-/// Who touches whom: an actor, and an actor or a static box.
-pub(super) type Pair = (u32, Touched);
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub(super) enum Touched {
-    Actor(u32),
-    Static(u32),
-}
-
-/// What moves an actor.
-#[derive(Debug)]
-pub(super) enum Kind {
-    Vehicle(Vehicle),
-    Walker(Walker),
-    Prop(Prop),
-}
-
-#[derive(Debug)]
-pub(super) struct Actor {
-    pub id: u32,
-    pub body: RigidBodyHandle,
-    pub collider: ColliderHandle,
-    /// Only teleports and set velocities move it.
-    pub kinematic: bool,
-    pub kind: Kind,
-    /// For who is kinematic: velocity and spin that were set.
-    pub glide: (Vec3, Vec3),
-    /// Mean over the last frame.
-    pub acceleration_mps2: Vec3,
-    /// It does not fall.
-    pub is_weightless: bool,
-    /// It runs into nobody.
-    pub is_ghost: bool,
-    /// Force and torque during the next frame.
-    pub pushed: (Vec3, Vec3),
-    /// Teleported since the last step; and in the last step's frame.
-    pub teleported: (bool, bool),
-}
+use super::{
+    actor::{Actor, Kind, digest_of},
+    collision::{Collision, Pair, Touched},
+    door_model::DoorModel,
+    error::PhysicsError,
+    ground::Ground,
+    model::GRAVITY_MPS2,
+    motion::ApplyForce,
+    overlap::{shrunk, touch},
+    ragdoll::Limbs,
+    rest::Actors,
+    rigid_body::{apply, glide, motion_of, shown_mps},
+    statics::{StaticBox, Statics},
+    walker::Obstacle,
+    wheels::Surface,
+};
 
 /// The world of bodies.
 pub struct Physics {
@@ -267,6 +200,10 @@ impl Physics {
         });
     }
 
+    pub(super) fn find(&self, id: ActorId) -> Result<usize, PhysicsError> {
+        self.actors.binary_search_by_key(&id.0, |a| a.id).map_err(|_| PhysicsError::Unknown(id))
+    }
+
     pub(super) fn body(&self, actor: &Actor) -> &RigidBody {
         &self.world.bodies[actor.body]
     }
@@ -359,6 +296,28 @@ impl Physics {
         obstacles
     }
 
+    /// The first that a shape would touch, actors by id but for one, then static boxes.
+    pub(super) fn obstacle(
+        &self,
+        pose: &Pose,
+        shape: &SharedShape,
+        but: Option<u32>,
+    ) -> Option<String> {
+        let shape = shrunk(shape);
+        let others = self.actors.iter().filter(|actor| !actor.is_ghost && Some(actor.id) != but);
+        for actor in others {
+            let body = self.body(actor);
+            for collider in body.colliders() {
+                let collider = &self.world.colliders[*collider];
+                let local = collider.position_wrt_parent().copied().unwrap_or(Pose::IDENTITY);
+                if touch(pose, &*shape, &(*body.position() * local), collider.shape()) {
+                    return Some(ActorId(actor.id).to_string());
+                }
+            }
+        }
+        self.statics.touching(pose, &*shape).map(|index| self.statics.name(index).to_string())
+    }
+
     /// Adds one substep's contact impulses.
     fn note_contacts(&self, impulses: &mut BTreeMap<Pair, Vec3>, touching: &mut BTreeSet<Pair>) {
         touching.clear();
@@ -407,61 +366,5 @@ impl Physics {
         self.colliding.extend(self.collisions.iter().flat_map(|c| [c.actor.0, c.other.0]));
         self.colliding.sort_unstable();
         self.colliding.dedup();
-    }
-}
-
-/// Velocity of the body's origin: rapier speaks of the centre of mass.
-pub(super) fn origin_mps(body: &RigidBody) -> Vec3 {
-    body.velocity_at_point(body.translation())
-}
-
-pub(super) fn motion_of(body: &RigidBody, gravity_mps2: f32) -> Motion {
-    Motion {
-        com_m: body.center_of_mass(),
-        axes: Mat3::from_quat(*body.rotation()),
-        velocity_mps: body.linvel(),
-        spin_radps: body.angvel(),
-        gravity_mps2,
-    }
-}
-
-/// Rapier keeps forces until told otherwise, so the last substep's are cleared.
-fn apply(body: &mut RigidBody, push: &ApplyForce) {
-    body.reset_forces(false);
-    body.reset_torques(false);
-    body.add_force(push.force_n, true);
-    body.add_torque(push.torque_nm, true);
-}
-
-/// Moves a kinematic body on by its set velocity.
-fn glide(body: &mut RigidBody, (velocity, spin): (Vec3, Vec3), dt: f32) {
-    let turn = Quat::from_scaled_axis(spin * dt) * *body.rotation();
-    let place = body.translation() + velocity * dt;
-    body.set_next_kinematic_position(Pose::from_parts(place, turn.normalize()));
-}
-
-/// Corner contacts for a box without wheels.
-impl Prop {
-    pub(super) fn substep(
-        &self,
-        ground: &Ground,
-        start: &Motion,
-        outside: &ApplyForce,
-        dt: f32,
-    ) -> ApplyForce {
-        const ITERATIONS: usize = 4;
-        let corners = Corners::look(ground, start, Vec3::ZERO, self.model.half_extents_m, dt);
-        let mut motion = *start;
-        let mut sum = ApplyForce::default();
-        let step = dt / ITERATIONS as f32;
-        for _ in 0..ITERATIONS {
-            let mut push = *outside;
-            corners.push(&motion, self.model.mass_kg, step, &mut push);
-            motion.advance(&push, self.model.mass_kg, self.model.inertia_kgm2(), step);
-            sum.force_n += push.force_n;
-            sum.torque_nm += push.torque_nm;
-        }
-        let count = ITERATIONS as f32;
-        ApplyForce { force_n: sum.force_n / count, torque_nm: sum.torque_nm / count }
     }
 }

@@ -5,9 +5,10 @@
 //! (C. Sommer and F. Dressler, *Using the right two-ray model?*, MobiCom 2011), free space and a
 //! log-distance law. CARLA's formulas, as its sensor has them.
 
+use std::f64::consts::{PI, TAU};
+
 use glam::Vec3;
 use protocol::{RadioSpec, radio};
-use std::f64::consts::{PI, TAU};
 
 use super::noise::Noise;
 

@@ -6,7 +6,11 @@ use protocol::{
     SnapshotHeader, Stamp, TEXT_BYTES, radio,
 };
 
-use super::{Noise, PhysicsSensor, Scene, State, air::Sent, tests::Bench, tests::spawn};
+use super::{
+    Noise, PhysicsSensor, Scene, State,
+    air::Sent,
+    tests::{Bench, spawn},
+};
 
 /// Without shadow fading, in town.
 fn quiet() -> RadioSpec {

@@ -4,8 +4,7 @@
 //! With `OMNIBUS_BMW` set to a file, what our vehicle did is written there, as
 //! `tests/oracle/plot_bmw.py` wants it.
 
-use std::fmt::Write as _;
-use std::sync::Arc;
+use std::{fmt::Write as _, sync::Arc};
 
 use glam::Vec3;
 use protocol::ActorId;

@@ -7,8 +7,7 @@ use protocol::{ActorId, ActorState, Pose, VehicleControl, flag};
 use rapier3d::prelude::{RigidBody, RigidBodyHandle};
 
 use super::{FRAME_NANOS, Ground, SUBSTEP_NANOS, incline};
-use crate::physics::world::Kind;
-use crate::physics::{GRAVITY_MPS2, Physics, StaticBox, VehicleModel, WalkerModel};
+use crate::physics::{GRAVITY_MPS2, Physics, StaticBox, VehicleModel, WalkerModel, actor::Kind};
 
 const WALKER: ActorId = ActorId(1);
 const CAR: ActorId = ActorId(2);

@@ -18,48 +18,62 @@
 //! Nothing here reads a clock or draws a random number: the same calls give the same bits.
 
 mod ackermann;
-mod actors;
+mod actor;
+mod aerodynamics;
 mod blueprint;
 mod classes;
+mod collision;
+mod collision_groups;
+mod commands;
 mod contact;
 mod digest;
+mod door_model;
 mod doors;
 mod drivetrain;
 mod error;
 mod fill;
 mod ground;
 mod lanes;
+mod limits;
 mod model;
 mod motion;
 mod outside;
 mod overlap;
+mod pedals;
+mod prop;
 mod ragdoll;
 mod rest;
+mod rigid_body;
 mod save;
 mod sense;
+mod spawn;
 mod stage;
+mod statics;
 mod suspension;
 mod telemetry;
 mod tuning;
 mod tyre;
 mod vehicle;
 mod walker;
+mod walker_model;
 mod wheels;
 mod world;
 
 #[cfg(test)]
 mod tests;
 
-pub use actors::PropModel;
-pub use doors::DoorModel;
+pub use collision::Collision;
+pub use door_model::DoorModel;
 pub use error::PhysicsError;
 pub use ground::{Ground, Hit};
 pub use model::{
     Class, EngineModel, GRAVITY_MPS2, GearModel, GearboxModel, LeanModel, VehicleModel, WHEELS_MAX,
     WheelModel, WheelPlace,
 };
+pub use prop::PropModel;
 pub use sense::{Met, Moving};
 pub use stage::Stage;
+pub use statics::StaticBox;
 pub use tyre::TyreModel;
-pub use walker::WalkerModel;
-pub use world::{Collision, Physics, StaticBox};
+pub use walker_model::WalkerModel;
+pub use world::Physics;

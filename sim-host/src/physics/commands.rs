@@ -1,0 +1,173 @@
+//! Commands to actors: teleport, velocity, controls.
+
+use glam::{Vec2, Vec3};
+use protocol::{ActorId, Pose, VehicleControl};
+use rapier3d::prelude::RigidBodyType;
+
+use super::{
+    actor::Kind,
+    collision::Touched,
+    error::PhysicsError,
+    limits::{check_length, check_pose},
+    pedals::Pedals,
+    rigid_body::body_pose,
+    walker::Walker,
+    world::Physics,
+};
+
+/// Rapier's own limit.
+const SPEED_MAX_MPS: f32 = 400.0;
+const SPIN_MAX_RADPS: f32 = 100.0;
+
+impl Physics {
+    /// Takes an actor out of the world.
+    pub fn destroy(&mut self, id: ActorId) -> Result<(), PhysicsError> {
+        let index = self.find(id)?;
+        let actor = self.actors.remove(index);
+        if let Kind::Walker(Walker { limbs: Some(limbs), .. }) = &actor.kind {
+            limbs.remove(&mut self.world);
+        }
+        self.world.remove_body(actor.body);
+        self.touching.retain(|pair| pair.0 != id.0 && pair.1 != Touched::Actor(id.0));
+        self.collisions.retain(|c| c.actor != id && c.other != id);
+        self.colliding.retain(|other| *other != id.0);
+        Ok(())
+    }
+
+    /// Puts an actor elsewhere, at rest. Whoever stands there is pushed away.
+    pub fn teleport(&mut self, id: ActorId, pose: &Pose) -> Result<(), PhysicsError> {
+        let index = self.find(id)?;
+        check_pose(id, pose)?;
+        let actor = self.actors.wake(index);
+        actor.teleported.0 = true;
+        actor.glide = (Vec3::ZERO, Vec3::ZERO);
+        match &mut actor.kind {
+            Kind::Vehicle(vehicle) => vehicle.rest(),
+            Kind::Walker(walker) => {
+                let ahead = pose.rotation() * Vec3::X;
+                walker.yaw_rad = ahead.y.atan2(ahead.x);
+                walker.rise_mps = None;
+                if let Some(limbs) = &walker.limbs {
+                    let from = *self.world.bodies[actor.body].position();
+                    limbs.follow(&mut self.world, &from, &body_pose(pose));
+                }
+            }
+            Kind::Prop(_) => {}
+        }
+        let body = &mut self.world.bodies[actor.body];
+        body.set_position(body_pose(pose), true);
+        body.set_linvel(Vec3::ZERO, true);
+        body.set_angvel(Vec3::ZERO, true);
+        Ok(())
+    }
+
+    /// Changes an actor's velocity, of its origin, and its spin; both in world space.
+    pub fn set_velocity(
+        &mut self,
+        id: ActorId,
+        velocity_mps: Vec3,
+        spin_radps: Vec3,
+    ) -> Result<(), PhysicsError> {
+        let index = self.find(id)?;
+        check_length(id, "velocity", velocity_mps, SPEED_MAX_MPS, "not finite, or above 400 m/s")?;
+        check_length(
+            id,
+            "angular velocity",
+            spin_radps,
+            SPIN_MAX_RADPS,
+            "not finite, or above 100 rad/s",
+        )?;
+        let actor = self.actors.wake(index);
+        if matches!(&actor.kind, Kind::Walker(walker) if walker.is_down()) {
+            return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
+        }
+        let body = &mut self.world.bodies[actor.body];
+        if actor.kinematic {
+            actor.glide = (velocity_mps, spin_radps);
+            return Ok(());
+        }
+        if let Kind::Walker(walker) = &mut actor.kind {
+            walker.desired_speed_mps = velocity_mps.truncate();
+            return Ok(());
+        }
+        let arm = body.center_of_mass() - body.translation();
+        body.set_linvel(velocity_mps + spin_radps.cross(arm), true);
+        body.set_angvel(spin_radps, true);
+        if let Kind::Vehicle(vehicle) = &mut actor.kind {
+            vehicle.roll_at(velocity_mps.dot(*body.rotation() * Vec3::X));
+        }
+        Ok(())
+    }
+
+    /// Whether physics moves an actor, or teleports and set velocities alone. It comes to rest.
+    pub fn set_kinematic(&mut self, id: ActorId, on: bool) -> Result<(), PhysicsError> {
+        let index = self.find(id)?;
+        let actor = self.actors.wake(index);
+        if actor.kinematic == on {
+            return Ok(());
+        }
+        actor.kinematic = on;
+        actor.glide = (Vec3::ZERO, Vec3::ZERO);
+        match &mut actor.kind {
+            // A walker's body goes where its feet go, either way.
+            Kind::Walker(walker) if !walker.is_down() => {
+                walker.desired_speed_mps = Vec2::ZERO;
+                return Ok(());
+            }
+            Kind::Vehicle(vehicle) => vehicle.rest(),
+            Kind::Walker(_) | Kind::Prop(_) => {}
+        }
+        let body_type =
+            if on { RigidBodyType::KinematicPositionBased } else { RigidBodyType::Dynamic };
+        for body in actor.bodies() {
+            let body = &mut self.world.bodies[body];
+            body.set_body_type(body_type, true);
+            body.set_linvel(Vec3::ZERO, true);
+            body.set_angvel(Vec3::ZERO, true);
+        }
+        Ok(())
+    }
+
+    /// Sets a vehicle's pedals and wheel; the latest holds. Values are cut to their ranges.
+    pub fn control(&mut self, control: &VehicleControl) -> Result<(), PhysicsError> {
+        let vehicle = self.vehicle_mut(control.actor_id)?;
+        vehicle.state.control = Pedals::new(control);
+        if let Some(controller) = &mut vehicle.state.ackermann {
+            controller.let_go();
+        }
+        Ok(())
+    }
+
+    /// Tells a walker where to go: metres per second over ground, in world space.
+    pub fn walk(&mut self, id: ActorId, velocity_mps: Vec2) -> Result<(), PhysicsError> {
+        let index = self.find(id)?;
+        check_length(
+            id,
+            "velocity",
+            velocity_mps.extend(0.0),
+            20.0,
+            "not finite, or above 20 m/s",
+        )?;
+        let Kind::Walker(walker) = &mut self.actors.wake(index).kind else {
+            return Err(PhysicsError::WrongKind(id, "walker"));
+        };
+        if walker.is_down() {
+            return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
+        }
+        walker.desired_speed_mps = velocity_mps;
+        Ok(())
+    }
+
+    /// Lets a walker jump, if it stands on the ground.
+    pub fn jump(&mut self, id: ActorId) -> Result<(), PhysicsError> {
+        let index = self.find(id)?;
+        let Kind::Walker(walker) = &mut self.actors.wake(index).kind else {
+            return Err(PhysicsError::WrongKind(id, "walker"));
+        };
+        if walker.is_down() {
+            return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
+        }
+        walker.jump();
+        Ok(())
+    }
+}

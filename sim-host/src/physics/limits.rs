@@ -1,0 +1,34 @@
+//! Checks of poses and vectors that clients give.
+
+use glam::Vec3;
+use protocol::{ActorId, Pose};
+
+use super::error::PhysicsError;
+
+/// f32 keeps half a centimetre out to here.
+const WORLD_MAX_M: f32 = 50_000.0;
+pub(super) fn check_pose(id: ActorId, pose: &Pose) -> Result<(), PhysicsError> {
+    let bad =
+        |why| Err(PhysicsError::Bad { actor: id, what: "pose", value: format!("{pose:?}"), why });
+    if !pose.is_valid() {
+        return bad("not finite, or its quaternion is not of unit length");
+    }
+    if pose.position().abs().max_element() > WORLD_MAX_M {
+        return bad("more than 50 km from the map's origin");
+    }
+    Ok(())
+}
+
+pub(super) fn check_length(
+    id: ActorId,
+    what: &'static str,
+    v: Vec3,
+    most: f32,
+    why: &'static str,
+) -> Result<(), PhysicsError> {
+    // Not finite lengths fail this comparison as well.
+    if v.length() <= most {
+        return Ok(());
+    }
+    Err(PhysicsError::Bad { actor: id, what, value: v.to_string(), why })
+}

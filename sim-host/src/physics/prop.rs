@@ -1,0 +1,58 @@
+//! Props: boxes that lie or stand on the ground.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    contact::Corners,
+    ground::Ground,
+    motion::{ApplyForce, Motion},
+};
+
+/// A thing that stands about: a box, its origin in the middle of its base.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PropModel {
+    /// Half the edges.
+    pub half_extents_m: Vec3,
+    /// Evenly spread.
+    pub mass_kg: f32,
+}
+
+impl PropModel {
+    pub(super) fn inertia_kgm2(&self) -> Vec3 {
+        let square = self.half_extents_m * self.half_extents_m;
+        Vec3::new(square.y + square.z, square.x + square.z, square.x + square.y)
+            * (self.mass_kg / 3.0)
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Prop {
+    pub model: PropModel,
+}
+
+/// Corner contacts for a box without wheels.
+impl Prop {
+    pub(super) fn substep(
+        &self,
+        ground: &Ground,
+        start: &Motion,
+        outside: &ApplyForce,
+        dt: f32,
+    ) -> ApplyForce {
+        const ITERATIONS: usize = 4;
+        let corners = Corners::look(ground, start, Vec3::ZERO, self.model.half_extents_m, dt);
+        let mut motion = *start;
+        let mut sum = ApplyForce::default();
+        let step = dt / ITERATIONS as f32;
+        for _ in 0..ITERATIONS {
+            let mut push = *outside;
+            corners.push(&motion, self.model.mass_kg, step, &mut push);
+            motion.advance(&push, self.model.mass_kg, self.model.inertia_kgm2(), step);
+            sum.force_n += push.force_n;
+            sum.torque_nm += push.torque_nm;
+        }
+        let count = ITERATIONS as f32;
+        ApplyForce { force_n: sum.force_n / count, torque_nm: sum.torque_nm / count }
+    }
+}

@@ -1,0 +1,62 @@
+//! The motion of a rapier body in the terms of [`Motion`] and of snapshots.
+
+use glam::{Mat3, Quat, Vec3};
+use protocol::{Pose as BusPose, parts};
+use rapier3d::prelude::{Pose, RigidBody};
+
+use super::motion::{ApplyForce, Motion};
+
+/// Velocity of the body's origin: rapier speaks of the centre of mass.
+pub(super) fn origin_mps(body: &RigidBody) -> Vec3 {
+    body.velocity_at_point(body.translation())
+}
+
+pub(super) fn motion_of(body: &RigidBody, gravity_mps2: f32) -> Motion {
+    Motion {
+        com_m: body.center_of_mass(),
+        axes: Mat3::from_quat(*body.rotation()),
+        velocity_mps: body.linvel(),
+        spin_radps: body.angvel(),
+        gravity_mps2,
+    }
+}
+
+/// Rapier keeps forces until told otherwise, so the last substep's are cleared.
+pub(super) fn apply(body: &mut RigidBody, push: &ApplyForce) {
+    body.reset_forces(false);
+    body.reset_torques(false);
+    body.add_force(push.force_n, true);
+    body.add_torque(push.torque_nm, true);
+}
+
+/// Moves a kinematic body on by its set velocity.
+pub(super) fn glide(body: &mut RigidBody, (velocity, spin): (Vec3, Vec3), dt: f32) {
+    let turn = Quat::from_scaled_axis(spin * dt) * *body.rotation();
+    let place = body.translation() + velocity * dt;
+    body.set_next_kinematic_position(Pose::from_parts(place, turn.normalize()));
+}
+
+/// The velocity of a body's origin as it is published.
+pub(super) fn shown_mps(body: &RigidBody) -> Vec3 {
+    Vec3::from_array(origin_mps(body).to_array().map(|v| rounded(v, parts::MOTION)))
+}
+
+/// To whole parts of a unit, never to a negative 0.
+pub(super) fn rounded(value: f32, parts: u32) -> f32 {
+    /// From here on numbers have no fraction: to add it is to round.
+    const WHOLE: f32 = 8_388_608.0;
+    let parts = parts as f32;
+    let scaled = (value * parts).abs();
+    // Larger numbers are whole parts already, if they are numbers.
+    if scaled < WHOLE {
+        let whole = (scaled + WHOLE) - WHOLE;
+        (whole / parts).copysign(value) + 0.0
+    } else {
+        value
+    }
+}
+
+/// Returns a pose of the bus as one of rapier.
+pub(super) fn body_pose(pose: &BusPose) -> Pose {
+    Pose::from_parts(pose.position(), pose.rotation().normalize())
+}
