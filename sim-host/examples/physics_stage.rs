@@ -1,13 +1,13 @@
 //! Physics alone at full speed: `physics_stage [cars] [frames]` prints microseconds per car and
 //! substep, with frames of 50 ms in 5 substeps.
 
-use omnibus_sim_host::physics::Stage;
+use omnibus_sim_host::physics::SyntheticLoad;
 
 fn main() {
     let mut arguments = std::env::args().skip(1).map(|a| a.parse::<u32>());
     let mut next = |default: u32| arguments.next().and_then(Result::ok).unwrap_or(default);
     let (cars, frames) = (next(100), next(400));
-    let mut stage = Stage::new(cars);
+    let mut stage = SyntheticLoad::new(cars);
     for _ in 0..100 {
         stage.frame(50_000_000, 10_000_000);
     }

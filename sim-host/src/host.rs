@@ -152,7 +152,7 @@ impl Host {
                     self.tick()?;
                     self.serve_deferred()?;
                 }
-                self.shell.look_after_slots()?;
+                self.shell.service_slots()?;
             }
         }
         Ok(())
@@ -164,9 +164,9 @@ impl Host {
 
     /// Synchronous: sleeps until the ticking client asks; serves other participants meanwhile.
     fn await_request(&mut self) -> Result<(), HostError> {
-        let mut heard = self.shell.control.host.count();
+        let mut last_count = self.shell.control.host.count();
         loop {
-            self.shell.look_after_slots()?;
+            self.shell.service_slots()?;
             // Commands that come with a request are the tick's own.
             if self.shell.is_requested() {
                 return Ok(());
@@ -175,13 +175,13 @@ impl Host {
             if !self.is_synchronous() || self.shell.is_stopped() {
                 return Ok(());
             }
-            let (bell, last) = (&self.shell.control.host, heard);
+            let (event, last) = (&self.shell.control.host, last_count);
             let deadline = Some(clock::now_nanos() + IDLE_NANOS);
-            let rung = bell.listen(self.shell.config.strategy, deadline, || {
-                let count = bell.count();
+            let new_count = event.listen(self.shell.config.strategy, deadline, || {
+                let count = event.count();
                 (count != last).then_some(count)
             });
-            heard = rung.unwrap_or(heard);
+            last_count = new_count.unwrap_or(last_count);
             if self.shell.is_requested() {
                 return Ok(());
             }
@@ -200,15 +200,16 @@ impl Host {
             // Too slow for the asked pace: no debt is piled up.
             return Ok(if now - due_nanos > step { now + step } else { due_nanos + step });
         }
-        let mut heard = self.shell.control.host.count();
+        let mut last_count = self.shell.control.host.count();
         while clock::now_nanos() < due_nanos && !self.shell.is_stopped() {
-            let (bell, last) = (&self.shell.control.host, heard);
-            let rung = bell.listen(Strategy::BATCH, Some(due_nanos.min(now + IDLE_NANOS)), || {
-                let count = bell.count();
-                (count != last).then_some(count)
-            });
-            heard = rung.unwrap_or(heard);
-            self.shell.look_after_slots()?;
+            let (event, last) = (&self.shell.control.host, last_count);
+            let new_count =
+                event.listen(Strategy::BATCH, Some(due_nanos.min(now + IDLE_NANOS)), || {
+                    let count = event.count();
+                    (count != last).then_some(count)
+                });
+            last_count = new_count.unwrap_or(last_count);
+            self.shell.service_slots()?;
             self.serve_urgent()?;
             if self.is_synchronous() {
                 break;

@@ -19,6 +19,7 @@
 
 mod ackermann;
 mod actor;
+mod actor_list;
 mod aerodynamics;
 mod blueprint;
 mod classes;
@@ -31,7 +32,6 @@ mod door_model;
 mod doors;
 mod drivetrain;
 mod error;
-mod fill;
 mod ground;
 mod lanes;
 mod limits;
@@ -41,15 +41,15 @@ mod outside;
 mod overlap;
 mod pedals;
 mod prop;
+mod published;
+mod queries;
 mod ragdoll;
-mod rest;
 mod rigid_body;
 mod save;
-mod sense;
 mod spawn;
-mod stage;
 mod statics;
 mod suspension;
+mod synthetic_load;
 mod telemetry;
 mod tuning;
 mod tyre;
@@ -71,9 +71,9 @@ pub use model::{
     WheelModel, WheelPlace,
 };
 pub use prop::PropModel;
-pub use sense::{Met, Moving};
-pub use stage::Stage;
+pub use queries::{BodyMotion, CastHit};
 pub use statics::StaticBox;
+pub use synthetic_load::SyntheticLoad;
 pub use tyre::TyreModel;
 pub use walker_model::WalkerModel;
 pub use world::Physics;

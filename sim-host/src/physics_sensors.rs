@@ -30,7 +30,7 @@ use protocol::{
 use road::Network;
 
 use self::{
-    air::{Sent, Station},
+    air::{Station, Transmission},
     cam::Cam,
     gnss::Gnss,
     imu::Imu,
@@ -40,7 +40,7 @@ use self::{
     scene::Scene,
 };
 use crate::{
-    physics::{Met, Physics},
+    physics::{CastHit, Physics},
     world::World,
 };
 
@@ -129,7 +129,7 @@ impl PhysicsSensors {
         let bundle =
             bundle.ok_or_else(|| format!("there is no bundle {} with radios", command.bundle.0))?;
         let count = bundle.sensors.len();
-        match bundle.sensors.get_mut(command.sensor as usize).map(|sense| &mut sense.state) {
+        match bundle.sensors.get_mut(command.sensor as usize).map(|sensor| &mut sensor.state) {
             Some(State::Radio(station)) => station.queue(command.text).map(|()| command.bundle.0),
             Some(_) => {
                 Err(format!("sensor {} of bundle {} is no radio", command.sensor, command.bundle.0))
@@ -142,9 +142,9 @@ impl PhysicsSensors {
     }
 
     /// After each substep; `dt` is 0 before the first.
-    pub(crate) fn feel(&mut self, physics: &Physics, dt: f32) {
+    pub(crate) fn observe(&mut self, physics: &Physics, dt: f32) {
         for bundle in self.bundles.values_mut() {
-            let imus = bundle.sensors.iter_mut().filter_map(|sense| match &mut sense.state {
+            let imus = bundle.sensors.iter_mut().filter_map(|sensor| match &mut sensor.state {
                 State::Imu(imu) => Some(imu),
                 _ => None,
             });
@@ -152,38 +152,38 @@ impl PhysicsSensors {
             if imus.peek().is_none() {
                 continue;
             }
-            let Some(carrier) = physics.moving(bundle.parent) else { continue };
-            imus.for_each(|imu| imu.feel(&carrier, dt));
+            let Some(carrier) = physics.motion(bundle.parent) else { continue };
+            imus.for_each(|imu| imu.observe(&carrier, dt));
         }
     }
 
     /// Measures a frame and sends what there is to say of it.
     pub(crate) fn send(&mut self, world: &World, header: &SnapshotHeader) -> Result<(), BusError> {
         let PhysicsSensors { bundles, network } = self;
-        let air = on_air(bundles, network.as_ref(), world, header);
+        let transmissions = collect_transmissions(bundles, network.as_ref(), world, header);
         for (id, bundle) in bundles {
             let begin_nanos = clock::now_nanos();
             let Some(world_from_parent) = bundle.place(world) else { continue };
-            let mut told = Vec::new();
-            for (index, sense) in bundle.sensors.iter_mut().enumerate() {
+            let mut readings = Vec::new();
+            for (index, sensor) in bundle.sensors.iter_mut().enumerate() {
                 let Some(room) = bundle.planes.iter().find(|p| p.sensor as usize == index) else {
                     continue;
                 };
-                let world_from_sensor = world_from_parent.then(&sense.spec.parent_from_sensor);
+                let world_from_sensor = world_from_parent.then(&sensor.spec.parent_from_sensor);
                 let scene =
                     Scene { world, network: network.as_ref(), parent: bundle.parent, header };
                 let most = room.width as usize;
-                let bytes = sense.measure(&scene, &world_from_sensor, &air, most);
+                let bytes = sensor.measure(&scene, &world_from_sensor, &transmissions, most);
                 if !bytes.is_empty() {
-                    told.push((Plane { world_from_sensor, ..*room }, bytes));
+                    readings.push((Plane { world_from_sensor, ..*room }, bytes));
                 }
             }
-            if told.is_empty() {
+            if readings.is_empty() {
                 continue;
             }
             let mut loan = bundle.writer.loan(bundle.byte_len.div_ceil(4096) as usize)?;
             let out: &mut [u8] = bytemuck::cast_slice_mut(loan.payload_mut());
-            for (place, (plane, bytes)) in told.iter().enumerate() {
+            for (place, (plane, bytes)) in readings.iter().enumerate() {
                 let each = protocol::element_bytes(plane.output);
                 let (width, byte_len) = ((bytes.len() / each) as u32, bytes.len() as u64);
                 let plane = Plane { width, height: 1, byte_len, ..*plane };
@@ -195,7 +195,7 @@ impl PhysicsSensors {
             loan.send(BundleHeader {
                 stamp: header.stamp,
                 bundle: *id,
-                plane_count: told.len() as u32,
+                plane_count: readings.len() as u32,
                 byte_len: bundle.byte_len,
                 state_hash: header.state_hash,
                 world_from_parent,
@@ -211,24 +211,24 @@ impl PhysicsSensors {
 }
 
 /// What all stations send in this frame: whoever hears it hears it in this frame.
-fn on_air(
+fn collect_transmissions(
     bundles: &mut BTreeMap<BundleId, SensorBundle>,
     network: Option<&Network>,
     world: &World,
     header: &SnapshotHeader,
-) -> Vec<Sent> {
-    let mut air = Vec::new();
+) -> Vec<Transmission> {
+    let mut transmissions = Vec::new();
     for bundle in bundles.values_mut() {
         let Some(world_from_parent) = bundle.place(world) else { continue };
-        for sense in &mut bundle.sensors {
-            let State::Radio(station) = &mut sense.state else { continue };
-            let pose = world_from_parent.then(&sense.spec.parent_from_sensor);
+        for sensor in &mut bundle.sensors {
+            let State::Radio(station) = &mut sensor.state else { continue };
+            let pose = world_from_parent.then(&sensor.spec.parent_from_sensor);
             let scene = Scene { world, network, parent: bundle.parent, header };
-            let mut noise = Noise::at(sense.spec.seed, header.stamp.sim_time_nanos);
-            station.send(&scene, &pose, &mut noise, &mut air);
+            let mut noise = Noise::at(sensor.spec.seed, header.stamp.sim_time_nanos);
+            station.send(&scene, &pose, &mut noise, &mut transmissions);
         }
     }
-    air
+    transmissions
 }
 
 impl SensorBundle {
@@ -271,37 +271,43 @@ impl PhysicsSensor {
         &mut self,
         scene: &Scene,
         world_from_sensor: &Pose,
-        air: &[Sent],
+        transmissions: &[Transmission],
         most: usize,
     ) -> Vec<u8> {
         let Scene { world, network, parent, header } = *scene;
         let delta_secs = header.delta_nanos as f32 * 1e-9;
         let is_due = is_due(&self.spec, header);
         let mut noise = Noise::at(self.spec.seed, header.stamp.sim_time_nanos);
-        let moving = || world.physics().moving(parent);
+        let moving = || world.physics().motion(parent);
         let due = |bytes: &dyn Fn(Noise) -> Vec<u8>, noise: Noise| {
             if is_due { bytes(noise) } else { Vec::new() }
         };
         match &mut self.state {
             State::Imu(imu) => {
-                imu.age(delta_secs, &mut noise);
+                imu.advance(delta_secs, &mut noise);
                 if !is_due {
                     return Vec::new();
                 }
                 bytes_of(&[imu.read(world_from_sensor, &mut noise)])
             }
             State::Gnss(gnss) => {
-                gnss.age(delta_secs, &mut noise);
+                gnss.advance(delta_secs, &mut noise);
                 let Some(network) = network else { return Vec::new() };
                 let place = world_from_sensor.position();
                 due(&|mut noise| bytes_of(&[gnss.read(place, network, &mut noise)]), noise)
             }
             State::Odometry(odometry) => {
-                let (carrier, rim_mps) = (moving(), world.physics().rim_mps(parent));
-                odometry.age(carrier.as_ref(), rim_mps, delta_secs);
+                let (carrier, wheel_speed_mps) =
+                    (moving(), world.physics().wheel_speed_mps(parent));
+                odometry.advance(carrier.as_ref(), wheel_speed_mps, delta_secs);
                 let steer_rad = world.state(parent).map_or(0.0, |state| state.wheel_steer_rad);
                 let read = |mut noise| {
-                    bytes_of(&[odometry.read(carrier.as_ref(), rim_mps, steer_rad, &mut noise)])
+                    bytes_of(&[odometry.read(
+                        carrier.as_ref(),
+                        wheel_speed_mps,
+                        steer_rad,
+                        &mut noise,
+                    )])
                 };
                 due(&read, noise)
             }
@@ -314,12 +320,12 @@ impl PhysicsSensor {
                 let (Some(carrier), Some(network)) = (world.state(parent), network) else {
                     return Vec::new();
                 };
-                let mut readings = corners.cross(carrier, network);
+                let mut readings = corners.crossings(carrier, network);
                 readings.truncate(most);
                 bytes_of(&readings)
             }
             State::Radio(station) => {
-                station.hear(scene, world_from_sensor, self.spec.seed, air, most)
+                station.receive(scene, world_from_sensor, self.spec.seed, transmissions, most)
             }
             State::Obstacle(spec) => due(
                 &|_| bytes_of(obstacle(world, parent, spec, world_from_sensor).as_slice()),
@@ -345,12 +351,12 @@ fn bytes_of<T: Reading>(readings: &[T]) -> Vec<u8> {
 
 /// Who touched an actor during this frame, how hard.
 fn collisions(world: &World, carrier: ActorId) -> Vec<CollisionReading> {
-    let concerned = world.touches().filter(|c| c.actor == carrier || c.other == carrier);
+    let concerned = world.frame_collisions().filter(|c| c.actor == carrier || c.other == carrier);
     let reading = |touch: &crate::physics::Collision| {
         let is_first = touch.actor == carrier;
         let other = if is_first { touch.other } else { touch.actor };
         let (object, tag) = match touch.static_box {
-            Some(index) => world.thing(index),
+            Some(index) => world.object_of(index),
             None => (0, tag_of(world, other)),
         };
         let given = if is_first { touch.impulse_ns } else { -touch.impulse_ns };
@@ -379,15 +385,20 @@ fn obstacle(
 ) -> Option<ObstacleReading> {
     let way = (world_from_sensor.position(), world_from_sensor.rotation() * Vec3::X);
     let only_actors = spec.only_dynamics != 0;
-    let (distance_m, met) =
-        world.physics().cast_ball(way, spec.distance_m, spec.hit_radius_m, carrier, only_actors)?;
+    let (distance_m, met) = world.physics().cast_sphere(
+        way,
+        spec.distance_m,
+        spec.hit_radius_m,
+        carrier,
+        only_actors,
+    )?;
     let (other, object, tag) = match met {
-        Met::Actor(other) => (other, 0, tag_of(world, other).into()),
-        Met::Static(index) => {
-            let (object, tag) = world.thing(index);
+        CastHit::Actor(other) => (other, 0, tag_of(world, other).into()),
+        CastHit::Static(index) => {
+            let (object, tag) = world.object_of(index);
             (ActorId::NONE, object, tag.into())
         }
-        Met::Ground => (ActorId::NONE, 0, GROUND_TAG),
+        CastHit::Ground => (ActorId::NONE, 0, GROUND_TAG),
     };
     Some(ObstacleReading { other, object, tag, distance_m })
 }

@@ -187,7 +187,7 @@ impl Services for Shell {
 
     fn observe(&mut self, physics: &Physics, dt_s: f32) {
         if !self.physics_sensors.is_empty() {
-            self.physics_sensors.feel(physics, dt_s);
+            self.physics_sensors.observe(physics, dt_s);
         }
     }
 
@@ -350,7 +350,7 @@ impl Shell {
     pub(crate) fn await_stages(&mut self) -> Result<(), HostError> {
         let deadline = clock::now_nanos() + START_NANOS;
         loop {
-            self.look_after_slots()?;
+            self.service_slots()?;
             let all = (1u64 << self.roles.len()) - 1;
             if self.control.alive() & all == all || self.is_stopped() {
                 return Ok(());
@@ -378,20 +378,20 @@ impl Shell {
     fn await_all(
         &mut self,
         frame: Frame,
-        patience_nanos: Option<u64>,
+        timeout_nanos: Option<u64>,
         mask: u64,
     ) -> Result<Verdict, HostError> {
         let is_synchronous = self.settings.synchronous != 0;
-        let deadline = patience_nanos.map(|d| clock::now_nanos() + d);
-        let mut heard = self.control.host.count();
+        let deadline = timeout_nanos.map(|d| clock::now_nanos() + d);
+        let mut last_count = self.control.host.count();
         loop {
             let members: Vec<_> = self.barrier.slots().collect();
             for slot in members {
                 self.barrier.arrive(slot, self.control.slot(slot).ack());
             }
             let now = clock::now_nanos();
-            let is_enough = !is_synchronous && self.barrier.missing() & mask == 0;
-            let is_late = is_enough || deadline.is_some_and(|d| now >= d);
+            let has_stages = !is_synchronous && self.barrier.missing() & mask == 0;
+            let is_late = has_stages || deadline.is_some_and(|d| now >= d);
             let verdict = self.barrier.verdict(is_late);
             if verdict != Verdict::Open || self.is_stopped() {
                 if let Verdict::Late(mask) = verdict
@@ -401,22 +401,22 @@ impl Shell {
                         "{} {} has not arrived after {:.1} s; is it alive? --deadline-secs 0 waits for ever",
                         frame.0,
                         self.barrier.names(mask),
-                        patience_nanos.unwrap_or(0) as f64 / 1e9
+                        timeout_nanos.unwrap_or(0) as f64 / 1e9
                     );
                 }
                 return Ok(if is_synchronous { verdict } else { Verdict::Complete });
             }
-            let (control, last) = (&self.control, heard);
-            let look_again = Some(deadline.unwrap_or(u64::MAX).min(now + IDLE_NANOS));
-            let rung = control.host.listen(self.config.strategy, look_again, || {
+            let (control, last) = (&self.control, last_count);
+            let wake_nanos = Some(deadline.unwrap_or(u64::MAX).min(now + IDLE_NANOS));
+            let new_count = control.host.listen(self.config.strategy, wake_nanos, || {
                 let count = control.host.count();
                 (count != last || control.missing(frame) == 0).then_some(count)
             });
-            heard = rung.unwrap_or(heard);
+            last_count = new_count.unwrap_or(last_count);
             if control.missing(frame) != 0
                 || (self.control.alive().count_ones() as usize) < self.barrier.slots().len()
             {
-                self.look_after_slots()?;
+                self.service_slots()?;
             }
         }
     }

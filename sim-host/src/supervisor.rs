@@ -30,7 +30,7 @@ pub trait Launcher: Send {
         &mut self,
         role: Role,
         slot: usize,
-        life: u64,
+        start_index: u64,
         instance: &Instance,
         on_end: Box<dyn FnOnce() + Send>,
     ) -> io::Result<Stage>;
@@ -46,7 +46,7 @@ const CLEANING_MAX: Duration = Duration::from_secs(5);
 pub(crate) struct Death {
     pub(crate) why: String,
     /// It said so itself, before it ended.
-    pub(crate) told: bool,
+    pub(crate) has_message: bool,
 }
 
 /// Watches over every process on the bus.
@@ -55,10 +55,10 @@ pub(crate) struct Supervisor {
     control: ControlPageMapping,
     launcher: Box<dyn Launcher>,
     stages: BTreeMap<usize, Stage>,
-    lives: BTreeMap<usize, u64>,
+    starts: BTreeMap<usize, u64>,
     watch: Arc<epoll_watch::Watch>,
     deaths: Receiver<usize>,
-    obituary: Sender<usize>,
+    death_sender: Sender<usize>,
     cleaner: Sender<()>,
     cleaned: Receiver<(u64, u64)>,
 }
@@ -70,29 +70,29 @@ impl Supervisor {
         control: &ControlPageMapping,
         launcher: Box<dyn Launcher>,
     ) -> io::Result<Supervisor> {
-        let (obituary, deaths) = bounded(4 * SLOTS);
+        let (death_sender, deaths) = bounded(4 * SLOTS);
         let watch = Arc::new(epoll_watch::Watch::new()?);
-        let watcher = (Arc::clone(&watch), control.clone(), obituary.clone());
+        let watcher = (Arc::clone(&watch), control.clone(), death_sender.clone());
         thread::Builder::new().name("watcher".into()).spawn(move || {
-            let (watch, control, obituary) = watcher;
-            watch.run(|slot| report(&control, &obituary, slot));
+            let (watch, control, death_sender) = watcher;
+            watch.run(|slot| report_exit(&control, &death_sender, slot));
         })?;
         let (cleaner, jobs) = bounded(1);
-        let (reports, cleaned) = bounded(1);
-        let within = launcher.is_single_process();
-        let place = instance.clone();
+        let (results, cleaned) = bounded(1);
+        let in_process = launcher.is_single_process();
+        let cleaned_instance = instance.clone();
         thread::Builder::new().name("cleaner".into()).spawn(move || {
-            clean_on_demand(&place, within, &jobs, &reports);
+            clean_on_demand(&cleaned_instance, in_process, &jobs, &results);
         })?;
         Ok(Supervisor {
             instance: instance.clone(),
             control: control.clone(),
             launcher,
             stages: BTreeMap::new(),
-            lives: BTreeMap::new(),
+            starts: BTreeMap::new(),
             watch,
             deaths,
-            obituary,
+            death_sender,
             cleaner,
             cleaned,
         })
@@ -100,17 +100,17 @@ impl Supervisor {
 
     /// Starts a stage in `slot`.
     pub(crate) fn start(&mut self, role: Role, slot: usize) -> io::Result<()> {
-        let life = *self.lives.entry(slot).and_modify(|n| *n += 1).or_insert(0);
+        let start_index = *self.starts.entry(slot).and_modify(|n| *n += 1).or_insert(0);
         self.control.slot(slot).reserve(SlotState::Claimed, 0);
-        let (control, obituary) = (self.control.clone(), self.obituary.clone());
-        let on_end = Box::new(move || report(&control, &obituary, slot));
-        let stage = self.launcher.launch(role, slot, life, &self.instance, on_end)?;
+        let (control, death_sender) = (self.control.clone(), self.death_sender.clone());
+        let on_end = Box::new(move || report_exit(&control, &death_sender, slot));
+        let stage = self.launcher.launch(role, slot, start_index, &self.instance, on_end)?;
         if let Stage::Process(child) = &stage {
             let pid = child.id();
             let started = process::start_time(pid).unwrap_or(0);
             match process::watch(pid, started) {
                 Some(fd) => self.watch.add(fd, slot)?,
-                None => report(&self.control, &self.obituary, slot),
+                None => report_exit(&self.control, &self.death_sender, slot),
             }
         }
         self.stages.insert(slot, stage);
@@ -146,8 +146,8 @@ impl Supervisor {
             why = status.to_string();
         }
         let words = self.instance.take_exit_message(slot);
-        let told = words.is_some();
-        Some((slot, Death { why: words.unwrap_or(why), told }))
+        let has_message = words.is_some();
+        Some((slot, Death { why: words.unwrap_or(why), has_message }))
     }
 
     /// Removes what the dead left on the bus. Says what could not be removed.
@@ -184,9 +184,9 @@ impl Supervisor {
 }
 
 /// A process has ended: the barrier must know before anything else happens.
-fn report(control: &ControlPageMapping, obituary: &Sender<usize>, slot: usize) {
+fn report_exit(control: &ControlPageMapping, death_sender: &Sender<usize>, slot: usize) {
     control.mark_dead(slot);
-    let _ = obituary.try_send(slot);
+    let _ = death_sender.try_send(slot);
     control.host.notify();
 }
 
@@ -194,11 +194,11 @@ fn report(control: &ControlPageMapping, obituary: &Sender<usize>, slot: usize) {
 /// defect of its own, for ever.
 fn clean_on_demand(
     instance: &Instance,
-    within: bool,
+    in_process: bool,
     jobs: &Receiver<()>,
-    reports: &Sender<(u64, u64)>,
+    results: &Sender<(u64, u64)>,
 ) {
-    let Ok(node) = instance.node("cleaner", within) else { return };
+    let Ok(node) = instance.node("cleaner", in_process) else { return };
     while jobs.recv().is_ok() {
         instance.sweep_unfinished_segments();
         let mut report = node.clean();
@@ -206,7 +206,7 @@ fn clean_on_demand(
             instance.sweep_stuck_nodes(|pid| process::start_time(pid).is_some());
             report = node.clean();
         }
-        let _ = reports.try_send(report);
+        let _ = results.try_send(report);
     }
 }
 
@@ -231,7 +231,7 @@ mod epoll_watch {
         epoll: OwnedFd,
         wake: OwnedFd,
         fds: Mutex<BTreeMap<usize, OwnedFd>>,
-        is_over: AtomicBool,
+        is_stopped: AtomicBool,
     }
 
     impl Watch {
@@ -240,7 +240,7 @@ mod epoll_watch {
             let wake = eventfd(0, EventfdFlags::CLOEXEC)?;
             epoll::add(&epoll, &wake, epoll::EventData::new_u64(WAKE), epoll::EventFlags::IN)?;
             let fds = Mutex::new(BTreeMap::new());
-            Ok(Watch { epoll, wake, fds, is_over: AtomicBool::new(false) })
+            Ok(Watch { epoll, wake, fds, is_stopped: AtomicBool::new(false) })
         }
 
         fn fds(&self) -> std::sync::MutexGuard<'_, BTreeMap<usize, OwnedFd>> {
@@ -263,13 +263,13 @@ mod epoll_watch {
         }
 
         pub(super) fn stop(&self) {
-            self.is_over.store(true, Ordering::Release);
+            self.is_stopped.store(true, Ordering::Release);
             let _ = rustix::io::write(&self.wake, &1u64.to_ne_bytes());
         }
 
-        pub(super) fn run(&self, mut died: impl FnMut(usize)) {
+        pub(super) fn run(&self, mut on_exit: impl FnMut(usize)) {
             let mut events = Vec::with_capacity(SLOTS + 1);
-            while !self.is_over.load(Ordering::Acquire) {
+            while !self.is_stopped.load(Ordering::Acquire) {
                 events.clear();
                 let spare = rustix::buffer::spare_capacity(&mut events);
                 if epoll::wait(&self.epoll, spare, None).is_err() {
@@ -279,7 +279,7 @@ mod epoll_watch {
                     let slot = event.data.u64();
                     if slot != WAKE {
                         self.remove(slot as usize);
-                        died(slot as usize);
+                        on_exit(slot as usize);
                     }
                 }
             }

@@ -35,11 +35,11 @@ pub struct World {
     /// The id that was given out last.
     last_actor: u32,
     seed: u64,
-    place: Arc<Place>,
+    map: Arc<MapState>,
 }
 
 /// What of a town stays as it is, whatever happens in it.
-struct Place {
+struct MapState {
     ground: Arc<Ground>,
     statics: Vec<StaticBox>,
     /// The object and the layer of each static box.
@@ -64,7 +64,7 @@ impl World {
                 yaw_rad: c.yaw_rad,
             })
             .collect();
-        let place = Place {
+        let map = MapState {
             ground: Arc::new(Ground::new(&town.mesh)),
             statics,
             solids: town.colliders.iter().map(|c| (c.object, layer(town, c.object))).collect(),
@@ -73,23 +73,23 @@ impl World {
             heads: town.heads.clone(),
             lamps: town.lamps.iter().map(|lamp| lamp.object + 1).collect(),
         };
-        World::on(Arc::new(place), seed)
+        World::of_map(Arc::new(map), seed)
     }
 
     /// Returns the same world as it was at frame 0.
     pub(crate) fn at_start(&self) -> World {
-        World::on(Arc::clone(&self.place), self.seed)
+        World::of_map(Arc::clone(&self.map), self.seed)
     }
 
-    fn on(place: Arc<Place>, seed: u64) -> World {
-        let physics = Physics::new(Arc::clone(&place.ground), &place.statics);
+    fn of_map(map: Arc<MapState>, seed: u64) -> World {
+        let physics = Physics::new(Arc::clone(&map.ground), &map.statics);
         let mut world = World {
             physics,
             models: Models::default(),
             actors: ActorTable::default(),
             last_actor: 0,
             seed,
-            place,
+            map,
         };
         world.place_lights();
         world
@@ -98,7 +98,7 @@ impl World {
     /// Every lamp box of the map's dynamic signals is an actor, in the map's order.
     fn place_lights(&mut self) {
         let Some((blueprint, _)) = town::blueprint("traffic.traffic_light") else { return };
-        for head in &Arc::clone(&self.place).heads {
+        for head in &Arc::clone(&self.map).heads {
             let actor_id = self.next_id();
             let state = ActorState {
                 actor_id,
@@ -260,11 +260,11 @@ impl World {
         if to.block == 0 && to.bits[0] & 1 != 0 {
             return Err("object 0 is the ground; it cannot be hidden".to_owned());
         }
-        if last.is_some_and(|last| last > u64::from(self.place.objects)) {
+        if last.is_some_and(|last| last > u64::from(self.map.objects)) {
             return Err(format!(
                 "thing {} is not among the {} of the town",
                 last.unwrap_or_default(),
-                self.place.objects
+                self.map.objects
             ));
         }
         Ok(())
@@ -273,9 +273,9 @@ impl World {
     /// Whether the town has these street lamps, and they can shine so.
     pub(crate) fn check_street_lights(&self, to: &SetStreetLights) -> Result<(), String> {
         to.check()?;
-        match to.numbers().find(|number| !self.place.lamps.contains(number)) {
+        match to.numbers().find(|number| !self.map.lamps.contains(number)) {
             Some(other) => {
-                let lamps = self.place.lamps.len();
+                let lamps = self.map.lamps.len();
                 Err(format!("thing {other} is none of the town's {lamps} street lamps"))
             }
             None => Ok(()),
@@ -284,7 +284,7 @@ impl World {
 
     /// Takes the boxes of hidden objects out of physics and puts the others back.
     pub(crate) fn hide(&mut self, hidden: &HiddenObjects) {
-        for (index, (object, layer)) in self.place.solids.iter().enumerate() {
+        for (index, (object, layer)) in self.map.solids.iter().enumerate() {
             self.physics.set_static(index, !hidden.hides(object + 1, layer.bit()));
         }
     }
@@ -424,12 +424,12 @@ impl World {
 
     /// Advances physics by one frame; `observe` as in [`Physics::step_seen`].
     pub(crate) fn step(&mut self, settings: &Settings, observe: impl FnMut(&Physics, f32)) {
-        self.physics.step_seen(settings.delta_nanos, settings.substep_max_nanos, observe);
+        self.physics.step_observed(settings.delta_nanos, settings.substep_max_nanos, observe);
         let World { physics, actors, .. } = self;
-        actors.renew(physics.stirred(), |state| {
-            physics.fill(state);
+        actors.renew(physics.active(), |state| {
+            physics.write_state(state);
             if state.has(flag::FALLEN) {
-                return physics.limbs_of(state.actor_id);
+                return physics.limbs(state.actor_id);
             }
             if state.kind == kind::WALKER {
                 walk_on(state, settings.delta_nanos);
@@ -445,14 +445,14 @@ impl World {
 
     /// The thing of the town that a static box belongs to, as instance images have it, and its
     /// tag.
-    pub(crate) fn thing(&self, static_box: u32) -> (u32, u8) {
+    pub(crate) fn object_of(&self, static_box: u32) -> (u32, u8) {
         let index = static_box as usize;
         let object = self
-            .place
+            .map
             .solids
             .get(index)
             .map_or(0, |(object, _)| ObjectId::from_index(*object).instance());
-        (object, self.place.tags.get(index).copied().unwrap_or_default())
+        (object, self.map.tags.get(index).copied().unwrap_or_default())
     }
 
     /// The number of collisions during the newest frame.
@@ -526,7 +526,7 @@ impl World {
     }
 
     /// A shown actor is on its own: vehicles go on under traffic, walkers stop.
-    pub(crate) fn let_go(&mut self, id: ActorId) {
+    pub(crate) fn release(&mut self, id: ActorId) {
         let Some(actor) = self.actors.get_mut(id) else { return };
         let (linear, turn) = (actor.velocity_mps, actor.angular_velocity_radps);
         actor.flags &= !flag::KINEMATIC;
@@ -571,7 +571,7 @@ impl World {
     }
 
     /// Who touched whom during this frame.
-    pub(crate) fn touches(&self) -> impl Iterator<Item = &Collision> {
+    pub(crate) fn frame_collisions(&self) -> impl Iterator<Item = &Collision> {
         self.physics.collisions().iter()
     }
 

@@ -19,7 +19,7 @@ const STANDING_MPS: f32 = 0.1;
 const ACCELERATION_MAX_MPS2: f32 = 3.0;
 const DECELERATION_MAX_MPS2: f32 = 8.0;
 /// Share of the newest acceleration in what the controller takes for the acceleration.
-const FRESH: f32 = 0.2;
+const FILTER_GAIN: f32 = 0.2;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Pid {
@@ -29,23 +29,23 @@ struct Pid {
 }
 
 impl Pid {
-    fn run(&mut self, wanted: f32, is: f32, dt: f32) -> f32 {
+    fn run(&mut self, target: f32, measured: f32, dt: f32) -> f32 {
         let [p, i, d] = self.gains;
-        let error = wanted - is;
+        let error = target - measured;
         self.integral = (self.integral + i * error * dt).clamp(-1.0, 1.0);
-        let rate = (is - self.last.unwrap_or(is)) / dt;
-        self.last = Some(is);
+        let rate = (measured - self.last.unwrap_or(measured)) / dt;
+        self.last = Some(measured);
         (p * error + self.integral - d * rate).clamp(-1.0, 1.0)
     }
 
-    fn forget(&mut self) {
+    fn reset(&mut self) {
         *self = Pid { gains: self.gains, ..Pid::default() };
     }
 }
 
 /// What the controller was told.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Aim {
+struct Target {
     steer_rad: f32,
     steer_radps: f32,
     speed_mps: f32,
@@ -57,12 +57,12 @@ struct Aim {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Ackermann {
     /// Nothing: somebody else has the pedals.
-    aim: Option<Aim>,
+    target: Option<Target>,
     speed: Pid,
     acceleration: Pid,
     speed_mps: f32,
     acceleration_mps2: f32,
-    wanted_mps2: f32,
+    target_mps2: f32,
     /// Below 0 the brake.
     pedal: f32,
     steer_rad: f32,
@@ -71,12 +71,12 @@ pub(super) struct Ackermann {
 impl Ackermann {
     pub(super) fn new() -> Ackermann {
         let mut new = Ackermann {
-            aim: None,
+            target: None,
             speed: Pid::default(),
             acceleration: Pid::default(),
             speed_mps: 0.0,
             acceleration_mps2: 0.0,
-            wanted_mps2: 0.0,
+            target_mps2: 0.0,
             pedal: 0.0,
             steer_rad: 0.0,
         };
@@ -95,13 +95,18 @@ impl Ackermann {
     }
 
     /// `speed_mps` and `steer_rad` are the vehicle's own, from which a new aim begins.
-    pub(super) fn aim(&mut self, control: &AckermannControl, speed_mps: f32, steer_rad: f32) {
-        if self.aim.is_none() {
-            self.stand();
+    pub(super) fn set_target(
+        &mut self,
+        control: &AckermannControl,
+        speed_mps: f32,
+        steer_rad: f32,
+    ) {
+        if self.target.is_none() {
+            self.reset();
             (self.speed_mps, self.acceleration_mps2) = (speed_mps, 0.0);
             self.steer_rad = steer_rad;
         }
-        self.aim = Some(Aim {
+        self.target = Some(Target {
             steer_rad: control.steer_rad,
             steer_radps: control.steer_radps.abs(),
             speed_mps: control.speed_mps,
@@ -111,14 +116,14 @@ impl Ackermann {
     }
 
     /// Somebody else has the pedals.
-    pub(super) fn let_go(&mut self) {
-        self.aim = None;
+    pub(super) fn release(&mut self) {
+        self.target = None;
     }
 
-    fn stand(&mut self) {
-        self.speed.forget();
-        self.acceleration.forget();
-        (self.wanted_mps2, self.pedal) = (0.0, 0.0);
+    fn reset(&mut self) {
+        self.speed.reset();
+        self.acceleration.reset();
+        (self.target_mps2, self.pedal) = (0.0, 0.0);
     }
 
     /// Once a substep: works the pedals. `steer_max_rad` is what the steering has at this speed.
@@ -129,42 +134,43 @@ impl Ackermann {
         steer_max_rad: f32,
         dt: f32,
     ) {
-        let Some(aim) = self.aim else { return };
-        let fresh_mps2 = (forward_mps - self.speed_mps) / dt;
-        self.acceleration_mps2 += FRESH * (fresh_mps2 - self.acceleration_mps2);
+        let Some(target) = self.target else { return };
+        let newest_mps2 = (forward_mps - self.speed_mps) / dt;
+        self.acceleration_mps2 += FILTER_GAIN * (newest_mps2 - self.acceleration_mps2);
         self.speed_mps = forward_mps;
 
-        let turn = aim.steer_rad - self.steer_rad;
-        let most = if aim.steer_radps < 1e-3 { f32::MAX } else { aim.steer_radps * dt };
-        self.steer_rad += turn.clamp(-most, most);
+        let change = target.steer_rad - self.steer_rad;
+        let limit_step = if target.steer_radps < 1e-3 { f32::MAX } else { target.steer_radps * dt };
+        self.steer_rad += change.clamp(-limit_step, limit_step);
         pedals.steer = (self.steer_rad / steer_max_rad.max(1e-3)).clamp(-1.0, 1.0);
         pedals.handbrake = false;
         pedals.manual = None;
 
         let is_standing = forward_mps.abs() < STANDING_MPS;
-        if is_standing && aim.speed_mps.abs() < STANDING_MPS {
-            self.stand();
+        if is_standing && target.speed_mps.abs() < STANDING_MPS {
+            self.reset();
             (pedals.throttle, pedals.brake, pedals.reverse) = (0.0, 1.0, false);
             return;
         }
         // To turn round it comes to a stop first.
-        if is_standing && pedals.reverse != (aim.speed_mps < 0.0) {
-            self.stand();
-            pedals.reverse = aim.speed_mps < 0.0;
+        if is_standing && pedals.reverse != (target.speed_mps < 0.0) {
+            self.reset();
+            pedals.reverse = target.speed_mps < 0.0;
         }
-        let way = if pedals.reverse { -1.0 } else { 1.0 };
-        let speed_mps = forward_mps * way;
-        let wanted_mps = (aim.speed_mps * way).max(0.0);
+        let direction = if pedals.reverse { -1.0 } else { 1.0 };
+        let speed_mps = forward_mps * direction;
+        let target_mps = (target.speed_mps * direction).max(0.0);
 
         let cycles = dt / CYCLE_S;
-        let limit = if aim.acceleration_mps2 > 0.0 { aim.acceleration_mps2 } else { f32::MAX };
-        let more = self.speed.run(wanted_mps, speed_mps, dt) * cycles;
-        let most = if aim.jerk_mps3 > 0.0 { aim.jerk_mps3 * dt } else { f32::MAX };
-        self.wanted_mps2 = (self.wanted_mps2 + more.clamp(-most, most))
+        let limit =
+            if target.acceleration_mps2 > 0.0 { target.acceleration_mps2 } else { f32::MAX };
+        let increment = self.speed.run(target_mps, speed_mps, dt) * cycles;
+        let limit_step = if target.jerk_mps3 > 0.0 { target.jerk_mps3 * dt } else { f32::MAX };
+        self.target_mps2 = (self.target_mps2 + increment.clamp(-limit_step, limit_step))
             .clamp(-limit.min(DECELERATION_MAX_MPS2), limit.min(ACCELERATION_MAX_MPS2));
-        let is = self.acceleration_mps2 * way;
-        let more = self.acceleration.run(self.wanted_mps2, is, dt) * cycles;
-        self.pedal = (self.pedal + more).clamp(-1.0, 1.0);
+        let measured = self.acceleration_mps2 * direction;
+        let increment = self.acceleration.run(self.target_mps2, measured, dt) * cycles;
+        self.pedal = (self.pedal + increment).clamp(-1.0, 1.0);
         pedals.throttle = self.pedal.max(0.0);
         pedals.brake = (-self.pedal).max(0.0);
     }

@@ -2,8 +2,16 @@
 
 use glam::Vec3;
 use rapier3d::prelude::{ColliderHandle, RigidBody, RigidBodyHandle};
+use serde::{Deserialize, Serialize};
 
-use super::{digest::Digest, prop::Prop, tuning, vehicle::Vehicle, walker::Walker};
+use super::{
+    digest::Digest,
+    motion::{Twist, Wrench},
+    prop::Prop,
+    tuning,
+    vehicle::Vehicle,
+    walker::Walker,
+};
 
 /// What moves an actor.
 #[derive(Debug)]
@@ -13,6 +21,23 @@ pub(super) enum Kind {
     Prop(Prop),
 }
 
+/// Whether an actor was teleported.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Teleport {
+    /// Since the last step.
+    pub since_step: bool,
+    /// Before the last step, so that the snapshot of that frame shows it.
+    pub in_last_step: bool,
+}
+
+impl Teleport {
+    /// Moves the flag on to the frame that was just simulated.
+    pub(super) fn end_step(&mut self) {
+        *self = Teleport { since_step: false, in_last_step: self.since_step };
+    }
+}
+
+/// An actor of the rigid-body world.
 #[derive(Debug)]
 pub(super) struct Actor {
     pub id: u32,
@@ -22,17 +47,17 @@ pub(super) struct Actor {
     pub kinematic: bool,
     pub kind: Kind,
     /// For who is kinematic: velocity and spin that were set.
-    pub glide: (Vec3, Vec3),
+    pub kinematic_velocity: Twist,
     /// Mean over the last frame.
     pub acceleration_mps2: Vec3,
     /// It does not fall.
-    pub is_weightless: bool,
+    pub gravity_disabled: bool,
     /// It runs into nobody.
-    pub is_ghost: bool,
+    pub collisions_disabled: bool,
     /// Force and torque during the next frame.
-    pub pushed: (Vec3, Vec3),
+    pub external_force: Wrench,
     /// Teleported since the last step; and in the last step's frame.
-    pub teleported: (bool, bool),
+    pub teleport: Teleport,
 }
 
 impl Actor {
@@ -59,12 +84,12 @@ pub(super) fn digest_of(body: &RigidBody, actor: &Actor) -> u64 {
     digest.vector(body.linvel());
     digest.vector(body.angvel());
     if actor.kinematic {
-        digest.vector(actor.glide.0);
-        digest.vector(actor.glide.1);
+        digest.vector(actor.kinematic_velocity.linear_mps);
+        digest.vector(actor.kinematic_velocity.angular_radps);
     }
-    digest.pair(actor.is_weightless.into(), actor.is_ghost.into());
-    digest.vector(actor.pushed.0);
-    digest.vector(actor.pushed.1);
+    digest.pair(actor.gravity_disabled.into(), actor.collisions_disabled.into());
+    digest.vector(actor.external_force.force_n);
+    digest.vector(actor.external_force.torque_nm);
     match &actor.kind {
         Kind::Vehicle(vehicle) => {
             digest.all_of(&vehicle.state);

@@ -9,6 +9,7 @@ use super::{
     collision::Touched,
     error::PhysicsError,
     limits::{check_length, check_pose},
+    motion::Twist,
     pedals::Pedals,
     rigid_body::body_pose,
     walker::Walker,
@@ -39,17 +40,17 @@ impl Physics {
         let index = self.find(id)?;
         check_pose(id, pose)?;
         let actor = self.actors.wake(index);
-        actor.teleported.0 = true;
-        actor.glide = (Vec3::ZERO, Vec3::ZERO);
+        actor.teleport.since_step = true;
+        actor.kinematic_velocity = Twist::ZERO;
         match &mut actor.kind {
-            Kind::Vehicle(vehicle) => vehicle.rest(),
+            Kind::Vehicle(vehicle) => vehicle.reset_motion(),
             Kind::Walker(walker) => {
                 let ahead = pose.rotation() * Vec3::X;
                 walker.yaw_rad = ahead.y.atan2(ahead.x);
                 walker.rise_mps = None;
                 if let Some(limbs) = &walker.limbs {
                     let from = *self.world.bodies[actor.body].position();
-                    limbs.follow(&mut self.world, &from, &body_pose(pose));
+                    limbs.teleport(&mut self.world, &from, &body_pose(pose));
                 }
             }
             Kind::Prop(_) => {}
@@ -78,12 +79,13 @@ impl Physics {
             "not finite, or above 100 rad/s",
         )?;
         let actor = self.actors.wake(index);
-        if matches!(&actor.kind, Kind::Walker(walker) if walker.is_down()) {
+        if matches!(&actor.kind, Kind::Walker(walker) if walker.has_fallen()) {
             return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
         }
         let body = &mut self.world.bodies[actor.body];
         if actor.kinematic {
-            actor.glide = (velocity_mps, spin_radps);
+            actor.kinematic_velocity =
+                Twist { linear_mps: velocity_mps, angular_radps: spin_radps };
             return Ok(());
         }
         if let Kind::Walker(walker) = &mut actor.kind {
@@ -94,7 +96,7 @@ impl Physics {
         body.set_linvel(velocity_mps + spin_radps.cross(arm), true);
         body.set_angvel(spin_radps, true);
         if let Kind::Vehicle(vehicle) = &mut actor.kind {
-            vehicle.roll_at(velocity_mps.dot(*body.rotation() * Vec3::X));
+            vehicle.roll_without_slip(velocity_mps.dot(*body.rotation() * Vec3::X));
         }
         Ok(())
     }
@@ -107,14 +109,14 @@ impl Physics {
             return Ok(());
         }
         actor.kinematic = on;
-        actor.glide = (Vec3::ZERO, Vec3::ZERO);
+        actor.kinematic_velocity = Twist::ZERO;
         match &mut actor.kind {
             // A walker's body goes where its feet go, either way.
-            Kind::Walker(walker) if !walker.is_down() => {
+            Kind::Walker(walker) if !walker.has_fallen() => {
                 walker.desired_speed_mps = Vec2::ZERO;
                 return Ok(());
             }
-            Kind::Vehicle(vehicle) => vehicle.rest(),
+            Kind::Vehicle(vehicle) => vehicle.reset_motion(),
             Kind::Walker(_) | Kind::Prop(_) => {}
         }
         let body_type =
@@ -133,7 +135,7 @@ impl Physics {
         let vehicle = self.vehicle_mut(control.actor_id)?;
         vehicle.state.control = Pedals::new(control);
         if let Some(controller) = &mut vehicle.state.ackermann {
-            controller.let_go();
+            controller.release();
         }
         Ok(())
     }
@@ -151,7 +153,7 @@ impl Physics {
         let Kind::Walker(walker) = &mut self.actors.wake(index).kind else {
             return Err(PhysicsError::WrongKind(id, "walker"));
         };
-        if walker.is_down() {
+        if walker.has_fallen() {
             return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
         }
         walker.desired_speed_mps = velocity_mps;
@@ -164,7 +166,7 @@ impl Physics {
         let Kind::Walker(walker) = &mut self.actors.wake(index).kind else {
             return Err(PhysicsError::WrongKind(id, "walker"));
         };
-        if walker.is_down() {
+        if walker.has_fallen() {
             return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
         }
         walker.jump();

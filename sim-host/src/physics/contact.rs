@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::{
     ground::Ground,
-    motion::{ApplyForce, Motion},
+    motion::{Motion, Wrench},
 };
 
 /// How stiffly a body stands on its corners. Radians per second, with the whole mass.
@@ -26,22 +26,22 @@ struct Corner {
 
 /// Corners that may touch the ground during one substep.
 #[derive(Debug, Default)]
-pub(super) struct Corners {
+pub(super) struct CornerContacts {
     corners: [Corner; 8],
     count: usize,
 }
 
-impl Corners {
+impl CornerContacts {
     /// Finds the corners of a box that are, or may come, below ground. `center_m` is the box's
     /// middle from the centre of mass, in the body's axes.
-    pub(super) fn look(
+    pub(super) fn find(
         ground: &Ground,
         motion: &Motion,
         center_m: Vec3,
         half_m: Vec3,
         dt: f32,
-    ) -> Corners {
-        let mut found = Corners::default();
+    ) -> CornerContacts {
+        let mut found = CornerContacts::default();
         let middle = motion.com_m + motion.axes * center_m;
         for index in 0..8 {
             let sign = |bit: usize| if index & bit == 0 { -1.0 } else { 1.0 };
@@ -67,12 +67,12 @@ impl Corners {
     }
 
     /// Adds what the ground does to them now. Returns how hard it presses.
-    pub(super) fn push(
+    pub(super) fn add_forces(
         &self,
         motion: &Motion,
         mass_kg: f32,
         dt: f32,
-        push: &mut ApplyForce,
+        wrench: &mut Wrench,
     ) -> f32 {
         let share_kg = mass_kg / 4.0;
         let mut pressed_n = 0.0;
@@ -92,7 +92,7 @@ impl Corners {
             // Coulomb's friction, but never more than stops the corner's share of the mass.
             let drag = (corner.friction * normal_n).min(0.3 * share_kg * speed / dt);
             let friction = if speed > 1e-6 { along * (-drag / speed) } else { Vec3::ZERO };
-            push.add(corner.normal * normal_n + friction, arm);
+            wrench.add(corner.normal * normal_n + friction, arm);
             pressed_n += normal_n;
         }
         pressed_n

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     aerodynamics::AIR_DENSITY_KGPM3,
-    motion::{ApplyForce, Motion},
+    motion::{Motion, Wrench},
 };
 
 /// Force of the air on a plate that faces it, as a share of pressure times area (Hoerner,
@@ -35,13 +35,13 @@ pub(super) struct OpenDoor {
 
 impl OpenDoor {
     /// Adds how the air presses on it. `com_m` is the centre of mass in vehicle space.
-    pub(super) fn push(&self, com_m: Vec3, motion: &Motion, push: &mut ApplyForce) {
+    pub(super) fn add_drag(&self, com_m: Vec3, motion: &Motion, wrench: &mut Wrench) {
         let DoorModel { middle_m, half_extents_m: half, turn, .. } = self.model;
         let arm = motion.axes * (middle_m - com_m);
         let normal = motion.axes * (turn * Vec3::Y);
         let against_mps = motion.velocity_at(arm).dot(normal);
         let area_m2 = 4.0 * half.x * half.z;
         let force = 0.5 * AIR_DENSITY_KGPM3 * PLATE * area_m2 * against_mps * against_mps.abs();
-        push.add(normal * -force, arm);
+        wrench.add(normal * -force, arm);
     }
 }

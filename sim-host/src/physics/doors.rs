@@ -52,7 +52,7 @@ impl Physics {
                 .density(0.0)
                 .friction(0.4)
                 .collision_groups(SOLID)
-                .enabled(!actor.is_ghost)
+                .enabled(!actor.collisions_disabled)
                 .user_data(u128::from(id.0));
             let collider = self.world.insert_collider(collider, Some(actor.body));
             open.push(OpenDoor { model, collider });
@@ -67,7 +67,7 @@ impl Physics {
     /// Who stands where a door would.
     fn door_obstacle(&self, index: usize, door: &DoorModel) -> Option<String> {
         let actor = &self.actors[index];
-        if actor.is_ghost {
+        if actor.collisions_disabled {
             return None;
         }
         let half = door.half_extents_m;

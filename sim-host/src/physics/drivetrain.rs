@@ -43,8 +43,8 @@ pub(super) struct Drivetrain {
 /// torque `push_nm − hold_nmsprad * wheel speed`, and inertia that turns with them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Drive {
-    pub push_nm: f32,
-    pub hold_nmsprad: f32,
+    pub torque_nm: f32,
+    pub damping_nmsprad: f32,
     pub inertia_kgm2: f32,
 }
 
@@ -62,7 +62,7 @@ impl Drivetrain {
     }
 
     /// The gear that is in, or on its way in.
-    pub(super) fn shown_gear(&self) -> i32 {
+    pub(super) fn reported_gear(&self) -> i32 {
         self.next_gear
     }
 
@@ -98,9 +98,9 @@ impl Drivetrain {
         };
         if wanted != self.next_gear {
             // Going on from neutral or at a standstill costs no time.
-            let swift = self.next_gear * wanted <= 0;
+            let immediate = self.next_gear * wanted <= 0;
             self.next_gear = wanted;
-            self.shift_left_s = if swift { 0.0 } else { model.gearbox.shift_s };
+            self.shift_left_s = if immediate { 0.0 } else { model.gearbox.shift_s };
             self.since_shift_s = 0.0;
             if self.shift_left_s > 0.0 {
                 self.gear = 0;
@@ -114,8 +114,8 @@ impl Drivetrain {
             }
         }
         // Who asks for reverse while rolling forward gets no torque until the vehicle stands.
-        let against = demand.manual.is_none() && demand.reverse != (self.next_gear < 0);
-        self.throttle = if against { 0.0 } else { demand.throttle };
+        let reverses = demand.manual.is_none() && demand.reverse != (self.next_gear < 0);
+        self.throttle = if reverses { 0.0 } else { demand.throttle };
     }
 
     fn automatic(
@@ -167,12 +167,12 @@ impl Drivetrain {
             throttle = throttle.max(((engine.idle_rpm - rpm) / engine.idle_rpm * 4.0).min(1.0));
         }
         let closed = 1.0 - throttle;
-        let shut = if self.gear == 0 {
+        let closed_damping = if self.gear == 0 {
             engine.damping_neutral_nmsprad
         } else {
             engine.damping_geared_nmsprad
         };
-        let damping = throttle * engine.damping_full_nmsprad + closed * shut;
+        let damping = throttle * engine.damping_full_nmsprad + closed * closed_damping;
         let drag = closed * engine.drag_nm * (self.engine_radps * 0.1).clamp(-1.0, 1.0)
             + damping * self.engine_radps;
         let torque = if throttle > 0.0 { throttle * engine.torque_nm(rpm.abs()) } else { 0.0 };
@@ -197,35 +197,37 @@ impl Drivetrain {
         if self.locked {
             let lost = if torque > 0.0 { efficiency } else { 1.0 };
             return Drive {
-                push_nm: torque * ratio * lost,
-                hold_nmsprad: 0.0,
+                torque_nm: torque * ratio * lost,
+                damping_nmsprad: 0.0,
                 inertia_kgm2: engine.inertia_kgm2 * ratio * ratio,
             };
         }
         // The clutch takes hold as the engine leaves its idle speed.
-        let hold = ((self.engine_radps - 1.05 * idle_radps) / (0.9 * idle_radps)).clamp(0.0, 1.0);
-        let carried = model.gearbox.clutch_nm * hold * hold;
+        let engagement =
+            ((self.engine_radps - 1.05 * idle_radps) / (0.9 * idle_radps)).clamp(0.0, 1.0);
+        let carried = model.gearbox.clutch_nm * engagement * engagement;
         let slip = self.engine_radps - input_radps;
         let lost = if slip > 0.0 { efficiency } else { 1.0 };
-        let soft = carried / slip.abs().max(LOCK_WITHIN_RADPS);
-        let clutch = soft * slip;
+        let stiffness_nms = carried / slip.abs().max(LOCK_WITHIN_RADPS);
+        let clutch = stiffness_nms * slip;
         // What the clutch hands over falls as the wheels come near the engine's speed, half of it
         // within this step: else a strong clutch in a low gear would fling the wheels to and fro
         // around the speed that they seek.
-        let yields = if slip.abs() < LOCK_WITHIN_RADPS { soft } else { 0.5 * soft };
+        let gradient =
+            if slip.abs() < LOCK_WITHIN_RADPS { stiffness_nms } else { 0.5 * stiffness_nms };
         let drive = Drive {
-            push_nm: (clutch + yields * input_radps) * ratio * lost,
-            hold_nmsprad: yields * ratio * ratio * lost,
+            torque_nm: (clutch + gradient * input_radps) * ratio * lost,
+            damping_nmsprad: gradient * ratio * ratio * lost,
             inertia_kgm2: 0.0,
         };
         // Implicit in the engine's own speed, for the same reason.
-        let stiffness = if slip.abs() < LOCK_WITHIN_RADPS { soft } else { 0.0 };
+        let stiffness = if slip.abs() < LOCK_WITHIN_RADPS { stiffness_nms } else { 0.0 };
         self.engine_radps += dt * (torque - clutch) / (engine.inertia_kgm2 + dt * stiffness);
         drive
     }
 
     /// Once per sub-iteration, after the wheels moved.
-    pub(super) fn follow(&mut self, model: &VehicleModel, wheel_radps: f32) {
+    pub(super) fn update_clutch(&mut self, model: &VehicleModel, wheel_radps: f32) {
         let ratio = self.ratio(model);
         if ratio == 0.0 {
             return;

@@ -5,6 +5,7 @@
 //! gets their mean, and both arrive at the same velocity.
 
 use glam::{Mat3, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// In world space.
 #[derive(Clone, Copy, Debug)]
@@ -19,14 +20,25 @@ pub(super) struct Motion {
     pub gravity_mps2: f32,
 }
 
-/// A force at the centre of mass and a torque.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ApplyForce {
+/// A linear and an angular velocity, in world space.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Twist {
+    pub linear_mps: Vec3,
+    pub angular_radps: Vec3,
+}
+
+impl Twist {
+    pub(super) const ZERO: Twist = Twist { linear_mps: Vec3::ZERO, angular_radps: Vec3::ZERO };
+}
+
+/// A force that acts at the centre of mass, and a torque, in world space.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Wrench {
     pub force_n: Vec3,
     pub torque_nm: Vec3,
 }
 
-impl ApplyForce {
+impl Wrench {
     /// Adds a force that acts at `arm_m` from the centre of mass.
     #[inline]
     pub(super) fn add(&mut self, force_n: Vec3, arm_m: Vec3) {
@@ -45,11 +57,11 @@ impl Motion {
     /// Moves on by `dt` seconds; gravity is added here. Velocity first, then place with the new
     /// velocity, as the world does.
     #[inline]
-    pub(super) fn advance(&mut self, push: &ApplyForce, mass_kg: f32, inertia_kgm2: Vec3, dt: f32) {
-        self.velocity_mps += (push.force_n / mass_kg - Vec3::Z * self.gravity_mps2) * dt;
+    pub(super) fn advance(&mut self, wrench: &Wrench, mass_kg: f32, inertia_kgm2: Vec3, dt: f32) {
+        self.velocity_mps += (wrench.force_n / mass_kg - Vec3::Z * self.gravity_mps2) * dt;
         let to_body = self.axes.transpose();
         let spin = to_body * self.spin_radps;
-        let torque = to_body * push.torque_nm - spin.cross(spin * inertia_kgm2);
+        let torque = to_body * wrench.torque_nm - spin.cross(spin * inertia_kgm2);
         self.spin_radps += self.axes * (torque / inertia_kgm2) * dt;
         self.com_m += self.velocity_mps * dt;
         let turn = self.spin_radps * dt;

@@ -21,7 +21,7 @@ impl Physics {
         let vehicle = self.vehicle(id)?;
         let mut physics = match &vehicle.tuning {
             Some(tuning) => VehiclePhysics::clone(tuning),
-            None => tuning::told(&vehicle.own),
+            None => tuning::physics_of(&vehicle.own),
         };
         physics.body.actor_id = id;
         Ok(physics)
@@ -79,9 +79,9 @@ impl Physics {
         at_m: Option<Vec3>,
     ) -> Result<(), PhysicsError> {
         let (index, torque_nm) = self.push_of(id, force_n, torque_nm, at_m)?;
-        let (force, torque) = &mut self.actors.wake(index).pushed;
-        *force += force_n;
-        *torque += torque_nm;
+        let external = &mut self.actors.wake(index).external_force;
+        external.force_n += force_n;
+        external.torque_nm += torque_nm;
         Ok(())
     }
 
@@ -112,7 +112,7 @@ impl Physics {
     pub fn set_gravity(&mut self, id: ActorId, on: bool) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
         let actor = self.actors.wake(index);
-        actor.is_weightless = !on;
+        actor.gravity_disabled = !on;
         for body in actor.bodies() {
             self.world.bodies[body].set_gravity_scale(if on { 1.0 } else { 0.0 }, true);
         }
@@ -123,9 +123,9 @@ impl Physics {
     pub fn set_collisions(&mut self, id: ActorId, on: bool) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
         let actor = self.actors.wake(index);
-        actor.is_ghost = !on;
+        actor.collisions_disabled = !on;
         if let Kind::Walker(Walker { limbs: Some(limbs), .. }) = &actor.kind {
-            limbs.set_solid(&mut self.world, actor.body, on);
+            limbs.set_collisions(&mut self.world, actor.body, on);
             return Ok(());
         }
         for collider in self.world.bodies[actor.body].colliders() {
@@ -143,7 +143,7 @@ impl Physics {
         let vehicle = self.vehicle_mut(id)?;
         let forward_mps = motion.velocity_mps.dot(motion.axes.x_axis);
         let steer_rad = vehicle.state.steer_rad;
-        vehicle.controller().aim(control, forward_mps, steer_rad);
+        vehicle.controller().set_target(control, forward_mps, steer_rad);
         Ok(())
     }
 

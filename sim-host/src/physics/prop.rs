@@ -4,9 +4,9 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    contact::Corners,
+    contact::CornerContacts,
     ground::Ground,
-    motion::{ApplyForce, Motion},
+    motion::{Motion, Wrench},
 };
 
 /// A thing that stands about: a box, its origin in the middle of its base.
@@ -37,22 +37,23 @@ impl Prop {
         &self,
         ground: &Ground,
         start: &Motion,
-        outside: &ApplyForce,
+        external: &Wrench,
         dt: f32,
-    ) -> ApplyForce {
+    ) -> Wrench {
         const ITERATIONS: usize = 4;
-        let corners = Corners::look(ground, start, Vec3::ZERO, self.model.half_extents_m, dt);
+        let corners =
+            CornerContacts::find(ground, start, Vec3::ZERO, self.model.half_extents_m, dt);
         let mut motion = *start;
-        let mut sum = ApplyForce::default();
+        let mut sum = Wrench::default();
         let step = dt / ITERATIONS as f32;
         for _ in 0..ITERATIONS {
-            let mut push = *outside;
-            corners.push(&motion, self.model.mass_kg, step, &mut push);
-            motion.advance(&push, self.model.mass_kg, self.model.inertia_kgm2(), step);
-            sum.force_n += push.force_n;
-            sum.torque_nm += push.torque_nm;
+            let mut wrench = *external;
+            corners.add_forces(&motion, self.model.mass_kg, step, &mut wrench);
+            motion.advance(&wrench, self.model.mass_kg, self.model.inertia_kgm2(), step);
+            sum.force_n += wrench.force_n;
+            sum.torque_nm += wrench.torque_nm;
         }
         let count = ITERATIONS as f32;
-        ApplyForce { force_n: sum.force_n / count, torque_nm: sum.torque_nm / count }
+        Wrench { force_n: sum.force_n / count, torque_nm: sum.torque_nm / count }
     }
 }

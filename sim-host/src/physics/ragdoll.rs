@@ -21,17 +21,17 @@ use super::{
 };
 
 /// How fast a joint that is left alone stops turning, per second: flesh is no bearing.
-const STIFF_PER_S: f32 = 9.0;
+const JOINT_DAMPING_PER_S: f32 = 9.0;
 /// Clothes on asphalt, with a limb's own 0.4: a mean of 0.6.
 const FLOOR_FRICTION: f32 = 0.8;
 /// Who moves no faster than this for half a second has come to rest: by the point of each limb's
 /// space that is farthest off, some metres from the limb.
 const REST_MPS: f32 = 0.5;
 /// Whose hips have stayed so near for so long lies, however limbs twitch.
-const NEAR_M: f32 = 0.2;
-const CALM_AFTER_S: f32 = 1.5;
+const REST_RADIUS_M: f32 = 0.2;
+const SLEEP_AFTER_S: f32 = 1.5;
 /// The least of a limb's inertias, as a share of the largest.
-const ROUND: f32 = 0.25;
+const INERTIA_MIN_SHARE: f32 = 0.25;
 /// What air and clothes take.
 const SPIN_DAMPING_PER_S: f32 = 0.4;
 /// Half the edges of a floor, and how far a limb goes until its floor follows.
@@ -64,8 +64,8 @@ pub(super) struct Limbs {
     /// What each of them stands on, the hips first.
     floors: [ColliderHandle; LIMBS + 1],
     /// Where the hips have been for a while, and for how long.
-    lies_m: Vec3,
-    lies_s: f32,
+    rest_position_m: Vec3,
+    rest_time_s: f32,
 }
 
 /// One body: lengths in shares of the height, (forward, left, up) from between the feet.
@@ -78,20 +78,20 @@ struct Part {
     half: [f32; 3],
     /// Of the whole mass.
     mass: f32,
-    turns: Turns,
+    kind: JointKind,
 }
 
 /// How far a part turns against its carrier. Radians.
 #[derive(Clone, Copy)]
-enum Turns {
+enum JointKind {
     /// The first of all is carried by nobody.
-    Free,
+    Root,
     Ball(Ball),
     /// About y: least and most.
     Hinge([f32; 2]),
 }
 
-use Turns::{Free, Hinge};
+use JointKind::{Hinge, Root};
 
 /// Measured from the middle of its range, for the angles about three axes are none where they come
 /// near to half a turn.
@@ -103,36 +103,36 @@ struct Ball {
     reach: [f32; 3],
 }
 
-const SPINE: Turns = Turns::Ball(Ball { middle: [0.0, 0.25], reach: [0.35, 0.55, 0.4] });
-const NECK: Turns = Turns::Ball(Ball { middle: [0.0, 0.1], reach: [0.5, 0.6, 0.8] });
+const SPINE: JointKind = JointKind::Ball(Ball { middle: [0.0, 0.25], reach: [0.35, 0.55, 0.4] });
+const NECK: JointKind = JointKind::Ball(Ball { middle: [0.0, 0.1], reach: [0.5, 0.6, 0.8] });
 const ARM: Ball = Ball { middle: [0.75, -0.7], reach: [1.05, 1.3, 0.9] };
 const THIGH: Ball = Ball { middle: [0.25, -0.7], reach: [0.5, 1.0, 0.5] };
 
 /// The left one of a pair.
-const fn left(ball: Ball) -> Turns {
-    Turns::Ball(ball)
+const fn left(ball: Ball) -> JointKind {
+    JointKind::Ball(ball)
 }
 
 /// The right one.
-const fn right(Ball { middle: [x, y], reach }: Ball) -> Turns {
-    Turns::Ball(Ball { middle: [-x, y], reach })
+const fn right(Ball { middle: [x, y], reach }: Ball) -> JointKind {
+    JointKind::Ball(Ball { middle: [-x, y], reach })
 }
 
 /// Masses after Winter, Biomechanics and Motor Control of Human Movement, 4th ed., table 4.1;
 /// joints as [`town::Skeleton`] has them.
 #[rustfmt::skip]
 const PARTS: [Part; LIMBS + 1] = [
-    Part { carrier: 0, joint: [0.0, 0.0, 0.530], middle: [0.0, 0.0, 0.535], half: [0.055, 0.085, 0.055], mass: 0.15, turns: Free },
-    Part { carrier: 0, joint: [0.0, 0.0, 0.580], middle: [0.0, 0.0, 0.705], half: [0.058, 0.095, 0.125], mass: 0.32, turns: SPINE },
-    Part { carrier: 1, joint: [0.0, 0.0, 0.840], middle: [0.01, 0.0, 0.925], half: [0.050, 0.042, 0.070], mass: 0.08, turns: NECK },
-    Part { carrier: 1, joint: [0.0, 0.108, 0.808], middle: [-0.002, 0.118, 0.722], half: [0.026, 0.026, 0.100], mass: 0.028, turns: left(ARM) },
-    Part { carrier: 3, joint: [-0.004, 0.128, 0.635], middle: [0.006, 0.135, 0.530], half: [0.020, 0.018, 0.115], mass: 0.022, turns: Hinge([-2.4, 0.0]) },
-    Part { carrier: 1, joint: [0.0, -0.108, 0.808], middle: [-0.002, -0.118, 0.722], half: [0.026, 0.026, 0.100], mass: 0.028, turns: right(ARM) },
-    Part { carrier: 5, joint: [-0.004, -0.128, 0.635], middle: [0.006, -0.135, 0.530], half: [0.020, 0.018, 0.115], mass: 0.022, turns: Hinge([-2.4, 0.0]) },
-    Part { carrier: 0, joint: [0.0, 0.052, 0.510], middle: [0.003, 0.052, 0.400], half: [0.044, 0.042, 0.125], mass: 0.10, turns: left(THIGH) },
-    Part { carrier: 7, joint: [0.006, 0.052, 0.285], middle: [0.010, 0.052, 0.145], half: [0.034, 0.030, 0.145], mass: 0.075, turns: Hinge([0.0, 2.3]) },
-    Part { carrier: 0, joint: [0.0, -0.052, 0.510], middle: [0.003, -0.052, 0.400], half: [0.044, 0.042, 0.125], mass: 0.10, turns: right(THIGH) },
-    Part { carrier: 9, joint: [0.006, -0.052, 0.285], middle: [0.010, -0.052, 0.145], half: [0.034, 0.030, 0.145], mass: 0.075, turns: Hinge([0.0, 2.3]) },
+    Part { carrier: 0, joint: [0.0, 0.0, 0.530], middle: [0.0, 0.0, 0.535], half: [0.055, 0.085, 0.055], mass: 0.15, kind: Root },
+    Part { carrier: 0, joint: [0.0, 0.0, 0.580], middle: [0.0, 0.0, 0.705], half: [0.058, 0.095, 0.125], mass: 0.32, kind: SPINE },
+    Part { carrier: 1, joint: [0.0, 0.0, 0.840], middle: [0.01, 0.0, 0.925], half: [0.050, 0.042, 0.070], mass: 0.08, kind: NECK },
+    Part { carrier: 1, joint: [0.0, 0.108, 0.808], middle: [-0.002, 0.118, 0.722], half: [0.026, 0.026, 0.100], mass: 0.028, kind: left(ARM) },
+    Part { carrier: 3, joint: [-0.004, 0.128, 0.635], middle: [0.006, 0.135, 0.530], half: [0.020, 0.018, 0.115], mass: 0.022, kind: Hinge([-2.4, 0.0]) },
+    Part { carrier: 1, joint: [0.0, -0.108, 0.808], middle: [-0.002, -0.118, 0.722], half: [0.026, 0.026, 0.100], mass: 0.028, kind: right(ARM) },
+    Part { carrier: 5, joint: [-0.004, -0.128, 0.635], middle: [0.006, -0.135, 0.530], half: [0.020, 0.018, 0.115], mass: 0.022, kind: Hinge([-2.4, 0.0]) },
+    Part { carrier: 0, joint: [0.0, 0.052, 0.510], middle: [0.003, 0.052, 0.400], half: [0.044, 0.042, 0.125], mass: 0.10, kind: left(THIGH) },
+    Part { carrier: 7, joint: [0.006, 0.052, 0.285], middle: [0.010, 0.052, 0.145], half: [0.034, 0.030, 0.145], mass: 0.075, kind: Hinge([0.0, 2.3]) },
+    Part { carrier: 0, joint: [0.0, -0.052, 0.510], middle: [0.003, -0.052, 0.400], half: [0.044, 0.042, 0.125], mass: 0.10, kind: right(THIGH) },
+    Part { carrier: 9, joint: [0.006, -0.052, 0.285], middle: [0.010, -0.052, 0.145], half: [0.034, 0.030, 0.145], mass: 0.075, kind: Hinge([0.0, 2.3]) },
 ];
 
 impl Part {
@@ -151,7 +151,7 @@ impl Part {
         let model = self.model(walker);
         let inertia = model.inertia_kgm2();
         // Thin limbs that may spin about themselves never come to rest.
-        let inertia = inertia.max(Vec3::splat(ROUND * inertia.max_element()));
+        let inertia = inertia.max(Vec3::splat(INERTIA_MIN_SHARE * inertia.max_element()));
         MassProperties::new(self.middle_m(walker), model.mass_kg, inertia)
     }
 
@@ -168,15 +168,15 @@ impl Part {
 
     fn joint(&self, walker: &WalkerModel) -> GenericJoint {
         let at_m = Vec3::from_array(self.joint) * walker.height_m;
-        match self.turns {
+        match self.kind {
             Hinge(limits) => RevoluteJointBuilder::new(Vec3::Y)
                 .local_anchor1(at_m)
                 .local_anchor2(at_m)
                 .contacts_enabled(false)
                 .limits(limits)
-                .motor_velocity(0.0, STIFF_PER_S)
+                .motor_velocity(0.0, JOINT_DAMPING_PER_S)
                 .into(),
-            Turns::Ball(Ball { middle: [x, y], reach }) => {
+            JointKind::Ball(Ball { middle: [x, y], reach }) => {
                 let middle = Quat::from_rotation_y(y) * Quat::from_rotation_x(x);
                 let mut joint = SphericalJointBuilder::new()
                     .local_frame1(Pose::from_parts(at_m, middle))
@@ -185,17 +185,17 @@ impl Part {
                 let axes = [JointAxis::AngX, JointAxis::AngY, JointAxis::AngZ];
                 for (axis, reach) in axes.into_iter().zip(reach) {
                     joint = joint.limits(axis, [-reach, reach]);
-                    joint = joint.motor_velocity(axis, 0.0, STIFF_PER_S);
+                    joint = joint.motor_velocity(axis, 0.0, JOINT_DAMPING_PER_S);
                 }
                 joint.into()
             }
-            Free => SphericalJointBuilder::new().into(),
+            Root => SphericalJointBuilder::new().into(),
         }
     }
 }
 
 /// They sleep when nothing of them has moved for a while.
-fn resting() -> RigidBodyActivation {
+fn activation() -> RigidBodyActivation {
     let mut activation = RigidBodyActivation::active();
     activation.normalized_linear_threshold = REST_MPS;
     activation
@@ -211,14 +211,14 @@ fn floor_pose(x: f32, y: f32, hit: &Hit) -> Pose {
 impl Limbs {
     /// A walker's own body becomes its hips, and the other parts come to hang on them. They move on
     /// as it did.
-    pub(super) fn fall(
+    pub(super) fn create(
         world: &mut PhysicsWorld,
         (body, collider): (RigidBodyHandle, ColliderHandle),
         model: &WalkerModel,
         velocity_mps: Vec3,
     ) -> Limbs {
         let place = *world.bodies[body].position();
-        let (name, is_solid) = {
+        let (user_data, is_solid) = {
             let collider = &mut world.colliders[collider];
             let is_solid = collider.is_enabled();
             collider.set_shape(PARTS[0].shape(model));
@@ -228,14 +228,14 @@ impl Limbs {
             (collider.user_data, is_solid)
         };
         let hips = &mut world.bodies[body];
-        let falls = hips.gravity_scale();
+        let gravity_scale = hips.gravity_scale();
         hips.set_body_type(RigidBodyType::Dynamic, true);
         hips.set_additional_mass_properties(PARTS[0].mass(model), true);
         hips.set_angular_damping(SPIN_DAMPING_PER_S);
         hips.recompute_mass_properties_from_colliders(&world.colliders);
         hips.set_linvel(velocity_mps, true);
         hips.set_angvel(Vec3::ZERO, true);
-        *hips.activation_mut() = resting();
+        *hips.activation_mut() = activation();
 
         let mut bodies = [body; LIMBS + 1];
         for (index, part) in PARTS.iter().enumerate().skip(1) {
@@ -243,18 +243,18 @@ impl Limbs {
                 .pose(place)
                 .additional_mass_properties(part.mass(model))
                 .angular_damping(SPIN_DAMPING_PER_S)
-                .gravity_scale(falls)
+                .gravity_scale(gravity_scale)
                 .linvel(velocity_mps);
             let collider = ColliderBuilder::new(part.shape(model))
                 .position(Pose::from_translation(part.middle_m(model)))
                 .density(0.0)
                 .friction(0.4)
                 .collision_groups(limb_groups(index, is_solid))
-                .user_data(name);
+                .user_data(user_data);
             let (limb, _) = world.insert(limb, collider);
             let PhysicsWorld { bodies: all, colliders, .. } = world;
             all[limb].recompute_mass_properties_from_colliders(colliders);
-            *all[limb].activation_mut() = resting();
+            *all[limb].activation_mut() = activation();
             world.insert_impulse_joint(bodies[part.carrier], limb, part.joint(model));
             bodies[index] = limb;
         }
@@ -269,18 +269,18 @@ impl Limbs {
                 .collision_groups(floor_groups(part));
             world.insert_collider(collider, None)
         });
-        Limbs { bodies: limbs, floors, lies_m: place.translation, lies_s: 0.0 }
+        Limbs { bodies: limbs, floors, rest_position_m: place.translation, rest_time_s: 0.0 }
     }
 
     /// Before a substep of `dt` seconds: floors follow their limbs. Who sleeps is not touched.
-    pub(super) fn stand(
+    pub(super) fn update_floors(
         &mut self,
         world: &mut PhysicsWorld,
         ground: &Ground,
         hips: RigidBodyHandle,
         dt: f32,
     ) {
-        self.calm(world, hips, dt);
+        self.update_sleep(world, hips, dt);
         for (handle, floor) in std::iter::once(&hips).chain(&self.bodies).zip(self.floors) {
             let body = &world.bodies[*handle];
             if body.is_sleeping() {
@@ -289,42 +289,43 @@ impl Limbs {
             let at = body.center_of_mass();
             let hit = ground.below(at.x, at.y, at.z + 0.3);
             let now = *world.colliders[floor].position();
-            let wanted = floor_pose(at.x, at.y, &hit);
+            let target = floor_pose(at.x, at.y, &hit);
             // To move a floor is to wake who lies on it.
-            let is_other = (now.rotation * Vec3::Z).distance(hit.normal) > 1e-3
-                || (wanted.translation - now.translation).dot(hit.normal).abs() > 1e-3;
-            let away = (wanted.translation - now.translation).truncate().length();
-            if is_other || away > FLOOR_REACH_M {
-                world.colliders[floor].set_position(wanted);
+            let tilt_or_height_changed = (now.rotation * Vec3::Z).distance(hit.normal) > 1e-3
+                || (target.translation - now.translation).dot(hit.normal).abs() > 1e-3;
+            let away = (target.translation - now.translation).truncate().length();
+            if tilt_or_height_changed || away > FLOOR_REACH_M {
+                world.colliders[floor].set_position(target);
             }
         }
     }
 
     /// Limbs that lie in each other's way may twitch for long: who has lain for a while may sleep
     /// in spite of it.
-    fn calm(&mut self, world: &mut PhysicsWorld, hips: RigidBodyHandle, dt: f32) {
+    fn update_sleep(&mut self, world: &mut PhysicsWorld, hips: RigidBodyHandle, dt: f32) {
         let body = &world.bodies[hips];
         if body.is_sleeping() {
             return;
         }
-        let is_calm = |limbs: &Limbs| limbs.lies_s > CALM_AFTER_S;
-        let was_calm = is_calm(self);
+        let may_sleep = |limbs: &Limbs| limbs.rest_time_s > SLEEP_AFTER_S;
+        let could_sleep = may_sleep(self);
         let at = body.center_of_mass();
-        if at.distance(self.lies_m) < NEAR_M {
-            self.lies_s += dt;
+        if at.distance(self.rest_position_m) < REST_RADIUS_M {
+            self.rest_time_s += dt;
         } else {
-            (self.lies_m, self.lies_s) = (at, 0.0);
+            (self.rest_position_m, self.rest_time_s) = (at, 0.0);
         }
-        if is_calm(self) != was_calm {
-            let patience_s = if is_calm(self) { 0.0 } else { resting().time_until_sleep };
+        if may_sleep(self) != could_sleep {
+            let time_until_sleep_s =
+                if may_sleep(self) { 0.0 } else { activation().time_until_sleep };
             for handle in std::iter::once(hips).chain(self.bodies) {
-                world.bodies[handle].activation_mut().time_until_sleep = patience_s;
+                world.bodies[handle].activation_mut().time_until_sleep = time_until_sleep_s;
             }
         }
     }
 
     /// Whether they run into others.
-    pub(super) fn set_solid(&self, world: &mut PhysicsWorld, hips: RigidBodyHandle, on: bool) {
+    pub(super) fn set_collisions(&self, world: &mut PhysicsWorld, hips: RigidBodyHandle, on: bool) {
         for (part, handle) in std::iter::once(&hips).chain(&self.bodies).enumerate() {
             for collider in world.bodies[*handle].colliders().to_vec() {
                 world.colliders[collider].set_collision_groups(limb_groups(part, on));
@@ -333,7 +334,11 @@ impl Limbs {
     }
 
     /// How each is turned against what carries it.
-    pub(super) fn turns(&self, world: &PhysicsWorld, hips: RigidBodyHandle) -> [Quat; LIMBS] {
+    pub(super) fn joint_rotations(
+        &self,
+        world: &PhysicsWorld,
+        hips: RigidBodyHandle,
+    ) -> [Quat; LIMBS] {
         let turn = |part: usize| {
             let handle = if part == 0 { hips } else { self.bodies[part - 1] };
             *world.bodies[handle].rotation()
@@ -342,7 +347,7 @@ impl Limbs {
     }
 
     /// Puts all of them where the hips are put, held as they are, at rest.
-    pub(super) fn follow(&self, world: &mut PhysicsWorld, from: &Pose, to: &Pose) {
+    pub(super) fn teleport(&self, world: &mut PhysicsWorld, from: &Pose, to: &Pose) {
         let moved = *to * from.inverse();
         for handle in self.bodies {
             let body = &mut world.bodies[handle];

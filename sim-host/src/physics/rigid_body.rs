@@ -4,7 +4,7 @@ use glam::{Mat3, Quat, Vec3};
 use protocol::{Pose as BusPose, parts};
 use rapier3d::prelude::{Pose, RigidBody};
 
-use super::motion::{ApplyForce, Motion};
+use super::motion::{Motion, Twist, Wrench};
 
 /// Velocity of the body's origin: rapier speaks of the centre of mass.
 pub(super) fn origin_mps(body: &RigidBody) -> Vec3 {
@@ -22,22 +22,22 @@ pub(super) fn motion_of(body: &RigidBody, gravity_mps2: f32) -> Motion {
 }
 
 /// Rapier keeps forces until told otherwise, so the last substep's are cleared.
-pub(super) fn apply(body: &mut RigidBody, push: &ApplyForce) {
+pub(super) fn apply(body: &mut RigidBody, wrench: &Wrench) {
     body.reset_forces(false);
     body.reset_torques(false);
-    body.add_force(push.force_n, true);
-    body.add_torque(push.torque_nm, true);
+    body.add_force(wrench.force_n, true);
+    body.add_torque(wrench.torque_nm, true);
 }
 
 /// Moves a kinematic body on by its set velocity.
-pub(super) fn glide(body: &mut RigidBody, (velocity, spin): (Vec3, Vec3), dt: f32) {
-    let turn = Quat::from_scaled_axis(spin * dt) * *body.rotation();
-    let place = body.translation() + velocity * dt;
+pub(super) fn integrate_kinematic(body: &mut RigidBody, velocity: Twist, dt: f32) {
+    let turn = Quat::from_scaled_axis(velocity.angular_radps * dt) * *body.rotation();
+    let place = body.translation() + velocity.linear_mps * dt;
     body.set_next_kinematic_position(Pose::from_parts(place, turn.normalize()));
 }
 
 /// The velocity of a body's origin as it is published.
-pub(super) fn shown_mps(body: &RigidBody) -> Vec3 {
+pub(super) fn published_velocity_mps(body: &RigidBody) -> Vec3 {
     Vec3::from_array(origin_mps(body).to_array().map(|v| rounded(v, parts::MOTION)))
 }
 

@@ -8,13 +8,14 @@ use rapier3d::prelude::{ColliderHandle, PhysicsWorld, RigidBodyHandle};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    actor::{Actor, Kind},
+    actor::{Actor, Kind, Teleport},
+    actor_list::ActorList,
     collision::Pair,
     digest::digest,
     error::PhysicsError,
     model::VehicleModel,
+    motion::{Twist, Wrench},
     prop::Prop,
-    rest::Actors,
     tuning,
     vehicle::{Prepared, Vehicle, VehicleState},
     walker::Walker,
@@ -30,12 +31,12 @@ struct SavedActor {
     body: RigidBodyHandle,
     collider: ColliderHandle,
     kinematic: bool,
-    glide: (Vec3, Vec3),
+    kinematic_velocity: Twist,
     acceleration_mps2: Vec3,
-    is_weightless: bool,
-    is_ghost: bool,
-    pushed: (Vec3, Vec3),
-    teleported: (bool, bool),
+    gravity_disabled: bool,
+    collisions_disabled: bool,
+    external_force: Wrench,
+    teleport: Teleport,
     kind: SavedKind,
 }
 
@@ -82,12 +83,12 @@ impl Physics {
                 body: actor.body,
                 collider: actor.collider,
                 kinematic: actor.kinematic,
-                glide: actor.glide,
+                kinematic_velocity: actor.kinematic_velocity,
                 acceleration_mps2: actor.acceleration_mps2,
-                is_weightless: actor.is_weightless,
-                is_ghost: actor.is_ghost,
-                pushed: actor.pushed,
-                teleported: actor.teleported,
+                gravity_disabled: actor.gravity_disabled,
+                collisions_disabled: actor.collisions_disabled,
+                external_force: actor.external_force,
+                teleport: actor.teleport,
                 kind,
             });
         }
@@ -144,18 +145,18 @@ impl Physics {
                 collider: saved.collider,
                 kinematic: saved.kinematic,
                 kind,
-                glide: saved.glide,
+                kinematic_velocity: saved.kinematic_velocity,
                 acceleration_mps2: saved.acceleration_mps2,
-                is_weightless: saved.is_weightless,
-                is_ghost: saved.is_ghost,
-                pushed: saved.pushed,
-                teleported: saved.teleported,
+                gravity_disabled: saved.gravity_disabled,
+                collisions_disabled: saved.collisions_disabled,
+                external_force: saved.external_force,
+                teleport: saved.teleport,
             });
         }
         self.world = world;
-        self.look_at_statics();
-        self.actors = Actors::new(actors);
-        self.stirred.clear();
+        self.refresh_statics();
+        self.actors = ActorList::new(actors);
+        self.active.clear();
         self.touching = rest.touching;
         self.grip = rest.grip;
         self.collisions.clear();

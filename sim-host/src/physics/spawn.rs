@@ -9,11 +9,12 @@ use rapier3d::prelude::{
 };
 
 use super::{
-    actor::{Actor, Kind},
+    actor::{Actor, Kind, Teleport},
     collision_groups::SOLID,
     error::PhysicsError,
     limits::check_pose,
     model::VehicleModel,
+    motion::{Twist, Wrench},
     prop::{Prop, PropModel},
     rigid_body::body_pose,
     vehicle::{Prepared, Vehicle},
@@ -147,12 +148,12 @@ impl Physics {
             collider,
             kinematic,
             kind,
-            glide: (Vec3::ZERO, Vec3::ZERO),
+            kinematic_velocity: Twist::ZERO,
             acceleration_mps2: Vec3::ZERO,
-            is_weightless: false,
-            is_ghost: false,
-            pushed: (Vec3::ZERO, Vec3::ZERO),
-            teleported: (false, false),
+            gravity_disabled: false,
+            collisions_disabled: false,
+            external_force: Wrench::default(),
+            teleport: Teleport::default(),
         };
         self.actors.insert(actor);
         Ok(())

@@ -29,39 +29,39 @@ impl StaticBox {
 }
 
 /// The boxes that never move, sorted in a tree.
-pub(super) struct Statics {
+pub(super) struct StaticBoxes {
     boxes: Vec<(Pose, Cuboid)>,
     tree: Bvh,
-    is_there: Vec<bool>,
+    enabled: Vec<bool>,
 }
 
-impl Statics {
-    pub(super) fn new(boxes: &[StaticBox]) -> Statics {
+impl StaticBoxes {
+    pub(super) fn new(boxes: &[StaticBox]) -> StaticBoxes {
         let boxes: Vec<_> =
             boxes.iter().map(|b| (b.pose(), Cuboid::new(b.half_extents_m))).collect();
         let bounds: Vec<Aabb> = boxes.iter().map(|(pose, shape)| shape.aabb(pose)).collect();
-        let is_there = vec![true; boxes.len()];
-        Statics { boxes, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds), is_there }
+        let enabled = vec![true; boxes.len()];
+        StaticBoxes { boxes, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds), enabled }
     }
 
     /// Says whether that is news.
-    pub(super) fn set(&mut self, index: usize, is_there: bool) -> bool {
-        std::mem::replace(&mut self.is_there[index], is_there) != is_there
+    pub(super) fn set_enabled(&mut self, index: usize, enabled: bool) -> bool {
+        std::mem::replace(&mut self.enabled[index], enabled) != enabled
     }
 
     /// A box that the shape touches: the one with the lowest index.
     pub(super) fn touching(&self, pose: &Pose, shape: &dyn Shape) -> Option<usize> {
         let bounds = shape.compute_aabb(pose);
         let near = self.tree.intersect_aabb(&bounds).map(|leaf| leaf as usize);
-        near.filter(|&i| self.is_there[i] && touch(pose, shape, &self.boxes[i].0, &self.boxes[i].1))
+        near.filter(|&i| self.enabled[i] && touch(pose, shape, &self.boxes[i].0, &self.boxes[i].1))
             .min()
     }
 
     /// Those that a shape may touch on its way from one pose to another, by index.
-    pub(super) fn between(&self, shape: &dyn Shape, from: &Pose, to: &Pose) -> Vec<usize> {
+    pub(super) fn near_sweep(&self, shape: &dyn Shape, from: &Pose, to: &Pose) -> Vec<usize> {
         let bounds = shape.compute_swept_aabb(from, to);
         let near = self.tree.intersect_aabb(&bounds).map(|leaf| leaf as usize);
-        let mut near: Vec<usize> = near.filter(|&i| self.is_there[i]).collect();
+        let mut near: Vec<usize> = near.filter(|&i| self.enabled[i]).collect();
         near.sort_unstable();
         near
     }

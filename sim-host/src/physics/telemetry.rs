@@ -4,8 +4,8 @@ use glam::Vec3;
 use protocol::{VehicleTelemetry, WheelTelemetry};
 
 use super::{
-    aerodynamics::air,
-    motion::{ApplyForce, Motion},
+    aerodynamics::add_aerodynamic_forces,
+    motion::{Motion, Wrench},
     vehicle::Vehicle,
 };
 
@@ -14,24 +14,24 @@ const SLIP_BELOW_MPS: f32 = 0.5;
 
 impl Vehicle {
     pub(super) fn telemetry(&self, motion: &Motion) -> VehicleTelemetry {
-        let mut push = ApplyForce::default();
-        air(&self.prepared.model, motion, &mut push);
+        let mut wrench = Wrench::default();
+        add_aerodynamic_forces(&self.prepared.model, motion, &mut wrench);
         let pedals = self.state.control;
         let speed = motion.velocity_mps.length().max(1e-6);
         VehicleTelemetry {
             wheels: self.own.wheels.len() as u32,
-            gear: self.state.drivetrain.shown_gear(),
+            gear: self.state.drivetrain.reported_gear(),
             speed_mps: motion.velocity_mps.dot(motion.axes.x_axis),
             steer: pedals.steer,
             throttle: pedals.throttle,
             brake: pedals.brake,
             engine_rpm: self.state.drivetrain.rpm(),
-            drag_n: -push.force_n.dot(motion.velocity_mps / speed),
+            drag_n: -wrench.force_n.dot(motion.velocity_mps / speed),
         }
     }
 
     /// Mean speed of the rims of all wheels, forwards.
-    pub(super) fn rim_mps(&self) -> Option<f32> {
+    pub(super) fn wheel_speed_mps(&self) -> Option<f32> {
         let wheels = &self.prepared.model.wheels;
         let rims = self.prepared.order.iter().enumerate().map(|(place, index)| {
             let bank = self.state.banks.get(place / 4);

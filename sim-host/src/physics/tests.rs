@@ -55,7 +55,7 @@ impl Lone {
 
     pub(super) fn state(&self) -> ActorState {
         let mut state = ActorState { actor_id: ActorId(1), ..ActorState::default() };
-        assert!(self.physics.fill(&mut state));
+        assert!(self.physics.write_state(&mut state));
         state
     }
 

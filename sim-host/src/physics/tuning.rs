@@ -13,7 +13,7 @@ use super::{
 };
 
 /// What a client reads of a model that nobody changed.
-pub(super) fn told(model: &VehicleModel) -> VehiclePhysics {
+pub(super) fn physics_of(model: &VehicleModel) -> VehiclePhysics {
     let engine = &model.engine;
     let gearbox = &model.gearbox;
     let gears: Vec<Gear> = gearbox
@@ -70,7 +70,7 @@ pub(super) fn told(model: &VehicleModel) -> VehiclePhysics {
 }
 
 /// The model that a client's numbers make of a blueprint's own.
-pub(super) fn tuned(own: &VehicleModel, by: &VehiclePhysics) -> VehicleModel {
+pub(super) fn tuned_model(own: &VehicleModel, by: &VehiclePhysics) -> VehicleModel {
     let mut model = own.clone();
     let heavier = by.body.mass_kg / own.mass_kg;
     model.mass_kg = by.body.mass_kg;

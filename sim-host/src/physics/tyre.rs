@@ -105,7 +105,7 @@ pub(super) struct Tyres {
 ///
 /// Along, the force is `held_n + slope_nspm * (rim speed − ground speed)`, so that the wheel's spin
 /// can be found together with it.
-pub(super) struct Answer {
+pub(super) struct TyreForces {
     pub held_n: Lanes,
     pub slope_nspm: Lanes,
     pub across_n: Lanes,
@@ -116,17 +116,17 @@ pub(super) struct Answer {
 
 /// The contact patches' deflection: what tyres remember.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Patches {
+pub(super) struct PatchDeflection {
     pub along_m: Lanes,
     pub across_m: Lanes,
 }
 
 /// How the wheels move over ground: forwards, to the left, and their rims backwards at the ground.
 #[derive(Clone, Copy)]
-pub(super) struct Sliding {
+pub(super) struct ContactVelocity {
     pub along_mps: Lanes,
     pub across_mps: Lanes,
-    pub rim_mps: Lanes,
+    pub wheel_speed_mps: Lanes,
     /// Radians by which the wheels lean to the right.
     pub camber: Lanes,
 }
@@ -158,21 +158,21 @@ impl Tyres {
     /// One sub-iteration of `dt` seconds. Moves the patches across; along they move when the new
     /// spin is known.
     #[inline]
-    pub(super) fn answer(
+    pub(super) fn forces(
         &self,
-        patches: &mut Patches,
+        deflection: &mut PatchDeflection,
         load_n: Lanes,
         friction: Lanes,
-        sliding: &Sliding,
+        velocity: &ContactVelocity,
         dt: f32,
-    ) -> Answer {
-        let Sliding { along_mps, across_mps, rim_mps, camber } = *sliding;
-        let transport = along_mps.abs().fast_max(across_mps.abs()).fast_max(rim_mps.abs());
+    ) -> TyreForces {
+        let ContactVelocity { along_mps, across_mps, wheel_speed_mps, camber } = *velocity;
+        let transport = along_mps.abs().fast_max(across_mps.abs()).fast_max(wheel_speed_mps.abs());
         let fade_x = Lanes::ONE / (transport * self.relax_x * dt + Lanes::ONE);
         let fade_y = Lanes::ONE / (transport * self.relax_y * dt + Lanes::ONE);
-        let along_m = (patches.along_m + (rim_mps - along_mps) * dt) * fade_x;
-        let across_m = (patches.across_m - across_mps * dt) * fade_y;
-        patches.across_m = across_m;
+        let along_m = (deflection.along_m + (wheel_speed_mps - along_mps) * dt) * fade_x;
+        let across_m = (deflection.across_m - across_mps * dt) * fade_y;
+        deflection.across_m = across_m;
 
         // Grip and stiffness fall alike with load, so their ratio stays.
         let (slip_x, slip_y) = (along_m * self.scale_x, across_m * self.scale_y);
@@ -190,8 +190,8 @@ impl Tyres {
         let slowness = (Lanes::ONE - transport * (1.0 / DAMPED_BELOW_MPS)).fast_max(Lanes::ZERO);
         let damper = slowness * load_n * DAMPING_SPM;
         // Along, the patch will be (old + dt · slide) · fade, with the slide yet to be found.
-        Answer {
-            held_n: spring_x * patches.along_m * fade_x,
+        TyreForces {
+            held_n: spring_x * deflection.along_m * fade_x,
             slope_nspm: spring_x * fade_x * dt + damper,
             across_n: spring_y * across_m
                 - damper * across_mps

@@ -8,16 +8,16 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     ackermann::Ackermann,
-    aerodynamics::air,
-    contact::Corners,
+    aerodynamics::add_aerodynamic_forces,
+    contact::CornerContacts,
     door_model::{DoorModel, OpenDoor},
     drivetrain::{Demand, Drivetrain},
     ground::CachedTriangle,
     model::{GRAVITY_MPS2, VehicleModel, WheelModel},
-    motion::{ApplyForce, Motion},
+    motion::{Motion, Wrench},
     pedals::Pedals,
-    tuning::tuned,
-    wheels::{Bank, BankState, Braking, Footing, Surface, banks, order},
+    tuning::tuned_model,
+    wheels::{Braking, Surface, WheelBank, WheelBankState, WheelContacts, banks, lane_order},
 };
 
 /// The longest sub-iteration.
@@ -31,7 +31,7 @@ const BANKS_MAX: usize = 2;
 #[derive(Debug)]
 pub(super) struct Prepared {
     pub model: Arc<VehicleModel>,
-    banks: Vec<Bank>,
+    banks: Vec<WheelBank>,
     /// Which wheel is in each of their lanes.
     pub order: Vec<usize>,
     /// From the line about which the vehicle turns to the foremost axle.
@@ -51,7 +51,7 @@ impl Prepared {
             0 => xs().fold(f32::INFINITY, f32::min),
             n => fixed.iter().sum::<f32>() / n as f32,
         };
-        let (banks, order) = (banks(&model, rear_x_m), order(&model));
+        let (banks, order) = (banks(&model, rear_x_m), lane_order(&model));
         Prepared { banks, order, wheelbase_m: (front - rear_x_m).max(0.3), rear_x_m, model }
     }
 }
@@ -71,7 +71,7 @@ impl Prepared {
 /// All of a vehicle's state beyond its body's pose and velocity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct VehicleState {
-    pub banks: Vec<BankState>,
+    pub banks: Vec<WheelBankState>,
     pub drivetrain: Drivetrain,
     /// In the middle of the front axle, positive to the left.
     pub steer_rad: f32,
@@ -106,12 +106,12 @@ impl Vehicle {
 
     /// Is built otherwise from now on, and drives on.
     pub(super) fn tune(&mut self, physics: &VehiclePhysics) {
-        self.prepared = Arc::new(Prepared::new(Arc::new(tuned(&self.own, physics))));
+        self.prepared = Arc::new(Prepared::new(Arc::new(tuned_model(&self.own, physics))));
         self.tuning = Some(Box::new(physics.clone()));
     }
 
     /// Forgets all motion, keeps the pedals and the doors.
-    pub(super) fn rest(&mut self) {
+    pub(super) fn reset_motion(&mut self) {
         let VehicleState { control, ackermann, doors, .. } = &mut self.state;
         let (control, ackermann, doors) = (*control, ackermann.take(), std::mem::take(doors));
         let at_rest = VehicleState::at_rest(&self.prepared);
@@ -119,9 +119,9 @@ impl Vehicle {
     }
 
     /// Sets the wheels rolling as the body moves, so that a set velocity does not make them slide.
-    pub(super) fn roll_at(&mut self, forward_mps: f32) {
+    pub(super) fn roll_without_slip(&mut self, forward_mps: f32) {
         for (bank, state) in self.prepared.banks.iter().zip(&mut self.state.banks) {
-            bank.roll_at(state, forward_mps);
+            bank.roll_without_slip(state, forward_mps);
         }
     }
 
@@ -141,9 +141,9 @@ impl Vehicle {
         &mut self,
         surface: &Surface,
         start: &Motion,
-        outside: &ApplyForce,
+        external: &Wrench,
         dt: f32,
-    ) -> ApplyForce {
+    ) -> Wrench {
         let Vehicle { prepared, state, cached_ground, .. } = self;
         let model = &*prepared.model;
         let forward_mps = start.velocity_mps.dot(start.axes.x_axis);
@@ -159,25 +159,25 @@ impl Vehicle {
         state.drivetrain.shift(model, demand, driven_radps, forward_mps, dt);
 
         let curvature = state.steer_rad.tan() / prepared.wheelbase_m;
-        let mut footings = [Footing::default(); BANKS_MAX];
+        let mut contacts = [WheelContacts::default(); BANKS_MAX];
         let mut carried = start.axes.z_axis.z > CARRY_UP_MIN;
         let mut pressed = false;
         for (index, bank) in prepared.banks.iter().enumerate() {
             let state = &mut state.banks[index];
             if start.axes.z_axis.z > CARRY_UP_MIN {
                 let holds = &mut cached_ground[index];
-                footings[index] = bank.footing(state, holds, surface, start, curvature, dt);
+                contacts[index] = bank.contacts(state, holds, surface, start, curvature, dt);
             }
-            carried &= bank.all_touch(&footings[index]);
+            carried &= bank.all_touch(&contacts[index]);
             pressed |= bank.is_pressed(state);
         }
         // The body itself can only meet the ground when the wheels do not hold it up.
         let upright = start.axes.z_axis.z > 0.8;
         let corners = if carried && upright && !pressed {
-            Corners::default()
+            CornerContacts::default()
         } else {
             let center_m = model.box_center_m - model.com_m;
-            Corners::look(surface.ground, start, center_m, model.box_half_m, dt)
+            CornerContacts::find(surface.ground, start, center_m, model.box_half_m, dt)
         };
 
         let iterations = (dt / ITERATION_MAX_S).ceil().max(1.0);
@@ -185,40 +185,40 @@ impl Vehicle {
         let braking =
             Braking { pedal: pedals.brake, handbrake: f32::from(u8::from(pedals.handbrake)) };
         let mut motion = *start;
-        let mut sum = ApplyForce::default();
+        let mut sum = Wrench::default();
         for _ in 0..iterations as usize {
-            let mut push = *outside;
+            let mut wrench = *external;
             let driven_radps = state.driven_radps(prepared);
             let drive = state.drivetrain.drive(model, driven_radps, step);
             for (index, bank) in prepared.banks.iter().enumerate() {
                 let wheels = &mut state.banks[index];
-                bank.advance(wheels, &footings[index], &motion, &drive, braking, step, &mut push);
+                bank.advance(wheels, &contacts[index], &motion, &drive, braking, step, &mut wrench);
             }
             let driven_radps = state.driven_radps(prepared);
-            state.drivetrain.follow(model, driven_radps);
-            corners.push(&motion, model.mass_kg, step, &mut push);
-            air(model, &motion, &mut push);
+            state.drivetrain.update_clutch(model, driven_radps);
+            corners.add_forces(&motion, model.mass_kg, step, &mut wrench);
+            add_aerodynamic_forces(model, &motion, &mut wrench);
             for door in &state.doors {
-                door.push(model.com_m, &motion, &mut push);
+                door.add_drag(model.com_m, &motion, &mut wrench);
             }
             if model.lean.is_some() {
-                lean(prepared, curvature, &motion, &mut push);
+                lean(prepared, curvature, &motion, &mut wrench);
             }
-            motion.advance(&push, model.mass_kg, model.inertia_kgm2, step);
-            sum.force_n += push.force_n;
-            sum.torque_nm += push.torque_nm;
+            motion.advance(&wrench, model.mass_kg, model.inertia_kgm2, step);
+            sum.force_n += wrench.force_n;
+            sum.torque_nm += wrench.torque_nm;
         }
         for (bank, state) in prepared.banks.iter().zip(&mut state.banks) {
-            bank.turn(state, dt);
+            bank.advance_angles(state, dt);
         }
-        ApplyForce { force_n: sum.force_n / iterations, torque_nm: sum.torque_nm / iterations }
+        Wrench { force_n: sum.force_n / iterations, torque_nm: sum.torque_nm / iterations }
     }
 }
 
 impl VehicleState {
     fn at_rest(prepared: &Prepared) -> VehicleState {
         VehicleState {
-            banks: vec![Bank::at_rest(); prepared.banks.len()],
+            banks: vec![WheelBank::at_rest(); prepared.banks.len()],
             drivetrain: Drivetrain::new(&prepared.model),
             steer_rad: 0.0,
             control: Pedals::default(),
@@ -250,7 +250,7 @@ impl VehicleState {
 
 /// The rider's balance: a torque about the length axis towards the lean that the curve asks for.
 /// Who has fallen over is picked up by the same torque.
-fn lean(prepared: &Prepared, curvature_per_m: f32, motion: &Motion, push: &mut ApplyForce) {
+fn lean(prepared: &Prepared, curvature_per_m: f32, motion: &Motion, wrench: &mut Wrench) {
     let model = &prepared.model;
     let Some(lean) = &model.lean else { return };
     let ahead = motion.axes.x_axis;
@@ -263,7 +263,7 @@ fn lean(prepared: &Prepared, curvature_per_m: f32, motion: &Motion, push: &mut A
     let omega = lean.frequency_radps;
     let inertia = model.inertia_kgm2.x + model.mass_kg * model.com_m.z * model.com_m.z;
     let torque = inertia * (omega * omega * (wanted - roll) - 2.0 * omega * rate);
-    push.torque_nm += ahead * torque;
+    wrench.torque_nm += ahead * torque;
 }
 
 /// Linear between the pairs, constant beyond them.

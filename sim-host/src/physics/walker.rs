@@ -13,7 +13,7 @@ const FALL_MAX_MPS: f32 = 50.0;
 /// How fast one leaves the ground at a jump: some 0.9 m high, as CARLA's walkers.
 const JUMP_MPS: f32 = 4.2;
 /// Who is hit faster than this falls.
-const UPSET_MPS: f32 = 2.0;
+const KNOCK_DOWN_MPS: f32 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Walker {
     pub model: WalkerModel,
@@ -42,16 +42,16 @@ impl Obstacle {
         if local.z.abs() > self.half_m.z + model.height_m / 2.0 {
             return (f32::MAX, Vec3::ZERO);
         }
-        let over = Vec2::new(local.x.abs(), local.y.abs()) - self.half_m.truncate();
-        let outside = over.max(Vec2::ZERO);
-        let gap = outside.length() + over.max_element().min(0.0) - model.radius_m;
+        let beyond = Vec2::new(local.x.abs(), local.y.abs()) - self.half_m.truncate();
+        let outside = beyond.max(Vec2::ZERO);
+        let gap = outside.length() + beyond.max_element().min(0.0) - model.radius_m;
         let sign = Vec2::new(local.x.signum(), local.y.signum());
-        let way = if outside == Vec2::ZERO {
-            if over.x > over.y { Vec2::X } else { Vec2::Y }
+        let direction = if outside == Vec2::ZERO {
+            if beyond.x > beyond.y { Vec2::X } else { Vec2::Y }
         } else {
             outside.normalize_or_zero()
         };
-        (gap, self.axes * (way * sign).extend(0.0))
+        (gap, self.axes * (direction * sign).extend(0.0))
     }
 }
 
@@ -66,27 +66,27 @@ impl Walker {
     }
 
     /// It fell, and lies.
-    pub(super) fn is_down(&self) -> bool {
+    pub(super) fn has_fallen(&self) -> bool {
         self.limbs.is_some()
     }
 
     /// Whether somebody hits it so hard within `dt` seconds that it falls.
-    pub(super) fn is_upset(&self, feet_m: Vec3, obstacles: &[Obstacle], dt: f32) -> bool {
+    pub(super) fn is_knocked_down(&self, feet_m: Vec3, obstacles: &[Obstacle], dt: f32) -> bool {
         if !self.model.is_ragdoll_on_hit {
             return false;
         }
         let own_mps = self.desired_speed_mps.extend(0.0);
         let middle_m = feet_m + self.model.middle_m();
-        obstacles.iter().any(|box_| {
-            let coming_mps = box_.velocity_mps - own_mps;
+        obstacles.iter().any(|obstacle| {
+            let coming_mps = obstacle.velocity_mps - own_mps;
             // Who is far away need not be looked at closely.
-            let near_m = box_.half_m.length() + self.model.height_m + coming_mps.length() * dt;
-            if (middle_m - box_.center_m).length_squared() > near_m * near_m {
+            let near_m = obstacle.half_m.length() + self.model.height_m + coming_mps.length() * dt;
+            if (middle_m - obstacle.center_m).length_squared() > near_m * near_m {
                 return false;
             }
-            let (gap, way) = box_.gap(middle_m, &self.model);
-            let closing_mps = coming_mps.dot(way);
-            closing_mps > UPSET_MPS && gap < closing_mps * dt + 0.08
+            let (gap, direction) = obstacle.gap(middle_m, &self.model);
+            let closing_mps = coming_mps.dot(direction);
+            closing_mps > KNOCK_DOWN_MPS && gap < closing_mps * dt + 0.08
         })
     }
 
@@ -106,9 +106,9 @@ impl Walker {
             self.yaw_rad = self.desired_speed_mps.y.atan2(self.desired_speed_mps.x);
             let stepped = feet_m + (self.desired_speed_mps * dt).extend(0.0);
             // Who stands in a box may leave it.
-            let deeper = |box_: &Obstacle| {
+            let deeper = |obstacle: &Obstacle| {
                 let [from, to] = [feet_m, stepped]
-                    .map(|feet| box_.gap(feet + self.model.middle_m(), &self.model).0);
+                    .map(|feet| obstacle.gap(feet + self.model.middle_m(), &self.model).0);
                 to < 0.0 && to < from
             };
             if !obstacles.iter().any(deeper) && free(stepped) {

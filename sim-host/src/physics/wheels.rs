@@ -11,9 +11,9 @@ use super::{
     ground::{CachedTriangle, Ground},
     lanes::{Lanes, Lanes3, neighbours, select},
     model::{VehicleModel, WheelModel},
-    motion::{ApplyForce, Motion},
+    motion::{Motion, Wrench},
     suspension::Suspensions,
-    tyre::{Patches, Sliding, Tyres},
+    tyre::{ContactVelocity, PatchDeflection, Tyres},
 };
 
 /// The ray that seeks the ground starts this far above the hub at rest.
@@ -35,7 +35,7 @@ pub(super) struct Surface<'a> {
 
 /// What does not change of up to four wheels.
 #[derive(Debug)]
-pub(super) struct Bank {
+pub(super) struct WheelBank {
     count: usize,
     present: Lanes,
     hub_in_body_m: Lanes3,
@@ -62,11 +62,11 @@ pub(super) struct Bank {
 
 /// What up to four wheels remember.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct BankState {
+pub(super) struct WheelBankState {
     pub spin_radps: Lanes,
     pub angle_rad: Lanes,
     pub load_n: Lanes,
-    patches: Patches,
+    deflection: PatchDeflection,
     pub across_n: Lanes,
     pub along_n: Lanes,
     /// Of engine and brakes together.
@@ -77,7 +77,7 @@ pub(super) struct BankState {
 
 /// Up to four wheels on their ground during one substep.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Footing {
+pub(super) struct WheelContacts {
     touching: Lanes,
     on_ground_m: Lanes3,
     normal: Lanes3,
@@ -102,13 +102,13 @@ pub(super) struct Braking {
 
 /// A vehicle's wheels in banks: each wheel beside its partner. `rear_x_m` is where the turning
 /// line lies.
-pub(super) fn banks(model: &VehicleModel, rear_x_m: f32) -> Vec<Bank> {
+pub(super) fn banks(model: &VehicleModel, rear_x_m: f32) -> Vec<WheelBank> {
     // Lone wheels may stand beside each other: their shares of an axle are 0.
-    order(model).chunks(4).map(|wheels| Bank::new(model, wheels, rear_x_m)).collect()
+    lane_order(model).chunks(4).map(|wheels| WheelBank::new(model, wheels, rear_x_m)).collect()
 }
 
 /// Which wheel is in each lane of the banks.
-pub(super) fn order(model: &VehicleModel) -> Vec<usize> {
+pub(super) fn lane_order(model: &VehicleModel) -> Vec<usize> {
     let mut order: Vec<usize> = Vec::new();
     for (index, wheel) in model.wheels.iter().enumerate() {
         if !order.contains(&index) {
@@ -119,8 +119,8 @@ pub(super) fn order(model: &VehicleModel) -> Vec<usize> {
     order
 }
 
-impl Bank {
-    fn new(model: &VehicleModel, order: &[usize], rear_x_m: f32) -> Bank {
+impl WheelBank {
+    fn new(model: &VehicleModel, order: &[usize], rear_x_m: f32) -> WheelBank {
         let wheels: [&WheelModel; 4] =
             std::array::from_fn(|lane| &model.wheels[*order.get(lane).unwrap_or(&order[0])]);
         let present: [bool; 4] = std::array::from_fn(|lane| lane < order.len());
@@ -138,7 +138,7 @@ impl Bank {
         for (lane, wheel) in wheels.iter().enumerate() {
             hub_in_body_m.set(lane, wheel.hub_m - model.com_m);
         }
-        Bank {
+        WheelBank {
             count: order.len(),
             present: Lanes::new(present.map(|p| f32::from_bits(if p { u32::MAX } else { 0 }))),
             hub_in_body_m,
@@ -161,12 +161,12 @@ impl Bank {
         }
     }
 
-    pub(super) fn at_rest() -> BankState {
-        BankState {
+    pub(super) fn at_rest() -> WheelBankState {
+        WheelBankState {
             spin_radps: Lanes::ZERO,
             angle_rad: Lanes::ZERO,
             load_n: Lanes::ZERO,
-            patches: Patches::default(),
+            deflection: PatchDeflection::default(),
             across_n: Lanes::ZERO,
             along_n: Lanes::ZERO,
             torque_nm: Lanes::ZERO,
@@ -176,37 +176,37 @@ impl Bank {
 
     /// The driven wheels' mean speed, this bank's share of it.
     #[inline]
-    pub(super) fn driven_radps(&self, state: &BankState) -> f32 {
+    pub(super) fn driven_radps(&self, state: &WheelBankState) -> f32 {
         (self.drive_share * state.spin_radps).reduce_add()
     }
 
     /// Sets the wheels rolling without slip.
-    pub(super) fn roll_at(&self, state: &mut BankState, forward_mps: f32) {
+    pub(super) fn roll_without_slip(&self, state: &mut WheelBankState, forward_mps: f32) {
         state.spin_radps =
             select(self.present, Lanes::splat(forward_mps) / self.radius_m, Lanes::ZERO);
-        state.patches = Patches::default();
+        state.deflection = PatchDeflection::default();
     }
 
     /// Whether any wheel is pressed so hard that the body may touch the ground.
-    pub(super) fn is_pressed(&self, state: &BankState) -> bool {
+    pub(super) fn is_pressed(&self, state: &WheelBankState) -> bool {
         state.load_n.simd_gt(self.suspensions.rest_n * 3.0).any()
     }
 
-    pub(super) fn all_touch(&self, footing: &Footing) -> bool {
-        (footing.touching | !self.present).all()
+    pub(super) fn all_touch(&self, contacts: &WheelContacts) -> bool {
+        (contacts.touching | !self.present).all()
     }
 
     /// Where the wheels meet the ground in the middle of the coming substep. `curvature_per_m` is
     /// that of the path which the steering asks for.
-    pub(super) fn footing(
+    pub(super) fn contacts(
         &self,
-        state: &mut BankState,
+        state: &mut WheelBankState,
         cached_ground: &mut [Option<CachedTriangle>; 4],
         surface: &Surface,
         start: &Motion,
         curvature_per_m: f32,
         dt: f32,
-    ) -> Footing {
+    ) -> WheelContacts {
         let axes = &start.axes;
         let up = Lanes3::splat(axes.z_axis);
         // Ackermann: all wheels turn about one point on the line of the rear axle.
@@ -247,7 +247,16 @@ impl Bank {
         let touching = gap.simd_lt(reach) & self.present;
         state.ground_m = select(touching, on_ground_m.z, Lanes::splat(f32::NEG_INFINITY));
         let friction = friction * self.grip * surface.grip;
-        Footing { touching, on_ground_m, normal, friction, foot_m, camber, heading_x, heading_y }
+        WheelContacts {
+            touching,
+            on_ground_m,
+            normal,
+            friction,
+            foot_m,
+            camber,
+            heading_x,
+            heading_y,
+        }
     }
 
     /// One sub-iteration: loads, tyre forces, spins.
@@ -255,61 +264,62 @@ impl Bank {
     #[expect(clippy::too_many_arguments, reason = "all that acts on a wheel, nothing twice")]
     pub(super) fn advance(
         &self,
-        state: &mut BankState,
-        footing: &Footing,
+        state: &mut WheelBankState,
+        contacts: &WheelContacts,
         motion: &Motion,
         drive: &Drive,
         braking: Braking,
         dt: f32,
-        push: &mut ApplyForce,
+        wrench: &mut Wrench,
     ) {
         let axes = &motion.axes;
         let up = Lanes3::splat(axes.z_axis);
-        let normal = footing.normal;
+        let normal = contacts.normal;
         let hub = self.hub_in_body_m.turned(axes);
         let velocity = Lanes3::splat(motion.velocity_mps);
         let spin = Lanes3::splat(motion.spin_radps);
 
         // How far each wheel is up in the body, and how fast it gets there.
         let upright = Lanes::ONE / normal.dot(up).fast_max(Lanes::splat(0.2));
-        let foot = hub + footing.foot_m;
-        let depth = (footing.on_ground_m - Lanes3::splat(motion.com_m) - foot).dot(normal);
+        let foot = hub + contacts.foot_m;
+        let depth = (contacts.on_ground_m - Lanes3::splat(motion.com_m) - foot).dot(normal);
         let droop = self.suspensions.droop_m;
         let raised = (depth * upright).fast_max(droop).fast_min(Lanes::splat(RAISED_MAX_M));
-        let raised = select(footing.touching, raised, droop);
+        let raised = select(contacts.touching, raised, droop);
         let hub_mps = velocity + spin.cross(hub);
         let rate = -(hub_mps.dot(normal) * upright);
         let shifted = self.anti_roll_npm * (raised - neighbours(raised))
             - self.link_share * (state.across_n + neighbours(state.across_n));
         let load = self.suspensions.load_n(raised, rate, shifted);
-        let load = select(footing.touching, load, Lanes::ZERO);
+        let load = select(contacts.touching, load, Lanes::ZERO);
         state.load_n = load;
 
         // The plane's axes: along the wheel's heading, and to its left.
-        let heading = Lanes3::splat(axes.x_axis) * footing.heading_x
-            + Lanes3::splat(axes.y_axis) * footing.heading_y;
+        let heading = Lanes3::splat(axes.x_axis) * contacts.heading_x
+            + Lanes3::splat(axes.y_axis) * contacts.heading_y;
         let left = normal.cross(heading);
         let left = left * (Lanes::ONE / left.dot(left).fast_max(Lanes::splat(1e-6)).sqrt());
         let along = left.cross(normal);
         let foot = foot + up * raised;
         let foot_mps = velocity + spin.cross(foot);
         let along_mps = foot_mps.dot(along);
-        let sliding = Sliding {
+        let velocity = ContactVelocity {
             along_mps,
             across_mps: foot_mps.dot(left),
-            rim_mps: state.spin_radps * self.radius_m,
-            camber: footing.camber + self.camber_radpm * raised,
+            wheel_speed_mps: state.spin_radps * self.radius_m,
+            camber: contacts.camber + self.camber_radpm * raised,
         };
-        let answer = self.tyres.answer(&mut state.patches, load, footing.friction, &sliding, dt);
+        let forces =
+            self.tyres.forces(&mut state.deflection, load, contacts.friction, &velocity, dt);
 
         // The new spin and the force along depend on each other: solved together.
-        let slope = answer.slope_nspm;
-        let hold = self.drive_share * drive.hold_nmsprad;
+        let slope = forces.slope_nspm;
+        let hold = self.drive_share * drive.damping_nmsprad;
         let inertia = self.inertia_kgm2 + self.drive_share * drive.inertia_kgm2;
         let hold = hold + self.damping_nmsprad;
         let stiff = Lanes::ONE / (inertia + (hold + self.radius_m * self.radius_m * slope) * dt);
-        let pull =
-            self.drive_share * drive.push_nm - self.radius_m * (answer.held_n - slope * along_mps);
+        let pull = self.drive_share * drive.torque_nm
+            - self.radius_m * (forces.held_n - slope * along_mps);
         let free = (inertia * state.spin_radps + pull * dt) * stiff;
         let brake = self.brake_nm * braking.pedal
             + self.handbrake_nm * braking.handbrake
@@ -318,29 +328,29 @@ impl Bank {
         let stopped = free.fast_max(-most).fast_min(most);
         state.spin_radps = free - stopped;
         state.torque_nm = self.drive_share
-            * (drive.push_nm - state.spin_radps * drive.hold_nmsprad)
+            * (drive.torque_nm - state.spin_radps * drive.damping_nmsprad)
             - stopped / (dt * stiff);
         let slide = state.spin_radps * self.radius_m - along_mps;
-        state.patches.along_m = (state.patches.along_m + slide * dt) * answer.fade;
+        state.deflection.along_m = (state.deflection.along_m + slide * dt) * forces.fade;
 
-        let (force_x, force_y) = (answer.held_n + slope * slide, answer.across_n);
+        let (force_x, force_y) = (forces.held_n + slope * slide, forces.across_n);
         let length = (force_x * force_x + force_y * force_y).sqrt();
-        let cut = (answer.limit_n / length.fast_max(Lanes::splat(1e-3))).fast_min(Lanes::ONE);
+        let cut = (forces.limit_n / length.fast_max(Lanes::splat(1e-3))).fast_min(Lanes::ONE);
         let (force_x, force_y) = (force_x * cut, force_y * cut);
         state.across_n = force_y;
         state.along_n = force_x;
         let loaded = load.simd_gt(Lanes::ZERO);
-        state.patches.along_m = select(loaded, state.patches.along_m, Lanes::ZERO);
-        state.patches.across_m = select(loaded, state.patches.across_m, Lanes::ZERO);
+        state.deflection.along_m = select(loaded, state.deflection.along_m, Lanes::ZERO);
+        state.deflection.across_m = select(loaded, state.deflection.across_m, Lanes::ZERO);
 
         let force = normal * load + along * force_x + left * force_y;
-        push.force_n += force.sum();
-        push.torque_nm += foot.cross(force).sum();
+        wrench.force_n += force.sum();
+        wrench.torque_nm += foot.cross(force).sum();
     }
 
     /// Once per substep: how far the wheels have turned.
-    pub(super) fn turn(&self, state: &mut BankState, dt: f32) {
-        let turns = (state.angle_rad + state.spin_radps * dt) * (1.0 / std::f32::consts::TAU);
-        state.angle_rad = (turns - turns.floor()) * std::f32::consts::TAU;
+    pub(super) fn advance_angles(&self, state: &mut WheelBankState, dt: f32) {
+        let revolutions = (state.angle_rad + state.spin_radps * dt) * (1.0 / std::f32::consts::TAU);
+        state.angle_rad = (revolutions - revolutions.floor()) * std::f32::consts::TAU;
     }
 }

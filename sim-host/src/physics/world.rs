@@ -12,18 +12,18 @@ use rapier3d::prelude::{
 };
 
 use super::{
-    actor::{Actor, Kind, digest_of},
+    actor::{Actor, Kind, Teleport, digest_of},
+    actor_list::ActorList,
     collision::{Collision, Pair, Touched},
     door_model::DoorModel,
     error::PhysicsError,
     ground::Ground,
     model::GRAVITY_MPS2,
-    motion::ApplyForce,
+    motion::{Twist, Wrench},
     overlap::{shrunk, touch},
     ragdoll::Limbs,
-    rest::Actors,
-    rigid_body::{apply, glide, motion_of, shown_mps},
-    statics::{StaticBox, Statics},
+    rigid_body::{apply, integrate_kinematic, motion_of, published_velocity_mps},
+    statics::{StaticBox, StaticBoxes},
     walker::Obstacle,
     wheels::Surface,
 };
@@ -34,12 +34,12 @@ pub struct Physics {
     pub(super) ground: Arc<Ground>,
     /// Share of the dry ground's friction that wheels find.
     pub(super) grip: f32,
-    pub(super) statics: Statics,
+    pub(super) statics: StaticBoxes,
     /// Of the static boxes, in their order.
     static_colliders: Vec<ColliderHandle>,
-    pub(super) actors: Actors,
+    pub(super) actors: ActorList,
     /// Who was awake in the last step, by id: of the others nothing new is to be told.
-    pub(super) stirred: Vec<u32>,
+    pub(super) active: Vec<u32>,
     pub(super) collisions: Vec<Collision>,
     /// Who is part of one, by id.
     pub(super) colliding: Vec<u32>,
@@ -70,10 +70,10 @@ impl Physics {
             world,
             ground,
             grip: 1.0,
-            statics: Statics::new(boxes),
+            statics: StaticBoxes::new(boxes),
             static_colliders,
-            actors: Actors::default(),
-            stirred: Vec::new(),
+            actors: ActorList::default(),
+            active: Vec::new(),
             collisions: Vec::new(),
             colliding: Vec::new(),
             touching: BTreeSet::new(),
@@ -91,19 +91,19 @@ impl Physics {
     }
 
     /// Takes a static box out of the world, or puts it back.
-    pub fn set_static(&mut self, index: usize, is_there: bool) {
+    pub fn set_static(&mut self, index: usize, enabled: bool) {
         // To touch a collider is to wake those round it.
-        if !self.statics.set(index, is_there) {
+        if !self.statics.set_enabled(index, enabled) {
             return;
         }
-        self.world.colliders[self.static_colliders[index]].set_enabled(is_there);
+        self.world.colliders[self.static_colliders[index]].set_enabled(enabled);
     }
 
     /// After the colliders came from elsewhere: who is there.
-    pub(super) fn look_at_statics(&mut self) {
+    pub(super) fn refresh_statics(&mut self) {
         for (index, handle) in self.static_colliders.iter().enumerate() {
-            let is_there = self.world.colliders.get(*handle).is_some_and(|one| one.is_enabled());
-            self.statics.set(index, is_there);
+            let enabled = self.world.colliders.get(*handle).is_some_and(|one| one.is_enabled());
+            self.statics.set_enabled(index, enabled);
         }
     }
 
@@ -123,8 +123,8 @@ impl Physics {
     }
 
     /// Whose state the last step may have changed, by id.
-    pub fn stirred(&self) -> &[u32] {
-        &self.stirred
+    pub fn active(&self) -> &[u32] {
+        &self.active
     }
 
     /// Who touched whom during the last frame, sorted by actor, then other, static boxes last.
@@ -135,16 +135,16 @@ impl Physics {
     /// Advances by one frame of `delta_nanos`, in the fewest equal substeps that are no longer than
     /// `substep_max_nanos`.
     pub fn step(&mut self, delta_nanos: u64, substep_max_nanos: u64) {
-        self.step_seen(delta_nanos, substep_max_nanos, |_, _| {});
+        self.step_observed(delta_nanos, substep_max_nanos, |_, _| {});
     }
 
     /// The same for one who looks: before the first substep with 0, and after each with its
     /// length in seconds.
-    pub fn step_seen(
+    pub fn step_observed(
         &mut self,
         delta_nanos: u64,
         substep_max_nanos: u64,
-        mut see: impl FnMut(&Physics, f32),
+        mut observe: impl FnMut(&Physics, f32),
     ) {
         if delta_nanos == 0 {
             return;
@@ -153,27 +153,28 @@ impl Physics {
         let dt = (delta_nanos as f64 * 1e-9 / count as f64) as f32;
         self.world.integration_parameters.dt = dt;
 
-        let before: Vec<Vec3> = self.actors.awake().map(|a| shown_mps(self.body(a))).collect();
+        let before: Vec<Vec3> =
+            self.actors.awake().map(|a| published_velocity_mps(self.body(a))).collect();
         let mut impulses = BTreeMap::new();
         let mut touching = BTreeSet::new();
         // Where nobody is, nothing moves.
         let steps = if self.actors.is_empty() { 0 } else { count };
-        see(self, 0.0);
+        observe(self, 0.0);
         for _ in 0..steps {
-            self.push_bodies(dt);
+            self.apply_forces(dt);
             self.world.step();
-            self.note_contacts(&mut impulses, &mut touching);
-            see(self, dt);
+            self.collect_contacts(&mut impulses, &mut touching);
+            observe(self, dt);
         }
-        self.report(impulses, touching);
+        self.report_collisions(impulses, touching);
 
         let per_second = (1e9 / delta_nanos as f64) as f32;
         let Physics { world, actors, .. } = self;
         for (actor, before) in actors.awake_mut().zip(before) {
-            let after = shown_mps(&world.bodies[actor.body]);
+            let after = published_velocity_mps(&world.bodies[actor.body]);
             actor.acceleration_mps2 = (after - before) * per_second;
-            actor.teleported = (false, actor.teleported.0);
-            actor.pushed = (Vec3::ZERO, Vec3::ZERO);
+            actor.teleport.end_step();
+            actor.external_force = Wrench::default();
         }
         // Who was run into stirs.
         for id in &self.colliding {
@@ -181,20 +182,24 @@ impl Physics {
                 self.actors.wake(index);
             }
         }
-        self.stirred.clear();
-        self.stirred.extend(self.actors.awake().map(|a| a.id));
-        self.settle();
+        self.active.clear();
+        self.active.extend(self.actors.awake().map(|a| a.id));
+        self.put_to_sleep();
     }
 
     /// Lets those rest whom nothing moves and of whom the next step would tell the same.
-    fn settle(&mut self) {
+    fn put_to_sleep(&mut self) {
         let Physics { world, actors, colliding, .. } = self;
-        actors.settle(|actor| {
+        actors.sleep_where(|actor| {
             let body = &world.bodies[actor.body];
             let is_still = actor.kinematic
-                && [actor.glide.0, actor.glide.1, actor.acceleration_mps2] == [Vec3::ZERO; 3]
+                && [
+                    actor.kinematic_velocity.linear_mps,
+                    actor.kinematic_velocity.angular_radps,
+                    actor.acceleration_mps2,
+                ] == [Vec3::ZERO; 3]
                 && [body.linvel(), body.angvel()] == [Vec3::ZERO; 2]
-                && actor.teleported == (false, false)
+                && actor.teleport == Teleport::default()
                 && colliding.binary_search(&actor.id).is_err();
             is_still.then(|| digest_of(body, actor))
         });
@@ -209,42 +214,47 @@ impl Physics {
     }
 
     /// Gives every body its force and torque for one substep, or its next place.
-    fn push_bodies(&mut self, dt: f32) {
+    fn apply_forces(&mut self, dt: f32) {
         let obstacles = self.obstacles();
         let Physics { world, ground, grip, statics, actors, .. } = self;
         let surface = Surface { ground, grip: *grip };
         for actor in actors.awake_mut() {
             if actor.kinematic {
                 // Who rests is not touched: rapier goes through all that were.
-                if actor.glide != (Vec3::ZERO, Vec3::ZERO) {
-                    glide(&mut world.bodies[actor.body], actor.glide, dt);
+                if actor.kinematic_velocity != Twist::ZERO {
+                    integrate_kinematic(
+                        &mut world.bodies[actor.body],
+                        actor.kinematic_velocity,
+                        dt,
+                    );
                 }
                 continue;
             }
-            let gravity = if actor.is_weightless { 0.0 } else { GRAVITY_MPS2 };
-            let outside = ApplyForce { force_n: actor.pushed.0, torque_nm: actor.pushed.1 };
+            let gravity = if actor.gravity_disabled { 0.0 } else { GRAVITY_MPS2 };
+            let external = actor.external_force;
             if let Kind::Walker(walker) = &mut actor.kind {
                 let model = walker.model;
                 let feet = world.bodies[actor.body].translation();
-                if !walker.is_down() && walker.is_upset(feet, &obstacles, dt) {
+                if !walker.has_fallen() && walker.is_knocked_down(feet, &obstacles, dt) {
                     let velocity = walker.desired_speed_mps.extend(walker.rise_mps.unwrap_or(0.0));
                     let own = (actor.body, actor.collider);
-                    walker.limbs = Some(Limbs::fall(world, own, &model, velocity));
+                    walker.limbs = Some(Limbs::create(world, own, &model, velocity));
                 }
                 if let Some(limbs) = &mut walker.limbs {
-                    limbs.stand(world, ground, actor.body, dt);
+                    limbs.update_floors(world, ground, actor.body, dt);
                     continue;
                 }
             }
             let body = &mut world.bodies[actor.body];
             match &mut actor.kind {
                 Kind::Vehicle(vehicle) => {
-                    let push = vehicle.substep(&surface, &motion_of(body, gravity), &outside, dt);
-                    apply(body, &push);
+                    let wrench =
+                        vehicle.substep(&surface, &motion_of(body, gravity), &external, dt);
+                    apply(body, &wrench);
                 }
                 Kind::Prop(prop) => {
-                    let push = prop.substep(ground, &motion_of(body, gravity), &outside, dt);
-                    apply(body, &push);
+                    let wrench = prop.substep(ground, &motion_of(body, gravity), &external, dt);
+                    apply(body, &wrench);
                 }
                 Kind::Walker(walker) => {
                     let model = walker.model;
@@ -263,14 +273,15 @@ impl Physics {
 
     /// What walkers go round. Nothing where nobody walks.
     fn obstacles(&self) -> Vec<Obstacle> {
-        let walks = |actor: &Actor| matches!(&actor.kind, Kind::Walker(w) if !w.is_down());
+        let walks = |actor: &Actor| matches!(&actor.kind, Kind::Walker(w) if !w.has_fallen());
         if !self.actors.awake().any(walks) {
             return Vec::new();
         }
         let mut obstacles = Vec::new();
-        for actor in self.actors.iter().filter(|actor| !actor.is_ghost) {
+        for actor in self.actors.iter().filter(|actor| !actor.collisions_disabled) {
             let body = self.body(actor);
-            let velocity_mps = if actor.kinematic { actor.glide.0 } else { body.linvel() };
+            let velocity_mps =
+                if actor.kinematic { actor.kinematic_velocity.linear_mps } else { body.linvel() };
             let mut add = |center_m: Vec3, half_m: Vec3, turn: Quat| {
                 obstacles.push(Obstacle {
                     center_m: body.position() * center_m,
@@ -304,7 +315,8 @@ impl Physics {
         but: Option<u32>,
     ) -> Option<String> {
         let shape = shrunk(shape);
-        let others = self.actors.iter().filter(|actor| !actor.is_ghost && Some(actor.id) != but);
+        let others =
+            self.actors.iter().filter(|actor| !actor.collisions_disabled && Some(actor.id) != but);
         for actor in others {
             let body = self.body(actor);
             for collider in body.colliders() {
@@ -319,7 +331,7 @@ impl Physics {
     }
 
     /// Adds one substep's contact impulses.
-    fn note_contacts(&self, impulses: &mut BTreeMap<Pair, Vec3>, touching: &mut BTreeSet<Pair>) {
+    fn collect_contacts(&self, impulses: &mut BTreeMap<Pair, Vec3>, touching: &mut BTreeSet<Pair>) {
         touching.clear();
         for pair in self.world.narrow_phase.contact_pairs() {
             if !pair.has_any_active_contact() {
@@ -351,7 +363,7 @@ impl Physics {
         }
     }
 
-    fn report(&mut self, impulses: BTreeMap<Pair, Vec3>, touching: BTreeSet<Pair>) {
+    fn report_collisions(&mut self, impulses: BTreeMap<Pair, Vec3>, touching: BTreeSet<Pair>) {
         let before = std::mem::replace(&mut self.touching, touching);
         self.collisions.clear();
         self.collisions.extend(impulses.into_iter().map(|(pair, impulse_ns)| {

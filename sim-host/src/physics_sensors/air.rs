@@ -25,14 +25,14 @@ pub(super) enum Station {
 }
 
 /// What was sent in this frame.
-pub(super) struct Sent {
+pub(super) struct Transmission {
     from: ActorId,
     antenna: Antenna,
     power_dbm: f32,
-    said: Said,
+    message: Payload,
 }
 
-enum Said {
+enum Payload {
     Cam(Box<CamReading>),
     Text([u8; TEXT_BYTES]),
 }
@@ -91,7 +91,7 @@ impl Station {
         scene: &Scene,
         world_from_sensor: &Pose,
         noise: &mut Noise,
-        air: &mut Vec<Sent>,
+        air: &mut Vec<Transmission>,
     ) {
         let (world, from) = (scene.world, scene.parent);
         let power_dbm = self.radio().transmit_power_dbm;
@@ -101,26 +101,27 @@ impl Station {
             Station::Cam(cam) => {
                 let Some(network) = scene.network else { return };
                 let carrier = world.state(from);
-                if let Some(said) = cam.speak(carrier, world_from_sensor, now_secs, network, noise)
+                if let Some(message) =
+                    cam.generate(carrier, world_from_sensor, now_secs, network, noise)
                 {
-                    let said = Said::Cam(Box::new(said));
-                    air.push(Sent { from, antenna, power_dbm, said });
+                    let message = Payload::Cam(Box::new(message));
+                    air.push(Transmission { from, antenna, power_dbm, message });
                 }
             }
             Station::Text { waiting, .. } => {
-                let texts = waiting.drain(..).map(Said::Text);
-                air.extend(texts.map(|said| Sent { from, antenna, power_dbm, said }));
+                let texts = waiting.drain(..).map(Payload::Text);
+                air.extend(texts.map(|message| Transmission { from, antenna, power_dbm, message }));
             }
         }
     }
 
     /// What it hears of it, as bytes of its own readings.
-    pub(super) fn hear(
+    pub(super) fn receive(
         &self,
         scene: &Scene,
         world_from_sensor: &Pose,
         seed: u64,
-        air: &[Sent],
+        air: &[Transmission],
         most: usize,
     ) -> Vec<u8> {
         let (world, own) = (scene.world, scene.parent);
@@ -131,8 +132,8 @@ impl Station {
         for (index, sent) in air.iter().enumerate() {
             let is_own = if own == ActorId::NONE { sent.antenna == here } else { sent.from == own };
             let is_of_kind = matches!(
-                (self, &sent.said),
-                (Station::Cam(_), Said::Cam(_)) | (Station::Text { .. }, Said::Text(_))
+                (self, &sent.message),
+                (Station::Cam(_), Payload::Cam(_)) | (Station::Text { .. }, Payload::Text(_))
             );
             let is_near = sent.antenna.at.distance(here.at) < spec.range_m;
             if is_own || !is_of_kind || !is_near || count >= most {
@@ -145,12 +146,12 @@ impl Station {
                 continue;
             }
             count += 1;
-            match &sent.said {
-                Said::Cam(said) => {
-                    let reading = CamReading { power_dbm, ..**said };
+            match &sent.message {
+                Payload::Cam(message) => {
+                    let reading = CamReading { power_dbm, ..**message };
                     bytes.extend_from_slice(bytemuck::bytes_of(&reading));
                 }
-                Said::Text(text) => {
+                Payload::Text(text) => {
                     let station_id = sent.from.0;
                     let reading = MessageReading { power_dbm, station_id, text: *text };
                     bytes.extend_from_slice(bytemuck::bytes_of(&reading));
@@ -165,12 +166,12 @@ fn received(
     world: &World,
     spec: &RadioSpec,
     (own, here): (ActorId, Antenna),
-    sent: &Sent,
+    sent: &Transmission,
     noise: &mut Noise,
 ) -> f32 {
     let there = sent.antenna;
     let span = Span { from: here.at, to: there.at, ground_m: here.ground_m.min(there.ground_m) };
-    let (is_blocked, between) = world.physics().between(here.at, there.at, [own, sent.from]);
+    let (is_blocked, between) = world.physics().line_of_sight(here.at, there.at, [own, sent.from]);
     let is_vehicle =
         |id: &ActorId| world.state(*id).is_some_and(|state| state.kind == kind::VEHICLE);
     let tops: Vec<Vec3> = between.into_iter().filter(is_vehicle).map(|id| top(world, id)).collect();

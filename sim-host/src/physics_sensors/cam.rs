@@ -30,7 +30,7 @@ const LOW_FREQUENCY_SECS: f64 = 0.5;
 /// How often a roadside unit speaks.
 const ROADSIDE_SECS: f64 = 0.5;
 /// After so many messages that nothing but time brought about, the interval is the longest again.
-const CALM_MAX: u32 = 3;
+const UNCHANGED_MAX: u32 = 3;
 
 /// A station's sending side.
 pub(super) struct Cam {
@@ -39,17 +39,17 @@ pub(super) struct Cam {
     last: Option<(f64, Vec3, Vec3, f32)>,
     last_low_secs: Option<f64>,
     interval_secs: f64,
-    calm: u32,
+    unchanged: u32,
 }
 
 impl Cam {
     pub(super) fn new(spec: CamSpec) -> Cam {
         let interval_secs = f64::from(spec.interval_max_secs);
-        Cam { spec, last: None, last_low_secs: None, interval_secs, calm: 0 }
+        Cam { spec, last: None, last_low_secs: None, interval_secs, unchanged: 0 }
     }
 
     /// What it sends in this frame, if anything.
-    pub(super) fn speak(
+    pub(super) fn generate(
         &mut self,
         carrier: Option<&ActorState>,
         world_from_sensor: &Pose,
@@ -63,7 +63,7 @@ impl Cam {
         };
         let speed = carrier.map_or(0.0, |state| state.velocity().dot(ahead));
         let is_vehicle = carrier.is_some();
-        if !self.is_time(is_vehicle, now_secs, (place, ahead, speed)) {
+        if !self.is_due(is_vehicle, now_secs, (place, ahead, speed)) {
             return None;
         }
         self.last = Some((now_secs, place, ahead, speed));
@@ -76,7 +76,7 @@ impl Cam {
     }
 
     /// The generation rules. Simulated time may have been set back by a loaded state.
-    fn is_time(&mut self, is_vehicle: bool, now_secs: f64, now: (Vec3, Vec3, f32)) -> bool {
+    fn is_due(&mut self, is_vehicle: bool, now_secs: f64, now: (Vec3, Vec3, f32)) -> bool {
         let Some((last_secs, place, ahead, speed)) = self.last else { return true };
         let past = now_secs - last_secs + 1e-6;
         if past < 0.0 {
@@ -97,14 +97,14 @@ impl Cam {
             || (now.2 - speed).abs() > SPEED_CHANGE_MPS;
         if has_changed {
             self.interval_secs = past.min(f64::from(spec.interval_max_secs));
-            self.calm = 0;
+            self.unchanged = 0;
             return true;
         }
         if past < self.interval_secs {
             return false;
         }
-        self.calm += 1;
-        if self.calm >= CALM_MAX {
+        self.unchanged += 1;
+        if self.unchanged >= UNCHANGED_MAX {
             self.interval_secs = f64::from(spec.interval_max_secs);
         }
         true
@@ -124,47 +124,47 @@ impl Cam {
         let geodesy =
             if spec.radio.flags & radio::AS_CARLA != 0 { geodesy::CARLA } else { geodesy::MAP };
         let point = locate(pose.position().as_dvec3(), network, geodesy);
-        let mut wrong = |deviation: f32, bias: f32| noise.normal(deviation) + f64::from(bias);
-        let mut said = CamReading {
+        let mut error = |deviation: f32, bias: f32| noise.normal(deviation) + f64::from(bias);
+        let mut message = CamReading {
             station_type: station::ROADSIDE_UNIT,
             generation_delta_ms: ((now_secs * 1000.0).round() as u64 % 65_536) as u32,
             latitude_deg: point.latitude_deg
-                + wrong(spec.latitude_stddev_deg, spec.latitude_bias_deg),
+                + error(spec.latitude_stddev_deg, spec.latitude_bias_deg),
             longitude_deg: point.longitude_deg
-                + wrong(spec.longitude_stddev_deg, spec.longitude_bias_deg),
-            altitude_m: point.altitude_m + wrong(spec.altitude_stddev_m, spec.altitude_bias_m),
+                + error(spec.longitude_stddev_deg, spec.longitude_bias_deg),
+            altitude_m: point.altitude_m + error(spec.altitude_stddev_m, spec.altitude_bias_m),
             ..CamReading::default()
         };
-        let Some(state) = carrier else { return said };
+        let Some(state) = carrier else { return message };
         let blueprint = &town::catalogue()[state.blueprint as usize];
         let back = pose.rotation().inverse();
         let speed = (back * state.velocity()).x;
         let turn = back * Vec3::from_array(state.angular_velocity_radps);
-        let felt = back * Vec3::from_array(state.acceleration_mps2);
-        let heading = compass(&pose) + wrong(spec.heading_stddev_rad, spec.heading_bias_rad) as f32;
-        said.station_id = state.actor_id.0;
-        said.station_type = station_of(blueprint.tag, blueprint.id);
-        said.heading_rad = heading.rem_euclid(std::f32::consts::TAU);
-        said.speed_mps = (speed + wrong(spec.speed_stddev_mps, 0.0) as f32).max(0.0);
+        let acceleration = back * Vec3::from_array(state.acceleration_mps2);
+        let heading = compass(&pose) + error(spec.heading_stddev_rad, spec.heading_bias_rad) as f32;
+        message.station_id = state.actor_id.0;
+        message.station_type = station_of(blueprint.tag, blueprint.id);
+        message.heading_rad = heading.rem_euclid(std::f32::consts::TAU);
+        message.speed_mps = (speed + error(spec.speed_stddev_mps, 0.0) as f32).max(0.0);
         // Who stands trembles a little.
-        said.drive_direction = (speed < -0.01).into();
-        said.length_m = 2.0 * blueprint.half_extents_m.x;
-        said.width_m = 2.0 * blueprint.half_extents_m.y;
-        said.acceleration_mps2 = std::array::from_fn(|axis| {
-            felt[axis] + wrong(spec.acceleration_stddev_mps2[axis], 0.0) as f32
+        message.drive_direction = (speed < -0.01).into();
+        message.length_m = 2.0 * blueprint.half_extents_m.x;
+        message.width_m = 2.0 * blueprint.half_extents_m.y;
+        message.acceleration_mps2 = std::array::from_fn(|axis| {
+            acceleration[axis] + error(spec.acceleration_stddev_mps2[axis], 0.0) as f32
         });
-        said.yaw_rate_radps =
-            turn.z + wrong(spec.yaw_rate_stddev_radps, spec.yaw_rate_bias_radps) as f32;
-        said.has_low_frequency = is_low.into();
+        message.yaw_rate_radps =
+            turn.z + error(spec.yaw_rate_stddev_radps, spec.yaw_rate_bias_radps) as f32;
+        message.has_low_frequency = is_low.into();
         if is_low {
-            said.lamps = state.lamps;
-            said.role = match said.station_type {
+            message.lamps = state.lamps;
+            message.role = match message.station_type {
                 station::BUS | station::TRAM => 1,
                 station::SPECIAL => 6,
                 _ => 0,
             };
         }
-        said
+        message
     }
 }
 
@@ -193,7 +193,7 @@ mod tests {
     /// faster by 1 m/s each second if `gains`.
     fn times(spec: CamSpec, speed: f32, gains: bool, secs: f64) -> Vec<f64> {
         let mut cam = Cam::new(spec);
-        let mut said = Vec::new();
+        let mut message = Vec::new();
         let (mut x, mut v) = (0.0, speed);
         for frame in 1..=(secs / 0.05) as u32 {
             let now = f64::from(frame) * 0.05;
@@ -201,12 +201,12 @@ mod tests {
                 v += 0.05;
             }
             x += v * 0.05;
-            if cam.is_time(true, now, (Vec3::X * x, Vec3::X, v)) {
+            if cam.is_due(true, now, (Vec3::X * x, Vec3::X, v)) {
                 cam.last = Some((now, Vec3::X * x, Vec3::X, v));
-                said.push(now);
+                message.push(now);
             }
         }
-        said
+        message
     }
 
     fn gaps(times: &[f64]) -> Vec<i64> {

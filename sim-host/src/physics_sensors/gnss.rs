@@ -25,7 +25,7 @@ impl Gnss {
     }
 
     /// The error wanders on by one frame.
-    pub(super) fn age(&mut self, delta_secs: f32, noise: &mut Noise) {
+    pub(super) fn advance(&mut self, delta_secs: f32, noise: &mut Noise) {
         let spec = &self.spec;
         let keep = if self.has_wandered && spec.wander_secs > 0.0 {
             (-f64::from(delta_secs) / f64::from(spec.wander_secs)).exp()
@@ -43,16 +43,16 @@ impl Gnss {
     pub(super) fn read(&self, place: Vec3, network: &Network, noise: &mut Noise) -> GnssReading {
         let spec = &self.spec;
         let point = locate(place.as_dvec3() + self.wander_m, network, spec.geodesy);
-        let wrong = |noise: &mut Noise, deviation: f32, bias: f32| {
+        let error = |noise: &mut Noise, deviation: f32, bias: f32| {
             noise.normal(deviation) + f64::from(bias)
         };
         GnssReading {
             latitude_deg: point.latitude_deg
-                + wrong(noise, spec.latitude_stddev_deg, spec.latitude_bias_deg),
+                + error(noise, spec.latitude_stddev_deg, spec.latitude_bias_deg),
             longitude_deg: point.longitude_deg
-                + wrong(noise, spec.longitude_stddev_deg, spec.longitude_bias_deg),
+                + error(noise, spec.longitude_stddev_deg, spec.longitude_bias_deg),
             altitude_m: point.altitude_m
-                + wrong(noise, spec.altitude_stddev_m, spec.altitude_bias_m),
+                + error(noise, spec.altitude_stddev_m, spec.altitude_bias_m),
         }
     }
 }

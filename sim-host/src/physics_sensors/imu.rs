@@ -10,7 +10,7 @@ use glam::{Quat, Vec3};
 use protocol::{ImuReading, ImuSpec, Pose};
 
 use super::noise::Noise;
-use crate::physics::Moving;
+use crate::physics::BodyMotion;
 
 /// One that is mounted.
 pub(super) struct Imu {
@@ -18,16 +18,16 @@ pub(super) struct Imu {
     /// `carrier_from_sensor`.
     mounted: Pose,
     /// Where it was after the last substep.
-    before: Option<Moment>,
-    felt: Vec3,
-    turned: Vec3,
+    before: Option<Sample>,
+    specific_force: Vec3,
+    rotation_rad: Vec3,
     over_secs: f32,
     accelerometer_bias: Vec3,
     gyroscope_bias: Vec3,
 }
 
 #[derive(Clone, Copy)]
-struct Moment {
+struct Sample {
     velocity_mps: Vec3,
     sensor_from_world: Quat,
     spin_radps: Vec3,
@@ -39,8 +39,8 @@ impl Imu {
             spec,
             mounted,
             before: None,
-            felt: Vec3::ZERO,
-            turned: Vec3::ZERO,
+            specific_force: Vec3::ZERO,
+            rotation_rad: Vec3::ZERO,
             over_secs: 0.0,
             accelerometer_bias: Vec3::ZERO,
             gyroscope_bias: Vec3::ZERO,
@@ -48,10 +48,10 @@ impl Imu {
     }
 
     /// The carrier after a substep of `dt` seconds; 0: before the first of a frame.
-    pub(super) fn feel(&mut self, carrier: &Moving, dt: f32) {
+    pub(super) fn observe(&mut self, carrier: &BodyMotion, dt: f32) {
         let turn = carrier.pose.rotation();
         let arm = turn * self.mounted.position();
-        let now = Moment {
+        let now = Sample {
             velocity_mps: carrier.velocity_mps + carrier.spin_radps.cross(arm),
             sensor_from_world: (turn * self.mounted.rotation()).inverse(),
             spin_radps: carrier.spin_radps,
@@ -60,10 +60,11 @@ impl Imu {
         let Some(before) = before.filter(|_| dt > 0.0) else { return };
         let change = (now.velocity_mps - before.velocity_mps) + Vec3::Z * self.gravity(dt);
         // Its axes turn meanwhile: half of it is felt in the old ones.
-        self.felt += 0.5 * (before.sensor_from_world * change + now.sensor_from_world * change);
-        let turned =
+        self.specific_force +=
+            0.5 * (before.sensor_from_world * change + now.sensor_from_world * change);
+        let rotation_rad =
             before.sensor_from_world * before.spin_radps + now.sensor_from_world * now.spin_radps;
-        self.turned += 0.5 * dt * turned;
+        self.rotation_rad += 0.5 * dt * rotation_rad;
         self.over_secs += dt;
     }
 
@@ -72,7 +73,7 @@ impl Imu {
     }
 
     /// The biases wander on by one frame.
-    pub(super) fn age(&mut self, delta_secs: f32, noise: &mut Noise) {
+    pub(super) fn advance(&mut self, delta_secs: f32, noise: &mut Noise) {
         let root = delta_secs.sqrt();
         for axis in 0..3 {
             self.accelerometer_bias[axis] +=
@@ -84,31 +85,31 @@ impl Imu {
     /// What it says of the time since it was read last. Who stands in the world, or is carried by
     /// one that physics does not move, feels gravity.
     pub(super) fn read(&mut self, world_from_sensor: &Pose, noise: &mut Noise) -> ImuReading {
-        let (felt, turned) = if self.over_secs > 0.0 {
-            (self.felt / self.over_secs, self.turned / self.over_secs)
+        let (specific_force, rate_radps) = if self.over_secs > 0.0 {
+            (self.specific_force / self.over_secs, self.rotation_rad / self.over_secs)
         } else {
             let up = world_from_sensor.rotation().inverse() * Vec3::Z;
             (up * self.spec.gravity_mps2, Vec3::ZERO)
         };
         let over_secs = self.over_secs;
-        (self.felt, self.turned, self.over_secs) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+        (self.specific_force, self.rotation_rad, self.over_secs) = (Vec3::ZERO, Vec3::ZERO, 0.0);
         let spec = &self.spec;
         let mut reading = ImuReading {
-            accelerometer_mps2: (felt + self.accelerometer_bias).to_array(),
-            gyroscope_radps: (turned + self.gyroscope_bias).to_array(),
+            accelerometer_mps2: (specific_force + self.accelerometer_bias).to_array(),
+            gyroscope_radps: (rate_radps + self.gyroscope_bias).to_array(),
             compass_rad: compass(world_from_sensor),
             over_secs,
         };
         let most = spec.accelerometer_max_mps2;
         for axis in 0..3 {
-            let felt = &mut reading.accelerometer_mps2[axis];
-            *felt += noise.normal(spec.accelerometer_stddev_mps2[axis]) as f32;
+            let force = &mut reading.accelerometer_mps2[axis];
+            *force += noise.normal(spec.accelerometer_stddev_mps2[axis]) as f32;
             if most > 0.0 {
-                *felt = felt.clamp(-most, most);
+                *force = force.clamp(-most, most);
             }
-            let turned = &mut reading.gyroscope_radps[axis];
-            *turned += noise.normal(spec.gyroscope_stddev_radps[axis]) as f32;
-            *turned += spec.gyroscope_bias_radps[axis];
+            let rate = &mut reading.gyroscope_radps[axis];
+            *rate += noise.normal(spec.gyroscope_stddev_radps[axis]) as f32;
+            *rate += spec.gyroscope_bias_radps[axis];
         }
         reading
     }

@@ -22,7 +22,7 @@ pub(super) struct Corners {
 
 impl Corners {
     /// The carrier's new state: what was crossed on the way there.
-    pub(super) fn cross(
+    pub(super) fn crossings(
         &mut self,
         carrier: &ActorState,
         network: &Network,
@@ -35,7 +35,7 @@ impl Corners {
         let mut crossed = Vec::new();
         for (corner, (from, to)) in before.into_iter().zip(now).enumerate() {
             if from != to && from.distance(to) < LEAP_M {
-                crossed_between(network, from, to, corner as u32, &mut crossed);
+                add_crossings(network, from, to, corner as u32, &mut crossed);
             }
         }
         crossed
@@ -61,7 +61,7 @@ struct Spot {
     beyond: i32,
 }
 
-fn crossed_between(
+fn add_crossings(
     network: &Network,
     from: DVec3,
     to: DVec3,
@@ -75,10 +75,10 @@ fn crossed_between(
         return;
     }
     let section = |lane: &Lane| (lane.road, lane.section);
-    let target = settle(network, last, to);
+    let target = spot_of(network, last, to);
     let is_same = section(lane(first)) == section(lane(last));
     // Where a section has just begun, its lanes are taken to reach back to where the corner was.
-    let start = settle(network, if is_same { first } else { last }, from);
+    let start = spot_of(network, if is_same { first } else { last }, from);
     if (start.at.lane, start.beyond) == (target.at.lane, target.beyond) {
         return;
     }
@@ -98,7 +98,7 @@ fn left_of(network: &Network, at: LanePoint, place: DVec3) -> f64 {
 }
 
 /// From a lane near a place to the lane that the place is in.
-fn settle(network: &Network, near: LanePoint, place: DVec3) -> Spot {
+fn spot_of(network: &Network, near: LanePoint, place: DVec3) -> Spot {
     let mut at = near;
     for _ in 0..LANES_MAX {
         let left = left_of(network, at, place);
@@ -138,14 +138,14 @@ fn walk(
             return false;
         }
         // Who was beyond the outermost lane comes into it over its border.
-        note(network, at, !is_left, path);
+        add_mark(network, at, !is_left, path);
     }
     for _ in 0..LANES_MAX {
         let is_there = at.lane == target.at.lane;
         if is_there && target.beyond == 0 {
             return true;
         }
-        note(network, at, is_left, path);
+        add_mark(network, at, is_left, path);
         let Some(next) = neighbour(network, at, is_left) else {
             let side = if is_left { 1 } else { -1 };
             return is_there && target.beyond == side;
@@ -160,7 +160,7 @@ fn walk(
 }
 
 /// Notes what is painted on one border of a lane.
-fn note(network: &Network, at: LanePoint, is_left: bool, path: &mut Vec<LaneInvasionReading>) {
+fn add_mark(network: &Network, at: LanePoint, is_left: bool, path: &mut Vec<LaneInvasionReading>) {
     let marks = network.marks(at);
     let Some(mark) = (if is_left { marks.left } else { marks.right }) else { return };
     if mark.kind == MarkKind::None {

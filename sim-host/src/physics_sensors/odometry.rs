@@ -4,7 +4,7 @@ use glam::Vec3;
 use protocol::{OdometryReading, OdometrySpec, Pose};
 
 use super::noise::Noise;
-use crate::physics::Moving;
+use crate::physics::BodyMotion;
 
 /// One that is mounted.
 pub(super) struct Odometry {
@@ -19,12 +19,17 @@ impl Odometry {
     }
 
     /// The wheels roll on by one frame.
-    pub(super) fn age(&mut self, carrier: Option<&Moving>, rim_mps: Option<f32>, delta_secs: f32) {
-        let rim_mps = rim_mps.unwrap_or_else(|| self.speed_mps(carrier));
-        self.distance_m += f64::from(rim_mps * (1.0 + self.spec.scale_error) * delta_secs);
+    pub(super) fn advance(
+        &mut self,
+        carrier: Option<&BodyMotion>,
+        wheel_speed_mps: Option<f32>,
+        delta_secs: f32,
+    ) {
+        let wheel_speed_mps = wheel_speed_mps.unwrap_or_else(|| self.speed_mps(carrier));
+        self.distance_m += f64::from(wheel_speed_mps * (1.0 + self.spec.scale_error) * delta_secs);
     }
 
-    fn speed_mps(&self, carrier: Option<&Moving>) -> f32 {
+    fn speed_mps(&self, carrier: Option<&BodyMotion>) -> f32 {
         let Some(carrier) = carrier else { return 0.0 };
         let turn = carrier.pose.rotation();
         let velocity =
@@ -35,8 +40,8 @@ impl Odometry {
     /// What it says.
     pub(super) fn read(
         &self,
-        carrier: Option<&Moving>,
-        rim_mps: Option<f32>,
+        carrier: Option<&BodyMotion>,
+        wheel_speed_mps: Option<f32>,
         steer_rad: f32,
         noise: &mut Noise,
     ) -> OdometryReading {
@@ -44,15 +49,15 @@ impl Odometry {
         let up = carrier.map(|c| c.pose.rotation() * self.mounted.rotation() * Vec3::Z);
         let yaw_rate = carrier.zip(up).map_or(0.0, |(c, up)| c.spin_radps.dot(up));
         OdometryReading {
-            speed_mps: self.shown(speed, noise),
-            wheel_speed_mps: self.shown(rim_mps.unwrap_or(speed), noise),
+            speed_mps: self.with_error(speed, noise),
+            wheel_speed_mps: self.with_error(wheel_speed_mps.unwrap_or(speed), noise),
             yaw_rate_radps: yaw_rate,
             steer_rad,
             distance_m: self.distance_m,
         }
     }
 
-    fn shown(&self, speed_mps: f32, noise: &mut Noise) -> f32 {
+    fn with_error(&self, speed_mps: f32, noise: &mut Noise) -> f32 {
         let spec = &self.spec;
         let wrong = speed_mps * (1.0 + spec.scale_error) + noise.normal(spec.stddev_mps) as f32;
         if spec.step_mps > 0.0 { (wrong / spec.step_mps).round() * spec.step_mps } else { wrong }

@@ -8,7 +8,7 @@ use protocol::{
 
 use super::{
     Noise, PhysicsSensor, Scene, State,
-    air::Sent,
+    air::Transmission,
     tests::{Bench, spawn},
 };
 
@@ -44,7 +44,7 @@ impl Pair {
         };
         let Bench { world, network, .. } = &self.bench;
         let scene = |parent| Scene { world, network: Some(network), parent, header: &header };
-        let mut air: Vec<Sent> = Vec::new();
+        let mut air: Vec<Transmission> = Vec::new();
         for (id, sense) in &mut self.stations {
             let State::Radio(station) = &mut sense.state else { panic!("a radio") };
             let pose = world.state(*id).unwrap().pose;

@@ -79,9 +79,9 @@ impl Bench {
         let (physics_sensors, carrier) = (&mut self.physics_sensors, self.carrier);
         self.world.step(&self.settings, |physics, dt| {
             for sense in physics_sensors.iter_mut() {
-                if let (State::Imu(imu), Some(moving)) = (&mut sense.state, physics.moving(carrier))
+                if let (State::Imu(imu), Some(moving)) = (&mut sense.state, physics.motion(carrier))
                 {
-                    imu.feel(&moving, dt);
+                    imu.observe(&moving, dt);
                 }
             }
         });
@@ -223,9 +223,9 @@ fn a_set_velocity_is_felt_by_nobody_and_a_constant_one_hardly() {
 #[test]
 fn the_compass_counts_clockwise_from_north() {
     for (yaw, compass) in [(std::f32::consts::FRAC_PI_2, 0.0), (0.0, std::f32::consts::FRAC_PI_2)] {
-        let shown = super::imu::compass(&Pose::level(Vec3::ZERO, yaw + 1e-4));
-        let off = (shown - compass + 3.0).rem_euclid(std::f32::consts::TAU) - 3.0;
-        assert!(off.abs() < 1e-3, "{shown}, not {compass}");
+        let measured = super::imu::compass(&Pose::level(Vec3::ZERO, yaw + 1e-4));
+        let off = (measured - compass + 3.0).rem_euclid(std::f32::consts::TAU) - 3.0;
+        assert!(off.abs() < 1e-3, "{measured}, not {compass}");
     }
 }
 
@@ -328,9 +328,9 @@ fn a_speedometer_shows_the_rims_and_counts_the_way() {
         bench.control(0.5, 0.0);
         let readings = bench.tick();
         last = only(&readings[0]);
-        let shown: OdometryReading = only(&readings[1]);
+        let measured: OdometryReading = only(&readings[1]);
         let told = (last.speed_mps * 1.05 / 0.5).round() * 0.5;
-        assert!((shown.speed_mps - told).abs() < 1e-4);
+        assert!((measured.speed_mps - told).abs() < 1e-4);
     }
     let state = bench.world.state(bench.carrier).unwrap();
     assert!((last.speed_mps - state.velocity().length()).abs() < 0.05 && last.speed_mps > 5.0);
@@ -401,8 +401,8 @@ mod lanes {
         let mut corners = Corners::default();
         let mut crossed = Vec::new();
         for step in 0..=100 {
-            let found =
-                corners.cross(&car(from + (to - from) * step as f32 / 100.0, yaw_rad), &network);
+            let found = corners
+                .crossings(&car(from + (to - from) * step as f32 / 100.0, yaw_rad), &network);
             crossed.extend(found.iter().map(|f: &LaneInvasionReading| {
                 (f.corner, kinds.into_iter().find(|k| *k as u32 == f.kind).unwrap())
             }));
@@ -435,18 +435,18 @@ mod lanes {
         assert_eq!(slide(-2.2, -1.3, 0.0), []);
         let network = Network::parse(ROADS).unwrap();
         let mut corners = Corners::default();
-        assert_eq!(corners.cross(&car(-1.75, 0.0), &network), []);
+        assert_eq!(corners.crossings(&car(-1.75, 0.0), &network), []);
         let put = ActorState { flags: flag::TELEPORTED, ..car(1.75, 0.0) };
-        assert_eq!(corners.cross(&put, &network), []);
-        assert_eq!(corners.cross(&car(1.75, 0.0), &network), []);
+        assert_eq!(corners.crossings(&put, &network), []);
+        assert_eq!(corners.crossings(&car(1.75, 0.0), &network), []);
     }
 
     #[test]
     fn a_crossing_says_what_is_painted_and_from_where() {
         let network = Network::parse(ROADS).unwrap();
         let mut corners = Corners::default();
-        corners.cross(&car(-1.5, 0.0), &network);
-        let found = corners.cross(&car(-0.5, 0.0), &network);
+        corners.crossings(&car(-1.5, 0.0), &network);
+        let found = corners.crossings(&car(-0.5, 0.0), &network);
         assert_eq!(found.len(), 2);
         assert_eq!(found[0].color, MarkColor::Yellow as u32);
         assert!((found[0].width_m - 0.15).abs() < 1e-6);

@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// A world that could be built, before the old one is destroyed.
-pub(super) struct Next {
+pub(super) struct PreparedEpisode {
     episode: Episode,
     world: World,
     hidden: HideLayers,
@@ -45,7 +45,7 @@ impl Shell {
         }
     }
 
-    fn prepare(&self, sim: &Sim, command: &LoadMap) -> Result<Next, String> {
+    fn prepare(&self, sim: &Sim, command: &LoadMap) -> Result<PreparedEpisode, String> {
         let now = &self.config.episode;
         let name = command.map.path().to_string_lossy();
         let mut episode = now.clone();
@@ -62,7 +62,11 @@ impl Shell {
     }
 
     /// The world of an episode as it is loaded.
-    pub(super) fn prepare_world(&self, sim: &Sim, episode: Episode) -> Result<Next, String> {
+    pub(super) fn prepare_world(
+        &self,
+        sim: &Sim,
+        episode: Episode,
+    ) -> Result<PreparedEpisode, String> {
         let now = &self.config.episode;
         let is_same = episode.seed == now.seed && episode.open_drive == now.open_drive;
         let (world, town) = if is_same {
@@ -72,17 +76,17 @@ impl Shell {
             let source = self.cache.town_source(map, open_drive, *seed);
             build_world(source.and_then(TownSource::load).map_err(|e| e.to_string())?, *seed)
         };
-        Ok(Next { episode, world, hidden: HideLayers { layers: 0, hidden: 1 }, town })
+        Ok(PreparedEpisode { episode, world, hidden: HideLayers { layers: 0, hidden: 1 }, town })
     }
 
     pub(super) fn begin_episode(
         &mut self,
         sim: &mut Sim,
         request: Request,
-        next: Next,
+        next: PreparedEpisode,
     ) -> Result<(), HostError> {
-        self.end_what_goes_on()?;
-        let Next { episode, world, hidden, town } = next;
+        self.end_recording_and_replay()?;
+        let PreparedEpisode { episode, world, hidden, town } = next;
         if let Some(town) = town {
             // Before the renderer looks for it.
             self.cache.keep_town(&episode.open_drive, episode.seed, &town);
@@ -115,7 +119,7 @@ impl Shell {
     }
 
     /// A recording is of one world; shown actors and trailing stages belong to the old one.
-    fn end_what_goes_on(&mut self) -> Result<(), HostError> {
+    fn end_recording_and_replay(&mut self) -> Result<(), HostError> {
         let frame = self.barrier.frame();
         if self.recording.is_some() {
             match self.stop_recorder() {
@@ -132,7 +136,7 @@ impl Shell {
     fn await_stages_at(&mut self, frame: Frame) -> Result<Verdict, HostError> {
         self.set_lags(|_, _| 0);
         let stages = self.roles.keys().fold(0, |mask, slot| mask | 1 << slot);
-        let patience = self.config.deadline_nanos.map(|nanos| nanos.max(START_NANOS));
-        self.await_all(frame, patience, stages)
+        let timeout = self.config.deadline_nanos.map(|nanos| nanos.max(START_NANOS));
+        self.await_all(frame, timeout, stages)
     }
 }

@@ -103,7 +103,7 @@ impl Shell {
             return;
         }
         moment.journal.extend_from_slice(journal);
-        moment.collisions.extend(sim.world().touches().map(|c| Collision {
+        moment.collisions.extend(sim.world().frame_collisions().map(|c| Collision {
             actor: c.actor,
             other: c.other,
             impulse_ns: c.impulse_ns.to_array(),

@@ -37,7 +37,7 @@ impl Shell {
         let Some(replay) = self.replay.take() else { return };
         for id in replay.into_shown() {
             if keep_actors {
-                sim.world_mut().let_go(id);
+                sim.world_mut().release(id);
             } else {
                 self.remove_shown(sim, id);
             }

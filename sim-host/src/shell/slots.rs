@@ -11,7 +11,7 @@ const DEATHS_MAX: u32 = 5;
 
 impl Shell {
     /// Deaths, joins, leavings: what every process's slot asks for.
-    pub(crate) fn look_after_slots(&mut self) -> Result<(), HostError> {
+    pub(crate) fn service_slots(&mut self) -> Result<(), HostError> {
         while let Some((slot, death)) = self.supervisor.next_death() {
             self.clean_up_dead(slot, death)?;
         }
@@ -150,12 +150,12 @@ impl Shell {
         self.supervisor.unwatch(slot);
         self.remove_bundles(self.bundles.of(self.control.slot(slot).name()));
         self.leave_barrier(slot);
-        self.give_tick_back(slot);
+        self.release_tick(slot);
         self.control.slot(slot).reserve(SlotState::Free, 0);
         Ok(())
     }
 
-    fn give_tick_back(&self, slot: usize) {
+    fn release_tick(&self, slot: usize) {
         if self.control.pass_tick(Some(slot), None) && self.settings.synchronous != 0 {
             let name = self.control.slot(slot).name();
             log::info!(
@@ -166,7 +166,7 @@ impl Shell {
     }
 
     fn clean_up_dead(&mut self, slot: usize, death: Death) -> Result<(), HostError> {
-        let Death { why, told } = death;
+        let Death { why, has_message } = death;
         let words = self.control.slot(slot);
         let (role, name) = (self.roles.get(&slot).copied(), words.name());
         words.set_state(SlotState::Dead);
@@ -179,7 +179,7 @@ impl Shell {
             self.barrier.dies(slot);
             self.control.leave_verdict_to_host();
             self.remove_bundles(self.bundles.of(name));
-            self.give_tick_back(slot);
+            self.release_tick(slot);
             log::info!("{} client {name:?} died", frame.0);
             let state = if stuck == 0 { SlotState::Free } else { SlotState::Quarantined };
             self.control.slot(slot).reserve(state, 0);
@@ -196,7 +196,7 @@ impl Shell {
         let deaths = self.deaths.entry(slot).or_default();
         *deaths = if deaths.0 == frame { (frame, deaths.1 + 1) } else { (frame, 1) };
         let deaths = deaths.1;
-        if frame == Frame(0) && told {
+        if frame == Frame(0) && has_message {
             return Err(HostError::Start { role: role.name(), why });
         }
         if !self.config.restart || deaths > DEATHS_MAX {

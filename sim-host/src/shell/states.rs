@@ -32,14 +32,14 @@ impl Shell {
     pub(super) fn save_state(&mut self, sim: &Sim, file: &FilePath) -> Result<u32, String> {
         self.receive_decided().map_err(|e| e.to_string())?;
         let path = file.path();
-        let told = |e| format!("{}: {e}", path.display());
+        let with_path = |e| format!("{}: {e}", path.display());
         if let Some(folder) = path.parent() {
-            fs::create_dir_all(folder).map_err(told)?;
+            fs::create_dir_all(folder).map_err(with_path)?;
         }
         // A reader finds all of it or nothing.
         let part = path.with_added_extension("part");
-        fs::write(&part, self.state(sim).to_bytes()).map_err(told)?;
-        fs::rename(&part, path).map_err(told)?;
+        fs::write(&part, self.state(sim).to_bytes()).map_err(with_path)?;
+        fs::rename(&part, path).map_err(with_path)?;
         Ok(0)
     }
 
@@ -52,9 +52,9 @@ impl Shell {
     ) -> Result<(), HostError> {
         match self.load_file(sim, file.path()) {
             Ok(()) => {
-                let lost =
+                let orphans =
                     self.bundles.orphans(|parent: ActorId| sim.world().state(parent).is_some());
-                self.remove_bundles(lost);
+                self.remove_bundles(orphans);
                 self.journal.write(request.ended(Outcome::done(0)));
                 self.write_standing(sim.standing());
                 self.restart_recording();
@@ -105,7 +105,7 @@ impl Shell {
 }
 
 fn read(path: &Path, map: u64) -> Result<SavedState, String> {
-    let told = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-    let bytes = fs::read(path).map_err(|e| told(&e))?;
-    SavedState::from_bytes(&bytes, map).map_err(|e| told(&e))
+    let with_path = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    let bytes = fs::read(path).map_err(|e| with_path(&e))?;
+    SavedState::from_bytes(&bytes, map).map_err(|e| with_path(&e))
 }

@@ -87,14 +87,14 @@ impl ActorTable {
     /// of a fallen walker; keeps the digests of the others.
     pub(super) fn renew(
         &mut self,
-        stirred: &[u32],
+        active: &[u32],
         mut tell: impl FnMut(&mut ActorState) -> Option<WalkerLimbs>,
     ) {
-        let mut stirred = stirred.iter().copied().peekable();
+        let mut active = active.iter().copied().peekable();
         for index in 0..self.ids.len() {
             let id = self.ids[index].0;
-            while stirred.next_if(|other| *other < id).is_some() {}
-            if stirred.next_if_eq(&id).is_some() {
+            while active.next_if(|other| *other < id).is_some() {}
+            if active.next_if_eq(&id).is_some() {
                 let limbs = tell(&mut self.states[index]);
                 if limbs.is_some() || !self.limbs.is_empty() {
                     self.set_limbs(ActorId(id), limbs);

@@ -119,7 +119,7 @@ fn full_power(mps: f32) -> [f32; 2] {
 
 /// One moment of a drive.
 #[derive(Clone, Copy, Debug, Default)]
-struct Moment {
+struct Sample {
     t_s: f32,
     steer_rad: f32,
     speed_mps: f32,
@@ -170,7 +170,7 @@ fn manoeuvres() -> Vec<Manoeuvre> {
     ]
 }
 
-fn look(lone: &Lone, t_s: f32) -> Moment {
+fn sample(lone: &Lone, t_s: f32) -> Sample {
     let (state, turn) = (lone.state(), lone.rotation());
     let spin = Vec3::from_array(state.angular_velocity_radps);
     // On the ground below the centre of mass: the reference's tyres follow its body sideways, but
@@ -178,7 +178,7 @@ fn look(lone: &Lone, t_s: f32) -> Moment {
     let com = turn * bmw_320i().com_m.with_z(0.0);
     let velocity = turn.inverse() * (state.velocity() + spin.cross(com));
     let left = turn * Vec3::Y;
-    Moment {
+    Sample {
         t_s,
         steer_rad: state.wheel_steer_rad,
         speed_mps: velocity.x,
@@ -191,7 +191,7 @@ fn look(lone: &Lone, t_s: f32) -> Moment {
 }
 
 /// Drives as long as the reference did.
-fn drive(manoeuvre: &Manoeuvre, rows: usize) -> Vec<Moment> {
+fn drive(manoeuvre: &Manoeuvre, rows: usize) -> Vec<Sample> {
     let mut lone = Lone::new(Arc::new(Ground::flat(0.0)), bmw_320i());
     lone.run(1.0);
     lone.physics.set_velocity(ActorId(1), Vec3::X * manoeuvre.mps, Vec3::ZERO).unwrap();
@@ -199,7 +199,7 @@ fn drive(manoeuvre: &Manoeuvre, rows: usize) -> Vec<Moment> {
     let mut told = Vec::new();
     for step in 0..=(rows - 1) * STEPS_PER_ROW {
         let t_s = step as f32 * 0.01;
-        let now = look(&lone, t_s);
+        let now = sample(&lone, t_s);
         if step % STEPS_PER_ROW == 0 {
             told.push(now);
         }
@@ -225,7 +225,7 @@ fn drive(manoeuvre: &Manoeuvre, rows: usize) -> Vec<Moment> {
     told
 }
 
-fn reference(name: &str) -> Vec<Moment> {
+fn reference(name: &str) -> Vec<Sample> {
     let rows = REFERENCE.lines().filter_map(|line| line.strip_prefix(name)?.strip_prefix(','));
     rows.map(|row| {
         let numbers: Vec<f32> = row.split(',').map(|word| word.parse().unwrap()).collect();
@@ -233,15 +233,15 @@ fn reference(name: &str) -> Vec<Moment> {
         else {
             panic!("{name}: {row}")
         };
-        Moment { t_s, steer_rad, speed_mps, yaw_radps, slip_rad, roll_rad, across_mps2 }
+        Sample { t_s, steer_rad, speed_mps, yaw_radps, slip_rad, roll_rad, across_mps2 }
     })
     .collect()
 }
 
 /// How far ours is off: at the end, and at the worst moment, as shares of the reference's value
 /// there and of its largest.
-fn off(ours: &[Moment], theirs: &[Moment], what: fn(&Moment) -> f32) -> (f32, f32) {
-    let last = |all: &[Moment]| all.iter().rev().take(20).map(what).sum::<f32>() / 20.0;
+fn off(ours: &[Sample], theirs: &[Sample], what: fn(&Sample) -> f32) -> (f32, f32) {
+    let last = |all: &[Sample]| all.iter().rev().take(20).map(what).sum::<f32>() / 20.0;
     let most = theirs.iter().map(|m| what(m).abs()).fold(0.0, f32::max);
     let pairs = ours.iter().zip(theirs);
     let worst = pairs.map(|(a, b)| (what(a) - what(b)).abs()).fold(0.0, f32::max);

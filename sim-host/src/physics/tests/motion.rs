@@ -6,11 +6,11 @@ use glam::Vec3;
 use protocol::{ActorId, ActorState, Pose, VehicleControl, flag};
 
 use super::{FRAME_NANOS, Ground, Lone, SUBSTEP_NANOS};
-use crate::physics::{GRAVITY_MPS2, Physics, Stage, VehicleModel};
+use crate::physics::{GRAVITY_MPS2, Physics, SyntheticLoad, VehicleModel};
 
 fn state(physics: &Physics, id: u32) -> ActorState {
     let mut state = ActorState { actor_id: ActorId(id), ..ActorState::default() };
-    assert!(physics.fill(&mut state));
+    assert!(physics.write_state(&mut state));
     state
 }
 
@@ -130,7 +130,7 @@ fn a_crash_keeps_momentum() {
 #[test]
 fn a_frame_is_made_of_the_fewest_substeps_that_are_short_enough() {
     let run = |frame_nanos: u64, substep_nanos: u64, frames: usize| {
-        let mut stage = Stage::new(3);
+        let mut stage = SyntheticLoad::new(3);
         for _ in 0..frames {
             stage.frame(frame_nanos, substep_nanos);
         }
@@ -144,13 +144,13 @@ fn a_frame_is_made_of_the_fewest_substeps_that_are_short_enough() {
 
 #[test]
 fn a_thousand_vehicles_drive_about_without_flying_away() {
-    let mut stage = Stage::new(1000);
+    let mut stage = SyntheticLoad::new(1000);
     for _ in 0..200 {
         stage.frame(FRAME_NANOS, SUBSTEP_NANOS);
     }
     assert_eq!(stage.physics().len(), 1000);
     let mut upright = 0;
-    for state in stage.physics().fill_all() {
+    for state in stage.physics().states() {
         let (place, speed) = (state.pose.position(), state.velocity().length());
         assert!(place.is_finite() && speed.is_finite());
         assert!(speed < 40.0 && place.z.abs() < 6.0, "{place} at {speed} m/s");

@@ -92,7 +92,7 @@ fn who_has_no_collisions_drives_through_others_but_on_the_ground() {
     let mut states: Vec<_> = Vec::new();
     for _ in 0..40 {
         physics.step(FRAME_NANOS, SUBSTEP_NANOS);
-        states = physics.fill_all().collect();
+        states = physics.states().collect();
         assert!(physics.collisions().is_empty());
     }
     let [one, other] = [0, 1].map(|i| states[i].pose.position());
@@ -139,7 +139,7 @@ fn a_crate_is_pushed_too() {
     }
     physics.impulse(ID, Vec3::X * 60.0, Vec3::ZERO, None).unwrap();
     physics.step(FRAME_NANOS, SUBSTEP_NANOS);
-    let state = physics.fill_all().next().unwrap();
+    let state = physics.states().next().unwrap();
     assert!(state.velocity_mps[0] > 2.0, "{:?}", state.velocity_mps);
 }
 

@@ -42,7 +42,7 @@ fn run(physics: &mut Physics, seconds: f32) {
 
 fn state(physics: &Physics, actor_id: ActorId) -> ActorState {
     let mut state = ActorState { actor_id, ..ActorState::default() };
-    assert!(physics.fill(&mut state));
+    assert!(physics.write_state(&mut state));
     state
 }
 
@@ -60,7 +60,7 @@ fn apart_m(physics: &Physics) -> f32 {
 
 /// How far elbows and knees bend the wrong way, or too far.
 fn overbent_rad(physics: &Physics) -> f32 {
-    let turns = physics.limbs_of(WALKER).expect("it fell").rotations();
+    let turns = physics.limbs(WALKER).expect("it fell").rotations();
     let angle = |limb: usize| 2.0 * turns[limb].y.atan2(turns[limb].w);
     let elbows = [3, 5].map(|limb| angle(limb).max(-2.4 - angle(limb)));
     let knees = [7, 9].map(|limb| (-angle(limb)).max(angle(limb) - 2.3));
@@ -69,7 +69,7 @@ fn overbent_rad(physics: &Physics) -> f32 {
 
 fn limbs(physics: &Physics) -> impl Iterator<Item = &RigidBody> {
     let actor = &physics.actors[0];
-    assert!(matches!(&actor.kind, Kind::Walker(walker) if walker.is_down()));
+    assert!(matches!(&actor.kind, Kind::Walker(walker) if walker.has_fallen()));
     actor.bodies().map(|body| &physics.world.bodies[body])
 }
 
@@ -133,7 +133,7 @@ fn who_is_hit_comes_to_rest_on_the_ground_in_one_piece() {
         assert!(highest < 0.6 && middle.z < 0.3 && lowest > 0.0, "{lowest} to {highest}");
         assert!(middle.x > 0.3 && middle.x < 0.16 * mps * mps + 2.0, "{middle}");
         assert!(fastest < 2.5 * mps + 6.0, "{fastest} m/s");
-        let turns = physics.limbs_of(WALKER).expect("it lies").rotations();
+        let turns = physics.limbs(WALKER).expect("it lies").rotations();
         assert!(turns.iter().any(|turn| turn.angle_between(Quat::IDENTITY) > 0.2), "{turns:?}");
         run(&mut physics, 2.0);
         assert_eq!(state(&physics, WALKER).pose, lies.pose, "it stays");

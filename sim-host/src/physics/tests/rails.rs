@@ -60,7 +60,7 @@ fn after_steering_aside(
         physics.step(FRAME_NANOS, SUBSTEP_NANOS);
     }
     let mut state = ActorState { actor_id: id, ..ActorState::default() };
-    assert!(physics.fill(&mut state));
+    assert!(physics.write_state(&mut state));
     let at = state.pose.position().as_dvec3();
     // Along the straight bridge, from the lane's middle to the right.
     let offset = at - from.position;

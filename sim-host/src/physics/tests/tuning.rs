@@ -46,7 +46,7 @@ fn turn(lone: &mut Lone) -> f32 {
 #[test]
 fn what_is_read_and_set_again_changes_nothing() {
     let own = VehicleModel::sedan();
-    assert_eq!(tuning::tuned(&own, &tuning::told(&own)), own);
+    assert_eq!(tuning::tuned_model(&own, &tuning::physics_of(&own)), own);
     let mut lone = Lone::sedan();
     let physics = lone.physics.vehicle_physics(ID).unwrap();
     lone.physics.set_vehicle_physics(ID, &physics).unwrap();

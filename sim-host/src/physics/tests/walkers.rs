@@ -38,7 +38,7 @@ fn run(physics: &mut Physics, seconds: f32) {
 
 fn state(physics: &Physics, actor_id: ActorId) -> ActorState {
     let mut state = ActorState { actor_id, ..ActorState::default() };
-    assert!(physics.fill(&mut state));
+    assert!(physics.write_state(&mut state));
     state
 }
 

@@ -8,7 +8,7 @@ use crate::physics::{Physics, PhysicsError, PropModel, StaticBox, VehicleModel, 
 
 fn state(physics: &Physics, id: u32) -> ActorState {
     let mut state = ActorState { actor_id: ActorId(id), ..ActorState::default() };
-    assert!(physics.fill(&mut state));
+    assert!(physics.write_state(&mut state));
     state
 }
 

@@ -5,7 +5,7 @@ use protocol::{ActorId, ActorState, Pose, WalkerLimbs, flag, kind, parts};
 use super::{
     actor::{Actor, Kind, digest_of},
     digest::Digest,
-    rigid_body::{rounded, shown_mps},
+    rigid_body::{published_velocity_mps, rounded},
     walker::Walker,
     world::Physics,
 };
@@ -14,21 +14,21 @@ impl Physics {
     /// Writes into `state` all that physics knows of `state.actor_id`, and returns whether it
     /// exists. Of the flags, those that physics decides are set or cleared and the others stay;
     /// blueprint, kind, phase and signal stay as well.
-    pub fn fill(&self, state: &mut ActorState) -> bool {
+    pub fn write_state(&self, state: &mut ActorState) -> bool {
         let Ok(index) = self.find(state.actor_id) else { return false };
-        self.fill_from(&self.actors[index], state);
+        self.write_actor_state(&self.actors[index], state);
         true
     }
 
     /// The limbs of a walker, if it has fallen.
-    pub fn limbs_of(&self, id: ActorId) -> Option<WalkerLimbs> {
+    pub fn limbs(&self, id: ActorId) -> Option<WalkerLimbs> {
         let actor = &self.actors[self.find(id).ok()?];
         let Kind::Walker(Walker { limbs: Some(limbs), .. }) = &actor.kind else { return None };
-        Some(WalkerLimbs::new(id, &limbs.turns(&self.world, actor.body)))
+        Some(WalkerLimbs::new(id, &limbs.joint_rotations(&self.world, actor.body)))
     }
 
     /// Writes everybody's state, by id. `blueprint` and the like are left 0.
-    pub fn fill_all(&self) -> impl Iterator<Item = ActorState> + '_ {
+    pub fn states(&self) -> impl Iterator<Item = ActorState> + '_ {
         self.actors.iter().map(|actor| {
             let mut state = ActorState { actor_id: ActorId(actor.id), ..ActorState::default() };
             state.kind = match actor.kind {
@@ -36,21 +36,21 @@ impl Physics {
                 Kind::Walker(_) => kind::WALKER,
                 Kind::Prop(_) => kind::PROP,
             };
-            self.fill_from(actor, &mut state);
+            self.write_actor_state(actor, &mut state);
             state
         })
     }
 
-    fn fill_from(&self, actor: &Actor, state: &mut ActorState) {
+    fn write_actor_state(&self, actor: &Actor, state: &mut ActorState) {
         let body = self.body(actor);
         state.pose = Pose::new(body.translation(), *body.rotation());
-        state.velocity_mps = shown_mps(body).to_array();
+        state.velocity_mps = published_velocity_mps(body).to_array();
         state.angular_velocity_radps = body.angvel().to_array().map(|w| rounded(w, parts::MOTION));
         state.acceleration_mps2 = actor.acceleration_mps2.to_array();
         let mut flags = 0;
         let mut set = |bit: u32, on: bool| flags |= if on { bit } else { 0 };
         set(flag::KINEMATIC, actor.kinematic);
-        set(flag::TELEPORTED, actor.teleported.1);
+        set(flag::TELEPORTED, actor.teleport.in_last_step);
         set(flag::COLLIDING, self.colliding.binary_search(&actor.id).is_ok());
         if let Kind::Vehicle(vehicle) = &actor.kind {
             let pedals = vehicle.state.control;
@@ -59,7 +59,7 @@ impl Physics {
             state.throttle = pedals.throttle;
             state.brake = pedals.brake;
             state.steer = pedals.steer;
-            state.gear = vehicle.state.drivetrain.shown_gear();
+            state.gear = vehicle.state.drivetrain.reported_gear();
             state.engine_rpm = rounded(vehicle.state.drivetrain.rpm(), parts::ENGINE);
             state.wheel_steer_rad = rounded(vehicle.state.steer_rad, parts::WHEEL);
             state.wheel_spin_rad = rounded(vehicle.wheel_angle_rad(), parts::WHEEL);

@@ -8,14 +8,14 @@ use protocol::{ActorId, Pose, VehicleControl};
 use super::{ground::Ground, model::VehicleModel, world::Physics};
 
 /// Cars that drive about on a bumpy plain, changing pedals and steering all the time.
-pub struct Stage {
+pub struct SyntheticLoad {
     physics: Physics,
     frame: u64,
 }
 
-impl Stage {
+impl SyntheticLoad {
     /// `cars` sedans, 16 m apart, on a plain of triangles with 2 m edges.
-    pub fn new(cars: u32) -> Stage {
+    pub fn new(cars: u32) -> SyntheticLoad {
         let columns = f64::from(cars).sqrt().ceil() as u32;
         let side_m = columns as f32 * 16.0 + 400.0;
         let ground = Arc::new(Ground::new(&plain(side_m, 2.0)));
@@ -31,7 +31,7 @@ impl Stage {
                 .spawn_vehicle(ActorId(car + 1), &model, &pose, false)
                 .expect("16 m are room enough");
         }
-        Stage { physics, frame: 0 }
+        SyntheticLoad { physics, frame: 0 }
     }
 
     /// One frame: new pedals for everybody, then a step.

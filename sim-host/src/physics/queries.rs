@@ -10,11 +10,11 @@ use rapier3d::{
     prelude::Pose,
 };
 
-use super::{actor::Kind, rigid_body::origin_mps, world::Physics};
+use super::{actor::Kind, motion::Twist, rigid_body::origin_mps, world::Physics};
 
 /// How a body moves at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moving {
+pub struct BodyMotion {
     /// `world_from_actor`.
     pub pose: BusPose,
     /// Of the origin, in world space.
@@ -25,7 +25,7 @@ pub struct Moving {
 
 /// What a ball ran into.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Met {
+pub enum CastHit {
     /// Somebody.
     Actor(ActorId),
     /// A static box.
@@ -36,33 +36,40 @@ pub enum Met {
 
 impl Physics {
     /// How an actor's body moves now; nothing if it has none.
-    pub fn moving(&self, id: ActorId) -> Option<Moving> {
+    pub fn motion(&self, id: ActorId) -> Option<BodyMotion> {
         let actor = &self.actors[self.find(id).ok()?];
         let body = self.body(actor);
         let pose = BusPose::new(body.translation(), *body.rotation());
-        let (velocity_mps, spin_radps) =
-            if actor.kinematic { actor.glide } else { (origin_mps(body), body.angvel()) };
-        Some(Moving { pose, velocity_mps, spin_radps })
+        let velocity = if actor.kinematic {
+            actor.kinematic_velocity
+        } else {
+            Twist { linear_mps: origin_mps(body), angular_radps: body.angvel() }
+        };
+        Some(BodyMotion {
+            pose,
+            velocity_mps: velocity.linear_mps,
+            spin_radps: velocity.angular_radps,
+        })
     }
 
     /// Mean speed of the rims of a vehicle's wheels, forwards; nothing if it has no wheels.
-    pub fn rim_mps(&self, id: ActorId) -> Option<f32> {
+    pub fn wheel_speed_mps(&self, id: ActorId) -> Option<f32> {
         let actor = &self.actors[self.find(id).ok()?];
         let Kind::Vehicle(vehicle) = &actor.kind else { return None };
-        vehicle.rim_mps()
+        vehicle.wheel_speed_mps()
     }
 
     /// The first that a ball runs into which is pushed from `from` along `ahead`, a unit vector,
     /// and how far it gets. Who is `but` is passed through; with `only_actors` so are boxes and
     /// ground.
-    pub fn cast_ball(
+    pub fn cast_sphere(
         &self,
         (from, ahead): (Vec3, Vec3),
         reach_m: f32,
         radius_m: f32,
-        but: ActorId,
+        excluded: ActorId,
         only_actors: bool,
-    ) -> Option<(f32, Met)> {
+    ) -> Option<(f32, CastHit)> {
         let ball = Ball::new(radius_m);
         let start = Pose::from_translation(from);
         let middle = from + ahead * (0.5 * reach_m);
@@ -72,37 +79,42 @@ impl Physics {
             let hit = cast_shapes(&start, ahead, &ball, pose, Vec3::ZERO, shape, options);
             hit.ok().flatten().map(|hit| hit.time_of_impact)
         };
-        let mut nearest: Option<(f32, Met)> = None;
-        let mut take = |found: Option<f32>, met: Met| {
+        let mut nearest: Option<(f32, CastHit)> = None;
+        let mut take = |found: Option<f32>, met: CastHit| {
             let Some(distance) = found else { return };
             if nearest.is_none_or(|(least, _)| distance < least) {
                 nearest = Some((distance, met));
             }
         };
-        for actor in self.actors.iter().filter(|a| a.id != but.0 && !a.is_ghost) {
+        for actor in self.actors.iter().filter(|a| a.id != excluded.0 && !a.collisions_disabled) {
             for collider in self.body(actor).colliders() {
                 let Some(collider) = self.world.colliders.get(*collider) else { continue };
                 let bounds = collider.shape().compute_bounding_sphere(collider.position());
                 if bounds.center.distance(middle) <= near_m + bounds.radius {
                     let found = cast(reach_m, collider.position(), collider.shape());
-                    take(found, Met::Actor(ActorId(actor.id)));
+                    take(found, CastHit::Actor(ActorId(actor.id)));
                 }
             }
         }
         if !only_actors {
             let end = Pose::from_translation(from + ahead * reach_m);
-            for index in self.statics.between(&ball, &start, &end) {
+            for index in self.statics.near_sweep(&ball, &start, &end) {
                 let (pose, shape) = self.statics.shape(index);
-                take(cast(reach_m, pose, shape), Met::Static(index as u32));
+                take(cast(reach_m, pose, shape), CastHit::Static(index as u32));
             }
-            take(self.ball_on_ground((from, ahead), reach_m, radius_m), Met::Ground);
+            take(self.sphere_on_ground((from, ahead), reach_m, radius_m), CastHit::Ground);
         }
         nearest
     }
 
     /// What stands on the line between two places: whether a static box or the ground does, and
     /// which actors do, by id. The two of `but` do not count.
-    pub fn between(&self, from: Vec3, to: Vec3, but: [ActorId; 2]) -> (bool, Vec<ActorId>) {
+    pub fn line_of_sight(
+        &self,
+        from: Vec3,
+        to: Vec3,
+        excluded: [ActorId; 2],
+    ) -> (bool, Vec<ActorId>) {
         const STEP_M: f32 = 2.0;
         let along = to - from;
         let length = along.length();
@@ -111,30 +123,30 @@ impl Physics {
         let meets = |pose: &Pose, shape: &dyn Shape| shape.intersects_ray(pose, &ray, length);
         let dot = Ball::new(0.01);
         let (start, end) = (Pose::from_translation(from), Pose::from_translation(to));
-        let is_walled = self.statics.between(&dot, &start, &end).into_iter().any(|index| {
+        let hits_box = self.statics.near_sweep(&dot, &start, &end).into_iter().any(|index| {
             let (pose, shape) = self.statics.shape(index);
             meets(pose, shape)
         });
         let steps = (length / STEP_M).ceil().max(1.0) as u32;
-        let is_under = |step: u32| {
+        let is_below_ground = |step: u32| {
             let at = from.lerp(to, step as f32 / steps as f32);
             let ground = self.ground.below(at.x, at.y, at.z + 100.0);
             ground.on_map && ground.height_m > at.z
         };
-        let is_buried = !is_walled && (1..steps).any(is_under);
+        let hits_ground = !hits_box && (1..steps).any(is_below_ground);
         let mut actors = Vec::new();
-        for actor in self.actors.iter().filter(|a| !but.contains(&ActorId(a.id))) {
+        for actor in self.actors.iter().filter(|a| !excluded.contains(&ActorId(a.id))) {
             let Some(collider) = self.world.colliders.get(actor.collider) else { continue };
             if meets(collider.position(), collider.shape()) {
                 actors.push(ActorId(actor.id));
             }
         }
-        (is_walled || is_buried, actors)
+        (hits_box || hits_ground, actors)
     }
 
     /// How far a ball gets until it meets the ground. One that lies in the ground where it begins
     /// does not meet it: sensors are mounted low.
-    fn ball_on_ground(
+    fn sphere_on_ground(
         &self,
         (from, ahead): (Vec3, Vec3),
         reach_m: f32,
