@@ -2,8 +2,7 @@
 
 use glam::Affine3A;
 use protocol::{
-    ActorId, ActorState, BONES, BONES_PER_COMMAND, BlendPose, Command, Pose, Query, QueryKind,
-    STRIDE, SetBones, WalkerLimbs, flag, kind,
+    ActorId, ActorState, BONES, BlendPose, Command, Pose, STRIDE, SetBones, WalkerLimbs, flag, kind,
 };
 use town::{Blueprint, GivenPose, Posture};
 
@@ -40,13 +39,7 @@ impl Client {
     /// The pose that a walker was given, `parent_from_bone` of every bone, and how much of it
     /// shows.
     pub fn given_pose(&mut self, actor_id: ActorId) -> Result<(Vec<Pose>, f32), ClientError> {
-        let blend: BlendPose = self.query_one("given_pose", actor_id, 0)?;
-        let blocks = (0..BONES.len()).step_by(BONES_PER_COMMAND);
-        let query = |first| Query::new(QueryKind::Bones, actor_id, first as u32);
-        let queries: Vec<_> = blocks.map(query).collect();
-        let sets: Vec<SetBones> = self.query("given_pose", &queries)?;
-        let bones = sets.iter().flat_map(|set| set.bones().map(|(_, pose)| *pose)).collect();
-        Ok((bones, blend.weight))
+        self.queries().given_pose(actor_id)
     }
 }
 

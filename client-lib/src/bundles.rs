@@ -21,16 +21,22 @@ impl Client {
         sensors: &[SensorSpec],
         max_borrowed: u32,
     ) -> Result<SensorBundle, ClientError> {
-        let bundle = CreateBundle {
-            parent,
-            sensor_count: sensors.len() as u32,
-            max_borrowed,
-            reserved: 0,
-            name: Name::new(name),
-        };
-        let mut commands = vec![Command::CreateBundle(bundle)];
-        commands.extend(sensors.iter().map(|s| Command::Sensor(*s)));
+        let commands = bundle_commands(name, parent, sensors, max_borrowed);
         let id = BundleId(self.request("bundle", &commands)?[0]);
+        self.open_bundle(id, sensors)
+    }
+
+    /// Opens a bundle that the commands of [`bundle_commands`] have created; `id` is the outcome of
+    /// the first of them.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Bus`] if the bundle does not exist.
+    pub fn open_bundle(
+        &self,
+        id: BundleId,
+        sensors: &[SensorSpec],
+    ) -> Result<SensorBundle, ClientError> {
         let connection = self.connection();
         let reader = connection.bundles.open(id)?;
         let owner = Arc::downgrade(connection);
@@ -70,4 +76,22 @@ impl Client {
         let transmit = Transmit { bundle: bundle.id(), sensor: sensor as u32, text: bytes };
         self.request_one("transmit", Command::Transmit(transmit)).map(drop)
     }
+}
+
+/// Returns the commands that create a bundle: see [`Client::create_bundle`].
+pub fn bundle_commands(
+    name: &str,
+    parent: ActorId,
+    sensors: &[SensorSpec],
+    max_borrowed: u32,
+) -> Vec<Command> {
+    let bundle = CreateBundle {
+        parent,
+        sensor_count: sensors.len() as u32,
+        max_borrowed,
+        reserved: 0,
+        name: Name::new(name),
+    };
+    let sensors = sensors.iter().map(|sensor| Command::Sensor(*sensor));
+    std::iter::once(Command::CreateBundle(bundle)).chain(sensors).collect()
 }

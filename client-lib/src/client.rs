@@ -7,8 +7,8 @@ use protocol::{BlueprintInfo, Frame};
 use road::Network;
 
 use crate::{
-    ClientError, Command, Controller, Deadlines, Measurement, Observer, Outcome, SensorBundle,
-    Settings, Ticket, World, connection::Connection, wire,
+    ClientError, Command, Controller, Deadlines, Measurement, Observer, Outcome, PendingTick,
+    Queries, SensorBundle, Settings, Ticket, World, connection::Connection, wire,
 };
 
 /// A connection to a running simulator.
@@ -294,11 +294,33 @@ impl Client {
     /// As for [`Controller::tick`]. After [`ClientError::Incomplete`] the snapshot was taken in
     /// nevertheless.
     pub fn tick(&mut self) -> Result<Frame, ClientError> {
-        let (frame, ending) = self.controller.advance()?;
-        self.observer.refresh()?;
-        bus::fault::point(bus::Role::Client, "loan_held", frame, self.connection().first);
-        self.controller.check_ending(frame, ending)?;
-        Ok(frame)
+        let ticked = self.controller.request_tick()?.wait();
+        if let Ok(frame) | Err(ClientError::Incomplete { frame, .. }) = ticked {
+            self.observer.refresh()?;
+            bus::fault::point(bus::Role::Client, "loan_held", frame, self.connection().first);
+        }
+        ticked
+    }
+
+    /// Returns the queries of this client, for any thread.
+    #[must_use]
+    pub fn queries(&self) -> Queries {
+        Queries::new(self.connection(), self.deadlines().answer)
+    }
+
+    /// See [`Controller::request_tick`].
+    ///
+    /// # Errors
+    ///
+    /// As for [`Controller::request_tick`].
+    pub fn request_tick(&mut self) -> Result<PendingTick, ClientError> {
+        self.controller.request_tick()
+    }
+
+    /// See [`Controller::current_tick`].
+    #[must_use]
+    pub fn current_tick(&self) -> PendingTick {
+        self.controller.current_tick()
     }
 
     /// Advances the world by one tick and returns what each bundle measured at that very frame. A

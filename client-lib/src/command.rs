@@ -1,12 +1,17 @@
 //! Commands for batches.
 
+use std::path::Path;
+
 use glam::Vec3;
 use protocol::{
-    ActorId, Autopilot, Pose, SetDoors, SetPhysics, SetTrafficLight, SetVehicleLights, SetVelocity,
-    Teleport, Weather,
+    ActorId, Autopilot, FilePath, LoadMap, Nothing, Pose, SetDoors, SetPhysics, SetTrafficLight,
+    SetVehicleLights, SetVelocity, StartRecorder, StartReplay, StopReplay, Teleport, Weather, load,
 };
 
-use crate::{Doors, LightPhase, TrafficParam, VehicleLights};
+use crate::{
+    ClientError, Doors, Layers, LightPhase, Profile, Replay, TrafficParam, VehicleLights,
+    file::{absolute, saved_path, wire_path},
+};
 
 /// A command to the world, for [`Client::request`](crate::Client::request),
 /// [`submit`](crate::Client::submit) and [`send`](crate::Client::send). Each constructor is the
@@ -78,6 +83,70 @@ impl Command {
     /// Sets how a vehicle on autopilot drives; [`ActorId::NONE`] stands for all.
     pub fn set_traffic_param(actor_id: ActorId, param: TrafficParam) -> Command {
         Command(protocol::Command::TrafficParam(param.to_wire(actor_id)))
+    }
+
+    /// Loads a map in the place of the world, or the running map again if `name` is empty. Its
+    /// outcome is the number of the new world.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::BadArgument`] if the path is too long.
+    pub fn load_world(
+        name: &str,
+        seed: Option<u64>,
+        hidden_layers: Layers,
+    ) -> Result<Command, ClientError> {
+        let path = Path::new(name);
+        let is_path = name.ends_with(".xodr") || path.is_absolute();
+        let map = match name {
+            "" => FilePath::default(),
+            _ if is_path && path.exists() => wire_path(&absolute(path)?)?,
+            _ => wire_path(path)?,
+        };
+        Ok(Command(protocol::Command::LoadMap(LoadMap {
+            map,
+            seed: seed.unwrap_or_default(),
+            hidden_layers: hidden_layers.bits(),
+            flags: if seed.is_some() { load::SEED } else { 0 },
+        })))
+    }
+
+    /// Records from the next frame on.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::BadArgument`] if the name is empty or its path too long.
+    pub fn start_recorder(name: &str, profile: Profile) -> Result<Command, ClientError> {
+        let path = wire_path(&saved_path(name)?)?;
+        let start = StartRecorder { path, profile: profile as u32, reserved: 0 };
+        Ok(Command(protocol::Command::StartRecorder(start)))
+    }
+
+    /// Closes the recording. Its outcome is the number of recorded frames.
+    pub fn stop_recorder() -> Command {
+        Command(protocol::Command::StopRecorder(Nothing::default()))
+    }
+
+    /// Replays a recording beside the actors that exist.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::BadArgument`] if the name is empty or its path too long.
+    pub fn start_replay(name: &str, replay: Replay) -> Result<Command, ClientError> {
+        let nanos = |seconds: f64| (seconds * 1e9) as i64;
+        Ok(Command(protocol::Command::StartReplay(StartReplay {
+            path: wire_path(&saved_path(name)?)?,
+            from_nanos: nanos(replay.from_s),
+            duration_nanos: nanos(replay.duration_s).max(0) as u64,
+            time_factor: replay.time_factor,
+            ignore_hero: replay.ignore_hero.into(),
+        })))
+    }
+
+    /// Ends the replay; its actors stay or are destroyed.
+    pub fn stop_replay(keep_actors: bool) -> Command {
+        let stop = StopReplay { keep_actors: keep_actors.into(), reserved: 0 };
+        Command(protocol::Command::StopReplay(stop))
     }
 
     /// Sets sun, clouds, rain and fog.

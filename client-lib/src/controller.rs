@@ -2,11 +2,11 @@
 
 use std::{sync::Arc, time::Duration};
 
-use bus::{Ending, Role, Writer, fault};
+use bus::{Role, Writer, fault};
 use protocol::{BatchHeader, Frame, Name, RawCommand};
 
 use crate::{
-    ClientError, Command, Deadlines, Incompleteness, Outcome, Ticket,
+    ClientError, Command, Deadlines, Outcome, PendingTick, Ticket,
     connection::{Connection, after},
     wire,
 };
@@ -97,7 +97,7 @@ impl Controller {
     /// [`ClientError::JournalOverrun`] if this client did not poll for so long that outcomes were
     /// overwritten.
     pub fn poll(&mut self, ticket: &Ticket) -> Result<Option<Vec<Outcome>>, ClientError> {
-        poll(&self.connection, ticket)
+        ticket.poll(&self.connection)
     }
 
     /// Waits for the outcomes of a ticket's commands.
@@ -111,11 +111,7 @@ impl Controller {
         ticket: &Ticket,
         deadline: Duration,
     ) -> Result<Vec<Outcome>, ClientError> {
-        let connection = &self.connection;
-        let answered = connection
-            .participant
-            .await_answer(after(deadline), || poll(connection, ticket).transpose());
-        answered.map_err(|why| connection.interrupted(why, ticket.what, deadline))?
+        ticket.wait(deadline)
     }
 
     /// Sends commands that are carried out at once if the world stands still, else with its next
@@ -243,13 +239,15 @@ impl Controller {
     /// [`ClientError::TickTaken`], [`ClientError::Asynchronous`], [`ClientError::Incomplete`] if a
     /// participant was late or died, [`ClientError::HostEnded`], [`ClientError::Timeout`].
     pub fn tick(&mut self) -> Result<Frame, ClientError> {
-        let (frame, ending) = self.advance()?;
-        self.check_ending(frame, ending)?;
-        Ok(frame)
+        self.request_tick()?.wait()
     }
 
-    /// Requests the next frame and waits until it is complete.
-    pub(crate) fn advance(&mut self) -> Result<(Frame, Ending), ClientError> {
+    /// Requests the next frame and does not wait for it: [`PendingTick::wait`] does.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::TickTaken`]; [`ClientError::Asynchronous`].
+    pub fn request_tick(&mut self) -> Result<PendingTick, ClientError> {
         self.take_tick()?;
         let Connection { participant, first, .. } = &*self.connection;
         let control = participant.control();
@@ -261,23 +259,14 @@ impl Controller {
         fault::point(Role::Client, "requesting", frame, *first);
         control.request(participant.slot(), frame);
         fault::point(Role::Client, "requested", frame, *first);
-        let deadline = self.deadlines.frame;
-        let ending = participant.await_complete(frame, deadline.map(after)).map_err(|why| {
-            let waited = deadline.unwrap_or_default();
-            self.connection.interrupted(why, "the next frame", waited)
-        })?;
-        Ok((frame, ending))
+        Ok(PendingTick::new(&self.connection, frame, self.deadlines.frame))
     }
 
-    /// Whether all participants took part in a frame.
-    pub(crate) fn check_ending(&self, frame: Frame, ending: Ending) -> Result<(), ClientError> {
-        let (cause, mask) = match ending {
-            Ending::Complete => return Ok(()),
-            Ending::Late(mask) => (Incompleteness::Late, mask),
-            Ending::Degraded(mask) => (Incompleteness::Degraded, mask),
-        };
-        let missing = self.connection.participant.control().names(mask);
-        Err(ClientError::Incomplete { frame, cause, missing })
+    /// Returns the frame that the host computes, or the last one if it computes none.
+    #[must_use]
+    pub fn current_tick(&self) -> PendingTick {
+        let frame = Frame(self.connection.participant.control().tick.get());
+        PendingTick::new(&self.connection, frame, self.deadlines.frame)
     }
 }
 
@@ -293,12 +282,4 @@ impl std::fmt::Debug for Controller {
 fn raw(command: impl Into<Command>) -> RawCommand {
     let Command(command) = command.into();
     command.into()
-}
-
-fn poll(connection: &Connection, ticket: &Ticket) -> Result<Option<Vec<Outcome>>, ClientError> {
-    let mut inbox = connection.inbox();
-    inbox.take_in(connection.name())?;
-    let entries = inbox.take(ticket.first)?;
-    let outcome = |entry| Outcome::new(ticket.what, entry);
-    Ok(entries.map(|entries| entries.into_iter().map(outcome).collect()))
 }

@@ -47,6 +47,8 @@ mod map_objects;
 mod measurement;
 mod observer;
 mod outcome;
+mod pending_tick;
+mod queries;
 mod rays;
 mod recorder;
 mod sensor_bundle;
@@ -69,6 +71,7 @@ pub use actor_view::{Actor, TrafficLightState, VehicleState};
 pub use actors::{Spawn, spawn_poses};
 pub use bake::MapError;
 pub use bones::{BoneTransform, animation_pose, bone, bone_commands, bone_transforms};
+pub use bundles::bundle_commands;
 pub use bus::{BusError, Instance, Interrupted, SequenceEvent, Strategy, Watch, clock};
 pub use client::{Client, ConnectOptions};
 pub use command::Command;
@@ -88,6 +91,7 @@ pub use measurement::Measurement;
 pub use mesh::Tag;
 pub use observer::Observer;
 pub use outcome::Outcome;
+pub use pending_tick::PendingTick;
 /// Plain records of numbers and ids, the same in this interface and in the protocol.
 pub use protocol::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, BONES, BlueprintInfo, BundleId,
@@ -97,6 +101,7 @@ pub use protocol::{
     SensorSpec, TEXT_BYTES, VehicleBody, VehicleEngine, VehicleGearbox, VehiclePhysics,
     VehicleSteering, VehicleTelemetry, VehicleWheel, Weather, WheelTelemetry, geodesy, radio,
 };
+pub use queries::Queries;
 pub use rays::{RayGrid, RayHit};
 pub use road;
 pub use sensor_bundle::SensorBundle;

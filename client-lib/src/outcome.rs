@@ -35,7 +35,9 @@ impl Outcome {
         self.id().map(ActorId)
     }
 
-    pub(crate) fn into_entry(self) -> JournalEntry {
+    /// Returns the entry of the journal, in the protocol's layout.
+    #[must_use]
+    pub fn into_entry(self) -> JournalEntry {
         self.entry
     }
 }

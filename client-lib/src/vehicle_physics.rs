@@ -1,8 +1,8 @@
 //! How a vehicle is built and driven from outside: read, and changed while it drives.
 
 use protocol::{
-    AckermannControl, AckermannSettings, ActorId, ApplyForce, Command, Query, QueryKind,
-    ResponseBody, SetWeatherAffectsGrip, Switch, VehiclePhysics, VehicleTelemetry, WheelTelemetry,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, Command, SetWeatherAffectsGrip,
+    Switch, VehiclePhysics, VehicleTelemetry, WheelTelemetry,
 };
 
 use crate::{Client, ClientError};
@@ -10,18 +10,7 @@ use crate::{Client, ClientError};
 impl Client {
     /// How a vehicle is built now.
     pub fn vehicle_physics(&mut self, actor_id: ActorId) -> Result<VehiclePhysics, ClientError> {
-        let what = "vehicle_physics";
-        let mut physics = VehiclePhysics {
-            body: self.query_one(what, actor_id, 0)?,
-            engine: self.query_one(what, actor_id, 0)?,
-            gearbox: self.query_one(what, actor_id, 0)?,
-            steering: self.query_one(what, actor_id, 0)?,
-            ..VehiclePhysics::default()
-        };
-        for index in 0..physics.body.wheels {
-            physics.wheels.push(self.query_one(what, actor_id, index)?);
-        }
-        Ok(physics)
+        self.queries().vehicle_physics(actor_id)
     }
 
     /// Builds a vehicle otherwise; it drives on. What has a number that cannot be, or another
@@ -32,7 +21,7 @@ impl Client {
         physics: &VehiclePhysics,
     ) -> Result<(), ClientError> {
         let what = "set_vehicle_physics";
-        let body: protocol::VehicleBody = self.query_one(what, actor_id, 0)?;
+        let body: protocol::VehicleBody = self.queries().one(what, actor_id, 0)?;
         if physics.wheels.len() != body.wheels as usize {
             let (given, has) = (physics.wheels.len(), body.wheels);
             return Err(refused(what, &format!("{actor_id} has {has} wheels, not {given}")));
@@ -48,10 +37,7 @@ impl Client {
         &mut self,
         actor_id: ActorId,
     ) -> Result<(VehicleTelemetry, Vec<WheelTelemetry>), ClientError> {
-        let vehicle: VehicleTelemetry = self.query_one("telemetry", actor_id, 0)?;
-        let query = |index| Query::new(QueryKind::WheelTelemetry, actor_id, index);
-        let queries: Vec<_> = (0..vehicle.wheels).map(query).collect();
-        Ok((vehicle, self.query("telemetry", &queries)?))
+        self.queries().telemetry(actor_id)
     }
 
     /// Drives a vehicle to a speed and a steering angle, from the next frame on. The latest of
@@ -65,7 +51,7 @@ impl Client {
         &mut self,
         actor_id: ActorId,
     ) -> Result<AckermannSettings, ClientError> {
-        self.query_one("ackermann_settings", actor_id, 0)
+        self.queries().ackermann_settings(actor_id)
     }
 
     /// Changes them.
@@ -104,31 +90,6 @@ impl Client {
         let command =
             Command::SetWeatherAffectsGrip(SetWeatherAffectsGrip { on: on.into(), reserved: 0 });
         self.request("set_weather_affects_grip", &[command]).map(drop)
-    }
-
-    /// Sends one query and waits for its response.
-    pub(crate) fn query_one<T: ResponseBody>(
-        &mut self,
-        what: &'static str,
-        actor_id: ActorId,
-        index: u32,
-    ) -> Result<T, ClientError> {
-        let mut bodies = self.query(what, &[Query::new(T::KIND, actor_id, index)])?;
-        bodies.pop().ok_or_else(|| refused(what, "there is no response"))
-    }
-
-    /// Sends queries of one kind and waits for their responses, in their order.
-    pub(crate) fn query<T: ResponseBody>(
-        &mut self,
-        what: &'static str,
-        queries: &[Query],
-    ) -> Result<Vec<T>, ClientError> {
-        if queries.is_empty() {
-            return Ok(Vec::new());
-        }
-        let deadline = self.deadlines().answer;
-        let responses = self.connection().query(what, queries, deadline)?;
-        responses.iter().map(|one| one.body().map_err(|why| refused(what, &why))).collect()
     }
 }
 

@@ -6,10 +6,10 @@ use std::{
     time::Duration,
 };
 
-use protocol::{Command, FilePath, Frame, LoadMap, load};
+use protocol::Frame;
 
 use crate::{
-    Client, ClientError, Layers, Pace, Settings,
+    Client, ClientError, Command, Layers, Pace, Settings,
     file::{absolute, file_error, read, wire_path},
 };
 
@@ -57,20 +57,8 @@ impl Client {
         seed: Option<u64>,
         hidden_layers: Layers,
     ) -> Result<Frame, ClientError> {
-        let is_path = name.ends_with(".xodr") || Path::new(name).is_absolute();
-        let map = match name {
-            "" => FilePath::default(),
-            _ if is_path && Path::new(name).exists() => wire_path(&absolute(Path::new(name))?)?,
-            _ => wire_path(Path::new(name))?,
-        };
-        let flags = if seed.is_some() { load::SEED } else { 0 };
-        let command = LoadMap {
-            map,
-            seed: seed.unwrap_or_default(),
-            hidden_layers: hidden_layers.bits(),
-            flags,
-        };
-        let number = self.request_world("load_map", Command::LoadMap(command))?;
+        let Command(command) = Command::load_world(name, seed, hidden_layers)?;
+        let number = self.request_world("load_map", command)?;
         self.await_world(number)
     }
 
@@ -127,7 +115,7 @@ impl Client {
     /// As for [`Client::save_state`].
     pub fn save_state_to(&mut self, path: &Path) -> Result<(), ClientError> {
         let file = wire_path(&absolute(path)?)?;
-        self.request_one("save_state", Command::SaveState(file)).map(drop)
+        self.request_one("save_state", protocol::Command::SaveState(file)).map(drop)
     }
 
     /// Continues from a saved state: from the next frame on everything happens as it did, or would
@@ -152,7 +140,7 @@ impl Client {
     /// As for [`Client::load_state`].
     pub fn load_state_from(&mut self, path: &Path) -> Result<(), ClientError> {
         let file = wire_path(&absolute(path)?)?;
-        self.request_one("load_state", Command::LoadState(file)).map(drop)
+        self.request_one("load_state", protocol::Command::LoadState(file)).map(drop)
     }
 
     /// A file in the instance's own folder, which is removed with it.
