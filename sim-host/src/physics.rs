@@ -1,21 +1,21 @@
-//! Physics: where everything is, and how it moves.
+//! The physics of actors: rigid bodies, vehicles, walkers and the ground.
 //!
-//! [`Physics`] owns a rapier world for rigid bodies and their contacts with each other, a
-//! [`Ground`] that wheels, feet and corners stand on, and our own vehicle model in between. One
+//! [`Physics`] owns a rapier world for rigid bodies and the contacts between them, a [`Ground`] for
+//! the contact with wheels, feet and corners, and a vehicle model between the two. One
 //! [`Physics::step`] advances a frame in equal substeps:
 //!
 //! ```text
 //! for each substep
 //!   for each actor, by id
-//!     look at the ground under its wheels, feet or corners
+//!     query the ground under its wheels, feet or corners
 //!     move a copy through sub-iterations of 2.5 ms: suspension, tyres, drivetrain, air
-//!     hand the mean force and torque to its body
+//!     set the mean force and torque on its body
 //!   rapier: contacts between bodies, velocities, poses
-//!   note who touched whom, how hard
+//!   add up the contact impulses of each pair
 //! ```
 //!
-//! Vehicle and world space are as on the bus: right-handed, z up, x forward, y left, SI, radians.
-//! Nothing here reads a clock or draws a random number: the same calls give the same bits.
+//! Vehicle and world space are those of messages: right-handed, z up, x forward, y left, SI,
+//! radians. Nothing here reads a clock or draws a random number: equal calls give equal bits.
 
 mod ackermann;
 mod actor;
@@ -32,12 +32,12 @@ mod door_model;
 mod doors;
 mod drivetrain;
 mod error;
+mod forces;
 mod ground;
 mod lanes;
 mod limits;
 mod model;
 mod motion;
-mod outside;
 mod overlap;
 mod pedals;
 mod prop;
@@ -54,6 +54,7 @@ mod telemetry;
 mod tuning;
 mod tyre;
 mod vehicle;
+mod vehicle_settings;
 mod walker;
 mod walker_model;
 mod wheels;

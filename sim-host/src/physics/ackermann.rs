@@ -1,24 +1,25 @@
-//! Driving to a speed and a steering angle: two controllers in a row, as CARLA's.
+//! The Ackermann controller: two cascaded PID controllers from a target speed and steering angle to
+//! the pedals, as in CARLA.
 //!
 //! ```text
-//! speed wanted ──▶ PID ──▶ acceleration wanted ──▶ PID ──▶ pedals
+//! target speed ──▶ PID ──▶ target acceleration ──▶ PID ──▶ pedals
 //! ```
 //!
-//! Each adds to what it asked for before. They work once a substep, as CARLA's do when its frames
-//! are as short; a longer substep counts for more.
+//! Both are incremental: each output is added to the previous one. They run once per substep, as
+//! CARLA's run once per frame of the same length; a longer substep counts for more.
 
 use protocol::{AckermannControl, AckermannSettings};
 use serde::{Deserialize, Serialize};
 
 use super::pedals::Pedals;
 
-/// The time for which the gains are meant.
+/// Cycle time for which the gains are defined. Seconds.
 const CYCLE_S: f32 = 0.01;
-/// Slower than this, a vehicle that is to stand is held by its brakes.
+/// Below this speed a vehicle with target speed 0 is held by its brakes.
 const STANDING_MPS: f32 = 0.1;
 const ACCELERATION_MAX_MPS2: f32 = 3.0;
 const DECELERATION_MAX_MPS2: f32 = 8.0;
-/// Share of the newest acceleration in what the controller takes for the acceleration.
+/// Gain of the low-pass filter of the measured acceleration, per substep.
 const FILTER_GAIN: f32 = 0.2;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -43,7 +44,7 @@ impl Pid {
     }
 }
 
-/// What the controller was told.
+/// The target that the last command set.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Target {
     steer_rad: f32,
@@ -53,17 +54,17 @@ struct Target {
     jerk_mps3: f32,
 }
 
-/// The controller of one vehicle.
+/// The cascaded speed controller of one vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Ackermann {
-    /// Nothing: somebody else has the pedals.
+    /// The target; `None` while the controller is inactive.
     target: Option<Target>,
     speed: Pid,
     acceleration: Pid,
     speed_mps: f32,
     acceleration_mps2: f32,
     target_mps2: f32,
-    /// Below 0 the brake.
+    /// Throttle from 0 to 1, or brake from −1 to 0.
     pedal: f32,
     steer_rad: f32,
 }
@@ -94,7 +95,7 @@ impl Ackermann {
         AckermannSettings { speed, acceleration, ..AckermannSettings::default() }
     }
 
-    /// `speed_mps` and `steer_rad` are the vehicle's own, from which a new aim begins.
+    /// Sets a new target. The filters start from the vehicle's own `speed_mps` and `steer_rad`.
     pub(super) fn set_target(
         &mut self,
         control: &AckermannControl,
@@ -115,7 +116,7 @@ impl Ackermann {
         });
     }
 
-    /// Somebody else has the pedals.
+    /// Deactivates the controller.
     pub(super) fn release(&mut self) {
         self.target = None;
     }
@@ -126,7 +127,8 @@ impl Ackermann {
         (self.target_mps2, self.pedal) = (0.0, 0.0);
     }
 
-    /// Once a substep: works the pedals. `steer_max_rad` is what the steering has at this speed.
+    /// Sets the pedals; called once per substep. `steer_max_rad` is the steering limit at this
+    /// speed.
     pub(super) fn drive(
         &mut self,
         pedals: &mut Pedals,
@@ -152,7 +154,7 @@ impl Ackermann {
             (pedals.throttle, pedals.brake, pedals.reverse) = (0.0, 1.0, false);
             return;
         }
-        // To turn round it comes to a stop first.
+        // A change of direction requires a stop.
         if is_standing && pedals.reverse != (target.speed_mps < 0.0) {
             self.reset();
             pedals.reverse = target.speed_mps < 0.0;

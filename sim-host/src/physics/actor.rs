@@ -13,7 +13,7 @@ use super::{
     walker::Walker,
 };
 
-/// What moves an actor.
+/// The model that moves an actor.
 #[derive(Debug)]
 pub(super) enum Kind {
     Vehicle(Vehicle),
@@ -43,25 +43,25 @@ pub(super) struct Actor {
     pub id: u32,
     pub body: RigidBodyHandle,
     pub collider: ColliderHandle,
-    /// Only teleports and set velocities move it.
+    /// Whether only teleports and set velocities move the body.
     pub kinematic: bool,
     pub kind: Kind,
-    /// For who is kinematic: velocity and spin that were set.
+    /// The set velocity of a kinematic body.
     pub kinematic_velocity: Twist,
-    /// Mean over the last frame.
+    /// Mean over the last frame, in world space.
     pub acceleration_mps2: Vec3,
-    /// It does not fall.
+    /// Whether gravity does not act on the body.
     pub gravity_disabled: bool,
-    /// It runs into nobody.
+    /// Whether the body passes through other bodies.
     pub collisions_disabled: bool,
-    /// Force and torque during the next frame.
+    /// External force and torque during the next frame.
     pub external_force: Wrench,
-    /// Teleported since the last step; and in the last step's frame.
+    /// Whether the actor was teleported.
     pub teleport: Teleport,
 }
 
 impl Actor {
-    /// Its body, and those of limbs that hang on it.
+    /// Returns the handles of the actor's body and of the limbs attached to it.
     pub(super) fn bodies(&self) -> impl Iterator<Item = RigidBodyHandle> + use<> {
         let limbs = match &self.kind {
             Kind::Walker(walker) => walker.limbs.map(|limbs| limbs.bodies),
@@ -71,7 +71,7 @@ impl Actor {
     }
 }
 
-/// Over all of an actor and its body that decides the future.
+/// Returns the digest of everything about an actor and its body that decides the future.
 pub(super) fn digest_of(body: &RigidBody, actor: &Actor) -> u64 {
     let mut digest = Digest::default();
     let (arena, generation) = actor.body.into_raw_parts();

@@ -1,18 +1,18 @@
-//! Everybody, and who rests: what does nothing costs nothing.
+//! The actors by id, and which of them sleep.
 //!
-//! Who rests stays as it is until somebody wants to change it, and to want that is to wake it:
-//! nobody gets hold of an actor otherwise. So its digest is known, and what was published of it
-//! holds. That somebody rests changes nothing of what happens; it is not saved.
+//! A sleeping actor does not change until a command does, and every mutable access wakes it. So its
+//! digest stays valid, and so does its published state. Sleeping changes no result and is not
+//! saved.
 
 use std::ops::Deref;
 
 use super::{actor::Actor, digest::Digest};
 
-/// Everybody, sorted by id.
+/// The actors, sorted by id.
 #[derive(Default)]
 pub(super) struct ActorList {
     actors: Vec<Actor>,
-    /// In the same order, of who rests: the digest.
+    /// For each actor, its digest if it sleeps.
     sleeping: Vec<Option<u64>>,
 }
 
@@ -25,13 +25,13 @@ impl Deref for ActorList {
 }
 
 impl ActorList {
-    /// From a list that is sorted by id. Everybody is awake.
+    /// Creates a list from actors sorted by id, all awake.
     pub(super) fn new(actors: Vec<Actor>) -> ActorList {
         let sleeping = vec![None; actors.len()];
         ActorList { actors, sleeping }
     }
 
-    /// For who changes it: it rests no longer.
+    /// Wakes an actor and returns it for a change.
     pub(super) fn wake(&mut self, index: usize) -> &mut Actor {
         self.sleeping[index] = None;
         &mut self.actors[index]
@@ -48,7 +48,7 @@ impl ActorList {
         self.actors.remove(index)
     }
 
-    /// Who is awake, by id.
+    /// Returns the awake actors, by id.
     pub(super) fn awake(&self) -> impl Iterator<Item = &Actor> {
         self.actors
             .iter()
@@ -57,13 +57,13 @@ impl ActorList {
             .map(|(actor, _)| actor)
     }
 
-    /// The same, for who moves them.
+    /// Returns the awake actors for a change, by id.
     pub(super) fn awake_mut(&mut self) -> impl Iterator<Item = &mut Actor> {
         let all = self.actors.iter_mut().zip(&self.sleeping);
         all.filter(|(_, sleeping)| sleeping.is_none()).map(|(actor, _)| actor)
     }
 
-    /// Lets those rest who are awake and of whom `digest` gives one.
+    /// Puts to sleep every awake actor for which `digest` returns a digest.
     pub(super) fn sleep_where(&mut self, digest: impl Fn(&Actor) -> Option<u64>) {
         for (actor, sleeping) in self.actors.iter().zip(&mut self.sleeping) {
             if sleeping.is_none() {
@@ -72,7 +72,7 @@ impl ActorList {
         }
     }
 
-    /// Takes in everybody's digest.
+    /// Appends the digest of each actor to `sum`.
     pub(super) fn hash(&self, sum: &mut Digest, digest: impl Fn(&Actor) -> u64) {
         for (actor, sleeping) in self.actors.iter().zip(&self.sleeping) {
             sum.word(sleeping.unwrap_or_else(|| digest(actor)));

@@ -1,11 +1,11 @@
-//! From a blueprint of the catalogue to a body that drives.
+//! Vehicle models of blueprints.
 
 use town::Blueprint;
 
 use super::model::{Class, VehicleModel, WheelPlace};
 
 impl VehicleModel {
-    /// The vehicle that a blueprint of kind [`town::Kind::Vehicle`] describes.
+    /// Returns the model of a blueprint of kind [`town::Kind::Vehicle`].
     pub fn of(blueprint: &Blueprint) -> VehicleModel {
         let class = match blueprint.base_type {
             "van" => Class::Van,

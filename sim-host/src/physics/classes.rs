@@ -1,4 +1,4 @@
-//! Plausible vehicles of each class, from their size, weight and wheels.
+//! Typical vehicle parameters of each class, derived from size, mass and wheels.
 
 use glam::Vec3;
 
@@ -10,9 +10,9 @@ use super::{
     tyre::TyreModel,
 };
 
-/// What distinguishes the classes.
+/// The parameters in which the classes differ.
 struct Defaults {
-    /// Height of the centre of mass as a share of the body's height above ground.
+    /// Height of the centre of mass, as a fraction of the body's height above ground.
     com_height: f32,
     ride_hz: f32,
     damping_ratio: f32,
@@ -88,8 +88,8 @@ fn defaults(class: Class) -> Defaults {
 }
 
 impl VehicleModel {
-    /// A plausible vehicle of that class: `half_extents_m` and `center_m` are those of the whole
-    /// body's box in vehicle space.
+    /// Returns a typical vehicle of a class. `half_extents_m` and `center_m` describe the bounding
+    /// box of the whole body in vehicle space.
     pub fn new(
         class: Class,
         half_extents_m: Vec3,
@@ -103,14 +103,14 @@ impl VehicleModel {
         let middle_x = mean(places.iter().map(|p| p.hub_m.x));
         let com_m = Vec3::new(middle_x, 0.0, top * given.com_height);
         let size = half_extents_m * 2.0;
-        // A box's inertia; a vehicle's mass sits a little nearer to its middle.
+        // The inertia of a box, reduced by 10 %: a vehicle's mass is concentrated near its centre.
         let inertia_kgm2 = Vec3::new(
             size.y * size.y + size.z * size.z,
             size.x * size.x + size.z * size.z,
             size.x * size.x + size.y * size.y,
         ) * (mass_kg / 12.0 * 0.9);
 
-        // The box ends half a wheel radius above ground, so that it clears kerbs.
+        // The collision box ends half a wheel radius above the ground, so that it clears kerbs.
         let radius = mean(places.iter().map(|p| p.radius_m)).max(0.1);
         let bottom = (center_m.z - half_extents_m.z).max(0.5 * radius).min(top - 0.1);
         let box_center_m = Vec3::new(center_m.x, center_m.y, (top + bottom) / 2.0);
@@ -193,7 +193,7 @@ impl VehicleModel {
         }
     }
 
-    /// A mid-size car, as most cars of the catalogue are.
+    /// Returns a mid-size car, the most common kind in the catalogue.
     pub fn sedan() -> VehicleModel {
         let places =
             [(1.44, 0.79), (1.44, -0.79), (-1.44, 0.79), (-1.44, -0.79)].map(|(x, y)| WheelPlace {
@@ -212,13 +212,13 @@ fn mean(values: impl ExactSizeIterator<Item = f32>) -> f32 {
     values.sum::<f32>() / count
 }
 
-/// Each wheel's load when the vehicle brakes with `braking_g`. With more than two axles the loads
-/// are the linear ones, as on equal springs.
+/// Returns the load of each wheel when the vehicle brakes with `braking_g`. With more than two
+/// axles the loads are linear in x, as on equal springs.
 pub(super) fn loads(places: &[Vec3], com_m: Vec3, mass_kg: f32, braking_g: f32) -> Vec<f32> {
     let weight = mass_kg * GRAVITY_MPS2;
     let middle = mean(places.iter().map(|p| p.x));
     let spread: f32 = places.iter().map(|p| (p.x - middle).powi(2)).sum();
-    // The point on the ground through which gravity and inertia together pull.
+    // The point on the ground through which the resultant of gravity and inertia passes.
     let pull = com_m.x + com_m.z * braking_g - middle;
     places
         .iter()
@@ -230,7 +230,7 @@ pub(super) fn loads(places: &[Vec3], com_m: Vec3, mass_kg: f32, braking_g: f32) 
         .collect()
 }
 
-/// The wheel across from wheel `index`.
+/// Returns the index of the wheel at the other end of the axle of wheel `index`.
 fn partner(places: &[WheelPlace], index: usize) -> Option<u8> {
     let own = places[index].hub_m;
     let across = |p: &WheelPlace| {
@@ -239,7 +239,7 @@ fn partner(places: &[WheelPlace], index: usize) -> Option<u8> {
     places.iter().position(across).map(|i| i as u8)
 }
 
-/// Where an automatic gearbox shifts at half throttle.
+/// Shift points of an automatic gearbox at half throttle.
 const MIDDLE: GearModel = GearModel { ratio: 1.0, down: 0.33, up: 0.66 };
 
 fn powertrain(class: Class, mass_kg: f32, radius_m: f32) -> (EngineModel, GearboxModel) {
@@ -283,13 +283,14 @@ fn powertrain(class: Class, mass_kg: f32, radius_m: f32) -> (EngineModel, Gearbo
             (combustion(peak, 2500.0, 600.0), gears(&forward, 6.7, 9.0 * radius_m, 0.4, peak))
         }
         Class::Motorcycle => {
-            // Stronger, and the front wheel would leave the ground at full throttle.
+            // More torque would lift the front wheel at full throttle.
             let peak = 0.13 * mass_kg;
             let forward = [2.6, 1.9, 1.5, 1.25, 1.1, 1.0];
             (combustion(peak, 9500.0, 1200.0), gears(&forward, 2.6, 18.0 * radius_m, 0.15, peak))
         }
         Class::Bicycle => {
-            // A rider with low gears: up a slope of 40 % at a walk, about 350 W when fast.
+            // A rider with low gears climbs a slope of 40 % at walking speed; at high speed the
+            // power is about 350 W.
             let top_rpm = 12.0 / radius_m * 9.55;
             let pedals = |share: f32| {
                 let torque = (350.0 / (12.0 * share)).min(470.0) * radius_m;

@@ -4,22 +4,22 @@ use glam::Vec3;
 use protocol::ActorId;
 use serde::{Deserialize, Serialize};
 
-/// Two that touched during a frame.
+/// The contact of two actors, or of an actor and a static box, during one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Collision {
-    /// The one with the lower id.
+    /// The actor with the lower id.
     pub actor: ActorId,
-    /// The other; [`ActorId::NONE`] if it is a static box.
+    /// The other actor; [`ActorId::NONE`] if it is a static box.
     pub other: ActorId,
-    /// Which static box.
+    /// Index of the static box.
     pub static_box: Option<u32>,
-    /// What `actor` was given over the frame, in world space. Newton seconds.
+    /// Impulse on `actor` over the frame, in world space. Newton seconds.
     pub impulse_ns: Vec3,
-    /// They did not touch at the end of the frame before.
+    /// Whether they did not touch at the end of the previous frame.
     pub began: bool,
 }
 
-/// Who touches whom: an actor, and an actor or a static box.
+/// A pair in contact: an actor, and an actor or a static box.
 pub(super) type Pair = (u32, Touched);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

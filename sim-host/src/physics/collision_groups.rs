@@ -2,6 +2,6 @@
 
 use rapier3d::prelude::{Group, InteractionGroups, InteractionTestMode};
 
-/// All that is solid, but for limbs and their floors.
+/// Group of every solid collider except limbs and their floors.
 pub(super) const SOLID: InteractionGroups =
     InteractionGroups::new(Group::GROUP_1, Group::ALL, InteractionTestMode::And);

@@ -16,12 +16,16 @@ use super::{
     world::Physics,
 };
 
-/// Rapier's own limit.
+/// Speed limit of rapier.
 const SPEED_MAX_MPS: f32 = 400.0;
 const SPIN_MAX_RADPS: f32 = 100.0;
 
 impl Physics {
-    /// Takes an actor out of the world.
+    /// Removes an actor.
+    ///
+    /// # Errors
+    ///
+    /// The actor does not exist.
     pub fn destroy(&mut self, id: ActorId) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
         let actor = self.actors.remove(index);
@@ -35,7 +39,11 @@ impl Physics {
         Ok(())
     }
 
-    /// Puts an actor elsewhere, at rest. Whoever stands there is pushed away.
+    /// Places an actor at a pose, at rest. Bodies that overlap it are pushed away by the solver.
+    ///
+    /// # Errors
+    ///
+    /// The actor does not exist, or the pose is not valid or more than 50 km from the origin.
     pub fn teleport(&mut self, id: ActorId, pose: &Pose) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
         check_pose(id, pose)?;
@@ -62,7 +70,11 @@ impl Physics {
         Ok(())
     }
 
-    /// Changes an actor's velocity, of its origin, and its spin; both in world space.
+    /// Sets the velocity of an actor's origin and its angular velocity, both in world space.
+    ///
+    /// # Errors
+    ///
+    /// The actor does not exist, a velocity is out of range, or a walker has fallen.
     pub fn set_velocity(
         &mut self,
         id: ActorId,
@@ -80,7 +92,7 @@ impl Physics {
         )?;
         let actor = self.actors.wake(index);
         if matches!(&actor.kind, Kind::Walker(walker) if walker.has_fallen()) {
-            return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
+            return Err(PhysicsError::Fallen(id));
         }
         let body = &mut self.world.bodies[actor.body];
         if actor.kinematic {
@@ -101,7 +113,12 @@ impl Physics {
         Ok(())
     }
 
-    /// Whether physics moves an actor, or teleports and set velocities alone. It comes to rest.
+    /// Selects whether an actor is kinematic: moved by teleports and set velocities only. Its
+    /// velocity becomes 0.
+    ///
+    /// # Errors
+    ///
+    /// The actor does not exist.
     pub fn set_kinematic(&mut self, id: ActorId, on: bool) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
         let actor = self.actors.wake(index);
@@ -111,7 +128,7 @@ impl Physics {
         actor.kinematic = on;
         actor.kinematic_velocity = Twist::ZERO;
         match &mut actor.kind {
-            // A walker's body goes where its feet go, either way.
+            // The body of a walker is position-based in both cases.
             Kind::Walker(walker) if !walker.has_fallen() => {
                 walker.desired_speed_mps = Vec2::ZERO;
                 return Ok(());
@@ -130,7 +147,11 @@ impl Physics {
         Ok(())
     }
 
-    /// Sets a vehicle's pedals and wheel; the latest holds. Values are cut to their ranges.
+    /// Sets a vehicle's controls, clamped to their ranges; the latest holds.
+    ///
+    /// # Errors
+    ///
+    /// The actor does not exist or is no vehicle.
     pub fn control(&mut self, control: &VehicleControl) -> Result<(), PhysicsError> {
         let vehicle = self.vehicle_mut(control.actor_id)?;
         vehicle.state.control = Pedals::new(control);
@@ -140,7 +161,12 @@ impl Physics {
         Ok(())
     }
 
-    /// Tells a walker where to go: metres per second over ground, in world space.
+    /// Sets the desired velocity of a walker over ground, in world space. Metres per second.
+    ///
+    /// # Errors
+    ///
+    /// The actor does not exist or is no walker, the velocity is out of range, or the walker has
+    /// fallen.
     pub fn walk(&mut self, id: ActorId, velocity_mps: Vec2) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
         check_length(
@@ -154,20 +180,24 @@ impl Physics {
             return Err(PhysicsError::WrongKind(id, "walker"));
         };
         if walker.has_fallen() {
-            return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
+            return Err(PhysicsError::Fallen(id));
         }
         walker.desired_speed_mps = velocity_mps;
         Ok(())
     }
 
-    /// Lets a walker jump, if it stands on the ground.
+    /// Makes a walker jump, if it stands on the ground.
+    ///
+    /// # Errors
+    ///
+    /// The actor does not exist, is no walker, or has fallen.
     pub fn jump(&mut self, id: ActorId) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
         let Kind::Walker(walker) = &mut self.actors.wake(index).kind else {
             return Err(PhysicsError::WrongKind(id, "walker"));
         };
         if walker.has_fallen() {
-            return Err(PhysicsError::Refused(id, "it lies on the ground".to_owned()));
+            return Err(PhysicsError::Fallen(id));
         }
         walker.jump();
         Ok(())

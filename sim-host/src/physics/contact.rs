@@ -1,7 +1,7 @@
-//! A box on the ground: what a flipped car slides on, and what a crate stands on.
+//! Contact of a box with the ground: an overturned car or a crate.
 //!
-//! Each corner below the surface is pushed out by a spring and held by friction. The ground is not
-//! a collider of the rigid-body world, so this is the only contact between bodies and the ground.
+//! A spring pushes out each corner below the surface, and Coulomb friction acts on it. The ground
+//! is no collider of the rigid-body world, so this is the only contact of these bodies with it.
 
 use glam::Vec3;
 
@@ -10,12 +10,12 @@ use super::{
     motion::{Motion, Wrench},
 };
 
-/// How stiffly a body stands on its corners. Radians per second, with the whole mass.
+/// Natural frequency of a body on its corners, with its whole mass. Radians per second.
 const STIFFNESS_RADPS: f32 = 60.0;
 const DAMPING_RATIO: f32 = 0.5;
 const FRICTION: f32 = 0.6;
 
-/// A corner and the plane under it.
+/// A corner, and the ground plane below it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Corner {
     in_body_m: Vec3,
@@ -24,7 +24,7 @@ struct Corner {
     friction: f32,
 }
 
-/// Corners that may touch the ground during one substep.
+/// The corners that may touch the ground during one substep.
 #[derive(Debug, Default)]
 pub(super) struct CornerContacts {
     corners: [Corner; 8],
@@ -32,8 +32,8 @@ pub(super) struct CornerContacts {
 }
 
 impl CornerContacts {
-    /// Finds the corners of a box that are, or may come, below ground. `center_m` is the box's
-    /// middle from the centre of mass, in the body's axes.
+    /// Finds the corners of a box that are or may come below ground. `center_m` is the box's centre
+    /// relative to the centre of mass, in body axes.
     pub(super) fn find(
         ground: &Ground,
         motion: &Motion,
@@ -48,8 +48,8 @@ impl CornerContacts {
             let in_body_m = center_m + half_m * Vec3::new(sign(1), sign(2), sign(4));
             let arm = motion.axes * in_body_m;
             let corner = motion.com_m + arm;
-            // The ground is sought from the middle's height, so that a corner that a fall has
-            // pressed below the surface still finds it.
+            // The query starts at the height of the centre, so that it finds the surface even if a
+            // fall has pressed the corner below it.
             let hit = ground.below(corner.x, corner.y, corner.z.max(middle.z) + 0.3);
             let height = (corner.z - hit.height_m) * hit.normal.z;
             let approach = -motion.velocity_at(arm).dot(hit.normal) * dt;
@@ -66,7 +66,7 @@ impl CornerContacts {
         found
     }
 
-    /// Adds what the ground does to them now. Returns how hard it presses.
+    /// Adds the contact forces at this moment. Returns the sum of the normal forces.
     pub(super) fn add_forces(
         &self,
         motion: &Motion,
@@ -89,7 +89,7 @@ impl CornerContacts {
             let normal_n = share_kg * (spring + damper).max(0.0);
             let along = velocity - corner.normal * leaving;
             let speed = along.length();
-            // Coulomb's friction, but never more than stops the corner's share of the mass.
+            // Coulomb friction, limited to the force that stops the corner's share of the mass.
             let drag = (corner.friction * normal_n).min(0.3 * share_kg * speed / dt);
             let friction = if speed > 1e-6 { along * (-drag / speed) } else { Vec3::ZERO };
             wrench.add(corner.normal * normal_n + friction, arm);

@@ -41,7 +41,8 @@ impl Digest {
 
     /// Appends every field of a value that is saved, in the order of its serialisation.
     pub(super) fn all_of(&mut self, value: &impl Serialize) {
-        postcard::serialize_with_flavor(value, Bytes(self)).expect("a digest takes everything");
+        postcard::serialize_with_flavor(value, Bytes(self))
+            .expect("serialising into a digest cannot fail");
         let (partial, bytes) = (self.partial, self.bytes);
         (self.partial, self.bytes) = (0, 0);
         self.word(partial ^ u64::from(bytes) << 56);

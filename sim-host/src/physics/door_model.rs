@@ -1,4 +1,4 @@
-//! A door that stands open, and the force of the air on it.
+//! An open door, and the aerodynamic force on it.
 
 use glam::{Quat, Vec3};
 use rapier3d::prelude::ColliderHandle;
@@ -9,24 +9,24 @@ use super::{
     motion::{Motion, Wrench},
 };
 
-/// Force of the air on a plate that faces it, as a share of pressure times area (Hoerner,
-/// Fluid-Dynamic Drag, section 3-5).
+/// Normal-force coefficient of a plate that faces the flow (Hoerner, Fluid-Dynamic Drag, section
+/// 3-5).
 const PLATE: f32 = 1.17;
 
-/// A door as it stands when it is open, in vehicle space.
+/// An open door, in vehicle space.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DoorModel {
-    /// Which: a bit of [`protocol::ActorState::doors`].
+    /// Index of the door: a bit of [`protocol::ActorState::doors`].
     pub number: u32,
-    /// The box's middle.
+    /// Centre of the door's box.
     pub middle_m: Vec3,
-    /// Half the edges, in the door's axes: along the shut door, across it, up.
+    /// Half the edges, in door axes: along the closed door, across it, up.
     pub half_extents_m: Vec3,
-    /// From the door's axes to the vehicle's.
+    /// Rotation from door axes to vehicle axes.
     pub turn: Quat,
 }
 
-/// One that stands open, and its box in the world.
+/// An open door and its collider.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct OpenDoor {
     pub model: DoorModel,
@@ -34,7 +34,7 @@ pub(super) struct OpenDoor {
 }
 
 impl OpenDoor {
-    /// Adds how the air presses on it. `com_m` is the centre of mass in vehicle space.
+    /// Adds the aerodynamic force. `com_m` is the centre of mass in vehicle space.
     pub(super) fn add_drag(&self, com_m: Vec3, motion: &Motion, wrench: &mut Wrench) {
         let DoorModel { middle_m, half_extents_m: half, turn, .. } = self.model;
         let arm = motion.axes * (middle_m - com_m);

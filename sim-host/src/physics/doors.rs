@@ -1,5 +1,5 @@
-//! Doors that stand open: boxes on their vehicle that others run into, and that the air presses
-//! against. One that is shut costs nothing.
+//! Opening and closing doors. An open door is a collider on its vehicle; a closed one costs
+//! nothing.
 
 use protocol::ActorId;
 use rapier3d::prelude::{ColliderBuilder, Pose, SharedShape};
@@ -13,9 +13,14 @@ use super::{
 };
 
 impl Physics {
-    /// Opens these doors of a vehicle and shuts all others; says which are open now, as bits. One
-    /// that somebody stands in the way of stays shut; if that keeps all from opening that were to,
-    /// it is refused and nothing changes. Whoever is `shown` has them open whatever is there.
+    /// Opens these doors of a vehicle and closes all others. Returns the open doors as bits.
+    ///
+    /// A door with an obstacle in its way stays closed, unless `shown`, which opens it regardless.
+    ///
+    /// # Errors
+    ///
+    /// The actor does not exist or is no vehicle, or obstacles keep every door closed that should
+    /// open; then nothing changes.
     pub fn set_doors(
         &mut self,
         id: ActorId,
@@ -33,8 +38,7 @@ impl Physics {
             }
         }
         if let (true, Some(obstacle)) = (opening.is_empty(), blocked) {
-            let why = format!("{obstacle} stands in the way of its door");
-            return Err(PhysicsError::Refused(id, why));
+            return Err(PhysicsError::DoorBlocked { actor: id, obstacle });
         }
         let mut open = Vec::new();
         for door in before {
@@ -64,7 +68,7 @@ impl Physics {
         Ok(bits)
     }
 
-    /// Who stands where a door would.
+    /// Returns the first obstacle in the way of a door.
     fn door_obstacle(&self, index: usize, door: &DoorModel) -> Option<String> {
         let actor = &self.actors[index];
         if actor.collisions_disabled {

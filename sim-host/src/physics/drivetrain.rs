@@ -1,28 +1,28 @@
-//! From the throttle to the wheels: engine, clutch, gearbox.
+//! The drivetrain: engine, clutch and gearbox.
 //!
-//! The clutch is either *locked*, and the engine's inertia turns with the wheels, or it *slips*
-//! and hands over what it can carry; it locks when both sides turn alike. An electric motor has no
-//! clutch and is always locked.
+//! The clutch is either *locked*, and the engine's inertia rotates with the wheels, or it *slips*
+//! and transmits limited torque; it locks when both sides have the same speed. An electric motor
+//! has no clutch and is always locked.
 
 use serde::{Deserialize, Serialize};
 
 use super::model::{GearModel, VehicleModel};
 
 const RPM_PER_RADPS: f32 = 60.0 / std::f32::consts::TAU;
-/// Both sides of the clutch turn alike within this. Radians per second.
+/// The clutch may lock below this speed difference. Radians per second.
 const LOCK_WITHIN_RADPS: f32 = 6.0;
-/// The least time between two shifts.
+/// Shortest time between two shifts.
 const SHIFT_PAUSE_S: f32 = 0.6;
-/// Faster than this, the gearbox refuses to change between forward and reverse.
+/// Above this speed the gearbox does not change between forward and reverse.
 const REVERSE_BELOW_MPS: f32 = 1.5;
 
-/// The driver's part that concerns the drivetrain.
+/// The driver's inputs to the drivetrain.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Demand {
-    /// 0 to 1.
+    /// From 0 to 1.
     pub throttle: f32,
     pub reverse: bool,
-    /// The driver shifts.
+    /// The gear selected by a manual shift; `None` for automatic.
     pub manual: Option<i32>,
 }
 
@@ -31,7 +31,7 @@ pub(super) struct Drivetrain {
     pub engine_radps: f32,
     /// −1 reverse, 0 neutral, 1 and up forward.
     pub gear: i32,
-    /// The gear that a shift leads to.
+    /// The gear that is engaged at the end of the shift in progress.
     pub next_gear: i32,
     shift_left_s: f32,
     since_shift_s: f32,
@@ -39,8 +39,8 @@ pub(super) struct Drivetrain {
     throttle: f32,
 }
 
-/// What the drivetrain does to the driven wheels in one sub-iteration, before their shares:
-/// torque `push_nm − hold_nmsprad * wheel speed`, and inertia that turns with them.
+/// The effect of the drivetrain on the driven wheels in one sub-iteration, before their shares: the
+/// torque `torque_nm − damping_nmsprad * wheel speed`, and the inertia that rotates with them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Drive {
     pub torque_nm: f32,
@@ -61,7 +61,7 @@ impl Drivetrain {
         }
     }
 
-    /// The gear that is in, or on its way in.
+    /// Returns the gear that is engaged, or will be at the end of the shift in progress.
     pub(super) fn reported_gear(&self) -> i32 {
         self.next_gear
     }
@@ -70,7 +70,7 @@ impl Drivetrain {
         self.engine_radps.abs() * RPM_PER_RADPS
     }
 
-    /// Engine turns per wheel turn; negative in reverse, 0 in neutral.
+    /// Returns engine revolutions per wheel revolution; negative in reverse, 0 in neutral.
     fn ratio(&self, model: &VehicleModel) -> f32 {
         let gearbox = &model.gearbox;
         let gear = match self.gear {
@@ -81,7 +81,8 @@ impl Drivetrain {
         gear * gearbox.final_drive
     }
 
-    /// Once per substep: which gear. `wheel_radps` is the driven wheels' mean speed.
+    /// Selects the gear; called once per substep. `wheel_radps` is the mean speed of the driven
+    /// wheels.
     pub(super) fn shift(
         &mut self,
         model: &VehicleModel,
@@ -97,7 +98,7 @@ impl Drivetrain {
             None => self.automatic(model, demand, wheel_radps, speed_mps, top),
         };
         if wanted != self.next_gear {
-            // Going on from neutral or at a standstill costs no time.
+            // A change from neutral, or between forward and reverse at standstill, takes no time.
             let immediate = self.next_gear * wanted <= 0;
             self.next_gear = wanted;
             self.shift_left_s = if immediate { 0.0 } else { model.gearbox.shift_s };
@@ -113,7 +114,7 @@ impl Drivetrain {
                 self.locked = model.engine.idle_rpm == 0.0;
             }
         }
-        // Who asks for reverse while rolling forward gets no torque until the vehicle stands.
+        // With reverse requested while rolling forward, there is no torque until the vehicle stops.
         let reverses = demand.manual.is_none() && demand.reverse != (self.next_gear < 0);
         self.throttle = if reverses { 0.0 } else { demand.throttle };
     }
@@ -163,7 +164,7 @@ impl Drivetrain {
         if rpm > engine.max_rpm {
             throttle = 0.0;
         } else if rpm < engine.idle_rpm {
-            // The idle governor opens the throttle by itself.
+            // The idle governor opens the throttle.
             throttle = throttle.max(((engine.idle_rpm - rpm) / engine.idle_rpm * 4.0).min(1.0));
         }
         let closed = 1.0 - throttle;
@@ -179,7 +180,7 @@ impl Drivetrain {
         torque - drag
     }
 
-    /// Once per sub-iteration, before the wheels move.
+    /// Computes the effect on the wheels; called once per sub-iteration before the wheels move.
     pub(super) fn drive(&mut self, model: &VehicleModel, wheel_radps: f32, dt: f32) -> Drive {
         let ratio = self.ratio(model);
         let engine = &model.engine;
@@ -202,7 +203,7 @@ impl Drivetrain {
                 inertia_kgm2: engine.inertia_kgm2 * ratio * ratio,
             };
         }
-        // The clutch takes hold as the engine leaves its idle speed.
+        // The clutch engages as the engine speed rises above idle.
         let engagement =
             ((self.engine_radps - 1.05 * idle_radps) / (0.9 * idle_radps)).clamp(0.0, 1.0);
         let carried = model.gearbox.clutch_nm * engagement * engagement;
@@ -210,9 +211,9 @@ impl Drivetrain {
         let lost = if slip > 0.0 { efficiency } else { 1.0 };
         let stiffness_nms = carried / slip.abs().max(LOCK_WITHIN_RADPS);
         let clutch = stiffness_nms * slip;
-        // What the clutch hands over falls as the wheels come near the engine's speed, half of it
-        // within this step: else a strong clutch in a low gear would fling the wheels to and fro
-        // around the speed that they seek.
+        // The clutch torque falls as the wheels approach engine speed; half of that reduction acts
+        // within this step. Otherwise a strong clutch in a low gear would make the wheel speed
+        // oscillate around its target.
         let gradient =
             if slip.abs() < LOCK_WITHIN_RADPS { stiffness_nms } else { 0.5 * stiffness_nms };
         let drive = Drive {
@@ -220,13 +221,13 @@ impl Drivetrain {
             damping_nmsprad: gradient * ratio * ratio * lost,
             inertia_kgm2: 0.0,
         };
-        // Implicit in the engine's own speed, for the same reason.
+        // Implicit in engine speed, for the same reason.
         let stiffness = if slip.abs() < LOCK_WITHIN_RADPS { stiffness_nms } else { 0.0 };
         self.engine_radps += dt * (torque - clutch) / (engine.inertia_kgm2 + dt * stiffness);
         drive
     }
 
-    /// Once per sub-iteration, after the wheels moved.
+    /// Locks the clutch or slips it; called once per sub-iteration after the wheels moved.
     pub(super) fn update_clutch(&mut self, model: &VehicleModel, wheel_radps: f32) {
         let ratio = self.ratio(model);
         if ratio == 0.0 {

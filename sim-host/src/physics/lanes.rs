@@ -1,26 +1,26 @@
-//! Four vectors at once: wheels are computed four to an instruction.
+//! SIMD vectors of four lanes: four wheels are computed by one instruction.
 
 use std::ops::{Add, Mul, Sub};
 
 use glam::{Mat3, Vec3};
 
-/// One number in each of four lanes. Not glam's `Vec4`: rapier's determinism makes that scalar.
+/// One number in each of four lanes. Not glam's `Vec4`, which is scalar in deterministic builds.
 pub(super) type Lanes = wide::f32x4;
 
-/// `masked` where the mask is set, else `other`.
+/// Returns `masked` where the mask is set, and `other` elsewhere.
 #[inline]
 pub(super) fn select(mask: Lanes, masked: Lanes, other: Lanes) -> Lanes {
     mask.bitselect(masked, other)
 }
 
-/// Each lane's neighbour: 1, 0, 3, 2.
+/// Returns the lanes in the order 1, 0, 3, 2.
 #[inline]
 pub(super) fn neighbours(v: Lanes) -> Lanes {
     let [a, b, c, d] = v.to_array();
     Lanes::new([b, a, d, c])
 }
 
-/// One three-dimensional vector in each of four lanes.
+/// One vector in each of four lanes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Lanes3 {
     pub x: Lanes,
@@ -29,13 +29,13 @@ pub(super) struct Lanes3 {
 }
 
 impl Lanes3 {
-    /// The same vector in every lane.
+    /// Returns the same vector in every lane.
     #[inline]
     pub(super) fn splat(v: Vec3) -> Lanes3 {
         Lanes3 { x: Lanes::splat(v.x), y: Lanes::splat(v.y), z: Lanes::splat(v.z) }
     }
 
-    /// `matrix * v` in every lane.
+    /// Returns `matrix * v` in every lane.
     #[inline]
     pub(super) fn turned(self, matrix: &Mat3) -> Lanes3 {
         Lanes3::splat(matrix.x_axis) * self.x
@@ -57,7 +57,7 @@ impl Lanes3 {
         }
     }
 
-    /// Over the lanes.
+    /// Returns the sum over the lanes.
     #[inline]
     pub(super) fn sum(self) -> Vec3 {
         Vec3::new(self.x.reduce_add(), self.y.reduce_add(), self.z.reduce_add())

@@ -5,7 +5,7 @@ use protocol::{ActorId, Pose};
 
 use super::error::PhysicsError;
 
-/// f32 keeps half a centimetre out to here.
+/// Largest distance from the origin: f32 resolves half a centimetre there.
 const WORLD_MAX_M: f32 = 50_000.0;
 pub(super) fn check_pose(id: ActorId, pose: &Pose) -> Result<(), PhysicsError> {
     let bad =
@@ -26,7 +26,7 @@ pub(super) fn check_length(
     most: f32,
     why: &'static str,
 ) -> Result<(), PhysicsError> {
-    // Not finite lengths fail this comparison as well.
+    // A length that is not finite fails this comparison.
     if v.length() <= most {
         return Ok(());
     }

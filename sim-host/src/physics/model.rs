@@ -1,5 +1,4 @@
-//! What a vehicle is made of: every number that the vehicle's motion depends on and that does not
-//! change while it drives, with defaults for each class.
+//! The constant parameters of a vehicle.
 //!
 //! Vehicle space: x forward, y left, z up, the origin on the ground below the middle of the
 //! wheelbase.
@@ -12,10 +11,10 @@ use super::tyre::TyreModel;
 /// Standard gravity. Metres per second squared.
 pub const GRAVITY_MPS2: f32 = 9.81;
 
-/// The most wheels that a vehicle may have.
+/// Largest number of wheels of a vehicle.
 pub const WHEELS_MAX: usize = 8;
 
-/// What kind of vehicle, for the defaults.
+/// The vehicle class, which selects default parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Class {
     /// Passenger cars.
@@ -28,98 +27,101 @@ pub enum Class {
     Bus,
     /// Motorcycles and scooters.
     Motorcycle,
-    /// Bicycles, with their rider as the engine.
+    /// Bicycles; the rider is the engine.
     Bicycle,
 }
 
 impl Class {
-    /// Two wheels in line, kept upright by their rider.
+    /// Whether the vehicle has two wheels in line and is kept upright by its rider.
     pub fn leans(self) -> bool {
         matches!(self, Class::Motorcycle | Class::Bicycle)
     }
 }
 
-/// Where a wheel sits and what it is for.
+/// The position and function of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelPlace {
-    /// Hub in vehicle space, the vehicle standing at rest.
+    /// Hub in vehicle space, at static load.
     pub hub_m: Vec3,
     /// Unloaded radius.
     pub radius_m: f32,
-    /// Turned by the steering wheel.
+    /// Whether the steering turns the wheel.
     pub steered: bool,
-    /// Turned by the engine.
+    /// Whether the engine drives the wheel.
     pub driven: bool,
 }
 
-/// One wheel with its suspension, tyre and brake.
+/// A wheel with its suspension, tyre and brake.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WheelModel {
-    /// Hub in vehicle space, the vehicle standing at rest.
+    /// Hub in vehicle space, at static load.
     pub hub_m: Vec3,
     /// Rolling radius.
     pub radius_m: f32,
-    /// About the axle.
+    /// Moment of inertia about the axle.
     pub inertia_kgm2: f32,
-    /// Turned by the steering wheel.
+    /// Whether the steering turns the wheel.
     pub steered: bool,
-    /// Share of the engine's torque; all wheels' shares sum to 1.
+    /// Fraction of the drive torque; the fractions of all wheels sum to 1.
     pub drive_share: f32,
-    /// With the brake pedal fully down.
+    /// Brake torque with the pedal fully pressed.
     pub brake_torque_nm: f32,
-    /// With the handbrake on.
+    /// Brake torque with the handbrake applied.
     pub handbrake_torque_nm: f32,
-    /// Force on the ground at rest.
+    /// Static wheel load.
     pub static_load_n: f32,
-    /// Spring rate at the wheel. Newtons per metre.
+    /// Wheel rate of the spring. Newtons per metre.
     pub spring_npm: f32,
-    /// Damper at the wheel when it moves up into the body. Newton seconds per metre.
+    /// Damping at the wheel in compression. Newton seconds per metre.
     pub bump_damping_nspm: f32,
-    /// Damper at the wheel when it moves out.
+    /// Damping at the wheel in rebound. Newton seconds per metre.
     pub rebound_damping_nspm: f32,
-    /// How far up from rest until the bump stop.
+    /// Compression travel from static load to the bump stop.
     pub bump_travel_m: f32,
-    /// The wheel at the other end of the axle, if there is one.
+    /// Index of the wheel at the other end of the axle, if there is one.
     pub partner: Option<u8>,
-    /// Anti-roll bar: force per metre by which this wheel is higher in the body than its partner.
+    /// Rate of the anti-roll bar: force per metre of difference in compression between the wheel
+    /// and its partner.
     pub anti_roll_npm: f32,
-    /// Height of the axle's roll centre above ground.
+    /// Height of the roll centre above ground.
     pub roll_center_m: f32,
-    /// How much a wheel leans in at its top, for each metre that it moves up into the body.
+    /// Camber gain: inclination towards the vehicle per metre of compression. Radians per metre.
     pub camber_radpm: f32,
-    /// Of a steered wheel: how far it turns, as a share of what Ackermann's law asks for.
+    /// Steering angle of the wheel as a fraction of the angle of Ackermann geometry.
     pub steer_share: f32,
-    /// Drag of the bearing. Newton metre seconds per radian.
+    /// Viscous friction of the bearing. Newton metre seconds per radian.
     pub damping_nmsprad: f32,
-    /// Grip, as a multiple of the tyre's.
+    /// Factor on the friction of the tyre.
     pub grip: f32,
-    /// The tyre.
+    /// Tyre of the wheel.
     pub tyre: TyreModel,
 }
 
-/// What turns the wheels.
+/// The engine, or the electric motor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EngineModel {
-    /// Full-throttle torque: pairs of revolutions per minute and newton metres, rising in rpm.
+    /// Full-throttle torque curve: pairs of engine speed in revolutions per minute, rising, and
+    /// torque in newton metres.
     pub torque_curve: Vec<[f32; 2]>,
-    /// The rev limiter.
+    /// Engine speed of the rev limiter. Revolutions per minute.
     pub max_rpm: f32,
-    /// Where it idles; 0: it stands when the wheels stand (an electric motor), and needs no clutch.
+    /// Idle speed; 0 for an electric motor, which stands with the wheels and needs no clutch.
+    /// Revolutions per minute.
     pub idle_rpm: f32,
-    /// Flywheel and crankshaft.
+    /// Moment of inertia of flywheel and crankshaft.
     pub inertia_kgm2: f32,
-    /// Drag with the throttle closed, near standstill. Newton metres.
+    /// Drag torque with closed throttle near standstill. Newton metres.
     pub drag_nm: f32,
-    /// Drag that grows with speed, the throttle open. Newton metre seconds per radian.
+    /// Viscous drag at full throttle. Newton metre seconds per radian.
     pub damping_full_nmsprad: f32,
-    /// The same with the throttle closed and a gear in.
+    /// Viscous drag with closed throttle and a gear engaged. Newton metre seconds per radian.
     pub damping_geared_nmsprad: f32,
-    /// The same with the throttle closed, in neutral.
+    /// Viscous drag with closed throttle in neutral. Newton metre seconds per radian.
     pub damping_neutral_nmsprad: f32,
 }
 
 impl EngineModel {
-    /// Full-throttle torque at an engine speed.
+    /// Returns the full-throttle torque at an engine speed. Newton metres.
     pub fn torque_nm(&self, rpm: f32) -> f32 {
         let curve = &self.torque_curve;
         let Some(first) = curve.first() else { return 0.0 };
@@ -136,79 +138,79 @@ impl EngineModel {
     }
 }
 
-/// One forward gear. The gearbox shifts at these shares of the rev limit at half throttle, later
-/// with more of it.
+/// One forward gear. The shift points are fractions of the rev limit at half throttle; they rise
+/// with the throttle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GearModel {
-    /// Engine turns per turn of the propeller shaft.
+    /// Engine revolutions per revolution of the propeller shaft.
     pub ratio: f32,
-    /// Below this it shifts down.
+    /// Shift-down point.
     pub down: f32,
-    /// Above this it shifts up.
+    /// Shift-up point.
     pub up: f32,
 }
 
-/// What stands between the engine and the wheels.
+/// The gearbox with its clutch and final drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GearboxModel {
-    /// It shifts by itself unless the driver does.
+    /// Whether the gearbox shifts automatically unless the driver does.
     pub automatic: bool,
-    /// First gear first.
+    /// Forward gears, first gear first.
     pub forward: Vec<GearModel>,
-    /// The same for reverse; positive.
+    /// Ratio of the reverse gear, positive.
     pub reverse: f32,
-    /// Turns of the propeller shaft per turn of the wheel.
+    /// Revolutions of the propeller shaft per wheel revolution.
     pub final_drive: f32,
-    /// How long the clutch stays open at a shift.
+    /// Time during which the clutch is open in a shift. Seconds.
     pub shift_s: f32,
-    /// The most torque that the clutch carries, at the engine.
+    /// Torque capacity of the clutch, at the engine.
     pub clutch_nm: f32,
-    /// Share of the engine's torque that reaches the wheels.
+    /// Fraction of the engine torque that reaches the wheels.
     pub efficiency: f32,
 }
 
-/// How a two-wheeler is kept upright.
+/// The balance of a two-wheeler.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeanModel {
-    /// The most lean to either side.
+    /// Largest lean angle to either side.
     pub max_rad: f32,
-    /// How fast the rider answers. Radians per second.
+    /// Natural frequency of the rider's response. Radians per second.
     pub frequency_radps: f32,
 }
 
-/// Everything about a vehicle that does not change while it drives.
+/// The constant parameters of a vehicle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VehicleModel {
-    /// What kind.
+    /// Vehicle class.
     pub class: Class,
-    /// With its driver.
+    /// Mass with driver.
     pub mass_kg: f32,
-    /// About the centre of mass, about the axes of vehicle space.
+    /// Principal moments of inertia about the centre of mass, in vehicle axes.
     pub inertia_kgm2: Vec3,
     /// Centre of mass in vehicle space.
     pub com_m: Vec3,
-    /// Middle of the body's collision box, which ends above the ground.
+    /// Centre of the collision box, which ends above the ground.
     pub box_center_m: Vec3,
-    /// Half the edges of that box.
+    /// Half the edges of the collision box.
     pub box_half_m: Vec3,
-    /// Up to [`WHEELS_MAX`].
+    /// Wheels, at most [`WHEELS_MAX`].
     pub wheels: Vec<WheelModel>,
-    /// What turns the wheels.
+    /// Engine or electric motor.
     pub engine: EngineModel,
-    /// What stands between the engine and the wheels.
+    /// Gearbox, clutch and final drive.
     pub gearbox: GearboxModel,
     /// Drag coefficient.
     pub drag_coefficient: f32,
-    /// What the air meets.
+    /// Frontal area.
     pub frontal_m2: f32,
-    /// Lift coefficient times frontal area, positive downwards.
+    /// Downforce coefficient times frontal area.
     pub downforce_area_m2: f32,
-    /// How far the steering wheel turns a wheel in the middle of the front axle.
+    /// Largest steering angle in the middle of the front axle, positive to the left.
     pub steer_max_rad: f32,
-    /// How fast.
+    /// Steering rate. Radians per second.
     pub steer_rate_radps: f32,
-    /// Share of `steer_max_rad` that is available: pairs of metres per second and share.
+    /// Available fraction of `steer_max_rad` by speed: pairs of metres per second and fraction.
     pub steer_curve: Vec<[f32; 2]>,
-    /// For two-wheelers.
+    /// Balance of a two-wheeler; `None` for other vehicles.
     pub lean: Option<LeanModel>,
 }

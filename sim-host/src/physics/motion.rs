@@ -1,22 +1,22 @@
-//! A rigid body's motion, carried on by ourselves inside one substep of the rigid-body world.
+//! The motion of a rigid body inside one substep of the rigid-body world.
 //!
-//! Tyres and suspensions are stiffer than a substep of 10 ms allows. So each substep is cut into
-//! sub-iterations in which a copy of the body moves under the forces that it meets; the world then
-//! gets their mean, and both arrive at the same velocity.
+//! Tyres and suspensions are too stiff for a substep of 10 ms. So each substep is divided into
+//! sub-iterations in which a copy of the body moves under the forces on it; the rigid-body world
+//! then gets the mean force, and both reach the same velocity.
 
 use glam::{Mat3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// In world space.
+/// The state of a rigid body, in world space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
     /// Centre of mass.
     pub com_m: Vec3,
-    /// `world_from_body`, without the place.
+    /// `world_from_body`, rotation only.
     pub axes: Mat3,
     pub velocity_mps: Vec3,
     pub spin_radps: Vec3,
-    /// Downwards; 0 for who does not fall.
+    /// Gravity downwards; 0 for a body without gravity.
     pub gravity_mps2: f32,
 }
 
@@ -48,14 +48,14 @@ impl Wrench {
 }
 
 impl Motion {
-    /// Velocity of the body's point at `arm_m` from the centre of mass.
+    /// Returns the velocity of the body's point at `arm_m` from the centre of mass.
     #[inline]
     pub(super) fn velocity_at(&self, arm_m: Vec3) -> Vec3 {
         self.velocity_mps + self.spin_radps.cross(arm_m)
     }
 
-    /// Moves on by `dt` seconds; gravity is added here. Velocity first, then place with the new
-    /// velocity, as the world does.
+    /// Advances by `dt` seconds under a force and gravity: semi-implicit Euler, as the rigid-body
+    /// world does.
     #[inline]
     pub(super) fn advance(&mut self, wrench: &Wrench, mass_kg: f32, inertia_kgm2: Vec3, dt: f32) {
         self.velocity_mps += (wrench.force_n / mass_kg - Vec3::Z * self.gravity_mps2) * dt;

@@ -8,7 +8,7 @@ use rapier3d::{
     prelude::Pose,
 };
 
-/// Whether two shapes touch. Boxes, capsules: all pairs that we build are supported.
+/// Whether two shapes touch. Every pair of boxes, capsules and spheres is supported.
 pub(super) fn touch(pose: &Pose, shape: &dyn Shape, other_pose: &Pose, other: &dyn Shape) -> bool {
     let apart = (pose.translation - other_pose.translation).length();
     let reach = shape.compute_local_bounding_sphere();
@@ -21,7 +21,7 @@ pub(super) fn touch(pose: &Pose, shape: &dyn Shape, other_pose: &Pose, other: &d
     intersection_test(pose, shape, other_pose, other).is_ok_and(|found| found.intersecting)
 }
 
-/// The same shape a little smaller, so that what merely touches is not refused.
+/// Returns a slightly smaller shape, so that touching without overlap is no obstacle.
 pub(super) fn shrunk(shape: &SharedShape) -> SharedShape {
     const SKIN_M: f32 = 0.01;
     match (shape.as_cuboid(), shape.as_capsule()) {

@@ -3,7 +3,7 @@
 use protocol::{VehicleControl, flag};
 use serde::{Deserialize, Serialize};
 
-/// The driver's commands, checked.
+/// The controls of a vehicle, in their ranges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pedals {
     pub throttle: f32,
@@ -15,7 +15,7 @@ pub(super) struct Pedals {
 }
 
 impl Pedals {
-    /// Cut to their ranges; what is not a number is 0.
+    /// Clamps the controls to their ranges; NaN becomes 0.
     pub(super) fn new(control: &VehicleControl) -> Pedals {
         let cut = |value: f32, low: f32| if value.is_nan() { 0.0 } else { value.clamp(low, 1.0) };
         Pedals {

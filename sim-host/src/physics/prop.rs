@@ -9,12 +9,12 @@ use super::{
     motion::{Motion, Wrench},
 };
 
-/// A thing that stands about: a box, its origin in the middle of its base.
+/// The size and mass of a prop: a box with its origin in the middle of its base.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PropModel {
     /// Half the edges.
     pub half_extents_m: Vec3,
-    /// Evenly spread.
+    /// Mass, evenly distributed.
     pub mass_kg: f32,
 }
 

@@ -1,4 +1,4 @@
-//! What others see of an actor, and the hash over everything that decides the future.
+//! Published states of actors, and the hash of the physics state.
 
 use protocol::{ActorId, ActorState, Pose, WalkerLimbs, flag, kind, parts};
 
@@ -11,23 +11,23 @@ use super::{
 };
 
 impl Physics {
-    /// Writes into `state` all that physics knows of `state.actor_id`, and returns whether it
-    /// exists. Of the flags, those that physics decides are set or cleared and the others stay;
-    /// blueprint, kind, phase and signal stay as well.
+    /// Writes the physical part of the state of `state.actor_id` and returns whether the actor
+    /// exists. Flags that physics decides are set or cleared; other flags, blueprint, kind, phase
+    /// and signal stay.
     pub fn write_state(&self, state: &mut ActorState) -> bool {
         let Ok(index) = self.find(state.actor_id) else { return false };
         self.write_actor_state(&self.actors[index], state);
         true
     }
 
-    /// The limbs of a walker, if it has fallen.
+    /// Returns the limbs of a walker, if it has fallen.
     pub fn limbs(&self, id: ActorId) -> Option<WalkerLimbs> {
         let actor = &self.actors[self.find(id).ok()?];
         let Kind::Walker(Walker { limbs: Some(limbs), .. }) = &actor.kind else { return None };
         Some(WalkerLimbs::new(id, &limbs.joint_rotations(&self.world, actor.body)))
     }
 
-    /// Writes everybody's state, by id. `blueprint` and the like are left 0.
+    /// Returns the state of every actor, by id. Fields that physics does not decide are 0.
     pub fn states(&self) -> impl Iterator<Item = ActorState> + '_ {
         self.actors.iter().map(|actor| {
             let mut state = ActorState { actor_id: ActorId(actor.id), ..ActorState::default() };
@@ -76,10 +76,11 @@ impl Physics {
         state.flags = state.flags & !OURS | flags;
     }
 
-    /// Over everything of physics that decides the future: each body's pose, velocities and place
-    /// in rapier's arena (which orders its solver); each vehicle's wheels, patches, drivetrain,
-    /// steering and pedals; walkers and glides; who touches whom; and the impulses with which
-    /// rapier warm-starts its contacts. Its trees and graphs follow from these and the same past.
+    /// Returns the hash of everything in physics that decides the future: the pose, velocities and
+    /// arena index of each body (which orders rapier's solver); wheels, patches, drivetrain,
+    /// steering and controls of each vehicle; walkers and kinematic velocities; pairs in contact;
+    /// and the impulses with which rapier warm-starts its contacts. Rapier's trees and graphs
+    /// follow from these and the same history.
     pub fn hash(&self) -> u64 {
         let mut digest = Digest::default();
         digest.word(self.actors.len() as u64);

@@ -1,4 +1,4 @@
-//! What sensors ask of the world of bodies. Nothing here changes it.
+//! Queries of the rigid-body world for sensors. They change nothing.
 
 use glam::Vec3;
 use protocol::{ActorId, Pose as BusPose};
@@ -12,30 +12,30 @@ use rapier3d::{
 
 use super::{actor::Kind, motion::Twist, rigid_body::origin_mps, world::Physics};
 
-/// How a body moves at one moment.
+/// The motion of a body at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyMotion {
     /// `world_from_actor`.
     pub pose: BusPose,
-    /// Of the origin, in world space.
+    /// Velocity of the origin, in world space.
     pub velocity_mps: Vec3,
-    /// In world space.
+    /// Angular velocity, in world space.
     pub spin_radps: Vec3,
 }
 
-/// What a ball ran into.
+/// The object that a sphere cast hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CastHit {
-    /// Somebody.
+    /// An actor.
     Actor(ActorId),
-    /// A static box.
+    /// A static box, by index.
     Static(u32),
     /// The ground.
     Ground,
 }
 
 impl Physics {
-    /// How an actor's body moves now; nothing if it has none.
+    /// Returns the motion of an actor's body, or `None` if the actor has none.
     pub fn motion(&self, id: ActorId) -> Option<BodyMotion> {
         let actor = &self.actors[self.find(id).ok()?];
         let body = self.body(actor);
@@ -52,16 +52,16 @@ impl Physics {
         })
     }
 
-    /// Mean speed of the rims of a vehicle's wheels, forwards; nothing if it has no wheels.
+    /// Returns the mean circumferential speed of a vehicle's wheels, or `None` if it has no wheels.
     pub fn wheel_speed_mps(&self, id: ActorId) -> Option<f32> {
         let actor = &self.actors[self.find(id).ok()?];
         let Kind::Vehicle(vehicle) = &actor.kind else { return None };
         vehicle.wheel_speed_mps()
     }
 
-    /// The first that a ball runs into which is pushed from `from` along `ahead`, a unit vector,
-    /// and how far it gets. Who is `but` is passed through; with `only_actors` so are boxes and
-    /// ground.
+    /// Casts a sphere from `from` along the unit vector `ahead`, up to `reach_m`. Returns the
+    /// distance and the first object that it hits. The actor `excluded` is ignored; with
+    /// `only_actors`, so are static boxes and the ground.
     pub fn cast_sphere(
         &self,
         (from, ahead): (Vec3, Vec3),
@@ -107,8 +107,8 @@ impl Physics {
         nearest
     }
 
-    /// What stands on the line between two places: whether a static box or the ground does, and
-    /// which actors do, by id. The two of `but` do not count.
+    /// Tests the line between two points. Returns whether a static box or the ground blocks it, and
+    /// the actors on it, by id. The actors in `excluded` are ignored.
     pub fn line_of_sight(
         &self,
         from: Vec3,
@@ -144,8 +144,8 @@ impl Physics {
         (hits_box || hits_ground, actors)
     }
 
-    /// How far a ball gets until it meets the ground. One that lies in the ground where it begins
-    /// does not meet it: sensors are mounted low.
+    /// Returns the distance that a sphere travels until it hits the ground. A sphere that starts in
+    /// the ground does not hit it: some sensors are mounted low.
     fn sphere_on_ground(
         &self,
         (from, ahead): (Vec3, Vec3),

@@ -1,9 +1,10 @@
-//! One who fell: eleven bodies that hang together by joints, each with the limits of a human's.
+//! The ragdoll of a fallen walker: eleven bodies connected by joints with human limits.
 //!
-//! Every body's space is the actor's as it stood, so that a limb that has not turned lies where the
-//! standing one has it. The walker's own body is the hips. The ground is no collider of the world
-//! of bodies, and limbs that press on each other would sink into springs: so each has a floor of
-//! its own, a solid box that goes with it below the surface and carries nobody else.
+//! The space of every body is that of the standing walker, so that a limb without rotation lies
+//! where the standing walker has it. The walker's own body is the hips. The ground is no collider
+//! of the rigid-body world, and limbs that press on each other would sink into spring contacts: so
+//! each limb has a floor of its own, a solid box below the surface that moves with it and supports
+//! no other limb.
 
 use glam::{Quat, Vec3};
 use protocol::LIMBS;
@@ -20,33 +21,33 @@ use super::{
     walker_model::WalkerModel,
 };
 
-/// How fast a joint that is left alone stops turning, per second: flesh is no bearing.
+/// Velocity damping of a joint, per second.
 const JOINT_DAMPING_PER_S: f32 = 9.0;
-/// Clothes on asphalt, with a limb's own 0.4: a mean of 0.6.
+/// Friction of a floor. With the 0.4 of a limb the mean is 0.6, clothes on asphalt.
 const FLOOR_FRICTION: f32 = 0.8;
-/// Who moves no faster than this for half a second has come to rest: by the point of each limb's
-/// space that is farthest off, some metres from the limb.
+/// A body slower than this for half a second may sleep. Rapier evaluates the speed of the point of
+/// the body's space that is farthest from it, some metres from the limb.
 const REST_MPS: f32 = 0.5;
-/// Whose hips have stayed so near for so long lies, however limbs twitch.
+/// A ragdoll whose hips stay within this radius for this time may sleep, whatever its limbs do.
 const REST_RADIUS_M: f32 = 0.2;
 const SLEEP_AFTER_S: f32 = 1.5;
-/// The least of a limb's inertias, as a share of the largest.
+/// Smallest principal inertia of a limb, as a fraction of the largest.
 const INERTIA_MIN_SHARE: f32 = 0.25;
-/// What air and clothes take.
+/// Angular damping by air and clothes.
 const SPIN_DAMPING_PER_S: f32 = 0.4;
-/// Half the edges of a floor, and how far a limb goes until its floor follows.
+/// Half the edges of a floor, and the distance a limb moves until its floor follows.
 const FLOOR_HALF_M: Vec3 = Vec3::new(0.9, 0.9, 0.5);
 const FLOOR_REACH_M: f32 = 0.4;
 
 const FLOOR: Group = Group::GROUP_2;
-/// The first part's; the others' follow.
+/// Bit of the first part's group; those of the other parts follow.
 const PART: u32 = 8;
 
 fn group(part: usize) -> Group {
     Group::from_bits_retain(1 << (PART + part as u32))
 }
 
-/// A limb runs into everything but limbs and the floors of others.
+/// Groups of a limb: it collides with everything except limbs and the floors of others.
 fn limb_groups(part: usize, is_solid: bool) -> InteractionGroups {
     let others = if is_solid { Group::GROUP_1 } else { Group::NONE };
     InteractionGroups::new(group(part), others | FLOOR, InteractionTestMode::And)
@@ -56,50 +57,51 @@ fn floor_groups(part: usize) -> InteractionGroups {
     InteractionGroups::new(FLOOR, group(part), InteractionTestMode::And)
 }
 
-/// The bodies of one who fell, but for the hips.
+/// The bodies of a fallen walker except the hips.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Limbs {
-    /// In the order of [`protocol::ActorState::limbs`].
+    /// Bodies in the order of [`protocol::WalkerLimbs`].
     pub bodies: [RigidBodyHandle; LIMBS],
-    /// What each of them stands on, the hips first.
+    /// Floors of the parts, the hips first.
     floors: [ColliderHandle; LIMBS + 1],
-    /// Where the hips have been for a while, and for how long.
+    /// Position at which the hips came to rest, and the time since.
     rest_position_m: Vec3,
     rest_time_s: f32,
 }
 
-/// One body: lengths in shares of the height, (forward, left, up) from between the feet.
+/// One part of the body. Lengths are fractions of the height, (forward, left, up) from between the
+/// feet.
 struct Part {
-    /// Which of the parts carries it.
+    /// Index of the part that carries this one.
     carrier: usize,
-    /// What it turns about.
+    /// Position of the joint.
     joint: [f32; 3],
     middle: [f32; 3],
     half: [f32; 3],
-    /// Of the whole mass.
+    /// Fraction of the whole mass.
     mass: f32,
     kind: JointKind,
 }
 
-/// How far a part turns against its carrier. Radians.
+/// How a part rotates relative to its carrier. Radians.
 #[derive(Clone, Copy)]
 enum JointKind {
-    /// The first of all is carried by nobody.
+    /// The first part has no carrier.
     Root,
     Ball(Ball),
-    /// About y: least and most.
+    /// About y: lower and upper limit.
     Hinge([f32; 2]),
 }
 
 use JointKind::{Hinge, Root};
 
-/// Measured from the middle of its range, for the angles about three axes are none where they come
-/// near to half a turn.
+/// Angles are measured from the middle of the range, because those about three axes are not defined
+/// near half a revolution.
 #[derive(Clone, Copy)]
 struct Ball {
-    /// The middle: about x, then about y.
+    /// Middle of the range: about x, then about y.
     middle: [f32; 2],
-    /// From there, either way, about x, y and z.
+    /// Limits to either side of the middle, about x, y and z.
     reach: [f32; 3],
 }
 
@@ -108,18 +110,18 @@ const NECK: JointKind = JointKind::Ball(Ball { middle: [0.0, 0.1], reach: [0.5, 
 const ARM: Ball = Ball { middle: [0.75, -0.7], reach: [1.05, 1.3, 0.9] };
 const THIGH: Ball = Ball { middle: [0.25, -0.7], reach: [0.5, 1.0, 0.5] };
 
-/// The left one of a pair.
+/// Returns the left joint of a pair.
 const fn left(ball: Ball) -> JointKind {
     JointKind::Ball(ball)
 }
 
-/// The right one.
+/// Returns the right joint of a pair.
 const fn right(Ball { middle: [x, y], reach }: Ball) -> JointKind {
     JointKind::Ball(Ball { middle: [-x, y], reach })
 }
 
-/// Masses after Winter, Biomechanics and Motor Control of Human Movement, 4th ed., table 4.1;
-/// joints as [`town::Skeleton`] has them.
+/// Mass fractions after Winter, Biomechanics and Motor Control of Human Movement, 4th ed., table
+/// 4.1; joints as in [`town::Skeleton`].
 #[rustfmt::skip]
 const PARTS: [Part; LIMBS + 1] = [
     Part { carrier: 0, joint: [0.0, 0.0, 0.530], middle: [0.0, 0.0, 0.535], half: [0.055, 0.085, 0.055], mass: 0.15, kind: Root },
@@ -150,12 +152,12 @@ impl Part {
     fn mass(&self, walker: &WalkerModel) -> MassProperties {
         let model = self.model(walker);
         let inertia = model.inertia_kgm2();
-        // Thin limbs that may spin about themselves never come to rest.
+        // Thin limbs with a small inertia about their own axis would not come to rest.
         let inertia = inertia.max(Vec3::splat(INERTIA_MIN_SHARE * inertia.max_element()));
         MassProperties::new(self.middle_m(walker), model.mass_kg, inertia)
     }
 
-    /// Long parts are round at their ends.
+    /// Returns the shape of a part. Long parts are capsules, the others boxes.
     fn shape(&self, walker: &WalkerModel) -> SharedShape {
         let half = self.model(walker).half_extents_m;
         let radius = 0.5 * (half.x + half.y);
@@ -194,14 +196,14 @@ impl Part {
     }
 }
 
-/// They sleep when nothing of them has moved for a while.
+/// The sleeping thresholds of limbs.
 fn activation() -> RigidBodyActivation {
     let mut activation = RigidBodyActivation::active();
     activation.normalized_linear_threshold = REST_MPS;
     activation
 }
 
-/// Where a floor's box lies below the ground that was found.
+/// Returns the pose of a floor below the ground that a query found.
 fn floor_pose(x: f32, y: f32, hit: &Hit) -> Pose {
     let turn = Quat::from_rotation_arc(Vec3::Z, hit.normal);
     let top = Vec3::new(x, y, hit.height_m);
@@ -209,8 +211,8 @@ fn floor_pose(x: f32, y: f32, hit: &Hit) -> Pose {
 }
 
 impl Limbs {
-    /// A walker's own body becomes its hips, and the other parts come to hang on them. They move on
-    /// as it did.
+    /// Turns a walker's body into the hips and attaches the other parts to it. All of them continue
+    /// with the walker's velocity.
     pub(super) fn create(
         world: &mut PhysicsWorld,
         (body, collider): (RigidBodyHandle, ColliderHandle),
@@ -260,7 +262,7 @@ impl Limbs {
         }
         let mut limbs = [body; LIMBS];
         limbs.copy_from_slice(&bodies[1..]);
-        // Deep below: each comes up with the first substep.
+        // Floors start far below; each moves up in the first substep.
         let floors = std::array::from_fn(|part| {
             let floor = SharedShape::cuboid(FLOOR_HALF_M.x, FLOOR_HALF_M.y, FLOOR_HALF_M.z);
             let collider = ColliderBuilder::new(floor)
@@ -272,7 +274,8 @@ impl Limbs {
         Limbs { bodies: limbs, floors, rest_position_m: place.translation, rest_time_s: 0.0 }
     }
 
-    /// Before a substep of `dt` seconds: floors follow their limbs. Who sleeps is not touched.
+    /// Moves floors below their limbs; called before a substep of `dt` seconds. The floors of
+    /// sleeping limbs stay.
     pub(super) fn update_floors(
         &mut self,
         world: &mut PhysicsWorld,
@@ -290,7 +293,7 @@ impl Limbs {
             let hit = ground.below(at.x, at.y, at.z + 0.3);
             let now = *world.colliders[floor].position();
             let target = floor_pose(at.x, at.y, &hit);
-            // To move a floor is to wake who lies on it.
+            // Moving a floor wakes the limb on it.
             let tilt_or_height_changed = (now.rotation * Vec3::Z).distance(hit.normal) > 1e-3
                 || (target.translation - now.translation).dot(hit.normal).abs() > 1e-3;
             let away = (target.translation - now.translation).truncate().length();
@@ -300,8 +303,8 @@ impl Limbs {
         }
     }
 
-    /// Limbs that lie in each other's way may twitch for long: who has lain for a while may sleep
-    /// in spite of it.
+    /// Overlapping limbs may jitter for a long time: a ragdoll that has been at rest for a while
+    /// may sleep nevertheless.
     fn update_sleep(&mut self, world: &mut PhysicsWorld, hips: RigidBodyHandle, dt: f32) {
         let body = &world.bodies[hips];
         if body.is_sleeping() {
@@ -324,7 +327,7 @@ impl Limbs {
         }
     }
 
-    /// Whether they run into others.
+    /// Selects whether the limbs collide with other bodies.
     pub(super) fn set_collisions(&self, world: &mut PhysicsWorld, hips: RigidBodyHandle, on: bool) {
         for (part, handle) in std::iter::once(&hips).chain(&self.bodies).enumerate() {
             for collider in world.bodies[*handle].colliders().to_vec() {
@@ -333,7 +336,7 @@ impl Limbs {
         }
     }
 
-    /// How each is turned against what carries it.
+    /// Returns the rotation of each limb relative to its carrier.
     pub(super) fn joint_rotations(
         &self,
         world: &PhysicsWorld,
@@ -346,7 +349,8 @@ impl Limbs {
         std::array::from_fn(|limb| turn(PARTS[limb + 1].carrier).inverse() * turn(limb + 1))
     }
 
-    /// Puts all of them where the hips are put, held as they are, at rest.
+    /// Moves all limbs with the hips from one pose to another, at rest, with unchanged joint
+    /// angles.
     pub(super) fn teleport(&self, world: &mut PhysicsWorld, from: &Pose, to: &Pose) {
         let moved = *to * from.inverse();
         for handle in self.bodies {
@@ -357,7 +361,7 @@ impl Limbs {
         }
     }
 
-    /// Takes them out of the world.
+    /// Removes the limbs and floors from the world.
     pub(super) fn remove(&self, world: &mut PhysicsWorld) {
         for handle in self.bodies {
             world.remove_body(handle);

@@ -6,7 +6,7 @@ use rapier3d::prelude::{Pose, RigidBody};
 
 use super::motion::{Motion, Twist, Wrench};
 
-/// Velocity of the body's origin: rapier speaks of the centre of mass.
+/// Returns the velocity of the body's origin. Rapier's is that of the centre of mass.
 pub(super) fn origin_mps(body: &RigidBody) -> Vec3 {
     body.velocity_at_point(body.translation())
 }
@@ -21,7 +21,8 @@ pub(super) fn motion_of(body: &RigidBody, gravity_mps2: f32) -> Motion {
     }
 }
 
-/// Rapier keeps forces until told otherwise, so the last substep's are cleared.
+/// Sets the force of one substep. Rapier keeps forces, so those of the previous substep are
+/// cleared.
 pub(super) fn apply(body: &mut RigidBody, wrench: &Wrench) {
     body.reset_forces(false);
     body.reset_torques(false);
@@ -29,25 +30,25 @@ pub(super) fn apply(body: &mut RigidBody, wrench: &Wrench) {
     body.add_torque(wrench.torque_nm, true);
 }
 
-/// Moves a kinematic body on by its set velocity.
+/// Sets the next pose of a kinematic body from its velocity.
 pub(super) fn integrate_kinematic(body: &mut RigidBody, velocity: Twist, dt: f32) {
     let turn = Quat::from_scaled_axis(velocity.angular_radps * dt) * *body.rotation();
     let place = body.translation() + velocity.linear_mps * dt;
     body.set_next_kinematic_position(Pose::from_parts(place, turn.normalize()));
 }
 
-/// The velocity of a body's origin as it is published.
+/// Returns the velocity of a body's origin as snapshots hold it.
 pub(super) fn published_velocity_mps(body: &RigidBody) -> Vec3 {
     Vec3::from_array(origin_mps(body).to_array().map(|v| rounded(v, parts::MOTION)))
 }
 
-/// To whole parts of a unit, never to a negative 0.
+/// Rounds to multiples of 1/`parts`; the result is never −0.
 pub(super) fn rounded(value: f32, parts: u32) -> f32 {
-    /// From here on numbers have no fraction: to add it is to round.
+    /// Numbers from here on have no fraction, so adding this rounds.
     const WHOLE: f32 = 8_388_608.0;
     let parts = parts as f32;
     let scaled = (value * parts).abs();
-    // Larger numbers are whole parts already, if they are numbers.
+    // Larger numbers are multiples already, unless they are not finite.
     if scaled < WHOLE {
         let whole = (scaled + WHOLE) - WHOLE;
         (whole / parts).copysign(value) + 0.0
@@ -56,7 +57,7 @@ pub(super) fn rounded(value: f32, parts: u32) -> f32 {
     }
 }
 
-/// Returns a pose of the bus as one of rapier.
+/// Returns a pose of a message as a pose of rapier.
 pub(super) fn body_pose(pose: &BusPose) -> Pose {
     Pose::from_parts(pose.position(), pose.rotation().normalize())
 }

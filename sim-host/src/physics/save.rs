@@ -1,5 +1,4 @@
-//! The whole state as bytes, and back: what a fork, a recording's keyframe and a restarted host
-//! need to go on bit for bit.
+//! The physics state as bytes. A restored state continues bit for bit.
 
 use std::{collections::BTreeSet, sync::Arc};
 
@@ -22,7 +21,7 @@ use super::{
     world::Physics,
 };
 
-/// Changes whenever the bytes' meaning does.
+/// Version of the layout and meaning of the bytes.
 const VERSION: u32 = 5;
 
 #[derive(Serialize, Deserialize)]
@@ -42,14 +41,14 @@ struct SavedActor {
 
 #[derive(Serialize, Deserialize)]
 enum SavedKind {
-    /// Index of the blueprint's model, what clients made of it, state.
+    /// Index of the blueprint's model, changed parameters, state.
     Vehicle(u32, Option<Vec<u8>>, VehicleState),
     Walker(Walker),
     Prop(Prop),
 }
 
 #[derive(Serialize, Deserialize)]
-struct Rest {
+struct SavedActors {
     models: Vec<VehicleModel>,
     actors: Vec<SavedActor>,
     touching: BTreeSet<Pair>,
@@ -57,9 +56,8 @@ struct Rest {
 }
 
 impl Physics {
-    /// Everything that decides the future, but neither the ground nor the static boxes' index: a
-    /// state is restored into a world of the same map. The collisions of the last frame are not
-    /// kept.
+    /// Returns everything that decides the future, except the ground and the static boxes: a state
+    /// is restored into a world of the same map. The collisions of the last frame are not kept.
     pub fn save(&self) -> Vec<u8> {
         let mut models: Vec<Arc<VehicleModel>> = Vec::new();
         let mut actors = Vec::with_capacity(self.actors.len());
@@ -93,32 +91,37 @@ impl Physics {
             });
         }
         let models = models.iter().map(|m| VehicleModel::clone(m)).collect();
-        let rest = Rest { models, actors, touching: self.touching.clone(), grip: self.grip };
+        let rest = SavedActors { models, actors, touching: self.touching.clone(), grip: self.grip };
         let mut bytes = VERSION.to_le_bytes().to_vec();
-        bytes = postcard::to_extend(&self.world, bytes).expect("the world is plain data");
+        bytes =
+            postcard::to_extend(&self.world, bytes).expect("the rigid-body world is plain data");
         bytes = postcard::to_extend(&rest, bytes).expect("actors are plain data");
         let sum = digest(&bytes);
         bytes.extend_from_slice(&sum.to_le_bytes());
         bytes
     }
 
-    /// Goes on from saved bytes; on an error the world is as it was.
+    /// Restores saved bytes.
+    ///
+    /// # Errors
+    ///
+    /// The bytes are damaged or of another version; the world is unchanged.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), PhysicsError> {
         let damaged = |e: postcard::Error| PhysicsError::Damaged(e.to_string());
         let whole = bytes.split_last_chunk::<8>().filter(|(bytes, _)| bytes.len() >= 4);
         let Some((bytes, sum)) = whole else {
-            return Err(PhysicsError::Damaged(format!("it has only {} bytes", bytes.len())));
+            return Err(PhysicsError::Damaged(format!("only {} bytes", bytes.len())));
         };
         let (version, body) = bytes.split_at(4);
         if version != VERSION.to_le_bytes() {
-            return Err(PhysicsError::Damaged(format!("it is not of version {VERSION}")));
+            return Err(PhysicsError::Damaged(format!("bad version, expected {VERSION}")));
         }
         if digest(bytes).to_le_bytes() != *sum {
-            return Err(PhysicsError::Damaged("its checksum is wrong".to_string()));
+            return Err(PhysicsError::Damaged("bad checksum".to_string()));
         }
         let bytes = body;
         let (world, bytes) = postcard::take_from_bytes::<PhysicsWorld>(bytes).map_err(damaged)?;
-        let rest: Rest = postcard::from_bytes(bytes).map_err(damaged)?;
+        let rest: SavedActors = postcard::from_bytes(bytes).map_err(damaged)?;
         let models: Vec<_> =
             rest.models.into_iter().map(|m| Arc::new(Prepared::new(Arc::new(m)))).collect();
         let mut actors = Vec::with_capacity(rest.actors.len());
@@ -130,7 +133,8 @@ impl Physics {
                     let prepared = models.get(index as usize).ok_or_else(|| lacks("model"))?;
                     let mut vehicle = Vehicle::new(Arc::clone(prepared));
                     if let Some(bytes) = tuning {
-                        let tuning = tuning::from_bytes(&bytes).ok_or_else(|| lacks("numbers"))?;
+                        let tuning =
+                            tuning::from_bytes(&bytes).ok_or_else(|| lacks("valid parameters"))?;
                         vehicle.tune(&tuning);
                     }
                     vehicle.state = state;

@@ -23,12 +23,16 @@ use super::{
     world::Physics,
 };
 
-/// A vehicle that is spawned no higher above the road than this is set onto it.
+/// A vehicle spawned no higher above the road than this is placed on it.
 const SNAP_M: f32 = 1.0;
 
 impl Physics {
-    /// Puts a vehicle into the world, at rest. If it is upright and at most 1 m above the road, it
-    /// is set onto it. Returns where it stands now.
+    /// Spawns a vehicle at rest and returns its pose. An upright vehicle at most 1 m above the road
+    /// is placed on the road.
+    ///
+    /// # Errors
+    ///
+    /// The id is in use, the pose is not valid, or an obstacle overlaps the vehicle.
     pub fn spawn_vehicle(
         &mut self,
         id: ActorId,
@@ -47,7 +51,11 @@ impl Physics {
         Ok(pose)
     }
 
-    /// Puts a walker into the world, standing. The pose's origin is between its feet.
+    /// Spawns a standing walker and returns its pose, whose origin is between the feet.
+    ///
+    /// # Errors
+    ///
+    /// The id is in use, the pose is not valid, or an obstacle overlaps the walker.
     pub fn spawn_walker(
         &mut self,
         id: ActorId,
@@ -71,7 +79,11 @@ impl Physics {
         Ok(pose)
     }
 
-    /// Puts a box into the world. The pose's origin is in the middle of its base.
+    /// Spawns a prop and returns its pose, whose origin is in the middle of the base.
+    ///
+    /// # Errors
+    ///
+    /// The id is in use, the pose is not valid, or an obstacle overlaps the prop.
     pub fn spawn_prop(
         &mut self,
         id: ActorId,
@@ -96,7 +108,8 @@ impl Physics {
         Ok(())
     }
 
-    /// Vehicles of one model share what is computed from it, also with those that were restored.
+    /// Returns the shared precomputed values of a model. Vehicles of one model share them, restored
+    /// vehicles included.
     fn prepared(&self, model: &Arc<VehicleModel>) -> Arc<Prepared> {
         let known = self.actors.iter().find_map(|actor| match &actor.kind {
             Kind::Vehicle(v)
@@ -139,7 +152,7 @@ impl Physics {
             .collision_groups(SOLID)
             .user_data(u128::from(id.0));
         let (body, collider) = self.world.insert(body, collider);
-        // Its centre of mass counts from the first substep on.
+        // The centre of mass is valid from the first substep on.
         let PhysicsWorld { bodies, colliders, .. } = &mut self.world;
         bodies[body].recompute_mass_properties_from_colliders(colliders);
         let actor = Actor {
@@ -159,7 +172,7 @@ impl Physics {
         Ok(())
     }
 
-    /// The pose with all wheels on the ground, if they are near it.
+    /// Returns the pose with all wheels on the ground, if they are near it.
     fn snapped(&self, model: &VehicleModel, pose: &Pose) -> Pose {
         let (position, rotation) = (pose.position(), pose.rotation());
         if (rotation * Vec3::Z).z < 0.7 || model.wheels.is_empty() {
@@ -169,7 +182,7 @@ impl Physics {
         if !origin.on_map || position.z - origin.height_m > SNAP_M {
             return *pose;
         }
-        // A plane through the ground below the wheels: their mean height and slopes along both axes.
+        // The plane through the ground below the wheels: mean height, and slopes along both axes.
         let ahead = (rotation * Vec3::X).with_z(0.0).normalize_or(Vec3::X);
         let left = Vec3::Z.cross(ahead);
         let feet: Vec<(Vec2, f32)> = model

@@ -1,4 +1,4 @@
-//! The solid boxes of the map, and the tree that finds them.
+//! The static boxes of the map, and a tree that finds them.
 
 use glam::{Quat, Vec3};
 use rapier3d::{
@@ -14,11 +14,11 @@ use super::overlap::touch;
 /// A solid box that never moves: a building, a pole, a trunk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StaticBox {
-    /// In world space.
+    /// Centre, in world space.
     pub center: Vec3,
-    /// Half the edges, in the box's axes.
+    /// Half the edges, in box axes.
     pub half_extents_m: Vec3,
-    /// About z.
+    /// Rotation about z.
     pub yaw_rad: f32,
 }
 
@@ -28,7 +28,7 @@ impl StaticBox {
     }
 }
 
-/// The boxes that never move, sorted in a tree.
+/// The static boxes of a map, in a bounding volume hierarchy.
 pub(super) struct StaticBoxes {
     boxes: Vec<(Pose, Cuboid)>,
     tree: Bvh,
@@ -44,12 +44,12 @@ impl StaticBoxes {
         StaticBoxes { boxes, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds), enabled }
     }
 
-    /// Says whether that is news.
+    /// Enables or disables a box. Returns whether that is a change.
     pub(super) fn set_enabled(&mut self, index: usize, enabled: bool) -> bool {
         std::mem::replace(&mut self.enabled[index], enabled) != enabled
     }
 
-    /// A box that the shape touches: the one with the lowest index.
+    /// Returns the lowest index of a box that the shape touches.
     pub(super) fn touching(&self, pose: &Pose, shape: &dyn Shape) -> Option<usize> {
         let bounds = shape.compute_aabb(pose);
         let near = self.tree.intersect_aabb(&bounds).map(|leaf| leaf as usize);
@@ -57,7 +57,7 @@ impl StaticBoxes {
             .min()
     }
 
-    /// Those that a shape may touch on its way from one pose to another, by index.
+    /// Returns the boxes that a shape may touch on its way from one pose to another, by index.
     pub(super) fn near_sweep(&self, shape: &dyn Shape, from: &Pose, to: &Pose) -> Vec<usize> {
         let bounds = shape.compute_swept_aabb(from, to);
         let near = self.tree.intersect_aabb(&bounds).map(|leaf| leaf as usize);
@@ -66,13 +66,13 @@ impl StaticBoxes {
         near
     }
 
-    /// One of them.
+    /// Returns the pose and shape of a box.
     pub(super) fn shape(&self, index: usize) -> (&Pose, &dyn Shape) {
         let (pose, shape) = &self.boxes[index];
         (pose, shape)
     }
 
-    /// What to call it.
+    /// Returns the description of a box for messages.
     pub(super) fn name(&self, index: usize) -> &'static str {
         let half = self.boxes[index].1.half_extents;
         if half.x.max(half.y) > 1.5 { "a building" } else { "a pole, trunk or wall" }

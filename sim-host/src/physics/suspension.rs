@@ -1,18 +1,18 @@
-//! Spring, damper, bump stop: from the wheels' places in the body to their loads.
+//! Suspensions: spring, damper and bump stop, from wheel travel to wheel load.
 
 use super::{
     lanes::{Lanes, select},
     model::WheelModel,
 };
 
-/// The bump stop is this many times stiffer than the spring.
+/// Stiffness of the bump stop as a multiple of the spring's.
 const BUMP_STOP_STIFFNESS: f32 = 8.0;
-/// No suspension presses harder than this many times its load at rest.
+/// Largest wheel load as a multiple of the static load.
 const LOAD_FACTOR_MAX: f32 = 10.0;
-/// A damper answers at most this many times the load at rest.
+/// Largest damper force as a multiple of the static load.
 const DAMPER_FACTOR_MAX: f32 = 2.0;
 
-/// Four suspensions.
+/// The suspensions of up to four wheels.
 #[derive(Debug)]
 pub(super) struct Suspensions {
     pub rest_n: Lanes,
@@ -20,7 +20,7 @@ pub(super) struct Suspensions {
     bump_nspm: Lanes,
     rebound_nspm: Lanes,
     travel_m: Lanes,
-    /// How far below rest the springs are slack; negative.
+    /// Travel at which the springs are slack; negative, measured from static load.
     pub droop_m: Lanes,
 }
 
@@ -37,8 +37,8 @@ impl Suspensions {
         }
     }
 
-    /// Force on the ground. `up_m` is how far the wheel has moved up into the body since rest, and
-    /// `rate_mps` how fast it does. `shifted_n` is what the anti-roll bar and the links add.
+    /// Returns the wheel load. `up_m` is the compression from static load, `rate_mps` its rate, and
+    /// `shifted_n` the load that the anti-roll bar and the links add.
     #[inline]
     pub(super) fn load_n(&self, up_m: Lanes, rate_mps: Lanes, shifted_n: Lanes) -> Lanes {
         let bumping = rate_mps.simd_gt(Lanes::ZERO);
@@ -51,7 +51,7 @@ impl Suspensions {
         let load = (spring + damper + shifted_n)
             .fast_max(Lanes::ZERO)
             .fast_min(self.rest_n * LOAD_FACTOR_MAX);
-        // A slack spring's damper holds nothing.
+        // The damper of a slack spring carries no load.
         select(spring.simd_gt(Lanes::ZERO), load, Lanes::ZERO)
     }
 }

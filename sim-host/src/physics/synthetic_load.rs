@@ -1,4 +1,4 @@
-//! Physics alone at full speed, on a synthetic load: for measuring it.
+//! A synthetic load of the physics, for benchmarks.
 
 use std::sync::Arc;
 
@@ -7,14 +7,14 @@ use protocol::{ActorId, Pose, VehicleControl};
 
 use super::{ground::Ground, model::VehicleModel, world::Physics};
 
-/// Cars that drive about on a bumpy plain, changing pedals and steering all the time.
+/// Cars that drive on an uneven plain with changing pedals and steering.
 pub struct SyntheticLoad {
     physics: Physics,
     frame: u64,
 }
 
 impl SyntheticLoad {
-    /// `cars` sedans, 16 m apart, on a plain of triangles with 2 m edges.
+    /// Spawns `cars` sedans, 16 m apart, on a plain of triangles with edges of 2 m.
     pub fn new(cars: u32) -> SyntheticLoad {
         let columns = f64::from(cars).sqrt().ceil() as u32;
         let side_m = columns as f32 * 16.0 + 400.0;
@@ -29,12 +29,12 @@ impl SyntheticLoad {
             let pose = Pose::level(Vec3::new(x, y, bump(x, y) + 0.3), car as f32 * 0.9);
             physics
                 .spawn_vehicle(ActorId(car + 1), &model, &pose, false)
-                .expect("16 m are room enough");
+                .expect("cars 16 m apart do not overlap");
         }
         SyntheticLoad { physics, frame: 0 }
     }
 
-    /// One frame: new pedals for everybody, then a step.
+    /// Simulates one frame with new controls for every car.
     pub fn frame(&mut self, delta_nanos: u64, substep_max_nanos: u64) {
         let ids: Vec<ActorId> = self.physics.ids().collect();
         for id in ids {
@@ -47,13 +47,13 @@ impl SyntheticLoad {
                 steer: 0.3 + 0.2 * phase.sin(),
                 ..VehicleControl::default()
             };
-            self.physics.control(&control).expect("it was spawned");
+            self.physics.control(&control).expect("the car was spawned");
         }
         self.physics.step(delta_nanos, substep_max_nanos);
         self.frame += 1;
     }
 
-    /// The world, for looking at.
+    /// Returns the physics world.
     pub fn physics(&self) -> &Physics {
         &self.physics
     }
@@ -63,7 +63,7 @@ fn bump(x: f32, y: f32) -> f32 {
     0.6 * (x * 0.021).sin() * (y * 0.017).cos() + 0.03 * (x * 0.31).sin() * (y * 0.27).sin()
 }
 
-/// A square of `side_m` around the origin, in triangles with edges of `edge_m`.
+/// Returns a square of `side_m` around the origin, in triangles with edges of `edge_m`.
 fn plain(side_m: f32, edge_m: f32) -> mesh::Mesh {
     let mut mesh = mesh::Mesh::default();
     let count = (side_m / edge_m).ceil() as u32 + 1;

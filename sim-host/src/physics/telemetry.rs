@@ -1,4 +1,4 @@
-//! What can be read of a vehicle in motion, beyond what every snapshot shows.
+//! Telemetry of a vehicle: values that snapshots do not hold.
 
 use glam::Vec3;
 use protocol::{VehicleTelemetry, WheelTelemetry};
@@ -9,7 +9,7 @@ use super::{
     vehicle::Vehicle,
 };
 
-/// Slower than this, slip is told as if it were this fast.
+/// Below this speed, slip is computed as at this speed.
 const SLIP_BELOW_MPS: f32 = 0.5;
 
 impl Vehicle {
@@ -30,7 +30,7 @@ impl Vehicle {
         }
     }
 
-    /// Mean speed of the rims of all wheels, forwards.
+    /// Returns the mean circumferential speed of all wheels, forwards.
     pub(super) fn wheel_speed_mps(&self) -> Option<f32> {
         let wheels = &self.prepared.model.wheels;
         let rims = self.prepared.order.iter().enumerate().map(|(place, index)| {

@@ -1,4 +1,4 @@
-//! What clients may change of a vehicle: from its numbers to a model, and back.
+//! Vehicle parameters that clients can change: conversion to and from a model.
 
 use bytemuck::{Pod, bytes_of};
 use glam::Vec3;
@@ -12,7 +12,7 @@ use super::{
     model::{GearModel, VehicleModel},
 };
 
-/// What a client reads of a model that nobody changed.
+/// Returns the parameters of an unchanged model.
 pub(super) fn physics_of(model: &VehicleModel) -> VehiclePhysics {
     let engine = &model.engine;
     let gearbox = &model.gearbox;
@@ -21,7 +21,7 @@ pub(super) fn physics_of(model: &VehicleModel) -> VehiclePhysics {
         .iter()
         .map(|gear| Gear { ratio: gear.ratio, down: gear.down, up: gear.up })
         .collect();
-    let curve = |pairs: &[[f32; 2]]| Curve::new(pairs).expect("our own curves are short");
+    let curve = |pairs: &[[f32; 2]]| Curve::new(pairs).expect("a model's curves fit");
     let wheels = model.wheels.iter().zip(0..).map(|(wheel, index)| VehicleWheel {
         index,
         hub_m: wheel.hub_m.to_array(),
@@ -60,7 +60,7 @@ pub(super) fn physics_of(model: &VehicleModel) -> VehiclePhysics {
             ..VehicleGearbox::default()
         }
         .with_gears(&gears)
-        .expect("our own gearboxes have few gears"),
+        .expect("a model's gears fit"),
         steering: VehicleSteering {
             share: curve(&model.steer_curve),
             ..VehicleSteering::default()
@@ -69,7 +69,7 @@ pub(super) fn physics_of(model: &VehicleModel) -> VehiclePhysics {
     }
 }
 
-/// The model that a client's numbers make of a blueprint's own.
+/// Returns the model that a blueprint's own model and a client's parameters give.
 pub(super) fn tuned_model(own: &VehicleModel, by: &VehiclePhysics) -> VehicleModel {
     let mut model = own.clone();
     let heavier = by.body.mass_kg / own.mass_kg;
@@ -97,7 +97,7 @@ pub(super) fn tuned_model(own: &VehicleModel, by: &VehiclePhysics) -> VehicleMod
     let widest = by.wheels.iter().map(|wheel| wheel.steer_max_rad).fold(0.0, f32::max);
     model.steer_max_rad = widest;
 
-    // Springs keep the body's height and its frequency: they follow the load that they carry.
+    // Spring rates follow the static load, so that ride height and natural frequency stay the same.
     let hubs: Vec<Vec3> = own.wheels.iter().map(|wheel| wheel.hub_m).collect();
     let before = loads(&hubs, own.com_m, own.mass_kg, 0.0);
     let after = loads(&hubs, model.com_m, model.mass_kg, 0.0);
@@ -123,14 +123,14 @@ pub(super) fn tuned_model(own: &VehicleModel, by: &VehiclePhysics) -> VehicleMod
     model
 }
 
-/// For saving.
+/// Returns the bytes for a saved state.
 pub(super) fn to_bytes(physics: &VehiclePhysics) -> Vec<u8> {
     let VehiclePhysics { body, engine, gearbox, steering, wheels } = physics;
     let wheels: &[u8] = bytemuck::cast_slice(wheels);
     [bytes_of(body), bytes_of(engine), bytes_of(gearbox), bytes_of(steering), wheels].concat()
 }
 
-/// What was saved; `None` if it is damaged.
+/// Reads saved bytes; `None` if they are damaged.
 pub(super) fn from_bytes(mut bytes: &[u8]) -> Option<VehiclePhysics> {
     let physics = VehiclePhysics {
         body: take(&mut bytes)?,

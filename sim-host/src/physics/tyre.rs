@@ -1,60 +1,62 @@
-//! The tyre: from slip to force.
+//! The tyre model: from slip to force.
 //!
 //! The shape is Pacejka's magic formula (Pacejka, Tire and Vehicle Dynamics, 3rd ed., section
-//! 4.3.1), once along and once across. Both slips, each scaled so that its curve begins with
-//! slope 1, form one vector; its length reads the curves, its direction shares the force out, so
-//! that the limit is an ellipse. Slip itself is the deflection of a contact patch that is dragged
-//! over the ground (ibid., section 7.2.3): at speed that is the textbook's slip after a short
-//! relaxation length, at rest it is a spring, and a parked car stays where it is.
+//! 4.3.1), with a longitudinal and a lateral curve. Both slips, each scaled so that its curve
+//! begins with slope 1, form one vector; its length selects the point on the curves and its
+//! direction distributes the force, so that the limit is an ellipse. The slip itself is the
+//! deflection of a contact patch dragged over the ground (ibid., section 7.2.3): at speed it is the
+//! steady-state slip after a relaxation length, at standstill it is a spring, so that a parked car
+//! does not creep.
 
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
 use super::lanes::Lanes;
 
-/// The curves' table: entries, and how many for each unit of scaled slip.
+/// Size of the tables of the curves, and entries per unit of scaled slip.
 const STEPS: usize = 80;
 const STEPS_PER_UNIT: f32 = 4.0;
 
-/// What one tyre can do.
+/// The parameters of a tyre.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TyreModel {
-    /// Peak force along, as a share of the load, at the nominal load on dry asphalt.
+    /// Peak longitudinal friction coefficient, at the nominal load on dry asphalt.
     pub grip_x: f32,
-    /// Peak force across, as a share of the load.
+    /// Peak lateral friction coefficient, at the nominal load on dry asphalt.
     pub grip_y: f32,
-    /// Force along for small slip: per unit of slip and newton of load.
+    /// Longitudinal slip stiffness: force per unit of slip and newton of load.
     pub stiffness_x: f32,
-    /// Force across for small slip: per radian of slip angle and newton of load.
+    /// Cornering stiffness: force per radian of slip angle and newton of load.
     pub stiffness_y: f32,
-    /// Magic formula's C along.
+    /// Longitudinal shape factor C of the magic formula.
     pub shape_x: f32,
-    /// Magic formula's C across.
+    /// Lateral shape factor C of the magic formula.
     pub shape_y: f32,
-    /// Magic formula's E along.
+    /// Longitudinal curvature factor E of the magic formula.
     pub curvature_x: f32,
-    /// Magic formula's E across.
+    /// Lateral curvature factor E of the magic formula.
     pub curvature_y: f32,
-    /// Share of grip and stiffness lost per multiple of the nominal load.
+    /// Fraction of friction and stiffness lost per multiple of the nominal load.
     pub load_sensitivity: f32,
-    /// Load at which grip and stiffness hold.
+    /// Load for which friction and stiffness are given.
     pub nominal_load_n: f32,
-    /// Above this multiple of that load, stiffness across grows no more.
+    /// Multiple of the nominal load above which the cornering stiffness no longer grows.
     pub stiff_load: f32,
-    /// Force across of a leaning wheel, to the side that it leans to: per radian of camber and
-    /// newton of load.
+    /// Camber stiffness: lateral force towards the side of the inclination, per radian of camber
+    /// and newton of load.
     pub camber_stiffness: f32,
-    /// Distance rolled until the force along has followed the slip to 63 %.
+    /// Longitudinal relaxation length: distance rolled until the force reaches 63 % of its final
+    /// value.
     pub relaxation_x_m: f32,
-    /// The same across.
+    /// Lateral relaxation length.
     pub relaxation_y_m: f32,
-    /// Drag of rolling, as a share of the load.
+    /// Rolling resistance coefficient.
     pub rolling_resistance: f32,
 }
 
-/// Both curves in one table: force over scaled slip, divided by scaled slip; 1 at 0 and falling.
+/// Both curves in one table: force divided by scaled slip, over scaled slip; 1 at 0 and falling.
 ///
-/// Each entry holds its own values, along and across, and its successor's.
+/// Each entry holds its own longitudinal and lateral values, and those of its successor.
 #[derive(Debug, PartialEq)]
 struct Curves([[f32; 4]; STEPS]);
 
@@ -80,60 +82,61 @@ impl Curves {
     }
 }
 
-/// Up to four tyres, with what can be computed beforehand.
+/// Up to four tyres with precomputed values.
 #[derive(Debug)]
 pub(super) struct Tyres {
     curves: [Curves; 4],
     /// Inverse relaxation lengths.
     relax_x: Lanes,
     relax_y: Lanes,
-    /// From a patch's deflection to its slip, scaled so that the curve's slope is 1.
+    /// Factor from the deflection of a patch to its slip, scaled so that the curve's slope is 1.
     scale_x: Lanes,
     scale_y: Lanes,
     /// Force per deflection and load, for small slips.
     spring_x: Lanes,
     spring_y: Lanes,
     grip_max: Lanes,
-    /// Effective load per load: `base − fall * load`.
+    /// Effective load divided by load: `base − fall * load`.
     load_base: Lanes,
     load_fall: Lanes,
     stiff_n: Lanes,
     camber_stiffness: Lanes,
 }
 
-/// What the tyres answer to one sub-iteration's motion.
+/// The tyre forces of one sub-iteration.
 ///
-/// Along, the force is `held_n + slope_nspm * (rim speed − ground speed)`, so that the wheel's spin
-/// can be found together with it.
+/// The longitudinal force is `held_n + slope_nspm * (circumferential speed − ground speed)`, so
+/// that it can be solved together with the wheel's angular velocity.
 pub(super) struct TyreForces {
     pub held_n: Lanes,
     pub slope_nspm: Lanes,
     pub across_n: Lanes,
     pub limit_n: Lanes,
-    /// The patch's deflection along fades by this factor.
+    /// Factor by which the longitudinal deflection of the patch decays.
     pub fade: Lanes,
 }
 
-/// The contact patches' deflection: what tyres remember.
+/// The deflection of the contact patches: the state of the tyres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct PatchDeflection {
     pub along_m: Lanes,
     pub across_m: Lanes,
 }
 
-/// How the wheels move over ground: forwards, to the left, and their rims backwards at the ground.
+/// The velocity of the contact points over ground, forwards and to the left, and the
+/// circumferential speed of the wheels.
 #[derive(Clone, Copy)]
 pub(super) struct ContactVelocity {
     pub along_mps: Lanes,
     pub across_mps: Lanes,
     pub wheel_speed_mps: Lanes,
-    /// Radians by which the wheels lean to the right.
+    /// Camber: inclination of the wheels to the right. Radians.
     pub camber: Lanes,
 }
 
-/// Below this speed the patch's spring is damped as rubber is.
+/// Below this speed the deflection of the patch is damped like rubber.
 const DAMPED_BELOW_MPS: f32 = 3.0;
-/// How much, per newton of load: about a third of critical for the vehicle on its patches.
+/// Damping per newton of load: about a third of the critical damping of the vehicle on its patches.
 const DAMPING_SPM: f32 = 2.0;
 
 impl Tyres {
@@ -155,8 +158,8 @@ impl Tyres {
         }
     }
 
-    /// One sub-iteration of `dt` seconds. Moves the patches across; along they move when the new
-    /// spin is known.
+    /// Computes one sub-iteration of `dt` seconds. Advances the lateral deflection; the
+    /// longitudinal one is advanced when the new angular velocity is known.
     #[inline]
     pub(super) fn forces(
         &self,
@@ -174,7 +177,7 @@ impl Tyres {
         let across_m = (deflection.across_m - across_mps * dt) * fade_y;
         deflection.across_m = across_m;
 
-        // Grip and stiffness fall alike with load, so their ratio stays.
+        // Friction and stiffness fall with load by the same factor, so their ratio is constant.
         let (slip_x, slip_y) = (along_m * self.scale_x, across_m * self.scale_y);
         let slip = (slip_x * slip_x + slip_y * slip_y).sqrt() / friction;
         let place = (slip * STEPS_PER_UNIT).fast_min(Lanes::splat(STEPS as f32 - 1e-3)).to_array();
@@ -189,7 +192,8 @@ impl Tyres {
 
         let slowness = (Lanes::ONE - transport * (1.0 / DAMPED_BELOW_MPS)).fast_max(Lanes::ZERO);
         let damper = slowness * load_n * DAMPING_SPM;
-        // Along, the patch will be (old + dt · slide) · fade, with the slide yet to be found.
+        // The longitudinal deflection will be (old + dt · slide) · fade, with the slide still
+        // unknown.
         TyreForces {
             held_n: spring_x * deflection.along_m * fade_x,
             slope_nspm: spring_x * fade_x * dt + damper,

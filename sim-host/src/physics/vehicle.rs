@@ -1,4 +1,4 @@
-//! A vehicle in motion: from pedals and ground to the force and torque on its body.
+//! A vehicle in motion: from controls and ground to the force and torque on its body.
 
 use std::sync::Arc;
 
@@ -20,23 +20,23 @@ use super::{
     wheels::{Braking, Surface, WheelBank, WheelBankState, WheelContacts, banks, lane_order},
 };
 
-/// The longest sub-iteration.
+/// Longest sub-iteration. Seconds.
 const ITERATION_MAX_S: f32 = 0.0026;
-/// Leaning further than this (cosine of the tilt), wheels do not carry.
+/// Cosine of the tilt beyond which the wheels carry no load.
 const CARRY_UP_MIN: f32 = 0.3;
-/// [`super::WHEELS_MAX`] wheels in banks of four.
+/// Banks of four for [`super::WHEELS_MAX`] wheels.
 const BANKS_MAX: usize = 2;
 
-/// A [`VehicleModel`] with what can be computed beforehand.
+/// A [`VehicleModel`] with precomputed values.
 #[derive(Debug)]
 pub(super) struct Prepared {
     pub model: Arc<VehicleModel>,
     banks: Vec<WheelBank>,
-    /// Which wheel is in each of their lanes.
+    /// Index of the wheel in each lane of the banks.
     pub order: Vec<usize>,
-    /// From the line about which the vehicle turns to the foremost axle.
+    /// Distance from the turning line to the foremost axle.
     wheelbase_m: f32,
-    /// Where that line lies in vehicle space.
+    /// The turning line in vehicle space: the line through the centre of rotation, parallel to y.
     rear_x_m: f32,
 }
 
@@ -57,7 +57,7 @@ impl Prepared {
 }
 
 impl Prepared {
-    /// Where a wheel points in the body's axes, by Ackermann's law.
+    /// Returns the direction of a wheel in body axes, by Ackermann geometry.
     pub(super) fn heading(&self, wheel: &WheelModel, steer_rad: f32) -> Vec3 {
         if !wheel.steered {
             return Vec3::X;
@@ -68,31 +68,31 @@ impl Prepared {
     }
 }
 
-/// All of a vehicle's state beyond its body's pose and velocity.
+/// The state of a vehicle beyond the pose and velocity of its body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct VehicleState {
     pub banks: Vec<WheelBankState>,
     pub drivetrain: Drivetrain,
-    /// In the middle of the front axle, positive to the left.
+    /// Steering angle in the middle of the front axle, positive to the left.
     pub steer_rad: f32,
     pub control: Pedals,
-    /// Who works the pedals, if a controller was ever spoken to.
+    /// The Ackermann controller, once a command has used it.
     pub ackermann: Option<Box<Ackermann>>,
-    /// By number.
+    /// Open doors, by index.
     pub doors: Vec<OpenDoor>,
 }
 
-/// A vehicle, without its body.
+/// A vehicle without its body.
 #[derive(Clone, Debug)]
 pub(super) struct Vehicle {
-    /// As it is.
+    /// The model with the parameters that clients changed.
     pub prepared: Arc<Prepared>,
-    /// As its blueprint has it.
+    /// The model of the blueprint.
     pub own: Arc<VehicleModel>,
-    /// How clients changed it.
+    /// The parameters that clients changed.
     pub tuning: Option<Box<VehiclePhysics>>,
     pub state: VehicleState,
-    /// The ground under the wheels of each bank: a cache that changes no result, and no state.
+    /// The ground under the wheels of each bank: a cache that changes no result and is no state.
     cached_ground: Vec<[Option<CachedTriangle>; 4]>,
 }
 
@@ -104,13 +104,13 @@ impl Vehicle {
         Vehicle { own, tuning: None, prepared, state, cached_ground }
     }
 
-    /// Is built otherwise from now on, and drives on.
+    /// Changes the parameters of the vehicle in motion.
     pub(super) fn tune(&mut self, physics: &VehiclePhysics) {
         self.prepared = Arc::new(Prepared::new(Arc::new(tuned_model(&self.own, physics))));
         self.tuning = Some(Box::new(physics.clone()));
     }
 
-    /// Forgets all motion, keeps the pedals and the doors.
+    /// Resets the state to standstill; controls, controller and doors stay.
     pub(super) fn reset_motion(&mut self) {
         let VehicleState { control, ackermann, doors, .. } = &mut self.state;
         let (control, ackermann, doors) = (*control, ackermann.take(), std::mem::take(doors));
@@ -118,25 +118,25 @@ impl Vehicle {
         self.state = VehicleState { control, ackermann, doors, ..at_rest };
     }
 
-    /// Sets the wheels rolling as the body moves, so that a set velocity does not make them slide.
+    /// Sets the wheel speeds to that of the body, so that a set velocity causes no slip.
     pub(super) fn roll_without_slip(&mut self, forward_mps: f32) {
         for (bank, state) in self.prepared.banks.iter().zip(&mut self.state.banks) {
             bank.roll_without_slip(state, forward_mps);
         }
     }
 
-    /// Those that stand open, by number.
+    /// Returns the open doors, by index.
     pub(super) fn open_doors(&self) -> impl Iterator<Item = &DoorModel> {
         self.state.doors.iter().map(|door| &door.model)
     }
 
-    /// How far the first wheel has turned, modulo one turn.
+    /// Returns the rotation angle of the first wheel, modulo one revolution.
     pub(super) fn wheel_angle_rad(&self) -> f32 {
         self.state.banks.first().map_or(0.0, |b| b.angle_rad.to_array()[0])
     }
 
-    /// One substep of `dt` seconds: moves a copy of the body through its sub-iterations, and
-    /// returns the mean force (without gravity) and torque. `outside` pushes as well.
+    /// Advances a copy of the body through the sub-iterations of one substep of `dt` seconds.
+    /// Returns the mean force, without gravity, and the mean torque. `external` acts in addition.
     pub(super) fn substep(
         &mut self,
         surface: &Surface,
@@ -171,7 +171,7 @@ impl Vehicle {
             carried &= bank.all_touch(&contacts[index]);
             pressed |= bank.is_pressed(state);
         }
-        // The body itself can only meet the ground when the wheels do not hold it up.
+        // The collision box can touch the ground only if the wheels do not carry the body.
         let upright = start.axes.z_axis.z > 0.8;
         let corners = if carried && upright && !pressed {
             CornerContacts::default()
@@ -227,7 +227,7 @@ impl VehicleState {
         }
     }
 
-    /// The driven wheels' mean speed.
+    /// Returns the mean speed of the driven wheels.
     #[inline]
     fn driven_radps(&self, prepared: &Prepared) -> f32 {
         prepared.banks.iter().zip(&self.banks).map(|(bank, state)| bank.driven_radps(state)).sum()
@@ -238,7 +238,7 @@ impl VehicleState {
         let most = model.steer_max_rad * share_at(&model.steer_curve, forward_mps.abs());
         let mut target = self.control.steer * most;
         if let Some(lean) = &model.lean {
-            // Nobody steers a two-wheeler tighter than they can lean.
+            // The steering angle is limited by the largest lean angle.
             let tightest = 0.9 * lean.max_rad.tan() * GRAVITY_MPS2 * prepared.wheelbase_m;
             let tightest = (tightest / (forward_mps * forward_mps).max(0.1)).atan();
             target = target.clamp(-tightest, tightest);
@@ -248,14 +248,14 @@ impl VehicleState {
     }
 }
 
-/// The rider's balance: a torque about the length axis towards the lean that the curve asks for.
-/// Who has fallen over is picked up by the same torque.
+/// Adds the rider's balance: a torque about the longitudinal axis towards the lean angle of the
+/// curve. It also raises a two-wheeler that has fallen over.
 fn lean(prepared: &Prepared, curvature_per_m: f32, motion: &Motion, wrench: &mut Wrench) {
     let model = &prepared.model;
     let Some(lean) = &model.lean else { return };
     let ahead = motion.axes.x_axis;
     let speed = motion.velocity_mps.dot(ahead);
-    // Positive about x is to the right; a left curve asks for left.
+    // A positive angle about x leans to the right; a left curve needs a lean to the left.
     let wanted = -(speed * speed * curvature_per_m / GRAVITY_MPS2).atan();
     let wanted = wanted.clamp(-lean.max_rad, lean.max_rad);
     let roll = motion.axes.y_axis.z.clamp(-1.0, 1.0).asin();
@@ -266,7 +266,7 @@ fn lean(prepared: &Prepared, curvature_per_m: f32, motion: &Motion, wrench: &mut
     wrench.torque_nm += ahead * torque;
 }
 
-/// Linear between the pairs, constant beyond them.
+/// Interpolates linearly between pairs; constant beyond them.
 fn share_at(curve: &[[f32; 2]], at: f32) -> f32 {
     let Some(first) = curve.first() else { return 1.0 };
     if at <= first[0] {

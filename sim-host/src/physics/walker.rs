@@ -1,42 +1,44 @@
-//! People on foot: upright capsules that go where they are told, on the ground, round what stands
-//! there. One who is hit hard and not invincible falls, and lies from then on: see `ragdoll.rs`.
+//! Walkers: upright capsules that move over the ground at a desired velocity and stop at obstacles.
+//! A fast vehicle knocks down a walker that is not invincible; it then becomes a ragdoll
+//! (`ragdoll.rs`).
 
 use glam::{Mat3, Quat, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::{ground::Ground, ragdoll::Limbs, walker_model::WalkerModel};
 
-/// The highest step that a walker takes without falling or being stopped.
+/// Highest step that a walker climbs, and deepest one that it descends without falling.
 const STEP_M: f32 = 0.4;
-/// Nobody falls faster.
+/// Largest speed of a fall.
 const FALL_MAX_MPS: f32 = 50.0;
-/// How fast one leaves the ground at a jump: some 0.9 m high, as CARLA's walkers.
+/// Vertical speed at the start of a jump, about 0.9 m high as with CARLA's walkers.
 const JUMP_MPS: f32 = 4.2;
-/// Who is hit faster than this falls.
+/// Closing speed of an obstacle above which a walker is knocked down.
 const KNOCK_DOWN_MPS: f32 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Walker {
     pub model: WalkerModel,
-    /// Where to, over ground: metres per second.
+    /// Desired velocity over ground, in world space.
     pub desired_speed_mps: Vec2,
-    /// In the air.
+    /// Vertical speed in the air; `None` on the ground.
     pub rise_mps: Option<f32>,
     pub yaw_rad: f32,
-    /// It fell, and lies.
+    /// The ragdoll of a fallen walker.
     pub limbs: Option<Limbs>,
 }
 
-/// A box that walkers go round, and that may hit them.
+/// A box that blocks walkers and may knock them down.
 pub(super) struct Obstacle {
     pub center_m: Vec3,
-    /// `world_from_box`.
+    /// `world_from_box`, rotation only.
     pub axes: Mat3,
     pub half_m: Vec3,
     pub velocity_mps: Vec3,
 }
 
 impl Obstacle {
-    /// From the box to a walker's side, negative within; and the way there, in world space.
+    /// Returns the distance from the box to the side of a walker, negative inside, and the
+    /// direction from the box to the walker in world space.
     fn gap(&self, middle_m: Vec3, model: &WalkerModel) -> (f32, Vec3) {
         let local = self.axes.transpose() * (middle_m - self.center_m);
         if local.z.abs() > self.half_m.z + model.height_m / 2.0 {
@@ -60,17 +62,17 @@ impl Walker {
         Walker { model, desired_speed_mps: Vec2::ZERO, rise_mps: None, yaw_rad, limbs: None }
     }
 
-    /// Leaves the ground, if it stands on it.
+    /// Starts a jump, if the walker stands on the ground.
     pub(super) fn jump(&mut self) {
         self.rise_mps = self.rise_mps.or(Some(JUMP_MPS));
     }
 
-    /// It fell, and lies.
+    /// Whether the walker has fallen and is a ragdoll.
     pub(super) fn has_fallen(&self) -> bool {
         self.limbs.is_some()
     }
 
-    /// Whether somebody hits it so hard within `dt` seconds that it falls.
+    /// Whether an obstacle hits the walker within `dt` seconds fast enough to knock it down.
     pub(super) fn is_knocked_down(&self, feet_m: Vec3, obstacles: &[Obstacle], dt: f32) -> bool {
         if !self.model.is_ragdoll_on_hit {
             return false;
@@ -79,7 +81,7 @@ impl Walker {
         let middle_m = feet_m + self.model.middle_m();
         obstacles.iter().any(|obstacle| {
             let coming_mps = obstacle.velocity_mps - own_mps;
-            // Who is far away need not be looked at closely.
+            // Distant obstacles need no exact test.
             let near_m = obstacle.half_m.length() + self.model.height_m + coming_mps.length() * dt;
             if (middle_m - obstacle.center_m).length_squared() > near_m * near_m {
                 return false;
@@ -90,8 +92,8 @@ impl Walker {
         })
     }
 
-    /// Where the feet will be after `dt` seconds, and how the body is turned. `free` says whether a
-    /// walker may stand at a place.
+    /// Returns the position of the feet after `dt` seconds, and the rotation of the body. `free`
+    /// tests whether a walker may stand at a position.
     pub(super) fn substep(
         &mut self,
         ground: &Ground,
@@ -105,7 +107,7 @@ impl Walker {
         if self.desired_speed_mps != Vec2::ZERO {
             self.yaw_rad = self.desired_speed_mps.y.atan2(self.desired_speed_mps.x);
             let stepped = feet_m + (self.desired_speed_mps * dt).extend(0.0);
-            // Who stands in a box may leave it.
+            // A walker inside a box may leave it.
             let deeper = |obstacle: &Obstacle| {
                 let [from, to] = [feet_m, stepped]
                     .map(|feet| obstacle.gap(feet + self.model.middle_m(), &self.model).0);

@@ -1,7 +1,7 @@
-//! Four wheels at once: where they stand, what they carry, how they spin, what they push.
+//! Up to four wheels at once: contact, load, rotation and force.
 //!
-//! A *bank* holds up to four wheels, the two ends of an axle side by side, so that an anti-roll bar
-//! is a swap of neighbouring lanes. Lanes without a wheel never touch the ground.
+//! A *bank* holds up to four wheels with both ends of an axle side by side, so that the anti-roll
+//! bar is a swap of neighbouring lanes. Lanes without a wheel never touch the ground.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -16,24 +16,24 @@ use super::{
     tyre::{ContactVelocity, PatchDeflection, Tyres},
 };
 
-/// The ray that seeks the ground starts this far above the hub at rest.
+/// Height above the static hub at which the ground query starts.
 const RAY_ABOVE_M: f32 = 0.6;
-/// A step in the ground lifts a wheel no faster than it could roll up: speed plus this.
+/// A step in the ground lifts a wheel at most at the vehicle's speed plus this.
 const CLIMB_MIN_MPS: f32 = 0.5;
-/// A wheel is never pressed further into the body than this.
+/// Largest compression of a suspension.
 const RAISED_MAX_M: f32 = 0.4;
-/// Slip is divided by grip: there is always some.
+/// Smallest factor on friction: slip is divided by friction.
 const GRIP_MIN: f32 = 1e-3;
 
-/// What wheels roll on.
+/// The ground and its wetness.
 #[derive(Clone, Copy)]
 pub(super) struct Surface<'a> {
     pub ground: &'a Ground,
-    /// Share of the dry ground's friction that is there: less where it is wet.
+    /// Factor on the friction of the dry ground.
     pub grip: f32,
 }
 
-/// What does not change of up to four wheels.
+/// The constant parameters of up to four wheels.
 #[derive(Debug)]
 pub(super) struct WheelBank {
     count: usize,
@@ -44,23 +44,24 @@ pub(super) struct WheelBank {
     drive_share: Lanes,
     brake_nm: Lanes,
     handbrake_nm: Lanes,
-    /// Rolling resistance times radius.
+    /// Rolling resistance coefficient times radius.
     rolling_m: Lanes,
-    /// Camber by which a wheel leans in as it moves up into the body, signed by its side.
+    /// Camber gain, signed by the side of the wheel.
     camber_radpm: Lanes,
     damping_nmsprad: Lanes,
     grip: Lanes,
     anti_roll_npm: Lanes,
-    /// Load that a newton across of both ends takes from this one: roll centre over track, signed.
+    /// Load transfer by the links per newton of lateral force of both wheels: roll centre height
+    /// over track, signed.
     link_share: Lanes,
-    /// How far ahead of the turning line and to the left a steered wheel sits; 0 for the others.
+    /// Distance ahead of the turning line, and to the left, of a steered wheel; 0 for others.
     steered_ahead_m: Lanes,
     steered_left_m: Lanes,
     suspensions: Suspensions,
     tyres: Tyres,
 }
 
-/// What up to four wheels remember.
+/// The state of up to four wheels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct WheelBankState {
     pub spin_radps: Lanes,
@@ -69,45 +70,45 @@ pub(super) struct WheelBankState {
     deflection: PatchDeflection,
     pub across_n: Lanes,
     pub along_n: Lanes,
-    /// Of engine and brakes together.
+    /// Torque of engine and brakes.
     pub torque_nm: Lanes,
-    /// Height of the ground that each rolls on; minus infinity in the air.
+    /// Height of the ground under each wheel; minus infinity in the air.
     ground_m: Lanes,
 }
 
-/// Up to four wheels on their ground during one substep.
+/// The contacts of up to four wheels with the ground during one substep.
 #[derive(Clone, Copy, Default)]
 pub(super) struct WheelContacts {
     touching: Lanes,
     on_ground_m: Lanes3,
     normal: Lanes3,
     friction: Lanes,
-    /// From hub to the contact point, in world space.
+    /// Vector from the hub to the contact point, in world space.
     foot_m: Lanes3,
-    /// How far they lean to the right with the body, against their ground.
+    /// Camber relative to the ground: inclination to the right with the body.
     camber: Lanes,
-    /// The wheels' direction in the body's axes.
+    /// Direction of the wheels in body axes.
     heading_x: Lanes,
     heading_y: Lanes,
 }
 
-/// The driver's part that concerns the wheels.
+/// The driver's brake inputs.
 #[derive(Clone, Copy)]
 pub(super) struct Braking {
-    /// 0 to 1.
+    /// From 0 to 1.
     pub pedal: f32,
     /// 0 or 1.
     pub handbrake: f32,
 }
 
-/// A vehicle's wheels in banks: each wheel beside its partner. `rear_x_m` is where the turning
-/// line lies.
+/// Returns the wheels of a vehicle in banks, each wheel beside its partner. `rear_x_m` is the
+/// turning line.
 pub(super) fn banks(model: &VehicleModel, rear_x_m: f32) -> Vec<WheelBank> {
-    // Lone wheels may stand beside each other: their shares of an axle are 0.
+    // Two wheels without a partner may be neighbours: their axle parameters are 0.
     lane_order(model).chunks(4).map(|wheels| WheelBank::new(model, wheels, rear_x_m)).collect()
 }
 
-/// Which wheel is in each lane of the banks.
+/// Returns the index of the wheel in each lane of the banks.
 pub(super) fn lane_order(model: &VehicleModel) -> Vec<usize> {
     let mut order: Vec<usize> = Vec::new();
     for (index, wheel) in model.wheels.iter().enumerate() {
@@ -142,7 +143,7 @@ impl WheelBank {
             count: order.len(),
             present: Lanes::new(present.map(|p| f32::from_bits(if p { u32::MAX } else { 0 }))),
             hub_in_body_m,
-            // Empty lanes divide by these.
+            // Empty lanes divide by these values.
             radius_m: Lanes::new(wheels.map(|w| w.radius_m)),
             inertia_kgm2: Lanes::new(wheels.map(|w| w.inertia_kgm2)),
             drive_share: lanes(&|w| w.drive_share),
@@ -174,7 +175,7 @@ impl WheelBank {
         }
     }
 
-    /// The driven wheels' mean speed, this bank's share of it.
+    /// Returns this bank's part of the mean speed of the driven wheels.
     #[inline]
     pub(super) fn driven_radps(&self, state: &WheelBankState) -> f32 {
         (self.drive_share * state.spin_radps).reduce_add()
@@ -187,7 +188,7 @@ impl WheelBank {
         state.deflection = PatchDeflection::default();
     }
 
-    /// Whether any wheel is pressed so hard that the body may touch the ground.
+    /// Whether a wheel load is so high that the collision box may touch the ground.
     pub(super) fn is_pressed(&self, state: &WheelBankState) -> bool {
         state.load_n.simd_gt(self.suspensions.rest_n * 3.0).any()
     }
@@ -196,8 +197,8 @@ impl WheelBank {
         (contacts.touching | !self.present).all()
     }
 
-    /// Where the wheels meet the ground in the middle of the coming substep. `curvature_per_m` is
-    /// that of the path which the steering asks for.
+    /// Finds the contacts in the middle of the coming substep. `curvature_per_m` is the curvature
+    /// of the path of the steering angle.
     pub(super) fn contacts(
         &self,
         state: &mut WheelBankState,
@@ -209,7 +210,7 @@ impl WheelBank {
     ) -> WheelContacts {
         let axes = &start.axes;
         let up = Lanes3::splat(axes.z_axis);
-        // Ackermann: all wheels turn about one point on the line of the rear axle.
+        // Ackermann geometry: all wheels turn about one point on the turning line.
         let ahead = self.steered_ahead_m * curvature_per_m;
         let inner = Lanes::ONE - self.steered_left_m * curvature_per_m;
         let length = (ahead * ahead + inner * inner).sqrt();
@@ -237,7 +238,7 @@ impl WheelBank {
         let highest = select(rolled, state.ground_m + climb_m, Lanes::splat(f32::INFINITY));
         on_ground_m.z = on_ground_m.z.fast_min(highest);
 
-        // A disc touches the plane with its lowest point, towards the plane's normal within itself.
+        // A disc touches a plane at the point towards the plane's normal, projected into the disc.
         let camber = normal.dot(axle);
         let in_disc = normal - axle * camber;
         let foot_m =
@@ -259,7 +260,7 @@ impl WheelBank {
         }
     }
 
-    /// One sub-iteration: loads, tyre forces, spins.
+    /// Computes one sub-iteration: loads, tyre forces and wheel speeds.
     #[inline]
     #[expect(clippy::too_many_arguments, reason = "all that acts on a wheel, nothing twice")]
     pub(super) fn advance(
@@ -279,7 +280,7 @@ impl WheelBank {
         let velocity = Lanes3::splat(motion.velocity_mps);
         let spin = Lanes3::splat(motion.spin_radps);
 
-        // How far each wheel is up in the body, and how fast it gets there.
+        // Compression of each suspension, and its rate.
         let upright = Lanes::ONE / normal.dot(up).fast_max(Lanes::splat(0.2));
         let foot = hub + contacts.foot_m;
         let depth = (contacts.on_ground_m - Lanes3::splat(motion.com_m) - foot).dot(normal);
@@ -294,7 +295,7 @@ impl WheelBank {
         let load = select(contacts.touching, load, Lanes::ZERO);
         state.load_n = load;
 
-        // The plane's axes: along the wheel's heading, and to its left.
+        // The axes of the contact plane: along the wheel's heading, and to its left.
         let heading = Lanes3::splat(axes.x_axis) * contacts.heading_x
             + Lanes3::splat(axes.y_axis) * contacts.heading_y;
         let left = normal.cross(heading);
@@ -312,7 +313,8 @@ impl WheelBank {
         let forces =
             self.tyres.forces(&mut state.deflection, load, contacts.friction, &velocity, dt);
 
-        // The new spin and the force along depend on each other: solved together.
+        // The new wheel speed and the longitudinal force depend on each other, and are solved
+        // together.
         let slope = forces.slope_nspm;
         let hold = self.drive_share * drive.damping_nmsprad;
         let inertia = self.inertia_kgm2 + self.drive_share * drive.inertia_kgm2;
@@ -348,7 +350,7 @@ impl WheelBank {
         wrench.torque_nm += foot.cross(force).sum();
     }
 
-    /// Once per substep: how far the wheels have turned.
+    /// Advances the rotation angles; called once per substep.
     pub(super) fn advance_angles(&self, state: &mut WheelBankState, dt: f32) {
         let revolutions = (state.angle_rad + state.spin_radps * dt) * (1.0 / std::f32::consts::TAU);
         state.angle_rad = (revolutions - revolutions.floor()) * std::f32::consts::TAU;

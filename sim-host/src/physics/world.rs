@@ -1,4 +1,4 @@
-//! The world of bodies, and its step.
+//! The rigid-body world, and its step.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -28,22 +28,22 @@ use super::{
     wheels::Surface,
 };
 
-/// The world of bodies.
+/// The rigid-body world of one map.
 pub struct Physics {
     pub(super) world: PhysicsWorld,
     pub(super) ground: Arc<Ground>,
-    /// Share of the dry ground's friction that wheels find.
+    /// Factor on the friction of the dry ground under wheels.
     pub(super) grip: f32,
     pub(super) statics: StaticBoxes,
-    /// Of the static boxes, in their order.
+    /// Colliders of the static boxes, in their order.
     static_colliders: Vec<ColliderHandle>,
     pub(super) actors: ActorList,
-    /// Who was awake in the last step, by id: of the others nothing new is to be told.
+    /// Ids of the actors that were awake in the last step; the states of the others did not change.
     pub(super) active: Vec<u32>,
     pub(super) collisions: Vec<Collision>,
-    /// Who is part of one, by id.
+    /// Ids of the actors in contact during the last frame, sorted.
     pub(super) colliding: Vec<u32>,
-    /// Pairs that touched at the end of the last step.
+    /// Pairs in contact at the end of the last step.
     pub(super) touching: BTreeSet<Pair>,
 }
 
@@ -51,11 +51,11 @@ pub struct Physics {
 const STATIC: u128 = 1 << 64;
 
 impl Physics {
-    /// An empty world on that ground, among those boxes.
+    /// Creates a world without actors on a ground and among static boxes.
     pub fn new(ground: Arc<Ground>, boxes: &[StaticBox]) -> Physics {
         let mut world = PhysicsWorld::new();
         world.gravity = Vec3::Z * -GRAVITY_MPS2;
-        // A car that drives is sought anew in the tree of all boxes every other substep, not in each.
+        // A larger margin: a moving car is searched in the tree of boxes every other substep.
         world.broad_phase.adaptive_change_detection_margin = true;
         let mut static_colliders = Vec::with_capacity(boxes.len());
         for (index, b) in boxes.iter().enumerate() {
@@ -80,26 +80,26 @@ impl Physics {
         }
     }
 
-    /// The ground that everything stands on.
+    /// Returns the ground.
     pub fn ground(&self) -> &Arc<Ground> {
         &self.ground
     }
 
-    /// How much of the dry ground's friction wheels find, above 0 and up to 1.
+    /// Sets the factor on the friction of the dry ground under wheels, above 0 and up to 1.
     pub fn set_grip(&mut self, share: f32) {
         self.grip = share.clamp(0.01, 1.0);
     }
 
-    /// Takes a static box out of the world, or puts it back.
+    /// Enables or disables a static box.
     pub fn set_static(&mut self, index: usize, enabled: bool) {
-        // To touch a collider is to wake those round it.
+        // Changing a collider wakes the bodies near it.
         if !self.statics.set_enabled(index, enabled) {
             return;
         }
         self.world.colliders[self.static_colliders[index]].set_enabled(enabled);
     }
 
-    /// After the colliders came from elsewhere: who is there.
+    /// Updates which static boxes are enabled, after the colliders were restored.
     pub(super) fn refresh_statics(&mut self) {
         for (index, handle) in self.static_colliders.iter().enumerate() {
             let enabled = self.world.colliders.get(*handle).is_some_and(|one| one.is_enabled());
@@ -107,27 +107,27 @@ impl Physics {
         }
     }
 
-    /// How many actors there are.
+    /// Returns the number of actors.
     pub fn len(&self) -> usize {
         self.actors.len()
     }
 
-    /// Whether there is nobody.
+    /// Whether there are no actors.
     pub fn is_empty(&self) -> bool {
         self.actors.is_empty()
     }
 
-    /// Everybody's id, rising.
+    /// Returns the ids of all actors, rising.
     pub fn ids(&self) -> impl Iterator<Item = ActorId> + '_ {
         self.actors.iter().map(|a| ActorId(a.id))
     }
 
-    /// Whose state the last step may have changed, by id.
+    /// Returns the ids of the actors whose state the last step may have changed, rising.
     pub fn active(&self) -> &[u32] {
         &self.active
     }
 
-    /// Who touched whom during the last frame, sorted by actor, then other, static boxes last.
+    /// Returns the collisions of the last frame, sorted by actor, then other, static boxes last.
     pub fn collisions(&self) -> &[Collision] {
         &self.collisions
     }
@@ -138,8 +138,8 @@ impl Physics {
         self.step_observed(delta_nanos, substep_max_nanos, |_, _| {});
     }
 
-    /// The same for one who looks: before the first substep with 0, and after each with its
-    /// length in seconds.
+    /// Advances like [`Physics::step`], and calls `observe` before the first substep with 0 and
+    /// after each substep with its length in seconds.
     pub fn step_observed(
         &mut self,
         delta_nanos: u64,
@@ -157,7 +157,7 @@ impl Physics {
             self.actors.awake().map(|a| published_velocity_mps(self.body(a))).collect();
         let mut impulses = BTreeMap::new();
         let mut touching = BTreeSet::new();
-        // Where nobody is, nothing moves.
+        // A world without actors needs no substeps.
         let steps = if self.actors.is_empty() { 0 } else { count };
         observe(self, 0.0);
         for _ in 0..steps {
@@ -176,7 +176,7 @@ impl Physics {
             actor.teleport.end_step();
             actor.external_force = Wrench::default();
         }
-        // Who was run into stirs.
+        // An actor in a collision wakes up.
         for id in &self.colliding {
             if let Ok(index) = self.actors.binary_search_by_key(id, |a| a.id) {
                 self.actors.wake(index);
@@ -187,7 +187,7 @@ impl Physics {
         self.put_to_sleep();
     }
 
-    /// Lets those rest whom nothing moves and of whom the next step would tell the same.
+    /// Puts to sleep the actors at rest whose state the next step would not change.
     fn put_to_sleep(&mut self) {
         let Physics { world, actors, colliding, .. } = self;
         actors.sleep_where(|actor| {
@@ -213,14 +213,14 @@ impl Physics {
         &self.world.bodies[actor.body]
     }
 
-    /// Gives every body its force and torque for one substep, or its next place.
+    /// Sets the force and torque of every body for one substep, or its next pose.
     fn apply_forces(&mut self, dt: f32) {
         let obstacles = self.obstacles();
         let Physics { world, ground, grip, statics, actors, .. } = self;
         let surface = Surface { ground, grip: *grip };
         for actor in actors.awake_mut() {
             if actor.kinematic {
-                // Who rests is not touched: rapier goes through all that were.
+                // A body at rest is not touched: rapier visits every body that was.
                 if actor.kinematic_velocity != Twist::ZERO {
                     integrate_kinematic(
                         &mut world.bodies[actor.body],
@@ -271,7 +271,7 @@ impl Physics {
         }
     }
 
-    /// What walkers go round. Nothing where nobody walks.
+    /// Returns the obstacles of walkers; empty if no walker is active.
     fn obstacles(&self) -> Vec<Obstacle> {
         let walks = |actor: &Actor| matches!(&actor.kind, Kind::Walker(w) if !w.has_fallen());
         if !self.actors.awake().any(walks) {
@@ -307,7 +307,8 @@ impl Physics {
         obstacles
     }
 
-    /// The first that a shape would touch, actors by id but for one, then static boxes.
+    /// Returns the first object that a shape would touch: actors by id except `but`, then static
+    /// boxes.
     pub(super) fn obstacle(
         &self,
         pose: &Pose,
@@ -330,7 +331,7 @@ impl Physics {
         self.statics.touching(pose, &*shape).map(|index| self.statics.name(index).to_string())
     }
 
-    /// Adds one substep's contact impulses.
+    /// Adds the contact impulses of one substep.
     fn collect_contacts(&self, impulses: &mut BTreeMap<Pair, Vec3>, touching: &mut BTreeSet<Pair>) {
         touching.clear();
         for pair in self.world.narrow_phase.contact_pairs() {
@@ -345,11 +346,11 @@ impl Physics {
             let (Some(first), Some(second)) = (who(pair.collider1), who(pair.collider2)) else {
                 continue;
             };
-            // Floors of those who lie are nobody's.
+            // Floors of ragdolls belong to no actor.
             if first.min(second) == 0 {
                 continue;
             }
-            // The contact's normal points from the first to the second.
+            // The contact normal points from the first to the second.
             let (low, high, given) =
                 if first < second { (first, second, -impulse) } else { (second, first, impulse) };
             let touched = if high & STATIC != 0 {
