@@ -11,7 +11,7 @@ use mesh::{Mesh, RandomStream, Tag};
 use protocol::{ActorId, ActorState, Name, Pose, Spawn, WorldCommand, flag};
 use road::{LanePoint, Network};
 use sim_host::{Decision, Inputs, NoServices, Sim, physics::Ground};
-use traffic::{Outlook, Planner};
+use traffic::{Planner, VehiclePlan};
 
 const DELTA_NANOS: u64 = 50_000_000;
 const DELTA_S: f32 = 0.05;
@@ -179,24 +179,26 @@ impl World {
         for record in &mut self.records {
             record.lost_s += DELTA_S;
         }
-        for outlook in self.planner.outlooks() {
-            let row = outlook.actor_id.0 as usize - 1 - from;
+        for vehicle_plan in self.planner.vehicle_plans() {
+            let row = vehicle_plan.actor_id.0 as usize - 1 - from;
             let (record, actor) = (&mut self.records[row], &self.sim.states()[from + row]);
             record.lost_s -= DELTA_S;
-            let stands = outlook.is_free() && actor.velocity().length() < 0.2;
+            let stands = vehicle_plan.is_free() && actor.velocity().length() < 0.2;
             record.idle_s = if stands { record.idle_s + DELTA_S } else { 0.0 };
             record.idle_longest_s = record.idle_longest_s.max(record.idle_s);
-            if outlook.is_free() {
+            if vehicle_plan.is_free() {
                 let speed = actor.velocity().truncate().length();
                 record.free_s += DELTA_S;
-                record.free_share_s += DELTA_S * speed / outlook.limit_mps;
-                if !outlook.is_in_curve() {
+                record.free_share_s += DELTA_S * speed / vehicle_plan.limit_mps;
+                if !vehicle_plan.is_in_curve() {
                     record.straight_s += DELTA_S;
-                    record.straight_share_s += DELTA_S * speed / outlook.limit_mps;
+                    record.straight_share_s += DELTA_S * speed / vehicle_plan.limit_mps;
                 }
             }
-            if outlook.astray_m.abs() > record.astray_m && !outlook.turns_round {
-                record.astray_m = outlook.astray_m.abs();
+            if vehicle_plan.cross_track_error_m.abs() > record.astray_m
+                && !vehicle_plan.is_turning_around
+            {
+                record.astray_m = vehicle_plan.cross_track_error_m.abs();
                 record.astray_at = actor.pose.position();
                 record.astray_from_s = time_s;
             }
@@ -240,9 +242,9 @@ impl World {
                 let both = [who.0, who.1];
                 let story = self
                     .planner
-                    .outlooks()
-                    .filter(|outlook| both.contains(&outlook.actor_id))
-                    .map(|outlook| self.describe(&outlook))
+                    .vehicle_plans()
+                    .filter(|vehicle_plan| both.contains(&vehicle_plan.actor_id))
+                    .map(|vehicle_plan| self.describe(&vehicle_plan))
                     .collect();
                 let impulse_ns = collision.impulse_ns.length();
                 self.crashes.push(Crash { time_s, who, impulse_ns, story });
@@ -252,8 +254,8 @@ impl World {
 
     /// Prints what the planner assumes about these vehicles.
     pub fn print(&self, watch: &[u32]) {
-        for outlook in self.planner.outlooks().filter(|o| watch.contains(&o.actor_id.0)) {
-            println!("{:.2} {}", self.time_s(), self.describe(&outlook));
+        for vehicle_plan in self.planner.vehicle_plans().filter(|o| watch.contains(&o.actor_id.0)) {
+            println!("{:.2} {}", self.time_s(), self.describe(&vehicle_plan));
         }
     }
 
@@ -264,7 +266,7 @@ impl World {
             let (time_s, id) = (self.time_s(), light.actor_id.0);
             writeln!(trace, "{time_s:.0},{id},{:.1},{:.1},,,,,,,,,,,,,,,{phase}", at.x, at.y)?;
         }
-        for o in self.planner.outlooks() {
+        for o in self.planner.vehicle_plans() {
             let actor = &self.sim.states()[o.actor_id.0 as usize - 1];
             let (at, nose) = (actor.pose.position(), actor.pose.rotation() * Vec3::X);
             let on = LanePoint { lane: o.lane, along_m: 0.0 };
@@ -285,43 +287,43 @@ impl World {
                 o.leader_m,
                 o.stop_m,
                 o.merge_m,
-                o.leave,
+                o.reservation,
                 o.waited_s,
-                o.waits_for,
-                o.waits_on.0,
+                o.wait_reason,
+                o.blocker.0,
             )?;
         }
         Ok(())
     }
 
-    fn describe(&self, outlook: &Outlook) -> String {
-        let actor = &self.sim.states()[outlook.actor_id.0 as usize - 1];
-        let at = LanePoint { lane: outlook.lane, along_m: 0.0 };
+    fn describe(&self, vehicle_plan: &VehiclePlan) -> String {
+        let actor = &self.sim.states()[vehicle_plan.actor_id.0 as usize - 1];
+        let at = LanePoint { lane: vehicle_plan.lane, along_m: 0.0 };
         let (road, section, lane, _) = self.network.road_space(at);
         format!(
             "{} {} at {:.1} v {:.1}, road {} section {section} lane {lane} ({}) at {:.1} m, {:.2} m astray, command {:.1} \
              of {:.1}; leader {} in {:.1} m, stop in {:.1}, merge in {:.1}; leave {}, waited {:.0} s for {:?} on {}{}{}; \
              pedals {:.2} {:.2} wheel {:.2}",
-            outlook.actor_id.0,
+            vehicle_plan.actor_id.0,
             town::catalogue()[actor.blueprint as usize].id.trim_start_matches("vehicle."),
             actor.pose.position(),
             actor.velocity().length(),
             road.id,
-            outlook.lane.0,
-            outlook.along_m,
-            outlook.astray_m,
-            outlook.desired_speed_mps,
-            outlook.limit_mps,
-            outlook.leader.0,
-            outlook.leader_m,
-            outlook.stop_m,
-            outlook.merge_m,
-            outlook.leave,
-            outlook.waited_s,
-            outlook.waits_for,
-            outlook.waits_on.0,
-            if outlook.reverses { ", backs out" } else { "" },
-            if outlook.turns_round { ", turns round" } else { "" },
+            vehicle_plan.lane.0,
+            vehicle_plan.along_m,
+            vehicle_plan.cross_track_error_m,
+            vehicle_plan.desired_speed_mps,
+            vehicle_plan.limit_mps,
+            vehicle_plan.leader.0,
+            vehicle_plan.leader_m,
+            vehicle_plan.stop_m,
+            vehicle_plan.merge_m,
+            vehicle_plan.reservation,
+            vehicle_plan.waited_s,
+            vehicle_plan.wait_reason,
+            vehicle_plan.blocker.0,
+            if vehicle_plan.reverses { ", backs out" } else { "" },
+            if vehicle_plan.is_turning_around { ", turns round" } else { "" },
             actor.throttle,
             actor.brake,
             actor.steer,
@@ -466,12 +468,12 @@ impl World {
         worst("farthest astray", &|r| r.astray_m, &|r| {
             format!("{:.2} m at {:.0}, {:.1} s", r.astray_m, r.astray_at, r.astray_from_s)
         });
-        let stands = |outlook: &Outlook| {
-            let row = outlook.actor_id.0 as usize - 1 - self.vehicles_from;
-            outlook.leader_m > 4.0 && self.records[row].anchored_s > 0.5 * JAM_MAX_S
+        let stands = |vehicle_plan: &VehiclePlan| {
+            let row = vehicle_plan.actor_id.0 as usize - 1 - self.vehicles_from;
+            vehicle_plan.leader_m > 4.0 && self.records[row].anchored_s > 0.5 * JAM_MAX_S
         };
-        for outlook in self.planner.outlooks().filter(stands).take(20) {
-            println!("  stands: {}", self.describe(&outlook));
+        for vehicle_plan in self.planner.vehicle_plans().filter(stands).take(20) {
+            println!("  stands: {}", self.describe(&vehicle_plan));
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::{
 
 /// All bodies of a snapshot, structure of arrays, in the snapshot's order (ascending by actor id).
 #[derive(Default)]
-pub(crate) struct Crowd {
+pub(crate) struct Agents {
     pub(crate) id: Vec<u32>,
     pub(crate) position: Vec<Vec3>,
     /// Unit vector forward, in the plane.
@@ -21,7 +21,7 @@ pub(crate) struct Crowd {
     /// Coordinate acceleration along `forward`.
     pub(crate) acceleration: Vec<f32>,
     /// Sine of the angle by which the nose points up.
-    pub(crate) climb: Vec<f32>,
+    pub(crate) pitch_sin: Vec<f32>,
     pub(crate) body: Vec<Body>,
     pub(crate) walks: Vec<bool>,
     pub(crate) flags: Vec<u32>,
@@ -31,7 +31,7 @@ pub(crate) struct Crowd {
     pub(crate) driven: Vec<u32>,
 }
 
-impl Crowd {
+impl Agents {
     /// How many.
     pub(crate) fn count(&self) -> usize {
         self.id.len()
@@ -56,7 +56,7 @@ impl Crowd {
             self.velocity.push(actor.velocity().truncate());
             self.yaw_rate.push(actor.angular_velocity_radps[2]);
             self.acceleration.push(acceleration.dot(forward));
-            self.climb.push(forward.z);
+            self.pitch_sin.push(forward.z);
             self.body.push(bodies.of(actor.blueprint));
             self.walks.push(actor.kind == kind::WALKER);
             self.flags.push(actor.flags);
@@ -74,7 +74,7 @@ impl Crowd {
         self.velocity.clear();
         self.yaw_rate.clear();
         self.acceleration.clear();
-        self.climb.clear();
+        self.pitch_sin.clear();
         self.body.clear();
         self.walks.clear();
         self.flags.clear();
@@ -83,12 +83,12 @@ impl Crowd {
     }
 
     /// All that decides on which tracks a body lies, and how.
-    pub(crate) fn lies(&self, body: usize) -> [u32; 13] {
-        let [x, y, z] = self.position[body].to_array();
-        let [ahead_x, ahead_y] = self.forward[body].to_array();
-        let [to_x, to_y] = self.velocity[body].to_array();
-        let Body { front_m, rear_m, half_width_m, wheelbase_m, lock_rad, brisk_mps } =
-            self.body[body];
+    pub(crate) fn pose_bits(&self, agent: usize) -> [u32; 13] {
+        let [x, y, z] = self.position[agent].to_array();
+        let [ahead_x, ahead_y] = self.forward[agent].to_array();
+        let [to_x, to_y] = self.velocity[agent].to_array();
+        let Body { front_m, rear_m, half_width_m, wheelbase_m, max_steer_rad, cruise_speed_mps } =
+            self.body[agent];
         [
             x,
             y,
@@ -101,14 +101,14 @@ impl Crowd {
             rear_m,
             half_width_m,
             wheelbase_m,
-            lock_rad,
-            brisk_mps,
+            max_steer_rad,
+            cruise_speed_mps,
         ]
         .map(f32::to_bits)
     }
 
     /// Signed speed along the nose.
-    pub(crate) fn speed(&self, body: usize) -> f32 {
-        self.velocity[body].dot(self.forward[body])
+    pub(crate) fn speed(&self, agent: usize) -> f32 {
+        self.velocity[agent].dot(self.forward[agent])
     }
 }

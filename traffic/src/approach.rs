@@ -33,9 +33,9 @@ pub(crate) struct Approaches {
     /// Whether a faster road crosses or joins here, to which this one yields.
     pub(crate) minor: Vec<bool>,
     /// Whether some other way into the same junction has a light.
-    pub(crate) beside_lights: Vec<bool>,
+    pub(crate) beside_signals: Vec<bool>,
     /// Lights away from junctions: lane, arc length of the stop line, signal. Ascending.
-    pub(crate) midway: Vec<(u32, f32, u32)>,
+    pub(crate) midblock: Vec<(u32, f32, u32)>,
 }
 
 impl Approaches {
@@ -47,22 +47,22 @@ impl Approaches {
             sign: vec![Sign::None; count],
             line_m: conflicts.setback_m.clone(),
             minor: vec![false; count],
-            beside_lights: vec![false; count],
-            midway: Vec::new(),
+            beside_signals: vec![false; count],
+            midblock: Vec::new(),
         };
         for (index, signal) in network.signals().iter().enumerate() {
             for &(lane, stop_m) in &signal.lanes {
-                approaches.place(network, tracks, index as u32, signal, lane, stop_m);
+                approaches.add_signal(network, tracks, index as u32, signal, lane, stop_m);
             }
         }
-        approaches.midway.sort_unstable_by(|a, b| a.partial_cmp(b).expect("finite"));
-        approaches.rank(tracks);
-        approaches.yield_to_circles(tracks, conflicts);
+        approaches.midblock.sort_unstable_by(|a, b| a.partial_cmp(b).expect("finite"));
+        approaches.compare_approaches(tracks);
+        approaches.yield_to_roundabouts(tracks, conflicts);
         approaches
     }
 
     /// Lets whoever enters a roundabout yield to whoever is in it.
-    fn yield_to_circles(&mut self, tracks: &Tracks, conflicts: &Conflicts) {
+    fn yield_to_roundabouts(&mut self, tracks: &Tracks, conflicts: &Conflicts) {
         let circles = roundabout::circles(tracks);
         for lane in (0..tracks.count() as u32).filter(|&lane| tracks.in_junction(lane)) {
             let way = lane as usize;
@@ -75,7 +75,7 @@ impl Approaches {
         }
     }
 
-    fn place(
+    fn add_signal(
         &mut self,
         network: &Network,
         tracks: &Tracks,
@@ -89,11 +89,11 @@ impl Approaches {
         if !tracks.has(lane.0) || (sign == Sign::None && !light) {
             return;
         }
-        let share = stop_m / network.lane(lane).length_m.max(1e-6);
-        let stop_m = share.clamp(0.0, 1.0) as f32 * tracks.length(lane.0);
+        let fraction = stop_m / network.lane(lane).length_m.max(1e-6);
+        let stop_m = fraction.clamp(0.0, 1.0) as f32 * tracks.length(lane.0);
         let ways = junction_ahead(tracks, lane.0, stop_m);
         if ways.is_empty() && light {
-            self.midway.push((lane.0, stop_m, index));
+            self.midblock.push((lane.0, stop_m, index));
         }
         for (way, before_m) in ways {
             let way = way as usize;
@@ -110,7 +110,7 @@ impl Approaches {
     }
 
     /// Compares the ways into each junction with each other.
-    fn rank(&mut self, tracks: &Tracks) {
+    fn compare_approaches(&mut self, tracks: &Tracks) {
         let junctions = tracks.junction.iter().filter(|&&j| j != NONE).max().map_or(0, |&j| j + 1);
         let mut fastest = vec![0.0f32; junctions as usize];
         let mut lit = vec![false; junctions as usize];
@@ -125,7 +125,7 @@ impl Approaches {
         for &lane in &ways {
             let junction = tracks.junction[lane as usize] as usize;
             self.minor[lane as usize] = tracks.limit_mps[lane as usize] < fastest[junction] - 1.0;
-            self.beside_lights[lane as usize] = lit[junction];
+            self.beside_signals[lane as usize] = lit[junction];
         }
     }
 }

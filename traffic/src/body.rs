@@ -14,9 +14,9 @@ pub(crate) struct Body {
     /// Between the axles.
     pub(crate) wheelbase_m: f32,
     /// How far the front wheels turn at full lock, standing.
-    pub(crate) lock_rad: f32,
+    pub(crate) max_steer_rad: f32,
     /// The speed that it reaches soon; no more than a guess.
-    pub(crate) brisk_mps: f32,
+    pub(crate) cruise_speed_mps: f32,
 }
 
 /// A mid-size car: what is assumed of a blueprint that the catalogue does not have.
@@ -25,8 +25,8 @@ pub(crate) const CAR: Body = Body {
     rear_m: 2.35,
     half_width_m: 0.95,
     wheelbase_m: 2.8,
-    lock_rad: 0.61,
-    brisk_mps: 40.0,
+    max_steer_rad: 0.61,
+    cruise_speed_mps: 40.0,
 };
 
 impl Body {
@@ -37,13 +37,13 @@ impl Body {
 
     /// How far before the origin lies the point that follows the lane's centre: chosen so that in
     /// curves the nose swings out about as far as the rear axle cuts in.
-    pub(crate) fn lead_m(&self) -> f32 {
+    pub(crate) fn tracking_point_m(&self) -> f32 {
         self.wheelbase_m * if self.wheelbase_m > 3.5 { 0.34 } else { 0.15 }
     }
 
     /// From the rear axle to the point that follows the lane's centre.
-    pub(crate) fn axle_to_lead_m(&self) -> f32 {
-        0.5 * self.wheelbase_m + self.lead_m()
+    pub(crate) fn axle_to_tracking_point_m(&self) -> f32 {
+        0.5 * self.wheelbase_m + self.tracking_point_m()
     }
 
     /// Whether it needs more room than a car.
@@ -53,8 +53,8 @@ impl Body {
 
     /// At what share of a car's speed it takes curves: what is long leaves its line sooner, and
     /// fills its lane; a bicycle must lean over first.
-    pub(crate) fn curve_share(&self) -> f32 {
-        if self.brisk_mps < 10.0 {
+    pub(crate) fn curve_speed_factor(&self) -> f32 {
+        if self.cruise_speed_mps < 10.0 {
             0.7
         } else if self.is_wide() {
             0.82
@@ -76,14 +76,18 @@ impl Body {
             rear_m: half.x - center.x,
             half_width_m: half.y,
             wheelbase_m: if blueprint.wheelbase_m > 0.5 { blueprint.wheelbase_m } else { 2.8 },
-            lock_rad: match blueprint.base_type {
+            max_steer_rad: match blueprint.base_type {
                 "truck" => 0.75,
                 "bus" => 0.85,
                 "motorcycle" => 0.6,
                 "bicycle" => 0.8,
-                _ => CAR.lock_rad,
+                _ => CAR.max_steer_rad,
             },
-            brisk_mps: if blueprint.base_type == "bicycle" { 5.0 } else { CAR.brisk_mps },
+            cruise_speed_mps: if blueprint.base_type == "bicycle" {
+                5.0
+            } else {
+                CAR.cruise_speed_mps
+            },
         }
     }
 }

@@ -9,7 +9,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::{
-    swath::{self, BUS_M, CAR_M, Station},
+    swept_path::{self, BUS_M, CAR_M, Station},
     tracks::{NONE, Tracks},
 };
 
@@ -201,7 +201,7 @@ struct Path {
 
 impl Path {
     fn of(tracks: &Tracks, lane: u32) -> Path {
-        let stations = swath::stations(tracks, lane);
+        let stations = swept_path::stations(tracks, lane);
         let mut bounds = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         for station in &stations {
             let point = station.point.truncate();

@@ -7,64 +7,69 @@
 //! the first in line who would not be at any conflict together with someone who has leave, whose
 //! way out has room, whom no light stops, and who cuts off nobody of higher rank.
 
-mod ask;
-mod pass;
+mod deadlock;
+mod exit_cycles;
+mod gap_acceptance;
 mod presence;
-mod reserve;
-mod rotate;
+mod requests;
+mod reservation;
 mod state;
-mod unlock;
 
-use self::reserve::expire;
+use self::reservation::expire;
 pub(crate) use self::state::{Junctions, View};
 use crate::{
-    constraint::{Halt, Wait},
-    rows::Rows,
+    constraint::{JunctionConstraint, WaitReason},
     tracks::NONE,
+    vehicle_table::VehicleTable,
 };
 
 impl Junctions {
     /// Gives and takes leaves, and says where everybody must stop.
-    pub(crate) fn arbitrate(&mut self, rows: &mut Rows, orders: &mut u64, view: &View) {
-        let count = rows.id.len();
-        self.halts.clear();
-        self.halts.resize(count, Halt::FREE);
+    pub(crate) fn arbitrate(
+        &mut self,
+        vehicles: &mut VehicleTable,
+        reservations: &mut u64,
+        view: &View,
+    ) {
+        let count = vehicles.id.len();
+        self.constraints.clear();
+        self.constraints.resize(count, JunctionConstraint::FREE);
         self.waits.clear();
-        self.waits.resize(count, Wait::No);
+        self.waits.resize(count, WaitReason::None);
         self.blockers.clear();
         self.blockers.resize(count, NONE);
-        self.yields.clear();
-        self.yields.resize(count, NONE);
-        self.measure(rows, view);
+        self.yields_to.clear();
+        self.yields_to.resize(count, NONE);
+        self.measure(vehicles, view);
         self.requests.clear();
         for row in 0..count {
-            if rows.placed[row] == 1 {
-                expire(rows, row, view);
-                self.withdraw(rows, row, view);
-                if let Some(request) = self.request(rows, row, view) {
+            if vehicles.located[row] == 1 {
+                expire(vehicles, row, view);
+                self.withdraw(vehicles, row, view);
+                if let Some(request) = self.request(vehicles, row, view) {
                     self.requests.push(request);
                 }
             }
         }
-        self.list_presences(rows, view);
-        self.sort_requests(rows, view);
+        self.list_presences(vehicles, view);
+        self.sort_requests(vehicles, view);
         for index in 0..self.requests.len() {
             let request = self.requests[index];
-            let (wait, body) = self.judge(rows, &request, view);
-            (self.waits[request.row], self.blockers[request.row]) = (wait, body);
-            if wait == Wait::No {
-                self.grant(rows, orders, &request, view);
+            let (wait, agent) = self.assess(vehicles, &request, view);
+            (self.waits[request.row], self.blockers[request.row]) = (wait, agent);
+            if wait == WaitReason::None {
+                self.grant(vehicles, reservations, &request, view);
             } else {
-                self.refuse(rows, &request, view);
+                self.deny(vehicles, &request, view);
             }
         }
-        self.rotate(rows, orders, view);
+        self.grant_exit_cycles(vehicles, reservations, view);
         for row in 0..count {
-            if rows.order[row] != 0 {
-                self.give_way(rows, row, view);
+            if vehicles.reservation[row] != 0 {
+                self.give_way(vehicles, row, view);
             }
         }
-        self.unlock(rows, orders, view);
-        self.overtake(rows, orders, view);
+        self.break_deadlocks(vehicles, reservations, view);
+        self.break_yield_cycles(vehicles, reservations, view);
     }
 }

@@ -5,8 +5,8 @@
 use protocol::{VehicleControl, Weather, flag, lamp};
 
 use crate::{
-    rows::Rows,
     tracks::{TURN_RAD, Tracks},
+    vehicle_table::VehicleTable,
 };
 
 /// The sun stands so low when head lamps are lit, radians (15 degrees); and position lamps (35).
@@ -23,7 +23,7 @@ const INDICATE_M: f32 = 25.0;
 
 /// The lamps of a row's vehicle, which does this and drives `mps`: bits of [`lamp`].
 pub(crate) fn lamps(
-    rows: &Rows,
+    vehicles: &VehicleTable,
     row: usize,
     tracks: &Tracks,
     weather: &Weather,
@@ -46,7 +46,7 @@ pub(crate) fn lamps(
     if control.flags & flag::REVERSE != 0 {
         on |= lamp::REVERSE;
     }
-    on | match bend(rows, row, tracks, mps) {
+    on | match bend(vehicles, row, tracks, mps) {
         bend if bend > 0.0 => lamp::LEFT_BLINKER,
         bend if bend < 0.0 => lamp::RIGHT_BLINKER,
         _ => 0,
@@ -54,17 +54,17 @@ pub(crate) fn lamps(
 }
 
 /// To which side it is about to go, or goes: positive to the left, 0 nowhere.
-fn bend(rows: &Rows, row: usize, tracks: &Tracks, mps: f32) -> f32 {
-    if rows.shift_m[row] != 0.0 {
+fn bend(vehicles: &VehicleTable, row: usize, tracks: &Tracks, mps: f32) -> f32 {
+    if vehicles.shift_m[row] != 0.0 {
         // It began left of the lane that it changes to.
-        return -rows.shift_m[row];
+        return -vehicles.shift_m[row];
     }
-    if rows.turning[row] == 1 {
+    if vehicles.u_turn[row] == 1 {
         return 1.0;
     }
     let reach_m = (INDICATE_S * mps).max(INDICATE_M);
-    let mut begins_m = -rows.arc_m[row];
-    for &lane in rows.route[row].lanes() {
+    let mut begins_m = -vehicles.arc_m[row];
+    for &lane in vehicles.route[row].lanes() {
         if begins_m > reach_m {
             return 0.0;
         }

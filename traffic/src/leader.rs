@@ -1,6 +1,6 @@
 //! The leader of a vehicle: the nearest agent ahead of it on its route.
 
-use crate::{agents::Crowd, occupancy::Occupancy, rows::Rows, tracks::Tracks};
+use crate::{agents::Agents, occupancy::Occupancy, tracks::Tracks, vehicle_table::VehicleTable};
 
 /// Whoever is in front.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,7 +10,7 @@ pub(crate) struct Leader {
     /// Along the follower's track.
     pub(crate) speed_mps: f32,
     /// Index into the crowd.
-    pub(crate) body: u32,
+    pub(crate) agent: u32,
     /// Cosine of the angle between his nose and the track.
     pub(crate) aligned: f32,
 }
@@ -18,7 +18,7 @@ pub(crate) struct Leader {
 impl Leader {
     /// Nobody.
     pub(crate) const NONE: Leader =
-        Leader { gap_m: f32::INFINITY, speed_mps: 0.0, body: u32::MAX, aligned: 1.0 };
+        Leader { gap_m: f32::INFINITY, speed_mps: 0.0, agent: u32::MAX, aligned: 1.0 };
 
     /// The nearer one of two.
     pub(crate) fn nearer(self, other: Leader) -> Leader {
@@ -31,22 +31,22 @@ impl Leader {
 /// In front is whose nose is farther along: of two who squeeze into one lane side by side, the
 /// one behind yields.
 pub(crate) fn leader(
-    rows: &Rows,
+    vehicles: &VehicleTable,
     row: usize,
     tracks: &Tracks,
-    crowd: &Crowd,
+    agents: &Agents,
     occupancy: &Occupancy,
     horizon_m: f32,
 ) -> Leader {
-    let own = crowd.driven[row];
-    let front = rows.arc_m[row] + crowd.body[own as usize].front_m;
+    let own = agents.driven[row];
+    let front = vehicles.arc_m[row] + agents.body[own as usize].front_m;
     let mut begins = -front;
     let mut found = Leader::NONE;
-    for (k, &lane) in rows.route[row].lanes().iter().enumerate() {
+    for (k, &lane) in vehicles.route[row].lanes().iter().enumerate() {
         if begins > horizon_m {
             break;
         }
-        let from = if k == 0 { rows.arc_m[row] } else { f32::NEG_INFINITY };
+        let from = if k == 0 { vehicles.arc_m[row] } else { f32::NEG_INFINITY };
         found = found.nearer(first_ahead(occupancy, lane, own, begins, from));
         if found.gap_m < begins + tracks.length(lane) - 10.0 {
             break;
@@ -68,10 +68,10 @@ pub(crate) fn first_ahead(
     for occupant in occupancy.on(lane) {
         let nose = begins + occupant.front_m;
         let middle = 0.5 * (occupant.front_m + occupant.rear_m);
-        if !occupancy.minds(own, occupant.body) || middle < middle_from {
+        if !occupancy.reacts_to(own, occupant.agent) || middle < middle_from {
             continue;
         }
-        if nose < 0.0 || (nose == 0.0 && occupant.body > own) {
+        if nose < 0.0 || (nose == 0.0 && occupant.agent > own) {
             continue;
         }
         let gap_m = begins + occupant.rear_m;
@@ -79,7 +79,7 @@ pub(crate) fn first_ahead(
             found = Leader {
                 gap_m,
                 speed_mps: occupant.speed_mps,
-                body: occupant.body,
+                agent: occupant.agent,
                 aligned: occupant.aligned,
             };
         }

@@ -12,43 +12,46 @@
 //! SI and radians; world space is right-handed with z up. Distances along lanes are arc lengths in
 //! driving direction, lateral offsets are positive to the left.
 
-mod agents;
+mod planner;
+mod run;
+mod state;
+mod vehicle_plan;
+
 mod approach;
 mod body;
-mod change;
 mod conflict;
+mod grid;
+mod map;
+mod roundabout;
+mod signals;
+mod swept_path;
+mod tracks;
+
+mod agents;
+mod car_following;
+mod client_route;
 mod constraint;
 mod demand;
 mod detectors;
-mod follow;
-mod grid;
-mod guide;
 mod junction;
 mod lamps;
+mod lane_change;
 mod leader;
-mod map;
-mod memory;
+mod obstacles;
 mod occupancy;
-mod outlook;
 mod params;
 mod pedals;
-mod planner;
 mod random;
 mod recover;
-mod roundabout;
 mod route;
-mod rows;
-mod run;
-mod signals;
 mod steer;
-mod swath;
-mod sweep;
+mod vehicle_table;
+
 #[cfg(test)]
 mod tests;
-mod tracks;
 
-pub use constraint::Wait;
-pub use memory::MindError;
-pub use outlook::Outlook;
+pub use constraint::WaitReason;
 pub use planner::Planner;
 pub use run::{TrafficError, run};
+pub use state::RestoreError;
+pub use vehicle_plan::VehiclePlan;

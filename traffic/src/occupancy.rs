@@ -3,9 +3,9 @@
 use glam::Vec2;
 
 use crate::{
-    agents::Crowd,
+    agents::Agents,
     grid::{Grid, REACH_M},
-    params::Dials,
+    params::Params,
     tracks::Tracks,
 };
 
@@ -15,14 +15,14 @@ const CORRIDOR_M: f32 = 1.35;
 /// Who is farther from a track in height is on another storey.
 const STOREY_M: f32 = 3.0;
 /// Nobody heeds who is farther away.
-const HEEDED_M: f32 = 300.0;
+const IGNORE_RANGE_M: f32 = 300.0;
 
 /// A stretch of a track that a body occupies.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Occupant {
     pub(crate) lane: u32,
     /// Index into the crowd.
-    pub(crate) body: u32,
+    pub(crate) agent: u32,
     /// Arc length of its hindmost point on the track.
     pub(crate) rear_m: f32,
     /// Arc length of its foremost point on the track.
@@ -40,20 +40,20 @@ pub(crate) struct Occupancy {
     /// By lane: where its occupants begin and end in the list.
     spans: Vec<(u32, u32)>,
     /// Whom somebody ignores: who, and whom; sorted.
-    unseen: Vec<(u32, u32)>,
+    ignored: Vec<(u32, u32)>,
     /// How those lie who stand, in this plan and in the one before.
-    standing: [Standing; 2],
+    stationary: [Stationary; 2],
 }
 
 /// Who stands still lies as in the plan before: bodies by id, what decides how they lie, and how
 /// many of the occupants are theirs.
 #[derive(Default)]
-struct Standing {
+struct Stationary {
     bodies: Vec<(u32, [u32; 13], u32)>,
     occupants: Vec<Occupant>,
 }
 
-impl Standing {
+impl Stationary {
     fn keep(&mut self, id: u32, how: [u32; 13], occupants: &[Occupant]) {
         self.bodies.push((id, how, occupants.len() as u32));
         self.occupants.extend_from_slice(occupants);
@@ -67,39 +67,40 @@ impl Standing {
 
 impl Occupancy {
     /// Whether one body heeds another, which must be another than itself.
-    pub(crate) fn minds(&self, own: u32, other: u32) -> bool {
+    pub(crate) fn reacts_to(&self, own: u32, other: u32) -> bool {
         own != other
-            && (self.unseen.is_empty() || self.unseen.binary_search(&(own, other)).is_err())
+            && (self.ignored.is_empty() || self.ignored.binary_search(&(own, other)).is_err())
     }
 
     /// Takes down whom everybody ignores.
-    pub(crate) fn overlook(&mut self, crowd: &Crowd, params: &Dials, seed: u64) {
-        self.unseen.clear();
-        if !params.some_ignore() {
+    pub(crate) fn apply_ignores(&mut self, agents: &Agents, params: &Params, seed: u64) {
+        self.ignored.clear();
+        if !params.any_ignores() {
             return;
         }
-        for &own in &crowd.driven {
-            let place = crowd.position[own as usize];
-            for other in 0..crowd.count() {
-                let near = crowd.position[other].distance_squared(place) < HEEDED_M * HEEDED_M;
-                let id = crowd.id[own as usize];
-                if near && params.ignores(seed, id, crowd.id[other], crowd.walks[other]) {
-                    self.unseen.push((own, other as u32));
+        for &own in &agents.driven {
+            let place = agents.position[own as usize];
+            for other in 0..agents.count() {
+                let near = agents.position[other].distance_squared(place)
+                    < IGNORE_RANGE_M * IGNORE_RANGE_M;
+                let id = agents.id[own as usize];
+                if near && params.ignores(seed, id, agents.id[other], agents.walks[other]) {
+                    self.ignored.push((own, other as u32));
                 }
             }
         }
-        self.unseen.sort_unstable();
+        self.ignored.sort_unstable();
     }
 
     /// Lays every body onto the tracks that it touches.
     ///
     /// `claims` are (body, lane, arc length of the origin): stretches that a vehicle is about to
     /// use though it is not there yet.
-    pub(crate) fn lay(
+    pub(crate) fn rebuild(
         &mut self,
         tracks: &Tracks,
         grid: &Grid,
-        crowd: &Crowd,
+        agents: &Agents,
         claims: &[(u32, u32, f32)],
     ) {
         self.spans.resize(tracks.count(), (0, 0));
@@ -107,21 +108,21 @@ impl Occupancy {
             self.spans[occupant.lane as usize] = (0, 0);
         }
         self.list.clear();
-        self.lay_bodies(tracks, grid, crowd);
-        for &(body, lane, arc_m) in claims {
-            let crowd_index = body as usize;
-            let size = crowd.body[crowd_index];
+        self.add_agents(tracks, grid, agents);
+        for &(agent, lane, arc_m) in claims {
+            let index = agent as usize;
+            let size = agents.body[index];
             let tangent = tracks.at(lane, arc_m).1;
             self.list.push(Occupant {
                 lane,
-                body,
+                agent,
                 rear_m: arc_m - size.rear_m,
                 front_m: arc_m + size.front_m,
-                speed_mps: crowd.velocity[crowd_index].dot(tangent),
+                speed_mps: agents.velocity[index].dot(tangent),
                 aligned: 1.0,
             });
         }
-        self.list.sort_unstable_by_key(|o| (o.lane, ordered(o.rear_m), o.body));
+        self.list.sort_unstable_by_key(|o| (o.lane, ordered(o.rear_m), o.agent));
         let mut begin = 0;
         for end in 1..=self.list.len() {
             if end == self.list.len() || self.list[end].lane != self.list[begin].lane {
@@ -137,16 +138,16 @@ impl Occupancy {
         &self.list[begin as usize..end as usize]
     }
 
-    fn lay_bodies(&mut self, tracks: &Tracks, grid: &Grid, crowd: &Crowd) {
-        let [mut before, mut now] = std::mem::take(&mut self.standing);
+    fn add_agents(&mut self, tracks: &Tracks, grid: &Grid, agents: &Agents) {
+        let [mut before, mut now] = std::mem::take(&mut self.stationary);
         now.clear();
         let (mut known, mut theirs) = (before.bodies.iter().peekable(), &before.occupants[..]);
-        for body in 0..crowd.count() {
-            if crowd.velocity[body] != Vec2::ZERO {
-                self.lay_body(tracks, grid, crowd, body);
+        for agent in 0..agents.count() {
+            if agents.velocity[agent] != Vec2::ZERO {
+                self.add_agent(tracks, grid, agents, agent);
                 continue;
             }
-            let (id, how) = (crowd.id[body], crowd.lies(body));
+            let (id, how) = (agents.id[agent], agents.pose_bits(agent));
             let begin = self.list.len();
             let mut is_known = false;
             // Both are sorted by id.
@@ -154,24 +155,24 @@ impl Occupancy {
                 let (first, rest) = theirs.split_at(count as usize);
                 theirs = rest;
                 if other == id && was == how {
-                    let body = body as u32;
-                    self.list.extend(first.iter().map(|was| Occupant { body, ..*was }));
+                    let agent = agent as u32;
+                    self.list.extend(first.iter().map(|was| Occupant { agent, ..*was }));
                     is_known = true;
                 }
             }
             if !is_known {
-                self.lay_body(tracks, grid, crowd, body);
+                self.add_agent(tracks, grid, agents, agent);
             }
             now.keep(id, how, &self.list[begin..]);
         }
         before.clear();
-        self.standing = [now, before];
+        self.stationary = [now, before];
     }
 
-    fn lay_body(&mut self, tracks: &Tracks, grid: &Grid, crowd: &Crowd, body: usize) {
-        let position = crowd.position[body];
-        let (flat, forward) = (position.truncate(), crowd.forward[body]);
-        let size = crowd.body[body];
+    fn add_agent(&mut self, tracks: &Tracks, grid: &Grid, agents: &Agents, agent: usize) {
+        let position = agents.position[agent];
+        let (flat, forward) = (position.truncate(), agents.forward[agent]);
+        let size = agents.body[agent];
         let begin = self.list.len();
         let reach = REACH_M - CORRIDOR_M - 0.5;
         // A long vehicle is looked up from several points along it.
@@ -185,7 +186,7 @@ impl Occupancy {
                 if seen {
                     continue;
                 }
-                if let Some(occupant) = lay_on(tracks, crowd, body, lane, at, hint_m)
+                if let Some(occupant) = occupied_stretch(tracks, agents, agent, lane, at, hint_m)
                     && (tracks.at(lane, occupant.rear_m).0.z - position.z).abs() < STOREY_M
                 {
                     self.list.push(occupant);
@@ -196,26 +197,26 @@ impl Occupancy {
 }
 
 /// The stretch of `lane`'s corridor that a body covers; the track is taken as straight under it.
-fn lay_on(
+fn occupied_stretch(
     tracks: &Tracks,
-    crowd: &Crowd,
-    body: usize,
+    agents: &Agents,
+    agent: usize,
     lane: u32,
     near: Vec2,
     hint_m: f32,
 ) -> Option<Occupant> {
-    let size = crowd.body[body];
-    let seat = tracks.project(lane, near, hint_m);
-    let forward = crowd.forward[body];
-    let (cos, sin) = (seat.tangent.dot(forward), seat.tangent.perp_dot(forward));
+    let size = agents.body[agent];
+    let projection = tracks.project(lane, near, hint_m);
+    let forward = agents.forward[agent];
+    let (cos, sin) = (projection.tangent.dot(forward), projection.tangent.perp_dot(forward));
     // Quickly out: farther from the track than the body reaches.
     let reach = size.length_m() * sin.abs() + size.half_width_m * cos.abs() + CORRIDOR_M;
-    if seat.left_m.abs() > reach {
+    if projection.left_m.abs() > reach {
         return None;
     }
-    let offset = crowd.position[body].truncate() - near;
-    let origin_arc = seat.arc_m + seat.tangent.dot(offset);
-    let origin_left = seat.left_m + seat.tangent.perp_dot(offset);
+    let offset = agents.position[agent].truncate() - near;
+    let origin_arc = projection.arc_m + projection.tangent.dot(offset);
+    let origin_left = projection.left_m + projection.tangent.perp_dot(offset);
     let corner = |along: f32, left: f32| {
         (origin_arc + along * cos - left * sin, origin_left + along * sin + left * cos)
     };
@@ -228,10 +229,10 @@ fn lay_on(
     }
     Some(Occupant {
         lane,
-        body: body as u32,
+        agent: agent as u32,
         rear_m: low,
         front_m: high,
-        speed_mps: crowd.velocity[body].dot(seat.tangent),
+        speed_mps: agents.velocity[agent].dot(projection.tangent),
         aligned: cos,
     })
 }
@@ -300,10 +301,10 @@ mod tests {
             .collect();
         let mut kept = Occupancy::default();
         for frame in 0..6 {
-            let (crowd, afresh) = (&mut Crowd::default(), &mut Occupancy::default());
-            crowd.read(&actors, &bodies);
-            kept.lay(&tracks, &grid, crowd, &[]);
-            afresh.lay(&tracks, &grid, crowd, &[]);
+            let (agents, afresh) = (&mut Agents::default(), &mut Occupancy::default());
+            agents.read(&actors, &bodies);
+            kept.rebuild(&tracks, &grid, agents, &[]);
+            afresh.rebuild(&tracks, &grid, agents, &[]);
             assert!(kept.list.len() >= actors.len() / 2, "they lie on the road");
             assert_eq!(format!("{:?}", kept.list), format!("{:?}", afresh.list), "frame {frame}");
             // Some move, one goes, one comes.

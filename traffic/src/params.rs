@@ -10,38 +10,38 @@ pub(crate) const GAP_M: f32 = 2.0;
 
 /// All params that were ever turned, sorted by actor and param; actor 0 is everybody.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Dials {
-    set: Vec<TrafficParam>,
+pub(crate) struct Params {
+    values: Vec<TrafficParam>,
 }
 
-impl Dials {
+impl Params {
     /// Sets one, in place of what it was.
-    pub(crate) fn turn(&mut self, param: TrafficParam) {
+    pub(crate) fn set(&mut self, param: TrafficParam) {
         if !param.value.is_finite() {
             return;
         }
         if let Some(other) = param::displaces(param.param) {
-            self.forget(param.actor_id.0, other);
+            self.remove(param.actor_id.0, other);
         }
         let key = (param.actor_id, param.param);
-        match self.set.binary_search_by_key(&key, |d| (d.actor_id, d.param)) {
-            Ok(at) => self.set[at] = param,
-            Err(at) => self.set.insert(at, param),
+        match self.values.binary_search_by_key(&key, |d| (d.actor_id, d.param)) {
+            Ok(at) => self.values[at] = param,
+            Err(at) => self.values.insert(at, param),
         }
     }
 
     /// An actor is no more.
-    pub(crate) fn forget_actor(&mut self, actor: ActorId) {
-        self.set.retain(|set| !param::ends_with(set.actor_id, set.param, actor));
+    pub(crate) fn remove_actor(&mut self, actor: ActorId) {
+        self.values.retain(|set| !param::ends_with(set.actor_id, set.param, actor));
     }
 
     /// What random turns and whims are drawn from in a world of this seed.
-    pub(crate) fn draws(&self, seed: u64) -> u64 {
+    pub(crate) fn random_seed(&self, seed: u64) -> u64 {
         self.find(0, param::SEED).map_or(seed, |drawn| mixed(seed, drawn as u64))
     }
 
     /// How much slower than the limit this vehicle drives, as a share.
-    pub(crate) fn slower(&self, id: u32) -> f32 {
+    pub(crate) fn speed_reduction(&self, id: u32) -> f32 {
         self.get(id, param::SPEED_REDUCTION, 0.0).clamp(-3.0, 1.0)
     }
 
@@ -82,12 +82,12 @@ impl Dials {
     }
 
     /// It has changed as it was told.
-    pub(crate) fn has_changed(&mut self, id: u32) {
-        self.forget(id, param::CHANGE_NOW);
+    pub(crate) fn clear_change_now(&mut self, id: u32) {
+        self.remove(id, param::CHANGE_NOW);
     }
 
     /// With what probabilities this vehicle changes to the left and to the right for no reason.
-    pub(crate) fn wanders(&self, id: u32) -> [f32; 2] {
+    pub(crate) fn random_changes(&self, id: u32) -> [f32; 2] {
         let share = |param| self.get(id, param, 0.0).clamp(0.0, 1.0);
         let right = share(param::KEEP_RIGHT) + share(param::CHANGE_RIGHT);
         [share(param::CHANGE_LEFT), right.min(1.0)]
@@ -104,8 +104,8 @@ impl Dials {
     }
 
     /// Whether anybody may be ignored at all.
-    pub(crate) fn some_ignore(&self) -> bool {
-        self.set.iter().any(|set| {
+    pub(crate) fn any_ignores(&self) -> bool {
+        self.values.iter().any(|set| {
             let param = set.param;
             let ignores = param == param::IGNORE_VEHICLES || param == param::IGNORE_WALKERS;
             (ignores || param >= param::IGNORE_ACTOR) && set.value > 0.0
@@ -114,8 +114,8 @@ impl Dials {
 
     /// Whether this vehicle drives as if `other` were not there.
     pub(crate) fn ignores(&self, seed: u64, id: u32, other: u32, is_walker: bool) -> bool {
-        if let Some(told) = self.find(id, param::IGNORE_ACTOR.saturating_add(other)) {
-            return told != 0.0;
+        if let Some(value) = self.find(id, param::IGNORE_ACTOR.saturating_add(other)) {
+            return value != 0.0;
         }
         let param = if is_walker { param::IGNORE_WALKERS } else { param::IGNORE_VEHICLES };
         let share = self.get(id, param, 0.0);
@@ -123,28 +123,29 @@ impl Dials {
     }
 
     /// A vehicle's own setting, else everybody's, else the given one.
-    fn get(&self, id: u32, param: u32, otherwise: f32) -> f32 {
-        self.find(id, param).or_else(|| self.find(0, param)).unwrap_or(otherwise)
+    fn get(&self, id: u32, param: u32, default: f32) -> f32 {
+        self.find(id, param).or_else(|| self.find(0, param)).unwrap_or(default)
     }
 
     fn find(&self, id: u32, param: u32) -> Option<f32> {
-        let at = self.set.binary_search_by_key(&(id, param), |d| (d.actor_id.0, d.param)).ok()?;
-        Some(self.set[at].value)
+        let at =
+            self.values.binary_search_by_key(&(id, param), |d| (d.actor_id.0, d.param)).ok()?;
+        Some(self.values[at].value)
     }
 
-    fn forget(&mut self, id: u32, param: u32) {
-        self.set.retain(|set| (set.actor_id.0, set.param) != (id, param));
+    fn remove(&mut self, id: u32, param: u32) {
+        self.values.retain(|set| (set.actor_id.0, set.param) != (id, param));
     }
 
     /// The settings, for saving.
     pub(crate) fn all(&self) -> &[TrafficParam] {
-        &self.set
+        &self.values
     }
 
     /// From settings that were saved.
-    pub(crate) fn from_saved(bytes: &[u8]) -> Dials {
+    pub(crate) fn from_saved(bytes: &[u8]) -> Params {
         let mut set = vec![TrafficParam::zeroed(); bytes.len() / size_of::<TrafficParam>()];
         bytemuck::cast_slice_mut(&mut set).copy_from_slice(bytes);
-        Dials { set }
+        Params { values: set }
     }
 }

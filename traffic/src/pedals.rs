@@ -15,7 +15,7 @@ const DRAG_PER_M: f32 = 0.00045;
 /// Integral gain, per second.
 const INTEGRAL: f32 = 0.8;
 /// Bound of the integral, m/s².
-const EFFORT_MAX: f32 = 2.5;
+const ACCEL_INTEGRAL_MAX: f32 = 2.5;
 
 /// Below this speed an engine that idles in gear pushes against weak brakes, and what is left of the
 /// integral from speeding up does too: who means to stop presses them no less than so much.
@@ -36,28 +36,29 @@ pub(crate) struct Pedals {
 /// `speed` and `measured` (acceleration) are along the direction in which it wants to go; `climb`
 /// is the sine of the slope in that direction.
 pub(crate) fn press(
-    wanted: f32,
+    target: f32,
     measured: f32,
     speed: f32,
-    climb: f32,
+    pitch_sin: f32,
     delta_s: f32,
-    effort: &mut f32,
+    accel_integral: &mut f32,
 ) -> Pedals {
-    if speed < 0.3 && wanted <= 0.05 {
-        *effort = 0.0;
+    if speed < 0.3 && target <= 0.05 {
+        *accel_integral = 0.0;
         return Pedals { throttle: 0.0, brake: 0.7 };
     }
-    let firm = wanted < FIRM_MPS2 && speed < CREEP_MPS;
-    let error = (wanted - measured).clamp(-2.0, 2.0);
-    *effort = (*effort + INTEGRAL * error * delta_s).clamp(-EFFORT_MAX, EFFORT_MAX);
-    let resistance = ROLLING_MPS2 + DRAG_PER_M * speed * speed + GRAVITY_MPS2 * climb;
+    let firm = target < FIRM_MPS2 && speed < CREEP_MPS;
+    let error = (target - measured).clamp(-2.0, 2.0);
+    *accel_integral = (*accel_integral + INTEGRAL * error * delta_s)
+        .clamp(-ACCEL_INTEGRAL_MAX, ACCEL_INTEGRAL_MAX);
+    let resistance = ROLLING_MPS2 + DRAG_PER_M * speed * speed + GRAVITY_MPS2 * pitch_sin;
     // What the engine cannot give is not saved up: it would have to be unlearnt before braking.
     let full = THROTTLE_MPS2 / (1.0 + speed.max(0.0) / THROTTLE_FALL_S);
-    *effort = effort.min((full - wanted - resistance).max(0.0));
-    let push = wanted + *effort + resistance;
+    *accel_integral = accel_integral.min((full - target - resistance).max(0.0));
+    let push = target + *accel_integral + resistance;
     if push >= 0.0 && !firm {
         Pedals { throttle: (push / full).min(1.0), brake: 0.0 }
-    } else if wanted > -0.3 && push > -0.4 {
+    } else if target > -0.3 && push > -0.4 {
         // Rolling is brake enough.
         Pedals::default()
     } else {
@@ -67,12 +68,12 @@ pub(crate) fn press(
 }
 
 /// The wheel, −1 to 1, that turns the front wheels by `angle_rad`, at a speed.
-pub(crate) fn wheel(angle_rad: f32, lock_rad: f32, speed: f32) -> f32 {
-    (angle_rad / (lock_rad * lock_share(speed.abs()))).clamp(-1.0, 1.0)
+pub(crate) fn steer_input(angle_rad: f32, max_steer_rad: f32, speed: f32) -> f32 {
+    (angle_rad / (max_steer_rad * max_steer_factor(speed.abs()))).clamp(-1.0, 1.0)
 }
 
 /// How much of the lock is left at speed: the steering curve of CARLA's vehicles.
-fn lock_share(speed: f32) -> f32 {
+fn max_steer_factor(speed: f32) -> f32 {
     let curve = [(0.0, 1.0), (5.6, 0.9), (16.7, 0.8), (33.3, 0.7)];
     for pair in curve.windows(2) {
         let ((from, high), (to, low)) = (pair[0], pair[1]);
@@ -90,19 +91,19 @@ mod tests {
     #[test]
     fn who_cannot_speed_up_as_he_would_like_to_brakes_at_once() {
         // A bicycle far below the limit, for half a minute, and then a curve.
-        let mut effort = 0.0;
+        let mut accel_integral = 0.0;
         for _ in 0..600 {
-            press(3.4, 0.3, 10.0, 0.0, 0.05, &mut effort);
+            press(3.4, 0.3, 10.0, 0.0, 0.05, &mut accel_integral);
         }
-        let pedals = press(-3.0, 0.3, 10.0, 0.0, 0.05, &mut effort);
+        let pedals = press(-3.0, 0.3, 10.0, 0.0, 0.05, &mut accel_integral);
         assert!(pedals.brake > 0.3, "{pedals:?}");
     }
 
     #[test]
     fn who_stops_at_a_walk_does_not_creep_on() {
         // It has just sped up against a hill, as the integral remembers.
-        let mut effort = EFFORT_MAX;
-        let pedals = press(-2.0, 0.0, 0.8, 0.0, 0.05, &mut effort);
+        let mut accel_integral = ACCEL_INTEGRAL_MAX;
+        let pedals = press(-2.0, 0.0, 0.8, 0.0, 0.05, &mut accel_integral);
         assert_eq!(pedals.throttle, 0.0);
         assert!(pedals.brake >= CREEP_BRAKE, "{pedals:?}");
     }

@@ -5,21 +5,21 @@ use std::sync::Arc;
 use protocol::{ActorState, JournalEntry, LightState, Stamp, VehicleControl, flag, kind, lamp};
 
 use crate::{
-    agents::Crowd,
-    change,
-    constraint::Halt,
+    agents::Agents,
+    car_following::{self, SpeedPolicy},
+    constraint::JunctionConstraint,
     demand::Demand,
     detectors,
-    follow::{self, Pace},
     junction::{self, Junctions},
-    lamps,
+    lamps, lane_change,
     leader::{self, Leader},
     map::Map,
-    memory::{Memory, MindError},
+    obstacles::{self, Obstacle},
     occupancy::Occupancy,
-    outlook::Outlook,
-    pedals, recover, route, steer,
-    sweep::{self, Obstacle},
+    pedals, recover, route,
+    state::{PlannerState, RestoreError},
+    steer,
+    vehicle_plan::VehiclePlan,
 };
 
 /// Frames of delay between a decision and the middle of its effect: it acts in the next frame,
@@ -35,7 +35,7 @@ const DELAY_STEERING_S: f32 = 0.05;
 pub struct Planner {
     pub(crate) map: Arc<Map>,
     seed: u64,
-    pub(crate) memory: Memory,
+    pub(crate) state: PlannerState,
     controls: Vec<VehicleControl>,
     lights: Vec<LightState>,
     scratch: Scratch,
@@ -44,7 +44,7 @@ pub struct Planner {
 /// What lives for one frame only; kept for its allocations.
 #[derive(Default)]
 struct Scratch {
-    crowd: Crowd,
+    agents: Agents,
     occupancy: Occupancy,
     claims: Vec<(u32, u32, f32)>,
     obstacles: Vec<Obstacle>,
@@ -52,10 +52,10 @@ struct Scratch {
     demand: Demand,
     wanted: Vec<u32>,
     /// By signal.
-    shown: Vec<u32>,
+    light_states: Vec<u32>,
     leaders: Vec<Leader>,
     desired_speeds: Vec<f32>,
-    paces: Vec<Pace>,
+    speed_policies: Vec<SpeedPolicy>,
     offsets_left_m: Vec<f32>,
     gaps: Vec<f32>,
     ignore_lights: Vec<f32>,
@@ -70,7 +70,7 @@ impl Planner {
         Planner {
             map: Arc::new(map),
             seed,
-            memory: Memory { clocks, ..Memory::default() },
+            state: PlannerState { clocks, ..PlannerState::default() },
             controls: Vec::new(),
             lights: Vec::new(),
             scratch: Scratch::default(),
@@ -94,7 +94,7 @@ impl Planner {
             sorted.sort_unstable_by_key(|actor| actor.actor_id.0);
             &sorted
         };
-        self.heed(journal);
+        self.apply(journal);
         self.read(actors);
         self.locate();
         self.perceive();
@@ -127,14 +127,14 @@ impl Planner {
     /// Like [`Planner::save`], into a buffer whose old content is dropped.
     pub fn save_into(&self, bytes: &mut Vec<u8>) {
         bytes.clear();
-        self.memory.write(self.seed, self.map.tracks.count(), bytes);
+        self.state.write(self.seed, self.map.tracks.count(), bytes);
     }
 
     /// Goes on from a planner that was saved on the same map. The seed comes with it.
-    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), MindError> {
-        let (seed, memory) =
-            Memory::read(bytes, self.map.tracks.count(), self.map.signals.cycles())?;
-        (self.seed, self.memory) = (seed, memory);
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), RestoreError> {
+        let (seed, state) =
+            PlannerState::read(bytes, self.map.tracks.count(), self.map.signals.cycles())?;
+        (self.seed, self.state) = (seed, state);
         self.controls.clear();
         self.lights.clear();
         Ok(())
@@ -142,71 +142,76 @@ impl Planner {
 
     /// What every vehicle on autopilot reckoned with in the last frame, ascending by actor id.
     /// Vehicles that no road is near are left out.
-    pub fn outlooks(&self) -> impl Iterator<Item = Outlook> + '_ {
-        let rows = &self.memory.rows;
-        (0..self.controls().len()).filter(|&row| rows.placed[row] == 1).map(|row| self.outlook(row))
+    pub fn vehicle_plans(&self) -> impl Iterator<Item = VehiclePlan> + '_ {
+        let vehicles = &self.state.vehicles;
+        (0..self.controls().len())
+            .filter(|&row| vehicles.located[row] == 1)
+            .map(|row| self.vehicle_plan(row))
     }
 
-    fn outlook(&self, row: usize) -> Outlook {
-        let (rows, tracks, scratch) = (&self.memory.rows, &self.map.tracks, &self.scratch);
-        let (leader, halt) = (&scratch.leaders[row], &scratch.junctions.halts[row]);
-        let lane = rows.route[row].lane();
-        let body = scratch.crowd.driven[row] as usize;
-        let lead_m = scratch.crowd.body[body].lead_m();
-        let place = scratch.crowd.position[body].truncate() + scratch.crowd.forward[body] * lead_m;
-        let (on, hint_m) = route::ahead(rows, row, tracks, lead_m);
+    fn vehicle_plan(&self, row: usize) -> VehiclePlan {
+        let (vehicles, tracks, scratch) = (&self.state.vehicles, &self.map.tracks, &self.scratch);
+        let (leader, constraint) = (&scratch.leaders[row], &scratch.junctions.constraints[row]);
+        let lane = vehicles.route[row].lane();
+        let agent = scratch.agents.driven[row] as usize;
+        let tracking_point_m = scratch.agents.body[agent].tracking_point_m();
+        let place = scratch.agents.position[agent].truncate()
+            + scratch.agents.forward[agent] * tracking_point_m;
+        let (on, hint_m) = route::ahead(vehicles, row, tracks, tracking_point_m);
         let left_m = tracks.project(on, place, hint_m).left_m;
-        let id = |body: u32| scratch.crowd.id.get(body as usize).copied();
-        Outlook {
-            actor_id: protocol::ActorId(rows.id[row]),
+        let id = |agent: u32| scratch.agents.id.get(agent as usize).copied();
+        VehiclePlan {
+            actor_id: protocol::ActorId(vehicles.id[row]),
             lane: road::LaneIndex(lane),
-            along_m: rows.arc_m[row],
-            astray_m: left_m - route::shift_at(rows, row, lead_m).0,
+            along_m: vehicles.arc_m[row],
+            cross_track_error_m: left_m - route::shift_at(vehicles, row, tracking_point_m).0,
             limit_mps: tracks.limit_mps[lane as usize],
             desired_speed_mps: scratch.desired_speeds[row],
-            leader: protocol::ActorId(id(leader.body).unwrap_or(protocol::ActorId::NONE.0)),
+            leader: protocol::ActorId(id(leader.agent).unwrap_or(protocol::ActorId::NONE.0)),
             leader_m: leader.gap_m,
-            stop_m: halt.stop_m,
-            merge_m: halt.behind_m,
-            leave: rows.order[row],
-            waited_s: rows.wait_s[row],
-            waits_for: scratch.junctions.waits[row],
-            waits_on: protocol::ActorId(
+            stop_m: constraint.stop_m,
+            merge_m: constraint.merge_leader_m,
+            reservation: vehicles.reservation[row],
+            waited_s: vehicles.wait_s[row],
+            wait_reason: scratch.junctions.waits[row],
+            blocker: protocol::ActorId(
                 id(scratch.junctions.blockers[row]).unwrap_or(protocol::ActorId::NONE.0),
             ),
-            reverses: rows.reverse_s[row] > 0.0,
-            turns_round: rows.turning[row] == 1,
+            reverses: vehicles.reverse_s[row] > 0.0,
+            is_turning_around: vehicles.u_turn[row] == 1,
         }
     }
 
     /// What random turns and whims are drawn from.
-    fn draws(&self) -> u64 {
-        self.memory.params.draws(self.seed)
+    fn random_seed(&self) -> u64 {
+        self.state.params.random_seed(self.seed)
     }
 
-    fn heed(&mut self, journal: &[JournalEntry]) {
+    fn apply(&mut self, journal: &[JournalEntry]) {
         for entry in journal {
-            self.memory.heed(&entry.command, entry.outcome.status);
+            self.state.apply(&entry.command, entry.outcome.status);
         }
     }
 
     fn read(&mut self, actors: &[ActorState]) {
         let scratch = &mut self.scratch;
-        scratch.crowd.read(actors, &self.map.bodies);
+        scratch.agents.read(actors, &self.map.bodies);
         scratch.wanted.clear();
-        let crowd = &scratch.crowd;
-        scratch.wanted.extend(crowd.driven.iter().map(|&body| crowd.id[body as usize]));
-        self.memory.rows.keep(&scratch.wanted);
-        let params = &self.memory.params;
+        let agents = &scratch.agents;
+        scratch.wanted.extend(agents.driven.iter().map(|&agent| agents.id[agent as usize]));
+        self.state.vehicles.keep(&scratch.wanted);
+        let params = &self.state.params;
         let param = |column: &mut Vec<f32>, of: &dyn Fn(u32) -> f32| {
             column.clear();
             column.extend(scratch.wanted.iter().map(|&id| of(id)));
         };
-        scratch.paces.clear();
-        scratch.paces.extend(scratch.wanted.iter().map(|&id| match params.speed_mps(id) {
-            Some(mps) => Pace::Fixed(mps),
-            None => Pace::Slower(params.slower(id)),
-        }));
+        scratch.speed_policies.clear();
+        scratch.speed_policies.extend(scratch.wanted.iter().map(
+            |&id| match params.speed_mps(id) {
+                Some(mps) => SpeedPolicy::Fixed(mps),
+                None => SpeedPolicy::Reduced(params.speed_reduction(id)),
+            },
+        ));
         param(&mut scratch.offsets_left_m, &|id| params.offset_left_m(id));
         param(&mut scratch.ignore_signs, &|id| params.ignore_signs(id));
         param(&mut scratch.gaps, &|id| params.gap_m(id));
@@ -214,84 +219,90 @@ impl Planner {
     }
 
     fn locate(&mut self) {
-        let (map, crowd, draws) = (&self.map, &self.scratch.crowd, self.draws());
-        let Memory { rows, guides, .. } = &mut self.memory;
-        route::follow(rows, guides, &map.tracks, &map.grid, crowd, draws);
+        let (map, agents, draws) = (&self.map, &self.scratch.agents, self.random_seed());
+        let PlannerState { vehicles, client_routes, .. } = &mut self.state;
+        route::locate_all(vehicles, client_routes, &map.tracks, &map.grid, agents, draws);
     }
 
     fn perceive(&mut self) {
-        let draws = self.draws();
+        let draws = self.random_seed();
         let scratch = &mut self.scratch;
-        let rows = &self.memory.rows;
+        let vehicles = &self.state.vehicles;
         scratch.claims.clear();
-        for row in (0..rows.id.len()).filter(|&row| rows.shift_m[row] != 0.0) {
+        for row in (0..vehicles.id.len()).filter(|&row| vehicles.shift_m[row] != 0.0) {
             scratch.claims.push((
-                scratch.crowd.driven[row],
-                rows.route[row].lane(),
-                rows.arc_m[row],
+                scratch.agents.driven[row],
+                vehicles.route[row].lane(),
+                vehicles.arc_m[row],
             ));
         }
         let map = &self.map;
-        scratch.occupancy.overlook(&scratch.crowd, &self.memory.params, draws);
-        scratch.occupancy.lay(&map.tracks, &map.grid, &scratch.crowd, &scratch.claims);
-        sweep::look(rows, &map.tracks, &scratch.crowd, &mut scratch.obstacles);
-        let (crowd, occupancy) = (&scratch.crowd, &scratch.occupancy);
-        scratch
-            .obstacles
-            .retain(|obstacle| occupancy.minds(crowd.driven[obstacle.row], obstacle.leader.body));
+        scratch.occupancy.apply_ignores(&scratch.agents, &self.state.params, draws);
+        scratch.occupancy.rebuild(&map.tracks, &map.grid, &scratch.agents, &scratch.claims);
+        obstacles::find(vehicles, &map.tracks, &scratch.agents, &mut scratch.obstacles);
+        let (agents, occupancy) = (&scratch.agents, &scratch.occupancy);
+        scratch.obstacles.retain(|obstacle| {
+            occupancy.reacts_to(agents.driven[obstacle.row], obstacle.leader.agent)
+        });
     }
 
     /// Lights count as what they show in the snapshot; those that are no actors, as planned.
     fn show_lights(&mut self, actors: &[ActorState]) {
-        let (shown, plan) = (&mut self.scratch.shown, &self.map.signals);
-        shown.clear();
-        shown.extend((0..plan.count() as u32).map(|s| plan.shows(s, &self.memory.clocks)));
+        let (light_states, plan) = (&mut self.scratch.light_states, &self.map.signals);
+        light_states.clear();
+        light_states.extend((0..plan.count() as u32).map(|s| plan.shows(s, &self.state.clocks)));
         for actor in actors.iter().filter(|actor| actor.kind == kind::TRAFFIC_LIGHT) {
-            if let Some(light) = shown.get_mut(actor.signal as usize) {
+            if let Some(light) = light_states.get_mut(actor.signal as usize) {
                 *light = actor.phase;
             }
         }
     }
 
     fn arbitrate(&mut self, delta_nanos: u64) {
-        let draws = self.draws();
+        let draws = self.random_seed();
         let scratch = &mut self.scratch;
         let view = junction::View {
             map: &self.map,
-            crowd: &scratch.crowd,
+            agents: &scratch.agents,
             occupancy: &scratch.occupancy,
             obstacles: &scratch.obstacles,
-            lights: &scratch.shown,
+            lights: &scratch.light_states,
             seed: draws,
             delta_s: seconds(delta_nanos),
             ignore_lights: &scratch.ignore_lights,
             ignore_signs: &scratch.ignore_signs,
         };
-        scratch.junctions.arbitrate(&mut self.memory.rows, &mut self.memory.orders, &view);
+        scratch.junctions.arbitrate(&mut self.state.vehicles, &mut self.state.reservations, &view);
     }
 
     fn look_ahead(&mut self) {
         let scratch = &mut self.scratch;
-        let (rows, tracks) = (&self.memory.rows, &self.map.tracks);
+        let (vehicles, tracks) = (&self.state.vehicles, &self.map.tracks);
         scratch.leaders.clear();
         scratch.desired_speeds.clear();
-        for row in 0..rows.id.len() {
-            if rows.placed[row] == 0 {
+        for row in 0..vehicles.id.len() {
+            if vehicles.located[row] == 0 {
                 scratch.leaders.push(Leader::NONE);
                 scratch.desired_speeds.push(0.0);
                 continue;
             }
-            let body = scratch.crowd.driven[row] as usize;
-            let speed = scratch.crowd.speed(body);
-            let curve_share = scratch.crowd.body[body].curve_share();
-            let desired =
-                follow::desired_pace(rows, row, tracks, speed, scratch.paces[row], curve_share);
-            scratch.desired_speeds.push(desired);
-            scratch.leaders.push(leader::leader(
-                rows,
+            let agent = scratch.agents.driven[row] as usize;
+            let speed = scratch.agents.speed(agent);
+            let curve_speed_factor = scratch.agents.body[agent].curve_speed_factor();
+            let desired = car_following::desired_speed(
+                vehicles,
                 row,
                 tracks,
-                &scratch.crowd,
+                speed,
+                scratch.speed_policies[row],
+                curve_speed_factor,
+            );
+            scratch.desired_speeds.push(desired);
+            scratch.leaders.push(leader::leader(
+                vehicles,
+                row,
+                tracks,
+                &scratch.agents,
                 &scratch.occupancy,
                 30.0 + 4.0 * speed.max(0.0) + 0.25 * speed * speed,
             ));
@@ -304,42 +315,42 @@ impl Planner {
 
     fn change_lanes(&mut self, delta_nanos: u64) {
         let scratch = &self.scratch;
-        for row in 0..self.memory.rows.id.len() {
-            if self.memory.rows.placed[row] == 1 {
-                route::turn_round(
-                    &mut self.memory.rows,
+        for row in 0..self.state.vehicles.id.len() {
+            if self.state.vehicles.located[row] == 1 {
+                route::start_u_turn(
+                    &mut self.state.vehicles,
                     row,
                     &self.map.tracks,
-                    &scratch.crowd,
+                    &scratch.agents,
                     &scratch.occupancy,
                 );
             }
         }
-        let load = route::Load::count(&self.memory.rows, &self.map.tracks);
-        let view = change::View {
+        let load = route::LaneLoad::count(&self.state.vehicles, &self.map.tracks);
+        let view = lane_change::View {
             map: &self.map,
             load: &load,
-            crowd: &scratch.crowd,
+            agents: &scratch.agents,
             occupancy: &scratch.occupancy,
             leaders: &scratch.leaders,
             desired_speeds: &scratch.desired_speeds,
-            seed: self.draws(),
+            seed: self.random_seed(),
             delta_s: seconds(delta_nanos),
         };
-        let Memory { rows, params, guides, .. } = &mut self.memory;
-        change::consider(rows, params, guides, &view);
+        let PlannerState { vehicles, params, client_routes, .. } = &mut self.state;
+        lane_change::plan(vehicles, params, client_routes, &view);
     }
 
     fn drive(&mut self, delta_nanos: u64) {
         self.controls.clear();
-        for row in 0..self.memory.rows.id.len() {
-            let control = if self.memory.rows.placed[row] == 1 {
+        for row in 0..self.state.vehicles.id.len() {
+            let control = if self.state.vehicles.located[row] == 1 {
                 self.drive_one(row, seconds(delta_nanos))
             } else {
                 // A map without roads: stand.
                 VehicleControl { brake: 1.0, ..VehicleControl::default() }
             };
-            let actor_id = protocol::ActorId(self.memory.rows.id[row]);
+            let actor_id = protocol::ActorId(self.state.vehicles.id[row]);
             let lamps = self.lamps(row, &control);
             self.controls.push(VehicleControl { actor_id, lamps, ..control });
         }
@@ -347,93 +358,107 @@ impl Planner {
 
     /// The lamps of a vehicle that sees to them by itself.
     fn lamps(&self, row: usize, control: &VehicleControl) -> u32 {
-        let Memory { rows, params, weather, .. } = &self.memory;
-        if !params.lamps(rows.id[row]) || rows.placed[row] == 0 {
+        let PlannerState { vehicles, params, weather, .. } = &self.state;
+        if !params.lamps(vehicles.id[row]) || vehicles.located[row] == 0 {
             return 0;
         }
-        let crowd = &self.scratch.crowd;
-        let mps = crowd.speed(crowd.driven[row] as usize);
-        lamp::SWITCHED | lamps::lamps(rows, row, &self.map.tracks, weather, control, mps)
+        let agents = &self.scratch.agents;
+        let mps = agents.speed(agents.driven[row] as usize);
+        lamp::SWITCHED | lamps::lamps(vehicles, row, &self.map.tracks, weather, control, mps)
     }
 
     fn drive_one(&mut self, row: usize, delta_s: f32) -> VehicleControl {
         let (scratch, map) = (&self.scratch, &self.map);
-        let (rows, crowd, tracks) = (&mut self.memory.rows, &scratch.crowd, &map.tracks);
-        let body = crowd.driven[row] as usize;
-        let speed = crowd.speed(body);
-        let (front_m, lock_rad) = (crowd.body[body].front_m, crowd.body[body].lock_rad);
+        let (vehicles, agents, tracks) = (&mut self.state.vehicles, &scratch.agents, &map.tracks);
+        let agent = agents.driven[row] as usize;
+        let speed = agents.speed(agent);
+        let (front_m, max_steer_rad) =
+            (agents.body[agent].front_m, agents.body[agent].max_steer_rad);
 
         let delay_s = DELAY_FRAMES * delta_s + DELAY_STEERING_S;
         let (wheels, deviation) =
-            steer::steer(rows, row, tracks, crowd, delay_s, scratch.offsets_left_m[row]);
-        let trouble = recover::is_in_trouble(&deviation);
+            steer::steer(vehicles, row, tracks, agents, delay_s, scratch.offsets_left_m[row]);
+        let off_track = recover::is_off_track(&deviation);
 
         let mut leader = scratch.leaders[row];
-        if rows.shift_m[row] != 0.0 {
+        if vehicles.shift_m[row] != 0.0 {
             leader = self.leader_beside(row, leader);
         }
-        let rows = &mut self.memory.rows;
-        let mut halt = scratch.junctions.halts[row];
-        let end_m = follow::route_end(rows, row, tracks, front_m);
+        let vehicles = &mut self.state.vehicles;
+        let mut constraint = scratch.junctions.constraints[row];
+        let end_m = car_following::route_end(vehicles, row, tracks, front_m);
         if end_m < 100.0 {
-            let last = *rows.route[row].lanes().last().expect("a route has a lane");
-            let back = tracks.back[last as usize] != crate::tracks::NONE;
-            let room_m = if back { route::TURN_ROOM_M } else { 1.0 };
-            halt.stop_m = halt.stop_m.min((end_m - room_m).max(0.0));
+            let last = *vehicles.route[row].lanes().last().expect("a route has a lane");
+            let back = tracks.u_turn_lane[last as usize] != crate::tracks::NONE;
+            let room_m = if back { route::U_TURN_ROOM_M } else { 1.0 };
+            constraint.stop_m = constraint.stop_m.min((end_m - room_m).max(0.0));
         }
-        midway_lights(map, rows, row, &scratch.shown, front_m, speed, &mut halt);
+        stop_at_midblock_signals(
+            map,
+            vehicles,
+            row,
+            &scratch.light_states,
+            front_m,
+            speed,
+            &mut constraint,
+        );
         let mut desired = scratch.desired_speeds[row];
-        if trouble {
-            desired = desired.min(recover::CAREFUL_MPS);
+        if off_track {
+            desired = desired.min(recover::OFF_TRACK_MPS);
         }
-        let mut gain =
-            follow::accelerate(speed.max(0.0), desired, &leader, &halt, scratch.gaps[row]);
-        if trouble && !recover::is_free(crowd, body, 1.0, 1.0 + speed.max(0.0)) {
-            gain = gain.min(-3.0);
+        let mut accel = car_following::accelerate(
+            speed.max(0.0),
+            desired,
+            &leader,
+            &constraint,
+            scratch.gaps[row],
+        );
+        if off_track && !recover::is_free(agents, agent, 1.0, 1.0 + speed.max(0.0)) {
+            accel = accel.min(-3.0);
         }
 
-        let way = recover::way_out(rows, row, crowd, &deviation, &leader, gain, delta_s);
-        if way == recover::Way::Hold {
-            gain = gain.min(-1.0);
+        let maneuver = recover::decide(vehicles, row, agents, &deviation, &leader, accel, delta_s);
+        if maneuver == recover::Maneuver::Hold {
+            accel = accel.min(-1.0);
         }
-        if way == recover::Way::Back {
+        if maneuver == recover::Maneuver::Reverse {
             let backward = -speed;
-            let mut effort = rows.effort[row];
+            let mut accel_integral = vehicles.accel_integral[row];
             let press = pedals::press(
-                recover::back_gain(backward),
-                -crowd.acceleration[body],
+                recover::reverse_accel(backward),
+                -agents.acceleration[agent],
                 backward,
-                -crowd.climb[body],
+                -agents.pitch_sin[agent],
                 delta_s,
-                &mut effort,
+                &mut accel_integral,
             );
-            rows.effort[row] = effort;
+            vehicles.accel_integral[row] = accel_integral;
             let angle = -wheels.clamp(-0.6, 0.6);
-            return control(press, pedals::wheel(angle, lock_rad, speed), flag::REVERSE);
+            return control(press, pedals::steer_input(angle, max_steer_rad, speed), flag::REVERSE);
         }
-        let mut effort = rows.effort[row];
+        let mut accel_integral = vehicles.accel_integral[row];
         let press = pedals::press(
-            gain,
-            crowd.acceleration[body],
+            accel,
+            agents.acceleration[agent],
             speed,
-            crowd.climb[body],
+            agents.pitch_sin[agent],
             delta_s,
-            &mut effort,
+            &mut accel_integral,
         );
-        rows.effort[row] = effort;
-        control(press, pedals::wheel(wheels, lock_rad, speed), 0)
+        vehicles.accel_integral[row] = accel_integral;
+        control(press, pedals::steer_input(wheels, max_steer_rad, speed), 0)
     }
 
     /// While changing lanes, who is in front on the lane that is being left counts too, unless the
     /// change will be clear of him.
     fn leader_beside(&self, row: usize, leader: Leader) -> Leader {
-        let (rows, tracks) = (&self.memory.rows, &self.map.tracks);
-        let (scratch, full) = (&self.scratch, rows.shift_m[row]);
-        let own = scratch.crowd.driven[row];
-        let body = scratch.crowd.body[own as usize];
-        let mut begins = -rows.arc_m[row] - body.front_m;
-        for &lane in rows.route[row].lanes() {
-            if begins > rows.shift_over_m[row] {
+        let (vehicles, tracks) = (&self.state.vehicles, &self.map.tracks);
+        let (scratch, full) = (&self.scratch, vehicles.shift_m[row]);
+        let own = scratch.agents.driven[row];
+        let body = scratch.agents.body[own as usize];
+        let mut begins = -vehicles.arc_m[row] - body.front_m;
+        for &lane in vehicles.route[row].lanes() {
+            if begins > vehicles.shift_over_m[row] {
                 break;
             }
             let index = lane as usize;
@@ -443,13 +468,15 @@ impl Planner {
             }
             // Neighbours run side by side, but not always at the same length.
             let scale = tracks.length(beside) / tracks.length(lane).max(0.1);
-            let from = if begins < 0.0 { rows.arc_m[row] * scale } else { f32::NEG_INFINITY };
-            let start = if begins < 0.0 { -rows.arc_m[row] * scale - body.front_m } else { begins };
+            let from = if begins < 0.0 { vehicles.arc_m[row] * scale } else { f32::NEG_INFINITY };
+            let start =
+                if begins < 0.0 { -vehicles.arc_m[row] * scale - body.front_m } else { begins };
             let old = leader::first_ahead(&scratch.occupancy, beside, own, start, from);
             if old.gap_m.is_finite() {
-                let (there, _) = route::shift_at(rows, row, old.gap_m.max(0.0));
+                let (there, _) = route::shift_at(vehicles, row, old.gap_m.max(0.0));
                 let apart = full.abs() - there.abs();
-                let clear = body.half_width_m + scratch.crowd.body[old.body as usize].half_width_m;
+                let clear =
+                    body.half_width_m + scratch.agents.body[old.agent as usize].half_width_m;
                 return if apart < clear + 0.3 && old.gap_m < leader.gap_m { old } else { leader };
             }
             begins += tracks.length(lane);
@@ -462,46 +489,46 @@ impl Planner {
         detectors::count(
             &mut scratch.demand,
             &self.map,
-            &self.memory.rows,
-            &scratch.crowd,
+            &self.state.vehicles,
+            &scratch.agents,
             &scratch.occupancy,
             &scratch.junctions,
         );
-        self.map.signals.advance(&mut self.memory.clocks, &scratch.demand, delta_nanos);
+        self.map.signals.advance(&mut self.state.clocks, &scratch.demand, delta_nanos);
         self.lights.clear();
         for actor in actors.iter().filter(|actor| actor.kind == kind::TRAFFIC_LIGHT) {
-            let phase = self.map.signals.shows(actor.signal, &self.memory.clocks);
+            let phase = self.map.signals.shows(actor.signal, &self.state.clocks);
             self.lights.push(LightState { actor_id: actor.actor_id, phase });
         }
     }
 }
 
 /// Stops before lights that stand away from junctions.
-fn midway_lights(
+fn stop_at_midblock_signals(
     map: &Map,
-    rows: &crate::rows::Rows,
+    vehicles: &crate::vehicle_table::VehicleTable,
     row: usize,
-    shown: &[u32],
+    light_states: &[u32],
     front_m: f32,
     speed: f32,
-    halt: &mut Halt,
+    constraint: &mut JunctionConstraint,
 ) {
-    let midway = &map.approaches.midway;
-    if midway.is_empty() {
+    let midblock = &map.approaches.midblock;
+    if midblock.is_empty() {
         return;
     }
-    let mut begins = -rows.arc_m[row] - front_m;
-    for &lane in rows.route[row].lanes() {
+    let mut begins = -vehicles.arc_m[row] - front_m;
+    for &lane in vehicles.route[row].lanes() {
         if begins > 200.0 {
             return;
         }
-        let from = midway.partition_point(|stop| stop.0 < lane);
-        for &(_, arc_m, signal) in midway[from..].iter().take_while(|stop| stop.0 == lane) {
+        let from = midblock.partition_point(|stop| stop.0 < lane);
+        for &(_, arc_m, signal) in midblock[from..].iter().take_while(|stop| stop.0 == lane) {
             let line_m = begins + arc_m - 0.5;
-            let light = shown[signal as usize];
+            let light = light_states[signal as usize];
             let stops = light == protocol::light::RED || light == protocol::light::YELLOW;
             if stops && line_m > -0.5 && speed * speed < 6.0 * line_m.max(0.1) {
-                halt.stop_m = halt.stop_m.min(line_m.max(0.0));
+                constraint.stop_m = constraint.stop_m.min(line_m.max(0.0));
             }
         }
         begins += map.tracks.length(lane);

@@ -13,13 +13,13 @@ pub(crate) enum Purpose {
     /// Whether this red light is ignored.
     Light = 2,
     /// The other way that is compared with the first.
-    Detour = 3,
+    TurnAlternative = 3,
     /// Whether this sign is ignored.
     Sign = 4,
     /// Whether this other one is ignored.
     Ignore = 5,
     /// Whether to change lanes for no reason.
-    Wander = 6,
+    RandomLaneChange = 6,
 }
 
 /// The `count`-th draw of a stream, uniform over all of u64.

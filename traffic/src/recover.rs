@@ -2,16 +2,16 @@
 
 use glam::Vec2;
 
-use crate::{agents::Crowd, leader::Leader, rows::Rows, steer::Deviation};
+use crate::{agents::Agents, leader::Leader, steer::Deviation, vehicle_table::VehicleTable};
 
 /// Farther off its line than this, a vehicle is in trouble.
-const ASTRAY_M: f32 = 1.3;
+const CROSS_TRACK_MAX_M: f32 = 1.3;
 /// Turned from its line by more than this, a vehicle is in trouble.
-const TURNED_RAD: f32 = 0.6;
+const HEADING_ERROR_MAX_RAD: f32 = 0.6;
 /// Speed of a vehicle in trouble.
-pub(crate) const CAREFUL_MPS: f32 = 3.0;
+pub(crate) const OFF_TRACK_MPS: f32 = 3.0;
 /// Speed of backing out.
-const BACK_MPS: f32 = 1.5;
+const REVERSE_MPS: f32 = 1.5;
 /// Standing so long for no good reason is being stuck.
 const PATIENCE_S: f32 = 3.0;
 /// One attempt at backing out.
@@ -24,17 +24,18 @@ const TOUCH_M: f32 = 0.1;
 const BEHIND_M: f32 = 1.5;
 
 /// Whether a vehicle has lost its line.
-pub(crate) fn is_in_trouble(deviation: &Deviation) -> bool {
-    deviation.left_m.abs() > ASTRAY_M || deviation.heading_rad.abs() > TURNED_RAD
+pub(crate) fn is_off_track(deviation: &Deviation) -> bool {
+    deviation.left_m.abs() > CROSS_TRACK_MAX_M
+        || deviation.heading_rad.abs() > HEADING_ERROR_MAX_RAD
 }
 
 /// How a vehicle gets out of trouble.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Way {
+pub(crate) enum Maneuver {
     /// It need not.
     Forward,
     /// It backs out of what blocks it.
-    Back,
+    Reverse,
     /// It has backed out, and lets the other one go first.
     Hold,
 }
@@ -43,82 +44,85 @@ pub(crate) enum Way {
 ///
 /// `gain` is the acceleration that it would ask for. Who is stuck differs by id in patience, so
 /// that of two who block each other one goes first.
-pub(crate) fn way_out(
-    rows: &mut Rows,
+pub(crate) fn decide(
+    vehicles: &mut VehicleTable,
     row: usize,
-    crowd: &Crowd,
+    agents: &Agents,
     deviation: &Deviation,
     leader: &Leader,
-    gain: f32,
+    accel: f32,
     delta_s: f32,
-) -> Way {
-    let body = crowd.driven[row] as usize;
-    let speed = crowd.speed(body);
-    if rows.reverse_s[row] < 0.0 {
-        rows.reverse_s[row] = (rows.reverse_s[row] + delta_s).min(0.0);
-        return Way::Hold;
+) -> Maneuver {
+    let agent = agents.driven[row] as usize;
+    let speed = agents.speed(agent);
+    if vehicles.reverse_s[row] < 0.0 {
+        vehicles.reverse_s[row] = (vehicles.reverse_s[row] + delta_s).min(0.0);
+        return Maneuver::Hold;
     }
-    if rows.reverse_s[row] > 0.0 {
-        rows.reverse_s[row] -= delta_s;
-        if rows.reverse_s[row] > 0.0 && is_free(crowd, body, -1.0, BEHIND_M) {
-            return Way::Back;
+    if vehicles.reverse_s[row] > 0.0 {
+        vehicles.reverse_s[row] -= delta_s;
+        if vehicles.reverse_s[row] > 0.0 && is_free(agents, agent, -1.0, BEHIND_M) {
+            return Maneuver::Reverse;
         }
-        rows.reverse_s[row] = -(HOLD_S + 2.0 * (rows.id[row] % 4) as f32);
-        return Way::Hold;
+        vehicles.reverse_s[row] = -(HOLD_S + 2.0 * (vehicles.id[row] % 4) as f32);
+        return Maneuver::Hold;
     }
     if speed > 2.0 {
-        rows.reverses[row] = 0;
+        vehicles.reverse_count[row] = 0;
     }
-    let pushes = gain > 0.4;
+    let accelerates = accel > 0.4;
     let blocked_askew = leader.gap_m < 2.5
-        && (is_in_trouble(deviation) || leader.aligned < 0.7 || leader.gap_m < TOUCH_M)
-        && crowd.velocity[leader.body as usize].length_squared() < 0.1;
-    let stuck = speed.abs() < 0.25 && (pushes || blocked_askew);
-    rows.stuck_s[row] = if stuck { rows.stuck_s[row] + delta_s } else { 0.0 };
-    let patience = PATIENCE_S + (rows.id[row] % 5) as f32 + 2.0 * rows.reverses[row].min(5) as f32;
-    if rows.stuck_s[row] > patience {
-        rows.stuck_s[row] = 0.0;
-        if is_free(crowd, body, -1.0, BEHIND_M) {
-            rows.reverse_s[row] = REVERSE_S;
-            rows.reverses[row] = rows.reverses[row].saturating_add(1);
-            return Way::Back;
+        && (is_off_track(deviation) || leader.aligned < 0.7 || leader.gap_m < TOUCH_M)
+        && agents.velocity[leader.agent as usize].length_squared() < 0.1;
+    let stuck = speed.abs() < 0.25 && (accelerates || blocked_askew);
+    vehicles.stuck_s[row] = if stuck { vehicles.stuck_s[row] + delta_s } else { 0.0 };
+    let patience = PATIENCE_S
+        + (vehicles.id[row] % 5) as f32
+        + 2.0 * vehicles.reverse_count[row].min(5) as f32;
+    if vehicles.stuck_s[row] > patience {
+        vehicles.stuck_s[row] = 0.0;
+        if is_free(agents, agent, -1.0, BEHIND_M) {
+            vehicles.reverse_s[row] = REVERSE_S;
+            vehicles.reverse_count[row] = vehicles.reverse_count[row].saturating_add(1);
+            return Maneuver::Reverse;
         }
     }
-    Way::Forward
+    Maneuver::Forward
 }
 
 /// The acceleration of backing out, along the tail.
-pub(crate) fn back_gain(backward_mps: f32) -> f32 {
-    (1.5 * (BACK_MPS - backward_mps)).clamp(-3.0, 1.5)
+pub(crate) fn reverse_accel(backward_mps: f32) -> f32 {
+    (1.5 * (REVERSE_MPS - backward_mps)).clamp(-3.0, 1.5)
 }
 
 /// Whether nobody is within `distance_m` in front (`direction` 1) or behind (−1) of a body.
-pub(crate) fn is_free(crowd: &Crowd, body: usize, direction: f32, distance_m: f32) -> bool {
-    let size = crowd.body[body];
-    let forward = crowd.forward[body];
+pub(crate) fn is_free(agents: &Agents, agent: usize, direction: f32, distance_m: f32) -> bool {
+    let size = agents.body[agent];
+    let forward = agents.forward[agent];
     let edge = if direction > 0.0 { size.front_m } else { size.rear_m };
-    let centre = crowd.position[body].truncate() + forward * direction * (edge + 0.5 * distance_m);
-    (0..crowd.count()).all(|other| {
-        other == body
-            || (crowd.position[other].z - crowd.position[body].z).abs() > 3.0
-            || !touches(crowd, other, centre, forward, 0.5 * distance_m, size.half_width_m + 0.2)
+    let centre =
+        agents.position[agent].truncate() + forward * direction * (edge + 0.5 * distance_m);
+    (0..agents.count()).all(|other| {
+        other == agent
+            || (agents.position[other].z - agents.position[agent].z).abs() > 3.0
+            || !touches(agents, other, centre, forward, 0.5 * distance_m, size.half_width_m + 0.2)
     })
 }
 
 /// Whether a body touches a box around `centre`, by separating axes.
 fn touches(
-    crowd: &Crowd,
-    body: usize,
+    agents: &Agents,
+    agent: usize,
     centre: Vec2,
     forward: Vec2,
     length: f32,
     width: f32,
 ) -> bool {
-    let size = crowd.body[body];
-    let other_forward = crowd.forward[body];
+    let size = agents.body[agent];
+    let other_forward = agents.forward[agent];
     let half = 0.5 * size.length_m();
     let middle =
-        crowd.position[body].truncate() + other_forward * 0.5 * (size.front_m - size.rear_m);
+        agents.position[agent].truncate() + other_forward * 0.5 * (size.front_m - size.rear_m);
     let to = middle - centre;
     let axes = [forward, forward.perp(), other_forward, other_forward.perp()];
     axes.iter().all(|axis| {

@@ -1,13 +1,13 @@
 //! Where each vehicle is on its route, and where it goes next.
 
 use crate::{
-    agents::Crowd,
+    agents::Agents,
+    client_route::ClientRoutes,
     grid::Grid,
-    guide::Guides,
     occupancy::Occupancy,
     random::{Purpose, draw},
-    rows::{Route, Rows},
     tracks::{NONE, Tracks},
+    vehicle_table::{Route, VehicleTable},
 };
 
 /// Routes reach at least so far ahead, as far as lanes go.
@@ -16,17 +16,17 @@ const AHEAD_M: f32 = 320.0;
 const LOST_M: f32 = 4.5;
 
 /// How far beyond a fork one looks for who is there already.
-const CROWD_REACH_M: f32 = 80.0;
+const DENSITY_REACH_M: f32 = 80.0;
 
 /// How many vehicles each lane holds.
-pub(crate) struct Load(Vec<u32>);
+pub(crate) struct LaneLoad(Vec<u32>);
 
-impl Load {
+impl LaneLoad {
     /// Counts the vehicles of this room.
-    pub(crate) fn count(rows: &Rows, tracks: &Tracks) -> Load {
-        let mut load = Load(vec![0; tracks.count()]);
-        for row in (0..rows.id.len()).filter(|&row| rows.placed[row] == 1) {
-            load.0[rows.route[row].lane() as usize] += 1;
+    pub(crate) fn count(vehicles: &VehicleTable, tracks: &Tracks) -> LaneLoad {
+        let mut load = LaneLoad(vec![0; tracks.count()]);
+        for row in (0..vehicles.id.len()).filter(|&row| vehicles.located[row] == 1) {
+            load.0[vehicles.route[row].lane() as usize] += 1;
         }
         load
     }
@@ -37,9 +37,9 @@ impl Load {
         loop {
             length_m += tracks.length(at);
             vehicles += self.0[at as usize];
-            let fork = !tracks.in_junction(at) && length_m > CROWD_REACH_M;
+            let fork = !tracks.in_junction(at) && length_m > DENSITY_REACH_M;
             match tracks.next(at) {
-                [next, ..] if !fork && length_m < 4.0 * CROWD_REACH_M => at = *next,
+                [next, ..] if !fork && length_m < 4.0 * DENSITY_REACH_M => at = *next,
                 _ => return vehicles as f32 / length_m.max(1.0),
             }
             if at == way {
@@ -50,138 +50,161 @@ impl Load {
 }
 
 /// Finds every row's place on its route and lengthens the route.
-pub(crate) fn follow(
-    rows: &mut Rows,
-    guides: &mut Guides,
+pub(crate) fn locate_all(
+    vehicles: &mut VehicleTable,
+    client_routes: &mut ClientRoutes,
     tracks: &Tracks,
     grid: &Grid,
-    crowd: &Crowd,
+    agents: &Agents,
     seed: u64,
 ) {
-    let load = Load::count(rows, tracks);
-    for body in 0..crowd.count() {
-        let row = crowd.row[body];
+    let load = LaneLoad::count(vehicles, tracks);
+    for agent in 0..agents.count() {
+        let row = agents.row[agent];
         if row == NONE {
             continue;
         }
         let row = row as usize;
-        if rows.placed[row] == 1 && crowd.flags[body] & protocol::flag::TELEPORTED != 0 {
-            rows.reset(row);
+        if vehicles.located[row] == 1 && agents.flags[agent] & protocol::flag::TELEPORTED != 0 {
+            vehicles.reset(row);
         }
-        if rows.placed[row] == 1 && !advance(rows, row, tracks, crowd, body) {
-            lose(rows, row);
+        if vehicles.located[row] == 1 && !advance(vehicles, row, tracks, agents, agent) {
+            clear_location(vehicles, row);
         }
-        if rows.placed[row] == 0 {
-            find(rows, row, tracks, grid, crowd, body);
+        if vehicles.located[row] == 0 {
+            locate(vehicles, row, tracks, grid, agents, agent);
         }
-        if rows.placed[row] == 1 {
-            guides.lead(rows, row, tracks, grid);
-            lengthen(rows, row, guides, tracks, &load, seed);
+        if vehicles.located[row] == 1 {
+            client_routes.update(vehicles, row, tracks, grid);
+            extend(vehicles, row, client_routes, tracks, &load, seed);
         }
     }
 }
 
 /// Moves a row along its route; `false` if the vehicle is no longer on it.
-fn advance(rows: &mut Rows, row: usize, tracks: &Tracks, crowd: &Crowd, body: usize) -> bool {
-    let position = crowd.position[body].truncate();
-    let before = (rows.route[row].passed, rows.arc_m[row]);
-    let mut seat = tracks.project(rows.route[row].lane(), position, rows.arc_m[row] + 0.5);
-    let mut driven = seat.arc_m - before.1;
-    while seat.arc_m > tracks.length(rows.route[row].lane()) && rows.route[row].lanes().len() > 1 {
-        let length = tracks.length(rows.route[row].lane());
-        rows.route[row].pop();
-        let next = rows.route[row].lane();
-        let on = tracks.project(next, position, (seat.arc_m - length).max(0.0));
-        driven += (length + on.arc_m) - seat.arc_m;
-        seat = on;
+fn advance(
+    vehicles: &mut VehicleTable,
+    row: usize,
+    tracks: &Tracks,
+    agents: &Agents,
+    agent: usize,
+) -> bool {
+    let position = agents.position[agent].truncate();
+    let before = (vehicles.route[row].lanes_passed, vehicles.arc_m[row]);
+    let mut projection =
+        tracks.project(vehicles.route[row].lane(), position, vehicles.arc_m[row] + 0.5);
+    let mut driven = projection.arc_m - before.1;
+    while projection.arc_m > tracks.length(vehicles.route[row].lane())
+        && vehicles.route[row].lanes().len() > 1
+    {
+        let length = tracks.length(vehicles.route[row].lane());
+        vehicles.route[row].pop();
+        let next = vehicles.route[row].lane();
+        let on = tracks.project(next, position, (projection.arc_m - length).max(0.0));
+        driven += (length + on.arc_m) - projection.arc_m;
+        projection = on;
     }
-    rows.arc_m[row] = seat.arc_m;
-    if rows.shift_m[row] != 0.0 {
-        rows.shift_done_m[row] += driven.max(0.0);
-        if rows.shift_done_m[row] >= rows.shift_over_m[row] {
-            rows.shift_m[row] = 0.0;
-            rows.shift_done_m[row] = 0.0;
-            rows.shift_over_m[row] = 0.0;
+    vehicles.arc_m[row] = projection.arc_m;
+    if vehicles.shift_m[row] != 0.0 {
+        vehicles.shift_done_m[row] += driven.max(0.0);
+        if vehicles.shift_done_m[row] >= vehicles.shift_over_m[row] {
+            vehicles.shift_m[row] = 0.0;
+            vehicles.shift_done_m[row] = 0.0;
+            vehicles.shift_over_m[row] = 0.0;
         }
     }
-    let astray = seat.left_m - shift_at(rows, row, 0.0).0;
-    let aligned = seat.tangent.dot(crowd.forward[body]);
-    if rows.turning[row] == 1 {
-        rows.turning[row] = u32::from(aligned < 0.7);
-        return seat.left_m.abs() < 4.0 * LOST_M;
+    let cross_track_m = projection.left_m - shift_at(vehicles, row, 0.0).0;
+    let aligned = projection.tangent.dot(agents.forward[agent]);
+    if vehicles.u_turn[row] == 1 {
+        vehicles.u_turn[row] = u32::from(aligned < 0.7);
+        return projection.left_m.abs() < 4.0 * LOST_M;
     }
     let backwards = aligned < -0.2;
     let jumped = driven.abs() > 8.0;
-    astray.abs() < LOST_M && !backwards && !jumped && seat.arc_m > -6.0
+    cross_track_m.abs() < LOST_M && !backwards && !jumped && projection.arc_m > -6.0
 }
 
 /// Forgets the place on the route, and what hangs on it.
-fn lose(rows: &mut Rows, row: usize) {
-    rows.placed[row] = 0;
-    (rows.shift_m[row], rows.shift_done_m[row], rows.shift_over_m[row]) = (0.0, 0.0, 0.0);
-    (rows.order[row], rows.pass_end[row], rows.idle_s[row]) = (0, 0, 0.0);
-    rows.wait_s[row] = 0.0;
-    rows.turning[row] = 0;
+fn clear_location(vehicles: &mut VehicleTable, row: usize) {
+    vehicles.located[row] = 0;
+    (vehicles.shift_m[row], vehicles.shift_done_m[row], vehicles.shift_over_m[row]) =
+        (0.0, 0.0, 0.0);
+    (vehicles.reservation[row], vehicles.reservation_end[row], vehicles.reservation_idle_s[row]) =
+        (0, 0, 0.0);
+    vehicles.wait_s[row] = 0.0;
+    vehicles.u_turn[row] = 0;
 }
 
 /// How long before a dead end one stops in order to turn round there.
-pub(crate) const TURN_ROOM_M: f32 = 9.0;
+pub(crate) const U_TURN_ROOM_M: f32 = 9.0;
 
 /// Who turns round wants nobody so near in front, and nobody else who turns.
-const CROWDED_M: f32 = 16.0;
+const U_TURN_CLEARANCE_M: f32 = 16.0;
 
 /// Lets whoever stands at a dead end turn round and drive back, when nobody is coming.
-pub(crate) fn turn_round(
-    rows: &mut Rows,
+pub(crate) fn start_u_turn(
+    vehicles: &mut VehicleTable,
     row: usize,
     tracks: &Tracks,
-    crowd: &Crowd,
+    agents: &Agents,
     occupancy: &Occupancy,
 ) {
-    let [lane] = *rows.route[row].lanes() else { return };
-    let back = tracks.back[lane as usize];
-    let own = crowd.driven[row];
-    let body = own as usize;
-    let left_m = tracks.length(lane) - rows.arc_m[row] - crowd.body[body].front_m;
-    if back == NONE || crowd.speed(body).abs() > 0.5 || left_m > TURN_ROOM_M + 3.0 {
+    let [lane] = *vehicles.route[row].lanes() else { return };
+    let u_turn_lane = tracks.u_turn_lane[lane as usize];
+    let own = agents.driven[row];
+    let agent = own as usize;
+    let left_m = tracks.length(lane) - vehicles.arc_m[row] - agents.body[agent].front_m;
+    if u_turn_lane == NONE || agents.speed(agent).abs() > 0.5 || left_m > U_TURN_ROOM_M + 3.0 {
         return;
     }
-    let position = crowd.position[body].truncate();
-    let seat = tracks.project(back, position, (tracks.length(back) - rows.arc_m[row]).max(0.0));
-    let coming = occupancy.on(back).iter().any(|o| {
-        let reach = crowd.body[body].length_m() + 6.0 + 4.0 * o.speed_mps.max(0.0);
-        o.body != own && (o.front_m - seat.arc_m).abs() < reach
+    let position = agents.position[agent].truncate();
+    let projection = tracks.project(
+        u_turn_lane,
+        position,
+        (tracks.length(u_turn_lane) - vehicles.arc_m[row]).max(0.0),
+    );
+    let coming = occupancy.on(u_turn_lane).iter().any(|o| {
+        let reach = agents.body[agent].length_m() + 6.0 + 4.0 * o.speed_mps.max(0.0);
+        o.agent != own && (o.front_m - projection.arc_m).abs() < reach
     });
-    let crowded = (0..rows.id.len()).any(|other| {
-        let place = crowd.position[crowd.driven[other] as usize].truncate();
-        let ahead = (place - position).dot(crowd.forward[body]) > 0.0;
-        let near = place.distance_squared(position) < CROWDED_M * CROWDED_M;
-        other != row && near && (ahead || rows.turning[other] == 1)
+    let occupied = (0..vehicles.id.len()).any(|other| {
+        let place = agents.position[agents.driven[other] as usize].truncate();
+        let ahead = (place - position).dot(agents.forward[agent]) > 0.0;
+        let near = place.distance_squared(position) < U_TURN_CLEARANCE_M * U_TURN_CLEARANCE_M;
+        other != row && near && (ahead || vehicles.u_turn[other] == 1)
     });
-    if coming || crowded {
+    if coming || occupied {
         return;
     }
-    rows.route[row] = Route::from_lane(back, rows.route[row].passed.wrapping_add(1));
-    rows.arc_m[row] = seat.arc_m.clamp(0.0, tracks.length(back));
-    rows.turning[row] = 1;
+    vehicles.route[row] =
+        Route::from_lane(u_turn_lane, vehicles.route[row].lanes_passed.wrapping_add(1));
+    vehicles.arc_m[row] = projection.arc_m.clamp(0.0, tracks.length(u_turn_lane));
+    vehicles.u_turn[row] = 1;
 }
 
 /// Puts a row onto the track that fits the vehicle's place and heading best.
-fn find(rows: &mut Rows, row: usize, tracks: &Tracks, grid: &Grid, crowd: &Crowd, body: usize) {
-    let position = crowd.position[body];
+fn locate(
+    vehicles: &mut VehicleTable,
+    row: usize,
+    tracks: &Tracks,
+    grid: &Grid,
+    agents: &Agents,
+    agent: usize,
+) {
+    let position = agents.position[agent];
     let flat = position.truncate();
     let mut best: Option<(f32, u32, f32)> = None;
     let mut consider = |lane: u32, hint_m: f32| {
-        let seat = tracks.project(lane, flat, hint_m);
-        let (centre, ..) = tracks.at(lane, seat.arc_m);
-        let beyond = (seat.arc_m - seat.arc_m.clamp(0.0, tracks.length(lane))).abs();
-        let cost = seat.left_m.abs()
+        let projection = tracks.project(lane, flat, hint_m);
+        let (centre, ..) = tracks.at(lane, projection.arc_m);
+        let beyond = (projection.arc_m - projection.arc_m.clamp(0.0, tracks.length(lane))).abs();
+        let cost = projection.left_m.abs()
             + beyond
-            + 4.0 * (1.0 - seat.tangent.dot(crowd.forward[body]))
+            + 4.0 * (1.0 - projection.tangent.dot(agents.forward[agent]))
             + 3.0 * ((centre.z - position.z).abs() - 1.0).max(0.0)
             + if tracks.endless[lane as usize] { 0.0 } else { 1.5 };
         if best.is_none_or(|(least, ..)| cost < least) {
-            best = Some((cost, lane, seat.arc_m));
+            best = Some((cost, lane, projection.arc_m));
         }
     };
     for &(lane, hint_m) in grid.near(flat) {
@@ -190,49 +213,52 @@ fn find(rows: &mut Rows, row: usize, tracks: &Tracks, grid: &Grid, crowd: &Crowd
     if best.is_none() {
         // Far from every road, which is rare: look at all of them.
         if let Some((lane, hint_m)) = tracks.nearest(flat) {
-            let seat = tracks.project(lane, flat, hint_m);
-            best = Some((0.0, lane, seat.arc_m));
+            let projection = tracks.project(lane, flat, hint_m);
+            best = Some((0.0, lane, projection.arc_m));
         }
     }
     if let Some((_, lane, arc_m)) = best {
-        rows.route[row] = Route::from_lane(lane, rows.route[row].passed.wrapping_add(1));
-        rows.arc_m[row] = arc_m.clamp(0.0, tracks.length(lane));
-        rows.placed[row] = 1;
+        vehicles.route[row] =
+            Route::from_lane(lane, vehicles.route[row].lanes_passed.wrapping_add(1));
+        vehicles.arc_m[row] = arc_m.clamp(0.0, tracks.length(lane));
+        vehicles.located[row] = 1;
     }
 }
 
 /// Takes the turns that a client asked for, else draws some, until the route reaches far enough.
-pub(crate) fn lengthen(
-    rows: &mut Rows,
+pub(crate) fn extend(
+    vehicles: &mut VehicleTable,
     row: usize,
-    guides: &Guides,
+    client_routes: &ClientRoutes,
     tracks: &Tracks,
-    load: &Load,
+    load: &LaneLoad,
     seed: u64,
 ) {
-    let mut reach = -rows.arc_m[row];
-    for &lane in rows.route[row].lanes() {
+    let mut reach = -vehicles.arc_m[row];
+    for &lane in vehicles.route[row].lanes() {
         reach += tracks.length(lane);
     }
-    while reach < AHEAD_M && !rows.route[row].is_full() {
-        let (id, count) = (rows.id[row], rows.route[row].lanes().len());
-        let last = *rows.route[row].lanes().last().expect("a route has a lane");
-        let asked = guides.next(id, count, last).filter(|way| tracks.next(last).contains(way));
-        let Some(next) = asked.or_else(|| turn(tracks, last, load, (seed, id, rows.turns[row])))
+    while reach < AHEAD_M && !vehicles.route[row].is_full() {
+        let (id, count) = (vehicles.id[row], vehicles.route[row].lanes().len());
+        let last = *vehicles.route[row].lanes().last().expect("a route has a lane");
+        let asked =
+            client_routes.next(id, count, last).filter(|way| tracks.next(last).contains(way));
+        let Some(next) =
+            asked.or_else(|| draw_turn(tracks, last, load, (seed, id, vehicles.turn_draws[row])))
         else {
             return;
         };
         if tracks.next(last).len() > 1 {
-            rows.turns[row] = rows.turns[row].wrapping_add(1);
+            vehicles.turn_draws[row] = vehicles.turn_draws[row].wrapping_add(1);
         }
-        rows.route[row].push(next);
+        vehicles.route[row].push(next);
         reach += tracks.length(next);
     }
 }
 
 /// Draws where to go after `lane`, away from dead ends if there is a choice. Of two draws, the
 /// less crowded way is taken: that alone keeps random routes from piling up.
-fn turn(tracks: &Tracks, lane: u32, load: &Load, draws: (u64, u32, u32)) -> Option<u32> {
+fn draw_turn(tracks: &Tracks, lane: u32, load: &LaneLoad, draws: (u64, u32, u32)) -> Option<u32> {
     let (seed, id, count) = draws;
     let ways = tracks.next(lane);
     let open = ways.iter().filter(|&&way| tracks.endless[way as usize]).count();
@@ -245,28 +271,33 @@ fn turn(tracks: &Tracks, lane: u32, load: &Load, draws: (u64, u32, u32)) -> Opti
         let nth = draw(seed, id, purpose, u64::from(count)) % choices as u64;
         ways.iter().filter(fits).nth(nth as usize).copied()
     };
-    let (first, second) = (pick(Purpose::Turn)?, pick(Purpose::Detour)?);
+    let (first, second) = (pick(Purpose::Turn)?, pick(Purpose::TurnAlternative)?);
     let is_better = load.density(tracks, second) < load.density(tracks, first);
     Some(if is_better { second } else { first })
 }
 
 /// How far left of the route's tracks the vehicle should be after `ahead_m` more metres, and the
 /// slope of that offset: a fifth-order blend from where a lane change began.
-pub(crate) fn shift_at(rows: &Rows, row: usize, ahead_m: f32) -> (f32, f32) {
-    let (shift, over) = (rows.shift_m[row], rows.shift_over_m[row]);
+pub(crate) fn shift_at(vehicles: &VehicleTable, row: usize, ahead_m: f32) -> (f32, f32) {
+    let (shift, over) = (vehicles.shift_m[row], vehicles.shift_over_m[row]);
     if shift == 0.0 {
         return (0.0, 0.0);
     }
-    let u = ((rows.shift_done_m[row] + ahead_m) / over).clamp(0.0, 1.0);
+    let u = ((vehicles.shift_done_m[row] + ahead_m) / over).clamp(0.0, 1.0);
     let blend = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
     let slope = 30.0 * u * u * (1.0 - u) * (1.0 - u) / over;
     (shift * (1.0 - blend), -shift * slope)
 }
 
 /// The point on the route `ahead_m` after the vehicle's place: its lane and arc length.
-pub(crate) fn ahead(rows: &Rows, row: usize, tracks: &Tracks, ahead_m: f32) -> (u32, f32) {
-    let lanes = rows.route[row].lanes();
-    let mut arc_m = rows.arc_m[row] + ahead_m;
+pub(crate) fn ahead(
+    vehicles: &VehicleTable,
+    row: usize,
+    tracks: &Tracks,
+    ahead_m: f32,
+) -> (u32, f32) {
+    let lanes = vehicles.route[row].lanes();
+    let mut arc_m = vehicles.arc_m[row] + ahead_m;
     for &lane in &lanes[..lanes.len() - 1] {
         let length = tracks.length(lane);
         if arc_m <= length {

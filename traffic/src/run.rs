@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bus::{Event, Instance, Interrupted, Participant, Role, Snapshot, TrafficPorts, clock, fault};
 use protocol::{Command, Episode, Frame, JournalEntry, Name, TrafficHeader, param, status};
 
-use crate::{MindError, Planner};
+use crate::{Planner, RestoreError};
 
 /// Why traffic ended before its host did.
 #[derive(Debug, thiserror::Error)]
@@ -15,19 +15,19 @@ pub enum TrafficError {
     Bus(#[from] bus::BusError),
     /// The planner that the host gave back.
     #[error(transparent)]
-    Planner(#[from] MindError),
+    Planner(#[from] RestoreError),
     /// The map, which the host could read.
     #[error("{0}")]
     Map(String),
 }
 
 /// Drives for the host of `instance` until it ends.
-pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), TrafficError> {
+pub fn run(instance: &Instance, slot: usize, in_process: bool) -> Result<(), TrafficError> {
     let name = Name::new(Role::Traffic.name());
-    let participant = Participant::join(instance, Role::Traffic, name, Some(slot), within)?;
+    let participant = Participant::join(instance, Role::Traffic, name, Some(slot), in_process)?;
     fault::joining(Role::Traffic);
     let (number, episode) = instance.numbered_episode()?;
-    let mut planner = mind_of(&episode)?;
+    let mut planner = new_planner(&episode)?;
     let mut ports = TrafficPorts::open(participant.node()?)?;
     ports.journal.await_keyframe();
     participant.ready()?;
@@ -51,14 +51,14 @@ pub fn run(instance: &Instance, slot: usize, within: bool) -> Result<(), Traffic
     };
     loop {
         match driver.participant.next_frame(driver.done, None) {
-            Ok(newest) => driver.work_up_to(newest)?,
+            Ok(newest) => driver.plan_until(newest)?,
             Err(Interrupted::HostEnds | Interrupted::Deadline) => return Ok(()),
         }
     }
 }
 
 /// A planner that knows the map and nothing else.
-fn mind_of(episode: &Episode) -> Result<Planner, TrafficError> {
+fn new_planner(episode: &Episode) -> Result<Planner, TrafficError> {
     let network = bake::Cache::from_environment()
         .network(&episode.map, &episode.open_drive)
         .map_err(|e| TrafficError::Map(e.to_string()))?;
@@ -66,7 +66,7 @@ fn mind_of(episode: &Episode) -> Result<Planner, TrafficError> {
 }
 
 /// Whether a line may be heeded once only.
-fn is_once(entry: &JournalEntry) -> bool {
+fn applies_once(entry: &JournalEntry) -> bool {
     match entry.command.decode() {
         Some(Command::TrafficParam(set)) => param::is_once(set.param),
         Some(Command::RouteCommand(_)) => true,
@@ -93,7 +93,7 @@ struct Driver {
 
 impl Driver {
     /// Plans on every frame that has come; in asynchronous mode only on the newest.
-    fn work_up_to(&mut self, newest: Frame) -> Result<(), TrafficError> {
+    fn plan_until(&mut self, newest: Frame) -> Result<(), TrafficError> {
         let every = self.participant.control().is_synchronous();
         let mut latest = None;
         while self.done < newest {
@@ -127,7 +127,7 @@ impl Driver {
         fault::delay(Role::Traffic, frame);
         let mut journal = self.journal_of(frame)?;
         // What a planner that was taken over has done already.
-        journal.retain(|(at, entry)| *at > self.done || !is_once(entry));
+        journal.retain(|(at, entry)| *at > self.done || !applies_once(entry));
         if self.begin_episode(frame, &mut journal)? {
             // The world as it was loaded: the first to plan on is the one after it.
             self.done = frame;
@@ -135,7 +135,7 @@ impl Driver {
             return Ok(());
         }
         let mut journal = journal.into_iter().map(|(_, entry)| entry).collect();
-        self.go_on_from_saved(&mut journal)?;
+        self.restore_saved(&mut journal)?;
         self.planner.plan(&header.stamp, header.delta_nanos, snapshot.actors(), &journal);
         self.saved.clear();
         self.planner.save_into(&mut self.saved);
@@ -183,7 +183,7 @@ impl Driver {
             if episode == self.episode {
                 self.planner.restore(&self.blank)?;
             } else {
-                self.planner = mind_of(&episode)?;
+                self.planner = new_planner(&episode)?;
                 self.blank = self.planner.save();
             }
             (self.number, self.episode) = (number, episode);
@@ -192,7 +192,7 @@ impl Driver {
     }
 
     /// If the world went on from a saved state, so does the planner; what was requested before is void.
-    fn go_on_from_saved(&mut self, journal: &mut Vec<JournalEntry>) -> Result<(), TrafficError> {
+    fn restore_saved(&mut self, journal: &mut Vec<JournalEntry>) -> Result<(), TrafficError> {
         let is_load = |entry: &JournalEntry| {
             entry.outcome.status == status::DONE
                 && matches!(entry.command.decode(), Some(Command::LoadState(_)))

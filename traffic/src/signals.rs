@@ -25,16 +25,16 @@ const YELLOW_NANOS: u64 = 3_000_000_000;
 const RED_NANOS: u64 = 2_000_000_000;
 const PHASE_NANOS: u64 = GREEN_NANOS + YELLOW_NANOS + RED_NANOS;
 /// Green that a phase gets at least.
-const GREEN_LEAST_NANOS: u64 = 6_000_000_000;
+const GREEN_MIN_NANOS: u64 = 6_000_000_000;
 /// Green while nobody is there.
-const GREEN_ALONE_NANOS: u64 = 10_000_000_000;
+const GREEN_DEFAULT_NANOS: u64 = 10_000_000_000;
 /// All phases together take no longer than this while somebody waits, unless they are very many.
-const ROUND_NANOS: u64 = 70_000_000_000;
+const CYCLE_MAX_NANOS: u64 = 70_000_000_000;
 
 /// Which lights are green together, and in which order.
 pub(crate) struct SignalPlan {
     /// By signal: its cycle and its phase there, or [`NONE`] if it stays as it is.
-    seat: Vec<(u32, u32)>,
+    slot: Vec<(u32, u32)>,
     /// What signals without a cycle show.
     idle: Vec<u32>,
     /// By cycle: how many phases.
@@ -42,7 +42,7 @@ pub(crate) struct SignalPlan {
 }
 
 /// Lights that always show the same colour.
-struct Unit {
+struct SignalGroup {
     signals: Vec<u32>,
     /// Lanes that they govern, inside the junction.
     lanes: Vec<u32>,
@@ -60,35 +60,35 @@ impl SignalPlan {
     ) -> SignalPlan {
         let signals = network.signals();
         let mut plan = SignalPlan {
-            seat: vec![(NONE, NONE); signals.len()],
+            slot: vec![(NONE, NONE); signals.len()],
             idle: signals
                 .iter()
                 .map(|s| if is_vehicle_light(s) { light::OFF } else { light::RED })
                 .collect(),
             phases: Vec::new(),
         };
-        for units in junction_units(network, tracks, approaches) {
+        for groups in junction_groups(network, tracks, approaches) {
             let cycle = plan.phases.len() as u32;
-            let mut phases: Vec<Vec<&Unit>> = Vec::new();
-            for unit in &units {
-                let fits = |phase: &Vec<&Unit>| {
-                    phase.iter().all(|other| agree(tracks, conflicts, unit, other))
+            let mut phases: Vec<Vec<&SignalGroup>> = Vec::new();
+            for group in &groups {
+                let fits = |phase: &Vec<&SignalGroup>| {
+                    phase.iter().all(|other| are_compatible(tracks, conflicts, group, other))
                 };
                 match phases.iter_mut().find(|phase| fits(phase)) {
-                    Some(phase) => phase.push(unit),
-                    None => phases.push(vec![unit]),
+                    Some(phase) => phase.push(group),
+                    None => phases.push(vec![group]),
                 }
             }
-            for (phase, units) in phases.iter().enumerate() {
-                for &signal in units.iter().flat_map(|unit| &unit.signals) {
-                    plan.seat[signal as usize] = (cycle, phase as u32);
+            for (phase, groups) in phases.iter().enumerate() {
+                for &signal in groups.iter().flat_map(|group| &group.signals) {
+                    plan.slot[signal as usize] = (cycle, phase as u32);
                 }
             }
             plan.phases.push(phases.len() as u32);
         }
-        for &(_, _, signal) in &approaches.midway {
-            if plan.seat[signal as usize].0 == NONE {
-                plan.seat[signal as usize] = (plan.phases.len() as u32, 0);
+        for &(_, _, signal) in &approaches.midblock {
+            if plan.slot[signal as usize].0 == NONE {
+                plan.slot[signal as usize] = (plan.phases.len() as u32, 0);
                 plan.phases.push(1);
             }
         }
@@ -99,7 +99,7 @@ impl SignalPlan {
     #[cfg(test)]
     pub(crate) fn of_phases(count: u32) -> SignalPlan {
         SignalPlan {
-            seat: (0..count).map(|phase| (0, phase)).collect(),
+            slot: (0..count).map(|phase| (0, phase)).collect(),
             idle: vec![light::OFF; count as usize],
             phases: vec![count],
         }
@@ -107,7 +107,7 @@ impl SignalPlan {
 
     /// How many signals there are, with or without a cycle.
     pub(crate) fn count(&self) -> usize {
-        self.seat.len()
+        self.slot.len()
     }
 
     /// How many cycles there are.
@@ -116,8 +116,8 @@ impl SignalPlan {
     }
 
     /// The cycle and the phase of `signal`, if it has any.
-    pub(crate) fn seat(&self, signal: u32) -> Option<(u32, u32)> {
-        self.seat.get(signal as usize).copied().filter(|seat| seat.0 != NONE)
+    pub(crate) fn slot(&self, signal: u32) -> Option<(u32, u32)> {
+        self.slot.get(signal as usize).copied().filter(|slot| slot.0 != NONE)
     }
 
     /// Advances the clocks of all cycles.
@@ -129,18 +129,18 @@ impl SignalPlan {
             let comes = demand.comes(cycle, phase);
             let mut now = before + delta_nanos;
             if before < GREEN_NANOS {
-                let most = (ROUND_NANOS / phases)
+                let most = (CYCLE_MAX_NANOS / phases)
                     .saturating_sub(PHASE_NANOS - GREEN_NANOS)
-                    .clamp(GREEN_LEAST_NANOS + 2_000_000_000, GREEN_NANOS);
+                    .clamp(GREEN_MIN_NANOS + 2_000_000_000, GREEN_NANOS);
                 let until = match (elsewhere, comes) {
                     (true, true) => most,
-                    (true, false) => GREEN_LEAST_NANOS,
+                    (true, false) => GREEN_MIN_NANOS,
                     // Green rests where alone somebody is, on the brink of ending.
                     (false, true) if phases > 1 => {
-                        now = now.min(GREEN_LEAST_NANOS);
+                        now = now.min(GREEN_MIN_NANOS);
                         GREEN_NANOS
                     }
-                    (false, _) => GREEN_ALONE_NANOS,
+                    (false, _) => GREEN_DEFAULT_NANOS,
                 };
                 if now >= until {
                     now = GREEN_NANOS.max(now.min(GREEN_NANOS + delta_nanos));
@@ -158,7 +158,7 @@ impl SignalPlan {
 
     /// What `signal` shows when the cycles' clocks stand so; one of [`protocol::light`].
     pub(crate) fn shows(&self, signal: u32, clocks: &[u64]) -> u32 {
-        let Some(&(cycle, phase)) = self.seat.get(signal as usize) else { return light::OFF };
+        let Some(&(cycle, phase)) = self.slot.get(signal as usize) else { return light::OFF };
         if cycle == NONE {
             return self.idle[signal as usize];
         }
@@ -178,7 +178,11 @@ impl SignalPlan {
 type Key = (u32, u32);
 
 /// The units of each junction that has lights, in the order of the junctions.
-fn junction_units(network: &Network, tracks: &Tracks, approaches: &Approaches) -> Vec<Vec<Unit>> {
+fn junction_groups(
+    network: &Network,
+    tracks: &Tracks,
+    approaches: &Approaches,
+) -> Vec<Vec<SignalGroup>> {
     // (junction, unit's key, signal, lane).
     let mut rows: Vec<(u32, Key, u32, u32)> = Vec::new();
     for lane in 0..tracks.count() as u32 {
@@ -216,31 +220,32 @@ fn junction_units(network: &Network, tracks: &Tracks, approaches: &Approaches) -
         }
     }
     rows.sort_unstable();
-    let mut junctions: Vec<(u32, Vec<(Key, Unit)>)> = Vec::new();
+    let mut junctions: Vec<(u32, Vec<(Key, SignalGroup)>)> = Vec::new();
     for (junction, key, signal, lane) in rows {
         if junctions.last().is_none_or(|last| last.0 != junction) {
             junctions.push((junction, Vec::new()));
         }
-        let units = &mut junctions.last_mut().expect("just pushed").1;
-        if units.last().is_none_or(|last| last.0 != key) {
-            let unit = Unit { signals: Vec::new(), lanes: Vec::new(), direction: Vec2::ZERO };
-            units.push((key, unit));
+        let groups = &mut junctions.last_mut().expect("just pushed").1;
+        if groups.last().is_none_or(|last| last.0 != key) {
+            let group =
+                SignalGroup { signals: Vec::new(), lanes: Vec::new(), direction: Vec2::ZERO };
+            groups.push((key, group));
         }
-        let unit = &mut units.last_mut().expect("just pushed").1;
-        unit.signals.push(signal);
+        let group = &mut groups.last_mut().expect("just pushed").1;
+        group.signals.push(signal);
         if lane != NONE {
-            unit.lanes.push(lane);
-            unit.direction += tracks.at(lane, 0.0).1;
+            group.lanes.push(lane);
+            group.direction += tracks.at(lane, 0.0).1;
         }
     }
-    let finish = |mut unit: Unit| {
-        unit.signals.dedup();
-        unit.direction = unit.direction.normalize_or_zero();
-        unit
+    let finish = |mut group: SignalGroup| {
+        group.signals.dedup();
+        group.direction = group.direction.normalize_or_zero();
+        group
     };
     junctions
         .into_iter()
-        .map(|(_, units)| units.into_iter().map(|(_, unit)| finish(unit)).collect())
+        .map(|(_, groups)| groups.into_iter().map(|(_, group)| finish(group)).collect())
         .collect()
 }
 
@@ -251,16 +256,21 @@ fn approach_road(network: &Network, tracks: &Tracks, lane: u32) -> u32 {
 }
 
 /// Whether two units may be green together.
-fn agree(tracks: &Tracks, conflicts: &Conflicts, a: &Unit, b: &Unit) -> bool {
+fn are_compatible(
+    tracks: &Tracks,
+    conflicts: &Conflicts,
+    a: &SignalGroup,
+    b: &SignalGroup,
+) -> bool {
     let facing = a.direction.dot(b.direction);
     if facing.abs() < 0.85 {
         return false;
     }
     a.lanes.iter().all(|&lane| {
-        let turns = turn_rad(tracks, lane) > LEFT_TURN_RAD;
+        let turn_draws = turn_rad(tracks, lane) > LEFT_TURN_RAD;
         conflicts.of(lane).iter().all(|conflict| {
             let permitted =
-                facing < 0.0 && (turns || turn_rad(tracks, conflict.other) > LEFT_TURN_RAD);
+                facing < 0.0 && (turn_draws || turn_rad(tracks, conflict.other) > LEFT_TURN_RAD);
             permitted || conflict.between(false).is_none() || !b.lanes.contains(&conflict.other)
         })
     })

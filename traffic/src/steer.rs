@@ -9,11 +9,11 @@
 use glam::Vec2;
 
 use crate::{
-    agents::Crowd,
+    agents::Agents,
     body::Body,
     route::{ahead, shift_at},
-    rows::Rows,
     tracks::Tracks,
+    vehicle_table::VehicleTable,
 };
 
 /// Largest angle between where the feedback aims and the track.
@@ -38,8 +38,8 @@ const KEEP_OFF_M: f32 = 0.25;
 const EDGE_M: f32 = 0.05;
 
 /// How far who has backed out keeps off what blocked him, each time; and how often on one side.
-const EVADE_M: f32 = 0.5;
-const EVADE_TIMES: u32 = 4;
+const EVASION_M: f32 = 0.5;
+const EVASION_COUNT: u32 = 4;
 
 /// Where a vehicle is relative to where it should be.
 #[derive(Clone, Copy, Debug, Default)]
@@ -53,7 +53,7 @@ pub(crate) struct Deviation {
 /// How far left of the middle of `lane` a body drives: what is wide keeps away from the lane that is
 /// driven the other way, because two of them leave each other no more than a hand's breadth. In a
 /// bend its nose swings out and its tail cuts in, and it has so much less to spare.
-pub(crate) fn keeps_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Body) -> f32 {
+pub(crate) fn wide_offset_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Body) -> f32 {
     let oncoming = tracks.oncoming[lane as usize];
     if !body.is_wide() || oncoming == 0.0 {
         return 0.0;
@@ -64,7 +64,7 @@ pub(crate) fn keeps_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Body) ->
         .iter()
         .sum::<f32>()
         * 0.25;
-    let from_axle = body.axle_to_lead_m().powi(2);
+    let from_axle = body.axle_to_tracking_point_m().powi(2);
     let nose = (0.5 * body.wheelbase_m + body.front_m).powi(2);
     let swing_m =
         0.5 * bend.abs() * if bend * oncoming > 0.0 { nose - from_axle } else { from_axle };
@@ -74,52 +74,54 @@ pub(crate) fn keeps_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Body) ->
 
 /// How far left of its line a body drives that has backed out so often of what blocks it: what
 /// stands at the kerb would block it again. Of who still cannot pass, the other side is tried.
-fn evades_left(tracks: &Tracks, lane: u32, reverses: u32) -> f32 {
+fn evasion_left(tracks: &Tracks, lane: u32, reverse_count: u32) -> f32 {
     let away = if tracks.oncoming[lane as usize] < 0.0 { -1.0 } else { 1.0 };
-    let side = if reverses > EVADE_TIMES { -away } else { away };
-    side * EVADE_M * (reverses.min(2) as f32)
+    let side = if reverse_count > EVASION_COUNT { -away } else { away };
+    side * EVASION_M * (reverse_count.min(2) as f32)
 }
 
 /// The angle of the front wheels, positive to the left, and the deviation that it cures.
 pub(crate) fn steer(
-    rows: &Rows,
+    vehicles: &VehicleTable,
     row: usize,
     tracks: &Tracks,
-    crowd: &Crowd,
+    agents: &Agents,
     delay_s: f32,
     offset_left_m: f32,
 ) -> (f32, Deviation) {
-    let body = crowd.driven[row] as usize;
-    let wheelbase = crowd.body[body].wheelbase_m;
-    let (lead_m, axle_m) = (crowd.body[body].lead_m(), crowd.body[body].axle_to_lead_m());
-    let speed = crowd.speed(body);
-    let velocity = crowd.velocity[body];
+    let agent = agents.driven[row] as usize;
+    let wheelbase = agents.body[agent].wheelbase_m;
+    let (tracking_point_m, axle_m) =
+        (agents.body[agent].tracking_point_m(), agents.body[agent].axle_to_tracking_point_m());
+    let speed = agents.speed(agent);
+    let velocity = agents.velocity[agent];
     // Where the vehicle will be when this steering acts.
-    let turn = crowd.yaw_rate[body] * delay_s;
+    let turn = agents.yaw_rate[agent] * delay_s;
     let position =
-        crowd.position[body].truncate() + Vec2::from_angle(0.5 * turn).rotate(velocity) * delay_s;
-    let forward = Vec2::from_angle(turn).rotate(crowd.forward[body]);
+        agents.position[agent].truncate() + Vec2::from_angle(0.5 * turn).rotate(velocity) * delay_s;
+    let forward = Vec2::from_angle(turn).rotate(agents.forward[agent]);
     let moved = speed.max(0.0) * delay_s;
 
-    let position = position + forward * lead_m;
-    let (lane, hint_m) = ahead(rows, row, tracks, moved + lead_m);
-    let seat = tracks.project(lane, position, hint_m);
-    let (shift_m, slope) = shift_at(rows, row, moved + lead_m);
+    let position = position + forward * tracking_point_m;
+    let (lane, hint_m) = ahead(vehicles, row, tracks, moved + tracking_point_m);
+    let projection = tracks.project(lane, position, hint_m);
+    let (shift_m, slope) = shift_at(vehicles, row, moved + tracking_point_m);
     let wanted_left = shift_m
         + offset_left_m
-        + keeps_left(tracks, lane, hint_m, &crowd.body[body])
-        + evades_left(tracks, lane, rows.reverses[row]);
+        + wide_offset_left(tracks, lane, hint_m, &agents.body[agent])
+        + evasion_left(tracks, lane, vehicles.reverse_count[row]);
     // A little farther on for the curvature, which steering follows with its own delay.
-    let (lane, arc_m) = ahead(rows, row, tracks, moved + lead_m + 0.1 * speed.max(0.0));
+    let (lane, arc_m) =
+        ahead(vehicles, row, tracks, moved + tracking_point_m + 0.1 * speed.max(0.0));
     let curvature = tracks.at(lane, arc_m).2;
 
     let slip = (curvature * axle_m).clamp(-0.7, 0.7).asin();
-    let line = Vec2::from_angle(slope.atan() - slip).rotate(seat.tangent);
+    let line = Vec2::from_angle(slope.atan() - slip).rotate(projection.tangent);
     let mut deviation =
-        Deviation { left_m: seat.left_m - wanted_left, heading_rad: line.angle_to(forward) };
+        Deviation { left_m: projection.left_m - wanted_left, heading_rad: line.angle_to(forward) };
     // Turn round by way of the lane, not away from it.
     let side = deviation.left_m.signum();
-    if rows.turning[row] == 1 && deviation.heading_rad * side > 2.0 {
+    if vehicles.u_turn[row] == 1 && deviation.heading_rad * side > 2.0 {
         deviation.heading_rad -= side * std::f32::consts::TAU;
     }
 
@@ -127,17 +129,17 @@ pub(crate) fn steer(
     let aim = deviation.left_m * gain / (4.0 * DAMPING * DAMPING * wheelbase);
     let damped = (wheelbase / axle_m * slip.tan()).atan()
         - gain * (deviation.heading_rad + aim.clamp(-AIM_RAD, AIM_RAD));
-    let held = (wheelbase * crowd.body[body].grip_mps2() / speed.powi(2).max(0.01)).atan();
+    let held = (wheelbase * agents.body[agent].grip_mps2() / speed.powi(2).max(0.01)).atan();
     let damped = damped.clamp(-held, held);
 
     // Slowly through a tight corner, where the body lags behind the curve: what follows the track
     // moves along it, or back to it, and the rear axle is drawn after it.
     let exact = ((EXACT_BELOW - speed.abs() / wheelbase) / EXACT_BLEND).clamp(0.0, 1.0);
-    if exact == 0.0 || rows.turning[row] == 1 {
+    if exact == 0.0 || vehicles.u_turn[row] == 1 {
         return (damped, deviation);
     }
     let back = (RETURN_PER_S * deviation.left_m / (speed.abs() + 1.0)).clamp(-AIM_RAD, AIM_RAD);
-    let way = Vec2::from_angle(slope.atan() - back).rotate(seat.tangent);
+    let way = Vec2::from_angle(slope.atan() - back).rotate(projection.tangent);
     let turn = forward.angle_to(way).clamp(-TURN_MAX_RAD, TURN_MAX_RAD);
     let drawn = (wheelbase / axle_m * turn.tan()).atan();
     (damped + (drawn - damped) * exact, deviation)

@@ -1,8 +1,8 @@
 //! The whole planner at the wheel of simple vehicles.
 
+mod client_route;
 mod course;
 mod driving;
-mod guide;
 mod junctions;
 mod lights;
 pub(crate) mod maps;

@@ -66,7 +66,7 @@ pub(crate) struct Tracks {
     /// Up to where the lane is wide enough to drive on; its length unless it peters out, by lane.
     pub(crate) usable_m: Vec<f32>,
     /// For lanes at a dead end: the lane beside on which one can drive back, else [`NONE`].
-    pub(crate) back: Vec<u32>,
+    pub(crate) u_turn_lane: Vec<u32>,
     /// Whether one can drive on for ever from here without changing lanes.
     pub(crate) endless: Vec<bool>,
     next: Links,
@@ -77,9 +77,9 @@ pub(crate) struct Tracks {
     /// Half the lane's width, by sample.
     half_width: Vec<f32>,
     /// Highest speed that still allows every curve ahead on this lane, by sample.
-    pace: Vec<f32>,
+    curve_speed: Vec<f32>,
     /// Highest pace on the lane, by lane.
-    top_pace: Vec<f32>,
+    top_curve_speed: Vec<f32>,
 }
 
 /// Lists of lanes by lane.
@@ -134,7 +134,7 @@ impl Tracks {
             left_change: lanes.iter().map(|l| l.left_change).collect(),
             right_change: lanes.iter().map(|l| l.right_change).collect(),
             usable_m: Vec::with_capacity(lanes.len()),
-            back: lanes.iter().map(|lane| way_back(network, lane)).collect(),
+            u_turn_lane: lanes.iter().map(|lane| u_turn_lane(network, lane)).collect(),
             endless: Vec::new(),
             next: Links::new(lanes.len(), |lane| {
                 if usable(lane) { keep(&lanes[lane].successors) } else { Vec::new() }
@@ -146,8 +146,8 @@ impl Tracks {
             tangent: Vec::new(),
             curvature: Vec::new(),
             half_width: Vec::new(),
-            pace: Vec::new(),
-            top_pace: Vec::with_capacity(lanes.len()),
+            curve_speed: Vec::new(),
+            top_curve_speed: Vec::with_capacity(lanes.len()),
         };
         for lane in 0..lanes.len() {
             tracks.first.push(tracks.point.len() as u32);
@@ -162,7 +162,7 @@ impl Tracks {
         tracks.first.push(tracks.point.len() as u32);
         tracks.endless = endless(&tracks);
         for lane in 0..lanes.len() as u32 {
-            tracks.set_pace(lane);
+            tracks.set_curve_speed(lane);
         }
         tracks
     }
@@ -224,7 +224,7 @@ impl Tracks {
     }
 
     /// The sample at or before `arc_m`, and how far on to the next, 0 to 1.
-    fn seat(&self, lane: u32, arc_m: f32) -> (usize, f32) {
+    fn sample_at(&self, lane: u32, arc_m: f32) -> (usize, f32) {
         let first = self.first[lane as usize] as usize;
         let last = self.first[lane as usize + 1] as usize - 1;
         let at = (arc_m / self.step_m[lane as usize]).clamp(0.0, (last - first) as f32);
@@ -235,7 +235,7 @@ impl Tracks {
     /// Centre, unit driving direction and curvature (positive to the left) at `arc_m`; straight on
     /// before the start and after the end.
     pub(crate) fn at(&self, lane: u32, arc_m: f32) -> (Vec3, Vec2, f32) {
-        let (i, part) = self.seat(lane, arc_m);
+        let (i, part) = self.sample_at(lane, arc_m);
         let tangent = self.tangent[i].lerp(self.tangent[i + 1], part).normalize_or(Vec2::X);
         let mut point = self.point[i].lerp(self.point[i + 1], part);
         let beyond = arc_m - arc_m.clamp(0.0, self.length(lane));
@@ -245,19 +245,19 @@ impl Tracks {
     }
 
     /// Highest speed at `arc_m` that still allows every curve ahead on this lane.
-    pub(crate) fn pace_at(&self, lane: u32, arc_m: f32) -> f32 {
-        let (i, part) = self.seat(lane, arc_m);
-        self.pace[i] + (self.pace[i + 1] - self.pace[i]) * part
+    pub(crate) fn curve_speed_at(&self, lane: u32, arc_m: f32) -> f32 {
+        let (i, part) = self.sample_at(lane, arc_m);
+        self.curve_speed[i] + (self.curve_speed[i + 1] - self.curve_speed[i]) * part
     }
 
     /// The highest speed anywhere on `lane` that its curves allow.
-    pub(crate) fn top_pace(&self, lane: u32) -> f32 {
-        self.top_pace[lane as usize]
+    pub(crate) fn top_curve_speed(&self, lane: u32) -> f32 {
+        self.top_curve_speed[lane as usize]
     }
 
     /// Half the lane's width at `arc_m`.
     pub(crate) fn half_width_at(&self, lane: u32, arc_m: f32) -> f32 {
-        let (i, part) = self.seat(lane, arc_m);
+        let (i, part) = self.sample_at(lane, arc_m);
         self.half_width[i] + (self.half_width[i + 1] - self.half_width[i]) * part
     }
 
@@ -370,18 +370,18 @@ impl Tracks {
         }
     }
 
-    fn set_pace(&mut self, lane: u32) {
+    fn set_curve_speed(&mut self, lane: u32) {
         let (count, step) = self.samples(lane);
         let first = self.first[lane as usize] as usize;
-        self.pace.resize(first + count, FASTEST_MPS);
+        self.curve_speed.resize(first + count, FASTEST_MPS);
         let mut ahead = FASTEST_MPS;
         for index in (first..first + count).rev() {
             let curve = (CURVE_MPS2 / self.curvature[index].abs().max(1e-4)).sqrt();
             let brake = (ahead * ahead + 2.0 * CURVE_BRAKE_MPS2 * step).sqrt();
             ahead = curve.min(brake).min(FASTEST_MPS);
-            self.pace[index] = ahead;
+            self.curve_speed[index] = ahead;
         }
-        self.top_pace.push(self.pace[first..].iter().copied().fold(0.0, f32::max));
+        self.top_curve_speed.push(self.curve_speed[first..].iter().copied().fold(0.0, f32::max));
     }
 }
 
@@ -396,7 +396,7 @@ fn oncoming(network: &Network, lane: &Lane) -> i8 {
 }
 
 /// The nearest lane driven the other way, for a lane after which there is no road.
-fn way_back(network: &Network, lane: &Lane) -> u32 {
+fn u_turn_lane(network: &Network, lane: &Lane) -> u32 {
     let mut at = lane;
     if !lane.successors.is_empty() {
         return NONE;
@@ -446,10 +446,10 @@ fn endless(tracks: &Tracks) -> Vec<bool> {
     let mut ways: Vec<usize> = (0..count as u32)
         .map(|lane| tracks.next(lane).iter().filter(|&&n| n != lane).count())
         .collect();
-    let mut struck: Vec<u32> = (0..count as u32)
+    let mut removed: Vec<u32> = (0..count as u32)
         .filter(|&lane| endless[lane as usize] && ways[lane as usize] == 0)
         .collect();
-    while let Some(lane) = struck.pop() {
+    while let Some(lane) = removed.pop() {
         endless[lane as usize] = false;
         for &before in tracks.previous(lane) {
             let before_index = before as usize;
@@ -457,7 +457,7 @@ fn endless(tracks: &Tracks) -> Vec<bool> {
                 ways[before_index] -= 1;
                 if ways[before_index] == 0 {
                     endless[before_index] = false;
-                    struck.push(before);
+                    removed.push(before);
                 }
             }
         }

@@ -1,27 +1,27 @@
 //! Who is in a junction or will be soon, and when he will be where.
 
-use super::state::{BRAKE_MPS2, Junctions, Presence, View, pass_end, way};
-use crate::{rows::Rows, tracks::NONE};
+use super::state::{BRAKE_MPS2, Junctions, Presence, View, request_lanes, reserved_lanes};
+use crate::{tracks::NONE, vehicle_table::VehicleTable};
 
 /// By how much a vehicle may exceed what curves allow, at most.
-const PACE_OVERSHOOT: f32 = 1.2;
+const CURVE_SPEED_OVERSHOOT: f32 = 1.2;
 
 impl Junctions {
-    pub(super) fn list_presences(&mut self, rows: &Rows, view: &View) {
+    pub(super) fn list_presences(&mut self, vehicles: &VehicleTable, view: &View) {
         let tracks = &view.map.tracks;
         self.holders.clear();
-        self.coming.clear();
-        for row in 0..rows.id.len() {
-            if rows.placed[row] == 0 || rows.order[row] == 0 {
+        self.approaching.clear();
+        for row in 0..vehicles.id.len() {
+            if vehicles.located[row] == 0 || vehicles.reservation[row] == 0 {
                 continue;
             }
-            let lanes = rows.route[row].lanes();
-            for (k, &lane) in lanes.iter().enumerate().take(pass_end(rows, row)) {
+            let lanes = vehicles.route[row].lanes();
+            for (k, &lane) in lanes.iter().enumerate().take(reserved_lanes(vehicles, row)) {
                 if tracks.in_junction(lane) {
-                    let top_mps = self.top_mps(rows, row, k, view);
+                    let top_mps = self.top_mps(vehicles, row, k, view);
                     self.holders.push(Presence {
                         lane,
-                        body: view.crowd.driven[row],
+                        agent: view.agents.driven[row],
                         start_m: self.start(row, k),
                         rank: 0,
                         top_mps,
@@ -30,13 +30,13 @@ impl Junctions {
             }
         }
         for request in self.requests.iter().filter(|request| !request.red) {
-            let lanes = rows.route[request.row].lanes();
-            for (k, &lane) in way(lanes, request) {
+            let lanes = vehicles.route[request.row].lanes();
+            for (k, &lane) in request_lanes(lanes, request) {
                 if tracks.in_junction(lane) {
-                    let top_mps = self.top_mps(rows, request.row, k, view);
-                    self.coming.push(Presence {
+                    let top_mps = self.top_mps(vehicles, request.row, k, view);
+                    self.approaching.push(Presence {
                         lane,
-                        body: view.crowd.driven[request.row],
+                        agent: view.agents.driven[request.row],
                         start_m: self.start(request.row, k),
                         rank: request.rank,
                         top_mps,
@@ -44,20 +44,21 @@ impl Junctions {
                 }
             }
         }
-        self.list_strangers(view);
-        self.holders.sort_unstable_by_key(|p| (p.lane, p.body));
-        self.coming.sort_unstable_by_key(|p| (p.lane, p.body));
+        self.list_external(view);
+        self.holders.sort_unstable_by_key(|p| (p.lane, p.agent));
+        self.approaching.sort_unstable_by_key(|p| (p.lane, p.agent));
     }
 
     /// Vehicles that others drive count as if they had leave for every way that they may take.
-    pub(super) fn list_strangers(&mut self, view: &View) {
-        let (tracks, crowd) = (&view.map.tracks, view.crowd);
-        for body in (0..crowd.count()).filter(|&body| crowd.row[body] == NONE) {
-            if crowd.velocity[body].length_squared() < 0.25 {
+    pub(super) fn list_external(&mut self, view: &View) {
+        let (tracks, agents) = (&view.map.tracks, view.agents);
+        for agent in (0..agents.count()).filter(|&agent| agents.row[agent] == NONE) {
+            if agents.velocity[agent].length_squared() < 0.25 {
                 continue;
             }
-            for &(lane, _) in view.map.grid.near(crowd.position[body].truncate()) {
-                let Some(occupant) = view.occupancy.on(lane).iter().find(|o| o.body == body as u32)
+            for &(lane, _) in view.map.grid.near(agents.position[agent].truncate()) {
+                let Some(occupant) =
+                    view.occupancy.on(lane).iter().find(|o| o.agent == agent as u32)
                 else {
                     continue;
                 };
@@ -67,15 +68,15 @@ impl Junctions {
                 if tracks.in_junction(lane) {
                     let start_m = -occupant.front_m;
                     let top_mps = f32::INFINITY;
-                    let body = body as u32;
-                    self.holders.push(Presence { lane, body, start_m, rank: 0, top_mps });
+                    let agent = agent as u32;
+                    self.holders.push(Presence { lane, agent, start_m, rank: 0, top_mps });
                 }
                 let left_m = tracks.length(lane) - occupant.front_m;
                 if left_m < 3.0 * occupant.speed_mps {
                     for &next in tracks.next(lane).iter().filter(|&&l| tracks.in_junction(l)) {
                         self.holders.push(Presence {
                             lane: next,
-                            body: body as u32,
+                            agent: agent as u32,
                             start_m: left_m,
                             rank: 0,
                             top_mps: f32::INFINITY,
@@ -88,16 +89,22 @@ impl Junctions {
 
     /// From when to when someone may be on a stretch of the lane of his presence.
     pub(super) fn arrival(&self, view: &View, of: &Presence, on: (f32, f32)) -> (f32, f32) {
-        self.window(view, of.body, of.start_m, on, of.lane, of.top_mps)
+        self.window(view, of.agent, of.start_m, on, of.lane, of.top_mps)
     }
 
     /// How fast a row may be on its way to lane `k` of its route, as far as curves go: bounds how
     /// early it can be there.
-    pub(super) fn top_mps(&self, rows: &Rows, row: usize, k: usize, view: &View) -> f32 {
-        let speed = view.crowd.velocity[view.crowd.driven[row] as usize].length();
-        let lanes = &rows.route[row].lanes()[..=k];
-        let pace = lanes.iter().map(|&lane| view.map.tracks.top_pace(lane));
-        pace.fold(speed, f32::max) * PACE_OVERSHOOT
+    pub(super) fn top_mps(
+        &self,
+        vehicles: &VehicleTable,
+        row: usize,
+        k: usize,
+        view: &View,
+    ) -> f32 {
+        let speed = view.agents.velocity[view.agents.driven[row] as usize].length();
+        let lanes = &vehicles.route[row].lanes()[..=k];
+        let speed_mps = lanes.iter().map(|&lane| view.map.tracks.top_curve_speed(lane));
+        speed_mps.fold(speed, f32::max) * CURVE_SPEED_OVERSHOOT
     }
 
     /// From when to when a vehicle may be on a stretch of a lane, in seconds from now: as early and
@@ -105,23 +112,27 @@ impl Junctions {
     pub(super) fn window(
         &self,
         view: &View,
-        body: u32,
+        agent: u32,
         start_m: f32,
         on: (f32, f32),
         lane: u32,
         top_mps: f32,
     ) -> (f32, f32) {
-        let body = body as usize;
+        let agent = agent as usize;
         let tracks = &view.map.tracks;
-        let speed = view.crowd.velocity[body].length();
+        let speed = view.agents.velocity[agent].length();
         let limit = tracks.limit_mps[lane as usize];
-        let share = view.crowd.body[body].curve_share();
-        let pace = (tracks.pace_at(lane, on.0) * share).min(limit).max(2.0);
+        let share = view.agents.body[agent].curve_speed_factor();
+        let speed_mps = (tracks.curve_speed_at(lane, on.0) * share).min(limit).max(2.0);
         let enter = start_m + on.0;
-        let leave = start_m + on.1 + view.crowd.body[body].length_m();
-        let brisk = view.crowd.body[body].brisk_mps;
-        let (late, gain) = (brisk.min(0.85 * pace), if brisk < 10.0 { 0.7 } else { 1.2 });
-        (travel_s(enter, speed, top_mps.min(limit * 1.1), 3.0), late_s(leave, speed, late, gain))
+        let leave = start_m + on.1 + view.agents.body[agent].length_m();
+        let cruise_mps = view.agents.body[agent].cruise_speed_mps;
+        let (late, gain) =
+            (cruise_mps.min(0.85 * speed_mps), if cruise_mps < 10.0 { 0.7 } else { 1.2 });
+        (
+            travel_s(enter, speed, top_mps.min(limit * 1.1), 3.0),
+            latest_travel_s(leave, speed, late, gain),
+        )
     }
 }
 
@@ -143,7 +154,7 @@ pub(super) fn travel_s(distance_m: f32, speed: f32, top: f32, gain: f32) -> f32 
 }
 
 /// As [`travel_s`], as late as it may be: who is faster than `top` slows down to it at once.
-fn late_s(distance_m: f32, speed: f32, top: f32, gain: f32) -> f32 {
+fn latest_travel_s(distance_m: f32, speed: f32, top: f32, gain: f32) -> f32 {
     if distance_m <= 0.0 || speed <= top {
         return travel_s(distance_m, speed, top, gain);
     }

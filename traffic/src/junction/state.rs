@@ -1,12 +1,12 @@
 //! State of the junction stage, shared by its parts.
 
 use crate::{
-    agents::Crowd,
-    constraint::{Halt, Wait},
+    agents::Agents,
+    constraint::{JunctionConstraint, WaitReason},
     map::Map,
+    obstacles::Obstacle,
     occupancy::Occupancy,
-    rows::Rows,
-    sweep::Obstacle,
+    vehicle_table::VehicleTable,
 };
 
 /// Braking that a light turning yellow may ask for.
@@ -31,22 +31,22 @@ pub(super) struct Request {
     /// Lower goes first.
     pub(super) rank: i32,
     /// 1 for who comes from the right of another of the same rank and time, and so on.
-    pub(super) rights: u32,
+    pub(super) from_right: u32,
     pub(super) red: bool,
 }
 
 /// Scratch of the stage; results by row.
 #[derive(Default)]
 pub(crate) struct Junctions {
-    pub(crate) halts: Vec<Halt>,
-    pub(crate) waits: Vec<Wait>,
+    pub(crate) constraints: Vec<JunctionConstraint>,
+    pub(crate) waits: Vec<WaitReason>,
     /// For whom it waits: an index into the crowd, or [`NONE`].
     pub(crate) blockers: Vec<u32>,
     /// To whom it gives way though it may pass, likewise.
-    pub(super) yields: Vec<u32>,
+    pub(super) yields_to: Vec<u32>,
     pub(super) requests: Vec<Request>,
     pub(super) holders: Vec<Presence>,
-    pub(super) coming: Vec<Presence>,
+    pub(super) approaching: Vec<Presence>,
     /// By row: from the front bumper to the start of each of the first route lanes.
     starts: Vec<f32>,
     starts_from: Vec<usize>,
@@ -55,7 +55,7 @@ pub(crate) struct Junctions {
 /// What this stage reads.
 pub(crate) struct View<'a> {
     pub(crate) map: &'a Map,
-    pub(crate) crowd: &'a Crowd,
+    pub(crate) agents: &'a Agents,
     pub(crate) occupancy: &'a Occupancy,
     /// Whom wide vehicles would touch beside their lanes.
     pub(crate) obstacles: &'a [Obstacle],
@@ -71,17 +71,17 @@ pub(crate) struct View<'a> {
 
 impl Junctions {
     /// Measures the distances from each front bumper to the lanes of its route.
-    pub(super) fn measure(&mut self, rows: &Rows, view: &View) {
+    pub(super) fn measure(&mut self, vehicles: &VehicleTable, view: &View) {
         self.starts.clear();
         self.starts_from.clear();
-        for row in 0..rows.id.len() {
+        for row in 0..vehicles.id.len() {
             self.starts_from.push(self.starts.len());
-            if rows.placed[row] == 0 {
+            if vehicles.located[row] == 0 {
                 continue;
             }
-            let body = view.crowd.driven[row] as usize;
-            let mut start = -rows.arc_m[row] - view.crowd.body[body].front_m;
-            for &lane in rows.route[row].lanes() {
+            let agent = view.agents.driven[row] as usize;
+            let mut start = -vehicles.arc_m[row] - view.agents.body[agent].front_m;
+            for &lane in vehicles.route[row].lanes() {
                 self.starts.push(start);
                 start += view.map.tracks.length(lane);
             }
@@ -108,7 +108,7 @@ impl Junctions {
 pub(super) struct Presence {
     pub(super) lane: u32,
     /// Index into the crowd.
-    pub(super) body: u32,
+    pub(super) agent: u32,
     /// From its front bumper to the lane's start.
     pub(super) start_m: f32,
     pub(super) rank: i32,
@@ -117,7 +117,7 @@ pub(super) struct Presence {
 }
 
 /// The lanes of a request, with their places in the route.
-pub(super) fn way<'a>(
+pub(super) fn request_lanes<'a>(
     lanes: &'a [u32],
     request: &Request,
 ) -> impl Iterator<Item = (usize, &'a u32)> {
@@ -125,11 +125,11 @@ pub(super) fn way<'a>(
 }
 
 /// How many lanes of the route the leave covers.
-pub(super) fn pass_end(rows: &Rows, row: usize) -> usize {
-    if rows.order[row] == 0 {
+pub(super) fn reserved_lanes(vehicles: &VehicleTable, row: usize) -> usize {
+    if vehicles.reservation[row] == 0 {
         return 0;
     }
-    rows.pass_end[row].wrapping_sub(rows.route[row].passed) as usize
+    vehicles.reservation_end[row].wrapping_sub(vehicles.route[row].lanes_passed) as usize
 }
 
 /// The entries of one lane in a list sorted by lane.

@@ -174,11 +174,12 @@ impl Course {
     /// Notes who passes the line before a light, and what the light shows.
     fn watch_lines(&mut self) {
         let (tracks, approaches) = (&self.planner.map.tracks, &self.planner.map.approaches);
-        for outlook in self.planner.outlooks() {
-            let car = outlook.actor_id.0 as usize - 1;
-            let row = self.planner.memory.rows.id.binary_search(&outlook.actor_id.0).unwrap();
-            let lanes = self.planner.memory.rows.route[row].lanes();
-            let mut begins = -outlook.along_m - CAR.front_m;
+        for vehicle_plan in self.planner.vehicle_plans() {
+            let car = vehicle_plan.actor_id.0 as usize - 1;
+            let row =
+                self.planner.state.vehicles.id.binary_search(&vehicle_plan.actor_id.0).unwrap();
+            let lanes = self.planner.state.vehicles.route[row].lanes();
+            let mut begins = -vehicle_plan.along_m - CAR.front_m;
             let mut next = None;
             for &lane in lanes {
                 let line_m = begins - approaches.line_m[lane as usize];
@@ -195,8 +196,8 @@ impl Course {
                 && line_m <= 0.0
             {
                 let signal = approaches.signal[lane as usize];
-                let shown = self.lights.iter().find(|light| light.0 == signal).unwrap().1;
-                self.crossings.push((car, shown));
+                let light_states = self.lights.iter().find(|light| light.0 == signal).unwrap().1;
+                self.crossings.push((car, light_states));
             }
             match next {
                 Some(next) => self.lines.insert(car, next),
@@ -217,8 +218,8 @@ impl Course {
 
     /// The OpenDRIVE id of the road that a vehicle's planner follows.
     pub(super) fn road_of(&self, car: usize) -> String {
-        let outlook = self.planner.outlooks().nth(car).expect("it is on a road");
-        let road = self.network.lane(LaneIndex(outlook.lane.0)).road;
+        let vehicle_plan = self.planner.vehicle_plans().nth(car).expect("it is on a road");
+        let road = self.network.lane(LaneIndex(vehicle_plan.lane.0)).road;
         self.network.roads()[road as usize].id.clone()
     }
 }

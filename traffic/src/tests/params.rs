@@ -179,5 +179,5 @@ fn turns_are_drawn_anew_from_a_seed_that_is_set() {
     let set = |seed: f32| ways(&[turned(param::SEED, seed)]);
     assert!(set(42.0) == set(42.0), "the same again");
     assert!(set(42.0) != set(43.0), "other turns");
-    assert!(set(42.0) != ways(&[]), "other turns than nobody asked for");
+    assert!(set(42.0) != ways(&[]), "other turn_draws than nobody asked for");
 }

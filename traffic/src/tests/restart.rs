@@ -2,7 +2,7 @@
 
 use super::course::{Course, DELTA_NANOS};
 use super::maps;
-use crate::{MindError, Planner};
+use crate::{Planner, RestoreError};
 
 /// Everything that a planner decided, and all that it remembers.
 fn bytes(planner: &Planner) -> Vec<u8> {
@@ -73,12 +73,12 @@ fn what_is_no_mind_of_this_map_is_refused_and_changes_nothing() {
     }
     let saved = course.planner.save();
     let mut other = Planner::new(maps::straight(500.0), 1);
-    assert!(matches!(other.restore(&saved), Err(MindError::OtherMap { what: "lanes", .. })));
+    assert!(matches!(other.restore(&saved), Err(RestoreError::OtherMap { what: "lanes", .. })));
     let cut = &saved[..saved.len() - 1];
-    assert!(matches!(course.planner.restore(cut), Err(MindError::Shape { .. })));
-    assert!(matches!(course.planner.restore(&[]), Err(MindError::Shape { found: 0, .. })));
+    assert!(matches!(course.planner.restore(cut), Err(RestoreError::Shape { .. })));
+    assert!(matches!(course.planner.restore(&[]), Err(RestoreError::Shape { found: 0, .. })));
     let mut bent = saved.clone();
     bent[0] ^= 1;
-    assert!(matches!(course.planner.restore(&bent), Err(MindError::Shape { .. })));
+    assert!(matches!(course.planner.restore(&bent), Err(RestoreError::Shape { .. })));
     assert_eq!(course.planner.save(), saved);
 }

@@ -3,7 +3,7 @@
 use protocol::ActorId;
 use road::LaneIndex;
 
-use crate::constraint::Wait;
+use crate::constraint::WaitReason;
 
 /// A leader farther away than this does not slow anybody down.
 const LEADER_FREE_M: f32 = 60.0;
@@ -13,7 +13,7 @@ const STOP_FREE_M: f32 = 200.0;
 /// What the planner of one vehicle reckoned with in the frame that was planned last. Distances are
 /// from its front bumper along its route, in metres; infinity where there is nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outlook {
+pub struct VehiclePlan {
     /// Whose.
     pub actor_id: ActorId,
     /// The lane that it follows.
@@ -21,7 +21,7 @@ pub struct Outlook {
     /// How far along that lane its origin is, as arc length.
     pub along_m: f32,
     /// How far left of its line it is: of the lane's centre, or of its way there in a lane change.
-    pub astray_m: f32,
+    pub cross_track_error_m: f32,
     /// The limit that holds here.
     pub limit_mps: f32,
     /// The speed that limits and curves ahead allow.
@@ -35,27 +35,27 @@ pub struct Outlook {
     /// To whom it must follow though he is on another lane yet.
     pub merge_m: f32,
     /// Its place in the order of those who may pass the next junction; 0: it may not.
-    pub leave: u64,
+    pub reservation: u64,
     /// How long it has waited at the line of the next junction.
     pub waited_s: f32,
     /// And what for.
-    pub waits_for: Wait,
+    pub wait_reason: WaitReason,
     /// And for whom, or [`ActorId::NONE`].
-    pub waits_on: ActorId,
+    pub blocker: ActorId,
     /// It backs out of what blocks it.
     pub reverses: bool,
     /// It turns round at a dead end.
-    pub turns_round: bool,
+    pub is_turning_around: bool,
 }
 
-impl Outlook {
+impl VehiclePlan {
     /// Whether nobody before it, no line and no trouble slows the vehicle down: nothing but the
     /// limit and curves.
     pub fn is_free(&self) -> bool {
         self.leader_m > LEADER_FREE_M
             && self.stop_m.min(self.merge_m) > STOP_FREE_M
             && !self.reverses
-            && !self.turns_round
+            && !self.is_turning_around
     }
 
     /// Whether a curve or a lower limit ahead keeps it below the limit that holds here.

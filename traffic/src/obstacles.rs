@@ -4,13 +4,13 @@
 use glam::Vec2;
 
 use crate::{
-    agents::Crowd,
+    agents::Agents,
     body::Body,
     leader::Leader,
     route::{ahead, shift_at},
-    rows::Rows,
-    steer::keeps_left,
+    steer::wide_offset_left,
     tracks::{NONE, Tracks},
+    vehicle_table::VehicleTable,
 };
 
 /// Left free beside whoever stands there.
@@ -39,29 +39,29 @@ pub(crate) struct Obstacle {
 
 /// A box on the ground.
 #[derive(Clone, Copy)]
-struct Place {
+struct Footprint {
     middle: Vec2,
     forward: Vec2,
     half: Vec2,
 }
 
-impl Place {
-    fn of(body: &Body, origin: Vec2, forward: Vec2) -> Place {
-        Place {
+impl Footprint {
+    fn of(body: &Body, origin: Vec2, forward: Vec2) -> Footprint {
+        Footprint {
             middle: origin + forward * 0.5 * (body.front_m - body.rear_m),
             forward,
             half: Vec2::new(0.5 * body.length_m(), body.half_width_m),
         }
     }
 
-    fn grown(self, by_m: f32) -> Place {
-        Place { half: self.half + by_m, ..self }
+    fn grown(self, by_m: f32) -> Footprint {
+        Footprint { half: self.half + by_m, ..self }
     }
 
     /// By separating axes.
-    fn touches(&self, other: &Place) -> bool {
+    fn touches(&self, other: &Footprint) -> bool {
         let to = other.middle - self.middle;
-        let reach = |of: &Place, axis: Vec2| {
+        let reach = |of: &Footprint, axis: Vec2| {
             of.half.x * of.forward.dot(axis).abs() + of.half.y * of.forward.perp_dot(axis).abs()
         };
         [self.forward, self.forward.perp(), other.forward, other.forward.perp()]
@@ -72,46 +72,57 @@ impl Place {
 
 /// Lists whom wide vehicles would touch if everybody else stayed where he is, and which wide
 /// vehicles the others would touch.
-pub(crate) fn look(rows: &Rows, tracks: &Tracks, crowd: &Crowd, found: &mut Vec<Obstacle>) {
+pub(crate) fn find(
+    vehicles: &VehicleTable,
+    tracks: &Tracks,
+    agents: &Agents,
+    found: &mut Vec<Obstacle>,
+) {
     found.clear();
-    for row in 0..rows.id.len() {
-        if rows.placed[row] == 1 && rows.turning[row] == 0 {
-            look_from(rows, row, tracks, crowd, found);
+    for row in 0..vehicles.id.len() {
+        if vehicles.located[row] == 1 && vehicles.u_turn[row] == 0 {
+            find_for(vehicles, row, tracks, agents, found);
         }
     }
 }
 
-fn look_from(rows: &Rows, row: usize, tracks: &Tracks, crowd: &Crowd, found: &mut Vec<Obstacle>) {
-    let own = crowd.driven[row] as usize;
-    let (body, position) = (&crowd.body[own], crowd.position[own]);
-    let speed = crowd.speed(own).max(0.0);
+fn find_for(
+    vehicles: &VehicleTable,
+    row: usize,
+    tracks: &Tracks,
+    agents: &Agents,
+    found: &mut Vec<Obstacle>,
+) {
+    let own = agents.driven[row] as usize;
+    let (body, position) = (&agents.body[own], agents.position[own]);
+    let speed = agents.speed(own).max(0.0);
     let wide = body.is_wide();
-    let margin_m = if rows.idle_s[row] > PATIENCE_S { NARROW_M } else { MARGIN_M };
+    let margin_m = if vehicles.reservation_idle_s[row] > PATIENCE_S { NARROW_M } else { MARGIN_M };
     let horizon_m = (0.25 * speed * speed + 2.0 * speed + 12.0)
         .max(if wide { HORIZON_M } else { 0.0 })
         .min(if wide { f32::INFINITY } else { HORIZON_M });
-    let mut forward = crowd.forward[own];
-    let now = Place::of(body, position.truncate(), forward);
-    let mut near: Vec<(usize, Place)> = (0..crowd.count())
+    let mut forward = agents.forward[own];
+    let now = Footprint::of(body, position.truncate(), forward);
+    let mut near: Vec<(usize, Footprint)> = (0..agents.count())
         .filter(|&other| {
-            let to = crowd.position[other] - position;
+            let to = agents.position[other] - position;
             let reach_m = horizon_m + 15.0;
             other != own
-                && (wide || crowd.body[other].is_wide())
+                && (wide || agents.body[other].is_wide())
                 && to.z.abs() < 3.0
                 && to.truncate().length_squared() < reach_m * reach_m
         })
         .map(|other| {
-            let place = crowd.position[other].truncate();
-            (other, Place::of(&crowd.body[other], place, crowd.forward[other]))
+            let place = agents.position[other].truncate();
+            (other, Footprint::of(&agents.body[other], place, agents.forward[other]))
         })
         .filter(|(other, place)| {
             let to = place.middle - now.middle;
             let beside = now.grown(margin_m).touches(place);
-            let passes = wide && passes(rows, row, crowd, *other, forward);
+            let passes = wide && passes(vehicles, row, agents, *other, forward);
             if passes && now.grown(PASSING_M).touches(place) {
                 let leader =
-                    Leader { gap_m: 0.0, speed_mps: 0.0, body: *other as u32, aligned: -1.0 };
+                    Leader { gap_m: 0.0, speed_mps: 0.0, agent: *other as u32, aligned: -1.0 };
                 found.push(Obstacle { row, leader });
             }
             to.dot(forward) > -2.0 && !beside
@@ -121,34 +132,34 @@ fn look_from(rows: &Rows, row: usize, tracks: &Tracks, crowd: &Crowd, found: &mu
         return;
     }
 
-    let (lead_m, axle_m) = (body.lead_m(), body.axle_to_lead_m());
+    let (tracking_point_m, axle_m) = (body.tracking_point_m(), body.axle_to_tracking_point_m());
     let mut rear = position.truncate() - forward * 0.5 * body.wheelbase_m;
     let line = |ahead_m: f32| {
-        let (lane, arc_m) = ahead(rows, row, tracks, lead_m + ahead_m);
+        let (lane, arc_m) = ahead(vehicles, row, tracks, tracking_point_m + ahead_m);
         let (point, tangent, _) = tracks.at(lane, arc_m);
-        let left_m =
-            shift_at(rows, row, lead_m + ahead_m).0 + keeps_left(tracks, lane, arc_m, body);
+        let left_m = shift_at(vehicles, row, tracking_point_m + ahead_m).0
+            + wide_offset_left(tracks, lane, arc_m, body);
         point.truncate() + tangent.perp() * left_m
     };
-    let astray = position.truncate() + forward * lead_m - line(0.0);
+    let cross_track = position.truncate() + forward * tracking_point_m - line(0.0);
     for step in 1..=(horizon_m / STEP_M) as usize {
         let ahead_m = step as f32 * STEP_M;
-        let lead = line(ahead_m) + astray * (1.0 - ahead_m / RETURN_M).max(0.0);
+        let lead = line(ahead_m) + cross_track * (1.0 - ahead_m / RETURN_M).max(0.0);
         forward = (lead - rear).normalize_or(forward);
         rear = lead - forward * axle_m;
-        let place = Place::of(body, lead - forward * lead_m, forward).grown(margin_m);
+        let place = Footprint::of(body, lead - forward * tracking_point_m, forward).grown(margin_m);
         near.retain(|(other, theirs)| {
             if !place.touches(theirs) {
                 return true;
             }
-            if (wide || in_curve(crowd.forward[own], forward))
-                && matters(rows, row, crowd, *other, forward)
+            if (wide || in_curve(agents.forward[own], forward))
+                && matters(vehicles, row, agents, *other, forward)
             {
                 let leader = Leader {
                     gap_m: ahead_m - STEP_M,
-                    speed_mps: crowd.velocity[*other].dot(forward).max(0.0),
-                    body: *other as u32,
-                    aligned: crowd.forward[*other].dot(forward),
+                    speed_mps: agents.velocity[*other].dot(forward).max(0.0),
+                    agent: *other as u32,
+                    aligned: agents.forward[*other].dot(forward),
                 };
                 found.push(Obstacle { row, leader });
             }
@@ -159,11 +170,21 @@ fn look_from(rows: &Rows, row: usize, tracks: &Tracks, crowd: &Crowd, found: &mu
 
 /// Whether somebody wide is just coming by the other way, whom one has waited for: one moves on when
 /// he is past.
-fn passes(rows: &Rows, row: usize, crowd: &Crowd, other: usize, forward: Vec2) -> bool {
-    let waits = crowd.speed(crowd.driven[row] as usize) < STANDING_MPS;
-    let oncoming = crowd.forward[other].dot(forward) < -0.7;
-    let moves = crowd.velocity[other].length() > STANDING_MPS;
-    waits && oncoming && moves && crowd.body[other].is_wide() && rows.id[row] > crowd.id[other]
+fn passes(
+    vehicles: &VehicleTable,
+    row: usize,
+    agents: &Agents,
+    other: usize,
+    forward: Vec2,
+) -> bool {
+    let waits = agents.speed(agents.driven[row] as usize) < STANDING_MPS;
+    let oncoming = agents.forward[other].dot(forward) < -0.7;
+    let moves = agents.velocity[other].length() > STANDING_MPS;
+    waits
+        && oncoming
+        && moves
+        && agents.body[other].is_wide()
+        && vehicles.id[row] > agents.id[other]
 }
 
 /// Whether the way has turned from where the nose points now.
@@ -172,14 +193,20 @@ fn in_curve(from: Vec2, to: Vec2) -> bool {
 }
 
 /// Whether to wait for somebody whom one would touch, driving in direction `forward` there.
-fn matters(rows: &Rows, row: usize, crowd: &Crowd, other: usize, forward: Vec2) -> bool {
-    let aligned = crowd.forward[other].dot(forward);
+fn matters(
+    vehicles: &VehicleTable,
+    row: usize,
+    agents: &Agents,
+    other: usize,
+    forward: Vec2,
+) -> bool {
+    let aligned = agents.forward[other].dot(forward);
     let oncoming = aligned < -0.7;
-    if oncoming && crowd.row[other] != NONE && crowd.body[other].is_wide() {
+    if oncoming && agents.row[other] != NONE && agents.body[other].is_wide() {
         // Two who are in each other's way: one of them waits.
-        return rows.id[row] > crowd.id[other];
+        return vehicles.id[row] > agents.id[other];
     }
-    aligned > 0.7 || crowd.velocity[other].length() < STANDING_MPS
+    aligned > 0.7 || agents.velocity[other].length() < STANDING_MPS
 }
 
 #[cfg(test)]
@@ -188,7 +215,7 @@ mod tests {
 
     #[test]
     fn boxes_touch_where_they_overlap() {
-        let place = |x: f32, y: f32, yaw: f32| Place {
+        let place = |x: f32, y: f32, yaw: f32| Footprint {
             middle: Vec2::new(x, y),
             forward: Vec2::from_angle(yaw),
             half: Vec2::new(2.0, 1.0),

@@ -3,15 +3,16 @@
 use protocol::light;
 
 use super::state::{
-    BRAKE_MPS2, Junctions, LINE_GAP_M, Request, STANDING_GAP_M, View, YELLOW_BRAKE_MPS2, pass_end,
+    BRAKE_MPS2, Junctions, LINE_GAP_M, Request, STANDING_GAP_M, View, YELLOW_BRAKE_MPS2,
+    reserved_lanes,
 };
 use crate::{
     approach::Sign,
     occupancy::ordered,
     random::{Purpose, unit},
-    rows::Rows,
     signals::LEFT_TURN_RAD,
     tracks::NONE,
+    vehicle_table::VehicleTable,
 };
 
 /// After so long at the line, rank does not matter any more.
@@ -22,38 +23,43 @@ const CHAIN_M: f32 = 45.0;
 
 impl Junctions {
     /// What the light of route lane `k` shows to this vehicle; dark without one.
-    pub(super) fn light(&self, rows: &Rows, row: usize, k: usize, view: &View) -> u32 {
-        let lane = rows.route[row].lanes()[k] as usize;
+    pub(super) fn light(&self, vehicles: &VehicleTable, row: usize, k: usize, view: &View) -> u32 {
+        let lane = vehicles.route[row].lanes()[k] as usize;
         let signal = view.map.approaches.signal[lane];
         if signal == NONE {
             return light::OFF;
         }
         let share = view.ignore_lights[row];
-        let nth = u64::from(rows.route[row].passed.wrapping_add(k as u32));
-        if share > 0.0 && unit(view.seed, rows.id[row], Purpose::Light, nth) < share {
+        let nth = u64::from(vehicles.route[row].lanes_passed.wrapping_add(k as u32));
+        if share > 0.0 && unit(view.seed, vehicles.id[row], Purpose::Light, nth) < share {
             return light::GREEN;
         }
         view.lights[signal as usize]
     }
 
     /// The sign before route lane `k`, if this vehicle heeds it.
-    pub(super) fn sign(&self, rows: &Rows, row: usize, k: usize, view: &View) -> Sign {
+    pub(super) fn sign(&self, vehicles: &VehicleTable, row: usize, k: usize, view: &View) -> Sign {
         let share = view.ignore_signs[row];
-        let nth = u64::from(rows.route[row].passed.wrapping_add(k as u32));
-        if share > 0.0 && unit(view.seed, rows.id[row], Purpose::Sign, nth) < share {
+        let nth = u64::from(vehicles.route[row].lanes_passed.wrapping_add(k as u32));
+        if share > 0.0 && unit(view.seed, vehicles.id[row], Purpose::Sign, nth) < share {
             return Sign::None;
         }
-        view.map.approaches.sign[rows.route[row].lanes()[k] as usize]
+        view.map.approaches.sign[vehicles.route[row].lanes()[k] as usize]
     }
 
     /// The next way through a junction that needs a leave, if it is near enough to matter.
-    pub(super) fn request(&self, rows: &Rows, row: usize, view: &View) -> Option<Request> {
+    pub(super) fn request(
+        &self,
+        vehicles: &VehicleTable,
+        row: usize,
+        view: &View,
+    ) -> Option<Request> {
         let map = view.map;
-        let lanes = rows.route[row].lanes();
-        let body = view.crowd.driven[row] as usize;
-        let speed = view.crowd.speed(body).max(0.0);
+        let lanes = vehicles.route[row].lanes();
+        let agent = view.agents.driven[row] as usize;
+        let speed = view.agents.speed(agent).max(0.0);
         let horizon = speed * speed / (2.0 * BRAKE_MPS2) + 2.0 * speed + 15.0;
-        let mut k = pass_end(rows, row);
+        let mut k = reserved_lanes(vehicles, row);
         while k < lanes.len() {
             if self.start(row, k) > horizon.max(8.0 * speed) {
                 return None;
@@ -62,7 +68,7 @@ impl Junctions {
                 k += 1;
                 continue;
             }
-            let to = self.way_end(rows, row, k, view);
+            let to = self.way_end(vehicles, row, k, view);
             let way = &lanes[k..to];
             let contested = way.iter().any(|&lane| !map.conflicts.of(lane).is_empty())
                 || map.approaches.signal[lanes[k] as usize] != NONE
@@ -73,12 +79,12 @@ impl Junctions {
             }
             let entry_m = self.start(row, k);
             let line_m = entry_m - map.approaches.line_m[lanes[k] as usize];
-            let light = self.light(rows, row, k, view);
+            let light = self.light(vehicles, row, k, view);
             let free_m = (line_m - LINE_GAP_M).max(0.0);
             let late = speed * speed > 2.0 * YELLOW_BRAKE_MPS2 * free_m;
             let red = light == light::RED || (light == light::YELLOW && !late);
-            let rank = self.rank(rows, row, k, to, light, view);
-            return Some(Request { row, from: k, to, line_m, entry_m, rank, rights: 0, red });
+            let rank = self.rank(vehicles, row, k, to, light, view);
+            return Some(Request { row, from: k, to, line_m, entry_m, rank, from_right: 0, red });
         }
         None
     }
@@ -86,10 +92,16 @@ impl Junctions {
     /// One past the last lane of the way through the junction that begins at `from`; goes on
     /// through the next junction if there is no room to stand between the two, but not for ever:
     /// who asked for half a roundabout would wait for vehicles that wait behind him.
-    pub(super) fn way_end(&self, rows: &Rows, row: usize, from: usize, view: &View) -> usize {
+    pub(super) fn way_end(
+        &self,
+        vehicles: &VehicleTable,
+        row: usize,
+        from: usize,
+        view: &View,
+    ) -> usize {
         let tracks = &view.map.tracks;
-        let lanes = rows.route[row].lanes();
-        let body = view.crowd.body[view.crowd.driven[row] as usize];
+        let lanes = vehicles.route[row].lanes();
+        let body = view.agents.body[view.agents.driven[row] as usize];
         let mut to = from;
         loop {
             while to < lanes.len() && tracks.in_junction(lanes[to]) {
@@ -116,7 +128,7 @@ impl Junctions {
     /// Who goes first; lower does.
     pub(super) fn rank(
         &self,
-        rows: &Rows,
+        vehicles: &VehicleTable,
         row: usize,
         from: usize,
         to: usize,
@@ -124,10 +136,10 @@ impl Junctions {
         view: &View,
     ) -> i32 {
         let map = view.map;
-        if rows.wait_s[row] > PATIENCE_S {
+        if vehicles.wait_s[row] > PATIENCE_S {
             return -1;
         }
-        let lanes = rows.route[row].lanes();
+        let lanes = vehicles.route[row].lanes();
         let first = lanes[from] as usize;
         let mut last = from;
         while last + 1 < to
@@ -136,13 +148,13 @@ impl Junctions {
             last += 1;
         }
         let way_in = map.tracks.at(lanes[from], 0.0).1;
-        let way_out = map.tracks.at(lanes[last], map.tracks.length(lanes[last])).1;
-        let left = i32::from(way_in.angle_to(way_out) > LEFT_TURN_RAD);
+        let maneuver = map.tracks.at(lanes[last], map.tracks.length(lanes[last])).1;
+        let left = i32::from(way_in.angle_to(maneuver) > LEFT_TURN_RAD);
         match light {
             light::OFF => {
                 let posted = map.approaches.sign[first] != Sign::None;
-                let sign = self.sign(rows, row, from, view) != Sign::None;
-                let low = sign || map.approaches.beside_lights[first];
+                let sign = self.sign(vehicles, row, from, view) != Sign::None;
+                let low = sign || map.approaches.beside_signals[first];
                 // Who ignores a sign takes the way for a major one.
                 let minor = map.approaches.minor[first] && sign == posted;
                 left + 2 * i32::from(minor) + 4 * i32::from(low)
@@ -151,28 +163,28 @@ impl Junctions {
         }
     }
 
-    pub(super) fn sort_requests(&mut self, rows: &Rows, view: &View) {
+    pub(super) fn sort_requests(&mut self, vehicles: &VehicleTable, view: &View) {
         let tracks = &view.map.tracks;
-        let bucket = |rows: &Rows, request: &Request| {
+        let bucket = |vehicles: &VehicleTable, request: &Request| {
             // Who waits longer goes first; who comes sooner goes first.
-            let speed = view.crowd.speed(view.crowd.driven[request.row] as usize).max(0.5);
+            let speed = view.agents.speed(view.agents.driven[request.row] as usize).max(0.5);
             let soon = (request.line_m.max(0.0) / speed).min(100.0) as u32;
-            (u32::MAX - rows.wait_s[request.row] as u32, soon)
+            (u32::MAX - vehicles.wait_s[request.row] as u32, soon)
         };
         for a in 0..self.requests.len() {
             let mine = self.requests[a];
-            let lane = rows.route[mine.row].lanes()[mine.from];
+            let lane = vehicles.route[mine.row].lanes()[mine.from];
             let heading = tracks.at(lane, 0.0).1;
-            let rights = self.requests.iter().filter(|other| {
-                let from = rows.route[other.row].lanes()[other.from];
+            let from_right = self.requests.iter().filter(|other| {
+                let from = vehicles.route[other.row].lanes()[other.from];
                 other.rank == mine.rank
                     && tracks.junction[from as usize] == tracks.junction[lane as usize]
-                    && bucket(rows, other) == bucket(rows, &mine)
+                    && bucket(vehicles, other) == bucket(vehicles, &mine)
                     && heading.perp_dot(tracks.at(from, 0.0).1) > 0.5
             });
-            self.requests[a].rights = rights.count() as u32;
+            self.requests[a].from_right = from_right.count() as u32;
         }
         self.requests
-            .sort_by_key(|r| (r.rank, bucket(rows, r), r.rights, ordered(r.line_m), r.row));
+            .sort_by_key(|r| (r.rank, bucket(vehicles, r), r.from_right, ordered(r.line_m), r.row));
     }
 }

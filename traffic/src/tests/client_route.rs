@@ -40,7 +40,7 @@ fn turned(course: &mut Course, first: &[JournalEntry], junctions: usize) -> Vec<
     let (mut all, mut into) = (Vec::new(), None);
     for tick in 0..20 * 600 {
         course.tick_with(if tick == 0 { first } else { &[] });
-        let lane = course.planner.outlooks().next().expect("it is on a road").lane;
+        let lane = course.planner.vehicle_plans().next().expect("it is on a road").lane;
         let yaw = course.cars[0].yaw;
         match (into, course.network.lane(LaneIndex(lane.0)).junction) {
             (None, Some(_)) => into = Some(yaw),
@@ -66,7 +66,7 @@ fn a_turn_is_taken_wherever_the_junction_offers_it() {
             let lane =
                 course.network.nearest(course.cars[0].position.as_dvec3(), LaneTypes::DRIVABLE);
             let from = lane.expect("a spawn point").lane.0;
-            let offered = crate::guide::offers(kind, from, &course.planner.map.tracks);
+            let offered = crate::client_route::offers(kind, from, &course.planner.map.tracks);
             let way = turned(&mut course, &told(&[RouteStep::turn(kind)]), 1);
             assert_eq!(way.len(), 1, "spawn point {}: no junction in ten minutes", 7 * nth);
             if offered {
@@ -89,7 +89,7 @@ fn who_turns_indicates_it_before() {
         let (mut shown, mut into) = (0, None);
         for _ in 0..20 * 240 {
             course.tick_with(&std::mem::take(&mut lines));
-            let lane = course.planner.outlooks().next().expect("it is on a road").lane;
+            let lane = course.planner.vehicle_plans().next().expect("it is on a road").lane;
             let yaw = course.cars[0].yaw;
             match (into, course.network.lane(LaneIndex(lane.0)).junction) {
                 (None, Some(_)) => into = Some((yaw, shown)),

@@ -6,9 +6,9 @@
 
 use super::state::{Junctions, Request, View};
 use crate::{
-    constraint::{Halt, Wait},
-    rows::Rows,
+    constraint::{JunctionConstraint, WaitReason},
     tracks::NONE,
+    vehicle_table::VehicleTable,
 };
 
 /// Waiting for so long for room makes one think of a ring.
@@ -16,28 +16,33 @@ const PATIENCE_S: f32 = 12.0;
 
 impl Junctions {
     /// Gives leave to all who wait for each other's room in a ring.
-    pub(super) fn rotate(&mut self, rows: &mut Rows, orders: &mut u64, view: &View) {
+    pub(super) fn grant_exit_cycles(
+        &mut self,
+        vehicles: &mut VehicleTable,
+        reservations: &mut u64,
+        view: &View,
+    ) {
         // Heads of queues that only lack room, and whom they wait for.
         let heads: Vec<(Request, u32)> = self
             .requests
             .iter()
-            .filter(|request| rows.wait_s[request.row] > PATIENCE_S && request.from > 0)
+            .filter(|request| vehicles.wait_s[request.row] > PATIENCE_S && request.from > 0)
             // Who has just given up his way has none to ask for.
-            .filter(|request| rows.route[request.row].lanes().len() >= request.to)
-            .filter(|request| self.waits[request.row] == Wait::Room)
+            .filter(|request| vehicles.route[request.row].lanes().len() >= request.to)
+            .filter(|request| self.waits[request.row] == WaitReason::ExitBlocked)
             .filter_map(|request| {
-                let body = self.room(rows, request, view).err()?;
-                let row = view.crowd.row[body as usize];
-                (row != NONE && rows.placed[row as usize] == 1).then_some((*request, row))
+                let agent = self.exit_room(vehicles, request, view).err()?;
+                let row = view.agents.row[agent as usize];
+                (row != NONE && vehicles.located[row as usize] == 1).then_some((*request, row))
             })
             .collect();
         let after: Vec<Option<usize>> = heads
             .iter()
             .map(|&(_, blocker)| {
-                let way_in = way_in(rows, blocker as usize, view)?;
+                let way_in = way_in(vehicles, blocker as usize, view)?;
                 heads
                     .iter()
-                    .position(|(head, _)| rows.route[head.row].lanes()[head.from - 1] == way_in)
+                    .position(|(head, _)| vehicles.route[head.row].lanes()[head.from - 1] == way_in)
             })
             .collect();
         let mut done = vec![false; heads.len()];
@@ -45,14 +50,14 @@ impl Junctions {
             if done[start] {
                 continue;
             }
-            let Some(ring) = ring(&after, start) else { continue };
-            for &head in &ring {
+            let Some(cycle) = cycle(&after, start) else { continue };
+            for &head in &cycle {
                 done[head] = true;
             }
-            if ring.iter().all(|&head| self.is_clear(rows, &heads[head].0, view).is_ok()) {
-                for &head in &ring {
-                    self.grant(rows, orders, &heads[head].0, view);
-                    self.halts[heads[head].0.row] = Halt::FREE;
+            if cycle.iter().all(|&head| self.is_clear(vehicles, &heads[head].0, view).is_ok()) {
+                for &head in &cycle {
+                    self.grant(vehicles, reservations, &heads[head].0, view);
+                    self.constraints[heads[head].0.row] = JunctionConstraint::FREE;
                 }
             }
         }
@@ -60,24 +65,24 @@ impl Junctions {
 }
 
 /// The lane by which a row will reach the next junction.
-fn way_in(rows: &Rows, row: usize, view: &View) -> Option<u32> {
-    let lanes = rows.route[row].lanes();
+fn way_in(vehicles: &VehicleTable, row: usize, view: &View) -> Option<u32> {
+    let lanes = vehicles.route[row].lanes();
     let entry = lanes.iter().skip(1).position(|&lane| view.map.tracks.in_junction(lane))?;
     Some(lanes[entry])
 }
 
 /// The ring that `start` is part of, if there is one.
-fn ring(after: &[Option<usize>], start: usize) -> Option<Vec<usize>> {
-    let mut ring = vec![start];
+fn cycle(after: &[Option<usize>], start: usize) -> Option<Vec<usize>> {
+    let mut cycle = vec![start];
     let mut at = after[start]?;
     while at != start {
-        if ring.contains(&at) {
+        if cycle.contains(&at) {
             return None;
         }
-        ring.push(at);
+        cycle.push(at);
         at = after[at]?;
     }
-    Some(ring)
+    Some(cycle)
 }
 
 #[cfg(test)]
@@ -87,8 +92,8 @@ mod tests {
     #[test]
     fn a_ring_is_found_only_from_within() {
         let after = [Some(1), Some(2), Some(0), Some(0), None];
-        assert_eq!(ring(&after, 0), Some(vec![0, 1, 2]));
-        assert_eq!(ring(&after, 3), None);
-        assert_eq!(ring(&after, 4), None);
+        assert_eq!(cycle(&after, 0), Some(vec![0, 1, 2]));
+        assert_eq!(cycle(&after, 3), None);
+        assert_eq!(cycle(&after, 4), None);
     }
 }

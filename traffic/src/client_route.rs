@@ -13,12 +13,12 @@ use protocol::{RouteCommand, RouteStep, route_step};
 
 use crate::{
     grid::Grid,
-    rows::Rows,
     tracks::{NONE, TURN_RAD, Tracks},
+    vehicle_table::VehicleTable,
 };
 
 /// Lanes that are nearer to a place than the nearest one and this, metres, lead by it as well.
-const ALIKE_M: f32 = 0.75;
+const TIE_M: f32 = 0.75;
 /// What a lane change costs, in decimetres of way; and one that the markings forbid.
 const CHANGE_DM: u32 = 300;
 const FORBIDDEN_CHANGE_DM: u32 = 3_000;
@@ -27,24 +27,24 @@ const TURN_ROUND_DM: u32 = 2_000;
 /// A lane shorter than this, metres, leaves no room for a change.
 const CHANGE_ROOM_M: f32 = 20.0;
 /// In one frame nobody comes farther than over so many lanes.
-const LEGS_A_FRAME: usize = 4;
+const LANES_PER_FRAME_MAX: usize = 4;
 /// Junctions are looked for so many lanes ahead.
 const LANES_AHEAD: usize = 400;
 
 /// What one vehicle is told, and how it will do it.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Guided {
+struct ClientRoute {
     actor: u32,
     /// What is not done yet.
     steps: Vec<RouteStep>,
     /// The lane that it is on, and those that it will take; empty: not planned yet.
-    plan: Vec<Leg>,
+    plan: Vec<PlannedLane>,
 }
 
 /// One lane of a plan, and how many steps are done by whoever has come so far on it.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, Zeroable)]
 #[repr(C)]
-struct Leg {
+struct PlannedLane {
     lane: u32,
     done: u32,
     until_m: f32,
@@ -52,64 +52,75 @@ struct Leg {
 
 /// Everybody who is guided, by actor.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Guides(Vec<Guided>);
+pub(crate) struct ClientRoutes(Vec<ClientRoute>);
 
-impl Guides {
+impl ClientRoutes {
     /// Takes over what a client says.
-    pub(crate) fn tell(&mut self, told: &RouteCommand) {
-        let actor = told.actor_id.0;
-        let at = match self.0.binary_search_by_key(&actor, |guided| guided.actor) {
+    pub(crate) fn apply(&mut self, command: &RouteCommand) {
+        let actor = command.actor_id.0;
+        let at = match self.0.binary_search_by_key(&actor, |client_route| client_route.actor) {
             Ok(at) => at,
             Err(at) => {
-                self.0.insert(at, Guided { actor, ..Guided::default() });
+                self.0.insert(at, ClientRoute { actor, ..ClientRoute::default() });
                 at
             }
         };
-        let guided = &mut self.0[at];
-        if told.replace != 0 {
-            guided.steps.clear();
+        let client_route = &mut self.0[at];
+        if command.replace != 0 {
+            client_route.steps.clear();
         }
-        guided.steps.extend_from_slice(&told.steps[..(told.count as usize).min(told.steps.len())]);
-        guided.plan.clear();
-        if guided.steps.is_empty() {
+        client_route
+            .steps
+            .extend_from_slice(&command.steps[..(command.count as usize).min(command.steps.len())]);
+        client_route.plan.clear();
+        if client_route.steps.is_empty() {
             self.0.remove(at);
         }
     }
 
     /// An actor is no more.
-    pub(crate) fn forget(&mut self, actor: u32) {
-        self.0.retain(|guided| guided.actor != actor);
+    pub(crate) fn remove(&mut self, actor: u32) {
+        self.0.retain(|client_route| client_route.actor != actor);
     }
 
     /// Brings the plan of a row's vehicle up to where it is, and makes one if there is none. What
     /// was drawn of its route beyond is dropped, unless it has leave to pass a junction there.
-    pub(crate) fn lead(&mut self, rows: &mut Rows, row: usize, tracks: &Tracks, grid: &Grid) {
-        let Ok(at) = self.0.binary_search_by_key(&rows.id[row], |guided| guided.actor) else {
+    pub(crate) fn update(
+        &mut self,
+        vehicles: &mut VehicleTable,
+        row: usize,
+        tracks: &Tracks,
+        grid: &Grid,
+    ) {
+        let Ok(at) =
+            self.0.binary_search_by_key(&vehicles.id[row], |client_route| client_route.actor)
+        else {
             return;
         };
-        let guided = &mut self.0[at];
-        let lane = rows.route[row].lane();
+        let client_route = &mut self.0[at];
+        let lane = vehicles.route[row].lane();
         // Farther on in the plan it may come by the same lane again.
-        match guided.plan.iter().take(LEGS_A_FRAME).position(|leg| leg.lane == lane) {
+        match client_route.plan.iter().take(LANES_PER_FRAME_MAX).position(|leg| leg.lane == lane) {
             Some(index) => {
-                let before = guided.plan.drain(..index).map(|leg| leg.done).sum::<u32>();
-                let own = &mut guided.plan[0];
-                let is_there = rows.arc_m[row] >= own.until_m;
+                let before = client_route.plan.drain(..index).map(|leg| leg.done).sum::<u32>();
+                let own = &mut client_route.plan[0];
+                let is_there = vehicles.arc_m[row] >= own.until_m;
                 let done = before + if is_there { std::mem::take(&mut own.done) } else { 0 };
-                guided.steps.drain(..done as usize);
+                client_route.steps.drain(..done as usize);
             }
             None => {
-                let passing = if rows.order[row] == 0 {
+                let passing = if vehicles.reservation[row] == 0 {
                     1
                 } else {
-                    rows.pass_end[row].wrapping_sub(rows.route[row].passed) as usize
+                    vehicles.reservation_end[row].wrapping_sub(vehicles.route[row].lanes_passed)
+                        as usize
                 };
-                let kept = passing.clamp(1, rows.route[row].lanes().len());
-                rows.route[row].truncate(kept);
-                guided.make_plan(rows.route[row].lanes(), tracks, grid);
+                let kept = passing.clamp(1, vehicles.route[row].lanes().len());
+                vehicles.route[row].truncate(kept);
+                client_route.make_plan(vehicles.route[row].lanes(), tracks, grid);
             }
         }
-        if guided.steps.is_empty() {
+        if client_route.steps.is_empty() {
             self.0.remove(at);
         }
     }
@@ -122,7 +133,7 @@ impl Guides {
     }
 
     /// To which side the plan of `actor` leaves `lane`, where it is: 1 left, -1 right, 0 not.
-    pub(crate) fn side(&self, actor: u32, lane: u32, tracks: &Tracks) -> Option<f32> {
+    pub(crate) fn lane_change_side(&self, actor: u32, lane: u32, tracks: &Tracks) -> Option<f32> {
         let [own, next, ..] = self.plan(actor)? else { return Some(0.0) };
         // What is to be done on this lane is done first.
         let leaves = own.lane == lane && own.done == 0;
@@ -136,38 +147,42 @@ impl Guides {
         })
     }
 
-    fn plan(&self, actor: u32) -> Option<&[Leg]> {
-        let at = self.0.binary_search_by_key(&actor, |guided| guided.actor).ok()?;
+    fn plan(&self, actor: u32) -> Option<&[PlannedLane]> {
+        let at = self.0.binary_search_by_key(&actor, |client_route| client_route.actor).ok()?;
         Some(&self.0[at].plan)
     }
 
     /// Appends everything to `bytes`.
     pub(crate) fn write(&self, bytes: &mut Vec<u8>) {
-        for guided in &self.0 {
-            let head = [guided.actor, guided.steps.len() as u32, guided.plan.len() as u32];
+        for client_route in &self.0 {
+            let head = [
+                client_route.actor,
+                client_route.steps.len() as u32,
+                client_route.plan.len() as u32,
+            ];
             bytes.extend_from_slice(bytemuck::cast_slice(&head));
-            bytes.extend_from_slice(bytemuck::cast_slice(&guided.steps));
-            bytes.extend_from_slice(bytemuck::cast_slice(&guided.plan));
+            bytes.extend_from_slice(bytemuck::cast_slice(&client_route.steps));
+            bytes.extend_from_slice(bytemuck::cast_slice(&client_route.plan));
         }
     }
 
     /// Reads back what [`Guides::write`] wrote; `None` if it is cut off, out of order or names a
     /// lane beyond `lanes`.
-    pub(crate) fn read(mut bytes: &[u8], lanes: usize) -> Option<Guides> {
-        let mut all: Vec<Guided> = Vec::new();
+    pub(crate) fn read(mut bytes: &[u8], lanes: usize) -> Option<ClientRoutes> {
+        let mut all: Vec<ClientRoute> = Vec::new();
         while !bytes.is_empty() {
             let [actor, steps, legs] = take::<[u32; 3]>(&mut bytes, 1)?[0];
             let steps = take::<RouteStep>(&mut bytes, steps as usize)?;
-            let plan = take::<Leg>(&mut bytes, legs as usize)?;
+            let plan = take::<PlannedLane>(&mut bytes, legs as usize)?;
             let done: usize = plan.iter().map(|leg| leg.done as usize).sum();
             let on_map = plan.iter().all(|leg| (leg.lane as usize) < lanes);
             let ascends = all.last().is_none_or(|before| before.actor < actor);
             if !on_map || !ascends || done > steps.len() || steps.is_empty() {
                 return None;
             }
-            all.push(Guided { actor, steps, plan });
+            all.push(ClientRoute { actor, steps, plan });
         }
-        Some(Guides(all))
+        Some(ClientRoutes(all))
     }
 }
 
@@ -186,7 +201,7 @@ fn cheapest(lanes: &BTreeMap<u32, u32>) -> u32 {
     *lanes.iter().min_by_key(|&(lane, cost)| (cost, lane)).expect("somewhere to be").0
 }
 
-impl Guided {
+impl ClientRoute {
     /// Plans on from the last of the lanes that are driven anyway. Steps that cannot be done from
     /// there are left out.
     fn make_plan(&mut self, driven: &[u32], tracks: &Tracks, grid: &Grid) {
@@ -220,7 +235,7 @@ impl Guided {
             way.reverse();
             ways.push(way);
         }
-        let leg = |&lane: &u32| Leg { lane, done: 0, until_m: 0.0 };
+        let leg = |&lane: &u32| PlannedLane { lane, done: 0, until_m: 0.0 };
         self.plan = driven.iter().map(leg).collect();
         for (way, step) in ways.iter().rev().zip(&self.steps) {
             self.plan.extend(way.iter().map(leg));
@@ -260,19 +275,16 @@ fn lanes_by(place: Vec3, tracks: &Tracks, grid: &Grid) -> BTreeSet<u32> {
     let flat = place.truncate();
     let mut near: Vec<(f32, u32)> = Vec::new();
     for &(lane, hint_m) in grid.near(flat) {
-        let seat = tracks.project(lane, flat, hint_m);
-        let beyond = (seat.arc_m - seat.arc_m.clamp(0.0, tracks.length(lane))).abs();
-        let above = ((tracks.at(lane, seat.arc_m).0.z - place.z).abs() - 2.0).max(0.0);
-        near.push((seat.left_m.hypot(beyond) + 3.0 * above, lane));
+        let projection = tracks.project(lane, flat, hint_m);
+        let beyond = (projection.arc_m - projection.arc_m.clamp(0.0, tracks.length(lane))).abs();
+        let above = ((tracks.at(lane, projection.arc_m).0.z - place.z).abs() - 2.0).max(0.0);
+        near.push((projection.left_m.hypot(beyond) + 3.0 * above, lane));
     }
     if near.is_empty() {
         near.extend(tracks.nearest(flat).map(|(lane, _)| (0.0, lane)));
     }
     let least = near.iter().map(|&(distance, _)| distance).fold(f32::INFINITY, f32::min);
-    near.iter()
-        .filter(|(distance, _)| *distance <= least + ALIKE_M)
-        .map(|&(_, lane)| lane)
-        .collect()
+    near.iter().filter(|(distance, _)| *distance <= least + TIE_M).map(|&(_, lane)| lane).collect()
 }
 
 /// `from`, or the first lane after the junction that it lies in.
@@ -353,7 +365,7 @@ fn search(sources: &BTreeMap<u32, u32>, goals: &BTreeSet<u32>, tracks: &Tracks) 
             let way_dm = (10.0 * tracks.length(next)) as u32 + 1;
             queue.push(Reverse((cost.saturating_add(way_dm), next, lane)));
         }
-        let back = tracks.back[lane as usize];
+        let back = tracks.u_turn_lane[lane as usize];
         if back != NONE && tracks.next(lane).is_empty() {
             queue.push(Reverse((cost.saturating_add(TURN_ROUND_DM), back, lane)));
         }
@@ -375,7 +387,7 @@ fn search(sources: &BTreeMap<u32, u32>, goals: &BTreeSet<u32>, tracks: &Tracks) 
 
 /// Moves lane changes to the first lanes that allow them: the search does not care where on the
 /// way they are, traffic does.
-fn change_early(plan: &mut [Leg], driven: usize, tracks: &Tracks) {
+fn change_early(plan: &mut [PlannedLane], driven: usize, tracks: &Tracks) {
     let beside = |lane: u32, other: u32| {
         let index = lane as usize;
         [&tracks.left, &tracks.right].into_iter().find(|sides| sides[index] == other)

@@ -12,13 +12,13 @@ pub(crate) struct Route {
     lanes: [u32; ROUTE_MAX],
     length: u32,
     /// How many lanes were left behind: names the lanes of the route for ever.
-    pub(crate) passed: u32,
+    pub(crate) lanes_passed: u32,
 }
 
 impl Route {
     /// A route that begins on `lane`.
-    pub(crate) fn from_lane(lane: u32, passed: u32) -> Route {
-        let mut route = Route { lanes: [0; ROUTE_MAX], length: 1, passed };
+    pub(crate) fn from_lane(lane: u32, lanes_passed: u32) -> Route {
+        let mut route = Route { lanes: [0; ROUTE_MAX], length: 1, lanes_passed };
         route.lanes[0] = lane;
         route
     }
@@ -50,7 +50,7 @@ impl Route {
         self.lanes.copy_within(1..length, 0);
         self.lanes[length - 1] = 0;
         self.length -= 1;
-        self.passed = self.passed.wrapping_add(1);
+        self.lanes_passed = self.lanes_passed.wrapping_add(1);
     }
 
     /// Forgets what lies beyond the first `length` lanes.
@@ -64,13 +64,13 @@ macro_rules! columns {
     ($($(#[$doc:meta])* $name:ident: $type:ty = $new:expr,)*) => {
         /// One row per vehicle with autopilot, ascending by actor id; structure of arrays.
         #[derive(Clone, Debug, Default, PartialEq)]
-        pub(crate) struct Rows {
+        pub(crate) struct VehicleTable {
             /// Whose row.
             pub(crate) id: Vec<u32>,
             $($(#[$doc])* pub(crate) $name: Vec<$type>,)*
         }
 
-        impl Rows {
+        impl VehicleTable {
             /// Makes the rows be those of `wanted` (ascending): keeps who stays, drops who left,
             /// and starts newcomers from nothing.
             pub(crate) fn keep(&mut self, wanted: &[u32]) {
@@ -100,8 +100,8 @@ macro_rules! columns {
             pub(crate) const ROW_BYTES: usize = 4 $(+ size_of::<$type>())*;
 
             /// Reads `count` rows back; `bytes` must hold [`Rows::ROW_BYTES`] for each.
-            pub(crate) fn read(count: usize, mut bytes: &[u8]) -> Rows {
-                Rows { id: take(&mut bytes, count), $($name: take(&mut bytes, count),)* }
+            pub(crate) fn read(count: usize, mut bytes: &[u8]) -> VehicleTable {
+                VehicleTable { id: take(&mut bytes, count), $($name: take(&mut bytes, count),)* }
             }
         }
     };
@@ -111,11 +111,11 @@ columns! {
     /// Lanes ahead.
     route: Route = Route::zeroed(),
     /// 1: the route and the place on it are known.
-    placed: u32 = 0,
+    located: u32 = 0,
     /// Where the origin is on the current lane.
     arc_m: f32 = 0.0,
     /// How many turns were drawn.
-    turns: u32 = 0,
+    turn_draws: u32 = 0,
     /// Lane change: how far left of the current lane it began; 0 without one.
     shift_m: f32 = 0.0,
     /// Lane change: how far driven since.
@@ -123,36 +123,36 @@ columns! {
     /// Lane change: over which way it is spread.
     shift_over_m: f32 = 0.0,
     /// Until another lane change is thought of.
-    change_wait_s: f32 = 0.0,
+    change_cooldown_s: f32 = 0.0,
     /// How often it thought of changing.
-    thoughts: u32 = 0,
+    change_draws: u32 = 0,
     /// Place in the order of those who may pass a junction; 0: may not.
-    order: u64 = 0,
+    reservation: u64 = 0,
     /// First lane of the route, counted for ever, that the leave to pass does not cover.
-    pass_end: u32 = 0,
+    reservation_end: u32 = 0,
     /// How long it has waited at the line of the next junction.
     wait_s: f32 = 0.0,
     /// How long a leave to pass has gone unused.
-    idle_s: f32 = 0.0,
+    reservation_idle_s: f32 = 0.0,
     /// Sum of the error of acceleration.
-    effort: f32 = 0.0,
+    accel_integral: f32 = 0.0,
     /// How long it stands though it should move.
     stuck_s: f32 = 0.0,
     /// 1: it turns round to drive the other way.
-    turning: u32 = 0,
+    u_turn: u32 = 0,
     /// For how long it still backs out; below 0: for how long it then lets others go first.
     reverse_s: f32 = 0.0,
     /// How often it backed out since it last drove on.
-    reverses: u32 = 0,
+    reverse_count: u32 = 0,
 }
 
-impl Rows {
+impl VehicleTable {
     /// Whether rows ascend and every route lies on a map of `lanes` lanes.
     pub(crate) fn is_sound(&self, lanes: usize) -> bool {
         let ascending = self.id.windows(2).all(|pair| pair[0] < pair[1]);
-        let routes = self.route.iter().zip(&self.placed).all(|(route, &placed)| {
+        let routes = self.route.iter().zip(&self.located).all(|(route, &located)| {
             route.length as usize <= ROUTE_MAX
-                && (placed == 0 || route.length > 0)
+                && (located == 0 || route.length > 0)
                 && route.lanes().iter().all(|&lane| (lane as usize) < lanes)
         });
         ascending && routes

@@ -1,16 +1,18 @@
 //! How fast: the intelligent driver model behind whoever is in front, with an eye on curves,
 //! limits and lines.
 
-use crate::{constraint::Halt, leader::Leader, rows::Rows, tracks::Tracks};
+use crate::{
+    constraint::JunctionConstraint, leader::Leader, tracks::Tracks, vehicle_table::VehicleTable,
+};
 
 /// Full acceleration from standstill.
-pub(crate) const GAIN_MPS2: f32 = 3.4;
+pub(crate) const ACCEL_MAX_MPS2: f32 = 3.4;
 /// Braking that feels normal.
-const COMFORT_MPS2: f32 = 2.0;
+const COMFORT_BRAKE_MPS2: f32 = 2.0;
 /// Seconds kept to the one in front.
-const HEADWAY_S: f32 = 1.2;
+const TIME_HEADWAY_S: f32 = 1.2;
 /// Braking for a lower limit or a curve.
-const EASE_MPS2: f32 = 2.5;
+const ANTICIPATION_BRAKE_MPS2: f32 = 2.5;
 /// The hardest braking.
 pub(crate) const BRAKE_MAX_MPS2: f32 = 7.0;
 /// How far a stop line's standing leader stands behind the line.
@@ -18,73 +20,73 @@ const LINE_GAP_M: f32 = 0.6;
 
 /// The acceleration of the intelligent driver model behind a leader, m/s² (Treiber, Hennecke and
 /// Helbing 2000, in the form in which free driving and interaction do not add up).
-pub(crate) fn idm(speed: f32, leader_mps: f32, gap_m: f32, stand_m: f32) -> f32 {
+pub(crate) fn idm(speed: f32, leader_mps: f32, gap_m: f32, min_gap_m: f32) -> f32 {
     let closing = speed - leader_mps;
-    let braking = speed * closing / (2.0 * (GAIN_MPS2 * COMFORT_MPS2).sqrt());
-    let wanted = stand_m + (speed * HEADWAY_S + braking).max(0.0);
+    let braking = speed * closing / (2.0 * (ACCEL_MAX_MPS2 * COMFORT_BRAKE_MPS2).sqrt());
+    let desired_gap = min_gap_m + (speed * TIME_HEADWAY_S + braking).max(0.0);
     let gap = gap_m.max(0.05);
-    let pressed = GAIN_MPS2 * (1.0 - (wanted / gap) * (wanted / gap));
+    let interaction = ACCEL_MAX_MPS2 * (1.0 - (desired_gap / gap) * (desired_gap / gap));
     // The model overreacts to a gap that is small but opens; whoever can stop in time may close up.
-    pressed.max(-BRAKE_MAX_MPS2)
+    interaction.max(-BRAKE_MAX_MPS2)
 }
 
 /// Free driving towards `desired` metres per second.
-pub(crate) fn free(speed: f32, desired: f32) -> f32 {
+pub(crate) fn free_accel(speed: f32, desired: f32) -> f32 {
     if speed <= desired {
         let part = speed / desired.max(0.1);
-        GAIN_MPS2 * (1.0 - part.powi(8))
+        ACCEL_MAX_MPS2 * (1.0 - part.powi(8))
     } else {
-        (-1.5 * (speed - desired)).max(-COMFORT_MPS2 * 1.5)
+        (-1.5 * (speed - desired)).max(-COMFORT_BRAKE_MPS2 * 1.5)
     }
 }
 
 /// What a driver makes of a limit.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Pace {
+pub(crate) enum SpeedPolicy {
     /// So much slower, as a share.
-    Slower(f32),
+    Reduced(f32),
     /// So fast, whatever it is.
     Fixed(f32),
 }
 
-impl Pace {
+impl SpeedPolicy {
     fn at(self, limit_mps: f32) -> f32 {
         match self {
-            Pace::Slower(share) => limit_mps * (1.0 - share).max(0.0),
-            Pace::Fixed(mps) => mps,
+            SpeedPolicy::Reduced(share) => limit_mps * (1.0 - share).max(0.0),
+            SpeedPolicy::Fixed(mps) => mps,
         }
     }
 }
 
 /// The speed that curves and limits ahead allow.
-pub(crate) fn desired_pace(
-    rows: &Rows,
+pub(crate) fn desired_speed(
+    vehicles: &VehicleTable,
     row: usize,
     tracks: &Tracks,
     speed: f32,
-    pace: Pace,
-    curve_share: f32,
+    policy: SpeedPolicy,
+    curve_speed_factor: f32,
 ) -> f32 {
-    let lanes = rows.route[row].lanes();
-    let mut desired = pace.at(tracks.limit_mps[lanes[0] as usize]);
+    let lanes = vehicles.route[row].lanes();
+    let mut desired = policy.at(tracks.limit_mps[lanes[0] as usize]);
     // A glance ahead makes up for the time that pedals take.
-    let glance = rows.arc_m[row].max(0.0) + 0.4 * speed.max(0.0);
+    let lookahead = vehicles.arc_m[row].max(0.0) + 0.4 * speed.max(0.0);
     let length = tracks.length(lanes[0]);
-    if glance < length {
-        desired = desired.min(tracks.pace_at(lanes[0], glance) * curve_share);
+    if lookahead < length {
+        desired = desired.min(tracks.curve_speed_at(lanes[0], lookahead) * curve_speed_factor);
     }
-    let mut begins = length - rows.arc_m[row];
-    let horizon = speed * speed / (2.0 * EASE_MPS2) + speed + 10.0;
+    let mut begins = length - vehicles.arc_m[row];
+    let horizon = speed * speed / (2.0 * ANTICIPATION_BRAKE_MPS2) + speed + 10.0;
     for &lane in &lanes[1..] {
         if begins > horizon {
             return desired;
         }
-        let limit = pace.at(tracks.limit_mps[lane as usize]);
+        let limit = policy.at(tracks.limit_mps[lane as usize]);
         let over = (begins - 0.4 * speed).max(0.0);
         let inside = (0.4 * speed - begins).max(0.0);
         if inside < tracks.length(lane) {
-            let top = limit.min(tracks.pace_at(lane, inside) * curve_share);
-            desired = desired.min((top * top + 2.0 * EASE_MPS2 * over).sqrt());
+            let top = limit.min(tracks.curve_speed_at(lane, inside) * curve_speed_factor);
+            desired = desired.min((top * top + 2.0 * ANTICIPATION_BRAKE_MPS2 * over).sqrt());
         }
         begins += tracks.length(lane);
     }
@@ -92,10 +94,10 @@ pub(crate) fn desired_pace(
 }
 
 /// How far the known route goes on, from the front bumper.
-pub(crate) fn route_end(rows: &Rows, row: usize, tracks: &Tracks, front_m: f32) -> f32 {
-    let (&last, before) = rows.route[row].lanes().split_last().expect("a route has a lane");
+pub(crate) fn route_end(vehicles: &VehicleTable, row: usize, tracks: &Tracks, front_m: f32) -> f32 {
+    let (&last, before) = vehicles.route[row].lanes().split_last().expect("a route has a lane");
     let length: f32 = before.iter().map(|&lane| tracks.length(lane)).sum();
-    length + tracks.usable_m[last as usize] - rows.arc_m[row] - front_m
+    length + tracks.usable_m[last as usize] - vehicles.arc_m[row] - front_m
 }
 
 /// The acceleration that limits, leaders and lines together allow.
@@ -103,20 +105,21 @@ pub(crate) fn accelerate(
     speed: f32,
     desired: f32,
     leader: &Leader,
-    halt: &Halt,
+    constraint: &JunctionConstraint,
     gap_m: f32,
 ) -> f32 {
-    let mut gain = free(speed, desired);
+    let mut accel = free_accel(speed, desired);
     if leader.gap_m.is_finite() {
-        gain = gain.min(idm(speed, leader.speed_mps, leader.gap_m, gap_m));
+        accel = accel.min(idm(speed, leader.speed_mps, leader.gap_m, gap_m));
     }
-    if halt.behind_m.is_finite() {
-        gain = gain.min(idm(speed, halt.behind_mps, halt.behind_m, gap_m));
+    if constraint.merge_leader_m.is_finite() {
+        accel =
+            accel.min(idm(speed, constraint.merge_leader_mps, constraint.merge_leader_m, gap_m));
     }
-    if halt.stop_m.is_finite() {
-        gain = gain.min(stop(speed, halt.stop_m));
+    if constraint.stop_m.is_finite() {
+        accel = accel.min(stop(speed, constraint.stop_m));
     }
-    gain
+    accel
 }
 
 /// Braking so as to stand at a line, no sooner than needed.
@@ -124,14 +127,14 @@ fn stop(speed: f32, line_m: f32) -> f32 {
     let gap = line_m + LINE_GAP_M;
     if line_m < 0.3 {
         return if speed > 0.2 {
-            -COMFORT_MPS2.max(speed * speed / 0.6).min(BRAKE_MAX_MPS2)
+            -COMFORT_BRAKE_MPS2.max(speed * speed / 0.6).min(BRAKE_MAX_MPS2)
         } else {
             -0.5
         };
     }
     // Constant braking from here to the line, once that is near what is comfortable.
     let needed = speed * speed / (2.0 * line_m);
-    if needed > COMFORT_MPS2 * 0.85 {
+    if needed > COMFORT_BRAKE_MPS2 * 0.85 {
         return -needed.min(BRAKE_MAX_MPS2);
     }
     idm(speed, 0.0, gap + 0.5 * speed, LINE_GAP_M)
@@ -145,7 +148,7 @@ mod tests {
     #[test]
     fn the_model_keeps_its_equilibrium_gap() {
         let speed = 10.0;
-        let at_rest = GAP_M + speed * HEADWAY_S;
+        let at_rest = GAP_M + speed * TIME_HEADWAY_S;
         assert!(idm(speed, speed, at_rest, GAP_M).abs() < 1e-4);
         assert!(idm(speed, speed, at_rest + 1.0, GAP_M) > 0.0);
         assert!(idm(speed, speed, at_rest - 1.0, GAP_M) < 0.0);
@@ -156,7 +159,7 @@ mod tests {
         for leader_brakes in [2.0, 4.0, 6.0] {
             let (mut x, mut v, mut leader_x, mut leader_v) = (0.0f32, 15.0f32, 25.0f32, 15.0f32);
             for _ in 0..400 {
-                let a = idm(v, leader_v, leader_x - x, GAP_M).min(free(v, 15.0));
+                let a = idm(v, leader_v, leader_x - x, GAP_M).min(free_accel(v, 15.0));
                 v = (v + 0.05 * a).max(0.0);
                 x += 0.05 * v;
                 leader_v = (leader_v - 0.05 * leader_brakes).max(0.0);
@@ -172,7 +175,7 @@ mod tests {
         for begin in [5.0f32, 10.0, 15.0, 25.0] {
             let (mut line, mut v) = (begin * begin / 3.0 + 10.0, begin);
             for _ in 0..1200 {
-                let a = stop(v, line).min(free(v, begin));
+                let a = stop(v, line).min(free_accel(v, begin));
                 v = (v + 0.05 * a).max(0.0);
                 line -= 0.05 * v;
             }

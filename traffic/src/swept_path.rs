@@ -15,8 +15,8 @@ const CAR: Body = Body {
     rear_m: 2.5,
     half_width_m: CAR_M,
     wheelbase_m: 2.9,
-    lock_rad: 0.61,
-    brisk_mps: 40.0,
+    max_steer_rad: 0.61,
+    cruise_speed_mps: 40.0,
 };
 /// A bus: nothing on the road needs more room.
 const BUS: Body = Body {
@@ -24,11 +24,11 @@ const BUS: Body = Body {
     rear_m: 5.1,
     half_width_m: BUS_M,
     wheelbase_m: 5.3,
-    lock_rad: 0.85,
-    brisk_mps: 40.0,
+    max_steer_rad: 0.85,
+    cruise_speed_mps: 40.0,
 };
 /// How much of the lock is left when it turns at some speed.
-const LOCK_SHARE: f32 = 0.85;
+const MAX_STEER_FACTOR: f32 = 0.85;
 /// So far before and after a track its bodies are looked at.
 const RUN_UP_M: f32 = 16.0;
 pub(crate) const RUN_OUT_M: f32 = 12.0;
@@ -94,13 +94,14 @@ fn place(tracks: &Tracks, lane: u32, arc_m: f32) -> (Vec3, Vec2) {
 /// Drives a body along the path: what is steered follows it, the rear axle follows what is steered.
 /// Where the path turns more tightly than its wheels, it swings out and comes back.
 fn sweep(path: &mut [Station], step_m: f32, body: &Body, reach: fn(&mut Station) -> &mut Reach) {
-    let axle_m = body.axle_to_lead_m();
+    let axle_m = body.axle_to_tracking_point_m();
     let mut forward = path[0].tangent;
     let mut rear = path[0].point.truncate() - forward * axle_m;
     // Along the body, from the point that follows the track.
-    let (tail_m, nose_m) = (-body.rear_m - body.lead_m(), body.front_m - body.lead_m());
+    let (tail_m, nose_m) =
+        (-body.rear_m - body.tracking_point_m(), body.front_m - body.tracking_point_m());
     let marks = ((nose_m - tail_m) / step_m).ceil() as usize;
-    let turn_max = step_m * (LOCK_SHARE * body.lock_rad).tan() / body.wheelbase_m;
+    let turn_max = step_m * (MAX_STEER_FACTOR * body.max_steer_rad).tan() / body.wheelbase_m;
     for at in 0..path.len() {
         let mut lead = path[at].point.truncate();
         let wanted = (lead - rear).normalize_or(forward);

@@ -1,0 +1,145 @@
+//! Reservations: given, withdrawn, refused and expired.
+
+use protocol::light;
+
+use super::state::{
+    BRAKE_MPS2, Junctions, LINE_GAP_M, Presence, Request, View, YELLOW_BRAKE_MPS2, request_lanes,
+    reserved_lanes,
+};
+use crate::vehicle_table::VehicleTable;
+
+/// After so long before a full way out, another way is drawn.
+const DETOUR_S: f32 = 8.0;
+
+impl Junctions {
+    /// Takes back what has not been used yet of a leave and cannot be used now: all of it, or what
+    /// lies beyond the junction that the vehicle is in. Otherwise who stands in a queue would keep
+    /// from going whom he cannot reach.
+    pub(super) fn withdraw(&self, vehicles: &mut VehicleTable, row: usize, view: &View) {
+        if vehicles.reservation[row] == 0 {
+            return;
+        }
+        let (tracks, lanes) = (&view.map.tracks, vehicles.route[row].lanes());
+        let end = reserved_lanes(vehicles, row).min(lanes.len());
+        let speed = view.agents.speed(view.agents.driven[row] as usize);
+        let enters = |k: usize| {
+            tracks.in_junction(lanes[k]) && (k == 0 || !tracks.in_junction(lanes[k - 1]))
+        };
+        let taken = (0..end).filter(|&k| enters(k) && self.start(row, k) > 0.0).find(|&from| {
+            let line_m = self.start(row, from) - view.map.approaches.line_m[lanes[from] as usize];
+            let brakes = 2.0 * YELLOW_BRAKE_MPS2 * (line_m - LINE_GAP_M).max(0.0);
+            let stoppable = speed * speed < brakes || speed < 0.5;
+            // Between two junctions with no room in between one would stand in others' way.
+            let outside = !(0..from).any(|k| tracks.in_junction(lanes[k]));
+            let light = self.light(vehicles, row, from, view);
+            let stopped = outside && (light == light::RED || light == light::YELLOW);
+            stoppable && (stopped || vehicles.reservation_idle_s[row] > 4.0)
+        });
+        let Some(from) = taken else { return };
+        if (0..from).any(|k| tracks.in_junction(lanes[k])) {
+            vehicles.reservation_end[row] =
+                vehicles.route[row].lanes_passed.wrapping_add(from as u32);
+        } else {
+            vehicles.reservation[row] = 0;
+            vehicles.reservation_end[row] = 0;
+            vehicles.reservation_idle_s[row] = 0.0;
+        }
+    }
+
+    pub(super) fn grant(
+        &mut self,
+        vehicles: &mut VehicleTable,
+        reservations: &mut u64,
+        request: &Request,
+        view: &View,
+    ) {
+        let row = request.row;
+        if vehicles.reservation[row] == 0 {
+            *reservations += 1;
+            vehicles.reservation[row] = *reservations;
+            self.revoke_behind(vehicles, request);
+        }
+        vehicles.reservation_end[row] =
+            vehicles.route[row].lanes_passed.wrapping_add(request.to as u32);
+        vehicles.wait_s[row] = 0.0;
+        vehicles.reservation_idle_s[row] = 0.0;
+        let lanes = vehicles.route[row].lanes();
+        for (k, &lane) in request_lanes(lanes, request) {
+            if view.map.tracks.in_junction(lane) {
+                let presence = Presence {
+                    lane,
+                    agent: view.agents.driven[row],
+                    start_m: self.start(row, k),
+                    rank: 0,
+                    top_mps: self.top_mps(vehicles, row, k, view),
+                };
+                let key = (presence.lane, presence.agent);
+                let at = self.holders.partition_point(|p| (p.lane, p.agent) < key);
+                self.holders.insert(at, presence);
+            }
+        }
+    }
+
+    /// Takes back earlier leaves of those who come behind on the same lane: the order of leaves
+    /// must be the order of the queue, or it would have cycles.
+    pub(super) fn revoke_behind(&self, vehicles: &mut VehicleTable, request: &Request) {
+        let lane = vehicles.route[request.row].lanes()[request.from];
+        for other in 0..vehicles.id.len() {
+            if other == request.row
+                || vehicles.reservation[other] == 0
+                || vehicles.located[other] == 0
+            {
+                continue;
+            }
+            let lanes = vehicles.route[other].lanes();
+            let end = reserved_lanes(vehicles, other).min(lanes.len());
+            let behind = (0..end)
+                .find(|&k| lanes[k] == lane)
+                .is_some_and(|k| self.start(other, k) > request.entry_m);
+            if behind {
+                vehicles.reservation[other] = 0;
+                vehicles.reservation_end[other] = 0;
+            }
+        }
+    }
+
+    pub(super) fn deny(&mut self, vehicles: &mut VehicleTable, request: &Request, view: &View) {
+        let row = request.row;
+        let agent = view.agents.driven[row] as usize;
+        let speed = view.agents.speed(agent);
+        // Beyond the line but not in: stand here.
+        let stop_m = (request.line_m - LINE_GAP_M).max(0.0);
+        let brake_from = speed * speed / (2.0 * BRAKE_MPS2 * 0.9) + 1.0 * speed.max(0.0) + 4.0;
+        if stop_m < brake_from {
+            self.constraints[row].stop_m = self.constraints[row].stop_m.min(stop_m);
+        }
+        if speed < 0.5 && stop_m < 4.0 {
+            let before = vehicles.wait_s[row];
+            vehicles.wait_s[row] += view.delta_s;
+            let again = (before / DETOUR_S) as u32 != (vehicles.wait_s[row] / DETOUR_S) as u32;
+            if again
+                && !request.red
+                && request.from > 0
+                && self.exit_room(vehicles, request, view).is_err()
+            {
+                vehicles.route[row].truncate(request.from);
+                vehicles.turn_draws[row] = vehicles.turn_draws[row].wrapping_add(1);
+            }
+        }
+    }
+}
+
+/// Ends a leave when all its lanes lie behind, and notes for how long it goes unused.
+pub(super) fn expire(vehicles: &mut VehicleTable, row: usize, view: &View) {
+    if vehicles.reservation[row] == 0 {
+        return;
+    }
+    if vehicles.reservation_end[row].wrapping_sub(vehicles.route[row].lanes_passed) as i32 <= 0 {
+        vehicles.reservation[row] = 0;
+        vehicles.reservation_end[row] = 0;
+    }
+    let stands = view.agents.velocity[view.agents.driven[row] as usize].length_squared() < 0.25;
+    let used = vehicles.reservation[row] == 0 || !stands;
+    vehicles.reservation_idle_s[row] =
+        if used { 0.0 } else { vehicles.reservation_idle_s[row] + view.delta_s };
+}

@@ -1,0 +1,330 @@
+//! Lane changes: MOBIL (Kesting, Treiber and Helbing 2007), where the markings allow them.
+//!
+//! Decisions are made one vehicle after the other in the order of ids, and a vehicle that changes
+//! claims its place on the new lane at once, so that two never take the same gap.
+
+use crate::{
+    agents::Agents,
+    car_following::{free_accel, idm, route_end},
+    client_route::ClientRoutes,
+    leader::{Leader, first_ahead},
+    map::Map,
+    occupancy::Occupancy,
+    params::{GAP_M, Params},
+    random::{Purpose, unit},
+    route,
+    tracks::NONE,
+    vehicle_table::{Route, VehicleTable},
+};
+
+/// Seconds between two thoughts of changing.
+const DECISION_PERIOD_S: f32 = 0.6;
+/// Seconds after a change before the next.
+const COOLDOWN_S: f32 = 8.0;
+/// Others may be made to brake by so much.
+const SAFE_BRAKE_MPS2: f32 = 2.5;
+/// How much others' advantage counts against one's own.
+const POLITENESS: f32 = 0.3;
+/// Gain that makes a change worth it.
+const THRESHOLD_MPS2: f32 = 0.35;
+/// How much a lane that ends is worth leaving.
+const LANE_END_BONUS_MPS2: f32 = 4.0;
+/// Seconds that a change takes, and its least length.
+const CHANGE_S: f32 = 3.5;
+const CHANGE_M: f32 = 18.0;
+/// Room that must be free behind.
+const BEHIND_M: f32 = 3.0;
+/// Nobody begins a change slower than this, except to leave a lane that ends.
+const SLOWEST_MPS: f32 = 3.0;
+
+/// What this stage reads.
+pub(crate) struct View<'a> {
+    pub(crate) map: &'a Map,
+    pub(crate) load: &'a route::LaneLoad,
+    pub(crate) agents: &'a Agents,
+    pub(crate) occupancy: &'a Occupancy,
+    /// By row: who is in front, and the speed that is requested for.
+    pub(crate) leaders: &'a [Leader],
+    pub(crate) desired_speeds: &'a [f32],
+    pub(crate) seed: u64,
+    pub(crate) delta_s: f32,
+}
+
+/// A stretch of a lane that someone has just decided to move to.
+struct Claim {
+    lane: u32,
+    rear_m: f32,
+    front_m: f32,
+}
+
+/// Lets every vehicle think about the lanes beside it.
+pub(crate) fn plan(
+    vehicles: &mut VehicleTable,
+    params: &mut Params,
+    client_routes: &mut ClientRoutes,
+    view: &View,
+) {
+    let mut claims: Vec<Claim> = Vec::new();
+    for row in 0..vehicles.id.len() {
+        if vehicles.located[row] == 0 {
+            continue;
+        }
+        vehicles.change_cooldown_s[row] -= view.delta_s;
+        if vehicles.shift_m[row] != 0.0 || vehicles.reservation[row] != 0 {
+            continue;
+        }
+        let id = vehicles.id[row];
+        let route_side =
+            client_routes.lane_change_side(id, vehicles.route[row].lane(), &view.map.tracks);
+        let motive = match (params.change_now(id), route_side) {
+            (0.0, Some(side)) if side != 0.0 => Motive::Route(side),
+            (0.0, _) if vehicles.change_cooldown_s[row] > 0.0 => continue,
+            (0.0, Some(_)) => Motive::LaneEnd,
+            (0.0, None) => unguided_motive(vehicles, row, params, view),
+            (side, _) => Motive::Commanded(side),
+        };
+        if !matches!(motive, Motive::Commanded(_) | Motive::Route(_)) {
+            vehicles.change_cooldown_s[row] = DECISION_PERIOD_S;
+            vehicles.change_draws[row] = vehicles.change_draws[row].wrapping_add(1);
+        }
+        if let Some((lane, arc_m, left_m)) = best(vehicles, row, motive, view, &claims) {
+            if matches!(motive, Motive::Commanded(_)) {
+                params.clear_change_now(vehicles.id[row]);
+            }
+            let body = view.agents.body[view.agents.driven[row] as usize];
+            claims.push(Claim { lane, rear_m: arc_m - body.rear_m, front_m: arc_m + body.front_m });
+            begin(vehicles, row, client_routes, view, lane, arc_m, left_m);
+        }
+    }
+}
+
+/// Why to change lanes; sides are 1 for the left and -1 for the right.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Motive {
+    /// To get on.
+    Discretionary,
+    /// Only to leave a lane that ends.
+    LaneEnd,
+    /// For no reason, to this side, if it is safe.
+    Random(f32),
+    /// Because the way that a client asks for goes on there, as soon as it is safe.
+    Route(f32),
+    /// Because a client says so, to this side, whoever is there.
+    Commanded(f32),
+}
+
+impl Motive {
+    fn takes(self, side: f32) -> bool {
+        match self {
+            Motive::Discretionary | Motive::LaneEnd => true,
+            Motive::Random(wanted) | Motive::Route(wanted) | Motive::Commanded(wanted) => {
+                wanted == side
+            }
+        }
+    }
+}
+
+/// What moves a vehicle that nobody tells where to go.
+fn unguided_motive(vehicles: &VehicleTable, row: usize, params: &Params, view: &View) -> Motive {
+    let id = vehicles.id[row];
+    for (share, side) in params.random_changes(id).into_iter().zip([1.0, -1.0]) {
+        let nth = 2 * u64::from(vehicles.change_draws[row]) + u64::from(side > 0.0);
+        if share > 0.0 && unit(view.seed, id, Purpose::RandomLaneChange, nth) < share {
+            return Motive::Random(side);
+        }
+    }
+    if params.changes_lanes(id) { Motive::Discretionary } else { Motive::LaneEnd }
+}
+
+/// The lane to change to: its index, the place on it, and how far left of it the vehicle is.
+fn best(
+    vehicles: &VehicleTable,
+    row: usize,
+    motive: Motive,
+    view: &View,
+    claims: &[Claim],
+) -> Option<(u32, f32, f32)> {
+    let (tracks, agents) = (&view.map.tracks, view.agents);
+    let agent = agents.driven[row] as usize;
+    let lane = vehicles.route[row].lane();
+    let speed = agents.speed(agent);
+    let index = lane as usize;
+    let sides = [tracks.left[index], tracks.right[index]];
+    if tracks.in_junction(lane) || sides == [NONE, NONE] || speed < -0.1 {
+        return None;
+    }
+    // Who must leave a lane that ends does not ask for markings.
+    let lane_ends = distance_to_end(vehicles, row, view) < 250.0;
+    if motive == Motive::LaneEnd && !lane_ends {
+        return None;
+    }
+    let commanded = matches!(motive, Motive::Commanded(_));
+    let urgent = lane_ends || commanded || matches!(motive, Motive::Route(_));
+    let allowed = [tracks.left_change[index] || urgent, tracks.right_change[index] || urgent];
+    if !urgent && speed < SLOWEST_MPS {
+        return None;
+    }
+    // Too near to whom one follows, one would have to squeeze past him.
+    let leader = &view.leaders[row];
+    if leader.gap_m < 6.0 + 2.0 * (speed - leader.speed_mps).max(0.0) && !commanded {
+        return None;
+    }
+    let own = agents.body[agent];
+    let current = accel(speed, view.desired_speeds[row], &view.leaders[row]);
+    let mut best: Option<(f32, (u32, f32, f32))> = None;
+    for ((side, allowed), sign) in sides.into_iter().zip(allowed).zip([1.0, -1.0]) {
+        if side == NONE || side == lane || !allowed || !motive.takes(sign) {
+            continue;
+        }
+        let hint = vehicles.arc_m[row] * tracks.length(side) / tracks.length(lane).max(0.1);
+        let projection = tracks.project(side, agents.position[agent].truncate(), hint);
+        // Enough of the lane must remain, and it must really lie beside.
+        let room = clear_run(tracks, side, projection.arc_m);
+        let needs = if urgent { 15.0 } else { 25.0 + 5.0 * speed };
+        let beside = (1.2..6.5).contains(&projection.left_m.abs())
+            && (-1.0..=tracks.length(side) + 1.0).contains(&projection.arc_m)
+            && 2.0 * tracks.half_width_at(side, projection.arc_m) > 2.0 * own.half_width_m + 0.4;
+        if !beside || room < needs || (!tracks.endless[side as usize] && !urgent) {
+            continue;
+        }
+        let (rear, front) = (projection.arc_m - own.rear_m, projection.arc_m + own.front_m);
+        if commanded {
+            return Some((side, projection.arc_m, projection.left_m));
+        }
+        let claimed = claims
+            .iter()
+            .any(|c| c.lane == side && c.rear_m < front + 12.0 && c.front_m > rear - 12.0);
+        if claimed {
+            continue;
+        }
+        let Some(gap) = assess_gap(row, view, side, rear, front) else { continue };
+        let safe = if urgent { 2.0 * SAFE_BRAKE_MPS2 } else { SAFE_BRAKE_MPS2 };
+        if gap.follower < -safe || gap.own < -safe {
+            continue;
+        }
+        if matches!(motive, Motive::Random(_) | Motive::Route(_)) {
+            return Some((side, projection.arc_m, projection.left_m));
+        }
+        let bonus = if urgent && tracks.endless[side as usize] { LANE_END_BONUS_MPS2 } else { 0.0 };
+        let incentive =
+            gap.own - current + bonus + POLITENESS * (gap.follower - gap.follower_now).min(0.0);
+        if incentive > THRESHOLD_MPS2 && best.is_none_or(|(most, _)| incentive > most) {
+            best = Some((incentive, (side, projection.arc_m, projection.left_m)));
+        }
+    }
+    best.map(|(_, choice)| choice)
+}
+
+/// Accelerations after a change.
+struct Gap {
+    own: f32,
+    follower: f32,
+    follower_now: f32,
+}
+
+/// What the change would mean; `None` if there is no gap at all.
+fn assess_gap(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Option<Gap> {
+    let (tracks, agents) = (&view.map.tracks, view.agents);
+    let own = agents.driven[row];
+    let speed = agents.speed(own as usize);
+    let beside = |lane: u32, offset: f32| {
+        view.occupancy.on(lane).iter().any(|o| {
+            view.occupancy.reacts_to(own, o.agent)
+                && o.rear_m + offset < front + 1.0
+                && o.front_m + offset > rear - BEHIND_M
+        })
+    };
+    let length = tracks.length(side);
+    let alongside = beside(side, 0.0)
+        || tracks.previous(side).iter().any(|&lane| beside(lane, -tracks.length(lane)))
+        || tracks.next(side).iter().any(|&lane| beside(lane, length));
+    if alongside {
+        return None;
+    }
+    let mut leader = first_ahead(view.occupancy, side, own, -front, f32::NEG_INFINITY);
+    if let [next] = tracks.next(side) {
+        let begins = tracks.length(side) - front;
+        let beyond = first_ahead(view.occupancy, *next, own, begins, f32::NEG_INFINITY);
+        if beyond.gap_m < leader.gap_m {
+            leader = beyond;
+        }
+    }
+    let mut follower: Option<(f32, f32)> = None;
+    let mut behind = |lane: u32, offset: f32| {
+        for o in view.occupancy.on(lane).iter().filter(|o| view.occupancy.reacts_to(own, o.agent)) {
+            let gap = rear - (o.front_m - offset);
+            if gap > 0.0 && follower.is_none_or(|(least, _)| gap < least) {
+                follower = Some((gap, o.speed_mps));
+            }
+        }
+    };
+    behind(side, 0.0);
+    for &before in tracks.previous(side) {
+        behind(before, tracks.length(before));
+    }
+    let own_accel = accel(speed, view.desired_speeds[row], &leader);
+    let (follower_accel, follower_now) = match follower {
+        Some((gap, mps)) => {
+            let now =
+                idm(mps, leader.speed_mps, gap + (front - rear) + leader.gap_m.min(200.0), GAP_M);
+            (idm(mps, speed, gap, GAP_M), now)
+        }
+        None => (0.0, 0.0),
+    };
+    Some(Gap { own: own_accel, follower: follower_accel, follower_now })
+}
+
+fn accel(speed: f32, desired: f32, leader: &Leader) -> f32 {
+    let free_accel = free_accel(speed, desired);
+    if leader.gap_m.is_finite() {
+        free_accel.min(idm(speed, leader.speed_mps, leader.gap_m, GAP_M))
+    } else {
+        free_accel
+    }
+}
+
+/// How far until the route runs out on a lane that leads nowhere.
+fn distance_to_end(vehicles: &VehicleTable, row: usize, view: &View) -> f32 {
+    let tracks = &view.map.tracks;
+    let last = *vehicles.route[row].lanes().last().expect("a route has a lane");
+    if tracks.endless[last as usize] {
+        return f32::INFINITY;
+    }
+    route_end(vehicles, row, tracks, 0.0)
+}
+
+/// How far one can drive from `arc_m` without choice before a junction or an end.
+fn clear_run(tracks: &crate::tracks::Tracks, lane: u32, arc_m: f32) -> f32 {
+    let mut run = tracks.length(lane) - arc_m;
+    let mut at = lane;
+    while run < 250.0 {
+        match tracks.next(at) {
+            [next] if !tracks.in_junction(*next) => at = *next,
+            _ => return run,
+        }
+        run += tracks.length(at);
+    }
+    run
+}
+
+fn begin(
+    vehicles: &mut VehicleTable,
+    row: usize,
+    client_routes: &mut ClientRoutes,
+    view: &View,
+    lane: u32,
+    arc_m: f32,
+    left_m: f32,
+) {
+    let agent = view.agents.driven[row] as usize;
+    let speed = view.agents.speed(agent).max(0.0);
+    let lanes_passed = vehicles.route[row].lanes_passed.wrapping_add(1);
+    vehicles.route[row] = Route::from_lane(lane, lanes_passed);
+    vehicles.arc_m[row] = arc_m;
+    vehicles.shift_m[row] = left_m;
+    vehicles.shift_done_m[row] = 0.0;
+    vehicles.shift_over_m[row] = (CHANGE_S * speed).max(CHANGE_M);
+    vehicles.change_cooldown_s[row] = COOLDOWN_S;
+    client_routes.update(vehicles, row, &view.map.tracks, &view.map.grid);
+    route::extend(vehicles, row, client_routes, &view.map.tracks, view.load, view.seed);
+}
