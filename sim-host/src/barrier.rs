@@ -1,56 +1,56 @@
-//! The tick barrier as pure bookkeeping: who takes part, who has arrived, what a death means.
+//! The tick barrier as pure bookkeeping: participants, arrivals and deaths.
 //!
-//! It neither waits nor sends nor reads a clock, so it is tested by scripts. The host feeds it
-//! from the control page and does what it says.
+//! It does not wait, send or read a clock, so that it is tested by scripts. The host feeds it from
+//! the control page.
 
 use std::collections::BTreeMap;
 
 use protocol::Frame;
 
-/// What the host does when a participant dies.
+/// The consequence of a participant's death.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum OnDeath {
-    /// Starts it anew, serves it what it missed, and completes the tick.
+    /// The participant is restarted, served what it missed, and completes the tick.
     Respawn,
-    /// Goes on without it; a tick that it owed ends degraded.
+    /// The tick continues without the participant; a frame that it owed ends degraded.
     Drop,
 }
 
-/// One participant.
+/// A participant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Member {
     name: String,
     on_death: OnDeath,
-    /// How many frames it may trail.
+    /// Number of frames that it may trail.
     lag: u64,
     /// Its work up to this frame is done.
     done: Frame,
 }
 
-/// How a frame stands.
+/// The status of a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// Not everybody has arrived; the deadline has not passed.
+    /// Participants are missing, and the deadline has not passed.
     Open,
-    /// Everybody has arrived.
+    /// All participants have arrived.
     Complete,
-    /// The deadline passed; these slots have not arrived.
+    /// The deadline passed and these slots have not arrived.
     Late(u64),
-    /// These slots died in this frame and will not come back; all others have arrived.
+    /// These slots died in this frame and are not restarted; all others have arrived.
     Degraded(u64),
 }
 
-/// Who must arrive at the current frame, and who has.
+/// The participants of the current frame and their arrivals.
 #[derive(Debug, Default)]
 pub(crate) struct Barrier {
     frame: Frame,
     members: BTreeMap<usize, Member>,
-    /// Slots that died in this frame and will not come back.
+    /// Slots that died in this frame and are not restarted.
     lost: u64,
 }
 
 impl Barrier {
-    /// From the current frame on, `slot` is waited for; it has done `done`.
+    /// Adds a participant at the current frame, with its work done up to `done`.
     pub(crate) fn join(
         &mut self,
         slot: usize,
@@ -63,12 +63,12 @@ impl Barrier {
         self.members.insert(slot, member);
     }
 
-    /// From now on, `slot` is not waited for, by its own will.
+    /// Removes a participant that leaves.
     pub(crate) fn leave(&mut self, slot: usize) {
         self.members.remove(&slot);
     }
 
-    /// The process in `slot` is gone.
+    /// Records the death of the process in `slot`.
     pub(crate) fn dies(&mut self, slot: usize) {
         if self.members.get(&slot).is_some_and(|m| m.on_death == OnDeath::Drop) {
             if self.owes(slot) {
@@ -78,43 +78,43 @@ impl Barrier {
         }
     }
 
-    /// Work up to this frame was done in `slot`. Never goes back.
+    /// Records that the work of `slot` is done up to a frame. An earlier frame changes nothing.
     pub(crate) fn arrive(&mut self, slot: usize, done: Frame) {
         if let Some(member) = self.members.get_mut(&slot) {
             member.done = member.done.max(done);
         }
     }
 
-    /// Every slot that takes part.
+    /// Returns the slots of all participants.
     pub(crate) fn slots(&self) -> impl ExactSizeIterator<Item = usize> {
         self.members.keys().copied()
     }
 
-    /// The same, a bit per slot.
+    /// Returns the slots of all participants as bits.
     pub(crate) fn mask(&self) -> u64 {
         self.slots().fold(0, |mask, slot| mask | 1 << slot)
     }
 
-    /// How far `slot` has come.
+    /// Returns the frame up to which the work of `slot` is done.
     pub(crate) fn done(&self, slot: usize) -> Option<Frame> {
         self.members.get(&slot).map(|m| m.done)
     }
 
-    /// How many frames `slot` may trail from now on.
+    /// Sets the number of frames that `slot` may trail.
     pub(crate) fn set_lag(&mut self, slot: usize, lag: u64) {
         if let Some(member) = self.members.get_mut(&slot) {
             member.lag = lag;
         }
     }
 
-    /// Opens the next frame.
+    /// Opens the next frame and returns it.
     pub(crate) fn advance(&mut self) -> Frame {
         self.frame = self.frame.next();
         self.lost = 0;
         self.frame
     }
 
-    /// The current frame.
+    /// Returns the current frame.
     pub(crate) fn frame(&self) -> Frame {
         self.frame
     }
@@ -123,13 +123,13 @@ impl Barrier {
         self.members.get(&slot).is_some_and(|m| m.done.0 + m.lag < self.frame.0)
     }
 
-    /// Those the current frame still waits for, a bit per slot.
+    /// Returns the slots that the current frame waits for, as bits.
     pub(crate) fn missing(&self) -> u64 {
         let owing = self.members.keys().filter(|&&slot| self.owes(slot));
         owing.fold(0, |mask, slot| mask | 1 << slot)
     }
 
-    /// How the current frame stands; `is_late`: its deadline has passed.
+    /// Returns the status of the current frame; `is_late` if its deadline has passed.
     pub(crate) fn verdict(&self, is_late: bool) -> Verdict {
         match (self.missing(), self.lost) {
             (0, 0) => Verdict::Complete,
@@ -139,7 +139,7 @@ impl Barrier {
         }
     }
 
-    /// `traffic (last arrival: frame 411)`, for each slot of the mask.
+    /// Returns `traffic (last arrival: frame 411)` for each slot of the mask.
     pub(crate) fn names(&self, mask: u64) -> String {
         let named = self.members.iter().filter(|(slot, _)| mask & (1 << **slot) != 0);
         let texts: Vec<_> =

@@ -1,4 +1,4 @@
-//! Bundles: which sensors are measured together, and the channels their bundles go through.
+//! Sensor bundles: checks, ids and channels.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use protocol::{
     ActorId, BundleId, CreateBundle, Name, SENSORS_MAX, SensorSpec, layout, output, sensor,
 };
 
-/// The most pixels or rays across or down.
+/// Largest width or height of an image, in pixels or rays.
 const SIDE_MAX: u32 = 8192;
 
 /// The bundles of the world.
@@ -17,14 +17,18 @@ pub(crate) struct Bundles {
     last: u32,
 }
 
-/// Where a bundle is, and whose.
+/// The carrier and owner of a bundle.
 struct Mounted {
     parent: ActorId,
     client: Name,
 }
 
 impl Bundles {
-    /// Makes a bundle and its channel, or says why not.
+    /// Creates a bundle and its channel.
+    ///
+    /// # Errors
+    ///
+    /// The cause as a text.
     pub(crate) fn create(
         &mut self,
         client: Name,
@@ -32,14 +36,14 @@ impl Bundles {
         sensors: &[SensorSpec],
         ports: &mut HostPorts,
     ) -> Result<BundleId, String> {
-        check_rig(command, sensors)?;
+        check_bundle(command, sensors)?;
         let (_, bytes) = layout(sensors);
         let held = command.max_borrowed as usize;
         let needed = HostPorts::bundle_channel_bytes(bytes, held);
         let free = free_bytes().map_err(|e| format!("/dev/shm: {e}"))?;
         if needed > free {
             return Err(format!(
-                "bundle {:?}: {} MB a frame may need {} MB of /dev/shm, which has {} MB free; \
+                "bundle {:?}: {} MB per frame may need {} MB of /dev/shm, which has {} MB free; \
                  enlarge it, or hold fewer than {held} bundles",
                 command.name,
                 bytes.div_ceil(1 << 20),
@@ -54,7 +58,7 @@ impl Bundles {
         Ok(bundle)
     }
 
-    /// Takes a bundle away.
+    /// Removes a bundle and its channel.
     pub(crate) fn destroy(
         &mut self,
         bundle: BundleId,
@@ -65,22 +69,22 @@ impl Bundles {
         Ok(())
     }
 
-    /// Every bundle.
+    /// Returns every bundle.
     pub(crate) fn all(&self) -> Vec<BundleId> {
         self.those(|_| true)
     }
 
-    /// The bundles that `actor` carries.
+    /// Returns the bundles that `actor` carries.
     pub(crate) fn on(&self, actor: ActorId) -> Vec<BundleId> {
         self.those(|bundle| bundle.parent == actor)
     }
 
-    /// The bundles that `client` made: nobody else reads them.
+    /// Returns the bundles that `client` created; no other client reads them.
     pub(crate) fn of(&self, client: Name) -> Vec<BundleId> {
         self.those(|bundle| bundle.client == client)
     }
 
-    /// The bundles on actors that are not there.
+    /// Returns the bundles on actors that do not exist.
     pub(crate) fn orphans(&self, is_there: impl Fn(ActorId) -> bool) -> Vec<BundleId> {
         self.those(|bundle| bundle.parent != ActorId::NONE && !is_there(bundle.parent))
     }
@@ -91,13 +95,11 @@ impl Bundles {
     }
 }
 
-fn check_rig(command: &CreateBundle, sensors: &[SensorSpec]) -> Result<(), String> {
+fn check_bundle(command: &CreateBundle, sensors: &[SensorSpec]) -> Result<(), String> {
     let name = &command.name;
     if sensors.is_empty() || sensors.len() > SENSORS_MAX {
         let count = sensors.len();
-        return Err(format!(
-            "bundle {name:?} has {count} sensors; 1 to {SENSORS_MAX} are possible"
-        ));
+        return Err(format!("bundle {name:?} has {count} sensors, not 1 to {SENSORS_MAX}"));
     }
     if sensors.len() != command.sensor_count as usize {
         return Err(format!(
@@ -112,12 +114,12 @@ fn check_rig(command: &CreateBundle, sensors: &[SensorSpec]) -> Result<(), Strin
             command.max_borrowed
         ));
     }
-    let born = sensors.iter().filter(|spec| sensor::is_physics_sensor(spec.kind)).count();
-    if born != 0 && born != sensors.len() {
+    let physics = sensors.iter().filter(|spec| sensor::is_physics_sensor(spec.kind)).count();
+    if physics != 0 && physics != sensors.len() {
         return Err(format!(
-            "bundle {name:?} has {born} sensors that physics measures and {} that rays do; make a bundle \
+            "bundle {name:?} has {physics} physics sensors and {} sensors of rays; make a bundle \
              of each",
-            sensors.len() - born
+            sensors.len() - physics
         ));
     }
     for (index, spec) in sensors.iter().enumerate() {
@@ -143,7 +145,7 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), String> {
     }
     let away_m = spec.parent_from_sensor.position().abs().max_element();
     if away_m > 1e5 {
-        return Err(format!("its pose lies {away_m} m out; 100000 m is the limit"));
+        return Err(format!("its pose lies {away_m} m from its parent; the limit is 100000 m"));
     }
     if sensor::is_physics_sensor(spec.kind) {
         return spec.check_physics_sensor();
@@ -158,14 +160,14 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), String> {
         sensor::LIDAR => ("lidar", output::OF_LIDAR),
         other => {
             return Err(format!(
-                "kind {other} is neither camera (1), lidar (2) nor one that physics measures (16 \
+                "unsupported sensor kind {other}, not camera (1), lidar (2) or a physics sensor (16 \
                  and up)"
             ));
         }
     };
     if spec.outputs == 0 || spec.outputs & !possible != 0 {
         return Err(format!(
-            "outputs {:#x} are none or not possible for a {name}, which has {possible:#x}",
+            "outputs {:#x} are empty or unsupported; a {name} has {possible:#x}",
             spec.outputs
         ));
     }
@@ -206,8 +208,8 @@ mod tests {
             name: Name::new("r"),
             ..CreateBundle::default()
         };
-        let said = check_rig(&command, &[spec]).err().unwrap_or_default();
-        assert_eq!(said, refusal);
+        let error = check_bundle(&command, &[spec]).err().unwrap_or_default();
+        assert_eq!(error, refusal);
     }
 
     #[test]
@@ -223,7 +225,7 @@ mod tests {
         );
         check(
             SensorSpec { outputs: output::POINTS, ..camera() },
-            "sensor \"front\" of bundle \"r\": outputs 0x10 are none or not possible for a camera, which has 0xcf",
+            "sensor \"front\" of bundle \"r\": outputs 0x10 are empty or unsupported; a camera has 0xcf",
         );
         let crooked = Pose { rotation: [0.0; 4], ..Pose::IDENTITY };
         check(

@@ -5,7 +5,7 @@ use protocol::{Block, TrafficHeader};
 
 use crate::saved::decision_hash;
 
-/// What traffic decided, as it came or as it was saved.
+/// A decision that was received from traffic or restored from a saved state.
 pub(crate) enum Decided {
     Received(TrafficSample),
     Restored(TrafficHeader, Vec<Block>),
@@ -31,7 +31,7 @@ impl Decided {
         (*self.header(), bytemuck::cast_slice(self.payload()).to_vec())
     }
 
-    /// The hash over the decision, as it enters the state hash.
+    /// Returns the hash of the decision, which is part of the state hash.
     pub(crate) fn hash(&self) -> u64 {
         decision_hash(bytemuck::cast_slice(self.payload()))
     }

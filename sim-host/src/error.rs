@@ -1,38 +1,38 @@
 use bus::BusError;
 
-/// Why a host cannot start or go on.
+/// The cause why a host cannot start or continue.
 #[derive(Debug, thiserror::Error)]
 pub enum HostError {
-    /// The bus.
+    /// The bus failed.
     #[error(transparent)]
     Bus(#[from] BusError),
-    /// The map.
+    /// The map cannot be loaded.
     #[error("{0}")]
     Map(String),
     /// A stage could not be started.
     #[error("{role} does not start: {why}")]
     Start {
-        /// Which.
+        /// The role of the stage.
         role: &'static str,
-        /// Why.
+        /// The cause.
         why: String,
     },
-    /// A stage died and is not brought back: the host was told not to, or it dies again and again.
+    /// A stage died and is not restarted, because restarts are disabled or it dies repeatedly.
     #[error(
-        "{who} died in {frame} ({deaths} times there) and is not restarted: {why}; all frames \
+        "{participant} died in {frame} ({deaths} times in this frame) and is not restarted: {why}; all frames \
          before are complete"
     )]
     Died {
-        /// Who.
-        who: String,
-        /// Its last words, or how the process ended.
+        /// The role of the stage.
+        participant: String,
+        /// Its exit message, or how the process ended.
         why: String,
-        /// How often, in this frame.
+        /// Number of deaths in this frame.
         deaths: u32,
-        /// During which frame.
+        /// The frame.
         frame: protocol::Frame,
     },
-    /// Too little shared memory, before anything was made in it.
+    /// There is too little shared memory; nothing was created.
     #[error(
         "/dev/shm has {} MB free, a simulator needs {} MB and more for its sensors; enlarge it \
          (mount -o remount,size=2G /dev/shm, or docker run --shm-size 2g)",
@@ -40,12 +40,12 @@ pub enum HostError {
         needed >> 20
     )]
     SharedMemory {
-        /// Bytes that are free.
+        /// Free bytes.
         free: u64,
-        /// Bytes that are needed.
+        /// Required bytes.
         needed: u64,
     },
-    /// The machine.
+    /// An operation of the system failed.
     #[error("{0}")]
     System(#[from] std::io::Error),
 }

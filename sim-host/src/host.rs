@@ -1,4 +1,4 @@
-//! The host: creates the instance, and ticks.
+//! The host: creates the instance and runs ticks.
 
 use std::collections::BTreeMap;
 
@@ -20,10 +20,10 @@ use crate::{
     supervisor::{Launcher, Supervisor},
 };
 
-/// The number of the world that a host starts with.
+/// The number of the first episode.
 const FIRST_EPISODE: u32 = 1;
 
-/// Shared memory that the channels of a world without bundles may take, in bytes.
+/// Shared memory that the channels of a world without bundles may need, in bytes.
 const SHARED_MEMORY_MIN: u64 = 64 << 20;
 
 /// The running host: the simulation core, and the process around it.
@@ -33,9 +33,10 @@ pub struct Host {
 }
 
 impl Host {
-    /// Creates the instance, builds the world, starts the stages, and is at frame 0.
+    /// Creates the instance, builds the world and starts the stages; the host is then at frame 0.
     ///
     /// # Errors
+    ///
     /// The map cannot be read, there is too little shared memory, or a stage does not start.
     pub fn start(config: HostConfig, launcher: Box<dyn Launcher>) -> Result<Host, HostError> {
         let cache = Cache::from_environment();
@@ -60,7 +61,7 @@ impl Host {
         control.set_episode(FIRST_EPISODE);
         let ports = HostPorts::create(owned_instance.node(launcher.is_single_process())?)?;
         let mut supervisor = Supervisor::new(&instance, &control, launcher)?;
-        // The stages build their towns while we build ours.
+        // The stages build their towns at the same time.
         let mut roles = BTreeMap::new();
         for (slot, role) in config.stages.iter().enumerate() {
             roles.insert(slot, *role);
@@ -115,19 +116,20 @@ impl Host {
         Ok(Host { sim, shell })
     }
 
-    /// The instance.
+    /// Returns the instance.
     pub fn instance(&self) -> &Instance {
         self.shell.owned_instance.instance()
     }
 
-    /// The newest frame.
+    /// Returns the newest frame.
     pub fn frame(&self) -> Frame {
         self.shell.barrier.frame()
     }
 
-    /// Runs until the host is told to stop. However it ends, nothing is left behind.
+    /// Runs until the host is stopped. The stages are ended and the instance removed in every case.
     ///
     /// # Errors
+    ///
     /// A stage died and is not restarted, or the bus fails.
     pub fn run(mut self) -> Result<Frame, HostError> {
         let ended = self.serve();
@@ -162,12 +164,13 @@ impl Host {
         self.sim.settings().synchronous != 0
     }
 
-    /// Synchronous: sleeps until the ticking client asks; serves other participants meanwhile.
+    /// In synchronous mode: sleeps until the ticking client requests a frame, and serves other
+    /// participants meanwhile.
     fn await_request(&mut self) -> Result<(), HostError> {
         let mut last_count = self.shell.control.host.count();
         loop {
             self.shell.service_slots()?;
-            // Commands that come with a request are the tick's own.
+            // Commands that come with a request belong to the tick.
             if self.shell.is_requested() {
                 return Ok(());
             }
@@ -188,7 +191,7 @@ impl Host {
         }
     }
 
-    /// Asynchronous: sleeps until the next frame is due.
+    /// In asynchronous mode: sleeps until the next frame is due.
     fn pace(&mut self, due_nanos: u64) -> Result<u64, HostError> {
         let now = clock::now_nanos();
         let Some(step) = (self.sim.settings().delta_nanos * 1000)
@@ -197,7 +200,7 @@ impl Host {
             return Ok(now);
         };
         if due_nanos <= now {
-            // Too slow for the asked pace: no debt is piled up.
+            // A host that is too slow does not catch up on missed frames.
             return Ok(if now - due_nanos > step { now + step } else { due_nanos + step });
         }
         let mut last_count = self.shell.control.host.count();
@@ -218,7 +221,7 @@ impl Host {
         Ok(due_nanos + step)
     }
 
-    /// Takes in what decides the next frame: the newest decision of traffic, and the commands of
+    /// Receives what decides the next frame: the newest decision of traffic, and the commands of
     /// clients in their order.
     pub(crate) fn drain_inputs(&mut self) -> Result<Vec<Request>, HostError> {
         self.shell.answer_queries(&self.sim)?;
@@ -244,7 +247,7 @@ impl Host {
         stepped
     }
 
-    /// Commands that came with a tick and belong between two frames.
+    /// Applies commands that came with a tick and belong between two frames.
     fn serve_deferred(&mut self) -> Result<(), HostError> {
         let requests = std::mem::take(&mut self.shell.deferred);
         if requests.is_empty() {
@@ -253,7 +256,7 @@ impl Host {
         self.serve_requests(&requests)
     }
 
-    /// Between two frames: commands whose outcomes clients wait for.
+    /// Applies commands between two frames whose outcomes clients wait for.
     fn serve_urgent(&mut self) -> Result<(), HostError> {
         if self.shell.inbox.drain(&self.shell.ports)? {
             let requests = self.shell.inbox.take_urgent();
@@ -268,7 +271,7 @@ impl Host {
     }
 }
 
-/// The catalogue as participants read it.
+/// Returns the catalogue in the form that participants read.
 fn blueprints() -> Vec<protocol::BlueprintInfo> {
     let info = |b: &town::Blueprint| protocol::BlueprintInfo {
         id: b.id.to_owned(),

@@ -1,4 +1,4 @@
-//! Writing the journal: commands in, in their fixed order; outcomes and parts out.
+//! The journal: commands arrive in a fixed order; entries with outcomes are published in parts.
 
 use bus::{BusError, HostPorts};
 use protocol::{
@@ -7,13 +7,13 @@ use protocol::{
 
 use crate::request::{Pending, Request};
 
-/// One client's batch, kept until its time.
+/// A batch of commands of one client that waits for its time.
 pub(crate) struct Batch {
     header: BatchHeader,
     commands: Vec<RawCommand>,
 }
 
-/// What clients sent and the host has not carried out yet.
+/// Commands that clients sent and the host has not applied yet.
 #[derive(Default)]
 pub(crate) struct Inbox {
     batches: Vec<Batch>,
@@ -21,7 +21,7 @@ pub(crate) struct Inbox {
 }
 
 impl Inbox {
-    /// Takes in all that lies in the channels. True if some of it wants to be carried out now.
+    /// Receives all batches from the channels. Returns whether some are to be applied now.
     pub(crate) fn drain(&mut self, ports: &HostPorts) -> Result<bool, BusError> {
         while let Some(batch) = ports.command.receive()? {
             let header = *batch.header();
@@ -33,7 +33,7 @@ impl Inbox {
         Ok(self.batches.iter().any(|b| b.header.now != 0))
     }
 
-    /// What a frame carries out: commands, then controls, each by (client, sequence).
+    /// Returns the requests of a frame: commands, then controls, each by (client, sequence).
     pub(crate) fn take(&mut self) -> Vec<Request> {
         self.batches.sort_by_key(|b| (b.header.client, b.header.sequence));
         self.controls.sort_by_key(|(header, _)| (header.client, header.sequence));
@@ -53,19 +53,19 @@ impl Inbox {
         requests
     }
 
-    /// What clients want carried out between two frames: everything of each client up to its last
-    /// batch that says so, in the order of names.
+    /// Returns the requests to be applied between two frames: all of each client up to its last
+    /// batch that asks for it, by client.
     pub(crate) fn take_urgent(&mut self) -> Vec<Request> {
         let mut urgent = Vec::new();
         let mut rest = Vec::new();
         for batch in self.batches.drain(..) {
             if batch.header.now != 0 { urgent.push(batch) } else { rest.push(batch) }
         }
-        let wanted = |b: &Batch| {
+        let precedes_urgent = |b: &Batch| {
             let same = urgent.iter().filter(|u| u.header.client == b.header.client);
             same.map(|u| u.header.sequence).max().is_some_and(|last| b.header.sequence < last)
         };
-        let (earlier, later): (Vec<_>, Vec<_>) = rest.into_iter().partition(wanted);
+        let (earlier, later): (Vec<_>, Vec<_>) = rest.into_iter().partition(precedes_urgent);
         urgent.extend(earlier);
         self.batches = later;
         urgent.sort_by_key(|b| (b.header.client, b.header.sequence));
@@ -76,7 +76,7 @@ impl Inbox {
         requests
     }
 
-    /// What waits for the next frame, in no order yet.
+    /// Returns the requests that wait for the next frame, unordered.
     pub(crate) fn waiting(&self) -> Vec<Pending> {
         let mut requests = Vec::new();
         for batch in &self.batches {
@@ -92,7 +92,7 @@ impl Inbox {
         waiting
     }
 
-    /// Waits with these instead of what waited, which is given back.
+    /// Replaces the waiting requests, and returns the replaced ones.
     pub(crate) fn replace(&mut self, pending: &[Pending]) -> Vec<Request> {
         let dropped = self.take();
         for command in pending {
@@ -120,22 +120,22 @@ fn push(requests: &mut Vec<Request>, header: &BatchHeader, commands: &[RawComman
     }
 }
 
-/// The journal of the frame in the making.
+/// The journal of the frame in progress.
 #[derive(Default)]
 pub(crate) struct JournalWriter {
     entries: Vec<JournalEntry>,
-    /// How many of them are published.
+    /// Number of entries that are published.
     published: usize,
     serial: u64,
 }
 
 impl JournalWriter {
-    /// Adds a line.
+    /// Adds an entry.
     pub(crate) fn write(&mut self, entry: JournalEntry) {
         self.entries.push(entry);
     }
 
-    /// Publishes what is new as a part of `stamp`'s frame.
+    /// Publishes the new entries as a part of the journal of `stamp`'s frame.
     pub(crate) fn publish(&mut self, ports: &HostPorts, stamp: Stamp) -> Result<(), BusError> {
         if self.published < self.entries.len() {
             let first = self.published as u32;
@@ -146,7 +146,7 @@ impl JournalWriter {
         Ok(())
     }
 
-    /// Publishes the standing state, for newcomers; `follow` past journals belong to it.
+    /// Publishes a keyframe for late participants; `follow` journals of later frames belong to it.
     pub(crate) fn publish_keyframe(
         &mut self,
         ports: &HostPorts,
@@ -158,7 +158,7 @@ impl JournalWriter {
         ports.journal.send(self.header(Stamp { frame, ..Stamp::default() }, 0, parts), entries)
     }
 
-    /// Publishes a past frame's journal once more, for newcomers.
+    /// Publishes the journal of a past frame again, for late participants.
     pub(crate) fn publish_again(
         &mut self,
         ports: &HostPorts,
@@ -174,17 +174,17 @@ impl JournalWriter {
         JournalHeader { stamp, serial, first, keyframe }
     }
 
-    /// The lines of the coming frame that are out already.
+    /// Returns the published entries of the coming frame.
     pub(crate) fn published(&self) -> &[JournalEntry] {
         &self.entries[..self.published]
     }
 
-    /// How many lines the frame has so far.
+    /// Returns the number of entries of the frame.
     pub(crate) fn len(&self) -> usize {
         self.entries.len()
     }
 
-    /// The frame's journal is done: takes it away.
+    /// Completes the frame and returns its journal.
     pub(crate) fn take_frame(&mut self) -> Vec<JournalEntry> {
         self.published = 0;
         std::mem::take(&mut self.entries)

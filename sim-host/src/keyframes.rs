@@ -1,4 +1,4 @@
-//! Keyframes of the journal: what of it still holds, for participants that come later.
+//! Keyframes of the journal: what still holds, for late participants.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -8,14 +8,14 @@ use protocol::{
 
 use crate::request::Request;
 
-/// What of the journal still holds: the persistent switches, the map and the bundles.
+/// The part of the journal that still holds: the standing state, the map and the bundles.
 #[derive(Clone, Default)]
 struct Holding {
     standing: StandingState,
     bundles: BTreeMap<BundleId, Vec<JournalEntry>>,
     /// The bundle whose sensors follow.
     open_bundle: BundleId,
-    /// The line that loaded the map, if it is not the first.
+    /// The entry that loaded the map, if it is not the first map.
     map: Option<JournalEntry>,
 }
 
@@ -57,8 +57,8 @@ impl Holding {
 /// A frame and its entries.
 type FrameEntries = (Frame, Vec<JournalEntry>);
 
-/// What held some frames ago, and the journals since: enough to serve any participant whose work
-/// ended in between.
+/// A keyframe some frames ago and the journals since: enough for any participant whose work ended
+/// in between.
 #[derive(Default)]
 pub(crate) struct Keyframes {
     base: Holding,
@@ -67,7 +67,7 @@ pub(crate) struct Keyframes {
 }
 
 impl Keyframes {
-    /// Takes in the complete journal of a frame.
+    /// Adds the complete journal of a frame.
     pub(crate) fn close(&mut self, stamp: Stamp, entries: Vec<JournalEntry>) {
         self.recent.push_back((stamp, entries));
         while self.recent.len() > PIPELINE_MAX as usize + 1 {
@@ -79,8 +79,8 @@ impl Keyframes {
         }
     }
 
-    /// For a participant whose work is done up to `done`: the frame and the entries of a keyframe,
-    /// and the journals that follow it.
+    /// Returns the frame and entries of a keyframe, and the journals that follow it, for a
+    /// participant whose work is done up to `done`.
     pub(crate) fn since(&self, done: Frame) -> (FrameEntries, Vec<FrameEntries>) {
         let mut holding = self.base.clone();
         let mut at = self.base_frame;

@@ -1,10 +1,10 @@
-//! The host: the world as it is, the tick, and the processes that take part in it.
+//! The host: the world, the tick, and the processes that take part in it.
 //!
 //! ```text
-//! processes ──slots──▶ Host ──▶ Supervisor (start, watch, clean up)
-//! commands ──▶ Inbox ──▶ Host::tick ──▶ World ──▶ Physics
+//! processes ──slots──▶ Shell ──▶ Supervisor (start, watch, clean up)
+//! commands ──▶ Inbox ──▶ Host::tick ──▶ Sim::step ──▶ World ──▶ Physics
 //!                        │
-//!                        └──▶ journal, snapshot ──▶ everybody
+//!                        └──▶ journal, snapshot ──▶ participants
 //! ```
 //!
 //! World space is right-handed, z up; metres, radians, seconds; f32 around the map's local origin.

@@ -1,4 +1,4 @@
-//! From blueprints to bodies.
+//! Bodies of blueprints.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -15,7 +15,7 @@ pub(crate) struct Models {
 }
 
 impl Models {
-    /// Puts a blueprint's body into the world; says where it stands.
+    /// Spawns the body of a blueprint and returns its pose.
     pub(crate) fn spawn(
         &mut self,
         physics: &mut Physics,
@@ -55,7 +55,7 @@ impl Models {
     }
 }
 
-/// The boxes of a vehicle's doors, of those in `open`, as they stand when they are open.
+/// Returns the boxes of the doors of a vehicle that are in `open`.
 pub(crate) fn doors_of(blueprint: &Blueprint, open: u32) -> Vec<DoorModel> {
     if open == 0 {
         return Vec::new();
@@ -91,13 +91,13 @@ mod tests {
             );
             for door in doors {
                 let (middle, half) = (door.middle_m, door.half_extents_m);
-                let told = format!("{} {door:?}", blueprint.id);
-                assert!(half.x > 0.25 && half.x < 1.0 && half.z > 0.4 && half.z < 1.5, "{told}");
-                assert!(half.y < 0.45, "{told}");
-                // Its far end, well beside the body.
+                let name = format!("{} {door:?}", blueprint.id);
+                assert!(half.x > 0.25 && half.x < 1.0 && half.z > 0.4 && half.z < 1.5, "{name}");
+                assert!(half.y < 0.45, "{name}");
+                // The end of the door away from its hinge lies well beside the body.
                 let end = middle - door.turn * Vec3::X * half.x;
-                assert!(end.y.abs() > blueprint.half_extents_m.y + 0.3, "{told}");
-                assert_eq!(end.y > 0.0, door.number % 2 == 0, "{told}");
+                assert!(end.y.abs() > blueprint.half_extents_m.y + 0.3, "{name}");
+                assert_eq!(end.y > 0.0, door.number % 2 == 0, "{name}");
                 count += 1;
             }
         }

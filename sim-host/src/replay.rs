@@ -1,7 +1,7 @@
-//! Showing what was recorded, beside those who are there.
+//! The replay of a recording beside the actors of the running world.
 //!
-//! Recorded actors are put where they were after physics has moved the others: what a snapshot
-//! shows of them is what was recorded. Actors that are not in the recording go on.
+//! Recorded actors are placed after physics has moved the others, so that a snapshot shows them as
+//! recorded. Actors that are not in the recording continue.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,36 +11,36 @@ use record::{Moment, RecordError};
 
 use crate::world::World;
 
-/// Beyond this factor states are shown as they were recorded, not between two.
+/// Above this time factor, states are shown without interpolation.
 const SMOOTH_FACTOR_MAX: f32 = 2.0;
 
-/// A replay that goes on.
+/// A replay in progress.
 pub(crate) struct Replay {
     recording: record::Recording,
     /// Recorded time that the next frame shows.
     at_nanos: u64,
     until_nanos: u64,
     time_factor: f32,
-    /// Recorded ids of those who are left out.
+    /// Recorded ids of actors that are not shown.
     ignored: BTreeSet<ActorId>,
-    /// The highest id that the recording ends with: the next ones are for those whose id is taken.
+    /// The highest id at the end of the recording; later ids replace those that are in use.
     beyond: ActorId,
-    /// Who in the world shows whom.
+    /// The id in the world of each recorded id.
     shown: BTreeMap<ActorId, ActorId>,
 }
 
 impl Replay {
-    /// The episode that was recorded.
+    /// Returns the recorded episode.
     pub(crate) fn episode(&self) -> &Episode {
         &self.recording.info().episode
     }
 
-    /// Whether everything that was requested is shown.
+    /// Whether the requested part of the recording has been shown.
     pub(crate) fn is_over(&self) -> bool {
         self.at_nanos >= self.until_nanos
     }
 
-    /// Goes on by one frame of `delta_nanos`.
+    /// Advances by one frame of `delta_nanos`.
     pub(crate) fn advance(&mut self, delta_nanos: u64) {
         self.at_nanos += (delta_nanos as f64 * f64::from(self.time_factor)) as u64;
     }
@@ -50,13 +50,19 @@ impl Replay {
         self.shown.into_values()
     }
 
-    /// As it is requested, if the recording has what it takes.
+    /// Opens the recording of a command.
+    ///
+    /// # Errors
+    ///
+    /// The recording cannot be read, or lacks what is requested.
     pub(crate) fn of(command: &StartReplay) -> Result<Replay, String> {
         let mut recording =
             record::Recording::open(command.path.path()).map_err(|e| e.to_string())?;
         let name = recording.path().display().to_string();
         if !recording.info().profile.has_states() {
-            return Err(format!("{name} holds inputs, no states; simulate it again instead"));
+            return Err(format!(
+                "{name} holds inputs and no states; use omnibus replay --resimulate"
+            ));
         }
         let time_factor = command.time_factor;
         if !(0.01..=1000.0).contains(&time_factor) {
@@ -67,7 +73,7 @@ impl Replay {
         let at_nanos =
             if from < 0 { whole.saturating_sub(from.unsigned_abs()) } else { from.unsigned_abs() };
         if at_nanos >= whole {
-            return Err(format!("{name} has {:.2} s; it cannot begin later", whole as f64 / 1e9));
+            return Err(format!("{name} is {:.2} s long; start earlier", whole as f64 / 1e9));
         }
         let until_nanos = match command.duration_nanos {
             0 => whole,
@@ -86,7 +92,8 @@ impl Replay {
         Ok(Replay { recording, at_nanos, until_nanos, time_factor, ignored, beyond, shown })
     }
 
-    /// Shows the moment that is due; answers whom the recording no longer has.
+    /// Shows the recorded frame that is due. Returns the shown actors that the recording no longer
+    /// has.
     pub(crate) fn show(&mut self, world: &mut World) -> Result<Vec<ActorId>, String> {
         let (actors, limbs) = self.actors().map_err(|e| e.to_string())?;
         let mut there = BTreeSet::new();
@@ -96,7 +103,7 @@ impl Replay {
                 continue;
             }
             if recorded.kind == kind::TRAFFIC_LIGHT {
-                // The map's own: it has the same id in every world of this map.
+                // A traffic light of the map has the same id in every world of this map.
                 world.show(id, recorded, None);
                 continue;
             }
@@ -115,7 +122,7 @@ impl Replay {
         Ok(gone.iter().filter_map(|id| self.shown.remove(id)).collect())
     }
 
-    /// Everybody at the recorded time that is due.
+    /// Returns the actors at the recorded time that is due.
     fn actors(&mut self) -> Result<(Vec<ActorState>, Vec<WalkerLimbs>), RecordError> {
         let segment = self.recording.segment_at(self.at_nanos);
         let start = self.recording.start_nanos(segment);
@@ -137,11 +144,11 @@ impl Replay {
     }
 }
 
-/// The frame that shows at this time of a segment, and how long it has been showing.
+/// Returns the frame that is shown at a time of a segment, and the time since it began.
 fn place(moments: &[Moment], at_nanos: u64) -> (usize, u64) {
     let mut begins = 0;
     for (index, next) in moments.iter().enumerate().skip(1) {
-        // A frame shows until the next one is done.
+        // A frame is shown until the next one is complete.
         if at_nanos < begins + next.delta_nanos {
             return (index - 1, at_nanos - begins);
         }
@@ -150,7 +157,7 @@ fn place(moments: &[Moment], at_nanos: u64) -> (usize, u64) {
     (moments.len() - 1, at_nanos - begins)
 }
 
-/// Places between two frames; all else is the earlier one's.
+/// Interpolates poses between two frames; all else is that of the earlier one.
 fn between(mut now: Vec<ActorState>, next: &[ActorState], share: f32) -> Vec<ActorState> {
     for state in &mut now {
         let Ok(at) = next.binary_search_by_key(&state.actor_id, |s| s.actor_id) else { continue };
@@ -162,7 +169,7 @@ fn between(mut now: Vec<ActorState>, next: &[ActorState], share: f32) -> Vec<Act
     now
 }
 
-/// Recorded actors of the role `hero`.
+/// Returns the recorded actors of the role `hero`.
 fn heroes(recording: &mut record::Recording) -> Result<BTreeSet<ActorId>, RecordError> {
     let roles = recording.info().roles.iter();
     let mut heroes: BTreeSet<_> =

@@ -1,32 +1,32 @@
-//! Commands as clients send them.
+//! Commands with their sender.
 
 use bytemuck::{Pod, Zeroable};
 use protocol::{Command, JournalEntry, Name, Outcome, RawCommand};
 
-/// One command of one client, before it is carried out.
+/// A command of a client that is not applied yet.
 #[derive(Clone, Copy, Debug)]
 pub struct Request {
     /// The client that sent it.
     pub client: Name,
-    /// Its number among the client's commands.
+    /// Sequence number among the client's commands.
     pub sequence: u64,
     /// The command.
     pub command: RawCommand,
 }
 
 impl Request {
-    /// A command that the host itself carries out, for its line in the journal.
+    /// Returns a command of the host itself, for its journal entry.
     pub fn of_host(command: Command) -> Request {
         Request { client: Name::new("sim-host"), sequence: 0, command: command.into() }
     }
 
-    /// Returns the request as a saved state keeps it.
+    /// Returns the request in the form of a saved state.
     pub(crate) fn pending(&self, is_control: bool) -> Pending {
         let Request { client, sequence, command } = *self;
         Pending { client, sequence, command, is_control: is_control.into() }
     }
 
-    /// Returns the request's line in the journal.
+    /// Returns the request's journal entry.
     pub fn ended(self, outcome: Outcome) -> JournalEntry {
         let Request { client, sequence, command } = self;
         JournalEntry { client, sequence, command, outcome }
@@ -40,16 +40,16 @@ impl From<&JournalEntry> for Request {
     }
 }
 
-/// A command in a saved state that was not carried out yet.
+/// A command in a saved state that was not applied yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Pending {
     /// The client that sent it.
     pub client: Name,
-    /// Its number among the client's commands.
+    /// Sequence number among the client's commands.
     pub sequence: u64,
     /// The command.
     pub command: RawCommand,
-    /// 1: it came as a control, which is applied after commands.
+    /// 1 if the command came as a control, which is applied after other commands.
     pub is_control: u64,
 }

@@ -1,7 +1,7 @@
-//! A saved state: everything that decides the future, as bytes.
+//! Saved states: everything that decides the future, as bytes.
 //!
-//! What a fork goes on from, and what a recording's re-simulation begins with. Good for the build
-//! and the map that made it.
+//! A fork and the re-simulation of a recording start from one. It is valid for the build and the
+//! map that it was saved with.
 
 use bytemuck::{Pod, Zeroable};
 use mesh::WordHash;
@@ -19,41 +19,43 @@ const VERSION: u32 = 7;
 /// Everything that decides the future.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SavedState {
-    /// The frame at whose end it was saved, and the simulated time.
+    /// The frame at whose end the state was saved, and the simulated time.
     pub stamp: Stamp,
-    /// Over the map and the seed: it is good for no other.
+    /// [`map_sum`] of the map and seed that the state is valid for.
     pub map: u64,
     /// Commands that make the default [`protocol::StandingState`] into the saved one.
     pub standing: Vec<JournalEntry>,
     /// The number of the debug shape that was drawn last.
     pub last_shape: u32,
-    /// The id given out last.
+    /// The id of the actor spawned last.
     pub last_actor: u32,
     /// Every actor, by id.
     pub actors: Vec<ActorState>,
-    /// What each is called, in the same order.
+    /// The role name of each actor, in the same order.
     pub roles: Vec<Name>,
     /// The limbs of fallen walkers, by id.
     pub limbs: Vec<WalkerLimbs>,
-    /// Bodies, as [`crate::physics::Physics::save`] tells them.
+    /// The bytes of [`crate::physics::Physics::save`].
     pub physics: Vec<u8>,
-    /// What traffic decided last: controls, lights and its planner.
+    /// The newest decision of traffic: controls, lights and the planner's state.
     pub decision: Option<(TrafficHeader, Vec<u8>)>,
-    /// Commands that were not carried out yet.
+    /// Commands that were not applied yet.
     pub pending: Vec<Pending>,
 }
 
-/// Why bytes are no state of this world.
+/// The cause why bytes are not a saved state of this world.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StateError {
-    /// They are something else, or of another build.
-    #[error("it is no saved state of this build: {0}")]
+    /// The bytes are something else, or of another build.
+    #[error("not a saved state of this build: {0}")]
     Strange(String),
-    /// It was saved on another map or with another seed.
-    #[error("it was saved on another map or seed; start the simulator as it ran then")]
+    /// The state was saved on another map or with another seed.
+    #[error(
+        "the state was saved on another map or seed; start the simulator with that map and seed"
+    )]
     OtherMap,
-    /// They contradict themselves.
-    #[error("it is damaged: {0}")]
+    /// The bytes are inconsistent.
+    #[error("the state is damaged: {0}")]
     Damaged(String),
 }
 
@@ -71,14 +73,14 @@ struct Head {
     actors: u64,
     limbs: u64,
     physics: u64,
-    /// 0: nothing was decided; else one more than the payload's length.
+    /// 0 without a decision; otherwise the payload's length plus 1.
     decision: u64,
     pending: u64,
     header: TrafficHeader,
     sum: u64,
 }
 
-/// What names a world: over its map and seed.
+/// Returns the hash of a map and seed.
 pub fn map_sum(episode: &Episode) -> u64 {
     let mut hash = WordHash::new();
     hash.word(episode.seed);
@@ -86,7 +88,7 @@ pub fn map_sum(episode: &Episode) -> u64 {
     hash.value()
 }
 
-/// The hash over what traffic decided, as it enters the state hash.
+/// Returns the hash of a decision of traffic, which is part of the state hash.
 pub fn decision_hash(payload: &[u8]) -> u64 {
     let mut hash = WordHash::new();
     hash.bytes(payload);
@@ -94,7 +96,7 @@ pub fn decision_hash(payload: &[u8]) -> u64 {
 }
 
 impl SavedState {
-    /// Its bytes; equal states have equal bytes.
+    /// Returns the state as bytes; equal states have equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         let (header, payload) = self.decision.as_ref().map_or_else(
             || (TrafficHeader::default(), &[][..]),
@@ -131,7 +133,11 @@ impl SavedState {
         [bytemuck::bytes_of(&head), &body].concat()
     }
 
-    /// From bytes, for the world of `map`.
+    /// Reads a state for the world of `map`.
+    ///
+    /// # Errors
+    ///
+    /// The bytes are of another version, another map, or damaged.
     pub fn from_bytes(bytes: &[u8], map: u64) -> Result<SavedState, StateError> {
         let (head, body) = bytes
             .split_at_checked(size_of::<Head>())
@@ -145,7 +151,7 @@ impl SavedState {
             return Err(StateError::Strange(format!("version {version}, expected {VERSION}")));
         }
         if head.sum != sum(&Head { sum: 0, ..head }, body) {
-            return Err(StateError::Damaged("its sum is wrong; was it cut off?".to_owned()));
+            return Err(StateError::Damaged("bad checksum; is the file complete?".to_owned()));
         }
         if head.map != map {
             return Err(StateError::OtherMap);
@@ -159,7 +165,10 @@ impl SavedState {
         let payload = list(&mut rest, head.decision.saturating_sub(1))?;
         let pending = list(&mut rest, head.pending)?;
         if !rest.is_empty() {
-            return Err(StateError::Damaged(format!("{} bytes are left over", rest.len())));
+            return Err(StateError::Damaged(format!(
+                "{} bytes follow the end of the state",
+                rest.len()
+            )));
         }
         Ok(SavedState {
             stamp: head.stamp,
@@ -176,7 +185,7 @@ impl SavedState {
         })
     }
 
-    /// What traffic decided: controls, lights, planner.
+    /// Returns the decision of traffic: controls, lights and the planner's state.
     pub fn decided(&self) -> Option<(Vec<VehicleControl>, Vec<LightState>, Vec<u8>)> {
         let (header, payload) = self.decision.as_ref()?;
         let blocks = bytemuck::pod_collect_to_vec::<u8, protocol::Block>(payload);
@@ -196,7 +205,7 @@ fn list<T: Pod>(rest: &mut &[u8], count: u64) -> Result<Vec<T>, StateError> {
     let len = usize::try_from(count).ok().and_then(|n| n.checked_mul(size_of::<T>()));
     let split = len.and_then(|len| rest.split_at_checked(len));
     let (front, back) =
-        split.ok_or_else(|| StateError::Damaged("it is shorter than it says".to_owned()))?;
+        split.ok_or_else(|| StateError::Damaged("shorter than its header says".to_owned()))?;
     *rest = back;
     Ok(front.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
 }
@@ -221,14 +230,14 @@ mod tests {
     }
 
     #[test]
-    fn bytes_come_back_as_they_were() {
+    fn a_state_survives_conversion_to_bytes_and_back() {
         for state in [state(), SavedState { map: 7, ..SavedState::default() }] {
             assert_eq!(SavedState::from_bytes(&state.to_bytes(), 7), Ok(state));
         }
     }
 
     #[test]
-    fn what_is_no_state_of_this_world_is_refused() {
+    fn damaged_bytes_and_states_of_other_maps_are_refused() {
         let bytes = state().to_bytes();
         assert_eq!(SavedState::from_bytes(&bytes, 8), Err(StateError::OtherMap));
         for len in 0..bytes.len() {

@@ -36,40 +36,40 @@ mod replays;
 mod slots;
 mod states;
 
-/// What a host is started with.
+/// The configuration of a host.
 pub struct HostConfig {
-    /// The instance's name; none: one from the process id.
+    /// Name of the instance; `None` for one derived from the process id.
     pub name: Option<String>,
-    /// What world.
+    /// The first episode.
     pub episode: Episode,
-    /// Where other worlds come from.
+    /// The source of other maps.
     pub maps: Box<dyn Maps>,
-    /// How time passes at first.
+    /// Initial settings.
     pub settings: Settings,
-    /// Layers of the town that are switched off at first, as bits of [`protocol::layer`].
+    /// Layers of the town that are hidden initially, as bits of [`protocol::layer`].
     pub hidden_layers: u32,
-    /// How everybody waits.
+    /// The wait strategy of the host and all participants.
     pub strategy: Strategy,
-    /// How long a tick waits for a participant; none: for ever.
+    /// Time that a tick waits for a participant; `None` waits forever.
     pub deadline_nanos: Option<u64>,
-    /// Whether a stage that dies is started anew.
+    /// Whether a stage that dies is restarted.
     pub restart: bool,
-    /// Which stages there are.
+    /// The roles of the stages to start.
     pub stages: Vec<Role>,
-    /// Set by whoever wants the host to end.
+    /// Set by the caller to stop the host.
     pub stop: Arc<AtomicBool>,
 }
 
-/// How long an idle host sleeps at most before it looks at its participants again.
+/// Longest sleep of an idle host before it checks its participants.
 pub(crate) const IDLE_NANOS: u64 = 100_000_000;
-/// How long a stage may take until it is ready: it builds its own copy of the town.
+/// Longest start of a stage, which builds its own copy of the town.
 pub(crate) const START_NANOS: u64 = 60_000_000_000;
 
 /// The host process around the simulation core.
 pub(crate) struct Shell {
     pub control: ControlPageMapping,
     pub barrier: Barrier,
-    /// The settings that participants see on the control page.
+    /// The settings on the control page.
     pub settings: Settings,
     pub ports: HostPorts,
     pub supervisor: Supervisor,
@@ -78,33 +78,33 @@ pub(crate) struct Shell {
     pub keyframes: Keyframes,
     pub bundles: Bundles,
     pub physics_sensors: PhysicsSensors,
-    /// The newest decision of traffic: a restarted traffic goes on from it.
+    /// The newest decision of traffic, from which a restarted traffic continues.
     pub decided: Option<Decided>,
     pub recording: Option<Recording>,
     /// The frame of the decision that acted in the frame recorded last.
     pub recorded_decision: Frame,
     pub replay: Option<Replay>,
-    /// Lines of the coming frame's journal that were carried out before its tick began.
+    /// Number of journal entries of the coming frame that were applied before its tick began.
     pub early: usize,
     pub tick: TickTimes,
-    /// Whether a tick is under way: commands that belong between two frames wait.
+    /// Whether a tick is in progress; commands that belong between two frames are then deferred.
     pub is_ticking: bool,
     /// Commands that came with a tick and belong between two frames.
     pub deferred: Vec<Request>,
-    /// Counts the worlds that were loaded.
+    /// Number of the current episode.
     pub episode_number: u32,
     pub cache: Cache,
-    /// How many of each slot's requests for a keyframe are answered.
+    /// For each slot, the number of answered requests for a keyframe.
     pub resyncs: BTreeMap<usize, u64>,
     pub roles: BTreeMap<usize, Role>,
-    /// How often each stage died in the frame of its last death.
+    /// For each stage, the frame of its last death and the number of deaths in that frame.
     pub deaths: BTreeMap<usize, (Frame, u32)>,
     pub config: HostConfig,
-    // Last, so that the files go after the ports.
+    // The last field, so that the files are removed after the ports are closed.
     pub owned_instance: OwnedInstance,
 }
 
-/// When the parts of a tick ended, on the host's clock.
+/// The times at which the parts of a tick ended, on the host's clock.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TickTimes {
     pub begin_nanos: u64,
@@ -198,18 +198,18 @@ impl Services for Shell {
 }
 
 impl Shell {
-    /// Whether the host was told to end.
+    /// Whether the host was asked to stop.
     pub(crate) fn is_stopped(&self) -> bool {
         self.config.stop.load(std::sync::atomic::Ordering::Acquire) || self.control.is_ending()
     }
 
-    /// Whether the ticking client asked for a frame that is not made yet.
+    /// Whether the ticking client requested a frame that is not complete.
     pub(crate) fn is_requested(&self) -> bool {
         let ticker = self.control.ticker();
         ticker.is_some_and(|slot| self.control.slot(slot).request() > self.barrier.frame())
     }
 
-    /// Takes in the decisions of traffic that have come; the newest counts.
+    /// Receives the decisions of traffic and keeps the newest.
     pub(crate) fn receive_decided(&mut self) -> Result<(), HostError> {
         while let Some(sample) = self.ports.traffic.receive()? {
             let last = self.decided.as_ref().map(|last| last.header().stamp.frame);
@@ -220,7 +220,7 @@ impl Shell {
         Ok(())
     }
 
-    /// Answers the queries that have come. They change nothing, and no journal holds them.
+    /// Answers the queries that have arrived. They change nothing, and no journal holds them.
     pub(crate) fn answer_queries(&mut self, sim: &Sim) -> Result<(), HostError> {
         while let Some(batch) = self.ports.query.receive()? {
             let responses: Vec<_> = batch.payload().iter().map(|one| sim.answer(one)).collect();
@@ -231,7 +231,7 @@ impl Shell {
         Ok(())
     }
 
-    /// Mounts a bundle whose sensors the host measures itself.
+    /// Mounts a bundle of physics sensors, which the host measures.
     fn mount(
         &mut self,
         id: BundleId,
@@ -262,7 +262,7 @@ impl Shell {
         }
     }
 
-    /// Lets participants see the settings, if a command changed them.
+    /// Publishes the settings on the control page, if a command changed them.
     pub(crate) fn show_settings(&mut self, settings: &Settings) {
         if self.settings != *settings {
             self.settings = *settings;
@@ -271,12 +271,12 @@ impl Shell {
         }
     }
 
-    /// By how many frames a stage may trail.
+    /// Returns the number of frames by which a stage may trail.
     pub(crate) fn lag(&self, role: Role) -> u64 {
         match (role, self.settings.synchronous != 0) {
             (Role::Render, true) => self.settings.pipeline.into(),
             (_, true) => 0,
-            // An asynchronous world waits for no stage.
+            // In asynchronous mode the host waits for no stage.
             (_, false) => u64::MAX / 2,
         }
     }
@@ -289,8 +289,8 @@ impl Shell {
         }
     }
 
-    /// Publishes the journal, then the snapshot and the measurements of physics sensors, and
-    /// raises the tick word last: a participant that sees the word finds all of it.
+    /// Publishes the journal, then the snapshot and the measurements of physics sensors, and raises
+    /// the tick word last: a participant that sees the word finds all of them.
     pub(crate) fn publish(&mut self, sim: &Sim, outputs: &Outputs) -> Result<(), HostError> {
         let stamp = outputs.stamp;
         self.show_settings(sim.settings());
@@ -307,7 +307,7 @@ impl Shell {
         Ok(())
     }
 
-    /// Publishes the lines of the coming frame's journal that are written so far.
+    /// Publishes the journal entries of the coming frame that are written so far.
     pub(crate) fn publish_early(&mut self, sim: &Sim) -> Result<(), HostError> {
         self.show_settings(sim.settings());
         let stamp = protocol::Stamp { frame: sim.stamp().frame.next(), ..sim.stamp() };
@@ -370,11 +370,12 @@ impl Shell {
     }
 
     pub(crate) fn await_arrivals(&mut self, frame: Frame) -> Result<Verdict, HostError> {
-        // Asynchronous: nobody is waited for.
+        // In asynchronous mode the host waits for no participant.
         self.await_all(frame, self.config.deadline_nanos, 0)
     }
 
-    /// Waits until everybody has arrived at `frame`, or in an asynchronous world those of `mask`.
+    /// Waits until all participants have arrived at `frame`; in asynchronous mode, until those of
+    /// `mask` have.
     fn await_all(
         &mut self,
         frame: Frame,
@@ -398,7 +399,7 @@ impl Shell {
                     && is_synchronous
                 {
                     log::warn!(
-                        "{} {} has not arrived after {:.1} s; is it alive? --deadline-secs 0 waits for ever",
+                        "{} {} has not arrived after {:.1} s; is it alive? --deadline-secs 0 waits forever",
                         frame.0,
                         self.barrier.names(mask),
                         timeout_nanos.unwrap_or(0) as f64 / 1e9
@@ -422,7 +423,7 @@ impl Shell {
     }
 }
 
-/// The verdict of a frame as the control page shows it.
+/// Returns the verdict of a frame in the form of the control page.
 pub(crate) fn ending(verdict: &Verdict) -> Ending {
     match *verdict {
         Verdict::Late(mask) => Ending::Late(mask),

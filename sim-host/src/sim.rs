@@ -48,7 +48,7 @@ pub struct Decision<'a> {
     pub hash: u64,
 }
 
-/// All that decides one frame.
+/// The inputs that decide one frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Inputs<'a> {
     /// The newest decision of traffic; `None` before its first.
@@ -57,12 +57,12 @@ pub struct Inputs<'a> {
     pub requests: &'a [Request],
 }
 
-/// What one frame came to. The actors are in [`Sim::states`].
+/// The results of one frame. The actors are in [`Sim::states`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outputs {
     /// The frame, the simulated time and the episode.
     pub stamp: Stamp,
-    /// Simulated time that the frame took.
+    /// Simulated time of the frame.
     pub delta_nanos: u64,
     /// The hash over everything that decides the future.
     pub state_hash: u64,
@@ -70,23 +70,27 @@ pub struct Outputs {
     pub collisions: u32,
 }
 
-/// What a caller of [`Sim`] provides: the journal, commands that need more than the simulation, and
-/// observers. By default there is none of them, as for a simulation that runs alone.
+/// The services that a caller of [`Sim`] provides: the journal, commands that need more than the
+/// simulation, and observers. The defaults are those of a simulation that runs alone.
 pub trait Services {
     /// An error that ends the run.
     type Error;
 
-    /// Takes a line of the frame's journal; lines come in the order of commands.
+    /// Takes an entry of the frame's journal; entries come in the order of commands.
     fn journal(&mut self, _entry: JournalEntry) {}
 
-    /// Creates a sensor bundle and returns its id, or why there is none.
+    /// Creates a sensor bundle and returns its id.
+    ///
+    /// # Errors
+    ///
+    /// The cause as a text.
     fn create_bundle(
         &mut self,
         _client: Name,
         _bundle: &CreateBundle,
         _sensors: &[SensorSpec],
     ) -> Result<BundleId, String> {
-        Err("this simulation runs without sensors".to_owned())
+        Err("the simulation runs without sensors".to_owned())
     }
 
     /// Removes a sensor bundle.
@@ -99,17 +103,17 @@ pub trait Services {
 
     /// Sends a text from a sensor with the next frame and returns the bundle's id.
     fn transmit(&mut self, _command: &Transmit) -> Result<u32, String> {
-        Err("this simulation runs without sensors".to_owned())
+        Err("the simulation runs without sensors".to_owned())
     }
 
-    /// Carries out a command of the host process, and takes its line of the journal.
+    /// Executes a command of the host process, and takes its journal entry.
     fn execute(
         &mut self,
         _sim: &mut Sim,
         request: Request,
         _command: &ServiceCommand,
     ) -> Result<(), Self::Error> {
-        self.journal(request.ended(Outcome::refused("this simulation runs without a host")));
+        self.journal(request.ended(Outcome::refused("the simulation runs without a host process")));
         Ok(())
     }
 
@@ -127,7 +131,7 @@ pub trait Services {
 /// The services of a simulation that runs alone: they keep the journal.
 #[derive(Clone, Debug, Default)]
 pub struct NoServices {
-    /// The lines of the journal so far.
+    /// The journal entries so far.
     pub journal: Vec<JournalEntry>,
 }
 
@@ -139,7 +143,7 @@ impl Services for NoServices {
     }
 }
 
-/// When commands are carried out.
+/// When commands are applied.
 #[derive(Clone, Copy)]
 enum When {
     /// As part of a frame, which is the first that shows them.
@@ -148,7 +152,7 @@ enum When {
     BetweenFrames,
 }
 
-/// The simulated world of one episode, and its switches.
+/// The simulated world of one episode, and its standing state.
 pub struct Sim {
     stamp: Stamp,
     world: World,
@@ -157,13 +161,13 @@ pub struct Sim {
 }
 
 impl Sim {
-    /// A simulation at frame 0 of its first episode, with the traffic lights of a map as its only
-    /// actors.
+    /// Creates a simulation at frame 0 of its first episode. The only actors are the traffic lights
+    /// of the map.
     pub fn new(town: &Town, seed: u64) -> Sim {
         Sim::of(World::new(town, seed))
     }
 
-    /// A simulation at frame 0 of its first episode.
+    /// Creates a simulation at frame 0 of its first episode.
     pub(crate) fn of(world: World) -> Sim {
         Sim {
             stamp: Stamp { episode: 1, ..Stamp::default() },
@@ -196,9 +200,10 @@ impl Sim {
         Ok(self.outputs())
     }
 
-    /// Carries out commands between two frames; the next frame is the first that shows them.
+    /// Applies commands between two frames; the next frame is the first that shows them.
     ///
     /// # Errors
+    ///
     /// Those of `services`.
     pub fn apply_between_frames<S: Services>(
         &mut self,
@@ -208,7 +213,7 @@ impl Sim {
         self.apply(requests, When::BetweenFrames, services)
     }
 
-    /// The stamp of the next frame.
+    /// Returns the stamp of the next frame.
     pub fn coming(&self) -> Stamp {
         let Stamp { frame, sim_time_nanos, .. } = self.stamp;
         let sim_time_nanos = sim_time_nanos + self.standing.settings.delta_nanos;
@@ -226,7 +231,7 @@ impl Sim {
             let request = requests[index];
             index += 1;
             let Some(command) = request.command.decode() else {
-                services.journal(request.ended(Outcome::refused("unknown kind of command")));
+                services.journal(request.ended(Outcome::refused("unknown command kind")));
                 continue;
             };
             let result = match command.group() {
@@ -256,9 +261,10 @@ impl Sim {
                         index += specs.len();
                         continue;
                     }
-                    SensorCommand::Sensor(spec) => {
-                        Err(format!("sensor {:?} follows no bundle that announced it", spec.name))
-                    }
+                    SensorCommand::Sensor(spec) => Err(format!(
+                        "sensor {:?} has no bundle; send CreateBundle before its sensors",
+                        spec.name
+                    )),
                     SensorCommand::DestroyBundle(bundle) => {
                         services.destroy_bundle(bundle).map(|()| Outcome::done(bundle.0))
                     }
@@ -284,25 +290,30 @@ impl Sim {
         services: &mut S,
     ) -> Result<BundleId, String> {
         if bundle.parent != ActorId::NONE && self.world.state(bundle.parent).is_none() {
-            return Err(format!("{} is not there to carry a bundle", bundle.parent));
+            return Err(format!(
+                "{} does not exist; a bundle needs an existing parent",
+                bundle.parent
+            ));
         }
         services.create_bundle(client, bundle, sensors)
     }
 
-    /// Carries out a command about actors and returns the id concerned.
+    /// Applies a command about actors and returns the id concerned.
     ///
     /// # Errors
-    /// Says why the command is refused; the world is as it was.
+    ///
+    /// The cause of the refusal; the world is unchanged.
     pub fn apply_world(&mut self, command: &WorldCommand) -> Result<u32, String> {
         let id = self.world.apply(command)?;
         self.standing.apply(&(*command).into(), &Outcome::done(id));
         Ok(id)
     }
 
-    /// Carries out a command about the standing state; `first` is the first frame that shows it.
+    /// Applies a command about the standing state; `first` is the first frame that shows it.
     ///
     /// # Errors
-    /// Says why the command is refused; the state is as it was.
+    ///
+    /// The cause of the refusal; the state is unchanged.
     pub fn apply_standing(
         &mut self,
         command: &StandingCommand,
@@ -381,7 +392,7 @@ impl Sim {
         self.world.set_grip(if *weather_affects_grip { grip_under(weather) } else { 1.0 });
     }
 
-    /// What the newest frame came to.
+    /// Returns the results of the newest frame.
     pub fn outputs(&self) -> Outputs {
         Outputs {
             stamp: self.stamp,
@@ -391,48 +402,48 @@ impl Sim {
         }
     }
 
-    /// The frame, the simulated time and the episode.
+    /// Returns the frame, the simulated time and the episode.
     pub fn stamp(&self) -> Stamp {
         self.stamp
     }
 
-    /// The hash of the decision of traffic that acted in the newest frame; 0: none did.
+    /// Returns the hash of the decision of traffic that acted in the newest frame; 0 if none did.
     pub fn decision_hash(&self) -> u64 {
         self.decision_hash
     }
 
-    /// How time passes.
+    /// Returns the settings of time and synchronisation.
     pub fn settings(&self) -> &Settings {
         &self.standing.settings
     }
 
-    /// The persistent switches.
+    /// Returns the standing state.
     pub fn standing(&self) -> &StandingState {
         &self.standing
     }
 
-    /// The actors and their bodies.
+    /// Returns the actors and their bodies.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// The actors and their bodies, for a replay that places recorded actors.
+    /// Returns the actors and their bodies, for a replay that places recorded actors.
     pub(crate) fn world_mut(&mut self) -> &mut World {
         &mut self.world
     }
 
-    /// Every actor, by id.
+    /// Returns every actor, by id.
     pub fn states(&self) -> &[ActorState] {
         self.world.states()
     }
 
-    /// The hash over everything that decides the future: time, the world, and what traffic
-    /// decided. The numbers of the frame and the episode are no part of it: they only count.
+    /// Returns the hash of everything that decides the future: time, the world, and the decision of
+    /// traffic. The numbers of frame and episode are not part of it.
     pub fn state_hash(&self) -> u64 {
         let Settings { delta_nanos, substep_max_nanos, .. } = self.standing.settings;
         let mut hash = WordHash::new();
         hash.word(self.stamp.sim_time_nanos);
-        // The other settings say how a run is driven and watched; they change no bit of it.
+        // The other settings control how a run is driven and observed; they change no result.
         hash.word(delta_nanos);
         hash.word(substep_max_nanos);
         hash.word(self.decision_hash);
@@ -440,7 +451,7 @@ impl Sim {
         hash.value()
     }
 
-    /// Replaces the world by that of another episode, as it is loaded, in a frame of its own.
+    /// Replaces the world by that of another episode, in a frame of its own.
     pub(crate) fn begin_episode(&mut self, world: World, episode: u32, hidden: &HideLayers) {
         let loaded = Command::LoadMap(LoadMap::default());
         self.standing.apply(&loaded, &Outcome::done(episode));
@@ -453,7 +464,8 @@ impl Sim {
         self.update_grip();
     }
 
-    /// Writes what decides the future into a state, but for what traffic decided and what waits.
+    /// Writes into a state what decides the future, except the decision of traffic and pending
+    /// commands.
     pub fn save_into(&self, state: &mut SavedState) {
         state.stamp = self.stamp;
         let is_lasting = |(command, outcome): &(Command, Outcome)| match command {
@@ -469,10 +481,11 @@ impl Sim {
         self.world.save_into(state);
     }
 
-    /// Goes on exactly from a state.
+    /// Restores a state exactly.
     ///
     /// # Errors
-    /// The state contradicts itself; the simulation is as it was.
+    ///
+    /// The state is inconsistent; the simulation is unchanged.
     pub fn restore(&mut self, state: &SavedState) -> Result<(), StateError> {
         self.world.restore(state)?;
         self.standing = StandingState::default();
@@ -488,11 +501,12 @@ impl Sim {
         Ok(())
     }
 
-    /// Goes on from a state in a run whose frames, episodes and shape numbers go on, and in which
-    /// time passes as before but for the length of a frame and its substeps.
+    /// Loads a state into a run whose numbers of frames, episodes and shapes continue. Of the
+    /// settings, only the lengths of frame and substep change.
     ///
     /// # Errors
-    /// The state contradicts itself; the simulation is as it was.
+    ///
+    /// The state is inconsistent; the simulation is unchanged.
     pub(crate) fn load(&mut self, state: &SavedState) -> Result<(), StateError> {
         let Stamp { frame, episode, .. } = self.stamp;
         let (settings, last_shape) = (self.standing.settings, self.standing.shapes.last_number());
@@ -511,7 +525,8 @@ fn ended(result: Result<Outcome, String>) -> Outcome {
     result.unwrap_or_else(|why| Outcome::refused(&why))
 }
 
-/// The sensors that follow a new bundle in the same client's commands, as many as it announces.
+/// Returns the sensors that follow a new bundle in the commands of its client, as many as it
+/// announces.
 fn sensors_of(bundle: &CreateBundle, client: Name, rest: &[Request]) -> Vec<SensorSpec> {
     rest.iter()
         .take(bundle.sensor_count as usize)
@@ -523,9 +538,9 @@ fn sensors_of(bundle: &CreateBundle, client: Name, rest: &[Request]) -> Vec<Sens
         .collect()
 }
 
-/// The share of the dry ground's friction that wheels find under this weather.
+/// Returns the factor on the friction of the dry ground under a weather.
 ///
-/// Wet asphalt has some 70 % of the friction that dry asphalt has, and standing water takes as much
+/// Wet asphalt has about 70 % of the friction of dry asphalt, and standing water takes as much
 /// again (Wong, Theory of Ground Vehicles, 4th ed., table 1.8).
 fn grip_under(weather: &Weather) -> f32 {
     let share = |percent: f32| (percent / 100.0).clamp(0.0, 1.0);

@@ -1,4 +1,4 @@
-//! The stages' processes: starting them, seeing them die, cleaning up after them.
+//! The processes of the stages: start, death, clean-up.
 
 use std::{
     collections::BTreeMap,
@@ -14,18 +14,18 @@ use bus::{ControlPageMapping, Instance, Role, SLOTS, SlotState, clock, process};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use rustix::event::epoll;
 
-/// Where a stage runs.
+/// The process or thread in which a stage runs.
 pub enum Stage {
-    /// A process of its own.
+    /// A separate process.
     Process(Child),
-    /// A thread of this process, which calls the given function when it ends.
+    /// A thread of this process, which calls `on_end` when it ends.
     Thread(JoinHandle<()>),
 }
 
-/// Knows how to start a stage: only the composition root names the rooms. The second argument of
-/// `launch` counts a slot's lives from 0; `on_end` is for threads, which no kernel watches.
+/// Starts stages. Only the composition root knows the crates of the stages.
 pub trait Launcher: Send {
-    /// Starts `role` in `slot`.
+    /// Starts `role` in `slot`. `start_index` counts the starts of a slot from 0. A thread calls
+    /// `on_end` when it ends, because the kernel does not report the end of a thread.
     fn launch(
         &mut self,
         role: Role,
@@ -35,21 +35,21 @@ pub trait Launcher: Send {
         on_end: Box<dyn FnOnce() + Send>,
     ) -> io::Result<Stage>;
 
-    /// Whether the stages are threads of this process.
+    /// Whether stages are threads of this process.
     fn is_single_process(&self) -> bool;
 }
 
-/// How long the cleaner may take before the host goes on without it.
+/// Longest time that the host waits for the cleaner.
 const CLEANING_MAX: Duration = Duration::from_secs(5);
 
-/// Why a process is gone.
+/// The end of a process.
 pub(crate) struct Death {
     pub(crate) why: String,
-    /// It said so itself, before it ended.
+    /// Whether `why` is the process's own exit message.
     pub(crate) has_message: bool,
 }
 
-/// Watches over every process on the bus.
+/// Watches every process on the bus.
 pub(crate) struct Supervisor {
     instance: Instance,
     control: ControlPageMapping,
@@ -64,7 +64,7 @@ pub(crate) struct Supervisor {
 }
 
 impl Supervisor {
-    /// Starts the watcher's and the cleaner's threads.
+    /// Starts the watcher and cleaner threads.
     pub(crate) fn new(
         instance: &Instance,
         control: &ControlPageMapping,
@@ -117,10 +117,10 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Watches a process that came by itself. False: it is gone already.
+    /// Watches a process that the host did not start. Returns whether it is alive.
     pub(crate) fn watch(&self, slot: usize) -> bool {
         let words = self.control.slot(slot);
-        // A thread of our own needs no watching: it ends with us.
+        // A thread of this process ends with it.
         if words.pid() == process::own_pid() {
             return true;
         }
@@ -130,17 +130,17 @@ impl Supervisor {
         }
     }
 
-    /// Stops watching: the process has said good-bye.
+    /// Stops watching a process that has left.
     pub(crate) fn unwatch(&self, slot: usize) {
         self.watch.remove(slot);
     }
 
-    /// A slot whose process has ended since the last question, and why it did.
+    /// Returns the next slot whose process has ended, and the cause.
     pub(crate) fn next_death(&mut self) -> Option<(usize, Death)> {
         let slot = self.deaths.try_recv().ok()?;
         let mut why = "its thread ended".to_owned();
         if let Some(Stage::Process(child)) = self.stages.get_mut(&slot)
-            // Reaps it; it has ended, so this does not block.
+            // The process has ended, so this does not block.
             && let Ok(status) = child.wait()
         {
             why = status.to_string();
@@ -150,7 +150,8 @@ impl Supervisor {
         Some((slot, Death { why: words.unwrap_or(why), has_message }))
     }
 
-    /// Removes what the dead left on the bus. Says what could not be removed.
+    /// Removes what dead processes left on the bus. Returns the number of items that could not be
+    /// removed.
     pub(crate) fn clean_up(&self) -> u64 {
         if self.cleaner.try_send(()).is_err() {
             return 1;
@@ -158,7 +159,7 @@ impl Supervisor {
         self.cleaned.recv_timeout(CLEANING_MAX).map_or(1, |(_, stuck)| stuck)
     }
 
-    /// Tells everybody to go home and waits for the stages; kills who does not go.
+    /// Ends all stages and waits for them; kills those that do not end.
     pub(crate) fn shut_down(&mut self) {
         self.control.end();
         let deadline = clock::now_nanos() + 3_000_000_000;
@@ -183,15 +184,15 @@ impl Supervisor {
     }
 }
 
-/// A process has ended: the barrier must know before anything else happens.
+/// Reports the end of a process. The barrier is updated before anything else.
 fn report_exit(control: &ControlPageMapping, death_sender: &Sender<usize>, slot: usize) {
     control.mark_dead(slot);
     let _ = death_sender.try_send(slot);
     control.host.notify();
 }
 
-/// The cleaner works apart from the tick, because the transport may need milliseconds, or, at a
-/// defect of its own, for ever.
+/// Cleans up on a separate thread: the transport may need milliseconds, or block forever on a
+/// defect.
 fn clean_on_demand(
     instance: &Instance,
     in_process: bool,
@@ -211,7 +212,7 @@ fn clean_on_demand(
 }
 
 mod epoll_watch {
-    //! Many process descriptors, one sleeping thread.
+    //! One thread that waits for many process descriptors.
 
     use std::{
         collections::BTreeMap,

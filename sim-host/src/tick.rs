@@ -7,7 +7,7 @@
 //!                                └─────snapshot N───────────────────────────────▶ client
 //! ```
 //!
-//! What traffic decides on frame N acts in N+1, whatever the speed of the processes.
+//! A decision of traffic on frame N acts in N+1, whatever the speed of the processes.
 
 use bus::clock;
 use protocol::Frame;
@@ -15,7 +15,7 @@ use protocol::Frame;
 use crate::{HostError, host::Host, shell::ending};
 
 impl Host {
-    /// Advances the world by one tick. All of a tick is on this page.
+    /// Advances the world by one tick. This function is the whole tick.
     pub(crate) fn tick(&mut self) -> Result<Frame, HostError> {
         self.shell.tick.begin_nanos = clock::now_nanos();
         let frame = self.shell.barrier.advance();

@@ -1,4 +1,4 @@
-//! The world as it is: actors, their bodies, the colours of its lights.
+//! The actors of an episode with their bodies, and the phases of traffic lights.
 
 use std::{collections::BTreeSet, sync::Arc};
 
@@ -20,11 +20,11 @@ use actors::ActorTable;
 
 mod actors;
 mod bones;
-mod outside;
+mod forces;
 mod queries;
-mod tuning;
+mod vehicle_physics;
 
-/// A recorded light is the map's own if it stood where that one stands.
+/// Largest distance of a recorded traffic light from the map's own.
 const LIGHT_WITHIN_M: f32 = 0.5;
 
 /// The actors of an episode and their bodies, in world space.
@@ -32,28 +32,28 @@ pub struct World {
     physics: Physics,
     models: Models,
     actors: ActorTable,
-    /// The id that was given out last.
+    /// The id of the actor spawned last.
     last_actor: u32,
     seed: u64,
     map: Arc<MapState>,
 }
 
-/// What of a town stays as it is, whatever happens in it.
+/// The constant part of a map.
 struct MapState {
     ground: Arc<Ground>,
     statics: Vec<StaticBox>,
     /// The object and the layer of each static box.
     solids: Vec<(u32, Layer)>,
-    /// The tag of each static box.
+    /// The semantic tag of each static box.
     tags: Vec<u8>,
     objects: u32,
     heads: Vec<town::Head>,
-    /// The numbers of street lamps.
+    /// The ids of street lights.
     lamps: BTreeSet<u32>,
 }
 
 impl World {
-    /// The world of frame 0: the map's traffic lights and nobody else.
+    /// Creates the world of frame 0, in which the only actors are the traffic lights of the map.
     pub fn new(town: &Town, seed: u64) -> World {
         let statics = town
             .colliders
@@ -76,7 +76,7 @@ impl World {
         World::of_map(Arc::new(map), seed)
     }
 
-    /// Returns the same world as it was at frame 0.
+    /// Returns the world of the same map and seed at frame 0.
     pub(crate) fn at_start(&self) -> World {
         World::of_map(Arc::clone(&self.map), self.seed)
     }
@@ -95,7 +95,7 @@ impl World {
         world
     }
 
-    /// Every lamp box of the map's dynamic signals is an actor, in the map's order.
+    /// Creates an actor for every lamp box of the map's dynamic signals, in the map's order.
     fn place_lights(&mut self) {
         let Some((blueprint, _)) = town::blueprint("traffic.traffic_light") else { return };
         for head in &Arc::clone(&self.map).heads {
@@ -119,7 +119,11 @@ impl World {
         ActorId(self.last_actor)
     }
 
-    /// Carries out a command about actors and returns the id concerned, or why it is refused.
+    /// Applies a command about actors and returns the id concerned.
+    ///
+    /// # Errors
+    ///
+    /// The cause of the refusal; the world is unchanged.
     pub(crate) fn apply(&mut self, command: &WorldCommand) -> Result<u32, String> {
         match command {
             WorldCommand::Spawn(spawn) => self.spawn(spawn).map(|id| id.0),
@@ -142,7 +146,7 @@ impl World {
                 check_control(control)?;
                 let actor = self.movable(control.actor_id)?;
                 if actor.kind != kind::VEHICLE {
-                    return Err(format!("{} is no vehicle; it has no pedals", control.actor_id));
+                    return Err(format!("{} is not a vehicle; it has no pedals", control.actor_id));
                 }
                 self.steer(control)?;
                 Ok(control.actor_id.0)
@@ -167,7 +171,7 @@ impl World {
                 let doors = blueprint.rig().door_count() as u32;
                 if to.open >> doors != 0 {
                     return Err(format!(
-                        "{} is a {} with {doors} doors that open; {:#b} names another",
+                        "{} is a {} with {doors} doors that open; {:#b} names more",
                         to.actor_id, blueprint.id, to.open
                     ));
                 }
@@ -181,9 +185,13 @@ impl World {
                 let actor = self.actors.get_mut(to.actor_id);
                 let light = actor
                     .filter(|a| a.kind == kind::TRAFFIC_LIGHT)
-                    .ok_or_else(|| format!("{} is no traffic light", to.actor_id))?;
+                    .ok_or_else(|| format!("{} is not a traffic light", to.actor_id))?;
                 if to.phase > light::OFF {
-                    return Err(format!("a light has no phase {}; 0 to {}", to.phase, light::OFF));
+                    return Err(format!(
+                        "unknown traffic light phase {}, not 0 to {}",
+                        to.phase,
+                        light::OFF
+                    ));
                 }
                 set(&mut light.flags, flag::FROZEN, to.hold != 0);
                 if to.hold != 0 {
@@ -192,22 +200,22 @@ impl World {
                 Ok(to.actor_id.0)
             }
             WorldCommand::SetBody(to) => {
-                self.rebuild(to.actor_id, |physics| tuning::with_body(physics, to))
+                self.change_physics(to.actor_id, |physics| vehicle_physics::with_body(physics, to))
             }
-            WorldCommand::SetEngine(to) => self.rebuild(to.actor_id, |physics| {
+            WorldCommand::SetEngine(to) => self.change_physics(to.actor_id, |physics| {
                 physics.engine = *to;
                 Ok(())
             }),
-            WorldCommand::SetGearbox(to) => self.rebuild(to.actor_id, |physics| {
+            WorldCommand::SetGearbox(to) => self.change_physics(to.actor_id, |physics| {
                 physics.gearbox = *to;
                 Ok(())
             }),
-            WorldCommand::SetSteering(to) => self.rebuild(to.actor_id, |physics| {
+            WorldCommand::SetSteering(to) => self.change_physics(to.actor_id, |physics| {
                 physics.steering = *to;
                 Ok(())
             }),
             WorldCommand::SetWheel(to) => {
-                self.rebuild(to.actor_id, |physics| tuning::with_wheel(physics, to))
+                self.change_physics(to.actor_id, |physics| vehicle_physics::with_wheel(physics, to))
             }
             WorldCommand::ApplyForce(force) => self.apply_force(force),
             WorldCommand::SetGravity(to) => {
@@ -242,16 +250,19 @@ impl World {
         }
     }
 
-    /// Whether there are such layers.
+    /// Checks that layers exist.
     pub(crate) fn check_layers(to: &HideLayers) -> Result<(), String> {
         let all = Layer::ALL.len() as u32;
         if to.layers >> all != 0 {
-            return Err(format!("layers are {:#x}; there are {all}, one bit each", to.layers));
+            return Err(format!(
+                "layers are {:#x}, but there are only {all} layers, one bit each",
+                to.layers
+            ));
         }
         Ok(())
     }
 
-    /// Whether the town has these objects, and they can be hidden.
+    /// Checks that objects exist and can be hidden.
     pub(crate) fn check_objects(&self, to: &HideObjects) -> Result<(), String> {
         let last = to.bits.iter().rposition(|bits| *bits != 0).map(|word| {
             let bit = 63 - to.bits[word].leading_zeros();
@@ -262,7 +273,7 @@ impl World {
         }
         if last.is_some_and(|last| last > u64::from(self.map.objects)) {
             return Err(format!(
-                "thing {} is not among the {} of the town",
+                "object {} is not one of the {} objects of the town",
                 last.unwrap_or_default(),
                 self.map.objects
             ));
@@ -270,58 +281,58 @@ impl World {
         Ok(())
     }
 
-    /// Whether the town has these street lamps, and they can shine so.
+    /// Checks that street lights exist and a command gives them valid values.
     pub(crate) fn check_street_lights(&self, to: &SetStreetLights) -> Result<(), String> {
         to.check()?;
         match to.numbers().find(|number| !self.map.lamps.contains(number)) {
             Some(other) => {
                 let lamps = self.map.lamps.len();
-                Err(format!("thing {other} is none of the town's {lamps} street lamps"))
+                Err(format!("object {other} is not one of the town's {lamps} street lights"))
             }
             None => Ok(()),
         }
     }
 
-    /// Takes the boxes of hidden objects out of physics and puts the others back.
+    /// Disables the static boxes of hidden objects and enables the others.
     pub(crate) fn hide(&mut self, hidden: &HiddenObjects) {
         for (index, (object, layer)) in self.map.solids.iter().enumerate() {
             self.physics.set_static(index, !hidden.hides(object + 1, layer.bit()));
         }
     }
 
-    /// Sets the share of the dry ground's friction that wheels find.
+    /// Sets the factor on the friction of the dry ground under wheels.
     pub(crate) fn set_grip(&mut self, share: f32) {
         self.physics.set_grip(share);
     }
 
-    /// The state of a vehicle, for a change; `parts` names what another actor lacks.
+    /// Returns the state of a vehicle for a change; `parts` names what other actors lack.
     fn vehicle(&mut self, id: ActorId, parts: &str) -> Result<&mut ActorState, String> {
         self.check_vehicle(id, parts)?;
         self.movable(id)
     }
 
-    /// Whether an actor is a vehicle; `parts` names what another actor lacks.
+    /// Checks that an actor is a vehicle; `parts` names what other actors lack.
     fn check_vehicle(&self, id: ActorId, parts: &str) -> Result<(), String> {
         if self.actor(id)?.kind != kind::VEHICLE {
-            return Err(format!("{id} is no vehicle; it has no {parts}"));
+            return Err(format!("{id} is not a vehicle; it has no {parts}"));
         }
         Ok(())
     }
 
-    /// The state of an actor that is no traffic light, for a change.
+    /// Returns the state of an actor other than a traffic light, for a change.
     fn movable(&mut self, id: ActorId) -> Result<&mut ActorState, String> {
         self.actor(id)?;
         self.actors.get_mut(id).ok_or_else(|| format!("{id} was destroyed"))
     }
 
-    /// The state of an actor that is no traffic light.
+    /// Returns the state of an actor other than a traffic light.
     fn actor(&self, id: ActorId) -> Result<&ActorState, String> {
         let actor = self.actors.get(id).ok_or_else(|| {
             let was = id.0 > 0 && id.0 <= self.last_actor;
             format!("{id} {}", if was { "was destroyed" } else { "was never spawned" })
         })?;
         if actor.kind == kind::TRAFFIC_LIGHT {
-            return Err(format!("{id} is a traffic light of the map; it stays where it is"));
+            return Err(format!("{id} is a traffic light of the map and cannot be moved"));
         }
         Ok(actor)
     }
@@ -337,7 +348,7 @@ impl World {
         let name = spawn.blueprint;
         let (index, blueprint) = town::blueprint(name.as_str()).ok_or_else(|| {
             let count = town::catalogue().len();
-            format!("blueprint {name:?} is not among the {count} there are (omnibus blueprints)")
+            format!("blueprint {name:?} is not one of the {count} blueprints (list them with omnibus blueprints)")
         })?;
         let id = ActorId(self.last_actor + 1);
         let is_kinematic = spawn.flags & flag::KINEMATIC != 0;
@@ -377,27 +388,31 @@ impl World {
         self.physics.control(control).map_err(|e| e.to_string())
     }
 
-    /// Whether a vehicle can take this route; traffic, which reads it in the journal, follows it.
-    fn check_route(&mut self, told: &RouteCommand) -> Result<(), String> {
-        self.vehicle(told.actor_id, "way")?;
-        let count = told.count as usize;
-        let steps = told.steps.get(..count).ok_or_else(|| {
+    /// Checks a route of a vehicle. Traffic reads the command in the journal and follows it.
+    fn check_route(&mut self, route: &RouteCommand) -> Result<(), String> {
+        self.vehicle(route.actor_id, "route")?;
+        let count = route.count as usize;
+        let steps = route.steps.get(..count).ok_or_else(|| {
             format!(
-                "a guide of {count} steps; ROUTE_STEPS is {ROUTE_STEPS}, send the rest after it"
+                "route of {count} steps, ROUTE_STEPS is {ROUTE_STEPS}; send the rest in another command"
             )
         })?;
         for (nth, step) in steps.iter().enumerate() {
-            let words = |why| format!("step {nth}: {why}");
-            check_pose(&Pose { position_m: step.position_m, ..Pose::IDENTITY }).map_err(words)?;
+            let with_step = |why| format!("step {nth} of the route: {why}");
+            check_pose(&Pose { position_m: step.position_m, ..Pose::IDENTITY })
+                .map_err(with_step)?;
             if !(route_step::PLACE..=route_step::LANE_RIGHT).contains(&step.kind) {
-                return Err(format!("step {nth} is of kind {}; there are 1 to 6", step.kind));
+                return Err(format!(
+                    "step {nth} of the route has unknown kind {}, not 1 to 6",
+                    step.kind
+                ));
             }
         }
         Ok(())
     }
 
-    /// What traffic decided. Controls of vehicles that it does not drive are ignored: they may
-    /// have been taken back in the meantime.
+    /// Applies a decision of traffic. Controls of vehicles that traffic does not drive are ignored:
+    /// their autopilot may have been switched off since.
     pub fn follow_traffic(&mut self, controls: &[VehicleControl], lights: &[LightState]) {
         for control in controls {
             let Some(state) = self.actors.get_mut(control.actor_id) else { continue };
@@ -406,7 +421,7 @@ impl World {
                 if control.lamps & lamp::SWITCHED != 0 {
                     state.lamps = control.lamps & lamp::ALL;
                 }
-                // It is a vehicle and there: this cannot be refused.
+                // The actor is an existing vehicle, so this cannot be refused.
                 let _ = self.steer(control);
             }
         }
@@ -422,11 +437,11 @@ impl World {
         }
     }
 
-    /// Advances physics by one frame; `observe` as in [`Physics::step_seen`].
+    /// Advances physics by one frame; `observe` as in [`Physics::step_observed`].
     pub(crate) fn step(&mut self, settings: &Settings, observe: impl FnMut(&Physics, f32)) {
         self.physics.step_observed(settings.delta_nanos, settings.substep_max_nanos, observe);
         let World { physics, actors, .. } = self;
-        actors.renew(physics.active(), |state| {
+        actors.update_active(physics.active(), |state| {
             physics.write_state(state);
             if state.has(flag::FALLEN) {
                 return physics.limbs(state.actor_id);
@@ -438,13 +453,12 @@ impl World {
         });
     }
 
-    /// The bodies.
+    /// Returns the rigid-body world.
     pub fn physics(&self) -> &Physics {
         &self.physics
     }
 
-    /// The thing of the town that a static box belongs to, as instance images have it, and its
-    /// tag.
+    /// Returns the object id of a static box, as instance images show it, and its semantic tag.
     pub(crate) fn object_of(&self, static_box: u32) -> (u32, u8) {
         let index = static_box as usize;
         let object = self
@@ -455,59 +469,59 @@ impl World {
         (object, self.map.tags.get(index).copied().unwrap_or_default())
     }
 
-    /// The number of collisions during the newest frame.
+    /// Returns the number of collisions during the newest frame.
     pub fn collisions(&self) -> usize {
         self.physics.collisions().len()
     }
 
-    /// Every actor, by id.
+    /// Returns every actor, by id.
     pub fn states(&self) -> &[ActorState] {
         self.actors.states()
     }
 
-    /// The limbs of every fallen walker, by id.
+    /// Returns the limbs of every fallen walker, by id.
     pub fn limbs(&self) -> &[WalkerLimbs] {
         self.actors.limbs()
     }
 
-    /// One actor.
+    /// Returns the state of an actor.
     pub fn state(&self, id: ActorId) -> Option<&ActorState> {
         self.actors.get(id)
     }
 
-    /// Puts a recorded actor into the world, moved by [`World::show`] alone. It keeps its id if
-    /// nobody has it, else it gets one after `beyond`.
+    /// Spawns a recorded actor, which only [`World::show`] moves. It keeps its id if the id is
+    /// free; otherwise it gets an id after `beyond`.
     pub(crate) fn spawn_shown(
         &mut self,
         recorded: &ActorState,
         beyond: ActorId,
     ) -> Result<ActorId, String> {
-        let wanted = recorded.actor_id;
-        let is_free = wanted != ActorId::NONE && self.actors.get(wanted).is_none();
-        let id = if is_free { wanted } else { ActorId(self.last_actor.max(beyond.0) + 1) };
-        let blueprint = town::catalogue().get(recorded.blueprint as usize).ok_or_else(|| {
-            format!("{wanted} has blueprint {}, unknown here", recorded.blueprint)
-        })?;
+        let recorded_id = recorded.actor_id;
+        let is_free = recorded_id != ActorId::NONE && self.actors.get(recorded_id).is_none();
+        let id = if is_free { recorded_id } else { ActorId(self.last_actor.max(beyond.0) + 1) };
+        let blueprint = town::catalogue()
+            .get(recorded.blueprint as usize)
+            .ok_or_else(|| format!("{recorded_id} has unknown blueprint {}", recorded.blueprint))?;
         check_pose(&recorded.pose)?;
-        // High above everybody: who stands in its place does not keep it from coming.
+        // High above the map, so that an actor at the recorded position does not block the spawn.
         let above = Vec3::Z * (5000.0 + 20.0 * (id.0 % 2000) as f32);
         let pose = Pose::new(recorded.pose.position() + above, recorded.pose.rotation());
         self.models
             .spawn(&mut self.physics, id, (recorded.blueprint, blueprint), &pose, (true, false))
             .map_err(|e| e.to_string())?;
         self.last_actor = self.last_actor.max(id.0);
-        // It opens them when it is shown.
+        // [`World::show`] opens the doors.
         let state = ActorState { actor_id: id, doors: 0, ..*recorded };
         self.actors.insert(state, Name::default());
         Ok(id)
     }
 
-    /// Shows an actor as it was recorded: its body stands there too.
+    /// Sets an actor and its body to a recorded state.
     pub(crate) fn show(&mut self, id: ActorId, recorded: &ActorState, limbs: Option<&WalkerLimbs>) {
         let limbs = limbs.map(|limbs| WalkerLimbs { actor_id: id, ..*limbs });
         let Some(actor) = self.actors.get_mut(id) else { return };
         if recorded.kind == kind::TRAFFIC_LIGHT {
-            // The map's own, where it stood: another has nothing to do with it.
+            // Only the map's own traffic light at the recorded position follows the recording.
             let (here, there) = (actor.pose.position(), recorded.pose.position());
             if actor.kind == kind::TRAFFIC_LIGHT && here.distance(there) < LIGHT_WITHIN_M {
                 (actor.phase, actor.flags) = (recorded.phase, recorded.flags);
@@ -517,15 +531,15 @@ impl World {
         let moves_doors = actor.doors != recorded.doors;
         *actor = ActorState { actor_id: id, ..*recorded };
         if moves_doors && let Some(blueprint) = town::catalogue().get(recorded.blueprint as usize) {
-            // Of a vehicle: another has none.
+            // Only vehicles have doors; for other actors this is refused and nothing changes.
             let _ = self.physics.set_doors(id, &doors_of(blueprint, recorded.doors), true);
         }
         self.actors.set_limbs(id, limbs);
-        // It has a body: it was spawned for this.
+        // Every shown actor has a body.
         let _ = self.physics.teleport(id, &recorded.pose);
     }
 
-    /// A shown actor is on its own: vehicles go on under traffic, walkers stop.
+    /// Ends the replay of an actor: vehicles continue under traffic, walkers stop.
     pub(crate) fn release(&mut self, id: ActorId) {
         let Some(actor) = self.actors.get_mut(id) else { return };
         let (linear, turn) = (actor.velocity_mps, actor.angular_velocity_radps);
@@ -534,7 +548,7 @@ impl World {
         set(&mut actor.flags, flag::AUTOPILOT, is_vehicle);
         let [linear, turn] =
             [linear, turn].map(|v| if is_vehicle { Vec3::from_array(v) } else { Vec3::ZERO });
-        // A client may have taken it out: then there is nobody to let go.
+        // A client may have destroyed the actor; then there is nothing to release.
         let _ = self.physics.set_kinematic(id, false);
         let _ = self.physics.set_velocity(id, linear, turn);
     }
@@ -548,7 +562,7 @@ impl World {
         state.physics = self.physics.save();
     }
 
-    /// Goes on from a state; on an error the world is as it was.
+    /// Restores a state; on an error the world is unchanged.
     pub(crate) fn restore(&mut self, state: &SavedState) -> Result<(), StateError> {
         let damaged = |e: PhysicsError| StateError::Damaged(e.to_string());
         self.physics.restore(&state.physics).map_err(damaged)?;
@@ -563,20 +577,20 @@ impl World {
         Ok(())
     }
 
-    /// What actors are called, if anything.
+    /// Returns the role names of actors that have one.
     pub(crate) fn roles(&self) -> Vec<(ActorId, String)> {
         let named = self.states().iter().zip(self.actors.roles());
         let named = named.filter(|(_, role)| **role != Name::default());
         named.map(|(actor, role)| (actor.actor_id, role.to_string())).collect()
     }
 
-    /// Who touched whom during this frame.
+    /// Returns the collisions of the newest frame.
     pub(crate) fn frame_collisions(&self) -> impl Iterator<Item = &Collision> {
         self.physics.collisions().iter()
     }
 
-    /// Takes in all that decides the future: bodies, drivetrains, flags, roles, ids to come, and
-    /// the switches that physics obeys.
+    /// Appends everything that decides the future: bodies, drivetrains, flags, roles, the next id,
+    /// and the standing state that affects physics.
     pub(crate) fn hash(&self, hash: &mut WordHash, standing: &StandingState) {
         hash.word(self.seed);
         hash.word(self.last_actor.into());
@@ -599,7 +613,7 @@ fn layer(town: &Town, object: u32) -> Layer {
     town.objects[object as usize].layer
 }
 
-/// A walker's legs follow the ground that it covers.
+/// Advances the stride of a walker by the distance over ground.
 fn walk_on(state: &mut ActorState, delta_nanos: u64) {
     let speed = state.velocity().truncate().length();
     let blueprint = &town::catalogue()[state.blueprint as usize];
@@ -623,7 +637,7 @@ fn check_pose(pose: &Pose) -> Result<(), String> {
     let far = pose.position().abs().max_element();
     if far > 1e5 {
         return Err(format!(
-            "position {} lies {far} m out; 100000 m is the limit",
+            "position {} lies {far} m from the origin; the limit is 100000 m",
             pose.position()
         ));
     }

@@ -158,7 +158,7 @@ fn an_invalid_state_is_refused_and_the_world_goes_on() {
     flipped[state.len() / 2] ^= 1;
     for (bytes, words) in [
         (&b""[..], "shorter"),
-        (&state[..100], "no saved state"),
+        (&state[..100], "not a saved state"),
         (&state[..state.len() - 1], "damaged"),
         (&flipped, "damaged"),
         (&[9; 4096], "bad magic"),

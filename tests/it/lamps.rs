@@ -79,8 +79,8 @@ fn a_street_light_is_switched_by_commands_and_at_dusk() {
     assert_eq!(shines(&look(&mut client, &mut bundle), number).1, red, "part of a saved state");
 
     for (numbers, shining, words) in [
-        (vec![number, 0], StreetLightCommand::off(), "thing 0 is none of the town's"),
-        (vec![4_000_000], StreetLightCommand::on(), "thing 4000000 is none of the town's"),
+        (vec![number, 0], StreetLightCommand::off(), "object 0 is not one of the town's"),
+        (vec![4_000_000], StreetLightCommand::on(), "object 4000000 is not one of the town's"),
         (vec![number], StreetLightCommand::on().intensity(f32::NAN), "brightness is NaN"),
     ] {
         let why = client.switch_street_lights(&numbers, shining).unwrap_err().to_string();

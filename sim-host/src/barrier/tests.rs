@@ -1,4 +1,4 @@
-//! Scripts in, verdicts out.
+//! Scripts of events, and the expected verdicts.
 //!
 //! `traffic joins` (slot 0), `render joins [lag n]` (slot 1), `agent joins` (slot 2, dropped when
 //! it dies), `tick`, `x arrives n`, `x dies`, `x leaves`, `late`.
@@ -10,7 +10,7 @@ fn slot(name: &str) -> usize {
         "traffic" => 0,
         "render" => 1,
         "agent" => 2,
-        other => panic!("nobody is called {other}"),
+        other => panic!("unknown participant {other}"),
     }
 }
 
@@ -32,16 +32,16 @@ fn check(script: &str, outcome: &str) {
             }
             [name, "dies"] => barrier.dies(slot(name)),
             [name, "leaves"] => barrier.leave(slot(name)),
-            _ => panic!("not understood: {line}"),
+            _ => panic!("unknown script line: {line}"),
         }
     }
-    let said = match barrier.verdict(is_late) {
+    let verdict = match barrier.verdict(is_late) {
         Verdict::Open => format!("waits for {}", barrier.names(barrier.missing())),
         Verdict::Complete => "complete".to_owned(),
         Verdict::Late(mask) => format!("late: {}", barrier.names(mask)),
         Verdict::Degraded(mask) => format!("degraded: {mask:#b}"),
     };
-    assert_eq!(said, outcome, "{script}");
+    assert_eq!(verdict, outcome, "{script}");
 }
 
 fn join(barrier: &mut Barrier, name: &str, lag: u64) {
@@ -51,7 +51,7 @@ fn join(barrier: &mut Barrier, name: &str, lag: u64) {
 }
 
 #[test]
-fn a_frame_is_over_when_everybody_has_arrived() {
+fn a_frame_is_complete_when_all_participants_have_arrived() {
     check("tick", "complete");
     check("traffic joins; tick", "waits for traffic (last arrival: frame 0)");
     check("traffic joins; tick; traffic arrives 1", "complete");
@@ -62,7 +62,7 @@ fn a_frame_is_over_when_everybody_has_arrived() {
 }
 
 #[test]
-fn an_early_or_repeated_arrival_does_no_harm() {
+fn early_and_repeated_arrivals_are_accepted() {
     check(
         "traffic joins; traffic arrives 0; tick; traffic arrives 1; traffic arrives 1",
         "complete",
@@ -74,25 +74,25 @@ fn an_early_or_repeated_arrival_does_no_harm() {
 }
 
 #[test]
-fn a_stranger_who_arrives_is_not_heard() {
+fn an_arrival_of_a_slot_that_did_not_join_is_ignored() {
     check("traffic joins; tick; agent arrives 1", "waits for traffic (last arrival: frame 0)");
 }
 
 #[test]
-fn who_joins_in_mid_run_owes_only_what_comes() {
+fn a_participant_that_joins_in_mid_run_owes_only_later_frames() {
     check("tick; tick; render joins", "complete");
     check("tick; tick; render joins; tick", "waits for render (last arrival: frame 2)");
 }
 
 #[test]
-fn who_may_trail_is_waited_for_only_beyond_its_lag() {
+fn a_trailing_participant_is_waited_for_only_beyond_its_lag() {
     check("render joins lag 2; tick; tick", "complete");
     check("render joins lag 2; tick; tick; tick", "waits for render (last arrival: frame 0)");
     check("render joins lag 2; tick; tick; tick; render arrives 1", "complete");
 }
 
 #[test]
-fn one_that_is_brought_back_is_waited_for_while_it_is_gone() {
+fn a_participant_that_restarts_is_waited_for() {
     check("render joins; tick; render dies", "waits for render (last arrival: frame 0)");
     check("render joins; tick; render dies; render arrives 1", "complete");
     check("render joins; tick; render arrives 1; render dies", "complete");
@@ -106,12 +106,12 @@ fn a_dropped_participant_is_not_waited_for_but_its_frame_is_degraded() {
 }
 
 #[test]
-fn one_that_leaves_is_missed_by_nobody() {
+fn a_participant_that_left_is_not_waited_for() {
     check("agent joins; tick; agent leaves", "complete");
 }
 
 #[test]
-fn a_late_frame_names_who_it_waited_for() {
+fn a_late_frame_names_the_missing_participants() {
     check(
         "traffic joins; render joins; tick; traffic arrives 1; late",
         "late: render (last arrival: frame 0)",

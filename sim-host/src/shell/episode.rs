@@ -1,8 +1,9 @@
-//! Loading a map: the world is destroyed and built again from a map.
+//! Loading a map: the world is destroyed and built from a map.
 //!
-//! It happens between two frames and makes a frame of its own, the new world as it was loaded. Its
-//! journal has the `LoadMap` line, at which every stage begins again, and the load is over when all
-//! of them have arrived at that frame. A map is checked before anything is destroyed.
+//! A load happens between two frames and has a frame of its own, the new world as it is loaded. The
+//! journal of that frame has the `LoadMap` entry, at which every stage starts over, and the load is
+//! complete when all stages have arrived at that frame. The map is checked before anything is
+//! destroyed.
 
 use bake::TownSource;
 use bus::clock;
@@ -19,17 +20,17 @@ use crate::{
     world::World,
 };
 
-/// A world that could be built, before the old one is destroyed.
+/// A world that is built before the old one is destroyed.
 pub(super) struct PreparedEpisode {
     episode: Episode,
     world: World,
     hidden: HideLayers,
-    /// The town, if it is to be kept in the cache.
+    /// The town, if it is new to the cache.
     town: Option<Town>,
 }
 
 impl Shell {
-    /// Carries out [`protocol::Command::LoadMap`]; on a refusal the world is as it was.
+    /// Executes [`protocol::Command::LoadMap`]; if it is refused, the world is unchanged.
     pub(super) fn load_map(
         &mut self,
         sim: &mut Sim,
@@ -61,7 +62,7 @@ impl Shell {
         Ok(next)
     }
 
-    /// The world of an episode as it is loaded.
+    /// Builds the world of an episode as it is loaded.
     pub(super) fn prepare_world(
         &self,
         sim: &Sim,
@@ -88,7 +89,7 @@ impl Shell {
         self.end_recording_and_replay()?;
         let PreparedEpisode { episode, world, hidden, town } = next;
         if let Some(town) = town {
-            // Before the renderer looks for it.
+            // The renderer looks for the town in the cache.
             self.cache.keep_town(&episode.open_drive, episode.seed, &town);
         }
         self.episode_number += 1;
@@ -100,7 +101,7 @@ impl Shell {
         self.remove_bundles(self.bundles.all());
         self.physics_sensors.begin_episode();
         for pending in self.inbox.replace(&[]) {
-            let why = "another world was loaded before this was carried out";
+            let why = "another world was loaded before the command was applied";
             self.journal.write(pending.ended(Outcome::refused(why)));
         }
         let frame = self.barrier.advance();
@@ -118,12 +119,15 @@ impl Shell {
         Ok(())
     }
 
-    /// A recording is of one world; shown actors and trailing stages belong to the old one.
+    /// Ends the recording, which belongs to one world, and the replay, and waits for trailing
+    /// stages.
     fn end_recording_and_replay(&mut self) -> Result<(), HostError> {
         let frame = self.barrier.frame();
         if self.recording.is_some() {
             match self.stop_recorder() {
-                Ok(_) => log::info!("{} the recording ends with its world", frame.0),
+                Ok(_) => {
+                    log::info!("{} the recording ends because another world is loaded", frame.0)
+                }
                 Err(why) => log::error!("{} the recording ends: {why}", frame.0),
             }
         }
@@ -132,7 +136,7 @@ impl Shell {
         self.receive_decided()
     }
 
-    /// Waits until all stages have arrived at this frame, in an asynchronous world too.
+    /// Waits until all stages have arrived at this frame, in asynchronous mode as well.
     fn await_stages_at(&mut self, frame: Frame) -> Result<Verdict, HostError> {
         self.set_lags(|_, _| 0);
         let stages = self.roles.keys().fold(0, |mask, slot| mask | 1 << slot);

@@ -1,4 +1,4 @@
-//! Handing each frame to the recorder.
+//! Passing each frame to the recorder.
 
 use protocol::{Frame, JournalEntry, SnapshotHeader, StartRecorder};
 use record::{Collision, Decision, Moment, Profile, Recorder, RecordingConfig};
@@ -10,15 +10,15 @@ use crate::{recording::Recording, sim::Sim};
 const WORLD_NANOS: u64 = 60_000_000_000;
 
 impl Shell {
-    /// See [`protocol::Command::StartRecorder`].
+    /// Executes [`protocol::Command::StartRecorder`].
     pub(super) fn start_recorder(
         &mut self,
         sim: &Sim,
         command: &StartRecorder,
     ) -> Result<u32, String> {
         let profile = Profile::by_code(command.profile)
-            .ok_or_else(|| format!("there is no recording profile {}", command.profile))?;
-        // A new recording ends the one that goes on.
+            .ok_or_else(|| format!("unknown recording profile {}", command.profile))?;
+        // A new recording ends the current one.
         self.stop_recorder()?;
         let config = RecordingConfig {
             path: command.path.path().to_owned(),
@@ -33,13 +33,13 @@ impl Shell {
         Ok(0)
     }
 
-    /// See [`protocol::Command::StopRecorder`]. Says how many frames there are.
+    /// Executes [`protocol::Command::StopRecorder`]. Returns the number of recorded frames.
     pub(super) fn stop_recorder(&mut self) -> Result<u32, String> {
         let Some(recording) = self.recording.take() else { return Ok(0) };
         recording.recorder.stop().map(|frames| frames as u32).map_err(|e| e.to_string())
     }
 
-    /// What follows does not follow from what was recorded: the whole world is kept again.
+    /// Records the whole world again: the next frame does not follow from those recorded.
     pub(super) fn restart_recording(&mut self) {
         if let Some(recording) = &mut self.recording
             && recording.profile.has_inputs()
@@ -48,8 +48,8 @@ impl Shell {
         }
     }
 
-    /// Hands over the frame that was just published. A recording that cannot go on ends; the world
-    /// does not.
+    /// Passes the newest frame to the recorder. If recording fails, the recording ends and the
+    /// simulation continues.
     pub(super) fn record(&mut self, sim: &Sim, header: &SnapshotHeader, journal: &[JournalEntry]) {
         let Some(mut recording) = self.recording.take() else { return };
         let now_nanos = header.stamp.sim_time_nanos;
@@ -58,7 +58,8 @@ impl Shell {
         self.fill(sim, &mut moment, &recording, header, journal);
         moment.world = is_due.then(|| self.state(sim).to_bytes());
         if is_due {
-            // A recording of states is simulated again from its start; its states need no worlds.
+            // A recording of states is re-simulated from its start, so its frames need no further
+            // worlds.
             let again = recording.profile == Profile::Inputs;
             recording.next_world_nanos = again.then_some(now_nanos + WORLD_NANOS);
         }
@@ -68,7 +69,7 @@ impl Shell {
             Ok(waited) => {
                 if waited && recording.recorder.waits() == 1 {
                     log::warn!(
-                        "{frame} the recorder's disk is slower than the world; ticks wait for it"
+                        "{frame} the disk of the recording is slower than the simulation; ticks wait for it"
                     );
                 }
                 self.recording = Some(recording);

@@ -1,4 +1,4 @@
-//! Showing a recording in the running world.
+//! Replays of recordings in the running world.
 
 use protocol::{ActorId, Command, LoadMap, StartReplay, WorldCommand, load};
 
@@ -6,8 +6,8 @@ use super::Shell;
 use crate::{HostError, replay::Replay, request::Request, saved::map_sum, sim::Sim};
 
 impl Shell {
-    /// Carries out [`Command::StartReplay`]. The recording's world is loaded first, if it is
-    /// another.
+    /// Executes [`Command::StartReplay`]. If the recording is of another world, that world is
+    /// loaded first.
     pub(super) fn start_replay(
         &mut self,
         sim: &mut Sim,
@@ -32,7 +32,7 @@ impl Shell {
         Ok(Ok(0))
     }
 
-    /// Carries out [`Command::StopReplay`].
+    /// Executes [`Command::StopReplay`].
     pub(super) fn stop_replay(&mut self, sim: &mut Sim, keep_actors: bool) {
         let Some(replay) = self.replay.take() else { return };
         for id in replay.into_shown() {
@@ -45,17 +45,17 @@ impl Shell {
     }
 
     fn remove_shown(&mut self, sim: &mut Sim, id: ActorId) {
-        // A client may have destroyed it.
+        // A client may have destroyed the actor.
         if sim.apply_world(&WorldCommand::Destroy(id)).is_ok() {
             self.remove_bundles(self.bundles.on(id));
         }
     }
 
-    /// After physics: recorded actors are put where they were.
+    /// Places recorded actors; called after physics.
     pub(super) fn show_recorded(&mut self, sim: &mut Sim) {
         let Some(mut replay) = self.replay.take() else { return };
         if replay.is_over() {
-            // CARLA's rule: at the end they are on their own.
+            // As in CARLA, actors are released at the end of a replay.
             self.replay = Some(replay);
             self.stop_replay(sim, true);
             return;

@@ -1,4 +1,4 @@
-//! The slots: processes that come, take part, ask, go or die.
+//! The slots of participants: join, barrier, keyframe requests, leave and death.
 
 use bus::{Role, SLOTS, SlotState, process};
 use protocol::Frame;
@@ -6,11 +6,11 @@ use protocol::Frame;
 use super::Shell;
 use crate::{HostError, barrier::OnDeath, supervisor::Death};
 
-/// How often a stage may die in one frame before it is given up.
+/// Number of deaths of a stage in one frame after which it is not restarted.
 const DEATHS_MAX: u32 = 5;
 
 impl Shell {
-    /// Deaths, joins, leavings: what every process's slot asks for.
+    /// Handles deaths, joins, requests and leaves of all slots.
     pub(crate) fn service_slots(&mut self) -> Result<(), HostError> {
         while let Some((slot, death)) = self.supervisor.next_death() {
             self.clean_up_dead(slot, death)?;
@@ -59,15 +59,15 @@ impl Shell {
         self.control.complete.notify_all();
     }
 
-    /// Its ports are made: serves it the standing state and lets it take part.
+    /// Sends the standing state to a participant whose ports exist, and admits it.
     fn start_participating(&mut self, slot: usize) -> Result<(), HostError> {
         self.ports.journal.connect_readers()?;
         if let Some(role) = self.roles.get(&slot).copied() {
             let frame = self.barrier.frame();
             let lag = self.lag(role);
             let done = match self.barrier.done(slot) {
-                // Its predecessor may have trailed; it goes on from there, or from the oldest
-                // snapshot that a newcomer finds.
+                // A restarted stage continues where its predecessor was, or from the oldest
+                // snapshot that a new reader receives.
                 Some(done) => {
                     let history = bus::channel("snapshot").history as u64;
                     done.max(Frame(frame.0.saturating_sub(history)))
@@ -95,7 +95,8 @@ impl Shell {
         Ok(())
     }
 
-    /// A client may want the tick to wait for it. Who ticks is never waited for.
+    /// Adds a client to the barrier or removes it, as it requests. The ticking client is never
+    /// waited for.
     fn update_barrier(&mut self, slot: usize) {
         if self.roles.contains_key(&slot) {
             return;
@@ -125,10 +126,10 @@ impl Shell {
         self.control.mark_dead(slot);
     }
 
-    /// The journal as one finds it whose work is done up to `done`.
+    /// Sends a keyframe at `done` and the journals since to a participant.
     fn serve_state(&mut self, done: Frame) -> Result<(), HostError> {
         let ((frame, entries), mut after) = self.keyframes.since(done);
-        // What was carried out between two frames belongs to the next one.
+        // Commands that were applied between two frames belong to the next one.
         let coming = self.journal.published();
         if !coming.is_empty() {
             after.push((self.barrier.frame().next(), coming.to_vec()));
@@ -141,10 +142,10 @@ impl Shell {
         Ok(())
     }
 
-    /// It goes of its own will.
+    /// Removes a participant that leaves.
     fn leave(&mut self, slot: usize) -> Result<(), HostError> {
         if self.roles.contains_key(&slot) {
-            // A stage that leaves ends its process: the watcher tells.
+            // A stage that leaves ends its process, which the watcher reports.
             return Ok(());
         }
         self.supervisor.unwatch(slot);
@@ -159,7 +160,7 @@ impl Shell {
         if self.control.pass_tick(Some(slot), None) && self.settings.synchronous != 0 {
             let name = self.control.slot(slot).name();
             log::info!(
-                "{} client {name:?} held the tick and is gone; the world waits for the next",
+                "{} client {name:?} was the ticking client and is gone; the world waits for another",
                 self.barrier.frame().0
             );
         }
@@ -171,7 +172,7 @@ impl Shell {
         let (role, name) = (self.roles.get(&slot).copied(), words.name());
         words.set_state(SlotState::Dead);
         let frame = self.barrier.frame();
-        // Before anything of the dead is removed.
+        // Data of the dead process is received before it is removed.
         self.receive_decided()?;
         self.inbox.drain(&self.ports)?;
         let stuck = self.supervisor.clean_up();
@@ -189,7 +190,7 @@ impl Shell {
         if role == Role::Traffic
             && let Some(decided) = &self.decided
         {
-            // It may have died between sending and saying so.
+            // The process may have died between sending the decision and arriving.
             self.barrier.arrive(slot, decided.header().stamp.frame);
         }
         self.barrier.dies(slot);
@@ -200,10 +201,10 @@ impl Shell {
             return Err(HostError::Start { role: role.name(), why });
         }
         if !self.config.restart || deaths > DEATHS_MAX {
-            let who = role.name().to_owned();
-            return Err(HostError::Died { who, why, deaths, frame });
+            let participant = role.name().to_owned();
+            return Err(HostError::Died { participant, why, deaths, frame });
         }
-        log::warn!("{} {} died and is started anew: {why}", frame.0, role.name());
+        log::warn!("{} {} died and is restarted: {why}", frame.0, role.name());
         self.supervisor
             .start(role, slot)
             .map_err(|e| HostError::Start { role: role.name(), why: e.to_string() })

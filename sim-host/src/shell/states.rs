@@ -1,4 +1,4 @@
-//! Saving the state, and going on from a saved one, between two frames.
+//! Saving states, and continuing from saved ones, between two frames.
 
 use std::{fs, path::Path};
 
@@ -28,7 +28,7 @@ impl Shell {
         state
     }
 
-    /// Carries out [`Command::SaveState`].
+    /// Executes [`Command::SaveState`].
     pub(super) fn save_state(&mut self, sim: &Sim, file: &FilePath) -> Result<u32, String> {
         self.receive_decided().map_err(|e| e.to_string())?;
         let path = file.path();
@@ -36,14 +36,14 @@ impl Shell {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(with_path)?;
         }
-        // A reader finds all of it or nothing.
+        // A rename is atomic, so that a reader never finds part of a state.
         let part = path.with_added_extension("part");
         fs::write(&part, self.state(sim).to_bytes()).map_err(with_path)?;
         fs::rename(&part, path).map_err(with_path)?;
         Ok(0)
     }
 
-    /// Carries out [`Command::LoadState`]; on a refusal the world is as it was.
+    /// Executes [`Command::LoadState`]; if it is refused, the world is unchanged.
     pub(super) fn load_state(
         &mut self,
         sim: &mut Sim,
@@ -70,28 +70,28 @@ impl Shell {
         sim.load(&state).map_err(|e| format!("{}: {e}", path.display()))?;
         // The actors that a replay showed are gone, or are actors of the state.
         self.replay = None;
-        // Frames go on: the saved decision counts as one on the newest frame.
+        // Frame numbers continue, so the saved decision is stamped with the newest frame.
         let stamp = sim.stamp();
         self.decided = state.decision.as_ref().map(|(header, payload)| {
             let blocks = bytemuck::pod_collect_to_vec::<u8, Block>(payload);
             Decided::Restored(TrafficHeader { stamp, ..*header }, blocks)
         });
-        // A planner of no bytes: begin again.
+        // An empty state of the planner resets it.
         let blank = TrafficHeader { stamp, ..TrafficHeader::default() };
         let (header, payload) =
             self.decided.as_ref().map_or((blank, &[][..]), |d| (*d.header(), d.payload()));
         self.ports.resume.send(header, payload).map_err(|e| e.to_string())?;
         for request in self.inbox.replace(&state.pending) {
-            let why = "the world went on from a saved state before this was carried out";
+            let why = "a saved state was loaded before the command was applied";
             self.journal.write(request.ended(Outcome::refused(why)));
         }
         Ok(())
     }
 
-    /// Writes the lines by which other participants learn the standing state of a loaded one.
+    /// Writes the journal entries from which other participants learn the loaded standing state.
     fn write_standing(&mut self, standing: &StandingState) {
         let mut commands = standing.commands();
-        // Readers keep these over a load: they are told default ones as well.
+        // Readers keep these over a load, so that defaults are written as well.
         if standing.weather == Weather::default() {
             commands.push((Command::SetWeather(standing.weather), Outcome::done(0)));
         }

@@ -209,7 +209,7 @@ fn poses_are_given_to_walkers_alone_and_are_part_of_a_saved_state() {
         let said = world.carry_out(&Command::SetBones(set)).unwrap_err();
         assert!(said.contains(why), "{said}");
     };
-    refused(SetBones { actor_id: car, ..good }, "no walker");
+    refused(SetBones { actor_id: car, ..good }, "not a walker");
     refused(SetBones { actor_id: protocol::ActorId(99), ..good }, "never spawned");
     let good = SetBones { actor_id: walker, ..good };
     refused(SetBones { first: 61, ..good }, "it has 66");

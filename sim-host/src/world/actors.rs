@@ -1,10 +1,10 @@
-//! Everybody as the bus sees them, side by side in memory as a snapshot has them.
+//! The published states of actors, contiguous in memory as in a snapshot.
 
 use mesh::WordHash;
 use protocol::{ActorId, ActorState, Name, WalkerLimbs};
 
-/// Every actor's published state and role, by id; of who does not change, the digest of both is
-/// kept.
+/// The published state and role of every actor, by id, and cached digests of those that do not
+/// change.
 #[derive(Default)]
 pub(super) struct ActorTable {
     ids: Vec<ActorId>,
@@ -50,14 +50,14 @@ impl ActorTable {
         self.ids.binary_search(&id).ok().map(|index| &self.states[index])
     }
 
-    /// For who changes it.
+    /// Returns the state of an actor for a change.
     pub(super) fn get_mut(&mut self, id: ActorId) -> Option<&mut ActorState> {
         let index = self.ids.binary_search(&id).ok()?;
         self.digests[index] = None;
         Some(&mut self.states[index])
     }
 
-    /// Adds one, or puts it in the place of who has its id.
+    /// Adds an actor, or replaces the one with its id.
     pub(super) fn insert(&mut self, state: ActorState, role: Name) {
         match self.ids.binary_search(&state.actor_id) {
             Ok(index) => {
@@ -83,19 +83,19 @@ impl ActorTable {
         }
     }
 
-    /// Lets `tell` write the state of everybody in `stirred`, which is sorted, and return the limbs
-    /// of a fallen walker; keeps the digests of the others.
-    pub(super) fn renew(
+    /// Calls `update` for the state of every actor in `active`, which is sorted; it returns the
+    /// limbs of a fallen walker. Caches the digests of the others.
+    pub(super) fn update_active(
         &mut self,
         active: &[u32],
-        mut tell: impl FnMut(&mut ActorState) -> Option<WalkerLimbs>,
+        mut update: impl FnMut(&mut ActorState) -> Option<WalkerLimbs>,
     ) {
         let mut active = active.iter().copied().peekable();
         for index in 0..self.ids.len() {
             let id = self.ids[index].0;
             while active.next_if(|other| *other < id).is_some() {}
             if active.next_if_eq(&id).is_some() {
-                let limbs = tell(&mut self.states[index]);
+                let limbs = update(&mut self.states[index]);
                 if limbs.is_some() || !self.limbs.is_empty() {
                     self.set_limbs(ActorId(id), limbs);
                 }

@@ -1,14 +1,14 @@
-//! Poses that clients give walkers.
+//! Poses that clients set on walkers.
 
 use protocol::{ActorId, BONES_PER_COMMAND, BlendPose, SetBones, flag, kind};
 
 use super::{World, set};
 
-/// No bone is farther from its parent.
+/// Largest distance of a bone from its parent.
 const REACH_M: f32 = 10.0;
 
 impl World {
-    /// Whether a walker has these bones, and they can be so.
+    /// Checks that a walker has these bones and the poses are valid.
     pub(crate) fn check_bones(&self, to: &SetBones) -> Result<(), String> {
         let id = to.actor_id;
         let skeleton = self.standing_walker(id)?;
@@ -35,17 +35,17 @@ impl World {
         Ok(())
     }
 
-    /// Whether a given pose can show by so much.
+    /// Checks the weight of a set pose.
     pub(crate) fn check_blend(&self, to: &BlendPose) -> Result<(), String> {
         let (id, share) = (to.actor_id, to.weight);
         self.standing_walker(id)?;
         if !(0.0..=1.0).contains(&share) {
-            return Err(format!("the pose of {id} is to show by {share}, not 0 to 1"));
+            return Err(format!("the pose weight of {id} is {share}, not 0 to 1"));
         }
         Ok(())
     }
 
-    /// Marks a walker whose given pose shows.
+    /// Marks a walker as showing its set pose.
     pub(crate) fn set_posed(&mut self, id: ActorId, on: bool) {
         if let Some(actor) = self.actors.get_mut(id) {
             set(&mut actor.flags, flag::POSED, on);
@@ -55,17 +55,17 @@ impl World {
     fn standing_walker(&self, id: ActorId) -> Result<&'static town::Skeleton, String> {
         let skeleton = self.walker(id)?;
         if self.actor(id)?.has(flag::FALLEN) {
-            return Err(format!("{id} lies on the ground"));
+            return Err(format!("{id} has fallen and lies on the ground"));
         }
         Ok(skeleton)
     }
 
-    /// The skeleton of a walker.
+    /// Returns the skeleton of a walker.
     pub(super) fn walker(&self, id: ActorId) -> Result<&'static town::Skeleton, String> {
         let state = self.actor(id)?;
         let skeleton = town::catalogue()[state.blueprint as usize].skeleton();
         skeleton
             .filter(|_| state.kind == kind::WALKER)
-            .ok_or_else(|| format!("{id} is no walker; it has no bones to set"))
+            .ok_or_else(|| format!("{id} is not a walker; it has no bones to set"))
     }
 }

@@ -7,37 +7,40 @@ use protocol::{
 
 use super::{
     World,
-    tuning::{no_wheel, words},
+    vehicle_physics::{no_wheel, text_of},
 };
 
 impl World {
-    /// Returns the response to a query, or why it is refused. `poses` are those that clients gave
-    /// walkers.
+    /// Returns the response to a query. `poses` are those that clients set on walkers.
+    ///
+    /// # Errors
+    ///
+    /// The cause of the refusal.
     pub(crate) fn answer(&self, poses: &GivenPoses, query: &Query) -> Result<Response, String> {
         let Query { actor_id: id, index, .. } = *query;
         let kind = QueryKind::of(query.kind)
-            .ok_or_else(|| format!("unknown kind of query {}", query.kind))?;
+            .ok_or_else(|| format!("unknown query kind {}", query.kind))?;
         Ok(match kind {
-            QueryKind::VehicleBody => Response::new(&self.built(id)?.body),
-            QueryKind::VehicleEngine => Response::new(&self.built(id)?.engine),
-            QueryKind::VehicleGearbox => Response::new(&self.built(id)?.gearbox),
-            QueryKind::VehicleSteering => Response::new(&self.built(id)?.steering),
+            QueryKind::VehicleBody => Response::new(&self.parameters(id)?.body),
+            QueryKind::VehicleEngine => Response::new(&self.parameters(id)?.engine),
+            QueryKind::VehicleGearbox => Response::new(&self.parameters(id)?.gearbox),
+            QueryKind::VehicleSteering => Response::new(&self.parameters(id)?.steering),
             QueryKind::VehicleWheel => {
-                let physics = self.built(id)?;
+                let physics = self.parameters(id)?;
                 let wheel = physics.wheels.get(index as usize);
                 Response::new(wheel.ok_or_else(|| no_wheel(id, index, &physics))?)
             }
             QueryKind::VehicleTelemetry => {
                 self.check_vehicle(id, "engine")?;
-                Response::new(&self.physics.telemetry(id).map_err(words)?)
+                Response::new(&self.physics.telemetry(id).map_err(text_of)?)
             }
             QueryKind::WheelTelemetry => {
                 self.check_vehicle(id, "engine")?;
-                Response::new(&self.physics.wheel_telemetry(id, index).map_err(words)?)
+                Response::new(&self.physics.wheel_telemetry(id, index).map_err(text_of)?)
             }
             QueryKind::AckermannSettings => {
                 self.check_vehicle(id, "engine")?;
-                Response::new(&self.physics.ackermann_settings(id).map_err(words)?)
+                Response::new(&self.physics.ackermann_settings(id).map_err(text_of)?)
             }
             QueryKind::Bones => Response::new(&self.bones(poses, id, index)?),
             QueryKind::Blend => {
@@ -48,14 +51,13 @@ impl World {
         })
     }
 
-    /// How a vehicle is built.
-    fn built(&self, id: ActorId) -> Result<VehiclePhysics, String> {
+    /// Returns the parameters of a vehicle.
+    fn parameters(&self, id: ActorId) -> Result<VehiclePhysics, String> {
         self.check_vehicle(id, "engine")?;
-        self.physics.vehicle_physics(id).map_err(words)
+        self.physics.vehicle_physics(id).map_err(text_of)
     }
 
-    /// Returns up to [`BONES_PER_COMMAND`] bones of the pose that a walker was given, from `first`
-    /// on.
+    /// Returns up to [`BONES_PER_COMMAND`] bones of a walker's set pose, from `first` on.
     fn bones(&self, poses: &GivenPoses, id: ActorId, first: u32) -> Result<SetBones, String> {
         let skeleton = self.walker(id)?;
         let bones = skeleton.bones.iter().enumerate().skip(first as usize).take(BONES_PER_COMMAND);
@@ -70,7 +72,10 @@ impl World {
             set.count += 1;
         }
         if set.count == 0 {
-            return Err(format!("{id} has {} bones; there is no {first}", skeleton.bones.len()));
+            return Err(format!(
+                "{id} has {} bones; there is no bone {first}",
+                skeleton.bones.len()
+            ));
         }
         Ok(set)
     }

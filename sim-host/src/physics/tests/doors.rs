@@ -71,7 +71,7 @@ fn a_door_that_something_stands_in_the_way_of_stays_shut() {
     let mut physics = with(&[wall]);
     let hash = physics.hash();
     let why = physics.set_doors(ActorId(1), &[door()], false).unwrap_err().to_string();
-    assert!(why.contains("a building stands in the way of its door"), "{why}");
+    assert!(why.contains("a building is in the way of the doors of actor 1"), "{why}");
     assert_eq!(physics.hash(), hash, "nothing changed");
     let DoorModel { middle_m, turn, .. } = door();
     let flip = Vec3::new(1.0, -1.0, 1.0);

@@ -109,9 +109,8 @@ fn one_who_is_hit_falls_and_lies_and_the_car_drives_on() {
     assert!(up.z.abs() < 0.5, "it stands: {up}");
     assert!(lying.pose.position().x > 1.0 && lying.velocity().length() < 0.1, "{lying:?}");
     assert!(lying.pose.position().z.abs() < 0.6, "{}", lying.pose.position());
-    let lies = PhysicsError::Refused(WALKER, "it lies on the ground".to_owned());
-    assert_eq!(physics.walk(WALKER, Vec2::X), Err(lies.clone()));
-    assert_eq!(physics.jump(WALKER), Err(lies));
+    assert_eq!(physics.walk(WALKER, Vec2::X), Err(PhysicsError::Fallen(WALKER)));
+    assert_eq!(physics.jump(WALKER), Err(PhysicsError::Fallen(WALKER)));
 }
 
 #[test]

@@ -32,11 +32,11 @@ fn a_spawn_into_something_is_refused_by_name() {
     };
     assert_eq!(
         refused(&mut physics, 3.0),
-        "actor 13 would stand in actor 12; choose another place"
+        "actor 13 would stand in actor 12; choose another position"
     );
     assert_eq!(
         refused(&mut physics, 28.0),
-        "actor 13 would stand in a building; choose another place"
+        "actor 13 would stand in a building; choose another position"
     );
     physics.spawn_vehicle(ActorId(13), &model, &at(6.0), false).unwrap();
     assert_eq!(

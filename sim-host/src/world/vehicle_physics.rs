@@ -1,8 +1,24 @@
-//! Changing parts of how a vehicle is built.
+//! Commands that change the parameters of vehicles.
 
 use protocol::{ActorId, VehicleBody, VehiclePhysics, VehicleWheel};
 
+use super::World;
 use crate::physics::PhysicsError;
+
+impl World {
+    /// Changes the parameters of a vehicle and returns its id.
+    pub(super) fn change_physics(
+        &mut self,
+        id: ActorId,
+        change: impl FnOnce(&mut VehiclePhysics) -> Result<(), String>,
+    ) -> Result<u32, String> {
+        self.vehicle(id, "engine")?;
+        let mut physics = self.physics.vehicle_physics(id).map_err(text_of)?;
+        change(&mut physics)?;
+        self.physics.set_vehicle_physics(id, &physics).map_err(text_of)?;
+        Ok(id.0)
+    }
+}
 
 pub(super) fn with_body(physics: &mut VehiclePhysics, to: &VehicleBody) -> Result<(), String> {
     let count = physics.body.wheels;
@@ -16,7 +32,7 @@ pub(super) fn with_body(physics: &mut VehiclePhysics, to: &VehicleBody) -> Resul
 pub(super) fn with_wheel(physics: &mut VehiclePhysics, to: &VehicleWheel) -> Result<(), String> {
     let missing = no_wheel(to.actor_id, to.index, physics);
     let wheel = physics.wheels.get_mut(to.index as usize).ok_or(missing)?;
-    // Where it sits is the blueprint's.
+    // The position of the hub is the blueprint's.
     *wheel = VehicleWheel { hub_m: wheel.hub_m, ..*to };
     Ok(())
 }
@@ -25,6 +41,6 @@ pub(super) fn no_wheel(id: ActorId, index: u32, physics: &VehiclePhysics) -> Str
     format!("{id} has {} wheels; there is no wheel {index}", physics.wheels.len())
 }
 
-pub(super) fn words(why: PhysicsError) -> String {
+pub(super) fn text_of(why: PhysicsError) -> String {
     why.to_string()
 }
