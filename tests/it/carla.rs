@@ -78,7 +78,7 @@ pub(crate) fn python_or_skip(test: &str) -> Option<PathBuf> {
 }
 
 /// A simulator with a CARLA server, and its port.
-fn with_carla_server(args: &[&str]) -> (Sim, u16) {
+pub(crate) fn with_carla_server(args: &[&str]) -> (Sim, u16) {
     let sim = Sim::start(&[&["--carla-port", "0"], args].concat());
     let port = carla_port(&sim, 1);
     (sim, port)

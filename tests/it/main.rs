@@ -8,6 +8,7 @@ mod kit;
 mod alone;
 mod bones;
 mod carla;
+mod carla_concurrency;
 mod client;
 mod crash;
 mod demo;

@@ -19,22 +19,18 @@ pub(crate) mod outbox;
 pub(crate) mod publish;
 pub(crate) mod tickers;
 
-use std::{sync::Arc, time::Duration};
+use std::sync::Arc;
 
 use client_lib::{
-    ActorId, Client, ClientError, Pose, SensorBundle,
-    wire::{ActorState, Command, JournalEntry, VehicleControl, WalkerLimbs},
+    ActorId, Client, ClientError, Pose,
+    wire::{ActorState, Command, VehicleControl, WalkerLimbs},
 };
 
 use self::{
-    bundles::{BundleContext, Bundles},
-    episode_state::EpisodeState,
-    outbox::Outbox,
-    publish::Publisher,
+    bundles::Bundles, episode_state::EpisodeState, outbox::Outbox, publish::Publisher,
     tickers::Tickers,
 };
 use crate::{
-    args::RpcError,
     proxy_actors::ProxyActors,
     rpc::Peer,
     settings::EpisodeSettings,
@@ -42,8 +38,6 @@ use crate::{
     stream::Streams,
 };
 
-/// How long a tick waits for clients that have asked for a stream to connect to it.
-const SUBSCRIPTION_TIMEOUT: Duration = Duration::from_millis(300);
 /// Frames for which an asynchronous world repeats controls and vehicle lights.
 const ASYNCHRONOUS_FRAMES: u32 = 2;
 
@@ -55,10 +49,10 @@ pub(crate) struct Bridge {
     pub(crate) settings: EpisodeSettings,
     pub(crate) episode: EpisodeState,
     shared_statics: Arc<SharedStatics>,
-    bundles: Bundles,
-    outbox: Outbox,
-    publisher: Publisher,
-    tickers: Tickers,
+    pub(crate) bundles: Bundles,
+    pub(crate) outbox: Outbox,
+    pub(crate) publisher: Publisher,
+    pub(crate) tickers: Tickers,
 }
 
 impl Bridge {
@@ -103,36 +97,8 @@ impl Bridge {
         self.is_synchronous() && self.client.holds_tick()
     }
 
-    /// Advances a synchronous world by a tick and returns the new frame. Of an asynchronous world,
-    /// returns the next frame.
-    ///
-    /// # Errors
-    ///
-    /// Returns an error if the host ends or does not finish the tick.
-    pub(crate) fn tick(&mut self, peer: &Peer) -> Result<u64, RpcError> {
-        if !self.is_synchronous() {
-            self.flush();
-            return Ok(self.client.frame().0 + 1);
-        }
-        self.tickers.add(peer, self.publisher.frame());
-        self.streams.await_expected(SUBSCRIPTION_TIMEOUT);
-        self.update_bundles();
-        self.queue_held_motions();
-        self.flush();
-        let frame = match self.client.tick() {
-            Ok(frame) => frame,
-            Err(e @ ClientError::Incomplete { frame, .. }) => {
-                log::warn!("{} {e}", frame.0);
-                frame
-            }
-            Err(e) => return Err(e.into()),
-        };
-        self.publish();
-        Ok(frame.0)
-    }
-
     /// Queues what clients requested once and what holds for more than a frame.
-    fn queue_held_motions(&mut self) {
+    pub(crate) fn queue_held_motions(&mut self) {
         self.outbox.extend(self.episode.commands(self.client.world()));
     }
 
@@ -160,48 +126,8 @@ impl Bridge {
         }
     }
 
-    fn flush(&mut self) {
+    pub(crate) fn flush(&mut self) {
         self.outbox.flush(&mut self.client, self.publisher.frame());
-    }
-
-    /// Sends commands after all that are queued, and returns their outcomes.
-    ///
-    /// # Errors
-    ///
-    /// Returns an error if the host does not answer.
-    pub(crate) fn request(
-        &mut self,
-        what: &'static str,
-        commands: &[Command],
-    ) -> Result<Vec<JournalEntry>, RpcError> {
-        let mut all = self.outbox.take_commands();
-        let before = all.len();
-        all.extend_from_slice(commands);
-        if all.is_empty() {
-            return Ok(Vec::new());
-        }
-        let mut outcomes = self.client.try_wire_request(what, &all)?;
-        Ok(outcomes.split_off(before.min(outcomes.len())))
-    }
-
-    /// Sends a command and returns the id of the actor or bundle that it concerns.
-    ///
-    /// # Errors
-    ///
-    /// Returns an error if the host does not answer or refuses the command.
-    pub(crate) fn request_one(
-        &mut self,
-        what: &'static str,
-        command: Command,
-    ) -> Result<u32, RpcError> {
-        let outcomes = self.request(what, &[command])?;
-        let outcome = outcomes.first().ok_or("the host returned no outcome")?.outcome;
-        outcome.result().map_err(RpcError::from)
-    }
-
-    /// Waits until the host has executed all queued commands.
-    pub(crate) fn flush_and_wait(&mut self) -> Result<(), RpcError> {
-        self.request("commands", &[]).map(drop)
     }
 
     /// Adds an actor that the next snapshot shows first.
@@ -228,23 +154,6 @@ impl Bridge {
         self.episode.spawned.contains(id) || self.client.world().state(ActorId(id)).is_some()
     }
 
-    /// Publishes what is new in a world that another client ticks or that ticks by itself.
-    pub(crate) fn update(&mut self) {
-        match self.client.refresh() {
-            Ok(_) if self.client.frame().0 > self.published_frame() => {
-                if !self.is_synchronous() && self.episode.number == snapshot_episode(&self.client) {
-                    self.queue_held_motions();
-                }
-                self.publish();
-                self.outbox.begin_frame();
-                self.flush();
-                self.update_bundles();
-            }
-            Ok(_) => self.publish_measurements(),
-            Err(e) => log::warn!("{} {e}", self.published_frame()),
-        }
-    }
-
     /// Publishes the newest snapshot and the measurements.
     pub(crate) fn publish(&mut self) {
         self.follow_episode();
@@ -268,7 +177,7 @@ impl Bridge {
         self.publisher.state(&self.client, &mut self.episode, &self.streams);
     }
 
-    fn publish_measurements(&mut self) {
+    pub(crate) fn publish_measurements(&mut self) {
         self.publisher.measurements(&self.client, &mut self.episode, &self.streams);
     }
 
@@ -276,43 +185,6 @@ impl Bridge {
     pub(crate) fn has_bundles(&self) -> bool {
         let mut sensors = self.episode.actors.proxies.values().filter_map(|p| p.sensor.as_ref());
         sensors.any(|sensor| sensor.bundle.is_some())
-    }
-
-    fn bundles(&mut self) -> (&mut Bundles, BundleContext<'_>) {
-        let Bridge { client, streams, episode, bundles, outbox, .. } = self;
-        (bundles, BundleContext { client, episode, outbox, streams })
-    }
-
-    /// Creates bundles for sensors that have listeners, and destroys those without.
-    fn update_bundles(&mut self) {
-        let frame = self.publisher.frame();
-        let (bundles, mut with) = self.bundles();
-        bundles.update(&mut with, frame);
-    }
-
-    /// Creates the bundle of a sensor, unless it has one or needs none.
-    ///
-    /// # Errors
-    ///
-    /// Returns an error if an attribute of the sensor is invalid or the host refuses the bundle.
-    pub(crate) fn create_bundle(&mut self, id: u32) -> Result<(), RpcError> {
-        let (bundles, mut with) = self.bundles();
-        bundles.create(&mut with, id)
-    }
-
-    /// Destroys a bundle.
-    pub(crate) fn destroy_bundle(&mut self, bundle: SensorBundle) {
-        bundles::destroy(&mut self.client, bundle);
-    }
-
-    /// Queues a text that a radio sends with the next frame.
-    ///
-    /// # Errors
-    ///
-    /// Returns an error if the sensor cannot send text or the text is too long.
-    pub(crate) fn transmit(&mut self, id: u32, text: &str) -> Result<(), RpcError> {
-        let (bundles, mut with) = self.bundles();
-        bundles.transmit(&mut with, id, text)
     }
 
     /// Returns what inertial sensors at rest measure. Metres per second squared.
@@ -355,20 +227,9 @@ impl Bridge {
         self.streams.begin_episode();
         Ok(())
     }
-
-    /// Loads another world in the place of this one; an empty name loads the same map again.
-    ///
-    /// # Errors
-    ///
-    /// Returns an error if the host refuses the map.
-    pub(crate) fn load_world(&mut self, name: &str, hidden_layers: u32) -> Result<(), RpcError> {
-        self.client.load_world(name, None, client_lib::Layers::from_bits_retain(hidden_layers))?;
-        self.publish();
-        Ok(())
-    }
 }
 
 /// Returns the number of the episode that the newest snapshot belongs to.
-fn snapshot_episode(client: &Client) -> u64 {
+pub(crate) fn snapshot_episode(client: &Client) -> u64 {
     client.world().header().stamp.episode.into()
 }

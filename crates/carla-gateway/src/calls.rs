@@ -16,16 +16,16 @@ mod surroundings;
 mod textures;
 mod vehicles;
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 pub(crate) use call::Ports;
 
 use crate::{
     args::{Args, RpcError},
-    bridge::Bridge,
     calls::call::{Call, StaticCall},
     msgpack::{Pack, Value},
     rpc::{Handler, Peer},
+    shared_bridge::SharedBridge,
     statics::SharedStatics,
 };
 
@@ -89,7 +89,7 @@ const STATIC_CALLS: &[Entry<StaticFn>] = &[
     ("version", Val, |c| { c.out.text(VERSION); Ok(()) }),
 ];
 
-/// Calls that lock the bridge. Sorted by name.
+/// Calls that lock the bridge, except while they wait for the host. Sorted by name.
 #[rustfmt::skip]
 const CALLS: &[Entry<CallFn>] = &[
     ("add_actor_angular_impulse", Nothing, physics::angular_impulse),
@@ -202,7 +202,7 @@ fn ignore(_: &mut StaticCall) -> Result<(), RpcError> {
 
 /// The server of port 2000.
 pub(crate) struct RpcServer {
-    pub(crate) bridge: Arc<Mutex<Bridge>>,
+    pub(crate) bridge: Arc<SharedBridge>,
     pub(crate) statics: Arc<SharedStatics>,
     pub(crate) ports: Ports,
 }
@@ -221,16 +221,16 @@ impl Handler for RpcServer {
             return;
         };
         answer(entry, peer, params, out, |function, args, out| {
-            let mut bridge = self.bridge.lock().unwrap_or_else(PoisonError::into_inner);
-            let mut call = Call { bridge: &mut bridge, args, out, peer, ports: self.ports };
+            let bridge = self.bridge.lock();
+            let mut call = Call { bridge, args, out, peer, ports: self.ports };
             let result = function(&mut call);
-            bridge.flush_after_call();
+            call.bridge.flush_after_call();
             result
         });
     }
 
     fn on_disconnect(&self, peer: &Peer) {
-        self.bridge.lock().unwrap_or_else(PoisonError::into_inner).on_disconnect(peer);
+        self.bridge.lock().on_disconnect(peer);
     }
 }
 

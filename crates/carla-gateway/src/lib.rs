@@ -30,6 +30,7 @@ mod sensor;
 mod sensor_kind;
 mod server;
 mod settings;
+mod shared_bridge;
 mod state;
 mod statics;
 mod stream;

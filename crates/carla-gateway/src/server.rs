@@ -3,7 +3,7 @@
 use std::{
     io,
     net::{IpAddr, SocketAddr, TcpListener},
-    sync::{Arc, Mutex, PoisonError},
+    sync::Arc,
     time::Duration,
 };
 
@@ -13,6 +13,7 @@ use crate::{
     bridge::Bridge,
     calls::{Ports, RpcServer},
     rpc,
+    shared_bridge::SharedBridge,
     statics::{SharedStatics, Statics},
     stream::Streams,
     traffic_manager::TrafficManager,
@@ -108,7 +109,7 @@ impl CarlaServer {
         let streams = Arc::new(Streams::default());
         let bridge =
             Bridge::new(client, Arc::clone(&streams), Arc::clone(&statics), ports.streams)?;
-        let bridge = Arc::new(Mutex::new(bridge));
+        let bridge = Arc::new(SharedBridge::new(bridge));
         streams.serve(self.streams).map_err(CarlaServerError::Thread)?;
         let manager = Arc::new(TrafficManager { bridge: Arc::clone(&bridge) });
         rpc::serve(self.traffic_manager, "carla-manager", strategy, manager)
@@ -123,7 +124,7 @@ impl CarlaServer {
 }
 
 /// Publishes the frames that clients of this server have not ticked, until the host ends.
-fn follow_world(bridge: &Mutex<Bridge>, watch: &Watch) {
+fn follow_world(bridge: &SharedBridge, watch: &Watch) {
     let mut published = Frame(0);
     let mut pause = UPDATE_NANOS;
     loop {
@@ -131,7 +132,7 @@ fn follow_world(bridge: &Mutex<Bridge>, watch: &Watch) {
         if let Err(Interrupted::HostEnds) = watch.next_frame(published, Some(deadline)) {
             return;
         }
-        let mut bridge = bridge.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut bridge = bridge.lock();
         bridge.update();
         published = Frame(bridge.published_frame());
         pause = if bridge.has_bundles() { BUNDLE_UPDATE_NANOS } else { UPDATE_NANOS };

@@ -2,7 +2,7 @@
 //!
 //! Its calls have no metadata and no wrapper; an error is one of the call itself.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use client_lib::{
     ActorId,
@@ -11,20 +11,20 @@ use client_lib::{
 
 use crate::{
     args::{Args, RpcError},
-    bridge::Bridge,
     msgpack::{Pack, Value},
     rpc::{Handler, Peer},
+    shared_bridge::{LockedBridge, SharedBridge},
     wire,
 };
 
 /// The traffic manager, which is always running.
 pub(crate) struct TrafficManager {
-    pub(crate) bridge: Arc<Mutex<Bridge>>,
+    pub(crate) bridge: Arc<SharedBridge>,
 }
 
 impl Handler for TrafficManager {
     fn call(&self, _: &Peer, method: &str, params: &[Value], out: &mut Pack) {
-        let mut bridge = self.bridge.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut bridge = self.bridge.lock();
         let ended = execute(&mut bridge, method, Args::new(params));
         bridge.flush_after_call();
         match ended {
@@ -37,7 +37,7 @@ impl Handler for TrafficManager {
     }
 }
 
-fn execute(bridge: &mut Bridge, method: &str, mut args: Args) -> Result<(), RpcError> {
+fn execute(bridge: &mut LockedBridge, method: &str, mut args: Args) -> Result<(), RpcError> {
     match method {
         "register_vehicle" => autopilot(bridge, args, true),
         "unregister_vehicle" => autopilot(bridge, args, false),
@@ -147,7 +147,7 @@ fn actor_id(args: &mut Args) -> Result<u32, RpcError> {
     args.list()?.u32()
 }
 
-fn autopilot(bridge: &mut Bridge, mut args: Args, on: bool) -> Result<(), RpcError> {
+fn autopilot(bridge: &mut LockedBridge, mut args: Args, on: bool) -> Result<(), RpcError> {
     let mut list = args.list()?;
     while list.len() > 0 {
         let id = actor_id(&mut list)?;
@@ -157,13 +157,13 @@ fn autopilot(bridge: &mut Bridge, mut args: Args, on: bool) -> Result<(), RpcErr
 }
 
 /// Sets a parameter of one vehicle from a percentage.
-fn set_percentage(bridge: &mut Bridge, mut args: Args, param: u32) -> Result<(), RpcError> {
+fn set_percentage(bridge: &mut LockedBridge, mut args: Args, param: u32) -> Result<(), RpcError> {
     let id = actor_id(&mut args)?;
     set_param(bridge, id, param, args.f32()? / 100.0)
 }
 
 /// Sets the path of a vehicle: a list of CARLA's locations.
-fn set_path(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), RpcError> {
+fn set_path(bridge: &mut LockedBridge, id: u32, mut args: Args) -> Result<(), RpcError> {
     let mut list = args.list()?;
     let mut steps = Vec::with_capacity(list.len());
     while list.len() > 0 {
@@ -174,7 +174,7 @@ fn set_path(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), RpcError
 
 /// Sets the route of a vehicle: a list of CARLA's `RoadOption`s. Options without a manoeuvre are
 /// skipped.
-fn set_route(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), RpcError> {
+fn set_route(bridge: &mut LockedBridge, id: u32, mut args: Args) -> Result<(), RpcError> {
     let steps = args.bytes()?.iter().filter_map(|option| {
         Some(RouteStep::turn(match option {
             1 => route_step::LEFT,
@@ -189,14 +189,14 @@ fn set_route(bridge: &mut Bridge, id: u32, mut args: Args) -> Result<(), RpcErro
     send_route(bridge, id, &steps)
 }
 
-fn send_route(bridge: &mut Bridge, id: u32, steps: &[RouteStep]) -> Result<(), RpcError> {
+fn send_route(bridge: &mut LockedBridge, id: u32, steps: &[RouteStep]) -> Result<(), RpcError> {
     for part in RouteCommand::route(ActorId(id), steps) {
         bridge.command(Command::RouteCommand(part));
     }
     Ok(())
 }
 
-fn set_param(bridge: &mut Bridge, id: u32, param: u32, value: f32) -> Result<(), RpcError> {
+fn set_param(bridge: &mut LockedBridge, id: u32, param: u32, value: f32) -> Result<(), RpcError> {
     bridge.command(Command::TrafficParam(TrafficParam { actor_id: ActorId(id), param, value }));
     Ok(())
 }

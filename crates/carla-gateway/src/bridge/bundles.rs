@@ -1,16 +1,13 @@
 //! Creates and destroys the sensor bundles that measure for CARLA's sensors.
 
 use client_lib::{
-    ActorId, Client, SensorBundle, TEXT_BYTES,
+    ActorId, BundleId, Client, SensorBundle, SensorSpec, TEXT_BYTES, bundle_commands,
     wire::{Command, Transmit},
 };
 
 use crate::{
-    args::RpcError,
-    bridge::{episode_state::EpisodeState, outbox::Outbox},
-    proxy_actors::ProxyActors,
-    sensor_kind::Kind,
-    stream::Streams,
+    args::RpcError, bridge::episode_state::EpisodeState, proxy_actors::ProxyActors,
+    sensor_kind::Kind, stream::Streams,
 };
 
 /// Frames after which the bundle of a sensor without listeners is destroyed.
@@ -25,12 +22,11 @@ pub(crate) struct Bundles {
     pub(crate) imu_gravity_mps2: f32,
 }
 
-/// What a bundle is created with.
-pub(crate) struct BundleContext<'a> {
-    pub(crate) client: &'a mut Client,
-    pub(crate) episode: &'a mut EpisodeState,
-    pub(crate) outbox: &'a mut Outbox,
-    pub(crate) streams: &'a Streams,
+/// A bundle that is about to be created.
+pub(crate) struct NewBundle {
+    pub(crate) commands: Vec<Command>,
+    spec: SensorSpec,
+    delta_nanos: u64,
 }
 
 impl Bundles {
@@ -50,16 +46,20 @@ impl Bundles {
         }
     }
 
-    /// Creates bundles for sensors that have listeners, and destroys those without.
-    pub(crate) fn update(&self, with: &mut BundleContext, frame: u64) {
-        let mut missing = Vec::new();
-        let mut obsolete = Vec::new();
-        let delta_nanos = with.client.wire_settings().delta_nanos;
-        for (id, proxy) in &mut with.episode.actors.proxies {
+    /// Takes out the bundles of sensors without listeners and those that no longer fit, and returns
+    /// them with the sensors that need a bundle.
+    pub(crate) fn changes(
+        &self,
+        episode: &mut EpisodeState,
+        streams: &Streams,
+        delta_nanos: u64,
+    ) -> (Vec<SensorBundle>, Vec<u32>) {
+        let (mut obsolete, mut missing) = (Vec::new(), Vec::new());
+        for (id, proxy) in &mut episode.actors.proxies {
             let Some(sensor) = &mut proxy.sensor else { continue };
             // Radios send whether or not a client listens.
-            let is_wanted = sensor.is_wanted(with.streams) || sensor.kind.is_radio();
-            let lacks = sensor.texture_outputs(with.streams) & !sensor.bundle_outputs;
+            let is_wanted = sensor.is_wanted(streams) || sensor.kind.is_radio();
+            let lacks = sensor.texture_outputs(streams) & !sensor.bundle_outputs;
             sensor.idle_frames = if is_wanted { 0 } else { sensor.idle_frames + 1 };
             // The columns of a lidar depend on the length of a tick.
             let is_obsolete = sensor.bundle_delta_nanos != delta_nanos || lacks != 0;
@@ -72,66 +72,76 @@ impl Bundles {
                 missing.push(*id);
             }
         }
-        for bundle in obsolete {
-            destroy(with.client, bundle);
-        }
-        for id in missing {
-            if let Err(RpcError(why)) = self.create(with, id) {
-                log::warn!("{frame} sensor {id}: {why}");
-            }
-        }
+        (obsolete, missing)
     }
 
-    /// Creates the bundle of a sensor, unless it has one or needs none.
+    /// Returns what creates the bundle of a sensor, or `None` if it has one or needs none.
     ///
     /// # Errors
     ///
-    /// Returns an error if an attribute of the sensor is invalid or the host refuses the bundle.
-    pub(crate) fn create(&self, with: &mut BundleContext, id: u32) -> Result<(), RpcError> {
-        let delta_nanos = with.client.wire_settings().delta_nanos;
-        let actors = &with.episode.actors;
-        let Some(proxy) = actors.proxies.get(&id) else { return Ok(()) };
+    /// Returns an error if an attribute of the sensor is invalid.
+    pub(crate) fn new_bundle(
+        &self,
+        episode: &EpisodeState,
+        client: &Client,
+        streams: &Streams,
+        id: u32,
+    ) -> Result<Option<NewBundle>, RpcError> {
+        let delta_nanos = client.wire_settings().delta_nanos;
+        let actors = &episode.actors;
+        let Some(proxy) = actors.proxies.get(&id) else { return Ok(None) };
         // The host does not know proxies: a sensor on one is fixed in the world.
         let (carrier, pose) = if proxy.parent == 0 || ProxyActors::is_proxy(proxy.parent) {
-            (ActorId::NONE, actors.pose_and_velocity(proxy, with.client.world()).0)
+            (ActorId::NONE, actors.pose_and_velocity(proxy, client.world()).0)
         } else {
             (ActorId(proxy.parent), proxy.pose)
         };
         let Some(sensor) = proxy.sensor.as_ref().filter(|s| s.bundle.is_none()) else {
-            return Ok(());
+            return Ok(None);
         };
         let Some(mut spec) = sensor.spec(pose, delta_nanos, self.imu_gravity_mps2)? else {
-            return Ok(());
+            return Ok(None);
         };
-        spec.outputs |= sensor.texture_outputs(with.streams);
-        let commands = with.outbox.take_commands();
-        if !commands.is_empty() {
-            with.client.try_wire_request("commands", &commands)?;
-        }
-        let bundle = with.client.create_bundle(&format!("carla-{id}"), carrier, &[spec], 2)?;
-        let proxy = with.episode.actors.proxies.get_mut(&id);
+        spec.outputs |= sensor.texture_outputs(streams);
+        let commands = bundle_commands(&format!("carla-{id}"), carrier, &[spec], 2);
+        Ok(Some(NewBundle { commands, spec, delta_nanos }))
+    }
+
+    /// Gives a sensor the bundle that the host has created.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the bundle has ended meanwhile.
+    pub(crate) fn open(
+        new: &NewBundle,
+        bundle: BundleId,
+        episode: &mut EpisodeState,
+        client: &Client,
+        id: u32,
+    ) -> Result<(), RpcError> {
+        let bundle = client.open_bundle(bundle, &[new.spec])?;
+        let proxy = episode.actors.proxies.get_mut(&id);
+        // If the sensor was destroyed meanwhile, the bundle is destroyed here.
         if let Some(sensor) = proxy.and_then(|proxy| proxy.sensor.as_mut()) {
             sensor.bundle = Some(bundle);
-            sensor.bundle_outputs = spec.outputs;
-            sensor.bundle_delta_nanos = delta_nanos;
+            sensor.bundle_outputs = new.spec.outputs;
+            sensor.bundle_delta_nanos = new.delta_nanos;
             sensor.idle_frames = 0;
         }
         Ok(())
     }
 
-    /// Queues a text that a radio sends with the next frame.
+    /// Returns the command by which a radio sends a text with the next frame.
     ///
     /// # Errors
     ///
     /// Returns an error if the sensor is not a `sensor.other.v2x_custom` or the text is too long.
-    pub(crate) fn transmit(
-        &self,
-        with: &mut BundleContext,
+    pub(crate) fn transmission(
+        episode: &mut EpisodeState,
         id: u32,
         text: &str,
-    ) -> Result<(), RpcError> {
-        self.create(with, id)?;
-        let sensor = with.episode.actors.proxy_mut(id)?.sensor.as_ref();
+    ) -> Result<Command, RpcError> {
+        let sensor = episode.actors.proxy_mut(id)?.sensor.as_ref();
         let sensor = sensor.filter(|s| s.kind == Kind::V2xCustom);
         let bundle = sensor.and_then(|s| s.bundle.as_ref()).map(SensorBundle::id);
         let bundle = bundle.ok_or("only sensor.other.v2x_custom can send text")?;
@@ -140,12 +150,6 @@ impl Bundles {
             format!("text of {} bytes is too long; the limit is {TEXT_BYTES} bytes", text.len())
         })?;
         room.copy_from_slice(text.as_bytes());
-        with.outbox.command(Command::Transmit(Transmit { bundle, sensor: 0, text: bytes }));
-        Ok(())
+        Ok(Command::Transmit(Transmit { bundle, sensor: 0, text: bytes }))
     }
-}
-
-/// Destroys a bundle. One that was destroyed with its carrier is no error.
-pub(crate) fn destroy(client: &mut Client, bundle: SensorBundle) {
-    let _ = client.destroy_bundle(bundle);
 }

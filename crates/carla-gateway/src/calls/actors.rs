@@ -12,6 +12,7 @@ use crate::{
     calls::call::Call,
     proxy_actors::{ProxyActors, SPECTATOR},
     sensor::Sensor,
+    shared_bridge::LockedBridge,
     wire::{Description, transform},
 };
 
@@ -71,7 +72,7 @@ pub(super) fn destroy(call: &mut Call) -> Result<(), RpcError> {
     Ok(())
 }
 
-impl Bridge {
+impl LockedBridge<'_> {
     /// Spawns an actor, or creates a sensor on one, and returns its id.
     ///
     /// # Errors
@@ -124,10 +125,13 @@ impl Bridge {
         if description.get("is_invincible") == Some("false") {
             spawn = spawn.ragdoll_on_hit();
         }
+        // No snapshot is published before the attributes of its actors are known.
+        let _turn = self.take_turn();
         let id = self.request_one("spawn", spawn.wire()).map_err(spawn_error)?;
-        let infos = self.client.blueprints();
+        let Bridge { client, episode, .. } = &mut **self;
+        let infos = client.blueprints();
         if let Some(info) = infos.iter().find(|info| info.id == description.id) {
-            self.episode.actors.add(id, description, info);
+            episode.actors.add(id, description, info);
         }
         self.add_spawned(id, pose);
         Ok(id)
@@ -148,11 +152,8 @@ impl Bridge {
         } else if !self.episode.actors.proxies.contains_key(&id) {
             return Err("unable to destroy actor: not found".into());
         }
-        for proxy in self.episode.actors.remove(id) {
-            if let Some(bundle) = proxy.sensor.and_then(|sensor| sensor.bundle) {
-                self.destroy_bundle(bundle);
-            }
-        }
+        // Dropped, a sensor's bundle is destroyed.
+        drop(self.episode.actors.remove(id));
         Ok(())
     }
 

@@ -4,8 +4,8 @@ use client_lib::ActorId;
 
 use crate::{
     args::{Args, RpcError},
-    bridge::Bridge,
     calls::{call::Call, vehicles::read_control},
+    shared_bridge::LockedBridge,
     wire::{Description, location, transform},
 };
 
@@ -18,7 +18,7 @@ pub(crate) fn apply(call: &mut Call) -> Result<(), RpcError> {
     let is_ticking = call.args.bool().unwrap_or(false);
     call.out.list(commands.len());
     while commands.len() > 0 {
-        let outcome = commands.list().and_then(|c| execute(call.bridge, c, None, 0));
+        let outcome = commands.list().and_then(|c| execute(&mut call.bridge, c, None, 0));
         match outcome {
             Ok(id) => call.out.list(1).list(2).uint(1).uint(id.into()),
             Err(RpcError(why)) => call.out.list(1).list(2).uint(0).list(1).text(&why),
@@ -33,7 +33,7 @@ pub(crate) fn apply(call: &mut Call) -> Result<(), RpcError> {
 /// Executes one command and returns the id of its actor: `of` if the actor was spawned by the
 /// enclosing command.
 fn execute(
-    bridge: &mut Bridge,
+    bridge: &mut LockedBridge,
     mut command: Args,
     of: Option<u32>,
     depth: u32,
@@ -125,7 +125,7 @@ fn execute(
     Ok(id)
 }
 
-fn spawn(bridge: &mut Bridge, mut body: Args, depth: u32) -> Result<u32, RpcError> {
+fn spawn(bridge: &mut LockedBridge, mut body: Args, depth: u32) -> Result<u32, RpcError> {
     let description = Description::read(&mut body)?;
     let pose = transform(&mut body)?;
     let parent = body.optional()?.map(|mut p| p.u32()).transpose()?.unwrap_or(0);

@@ -104,7 +104,11 @@ fn bones(call: &mut Call, function: &str) -> Result<Vec<BoneTransform>, RpcError
     let (state, blueprint) = state_and_blueprint(call, function, id)?;
     // The host stores the pose that clients have set.
     let is_posed = state.kind == kind::WALKER && state.has(flag::POSED);
-    let given = if is_posed { Some(call.bridge.client.given_pose(state.actor_id)?) } else { None };
+    let given = if is_posed {
+        Some(call.bridge.query(|queries| queries.given_pose(state.actor_id))?)
+    } else {
+        None
+    };
     Ok(bone_transforms(blueprint, &state, call.bridge.limbs(id).as_ref(), given))
 }
 

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use crate::{args::Args, bridge::Bridge, msgpack::Pack, rpc::Peer, statics::Statics};
+use crate::{args::Args, msgpack::Pack, rpc::Peer, shared_bridge::LockedBridge, statics::Statics};
 
-/// A call that reads or changes the world, through the locked bridge.
+/// A call that reads or changes the world, through the bridge, which is locked except while the call waits for the host.
 pub(crate) struct Call<'a> {
-    pub(crate) bridge: &'a mut Bridge,
+    pub(crate) bridge: LockedBridge<'a>,
     pub(crate) args: Args<'a>,
     /// The value of the answer, if it has one.
     pub(crate) out: &'a mut Pack,

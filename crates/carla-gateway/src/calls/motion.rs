@@ -11,6 +11,7 @@ use crate::{
     bridge::Bridge,
     calls::{actors::unknown, call::Call},
     proxy_actors::ProxyActors,
+    shared_bridge::LockedBridge,
     wire::{flip_turn, location, transform as read_transform},
 };
 
@@ -64,7 +65,7 @@ pub(super) fn simulate_physics(call: &mut Call) -> Result<(), RpcError> {
     call.bridge.set_simulate_physics(id, on)
 }
 
-impl Bridge {
+impl LockedBridge<'_> {
     /// Sets whether physics moves an actor, or only its client.
     pub(crate) fn set_simulate_physics(&mut self, id: u32, on: bool) -> Result<(), RpcError> {
         if ProxyActors::is_proxy(id) {
@@ -76,7 +77,7 @@ impl Bridge {
 
     /// Returns the id of an actor's blueprint.
     pub(crate) fn blueprint_id(&mut self, id: u32) -> Option<String> {
-        let Bridge { episode, client, .. } = self;
+        let Bridge { episode, client, .. } = &mut **self;
         let actor = episode.actors.actor(id, client.world(), client.blueprints())?;
         Some(actor.description.id.clone())
     }
@@ -110,9 +111,8 @@ impl Bridge {
         }
         let proxy = self.episode.actors.proxy_mut(id)?;
         proxy.pose = pose;
-        // A bundle is created with the pose of its sensor.
-        if let Some(bundle) = proxy.sensor.as_mut().and_then(|sensor| sensor.bundle.take()) {
-            self.destroy_bundle(bundle);
+        // A bundle is created with the pose of its sensor; the former one is destroyed here.
+        if proxy.sensor.as_mut().and_then(|sensor| sensor.bundle.take()).is_some() {
             self.create_bundle(id)?;
         }
         Ok(())

@@ -13,10 +13,10 @@ use glam::Vec3;
 
 use crate::{
     args::{Args, RpcError},
-    bridge::Bridge,
     calls::call::Call,
     msgpack::Pack,
     proxy_actors::ProxyActors,
+    shared_bridge::LockedBridge,
     wire::{flip, flip_turn, location},
 };
 
@@ -83,7 +83,7 @@ pub(super) fn telemetry(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
     call.bridge.vehicle("get_telemetry_data", id)?;
     call.bridge.flush_and_wait()?;
-    let (vehicle, wheels) = call.bridge.client.telemetry(ActorId(id))?;
+    let (vehicle, wheels) = call.bridge.query(|queries| queries.telemetry(ActorId(id)))?;
     let out = &mut *call.out;
     out.list(8).f32(vehicle.speed_mps).f32(-vehicle.steer).f32(vehicle.throttle);
     out.f32(vehicle.brake).f32(vehicle.engine_rpm).int(vehicle.gear.into());
@@ -108,7 +108,7 @@ pub(super) fn ackermann_settings(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
     call.bridge.vehicle("get_ackermann_controller_settings", id)?;
     call.bridge.flush_and_wait()?;
-    let settings = call.bridge.client.ackermann_settings(ActorId(id))?;
+    let settings = call.bridge.query(|queries| queries.ackermann_settings(ActorId(id)))?;
     call.out.list(6);
     for gain in settings.speed.iter().chain(&settings.acceleration) {
         call.out.f32(*gain);
@@ -183,10 +183,10 @@ fn pairs(args: &mut Args, what: &str, scale: f32) -> Result<Curve, RpcError> {
     Ok(Curve::new(&pairs).ok_or_else(many)?)
 }
 
-impl Bridge {
+impl LockedBridge<'_> {
     fn physics_of(&mut self, id: u32) -> Result<VehiclePhysics, RpcError> {
         self.flush_and_wait()?;
-        Ok(self.client.vehicle_physics(ActorId(id))?)
+        self.query(|queries| queries.vehicle_physics(ActorId(id)))
     }
 
     /// Applies a `VehiclePhysicsControl`.

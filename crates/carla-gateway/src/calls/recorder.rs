@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use client_lib::{Profile, Replay, saved_path};
+use client_lib::{Command, Profile, Replay, saved_path};
 use glam::{Quat, vec3};
 use record::Recording;
 
@@ -18,14 +18,17 @@ use crate::{
 pub(super) fn start(call: &mut Call) -> Result<(), RpcError> {
     let name = call.args.text()?;
     // A recording always contains CARLA's additional data.
-    let path = call.bridge.client.start_recorder(name, Profile::State)?;
+    let command = Command::start_recorder(name, Profile::State)?;
+    let deadline = call.bridge.client.deadlines().answer;
+    call.bridge.request_first("start_recorder", command, deadline)?;
+    let path = saved_path(name)?;
     call.out.text(&path.display().to_string());
     Ok(())
 }
 
 pub(super) fn stop(call: &mut Call) -> Result<(), RpcError> {
-    call.bridge.client.stop_recorder()?;
-    Ok(())
+    let deadline = call.bridge.client.deadlines().answer;
+    call.bridge.request_first("stop_recorder", Command::stop_recorder(), deadline).map(drop)
 }
 
 /// Writes a table of a recording, or CARLA's message that the file does not exist.
@@ -98,10 +101,7 @@ pub(super) fn replay(call: &mut Call) -> Result<(), RpcError> {
     let replayer = &call.bridge.episode.replayer;
     let (time_factor, ignore_hero) = (replayer.time_factor, replayer.ignore_hero);
     let replay = Replay { from_s, duration_s, time_factor, ignore_hero };
-    // When this returns, the host has opened the file.
-    call.bridge.client.start_replay(&shown.to_string_lossy(), replay)?;
-    // The replay may have loaded another world.
-    call.bridge.publish();
+    call.bridge.start_replay(Command::start_replay(&shown.to_string_lossy(), replay)?)?;
     let from_s = if from_s < 0.0 { (total_s + from_s).max(0.0) } else { from_s.min(total_s) };
     let until_s = if duration_s > 0.0 { (from_s + duration_s).min(total_s) } else { total_s };
     let lasts_s = (until_s - from_s) / f64::from(time_factor.max(1e-6));
@@ -150,8 +150,8 @@ fn recording_of(call: &mut Call, path: &Path) -> Result<TemporaryFile, RpcError>
 pub(super) fn stop_replay(call: &mut Call) -> Result<(), RpcError> {
     let keep_actors = call.args.bool()?;
     call.bridge.episode.replayer.follow = None;
-    call.bridge.client.stop_replay(keep_actors)?;
-    Ok(())
+    let deadline = call.bridge.client.deadlines().answer;
+    call.bridge.request_first("stop_replay", Command::stop_replay(keep_actors), deadline).map(drop)
 }
 
 pub(super) fn time_factor(call: &mut Call) -> Result<(), RpcError> {

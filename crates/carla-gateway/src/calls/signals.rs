@@ -2,7 +2,9 @@
 
 use client_lib::ActorId;
 
-use crate::{args::RpcError, bridge::Bridge, calls::call::Call, wire::Bounds};
+use crate::{
+    args::RpcError, bridge::Bridge, calls::call::Call, shared_bridge::LockedBridge, wire::Bounds,
+};
 
 /// Half the size of a light box. Metres.
 const BOX_M: [f32; 3] = [0.2, 0.2, 0.5];
@@ -90,13 +92,14 @@ fn reset(call: &mut Call, ids: &[u32]) {
     commands.into_iter().for_each(|command| call.bridge.command(command));
 }
 
-impl Bridge {
+impl LockedBridge<'_> {
     /// Switches a light: 0 red, 1 yellow, 2 green, 3 off.
     pub(crate) fn set_traffic_light(&mut self, id: u32, state: u32) -> Result<(), RpcError> {
         if state > 3 {
             return Err(format!("unknown traffic light state {state}").into());
         }
-        let commands = self.episode.traffic_lights.switch(id, state, self.client.world());
+        let Bridge { episode, client, .. } = &mut **self;
+        let commands = episode.traffic_lights.switch(id, state, client.world());
         if commands.is_empty() {
             return Err("Actor is not a traffic light".into());
         }

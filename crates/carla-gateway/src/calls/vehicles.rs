@@ -7,8 +7,8 @@ use client_lib::{
 
 use crate::{
     args::{Args, RpcError},
-    bridge::Bridge,
     calls::{actors::unknown, call::Call},
+    shared_bridge::LockedBridge,
 };
 
 pub(super) fn control(call: &mut Call) -> Result<(), RpcError> {
@@ -99,7 +99,7 @@ pub(super) fn wheel_angle(call: &mut Call) -> Result<(), RpcError> {
     Ok(())
 }
 
-impl Bridge {
+impl LockedBridge<'_> {
     /// Returns the lights of a vehicle that are on, including those just switched.
     fn vehicle_lights(&self, id: u32) -> u32 {
         let shown = || self.client.world().state(ActorId(id)).map_or(0, |state| state.lamps);

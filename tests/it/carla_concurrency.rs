@@ -1,0 +1,144 @@
+//! Calls of one CARLA connection while another one waits for the host.
+//!
+//! A native client joins the barrier and holds a frame back: the tick, or the load of a world, that
+//! computes the frame cannot end before this client arrives.
+
+use std::{
+    io::Write,
+    net::TcpStream,
+    sync::{Arc, Mutex},
+    time::Duration,
+};
+
+use carla_gateway::msgpack::{Budget, Pack, Value, read};
+use client_lib::Client;
+
+use crate::{
+    carla::with_carla_server,
+    kit::{Sim, thread},
+};
+
+/// A connection of CARLA's protocol.
+struct Connection(TcpStream);
+
+impl Connection {
+    fn open(port: u16) -> Connection {
+        let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        // A call that is never answered fails the test instead of blocking it.
+        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        Connection(stream)
+    }
+
+    /// Sends a call and returns its result. `write` writes the arguments.
+    fn call(&mut self, method: &str, args: usize, write: impl FnOnce(&mut Pack)) -> Value {
+        let mut request = Pack::new();
+        request.list(4).uint(0).uint(1).text(method).list(1 + args).list(1).bool(false);
+        write(&mut request);
+        self.0.write_all(request.bytes()).unwrap();
+        let answer = read(&mut self.0, &mut Budget::new(1 << 20, 1 << 20));
+        let Value::List(parts) = answer.unwrap_or_else(|e| panic!("{method}: {e}")) else {
+            panic!("{method}: the answer is not a list")
+        };
+        let [_, _, error, result] = &parts[..] else { panic!("{method}: {parts:?}") };
+        assert_eq!(*error, Value::Nil, "{method}");
+        result.clone()
+    }
+
+    fn set_synchronous(&mut self) {
+        self.call("set_episode_settings", 1, |settings| {
+            settings.list(11).bool(true).bool(false).list(2).bool(true).f64(0.05);
+            settings.bool(true).f64(0.01).int(10).f32(0.0).bool(true);
+            settings.f32(3000.0).f32(2000.0).bool(true);
+        });
+    }
+
+    /// Calls that lock the bridge: they read the world, or queue a command.
+    fn call_each_kind(&mut self) {
+        self.call("get_episode_info", 0, |_| {});
+        self.call("get_episode_settings", 0, |_| {});
+        self.call("get_weather_parameters", 0, |_| {});
+        self.call("get_vehicle_light_states", 0, |_| {});
+        self.call("get_actors_by_id", 1, |args| {
+            args.list(1).uint(1);
+        });
+        self.call("freeze_all_traffic_lights", 1, |args| {
+            args.bool(false);
+        });
+        self.call("version", 0, |_| {});
+    }
+}
+
+/// A simulator whose synchronous world waits for `agent` at each frame, without a time limit.
+fn held_by_an_agent() -> (Sim, u16, Connection, Client) {
+    let (sim, port) = with_carla_server(&["--deadline-secs", "0"]);
+    let mut carla = Connection::open(port);
+    carla.set_synchronous();
+    let mut agent = sim.client("agent");
+    agent.join_barrier().unwrap();
+    (sim, port, carla, agent)
+}
+
+/// Makes a call of one connection wait for the agent, and calls of another one meanwhile.
+fn check_order(method: &'static str, args: usize, write: fn(&mut Pack)) {
+    let (sim, port, mut waiting, mut agent) = held_by_an_agent();
+    let events = Arc::new(Mutex::new(Vec::new()));
+    let ended = Arc::clone(&events);
+    let begun = agent.frame();
+    let waiting = thread(move || {
+        waiting.call(method, args, write);
+        ended.lock().unwrap().push(method);
+        waiting
+    });
+    while agent.frame() == begun {
+        agent.await_frame().unwrap();
+    }
+    // The frame is published, and complete only after the agent has arrived.
+    Connection::open(port).call_each_kind();
+    events.lock().unwrap().push("calls of another connection");
+    agent.arrive();
+    let waiting = waiting.join().unwrap();
+    assert_eq!(*events.lock().unwrap(), ["calls of another connection", method]);
+    drop((waiting, agent));
+    let log = sim.end();
+    assert!(!log.contains("panicked"), "{log}");
+}
+
+/// Without this, an agent in the barrier that reads the world through CARLA's protocol before it
+/// arrives would block the tick for which it is awaited.
+#[test]
+fn calls_are_answered_while_another_carla_client_waits_for_its_tick() {
+    check_order("tick_cue", 0, |_| {});
+}
+
+#[test]
+fn calls_are_answered_while_another_carla_client_loads_a_world() {
+    check_order("load_new_episode", 3, |args| {
+        args.text("Millbrook").bool(false).uint(0xffff);
+    });
+}
+
+#[test]
+fn ticks_of_two_carla_clients_each_advance_the_world() {
+    const TICKS: u64 = 50;
+    let (sim, port) = with_carla_server(&[]);
+    let mut first = Connection::open(port);
+    first.set_synchronous();
+    let ticks = |mut connection: Connection| {
+        thread(move || {
+            let tick = |_| match connection.call("tick_cue", 0, |_| {}) {
+                Value::List(parts) => format!("{parts:?}"),
+                other => panic!("{other:?}"),
+            };
+            let frames: Vec<_> = (0..TICKS).map(tick).collect();
+            (connection, frames)
+        })
+    };
+    let (a, b) = (ticks(first), ticks(Connection::open(port)));
+    let ((_a, mut frames), (_b, others)) = (a.join().unwrap(), b.join().unwrap());
+    frames.extend(others);
+    frames.sort();
+    frames.dedup();
+    assert_eq!(frames.len() as u64, 2 * TICKS, "each tick has a frame of its own");
+    drop((_a, _b));
+    sim.end();
+}
