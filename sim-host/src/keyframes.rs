@@ -135,20 +135,20 @@ mod tests {
     }
 
     #[test]
-    fn poses_hold_until_their_walker_is_destroyed() {
+    fn a_pose_holds_until_its_walker_is_destroyed() {
         let mut keyframes = Keyframes::default();
         let set = |first| SetBones { actor_id: ActorId(3), first, count: 6, ..SetBones::default() };
         let blend = Command::BlendPose(BlendPose { actor_id: ActorId(3), weight: 1.0 });
         let commands = [Command::SetBones(set(0)), Command::SetBones(set(6)), blend];
         keyframes.close(at(1), commands.iter().map(|command| entry(*command, 3)).collect());
         keyframes.close(at(2), vec![entry(Command::SetBones(set(6)), 3)]);
-        let told = |keyframes: &Keyframes, frame| {
+        let poses_at = |keyframes: &Keyframes, frame| {
             let ((_, entries), _) = keyframes.since(Frame(frame));
             entries.iter().filter_map(|entry| entry.command.decode()).collect::<Vec<_>>()
         };
-        assert_eq!(told(&keyframes, 2), commands);
+        assert_eq!(poses_at(&keyframes, 2), commands);
         keyframes.close(at(3), vec![entry(Command::Destroy(ActorId(3)), 3)]);
-        assert_eq!(told(&keyframes, 3), []);
+        assert_eq!(poses_at(&keyframes, 3), []);
     }
 
     #[test]

@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn open_doors_stand_off_their_vehicles() {
+    fn open_doors_extend_beyond_their_vehicles() {
         let mut count = 0;
         for blueprint in town::catalogue().iter().filter(|b| b.rig().door_count() > 0) {
             let all = (1 << blueprint.rig().door_count()) - 1;

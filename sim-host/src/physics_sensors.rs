@@ -1,8 +1,8 @@
-//! Sensors born of physics: measured here, in the midst of the substeps, and sent in the bundles
-//! of their bundles before a frame's tick word is raised.
+//! Physics sensors: sensors that the host measures in the substeps of physics. Their bundles are
+//! sent before the tick word of a frame is raised.
 //!
-//! They look at the world and change nothing of it, so that the state hash is the same whoever
-//! measures. Where there is no bundle of theirs, a tick does nothing here.
+//! They read the world and do not change it, so that the state hash does not depend on them.
+//! Without a bundle of physics sensors, a tick does no work here.
 
 mod air;
 mod cam;
@@ -44,14 +44,14 @@ use crate::{
     world::World,
 };
 
-/// What of the ground a sensor of obstacles calls it: `mesh::Tag::Ground`.
+/// Semantic tag of the ground in the readings of obstacle sensors.
 const GROUND_TAG: u32 = mesh::Tag::Ground as u32;
 
-/// The bundles whose sensors are born of physics.
+/// The bundles of physics sensors.
 #[derive(Default)]
 pub(crate) struct PhysicsSensors {
     bundles: BTreeMap<BundleId, SensorBundle>,
-    /// The world's roads, once somebody asks for them.
+    /// The roads of the world, once a sensor needs them.
     network: Option<Network>,
 }
 
@@ -63,7 +63,7 @@ struct SensorBundle {
     writer: Writer<BundleHeader, Page>,
 }
 
-/// One sensor.
+/// A sensor with its state.
 struct PhysicsSensor {
     spec: SensorSpec,
     state: State,
@@ -79,33 +79,33 @@ enum State {
     Radio(Station),
 }
 
-/// Whether a sensor needs to know the roads.
+/// Whether a sensor needs the road network.
 pub(crate) fn needs_roads(spec: &SensorSpec) -> bool {
     matches!(spec.kind, sensor::GNSS | sensor::LANE_INVASION | sensor::CAM)
 }
 
 impl PhysicsSensors {
-    /// Whether anybody measures.
+    /// Whether there are no bundles of physics sensors.
     pub(crate) fn is_empty(&self) -> bool {
         self.bundles.is_empty()
     }
 
-    /// Whether the roads are known already.
+    /// Whether the road network is set.
     pub(crate) fn has_roads(&self) -> bool {
         self.network.is_some()
     }
 
-    /// The roads of the world.
+    /// Sets the road network of the world.
     pub(crate) fn set_roads(&mut self, network: Network) {
         self.network = Some(network);
     }
 
-    /// Another world: its roads are others.
+    /// Removes all sensors and the road network, for another world.
     pub(crate) fn begin_episode(&mut self) {
         *self = PhysicsSensors::default();
     }
 
-    /// A bundle that the host measures from now on.
+    /// Adds a bundle, which is measured from now on.
     pub(crate) fn mount(
         &mut self,
         id: BundleId,
@@ -118,30 +118,35 @@ impl PhysicsSensors {
         self.bundles.insert(id, SensorBundle { parent, sensors, planes, byte_len, writer });
     }
 
-    /// It measures no more.
+    /// Removes a bundle.
     pub(crate) fn unmount(&mut self, id: BundleId) {
         self.bundles.remove(&id);
     }
 
-    /// A text to be sent by radio.
+    /// Queues a text for transmission by radio.
+    ///
+    /// # Errors
+    ///
+    /// The cause as a text.
     pub(crate) fn transmit(&mut self, command: &Transmit) -> Result<u32, String> {
         let bundle = self.bundles.get_mut(&command.bundle);
-        let bundle =
-            bundle.ok_or_else(|| format!("there is no bundle {} with radios", command.bundle.0))?;
+        let bundle = bundle
+            .ok_or_else(|| format!("there is no bundle {} of physics sensors", command.bundle.0))?;
         let count = bundle.sensors.len();
         match bundle.sensors.get_mut(command.sensor as usize).map(|sensor| &mut sensor.state) {
             Some(State::Radio(station)) => station.queue(command.text).map(|()| command.bundle.0),
-            Some(_) => {
-                Err(format!("sensor {} of bundle {} is no radio", command.sensor, command.bundle.0))
-            }
+            Some(_) => Err(format!(
+                "sensor {} of bundle {} is not a radio",
+                command.sensor, command.bundle.0
+            )),
             None => Err(format!(
-                "bundle {} has {count} sensors, no {}",
+                "bundle {} has {count} sensors; there is no sensor {}",
                 command.bundle.0, command.sensor
             )),
         }
     }
 
-    /// After each substep; `dt` is 0 before the first.
+    /// Observes physics before the first substep of a frame, with `dt` 0, and after each substep.
     pub(crate) fn observe(&mut self, physics: &Physics, dt: f32) {
         for bundle in self.bundles.values_mut() {
             let imus = bundle.sensors.iter_mut().filter_map(|sensor| match &mut sensor.state {
@@ -157,7 +162,7 @@ impl PhysicsSensors {
         }
     }
 
-    /// Measures a frame and sends what there is to say of it.
+    /// Measures a frame and sends the bundles that have readings.
     pub(crate) fn send(&mut self, world: &World, header: &SnapshotHeader) -> Result<(), BusError> {
         let PhysicsSensors { bundles, network } = self;
         let transmissions = collect_transmissions(bundles, network.as_ref(), world, header);
@@ -210,7 +215,7 @@ impl PhysicsSensors {
     }
 }
 
-/// What all stations send in this frame: whoever hears it hears it in this frame.
+/// Returns the transmissions of all stations in this frame; they are received in the same frame.
 fn collect_transmissions(
     bundles: &mut BTreeMap<BundleId, SensorBundle>,
     network: Option<&Network>,
@@ -232,7 +237,7 @@ fn collect_transmissions(
 }
 
 impl SensorBundle {
-    /// `world_from_parent`; nothing if the carrier is gone.
+    /// Returns `world_from_parent`, or `None` if the carrier is gone.
     fn place(&self, world: &World) -> Option<Pose> {
         if self.parent == ActorId::NONE {
             return Some(Pose::IDENTITY);
@@ -242,7 +247,7 @@ impl SensorBundle {
 }
 
 impl PhysicsSensor {
-    /// Nothing, if it is none of ours.
+    /// Returns a sensor, or `None` if its kind is not a physics sensor.
     fn new(spec: &SensorSpec) -> Option<PhysicsSensor> {
         let mounted = spec.parent_from_sensor;
         let state = match spec.kind {
@@ -266,7 +271,7 @@ impl PhysicsSensor {
         Some(PhysicsSensor { spec: *spec, state })
     }
 
-    /// The readings of this frame, as bytes; empty if there are none.
+    /// Returns the readings of this frame as bytes; empty if there are none.
     fn measure(
         &mut self,
         scene: &Scene,
@@ -335,7 +340,7 @@ impl PhysicsSensor {
     }
 }
 
-/// Whether a sensor's turn has come: the renderer's own rule.
+/// Whether a sensor measures in this frame. The renderer has the same rule.
 fn is_due(spec: &SensorSpec, header: &SnapshotHeader) -> bool {
     if spec.period_nanos == 0 {
         return true;
@@ -349,7 +354,7 @@ fn bytes_of<T: Reading>(readings: &[T]) -> Vec<u8> {
     bytemuck::cast_slice(readings).to_vec()
 }
 
-/// Who touched an actor during this frame, how hard.
+/// Returns the collisions of an actor in this frame.
 fn collisions(world: &World, carrier: ActorId) -> Vec<CollisionReading> {
     let concerned = world.frame_collisions().filter(|c| c.actor == carrier || c.other == carrier);
     let reading = |touch: &crate::physics::Collision| {
@@ -376,7 +381,7 @@ fn tag_of(world: &World, id: ActorId) -> u8 {
     blueprint.map_or(0, |blueprint| blueprint.tag as u8)
 }
 
-/// What lies ahead of a sensor.
+/// Returns the nearest obstacle ahead of a sensor.
 fn obstacle(
     world: &World,
     carrier: ActorId,
@@ -403,7 +408,7 @@ fn obstacle(
     Some(ObstacleReading { other, object, tag, distance_m })
 }
 
-/// Whether a bundle is measured here and not by rays.
+/// Whether a bundle holds physics sensors.
 pub(crate) fn are_physics_sensors(specs: &[SensorSpec]) -> bool {
     specs.iter().any(|spec| sensor::is_physics_sensor(spec.kind))
 }

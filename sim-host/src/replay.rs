@@ -195,9 +195,10 @@ mod tests {
     fn a_frame_shows_until_the_next_is_done() {
         let moment = |delta_nanos| Moment { delta_nanos, ..Moment::default() };
         let moments = [moment(50), moment(50), moment(20)];
-        for (at, wanted) in [(0, (0, 0)), (49, (0, 49)), (50, (1, 0)), (69, (1, 19)), (70, (2, 0))]
+        for (at, expected) in
+            [(0, (0, 0)), (49, (0, 49)), (50, (1, 0)), (69, (1, 19)), (70, (2, 0))]
         {
-            assert_eq!(place(&moments, at), wanted);
+            assert_eq!(place(&moments, at), expected);
         }
     }
 }

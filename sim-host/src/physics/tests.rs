@@ -1,13 +1,13 @@
-//! What physics promises, put to the test.
+//! Tests of the physics.
 
 mod ackermann;
 mod commonroad;
 mod determinism;
 mod doors;
 mod driving;
+mod forces;
 mod ground;
 mod motion;
-mod outside;
 mod ragdoll;
 mod rails;
 mod tuning;
@@ -24,7 +24,7 @@ use super::{Ground, Physics, VehicleModel};
 pub(super) const FRAME_NANOS: u64 = 50_000_000;
 pub(super) const SUBSTEP_NANOS: u64 = 10_000_000;
 
-/// A plane through the origin that rises by `slope` along x.
+/// Returns a plane through the origin that rises by `slope` along x.
 pub(super) fn incline(slope: f32) -> Arc<Ground> {
     let mut mesh = mesh::Mesh::default();
     let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
@@ -33,7 +33,7 @@ pub(super) fn incline(slope: f32) -> Arc<Ground> {
     Arc::new(Ground::new(&mesh))
 }
 
-/// One vehicle on its ground.
+/// One vehicle on a ground.
 pub(super) struct Lone {
     pub(super) physics: Physics,
     pub(super) control: VehicleControl,

@@ -342,8 +342,8 @@ impl Physics {
             if impulse == Vec3::ZERO {
                 continue;
             }
-            let who = |handle| self.world.colliders.get(handle).map(|c| c.user_data);
-            let (Some(first), Some(second)) = (who(pair.collider1), who(pair.collider2)) else {
+            let owner = |handle| self.world.colliders.get(handle).map(|c| c.user_data);
+            let (Some(first), Some(second)) = (owner(pair.collider1), owner(pair.collider2)) else {
                 continue;
             };
             // Floors of ragdolls belong to no actor.

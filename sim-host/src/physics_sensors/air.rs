@@ -1,4 +1,4 @@
-//! What is in the air during a frame, and who hears it.
+//! Radio transmissions of a frame, and their reception.
 
 use glam::Vec3;
 use protocol::{
@@ -13,18 +13,18 @@ use super::{
 };
 use crate::world::World;
 
-/// An antenna stands this far above its carrier's box.
+/// Height of an antenna above the collision box of its carrier.
 const ABOVE_M: f32 = 0.02;
-/// Texts that wait at one sensor.
+/// Most texts that may wait at one sensor.
 const TEXTS_MAX: usize = 64;
 
-/// A station.
+/// A radio station.
 pub(super) enum Station {
     Cam(Box<Cam>),
     Text { spec: MessageSpec, waiting: Vec<[u8; TEXT_BYTES]> },
 }
 
-/// What was sent in this frame.
+/// A transmission of this frame.
 pub(super) struct Transmission {
     from: ActorId,
     antenna: Antenna,
@@ -44,7 +44,7 @@ pub(super) struct Antenna {
 }
 
 impl Antenna {
-    /// Above the carrier's box; who has none holds it where the sensor is.
+    /// Returns the antenna above the carrier's box; without a carrier it is at the sensor.
     pub(super) fn of(world: &World, carrier: ActorId, world_from_sensor: &Pose) -> Antenna {
         match world.state(carrier) {
             Some(state) => Antenna { at: top(world, carrier), ground_m: state.pose.position().z },
@@ -71,12 +71,18 @@ impl Station {
         }
     }
 
-    /// A text to be sent with the next frame.
+    /// Queues a text for the next frame.
+    ///
+    /// # Errors
+    ///
+    /// The station sends no texts, or its queue is full.
     pub(super) fn queue(&mut self, text: [u8; TEXT_BYTES]) -> Result<(), String> {
         match self {
-            Station::Cam(_) => Err("it sends what the standard has, no texts".to_owned()),
+            Station::Cam(_) => {
+                Err("a CAM station sends standard messages only, no texts".to_owned())
+            }
             Station::Text { waiting, .. } if waiting.len() >= TEXTS_MAX => {
-                Err(format!("{TEXTS_MAX} texts wait already; they go with the next frame"))
+                Err(format!("{TEXTS_MAX} texts wait already; they are sent with the next frame"))
             }
             Station::Text { waiting, .. } => {
                 waiting.push(text);
@@ -85,7 +91,7 @@ impl Station {
         }
     }
 
-    /// Adds what it sends in this frame.
+    /// Appends the transmissions of this frame.
     pub(super) fn send(
         &mut self,
         scene: &Scene,
@@ -115,7 +121,7 @@ impl Station {
         }
     }
 
-    /// What it hears of it, as bytes of its own readings.
+    /// Returns the received messages as the bytes of readings.
     pub(super) fn receive(
         &self,
         scene: &Scene,

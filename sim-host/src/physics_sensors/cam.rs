@@ -1,5 +1,4 @@
-//! When a station sends a cooperative awareness message, and what is in it: ETSI EN 302 637-2,
-//! section 6.1.3.
+//! Generation and content of cooperative awareness messages: ETSI EN 302 637-2, section 6.1.3.
 
 use glam::Vec3;
 use mesh::Tag;
@@ -8,7 +7,7 @@ use road::Network;
 
 use super::{gnss::locate, imu::compass, noise::Noise};
 
-/// ETSI's numbers of what a station is.
+/// Station types of ETSI.
 mod station {
     pub(super) const UNKNOWN: u32 = 0;
     pub(super) const PEDESTRIAN: u32 = 1;
@@ -25,17 +24,17 @@ mod station {
 const HEADING_CHANGE_RAD: f32 = 4.0 * std::f32::consts::PI / 180.0;
 const PLACE_CHANGE_M: f32 = 4.0;
 const SPEED_CHANGE_MPS: f32 = 0.5;
-/// Role and lights are told at most this often.
+/// Shortest interval of the low-frequency container (role and lights).
 const LOW_FREQUENCY_SECS: f64 = 0.5;
-/// How often a roadside unit speaks.
+/// Interval of a roadside unit.
 const ROADSIDE_SECS: f64 = 0.5;
-/// After so many messages that nothing but time brought about, the interval is the longest again.
+/// After this many messages without a change of state, the interval is the longest again.
 const UNCHANGED_MAX: u32 = 3;
 
-/// A station's sending side.
+/// The sending side of a station.
 pub(super) struct Cam {
     pub(super) spec: CamSpec,
-    /// What was said last: when, where, whither, how fast.
+    /// Time, position, direction and speed of the last message.
     last: Option<(f64, Vec3, Vec3, f32)>,
     last_low_secs: Option<f64>,
     interval_secs: f64,
@@ -48,7 +47,7 @@ impl Cam {
         Cam { spec, last: None, last_low_secs: None, interval_secs, unchanged: 0 }
     }
 
-    /// What it sends in this frame, if anything.
+    /// Returns the message of this frame, if one is due.
     pub(super) fn generate(
         &mut self,
         carrier: Option<&ActorState>,
@@ -146,7 +145,7 @@ impl Cam {
         message.station_type = station_of(blueprint.tag, blueprint.id);
         message.heading_rad = heading.rem_euclid(std::f32::consts::TAU);
         message.speed_mps = (speed + error(spec.speed_stddev_mps, 0.0) as f32).max(0.0);
-        // Who stands trembles a little.
+        // The speed of a standing vehicle jitters slightly.
         message.drive_direction = (speed < -0.01).into();
         message.length_m = 2.0 * blueprint.half_extents_m.x;
         message.width_m = 2.0 * blueprint.half_extents_m.y;
@@ -189,8 +188,8 @@ fn station_of(tag: Tag, id: &str) -> u32 {
 mod tests {
     use super::*;
 
-    /// Times of messages within `secs` of a vehicle that moves at `speed` m/s, and from second 2 on
-    /// faster by 1 m/s each second if `gains`.
+    /// Returns the times of messages within `secs` of a vehicle with `speed` m/s, which from second
+    /// 2 on accelerates with 1 m/s² if `gains`.
     fn times(spec: CamSpec, speed: f32, gains: bool, secs: f64) -> Vec<f64> {
         let mut cam = Cam::new(spec);
         let mut message = Vec::new();
@@ -214,14 +213,14 @@ mod tests {
     }
 
     #[test]
-    fn messages_come_as_the_standard_has_them() {
+    fn messages_follow_the_generation_rules() {
         let spec = CamSpec::default();
-        // Who stands says so each second.
+        // A standing vehicle sends once per second.
         assert!(gaps(&times(spec, 0.0, false, 5.0)).iter().all(|gap| *gap == 1000));
-        // At 20 m/s, 4 m are passed within 0.25 s.
+        // At 20 m/s, 4 m take less than 0.25 s.
         let fast = gaps(&times(spec, 20.0, false, 5.0));
         assert!(fast.iter().all(|gap| *gap == 250 || *gap == 200), "{fast:?}");
-        // Half a metre a second faster takes half a second.
+        // At 1 m/s², a change of 0.5 m/s takes half a second.
         let gaining = gaps(&times(spec, 1.0, true, 6.0));
         assert!(gaining.iter().rev().take(4).all(|gap| (500..=600).contains(gap)), "{gaining:?}");
         let fixed = CamSpec {
@@ -229,7 +228,7 @@ mod tests {
             ..spec
         };
         assert!(gaps(&times(fixed, 0.0, false, 2.0)).iter().all(|gap| *gap == 100));
-        // Never more often than the least interval, however fast it goes.
+        // The shortest interval holds at any speed.
         assert!(gaps(&times(spec, 200.0, false, 2.0)).iter().all(|gap| *gap == 100));
     }
 }

@@ -1,9 +1,9 @@
-//! The receiver of satellites: where a place lies on the earth, and how wrong it is about it.
+//! The GNSS receiver: geographic position and its errors.
 //!
-//! Besides white noise and biases, as CARLA has them, there is an error that wanders about: a first
-//! order Gauss-Markov process in metres, `e ← e · exp(−dt/τ) + σ · √(1 − exp(−2 dt/τ)) · n`, which is
-//! what orbits, clocks and the air do to a receiver (P. Groves, *Principles of GNSS, Inertial, and
-//! Multisensor Integrated Navigation Systems*, 2nd edition, section 14.2.7).
+//! Besides white noise and biases, as in CARLA, there is a correlated error: a first order
+//! Gauss-Markov process in metres, `e ← e · exp(−dt/τ) + σ · √(1 − exp(−2 dt/τ)) · n`, which models
+//! orbits, clocks and the atmosphere (P. Groves, *Principles of GNSS, Inertial, and Multisensor
+//! Integrated Navigation Systems*, 2nd edition, section 14.2.7).
 
 use glam::{DVec3, Vec3};
 use protocol::{GnssReading, GnssSpec, geodesy};
@@ -11,23 +11,23 @@ use road::{CarlaMercator, GeoPoint, Network};
 
 use super::noise::Noise;
 
-/// One that is mounted.
+/// A mounted receiver.
 pub(super) struct Gnss {
     spec: GnssSpec,
-    /// East, north, up.
+    /// Correlated error: east, north, up.
     wander_m: DVec3,
-    has_wandered: bool,
+    has_error: bool,
 }
 
 impl Gnss {
     pub(super) fn new(spec: GnssSpec) -> Gnss {
-        Gnss { spec, wander_m: DVec3::ZERO, has_wandered: false }
+        Gnss { spec, wander_m: DVec3::ZERO, has_error: false }
     }
 
-    /// The error wanders on by one frame.
+    /// Advances the correlated error by one frame.
     pub(super) fn advance(&mut self, delta_secs: f32, noise: &mut Noise) {
         let spec = &self.spec;
-        let keep = if self.has_wandered && spec.wander_secs > 0.0 {
+        let keep = if self.has_error && spec.wander_secs > 0.0 {
             (-f64::from(delta_secs) / f64::from(spec.wander_secs)).exp()
         } else {
             0.0
@@ -36,10 +36,10 @@ impl Gnss {
         let [east, north] = [noise.normal(spec.wander_m), noise.normal(spec.wander_m)];
         let drawn = DVec3::new(east, north, noise.normal(spec.wander_up_m));
         self.wander_m = self.wander_m * keep + drawn * push;
-        self.has_wandered = true;
+        self.has_error = true;
     }
 
-    /// What it says of a place.
+    /// Returns the reading at a position in world space.
     pub(super) fn read(&self, place: Vec3, network: &Network, noise: &mut Noise) -> GnssReading {
         let spec = &self.spec;
         let point = locate(place.as_dvec3() + self.wander_m, network, spec.geodesy);
@@ -57,7 +57,7 @@ impl Gnss {
     }
 }
 
-/// A place of world space on the earth.
+/// Returns the geographic position of a point in world space.
 pub(super) fn locate(place: DVec3, network: &Network, geodesy: u32) -> GeoPoint {
     let sphere = CarlaMercator::from_proj(&network.header().geo_reference);
     if geodesy == geodesy::CARLA {
@@ -75,9 +75,9 @@ mod tests {
         <lane id="0" type="none"/></center><right><lane id="-1" type="driving"><width sOffset="0"
         a="3" b="0" c="0" d="0"/></lane></right></laneSection></lanes></road>"#;
 
-    /// What the official client of CARLA 0.9.16 answered for these places in CARLA's axes.
+    /// Results of the official client of CARLA 0.9.16 for these positions in CARLA's axes.
     #[test]
-    fn places_are_where_the_official_client_says() {
+    fn positions_agree_with_the_official_client() {
         let proj = "+proj=tmerc +lat_0=52.52 +lon_0=13.4 +k=1";
         let network = |proj: &str| {
             let reference = format!("<geoReference>{proj}</geoReference>");
@@ -96,7 +96,7 @@ mod tests {
         }
         let nowhere = locate(DVec3::ZERO, &network(""), geodesy::CARLA);
         assert!((nowhere.latitude_deg - 42.0).abs() < 1e-9);
-        // Ours has the north where the map has it.
+        // The projection of the map has its own north.
         let north = locate(DVec3::new(0.0, 1000.0, 0.0), &berlin, geodesy::MAP);
         assert!((north.latitude_deg - 52.52 - 1000.0 / 111_270.0).abs() < 1e-5, "{north:?}");
     }

@@ -1,10 +1,10 @@
-//! The inertial measurement unit: what a body feels, from the substeps of physics.
+//! The inertial measurement unit, from the substeps of physics.
 //!
-//! Over one substep of length h, the sensor's place moves at `v + ω × r` (v and ω of the carrier,
-//! r the lever arm from its origin). What an accelerometer there feels is the change of that
-//! velocity over h plus gravity upwards, in the sensor's own axes; a reading is the mean since the
-//! last one. A teleport happens between two frames and is felt by nobody: a change of velocity
-//! counts from the first substep's beginning only.
+//! The sensor's point moves at `v + ω × r` (v and ω of the carrier, r the lever arm from its
+//! origin). The specific force over a substep of length h is the change of that velocity over h
+//! plus gravity upwards, in sensor axes; a reading is the mean since the last one. A teleport
+//! happens between two frames and is not measured: changes of velocity count from the beginning of
+//! the first substep.
 
 use glam::{Quat, Vec3};
 use protocol::{ImuReading, ImuSpec, Pose};
@@ -12,12 +12,12 @@ use protocol::{ImuReading, ImuSpec, Pose};
 use super::noise::Noise;
 use crate::physics::BodyMotion;
 
-/// One that is mounted.
+/// A mounted unit.
 pub(super) struct Imu {
     spec: ImuSpec,
     /// `carrier_from_sensor`.
     mounted: Pose,
-    /// Where it was after the last substep.
+    /// The motion after the last substep.
     before: Option<Sample>,
     specific_force: Vec3,
     rotation_rad: Vec3,
@@ -47,7 +47,7 @@ impl Imu {
         }
     }
 
-    /// The carrier after a substep of `dt` seconds; 0: before the first of a frame.
+    /// Observes the carrier after a substep of `dt` seconds; 0 before the first of a frame.
     pub(super) fn observe(&mut self, carrier: &BodyMotion, dt: f32) {
         let turn = carrier.pose.rotation();
         let arm = turn * self.mounted.position();
@@ -59,7 +59,7 @@ impl Imu {
         let before = self.before.replace(now);
         let Some(before) = before.filter(|_| dt > 0.0) else { return };
         let change = (now.velocity_mps - before.velocity_mps) + Vec3::Z * self.gravity(dt);
-        // Its axes turn meanwhile: half of it is felt in the old ones.
+        // The sensor axes rotate during the substep: the mean of both orientations.
         self.specific_force +=
             0.5 * (before.sensor_from_world * change + now.sensor_from_world * change);
         let rotation_rad =
@@ -72,7 +72,7 @@ impl Imu {
         self.spec.gravity_mps2 * dt
     }
 
-    /// The biases wander on by one frame.
+    /// Advances the random walk of the biases by one frame.
     pub(super) fn advance(&mut self, delta_secs: f32, noise: &mut Noise) {
         let root = delta_secs.sqrt();
         for axis in 0..3 {
@@ -82,8 +82,8 @@ impl Imu {
         }
     }
 
-    /// What it says of the time since it was read last. Who stands in the world, or is carried by
-    /// one that physics does not move, feels gravity.
+    /// Returns the reading since the last one. A static sensor, and one on an actor without
+    /// physics, measures gravity only.
     pub(super) fn read(&mut self, world_from_sensor: &Pose, noise: &mut Noise) -> ImuReading {
         let (specific_force, rate_radps) = if self.over_secs > 0.0 {
             (self.specific_force / self.over_secs, self.rotation_rad / self.over_secs)
@@ -115,7 +115,7 @@ impl Imu {
     }
 }
 
-/// Where a sensor's x points, clockwise from north, 0 to 2π.
+/// Returns the heading of the sensor's x axis, clockwise from north, 0 to 2π.
 pub(super) fn compass(world_from_sensor: &Pose) -> f32 {
     let ahead = world_from_sensor.rotation() * Vec3::X;
     ahead.x.atan2(ahead.y).rem_euclid(std::f32::consts::TAU)

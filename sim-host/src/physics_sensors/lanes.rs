@@ -1,27 +1,27 @@
-//! Which markings a carrier's corners crossed.
+//! Lane invasions: the markings that a carrier's corners crossed.
 //!
-//! A corner's place is told by lane and side: the nearest lane centre, and from there the lane that
-//! the corner lies in, by widths. Two places of one section differ by the borders between them, and
-//! what is painted on those is what was crossed. In junctions lanes lie over each other: there,
-//! nothing is crossed, as in CARLA.
+//! The position of a corner is a lane, from the nearest lane centre and the widths of its
+//! neighbours, or the area beyond the outermost lane. Two positions in one section differ by the
+//! borders between them, and the marks on these borders are the crossings. In junctions lanes
+//! overlap: there are no crossings, as in CARLA.
 
 use glam::{DVec3, Vec3};
 use protocol::{ActorState, LaneInvasionReading, flag};
 use road::{Lane, LanePoint, LaneTypes, MarkKind, Network};
 
-/// No frame moves a corner farther than this on wheels.
+/// Largest plausible movement of a corner in one frame.
 const LEAP_M: f64 = 10.0;
-/// Lanes that a corner passes in one frame at most.
+/// Most lanes that a corner passes in one frame.
 const LANES_MAX: usize = 8;
 
-/// The four corners of one carrier, as they were a frame ago.
+/// The four corners of a carrier in the previous frame.
 #[derive(Default)]
 pub(super) struct Corners {
     before: Option<[DVec3; 4]>,
 }
 
 impl Corners {
-    /// The carrier's new state: what was crossed on the way there.
+    /// Sets the new state of the carrier and returns the crossings since the previous one.
     pub(super) fn crossings(
         &mut self,
         carrier: &ActorState,
@@ -42,7 +42,7 @@ impl Corners {
     }
 }
 
-/// Front left, front right, rear left, rear right: the box's corners, on the ground.
+/// Returns the corners of the box on the ground: front left, front right, rear left, rear right.
 fn corners_of(carrier: &ActorState) -> [DVec3; 4] {
     let blueprint = &town::catalogue()[carrier.blueprint as usize];
     let (half, middle) = (blueprint.half_extents_m, blueprint.center_m);
@@ -53,11 +53,11 @@ fn corners_of(carrier: &ActorState) -> [DVec3; 4] {
     })
 }
 
-/// Where a place lies: in a lane, or beyond the outermost one on a side of it.
+/// The position of a corner: in a lane, or beyond the outermost one on a side of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Spot {
     at: LanePoint,
-    /// 1: to the left of the lane, and there is no other; −1: to its right; 0: in it.
+    /// 1: to the left of the outermost lane; −1: to the right of it; 0: in the lane.
     beyond: i32,
 }
 
@@ -77,7 +77,7 @@ fn add_crossings(
     let section = |lane: &Lane| (lane.road, lane.section);
     let target = spot_of(network, last, to);
     let is_same = section(lane(first)) == section(lane(last));
-    // Where a section has just begun, its lanes are taken to reach back to where the corner was.
+    // If the section has just changed, its lanes are extended back to the previous position.
     let start = spot_of(network, if is_same { first } else { last }, from);
     if (start.at.lane, start.beyond) == (target.at.lane, target.beyond) {
         return;
@@ -91,13 +91,13 @@ fn add_crossings(
     }
 }
 
-/// Metres to the left of a lane's centre.
+/// Returns the distance to the left of a lane's centre. Metres.
 fn left_of(network: &Network, at: LanePoint, place: DVec3) -> f64 {
     let centre = network.place(at);
     (centre.rotation().inverse() * (place - centre.position)).y
 }
 
-/// From a lane near a place to the lane that the place is in.
+/// Returns the spot of a position near a lane.
 fn spot_of(network: &Network, near: LanePoint, place: DVec3) -> Spot {
     let mut at = near;
     for _ in 0..LANES_MAX {
@@ -115,7 +115,7 @@ fn spot_of(network: &Network, near: LanePoint, place: DVec3) -> Spot {
     Spot { at, beyond: 0 }
 }
 
-/// The lane beside, at the same s.
+/// Returns the neighbouring lane at the same s.
 fn neighbour(network: &Network, at: LanePoint, is_left: bool) -> Option<LanePoint> {
     let lane = network.lane(at.lane);
     let next = network.lane(if is_left { lane.left? } else { lane.right? });
@@ -124,7 +124,7 @@ fn neighbour(network: &Network, at: LanePoint, is_left: bool) -> Option<LanePoin
     Some(LanePoint { lane: next.index, along_m: along_m.clamp(0.0, next.length_m) })
 }
 
-/// Goes from spot to spot over the borders on one side; true if the other one was reached.
+/// Walks from spot to spot over the borders on one side. Returns whether the target was reached.
 fn walk(
     network: &Network,
     start: Spot,
@@ -137,7 +137,7 @@ fn walk(
         if (start.beyond > 0) == is_left {
             return false;
         }
-        // Who was beyond the outermost lane comes into it over its border.
+        // A corner from beyond the outermost lane crosses its border.
         add_mark(network, at, !is_left, path);
     }
     for _ in 0..LANES_MAX {
@@ -150,7 +150,7 @@ fn walk(
             let side = if is_left { 1 } else { -1 };
             return is_there && target.beyond == side;
         };
-        // Beyond the middle of the road the lanes look the other way.
+        // Beyond the middle of the road the lanes have the opposite direction.
         if network.lane(next.lane).forward != network.lane(at.lane).forward {
             is_left = !is_left;
         }
@@ -159,7 +159,7 @@ fn walk(
     false
 }
 
-/// Notes what is painted on one border of a lane.
+/// Appends the mark on one border of a lane.
 fn add_mark(network: &Network, at: LanePoint, is_left: bool, path: &mut Vec<LaneInvasionReading>) {
     let marks = network.marks(at);
     let Some(mark) = (if is_left { marks.left } else { marks.right }) else { return };

@@ -1,9 +1,9 @@
-//! Noise that is drawn from (seed, simulated time, which number): what a sensor says at a moment
-//! does not depend on when it was made, and a state that is loaded has its noise again.
+//! Noise from (seed, simulated time, index): it does not depend on when a sensor was created, and a
+//! loaded state reproduces it.
 
 use mesh::RandomStream;
 
-/// The random stream of one moment.
+/// The random stream of a sensor at one simulated time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Noise(RandomStream);
 
@@ -25,7 +25,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_moment_has_its_noise_whenever_it_is_asked() {
+    fn noise_depends_on_seed_and_simulated_time_only() {
         let draw = |seed, nanos| {
             let mut noise = Noise::at(seed, nanos);
             [noise.normal(1.0), noise.normal(1.0)]
@@ -37,7 +37,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_normal_and_of_the_deviation_that_was_asked() {
+    fn noise_is_normal_with_the_requested_deviation() {
         let drawn: Vec<f64> =
             (0..20_000).map(|i| Noise::at(1, i * 50_000_000).normal(2.0)).collect();
         let mean = drawn.iter().sum::<f64>() / 2e4;

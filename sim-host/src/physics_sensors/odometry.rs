@@ -1,4 +1,4 @@
-//! The speedometer and the odometer.
+//! The odometer: speeds, yaw rate and distance.
 
 use glam::Vec3;
 use protocol::{OdometryReading, OdometrySpec, Pose};
@@ -6,7 +6,7 @@ use protocol::{OdometryReading, OdometrySpec, Pose};
 use super::noise::Noise;
 use crate::physics::BodyMotion;
 
-/// One that is mounted.
+/// A mounted odometer.
 pub(super) struct Odometry {
     spec: OdometrySpec,
     mounted: Pose,
@@ -18,7 +18,7 @@ impl Odometry {
         Odometry { spec, mounted, distance_m: 0.0 }
     }
 
-    /// The wheels roll on by one frame.
+    /// Advances the distance by one frame.
     pub(super) fn advance(
         &mut self,
         carrier: Option<&BodyMotion>,
@@ -37,7 +37,7 @@ impl Odometry {
         velocity.dot(turn * self.mounted.rotation() * Vec3::X)
     }
 
-    /// What it says.
+    /// Returns the reading.
     pub(super) fn read(
         &self,
         carrier: Option<&BodyMotion>,

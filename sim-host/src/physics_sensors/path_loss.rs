@@ -1,9 +1,9 @@
-//! How much of a radio's power is lost on the way.
+//! Path loss of radio transmissions.
 //!
 //! The channel models of ETSI TR 103 257-1 (2019): WINNER+ path loss, shadow fading of its table 6,
-//! a knife edge over vehicles in the way (ITU-R P.526); or, geometric, two rays over the ground
-//! (C. Sommer and F. Dressler, *Using the right two-ray model?*, MobiCom 2011), free space and a
-//! log-distance law. CARLA's formulas, as its sensor has them.
+//! and knife-edge diffraction by vehicles (ITU-R P.526); or a geometric model with two-ray ground
+//! reflection (C. Sommer and F. Dressler, *Using the right two-ray model?*, MobiCom 2011), free
+//! space and a log-distance law. The formulas are those of CARLA's sensor.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,21 +13,21 @@ use protocol::{RadioSpec, radio};
 use super::noise::Noise;
 
 const LIGHT_MPS: f64 = 299_792_458.0;
-/// Relative permittivity of the road, for the ray that it reflects.
+/// Relative permittivity of the road, for the reflected ray.
 const ROAD_PERMITTIVITY: f64 = 1.02;
 
-/// What stands in the way.
+/// Obstruction of the line of sight.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Sight {
-    /// Nothing.
+    /// No obstruction.
     Clear,
-    /// Vehicles: the tops of their boxes.
+    /// Vehicles, by the tops of their boxes.
     Vehicles(Vec<Vec3>),
-    /// A house, or a hill.
+    /// A building or the ground.
     Blocked,
 }
 
-/// Two antennas: where they are, and the lower of the two grounds under them.
+/// The positions of two antennas, and the lower of the ground heights below them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
     pub(super) from: Vec3,
@@ -35,7 +35,7 @@ pub(super) struct Span {
     pub(super) ground_m: f32,
 }
 
-/// The loss in dB, shadow fading included.
+/// Returns the loss in dB, shadow fading included.
 pub(super) fn loss_db(spec: &RadioSpec, span: &Span, sight: &Sight, noise: &mut Noise) -> f64 {
     let distance = f64::from(span.from.distance(span.to)).max(0.1);
     let path = if spec.flags & radio::GEOMETRIC != 0 {
@@ -76,7 +76,7 @@ fn geometric_db(spec: &RadioSpec, span: &Span, sight: &Sight, distance_m: f64) -
     }
 }
 
-/// The direct ray and the one that the road reflects.
+/// Returns the loss of the direct and the reflected ray.
 fn two_rays_db(spec: &RadioSpec, span: &Span, distance_m: f64) -> f64 {
     let height = |at: Vec3| f64::from(at.z - span.ground_m);
     let (from, to) = (height(span.from), height(span.to));
@@ -90,7 +90,7 @@ fn two_rays_db(spec: &RadioSpec, span: &Span, distance_m: f64) -> f64 {
     20.0 * (4.0 * PI * level / wavelength_m(spec) / both).log10()
 }
 
-/// The worst knife edge among the vehicles in the way.
+/// Returns the largest diffraction loss among the vehicles on the line.
 fn edges_db(spec: &RadioSpec, span: &Span, sight: &Sight) -> f64 {
     let Sight::Vehicles(tops) = sight else { return 0.0 };
     let edge = |top: &Vec3| {
@@ -111,7 +111,8 @@ fn edges_db(spec: &RadioSpec, span: &Span, sight: &Sight) -> f64 {
     tops.iter().map(edge).fold(0.0, f64::max)
 }
 
-/// Standard deviation of the shadow fading. The table has nothing for the country: between.
+/// Returns the standard deviation of shadow fading. Rural roads are not in the table; they have the
+/// mean.
 fn fading_db(spec: &RadioSpec, sight: &Sight) -> f32 {
     if spec.flags & radio::ETSI_FADING == 0 {
         return spec.fading_stddev_db;
@@ -137,12 +138,12 @@ mod tests {
         loss_db(&quiet, &Span { from, to, ground_m: 0.0 }, sight, &mut Noise::at(1, 1))
     }
 
-    fn close(found: f64, told: f64) {
-        assert!((found - told).abs() < 0.05, "{found} dB, not {told}");
+    fn close(found: f64, expected: f64) {
+        assert!((found - expected).abs() < 0.05, "{found} dB, not {expected}");
     }
 
     #[test]
-    fn formulas_give_what_they_give_by_hand() {
+    fn formulas_agree_with_calculation_by_hand() {
         let (highway, urban) =
             (RadioSpec::default(), RadioSpec { scenario: radio::URBAN, ..RadioSpec::default() });
         // 32.4 + 40 + 20 · lg 5.9; 38.77 + 33.4 + 18.2 · lg 5.9; 36.85 + 60 + 18.9 · lg 5.9.
@@ -150,12 +151,12 @@ mod tests {
         close(loss(urban, 100.0, &Sight::Clear), 86.199);
         close(loss(urban, 100.0, &Sight::Blocked), 111.419);
         let geometric = RadioSpec { flags: radio::GEOMETRIC, ..highway };
-        // Free space over 1 m at 5.9 GHz is 47.864 dB; 2.7 decades of it follow.
+        // Free space loss over 1 m at 5.9 GHz is 47.864 dB; 2.7 decades follow.
         close(loss(geometric, 100.0, &Sight::Blocked), 47.864 + 54.0);
-        // An edge at the line of sight, in its middle: ν = 0, 6.03 dB.
+        // An edge on the line of sight, in its middle: ν = 0, 6.03 dB.
         let grazing = Sight::Vehicles(vec![Vec3::new(50.0, 0.0, 1.5)]);
         close(loss(geometric, 100.0, &grazing), 87.864 + 6.03);
-        // One far below is none; as CARLA has it, its height counts from the ground.
+        // A low edge has no effect; in CARLA's formula its height counts from the ground.
         let low = Sight::Vehicles(vec![Vec3::new(50.0, 0.0, 0.2)]);
         close(loss(geometric, 100.0, &low), 87.864);
         let as_carla = RadioSpec { flags: radio::GEOMETRIC | radio::AS_CARLA, ..highway };
@@ -163,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn two_rays_meet_free_space_in_the_mean_and_fall_faster_far_out() {
+    fn two_ray_loss_is_free_space_nearby_and_grows_faster_far_away() {
         let spec = RadioSpec { flags: radio::GEOMETRIC, ..RadioSpec::default() };
         let far = loss(spec, 8000.0, &Sight::Clear) - loss(spec, 4000.0, &Sight::Clear);
         assert!((10.0..13.0).contains(&far), "{far} dB for twice the way");
@@ -176,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn fading_is_of_the_tables_width() {
+    fn fading_has_the_deviation_of_the_table() {
         let spec = RadioSpec { scenario: radio::URBAN, ..RadioSpec::default() };
         let span = Span { from: Vec3::Z, to: Vec3::new(50.0, 0.0, 1.0), ground_m: 0.0 };
         let drawn: Vec<f64> = (0..4000)

@@ -1,4 +1,4 @@
-//! Two stations, and what lies between them.
+//! Tests of two radio stations.
 
 use glam::Vec3;
 use protocol::{
@@ -12,7 +12,7 @@ use super::{
     tests::{Bench, spawn},
 };
 
-/// Without shadow fading, in town.
+/// Radio without shadow fading, in town.
 fn quiet() -> RadioSpec {
     RadioSpec { flags: 0, scenario: radio::URBAN, ..RadioSpec::default() }
 }
@@ -24,7 +24,7 @@ struct Pair {
 }
 
 impl Pair {
-    /// The second one `away` metres off along x.
+    /// Places the second station `away` metres from the first, along x.
     fn new(make: impl Fn() -> SensorSpec, away: Vec3) -> Pair {
         let mut bench = Bench::new();
         let other = spawn(&mut bench.world, Pose::level(away, 0.0));
@@ -33,7 +33,7 @@ impl Pair {
         Pair { stations: [(bench.carrier, sense()), (other, sense())], bench, nanos: 0 }
     }
 
-    /// One frame; what each hears, as bytes.
+    /// Simulates one frame and returns the readings of each station as bytes.
     fn tick(&mut self) -> [Vec<u8>; 2] {
         self.bench.tick();
         self.nanos += 50_000_000;
@@ -50,12 +50,12 @@ impl Pair {
             let pose = world.state(*id).unwrap().pose;
             station.send(&scene(*id), &pose, &mut Noise::at(0, self.nanos), &mut air);
         }
-        let mut hear = |index: usize| {
+        let mut receive = |index: usize| {
             let (id, sense) = &mut self.stations[index];
             let pose = world.state(*id).unwrap().pose;
             sense.measure(&scene(*id), &pose, &air, 64)
         };
-        [hear(0), hear(1)]
+        [receive(0), receive(1)]
     }
 }
 
@@ -64,7 +64,7 @@ fn cams(bytes: &[u8]) -> Vec<CamReading> {
 }
 
 #[test]
-fn each_hears_the_other_and_not_itself_as_strong_as_the_way_is_long() {
+fn each_station_receives_the_other_with_the_path_loss_of_the_distance() {
     let make = || {
         SensorSpec::physics(
             "v2x",
@@ -79,20 +79,27 @@ fn each_hears_the_other_and_not_itself_as_strong_as_the_way_is_long() {
     assert_eq!([second[0].station_id, first[0].station_id], ids);
     // 21.5 + 10 − (38.77 + 16.7 · 2 + 18.2 · lg 5.9) dBm at 100 m.
     assert!((first[0].power_dbm + 54.70).abs() < 0.1, "{}", first[0].power_dbm);
-    let said = first[0];
-    assert_eq!((said.station_type, said.drive_direction, said.has_low_frequency), (5, 0, 1));
-    // Looking east, 100 m west of the map's origin at 49 north, 8 east.
-    assert!((said.heading_rad - std::f32::consts::FRAC_PI_2).abs() < 0.01);
-    assert!((said.latitude_deg - 49.0).abs() < 1e-5);
-    assert!((said.longitude_deg - 8.0 + 100.0 / 73_172.0).abs() < 1e-5, "{}", said.longitude_deg);
-    assert!((4.0..5.5).contains(&said.length_m) && (1.7..2.4).contains(&said.width_m));
-    // Who stands says so once a second.
-    let heard = (0..39).map(|_| cams(&pair.tick()[0]).len()).sum::<usize>();
-    assert_eq!(heard, 1);
+    let message = first[0];
+    assert_eq!(
+        (message.station_type, message.drive_direction, message.has_low_frequency),
+        (5, 0, 1)
+    );
+    // Heading east, 100 m west of the map's origin at 49 north, 8 east.
+    assert!((message.heading_rad - std::f32::consts::FRAC_PI_2).abs() < 0.01);
+    assert!((message.latitude_deg - 49.0).abs() < 1e-5);
+    assert!(
+        (message.longitude_deg - 8.0 + 100.0 / 73_172.0).abs() < 1e-5,
+        "{}",
+        message.longitude_deg
+    );
+    assert!((4.0..5.5).contains(&message.length_m) && (1.7..2.4).contains(&message.width_m));
+    // A standing vehicle sends once per second.
+    let received = (0..39).map(|_| cams(&pair.tick()[0]).len()).sum::<usize>();
+    assert_eq!(received, 1);
 }
 
 #[test]
-fn a_house_a_car_and_the_distance_take_what_they_take() {
+fn buildings_cars_and_distance_reduce_the_received_power() {
     let power = |away: Vec3, between: Option<Vec3>, radio: RadioSpec| {
         let spec = CamSpec { radio, ..CamSpec::default() };
         let mut pair = Pair::new(|| SensorSpec::physics("v2x", Pose::IDENTITY, &spec), away);
@@ -102,12 +109,12 @@ fn a_house_a_car_and_the_distance_take_what_they_take() {
         cams(&pair.tick()[0]).first().map(|heard| heard.power_dbm)
     };
     let clear = power(Vec3::new(-100.0, 0.0, 0.0), None, quiet()).unwrap();
-    // The house of the bench stands at 60 m.
+    // The building of the bench stands at 60 m.
     let behind = power(Vec3::new(100.0, 0.0, 0.0), None, quiet()).unwrap();
-    let told = 36.85 + 60.0 + 18.9 * 5.9f32.log10() - (38.77 + 33.4 + 18.2 * 5.9f32.log10());
-    assert!((clear - behind - told).abs() < 0.2, "{clear} {behind} {told}");
+    let expected = 36.85 + 60.0 + 18.9 * 5.9f32.log10() - (38.77 + 33.4 + 18.2 * 5.9f32.log10());
+    assert!((clear - behind - expected).abs() < 0.2, "{clear} {behind} {expected}");
     let before = power(Vec3::new(-100.0, 0.0, 0.0), Some(Vec3::new(-50.0, 0.0, 0.0)), quiet());
-    // A car of the same height does not reach up to the line of sight, by two centimetres.
+    // The top of a car of the same height is two centimetres below the line of sight.
     let least = clear - before.unwrap();
     assert!((0.0..6.5).contains(&least), "{least} dB");
     let near = RadioSpec { range_m: 90.0, ..quiet() };
@@ -117,7 +124,7 @@ fn a_house_a_car_and_the_distance_take_what_they_take() {
 }
 
 #[test]
-fn a_text_arrives_once_and_only_at_the_other() {
+fn a_text_is_received_once_and_by_the_other_station_only() {
     let spec = MessageSpec { radio: quiet() };
     let make = || SensorSpec::physics("chat", Pose::IDENTITY, &spec);
     let mut pair = Pair::new(make, Vec3::new(-40.0, 0.0, 0.0));

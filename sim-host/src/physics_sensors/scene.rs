@@ -1,11 +1,11 @@
-//! What a physics sensor measures.
+//! The scene that a physics sensor measures.
 
 use protocol::{ActorId, SnapshotHeader};
 use road::Network;
 
 use crate::world::World;
 
-/// The world at the frame that is measured.
+/// The world and roads at the measured frame.
 pub(super) struct Scene<'a> {
     pub(super) world: &'a World,
     pub(super) network: Option<&'a Network>,

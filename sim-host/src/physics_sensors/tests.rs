@@ -1,4 +1,4 @@
-//! What sensors say against what is known of the world by another way.
+//! Tests of sensor readings against the known motion of the world.
 
 use glam::{Quat, Vec3};
 use protocol::{
@@ -12,7 +12,7 @@ use road::Network;
 use super::{PhysicsSensor, Scene, State};
 use crate::world::World;
 
-/// A floor, one house on it, and sensors on one carrier.
+/// A floor with one building, and sensors on one carrier.
 pub(super) struct Bench {
     pub(super) world: World,
     pub(super) network: Network,
@@ -74,7 +74,7 @@ impl Bench {
         &mut self.physics_sensors.last_mut().unwrap().spec
     }
 
-    /// One frame; what each sensor says, as bytes.
+    /// Simulates one frame and returns the readings of each sensor as bytes.
     pub(super) fn tick(&mut self) -> Vec<Vec<u8>> {
         let (physics_sensors, carrier) = (&mut self.physics_sensors, self.carrier);
         self.world.step(&self.settings, |physics, dt| {
@@ -132,10 +132,10 @@ fn all<T: Reading>(bytes: &[u8]) -> Vec<T> {
     bytemuck::pod_collect_to_vec(bytes)
 }
 
-/// Dead reckoning: what the sensor felt, summed up, is how its place moves. The lever arm, the
-/// turned mounting and the substeps all have a part in it.
+/// Dead reckoning: the integral of the readings is the motion of the sensor. Lever arm, mounting
+/// rotation and substeps all contribute.
 #[test]
-fn an_imus_readings_add_up_to_its_own_motion() {
+fn imu_readings_integrate_to_the_motion_of_the_sensor() {
     let mut bench = Bench::new();
     let away = Pose::level(Vec3::new(-300.0, -100.0, 0.0), 0.0);
     bench
@@ -155,12 +155,12 @@ fn an_imus_readings_add_up_to_its_own_motion() {
         if frame == 0 {
             attitude = before;
         }
-        let felt: ImuReading = only(&bench.tick()[0]);
-        assert!((felt.over_secs - delta).abs() < 1e-6);
-        let half = Quat::from_scaled_axis(Vec3::from(felt.gyroscope_radps) * delta * 0.5);
+        let measured: ImuReading = only(&bench.tick()[0]);
+        assert!((measured.over_secs - delta).abs() < 1e-6);
+        let half = Quat::from_scaled_axis(Vec3::from(measured.gyroscope_radps) * delta * 0.5);
         let middle = attitude * half;
         attitude = (middle * half).normalize();
-        let change = middle * Vec3::from(felt.accelerometer_mps2) - Vec3::Z * 9.81;
+        let change = middle * Vec3::from(measured.accelerometer_mps2) - Vec3::Z * 9.81;
         velocity += change * delta;
         let state = bench.world.state(bench.carrier).unwrap();
         let spin = Vec3::from(state.angular_velocity_radps);
@@ -177,7 +177,7 @@ fn an_imus_readings_add_up_to_its_own_motion() {
 }
 
 #[test]
-fn a_teleport_is_felt_by_nobody() {
+fn a_teleport_is_not_measured() {
     let mut bench = Bench::new();
     bench.mount(Pose::new(Vec3::new(1.0, 0.0, 1.0), Quat::IDENTITY), &ImuSpec::default());
     (0..20).for_each(|_| drop(bench.tick()));
@@ -187,8 +187,8 @@ fn a_teleport_is_felt_by_nobody() {
     let to = Teleport { actor_id: bench.carrier, pose: away };
     bench.world.apply(&WorldCommand::Teleport(to)).unwrap();
     for _ in 0..5 {
-        let felt: ImuReading = only(&bench.tick()[0]);
-        let extra = Vec3::from(felt.accelerometer_mps2) - Vec3::Z * 9.81;
+        let measured: ImuReading = only(&bench.tick()[0]);
+        let extra = Vec3::from(measured.accelerometer_mps2) - Vec3::Z * 9.81;
         // A change of 20 m/s within a frame would be 400.
         assert!(extra.length() < 12.0, "{extra}");
         let moved = bench.world.state(bench.carrier).unwrap().pose.position();
@@ -197,31 +197,31 @@ fn a_teleport_is_felt_by_nobody() {
 }
 
 #[test]
-fn a_set_velocity_is_felt_by_nobody_and_a_constant_one_hardly() {
+fn a_set_velocity_is_not_measured_as_acceleration() {
     let mut bench = Bench::new();
     bench.mount(Pose::new(Vec3::new(1.0, 0.0, 1.0), Quat::IDENTITY), &ImuSpec::default());
     (0..20).for_each(|_| drop(bench.tick()));
-    let mut felt = |frames: u32, moves: bool| {
+    let mut measured = |frames: u32, moves: bool| {
         let extra = (0..frames).map(|_| {
             if moves {
                 bench.velocity([8.0, 0.0, 0.0]);
             }
-            let felt: ImuReading = only(&bench.tick()[0]);
-            Vec3::from(felt.accelerometer_mps2) - Vec3::Z * 9.81
+            let measured: ImuReading = only(&bench.tick()[0]);
+            Vec3::from(measured.accelerometer_mps2) - Vec3::Z * 9.81
         });
         extra.fold(Vec3::ZERO, |most, extra| most.max(extra.abs()))
     };
-    // Set once, a change of 8 m/s within a frame would be 160.
-    let once = felt(1, true) + felt(10, false);
+    // A single change of 8 m/s within a frame would be 160.
+    let once = measured(1, true) + measured(10, false);
     assert!(once.length() < 3.0, "{once}");
-    // Set in every frame, what wheels and air take in between is felt, not what gives it back.
-    let held = felt(60, true);
+    // Set in every frame, the losses to wheels and air are measured, not their compensation.
+    let held = measured(60, true);
     println!("{once} once, {held} held");
     assert!(held.x < 1.0 && held.y < 0.1, "{held}");
 }
 
 #[test]
-fn the_compass_counts_clockwise_from_north() {
+fn the_compass_is_clockwise_from_north() {
     for (yaw, compass) in [(std::f32::consts::FRAC_PI_2, 0.0), (0.0, std::f32::consts::FRAC_PI_2)] {
         let measured = super::imu::compass(&Pose::level(Vec3::ZERO, yaw + 1e-4));
         let off = (measured - compass + 3.0).rem_euclid(std::f32::consts::TAU) - 3.0;
@@ -230,7 +230,7 @@ fn the_compass_counts_clockwise_from_north() {
 }
 
 #[test]
-fn two_who_collide_are_given_the_same_in_opposite_directions() {
+fn colliding_actors_read_opposite_impulses() {
     let mut bench = Bench::new();
     bench.mount(Pose::IDENTITY, &CollisionSpec::default());
     let other = spawn(&mut bench.world, Pose::level(Vec3::new(15.0, 0.0, 0.0), 0.0));
@@ -252,14 +252,14 @@ fn two_who_collide_are_given_the_same_in_opposite_directions() {
     }
     let pushed = bench.world.state(other).unwrap().pose.position().x - 15.0;
     println!("{given} N s, pushed {pushed} m");
-    // It loses between half (both go on together) and all of its momentum, backwards.
+    // The car loses between half (both move on together) and all of its momentum.
     let share = -given.x / (mass_kg * 10.0);
     assert!((0.35..1.0).contains(&share) && pushed > 0.1, "{share}, {pushed}");
     assert!(begins >= 1);
 }
 
 #[test]
-fn a_ball_gets_as_far_as_what_stands_there() {
+fn an_obstacle_sensor_measures_the_distance_to_the_obstacle() {
     let mut bench = Bench::new();
     let mast = Pose::new(Vec3::new(0.0, 0.0, 1.5), Quat::IDENTITY);
     let seen = ObstacleSpec { distance_m: 80.0, hit_radius_m: 0.5, only_dynamics: 0 };
@@ -269,12 +269,12 @@ fn a_ball_gets_as_far_as_what_stands_there() {
     bench.mount(Pose::new(Vec3::Z, Quat::from_rotation_y(0.1)), &seen);
     let readings = (0..20).map(|_| bench.tick()).last().unwrap();
     let house: ObstacleReading = only(&readings[0]);
-    let told = (house.other, house.object, house.tag);
-    assert_eq!(told, (ActorId::NONE, 0x8000_0001, mesh::Tag::Building as u32));
+    let expected = (house.other, house.object, house.tag);
+    assert_eq!(expected, (ActorId::NONE, 0x8000_0001, mesh::Tag::Building as u32));
     // The wall stands at 58 m.
     assert!((house.distance_m - 57.5).abs() < 0.2, "{house:?}");
     assert!(readings[1].is_empty() && readings[2].is_empty());
-    // From 1 m up and 0.1 rad down, a ball of 0.5 m touches the ground after 5 m.
+    // From 1 m up and 0.1 rad down, a sphere of 0.5 m touches the ground after 5 m.
     let ground: ObstacleReading = only(&readings[3]);
     assert_eq!((ground.other, ground.object), (ActorId::NONE, 0));
     assert!((ground.distance_m - 0.5 / 0.1f32.sin()).abs() < 0.3, "{ground:?}");
@@ -289,7 +289,7 @@ fn a_ball_gets_as_far_as_what_stands_there() {
 }
 
 #[test]
-fn a_receiver_says_where_the_map_lies_and_errs_as_it_is_told() {
+fn a_gnss_receiver_has_the_map_s_position_and_the_set_errors() {
     let mut bench = Bench::new();
     bench.mount(Pose::IDENTITY, &GnssSpec::default());
     let biased = GnssSpec { latitude_bias_deg: 0.01, altitude_stddev_m: 2.0, ..Default::default() };
@@ -307,15 +307,15 @@ fn a_receiver_says_where_the_map_lies_and_errs_as_it_is_told() {
     }
     let spread = |of: &[f64]| (of.iter().map(|x| x * x).sum::<f64>() / of.len() as f64).sqrt();
     assert!((spread(&heights) - 2.0).abs() < 0.15, "{}", spread(&heights));
-    // White noise would differ by 3 · √2 from one frame to the next.
+    // White noise would differ by 3 · √2 between frames.
     let steps: Vec<f64> = norths.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let told = 3.0 * (1.0 - (-2.0f64 * 0.05 / 60.0).exp()).sqrt();
-    assert!((spread(&steps) / told - 1.0).abs() < 0.1, "{} {told}", spread(&steps));
+    let expected = 3.0 * (1.0 - (-2.0f64 * 0.05 / 60.0).exp()).sqrt();
+    assert!((spread(&steps) / expected - 1.0).abs() < 0.1, "{} {expected}", spread(&steps));
     assert!((0.5..8.0).contains(&spread(&norths)), "{}", spread(&norths));
 }
 
 #[test]
-fn a_speedometer_shows_the_rims_and_counts_the_way() {
+fn an_odometer_measures_wheel_speed_and_distance() {
     let mut bench = Bench::new();
     bench.mount(Pose::IDENTITY, &OdometrySpec::default());
     let worn = OdometrySpec { scale_error: 0.05, step_mps: 0.5, ..OdometrySpec::default() };
@@ -329,8 +329,8 @@ fn a_speedometer_shows_the_rims_and_counts_the_way() {
         let readings = bench.tick();
         last = only(&readings[0]);
         let measured: OdometryReading = only(&readings[1]);
-        let told = (last.speed_mps * 1.05 / 0.5).round() * 0.5;
-        assert!((measured.speed_mps - told).abs() < 1e-4);
+        let expected = (last.speed_mps * 1.05 / 0.5).round() * 0.5;
+        assert!((measured.speed_mps - expected).abs() < 1e-4);
     }
     let state = bench.world.state(bench.carrier).unwrap();
     assert!((last.speed_mps - state.velocity().length()).abs() < 0.05 && last.speed_mps > 5.0);
@@ -340,22 +340,22 @@ fn a_speedometer_shows_the_rims_and_counts_the_way() {
 }
 
 #[test]
-fn a_period_lets_it_rest_and_the_mean_is_over_all_of_it() {
+fn a_reading_is_the_mean_over_the_sensor_period() {
     let mut bench = Bench::new();
     bench.mount(Pose::IDENTITY, &ImuSpec::default()).period_nanos = 100_000_000;
-    let mut said = Vec::new();
+    let mut readings_so_far = Vec::new();
     for _ in 0..8 {
         let readings = bench.tick();
-        said.push(!readings[0].is_empty());
-        if let Some(felt) = all::<ImuReading>(&readings[0]).first() {
-            assert!((felt.over_secs - 0.1).abs() < 1e-6);
+        readings_so_far.push(!readings[0].is_empty());
+        if let Some(measured) = all::<ImuReading>(&readings[0]).first() {
+            assert!((measured.over_secs - 0.1).abs() < 1e-6);
         }
     }
-    assert_eq!(said, [false, true, false, true, false, true, false, true]);
+    assert_eq!(readings_so_far, [false, true, false, true, false, true, false, true]);
 }
 
 #[test]
-fn whether_anybody_measures_changes_no_bit_and_the_same_seed_says_the_same() {
+fn sensors_do_not_change_the_state_hash_and_are_deterministic() {
     let noisy =
         ImuSpec { accelerometer_stddev_mps2: [0.1; 3], gyroscope_walk: 0.01, ..ImuSpec::default() };
     let run = |seed: Option<u64>| {
@@ -365,21 +365,21 @@ fn whether_anybody_measures_changes_no_bit_and_the_same_seed_says_the_same() {
             bench.mount(Pose::IDENTITY, &ObstacleSpec { distance_m: 90.0, ..Default::default() });
             bench.mount(Pose::IDENTITY, &CollisionSpec::default());
         }
-        let mut said = Vec::new();
+        let mut readings_so_far = Vec::new();
         for _ in 0..100 {
             bench.control(0.8, 0.1);
-            said.extend(bench.tick());
+            readings_so_far.extend(bench.tick());
         }
         let mut hash = mesh::WordHash::new();
         bench.world.hash(&mut hash, &protocol::StandingState::default());
         let hash = hash.value();
-        (hash, said)
+        (hash, readings_so_far)
     };
     let (alone, _) = run(None);
-    let (first, said) = run(Some(3));
+    let (first, readings) = run(Some(3));
     assert_eq!(alone, first);
-    assert!(said == run(Some(3)).1);
-    assert!(said != run(Some(4)).1);
+    assert!(readings == run(Some(3)).1);
+    assert!(readings != run(Some(4)).1);
 }
 
 mod lanes {
@@ -394,7 +394,7 @@ mod lanes {
         ActorState { blueprint, pose, ..ActorState::default() }
     }
 
-    /// Slides a car from y to y; what its corners crossed, in order of time.
+    /// Moves a car from y to y and returns the crossings of its corners, in order of time.
     fn slide(from: f32, to: f32, yaw_rad: f32) -> Vec<(u32, MarkKind)> {
         let network = Network::parse(ROADS).unwrap();
         let kinds = [MarkKind::Solid, MarkKind::Broken, MarkKind::Curb];
@@ -412,26 +412,26 @@ mod lanes {
 
     #[test]
     fn each_corner_crosses_each_marking_once() {
-        // From the middle of lane -1 over the middle line into lane 1.
+        // From the middle of lane -1 over the centre line into lane 1.
         let left = slide(-1.75, 1.75, 0.0);
         let broken = |corners: [u32; 4]| corners.map(|c| (c, MarkKind::Broken)).to_vec();
         assert_eq!(left, broken([0, 2, 1, 3]));
         // And back.
         assert_eq!(slide(1.75, -1.75, 0.0), broken([1, 3, 0, 2]));
-        // Two lanes to the right and over the kerb, where there is no lane any more.
+        // Two lanes to the right and over the kerb, beyond the outermost lane.
         let kinds: Vec<_> = slide(-1.75, -12.0, 0.0).into_iter().map(|c| c.1).collect();
         assert_eq!(kinds.iter().filter(|k| **k == MarkKind::Broken).count(), 4);
         assert_eq!(kinds.iter().filter(|k| **k == MarkKind::Curb).count(), 4);
         assert_eq!(kinds.len(), 8);
         // Back from there.
         assert_eq!(slide(-12.0, -1.75, 0.0).len(), 8);
-        // Over the narrow shoulder, whose own border is not painted.
+        // Over the narrow shoulder, whose own border has no mark.
         let kinds: Vec<_> = slide(1.75, 12.0, 0.0).into_iter().map(|c| c.1).collect();
         assert_eq!(kinds, [MarkKind::Solid; 4]);
     }
 
     #[test]
-    fn who_keeps_to_a_lane_or_is_put_elsewhere_crosses_nothing() {
+    fn keeping_to_a_lane_and_teleports_cross_nothing() {
         assert_eq!(slide(-2.2, -1.3, 0.0), []);
         let network = Network::parse(ROADS).unwrap();
         let mut corners = Corners::default();
@@ -442,7 +442,7 @@ mod lanes {
     }
 
     #[test]
-    fn a_crossing_says_what_is_painted_and_from_where() {
+    fn a_crossing_has_the_mark_and_the_lane_of_origin() {
         let network = Network::parse(ROADS).unwrap();
         let mut corners = Corners::default();
         corners.crossings(&car(-1.5, 0.0), &network);

@@ -8,7 +8,7 @@ use protocol::{
 use super::{Inputs, NoServices, Sim};
 use crate::saved::SavedState;
 
-/// Any command of the simulation itself.
+/// Any command that the simulation itself applies.
 trait CarryOut {
     fn carry_out(&mut self, command: &Command) -> Result<u32, String>;
 }
@@ -25,7 +25,7 @@ impl CarryOut for Sim {
     }
 }
 
-/// A town of one floor, and nothing in it.
+/// A town of one floor without objects.
 fn plain() -> Sim {
     let mut town = town::Town::default();
     let corner = |x: f32, y: f32| [x * 500.0, y * 500.0, 0.0];
@@ -41,7 +41,7 @@ fn run(world: &mut Sim, frames: u32) {
     }
 }
 
-/// Metres from 20 m/s to rest.
+/// Returns the stopping distance from 20 m/s. Metres.
 fn stopping(world: &mut Sim) -> f32 {
     let name = Name::new("vehicle.tesla.model3");
     let spawn = Spawn { blueprint: name, pose: Pose::IDENTITY, ..Spawn::default() };
@@ -90,7 +90,7 @@ fn wet_roads_are_slippery_only_where_the_weather_affects_grip() {
     assert!((stopping(&mut world) / dry - 1.0).abs() < 0.01);
 }
 
-/// Three that stand, physics does not move them: a box, a car, somebody on foot.
+/// Three kinematic actors at rest: a box, a car and a walker.
 fn standing() -> Sim {
     let mut world = plain();
     for (k, name) in ["static.prop.box01", "vehicle.tesla.model3", "walker.pedestrian.0001"]
@@ -107,7 +107,7 @@ fn standing() -> Sim {
     world
 }
 
-/// The same, of which nobody has rested yet.
+/// The same simulation with all actors awake.
 fn afresh(of: &Sim) -> Sim {
     let mut state = SavedState::default();
     of.save_into(&mut state);
@@ -121,7 +121,7 @@ fn hash(world: &Sim) -> u64 {
 }
 
 #[test]
-fn a_resting_actor_wakes_for_every_command() {
+fn a_sleeping_actor_wakes_for_every_command() {
     let id = |k: u32| protocol::ActorId(k + 1);
     let on = |k: u32, on: u32| Switch { actor_id: id(k), on };
     let moved = Teleport { actor_id: id(0), pose: Pose::level(Vec3::new(-5.0, 1.0, 0.0), 0.0) };
@@ -164,7 +164,7 @@ fn a_resting_actor_wakes_for_every_command() {
 }
 
 #[test]
-fn a_resting_actor_that_is_run_into_is_marked() {
+fn a_sleeping_actor_in_a_collision_is_marked() {
     let mut world = standing();
     let name = Name::new("vehicle.tesla.model3");
     let pose = Pose::level(Vec3::new(0.0, 6.0, 0.0), -std::f32::consts::FRAC_PI_2);
@@ -197,7 +197,7 @@ fn spawned(world: &mut Sim, blueprint: &str, x: f32) -> protocol::ActorId {
 }
 
 #[test]
-fn poses_are_given_to_walkers_alone_and_are_part_of_a_saved_state() {
+fn poses_are_set_on_walkers_only_and_are_part_of_a_saved_state() {
     let mut world = plain();
     let walker = spawned(&mut world, "walker.pedestrian.0001", 0.0);
     let car = spawned(&mut world, "vehicle.tesla.model3", 10.0);
@@ -206,8 +206,8 @@ fn poses_are_given_to_walkers_alone_and_are_part_of_a_saved_state() {
     let up = Pose::new(Vec3::Y * 0.1, glam::Quat::from_rotation_x(3.0));
     let good = SetBones { parent_from_bones: [up; 6], count: 6, ..SetBones::default() };
     let mut refused = |set: SetBones, why: &str| {
-        let said = world.carry_out(&Command::SetBones(set)).unwrap_err();
-        assert!(said.contains(why), "{said}");
+        let error = world.carry_out(&Command::SetBones(set)).unwrap_err();
+        assert!(error.contains(why), "{error}");
     };
     refused(SetBones { actor_id: car, ..good }, "not a walker");
     refused(SetBones { actor_id: protocol::ActorId(99), ..good }, "never spawned");
@@ -229,17 +229,17 @@ fn poses_are_given_to_walkers_alone_and_are_part_of_a_saved_state() {
     for bad in [-0.1, 1.1, f32::NAN, f32::INFINITY] {
         world.carry_out(&blend(bad)).unwrap_err();
     }
-    assert_eq!(world.standing().poses, GivenPoses::default(), "what was refused left nothing");
+    assert_eq!(world.standing().poses, GivenPoses::default(), "a refused command changes nothing");
 
     world.carry_out(&Command::SetBones(SetBones { first: 5, count: 1, ..good })).unwrap();
     world.carry_out(&blend(0.25)).unwrap();
     assert!(world.world().state(walker).unwrap().has(flag::POSED));
-    assert_eq!(hash(&world), before, "bodies do not feel it");
+    assert_eq!(hash(&world), before, "poses do not affect bodies");
     let bones = |sim: &Sim, id, first| {
         sim.answer(&Query::new(QueryKind::Bones, id, first)).body::<SetBones>()
     };
-    let told = bones(&world, walker, 0).unwrap();
-    assert_eq!((told.count, told.parent_from_bones[5]), (6, up));
+    let first = bones(&world, walker, 0).unwrap();
+    assert_eq!((first.count, first.parent_from_bones[5]), (6, up));
     let rest = bones(&world, walker, 60).unwrap();
     assert_eq!((rest.count, rest.parent_from_bones[0].rotation()), (6, glam::Quat::IDENTITY));
     assert!(bones(&world, walker, 66).is_err() && bones(&world, car, 0).is_err());

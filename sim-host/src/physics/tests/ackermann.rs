@@ -17,17 +17,17 @@ fn run(lone: &mut Lone, seconds: f32) {
 }
 
 #[test]
-fn it_reaches_and_keeps_a_speed_forwards_and_backwards() {
+fn the_controller_reaches_and_keeps_a_speed_in_both_directions() {
     let mut lone = Lone::sedan();
-    for wanted in [10.0, 4.0, 20.0, -3.0] {
-        aim(&mut lone, wanted, 0.0);
+    for target in [10.0, 4.0, 20.0, -3.0] {
+        aim(&mut lone, target, 0.0);
         run(&mut lone, 20.0);
         for _ in 0..100 {
             run(&mut lone, 0.05);
             let speed = lone.state().velocity().x;
-            assert!((speed - wanted).abs() < 0.6, "{speed} m/s, wanted {wanted}");
+            assert!((speed - target).abs() < 0.6, "{speed} m/s, target {target}");
         }
-        println!("wanted {wanted}: {}", lone.state().velocity().x);
+        println!("target {target}: {}", lone.state().velocity().x);
     }
     aim(&mut lone, 0.0, 0.0);
     run(&mut lone, 10.0);
@@ -36,7 +36,7 @@ fn it_reaches_and_keeps_a_speed_forwards_and_backwards() {
 }
 
 #[test]
-fn the_wheels_reach_their_angle_as_fast_as_asked() {
+fn the_steering_angle_changes_at_the_requested_rate() {
     let mut lone = Lone::sedan();
     lone.run(0.5);
     let control = AckermannControl {
@@ -55,7 +55,7 @@ fn the_wheels_reach_their_angle_as_fast_as_asked() {
 }
 
 #[test]
-fn acceleration_stays_below_what_is_asked() {
+fn acceleration_stays_below_the_requested_limit() {
     let mut most = [0.0f32; 2];
     for (most, acceleration_mps2) in most.iter_mut().zip([1.0, 0.0]) {
         let mut lone = Lone::sedan();
@@ -75,7 +75,7 @@ fn acceleration_stays_below_what_is_asked() {
 }
 
 #[test]
-fn pedals_take_over_and_gains_are_kept() {
+fn a_control_deactivates_the_controller_and_gains_are_kept() {
     let mut lone = Lone::sedan();
     let settings = AckermannSettings {
         actor_id: ID,
@@ -99,7 +99,7 @@ fn pedals_take_over_and_gains_are_kept() {
 }
 
 #[test]
-fn a_saved_controller_goes_on_bit_for_bit() {
+fn a_restored_controller_continues_bit_for_bit() {
     let mut lone = Lone::sedan();
     aim(&mut lone, 12.0, 0.1);
     run(&mut lone, 2.0);

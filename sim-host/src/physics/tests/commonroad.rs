@@ -1,8 +1,8 @@
-//! Our vehicle with a BMW 320i's numbers, held against CommonRoad's multi-body model of the same
-//! car, whose answers `tests/oracle/drive_bmw.py` wrote down.
+//! Comparison of the vehicle model, with the parameters of a BMW 320i, with CommonRoad's multi-body
+//! model of the same car, whose results `tests/oracle/drive_bmw.py` computed.
 //!
-//! With `OMNIBUS_BMW` set to a file, what our vehicle did is written there, as
-//! `tests/oracle/plot_bmw.py` wants it.
+//! If `OMNIBUS_BMW` names a file, the results of the vehicle model are written to it in the form of
+//! `tests/oracle/plot_bmw.py`.
 
 use std::{fmt::Write as _, sync::Arc};
 
@@ -20,15 +20,15 @@ const STEPS_PER_ROW: usize = 5;
 
 const MASS_KG: f32 = 1093.295;
 const RADIUS_M: f32 = 0.344;
-/// From the centre of mass to the axles.
+/// Distance from the centre of mass to the axles.
 const AHEAD_M: f32 = 1.156_195_7;
 const BEHIND_M: f32 = 1.422_717_1;
 const STEER_MAX_RAD: f32 = 1.066;
 
-/// CommonRoad's parameters of vehicle 2, in our words. Springs and anti-roll bars stand in a row
-/// with its tyres' vertical springs. Its axles do not roll with the body: inertia about x is the
-/// sprung mass's, and the bars are stiffer by what the axles would weigh. Dampers are its own times
-/// 1.5, for the damped joints that carry its body sideways.
+/// Returns CommonRoad's parameters of vehicle 2 as a model. Springs and anti-roll bars are in
+/// series with the vertical springs of its tyres. Its axles do not roll with the body: the inertia
+/// about x is that of the sprung mass, and the bars are stiffer by the weight of the axles. The
+/// damping is 1.5 times its own, for the damped joints that guide its body sideways.
 fn bmw_320i() -> VehicleModel {
     let middle = (BEHIND_M - AHEAD_M) / 2.0;
     let axle = (AHEAD_M + BEHIND_M) / 2.0;
@@ -49,7 +49,7 @@ fn bmw_320i() -> VehicleModel {
         WheelModel {
             inertia_kgm2: 1.7,
             drive_share: of(0.0, 0.5),
-            // 8 m/s² with the pedal down, two thirds of it in front.
+            // 8 m/s² with the pedal fully pressed, two thirds at the front.
             brake_torque_nm: 0.5 * of(0.66, 0.34) * MASS_KG * RADIUS_M * 8.0,
             static_load_n: load_n,
             spring_npm: of(21_181.0, 17_468.0),
@@ -71,7 +71,7 @@ fn bmw_320i() -> VehicleModel {
                 load_sensitivity: 0.0,
                 nominal_load_n: load_n,
                 stiff_load: 100.0,
-                // Fitted, with the reference's sign: there a wheel that leans out of the turn
+                // Fitted, with the sign of the reference: there, a wheel that leans out of the turn
                 // pulls into it.
                 camber_stiffness: of(-1.26, -1.8),
                 relaxation_x_m: 0.1,
@@ -85,7 +85,7 @@ fn bmw_320i() -> VehicleModel {
         inertia_kgm2: Vec3::new(209.0, 1790.0, 1791.6),
         com_m: Vec3::new(middle, 0.0, 0.574_87),
         wheels: wheels.collect(),
-        // Its engine pulls with 11.5 m/s², above 7.319 m/s with the same power.
+        // Its engine accelerates with 11.5 m/s², and with constant power above 7.319 m/s.
         engine: EngineModel {
             torque_curve: (0..60).map(|i| full_power(7.319 + i as f32 * 0.75)).collect(),
             max_rpm: 3000.0,
@@ -117,7 +117,7 @@ fn full_power(mps: f32) -> [f32; 2] {
     [mps / RADIUS_M * 9.549_297, MASS_KG * RADIUS_M * 11.5 * 7.319 / mps]
 }
 
-/// One moment of a drive.
+/// The motion at one time of a drive.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sample {
     t_s: f32,
@@ -136,7 +136,7 @@ struct Manoeuvre {
     work: Work,
 }
 
-/// What the pedals do.
+/// The longitudinal control of a manoeuvre.
 enum Work {
     Coast,
     Brake,
@@ -173,8 +173,8 @@ fn manoeuvres() -> Vec<Manoeuvre> {
 fn sample(lone: &Lone, t_s: f32) -> Sample {
     let (state, turn) = (lone.state(), lone.rotation());
     let spin = Vec3::from_array(state.angular_velocity_radps);
-    // On the ground below the centre of mass: the reference's tyres follow its body sideways, but
-    // not its roll.
+    // On the ground below the centre of mass: the tyres of the reference follow the lateral motion
+    // of its body, but not its roll.
     let com = turn * bmw_320i().com_m.with_z(0.0);
     let velocity = turn.inverse() * (state.velocity() + spin.cross(com));
     let left = turn * Vec3::Y;
@@ -184,24 +184,24 @@ fn sample(lone: &Lone, t_s: f32) -> Sample {
         speed_mps: velocity.x,
         yaw_radps: spin.z,
         slip_rad: velocity.y.atan2(velocity.x),
-        // As in the reference: negative when it leans to the right.
+        // As in the reference: negative when the body leans to the right.
         roll_rad: -left.z.asin(),
         across_mps2: Vec3::from_array(state.acceleration_mps2).dot(left),
     }
 }
 
-/// Drives as long as the reference did.
+/// Drives for as long as the reference.
 fn drive(manoeuvre: &Manoeuvre, rows: usize) -> Vec<Sample> {
     let mut lone = Lone::new(Arc::new(Ground::flat(0.0)), bmw_320i());
     lone.run(1.0);
     lone.physics.set_velocity(ActorId(1), Vec3::X * manoeuvre.mps, Vec3::ZERO).unwrap();
     lone.control.manual_gear = 1;
-    let mut told = Vec::new();
+    let mut samples = Vec::new();
     for step in 0..=(rows - 1) * STEPS_PER_ROW {
         let t_s = step as f32 * 0.01;
         let now = sample(&lone, t_s);
         if step % STEPS_PER_ROW == 0 {
-            told.push(now);
+            samples.push(now);
         }
         lone.control.steer = (manoeuvre.steer_rad)(t_s) / STEER_MAX_RAD;
         let is_on = t_s >= 0.499;
@@ -214,15 +214,15 @@ fn drive(manoeuvre: &Manoeuvre, rows: usize) -> Vec<Sample> {
             }
             Work::Keep => {
                 lone.control.gear = 1;
-                let wanted_nm = 2.0 * (manoeuvre.mps - now.speed_mps) * MASS_KG * RADIUS_M;
-                let most_nm = full_power(now.speed_mps.max(7.319))[1];
-                lone.control.throttle = (wanted_nm / most_nm).clamp(0.0, 1.0);
+                let target_nm = 2.0 * (manoeuvre.mps - now.speed_mps) * MASS_KG * RADIUS_M;
+                let max_nm = full_power(now.speed_mps.max(7.319))[1];
+                lone.control.throttle = (target_nm / max_nm).clamp(0.0, 1.0);
             }
         }
         lone.physics.control(&lone.control).unwrap();
         lone.physics.step(STEP_NANOS, STEP_NANOS);
     }
-    told
+    samples
 }
 
 fn reference(name: &str) -> Vec<Sample> {
@@ -238,8 +238,8 @@ fn reference(name: &str) -> Vec<Sample> {
     .collect()
 }
 
-/// How far ours is off: at the end, and at the worst moment, as shares of the reference's value
-/// there and of its largest.
+/// Returns the deviation from the reference: at the end, and the largest, relative to the
+/// reference's last value and its largest.
 fn off(ours: &[Sample], theirs: &[Sample], what: fn(&Sample) -> f32) -> (f32, f32) {
     let last = |all: &[Sample]| all.iter().rev().take(20).map(what).sum::<f32>() / 20.0;
     let most = theirs.iter().map(|m| what(m).abs()).fold(0.0, f32::max);
@@ -279,7 +279,7 @@ fn a_bmw_drives_as_commonroads_multi_body_model_does() {
             let ends_straight = name.starts_with("sine");
             let steady = |(end, worst)| if ends_straight { (0.0, worst) } else { (end, worst) };
             limits.push(("yaw rate", steady(yaw), 0.15));
-            // Small angles: 0.4 degrees are granted where 15 % would be less.
+            // Small angles: 0.4 degrees are allowed where 15 % would be less.
             let most = theirs.iter().map(|m| m.slip_rad.abs()).fold(0.0, f32::max);
             limits.push(("slip", steady(slip), (0.4f32.to_radians() / most).max(0.15)));
         }

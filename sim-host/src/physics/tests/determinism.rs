@@ -1,9 +1,9 @@
-//! The contract: the same calls give the same bits, and a state that was saved and restored goes
-//! on as if nothing had happened. What is compared is bits: every frame's hash, and at the end the
-//! whole saved state, in which any difference in rapier's own bookkeeping shows as well.
+//! The determinism contract: equal calls give equal bits, and a restored state continues exactly.
+//! The tests compare the hash of every frame, and at the end the whole saved state, which contains
+//! rapier's own data.
 //!
-//! The scene is chaotic on purpose: cars crash into each other and into houses, are destroyed and
-//! spawned in mid-run, crates fall, walkers are hit.
+//! The scene is chaotic on purpose: cars crash into each other and into buildings, are destroyed
+//! and spawned, crates fall, walkers are hit.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use protocol::{ActorId, Pose, VehicleControl};
 use super::{FRAME_NANOS, Ground, SUBSTEP_NANOS};
 use crate::physics::{Physics, PropModel, StaticBox, VehicleModel, WalkerModel};
 
-/// A small repeatable stream of numbers.
+/// A small repeatable random stream.
 struct Stream(u64);
 
 impl Stream {
@@ -42,7 +42,7 @@ fn arena() -> Physics {
     Physics::new(Arc::new(Ground::flat(0.0)), &houses)
 }
 
-/// What happens before frame `frame` is stepped; depends on nothing but its arguments.
+/// Applies the commands before frame `frame`; depends only on its arguments.
 fn act(physics: &mut Physics, models: &[Arc<VehicleModel>; 2], frame: u64, seed: u64) {
     let mut stream = Stream(seed ^ frame.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     stream.next();
@@ -69,7 +69,7 @@ fn act(physics: &mut Physics, models: &[Arc<VehicleModel>; 2], frame: u64, seed:
             ),
             n => physics.spawn_vehicle(id, &models[(n % 8 / 4) as usize], &pose, false),
         };
-        drop(spawned); // Refused if something stands there: also the same in each run.
+        drop(spawned); // Refused if there is an obstacle, equally in each run.
     }
     if frame % 16 == 9 {
         let ids: Vec<ActorId> = physics.ids().collect();
@@ -93,14 +93,14 @@ fn act(physics: &mut Physics, models: &[Arc<VehicleModel>; 2], frame: u64, seed:
     }
 }
 
-/// Hashes of each frame, collisions begun, and the state at the end.
+/// The hash of each frame, the number of collisions that began, and the final state.
 struct Run {
     hashes: Vec<u64>,
     begun: usize,
     end: Vec<u8>,
 }
 
-/// Runs `frames` frames; with `save_at`, the state goes through bytes into another world there.
+/// Runs `frames` frames. At frame `save_at` the state is saved and restored into another world.
 fn run(frames: u64, seed: u64, save_at: Option<u64>) -> Run {
     let truck = |half: Vec3| {
         let mut model = VehicleModel::sedan();
@@ -115,13 +115,13 @@ fn run(frames: u64, seed: u64, save_at: Option<u64>) -> Run {
         if save_at == Some(frame) {
             let bytes = physics.save();
             physics = arena();
-            // Restored into a world with a past of its own: none of it may remain.
+            // The other world has a history of its own, of which nothing may remain.
             for frame in 0..20 {
                 act(&mut physics, &models, frame, 99);
                 physics.step(FRAME_NANOS, SUBSTEP_NANOS);
             }
             physics.restore(&bytes).unwrap();
-            assert_eq!(physics.save(), bytes, "what was restored is not what was saved");
+            assert_eq!(physics.save(), bytes, "the restored state differs from the saved one");
         }
         act(&mut physics, &models, frame, seed);
         physics.step(FRAME_NANOS, SUBSTEP_NANOS);
@@ -140,16 +140,16 @@ fn assert_same(a: &Run, b: &Run, what: &str) {
 }
 
 #[test]
-fn two_runs_are_equal_bit_by_bit() {
+fn two_runs_give_equal_bits() {
     let (a, b) = (run(600, 7, None), run(600, 7, None));
     println!("{} collisions, {} bytes", a.begun, a.end.len());
-    assert!(a.begun >= 100, "only {} collisions: the scene is too calm", a.begun);
+    assert!(a.begun >= 100, "only {} collisions: the scene has too few collisions", a.begun);
     assert_same(&a, &b, "run = run");
     assert_ne!(a.hashes, run(600, 8, None).hashes, "another seed must differ");
 }
 
 #[test]
-fn a_run_through_saved_bytes_is_equal_bit_by_bit() {
+fn a_run_through_a_saved_state_gives_equal_bits() {
     let whole = run(400, 11, None);
     for save_at in [1, 60, 233] {
         let cut = run(400, 11, Some(save_at));
@@ -158,7 +158,7 @@ fn a_run_through_saved_bytes_is_equal_bit_by_bit() {
 }
 
 #[test]
-fn damaged_bytes_are_refused_and_the_world_goes_on() {
+fn damaged_bytes_are_refused_and_the_world_continues() {
     let models = [Arc::new(VehicleModel::sedan()), Arc::new(VehicleModel::sedan())];
     let mut physics = arena();
     act(&mut physics, &models, 0, 3);

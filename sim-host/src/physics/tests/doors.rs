@@ -6,7 +6,7 @@ use protocol::{ActorId, Pose, VehicleControl, flag};
 use super::{FRAME_NANOS, Lone, SUBSTEP_NANOS};
 use crate::physics::{DoorModel, Ground, Physics, StaticBox, VehicleModel};
 
-/// Front left, standing off the side.
+/// The front left door, open.
 fn door() -> DoorModel {
     DoorModel {
         number: 0,
@@ -33,7 +33,8 @@ fn run(physics: &mut Physics, frames: u32) -> bool {
     })
 }
 
-/// Somebody comes from behind and passes on the left, so near that a door is in his way.
+/// Drives a car past on the left from behind, so close that an open door is in its way. Returns
+/// whether it collides.
 fn pass(physics: &mut Physics) -> bool {
     let model = Arc::new(VehicleModel::sedan());
     let beside = Pose::level(Vec3::new(-12.0, 2.4, 0.0), 0.0);
@@ -45,24 +46,24 @@ fn pass(physics: &mut Physics) -> bool {
 }
 
 #[test]
-fn who_passes_runs_into_an_open_door_and_not_into_a_shut_one() {
+fn a_passing_car_hits_an_open_door_and_not_a_closed_one() {
     let mut physics = with(&[]);
     assert!(!pass(&mut physics), "the door was never open");
     assert_eq!(physics.set_doors(ActorId(1), &[door()], false), Ok(1));
     assert!(pass(&mut physics), "the door is open");
     physics.teleport(ActorId(1), &Pose::IDENTITY).unwrap();
     run(&mut physics, 10);
-    assert!(pass(&mut physics), "it stays open where its car goes");
+    assert!(pass(&mut physics), "the open door moves with its car");
     physics.teleport(ActorId(1), &Pose::IDENTITY).unwrap();
     physics.set_collisions(ActorId(1), false).unwrap();
-    assert!(!pass(&mut physics), "nobody runs into a ghost's door");
+    assert!(!pass(&mut physics), "a car without collisions does not hit the door");
     physics.set_collisions(ActorId(1), true).unwrap();
     assert_eq!(physics.set_doors(ActorId(1), &[], false), Ok(0));
-    assert!(!pass(&mut physics), "the door is shut again");
+    assert!(!pass(&mut physics), "the door is closed again");
 }
 
 #[test]
-fn a_door_that_something_stands_in_the_way_of_stays_shut() {
+fn a_door_with_an_obstacle_in_its_way_stays_closed() {
     let wall = StaticBox {
         center: Vec3::new(0.0, 2.3, 1.0),
         half_extents_m: Vec3::new(10.0, 0.5, 1.0),
@@ -82,7 +83,7 @@ fn a_door_that_something_stands_in_the_way_of_stays_shut() {
 }
 
 #[test]
-fn open_doors_brake_in_the_wind_and_pull_to_their_side() {
+fn open_doors_add_drag_and_turn_the_car_to_their_side() {
     let coast = |doors: &[DoorModel]| {
         let mut lone = Lone::sedan();
         lone.physics.set_doors(ActorId(1), doors, false).unwrap();
@@ -94,13 +95,14 @@ fn open_doors_brake_in_the_wind_and_pull_to_their_side() {
     };
     let ((shut, straight), (open, aside)) = (coast(&[]), coast(&[door()]));
     println!("{shut} m/s at {straight} m shut, {open} m/s at {aside} m open");
-    // A square metre that faces the wind: 1.17 * 0.5 * 1.2 * 30^2 * sin^2 of 66 degrees, over 1.5 t.
+    // An area of 1 m² that faces the wind: 1.17 * 0.5 * 1.2 * 30^2 * sin^2 of 66 degrees, over 1.5
+    // t.
     assert!((0.4..1.2).contains(&(shut - open)), "{shut} {open}");
     assert!(aside > straight + 0.05, "{straight} {aside}");
 }
 
 #[test]
-fn open_doors_are_saved() {
+fn open_doors_are_part_of_a_saved_state() {
     let mut physics = with(&[]);
     physics.set_doors(ActorId(1), &[door()], false).unwrap();
     run(&mut physics, 5);

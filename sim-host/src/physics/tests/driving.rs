@@ -6,7 +6,7 @@ use protocol::{ActorId, flag};
 use super::{Ground, Lone, incline};
 use crate::physics::{Class, VehicleModel, WheelPlace};
 
-/// Seconds and metres from rest to `mps` with the pedal down.
+/// Returns seconds and metres from rest to `mps` at full throttle.
 fn accelerate(lone: &mut Lone, mps: f32) -> f32 {
     lone.control.throttle = 1.0;
     let from = lone.seconds;
@@ -40,14 +40,14 @@ fn a_sedan_stops_from_100_kmh_in_36_to_45_m() {
         lone.frame();
         assert!(lone.seconds < 20.0);
     }
-    // As if from 100 km/h exactly: the distance grows with the square of the speed.
+    // Scaled to exactly 100 km/h: the distance grows with the square of the speed.
     let meters = (lone.position() - from).length() * (27.78 / speed).powi(2);
     println!("100-0 km/h: {meters:.1} m, at rest {:?}", lone.position());
     assert!((36.0..45.0).contains(&meters), "{meters} m");
 }
 
-/// How fast someone parked creeps over half a minute, and moves at most, once settled. Metres a
-/// second.
+/// Returns the mean drift over half a minute of a parked vehicle, and the largest speed once
+/// settled. Metres per second.
 fn drift(lone: &mut Lone) -> (f32, f32) {
     lone.run(5.0);
     let from = lone.position();
@@ -73,7 +73,7 @@ fn a_parked_car_neither_creeps_nor_jitters_on_a_ten_percent_slope() {
 }
 
 #[test]
-fn nobody_parked_on_a_slope_drifts_or_jitters() {
+fn vehicles_parked_on_a_slope_neither_drift_nor_jitter() {
     use Class::{Bicycle, Bus, Car, Motorcycle, Truck, Van};
     for class in [Car, Van, Truck, Bus, Motorcycle, Bicycle] {
         for slope in [0.1, -0.1] {
@@ -95,7 +95,7 @@ fn without_brakes_a_car_rolls_down_the_slope() {
 }
 
 #[test]
-fn a_circle_is_driven_with_no_more_than_the_tyres_grip() {
+fn lateral_acceleration_on_a_circle_stays_within_tyre_friction() {
     let mut lone = Lone::sedan();
     lone.run(0.5);
     lone.control.steer = 0.35;
@@ -115,7 +115,7 @@ fn a_circle_is_driven_with_no_more_than_the_tyres_grip() {
 }
 
 #[test]
-fn a_slow_circle_has_the_radius_of_its_steering() {
+fn a_slow_circle_has_the_radius_of_the_steering_angle() {
     let mut lone = Lone::sedan();
     lone.run(0.5);
     lone.control.steer = 0.5;
@@ -124,7 +124,7 @@ fn a_slow_circle_has_the_radius_of_its_steering() {
         lone.frame();
     }
     let state = lone.state();
-    // The rear axle's middle rolls on the circle that Ackermann draws.
+    // The middle of the rear axle moves on the circle of Ackermann geometry.
     let expected = 2.88 / state.wheel_steer_rad.tan();
     let radius = state.velocity().length() / state.angular_velocity_radps[2];
     println!("radius {radius} m, expected {expected} m");
@@ -132,7 +132,7 @@ fn a_slow_circle_has_the_radius_of_its_steering() {
 }
 
 #[test]
-fn a_car_at_rest_stands_as_its_blueprint_says() {
+fn a_car_at_rest_has_the_ride_height_of_its_blueprint() {
     let mut lone = Lone::sedan();
     lone.run(3.0);
     assert!(lone.position().length() < 0.01, "{}", lone.position());
@@ -185,7 +185,7 @@ fn of_class(class: Class) -> VehicleModel {
 }
 
 #[test]
-fn every_class_starts_turns_stops_and_stays_on_its_wheels() {
+fn every_class_starts_turns_and_stops_on_its_wheels() {
     use Class::{Bicycle, Bus, Car, Motorcycle, Truck, Van};
     for (class, pace) in
         [(Car, 20.0), (Van, 20.0), (Truck, 15.0), (Bus, 15.0), (Motorcycle, 20.0), (Bicycle, 6.0)]
@@ -212,6 +212,6 @@ fn every_class_starts_turns_stops_and_stays_on_its_wheels() {
         lone.control.brake = 1.0;
         lone.run(9.0);
         assert!(lone.speed() < 0.01, "{class:?} still moves at {}", lone.speed());
-        assert!((lone.rotation() * Vec3::Z).z > 0.99, "{class:?} stands askew");
+        assert!((lone.rotation() * Vec3::Z).z > 0.99, "{class:?} is tilted");
     }
 }

@@ -15,7 +15,7 @@ fn level(low: [f32; 2], high: [f32; 2], z: f32) -> [[f32; 3]; 4] {
 }
 
 #[test]
-fn under_a_bridge_the_road_below_is_found_and_on_it_the_bridge() {
+fn queries_under_and_on_a_bridge_find_the_road_and_the_bridge() {
     let ground = Ground::new(&mesh(&[
         level([-50.0, -50.0], [50.0, 50.0], 0.0),
         level([-50.0, -5.0], [50.0, 5.0], 6.0),
@@ -26,7 +26,7 @@ fn under_a_bridge_the_road_below_is_found_and_on_it_the_bridge() {
 }
 
 #[test]
-fn who_is_just_below_the_surface_is_lifted_and_beyond_the_map_there_is_a_floor() {
+fn a_point_just_below_the_surface_is_lifted_and_the_map_has_a_floor() {
     let ground = Ground::new(&mesh(&[level([0.0, 0.0], [10.0, 10.0], 3.0)]));
     assert_eq!(ground.below(5.0, 5.0, 2.0).height_m, 3.0);
     let beyond = ground.below(500.0, -1e9, 2.0);
@@ -78,8 +78,8 @@ fn walls_roofs_of_objects_and_undersides_are_not_ground() {
 }
 
 #[test]
-fn who_asked_nearby_before_hears_what_a_search_says() {
-    // A plane of triangles, a bridge over it, a step, and slivers that overlap it.
+fn a_cached_query_returns_the_result_of_a_search() {
+    // A plane of triangles, a bridge over it, a step, and slivers that overlap the plane.
     let mut mesh = mesh(&[
         level([0.0, 0.0], [60.0, 7.3], 0.0),
         level([0.0, 7.3], [60.0, 9.0], 0.15),

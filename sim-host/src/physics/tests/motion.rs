@@ -1,4 +1,4 @@
-//! Laws that motion keeps: nothing is gained from nowhere, and what flies comes down.
+//! Conservation laws and plausibility of motion.
 
 use std::sync::Arc;
 
@@ -15,12 +15,12 @@ fn state(physics: &Physics, id: u32) -> ActorState {
 }
 
 #[test]
-fn a_coasting_car_slows_by_rolling_resistance_and_air_and_never_gains() {
+fn a_coasting_car_slows_by_rolling_resistance_and_drag() {
     let mut lone = Lone::sedan();
     lone.physics.set_velocity(ActorId(1), Vec3::X * 20.0, Vec3::ZERO).unwrap();
     lone.run(5.0);
     let (early, mut last) = (lone.speed(), lone.speed());
-    // Rolling resistance alone would take 0.6 m/s, engine and air take a little more.
+    // Rolling resistance alone would take 0.6 m/s; engine drag and air take a little more.
     assert!((10.0..19.4).contains(&early), "{early} m/s after 5 s");
     for _ in 0..800 {
         lone.frame();
@@ -71,7 +71,7 @@ fn in_the_air_a_car_falls_freely_and_lands_on_its_wheels() {
 }
 
 #[test]
-fn driven_wheels_spin_up_against_the_handbrake_of_nobody_else() {
+fn driven_wheels_spin_up_while_the_handbrake_holds_the_others() {
     let mut lone = Lone::sedan();
     let before = lone.state().wheel_spin_rad;
     lone.run(0.5);
@@ -89,7 +89,7 @@ fn driven_wheels_spin_up_against_the_handbrake_of_nobody_else() {
 }
 
 #[test]
-fn a_crash_keeps_momentum() {
+fn a_crash_conserves_momentum() {
     let mut physics = Physics::new(Arc::new(Ground::flat(0.0)), &[]);
     let model = Arc::new(VehicleModel::sedan());
     for (id, x, yaw) in [(1, -10.0, 0.0), (2, 10.0, std::f32::consts::PI)] {
@@ -121,14 +121,14 @@ fn a_crash_keeps_momentum() {
         }
     }
     assert_eq!(begun, 1);
-    // What the one lost the other gained, but for what the tyres gave to the road.
+    // The momentum that one car lost the other gained, except what the tyres gave to the road.
     let after = sum(&physics);
     assert!((after - before).abs() < 0.1 * before, "{before} Ns before, {after} after");
-    assert!(change.x < -0.5 * model.mass_kg * 12.0, "{change} Ns to who was hit head-on");
+    assert!(change.x < -0.5 * model.mass_kg * 12.0, "{change} Ns on the car that was hit head-on");
 }
 
 #[test]
-fn a_frame_is_made_of_the_fewest_substeps_that_are_short_enough() {
+fn a_frame_has_the_fewest_substeps_within_the_limit() {
     let run = |frame_nanos: u64, substep_nanos: u64, frames: usize| {
         let mut stage = SyntheticLoad::new(3);
         for _ in 0..frames {
@@ -136,14 +136,14 @@ fn a_frame_is_made_of_the_fewest_substeps_that_are_short_enough() {
         }
         stage.physics().hash()
     };
-    // 50 ms in at most 10 ms are 5 substeps, and so they are in at most 12 ms.
+    // 50 ms in steps of at most 10 ms are 5 substeps, and so they are with at most 12 ms.
     assert_eq!(run(50_000_000, 10_000_000, 40), run(50_000_000, 12_000_000, 40));
     assert_ne!(run(50_000_000, 10_000_000, 40), run(50_000_000, 25_000_000, 40));
     assert_ne!(run(50_000_000, 10_000_000, 40), run(50_000_000, 9_999_999, 40));
 }
 
 #[test]
-fn a_thousand_vehicles_drive_about_without_flying_away() {
+fn a_thousand_vehicles_stay_on_the_ground() {
     let mut stage = SyntheticLoad::new(1000);
     for _ in 0..200 {
         stage.frame(FRAME_NANOS, SUBSTEP_NANOS);
@@ -166,7 +166,7 @@ fn of(id: &str) -> Lone {
 }
 
 #[test]
-fn every_vehicle_of_the_catalogue_stands_starts_and_stops_upright() {
+fn every_vehicle_of_the_catalogue_starts_and_stops_upright() {
     for blueprint in town::catalogue().iter().filter(|b| b.kind == town::Kind::Vehicle) {
         let mut lone = of(blueprint.id);
         let half = |lone: &Lone| (lone.rotation() * Vec3::X).z.abs();
@@ -184,7 +184,7 @@ fn every_vehicle_of_the_catalogue_stands_starts_and_stops_upright() {
 }
 
 #[test]
-fn a_bus_that_has_slowed_down_speeds_up_again() {
+fn a_bus_accelerates_again_after_slowing_down() {
     for slow_mps in [1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0] {
         let mut lone = of("vehicle.mitsubishi.fusorosa");
         lone.control.throttle = 1.0;
@@ -200,7 +200,7 @@ fn a_bus_that_has_slowed_down_speeds_up_again() {
 }
 
 #[test]
-fn a_fallen_two_wheeler_is_picked_up() {
+fn a_fallen_two_wheeler_rights_itself() {
     for id in ["vehicle.vespa.zx125", "vehicle.gazelle.omafiets"] {
         let mut lone = of(id);
         let lying = glam::Quat::from_rotation_x(1.5);

@@ -1,4 +1,4 @@
-//! Those who fell: they stay in one piece, come to rest, and do the same each time.
+//! Ragdolls: they stay connected, come to rest, and are deterministic.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ fn person() -> WalkerModel {
     WalkerModel { radius_m: 0.3, height_m: 1.8, mass_kg: 75.0, is_ragdoll_on_hit: true }
 }
 
-/// A car that comes at a walker, who is turned by `yaw_rad`, and brakes from where it hits.
+/// A car that hits a walker, turned by `yaw_rad`, and brakes from the impact on.
 fn hit(ground: Arc<Ground>, boxes: &[StaticBox], mps: f32, yaw_rad: f32) -> Physics {
     let mut physics = Physics::new(ground, boxes);
     physics.spawn_walker(WALKER, person(), &Pose::level(Vec3::ZERO, yaw_rad)).unwrap();
@@ -46,7 +46,7 @@ fn state(physics: &Physics, actor_id: ActorId) -> ActorState {
     state
 }
 
-/// The farthest that two bodies are from each other at the joint that holds them.
+/// Returns the largest distance between the anchors of a joint.
 fn apart_m(physics: &Physics) -> f32 {
     let joints = physics.world.impulse_joints().map(|(_, joint)| {
         let at =
@@ -58,7 +58,7 @@ fn apart_m(physics: &Physics) -> f32 {
     joints.fold(0.0, f32::max)
 }
 
-/// How far elbows and knees bend the wrong way, or too far.
+/// Returns by how much elbows and knees exceed their limits.
 fn overbent_rad(physics: &Physics) -> f32 {
     let turns = physics.limbs(WALKER).expect("it fell").rotations();
     let angle = |limb: usize| 2.0 * turns[limb].y.atan2(turns[limb].w);
@@ -73,7 +73,7 @@ fn limbs(physics: &Physics) -> impl Iterator<Item = &RigidBody> {
     actor.bodies().map(|body| &physics.world.bodies[body])
 }
 
-/// Of motion and height, in joules.
+/// Returns the kinetic and potential energy. Joules.
 fn energy_j(physics: &Physics) -> f32 {
     let of = |body: &RigidBody| {
         let high = body.center_of_mass().z;
@@ -82,14 +82,15 @@ fn energy_j(physics: &Physics) -> f32 {
     limbs(physics).map(of).sum()
 }
 
-/// The fastest of all.
+/// Returns the speed of the fastest body.
 fn fastest_mps(physics: &Physics) -> f32 {
     limbs(physics)
         .map(|body| body.linvel().length() + 0.2 * body.angvel().length())
         .fold(0.0, f32::max)
 }
 
-/// Speeds and ways to stand: from behind, aside, before, at a slant; 30 and 60 km/h and others.
+/// Speeds of impact and orientations of the walker: from behind, the side, the front and at an
+/// angle.
 const HITS: [(f32, f32); 8] = [
     (8.3, 0.0),
     (8.3, 1.57),
@@ -106,7 +107,7 @@ fn is_asleep(physics: &Physics) -> bool {
 }
 
 #[test]
-fn who_is_hit_comes_to_rest_on_the_ground_in_one_piece() {
+fn a_hit_walker_comes_to_rest_on_the_ground_in_one_piece() {
     for (mps, yaw_rad) in HITS {
         let mut physics = hit(Arc::new(Ground::flat(0.0)), &[], mps, yaw_rad);
         let (mut apart, mut overbent) = (0.0f32, 0.0f32);
@@ -128,7 +129,7 @@ fn who_is_hit_comes_to_rest_on_the_ground_in_one_piece() {
              {highest:.2} high, {apart:.3} m apart at most, {fastest:.0} m/s the fastest"
         );
         assert!(overbent < 0.5, "{overbent} rad");
-        // An arm between a fast car and the chest gives way for a frame.
+        // An arm between a fast car and the chest gives way for one frame.
         assert!(apart < 0.05 + 0.005 * mps, "{apart} m");
         assert!(highest < 0.6 && middle.z < 0.3 && lowest > 0.0, "{lowest} to {highest}");
         assert!(middle.x > 0.3 && middle.x < 0.16 * mps * mps + 2.0, "{middle}");
@@ -141,7 +142,7 @@ fn who_is_hit_comes_to_rest_on_the_ground_in_one_piece() {
 }
 
 #[test]
-fn energy_does_not_grow_once_the_car_is_off() {
+fn energy_does_not_grow_after_the_contact() {
     for (mps, yaw_rad) in HITS {
         let mut physics = hit(Arc::new(Ground::flat(0.0)), &[], mps, yaw_rad);
         frame(&mut physics);
@@ -152,7 +153,7 @@ fn energy_does_not_grow_once_the_car_is_off() {
         for step in 0..160 {
             frame(&mut physics);
             if !physics.collisions().is_empty() {
-                // The car, or the ground that it was thrown to, has it again.
+                // The lost energy is that of the car, or of the ground below the impact.
                 least = energy_j(&physics);
                 continue;
             }
@@ -167,7 +168,7 @@ fn energy_does_not_grow_once_the_car_is_off() {
 }
 
 #[test]
-fn the_car_feels_it() {
+fn the_car_loses_momentum_in_the_impact() {
     for mps in [8.3, 16.7] {
         let mut physics = hit(Arc::new(Ground::flat(0.0)), &[], mps, 0.0);
         let before = state(&physics, CAR).velocity_mps[0];
@@ -180,15 +181,15 @@ fn the_car_feels_it() {
             given += hits.map(|c| c.impulse_ns).sum::<Vec3>();
         }
         let lost = before - state(&physics, CAR).velocity_mps[0];
-        let wanted = 75.0 * mps / (VehicleModel::sedan().mass_kg + 75.0);
-        println!("{mps} m/s: {lost} lost, {wanted} wanted, {given} Ns");
-        assert!((0.7..1.6).contains(&(lost / wanted)), "{lost} m/s lost, {wanted} wanted");
+        let expected = 75.0 * mps / (VehicleModel::sedan().mass_kg + 75.0);
+        println!("{mps} m/s: {lost} lost, {expected} expected, {given} Ns");
+        assert!((0.7..1.6).contains(&(lost / expected)), "{lost} m/s lost, {expected} expected");
         assert!((0.7..1.6).contains(&(given.x / (75.0 * mps))), "{given}");
     }
 }
 
 #[test]
-fn walls_kerbs_and_slopes_carry_those_who_fall() {
+fn walls_kerbs_and_slopes_support_ragdolls() {
     let wall = StaticBox {
         center: Vec3::new(4.0, 0.0, 1.5),
         half_extents_m: Vec3::new(0.3, 8.0, 1.5),
@@ -218,7 +219,7 @@ fn walls_kerbs_and_slopes_carry_those_who_fall() {
 }
 
 #[test]
-fn nothing_of_it_is_left_when_it_goes_and_all_of_it_goes_along() {
+fn a_teleport_moves_the_whole_ragdoll_and_a_destroy_removes_it() {
     let mut physics = hit(Arc::new(Ground::flat(0.0)), &[], 8.3, 0.0);
     run(&mut physics, 8.0);
     let held = state(&physics, WALKER);
@@ -244,13 +245,13 @@ fn nothing_of_it_is_left_when_it_goes_and_all_of_it_goes_along() {
 }
 
 #[test]
-fn a_fall_goes_on_bit_for_bit_in_another_world() {
+fn a_restored_ragdoll_continues_bit_for_bit() {
     let flat = || Arc::new(Ground::flat(0.0));
     for (mps, frames) in [(8.3, 3), (16.7, 14), (8.3, 90)] {
         let mut whole = hit(flat(), &[], mps, 0.7);
         (0..frames).for_each(|_| frame(&mut whole));
         let bytes = whole.save();
-        // It has a past of its own.
+        // The other world has a history of its own.
         let mut other = hit(flat(), &[], 5.0, 2.0);
         run(&mut other, 1.0);
         other.restore(&bytes).unwrap();
@@ -264,7 +265,7 @@ fn a_fall_goes_on_bit_for_bit_in_another_world() {
     }
 }
 #[test]
-fn whoever_is_hit_anyhow_rests() {
+fn ragdolls_of_random_impacts_come_to_rest() {
     let mut seed = 1u64;
     let mut next = || {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

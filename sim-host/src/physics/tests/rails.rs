@@ -1,4 +1,4 @@
-//! Who drives into the parapet of a bridge stays on it.
+//! Parapets keep cars on bridges.
 
 use std::sync::Arc;
 
@@ -10,12 +10,12 @@ use town::Town;
 use super::{FRAME_NANOS, SUBSTEP_NANOS};
 use crate::physics::{Ground, Physics, StaticBox, VehicleModel};
 
-/// Frames of a second and a half: enough for the parapet, not for the bridge's end.
+/// Frames of a second and a half: enough to reach the parapet, not the end of the bridge.
 const FRAMES: usize = 30;
 const KMH_80_MPS: f32 = 80.0 / 3.6;
 const SHALLOW_RAD: f64 = 0.2;
 
-/// A bridge of a generated town: its road, and where it begins and ends.
+/// Returns a bridge of a generated town: its road, and where it begins and ends.
 fn overpass() -> (road::Network, Town, usize) {
     let plan = Plan {
         name: "rails".to_string(),
@@ -30,8 +30,8 @@ fn overpass() -> (road::Network, Town, usize) {
     (network, furnished, span)
 }
 
-/// How high over the bridge's road, and how far inside its outer edge, a car comes to be that
-/// steers to its right.
+/// Returns the height above the bridge's road, and the distance from its outer edge, of a car that
+/// steers to the right.
 fn after_steering_aside(
     network: &road::Network,
     town: &Town,
@@ -62,7 +62,7 @@ fn after_steering_aside(
     let mut state = ActorState { actor_id: id, ..ActorState::default() };
     assert!(physics.write_state(&mut state));
     let at = state.pose.position().as_dvec3();
-    // Along the straight bridge, from the lane's middle to the right.
+    // Along the straight bridge, from the middle of the lane to the right.
     let offset = at - from.position;
     let right = glam::DVec2::from_angle(from.heading_rad - std::f64::consts::FRAC_PI_2);
     let aside = offset.truncate().dot(right);
@@ -83,7 +83,7 @@ fn a_parapet_holds_a_car_on_its_bridge() {
         .collect();
     let (height, aside, speed) = after_steering_aside(&network, &town, span, &boxes);
     println!("with: {height:.2} m over its road, {aside:.2} m aside, {speed:.1} m/s");
-    // The same drive without anything solid ends far below.
+    // The same drive without static boxes ends far below.
     let (fallen, beyond, _) = after_steering_aside(&network, &town, span, &[]);
     println!("without: {fallen:.2} m, {beyond:.2} m aside");
     let road = &network.roads()[network.spans()[span].road as usize];

@@ -6,7 +6,7 @@ use crate::physics::{PhysicsError, VehicleModel, tuning};
 
 const ID: ActorId = ActorId(1);
 
-/// A sedan that was changed.
+/// A sedan with changed parameters.
 fn with(change: impl FnOnce(&mut VehiclePhysics)) -> Lone {
     let mut lone = Lone::sedan();
     let mut physics = lone.physics.vehicle_physics(ID).unwrap();
@@ -16,7 +16,7 @@ fn with(change: impl FnOnce(&mut VehiclePhysics)) -> Lone {
     lone
 }
 
-/// Metres per second after some seconds of full throttle.
+/// Returns the speed after some seconds of full throttle. Metres per second.
 fn sprint(lone: &mut Lone, seconds: f32) -> f32 {
     lone.control.throttle = 1.0;
     lone.run(seconds);
@@ -24,7 +24,7 @@ fn sprint(lone: &mut Lone, seconds: f32) -> f32 {
     lone.speed()
 }
 
-/// Metres from 20 m/s to rest.
+/// Returns the stopping distance from 20 m/s. Metres.
 fn stop(lone: &mut Lone) -> f32 {
     lone.physics.set_velocity(ID, Vec3::X * 20.0, Vec3::ZERO).unwrap();
     let from = lone.position();
@@ -34,7 +34,7 @@ fn stop(lone: &mut Lone) -> f32 {
     (lone.position() - from).length()
 }
 
-/// Radians per second at 10 m/s with the wheel half over.
+/// Returns the yaw rate at 10 m/s with half steering. Radians per second.
 fn turn(lone: &mut Lone) -> f32 {
     lone.physics.set_velocity(ID, Vec3::X * 10.0, Vec3::ZERO).unwrap();
     lone.control.steer = 0.5;
@@ -44,7 +44,7 @@ fn turn(lone: &mut Lone) -> f32 {
 }
 
 #[test]
-fn what_is_read_and_set_again_changes_nothing() {
+fn setting_unchanged_parameters_changes_nothing() {
     let own = VehicleModel::sedan();
     assert_eq!(tuning::tuned_model(&own, &tuning::physics_of(&own)), own);
     let mut lone = Lone::sedan();
@@ -60,7 +60,7 @@ fn what_is_read_and_set_again_changes_nothing() {
 }
 
 #[test]
-fn what_is_set_is_read_and_saved() {
+fn changed_parameters_are_returned_and_saved() {
     let mut physics = with(|_| {}).physics.vehicle_physics(ID).unwrap();
     physics.body.mass_kg = 2345.0;
     physics.body.center_of_mass_m = [0.1, -0.02, 0.05];
@@ -79,7 +79,7 @@ fn what_is_set_is_read_and_saved() {
 }
 
 #[test]
-fn the_hash_tells_vehicles_apart_that_are_built_otherwise() {
+fn the_hash_depends_on_vehicle_parameters() {
     let mut lone = Lone::sedan();
     let before = lone.physics.hash();
     let mut physics = lone.physics.vehicle_physics(ID).unwrap();
@@ -89,7 +89,7 @@ fn the_hash_tells_vehicles_apart_that_are_built_otherwise() {
 }
 
 #[test]
-fn each_number_of_the_drivetrain_is_felt() {
+fn each_parameter_of_the_drivetrain_has_an_effect() {
     let plain = sprint(&mut with(|_| {}), 4.0);
     let is_slower = |what: &str, change: fn(&mut VehiclePhysics)| {
         let mps = sprint(&mut with(change), 4.0);
@@ -118,7 +118,7 @@ fn each_number_of_the_drivetrain_is_felt() {
 }
 
 #[test]
-fn engine_braking_grows_with_its_damping() {
+fn engine_braking_grows_with_engine_damping() {
     let coast = |change: fn(&mut VehiclePhysics)| {
         let mut lone = with(change);
         sprint(&mut lone, 4.0);
@@ -131,7 +131,7 @@ fn engine_braking_grows_with_its_damping() {
 }
 
 #[test]
-fn revving_in_neutral_ends_where_its_damping_says() {
+fn engine_speed_in_neutral_is_limited_by_damping() {
     let rpm = |change: fn(&mut VehiclePhysics)| {
         let mut lone = with(change);
         (lone.control.manual_gear, lone.control.gear) = (1, 0);
@@ -146,7 +146,7 @@ fn revving_in_neutral_ends_where_its_damping_says() {
 }
 
 #[test]
-fn gears_shift_where_they_are_told() {
+fn gears_shift_at_their_shift_points() {
     let gear = |change: fn(&mut VehiclePhysics)| {
         let mut lone = with(change);
         lone.control.throttle = 0.5;
@@ -163,7 +163,7 @@ fn gears_shift_where_they_are_told() {
 }
 
 #[test]
-fn each_number_of_brakes_and_tyres_is_felt() {
+fn each_parameter_of_brakes_and_tyres_has_an_effect() {
     let plain = stop(&mut with(|_| {}));
     let is_longer = |what: &str, change: fn(&mut VehiclePhysics)| {
         let meters = stop(&mut with(change));
@@ -179,7 +179,7 @@ fn each_number_of_brakes_and_tyres_is_felt() {
 }
 
 #[test]
-fn each_number_of_the_steering_is_felt() {
+fn each_parameter_of_the_steering_has_an_effect() {
     let plain = turn(&mut with(|_| {}));
     let is_wider = |what: &str, change: fn(&mut VehiclePhysics)| {
         let rate = turn(&mut with(change));
@@ -203,7 +203,7 @@ fn larger_wheels_lift_the_body() {
 }
 
 #[test]
-fn a_tuned_car_stays_a_car() {
+fn a_car_with_changed_parameters_stays_stable() {
     let mut lone = with(|p| {
         p.body.mass_kg = 9000.0;
         p.body.center_of_mass_m = [0.3, 0.1, -0.1];
@@ -215,7 +215,7 @@ fn a_tuned_car_stays_a_car() {
 }
 
 #[test]
-fn numbers_that_cannot_be_are_refused_and_change_nothing() {
+fn invalid_parameters_are_refused_and_change_nothing() {
     let mut lone = Lone::sedan();
     let good = lone.physics.vehicle_physics(ID).unwrap();
     let hash = lone.physics.hash();
@@ -255,7 +255,7 @@ fn numbers_that_cannot_be_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn a_wheel_that_may_turn_further_turns_further() {
+fn a_larger_steering_limit_gives_a_larger_angle() {
     let mut lone = with(|p| p.wheels[..2].iter_mut().for_each(|w| w.steer_max_rad = 1.0));
     lone.control = VehicleControl { steer: 1.0, ..lone.control };
     lone.run(1.0);

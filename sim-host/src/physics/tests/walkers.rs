@@ -19,7 +19,7 @@ fn street(ground: Arc<Ground>, is_ragdoll_on_hit: bool) -> Physics {
     physics
 }
 
-/// A car that comes at the walker from behind.
+/// A walker with a car that approaches from behind.
 fn with_car(is_ragdoll_on_hit: bool, mps: f32) -> Physics {
     let mut physics = street(Arc::new(Ground::flat(0.0)), is_ragdoll_on_hit);
     let model = Arc::new(VehicleModel::sedan());
@@ -47,7 +47,7 @@ fn place(physics: &Physics, id: ActorId) -> Vec3 {
 }
 
 #[test]
-fn a_jump_goes_up_and_comes_down_in_stride() {
+fn a_jumping_walker_keeps_its_velocity_and_lands() {
     let mut physics = street(Arc::new(Ground::flat(0.0)), true);
     physics.walk(WALKER, Vec2::X * 2.0).unwrap();
     physics.jump(WALKER).unwrap();
@@ -64,7 +64,7 @@ fn a_jump_goes_up_and_comes_down_in_stride() {
 }
 
 #[test]
-fn feet_follow_slopes_and_kerbs_and_fall_off_edges() {
+fn walkers_follow_slopes_and_kerbs_and_fall_off_edges() {
     let mut physics = street(incline(0.2), false);
     physics.walk(WALKER, Vec2::X * 1.5).unwrap();
     for _ in 0..60 {
@@ -72,7 +72,7 @@ fn feet_follow_slopes_and_kerbs_and_fall_off_edges() {
         let feet = place(&physics, WALKER);
         assert!((feet.z - 0.2 * feet.x).abs() < 0.01, "{feet}");
     }
-    // A kerb of 15 cm up, a platform of 1 m down.
+    // A kerb of 15 cm up, and a platform of 1 m down.
     let mut mesh = mesh::Mesh::default();
     let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     let mut floor = |from: f32, to: f32, z: f32| {
@@ -94,7 +94,7 @@ fn feet_follow_slopes_and_kerbs_and_fall_off_edges() {
 }
 
 #[test]
-fn one_who_is_hit_falls_and_lies_and_the_car_drives_on() {
+fn a_hit_walker_falls_and_the_car_drives_on() {
     let mut physics = with_car(true, 12.0);
     run(&mut physics, 1.2);
     let mps = state(&physics, CAR).velocity_mps[0];
@@ -114,7 +114,7 @@ fn one_who_is_hit_falls_and_lies_and_the_car_drives_on() {
 }
 
 #[test]
-fn the_invincible_stand_and_stop_the_car() {
+fn invincible_walkers_stay_upright_and_stop_the_car() {
     let mut physics = with_car(false, 12.0);
     run(&mut physics, 3.0);
     assert!(!state(&physics, WALKER).has(flag::FALLEN));
@@ -123,7 +123,7 @@ fn the_invincible_stand_and_stop_the_car() {
 }
 
 #[test]
-fn a_creeping_car_upsets_nobody() {
+fn a_slow_car_does_not_knock_a_walker_down() {
     let mut physics = with_car(true, 1.2);
     physics.set_gravity(WALKER, true).unwrap();
     let control = VehicleControl { actor_id: CAR, manual_gear: 1, ..VehicleControl::default() };
@@ -133,7 +133,7 @@ fn a_creeping_car_upsets_nobody() {
 }
 
 #[test]
-fn walkers_stop_at_a_car_and_do_not_push_it() {
+fn walkers_stop_at_a_car_without_moving_it() {
     let mut physics = with_car(true, 0.0);
     let control =
         VehicleControl { actor_id: CAR, flags: flag::HANDBRAKE, ..VehicleControl::default() };
@@ -143,16 +143,16 @@ fn walkers_stop_at_a_car_and_do_not_push_it() {
     physics.walk(WALKER, -Vec2::X * 1.5).unwrap();
     run(&mut physics, 12.0);
     let feet = place(&physics, WALKER);
-    // The car's nose is at −12 m + 2.35 m.
+    // The front of the car is at −12 m + 2.35 m.
     assert!((feet.x - (-9.65 + 0.3)).abs() < 0.1, "{feet}");
     assert!((place(&physics, CAR) - stood).length() < 1e-3, "{}", place(&physics, CAR));
     physics.walk(WALKER, Vec2::X * 1.5).unwrap();
     run(&mut physics, 2.0);
-    assert!(place(&physics, WALKER).x > -7.0, "it cannot walk away");
+    assert!(place(&physics, WALKER).x > -7.0, "a fallen walker does not walk");
 }
 
 #[test]
-fn a_fall_is_the_same_bit_for_bit_after_saving() {
+fn a_restored_fall_continues_bit_for_bit() {
     let mut physics = with_car(true, 12.0);
     run(&mut physics, 0.8);
     let bytes = physics.save();

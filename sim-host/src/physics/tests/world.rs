@@ -22,7 +22,7 @@ fn town() -> Physics {
 }
 
 #[test]
-fn a_spawn_into_something_is_refused_by_name() {
+fn a_blocked_spawn_names_the_obstacle() {
     let mut physics = town();
     let model = Arc::new(VehicleModel::sedan());
     let at = |x: f32| Pose::level(Vec3::new(x, 0.0, 0.0), 0.0);
@@ -49,7 +49,7 @@ fn a_spawn_into_something_is_refused_by_name() {
 }
 
 #[test]
-fn a_vehicle_spawned_a_little_above_a_slope_is_set_onto_it() {
+fn a_vehicle_spawned_just_above_a_slope_is_placed_on_it() {
     let mut physics = Physics::new(incline(0.1), &[]);
     let model = Arc::new(VehicleModel::sedan());
     let above = Pose::level(Vec3::new(50.0, 0.0, 5.8), 0.0);
@@ -71,7 +71,7 @@ fn a_vehicle_spawned_a_little_above_a_slope_is_set_onto_it() {
 }
 
 #[test]
-fn a_crash_is_reported_once_as_begun_with_its_impulse() {
+fn a_collision_begins_once_and_has_its_impulse() {
     let mut physics = town();
     let model = Arc::new(VehicleModel::sedan());
     for (id, x, yaw) in [(1, 0.0, 0.0), (2, 12.0, std::f32::consts::PI)] {
@@ -93,13 +93,13 @@ fn a_crash_is_reported_once_as_begun_with_its_impulse() {
     }
     println!("impulse {impulse}");
     assert!(begun >= 1);
-    // Each loses about 1700 kg * 10 m/s, and is pushed back.
+    // Each loses about 1700 kg * 10 m/s, and more by the rebound.
     assert!(impulse.x < -14_000.0 && impulse.x > -25_000.0, "{impulse}");
     assert!(state(&physics, 1).velocity().x < 1.0);
 }
 
 #[test]
-fn a_car_against_a_house_stops_and_names_the_box() {
+fn a_collision_with_a_building_names_the_static_box() {
     let mut physics = town();
     let model = Arc::new(VehicleModel::sedan());
     physics.spawn_vehicle(ActorId(1), &model, &Pose::IDENTITY, false).unwrap();
@@ -111,13 +111,13 @@ fn a_car_against_a_house_stops_and_names_the_box() {
             .collisions()
             .iter()
             .any(|c| c.static_box == Some(0) && c.other == ActorId::NONE);
-        assert!(state(&physics, 1).pose.position().x < 26.0, "it went into the house");
+        assert!(state(&physics, 1).pose.position().x < 26.0, "the walker is inside the building");
     }
     assert!(named);
 }
 
 #[test]
-fn nobody_falls_through_thousands_of_small_triangles_at_50_mps() {
+fn a_car_at_50_mps_does_not_fall_through_small_triangles() {
     let mut mesh = mesh::Mesh::default();
     let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     let (columns, rows, edge) = (2400u32, 30u32, 0.25f32);
@@ -151,7 +151,7 @@ fn nobody_falls_through_thousands_of_small_triangles_at_50_mps() {
 }
 
 #[test]
-fn a_flipped_car_lies_on_its_roof_and_does_not_sink() {
+fn an_overturned_car_lies_on_its_roof() {
     let mut physics = Physics::new(Arc::new(Ground::flat(0.0)), &[]);
     let model = Arc::new(VehicleModel::sedan());
     let roll = |angle: f32| Quat::from_rotation_x(angle);
@@ -185,7 +185,7 @@ fn a_flipped_car_lies_on_its_roof_and_does_not_sink() {
 }
 
 #[test]
-fn bad_numbers_are_refused_and_change_nothing() {
+fn invalid_values_are_refused_and_change_nothing() {
     let mut physics = town();
     let model = Arc::new(VehicleModel::sedan());
     physics.spawn_vehicle(ActorId(1), &model, &Pose::IDENTITY, false).unwrap();
@@ -222,7 +222,7 @@ fn bad_numbers_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn a_teleport_is_at_rest_and_leaves_no_spike() {
+fn a_teleport_causes_no_velocity_and_no_acceleration() {
     let mut lone = Lone::sedan();
     lone.physics.set_velocity(ActorId(1), Vec3::X * 20.0, Vec3::ZERO).unwrap();
     lone.run(1.0);
@@ -239,7 +239,7 @@ fn a_teleport_is_at_rest_and_leaves_no_spike() {
 }
 
 #[test]
-fn walkers_walk_on_the_ground_and_stop_before_houses() {
+fn walkers_stay_on_the_ground_and_stop_at_buildings() {
     let mut physics = town();
     let model =
         WalkerModel { radius_m: 0.25, height_m: 1.8, mass_kg: 75.0, is_ragdoll_on_hit: false };
@@ -259,7 +259,7 @@ fn walkers_walk_on_the_ground_and_stop_before_houses() {
 }
 
 #[test]
-fn a_crate_falls_comes_to_rest_and_is_pushed_by_a_car() {
+fn a_crate_falls_comes_to_rest_and_is_moved_by_a_car() {
     let mut physics = town();
     let crate_model = PropModel { half_extents_m: Vec3::splat(0.4), mass_kg: 40.0 };
     let above = Pose::level(Vec3::new(8.0, 0.0, 2.0), 0.4);
@@ -281,7 +281,7 @@ fn a_crate_falls_comes_to_rest_and_is_pushed_by_a_car() {
 }
 
 #[test]
-fn a_vehicle_without_physics_hangs_in_the_air_and_falls_when_it_has_it_again() {
+fn a_kinematic_vehicle_floats_and_falls_when_it_is_dynamic() {
     let mut physics = town();
     let model = Arc::new(VehicleModel::sedan());
     let pose = Pose::level(Vec3::new(0.0, 0.0, 6.0), 0.0);
@@ -299,7 +299,7 @@ fn a_vehicle_without_physics_hangs_in_the_air_and_falls_when_it_has_it_again() {
 }
 
 #[test]
-fn a_kinematic_vehicle_moves_only_as_it_is_told() {
+fn a_kinematic_vehicle_moves_only_by_its_set_velocity() {
     let mut physics = town();
     let model = Arc::new(VehicleModel::sedan());
     let pose = Pose::level(Vec3::new(0.0, 0.0, 3.0), 0.0);
@@ -316,7 +316,7 @@ fn a_kinematic_vehicle_moves_only_as_it_is_told() {
 }
 
 #[test]
-fn what_is_published_of_motion_lies_on_its_grid() {
+fn published_velocities_are_multiples_of_their_resolution() {
     let mut physics = town();
     let model = Arc::new(VehicleModel::sedan());
     let pose = Pose::level(Vec3::new(0.0, 0.0, 0.5), 0.3);

@@ -8,7 +8,7 @@ use crate::physics::{Physics, PhysicsError, PropModel, VehicleModel, WalkerModel
 
 const ID: ActorId = ActorId(1);
 
-/// A car high in the air that does not fall.
+/// A car without gravity high in the air.
 fn floating() -> Lone {
     let mut lone = Lone::sedan();
     lone.physics.teleport(ID, &Pose::level(Vec3::Z * 50.0, 0.5)).unwrap();
@@ -22,7 +22,7 @@ fn spin(lone: &Lone) -> Vec3 {
 }
 
 #[test]
-fn who_does_not_fall_hangs_and_falls_again() {
+fn an_actor_without_gravity_floats_and_falls_with_it() {
     let mut lone = floating();
     lone.run(2.0);
     assert!((lone.position().z - 50.0).abs() < 1e-3, "{}", lone.position());
@@ -32,7 +32,7 @@ fn who_does_not_fall_hangs_and_falls_again() {
 }
 
 #[test]
-fn an_impulse_and_a_force_of_one_frame_do_the_same() {
+fn an_impulse_equals_a_force_over_one_frame() {
     let push = Vec3::new(3000.0, -1000.0, 500.0);
     let twist = Vec3::new(100.0, 200.0, -900.0);
     let (mut at_once, mut over_a_frame) = (floating(), floating());
@@ -43,12 +43,12 @@ fn an_impulse_and_a_force_of_one_frame_do_the_same() {
     over_a_frame.frame();
     let mass = VehicleModel::sedan().mass_kg;
     for lone in [&mut at_once, &mut over_a_frame] {
-        // The centre of mass moves; the origin turns about it.
+        // The impulse acts at the centre of mass; the origin turns about it.
         let model = VehicleModel::sedan();
         let arm = lone.rotation() * -model.com_m;
         let com_mps = lone.state().velocity() - spin(lone).cross(arm);
         assert!((com_mps - push / mass).length() < 0.02, "{com_mps}");
-        // Only for one frame.
+        // The force acts for one frame only.
         let before = spin(lone);
         lone.frame();
         assert!((spin(lone) - before).length() < 0.01, "{} {before}", spin(lone));
@@ -57,7 +57,7 @@ fn an_impulse_and_a_force_of_one_frame_do_the_same() {
 }
 
 #[test]
-fn a_twist_meets_the_bodys_own_inertia() {
+fn a_torque_acts_on_the_bodys_inertia() {
     let inertia = VehicleModel::sedan().inertia_kgm2;
     for (axis, inertia) in [(Vec3::X, inertia.x), (Vec3::Y, inertia.y), (Vec3::Z, inertia.z)] {
         let mut lone = floating();
@@ -70,7 +70,7 @@ fn a_twist_meets_the_bodys_own_inertia() {
 }
 
 #[test]
-fn a_push_beside_the_middle_turns() {
+fn a_force_beside_the_centre_of_mass_turns_the_body() {
     let mut lone = floating();
     let nose = lone.position() + lone.rotation() * Vec3::new(2.0, 0.0, 0.5);
     let left = lone.rotation() * Vec3::Y;
@@ -80,7 +80,7 @@ fn a_push_beside_the_middle_turns() {
 }
 
 #[test]
-fn who_has_no_collisions_drives_through_others_but_on_the_ground() {
+fn an_actor_without_collisions_passes_through_others_on_the_ground() {
     let mut physics = Physics::new(Arc::new(Ground::flat(0.0)), &[]);
     let model = Arc::new(VehicleModel::sedan());
     for (id, x) in [(1, 0.0), (2, 12.0)] {
@@ -98,7 +98,7 @@ fn who_has_no_collisions_drives_through_others_but_on_the_ground() {
     let [one, other] = [0, 1].map(|i| states[i].pose.position());
     assert!(one.x > 20.0 && one.z.abs() < 0.05, "{one}");
     assert!((other.x - 12.0).abs() < 0.01, "{other}");
-    // There again, it is run into.
+    // With collisions enabled again, the car is hit.
     physics.set_collisions(ID, true).unwrap();
     physics.teleport(ID, &Pose::IDENTITY).unwrap();
     physics.set_velocity(ID, Vec3::X * 20.0, Vec3::ZERO).unwrap();
@@ -111,7 +111,7 @@ fn who_has_no_collisions_drives_through_others_but_on_the_ground() {
 }
 
 #[test]
-fn pushes_that_cannot_be_are_refused() {
+fn invalid_forces_are_refused() {
     let mut lone = Lone::sedan();
     let hash = lone.physics.hash();
     for bad in [f32::NAN, f32::INFINITY, 1e30] {
@@ -130,7 +130,7 @@ fn pushes_that_cannot_be_are_refused() {
 }
 
 #[test]
-fn a_crate_is_pushed_too() {
+fn forces_act_on_props() {
     let mut physics = Physics::new(Arc::new(Ground::flat(0.0)), &[]);
     let model = PropModel { half_extents_m: Vec3::splat(0.4), mass_kg: 20.0 };
     physics.spawn_prop(ID, model, &Pose::IDENTITY, false).unwrap();
@@ -144,7 +144,7 @@ fn a_crate_is_pushed_too() {
 }
 
 #[test]
-fn wheels_tell_what_they_feel() {
+fn wheel_telemetry_agrees_with_the_motion() {
     let mut lone = Lone::sedan();
     lone.run(3.0);
     let weight = VehicleModel::sedan().mass_kg * 9.81;
@@ -156,26 +156,35 @@ fn wheels_tell_what_they_feel() {
     assert!((carried / weight - 1.0).abs() < 0.01, "{carried} N of {weight} N");
     assert!(at_rest.iter().all(|w| w.slip_y_rad.abs() < 0.01 && w.slip_x.abs() < 0.01));
 
-    // Forces are what accelerates it.
+    // The sum of the wheel forces is what accelerates the car.
     lone.control.throttle = 0.6;
     lone.run(2.5);
-    let told = wheels(&lone);
-    let along: f32 = told.iter().map(|w| w.along_n).sum();
+    let wheels_now = wheels(&lone);
+    let along: f32 = wheels_now.iter().map(|w| w.along_n).sum();
     let drag = lone.physics.telemetry(ID).unwrap().drag_n;
-    let felt = lone.state().acceleration_mps2[0] * VehicleModel::sedan().mass_kg;
-    println!("along {along:.0} N, drag {drag:.0} N, felt {felt:.0} N");
-    assert!((along - drag - felt).abs() < 0.1 * felt, "{along} N − {drag} N, felt {felt} N");
-    assert!(told[2].slip_x > 0.0 && told[2].torque_nm > 50.0, "{:?}", told[2]);
-    assert!(told[2].load_n > at_rest[2].load_n && told[0].load_n < at_rest[0].load_n);
+    let body_force = lone.state().acceleration_mps2[0] * VehicleModel::sedan().mass_kg;
+    println!("along {along:.0} N, drag {drag:.0} N, body_force {body_force:.0} N");
+    assert!(
+        (along - drag - body_force).abs() < 0.1 * body_force,
+        "{along} N − {drag} N, body {body_force} N"
+    );
+    assert!(wheels_now[2].slip_x > 0.0 && wheels_now[2].torque_nm > 50.0, "{:?}", wheels_now[2]);
+    assert!(wheels_now[2].load_n > at_rest[2].load_n && wheels_now[0].load_n < at_rest[0].load_n);
 
-    // Steered to the left, the tyres pull to the left and slide to the right; the outer ones carry.
+    // Steered to the left, the tyres pull to the left and slide to the right, and the outer ones
+    // carry more load.
     lone.control.throttle = 0.2;
     lone.control.steer = 0.2;
     lone.run(1.5);
     for wheel in wheels(&lone) {
         assert!(wheel.across_n > 100.0 && wheel.slip_y_rad < 0.0, "{wheel:?}");
     }
-    let told = wheels(&lone);
-    assert!(told[1].load_n > told[0].load_n + 300.0, "{} {}", told[0].load_n, told[1].load_n);
+    let wheels_now = wheels(&lone);
+    assert!(
+        wheels_now[1].load_n > wheels_now[0].load_n + 300.0,
+        "{} {}",
+        wheels_now[0].load_n,
+        wheels_now[1].load_n
+    );
     assert!(lone.physics.wheel_telemetry(ID, 4).is_err());
 }
