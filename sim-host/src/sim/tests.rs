@@ -266,7 +266,7 @@ fn a_query_of_an_unknown_kind_or_about_a_missing_actor_is_refused() {
     assert!(world.answer(&body).body::<VehicleBody>().is_ok());
     let unknown = Query { kind: 99, ..body };
     let why = world.answer(&unknown).body::<VehicleBody>().unwrap_err();
-    assert_eq!(why, "unknown kind of query 99");
+    assert_eq!(why, "unknown query kind 99");
     let missing = Query { actor_id: protocol::ActorId(7), ..body };
     let why = world.answer(&missing).body::<VehicleBody>().unwrap_err();
     assert!(why.contains("was never spawned"), "{why}");
