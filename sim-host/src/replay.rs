@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Quat, Vec3};
 use protocol::{ActorId, ActorState, Command, Episode, StartReplay, WalkerLimbs, kind, status};
-use record::{Moment, RecordError};
+use record::{RecordError, RecordedFrame};
 
 use crate::world::World;
 
@@ -80,7 +80,7 @@ impl Replay {
             duration => at_nanos.saturating_add(duration).min(whole),
         };
         let last = recording.segments() - 1;
-        let last = recording.moments(last).map_err(|e| e.to_string())?;
+        let last = recording.recorded_frames(last).map_err(|e| e.to_string())?;
         let ids = last.iter().flat_map(|m| &m.actors).map(|a| a.actor_id);
         let beyond = ids.max().unwrap_or_default();
         let ignored = if command.ignore_hero != 0 {
@@ -127,16 +127,16 @@ impl Replay {
         let segment = self.recording.segment_at(self.at_nanos);
         let start = self.recording.start_nanos(segment);
         let segments = self.recording.segments();
-        let moments = self.recording.moments(segment)?;
-        let (index, past_nanos) = place(moments, self.at_nanos - start);
-        let now = moments[index].actors.clone();
-        let limbs = moments[index].limbs.clone();
+        let recorded_frames = self.recording.recorded_frames(segment)?;
+        let (index, past_nanos) = place(recorded_frames, self.at_nanos - start);
+        let now = recorded_frames[index].actors.clone();
+        let limbs = recorded_frames[index].limbs.clone();
         if past_nanos == 0 || self.time_factor > SMOOTH_FACTOR_MAX {
             return Ok((now, limbs));
         }
-        let next = match moments.get(index + 1) {
+        let next = match recorded_frames.get(index + 1) {
             Some(next) => next,
-            None if segment + 1 < segments => &self.recording.moments(segment + 1)?[0],
+            None if segment + 1 < segments => &self.recording.recorded_frames(segment + 1)?[0],
             None => return Ok((now, limbs)),
         };
         let share = past_nanos as f32 / next.delta_nanos.max(1) as f32;
@@ -145,16 +145,16 @@ impl Replay {
 }
 
 /// Returns the frame that is shown at a time of a segment, and the time since it began.
-fn place(moments: &[Moment], at_nanos: u64) -> (usize, u64) {
+fn place(recorded_frames: &[RecordedFrame], at_nanos: u64) -> (usize, u64) {
     let mut begins = 0;
-    for (index, next) in moments.iter().enumerate().skip(1) {
+    for (index, next) in recorded_frames.iter().enumerate().skip(1) {
         // A frame is shown until the next one is complete.
         if at_nanos < begins + next.delta_nanos {
             return (index - 1, at_nanos - begins);
         }
         begins += next.delta_nanos;
     }
-    (moments.len() - 1, at_nanos - begins)
+    (recorded_frames.len() - 1, at_nanos - begins)
 }
 
 /// Interpolates poses between two frames; all else is that of the earlier one.
@@ -193,12 +193,13 @@ mod tests {
 
     #[test]
     fn a_frame_shows_until_the_next_is_done() {
-        let moment = |delta_nanos| Moment { delta_nanos, ..Moment::default() };
-        let moments = [moment(50), moment(50), moment(20)];
+        let recorded_frame =
+            |delta_nanos| RecordedFrame { delta_nanos, ..RecordedFrame::default() };
+        let recorded_frames = [recorded_frame(50), recorded_frame(50), recorded_frame(20)];
         for (at, expected) in
             [(0, (0, 0)), (49, (0, 49)), (50, (1, 0)), (69, (1, 19)), (70, (2, 0))]
         {
-            assert_eq!(place(&moments, at), expected);
+            assert_eq!(place(&recorded_frames, at), expected);
         }
     }
 }

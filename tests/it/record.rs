@@ -92,7 +92,7 @@ fn record(sim: &Sim, profile: Profile, path: &Path, frames: u64) -> Vec<Seen> {
 fn check_same(recording: &mut Recording, run: &[Seen], with_actors: bool) -> usize {
     let mut at = 0;
     for segment in 0..recording.segments() {
-        for moment in recording.moments(segment).unwrap() {
+        for moment in recording.recorded_frames(segment).unwrap() {
             assert_eq!(moment.state_hash, run[at].hash, "{}", moment.stamp.frame);
             if with_actors {
                 assert!(moment.is_as_shown());
@@ -254,8 +254,8 @@ fn a_carla_log_equals_the_recording_and_can_be_replayed() {
     assert_eq!(imported.segments(), recording.segments());
     let mut seen = 0;
     for segment in 0..recording.segments() {
-        let moments = recording.moments(segment).unwrap();
-        for (moment, shown) in moments.iter().zip(imported.moments(segment).unwrap()) {
+        let moments = recording.recorded_frames(segment).unwrap();
+        for (moment, shown) in moments.iter().zip(imported.recorded_frames(segment).unwrap()) {
             assert_eq!(moment.actors.len(), shown.actors.len());
             for (was, is) in moment.actors.iter().zip(&shown.actors) {
                 assert_eq!(
@@ -329,7 +329,7 @@ fn the_first_difference_of_a_changed_run_is_named_by_frame_and_actor() {
     let mut writer = ::record::Writer::create(&plan).unwrap();
     let mut changed = None;
     for segment in 0..recording.segments() {
-        for moment in recording.moments(segment).unwrap() {
+        for moment in recording.recorded_frames(segment).unwrap() {
             let mut moment = moment.clone();
             // One of the first thirty cars; the others exist for one frame only.
             if changed.is_none()

@@ -126,7 +126,7 @@ fn each_of(
 ) -> anyhow::Result<()> {
     let mut builder = FrameBuilder::new(recording);
     for segment in 0..recording.segments() {
-        for moment in recording.moments(segment)? {
+        for moment in recording.recorded_frames(segment)? {
             visit(builder.frame(moment))?;
         }
     }

@@ -189,7 +189,7 @@ impl Speed {
         let seconds = recording.duration_nanos()? as f64 / 1e9;
         let begin = clock::now_nanos();
         for segment in 0..recording.segments() {
-            recording.moments(segment)?;
+            recording.recorded_frames(segment)?;
         }
         let times_real_time = seconds / ((clock::now_nanos() - begin) as f64 / 1e9);
         let mut seeks_ms = Vec::new();
@@ -199,7 +199,7 @@ impl Speed {
             let segment = ((place * recording.segments() as u64) >> 32) as usize;
             recording.forget();
             let begin = clock::now_nanos();
-            recording.moments(segment)?;
+            recording.recorded_frames(segment)?;
             seeks_ms.push((clock::now_nanos() - begin) as f64 / 1e6);
         }
         seeks_ms.sort_by(f64::total_cmp);

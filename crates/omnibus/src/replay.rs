@@ -5,7 +5,7 @@ use std::{
     sync::atomic::Ordering,
 };
 
-use ::record::{Moment, Profile, Recording};
+use ::record::{Profile, RecordedFrame, Recording};
 use anyhow::{Context, anyhow, ensure};
 use bus::clock;
 use carla_gateway::carla_log;
@@ -215,7 +215,7 @@ fn verify_replay(
         if at >= until {
             break;
         }
-        for (index, moment) in recording.moments(segment)?.iter().enumerate() {
+        for (index, moment) in recording.recorded_frames(segment)?.iter().enumerate() {
             at += if index == 0 { 0 } else { moment.delta_nanos };
             if at < from || at >= until {
                 continue;
@@ -251,7 +251,7 @@ fn verify_replay(
     Ok(())
 }
 
-fn first_difference(moment: &Moment, shown: &[ActorState]) -> Option<String> {
+fn first_difference(moment: &RecordedFrame, shown: &[ActorState]) -> Option<String> {
     let bits = |state: &ActorState| -> [u32; 32] { bytemuck::cast(*state) };
     for recorded in &moment.actors {
         let at = shown.binary_search_by_key(&recorded.actor_id, |s| s.actor_id);

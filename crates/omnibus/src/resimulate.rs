@@ -3,7 +3,7 @@
 
 use std::{collections::VecDeque, fmt, sync::Arc};
 
-use ::record::{Moment, Recording};
+use ::record::{RecordedFrame, Recording};
 use anyhow::{Context, anyhow};
 use bake::Cache;
 use protocol::{
@@ -62,7 +62,7 @@ pub fn resimulate(
             break;
         }
         let episode = recording.info().episode.clone();
-        for moment in recording.moments(segment)? {
+        for moment in recording.recorded_frames(segment)? {
             let found = match &mut again {
                 None => {
                     let mut new = Again::new(&episode)?;
@@ -87,7 +87,7 @@ pub fn resimulate(
 }
 
 /// The world went on from a saved state before this frame.
-fn is_load(moment: &Moment) -> bool {
+fn is_load(moment: &RecordedFrame) -> bool {
     moment.world.is_some()
         && moment.journal.iter().any(|entry| {
             entry.outcome.status == status::DONE
@@ -142,7 +142,7 @@ impl Again {
     }
 
     /// At the end of a frame whose whole world was kept.
-    fn begin(&mut self, moment: &Moment) -> anyhow::Result<Option<String>> {
+    fn begin(&mut self, moment: &RecordedFrame) -> anyhow::Result<Option<String>> {
         let bytes = moment.world.as_ref().context("its first frame lacks the whole world")?;
         let state = SavedState::from_bytes(bytes, self.map)?;
         self.sim.restore(&state)?;
@@ -159,7 +159,7 @@ impl Again {
 
     /// Advances by one frame, in the host's order: commands that were carried out between two
     /// frames, then [`Sim::step`] with the decision of traffic and the frame's own commands.
-    fn step(&mut self, moment: &Moment) -> anyhow::Result<Option<String>> {
+    fn step(&mut self, moment: &RecordedFrame) -> anyhow::Result<Option<String>> {
         let (early, late) =
             moment.journal.split_at_checked(moment.early as usize).context("bad journal")?;
         let (early, late) = (simulated(early), simulated(late));
@@ -189,7 +189,7 @@ impl Again {
     }
 
     /// Compares, and lets traffic see the frame.
-    fn close(&mut self, moment: &Moment) -> Option<String> {
+    fn close(&mut self, moment: &RecordedFrame) -> Option<String> {
         let actors = self.sim.states().to_vec();
         let found = differing(&moment.actors, &actors).or_else(|| {
             let hash = self.sim.state_hash();

@@ -11,7 +11,7 @@ use protocol::ActorState;
 use crate::{
     bits::{BitReader, BitWriter, STREAMS, best_width, class, fold, unfold},
     error::Damage,
-    grid::{Block, FRAMES_MAX, PAST, Past, Row, settle, stays, words_of},
+    grid::{Block, FRAMES_MAX, PAST, Past, Row, check_sorted, presences, words_of},
     space::Space,
 };
 
@@ -23,7 +23,7 @@ const NONE: u32 = 32;
 /// How a group of words is predicted.
 pub(crate) mod mode {
     /// The whole group is unchanged.
-    pub(crate) const STILL: u8 = 0;
+    pub(crate) const UNCHANGED: u8 = 0;
     /// Each value is the last one.
     pub(crate) const LAST: u8 = 1;
     /// Each value continues linearly.
@@ -253,10 +253,10 @@ impl<S: Scheme> PartEncoder<S> {
         if is_key {
             self.past.forget();
         }
-        let rows = stays(frames, &self.past);
+        let rows = presences(frames, &self.past);
         let steps: Vec<_> = deltas.iter().map(|nanos| Step::of(*nanos)).collect();
         // Group by group and word by word, a byte for each row.
-        let mut modes = vec![mode::STILL; S::GROUPS.len() * rows.len()];
+        let mut modes = vec![mode::UNCHANGED; S::GROUPS.len() * rows.len()];
         let mut widths = vec![0; kept::<S>().count() * rows.len()];
         let mut firsts = Vec::new();
         let mut bits: [BitWriter; STREAMS] = Default::default();
@@ -266,7 +266,7 @@ impl<S: Scheme> PartEncoder<S> {
             self.past.fill(row, block);
             for (slot, frame) in frames[row.from..][..row.len].iter().enumerate() {
                 let at = frame.binary_search_by_key(&row.actor, |s| s.actor_id.0);
-                block.put(PAST + slot, words_of(&frame[at.expect("it stays")]));
+                block.put(PAST + slot, words_of(&frame[at.expect("it presences")]));
             }
             if row.known == 0 {
                 firsts.extend(kept::<S>().map(|word| block.cells[word][PAST]));
@@ -292,9 +292,9 @@ impl<S: Scheme> PartEncoder<S> {
                     bits[*place].push_rice(*number, width[*place]);
                 }
             }
-            self.past.note(row, block, frames.len());
+            self.past.keep_last(row, block, frames.len());
         }
-        self.past.turn();
+        self.past.end_segment();
         let mut head = Vec::new();
         let mut put = |value: usize| head.extend_from_slice(&(value as u32).to_le_bytes());
         put(frames.len());
@@ -360,9 +360,9 @@ fn choose<S: Scheme>(
 pub(crate) type Unpacker = zstd::bulk::Decompressor<'static>;
 
 /// Takes numbers off the front of bytes.
-pub(crate) struct Front<'a>(pub(crate) &'a [u8]);
+pub(crate) struct ByteReader<'a>(pub(crate) &'a [u8]);
 
-impl<'a> Front<'a> {
+impl<'a> ByteReader<'a> {
     pub(crate) fn bytes(&mut self, len: usize) -> Result<&'a [u8], Damage> {
         let (front, rest) = self.0.split_at_checked(len).ok_or(Damage("it ends early"))?;
         self.0 = rest;
@@ -424,7 +424,7 @@ impl<S: Scheme + Send> Decoder<S> {
     ) -> Result<(), DamageIn> {
         let mut parts: Vec<Vec<&[u8]>> = vec![Vec::new(); S::PARTS];
         for (index, segment) in segments.iter().enumerate() {
-            let mut front = Front(segment.bytes);
+            let mut front = ByteReader(segment.bytes);
             for part in &mut parts {
                 let of = front.number().and_then(|len| front.bytes(len));
                 part.push(of.map_err(|e| (index, e))?);
@@ -444,7 +444,7 @@ impl<S: Scheme + Send> Decoder<S> {
         })?;
         let last = segments.len() - 1;
         merge(&mut self.0, out);
-        settle(out).map_err(|e| (last, e))
+        check_sorted(out).map_err(|e| (last, e))
     }
 }
 
@@ -512,7 +512,7 @@ impl<S: Scheme> PartDecoder<S> {
         if is_key {
             self.past.forget();
         }
-        let mut front = Front(bytes);
+        let mut front = ByteReader(bytes);
         let (whole, packed) = (front.number()?, front.number()?);
         let mut lens = [0; STREAMS];
         for len in &mut lens {
@@ -520,7 +520,7 @@ impl<S: Scheme> PartDecoder<S> {
         }
         let head = front.unpacked(packed, whole, &mut self.unpacker)?;
         let mut pass = Taking { bits: BitReader::new(front.0, lens), ..Taking::default() };
-        let mut head = Front(&head);
+        let mut head = ByteReader(&head);
         let (frames, count) = (head.number()?, head.number()?);
         if frames != deltas.len() || frames > FRAMES_MAX {
             return Err(Damage("it has another number of frames than its inputs"));
@@ -533,8 +533,9 @@ impl<S: Scheme> PartDecoder<S> {
         let modes = head.bytes(S::GROUPS.len() * count)?;
         let words = kept::<S>().count();
         let widths = head.bytes(words * count)?;
-        let stays = ids.iter().zip(from.iter().zip(&len));
-        let rows: Vec<_> = stays.map(|(id, (f, l))| self.past.row(*id as u32, *f, *l)).collect();
+        let presences = ids.iter().zip(from.iter().zip(&len));
+        let rows: Vec<_> =
+            presences.map(|(id, (f, l))| self.past.row(*id as u32, *f, *l)).collect();
         let fresh = rows.iter().filter(|row| row.known == 0).count();
         let firsts = head.bytes(words * fresh * 4)?;
         let steps: Vec<_> = deltas.iter().map(|nanos| Step::of(*nanos)).collect();
@@ -557,7 +558,7 @@ impl<S: Scheme> PartDecoder<S> {
                 begun += 1;
             }
             let span = Span::of(row, &steps);
-            if modes[index..].iter().step_by(count).all(|mode| *mode == mode::STILL) {
+            if modes[index..].iter().step_by(count).all(|mode| *mode == mode::UNCHANGED) {
                 // An unchanged row, such as a light or a resting vehicle: all words at once.
                 let mut words = block.take(span.start - 1);
                 block.put(row.len, &words);
@@ -567,13 +568,13 @@ impl<S: Scheme> PartDecoder<S> {
                     let state = bytemuck::cast(words);
                     out[row.from..][..row.len].iter_mut().for_each(|frame| frame.push(state));
                 }
-                self.past.note(row, block, frames);
+                self.past.keep_last(row, block, frames);
                 continue;
             }
             let mut word = 0;
             for (at, &group) in S::GROUPS.iter().enumerate() {
                 let taken = modes[at * count + index];
-                if taken == mode::STILL {
+                if taken == mode::UNCHANGED {
                     for &word in group {
                         let cells = &mut block.cells[word];
                         let was = cells[span.start - 1];
@@ -596,9 +597,9 @@ impl<S: Scheme> PartDecoder<S> {
                     frame.push(bytemuck::cast(words));
                 }
             }
-            self.past.note(row, block, frames);
+            self.past.keep_last(row, block, frames);
         }
-        self.past.turn();
+        self.past.end_segment();
         pass.bits.check()?;
         // An actor that leaves and returns has several rows.
         for frame in out.into_iter().flatten().filter(|f| !f.is_sorted_by_key(|s| s.actor_id)) {

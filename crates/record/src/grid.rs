@@ -101,7 +101,7 @@ impl Past {
     }
 
     /// Notes the last frames of a row for the next segment.
-    pub(crate) fn note(&mut self, row: &Row, block: &Block, frames: usize) {
+    pub(crate) fn keep_last(&mut self, row: &Row, block: &Block, frames: usize) {
         if row.from + row.len == frames {
             let states = std::array::from_fn(|slot| block.take(row.len + slot));
             self.next.push((row.actor, (row.known + row.len).min(PAST), states));
@@ -109,7 +109,7 @@ impl Past {
     }
 
     /// Ends a segment: all its rows are noted.
-    pub(crate) fn turn(&mut self) {
+    pub(crate) fn end_segment(&mut self) {
         if !self.next.is_sorted_by_key(|(id, ..)| *id) {
             self.next.sort_unstable_by_key(|(id, ..)| *id);
         }
@@ -119,26 +119,26 @@ impl Past {
 }
 
 /// Returns the rows of actors in frames, each sorted by id.
-pub(crate) fn stays(frames: &[&[ActorState]], past: &Past) -> Vec<Row> {
-    let mut stays: Vec<(u32, usize, usize)> = Vec::new();
+pub(crate) fn presences(frames: &[&[ActorState]], past: &Past) -> Vec<Row> {
+    let mut presences: Vec<(u32, usize, usize)> = Vec::new();
     let mut open: BTreeMap<u32, usize> = BTreeMap::new();
     for (index, states) in frames.iter().enumerate() {
         for state in *states {
             let id = state.actor_id.0;
             match open.get(&id).copied() {
-                Some(at) if stays[at].1 + stays[at].2 == index => stays[at].2 += 1,
+                Some(at) if presences[at].1 + presences[at].2 == index => presences[at].2 += 1,
                 _ => {
-                    open.insert(id, stays.len());
-                    stays.push((id, index, 1));
+                    open.insert(id, presences.len());
+                    presences.push((id, index, 1));
                 }
             }
         }
     }
-    stays.into_iter().map(|(id, from, len)| past.row(id, from, len)).collect()
+    presences.into_iter().map(|(id, from, len)| past.row(id, from, len)).collect()
 }
 
 /// Checks that each frame is sorted by id without duplicates.
-pub(crate) fn settle(frames: &[Vec<ActorState>]) -> Result<(), Damage> {
+pub(crate) fn check_sorted(frames: &[Vec<ActorState>]) -> Result<(), Damage> {
     let twice = |frame: &Vec<ActorState>| frame.windows(2).any(|p| p[0].actor_id == p[1].actor_id);
     if frames.iter().any(twice) { Err(Damage("an actor is there twice")) } else { Ok(()) }
 }

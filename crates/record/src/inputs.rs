@@ -5,31 +5,31 @@ use bytemuck::{Pod, Zeroable};
 use protocol::{Frame, JournalEntry, Stamp, TrafficHeader, WalkerLimbs};
 
 use crate::{
-    columns::Front,
+    columns::ByteReader,
     error::Damage,
-    moment::{Collision, Decision, Moment},
+    recorded_frame::{Collision, Decision, RecordedFrame},
 };
 
 /// The numbers of a frame. They are written column by column as second differences, so that
 /// counters become zeros.
 const COLUMNS: usize = 13;
 
-fn numbers(moment: &Moment) -> [u64; COLUMNS] {
+fn numbers(recorded_frame: &RecordedFrame) -> [u64; COLUMNS] {
     [
-        moment.stamp.frame.0,
-        moment.stamp.sim_time_nanos,
-        moment.stamp.episode.into(),
-        moment.delta_nanos,
-        moment.substep_max_nanos,
-        moment.decision.frame.0,
-        moment.decision.whole.as_ref().map_or(0, |(_, payload)| 1 + payload.len() as u64),
-        u64::from(moment.early) << 32 | moment.journal.len() as u64,
-        moment.collisions.len() as u64,
-        moment.limbs.len() as u64,
+        recorded_frame.stamp.frame.0,
+        recorded_frame.stamp.sim_time_nanos,
+        recorded_frame.stamp.episode.into(),
+        recorded_frame.delta_nanos,
+        recorded_frame.substep_max_nanos,
+        recorded_frame.decision.frame.0,
+        recorded_frame.decision.whole.as_ref().map_or(0, |(_, payload)| 1 + payload.len() as u64),
+        u64::from(recorded_frame.early) << 32 | recorded_frame.journal.len() as u64,
+        recorded_frame.collisions.len() as u64,
+        recorded_frame.limbs.len() as u64,
         // Hashes do not compress.
-        moment.state_hash,
-        moment.shown,
-        moment.decision.hash,
+        recorded_frame.state_hash,
+        recorded_frame.shown,
+        recorded_frame.decision.hash,
     ]
 }
 
@@ -45,10 +45,10 @@ struct Lengths {
 
 /// Encodes everything except `actors` and `world`. With `whole`, also journal, decision and
 /// collisions.
-pub(crate) fn encode(moments: &[Moment], whole: bool) -> Vec<u8> {
-    let lengths = Lengths { frames: moments.len() as u32, reserved: 0 };
+pub(crate) fn encode(recorded_frames: &[RecordedFrame], whole: bool) -> Vec<u8> {
+    let lengths = Lengths { frames: recorded_frames.len() as u32, reserved: 0 };
     let mut bytes = bytemuck::bytes_of(&lengths).to_vec();
-    let mut rows: Vec<_> = moments.iter().map(numbers).collect();
+    let mut rows: Vec<_> = recorded_frames.iter().map(numbers).collect();
     if !whole {
         for row in &mut rows {
             (row[5], row[6], row[7], row[8], row[11], row[12]) = (0, 0, 0, 0, 0, 0);
@@ -63,14 +63,14 @@ pub(crate) fn encode(moments: &[Moment], whole: bool) -> Vec<u8> {
             (last, step) = (row[column], difference);
         }
     }
-    for moment in moments {
-        bytes.extend_from_slice(bytemuck::cast_slice(&moment.limbs));
+    for recorded_frame in recorded_frames {
+        bytes.extend_from_slice(bytemuck::cast_slice(&recorded_frame.limbs));
     }
     if whole {
-        for moment in moments {
-            bytes.extend_from_slice(bytemuck::cast_slice(&moment.journal));
-            bytes.extend_from_slice(bytemuck::cast_slice(&moment.collisions));
-            if let Some((header, payload)) = &moment.decision.whole {
+        for recorded_frame in recorded_frames {
+            bytes.extend_from_slice(bytemuck::cast_slice(&recorded_frame.journal));
+            bytes.extend_from_slice(bytemuck::cast_slice(&recorded_frame.collisions));
+            if let Some((header, payload)) = &recorded_frame.decision.whole {
                 bytes.extend_from_slice(bytemuck::bytes_of(header));
                 bytes.extend_from_slice(payload);
             }
@@ -79,9 +79,9 @@ pub(crate) fn encode(moments: &[Moment], whole: bool) -> Vec<u8> {
     bytes
 }
 
-/// Decodes moments without actors.
-pub(crate) fn decode(bytes: &[u8]) -> Result<Vec<Moment>, Damage> {
-    let mut front = Front(bytes);
+/// Decodes recorded_frames without actors.
+pub(crate) fn decode(bytes: &[u8]) -> Result<Vec<RecordedFrame>, Damage> {
+    let mut front = ByteReader(bytes);
     let lengths: Lengths = pod(front.bytes(size_of::<Lengths>())?);
     let frames = lengths.frames as usize;
     if frames > bytes.len() {
@@ -100,14 +100,14 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Vec<Moment>, Damage> {
     }
     let limbs: Vec<_> =
         rows.iter().map(|row| list(&mut front, row[9])).collect::<Result<_, _>>()?;
-    rows.iter().zip(limbs).map(|(row, limbs)| moment(row, limbs, &mut front)).collect()
+    rows.iter().zip(limbs).map(|(row, limbs)| recorded_frame(row, limbs, &mut front)).collect()
 }
 
-fn moment(
+fn recorded_frame(
     row: &[u64; COLUMNS],
     limbs: Vec<WalkerLimbs>,
-    front: &mut Front,
-) -> Result<Moment, Damage> {
+    front: &mut ByteReader,
+) -> Result<RecordedFrame, Damage> {
     let stamp =
         Stamp { frame: Frame(row[0]), sim_time_nanos: row[1], episode: row[2] as u32, reserved: 0 };
     let journal = list::<JournalEntry>(front, row[7] & 0xffff_ffff)?;
@@ -119,7 +119,7 @@ fn moment(
             Some((header, front.bytes((len - 1) as usize)?.to_vec()))
         }
     };
-    Ok(Moment {
+    Ok(RecordedFrame {
         stamp,
         delta_nanos: row[3],
         substep_max_nanos: row[4],
@@ -135,7 +135,7 @@ fn moment(
     })
 }
 
-fn list<T: Pod>(front: &mut Front, count: u64) -> Result<Vec<T>, Damage> {
+fn list<T: Pod>(front: &mut ByteReader, count: u64) -> Result<Vec<T>, Damage> {
     let len = (count as usize).checked_mul(size_of::<T>()).ok_or(Damage("a count is absurd"))?;
     let bytes = front.bytes(len)?;
     Ok(bytes.chunks_exact(size_of::<T>()).map(pod).collect())

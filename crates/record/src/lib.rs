@@ -1,14 +1,14 @@
 //! Recordings of a world, frame by frame, in one MCAP file.
 //!
 //! ```text
-//! Host ──Moment──▶ Recorder (a thread) ──▶ Writer ──segments──▶ MCAP file
-//!                                                                  │
-//! replay, queries, re-simulation ◀──Moments── Recording ◀──────────┘
+//! Host ──RecordedFrame──▶ Recorder (a thread) ──▶ Writer ──segments──▶ MCAP file
+//!                                                                         │
+//! replay, queries, re-simulation ◀──RecordedFrame── Recording ◀───────────┘
 //! ```
 //!
 //! A segment holds at most a second of frames and is one chunk of the file, so that a killed
 //! process loses no more than that. Spaces are right-handed with z up; SI units, radians.
-//! Start reading at `moment.rs`.
+//! Start reading at `recorded_frame.rs`.
 
 mod bits;
 mod columns;
@@ -17,9 +17,9 @@ mod config;
 mod error;
 mod grid;
 mod inputs;
-mod moment;
 mod predict;
 mod read;
+mod recorded_frame;
 mod recorder;
 mod scan;
 mod space;
@@ -27,8 +27,8 @@ mod write;
 
 pub use config::RecordingConfig;
 pub use error::RecordError;
-pub use moment::{Collision, Decision, Moment, Profile};
 pub use read::{Recording, RecordingInfo};
+pub use recorded_frame::{Collision, Decision, Profile, RecordedFrame};
 pub use recorder::Recorder;
 pub use write::Writer;
 

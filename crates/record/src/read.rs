@@ -8,13 +8,13 @@ use std::{
 use protocol::{ActorId, Episode};
 
 use crate::{
-    Moment, Profile, RecordError,
+    Profile, RecordError, RecordedFrame,
     columns::{DamageIn, Decoder, Unpacker, Written},
     compact::{Compact, restored},
     error::Damage,
     inputs,
-    moment::sum_of,
     predict::Exact,
+    recorded_frame::sum_of,
     scan::{Messages, Scan, Segment, read, scan},
     write::{FORMAT_VERSION, topic},
 };
@@ -57,8 +57,8 @@ pub struct Recording {
     unpacker: Unpacker,
     /// The last segment that the decoder has read.
     decoded: Option<usize>,
-    moments: Vec<Moment>,
-    /// The segment in `moments`.
+    recorded_frames: Vec<RecordedFrame>,
+    /// The segment in `recorded_frames`.
     held: Option<usize>,
 }
 
@@ -120,7 +120,7 @@ impl Recording {
                 Profile::Compact => States::Compact(Decoder::new()),
             },
             decoded: None,
-            moments: Vec::new(),
+            recorded_frames: Vec::new(),
             held: None,
         })
     }
@@ -167,7 +167,7 @@ impl Recording {
     /// # Errors
     ///
     /// Returns an error if the segment cannot be read.
-    pub fn frames(&mut self, segment: usize) -> Result<Vec<Moment>, RecordError> {
+    pub fn frames(&mut self, segment: usize) -> Result<Vec<RecordedFrame>, RecordError> {
         let messages = read(&self.path, &self.file, &self.segments[segment], &mut self.unpacker)?;
         let frames = messages.of(topic::FRAMES).ok_or(Damage("its frames are missing"));
         frames.and_then(inputs::decode).map_err(|e| self.damaged(segment, e))
@@ -184,7 +184,7 @@ impl Recording {
     /// # Errors
     ///
     /// Returns an error if a segment cannot be read.
-    pub fn moments(&mut self, segment: usize) -> Result<&[Moment], RecordError> {
+    pub fn recorded_frames(&mut self, segment: usize) -> Result<&[RecordedFrame], RecordError> {
         if self.held != Some(segment) {
             self.held = None;
             let key = (0..=segment).rev().find(|i| self.segments[*i].is_key).unwrap_or(0);
@@ -196,7 +196,7 @@ impl Recording {
             self.decoded = Some(segment);
             self.held = Some(segment);
         }
-        Ok(&self.moments)
+        Ok(&self.recorded_frames)
     }
 
     /// Drops the decoded segments, so that the next one is read from the file.
@@ -204,7 +204,7 @@ impl Recording {
         (self.decoded, self.held) = (None, None);
     }
 
-    /// Reads segment `last` into `moments`, and of the segments from `first` on only what it builds
+    /// Reads segment `last` into `recorded_frames`, and of the segments from `first` on only what it builds
     /// on.
     fn load(&mut self, first: usize, last: usize) -> Result<(), RecordError> {
         let mut read_all = Vec::new();
@@ -215,23 +215,24 @@ impl Recording {
     }
 
     fn decode(&mut self, first: usize, read_all: &[Messages]) -> Result<(), DamageIn> {
-        let mut moments = Vec::new();
+        let mut recorded_frames = Vec::new();
         let mut written = Vec::new();
         for (index, messages) in read_all.iter().enumerate() {
             let frames = messages.of(topic::FRAMES).ok_or(Damage("its frames are missing"));
-            moments = frames.and_then(inputs::decode).map_err(|e| (index, e))?;
+            recorded_frames = frames.and_then(inputs::decode).map_err(|e| (index, e))?;
             let bytes = messages.of(topic::KEY).or_else(|| messages.of(topic::DELTA));
             if bytes.is_none() && !matches!(self.decoder, States::None) {
                 return Err((index, Damage("its actors are missing")));
             }
             written.push(Written {
                 bytes: bytes.unwrap_or_default(),
-                deltas: moments.iter().map(|m| m.delta_nanos).collect(),
+                deltas: recorded_frames.iter().map(|m| m.delta_nanos).collect(),
                 is_key: self.segments[first + index].is_key,
             });
         }
         // Reuses the memory of the frames that were read before.
-        let mut states: Vec<_> = self.moments.drain(..).map(|moment| moment.actors).collect();
+        let mut states: Vec<_> =
+            self.recorded_frames.drain(..).map(|recorded_frame| recorded_frame.actors).collect();
         match &mut self.decoder {
             States::None => states.clear(),
             States::Exact(decoder) => decoder.decode(&written, &mut states)?,
@@ -242,14 +243,14 @@ impl Recording {
                 }
             }
         }
-        for (moment, states) in moments.iter_mut().zip(states) {
-            moment.actors = states;
+        for (recorded_frame, states) in recorded_frames.iter_mut().zip(states) {
+            recorded_frame.actors = states;
         }
         let world = read_all.last().and_then(|messages| messages.of(topic::WORLD));
-        if let (Some(first), Some(world)) = (moments.first_mut(), world) {
+        if let (Some(first), Some(world)) = (recorded_frames.first_mut(), world) {
             first.world = Some(world.to_vec());
         }
-        self.moments = moments;
+        self.recorded_frames = recorded_frames;
         Ok(())
     }
 
@@ -262,7 +263,7 @@ impl Recording {
     }
 }
 
-impl Moment {
+impl RecordedFrame {
     /// Returns whether the actors are exactly those that were shown. Only the profile `state` keeps
     /// that.
     pub fn is_as_shown(&self) -> bool {

@@ -5,17 +5,17 @@ use std::{thread::JoinHandle, time::Duration};
 use bus::clock;
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bounded};
 
-use crate::{Moment, RecordError, RecordingConfig, Writer};
+use crate::{RecordError, RecordedFrame, RecordingConfig, Writer};
 
 /// Frames that may wait to be written before a tick waits for the disk: 25 s at 20 Hz.
 const QUEUE: usize = 512;
 /// Pending frames are written after this much real time, even if the segment is not full.
 const PENDING_NANOS: u64 = 1_000_000_000;
 
-/// Takes moments and writes them on a thread of its own.
+/// Takes recorded_frames and writes them on a thread of its own.
 pub struct Recorder {
-    to: Option<Sender<Moment>>,
-    spent: Receiver<Moment>,
+    to: Option<Sender<RecordedFrame>>,
+    spent: Receiver<RecordedFrame>,
     thread: Option<JoinHandle<Result<u64, RecordError>>>,
     waits: u64,
 }
@@ -28,17 +28,17 @@ impl Recorder {
     /// Returns an error if the file cannot be written or the thread cannot be started.
     pub fn start(config: &RecordingConfig) -> Result<Recorder, RecordError> {
         let writer = Writer::create(config)?;
-        let (to, moments) = bounded(QUEUE);
+        let (to, recorded_frames) = bounded(QUEUE);
         let (back, spent) = bounded(QUEUE);
         let thread = std::thread::Builder::new()
             .name("recorder".into())
-            .spawn(move || write(writer, &moments, &back))
+            .spawn(move || write(writer, &recorded_frames, &back))
             .map_err(|e| RecordError::file(&config.path, e))?;
         Ok(Recorder { to: Some(to), spent, thread: Some(thread), waits: 0 })
     }
 
-    /// Returns an empty moment, or a written one whose memory is to be reused.
-    pub fn blank(&self) -> Moment {
+    /// Returns an empty recorded_frame, or a written one whose memory is to be reused.
+    pub fn blank(&self) -> RecordedFrame {
         self.spent.try_recv().unwrap_or_default()
     }
 
@@ -48,11 +48,11 @@ impl Recorder {
     /// # Errors
     ///
     /// Returns the reason if the writer has ended.
-    pub fn put(&mut self, moment: Moment) -> Result<bool, RecordError> {
+    pub fn put(&mut self, recorded_frame: RecordedFrame) -> Result<bool, RecordError> {
         let Some(to) = &self.to else { return Ok(false) };
-        let (sent, waited) = match to.try_send(moment) {
+        let (sent, waited) = match to.try_send(recorded_frame) {
             Ok(()) => (true, false),
-            Err(TrySendError::Full(moment)) => (to.send(moment).is_ok(), true),
+            Err(TrySendError::Full(recorded_frame)) => (to.send(recorded_frame).is_ok(), true),
             Err(TrySendError::Disconnected(_)) => (false, false),
         };
         self.waits += u64::from(waited);
@@ -97,20 +97,20 @@ impl Drop for Recorder {
 
 fn write(
     mut writer: Writer,
-    moments: &Receiver<Moment>,
-    back: &Sender<Moment>,
+    recorded_frames: &Receiver<RecordedFrame>,
+    back: &Sender<RecordedFrame>,
 ) -> Result<u64, RecordError> {
     let mut due_nanos = None;
     loop {
-        let moment = match due_nanos {
-            None => moments.recv().map_err(|_| RecvTimeoutError::Disconnected),
+        let recorded_frame = match due_nanos {
+            None => recorded_frames.recv().map_err(|_| RecvTimeoutError::Disconnected),
             Some(due) => {
                 let left = Duration::from_nanos(u64::saturating_sub(due, clock::now_nanos()));
-                moments.recv_timeout(left)
+                recorded_frames.recv_timeout(left)
             }
         };
-        match moment {
-            Ok(moment) => writer.put(moment)?,
+        match recorded_frame {
+            Ok(recorded_frame) => writer.put(recorded_frame)?,
             Err(RecvTimeoutError::Timeout) => writer.cut()?,
             Err(RecvTimeoutError::Disconnected) => return writer.finish(),
         }
@@ -120,7 +120,7 @@ fn write(
             (true, due) => due,
         };
         for spent in writer.spent() {
-            // A full channel has enough moments to reuse.
+            // A full channel has enough recorded_frames to reuse.
             let _ = back.try_send(spent);
         }
     }

@@ -98,7 +98,7 @@ pub(crate) fn scan(path: &Path, file: &File) -> Result<Scan, RecordError> {
                 let mut id = [0; 2];
                 file.read_exact_at(&mut id, body).map_err(told)?;
                 if let Some(segment) = found.segments.last_mut() {
-                    segment.note(u16::from_le_bytes(id));
+                    segment.keep_last(u16::from_le_bytes(id));
                     // The index of the actors is the last one of a chunk.
                     indexed = true;
                 }
@@ -147,7 +147,7 @@ fn finish_last_chunk(
     let Some(segment) = found.segments.last_mut() else { return Ok(()) };
     match read(path, file, segment, &mut Unpacker::default()) {
         Ok(messages) if !messages.places.is_empty() => {
-            messages.places.iter().for_each(|(topic, _)| segment.note(*topic));
+            messages.places.iter().for_each(|(topic, _)| segment.keep_last(*topic));
         }
         // Or it only names the channels.
         _ => drop(found.segments.pop()),
@@ -156,7 +156,7 @@ fn finish_last_chunk(
 }
 
 impl Segment {
-    fn note(&mut self, channel: u16) {
+    fn keep_last(&mut self, channel: u16) {
         self.is_key |= channel == topic::KEY;
         self.has_world |= channel == topic::WORLD;
     }

@@ -7,7 +7,7 @@ use protocol::{
 };
 
 use crate::{
-    Collision, Decision, Moment, Profile, RecordError, Recording, RecordingConfig, Writer,
+    Collision, Decision, Profile, RecordError, RecordedFrame, Recording, RecordingConfig, Writer,
 };
 
 struct Scratch(PathBuf);
@@ -39,7 +39,7 @@ impl Drop for Scratch {
 
 /// Twelve cars on circles; one leaves and one arrives every seven frames; one has a value that is
 /// not a number.
-fn moment(frame: u64) -> Moment {
+fn recorded_frame(frame: u64) -> RecordedFrame {
     let time = frame as f32 * 0.05;
     let gone = (frame / 7) as u32;
     let ids = (1 + gone..=12 + gone).filter(|id| *id != 5 || frame > 3);
@@ -69,7 +69,7 @@ fn moment(frame: u64) -> Moment {
         command: Command::Destroy(ActorId(9)).into(),
         outcome: Outcome::refused("not there"),
     };
-    Moment {
+    RecordedFrame {
         stamp: Stamp {
             frame: Frame(100 + frame),
             sim_time_nanos: frame * 50_000_000,
@@ -103,17 +103,18 @@ fn moment(frame: u64) -> Moment {
 fn write(config: &RecordingConfig, frames: std::ops::Range<u64>) {
     let mut writer = Writer::create(config).unwrap();
     for frame in frames.clone() {
-        writer.put(moment(frame)).unwrap();
+        writer.put(recorded_frame(frame)).unwrap();
     }
     assert_eq!(writer.finish().unwrap(), frames.end - frames.start);
 }
 
 /// Compares floats by their bits, and the hash, which only the reader computes.
-fn check_same(read: &Moment, wanted: &Moment) {
-    let bits = |m: &Moment| bytemuck::cast_slice::<ActorState, [u32; 32]>(&m.actors).to_vec();
-    assert_eq!(bits(read), bits(wanted), "{:?}", wanted.stamp);
-    let plain = |m: &Moment| Moment { actors: vec![], shown: 0, ..m.clone() };
-    assert_eq!(plain(read), plain(wanted));
+fn check_same(read: &RecordedFrame, expected: &RecordedFrame) {
+    let bits =
+        |m: &RecordedFrame| bytemuck::cast_slice::<ActorState, [u32; 32]>(&m.actors).to_vec();
+    assert_eq!(bits(read), bits(expected), "{:?}", expected.stamp);
+    let plain = |m: &RecordedFrame| RecordedFrame { actors: vec![], shown: 0, ..m.clone() };
+    assert_eq!(plain(read), plain(expected));
 }
 
 #[test]
@@ -127,9 +128,9 @@ fn a_recording_is_read_to_the_bit() {
     assert_eq!(recording.info().roles, config.roles);
     let mut frame = 0;
     for segment in 0..recording.segments() {
-        for read in recording.moments(segment).unwrap() {
+        for read in recording.recorded_frames(segment).unwrap() {
             assert!(read.is_as_shown());
-            check_same(read, &moment(frame));
+            check_same(read, &recorded_frame(frame));
             frame += 1;
         }
     }
@@ -142,26 +143,26 @@ fn motion_on_its_grid_takes_less_room_and_is_read_to_the_bit() {
     let scratch = Scratch::new("grid");
     let config = scratch.config(Profile::State);
     let rounded = |frame: u64| {
-        let mut moment = moment(frame);
-        for state in &mut moment.actors {
+        let mut recorded_frame = recorded_frame(frame);
+        for state in &mut recorded_frame.actors {
             let parts = parts::MOTION as f32;
             let motion = state.velocity_mps.iter_mut().chain(&mut state.angular_velocity_radps);
             motion.for_each(|v| *v = (*v * parts).round() / parts + 0.0);
         }
-        moment
+        recorded_frame
     };
-    let size = |of: &dyn Fn(u64) -> Moment| {
+    let size = |of: &dyn Fn(u64) -> RecordedFrame| {
         let mut writer = Writer::create(&config).unwrap();
         (0..200).for_each(|frame| writer.put(of(frame)).unwrap());
         writer.finish().unwrap();
         fs::metadata(&config.path).unwrap().len()
     };
-    let (whole, less) = (size(&moment), size(&rounded));
+    let (whole, less) = (size(&recorded_frame), size(&rounded));
     assert!(less * 10 < whole * 9, "{less} bytes, {whole} where nothing is rounded");
     let mut recording = Recording::open(&config.path).unwrap();
     let mut frame = 0;
     for segment in 0..recording.segments() {
-        for read in recording.moments(segment).unwrap() {
+        for read in recording.recorded_frames(segment).unwrap() {
             check_same(read, &rounded(frame));
             frame += 1;
         }
@@ -179,7 +180,10 @@ fn any_segment_can_be_read_first() {
         for segment in [segment, segment / 2, segment] {
             let start = recording.start_nanos(segment);
             assert_eq!(recording.segment_at(start + 10), segment);
-            check_same(&recording.moments(segment).unwrap()[0], &moment(start / 50_000_000));
+            check_same(
+                &recording.recorded_frames(segment).unwrap()[0],
+                &recorded_frame(start / 50_000_000),
+            );
         }
     }
 }
@@ -196,8 +200,8 @@ fn a_file_that_was_cut_off_is_read_up_to_its_last_complete_segment() {
         let Ok(mut recording) = Recording::open(&config.path) else { continue };
         let mut count = 0;
         for segment in 0..recording.segments() {
-            for read in recording.moments(segment).unwrap() {
-                check_same(read, &moment(count));
+            for read in recording.recorded_frames(segment).unwrap() {
+                check_same(read, &recorded_frame(count));
                 count += 1;
             }
         }
@@ -219,8 +223,10 @@ fn changed_bytes_are_an_error_or_change_nothing() {
         fs::write(&config.path, &bad).unwrap();
         let read = Recording::open(&config.path).and_then(|mut recording| {
             for segment in 0..recording.segments() {
-                for (read, frame) in recording.moments(segment)?.iter().zip(segment as u64 * 20..) {
-                    check_same(read, &moment(frame));
+                for (read, frame) in
+                    recording.recorded_frames(segment)?.iter().zip(segment as u64 * 20..)
+                {
+                    check_same(read, &recorded_frame(frame));
                 }
             }
             Ok(())
@@ -253,15 +259,15 @@ fn compact_poses_are_within_a_centimetre_and_a_tenth_of_a_degree() {
     let mut recording = Recording::open(&config.path).unwrap();
     let mut frame = 0;
     for segment in 0..recording.segments() {
-        for read in recording.moments(segment).unwrap() {
-            let wanted = moment(frame);
-            assert_eq!(read.state_hash, wanted.state_hash);
-            assert_eq!(read.limbs, wanted.limbs);
-            assert_eq!(read.actors.len(), wanted.actors.len());
-            for (read, wanted) in read.actors.iter().zip(&wanted.actors) {
-                assert_eq!((read.actor_id, read.flags), (wanted.actor_id, wanted.flags));
-                let off_m = read.pose.position().distance(wanted.pose.position());
-                let off_rad = read.pose.rotation().angle_between(wanted.pose.rotation());
+        for read in recording.recorded_frames(segment).unwrap() {
+            let expected = recorded_frame(frame);
+            assert_eq!(read.state_hash, expected.state_hash);
+            assert_eq!(read.limbs, expected.limbs);
+            assert_eq!(read.actors.len(), expected.actors.len());
+            for (read, expected) in read.actors.iter().zip(&expected.actors) {
+                assert_eq!((read.actor_id, read.flags), (expected.actor_id, expected.flags));
+                let off_m = read.pose.position().distance(expected.pose.position());
+                let off_rad = read.pose.rotation().angle_between(expected.pose.rotation());
                 assert!(off_m < 0.01 && off_rad.to_degrees() < 0.11, "{off_m} m, {off_rad} rad");
             }
             frame += 1;
@@ -272,6 +278,9 @@ fn compact_poses_are_within_a_centimetre_and_a_tenth_of_a_degree() {
 
 #[test]
 fn a_frame_without_actors_has_a_hash_too() {
-    assert_eq!(crate::moment::sum_of(&[]), crate::moment::sum_of(&Vec::new()));
-    assert_ne!(crate::moment::sum_of(&[]), crate::moment::sum_of(&[ActorState::default()]));
+    assert_eq!(crate::recorded_frame::sum_of(&[]), crate::recorded_frame::sum_of(&Vec::new()));
+    assert_ne!(
+        crate::recorded_frame::sum_of(&[]),
+        crate::recorded_frame::sum_of(&[ActorState::default()])
+    );
 }

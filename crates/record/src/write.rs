@@ -1,4 +1,4 @@
-//! Writes moments as segments, each one chunk of an MCAP file.
+//! Writes recorded_frames as segments, each one chunk of an MCAP file.
 
 use std::{
     collections::BTreeMap,
@@ -18,8 +18,8 @@ use crate::{
     compact::{Compact, quantised},
     grid::FRAMES_MAX,
     inputs,
-    moment::{Moment, Profile, sum_of},
     predict::Exact,
+    recorded_frame::{Profile, RecordedFrame, sum_of},
 };
 
 /// The version of the format. Changes whenever the meaning of the bytes does.
@@ -56,8 +56,8 @@ pub struct Writer {
     path: PathBuf,
     profile: Profile,
     states: States,
-    pending: Vec<Moment>,
-    spent: Vec<Moment>,
+    pending: Vec<RecordedFrame>,
+    spent: Vec<RecordedFrame>,
     /// Recorded time up to the first pending frame.
     elapsed_nanos: u64,
     pending_nanos: u64,
@@ -121,24 +121,24 @@ impl Writer {
     /// # Errors
     ///
     /// Returns an error if the file cannot be written.
-    pub fn put(&mut self, mut moment: Moment) -> Result<(), RecordError> {
+    pub fn put(&mut self, mut recorded_frame: RecordedFrame) -> Result<(), RecordError> {
         let last = self.pending.last().map(|m| m.stamp);
         let goes_on = last.is_none_or(|last| {
-            last.frame.next() == moment.stamp.frame
-                && last.sim_time_nanos < moment.stamp.sim_time_nanos
-                && last.episode == moment.stamp.episode
+            last.frame.next() == recorded_frame.stamp.frame
+                && last.sim_time_nanos < recorded_frame.stamp.sim_time_nanos
+                && last.episode == recorded_frame.stamp.episode
         });
-        if !goes_on || moment.world.is_some() {
+        if !goes_on || recorded_frame.world.is_some() {
             self.cut()?;
             if !goes_on || self.profile == Profile::Inputs {
                 self.next_key_nanos = self.elapsed_nanos;
             }
         }
         if self.profile == Profile::State {
-            moment.shown = sum_of(&moment.actors);
+            recorded_frame.shown = sum_of(&recorded_frame.actors);
         }
-        self.pending_nanos += moment.delta_nanos;
-        self.pending.push(moment);
+        self.pending_nanos += recorded_frame.delta_nanos;
+        self.pending.push(recorded_frame);
         if self.pending_nanos >= SEGMENT_NANOS || self.pending.len() >= FRAMES_MAX {
             self.cut()?;
         }
@@ -151,8 +151,10 @@ impl Writer {
     ///
     /// Returns an error if the file cannot be written.
     pub fn cut(&mut self) -> Result<(), RecordError> {
-        let mut moments = take(&mut self.pending);
-        let (Some(first), false) = (moments.first(), moments.is_empty()) else { return Ok(()) };
+        let mut recorded_frames = take(&mut self.pending);
+        let (Some(first), false) = (recorded_frames.first(), recorded_frames.is_empty()) else {
+            return Ok(());
+        };
         let start_nanos = self.elapsed_nanos;
         let header = |id: u16| MessageHeader {
             channel_id: id,
@@ -160,30 +162,32 @@ impl Writer {
             log_time: start_nanos,
             publish_time: first.stamp.sim_time_nanos,
         };
-        let inputs = inputs::encode(&moments, self.profile.has_inputs());
+        let inputs = inputs::encode(&recorded_frames, self.profile.has_inputs());
         self.file.write_to_known_channel(&header(topic::FRAMES), &inputs)?;
         let is_key = start_nanos >= self.next_key_nanos;
         if let Some(world) = &first.world {
             self.file.write_to_known_channel(&header(topic::WORLD), world)?;
         }
-        let deltas: Vec<u64> = moments.iter().map(|m| m.delta_nanos).collect();
+        let deltas: Vec<u64> = recorded_frames.iter().map(|m| m.delta_nanos).collect();
         let bytes = match &mut self.states {
             States::None => None,
             States::Exact(encoder) => {
-                let frames: Vec<&[ActorState]> = moments.iter().map(|m| &m.actors[..]).collect();
+                let frames: Vec<&[ActorState]> =
+                    recorded_frames.iter().map(|m| &m.actors[..]).collect();
                 Some(encoder.encode(&frames, &deltas, is_key))
             }
             States::Compact(encoder) => {
-                for state in moments.iter_mut().flat_map(|m| &mut m.actors) {
+                for state in recorded_frames.iter_mut().flat_map(|m| &mut m.actors) {
                     *state = quantised(state);
                 }
-                let frames: Vec<&[ActorState]> = moments.iter().map(|m| &m.actors[..]).collect();
+                let frames: Vec<&[ActorState]> =
+                    recorded_frames.iter().map(|m| &m.actors[..]).collect();
                 Some(encoder.encode(&frames, &deltas, is_key))
             }
         };
         if let Some(bytes) = bytes {
             let id = if is_key { topic::KEY } else { topic::DELTA };
-            let first = &moments[0];
+            let first = &recorded_frames[0];
             let header = MessageHeader {
                 channel_id: id,
                 sequence: first.stamp.frame.0 as u32,
@@ -197,13 +201,13 @@ impl Writer {
         }
         self.file.flush()?;
         self.elapsed_nanos += take(&mut self.pending_nanos);
-        self.frames += moments.len() as u64;
-        self.spent.append(&mut moments);
+        self.frames += recorded_frames.len() as u64;
+        self.spent.append(&mut recorded_frames);
         Ok(())
     }
 
-    /// Returns written moments, whose memory can be reused.
-    pub fn spent(&mut self) -> impl Iterator<Item = Moment> + '_ {
+    /// Returns written recorded_frames, whose memory can be reused.
+    pub fn spent(&mut self) -> impl Iterator<Item = RecordedFrame> + '_ {
         self.spent.drain(..)
     }
 

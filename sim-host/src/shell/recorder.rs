@@ -1,7 +1,7 @@
 //! Passing each frame to the recorder.
 
 use protocol::{Frame, JournalEntry, SnapshotHeader, StartRecorder};
-use record::{Collision, Decision, Moment, Profile, Recorder, RecordingConfig};
+use record::{Collision, Decision, Profile, RecordedFrame, Recorder, RecordingConfig};
 
 use super::Shell;
 use crate::{recording::Recording, sim::Sim};
@@ -54,18 +54,18 @@ impl Shell {
         let Some(mut recording) = self.recording.take() else { return };
         let now_nanos = header.stamp.sim_time_nanos;
         let is_due = recording.next_world_nanos.is_some_and(|due| now_nanos >= due);
-        let mut moment = recording.recorder.blank();
-        self.fill(sim, &mut moment, &recording, header, journal);
-        moment.world = is_due.then(|| self.state(sim).to_bytes());
+        let mut recorded_frame = recording.recorder.blank();
+        self.fill(sim, &mut recorded_frame, &recording, header, journal);
+        recorded_frame.world = is_due.then(|| self.state(sim).to_bytes());
         if is_due {
             // A recording of states is re-simulated from its start, so its frames need no further
             // worlds.
             let again = recording.profile == Profile::Inputs;
             recording.next_world_nanos = again.then_some(now_nanos + WORLD_NANOS);
         }
-        self.recorded_decision = moment.decision.frame;
+        self.recorded_decision = recorded_frame.decision.frame;
         let frame = header.stamp.frame.0;
-        match recording.recorder.put(moment) {
+        match recording.recorder.put(recorded_frame) {
             Ok(waited) => {
                 if waited && recording.recorder.waits() == 1 {
                     log::warn!(
@@ -81,30 +81,30 @@ impl Shell {
     fn fill(
         &self,
         sim: &Sim,
-        moment: &mut Moment,
+        recorded_frame: &mut RecordedFrame,
         recording: &Recording,
         header: &SnapshotHeader,
         journal: &[JournalEntry],
     ) {
-        moment.stamp = header.stamp;
-        moment.delta_nanos = sim.settings().delta_nanos;
-        moment.substep_max_nanos = sim.settings().substep_max_nanos;
-        moment.state_hash = header.state_hash;
-        moment.early = self.early as u32;
-        moment.actors.clear();
-        moment.limbs.clear();
-        moment.journal.clear();
-        moment.collisions.clear();
+        recorded_frame.stamp = header.stamp;
+        recorded_frame.delta_nanos = sim.settings().delta_nanos;
+        recorded_frame.substep_max_nanos = sim.settings().substep_max_nanos;
+        recorded_frame.state_hash = header.state_hash;
+        recorded_frame.early = self.early as u32;
+        recorded_frame.actors.clear();
+        recorded_frame.limbs.clear();
+        recorded_frame.journal.clear();
+        recorded_frame.collisions.clear();
         if recording.profile.has_states() {
-            moment.actors.extend(sim.states());
-            moment.limbs.extend(sim.world().limbs());
+            recorded_frame.actors.extend(sim.states());
+            recorded_frame.limbs.extend(sim.world().limbs());
         }
         if !recording.profile.has_inputs() {
-            moment.decision = Decision::default();
+            recorded_frame.decision = Decision::default();
             return;
         }
-        moment.journal.extend_from_slice(journal);
-        moment.collisions.extend(sim.world().frame_collisions().map(|c| Collision {
+        recorded_frame.journal.extend_from_slice(journal);
+        recorded_frame.collisions.extend(sim.world().frame_collisions().map(|c| Collision {
             actor: c.actor,
             other: c.other,
             impulse_ns: c.impulse_ns.to_array(),
@@ -112,7 +112,7 @@ impl Shell {
         }));
         let frame = self.decided.as_ref().map_or(Frame(0), |d| d.header().stamp.frame);
         let follows = frame == self.recorded_decision || frame == self.recorded_decision.next();
-        moment.decision = Decision {
+        recorded_frame.decision = Decision {
             frame,
             hash: sim.decision_hash(),
             whole: if follows { None } else { self.decided.as_ref().map(|d| d.to_owned()) },

@@ -7,7 +7,7 @@ use client_lib::{
     carla_axes::CarlaTransform,
     wire::{ActorState, Command, flag, kind},
 };
-use record::{Moment, Recording};
+use record::{RecordedFrame, Recording};
 
 use crate::carla_log::frame::{
     Collision, CreatedActor, Frame, Kinematics, NO_ACTOR, Position, TrafficLight, VehicleAnimation,
@@ -48,7 +48,7 @@ impl FrameBuilder {
     }
 
     /// Returns the frame of the next moment. Frames count from 1; time counts from the first frame.
-    pub(crate) fn frame(&mut self, moment: &Moment) -> &Frame {
+    pub(crate) fn frame(&mut self, moment: &RecordedFrame) -> &Frame {
         let duration_s = moment.delta_nanos as f64 / 1e9;
         let Frame { number, elapsed_s, .. } = self.frame;
         let elapsed_s = if number == 0 { 0.0 } else { elapsed_s + duration_s };
@@ -73,7 +73,7 @@ impl FrameBuilder {
         &self.frame
     }
 
-    fn update_actors(&mut self, moment: &Moment) {
+    fn update_actors(&mut self, moment: &RecordedFrame) {
         let now: BTreeSet<_> = moment.actors.iter().map(|a| a.actor_id).collect();
         self.frame.destroyed = self.there.difference(&now).map(|id| id.0).collect();
         for state in moment.actors.iter().filter(|a| !self.there.contains(&a.actor_id)) {

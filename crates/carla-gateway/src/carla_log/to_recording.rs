@@ -7,7 +7,7 @@ use client_lib::{
     carla_axes::CarlaTransform,
     wire::{ActorState, Stamp, flag, kind},
 };
-use record::Moment;
+use record::RecordedFrame;
 
 use crate::carla_log::frame::{CreatedActor, Frame, NO_ACTOR};
 
@@ -21,10 +21,10 @@ pub struct MomentBuilder {
 
 impl MomentBuilder {
     /// Returns the moment of the next frame. Actors whose blueprint has no counterpart are omitted.
-    pub fn moment(&mut self, frame: &Frame) -> Moment {
+    pub fn moment(&mut self, frame: &Frame) -> RecordedFrame {
         let delta_nanos = (frame.duration_s * 1e9).round().clamp(1.0, 1e10) as u64;
         self.nanos += delta_nanos;
-        let mut moment = Moment {
+        let mut moment = RecordedFrame {
             stamp: Stamp {
                 frame: client_lib::Frame(frame.number),
                 sim_time_nanos: self.nanos,
@@ -32,7 +32,7 @@ impl MomentBuilder {
             },
             delta_nanos,
             substep_max_nanos: delta_nanos,
-            ..Moment::default()
+            ..RecordedFrame::default()
         };
         for id in &frame.destroyed {
             self.there.remove(id);

@@ -81,7 +81,7 @@ pub struct Decision {
 
 /// Everything that is recorded of one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Moment {
+pub struct RecordedFrame {
     /// Frame, simulated time and episode.
     pub stamp: Stamp,
     /// Simulated time of the frame.
@@ -108,7 +108,7 @@ pub struct Moment {
     pub world: Option<Vec<u8>>,
 }
 
-/// Returns the hash of the actors of a frame, for `Moment::shown`.
+/// Returns the hash of the actors of a frame, for `RecordedFrame::shown`.
 pub(crate) fn sum_of(actors: &[ActorState]) -> u64 {
     // Four independent lanes, so that the multiplications overlap.
     let mut lanes = [0xcbf2_9ce4_8422_2325u64, 1, 2, 3];
