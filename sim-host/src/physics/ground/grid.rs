@@ -60,22 +60,33 @@ impl Grid {
         grid
     }
 
-    /// Sorts the triangles into cells: counts, prefix sum, then write.
+    /// Sorts the triangles into cells: lists the cells under each triangle, counts, prefix sum, then
+    /// writes.
     fn fill(&mut self, corners: &[[Vec2; 3]]) {
-        let mut numbered = 0;
-        let mut counts: Vec<u32> = Vec::new();
         let cells_in_block = BLOCK_CELLS * BLOCK_CELLS;
+        let mut counts: Vec<u32> = Vec::new();
+        // Triangle by triangle: the cells under it, and its bounds in them.
+        let mut covered: Vec<(u32, CellBounds)> = Vec::new();
+        let mut covered_ends = Vec::with_capacity(self.triangles.len());
+        let mut numbered = 0;
         for (triangle, points) in self.triangles.iter().zip(corners) {
-            for [x, y] in cells_under(self.origin, triangle, points) {
+            let low = points[0].min(points[1]).min(points[2]) - 2.0 * SEAM_M;
+            let high = points[0].max(points[1]).max(points[2]) + 2.0 * SEAM_M;
+            for_cells_under(self.origin, triangle, points, |[x, y]| {
                 let block = y / BLOCK_CELLS * self.blocks[0] + x / BLOCK_CELLS;
                 if self.block_numbers[block] == EMPTY {
                     self.block_numbers[block] = numbered;
                     numbered += 1;
                     counts.resize(numbered as usize * cells_in_block, 0);
                 }
-                let cell = y % BLOCK_CELLS * BLOCK_CELLS + x % BLOCK_CELLS;
-                counts[self.block_numbers[block] as usize * cells_in_block + cell] += 1;
-            }
+                let cell = self.block_numbers[block] as usize * cells_in_block
+                    + y % BLOCK_CELLS * BLOCK_CELLS
+                    + x % BLOCK_CELLS;
+                counts[cell] += 1;
+                let bounds = CellBounds::new(self.origin, [x as u32, y as u32], low, high);
+                covered.push((cell as u32, bounds));
+            });
+            covered_ends.push(covered.len());
         }
         let mut total = 0;
         self.cell_starts = Vec::with_capacity(counts.len() + 1);
@@ -86,19 +97,18 @@ impl Grid {
         self.cell_starts.push(total);
         self.lists = vec![0; total as usize];
         self.bounds = vec![CellBounds::default(); total as usize];
-        let mut next = self.cell_starts.clone();
-        for (index, (triangle, points)) in self.triangles.iter().zip(corners).enumerate() {
-            let low = points[0].min(points[1]).min(points[2]) - 2.0 * SEAM_M;
-            let high = points[0].max(points[1]).max(points[2]) + 2.0 * SEAM_M;
-            for [x, y] in cells_under(self.origin, triangle, points) {
-                let block = self.block_numbers[y / BLOCK_CELLS * self.blocks[0] + x / BLOCK_CELLS];
-                let cell = y % BLOCK_CELLS * BLOCK_CELLS + x % BLOCK_CELLS;
-                let at = &mut next[block as usize * cells_in_block + cell];
+        // The counts become the next free entry of each cell.
+        let mut next = counts;
+        next.copy_from_slice(&self.cell_starts[..self.cell_starts.len() - 1]);
+        let mut begin = 0;
+        for (index, end) in covered_ends.into_iter().enumerate() {
+            for (cell, bounds) in &covered[begin..end] {
+                let at = &mut next[*cell as usize];
                 self.lists[*at as usize] = index as u32;
-                let cell = [x as u32, y as u32];
-                self.bounds[*at as usize] = CellBounds::new(self.origin, cell, low, high);
+                self.bounds[*at as usize] = *bounds;
                 *at += 1;
             }
+            begin = end;
         }
     }
 
@@ -150,32 +160,36 @@ impl Grid {
     }
 }
 
-/// Returns every cell that a triangle touches, with the margin of the seam.
-fn cells_under<'a>(
+/// Calls `visit` with every cell that a triangle touches, with the margin of the seam, row by row.
+fn for_cells_under(
     origin: Vec2,
-    triangle: &'a Triangle,
+    triangle: &Triangle,
     points: &[Vec2; 3],
-) -> impl Iterator<Item = [usize; 2]> + use<'a> {
+    mut visit: impl FnMut([usize; 2]),
+) {
     let low = points[0].min(points[1]).min(points[2]) - 2.0 * SEAM_M - origin;
     let high = points[0].max(points[1]).max(points[2]) + 2.0 * SEAM_M - origin;
     let cell = |m: f32| (m / CELL_M) as usize;
     let half = CELL_M / 2.0;
     let points = points.map(|p| p - origin);
-    (cell(low.y)..=cell(high.y)).flat_map(move |y| {
+    // A cell lies outside an edge if its nearest corner does.
+    let reach = |edge: Vec2| -(half * (edge.x.abs() + edge.y.abs()) + 4.0 * SEAM_M);
+    let (ab, bc, ca) = (triangle.edge_ab, triangle.edge_bc, triangle.edge_ca);
+    let (reach_ab, reach_bc, reach_ca) = (reach(ab), reach(bc), reach(ca));
+    for y in cell(low.y)..=cell(high.y) {
         let (from, to) = extent_in_row(&points, y as f32 * CELL_M);
         // A long slanting triangle touches few of the cells in its bounding box.
-        let columns = cell(from.max(low.x))..=cell(to.min(high.x).max(0.0));
-        columns.filter_map(move |x| {
+        for x in cell(from.max(low.x))..=cell(to.min(high.x).max(0.0)) {
             let center = origin + (Vec2::new(x as f32, y as f32) + 0.5) * CELL_M;
             let from_a = center - triangle.a.truncate();
-            // The cell lies outside an edge if its nearest corner does.
-            let reach = |edge: Vec2| half * (edge.x.abs() + edge.y.abs()) + 4.0 * SEAM_M;
-            let touches = triangle.edge_ab.dot(from_a) >= -reach(triangle.edge_ab)
-                && triangle.edge_bc.dot(from_a) + triangle.offset_bc >= -reach(triangle.edge_bc)
-                && triangle.edge_ca.dot(from_a) >= -reach(triangle.edge_ca);
-            touches.then_some([x, y])
-        })
-    })
+            if ab.dot(from_a) >= reach_ab
+                && bc.dot(from_a) + triangle.offset_bc >= reach_bc
+                && ca.dot(from_a) >= reach_ca
+            {
+                visit([x, y]);
+            }
+        }
+    }
 }
 
 /// Returns the extent along x of a triangle in the row of cells that begins at `y`, with a margin of
