@@ -4,7 +4,6 @@
 //! They read the world and do not change it, so that the state hash does not depend on them.
 //! Without a bundle of physics sensors, a tick does no work here.
 
-mod air;
 mod cam;
 mod gnss;
 mod imu;
@@ -12,6 +11,7 @@ mod lanes;
 mod noise;
 mod odometry;
 mod path_loss;
+mod radio;
 #[cfg(test)]
 mod radio_tests;
 mod scene;
@@ -30,13 +30,13 @@ use protocol::{
 use road::Network;
 
 use self::{
-    air::{Station, Transmission},
     cam::Cam,
     gnss::Gnss,
     imu::Imu,
     lanes::Corners,
     noise::Noise,
     odometry::Odometry,
+    radio::{Station, Transmission},
     scene::Scene,
 };
 use crate::{

@@ -5,9 +5,9 @@ use std::{collections::BTreeSet, sync::Arc};
 use glam::Vec3;
 use mesh::{ObjectId, WordHash};
 use protocol::{
-    ACTORS_MAX, ActorId, ActorState, BLOCK_OBJECTS, HiddenObjects, HideLayers, HideObjects,
-    LightState, Name, Pose, ROUTE_STEPS, RouteCommand, STRIDE, SetStreetLights, Settings, Spawn,
-    StandingState, VehicleControl, WalkerLimbs, WorldCommand, flag, kind, lamp, light, route_step,
+    ACTORS_MAX, ActorId, ActorState, LightState, Name, Pose, ROUTE_STEPS, RouteCommand, STRIDE,
+    Settings, Spawn, StandingState, VehicleControl, WalkerLimbs, WorldCommand, flag, kind, lamp,
+    light, route_step,
 };
 use town::{Blueprint, Kind, Layer, Town};
 
@@ -20,12 +20,11 @@ use actors::ActorTable;
 
 mod actors;
 mod bones;
-mod forces;
+mod objects;
+mod physics_commands;
 mod queries;
+mod replayed;
 mod vehicle_physics;
-
-/// Largest distance of a recorded traffic light from the map's own.
-const LIGHT_WITHIN_M: f32 = 0.5;
 
 /// The actors of an episode and their bodies, in world space.
 pub struct World {
@@ -250,56 +249,6 @@ impl World {
         }
     }
 
-    /// Checks that layers exist.
-    pub(crate) fn check_layers(to: &HideLayers) -> Result<(), String> {
-        let all = Layer::ALL.len() as u32;
-        if to.layers >> all != 0 {
-            return Err(format!(
-                "layers are {:#x}, but there are only {all} layers, one bit each",
-                to.layers
-            ));
-        }
-        Ok(())
-    }
-
-    /// Checks that objects exist and can be hidden.
-    pub(crate) fn check_objects(&self, to: &HideObjects) -> Result<(), String> {
-        let last = to.bits.iter().rposition(|bits| *bits != 0).map(|word| {
-            let bit = 63 - to.bits[word].leading_zeros();
-            u64::from(to.block) * u64::from(BLOCK_OBJECTS) + word as u64 * 64 + u64::from(bit)
-        });
-        if to.block == 0 && to.bits[0] & 1 != 0 {
-            return Err("object 0 is the ground; it cannot be hidden".to_owned());
-        }
-        if last.is_some_and(|last| last > u64::from(self.map.objects)) {
-            return Err(format!(
-                "object {} is not one of the {} objects of the town",
-                last.unwrap_or_default(),
-                self.map.objects
-            ));
-        }
-        Ok(())
-    }
-
-    /// Checks that street lights exist and a command gives them valid values.
-    pub(crate) fn check_street_lights(&self, to: &SetStreetLights) -> Result<(), String> {
-        to.check()?;
-        match to.numbers().find(|number| !self.map.lamps.contains(number)) {
-            Some(other) => {
-                let lamps = self.map.lamps.len();
-                Err(format!("object {other} is not one of the town's {lamps} street lights"))
-            }
-            None => Ok(()),
-        }
-    }
-
-    /// Disables the static boxes of hidden objects and enables the others.
-    pub(crate) fn hide(&mut self, hidden: &HiddenObjects) {
-        for (index, (object, layer)) in self.map.solids.iter().enumerate() {
-            self.physics.set_static(index, !hidden.hides(object + 1, layer.bit()));
-        }
-    }
-
     /// Sets the factor on the friction of the dry ground under wheels.
     pub(crate) fn set_grip(&mut self, share: f32) {
         self.physics.set_grip(share);
@@ -447,7 +396,7 @@ impl World {
                 return physics.limbs(state.actor_id);
             }
             if state.kind == kind::WALKER {
-                walk_on(state, settings.delta_nanos);
+                advance_stride(state, settings.delta_nanos);
             }
             None
         });
@@ -487,70 +436,6 @@ impl World {
     /// Returns the state of an actor.
     pub fn state(&self, id: ActorId) -> Option<&ActorState> {
         self.actors.get(id)
-    }
-
-    /// Spawns a recorded actor, which only [`World::show`] moves. It keeps its id if the id is
-    /// free; otherwise it gets an id after `beyond`.
-    pub(crate) fn spawn_shown(
-        &mut self,
-        recorded: &ActorState,
-        beyond: ActorId,
-    ) -> Result<ActorId, String> {
-        let recorded_id = recorded.actor_id;
-        let is_free = recorded_id != ActorId::NONE && self.actors.get(recorded_id).is_none();
-        let id = if is_free { recorded_id } else { ActorId(self.last_actor.max(beyond.0) + 1) };
-        let blueprint = town::catalogue()
-            .get(recorded.blueprint as usize)
-            .ok_or_else(|| format!("{recorded_id} has unknown blueprint {}", recorded.blueprint))?;
-        check_pose(&recorded.pose)?;
-        // High above the map, so that an actor at the recorded position does not block the spawn.
-        let above = Vec3::Z * (5000.0 + 20.0 * (id.0 % 2000) as f32);
-        let pose = Pose::new(recorded.pose.position() + above, recorded.pose.rotation());
-        self.models
-            .spawn(&mut self.physics, id, (recorded.blueprint, blueprint), &pose, (true, false))
-            .map_err(|e| e.to_string())?;
-        self.last_actor = self.last_actor.max(id.0);
-        // [`World::show`] opens the doors.
-        let state = ActorState { actor_id: id, doors: 0, ..*recorded };
-        self.actors.insert(state, Name::default());
-        Ok(id)
-    }
-
-    /// Sets an actor and its body to a recorded state.
-    pub(crate) fn show(&mut self, id: ActorId, recorded: &ActorState, limbs: Option<&WalkerLimbs>) {
-        let limbs = limbs.map(|limbs| WalkerLimbs { actor_id: id, ..*limbs });
-        let Some(actor) = self.actors.get_mut(id) else { return };
-        if recorded.kind == kind::TRAFFIC_LIGHT {
-            // Only the map's own traffic light at the recorded position follows the recording.
-            let (here, there) = (actor.pose.position(), recorded.pose.position());
-            if actor.kind == kind::TRAFFIC_LIGHT && here.distance(there) < LIGHT_WITHIN_M {
-                (actor.phase, actor.flags) = (recorded.phase, recorded.flags);
-            }
-            return;
-        }
-        let moves_doors = actor.doors != recorded.doors;
-        *actor = ActorState { actor_id: id, ..*recorded };
-        if moves_doors && let Some(blueprint) = town::catalogue().get(recorded.blueprint as usize) {
-            // Only vehicles have doors; for other actors this is refused and nothing changes.
-            let _ = self.physics.set_doors(id, &doors_of(blueprint, recorded.doors), true);
-        }
-        self.actors.set_limbs(id, limbs);
-        // Every shown actor has a body.
-        let _ = self.physics.teleport(id, &recorded.pose);
-    }
-
-    /// Ends the replay of an actor: vehicles continue under traffic, walkers stop.
-    pub(crate) fn release(&mut self, id: ActorId) {
-        let Some(actor) = self.actors.get_mut(id) else { return };
-        let (linear, turn) = (actor.velocity_mps, actor.angular_velocity_radps);
-        actor.flags &= !flag::KINEMATIC;
-        let is_vehicle = actor.kind == kind::VEHICLE;
-        set(&mut actor.flags, flag::AUTOPILOT, is_vehicle);
-        let [linear, turn] =
-            [linear, turn].map(|v| if is_vehicle { Vec3::from_array(v) } else { Vec3::ZERO });
-        // A client may have destroyed the actor; then there is nothing to release.
-        let _ = self.physics.set_kinematic(id, false);
-        let _ = self.physics.set_velocity(id, linear, turn);
     }
 
     /// Writes the actors and their bodies into a state.
@@ -614,7 +499,7 @@ fn layer(town: &Town, object: u32) -> Layer {
 }
 
 /// Advances the stride of a walker by the distance over ground.
-fn walk_on(state: &mut ActorState, delta_nanos: u64) {
+fn advance_stride(state: &mut ActorState, delta_nanos: u64) {
     let speed = state.velocity().truncate().length();
     let blueprint = &town::catalogue()[state.blueprint as usize];
     let stride_m = town::stride_m(2.0 * blueprint.half_extents_m.z, speed);

@@ -93,14 +93,14 @@ impl Drivetrain {
     ) {
         let top = model.gearbox.forward.len() as i32;
         self.since_shift_s += dt;
-        let wanted = match demand.manual {
+        let target_gear = match demand.manual {
             Some(gear) => gear.clamp(-1, top),
             None => self.automatic(model, demand, wheel_radps, speed_mps, top),
         };
-        if wanted != self.next_gear {
+        if target_gear != self.next_gear {
             // A change from neutral, or between forward and reverse at standstill, takes no time.
-            let immediate = self.next_gear * wanted <= 0;
-            self.next_gear = wanted;
+            let immediate = self.next_gear * target_gear <= 0;
+            self.next_gear = target_gear;
             self.shift_left_s = if immediate { 0.0 } else { model.gearbox.shift_s };
             self.since_shift_s = 0.0;
             if self.shift_left_s > 0.0 {

@@ -256,13 +256,13 @@ fn lean(prepared: &Prepared, curvature_per_m: f32, motion: &Motion, wrench: &mut
     let ahead = motion.axes.x_axis;
     let speed = motion.velocity_mps.dot(ahead);
     // A positive angle about x leans to the right; a left curve needs a lean to the left.
-    let wanted = -(speed * speed * curvature_per_m / GRAVITY_MPS2).atan();
-    let wanted = wanted.clamp(-lean.max_rad, lean.max_rad);
+    let target = -(speed * speed * curvature_per_m / GRAVITY_MPS2).atan();
+    let target = target.clamp(-lean.max_rad, lean.max_rad);
     let roll = motion.axes.y_axis.z.clamp(-1.0, 1.0).asin();
     let rate = motion.spin_radps.dot(ahead);
     let omega = lean.frequency_radps;
     let inertia = model.inertia_kgm2.x + model.mass_kg * model.com_m.z * model.com_m.z;
-    let torque = inertia * (omega * omega * (wanted - roll) - 2.0 * omega * rate);
+    let torque = inertia * (omega * omega * (target - roll) - 2.0 * omega * rate);
     wrench.torque_nm += ahead * torque;
 }
 

@@ -8,7 +8,7 @@ use protocol::{
 
 use super::{
     Noise, PhysicsSensor, Scene, State,
-    air::Transmission,
+    radio::Transmission,
     tests::{Bench, spawn},
 };
 
@@ -29,8 +29,8 @@ impl Pair {
         let mut bench = Bench::new();
         let other = spawn(&mut bench.world, Pose::level(away, 0.0));
         (0..5).for_each(|_| drop(bench.tick()));
-        let sense = || PhysicsSensor::new(&make()).unwrap();
-        Pair { stations: [(bench.carrier, sense()), (other, sense())], bench, nanos: 0 }
+        let sensor = || PhysicsSensor::new(&make()).unwrap();
+        Pair { stations: [(bench.carrier, sensor()), (other, sensor())], bench, nanos: 0 }
     }
 
     /// Simulates one frame and returns the readings of each station as bytes.
@@ -45,15 +45,15 @@ impl Pair {
         let Bench { world, network, .. } = &self.bench;
         let scene = |parent| Scene { world, network: Some(network), parent, header: &header };
         let mut air: Vec<Transmission> = Vec::new();
-        for (id, sense) in &mut self.stations {
-            let State::Radio(station) = &mut sense.state else { panic!("a radio") };
+        for (id, sensor) in &mut self.stations {
+            let State::Radio(station) = &mut sensor.state else { panic!("a radio") };
             let pose = world.state(*id).unwrap().pose;
             station.send(&scene(*id), &pose, &mut Noise::at(0, self.nanos), &mut air);
         }
         let mut receive = |index: usize| {
-            let (id, sense) = &mut self.stations[index];
+            let (id, sensor) = &mut self.stations[index];
             let pose = world.state(*id).unwrap().pose;
-            sense.measure(&scene(*id), &pose, &air, 64)
+            sensor.measure(&scene(*id), &pose, &air, 64)
         };
         [receive(0), receive(1)]
     }

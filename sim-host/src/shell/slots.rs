@@ -26,11 +26,11 @@ impl Shell {
                 SlotState::Waiting => self.admit(slot),
                 SlotState::Ready => self.start_participating(slot)?,
                 SlotState::Live => {
-                    let asked = words.resync();
+                    let requested = words.resync();
                     let done = words.ack();
                     self.update_barrier(slot);
-                    if asked > *self.resyncs.get(&slot).unwrap_or(&0) {
-                        self.resyncs.insert(slot, asked);
+                    if requested > *self.resyncs.get(&slot).unwrap_or(&0) {
+                        self.resyncs.insert(slot, requested);
                         self.serve_state(done)?;
                     }
                 }
@@ -102,9 +102,9 @@ impl Shell {
             return;
         }
         let words = self.control.slot(slot);
-        let wanted = words.wants_barrier() && self.control.ticker() != Some(slot);
+        let should_join = words.wants_barrier() && self.control.ticker() != Some(slot);
         let frame = self.barrier.frame();
-        match (wanted, self.barrier.done(slot).is_some()) {
+        match (should_join, self.barrier.done(slot).is_some()) {
             (true, false) => {
                 let name = format!("client {:?}", words.name());
                 self.barrier.join(slot, &name, OnDeath::Drop, 0, frame);

@@ -108,7 +108,7 @@ fn standing() -> Sim {
 }
 
 /// The same simulation with all actors awake.
-fn afresh(of: &Sim) -> Sim {
+fn all_awake(of: &Sim) -> Sim {
     let mut state = SavedState::default();
     of.save_into(&mut state);
     let mut other = plain();
@@ -148,7 +148,7 @@ fn a_sleeping_actor_wakes_for_every_command() {
     for command in commands {
         let mut rested = standing();
         let before = hash(&rested);
-        let mut fresh = afresh(&rested);
+        let mut fresh = all_awake(&rested);
         assert_eq!(hash(&fresh), before, "to rest changes nothing");
         for world in [&mut rested, &mut fresh] {
             world.carry_out(&command).unwrap();

@@ -1,24 +1,8 @@
-//! Commands that change the parameters of vehicles.
+//! Changes of parts of a vehicle's parameters.
 
 use protocol::{ActorId, VehicleBody, VehiclePhysics, VehicleWheel};
 
-use super::World;
 use crate::physics::PhysicsError;
-
-impl World {
-    /// Changes the parameters of a vehicle and returns its id.
-    pub(super) fn change_physics(
-        &mut self,
-        id: ActorId,
-        change: impl FnOnce(&mut VehiclePhysics) -> Result<(), String>,
-    ) -> Result<u32, String> {
-        self.vehicle(id, "engine")?;
-        let mut physics = self.physics.vehicle_physics(id).map_err(text_of)?;
-        change(&mut physics)?;
-        self.physics.set_vehicle_physics(id, &physics).map_err(text_of)?;
-        Ok(id.0)
-    }
-}
 
 pub(super) fn with_body(physics: &mut VehiclePhysics, to: &VehicleBody) -> Result<(), String> {
     let count = physics.body.wheels;

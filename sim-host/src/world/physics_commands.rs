@@ -1,11 +1,24 @@
-//! Commands that apply forces and impulses to actors.
+//! Commands that change the parameters of vehicles or apply forces to actors.
 
 use glam::Vec3;
-use protocol::ApplyForce;
+use protocol::{ActorId, ApplyForce, VehiclePhysics};
 
 use super::{World, vehicle_physics::text_of};
 
 impl World {
+    /// Changes the parameters of a vehicle and returns its id.
+    pub(super) fn change_physics(
+        &mut self,
+        id: ActorId,
+        change: impl FnOnce(&mut VehiclePhysics) -> Result<(), String>,
+    ) -> Result<u32, String> {
+        self.vehicle(id, "engine")?;
+        let mut physics = self.physics.vehicle_physics(id).map_err(text_of)?;
+        change(&mut physics)?;
+        self.physics.set_vehicle_physics(id, &physics).map_err(text_of)?;
+        Ok(id.0)
+    }
+
     pub(super) fn apply_force(&mut self, command: &ApplyForce) -> Result<u32, String> {
         let id = command.actor_id;
         self.movable(id)?;
