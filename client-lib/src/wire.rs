@@ -8,6 +8,7 @@ pub use protocol::{
     HideLayers, HideObjects, JournalEntry, LoadMap, Name, Outcome, Plane, RouteCommand, RouteStep,
     STRIDE, SensorSpec, SetBones, SetDoors, SetPhysics, SetStreetLights, SetTrafficLight,
     SetVehicleLights, SetVelocity, SetWeatherAffectsGrip, Settings, Shape, SnapshotHeader, Stamp,
-    Switch, Teleport, TrafficParam, Transmit, VehicleControl, WalkerLimbs, flag, kind, lamp, layer,
-    light, output, param, point_attribute, route_step, sensor, shape, status, street_light, tracer,
+    StandingState, StreetLightState, Switch, Teleport, TrafficParam, Transmit, VehicleControl,
+    WalkerLimbs, flag, kind, lamp, layer, light, output, param, point_attribute, route_step,
+    sensor, shape, status, street_light, tracer,
 };

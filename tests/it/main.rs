@@ -8,7 +8,7 @@ mod kit;
 mod alone;
 mod bones;
 mod carla;
-mod carla_concurrency;
+mod carla_clients;
 mod client;
 mod crash;
 mod demo;

@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 use client_lib::{
     ActorId, Client, ClientError, Pose,
-    wire::{ActorState, Command, VehicleControl, WalkerLimbs},
+    wire::{ActorState, Command, Outcome, VehicleControl, WalkerLimbs},
 };
 
 use self::{
@@ -62,11 +62,12 @@ impl Bridge {
     ///
     /// Returns an error if the map cannot be loaded.
     pub(crate) fn new(
-        client: Client,
+        mut client: Client,
         streams: Arc<Streams>,
         shared_statics: Arc<SharedStatics>,
         stream_port: u16,
     ) -> Result<Bridge, ClientError> {
+        client.follow_wire_commands()?;
         let settings = EpisodeSettings::of(&client.wire_settings());
         let number = snapshot_episode(&client);
         let network = client.map()?;
@@ -109,8 +110,9 @@ impl Bridge {
         }
     }
 
-    /// Queues a command whose outcome is not awaited.
+    /// Queues a command whose outcome is not awaited. What it switches is read back at once.
     pub(crate) fn command(&mut self, command: Command) {
+        self.episode.standing.apply(&command, &Outcome::done(0));
         self.outbox.command(command);
     }
 
@@ -156,7 +158,9 @@ impl Bridge {
 
     /// Publishes the newest snapshot and the measurements.
     pub(crate) fn publish(&mut self) {
+        self.follow_commands();
         self.follow_episode();
+        self.episode.standing.end_frame(self.client.world().header().stamp);
         let keep = if self.is_synchronous() { 0 } else { ASYNCHRONOUS_FRAMES };
         let actors = &self.episode.actors;
         self.outbox.age_controls(keep, |id| {
@@ -197,6 +201,23 @@ impl Bridge {
         self.bundles.set_imu_gravity(mps2, &mut self.episode);
     }
 
+    /// Applies what other clients of the bus have switched.
+    pub(crate) fn follow_commands(&mut self) {
+        loop {
+            let entry = match self.client.next_wire_command() {
+                Ok(Some(entry)) => entry,
+                Ok(None) => return,
+                Err(e) => {
+                    log::warn!("{} commands of other clients: {e}", self.published_frame());
+                    return;
+                }
+            };
+            let Some(command) = entry.command.decode() else { continue };
+            self.episode.has_new_lights |= matches!(command, Command::SetStreetLights(_));
+            self.episode.standing.apply(&command, &entry.outcome);
+        }
+    }
+
     /// Replaces the state of the episode if any client has loaded another world.
     fn follow_episode(&mut self) {
         if self.episode.number == snapshot_episode(&self.client) {
@@ -220,7 +241,9 @@ impl Bridge {
         }
         let network = self.client.map()?;
         let actors = self.episode.actors.for_map(&network);
+        let standing = std::mem::take(&mut self.episode.standing);
         self.episode = EpisodeState::new(self.episode.number, &network, actors);
+        self.episode.standing = standing;
         self.episode.is_new_map = true;
         self.settings.follow(&self.client.wire_settings());
         self.outbox.clear();

@@ -17,7 +17,7 @@ use std::{
 
 use client_lib::{
     BundleId, ClientError, Layers, Outcome, Queries,
-    wire::{Command, JournalEntry},
+    wire::{self, Command, JournalEntry, LoadMap},
 };
 
 use crate::{
@@ -151,7 +151,11 @@ impl<'a> LockedBridge<'a> {
         }
         let deadline = self.client.deadlines().answer;
         let mut outcomes = self.submit_and_wait(what, &all, deadline)?;
-        Ok(outcomes.split_off(before.min(outcomes.len())))
+        let outcomes = outcomes.split_off(before.min(outcomes.len()));
+        for (command, outcome) in commands.iter().zip(&outcomes) {
+            self.episode.standing.apply(command, &outcome.into_entry().outcome);
+        }
+        Ok(outcomes)
     }
 
     /// Sends commands before all that are queued, and waits for their outcomes without the lock.
@@ -226,7 +230,10 @@ impl<'a> LockedBridge<'a> {
                 self.flush();
                 self.update_bundles();
             }
-            Ok(_) => self.publish_measurements(),
+            Ok(_) => {
+                self.follow_commands();
+                self.publish_measurements();
+            }
             Err(e) => log::warn!("{} {e}", self.published_frame()),
         }
     }
@@ -289,6 +296,7 @@ impl<'a> LockedBridge<'a> {
         let command = client_lib::Command::load_world(name, None, layers)?;
         let deadline = self.client.deadlines().world;
         let number = self.request_first("load_map", command, deadline)?;
+        self.reset_standing(number, hidden_layers);
         self.await_world(number)?;
         self.publish();
         Ok(())
@@ -307,10 +315,20 @@ impl<'a> LockedBridge<'a> {
         self.request_first("start_replay", command, deadline)?;
         let loaded = self.client.episode();
         if loaded != number {
+            self.reset_standing(loaded, 0);
             self.await_world(loaded)?;
         }
         self.publish();
         Ok(())
+    }
+
+    /// Resets what a new world does not take over. The gateway's own commands are not among those
+    /// that it follows.
+    fn reset_standing(&mut self, number: u32, hidden_layers: u32) {
+        self.follow_commands();
+        let loaded = Command::LoadMap(LoadMap::default());
+        self.episode.standing.apply(&loaded, &wire::Outcome::done(number));
+        self.episode.standing.hidden.set_layers(hidden_layers, true);
     }
 
     /// Waits until every stage has built this world, and takes its first snapshot in.

@@ -14,7 +14,12 @@ use crate::{
 pub(crate) struct CarlaWeather([f32; 14]);
 
 impl CarlaWeather {
-    pub(crate) fn of(bus: &Weather) -> CarlaWeather {
+    /// Returns this weather if it still holds, otherwise CARLA's numbers for the one that holds.
+    pub(crate) fn if_it_holds(set: Option<CarlaWeather>, bus: &Weather) -> CarlaWeather {
+        set.filter(|set| set.to_bus() == *bus).unwrap_or_else(|| CarlaWeather::of(bus))
+    }
+
+    fn of(bus: &Weather) -> CarlaWeather {
         CarlaWeather([
             bus.cloudiness,
             bus.precipitation,

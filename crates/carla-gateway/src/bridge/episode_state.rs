@@ -2,7 +2,10 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use client_lib::{Pose, Weather, World, wire::Command};
+use client_lib::{
+    Pose, World,
+    wire::{Command, StandingState},
+};
 use road::Network;
 
 use crate::{
@@ -22,7 +25,10 @@ pub(crate) struct EpisodeState {
     pub(crate) traffic_lights: TrafficLights,
     pub(crate) street_lights: StreetLights,
     pub(crate) road_contexts: RoadContexts,
-    pub(crate) weather: CarlaWeather,
+    /// Weather, street lights and whatever else persists in the world.
+    pub(crate) standing: StandingState,
+    /// The weather that a client of CARLA has set last, in CARLA's numbers.
+    pub(crate) weather: Option<CarlaWeather>,
     pub(crate) motions: Motions,
     pub(crate) replayer: Replayer,
     pub(crate) vehicles: VehicleSwitches,
@@ -42,7 +48,8 @@ impl EpisodeState {
             traffic_lights: TrafficLights::new(network),
             street_lights: StreetLights::default(),
             road_contexts: RoadContexts::new(network),
-            weather: CarlaWeather::of(&Weather::default()),
+            standing: StandingState::default(),
+            weather: None,
             motions: Motions::default(),
             replayer: Replayer::default(),
             vehicles: VehicleSwitches::default(),

@@ -13,6 +13,7 @@ use crate::{
     },
     settings::EpisodeSettings,
     stream::{WORLD, token as token_of},
+    street_lights::is_night,
     weather::CarlaWeather,
 };
 
@@ -109,18 +110,19 @@ fn change(call: &mut Call, wanted: EpisodeSettings) -> Result<(), RpcError> {
 }
 
 pub(super) fn weather(call: &mut Call) -> Result<(), RpcError> {
-    call.bridge.episode.weather.write(call.out);
+    let episode = &call.bridge.episode;
+    CarlaWeather::if_it_holds(episode.weather, &episode.standing.weather).write(call.out);
     Ok(())
 }
 
 pub(super) fn set_weather(call: &mut Call) -> Result<(), RpcError> {
     let weather = CarlaWeather::read(&mut call.args)?;
-    let bus = weather.to_bus();
-    call.bridge.command(Command::SetWeather(bus));
-    if let Some(commands) = call.bridge.episode.street_lights.set_night(bus.sun_altitude_rad < 0.0)
-    {
+    let was_night = is_night(&call.bridge.episode.standing);
+    call.bridge.command(Command::SetWeather(weather.to_bus()));
+    let episode = &mut call.bridge.episode;
+    episode.weather = Some(weather);
+    if let Some(commands) = episode.street_lights.at_dusk_or_dawn(was_night, &episode.standing) {
         queue_light_commands(call, commands);
     }
-    call.bridge.episode.weather = weather;
     Ok(())
 }

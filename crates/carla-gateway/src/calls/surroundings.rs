@@ -63,7 +63,8 @@ fn switch_layers(call: &mut Call, hidden: bool) -> Result<(), RpcError> {
 /// Returns the states of all street lights.
 pub(super) fn street_lights(call: &mut Call) -> Result<(), RpcError> {
     let lamps = &call.bridge.statics.town().lamps;
-    call.bridge.episode.street_lights.write(lamps, call.out);
+    let episode = &call.bridge.episode;
+    episode.street_lights.write(lamps, &episode.standing, call.out);
     Ok(())
 }
 
@@ -82,7 +83,9 @@ pub(super) fn follow_sun(call: &mut Call) -> Result<(), RpcError> {
     call.args.text()?;
     let on = call.args.bool()?;
     let statics = Arc::clone(&call.bridge.statics);
-    let commands = call.bridge.episode.street_lights.follow_sun(on, &statics.town().lamps);
+    let episode = &mut call.bridge.episode;
+    let lamps = &statics.town().lamps;
+    let commands = episode.street_lights.follow_sun(on, lamps, &episode.standing);
     queue_light_commands(call, commands);
     Ok(())
 }

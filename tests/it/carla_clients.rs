@@ -1,7 +1,4 @@
-//! Calls of one CARLA connection while another one waits for the host.
-//!
-//! A native client joins the barrier and holds a frame back: the tick, or the load of a world, that
-//! computes the frame cannot end before this client arrives.
+//! Connections of CARLA's protocol beside each other and beside native clients.
 
 use std::{
     io::Write,
@@ -11,11 +8,11 @@ use std::{
 };
 
 use carla_gateway::msgpack::{Budget, Pack, Value, read};
-use client_lib::Client;
+use client_lib::{Client, Weather};
 
 use crate::{
     carla::with_carla_server,
-    kit::{Sim, thread},
+    kit::{Sim, eventually, thread},
 };
 
 /// A connection of CARLA's protocol.
@@ -68,7 +65,8 @@ impl Connection {
     }
 }
 
-/// A simulator whose synchronous world waits for `agent` at each frame, without a time limit.
+/// A simulator whose synchronous world waits for `agent` at each frame, without a time limit: a
+/// tick, or the load of a world, cannot end before this client arrives.
 fn held_by_an_agent() -> (Sim, u16, Connection, Client) {
     let (sim, port) = with_carla_server(&["--deadline-secs", "0"]);
     let mut carla = Connection::open(port);
@@ -140,5 +138,27 @@ fn ticks_of_two_carla_clients_each_advance_the_world() {
     frames.dedup();
     assert_eq!(frames.len() as u64, 2 * TICKS, "each tick has a frame of its own");
     drop((_a, _b));
+    sim.end();
+}
+
+#[test]
+fn carla_s_clients_read_the_weather_that_a_native_client_has_set() {
+    let (sim, port) = with_carla_server(&[]);
+    let mut native = sim.ticker();
+    let mut carla = Connection::open(port);
+    let cloudiness = |carla: &mut Connection| {
+        // `[[1, weather]]`: the value of a successful call.
+        let answer = carla.call("get_weather_parameters", 0, |_| {});
+        let Value::List(wrapped) = &answer else { panic!("{answer:?}") };
+        let [Value::List(value)] = &wrapped[..] else { panic!("{answer:?}") };
+        let [_, Value::List(weather)] = &value[..] else { panic!("{answer:?}") };
+        weather[0].clone()
+    };
+    let before = cloudiness(&mut carla);
+    native.set_weather(Weather { cloudiness: 77.0, ..Weather::default() }).unwrap();
+    native.tick().unwrap();
+    eventually("the weather is read", || cloudiness(&mut carla) != before);
+    assert_eq!(cloudiness(&mut carla), Value::Float(77.0));
+    drop((native, carla));
     sim.end();
 }
