@@ -8,36 +8,36 @@ use crate::{
     tracks::NONE,
 };
 
-/// All bodies of a snapshot, structure of arrays, in the snapshot's order (ascending by actor id).
+/// All agents of a snapshot as a structure of arrays, ascending by actor id.
 #[derive(Default)]
 pub(crate) struct Agents {
     pub(crate) id: Vec<u32>,
     pub(crate) position: Vec<Vec3>,
-    /// Unit vector forward, in the plane.
+    /// Unit vector along the vehicle's x axis, projected onto the ground plane.
     pub(crate) forward: Vec<Vec2>,
     pub(crate) velocity: Vec<Vec2>,
-    /// About z.
+    /// Yaw rate about the world's z axis, radians per second.
     pub(crate) yaw_rate: Vec<f32>,
-    /// Coordinate acceleration along `forward`.
+    /// Coordinate acceleration along `forward`, metres per second squared.
     pub(crate) acceleration: Vec<f32>,
-    /// Sine of the angle by which the nose points up.
+    /// Sine of the pitch angle, positive with the nose up.
     pub(crate) pitch_sin: Vec<f32>,
     pub(crate) body: Vec<Body>,
     pub(crate) walks: Vec<bool>,
     pub(crate) flags: Vec<u32>,
-    /// The row of those that this room drives, else [`NONE`].
+    /// Row in the vehicle table for vehicles that this planner drives, else [`NONE`].
     pub(crate) row: Vec<u32>,
-    /// By row: its index in the crowd.
+    /// For each row of the vehicle table: the index of its agent.
     pub(crate) driven: Vec<u32>,
 }
 
 impl Agents {
-    /// How many.
+    /// Returns the number of agents.
     pub(crate) fn count(&self) -> usize {
         self.id.len()
     }
 
-    /// Reads a snapshot. Rows are numbered in the order in which they come.
+    /// Reads a snapshot. Rows are numbered in the order of the snapshot.
     pub(crate) fn read(&mut self, actors: &[ActorState], bodies: &Bodies) {
         self.clear();
         for actor in actors {
@@ -82,7 +82,7 @@ impl Agents {
         self.driven.clear();
     }
 
-    /// All that decides on which tracks a body lies, and how.
+    /// Returns the bits of everything that decides which stretches of tracks the agent occupies.
     pub(crate) fn pose_bits(&self, agent: usize) -> [u32; 13] {
         let [x, y, z] = self.position[agent].to_array();
         let [ahead_x, ahead_y] = self.forward[agent].to_array();
@@ -107,7 +107,7 @@ impl Agents {
         .map(f32::to_bits)
     }
 
-    /// Signed speed along the nose.
+    /// Returns the signed speed along `forward`, metres per second.
     pub(crate) fn speed(&self, agent: usize) -> f32 {
         self.velocity[agent].dot(self.forward[agent])
     }

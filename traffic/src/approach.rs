@@ -1,4 +1,4 @@
-//! What governs the way into each junction: lights, signs, priority.
+//! Right of way at the entries of junctions: traffic lights, signs, and priority by speed limit.
 
 use road::{LaneIndex, Network, Signal};
 
@@ -8,38 +8,38 @@ use crate::{
     tracks::{NONE, Tracks},
 };
 
-/// How far before a junction a signal still means the junction.
+/// Farthest distance from a signal to the junction that it governs.
 const SIGNAL_REACH_M: f32 = 60.0;
 
-/// What a sign asks of who enters a junction.
+/// What a sign requires of a vehicle that enters a junction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sign {
-    /// There is none.
+    /// No sign.
     None,
-    /// Let the others pass.
+    /// Yield to vehicles with right of way.
     Yield,
-    /// Stop, then let the others pass.
+    /// Stop completely, then yield.
     Stop,
 }
 
-/// The ways into junctions, by lane; lanes outside junctions have no signal and no sign.
+/// Rules at the entries of junctions, by lane; lanes outside junctions have no signal and no sign.
 pub(crate) struct Approaches {
-    /// The light that governs the lane, or [`NONE`].
+    /// The traffic light that governs the lane, or [`NONE`].
     pub(crate) signal: Vec<u32>,
     /// The sign that governs the lane.
     pub(crate) sign: Vec<Sign>,
-    /// How far before the lane's start the stop line lies.
+    /// Distance from the stop line to the start of the lane.
     pub(crate) line_m: Vec<f32>,
-    /// Whether a faster road crosses or joins here, to which this one yields.
+    /// Whether a road with a higher speed limit crosses or joins here, to which this lane yields.
     pub(crate) minor: Vec<bool>,
-    /// Whether some other way into the same junction has a light.
+    /// Whether another entry of the same junction has a traffic light.
     pub(crate) beside_signals: Vec<bool>,
-    /// Lights away from junctions: lane, arc length of the stop line, signal. Ascending.
+    /// Mid-block traffic lights: lane, arc length of the stop line, signal. Ascending.
     pub(crate) midblock: Vec<(u32, f32, u32)>,
 }
 
 impl Approaches {
-    /// Reads signals, signs and speed limits of `network`.
+    /// Reads the signals, signs and speed limits of `network`.
     pub(crate) fn new(network: &Network, tracks: &Tracks, conflicts: &Conflicts) -> Approaches {
         let count = tracks.count();
         let mut approaches = Approaches {
@@ -61,16 +61,16 @@ impl Approaches {
         approaches
     }
 
-    /// Lets whoever enters a roundabout yield to whoever is in it.
+    /// Makes vehicles that enter a roundabout yield to vehicles in it.
     fn yield_to_roundabouts(&mut self, tracks: &Tracks, conflicts: &Conflicts) {
         let circles = roundabout::circles(tracks);
         for lane in (0..tracks.count() as u32).filter(|&lane| tracks.in_junction(lane)) {
-            let way = lane as usize;
+            let entry = lane as usize;
             let enters = tracks.previous(lane).iter().any(|&from| !circles[from as usize]);
             let crosses = conflicts.of(lane).iter().any(|c| circles[c.other as usize]);
-            let free = self.signal[way] == NONE && self.sign[way] == Sign::None;
-            if enters && crosses && free && !circles[way] {
-                self.sign[way] = Sign::Yield;
+            let has_no_rule = self.signal[entry] == NONE && self.sign[entry] == Sign::None;
+            if enters && crosses && has_no_rule && !circles[entry] {
+                self.sign[entry] = Sign::Yield;
             }
         }
     }
@@ -91,38 +91,39 @@ impl Approaches {
         }
         let fraction = stop_m / network.lane(lane).length_m.max(1e-6);
         let stop_m = fraction.clamp(0.0, 1.0) as f32 * tracks.length(lane.0);
-        let ways = junction_ahead(tracks, lane.0, stop_m);
-        if ways.is_empty() && light {
+        let entries = junction_ahead(tracks, lane.0, stop_m);
+        if entries.is_empty() && light {
             self.midblock.push((lane.0, stop_m, index));
         }
-        for (way, before_m) in ways {
-            let way = way as usize;
-            if light && self.signal[way] == NONE {
-                self.signal[way] = index;
-            } else if !light && self.sign[way] != Sign::Stop {
-                self.sign[way] = sign;
+        for (entry, before_m) in entries {
+            let entry = entry as usize;
+            if light && self.signal[entry] == NONE {
+                self.signal[entry] = index;
+            } else if !light && self.sign[entry] != Sign::Stop {
+                self.sign[entry] = sign;
             }
-            // A line far before the junction would leave the others too little room.
+            // A stop line farther from the junction would leave the other approaches too little
+            // room.
             if before_m < 12.0 {
-                self.line_m[way] = self.line_m[way].max(before_m);
+                self.line_m[entry] = self.line_m[entry].max(before_m);
             }
         }
     }
 
-    /// Compares the ways into each junction with each other.
+    /// Compares the entries of each junction with each other.
     fn compare_approaches(&mut self, tracks: &Tracks) {
         let junctions = tracks.junction.iter().filter(|&&j| j != NONE).max().map_or(0, |&j| j + 1);
         let mut fastest = vec![0.0f32; junctions as usize];
         let mut lit = vec![false; junctions as usize];
-        let ways: Vec<u32> = (0..tracks.count() as u32)
+        let entries: Vec<u32> = (0..tracks.count() as u32)
             .filter(|&lane| tracks.has(lane) && tracks.in_junction(lane))
             .collect();
-        for &lane in &ways {
+        for &lane in &entries {
             let junction = tracks.junction[lane as usize] as usize;
             fastest[junction] = fastest[junction].max(tracks.limit_mps[lane as usize]);
             lit[junction] |= self.signal[lane as usize] != NONE;
         }
-        for &lane in &ways {
+        for &lane in &entries {
             let junction = tracks.junction[lane as usize] as usize;
             self.minor[lane as usize] = tracks.limit_mps[lane as usize] < fastest[junction] - 1.0;
             self.beside_signals[lane as usize] = lit[junction];
@@ -130,8 +131,9 @@ impl Approaches {
     }
 }
 
-/// The lanes of the next junction that are reached from a stop line, and how far before them it
-/// lies. A line inside a junction counts as at its beginning: there nobody's path is crossed yet.
+/// Returns the lanes of the next junction that are reached from a stop line, and the distance from
+/// the line to each. A line inside a junction counts as at the junction's entry, where no path has
+/// been crossed yet.
 fn junction_ahead(tracks: &Tracks, lane: u32, stop_m: f32) -> Vec<(u32, f32)> {
     if tracks.in_junction(lane) {
         return vec![(first_of_junction(tracks, lane), 0.0)];
@@ -153,7 +155,7 @@ fn junction_ahead(tracks: &Tracks, lane: u32, stop_m: f32) -> Vec<(u32, f32)> {
     found
 }
 
-/// Walks back to where the junction is entered, as long as there is one way only.
+/// Returns the lane by which the junction is entered, as far as predecessors are unique.
 fn first_of_junction(tracks: &Tracks, lane: u32) -> u32 {
     let mut at = lane;
     for _ in 0..16 {
@@ -165,7 +167,8 @@ fn first_of_junction(tracks: &Tracks, lane: u32) -> u32 {
     at
 }
 
-/// Whether vehicles obey this light. Types are those of ASAM OpenDRIVE's country-less catalogue.
+/// Returns whether the light governs vehicles. Types are those of ASAM OpenDRIVE's catalogue
+/// without a country.
 pub(crate) fn is_vehicle_light(signal: &Signal) -> bool {
     signal.dynamic && !matches!(signal.kind.as_str(), "1000002" | "1000003" | "1000007" | "1000013")
 }

@@ -1,25 +1,25 @@
-//! What a planner knows of a vehicle's build: how long, how wide, how it turns.
+//! Dimensions and steering limits of vehicles, as far as the planner needs them.
 
 use town::Blueprint;
 
-/// Dimensions of one blueprint, in its actor space (origin in the middle of the wheelbase).
+/// Dimensions of one blueprint in vehicle space (origin in the middle of the wheelbase).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Body {
-    /// From the origin to the front bumper.
+    /// Distance from the origin to the front bumper.
     pub(crate) front_m: f32,
-    /// From the origin to the rear bumper.
+    /// Distance from the origin to the rear bumper.
     pub(crate) rear_m: f32,
     /// Half the width.
     pub(crate) half_width_m: f32,
-    /// Between the axles.
+    /// Distance between the axles.
     pub(crate) wheelbase_m: f32,
-    /// How far the front wheels turn at full lock, standing.
+    /// Largest steering angle of the front wheels at standstill.
     pub(crate) max_steer_rad: f32,
-    /// The speed that it reaches soon; no more than a guess.
+    /// Estimate of the speed that the vehicle reaches soon.
     pub(crate) cruise_speed_mps: f32,
 }
 
-/// A mid-size car: what is assumed of a blueprint that the catalogue does not have.
+/// A mid-size car: assumed for blueprints that the catalogue does not contain.
 pub(crate) const CAR: Body = Body {
     front_m: 2.35,
     rear_m: 2.35,
@@ -30,29 +30,30 @@ pub(crate) const CAR: Body = Body {
 };
 
 impl Body {
-    /// From bumper to bumper.
+    /// Returns the distance between the bumpers.
     pub(crate) fn length_m(&self) -> f32 {
         self.front_m + self.rear_m
     }
 
-    /// How far before the origin lies the point that follows the lane's centre: chosen so that in
-    /// curves the nose swings out about as far as the rear axle cuts in.
+    /// Returns the distance from the origin to the tracking point, which follows the centre of the
+    /// lane. It is chosen so that in curves the front overhang swings out about as far as the rear
+    /// axle cuts in.
     pub(crate) fn tracking_point_m(&self) -> f32 {
         self.wheelbase_m * if self.wheelbase_m > 3.5 { 0.34 } else { 0.15 }
     }
 
-    /// From the rear axle to the point that follows the lane's centre.
+    /// Returns the distance from the rear axle to the tracking point.
     pub(crate) fn axle_to_tracking_point_m(&self) -> f32 {
         0.5 * self.wheelbase_m + self.tracking_point_m()
     }
 
-    /// Whether it needs more room than a car.
+    /// Returns whether the vehicle needs more room than a car.
     pub(crate) fn is_wide(&self) -> bool {
         self.length_m() > 5.6 || self.half_width_m > 1.15
     }
 
-    /// At what share of a car's speed it takes curves: what is long leaves its line sooner, and
-    /// fills its lane; a bicycle must lean over first.
+    /// Returns the ratio of the vehicle's speed in curves to that of a car: a long vehicle leaves
+    /// its lane sooner, and a bicycle has to lean first.
     pub(crate) fn curve_speed_factor(&self) -> f32 {
         if self.cruise_speed_mps < 10.0 {
             0.7
@@ -63,8 +64,8 @@ impl Body {
         }
     }
 
-    /// The sideways acceleration that it is never steered beyond. What leans falls over where a car
-    /// would only slide.
+    /// Returns the bound on the lateral acceleration of any steering command, metres per second
+    /// squared. A two-wheeler falls over where a car would only slide.
     pub(crate) fn grip_mps2(&self) -> f32 {
         if self.half_width_m < 0.55 { 4.5 } else { 9.0 }
     }
@@ -92,16 +93,16 @@ impl Body {
     }
 }
 
-/// The catalogue's dimensions, by blueprint index.
+/// The dimensions of the catalogue, by blueprint index.
 pub(crate) struct Bodies(Vec<Body>);
 
 impl Bodies {
-    /// Reads the catalogue once.
+    /// Reads the catalogue.
     pub(crate) fn from_catalogue() -> Bodies {
         Bodies(town::catalogue().iter().map(Body::of).collect())
     }
 
-    /// Dimensions of blueprint `index`.
+    /// Returns the dimensions of blueprint `index`.
     pub(crate) fn of(&self, index: u32) -> Body {
         self.0.get(index as usize).copied().unwrap_or(CAR)
     }

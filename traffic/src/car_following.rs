@@ -1,36 +1,37 @@
-//! How fast: the intelligent driver model behind whoever is in front, with an eye on curves,
-//! limits and lines.
+//! Longitudinal control: the intelligent driver model (IDM) behind a leader, and the speed that
+//! curves, speed limits and stop lines allow.
 
 use crate::{
     constraint::JunctionConstraint, leader::Leader, tracks::Tracks, vehicle_table::VehicleTable,
 };
 
-/// Full acceleration from standstill.
+/// Maximum acceleration (IDM parameter a).
 pub(crate) const ACCEL_MAX_MPS2: f32 = 3.4;
-/// Braking that feels normal.
+/// Comfortable deceleration (IDM parameter b).
 const COMFORT_BRAKE_MPS2: f32 = 2.0;
-/// Seconds kept to the one in front.
+/// Desired time headway (IDM parameter T).
 const TIME_HEADWAY_S: f32 = 1.2;
-/// Braking for a lower limit or a curve.
+/// Deceleration for a lower speed limit or a curve ahead.
 const ANTICIPATION_BRAKE_MPS2: f32 = 2.5;
-/// The hardest braking.
+/// Maximum deceleration.
 pub(crate) const BRAKE_MAX_MPS2: f32 = 7.0;
-/// How far a stop line's standing leader stands behind the line.
+/// Distance from a stop line to the virtual standing leader behind it.
 const LINE_GAP_M: f32 = 0.6;
 
-/// The acceleration of the intelligent driver model behind a leader, m/s² (Treiber, Hennecke and
-/// Helbing 2000, in the form in which free driving and interaction do not add up).
+/// Returns the IDM acceleration behind a leader, metres per second squared (Treiber, Hennecke and
+/// Helbing 2000, in the form in which free acceleration and interaction do not add up). `min_gap_m`
+/// is the gap kept at standstill (s0).
 pub(crate) fn idm(speed: f32, leader_mps: f32, gap_m: f32, min_gap_m: f32) -> f32 {
     let closing = speed - leader_mps;
     let braking = speed * closing / (2.0 * (ACCEL_MAX_MPS2 * COMFORT_BRAKE_MPS2).sqrt());
     let desired_gap = min_gap_m + (speed * TIME_HEADWAY_S + braking).max(0.0);
     let gap = gap_m.max(0.05);
     let interaction = ACCEL_MAX_MPS2 * (1.0 - (desired_gap / gap) * (desired_gap / gap));
-    // The model overreacts to a gap that is small but opens; whoever can stop in time may close up.
+    // The model overreacts to a small gap that opens; a vehicle that can stop in time may close up.
     interaction.max(-BRAKE_MAX_MPS2)
 }
 
-/// Free driving towards `desired` metres per second.
+/// Returns the acceleration on a free road towards `desired`, metres per second.
 pub(crate) fn free_accel(speed: f32, desired: f32) -> f32 {
     if speed <= desired {
         let part = speed / desired.max(0.1);
@@ -40,25 +41,25 @@ pub(crate) fn free_accel(speed: f32, desired: f32) -> f32 {
     }
 }
 
-/// What a driver makes of a limit.
+/// How a vehicle's target speed follows from the speed limit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum SpeedPolicy {
-    /// So much slower, as a share.
+    /// Below the speed limit by this fraction; a negative fraction is above it.
     Reduced(f32),
-    /// So fast, whatever it is.
+    /// This speed in metres per second, whatever the limit is.
     Fixed(f32),
 }
 
 impl SpeedPolicy {
     fn at(self, limit_mps: f32) -> f32 {
         match self {
-            SpeedPolicy::Reduced(share) => limit_mps * (1.0 - share).max(0.0),
+            SpeedPolicy::Reduced(fraction) => limit_mps * (1.0 - fraction).max(0.0),
             SpeedPolicy::Fixed(mps) => mps,
         }
     }
 }
 
-/// The speed that curves and limits ahead allow.
+/// Returns the speed that curves and speed limits ahead allow, metres per second.
 pub(crate) fn desired_speed(
     vehicles: &VehicleTable,
     row: usize,
@@ -69,7 +70,7 @@ pub(crate) fn desired_speed(
 ) -> f32 {
     let lanes = vehicles.route[row].lanes();
     let mut desired = policy.at(tracks.limit_mps[lanes[0] as usize]);
-    // A glance ahead makes up for the time that pedals take.
+    // Looks ahead by the response time of the pedals.
     let lookahead = vehicles.arc_m[row].max(0.0) + 0.4 * speed.max(0.0);
     let length = tracks.length(lanes[0]);
     if lookahead < length {
@@ -93,14 +94,14 @@ pub(crate) fn desired_speed(
     desired
 }
 
-/// How far the known route goes on, from the front bumper.
+/// Returns the distance from the front bumper to the end of the known route.
 pub(crate) fn route_end(vehicles: &VehicleTable, row: usize, tracks: &Tracks, front_m: f32) -> f32 {
     let (&last, before) = vehicles.route[row].lanes().split_last().expect("a route has a lane");
     let length: f32 = before.iter().map(|&lane| tracks.length(lane)).sum();
     length + tracks.usable_m[last as usize] - vehicles.arc_m[row] - front_m
 }
 
-/// The acceleration that limits, leaders and lines together allow.
+/// Returns the acceleration that speed, leader, junction and stop line together allow.
 pub(crate) fn accelerate(
     speed: f32,
     desired: f32,
@@ -122,7 +123,7 @@ pub(crate) fn accelerate(
     accel
 }
 
-/// Braking so as to stand at a line, no sooner than needed.
+/// Returns the deceleration that stops the vehicle at a line without braking earlier than needed.
 fn stop(speed: f32, line_m: f32) -> f32 {
     let gap = line_m + LINE_GAP_M;
     if line_m < 0.3 {
@@ -132,7 +133,7 @@ fn stop(speed: f32, line_m: f32) -> f32 {
             -0.5
         };
     }
-    // Constant braking from here to the line, once that is near what is comfortable.
+    // Constant deceleration from here to the line once that is close to the comfortable one.
     let needed = speed * speed / (2.0 * line_m);
     if needed > COMFORT_BRAKE_MPS2 * 0.85 {
         return -needed.min(BRAKE_MAX_MPS2);

@@ -1,8 +1,9 @@
-//! Where clients tell vehicles to go: places and turns, and the lanes that lead there.
+//! Routes commanded by clients: positions and turns, and the lanes that lead there.
 //!
-//! A guided vehicle has a plan: lanes one after the other, each the successor of the one before or
-//! its neighbour. Its route follows the plan at forks, and it changes lanes where the plan does.
-//! Who leaves the plan, because no gap was free or it lost its way, gets a new one from there.
+//! A vehicle with such a route has a plan: a list of lanes, each the successor of the one before or
+//! its neighbour. Its route follows the plan at forks, and it changes lanes where the plan does. A
+//! vehicle that leaves the plan, because no gap was free or it lost its lane, gets a new plan from
+//! its position.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
@@ -17,31 +18,32 @@ use crate::{
     vehicle_table::VehicleTable,
 };
 
-/// Lanes that are nearer to a place than the nearest one and this, metres, lead by it as well.
+/// Lanes at most this much farther from a position than the nearest lane also count as passing it.
 const TIE_M: f32 = 0.75;
-/// What a lane change costs, in decimetres of way; and one that the markings forbid.
+/// Cost of a lane change, in decimetres of route.
 const CHANGE_DM: u32 = 300;
+/// Cost of a lane change that the markings forbid.
 const FORBIDDEN_CHANGE_DM: u32 = 3_000;
-/// What turning round at a dead end costs.
+/// Cost of a U-turn at a dead end, in decimetres of route.
 const TURN_ROUND_DM: u32 = 2_000;
-/// A lane shorter than this, metres, leaves no room for a change.
+/// Shortest lane on which a lane change is planned.
 const CHANGE_ROOM_M: f32 = 20.0;
-/// In one frame nobody comes farther than over so many lanes.
+/// Most lanes that a vehicle passes in one frame.
 const LANES_PER_FRAME_MAX: usize = 4;
-/// Junctions are looked for so many lanes ahead.
+/// Number of lanes ahead in which the next junction is searched.
 const LANES_AHEAD: usize = 400;
 
-/// What one vehicle is told, and how it will do it.
+/// The commanded steps of one vehicle and the plan that carries them out.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct ClientRoute {
     actor: u32,
-    /// What is not done yet.
+    /// Steps that are not completed yet.
     steps: Vec<RouteStep>,
-    /// The lane that it is on, and those that it will take; empty: not planned yet.
+    /// The current lane and the lanes to take; empty until the route is planned.
     plan: Vec<PlannedLane>,
 }
 
-/// One lane of a plan, and how many steps are done by whoever has come so far on it.
+/// One lane of a plan, and the number of steps that are completed at `until_m` on it.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, Zeroable)]
 #[repr(C)]
 struct PlannedLane {
@@ -50,12 +52,12 @@ struct PlannedLane {
     until_m: f32,
 }
 
-/// Everybody who is guided, by actor.
+/// The routes of all vehicles that have one, ascending by actor id.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct ClientRoutes(Vec<ClientRoute>);
 
 impl ClientRoutes {
-    /// Takes over what a client says.
+    /// Adds the steps of a command, or replaces the route by them.
     pub(crate) fn apply(&mut self, command: &RouteCommand) {
         let actor = command.actor_id.0;
         let at = match self.0.binary_search_by_key(&actor, |client_route| client_route.actor) {
@@ -78,13 +80,13 @@ impl ClientRoutes {
         }
     }
 
-    /// An actor is no more.
+    /// Removes the route of a destroyed actor.
     pub(crate) fn remove(&mut self, actor: u32) {
         self.0.retain(|client_route| client_route.actor != actor);
     }
 
-    /// Brings the plan of a row's vehicle up to where it is, and makes one if there is none. What
-    /// was drawn of its route beyond is dropped, unless it has leave to pass a junction there.
+    /// Advances the plan to the vehicle's lane, or makes a new plan if there is none. The drawn
+    /// route beyond that lane is dropped, except what a reservation covers.
     pub(crate) fn update(
         &mut self,
         vehicles: &mut VehicleTable,
@@ -99,13 +101,19 @@ impl ClientRoutes {
         };
         let client_route = &mut self.0[at];
         let lane = vehicles.route[row].lane();
-        // Farther on in the plan it may come by the same lane again.
-        match client_route.plan.iter().take(LANES_PER_FRAME_MAX).position(|leg| leg.lane == lane) {
+        // The plan may use the same lane again farther on.
+        match client_route
+            .plan
+            .iter()
+            .take(LANES_PER_FRAME_MAX)
+            .position(|unfinished| unfinished.lane == lane)
+        {
             Some(index) => {
-                let before = client_route.plan.drain(..index).map(|leg| leg.done).sum::<u32>();
+                let before =
+                    client_route.plan.drain(..index).map(|unfinished| unfinished.done).sum::<u32>();
                 let own = &mut client_route.plan[0];
-                let is_there = vehicles.arc_m[row] >= own.until_m;
-                let done = before + if is_there { std::mem::take(&mut own.done) } else { 0 };
+                let has_arrived = vehicles.arc_m[row] >= own.until_m;
+                let done = before + if has_arrived { std::mem::take(&mut own.done) } else { 0 };
                 client_route.steps.drain(..done as usize);
             }
             None => {
@@ -125,17 +133,19 @@ impl ClientRoutes {
         }
     }
 
-    /// The lane that the plan of `actor` names after the first `count` lanes of its route, the
-    /// last of which is `last`; `None` if there is none, or the route is not the plan's.
+    /// Returns the lane that the plan of `actor` names after the first `count` lanes of its route,
+    /// the last of which is `last`; `None` if there is no plan or the route deviates from it.
     pub(crate) fn next(&self, actor: u32, count: usize, last: u32) -> Option<u32> {
         let plan = self.plan(actor)?;
-        (plan.get(count - 1)?.lane == last).then(|| plan.get(count).map(|leg| leg.lane))?
+        (plan.get(count - 1)?.lane == last)
+            .then(|| plan.get(count).map(|unfinished| unfinished.lane))?
     }
 
-    /// To which side the plan of `actor` leaves `lane`, where it is: 1 left, -1 right, 0 not.
+    /// Returns to which side the plan of `actor` leaves `lane`: 1 left, -1 right, 0 neither; `None`
+    /// without a plan.
     pub(crate) fn lane_change_side(&self, actor: u32, lane: u32, tracks: &Tracks) -> Option<f32> {
         let [own, next, ..] = self.plan(actor)? else { return Some(0.0) };
-        // What is to be done on this lane is done first.
+        // Steps that end on this lane are completed first.
         let leaves = own.lane == lane && own.done == 0;
         let beside = |side: u32| leaves && side != NONE && next.lane == side;
         Some(if beside(tracks.left[lane as usize]) {
@@ -152,7 +162,7 @@ impl ClientRoutes {
         Some(&self.0[at].plan)
     }
 
-    /// Appends everything to `bytes`.
+    /// Appends all routes to `bytes`.
     pub(crate) fn write(&self, bytes: &mut Vec<u8>) {
         for client_route in &self.0 {
             let head = [
@@ -166,16 +176,16 @@ impl ClientRoutes {
         }
     }
 
-    /// Reads back what [`Guides::write`] wrote; `None` if it is cut off, out of order or names a
-    /// lane beyond `lanes`.
+    /// Reads what [`ClientRoutes::write`] wrote; `None` if the bytes are cut off, out of order or
+    /// name a lane beyond `lanes`.
     pub(crate) fn read(mut bytes: &[u8], lanes: usize) -> Option<ClientRoutes> {
         let mut all: Vec<ClientRoute> = Vec::new();
         while !bytes.is_empty() {
             let [actor, steps, legs] = take::<[u32; 3]>(&mut bytes, 1)?[0];
             let steps = take::<RouteStep>(&mut bytes, steps as usize)?;
             let plan = take::<PlannedLane>(&mut bytes, legs as usize)?;
-            let done: usize = plan.iter().map(|leg| leg.done as usize).sum();
-            let on_map = plan.iter().all(|leg| (leg.lane as usize) < lanes);
+            let done: usize = plan.iter().map(|unfinished| unfinished.done as usize).sum();
+            let on_map = plan.iter().all(|unfinished| (unfinished.lane as usize) < lanes);
             let ascends = all.last().is_none_or(|before| before.actor < actor);
             if !on_map || !ascends || done > steps.len() || steps.is_empty() {
                 return None;
@@ -193,17 +203,17 @@ fn take<T: bytemuck::Pod>(bytes: &mut &[u8], count: usize) -> Option<Vec<T>> {
     Some(part.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
 }
 
-/// By lane that a search came to: what it cost, and from which lane, or [`NONE`].
+/// For each lane that a search reached: its cost, and the lane before it or [`NONE`].
 type Reached = BTreeMap<u32, (u32, u32)>;
 
-/// The cheapest of some lanes.
+/// Returns the lane of least cost.
 fn cheapest(lanes: &BTreeMap<u32, u32>) -> u32 {
     *lanes.iter().min_by_key(|&(lane, cost)| (cost, lane)).expect("somewhere to be").0
 }
 
 impl ClientRoute {
-    /// Plans on from the last of the lanes that are driven anyway. Steps that cannot be done from
-    /// there are left out.
+    /// Plans from the last of the `driven` lanes, which are fixed. Steps that cannot be carried out
+    /// from there are dropped.
     fn make_plan(&mut self, driven: &[u32], tracks: &Tracks, grid: &Grid) {
         let start = *driven.last().expect("a route has a lane");
         let mut stages: Vec<Reached> = Vec::new();
@@ -225,20 +235,20 @@ impl ClientRoute {
             true
         });
         let mut lane = cheapest(&sources);
-        let mut ways: Vec<Vec<u32>> = Vec::new();
+        let mut paths: Vec<Vec<u32>> = Vec::new();
         for reached in stages.iter().rev() {
-            let mut way = Vec::new();
+            let mut path = Vec::new();
             while reached[&lane].1 != NONE {
-                way.push(lane);
+                path.push(lane);
                 lane = reached[&lane].1;
             }
-            way.reverse();
-            ways.push(way);
+            path.reverse();
+            paths.push(path);
         }
-        let leg = |&lane: &u32| PlannedLane { lane, done: 0, until_m: 0.0 };
-        self.plan = driven.iter().map(leg).collect();
-        for (way, step) in ways.iter().rev().zip(&self.steps) {
-            self.plan.extend(way.iter().map(leg));
+        let unfinished = |&lane: &u32| PlannedLane { lane, done: 0, until_m: 0.0 };
+        self.plan = driven.iter().map(unfinished).collect();
+        for (path, step) in paths.iter().rev().zip(&self.steps) {
+            self.plan.extend(path.iter().map(unfinished));
             let last = self.plan.last_mut().expect("driven lanes");
             last.done += 1;
             if step.kind == route_step::PLACE {
@@ -252,7 +262,7 @@ impl ClientRoute {
     }
 }
 
-/// The lanes that do a step for who comes from `from`.
+/// Returns the lanes that complete a step for a vehicle that comes from `from`.
 fn goals(step: &RouteStep, from: u32, tracks: &Tracks, grid: &Grid) -> BTreeSet<u32> {
     match step.kind {
         route_step::PLACE => lanes_by(Vec3::from_array(step.position_m), tracks, grid),
@@ -270,7 +280,7 @@ fn goals(step: &RouteStep, from: u32, tracks: &Tracks, grid: &Grid) -> BTreeSet<
     }
 }
 
-/// The lanes that come by a place. In a junction those are often several.
+/// Returns the lanes that pass a position. In a junction these are often several.
 fn lanes_by(place: Vec3, tracks: &Tracks, grid: &Grid) -> BTreeSet<u32> {
     let flat = place.truncate();
     let mut near: Vec<(f32, u32)> = Vec::new();
@@ -287,7 +297,7 @@ fn lanes_by(place: Vec3, tracks: &Tracks, grid: &Grid) -> BTreeSet<u32> {
     near.iter().filter(|(distance, _)| *distance <= least + TIE_M).map(|&(_, lane)| lane).collect()
 }
 
-/// `from`, or the first lane after the junction that it lies in.
+/// Returns `from`, or the first lane after the junction that contains it.
 fn beyond_junction(from: u32, tracks: &Tracks) -> Option<u32> {
     let mut lane = from;
     for _ in 0..LANES_AHEAD {
@@ -299,13 +309,14 @@ fn beyond_junction(from: u32, tracks: &Tracks) -> Option<u32> {
     None
 }
 
-/// The lanes of the next junction that turn so, from the lane that one is on or those beside it;
-/// else the straightest.
+/// Returns the lanes of the next junction that turn to the given side, from the current lane or its
+/// neighbours; if there are none, the straightest.
 fn turns(kind: u32, from: u32, tracks: &Tracks) -> BTreeSet<u32> {
     let Some(mut entry) = beyond_junction(from, tracks) else { return BTreeSet::new() };
     let mut lanes_left = LANES_AHEAD;
-    let into = |lane: u32| tracks.next(lane).iter().copied().filter(|&way| tracks.in_junction(way));
-    while into(entry).next().is_none() {
+    let entries =
+        |lane: u32| tracks.next(lane).iter().copied().filter(|&path| tracks.in_junction(path));
+    while entries(entry).next().is_none() {
         let Some(&next) = tracks.next(entry).first().filter(|_| lanes_left > 0) else {
             return BTreeSet::new();
         };
@@ -319,8 +330,8 @@ fn turns(kind: u32, from: u32, tracks: &Tracks) -> BTreeSet<u32> {
             lane = sides[lane as usize];
         }
     }
-    let fits = |way: u32| {
-        let turn = tracks.turn_rad(way);
+    let turns_there = |path: u32| {
+        let turn = tracks.turn_rad(path);
         match kind {
             route_step::LEFT => turn > TURN_RAD,
             route_step::RIGHT => turn < -TURN_RAD,
@@ -328,25 +339,25 @@ fn turns(kind: u32, from: u32, tracks: &Tracks) -> BTreeSet<u32> {
         }
     };
     let found: BTreeSet<u32> =
-        bundle.iter().flat_map(|&lane| into(lane)).filter(|&way| fits(way)).collect();
+        bundle.iter().flat_map(|&lane| entries(lane)).filter(|&path| turns_there(path)).collect();
     if found.is_empty() {
-        let bend = |way: &u32| tracks.turn_rad(*way).abs();
-        into(entry).min_by(|a, b| bend(a).total_cmp(&bend(b))).into_iter().collect()
+        let turn_abs = |path: &u32| tracks.turn_rad(*path).abs();
+        entries(entry).min_by(|a, b| turn_abs(a).total_cmp(&turn_abs(b))).into_iter().collect()
     } else {
         found
     }
 }
 
-/// Whether the junction that comes next after `from` offers a turn.
+/// Returns whether the next junction after `from` offers a turn.
 #[cfg(test)]
 pub(crate) fn offers(kind: u32, from: u32, tracks: &Tracks) -> bool {
     turns(kind, from, tracks)
         .iter()
-        .any(|&way| (tracks.turn_rad(way).abs() > TURN_RAD) == (kind != route_step::STRAIGHT))
+        .any(|&path| (tracks.turn_rad(path).abs() > TURN_RAD) == (kind != route_step::STRAIGHT))
 }
 
-/// The cheapest ways from `sources`, which cost something already, to all of `goals` that can be
-/// reached (Dijkstra 1959).
+/// Returns the cheapest paths from `sources`, which have initial costs, to all of `goals` that can
+/// be reached (Dijkstra 1959).
 fn search(sources: &BTreeMap<u32, u32>, goals: &BTreeSet<u32>, tracks: &Tracks) -> Reached {
     let mut reached = Reached::new();
     let mut missing = goals.clone();
@@ -385,8 +396,8 @@ fn search(sources: &BTreeMap<u32, u32>, goals: &BTreeSet<u32>, tracks: &Tracks) 
     reached
 }
 
-/// Moves lane changes to the first lanes that allow them: the search does not care where on the
-/// way they are, traffic does.
+/// Moves lane changes to the first lanes that allow them. The search is indifferent to where on a
+/// path they are; traffic is not.
 fn change_early(plan: &mut [PlannedLane], driven: usize, tracks: &Tracks) {
     let beside = |lane: u32, other: u32| {
         let index = lane as usize;

@@ -1,10 +1,9 @@
-//! Where the tracks of a junction get in each other's way.
+//! Conflict areas between the tracks of a junction.
 //!
 //! Two tracks *conflict* where a vehicle on one leaves no room for a vehicle on the other, which
-//! depends on how large they are. Tracks
-//! that share their way in do not conflict: who drives behind sees who drives in front. Tracks
-//! that share their way out *merge*: the second follows the first. All others *cross*: the second
-//! waits until the first has left.
+//! depends on the size of both. Tracks that share their entry do not conflict: car following
+//! handles them. Tracks that share their exit *merge*: the second vehicle follows the first. All
+//! others *cross*: the second waits until the first has left.
 
 use glam::{Vec2, Vec3};
 
@@ -13,61 +12,63 @@ use crate::{
     tracks::{NONE, Tracks},
 };
 
-/// Left free between two cars that pass each other, and if one is as large as a bus.
+/// Clearance between two cars that pass each other, and if either is as large as a bus.
 const CLEARANCE_M: [f32; 2] = [0.3, 0.15];
-/// Who sweeps less than this to a side drives as straight as lanes are made for.
+/// Off-tracking below this counts as driving straight.
 const SWING_M: f32 = 0.2;
-/// No two bodies reach each other whose tracks are farther apart than this.
+/// Vehicles on tracks farther apart than this cannot touch.
 const REACH_M: f32 = 8.0;
-/// Tracks farther apart in height pass over each other.
+/// Tracks with a larger height difference pass over each other.
 const STOREY_M: f32 = 3.0;
-/// How far before a junction crossing paths can sweep over waiting vehicles.
+/// Largest distance before a junction in which crossing paths can sweep over waiting vehicles.
 const SWEEP_M: f32 = 14.0;
-/// Half the width of who waits, and what is left free beside him.
+/// Half the width of a waiting vehicle, and its clearance.
 const WAITING_M: f32 = 1.3;
-/// Beside a straight track nobody waits farther away than this.
+/// Largest lateral distance of a waiting vehicle beside a straight track.
 const BESIDE_M: f32 = 2.3;
 
-/// Stretches of two tracks, by arc length, on each of which a vehicle is in the way of one on the
+/// Stretches of two tracks, by arc length, such that a vehicle on one obstructs a vehicle on the
 /// other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stretches {
-    /// From where to where on this track.
-    pub(crate) mine: (f32, f32),
-    /// From where to where on the other.
-    pub(crate) theirs: (f32, f32),
+    /// Begin and end on this track.
+    pub(crate) own: (f32, f32),
+    /// Begin and end on the other track.
+    pub(crate) other: (f32, f32),
 }
 
-/// A track that leaves too little room beside a stretch of it, seen from the other track.
+/// A conflict with another track, seen from this track.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Conflict {
     /// The other track.
     pub(crate) other: u32,
-    /// Both leave by the same lane.
+    /// Whether both leave by the same lane.
     pub(crate) merge: bool,
-    /// Where two cars meet, if they do.
+    /// Conflict area of two cars, if there is one.
     cars: Option<Stretches>,
-    /// Where two meet of whom one is as large as a bus.
+    /// Conflict area if either vehicle is as large as a bus.
     wide: Stretches,
-    /// The part of that which lies in the junction on both tracks.
+    /// Part of `wide` that lies inside the junction on both tracks.
     core: Option<Stretches>,
 }
 
 impl Conflict {
-    /// Where two meet, one of them `wide` or neither; `None` if they can pass each other.
+    /// Returns the conflict area of two vehicles, of which one is wide if `wide`; `None` if they
+    /// can pass each other.
     pub(crate) fn between(&self, wide: bool) -> Option<Stretches> {
         if wide { Some(self.wide) } else { self.cars }
     }
 
-    /// How far along this track one may still stop before the other: to where the stretch begins,
-    /// or, for who is beyond that already, to where the junction's own part of it begins.
+    /// Returns the farthest arc length on this track at which a vehicle with its front at `front_m`
+    /// can still stop before the other: where the stretch begins or, beyond that, where its part
+    /// inside the junction begins.
     pub(crate) fn last_stop(&self, wide: bool, front_m: f32) -> Option<f32> {
         let stretches = [self.between(wide), if wide { self.core } else { None }];
-        stretches.into_iter().flatten().map(|s| s.mine.0).find(|&enter_m| enter_m > front_m)
+        stretches.into_iter().flatten().map(|s| s.own.0).find(|&enter_m| enter_m > front_m)
     }
 
     fn reversed(&self, other: u32) -> Conflict {
-        let turn = |s: Stretches| Stretches { mine: s.theirs, theirs: s.mine };
+        let turn = |s: Stretches| Stretches { own: s.other, other: s.own };
         Conflict {
             other,
             merge: self.merge,
@@ -78,11 +79,12 @@ impl Conflict {
     }
 }
 
-/// All conflicts of all junctions, by lane.
+/// The conflicts of all junctions, by lane.
 pub(crate) struct Conflicts {
     first: Vec<u32>,
     list: Vec<Conflict>,
-    /// By lane of a junction: how far before it one waits, so that no other path sweeps over.
+    /// For each lane of a junction: the distance before it at which vehicles wait, so that no other
+    /// path sweeps over them.
     pub(crate) setback_m: Vec<f32>,
 }
 
@@ -132,14 +134,14 @@ impl Conflicts {
         Conflicts { first, list, setback_m }
     }
 
-    /// Conflicts of `lane`, ascending by the other lane.
+    /// Returns the conflicts of `lane`, ascending by the other lane.
     pub(crate) fn of(&self, lane: u32) -> &[Conflict] {
         let lane = lane as usize;
         &self.list[self.first[lane] as usize..self.first[lane + 1] as usize]
     }
 }
 
-/// Tracks of each junction, ascending.
+/// Returns the tracks of each junction, ascending.
 fn junction_members(tracks: &Tracks) -> Vec<Vec<u32>> {
     let mut members: Vec<Vec<u32>> = Vec::new();
     for lane in 0..tracks.count() as u32 {
@@ -169,7 +171,7 @@ impl Ends {
     }
 }
 
-/// Walks through lanes of the same junction until outside it.
+/// Returns the lanes outside the junction that are reached by `step` through lanes of it.
 fn outside<'a>(tracks: &'a Tracks, lane: u32, step: fn(&'a Tracks, u32) -> &'a [u32]) -> Vec<u32> {
     let junction = tracks.junction[lane as usize];
     let (mut seen, mut found, mut open) = (vec![lane], Vec::new(), vec![lane]);
@@ -192,7 +194,7 @@ fn shares(a: &[u32], b: &[u32]) -> bool {
     a.iter().any(|lane| b.contains(lane))
 }
 
-/// A track of a junction with the room that it takes.
+/// A track of a junction with its swept path.
 struct Path {
     length_m: f32,
     stations: Vec<Station>,
@@ -210,7 +212,7 @@ impl Path {
         Path { length_m: tracks.length(lane), stations, bounds }
     }
 
-    /// Whether a station lies in the junction.
+    /// Returns whether a station lies in the junction.
     fn holds(&self, station: &Station) -> bool {
         (0.0..=self.length_m).contains(&station.arc_m)
     }
@@ -221,31 +223,32 @@ impl Path {
     }
 }
 
-/// The stretches of two tracks on which bodies reach each other: two cars, two buses, and two buses
-/// inside the junction. Those
-/// of buses begin before a track or end after it where one on the other swings out of the junction.
+/// Returns the stretches of two tracks on which vehicles touch: two cars, two buses, and two buses
+/// inside the junction. The stretches of buses begin before a track or end after it where a bus on
+/// the other track swings out of the junction.
 fn overlap(a: &Path, b: &Path, merge: bool) -> [Option<Stretches>; 3] {
     let none = (f32::INFINITY, f32::NEG_INFINITY);
     let mut found = [(none, none); 3];
-    for mine in &a.stations {
-        let mine_inside = a.holds(mine);
-        for theirs in &b.stations {
-            let to = theirs.point - mine.point;
+    for at_a in &a.stations {
+        let a_inside = a.holds(at_a);
+        for at_b in &b.stations {
+            let to = at_b.point - at_a.point;
             let flat = to.truncate();
             let square = flat.length_squared();
             if square > REACH_M * REACH_M || to.z.abs() > STOREY_M {
                 continue;
             }
-            let inside = [mine_inside, b.holds(theirs)];
-            // Behind a merge one follows; before the junction everybody waits for himself.
+            let inside = [a_inside, b.holds(at_b)];
+            // After a merge car following applies; before the junction each vehicle waits at its
+            // own line.
             let outside = inside == [false; 2];
-            if outside && (merge || (mine.arc_m < 0.0 && theirs.arc_m < 0.0)) {
+            if outside && (merge || (at_a.arc_m < 0.0 && at_b.arc_m < 0.0)) {
                 continue;
             }
-            let pairs = [(mine.car, theirs.car, CAR_M), (mine.bus, theirs.bus, BUS_M)];
+            let pairs = [(at_a.car, at_b.car, CAR_M), (at_a.bus, at_b.bus, BUS_M)];
             for (kind, (reach_a, reach_b, half_m)) in pairs.into_iter().enumerate() {
-                let reach_a = reach_a.towards(mine.tangent, flat);
-                let reach_b = reach_b.towards(theirs.tangent, -flat);
+                let reach_a = reach_a.towards(at_a.tangent, flat);
+                let reach_b = reach_b.towards(at_b.tangent, -flat);
                 let reach = reach_a + reach_b + CLEARANCE_M[kind];
                 let swings = kind == 1 && reach_a.max(reach_b) > half_m + SWING_M;
                 let within = inside == [true; 2];
@@ -255,16 +258,17 @@ fn overlap(a: &Path, b: &Path, merge: bool) -> [Option<Stretches>; 3] {
                 // Cars; buses; buses where both tracks are in the junction.
                 let kinds = if kind == 1 && within { 1..3 } else { kind..kind + 1 };
                 for (on_a, on_b) in &mut found[kinds] {
-                    *on_a = (on_a.0.min(mine.arc_m), on_a.1.max(mine.arc_m));
-                    *on_b = (on_b.0.min(theirs.arc_m), on_b.1.max(theirs.arc_m));
+                    *on_a = (on_a.0.min(at_a.arc_m), on_a.1.max(at_a.arc_m));
+                    *on_b = (on_b.0.min(at_b.arc_m), on_b.1.max(at_b.arc_m));
                 }
             }
         }
     }
-    found.map(|(mine, theirs)| (mine.0 <= mine.1).then_some(Stretches { mine, theirs }))
+    found.map(|(own, other)| (own.0 <= own.1).then_some(Stretches { own, other }))
 }
 
-/// How far before the end of `entry` a bus on the other path still passes too near.
+/// Returns the distance before the end of `entry` at which a bus on the other path is still too
+/// near.
 fn swept(tracks: &Tracks, entry: u32, path: &[Station]) -> f32 {
     let (count, step) = tracks.samples(entry);
     let length = tracks.length(entry);

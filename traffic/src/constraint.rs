@@ -1,13 +1,13 @@
-//! What a junction imposes on a vehicle.
+//! Constraints of a junction on a vehicle.
 
-/// What a junction asks of a vehicle; distances from its front bumper.
+/// What a junction requires of a vehicle. Distances are from its front bumper.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JunctionConstraint {
-    /// Where it must stand, or infinity.
+    /// Distance at which the vehicle must stop, or infinity.
     pub(crate) stop_m: f32,
-    /// Whom it must follow though he is on another lane yet: distance (infinity: nobody).
+    /// Gap to a leader that is still on another lane of a merge, or infinity.
     pub(crate) merge_leader_m: f32,
-    /// And his speed.
+    /// Speed of that leader.
     pub(crate) merge_leader_mps: f32,
 }
 
@@ -20,20 +20,20 @@ impl JunctionConstraint {
     };
 }
 
-/// Why a vehicle must not pass the next junction yet.
+/// Why a vehicle has no reservation for the next junction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WaitReason {
-    /// It may, or none is near.
+    /// It has one, or no junction is near.
     #[default]
     None,
-    /// A light, or a sign that asks for a full stop.
+    /// A traffic light, or a sign that requires a full stop.
     Signal,
-    /// Somebody before it on its own lane.
+    /// A vehicle ahead on the same lane has none.
     Queue,
     /// No room to stand beyond the junction.
     ExitBlocked,
-    /// Others whose paths cross.
+    /// Vehicles on conflicting paths.
     Conflict,
-    /// Somebody stands where its nose or tail would sweep.
+    /// A vehicle stands in the swept path.
     SweptPath,
 }

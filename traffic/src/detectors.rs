@@ -50,10 +50,10 @@ pub(crate) fn count(
             let on = occupancy.on(lane).iter().find(|o| o.agent == agent as u32);
             let Some(on) = on.filter(|on| on.aligned > 0.7) else { continue };
             let left_m = map.tracks.length(lane) - on.front_m;
-            for &way in map.tracks.next(lane) {
-                let line_m = left_m - map.approaches.line_m[way as usize];
-                if line_m < CALL_M && map.approaches.signal[way as usize] != NONE {
-                    add(demand, map, way, line_m, on.speed_mps, true);
+            for &exit in map.tracks.next(lane) {
+                let line_m = left_m - map.approaches.line_m[exit as usize];
+                if line_m < CALL_M && map.approaches.signal[exit as usize] != NONE {
+                    add(demand, map, exit, line_m, on.speed_mps, true);
                 }
             }
         }

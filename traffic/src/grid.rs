@@ -1,16 +1,16 @@
-//! Which tracks pass near a point.
+//! A spatial index of tracks.
 
 use glam::Vec2;
 
 use crate::tracks::Tracks;
 
-/// Edge of a cell, metres, unless the map is so wide that cells must grow.
+/// Edge of a cell, metres; doubled on large maps until the number of cells is within bounds.
 const CELL_M: f32 = 4.0;
-/// A track is listed in every cell whose centre it passes at this distance or nearer.
+/// A track is listed in every cell whose centre it passes at this distance or nearer, metres.
 pub(crate) const REACH_M: f32 = 7.0;
-/// A lane that leaves a cell's reach for longer than this has come by and comes again. Metres.
+/// A lane that leaves the reach of a cell for longer than this passes it a second time. Metres.
 const APART_M: f32 = 10.0;
-/// The most cells.
+/// Largest number of cells.
 const CELLS_MAX: usize = 4_000_000;
 
 /// Tracks by square cell.
@@ -20,8 +20,8 @@ pub(crate) struct Grid {
     columns: usize,
     rows: usize,
     first: Vec<u32>,
-    /// Lane, and arc length of its sample nearest to the cell's centre; a lane that comes by more
-    /// than once, as where a road crosses over itself, is there once for each time.
+    /// Lane, and arc length of its sample nearest to the cell's centre. A lane that passes more
+    /// than once, as where a road crosses over itself, has one entry for each pass.
     entries: Vec<(u32, f32)>,
 }
 
@@ -49,7 +49,7 @@ impl Grid {
         let size = size(cell_m);
         let (columns, rows) = (size.x as usize, size.y as usize);
         let mut grid = Grid { low, cell_m, columns, rows, first: Vec::new(), entries: Vec::new() };
-        // A cell's half diagonal more, so that REACH_M holds from anywhere in the cell.
+        // Half a cell's diagonal is added, so that REACH_M holds from anywhere in the cell.
         let reach = REACH_M.max(cell_m) + cell_m * std::f32::consts::FRAC_1_SQRT_2;
         let mut found: Vec<(u32, u32, f32, f32)> = Vec::new();
         for lane in lanes() {
@@ -61,7 +61,7 @@ impl Grid {
                     found.push((cell, lane, distance, index as f32 * step));
                 });
             }
-            // One entry each time that the lane comes by: the nearest sample's.
+            // One entry for each pass of the lane: that of the nearest sample.
             found[begin..]
                 .sort_unstable_by(|a, b| (a.0, a.3).partial_cmp(&(b.0, b.3)).expect("finite"));
             let mut kept = begin;
@@ -78,7 +78,7 @@ impl Grid {
             }
             found.truncate(kept);
         }
-        // Stable: the times that a lane comes by stay in their order.
+        // A stable sort keeps the passes of a lane in their order.
         found.sort_by_key(|&(cell, lane, ..)| (cell, lane));
         grid.first = vec![0; columns * rows + 1];
         for &(cell, ..) in &found {
@@ -91,8 +91,8 @@ impl Grid {
         grid
     }
 
-    /// Tracks within [`REACH_M`] of `point`, and some a little farther: lane, and an arc length
-    /// near the point, once for each time that the track comes by. Ascending by lane.
+    /// Returns the tracks within [`REACH_M`] of `point`, and some a little farther: lane, and an
+    /// arc length near the point, once for each pass of the track. Ascending by lane.
     pub(crate) fn near(&self, point: Vec2) -> &[(u32, f32)] {
         let at = (point - self.low) / self.cell_m;
         if !(at.x >= 0.0 && at.y >= 0.0) {

@@ -1,11 +1,13 @@
-//! Who may pass a junction, and when.
+//! Right of way at junctions: reservations, granted by rules and gap acceptance.
 //!
-//! Nobody enters a stretch of a junction that others' paths cross without *leave*. Leaves are
-//! numbered in the order in which they are given, and whoever holds a later one yields to an
-//! earlier one wherever both would be at the same place at the same time. That order has no cycle,
-//! so of all who wait the first can always go: a junction cannot lock itself. Leave is given to
-//! the first in line who would not be at any conflict together with someone who has leave, whose
-//! way out has room, whom no light stops, and who cuts off nobody of higher rank.
+//! No vehicle enters a conflict area of a junction without a *reservation* (after Dresner and
+//! Stone's reservation-based intersections). Reservations are numbered in the order in which they
+//! are granted, and the holder of a later one yields to an earlier one wherever both would be in
+//! the same conflict area at the same time. That order has no cycle, so that the first of all
+//! waiting vehicles can always go: the junction cannot deadlock by it. A reservation is granted to
+//! the first vehicle in its lane whose time windows in all conflict areas are free of other
+//! holders, whose exit has room, which no light stops, and which cuts off no vehicle of higher
+//! rank.
 
 mod deadlock;
 mod exit_cycles;
@@ -24,7 +26,7 @@ use crate::{
 };
 
 impl Junctions {
-    /// Gives and takes leaves, and says where everybody must stop.
+    /// Withdraws and grants reservations, and sets the constraints of all vehicles.
     pub(crate) fn arbitrate(
         &mut self,
         vehicles: &mut VehicleTable,

@@ -1,6 +1,6 @@
-//! Which lamps a vehicle switches on by itself.
+//! Automatic vehicle lights.
 //!
-//! When lamps are lit by day is what CARLA's traffic manager does (its `VehicleLightStage`).
+//! The conditions for lights by day are those of CARLA's traffic manager (its `VehicleLightStage`).
 
 use protocol::{VehicleControl, Weather, flag, lamp};
 
@@ -9,19 +9,22 @@ use crate::{
     vehicle_table::VehicleTable,
 };
 
-/// The sun stands so low when head lamps are lit, radians (15 degrees); and position lamps (35).
+/// Sun altitude below which the low beam is on, radians (15 degrees).
 const DUSK_RAD: f32 = 0.262;
+/// Sun altitude below which the position lights are on, radians (35 degrees).
 const LOW_SUN_RAD: f32 = 0.611;
-/// Rain and fog that ask for lamps, out of 100.
+/// Precipitation above which lights are on, percent.
 const HEAVY_RAIN: f32 = 80.0;
+/// Fog density above which lights are on, percent.
 const THICK_FOG: f32 = 20.0;
-/// The pedal is down.
+/// Brake pedal position above which brake lights are on.
 const BRAKES: f32 = 0.05;
-/// Indicators are on so many seconds before a turn, and so many metres at least.
+/// Time before a turn at which the indicator is switched on.
 const INDICATE_S: f32 = 4.0;
+/// Least distance before a turn at which the indicator is switched on.
 const INDICATE_M: f32 = 25.0;
 
-/// The lamps of a row's vehicle, which does this and drives `mps`: bits of [`lamp`].
+/// Returns the lights of the vehicle of a row as bits of [`lamp`]; `mps` is its speed.
 pub(crate) fn lamps(
     vehicles: &VehicleTable,
     row: usize,
@@ -46,17 +49,18 @@ pub(crate) fn lamps(
     if control.flags & flag::REVERSE != 0 {
         on |= lamp::REVERSE;
     }
-    on | match bend(vehicles, row, tracks, mps) {
-        bend if bend > 0.0 => lamp::LEFT_BLINKER,
-        bend if bend < 0.0 => lamp::RIGHT_BLINKER,
+    on | match turn_side(vehicles, row, tracks, mps) {
+        turn_side if turn_side > 0.0 => lamp::LEFT_BLINKER,
+        turn_side if turn_side < 0.0 => lamp::RIGHT_BLINKER,
         _ => 0,
     }
 }
 
-/// To which side it is about to go, or goes: positive to the left, 0 nowhere.
-fn bend(vehicles: &VehicleTable, row: usize, tracks: &Tracks, mps: f32) -> f32 {
+/// Returns the side to which the vehicle turns or changes lanes: positive left, negative right, 0
+/// neither.
+fn turn_side(vehicles: &VehicleTable, row: usize, tracks: &Tracks, mps: f32) -> f32 {
     if vehicles.shift_m[row] != 0.0 {
-        // It began left of the lane that it changes to.
+        // `shift_m` is where the change began, left of the lane that it goes to.
         return -vehicles.shift_m[row];
     }
     if vehicles.u_turn[row] == 1 {

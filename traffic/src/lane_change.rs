@@ -1,7 +1,7 @@
-//! Lane changes: MOBIL (Kesting, Treiber and Helbing 2007), where the markings allow them.
+//! Lane changes by MOBIL (Kesting, Treiber and Helbing 2007), where the lane markings allow them.
 //!
-//! Decisions are made one vehicle after the other in the order of ids, and a vehicle that changes
-//! claims its place on the new lane at once, so that two never take the same gap.
+//! Vehicles decide in the order of their ids. A vehicle that changes lanes claims its place on the
+//! new lane at once, so that two vehicles never take the same gap.
 
 use crate::{
     agents::Agents,
@@ -17,47 +17,48 @@ use crate::{
     vehicle_table::{Route, VehicleTable},
 };
 
-/// Seconds between two thoughts of changing.
+/// Time between two decisions.
 const DECISION_PERIOD_S: f32 = 0.6;
-/// Seconds after a change before the next.
+/// Time after a lane change before the next.
 const COOLDOWN_S: f32 = 8.0;
-/// Others may be made to brake by so much.
+/// Safe deceleration that a change may impose on the new follower (MOBIL's b_safe).
 const SAFE_BRAKE_MPS2: f32 = 2.5;
-/// How much others' advantage counts against one's own.
+/// Politeness factor (MOBIL's p).
 const POLITENESS: f32 = 0.3;
-/// Gain that makes a change worth it.
+/// Changing threshold (MOBIL's Δa_th).
 const THRESHOLD_MPS2: f32 = 0.35;
-/// How much a lane that ends is worth leaving.
+/// Incentive to leave a lane that ends.
 const LANE_END_BONUS_MPS2: f32 = 4.0;
-/// Seconds that a change takes, and its least length.
+/// Duration of a lane change.
 const CHANGE_S: f32 = 3.5;
+/// Least length of a lane change.
 const CHANGE_M: f32 = 18.0;
-/// Room that must be free behind.
+/// Free distance required behind.
 const BEHIND_M: f32 = 3.0;
-/// Nobody begins a change slower than this, except to leave a lane that ends.
+/// Lowest speed at which a lane change begins, except from a lane that ends.
 const SLOWEST_MPS: f32 = 3.0;
 
-/// What this stage reads.
+/// Inputs of this stage.
 pub(crate) struct View<'a> {
     pub(crate) map: &'a Map,
     pub(crate) load: &'a route::LaneLoad,
     pub(crate) agents: &'a Agents,
     pub(crate) occupancy: &'a Occupancy,
-    /// By row: who is in front, and the speed that is requested for.
+    /// By row: the leader on the route.
     pub(crate) leaders: &'a [Leader],
     pub(crate) desired_speeds: &'a [f32],
     pub(crate) seed: u64,
     pub(crate) delta_s: f32,
 }
 
-/// A stretch of a lane that someone has just decided to move to.
+/// A stretch of a lane that a vehicle has claimed in this frame.
 struct Claim {
     lane: u32,
     rear_m: f32,
     front_m: f32,
 }
 
-/// Lets every vehicle think about the lanes beside it.
+/// Decides on lane changes for every vehicle.
 pub(crate) fn plan(
     vehicles: &mut VehicleTable,
     params: &mut Params,
@@ -101,15 +102,15 @@ pub(crate) fn plan(
 /// Why to change lanes; sides are 1 for the left and -1 for the right.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Motive {
-    /// To get on.
+    /// To drive faster.
     Discretionary,
     /// Only to leave a lane that ends.
     LaneEnd,
-    /// For no reason, to this side, if it is safe.
+    /// At random to this side, if it is safe.
     Random(f32),
-    /// Because the way that a client asks for goes on there, as soon as it is safe.
+    /// To this side because the client's route continues there, as soon as it is safe.
     Route(f32),
-    /// Because a client says so, to this side, whoever is there.
+    /// To this side because a client commands it, whether it is safe or not.
     Commanded(f32),
 }
 
@@ -117,26 +118,27 @@ impl Motive {
     fn takes(self, side: f32) -> bool {
         match self {
             Motive::Discretionary | Motive::LaneEnd => true,
-            Motive::Random(wanted) | Motive::Route(wanted) | Motive::Commanded(wanted) => {
-                wanted == side
+            Motive::Random(chosen) | Motive::Route(chosen) | Motive::Commanded(chosen) => {
+                chosen == side
             }
         }
     }
 }
 
-/// What moves a vehicle that nobody tells where to go.
+/// Returns the motive of a vehicle without a route or a command of a client.
 fn unguided_motive(vehicles: &VehicleTable, row: usize, params: &Params, view: &View) -> Motive {
     let id = vehicles.id[row];
-    for (share, side) in params.random_changes(id).into_iter().zip([1.0, -1.0]) {
+    for (probability, side) in params.random_changes(id).into_iter().zip([1.0, -1.0]) {
         let nth = 2 * u64::from(vehicles.change_draws[row]) + u64::from(side > 0.0);
-        if share > 0.0 && unit(view.seed, id, Purpose::RandomLaneChange, nth) < share {
+        if probability > 0.0 && unit(view.seed, id, Purpose::RandomLaneChange, nth) < probability {
             return Motive::Random(side);
         }
     }
     if params.changes_lanes(id) { Motive::Discretionary } else { Motive::LaneEnd }
 }
 
-/// The lane to change to: its index, the place on it, and how far left of it the vehicle is.
+/// Returns the lane to change to: its index, the arc length on it, and the lateral offset of the
+/// vehicle from it.
 fn best(
     vehicles: &VehicleTable,
     row: usize,
@@ -153,7 +155,7 @@ fn best(
     if tracks.in_junction(lane) || sides == [NONE, NONE] || speed < -0.1 {
         return None;
     }
-    // Who must leave a lane that ends does not ask for markings.
+    // A vehicle that must leave a lane that ends ignores the markings.
     let lane_ends = distance_to_end(vehicles, row, view) < 250.0;
     if motive == Motive::LaneEnd && !lane_ends {
         return None;
@@ -164,7 +166,7 @@ fn best(
     if !urgent && speed < SLOWEST_MPS {
         return None;
     }
-    // Too near to whom one follows, one would have to squeeze past him.
+    // Too near to its leader, the vehicle could not pull out behind it.
     let leader = &view.leaders[row];
     if leader.gap_m < 6.0 + 2.0 * (speed - leader.speed_mps).max(0.0) && !commanded {
         return None;
@@ -178,7 +180,7 @@ fn best(
         }
         let hint = vehicles.arc_m[row] * tracks.length(side) / tracks.length(lane).max(0.1);
         let projection = tracks.project(side, agents.position[agent].truncate(), hint);
-        // Enough of the lane must remain, and it must really lie beside.
+        // Enough of the lane must remain, and it must really run alongside.
         let room = clear_run(tracks, side, projection.arc_m);
         let needs = if urgent { 15.0 } else { 25.0 + 5.0 * speed };
         let beside = (1.2..6.5).contains(&projection.left_m.abs())
@@ -215,14 +217,15 @@ fn best(
     best.map(|(_, choice)| choice)
 }
 
-/// Accelerations after a change.
+/// Accelerations in metres per second squared: own and of the new follower after the change, and of
+/// the new follower now.
 struct Gap {
     own: f32,
     follower: f32,
     follower_now: f32,
 }
 
-/// What the change would mean; `None` if there is no gap at all.
+/// Returns the effect of a change into the gap beside the vehicle; `None` if there is no gap.
 fn assess_gap(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Option<Gap> {
     let (tracks, agents) = (&view.map.tracks, view.agents);
     let own = agents.driven[row];
@@ -283,7 +286,7 @@ fn accel(speed: f32, desired: f32, leader: &Leader) -> f32 {
     }
 }
 
-/// How far until the route runs out on a lane that leads nowhere.
+/// Returns the distance to the end of a route that leads to a dead end, else infinity.
 fn distance_to_end(vehicles: &VehicleTable, row: usize, view: &View) -> f32 {
     let tracks = &view.map.tracks;
     let last = *vehicles.route[row].lanes().last().expect("a route has a lane");
@@ -293,7 +296,7 @@ fn distance_to_end(vehicles: &VehicleTable, row: usize, view: &View) -> f32 {
     route_end(vehicles, row, tracks, 0.0)
 }
 
-/// How far one can drive from `arc_m` without choice before a junction or an end.
+/// Returns the distance from `arc_m` to the next fork, junction or end.
 fn clear_run(tracks: &crate::tracks::Tracks, lane: u32, arc_m: f32) -> f32 {
     let mut run = tracks.length(lane) - arc_m;
     let mut at = lane;

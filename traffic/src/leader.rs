@@ -2,34 +2,34 @@
 
 use crate::{agents::Agents, occupancy::Occupancy, tracks::Tracks, vehicle_table::VehicleTable};
 
-/// Whoever is in front.
+/// The agent that a vehicle follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Leader {
-    /// Between the bumpers; infinity if nobody is near.
+    /// Distance between the bumpers; infinity without a leader.
     pub(crate) gap_m: f32,
-    /// Along the follower's track.
+    /// Speed along the follower's track.
     pub(crate) speed_mps: f32,
-    /// Index into the crowd.
+    /// Index into the agents.
     pub(crate) agent: u32,
-    /// Cosine of the angle between his nose and the track.
+    /// Cosine of the angle between the leader's heading and the track.
     pub(crate) aligned: f32,
 }
 
 impl Leader {
-    /// Nobody.
+    /// No leader.
     pub(crate) const NONE: Leader =
         Leader { gap_m: f32::INFINITY, speed_mps: 0.0, agent: u32::MAX, aligned: 1.0 };
 
-    /// The nearer one of two.
+    /// Returns the nearer of two leaders.
     pub(crate) fn nearer(self, other: Leader) -> Leader {
         if other.gap_m < self.gap_m { other } else { self }
     }
 }
 
-/// Who is in front on the route, within `horizon_m` of the bumper.
+/// Returns the leader on the route within `horizon_m` of the front bumper.
 ///
-/// In front is whose nose is farther along: of two who squeeze into one lane side by side, the
-/// one behind yields.
+/// An agent counts as ahead if its front is farther along: of two vehicles side by side in one
+/// lane, the one behind yields.
 pub(crate) fn leader(
     vehicles: &VehicleTable,
     row: usize,
@@ -56,7 +56,8 @@ pub(crate) fn leader(
     found
 }
 
-/// The nearest occupant of `lane` whose nose is ahead of the bumper, which is `-begins` along.
+/// Returns the nearest occupant of `lane` whose front is ahead of the bumper, which lies at arc
+/// length `-begins`.
 pub(crate) fn first_ahead(
     occupancy: &Occupancy,
     lane: u32,

@@ -1,16 +1,16 @@
-//! The minds of the other road users: vehicles on autopilot, and the plan of the traffic lights.
+//! The planner of traffic: vehicles on autopilot, and the signal plan of traffic lights.
 //!
-//! Snapshot N in, controls that act in N + 1 out. No bus, no clock: the same map, seed and
-//! sequence of snapshots give the same bits.
+//! It reads snapshot N and returns controls that act in N + 1. It uses no bus and no clock: the
+//! same map, seed and sequence of snapshots give the same bits.
 //!
 //! ```text
-//! snapshot ─▶ read ─▶ locate on routes ─▶ lay onto tracks ─▶ junctions ─▶ look ahead
-//!                                                                            │
-//!             controls ◀─ pedals, wheel ◀─ follow, steer, recover ◀─ change lanes
+//! snapshot ─▶ agents ─▶ locate on routes ─▶ occupancy of tracks ─▶ junctions ─▶ leaders
+//!                                                                                  │
+//!          controls ◀─ pedals, steering ◀─ car following, recovery ◀─ lane changes ◀┘
 //! ```
 //!
-//! SI and radians; world space is right-handed with z up. Distances along lanes are arc lengths in
-//! driving direction, lateral offsets are positive to the left.
+//! SI units and radians; world space is right-handed with z up. Distances along lanes are arc
+//! lengths in driving direction; lateral offsets are positive to the left.
 
 mod planner;
 mod run;

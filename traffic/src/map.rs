@@ -1,4 +1,4 @@
-//! Everything that is known before the first frame: the map as minds see it.
+//! Everything that is derived from the map before the first frame.
 
 use road::Network;
 
@@ -7,7 +7,7 @@ use crate::{
     tracks::Tracks,
 };
 
-/// The map as minds see it. Never changes.
+/// The map as the planner reads it; constant during an episode.
 pub(crate) struct Map {
     pub(crate) tracks: Tracks,
     pub(crate) grid: Grid,

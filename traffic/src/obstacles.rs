@@ -1,5 +1,5 @@
-//! What a bus or a lorry would touch beside its lane: in curves its nose swings out of the lane,
-//! and its tail cuts the corner.
+//! Obstacles in the swept path of a wide vehicle: in curves its front overhang swings out of the
+//! lane and its rear cuts the corner.
 
 use glam::Vec2;
 
@@ -13,31 +13,32 @@ use crate::{
     vehicle_table::VehicleTable,
 };
 
-/// Left free beside whoever stands there.
+/// Clearance beside an obstacle.
 const MARGIN_M: f32 = 0.25;
-/// The same, for who has stood before him for a while: slowly one passes with a hand's breadth.
+/// Clearance after the vehicle has waited for a while: it passes slowly.
 const NARROW_M: f32 = 0.06;
+/// Waiting time after which [`NARROW_M`] applies.
 const PATIENCE_S: f32 = 3.0;
-/// Who waits does not move on while one who passes is nearer than this.
+/// A waiting vehicle does not start while a passing one is nearer than this.
 const PASSING_M: f32 = 1.0;
-/// Between two looks along the way.
+/// Step of the prediction along the route.
 const STEP_M: f32 = 1.0;
-/// So far one looks at least, so that whoever waits knows what is beyond a junction.
+/// Least prediction distance, so that a waiting vehicle sees what is beyond the junction.
 const HORIZON_M: f32 = 45.0;
-/// Over this way a vehicle returns to its line.
+/// Distance over which a vehicle returns to its line.
 const RETURN_M: f32 = 8.0;
-/// Who crosses faster than this will be gone.
+/// A crossing agent faster than this will be gone.
 const STANDING_MPS: f32 = 1.5;
 
-/// Somebody in the way of a row.
+/// An agent in the swept path of the vehicle of a row.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Obstacle {
     pub(crate) row: usize,
-    /// As if he were in front on the same lane.
+    /// The agent as a leader on the same lane.
     pub(crate) leader: Leader,
 }
 
-/// A box on the ground.
+/// A rectangle on the ground.
 #[derive(Clone, Copy)]
 struct Footprint {
     middle: Vec2,
@@ -58,7 +59,7 @@ impl Footprint {
         Footprint { half: self.half + by_m, ..self }
     }
 
-    /// By separating axes.
+    /// Returns whether two rectangles touch, by separating axes.
     fn touches(&self, other: &Footprint) -> bool {
         let to = other.middle - self.middle;
         let reach = |of: &Footprint, axis: Vec2| {
@@ -70,8 +71,8 @@ impl Footprint {
     }
 }
 
-/// Lists whom wide vehicles would touch if everybody else stayed where he is, and which wide
-/// vehicles the others would touch.
+/// Lists the agents that wide vehicles would touch if all others stood still, and the wide vehicles
+/// that others would touch.
 pub(crate) fn find(
     vehicles: &VehicleTable,
     tracks: &Tracks,
@@ -148,8 +149,8 @@ fn find_for(
         forward = (lead - rear).normalize_or(forward);
         rear = lead - forward * axle_m;
         let place = Footprint::of(body, lead - forward * tracking_point_m, forward).grown(margin_m);
-        near.retain(|(other, theirs)| {
-            if !place.touches(theirs) {
+        near.retain(|(other, footprint)| {
+            if !place.touches(footprint) {
                 return true;
             }
             if (wide || in_curve(agents.forward[own], forward))
@@ -168,8 +169,8 @@ fn find_for(
     }
 }
 
-/// Whether somebody wide is just coming by the other way, whom one has waited for: one moves on when
-/// he is past.
+/// Returns whether an oncoming wide vehicle is passing that this vehicle has waited for: it moves
+/// on after that vehicle has passed.
 fn passes(
     vehicles: &VehicleTable,
     row: usize,
@@ -187,12 +188,12 @@ fn passes(
         && vehicles.id[row] > agents.id[other]
 }
 
-/// Whether the way has turned from where the nose points now.
+/// Returns whether the route has turned away from the present heading.
 fn in_curve(from: Vec2, to: Vec2) -> bool {
     from.dot(to) < 0.995
 }
 
-/// Whether to wait for somebody whom one would touch, driving in direction `forward` there.
+/// Returns whether to wait for an agent that the vehicle would touch while heading `forward`.
 fn matters(
     vehicles: &VehicleTable,
     row: usize,
@@ -203,7 +204,7 @@ fn matters(
     let aligned = agents.forward[other].dot(forward);
     let oncoming = aligned < -0.7;
     if oncoming && agents.row[other] != NONE && agents.body[other].is_wide() {
-        // Two who are in each other's way: one of them waits.
+        // Of two vehicles in each other's way, the one with the higher id waits.
         return vehicles.id[row] > agents.id[other];
     }
     aligned > 0.7 || agents.velocity[other].length() < STANDING_MPS
@@ -214,7 +215,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn boxes_touch_where_they_overlap() {
+    fn footprints_touch_where_they_overlap() {
         let place = |x: f32, y: f32, yaw: f32| Footprint {
             middle: Vec2::new(x, y),
             forward: Vec2::from_angle(yaw),

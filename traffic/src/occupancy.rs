@@ -9,70 +9,70 @@ use crate::{
     tracks::Tracks,
 };
 
-/// Half the width of the corridor along a track that must be free of others: half of a wide car,
-/// and a hand's breadth.
+/// Half the width of the corridor along a track that must be free: half of a wide car, and a
+/// clearance.
 const CORRIDOR_M: f32 = 1.35;
-/// Who is farther from a track in height is on another storey.
+/// Largest height difference between an agent and its track.
 const STOREY_M: f32 = 3.0;
-/// Nobody heeds who is farther away.
+/// Largest distance at which parameters to ignore agents are evaluated.
 const IGNORE_RANGE_M: f32 = 300.0;
 
-/// A stretch of a track that a body occupies.
+/// The stretch of a track that an agent occupies.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Occupant {
     pub(crate) lane: u32,
-    /// Index into the crowd.
+    /// Index into the agents.
     pub(crate) agent: u32,
-    /// Arc length of its hindmost point on the track.
+    /// Arc length of its rearmost point on the track.
     pub(crate) rear_m: f32,
     /// Arc length of its foremost point on the track.
     pub(crate) front_m: f32,
-    /// Along the track.
+    /// Speed along the track.
     pub(crate) speed_mps: f32,
-    /// Cosine of the angle between its nose and the track.
+    /// Cosine of the angle between the agent's heading and the track.
     pub(crate) aligned: f32,
 }
 
-/// All occupants, sorted by lane and from behind to the front.
+/// All occupants, sorted by lane and by arc length of the rear.
 #[derive(Default)]
 pub(crate) struct Occupancy {
     list: Vec<Occupant>,
-    /// By lane: where its occupants begin and end in the list.
+    /// By lane: begin and end of its occupants in the list.
     spans: Vec<(u32, u32)>,
-    /// Whom somebody ignores: who, and whom; sorted.
+    /// Pairs of a vehicle and an agent that it ignores; sorted.
     ignored: Vec<(u32, u32)>,
-    /// How those lie who stand, in this plan and in the one before.
+    /// Occupants of stationary agents in this frame and in the frame before.
     stationary: [Stationary; 2],
 }
 
-/// Who stands still lies as in the plan before: bodies by id, what decides how they lie, and how
-/// many of the occupants are theirs.
+/// Results for stationary agents, which are the same in the next frame: id, the bits that decide,
+/// and the number of occupants of each.
 #[derive(Default)]
 struct Stationary {
-    bodies: Vec<(u32, [u32; 13], u32)>,
+    agents: Vec<(u32, [u32; 13], u32)>,
     occupants: Vec<Occupant>,
 }
 
 impl Stationary {
-    fn keep(&mut self, id: u32, how: [u32; 13], occupants: &[Occupant]) {
-        self.bodies.push((id, how, occupants.len() as u32));
+    fn add(&mut self, id: u32, key: [u32; 13], occupants: &[Occupant]) {
+        self.agents.push((id, key, occupants.len() as u32));
         self.occupants.extend_from_slice(occupants);
     }
 
     fn clear(&mut self) {
-        self.bodies.clear();
+        self.agents.clear();
         self.occupants.clear();
     }
 }
 
 impl Occupancy {
-    /// Whether one body heeds another, which must be another than itself.
+    /// Returns whether `own` reacts to `other`: another agent that it does not ignore.
     pub(crate) fn reacts_to(&self, own: u32, other: u32) -> bool {
         own != other
             && (self.ignored.is_empty() || self.ignored.binary_search(&(own, other)).is_err())
     }
 
-    /// Takes down whom everybody ignores.
+    /// Determines which agents each vehicle ignores by its parameters.
     pub(crate) fn apply_ignores(&mut self, agents: &Agents, params: &Params, seed: u64) {
         self.ignored.clear();
         if !params.any_ignores() {
@@ -92,10 +92,10 @@ impl Occupancy {
         self.ignored.sort_unstable();
     }
 
-    /// Lays every body onto the tracks that it touches.
+    /// Determines the stretches of tracks that each agent occupies.
     ///
-    /// `claims` are (body, lane, arc length of the origin): stretches that a vehicle is about to
-    /// use though it is not there yet.
+    /// `claims` are (agent, lane, arc length of the origin): stretches of lanes that a vehicle is
+    /// changing to.
     pub(crate) fn rebuild(
         &mut self,
         tracks: &Tracks,
@@ -132,7 +132,7 @@ impl Occupancy {
         }
     }
 
-    /// Occupants of `lane`, from behind to the front.
+    /// Returns the occupants of `lane`, ascending by arc length of the rear.
     pub(crate) fn on(&self, lane: u32) -> &[Occupant] {
         let (begin, end) = self.spans[lane as usize];
         &self.list[begin as usize..end as usize]
@@ -141,29 +141,32 @@ impl Occupancy {
     fn add_agents(&mut self, tracks: &Tracks, grid: &Grid, agents: &Agents) {
         let [mut before, mut now] = std::mem::take(&mut self.stationary);
         now.clear();
-        let (mut known, mut theirs) = (before.bodies.iter().peekable(), &before.occupants[..]);
+        let (mut cached, mut cached_occupants) =
+            (before.agents.iter().peekable(), &before.occupants[..]);
         for agent in 0..agents.count() {
             if agents.velocity[agent] != Vec2::ZERO {
                 self.add_agent(tracks, grid, agents, agent);
                 continue;
             }
-            let (id, how) = (agents.id[agent], agents.pose_bits(agent));
+            let (id, key) = (agents.id[agent], agents.pose_bits(agent));
             let begin = self.list.len();
-            let mut is_known = false;
-            // Both are sorted by id.
-            while let Some(&(other, was, count)) = known.next_if(|(other, ..)| *other <= id) {
-                let (first, rest) = theirs.split_at(count as usize);
-                theirs = rest;
-                if other == id && was == how {
+            let mut is_cached = false;
+            // Both lists are sorted by id.
+            while let Some(&(other, cached_key, count)) = cached.next_if(|(other, ..)| *other <= id)
+            {
+                let (first, rest) = cached_occupants.split_at(count as usize);
+                cached_occupants = rest;
+                if other == id && cached_key == key {
                     let agent = agent as u32;
-                    self.list.extend(first.iter().map(|was| Occupant { agent, ..*was }));
-                    is_known = true;
+                    self.list
+                        .extend(first.iter().map(|cached_key| Occupant { agent, ..*cached_key }));
+                    is_cached = true;
                 }
             }
-            if !is_known {
+            if !is_cached {
                 self.add_agent(tracks, grid, agents, agent);
             }
-            now.keep(id, how, &self.list[begin..]);
+            now.add(id, key, &self.list[begin..]);
         }
         before.clear();
         self.stationary = [now, before];
@@ -175,15 +178,15 @@ impl Occupancy {
         let size = agents.body[agent];
         let begin = self.list.len();
         let reach = REACH_M - CORRIDOR_M - 0.5;
-        // A long vehicle is looked up from several points along it.
+        // A long vehicle is looked up at several points along it.
         let points = (size.length_m() / (2.0 * reach)).ceil().max(1.0) as usize;
         for point in 0..points {
             let part = (point as f32 + 0.5) / points as f32;
             let along = size.length_m() * part - size.rear_m;
             let at = flat + forward * along;
             for &(lane, hint_m) in grid.near(at) {
-                let seen = points > 1 && self.list[begin..].iter().any(|o| o.lane == lane);
-                if seen {
+                let is_listed = points > 1 && self.list[begin..].iter().any(|o| o.lane == lane);
+                if is_listed {
                     continue;
                 }
                 if let Some(occupant) = occupied_stretch(tracks, agents, agent, lane, at, hint_m)
@@ -196,7 +199,8 @@ impl Occupancy {
     }
 }
 
-/// The stretch of `lane`'s corridor that a body covers; the track is taken as straight under it.
+/// Returns the stretch of `lane`'s corridor that an agent covers; the track is taken as straight
+/// under it.
 fn occupied_stretch(
     tracks: &Tracks,
     agents: &Agents,
@@ -209,7 +213,7 @@ fn occupied_stretch(
     let projection = tracks.project(lane, near, hint_m);
     let forward = agents.forward[agent];
     let (cos, sin) = (projection.tangent.dot(forward), projection.tangent.perp_dot(forward));
-    // Quickly out: farther from the track than the body reaches.
+    // Early exit: farther from the track than the agent reaches.
     let reach = size.length_m() * sin.abs() + size.half_width_m * cos.abs() + CORRIDOR_M;
     if projection.left_m.abs() > reach {
         return None;
@@ -237,7 +241,8 @@ fn occupied_stretch(
     })
 }
 
-/// The extent along the first axis of the part of a box whose second axis is within ±`half`.
+/// Returns the extent along the first axis of the part of a box whose second axis is within
+/// ±`half`.
 fn clip(corners: &[(f32, f32); 4], half: f32) -> Option<(f32, f32)> {
     let mut extent = (f32::INFINITY, f32::NEG_INFINITY);
     let mut take = |along: f32| extent = (extent.0.min(along), extent.1.max(along));
@@ -255,7 +260,7 @@ fn clip(corners: &[(f32, f32); 4], half: f32) -> Option<(f32, f32)> {
     (extent.0 <= extent.1).then_some(extent)
 }
 
-/// A number's place in the order of all numbers, as an integer.
+/// Returns an integer that orders like the number.
 pub(crate) fn ordered(value: f32) -> u32 {
     let bits = value.to_bits();
     if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }
@@ -269,7 +274,7 @@ mod tests {
 
     #[test]
     fn only_the_part_of_a_box_inside_the_corridor_counts() {
-        // A car across the track whose nose just reaches into the corridor.
+        // A car across the track whose front just reaches into the corridor.
         let across = [(1.0, 3.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, 3.0)];
         assert_eq!(clip(&across, 1.35), Some((-1.0, 1.0)));
         assert_eq!(clip(&across, 0.5), None);
@@ -279,13 +284,14 @@ mod tests {
     }
 
     #[test]
-    fn who_stands_lies_as_if_looked_at_for_the_first_time() {
+    fn cached_occupants_of_standing_agents_equal_fresh_ones() {
         use crate::tests::maps;
         use protocol::{ActorId, Pose};
 
         let tracks = Tracks::new(&maps::loop_road(40.0, 60.0));
         let (grid, bodies) = (Grid::new(&tracks), Bodies::from_catalogue());
-        let (blueprint, _) = town::blueprint("vehicle.tesla.model3").expect("it is there");
+        let (blueprint, _) =
+            town::blueprint("vehicle.tesla.model3").expect("a blueprint of the catalogue");
         let along = |k: u32, shift_m: f32| {
             let arc_m = (7.0 * k as f32 + shift_m) % tracks.length(0);
             tracks.at(0, arc_m).0
@@ -301,18 +307,18 @@ mod tests {
             .collect();
         let mut kept = Occupancy::default();
         for frame in 0..6 {
-            let (agents, afresh) = (&mut Agents::default(), &mut Occupancy::default());
+            let (agents, fresh) = (&mut Agents::default(), &mut Occupancy::default());
             agents.read(&actors, &bodies);
             kept.rebuild(&tracks, &grid, agents, &[]);
-            afresh.rebuild(&tracks, &grid, agents, &[]);
-            assert!(kept.list.len() >= actors.len() / 2, "they lie on the road");
-            assert_eq!(format!("{:?}", kept.list), format!("{:?}", afresh.list), "frame {frame}");
-            // Some move, one goes, one comes.
+            fresh.rebuild(&tracks, &grid, agents, &[]);
+            assert!(kept.list.len() >= actors.len() / 2, "half of the agents lie on the road");
+            assert_eq!(format!("{:?}", kept.list), format!("{:?}", fresh.list), "frame {frame}");
+            // Some agents move, one leaves, one is added.
             actors[10].pose = Pose::level(along(10, frame as f32), 0.0);
             actors[20].velocity_mps = [frame as f32, 0.0, 0.0];
             actors[15].blueprint += 1;
             actors.remove(5);
-            let last = *actors.last().expect("some");
+            let last = *actors.last().expect("at least one actor");
             actors.push(ActorState { actor_id: ActorId(last.actor_id.0 + 1), ..last });
         }
     }

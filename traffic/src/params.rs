@@ -1,21 +1,21 @@
-//! What users set: how fast, how near, how lawful.
+//! Traffic parameters that clients set.
 
 use bytemuck::Zeroable;
 use protocol::{ActorId, TrafficParam, param};
 
 use crate::random::{Purpose, mixed, unit};
 
-/// Free distance kept at standstill, unless set otherwise.
+/// Default gap at standstill, metres (the IDM's s0).
 pub(crate) const GAP_M: f32 = 2.0;
 
-/// All params that were ever turned, sorted by actor and param; actor 0 is everybody.
+/// All parameters that were set, sorted by actor and parameter; actor 0 stands for all vehicles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Params {
     values: Vec<TrafficParam>,
 }
 
 impl Params {
-    /// Sets one, in place of what it was.
+    /// Sets one parameter. Values that are not finite are ignored.
     pub(crate) fn set(&mut self, param: TrafficParam) {
         if !param.value.is_finite() {
             return;
@@ -30,32 +30,32 @@ impl Params {
         }
     }
 
-    /// An actor is no more.
+    /// Removes the parameters of a destroyed actor.
     pub(crate) fn remove_actor(&mut self, actor: ActorId) {
         self.values.retain(|set| !param::ends_with(set.actor_id, set.param, actor));
     }
 
-    /// What random turns and whims are drawn from in a world of this seed.
+    /// Returns the seed of all random decisions in a world with this seed.
     pub(crate) fn random_seed(&self, seed: u64) -> u64 {
-        self.find(0, param::SEED).map_or(seed, |drawn| mixed(seed, drawn as u64))
+        self.find(0, param::SEED).map_or(seed, |value| mixed(seed, value as u64))
     }
 
-    /// How much slower than the limit this vehicle drives, as a share.
+    /// Returns the fraction by which this vehicle drives below the speed limit.
     pub(crate) fn speed_reduction(&self, id: u32) -> f32 {
         self.get(id, param::SPEED_REDUCTION, 0.0).clamp(-3.0, 1.0)
     }
 
-    /// Free distance that this vehicle keeps at standstill, metres.
+    /// Returns the gap that this vehicle keeps at standstill, metres.
     pub(crate) fn gap_m(&self, id: u32) -> f32 {
         self.get(id, param::GAP_M, GAP_M).clamp(0.5, 100.0)
     }
 
-    /// Share of red lights that this vehicle ignores.
+    /// Returns the fraction of red lights that this vehicle ignores.
     pub(crate) fn ignore_lights(&self, id: u32) -> f32 {
         self.get(id, param::IGNORE_LIGHTS, 0.0)
     }
 
-    /// The speed to drive at whatever the limit is, metres per second.
+    /// Returns the speed to drive whatever the limit is, metres per second.
     pub(crate) fn speed_mps(&self, id: u32) -> Option<f32> {
         let own = self.find(id, param::SPEED_MPS);
         let mps = match self.find(id, param::SPEED_REDUCTION) {
@@ -65,45 +65,45 @@ impl Params {
         mps.map(|mps| mps.clamp(0.0, 100.0))
     }
 
-    /// How far left of the middle of its lane this vehicle drives, metres.
+    /// Returns the lateral offset from the centre of the lane, positive to the left, metres.
     pub(crate) fn offset_left_m(&self, id: u32) -> f32 {
         self.get(id, param::OFFSET_LEFT_M, 0.0).clamp(-5.0, 5.0)
     }
 
-    /// Whether this vehicle changes lanes for its own ends.
+    /// Returns whether this vehicle makes discretionary lane changes.
     pub(crate) fn changes_lanes(&self, id: u32) -> bool {
         self.get(id, param::CHANGES_LANES, 1.0) != 0.0
     }
 
-    /// Where this vehicle has been told to change to: 1 left, -1 right, 0 nowhere.
+    /// Returns the side of a commanded lane change: 1 left, -1 right, 0 none.
     pub(crate) fn change_now(&self, id: u32) -> f32 {
         self.find(id, param::CHANGE_NOW)
             .map_or(0.0, |side| if side == 0.0 { 0.0 } else { side.signum() })
     }
 
-    /// It has changed as it was told.
+    /// Removes the commanded lane change after it has been made.
     pub(crate) fn clear_change_now(&mut self, id: u32) {
         self.remove(id, param::CHANGE_NOW);
     }
 
-    /// With what probabilities this vehicle changes to the left and to the right for no reason.
+    /// Returns the probabilities of a random lane change to the left and to the right.
     pub(crate) fn random_changes(&self, id: u32) -> [f32; 2] {
-        let share = |param| self.get(id, param, 0.0).clamp(0.0, 1.0);
-        let right = share(param::KEEP_RIGHT) + share(param::CHANGE_RIGHT);
-        [share(param::CHANGE_LEFT), right.min(1.0)]
+        let fraction = |param| self.get(id, param, 0.0).clamp(0.0, 1.0);
+        let right = fraction(param::KEEP_RIGHT) + fraction(param::CHANGE_RIGHT);
+        [fraction(param::CHANGE_LEFT), right.min(1.0)]
     }
 
-    /// Whether this vehicle switches its lamps by itself.
+    /// Returns whether this vehicle switches its lights automatically.
     pub(crate) fn lamps(&self, id: u32) -> bool {
         self.get(id, param::LAMPS, 0.0) != 0.0
     }
 
-    /// Share of stop and yield signs that this vehicle ignores.
+    /// Returns the fraction of stop and yield signs that this vehicle ignores.
     pub(crate) fn ignore_signs(&self, id: u32) -> f32 {
         self.get(id, param::IGNORE_SIGNS, 0.0)
     }
 
-    /// Whether anybody may be ignored at all.
+    /// Returns whether any vehicle may ignore any agent.
     pub(crate) fn any_ignores(&self) -> bool {
         self.values.iter().any(|set| {
             let param = set.param;
@@ -112,17 +112,17 @@ impl Params {
         })
     }
 
-    /// Whether this vehicle drives as if `other` were not there.
+    /// Returns whether this vehicle ignores the agent `other`.
     pub(crate) fn ignores(&self, seed: u64, id: u32, other: u32, is_walker: bool) -> bool {
         if let Some(value) = self.find(id, param::IGNORE_ACTOR.saturating_add(other)) {
             return value != 0.0;
         }
         let param = if is_walker { param::IGNORE_WALKERS } else { param::IGNORE_VEHICLES };
-        let share = self.get(id, param, 0.0);
-        share > 0.0 && unit(seed, id, Purpose::Ignore, u64::from(other)) < share
+        let fraction = self.get(id, param, 0.0);
+        fraction > 0.0 && unit(seed, id, Purpose::Ignore, u64::from(other)) < fraction
     }
 
-    /// A vehicle's own setting, else everybody's, else the given one.
+    /// Returns the value of the vehicle, else that of all vehicles, else the default.
     fn get(&self, id: u32, param: u32, default: f32) -> f32 {
         self.find(id, param).or_else(|| self.find(0, param)).unwrap_or(default)
     }
@@ -137,12 +137,12 @@ impl Params {
         self.values.retain(|set| (set.actor_id.0, set.param) != (id, param));
     }
 
-    /// The settings, for saving.
+    /// Returns all parameters, for saving.
     pub(crate) fn all(&self) -> &[TrafficParam] {
         &self.values
     }
 
-    /// From settings that were saved.
+    /// Reads parameters that were saved.
     pub(crate) fn from_saved(bytes: &[u8]) -> Params {
         let mut set = vec![TrafficParam::zeroed(); bytes.len() / size_of::<TrafficParam>()];
         bytemuck::cast_slice_mut(&mut set).copy_from_slice(bytes);

@@ -1,4 +1,4 @@
-//! The planner of all vehicles on autopilot, and of the lights.
+//! The planner of all vehicles on autopilot and of the traffic lights.
 
 use std::sync::Arc;
 
@@ -22,16 +22,15 @@ use crate::{
     vehicle_plan::VehiclePlan,
 };
 
-/// Frames of delay between a decision and the middle of its effect: it acts in the next frame,
-/// for one frame.
+/// Delay between a decision and the middle of its effect: it acts in the next frame, for one frame.
 const DELAY_FRAMES: f32 = 1.0;
-/// And what the steering gear adds.
+/// Delay of the steering system.
 const DELAY_STEERING_S: f32 = 0.05;
 
-/// Plans for every vehicle on autopilot and every light, one frame at a time.
+/// Plans for every vehicle on autopilot and every traffic light, one frame at a time.
 ///
-/// Pure: the same map, seed and sequence of snapshots and journals give the same bits. What it
-/// decides on frame N is meant to act in frame N + 1.
+/// It is a pure function: the same map, seed and sequence of snapshots and journals give the same
+/// bits. Decisions on frame N act in frame N + 1.
 pub struct Planner {
     pub(crate) map: Arc<Map>,
     seed: u64,
@@ -41,7 +40,7 @@ pub struct Planner {
     scratch: Scratch,
 }
 
-/// What lives for one frame only; kept for its allocations.
+/// Data of one frame; kept to reuse its allocations.
 #[derive(Default)]
 struct Scratch {
     agents: Agents,
@@ -50,8 +49,8 @@ struct Scratch {
     obstacles: Vec<Obstacle>,
     junctions: Junctions,
     demand: Demand,
-    wanted: Vec<u32>,
-    /// By signal.
+    driven_ids: Vec<u32>,
+    /// By signal: the state that it shows.
     light_states: Vec<u32>,
     leaders: Vec<Leader>,
     desired_speeds: Vec<f32>,
@@ -63,7 +62,7 @@ struct Scratch {
 }
 
 impl Planner {
-    /// A planner that knows the map and nothing else yet. `seed` decides every random turn.
+    /// Creates a planner for a map. `seed` decides all random turns.
     pub fn new(network: Arc<road::Network>, seed: u64) -> Planner {
         let map = Map::new(&network);
         let clocks = vec![0; map.signals.cycles()];
@@ -77,8 +76,8 @@ impl Planner {
         }
     }
 
-    /// Plans on one snapshot: `actors` hold at the stamp's frame; `delta_nanos` is how long a frame takes;
-    /// `journal` is what was requested for in this frame.
+    /// Plans on one snapshot. `actors` hold at the stamp's frame; `delta_nanos` is the length of a
+    /// frame; `journal` holds the commands of this frame.
     pub fn plan(
         &mut self,
         _stamp: &Stamp,
@@ -106,31 +105,36 @@ impl Planner {
         self.plan_lights(actors, delta_nanos);
     }
 
-    /// Pedals and wheel of every vehicle on autopilot, ascending by actor id.
+    /// Returns the controls of every vehicle on autopilot, ascending by actor id.
     pub fn controls(&self) -> &[VehicleControl] {
         &self.controls
     }
 
-    /// The colour of every light that is an actor, ascending by actor id.
+    /// Returns the state of every traffic light that is an actor, ascending by actor id.
     pub fn lights(&self) -> &[LightState] {
         &self.lights
     }
 
-    /// All that must be known beyond the next snapshot in order to go on; equal minds have equal
-    /// bytes.
+    /// Returns the state that a planner needs beside the next snapshot to continue. Equal planners
+    /// have equal bytes.
     pub fn save(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         self.save_into(&mut bytes);
         bytes
     }
 
-    /// Like [`Planner::save`], into a buffer whose old content is dropped.
+    /// Writes what [`Planner::save`] returns into a buffer, whose previous content is dropped.
     pub fn save_into(&self, bytes: &mut Vec<u8>) {
         bytes.clear();
         self.state.write(self.seed, self.map.tracks.count(), bytes);
     }
 
-    /// Goes on from a planner that was saved on the same map. The seed comes with it.
+    /// Continues from a state that was saved on the same map, seed included.
+    ///
+    /// # Errors
+    ///
+    /// [`RestoreError`] if the bytes are no planner state of this build and map; the planner is
+    /// unchanged then.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), RestoreError> {
         let (seed, state) =
             PlannerState::read(bytes, self.map.tracks.count(), self.map.signals.cycles())?;
@@ -140,8 +144,8 @@ impl Planner {
         Ok(())
     }
 
-    /// What every vehicle on autopilot reckoned with in the last frame, ascending by actor id.
-    /// Vehicles that no road is near are left out.
+    /// Returns what was planned for each vehicle on autopilot in the last frame, ascending by actor
+    /// id. Vehicles that are near no road are left out.
     pub fn vehicle_plans(&self) -> impl Iterator<Item = VehiclePlan> + '_ {
         let vehicles = &self.state.vehicles;
         (0..self.controls().len())
@@ -182,7 +186,7 @@ impl Planner {
         }
     }
 
-    /// What random turns and whims are drawn from.
+    /// Returns the seed of random decisions.
     fn random_seed(&self) -> u64 {
         self.state.params.random_seed(self.seed)
     }
@@ -196,17 +200,17 @@ impl Planner {
     fn read(&mut self, actors: &[ActorState]) {
         let scratch = &mut self.scratch;
         scratch.agents.read(actors, &self.map.bodies);
-        scratch.wanted.clear();
+        scratch.driven_ids.clear();
         let agents = &scratch.agents;
-        scratch.wanted.extend(agents.driven.iter().map(|&agent| agents.id[agent as usize]));
-        self.state.vehicles.keep(&scratch.wanted);
+        scratch.driven_ids.extend(agents.driven.iter().map(|&agent| agents.id[agent as usize]));
+        self.state.vehicles.retain(&scratch.driven_ids);
         let params = &self.state.params;
         let param = |column: &mut Vec<f32>, of: &dyn Fn(u32) -> f32| {
             column.clear();
-            column.extend(scratch.wanted.iter().map(|&id| of(id)));
+            column.extend(scratch.driven_ids.iter().map(|&id| of(id)));
         };
         scratch.speed_policies.clear();
-        scratch.speed_policies.extend(scratch.wanted.iter().map(
+        scratch.speed_policies.extend(scratch.driven_ids.iter().map(
             |&id| match params.speed_mps(id) {
                 Some(mps) => SpeedPolicy::Fixed(mps),
                 None => SpeedPolicy::Reduced(params.speed_reduction(id)),
@@ -246,7 +250,7 @@ impl Planner {
         });
     }
 
-    /// Lights count as what they show in the snapshot; those that are no actors, as planned.
+    /// Reads the states of the lights from the snapshot; lights that are no actors show their plan.
     fn show_lights(&mut self, actors: &[ActorState]) {
         let (light_states, plan) = (&mut self.scratch.light_states, &self.map.signals);
         light_states.clear();
@@ -347,7 +351,7 @@ impl Planner {
             let control = if self.state.vehicles.located[row] == 1 {
                 self.drive_one(row, seconds(delta_nanos))
             } else {
-                // A map without roads: stand.
+                // The vehicle stands on a map without roads.
                 VehicleControl { brake: 1.0, ..VehicleControl::default() }
             };
             let actor_id = protocol::ActorId(self.state.vehicles.id[row]);
@@ -356,7 +360,7 @@ impl Planner {
         }
     }
 
-    /// The lamps of a vehicle that sees to them by itself.
+    /// Returns the lights of a vehicle that switches them automatically.
     fn lamps(&self, row: usize, control: &VehicleControl) -> u32 {
         let PlannerState { vehicles, params, weather, .. } = &self.state;
         if !params.lamps(vehicles.id[row]) || vehicles.located[row] == 0 {
@@ -424,7 +428,7 @@ impl Planner {
         if maneuver == recover::Maneuver::Reverse {
             let backward = -speed;
             let mut accel_integral = vehicles.accel_integral[row];
-            let press = pedals::press(
+            let pressed = pedals::press(
                 recover::reverse_accel(backward),
                 -agents.acceleration[agent],
                 backward,
@@ -434,10 +438,14 @@ impl Planner {
             );
             vehicles.accel_integral[row] = accel_integral;
             let angle = -wheels.clamp(-0.6, 0.6);
-            return control(press, pedals::steer_input(angle, max_steer_rad, speed), flag::REVERSE);
+            return control(
+                pressed,
+                pedals::steer_input(angle, max_steer_rad, speed),
+                flag::REVERSE,
+            );
         }
         let mut accel_integral = vehicles.accel_integral[row];
-        let press = pedals::press(
+        let pressed = pedals::press(
             accel,
             agents.acceleration[agent],
             speed,
@@ -446,11 +454,11 @@ impl Planner {
             &mut accel_integral,
         );
         vehicles.accel_integral[row] = accel_integral;
-        control(press, pedals::steer_input(wheels, max_steer_rad, speed), 0)
+        control(pressed, pedals::steer_input(wheels, max_steer_rad, speed), 0)
     }
 
-    /// While changing lanes, who is in front on the lane that is being left counts too, unless the
-    /// change will be clear of him.
+    /// During a lane change, the leader on the lane that is left counts too, unless the vehicle
+    /// will be clear of it.
     fn leader_beside(&self, row: usize, leader: Leader) -> Leader {
         let (vehicles, tracks) = (&self.state.vehicles, &self.map.tracks);
         let (scratch, full) = (&self.scratch, vehicles.shift_m[row]);
@@ -466,7 +474,7 @@ impl Planner {
             if beside == crate::tracks::NONE {
                 break;
             }
-            // Neighbours run side by side, but not always at the same length.
+            // Neighbouring lanes run side by side but may differ in length.
             let scale = tracks.length(beside) / tracks.length(lane).max(0.1);
             let from = if begins < 0.0 { vehicles.arc_m[row] * scale } else { f32::NEG_INFINITY };
             let start =
@@ -503,7 +511,7 @@ impl Planner {
     }
 }
 
-/// Stops before lights that stand away from junctions.
+/// Adds stops before mid-block traffic lights.
 fn stop_at_midblock_signals(
     map: &Map,
     vehicles: &crate::vehicle_table::VehicleTable,
@@ -535,11 +543,11 @@ fn stop_at_midblock_signals(
     }
 }
 
-fn control(press: pedals::Pedals, steer: f32, flags: u32) -> VehicleControl {
+fn control(pressed: pedals::Pedals, steer: f32, flags: u32) -> VehicleControl {
     VehicleControl {
         flags,
-        throttle: press.throttle,
-        brake: press.brake,
+        throttle: pressed.throttle,
+        brake: pressed.brake,
         steer,
         ..VehicleControl::default()
     }

@@ -1,44 +1,45 @@
-//! Named random streams: every draw is a function of (seed, actor, purpose, how many before it).
+//! Named random streams: every draw is a function of (seed, actor, purpose, number of draws
+//! before).
 //!
-//! Nothing is stored but the counts, so a restored planner draws what the lost one would have drawn,
-//! and one vehicle's draws never move another's.
+//! Only the counts are stored, so that a restored planner repeats the draws, and the draws of one
+//! vehicle do not affect another.
 
 use mesh::{RandomStream, first_of};
 
-/// What a draw is for. Streams of different purposes are independent.
+/// The purpose of a draw. Streams of different purposes are independent.
 #[derive(Clone, Copy)]
 pub(crate) enum Purpose {
-    /// Which way to go where a lane forks.
+    /// Which lane to take at a fork.
     Turn = 1,
-    /// Whether this red light is ignored.
+    /// Whether a red light is ignored.
     Light = 2,
-    /// The other way that is compared with the first.
+    /// The alternative that is compared with [`Purpose::Turn`].
     TurnAlternative = 3,
-    /// Whether this sign is ignored.
+    /// Whether a sign is ignored.
     Sign = 4,
-    /// Whether this other one is ignored.
+    /// Whether another agent is ignored.
     Ignore = 5,
-    /// Whether to change lanes for no reason.
+    /// Whether to make a random lane change.
     RandomLaneChange = 6,
 }
 
-/// The `count`-th draw of a stream, uniform over all of u64.
+/// Returns the `count`-th draw of a stream, uniform over all of u64.
 pub(crate) fn draw(seed: u64, actor: u32, purpose: Purpose, count: u64) -> u64 {
     stream(seed, actor, purpose, count).bits()
 }
 
-/// The `count`-th draw of a stream, uniform in 0..1.
+/// Returns the `count`-th draw of a stream, uniform in 0..1.
 pub(crate) fn unit(seed: u64, actor: u32, purpose: Purpose, count: u64) -> f32 {
     stream(seed, actor, purpose, count).unit()
 }
 
-/// The stream of (seed, actor, purpose) after `count` draws.
+/// Returns the stream of (seed, actor, purpose) after `count` draws.
 fn stream(seed: u64, actor: u32, purpose: Purpose, count: u64) -> RandomStream {
     let state = mixed(seed, u64::from(actor) << 8 | purpose as u64);
     RandomStream::from_state(state).skip(count)
 }
 
-/// Another seed, of two.
+/// Combines two seeds.
 pub(crate) fn mixed(seed: u64, other: u64) -> u64 {
     first_of(seed ^ first_of(other))
 }
@@ -58,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn units_are_spread_evenly() {
+    fn units_are_uniform() {
         let mean: f32 =
             (0..4096).map(|count| unit(3, 5, Purpose::Turn, count)).sum::<f32>() / 4096.0;
         assert!((mean - 0.5).abs() < 0.02, "{mean}");

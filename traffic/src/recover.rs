@@ -1,49 +1,49 @@
-//! Out of trouble on one's own wheels: back out of what blocks, turn, and return to the lane.
+//! Recovery of vehicles that are off their track or blocked: reverse, wait, and return to the lane.
 
 use glam::Vec2;
 
 use crate::{agents::Agents, leader::Leader, steer::Deviation, vehicle_table::VehicleTable};
 
-/// Farther off its line than this, a vehicle is in trouble.
+/// Cross-track error beyond which a vehicle is off its track.
 const CROSS_TRACK_MAX_M: f32 = 1.3;
-/// Turned from its line by more than this, a vehicle is in trouble.
+/// Heading error beyond which a vehicle is off its track.
 const HEADING_ERROR_MAX_RAD: f32 = 0.6;
-/// Speed of a vehicle in trouble.
+/// Speed limit of a vehicle off its track.
 pub(crate) const OFF_TRACK_MPS: f32 = 3.0;
-/// Speed of backing out.
+/// Speed in reverse.
 const REVERSE_MPS: f32 = 1.5;
-/// Standing so long for no good reason is being stuck.
+/// Time at standstill after which a vehicle counts as stuck.
 const PATIENCE_S: f32 = 3.0;
-/// One attempt at backing out.
+/// Duration of one attempt in reverse.
 const REVERSE_S: f32 = 3.0;
-/// After it one waits at least so long.
+/// Least time to wait after reversing.
 const HOLD_S: f32 = 4.0;
-/// Whoever is so near is touched, or nearly.
+/// Gap below which a vehicle counts as touching its leader.
 const TOUCH_M: f32 = 0.1;
-/// Room that backing out needs behind.
+/// Free distance behind that reversing requires.
 const BEHIND_M: f32 = 1.5;
 
-/// Whether a vehicle has lost its line.
+/// Returns whether a vehicle is off its track.
 pub(crate) fn is_off_track(deviation: &Deviation) -> bool {
     deviation.left_m.abs() > CROSS_TRACK_MAX_M
         || deviation.heading_rad.abs() > HEADING_ERROR_MAX_RAD
 }
 
-/// How a vehicle gets out of trouble.
+/// What a vehicle does in this frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Maneuver {
-    /// It need not.
+    /// Drive normally.
     Forward,
-    /// It backs out of what blocks it.
+    /// Reverse away from an obstacle.
     Reverse,
-    /// It has backed out, and lets the other one go first.
+    /// Wait after reversing, so that the other vehicle goes first.
     Hold,
 }
 
-/// Decides how a row gets on in this frame.
+/// Decides the manoeuvre of a row in this frame.
 ///
-/// `gain` is the acceleration that it would ask for. Who is stuck differs by id in patience, so
-/// that of two who block each other one goes first.
+/// `accel` is the acceleration that car following returned. The patience of stuck vehicles depends
+/// on their ids, so that of two that block each other one goes first.
 pub(crate) fn decide(
     vehicles: &mut VehicleTable,
     row: usize,
@@ -76,10 +76,10 @@ pub(crate) fn decide(
         && agents.velocity[leader.agent as usize].length_squared() < 0.1;
     let stuck = speed.abs() < 0.25 && (accelerates || blocked_askew);
     vehicles.stuck_s[row] = if stuck { vehicles.stuck_s[row] + delta_s } else { 0.0 };
-    let patience = PATIENCE_S
+    let patience_s = PATIENCE_S
         + (vehicles.id[row] % 5) as f32
         + 2.0 * vehicles.reverse_count[row].min(5) as f32;
-    if vehicles.stuck_s[row] > patience {
+    if vehicles.stuck_s[row] > patience_s {
         vehicles.stuck_s[row] = 0.0;
         if is_free(agents, agent, -1.0, BEHIND_M) {
             vehicles.reverse_s[row] = REVERSE_S;
@@ -90,12 +90,13 @@ pub(crate) fn decide(
     Maneuver::Forward
 }
 
-/// The acceleration of backing out, along the tail.
+/// Returns the backward acceleration in reverse.
 pub(crate) fn reverse_accel(backward_mps: f32) -> f32 {
     (1.5 * (REVERSE_MPS - backward_mps)).clamp(-3.0, 1.5)
 }
 
-/// Whether nobody is within `distance_m` in front (`direction` 1) or behind (−1) of a body.
+/// Returns whether no agent is within `distance_m` in front (`direction` 1) or behind (−1) of an
+/// agent.
 pub(crate) fn is_free(agents: &Agents, agent: usize, direction: f32, distance_m: f32) -> bool {
     let size = agents.body[agent];
     let forward = agents.forward[agent];
@@ -109,7 +110,7 @@ pub(crate) fn is_free(agents: &Agents, agent: usize, direction: f32, distance_m:
     })
 }
 
-/// Whether a body touches a box around `centre`, by separating axes.
+/// Returns whether an agent touches a rectangle around `centre`, by separating axes.
 fn touches(
     agents: &Agents,
     agent: usize,
@@ -126,9 +127,9 @@ fn touches(
     let to = middle - centre;
     let axes = [forward, forward.perp(), other_forward, other_forward.perp()];
     axes.iter().all(|axis| {
-        let mine = length * axis.dot(forward).abs() + width * axis.dot(forward.perp()).abs();
-        let theirs = half * axis.dot(other_forward).abs()
+        let own_reach = length * axis.dot(forward).abs() + width * axis.dot(forward.perp()).abs();
+        let other_reach = half * axis.dot(other_forward).abs()
             + size.half_width_m * axis.dot(other_forward.perp()).abs();
-        to.dot(*axis).abs() <= mine + theirs
+        to.dot(*axis).abs() <= own_reach + other_reach
     })
 }

@@ -1,22 +1,22 @@
-//! Roundabouts, found by their shape: lanes that lead round a small circle.
+//! Roundabouts, detected by their shape: lanes that form a small circle.
 //!
-//! Who is in a roundabout goes before who enters it, whether a sign says so or not: if those who
-//! enter went first, the circle would fill up until nobody can leave it.
+//! Vehicles in a roundabout have right of way over entering ones, with or without a sign. Otherwise
+//! the circle would fill up until no vehicle could leave it.
 
 use glam::Vec2;
 
 use crate::tracks::Tracks;
 
-/// No roundabout is longer than this.
+/// Largest circumference of a roundabout.
 const LENGTH_MAX_M: f32 = 400.0;
-/// And none has more lanes, one after the other.
+/// Largest number of consecutive lanes of a roundabout.
 const LANES_MAX: usize = 64;
-/// How round it must be: area by the area of a circle of the same length. A square has 0.79.
+/// Least isoperimetric ratio, 4π area / length²: a circle has 1, a square 0.79.
 const ROUND: f32 = 0.86;
-/// Ways that part are compared after so much.
-const GLANCE_M: f32 = 12.0;
+/// Distance after a fork at which the branches are compared.
+const BRANCH_M: f32 = 12.0;
 
-/// By lane: whether it is part of the circle of a roundabout.
+/// Returns for each lane whether it is part of the circle of a roundabout.
 pub(crate) fn circles(tracks: &Tracks) -> Vec<bool> {
     let mut circles = vec![false; tracks.count()];
     for lane in 0..tracks.count() as u32 {
@@ -32,7 +32,8 @@ pub(crate) fn circles(tracks: &Tracks) -> Vec<bool> {
     circles
 }
 
-/// The circle that begins and ends with `lane`, driven to the left (`side` 1) or right (−1).
+/// Returns the circle that begins and ends with `lane`, driven to the left (`side` 1) or right
+/// (−1).
 fn circle(tracks: &Tracks, lane: u32, side: f32) -> Option<Vec<u32>> {
     let (mut lanes, mut length_m) = (vec![lane], tracks.length(lane));
     let mut at = lane;
@@ -53,19 +54,19 @@ fn circle(tracks: &Tracks, lane: u32, side: f32) -> Option<Vec<u32>> {
         .map(|(on, k)| tracks.sample_point(on, k).truncate())
         .collect();
     let pairs = points.iter().zip(points.iter().cycle().skip(1));
-    // From the first point, so that large coordinates do not cost precision.
+    // Relative to the first point, so that large coordinates do not cost precision.
     let twice: f32 = pairs.map(|(a, b)| (*a - points[0]).perp_dot(*b - points[0])).sum();
     let round = 0.5 * twice * side * 4.0 * std::f32::consts::PI / (length_m * length_m);
     (round > ROUND).then_some(lanes)
 }
 
-/// Of the lanes that follow, the one that keeps nearest to the inside.
+/// Returns the successor that stays nearest to the inside.
 fn inmost(tracks: &Tracks, lane: u32, side: f32) -> Option<u32> {
-    let ways = tracks.next(lane);
-    let glance_m = ways.iter().map(|&way| tracks.length(way)).fold(GLANCE_M, f32::min);
+    let branches = tracks.next(lane);
+    let branch_m = branches.iter().map(|&branch| tracks.length(branch)).fold(BRANCH_M, f32::min);
     let from = tracks.at(lane, tracks.length(lane)).1;
-    let inward = |way: u32| side * from.angle_to(tracks.at(way, glance_m).1);
-    ways.iter().copied().max_by(|&a, &b| inward(a).total_cmp(&inward(b)))
+    let inward = |branch: u32| side * from.angle_to(tracks.at(branch, branch_m).1);
+    branches.iter().copied().max_by(|&a, &b| inward(a).total_cmp(&inward(b)))
 }
 
 #[cfg(test)]
@@ -74,7 +75,7 @@ mod tests {
     use crate::tests::maps;
 
     #[test]
-    fn a_circle_is_a_roundabout_and_a_block_is_none() {
+    fn a_circle_is_a_roundabout_and_a_block_is_not() {
         let round = Tracks::new(&maps::loop_road(20.0, 0.0));
         assert_eq!(circles(&round), vec![true; 4]);
         let block = Tracks::new(&maps::loop_road(6.0, 60.0));

@@ -1,4 +1,4 @@
-//! Where each vehicle is on its route, and where it goes next.
+//! The position of each vehicle on its route, and the extension of routes.
 
 use crate::{
     agents::Agents,
@@ -10,19 +10,19 @@ use crate::{
     vehicle_table::{Route, VehicleTable},
 };
 
-/// Routes reach at least so far ahead, as far as lanes go.
+/// Least length of a route ahead, as far as lanes continue.
 const AHEAD_M: f32 = 320.0;
-/// A vehicle farther from its track than this has lost it and looks for the best one anew.
+/// Cross-track distance beyond which a vehicle is located afresh.
 const LOST_M: f32 = 4.5;
 
-/// How far beyond a fork one looks for who is there already.
+/// Distance beyond a fork over which vehicle density is compared.
 const DENSITY_REACH_M: f32 = 80.0;
 
-/// How many vehicles each lane holds.
+/// Number of planned vehicles on each lane.
 pub(crate) struct LaneLoad(Vec<u32>);
 
 impl LaneLoad {
-    /// Counts the vehicles of this room.
+    /// Counts the vehicles of the table.
     pub(crate) fn count(vehicles: &VehicleTable, tracks: &Tracks) -> LaneLoad {
         let mut load = LaneLoad(vec![0; tracks.count()]);
         for row in (0..vehicles.id.len()).filter(|&row| vehicles.located[row] == 1) {
@@ -31,9 +31,9 @@ impl LaneLoad {
         load
     }
 
-    /// Vehicles per metre on `way` and the lanes that follow it.
-    fn density(&self, tracks: &Tracks, way: u32) -> f32 {
-        let (mut at, mut length_m, mut vehicles) = (way, 0.0, 0);
+    /// Returns the vehicles per metre on `way` and the lanes that follow it.
+    fn density(&self, tracks: &Tracks, branch: u32) -> f32 {
+        let (mut at, mut length_m, mut vehicles) = (branch, 0.0, 0);
         loop {
             length_m += tracks.length(at);
             vehicles += self.0[at as usize];
@@ -42,14 +42,14 @@ impl LaneLoad {
                 [next, ..] if !fork && length_m < 4.0 * DENSITY_REACH_M => at = *next,
                 _ => return vehicles as f32 / length_m.max(1.0),
             }
-            if at == way {
+            if at == branch {
                 return vehicles as f32 / length_m.max(1.0);
             }
         }
     }
 }
 
-/// Finds every row's place on its route and lengthens the route.
+/// Locates every vehicle on its route and extends the route.
 pub(crate) fn locate_all(
     vehicles: &mut VehicleTable,
     client_routes: &mut ClientRoutes,
@@ -81,7 +81,7 @@ pub(crate) fn locate_all(
     }
 }
 
-/// Moves a row along its route; `false` if the vehicle is no longer on it.
+/// Advances a row along its route; returns `false` if the vehicle is no longer on it.
 fn advance(
     vehicles: &mut VehicleTable,
     row: usize,
@@ -124,7 +124,7 @@ fn advance(
     cross_track_m.abs() < LOST_M && !backwards && !jumped && projection.arc_m > -6.0
 }
 
-/// Forgets the place on the route, and what hangs on it.
+/// Clears the location and everything that depends on it.
 fn clear_location(vehicles: &mut VehicleTable, row: usize) {
     vehicles.located[row] = 0;
     (vehicles.shift_m[row], vehicles.shift_done_m[row], vehicles.shift_over_m[row]) =
@@ -135,13 +135,13 @@ fn clear_location(vehicles: &mut VehicleTable, row: usize) {
     vehicles.u_turn[row] = 0;
 }
 
-/// How long before a dead end one stops in order to turn round there.
+/// Distance before a dead end at which vehicles stop for a U-turn.
 pub(crate) const U_TURN_ROOM_M: f32 = 9.0;
 
-/// Who turns round wants nobody so near in front, and nobody else who turns.
+/// Radius in which a U-turn requires that no vehicle is ahead and none makes a U-turn.
 const U_TURN_CLEARANCE_M: f32 = 16.0;
 
-/// Lets whoever stands at a dead end turn round and drive back, when nobody is coming.
+/// Starts a U-turn of a vehicle that stands at a dead end, when no vehicle is coming.
 pub(crate) fn start_u_turn(
     vehicles: &mut VehicleTable,
     row: usize,
@@ -182,7 +182,7 @@ pub(crate) fn start_u_turn(
     vehicles.u_turn[row] = 1;
 }
 
-/// Puts a row onto the track that fits the vehicle's place and heading best.
+/// Puts a row onto the track that best fits the vehicle's position and heading.
 fn locate(
     vehicles: &mut VehicleTable,
     row: usize,
@@ -211,7 +211,7 @@ fn locate(
         consider(lane, hint_m);
     }
     if best.is_none() {
-        // Far from every road, which is rare: look at all of them.
+        // Far from every road, which is rare: searches all tracks.
         if let Some((lane, hint_m)) = tracks.nearest(flat) {
             let projection = tracks.project(lane, flat, hint_m);
             best = Some((0.0, lane, projection.arc_m));
@@ -225,7 +225,8 @@ fn locate(
     }
 }
 
-/// Takes the turns that a client asked for, else draws some, until the route reaches far enough.
+/// Extends the route by the lanes of a client's route, else by random turns, until it is long
+/// enough.
 pub(crate) fn extend(
     vehicles: &mut VehicleTable,
     row: usize,
@@ -242,7 +243,7 @@ pub(crate) fn extend(
         let (id, count) = (vehicles.id[row], vehicles.route[row].lanes().len());
         let last = *vehicles.route[row].lanes().last().expect("a route has a lane");
         let asked =
-            client_routes.next(id, count, last).filter(|way| tracks.next(last).contains(way));
+            client_routes.next(id, count, last).filter(|branch| tracks.next(last).contains(branch));
         let Some(next) =
             asked.or_else(|| draw_turn(tracks, last, load, (seed, id, vehicles.turn_draws[row])))
         else {
@@ -256,28 +257,28 @@ pub(crate) fn extend(
     }
 }
 
-/// Draws where to go after `lane`, away from dead ends if there is a choice. Of two draws, the
-/// less crowded way is taken: that alone keeps random routes from piling up.
+/// Draws the successor of `lane`, away from dead ends if possible. Of two draws the one with the
+/// lower vehicle density is taken, which keeps random routes from concentrating.
 fn draw_turn(tracks: &Tracks, lane: u32, load: &LaneLoad, draws: (u64, u32, u32)) -> Option<u32> {
     let (seed, id, count) = draws;
-    let ways = tracks.next(lane);
-    let open = ways.iter().filter(|&&way| tracks.endless[way as usize]).count();
-    let fits = |way: &&u32| open == 0 || tracks.endless[**way as usize];
-    let choices = if open == 0 { ways.len() } else { open };
+    let branches = tracks.next(lane);
+    let open = branches.iter().filter(|&&branch| tracks.endless[branch as usize]).count();
+    let is_open = |branch: &&u32| open == 0 || tracks.endless[**branch as usize];
+    let choices = if open == 0 { branches.len() } else { open };
     if choices == 0 {
         return None;
     }
     let pick = |purpose| {
         let nth = draw(seed, id, purpose, u64::from(count)) % choices as u64;
-        ways.iter().filter(fits).nth(nth as usize).copied()
+        branches.iter().filter(is_open).nth(nth as usize).copied()
     };
     let (first, second) = (pick(Purpose::Turn)?, pick(Purpose::TurnAlternative)?);
     let is_better = load.density(tracks, second) < load.density(tracks, first);
     Some(if is_better { second } else { first })
 }
 
-/// How far left of the route's tracks the vehicle should be after `ahead_m` more metres, and the
-/// slope of that offset: a fifth-order blend from where a lane change began.
+/// Returns the lateral offset from the route's tracks after `ahead_m` more metres, and its slope: a
+/// quintic blend from where a lane change began.
 pub(crate) fn shift_at(vehicles: &VehicleTable, row: usize, ahead_m: f32) -> (f32, f32) {
     let (shift, over) = (vehicles.shift_m[row], vehicles.shift_over_m[row]);
     if shift == 0.0 {
@@ -289,7 +290,7 @@ pub(crate) fn shift_at(vehicles: &VehicleTable, row: usize, ahead_m: f32) -> (f3
     (shift * (1.0 - blend), -shift * slope)
 }
 
-/// The point on the route `ahead_m` after the vehicle's place: its lane and arc length.
+/// Returns the point on the route `ahead_m` after the vehicle's position: its lane and arc length.
 pub(crate) fn ahead(
     vehicles: &VehicleTable,
     row: usize,

@@ -1,4 +1,4 @@
-//! The traffic process: a snapshot in, what the minds decide out.
+//! The traffic process: reads snapshots and writes the decisions of the planner.
 
 use std::sync::Arc;
 
@@ -7,21 +7,25 @@ use protocol::{Command, Episode, Frame, JournalEntry, Name, TrafficHeader, param
 
 use crate::{Planner, RestoreError};
 
-/// Why traffic ended before its host did.
+/// Why the traffic process ended before its host.
 #[derive(Debug, thiserror::Error)]
 pub enum TrafficError {
-    /// The bus.
+    /// An error of the bus.
     #[error(transparent)]
     Bus(#[from] bus::BusError),
-    /// The planner that the host gave back.
+    /// The planner state that the host returned does not fit.
     #[error(transparent)]
     Planner(#[from] RestoreError),
-    /// The map, which the host could read.
+    /// The map could not be read.
     #[error("{0}")]
     Map(String),
 }
 
-/// Drives for the host of `instance` until it ends.
+/// Plans for the host of `instance` until the host ends.
+///
+/// # Errors
+///
+/// [`TrafficError`] if the bus, the map or a saved planner state cannot be read.
 pub fn run(instance: &Instance, slot: usize, in_process: bool) -> Result<(), TrafficError> {
     let name = Name::new(Role::Traffic.name());
     let participant = Participant::join(instance, Role::Traffic, name, Some(slot), in_process)?;
@@ -57,7 +61,7 @@ pub fn run(instance: &Instance, slot: usize, in_process: bool) -> Result<(), Tra
     }
 }
 
-/// A planner that knows the map and nothing else.
+/// Creates a planner for the map of an episode.
 fn new_planner(episode: &Episode) -> Result<Planner, TrafficError> {
     let network = bake::Cache::from_environment()
         .network(&episode.map, &episode.open_drive)
@@ -65,7 +69,7 @@ fn new_planner(episode: &Episode) -> Result<Planner, TrafficError> {
     Ok(Planner::new(Arc::new(network), episode.seed))
 }
 
-/// Whether a line may be heeded once only.
+/// Returns whether the command of an entry may be applied once only.
 fn applies_once(entry: &JournalEntry) -> bool {
     match entry.command.decode() {
         Some(Command::TrafficParam(set)) => param::is_once(set.param),
@@ -77,22 +81,22 @@ fn applies_once(entry: &JournalEntry) -> bool {
 struct Driver {
     participant: Participant,
     ports: TrafficPorts,
-    /// Which of its host's worlds it drives in.
+    /// Number of the episode within its host.
     number: u32,
     episode: Episode,
     planner: Planner,
-    /// A planner that knows nothing yet.
+    /// The state of a new planner on this map.
     blank: Vec<u8>,
-    /// The planner's bytes, reused.
+    /// Buffer of the planner's state.
     saved: Vec<u8>,
-    /// Everything up to here is planned.
+    /// The last frame that is planned.
     done: Frame,
-    /// The first frame of this life.
+    /// The first frame of this process.
     first: Frame,
 }
 
 impl Driver {
-    /// Plans on every frame that has come; in asynchronous mode only on the newest.
+    /// Plans on every frame up to `newest`; in asynchronous mode only on the newest.
     fn plan_until(&mut self, newest: Frame) -> Result<(), TrafficError> {
         let every = self.participant.control().is_synchronous();
         let mut latest = None;
@@ -126,10 +130,10 @@ impl Driver {
         let begin_nanos = clock::now_nanos();
         fault::delay(Role::Traffic, frame);
         let mut journal = self.journal_of(frame)?;
-        // What a planner that was taken over has done already.
+        // A restored planner has applied these already.
         journal.retain(|(at, entry)| *at > self.done || !applies_once(entry));
         if self.begin_episode(frame, &mut journal)? {
-            // The world as it was loaded: the first to plan on is the one after it.
+            // This is the world as loaded; planning starts on the next frame.
             self.done = frame;
             self.participant.arrive(frame);
             return Ok(());
@@ -163,8 +167,8 @@ impl Driver {
         Ok(())
     }
 
-    /// If another world was loaded, it is this one's from now on; what was requested before is void.
-    /// Whether that was in this very frame.
+    /// Switches to the last map that was loaded; earlier commands are dropped. Returns whether it
+    /// was loaded in this very frame.
     fn begin_episode(
         &mut self,
         frame: Frame,
@@ -177,7 +181,7 @@ impl Driver {
         let Some(last) = journal.iter().rposition(is_map) else { return Ok(false) };
         let (at, entry) = journal[last];
         journal.drain(..=last);
-        // One that was started since then has read the map already.
+        // A process started since then has read the map already.
         if entry.outcome.id != self.number {
             let (number, episode) = self.participant.instance().numbered_episode()?;
             if episode == self.episode {
@@ -191,7 +195,8 @@ impl Driver {
         Ok(at == frame)
     }
 
-    /// If the world went on from a saved state, so does the planner; what was requested before is void.
+    /// Restores the planner if the world continued from a saved state; earlier commands are
+    /// dropped.
     fn restore_saved(&mut self, journal: &mut Vec<JournalEntry>) -> Result<(), TrafficError> {
         let is_load = |entry: &JournalEntry| {
             entry.outcome.status == status::DONE
@@ -208,7 +213,7 @@ impl Driver {
         Ok(())
     }
 
-    /// What was requested up to `frame`. If parts were missed, asks for the standing state.
+    /// Returns the journal up to `frame`. If parts were missed, requests a keyframe.
     fn journal_of(&mut self, frame: Frame) -> Result<Vec<(Frame, JournalEntry)>, TrafficError> {
         if self.ports.journal.poll()? {
             self.participant.words().request_keyframe();
@@ -217,7 +222,7 @@ impl Driver {
                 std::thread::sleep(std::time::Duration::from_micros(200));
             }
         }
-        // Traffic's params are its own: what a keyframe repeats changes nothing.
+        // Traffic parameters are not part of a keyframe, so that a reset changes nothing here.
         let entries = self.ports.journal.until(frame).into_iter().filter_map(|event| match event {
             Event::Entry(at, entry) => Some((at, entry)),
             Event::Reset => None,

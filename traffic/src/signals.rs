@@ -1,12 +1,13 @@
-//! The plan of the traffic lights.
+//! The signal plan of traffic lights.
 //!
-//! Each junction with lights has a cycle of *phases*; in each phase some lights are green together.
-//! A controller's lights belong together; so do opposite approaches whose only quarrel is that of
-//! left turns with oncoming traffic, and lights that have no controller but the same approach.
+//! Each junction with lights has a cycle of *phases*; in each phase some signal groups are green
+//! together. The lights of a controller form a group; so do lights without a controller on the same
+//! approach. Opposite approaches whose only conflict is that of left turns with oncoming traffic
+//! share a phase.
 //!
-//! Green goes where somebody comes: a phase lasts while vehicles arrive, but not for ever while
-//! others wait, and a phase that nobody wants is left out while another is wanted. Where nobody
-//! is, the phases follow each other at a fixed pace.
+//! Green is actuated by demand: a phase is extended while vehicles arrive, up to a maximum while
+//! others wait, and a phase without demand is skipped while another has demand. Without any demand
+//! the phases follow each other at a fixed rate.
 
 use glam::Vec2;
 use protocol::light;
@@ -19,34 +20,37 @@ use crate::{
     tracks::{NONE, Tracks},
 };
 
-/// Part of a phase's clock that is green. Green that ends early jumps to the end of it.
+/// Green part of a phase's clock. Green that ends early skips to its end.
 const GREEN_NANOS: u64 = 40_000_000_000;
+/// Yellow part of a phase's clock.
 const YELLOW_NANOS: u64 = 3_000_000_000;
+/// All-red part of a phase's clock.
 const RED_NANOS: u64 = 2_000_000_000;
+/// Length of a phase's clock.
 const PHASE_NANOS: u64 = GREEN_NANOS + YELLOW_NANOS + RED_NANOS;
-/// Green that a phase gets at least.
+/// Minimum green of a phase.
 const GREEN_MIN_NANOS: u64 = 6_000_000_000;
-/// Green while nobody is there.
+/// Green without demand.
 const GREEN_DEFAULT_NANOS: u64 = 10_000_000_000;
-/// All phases together take no longer than this while somebody waits, unless they are very many.
+/// Longest cycle while vehicles wait, unless there are very many phases.
 const CYCLE_MAX_NANOS: u64 = 70_000_000_000;
 
-/// Which lights are green together, and in which order.
+/// The phases of all signals.
 pub(crate) struct SignalPlan {
-    /// By signal: its cycle and its phase there, or [`NONE`] if it stays as it is.
+    /// By signal: its cycle and its phase there, or [`NONE`] if its state is constant.
     slot: Vec<(u32, u32)>,
-    /// What signals without a cycle show.
+    /// By signal: its state if it has no cycle.
     idle: Vec<u32>,
-    /// By cycle: how many phases.
+    /// By cycle: the number of phases.
     phases: Vec<u32>,
 }
 
-/// Lights that always show the same colour.
+/// Lights that always show the same state.
 struct SignalGroup {
     signals: Vec<u32>,
-    /// Lanes that they govern, inside the junction.
+    /// Lanes inside the junction that they govern.
     lanes: Vec<u32>,
-    /// Mean driving direction at the way in, unit length or zero.
+    /// Mean driving direction at the entry, unit length or zero.
     direction: Vec2,
 }
 
@@ -95,7 +99,7 @@ impl SignalPlan {
         plan
     }
 
-    /// One cycle of so many phases, with a signal in each.
+    /// Creates one cycle of `count` phases, with a signal in each.
     #[cfg(test)]
     pub(crate) fn of_phases(count: u32) -> SignalPlan {
         SignalPlan {
@@ -105,17 +109,17 @@ impl SignalPlan {
         }
     }
 
-    /// How many signals there are, with or without a cycle.
+    /// Returns the number of signals, with or without a cycle.
     pub(crate) fn count(&self) -> usize {
         self.slot.len()
     }
 
-    /// How many cycles there are.
+    /// Returns the number of cycles.
     pub(crate) fn cycles(&self) -> usize {
         self.phases.len()
     }
 
-    /// The cycle and the phase of `signal`, if it has any.
+    /// Returns the cycle and the phase of `signal`, if it has one.
     pub(crate) fn slot(&self, signal: u32) -> Option<(u32, u32)> {
         self.slot.get(signal as usize).copied().filter(|slot| slot.0 != NONE)
     }
@@ -125,17 +129,17 @@ impl SignalPlan {
         for (cycle, clock) in clocks.iter_mut().enumerate() {
             let phases = u64::from(self.phases[cycle].max(1));
             let (phase, before) = (*clock / PHASE_NANOS, *clock % PHASE_NANOS);
-            let elsewhere = (0..phases).any(|p| p != phase && demand.waits(cycle, p));
-            let comes = demand.comes(cycle, phase);
+            let others_wait = (0..phases).any(|p| p != phase && demand.waits(cycle, p));
+            let extends = demand.comes(cycle, phase);
             let mut now = before + delta_nanos;
             if before < GREEN_NANOS {
                 let most = (CYCLE_MAX_NANOS / phases)
                     .saturating_sub(PHASE_NANOS - GREEN_NANOS)
                     .clamp(GREEN_MIN_NANOS + 2_000_000_000, GREEN_NANOS);
-                let until = match (elsewhere, comes) {
+                let until = match (others_wait, extends) {
                     (true, true) => most,
                     (true, false) => GREEN_MIN_NANOS,
-                    // Green rests where alone somebody is, on the brink of ending.
+                    // With demand on this phase alone, green rests just before its end.
                     (false, true) if phases > 1 => {
                         now = now.min(GREEN_MIN_NANOS);
                         GREEN_NANOS
@@ -150,13 +154,13 @@ impl SignalPlan {
             *clock = if now < PHASE_NANOS {
                 phase * PHASE_NANOS + now
             } else {
-                let wanted = next.clone().find(|&p| demand.waits(cycle, p));
-                wanted.or(next.clone().next()).unwrap_or(0) * PHASE_NANOS
+                let next_demanded = next.clone().find(|&p| demand.waits(cycle, p));
+                next_demanded.or(next.clone().next()).unwrap_or(0) * PHASE_NANOS
             };
         }
     }
 
-    /// What `signal` shows when the cycles' clocks stand so; one of [`protocol::light`].
+    /// Returns the state of `signal` at these clocks of the cycles; one of [`protocol::light`].
     pub(crate) fn shows(&self, signal: u32, clocks: &[u64]) -> u32 {
         let Some(&(cycle, phase)) = self.slot.get(signal as usize) else { return light::OFF };
         if cycle == NONE {
@@ -174,16 +178,16 @@ impl SignalPlan {
     }
 }
 
-/// What makes lights a unit: 0 and the controller, or 1 and the road on which they are approached.
+/// Identity of a signal group: 0 and the controller, or 1 and the road of its approach.
 type Key = (u32, u32);
 
-/// The units of each junction that has lights, in the order of the junctions.
+/// Returns the signal groups of each junction that has lights, in the order of the junctions.
 fn junction_groups(
     network: &Network,
     tracks: &Tracks,
     approaches: &Approaches,
 ) -> Vec<Vec<SignalGroup>> {
-    // (junction, unit's key, signal, lane).
+    // (junction, key of the group, signal, lane).
     let mut rows: Vec<(u32, Key, u32, u32)> = Vec::new();
     for lane in 0..tracks.count() as u32 {
         let signal = approaches.signal[lane as usize];
@@ -198,8 +202,8 @@ fn junction_groups(
         };
         rows.push((junction, key, signal, lane));
     }
-    // Lights of a controller that govern no lane, or the same lane as another, follow the others;
-    // so do those that stand at the same road's end.
+    // Lights of a controller that govern no lane, or the same lane as another, join its group; so
+    // do those at the end of the same road.
     for (index, signal) in network.signals().iter().enumerate() {
         let index = index as u32;
         if !is_vehicle_light(signal) || rows.iter().any(|row| row.2 == index) {
@@ -249,13 +253,13 @@ fn junction_groups(
         .collect()
 }
 
-/// The road from which a lane of a junction is reached, or its own if from nowhere.
+/// Returns the road from which a lane of a junction is reached, or its own without a predecessor.
 fn approach_road(network: &Network, tracks: &Tracks, lane: u32) -> u32 {
     let from = tracks.previous(lane).first().copied().unwrap_or(lane);
     network.lane(road::LaneIndex(from)).road
 }
 
-/// Whether two units may be green together.
+/// Returns whether two groups may be green together.
 fn are_compatible(
     tracks: &Tracks,
     conflicts: &Conflicts,
@@ -276,10 +280,10 @@ fn are_compatible(
     })
 }
 
-/// Who turns by more than this to the left crosses oncoming traffic.
+/// A turn to the left by more than this crosses oncoming traffic.
 pub(crate) const LEFT_TURN_RAD: f32 = 0.6;
 
-/// By how much the way through the junction that begins with `lane` turns to the left.
+/// Returns the turn to the left of the path through the junction that begins with `lane`, radians.
 fn turn_rad(tracks: &Tracks, lane: u32) -> f32 {
     let from = tracks.at(lane, 0.0).1;
     let mut last = lane;

@@ -1,47 +1,47 @@
-//! What a planner must know beyond the snapshot, and its bytes.
+//! The state of the planner beyond the snapshot, and its byte format.
 //!
-//! The bytes are canonical: equal memories have equal bytes, so their hash stands for the planner.
+//! The bytes are canonical: equal states have equal bytes, so that their hash identifies the state.
 
 use bytemuck::{Pod, Zeroable};
 use protocol::{Command, RawCommand, Weather, status};
 
 use crate::{client_route::ClientRoutes, params::Params, vehicle_table::VehicleTable};
 
-/// `omnimind`, and the version of what follows.
+/// Magic number of the format.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnimind");
 const VERSION: u32 = 4;
 
-/// Why bytes are no planner for this map.
+/// Why bytes cannot be restored on this map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RestoreError {
-    /// They are too short, too long, or of another build.
+    /// The bytes are too short, too long, or of another build.
     #[error(
-        "a traffic planner of {found} bytes does not fit: {why}; was it saved by another build?"
+        "planner state of {found} bytes does not fit this build: {why}; save it again with this build"
     )]
     Shape {
-        /// How many bytes there are.
+        /// Number of bytes.
         found: usize,
         /// What is wrong with them.
         why: &'static str,
     },
-    /// They name lanes or lights that the map does not have.
+    /// The lanes or signal cycles differ from those of the map.
     #[error(
-        "a traffic planner saved on another map: it knows {found} {what}, this map has {wanted}"
+        "planner state of another map: it has {found} {what}, this map has {expected}; load the map that it was saved on"
     )]
     OtherMap {
         /// Lanes or signal cycles.
         what: &'static str,
-        /// How many the planner knows.
+        /// Number in the saved state.
         found: u32,
-        /// How many there are.
-        wanted: u32,
+        /// Number on this map.
+        expected: u32,
     },
 }
 
 /// Everything that outlives a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct PlannerState {
-    /// How many leaves to pass junctions were given.
+    /// Number of reservations granted so far.
     pub(crate) reservations: u64,
     /// By signal cycle: nanoseconds since it began.
     pub(crate) clocks: Vec<u64>,
@@ -68,7 +68,7 @@ struct Head {
 }
 
 impl PlannerState {
-    /// Takes over what one line of the journal asks for, if it was granted.
+    /// Applies one command of the journal, if it was done.
     pub(crate) fn apply(&mut self, command: &RawCommand, outcome: u32) {
         if outcome != status::DONE {
             return;
@@ -85,7 +85,7 @@ impl PlannerState {
         }
     }
 
-    /// Appends the memory's bytes.
+    /// Appends the bytes of the state.
     pub(crate) fn write(&self, seed: u64, lanes: usize, bytes: &mut Vec<u8>) {
         let mut client_routes = Vec::new();
         self.client_routes.write(&mut client_routes);
@@ -109,7 +109,12 @@ impl PlannerState {
         bytes.extend_from_slice(&client_routes);
     }
 
-    /// Reads them back, with the seed that they were written with.
+    /// Reads a state and the seed that it was written with.
+    ///
+    /// # Errors
+    ///
+    /// [`RestoreError`] if the bytes do not fit this build or a map of `lanes` lanes and `clocks`
+    /// signal cycles.
     pub(crate) fn read(
         bytes: &[u8],
         lanes: usize,
@@ -117,17 +122,17 @@ impl PlannerState {
     ) -> Result<(u64, PlannerState), RestoreError> {
         let shape = |why| RestoreError::Shape { found: bytes.len(), why };
         if bytes.len() < size_of::<Head>() {
-            return Err(shape("shorter than its head"));
+            return Err(shape("shorter than its header"));
         }
         let (head, body) = bytes.split_at(size_of::<Head>());
         let head: Head = bytemuck::pod_read_unaligned(head);
         if head.magic != MAGIC || head.version != VERSION {
-            return Err(shape("it begins differently"));
+            return Err(shape("unknown magic number or version"));
         }
-        let other = |what, found, wanted: usize| RestoreError::OtherMap {
+        let other = |what, found, expected: usize| RestoreError::OtherMap {
             what,
             found,
-            wanted: wanted as u32,
+            expected: expected as u32,
         };
         if head.lanes as usize != lanes {
             return Err(other("lanes", head.lanes, lanes));
@@ -138,9 +143,9 @@ impl PlannerState {
         let (clock_bytes, param_bytes) =
             (8 * clocks, head.params as usize * size_of::<protocol::TrafficParam>());
         let row_bytes = head.vehicles as usize * VehicleTable::ROW_BYTES;
-        let wanted = clock_bytes + param_bytes + row_bytes + head.client_route_bytes as usize;
-        if body.len() != wanted {
-            return Err(shape("its length contradicts its head"));
+        let expected = clock_bytes + param_bytes + row_bytes + head.client_route_bytes as usize;
+        if body.len() != expected {
+            return Err(shape("its length contradicts its header"));
         }
         let (clock_part, rest) = body.split_at(clock_bytes);
         let (param_part, rest) = rest.split_at(param_bytes);
@@ -152,7 +157,7 @@ impl PlannerState {
             vehicles: VehicleTable::read(head.vehicles as usize, row_part),
             weather: head.weather,
             client_routes: ClientRoutes::read(client_route_part, lanes)
-                .ok_or_else(|| shape("a client_route way leaves it"))?,
+                .ok_or_else(|| shape("a client route is malformed or leaves the map"))?,
         };
         if !state.vehicles.is_sound(lanes) {
             return Err(shape("a route leaves the map"));

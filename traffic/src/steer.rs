@@ -1,10 +1,11 @@
-//! Where to: curvature feed-forward along the route, and feedback on offset and heading.
+//! Lateral control: curvature feed-forward along the route, and feedback on cross-track and heading
+//! error.
 //!
-//! A point between the axles follows the track, a metres before the rear one. On a circle of
-//! curvature κ a vehicle of wheelbase L then slips sideways by β = asin(κa) at that point, and its
-//! wheels are turned by atan(L/a tan β) (Rajamani, Vehicle Dynamics and Control, section 2.2).
-//! Feedback is critically
-//! damped with a bandwidth that the delay of one frame and of the steering allows.
+//! The tracking point between the axles follows the track, at distance a before the rear axle. On a
+//! circle of curvature κ a vehicle of wheelbase L has the sideslip angle β = asin(κa) at that
+//! point, and the steering angle atan(L/a tan β) (Rajamani, Vehicle Dynamics and Control, section
+//! 2.2). The feedback is critically damped, with a bandwidth that the delay of one frame and of the
+//! steering system allows.
 
 use glam::Vec2;
 
@@ -16,71 +17,74 @@ use crate::{
     vehicle_table::VehicleTable,
 };
 
-/// Largest angle between where the feedback aims and the track.
+/// Largest approach angle to the track.
 const AIM_RAD: f32 = 0.6;
-/// Heading feedback, at most.
+/// Upper bound of the heading gain.
 const HEADING_GAIN: f32 = 1.1;
 /// Bandwidth of the feedback at speed, radians per second.
 const BANDWIDTH: f32 = 3.5;
-/// Damping of the feedback.
+/// Damping ratio of the feedback.
 const DAMPING: f32 = 0.9;
-/// Below this speed in wheelbases per second, and over how much of a change, the exact law for slow
-/// driving takes over.
+/// Speed in wheelbases per second below which the exact law for low speed takes over.
 const EXACT_BELOW: f32 = 2.7;
+/// Range of that speed over which the two laws are blended.
 const EXACT_BLEND: f32 = 0.9;
-/// How fast it returns to the track, as a share of the offset per second.
+/// Rate at which the cross-track error decays at low speed, per second.
 const RETURN_PER_S: f32 = 1.5;
-/// The most that it turns from where the body points.
+/// Largest angle between the heading and the direction of the tracking point.
 const TURN_MAX_RAD: f32 = 1.0;
 
-/// What is wide keeps so far off the middle of its lane, at most, and stays so far from its edge.
+/// Largest lateral offset of a wide vehicle from the centre of its lane.
 const KEEP_OFF_M: f32 = 0.25;
+/// Least distance of a wide vehicle from the edge of its lane.
 const EDGE_M: f32 = 0.05;
 
-/// How far who has backed out keeps off what blocked him, each time; and how often on one side.
+/// Lateral offset after each reversal.
 const EVASION_M: f32 = 0.5;
+/// Number of reversals after which the vehicle evades to the other side.
 const EVASION_COUNT: u32 = 4;
 
-/// Where a vehicle is relative to where it should be.
+/// Deviation of a vehicle from its line.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Deviation {
-    /// Left of its line.
+    /// Cross-track error, positive to the left, metres.
     pub(crate) left_m: f32,
-    /// Turned left of its line.
+    /// Heading error, positive to the left, radians.
     pub(crate) heading_rad: f32,
 }
 
-/// How far left of the middle of `lane` a body drives: what is wide keeps away from the lane that is
-/// driven the other way, because two of them leave each other no more than a hand's breadth. In a
-/// bend its nose swings out and its tail cuts in, and it has so much less to spare.
+/// Returns the lateral offset of a vehicle from the centre of `lane`. A wide vehicle keeps away
+/// from the oncoming lane, because two of them pass with little clearance. In a curve its front
+/// swings out and its rear cuts in, which reduces the room for that offset.
 pub(crate) fn wide_offset_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Body) -> f32 {
     let oncoming = tracks.oncoming[lane as usize];
     if !body.is_wide() || oncoming == 0.0 {
         return 0.0;
     }
-    // Over the length of the body, for a bend begins at once.
-    let bend = [-0.5, 0.0, 0.5, 1.0]
+    // Averaged over the length of the vehicle, because a curve begins abruptly.
+    let curvature_mean = [-0.5, 0.0, 0.5, 1.0]
         .map(|part| tracks.at(lane, arc_m + part * body.length_m()).2)
         .iter()
         .sum::<f32>()
         * 0.25;
     let from_axle = body.axle_to_tracking_point_m().powi(2);
     let nose = (0.5 * body.wheelbase_m + body.front_m).powi(2);
-    let swing_m =
-        0.5 * bend.abs() * if bend * oncoming > 0.0 { nose - from_axle } else { from_axle };
+    let swing_m = 0.5
+        * curvature_mean.abs()
+        * if curvature_mean * oncoming > 0.0 { nose - from_axle } else { from_axle };
     let spare_m = tracks.half_width_at(lane, arc_m) - body.half_width_m - swing_m;
     -oncoming * (spare_m - EDGE_M).clamp(0.0, KEEP_OFF_M)
 }
 
-/// How far left of its line a body drives that has backed out so often of what blocks it: what
-/// stands at the kerb would block it again. Of who still cannot pass, the other side is tried.
+/// Returns the lateral offset of a vehicle that has reversed this often: what stands at the kerb
+/// would block it again. After `EVASION_COUNT` attempts it tries the other side.
 fn evasion_left(tracks: &Tracks, lane: u32, reverse_count: u32) -> f32 {
     let away = if tracks.oncoming[lane as usize] < 0.0 { -1.0 } else { 1.0 };
     let side = if reverse_count > EVASION_COUNT { -away } else { away };
     side * EVASION_M * (reverse_count.min(2) as f32)
 }
 
-/// The angle of the front wheels, positive to the left, and the deviation that it cures.
+/// Returns the angle of the front wheels, positive to the left, and the deviation that it corrects.
 pub(crate) fn steer(
     vehicles: &VehicleTable,
     row: usize,
@@ -95,7 +99,7 @@ pub(crate) fn steer(
         (agents.body[agent].tracking_point_m(), agents.body[agent].axle_to_tracking_point_m());
     let speed = agents.speed(agent);
     let velocity = agents.velocity[agent];
-    // Where the vehicle will be when this steering acts.
+    // Pose of the vehicle when this steering takes effect.
     let turn = agents.yaw_rate[agent] * delay_s;
     let position =
         agents.position[agent].truncate() + Vec2::from_angle(0.5 * turn).rotate(velocity) * delay_s;
@@ -106,11 +110,11 @@ pub(crate) fn steer(
     let (lane, hint_m) = ahead(vehicles, row, tracks, moved + tracking_point_m);
     let projection = tracks.project(lane, position, hint_m);
     let (shift_m, slope) = shift_at(vehicles, row, moved + tracking_point_m);
-    let wanted_left = shift_m
+    let target_left = shift_m
         + offset_left_m
         + wide_offset_left(tracks, lane, hint_m, &agents.body[agent])
         + evasion_left(tracks, lane, vehicles.reverse_count[row]);
-    // A little farther on for the curvature, which steering follows with its own delay.
+    // The curvature is taken a little farther on, because steering follows it with a delay.
     let (lane, arc_m) =
         ahead(vehicles, row, tracks, moved + tracking_point_m + 0.1 * speed.max(0.0));
     let curvature = tracks.at(lane, arc_m).2;
@@ -118,8 +122,8 @@ pub(crate) fn steer(
     let slip = (curvature * axle_m).clamp(-0.7, 0.7).asin();
     let line = Vec2::from_angle(slope.atan() - slip).rotate(projection.tangent);
     let mut deviation =
-        Deviation { left_m: projection.left_m - wanted_left, heading_rad: line.angle_to(forward) };
-    // Turn round by way of the lane, not away from it.
+        Deviation { left_m: projection.left_m - target_left, heading_rad: line.angle_to(forward) };
+    // A U-turn goes towards the lane and not away from it.
     let side = deviation.left_m.signum();
     if vehicles.u_turn[row] == 1 && deviation.heading_rad * side > 2.0 {
         deviation.heading_rad -= side * std::f32::consts::TAU;
@@ -129,18 +133,19 @@ pub(crate) fn steer(
     let aim = deviation.left_m * gain / (4.0 * DAMPING * DAMPING * wheelbase);
     let damped = (wheelbase / axle_m * slip.tan()).atan()
         - gain * (deviation.heading_rad + aim.clamp(-AIM_RAD, AIM_RAD));
-    let held = (wheelbase * agents.body[agent].grip_mps2() / speed.powi(2).max(0.01)).atan();
-    let damped = damped.clamp(-held, held);
+    let grip_limit_rad =
+        (wheelbase * agents.body[agent].grip_mps2() / speed.powi(2).max(0.01)).atan();
+    let damped = damped.clamp(-grip_limit_rad, grip_limit_rad);
 
-    // Slowly through a tight corner, where the body lags behind the curve: what follows the track
-    // moves along it, or back to it, and the rear axle is drawn after it.
+    // At low speed in a tight curve, where the body lags behind the curve: the tracking point moves
+    // along the track or back to it, and the rear axle follows.
     let exact = ((EXACT_BELOW - speed.abs() / wheelbase) / EXACT_BLEND).clamp(0.0, 1.0);
     if exact == 0.0 || vehicles.u_turn[row] == 1 {
         return (damped, deviation);
     }
     let back = (RETURN_PER_S * deviation.left_m / (speed.abs() + 1.0)).clamp(-AIM_RAD, AIM_RAD);
-    let way = Vec2::from_angle(slope.atan() - back).rotate(projection.tangent);
-    let turn = forward.angle_to(way).clamp(-TURN_MAX_RAD, TURN_MAX_RAD);
-    let drawn = (wheelbase / axle_m * turn.tan()).atan();
-    (damped + (drawn - damped) * exact, deviation)
+    let direction = Vec2::from_angle(slope.atan() - back).rotate(projection.tangent);
+    let turn = forward.angle_to(direction).clamp(-TURN_MAX_RAD, TURN_MAX_RAD);
+    let exact_angle = (wheelbase / axle_m * turn.tan()).atan();
+    (damped + (exact_angle - damped) * exact, deviation)
 }

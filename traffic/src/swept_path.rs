@@ -1,15 +1,16 @@
-//! The width that a body sweeps when it drives along a track: more than its own in curves, where
-//! the nose swings out and the rear axle cuts in.
+//! Swept paths: the width that a vehicle needs along a track. In curves the front overhang swings
+//! out and the rear axle cuts in.
 
 use glam::{Vec2, Vec3};
 
 use crate::{body::Body, tracks::Tracks};
 
-/// Half the width of a car, and of a bus.
+/// Half the width of a car.
 pub(crate) const CAR_M: f32 = 1.05;
+/// Half the width of a bus.
 pub(crate) const BUS_M: f32 = 1.45;
 
-/// A car as large as most.
+/// A large car.
 const CAR: Body = Body {
     front_m: 2.5,
     rear_m: 2.5,
@@ -18,7 +19,7 @@ const CAR: Body = Body {
     max_steer_rad: 0.61,
     cruise_speed_mps: 40.0,
 };
-/// A bus: nothing on the road needs more room.
+/// A bus: no vehicle needs more room.
 const BUS: Body = Body {
     front_m: 5.3,
     rear_m: 5.1,
@@ -27,10 +28,11 @@ const BUS: Body = Body {
     max_steer_rad: 0.85,
     cruise_speed_mps: 40.0,
 };
-/// How much of the lock is left when it turns at some speed.
+/// Fraction of the steering angle that is available while driving.
 const MAX_STEER_FACTOR: f32 = 0.85;
-/// So far before and after a track its bodies are looked at.
+/// Distance before a track over which vehicles are examined.
 const RUN_UP_M: f32 = 16.0;
+/// Distance after a track over which vehicles are examined.
 pub(crate) const RUN_OUT_M: f32 = 12.0;
 
 /// Reach to the left and to the right of a track's centre.
@@ -41,13 +43,13 @@ pub(crate) struct Reach {
 }
 
 impl Reach {
-    /// On the side where `offset` from the centre points.
+    /// Returns the reach on the side of `offset`.
     pub(crate) fn towards(&self, tangent: Vec2, offset: Vec2) -> f32 {
         if tangent.perp_dot(offset) > 0.0 { self.left_m } else { self.right_m }
     }
 }
 
-/// A place on a track and what bodies that drive along the track reach there.
+/// A point of a track, and the reach there of vehicles that drive along the track.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Station {
     pub(crate) arc_m: f32,
@@ -57,7 +59,7 @@ pub(crate) struct Station {
     pub(crate) bus: Reach,
 }
 
-/// The stations of `lane`, and before and after it as far as bodies on it reach.
+/// Returns the stations of `lane`, and those before and after it as far as vehicles on it reach.
 pub(crate) fn stations(tracks: &Tracks, lane: u32) -> Vec<Station> {
     let (length, step_m) = (tracks.length(lane), tracks.samples(lane).1.max(0.5));
     let before = (RUN_UP_M / step_m).ceil() as i32;
@@ -75,7 +77,7 @@ pub(crate) fn stations(tracks: &Tracks, lane: u32) -> Vec<Station> {
     path
 }
 
-/// A place on `lane`, or on the lanes before and after it.
+/// Returns a point on `lane`, or on the lanes before and after it.
 fn place(tracks: &Tracks, lane: u32, arc_m: f32) -> (Vec3, Vec2) {
     let length = tracks.length(lane);
     let (on, at_m) = if arc_m < 0.0 {
@@ -91,23 +93,24 @@ fn place(tracks: &Tracks, lane: u32, arc_m: f32) -> (Vec3, Vec2) {
     (point, tangent)
 }
 
-/// Drives a body along the path: what is steered follows it, the rear axle follows what is steered.
-/// Where the path turns more tightly than its wheels, it swings out and comes back.
+/// Drives a vehicle along the path: the tracking point follows the path, the rear axle follows the
+/// tracking point. Where the path is tighter than the turning circle, the vehicle swings out and
+/// returns.
 fn sweep(path: &mut [Station], step_m: f32, body: &Body, reach: fn(&mut Station) -> &mut Reach) {
     let axle_m = body.axle_to_tracking_point_m();
     let mut forward = path[0].tangent;
     let mut rear = path[0].point.truncate() - forward * axle_m;
-    // Along the body, from the point that follows the track.
+    // Along the vehicle, from the tracking point.
     let (tail_m, nose_m) =
         (-body.rear_m - body.tracking_point_m(), body.front_m - body.tracking_point_m());
     let marks = ((nose_m - tail_m) / step_m).ceil() as usize;
     let turn_max = step_m * (MAX_STEER_FACTOR * body.max_steer_rad).tan() / body.wheelbase_m;
     for at in 0..path.len() {
         let mut lead = path[at].point.truncate();
-        let wanted = (lead - rear).normalize_or(forward);
-        let turn = forward.angle_to(wanted);
+        let target = (lead - rear).normalize_or(forward);
+        let turn = forward.angle_to(target);
         if turn.abs() <= turn_max || at == 0 {
-            forward = wanted;
+            forward = target;
             rear = lead - forward * axle_m;
         } else {
             forward = Vec2::from_angle(turn_max.copysign(turn)).rotate(forward);
@@ -133,7 +136,7 @@ fn sweep(path: &mut [Station], step_m: f32, body: &Body, reach: fn(&mut Station)
     }
 }
 
-/// The station nearest to `corner` among those around `guess`.
+/// Returns the station nearest to `corner` among those around `guess`.
 fn nearest(path: &[Station], guess: i32, corner: Vec2) -> Option<usize> {
     (guess - 4..=guess + 4)
         .filter(|&k| k >= 0 && (k as usize) < path.len())
@@ -147,7 +150,7 @@ mod tests {
     use super::*;
     use crate::tests::maps;
 
-    /// How far a car reaches to the outside of a loop to the left.
+    /// Returns how far a car reaches to the outside of a loop to the left.
     fn outside_m(radius_m: f64) -> f32 {
         let tracks = Tracks::new(&maps::loop_road(radius_m, 20.0));
         let curve = (0..tracks.count() as u32).filter(|&lane| tracks.has(lane)).nth(1).unwrap();
@@ -155,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn who_cannot_turn_so_tightly_swings_out() {
+    fn a_vehicle_swings_out_of_a_curve_below_its_turning_circle() {
         // The lane lies outside the reference line.
         assert!(outside_m(12.0) < CAR_M + 0.7, "{}", outside_m(12.0));
         assert!(outside_m(1.5) > CAR_M + 1.0, "{}", outside_m(1.5));

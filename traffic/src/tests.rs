@@ -1,4 +1,4 @@
-//! The whole planner at the wheel of simple vehicles.
+//! Tests of the whole planner, which drives vehicles of a simple model.
 
 mod client_route;
 mod course;

@@ -1,47 +1,46 @@
-//! Lane centres as tables of samples: what vehicles follow.
+//! Lane centre lines as tables of samples, which vehicles follow.
 //!
-//! A *track* is the centre of one driving lane, sampled at equal arc length in driving direction.
-//! All distances along tracks are arc lengths in metres; lateral offsets are positive to the left.
-//! Tracks are indexed by `road::LaneIndex`, so that lanes no vehicle uses have an empty track.
+//! A *track* is the centre line of one driving lane, sampled at equal arc lengths in driving
+//! direction. All distances along tracks are arc lengths in metres; lateral offsets are positive to
+//! the left. Tracks are indexed by `road::LaneIndex`; lanes for other uses have an empty track.
 
 use glam::{Vec2, Vec3};
 use road::{Lane, LaneIndex, LanePoint, LaneTypes, Network};
 
-/// A way through a junction has turned if it leaves it in a direction so different, radians
-/// (35 degrees).
+/// Change of direction from which a path through a junction counts as a turn, radians (35 degrees).
 pub(crate) const TURN_RAD: f32 = 0.61;
 
-/// A way through a junction is of no more lanes than this, one after the other.
+/// Largest number of consecutive lanes of a path through a junction.
 const LINKS_MAX: usize = 64;
 
 /// No lane.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Distance between samples, at most, metres.
+/// Largest distance between samples, metres.
 const STEP_M: f32 = 1.0;
-/// Side acceleration at which curves are taken.
+/// Lateral acceleration in curves.
 const CURVE_MPS2: f32 = 3.0;
-/// Slowing down before curves.
+/// Deceleration before curves.
 const CURVE_BRAKE_MPS2: f32 = 2.5;
 /// Speed limit where the map has none.
 const DEFAULT_LIMIT_MPS: f32 = 50.0 / 3.6;
-/// A lane that ends counts as ended where half its width is less than this.
+/// Half width at which an ending lane counts as ended.
 const NARROW_M: f32 = 1.3;
-/// No curve is so straight that vehicles exceed this.
+/// Bound on the speed of all tracks.
 const FASTEST_MPS: f32 = 70.0;
 
-/// Where a point lies relative to a track.
+/// The position of a point relative to a track (Frenet coordinates).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Projection {
-    /// Along the track; below 0 or beyond the length where the point lies before or after it.
+    /// Arc length; below 0 or beyond the track's length for points before or after it.
     pub(crate) arc_m: f32,
-    /// Left of the track.
+    /// Lateral offset, positive to the left.
     pub(crate) left_m: f32,
     /// Driving direction there, unit length.
     pub(crate) tangent: Vec2,
 }
 
-/// All tracks of a network, structure of arrays.
+/// All tracks of a network as a structure of arrays.
 pub(crate) struct Tracks {
     /// First sample, by lane; one more entry than lanes.
     first: Vec<u32>,
@@ -53,21 +52,22 @@ pub(crate) struct Tracks {
     pub(crate) limit_mps: Vec<f32>,
     /// Junction index, or [`NONE`], by lane.
     pub(crate) junction: Vec<u32>,
-    /// The neighbour on the left driven the same way, or [`NONE`], by lane.
+    /// The left neighbour with the same driving direction, or [`NONE`], by lane.
     pub(crate) left: Vec<u32>,
-    /// As `left`.
+    /// The right neighbour with the same driving direction, or [`NONE`], by lane.
     pub(crate) right: Vec<u32>,
-    /// On which side the next lane is driven the other way: 1 left, −1 right, 0 neither, by lane.
+    /// Side of an adjacent oncoming lane: 1 left, −1 right, 0 neither, by lane.
     pub(crate) oncoming: Vec<f32>,
     /// Whether the markings allow a change to the left, by lane.
     pub(crate) left_change: Vec<bool>,
-    /// As `left_change`.
+    /// Whether the markings allow a change to the right, by lane.
     pub(crate) right_change: Vec<bool>,
-    /// Up to where the lane is wide enough to drive on; its length unless it peters out, by lane.
+    /// Arc length up to which the lane is wide enough; its length unless it narrows to its end, by
+    /// lane.
     pub(crate) usable_m: Vec<f32>,
-    /// For lanes at a dead end: the lane beside on which one can drive back, else [`NONE`].
+    /// The lane for a U-turn at a dead end, else [`NONE`], by lane.
     pub(crate) u_turn_lane: Vec<u32>,
-    /// Whether one can drive on for ever from here without changing lanes.
+    /// Whether a vehicle can drive on from here indefinitely without changing lanes, by lane.
     pub(crate) endless: Vec<bool>,
     next: Links,
     previous: Links,
@@ -76,13 +76,13 @@ pub(crate) struct Tracks {
     curvature: Vec<f32>,
     /// Half the lane's width, by sample.
     half_width: Vec<f32>,
-    /// Highest speed that still allows every curve ahead on this lane, by sample.
+    /// Highest speed that allows every curve ahead on this lane, by sample.
     curve_speed: Vec<f32>,
-    /// Highest pace on the lane, by lane.
+    /// Highest curve speed on the lane, by lane.
     top_curve_speed: Vec<f32>,
 }
 
-/// Lists of lanes by lane.
+/// Lists of lanes, by lane.
 struct Links {
     first: Vec<u32>,
     lanes: Vec<u32>,
@@ -110,7 +110,7 @@ impl Tracks {
     pub(crate) fn new(network: &Network) -> Tracks {
         let lanes = network.lanes();
         let drivable = |lane: LaneIndex| LaneTypes::DRIVABLE.contains(network.lane(lane).kind);
-        let keep = |links: &[LaneIndex]| -> Vec<u32> {
+        let sorted_links = |links: &[LaneIndex]| -> Vec<u32> {
             let mut kept: Vec<u32> =
                 links.iter().filter(|&&lane| drivable(lane)).map(|lane| lane.0).collect();
             kept.sort_unstable();
@@ -137,10 +137,10 @@ impl Tracks {
             u_turn_lane: lanes.iter().map(|lane| u_turn_lane(network, lane)).collect(),
             endless: Vec::new(),
             next: Links::new(lanes.len(), |lane| {
-                if usable(lane) { keep(&lanes[lane].successors) } else { Vec::new() }
+                if usable(lane) { sorted_links(&lanes[lane].successors) } else { Vec::new() }
             }),
             previous: Links::new(lanes.len(), |lane| {
-                if usable(lane) { keep(&lanes[lane].predecessors) } else { Vec::new() }
+                if usable(lane) { sorted_links(&lanes[lane].predecessors) } else { Vec::new() }
             }),
             point: Vec::new(),
             tangent: Vec::new(),
@@ -167,63 +167,63 @@ impl Tracks {
         tracks
     }
 
-    /// How many lanes there are, with or without a track.
+    /// Returns the number of lanes, with or without a track.
     pub(crate) fn count(&self) -> usize {
         self.length_m.len()
     }
 
-    /// Whether `lane` has a track.
+    /// Returns whether `lane` has a track.
     pub(crate) fn has(&self, lane: u32) -> bool {
         (lane as usize) < self.length_m.len() && self.length_m[lane as usize] > 0.0
     }
 
-    /// Lanes that follow `lane`, ascending.
+    /// Returns the lanes that follow `lane`, ascending.
     pub(crate) fn next(&self, lane: u32) -> &[u32] {
         self.next.of(lane)
     }
 
-    /// Lanes that lead to `lane`, ascending.
+    /// Returns the lanes that lead to `lane`, ascending.
     pub(crate) fn previous(&self, lane: u32) -> &[u32] {
         self.previous.of(lane)
     }
 
-    /// Arc length of `lane`.
+    /// Returns the arc length of `lane`.
     pub(crate) fn length(&self, lane: u32) -> f32 {
         self.length_m[lane as usize]
     }
 
-    /// Whether `lane` lies in a junction.
+    /// Returns whether `lane` lies in a junction.
     pub(crate) fn in_junction(&self, lane: u32) -> bool {
         self.junction[lane as usize] != NONE
     }
 
-    /// By how much a way through a junction turns from its first lane to its last, positive to the
-    /// left, radians.
-    pub(crate) fn turn_rad(&self, way: u32) -> f32 {
-        let mut end = way;
+    /// Returns the change of direction of a path through a junction from its first lane to its
+    /// last, positive to the left, radians.
+    pub(crate) fn turn_rad(&self, path: u32) -> f32 {
+        let mut end = path;
         for _ in 0..LINKS_MAX {
             match self.next(end) {
-                [next] if self.junction[*next as usize] == self.junction[way as usize] => {
+                [next] if self.junction[*next as usize] == self.junction[path as usize] => {
                     end = *next;
                 }
                 _ => break,
             }
         }
-        self.at(way, 0.0).1.angle_to(self.at(end, self.length(end)).1)
+        self.at(path, 0.0).1.angle_to(self.at(end, self.length(end)).1)
     }
 
-    /// Samples of `lane`: how many, and how far apart.
+    /// Returns the number of samples of `lane` and the distance between them.
     pub(crate) fn samples(&self, lane: u32) -> (usize, f32) {
         let lane = lane as usize;
         ((self.first[lane + 1] - self.first[lane]) as usize, self.step_m[lane])
     }
 
-    /// Sample `index` of `lane`.
+    /// Returns sample `index` of `lane`.
     pub(crate) fn sample_point(&self, lane: u32, index: usize) -> Vec3 {
         self.point[self.first[lane as usize] as usize + index]
     }
 
-    /// The sample at or before `arc_m`, and how far on to the next, 0 to 1.
+    /// Returns the sample at or before `arc_m`, and the fraction of the way to the next, 0 to 1.
     fn sample_at(&self, lane: u32, arc_m: f32) -> (usize, f32) {
         let first = self.first[lane as usize] as usize;
         let last = self.first[lane as usize + 1] as usize - 1;
@@ -232,8 +232,8 @@ impl Tracks {
         (first + index, at - index as f32)
     }
 
-    /// Centre, unit driving direction and curvature (positive to the left) at `arc_m`; straight on
-    /// before the start and after the end.
+    /// Returns centre, unit driving direction and curvature (positive to the left) at `arc_m`;
+    /// extrapolated straight before the start and after the end.
     pub(crate) fn at(&self, lane: u32, arc_m: f32) -> (Vec3, Vec2, f32) {
         let (i, part) = self.sample_at(lane, arc_m);
         let tangent = self.tangent[i].lerp(self.tangent[i + 1], part).normalize_or(Vec2::X);
@@ -244,24 +244,24 @@ impl Tracks {
         (point, tangent, curvature)
     }
 
-    /// Highest speed at `arc_m` that still allows every curve ahead on this lane.
+    /// Returns the highest speed at `arc_m` that allows every curve ahead on this lane.
     pub(crate) fn curve_speed_at(&self, lane: u32, arc_m: f32) -> f32 {
         let (i, part) = self.sample_at(lane, arc_m);
         self.curve_speed[i] + (self.curve_speed[i + 1] - self.curve_speed[i]) * part
     }
 
-    /// The highest speed anywhere on `lane` that its curves allow.
+    /// Returns the highest speed anywhere on `lane` that its curves allow.
     pub(crate) fn top_curve_speed(&self, lane: u32) -> f32 {
         self.top_curve_speed[lane as usize]
     }
 
-    /// Half the lane's width at `arc_m`.
+    /// Returns half the lane's width at `arc_m`.
     pub(crate) fn half_width_at(&self, lane: u32, arc_m: f32) -> f32 {
         let (i, part) = self.sample_at(lane, arc_m);
         self.half_width[i] + (self.half_width[i + 1] - self.half_width[i]) * part
     }
 
-    /// Drops `point` onto the track, beginning near `hint_m`.
+    /// Projects `point` onto the track, starting near `hint_m`.
     ///
     /// Newton's method on the arc length: two steps suffice from a hint within a few metres.
     pub(crate) fn project(&self, lane: u32, point: Vec2, hint_m: f32) -> Projection {
@@ -287,7 +287,7 @@ impl Tracks {
         Projection { arc_m: arc_m + beyond, left_m: tangent.perp_dot(offset), tangent }
     }
 
-    /// The sample of `lane` nearest to `point`: its arc length and squared distance.
+    /// Returns the arc length and the squared distance of the sample of `lane` nearest to `point`.
     pub(crate) fn nearest_sample(&self, lane: u32, point: Vec2) -> (f32, f32) {
         let (count, step) = self.samples(lane);
         let mut best = (0.0, f32::INFINITY);
@@ -300,7 +300,7 @@ impl Tracks {
         best
     }
 
-    /// The track nearest to a point, however far, and the arc length there.
+    /// Returns the track nearest to a point at any distance, and the arc length there.
     pub(crate) fn nearest(&self, point: Vec2) -> Option<(u32, f32)> {
         let mut best: Option<(f32, u32, f32)> = None;
         for lane in (0..self.count() as u32).filter(|&lane| self.has(lane)) {
@@ -316,8 +316,8 @@ impl Tracks {
     fn sample(&mut self, network: &Network, index: LaneIndex) {
         let lane = network.lane(index);
         let fine = ((lane.length_m / 0.25).ceil() as usize).clamp(2, 100_000);
-        // Not quite from end to end: at a section's very end, a record that begins there may
-        // already hold for it though it means the next section.
+        // Not quite from end to end: a record that begins at a section's very end may already apply
+        // there though it belongs to the next section.
         let inset = lane.length_m.min(1.0) * 1e-3;
         let along = |k: usize| inset + (lane.length_m - 2.0 * inset) * k as f64 / fine as f64;
         let place = |along_m: f64| network.place(LanePoint { lane: index, along_m });
@@ -330,16 +330,16 @@ impl Tracks {
             last = here;
             arc.push(total);
         }
-        // A lane shorter than this is a slip of the drawing; it still needs a direction.
+        // A shorter lane is an artefact of the map; it still needs a direction.
         let total = total.max(0.01);
         let count = (total as f32 / STEP_M).ceil().max(1.0) as usize;
         let mut k = 0;
         for sample in 0..=count {
-            let wanted = total * sample as f64 / count as f64;
-            while k + 1 < fine && arc[k + 1] < wanted {
+            let target_m = total * sample as f64 / count as f64;
+            while k + 1 < fine && arc[k + 1] < target_m {
                 k += 1;
             }
-            let part = ((wanted - arc[k]) / (arc[k + 1] - arc[k]).max(1e-9)).clamp(0.0, 1.0);
+            let part = ((target_m - arc[k]) / (arc[k + 1] - arc[k]).max(1e-9)).clamp(0.0, 1.0);
             let along_m = along(k) + (along(k + 1) - along(k)) * part;
             let at = place(along_m);
             self.point.push(at.position.as_vec3());
@@ -357,8 +357,8 @@ impl Tracks {
         self.usable_m.push(usable as f32 * self.step_m[index.0 as usize]);
     }
 
-    /// Curvature from the turn of the tangent over two metres either way: maps often draw a smooth
-    /// curve as many short arcs whose own curvature jumps.
+    /// Computes curvature from the change of direction over two metres either way: maps often draw
+    /// a smooth curve as many short arcs whose own curvature jumps.
     fn set_curvature(&mut self, lane: u32, count: usize) {
         let first = self.first[lane as usize] as usize;
         let step = self.step_m[lane as usize];
@@ -385,7 +385,7 @@ impl Tracks {
     }
 }
 
-/// On which side of a lane the next lane is driven the other way: 1 left, −1 right.
+/// Returns the side of an adjacent oncoming lane: 1 left, −1 right, 0 neither.
 fn oncoming(network: &Network, lane: &Lane) -> i8 {
     let opposes = |side: Option<LaneIndex>| {
         side.map(|side| network.lane(side)).is_some_and(|side| {
@@ -395,15 +395,15 @@ fn oncoming(network: &Network, lane: &Lane) -> i8 {
     i8::from(opposes(lane.left)) - i8::from(opposes(lane.right))
 }
 
-/// The nearest lane driven the other way, for a lane after which there is no road.
+/// Returns the nearest oncoming lane, for a lane without successors.
 fn u_turn_lane(network: &Network, lane: &Lane) -> u32 {
     let mut at = lane;
     if !lane.successors.is_empty() {
         return NONE;
     }
     for _ in 0..8 {
-        // Seen in driving direction, the other side of the road is to the left where traffic keeps
-        // right; beyond the middle, directions swap.
+        // In driving direction, the other side of the road is to the left in right-hand traffic;
+        // beyond the middle, directions swap.
         let side = if network.roads()[lane.road as usize].left_hand { at.right } else { at.left };
         let Some(next) = side else { return NONE };
         at = network.lane(next);
@@ -418,18 +418,18 @@ fn u_turn_lane(network: &Network, lane: &Lane) -> u32 {
     NONE
 }
 
-/// Speed limits by lane. A lane without one takes the lowest of the lanes that lead to it, then of
-/// those that follow it, so that connecting roads carry their approach's limit.
+/// Returns speed limits by lane. A lane without one takes the lowest of its predecessors, then of
+/// its successors, so that connecting roads have the limit of their approach.
 fn limits(network: &Network) -> Vec<f32> {
     let lanes = network.lanes();
     let mut limit: Vec<Option<f32>> =
         lanes.iter().map(|l| l.speed_limit_mps.map(|mps| (mps as f32).max(2.0))).collect();
     for _ in 0..8 {
-        let known = limit.clone();
+        let before_pass = limit.clone();
         for (index, lane) in lanes.iter().enumerate() {
-            if known[index].is_none() {
+            if before_pass[index].is_none() {
                 let of = |links: &[LaneIndex]| {
-                    links.iter().filter_map(|l| known[l.0 as usize]).min_by(f32::total_cmp)
+                    links.iter().filter_map(|l| before_pass[l.0 as usize]).min_by(f32::total_cmp)
                 };
                 limit[index] = of(&lane.predecessors).or_else(|| of(&lane.successors));
             }
@@ -438,24 +438,24 @@ fn limits(network: &Network) -> Vec<f32> {
     limit.into_iter().map(|l| l.unwrap_or(DEFAULT_LIMIT_MPS).min(FASTEST_MPS)).collect()
 }
 
-/// Lanes from which one can drive on for ever: what remains after dead ends, and what leads only
-/// to dead ends, are struck off.
+/// Returns the lanes from which a vehicle can drive on indefinitely: dead ends, and lanes that lead
+/// only to dead ends, are removed.
 fn endless(tracks: &Tracks) -> Vec<bool> {
     let count = tracks.count();
     let mut endless: Vec<bool> = (0..count as u32).map(|lane| tracks.has(lane)).collect();
-    let mut ways: Vec<usize> = (0..count as u32)
+    let mut branch_counts: Vec<usize> = (0..count as u32)
         .map(|lane| tracks.next(lane).iter().filter(|&&n| n != lane).count())
         .collect();
     let mut removed: Vec<u32> = (0..count as u32)
-        .filter(|&lane| endless[lane as usize] && ways[lane as usize] == 0)
+        .filter(|&lane| endless[lane as usize] && branch_counts[lane as usize] == 0)
         .collect();
     while let Some(lane) = removed.pop() {
         endless[lane as usize] = false;
         for &before in tracks.previous(lane) {
             let before_index = before as usize;
             if endless[before_index] && tracks.next(before).contains(&lane) {
-                ways[before_index] -= 1;
-                if ways[before_index] == 0 {
+                branch_counts[before_index] -= 1;
+                if branch_counts[before_index] == 0 {
                     endless[before_index] = false;
                     removed.push(before);
                 }

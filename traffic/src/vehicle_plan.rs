@@ -1,56 +1,57 @@
-//! What a planner reckons with, for whoever judges it or asks why a vehicle stands.
+//! What the planner decided for a vehicle, for tests and diagnosis.
 
 use protocol::ActorId;
 use road::LaneIndex;
 
 use crate::constraint::WaitReason;
 
-/// A leader farther away than this does not slow anybody down.
+/// Distance beyond which a leader does not slow a vehicle down.
 const LEADER_FREE_M: f32 = 60.0;
-/// Nor does a stop line farther away than this.
+/// Distance beyond which a stop line does not slow a vehicle down.
 const STOP_FREE_M: f32 = 200.0;
 
-/// What the planner of one vehicle reckoned with in the frame that was planned last. Distances are
-/// from its front bumper along its route, in metres; infinity where there is nothing.
+/// What was planned for one vehicle in the last frame. Distances are from its front bumper along
+/// its route, in metres; infinity where there is nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VehiclePlan {
-    /// Whose.
+    /// The vehicle.
     pub actor_id: ActorId,
     /// The lane that it follows.
     pub lane: LaneIndex,
-    /// How far along that lane its origin is, as arc length.
+    /// Arc length of its origin on that lane.
     pub along_m: f32,
-    /// How far left of its line it is: of the lane's centre, or of its way there in a lane change.
+    /// Cross-track error, positive to the left, from the centre of the lane or the path of a lane
+    /// change.
     pub cross_track_error_m: f32,
-    /// The limit that holds here.
+    /// Speed limit at its position.
     pub limit_mps: f32,
-    /// The speed that limits and curves ahead allow.
+    /// Speed that limits and curves ahead allow.
     pub desired_speed_mps: f32,
-    /// Who is in front, or [`ActorId::NONE`].
+    /// The agent that it follows, or [`ActorId::NONE`].
     pub leader: ActorId,
-    /// To his rear.
+    /// Gap to the leader.
     pub leader_m: f32,
-    /// To where a junction or a light asks it to stand.
+    /// Distance at which a junction or a traffic light requires it to stop.
     pub stop_m: f32,
-    /// To whom it must follow though he is on another lane yet.
+    /// Gap to a leader that is still on another lane of a merge.
     pub merge_m: f32,
-    /// Its place in the order of those who may pass the next junction; 0: it may not.
+    /// Number of its reservation for the next junction; 0 without one.
     pub reservation: u64,
-    /// How long it has waited at the line of the next junction.
+    /// Time that it has waited at the line of the next junction, seconds.
     pub waited_s: f32,
-    /// And what for.
+    /// Why it has no reservation.
     pub wait_reason: WaitReason,
-    /// And for whom, or [`ActorId::NONE`].
+    /// The agent that it waits for, or [`ActorId::NONE`].
     pub blocker: ActorId,
-    /// It backs out of what blocks it.
+    /// Whether it reverses away from an obstacle.
     pub reverses: bool,
-    /// It turns round at a dead end.
+    /// Whether it makes a U-turn at a dead end.
     pub is_turning_around: bool,
 }
 
 impl VehiclePlan {
-    /// Whether nobody before it, no line and no trouble slows the vehicle down: nothing but the
-    /// limit and curves.
+    /// Returns whether only the speed limit and curves bound its speed: no leader, no stop line and
+    /// no recovery.
     pub fn is_free(&self) -> bool {
         self.leader_m > LEADER_FREE_M
             && self.stop_m.min(self.merge_m) > STOP_FREE_M
@@ -58,7 +59,7 @@ impl VehiclePlan {
             && !self.is_turning_around
     }
 
-    /// Whether a curve or a lower limit ahead keeps it below the limit that holds here.
+    /// Returns whether a curve or a lower limit ahead keeps it below the present limit.
     pub fn is_in_curve(&self) -> bool {
         self.desired_speed_mps < 0.95 * self.limit_mps
     }

@@ -1,8 +1,8 @@
-//! What the planner knows of each vehicle that it drives, beyond the snapshot.
+//! State of each planned vehicle beyond the snapshot.
 
 use bytemuck::{Pod, Zeroable};
 
-/// How many lanes a route holds, the current one included.
+/// Largest number of lanes of a route, the current one included.
 pub(crate) const ROUTE_MAX: usize = 32;
 
 /// Lanes ahead of a vehicle, the current one first.
@@ -11,29 +11,29 @@ pub(crate) const ROUTE_MAX: usize = 32;
 pub(crate) struct Route {
     lanes: [u32; ROUTE_MAX],
     length: u32,
-    /// How many lanes were left behind: names the lanes of the route for ever.
+    /// Number of lanes left behind since the start: identifies the lanes of the route.
     pub(crate) lanes_passed: u32,
 }
 
 impl Route {
-    /// A route that begins on `lane`.
+    /// Creates a route that begins on `lane`.
     pub(crate) fn from_lane(lane: u32, lanes_passed: u32) -> Route {
         let mut route = Route { lanes: [0; ROUTE_MAX], length: 1, lanes_passed };
         route.lanes[0] = lane;
         route
     }
 
-    /// The lanes, the current one first.
+    /// Returns the lanes, the current one first.
     pub(crate) fn lanes(&self) -> &[u32] {
         &self.lanes[..self.length as usize]
     }
 
-    /// The current lane.
+    /// Returns the current lane.
     pub(crate) fn lane(&self) -> u32 {
         self.lanes[0]
     }
 
-    /// Whether there is no room for more.
+    /// Returns whether the route holds [`ROUTE_MAX`] lanes.
     pub(crate) fn is_full(&self) -> bool {
         self.length as usize == ROUTE_MAX
     }
@@ -44,7 +44,7 @@ impl Route {
         self.length += 1;
     }
 
-    /// Leaves the current lane behind.
+    /// Removes the current lane.
     pub(crate) fn pop(&mut self) {
         let length = self.length as usize;
         self.lanes.copy_within(1..length, 0);
@@ -53,7 +53,7 @@ impl Route {
         self.lanes_passed = self.lanes_passed.wrapping_add(1);
     }
 
-    /// Forgets what lies beyond the first `length` lanes.
+    /// Removes the lanes after the first `length`.
     pub(crate) fn truncate(&mut self, length: usize) {
         self.lanes[length..].fill(0);
         self.length = self.length.min(length as u32);
@@ -62,30 +62,30 @@ impl Route {
 
 macro_rules! columns {
     ($($(#[$doc:meta])* $name:ident: $type:ty = $new:expr,)*) => {
-        /// One row per vehicle with autopilot, ascending by actor id; structure of arrays.
+        /// One row for each vehicle on autopilot, ascending by actor id; structure of arrays.
         #[derive(Clone, Debug, Default, PartialEq)]
         pub(crate) struct VehicleTable {
-            /// Whose row.
+            /// Actor id of the row.
             pub(crate) id: Vec<u32>,
             $($(#[$doc])* pub(crate) $name: Vec<$type>,)*
         }
 
         impl VehicleTable {
-            /// Makes the rows be those of `wanted` (ascending): keeps who stays, drops who left,
-            /// and starts newcomers from nothing.
-            pub(crate) fn keep(&mut self, wanted: &[u32]) {
-                if self.id == wanted {
+            /// Changes the rows to those of `wanted` (ascending): keeps the state of vehicles that
+            /// stay, removes others, and adds new ones with default values.
+            pub(crate) fn retain(&mut self, ids: &[u32]) {
+                if self.id == ids {
                     return;
                 }
                 let old = std::mem::take(self);
-                for &id in wanted {
+                for &id in ids {
                     let from = old.id.binary_search(&id).ok();
                     self.id.push(id);
                     $(self.$name.push(match from { Some(row) => old.$name[row], None => $new });)*
                 }
             }
 
-            /// Starts the row of a vehicle from nothing.
+            /// Resets the row of a vehicle to default values.
             pub(crate) fn reset(&mut self, row: usize) {
                 $(self.$name[row] = $new;)*
             }
@@ -96,10 +96,10 @@ macro_rules! columns {
                 $(bytes.extend_from_slice(bytemuck::cast_slice(&self.$name));)*
             }
 
-            /// Bytes that [`Rows::write`] writes per row.
+            /// Number of bytes that [`VehicleTable::write`] writes for each row.
             pub(crate) const ROW_BYTES: usize = 4 $(+ size_of::<$type>())*;
 
-            /// Reads `count` rows back; `bytes` must hold [`Rows::ROW_BYTES`] for each.
+            /// Reads `count` rows; `bytes` must hold [`VehicleTable::ROW_BYTES`] for each.
             pub(crate) fn read(count: usize, mut bytes: &[u8]) -> VehicleTable {
                 VehicleTable { id: take(&mut bytes, count), $($name: take(&mut bytes, count),)* }
             }
@@ -110,44 +110,45 @@ macro_rules! columns {
 columns! {
     /// Lanes ahead.
     route: Route = Route::zeroed(),
-    /// 1: the route and the place on it are known.
+    /// 1 if the route and the position on it are known, else 0.
     located: u32 = 0,
-    /// Where the origin is on the current lane.
+    /// Arc length of the origin on the current lane.
     arc_m: f32 = 0.0,
-    /// How many turns were drawn.
+    /// Number of random turns drawn.
     turn_draws: u32 = 0,
-    /// Lane change: how far left of the current lane it began; 0 without one.
+    /// Lane change: lateral offset from the current lane where it began; 0 without one.
     shift_m: f32 = 0.0,
-    /// Lane change: how far driven since.
+    /// Lane change: distance driven since it began.
     shift_done_m: f32 = 0.0,
-    /// Lane change: over which way it is spread.
+    /// Lane change: distance over which it extends.
     shift_over_m: f32 = 0.0,
-    /// Until another lane change is thought of.
+    /// Time until the next lane change decision.
     change_cooldown_s: f32 = 0.0,
-    /// How often it thought of changing.
+    /// Number of lane change decisions.
     change_draws: u32 = 0,
-    /// Place in the order of those who may pass a junction; 0: may not.
+    /// Number of the reservation for a junction, in the order of granting; 0 without one.
     reservation: u64 = 0,
-    /// First lane of the route, counted for ever, that the leave to pass does not cover.
+    /// First lane of the route, in the numbering of `lanes_passed`, that the reservation does not
+    /// cover.
     reservation_end: u32 = 0,
-    /// How long it has waited at the line of the next junction.
+    /// Time waited at the line of the next junction.
     wait_s: f32 = 0.0,
-    /// How long a leave to pass has gone unused.
+    /// Time that a reservation has been unused.
     reservation_idle_s: f32 = 0.0,
-    /// Sum of the error of acceleration.
+    /// Integral of the acceleration error.
     accel_integral: f32 = 0.0,
-    /// How long it stands though it should move.
+    /// Time at standstill though the vehicle should move.
     stuck_s: f32 = 0.0,
-    /// 1: it turns round to drive the other way.
+    /// 1 during a U-turn, else 0.
     u_turn: u32 = 0,
-    /// For how long it still backs out; below 0: for how long it then lets others go first.
+    /// Remaining time in reverse; negative: remaining time to wait afterwards.
     reverse_s: f32 = 0.0,
-    /// How often it backed out since it last drove on.
+    /// Number of reversals since the vehicle last drove on.
     reverse_count: u32 = 0,
 }
 
 impl VehicleTable {
-    /// Whether rows ascend and every route lies on a map of `lanes` lanes.
+    /// Returns whether rows ascend and every route lies on a map of `lanes` lanes.
     pub(crate) fn is_sound(&self, lanes: usize) -> bool {
         let ascending = self.id.windows(2).all(|pair| pair[0] < pair[1]);
         let routes = self.route.iter().zip(&self.located).all(|(route, &located)| {

@@ -1,9 +1,9 @@
-//! Rings of vehicles that stand for each other at a junction.
+//! Deadlocks: cycles of vehicles that wait for each other at a junction.
 //!
-//! The order of leaves has no cycle, but the queue has a say too: who has leave may stand behind
-//! one who has none, because that one waits for a third who gives way to the first. Nobody of such
-//! a ring would ever go, nor would those who stand for one of them. The one without leave then
-//! goes before all of these, if none of them is in the way yet.
+//! The order of reservations has no cycle, but queues add dependencies: a holder may stand behind a
+//! vehicle without a reservation, which waits for a third that yields to the first. No vehicle of
+//! such a cycle would ever go, nor would those that wait for one of them. The vehicle without a
+//! reservation then goes before all of these, if none of them is in its way yet.
 
 use super::gap_acceptance::is_wide;
 use super::state::{Junctions, Request, View, present, reserved_lanes};
@@ -14,20 +14,21 @@ use crate::{
     vehicle_table::VehicleTable,
 };
 
-/// Waiting for so long for others makes one think of a ring.
+/// Waiting time after which a cycle is searched.
 const PATIENCE_S: f32 = 4.0;
-/// Who is no farther behind another stands because of him.
+/// Gap within which a vehicle waits for its leader.
 const BEHIND_M: f32 = 5.0;
-/// Longer rings are not looked for.
+/// Length of the longest cycle that is searched.
 const CYCLE_LEN_MAX: usize = 16;
 
-/// Whether one who has waited for so long looks round: when patience ends, then every second.
+/// Returns whether a vehicle searches for a cycle in this frame: after its patience, then every
+/// second.
 fn is_time(waited_s: f32, view: &View) -> bool {
     waited_s >= PATIENCE_S && waited_s.floor() > (waited_s - view.delta_s).floor()
 }
 
 impl Junctions {
-    /// Gives leave to the first vehicle of each ring that lacks it.
+    /// Grants a reservation to the first vehicle without one of each cycle.
     pub(super) fn break_deadlocks(
         &mut self,
         vehicles: &mut VehicleTable,
@@ -37,9 +38,9 @@ impl Junctions {
         for index in 0..self.requests.len() {
             let request = self.requests[index];
             let row = request.row;
-            // Who has just given up his way has none to ask for.
-            let asks = vehicles.route[row].lanes().len() >= request.to;
-            if !asks
+            // A vehicle that has just dropped its way through the junction requests nothing.
+            let requests_way = vehicles.route[row].lanes().len() >= request.to;
+            if !requests_way
                 || self.waits[row] != WaitReason::Conflict
                 || !is_time(vehicles.wait_s[row], view)
             {
@@ -55,7 +56,7 @@ impl Junctions {
         }
     }
 
-    /// Lets one go first who has leave but gives way to somebody who stands for him.
+    /// Moves a reservation forward whose holder yields to a vehicle that waits for the holder.
     pub(super) fn break_yield_cycles(
         &mut self,
         vehicles: &mut VehicleTable,
@@ -71,11 +72,11 @@ impl Junctions {
             }
             let Some(cycle) = self.cycle(vehicles, row, view) else { continue };
             let blocked = self.blocked(vehicles, &cycle, view);
-            let held = cycle
+            let reserved = cycle
                 .iter()
                 .map(|&row| vehicles.reservation[row])
                 .filter(|&reservation| reservation != 0);
-            let earliest = held.min().unwrap_or(0);
+            let earliest = reserved.min().unwrap_or(0);
             if earliest == vehicles.reservation[row]
                 || self.is_blocked(vehicles, row, &blocked, view)
             {
@@ -91,7 +92,7 @@ impl Junctions {
         }
     }
 
-    /// Whether one of `bound` is in the way that a row has leave for.
+    /// Returns whether one of the `blocked` rows is in the conflict areas of a row's reservation.
     fn is_blocked(
         &self,
         vehicles: &VehicleTable,
@@ -105,21 +106,21 @@ impl Junctions {
             view.map.conflicts.of(lane).iter().any(|conflict| {
                 present(&self.holders, conflict.other).iter().any(|holder| {
                     let other = view.agents.row[holder.agent as usize];
-                    let is_bound = other != NONE && blocked.contains(&(other as usize));
+                    let is_blocked_row = other != NONE && blocked.contains(&(other as usize));
                     let wide = is_wide(view, own, holder.agent);
-                    conflict.between(wide).is_some_and(|meet| {
+                    conflict.between(wide).is_some_and(|area| {
                         let body = view.agents.body[holder.agent as usize];
-                        let lanes_passed = -holder.start_m > meet.theirs.1 + body.length_m();
-                        let there = holder.start_m + meet.theirs.0 <= 0.0 && !lanes_passed;
-                        let mine = -self.start(row, k) < meet.mine.1;
-                        holder.agent != own && is_bound && there && mine
+                        let has_passed = -holder.start_m > area.other.1 + body.length_m();
+                        let is_there = holder.start_m + area.other.0 <= 0.0 && !has_passed;
+                        let is_ahead = -self.start(row, k) < area.own.1;
+                        holder.agent != own && is_blocked_row && is_there && is_ahead
                     })
                 })
             })
         })
     }
 
-    /// All who stand for each other, from `row` back to itself.
+    /// Returns the cycle of waiting vehicles from `row` back to itself.
     fn cycle(&self, vehicles: &VehicleTable, row: usize, view: &View) -> Option<Vec<usize>> {
         let mut cycle = vec![row];
         loop {
@@ -140,7 +141,7 @@ impl Junctions {
         }
     }
 
-    /// A ring, and all who stand for one of it.
+    /// Returns the rows of a cycle and all rows that wait for one of them.
     fn blocked(&self, vehicles: &VehicleTable, cycle: &[usize], view: &View) -> Vec<usize> {
         let mut blocked = cycle.to_vec();
         for row in (0..vehicles.id.len()).filter(|&row| vehicles.located[row] == 1) {
@@ -148,12 +149,12 @@ impl Junctions {
             while let Some(&last) = queue.last().filter(|last| !blocked.contains(last)) {
                 let agent = self.blocker_of(vehicles, last, view);
                 let next = view.agents.row.get(agent as usize).copied().unwrap_or(NONE);
-                let stands = |row: usize| {
+                let is_standing = |row: usize| {
                     let agent = view.agents.driven[row] as usize;
                     view.agents.velocity[agent].length_squared() < 0.25
                 };
-                let goes_on = next != NONE && queue.len() < CYCLE_LEN_MAX && stands(last);
-                if !goes_on || queue.contains(&(next as usize)) {
+                let continues = next != NONE && queue.len() < CYCLE_LEN_MAX && is_standing(last);
+                if !continues || queue.contains(&(next as usize)) {
                     queue.clear();
                 } else {
                     queue.push(next as usize);
@@ -165,7 +166,7 @@ impl Junctions {
         blocked
     }
 
-    /// Because of whom a row stands: an index into the crowd, or [`NONE`].
+    /// Returns the agent that a row waits for: an index into the agents, or [`NONE`].
     fn blocker_of(&self, vehicles: &VehicleTable, row: usize, view: &View) -> u32 {
         let yields = vehicles.reservation[row] != 0 && self.yields_to[row] != NONE;
         let asked = if yields { self.yields_to[row] } else { self.blockers[row] };
@@ -182,7 +183,7 @@ impl Junctions {
         }
     }
 
-    /// Gives leave before the earliest leave of those who are bound.
+    /// Grants a reservation before the earliest one of the `blocked` rows.
     fn grant_first(
         &mut self,
         vehicles: &mut VehicleTable,
@@ -191,11 +192,11 @@ impl Junctions {
         request: &Request,
         view: &View,
     ) {
-        let held = blocked
+        let reserved = blocked
             .iter()
             .map(|&row| vehicles.reservation[row])
             .filter(|&reservation| reservation != 0);
-        let Some(earliest) = held.min() else { return };
+        let Some(earliest) = reserved.min() else { return };
         for reservation in
             vehicles.reservation.iter_mut().filter(|reservation| **reservation >= earliest)
         {

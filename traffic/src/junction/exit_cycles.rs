@@ -1,8 +1,9 @@
-//! Rings of queues that wait for each other's room.
+//! Cycles of queues that wait for each other's exit room.
 //!
-//! Whoever enters a junction must have room beyond it. If the queue that takes the room waits at a
-//! junction itself, for room that a third takes, and so on round to the first, nobody could ever
-//! go. But if the heads of all these queues go at once, each leaves the room that another needs.
+//! A vehicle that enters a junction needs room beyond it. If the queue that takes that room waits
+//! at a junction itself, for room that a third takes, and so on back to the first, no vehicle could
+//! ever go. If the first vehicles of all these queues go at once, each frees the room that another
+//! needs.
 
 use super::state::{Junctions, Request, View};
 use crate::{
@@ -11,23 +12,23 @@ use crate::{
     vehicle_table::VehicleTable,
 };
 
-/// Waiting for so long for room makes one think of a ring.
+/// Waiting time for exit room after which a cycle is searched.
 const PATIENCE_S: f32 = 12.0;
 
 impl Junctions {
-    /// Gives leave to all who wait for each other's room in a ring.
+    /// Grants reservations to all vehicles that wait for each other's exit room in a cycle.
     pub(super) fn grant_exit_cycles(
         &mut self,
         vehicles: &mut VehicleTable,
         reservations: &mut u64,
         view: &View,
     ) {
-        // Heads of queues that only lack room, and whom they wait for.
+        // First vehicles of queues that lack exit room only, and the vehicles that take it.
         let heads: Vec<(Request, u32)> = self
             .requests
             .iter()
             .filter(|request| vehicles.wait_s[request.row] > PATIENCE_S && request.from > 0)
-            // Who has just given up his way has none to ask for.
+            // A vehicle that has just dropped its way through the junction requests nothing.
             .filter(|request| vehicles.route[request.row].lanes().len() >= request.to)
             .filter(|request| self.waits[request.row] == WaitReason::ExitBlocked)
             .filter_map(|request| {
@@ -39,10 +40,10 @@ impl Junctions {
         let after: Vec<Option<usize>> = heads
             .iter()
             .map(|&(_, blocker)| {
-                let way_in = way_in(vehicles, blocker as usize, view)?;
-                heads
-                    .iter()
-                    .position(|(head, _)| vehicles.route[head.row].lanes()[head.from - 1] == way_in)
+                let entry_lane = entry_lane(vehicles, blocker as usize, view)?;
+                heads.iter().position(|(head, _)| {
+                    vehicles.route[head.row].lanes()[head.from - 1] == entry_lane
+                })
             })
             .collect();
         let mut done = vec![false; heads.len()];
@@ -64,14 +65,14 @@ impl Junctions {
     }
 }
 
-/// The lane by which a row will reach the next junction.
-fn way_in(vehicles: &VehicleTable, row: usize, view: &View) -> Option<u32> {
+/// Returns the lane by which a row will reach the next junction.
+fn entry_lane(vehicles: &VehicleTable, row: usize, view: &View) -> Option<u32> {
     let lanes = vehicles.route[row].lanes();
     let entry = lanes.iter().skip(1).position(|&lane| view.map.tracks.in_junction(lane))?;
     Some(lanes[entry])
 }
 
-/// The ring that `start` is part of, if there is one.
+/// Returns the cycle that contains `start`, if there is one.
 fn cycle(after: &[Option<usize>], start: usize) -> Option<Vec<usize>> {
     let mut cycle = vec![start];
     let mut at = after[start]?;
@@ -90,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ring_is_found_only_from_within() {
+    fn a_cycle_is_found_only_from_its_members() {
         let after = [Some(1), Some(2), Some(0), Some(0), None];
         assert_eq!(cycle(&after, 0), Some(vec![0, 1, 2]));
         assert_eq!(cycle(&after, 3), None);

@@ -1,4 +1,4 @@
-//! Whether someone may pass now, and to whom he gives way once he may.
+//! Gap acceptance: whether a vehicle may enter now, and to which vehicles a holder yields.
 
 use super::state::{
     BRAKE_MPS2, Junctions, Request, STANDING_GAP_M, View, present, request_lanes, reserved_lanes,
@@ -8,26 +8,26 @@ use crate::{
     vehicle_table::VehicleTable,
 };
 
-/// Seconds between two who use the same place one after the other.
+/// Time gap between two vehicles in the same conflict area.
 const MARGIN_S: f32 = 0.8;
-/// Seconds between two who merge into one lane.
+/// Time gap between two vehicles that merge into one lane.
 const MERGE_S: f32 = 1.3;
-/// Who stands though he may pass, and is farther than so many seconds away, sees in time who is
-/// before him.
+/// A standing holder that is farther from the conflict area than this, in seconds, sees a vehicle
+/// there in time.
 const STANDING_LEAD_S: f32 = 3.5;
-/// Seconds that must remain before someone of higher rank comes.
+/// Least time until a vehicle of higher rank arrives.
 const CUT_OFF_S: f32 = 1.2;
 
 impl Junctions {
-    /// Whether a vehicle may pass now, or what for it must wait, and for whom (an index into the
-    /// crowd, or [`NONE`]).
+    /// Returns whether a vehicle may enter now, or else why it waits and for which agent (an index
+    /// into the agents, or [`NONE`]).
     pub(super) fn assess(
         &self,
         vehicles: &VehicleTable,
         request: &Request,
         view: &View,
     ) -> (WaitReason, u32) {
-        // Who is in already is in.
+        // The vehicle is in the junction already.
         if request.entry_m <= 0.0 {
             return (WaitReason::None, NONE);
         }
@@ -47,7 +47,7 @@ impl Junctions {
         (WaitReason::None, NONE)
     }
 
-    /// Whether it is this vehicle's turn as far as lights, signs and its own queue go.
+    /// Returns whether lights, signs and the queue on its own lane let the vehicle enter.
     pub(super) fn right_of_way(
         &self,
         vehicles: &VehicleTable,
@@ -71,7 +71,7 @@ impl Junctions {
         }
     }
 
-    /// Whether nobody stands where a wide vehicle would sweep on its way through.
+    /// Returns whether nothing stands in the swept path of a wide vehicle through the junction.
     fn is_swept_path_free(&self, vehicles: &VehicleTable, request: &Request, view: &View) -> bool {
         let lanes = &vehicles.route[request.row].lanes()[request.from..];
         let out_m = self.start(request.row, request.to) + RUN_OUT_M;
@@ -84,7 +84,7 @@ impl Junctions {
         })
     }
 
-    /// Whether everybody between here and the line has leave himself.
+    /// Returns whether every vehicle between here and the line has a reservation.
     pub(super) fn is_first(&self, vehicles: &VehicleTable, request: &Request, view: &View) -> bool {
         let own = view.agents.driven[request.row];
         for k in 0..request.from {
@@ -98,7 +98,7 @@ impl Junctions {
                     continue;
                 }
                 let row = view.agents.row[occupant.agent as usize];
-                // A tail in front of the line belongs to someone who is in already.
+                // A rear end before the line belongs to a vehicle that is in the junction already.
                 let leaving = front > request.entry_m + 1.0 && occupant.speed_mps > 1.0;
                 let holds = row != NONE && vehicles.reservation[row as usize] != 0;
                 if !holds && !leaving {
@@ -109,8 +109,8 @@ impl Junctions {
         true
     }
 
-    /// Whether there is room to stand beyond the junction; if not, who takes it (an index into the
-    /// crowd).
+    /// Returns whether there is room to stand beyond the junction, or else the agent that takes it
+    /// (an index into the agents).
     pub(super) fn exit_room(
         &self,
         vehicles: &VehicleTable,
@@ -154,14 +154,15 @@ impl Junctions {
                 {
                     continue;
                 }
-                // Who moves on makes room until we are there, but not beyond his next line.
+                // A moving vehicle makes room until this one arrives, but not beyond its own next
+                // line.
                 let until_m = if inside == NONE {
                     f32::INFINITY
                 } else {
                     self.to_next_line(vehicles, inside as usize, view)
                 };
-                let gains = (2.0 * (occupant.speed_mps - 1.0)).max(0.0).min(until_m.max(0.0));
-                let free = start + occupant.rear_m - begin + gains;
+                let gained_m = (2.0 * (occupant.speed_mps - 1.0)).max(0.0).min(until_m.max(0.0));
+                let free = start + occupant.rear_m - begin + gained_m;
                 if free < room {
                     (room, blocker) = (free, occupant.agent);
                 }
@@ -170,7 +171,8 @@ impl Junctions {
         if room >= need { Ok(()) } else { Err(blocker) }
     }
 
-    /// How far it is to the first line before which a row must stop as things stand.
+    /// Returns the distance to the first line at which a row must stop without a further
+    /// reservation.
     fn to_next_line(&self, vehicles: &VehicleTable, row: usize, view: &View) -> f32 {
         let lanes = vehicles.route[row].lanes();
         let next = (reserved_lanes(vehicles, row)..lanes.len())
@@ -180,8 +182,8 @@ impl Junctions {
         })
     }
 
-    /// Whether nobody with leave, nobody of higher rank and nothing in the way is met; if not, who
-    /// is (an index into the crowd).
+    /// Returns whether the way is free of holders, vehicles of higher rank and obstacles, or else
+    /// the agent in the way (an index into the agents).
     pub(super) fn is_clear(
         &self,
         vehicles: &VehicleTable,
@@ -191,7 +193,7 @@ impl Junctions {
         self.is_clear_except(&[], vehicles, request, view)
     }
 
-    /// The same, but for those of `bound` (rows) who are not in the way yet.
+    /// As [`Junctions::is_clear`], except for the `blocked` rows that are not in the way yet.
     pub(super) fn is_clear_except(
         &self,
         blocked: &[usize],
@@ -206,54 +208,56 @@ impl Junctions {
             let start = self.start(row, k);
             for conflict in view.map.conflicts.of(lane) {
                 for holder in present(&self.holders, conflict.other) {
-                    let Some(meet) = conflict.between(is_wide(view, own, holder.agent)) else {
+                    let Some(area) = conflict.between(is_wide(view, own, holder.agent)) else {
                         continue;
                     };
                     if !view.occupancy.reacts_to(own, holder.agent) {
                         continue;
                     }
-                    let mine = self.window(view, own, start, meet.mine, lane, f32::INFINITY);
+                    let own_window = self.window(view, own, start, area.own, lane, f32::INFINITY);
                     let stuck = is_idle(vehicles, view, holder.agent);
-                    let theirs = self.arrival(view, holder, meet.theirs);
-                    if theirs.1 <= 0.0 {
+                    let other_window = self.arrival(view, holder, area.other);
+                    if other_window.1 <= 0.0 {
                         continue;
                     }
-                    let there = holder.start_m + meet.theirs.0 <= 0.0;
+                    let is_there = holder.start_m + area.other.0 <= 0.0;
                     let other = view.agents.row[holder.agent as usize];
-                    if !there && other != NONE && blocked.contains(&(other as usize)) {
+                    if !is_there && other != NONE && blocked.contains(&(other as usize)) {
                         continue;
                     }
-                    let behind = conflict.merge && !stuck && theirs.0 + MERGE_S < mine.0;
+                    let behind =
+                        conflict.merge && !stuck && other_window.0 + MERGE_S < own_window.0;
                     let margin_s = margin_s(view, own, holder.agent);
-                    let after = !stuck && theirs.1 + margin_s < mine.0;
-                    let before = mine.1 + margin_s < theirs.0;
-                    let far_from_standing = stuck && theirs.0 > STANDING_LEAD_S;
+                    let after = !stuck && other_window.1 + margin_s < own_window.0;
+                    let before = own_window.1 + margin_s < other_window.0;
+                    let far_from_standing = stuck && other_window.0 > STANDING_LEAD_S;
                     if !(after || before || behind || far_from_standing) {
                         return Err(holder.agent);
                     }
                 }
                 for other in present(&self.approaching, conflict.other) {
-                    let Some(meet) = conflict.between(is_wide(view, own, other.agent)) else {
+                    let Some(area) = conflict.between(is_wide(view, own, other.agent)) else {
                         continue;
                     };
                     if !view.occupancy.reacts_to(own, other.agent) || other.rank >= request.rank {
                         continue;
                     }
-                    let mine = self.window(view, own, start, meet.mine, lane, f32::INFINITY);
-                    let theirs = self.arrival(view, other, meet.theirs);
-                    if mine.1 + CUT_OFF_S - MARGIN_S + margin_s(view, own, other.agent) > theirs.0
-                        && theirs.0 < 8.0
+                    let own_window = self.window(view, own, start, area.own, lane, f32::INFINITY);
+                    let other_window = self.arrival(view, other, area.other);
+                    if own_window.1 + CUT_OFF_S - MARGIN_S + margin_s(view, own, other.agent)
+                        > other_window.0
+                        && other_window.0 < 8.0
                     {
                         return Err(other.agent);
                     }
                 }
                 let blocked = view.occupancy.on(lane).iter().find(|o| {
-                    conflict.between(is_wide(view, own, o.agent)).is_some_and(|meet| {
+                    conflict.between(is_wide(view, own, o.agent)).is_some_and(|area| {
                         view.occupancy.reacts_to(own, o.agent)
                             && o.aligned < 0.6
                             && o.speed_mps.abs() < 2.0
-                            && o.front_m > meet.mine.0
-                            && o.rear_m < meet.mine.1
+                            && o.front_m > area.own.0
+                            && o.rear_m < area.own.1
                             && is_idle(vehicles, view, o.agent)
                     })
                 });
@@ -265,7 +269,7 @@ impl Junctions {
         Ok(())
     }
 
-    /// Makes the holder of a later leave yield to those with earlier ones.
+    /// Makes the holder of a later reservation yield to the holders of earlier ones.
     pub(super) fn give_way(&mut self, vehicles: &VehicleTable, row: usize, view: &View) {
         let own = view.agents.driven[row];
         let lanes = vehicles.route[row].lanes();
@@ -274,7 +278,7 @@ impl Junctions {
             let start = self.start(row, k);
             for conflict in view.map.conflicts.of(lane) {
                 for holder in present(&self.holders, conflict.other) {
-                    let Some(meet) = conflict.between(is_wide(view, own, holder.agent)) else {
+                    let Some(area) = conflict.between(is_wide(view, own, holder.agent)) else {
                         continue;
                     };
                     let other = view.agents.row[holder.agent as usize];
@@ -286,15 +290,16 @@ impl Junctions {
                     {
                         continue;
                     }
-                    let mine = self.window(view, own, start, meet.mine, lane, f32::INFINITY);
-                    let theirs = self.arrival(view, holder, meet.theirs);
-                    if theirs.1 <= 0.0 {
+                    let own_window = self.window(view, own, start, area.own, lane, f32::INFINITY);
+                    let other_window = self.arrival(view, holder, area.other);
+                    if other_window.1 <= 0.0 {
                         continue;
                     }
                     if conflict.merge {
-                        // Where he is on his way to the merge, seen as a distance on ours.
+                        // The gap to the other vehicle, as if it were on this vehicle's path to the
+                        // merge.
                         let length = view.agents.body[holder.agent as usize].length_m();
-                        let front = start + meet.mine.1 - (holder.start_m + meet.theirs.1);
+                        let front = start + area.own.1 - (holder.start_m + area.other.1);
                         let gap = front - length;
                         let speed = view.agents.velocity[holder.agent as usize].length();
                         if gap >= 0.0 {
@@ -305,8 +310,8 @@ impl Junctions {
                             continue;
                         }
                     }
-                    let far = mine.1 + 0.5 * MARGIN_S < theirs.0;
-                    if far || theirs.1 + 0.5 * MARGIN_S <= mine.0 {
+                    let is_before = own_window.1 + 0.5 * MARGIN_S < other_window.0;
+                    if is_before || other_window.1 + 0.5 * MARGIN_S <= own_window.0 {
                         continue;
                     }
                     let wide = is_wide(view, own, holder.agent);
@@ -324,17 +329,17 @@ impl Junctions {
     }
 }
 
-/// Whether this vehicle stands though nothing keeps it, or nobody here knows what keeps it.
+/// Returns whether an agent stands though no rule stops it, or for reasons unknown here.
 fn is_idle(vehicles: &VehicleTable, view: &View, agent: u32) -> bool {
     let row = view.agents.row[agent as usize];
-    let stands = view.agents.velocity[agent as usize].length_squared() < 0.25;
-    stands
+    let is_standing = view.agents.velocity[agent as usize].length_squared() < 0.25;
+    is_standing
         && (row == NONE
             || vehicles.reservation[row as usize] == 0
             || vehicles.reservation_idle_s[row as usize] > 1.5)
 }
 
-/// Seconds between two; what is long and heavy is hard to predict.
+/// Returns the time gap between two vehicles; large vehicles are harder to predict.
 fn margin_s(view: &View, a: u32, b: u32) -> f32 {
     if is_wide(view, a, b) { 2.0 * MARGIN_S } else { MARGIN_S }
 }

@@ -1,9 +1,9 @@
-//! Who is in a junction or will be soon, and when he will be where.
+//! The vehicles that are in a junction or will be, and their time windows in conflict areas.
 
 use super::state::{BRAKE_MPS2, Junctions, Presence, View, request_lanes, reserved_lanes};
 use crate::{tracks::NONE, vehicle_table::VehicleTable};
 
-/// By how much a vehicle may exceed what curves allow, at most.
+/// Largest ratio of a vehicle's speed to the curve speed.
 const CURVE_SPEED_OVERSHOOT: f32 = 1.2;
 
 impl Junctions {
@@ -49,7 +49,7 @@ impl Junctions {
         self.approaching.sort_unstable_by_key(|p| (p.lane, p.agent));
     }
 
-    /// Vehicles that others drive count as if they had leave for every way that they may take.
+    /// Adds vehicles that clients drive as holders of every lane that they may take.
     pub(super) fn list_external(&mut self, view: &View) {
         let (tracks, agents) = (&view.map.tracks, view.agents);
         for agent in (0..agents.count()).filter(|&agent| agents.row[agent] == NONE) {
@@ -87,13 +87,13 @@ impl Junctions {
         }
     }
 
-    /// From when to when someone may be on a stretch of the lane of his presence.
+    /// Returns the time window in which a vehicle may be on a stretch of the lane of its presence.
     pub(super) fn arrival(&self, view: &View, of: &Presence, on: (f32, f32)) -> (f32, f32) {
         self.window(view, of.agent, of.start_m, on, of.lane, of.top_mps)
     }
 
-    /// How fast a row may be on its way to lane `k` of its route, as far as curves go: bounds how
-    /// early it can be there.
+    /// Returns the highest speed of a row on its way to lane `k` of its route, as far as curves
+    /// allow: bounds its earliest arrival.
     pub(super) fn top_mps(
         &self,
         vehicles: &VehicleTable,
@@ -107,8 +107,8 @@ impl Junctions {
         speed_mps.fold(speed, f32::max) * CURVE_SPEED_OVERSHOOT
     }
 
-    /// From when to when a vehicle may be on a stretch of a lane, in seconds from now: as early and
-    /// as late as it may come.
+    /// Returns the time window in which a vehicle may be on a stretch of a lane, from its earliest
+    /// arrival to its latest departure, in seconds from now.
     pub(super) fn window(
         &self,
         view: &View,
@@ -122,41 +122,42 @@ impl Junctions {
         let tracks = &view.map.tracks;
         let speed = view.agents.velocity[agent].length();
         let limit = tracks.limit_mps[lane as usize];
-        let share = view.agents.body[agent].curve_speed_factor();
-        let speed_mps = (tracks.curve_speed_at(lane, on.0) * share).min(limit).max(2.0);
-        let enter = start_m + on.0;
-        let leave = start_m + on.1 + view.agents.body[agent].length_m();
+        let factor = view.agents.body[agent].curve_speed_factor();
+        let speed_mps = (tracks.curve_speed_at(lane, on.0) * factor).min(limit).max(2.0);
+        let enter_m = start_m + on.0;
+        let leave_m = start_m + on.1 + view.agents.body[agent].length_m();
         let cruise_mps = view.agents.body[agent].cruise_speed_mps;
-        let (late, gain) =
+        let (late, accel) =
             (cruise_mps.min(0.85 * speed_mps), if cruise_mps < 10.0 { 0.7 } else { 1.2 });
         (
-            travel_s(enter, speed, top_mps.min(limit * 1.1), 3.0),
-            latest_travel_s(leave, speed, late, gain),
+            travel_s(enter_m, speed, top_mps.min(limit * 1.1), 3.0),
+            latest_travel_s(leave_m, speed, late, accel),
         )
     }
 }
 
-/// Seconds to drive `distance_m` from `speed`, gaining `gain` m/s² up to `top`. Not positive if the
-/// place lies behind.
-pub(super) fn travel_s(distance_m: f32, speed: f32, top: f32, gain: f32) -> f32 {
+/// Returns the time to drive `distance_m` from `speed`, accelerating by `gain` m/s² up to `top`;
+/// not positive if the place lies behind.
+pub(super) fn travel_s(distance_m: f32, speed: f32, top: f32, accel: f32) -> f32 {
     if distance_m <= 0.0 {
         return 0.0;
     }
     if speed >= top {
         return distance_m / speed.max(0.1);
     }
-    let ramp_m = (top * top - speed * speed) / (2.0 * gain);
+    let ramp_m = (top * top - speed * speed) / (2.0 * accel);
     if distance_m <= ramp_m {
-        ((speed * speed + 2.0 * gain * distance_m).sqrt() - speed) / gain
+        ((speed * speed + 2.0 * accel * distance_m).sqrt() - speed) / accel
     } else {
-        (top - speed) / gain + (distance_m - ramp_m) / top
+        (top - speed) / accel + (distance_m - ramp_m) / top
     }
 }
 
-/// As [`travel_s`], as late as it may be: who is faster than `top` slows down to it at once.
-fn latest_travel_s(distance_m: f32, speed: f32, top: f32, gain: f32) -> f32 {
+/// Returns the latest time to drive `distance_m`: a vehicle faster than `top` slows down to it at
+/// once.
+fn latest_travel_s(distance_m: f32, speed: f32, top: f32, accel: f32) -> f32 {
     if distance_m <= 0.0 || speed <= top {
-        return travel_s(distance_m, speed, top, gain);
+        return travel_s(distance_m, speed, top, accel);
     }
     let slowing_m = (speed * speed - top * top) / (2.0 * BRAKE_MPS2);
     if distance_m <= slowing_m {

@@ -1,4 +1,5 @@
-//! Who asks for leave, for which way, and in which order they are heard.
+//! Requests: which vehicles need a reservation, for which lanes, and in which order they are
+//! assessed.
 
 use protocol::light;
 
@@ -15,39 +16,40 @@ use crate::{
     vehicle_table::VehicleTable,
 };
 
-/// After so long at the line, rank does not matter any more.
+/// Waiting time at the line after which rank does not count.
 const PATIENCE_S: f32 = 15.0;
 
-/// No way is lengthened by another junction if it is so long already.
+/// Length from which a way through a junction is not extended by the next junction.
 const CHAIN_M: f32 = 45.0;
 
 impl Junctions {
-    /// What the light of route lane `k` shows to this vehicle; dark without one.
+    /// Returns the state of the light of route lane `k` for this vehicle; off without a light.
     pub(super) fn light(&self, vehicles: &VehicleTable, row: usize, k: usize, view: &View) -> u32 {
         let lane = vehicles.route[row].lanes()[k] as usize;
         let signal = view.map.approaches.signal[lane];
         if signal == NONE {
             return light::OFF;
         }
-        let share = view.ignore_lights[row];
+        let fraction = view.ignore_lights[row];
         let nth = u64::from(vehicles.route[row].lanes_passed.wrapping_add(k as u32));
-        if share > 0.0 && unit(view.seed, vehicles.id[row], Purpose::Light, nth) < share {
+        if fraction > 0.0 && unit(view.seed, vehicles.id[row], Purpose::Light, nth) < fraction {
             return light::GREEN;
         }
         view.lights[signal as usize]
     }
 
-    /// The sign before route lane `k`, if this vehicle heeds it.
+    /// Returns the sign before route lane `k`, if this vehicle obeys it.
     pub(super) fn sign(&self, vehicles: &VehicleTable, row: usize, k: usize, view: &View) -> Sign {
-        let share = view.ignore_signs[row];
+        let fraction = view.ignore_signs[row];
         let nth = u64::from(vehicles.route[row].lanes_passed.wrapping_add(k as u32));
-        if share > 0.0 && unit(view.seed, vehicles.id[row], Purpose::Sign, nth) < share {
+        if fraction > 0.0 && unit(view.seed, vehicles.id[row], Purpose::Sign, nth) < fraction {
             return Sign::None;
         }
         view.map.approaches.sign[vehicles.route[row].lanes()[k] as usize]
     }
 
-    /// The next way through a junction that needs a leave, if it is near enough to matter.
+    /// Returns the request for the next way through a junction without a reservation, if it is
+    /// near.
     pub(super) fn request(
         &self,
         vehicles: &VehicleTable,
@@ -69,8 +71,8 @@ impl Junctions {
                 continue;
             }
             let to = self.way_end(vehicles, row, k, view);
-            let way = &lanes[k..to];
-            let contested = way.iter().any(|&lane| !map.conflicts.of(lane).is_empty())
+            let path = &lanes[k..to];
+            let contested = path.iter().any(|&lane| !map.conflicts.of(lane).is_empty())
                 || map.approaches.signal[lanes[k] as usize] != NONE
                 || map.approaches.sign[lanes[k] as usize] == Sign::Stop;
             if !contested {
@@ -89,9 +91,10 @@ impl Junctions {
         None
     }
 
-    /// One past the last lane of the way through the junction that begins at `from`; goes on
-    /// through the next junction if there is no room to stand between the two, but not for ever:
-    /// who asked for half a roundabout would wait for vehicles that wait behind him.
+    /// Returns one past the last lane of the way through the junction that begins at `from`. The
+    /// way continues through the next junction if there is no room to stand between the two, but
+    /// only up to a length: a reservation for half a roundabout would wait for vehicles that wait
+    /// behind its holder.
     pub(super) fn way_end(
         &self,
         vehicles: &VehicleTable,
@@ -125,7 +128,7 @@ impl Junctions {
         }
     }
 
-    /// Who goes first; lower does.
+    /// Returns the rank of a request; lower goes first.
     pub(super) fn rank(
         &self,
         vehicles: &VehicleTable,
@@ -147,15 +150,15 @@ impl Junctions {
         {
             last += 1;
         }
-        let way_in = map.tracks.at(lanes[from], 0.0).1;
-        let maneuver = map.tracks.at(lanes[last], map.tracks.length(lanes[last])).1;
-        let left = i32::from(way_in.angle_to(maneuver) > LEFT_TURN_RAD);
+        let entry_direction = map.tracks.at(lanes[from], 0.0).1;
+        let exit_direction = map.tracks.at(lanes[last], map.tracks.length(lanes[last])).1;
+        let left = i32::from(entry_direction.angle_to(exit_direction) > LEFT_TURN_RAD);
         match light {
             light::OFF => {
                 let posted = map.approaches.sign[first] != Sign::None;
                 let sign = self.sign(vehicles, row, from, view) != Sign::None;
                 let low = sign || map.approaches.beside_signals[first];
-                // Who ignores a sign takes the way for a major one.
+                // A vehicle that ignores a sign takes its road for a major one.
                 let minor = map.approaches.minor[first] && sign == posted;
                 left + 2 * i32::from(minor) + 4 * i32::from(low)
             }
@@ -166,20 +169,20 @@ impl Junctions {
     pub(super) fn sort_requests(&mut self, vehicles: &VehicleTable, view: &View) {
         let tracks = &view.map.tracks;
         let bucket = |vehicles: &VehicleTable, request: &Request| {
-            // Who waits longer goes first; who comes sooner goes first.
+            // The vehicle that has waited longer goes first, then the one that arrives sooner.
             let speed = view.agents.speed(view.agents.driven[request.row] as usize).max(0.5);
             let soon = (request.line_m.max(0.0) / speed).min(100.0) as u32;
             (u32::MAX - vehicles.wait_s[request.row] as u32, soon)
         };
         for a in 0..self.requests.len() {
-            let mine = self.requests[a];
-            let lane = vehicles.route[mine.row].lanes()[mine.from];
+            let own_request = self.requests[a];
+            let lane = vehicles.route[own_request.row].lanes()[own_request.from];
             let heading = tracks.at(lane, 0.0).1;
             let from_right = self.requests.iter().filter(|other| {
                 let from = vehicles.route[other.row].lanes()[other.from];
-                other.rank == mine.rank
+                other.rank == own_request.rank
                     && tracks.junction[from as usize] == tracks.junction[lane as usize]
-                    && bucket(vehicles, other) == bucket(vehicles, &mine)
+                    && bucket(vehicles, other) == bucket(vehicles, &own_request)
                     && heading.perp_dot(tracks.at(from, 0.0).1) > 0.5
             });
             self.requests[a].from_right = from_right.count() as u32;

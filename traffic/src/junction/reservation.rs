@@ -1,4 +1,4 @@
-//! Reservations: given, withdrawn, refused and expired.
+//! Reservations: granted, denied, withdrawn and expired.
 
 use protocol::light;
 
@@ -8,13 +8,13 @@ use super::state::{
 };
 use crate::vehicle_table::VehicleTable;
 
-/// After so long before a full way out, another way is drawn.
+/// Waiting time before a blocked exit after which another turn is drawn.
 const DETOUR_S: f32 = 8.0;
 
 impl Junctions {
-    /// Takes back what has not been used yet of a leave and cannot be used now: all of it, or what
-    /// lies beyond the junction that the vehicle is in. Otherwise who stands in a queue would keep
-    /// from going whom he cannot reach.
+    /// Withdraws the unused part of a reservation that cannot be used now: all of it, or what lies
+    /// beyond the junction that the vehicle is in. Otherwise a vehicle in a queue would block
+    /// vehicles that it cannot reach.
     pub(super) fn withdraw(&self, vehicles: &mut VehicleTable, row: usize, view: &View) {
         if vehicles.reservation[row] == 0 {
             return;
@@ -25,17 +25,17 @@ impl Junctions {
         let enters = |k: usize| {
             tracks.in_junction(lanes[k]) && (k == 0 || !tracks.in_junction(lanes[k - 1]))
         };
-        let taken = (0..end).filter(|&k| enters(k) && self.start(row, k) > 0.0).find(|&from| {
+        let withdrawn = (0..end).filter(|&k| enters(k) && self.start(row, k) > 0.0).find(|&from| {
             let line_m = self.start(row, from) - view.map.approaches.line_m[lanes[from] as usize];
-            let brakes = 2.0 * YELLOW_BRAKE_MPS2 * (line_m - LINE_GAP_M).max(0.0);
-            let stoppable = speed * speed < brakes || speed < 0.5;
-            // Between two junctions with no room in between one would stand in others' way.
+            let brake_limit = 2.0 * YELLOW_BRAKE_MPS2 * (line_m - LINE_GAP_M).max(0.0);
+            let stoppable = speed * speed < brake_limit || speed < 0.5;
+            // Between two junctions without room between them the vehicle would obstruct others.
             let outside = !(0..from).any(|k| tracks.in_junction(lanes[k]));
             let light = self.light(vehicles, row, from, view);
             let stopped = outside && (light == light::RED || light == light::YELLOW);
             stoppable && (stopped || vehicles.reservation_idle_s[row] > 4.0)
         });
-        let Some(from) = taken else { return };
+        let Some(from) = withdrawn else { return };
         if (0..from).any(|k| tracks.in_junction(lanes[k])) {
             vehicles.reservation_end[row] =
                 vehicles.route[row].lanes_passed.wrapping_add(from as u32);
@@ -80,8 +80,8 @@ impl Junctions {
         }
     }
 
-    /// Takes back earlier leaves of those who come behind on the same lane: the order of leaves
-    /// must be the order of the queue, or it would have cycles.
+    /// Withdraws earlier reservations of vehicles behind on the same lane: reservations must be in
+    /// the order of the queue, or their order would have cycles.
     pub(super) fn revoke_behind(&self, vehicles: &mut VehicleTable, request: &Request) {
         let lane = vehicles.route[request.row].lanes()[request.from];
         for other in 0..vehicles.id.len() {
@@ -107,7 +107,7 @@ impl Junctions {
         let row = request.row;
         let agent = view.agents.driven[row] as usize;
         let speed = view.agents.speed(agent);
-        // Beyond the line but not in: stand here.
+        // Beyond the line but not in the junction: stop here.
         let stop_m = (request.line_m - LINE_GAP_M).max(0.0);
         let brake_from = speed * speed / (2.0 * BRAKE_MPS2 * 0.9) + 1.0 * speed.max(0.0) + 4.0;
         if stop_m < brake_from {
@@ -129,7 +129,7 @@ impl Junctions {
     }
 }
 
-/// Ends a leave when all its lanes lie behind, and notes for how long it goes unused.
+/// Ends a reservation when all its lanes lie behind, and measures for how long it is unused.
 pub(super) fn expire(vehicles: &mut VehicleTable, row: usize, view: &View) {
     if vehicles.reservation[row] == 0 {
         return;
@@ -138,8 +138,9 @@ pub(super) fn expire(vehicles: &mut VehicleTable, row: usize, view: &View) {
         vehicles.reservation[row] = 0;
         vehicles.reservation_end[row] = 0;
     }
-    let stands = view.agents.velocity[view.agents.driven[row] as usize].length_squared() < 0.25;
-    let used = vehicles.reservation[row] == 0 || !stands;
+    let is_standing =
+        view.agents.velocity[view.agents.driven[row] as usize].length_squared() < 0.25;
+    let is_used = vehicles.reservation[row] == 0 || !is_standing;
     vehicles.reservation_idle_s[row] =
-        if used { 0.0 } else { vehicles.reservation_idle_s[row] + view.delta_s };
+        if is_used { 0.0 } else { vehicles.reservation_idle_s[row] + view.delta_s };
 }

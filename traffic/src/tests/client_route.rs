@@ -1,4 +1,4 @@
-//! Where clients say that vehicles go is where they go.
+//! Vehicles follow the routes that clients command.
 
 use glam::{Vec2, Vec3};
 use protocol::{
@@ -11,8 +11,8 @@ use super::course::{Course, DELTA_NANOS};
 use super::maps;
 use crate::Planner;
 
-/// Lines of the journal that tell the only car where to go.
-fn told(steps: &[RouteStep]) -> Vec<JournalEntry> {
+/// Returns journal entries that command a route to the only car.
+fn commands(steps: &[RouteStep]) -> Vec<JournalEntry> {
     let line = |guide: RouteCommand| JournalEntry {
         client: Name::new("test"),
         sequence: 1,
@@ -22,7 +22,7 @@ fn told(steps: &[RouteStep]) -> Vec<JournalEntry> {
     RouteCommand::route(ActorId(1), steps).into_iter().map(line).collect()
 }
 
-/// One car of a town, on the `nth` of its spawn points.
+/// Creates a town with one car, on the `nth` of its spawn points.
 fn alone(nth: usize, seed: u64) -> Course {
     let network = maps::town();
     let points = network.spawn_points();
@@ -35,12 +35,12 @@ fn alone(nth: usize, seed: u64) -> Course {
     Course::with_cars(network, seed, vec![car])
 }
 
-/// By how much the only car turned in each of the junctions that it came through, radians.
+/// Returns the change of heading of the only car in each junction that it passed, radians.
 fn turned(course: &mut Course, first: &[JournalEntry], junctions: usize) -> Vec<f32> {
     let (mut all, mut into) = (Vec::new(), None);
     for tick in 0..20 * 600 {
         course.tick_with(if tick == 0 { first } else { &[] });
-        let lane = course.planner.vehicle_plans().next().expect("it is on a road").lane;
+        let lane = course.planner.vehicle_plans().next().expect("the car is on a road").lane;
         let yaw = course.cars[0].yaw;
         match (into, course.network.lane(LaneIndex(lane.0)).junction) {
             (None, Some(_)) => into = Some(yaw),
@@ -67,39 +67,40 @@ fn a_turn_is_taken_wherever_the_junction_offers_it() {
                 course.network.nearest(course.cars[0].position.as_dvec3(), LaneTypes::DRIVABLE);
             let from = lane.expect("a spawn point").lane.0;
             let offered = crate::client_route::offers(kind, from, &course.planner.map.tracks);
-            let way = turned(&mut course, &told(&[RouteStep::turn(kind)]), 1);
-            assert_eq!(way.len(), 1, "spawn point {}: no junction in ten minutes", 7 * nth);
+            let turn = turned(&mut course, &commands(&[RouteStep::turn(kind)]), 1);
+            assert_eq!(turn.len(), 1, "spawn point {}: no junction in ten minutes", 7 * nth);
             if offered {
-                assert!(way[0] * side > 0.5, "spawn point {}: {} rad", 7 * nth, way[0]);
+                assert!(turn[0] * side > 0.5, "spawn point {}: {} rad", 7 * nth, turn[0]);
                 *(if side > 0.0 { &mut left } else { &mut right }) += 1;
             }
         }
     }
-    assert!(left > 8 && right > 8, "{left} and {right} junctions offered it");
+    assert!(left > 8 && right > 8, "{left} and {right} junctions offer the turn");
 }
 
 #[test]
-fn who_turns_indicates_it_before() {
+fn a_vehicle_indicates_before_it_turns() {
     let (mut left, mut right) = (0, 0);
     for nth in 0..12 {
         let mut course = alone(7 * nth, 5);
         let lamps = super::params::turned(param::LAMPS, 1.0);
         let steps = [route_step::LEFT, route_step::RIGHT, route_step::LEFT].map(RouteStep::turn);
-        let mut lines = [vec![lamps], told(&steps)].concat();
+        let mut lines = [vec![lamps], commands(&steps)].concat();
         let (mut shown, mut into) = (0, None);
         for _ in 0..20 * 240 {
             course.tick_with(&std::mem::take(&mut lines));
-            let lane = course.planner.vehicle_plans().next().expect("it is on a road").lane;
+            let lane = course.planner.vehicle_plans().next().expect("the car is on a road").lane;
             let yaw = course.cars[0].yaw;
             match (into, course.network.lane(LaneIndex(lane.0)).junction) {
                 (None, Some(_)) => into = Some((yaw, shown)),
                 (Some((before, lamps)), None) => {
-                    let way = Vec2::from_angle(before).angle_to(Vec2::from_angle(yaw));
-                    if way.abs() > 0.8 {
-                        let side = if way > 0.0 { lamp::LEFT_BLINKER } else { lamp::RIGHT_BLINKER };
+                    let turn = Vec2::from_angle(before).angle_to(Vec2::from_angle(yaw));
+                    if turn.abs() > 0.8 {
+                        let side =
+                            if turn > 0.0 { lamp::LEFT_BLINKER } else { lamp::RIGHT_BLINKER };
                         let both = lamp::LEFT_BLINKER | lamp::RIGHT_BLINKER;
-                        assert_eq!(lamps & both, side, "spawn point {}: {way} rad", 7 * nth);
-                        *(if way > 0.0 { &mut left } else { &mut right }) += 1;
+                        assert_eq!(lamps & both, side, "spawn point {}: {turn} rad", 7 * nth);
+                        *(if turn > 0.0 { &mut left } else { &mut right }) += 1;
                     }
                     into = None;
                 }
@@ -113,17 +114,17 @@ fn who_turns_indicates_it_before() {
 
 #[test]
 fn turns_are_taken_one_after_the_other() {
-    // Round the block, four times to the right, from wherever that is possible.
+    // Around a block, with four right turns.
     let mut rounds = 0;
     for nth in 0..12 {
         let mut course = alone(11 * nth, 3);
-        let ways = turned(&mut course, &told(&[RouteStep::turn(route_step::RIGHT); 4]), 4);
-        rounds += u32::from(ways.len() == 4 && ways.iter().all(|&way| way < -0.5));
+        let turns = turned(&mut course, &commands(&[RouteStep::turn(route_step::RIGHT); 4]), 4);
+        rounds += u32::from(turns.len() == 4 && turns.iter().all(|&turn| turn < -0.5));
     }
-    assert!(rounds >= 3, "{rounds} of 12 came round the block");
+    assert!(rounds >= 3, "{rounds} of 12 drove around the block");
 }
 
-/// How near the only car came to each of these places, one after the other.
+/// Returns the least distance of the only car to each position, in order.
 fn passed(course: &mut Course, places: &[Vec3], lines: &[JournalEntry]) -> Vec<f32> {
     let mut nearest = vec![f32::INFINITY; places.len()];
     let mut at = 0;
@@ -131,9 +132,9 @@ fn passed(course: &mut Course, places: &[Vec3], lines: &[JournalEntry]) -> Vec<f
         course.tick_with(if tick == 0 { lines } else { &[] });
         let distance = course.cars[0].position.distance(places[at]);
         nearest[at] = nearest[at].min(distance);
-        // It is there, or has just been.
-        let gone = distance > nearest[at] + 3.0;
-        if nearest[at] < 4.0 && gone {
+        // The car has passed the position.
+        let has_passed = distance > nearest[at] + 3.0;
+        if nearest[at] < 4.0 && has_passed {
             at += 1;
         }
         if at == places.len() {
@@ -144,7 +145,7 @@ fn passed(course: &mut Course, places: &[Vec3], lines: &[JournalEntry]) -> Vec<f
 }
 
 #[test]
-fn places_are_come_by_in_their_order() {
+fn positions_are_passed_in_their_order() {
     for nth in 0..6 {
         let mut course = alone(13 * nth, 9);
         let points = course.network.spawn_points();
@@ -153,8 +154,8 @@ fn places_are_come_by_in_their_order() {
             .map(|point| course.network.place(point).position.as_vec3())
             .collect();
         let steps: Vec<RouteStep> = places.iter().map(|&at| RouteStep::place(at)).collect();
-        let nearest = passed(&mut course, &places, &told(&steps));
-        // From the lane beside at most, where there was no room to change.
+        let nearest = passed(&mut course, &places, &commands(&steps));
+        // At most from the neighbouring lane, where there was no room for a lane change.
         assert!(nearest.iter().all(|&m| m < 4.0), "spawn point {}: {nearest:?}", 13 * nth);
         let exact = nearest.iter().filter(|&&m| m < 1.0).count();
         assert!(exact >= 12, "spawn point {}: {nearest:?}", 13 * nth);
@@ -162,21 +163,21 @@ fn places_are_come_by_in_their_order() {
 }
 
 #[test]
-fn a_mind_that_is_restored_on_the_way_goes_on_the_same_way() {
+fn a_planner_restored_during_a_route_continues_it() {
     let mut course = alone(0, 9);
     let steps = [route_step::LEFT, route_step::RIGHT, route_step::STRAIGHT, route_step::LEFT]
         .map(RouteStep::turn);
-    course.tick_with(&told(&steps));
+    course.tick_with(&commands(&steps));
     (0..300).for_each(|_| course.tick());
     let mut second = Planner::new(course.network.clone(), 1);
-    second.restore(&course.planner.save()).expect("its own bytes");
-    let blind = {
+    second.restore(&course.planner.save()).expect("the planner restores its own state");
+    let truncated = {
         let mut bytes = course.planner.save();
         let end = bytes.len() - 4;
         bytes.truncate(end);
         Planner::new(course.network.clone(), 1).restore(&bytes)
     };
-    assert!(blind.is_err(), "a guide that is cut off");
+    assert!(truncated.is_err(), "a truncated client route is refused");
     for _ in 0..1200 {
         course.planner.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
         second.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
@@ -186,15 +187,18 @@ fn a_mind_that_is_restored_on_the_way_goes_on_the_same_way() {
 }
 
 #[test]
-fn who_is_told_nothing_more_goes_where_it_likes() {
-    let mut free = alone(5, 2);
+fn a_vehicle_whose_route_is_cleared_turns_at_random() {
+    let mut uncommanded = alone(5, 2);
     let mut course = alone(5, 2);
-    let way = told(&[RouteStep::turn(route_step::LEFT); 20]);
-    course.tick_with(&[way, told(&[])].concat());
-    free.tick();
+    let turn = commands(&[RouteStep::turn(route_step::LEFT); 20]);
+    course.tick_with(&[turn, commands(&[])].concat());
+    uncommanded.tick();
     for _ in 0..400 {
         course.tick();
-        free.tick();
+        uncommanded.tick();
     }
-    assert!(course.planner.save() == free.planner.save(), "as if nothing had been said");
+    assert!(
+        course.planner.save() == uncommanded.planner.save(),
+        "the same state as without commands"
+    );
 }

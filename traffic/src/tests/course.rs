@@ -1,4 +1,4 @@
-//! A world of bicycle models that obeys a planner, and watches how it drives.
+//! A world of bicycle models that follows a planner's controls and measures how they drive.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,13 +18,13 @@ use crate::{
 pub(super) const DELTA_NANOS: u64 = 50_000_000;
 pub(super) const DELTA_S: f32 = 0.05;
 
-/// A vehicle of the test world: a kinematic bicycle with a lazy drive train.
+/// A vehicle of the test world: a kinematic bicycle with a delayed drive train.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Car {
     pub(super) position: Vec3,
     pub(super) yaw: f32,
     pub(super) speed: f32,
-    /// It stays where it is, and no planner drives it.
+    /// Whether it stands still, without a planner.
     pub(super) parked: bool,
     pub(super) acceleration: f32,
     pub(super) yaw_rate: f32,
@@ -43,22 +43,22 @@ pub(super) struct Course {
     pub(super) planner: Planner,
     pub(super) stamp: Stamp,
     pub(super) cars: Vec<Car>,
-    /// Signal and phase of every light.
+    /// Signal and state of every light.
     lights: Vec<(u32, u32)>,
     pub(super) actors: Vec<ActorState>,
-    /// Pairs that touched.
+    /// Pairs of vehicles that collided.
     pub(super) collisions: Vec<(usize, usize)>,
-    /// Vehicles whose noses passed the line before a light, and what it showed.
+    /// Vehicles whose fronts passed the line before a light, and the state of the light.
     pub(super) crossings: Vec<(usize, u32)>,
-    /// By vehicle: the way into a junction that comes next, and how far it is to its line.
+    /// By vehicle: the next lane of a junction with a light, and the distance to its line.
     lines: BTreeMap<usize, (u32, f32)>,
 }
 
 impl Course {
-    /// Puts `count` vehicles onto spawn points spread over the map.
+    /// Creates a world with `count` vehicles on spawn points spread over the map.
     pub(super) fn new(network: Arc<Network>, seed: u64, count: usize) -> Course {
         let points = network.spawn_points();
-        // Strides through the points, so that any count is spread over the whole map.
+        // A stride through the points spreads any count over the whole map.
         let stride = (points.len() / count.max(1)).max(1);
         let cars = points
             .iter()
@@ -93,18 +93,18 @@ impl Course {
         course
     }
 
-    /// One frame: plan on the snapshot, move, and take the next snapshot.
+    /// Runs one frame: plans on the snapshot, moves the vehicles, and takes the next snapshot.
     pub(super) fn tick(&mut self) {
         self.tick_with(&[]);
     }
 
-    /// The same, with commands.
+    /// Runs one frame with the commands of a journal.
     pub(super) fn tick_with(&mut self, journal: &[JournalEntry]) {
         self.planner.plan(&self.stamp, DELTA_NANOS, &self.actors, journal);
         self.advance();
     }
 
-    /// Everything but planning.
+    /// Runs one frame without planning.
     pub(super) fn advance(&mut self) {
         self.watch_lines();
         for control in self.planner.controls() {
@@ -155,7 +155,7 @@ impl Course {
         }
     }
 
-    /// Sets every vehicle onto the road below it, and takes down how it gets on.
+    /// Puts every vehicle onto the road below it, and measures its progress.
     fn settle(&mut self) {
         for car in &mut self.cars {
             let at = car.position.as_dvec3();
@@ -171,7 +171,7 @@ impl Course {
         }
     }
 
-    /// Notes who passes the line before a light, and what the light shows.
+    /// Records vehicles that pass the line before a light, and the state of the light.
     fn watch_lines(&mut self) {
         let (tracks, approaches) = (&self.planner.map.tracks, &self.planner.map.approaches);
         for vehicle_plan in self.planner.vehicle_plans() {
@@ -216,9 +216,9 @@ impl Course {
         }
     }
 
-    /// The OpenDRIVE id of the road that a vehicle's planner follows.
+    /// Returns the OpenDRIVE id of the road that a vehicle's planner follows.
     pub(super) fn road_of(&self, car: usize) -> String {
-        let vehicle_plan = self.planner.vehicle_plans().nth(car).expect("it is on a road");
+        let vehicle_plan = self.planner.vehicle_plans().nth(car).expect("the vehicle is on a road");
         let road = self.network.lane(LaneIndex(vehicle_plan.lane.0)).road;
         self.network.roads()[road as usize].id.clone()
     }
@@ -229,14 +229,14 @@ impl Car {
         if self.parked {
             return;
         }
-        let lag = |value: &mut f32, wanted: f32, time: f32| {
-            *value += (wanted - *value) * (DELTA_S / time).min(1.0);
+        let lag = |value: &mut f32, target: f32, time: f32| {
+            *value += (target - *value) * (DELTA_S / time).min(1.0);
         };
         lag(&mut self.throttle, control.throttle, 0.25);
         lag(&mut self.brake, control.brake, 0.12);
-        let share =
+        let factor =
             1.0 - 0.018 * self.speed.abs().min(5.6) - 0.007 * (self.speed.abs() - 5.6).max(0.0);
-        let wheels = control.steer.clamp(-1.0, 1.0) * 0.61 * share;
+        let wheels = control.steer.clamp(-1.0, 1.0) * 0.61 * factor;
         let turn = (wheels - self.wheels).clamp(-2.5 * DELTA_S, 2.5 * DELTA_S);
         self.wheels += turn;
         let direction = if control.flags & flag::REVERSE != 0 { -1.0 } else { 1.0 };
@@ -247,7 +247,7 @@ impl Car {
         let slowed = (self.speed.abs() - DELTA_S * resistance).max(0.0);
         self.speed = slowed * self.speed.signum();
         self.acceleration = (self.speed - before) / DELTA_S;
-        // The origin is the middle of the wheelbase, so it slips sideways in curves.
+        // The origin is the middle of the wheelbase, so that it has a sideslip angle in curves.
         let slip = (0.5 * self.wheels.tan()).atan();
         self.yaw_rate = self.speed * slip.sin() * 2.0 / CAR.wheelbase_m;
         let heading = self.yaw + 0.5 * self.yaw_rate * DELTA_S + slip;

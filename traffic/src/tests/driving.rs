@@ -1,4 +1,4 @@
-//! One vehicle behind another, and many in a town.
+//! Lane keeping, car following, and a town with many vehicles.
 
 use glam::Vec3;
 
@@ -6,7 +6,7 @@ use super::course::{Car, Course};
 use super::maps;
 use crate::body::CAR;
 
-/// On the lane driven along x.
+/// Creates a car on the lane driven along x.
 fn car(x: f32, speed: f32) -> Car {
     Car { position: Vec3::new(x, -1.75, 0.0), speed, ..Car::default() }
 }
@@ -60,13 +60,13 @@ fn a_vehicle_stops_for_one_that_stops_hard() {
     let mut course = Course::with_cars(maps::straight(2000.0), 1, cars);
     for tick in 0..1200 {
         course.tick();
-        // Six metres per second squared, as fast as cars come to a stand; then it goes on.
+        // At 6 m/s², a hard stop of a car; then it drives on.
         if (200..400).contains(&tick) {
             course.cars[0].speed = (course.cars[0].speed - 0.3).max(0.0);
         }
         assert!(gap_m(&course) > 0.5, "{} m at tick {tick}", gap_m(&course));
     }
-    assert!(course.cars[1].speed > 10.0, "it goes on behind the leader");
+    assert!(course.cars[1].speed > 10.0, "it drives on behind the leader");
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn a_town_full_of_vehicles_keeps_moving_without_a_collision() {
 }
 
 #[test]
-fn who_leans_is_not_steered_harder_than_it_can_lean() {
+fn a_two_wheeler_is_not_steered_beyond_its_lean_limit() {
     let (blueprint, scooter) = town::blueprint("vehicle.vespa.zx125").unwrap();
     // Three metres off its line, at 15 m/s.
     let off = Car { position: Vec3::new(50.0, -4.75, 0.0), speed: 15.0, ..Car::default() };
@@ -107,7 +107,7 @@ fn who_leans_is_not_steered_harder_than_it_can_lean() {
     course.actors[0].blueprint = blueprint;
     course.planner.plan(&course.stamp, 50_000_000, &course.actors, &[]);
     let steer = course.planner.controls()[0].steer;
-    // At that speed full lock is a sixth less than standing.
+    // At that speed the available steering angle is a sixth less than at standstill.
     let wheels_rad = steer * 0.6 * 0.84;
     let sideways_mps2 = 15.0f32.powi(2) * wheels_rad.tan() / scooter.wheelbase_m;
     assert!((2.0..5.5).contains(&sideways_mps2), "{sideways_mps2} at a steer of {steer}");

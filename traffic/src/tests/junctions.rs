@@ -1,4 +1,4 @@
-//! Lights, and who goes first where there are none.
+//! Lights, signs, and right of way without either.
 
 use glam::Vec3;
 use protocol::{light, param};
@@ -8,7 +8,7 @@ use super::maps;
 use super::params::turned;
 
 #[test]
-fn nobody_passes_a_red_light() {
+fn no_vehicle_passes_a_red_light() {
     let mut course = Course::new(maps::town(), 2, 30);
     for _ in 0..20 * 180 {
         course.tick();
@@ -20,7 +20,7 @@ fn nobody_passes_a_red_light() {
 }
 
 #[test]
-fn who_is_told_to_ignore_lights_passes_red_ones() {
+fn a_vehicle_that_ignores_lights_passes_red_ones() {
     let mut course = Course::new(maps::town(), 2, 30);
     course.tick_with(&[turned(param::IGNORE_LIGHTS, 1.0)]);
     for _ in 0..20 * 60 {
@@ -29,7 +29,8 @@ fn who_is_told_to_ignore_lights_passes_red_ones() {
     assert!(course.crossings.iter().any(|c| c.1 == light::RED));
 }
 
-/// An eastbound and a northbound vehicle, equally far from the crossing, in this order of ids.
+/// Creates an eastbound and a northbound vehicle, equally far from the crossing, with ids in this
+/// order.
 fn meeting(eastbound_first: bool) -> Course {
     let east = Car { position: Vec3::new(-90.0, -1.75, 0.0), speed: 8.0, ..Car::default() };
     let north = Car {
@@ -43,7 +44,7 @@ fn meeting(eastbound_first: bool) -> Course {
 }
 
 #[test]
-fn who_comes_from_the_right_goes_first_whatever_the_ids() {
+fn the_vehicle_from_the_right_goes_first_whatever_the_ids() {
     for eastbound_first in [true, false] {
         let mut course = meeting(eastbound_first);
         let (east, north) = if eastbound_first { (0, 1) } else { (1, 0) };
@@ -62,7 +63,7 @@ fn who_comes_from_the_right_goes_first_whatever_the_ids() {
 }
 
 #[test]
-fn a_crossing_under_pressure_from_all_sides_neither_locks_nor_crashes() {
+fn a_crossing_with_queues_on_all_arms_has_no_deadlock_and_no_collision() {
     let mut cars = Vec::new();
     for (k, (x, y)) in [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0f32)].iter().enumerate() {
         let yaw = (-y).atan2(-x);
@@ -86,8 +87,8 @@ fn a_crossing_under_pressure_from_all_sides_neither_locks_nor_crashes() {
     assert_eq!(passed, vec![true; starts.len()]);
 }
 
-/// Whether the northbound vehicle stops at a sign before the crossing, told so.
-fn stops_at_sign(told: &[protocol::JournalEntry]) -> bool {
+/// Returns whether the northbound vehicle stops at a sign before the crossing after these commands.
+fn stops_at_sign(commands: &[protocol::JournalEntry]) -> bool {
     let north = Car {
         position: Vec3::new(1.75, -90.0, 0.0),
         yaw: std::f32::consts::FRAC_PI_2,
@@ -95,14 +96,14 @@ fn stops_at_sign(told: &[protocol::JournalEntry]) -> bool {
         ..Car::default()
     };
     let mut course = Course::with_cars(maps::stop_before_crossing(), 3, vec![north]);
-    course.tick_with(told);
+    course.tick_with(commands);
     (0..20 * 30).for_each(|_| course.tick());
     assert!(course.cars[0].position.y > 30.0, "{:?}", course.cars[0]);
     course.cars[0].longest_stand_s > 0.5
 }
 
 #[test]
-fn who_is_told_to_ignore_signs_does_not_stop_at_one() {
+fn a_vehicle_that_ignores_signs_does_not_stop_at_one() {
     assert!(stops_at_sign(&[]));
     assert!(!stops_at_sign(&[turned(param::IGNORE_SIGNS, 1.0)]));
 }

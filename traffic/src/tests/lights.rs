@@ -1,4 +1,4 @@
-//! Green goes where somebody comes.
+//! Green is actuated by demand.
 
 use protocol::light;
 
@@ -6,7 +6,7 @@ use crate::{demand::Demand, signals::SignalPlan};
 
 const TICK_NANOS: u64 = 50_000_000;
 
-/// What three lights, one in each phase, show second by second.
+/// Returns the states of three lights, one in each phase, second by second.
 fn shown(seconds: usize, demand: impl Fn(f32) -> Demand) -> Vec<[u32; 3]> {
     let plan = SignalPlan::of_phases(3);
     let mut clocks = vec![0];
@@ -20,13 +20,13 @@ fn shown(seconds: usize, demand: impl Fn(f32) -> Demand) -> Vec<[u32; 3]> {
         .collect()
 }
 
-/// For how many of the seconds a light is green.
+/// Returns for how many of the seconds a light is green.
 fn green_s(shown: &[[u32; 3]], signal: usize) -> usize {
     shown.iter().filter(|lights| lights[signal] == light::GREEN).count()
 }
 
 #[test]
-fn nobody_gets_green_in_turns() {
+fn phases_alternate_without_demand() {
     let shown = shown(90, |_| Demand::of(&[], &[]));
     for signal in 0..3 {
         assert!((18..=30).contains(&green_s(&shown, signal)), "{}", green_s(&shown, signal));
@@ -34,21 +34,21 @@ fn nobody_gets_green_in_turns() {
 }
 
 #[test]
-fn a_phase_that_nobody_wants_is_left_out() {
+fn a_phase_without_demand_is_skipped() {
     let shown = shown(120, |_| Demand::of(&[0, 2], &[0, 2]));
     assert_eq!(green_s(&shown, 1), 0);
     assert!(green_s(&shown, 0) > 35 && green_s(&shown, 2) > 35);
 }
 
 #[test]
-fn green_ends_soon_when_nobody_comes_any_more_and_others_wait() {
+fn green_ends_when_its_demand_ends_and_others_wait() {
     let shown = shown(30, |now_s| Demand::of(&[1], if now_s < 9.0 { &[0] } else { &[] }));
     assert!((8..=10).contains(&green_s(&shown, 0)), "{}", green_s(&shown, 0));
     assert!(green_s(&shown, 1) >= 10);
 }
 
 #[test]
-fn nobody_waits_for_ever_while_others_keep_coming() {
+fn every_phase_gets_green_under_continuous_demand() {
     let shown = shown(100, |_| Demand::of(&[0, 1, 2], &[0, 1, 2]));
     for signal in 0..3 {
         assert!(green_s(&shown, signal) > 15, "{}", green_s(&shown, signal));
@@ -56,7 +56,7 @@ fn nobody_waits_for_ever_while_others_keep_coming() {
 }
 
 #[test]
-fn green_rests_where_alone_somebody_comes() {
+fn green_rests_on_the_only_phase_with_demand() {
     let shown = shown(120, |_| Demand::of(&[0], &[0]));
     assert_eq!(green_s(&shown, 0), 120);
 }

@@ -4,32 +4,33 @@ use std::sync::Arc;
 
 use road::Network;
 
-/// A small town of our own: lights, stop signs, one and two lanes each way.
+/// Returns a small generated town: lights, stop signs, one and two lanes each way.
 pub(super) fn town() -> Arc<Network> {
-    let text = mapgen::named("Flatford").expect("it is one of ours");
-    Arc::new(Network::parse(&text).expect("our own towns parse"))
+    let text = mapgen::named("Flatford").expect("a map of the generator");
+    Arc::new(Network::parse(&text).expect("generated towns parse"))
 }
 
-/// A straight road of `length_m` along x with a lane each way, 50 km/h.
+/// Returns a straight road of `length_m` along x with a lane each way, 50 km/h.
 pub(super) fn straight(length_m: f64) -> Arc<Network> {
     let road = road("1", "-1", (0.0, 0.0, 0.0, length_m), "", true);
     parse(&road)
 }
 
-/// Four arms of 150 m around the origin, with a lane each way and nothing that says who goes first.
+/// Returns a crossing of four arms of 150 m around the origin, with a lane each way and neither
+/// lights nor signs.
 ///
 /// West arm 1, east arm 2, south arm 3, north arm 4; straight on only.
 pub(super) fn crossing() -> Arc<Network> {
     parse(&crossing_text())
 }
 
-/// The same with a stop sign before the crossing for who comes from the south.
+/// Returns the crossing with a stop sign on the southern arm.
 pub(super) fn stop_before_crossing() -> Arc<Network> {
     let sign = r#"<signals><signal s="149" t="-4" id="1" name="" dynamic="no" orientation="+"
         zOffset="2" country="OpenDRIVE" type="206" subtype="-1" value="-1"/></signals></road>"#;
     let text = crossing_text();
-    let south = text.find(r#"id="3""#).expect("there is a southern arm");
-    let end = south + text[south..].find("</road>").expect("it ends");
+    let south = text.find(r#"id="3""#).expect("the southern arm exists");
+    let end = south + text[south..].find("</road>").expect("the road element ends");
     parse(&format!("{}{sign}{}", &text[..end], &text[end + "</road>".len()..]))
 }
 
@@ -67,14 +68,14 @@ fn crossing_text() -> String {
     text
 }
 
-/// A one-way lane in a loop to the left: four quarter circles, with straight roads between them
-/// unless `straight_m` is 0.
+/// Returns a one-way lane in a loop to the left: four quarter circles, with straight roads between
+/// them unless `straight_m` is 0.
 pub(crate) fn loop_road(radius_m: f64, straight_m: f64) -> Arc<Network> {
     loop_lanes(radius_m, straight_m, 1)
 }
 
-/// The same with two lanes, between which one may change; its first straight is 600 m along x, with
-/// lane -1 about y = -1.75 and -2 about y = -5.25.
+/// Returns a loop with two lanes, between which changes are allowed; its first straight is 600 m
+/// along x, with lane -1 about y = -1.75 and -2 about y = -5.25.
 pub(super) fn two_lanes() -> Arc<Network> {
     loop_lanes(60.0, 600.0, 2)
 }
@@ -91,7 +92,7 @@ fn loop_lanes(radius_m: f64, straight_m: f64, lanes: i32) -> Arc<Network> {
         })
         .collect();
     let quarter = std::f64::consts::FRAC_PI_2;
-    // Along each road: length and curvature.
+    // Length and curvature of each road.
     let mut pieces = Vec::new();
     for _ in 0..4 {
         if straight_m > 0.0 {
@@ -130,8 +131,8 @@ fn loop_lanes(radius_m: f64, straight_m: f64, lanes: i32) -> Arc<Network> {
     parse(&text)
 }
 
-/// A one-way lane that rises in three quarters of a circle and crosses over itself: along x below,
-/// then down x = 160 and 7 m above.
+/// Returns a one-way lane that rises in three quarters of a circle and crosses over itself: along x
+/// below, then down x = 160 and 7 m above.
 pub(super) fn overpass() -> Arc<Network> {
     let arc_m = 60.0 * std::f64::consts::PI;
     let down = -std::f64::consts::FRAC_PI_2;

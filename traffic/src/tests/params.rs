@@ -1,4 +1,4 @@
-//! What clients set is what vehicles do.
+//! Vehicles drive by the parameters that clients set.
 
 use glam::Vec3;
 use protocol::{
@@ -8,7 +8,7 @@ use protocol::{
 use super::course::{Car, Course};
 use super::maps;
 
-/// A line of the journal that turns everybody's param.
+/// Returns a journal entry that sets a parameter of all vehicles.
 pub(super) fn turned(param: u32, value: f32) -> JournalEntry {
     turned_for(0, param, value)
 }
@@ -27,7 +27,7 @@ fn car(x: f32, y: f32, speed: f32) -> Car {
     Car { position: Vec3::new(x, y, 0.0), speed, ..Car::default() }
 }
 
-/// One vehicle on lane -1, told so, after so many seconds.
+/// Runs one vehicle on lane -1 for some seconds after these commands.
 fn alone(lines: &[JournalEntry], seconds: usize) -> Course {
     let mut course = Course::with_cars(maps::two_lanes(), 1, vec![car(10.0, -1.75, 10.0)]);
     course.tick_with(lines);
@@ -36,9 +36,9 @@ fn alone(lines: &[JournalEntry], seconds: usize) -> Course {
 }
 
 #[test]
-fn a_speed_holds_whatever_the_limit_is_until_a_share_is_set() {
-    let told = [turned_for(1, param::SPEED_MPS, 20.0)];
-    let mut course = alone(&told, 20);
+fn a_fixed_speed_holds_until_a_speed_reduction_is_set() {
+    let commands = [turned_for(1, param::SPEED_MPS, 20.0)];
+    let mut course = alone(&commands, 20);
     assert!((course.cars[0].speed - 20.0).abs() < 1.0, "{}", course.cars[0].speed);
     course.tick_with(&[turned_for(1, param::SPEED_REDUCTION, 0.5)]);
     (0..20 * 12).for_each(|_| course.tick());
@@ -46,7 +46,7 @@ fn a_speed_holds_whatever_the_limit_is_until_a_share_is_set() {
 }
 
 #[test]
-fn an_offset_is_driven() {
+fn a_lateral_offset_is_driven() {
     for offset in [0.6, -0.4] {
         let course = alone(&[turned(param::OFFSET_LEFT_M, offset)], 12);
         let y = course.cars[0].position.y;
@@ -55,10 +55,10 @@ fn an_offset_is_driven() {
 }
 
 #[test]
-fn a_change_that_is_told_is_made_once_and_at_once() {
+fn a_commanded_lane_change_is_made_once_and_at_once() {
     let mut course = alone(&[turned_for(1, param::CHANGE_NOW, -1.0)], 8);
     assert!((course.cars[0].position.y + 5.25).abs() < 0.2, "{:?}", course.cars[0].position);
-    // There is no lane right of it: that waits, and the other way takes its place.
+    // There is no lane on its right: the command waits until the opposite command replaces it.
     course.tick_with(&[turned_for(1, param::CHANGE_NOW, -1.0)]);
     (0..20).for_each(|_| course.tick());
     assert!((course.cars[0].position.y + 5.25).abs() < 0.2);
@@ -68,9 +68,9 @@ fn a_change_that_is_told_is_made_once_and_at_once() {
 }
 
 #[test]
-fn a_change_that_is_told_is_not_made_again() {
+fn a_commanded_lane_change_is_not_repeated() {
     let mut course = alone(&[turned_for(1, param::CHANGE_NOW, -1.0)], 8);
-    // Something else brings it back to the left, where it stays.
+    // A random change brings it back to the left, where it stays.
     course.tick_with(&[turned_for(1, param::CHANGE_LEFT, 1.0)]);
     (0..20 * 14).for_each(|_| course.tick());
     for _ in 0..20 * 6 {
@@ -80,15 +80,15 @@ fn a_change_that_is_told_is_not_made_again() {
 }
 
 #[test]
-fn a_probability_changes_lanes_for_no_reason() {
+fn a_probability_causes_random_lane_changes() {
     let right = alone(&[turned(param::KEEP_RIGHT, 1.0)], 8);
     assert!((right.cars[0].position.y + 5.25).abs() < 0.2, "{:?}", right.cars[0].position);
     let never = alone(&[turned(param::KEEP_RIGHT, 0.0)], 8);
     assert!((never.cars[0].position.y + 1.75).abs() < 0.2, "{:?}", never.cars[0].position);
 }
 
-/// A slow one in front on lane -1, a fast one behind it.
-fn behind_a_slow_one(lines: &[JournalEntry], seconds: usize) -> Course {
+/// Runs a slow vehicle on lane -1 and a fast one behind it.
+fn behind_a_slow_vehicle(lines: &[JournalEntry], seconds: usize) -> Course {
     let cars = vec![car(70.0, -1.75, 2.0), car(20.0, -1.75, 12.0)];
     let mut course = Course::with_cars(maps::two_lanes(), 1, cars);
     let mut all =
@@ -100,54 +100,54 @@ fn behind_a_slow_one(lines: &[JournalEntry], seconds: usize) -> Course {
 }
 
 #[test]
-fn who_may_not_change_lanes_stays_behind() {
-    let free = behind_a_slow_one(&[], 25);
+fn a_vehicle_that_may_not_change_lanes_stays_behind() {
+    let free = behind_a_slow_vehicle(&[], 25);
     assert!(free.cars[1].position.x > free.cars[0].position.x, "it overtakes");
-    let bound = behind_a_slow_one(&[turned_for(2, param::CHANGES_LANES, 0.0)], 25);
-    assert!(bound.cars[1].position.x < bound.cars[0].position.x, "it follows");
-    assert_eq!(bound.collisions, []);
+    let confined = behind_a_slow_vehicle(&[turned_for(2, param::CHANGES_LANES, 0.0)], 25);
+    assert!(confined.cars[1].position.x < confined.cars[0].position.x, "it follows");
+    assert_eq!(confined.collisions, []);
 }
 
 #[test]
-fn whom_one_ignores_one_drives_into() {
+fn a_vehicle_collides_with_what_it_ignores() {
     let stays = turned_for(2, param::CHANGES_LANES, 0.0);
     let all = turned_for(2, param::IGNORE_VEHICLES, 1.0);
-    assert_ne!(behind_a_slow_one(&[stays, all], 15).collisions, []);
+    assert_ne!(behind_a_slow_vehicle(&[stays, all], 15).collisions, []);
     let one = turned_for(2, param::IGNORE_ACTOR + 1, 1.0);
-    assert_ne!(behind_a_slow_one(&[stays, one], 15).collisions, []);
-    // The word about one goes before the share.
+    assert_ne!(behind_a_slow_vehicle(&[stays, one], 15).collisions, []);
+    // The parameter for one agent has precedence over the fraction.
     let but = turned_for(2, param::IGNORE_ACTOR + 1, 0.0);
-    assert_eq!(behind_a_slow_one(&[stays, all, but], 15).collisions, []);
+    assert_eq!(behind_a_slow_vehicle(&[stays, all, but], 15).collisions, []);
     let walkers = turned_for(2, param::IGNORE_WALKERS, 1.0);
-    assert_eq!(behind_a_slow_one(&[stays, walkers], 15).collisions, []);
+    assert_eq!(behind_a_slow_vehicle(&[stays, walkers], 15).collisions, []);
 }
 
-/// A line of the journal that makes such weather.
-fn sky(weather: Weather) -> JournalEntry {
+/// Returns a journal entry that sets the weather.
+fn weather_entry(weather: Weather) -> JournalEntry {
     JournalEntry { command: RawCommand::from(Command::SetWeather(weather)), ..turned(0, 0.0) }
 }
 
-/// The lamps that the first vehicle switches.
+/// Returns the lights that the first vehicle switches.
 fn lamps(course: &Course) -> u32 {
     course.planner.controls()[0].lamps
 }
 
 #[test]
-fn lamps_follow_the_sky_and_the_pedals() {
+fn lights_follow_the_weather_and_the_pedals() {
     let mut course = alone(&[], 1);
-    assert_eq!(lamps(&course), 0, "nobody asked for it");
+    assert_eq!(lamps(&course), 0, "lights are off by default");
     course.tick_with(&[turned_for(1, param::LAMPS, 1.0)]);
     assert_eq!(lamps(&course), lamp::SWITCHED, "a clear afternoon");
-    course.tick_with(&[sky(Weather { sun_altitude_rad: -0.3, ..Weather::default() })]);
+    course.tick_with(&[weather_entry(Weather { sun_altitude_rad: -0.3, ..Weather::default() })]);
     let night = lamp::SWITCHED | lamp::POSITION | lamp::LOW_BEAM;
     assert_eq!(lamps(&course), night);
     let mut second = crate::Planner::new(course.network.clone(), 1);
-    second.restore(&course.planner.save()).expect("its own bytes");
+    second.restore(&course.planner.save()).expect("the planner restores its own state");
     second.plan(&course.stamp, super::course::DELTA_NANOS, &course.actors, &[]);
-    assert_eq!(second.controls()[0].lamps, night, "who takes over knows that it is night");
-    course.tick_with(&[sky(Weather { fog_density: 60.0, ..Weather::default() })]);
+    assert_eq!(second.controls()[0].lamps, night, "a restored planner has the weather");
+    course.tick_with(&[weather_entry(Weather { fog_density: 60.0, ..Weather::default() })]);
     assert_eq!(lamps(&course), night | lamp::FOG);
-    course.tick_with(&[sky(Weather::default()), turned_for(1, param::SPEED_MPS, 0.0)]);
+    course.tick_with(&[weather_entry(Weather::default()), turned_for(1, param::SPEED_MPS, 0.0)]);
     course.tick();
     assert_eq!(lamps(&course), lamp::SWITCHED | lamp::BRAKE);
     course.tick_with(&[turned_for(1, param::LAMPS, 0.0)]);
@@ -155,29 +155,29 @@ fn lamps_follow_the_sky_and_the_pedals() {
 }
 
 #[test]
-fn who_changes_lanes_indicates_where_to() {
+fn a_vehicle_indicates_its_lane_change() {
     let lines = [turned_for(1, param::LAMPS, 1.0), turned_for(1, param::CHANGE_NOW, -1.0)];
     let mut course = Course::with_cars(maps::two_lanes(), 1, vec![car(10.0, -1.75, 10.0)]);
     course.tick_with(&lines);
     (0..20).for_each(|_| course.tick());
     assert_eq!(lamps(&course), lamp::SWITCHED | lamp::RIGHT_BLINKER);
     (0..20 * 7).for_each(|_| course.tick());
-    assert_eq!(lamps(&course) & lamp::RIGHT_BLINKER, 0, "it is there");
+    assert_eq!(lamps(&course) & lamp::RIGHT_BLINKER, 0, "the change has ended");
     course.tick_with(&[turned_for(1, param::CHANGE_NOW, 1.0)]);
     (0..20).for_each(|_| course.tick());
     assert_eq!(lamps(&course), lamp::SWITCHED | lamp::LEFT_BLINKER);
 }
 
 #[test]
-fn turns_are_drawn_anew_from_a_seed_that_is_set() {
-    let ways = |lines: &[JournalEntry]| {
+fn a_seed_that_is_set_decides_the_turns() {
+    let positions = |lines: &[JournalEntry]| {
         let mut course = Course::new(maps::town(), 7, 20);
         course.tick_with(lines);
         (0..600).for_each(|_| course.tick());
         course.cars.iter().map(|car| car.position.to_array()).collect::<Vec<_>>()
     };
-    let set = |seed: f32| ways(&[turned(param::SEED, seed)]);
-    assert!(set(42.0) == set(42.0), "the same again");
-    assert!(set(42.0) != set(43.0), "other turns");
-    assert!(set(42.0) != ways(&[]), "other turn_draws than nobody asked for");
+    let set = |seed: f32| positions(&[turned(param::SEED, seed)]);
+    assert!(set(42.0) == set(42.0), "the same seed");
+    assert!(set(42.0) != set(43.0), "another seed");
+    assert!(set(42.0) != positions(&[]), "the default seed");
 }

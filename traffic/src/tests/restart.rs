@@ -1,10 +1,10 @@
-//! A planner is a function of what it was shown: the same bits, in every life.
+//! The planner is a pure function of its inputs, across restarts.
 
 use super::course::{Course, DELTA_NANOS};
 use super::maps;
 use crate::{Planner, RestoreError};
 
-/// Everything that a planner decided, and all that it remembers.
+/// Returns all decisions and the state of a planner.
 fn bytes(planner: &Planner) -> Vec<u8> {
     let mut bytes = bytemuck::cast_slice(planner.controls()).to_vec();
     bytes.extend_from_slice(bytemuck::cast_slice(planner.lights()));
@@ -12,7 +12,7 @@ fn bytes(planner: &Planner) -> Vec<u8> {
     bytes
 }
 
-/// What a run of 20 vehicles decides, frame by frame.
+/// Returns the controls of a run of 20 vehicles, frame by frame.
 fn run(seed: u64, ticks: usize) -> Vec<Vec<u8>> {
     let mut course = Course::new(maps::town(), seed, 20);
     (0..ticks)
@@ -24,18 +24,18 @@ fn run(seed: u64, ticks: usize) -> Vec<Vec<u8>> {
 }
 
 #[test]
-fn a_seed_decides_every_bit_and_another_seed_others() {
+fn a_seed_decides_every_bit() {
     let once = run(7, 600);
     assert!(once == run(7, 600), "the same seed");
     assert!(once != run(8, 600), "another seed");
 }
 
 #[test]
-fn a_restored_mind_goes_on_as_if_nothing_had_happened() {
-    // In the middle of everything: some wait, some turn, some change lanes.
-    for lost_at in [1, 37, 400, 1203] {
+fn a_restored_planner_continues_with_the_same_bits() {
+    // While some wait, some turn and some change lanes.
+    for restart_at in [1, 37, 400, 1203] {
         let mut course = Course::new(maps::town(), 4, 30);
-        for _ in 0..lost_at {
+        for _ in 0..restart_at {
             course.tick();
         }
         let mut second = Planner::new(course.network.clone(), 999);
@@ -43,7 +43,10 @@ fn a_restored_mind_goes_on_as_if_nothing_had_happened() {
         for tick in 0..400 {
             course.planner.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
             second.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
-            assert!(bytes(&course.planner) == bytes(&second), "{tick} ticks after {lost_at}");
+            assert!(
+                bytes(&course.planner) == bytes(&second),
+                "{tick} ticks after a restart at {restart_at}"
+            );
             course.advance();
         }
     }
@@ -66,7 +69,7 @@ fn the_order_of_actors_does_not_matter() {
 }
 
 #[test]
-fn what_is_no_mind_of_this_map_is_refused_and_changes_nothing() {
+fn a_state_that_does_not_fit_is_refused_and_changes_nothing() {
     let mut course = Course::new(maps::town(), 4, 5);
     for _ in 0..50 {
         course.tick();
