@@ -55,7 +55,9 @@ impl Approaches {
                 approaches.add_signal(network, tracks, index as u32, signal, lane, stop_m);
             }
         }
-        approaches.midblock.sort_unstable_by(|a, b| a.partial_cmp(b).expect("finite"));
+        approaches
+            .midblock
+            .sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
         approaches.compare_approaches(tracks);
         approaches.yield_to_roundabouts(tracks, conflicts);
         approaches

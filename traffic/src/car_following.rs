@@ -96,9 +96,10 @@ pub(crate) fn desired_speed(
 
 /// Returns the distance from the front bumper to the end of the known route.
 pub(crate) fn route_end(vehicles: &VehicleTable, row: usize, tracks: &Tracks, front_m: f32) -> f32 {
-    let (&last, before) = vehicles.route[row].lanes().split_last().expect("a route has a lane");
-    let length: f32 = before.iter().map(|&lane| tracks.length(lane)).sum();
-    length + tracks.usable_m[last as usize] - vehicles.arc_m[row] - front_m
+    let route = &vehicles.route[row];
+    let before = route.lanes().len().saturating_sub(1);
+    let length: f32 = route.lanes()[..before].iter().map(|&lane| tracks.length(lane)).sum();
+    length + tracks.usable_m[route.last() as usize] - vehicles.arc_m[row] - front_m
 }
 
 /// Returns the acceleration that speed, leader, junction and stop line together allow.

@@ -207,15 +207,18 @@ fn take<T: bytemuck::Pod>(bytes: &mut &[u8], count: usize) -> Option<Vec<T>> {
 type Reached = BTreeMap<u32, (u32, u32)>;
 
 /// Returns the lane of least cost.
+///
+/// # Panics
+/// If `lanes` is empty.
 fn cheapest(lanes: &BTreeMap<u32, u32>) -> u32 {
-    *lanes.iter().min_by_key(|&(lane, cost)| (cost, lane)).expect("somewhere to be").0
+    *lanes.iter().min_by_key(|&(lane, cost)| (cost, lane)).expect("a search has a source").0
 }
 
 impl ClientRoute {
     /// Plans from the last of the `driven` lanes, which are fixed. Steps that cannot be carried out
     /// from there are dropped.
     fn make_plan(&mut self, driven: &[u32], tracks: &Tracks, grid: &Grid) {
-        let start = *driven.last().expect("a route has a lane");
+        let Some(&start) = driven.last() else { return };
         let mut stages: Vec<Reached> = Vec::new();
         let mut sources = BTreeMap::from([(start, 0)]);
         self.steps.retain(|step| {
@@ -249,7 +252,7 @@ impl ClientRoute {
         self.plan = driven.iter().map(unfinished).collect();
         for (path, step) in paths.iter().rev().zip(&self.steps) {
             self.plan.extend(path.iter().map(unfinished));
-            let last = self.plan.last_mut().expect("driven lanes");
+            let Some(last) = self.plan.last_mut() else { return };
             last.done += 1;
             if step.kind == route_step::PLACE {
                 let place = Vec3::from_array(step.position_m).truncate();

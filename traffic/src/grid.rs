@@ -62,8 +62,7 @@ impl Grid {
                 });
             }
             // One entry for each pass of the lane: that of the nearest sample.
-            found[begin..]
-                .sort_unstable_by(|a, b| (a.0, a.3).partial_cmp(&(b.0, b.3)).expect("finite"));
+            found[begin..].sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.3.total_cmp(&b.3)));
             let mut kept = begin;
             let mut last_m = 0.0;
             for k in begin..found.len() {

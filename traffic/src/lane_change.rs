@@ -289,7 +289,7 @@ fn accel(speed: f32, desired: f32, leader: &Leader) -> f32 {
 /// Returns the distance to the end of a route that leads to a dead end, else infinity.
 fn distance_to_end(vehicles: &VehicleTable, row: usize, view: &View) -> f32 {
     let tracks = &view.map.tracks;
-    let last = *vehicles.route[row].lanes().last().expect("a route has a lane");
+    let last = vehicles.route[row].last();
     if tracks.endless[last as usize] {
         return f32::INFINITY;
     }

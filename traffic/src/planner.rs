@@ -392,7 +392,7 @@ impl Planner {
         let mut constraint = scratch.junctions.constraints[row];
         let end_m = car_following::route_end(vehicles, row, tracks, front_m);
         if end_m < 100.0 {
-            let last = *vehicles.route[row].lanes().last().expect("a route has a lane");
+            let last = vehicles.route[row].last();
             let back = tracks.u_turn_lane[last as usize] != crate::tracks::NONE;
             let room_m = if back { route::U_TURN_ROOM_M } else { 1.0 };
             constraint.stop_m = constraint.stop_m.min((end_m - room_m).max(0.0));

@@ -241,11 +241,11 @@ pub(crate) fn extend(
     }
     while reach < AHEAD_M && !vehicles.route[row].is_full() {
         let (id, count) = (vehicles.id[row], vehicles.route[row].lanes().len());
-        let last = *vehicles.route[row].lanes().last().expect("a route has a lane");
-        let asked =
+        let last = vehicles.route[row].last();
+        let commanded =
             client_routes.next(id, count, last).filter(|branch| tracks.next(last).contains(branch));
-        let Some(next) =
-            asked.or_else(|| draw_turn(tracks, last, load, (seed, id, vehicles.turn_draws[row])))
+        let Some(next) = commanded
+            .or_else(|| draw_turn(tracks, last, load, (seed, id, vehicles.turn_draws[row])))
         else {
             return;
         };

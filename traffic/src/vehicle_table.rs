@@ -33,6 +33,11 @@ impl Route {
         self.lanes[0]
     }
 
+    /// Returns the last lane.
+    pub(crate) fn last(&self) -> u32 {
+        self.lanes[(self.length as usize).clamp(1, ROUTE_MAX) - 1]
+    }
+
     /// Returns whether the route holds [`ROUTE_MAX`] lanes.
     pub(crate) fn is_full(&self) -> bool {
         self.length as usize == ROUTE_MAX
