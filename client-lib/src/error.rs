@@ -2,7 +2,7 @@ use std::{io, path::PathBuf, time::Duration};
 
 use bake::MapError;
 use bus::BusError;
-use protocol::{ActorId, BundleId, Frame};
+use protocol::{ActorId, BundleId, Frame, Refusal, RefusalCode};
 
 /// Why a frame ended before every participant had done its work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,23 +30,25 @@ pub enum ClientError {
     /// The simulator cannot be found or joined, or a channel cannot be used.
     #[error(transparent)]
     Bus(#[from] BusError),
-    /// The host refused a command.
-    #[error("{what}: {why}")]
+    /// The host refused a command or a query; the world is as it was.
+    #[error("{command}: {reason}")]
     #[non_exhaustive]
     Refused {
         /// The call that sent the command.
-        what: &'static str,
+        command: &'static str,
+        /// The cause, to be matched.
+        code: RefusalCode,
         /// The reason, for people.
-        why: String,
+        reason: String,
     },
     /// An argument that no host could accept.
-    #[error("{what}: {why}")]
+    #[error("{call}: {reason}")]
     #[non_exhaustive]
     BadArgument {
         /// The call.
-        what: &'static str,
+        call: &'static str,
         /// The reason, for people.
-        why: String,
+        reason: String,
     },
     /// A file cannot be read or written.
     #[error("file: {}: {source}", path.display())]
@@ -135,11 +137,34 @@ pub enum ClientError {
 }
 
 impl ClientError {
-    pub(crate) fn refused(what: &'static str, why: &str) -> ClientError {
-        ClientError::Refused { what, why: why.to_owned() }
+    pub(crate) fn refused(command: &'static str, Refusal { code, reason }: Refusal) -> ClientError {
+        ClientError::Refused { command, code, reason }
     }
 
-    pub(crate) fn bad_argument(what: &'static str, why: impl Into<String>) -> ClientError {
-        ClientError::BadArgument { what, why: why.into() }
+    pub(crate) fn bad_argument(call: &'static str, reason: impl Into<String>) -> ClientError {
+        ClientError::BadArgument { call, reason: reason.into() }
+    }
+
+    /// Returns the cause of a refusal; `None` for every other error.
+    ///
+    /// ```
+    /// # use omnibus_client_lib::{ActorId, Client, ClientError, RefusalCode, Spawn};
+    /// /// Spawns at the first of these places that is free.
+    /// fn spawn_at_any(client: &mut Client, spawns: &[Spawn]) -> Result<Option<ActorId>, ClientError> {
+    ///     for spawn in spawns {
+    ///         match client.spawn(*spawn) {
+    ///             Err(e) if e.refusal() == Some(RefusalCode::SpawnCollision) => {}
+    ///             spawned => return spawned.map(Some),
+    ///         }
+    ///     }
+    ///     Ok(None)
+    /// }
+    /// ```
+    #[must_use]
+    pub fn refusal(&self) -> Option<RefusalCode> {
+        match self {
+            ClientError::Refused { code, .. } => Some(*code),
+            _ => None,
+        }
     }
 }

@@ -49,7 +49,7 @@ impl Observer {
             frame,
             client: name_of(entry.client),
             command: entry.command.decode().map_or_else(String::new, |c| variant(&c)),
-            refused: entry.outcome.result().err().map(str::to_owned),
+            refused: entry.outcome.result().err(),
         }))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use protocol::{ActorId, ActorState, Frame, flag};
+use protocol::{ActorId, ActorState, Frame, Refusal, flag};
 
 /// Something that happened in the world: see
 /// [`Observer::follow_events`](crate::Observer::follow_events).
@@ -39,7 +39,7 @@ pub enum Event {
         /// The command's name, as `Spawn`.
         command: String,
         /// Why it was refused; `None` if it was carried out.
-        refused: Option<String>,
+        refused: Option<Refusal>,
     },
     /// Commands of other participants were lost because this client did not read them in time.
     CommandsLost,

@@ -97,9 +97,10 @@ pub use protocol::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, BONES, BlueprintInfo, BundleId,
     CamReading, CamSpec, CollisionReading, Curve, DEPTH_FAR_M, Frame, Gear, GnssReading, GnssSpec,
     ImuReading, ImuSpec, LaneInvasionReading, MessageReading, MessageSpec, ObstacleReading,
-    ObstacleSpec, OdometryReading, OdometrySpec, Pose, RadioSpec, SHAPE_TEXT_BYTES, SHAPES_MAX,
-    SensorSpec, TEXT_BYTES, VehicleBody, VehicleEngine, VehicleGearbox, VehiclePhysics,
-    VehicleSteering, VehicleTelemetry, VehicleWheel, Weather, WheelTelemetry, geodesy, radio,
+    ObstacleSpec, OdometryReading, OdometrySpec, Pose, RadioSpec, Refusal, RefusalCode,
+    SHAPE_TEXT_BYTES, SHAPES_MAX, SensorSpec, TEXT_BYTES, VehicleBody, VehicleEngine,
+    VehicleGearbox, VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel, Weather,
+    WheelTelemetry, geodesy, radio,
 };
 pub use queries::Queries;
 pub use rays::{RayGrid, RayHit};

@@ -23,7 +23,7 @@ impl Outcome {
     ///
     /// [`ClientError::Refused`].
     pub fn id(&self) -> Result<u32, ClientError> {
-        self.entry.outcome.result().map_err(|why| ClientError::refused(self.what, why))
+        self.entry.outcome.result().map_err(|refusal| ClientError::refused(self.what, refusal))
     }
 
     /// Returns the actor that the command spawned or changed.

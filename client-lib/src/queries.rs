@@ -4,7 +4,7 @@ use std::{sync::Arc, time::Duration};
 
 use protocol::{
     AckermannSettings, ActorId, BONES, BONES_PER_COMMAND, BlendPose, Pose, Query, QueryKind,
-    ResponseBody, SetBones, VehiclePhysics, VehicleTelemetry, WheelTelemetry,
+    Refusal, ResponseBody, SetBones, VehiclePhysics, VehicleTelemetry, WheelTelemetry,
 };
 
 use crate::{ClientError, connection::Connection};
@@ -96,7 +96,9 @@ impl Queries {
         index: u32,
     ) -> Result<T, ClientError> {
         let mut bodies = self.all(what, &[Query::new(T::KIND, actor_id, index)])?;
-        bodies.pop().ok_or_else(|| ClientError::refused(what, "there is no response"))
+        bodies
+            .pop()
+            .ok_or_else(|| ClientError::refused(what, Refusal::other("there is no response")))
     }
 
     /// Sends queries of one kind and waits for their responses, in their order.
@@ -110,7 +112,7 @@ impl Queries {
         }
         let responses = self.connection.query(what, queries, self.deadline)?;
         let body = |one: &protocol::Response| {
-            one.body().map_err(|why| ClientError::refused(what, why.as_str()))
+            one.body().map_err(|refusal| ClientError::refused(what, refusal))
         };
         responses.iter().map(body).collect()
     }

@@ -1,8 +1,8 @@
 //! How a vehicle is built and driven from outside: read, and changed while it drives.
 
 use protocol::{
-    AckermannControl, AckermannSettings, ActorId, ApplyForce, Command, SetWeatherAffectsGrip,
-    Switch, VehiclePhysics, VehicleTelemetry, WheelTelemetry,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, Command, Refusal,
+    SetWeatherAffectsGrip, Switch, VehiclePhysics, VehicleTelemetry, WheelTelemetry,
 };
 
 use crate::{Client, ClientError};
@@ -24,11 +24,14 @@ impl Client {
         let body: protocol::VehicleBody = self.queries().one(what, actor_id, 0)?;
         if physics.wheels.len() != body.wheels as usize {
             let (given, has) = (physics.wheels.len(), body.wheels);
-            return Err(refused(what, &format!("{actor_id} has {has} wheels, not {given}")));
+            let reason = format!("{actor_id} has {has} wheels, not {given}");
+            return Err(ClientError::refused(what, Refusal::out_of_range(reason)));
         }
         let mut physics = physics.clone();
         physics.body.wheels = body.wheels;
-        physics.check().map_err(|why| refused(what, &why))?;
+        physics
+            .check()
+            .map_err(|reason| ClientError::refused(what, Refusal::out_of_range(reason)))?;
         self.request(what, &physics.commands(actor_id)).map(drop)
     }
 
@@ -91,8 +94,4 @@ impl Client {
             Command::SetWeatherAffectsGrip(SetWeatherAffectsGrip { on: on.into(), reserved: 0 });
         self.request("set_weather_affects_grip", &[command]).map(drop)
     }
-}
-
-fn refused(what: &'static str, why: &str) -> ClientError {
-    ClientError::refused(what, why)
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use bus::{HostPorts, free_bytes};
 use protocol::{
-    ActorId, BundleId, CreateBundle, Name, SENSORS_MAX, SensorSpec, layout, output, sensor,
+    ActorId, BundleId, CreateBundle, Name, Refusal, SENSORS_MAX, SensorSpec, layout, output, sensor,
 };
 
 /// Largest width or height of an image, in pixels or rays.
@@ -35,24 +35,24 @@ impl Bundles {
         command: &CreateBundle,
         sensors: &[SensorSpec],
         ports: &mut HostPorts,
-    ) -> Result<BundleId, String> {
+    ) -> Result<BundleId, Refusal> {
         check_bundle(command, sensors)?;
         let (_, bytes) = layout(sensors);
         let held = command.max_borrowed as usize;
         let needed = HostPorts::bundle_channel_bytes(bytes, held);
-        let free = free_bytes().map_err(|e| format!("/dev/shm: {e}"))?;
+        let free = free_bytes().map_err(|e| Refusal::other(format!("/dev/shm: {e}")))?;
         if needed > free {
-            return Err(format!(
+            return Err(Refusal::full(format!(
                 "bundle {:?}: {} MB per frame may need {} MB of /dev/shm, which has {} MB free; \
                  enlarge it, or hold fewer than {held} bundles",
                 command.name,
                 bytes.div_ceil(1 << 20),
                 needed.div_ceil(1 << 20),
                 free >> 20,
-            ));
+            )));
         }
         let bundle = BundleId(self.last + 1);
-        ports.create_bundle(bundle, held).map_err(|e| e.to_string())?;
+        ports.create_bundle(bundle, held).map_err(|e| Refusal::full(e.to_string()))?;
         self.last += 1;
         self.mounted.insert(bundle, Mounted { parent: command.parent, client });
         Ok(bundle)
@@ -63,8 +63,10 @@ impl Bundles {
         &mut self,
         bundle: BundleId,
         ports: &mut HostPorts,
-    ) -> Result<(), String> {
-        self.mounted.remove(&bundle).ok_or_else(|| format!("there is no bundle {}", bundle.0))?;
+    ) -> Result<(), Refusal> {
+        self.mounted
+            .remove(&bundle)
+            .ok_or_else(|| Refusal::not_found(format!("there is no bundle {}", bundle.0)))?;
         ports.remove_bundle(bundle);
         Ok(())
     }
@@ -95,81 +97,91 @@ impl Bundles {
     }
 }
 
-fn check_bundle(command: &CreateBundle, sensors: &[SensorSpec]) -> Result<(), String> {
+fn check_bundle(command: &CreateBundle, sensors: &[SensorSpec]) -> Result<(), Refusal> {
     let name = &command.name;
     if sensors.is_empty() || sensors.len() > SENSORS_MAX {
         let count = sensors.len();
-        return Err(format!("bundle {name:?} has {count} sensors, not 1 to {SENSORS_MAX}"));
+        return Err(Refusal::out_of_range(format!(
+            "bundle {name:?} has {count} sensors, not 1 to {SENSORS_MAX}"
+        )));
     }
     if sensors.len() != command.sensor_count as usize {
-        return Err(format!(
+        return Err(Refusal::out_of_range(format!(
             "bundle {name:?} announces {} sensors, but {} follow",
             command.sensor_count,
             sensors.len()
-        ));
+        )));
     }
     if !(1..=8).contains(&command.max_borrowed) {
-        return Err(format!(
+        return Err(Refusal::out_of_range(format!(
             "bundle {name:?}: max_borrowed is {}, not 1 to 8",
             command.max_borrowed
-        ));
+        )));
     }
     let physics = sensors.iter().filter(|spec| sensor::is_physics_sensor(spec.kind)).count();
     if physics != 0 && physics != sensors.len() {
-        return Err(format!(
+        return Err(Refusal::out_of_range(format!(
             "bundle {name:?} has {physics} physics sensors and {} sensors of rays; make a bundle \
              of each",
             sensors.len() - physics
-        ));
+        )));
     }
     for (index, spec) in sensors.iter().enumerate() {
-        check_sensor(spec)
-            .map_err(|why| format!("sensor {:?} of bundle {name:?}: {why}", spec.name))?;
+        check_sensor(spec).map_err(|refusal| {
+            refusal.about(format_args!("sensor {:?} of bundle {name:?}", spec.name))
+        })?;
         if sensors[..index].iter().any(|earlier| earlier.name == spec.name) {
-            return Err(format!("bundle {name:?} has two sensors named {:?}", spec.name));
+            return Err(Refusal::out_of_range(format!(
+                "bundle {name:?} has two sensors named {:?}",
+                spec.name
+            )));
         }
     }
     Ok(())
 }
 
-fn check_sensor(spec: &SensorSpec) -> Result<(), String> {
+fn check_sensor(spec: &SensorSpec) -> Result<(), Refusal> {
     let in_range = |what: &str, value: f32, low: f32, high: f32| {
         if (low..=high).contains(&value) {
             Ok(())
         } else {
-            Err(format!("{what} is {value}, not {low} to {high}"))
+            Err(Refusal::out_of_range(format!("{what} is {value}, not {low} to {high}")))
         }
     };
     if !spec.parent_from_sensor.is_valid() {
-        return Err("its pose is not finite, or its rotation not of unit length".to_owned());
+        return Err(Refusal::out_of_range(
+            "its pose is not finite, or its rotation not of unit length",
+        ));
     }
     let away_m = spec.parent_from_sensor.position().abs().max_element();
     if away_m > 1e5 {
-        return Err(format!("its pose lies {away_m} m from its parent; the limit is 100000 m"));
+        return Err(Refusal::out_of_range(format!(
+            "its pose lies {away_m} m from its parent; the limit is 100000 m"
+        )));
     }
     if sensor::is_physics_sensor(spec.kind) {
-        return spec.check_physics_sensor();
+        return spec.check_physics_sensor().map_err(Refusal::out_of_range);
     }
     for (what, value) in [("width", spec.width), ("height", spec.height)] {
         if !(1..=SIDE_MAX).contains(&value) {
-            return Err(format!("{what} is {value}, not 1 to {SIDE_MAX}"));
+            return Err(Refusal::out_of_range(format!("{what} is {value}, not 1 to {SIDE_MAX}")));
         }
     }
     let (name, possible) = match spec.kind {
         sensor::CAMERA => ("camera", output::OF_CAMERA),
         sensor::LIDAR => ("lidar", output::OF_LIDAR),
         other => {
-            return Err(format!(
+            return Err(Refusal::unsupported(format!(
                 "unsupported sensor kind {other}, not camera (1), lidar (2) or a physics sensor (16 \
                  and up)"
-            ));
+            )));
         }
     };
     if spec.outputs == 0 || spec.outputs & !possible != 0 {
-        return Err(format!(
+        return Err(Refusal::out_of_range(format!(
             "outputs {:#x} are empty or unsupported; a {name} has {possible:#x}",
             spec.outputs
-        ));
+        )));
     }
     if spec.kind == sensor::CAMERA {
         return in_range("fov_rad", spec.fov_rad, 0.01, 3.1);
@@ -208,8 +220,8 @@ mod tests {
             name: Name::new("r"),
             ..CreateBundle::default()
         };
-        let error = check_bundle(&command, &[spec]).err().unwrap_or_default();
-        assert_eq!(error, refusal);
+        let error = check_bundle(&command, &[spec]).err().map(|refusal| refusal.reason);
+        assert_eq!(error.unwrap_or_default(), refusal);
     }
 
     #[test]

@@ -77,7 +77,9 @@ impl Host {
             [StandingCommand::SetSettings(config.settings), StandingCommand::HideLayers(hide)];
         let mut lines = Vec::new();
         for command in first {
-            let outcome = sim.apply_standing(&command, sim.stamp()).map_err(HostError::Map)?;
+            let outcome = sim
+                .apply_standing(&command, sim.stamp())
+                .map_err(|refusal| HostError::Map(refusal.reason))?;
             lines.push(Request::of_host(command.into()).ended(Outcome { id: 0, ..outcome }));
         }
         if let Some(town) = town {

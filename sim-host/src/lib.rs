@@ -24,6 +24,7 @@ mod models;
 pub mod physics;
 mod physics_sensors;
 mod recording;
+mod refusal;
 mod replay;
 mod request;
 mod saved;

@@ -24,7 +24,7 @@ use bus::{BusError, Writer, clock};
 use glam::Vec3;
 use protocol::{
     ActorId, BundleHeader, BundleId, CamSpec, CollisionReading, GnssSpec, ImuSpec, MessageSpec,
-    ObstacleReading, ObstacleSpec, OdometrySpec, Page, Plane, Pose, Reading, SensorSpec,
+    ObstacleReading, ObstacleSpec, OdometrySpec, Page, Plane, Pose, Reading, Refusal, SensorSpec,
     SnapshotHeader, Transmit, layout, sensor, tracer,
 };
 use road::Network;
@@ -128,21 +128,25 @@ impl PhysicsSensors {
     /// # Errors
     ///
     /// The cause as a text.
-    pub(crate) fn transmit(&mut self, command: &Transmit) -> Result<u32, String> {
+    pub(crate) fn transmit(&mut self, command: &Transmit) -> Result<u32, Refusal> {
         let bundle = self.bundles.get_mut(&command.bundle);
-        let bundle = bundle
-            .ok_or_else(|| format!("there is no bundle {} of physics sensors", command.bundle.0))?;
+        let bundle = bundle.ok_or_else(|| {
+            Refusal::not_found(format!(
+                "there is no bundle {} of physics sensors",
+                command.bundle.0
+            ))
+        })?;
         let count = bundle.sensors.len();
         match bundle.sensors.get_mut(command.sensor as usize).map(|sensor| &mut sensor.state) {
             Some(State::Radio(station)) => station.queue(command.text).map(|()| command.bundle.0),
-            Some(_) => Err(format!(
+            Some(_) => Err(Refusal::wrong_kind(format!(
                 "sensor {} of bundle {} is not a radio",
                 command.sensor, command.bundle.0
-            )),
-            None => Err(format!(
+            ))),
+            None => Err(Refusal::not_found(format!(
                 "bundle {} has {count} sensors; there is no sensor {}",
                 command.bundle.0, command.sensor
-            )),
+            ))),
         }
     }
 

@@ -6,7 +6,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Quat, Vec3};
-use protocol::{ActorId, ActorState, Command, Episode, StartReplay, WalkerLimbs, kind, status};
+use protocol::{
+    ActorId, ActorState, Command, Episode, Refusal, StartReplay, WalkerLimbs, kind, status,
+};
 use record::{RecordError, RecordedFrame};
 
 use crate::world::World;
@@ -55,36 +57,41 @@ impl Replay {
     /// # Errors
     ///
     /// The recording cannot be read, or lacks what is requested.
-    pub(crate) fn of(command: &StartReplay) -> Result<Replay, String> {
-        let mut recording =
-            record::Recording::open(command.path.path()).map_err(|e| e.to_string())?;
+    pub(crate) fn of(command: &StartReplay) -> Result<Replay, Refusal> {
+        let mut recording = record::Recording::open(command.path.path())
+            .map_err(|e| Refusal::file(e.to_string()))?;
         let name = recording.path().display().to_string();
         if !recording.info().profile.has_states() {
-            return Err(format!(
+            return Err(Refusal::file(format!(
                 "{name} holds inputs and no states; use omnibus replay --resimulate"
-            ));
+            )));
         }
         let time_factor = command.time_factor;
         if !(0.01..=1000.0).contains(&time_factor) {
-            return Err(format!("time_factor is {time_factor}, not 0.01 to 1000"));
+            return Err(Refusal::out_of_range(format!(
+                "time_factor is {time_factor}, not 0.01 to 1000"
+            )));
         }
-        let whole = recording.duration_nanos().map_err(|e| e.to_string())?;
+        let whole = recording.duration_nanos().map_err(|e| Refusal::file(e.to_string()))?;
         let from = command.from_nanos;
         let at_nanos =
             if from < 0 { whole.saturating_sub(from.unsigned_abs()) } else { from.unsigned_abs() };
         if at_nanos >= whole {
-            return Err(format!("{name} is {:.2} s long; start earlier", whole as f64 / 1e9));
+            return Err(Refusal::out_of_range(format!(
+                "{name} is {:.2} s long; start earlier",
+                whole as f64 / 1e9
+            )));
         }
         let until_nanos = match command.duration_nanos {
             0 => whole,
             duration => at_nanos.saturating_add(duration).min(whole),
         };
         let last = recording.segments() - 1;
-        let last = recording.recorded_frames(last).map_err(|e| e.to_string())?;
+        let last = recording.recorded_frames(last).map_err(|e| Refusal::file(e.to_string()))?;
         let ids = last.iter().flat_map(|m| &m.actors).map(|a| a.actor_id);
         let beyond = ids.max().unwrap_or_default();
         let ignored = if command.ignore_hero != 0 {
-            heroes(&mut recording).map_err(|e| e.to_string())?
+            heroes(&mut recording).map_err(|e| Refusal::file(e.to_string()))?
         } else {
             BTreeSet::new()
         };
@@ -94,8 +101,8 @@ impl Replay {
 
     /// Shows the recorded frame that is due. Returns the shown actors that the recording no longer
     /// has.
-    pub(crate) fn show(&mut self, world: &mut World) -> Result<Vec<ActorId>, String> {
-        let (actors, limbs) = self.actors().map_err(|e| e.to_string())?;
+    pub(crate) fn show(&mut self, world: &mut World) -> Result<Vec<ActorId>, Refusal> {
+        let (actors, limbs) = self.actors().map_err(|e| Refusal::file(e.to_string()))?;
         let mut there = BTreeSet::new();
         for recorded in &actors {
             let id = recorded.actor_id;

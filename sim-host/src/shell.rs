@@ -10,7 +10,7 @@ use bake::Cache;
 use bus::{ControlPageMapping, Ending, HostPorts, OwnedInstance, Role, Strategy, clock};
 use protocol::{
     ActorId, BundleId, Command, CreateBundle, Episode, Frame, JournalEntry, Name, Outcome,
-    QueryHeader, SensorSpec, ServiceCommand, Settings, SnapshotHeader, Transmit, layout,
+    QueryHeader, Refusal, SensorSpec, ServiceCommand, Settings, SnapshotHeader, Transmit, layout,
 };
 
 use crate::{
@@ -124,7 +124,7 @@ impl Services for Shell {
         client: Name,
         bundle: &CreateBundle,
         sensors: &[SensorSpec],
-    ) -> Result<BundleId, String> {
+    ) -> Result<BundleId, Refusal> {
         let id = self.bundles.create(client, bundle, sensors, &mut self.ports)?;
         match self.mount(id, bundle, sensors) {
             Ok(()) => Ok(id),
@@ -135,7 +135,7 @@ impl Services for Shell {
         }
     }
 
-    fn destroy_bundle(&mut self, bundle: BundleId) -> Result<(), String> {
+    fn destroy_bundle(&mut self, bundle: BundleId) -> Result<(), Refusal> {
         self.physics_sensors.unmount(bundle);
         self.bundles.destroy(bundle, &mut self.ports)
     }
@@ -144,7 +144,7 @@ impl Services for Shell {
         self.remove_bundles(self.bundles.on(actor));
     }
 
-    fn transmit(&mut self, command: &Transmit) -> Result<u32, String> {
+    fn transmit(&mut self, command: &Transmit) -> Result<u32, Refusal> {
         self.physics_sensors.transmit(command)
     }
 
@@ -237,17 +237,18 @@ impl Shell {
         id: BundleId,
         bundle: &CreateBundle,
         specs: &[SensorSpec],
-    ) -> Result<(), String> {
+    ) -> Result<(), Refusal> {
         if !are_physics_sensors(specs) {
             return Ok(());
         }
         if specs.iter().any(needs_roads) && !self.physics_sensors.has_roads() {
             let Episode { map, open_drive, .. } = &self.config.episode;
-            let network = self.cache.network(map, open_drive).map_err(|e| e.to_string())?;
+            let network =
+                self.cache.network(map, open_drive).map_err(|e| Refusal::map(e.to_string()))?;
             self.physics_sensors.set_roads(network);
         }
         let (_, bytes) = layout(specs);
-        let writer = self.ports.bundle(id, bytes).map_err(|e| e.to_string())?;
+        let writer = self.ports.bundle(id, bytes).map_err(|e| Refusal::full(e.to_string()))?;
         self.physics_sensors.mount(id, bundle.parent, specs, writer);
         Ok(())
     }

@@ -18,9 +18,9 @@ use std::convert::Infallible;
 use mesh::WordHash;
 use protocol::{
     ActorId, ActorState, BundleId, Command, CommandGroup, CreateBundle, HideLayers, JournalEntry,
-    LightState, LoadMap, Name, Outcome, PIPELINE_MAX, Query, Response, SensorCommand, SensorSpec,
-    ServiceCommand, Settings, Stamp, StandingCommand, StandingState, Transmit, VehicleControl,
-    Weather, WorldCommand,
+    LightState, LoadMap, Name, Outcome, PIPELINE_MAX, Query, Refusal, Response, SensorCommand,
+    SensorSpec, ServiceCommand, Settings, Stamp, StandingCommand, StandingState, Transmit,
+    VehicleControl, Weather, WorldCommand,
 };
 use town::Town;
 
@@ -89,21 +89,21 @@ pub trait Services {
         _client: Name,
         _bundle: &CreateBundle,
         _sensors: &[SensorSpec],
-    ) -> Result<BundleId, String> {
-        Err("the simulation runs without sensors".to_owned())
+    ) -> Result<BundleId, Refusal> {
+        Err(Refusal::unsupported("the simulation runs without sensors"))
     }
 
     /// Removes a sensor bundle.
-    fn destroy_bundle(&mut self, bundle: BundleId) -> Result<(), String> {
-        Err(format!("there is no bundle {}", bundle.0))
+    fn destroy_bundle(&mut self, bundle: BundleId) -> Result<(), Refusal> {
+        Err(Refusal::not_found(format!("there is no bundle {}", bundle.0)))
     }
 
     /// Removes the bundles on an actor that was destroyed.
     fn actor_destroyed(&mut self, _actor: ActorId) {}
 
     /// Sends a text from a sensor with the next frame and returns the bundle's id.
-    fn transmit(&mut self, _command: &Transmit) -> Result<u32, String> {
-        Err("the simulation runs without sensors".to_owned())
+    fn transmit(&mut self, _command: &Transmit) -> Result<u32, Refusal> {
+        Err(Refusal::unsupported("the simulation runs without sensors"))
     }
 
     /// Executes a command of the host process, and takes its journal entry.
@@ -113,7 +113,8 @@ pub trait Services {
         request: Request,
         _command: &ServiceCommand,
     ) -> Result<(), Self::Error> {
-        self.journal(request.ended(Outcome::refused("the simulation runs without a host process")));
+        let refusal = Refusal::unsupported("the simulation runs without a host process");
+        self.journal(request.ended(Outcome::refused(&refusal)));
         Ok(())
     }
 
@@ -231,7 +232,8 @@ impl Sim {
             let request = requests[index];
             index += 1;
             let Some(command) = request.command.decode() else {
-                services.journal(request.ended(Outcome::refused("unknown command kind")));
+                let refusal = Refusal::unsupported("unknown command kind");
+                services.journal(request.ended(Outcome::refused(&refusal)));
                 continue;
             };
             let result = match command.group() {
@@ -261,10 +263,10 @@ impl Sim {
                         index += specs.len();
                         continue;
                     }
-                    SensorCommand::Sensor(spec) => Err(format!(
+                    SensorCommand::Sensor(spec) => Err(Refusal::out_of_range(format!(
                         "sensor {:?} has no bundle; send CreateBundle before its sensors",
                         spec.name
-                    )),
+                    ))),
                     SensorCommand::DestroyBundle(bundle) => {
                         services.destroy_bundle(bundle).map(|()| Outcome::done(bundle.0))
                     }
@@ -288,12 +290,12 @@ impl Sim {
         bundle: &CreateBundle,
         sensors: &[SensorSpec],
         services: &mut S,
-    ) -> Result<BundleId, String> {
+    ) -> Result<BundleId, Refusal> {
         if bundle.parent != ActorId::NONE && self.world.state(bundle.parent).is_none() {
-            return Err(format!(
+            return Err(Refusal::unknown_actor(format!(
                 "{} does not exist; a bundle needs an existing parent",
                 bundle.parent
-            ));
+            )));
         }
         services.create_bundle(client, bundle, sensors)
     }
@@ -303,7 +305,7 @@ impl Sim {
     /// # Errors
     ///
     /// The cause of the refusal; the world is unchanged.
-    pub fn apply_world(&mut self, command: &WorldCommand) -> Result<u32, String> {
+    pub fn apply_world(&mut self, command: &WorldCommand) -> Result<u32, Refusal> {
         let id = self.world.apply(command)?;
         self.standing.apply(&(*command).into(), &Outcome::done(id));
         Ok(id)
@@ -318,7 +320,7 @@ impl Sim {
         &mut self,
         command: &StandingCommand,
         first: Stamp,
-    ) -> Result<Outcome, String> {
+    ) -> Result<Outcome, Refusal> {
         let outcome = match command {
             StandingCommand::SetWeather(weather) => {
                 check_weather(weather)?;
@@ -330,10 +332,10 @@ impl Sim {
             }
             StandingCommand::TrafficParam(set) => {
                 if set.value.is_nan() || set.value.abs() > NUMBER_MAX {
-                    return Err(format!(
+                    return Err(Refusal::out_of_range(format!(
                         "traffic param {} is {}, not a number within ±{NUMBER_MAX}",
                         set.param, set.value
-                    ));
+                    )));
                 }
                 Outcome::done(set.actor_id.0)
             }
@@ -521,7 +523,7 @@ impl Sim {
     }
 }
 
-fn ended(result: Result<Outcome, String>) -> Outcome {
+fn ended(result: Result<Outcome, Refusal>) -> Outcome {
     result.unwrap_or_else(|why| Outcome::refused(&why))
 }
 
@@ -547,26 +549,33 @@ fn grip_under(weather: &Weather) -> f32 {
     (1.0 - 0.3 * share(weather.wetness)) * (1.0 - 0.3 * share(weather.precipitation_deposits))
 }
 
-fn check_weather(weather: &Weather) -> Result<(), String> {
+fn check_weather(weather: &Weather) -> Result<(), Refusal> {
     let values: &[f32] = bytemuck::cast_slice(std::slice::from_ref(weather));
     match values.iter().find(|v| !v.is_finite() || v.abs() > NUMBER_MAX) {
-        Some(value) => {
-            Err(format!("the weather holds {value}, which is not a number within ±{NUMBER_MAX}"))
-        }
+        Some(value) => Err(Refusal::out_of_range(format!(
+            "the weather holds {value}, which is not a number within ±{NUMBER_MAX}"
+        ))),
         None => Ok(()),
     }
 }
 
-fn check_settings(settings: &Settings) -> Result<(), String> {
+fn check_settings(settings: &Settings) -> Result<(), Refusal> {
     let (delta, substep) = (settings.delta_nanos, settings.substep_max_nanos);
     if !(100_000..=10_000_000_000).contains(&delta) {
-        return Err(format!("delta_nanos is {delta}, not 100000 to 10000000000 (0.1 ms to 10 s)"));
+        return Err(Refusal::out_of_range(format!(
+            "delta_nanos is {delta}, not 100000 to 10000000000 (0.1 ms to 10 s)"
+        )));
     }
     if !(100_000..=100_000_000).contains(&substep) {
-        return Err(format!("substep_max_nanos is {substep}, not 100000 to 100000000"));
+        return Err(Refusal::out_of_range(format!(
+            "substep_max_nanos is {substep}, not 100000 to 100000000"
+        )));
     }
     if settings.pipeline > PIPELINE_MAX {
-        return Err(format!("pipeline is {}, PIPELINE_MAX is {PIPELINE_MAX}", settings.pipeline));
+        return Err(Refusal::out_of_range(format!(
+            "pipeline is {}, PIPELINE_MAX is {PIPELINE_MAX}",
+            settings.pipeline
+        )));
     }
     Ok(())
 }

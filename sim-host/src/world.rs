@@ -5,9 +5,9 @@ use std::{collections::BTreeSet, sync::Arc};
 use glam::Vec3;
 use mesh::{ObjectId, WordHash};
 use protocol::{
-    ACTORS_MAX, ActorId, ActorState, LightState, Name, Pose, ROUTE_STEPS, RouteCommand, STRIDE,
-    Settings, Spawn, StandingState, VehicleControl, WalkerLimbs, WorldCommand, flag, kind, lamp,
-    light, route_step,
+    ACTORS_MAX, ActorId, ActorState, LightState, Name, Pose, ROUTE_STEPS, Refusal, RouteCommand,
+    STRIDE, Settings, Spawn, StandingState, VehicleControl, WalkerLimbs, WorldCommand, flag, kind,
+    lamp, light, route_step,
 };
 use town::{Blueprint, Kind, Layer, Town};
 
@@ -123,14 +123,14 @@ impl World {
     /// # Errors
     ///
     /// The cause of the refusal; the world is unchanged.
-    pub(crate) fn apply(&mut self, command: &WorldCommand) -> Result<u32, String> {
+    pub(crate) fn apply(&mut self, command: &WorldCommand) -> Result<u32, Refusal> {
         match command {
             WorldCommand::Spawn(spawn) => self.spawn(spawn).map(|id| id.0),
             WorldCommand::Destroy(id) => self.destroy(*id).map(|()| id.0),
             WorldCommand::Teleport(to) => {
                 check_pose(&to.pose)?;
                 self.movable(to.actor_id)?;
-                self.physics.teleport(to.actor_id, &to.pose).map_err(|e| e.to_string())?;
+                self.physics.teleport(to.actor_id, &to.pose)?;
                 self.movable(to.actor_id)?.pose = to.pose;
                 Ok(to.actor_id.0)
             }
@@ -138,14 +138,17 @@ impl World {
                 let [linear, turn] =
                     [to.velocity_mps, to.angular_velocity_radps].map(Vec3::from_array);
                 self.movable(to.actor_id)?;
-                self.physics.set_velocity(to.actor_id, linear, turn).map_err(|e| e.to_string())?;
+                self.physics.set_velocity(to.actor_id, linear, turn)?;
                 Ok(to.actor_id.0)
             }
             WorldCommand::Control(control) => {
                 check_control(control)?;
                 let actor = self.movable(control.actor_id)?;
                 if actor.kind != kind::VEHICLE {
-                    return Err(format!("{} is not a vehicle; it has no pedals", control.actor_id));
+                    return Err(Refusal::wrong_kind(format!(
+                        "{} is not a vehicle; it has no pedals",
+                        control.actor_id
+                    )));
                 }
                 self.steer(control)?;
                 Ok(control.actor_id.0)
@@ -157,7 +160,7 @@ impl World {
             }
             WorldCommand::SetPhysics(to) => {
                 self.movable(to.actor_id)?;
-                self.physics.set_kinematic(to.actor_id, to.on == 0).map_err(|e| e.to_string())?;
+                self.physics.set_kinematic(to.actor_id, to.on == 0)?;
                 Ok(to.actor_id.0)
             }
             WorldCommand::SetVehicleLights(to) => {
@@ -169,28 +172,30 @@ impl World {
                 let blueprint = &town::catalogue()[state.blueprint as usize];
                 let doors = blueprint.rig().door_count() as u32;
                 if to.open >> doors != 0 {
-                    return Err(format!(
+                    return Err(Refusal::not_found(format!(
                         "{} is a {} with {doors} doors that open; {:#b} names more",
                         to.actor_id, blueprint.id, to.open
-                    ));
+                    )));
                 }
                 let boxes = doors_of(blueprint, to.open);
-                let open = self.physics.set_doors(to.actor_id, &boxes, false);
-                let open = open.map_err(|e| e.to_string())?;
+                let open = self.physics.set_doors(to.actor_id, &boxes, false)?;
                 self.movable(to.actor_id)?.doors = open;
                 Ok(to.actor_id.0)
             }
             WorldCommand::SetTrafficLight(to) => {
-                let actor = self.actors.get_mut(to.actor_id);
-                let light = actor
-                    .filter(|a| a.kind == kind::TRAFFIC_LIGHT)
-                    .ok_or_else(|| format!("{} is not a traffic light", to.actor_id))?;
+                let reason = format!("{} is not a traffic light", to.actor_id);
+                let Some(light) = self.actors.get_mut(to.actor_id) else {
+                    return Err(Refusal::unknown_actor(reason));
+                };
+                if light.kind != kind::TRAFFIC_LIGHT {
+                    return Err(Refusal::wrong_kind(reason));
+                }
                 if to.phase > light::OFF {
-                    return Err(format!(
+                    return Err(Refusal::out_of_range(format!(
                         "unknown traffic light phase {}, not 0 to {}",
                         to.phase,
                         light::OFF
-                    ));
+                    )));
                 }
                 set(&mut light.flags, flag::FROZEN, to.hold != 0);
                 if to.hold != 0 {
@@ -219,27 +224,27 @@ impl World {
             WorldCommand::ApplyForce(force) => self.apply_force(force),
             WorldCommand::SetGravity(to) => {
                 self.movable(to.actor_id)?;
-                self.physics.set_gravity(to.actor_id, to.on != 0).map_err(|e| e.to_string())?;
+                self.physics.set_gravity(to.actor_id, to.on != 0)?;
                 Ok(to.actor_id.0)
             }
             WorldCommand::SetCollisions(to) => {
                 self.movable(to.actor_id)?;
-                self.physics.set_collisions(to.actor_id, to.on != 0).map_err(|e| e.to_string())?;
+                self.physics.set_collisions(to.actor_id, to.on != 0)?;
                 Ok(to.actor_id.0)
             }
             WorldCommand::Jump(id) => {
                 self.movable(*id)?;
-                self.physics.jump(*id).map_err(|e| e.to_string())?;
+                self.physics.jump(*id)?;
                 Ok(id.0)
             }
             WorldCommand::Ackermann(control) => {
                 self.vehicle(control.actor_id, "engine")?;
-                self.physics.ackermann(control).map_err(|e| e.to_string())?;
+                self.physics.ackermann(control)?;
                 Ok(control.actor_id.0)
             }
             WorldCommand::SetAckermann(settings) => {
                 self.vehicle(settings.actor_id, "engine")?;
-                self.physics.set_ackermann(settings).map_err(|e| e.to_string())?;
+                self.physics.set_ackermann(settings)?;
                 Ok(settings.actor_id.0)
             }
             WorldCommand::RouteCommand(route) => {
@@ -255,49 +260,52 @@ impl World {
     }
 
     /// Returns the state of a vehicle for a change; `parts` names what other actors lack.
-    fn vehicle(&mut self, id: ActorId, parts: &str) -> Result<&mut ActorState, String> {
+    fn vehicle(&mut self, id: ActorId, parts: &str) -> Result<&mut ActorState, Refusal> {
         self.check_vehicle(id, parts)?;
         self.movable(id)
     }
 
     /// Checks that an actor is a vehicle; `parts` names what other actors lack.
-    fn check_vehicle(&self, id: ActorId, parts: &str) -> Result<(), String> {
+    fn check_vehicle(&self, id: ActorId, parts: &str) -> Result<(), Refusal> {
         if self.actor(id)?.kind != kind::VEHICLE {
-            return Err(format!("{id} is not a vehicle; it has no {parts}"));
+            return Err(Refusal::wrong_kind(format!("{id} is not a vehicle; it has no {parts}")));
         }
         Ok(())
     }
 
     /// Returns the state of an actor other than a traffic light, for a change.
-    fn movable(&mut self, id: ActorId) -> Result<&mut ActorState, String> {
+    fn movable(&mut self, id: ActorId) -> Result<&mut ActorState, Refusal> {
         self.actor(id)?;
-        self.actors.get_mut(id).ok_or_else(|| format!("{id} was destroyed"))
+        self.actors.get_mut(id).ok_or_else(|| Refusal::unknown_actor(format!("{id} was destroyed")))
     }
 
     /// Returns the state of an actor other than a traffic light.
-    fn actor(&self, id: ActorId) -> Result<&ActorState, String> {
+    fn actor(&self, id: ActorId) -> Result<&ActorState, Refusal> {
         let actor = self.actors.get(id).ok_or_else(|| {
             let was = id.0 > 0 && id.0 <= self.last_actor;
-            format!("{id} {}", if was { "was destroyed" } else { "was never spawned" })
+            let fate = if was { "was destroyed" } else { "was never spawned" };
+            Refusal::unknown_actor(format!("{id} {fate}"))
         })?;
         if actor.kind == kind::TRAFFIC_LIGHT {
-            return Err(format!("{id} is a traffic light of the map and cannot be moved"));
+            return Err(Refusal::wrong_kind(format!(
+                "{id} is a traffic light of the map and cannot be moved"
+            )));
         }
         Ok(actor)
     }
 
-    fn spawn(&mut self, spawn: &Spawn) -> Result<ActorId, String> {
+    fn spawn(&mut self, spawn: &Spawn) -> Result<ActorId, Refusal> {
         if self.actors.len() >= ACTORS_MAX {
-            return Err(format!(
+            return Err(Refusal::full(format!(
                 "the world is full: {} actors, ACTORS_MAX is {ACTORS_MAX}; destroy some",
                 self.actors.len()
-            ));
+            )));
         }
         check_pose(&spawn.pose)?;
         let name = spawn.blueprint;
         let (index, blueprint) = town::blueprint(name.as_str()).ok_or_else(|| {
             let count = town::catalogue().len();
-            format!("blueprint {name:?} is not one of the {count} blueprints (list them with omnibus blueprints)")
+            Refusal::unknown_blueprint(format!("blueprint {name:?} is not one of the {count} blueprints (list them with omnibus blueprints)"))
         })?;
         let id = ActorId(self.last_actor + 1);
         let is_kinematic = spawn.flags & flag::KINEMATIC != 0;
@@ -312,7 +320,10 @@ impl World {
                 &spawn.pose,
                 (is_kinematic, is_ragdoll_on_hit),
             )
-            .map_err(|e| format!("{} at {}: {e}", blueprint.id, spawn.pose.position()))?;
+            .map_err(|e| {
+                let place = format!("{} at {}", blueprint.id, spawn.pose.position());
+                Refusal::from(e).about(place)
+            })?;
         self.last_actor += 1;
         let state = ActorState {
             actor_id: id,
@@ -327,34 +338,35 @@ impl World {
         Ok(id)
     }
 
-    fn destroy(&mut self, id: ActorId) -> Result<(), String> {
+    fn destroy(&mut self, id: ActorId) -> Result<(), Refusal> {
         self.movable(id)?;
         self.actors.remove(id);
-        self.physics.destroy(id).map_err(|e| e.to_string())
+        Ok(self.physics.destroy(id)?)
     }
 
-    fn steer(&mut self, control: &VehicleControl) -> Result<(), String> {
-        self.physics.control(control).map_err(|e| e.to_string())
+    fn steer(&mut self, control: &VehicleControl) -> Result<(), Refusal> {
+        Ok(self.physics.control(control)?)
     }
 
     /// Checks a route of a vehicle. Traffic reads the command in the journal and follows it.
-    fn check_route(&mut self, route: &RouteCommand) -> Result<(), String> {
+    fn check_route(&mut self, route: &RouteCommand) -> Result<(), Refusal> {
         self.vehicle(route.actor_id, "route")?;
         let count = route.count as usize;
         let steps = route.steps.get(..count).ok_or_else(|| {
-            format!(
+            Refusal::out_of_range(format!(
                 "route of {count} steps, ROUTE_STEPS is {ROUTE_STEPS}; send the rest in another command"
-            )
+            ))
         })?;
         for (nth, step) in steps.iter().enumerate() {
-            let with_step = |why| format!("step {nth} of the route: {why}");
+            let with_step =
+                |refusal: Refusal| refusal.about(format_args!("step {nth} of the route"));
             check_pose(&Pose { position_m: step.position_m, ..Pose::IDENTITY })
                 .map_err(with_step)?;
             if !(route_step::PLACE..=route_step::LANE_RIGHT).contains(&step.kind) {
-                return Err(format!(
+                return Err(Refusal::out_of_range(format!(
                     "step {nth} of the route has unknown kind {}, not 1 to 6",
                     step.kind
-                ));
+                )));
             }
         }
         Ok(())
@@ -512,41 +524,47 @@ fn set(flags: &mut u32, bit: u32, on: bool) {
     if on { *flags |= bit } else { *flags &= !bit }
 }
 
-fn check_pose(pose: &Pose) -> Result<(), String> {
+fn check_pose(pose: &Pose) -> Result<(), Refusal> {
     if !pose.is_valid() {
-        return Err(format!(
+        return Err(Refusal::out_of_range(format!(
             "pose {:?}, {:?} is not finite, or its rotation not of unit length",
             pose.position_m, pose.rotation
-        ));
+        )));
     }
     let far = pose.position().abs().max_element();
     if far > 1e5 {
-        return Err(format!(
+        return Err(Refusal::out_of_range(format!(
             "position {} lies {far} m from the origin; the limit is 100000 m",
             pose.position()
-        ));
+        )));
     }
     Ok(())
 }
 
-fn check_control(control: &VehicleControl) -> Result<(), String> {
+fn check_control(control: &VehicleControl) -> Result<(), Refusal> {
     let VehicleControl { throttle, brake, steer, .. } = *control;
     for (what, value, low) in
         [("throttle", throttle, 0.0), ("brake", brake, 0.0), ("steer", steer, -1.0)]
     {
         if !(low..=1.0).contains(&value) {
-            return Err(format!("{what} of {} is {value}, not {low} to 1", control.actor_id));
+            return Err(Refusal::out_of_range(format!(
+                "{what} of {} is {value}, not {low} to 1",
+                control.actor_id
+            )));
         }
     }
     Ok(())
 }
 
-fn kind_of(blueprint: &Blueprint) -> Result<u32, String> {
+fn kind_of(blueprint: &Blueprint) -> Result<u32, Refusal> {
     match blueprint.kind {
         Kind::Vehicle => Ok(kind::VEHICLE),
         Kind::Walker => Ok(kind::WALKER),
         Kind::Prop => Ok(kind::PROP),
-        _ => Err(format!("{} is part of the map and cannot be spawned", blueprint.id)),
+        _ => Err(Refusal::wrong_kind(format!(
+            "{} is part of the map and cannot be spawned",
+            blueprint.id
+        ))),
     }
 }
 

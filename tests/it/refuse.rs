@@ -2,9 +2,9 @@
 
 use std::{fs, process::Output};
 
-use client_lib::{Pose, Spawn, camera, lidar};
+use client_lib::{Pose, RefusalCode, Replay, Spawn, camera, lidar};
 use glam::Vec3;
-use protocol::{ActorId, Command, Settings, Teleport, output};
+use protocol::{ActorId, BundleId, Command, Settings, Teleport, output};
 
 use crate::kit::{Scratch, Sim, omnibus, small_map};
 
@@ -100,10 +100,11 @@ fn a_refused_command_is_named_and_the_world_goes_on() {
     let mut client = sim.ticker();
     let place = client.spawn_points().unwrap()[0];
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place)).unwrap();
-    let mut refused = |what: &str, command: Command, words: &[&str]| {
-        let said = client.request("command", &[command]).unwrap_err().to_string();
-        println!("{what} -> {said}");
-        names(&said, words);
+    let mut refused = |code: RefusalCode, command: Command, words: &[&str]| {
+        let error = client.request("command", &[command]).unwrap_err();
+        println!("{code:?} -> {error}");
+        assert_eq!(error.refusal(), Some(code), "{error}");
+        names(&error.to_string(), words);
     };
     let spawn = |name: &str, pose| {
         Command::Spawn(protocol::Spawn {
@@ -113,26 +114,42 @@ fn a_refused_command_is_named_and_the_world_goes_on() {
         })
     };
     refused(
-        "blueprint",
+        RefusalCode::UnknownBlueprint,
         spawn("vehicle.no.such", place),
         &["vehicle.no.such", "omnibus blueprints"],
     );
-    refused("occupied", spawn("vehicle.audi.tt", place), &["vehicle.audi.tt"]);
+    refused(
+        RefusalCode::SpawnCollision,
+        spawn("vehicle.audi.tt", place),
+        &["vehicle.audi.tt", "would stand in"],
+    );
     let nowhere = Pose { position_m: [f32::NAN, 0.0, 0.0], ..place };
-    refused("NaN", spawn("vehicle.audi.tt", nowhere), &["finite"]);
-    refused("absent", Command::Destroy(ActorId(9999)), &["9999", "never spawned"]);
+    refused(RefusalCode::OutOfRange, spawn("vehicle.audi.tt", nowhere), &["finite"]);
+    refused(RefusalCode::UnknownActor, Command::Destroy(ActorId(9999)), &["9999", "never spawned"]);
     let far = Pose::level(Vec3::X * 1e7, 0.0);
-    refused("far", Command::Teleport(Teleport { actor_id: car, pose: far }), &["100000 m"]);
+    refused(
+        RefusalCode::OutOfRange,
+        Command::Teleport(Teleport { actor_id: car, pose: far }),
+        &["100000 m"],
+    );
+    refused(RefusalCode::WrongKind, Command::Jump(car), &["walker"]);
+    refused(RefusalCode::NotFound, Command::DestroyBundle(BundleId(77)), &["77"]);
     let settings = Settings { delta_nanos: 0, ..Settings::default() };
-    refused("delta", Command::SetSettings(settings), &["delta_nanos is 0"]);
+    refused(RefusalCode::OutOfRange, Command::SetSettings(settings), &["delta_nanos is 0"]);
     let good = camera("c", Pose::IDENTITY, 64, 48, 1.5, output::COLOR);
-    for (spec, words) in [
-        (protocol::SensorSpec { width: 0, ..good }, &["\"c\"", "width is 0"]),
-        (protocol::SensorSpec { fov_rad: 9.0, ..good }, &["\"c\"", "fov_rad is 9"]),
-        (lidar("l", Pose::IDENTITY, 8, 90, [0.5, -0.5], 50.0), &["\"l\"", "lower_rad is 0.5"]),
-        (protocol::SensorSpec { kind: 77, ..good }, &["\"c\"", "77"]),
+    let range = RefusalCode::OutOfRange;
+    for (spec, code, words) in [
+        (protocol::SensorSpec { width: 0, ..good }, range, &["\"c\"", "width is 0"]),
+        (protocol::SensorSpec { fov_rad: 9.0, ..good }, range, &["\"c\"", "fov_rad is 9"]),
+        (
+            lidar("l", Pose::IDENTITY, 8, 90, [0.5, -0.5], 50.0),
+            range,
+            &["\"l\"", "lower_rad is 0.5"],
+        ),
+        (protocol::SensorSpec { kind: 77, ..good }, range, &["\"c\"", "77"]),
         (
             protocol::SensorSpec { width: 8192, height: 8192, outputs: 0xf, ..good },
+            RefusalCode::Full,
             &["/dev/shm", "MB free; enlarge it"],
         ),
     ] {
@@ -146,10 +163,19 @@ fn a_refused_command_is_named_and_the_world_goes_on() {
             panic!("{spec:?} was granted")
         };
         println!("sensor -> {said}");
+        assert_eq!(said.refusal(), Some(code), "{said}");
         names(&said.to_string(), words);
     }
     client.destroy(car).unwrap();
-    assert!(client.destroy(car).unwrap_err().to_string().contains("was destroyed"));
+    let error = client.destroy(car).unwrap_err();
+    assert!(error.to_string().contains("was destroyed"));
+    assert_eq!(error.refusal(), Some(RefusalCode::UnknownActor));
+    let error = client.telemetry(car).unwrap_err();
+    assert_eq!(error.refusal(), Some(RefusalCode::UnknownActor), "a query is refused alike");
+    let error = client.load_map("NoSuchTown").unwrap_err();
+    assert_eq!(error.refusal(), Some(RefusalCode::Map), "{error}");
+    let error = client.start_replay("/no/such.mcap", Replay::default()).unwrap_err();
+    assert_eq!(error.refusal(), Some(RefusalCode::File), "{error}");
     client.tick().unwrap();
     drop(client);
     sim.end();

@@ -23,7 +23,7 @@ use crate::{Notify, SequenceEvent, Strategy, clock, versioned::Versioned};
 use protocol::{Frame, Name, Settings};
 
 /// Version of the protocol; increased with every change of a message, a channel or this page.
-pub const PROTOCOL: u32 = 7;
+pub const PROTOCOL: u32 = 8;
 
 /// The most participants and clients of an instance.
 pub const SLOTS: usize = 32;

@@ -1,6 +1,6 @@
 //! The arguments of a call: the values of a list, read one after the other.
 
-use client_lib::ClientError;
+use client_lib::{ClientError, Refusal};
 
 use crate::msgpack::Value;
 
@@ -17,6 +17,12 @@ impl From<&str> for RpcError {
 impl From<String> for RpcError {
     fn from(why: String) -> RpcError {
         RpcError(why)
+    }
+}
+
+impl From<Refusal> for RpcError {
+    fn from(refusal: Refusal) -> RpcError {
+        RpcError(refusal.reason)
     }
 }
 

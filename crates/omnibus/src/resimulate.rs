@@ -276,7 +276,7 @@ fn requests(entries: &[JournalEntry]) -> Vec<Request> {
 fn differing_outcome(recorded: &[JournalEntry], now: &[JournalEntry]) -> Option<String> {
     recorded.iter().zip(now).find_map(|(recorded, now)| {
         let (then, now) = (recorded.outcome.result(), now.outcome.result());
-        let is_same = match (now, then) {
+        let is_same = match (&now, &then) {
             (Ok(now), Ok(then)) => now == then,
             (Err(_), Err(_)) => true,
             _ => false,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::{EraseShapes, Frame, Outcome, SHAPES_MAX, Shape, ShapeReceipt, Stamp};
+use crate::{EraseShapes, Frame, Outcome, Refusal, SHAPES_MAX, Shape, ShapeReceipt, Stamp};
 
 /// Debug shapes by number. Numbers rise and are never used twice in one run of the host.
 #[derive(Clone, Debug)]
@@ -26,13 +26,13 @@ impl DebugShapes {
     ///
     /// # Errors
     /// The shape has a number out of range, or [`SHAPES_MAX`] shapes are drawn already.
-    pub fn admit(&self, shape: &Shape, first: Stamp) -> Result<Outcome, String> {
-        shape.check()?;
+    pub fn admit(&self, shape: &Shape, first: Stamp) -> Result<Outcome, Refusal> {
+        shape.check().map_err(Refusal::out_of_range)?;
         if self.shapes.len() >= SHAPES_MAX {
-            return Err(format!(
+            return Err(Refusal::full(format!(
                 "{} shapes are drawn, SHAPES_MAX is {SHAPES_MAX}; erase some, or give them a life",
                 self.shapes.len()
-            ));
+            )));
         }
         Ok(Outcome::answer(self.last + 1, &shape.drawn(first)))
     }
@@ -180,7 +180,7 @@ mod tests {
             draw(&mut shapes, 100, at(1));
         }
         let why = shapes.admit(&lasting(100), at(1)).unwrap_err();
-        assert!(why.contains("16384 shapes are drawn, SHAPES_MAX is 16384"), "{why}");
+        assert!(why.reason.contains("16384 shapes are drawn, SHAPES_MAX is 16384"), "{why}");
         shapes.end_frame(at(2));
         assert!(shapes.admit(&lasting(100), at(2)).is_ok());
         assert!(shapes.admit(&Shape { size_m: f32::NAN, ..lasting(1) }, at(2)).is_err());

@@ -25,6 +25,7 @@ mod physics_sensor;
 mod query;
 mod range;
 mod recording;
+mod refusal;
 mod route;
 mod sensor_code;
 mod sensor_spec;
@@ -75,6 +76,7 @@ pub use physics_sensor::{
 };
 pub use query::{Query, QueryHeader, QueryKind, Response, ResponseBody};
 pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};
+pub use refusal::{Refusal, RefusalCode};
 pub use route::{ROUTE_STEPS, RouteCommand, RouteStep, route_step};
 pub use sensor_code::{
     BundleId, CreateBundle, DEPTH_FAR_M, SENSORS_MAX, output, point_attribute, sensor, tracer,

@@ -9,6 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use crate::{
     AckermannSettings, ActorId, BlendPose, Name, SetBones, Stamp, VehicleBody, VehicleEngine,
     VehicleGearbox, VehicleSteering, VehicleTelemetry, VehicleWheel, WheelTelemetry,
+    refusal::{Refusal, RefusalCode, reason, text},
 };
 
 /// Header of a batch of [`Query`]s of one client, and of the [`Response`]s to them.
@@ -53,11 +54,11 @@ const BODY_BYTES: usize = 184;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Response {
-    /// The [`QueryKind`] of the body; 0: the query was refused, and the body says why.
+    /// The [`QueryKind`] of the body; 0: the query was refused.
     kind: u32,
-    /// Zero.
-    reserved: u32,
-    /// The body of that kind, or UTF-8; padded with zeros.
+    /// The number of the [`RefusalCode`](crate::RefusalCode) of a refused query; else 0.
+    refusal_code: u32,
+    /// The body of that kind, or the reason of the refusal as UTF-8; padded with zeros.
     body: [u8; BODY_BYTES],
 }
 
@@ -66,33 +67,32 @@ const _: () = assert!(size_of::<Response>() == 192);
 impl Response {
     /// A response with this body.
     pub fn new<T: ResponseBody>(body: &T) -> Response {
-        let mut response = Response { kind: T::KIND as u32, reserved: 0, body: [0; BODY_BYTES] };
+        let mut response =
+            Response { kind: T::KIND as u32, refusal_code: 0, body: [0; BODY_BYTES] };
         response.body[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(body));
         response
     }
 
-    /// A refusal; `why` is cut after 184 bytes.
-    pub fn refused(why: &str) -> Response {
-        let mut body = [0; BODY_BYTES];
-        let end = why.floor_char_boundary(BODY_BYTES);
-        body[..end].copy_from_slice(&why.as_bytes()[..end]);
-        Response { kind: 0, reserved: 0, body }
+    /// The response to a query that was refused. The reason is cut after 184 bytes.
+    pub fn refused(refusal: &Refusal) -> Response {
+        Response { kind: 0, refusal_code: refusal.code as u32, body: text(&refusal.reason) }
     }
 
     /// Returns the body.
     ///
     /// # Errors
-    /// The query was refused, or the response is of another kind than `T`.
-    pub fn body<T: ResponseBody>(&self) -> Result<T, String> {
+    /// The refusal; one with [`RefusalCode::Other`](crate::RefusalCode::Other) if the response is of
+    /// another kind than `T`.
+    pub fn body<T: ResponseBody>(&self) -> Result<T, Refusal> {
         match self.kind {
-            0 => {
-                let end = self.body.iter().position(|&b| b == 0).unwrap_or(BODY_BYTES);
-                Err(String::from_utf8_lossy(&self.body[..end]).into_owned())
-            }
+            0 => Err(Refusal {
+                code: RefusalCode::from_number(self.refusal_code),
+                reason: reason(&self.body),
+            }),
             kind if kind == T::KIND as u32 => {
                 Ok(bytemuck::pod_read_unaligned(&self.body[..size_of::<T>()]))
             }
-            kind => Err(format!("response of kind {kind}, expected {:?}", T::KIND)),
+            kind => Err(Refusal::other(format!("response of kind {kind}, expected {:?}", T::KIND))),
         }
     }
 }
@@ -163,8 +163,8 @@ mod tests {
         let response = Response::new(&blend);
         assert_eq!(response.body::<BlendPose>(), Ok(blend));
         let why = response.body::<SetBones>().unwrap_err();
-        assert_eq!(why, "response of kind 10, expected Bones");
-        let refused = Response::refused("actor 7 was never spawned");
-        assert_eq!(refused.body::<BlendPose>().unwrap_err(), "actor 7 was never spawned");
+        assert_eq!(why.reason, "response of kind 10, expected Bones");
+        let refusal = Refusal::unknown_actor("actor 7 was never spawned");
+        assert_eq!(Response::refused(&refusal).body::<BlendPose>(), Err(refusal));
     }
 }

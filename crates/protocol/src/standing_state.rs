@@ -125,8 +125,8 @@ impl StandingState {
 mod tests {
     use super::*;
     use crate::{
-        BlendPose, EraseShapes, Frame, HideLayers, HideObjects, LoadMap, SetBones, SetStreetLights,
-        Shape, shape, street_light,
+        BlendPose, EraseShapes, Frame, HideLayers, HideObjects, LoadMap, Refusal, SetBones,
+        SetStreetLights, Shape, shape, street_light,
     };
 
     /// One of each command that changes the default state.
@@ -177,8 +177,9 @@ mod tests {
 
     #[test]
     fn a_refused_command_changes_nothing() {
-        let refused =
-            every_switch().into_iter().map(|(command, _)| (command, Outcome::refused("")));
+        let refused = every_switch()
+            .into_iter()
+            .map(|(command, _)| (command, Outcome::refused(&Refusal::other(""))));
         assert_eq!(fold(&refused.collect::<Vec<_>>()).commands(), []);
     }
 

@@ -2,8 +2,8 @@ use std::{fs, path::PathBuf};
 
 use glam::{Quat, Vec3};
 use protocol::{
-    ActorId, ActorState, Command, Episode, Frame, JournalEntry, LIMBS, Name, Outcome, Pose, Stamp,
-    WalkerLimbs, parts,
+    ActorId, ActorState, Command, Episode, Frame, JournalEntry, LIMBS, Name, Outcome, Pose,
+    Refusal, Stamp, WalkerLimbs, parts,
 };
 
 use crate::{
@@ -67,7 +67,7 @@ fn recorded_frame(frame: u64) -> RecordedFrame {
         client: Name::new("tester"),
         sequence: frame,
         command: Command::Destroy(ActorId(9)).into(),
-        outcome: Outcome::refused("not there"),
+        outcome: Outcome::refused(&Refusal::unknown_actor("not there")),
     };
     RecordedFrame {
         stamp: Stamp {

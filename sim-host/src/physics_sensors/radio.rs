@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use protocol::{
-    ActorId, CamReading, MessageReading, MessageSpec, Pose, RadioSpec, TEXT_BYTES, kind,
+    ActorId, CamReading, MessageReading, MessageSpec, Pose, RadioSpec, Refusal, TEXT_BYTES, kind,
 };
 
 use super::{
@@ -76,14 +76,14 @@ impl Station {
     /// # Errors
     ///
     /// The station sends no texts, or its queue is full.
-    pub(super) fn queue(&mut self, text: [u8; TEXT_BYTES]) -> Result<(), String> {
+    pub(super) fn queue(&mut self, text: [u8; TEXT_BYTES]) -> Result<(), Refusal> {
         match self {
             Station::Cam(_) => {
-                Err("a CAM station sends standard messages only, no texts".to_owned())
+                Err(Refusal::wrong_kind("a CAM station sends standard messages only, no texts"))
             }
-            Station::Text { waiting, .. } if waiting.len() >= TEXTS_MAX => {
-                Err(format!("{TEXTS_MAX} texts wait already; they are sent with the next frame"))
-            }
+            Station::Text { waiting, .. } if waiting.len() >= TEXTS_MAX => Err(Refusal::full(
+                format!("{TEXTS_MAX} texts wait already; they are sent with the next frame"),
+            )),
             Station::Text { waiting, .. } => {
                 waiting.push(text);
                 Ok(())

@@ -7,7 +7,7 @@
 
 use bake::TownSource;
 use bus::clock;
-use protocol::{Episode, Frame, HideLayers, LoadMap, Outcome, load};
+use protocol::{Episode, Frame, HideLayers, LoadMap, Outcome, Refusal, load};
 use town::Town;
 
 use super::{START_NANOS, Shell, TickTimes, ending};
@@ -46,12 +46,13 @@ impl Shell {
         }
     }
 
-    fn prepare(&self, sim: &Sim, command: &LoadMap) -> Result<PreparedEpisode, String> {
+    fn prepare(&self, sim: &Sim, command: &LoadMap) -> Result<PreparedEpisode, Refusal> {
         let now = &self.config.episode;
         let name = command.map.path().to_string_lossy();
         let mut episode = now.clone();
         if !name.is_empty() {
-            (episode.map, episode.open_drive) = self.config.maps.find(&name)?;
+            (episode.map, episode.open_drive) =
+                self.config.maps.find(&name).map_err(Refusal::map)?;
         }
         if command.flags & load::SEED != 0 {
             episode.seed = command.seed;
@@ -67,7 +68,7 @@ impl Shell {
         &self,
         sim: &Sim,
         episode: Episode,
-    ) -> Result<PreparedEpisode, String> {
+    ) -> Result<PreparedEpisode, Refusal> {
         let now = &self.config.episode;
         let is_same = episode.seed == now.seed && episode.open_drive == now.open_drive;
         let (world, town) = if is_same {
@@ -75,7 +76,10 @@ impl Shell {
         } else {
             let Episode { map, open_drive, seed } = &episode;
             let source = self.cache.town_source(map, open_drive, *seed);
-            build_world(source.and_then(TownSource::load).map_err(|e| e.to_string())?, *seed)
+            build_world(
+                source.and_then(TownSource::load).map_err(|e| Refusal::map(e.to_string()))?,
+                *seed,
+            )
         };
         Ok(PreparedEpisode { episode, world, hidden: HideLayers { layers: 0, hidden: 1 }, town })
     }
@@ -101,8 +105,9 @@ impl Shell {
         self.remove_bundles(self.bundles.all());
         self.physics_sensors.begin_episode();
         for pending in self.inbox.replace(&[]) {
-            let why = "another world was loaded before the command was applied";
-            self.journal.write(pending.ended(Outcome::refused(why)));
+            let reason = "another world was loaded before the command was applied";
+            let refusal = Refusal::world_replaced(reason);
+            self.journal.write(pending.ended(Outcome::refused(&refusal)));
         }
         let frame = self.barrier.advance();
         sim.begin_episode(world, self.episode_number, &hidden);

@@ -1,6 +1,6 @@
 //! Passing each frame to the recorder.
 
-use protocol::{Frame, JournalEntry, SnapshotHeader, StartRecorder};
+use protocol::{Frame, JournalEntry, Refusal, SnapshotHeader, StartRecorder};
 use record::{Collision, Decision, Profile, RecordedFrame, Recorder, RecordingConfig};
 
 use super::Shell;
@@ -15,9 +15,10 @@ impl Shell {
         &mut self,
         sim: &Sim,
         command: &StartRecorder,
-    ) -> Result<u32, String> {
-        let profile = Profile::by_code(command.profile)
-            .ok_or_else(|| format!("unknown recording profile {}", command.profile))?;
+    ) -> Result<u32, Refusal> {
+        let profile = Profile::by_code(command.profile).ok_or_else(|| {
+            Refusal::out_of_range(format!("unknown recording profile {}", command.profile))
+        })?;
         // A new recording ends the current one.
         self.stop_recorder()?;
         let config = RecordingConfig {
@@ -27,16 +28,20 @@ impl Shell {
             blueprints: town::catalogue().iter().map(|b| b.id.to_owned()).collect(),
             roles: sim.world().roles(),
         };
-        let recorder = Recorder::start(&config).map_err(|e| e.to_string())?;
+        let recorder = Recorder::start(&config).map_err(|e| Refusal::file(e.to_string()))?;
         let next_world_nanos = profile.has_inputs().then_some(0);
         self.recording = Some(Recording { recorder, profile, next_world_nanos });
         Ok(0)
     }
 
     /// Executes [`protocol::Command::StopRecorder`]. Returns the number of recorded frames.
-    pub(super) fn stop_recorder(&mut self) -> Result<u32, String> {
+    pub(super) fn stop_recorder(&mut self) -> Result<u32, Refusal> {
         let Some(recording) = self.recording.take() else { return Ok(0) };
-        recording.recorder.stop().map(|frames| frames as u32).map_err(|e| e.to_string())
+        recording
+            .recorder
+            .stop()
+            .map(|frames| frames as u32)
+            .map_err(|e| Refusal::file(e.to_string()))
     }
 
     /// Records the whole world again: the next frame does not follow from those recorded.

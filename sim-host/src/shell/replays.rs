@@ -1,6 +1,6 @@
 //! Replays of recordings in the running world.
 
-use protocol::{ActorId, Command, LoadMap, StartReplay, WorldCommand, load};
+use protocol::{ActorId, Command, LoadMap, Refusal, StartReplay, WorldCommand, load};
 
 use super::Shell;
 use crate::{HostError, replay::Replay, request::Request, saved::map_sum, sim::Sim};
@@ -12,7 +12,7 @@ impl Shell {
         &mut self,
         sim: &mut Sim,
         command: &StartReplay,
-    ) -> Result<Result<u32, String>, HostError> {
+    ) -> Result<Result<u32, Refusal>, HostError> {
         let replay = match Replay::of(command) {
             Ok(replay) => replay,
             Err(why) => return Ok(Err(why)),

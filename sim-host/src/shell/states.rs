@@ -3,7 +3,8 @@
 use std::{fs, path::Path};
 
 use protocol::{
-    ActorId, Block, Command, FilePath, Outcome, Settings, StandingState, TrafficHeader, Weather,
+    ActorId, Block, Command, FilePath, Outcome, Refusal, Settings, StandingState, TrafficHeader,
+    Weather,
 };
 
 use super::Shell;
@@ -29,10 +30,10 @@ impl Shell {
     }
 
     /// Executes [`Command::SaveState`].
-    pub(super) fn save_state(&mut self, sim: &Sim, file: &FilePath) -> Result<u32, String> {
-        self.receive_decided().map_err(|e| e.to_string())?;
+    pub(super) fn save_state(&mut self, sim: &Sim, file: &FilePath) -> Result<u32, Refusal> {
+        self.receive_decided().map_err(|e| Refusal::other(e.to_string()))?;
         let path = file.path();
-        let with_path = |e| format!("{}: {e}", path.display());
+        let with_path = |e| Refusal::file(format!("{}: {e}", path.display()));
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(with_path)?;
         }
@@ -64,10 +65,10 @@ impl Shell {
         Ok(())
     }
 
-    fn load_file(&mut self, sim: &mut Sim, path: &Path) -> Result<(), String> {
+    fn load_file(&mut self, sim: &mut Sim, path: &Path) -> Result<(), Refusal> {
         let state = read(path, map_sum(&self.config.episode))?;
-        self.receive_decided().map_err(|e| e.to_string())?;
-        sim.load(&state).map_err(|e| format!("{}: {e}", path.display()))?;
+        self.receive_decided().map_err(|e| Refusal::other(e.to_string()))?;
+        sim.load(&state).map_err(|e| Refusal::file(format!("{}: {e}", path.display())))?;
         // The actors that a replay showed are gone, or are actors of the state.
         self.replay = None;
         // Frame numbers continue, so the saved decision is stamped with the newest frame.
@@ -80,10 +81,11 @@ impl Shell {
         let blank = TrafficHeader { stamp, ..TrafficHeader::default() };
         let (header, payload) =
             self.decided.as_ref().map_or((blank, &[][..]), |d| (*d.header(), d.payload()));
-        self.ports.resume.send(header, payload).map_err(|e| e.to_string())?;
+        self.ports.resume.send(header, payload).map_err(|e| Refusal::other(e.to_string()))?;
         for request in self.inbox.replace(&state.pending) {
-            let why = "a saved state was loaded before the command was applied";
-            self.journal.write(request.ended(Outcome::refused(why)));
+            let reason = "a saved state was loaded before the command was applied";
+            let refusal = Refusal::world_replaced(reason);
+            self.journal.write(request.ended(Outcome::refused(&refusal)));
         }
         Ok(())
     }
@@ -104,8 +106,8 @@ impl Shell {
     }
 }
 
-fn read(path: &Path, map: u64) -> Result<SavedState, String> {
-    let with_path = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+fn read(path: &Path, map: u64) -> Result<SavedState, Refusal> {
+    let with_path = |e: &dyn std::fmt::Display| Refusal::file(format!("{}: {e}", path.display()));
     let bytes = fs::read(path).map_err(|e| with_path(&e))?;
     SavedState::from_bytes(&bytes, map).map_err(|e| with_path(&e))
 }

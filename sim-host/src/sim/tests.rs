@@ -1,8 +1,9 @@
 use glam::Vec3;
 use protocol::{
-    Autopilot, BlendPose, Command, CommandGroup, GivenPoses, Name, Pose, Query, QueryKind,
-    SetBones, SetDoors, SetPhysics, SetVehicleLights, SetVelocity, SetWeatherAffectsGrip, Spawn,
-    Switch, Teleport, VehicleBody, VehicleControl, Weather, flag, lamp,
+    Autopilot, BlendPose, Command, CommandGroup, GivenPoses, Name, Pose, Query, QueryKind, Refusal,
+    RefusalCode, SetBones, SetDoors, SetPhysics, SetVehicleLights, SetVelocity,
+    SetWeatherAffectsGrip, Spawn, Switch, Teleport, VehicleBody, VehicleControl, Weather, flag,
+    lamp,
 };
 
 use super::{Inputs, NoServices, Sim};
@@ -10,11 +11,11 @@ use crate::saved::SavedState;
 
 /// Any command that the simulation itself applies.
 trait CarryOut {
-    fn carry_out(&mut self, command: &Command) -> Result<u32, String>;
+    fn carry_out(&mut self, command: &Command) -> Result<u32, Refusal>;
 }
 
 impl CarryOut for Sim {
-    fn carry_out(&mut self, command: &Command) -> Result<u32, String> {
+    fn carry_out(&mut self, command: &Command) -> Result<u32, Refusal> {
         match command.group() {
             CommandGroup::World(command) => self.apply_world(&command),
             CommandGroup::Standing(command) => {
@@ -207,7 +208,7 @@ fn poses_are_set_on_walkers_only_and_are_part_of_a_saved_state() {
     let good = SetBones { parent_from_bones: [up; 6], count: 6, ..SetBones::default() };
     let mut refused = |set: SetBones, why: &str| {
         let error = world.carry_out(&Command::SetBones(set)).unwrap_err();
-        assert!(error.contains(why), "{error}");
+        assert!(error.reason.contains(why), "{error}");
     };
     refused(SetBones { actor_id: car, ..good }, "not a walker");
     refused(SetBones { actor_id: protocol::ActorId(99), ..good }, "never spawned");
@@ -266,8 +267,9 @@ fn a_query_of_an_unknown_kind_or_about_a_missing_actor_is_refused() {
     assert!(world.answer(&body).body::<VehicleBody>().is_ok());
     let unknown = Query { kind: 99, ..body };
     let why = world.answer(&unknown).body::<VehicleBody>().unwrap_err();
-    assert_eq!(why, "unknown query kind 99");
+    assert_eq!(why, Refusal::unsupported("unknown query kind 99"));
     let missing = Query { actor_id: protocol::ActorId(7), ..body };
     let why = world.answer(&missing).body::<VehicleBody>().unwrap_err();
-    assert!(why.contains("was never spawned"), "{why}");
+    assert!(why.reason.contains("was never spawned"), "{why}");
+    assert_eq!(why.code, RefusalCode::UnknownActor);
 }

@@ -1,6 +1,6 @@
 //! Poses that clients set on walkers.
 
-use protocol::{ActorId, BONES_PER_COMMAND, BlendPose, SetBones, flag, kind};
+use protocol::{ActorId, BONES_PER_COMMAND, BlendPose, Refusal, SetBones, flag, kind};
 
 use super::{World, set};
 
@@ -9,38 +9,40 @@ const REACH_M: f32 = 10.0;
 
 impl World {
     /// Checks that a walker has these bones and the poses are valid.
-    pub(crate) fn check_bones(&self, to: &SetBones) -> Result<(), String> {
+    pub(crate) fn check_bones(&self, to: &SetBones) -> Result<(), Refusal> {
         let id = to.actor_id;
         let skeleton = self.standing_walker(id)?;
         let last = to.first.saturating_add(to.count);
         if !(1..=BONES_PER_COMMAND as u32).contains(&to.count)
             || last as usize > skeleton.bones.len()
         {
-            return Err(format!(
+            return Err(Refusal::not_found(format!(
                 "bones {} to {last} of {id}: it has {}, and one command sets 1 to {BONES_PER_COMMAND}",
                 to.first,
                 skeleton.bones.len()
-            ));
+            )));
         }
         for (bone, pose) in to.bones() {
             if !pose.is_valid() || pose.position().length() > REACH_M {
                 let name = &skeleton.bones[bone as usize].name;
-                return Err(format!(
+                return Err(Refusal::out_of_range(format!(
                     "{name} of {id} is at {:?}, turned {:?}: not finite, not of unit length, or \
                      beyond {REACH_M} m",
                     pose.position_m, pose.rotation
-                ));
+                )));
             }
         }
         Ok(())
     }
 
     /// Checks the weight of a set pose.
-    pub(crate) fn check_blend(&self, to: &BlendPose) -> Result<(), String> {
+    pub(crate) fn check_blend(&self, to: &BlendPose) -> Result<(), Refusal> {
         let (id, share) = (to.actor_id, to.weight);
         self.standing_walker(id)?;
         if !(0.0..=1.0).contains(&share) {
-            return Err(format!("the pose weight of {id} is {share}, not 0 to 1"));
+            return Err(Refusal::out_of_range(format!(
+                "the pose weight of {id} is {share}, not 0 to 1"
+            )));
         }
         Ok(())
     }
@@ -52,20 +54,20 @@ impl World {
         }
     }
 
-    fn standing_walker(&self, id: ActorId) -> Result<&'static town::Skeleton, String> {
+    fn standing_walker(&self, id: ActorId) -> Result<&'static town::Skeleton, Refusal> {
         let skeleton = self.walker(id)?;
         if self.actor(id)?.has(flag::FALLEN) {
-            return Err(format!("{id} has fallen and lies on the ground"));
+            return Err(Refusal::wrong_state(format!("{id} has fallen and lies on the ground")));
         }
         Ok(skeleton)
     }
 
     /// Returns the skeleton of a walker.
-    pub(super) fn walker(&self, id: ActorId) -> Result<&'static town::Skeleton, String> {
+    pub(super) fn walker(&self, id: ActorId) -> Result<&'static town::Skeleton, Refusal> {
         let state = self.actor(id)?;
         let skeleton = town::catalogue()[state.blueprint as usize].skeleton();
-        skeleton
-            .filter(|_| state.kind == kind::WALKER)
-            .ok_or_else(|| format!("{id} is not a walker; it has no bones to set"))
+        skeleton.filter(|_| state.kind == kind::WALKER).ok_or_else(|| {
+            Refusal::wrong_kind(format!("{id} is not a walker; it has no bones to set"))
+        })
     }
 }

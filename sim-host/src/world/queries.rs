@@ -1,14 +1,11 @@
 //! Queries about actors. They change nothing.
 
 use protocol::{
-    ActorId, BONES_PER_COMMAND, BlendPose, GivenPoses, Pose, Query, QueryKind, Response, SetBones,
-    VehiclePhysics,
+    ActorId, BONES_PER_COMMAND, BlendPose, GivenPoses, Pose, Query, QueryKind, Refusal, Response,
+    SetBones, VehiclePhysics,
 };
 
-use super::{
-    World,
-    vehicle_physics::{no_wheel, text_of},
-};
+use super::{World, vehicle_physics::no_wheel};
 
 impl World {
     /// Returns the response to a query. `poses` are those that clients set on walkers.
@@ -16,10 +13,10 @@ impl World {
     /// # Errors
     ///
     /// The cause of the refusal.
-    pub(crate) fn answer(&self, poses: &GivenPoses, query: &Query) -> Result<Response, String> {
+    pub(crate) fn answer(&self, poses: &GivenPoses, query: &Query) -> Result<Response, Refusal> {
         let Query { actor_id: id, index, .. } = *query;
         let kind = QueryKind::of(query.kind)
-            .ok_or_else(|| format!("unknown query kind {}", query.kind))?;
+            .ok_or_else(|| Refusal::unsupported(format!("unknown query kind {}", query.kind)))?;
         Ok(match kind {
             QueryKind::VehicleBody => Response::new(&self.parameters(id)?.body),
             QueryKind::VehicleEngine => Response::new(&self.parameters(id)?.engine),
@@ -32,15 +29,15 @@ impl World {
             }
             QueryKind::VehicleTelemetry => {
                 self.check_vehicle(id, "engine")?;
-                Response::new(&self.physics.telemetry(id).map_err(text_of)?)
+                Response::new(&self.physics.telemetry(id)?)
             }
             QueryKind::WheelTelemetry => {
                 self.check_vehicle(id, "engine")?;
-                Response::new(&self.physics.wheel_telemetry(id, index).map_err(text_of)?)
+                Response::new(&self.physics.wheel_telemetry(id, index)?)
             }
             QueryKind::AckermannSettings => {
                 self.check_vehicle(id, "engine")?;
-                Response::new(&self.physics.ackermann_settings(id).map_err(text_of)?)
+                Response::new(&self.physics.ackermann_settings(id)?)
             }
             QueryKind::Bones => Response::new(&self.bones(poses, id, index)?),
             QueryKind::Blend => {
@@ -52,13 +49,13 @@ impl World {
     }
 
     /// Returns the parameters of a vehicle.
-    fn parameters(&self, id: ActorId) -> Result<VehiclePhysics, String> {
+    fn parameters(&self, id: ActorId) -> Result<VehiclePhysics, Refusal> {
         self.check_vehicle(id, "engine")?;
-        self.physics.vehicle_physics(id).map_err(text_of)
+        Ok(self.physics.vehicle_physics(id)?)
     }
 
     /// Returns up to [`BONES_PER_COMMAND`] bones of a walker's set pose, from `first` on.
-    fn bones(&self, poses: &GivenPoses, id: ActorId, first: u32) -> Result<SetBones, String> {
+    fn bones(&self, poses: &GivenPoses, id: ActorId, first: u32) -> Result<SetBones, Refusal> {
         let skeleton = self.walker(id)?;
         let bones = skeleton.bones.iter().enumerate().skip(first as usize).take(BONES_PER_COMMAND);
         let given = poses.of(id);
@@ -72,10 +69,10 @@ impl World {
             set.count += 1;
         }
         if set.count == 0 {
-            return Err(format!(
+            return Err(Refusal::not_found(format!(
                 "{id} has {} bones; there is no bone {first}",
                 skeleton.bones.len()
-            ));
+            )));
         }
         Ok(set)
     }

@@ -1,7 +1,7 @@
 //! Actors that a replay shows.
 
 use glam::Vec3;
-use protocol::{ActorId, ActorState, Name, Pose, WalkerLimbs, flag, kind};
+use protocol::{ActorId, ActorState, Name, Pose, Refusal, WalkerLimbs, flag, kind};
 
 use super::{World, check_pose, set};
 use crate::models::doors_of;
@@ -16,20 +16,27 @@ impl World {
         &mut self,
         recorded: &ActorState,
         beyond: ActorId,
-    ) -> Result<ActorId, String> {
+    ) -> Result<ActorId, Refusal> {
         let recorded_id = recorded.actor_id;
         let is_free = recorded_id != ActorId::NONE && self.actors.get(recorded_id).is_none();
         let id = if is_free { recorded_id } else { ActorId(self.last_actor.max(beyond.0) + 1) };
-        let blueprint = town::catalogue()
-            .get(recorded.blueprint as usize)
-            .ok_or_else(|| format!("{recorded_id} has unknown blueprint {}", recorded.blueprint))?;
+        let blueprint = town::catalogue().get(recorded.blueprint as usize).ok_or_else(|| {
+            Refusal::unknown_blueprint(format!(
+                "{recorded_id} has unknown blueprint {}",
+                recorded.blueprint
+            ))
+        })?;
         check_pose(&recorded.pose)?;
         // High above the map, so that an actor at the recorded position does not block the spawn.
         let above = Vec3::Z * (5000.0 + 20.0 * (id.0 % 2000) as f32);
         let pose = Pose::new(recorded.pose.position() + above, recorded.pose.rotation());
-        self.models
-            .spawn(&mut self.physics, id, (recorded.blueprint, blueprint), &pose, (true, false))
-            .map_err(|e| e.to_string())?;
+        self.models.spawn(
+            &mut self.physics,
+            id,
+            (recorded.blueprint, blueprint),
+            &pose,
+            (true, false),
+        )?;
         self.last_actor = self.last_actor.max(id.0);
         // [`World::show`] opens the doors.
         let state = ActorState { actor_id: id, doors: 0, ..*recorded };

@@ -1,19 +1,20 @@
 //! Changes of parts of a vehicle's parameters.
 
-use protocol::{ActorId, VehicleBody, VehiclePhysics, VehicleWheel};
+use protocol::{ActorId, Refusal, VehicleBody, VehiclePhysics, VehicleWheel};
 
-use crate::physics::PhysicsError;
-
-pub(super) fn with_body(physics: &mut VehiclePhysics, to: &VehicleBody) -> Result<(), String> {
+pub(super) fn with_body(physics: &mut VehiclePhysics, to: &VehicleBody) -> Result<(), Refusal> {
     let count = physics.body.wheels;
     if to.wheels != count {
-        return Err(format!("{} has {count} wheels, not {}", to.actor_id, to.wheels));
+        return Err(Refusal::out_of_range(format!(
+            "{} has {count} wheels, not {}",
+            to.actor_id, to.wheels
+        )));
     }
     physics.body = *to;
     Ok(())
 }
 
-pub(super) fn with_wheel(physics: &mut VehiclePhysics, to: &VehicleWheel) -> Result<(), String> {
+pub(super) fn with_wheel(physics: &mut VehiclePhysics, to: &VehicleWheel) -> Result<(), Refusal> {
     let missing = no_wheel(to.actor_id, to.index, physics);
     let wheel = physics.wheels.get_mut(to.index as usize).ok_or(missing)?;
     // The position of the hub is the blueprint's.
@@ -21,10 +22,7 @@ pub(super) fn with_wheel(physics: &mut VehiclePhysics, to: &VehicleWheel) -> Res
     Ok(())
 }
 
-pub(super) fn no_wheel(id: ActorId, index: u32, physics: &VehiclePhysics) -> String {
-    format!("{id} has {} wheels; there is no wheel {index}", physics.wheels.len())
-}
-
-pub(super) fn text_of(why: PhysicsError) -> String {
-    why.to_string()
+pub(super) fn no_wheel(id: ActorId, index: u32, physics: &VehiclePhysics) -> Refusal {
+    let count = physics.wheels.len();
+    Refusal::not_found(format!("{id} has {count} wheels; there is no wheel {index}"))
 }

@@ -212,3 +212,12 @@ fn every_link_to_a_file_leads_somewhere() {
     }
     assert!(faults.is_empty(), "links that lead nowhere:\n{}", faults.join("\n"));
 }
+
+#[test]
+fn the_table_of_refusals_has_every_code_with_its_number_and_description() {
+    let page = fs::read_to_string(root().join("docs/errors.md")).unwrap();
+    for code in protocol::RefusalCode::ALL {
+        let row = format!("| {} | `{}` | {} |", *code as u32, code.name(), code.description());
+        assert!(page.lines().any(|line| line == row), "docs/errors.md lacks the row {row}");
+    }
+}

@@ -1,7 +1,7 @@
 //! Spawns, destroys and describes actors.
 
 use client_lib::{
-    ActorId, Pose, Spawn,
+    ActorId, Pose, Refusal, RefusalCode, Spawn,
     wire::{Autopilot, Command},
 };
 
@@ -127,7 +127,9 @@ impl LockedBridge<'_> {
         }
         // No snapshot is published before the attributes of its actors are known.
         let _turn = self.take_turn();
-        let id = self.request_one("spawn", spawn.wire()).map_err(spawn_error)?;
+        let outcomes = self.request("spawn", &[spawn.wire()])?;
+        let outcome = outcomes.first().ok_or("the host returned no outcome")?.outcome;
+        let id = outcome.result().map_err(spawn_error)?;
         let Bridge { client, episode, .. } = &mut **self;
         let infos = client.blueprints();
         if let Some(info) = infos.iter().find(|info| info.id == description.id) {
@@ -165,11 +167,11 @@ impl LockedBridge<'_> {
 }
 
 /// Returns a spawn error in CARLA's words, which scripts look for.
-fn spawn_error(RpcError(why): RpcError) -> RpcError {
-    if why.contains("would stand in") {
-        return "Spawn failed because of collision at spawn position".into();
+fn spawn_error(refusal: Refusal) -> RpcError {
+    match refusal.code {
+        RefusalCode::SpawnCollision => "Spawn failed because of collision at spawn position".into(),
+        _ => refusal.into(),
     }
-    RpcError(why)
 }
 
 /// Parses a color `r,g,b`.
