@@ -87,7 +87,7 @@ def print_measurements(measurements):
 
 
 def size(text):
-    """Parses Parses WIDTHxHEIGHT.."""
+    """Parses WIDTHxHEIGHT."""
     width, height = (int(part) for part in text.split("x"))
     return width, height
 

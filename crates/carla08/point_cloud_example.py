@@ -55,7 +55,7 @@ def run_carla_client(args):
 
 
 def size(text):
-    """Parses Parses WIDTHxHEIGHT.."""
+    """Parses WIDTHxHEIGHT."""
     width, height = (int(part) for part in text.split("x"))
     return width, height
 

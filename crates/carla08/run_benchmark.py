@@ -13,7 +13,7 @@ from carla08.driving_benchmark import BasicExperimentSuite, CoRL2017, run_drivin
 
 
 def size(text):
-    """Parses Parses WIDTHxHEIGHT.."""
+    """Parses WIDTHxHEIGHT."""
     return tuple(int(part) for part in text.split("x"))
 
 

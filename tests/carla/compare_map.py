@@ -3,11 +3,11 @@
 
     tests/carla/compare_map.py [--omnibus PATH] [--venv DIR] MAP.xodr ...
 
-The `carla` wheel parses OpenDRIVE without a server. Without it at hand, this program installs
-version 0.9.16 into a virtual environment (--venv) and goes on there.
+The `carla` wheel parses OpenDRIVE without a server. If it is not installed, this program
+installs version 0.9.16 into a virtual environment (--venv) and continues there.
 
-Each difference belongs to a class; docs/map-parity.md says what the classes are and whose they
-are. "Unexplained" is what belongs to none: more than 0.1 % of them on a map fails the run.
+Each difference belongs to a class; docs/map-parity.md describes the classes and their origins.
+Differences without a class are "unexplained": more than 0.1 % of them on a map fails the run.
 """
 import argparse
 import collections
@@ -30,19 +30,19 @@ OVERLAP_M = 0.6
 STEP_M = 2.0
 UNEXPLAINED_MAX = 0.001
 
-# Class: (whose, what). The order is that of the report.
+# Class: (origin, description). The order is that of the report.
 CLASSES = {
-    "joint": ("nobody's", "names a place at a joint by the other of two lanes that meet there"),
-    "pitch": ("theirs", "slope of the reference line, not of the lane beside it"),
-    "yaw": ("theirs", "heading of the reference line, not of the lane beside it"),
-    "change": ("theirs", "laneChange increase and decrease taken for right and left"),
-    "bank": ("theirs", "superelevation and crossfall left out"),
-    "height": ("theirs", "the road's own height where roads of a junction contradict each other"),
-    "moved": ("theirs", "signal moved off the road, by fifths of a lane's width"),
-    "tilted": ("theirs", "crosswalk tilted with the slope, though the file gives heights"),
-    "offset": ("theirs", "crosswalk measured from the lane offset, not the reference line"),
-    "coarse": ("theirs", "the foot of a point on a lane taken on a chord"),
-    "far": ("theirs", "a farther lane taken for the nearest"),
+    "joint": ("neither", "a place at a joint has the name of the other of two lanes there"),
+    "pitch": ("CARLA", "slope of the reference line, not of the lane beside it"),
+    "yaw": ("CARLA", "heading of the reference line, not of the lane beside it"),
+    "change": ("CARLA", "laneChange increase and decrease are interpreted as right and left"),
+    "bank": ("CARLA", "superelevation and crossfall are ignored"),
+    "height": ("CARLA", "the road's own height where roads of a junction contradict each other"),
+    "moved": ("CARLA", "signal moved off the road, by fifths of a lane's width"),
+    "tilted": ("CARLA", "crosswalk tilted with the slope, although the file gives heights"),
+    "offset": ("CARLA", "crosswalk measured from the lane offset, not the reference line"),
+    "coarse": ("CARLA", "the foot of a point on a lane is computed on a chord"),
+    "far": ("CARLA", "a farther lane is returned as the nearest"),
     "unexplained": ("?", "none of these"),
 }
 
@@ -305,7 +305,7 @@ def compare_other_lanes(world, ours):
         name = key(own["road"], own["section"], own["lane"], own["s_m"])
         theirs = nearby(world, name[0], name[2], own["s_m"])
         if theirs is None or theirs.section_id != name[1]:
-            continue  # CARLA cannot be asked for the shorter of two sections that begin together.
+            continue  # CARLA has no query for the shorter of two sections that begin together.
         tally.point(compare_waypoint(world, theirs, own, tally, False), name)
     return tally
 
@@ -336,8 +336,8 @@ def compare_landmarks(world, ours):
             tally.point([("unexplained", "not among ours")], name)
             continue
         ranges = sorted((low, high) for low, high in theirs.get_lane_validities())
-        said = lambda line: sorted(tuple(r) for r in line["validity"])
-        line = next((l for l in lines if said(l) == ranges), lines[0])
+        validity = lambda line: sorted(tuple(r) for r in line["validity"])
+        line = next((l for l in lines if validity(l) == ranges), lines[0])
         lines.remove(line)
         found = []
         for word, mine in (
@@ -354,8 +354,8 @@ def compare_landmarks(world, ours):
         ):
             if abs(getattr(theirs, word) - mine) > 1e-3:
                 found.append(("unexplained", f"{word} {getattr(theirs, word)}, ours {mine}"))
-        if line["validity"] and ranges != said(line):
-            found.append(("unexplained", f"lanes {ranges}, ours {said(line)}"))
+        if line["validity"] and ranges != validity(line):
+            found.append(("unexplained", f"lanes {ranges}, ours {validity(line)}"))
         found += compare_signal_place(theirs, line["signal"])
         tally.point(found, name)
     for name, lines in own.items():

@@ -1,4 +1,4 @@
-"""What the checks share: the context, and helpers to compare measurements."""
+"""The context of the checks, and functions to compare measurements."""
 
 import os
 import queue

@@ -74,7 +74,7 @@ def street_lights(c):
                                 image_size_x=64, image_size_y=48, fov=60)
 
     def seen():
-        """Returns the pixel at the light, three frames on: states are applied with frames."""
+        """Returns the pixel at the light, three frames later: states are applied with frames."""
         frame = c.ticks(3)
         image = next(one for one in iter(lambda: measured.get(timeout=TIMEOUT), None)
                      if one.frame == frame)

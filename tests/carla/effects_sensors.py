@@ -103,9 +103,9 @@ def lidars_and_radar(c):
 def newest(sensor, frame):
     """Returns the measurement of a sensor at this frame."""
     while True:
-        said = sensor[1].get(timeout=TIMEOUT)
-        if said.frame == frame:
-            return said
+        measured = sensor[1].get(timeout=TIMEOUT)
+        if measured.frame == frame:
+            return measured
 
 
 @check
@@ -211,13 +211,13 @@ def radios(c):
     stations = [c.sensor("sensor.other.v2x", car, **quiet) for car in cars]
     chats = [c.sensor("sensor.other.v2x_custom", car, **quiet) for car in cars]
     c.ticks(30)
-    heard = []
+    events = []
     while not stations[0][1].empty():
-        heard.append(stations[0][1].get())
-    assert 1 <= len(heard) <= 3 and all(len(event) == 1 for event in heard), heard
-    said = heard[-1][0].get()
-    message = said["Message"]["Message"]["CAM Parameters"]
-    assert said["Message"]["Header"]["Station ID"] == cars[1].id, said
+        events.append(stations[0][1].get())
+    assert 1 <= len(events) <= 3 and all(len(event) == 1 for event in events), events
+    received = events[-1][0].get()
+    message = received["Message"]["Message"]["CAM Parameters"]
+    assert received["Message"]["Header"]["Station ID"] == cars[1].id, received
     basic = message["Basic Container"]
     assert basic["Station Type"] == "Passenger Car"
     there = c.map.transform_to_geolocation(cars[1].get_location())
@@ -237,7 +237,7 @@ def radios(c):
     # Not stronger than ETSI's path loss of an urban street in line of sight.
     away = cars[0].get_location().distance(cars[1].get_location())
     clear = 31.5 - (38.77 + 16.7 * math.log10(away) + 18.2 * math.log10(5.9))
-    assert heard[-1][0].power <= clear + 0.5, (heard[-1][0].power, clear)
+    assert events[-1][0].power <= clear + 0.5, (events[-1][0].power, clear)
     works("sensor.other.v2x CAMEvent CAMMessage.get CAMMessage.power",
           "identity, position, heading and speed of the other station; sent when they change; "
           "weaker than in free space")

@@ -176,7 +176,7 @@ def load_another_map(c):
           "another map by each of 0.9.16's spellings, with the requested layers, in a new episode")
     before = c.world.id
     c.client.replay_file(recorded, 0.0, 0.0, 0)
-    # The package learns of a world that another client has loaded from its frames. A client that
+    # The frames inform the package that another client has loaded a world. A client that
     # has another map keeps it; a new client requests the map.
     c.ticks(2)
     assert c.client.get_world().id != before

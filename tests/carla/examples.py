@@ -22,7 +22,7 @@ os.environ["CARLA_CACHE_DIR"] = tempfile.mkdtemp(prefix="carla-cache-")
 import carla
 
 
-class Look:
+class Observer:
     """What was observed of the world while a script ran."""
 
     def __init__(self, port):
@@ -80,8 +80,8 @@ class Look:
 class Result:
     """The result of a script."""
 
-    def __init__(self, code, said, look, out):
-        self.code, self.said, self.look, self.out = code, said, look, out
+    def __init__(self, code, output, observer, out):
+        self.code, self.output, self.observer, self.out = code, output, observer, out
 
     def files(self, pattern, least=1, bytes_least=1000):
         found = [f for f in glob.glob(os.path.join(self.out, pattern))
@@ -89,31 +89,31 @@ class Result:
         assert len(found) >= least, f"{len(found)} files {pattern}, expected {least}"
         return f"{len(found)} files {pattern}"
 
-    def says(self, pattern, least=1):
-        found = re.findall(pattern, self.said, re.M)
+    def prints(self, pattern, least=1):
+        found = re.findall(pattern, self.output, re.M)
         assert len(found) >= least, f"{len(found)} times {pattern!r}, expected {least}"
         return f"{len(found)} times {pattern!r}" if least > 1 else f"prints {str(found[0])!r}"
 
     def drove(self, least_m):
-        assert self.look.moved >= least_m, f"vehicles moved {self.look.moved:.1f} m"
-        return f"a vehicle moved {self.look.moved:.0f} m"
+        assert self.observer.moved >= least_m, f"vehicles moved {self.observer.moved:.1f} m"
+        return f"a vehicle moved {self.observer.moved:.0f} m"
 
     def had(self, **least):
         for group, count in least.items():
-            most = self.look.most.get(group, 0)
-            assert most >= count, f"at most {most} {group}s, expected {count}: {self.look.most}"
-        return ", ".join(f"{self.look.most[group]} {group}s" for group in least)
+            most = self.observer.most.get(group, 0)
+            assert most >= count, f"at most {most} {group}s, expected {count}: {self.observer.most}"
+        return ", ".join(f"{self.observer.most[group]} {group}s" for group in least)
 
     def kinds(self, *wanted):
-        missing = [one for one in wanted if one not in self.look.kinds]
+        missing = [one for one in wanted if one not in self.observer.kinds]
         assert not missing, f"not observed: {missing}"
         return f"{len(wanted)} kinds of sensors"
 
 
 def clean(ran):
     """Asserts that the script ended without an error, by itself or by the script runner."""
-    assert ran.code == 0, f"exit {ran.code}: {tail(ran.said)}"
-    assert "Traceback" not in ran.said, tail(ran.said)
+    assert ran.code == 0, f"exit {ran.code}: {tail(ran.output)}"
+    assert "Traceback" not in ran.output, tail(ran.output)
 
 
 def tail(text):
@@ -134,7 +134,7 @@ def example(path, arguments="", seconds=10.0, keys="-", world="Town03", limit=12
 
 @example("util/test_connection.py", world=None)
 def test_connection(ran):
-    return ran.says("CARLA [0-9.]+ connected at")
+    return ran.prints("CARLA [0-9.]+ connected at")
 
 
 @example("examples/tutorial.py")
@@ -149,14 +149,15 @@ def synchronous_mode(ran):
 
 @example("examples/sensor_synchronization.py", seconds=15.0)
 def sensor_synchronization(ran):
-    return ran.says(r"Frame: \d+   Sensor:", 50)
+    return ran.prints(r"Frame: \d+   Sensor:", 50)
 
 
 @example("examples/generate_traffic.py", "-n 25 -w 15", seconds=30.0)
 def generate_traffic(ran):
-    ran.says("spawned")
-    assert ran.look.walked > 3.0, f"walkers walked {ran.look.walked:.1f} m"
-    return ran.drove(20.0) + f", {ran.had(vehicle=20, walker=12)}, a walker {ran.look.walked:.0f} m"
+    ran.prints("spawned")
+    assert ran.observer.walked > 3.0, f"walkers walked {ran.observer.walked:.1f} m"
+    walked = f"a walker {ran.observer.walked:.0f} m"
+    return ran.drove(20.0) + f", {ran.had(vehicle=20, walker=12)}, {walked}"
 
 
 @example("examples/generate_traffic.py", "-n 10 -w 5 --asynch --safe", seconds=15.0)
@@ -176,19 +177,19 @@ def client_bounding_boxes(ran):
 
 @example("examples/vehicle_physics.py", seconds=60.0)
 def vehicle_physics(ran):
-    return ran.says(r"[Vv]elocity", 2) if "elocity" in ran.said else ran.says(r"\S.*")
+    return ran.prints(r"[Vv]elocity", 2) if "elocity" in ran.output else ran.prints(r"\S.*")
 
 
 @example("examples/dynamic_weather.py", "-s 20", seconds=12.0)
 def dynamic_weather(ran):
-    assert len(ran.look.weathers) > 5, ran.look.weathers
-    return f"{len(ran.look.weathers)} weather states"
+    assert len(ran.observer.weathers) > 5, ran.observer.weathers
+    return f"{len(ran.observer.weathers)} weather states"
 
 
 @example("examples/vehicle_gallery.py", seconds=25.0)
 def vehicle_gallery(ran):
-    assert len(ran.look.spectators) > 5, ran.look.spectators
-    return ran.says(r"vehicle\.\S+") + ", the spectator moves around it"
+    assert len(ran.observer.spectators) > 5, ran.observer.spectators
+    return ran.prints(r"vehicle\.\S+") + ", the spectator moves around it"
 
 
 @example("examples/start_recording.py", "-n 10 -t 8 -f {out}/drive.log", seconds=40.0)
@@ -198,29 +199,29 @@ def start_recording(ran):
 
 @example("examples/show_recorder_file_info.py", "-f {out}/drive.log -a")
 def show_recorder_file_info(ran):
-    return ran.says(r"Duration: [0-9.]+ seconds")
+    return ran.prints(r"Duration: [0-9.]+ seconds")
 
 
 @example("examples/show_recorder_collisions.py", "-f {out}/drive.log -t aa")
 def show_recorder_collisions(ran):
-    return ran.says(r"Frames: \d+")
+    return ran.prints(r"Frames: \d+")
 
 
 @example("examples/show_recorder_actors_blocked.py", "-f {out}/drive.log -t 2 -d 10")
 def show_recorder_actors_blocked(ran):
-    return ran.says(r"Frames: \d+")
+    return ran.prints(r"Frames: \d+")
 
 
 @example("examples/start_replaying.py", "-f {out}/drive.log -s 0 -d 6", seconds=20.0)
 def start_replaying(ran):
-    return ran.says(r"Replaying from [0-9.]+ s")
+    return ran.prints(r"Replaying from [0-9.]+ s")
 
 
 @example("examples/manual_control.py", "--sync --res 320x240 --filter vehicle.tesla.model3 "
          "--generation 2", seconds=45.0,
          keys="f1,w*80,c,tab,l,o,o,g,n,n,n,n,n,n,n,n,n,n,n,n,n,n,p,v", limit=150.0)
 def manual_control(ran):
-    assert len(ran.look.lights) > 1, "vehicle lights were not switched"
+    assert len(ran.observer.lights) > 1, "vehicle lights were not switched"
     # `n` goes through all fourteen cameras and lidars; normals are the last.
     return ran.drove(3.0) + ", " + ran.kinds(
         "sensor.camera.rgb", "sensor.other.gnss", "sensor.other.imu", "sensor.other.collision",
@@ -242,7 +243,7 @@ def automatic_control_basic(ran):
 @example("examples/no_rendering_mode.py", "--res 640x480 --no-rendering --map Town02",
          seconds=15.0, keys="h,i,tab")
 def no_rendering_mode(ran):
-    assert any(no_rendering for _, _, no_rendering in ran.look.settings)
+    assert any(no_rendering for _, _, no_rendering in ran.observer.settings)
     return "rendering is switched off, the map is drawn"
 
 
@@ -276,17 +277,17 @@ def tutorial_gbuffer(ran):
 
 @example("util/config.py", "--inspect")
 def config_inspect(ran):
-    return ran.says(r"(?i)map:.*Town03")
+    return ran.prints(r"(?i)map:.*Town03")
 
 
 @example("util/config.py", "--list")
 def config_list(ran):
-    return ran.says(r"Town\d+", 8)
+    return ran.prints(r"Town\d+", 8)
 
 
 @example("util/config.py", "--list-blueprints vehicle.*")
 def config_list_blueprints(ran):
-    return ran.says(r"vehicle\.", 30)
+    return ran.prints(r"vehicle\.", 30)
 
 
 @example("util/config.py", "--map Town02 --delta-seconds 0.04 --weather HardRainNoon")
@@ -323,26 +324,26 @@ def config_xodr(ran):
 @example("util/environment.py", "--sun night --weather rain --cars Position --lights on",
          seconds=15.0)
 def environment(ran):
-    assert len(ran.look.weathers | {sky(ran)}) > 1, ran.look.weathers
+    assert len(ran.observer.weathers | {sky(ran)}) > 1, ran.observer.weathers
     return "sun and rain are set"
 
 
 @example("util/performance_benchmark.py", "--sync --ticks 20 --maps Town03 --sensors 0 "
          "--weather 0", seconds=90.0, limit=150.0)
 def performance_benchmark(ran):
-    return ran.says(r"(?i)fps|tick|Town03")
+    return ran.prints(r"(?i)fps|tick|Town03")
 
 
 @example("util/lane_explorer.py", "-t 0.1", seconds=10.0)
 def lane_explorer(ran):
-    return ran.says(r"(?i)Initial location|roadId|laneId|->|Location|Exit") if ran.said.strip() \
+    return ran.prints(r"(?i)Initial location|roadId|laneId|->|Location|Exit") if ran.output.strip() \
         else "explores until it is stopped"
 
 
 @example("util/raycast_sensor_testing.py", "--sync -ln 1 -lp 50000 -rn 1 -sln 1 --profiling "
          "--no-render-window", seconds=60.0, limit=150.0)
 def raycast_sensor_testing(ran):
-    return ran.says(r"(?i)lidar|semantic")
+    return ran.prints(r"(?i)lidar|semantic")
 
 
 @example("util/extract_spawn_points.py", "-o {out}")
@@ -351,7 +352,7 @@ def extract_spawn_points(ran):
 
 
 def client_of(ran):
-    client = carla.Client("127.0.0.1", ran.look.port)
+    client = carla.Client("127.0.0.1", ran.observer.port)
     client.set_timeout(30.0)
     return client
 
@@ -379,7 +380,7 @@ def play(port, api, out, entry):
         with open(os.path.join(out, "own.xodr"), "w", encoding="utf-8") as own:
             own.write(text)
     shutil.rmtree(os.path.join(out, "_out"), ignore_errors=True)
-    look = Look(port)
+    observer = Observer(port)
     filled = [word.replace("{out}", out).replace("{api}", api) for word in arguments]
     command = [sys.executable, "-u", os.path.join(HERE, "script_runner.py"), str(port), str(seconds),
                keys, script] + filled
@@ -389,22 +390,22 @@ def play(port, api, out, entry):
     try:
         run = subprocess.run(command, cwd=out, env=environment, stdout=subprocess.PIPE,
                              stderr=subprocess.STDOUT, timeout=limit, check=False)
-        code, said = run.returncode, run.stdout.decode(errors="replace")
+        code, output = run.returncode, run.stdout.decode(errors="replace")
     except subprocess.TimeoutExpired as late:
-        code, said = -1, (late.stdout or b"").decode(errors="replace")
-        said += f"\nnot over after {limit} s"
-    look.end()
-    ran = Result(code, said, look, out)
+        code, output = -1, (late.stdout or b"").decode(errors="replace")
+        output += f"\nnot over after {limit} s"
+    observer.end()
+    ran = Result(code, output, observer, out)
     with open(os.path.join(out, f"{name}.txt"), "w", encoding="utf-8") as kept:
-        kept.write(said)
-    told = {"example": name, "script": path, "arguments": " ".join(arguments),
-            "seconds": round(time.monotonic() - begun, 1)}
+        kept.write(output)
+    result = {"example": name, "script": path, "arguments": " ".join(arguments),
+              "seconds": round(time.monotonic() - begun, 1)}
     try:
         clean(ran)
-        told["observed"] = judge(ran)
+        result["observed"] = judge(ran)
     except Exception as error:  # Whatever it is, it is this example's failure.
-        told["failure"] = f"{error}"
-    return told
+        result["failure"] = f"{error}"
+    return result
 
 
 def main():

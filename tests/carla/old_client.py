@@ -60,8 +60,8 @@ def png(path):
 
 def the_example_writes_its_files(port, folder):
     """Two episodes of ten frames, an image of each camera for each."""
-    said = play(folder, "client_example.py", "-p", port, "--autopilot", "--images-to-disk",
-                "--lidar", "--episodes", "2", "--frames", "10", "--size", "%dx%d" % SIZE)
+    output = play(folder, "client_example.py", "-p", port, "--autopilot", "--images-to-disk",
+                  "--lidar", "--episodes", "2", "--frames", "10", "--size", "%dx%d" % SIZE)
     for episode in range(2):
         pictures = []
         for name in ("CameraRGB", "CameraDepth"):
@@ -79,9 +79,9 @@ def the_example_writes_its_files(port, folder):
         count = int(lines[2].split()[-1])
         assert count > 100 and len(lines) - lines.index("end_header") - 1 == count
     places = [tuple(map(float, found)) for found in
-              re.findall(r"Vehicle at \((-?[\d.]+), (-?[\d.]+)\)", said)]
-    assert len(places) == 20, said
-    agents = [int(n) for n in re.findall(r"\((\d+) non-player agents", said)]
+              re.findall(r"Vehicle at \((-?[\d.]+), (-?[\d.]+)\)", output)]
+    assert len(places) == 20, output
+    agents = [int(n) for n in re.findall(r"\((\d+) non-player agents", output)]
     assert min(agents) > 20, agents
 
 
@@ -171,13 +171,13 @@ def a_benchmark_continues(port, folder):
     """Drives one episode, then another one: the log contains both, and the metrics."""
     common = ("-p", port, "--agent", "autopilot", "--size", "16x16", "--limit", "1")
     play(folder, "run_benchmark.py", *common)
-    said = play(folder, "run_benchmark.py", *common, "--continue-experiment")
+    output = play(folder, "run_benchmark.py", *common, "--continue-experiment")
     log = os.path.join(folder, "_benchmarks_results", "test_BasicExperimentSuite_Town01")
     with open(os.path.join(log, "summary.csv"), encoding="utf-8") as file:
         rows = [line.split(",") for line in file.read().splitlines()[1:]]
     assert [row[0] for row in rows] == ["0", "1"], rows
     assert all(row[5] == "1" for row in rows), f"the goal was not reached: {rows}"
-    assert "100.0 % completed" in said, said
+    assert "100.0 % completed" in output, output
     assert os.path.exists(os.path.join(log, "metrics.json"))
 
 

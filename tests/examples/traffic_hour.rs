@@ -1,4 +1,5 @@
-//! Traffic in closed loop with physics, without processes: how far, how fast, who stood, who hit.
+//! Traffic in closed loop with physics, without processes: distances, speeds, jams and
+//! collisions.
 //!
 //! ```text
 //! cargo run --release -p omnibus-tests --example traffic_hour -- maps/Town04.xodr --vehicles 100
@@ -6,15 +7,16 @@
 //!
 //! Without a map it drives on the default one. It ends with 1 if a goal is missed:
 //!
-//! - *Free*, vehicles drive at 60 % of the limit. Free is every moment in which nobody is within
-//!   60 m ahead, no line within 200 m asks for a stop, and the vehicle neither backs out nor turns
-//!   round. Speeding up after a stop counts, and so do vehicles that cannot go faster: bicycles,
+//! - *Free*, vehicles drive at 60 % of the limit. A moment is free if no actor is within 60 m
+//!   ahead, no stop line within 200 m applies, and the vehicle neither reverses nor turns
+//!   round. Acceleration after a stop counts, and so do vehicles that cannot go faster: bicycles,
 //!   buses. The figure is the mean, over all free moments of all vehicles, of speed by limit. The
-//!   goal leaves out moments in which a curve or a lower limit ahead asks for less than 95 % of the
+//!   goal excludes moments in which a curve or a lower limit ahead requires less than 95 % of the
 //!   limit; the figure with them is printed first.
-//! - Each vehicle drives 5 km an hour, all waiting included.
-//! - Nobody stays within 5 m of a place for more than 120 s, whatever for: a red light counts too.
-//! - Nobody is removed, teleported or toppled, and nobody touches anybody or anything.
+//! - Each vehicle drives 5 km per hour, including all waiting.
+//! - No vehicle stays within 5 m of a place for more than 120 s, for whatever reason: a red light
+//!   counts too.
+//! - No vehicle is removed, teleported or overturned, and none touches another actor or an object.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -27,7 +29,7 @@ use road::Network;
 
 #[derive(Parser)]
 struct Arguments {
-    /// An OpenDRIVE file, or the name of a town of our own; the default map without.
+    /// An OpenDRIVE file, or the name of a generated town; default: the default map.
     map: Option<String>,
     #[arg(long, default_value_t = 100)]
     vehicles: usize,

@@ -3,9 +3,9 @@
     python drive_bmw.py OUT.csv
 
 needs the package commonroad-vehicle-models 3.0.2. Writes one line for each 50 ms of each
-manoeuvre: its name, time, front wheel angle, speed ahead, yaw rate, slip angle at the centre of
-mass, roll, acceleration across; in SI and radians, left positive. The steering follows what is
-asked at no more than 0.4 rad/s, the model's own limit.
+manoeuvre: its name, time, front wheel angle, forward speed, yaw rate, slip angle at the centre of
+mass, roll, lateral acceleration; in SI and radians, left positive. The steering follows its
+target at no more than 0.4 rad/s, the model's own limit.
 """
 
 import csv
@@ -17,7 +17,7 @@ from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
 from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
 
 STEP_S = 0.0005
-TELL_S = 0.05
+OUTPUT_S = 0.05
 STEER_RATE = 0.4
 
 
@@ -69,25 +69,25 @@ MANOEUVRES = {
 
 def drive(speed, seconds, steer, push, p):
     state = init_mb([0.0, 0.0, 0.0, speed, 0.0, 0.0, 0.0], p)
-    told = []
+    rows = []
     steps = round(seconds / STEP_S)
-    every = round(TELL_S / STEP_S)
+    every = round(OUTPUT_S / STEP_S)
     for step in range(steps + 1):
         t = step * STEP_S
-        wanted = steer(t)
-        rate = max(-STEER_RATE, min(STEER_RATE, (wanted - state[2]) / STEP_S))
+        target = steer(t)
+        rate = max(-STEER_RATE, min(STEER_RATE, (target - state[2]) / STEP_S))
         inputs = [rate, push(t, state[3])]
         slope = vehicle_dynamics_mb(state, inputs, p)
         if step % every == 0:
             across = slope[10] + state[5] * state[3]
             slip = math.atan2(state[10], state[3])
-            told.append((t, state[2], state[3], state[5], slip, state[6], across))
+            rows.append((t, state[2], state[3], state[5], slip, state[6], across))
         if state[3] < 1.0:
             break
         half = [x + 0.5 * STEP_S * f for x, f in zip(state, slope)]
         middle = vehicle_dynamics_mb(half, inputs, p)
         state = [x + STEP_S * f for x, f in zip(state, middle)]
-    return told
+    return rows
 
 
 def main():

@@ -4,8 +4,9 @@ A JSON line for each file:
 
     python judge_maps.py FILE...
 
-says what each of them makes of it: `asam` the issues of level error, `waypoints` and `topology`
-what `carla.Map` counts at every 5 m and the road links, `netconvert` the lines that are errors.
+contains the result of each reader: `asam` has the issues of level error, `waypoints` the number of
+waypoints of `carla.Map` at every 5 m, `topology` the number of its road links, `netconvert` the
+lines that are errors.
 """
 
 import json

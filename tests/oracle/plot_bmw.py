@@ -55,8 +55,8 @@ def draw(name, ours, theirs, folder):
         ("roll_rad", "roll, rad")]
     figure, axes = plt.subplots(1, len(panels), figsize=(3.6 * len(panels), 2.6), squeeze=False)
     for axis, (what, label) in zip(axes[0], panels):
-        for run, style, who in ((theirs, "k--", "multi-body"), (ours, "C0-", "ours")):
-            axis.plot([r["t_s"] for r in run], [r[what] for r in run], style, lw=1.2, label=who)
+        for run, style, label in ((theirs, "k--", "multi-body"), (ours, "C0-", "ours")):
+            axis.plot([r["t_s"] for r in run], [r[what] for r in run], style, lw=1.2, label=label)
         axis.set_xlabel("s")
         axis.set_title(label, fontsize=9)
         axis.grid(alpha=0.3)

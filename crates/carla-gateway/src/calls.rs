@@ -83,7 +83,7 @@ const STATIC_CALLS: &[Entry<StaticFn>] = &[
     ("set_annotations_traverse_translucency", Nothing, ignore),
     ("set_ignored_vehicles", Nothing, |_| refuse("sensors that overlook vehicles")),
     ("set_wheel_pitch_angle", Nothing, |_| refuse("wheels that pitch")),
-    ("set_wheel_steer_direction", Nothing, |_| refuse("wheels that are turned by hand")),
+    ("set_wheel_steer_direction", Nothing, |_| refuse("wheels with a steering angle of their own")),
     ("show_vehicle_debug_telemetry", Nothing, ignore),
     ("use_carsim_road", Nothing, |_| refuse("CarSim")),
     ("version", Val, |c| { c.out.text(VERSION); Ok(()) }),

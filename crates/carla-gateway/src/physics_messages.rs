@@ -75,12 +75,12 @@ pub(crate) fn messages_of(
             vec![wrap(&body)]
         }
         Kind::V2x => {
-            let heard = measured.cams(0);
-            vec![radio::cams(begin(radio::CAM_BYTES * heard.len()), heard).into_message()]
+            let received = measured.cams(0);
+            vec![radio::cams(begin(radio::CAM_BYTES * received.len()), received).into_message()]
         }
         Kind::V2xCustom => {
-            let heard = measured.messages(0);
-            vec![radio::texts(begin(radio::TEXT_BYTES * heard.len()), heard).into_message()]
+            let received = measured.messages(0);
+            vec![radio::texts(begin(radio::TEXT_BYTES * received.len()), received).into_message()]
         }
         _ => Vec::new(),
     }

@@ -62,12 +62,12 @@ pub(crate) fn spec(
         }
         Kind::Collision => collision("collision"),
         Kind::Obstacle => {
-            let look = ObstacleSpec {
+            let spec = ObstacleSpec {
                 distance_m: number("distance", 5.0)?.max(0.01),
                 hit_radius_m: number("hit_radius", 0.5)?.max(0.001),
                 only_dynamics: d.flag("only_dynamics").into(),
             };
-            obstacle("obstacle", pose, look)
+            obstacle("obstacle", pose, spec)
         }
         Kind::V2x => cam("v2x", pose, radio::cam_spec(d)?),
         Kind::V2xCustom => client_lib::message("v2x_custom", pose, radio::text_spec(d)?),

@@ -28,7 +28,7 @@ pub struct CarlaServerConfig {
     pub listen: IpAddr,
 }
 
-/// CARLA's default port of the traffic manager. Clients are told the actual port, which is another
+/// CARLA's default port of the traffic manager. Clients receive the actual port, which is another
 /// one if this is taken.
 const TRAFFIC_MANAGER_PORT: u16 = 8000;
 /// Longest time between two updates of a world that no client of this server ticks.

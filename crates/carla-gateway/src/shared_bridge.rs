@@ -4,8 +4,8 @@
 //! A call that waits for the host submits its commands under the lock, so that commands leave in the
 //! order of the calls, releases the lock while it waits, and takes it again to apply the outcome.
 //! Other connections are served meanwhile. Calls that change what is published (ticks, new worlds,
-//! spawned actors, sensor bundles) also take the *turn*, so that none of them sees the other's work
-//! half done.
+//! spawned actors, sensor bundles) also take the *turn*, so that none of them starts while
+//! another one is half done.
 //!
 //! Lock order: the turn first, then the bridge.
 
@@ -26,7 +26,7 @@ use crate::{
     rpc::Peer,
 };
 
-/// How long a tick waits for clients that have asked for a stream to connect to it.
+/// How long a tick waits for clients that have requested a stream to connect to it.
 const SUBSCRIPTION_TIMEOUT: Duration = Duration::from_millis(300);
 
 /// The bridge and its locks.

@@ -47,7 +47,7 @@ pub(crate) struct Streams {
 #[derive(Default)]
 struct Listening {
     by_stream: BTreeMap<u32, Vec<Arc<Session>>>,
-    /// Streams for which a client has asked and to which it has not connected yet.
+    /// Streams that a client has requested and to which it has not connected yet.
     expected: BTreeSet<u32>,
     /// The newest state of the world, which a new listener receives at once.
     state: Option<Message>,
@@ -145,11 +145,11 @@ impl Streams {
     pub(crate) fn has_room(&self, stream: u32, bytes: usize) -> bool {
         let listening = self.lock();
         let sessions = listening.by_stream.get(&stream).into_iter().flatten();
-        // Every listener is asked, so that each one counts its loss.
+        // Every listener is tried, so that each one counts its loss.
         sessions.filter(|session| session.has_room(bytes)).count() > 0
     }
 
-    /// Expects a listener: a client has asked for the stream.
+    /// Expects a listener: a client has requested the stream.
     pub(crate) fn expect(&self, stream: u32) {
         self.lock().expected.insert(stream);
     }
@@ -330,7 +330,7 @@ impl Session {
     }
 }
 
-/// Returns the token of a stream, which tells the official client to connect to the address of its
+/// Returns the token of a stream, with which the official client connects to the address of its
 /// server.
 pub(crate) fn token(stream: u32, port: u16) -> [u8; 24] {
     let mut token = [0; 24];

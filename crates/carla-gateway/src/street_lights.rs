@@ -44,7 +44,7 @@ impl LightState {
     }
 }
 
-/// What CARLA knows of street lights and the world does not. Lights are named by their poles.
+/// The properties of street lights that exist in CARLA only. Lights are identified by their poles.
 #[derive(Debug)]
 pub(crate) struct StreetLights {
     /// The group of each light that a client has moved to another one.

@@ -7,7 +7,7 @@ import time
 
 import carla
 
-from . import measurements as told
+from . import measurements
 from .autopilot import Autopilot
 from .crowd import Crowd
 from .listening import Listener, end_all
@@ -16,7 +16,7 @@ from .settings import CarlaSettings
 from .tcp import TCPConnectionError, told_as_connection_error, wait_for_server
 from .util import make_connection
 
-VehicleControl = told.Control
+VehicleControl = measurements.Control
 
 WEATHERS = (
     "Default", "ClearNoon", "CloudyNoon", "WetNoon", "WetCloudyNoon", "MidRainyNoon",
@@ -89,8 +89,8 @@ class CarlaClient:
                 self.world.apply_settings(self._before)
         except RuntimeError as error:
             logging.debug("while disconnecting: %s", error)
-            # The package keeps its line to a traffic manager, by port, for as long as the process
-            # lives, and it is dead now; any port finds the manager of a new server.
+            # The package caches its connection to a traffic manager by port until the process
+            # ends. It is closed now; any other port leads to the manager of a new server.
             CarlaClient._manager_port += 1
         self._client = self.world = self.map = None
         self._settings = self._before = None
@@ -153,7 +153,7 @@ class CarlaClient:
         others = self._crowd.others(snapshot)
         player = self._player.measure(snapshot)
         player.autopilot_control = self.autopilot.control(player, others)
-        measured = told.Measurements(
+        measured = measurements.Measurements(
             frame_number=self._frame,
             platform_timestamp=int(1000 * time.monotonic()),
             game_timestamp=int(round(
@@ -172,7 +172,7 @@ class CarlaClient:
         control = args[0] if args and not isinstance(args[0], (int, float)) else None
         if control is None:
             names = ("steer", "throttle", "brake", "hand_brake", "reverse")
-            control = told.Control(**dict(zip(names, args)), **kwargs)
+            control = measurements.Control(**dict(zip(names, args)), **kwargs)
         self._player.actor.apply_control(carla.VehicleControl(
             throttle=min(max(float(control.throttle), 0.0), 1.0),
             steer=min(max(float(control.steer), -1.0), 1.0),
@@ -185,7 +185,7 @@ class CarlaClient:
             raise TCPConnectionError("not connected")
 
     def _scene(self):
-        spots = [told.transform_of(spot) for spot in self.map.get_spawn_points()]
+        spots = [measurements.transform_of(spot) for spot in self.map.get_spawn_points()]
         name = self.map.name.rsplit("/", 1)[-1]
         return Scene(name, spots, self._settings.sensors)
 

@@ -5,15 +5,15 @@ import random
 
 import carla
 
-from . import measurements as told
+from . import measurements
 
 COLOURS = {
-    carla.TrafficLightState.Green: told.TrafficLight.GREEN,
-    carla.TrafficLightState.Yellow: told.TrafficLight.YELLOW,
-    carla.TrafficLightState.Red: told.TrafficLight.RED,
+    carla.TrafficLightState.Green: measurements.TrafficLight.GREEN,
+    carla.TrafficLightState.Yellow: measurements.TrafficLight.YELLOW,
+    carla.TrafficLightState.Red: measurements.TrafficLight.RED,
 }
 
-# Frames between two looks at where a sidewalk leads.
+# Frames between two updates of the direction of a sidewalk.
 STEPS_OF_A_WALKER = 10
 
 
@@ -123,21 +123,21 @@ class Crowd:
     def _agent(self, actor, state):
         kind = actor.type_id
         pose = state.get_transform()
-        where = told.transform_of(pose)
+        where = measurements.transform_of(pose)
         if kind.startswith(("vehicle.", "walker.")):
             if actor.id not in self._boxes:
-                self._boxes[actor.id] = told.box_of(actor.bounding_box)
+                self._boxes[actor.id] = measurements.box_of(actor.bounding_box)
             speed = state.get_velocity().dot(pose.get_forward_vector())
-            name, make = (("vehicle", told.Vehicle) if kind.startswith("vehicle.")
-                          else ("pedestrian", told.Pedestrian))
-            return told.Agent(actor.id, name, make(
+            name, make = (("vehicle", measurements.Vehicle) if kind.startswith("vehicle.")
+                          else ("pedestrian", measurements.Pedestrian))
+            return measurements.Agent(actor.id, name, make(
                 transform=where, bounding_box=self._boxes[actor.id], forward_speed=speed))
         if kind == "traffic.traffic_light":
-            colour = COLOURS.get(actor.get_state(), told.TrafficLight.RED)
-            return told.Agent(actor.id, "traffic_light",
-                              told.TrafficLight(transform=where, state=colour))
+            colour = COLOURS.get(actor.get_state(), measurements.TrafficLight.RED)
+            return measurements.Agent(actor.id, "traffic_light",
+                              measurements.TrafficLight(transform=where, state=colour))
         if kind.startswith("traffic.speed_limit."):
-            return told.Agent(actor.id, "speed_limit_sign", told.SpeedLimitSign(
+            return measurements.Agent(actor.id, "speed_limit_sign", measurements.SpeedLimitSign(
                 transform=where, speed_limit=float(kind.rsplit(".", 1)[1]) / 3.6))
         return None
 

@@ -61,7 +61,7 @@ def depth_to_logarithmic_grayscale(image):
 
 
 def depth_to_local_point_cloud(image, color=None, max_depth=0.9):
-    """What a depth camera sees, as points: x left, y up, z ahead, in metres.
+    """The points of a depth image: x left, y up, z ahead, in metres.
 
     Points beyond `max_depth` (of 1, which is 1000 m) are left out; `color` is an H x W x 3 array.
     """

@@ -1,4 +1,4 @@
-"""What `CarlaClient.read_data` returns: plain classes with the fields of 0.8's messages."""
+"""The result of `CarlaClient.read_data`: plain classes with the fields of 0.8's messages."""
 
 
 class Record:

@@ -5,7 +5,7 @@ import threading
 
 import carla
 
-from . import measurements as told
+from . import measurements
 from .listening import Listener
 
 # Samples along and across the vehicle's outline, for the fraction off its lane.
@@ -30,7 +30,7 @@ class Player:
         self.collisions = Listener(sensor, self._collide)
 
     def _collide(self, event):
-        """Adds an impulse to the sum of its kind of actor. of actor."""
+        """Adds an impulse to the sum of its kind of actor."""
         other = event.other_actor.type_id if event.other_actor is not None else ""
         kind = {"vehicle": "vehicles", "walker": "pedestrians"}.get(other.split(".")[0], "other")
         with self._lock:
@@ -52,10 +52,10 @@ class Player:
         other_lane, off_road = self._strays(pose)
         with self._lock:
             collided = dict(self._collided)
-        return told.PlayerMeasurements(
-            transform=told.transform_of(pose),
-            bounding_box=told.box_of(self._box),
-            acceleration=told.vector_of(state.get_acceleration()),
+        return measurements.PlayerMeasurements(
+            transform=measurements.transform_of(pose),
+            bounding_box=measurements.box_of(self._box),
+            acceleration=measurements.vector_of(state.get_acceleration()),
             forward_speed=velocity.dot(ahead),
             collision_vehicles=collided["vehicles"],
             collision_pedestrians=collided["pedestrians"],

@@ -134,7 +134,7 @@ fn supervise(args: &CarlaServerArgs, instance: &Instance, stop: &AtomicBool) -> 
     Ok(())
 }
 
-/// Waits for the child, which sees its host end; kills it after a second.
+/// Waits for the child, which ends with its host; kills it after a second.
 fn stop_child(child: &mut Child) -> anyhow::Result<()> {
     for _ in 0..100 {
         if child.try_wait()?.is_some() {

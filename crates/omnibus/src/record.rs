@@ -70,7 +70,7 @@ impl ProfileArg {
 
 /// Records a run.
 pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
-    ensure!(args.frames > 0, "--frames is 0; ask for at least one");
+    ensure!(args.frames > 0, "--frames is 0, must be at least 1");
     let delta_nanos = nanos(args.fixed_delta)?;
     let files = Files::of(args)?;
     let places = places(&args.world.network()?, args.world.seed);

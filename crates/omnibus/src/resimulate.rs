@@ -1,5 +1,5 @@
-//! The recorded inputs once more, in one thread and without the bus: the same hashes, or the first
-//! frame and actor that differ.
+//! Simulates recorded inputs in one thread and without the bus, and compares state hashes and actors
+//! with the recording.
 
 use std::{collections::VecDeque, fmt, sync::Arc};
 
@@ -13,14 +13,14 @@ use protocol::{
 use sim_host::{Inputs, NoServices, Request, SavedState, Sim, decision_hash, map_sum};
 use traffic::Planner;
 
-/// How far a re-simulation came.
+/// The extent of a re-simulation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Resimulated {
     /// Frames that were simulated and compared.
     pub frames: u64,
     /// Simulated time that they took.
     pub sim_nanos: u64,
-    /// Where it differs first.
+    /// The first difference.
     pub difference: Option<Difference>,
 }
 
@@ -29,7 +29,7 @@ pub struct Resimulated {
 pub struct Difference {
     /// The frame, as recorded.
     pub frame: Frame,
-    /// Who or what.
+    /// The actor, command or hash that differs.
     pub what: String,
 }
 
@@ -55,38 +55,38 @@ pub fn resimulate(
     let first = recording
         .world_before(recording.segment_at(from_nanos))
         .with_context(|| format!("{file} holds no whole world to begin with"))?;
-    let mut again: Option<Again> = None;
-    let mut told = Resimulated::default();
+    let mut resimulation: Option<Resimulation> = None;
+    let mut done = Resimulated::default();
     for segment in first..recording.segments() {
         if segment > first && recording.start_nanos(segment) >= until_nanos {
             break;
         }
         let episode = recording.info().episode.clone();
         for moment in recording.recorded_frames(segment)? {
-            let found = match &mut again {
+            let found = match &mut resimulation {
                 None => {
-                    let mut new = Again::new(&episode)?;
+                    let mut new = Resimulation::new(&episode)?;
                     let found = new.begin(moment).map_err(|e| anyhow!("{file}: {e}"))?;
-                    again = Some(new);
+                    resimulation = Some(new);
                     found
                 }
-                Some(again) if is_load(moment) => {
-                    again.begin(moment).map_err(|e| anyhow!("{file}: {e}"))?
+                Some(running) if is_load(moment) => {
+                    running.begin(moment).map_err(|e| anyhow!("{file}: {e}"))?
                 }
-                Some(again) => again.step(moment)?,
+                Some(running) => running.step(moment)?,
             };
-            told.frames += 1;
-            told.sim_nanos += moment.delta_nanos;
+            done.frames += 1;
+            done.sim_nanos += moment.delta_nanos;
             if let Some(what) = found {
-                told.difference = Some(Difference { frame: moment.stamp.frame, what });
-                return Ok(told);
+                done.difference = Some(Difference { frame: moment.stamp.frame, what });
+                return Ok(done);
             }
         }
     }
-    Ok(told)
+    Ok(done)
 }
 
-/// The world went on from a saved state before this frame.
+/// Returns whether a saved state was loaded before this frame.
 fn is_load(moment: &RecordedFrame) -> bool {
     moment.world.is_some()
         && moment.journal.iter().any(|entry| {
@@ -95,7 +95,7 @@ fn is_load(moment: &RecordedFrame) -> bool {
         })
 }
 
-/// What traffic has decided last.
+/// The newest decision of traffic.
 #[derive(Default)]
 struct Decided {
     frame: Frame,
@@ -104,26 +104,26 @@ struct Decided {
     hash: u64,
 }
 
-/// A frame that traffic has not planned on yet.
-struct Seen {
+/// A frame on which traffic has not planned yet.
+struct PendingFrame {
     stamp: Stamp,
     delta_nanos: u64,
     actors: Vec<ActorState>,
     journal: Vec<JournalEntry>,
 }
 
-/// The simulation that runs again, and traffic.
-struct Again {
+/// The simulation and the traffic of a re-simulation.
+struct Resimulation {
     sim: Sim,
     planner: Planner,
     blank: Vec<u8>,
     map: u64,
     decided: Decided,
-    waiting: VecDeque<Seen>,
+    waiting: VecDeque<PendingFrame>,
 }
 
-impl Again {
-    fn new(episode: &protocol::Episode) -> anyhow::Result<Again> {
+impl Resimulation {
+    fn new(episode: &protocol::Episode) -> anyhow::Result<Resimulation> {
         let cache = Cache::from_environment();
         let network = cache.network(&episode.map, &episode.open_drive)?;
         let town = cache.town_around(&network, &episode.open_drive, episode.seed);
@@ -131,7 +131,7 @@ impl Again {
         let planner = Planner::new(Arc::new(network), episode.seed);
         let blank = planner.save();
         let map = map_sum(episode);
-        Ok(Again {
+        Ok(Resimulation {
             sim,
             planner,
             blank,
@@ -141,7 +141,7 @@ impl Again {
         })
     }
 
-    /// At the end of a frame whose whole world was kept.
+    /// Continues from the end of a frame whose whole world was recorded.
     fn begin(&mut self, moment: &RecordedFrame) -> anyhow::Result<Option<String>> {
         let bytes = moment.world.as_ref().context("its first frame lacks the whole world")?;
         let state = SavedState::from_bytes(bytes, self.map)?;
@@ -188,7 +188,7 @@ impl Again {
         Ok(self.close(moment))
     }
 
-    /// Compares, and lets traffic see the frame.
+    /// Compares a frame with its recording, and queues it for traffic.
     fn close(&mut self, moment: &RecordedFrame) -> Option<String> {
         let actors = self.sim.states().to_vec();
         let found = differing(&moment.actors, &actors).or_else(|| {
@@ -196,7 +196,7 @@ impl Again {
             (hash != moment.state_hash)
                 .then(|| format!("state hash {hash:016x}, recorded {:016x}", moment.state_hash))
         });
-        self.waiting.push_back(Seen {
+        self.waiting.push_back(PendingFrame {
             stamp: moment.stamp,
             delta_nanos: moment.delta_nanos,
             actors,
@@ -209,7 +209,7 @@ impl Again {
         &mut self,
         header: &TrafficHeader,
         payload: &[u8],
-        with_mind: bool,
+        with_planner: bool,
     ) -> anyhow::Result<()> {
         let blocks = bytemuck::pod_collect_to_vec::<u8, Block>(payload);
         let (controls, lights, planner) = header.parts(&blocks).context("a decision is cut off")?;
@@ -219,7 +219,7 @@ impl Again {
             lights: lights.to_vec(),
             hash: decision_hash(payload),
         };
-        if with_mind {
+        if with_planner {
             self.planner.restore(planner)?;
         }
         while self.waiting.front().is_some_and(|seen| seen.stamp.frame <= header.stamp.frame) {
@@ -228,13 +228,14 @@ impl Again {
         Ok(())
     }
 
-    /// Traffic plans on `frame`, and passes over those before it as it did then.
+    /// Lets traffic plan on `frame` and skip the frames before it, as in the recorded run.
     fn plan_on(&mut self, frame: Frame) -> anyhow::Result<()> {
         let mut journal = Vec::new();
         let seen = loop {
             let seen = self.waiting.pop_front();
-            let mut seen =
-                seen.with_context(|| format!("what traffic saw at {frame} is not kept"))?;
+            let mut seen = seen.with_context(|| {
+                format!("the snapshot of {frame} on which traffic planned is not recorded")
+            })?;
             journal.append(&mut seen.journal);
             if seen.stamp.frame == frame {
                 break seen;
@@ -256,8 +257,8 @@ impl Again {
     }
 }
 
-/// The lines of a journal whose commands the simulation carries out; the host's own services are
-/// no part of what is simulated again.
+/// Returns the entries of a journal whose commands the simulation executes. Services of the host
+/// are not simulated.
 fn simulated(entries: &[JournalEntry]) -> Vec<JournalEntry> {
     let is_simulated = |entry: &&JournalEntry| {
         entry.command.decode().is_some_and(|command| match command.group() {
@@ -272,7 +273,7 @@ fn requests(entries: &[JournalEntry]) -> Vec<Request> {
     entries.iter().map(Request::from).collect()
 }
 
-/// The first command that ended otherwise than it was recorded.
+/// Returns the first command whose outcome differs from the recorded one.
 fn differing_outcome(recorded: &[JournalEntry], now: &[JournalEntry]) -> Option<String> {
     recorded.iter().zip(now).find_map(|(recorded, now)| {
         let (then, now) = (recorded.outcome.result(), now.outcome.result());
@@ -286,7 +287,7 @@ fn differing_outcome(recorded: &[JournalEntry], now: &[JournalEntry]) -> Option<
     })
 }
 
-/// The first actor that is not as it was recorded; a recording of inputs keeps none.
+/// Returns the first actor that differs from the recorded one. A recording of inputs has none.
 fn differing(recorded: &[ActorState], now: &[ActorState]) -> Option<String> {
     if recorded.is_empty() {
         return None;
@@ -299,7 +300,7 @@ fn differing(recorded: &[ActorState], now: &[ActorState]) -> Option<String> {
         }
         if bits(was) != bits(is) {
             let off_m = was.pose.position().distance(is.pose.position());
-            return Some(format!("{} is {off_m} m from its recorded place", was.actor_id));
+            return Some(format!("{} is {off_m} m from its recorded position", was.actor_id));
         }
     }
     (recorded.len() != now.len())

@@ -1,5 +1,5 @@
-//! `omnibus stage`: one stage alone at full speed, on input captured from a short run, or the tick
-//! that holds them together, or what a start makes of a map.
+//! `omnibus stage`: measures one stage alone on inputs captured from a short run, a whole tick, or
+//! the steps that load a map.
 
 mod percentile;
 mod tick;
@@ -61,11 +61,11 @@ enum Which {
     Render,
     /// A whole tick without sensors: bus, barrier, host and stages
     Tick,
-    /// What a start makes of a map: its network, its town, the scene that rays hit
+    /// The steps that load a map: its network, its town, the scene of ray tracing
     World,
 }
 
-/// So many frames are measured, and so many worlds made, if nobody says.
+/// Defaults of `--frames`: measured frames, and loaded worlds for `stage world`.
 const FRAMES: u64 = 300;
 const WORLDS: u64 = 5;
 
@@ -86,9 +86,9 @@ impl StageArgs {
     }
 }
 
-/// Measures it.
+/// Measures the stage and prints the percentiles.
 pub(crate) fn stage(args: &StageArgs) -> anyhow::Result<()> {
-    anyhow::ensure!(args.frames != Some(0), "--frames is 0; ask for at least one");
+    anyhow::ensure!(args.frames != Some(0), "--frames is 0, must be at least 1");
     for (what, pixels) in [("--width", args.width), ("--height", args.height)] {
         anyhow::ensure!((16..=8192).contains(&pixels), "{what} is {pixels}; use 16 to 8192");
     }
@@ -118,7 +118,7 @@ pub(crate) fn stage(args: &StageArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A stage without bus and barrier.
+/// Measures a stage without bus and barrier.
 fn alone(
     args: &StageArgs,
     measure: impl FnOnce(&Captured) -> anyhow::Result<Vec<u64>>,
@@ -129,16 +129,17 @@ fn alone(
     Ok((measure(&captured)?, captured.vehicles.len()))
 }
 
-/// A run of physics and traffic in one thread, without the bus: every stage's input.
+/// The inputs of all stages, captured from a run of physics and traffic in one thread, without
+/// the bus.
 struct Captured {
     network: Arc<road::Network>,
     town: Town,
     seed: u64,
     settings: Settings,
     vehicles: Vec<Spawn>,
-    /// What traffic decided on each frame, the warm-up's included.
+    /// The controls that traffic planned on each frame, including the warm-up.
     controls: Vec<Vec<VehicleControl>>,
-    /// Who was where at each frame, the warm-up's included.
+    /// The actors of each frame, including the warm-up.
     snapshots: Vec<Vec<ActorState>>,
     warmup: usize,
 }
@@ -195,7 +196,7 @@ impl Captured {
         Stamp { frame: Frame(frame), sim_time_nanos, episode: 1, reserved: 0 }
     }
 
-    /// The time that physics takes on the same drive, with the controls of the first.
+    /// Returns the time that physics takes for each step of the same drive, with the recorded controls.
     fn physics(&self) -> anyhow::Result<Vec<u64>> {
         let mut sim = self.empty_world();
         for spawn in &self.vehicles {
@@ -214,11 +215,11 @@ impl Captured {
         }
         let same = sim.states().iter().zip(self.snapshots.last().context("no frame")?);
         let differing = same.filter(|(a, b)| a.pose != b.pose).count();
-        anyhow::ensure!(differing == 0, "{differing} actors went elsewhere the second time");
+        anyhow::ensure!(differing == 0, "{differing} actors have another pose in the second run");
         Ok(nanos)
     }
 
-    /// The same snapshots again, for a planner that begins anew.
+    /// Returns the time that a new planner takes for each of the same snapshots.
     fn traffic(&self) -> Vec<u64> {
         let mut planner = Planner::new(Arc::clone(&self.network), self.seed);
         let mut nanos = Vec::new();
@@ -233,7 +234,7 @@ impl Captured {
         nanos
     }
 
-    /// The default bundle on the first vehicle, at every snapshot.
+    /// Returns the time that the default bundle on the first vehicle takes for each snapshot.
     fn render(&self, args: &StageArgs) -> anyhow::Result<Vec<u64>> {
         let config = args.world.render()?;
         let scene = Scene::of_town(&self.town)?;

@@ -32,9 +32,9 @@ pub(crate) struct EpisodeState {
     pub(crate) motions: Motions,
     pub(crate) replayer: Replayer,
     pub(crate) vehicles: VehicleSwitches,
-    /// Clients have not been told yet that the map has changed.
+    /// The next snapshot informs clients that the map has changed.
     pub(crate) is_new_map: bool,
-    /// Clients have not been told yet that street lights were switched.
+    /// The next snapshot informs clients that street lights were switched.
     pub(crate) has_new_lights: bool,
 }
 

@@ -41,7 +41,7 @@ pub(super) fn unload_layer(call: &mut Call) -> Result<(), RpcError> {
 
 /// Returns the layers of this simulator that CARLA's layers select. Decals, ground and particles
 /// have no counterpart.
-pub(super) fn layers_from_carla(asked: u32) -> u32 {
+pub(super) fn layers_from_carla(requested: u32) -> u32 {
     const LAYERS: [(u32, u32); 6] = [
         (0x1, layer::BUILDINGS),
         (0x4, layer::FOLIAGE),
@@ -50,7 +50,7 @@ pub(super) fn layers_from_carla(asked: u32) -> u32 {
         (0x80, layer::STREET_LIGHTS),
         (0x100, layer::WALLS),
     ];
-    let ours = LAYERS.iter().filter(|(theirs, _)| asked & theirs != 0);
+    let ours = LAYERS.iter().filter(|(theirs, _)| requested & theirs != 0);
     ours.fold(0, |sum, (_, ours)| sum | ours)
 }
 

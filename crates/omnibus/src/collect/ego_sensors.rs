@@ -100,16 +100,16 @@ impl EgoSensors {
     /// Returns the readings of a bundle, or `None` if it is not of [`ego_sensor_specs`].
     pub(crate) fn of(measured: &Measurement) -> Option<EgoSensors> {
         let stamp = measured.header().stamp;
-        let felt = measured.imu(IMU)?;
+        let imu = measured.imu(IMU)?;
         let fix = measured.gnss(GNSS)?;
         let rolled = measured.odometry(ODOMETRY)?;
         Some(EgoSensors {
             frame: stamp.frame.0,
             sim_time_nanos: stamp.sim_time_nanos,
             imu: Imu {
-                accelerometer_mps2: felt.accelerometer_mps2,
-                gyroscope_radps: felt.gyroscope_radps,
-                compass_rad: felt.compass_rad,
+                accelerometer_mps2: imu.accelerometer_mps2,
+                gyroscope_radps: imu.gyroscope_radps,
+                compass_rad: imu.compass_rad,
             },
             gnss: Gnss {
                 latitude_deg: fix.latitude_deg,

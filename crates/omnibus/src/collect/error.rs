@@ -37,11 +37,11 @@ pub(crate) enum CollectError {
     OtherFormat { path: PathBuf, format: String },
     /// A resumed run has other settings.
     #[error(
-        "{dir} was collected with {key} {recorded}, this command has {asked}; resume with the \
+        "{dir} was collected with {key} {recorded}, this command has {requested}; resume with the \
          same settings, or choose another --out",
         dir = .dir.display()
     )]
-    OtherSettings { dir: PathBuf, key: String, recorded: String, asked: String },
+    OtherSettings { dir: PathBuf, key: String, recorded: String, requested: String },
     /// A resumed run reached another state.
     #[error(
         "frame {frame} has state hash {now}, but {recorded} was recorded; another build \

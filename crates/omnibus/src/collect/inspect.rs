@@ -35,8 +35,8 @@ pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
     let mut faults = Vec::new();
     // A run that was killed did not write how far it got.
     if metadata.complete && lines.len() as u64 != metadata.frames_complete {
-        let (listed, said) = (lines.len(), metadata.frames_complete);
-        faults.push(format!("frames.jsonl lists {listed} frames, metadata.json says {said}"));
+        let (listed, stated) = (lines.len(), metadata.frames_complete);
+        faults.push(format!("frames.jsonl lists {listed} frames, metadata.json states {stated}"));
     }
     for pair in lines.windows(2) {
         let (before, after) = (pair[0].frame, pair[1].frame);

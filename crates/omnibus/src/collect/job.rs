@@ -59,7 +59,7 @@ impl Args {
     fn check(&self) -> Result<(), CollectError> {
         let delta = self.fixed_delta;
         let wrong = if self.frames == 0 {
-            "--frames is 0; ask for at least one".to_owned()
+            "--frames is 0, must be at least 1".to_owned()
         } else if let Some(wrong) =
             self.sun_altitudes_deg.iter().find(|deg| !(-90.0..=90.0).contains(*deg))
         {
@@ -144,7 +144,7 @@ impl Job {
         let (frame_list, lines) = FrameList::open(&folder.frames())?;
         if lines.len() as u64 > args.frames {
             let (dir, have, wanted) = (dir.display(), lines.len(), args.frames);
-            let wrong = format!("{dir} holds {have} frames already, --frames asks for {wanted}");
+            let wrong = format!("{dir} holds {have} frames already, --frames is {wanted}");
             return Err(CollectError::Argument(wrong));
         }
         Ok(Job { args: args.clone(), folder, frame_list, lines, before, lock })

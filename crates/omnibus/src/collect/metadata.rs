@@ -68,14 +68,14 @@ fn conventions() -> BTreeMap<String, String> {
 /// Returns the path of the first difference between two settings, and both values.
 pub(crate) fn difference(
     recorded: &DataSetSettings,
-    asked: &DataSetSettings,
+    requested: &DataSetSettings,
 ) -> Option<(String, String, String)> {
     // Compares the written text, because the recorded settings were read from text.
     let value = |settings: &DataSetSettings| -> Value {
         let text = serde_json::to_string(settings).expect("plain data has a JSON form");
         serde_json::from_str(&text).expect("what was written can be read")
     };
-    differ("", &value(recorded), &value(asked))
+    differ("", &value(recorded), &value(requested))
 }
 
 fn differ(path: &str, a: &Value, b: &Value) -> Option<(String, String, String)> {
@@ -109,9 +109,9 @@ mod tests {
         assert_eq!(difference(&first, &other), Some(expected));
         let mut wider = first.clone();
         wider.sensors[0].camera.as_mut().unwrap().width_px = 1920;
-        let (key, recorded, asked) = difference(&first, &wider).unwrap();
+        let (key, recorded, requested) = difference(&first, &wider).unwrap();
         assert_eq!(
-            (&key[..], &recorded[..], &asked[..]),
+            (&key[..], &recorded[..], &requested[..]),
             ("sensors.0.camera.width_px", "800", "1920")
         );
     }

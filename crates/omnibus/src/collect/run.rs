@@ -126,10 +126,10 @@ pub(crate) fn collect(
         sensors: sensors.iter().chain(&ego_sensor_specs()).map(sensors::describe).collect(),
     };
     if let Some(before) = &before
-        && let Some((key, recorded, asked)) = difference(&before.settings, &settings)
+        && let Some((key, recorded, requested)) = difference(&before.settings, &settings)
     {
         let dir = folder.root().to_owned();
-        return Err(CollectError::OtherSettings { dir, key, recorded, asked });
+        return Err(CollectError::OtherSettings { dir, key, recorded, requested });
     }
 
     let origin = client.frame();

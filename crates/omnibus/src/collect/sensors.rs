@@ -8,7 +8,7 @@ use protocol::{Pose, SensorSpec, output, sensor};
 use crate::collect::format::{Camera, Lidar, Output, Sensor, matrix4, shortest_decimal};
 
 /// The outputs of the camera.
-const SEES: u32 = output::COLOR | output::DEPTH | output::TAG | output::INSTANCE;
+const CAMERA_OUTPUTS: u32 = output::COLOR | output::DEPTH | output::TAG | output::INSTANCE;
 
 /// Returns the default sensors on a car.
 pub(crate) fn default_sensors(width_px: u32, height_px: u32) -> Vec<SensorSpec> {
@@ -19,7 +19,7 @@ pub(crate) fn default_sensors(width_px: u32, height_px: u32) -> Vec<SensorSpec> 
     let roof = Pose::new(Vec3::new(0.0, 0.0, 2.4), glam::Quat::IDENTITY);
     let degrees = |deg: f32| deg.to_radians();
     vec![
-        client_lib::camera("front", windscreen, width_px, height_px, FRAC_PI_2, SEES),
+        client_lib::camera("front", windscreen, width_px, height_px, FRAC_PI_2, CAMERA_OUTPUTS),
         client_lib::lidar("lidar", roof, 32, 1800, [degrees(-30.0), degrees(10.0)], 100.0),
     ]
 }

@@ -99,7 +99,7 @@ fn sorted(mut nanos: Vec<u64>) -> Vec<u64> {
     nanos
 }
 
-/// Returns the peak memory of this process in megabytes; 0 where the system does not tell.
+/// Returns the peak memory of this process in megabytes; 0 where the system does not report it.
 fn peak_mb() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
