@@ -318,7 +318,6 @@ impl Client {
     }
 
     /// See [`Controller::current_tick`].
-    #[must_use]
     pub fn current_tick(&self) -> PendingTick {
         self.controller.current_tick()
     }

@@ -263,7 +263,6 @@ impl Controller {
     }
 
     /// Returns the frame that the host computes, or the last one if it computes none.
-    #[must_use]
     pub fn current_tick(&self) -> PendingTick {
         let frame = Frame(self.connection.participant.control().tick.get());
         PendingTick::new(&self.connection, frame, self.deadlines.frame)
