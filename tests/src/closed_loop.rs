@@ -157,7 +157,7 @@ impl World {
     /// Advances by one frame: traffic plans on the newest snapshot, and the simulation core steps.
     pub fn tick(&mut self) {
         let begin = bus::clock::now_nanos();
-        self.planner.plan(&self.sim.stamp(), DELTA_NANOS, self.sim.states(), &[]);
+        self.planner.plan(DELTA_NANOS, self.sim.states(), &[]);
         self.mind_nanos += bus::clock::now_nanos() - begin;
         self.look();
         let (controls, lights) = (self.planner.controls(), self.planner.lights());

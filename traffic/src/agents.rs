@@ -11,10 +11,13 @@ use crate::{
 /// All agents of a snapshot as a structure of arrays, ascending by actor id.
 #[derive(Default)]
 pub(crate) struct Agents {
+    /// Actor id.
     pub(crate) id: Vec<u32>,
+    /// Position of the origin in world space, metres.
     pub(crate) position: Vec<Vec3>,
     /// Unit vector along the vehicle's x axis, projected onto the ground plane.
     pub(crate) forward: Vec<Vec2>,
+    /// Velocity in the ground plane of world space, metres per second.
     pub(crate) velocity: Vec<Vec2>,
     /// Yaw rate about the world's z axis, radians per second.
     pub(crate) yaw_rate: Vec<f32>,
@@ -22,8 +25,11 @@ pub(crate) struct Agents {
     pub(crate) acceleration: Vec<f32>,
     /// Sine of the pitch angle, positive with the nose up.
     pub(crate) pitch_sin: Vec<f32>,
+    /// Dimensions.
     pub(crate) body: Vec<Body>,
+    /// Whether it is a walker.
     pub(crate) walks: Vec<bool>,
+    /// Bits of [`flag`].
     pub(crate) flags: Vec<u32>,
     /// Row in the vehicle table for vehicles that this planner drives, else [`NONE`].
     pub(crate) row: Vec<u32>,

@@ -77,6 +77,7 @@ impl Approaches {
         }
     }
 
+    /// Assigns a light or a sign to the lanes of the junction that it governs.
     fn add_signal(
         &mut self,
         network: &Network,

@@ -51,6 +51,7 @@ pub(crate) enum SpeedPolicy {
 }
 
 impl SpeedPolicy {
+    /// Returns the target speed at a speed limit.
     fn at(self, limit_mps: f32) -> f32 {
         match self {
             SpeedPolicy::Reduced(fraction) => limit_mps * (1.0 - fraction).max(0.0),

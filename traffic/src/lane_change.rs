@@ -277,6 +277,7 @@ fn assess_gap(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Opti
     Some(Gap { own: own_accel, follower: follower_accel, follower_now })
 }
 
+/// Returns the acceleration towards the desired speed behind a leader.
 fn accel(speed: f32, desired: f32, leader: &Leader) -> f32 {
     let free_accel = free_accel(speed, desired);
     if leader.gap_m.is_finite() {
@@ -310,6 +311,7 @@ fn clear_run(tracks: &crate::tracks::Tracks, lane: u32, arc_m: f32) -> f32 {
     run
 }
 
+/// Begins a lane change.
 fn begin(
     vehicles: &mut VehicleTable,
     row: usize,

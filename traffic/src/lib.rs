@@ -33,6 +33,7 @@ mod client_route;
 mod constraint;
 mod demand;
 mod detectors;
+mod drive;
 mod junction;
 mod lamps;
 mod lane_change;

@@ -18,6 +18,7 @@ pub(crate) struct Map {
 }
 
 impl Map {
+    /// Derives everything from a network.
     pub(crate) fn new(network: &Network) -> Map {
         let tracks = Tracks::new(network);
         let grid = Grid::new(&tracks);

@@ -47,6 +47,7 @@ struct Footprint {
 }
 
 impl Footprint {
+    /// Returns the footprint of a vehicle at a pose.
     fn of(body: &Body, origin: Vec2, forward: Vec2) -> Footprint {
         Footprint {
             middle: origin + forward * 0.5 * (body.front_m - body.rear_m),
@@ -55,6 +56,7 @@ impl Footprint {
         }
     }
 
+    /// Returns the footprint enlarged on all sides.
     fn grown(self, by_m: f32) -> Footprint {
         Footprint { half: self.half + by_m, ..self }
     }

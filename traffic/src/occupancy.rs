@@ -138,6 +138,7 @@ impl Occupancy {
         &self.list[begin as usize..end as usize]
     }
 
+    /// Adds the stretches of all agents; those of standing agents are cached.
     fn add_agents(&mut self, tracks: &Tracks, grid: &Grid, agents: &Agents) {
         let [mut before, mut now] = std::mem::take(&mut self.stationary);
         now.clear();
@@ -172,6 +173,7 @@ impl Occupancy {
         self.stationary = [now, before];
     }
 
+    /// Adds the stretches of one agent.
     fn add_agent(&mut self, tracks: &Tracks, grid: &Grid, agents: &Agents, agent: usize) {
         let position = agents.position[agent];
         let (flat, forward) = (position.truncate(), agents.forward[agent]);

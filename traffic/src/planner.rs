@@ -2,30 +2,23 @@
 
 use std::sync::Arc;
 
-use protocol::{ActorState, JournalEntry, LightState, Stamp, VehicleControl, flag, kind, lamp};
+use protocol::{ActorId, ActorState, JournalEntry, LightState, VehicleControl, kind, lamp};
 
 use crate::{
     agents::Agents,
     car_following::{self, SpeedPolicy},
-    constraint::JunctionConstraint,
     demand::Demand,
-    detectors,
+    detectors, drive,
     junction::{self, Junctions},
     lamps, lane_change,
     leader::{self, Leader},
     map::Map,
     obstacles::{self, Obstacle},
     occupancy::Occupancy,
-    pedals, recover, route,
+    route,
     state::{PlannerState, RestoreError},
-    steer,
     vehicle_plan::VehiclePlan,
 };
-
-/// Delay between a decision and the middle of its effect: it acts in the next frame, for one frame.
-const DELAY_FRAMES: f32 = 1.0;
-/// Delay of the steering system.
-const DELAY_STEERING_S: f32 = 0.05;
 
 /// Plans for every vehicle on autopilot and every traffic light, one frame at a time.
 ///
@@ -76,15 +69,9 @@ impl Planner {
         }
     }
 
-    /// Plans on one snapshot. `actors` hold at the stamp's frame; `delta_nanos` is the length of a
-    /// frame; `journal` holds the commands of this frame.
-    pub fn plan(
-        &mut self,
-        _stamp: &Stamp,
-        delta_nanos: u64,
-        actors: &[ActorState],
-        journal: &[JournalEntry],
-    ) {
+    /// Plans on the snapshot of one frame: its `actors`, and its commands in `journal`.
+    /// `delta_nanos` is the length of a frame.
+    pub fn plan(&mut self, delta_nanos: u64, actors: &[ActorState], journal: &[JournalEntry]) {
         let mut sorted = Vec::new();
         let actors = if actors.is_sorted_by_key(|actor| actor.actor_id.0) {
             actors
@@ -153,6 +140,7 @@ impl Planner {
             .map(|row| self.vehicle_plan(row))
     }
 
+    /// Returns what was planned for a located row in the last frame.
     fn vehicle_plan(&self, row: usize) -> VehiclePlan {
         let (vehicles, tracks, scratch) = (&self.state.vehicles, &self.map.tracks, &self.scratch);
         let (leader, constraint) = (&scratch.leaders[row], &scratch.junctions.constraints[row]);
@@ -165,22 +153,20 @@ impl Planner {
         let left_m = tracks.project(on, place, hint_m).left_m;
         let id = |agent: u32| scratch.agents.id.get(agent as usize).copied();
         VehiclePlan {
-            actor_id: protocol::ActorId(vehicles.id[row]),
+            actor_id: ActorId(vehicles.id[row]),
             lane: road::LaneIndex(lane),
             along_m: vehicles.arc_m[row],
             cross_track_error_m: left_m - route::shift_at(vehicles, row, tracking_point_m).0,
             limit_mps: tracks.limit_mps[lane as usize],
             desired_speed_mps: scratch.desired_speeds[row],
-            leader: protocol::ActorId(id(leader.agent).unwrap_or(protocol::ActorId::NONE.0)),
+            leader: ActorId(id(leader.agent).unwrap_or(ActorId::NONE.0)),
             leader_m: leader.gap_m,
             stop_m: constraint.stop_m,
             merge_m: constraint.merge_leader_m,
             reservation: vehicles.reservation[row],
             waited_s: vehicles.wait_s[row],
             wait_reason: scratch.junctions.waits[row],
-            blocker: protocol::ActorId(
-                id(scratch.junctions.blockers[row]).unwrap_or(protocol::ActorId::NONE.0),
-            ),
+            blocker: ActorId(id(scratch.junctions.blockers[row]).unwrap_or(ActorId::NONE.0)),
             reverses: vehicles.reverse_s[row] > 0.0,
             is_turning_around: vehicles.u_turn[row] == 1,
         }
@@ -191,12 +177,14 @@ impl Planner {
         self.state.params.random_seed(self.seed)
     }
 
+    /// Applies the commands of a frame.
     fn apply(&mut self, journal: &[JournalEntry]) {
         for entry in journal {
             self.state.apply(&entry.command, entry.outcome.status);
         }
     }
 
+    /// Reads the agents of a snapshot, and the parameters of each vehicle.
     fn read(&mut self, actors: &[ActorState]) {
         let scratch = &mut self.scratch;
         scratch.agents.read(actors, &self.map.bodies);
@@ -222,12 +210,14 @@ impl Planner {
         param(&mut scratch.ignore_lights, &|id| params.ignore_lights(id));
     }
 
+    /// Locates every vehicle on its route.
     fn locate(&mut self) {
         let (map, agents, draws) = (&self.map, &self.scratch.agents, self.random_seed());
         let PlannerState { vehicles, client_routes, .. } = &mut self.state;
         route::locate_all(vehicles, client_routes, &map.tracks, &map.grid, agents, draws);
     }
 
+    /// Determines which agents occupy which tracks and obstruct wide vehicles.
     fn perceive(&mut self) {
         let draws = self.random_seed();
         let scratch = &mut self.scratch;
@@ -262,6 +252,7 @@ impl Planner {
         }
     }
 
+    /// Grants reservations for junctions.
     fn arbitrate(&mut self, delta_nanos: u64) {
         let draws = self.random_seed();
         let scratch = &mut self.scratch;
@@ -279,6 +270,7 @@ impl Planner {
         scratch.junctions.arbitrate(&mut self.state.vehicles, &mut self.state.reservations, &view);
     }
 
+    /// Determines leader and desired speed of every vehicle.
     fn look_ahead(&mut self) {
         let scratch = &mut self.scratch;
         let (vehicles, tracks) = (&self.state.vehicles, &self.map.tracks);
@@ -317,6 +309,7 @@ impl Planner {
         }
     }
 
+    /// Starts U-turns and lane changes.
     fn change_lanes(&mut self, delta_nanos: u64) {
         let scratch = &self.scratch;
         for row in 0..self.state.vehicles.id.len() {
@@ -345,18 +338,33 @@ impl Planner {
         lane_change::plan(vehicles, params, client_routes, &view);
     }
 
+    /// Turns the decisions into controls.
     fn drive(&mut self, delta_nanos: u64) {
+        let (scratch, vehicles) = (&self.scratch, &mut self.state.vehicles);
+        let view = drive::View {
+            map: &self.map,
+            agents: &scratch.agents,
+            occupancy: &scratch.occupancy,
+            light_states: &scratch.light_states,
+            leaders: &scratch.leaders,
+            constraints: &scratch.junctions.constraints,
+            desired_speeds: &scratch.desired_speeds,
+            offsets_left_m: &scratch.offsets_left_m,
+            gaps: &scratch.gaps,
+        };
         self.controls.clear();
-        for row in 0..self.state.vehicles.id.len() {
-            let control = if self.state.vehicles.located[row] == 1 {
-                self.drive_one(row, seconds(delta_nanos))
+        for row in 0..vehicles.id.len() {
+            let control = if vehicles.located[row] == 1 {
+                drive::control(vehicles, row, &view, seconds(delta_nanos))
             } else {
                 // The vehicle stands on a map without roads.
                 VehicleControl { brake: 1.0, ..VehicleControl::default() }
             };
-            let actor_id = protocol::ActorId(self.state.vehicles.id[row]);
-            let lamps = self.lamps(row, &control);
-            self.controls.push(VehicleControl { actor_id, lamps, ..control });
+            let actor_id = ActorId(vehicles.id[row]);
+            self.controls.push(VehicleControl { actor_id, ..control });
+        }
+        for row in 0..self.controls.len() {
+            self.controls[row].lamps = self.lamps(row, &self.controls[row]);
         }
     }
 
@@ -371,127 +379,7 @@ impl Planner {
         lamp::SWITCHED | lamps::lamps(vehicles, row, &self.map.tracks, weather, control, mps)
     }
 
-    fn drive_one(&mut self, row: usize, delta_s: f32) -> VehicleControl {
-        let (scratch, map) = (&self.scratch, &self.map);
-        let (vehicles, agents, tracks) = (&mut self.state.vehicles, &scratch.agents, &map.tracks);
-        let agent = agents.driven[row] as usize;
-        let speed = agents.speed(agent);
-        let (front_m, max_steer_rad) =
-            (agents.body[agent].front_m, agents.body[agent].max_steer_rad);
-
-        let delay_s = DELAY_FRAMES * delta_s + DELAY_STEERING_S;
-        let (wheels, deviation) =
-            steer::steer(vehicles, row, tracks, agents, delay_s, scratch.offsets_left_m[row]);
-        let off_track = recover::is_off_track(&deviation);
-
-        let mut leader = scratch.leaders[row];
-        if vehicles.shift_m[row] != 0.0 {
-            leader = self.leader_beside(row, leader);
-        }
-        let vehicles = &mut self.state.vehicles;
-        let mut constraint = scratch.junctions.constraints[row];
-        let end_m = car_following::route_end(vehicles, row, tracks, front_m);
-        if end_m < 100.0 {
-            let last = vehicles.route[row].last();
-            let back = tracks.u_turn_lane[last as usize] != crate::tracks::NONE;
-            let room_m = if back { route::U_TURN_ROOM_M } else { 1.0 };
-            constraint.stop_m = constraint.stop_m.min((end_m - room_m).max(0.0));
-        }
-        stop_at_midblock_signals(
-            map,
-            vehicles,
-            row,
-            &scratch.light_states,
-            front_m,
-            speed,
-            &mut constraint,
-        );
-        let mut desired = scratch.desired_speeds[row];
-        if off_track {
-            desired = desired.min(recover::OFF_TRACK_MPS);
-        }
-        let mut accel = car_following::accelerate(
-            speed.max(0.0),
-            desired,
-            &leader,
-            &constraint,
-            scratch.gaps[row],
-        );
-        if off_track && !recover::is_free(agents, agent, 1.0, 1.0 + speed.max(0.0)) {
-            accel = accel.min(-3.0);
-        }
-
-        let maneuver = recover::decide(vehicles, row, agents, &deviation, &leader, accel, delta_s);
-        if maneuver == recover::Maneuver::Hold {
-            accel = accel.min(-1.0);
-        }
-        if maneuver == recover::Maneuver::Reverse {
-            let backward = -speed;
-            let mut accel_integral = vehicles.accel_integral[row];
-            let pressed = pedals::press(
-                recover::reverse_accel(backward),
-                -agents.acceleration[agent],
-                backward,
-                -agents.pitch_sin[agent],
-                delta_s,
-                &mut accel_integral,
-            );
-            vehicles.accel_integral[row] = accel_integral;
-            let angle = -wheels.clamp(-0.6, 0.6);
-            return control(
-                pressed,
-                pedals::steer_input(angle, max_steer_rad, speed),
-                flag::REVERSE,
-            );
-        }
-        let mut accel_integral = vehicles.accel_integral[row];
-        let pressed = pedals::press(
-            accel,
-            agents.acceleration[agent],
-            speed,
-            agents.pitch_sin[agent],
-            delta_s,
-            &mut accel_integral,
-        );
-        vehicles.accel_integral[row] = accel_integral;
-        control(pressed, pedals::steer_input(wheels, max_steer_rad, speed), 0)
-    }
-
-    /// During a lane change, the leader on the lane that is left counts too, unless the vehicle
-    /// will be clear of it.
-    fn leader_beside(&self, row: usize, leader: Leader) -> Leader {
-        let (vehicles, tracks) = (&self.state.vehicles, &self.map.tracks);
-        let (scratch, full) = (&self.scratch, vehicles.shift_m[row]);
-        let own = scratch.agents.driven[row];
-        let body = scratch.agents.body[own as usize];
-        let mut begins = -vehicles.arc_m[row] - body.front_m;
-        for &lane in vehicles.route[row].lanes() {
-            if begins > vehicles.shift_over_m[row] {
-                break;
-            }
-            let index = lane as usize;
-            let beside = if full > 0.0 { tracks.left[index] } else { tracks.right[index] };
-            if beside == crate::tracks::NONE {
-                break;
-            }
-            // Neighbouring lanes run side by side but may differ in length.
-            let scale = tracks.length(beside) / tracks.length(lane).max(0.1);
-            let from = if begins < 0.0 { vehicles.arc_m[row] * scale } else { f32::NEG_INFINITY };
-            let start =
-                if begins < 0.0 { -vehicles.arc_m[row] * scale - body.front_m } else { begins };
-            let old = leader::first_ahead(&scratch.occupancy, beside, own, start, from);
-            if old.gap_m.is_finite() {
-                let (there, _) = route::shift_at(vehicles, row, old.gap_m.max(0.0));
-                let apart = full.abs() - there.abs();
-                let clear =
-                    body.half_width_m + scratch.agents.body[old.agent as usize].half_width_m;
-                return if apart < clear + 0.3 && old.gap_m < leader.gap_m { old } else { leader };
-            }
-            begins += tracks.length(lane);
-        }
-        leader
-    }
-
+    /// Advances the signal plan by one frame.
     fn plan_lights(&mut self, actors: &[ActorState], delta_nanos: u64) {
         let scratch = &mut self.scratch;
         detectors::count(
@@ -508,48 +396,6 @@ impl Planner {
             let phase = self.map.signals.shows(actor.signal, &self.state.clocks);
             self.lights.push(LightState { actor_id: actor.actor_id, phase });
         }
-    }
-}
-
-/// Adds stops before mid-block traffic lights.
-fn stop_at_midblock_signals(
-    map: &Map,
-    vehicles: &crate::vehicle_table::VehicleTable,
-    row: usize,
-    light_states: &[u32],
-    front_m: f32,
-    speed: f32,
-    constraint: &mut JunctionConstraint,
-) {
-    let midblock = &map.approaches.midblock;
-    if midblock.is_empty() {
-        return;
-    }
-    let mut begins = -vehicles.arc_m[row] - front_m;
-    for &lane in vehicles.route[row].lanes() {
-        if begins > 200.0 {
-            return;
-        }
-        let from = midblock.partition_point(|stop| stop.0 < lane);
-        for &(_, arc_m, signal) in midblock[from..].iter().take_while(|stop| stop.0 == lane) {
-            let line_m = begins + arc_m - 0.5;
-            let light = light_states[signal as usize];
-            let stops = light == protocol::light::RED || light == protocol::light::YELLOW;
-            if stops && line_m > -0.5 && speed * speed < 6.0 * line_m.max(0.1) {
-                constraint.stop_m = constraint.stop_m.min(line_m.max(0.0));
-            }
-        }
-        begins += map.tracks.length(lane);
-    }
-}
-
-fn control(pressed: pedals::Pedals, steer: f32, flags: u32) -> VehicleControl {
-    VehicleControl {
-        flags,
-        throttle: pressed.throttle,
-        brake: pressed.brake,
-        steer,
-        ..VehicleControl::default()
     }
 }
 

@@ -42,7 +42,7 @@ pub fn run(instance: &Instance, slot: usize, in_process: bool) -> Result<(), Tra
             planner.restore(saved)?;
         }
     }
-    let mut driver = Driver {
+    let mut stage = TrafficStage {
         participant,
         ports,
         number,
@@ -54,8 +54,8 @@ pub fn run(instance: &Instance, slot: usize, in_process: bool) -> Result<(), Tra
         first: done.next(),
     };
     loop {
-        match driver.participant.next_frame(driver.done, None) {
-            Ok(newest) => driver.plan_until(newest)?,
+        match stage.participant.next_frame(stage.done, None) {
+            Ok(newest) => stage.plan_until(newest)?,
             Err(Interrupted::HostEnds | Interrupted::Deadline) => return Ok(()),
         }
     }
@@ -78,7 +78,8 @@ fn applies_once(entry: &JournalEntry) -> bool {
     }
 }
 
-struct Driver {
+/// The state of the process between frames.
+struct TrafficStage {
     participant: Participant,
     ports: TrafficPorts,
     /// Number of the episode within its host.
@@ -95,7 +96,7 @@ struct Driver {
     first: Frame,
 }
 
-impl Driver {
+impl TrafficStage {
     /// Plans on every frame up to `newest`; in asynchronous mode only on the newest.
     fn plan_until(&mut self, newest: Frame) -> Result<(), TrafficError> {
         let every = self.participant.control().is_synchronous();
@@ -140,7 +141,7 @@ impl Driver {
         }
         let mut journal = journal.into_iter().map(|(_, entry)| entry).collect();
         self.restore_saved(&mut journal)?;
-        self.planner.plan(&header.stamp, header.delta_nanos, snapshot.actors(), &journal);
+        self.planner.plan(header.delta_nanos, snapshot.actors(), &journal);
         self.saved.clear();
         self.planner.save_into(&mut self.saved);
         let decided = TrafficHeader {

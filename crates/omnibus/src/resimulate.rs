@@ -241,7 +241,7 @@ impl Resimulation {
                 break seen;
             }
         };
-        self.planner.plan(&seen.stamp, seen.delta_nanos, &seen.actors, &journal);
+        self.planner.plan(seen.delta_nanos, &seen.actors, &journal);
         let (controls, lights, planner) =
             (self.planner.controls(), self.planner.lights(), self.planner.save());
         let header = TrafficHeader {

@@ -176,11 +176,11 @@ impl Captured {
         }
         anyhow::ensure!(!captured.vehicles.is_empty(), "no vehicle finds a place on this map");
         let mut planner = Planner::new(Arc::clone(&captured.network), seed);
-        for frame in 1..=args.warmup + args.frames() {
+        for _ in 0..args.warmup + args.frames() {
             let (controls, lights) = (planner.controls(), planner.lights());
             step(&mut sim, controls, lights, &mut NoServices::default())?;
             let actors = sim.states().to_vec();
-            planner.plan(&captured.stamp(frame), captured.settings.delta_nanos, &actors, &[]);
+            planner.plan(captured.settings.delta_nanos, &actors, &[]);
             captured.controls.push(planner.controls().to_vec());
             captured.snapshots.push(actors);
         }
@@ -224,9 +224,8 @@ impl Captured {
         let mut planner = Planner::new(Arc::clone(&self.network), self.seed);
         let mut nanos = Vec::new();
         for (index, actors) in self.snapshots.iter().enumerate() {
-            let stamp = self.stamp(index as u64 + 1);
             let begin = clock::now_nanos();
-            planner.plan(&stamp, self.settings.delta_nanos, actors, &[]);
+            planner.plan(self.settings.delta_nanos, actors, &[]);
             if index >= self.warmup {
                 nanos.push(clock::now_nanos() - begin);
             }

@@ -169,17 +169,18 @@ impl Junctions {
     /// Returns the agent that a row waits for: an index into the agents, or [`NONE`].
     fn blocker_of(&self, vehicles: &VehicleTable, row: usize, view: &View) -> u32 {
         let yields = vehicles.reservation[row] != 0 && self.yields_to[row] != NONE;
-        let asked = if yields { self.yields_to[row] } else { self.blockers[row] };
+        let required = if yields { self.yields_to[row] } else { self.blockers[row] };
         let (tracks, agents) = (&view.map.tracks, view.agents);
         let mut leader = leader::leader(vehicles, row, tracks, agents, view.occupancy, BEHIND_M);
         for obstacle in view.obstacles.iter().filter(|obstacle| obstacle.row == row) {
             leader = leader.nearer(obstacle.leader);
         }
-        if leader.gap_m < BEHIND_M && (asked == NONE || leader.gap_m < self.constraints[row].stop_m)
+        if leader.gap_m < BEHIND_M
+            && (required == NONE || leader.gap_m < self.constraints[row].stop_m)
         {
             leader.agent
         } else {
-            asked
+            required
         }
     }
 

@@ -344,6 +344,7 @@ fn margin_s(view: &View, a: u32, b: u32) -> f32 {
     if is_wide(view, a, b) { 2.0 * MARGIN_S } else { MARGIN_S }
 }
 
+/// Returns whether one of two agents is wide.
 pub(super) fn is_wide(view: &View, a: u32, b: u32) -> bool {
     view.agents.body[a as usize].is_wide() || view.agents.body[b as usize].is_wide()
 }

@@ -7,6 +7,7 @@ use crate::{tracks::NONE, vehicle_table::VehicleTable};
 const CURVE_SPEED_OVERSHOOT: f32 = 1.2;
 
 impl Junctions {
+    /// Lists the holders of reservations and the vehicles that request one, by lane.
     pub(super) fn list_presences(&mut self, vehicles: &VehicleTable, view: &View) {
         let tracks = &view.map.tracks;
         self.holders.clear();
@@ -103,8 +104,8 @@ impl Junctions {
     ) -> f32 {
         let speed = view.agents.velocity[view.agents.driven[row] as usize].length();
         let lanes = &vehicles.route[row].lanes()[..=k];
-        let speed_mps = lanes.iter().map(|&lane| view.map.tracks.top_curve_speed(lane));
-        speed_mps.fold(speed, f32::max) * CURVE_SPEED_OVERSHOOT
+        let speeds_mps = lanes.iter().map(|&lane| view.map.tracks.top_curve_speed(lane));
+        speeds_mps.fold(speed, f32::max) * CURVE_SPEED_OVERSHOOT
     }
 
     /// Returns the time window in which a vehicle may be on a stretch of a lane, from its earliest
@@ -136,7 +137,7 @@ impl Junctions {
     }
 }
 
-/// Returns the time to drive `distance_m` from `speed`, accelerating by `gain` m/s² up to `top`;
+/// Returns the time to drive `distance_m` from `speed`, accelerating by `accel` m/s² up to `top`;
 /// not positive if the place lies behind.
 pub(super) fn travel_s(distance_m: f32, speed: f32, top: f32, accel: f32) -> f32 {
     if distance_m <= 0.0 {

@@ -166,6 +166,7 @@ impl Junctions {
         }
     }
 
+    /// Sorts the requests into the order in which they are assessed.
     pub(super) fn sort_requests(&mut self, vehicles: &VehicleTable, view: &View) {
         let tracks = &view.map.tracks;
         let bucket = |vehicles: &VehicleTable, request: &Request| {

@@ -46,6 +46,7 @@ impl Junctions {
         }
     }
 
+    /// Grants a reservation for a request, or extends the one that the vehicle has.
     pub(super) fn grant(
         &mut self,
         vehicles: &mut VehicleTable,
@@ -103,6 +104,7 @@ impl Junctions {
         }
     }
 
+    /// Stops a vehicle without a reservation at its line and counts its waiting time.
     pub(super) fn deny(&mut self, vehicles: &mut VehicleTable, request: &Request, view: &View) {
         let row = request.row;
         let agent = view.agents.driven[row] as usize;

@@ -179,8 +179,8 @@ fn a_planner_restored_during_a_route_continues_it() {
     };
     assert!(truncated.is_err(), "a truncated client route is refused");
     for _ in 0..1200 {
-        course.planner.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
-        second.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
+        course.planner.plan(DELTA_NANOS, &course.actors, &[]);
+        second.plan(DELTA_NANOS, &course.actors, &[]);
         assert!(course.planner.save() == second.save());
         course.advance();
     }

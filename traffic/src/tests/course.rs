@@ -100,7 +100,7 @@ impl Course {
 
     /// Runs one frame with the commands of a journal.
     pub(super) fn tick_with(&mut self, journal: &[JournalEntry]) {
-        self.planner.plan(&self.stamp, DELTA_NANOS, &self.actors, journal);
+        self.planner.plan(DELTA_NANOS, &self.actors, journal);
         self.advance();
     }
 

@@ -105,7 +105,7 @@ fn a_two_wheeler_is_not_steered_beyond_its_lean_limit() {
     let off = Car { position: Vec3::new(50.0, -4.75, 0.0), speed: 15.0, ..Car::default() };
     let mut course = Course::with_cars(maps::straight(1000.0), 1, vec![off]);
     course.actors[0].blueprint = blueprint;
-    course.planner.plan(&course.stamp, 50_000_000, &course.actors, &[]);
+    course.planner.plan(50_000_000, &course.actors, &[]);
     let steer = course.planner.controls()[0].steer;
     // At that speed the available steering angle is a sixth less than at standstill.
     let wheels_rad = steer * 0.6 * 0.84;

@@ -143,7 +143,7 @@ fn lights_follow_the_weather_and_the_pedals() {
     assert_eq!(lamps(&course), night);
     let mut second = crate::Planner::new(course.network.clone(), 1);
     second.restore(&course.planner.save()).expect("the planner restores its own state");
-    second.plan(&course.stamp, super::course::DELTA_NANOS, &course.actors, &[]);
+    second.plan(super::course::DELTA_NANOS, &course.actors, &[]);
     assert_eq!(second.controls()[0].lamps, night, "a restored planner has the weather");
     course.tick_with(&[weather_entry(Weather { fog_density: 60.0, ..Weather::default() })]);
     assert_eq!(lamps(&course), night | lamp::FOG);

@@ -41,8 +41,8 @@ fn a_restored_planner_continues_with_the_same_bits() {
         let mut second = Planner::new(course.network.clone(), 999);
         second.restore(&course.planner.save()).unwrap();
         for tick in 0..400 {
-            course.planner.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
-            second.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
+            course.planner.plan(DELTA_NANOS, &course.actors, &[]);
+            second.plan(DELTA_NANOS, &course.actors, &[]);
             assert!(
                 bytes(&course.planner) == bytes(&second),
                 "{tick} ticks after a restart at {restart_at}"
@@ -61,8 +61,8 @@ fn the_order_of_actors_does_not_matter() {
         shuffled.reverse();
         let middle = tick % shuffled.len();
         shuffled.rotate_left(middle);
-        course.planner.plan(&course.stamp, DELTA_NANOS, &course.actors, &[]);
-        second.plan(&course.stamp, DELTA_NANOS, &shuffled, &[]);
+        course.planner.plan(DELTA_NANOS, &course.actors, &[]);
+        second.plan(DELTA_NANOS, &shuffled, &[]);
         assert!(bytes(&course.planner) == bytes(&second), "tick {tick}");
         course.advance();
     }

@@ -1,0 +1,203 @@
+//! Controls of one vehicle: car following, steering and recovery, turned into pedals.
+
+use protocol::{VehicleControl, flag, light};
+
+use crate::{
+    agents::Agents,
+    car_following,
+    constraint::JunctionConstraint,
+    leader::{self, Leader},
+    map::Map,
+    occupancy::Occupancy,
+    pedals, recover, route, steer,
+    tracks::NONE,
+    vehicle_table::VehicleTable,
+};
+
+/// Delay between a decision and the middle of its effect: it acts in the next frame, for one frame.
+const DELAY_FRAMES: f32 = 1.0;
+/// Delay of the steering system.
+const DELAY_STEERING_S: f32 = 0.05;
+
+/// Inputs of this stage.
+pub(crate) struct View<'a> {
+    pub(crate) map: &'a Map,
+    pub(crate) agents: &'a Agents,
+    pub(crate) occupancy: &'a Occupancy,
+    /// By signal: the state that it shows.
+    pub(crate) light_states: &'a [u32],
+    /// By row: the leader on the route.
+    pub(crate) leaders: &'a [Leader],
+    /// By row: the constraint of the next junction.
+    pub(crate) constraints: &'a [JunctionConstraint],
+    /// By row: the speed that curves and speed limits allow.
+    pub(crate) desired_speeds: &'a [f32],
+    /// By row: the lateral offset that a client has set.
+    pub(crate) offsets_left_m: &'a [f32],
+    /// By row: the gap to keep at standstill.
+    pub(crate) gaps: &'a [f32],
+}
+
+/// Returns the controls of the vehicle of a located row, without its lights.
+pub(crate) fn control(
+    vehicles: &mut VehicleTable,
+    row: usize,
+    view: &View,
+    delta_s: f32,
+) -> VehicleControl {
+    let (agents, tracks) = (view.agents, &view.map.tracks);
+    let agent = agents.driven[row] as usize;
+    let speed = agents.speed(agent);
+    let (front_m, max_steer_rad) = (agents.body[agent].front_m, agents.body[agent].max_steer_rad);
+
+    let delay_s = DELAY_FRAMES * delta_s + DELAY_STEERING_S;
+    let (wheels, deviation) =
+        steer::steer(vehicles, row, tracks, agents, delay_s, view.offsets_left_m[row]);
+    let off_track = recover::is_off_track(&deviation);
+
+    let mut leader = view.leaders[row];
+    if vehicles.shift_m[row] != 0.0 {
+        leader = leader_during_change(vehicles, row, view, leader);
+    }
+    let mut constraint = view.constraints[row];
+    let end_m = car_following::route_end(vehicles, row, tracks, front_m);
+    if end_m < 100.0 {
+        let last = vehicles.route[row].last();
+        let back = tracks.u_turn_lane[last as usize] != NONE;
+        let room_m = if back { route::U_TURN_ROOM_M } else { 1.0 };
+        constraint.stop_m = constraint.stop_m.min((end_m - room_m).max(0.0));
+    }
+    stop_at_midblock_signals(
+        view.map,
+        vehicles,
+        row,
+        view.light_states,
+        front_m,
+        speed,
+        &mut constraint,
+    );
+    let mut desired = view.desired_speeds[row];
+    if off_track {
+        desired = desired.min(recover::OFF_TRACK_MPS);
+    }
+    let mut accel =
+        car_following::accelerate(speed.max(0.0), desired, &leader, &constraint, view.gaps[row]);
+    if off_track && !recover::is_free(agents, agent, 1.0, 1.0 + speed.max(0.0)) {
+        accel = accel.min(-3.0);
+    }
+
+    let maneuver = recover::decide(vehicles, row, agents, &deviation, &leader, accel, delta_s);
+    if maneuver == recover::Maneuver::Hold {
+        accel = accel.min(-1.0);
+    }
+    if maneuver == recover::Maneuver::Reverse {
+        let backward = -speed;
+        let mut accel_integral = vehicles.accel_integral[row];
+        let pressed = pedals::press(
+            recover::reverse_accel(backward),
+            -agents.acceleration[agent],
+            backward,
+            -agents.pitch_sin[agent],
+            delta_s,
+            &mut accel_integral,
+        );
+        vehicles.accel_integral[row] = accel_integral;
+        let angle = -wheels.clamp(-0.6, 0.6);
+        return pedals_and_steering(
+            pressed,
+            pedals::steer_input(angle, max_steer_rad, speed),
+            flag::REVERSE,
+        );
+    }
+    let mut accel_integral = vehicles.accel_integral[row];
+    let pressed = pedals::press(
+        accel,
+        agents.acceleration[agent],
+        speed,
+        agents.pitch_sin[agent],
+        delta_s,
+        &mut accel_integral,
+    );
+    vehicles.accel_integral[row] = accel_integral;
+    pedals_and_steering(pressed, pedals::steer_input(wheels, max_steer_rad, speed), 0)
+}
+
+/// During a lane change, the leader on the lane that is left counts too, unless the vehicle
+/// will be clear of it.
+fn leader_during_change(
+    vehicles: &VehicleTable,
+    row: usize,
+    view: &View,
+    leader: Leader,
+) -> Leader {
+    let (tracks, full) = (&view.map.tracks, vehicles.shift_m[row]);
+    let own = view.agents.driven[row];
+    let body = view.agents.body[own as usize];
+    let mut begins = -vehicles.arc_m[row] - body.front_m;
+    for &lane in vehicles.route[row].lanes() {
+        if begins > vehicles.shift_over_m[row] {
+            break;
+        }
+        let index = lane as usize;
+        let beside = if full > 0.0 { tracks.left[index] } else { tracks.right[index] };
+        if beside == NONE {
+            break;
+        }
+        // Neighbouring lanes run side by side but may differ in length.
+        let scale = tracks.length(beside) / tracks.length(lane).max(0.1);
+        let from = if begins < 0.0 { vehicles.arc_m[row] * scale } else { f32::NEG_INFINITY };
+        let start = if begins < 0.0 { -vehicles.arc_m[row] * scale - body.front_m } else { begins };
+        let old = leader::first_ahead(view.occupancy, beside, own, start, from);
+        if old.gap_m.is_finite() {
+            let (there, _) = route::shift_at(vehicles, row, old.gap_m.max(0.0));
+            let apart = full.abs() - there.abs();
+            let clear = body.half_width_m + view.agents.body[old.agent as usize].half_width_m;
+            return if apart < clear + 0.3 && old.gap_m < leader.gap_m { old } else { leader };
+        }
+        begins += tracks.length(lane);
+    }
+    leader
+}
+
+/// Adds stops before mid-block traffic lights.
+fn stop_at_midblock_signals(
+    map: &Map,
+    vehicles: &VehicleTable,
+    row: usize,
+    light_states: &[u32],
+    front_m: f32,
+    speed: f32,
+    constraint: &mut JunctionConstraint,
+) {
+    let midblock = &map.approaches.midblock;
+    if midblock.is_empty() {
+        return;
+    }
+    let mut begins = -vehicles.arc_m[row] - front_m;
+    for &lane in vehicles.route[row].lanes() {
+        if begins > 200.0 {
+            return;
+        }
+        let from = midblock.partition_point(|stop| stop.0 < lane);
+        for &(_, arc_m, signal) in midblock[from..].iter().take_while(|stop| stop.0 == lane) {
+            let line_m = begins + arc_m - 0.5;
+            let shown = light_states[signal as usize];
+            let stops = shown == light::RED || shown == light::YELLOW;
+            if stops && line_m > -0.5 && speed * speed < 6.0 * line_m.max(0.1) {
+                constraint.stop_m = constraint.stop_m.min(line_m.max(0.0));
+            }
+        }
+        begins += map.tracks.length(lane);
+    }
+}
+
+/// Returns controls with these pedals, steering and flags.
+fn pedals_and_steering(pressed: pedals::Pedals, steer: f32, flags: u32) -> VehicleControl {
+    VehicleControl {
+        flags,
+        throttle: pressed.throttle,
+        brake: pressed.brake,
+        steer,
+        ..VehicleControl::default()
+    }
+}
