@@ -1,4 +1,4 @@
-//! Poses that a client gives walkers.
+//! Poses of walkers that clients set, and the transforms of bones.
 
 use glam::Affine3A;
 use protocol::{
@@ -8,16 +8,21 @@ use town::{Blueprint, GivenPose, Posture};
 
 use crate::{Client, ClientError};
 
-/// The number of a walker's bone by CARLA's name, as `crl_arm__L`.
+/// Returns the number of a walker's bone by CARLA's name, as `crl_arm__L`; `None` if it is unknown.
+#[must_use]
 pub fn bone(name: &str) -> Option<u32> {
     BONES.iter().position(|one| *one == name).map(|index| index as u32)
 }
 
 impl Client {
-    /// Sets bones of the pose that a walker is given: each a number (see [`bone`]) and
-    /// `parent_from_bone`. Those that nobody sets are as at rest, where a bone's axes are the
-    /// actor's. What shows of the pose is said by [`Client::blend_pose`]. One who lies, or is no
-    /// walker, is refused, and so is a bone that is not there.
+    /// Sets bones of a walker's given pose: each by its number (see [`bone`]) and its
+    /// `parent_from_bone`, metres. Other bones keep their rest pose, in which the axes of a bone are
+    /// the actor's. [`Client::blend_pose`] sets how much of the pose is shown.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if the actor does not exist, is not a walker or has fallen, if it has
+    /// no such bone, or a pose is out of range.
     pub fn set_bones(
         &mut self,
         actor_id: ActorId,
@@ -30,14 +35,22 @@ impl Client {
         self.request("set_bones", &commands).map(drop)
     }
 
-    /// How much of its given pose a walker shows: 0 its walk alone, 1 the pose alone.
+    /// Sets the weight of a walker's given pose: 0 shows its walk alone, 1 the pose alone.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if the actor does not exist, is not a walker or has fallen, or the
+    /// weight is not 0 to 1.
     pub fn blend_pose(&mut self, actor_id: ActorId, weight: f32) -> Result<(), ClientError> {
         let command = Command::BlendPose(BlendPose { actor_id, weight });
         self.request("blend_pose", &[command]).map(drop)
     }
 
-    /// The pose that a walker was given, `parent_from_bone` of every bone, and how much of it
-    /// shows.
+    /// Returns a walker's given pose: `parent_from_bone` of every bone, and the weight of the pose.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if the actor does not exist or is not a walker.
     pub fn given_pose(&mut self, actor_id: ActorId) -> Result<(Vec<Pose>, f32), ClientError> {
         self.queries().given_pose(actor_id)
     }
@@ -160,10 +173,11 @@ fn pose_of(affine: &Affine3A) -> Pose {
     Pose::new(position, rotation.normalize())
 }
 
-/// The commands that set bones; see [`Client::set_bones`].
+/// Returns the commands that set bones: see [`Client::set_bones`].
+#[must_use]
 pub fn bone_commands(actor_id: ActorId, bones: &[(u32, Pose)]) -> Vec<Command> {
     let mut bones = bones.to_vec();
-    // Of one that is named twice the last holds.
+    // If a bone is named twice, its last pose holds.
     bones.reverse();
     bones.sort_by_key(|(bone, _)| *bone);
     bones.dedup_by_key(|(bone, _)| *bone);

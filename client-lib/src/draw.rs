@@ -1,4 +1,4 @@
-//! What is drawn over the world, for people to see in images.
+//! Debug shapes, which are drawn over the images of cameras.
 
 use std::time::Duration;
 
@@ -7,8 +7,8 @@ use protocol::{Command, EraseShapes, Pose, Shape, shape};
 
 use crate::{Client, ClientError};
 
-/// A shape to draw; see [`Client::draw`]. White lines as thin as an image has them, until they are
-/// erased, if nothing else is said.
+/// A debug shape: see [`Client::draw`]. By default it is white, its lines are 1.5 pixels thick, and
+/// it is shown until it is erased. Positions are in world space, metres.
 ///
 /// ```no_run
 /// # use omnibus_client_lib::{Client, Draw}; use glam::vec3;
@@ -21,27 +21,28 @@ use crate::{Client, ClientError};
 /// # Ok::<(), omnibus_client_lib::ClientError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use = "a shape is drawn by Client::draw"]
 pub struct Draw(Shape);
 
 impl Draw {
-    /// A ball; 0.1 m across, and at least 3 pixels.
+    /// A point: 0.1 m in diameter, and at least 3 pixels.
     pub fn point(at: Vec3) -> Draw {
         Draw(Shape { begin_m: at.to_array(), size_m: 0.1, pixels: 3.0, ..Shape::new(shape::POINT) })
     }
 
-    /// A line between two places.
+    /// A line between two positions.
     pub fn line(begin: Vec3, end: Vec3) -> Draw {
         let (begin_m, end_m) = (begin.to_array(), end.to_array());
         Draw(Shape { begin_m, end_m, ..Shape::new(shape::LINE) })
     }
 
-    /// A line with a head of 0.3 m at its end.
+    /// A line with four barbs of 0.3 m at its end.
     pub fn arrow(begin: Vec3, end: Vec3) -> Draw {
         let Draw(line) = Draw::line(begin, end);
         Draw(Shape { kind: shape::ARROW, head_m: 0.3, ..line })
     }
 
-    /// The edges of a box about a pose, which reaches so far to each side.
+    /// The twelve edges of a box: `world_from_box` of its centre, and half its size along each axis.
     pub fn cuboid(middle: Pose, half_extents_m: Vec3) -> Draw {
         Draw(Shape {
             begin_m: middle.position_m,
@@ -51,49 +52,54 @@ impl Draw {
         })
     }
 
-    /// Letters that face every camera, their middle at a place, as large wherever that is; at most
-    /// [`protocol::SHAPE_TEXT_BYTES`] bytes. Other letters than ASCII's are shown as frames.
+    /// A text that faces every camera, centred at a position. Its size in an image does not depend on
+    /// the distance. Characters outside ASCII are shown as frames.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::BadArgument`] if it has more than
+    /// [`SHAPE_TEXT_BYTES`](crate::SHAPE_TEXT_BYTES) bytes.
     pub fn text(at: Vec3, text: &str) -> Result<Draw, ClientError> {
         let text = Shape { begin_m: at.to_array(), ..Shape::new(shape::TEXT) }.with_text(text);
         text.map(Draw).map_err(|why| ClientError::bad_argument("draw", why))
     }
 
-    /// Painted: red, green, blue.
+    /// Sets the colour: red, green, blue, sRGB.
     pub fn color(mut self, [r, g, b]: [u8; 3]) -> Draw {
         self.0.color = u32::from_le_bytes([r, g, b, 255]);
         self
     }
 
-    /// So thick, a point so large across. Metres.
+    /// Sets the thickness of lines, or the diameter of a point, metres.
     pub fn thick_m(mut self, size_m: f32) -> Draw {
         self.0.size_m = size_m;
         self
     }
 
-    /// However far away, at least so many pixels thick.
+    /// Sets the least thickness in an image, pixels.
     pub fn pixels(mut self, pixels: f32) -> Draw {
         self.0.pixels = pixels;
         self
     }
 
-    /// An arrow's barbs reach so far back, and as far to each side.
+    /// Sets the length of an arrow's barbs along the arrow and to each side, metres.
     pub fn head_m(mut self, head_m: f32) -> Draw {
         self.0.head_m = head_m;
         self
     }
 
-    /// A text with a dark shadow.
+    /// Adds a dark shadow to a text.
     pub fn shadow(mut self) -> Draw {
         self.0.shadow = 1;
         self
     }
 
-    /// In the next frame alone.
+    /// Shows the shape in the next frame only.
     pub fn once(self) -> Draw {
         self.lasting(Duration::ZERO)
     }
 
-    /// For so much simulated time from the next frame on.
+    /// Shows the shape for this many seconds of simulated time from the next frame on.
     pub fn secs(self, secs: f64) -> Draw {
         self.lasting(Duration::try_from_secs_f64(secs.max(0.0)).unwrap_or(Duration::MAX))
     }
@@ -117,10 +123,16 @@ impl From<Draw> for crate::Command {
 }
 
 impl Client {
-    /// Draws shapes into the colours of all cameras, from the next frame on: behind what stands
-    /// before them, unlit, in no other output. Nobody runs into them, and they change nothing.
-    /// They go with the world, and stand in saved states. A number that is none is refused, as is
-    /// what is too much ([`protocol::SHAPES_MAX`]).
+    /// Draws shapes into the colour images of all cameras, from the next frame on. They are unlit,
+    /// hidden by what stands before them, and absent from all other outputs. They collide with nothing
+    /// and change no state hash. They are part of the standing state, so saved states hold them, and
+    /// loading a map erases them.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] with [`RefusalCode::OutOfRange`](crate::RefusalCode::OutOfRange) if a
+    /// number is out of range, and with [`RefusalCode::Full`](crate::RefusalCode::Full) if more than
+    /// [`SHAPES_MAX`](crate::SHAPES_MAX) shapes would exist; the shapes before it are drawn.
     pub fn draw(&mut self, shapes: &[Draw]) -> Result<(), ClientError> {
         if shapes.is_empty() {
             return Ok(());
@@ -128,12 +140,20 @@ impl Client {
         self.request("draw", shapes).map(drop)
     }
 
-    /// Forgets everything that anybody drew.
+    /// Erases the shapes of all clients.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Controller::try_request`](crate::Controller::try_request).
     pub fn erase(&mut self) -> Result<(), ClientError> {
         self.request("erase", &[Command::EraseShapes(EraseShapes::ALL)]).map(drop)
     }
 
-    /// Forgets all texts that anybody drew, and nothing else.
+    /// Erases the texts of all clients, and no other shapes.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Controller::try_request`](crate::Controller::try_request).
     pub fn erase_texts(&mut self) -> Result<(), ClientError> {
         self.request("erase", &[Command::EraseShapes(EraseShapes { texts: 1, shapes: 0 })])
             .map(drop)

@@ -1,27 +1,27 @@
 //! An event camera, made of a camera's images.
 //!
-//! Between two images a pixel's brightness is taken to go along a straight line; whenever it has
-//! gone by a threshold since the pixel's last event there is another one. This is the model of
-//! H. Rebecq et al., *ESIM: an Open Event Camera Simulator*, CoRL 2018, without its adaptive
-//! sampling; CARLA's is the same.
+//! The brightness of a pixel is interpolated linearly between two images. Whenever it has changed by
+//! a threshold since the pixel's last event, there is another event. This is the model of H. Rebecq
+//! et al., *ESIM: an Open Event Camera Simulator*, CoRL 2018, without its adaptive sampling; CARLA's
+//! is the same.
 
-use std::f64::consts::TAU;
+use mesh::{RandomStream, mix64};
 
-/// How an event camera sees.
+/// The parameters of an event camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EventCameraSpec {
-    /// How much brighter a pixel becomes before it says so, above 0: in steps of the logarithm, or
-    /// of the share of full brightness.
+    /// The increase of brightness that makes an event, above 0: of the logarithm, or of the fraction
+    /// of full brightness without [`EventCameraSpec::log_eps`].
     pub positive_threshold: f32,
-    /// How much darker, above 0.
+    /// The decrease of brightness that makes an event, above 0.
     pub negative_threshold: f32,
-    /// Standard deviation of the first, drawn anew for each event.
+    /// Standard deviation of the threshold of increases, drawn for each event.
     pub positive_sigma: f32,
-    /// Standard deviation of the second.
+    /// Standard deviation of the threshold of decreases, drawn for each event.
     pub negative_sigma: f32,
-    /// For so long after an event a pixel is silent.
+    /// Refractory period: time after an event in which the pixel gives no other, nanoseconds.
     pub refractory_nanos: u64,
-    /// Brightness is `ln(eps + share of full brightness)`; none: the share itself.
+    /// The offset in `ln(eps + fraction of full brightness)`; `None` uses the fraction itself.
     pub log_eps: Option<f32>,
     /// Seed of the thresholds' noise.
     pub seed: u64,
@@ -41,20 +41,20 @@ impl Default for EventCameraSpec {
     }
 }
 
-/// A pixel has become brighter or darker.
+/// A change of one pixel's brightness by a threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PixelEvent {
-    /// Simulated time.
+    /// Simulated time, nanoseconds.
     pub time_nanos: u64,
     /// Column, from the left.
     pub x: u16,
     /// Row, from the top.
     pub y: u16,
-    /// Brighter, or darker.
+    /// Whether the pixel became brighter; else it became darker.
     pub is_brighter: bool,
 }
 
-/// Turns images into events.
+/// An event camera: turns the images of a camera into events. `Send` and `Sync`.
 #[derive(Clone, Debug)]
 pub struct EventCamera {
     spec: EventCameraSpec,
@@ -65,25 +65,30 @@ pub struct EventCamera {
 
 #[derive(Clone, Copy, Debug)]
 struct Pixel {
-    /// In the last image.
+    /// Brightness in the last image.
     brightness: f32,
-    /// At its last event.
+    /// Brightness at the last event.
     reference: f32,
+    /// Simulated time of the last event.
     last_nanos: Option<u64>,
 }
 
-/// The least that a threshold is, whatever noise says.
+/// The lower bound of a threshold with noise.
 const THRESHOLD_MIN: f32 = 0.01;
 
 impl EventCamera {
-    /// One that has seen nothing.
+    /// Creates a camera without an image.
+    #[must_use]
     pub fn new(spec: EventCameraSpec) -> EventCamera {
         EventCamera { spec, size: [0; 2], time_nanos: 0, pixels: Vec::new() }
     }
 
-    /// The events since the last image, by time, then from the top left. The first image has none,
-    /// nor has one of another size or of no later time: it begins anew.
-    pub fn see(
+    /// Takes the next image: its width and height, its pixels row by row from the top left (red,
+    /// green, blue and an ignored byte, sRGB), and its simulated time. Returns the events since the
+    /// image before, sorted by time and then row by row. The first image has no events, and neither
+    /// has one of another size or of no later time: it replaces the image before.
+    #[must_use]
+    pub fn update(
         &mut self,
         [width, height]: [u32; 2],
         color: &[[u8; 4]],
@@ -91,9 +96,9 @@ impl EventCamera {
     ) -> Vec<PixelEvent> {
         let spec = self.spec;
         let brightness = |[r, g, b, _]: [u8; 4]| {
-            let share =
+            let fraction =
                 (0.2989 * f32::from(r) + 0.587 * f32::from(g) + 0.114 * f32::from(b)) / 255.0;
-            spec.log_eps.map_or(share, |eps| (eps + share).ln())
+            spec.log_eps.map_or(fraction, |eps| (eps + fraction).ln())
         };
         let is_first = self.size != [width, height]
             || self.pixels.len() != color.len()
@@ -109,7 +114,7 @@ impl EventCamera {
             return Vec::new();
         }
         let mut events = Vec::new();
-        let mut noise = Noise(mixed(spec.seed ^ mixed(time_nanos)));
+        let mut noise = RandomStream::from_state(mix64(spec.seed ^ mix64(time_nanos)));
         for (at, (pixel, color)) in self.pixels.iter_mut().zip(color).enumerate() {
             let (before, now) = (pixel.brightness, brightness(*color));
             pixel.brightness = now;
@@ -123,14 +128,18 @@ impl EventCamera {
                 (spec.negative_threshold, spec.negative_sigma, -1.0)
             };
             loop {
-                let drawn = if sigma > 0.0 { threshold + noise.normal(sigma) } else { threshold };
+                let drawn = if sigma > 0.0 {
+                    threshold + sigma * noise.normal(1.0) as f32
+                } else {
+                    threshold
+                };
                 let next = pixel.reference + sign * drawn.max(THRESHOLD_MIN);
                 if (next - now) * sign > 0.0 {
                     break;
                 }
                 pixel.reference = next;
-                let share = f64::from(((next - before) / (now - before)).clamp(0.0, 1.0));
-                let since = (share * (time_nanos - begin_nanos) as f64) as u64;
+                let fraction = f64::from(((next - before) / (now - before)).clamp(0.0, 1.0));
+                let since = (fraction * (time_nanos - begin_nanos) as f64) as u64;
                 let event_nanos = begin_nanos + since;
                 let silent = spec.refractory_nanos;
                 if pixel.last_nanos.is_some_and(|last| silent > 0 && event_nanos < last + silent) {
@@ -146,31 +155,10 @@ impl EventCamera {
                 });
             }
         }
-        // Stable: those of one time stay as they were found, row by row.
+        // A stable sort: events of one time stay row by row.
         events.sort_by_key(|event| event.time_nanos);
         events
     }
-}
-
-/// Splitmix64.
-struct Noise(u64);
-
-impl Noise {
-    /// Of normal distribution, by Box's and Muller's way.
-    fn normal(&mut self, deviation: f32) -> f32 {
-        let mut uniform = || {
-            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            ((mixed(self.0) >> 11) + 1) as f64 / (1u64 << 53) as f64
-        };
-        let (radius, turn) = (uniform(), uniform());
-        deviation * ((-2.0 * radius.ln()).sqrt() * (TAU * turn).cos()) as f32
-    }
-}
-
-fn mixed(mut z: u64) -> u64 {
-    z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ z >> 31
 }
 
 #[cfg(test)]
@@ -183,11 +171,11 @@ mod tests {
         shares.iter().map(|share| [(share * 255.0).round() as u8; 4]).collect()
     }
 
-    /// What two images, a second apart, give.
+    /// Returns the events of two images that are a second apart.
     fn events(spec: EventCameraSpec, before: [f32; 2], now: [f32; 2]) -> Vec<PixelEvent> {
         let mut camera = EventCamera::new(spec);
-        assert_eq!(camera.see(SIZE, &grey(before), 1_000_000_000), []);
-        camera.see(SIZE, &grey(now), 2_000_000_000)
+        assert_eq!(camera.update(SIZE, &grey(before), 1_000_000_000), []);
+        camera.update(SIZE, &grey(now), 2_000_000_000)
     }
 
     fn linear() -> EventCameraSpec {
@@ -195,17 +183,18 @@ mod tests {
     }
 
     #[test]
-    fn a_pixel_says_how_often_it_crossed_its_threshold_and_when() {
+    fn a_pixel_gives_an_event_with_its_time_for_each_crossed_threshold() {
         let spec = EventCameraSpec { positive_threshold: 0.25, ..linear() };
         let found = events(spec, [0.0, 0.4], [1.0, 0.4]);
         let millis: Vec<u64> = found.iter().map(|e| (e.time_nanos + 500_000) / 1_000_000).collect();
-        // 0.9998 of full white is no point_attribute quarter: the weights of the colours sum to less than 1.
+        // White is 0.9999 and not 1, because the weights of the colours sum to less than 1: the
+        // fourth threshold is not reached.
         assert_eq!(millis, [1250, 1500, 1750]);
         assert!(found.iter().all(|e| (e.x, e.y, e.is_brighter) == (0, 0, true)));
     }
 
     #[test]
-    fn darker_is_said_at_its_own_threshold_and_all_come_in_order_of_time() {
+    fn decreases_have_their_own_threshold_and_events_are_sorted_by_time() {
         let spec = EventCameraSpec { negative_threshold: 0.2, ..linear() };
         let found = events(spec, [0.0, 0.9], [0.5, 0.1]);
         assert_eq!(found.iter().filter(|e| e.is_brighter).count(), 1);
@@ -214,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn the_logarithm_sees_shares_and_not_differences() {
+    fn the_logarithm_measures_ratios_and_not_differences() {
         let count =
             |before, now| events(EventCameraSpec::default(), [before, 0.0], [now, 0.0]).len();
         assert!(count(0.1, 0.2) >= 2 && count(0.8, 0.9) == 0);
@@ -226,13 +215,13 @@ mod tests {
         let mut count = 0;
         for step in 0..=20u64 {
             let image = grey([step as f32 * 0.05, 0.5]);
-            count += camera.see(SIZE, &image, 1 + step * 50_000_000).len();
+            count += camera.update(SIZE, &image, 1 + step * 50_000_000).len();
         }
         assert_eq!(count, 3);
     }
 
     #[test]
-    fn a_pixel_is_silent_for_as_long_as_it_is_told() {
+    fn a_pixel_gives_no_event_within_its_refractory_period() {
         let spec =
             EventCameraSpec { positive_threshold: 0.1, refractory_nanos: 350_000_000, ..linear() };
         let found = events(spec, [0.0, 0.0], [1.0, 0.0]);
@@ -240,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_moves_thresholds_and_is_the_same_again() {
+    fn noise_changes_thresholds_and_depends_on_the_seed_alone() {
         let spec = EventCameraSpec { positive_sigma: 0.05, seed: 3, ..linear() };
         let once = events(spec, [0.0, 0.0], [1.0, 1.0]);
         assert_eq!(once, events(spec, [0.0, 0.0], [1.0, 1.0]));
@@ -249,11 +238,11 @@ mod tests {
     }
 
     #[test]
-    fn an_image_of_another_size_or_of_the_past_begins_anew() {
+    fn an_image_of_another_size_or_of_the_past_replaces_the_one_before() {
         let mut camera = EventCamera::new(linear());
-        camera.see(SIZE, &grey([0.0, 0.0]), 1_000);
-        assert_eq!(camera.see([1, 2], &grey([1.0, 1.0]), 2_000), []);
-        assert_eq!(camera.see([1, 2], &grey([0.0, 0.0]), 1_500), []);
-        assert!(!camera.see([1, 2], &grey([1.0, 1.0]), 2_000).is_empty());
+        assert_eq!(camera.update(SIZE, &grey([0.0, 0.0]), 1_000), []);
+        assert_eq!(camera.update([1, 2], &grey([1.0, 1.0]), 2_000), []);
+        assert_eq!(camera.update([1, 2], &grey([0.0, 0.0]), 1_500), []);
+        assert!(!camera.update([1, 2], &grey([1.0, 1.0]), 2_000).is_empty());
     }
 }

@@ -88,8 +88,8 @@ pub struct PointCloud<'a> {
     pub first_azimuth_rad: f32,
     /// The lidar's pose at the measured frame.
     pub world_from_sensor: Pose,
-    /// x, y, z in sensor space (metres) and intensity 0 to 1 of each ray, channel by channel and
-    /// column by column; all zeros where nothing was hit.
+    /// x, y, z in sensor space (metres) and intensity 0 to 1 of each ray, column by column and in
+    /// each column from the highest channel down; all zeros where nothing was hit.
     pub points: &'a [[f32; 4]],
     /// Instance and semantic tag of each ray; empty if labels were not requested.
     pub labels: &'a [[u32; 2]],

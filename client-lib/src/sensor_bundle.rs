@@ -13,13 +13,13 @@ use crate::{ClientError, Measurement, connection::Connection};
 #[must_use = "dropped, the bundle is destroyed"]
 pub struct SensorBundle {
     id: BundleId,
-    /// The number of the world that it was made in.
+    /// The number of the world in which it was created.
     episode: u32,
     sensors: Arc<[SensorSpec]>,
     reader: Reader<BundleHeader, Page>,
     last: Frame,
     missed: u64,
-    /// Whose it is; none once it was destroyed.
+    /// The connection that destroys it; none once it was destroyed.
     owner: Weak<Connection>,
 }
 
@@ -40,7 +40,7 @@ impl SensorBundle {
         self.id
     }
 
-    /// Whether the world that it was made in still stands.
+    /// Checks that the world of the bundle is the running one.
     pub(crate) fn check(&self, standing: u32) -> Result<(), ClientError> {
         if self.episode == standing {
             return Ok(());
@@ -48,18 +48,24 @@ impl SensorBundle {
         Err(ClientError::WorldGone { bundle: self.id, standing })
     }
 
-    /// Its id.
+    /// Returns the id.
+    #[must_use]
     pub fn id(&self) -> BundleId {
         self.id
     }
 
-    /// Its sensors.
+    /// Returns the sensors, in the order of their indices.
+    #[must_use]
     pub fn sensors(&self) -> &[SensorSpec] {
         &self.sensors
     }
 
-    /// The oldest measurement that was not read yet, if there is one. Never blocks. A restarted
-    /// renderer may send a frame once more; each comes out once.
+    /// Returns the oldest measurement that was not received yet, if there is one. Never blocks. A
+    /// restarted renderer may measure a frame twice; each frame is returned once.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Bus`] if more measurements are held than the bundle allows.
     pub fn receive(&mut self) -> Result<Option<Measurement>, ClientError> {
         while let Some(bundle) = self.reader.receive()? {
             let frame = bundle.header().stamp.frame;
@@ -87,7 +93,11 @@ impl SensorBundle {
         Ok(None)
     }
 
-    /// The newest measurement, older ones dropped.
+    /// Returns the newest measurement that was not received yet and drops older ones.
+    ///
+    /// # Errors
+    ///
+    /// As for [`SensorBundle::receive`].
     pub fn latest(&mut self) -> Result<Option<Measurement>, ClientError> {
         let mut newest = None;
         while let Some(next) = self.receive()? {
@@ -96,26 +106,29 @@ impl SensorBundle {
         Ok(newest)
     }
 
-    /// The last frame that came out.
+    /// Returns the frame of the measurement that was received last; frame 0 before the first.
+    #[must_use]
     pub fn last(&self) -> Frame {
         self.last
     }
 
-    /// Frames between the first and the last that never came out.
+    /// Returns the number of frames between the first and the last received one that were not
+    /// received.
+    #[must_use]
     pub fn missed(&self) -> u64 {
         self.missed
     }
 }
 
 impl Drop for SensorBundle {
-    /// Sends the command that destroys the bundle, and does not wait for it. A client that is gone,
-    /// or a world that is, has taken the bundle along.
+    /// Sends the command that destroys the bundle, and does not wait for it. If the client or the
+    /// world is gone, the host has destroyed the bundle already.
     fn drop(&mut self) {
         if let Some(owner) = self.owner.upgrade()
             && owner.episode() == self.episode
         {
             let command = RawCommand::from(Command::DestroyBundle(self.id));
-            // A host that takes no commands any more frees the bundle with its client.
+            // If the command cannot be sent, the host destroys the bundle with its client.
             let _ = owner.send(std::iter::once(command), true);
         }
     }

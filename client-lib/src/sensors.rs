@@ -5,7 +5,9 @@ use protocol::{
     OdometrySpec, Pose, SensorSpec, output, sensor,
 };
 
-/// A camera at `parent_from_sensor`; `outputs` are bits of [`output`].
+/// A pinhole camera at `parent_from_sensor`, `width` × `height` pixels, with a horizontal field of
+/// view of `fov_rad`; `outputs` are [`Outputs`](crate::Outputs).
+#[must_use]
 pub fn camera(
     name: &str,
     parent_from_sensor: Pose,
@@ -26,8 +28,9 @@ pub fn camera(
     }
 }
 
-/// A lidar that sees the whole turn at every frame: `channels` between elevations `lower_rad` and
-/// `upper_rad`, `columns` azimuth steps.
+/// A lidar that measures a whole revolution at every frame: `channels` between the elevations
+/// `lower_rad` and `upper_rad`, `columns` azimuth steps.
+#[must_use]
 pub fn lidar(
     name: &str,
     parent_from_sensor: Pose,
@@ -54,44 +57,53 @@ pub fn lidar(
 
 /// An inertial measurement unit.
 ///
-/// This and the following sensors are measured by the host, in the midst of physics. They go into
-/// bundles of their own, apart from cameras and lidars; [`crate::Client::tick_and_collect`] takes
-/// both.
+/// This and the following sensors are physics sensors, which the host measures in the substeps of
+/// physics. A bundle has either physics sensors or cameras and lidars;
+/// [`Client::tick_and_collect`](crate::Client::tick_and_collect) takes bundles of both.
+#[must_use]
 pub fn imu(name: &str, parent_from_sensor: Pose, errors: ImuSpec) -> SensorSpec {
     SensorSpec::physics(name, parent_from_sensor, &errors)
 }
 
-/// A receiver of satellites.
+/// A GNSS receiver.
+#[must_use]
 pub fn gnss(name: &str, parent_from_sensor: Pose, errors: GnssSpec) -> SensorSpec {
     SensorSpec::physics(name, parent_from_sensor, &errors)
 }
 
 /// A speedometer and odometer.
+#[must_use]
 pub fn odometry(name: &str, parent_from_sensor: Pose, errors: OdometrySpec) -> SensorSpec {
     SensorSpec::physics(name, parent_from_sensor, &errors)
 }
 
-/// Tells of everybody and everything that touches its carrier.
+/// A sensor of the contacts of its carrier with actors and map objects.
+#[must_use]
 pub fn collision(name: &str) -> SensorSpec {
     SensorSpec::physics(name, Pose::IDENTITY, &CollisionSpec::default())
 }
 
-/// Tells of the markings that its carrier crosses.
+/// A sensor of the lane markings that its carrier crosses.
+#[must_use]
 pub fn lane_invasion(name: &str) -> SensorSpec {
     SensorSpec::physics(name, Pose::IDENTITY, &LaneInvasionSpec::default())
 }
 
-/// Pushes a ball ahead, and tells what it runs into.
+/// A sensor of the nearest obstacle ahead: the first hit of a sphere that is swept forwards.
+#[must_use]
 pub fn obstacle(name: &str, parent_from_sensor: Pose, look: ObstacleSpec) -> SensorSpec {
     SensorSpec::physics(name, parent_from_sensor, &look)
 }
 
-/// Sends and receives cooperative awareness messages.
+/// A V2X radio that sends and receives cooperative awareness messages.
+#[must_use]
 pub fn cam(name: &str, parent_from_sensor: Pose, station: CamSpec) -> SensorSpec {
     SensorSpec::physics(name, parent_from_sensor, &station)
 }
 
-/// Sends texts ([`crate::Client::transmit`]) and receives them.
+/// A V2X radio that receives texts and sends those of
+/// [`Client::transmit`](crate::Client::transmit).
+#[must_use]
 pub fn message(name: &str, parent_from_sensor: Pose, station: MessageSpec) -> SensorSpec {
     SensorSpec::physics(name, parent_from_sensor, &station)
 }

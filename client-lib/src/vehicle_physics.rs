@@ -1,4 +1,4 @@
-//! How a vehicle is built and driven from outside: read, and changed while it drives.
+//! Physics of actors: parameters of vehicles, Ackermann control, forces, gravity and collisions.
 
 use protocol::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, Command, Refusal,
@@ -8,13 +8,22 @@ use protocol::{
 use crate::{Client, ClientError};
 
 impl Client {
-    /// How a vehicle is built now.
+    /// Returns the physics parameters of a vehicle.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if the actor does not exist or is not a vehicle; and as for
+    /// [`Queries`](crate::Queries).
     pub fn vehicle_physics(&mut self, actor_id: ActorId) -> Result<VehiclePhysics, ClientError> {
         self.queries().vehicle_physics(actor_id)
     }
 
-    /// Builds a vehicle otherwise; it drives on. What has a number that cannot be, or another
-    /// number of wheels, is refused, and the vehicle stays as it is.
+    /// Sets the physics parameters of a vehicle, which keeps its pose and velocity.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if the actor does not exist or is not a vehicle, if a parameter is out
+    /// of range, or if the number of wheels differs: the vehicle is unchanged.
     pub fn set_vehicle_physics(
         &mut self,
         actor_id: ActorId,
@@ -35,7 +44,11 @@ impl Client {
         self.request(what, &physics.commands(actor_id)).map(drop)
     }
 
-    /// How a vehicle drives, and what each of its wheels feels.
+    /// Returns the motion of a vehicle, and the forces and slips of each wheel.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Client::vehicle_physics`].
     pub fn telemetry(
         &mut self,
         actor_id: ActorId,
@@ -43,13 +56,22 @@ impl Client {
         self.queries().telemetry(actor_id)
     }
 
-    /// Drives a vehicle to a speed and a steering angle, from the next frame on. The latest of
-    /// this and [`Client::control`] holds.
+    /// Sets the target speed and steering angle of a vehicle's Ackermann controller, from the next
+    /// frame on. The latest of this and [`Client::control`] holds.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if the actor does not exist or is not a vehicle, or a number is out of
+    /// range.
     pub fn ackermann(&mut self, control: AckermannControl) -> Result<(), ClientError> {
         self.request("ackermann", &[Command::Ackermann(control)]).map(drop)
     }
 
-    /// The gains with which a vehicle is driven so.
+    /// Returns the gains of a vehicle's Ackermann controller.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Client::vehicle_physics`].
     pub fn ackermann_settings(
         &mut self,
         actor_id: ActorId,
@@ -57,7 +79,11 @@ impl Client {
         self.queries().ackermann_settings(actor_id)
     }
 
-    /// Changes them.
+    /// Sets the gains of a vehicle's Ackermann controller.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Client::ackermann`].
     pub fn set_ackermann_settings(
         &mut self,
         settings: AckermannSettings,
@@ -65,30 +91,52 @@ impl Client {
         self.request("set_ackermann_settings", &[Command::SetAckermann(settings)]).map(drop)
     }
 
-    /// Pushes or twists an actor.
+    /// Applies a force or an impulse, and a torque or an angular impulse, to an actor.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if the actor does not exist or is a walker that stands, or a number is
+    /// not finite.
     pub fn push(&mut self, push: ApplyForce) -> Result<(), ClientError> {
         self.request("push", &[Command::ApplyForce(push)]).map(drop)
     }
 
-    /// Lets an actor fall, or not.
+    /// Sets whether gravity acts on an actor.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if the actor does not exist or is a traffic light.
     pub fn set_gravity(&mut self, actor_id: ActorId, on: bool) -> Result<(), ClientError> {
         let command = Command::SetGravity(Switch { actor_id, on: on.into() });
         self.request("set_gravity", &[command]).map(drop)
     }
 
-    /// Lets an actor run into others, or not. The ground carries it either way.
+    /// Sets whether an actor collides with others and with buildings. The ground carries it either
+    /// way.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Client::set_gravity`].
     pub fn set_collisions(&mut self, actor_id: ActorId, on: bool) -> Result<(), ClientError> {
         let command = Command::SetCollisions(Switch { actor_id, on: on.into() });
         self.request("set_collisions", &[command]).map(drop)
     }
 
-    /// Lets a walker jump, if it stands on the ground.
+    /// Makes a walker jump if it stands on the ground.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if the actor does not exist, is not a walker, or has fallen.
     pub fn jump(&mut self, actor_id: ActorId) -> Result<(), ClientError> {
         self.request("jump", &[Command::Jump(actor_id)]).map(drop)
     }
 
-    /// Whether wet roads are slippery: with `on`, the weather's wetness and puddles take up to half
-    /// of the grip from all wheels. At first they do not, as in CARLA.
+    /// Sets whether wet roads are slippery: with `on`, the weather's wetness and puddles reduce the
+    /// friction of all wheels by up to half. Off at first, as in CARLA.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Controller::try_request`](crate::Controller::try_request).
     pub fn set_weather_affects_grip(&mut self, on: bool) -> Result<(), ClientError> {
         let command =
             Command::SetWeatherAffectsGrip(SetWeatherAffectsGrip { on: on.into(), reserved: 0 });

@@ -71,7 +71,7 @@ pub(crate) fn message_of(
             let mut bytes = image();
             let now_nanos = measured.header().stamp.sim_time_nanos;
             let size = [plane.width, plane.height];
-            let events = sensor.events.as_mut()?.see(size, measured.color(0)?, now_nanos);
+            let events = sensor.events.as_mut()?.update(size, measured.color(0)?, now_nanos);
             if events.is_empty() {
                 return None;
             }
