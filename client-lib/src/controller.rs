@@ -44,7 +44,8 @@ impl Controller {
         self.deadlines = deadlines;
     }
 
-    /// Sets pedals and wheels from the next frame on; the latest hold. Neither waits nor allocates.
+    /// Sets pedals and wheels from the next frame on; the latest hold. Does not wait. Its only heap
+    /// allocation is the transport's count of owners of the loan.
     ///
     /// # Errors
     ///
@@ -60,8 +61,8 @@ impl Controller {
         Ok(loan.send(header)?)
     }
 
-    /// Sends commands that are carried out with the next tick. Neither waits for their outcomes
-    /// nor allocates.
+    /// Sends commands that are carried out with the next tick. Does not wait for their outcomes,
+    /// and allocates no more than [`Controller::control`].
     ///
     /// # Errors
     ///

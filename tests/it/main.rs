@@ -5,6 +5,7 @@ extern crate client_lib as omnibus_client_lib;
 
 mod kit;
 
+mod allocations;
 mod alone;
 mod bones;
 mod carla;
