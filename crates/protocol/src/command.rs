@@ -173,7 +173,7 @@ commands! {
         HideObjects(HideObjects) = 16,
         /// Couples tyre grip to the weather, or decouples it.
         SetWeatherAffectsGrip(SetWeatherAffectsGrip) = 42,
-        /// Draws a debug shape into camera images. The outcome carries a [`ShapeReceipt`]; its id is
+        /// Draws a debug shape into camera images. The outcome carries a [`crate::ShapeReceipt`]; its id is
         /// larger than those of all earlier shapes.
         Draw(Shape) = 44,
         /// Removes debug shapes.

@@ -43,7 +43,7 @@ pub mod sensor {
     }
 }
 
-/// Outputs of sensors: bits of [`crate::SensorSpec::outputs`], values of [`Plane::output`].
+/// Outputs of sensors: bits of [`crate::SensorSpec::outputs`], values of [`crate::Plane::output`].
 pub mod output {
     /// Four bytes per pixel: red, green, blue, 255; sRGB.
     pub const COLOR: u32 = 1 << 0;

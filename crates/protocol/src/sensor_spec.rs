@@ -48,7 +48,7 @@ pub struct SensorSpec {
     pub dropoff: f32,
     /// Lidar: revolutions per second; 0: the whole field of view at one instant in every frame.
     pub rotation_rate_hz: f32,
-    /// Lidar: the fourth number of a point, one of [`point_attribute`].
+    /// Lidar: the fourth number of a point, one of [`crate::point_attribute`].
     pub point_attribute: u32,
     /// Reserved; 0.
     pub reserved_half: u32,
@@ -135,7 +135,7 @@ pub struct BundleHeader {
     pub world_from_parent: Pose,
     /// The actor that the bundle is attached to, or [`ActorId::NONE`].
     pub parent: ActorId,
-    /// One of [`tracer`].
+    /// One of [`crate::tracer`].
     pub tracer: u32,
     /// Reserved; 0.
     pub reserved: u32,
