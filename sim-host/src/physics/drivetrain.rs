@@ -157,6 +157,12 @@ impl Drivetrain {
         }
     }
 
+    /// Returns the fraction of idle speed below which the clutch opens. Without throttle it opens at
+    /// idle speed, before the idle governor would drive the wheels against the brake.
+    fn release_share(&self) -> f32 {
+        if self.throttle > 0.0 { 0.75 } else { 1.0 }
+    }
+
     fn engine_nm(&self, model: &VehicleModel) -> f32 {
         let engine = &model.engine;
         let rpm = self.engine_radps * RPM_PER_RADPS;
@@ -191,7 +197,7 @@ impl Drivetrain {
         }
         let input_radps = ratio * wheel_radps;
         let idle_radps = engine.idle_rpm / RPM_PER_RADPS;
-        if self.locked && idle_radps > 0.0 && input_radps < 0.75 * idle_radps {
+        if self.locked && idle_radps > 0.0 && input_radps < self.release_share() * idle_radps {
             self.locked = false;
         }
         let efficiency = model.gearbox.efficiency;
@@ -237,7 +243,7 @@ impl Drivetrain {
         let idle_radps = model.engine.idle_rpm / RPM_PER_RADPS;
         if !self.locked
             && (self.engine_radps - input_radps).abs() < LOCK_WITHIN_RADPS
-            && input_radps > 0.9 * idle_radps
+            && input_radps > (self.release_share() + 0.15) * idle_radps
         {
             self.locked = true;
         }

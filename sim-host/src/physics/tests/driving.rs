@@ -46,6 +46,26 @@ fn a_sedan_stops_from_100_kmh_in_36_to_45_m() {
     assert!((36.0..45.0).contains(&meters), "{meters} m");
 }
 
+#[test]
+fn a_light_brake_stops_every_class_of_vehicle_and_without_pedals_it_coasts_to_a_stop() {
+    use Class::{Bus, Car, Motorcycle, Truck, Van};
+    for class in [Car, Van, Truck, Bus, Motorcycle] {
+        for brake in [0.0, 0.1, 0.2, 0.3, 0.4] {
+            let mut lone = Lone::new(Ground::flat(0.0).into(), of_class(class));
+            lone.run(0.5);
+            lone.physics.set_velocity(ActorId(1), Vec3::X * 8.3, Vec3::ZERO).unwrap();
+            lone.control.brake = brake;
+            let from = lone.seconds;
+            let most = if brake == 0.0 { 180.0 } else { 30.0 };
+            while lone.speed() > 0.05 && lone.seconds - from < most {
+                lone.frame();
+            }
+            println!("{class:?}, brake {brake}: {:.1} s", lone.seconds - from);
+            assert!(lone.speed() <= 0.05, "{class:?}, brake {brake}: {} m/s", lone.speed());
+        }
+    }
+}
+
 /// Returns the mean drift over half a minute of a parked vehicle, and the largest speed once
 /// settled. Metres per second.
 fn drift(lone: &mut Lone) -> (f32, f32) {
