@@ -66,6 +66,9 @@ impl Replay {
                 "{name} holds inputs and no states; use omnibus replay --resimulate"
             )));
         }
+        if recording.segments() == 0 {
+            return Err(Refusal::file(format!("{name} holds no frames to replay")));
+        }
         let time_factor = command.time_factor;
         if !(0.01..=1000.0).contains(&time_factor) {
             return Err(Refusal::out_of_range(format!(

@@ -104,6 +104,7 @@ fn inspect_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
         Source::Log(_) => return inspect_log(args, path, source),
     };
     if args.speed {
+        ensure!(recording.segments() > 0, "{} holds no frames to read", path.display());
         let found = Speed::of(&mut recording)?;
         print_result(args.json, || found.json(), || found.text());
         return Ok(());
@@ -130,9 +131,13 @@ fn inspect_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
         },
         || {
             let end = if info.is_complete { "" } else { "; its writer was killed" };
+            let span = match frames {
+                0 => "no frames".to_owned(),
+                _ => format!("frames {first} to {last}"),
+            };
             format!(
-                "recording of {}, seed {}, profile {}, by version {}: frames {first} to {last}, \
-                 {seconds:.2} s, {:.2} MB{end}",
+                "recording of {}, seed {}, profile {}, by version {}: {span}, {seconds:.2} s, \
+                 {:.2} MB{end}",
                 info.episode.map,
                 info.episode.seed,
                 info.profile.name(),

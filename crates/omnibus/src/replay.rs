@@ -112,6 +112,10 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
 
 fn replay_recording(args: &ReplayArgs, path: PathBuf) -> anyhow::Result<()> {
     let mut recording = Recording::open(&path)?;
+    if recording.segments() == 0 {
+        print_line!("{} holds no frames; there is nothing to replay", path.display());
+        return Ok(());
+    }
     let (from, until) = args.span(&mut recording)?;
     if args.resimulate {
         return run_resimulation(&mut recording, from, until);

@@ -105,9 +105,6 @@ impl Recording {
             roles: roles.collect(),
             is_complete,
         };
-        if segments.is_empty() {
-            return Err(damaged("it holds no frame"));
-        }
         Ok(Recording {
             path: path.to_owned(),
             file,
@@ -135,7 +132,7 @@ impl Recording {
         &self.path
     }
 
-    /// Returns the number of segments, at least 1.
+    /// Returns the number of segments; 0 for a recording without frames.
     pub fn segments(&self) -> usize {
         self.segments.len()
     }
@@ -145,7 +142,7 @@ impl Recording {
         self.segments[segment].start_nanos
     }
 
-    /// Returns the segment at this recorded time, or the last one.
+    /// Returns the segment at this recorded time, or the last one; 0 for a recording without frames.
     pub fn segment_at(&self, nanos: u64) -> usize {
         self.segments.partition_point(|s| s.start_nanos <= nanos).saturating_sub(1)
     }
@@ -156,7 +153,7 @@ impl Recording {
     ///
     /// Returns an error if the last segment cannot be read.
     pub fn duration_nanos(&mut self) -> Result<u64, RecordError> {
-        let last = self.segments.len() - 1;
+        let Some(last) = self.segments.len().checked_sub(1) else { return Ok(0) };
         let start = self.start_nanos(last);
         let inside: u64 = self.frames(last)?.iter().map(|m| m.delta_nanos).sum();
         Ok(start + inside)
@@ -175,7 +172,8 @@ impl Recording {
 
     /// Returns the last segment up to `segment` that begins with the whole world.
     pub fn world_before(&self, segment: usize) -> Option<usize> {
-        (0..=segment).rev().find(|i| self.segments[*i].has_world)
+        let count = self.segments.len().min(segment + 1);
+        (0..count).rev().find(|i| self.segments[*i].has_world)
     }
 
     /// Returns the frames of a segment with everything that the profile keeps; reads earlier

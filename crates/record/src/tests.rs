@@ -171,6 +171,20 @@ fn motion_on_its_grid_takes_less_room_and_is_read_to_the_bit() {
 }
 
 #[test]
+fn a_recording_without_frames_is_valid() {
+    let scratch = Scratch::new("empty");
+    for profile in [Profile::State, Profile::Inputs, Profile::Compact] {
+        let config = scratch.config(profile);
+        write(&config, 0..0);
+        let mut recording = Recording::open(&config.path).unwrap();
+        assert!(recording.info().is_complete);
+        assert_eq!(recording.info().episode, config.episode);
+        assert_eq!((recording.segments(), recording.duration_nanos().unwrap()), (0, 0));
+        assert_eq!(recording.world_before(recording.segment_at(0)), None);
+    }
+}
+
+#[test]
 fn any_segment_can_be_read_first() {
     let scratch = Scratch::new("seek");
     let config = scratch.config(Profile::State);
