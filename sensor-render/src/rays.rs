@@ -148,7 +148,7 @@ impl Lidar {
             },
             noise_m: spec.noise_m,
             dropoff: spec.dropoff,
-            seed: frame_seed(spec.seed, stamp.frame.0),
+            seed: noise_seed(spec.seed, stamp.sim_time_nanos),
         }
     }
 }
@@ -213,7 +213,8 @@ pub(crate) fn rays(
     }
 }
 
-/// Mixes the seed of a sensor with the frame.
-fn frame_seed(seed: u64, frame: u64) -> u32 {
-    mesh::mix64(seed ^ frame.wrapping_mul(mesh::GOLDEN_GAMMA)) as u32
+/// Mixes the seed of a sensor with simulated time. Time begins at 0 in every episode, so that two
+/// worlds with the same seeds have the same noise; the numbers of frames continue.
+fn noise_seed(seed: u64, sim_time_nanos: u64) -> u32 {
+    mesh::mix64(seed ^ sim_time_nanos.wrapping_mul(mesh::GOLDEN_GAMMA)) as u32
 }
