@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use bus::Writer;
 use protocol::{
-    ActorId, ActorState, BundleHeader, BundleId, Page, Plane, Pose, SensorSpec, SnapshotHeader,
-    output,
+    ActorId, ActorState, BundleHeader, BundleId, BundleReceipt, CreateBundle, Page, Plane, Pose,
+    SensorSpec, SnapshotHeader, output,
 };
 
 /// Writing end of the channel of one bundle.
@@ -21,6 +21,7 @@ pub(crate) struct Bundles {
 struct SensorBundle {
     parent: ActorId,
     sensor_count: u32,
+    receipt: BundleReceipt,
     sensors: Vec<SensorSpec>,
     /// Set once all sensors of the bundle are known.
     active: Option<ActiveBundle>,
@@ -51,9 +52,11 @@ impl Bundles {
         }
     }
 
-    pub(crate) fn create(&mut self, id: BundleId, parent: ActorId, sensor_count: u32) {
-        self.bundles
-            .insert(id, SensorBundle { parent, sensor_count, sensors: Vec::new(), active: None });
+    pub(crate) fn create(&mut self, id: BundleId, command: &CreateBundle, receipt: BundleReceipt) {
+        let &CreateBundle { parent, sensor_count, .. } = command;
+        let bundle =
+            SensorBundle { parent, sensor_count, receipt, sensors: Vec::new(), active: None };
+        self.bundles.insert(id, bundle);
     }
 
     /// Adds a sensor; returns all sensors of the bundle once they are complete.
@@ -112,8 +115,9 @@ impl Bundles {
                     Err(_) => continue,
                 }
             };
-            let plane_is_due =
-                |plane: &Plane| is_due(&bundle.sensors[plane.sensor as usize], header);
+            let plane_is_due = |plane: &Plane| {
+                bundle.receipt.is_due(&bundle.sensors[plane.sensor as usize], header)
+            };
             let planes: Vec<_> = active.planes.iter().copied().filter(plane_is_due).collect();
             if !planes.is_empty() {
                 due.push(DueBundle {
@@ -126,38 +130,5 @@ impl Bundles {
             }
         }
         due
-    }
-}
-
-/// Returns whether a sensor is due: simulated time has passed a multiple of its period within this
-/// frame. The rule does not drift with any delta.
-fn is_due(spec: &SensorSpec, header: &SnapshotHeader) -> bool {
-    if spec.period_nanos == 0 {
-        return true;
-    }
-    let now = header.stamp.sim_time_nanos;
-    let before = now.saturating_sub(header.delta_nanos);
-    now / spec.period_nanos != before / spec.period_nanos
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use protocol::Stamp;
-
-    #[test]
-    fn a_period_that_is_no_multiple_of_the_delta_does_not_drift() {
-        let spec = SensorSpec { period_nanos: 70_000_000, ..SensorSpec::default() };
-        let times: Vec<_> = (1..=28)
-            .filter(|frame| {
-                let stamp = Stamp { sim_time_nanos: frame * 50_000_000, ..Stamp::default() };
-                is_due(
-                    &spec,
-                    &SnapshotHeader { stamp, delta_nanos: 50_000_000, ..Default::default() },
-                )
-            })
-            .collect();
-        assert_eq!(times.len(), 20);
-        assert_eq!(times[..5], [2, 3, 5, 6, 7]);
     }
 }

@@ -5,9 +5,9 @@ use std::{path::PathBuf, sync::Arc};
 use bake::Cache;
 use bus::{Event, Instance, Interrupted, Participant, RenderPorts, Role, Snapshot, clock, fault};
 use protocol::{
-    ActorState, BundleHeader, BundleId, Command, CommandGroup, Episode, Frame, HiddenObjects,
-    JournalEntry, Name, SensorSpec, SnapshotHeader, StandingState, WorldCommand, layout, sensor,
-    status,
+    ActorState, BundleHeader, BundleId, BundleReceipt, Command, CommandGroup, Episode, Frame,
+    HiddenObjects, JournalEntry, Name, SensorSpec, SnapshotHeader, StandingState, WorldCommand,
+    layout, sensor, status,
 };
 
 use crate::{
@@ -388,7 +388,8 @@ impl Renderer {
         }
         match command {
             Some(Command::CreateBundle(bundle)) => {
-                self.bundles.create(id, bundle.parent, bundle.sensor_count)
+                let receipt = entry.outcome.answered::<BundleReceipt>().unwrap_or_default();
+                self.bundles.create(id, &bundle, receipt);
             }
             // The host measures physics sensors.
             Some(Command::Sensor(spec)) if sensor::is_physics_sensor(spec.kind) => {

@@ -23,9 +23,9 @@ use std::collections::BTreeMap;
 use bus::{BusError, Writer, clock};
 use glam::Vec3;
 use protocol::{
-    ActorId, BundleHeader, BundleId, CamSpec, CollisionReading, GnssSpec, ImuSpec, MessageSpec,
-    ObstacleReading, ObstacleSpec, OdometrySpec, Page, Plane, Pose, Reading, Refusal, SensorSpec,
-    SnapshotHeader, Transmit, layout, sensor, tracer,
+    ActorId, BundleHeader, BundleId, BundleReceipt, CamSpec, CollisionReading, GnssSpec, ImuSpec,
+    MessageSpec, ObstacleReading, ObstacleSpec, OdometrySpec, Page, Plane, Pose, Reading, Refusal,
+    SensorSpec, SnapshotHeader, Transmit, layout, sensor, tracer,
 };
 use road::Network;
 
@@ -66,6 +66,7 @@ struct SensorBundle {
 /// A sensor with its state.
 struct PhysicsSensor {
     spec: SensorSpec,
+    receipt: BundleReceipt,
     state: State,
 }
 
@@ -111,9 +112,10 @@ impl PhysicsSensors {
         id: BundleId,
         parent: ActorId,
         specs: &[SensorSpec],
+        receipt: BundleReceipt,
         writer: Writer<BundleHeader, Page>,
     ) {
-        let sensors = specs.iter().filter_map(PhysicsSensor::new).collect();
+        let sensors = specs.iter().filter_map(|spec| PhysicsSensor::new(spec, receipt)).collect();
         let (planes, byte_len) = layout(specs);
         self.bundles.insert(id, SensorBundle { parent, sensors, planes, byte_len, writer });
     }
@@ -252,7 +254,7 @@ impl SensorBundle {
 
 impl PhysicsSensor {
     /// Returns a sensor, or `None` if its kind is not a physics sensor.
-    fn new(spec: &SensorSpec) -> Option<PhysicsSensor> {
+    fn new(spec: &SensorSpec, receipt: BundleReceipt) -> Option<PhysicsSensor> {
         let mounted = spec.parent_from_sensor;
         let state = match spec.kind {
             sensor::IMU => State::Imu(Box::new(Imu::new(spec.numbers::<ImuSpec>()?, mounted))),
@@ -272,7 +274,7 @@ impl PhysicsSensor {
             }),
             _ => return None,
         };
-        Some(PhysicsSensor { spec: *spec, state })
+        Some(PhysicsSensor { spec: *spec, receipt, state })
     }
 
     /// Returns the readings of this frame as bytes; empty if there are none.
@@ -285,7 +287,7 @@ impl PhysicsSensor {
     ) -> Vec<u8> {
         let Scene { world, network, parent, header } = *scene;
         let delta_secs = header.delta_nanos as f32 * 1e-9;
-        let is_due = is_due(&self.spec, header);
+        let is_due = self.receipt.is_due(&self.spec, header);
         let mut noise = Noise::at(self.spec.seed, header.stamp.sim_time_nanos);
         let moving = || world.physics().motion(parent);
         let due = |bytes: &dyn Fn(Noise) -> Vec<u8>, noise: Noise| {
@@ -342,16 +344,6 @@ impl PhysicsSensor {
             ),
         }
     }
-}
-
-/// Whether a sensor measures in this frame. The renderer has the same rule.
-fn is_due(spec: &SensorSpec, header: &SnapshotHeader) -> bool {
-    if spec.period_nanos == 0 {
-        return true;
-    }
-    let now = header.stamp.sim_time_nanos;
-    let before = now.saturating_sub(header.delta_nanos);
-    now / spec.period_nanos != before / spec.period_nanos
 }
 
 fn bytes_of<T: Reading>(readings: &[T]) -> Vec<u8> {

@@ -9,8 +9,9 @@ use std::{
 use bake::Cache;
 use bus::{ControlPageMapping, Ending, HostPorts, OwnedInstance, Role, Strategy, clock};
 use protocol::{
-    ActorId, BundleId, Command, CreateBundle, Episode, Frame, JournalEntry, Name, Outcome,
-    QueryHeader, Refusal, SensorSpec, ServiceCommand, Settings, SnapshotHeader, Transmit, layout,
+    ActorId, BundleId, BundleReceipt, Command, CreateBundle, Episode, Frame, JournalEntry, Name,
+    Outcome, QueryHeader, Refusal, SensorSpec, ServiceCommand, Settings, SnapshotHeader, Transmit,
+    layout,
 };
 
 use crate::{
@@ -124,9 +125,10 @@ impl Services for Shell {
         client: Name,
         bundle: &CreateBundle,
         sensors: &[SensorSpec],
+        receipt: BundleReceipt,
     ) -> Result<BundleId, Refusal> {
         let id = self.bundles.create(client, bundle, sensors, &mut self.ports)?;
-        match self.mount(id, bundle, sensors) {
+        match self.mount(id, bundle, sensors, receipt) {
             Ok(()) => Ok(id),
             Err(why) => {
                 let _ = self.bundles.destroy(id, &mut self.ports);
@@ -237,6 +239,7 @@ impl Shell {
         id: BundleId,
         bundle: &CreateBundle,
         specs: &[SensorSpec],
+        receipt: BundleReceipt,
     ) -> Result<(), Refusal> {
         if !are_physics_sensors(specs) {
             return Ok(());
@@ -249,7 +252,7 @@ impl Shell {
         }
         let (_, bytes) = layout(specs);
         let writer = self.ports.bundle(id, bytes).map_err(|e| Refusal::full(e.to_string()))?;
-        self.physics_sensors.mount(id, bundle.parent, specs, writer);
+        self.physics_sensors.mount(id, bundle.parent, specs, receipt, writer);
         Ok(())
     }
 

@@ -17,10 +17,10 @@ use std::convert::Infallible;
 
 use mesh::WordHash;
 use protocol::{
-    ActorId, ActorState, BundleId, Command, CommandGroup, CreateBundle, HideLayers, JournalEntry,
-    LightState, LoadMap, Name, Outcome, PIPELINE_MAX, Query, Refusal, Response, SensorCommand,
-    SensorSpec, ServiceCommand, Settings, Stamp, StandingCommand, StandingState, Transmit,
-    VehicleControl, Weather, WorldCommand,
+    ActorId, ActorState, BundleId, BundleReceipt, Command, CommandGroup, CreateBundle, HideLayers,
+    JournalEntry, LightState, LoadMap, Name, Outcome, PIPELINE_MAX, Query, Refusal, Response,
+    SensorCommand, SensorSpec, ServiceCommand, Settings, Stamp, StandingCommand, StandingState,
+    Transmit, VehicleControl, Weather, WorldCommand,
 };
 use town::Town;
 
@@ -89,6 +89,7 @@ pub trait Services {
         _client: Name,
         _bundle: &CreateBundle,
         _sensors: &[SensorSpec],
+        _receipt: BundleReceipt,
     ) -> Result<BundleId, Refusal> {
         Err(Refusal::unsupported("the simulation runs without sensors"))
     }
@@ -236,6 +237,10 @@ impl Sim {
                 services.journal(request.ended(Outcome::refused(&refusal)));
                 continue;
             };
+            let first = match when {
+                When::InFrame => self.stamp,
+                When::BetweenFrames => self.coming(),
+            };
             let result = match command.group() {
                 CommandGroup::World(command) => {
                     let result = self.apply_world(&command);
@@ -244,18 +249,15 @@ impl Sim {
                     }
                     result.map(Outcome::done)
                 }
-                CommandGroup::Standing(command) => {
-                    let first = match when {
-                        When::InFrame => self.stamp,
-                        When::BetweenFrames => self.coming(),
-                    };
-                    self.apply_standing(&command, first)
-                }
+                CommandGroup::Standing(command) => self.apply_standing(&command, first),
                 CommandGroup::Sensor(command) => match command {
                     SensorCommand::CreateBundle(bundle) => {
                         let specs = sensors_of(&bundle, request.client, &requests[index..]);
-                        let result = self.create_bundle(request.client, &bundle, &specs, services);
-                        let outcome = ended(result.map(|id| Outcome::done(id.0)));
+                        let delta_nanos = self.standing.settings.delta_nanos;
+                        let receipt = BundleReceipt::new(first.sim_time_nanos, delta_nanos);
+                        let result =
+                            self.create_bundle(request.client, &bundle, &specs, receipt, services);
+                        let outcome = ended(result.map(|id| Outcome::answer(id.0, &receipt)));
                         services.journal(request.ended(outcome));
                         for request in &requests[index..index + specs.len()] {
                             services.journal(request.ended(outcome));
@@ -289,6 +291,7 @@ impl Sim {
         client: Name,
         bundle: &CreateBundle,
         sensors: &[SensorSpec],
+        receipt: BundleReceipt,
         services: &mut S,
     ) -> Result<BundleId, Refusal> {
         if bundle.parent != ActorId::NONE && self.world.state(bundle.parent).is_none() {
@@ -297,7 +300,7 @@ impl Sim {
                 bundle.parent
             )));
         }
-        services.create_bundle(client, bundle, sensors)
+        services.create_bundle(client, bundle, sensors, receipt)
     }
 
     /// Applies a command about actors and returns the id concerned.

@@ -1,5 +1,6 @@
 //! Every sensor shows exactly its frame, judged by the measured values and not by the header.
 
+use bus::Role;
 use client_lib::{
     Client, Frame, Measurement, Pose, SensorBundle, SensorSpec, Spawn, camera, lidar,
     wire::Settings,
@@ -7,8 +8,9 @@ use client_lib::{
 use glam::{Quat, Vec2, Vec3};
 use mesh::WordHash;
 use protocol::{ActorId, Command, Teleport, output};
+use rustix::process::Signal;
 
-use crate::kit::{DELTA_NANOS, Sim, is_soak, note_skipped, omnibus, small_map};
+use crate::kit::{DELTA_NANOS, Sim, is_soak, kill, note_skipped, omnibus, small_map};
 
 /// High above every roof, where only the marker is in view.
 const MIDDLE: Vec3 = Vec3::new(0.0, 0.0, 150.0);
@@ -298,22 +300,55 @@ fn a_graphics_processor_writes_exact_frames_into_shared_memory() {
 }
 
 #[test]
-fn a_sensor_measures_at_its_period_and_not_in_between() {
+fn a_sensor_measures_at_its_first_frame_and_then_at_its_period() {
     let sim = Sim::start(&[]);
     let mut client = sim.ticker();
+    // The phase is that of the bundle, not of simulated time.
+    (0..3).for_each(|_| assert!(client.tick().is_ok()));
     let mut slow = camera("slow", Pose::new(MIDDLE, Quat::IDENTITY), 32, 24, 1.5, output::DEPTH);
     slow.period_nanos = 4 * DELTA_NANOS;
     let mut bundle = client.create_bundle("slow", ActorId::NONE, &[slow], 2).unwrap();
+    let created = client.frame();
     let mut measured = Vec::new();
-    for _ in 0..40 {
+    for round in 0..40 {
+        // A restarted renderer measures at the same frames.
+        if round == 14 || round == 25 {
+            kill(sim.pid(Role::Render).expect("it lives between ticks"), Signal::KILL);
+        }
         let (frame, found) = client.tick_and_collect(&mut [&mut bundle]).unwrap();
         measured.extend(found.iter().flatten().map(|m| (m.frame(), frame)));
     }
+    assert_eq!(measured[0].0.0, created.0 + 1);
     assert_eq!(measured.len(), 10);
     for pair in measured.windows(2) {
         assert_eq!(pair[1].0.0 - pair[0].0.0, 4);
     }
     assert!(measured.iter().all(|(of, at)| of == at));
     drop((client, bundle));
+    sim.end();
+}
+
+#[test]
+fn noise_is_the_same_in_two_worlds_with_the_same_seeds() {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let mut noisy = lidar("noisy", Pose::new(MIDDLE, Quat::IDENTITY), 8, 90, [-1.5, -0.5], 400.0);
+    (noisy.noise_m, noisy.dropoff, noisy.seed) = (0.5, 0.2, 7);
+    let measure = |client: &mut Client| {
+        let mut bundle = client.create_bundle("noisy", ActorId::NONE, &[noisy], 2).unwrap();
+        let mut measured = Vec::new();
+        for _ in 0..5 {
+            let (_, found) = client.tick_and_collect(&mut [&mut bundle]).unwrap();
+            let points = found[0].as_ref().unwrap().points(0);
+            measured.push(points.unwrap().to_vec());
+        }
+        measured
+    };
+    let first = measure(&mut client);
+    assert_ne!(first[0], first[1], "the noise of a frame is its own");
+    client.reload_map().unwrap();
+    assert!(client.frame().0 > 5, "frame numbers continue");
+    assert!(measure(&mut client) == first, "the noise differs in the second world");
+    drop(client);
     sim.end();
 }

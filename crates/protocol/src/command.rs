@@ -190,6 +190,7 @@ commands! {
         /// Creates a sensor bundle. Its `sensor_count` [`Command::Sensor`]s follow directly in the same batch.
         CreateBundle(CreateBundle) = 7,
         /// Adds one sensor to the bundle before it.
+        /// The outcomes carry a [`crate::BundleReceipt`].
         Sensor(SensorSpec) = 8,
         /// Destroys a sensor bundle.
         DestroyBundle(BundleId) = 9,

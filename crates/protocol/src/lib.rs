@@ -8,6 +8,7 @@
 mod actor;
 mod actor_command;
 mod bones;
+mod bundle_receipt;
 mod command;
 mod debug_shapes;
 mod drawing;
@@ -50,6 +51,7 @@ pub use actor_command::{
     Teleport,
 };
 pub use bones::{BONES, BONES_PER_COMMAND, BlendPose, SetBones};
+pub use bundle_receipt::BundleReceipt;
 pub use command::{
     BatchHeader, Command, CommandGroup, Nothing, RawCommand, SensorCommand, ServiceCommand,
     StandingCommand, WorldCommand,

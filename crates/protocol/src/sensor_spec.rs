@@ -26,7 +26,8 @@ pub struct SensorSpec {
     pub reserved_word: u32,
     /// Seed of the sensor's noise.
     pub seed: u64,
-    /// Simulated time between two measurements; 0: every frame.
+    /// Simulated time between two measurements, counted from the bundle's first frame, which is
+    /// measured; 0: every frame. [`crate::BundleReceipt::is_due`] is the rule.
     pub period_nanos: u64,
     /// Cameras: width in pixels. Lidars: azimuth steps per frame.
     pub width: u32,

@@ -29,7 +29,7 @@ impl Pair {
         let mut bench = Bench::new();
         let other = spawn(&mut bench.world, Pose::level(away, 0.0));
         (0..5).for_each(|_| drop(bench.tick()));
-        let sensor = || PhysicsSensor::new(&make()).unwrap();
+        let sensor = || PhysicsSensor::new(&make(), protocol::BundleReceipt::default()).unwrap();
         Pair { stations: [(bench.carrier, sensor()), (other, sensor())], bench, nanos: 0 }
     }
 

@@ -69,8 +69,10 @@ impl Bench {
         pose: Pose,
         numbers: &T,
     ) -> &mut SensorSpec {
-        self.physics_sensors
-            .push(PhysicsSensor::new(&SensorSpec::physics("s", pose, numbers)).unwrap());
+        let delta_nanos = self.settings.delta_nanos;
+        let receipt = protocol::BundleReceipt::new(self.nanos + delta_nanos, delta_nanos);
+        let spec = SensorSpec::physics("s", pose, numbers);
+        self.physics_sensors.push(PhysicsSensor::new(&spec, receipt).unwrap());
         &mut self.physics_sensors.last_mut().unwrap().spec
     }
 
@@ -344,14 +346,16 @@ fn a_reading_is_the_mean_over_the_sensor_period() {
     let mut bench = Bench::new();
     bench.mount(Pose::IDENTITY, &ImuSpec::default()).period_nanos = 100_000_000;
     let mut readings_so_far = Vec::new();
-    for _ in 0..8 {
+    for frame in 0..9 {
         let readings = bench.tick();
         readings_so_far.push(!readings[0].is_empty());
         if let Some(measured) = all::<ImuReading>(&readings[0]).first() {
-            assert!((measured.over_secs - 0.1).abs() < 1e-6);
+            // The first reading covers the time since the sensor exists: one frame.
+            let expected_s = if frame == 0 { 0.05 } else { 0.1 };
+            assert!((measured.over_secs - expected_s).abs() < 1e-6);
         }
     }
-    assert_eq!(readings_so_far, [false, true, false, true, false, true, false, true]);
+    assert_eq!(readings_so_far, [true, false, true, false, true, false, true, false, true]);
 }
 
 #[test]

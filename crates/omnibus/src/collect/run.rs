@@ -8,8 +8,10 @@ use std::{
 };
 
 use bus::{ControlPageMapping, Role, clock};
-use client_lib::{Client, ClientError, Measurement, SensorBundle, wire::Settings};
-use protocol::{ActorId, ActorState, Command, Episode, Frame, SnapshotHeader, Weather};
+use client_lib::{Client, ClientError, Measurement, SensorBundle, bundle_commands, wire::Settings};
+use protocol::{
+    ActorId, ActorState, BundleId, BundleReceipt, Command, Episode, Frame, SnapshotHeader, Weather,
+};
 
 use crate::collect::{
     Args, CollectError, Job,
@@ -136,7 +138,11 @@ pub(crate) fn collect(
     let (spawned, ego_pose) = actors::assemble(client, &episode.map, episode.seed, args.vehicles)?;
     let ego = ActorId(spawned.ego_actor_id);
     let pedestrians = Pedestrians::assemble(client, &ego_pose, episode.seed, args.walkers)?;
-    let bundle = client.create_bundle("collect", ego, &sensors, FRAMES_IN_FLIGHT_MAX as u32)?;
+    let commands = bundle_commands("collect", ego, &sensors, FRAMES_IN_FLIGHT_MAX as u32);
+    let outcome = client.try_request("bundle", &commands)?[0];
+    let bundle = client.open_bundle(BundleId(outcome.id()?), &sensors)?;
+    let receipt =
+        outcome.into_entry().outcome.answered::<BundleReceipt>().expect("the bundle was created");
     let physics_sensors = client.create_bundle("ego_sensors", ego, &ego_sensor_specs(), 1)?;
 
     // The metadata comes first: a run that is killed from here on can be resumed.
@@ -171,7 +177,7 @@ pub(crate) fn collect(
         pedestrians,
         sun_altitude_rad: None,
         pipeline: args.pipeline as usize,
-        every_nanos: args.every * delta_nanos,
+        receipt,
         args: args.clone(),
         stages: Stages { writers: threads as u32, ..Stages::default() },
         tracers: lines.iter().map(|line| line.tracer.clone()).collect(),
@@ -274,7 +280,7 @@ struct Run<'a> {
     /// The altitude that the sun was last set to.
     sun_altitude_rad: Option<f32>,
     pipeline: usize,
-    every_nanos: u64,
+    receipt: BundleReceipt,
     args: Args,
     stages: Stages,
     tracers: Vec<String>,
@@ -384,7 +390,8 @@ impl Run<'_> {
             let (begin, end) = self.control.slot(slot).work_nanos();
             self.stages.planning_nanos += end.saturating_sub(begin);
         }
-        if is_due(&header, self.every_nanos) {
+        // All sensors of the bundle have the same period.
+        if self.receipt.is_due(&self.bundle.sensors()[0], &header) {
             let (actors, ego_sensors) =
                 (client.world().states().to_vec(), std::mem::take(&mut self.ego_sensors));
             self.awaited.push_back(Awaited { header, actors, ego_sensors });
@@ -453,11 +460,4 @@ impl Run<'_> {
         self.stages.writing_nanos = self.encoders.work().busy_nanos;
         self.progress.show(self.encoders.complete(), self.wanted, &self.stages);
     }
-}
-
-/// Returns whether a sensor with this period measures at this frame, by the renderer's rule.
-fn is_due(header: &SnapshotHeader, period_nanos: u64) -> bool {
-    let now = header.stamp.sim_time_nanos;
-    let before = now.saturating_sub(header.delta_nanos);
-    now / period_nanos != before / period_nanos
 }
