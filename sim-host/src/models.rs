@@ -46,7 +46,11 @@ impl Models {
                 let mass_kg = blueprint.mass_kg.max(1.0);
                 physics.spawn_prop(
                     id,
-                    PropModel { half_extents_m: half, mass_kg },
+                    PropModel {
+                        half_extents_m: half,
+                        mass_kg,
+                        is_passable: blueprint.is_passable(),
+                    },
                     pose,
                     is_kinematic,
                 )

@@ -21,6 +21,13 @@ pub(super) enum Kind {
     Prop(Prop),
 }
 
+impl Kind {
+    /// Whether vehicles drive over the actor and walkers step over it.
+    pub(super) fn is_passable(&self) -> bool {
+        matches!(self, Kind::Prop(prop) if prop.model.is_passable)
+    }
+}
+
 /// Whether an actor was teleported.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Teleport {
@@ -98,7 +105,8 @@ pub(super) fn digest_of(body: &RigidBody, actor: &Actor) -> u64 {
             }
         }
         Kind::Walker(walker) => digest.all_of(walker),
-        Kind::Prop(prop) => digest.all_of(prop),
+        // Whether it is passable follows from its blueprint.
+        Kind::Prop(prop) => digest.all_of(&(prop.model.half_extents_m, prop.model.mass_kg)),
     }
     digest.sum()
 }

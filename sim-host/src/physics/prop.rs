@@ -16,6 +16,9 @@ pub struct PropModel {
     pub half_extents_m: Vec3,
     /// Mass, evenly distributed.
     pub mass_kg: f32,
+    /// Whether vehicles drive over the prop and walkers step over it
+    /// ([`town::Blueprint::is_passable`]): only the ground and static boxes hold it.
+    pub is_passable: bool,
 }
 
 impl PropModel {

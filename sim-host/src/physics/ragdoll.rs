@@ -144,6 +144,7 @@ impl Part {
             mass_kg: self.mass * walker.mass_kg,
         }
     }
+            is_passable: false,
 
     fn middle_m(&self, walker: &WalkerModel) -> Vec3 {
         Vec3::from_array(self.middle) * walker.height_m

@@ -10,7 +10,7 @@ use rapier3d::prelude::{
 
 use super::{
     actor::{Actor, Kind, Teleport},
-    collision_groups::SOLID,
+    collision_groups::{PASSABLE, SOLID},
     error::PhysicsError,
     limits::check_pose,
     model::VehicleModel,
@@ -135,7 +135,8 @@ impl Physics {
     ) -> Result<(), PhysicsError> {
         let pose = body_pose(pose);
         let local = BodyPose::from_translation(middle_m);
-        if let Some(obstacle) = self.obstacle(&(pose * local), &shape, None) {
+        let is_passable = kind.is_passable();
+        if !is_passable && let Some(obstacle) = self.obstacle(&(pose * local), &shape, None) {
             return Err(PhysicsError::Blocked { actor: id, obstacle });
         }
         let still = kinematic || matches!(kind, Kind::Walker(_));
@@ -149,7 +150,7 @@ impl Physics {
             .position(local)
             .density(0.0)
             .friction(0.4)
-            .collision_groups(SOLID)
+            .collision_groups(if is_passable { PASSABLE } else { SOLID })
             .user_data(u128::from(id.0));
         let (body, collider) = self.world.insert(body, collider);
         // The centre of mass is valid from the first substep on.

@@ -296,6 +296,7 @@ impl Physics {
                     for DoorModel { middle_m, half_extents_m, turn, .. } in v.open_doors() {
                         add(*middle_m, *half_extents_m, *turn);
                     }
+                Kind::Prop(p) if p.model.is_passable => {}
                 }
                 Kind::Prop(p) => {
                     let half_m = p.model.half_extents_m;
@@ -316,8 +317,9 @@ impl Physics {
         but: Option<u32>,
     ) -> Option<String> {
         let shape = shrunk(shape);
-        let others =
-            self.actors.iter().filter(|actor| !actor.collisions_disabled && Some(actor.id) != but);
+        let others = self.actors.iter().filter(|actor| {
+            !actor.collisions_disabled && !actor.kind.is_passable() && Some(actor.id) != but
+        });
         for actor in others {
             let body = self.body(actor);
             for collider in body.colliders() {

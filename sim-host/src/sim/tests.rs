@@ -273,3 +273,38 @@ fn a_query_of_an_unknown_kind_or_about_a_missing_actor_is_refused() {
     assert!(why.reason.contains("was never spawned"), "{why}");
     assert_eq!(why.code, RefusalCode::UnknownActor);
 }
+
+/// Returns the speed of a car that drove over or against a prop at 8 m/s. Metres per second.
+fn speed_after(blueprint: &str, flags: u32) -> f32 {
+    let mut world = plain();
+    let car = spawned(&mut world, "vehicle.tesla.model3", 0.0);
+    let (name, pose) = (Name::new(blueprint), Pose::level(Vec3::X * 8.0, 0.0));
+    let spawn = Spawn { blueprint: name, pose, flags, ..Spawn::default() };
+    world.carry_out(&Command::Spawn(spawn)).unwrap();
+    run(&mut world, 10);
+    let velocity_mps = [8.0, 0.0, 0.0];
+    let go = SetVelocity { actor_id: car, velocity_mps, ..SetVelocity::default() };
+    world.carry_out(&Command::SetVelocity(go)).unwrap();
+    run(&mut world, 30);
+    world.world().state(car).unwrap().velocity().length()
+}
+
+#[test]
+fn flat_and_soft_props_do_not_stop_a_car_and_light_ones_are_pushed_aside() {
+    let free = speed_after("static.prop.mobile", flag::KINEMATIC);
+    assert!(free > 6.0, "{free} m/s");
+    for passable in
+        ["dirtdebris01", "dirtdebris02", "dirtdebris03", "plasticbag", "garbage06", "ironplank"]
+    {
+        for flags in [0, flag::KINEMATIC] {
+            let mps = speed_after(&format!("static.prop.{passable}"), flags);
+            assert!((mps - free).abs() < 0.05, "{passable}: {mps} m/s, {free} m/s without it");
+        }
+    }
+    for light in ["trafficcone01", "box01", "plasticchair"] {
+        let mps = speed_after(&format!("static.prop.{light}"), 0);
+        assert!(mps > 0.85 * free, "{light}: {mps} m/s, {free} m/s without it");
+    }
+    let mps = speed_after("static.prop.streetbarrier", flag::KINEMATIC);
+    assert!(mps < 1.0, "a fixed barrier stops it: {mps} m/s");
+}

@@ -96,4 +96,17 @@ impl Blueprint {
             geometry: OnceLock::new(),
         }
     }
+
+    /// Returns whether vehicles drive over the actor as if it were not there: a prop that is lower
+    /// than the ground clearance of a car, or soft, as bags, litter and heaps of earth are.
+    pub fn is_passable(&self) -> bool {
+        const CLEARANCE_M: f32 = 0.101;
+        const SOFT: [&str; 6] =
+            ["dirtdebris", "garbage", "plasticbag", "purse", "shoppingbag", "trashbag"];
+        let is_soft = || {
+            let name = self.id.strip_prefix("static.prop.");
+            name.is_some_and(|name| SOFT.iter().any(|soft| name.starts_with(soft)))
+        };
+        self.kind == Kind::Prop && (2.0 * self.half_extents_m.z < CLEARANCE_M || is_soft())
+    }
 }

@@ -53,7 +53,7 @@ fn act(physics: &mut Physics, models: &[Arc<VehicleModel>; 2], frame: u64, seed:
         let spawned = match frame % 20 {
             4 => physics.spawn_prop(
                 id,
-                PropModel { half_extents_m: Vec3::splat(0.5), mass_kg: 60.0 },
+                PropModel { half_extents_m: Vec3::splat(0.5), mass_kg: 60.0, is_passable: false },
                 &pose,
                 false,
             ),

@@ -132,7 +132,7 @@ fn invalid_forces_are_refused() {
 #[test]
 fn forces_act_on_props() {
     let mut physics = Physics::new(Arc::new(Ground::flat(0.0)), &[]);
-    let model = PropModel { half_extents_m: Vec3::splat(0.4), mass_kg: 20.0 };
+    let model = PropModel { half_extents_m: Vec3::splat(0.4), mass_kg: 20.0, is_passable: false };
     physics.spawn_prop(ID, model, &Pose::IDENTITY, false).unwrap();
     for _ in 0..10 {
         physics.step(FRAME_NANOS, SUBSTEP_NANOS);

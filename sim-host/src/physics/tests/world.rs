@@ -261,7 +261,8 @@ fn walkers_stay_on_the_ground_and_stop_at_buildings() {
 #[test]
 fn a_crate_falls_comes_to_rest_and_is_moved_by_a_car() {
     let mut physics = town();
-    let crate_model = PropModel { half_extents_m: Vec3::splat(0.4), mass_kg: 40.0 };
+    let crate_model =
+        PropModel { half_extents_m: Vec3::splat(0.4), mass_kg: 40.0, is_passable: false };
     let above = Pose::level(Vec3::new(8.0, 0.0, 2.0), 0.4);
     physics.spawn_prop(ActorId(7), crate_model, &above, false).unwrap();
     for _ in 0..60 {
