@@ -8,6 +8,9 @@ use crate::{
     tracks::NONE,
 };
 
+/// Speed below which an obstacle stands, metres per second.
+const STANDING_MPS: f32 = 0.3;
+
 /// All agents of a snapshot as a structure of arrays, ascending by actor id.
 #[derive(Default)]
 pub(crate) struct Agents {
@@ -29,6 +32,8 @@ pub(crate) struct Agents {
     pub(crate) body: Vec<Body>,
     /// Whether it is a walker.
     pub(crate) walks: Vec<bool>,
+    /// Whether it is a prop.
+    pub(crate) is_prop: Vec<bool>,
     /// Bits of [`flag`].
     pub(crate) flags: Vec<u32>,
     /// Row in the vehicle table for vehicles that this planner drives, else [`NONE`].
@@ -48,7 +53,9 @@ impl Agents {
         self.clear();
         for actor in actors {
             let vehicle = actor.kind == kind::VEHICLE;
-            let thing = actor.kind == kind::WALKER || actor.kind == kind::PROP;
+            // Vehicles drive over passable props.
+            let is_prop = actor.kind == kind::PROP && !bodies.is_passable(actor.blueprint);
+            let thing = actor.kind == kind::WALKER || is_prop;
             if !(vehicle || thing) || !actor.pose.position().is_finite() {
                 continue;
             }
@@ -65,6 +72,7 @@ impl Agents {
             self.pitch_sin.push(forward.z);
             self.body.push(bodies.of(actor.blueprint));
             self.walks.push(actor.kind == kind::WALKER);
+            self.is_prop.push(is_prop);
             self.flags.push(actor.flags);
             self.row.push(if ours { self.driven.len() as u32 } else { NONE });
             if ours {
@@ -83,6 +91,7 @@ impl Agents {
         self.pitch_sin.clear();
         self.body.clear();
         self.walks.clear();
+        self.is_prop.clear();
         self.flags.clear();
         self.row.clear();
         self.driven.clear();
@@ -111,6 +120,13 @@ impl Agents {
             cruise_speed_mps,
         ]
         .map(f32::to_bits)
+    }
+
+    /// Returns whether an agent is a prop that stands, which will not drive on; `u32::MAX` is none.
+    pub(crate) fn is_standing_prop(&self, agent: u32) -> bool {
+        let agent = agent as usize;
+        self.is_prop.get(agent).is_some_and(|is_prop| *is_prop)
+            && self.velocity[agent].length() < STANDING_MPS
     }
 
     /// Returns the signed speed along `forward`, metres per second.

@@ -94,16 +94,28 @@ impl Body {
 }
 
 /// The dimensions of the catalogue, by blueprint index.
-pub(crate) struct Bodies(Vec<Body>);
+pub(crate) struct Bodies {
+    bodies: Vec<Body>,
+    passable: Vec<bool>,
+}
 
 impl Bodies {
     /// Reads the catalogue.
     pub(crate) fn from_catalogue() -> Bodies {
-        Bodies(town::catalogue().iter().map(Body::of).collect())
+        let catalogue = town::catalogue();
+        Bodies {
+            bodies: catalogue.iter().map(Body::of).collect(),
+            passable: catalogue.iter().map(town::Blueprint::is_passable).collect(),
+        }
     }
 
     /// Returns the dimensions of blueprint `index`.
     pub(crate) fn of(&self, index: u32) -> Body {
-        self.0.get(index as usize).copied().unwrap_or(CAR)
+        self.bodies.get(index as usize).copied().unwrap_or(CAR)
+    }
+
+    /// Returns whether vehicles drive over actors of blueprint `index`.
+    pub(crate) fn is_passable(&self, index: u32) -> bool {
+        self.passable.get(index as usize).is_some_and(|passable| *passable)
     }
 }

@@ -19,6 +19,9 @@ const DELAY_FRAMES: f32 = 1.0;
 /// Delay of the steering system.
 const DELAY_STEERING_S: f32 = 0.05;
 
+/// Gap that a vehicle keeps to a prop which it may pass, so that it can pull out.
+const PASSING_GAP_M: f32 = 9.0;
+
 /// Inputs of this stage.
 pub(crate) struct View<'a> {
     pub(crate) map: &'a Map,
@@ -80,8 +83,12 @@ pub(crate) fn control(
     if off_track {
         desired = desired.min(recover::OFF_TRACK_MPS);
     }
-    let mut accel =
-        car_following::accelerate(speed.max(0.0), desired, &leader, &constraint, view.gaps[row]);
+    let gap_m = if may_pass(vehicles, row, view, &leader) {
+        view.gaps[row].max(PASSING_GAP_M)
+    } else {
+        view.gaps[row]
+    };
+    let mut accel = car_following::accelerate(speed.max(0.0), desired, &leader, &constraint, gap_m);
     if off_track && !recover::is_free(agents, agent, 1.0, 1.0 + speed.max(0.0)) {
         accel = accel.min(-3.0);
     }
@@ -120,6 +127,14 @@ pub(crate) fn control(
     );
     vehicles.accel_integral[row] = accel_integral;
     pedals_and_steering(pressed, pedals::steer_input(wheels, max_steer_rad, speed), 0)
+}
+
+/// Returns whether the leader is a standing prop that the vehicle may pass on the lane beside it.
+fn may_pass(vehicles: &VehicleTable, row: usize, view: &View, leader: &Leader) -> bool {
+    let (tracks, lane) = (&view.map.tracks, vehicles.route[row].lane() as usize);
+    vehicles.shift_m[row] == 0.0
+        && view.agents.is_standing_prop(leader.agent)
+        && (tracks.left[lane] != NONE || tracks.right[lane] != NONE)
 }
 
 /// During a lane change, the leader on the lane that is left counts too, unless the vehicle

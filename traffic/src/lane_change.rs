@@ -35,6 +35,12 @@ const CHANGE_S: f32 = 3.5;
 const CHANGE_M: f32 = 18.0;
 /// Free distance required behind.
 const BEHIND_M: f32 = 3.0;
+/// Distance of a prop that stands on the lane from which on a vehicle changes lanes.
+const OBSTACLE_M: f32 = 60.0;
+/// Gap to a prop from which a vehicle can still pull out at walking speed.
+const PULL_OUT_M: f32 = 6.5;
+/// Least free distance that the other lane must offer beyond the prop.
+const BEYOND_M: f32 = 15.0;
 /// Lowest speed at which a lane change begins, except from a lane that ends.
 const SLOWEST_MPS: f32 = 3.0;
 
@@ -106,6 +112,8 @@ enum Motive {
     Discretionary,
     /// Only to leave a lane that ends.
     LaneEnd,
+    /// To pass a prop that stands on the lane.
+    Obstacle,
     /// At random to this side, if it is safe.
     Random(f32),
     /// To this side because the client's route continues there, as soon as it is safe.
@@ -117,7 +125,7 @@ enum Motive {
 impl Motive {
     fn takes(self, side: f32) -> bool {
         match self {
-            Motive::Discretionary | Motive::LaneEnd => true,
+            Motive::Discretionary | Motive::LaneEnd | Motive::Obstacle => true,
             Motive::Random(chosen) | Motive::Route(chosen) | Motive::Commanded(chosen) => {
                 chosen == side
             }
@@ -128,6 +136,11 @@ impl Motive {
 /// Returns the motive of a vehicle without a route or a command of a client.
 fn unguided_motive(vehicles: &VehicleTable, row: usize, params: &Params, view: &View) -> Motive {
     let id = vehicles.id[row];
+    let leader = &view.leaders[row];
+    let is_blocked = leader.gap_m < OBSTACLE_M && view.agents.is_standing_prop(leader.agent);
+    if is_blocked && params.changes_lanes(id) {
+        return Motive::Obstacle;
+    }
     for (probability, side) in params.random_changes(id).into_iter().zip([1.0, -1.0]) {
         let nth = 2 * u64::from(vehicles.change_draws[row]) + u64::from(side > 0.0);
         if probability > 0.0 && unit(view.seed, id, Purpose::RandomLaneChange, nth) < probability {
@@ -161,14 +174,17 @@ fn best(
         return None;
     }
     let commanded = matches!(motive, Motive::Commanded(_));
-    let urgent = lane_ends || commanded || matches!(motive, Motive::Route(_));
+    let passes = motive == Motive::Obstacle;
+    let urgent = lane_ends || commanded || passes || matches!(motive, Motive::Route(_));
     let allowed = [tracks.left_change[index] || urgent, tracks.right_change[index] || urgent];
     if !urgent && speed < SLOWEST_MPS {
         return None;
     }
     // Too near to its leader, the vehicle could not pull out behind it.
     let leader = &view.leaders[row];
-    if leader.gap_m < 6.0 + 2.0 * (speed - leader.speed_mps).max(0.0) && !commanded {
+    let closing_mps = (speed - leader.speed_mps).max(0.0);
+    let least_m = if passes { PULL_OUT_M + closing_mps } else { 6.0 + 2.0 * closing_mps };
+    if leader.gap_m < least_m && !commanded {
         return None;
     }
     let own = agents.body[agent];
@@ -204,7 +220,10 @@ fn best(
         if gap.follower < -safe || gap.own < -safe {
             continue;
         }
-        if matches!(motive, Motive::Random(_) | Motive::Route(_)) {
+        if passes && gap.leader_m < leader.gap_m + BEYOND_M {
+            continue;
+        }
+        if passes || matches!(motive, Motive::Random(_) | Motive::Route(_)) {
             return Some((side, projection.arc_m, projection.left_m));
         }
         let bonus = if urgent && tracks.endless[side as usize] { LANE_END_BONUS_MPS2 } else { 0.0 };
@@ -223,6 +242,8 @@ struct Gap {
     own: f32,
     follower: f32,
     follower_now: f32,
+    /// Distance to the leader on the new lane, metres.
+    leader_m: f32,
 }
 
 /// Returns the effect of a change into the gap beside the vehicle; `None` if there is no gap.
@@ -274,7 +295,8 @@ fn assess_gap(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Opti
         }
         None => (0.0, 0.0),
     };
-    Some(Gap { own: own_accel, follower: follower_accel, follower_now })
+    let leader_m = leader.gap_m;
+    Some(Gap { own: own_accel, follower: follower_accel, follower_now, leader_m })
 }
 
 /// Returns the acceleration towards the desired speed behind a leader.
@@ -328,7 +350,13 @@ fn begin(
     vehicles.arc_m[row] = arc_m;
     vehicles.shift_m[row] = left_m;
     vehicles.shift_done_m[row] = 0.0;
-    vehicles.shift_over_m[row] = (CHANGE_S * speed).max(CHANGE_M);
+    let over_m = (CHANGE_S * speed).max(CHANGE_M);
+    let old = &view.leaders[row];
+    vehicles.shift_over_m[row] = if view.agents.is_standing_prop(old.agent) {
+        over_m.min(old.gap_m.max(PULL_OUT_M))
+    } else {
+        over_m
+    };
     vehicles.change_cooldown_s[row] = COOLDOWN_S;
     client_routes.update(vehicles, row, &view.map.tracks, &view.map.grid);
     route::extend(vehicles, row, client_routes, &view.map.tracks, view.load, view.seed);

@@ -42,6 +42,7 @@ mod obstacles;
 mod occupancy;
 mod params;
 mod pedals;
+mod prop_waits;
 mod random;
 mod recover;
 mod route;
@@ -53,6 +54,7 @@ mod tests;
 
 pub use constraint::WaitReason;
 pub use planner::Planner;
+pub use prop_waits::PropWait;
 pub use run::{TrafficError, run};
 pub use state::RestoreError;
 pub use vehicle_plan::VehiclePlan;

@@ -15,6 +15,7 @@ use crate::{
     map::Map,
     obstacles::{self, Obstacle},
     occupancy::Occupancy,
+    prop_waits::{PropWait, PropWaits},
     route,
     state::{PlannerState, RestoreError},
     vehicle_plan::VehiclePlan,
@@ -31,6 +32,7 @@ pub struct Planner {
     controls: Vec<VehicleControl>,
     lights: Vec<LightState>,
     scratch: Scratch,
+    prop_waits: PropWaits,
 }
 
 /// Data of one frame; kept to reuse its allocations.
@@ -66,6 +68,7 @@ impl Planner {
             controls: Vec::new(),
             lights: Vec::new(),
             scratch: Scratch::default(),
+            prop_waits: PropWaits::default(),
         }
     }
 
@@ -89,6 +92,13 @@ impl Planner {
         self.look_ahead();
         self.change_lanes(delta_nanos);
         self.drive(delta_nanos);
+        self.prop_waits.update(
+            &self.state.vehicles,
+            &self.map.tracks,
+            &self.scratch.agents,
+            &self.scratch.leaders,
+            seconds(delta_nanos),
+        );
         self.plan_lights(actors, delta_nanos);
     }
 
@@ -100,6 +110,12 @@ impl Planner {
     /// Returns the state of every traffic light that is an actor, ascending by actor id.
     pub fn lights(&self) -> &[LightState] {
         &self.lights
+    }
+
+    /// Returns the vehicles that have begun to wait behind a prop which they cannot pass: each wait
+    /// once, in the frame in which it has lasted 5 s.
+    pub fn new_prop_waits(&self) -> &[PropWait] {
+        self.prop_waits.new_waits()
     }
 
     /// Returns the state that a planner needs beside the next snapshot to continue. Equal planners

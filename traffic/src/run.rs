@@ -142,6 +142,19 @@ impl TrafficStage {
         let mut journal = journal.into_iter().map(|(_, entry)| entry).collect();
         self.restore_saved(&mut journal)?;
         self.planner.plan(header.delta_nanos, snapshot.actors(), &journal);
+        for wait in self.planner.new_prop_waits() {
+            let why = if wait.has_lane_beside {
+                "the lane beside it is not free"
+            } else {
+                "its road has no other lane in its direction"
+            };
+            log::info!(
+                "{} vehicle {} waits behind prop {}: {why}; move or destroy the prop",
+                frame.0,
+                wait.vehicle,
+                wait.prop
+            );
+        }
         self.saved.clear();
         self.planner.save_into(&mut self.saved);
         let decided = TrafficHeader {
