@@ -39,6 +39,13 @@ impl Spawn {
         self
     }
 
+    /// Lets the host destroy a walker 10 s of simulated time after it fell
+    /// ([`protocol::BODY_LIFE_NANOS`]), as CARLA's server does.
+    pub fn removed_after_fall(mut self) -> Spawn {
+        self.0.flags |= flag::REMOVED_AFTER_FALL;
+        self
+    }
+
     /// Paints it: red, green, blue, sRGB.
     pub fn color(mut self, [r, g, b]: [u8; 3]) -> Spawn {
         self.0.color = u32::from_le_bytes([r, g, b, 255]);

@@ -75,6 +75,10 @@ bitflags! {
         const RAGDOLL_ON_HIT = flag::RAGDOLL_ON_HIT;
         /// A walker that shows some of a pose that a client set.
         const POSED = flag::POSED;
+        /// A walker that is destroyed 10 s after it fell.
+        const REMOVED_AFTER_FALL = flag::REMOVED_AFTER_FALL;
+        /// A vehicle whose engine has stopped for good.
+        const DEAD = flag::DEAD;
     }
 
     /// Lights of a vehicle that are switched on: CARLA's `VehicleLightState`.

@@ -1,7 +1,7 @@
 //! Physics of actors: parameters of vehicles, Ackermann control, forces, gravity and collisions.
 
 use protocol::{
-    AckermannControl, AckermannSettings, ActorId, ApplyForce, Command, Refusal,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, Command, Refusal, SetDead,
     SetWeatherAffectsGrip, Switch, VehiclePhysics, VehicleTelemetry, WheelTelemetry,
 };
 
@@ -120,6 +120,17 @@ impl Client {
     pub fn set_collisions(&mut self, actor_id: ActorId, on: bool) -> Result<(), ClientError> {
         let command = Command::SetCollisions(Switch { actor_id, on: on.into() });
         self.request("set_collisions", &[command]).map(drop)
+    }
+
+    /// Lets a walker fall, whose body is destroyed 10 s of simulated time later
+    /// ([`protocol::BODY_LIFE_NANOS`]), or stops the engine of a vehicle for good.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Refused`] if the actor does not exist, or is neither a walker nor a vehicle.
+    pub fn set_dead(&mut self, actor_id: ActorId) -> Result<(), ClientError> {
+        let command = Command::SetDead(SetDead { actor_id, removes_body: 1 });
+        self.request("set_dead", &[command]).map(drop)
     }
 
     /// Makes a walker jump if it stands on the ground.

@@ -6,7 +6,7 @@
 pub use protocol::{
     ActorState, ApplyForce, Autopilot, BlendPose, BundleHeader, Command, Episode, EraseShapes,
     HideLayers, HideObjects, JournalEntry, LoadMap, Name, Outcome, Plane, RouteCommand, RouteStep,
-    STRIDE, SensorSpec, SetBones, SetDoors, SetPhysics, SetStreetLights, SetTrafficLight,
+    STRIDE, SensorSpec, SetBones, SetDead, SetDoors, SetPhysics, SetStreetLights, SetTrafficLight,
     SetVehicleLights, SetVelocity, SetWeatherAffectsGrip, Settings, Shape, SnapshotHeader, Stamp,
     StandingState, StreetLightState, Switch, Teleport, TrafficParam, Transmit, VehicleControl,
     WalkerLimbs, flag, kind, lamp, layer, light, output, param, point_attribute, route_step,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use bake::Cache;
 use bus::{HostPorts, Instance, Strategy, clock, process};
-use protocol::{Episode, Frame, HideLayers, Outcome, StandingCommand};
+use protocol::{Command, Episode, Frame, HideLayers, Outcome, StandingCommand};
 
 use crate::{
     HostError,
@@ -231,7 +231,12 @@ impl Host {
         let Shell { inbox, ports, journal, early, .. } = &mut self.shell;
         *early = journal.len();
         inbox.drain(ports)?;
-        Ok(inbox.take())
+        // Commands of the host itself, so that the journal, recordings and re-simulations have them.
+        let bodies = self.sim.world().bodies_to_remove();
+        let mut requests: Vec<_> =
+            bodies.map(|id| Request::of_host(Command::Destroy(id))).collect();
+        requests.append(&mut inbox.take());
+        Ok(requests)
     }
 
     /// Advances the simulation core by one frame.

@@ -5,9 +5,9 @@ use std::{collections::BTreeSet, sync::Arc};
 use glam::Vec3;
 use mesh::{ObjectId, WordHash};
 use protocol::{
-    ACTORS_MAX, ActorId, ActorState, LightState, Name, Pose, ROUTE_STEPS, Refusal, RouteCommand,
-    STRIDE, Settings, Spawn, StandingState, VehicleControl, WalkerLimbs, WorldCommand, flag, kind,
-    lamp, light, route_step,
+    ACTORS_MAX, ActorId, ActorState, BODY_LIFE_NANOS, LightState, Name, Pose, ROUTE_STEPS, Refusal,
+    RouteCommand, STRIDE, SetDead, Settings, Spawn, StandingState, VehicleControl, WalkerLimbs,
+    WorldCommand, flag, kind, lamp, light, route_step,
 };
 use town::{Blueprint, Kind, Layer, Town};
 
@@ -154,6 +154,7 @@ impl World {
                 Ok(control.actor_id.0)
             }
             WorldCommand::Autopilot(to) => {
+                self.check_alive(to.actor_id)?;
                 let actor = self.movable(to.actor_id)?;
                 set(&mut actor.flags, flag::AUTOPILOT, to.on != 0);
                 Ok(to.actor_id.0)
@@ -239,6 +240,7 @@ impl World {
             }
             WorldCommand::Ackermann(control) => {
                 self.vehicle(control.actor_id, "engine")?;
+                self.check_alive(control.actor_id)?;
                 self.physics.ackermann(control)?;
                 Ok(control.actor_id.0)
             }
@@ -247,6 +249,7 @@ impl World {
                 self.physics.set_ackermann(settings)?;
                 Ok(settings.actor_id.0)
             }
+            WorldCommand::SetDead(to) => self.set_dead(to),
             WorldCommand::RouteCommand(route) => {
                 self.check_route(route)?;
                 Ok(route.actor_id.0)
@@ -269,6 +272,14 @@ impl World {
     fn check_vehicle(&self, id: ActorId, parts: &str) -> Result<(), Refusal> {
         if self.actor(id)?.kind != kind::VEHICLE {
             return Err(Refusal::wrong_kind(format!("{id} is not a vehicle; it has no {parts}")));
+        }
+        Ok(())
+    }
+
+    /// Checks that the engine of a vehicle was not stopped for good.
+    fn check_alive(&self, id: ActorId) -> Result<(), Refusal> {
+        if self.actor(id)?.has(flag::DEAD) {
+            return Err(Refusal::wrong_kind(format!("{id} is dead; its engine has stopped")));
         }
         Ok(())
     }
@@ -329,7 +340,11 @@ impl World {
             actor_id: id,
             blueprint: index,
             kind,
-            flags: spawn.flags & (flag::AUTOPILOT | flag::KINEMATIC | flag::RAGDOLL_ON_HIT),
+            flags: spawn.flags
+                & (flag::AUTOPILOT
+                    | flag::KINEMATIC
+                    | flag::RAGDOLL_ON_HIT
+                    | flag::REMOVED_AFTER_FALL),
             pose,
             color: if spawn.color == 0 { default_color(blueprint) } else { spawn.color },
             ..ActorState::default()
@@ -344,8 +359,52 @@ impl World {
         Ok(self.physics.destroy(id)?)
     }
 
+    /// Applies pedals and steering. A dead vehicle has no engine: it brakes and steers in neutral.
     fn steer(&mut self, control: &VehicleControl) -> Result<(), Refusal> {
+        let is_dead = self.state(control.actor_id).is_some_and(|state| state.has(flag::DEAD));
+        if is_dead {
+            let flags = control.flags & !flag::REVERSE;
+            let dead = VehicleControl { throttle: 0.0, gear: 0, manual_gear: 1, flags, ..*control };
+            return Ok(self.physics.control(&dead)?);
+        }
         Ok(self.physics.control(control)?)
+    }
+
+    /// Lets a walker fall, or stops the engine of a vehicle.
+    fn set_dead(&mut self, command: &SetDead) -> Result<u32, Refusal> {
+        let id = command.actor_id;
+        let actor = self.movable(id)?;
+        match actor.kind {
+            kind::WALKER => {
+                if command.removes_body != 0 {
+                    actor.flags |= flag::REMOVED_AFTER_FALL;
+                }
+                self.physics.fall(id)?;
+            }
+            kind::VEHICLE => {
+                actor.flags = actor.flags & !flag::AUTOPILOT | flag::DEAD;
+                self.steer(&VehicleControl { actor_id: id, ..VehicleControl::default() })?;
+            }
+            _ => {
+                return Err(Refusal::wrong_kind(format!(
+                    "{id} is neither a walker nor a vehicle; it cannot die"
+                )));
+            }
+        }
+        Ok(id.0)
+    }
+
+    /// Returns the walkers whose bodies are to be removed before the next frame, by id.
+    pub(crate) fn bodies_to_remove(&self) -> impl Iterator<Item = ActorId> + '_ {
+        let is_over = |id: &ActorId| {
+            let fallen_nanos = self.physics.fallen_nanos(*id);
+            fallen_nanos.is_some_and(|nanos| nanos >= BODY_LIFE_NANOS)
+        };
+        let fallen =
+            self.limbs().iter().map(|limbs| limbs.actor_id).filter(|id| {
+                self.state(*id).is_some_and(|state| state.has(flag::REMOVED_AFTER_FALL))
+            });
+        fallen.filter(is_over)
     }
 
     /// Checks a route of a vehicle. Traffic reads the command in the journal and follows it.

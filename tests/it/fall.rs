@@ -112,3 +112,62 @@ fn a_fall_is_replayed_exactly_and_continues_from_a_saved_state() {
     drop((bundle, client));
     sim.end();
 }
+
+#[test]
+fn the_body_of_a_dead_walker_is_removed_after_ten_seconds() {
+    let scratch = Scratch::new();
+    let (path, saved) = (scratch.path().join("dead.mcap"), scratch.path().join("state"));
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let (hit, car) = scene(&mut client);
+    let beside = client.spawn_points().unwrap()[0].then(&Pose::new(Vec3::Y * 4.0, Quat::IDENTITY));
+    let spawn = Spawn::new("walker.pedestrian.0003", beside);
+    let dies = client.spawn(spawn.removed_after_fall()).unwrap();
+    client.start_recorder(path.to_str().unwrap(), Profile::Inputs).unwrap();
+    for _ in 0..20 {
+        client.tick().unwrap();
+    }
+    client.set_dead(dies).unwrap();
+    let fell = client.frame().0 + 1;
+    let mut hashes = Vec::new();
+    for _ in 0..205 {
+        let frame = client.tick().unwrap().0;
+        let is_there = client.world().state(dies).is_some();
+        assert_eq!(is_there, frame < fell + 200, "{} frames after the fall", frame - fell);
+        if is_there {
+            assert!(lies(&client, dies).has(flag::FALLEN));
+        }
+        if frame == fell + 150 {
+            client.save_state_to(&saved).unwrap();
+        }
+        if frame > fell + 150 {
+            hashes.push(seen(&client));
+        }
+    }
+    assert!(lies(&client, hit).has(flag::FALLEN), "only a walker with the flag is removed");
+    assert_eq!(limbs(&client, dies), None);
+    client.stop_recorder().unwrap();
+
+    // A saved state and a re-simulation of the inputs remove the body in the same frame.
+    client.load_state_from(&saved).unwrap();
+    for (nth, wanted) in hashes.iter().enumerate() {
+        client.tick().unwrap();
+        assert!(seen(&client) == *wanted, "frame {nth} after the saved state");
+    }
+
+    // A dead vehicle has no engine.
+    client.set_dead(car).unwrap();
+    let pedals = VehicleControl { actor_id: car, throttle: 1.0, ..VehicleControl::default() };
+    for _ in 0..60 {
+        client.control(&[pedals]).unwrap();
+        client.tick().unwrap();
+    }
+    let car = lies(&client, car);
+    assert!(car.has(flag::DEAD) && car.throttle == 0.0 && car.velocity().length() < 0.05);
+    drop(client);
+    sim.end();
+
+    let mut recording = ::record::Recording::open(&path).unwrap();
+    let again = omnibus::resimulate(&mut recording, 0, u64::MAX).unwrap();
+    assert_eq!(again.difference, None);
+}

@@ -117,6 +117,11 @@ pub mod flag {
     pub const FALLEN: u32 = 1 << 8;
     /// Walkers: a pose set by a client is shown, at least in part.
     pub const POSED: u32 = 1 << 9;
+    /// Walkers: the host destroys it [`crate::BODY_LIFE_NANOS`] after it fell. Set when it is
+    /// spawned, or by [`crate::Command::SetDead`].
+    pub const REMOVED_AFTER_FALL: u32 = 1 << 10;
+    /// Vehicles: the engine has stopped for good ([`crate::Command::SetDead`]).
+    pub const DEAD: u32 = 1 << 11;
 }
 
 /// Units of [`ActorState::phase`] in one stride of a walker.

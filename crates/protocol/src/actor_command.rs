@@ -10,7 +10,7 @@ use crate::{ActorId, Name, Pose};
 pub struct Spawn {
     /// The blueprint's id, for example `vehicle.tesla.model3`.
     pub blueprint: Name,
-    /// Bits of [`crate::flag`]: `AUTOPILOT`, `KINEMATIC`, `RAGDOLL_ON_HIT`.
+    /// Bits of [`crate::flag`]: `AUTOPILOT`, `KINEMATIC`, `RAGDOLL_ON_HIT`, `REMOVED_AFTER_FALL`.
     pub flags: u32,
     /// `world_from_actor`. A vehicle at most 1 m above the road is placed on the road.
     pub pose: Pose,
@@ -52,6 +52,21 @@ pub struct SetTrafficLight {
     pub hold: u32,
     /// One of [`crate::light`].
     pub phase: u32,
+}
+
+/// Simulated time for which a fallen walker with [`crate::flag::REMOVED_AFTER_FALL`] lies before the
+/// host destroys it. CARLA's `AWalkerBase` has the same life span.
+pub const BODY_LIFE_NANOS: u64 = 10_000_000_000;
+
+/// Parameters of [`crate::Command::SetDead`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SetDead {
+    /// The walker or vehicle.
+    pub actor_id: ActorId,
+    /// 1: a walker's body is removed [`BODY_LIFE_NANOS`] after the fall; 0: only if its flag
+    /// `REMOVED_AFTER_FALL` is set.
+    pub removes_body: u32,
 }
 
 /// Parameters of [`crate::Command::SetPhysics`].

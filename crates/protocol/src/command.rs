@@ -5,10 +5,10 @@ use bytemuck::{Pod, Zeroable};
 use crate::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, Autopilot, BlendPose, BundleId,
     CreateBundle, EraseShapes, FilePath, HideLayers, HideObjects, LoadMap, Name, RouteCommand,
-    SensorSpec, SetBones, SetDoors, SetPhysics, SetStreetLights, SetTrafficLight, SetVehicleLights,
-    SetVelocity, SetWeatherAffectsGrip, Settings, Shape, Spawn, Stamp, StartRecorder, StartReplay,
-    StopReplay, Switch, Teleport, TrafficParam, Transmit, VehicleBody, VehicleControl,
-    VehicleEngine, VehicleGearbox, VehicleSteering, VehicleWheel, Weather,
+    SensorSpec, SetBones, SetDead, SetDoors, SetPhysics, SetStreetLights, SetTrafficLight,
+    SetVehicleLights, SetVelocity, SetWeatherAffectsGrip, Settings, Shape, Spawn, Stamp,
+    StartRecorder, StartReplay, StopReplay, Switch, Teleport, TrafficParam, Transmit, VehicleBody,
+    VehicleControl, VehicleEngine, VehicleGearbox, VehicleSteering, VehicleWheel, Weather,
 };
 
 /// Header of a batch of [`RawCommand`]s or [`VehicleControl`]s from one client.
@@ -157,6 +157,8 @@ commands! {
         Jump(ActorId) = 41,
         /// Sets or extends the route of a vehicle that traffic drives.
         RouteCommand(RouteCommand) = 50,
+        /// Lets a walker fall, or stops the engine of a vehicle for good.
+        SetDead(SetDead) = 51,
     }
     /// Commands whose effect holds until another command changes it; [`crate::StandingState`] is
     /// the sum of them.
@@ -188,9 +190,9 @@ commands! {
     /// Commands about sensor bundles and the messages that their sensors send.
     Sensor(SensorCommand) {
         /// Creates a sensor bundle. Its `sensor_count` [`Command::Sensor`]s follow directly in the same batch.
+        /// The outcomes carry a [`crate::BundleReceipt`].
         CreateBundle(CreateBundle) = 7,
         /// Adds one sensor to the bundle before it.
-        /// The outcomes carry a [`crate::BundleReceipt`].
         Sensor(SensorSpec) = 8,
         /// Destroys a sensor bundle.
         DestroyBundle(BundleId) = 9,

@@ -202,4 +202,34 @@ impl Physics {
         walker.jump();
         Ok(())
     }
+
+    /// Lets a walker fall as if it had been hit. A kinematic walker is no longer kinematic; a
+    /// fallen one stays as it is.
+    ///
+    /// # Errors
+    ///
+    /// The actor does not exist or is no walker.
+    pub fn fall(&mut self, id: ActorId) -> Result<(), PhysicsError> {
+        let index = self.find(id)?;
+        if !matches!(&self.actors[index].kind, Kind::Walker(_)) {
+            return Err(PhysicsError::WrongKind(id, "walker"));
+        }
+        self.set_kinematic(id, false)?;
+        let Physics { world, actors, .. } = self;
+        let actor = actors.wake(index);
+        if let Kind::Walker(walker) = &mut actor.kind
+            && !walker.has_fallen()
+        {
+            walker.fall(world, (actor.body, actor.collider));
+        }
+        Ok(())
+    }
+
+    /// Returns the simulated time since a walker fell; `None` if it stands or is no walker.
+    pub fn fallen_nanos(&self, id: ActorId) -> Option<u64> {
+        match &self.actors[self.find(id).ok()?].kind {
+            Kind::Walker(walker) => walker.limbs.map(|limbs| limbs.fallen_nanos),
+            Kind::Vehicle(_) | Kind::Prop(_) => None,
+        }
+    }
 }

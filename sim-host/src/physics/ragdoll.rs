@@ -67,6 +67,8 @@ pub(super) struct Limbs {
     /// Position at which the hips came to rest, and the time since.
     rest_position_m: Vec3,
     rest_time_s: f32,
+    /// Simulated time since the fall, up to the end of the last frame.
+    pub fallen_nanos: u64,
 }
 
 /// One part of the body. Lengths are fractions of the height, (forward, left, up) from between the
@@ -142,9 +144,9 @@ impl Part {
         PropModel {
             half_extents_m: Vec3::from_array(self.half) * walker.height_m,
             mass_kg: self.mass * walker.mass_kg,
+            is_passable: false,
         }
     }
-            is_passable: false,
 
     fn middle_m(&self, walker: &WalkerModel) -> Vec3 {
         Vec3::from_array(self.middle) * walker.height_m
@@ -272,7 +274,13 @@ impl Limbs {
                 .collision_groups(floor_groups(part));
             world.insert_collider(collider, None)
         });
-        Limbs { bodies: limbs, floors, rest_position_m: place.translation, rest_time_s: 0.0 }
+        Limbs {
+            bodies: limbs,
+            floors,
+            rest_position_m: place.translation,
+            rest_time_s: 0.0,
+            fallen_nanos: 0,
+        }
     }
 
     /// Moves floors below their limbs; called before a substep of `dt` seconds. The floors of

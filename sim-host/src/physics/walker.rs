@@ -3,6 +3,7 @@
 //! (`ragdoll.rs`).
 
 use glam::{Mat3, Quat, Vec2, Vec3};
+use rapier3d::prelude::{ColliderHandle, PhysicsWorld, RigidBodyHandle};
 use serde::{Deserialize, Serialize};
 
 use super::{ground::Ground, ragdoll::Limbs, walker_model::WalkerModel};
@@ -70,6 +71,16 @@ impl Walker {
     /// Whether the walker has fallen and is a ragdoll.
     pub(super) fn has_fallen(&self) -> bool {
         self.limbs.is_some()
+    }
+
+    /// Turns the walker into a ragdoll that continues with its velocity.
+    pub(super) fn fall(
+        &mut self,
+        world: &mut PhysicsWorld,
+        own: (RigidBodyHandle, ColliderHandle),
+    ) {
+        let velocity_mps = self.desired_speed_mps.extend(self.rise_mps.unwrap_or(0.0));
+        self.limbs = Some(Limbs::create(world, own, &self.model, velocity_mps));
     }
 
     /// Whether an obstacle hits the walker within `dt` seconds fast enough to knock it down.

@@ -21,10 +21,9 @@ use super::{
     model::GRAVITY_MPS2,
     motion::{Twist, Wrench},
     overlap::{shrunk, touch},
-    ragdoll::Limbs,
     rigid_body::{apply, integrate_kinematic, motion_of, published_velocity_mps},
     statics::{StaticBox, StaticBoxes},
-    walker::Obstacle,
+    walker::{Obstacle, Walker},
     wheels::Surface,
 };
 
@@ -175,6 +174,9 @@ impl Physics {
             actor.acceleration_mps2 = (after - before) * per_second;
             actor.teleport.end_step();
             actor.external_force = Wrench::default();
+            if let Kind::Walker(Walker { limbs: Some(limbs), .. }) = &mut actor.kind {
+                limbs.fallen_nanos += delta_nanos;
+            }
         }
         // An actor in a collision wakes up.
         for id in &self.colliding {
@@ -233,12 +235,9 @@ impl Physics {
             let gravity = if actor.gravity_disabled { 0.0 } else { GRAVITY_MPS2 };
             let external = actor.external_force;
             if let Kind::Walker(walker) = &mut actor.kind {
-                let model = walker.model;
                 let feet = world.bodies[actor.body].translation();
                 if !walker.has_fallen() && walker.is_knocked_down(feet, &obstacles, dt) {
-                    let velocity = walker.desired_speed_mps.extend(walker.rise_mps.unwrap_or(0.0));
-                    let own = (actor.body, actor.collider);
-                    walker.limbs = Some(Limbs::create(world, own, &model, velocity));
+                    walker.fall(world, (actor.body, actor.collider));
                 }
                 if let Some(limbs) = &mut walker.limbs {
                     limbs.update_floors(world, ground, actor.body, dt);
@@ -296,8 +295,8 @@ impl Physics {
                     for DoorModel { middle_m, half_extents_m, turn, .. } in v.open_doors() {
                         add(*middle_m, *half_extents_m, *turn);
                     }
-                Kind::Prop(p) if p.model.is_passable => {}
                 }
+                Kind::Prop(p) if p.model.is_passable => {}
                 Kind::Prop(p) => {
                     let half_m = p.model.half_extents_m;
                     add(Vec3::Z * half_m.z, half_m, Quat::IDENTITY);

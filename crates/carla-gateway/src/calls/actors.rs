@@ -2,7 +2,7 @@
 
 use client_lib::{
     ActorId, Pose, Refusal, RefusalCode, Spawn,
-    wire::{Autopilot, Command},
+    wire::{Autopilot, Command, SetDead},
 };
 
 use crate::{
@@ -72,6 +72,17 @@ pub(super) fn destroy(call: &mut Call) -> Result<(), RpcError> {
     Ok(())
 }
 
+/// Lets a walker fall, whose body is removed later, or stops the engine of a vehicle. CARLA's client
+/// sends it for a walker that died, and waits for no response.
+pub(super) fn set_dead(call: &mut Call) -> Result<(), RpcError> {
+    let id = call.args.u32()?;
+    if !call.bridge.exists(id) {
+        return Err(unknown("set_actor_dead", id));
+    }
+    let dead = SetDead { actor_id: ActorId(id), removes_body: 1 };
+    call.bridge.request_one("set_actor_dead", Command::SetDead(dead)).map(drop)
+}
+
 impl LockedBridge<'_> {
     /// Spawns an actor, or creates a sensor on one, and returns its id.
     ///
@@ -122,8 +133,11 @@ impl LockedBridge<'_> {
         if description.id.starts_with("static.") {
             spawn = spawn.kinematic();
         }
-        if description.get("is_invincible") == Some("false") {
-            spawn = spawn.ragdoll_on_hit();
+        if description.id.starts_with("walker.") {
+            spawn = spawn.removed_after_fall();
+            if description.get("is_invincible") != Some("true") {
+                spawn = spawn.ragdoll_on_hit();
+            }
         }
         // No snapshot is published before the attributes of its actors are known.
         let _turn = self.take_turn();
