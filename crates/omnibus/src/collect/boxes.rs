@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{Affine3A, Vec3};
 use mesh::Tag;
-use protocol::{ActorId, ActorState, BlueprintInfo, Pose};
+use protocol::{ActorId, ActorState, BlueprintInfo, Pose, kind, light};
 
 use crate::collect::{
     format::{ActorBox, View},
@@ -108,11 +108,23 @@ pub(crate) fn boxes(
             size_m: blueprint.half_extents_m.map(|half| half * 2.0),
             world_from_box: (&world_from_box).into(),
             velocity_mps: actor.velocity_mps,
+            traffic_light_state: traffic_light_state(actor).map(str::to_owned),
             lidar_points: points,
             cameras: views.collect(),
         });
     }
     all
+}
+
+/// Returns what a traffic light shows; `None` for other actors.
+fn traffic_light_state(actor: &ActorState) -> Option<&'static str> {
+    let state = match actor.phase {
+        light::RED => "red",
+        light::YELLOW => "yellow",
+        light::GREEN => "green",
+        _ => "off",
+    };
+    (actor.kind == kind::TRAFFIC_LIGHT).then_some(state)
 }
 
 fn view(
@@ -187,6 +199,24 @@ mod tests {
         assert_eq!(returns(&[[0x8000_0007, 3], [7, 14], [7, 14], [0, 0]], &[actor(7)]), [2]);
     }
 
+    #[test]
+    fn the_box_of_a_traffic_light_has_its_state() {
+        let blueprints = [BlueprintInfo {
+            id: "traffic.traffic_light".to_owned(),
+            tag: Tag::TrafficLight as u8,
+            half_extents_m: [0.2, 0.3, 0.6],
+            center_m: [0.2, 0.0, 0.5],
+        }];
+        let states = [light::RED, light::YELLOW, light::GREEN, light::OFF].map(|phase| {
+            let shown = ActorState { kind: kind::TRAFFIC_LIGHT, phase, ..actor(2) };
+            let lidar = LidarView { name: "roof", returns: vec![1] };
+            let mut raster = Silhouette::default();
+            let all = boxes(&[shown], ActorId(1), &blueprints, &[], &[lidar], &mut raster);
+            serde_json::to_value(&all[0]).unwrap()["traffic_light_state"].clone()
+        });
+        assert_eq!(states, ["red", "yellow", "green", "off"]);
+    }
+
     /// A camera at the origin that looks along x at a car 10 m ahead, and one beside the image.
     #[test]
     fn the_box_of_a_car_ahead_encloses_its_pixels() {
@@ -236,6 +266,7 @@ mod tests {
         assert_eq!(view.occluded_fraction, 1.0 - 30.0 / drawn);
         assert_eq!(view.truncated_fraction, 0.0);
         assert!(all[1].cameras.is_empty());
+        assert!(all.iter().all(|b| b.traffic_light_state.is_none()), "vehicles show no phase");
         assert_eq!(all[1].lidar_points["roof"], 5, "behind the camera, but the lidar met it");
     }
 }

@@ -238,6 +238,9 @@ pub(crate) struct ActorBox {
     /// The centre of the box; its x axis is the actor's forward.
     pub(crate) world_from_box: Transform,
     pub(crate) velocity_mps: [f32; 3],
+    /// What a traffic light shows: `red`, `yellow`, `green` or `off`. Absent for other actors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) traffic_light_state: Option<String>,
     /// The number of returns on the actor, for each lidar that hit it.
     pub(crate) lidar_points: BTreeMap<String, u32>,
     /// The actor in the image of each camera that saw it.
