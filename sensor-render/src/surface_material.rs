@@ -198,7 +198,7 @@ fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
         }
         SIGNAL_RED => Vec3::new(4.0, 0.12, 0.06) * shows(protocol::light::RED),
         SIGNAL_YELLOW => Vec3::new(3.6, 1.9, 0.08) * shows(protocol::light::YELLOW),
-        SIGNAL_GREEN => Vec3::new(0.1, 3.0, 1.5) * shows(protocol::light::GREEN),
+        SIGNAL_GREEN => Vec3::new(0.1, 3.0, 0.15) * shows(protocol::light::GREEN),
         _ => Vec3::ZERO,
     }
 }
@@ -282,7 +282,7 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
         Material::Beacon => [[0.5, 0.1, 0.1, 0.08], [0.1, 0.0, 0.0, 0.0], SMOOTH],
         Material::SignalRed => [[0.10, 0.012, 0.01, 0.04], [0.2, 0.0, 0.0, 0.0], SMOOTH],
         Material::SignalYellow => [[0.11, 0.07, 0.01, 0.04], [0.2, 0.0, 0.0, 0.0], SMOOTH],
-        Material::SignalGreen => [[0.01, 0.085, 0.045, 0.04], [0.2, 0.0, 0.0, 0.0], SMOOTH],
+        Material::SignalGreen => [[0.01, 0.085, 0.025, 0.04], [0.2, 0.0, 0.0, 0.0], SMOOTH],
         Material::Sign => [[0.72, 0.72, 0.72, 0.03], [0.3, 0.0, 0.0, 0.0], SMOOTH],
         Material::Wood => [[0.20, 0.115, 0.06, 0.02], [0.5, 0.0, 0.0, 0.5], [0.3, 8.0, 0.2, 1.0]],
         Material::Skin => [[0.48, 0.30, 0.22, 0.02], [0.5, 0.25, 0.0, 0.5], SMOOTH],

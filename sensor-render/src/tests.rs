@@ -623,5 +623,9 @@ fn lamps_show_the_state_of_the_actor() {
         let wanted = [protocol::light::RED, protocol::light::YELLOW, protocol::light::GREEN]
             .map(|p| p == phase);
         assert_eq!(bright, wanted, "phase {phase}");
+        if phase == protocol::light::GREEN {
+            let [r, g, b, _] = colors[33 * 90 + 45].map(u32::from);
+            assert!(10 * r.max(b) < 6 * g, "the green lamp is [{r}, {g}, {b}]");
+        }
     }
 }

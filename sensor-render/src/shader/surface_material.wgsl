@@ -80,7 +80,7 @@ fn actor_emission(code: u32, lights: u32, albedo: vec3f) -> vec3f {
         }
         case SIGNAL_RED: { return vec3f(4.0, 0.12, 0.06) * shows(lights, 0u); }
         case SIGNAL_YELLOW: { return vec3f(3.6, 1.9, 0.08) * shows(lights, 1u); }
-        case SIGNAL_GREEN: { return vec3f(0.1, 3.0, 1.5) * shows(lights, 2u); }
+        case SIGNAL_GREEN: { return vec3f(0.1, 3.0, 0.15) * shows(lights, 2u); }
         default: { return vec3f(0.0); }
     }
 }
